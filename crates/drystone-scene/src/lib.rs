@@ -1,0 +1,1 @@
+//! The catalog of scenes and the file formats.
