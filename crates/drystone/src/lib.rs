@@ -1,1 +1,18 @@
-//! drystone
+//! drystone: a real-time 3D rigid-body physics engine.
+#![allow(dead_code, reason = "under construction")]
+
+mod base;
+mod geometry;
+
+pub use base::aabb::Aabb;
+pub use base::id::{BodyId, JointId, ShapeId};
+pub use base::jobs::{Executor, Inline};
+pub use base::math::{Mat3, Vec3, vec3};
+pub use base::pose::Pose;
+pub use base::quat::Quat;
+pub use base::sym3::Sym3;
+pub use base::team::Team;
+pub use geometry::hull::{Hull, HullError, Plane};
+pub use geometry::mass::MassProperties;
+pub use geometry::mesh::{Mesh, MeshError};
+pub use geometry::shape::{Shape, ShapeError};

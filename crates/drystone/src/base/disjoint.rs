@@ -1,0 +1,48 @@
+//! A slice that several workers write at once, each its own rows.
+#![expect(unsafe_code, reason = "shared access to rows that the caller keeps apart")]
+
+use core::marker::PhantomData;
+use core::ops::Range;
+
+/// Rows lent to the workers of one phase. Within a phase no row may be lent twice: parallel stages
+/// hold that by giving each chunk its own rows, the solver by coloring (ARCHITECTURE.md,
+/// invariant 5).
+#[derive(Debug)]
+pub(crate) struct Rows<'a, T> {
+    first: *mut T,
+    len: usize,
+    lent: PhantomData<&'a mut [T]>,
+}
+
+// SAFETY: a `Rows` gives out `&mut T` on other threads, which `T: Send` allows.
+unsafe impl<T: Send> Send for Rows<'_, T> {}
+// SAFETY: as above; that no row is lent twice at a time is what every caller upholds.
+unsafe impl<T: Send> Sync for Rows<'_, T> {}
+
+impl<'a, T> Rows<'a, T> {
+    pub(crate) fn new(items: &'a mut [T]) -> Self {
+        Self { first: items.as_mut_ptr(), len: items.len(), lent: PhantomData }
+    }
+
+    /// Row `i`.
+    #[inline(always)]
+    #[expect(clippy::mut_from_ref, reason = "rows are kept apart by the caller, see the type")]
+    pub(crate) fn row(&self, i: usize) -> &mut T {
+        assert!(i < self.len);
+        // SAFETY: `i` is in bounds, checked above.
+        let row = unsafe { self.first.add(i) };
+        // SAFETY: nobody else holds row `i`: the type's rule, upheld by chunks and colors.
+        unsafe { &mut *row }
+    }
+
+    /// Rows `range`.
+    #[inline]
+    #[expect(clippy::mut_from_ref, reason = "rows are kept apart by the caller, see the type")]
+    pub(crate) fn slice(&self, range: Range<usize>) -> &mut [T] {
+        assert!(range.start <= range.end && range.end <= self.len);
+        // SAFETY: the range is in bounds, checked above.
+        let first = unsafe { self.first.add(range.start) };
+        // SAFETY: nobody else holds these rows: the type's rule, upheld by chunks and colors.
+        unsafe { core::slice::from_raw_parts_mut(first, range.len()) }
+    }
+}

@@ -1,0 +1,36 @@
+//! The hash of a state: 64 bits over the bits of numbers, in the order they are fed.
+
+/// A multiply-and-rotate hash over 32-bit words. Not cryptographic; every input bit reaches every
+/// output bit after [`StateHash::finish`].
+#[derive(Clone, Copy, Debug)]
+pub struct StateHash(u64);
+
+impl Default for StateHash {
+    fn default() -> Self {
+        Self(0x9e37_79b9_7f4a_7c15)
+    }
+}
+
+impl StateHash {
+    /// Feeds one word.
+    #[inline]
+    pub fn word(&mut self, w: u32) {
+        self.0 = (self.0 ^ u64::from(w)).wrapping_mul(0xff51_afd7_ed55_8ccd).rotate_left(31);
+    }
+
+    /// Feeds the bits of some numbers.
+    #[inline]
+    pub fn floats(&mut self, values: &[f32]) {
+        for v in values {
+            self.word(v.to_bits());
+        }
+    }
+
+    /// The hash of all that was fed.
+    #[must_use]
+    pub fn finish(self) -> u64 {
+        let mut h = self.0;
+        h = (h ^ (h >> 33)).wrapping_mul(0xc4ce_b9fe_1a85_ec53);
+        h ^ (h >> 29)
+    }
+}

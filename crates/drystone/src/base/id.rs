@@ -1,0 +1,80 @@
+//! Typed, generational ids: `Copy`, 8 bytes, `Option<Id>` the same size.
+
+use core::num::NonZeroU32;
+
+/// What every id is made of: a slot and the generation of what lives in it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct RawId {
+    index: u32,
+    generation: NonZeroU32,
+}
+
+impl RawId {
+    /// The id of generation `generation` in slot `index`.
+    #[must_use]
+    pub const fn new(index: u32, generation: NonZeroU32) -> Self {
+        Self { index, generation }
+    }
+
+    /// The slot.
+    #[must_use]
+    #[inline]
+    pub const fn index(self) -> u32 {
+        self.index
+    }
+
+    /// The generation: one more for each thing that lived in the slot.
+    #[must_use]
+    #[inline]
+    pub const fn generation(self) -> NonZeroU32 {
+        self.generation
+    }
+}
+
+macro_rules! id {
+    ($(#[$doc:meta])* $name:ident) => {
+        $(#[$doc])*
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+        pub struct $name(pub(crate) RawId);
+
+        impl $name {
+            /// The slot number: stable while the thing lives, reused afterwards.
+            #[must_use]
+            #[inline]
+            pub const fn index(self) -> u32 {
+                self.0.index()
+            }
+
+            /// Slot and generation as one number, for maps and files.
+            #[must_use]
+            pub const fn to_bits(self) -> u64 {
+                ((self.0.generation().get() as u64) << 32) | self.0.index() as u64
+            }
+        }
+
+        impl From<RawId> for $name {
+            fn from(raw: RawId) -> Self {
+                Self(raw)
+            }
+        }
+
+        impl From<$name> for RawId {
+            fn from(id: $name) -> Self {
+                id.0
+            }
+        }
+    };
+}
+
+id! {
+    /// Names a body of a world.
+    BodyId
+}
+id! {
+    /// Names a shape of a world.
+    ShapeId
+}
+id! {
+    /// Names a joint of a world.
+    JointId
+}

@@ -1,0 +1,110 @@
+//! Who runs the chunks of a parallel stage: the caller alone, our own team, or the user's threads.
+
+use core::fmt::Debug;
+use core::ops::Range;
+
+use super::disjoint::Rows;
+
+/// Runs numbered chunks of work. Bring your own threads by implementing it.
+///
+/// The result of a step never depends on the executor: chunks write only what is theirs.
+pub trait Executor: Send + Sync + Debug {
+    /// Number of workers, the caller included; at least 1. Worker numbers are below it.
+    fn workers(&self) -> usize;
+
+    /// Calls `task(worker, chunk)` once for every chunk below `chunks`, on any worker in any order,
+    /// and returns when all calls have returned. Two calls at one time have different workers.
+    fn run(&self, chunks: usize, task: &(dyn Fn(usize, usize) + Sync));
+}
+
+/// The caller does all the work: no threads, no atomics.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Inline;
+
+impl Executor for Inline {
+    fn workers(&self) -> usize {
+        1
+    }
+
+    fn run(&self, chunks: usize, task: &(dyn Fn(usize, usize) + Sync)) {
+        for chunk in 0..chunks {
+            task(0, chunk);
+        }
+    }
+}
+
+/// The bounds of chunk `chunk` when `n` items are cut into pieces of `grain`.
+fn range_of(chunk: usize, grain: usize, n: usize) -> Range<usize> {
+    chunk * grain..((chunk + 1) * grain).min(n)
+}
+
+/// A piece size of at least `least` that gives every worker a few pieces to claim.
+///
+/// Only results that do not depend on where pieces begin may use it: it depends on the workers.
+pub(crate) fn grain(jobs: &dyn Executor, n: usize, least: usize) -> usize {
+    n.div_ceil(jobs.workers() * 4).max(least)
+}
+
+/// Calls `f` with every range of at most `grain` indices below `n`.
+pub(crate) fn for_ranges(
+    jobs: &dyn Executor,
+    n: usize,
+    grain: usize,
+    f: impl Fn(Range<usize>) + Sync,
+) {
+    let chunks = n.div_ceil(grain.max(1));
+    if chunks <= 1 || jobs.workers() <= 1 {
+        if n > 0 {
+            f(0..n);
+        }
+        return;
+    }
+    jobs.run(chunks, &|_, chunk| f(range_of(chunk, grain, n)));
+}
+
+/// Calls `f(first index, items)` with every run of at most `grain` items.
+pub(crate) fn for_items<T: Send>(
+    jobs: &dyn Executor,
+    items: &mut [T],
+    grain: usize,
+    f: impl Fn(usize, &mut [T]) + Sync,
+) {
+    let n = items.len();
+    let chunks = n.div_ceil(grain.max(1));
+    if chunks <= 1 || jobs.workers() <= 1 {
+        if n > 0 {
+            f(0, items);
+        }
+        return;
+    }
+    let rows = Rows::new(items);
+    jobs.run(chunks, &|_, chunk| {
+        let range = range_of(chunk, grain, n);
+        f(range.start, rows.slice(range.clone()));
+    });
+}
+
+/// Like [`for_ranges`], with an output list for each range: `outputs[k]` belongs to range `k`, so
+/// that reading the lists in order gives what a serial loop would have given.
+pub(crate) fn collect_ranges<T: Send>(
+    jobs: &dyn Executor,
+    n: usize,
+    grain: usize,
+    outputs: &mut Vec<Vec<T>>,
+    f: impl Fn(Range<usize>, &mut Vec<T>) + Sync,
+) {
+    let grain = grain.max(1);
+    let chunks = n.div_ceil(grain);
+    outputs.resize_with(outputs.len().max(chunks), Vec::new);
+    for list in outputs.iter_mut() {
+        list.clear();
+    }
+    if jobs.workers() <= 1 {
+        for (chunk, list) in outputs.iter_mut().enumerate().take(chunks) {
+            f(range_of(chunk, grain, n), list);
+        }
+        return;
+    }
+    let rows = Rows::new(outputs.as_mut_slice());
+    jobs.run(chunks, &|_, chunk| f(range_of(chunk, grain, n), rows.row(chunk)));
+}

@@ -1,0 +1,16 @@
+//! Layer 0: numbers, ids, containers, lanes, the worker team. Knows nothing of physics.
+
+pub(crate) mod math;
+pub(crate) mod quat;
+pub(crate) mod pose;
+pub(crate) mod sym3;
+pub(crate) mod aabb;
+pub(crate) mod trig;
+pub(crate) mod id;
+pub(crate) mod slot_map;
+pub(crate) mod bit_set;
+pub(crate) mod pair_set;
+pub(crate) mod hash;
+pub(crate) mod jobs;
+pub(crate) mod team;
+pub(crate) mod disjoint;

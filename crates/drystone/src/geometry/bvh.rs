@@ -1,0 +1,430 @@
+//! A binary tree of boxes: built at once, or grown and changed leaf by leaf.
+
+use crate::base::aabb::Aabb;
+use crate::base::math::Vec3;
+
+const NONE: u32 = u32::MAX;
+
+#[derive(Clone, Copy, Debug)]
+struct Node {
+    bounds: Aabb,
+    parent: u32,
+    /// First child, or NONE for a leaf (then `right` is the leaf's item).
+    left: u32,
+    right: u32,
+}
+
+/// Boxes of items in a tree. An item is a number of the user's; a leaf is its place in the tree.
+#[derive(Clone, Debug)]
+pub(crate) struct Bvh {
+    nodes: Vec<Node>,
+    free: Vec<u32>,
+    root: u32,
+}
+
+impl Default for Bvh {
+    fn default() -> Self {
+        Self { nodes: Vec::new(), free: Vec::new(), root: NONE }
+    }
+}
+
+impl Bvh {
+    /// A tree over `boxes`; item `i` is box `i` and, as long as nothing is inserted, leaf `i`.
+    pub(crate) fn build(boxes: &[Aabb]) -> Self {
+        let mut tree = Self::default();
+        tree.nodes.reserve(boxes.len() * 2);
+        let mut items: Vec<u32> = Vec::with_capacity(boxes.len());
+        for (i, bounds) in (0_u32..).zip(boxes) {
+            tree.nodes.push(Node { bounds: *bounds, parent: NONE, left: NONE, right: i });
+            items.push(i);
+        }
+        if !items.is_empty() {
+            tree.root = tree.build_over(&mut items);
+        }
+        tree
+    }
+
+    /// Builds the tree over these leaves again, from scratch. Leaves keep their numbers.
+    pub(crate) fn rebuild(&mut self) {
+        let mut leaves: Vec<u32> = Vec::with_capacity(self.nodes.len() / 2 + 1);
+        self.collect(self.root, &mut leaves);
+        if leaves.len() < 3 {
+            return;
+        }
+        leaves.sort_unstable();
+        self.release_inner(self.root);
+        self.root = self.build_over(&mut leaves);
+        self.nodes[self.root as usize].parent = NONE;
+    }
+
+    fn collect(&self, node: u32, leaves: &mut Vec<u32>) {
+        let mut stack = vec![node];
+        while let Some(n) = stack.pop() {
+            let Some(node) = self.nodes.get(n as usize) else { continue };
+            if node.left == NONE {
+                leaves.push(n);
+            } else {
+                stack.push(node.right);
+                stack.push(node.left);
+            }
+        }
+    }
+
+    fn release_inner(&mut self, root: u32) {
+        let mut stack = vec![root];
+        while let Some(n) = stack.pop() {
+            let node = self.nodes[n as usize];
+            if node.left != NONE {
+                stack.push(node.left);
+                stack.push(node.right);
+                self.free.push(n);
+            }
+        }
+    }
+
+    fn alloc(&mut self, node: Node) -> u32 {
+        if let Some(i) = self.free.pop() {
+            self.nodes[i as usize] = node;
+            return i;
+        }
+        self.nodes.push(node);
+        u32::try_from(self.nodes.len() - 1).expect("fewer than 2^32 nodes fit in memory")
+    }
+
+    /// Splits by the longest axis of the centers, in eight bins by the surface heuristic.
+    fn build_over(&mut self, leaves: &mut [u32]) -> u32 {
+        if let [only] = leaves {
+            return *only;
+        }
+        let centers = leaves
+            .iter()
+            .map(|l| self.nodes[*l as usize].bounds.center())
+            .fold(Aabb::EMPTY, |b, c| Aabb::new(b.min.min(c), b.max.max(c)));
+        let size = centers.max - centers.min;
+        let axis = if size.x >= size.y && size.x >= size.z {
+            0
+        } else if size.y >= size.z {
+            1
+        } else {
+            2
+        };
+        let middle = if size[axis] > 0.0 && size[axis].is_finite() {
+            self.split_by_bins(leaves, axis, centers.min[axis], size[axis])
+        } else {
+            leaves.len() / 2
+        };
+        let (low, high) = leaves.split_at_mut(middle);
+        let left = self.build_over(low);
+        let right = self.build_over(high);
+        let bounds = self.nodes[left as usize].bounds.union(&self.nodes[right as usize].bounds);
+        let node = self.alloc(Node { bounds, parent: NONE, left, right });
+        self.nodes[left as usize].parent = node;
+        self.nodes[right as usize].parent = node;
+        node
+    }
+
+    /// Sorts the leaves into two sides; gives the size of the first, neither of which is empty.
+    fn split_by_bins(&self, leaves: &mut [u32], axis: usize, low: f32, size: f32) -> usize {
+        const BINS: usize = 8;
+        let scale = 8.0 / size;
+        let bin_of = |leaf: u32| {
+            let x = (self.nodes[leaf as usize].bounds.center()[axis] - low) * scale;
+            #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped")]
+            let bin = x.clamp(0.0, 7.0) as usize;
+            bin
+        };
+        let mut count = [0_usize; BINS];
+        let mut bounds = [Aabb::EMPTY; BINS];
+        for leaf in leaves.iter() {
+            let b = bin_of(*leaf);
+            count[b] += 1;
+            bounds[b] = bounds[b].union(&self.nodes[*leaf as usize].bounds);
+        }
+        let mut after = [Aabb::EMPTY; BINS];
+        for b in (0..BINS - 1).rev() {
+            after[b] = after[b + 1].union(&bounds[b + 1]);
+        }
+        let (mut best, mut cost, mut before, mut n) = (0, f32::INFINITY, Aabb::EMPTY, 0);
+        for b in 0..BINS - 1 {
+            before = before.union(&bounds[b]);
+            n += count[b];
+            if n == 0 || n == leaves.len() {
+                continue;
+            }
+            #[expect(clippy::cast_precision_loss, reason = "a cost, not a count")]
+            let c = before.half_area() * n as f32 + after[b].half_area() * (leaves.len() - n) as f32;
+            if c < cost {
+                (best, cost) = (b, c);
+            }
+        }
+        let middle = partition(leaves, |leaf| bin_of(leaf) <= best);
+        if middle == 0 || middle == leaves.len() { leaves.len() / 2 } else { middle }
+    }
+
+    /// Adds a box for `item`; returns its leaf.
+    pub(crate) fn insert(&mut self, bounds: Aabb, item: u32) -> u32 {
+        let leaf = self.alloc(Node { bounds, parent: NONE, left: NONE, right: item });
+        self.attach(leaf);
+        leaf
+    }
+
+    fn attach(&mut self, leaf: u32) {
+        let bounds = self.nodes[leaf as usize].bounds;
+        if self.root == NONE {
+            self.root = leaf;
+            self.nodes[leaf as usize].parent = NONE;
+            return;
+        }
+        // Walk down by the growth of surface, as in the surface heuristic; stop where a new parent
+        // here costs no more than the best that may come below.
+        let area = bounds.half_area();
+        let mut at = self.root;
+        let mut inherited = 0.0;
+        loop {
+            let node = self.nodes[at as usize];
+            let direct = node.bounds.union(&bounds).half_area();
+            if node.left == NONE {
+                break;
+            }
+            let growth = direct - node.bounds.half_area();
+            let below = inherited + growth;
+            let cost = |child: u32| {
+                let b = self.nodes[child as usize].bounds;
+                let merged = b.union(&bounds).half_area();
+                if self.nodes[child as usize].left == NONE { merged } else { merged - b.half_area() }
+            };
+            let (left, right) = (cost(node.left), cost(node.right));
+            let least = if left < right { left } else { right };
+            if direct + inherited <= below + least && direct <= area * 2.0 {
+                break;
+            }
+            inherited = below;
+            at = if left < right { node.left } else { node.right };
+        }
+        let sibling = at;
+        let old = self.nodes[sibling as usize].parent;
+        let merged = self.nodes[sibling as usize].bounds.union(&bounds);
+        let parent = self.alloc(Node { bounds: merged, parent: old, left: sibling, right: leaf });
+        self.nodes[sibling as usize].parent = parent;
+        self.nodes[leaf as usize].parent = parent;
+        if old == NONE {
+            self.root = parent;
+        } else {
+            let o = &mut self.nodes[old as usize];
+            if o.left == sibling { o.left = parent } else { o.right = parent }
+        }
+        self.refit_from(old);
+    }
+
+    fn refit_from(&mut self, mut at: u32) {
+        while at != NONE {
+            self.rotate(at);
+            let n = self.nodes[at as usize];
+            self.nodes[at as usize].bounds =
+                self.nodes[n.left as usize].bounds.union(&self.nodes[n.right as usize].bounds);
+            at = n.parent;
+        }
+    }
+
+    /// Exchanges a child with a grandchild of the other side where that makes the tree smaller.
+    fn rotate(&mut self, at: u32) {
+        let node = self.nodes[at as usize];
+        let (mut best, mut gain) = (None, 0.0);
+        for (child, other) in [(node.left, node.right), (node.right, node.left)] {
+            let o = self.nodes[other as usize];
+            if o.left == NONE {
+                continue;
+            }
+            let area = o.bounds.half_area();
+            for (moved, stays) in [(o.left, o.right), (o.right, o.left)] {
+                let b = self.nodes[stays as usize].bounds.union(&self.nodes[child as usize].bounds);
+                let g = area - b.half_area();
+                if g > gain {
+                    (best, gain) = (Some((child, other, moved)), g);
+                }
+            }
+        }
+        let Some((child, other, moved)) = best else { return };
+        let n = &mut self.nodes[at as usize];
+        if n.left == child { n.left = moved } else { n.right = moved }
+        self.nodes[moved as usize].parent = at;
+        let o = &mut self.nodes[other as usize];
+        if o.left == moved { o.left = child } else { o.right = child }
+        self.nodes[child as usize].parent = other;
+        let o = self.nodes[other as usize];
+        self.nodes[other as usize].bounds =
+            self.nodes[o.left as usize].bounds.union(&self.nodes[o.right as usize].bounds);
+    }
+
+    /// Takes a leaf out.
+    pub(crate) fn remove(&mut self, leaf: u32) {
+        self.detach(leaf);
+        self.free.push(leaf);
+    }
+
+    fn detach(&mut self, leaf: u32) {
+        let parent = self.nodes[leaf as usize].parent;
+        if parent == NONE {
+            self.root = NONE;
+            return;
+        }
+        let p = self.nodes[parent as usize];
+        let sibling = if p.left == leaf { p.right } else { p.left };
+        self.nodes[sibling as usize].parent = p.parent;
+        if p.parent == NONE {
+            self.root = sibling;
+        } else {
+            let g = &mut self.nodes[p.parent as usize];
+            if g.left == parent { g.left = sibling } else { g.right = sibling }
+        }
+        self.free.push(parent);
+        self.refit_from(p.parent);
+    }
+
+    /// Gives a leaf another box and the place in the tree that fits it.
+    pub(crate) fn replace(&mut self, leaf: u32, bounds: Aabb) {
+        self.detach(leaf);
+        self.nodes[leaf as usize].bounds = bounds;
+        self.nodes[leaf as usize].left = NONE;
+        self.attach(leaf);
+    }
+
+    /// The box of a leaf.
+    pub(crate) fn bounds(&self, leaf: u32) -> &Aabb {
+        &self.nodes[leaf as usize].bounds
+    }
+
+    /// Calls `visit` with every item whose box overlaps `bounds`; stops when it answers false.
+    #[inline]
+    pub(crate) fn query(&self, bounds: &Aabb, mut visit: impl FnMut(u32) -> bool) {
+        self.walk(|b| b.overlaps(bounds), &mut visit);
+    }
+
+    /// Calls `visit` with every item whose box the segment `origin + t delta`, t in [0, max], may
+    /// meet. `visit` answers the new max: smaller to shorten the ray, negative to stop.
+    pub(crate) fn ray(
+        &self,
+        origin: Vec3,
+        delta: Vec3,
+        max_fraction: f32,
+        mut visit: impl FnMut(u32) -> f32,
+    ) {
+        let inv = Vec3 { x: 1.0 / delta.x, y: 1.0 / delta.y, z: 1.0 / delta.z };
+        let max = core::cell::Cell::new(max_fraction);
+        self.walk(
+            |b| b.meets_ray(origin, inv, max.get()),
+            &mut |item| {
+                max.set(visit(item));
+                max.get() >= 0.0
+            },
+        );
+    }
+
+    #[inline]
+    fn walk(&self, enter: impl Fn(&Aabb) -> bool, visit: &mut impl FnMut(u32) -> bool) {
+        if self.root == NONE {
+            return;
+        }
+        // Depth is bounded by the tree, not by a constant: the stack may spill to the heap.
+        let mut small = [NONE; 64];
+        let mut spill: Vec<u32> = Vec::new();
+        let mut depth = 1;
+        small[0] = self.root;
+        while depth > 0 {
+            depth -= 1;
+            let at = if depth >= 64 { spill.pop().unwrap_or(NONE) } else { small[depth] };
+            let node = &self.nodes[at as usize];
+            if !enter(&node.bounds) {
+                continue;
+            }
+            if node.left == NONE {
+                if !visit(node.right) {
+                    return;
+                }
+                continue;
+            }
+            for child in [node.right, node.left] {
+                if depth >= 64 { spill.push(child) } else { small[depth] = child }
+                depth += 1;
+            }
+        }
+    }
+}
+
+/// Moves the items that satisfy `first` to the front, keeping order on both sides.
+fn partition(items: &mut [u32], first: impl Fn(u32) -> bool) -> usize {
+    let rest: Vec<u32> = items.iter().copied().filter(|i| !first(*i)).collect();
+    let mut n = 0;
+    for k in 0..items.len() {
+        if first(items[k]) {
+            items[n] = items[k];
+            n += 1;
+        }
+    }
+    items[n..].copy_from_slice(&rest);
+    n
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Bvh;
+    use crate::base::aabb::Aabb;
+    use crate::base::math::{Vec3, vec3};
+
+    fn boxes(n: u32) -> Vec<Aabb> {
+        let mut s = 12345_u32;
+        let mut next = || {
+            s = s.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            (s >> 8) as f32 / 16_777_216.0 * 20.0
+        };
+        (0..n)
+            .map(|_| {
+                let p = vec3(next(), next(), next());
+                Aabb::new(p, p + Vec3::splat(0.1 + 0.1 * next()))
+            })
+            .collect()
+    }
+
+    fn check(tree: &Bvh, boxes: &[Option<Aabb>]) {
+        for probe in self::boxes(30) {
+            let mut found = Vec::new();
+            tree.query(&probe, |i| {
+                found.push(i);
+                true
+            });
+            found.sort_unstable();
+            let brute: Vec<u32> = (0_u32..)
+                .zip(boxes)
+                .filter(|(_, b)| b.is_some_and(|b| b.overlaps(&probe)))
+                .map(|(i, _)| i)
+                .collect();
+            assert_eq!(found, brute);
+        }
+    }
+
+    #[test]
+    fn a_query_finds_what_brute_force_finds_through_every_change() {
+        let all = boxes(300);
+        let mut tree = Bvh::build(&all);
+        let mut expected: Vec<Option<Aabb>> = all.iter().copied().map(Some).collect();
+        check(&tree, &expected);
+        for i in (0..300).step_by(4) {
+            tree.remove(i as u32);
+            expected[i] = None;
+        }
+        check(&tree, &expected);
+        for i in (1..300).step_by(4) {
+            let moved = Aabb::new(all[i].min * 0.5, all[i].max * 0.5);
+            tree.replace(i as u32, moved);
+            expected[i] = Some(moved);
+        }
+        check(&tree, &expected);
+        let mut grown = Bvh::default();
+        for (i, b) in (0_u32..).zip(&all) {
+            grown.insert(*b, i);
+        }
+        check(&grown, &all.iter().copied().map(Some).collect::<Vec<_>>());
+        grown.rebuild();
+        check(&grown, &all.iter().copied().map(Some).collect::<Vec<_>>());
+    }
+}

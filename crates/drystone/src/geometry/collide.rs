@@ -1,0 +1,43 @@
+//! Two solids at given poses to a manifold: the dispatch table.
+
+use super::manifold::Manifold;
+use super::mesh::Mesh;
+use super::solid::Solid;
+use crate::base::math::Vec3;
+use crate::base::pose::Pose;
+
+/// What a pair remembers from its last test, to begin the next one there. Any value is valid: it
+/// only changes how long the test takes.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct PairCache {
+    /// Which kind of axis separated the pair or carried the contact; 0 = nothing known.
+    pub(crate) kind: u8,
+    /// Feature numbers of A and B of that axis.
+    pub(crate) a: u16,
+    pub(crate) b: u16,
+    /// For axes that are not features: the axis [frame of A].
+    pub(crate) axis: Vec3,
+}
+
+/// Most manifolds of one pair with a mesh.
+pub(crate) const MAX_PARTS: usize = 4;
+
+/// The manifold of two convex solids (half-spaces included, meshes not), in the frame of A. Points
+/// farther apart than `margin` [m] are left out; no points: no contact.
+pub(crate) fn collide(a: &Solid, b: &Solid, b_in_a: &Pose, margin: f32, cache: &mut PairCache) -> Manifold {
+    let _ = (a, b, b_in_a, margin, cache);
+    Manifold::default()
+}
+
+/// The manifolds of a mesh A and a convex solid B (no half-space, no mesh), in the frame of A: at most
+/// [`MAX_PARTS`], each with a normal of its own. Returns how many were written to `out`.
+pub(crate) fn collide_mesh(
+    mesh: &Mesh,
+    b: &Solid,
+    b_in_mesh: &Pose,
+    margin: f32,
+    out: &mut [Manifold; MAX_PARTS],
+) -> usize {
+    let _ = (mesh, b, b_in_mesh, margin, out);
+    0
+}

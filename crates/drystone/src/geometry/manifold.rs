@@ -1,0 +1,45 @@
+//! Contact manifolds. **The normal points from A to B; separation < 0 is overlap.**
+
+use crate::base::math::Vec3;
+
+/// Names the features that made a point, stable while the same features touch: impulses are carried
+/// from step to step by it.
+pub(crate) type FeatureId = u32;
+
+/// One point of a manifold, in the frame of A.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct ManifoldPoint {
+    /// Half way between the two surfaces [m, frame of A].
+    pub(crate) position: Vec3,
+    /// Distance of the surfaces along the normal [m]; negative where they overlap.
+    pub(crate) separation: f32,
+    pub(crate) feature: FeatureId,
+}
+
+/// Up to four points that share a normal.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Manifold {
+    /// Unit, from A to B [frame of A].
+    pub(crate) normal: Vec3,
+    pub(crate) points: [ManifoldPoint; 4],
+    pub(crate) count: usize,
+}
+
+impl Manifold {
+    /// The points in use.
+    pub(crate) fn points(&self) -> &[ManifoldPoint] {
+        &self.points[..self.count]
+    }
+
+    pub(crate) fn push(&mut self, point: ManifoldPoint) {
+        self.points[self.count] = point;
+        self.count += 1;
+    }
+
+    /// A manifold with one point.
+    pub(crate) fn single(normal: Vec3, position: Vec3, separation: f32, feature: FeatureId) -> Self {
+        let mut m = Self { normal, ..Self::default() };
+        m.push(ManifoldPoint { position, separation, feature });
+        m
+    }
+}

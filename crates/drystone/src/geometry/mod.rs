@@ -1,0 +1,11 @@
+//! Layer 1: shapes and what can be computed from shapes alone. Knows no body and no time step.
+
+pub(crate) mod shape;
+pub(crate) mod solid;
+pub(crate) mod mass;
+pub(crate) mod hull;
+pub(crate) mod mesh;
+pub(crate) mod bvh;
+pub(crate) mod manifold;
+pub(crate) mod collide;
+pub(crate) mod cast;
