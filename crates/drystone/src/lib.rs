@@ -12,6 +12,7 @@ pub use base::pose::Pose;
 pub use base::quat::Quat;
 pub use base::sym3::Sym3;
 pub use base::team::Team;
+pub use base::trig;
 pub use geometry::hull::{Hull, HullError, Plane};
 pub use geometry::mass::MassProperties;
 pub use geometry::mesh::{Mesh, MeshError};

@@ -3,7 +3,7 @@
 /// A multiply-and-rotate hash over 32-bit words. Not cryptographic; every input bit reaches every
 /// output bit after [`StateHash::finish`].
 #[derive(Clone, Copy, Debug)]
-pub struct StateHash(u64);
+pub(crate) struct StateHash(u64);
 
 impl Default for StateHash {
     fn default() -> Self {
@@ -14,13 +14,13 @@ impl Default for StateHash {
 impl StateHash {
     /// Feeds one word.
     #[inline]
-    pub fn word(&mut self, w: u32) {
+    pub(crate) fn word(&mut self, w: u32) {
         self.0 = (self.0 ^ u64::from(w)).wrapping_mul(0xff51_afd7_ed55_8ccd).rotate_left(31);
     }
 
     /// Feeds the bits of some numbers.
     #[inline]
-    pub fn floats(&mut self, values: &[f32]) {
+    pub(crate) fn floats(&mut self, values: &[f32]) {
         for v in values {
             self.word(v.to_bits());
         }
@@ -28,7 +28,7 @@ impl StateHash {
 
     /// The hash of all that was fed.
     #[must_use]
-    pub fn finish(self) -> u64 {
+    pub(crate) fn finish(self) -> u64 {
         let mut h = self.0;
         h = (h ^ (h >> 33)).wrapping_mul(0xc4ce_b9fe_1a85_ec53);
         h ^ (h >> 29)

@@ -4,7 +4,7 @@ use core::num::NonZeroU32;
 
 /// What every id is made of: a slot and the generation of what lives in it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct RawId {
+pub(crate) struct RawId {
     index: u32,
     generation: NonZeroU32,
 }
@@ -12,21 +12,21 @@ pub struct RawId {
 impl RawId {
     /// The id of generation `generation` in slot `index`.
     #[must_use]
-    pub const fn new(index: u32, generation: NonZeroU32) -> Self {
+    pub(crate) const fn new(index: u32, generation: NonZeroU32) -> Self {
         Self { index, generation }
     }
 
     /// The slot.
     #[must_use]
     #[inline]
-    pub const fn index(self) -> u32 {
+    pub(crate) const fn index(self) -> u32 {
         self.index
     }
 
     /// The generation: one more for each thing that lived in the slot.
     #[must_use]
     #[inline]
-    pub const fn generation(self) -> NonZeroU32 {
+    pub(crate) const fn generation(self) -> NonZeroU32 {
         self.generation
     }
 }

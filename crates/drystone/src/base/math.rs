@@ -165,14 +165,14 @@ impl Vec3 {
 /// The smaller of two numbers; `b` if either is NaN. A compare and a select, so every target agrees.
 #[must_use]
 #[inline]
-pub fn lesser(a: f32, b: f32) -> f32 {
+pub(crate) fn lesser(a: f32, b: f32) -> f32 {
     if a < b { a } else { b }
 }
 
 /// The larger of two numbers; `b` if either is NaN. A compare and a select, so every target agrees.
 #[must_use]
 #[inline]
-pub fn greater(a: f32, b: f32) -> f32 {
+pub(crate) fn greater(a: f32, b: f32) -> f32 {
     if a > b { a } else { b }
 }
 

@@ -5,7 +5,7 @@ pub(crate) mod quat;
 pub(crate) mod pose;
 pub(crate) mod sym3;
 pub(crate) mod aabb;
-pub(crate) mod trig;
+pub mod trig;
 pub(crate) mod id;
 pub(crate) mod slot_map;
 pub(crate) mod bit_set;
