@@ -3,6 +3,7 @@
 
 mod base;
 mod geometry;
+mod state;
 
 pub use base::aabb::Aabb;
 pub use base::id::{BodyId, JointId, ShapeId};
@@ -17,3 +18,10 @@ pub use geometry::hull::{Hull, HullError, Plane};
 pub use geometry::mass::MassProperties;
 pub use geometry::mesh::{Mesh, MeshError};
 pub use geometry::shape::{Shape, ShapeError};
+pub use state::config::{ContactConfig, JointConfig, SleepConfig, WorldConfig};
+pub use state::def::{
+    AxisLocks, BodyDef, BodyKind, DefError, JointDef, JointKind, MassDef, ShapeDef, Spring,
+};
+pub use state::events::{ContactEvent, Events, Fault, FaultKind, HitEvent, SensorEvent};
+pub use state::material::{Combine, Filter, Material};
+pub use state::method::{Method, Pass};
