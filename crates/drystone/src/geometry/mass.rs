@@ -23,4 +23,7 @@ impl MassProperties {
         let _ = (shape, density);
         Self::default()
     }
+
+    pub(crate) fn combine(_parts: &[(crate::base::pose::Pose, Self)]) -> Self { Self::default() }
+    pub(crate) fn scaled_to(self, _mass: f32) -> Self { self }
 }
