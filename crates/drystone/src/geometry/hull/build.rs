@@ -1,6 +1,6 @@
 //! Points to a [`Hull`]: checks the input, triangulates, joins coplanar faces, checks the result.
 
-use super::facets::{polygons, unmerged};
+use super::facets::{dent, polygons, unmerged};
 use super::quickhull::{Failure, Triangle, triangulate};
 use super::{Hull, HullError, Plane, link_loops};
 use crate::base::double::DVec3;
@@ -46,9 +46,8 @@ pub(super) fn quickhull(points: &[Vec3], max_vertices: usize) -> Result<Hull, Hu
             Err(Failure::Flat(t)) if k == 0 => return Err(HullError::Flat(t as f32)),
             Err(Failure::Flat(_)) => break,
         };
-        let merged = polygons(&cloud.relative, &triangles, tolerance)
-            .and_then(|loops| cloud.hull(&loops, &triangles, tolerance));
-        if let Some(hull) = merged {
+        let merged = polygons(&cloud.relative, &triangles, tolerance);
+        if let Some(hull) = cloud.hull(&merged, &triangles, tolerance) {
             return Ok(hull);
         }
         if let Some(hull) = cloud.hull(&unmerged(&triangles), &triangles, tolerance) {
@@ -135,13 +134,8 @@ impl<'a> Cloud<'a> {
         {
             return None;
         }
-        for k in 0..n {
-            // How far a corner lies inside the line from its neighbor before to that after.
-            let chord = p(k + 2) - p(k);
-            let dent = chord.cross(p(k + 1) - p(k)).dot(exact);
-            if dent > MOST_PUSH * tolerance * chord.length() {
-                return None;
-            }
+        if dent(&self.relative, face, exact) > MOST_PUSH * tolerance {
+            return None;
         }
         #[expect(clippy::cast_possible_truncation, reason = "rounded to the type of planes")]
         let offset = (offset + exact.dot(self.middle)) as f32;

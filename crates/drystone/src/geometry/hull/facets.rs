@@ -32,22 +32,39 @@ struct Merger<'a> {
 /// The faces of the surface as loops of point numbers, counter-clockwise seen from outside.
 ///
 /// Facets whose corners all lie within `tolerance` of a larger neighbor's plane join it; slivers
-/// thinner than `tolerance` join the neighbor they fit best. `None` if a facet is not a disc then.
+/// thinner than `tolerance` join the neighbor they fit best. A facet that is not a convex disc then
+/// (points scattered by about the tolerance can do that) goes back to its triangles.
 pub(super) fn polygons(
     points: &[DVec3],
     triangles: &[Triangle],
     tolerance: f64,
-) -> Option<Vec<Vec<usize>>> {
+) -> Vec<Vec<usize>> {
     let mut merger = Merger::new(points, triangles, tolerance);
     merger.run();
     let mut loops = Vec::new();
     for (f, facet) in merger.facets.iter().enumerate() {
-        if !facet.triangles.is_empty() {
-            loops.push(merger.boundary(f)?);
+        match merger.boundary(f).filter(|rim| dent(points, rim, facet.normal) <= 4.0 * tolerance) {
+            Some(rim) => loops.push(rim),
+            None => loops.extend(facet.triangles.iter().map(|t| triangles[*t].v.to_vec())),
         }
     }
     remove_collinear(&mut loops, points.len());
-    Some(loops)
+    loops
+}
+
+/// How far a loop is from convex: the greatest distance of a corner inside the line from the corner
+/// before to that after it.
+pub(super) fn dent(points: &[DVec3], face: &[usize], normal: DVec3) -> f64 {
+    let p = |k: usize| points[face[k % face.len()]];
+    let mut worst: f64 = 0.0;
+    for k in 0..face.len() {
+        let chord = p(k + 2) - p(k);
+        let area = chord.cross(p(k + 1) - p(k)).dot(normal);
+        if area > 0.0 {
+            worst = worst.max(area / chord.length());
+        }
+    }
+    worst
 }
 
 /// The faces of the surface as triangles.
