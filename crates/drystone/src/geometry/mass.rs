@@ -389,7 +389,4 @@ mod tests {
         assert_eq!(MassProperties::default().scaled_to(3.0), MassProperties::default());
         assert_eq!(MassProperties::combine(&[]), MassProperties::default());
     }
-
-    pub(crate) fn combine(_parts: &[(crate::base::pose::Pose, Self)]) -> Self { Self::default() }
-    pub(crate) fn scaled_to(self, _mass: f32) -> Self { self }
 }
