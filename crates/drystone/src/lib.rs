@@ -22,6 +22,7 @@ pub use geometry::hull::{Hull, HullError, Plane};
 pub use geometry::mass::MassProperties;
 pub use geometry::mesh::{Mesh, MeshError};
 pub use geometry::shape::{Shape, ShapeError};
+pub use query::{Query, RayHit};
 pub use state::config::{ContactConfig, JointConfig, SleepConfig, WorldConfig};
 pub use state::def::{
     AxisLocks, BodyDef, BodyKind, DefError, JointDef, JointKind, MassDef, ShapeDef, Spring,
@@ -29,7 +30,6 @@ pub use state::def::{
 pub use state::events::{ContactEvent, Events, Fault, FaultKind, HitEvent, SensorEvent};
 pub use state::material::{Combine, Filter, Material};
 pub use state::method::{Method, Pass};
-pub use query::{Query, RayHit};
 pub use step::Stage;
 pub use world::{
     BodyMut, BodyRef, ContactPoint, ContactRef, JointRef, ShapeRef, World, WorldCounts,

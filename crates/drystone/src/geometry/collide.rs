@@ -24,7 +24,13 @@ pub(crate) const MAX_PARTS: usize = 4;
 
 /// The manifold of two convex solids (half-spaces included, meshes not), in the frame of A. Points
 /// farther apart than `margin` [m] are left out; no points: no contact.
-pub(crate) fn collide(a: &Solid, b: &Solid, b_in_a: &Pose, margin: f32, cache: &mut PairCache) -> Manifold {
+pub(crate) fn collide(
+    a: &Solid,
+    b: &Solid,
+    b_in_a: &Pose,
+    margin: f32,
+    cache: &mut PairCache,
+) -> Manifold {
     let _ = (a, b, b_in_a, margin, cache);
     Manifold::default()
 }

@@ -57,10 +57,8 @@ impl Mesh {
         if triangles.is_empty() {
             return Err(MeshError::NoTriangles);
         }
-        let boxes: Vec<Aabb> = triangles
-            .iter()
-            .map(|t| Aabb::of_points(t.map(|i| vertices[i as usize])))
-            .collect();
+        let boxes: Vec<Aabb> =
+            triangles.iter().map(|t| Aabb::of_points(t.map(|i| vertices[i as usize]))).collect();
         let bvh = Bvh::build(&boxes);
         let bounds = Aabb::of_points(vertices.iter().copied());
         Ok(Self { vertices, triangles, bvh, bounds })
