@@ -1,7 +1,10 @@
 //! Two solids at given poses to a manifold: the dispatch table.
 
+pub(crate) mod mesh;
+
+pub(crate) use mesh::collide_mesh;
+
 use super::manifold::Manifold;
-use super::mesh::Mesh;
 use super::solid::Solid;
 use crate::base::math::Vec3;
 use crate::base::pose::Pose;
@@ -33,17 +36,4 @@ pub(crate) fn collide(
 ) -> Manifold {
     let _ = (a, b, b_in_a, margin, cache);
     Manifold::default()
-}
-
-/// The manifolds of a mesh A and a convex solid B (no half-space, no mesh), in the frame of A: at most
-/// [`MAX_PARTS`], each with a normal of its own. Returns how many were written to `out`.
-pub(crate) fn collide_mesh(
-    mesh: &Mesh,
-    b: &Solid,
-    b_in_mesh: &Pose,
-    margin: f32,
-    out: &mut [Manifold; MAX_PARTS],
-) -> usize {
-    let _ = (mesh, b, b_in_mesh, margin, out);
-    0
 }
