@@ -97,7 +97,7 @@ impl MassProperties {
             mass += m;
             sum = sum + DVec3::from(pose.point(part.center)) * m;
         }
-        if !(mass > 0.0) {
+        if mass <= 0.0 {
             return Self::default();
         }
         let center = sum * (1.0 / mass);
@@ -114,7 +114,7 @@ impl MassProperties {
     /// with, everything stays zero.
     #[must_use]
     pub fn scaled_to(self, mass: f32) -> Self {
-        if !(self.mass > 0.0) {
+        if self.mass <= 0.0 {
             return self;
         }
         Self { mass, center: self.center, inertia: self.inertia.scaled(mass / self.mass) }
@@ -141,7 +141,7 @@ fn frustum(half_height: f64, bottom: f64, top: f64, density: f64) -> MassPropert
     let h = 2.0 * half_height;
     let (rr, rs, ss) = (bottom * bottom, bottom * top, top * top);
     let mass = PI * h * density * (rr + rs + ss) / 3.0;
-    if !(mass > 0.0) {
+    if mass <= 0.0 {
         return MassProperties::default();
     }
     let first = PI * h * h * density * (rr + 2.0 * rs + 3.0 * ss) / 12.0;
@@ -168,7 +168,7 @@ fn of_mesh(mesh: &Mesh, density: f64) -> MassProperties {
     let open = area.length() > 1.0e-3 * total;
     let size = DVec3::from(bounds.max - bounds.min).length();
     // No volume to speak of: a flat sheet, a double-sided one, or triangles of mixed winding.
-    let empty = !(moments.volume.abs() > 1.0e-6 * size * total);
+    let empty = moments.volume.abs() <= 1.0e-6 * size * total;
     if open || empty { MassProperties::default() } else { moments.finish(density) }
 }
 
@@ -205,7 +205,7 @@ impl Moments {
     }
 
     fn finish(self, density: f64) -> MassProperties {
-        if !(self.volume.abs() > 0.0) {
+        if self.volume.abs() <= 0.0 {
             return MassProperties::default();
         }
         // A surface turned inside out has all signs the other way.
@@ -274,5 +274,119 @@ impl Tensor {
             xz: single(self.xz),
             yz: single(self.yz),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::MassProperties;
+    use crate::base::math::{Vec3, vec3};
+    use crate::base::pose::Pose;
+    use crate::base::quat::Quat;
+    use crate::geometry::hull::Hull;
+    use crate::geometry::mesh::Mesh;
+    use crate::geometry::shape::Shape;
+    use parry3d::math::Vector;
+    use parry3d::shape::{Ball, Capsule, Cone, Cuboid, Cylinder, Shape as Reference};
+    use std::sync::Arc;
+
+    fn close(a: &MassProperties, b: &MassProperties) {
+        let size = b.inertia.xx.abs() + b.inertia.yy.abs() + b.inertia.zz.abs();
+        assert!((a.mass - b.mass).abs() <= 2e-6 * b.mass, "{a:?} {b:?}");
+        assert!((a.center - b.center).length() <= 2e-6 * (1.0 + b.center.length()), "{a:?} {b:?}");
+        let (i, k) = (a.inertia.to_mat3(), b.inertia.to_mat3());
+        for (p, q) in [(i.x, k.x), (i.y, k.y), (i.z, k.z)] {
+            assert!((p - q).length() <= 1e-5 * size, "{a:?} {b:?}");
+        }
+    }
+
+    #[test]
+    fn round_shapes_and_boxes_agree_with_parry() {
+        let half = vec3(0.5, 1.0, 2.0);
+        let pairs: [(Shape, Box<dyn Reference>); 5] = [
+            (Shape::sphere(0.7), Box::new(Ball::new(0.7))),
+            (Shape::capsule(0.8, 0.3), Box::new(Capsule::new_y(0.8, 0.3))),
+            (Shape::box_half(half), Box::new(Cuboid::new(Vector::from(half.to_array())))),
+            (Shape::cylinder(0.4, 1.5), Box::new(Cylinder::new(0.4, 1.5))),
+            (Shape::cone(0.9, 0.6), Box::new(Cone::new(0.9, 0.6))),
+        ];
+        for (shape, reference) in pairs {
+            let theirs = reference.mass_properties(800.0);
+            let inertia = theirs.reconstruct_inertia_matrix();
+            let diagonal = vec3(inertia.x_axis.x, inertia.y_axis.y, inertia.z_axis.z);
+            let expected = MassProperties {
+                mass: theirs.mass(),
+                center: Vec3::from(theirs.local_com.to_array()),
+                inertia: crate::base::sym3::Sym3::diagonal(diagonal),
+            };
+            close(&MassProperties::of(&shape, 800.0), &expected);
+        }
+    }
+
+    #[test]
+    fn a_truncated_cone_is_a_cone_less_its_tip_and_a_turned_one_is_its_mirror() {
+        let cone = |half_height, radius_bottom, radius_top| {
+            MassProperties::of(&Shape::Cone { half_height, radius_bottom, radius_top }, 3.0)
+        };
+        // Radius 2 at y = -2, 1 at 0, 0 at 2.
+        let parts = [
+            (Pose::at([0.0, -1.0, 0.0]), cone(1.0, 2.0, 1.0)),
+            (Pose::at([0.0, 1.0, 0.0]), cone(1.0, 1.0, 0.0)),
+        ];
+        close(&MassProperties::combine(&parts), &cone(2.0, 2.0, 0.0));
+        let flipped = Pose::new(Vec3::ZERO, Quat::from_axis_angle(Vec3::X, core::f32::consts::PI));
+        close(&MassProperties::combine(&[(flipped, cone(1.0, 2.0, 0.5))]), &cone(1.0, 0.5, 2.0));
+    }
+
+    fn box_triangles(half: Vec3) -> (Vec<Vec3>, Vec<[u32; 3]>) {
+        let hull = Hull::cuboid(half);
+        let triangles = (0..hull.face_count()).flat_map(|f| {
+            let face: Vec<u32> = hull.face(f).into_iter().map(u32::from).collect();
+            [[face[0], face[1], face[2]], [face[0], face[2], face[3]]]
+        });
+        (hull.vertices().to_vec(), triangles.collect())
+    }
+
+    #[test]
+    fn a_turned_box_as_hull_and_as_mesh_of_either_winding_has_the_boxs_inertia() {
+        let half = vec3(0.5, 1.0, 2.0);
+        let pose = Pose::new([3.0, -1.0, 20.0], Quat::from_axis_angle(vec3(1.0, 2.0, -1.0), 0.9));
+        let expected =
+            MassProperties::combine(&[(pose, MassProperties::of(&Shape::box_half(half), 5.0))]);
+        let (vertices, mut triangles) = box_triangles(half);
+        let vertices: Vec<Vec3> = vertices.into_iter().map(|v| pose.point(v)).collect();
+        let hull = Hull::from_points(&vertices).unwrap();
+        close(&MassProperties::of(&Shape::Hull(Arc::new(hull)), 5.0), &expected);
+        for _ in 0..2 {
+            let mesh = Mesh::new(vertices.clone(), triangles.clone()).unwrap();
+            close(&MassProperties::of(&Shape::Mesh(Arc::new(mesh)), 5.0), &expected);
+            triangles.iter_mut().for_each(|t| t.swap(0, 1));
+        }
+    }
+
+    #[test]
+    fn an_open_or_mixed_mesh_and_a_half_space_have_no_mass() {
+        let (vertices, triangles) = box_triangles(Vec3::ONE);
+        let mass = |t: Vec<[u32; 3]>| {
+            let mesh = Mesh::new(vertices.clone(), t).unwrap();
+            MassProperties::of(&Shape::Mesh(Arc::new(mesh)), 1.0)
+        };
+        let closed = mass(triangles.clone());
+        assert!((closed.mass - 8.0).abs() < 1e-5);
+        assert_eq!(mass(triangles[1..].to_vec()), MassProperties::default());
+        let mut mixed = triangles;
+        mixed[4].swap(0, 1);
+        assert_eq!(mass(mixed), MassProperties::default());
+        let ground = Shape::half_space(Vec3::Y, 0.0);
+        assert_eq!(MassProperties::of(&ground, 1.0), MassProperties::default());
+    }
+
+    #[test]
+    fn scaling_keeps_the_shape_of_the_inertia() {
+        let ball = MassProperties::of(&Shape::sphere(0.5), 1000.0);
+        let light = ball.scaled_to(2.0);
+        assert!((light.mass - 2.0).abs() < 1e-9 && (light.inertia.xx - 0.2).abs() < 1e-6);
+        assert_eq!(MassProperties::default().scaled_to(3.0), MassProperties::default());
+        assert_eq!(MassProperties::combine(&[]), MassProperties::default());
     }
 }
