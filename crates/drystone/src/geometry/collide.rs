@@ -34,6 +34,11 @@ pub(crate) fn collide(
     margin: f32,
     cache: &mut PairCache,
 ) -> Manifold {
-    let _ = (a, b, b_in_a, margin, cache);
-    Manifold::default()
+    use super::solid::Core;
+    match (&a.core, &b.core) {
+        (Core::Hull(x), Core::Hull(y)) => {
+            super::sat::collide_polytopes(x.polytope(), y.polytope(), b_in_a, margin, cache)
+        }
+        _ => Manifold::default(),
+    }
 }
