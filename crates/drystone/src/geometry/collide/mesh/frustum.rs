@@ -35,7 +35,8 @@ pub(super) struct PlacedFrustum {
 #[derive(Clone, Copy, Debug)]
 enum Axis {
     Cap(usize),
-    Side,
+    /// The corner of the triangle it is turned to.
+    Side(usize),
     Edge(usize),
 }
 
@@ -83,10 +84,15 @@ impl PlacedFrustum {
         [0, 1].map(|cap| self.cap_center(cap) + away * self.radii[cap])
     }
 
+    /// The point that reaches farthest along `direction`.
+    fn support(&self, direction: Vec3) -> Vec3 {
+        let [bottom, top] = self.generator(self.away(direction));
+        if direction.dot(bottom) > direction.dot(top) { bottom } else { top }
+    }
+
     /// How far the frustum reaches along `direction` from the origin.
     fn reach(&self, direction: Vec3) -> f32 {
-        let [bottom, top] = self.generator(self.away(direction)).map(|p| direction.dot(p));
-        if bottom > top { bottom } else { top }
+        direction.dot(self.support(direction))
     }
 
     /// The cap that faces `direction` more than the side does.
@@ -108,6 +114,23 @@ impl PlacedFrustum {
             for (c, s) in QUARTER {
                 clipper.push(center + turned.0 * c + turned.1 * s, mix(8, number, class));
                 number += 1;
+            }
+            turned = (turned.1, -turned.0);
+        }
+    }
+
+    /// Keeps what lies over a cap, whose polygon begins towards `start`.
+    fn cut_by_rim(&self, cap: usize, start: Vec3, slack: f32, clipper: &mut Clipper) {
+        let center = self.cap_center(cap);
+        let away = self.away(start - center);
+        let across = self.axis.cross(away);
+        // From the middle of a side to the center, for a polygon with its corners on the rim.
+        let inner = self.radii[cap] * 0.980_785_25;
+        let mut turned = (away, across);
+        for quarter in 0..4 {
+            for ((c, s), side) in QUARTER.into_iter().zip(quarter * 4..) {
+                let outward = turned.0 * c + turned.1 * s;
+                clipper.cut(outward, center + outward * inner, slack, side);
             }
             turned = (turned.1, -turned.0);
         }
@@ -134,8 +157,10 @@ pub(super) fn frustum(
         let separation = triangle.corners.iter().map(|c| plane.distance(*c)).fold(f32::INFINITY, lesser);
         let normal = -plane.normal;
         let part = triangle.support(normal);
+        // A normal of the side is made for one corner; as contact it is of no use at another.
+        let fits = !matches!((axis, part), (Axis::Side(i), Part::Corner(j)) if i != j);
         let slot = if triangle.allows(part, normal) { &mut best } else { &mut refused };
-        if separation > slot.map_or(least, |b| b.separation) {
+        if fits && separation > slot.map_or(least, |b| b.separation) {
             *slot = Some(Best { axis, normal, part, separation });
         }
         separation > reach
@@ -145,15 +170,23 @@ pub(super) fn frustum(
             return;
         }
     }
-    for corner in triangle.corners {
+    for (i, corner) in triangle.corners.into_iter().enumerate() {
         let away = body.away(corner - body.center);
         let normal = away * body.side.0 + body.axis * body.side.1;
         let offset = normal.dot(body.generator(away)[0]);
-        if consider(Axis::Side, &Plane { normal, offset }) {
+        if consider(Axis::Side(i), &Plane { normal, offset }) {
             return;
         }
     }
     for k in 0..3 {
+        if triangle.is_concave(k) {
+            let (normal, corner) = (triangle.outward[k], triangle.corners[k]);
+            let separation = -body.reach(-normal) - normal.dot(corner);
+            if separation > refused.map_or(least, |b| b.separation) {
+                let (axis, part) = (Axis::Edge(k), Part::Edge(k));
+                refused = Some(Best { axis, normal, part, separation });
+            }
+        }
         if !triangle.is_active(k) {
             continue;
         }
@@ -176,17 +209,25 @@ pub(super) fn frustum(
             on_cap(triangle, body, cap, contacts, clipper);
             true
         }
-        Some(Best { axis: Axis::Side, normal, part: Part::Corner(i), separation }) => {
+        Some(Best { axis: Axis::Side(_), normal, part: Part::Corner(i), separation }) => {
             let corner = triangle.corners[i];
             at_line(triangle, body, [corner; 2], Part::Corner(i), (normal, separation), contacts)
         }
         Some(Best { normal, part: Part::Edge(k), separation, .. }) => {
-            at_line(triangle, body, triangle.edge(k), Part::Edge(k), (normal, separation), contacts)
+            let edge = triangle.edge(k);
+            at_line(triangle, body, edge, Part::Edge(k), (normal, separation), contacts)
+                || edge_on_cap(triangle, body, edge, normal, contacts, clipper)
         }
         _ => false,
     };
-    if !done {
-        on_triangle(triangle, body, contacts, clipper);
+    let instead = if best.is_none() { refused.map(|r| r.normal) } else { None };
+    if !done
+        && !on_triangle(triangle, body, instead, contacts, clipper)
+        && let Some(b) = best
+    {
+        let lowest = body.support(-b.normal);
+        let separation = b.separation - body.radius;
+        contacts.add_spare(b.normal, point(lowest, b.normal, separation, body.radius, mix(9, 0, 0)));
     }
 }
 
@@ -225,9 +266,10 @@ fn best_over_edge(triangle: &Triangle, k: usize, body: &PlacedFrustum) -> (Vec3,
 fn on_triangle(
     triangle: &Triangle,
     body: &PlacedFrustum,
+    refused: Option<Vec3>,
     contacts: &mut Contacts,
     clipper: &mut Clipper,
-) {
+) -> bool {
     let normal = triangle.normal;
     let class = direction_class(normal);
     let away = body.away(-normal);
@@ -244,7 +286,7 @@ fn on_triangle(
         let separation = triangle.height(c.position) - body.radius;
         point(c.position, normal, separation, body.radius, c.feature)
     });
-    contacts.add(triangle, normal, points);
+    contacts.add_instead(triangle, normal, refused, points)
 }
 
 /// The normal is that of a cap, which an edge or a corner of the triangle touches.
@@ -256,19 +298,36 @@ fn on_cap(
     clipper: &mut Clipper,
 ) {
     let plane = body.cap_plane(cap);
-    let away = body.away(triangle.corners[0] - body.center);
-    body.push_cap(cap, away, 0, clipper);
-    let rim: Vec<Vec3> = clipper.points.iter().map(|p| p.position).collect();
-    let center = body.cap_center(cap);
     clipper.restart();
     push_corners(triangle, clipper);
-    for (side, k) in (0_u32..).zip(0..rim.len()) {
-        let (a, b) = (rim[k], rim[(k + 1) % rim.len()]);
-        if let Some(outward) = ((a + b) * 0.5 - center).try_normalize() {
-            clipper.cut(outward, a, contacts.limits.slack, side);
-        }
-    }
+    body.cut_by_rim(cap, triangle.corners[0], contacts.limits.slack, clipper);
     add_clipped_triangle(triangle, &plane, body.radius, contacts, clipper);
+}
+
+/// An edge cuts through a cap at a small angle: there the lowest point of the rim changes with the
+/// last bits of the normal, so the points come from the part of the edge that is over the cap. False
+/// if there is none.
+fn edge_on_cap(
+    triangle: &Triangle,
+    body: &PlacedFrustum,
+    edge: [Vec3; 2],
+    normal: Vec3,
+    contacts: &mut Contacts,
+    clipper: &mut Clipper,
+) -> bool {
+    let Some(cap) = body.cap_towards(-normal) else { return false };
+    let plane = body.cap_plane(cap);
+    clipper.restart();
+    for (end, number) in edge.into_iter().zip([0, 1]) {
+        clipper.push(end, mix(9, triangle.number, number));
+    }
+    body.cut_by_rim(cap, edge[0], contacts.limits.slack, clipper);
+    let slope = -plane.normal.dot(normal);
+    let points = clipper.points.iter().map(|c| {
+        let separation = plane.distance(c.position) / slope;
+        point(c.position + normal * separation, normal, separation - body.radius, body.radius, c.feature)
+    });
+    contacts.add(triangle, normal, points)
 }
 
 /// The side touches an edge or a corner; false if the axis separates them but no points near each

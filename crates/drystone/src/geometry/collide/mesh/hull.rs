@@ -108,6 +108,18 @@ pub(super) fn hull(
         }
     }
     for k in 0..3 {
+        if triangle.is_concave(k) {
+            let (normal, corner) = (triangle.outward[k], triangle.corners[k]);
+            let separation = hull
+                .vertices
+                .iter()
+                .map(|v| normal.dot(*v - corner))
+                .fold(f32::INFINITY, lesser);
+            if separation > refused.map_or(least, |b| b.separation) {
+                let (axis, part) = (Axis::Edges(k, 0), Part::Edge(k));
+                refused = Some(Best { axis, normal, part, separation });
+            }
+        }
         if !triangle.is_active(k) {
             continue;
         }
@@ -128,10 +140,10 @@ pub(super) fn hull(
         Some(Best { axis: Axis::Face(face), .. }) => on_hull_face(triangle, hull, face, contacts, clipper),
         Some(Best { axis: Axis::Edges(k, edge), normal, separation, .. }) => {
             if !on_edges(triangle, (k, edge), hull, (normal, separation), contacts) {
-                on_triangle(triangle, hull, contacts, clipper);
+                on_triangle(triangle, hull, None, contacts, clipper);
             }
         }
-        None => on_triangle(triangle, hull, contacts, clipper),
+        None => on_triangle(triangle, hull, refused.map(|r| r.normal), contacts, clipper),
     }
 }
 
@@ -192,6 +204,7 @@ fn best_edge(
 fn on_triangle(
     triangle: &Triangle,
     hull: &PlacedHull<'_>,
+    refused: Option<Vec3>,
     contacts: &mut Contacts,
     clipper: &mut Clipper,
 ) {
@@ -214,7 +227,7 @@ fn on_triangle(
         let separation = triangle.height(c.position) - hull.radius;
         point(c.position, normal, separation, hull.radius, c.feature)
     });
-    contacts.add(triangle, normal, points);
+    contacts.add_instead(triangle, normal, refused, points);
 }
 
 /// The normal is that of a face of the polytope, which an edge or a corner of the triangle touches.

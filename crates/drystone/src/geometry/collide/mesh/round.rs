@@ -63,6 +63,7 @@ pub(super) fn capsule(
         let t = heights[0] / (heights[0] - heights[1]);
         triangle.outside(ends[0].lerp(ends[1], t)) <= 0.0
     };
+    let mut refused = None;
     if !crosses {
         let (core, nearest, part) = closest_to_segment(triangle, ends);
         let offset = core - nearest;
@@ -82,6 +83,7 @@ pub(super) fn capsule(
             if triangle.is_behind_neighbor(part, normal, center) {
                 return;
             }
+            refused = Some(normal);
             let class = direction_class(normal);
             contacts.add_spare(normal, point(core, normal, separation, radius, mix(2, class, 0)));
         }
@@ -97,7 +99,7 @@ pub(super) fn capsule(
         .points
         .iter()
         .map(|c| point(c.position, normal, over(c.position), radius, c.feature));
-    contacts.add(triangle, normal, points);
+    contacts.add_instead(triangle, normal, refused, points);
 }
 
 /// The nearest points of segment and triangle, which do not cross, and the part of the triangle.

@@ -70,6 +70,12 @@ impl Triangle {
         self.bends[k].active()
     }
 
+    /// True if the surface turns towards the side it is seen from at edge `k`.
+    #[inline]
+    pub(super) fn is_concave(&self, k: usize) -> bool {
+        self.bends[k].concave()
+    }
+
     /// How the surface turns behind edge `k`.
     #[inline]
     pub(super) fn bend(&self, k: usize) -> Bend {
