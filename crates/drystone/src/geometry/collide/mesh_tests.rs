@@ -1,3 +1,9 @@
+#![expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "numbers of lattices and of random choices are small"
+)]
+
 use std::sync::Arc;
 
 use super::collide_mesh;
@@ -382,7 +388,9 @@ fn what_overlaps_rough_ground_is_always_held() {
         }
     }
     assert!(touching > 1000, "{touching}");
-    assert!(missed.len() * 200 <= touching, "{} of {touching}: {missed:?}", missed.len());
+    // One cylinder that a corner enters at its rim is seen as just touching.
+    let round = |m: &(u32, String, Pose, f32, Vec<Manifold>)| m.1.starts_with("Frustum");
+    assert!(missed.len() <= 1 && missed.iter().all(round), "{} of {touching}: {missed:?}", missed.len());
 }
 
 #[test]

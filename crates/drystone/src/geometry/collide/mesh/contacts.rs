@@ -91,7 +91,7 @@ impl Contacts {
         end > first
     }
 
-    /// Keeps a contact in case no triangle has a proper one: at a saddle the nearest point may be a
+    /// Keeps an overlap in case no triangle has a proper one: at a saddle the nearest point may be a
     /// corner whose normal lies between no two faces, and something must still stop the solid.
     pub(super) fn add_spare(&mut self, normal: Vec3, point: ManifoldPoint) {
         let deeper = |m: &Manifold| point.separation < m.points[0].separation;
@@ -103,12 +103,11 @@ impl Contacts {
 
     /// Writes the manifolds, the one with the deepest point first.
     pub(super) fn reduce(mut self, out: &mut [Manifold; MAX_PARTS]) -> usize {
-        if self.patches.is_empty() {
-            if let Some(spare) = self.spare {
-                out[0] = spare;
-                return 1;
-            }
-            return 0;
+        if let Some(spare) = self.spare
+            && self.patches.iter().all(|p| p.deepest > 0.0)
+        {
+            out[0] = spare;
+            return 1;
         }
         let order = |a: &Patch, b: &Patch| {
             a.deepest.total_cmp(&b.deepest).then(a.triangle.cmp(&b.triangle))
