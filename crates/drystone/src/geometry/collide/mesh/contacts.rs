@@ -113,7 +113,8 @@ impl Contacts {
             a.deepest.total_cmp(&b.deepest).then(a.triangle.cmp(&b.triangle))
         };
         // Stand-ins last: what they stand in for is known then.
-        self.patches.sort_by(|a, b| a.refused.is_some().cmp(&b.refused.is_some()).then(order(a, b)));
+        self.patches
+            .sort_by(|a, b| a.refused.is_some().cmp(&b.refused.is_some()).then(order(a, b)));
         let mut leads: [Option<Patch>; MAX_PARTS] = [None; MAX_PARTS];
         let mut members: [Vec<ManifoldPoint>; MAX_PARTS] = Default::default();
         let mut proper = 0;
@@ -180,7 +181,8 @@ fn select(normal: Vec3, points: &[ManifoldPoint], limits: &Limits) -> Manifold {
     let span = b.position - a.position;
     let least = merge * span.length();
     let area = |p: Vec3| normal.dot(span.cross(p - a.position));
-    let Some(c) = largest(points.iter(), |p| area(p).abs()).filter(|p| area(p.position).abs() > least)
+    let Some(c) =
+        largest(points.iter(), |p| area(p).abs()).filter(|p| area(p.position).abs() > least)
     else {
         return manifold;
     };

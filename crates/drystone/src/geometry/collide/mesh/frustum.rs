@@ -11,8 +11,12 @@ use crate::base::pose::Pose;
 use crate::geometry::hull::Plane;
 
 /// Cosine and sine of k · 22.5°, k = 0 to 3: a quarter of a disc's polygon.
-const QUARTER: [(f32, f32); 4] =
-    [(1.0, 0.0), (0.923_879_5, 0.382_683_43), (0.707_106_77, 0.707_106_77), (0.382_683_43, 0.923_879_5)];
+const QUARTER: [(f32, f32); 4] = [
+    (1.0, 0.0),
+    (0.923_879_5, 0.382_683_43),
+    (0.707_106_77, 0.707_106_77),
+    (0.382_683_43, 0.923_879_5),
+];
 
 /// Normals tried over the range of an edge, and halvings around the best of them: the result is
 /// within 1/8 · (2/3)^10 of the range, 0.2° at most.
@@ -37,7 +41,7 @@ enum Axis {
     Cap(usize),
     /// The corner of the triangle it is turned to.
     Side(usize),
-    Edge(usize),
+    Edge,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -154,7 +158,8 @@ pub(super) fn frustum(
     let mut refused: Option<Best> = None;
     let least = over + limits.bias;
     let mut consider = |axis: Axis, plane: &Plane| {
-        let separation = triangle.corners.iter().map(|c| plane.distance(*c)).fold(f32::INFINITY, lesser);
+        let separation =
+            triangle.corners.iter().map(|c| plane.distance(*c)).fold(f32::INFINITY, lesser);
         let normal = -plane.normal;
         let part = triangle.support(normal);
         // A normal of the side is made for one corner; as contact it is of no use at another.
@@ -183,7 +188,7 @@ pub(super) fn frustum(
             let (normal, corner) = (triangle.outward[k], triangle.corners[k]);
             let separation = -body.reach(-normal) - normal.dot(corner);
             if separation > refused.map_or(least, |b| b.separation) {
-                let (axis, part) = (Axis::Edge(k), Part::Edge(k));
+                let (axis, part) = (Axis::Edge, Part::Edge(k));
                 refused = Some(Best { axis, normal, part, separation });
             }
         }
@@ -194,8 +199,10 @@ pub(super) fn frustum(
         if separation > reach {
             return;
         }
-        if separation > best.map_or(least, |b| b.separation + limits.bias) && triangle.allows(Part::Edge(k), normal) {
-            best = Some(Best { axis: Axis::Edge(k), normal, part: Part::Edge(k), separation });
+        if separation > best.map_or(least, |b| b.separation + limits.bias)
+            && triangle.allows(Part::Edge(k), normal)
+        {
+            best = Some(Best { axis: Axis::Edge, normal, part: Part::Edge(k), separation });
         }
     }
     if let Some(r) = refused
@@ -227,7 +234,8 @@ pub(super) fn frustum(
     {
         let lowest = body.support(-b.normal);
         let separation = b.separation - body.radius;
-        contacts.add_spare(b.normal, point(lowest, b.normal, separation, body.radius, mix(9, 0, 0)));
+        contacts
+            .add_spare(b.normal, point(lowest, b.normal, separation, body.radius, mix(9, 0, 0)));
     }
 }
 
@@ -235,11 +243,8 @@ pub(super) fn frustum(
 /// comes first), that separates most.
 fn best_over_edge(triangle: &Triangle, k: usize, body: &PlacedFrustum) -> (Vec3, f32) {
     let (bend, outward) = (triangle.bend(k), triangle.outward[k]);
-    let last = if bend.cos < 0.0 {
-        outward
-    } else {
-        triangle.normal * bend.cos + outward * bend.sin
-    };
+    let last =
+        if bend.cos < 0.0 { outward } else { triangle.normal * bend.cos + outward * bend.sin };
     let corner = triangle.corners[k];
     let at = |t: f32| {
         let normal = triangle.normal.lerp(last, t).normalize_or(triangle.normal);
@@ -325,7 +330,13 @@ fn edge_on_cap(
     let slope = -plane.normal.dot(normal);
     let points = clipper.points.iter().map(|c| {
         let separation = plane.distance(c.position) / slope;
-        point(c.position + normal * separation, normal, separation - body.radius, body.radius, c.feature)
+        point(
+            c.position + normal * separation,
+            normal,
+            separation - body.radius,
+            body.radius,
+            c.feature,
+        )
     });
     contacts.add(triangle, normal, points)
 }

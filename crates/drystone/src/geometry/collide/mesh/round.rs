@@ -13,7 +13,13 @@ const PARALLEL: f32 = 0.1;
 
 /// The point half way between the surfaces, from a point of the core.
 #[inline]
-pub(super) fn point(core: Vec3, normal: Vec3, separation: f32, radius: f32, feature: u32) -> ManifoldPoint {
+pub(super) fn point(
+    core: Vec3,
+    normal: Vec3,
+    separation: f32,
+    radius: f32,
+    feature: u32,
+) -> ManifoldPoint {
     let position = core - normal * (radius + 0.5 * separation);
     ManifoldPoint { position, separation, feature }
 }

@@ -45,8 +45,7 @@ impl Triangle {
         let corners = mesh.corners(number);
         let face = mesh.face(number);
         let [a, b, c] = corners;
-        let outward =
-            [b - a, c - b, a - c].map(|e| e.cross(face.normal).normalize_or(Vec3::ZERO));
+        let outward = [b - a, c - b, a - c].map(|e| e.cross(face.normal).normalize_or(Vec3::ZERO));
         let below = face.normal.dot(center - a) < 0.0;
         Self {
             number,
