@@ -136,7 +136,7 @@ pub(super) fn hull(
     }
     match best {
         Some(Best { axis: Axis::Face(face), .. }) => {
-            on_hull_face(triangle, hull, face, contacts, clipper)
+            on_hull_face(triangle, hull, face, contacts, clipper);
         }
         Some(Best { axis: Axis::Edges(k, edge), normal, separation, .. }) => {
             if !on_edges(triangle, (k, edge), hull, (normal, separation), contacts) {
