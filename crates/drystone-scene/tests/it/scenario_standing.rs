@@ -129,7 +129,7 @@ fn pile_of_500_comes_to_rest_and_sleeps_within_ten_seconds_of_the_last_impact() 
         let events = running.world.events();
         assert!(events.faults.is_empty());
         // 1 m/s is a fall of 5 cm: what topples within the pile is slower.
-        if events.hit.iter().any(|h| h.speed > 1.0) {
+        if events.hits.iter().any(|h| h.speed > 1.0) {
             last_impact = step;
         }
         let dynamic = || running.world.bodies().filter(|b| b.kind() == BodyKind::Dynamic);
