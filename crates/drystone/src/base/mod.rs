@@ -1,6 +1,7 @@
 //! Layer 0: numbers, ids, containers, lanes, the worker team. Knows nothing of physics.
 
 pub(crate) mod math;
+pub(crate) mod double;
 pub(crate) mod quat;
 pub(crate) mod pose;
 pub(crate) mod sym3;
