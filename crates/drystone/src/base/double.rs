@@ -42,6 +42,18 @@ impl DVec3 {
     }
 }
 
+/// The larger of two numbers; `b` if either is NaN. A compare and a select, so every target agrees.
+#[inline]
+pub(crate) fn greater(a: f64, b: f64) -> f64 {
+    if a > b { a } else { b }
+}
+
+/// The smaller of two numbers; `b` if either is NaN. A compare and a select, so every target agrees.
+#[inline]
+pub(crate) fn lesser(a: f64, b: f64) -> f64 {
+    if a < b { a } else { b }
+}
+
 impl From<Vec3> for DVec3 {
     #[inline]
     fn from(v: Vec3) -> Self {

@@ -15,3 +15,4 @@ pub(crate) mod hash;
 pub(crate) mod jobs;
 pub(crate) mod team;
 pub(crate) mod disjoint;
+pub(crate) mod wide;

@@ -1,12 +1,11 @@
 //! Rays against one solid.
 //!
-//! Round solids in double precision: the roots of a quadratic lose half the digits of their
-//! coefficients, which in `f32` shows from some ten radii away.
+//! In double precision: the discriminant of a distant ray is a small difference of large squares.
 
 use super::hull::Hull;
 use super::mesh::Mesh;
 use super::solid::{Core, Solid};
-use crate::base::double::DVec3;
+use crate::base::double::{DVec3, lesser};
 use crate::base::math::Vec3;
 
 /// Where a ray meets a solid.
@@ -75,7 +74,7 @@ fn nearer(a: Hit, b: Hit) -> Hit {
 /// The root of a t² + 2 b t + c where the value goes from above 0 to below.
 fn falling_root(a: f64, b: f64, c: f64) -> Option<f64> {
     let discriminant = b * b - a * c;
-    if !(discriminant > 0.0) {
+    if discriminant <= 0.0 || discriminant.is_nan() {
         return None;
     }
     let s = discriminant.sqrt();
@@ -88,13 +87,13 @@ fn ball(line: Line, radius: f64) -> Hit {
     // About the point of the line nearest the center, where the coefficients are smallest.
     let dd = line.d.dot(line.d);
     let inside = line.o.dot(line.o) < radius * radius;
-    if !(dd > 0.0) || inside {
+    if dd <= 0.0 || dd.is_nan() || inside {
         return None;
     }
     let shift = -line.o.dot(line.d) / dd;
     let nearest = line.at(shift);
     let rest = radius * radius - nearest.dot(nearest);
-    if !(rest >= 0.0) {
+    if rest < 0.0 {
         return None;
     }
     let t = shift - (rest / dd).sqrt();
@@ -109,10 +108,7 @@ fn capsule(line: Line, half_height: f64, radius: f64) -> Hit {
     if away.dot(away) < radius * radius {
         return None;
     }
-    let ends = nearer(
-        ball(Line { o: o - end, d }, radius),
-        ball(Line { o: o + end, d }, radius),
-    );
+    let ends = nearer(ball(Line { o: o - end, d }, radius), ball(Line { o: o + end, d }, radius));
     let a = d.x * d.x + d.z * d.z;
     let b = o.x * d.x + o.z * d.z;
     let c = o.x * o.x + o.z * o.z - radius * radius;
@@ -137,8 +133,8 @@ fn polytope(hull: &Hull, line: Line) -> Hit {
                 enter = Some((t, normal));
             }
         } else if rate > 0.0 {
-            leave = leave.min(height / -rate);
-        } else if !(height <= 0.0) {
+            leave = lesser(height / -rate, leave);
+        } else if height > 0.0 || rate.is_nan() {
             return None;
         }
     }
@@ -173,7 +169,7 @@ fn frustum(line: Line, half_height: f64, bottom: f64, top: f64) -> Hit {
     // the tip, which the slab cuts off.
     let t = falling_root(a, b, c).filter(|t| *t >= 0.0)?;
     let p = line.at(t);
-    if !(p.y.abs() <= half_height) {
+    if p.y.abs() > half_height {
         return None;
     }
     let radial = unit(DVec3 { y: 0.0, ..p });
@@ -219,7 +215,7 @@ fn triangle(line: Line, corners: [Vec3; 3]) -> Hit {
     let one_side = (u >= 0.0 && v >= 0.0 && w >= 0.0) || (u <= 0.0 && v <= 0.0 && w <= 0.0);
     let normal = unit((b - a).cross(c - a));
     let rate = normal.dot(line.d);
-    if !one_side || !(rate.abs() > 0.0) {
+    if !one_side || rate.abs() <= 0.0 {
         return None;
     }
     let t = normal.dot(a) / rate;
@@ -312,8 +308,9 @@ mod tests {
         let mut numbers = Numbers(5);
         let points: Vec<Vec3> = (0..40).map(|_| numbers.point() * 1.5).collect();
         let hull = Hull::from_points(&points).unwrap();
-        let reference =
-            shape::ConvexPolyhedron::from_convex_hull(&points.iter().map(|p| parry(*p)).collect::<Vec<_>>());
+        let reference = shape::ConvexPolyhedron::from_convex_hull(
+            &points.iter().map(|p| parry(*p)).collect::<Vec<_>>(),
+        );
         let planes = hull.planes().to_vec();
         compare(&Shape::Hull(Arc::new(hull)), &reference.unwrap(), |p| {
             planes.iter().all(|q| q.distance(p) < 0.0)

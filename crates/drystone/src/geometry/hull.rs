@@ -101,7 +101,8 @@ impl Hull {
     pub const DEFAULT_VERTEX_LIMIT: usize = 255;
 
     /// The convex hull of `points` [m], reduced to at most [`Self::DEFAULT_VERTEX_LIMIT`] vertices.
-    /// Duplicate points and points inside are allowed.
+    /// Duplicate points and points inside are allowed. What lies within 1e-5 of the extent of the
+    /// points from a face counts as on it; 4e-5 of it, and 1e-5 m, is the least thickness.
     ///
     /// # Errors
     /// See [`HullError`].

@@ -97,7 +97,7 @@ impl MassProperties {
             mass += m;
             sum = sum + DVec3::from(pose.point(part.center)) * m;
         }
-        if !(mass > 0.0) {
+        if mass <= 0.0 {
             return Self::default();
         }
         let center = sum * (1.0 / mass);
@@ -114,7 +114,7 @@ impl MassProperties {
     /// with, everything stays zero.
     #[must_use]
     pub fn scaled_to(self, mass: f32) -> Self {
-        if !(self.mass > 0.0) {
+        if self.mass <= 0.0 {
             return self;
         }
         Self { mass, center: self.center, inertia: self.inertia.scaled(mass / self.mass) }
@@ -141,7 +141,7 @@ fn frustum(half_height: f64, bottom: f64, top: f64, density: f64) -> MassPropert
     let h = 2.0 * half_height;
     let (rr, rs, ss) = (bottom * bottom, bottom * top, top * top);
     let mass = PI * h * density * (rr + rs + ss) / 3.0;
-    if !(mass > 0.0) {
+    if mass <= 0.0 {
         return MassProperties::default();
     }
     let first = PI * h * h * density * (rr + 2.0 * rs + 3.0 * ss) / 12.0;
@@ -168,7 +168,7 @@ fn of_mesh(mesh: &Mesh, density: f64) -> MassProperties {
     let open = area.length() > 1.0e-3 * total;
     let size = DVec3::from(bounds.max - bounds.min).length();
     // No volume to speak of: a flat sheet, a double-sided one, or triangles of mixed winding.
-    let empty = !(moments.volume.abs() > 1.0e-6 * size * total);
+    let empty = moments.volume.abs() <= 1.0e-6 * size * total;
     if open || empty { MassProperties::default() } else { moments.finish(density) }
 }
 
@@ -205,7 +205,7 @@ impl Moments {
     }
 
     fn finish(self, density: f64) -> MassProperties {
-        if !(self.volume.abs() > 0.0) {
+        if self.volume.abs() <= 0.0 {
             return MassProperties::default();
         }
         // A surface turned inside out has all signs the other way.
@@ -329,7 +329,10 @@ mod tests {
             MassProperties::of(&Shape::Cone { half_height, radius_bottom, radius_top }, 3.0)
         };
         // Radius 2 at y = -2, 1 at 0, 0 at 2.
-        let parts = [(Pose::at([0.0, -1.0, 0.0]), cone(1.0, 2.0, 1.0)), (Pose::at([0.0, 1.0, 0.0]), cone(1.0, 1.0, 0.0))];
+        let parts = [
+            (Pose::at([0.0, -1.0, 0.0]), cone(1.0, 2.0, 1.0)),
+            (Pose::at([0.0, 1.0, 0.0]), cone(1.0, 1.0, 0.0)),
+        ];
         close(&MassProperties::combine(&parts), &cone(2.0, 2.0, 0.0));
         let flipped = Pose::new(Vec3::ZERO, Quat::from_axis_angle(Vec3::X, core::f32::consts::PI));
         close(&MassProperties::combine(&[(flipped, cone(1.0, 2.0, 0.5))]), &cone(1.0, 0.5, 2.0));

@@ -3,7 +3,8 @@
 use super::facets::{dent, polygons, unmerged};
 use super::quickhull::{Failure, Triangle, triangulate};
 use super::{Hull, HullError, Plane, link_loops};
-use crate::base::double::DVec3;
+use crate::base::aabb::Aabb;
+use crate::base::double::{DVec3, greater, lesser};
 use crate::base::math::Vec3;
 
 /// Coordinates beyond it are refused [m]: their products leave f32.
@@ -15,6 +16,10 @@ const MOST_VERTICES: usize = 10_000;
 /// What counts as coplanar, as part of the extent of the points. Points that come from text or from
 /// a rotation are good to 1e-6 of it; edges shorter than this carry no contact anyone can see.
 const COPLANAR: f64 = 1.0e-5;
+
+/// The least thickness of a hull, in tolerances and in meters: the latter as for other shapes.
+const LEAST_TOLERANCES: f64 = 4.0;
+const LEAST_LENGTH: f64 = 1.0e-5;
 
 /// Where a surface does not close, a coarser view of it mostly does: the last factor allows errors
 /// of 64 * 8 * 1e-5 = 0.5 % of the extent, and was not needed by any cloud of our tests.
@@ -40,7 +45,8 @@ pub(super) fn quickhull(points: &[Vec3], max_vertices: usize) -> Result<Hull, Hu
     let limit = max_vertices.min(MOST_VERTICES);
     for (k, factor) in COARSER.iter().enumerate() {
         let tolerance = cloud.tolerance * factor;
-        let triangles = match triangulate(&cloud.relative, limit, tolerance, cloud.size) {
+        let least = greater(tolerance * LEAST_TOLERANCES, LEAST_LENGTH);
+        let triangles = match triangulate(&cloud.relative, limit, tolerance, least) {
             Ok(triangles) => triangles,
             #[expect(clippy::cast_possible_truncation, reason = "for a message")]
             Err(Failure::Flat(t)) if k == 0 => return Err(HullError::Flat(t as f32)),
@@ -62,19 +68,18 @@ struct Cloud<'a> {
     points: &'a [Vec3],
     relative: Vec<DVec3>,
     middle: DVec3,
-    size: f64,
     tolerance: f64,
 }
 
 impl<'a> Cloud<'a> {
     fn new(points: &'a [Vec3]) -> Self {
-        let bounds = crate::base::aabb::Aabb::of_points(points.iter().copied());
+        let bounds = Aabb::of_points(points.iter().copied());
         let size = f64::from((bounds.max - bounds.min).max_element());
         let middle = DVec3::from(bounds.center());
         let reach = f64::from(bounds.max.abs().max(bounds.min.abs()).max_element());
         let tolerance = size * COPLANAR + reach * f64::from(f32::EPSILON);
         let relative = points.iter().map(|p| DVec3::from(*p) - middle).collect();
-        Self { points, relative, middle, size, tolerance }
+        Self { points, relative, middle, tolerance }
     }
 
     /// The hull with these faces; `None` if it is not closed, not convex or does not hold the
@@ -113,21 +118,20 @@ impl<'a> Cloud<'a> {
     ) -> Option<Plane> {
         let p = |k: usize| self.relative[face[k % face.len()]];
         let n = face.len();
-        let area = (2..n)
-            .map(|k| (p(k - 1) - p(0)).cross(p(k) - p(0)))
-            .fold(DVec3::ZERO, |s, c| s + c);
+        let area =
+            (2..n).map(|k| (p(k - 1) - p(0)).cross(p(k) - p(0))).fold(DVec3::ZERO, |s, c| s + c);
         let length = area.length();
-        if !(length > 0.0) {
+        if length <= 0.0 {
             return None;
         }
         // The rounded normal is the one that all later tests use, so it is the one to push.
         let normal = (area * (1.0 / length)).single();
         let exact = DVec3::from(normal);
         let height = |v: usize| exact.dot(self.relative[v]);
-        let highest = |of: &[usize]| of.iter().map(|v| height(*v)).fold(f64::MIN, f64::max);
+        let highest = |of: &[usize]| of.iter().map(|v| height(*v)).fold(f64::MIN, greater);
         let offset = highest(used);
-        let lowest = face.iter().map(|v| height(*v)).fold(f64::MAX, f64::min);
-        let depth = used.iter().map(|v| offset - height(*v)).fold(0.0, f64::max);
+        let lowest = face.iter().map(|v| height(*v)).fold(f64::MAX, lesser);
+        let depth = used.iter().map(|v| offset - height(*v)).fold(0.0, greater);
         if offset - lowest > MOST_PUSH * tolerance
             || highest(corners) - offset > MOST_PUSH * tolerance
             || depth < tolerance
@@ -218,8 +222,8 @@ mod tests {
         let mut points = Vec::new();
         for i in 0..100_u8 {
             for j in 0..50_u8 {
-                let (s, c) = crate::base::trig::sin_cos(f32::from(i) * 0.062_831_855);
-                let (t, u) = crate::base::trig::sin_cos(f32::from(j) * 0.062_831_855);
+                let (s, c) = crate::base::trig::sin_cos(f32::from(i) * 0.062_831_85);
+                let (t, u) = crate::base::trig::sin_cos(f32::from(j) * 0.062_831_85);
                 points.push(vec3(s * t, c * t, u));
             }
         }

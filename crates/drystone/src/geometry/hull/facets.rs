@@ -4,7 +4,7 @@ use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
 use super::quickhull::Triangle;
-use crate::base::double::DVec3;
+use crate::base::double::{DVec3, greater};
 
 /// Triangles that share a plane.
 struct Facet {
@@ -19,14 +19,16 @@ struct Facet {
     version: u32,
 }
 
+/// Smallest deviation first: its bits, the small facet and its version, the large facet and its.
+type Candidate = (u64, usize, u32, usize, u32);
+
 struct Merger<'a> {
     points: &'a [DVec3],
     triangles: &'a [Triangle],
     facet_of: Vec<usize>,
     facets: Vec<Facet>,
     tolerance: f64,
-    /// Smallest deviation first: (bits, small facet, its version, large facet, its version).
-    queue: BinaryHeap<Reverse<(u64, usize, u32, usize, u32)>>,
+    queue: BinaryHeap<Reverse<Candidate>>,
 }
 
 /// The faces of the surface as loops of point numbers, counter-clockwise seen from outside.
@@ -61,7 +63,7 @@ pub(super) fn dent(points: &[DVec3], face: &[usize], normal: DVec3) -> f64 {
         let chord = p(k + 2) - p(k);
         let area = chord.cross(p(k + 1) - p(k)).dot(normal);
         if area > 0.0 {
-            worst = worst.max(area / chord.length());
+            worst = greater(worst, area / chord.length());
         }
     }
     worst
@@ -80,7 +82,8 @@ impl<'a> Merger<'a> {
             .map(|(i, t)| {
                 let [a, b, c] = t.v.map(|v| points[v]);
                 let area = (b - a).cross(c - a).length();
-                let longest = (b - a).length().max((c - b).length()).max((a - c).length());
+                let longest =
+                    greater((b - a).length(), greater((c - b).length(), (a - c).length()));
                 let height = area / longest;
                 let (normal, offset) = (t.normal, t.offset);
                 Facet { triangles: vec![i], area, height, normal, offset, version: 0 }
@@ -140,7 +143,7 @@ impl<'a> Merger<'a> {
         for &t in &part.triangles {
             for v in self.triangles[t].v {
                 let d = plane.normal.dot(self.points[v]) - plane.offset;
-                deviation = deviation.max(d.abs());
+                deviation = greater(deviation, d.abs());
             }
         }
         // A sliver's corner lies within its own height of a neighbor's edge, which lies within the

@@ -6,7 +6,7 @@
 
 use std::collections::BinaryHeap;
 
-use crate::base::double::DVec3;
+use crate::base::double::{DVec3, greater};
 
 /// A triangle of the surface.
 #[derive(Clone, Debug)]
@@ -31,8 +31,8 @@ impl Triangle {
         let [a, b, c] = v.map(|i| points[i]);
         let n = (b - a).cross(c - a);
         let length = n.length();
-        let longest = (b - a).length().max((c - b).length()).max((a - c).length());
-        if !(length > longest * tiny) {
+        let longest = greater((b - a).length(), greater((c - b).length(), (a - c).length()));
+        if length <= longest * tiny {
             return None;
         }
         let normal = n * (1.0 / length);
@@ -72,15 +72,17 @@ struct Builder<'a> {
     vertices: usize,
 }
 
-/// The surface around `points`, with about `max_vertices` corners at most, farthest points first.
-/// `points` are relative to a center near them; `size` is their extent.
+/// The surface around `points`, with at most `max_vertices` corners, farthest points first.
+/// `points` are relative to a center near them; if they are thinner than `least`, they are flat.
 pub(super) fn triangulate(
     points: &[DVec3],
     max_vertices: usize,
     tolerance: f64,
-    size: f64,
+    least: f64,
 ) -> Result<Vec<Triangle>, Failure> {
-    let corners = simplex(points, tolerance * 4.0)?;
+    let corners = simplex(points, least)?;
+    let [a, b, c, _] = corners.map(|i| points[i]);
+    let size = greater((b - a).length(), (c - a).length());
     let mut builder = Builder {
         points,
         triangles: Vec::new(),
@@ -92,7 +94,7 @@ pub(super) fn triangulate(
     };
     builder.start(corners);
     // A point can end up above a triangle that was never asked about it: ask all of them, once the
-    // surface is closed. A second round is rare, a third was never seen.
+    // surface is closed. The rounds are counted so that rounding cannot keep them going.
     for _ in 0..4 {
         builder.expand(max_vertices);
         if builder.vertices >= max_vertices || !builder.collect_missed() {
@@ -129,18 +131,18 @@ fn simplex(points: &[DVec3], least: f64) -> Result<[usize; 4], Failure> {
         }
     }
     let (length, a, b) = pair;
-    if !(length > least) {
+    if length <= least {
         return Err(Failure::Flat(0.0));
     }
     let along = (points[b] - points[a]) * (1.0 / length);
     let (width, c) = farthest(points, |p| along.cross(p - points[a]).length());
-    if !(width > least) {
+    if width <= least {
         return Err(Failure::Flat(0.0));
     }
     let normal = along.cross(points[c] - points[a]);
     let normal = normal * (1.0 / normal.length());
     let (thickness, d) = farthest(points, |p| normal.dot(p - points[a]).abs());
-    if !(thickness > least) {
+    if thickness <= least {
         return Err(Failure::Flat(thickness));
     }
     let below = normal.dot(points[d] - points[a]) < 0.0;
@@ -161,8 +163,12 @@ fn farthest(points: &[DVec3], measure: impl Fn(DVec3) -> f64) -> (f64, usize) {
 
 impl Builder<'_> {
     fn start(&mut self, [a, b, c, d]: [usize; 4]) {
-        let faces =
-            [([a, b, c], [1, 2, 3]), ([b, a, d], [0, 3, 2]), ([c, b, d], [0, 1, 3]), ([a, c, d], [0, 2, 1])];
+        let faces = [
+            ([a, b, c], [1, 2, 3]),
+            ([b, a, d], [0, 3, 2]),
+            ([c, b, d], [0, 1, 3]),
+            ([a, c, d], [0, 2, 1]),
+        ];
         for (v, adjacent) in faces {
             if let Some(t) = Triangle::new(self.points, v, adjacent, 0.0) {
                 self.triangles.push(t);
