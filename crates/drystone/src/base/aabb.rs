@@ -106,6 +106,8 @@ impl Aabb {
             low = greater(low, lesser(a, b));
             high = lesser(high, greater(a, b));
         }
-        low <= high
+        // Each bound carries three roundings; without the allowance a ray through a vertex, where
+        // boxes meet, can miss them all.
+        low <= high * (1.0 + 4.0 * f32::EPSILON)
     }
 }

@@ -1,7 +1,10 @@
 //! Convex hulls: vertices, planes, half-edges.
 
 pub(crate) mod build;
+mod facets;
+mod quickhull;
 
+use super::mass::MassProperties;
 use crate::base::aabb::Aabb;
 use crate::base::math::{Vec3, vec3};
 
@@ -98,7 +101,8 @@ impl Hull {
     pub const DEFAULT_VERTEX_LIMIT: usize = 255;
 
     /// The convex hull of `points` [m], reduced to at most [`Self::DEFAULT_VERTEX_LIMIT`] vertices.
-    /// Duplicate points and points inside are allowed.
+    /// Duplicate points and points inside are allowed. What lies within 1e-5 of the extent of the
+    /// points from a face counts as on it; 4e-5 of it, and 1e-5 m, is the least thickness.
     ///
     /// # Errors
     /// See [`HullError`].
@@ -176,6 +180,24 @@ impl Hull {
                 return loop_;
             }
         }
+    }
+
+    /// How many faces there are.
+    #[must_use]
+    pub const fn face_count(&self) -> usize {
+        self.face_edges.len()
+    }
+
+    /// How many edges there are.
+    #[must_use]
+    pub const fn edge_count(&self) -> usize {
+        self.edges.len() / 2
+    }
+
+    /// The volume [m³].
+    #[must_use]
+    pub fn volume(&self) -> f32 {
+        MassProperties::of_hull(self, 1.0).mass
     }
 
     /// The smallest box around the hull [m, local].

@@ -294,6 +294,8 @@ pub struct BodyDef {
     pub locks: AxisLocks,
     /// Whether it may fall asleep; default true.
     pub can_sleep: bool,
+    /// Speed below which it counts as still [m/s], if not the world's `sleep.speed`; at least 0.
+    pub sleep_speed: Option<f32>,
     /// Whether it sleeps from the start; default false.
     pub asleep: bool,
     /// Its shapes; several make a compound.
@@ -316,6 +318,7 @@ impl Default for BodyDef {
             angular_damping: 0.0,
             locks: AxisLocks::NONE,
             can_sleep: true,
+            sleep_speed: None,
             asleep: false,
             shapes: Vec::new(),
             user_data: 0,
@@ -391,6 +394,9 @@ impl BodyDef {
         finite("gravity_scale", self.gravity_scale)?;
         at_least_zero("linear_damping", self.linear_damping)?;
         at_least_zero("angular_damping", self.angular_damping)?;
+        if let Some(speed) = self.sleep_speed {
+            at_least_zero("sleep_speed", speed)?;
+        }
         match self.mass {
             MassDef::FromShapes => {}
             MassDef::Mass(mass) => above_zero("mass", mass)?,
