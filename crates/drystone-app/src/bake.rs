@@ -2,12 +2,13 @@
 
 use std::path::{Path, PathBuf};
 
-use drystone::{BodyId, Pose, World};
-use drystone_scene::{Motion, Scene};
+use drystone::{BodyId, World};
+use drystone_scene::bake::{self, Motion};
 
+use crate::load::Loaded;
 use crate::output::{Failure, probe};
 
-/// Poses of all bodies over the run. 28 bytes a body and step.
+/// Poses of all bodies over the run; 28 bytes a body and step.
 #[derive(Debug)]
 pub(crate) struct Bake {
     path: PathBuf,
@@ -21,19 +22,25 @@ impl Bake {
         Ok(Self { path: path.to_owned(), motion: Motion::default() })
     }
 
-    /// Adds the poses at `time` [s].
+    /// Adds the poses at `time` [s]. A body that joins late has fewer.
     pub(crate) fn add(&mut self, time: f64, world: &World, bodies: &[BodyId]) {
         self.motion.times.push(seconds(time));
-        let pose = |&id: &BodyId| {
-            world.body(id).map_or(Pose::IDENTITY, |b| Pose::new(b.position(), b.rotation()))
-        };
-        self.motion.poses.push(bodies.iter().map(pose).collect());
+        let poses = &mut self.motion.poses;
+        poses.resize_with(poses.len().max(bodies.len()), Vec::new);
+        for (&id, poses) in bodies.iter().zip(poses) {
+            if let Some(body) = world.body(id) {
+                poses.push(body.pose());
+            }
+        }
     }
 
     /// Writes the file; returns its path.
-    pub(crate) fn finish(self, scene: &Scene) -> Result<PathBuf, Failure> {
-        drystone_scene::bake(scene, &self.motion, &self.path)
-            .map_err(|e| Failure::failed(format_args!("{}: {e}", self.path.display())))?;
+    pub(crate) fn finish(self, loaded: &Loaded) -> Result<PathBuf, Failure> {
+        match loaded {
+            Loaded::BuiltIn(scene) => bake::write_scene(&self.path, scene, &self.motion),
+            Loaded::Gltf(loaded) => bake::write(&self.path, loaded, &self.motion),
+        }
+        .map_err(Failure::failed)?;
         Ok(self.path)
     }
 }

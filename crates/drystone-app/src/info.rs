@@ -67,9 +67,13 @@ pub(crate) fn methods() -> Outcome {
     Ok(ExitCode::SUCCESS)
 }
 
+/// Scenes of no more than so many bodies are told about body by body.
+const LISTED: usize = 40;
+
 /// Tells what was understood of a scene.
 pub(crate) fn info(args: &Info) -> Outcome {
-    let scene = load(&args.source)?;
+    let loaded = load(&args.source, None)?;
+    let scene = loaded.scene();
     let running =
         scene.build().map_err(|e| Failure::failed(format_args!("{}: {e}", args.source.scene)))?;
     let mut page = Page::default();
@@ -124,6 +128,18 @@ pub(crate) fn info(args: &Info) -> Outcome {
     }
     let energy = (running.world.kinetic_energy(), running.world.potential_energy());
     page.row("energy", &format!("kinetic {}, potential {}", si(energy.0, "J"), si(energy.1, "J")));
+    if scene.bodies.len() <= LISTED {
+        for (body, &id) in scene.bodies.iter().zip(&running.bodies) {
+            let mass = running.world.body(id).filter(|b| b.kind() == BodyKind::Dynamic);
+            let mass = mass.map_or_else(String::new, |b| format!(", {} kg", b.mass()));
+            let mut shapes: BTreeMap<&str, usize> = BTreeMap::new();
+            for shape in &body.def.shapes {
+                *shapes.entry(shape.shape.kind()).or_default() += 1;
+            }
+            let (name, kind) = (one_line(&body.name), kind_word(body.def.kind));
+            page.row("body", &format!("{name}: {kind}, {}{mass}", list(&shapes)));
+        }
+    }
     for note in lines_of(&scene.notes) {
         page.row("note", &note);
     }

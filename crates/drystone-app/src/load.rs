@@ -3,8 +3,9 @@
 use std::io::ErrorKind;
 use std::path::Path;
 
+use drystone::Vec3;
 use drystone_scene::Scene;
-use drystone_scene::gltf;
+use drystone_scene::gltf::{self, LoadedGltf};
 
 use crate::cli::{AutoColliders, Source, has_extension};
 use crate::output::Failure;
@@ -12,11 +13,39 @@ use crate::output::Failure;
 /// Endings that mean a file even where there is none.
 const FILES: [&str; 3] = ["gltf", "glb", "obj"];
 
-/// Reads or makes the scene.
+/// A scene, and the file it came from.
+#[derive(Debug)]
+pub(crate) enum Loaded {
+    /// From the catalog.
+    BuiltIn(Scene),
+    /// From a file, which is kept for baking.
+    Gltf(Box<LoadedGltf>),
+}
+
+impl Loaded {
+    /// The scene.
+    pub(crate) fn scene(&self) -> &Scene {
+        match self {
+            Self::BuiltIn(scene) => scene,
+            Self::Gltf(loaded) => &loaded.scene,
+        }
+    }
+
+    /// The scene, to change it.
+    pub(crate) fn scene_mut(&mut self) -> &mut Scene {
+        match self {
+            Self::BuiltIn(scene) => scene,
+            Self::Gltf(loaded) => &mut loaded.scene,
+        }
+    }
+}
+
+/// Reads or makes the scene. `gravity` [m/s²] is what the user says it is, if anything: the lowest
+/// body of a file without physics is found along it.
 ///
 /// Built-in names win over files of the same name, so that a folder `tower` hides nothing; write
 /// `./tower` for the file.
-pub(crate) fn load(source: &Source) -> Result<Scene, Failure> {
+pub(crate) fn load(source: &Source, gravity: Option<Vec3>) -> Result<Loaded, Failure> {
     let path = Path::new(&source.scene);
     let looks_like_a_file = has_extension(path, &FILES) || path.components().count() > 1;
     if !looks_like_a_file {
@@ -27,17 +56,21 @@ pub(crate) fn load(source: &Source) -> Result<Scene, Failure> {
                     source.scene
                 )));
             }
-            Ok(scene) => return Ok(scene),
+            Ok(scene) => return Ok(Loaded::BuiltIn(scene)),
             Err(e) if !path.exists() => {
                 return Err(Failure::failed(format_args!("{}: {e}", source.scene)));
             }
             Err(_) => {}
         }
     }
-    file(path, source.auto_colliders)
+    file(path, source.auto_colliders, gravity)
 }
 
-fn file(path: &Path, auto_colliders: Option<AutoColliders>) -> Result<Scene, Failure> {
+fn file(
+    path: &Path,
+    auto_colliders: Option<AutoColliders>,
+    gravity: Option<Vec3>,
+) -> Result<Loaded, Failure> {
     let shown = path.display();
     let metadata = match std::fs::metadata(path) {
         Err(e) if e.kind() == ErrorKind::NotFound => {
@@ -65,17 +98,8 @@ fn file(path: &Path, auto_colliders: Option<AutoColliders>) -> Result<Scene, Fai
             AutoColliders::Mesh => gltf::AutoColliders::Mesh,
             AutoColliders::Box => gltf::AutoColliders::Box,
         }),
-        ..gltf::Options::default()
+        gravity,
     };
-    gltf::load(path, &options).map_err(|e| named(path, &e.to_string()))
-}
-
-/// A failure that begins with the file's name, whether or not the reader's message already does.
-fn named(path: &Path, message: &str) -> Failure {
-    let shown = path.display().to_string();
-    if message.starts_with(&shown) {
-        Failure::failed(message)
-    } else {
-        Failure::failed(format_args!("{shown}: {message}"))
-    }
+    let loaded = gltf::load(path, &options).map_err(Failure::failed)?;
+    Ok(Loaded::Gltf(Box::new(loaded)))
 }

@@ -123,7 +123,7 @@ impl Energy {
 pub(crate) struct Measure {
     /// Time of each step [ms].
     pub(crate) step_ms: Series,
-    /// Pairs of shapes in touch after each step.
+    /// Pairs of shapes with contact points after each step.
     pub(crate) contacts: Series,
     /// The most of them after a step.
     pub(crate) contacts_max: usize,
@@ -168,9 +168,8 @@ impl Measure {
         self.step_ms.push(milliseconds(spent));
         let (mut touching, mut deepest) = (0_usize, 0.0_f32);
         for contact in world.contacts() {
-            let points = contact.points();
-            touching += usize::from(!points.is_empty());
-            deepest = points.iter().fold(deepest, |d, p| d.max(-p.separation));
+            touching += 1;
+            deepest = contact.points().fold(deepest, |d, p| d.max(-p.separation));
         }
         self.contacts.push(count_as_f64(touching));
         self.contacts_max = self.contacts_max.max(touching);

@@ -3,8 +3,7 @@
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
-use drystone::{BodyKind, World};
-use drystone_scene::{Running, Scene, SceneBody, Script};
+use drystone_scene::{Running, Scene};
 use serde::Serialize;
 use serde::ser::{SerializeMap, Serializer};
 
@@ -66,7 +65,7 @@ pub(crate) struct Report {
 }
 
 /// Bodies at the end, by kind.
-#[derive(Debug, Default, Serialize)]
+#[derive(Debug, Serialize)]
 struct Bodies {
     r#static: usize,
     kinematic: usize,
@@ -82,7 +81,7 @@ struct WallTime {
     step_p99: f64,
 }
 
-/// Pairs of shapes in touch.
+/// Pairs of shapes with contact points.
 #[derive(Debug, Serialize)]
 struct Contacts {
     mean: f64,
@@ -131,37 +130,11 @@ fn in_order<S: Serializer>(stages: &[(&str, f64)], to: S) -> Result<S::Ok, S::Er
     map.end()
 }
 
-impl Bodies {
-    fn of(world: &World) -> Self {
-        let mut bodies = Self::default();
-        for body in world.bodies() {
-            match body.kind() {
-                BodyKind::Static => bodies.r#static += 1,
-                BodyKind::Kinematic => bodies.kinematic += 1,
-                BodyKind::Dynamic => bodies.dynamic += 1,
-            }
-        }
-        bodies
-    }
-}
-
-/// Shapes of the bodies that are there at the end: those of the scene, and those of its script that
-/// have joined by then.
-fn shapes(run: &Run<'_>) -> usize {
-    let scene = run.scene;
-    let joined: &[SceneBody] = match &scene.script {
-        Script::Drop { bodies, .. } => bodies,
-        _ => &[],
-    };
-    let all = scene.bodies.iter().chain(joined).take(run.running.bodies.len());
-    all.map(|body| body.def.shapes.len()).sum()
-}
-
 impl Report {
     /// Of a run whose stages took these mean times [ms].
     pub(crate) fn new(run: &Run<'_>, stages_ms: Vec<(&'static str, f64)>) -> Self {
         let (measure, world) = (run.measure, &run.running.world);
-        let config = world.config();
+        let (config, counts) = (world.config(), world.counts());
         let method = &config.method;
         let mut names = Names::default();
         names.learn(&run.running.bodies, &run.running.names);
@@ -178,9 +151,13 @@ impl Report {
             threads: run.threads,
             simd: world.simd_level().name(),
             steps: run.steps,
-            bodies: Bodies::of(world),
-            shapes: shapes(run),
-            joints: world.joints().count(),
+            bodies: Bodies {
+                r#static: counts.fixed,
+                kinematic: counts.kinematic,
+                dynamic: counts.dynamic,
+            },
+            shapes: counts.shapes,
+            joints: counts.joints,
             wall_ms: WallTime {
                 total: measure.step_ms.sum(),
                 step_mean: measure.step_ms.mean(),
@@ -206,10 +183,7 @@ impl Report {
                 max: measure.joint_error.max(),
                 p99: measure.joint_error.percentile(99),
             },
-            asleep_end: world
-                .bodies()
-                .filter(|b| b.kind() == BodyKind::Dynamic && b.is_asleep())
-                .count(),
+            asleep_end: counts.asleep,
             hash: hex(world.state_hash()),
             hashes: measure.hashes.iter().map(|&(step, hash)| (step, hex(hash))).collect(),
             faults: faults.collect(),

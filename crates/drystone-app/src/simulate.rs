@@ -9,14 +9,14 @@ use std::thread::available_parallelism;
 use std::time::Instant;
 
 use drystone::{Inline, Method, SimdLevel, Team, WorldConfig};
-use drystone_scene::{Running, Scene};
+use drystone_scene::Running;
 use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::Outcome;
 use crate::bake::Bake;
 use crate::cli::Simulate;
 use crate::events::{EventLog, Names};
-use crate::load::load;
+use crate::load::{Loaded, load};
 use crate::measure::{Measure, StageClock};
 use crate::output::{self, Failure, Output};
 use crate::report::{Report, Run};
@@ -28,8 +28,13 @@ const FAULTED: u8 = 3;
 /// Simulates a scene and writes what was asked for.
 pub(crate) fn simulate(args: &Simulate) -> Outcome {
     check_paths(args)?;
-    let mut scene = load(&args.source)?;
-    configure(&mut scene.config, args)?;
+    // What is said of the world is checked first: no scene makes it right or wrong.
+    let mut config = WorldConfig::default();
+    configure(&mut config, args)?;
+    let says_gravity = args.set.iter().any(|(key, _)| key == "gravity");
+    let mut loaded = load(&args.source, says_gravity.then_some(config.gravity))?;
+    configure(&mut loaded.scene_mut().config, args)?;
+    let scene = loaded.scene();
     let hz = args.hz.unwrap_or(scene.hz);
     let steps = args
         .steps
@@ -68,7 +73,7 @@ pub(crate) fn simulate(args: &Simulate) -> Outcome {
 
     let run = Run {
         source: &args.source.scene,
-        scene: &scene,
+        scene,
         running: &running,
         hz,
         threads,
@@ -78,7 +83,7 @@ pub(crate) fn simulate(args: &Simulate) -> Outcome {
         measure: &measure,
     };
     let report = Report::new(&run, clock.means(done));
-    let written = outputs.finish(&scene, &report)?;
+    let written = outputs.finish(&loaded, &report)?;
     output::print(&report.text(&run, &written))?;
     Ok(if measure.faults.is_empty() { ExitCode::SUCCESS } else { ExitCode::from(FAULTED) })
 }
@@ -225,7 +230,7 @@ impl Outputs {
     }
 
     /// Finishes them all; returns their paths.
-    fn finish(self, scene: &Scene, report: &Report) -> Result<Vec<PathBuf>, Failure> {
+    fn finish(self, loaded: &Loaded, report: &Report) -> Result<Vec<PathBuf>, Failure> {
         let mut written = Vec::new();
         if let Some(trace) = self.trace {
             written.push(trace.finish()?);
@@ -234,7 +239,7 @@ impl Outputs {
             written.push(events.finish()?);
         }
         if let Some(bake) = self.bake {
-            written.push(bake.finish(scene)?);
+            written.push(bake.finish(loaded)?);
         }
         if let Some(mut file) = self.report {
             file.write(&report.json()?)?;
