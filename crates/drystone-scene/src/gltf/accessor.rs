@@ -62,10 +62,11 @@ fn view<'a>(
     let begin = number(view_at, "byteOffset")?;
     let length = view_at.need("byteLength")?.size()?;
     let whole = document.buffers[buffer].as_slice();
-    let bytes = begin.checked_add(length).and_then(|end| whole.get(begin..end)).ok_or_else(|| {
-        let problem = format!("bytes {begin} to {begin} + {length}");
-        view_at.error(problem, &format!("a part of the buffer's {} bytes", whole.len()))
-    })?;
+    let bytes =
+        begin.checked_add(length).and_then(|end| whole.get(begin..end)).ok_or_else(|| {
+            let problem = format!("bytes {begin} to {begin} + {length}");
+            view_at.error(problem, &format!("a part of the buffer's {} bytes", whole.len()))
+        })?;
     let element = size * width;
     let stride = match view_at.get("byteStride") {
         None => element,
@@ -121,7 +122,9 @@ impl View<'_> {
 pub(crate) fn positions(document: &Document, at: &At<'_>) -> Result<Vec<Vec3>, SceneError> {
     let view = view(document, at, "VEC3", 3)?;
     if view.component == UNSIGNED_INT {
-        return Err(at.error("names an accessor of 32 bit integers", "floats, or 8 or 16 bit integers"));
+        return Err(
+            at.error("names an accessor of 32 bit integers", "floats, or 8 or 16 bit integers")
+        );
     }
     let point = |i| Vec3::from([view.number(i, 0), view.number(i, 1), view.number(i, 2)]);
     let points: Vec<Vec3> = (0..view.count).map(point).collect();
@@ -139,7 +142,9 @@ pub(crate) fn indices(
 ) -> Result<Vec<u32>, SceneError> {
     let view = view(document, at, "SCALAR", 1)?;
     if ![UNSIGNED_BYTE, UNSIGNED_SHORT, UNSIGNED_INT].contains(&view.component) {
-        return Err(at.error("names an accessor that is not of unsigned integers", "unsigned integers"));
+        return Err(
+            at.error("names an accessor that is not of unsigned integers", "unsigned integers")
+        );
     }
     let list: Vec<u32> = (0..view.count).map(|i| view.index(i)).collect();
     if let Some(i) = list.iter().position(|&v| v as usize >= vertices) {
@@ -147,18 +152,4 @@ pub(crate) fn indices(
         return Err(at.error(problem, &format!("vertices below {vertices}")));
     }
     Ok(list)
-}
-
-/// Numbers of `width` components each, for animations: floats only.
-pub(crate) fn floats(
-    document: &Document,
-    at: &At<'_>,
-    kind: &str,
-    width: usize,
-) -> Result<Vec<f32>, SceneError> {
-    let view = view(document, at, kind, width)?;
-    if view.component != FLOAT {
-        return Err(at.error("names an accessor that is not of floats", "floats"));
-    }
-    Ok((0..view.count * width).map(|i| view.number(i / width, i % width)).collect())
 }

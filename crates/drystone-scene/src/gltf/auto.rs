@@ -2,13 +2,13 @@
 
 use drystone::{BodyDef, BodyKind, MassDef, Shape, ShapeDef, Vec3};
 
+use super::AutoColliders;
 use super::geometry::{Geometry, stretch};
 use super::json::At;
 use super::mesh::Triangles;
 use super::nodes::Tree;
 use super::physics::Found;
 use super::read::Document;
-use super::AutoColliders;
 use crate::error::SceneError;
 
 /// The triangles of a node's own mesh, in its frame.
@@ -51,12 +51,16 @@ pub(crate) fn bodies(
         let kind = if Some(i) == fixed { BodyKind::Static } else { BodyKind::Dynamic };
         let name = tree.name(part.node);
         let made = match how {
-            AutoColliders::Box => bounding_box(&part.triangles).map(|s| vec![s]).map_err(|p| part.at.error(p, "a mesh with a size")),
+            AutoColliders::Box => bounding_box(&part.triangles)
+                .map(|s| vec![s])
+                .map_err(|p| part.at.error(p, "a mesh with a size")),
             AutoColliders::Hull | AutoColliders::Mesh => {
                 // The lowest is the ground: a hull would fill its hollows.
                 let hull = how == AutoColliders::Hull && kind == BodyKind::Dynamic;
                 let owner = &tree.nodes[part.node];
-                geometry.mesh(&part.at, owner, hull, kind, &name, notes).map(|shapes| shapes.into_iter().map(ShapeDef::new).collect())
+                geometry
+                    .mesh(&part.at, owner, hull, kind, &name, notes)
+                    .map(|shapes| shapes.into_iter().map(ShapeDef::new).collect())
             }
         };
         let shapes = match made {

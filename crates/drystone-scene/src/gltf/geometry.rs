@@ -66,7 +66,9 @@ impl<'a> Geometry<'a> {
         if let Some(reference) = geometry.get("shape") {
             let shape = self.implicit[reference.index(self.implicit.len(), "shapes")?].clone();
             if zero {
-                notes.push(format!("{name}: its scale is zero, its collision shape is switched off"));
+                notes.push(format!(
+                    "{name}: its scale is zero, its collision shape is switched off"
+                ));
                 return Ok(Vec::new());
             }
             let kind_at = shape.need("type")?;
@@ -74,15 +76,21 @@ impl<'a> Geometry<'a> {
                 let inner = shape.need("mesh")?;
                 let hull = hull
                     || inner.flag("convexHull")?
-                    || shape.dig(&["extensions", "KHR_physics_rigid_bodies"]).map_or(Ok(false), |e| e.flag("convexHull"))?;
+                    || shape
+                        .dig(&["extensions", "KHR_physics_rigid_bodies"])
+                        .map_or(Ok(false), |e| e.flag("convexHull"))?;
                 return self.mesh(&inner.need("mesh")?, owner, hull, kind, &name, notes);
             }
             if flat {
-                notes.push(format!("{name}: its scale is zero along an axis, its collision shape is left out"));
+                notes.push(format!(
+                    "{name}: its scale is zero along an axis, its collision shape is left out"
+                ));
                 return Ok(Vec::new());
             }
             if owner.sheared {
-                notes.push(format!("{name}: its transform shears, the collision shape is not sheared"));
+                notes.push(format!(
+                    "{name}: its transform shears, the collision shape is not sheared"
+                ));
             }
             return implicit(&shape, owner.scale.abs(), kind, &name, notes).map(|s| vec![s]);
         }
@@ -202,7 +210,9 @@ fn implicit(
     let round = same(scale.x, scale.z);
     let uniform = round && same(scale.x, scale.y);
     let mut stretched = |what: &str| {
-        notes.push(format!("{name}: its {what} is stretched unevenly and taken as a hull of points on it"));
+        notes.push(format!(
+            "{name}: its {what} is stretched unevenly and taken as a hull of points on it"
+        ));
     };
     let made = match type_ {
         "sphere" => {
@@ -233,7 +243,9 @@ fn implicit(
                 Shape::capsule(half * scale.y, top * scale.x)
             } else {
                 if uniform {
-                    notes.push(format!("{name}: its capsule has two radii and is taken as a hull of points on it"));
+                    notes.push(format!(
+                        "{name}: its capsule has two radii and is taken as a hull of points on it"
+                    ));
                 } else {
                     stretched("capsule");
                 }
@@ -297,7 +309,9 @@ fn ring_points(balls: &[(f32, f32); 2], scale: Vec3) -> Vec<Vec3> {
     for (i, (radius, height)) in balls.iter().enumerate() {
         // Both balls in full: with unequal radii the larger one bulges past its equator.
         for latitude in 0..=LATITUDES {
-            let (s, c) = trig::sin_cos(core::f32::consts::PI * (f32::from(latitude) / f32::from(LATITUDES) - 0.5));
+            let (s, c) = trig::sin_cos(
+                core::f32::consts::PI * (f32::from(latitude) / f32::from(LATITUDES) - 0.5),
+            );
             let keep = if i == 0 { s <= 0.5 } else { s >= -0.5 };
             if keep {
                 points.extend(ring(radius * c, height + radius * s, scale));
@@ -346,7 +360,9 @@ fn plane(
     let (x, z) = (0.5 * x.unwrap_or(PLANE), 0.5 * z.unwrap_or(PLANE));
     if kind == BodyKind::Dynamic {
         let thickness = 0.01 * x.min(z);
-        notes.push(format!("{name}: its plane is taken as a plate {thickness} m thick, because the body is dynamic"));
+        notes.push(format!(
+            "{name}: its plane is taken as a plate {thickness} m thick, because the body is dynamic"
+        ));
         return Ok(Shape::box_half(vec3(x, 0.5 * thickness, z)));
     }
     let points = vec![vec3(-x, 0.0, -z), vec3(-x, 0.0, z), vec3(x, 0.0, z), vec3(x, 0.0, -z)];

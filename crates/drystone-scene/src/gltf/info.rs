@@ -33,7 +33,9 @@ pub fn info(loaded: &LoadedGltf) -> String {
         }
         let shapes: Vec<String> = kinds
             .iter()
-            .map(|((kind, sensor), n)| format!("{n} {kind}{}", if *sensor { " (trigger)" } else { "" }))
+            .map(|((kind, sensor), n)| {
+                format!("{n} {kind}{}", if *sensor { " (trigger)" } else { "" })
+            })
             .collect();
         let kind = match body.def.kind {
             BodyKind::Static => "static".to_owned(),

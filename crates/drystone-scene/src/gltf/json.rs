@@ -28,10 +28,6 @@ impl<'a> At<'a> {
         Self { value, place: String::new() }
     }
 
-    pub(crate) const fn value(&self) -> &'a Value {
-        self.value
-    }
-
     pub(crate) fn place(&self) -> &str {
         &self.place
     }
@@ -94,9 +90,7 @@ impl<'a> At<'a> {
         let allowed = "a whole number of at least 0";
         // A number such as 3.0 is a whole number too.
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "checked")]
-        let whole = |v: f64| {
-            (v >= 0.0 && v <= 9.0e15 && v.fract() <= 0.0).then_some(v as u64)
-        };
+        let whole = |v: f64| (v >= 0.0 && v <= 9.0e15 && v.fract() <= 0.0).then_some(v as u64);
         let n = self.value.as_u64().or_else(|| self.value.as_f64().and_then(whole));
         n.and_then(|n| usize::try_from(n).ok()).ok_or_else(|| self.wrong(allowed))
     }
@@ -107,8 +101,11 @@ impl<'a> At<'a> {
         if i < count {
             return Ok(i);
         }
-        let allowed =
-            if count == 0 { format!("none: there are no {what}") } else { format!("0 to {} ({what})", count - 1) };
+        let allowed = if count == 0 {
+            format!("none: there are no {what}")
+        } else {
+            format!("0 to {} ({what})", count - 1)
+        };
         Err(self.wrong(&allowed))
     }
 

@@ -50,11 +50,15 @@ impl Triangles {
         }
         let mode = at.get("mode").map_or(Ok(4), |m| m.size())?;
         if !(4..=6).contains(&mode) {
-            notes.push(format!("{}: points and lines are left out of collision shapes", at.place()));
+            notes
+                .push(format!("{}: points and lines are left out of collision shapes", at.place()));
             return Ok(());
         }
         if at.get("targets").is_some() {
-            notes.push(format!("{}: morph targets are not applied to the collision shape", at.place()));
+            notes.push(format!(
+                "{}: morph targets are not applied to the collision shape",
+                at.place()
+            ));
         }
         let position = at.need("attributes")?.need("POSITION")?;
         let points = accessor::positions(document, &position)?;
@@ -71,8 +75,9 @@ impl Triangles {
         match mode {
             4 => {
                 let whole = list.len() / 3;
-                self.triangles
-                    .extend((0..whole).map(|t| [corner(3 * t), corner(3 * t + 1), corner(3 * t + 2)]));
+                self.triangles.extend(
+                    (0..whole).map(|t| [corner(3 * t), corner(3 * t + 1), corner(3 * t + 2)]),
+                );
             }
             5 => {
                 let turned = |i: usize| if i % 2 == 0 { (i, i + 1) } else { (i + 1, i) };
@@ -104,7 +109,10 @@ impl Triangles {
             if let Some(mesh) = list[n].get("mesh") {
                 self.add_mesh(document, &mesh, &map, notes)?;
                 if list[n].get("skin").is_some() {
-                    notes.push(format!("{}: its skin is not applied to the collision shape", tree.name(n)));
+                    notes.push(format!(
+                        "{}: its skin is not applied to the collision shape",
+                        tree.name(n)
+                    ));
                 }
             }
             let inner = tree.nodes[n].children.iter().rev();
@@ -129,10 +137,13 @@ impl Triangles {
 
     /// As one hull if the surface is convex and closed, else as several; with a line that says which.
     pub(crate) fn hulls(&self, at: &At<'_>) -> Result<(Vec<Shape>, String), SceneError> {
-        let whole =
-            Hull::from_points(&self.points).map_err(|e| at.error(e, "points that span a volume"))?;
+        let whole = Hull::from_points(&self.points)
+            .map_err(|e| at.error(e, "points that span a volume"))?;
         if self.is_surface_of(&whole) {
-            return Ok((vec![Shape::Hull(Arc::new(whole))], "taken as its hull, it is convex".to_owned()));
+            return Ok((
+                vec![Shape::Hull(Arc::new(whole))],
+                "taken as its hull, it is convex".to_owned(),
+            ));
         }
         let parts: Vec<Shape> = self
             .decompose(&whole)
@@ -150,7 +161,8 @@ impl Triangles {
     /// True if all triangles lie on the surface of `hull` and cover nearly all of it.
     fn is_surface_of(&self, hull: &Hull) -> bool {
         let size = hull.bounds().half_extents().max_element();
-        let depth = |p: Vec3| hull.planes().iter().map(|pl| -pl.distance(p)).fold(f32::MAX, f32::min);
+        let depth =
+            |p: Vec3| hull.planes().iter().map(|pl| -pl.distance(p)).fold(f32::MAX, f32::min);
         let mut area = 0.0;
         for t in &self.triangles {
             let [a, b, c] = t.map(|i| self.points[i as usize]);

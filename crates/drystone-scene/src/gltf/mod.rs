@@ -24,13 +24,12 @@ use crate::error::SceneError;
 use crate::scene::{Scene, SceneBody};
 
 pub(crate) use self::json::At;
-pub(crate) use self::nodes::{Affine, Tree};
+pub(crate) use self::nodes::{Tree, read as read_tree};
+pub(crate) use self::physics::of_shapes;
+pub(crate) use self::read::resource;
+
 pub use self::info::info;
 pub use self::read::Document;
-
-pub(crate) use self::accessor::floats;
-pub(crate) use self::nodes::read as read_tree;
-pub(crate) use self::read::{open, resource};
 
 /// How to make bodies from meshes in files without physics.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -64,8 +63,12 @@ pub struct LoadedGltf {
 }
 
 /// Extensions that may be required: those read here, and those that only concern pictures.
-const KNOWN: [&str; 4] =
-    ["KHR_implicit_shapes", "KHR_collision_shapes", "KHR_physics_rigid_bodies", "KHR_mesh_quantization"];
+const KNOWN: [&str; 4] = [
+    "KHR_implicit_shapes",
+    "KHR_collision_shapes",
+    "KHR_physics_rigid_bodies",
+    "KHR_mesh_quantization",
+];
 const PICTURES: [&str; 6] = [
     "KHR_materials_",
     "KHR_texture_",
@@ -116,13 +119,17 @@ fn interpret(document: Document, name: &str, options: &Options) -> Result<Loaded
     } else {
         let Some(how) = options.auto_colliders else {
             let problem = "it has no physics (KHR_physics_rigid_bodies)";
-            return Err(root.error(problem, "a file with physics, or --auto-colliders hull|mesh|box"));
+            return Err(
+                root.error(problem, "a file with physics, or --auto-colliders hull|mesh|box")
+            );
         };
         let up = (-scene.config.gravity).normalize_or(Vec3::Y);
         auto::bodies(&document, &tree, how, up, &mut scene.notes)?
     };
     if found.is_empty() {
-        return Err(root.error("it has no body", "at least one node with a collider, a trigger or motion"));
+        return Err(
+            root.error("it has no body", "at least one node with a collider, a trigger or motion")
+        );
     }
     unread(&root, &tree, &mut scene.notes)?;
     let list = root.list("nodes")?;
@@ -140,9 +147,8 @@ fn interpret(document: Document, name: &str, options: &Options) -> Result<Loaded
 
 /// The engine's own check, told in terms of the file.
 fn check(def: &BodyDef, node: &At<'_>) -> Result<(), SceneError> {
-    def.validate().map_err(|e| {
-        node.error(format!("{} of its body is {}", e.field(), e.value()), e.allowed())
-    })
+    def.validate()
+        .map_err(|e| node.error(format!("{} of its body is {}", e.field(), e.value()), e.allowed()))
 }
 
 /// Refuses required extensions that are not known; notes the others.

@@ -13,8 +13,6 @@ pub(crate) struct Affine {
 }
 
 impl Affine {
-    pub(crate) const IDENTITY: Self = Self { linear: Mat3::IDENTITY, translation: Vec3::ZERO };
-
     pub(crate) fn point(&self, p: Vec3) -> Vec3 {
         self.linear * p + self.translation
     }
@@ -129,7 +127,8 @@ fn finite(m: &Mat3) -> bool {
 /// Parents before children, from the nodes without parent, in file order.
 fn depth_first(nodes: &[Node]) -> Vec<usize> {
     let mut order = Vec::with_capacity(nodes.len());
-    let mut stack: Vec<usize> = (0..nodes.len()).rev().filter(|&i| nodes[i].parent.is_none()).collect();
+    let mut stack: Vec<usize> =
+        (0..nodes.len()).rev().filter(|&i| nodes[i].parent.is_none()).collect();
     while let Some(i) = stack.pop() {
         order.push(i);
         stack.extend(nodes[i].children.iter().rev());
@@ -168,7 +167,8 @@ fn local_transform(at: &At<'_>) -> Result<(Affine, Quat), SceneError> {
         let linear = Mat3 { x: column(0), y: column(1), z: column(2) };
         let near = |a: f32, b: f32| (a - b).abs() < 1.0e-4;
         if !(near(m[3], 0.0) && near(m[7], 0.0) && near(m[11], 0.0) && near(m[15], 1.0)) {
-            return Err(matrix.error("its last row is not 0, 0, 0, 1", "an affine matrix, column by column"));
+            return Err(matrix
+                .error("its last row is not 0, 0, 0, 1", "an affine matrix, column by column"));
         }
         let (rotation, _, _) = split(linear, nearest_rotation(linear));
         return Ok((Affine { linear, translation: column(3) }, rotation));
@@ -237,13 +237,15 @@ mod tests {
     fn rotation_and_scale_come_apart_again_also_mirrored() {
         let turn = Quat::from_axis_angle(vec3(1.0, 2.0, -0.5), 1.1);
         let r = turn.to_mat3();
-        for scale in [Vec3::ONE, vec3(2.0, -1.0, 0.5), vec3(-1.0, -1.0, -3.0), vec3(1.0, 0.0, 1.0)] {
+        for scale in [Vec3::ONE, vec3(2.0, -1.0, 0.5), vec3(-1.0, -1.0, -3.0), vec3(1.0, 0.0, 1.0)]
+        {
             let m = Mat3 { x: r.x * scale.x, y: r.y * scale.y, z: r.z * scale.z };
             let (q, s, sheared) = split(m, turn);
             assert!((s - scale).length() < 1e-5 && !sheared, "{s:?}");
             assert!((q.rotate(Vec3::X) - r.x).length() < 1e-5);
         }
-        let (_, _, sheared) = split(Mat3 { x: Vec3::X, y: vec3(0.5, 1.0, 0.0), z: Vec3::Z }, Quat::IDENTITY);
+        let (_, _, sheared) =
+            split(Mat3 { x: Vec3::X, y: vec3(0.5, 1.0, 0.0), z: Vec3::Z }, Quat::IDENTITY);
         assert!(sheared);
     }
 

@@ -3,7 +3,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use drystone::{
-    BodyDef, BodyKind, Filter, MassDef, MassProperties, Material, Pose, Quat, Shape, ShapeDef, Sym3, Vec3,
+    BodyDef, BodyKind, Filter, MassDef, MassProperties, Material, Pose, Quat, Shape, ShapeDef,
+    Sym3, Vec3,
 };
 
 use super::geometry::Geometry;
@@ -78,7 +79,8 @@ pub(crate) fn bodies(
             // A sensor collides with nothing: a mesh serves on any body... but only a hull can move.
             let shapes = geometry.shapes(&at, node, body.kind, notes)?;
             let material = part(&at, "physicsMaterial", &materials, "physicsMaterials")?;
-            let filter = part(&at, "collisionFilter", &filters[..filters.len() - 1], "collisionFilters")?;
+            let filter =
+                part(&at, "collisionFilter", &filters[..filters.len() - 1], "collisionFilters")?;
             let template = Template {
                 pose: tree.nodes[owner].pose.relative(&tree.nodes[node].pose),
                 material: material.unwrap_or_else(surface::bare),
@@ -152,12 +154,17 @@ fn survey<'a>(
     let mut motion = vec![None; tree.nodes.len()];
     for &node in &tree.order {
         let own = extension.get(&node).is_some_and(|e| e.get("motion").is_some());
-        motion[node] = if own { Some(node) } else { tree.nodes[node].parent.and_then(|p| motion[p]) };
+        motion[node] =
+            if own { Some(node) } else { tree.nodes[node].parent.and_then(|p| motion[p]) };
     }
     let mut trigger_of = BTreeMap::new();
     for (&node, e) in &extension {
         if let Some(joint) = e.get("joint") {
-            notes.push(format!("{}: {}: joints are not read yet, it is left out", tree.name(node), joint.place()));
+            notes.push(format!(
+                "{}: {}: joints are not read yet, it is left out",
+                tree.name(node),
+                joint.place()
+            ));
         }
         let Some(list) = e.get("trigger").and_then(|t| t.get("nodes")) else { continue };
         for member in list.items()? {
@@ -228,7 +235,8 @@ fn set_mass(
     }
     let own = of_shapes(&def.shapes);
     if own.mass <= 0.0 && (mass.is_none() || diagonal.is_none()) {
-        let used = "mass 1 kg and the inertia of a ball of 0.5 m radius are used where none is given";
+        let used =
+            "mass 1 kg and the inertia of a ball of 0.5 m radius are used where none is given";
         notes.push(format!("{name}: it has no shape with a volume; {used}"));
     }
     let mass = mass.unwrap_or(if own.mass > 0.0 { own.mass } else { 1.0 });

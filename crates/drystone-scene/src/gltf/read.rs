@@ -64,7 +64,8 @@ pub(crate) fn document(path: &Path) -> Result<Document, SceneError> {
 pub(crate) fn parse(bytes: &[u8], folder: PathBuf) -> Result<Document, SceneError> {
     let (text, chunk) =
         if bytes.starts_with(b"glTF") { split_glb(bytes)? } else { (json_text(bytes), None) };
-    let nowhere = |problem: String, allowed: &str| SceneError::new(Path::new(""), "", problem, allowed);
+    let nowhere =
+        |problem: String, allowed: &str| SceneError::new(Path::new(""), "", problem, allowed);
     let json: Value = serde_json::from_slice(text)
         .map_err(|e| nowhere(format!("broken JSON: {e}"), "JSON as RFC 8259 has it"))?;
     if !json.is_object() {
@@ -132,7 +133,9 @@ fn buffer(at: &At<'_>, chunk: Option<&[u8]>, folder: &Path) -> Result<Vec<u8>, S
         Some(uri) => resource(&uri, folder)?,
         None => match chunk {
             Some(chunk) => chunk.to_vec(),
-            None => return Err(at.error("it has no uri and there is no BIN chunk", "one of the two")),
+            None => {
+                return Err(at.error("it has no uri and there is no BIN chunk", "one of the two"));
+            }
         },
     };
     if bytes.len() < wanted {

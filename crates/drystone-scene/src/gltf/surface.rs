@@ -40,7 +40,10 @@ pub(crate) fn materials(
         let (fixed, sliding) = (friction("staticFriction")?, friction("dynamicFriction")?);
         if (fixed - sliding).abs() > 1.0e-6 {
             let used = "the dynamic one is used for both";
-            notes.push(format!("{}: static friction {fixed}, dynamic {sliding}: {used}", at.place()));
+            notes.push(format!(
+                "{}: static friction {fixed}, dynamic {sliding}: {used}",
+                at.place()
+            ));
         }
         let mut restitution = at.get("restitution").map_or(Ok(0.0), |v| v.at_least_zero())?;
         if restitution > 1.0 {
@@ -90,7 +93,11 @@ pub(crate) fn filters(
         for at in extension.list("collisionFilters")? {
             let names = |key: &str| -> Result<Option<Vec<String>>, SceneError> {
                 let Some(list) = at.get(key) else { return Ok(None) };
-                list.items()?.iter().map(|n| n.text().map(str::to_owned)).collect::<Result<_, _>>().map(Some)
+                list.items()?
+                    .iter()
+                    .map(|n| n.text().map(str::to_owned))
+                    .collect::<Result<_, _>>()
+                    .map(Some)
             };
             all.push(Systems {
                 member: names("collisionSystems")?.unwrap_or_default(),
@@ -110,7 +117,10 @@ pub(crate) fn filters(
         }
     }
     if classes.len() > 64 {
-        notes.push(format!("of {} different collision filters the first 64 are kept", classes.len()));
+        notes.push(format!(
+            "of {} different collision filters the first 64 are kept",
+            classes.len()
+        ));
     }
     let filter = |class: usize| {
         if class >= 64 {
