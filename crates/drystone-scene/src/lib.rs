@@ -1,9 +1,11 @@
 //! Scenes for drystone: the catalog of built-in scenes and the file formats.
 
 pub mod bake;
+mod catalog;
 mod error;
 pub mod gltf;
 mod scene;
 
+pub use catalog::{CatalogError, Entry, Parameter, Range, Values, catalog, named};
 pub use error::SceneError;
 pub use scene::{Scene, SceneBody, SceneJoint, Script};
