@@ -333,7 +333,7 @@ fn what_is_wrong_is_said_in_one_line() {
         ("zeros", "\0".repeat(100_000), "not a glTF file"),
         ("cut", "glTF".to_owned(), "cut short"),
         ("list", "  {\"asset\": []}".to_owned(), "asset"),
-        ("overflow", sample.replacen("1.0", "1e999", 1), "number out of range"),
+        ("overflow", sample.replace("\"mass\": 1.0", "\"mass\": 1e999"), "number out of range"),
         (
             "nan",
             edit("/nodes/1/translation/1", json!("NaN")),
@@ -372,7 +372,10 @@ fn what_is_wrong_is_said_in_one_line() {
         ("scene", edit("/scene", json!(3)), "scene: is 3, allowed is 0 to 0"),
     ];
     let check = |path: &Path, part: &str| {
-        let line = gltf::load(path, &Options::default()).unwrap_err().to_string();
+        let line = match gltf::load(path, &Options::default()) {
+            Ok(_) => panic!("{} was read", path.display()),
+            Err(e) => e.to_string(),
+        };
         assert!(line.contains(part), "{line}\nhas no {part:?}");
         assert!(line.starts_with(&path.display().to_string()) && !line.contains('\n'), "{line}");
     };

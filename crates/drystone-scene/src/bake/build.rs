@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 
 use super::file::{bytes_of, push};
 use super::solids::{self, Surface};
-use crate::gltf::{Document, of_shapes};
+use crate::gltf::{Document, STATIC_BODY, of_shapes};
 use crate::scene::{Scene, SceneBody, Script};
 
 /// Colors (linear red, green, blue): static, kinematic, trigger, then those of moving bodies by turns.
@@ -132,6 +132,9 @@ impl Build {
             children.push(push(&mut self.json, "nodes", child));
         }
         if !children.is_empty() {
+            if def.kind == BodyKind::Static {
+                node["extras"] = json!({STATIC_BODY: true});
+            }
             node["children"] = json!(children);
         }
         if physics.as_object().is_some_and(|p| !p.is_empty()) {

@@ -17,6 +17,10 @@ use crate::error::SceneError;
 /// Name of the extension.
 pub(crate) const EXTENSION: &str = "KHR_physics_rigid_bodies";
 
+/// Name of the mark, in a node's `extras`, of a static body whose colliders hang below it. The
+/// extension has no such thing; [`crate::bake::write_scene`] writes it.
+pub(crate) const STATIC_BODY: &str = "staticBody";
+
 /// Mass that stands for an infinite one [kg].
 const INFINITE_MASS: f32 = 1.0e9;
 
@@ -39,7 +43,7 @@ pub(crate) fn is_present(root: &At<'_>) -> Result<bool, SceneError> {
 struct Nodes<'a> {
     /// The extension object of each node that has one and is in the scene.
     extension: BTreeMap<usize, At<'a>>,
-    /// The node with motion that each node belongs to.
+    /// The node that each node belongs to: with motion, or marked as a static body.
     motion: Vec<Option<usize>>,
     /// For members of a compound trigger: the node that stands for it.
     trigger_of: BTreeMap<usize, usize>,
@@ -152,8 +156,11 @@ fn survey<'a>(
         notes.push(format!("{outside} nodes with physics are not in the scene and left out"));
     }
     let mut motion = vec![None; tree.nodes.len()];
+    let list = root.list("nodes")?;
     for &node in &tree.order {
-        let own = extension.get(&node).is_some_and(|e| e.get("motion").is_some());
+        let moves = extension.get(&node).is_some_and(|e: &At<'_>| e.get("motion").is_some());
+        let marked = list[node].dig(&["extras", STATIC_BODY]).map_or(Ok(false), |m| m.bool())?;
+        let own = moves || (marked && tree.nodes[node].in_scene);
         motion[node] =
             if own { Some(node) } else { tree.nodes[node].parent.and_then(|p| motion[p]) };
     }
