@@ -3,6 +3,7 @@
 pub mod bake;
 mod error;
 pub mod gltf;
+pub mod obj;
 mod scene;
 
 pub use error::SceneError;

@@ -675,3 +675,45 @@ fn a_built_scene_written_and_read_is_the_same_scene() {
         assert!((ground.pose.direction(Vec3::Y) - slope).length() < 1e-5);
     }
 }
+
+#[test]
+fn an_obj_file_gives_a_body_for_each_object() {
+    let folder = scratch("obj");
+    let mut text = String::new();
+    let cube = |text: &mut String, name: &str, y: f32, h: f32| {
+        text.push_str(&format!("o {name}\n"));
+        for i in 0..8_u8 {
+            let s = |b: u8| if i >> b & 1 == 1 { h } else { -h };
+            text.push_str(&format!("v {} {} {}\n", s(0), y + s(1), s(2)));
+        }
+        for f in [
+            "-8 -6 -5 -7",
+            "-4 -3 -1 -2",
+            "-8 -7 -3 -4",
+            "-6 -2 -1 -5",
+            "-8 -4 -2 -6",
+            "-7 -5 -1 -3",
+        ] {
+            text.push_str(&format!("f {f}\n"));
+        }
+    };
+    cube(&mut text, "floor", -5.0, 4.0);
+    cube(&mut text, "crate", 2.0, 0.5);
+    let path = folder.join("two.obj");
+    fs::write(&path, text).unwrap();
+    let options = |how| Options { auto_colliders: Some(how), ..Options::default() };
+    let l = drystone_scene::obj::load(&path, &options(AutoColliders::Hull)).unwrap();
+    let words: Vec<_> = l
+        .scene
+        .bodies
+        .iter()
+        .map(|b| (b.name.as_str(), b.def.kind, b.def.shapes[0].shape.kind()))
+        .collect();
+    assert_eq!(words, [("floor", BodyKind::Static, "mesh"), ("crate", BodyKind::Dynamic, "hull")]);
+    let e = drystone_scene::obj::load(&path, &Options::default()).unwrap_err().to_string();
+    assert!(e.contains("--auto-colliders") && !e.contains("KHR"), "{e}");
+    let motion = flight(&l.scene, 20);
+    let out = folder.join("two.glb");
+    bake::write(&out, &l, &motion).unwrap();
+    assert_poses(&out, &l.node_of_body, &motion);
+}

@@ -26,7 +26,7 @@ use crate::scene::{Scene, SceneBody};
 pub(crate) use self::json::At;
 pub(crate) use self::nodes::{Tree, read as read_tree};
 pub(crate) use self::physics::{STATIC_BODY, of_shapes};
-pub(crate) use self::read::resource;
+pub(crate) use self::read::{open, resource};
 
 pub use self::info::info;
 pub use self::read::Document;
@@ -102,6 +102,15 @@ pub fn from_slice(
     let file = PathBuf::from(name);
     let loaded = read::parse(bytes, folder.to_path_buf()).and_then(|d| interpret(d, name, options));
     loaded.map_err(|e| e.in_file(&file))
+}
+
+/// A scene from a document made elsewhere, such as from the meshes of another format.
+pub(crate) fn from_document(
+    document: Document,
+    name: &str,
+    options: &Options,
+) -> Result<LoadedGltf, SceneError> {
+    interpret(document, name, options)
 }
 
 fn interpret(document: Document, name: &str, options: &Options) -> Result<LoadedGltf, SceneError> {

@@ -259,38 +259,9 @@ fn set_mass(
 
 /// Mass properties of all solid shapes together, about their common center [body].
 pub(crate) fn of_shapes(shapes: &[ShapeDef]) -> MassProperties {
-    let parts: Vec<MassProperties> = shapes
-        .iter()
-        .filter(|s| !s.sensor)
-        .map(|s| {
-            let own = MassProperties::of(&s.shape, s.density);
-            let (d, axes) = own.inertia.eigen();
-            MassProperties {
-                mass: own.mass,
-                center: s.pose.point(own.center),
-                inertia: Sym3::rotated_diagonal(s.pose.rotation * axes, d),
-            }
-        })
-        .collect();
-    let mass: f32 = parts.iter().map(|p| p.mass).sum();
-    if mass <= 0.0 {
-        return MassProperties::default();
-    }
-    let center = parts.iter().fold(Vec3::ZERO, |c, p| c + p.center * (p.mass / mass));
-    let inertia = parts.iter().fold(Sym3::ZERO, |sum, p| {
-        let r = p.center - center;
-        let m = p.mass;
-        let moved = Sym3 {
-            xx: m * (r.y * r.y + r.z * r.z),
-            yy: m * (r.x * r.x + r.z * r.z),
-            zz: m * (r.x * r.x + r.y * r.y),
-            xy: -m * r.x * r.y,
-            xz: -m * r.x * r.z,
-            yz: -m * r.y * r.z,
-        };
-        sum.plus(p.inertia).plus(moved)
-    });
-    MassProperties { mass, center, inertia }
+    let solid = shapes.iter().filter(|s| !s.sensor);
+    let parts: Vec<_> = solid.map(|s| (s.pose, MassProperties::of(&s.shape, s.density))).collect();
+    MassProperties::combine(&parts)
 }
 
 /// Unique names of the bodies of these nodes: the node's, `#index` without one, `name#index` where
