@@ -1,7 +1,9 @@
 //! `cargo xtask ci`: everything a change must pass, cheapest first; the first failure ends it.
 
+use std::process::Stdio;
 use std::time::Instant;
 
+use crate::tidy::is_reference_key;
 use crate::{Outcome, cargo, golden, root, run_to_end, tidy};
 
 type Stage = (&'static str, fn() -> Outcome);
@@ -50,11 +52,35 @@ fn clippy() -> Outcome {
     ]))
 }
 
+/// Units and frames that stand alone in brackets, as `[m]`; rustdoc takes them for links.
+const UNITS: [&str; 14] =
+    ["m", "m²", "m³", "s", "kg", "N", "J", "W", "Pa", "rad", "Hz", "world", "body", "local"];
+
 /// Libraries only: the command's binary has the engine's name, and the two pages would collide.
 fn doc() -> Outcome {
     let mut command = cargo();
     command.args(["doc", "--quiet", "--workspace", "--no-deps", "--lib"]);
-    run_to_end(command.env("RUSTDOCFLAGS", "-D warnings"))
+    let flags = "-D warnings --force-warn rustdoc::broken_intra_doc_links";
+    let output = command.env("RUSTDOCFLAGS", flags).stdout(Stdio::inherit()).output();
+    let output = output.map_err(|error| format!("cargo doc: {error}"))?;
+    let messages = String::from_utf8_lossy(&output.stderr);
+    let broken = broken_links(&messages);
+    if output.status.success() && broken.is_empty() {
+        return Ok(());
+    }
+    // Of a failed build everything is shown; else only the links, without the units among them.
+    Err(if output.status.success() { broken.join("\n") } else { messages.into_owned() })
+}
+
+/// The messages about links that lead nowhere, units and reference keys left out.
+fn broken_links(messages: &str) -> Vec<&str> {
+    let blocks = messages.split("\n\n").map(str::trim);
+    let is_link = |block: &&str| {
+        let name =
+            block.split("unresolved link to `").nth(1).and_then(|rest| rest.split('`').next());
+        name.is_some_and(|name| !UNITS.contains(&name) && !is_reference_key(name))
+    };
+    blocks.filter(is_link).collect()
 }
 
 /// Runs every file in the engine's `examples/`.
@@ -74,4 +100,18 @@ fn examples() -> Outcome {
         run_to_end(cargo().args(run).arg(name))?;
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn units_and_keys_are_no_broken_links() {
+        let block =
+            |name: &str| format!("warning: unresolved link to `{name}`\n --> a.rs:1:2\n  |\n");
+        let messages = [block("m"), block("Catto11"), block("Pose::gone")].join("\n\n");
+        let found = broken_links(&messages);
+        assert!(found.len() == 1 && found[0].contains("Pose::gone"), "{found:?}");
+    }
 }

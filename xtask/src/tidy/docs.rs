@@ -45,19 +45,21 @@ pub fn check(tree: &Tree) -> Vec<String> {
     findings
 }
 
-/// Keys in brackets: a capital, more letters, two digits.
+/// Whether it reads as a key of the references: a capital, more letters, two digits.
+pub fn is_reference_key(text: &str) -> bool {
+    let name = text.trim_end_matches(|c: char| c.is_ascii_digit());
+    name.len() >= 2
+        && text.len() == name.len() + 2
+        && name.starts_with(|c: char| c.is_ascii_uppercase())
+        && name.chars().all(|c| c.is_ascii_alphabetic())
+}
+
+/// Keys in brackets, with their offsets.
 fn reference_keys(text: &str) -> Vec<(usize, &str)> {
-    let is_key = |inner: &str| {
-        let name = inner.trim_end_matches(|c: char| c.is_ascii_digit());
-        name.len() >= 2
-            && inner.len() == name.len() + 2
-            && name.starts_with(|c: char| c.is_ascii_uppercase())
-            && name.chars().all(|c| c.is_ascii_alphabetic())
-    };
     let open = text.match_indices('[').map(|(at, _)| at);
     open.filter_map(|at| {
         let end = at + text[at..].find(']')?;
-        is_key(&text[at + 1..end]).then(|| (at, &text[at..=end]))
+        is_reference_key(&text[at + 1..end]).then(|| (at, &text[at..=end]))
     })
     .collect()
 }

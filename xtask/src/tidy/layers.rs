@@ -82,16 +82,16 @@ fn names(code: &str, start: usize) -> Vec<(usize, &str)> {
         return word_at(start).filter(|(_, word)| *word != "super").into_iter().collect();
     }
     let (mut found, mut depth, mut expecting) = (Vec::new(), 0, false);
-    for at in start..code.len() {
-        match bytes[at] {
+    for (at, &byte) in bytes.iter().enumerate().skip(start) {
+        match byte {
             b'{' => depth += 1,
             b'}' => depth -= 1,
             _ => {}
         }
-        match bytes[at] {
+        match byte {
             _ if depth == 0 => break,
             b'{' | b',' => expecting = depth == 1,
-            byte if expecting && !byte.is_ascii_whitespace() => {
+            _ if expecting && !byte.is_ascii_whitespace() => {
                 found.extend(word_at(at).filter(|(_, word)| *word != "self"));
                 expecting = false;
             }

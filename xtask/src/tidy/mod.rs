@@ -11,6 +11,8 @@ mod tests;
 use std::collections::BTreeMap;
 use std::process::Command;
 
+pub use docs::is_reference_key;
+
 use crate::{Outcome, root};
 
 /// The files of the project that git does not ignore: path from the root, with `/`, and text.

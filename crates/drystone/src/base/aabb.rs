@@ -14,7 +14,8 @@ pub struct Aabb {
 
 impl Aabb {
     /// Holds nothing; the union with it is the other box.
-    pub const EMPTY: Self = Self { min: Vec3::splat(f32::INFINITY), max: Vec3::splat(f32::NEG_INFINITY) };
+    pub const EMPTY: Self =
+        Self { min: Vec3::splat(f32::INFINITY), max: Vec3::splat(f32::NEG_INFINITY) };
 
     /// The box with these two corners.
     #[must_use]

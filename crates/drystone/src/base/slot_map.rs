@@ -93,9 +93,11 @@ impl<Id: From<RawId> + Into<RawId> + Copy, T> SlotMap<Id, T> {
 
     /// Rows in slot order.
     pub(crate) fn iter(&self) -> impl Iterator<Item = (Id, &T)> {
-        (0_u32..).zip(&self.values).zip(&self.generations).filter_map(|((index, value), generation)| {
-            value.as_ref().map(|v| (RawId::new(index, *generation).into(), v))
-        })
+        (0_u32..).zip(&self.values).zip(&self.generations).filter_map(
+            |((index, value), generation)| {
+                value.as_ref().map(|v| (RawId::new(index, *generation).into(), v))
+            },
+        )
     }
 }
 

@@ -192,9 +192,7 @@ impl<S: Simd> Sym3w<S> {
 
 /// Four rows of four numbers, turned into four columns. Its own inverse.
 #[inline(always)]
-fn transpose4<S: Simd>(
-    [r0, r1, r2, r3]: [f32x4<S>; 4],
-) -> [f32x4<S>; 4] {
+fn transpose4<S: Simd>([r0, r1, r2, r3]: [f32x4<S>; 4]) -> [f32x4<S>; 4] {
     let (a, b) = (r0.zip_low(r2), r1.zip_low(r3));
     let (c, d) = (r0.zip_high(r2), r1.zip_high(r3));
     [a.zip_low(b), a.zip_high(b), c.zip_low(d), c.zip_high(d)]

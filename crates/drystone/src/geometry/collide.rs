@@ -1,7 +1,10 @@
 //! Two solids at given poses to a manifold: the dispatch table.
 
+pub(crate) mod mesh;
+
+pub(crate) use mesh::collide_mesh;
+
 use super::manifold::Manifold;
-use super::mesh::Mesh;
 use super::solid::Solid;
 use crate::base::math::Vec3;
 use crate::base::pose::Pose;
@@ -24,20 +27,18 @@ pub(crate) const MAX_PARTS: usize = 4;
 
 /// The manifold of two convex solids (half-spaces included, meshes not), in the frame of A. Points
 /// farther apart than `margin` [m] are left out; no points: no contact.
-pub(crate) fn collide(a: &Solid, b: &Solid, b_in_a: &Pose, margin: f32, cache: &mut PairCache) -> Manifold {
-    let _ = (a, b, b_in_a, margin, cache);
-    Manifold::default()
-}
-
-/// The manifolds of a mesh A and a convex solid B (no half-space, no mesh), in the frame of A: at most
-/// [`MAX_PARTS`], each with a normal of its own. Returns how many were written to `out`.
-pub(crate) fn collide_mesh(
-    mesh: &Mesh,
+pub(crate) fn collide(
+    a: &Solid,
     b: &Solid,
-    b_in_mesh: &Pose,
+    b_in_a: &Pose,
     margin: f32,
-    out: &mut [Manifold; MAX_PARTS],
-) -> usize {
-    let _ = (mesh, b, b_in_mesh, margin, out);
-    0
+    cache: &mut PairCache,
+) -> Manifold {
+    use super::solid::Core;
+    match (&a.core, &b.core) {
+        (Core::Hull(x), Core::Hull(y)) => {
+            super::sat::collide_polytopes(x.polytope(), y.polytope(), b_in_a, margin, cache)
+        }
+        _ => Manifold::default(),
+    }
 }

@@ -138,7 +138,8 @@ impl Hull {
     pub(crate) fn cuboid(h: Vec3) -> Self {
         // Vertex i: bit 0 = +x, bit 1 = +y, bit 2 = +z.
         let sign = |i: u16, bit: u16, v: f32| if i >> bit & 1 == 1 { v } else { -v };
-        let vertices = (0..8).map(|i| vec3(sign(i, 0, h.x), sign(i, 1, h.y), sign(i, 2, h.z))).collect();
+        let vertices =
+            (0..8).map(|i| vec3(sign(i, 0, h.x), sign(i, 1, h.y), sign(i, 2, h.z))).collect();
         let loops: [([u16; 4], Vec3, f32); 6] = [
             ([0, 4, 6, 2], -Vec3::X, h.x),
             ([1, 3, 7, 5], Vec3::X, h.x),

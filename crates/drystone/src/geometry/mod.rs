@@ -8,4 +8,8 @@ pub(crate) mod mesh;
 pub(crate) mod bvh;
 pub(crate) mod manifold;
 pub(crate) mod collide;
+pub(crate) mod sat;
+pub(crate) mod clip;
+pub(crate) mod gjk;
+pub(crate) mod epa;
 pub(crate) mod cast;

@@ -146,7 +146,11 @@ impl<'w> Query<'w> {
     ///
     /// # Errors
     /// A number is not finite.
-    pub fn overlap_point(&self, point: impl Into<Vec3>, filter: Filter) -> Result<Vec<ShapeId>, DefError> {
+    pub fn overlap_point(
+        &self,
+        point: impl Into<Vec3>,
+        filter: Filter,
+    ) -> Result<Vec<ShapeId>, DefError> {
         let shape = Shape::sphere(1.0e-5);
         self.overlap_shape(&shape, Pose::at(point), filter)
     }

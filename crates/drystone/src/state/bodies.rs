@@ -63,7 +63,8 @@ pub(crate) struct Body {
     pub(crate) extent: f32,
     /// Half of the least thickness of its shapes [m]: what it may move in a step without a check.
     pub(crate) inner: f32,
-    /// Contacts between it and static ground, at least; static bodies 0.
+    /// Level in the contact graph: contacts between it and what cannot be pushed, at least. That is 0;
+    /// a body that nothing holds has [`NONE`].
     pub(crate) level: u32,
     /// Its state became non-finite: it takes no part in steps.
     pub(crate) faulted: bool,
@@ -73,7 +74,10 @@ pub(crate) struct Body {
 impl Body {
     /// Pose of the origin.
     pub(crate) fn pose(&self) -> Pose {
-        Pose { position: self.center - self.rotation.rotate(self.local_center), rotation: self.rotation }
+        Pose {
+            position: self.center - self.rotation.rotate(self.local_center),
+            rotation: self.rotation,
+        }
     }
 
     /// Puts the origin at `pose`.

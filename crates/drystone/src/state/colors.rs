@@ -82,4 +82,6 @@ pub(crate) struct Colors {
     pub(crate) contacts_fixed: Coloring,
     /// Colored contacts that bounce, resist rolling or have a kinematic body.
     pub(crate) special: usize,
+    /// Contacts came or went, or the last relaxation still changed a level.
+    pub(crate) levels_dirty: bool,
 }

@@ -158,7 +158,8 @@ impl WorldConfig {
         let text = text.trim();
         match path {
             "gravity" => {
-                let parts: Vec<f32> = text.split(',').filter_map(|p| p.trim().parse().ok()).collect();
+                let parts: Vec<f32> =
+                    text.split(',').filter_map(|p| p.trim().parse().ok()).collect();
                 let [x, y, z] = parts[..] else {
                     return Err(DefError::new("gravity", text, "three numbers x,y,z"));
                 };
@@ -218,6 +219,8 @@ mod tests {
             }
             assert_eq!(before, config);
         }
-        assert!(config.set("contact.magic", "1").unwrap_err().to_string().contains("contact.hertz"));
+        assert!(
+            config.set("contact.magic", "1").unwrap_err().to_string().contains("contact.hertz")
+        );
     }
 }

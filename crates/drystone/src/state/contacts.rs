@@ -159,7 +159,8 @@ impl Contacts {
         for side in 0..2_usize {
             let Link { previous, next } = contact.links[side];
             if previous == NONE {
-                bodies.at_mut(if side == 0 { contact.body_a } else { contact.body_b }).contacts = next;
+                bodies.at_mut(if side == 0 { contact.body_a } else { contact.body_b }).contacts =
+                    next;
             } else {
                 self.at_mut(previous / 2).links[(previous & 1) as usize].next = next;
             }

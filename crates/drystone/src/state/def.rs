@@ -405,7 +405,8 @@ impl BodyDef {
                 finite_vec("center", center)?;
                 let (d, _) = inertia.eigen();
                 let tolerance = -1.0e-5 * d.max_element();
-                if !(inertia.is_finite() && d.min_element() >= tolerance && d.max_element() >= 0.0) {
+                if !(inertia.is_finite() && d.min_element() >= tolerance && d.max_element() >= 0.0)
+                {
                     let value = format!("{inertia:?}");
                     return Err(DefError::new("inertia", value, "a positive semidefinite matrix"));
                 }

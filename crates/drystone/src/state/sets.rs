@@ -42,6 +42,7 @@ impl Sets<'_> {
             if n == 2 { &mut self.colors.contacts } else { &mut self.colors.contacts_fixed };
         self.contacts.at_mut(row).place = coloring.insert(row, &dynamic[..n]);
         self.colors.special += usize::from(self.is_special(row));
+        self.colors.levels_dirty = true;
         for body in &dynamic[..n] {
             self.bodies.at_mut(*body).constraints += 1;
         }
@@ -72,6 +73,7 @@ impl Sets<'_> {
         }
         self.contacts.at_mut(row).place = Place::NOWHERE;
         self.colors.special -= usize::from(self.is_special(row));
+        self.colors.levels_dirty = true;
         for body in &dynamic[..n] {
             self.bodies.at_mut(*body).constraints -= 1;
         }

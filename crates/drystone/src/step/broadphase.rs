@@ -4,17 +4,17 @@
 //! over moved shapes, rows made serially in the order of the sorted pairs.
 
 use crate::base::jobs::{Executor, collect_ranges, grain};
+use crate::base::math::Vec3;
 use crate::base::pair_set::pair_key;
+use crate::geometry::collide::{MAX_PARTS, PairCache};
 use crate::state::bodies::{Bodies, NONE};
 use crate::state::bounds::Bounds;
 use crate::state::colors::Place;
+use crate::state::contacts::Point;
 use crate::state::contacts::{Contact, Contacts, Link, Reference};
 use crate::state::def::BodyKind;
 use crate::state::joints::Joints;
 use crate::state::shapes::{ShapeRow, Shapes};
-use crate::base::math::Vec3;
-use crate::geometry::collide::{MAX_PARTS, PairCache};
-use crate::state::contacts::Point;
 
 /// Memory kept from step to step.
 #[derive(Clone, Debug, Default)]
@@ -40,24 +40,30 @@ pub(crate) fn find_pairs(
     moved.dedup();
     {
         let (bodies, contacts, moved) = (&*bodies, &*contacts, &*moved);
-        collect_ranges(jobs, moved.len(), grain(jobs, moved.len(), 32), &mut scratch.found, |range, out| {
-            for row in &moved[range] {
-                let shape = shapes.at(*row);
-                let mut meet = |other: u32| {
-                    if other != *row
-                        && !contacts.has_pair(*row, other)
-                        && may_meet(bodies, joints, shape, shapes.at(other))
-                    {
-                        out.push(pair_key(*row, other));
+        collect_ranges(
+            jobs,
+            moved.len(),
+            grain(jobs, moved.len(), 32),
+            &mut scratch.found,
+            |range, out| {
+                for row in &moved[range] {
+                    let shape = shapes.at(*row);
+                    let mut meet = |other: u32| {
+                        if other != *row
+                            && !contacts.has_pair(*row, other)
+                            && may_meet(bodies, joints, shape, shapes.at(other))
+                        {
+                            out.push(pair_key(*row, other));
+                        }
+                        true
+                    };
+                    moving.query(&shape.fat, &mut meet);
+                    if !shape.fixed {
+                        fixed.query(&shape.fat, &mut meet);
                     }
-                    true
-                };
-                moving.query(&shape.fat, &mut meet);
-                if !shape.fixed {
-                    fixed.query(&shape.fat, &mut meet);
                 }
-            }
-        });
+            },
+        );
     }
     moved.clear();
     let pairs = &mut scratch.pairs;

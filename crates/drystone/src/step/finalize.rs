@@ -93,7 +93,13 @@ pub(crate) fn fat_box(fits: &Aabb, body: &Body, ctx: &StepContext) -> Aabb {
     fits.union(&Aabb::new(fits.min + step, fits.max + step)).grown(room)
 }
 
-fn advance(ctx: &StepContext, body: &mut Body, row: u32, lines: &solver::Scratch, out: &mut Vec<Note>) {
+fn advance(
+    ctx: &StepContext,
+    body: &mut Body,
+    row: u32,
+    lines: &solver::Scratch,
+    out: &mut Vec<Note>,
+) {
     let (center, rotation) = (body.center, body.rotation);
     let line = lines.line_of[row as usize] as usize;
     if body.kind == BodyKind::Kinematic {

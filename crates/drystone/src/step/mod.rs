@@ -72,6 +72,7 @@ impl Stage {
 pub(crate) struct Scratch {
     broadphase: broadphase::Scratch,
     narrowphase: narrowphase::Scratch,
+    levels: partition::Levels,
     solver: solver::Scratch,
     finalize: finalize::Scratch,
     sleep: sleep::Scratch,
@@ -85,8 +86,9 @@ pub(crate) fn step(
     jobs: &dyn Executor,
     after: &mut dyn FnMut(Stage),
 ) {
-    let Tables { config, bodies, shapes, joints, contacts, bounds, islands, colors, events, .. } =
-        tables;
+    let Tables {
+        config, bodies, shapes, joints, contacts, bounds, islands, colors, events, ..
+    } = tables;
     let s = scratch;
 
     broadphase::find_pairs(bodies, shapes, joints, contacts, bounds, &mut s.broadphase, jobs);
@@ -95,20 +97,19 @@ pub(crate) fn step(
     after(Stage::Narrowphase);
     let mut sets = Sets { bodies, joints, contacts, islands, colors, events };
     partition::apply_touch_changes(&s.narrowphase, shapes, &mut sets);
+    partition::relax_levels(&mut sets, &mut s.levels);
     after(Stage::Partition);
     let Sets { bodies, joints, contacts, islands, colors, events } = sets;
     solver::solve(ctx, &config.method, bodies, joints, contacts, colors, &mut s.solver, jobs);
-    let mut sets = Sets { bodies, joints, contacts, islands, colors, events };
-    partition::report_begun(s.solver.begun(), ctx.hit_speed, shapes, &mut sets);
     after(Stage::Solver);
     let speed = config.sleep.speed;
-    let bodies = &mut *sets.bodies;
     finalize::advance_poses(ctx, speed, bodies, shapes, bounds, &s.solver, &mut s.finalize, jobs);
     after(Stage::Finalize);
     sweep::stop_fast_bodies(ctx, s.finalize.notes(), bodies, shapes, bounds);
     after(Stage::Sweep);
+    let mut sets = Sets { bodies, joints, contacts, islands, colors, events };
+    sensor::report_touches(s.solver.begun(), ctx.hit_speed, shapes, &mut sets);
     quarantine(&mut sets, s.finalize.notes(), tables.steps + 1);
-    sensor::order_events(sets.events);
     after(Stage::Sensor);
     sleep::rest_still_islands(&config.sleep, &mut sets, &mut s.sleep);
     after(Stage::Sleep);

@@ -103,9 +103,8 @@ fn update(
         }
         index += 1;
         let next = contact.next_part;
-        part = (next != NONE)
-            .then(|| slots.row(next as usize).as_mut().map(|c| (next, c)))
-            .flatten();
+        part =
+            (next != NONE).then(|| slots.row(next as usize).as_mut().map(|c| (next, c))).flatten();
     }
 }
 
@@ -131,7 +130,8 @@ fn may_recycle(ctx: &StepContext, contact: &Contact, a: &Body, b: &Body) -> bool
     };
     let size = |body: &Body| if body.is_dynamic() { body.extent } else { 0.0 };
     let shift = ((b.center - a.center) - r.offset).length();
-    let turns = turn(&a.rotation, &r.rotation_a) * size(a) + turn(&b.rotation, &r.rotation_b) * size(b);
+    let turns =
+        turn(&a.rotation, &r.rotation_a) * size(a) + turn(&b.rotation, &r.rotation_b) * size(b);
     // A moving static-like partner (kinematic) turns the normal with it: only tiny turns are allowed.
     let carried = |body: &Body| !body.is_dynamic() && body.active() && body.w != Vec3::ZERO;
     shift + turns < ctx.recycle_distance && !carried(a) && !carried(b)
@@ -174,11 +174,8 @@ fn rebuild(contact: &mut Contact, manifold: &Manifold, pose_a: &Pose, a: &Body, 
     let before = contact.count;
     let old = contact.points;
     let normal = pose_a.direction(manifold.normal);
-    contact.reference = Reference {
-        offset: b.center - a.center,
-        rotation_a: a.rotation,
-        rotation_b: b.rotation,
-    };
+    contact.reference =
+        Reference { offset: b.center - a.center, rotation_a: a.rotation, rotation_b: b.rotation };
     #[expect(clippy::cast_possible_truncation, reason = "at most four points")]
     let count = manifold.count as u8;
     contact.count = count;

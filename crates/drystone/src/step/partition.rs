@@ -5,12 +5,12 @@
 //! only.
 
 use super::narrowphase::{Change, Scratch};
+use crate::state::bodies::Bodies;
 use crate::state::bodies::NONE;
 use crate::state::contacts::Contact;
 use crate::state::events::{ContactEvent, Events, SensorEvent};
 use crate::state::sets::Sets;
 use crate::state::shapes::Shapes;
-use crate::state::bodies::Bodies;
 
 /// Applies the changes that narrowphase listed.
 pub(crate) fn apply_touch_changes(scratch: &Scratch, shapes: &Shapes, sets: &mut Sets<'_>) {
@@ -20,6 +20,48 @@ pub(crate) fn apply_touch_changes(scratch: &Scratch, shapes: &Shapes, sets: &mut
             Change::Count(row) => recount(row, shapes, sets),
         }
     }
+}
+
+/// Memory kept from step to step: the levels to be.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Levels {
+    next: Vec<u32>,
+}
+
+/// One Jacobi relaxation of the levels of the contact graph, level = 1 + the least level of a touching
+/// neighbor: converges in as many steps as the graph is deep, and costs nothing while nothing changes.
+pub(crate) fn relax_levels(sets: &mut Sets<'_>, scratch: &mut Levels) {
+    if !core::mem::take(&mut sets.colors.levels_dirty) {
+        return;
+    }
+    let next = &mut scratch.next;
+    next.clear();
+    next.resize(sets.bodies.rows.slot_count(), NONE);
+    let mut meet = |row: u32| {
+        let c = sets.contacts.at(row);
+        let (a, b) = (c.body_a, c.body_b);
+        let level = |body: u32| sets.bodies.at(body).level.saturating_add(1);
+        let (from_a, from_b) = (level(a), level(b));
+        next[a as usize] = next[a as usize].min(from_b);
+        next[b as usize] = next[b as usize].min(from_a);
+    };
+    for coloring in [&sets.colors.contacts, &sets.colors.contacts_fixed] {
+        coloring.colors.iter().flat_map(|c| &c.members).for_each(|row| meet(*row));
+    }
+    let mut changed = false;
+    // A body above all that is held would count up for ever when its ground is taken away.
+    let most = u32::try_from(sets.bodies.awake.len()).unwrap_or(NONE);
+    for i in 0..sets.bodies.awake.len() {
+        let row = sets.bodies.awake[i];
+        let level = next[row as usize];
+        let body = sets.bodies.at_mut(row);
+        if body.is_dynamic() {
+            let level = if level > most { NONE } else { level };
+            changed |= level != body.level;
+            body.level = level;
+        }
+    }
+    sets.colors.levels_dirty = changed;
 }
 
 /// Removes a contact with all its parts; reports the end if it was touching.
@@ -127,9 +169,19 @@ fn push(c: &Contact, begin: bool, shapes: &Shapes, bodies: &Bodies, events: &mut
     let (body_a, body_b) = (bodies.id(c.body_a), bodies.id(c.body_b));
     if c.sensor {
         let event = if shapes.at(c.shape_a).sensor {
-            SensorEvent { sensor: shape_a, visitor: shape_b, sensor_body: body_a, visitor_body: body_b }
+            SensorEvent {
+                sensor: shape_a,
+                visitor: shape_b,
+                sensor_body: body_a,
+                visitor_body: body_b,
+            }
         } else {
-            SensorEvent { sensor: shape_b, visitor: shape_a, sensor_body: body_b, visitor_body: body_a }
+            SensorEvent {
+                sensor: shape_b,
+                visitor: shape_a,
+                sensor_body: body_b,
+                visitor_body: body_a,
+            }
         };
         if begin { events.sensor_enter.push(event) } else { events.sensor_exit.push(event) }
     } else {

@@ -26,7 +26,9 @@ pub(crate) fn rest_still_islands(config: &SleepConfig, sets: &mut Sets<'_>, scra
         .copied()
         .filter(|row| {
             let b = sets.bodies.at(*row);
-            b.kind == BodyKind::Kinematic && b.v.length_squared() == 0.0 && b.w.length_squared() == 0.0
+            b.kind == BodyKind::Kinematic
+                && b.v.length_squared() == 0.0
+                && b.w.length_squared() == 0.0
         })
         .collect();
     if !idle.is_empty() {

@@ -53,18 +53,16 @@ fn first_hit(
     shapes: &Shapes,
     bounds: &Bounds,
 ) -> Option<f32> {
-    let filters: Vec<_> = body
-        .shapes
-        .iter()
-        .map(|s| shapes.at(*s))
-        .filter(|s| !s.sensor)
-        .map(|s| s.filter)
-        .collect();
+    let filters: Vec<_> =
+        body.shapes.iter().map(|s| shapes.at(*s)).filter(|s| !s.sensor).map(|s| s.filter).collect();
     let mut first = None;
     bounds.fixed.ray(from, delta, 1.0, |item| {
         let limit = first.unwrap_or(1.0);
         let shape = shapes.at(item);
-        if shape.body == row || shape.sensor || !filters.iter().any(|f| f.collides_with(shape.filter)) {
+        if shape.body == row
+            || shape.sensor
+            || !filters.iter().any(|f| f.collides_with(shape.filter))
+        {
             return limit;
         }
         let pose = bodies.at(shape.body).pose().compose(&shape.local);

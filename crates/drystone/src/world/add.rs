@@ -10,9 +10,7 @@ use crate::geometry::shape::Shape;
 use crate::geometry::solid::Solid;
 use crate::state::bodies::{Body, NONE};
 use crate::state::colors::Place;
-use crate::state::def::{
-    BodyDef, BodyKind, DefError, JointDef, MassDef, ShapeDef, shape_suits,
-};
+use crate::state::def::{BodyDef, BodyKind, DefError, JointDef, MassDef, ShapeDef, shape_suits};
 use crate::state::joints::Joint;
 use crate::state::shapes::ShapeRow;
 use crate::step::context::StepContext;
@@ -37,7 +35,11 @@ fn mass_of(def: &BodyDef) -> Result<MassProperties, DefError> {
     };
     match def.mass {
         MassDef::FromShapes => {
-            if shapes.mass > 0.0 && shapes.mass.is_finite() { Ok(shapes) } else { Err(empty()) }
+            if shapes.mass > 0.0 && shapes.mass.is_finite() {
+                Ok(shapes)
+            } else {
+                Err(empty())
+            }
         }
         MassDef::Mass(mass) => {
             if shapes.mass > 0.0 && shapes.mass.is_finite() {
@@ -100,7 +102,7 @@ impl World {
             sleep_speed: def.sleep_speed.unwrap_or(-1.0),
             extent: 0.0,
             inner: f32::INFINITY,
-            level: 0,
+            level: if def.kind == BodyKind::Dynamic { NONE } else { 0 },
             faulted: false,
             user_data: def.user_data,
         };
@@ -149,11 +151,16 @@ impl World {
         let solid = Solid::of(&def.shape);
         let local = Pose { position: def.pose.position, rotation: def.pose.rotation.normalized() };
         let rolling_radius = match def.shape {
-            Shape::Sphere { radius } | Shape::Capsule { radius, .. } | Shape::Cylinder { radius, .. } => radius,
+            Shape::Sphere { radius }
+            | Shape::Capsule { radius, .. }
+            | Shape::Cylinder { radius, .. } => radius,
             Shape::Cone { radius_bottom, radius_top, .. } => radius_bottom.max(radius_top),
             _ => 0.0,
         };
-        let flat = matches!(def.shape, Shape::Box { .. } | Shape::Hull(_) | Shape::Mesh(_) | Shape::HalfSpace { .. });
+        let flat = matches!(
+            def.shape,
+            Shape::Box { .. } | Shape::Hull(_) | Shape::Mesh(_) | Shape::HalfSpace { .. }
+        );
         let b = self.tables.bodies.at(body);
         let centered = Pose { position: local.position - b.local_center, rotation: local.rotation };
         let fixed = b.kind == BodyKind::Static;
@@ -229,8 +236,15 @@ impl World {
             let c = self.tables.contacts.at(row);
             let other = if c.body_a == body { c.body_b } else { c.body_a };
             self.sets().wake(other);
-            let crate::state::tables::Tables { bodies, joints, contacts, islands, colors, shapes, .. } =
-                &mut self.tables;
+            let crate::state::tables::Tables {
+                bodies,
+                joints,
+                contacts,
+                islands,
+                colors,
+                shapes,
+                ..
+            } = &mut self.tables;
             let events = &mut self.pending;
             let mut sets =
                 crate::state::sets::Sets { bodies, joints, contacts, islands, colors, events };
@@ -286,7 +300,10 @@ impl World {
         def.validate()?;
         let bodies = &self.tables.bodies;
         let find = |name: &str, id: BodyId| {
-            bodies.rows.row(id).ok_or_else(|| DefError::new(name, id.index(), "a body of this world"))
+            bodies
+                .rows
+                .row(id)
+                .ok_or_else(|| DefError::new(name, id.index(), "a body of this world"))
         };
         let (a, b) = (find("body_a", def.body_a)?, find("body_b", def.body_b)?);
         let joint = Joint {
@@ -323,9 +340,12 @@ impl World {
                 !c.is_part && (c.body_a == b || c.body_b == b)
             })
             .collect();
-        let crate::state::tables::Tables { bodies, joints, contacts, islands, colors, shapes, .. } = tables;
+        let crate::state::tables::Tables {
+            bodies, joints, contacts, islands, colors, shapes, ..
+        } = tables;
         let events = &mut self.pending;
-        let mut sets = crate::state::sets::Sets { bodies, joints, contacts, islands, colors, events };
+        let mut sets =
+            crate::state::sets::Sets { bodies, joints, contacts, islands, colors, events };
         for row in rows {
             partition::end_contact(row, shapes, &mut sets);
         }

@@ -6,8 +6,10 @@ use crate::base::math::Vec3;
 use crate::base::pose::Pose;
 use crate::base::quat::Quat;
 use crate::base::sym3::Sym3;
-use crate::state::bodies::Body;
-use crate::state::def::{AxisLocks, BodyKind, DefError, at_least_zero, finite, finite_vec, position, unit, velocity};
+use crate::state::bodies::{Body, NONE};
+use crate::state::def::{
+    AxisLocks, BodyKind, DefError, at_least_zero, finite, finite_vec, position, unit, velocity,
+};
 use crate::state::tables::Tables;
 
 /// A body, to read.
@@ -119,6 +121,14 @@ impl<'w> BodyRef<'w> {
         self.body.faulted
     }
 
+    /// Its level in the contact graph: how many contacts lie between it and a static or kinematic body,
+    /// at least. 0 for these themselves, `None` for a body that nothing holds. Follows changes one level
+    /// a step.
+    #[must_use]
+    pub fn support_level(&self) -> Option<u32> {
+        (self.body.level != NONE).then_some(self.body.level)
+    }
+
     /// Its shapes.
     pub fn shapes(&self) -> impl Iterator<Item = ShapeId> {
         self.body.shapes.iter().map(|row| self.tables.shapes.id(*row))
@@ -153,7 +163,11 @@ impl<'w> BodyMut<'w> {
     /// The body, to read.
     #[must_use]
     pub fn get(&self) -> BodyRef<'_> {
-        BodyRef { tables: &self.world.tables, body: self.world.tables.bodies.at(self.row), id: self.id }
+        BodyRef {
+            tables: &self.world.tables,
+            body: self.world.tables.bodies.at(self.row),
+            id: self.id,
+        }
     }
 
     fn body(&mut self) -> &mut Body {

@@ -123,8 +123,7 @@ impl World {
 
     /// Wakes all bodies.
     pub fn wake_all(&mut self) {
-        let rows: Vec<u32> =
-            self.tables.bodies.rows.iter().map(|(id, _)| id.index()).collect();
+        let rows: Vec<u32> = self.tables.bodies.rows.iter().map(|(id, _)| id.index()).collect();
         for row in rows {
             self.sets().wake(row);
         }

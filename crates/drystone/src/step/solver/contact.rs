@@ -6,7 +6,9 @@
 
 use fearless_simd::{Simd, SimdBase};
 
-use super::rows::{ContactBlock, Extra, Line, Velocity, load_motion, load_velocity, store_velocity};
+use super::rows::{
+    ContactBlock, Extra, Line, Velocity, load_motion, load_velocity, store_velocity,
+};
 use super::softness::Softness;
 use crate::base::disjoint::Rows;
 use crate::base::wide::{Sym3w, Vec3w, Wide, above, load, max, min, select, splat, sqrt};
@@ -23,6 +25,9 @@ pub(crate) struct Sweep {
     /// Time of the step that positions have advanced [s].
     pub(crate) elapsed: f32,
 }
+
+/// Rounds that a contact without a warm start gets besides.
+const FRESH_ROUNDS: u32 = 6;
 
 /// K_ij in [`ContactBlock::k`].
 pub(super) const K: [[usize; 4]; 4] = [[0, 1, 2, 3], [1, 4, 5, 6], [2, 5, 7, 8], [3, 6, 8, 9]];
@@ -104,16 +109,30 @@ fn solve_points<S: Simd, const N: usize>(
         lambda[j] = load(simd, &block.impulse[j]);
     }
     let entry = lambda;
-    for _ in 0..sweep.inner {
+    // The cap is on bias and leak together: it limits the net push-out, not the load.
+    let round = |lambda: &mut [Wide<S>; N], vn: &mut [Wide<S>; N], keep: Option<Wide<S>>| {
         for j in 0..N {
-            // The cap is on bias and leak together: it limits the net push-out, not the load.
             let q = max(target[j] + leak[j] * lambda[j], floor[j]);
-            let new = max(lambda[j] - q - gain[j] * vn[j], zero);
+            let mut new = max(lambda[j] - q - gain[j] * vn[j], zero);
+            if let Some(fresh) = keep {
+                new = select(above(fresh, zero), new, lambda[j]);
+            }
             let d = new - lambda[j];
             lambda[j] = new;
             for i in 0..N {
                 vn[i] = vn[i] + load(simd, &block.k[K[i][j]]) * d;
             }
+        }
+    };
+    for _ in 0..sweep.inner {
+        round(&mut lambda, &mut vn, None);
+    }
+    if N > 1 && block.any_fresh {
+        // Nothing is known yet of how an impact spreads over the points: without these rounds the
+        // first point would take too much of it, and the body would turn.
+        let fresh = load(simd, &block.fresh);
+        for _ in 0..FRESH_ROUNDS {
+            round(&mut lambda, &mut vn, Some(fresh));
         }
     }
     let mut total = zero;
@@ -270,7 +289,8 @@ pub(crate) fn bounce<S: Simd>(
         let (a, b) = (Vec3w::load(simd, &block.a[j]), Vec3w::load(simd, &block.b[j]));
         let drift = load(simd, &extra.drift[j]);
         vn[j] = u + b.dot(vb.w) - a.dot(va.w) + drift;
-        let s = load(simd, &block.s0[j]) + moved + b.dot(xb.w) - a.dot(xa.w) + drift * splat(simd, elapsed);
+        let s = load(simd, &block.s0[j]) + moved + b.dot(xb.w) - a.dot(xa.w)
+            + drift * splat(simd, elapsed);
         let energy = load(simd, &extra.bounce[j]);
         wanted[j] = sqrt(max(energy + fall * max(s, zero), zero));
         let hit = above(load(simd, &extra.pressed[j]), zero);

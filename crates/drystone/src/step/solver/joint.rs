@@ -2,7 +2,8 @@
 //!
 //! Anchors turn with the bodies within a step (to second order), so that a pendulum follows its circle
 //! substep by substep; S is that of the step's start. The warm start of a joint is carried by its
-//! bodies like that of contacts: the impulse of the last substep is repeated along the rows it had.
+//! bodies like that of contacts, along the rows that it had: each sweep first turns it into the rows of
+//! now, `(J - J_last)ᵀ λ`. Without that the impulse lags behind and a pendulum gains energy.
 
 use fearless_simd::{Simd, SimdBase};
 
@@ -58,6 +59,23 @@ fn read<S: Simd>(simd: S, block: &JointBlock, lines: &Rows<'_, Line>, elapsed: f
     State { alpha, beta, sa, sb, ra, rb, gap, drift, va, vb }
 }
 
+impl<S: Simd> State<S> {
+    /// Adds an impulse `p` at the arms of now less `last` at the arms it was applied at, for both
+    /// bodies: `p` of the last sweep is then as if applied now.
+    #[inline(always)]
+    fn turn_impulse(&mut self, simd: S, block: &mut JointBlock, p: Vec3w<S>) {
+        let last = Vec3w::load(simd, &block.last_p);
+        let (la, lb) = (Vec3w::load(simd, &block.last_r_a), Vec3w::load(simd, &block.last_r_b));
+        let d = p - last;
+        self.va.v = self.va.v - d * self.alpha;
+        self.vb.v = self.vb.v + d * self.beta;
+        self.va.w = self.va.w - self.sa.mul(self.ra.cross(p) - la.cross(last));
+        self.vb.w = self.vb.w + self.sb.mul(self.rb.cross(p) - lb.cross(last));
+        self.ra.store(&mut block.last_r_a);
+        self.rb.store(&mut block.last_r_b);
+    }
+}
+
 /// Solves one block of balls once.
 #[inline(always)]
 pub(crate) fn solve_ball<S: Simd>(
@@ -68,6 +86,8 @@ pub(crate) fn solve_ball<S: Simd>(
 ) {
     let mut q = read(simd, block, lines, sweep.elapsed);
     let zero = splat(simd, 0.0);
+    let old = Vec3w::load(simd, &block.impulse);
+    q.turn_impulse(simd, block, old);
     // Rows along the world axes: r × x = (0, z, -y), and so on.
     let axes = |r: Vec3w<S>| {
         [
@@ -87,16 +107,18 @@ pub(crate) fn solve_ball<S: Simd>(
         xz: a[0].dot(a[2]) + b[0].dot(b[2]),
         yz: a[1].dot(a[2]) + b[1].dot(b[2]),
     };
-    let speed = q.vb.v * q.beta - q.va.v * q.alpha + q.drift
+    let speed = q.vb.v * q.beta - q.va.v * q.alpha
+        + q.drift
         + Vec3w {
             x: b[0].dot(q.vb.w) - a[0].dot(q.va.w),
             y: b[1].dot(q.vb.w) - a[1].dot(q.va.w),
             z: b[2].dot(q.vb.w) - a[2].dot(q.va.w),
         };
-    let wanted = speed * splat(simd, sweep.softness.mass) + q.gap * splat(simd, sweep.softness.rate);
-    let old = Vec3w::load(simd, &block.impulse);
+    let wanted =
+        speed * splat(simd, sweep.softness.mass) + q.gap * splat(simd, sweep.softness.rate);
     let d = -k.solve(simd, wanted) - old * splat(simd, sweep.softness.impulse);
     (old + d).store(&mut block.impulse);
+    (old + d).store(&mut block.last_p);
     q.va.v = q.va.v - d * q.alpha;
     q.vb.v = q.vb.v + d * q.beta;
     q.va.w = q.va.w - a[0] * d.x - a[1] * d.y - a[2] * d.z;
@@ -124,9 +146,11 @@ pub(crate) fn solve_distance<S: Simd>(
     let (a, b) = (q.sa.mul(q.ra.cross(n)), q.sb.mul(q.rb.cross(n)));
     let k = q.alpha * q.alpha + q.beta * q.beta + a.dot(a) + b.dot(b);
     let mass = select(above(k, zero), one / k, zero);
-    let mut vn = n.dot(q.vb.v * q.beta - q.va.v * q.alpha + q.drift) + b.dot(q.vb.w) - a.dot(q.va.w);
-    let [least, most, rest] = [0, 1, 2].map(|i| load(simd, &block.limits[i]));
     let [i0, i1, i2] = [0, 1, 2].map(|i| load(simd, &block.impulse[i]));
+    q.turn_impulse(simd, block, n * (i0 - i1 + i2));
+    let mut vn =
+        n.dot(q.vb.v * q.beta - q.va.v * q.alpha + q.drift) + b.dot(q.vb.w) - a.dot(q.va.w);
+    let [least, most, rest] = [0, 1, 2].map(|i| load(simd, &block.limits[i]));
     let [rate, soft, leak] = [0, 1, 2].map(|i| load(simd, &block.spring[i]));
     let s = &sweep.softness;
     let (rigid_rate, rigid_mass, rigid_leak) =
@@ -164,6 +188,7 @@ pub(crate) fn solve_distance<S: Simd>(
     let n1 = select(rod, zero, n1);
     pushed = pushed - (n1 - i1);
 
+    (n * (n0 - n1 + n2)).store(&mut block.last_p);
     n0.store_array(&mut block.impulse[0]);
     n1.store_array(&mut block.impulse[1]);
     n2.store_array(&mut block.impulse[2]);

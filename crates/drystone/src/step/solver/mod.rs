@@ -138,7 +138,14 @@ fn run(
         }
         Pass::Solve { inner } => {
             sweep_joints(ctx, ctx.soft_joint, elapsed, scratch, jobs);
-            sweep_contacts(ctx, [ctx.soft, ctx.soft_fixed], inner.clamp(1, 8), elapsed, scratch, jobs);
+            sweep_contacts(
+                ctx,
+                [ctx.soft, ctx.soft_fixed],
+                inner.clamp(1, 8),
+                elapsed,
+                scratch,
+                jobs,
+            );
             hold_locked(scratch);
         }
         Pass::Relax => {

@@ -75,7 +75,13 @@ pub(super) fn pack<S: Simd>(
 }
 
 #[inline(always)]
-fn pack_contact(source: &Source<'_>, c: &Contact, block: &mut ContactBlock, lane: usize, raw: &mut Raw) {
+fn pack_contact(
+    source: &Source<'_>,
+    c: &Contact,
+    block: &mut ContactBlock,
+    lane: usize,
+    raw: &mut Raw,
+) {
     let (la, lb) = (source.line_of[c.body_a as usize], source.line_of[c.body_b as usize]);
     (block.row_a[lane], block.row_b[lane]) = (la, lb);
     let (wa, wb) = (&source.whitening[la as usize], &source.whitening[lb as usize]);
@@ -94,6 +100,10 @@ fn pack_contact(source: &Source<'_>, c: &Contact, block: &mut ContactBlock, lane
     block.friction[1][lane] = t2.dot(c.tangent_impulse) * source.impulse_scale;
     block.friction[2][lane] = c.twist_impulse * source.impulse_scale;
     block.points = block.points.max(u32::from(c.count));
+    if c.points().iter().all(|p| p.impulse == 0.0) {
+        block.fresh[lane] = 1.0;
+        block.any_fresh = true;
+    }
     for (j, p) in c.points().iter().enumerate() {
         put(&mut raw.r_a[j], lane, p.r_a);
         put(&mut raw.r_b[j], lane, p.r_b);
@@ -233,7 +243,12 @@ fn build_rows<S: Simd>(simd: S, source: &Source<'_>, block: &mut ContactBlock, r
 
 /// v̂ += M^-½ Jᵀ λ for the impulses of the last step.
 #[inline(always)]
-fn warm_start<S: Simd>(simd: S, block: &ContactBlock, extra: Option<&Extra>, lines: &Rows<'_, Line>) {
+fn warm_start<S: Simd>(
+    simd: S,
+    block: &ContactBlock,
+    extra: Option<&Extra>,
+    lines: &Rows<'_, Line>,
+) {
     let (alpha, beta) = (load(simd, &block.alpha), load(simd, &block.beta));
     let mut va = load_velocity(simd, lines, &block.row_a);
     let mut vb = load_velocity(simd, lines, &block.row_b);

@@ -33,7 +33,9 @@ pub(super) fn prepare(
                     if lane == LANES {
                         lane = 0;
                         at += 1;
-                        scratch.joints.resize_with(scratch.joints.len().max(at), JointBlock::default);
+                        scratch
+                            .joints
+                            .resize_with(scratch.joints.len().max(at), JointBlock::default);
                         scratch.joints[at - 1] =
                             JointBlock { is_distance: distances, ..JointBlock::default() };
                     }
@@ -65,8 +67,7 @@ fn fill(
     scratch: &mut Scratch,
 ) {
     let (a, b) = (bodies.at(joint.body_a), bodies.at(joint.body_b));
-    let (la, lb) =
-        (scratch.line_of[joint.body_a as usize], scratch.line_of[joint.body_b as usize]);
+    let (la, lb) = (scratch.line_of[joint.body_a as usize], scratch.line_of[joint.body_b as usize]);
     let (wa, wb) = (scratch.whitening[la as usize], scratch.whitening[lb as usize]);
     let (ra, rb) = (a.rotation.rotate(joint.anchor_a), b.rotation.rotate(joint.anchor_b));
     let gap = (b.center - a.center) + (rb - ra);
@@ -100,6 +101,9 @@ fn fill(
             gap.normalize_or(Vec3::Y) * (impulse.x - impulse.y + impulse.z)
         }
     };
+    put(&mut block.last_r_a, lane, ra);
+    put(&mut block.last_r_b, lane, rb);
+    put(&mut block.last_p, lane, linear);
     let s_of = |s: [f32; 6]| Sym3 { xx: s[0], yy: s[1], zz: s[2], xy: s[3], xz: s[4], yz: s[5] };
     for (line, w, r, sign) in [(la, wa, ra, -1.0), (lb, wb, rb, 1.0)] {
         if line == 0 {
@@ -119,11 +123,8 @@ pub(super) fn store(joints: &mut Joints, scratch: &Scratch) {
     for block in &scratch.joints {
         for lane in 0..LANES {
             if block.joint[lane] != u32::MAX {
-                joints.at_mut(block.joint[lane]).impulse = vec3(
-                    block.impulse[0][lane],
-                    block.impulse[1][lane],
-                    block.impulse[2][lane],
-                );
+                joints.at_mut(block.joint[lane]).impulse =
+                    vec3(block.impulse[0][lane], block.impulse[1][lane], block.impulse[2][lane]);
             }
         }
     }

@@ -37,14 +37,22 @@ pub(crate) struct Velocity<S: Simd> {
 }
 
 #[inline(always)]
-pub(crate) fn load_velocity<S: Simd>(simd: S, lines: &Rows<'_, Line>, rows: &[u32; LANES]) -> Velocity<S> {
+pub(crate) fn load_velocity<S: Simd>(
+    simd: S,
+    lines: &Rows<'_, Line>,
+    rows: &[u32; LANES],
+) -> Velocity<S> {
     let line = |i: usize| lines.read(rows[i] as usize);
     let l = [line(0), line(1), line(2), line(3), line(4), line(5), line(6), line(7)];
     Velocity { v: gather(simd, l.map(|l| &l.v)), w: gather(simd, l.map(|l| &l.w)) }
 }
 
 #[inline(always)]
-pub(crate) fn load_motion<S: Simd>(simd: S, lines: &Rows<'_, Line>, rows: &[u32; LANES]) -> Velocity<S> {
+pub(crate) fn load_motion<S: Simd>(
+    simd: S,
+    lines: &Rows<'_, Line>,
+    rows: &[u32; LANES],
+) -> Velocity<S> {
     let line = |i: usize| lines.read(rows[i] as usize);
     let l = [line(0), line(1), line(2), line(3), line(4), line(5), line(6), line(7)];
     Velocity { v: gather(simd, l.map(|l| &l.x)), w: gather(simd, l.map(|l| &l.t)) }
@@ -92,6 +100,9 @@ pub(crate) struct ContactBlock {
     /// K_ij, upper triangle by rows: 00 01 02 03 11 12 13 22 23 33.
     pub(crate) k: [Lanes; 10],
     pub(crate) impulse: [Lanes; 4],
+    /// 1 where the contact had no impulse when the step began: it gets more rounds.
+    pub(crate) fresh: Lanes,
+    pub(crate) any_fresh: bool,
     pub(crate) lever: [Lanes; 4],
     pub(crate) mu: Lanes,
     pub(crate) a_t: [[Lanes; 3]; 3],
@@ -122,6 +133,8 @@ impl Default for ContactBlock {
             mass: [Z; 4],
             k: [Z; 10],
             impulse: [Z; 4],
+            fresh: Z,
+            any_fresh: false,
             lever: [Z; 4],
             mu: Z,
             a_t: [[Z; 3]; 3],
@@ -176,6 +189,11 @@ pub(crate) struct JointBlock {
     /// Velocity of the gap that comes from kinematic bodies.
     pub(crate) drift: [Lanes; 3],
     pub(crate) impulse: [Lanes; 3],
+    /// Arms and linear impulse as they were applied last: the part of the warm start that the bodies
+    /// carry.
+    pub(crate) last_r_a: [Lanes; 3],
+    pub(crate) last_r_b: [Lanes; 3],
+    pub(crate) last_p: [Lanes; 3],
     /// Distances: least, greatest, rest length; spring rate, mass, impulse (all 0: no spring).
     pub(crate) limits: [Lanes; 3],
     pub(crate) spring: [Lanes; 3],
@@ -197,6 +215,9 @@ impl Default for JointBlock {
             gap: [Z; 3],
             drift: [Z; 3],
             impulse: [Z; 3],
+            last_r_a: [Z; 3],
+            last_r_b: [Z; 3],
+            last_p: [Z; 3],
             limits: [Z; 3],
             spring: [Z; 3],
         }

@@ -1,0 +1,246 @@
+//! Polygons and lines cut against a reference polygon, and the choice of four points.
+
+use super::manifold::{FeatureId, Manifold, ManifoldPoint};
+use crate::base::math::Vec3;
+use crate::base::pose::Pose;
+
+/// Corners a polygon may have. Larger faces are thinned out; each cut adds at most one corner.
+pub(crate) const MAX_CORNERS: usize = 40;
+const MAX_FACE_CORNERS: usize = 32;
+
+/// The side planes of the reference stand this part of the side's length farther out, so that
+/// equal faces on top of each other keep their corners (and feature ids) under rounding.
+const SIDE_SLACK: f32 = 2.0e-4;
+
+/// Marks a number as that of a clipping plane, not of an edge of the incident face.
+const PLANE: u32 = 0x800;
+
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Corner {
+    pub(crate) p: Vec3,
+    /// Names the corner, 24 bits.
+    pub(crate) id: u32,
+    /// Names the edge to the next corner, 12 bits.
+    edge: u32,
+}
+
+/// A convex polygon, counter-clockwise seen from outside; two corners: a line.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Polygon {
+    corners: [Corner; MAX_CORNERS],
+    count: usize,
+}
+
+impl Polygon {
+    pub(crate) const fn empty() -> Self {
+        const NOTHING: Corner = Corner { p: Vec3::ZERO, id: 0, edge: 0 };
+        Self { corners: [NOTHING; MAX_CORNERS], count: 0 }
+    }
+
+    pub(crate) fn corners(&self) -> &[Corner] {
+        &self.corners[..self.count]
+    }
+
+    pub(crate) fn clear(&mut self) {
+        self.count = 0;
+    }
+
+    /// Adds corner number `number` of a face; ignored if there is no room.
+    #[inline]
+    pub(crate) fn add(&mut self, p: Vec3, number: u32) {
+        if self.count < MAX_FACE_CORNERS {
+            let n = number & (PLANE - 1);
+            self.corners[self.count] = Corner { p, id: 0x00ff_f000 | n, edge: n };
+            self.count += 1;
+        }
+    }
+
+    #[inline]
+    fn push(&mut self, corner: Corner) {
+        if self.count < MAX_CORNERS {
+            self.corners[self.count] = corner;
+            self.count += 1;
+        }
+    }
+
+    /// Every how many corners of a face of `n` one is taken, so that it fits.
+    pub(crate) const fn stride(n: usize) -> usize {
+        n.div_ceil(MAX_FACE_CORNERS)
+    }
+
+    pub(crate) fn transform(&mut self, pose: &Pose) {
+        for c in &mut self.corners[..self.count] {
+            c.p = pose.point(c.p);
+        }
+    }
+
+    /// Leaves the part below plane `k`, `side · p <= offset`.
+    fn cut(&self, side: Vec3, offset: f32, k: u32, out: &mut Self) {
+        out.clear();
+        let Some(last) = self.corners().last() else { return };
+        let (mut from, mut from_d) = (*last, side.dot(last.p) - offset);
+        let plane = PLANE | k;
+        for to in self.corners() {
+            let d = side.dot(to.p) - offset;
+            if (d <= 0.0) != (from_d <= 0.0) {
+                let p = from.p.lerp(to.p, from_d / (from_d - d));
+                let id = plane << 12 | from.edge;
+                out.push(Corner { p, id, edge: if d <= 0.0 { from.edge } else { plane } });
+            }
+            if d <= 0.0 {
+                out.push(*to);
+            }
+            (from, from_d) = (*to, d);
+        }
+    }
+
+    /// The same for a line of two corners.
+    fn cut_line(&mut self, side: Vec3, offset: f32, k: u32) {
+        let [a, b] = [self.corners[0], self.corners[1]];
+        let (da, db) = (side.dot(a.p) - offset, side.dot(b.p) - offset);
+        if da > 0.0 && db > 0.0 {
+            self.clear();
+        } else if (da <= 0.0) != (db <= 0.0) {
+            let p = a.p.lerp(b.p, da / (da - db));
+            let cut = Corner { p, id: (PLANE | k) << 12 | a.edge, edge: a.edge };
+            self.corners[usize::from(db > 0.0)] = cut;
+        }
+    }
+}
+
+/// The flat side of a solid that carries a contact.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Reference<'a> {
+    pub(crate) corners: &'a [Corner],
+    /// Unit, outward: the normal of the contact.
+    pub(crate) normal: Vec3,
+    pub(crate) offset: f32,
+}
+
+/// Contact of a flat side of A with a polygon or line of B: `incident` cut to the prism above the
+/// reference, four points of it within `margin` [m].
+pub(crate) fn clip(reference: &Reference<'_>, incident: &mut Polygon, margin: f32, flag: FeatureId) -> Manifold {
+    let n = reference.normal;
+    let corners = reference.corners;
+    let mut spare = Polygon::empty();
+    let mut in_spare = false;
+    if let Some(last) = corners.last() {
+        let mut tail = last.p;
+        for (k, head) in (0_u32..).zip(corners) {
+            let along = head.p - tail;
+            let side = along.cross(n);
+            let offset = side.dot(tail) + SIDE_SLACK * along.length_squared();
+            let k = k & (PLANE - 1);
+            if incident.count == 2 && !in_spare {
+                incident.cut_line(side, offset, k);
+            } else if in_spare {
+                spare.cut(side, offset, k, incident);
+                in_spare = false;
+            } else {
+                incident.cut(side, offset, k, &mut spare);
+                in_spare = true;
+            }
+            tail = head.p;
+        }
+    }
+    let kept = if in_spare { &spare } else { incident };
+    let mut points = [ManifoldPoint::default(); MAX_CORNERS];
+    let mut count = 0;
+    for c in kept.corners() {
+        let separation = n.dot(c.p) - reference.offset;
+        if separation <= margin {
+            let position = c.p - n * (0.5 * separation);
+            points[count] = ManifoldPoint { position, separation, feature: flag | c.id };
+            count += 1;
+        }
+    }
+    reduce(&points[..count], n)
+}
+
+/// Four of many points: the deepest, the one farthest from it, and on both sides of the line
+/// through these the one that makes the largest triangle.
+pub(crate) fn reduce(points: &[ManifoldPoint], normal: Vec3) -> Manifold {
+    let mut m = Manifold { normal, ..Manifold::default() };
+    if points.len() <= 4 {
+        for p in points {
+            m.push(*p);
+        }
+        return m;
+    }
+    let size = points.iter().map(|p| (p.position - points[0].position).length_squared());
+    // Points at equal depth but for rounding: the first one stays the first from step to step.
+    let slack = 1.0e-4 * size.fold(0.0_f32, crate::base::math::greater).sqrt();
+    let mut deepest = 0;
+    for (i, p) in points.iter().enumerate() {
+        if p.separation < points[deepest].separation - slack {
+            deepest = i;
+        }
+    }
+    let first = points[deepest];
+    let (mut farthest, mut most) = (deepest, 0.0);
+    for (i, p) in points.iter().enumerate() {
+        let d = (p.position - first.position).length_squared();
+        if d > most * 1.001 {
+            (farthest, most) = (i, d);
+        }
+    }
+    m.push(first);
+    if farthest == deepest {
+        return m;
+    }
+    let second = points[farthest];
+    m.push(second);
+    let side = normal.cross(second.position - first.position);
+    let (mut left, mut right) = (None, None);
+    let (mut high, mut low) = (1.0e-4 * most, -1.0e-4 * most);
+    for p in points {
+        let area = side.dot(p.position - first.position);
+        if area > high {
+            (left, high) = (Some(*p), area * 1.001);
+        } else if area < low {
+            (right, low) = (Some(*p), area * 1.001);
+        }
+    }
+    for p in [left, right].into_iter().flatten() {
+        m.push(p);
+    }
+    m
+}
+
+/// The same contact with A and B exchanged: from the frame of (old) A, which is the new B, to the
+/// frame of the new A. `old_a_in_new` is the pose of the old A in the new one.
+pub(crate) fn flip(m: &Manifold, old_a_in_new: &Pose) -> Manifold {
+    let mut flipped = *m;
+    flipped.normal = -old_a_in_new.direction(m.normal);
+    for p in &mut flipped.points[..m.count] {
+        p.position = old_a_in_new.point(p.position);
+    }
+    flipped
+}
+
+/// Closest points of two segments, with their places 0 to 1 along them.
+pub(crate) fn closest_of_segments(a: [Vec3; 2], b: [Vec3; 2]) -> (Vec3, Vec3, f32, f32) {
+    let (da, db, r) = (a[1] - a[0], b[1] - b[0], a[0] - b[0]);
+    let (aa, bb, ab) = (da.dot(da), db.dot(db), da.dot(db));
+    let (ar, br) = (da.dot(r), db.dot(r));
+    let det = aa * bb - ab * ab;
+    // Near parallel lines: any place will do, the other one is found from it.
+    let mut s = if det > 1.0e-7 * aa * bb { clamp01((ab * br - ar * bb) / det) } else { 0.5 };
+    let t = if bb > 0.0 { clamp01((ab * s + br) / bb) } else { 0.0 };
+    if aa > 0.0 {
+        s = clamp01((ab * t - ar) / aa);
+    } else {
+        s = 0.0;
+    }
+    (a[0] + da * s, b[0] + db * t, s, t)
+}
+
+pub(crate) fn clamp01(x: f32) -> f32 {
+    if x < 0.0 {
+        0.0
+    } else if x > 1.0 {
+        1.0
+    } else {
+        x
+    }
+}

@@ -1,0 +1,156 @@
+//! Penetration of two convex sets given by support mappings, after [Bergen01].
+//!
+//! The polytope grows inside the difference A - B, always at the face whose plane is nearest to the
+//! origin *by sign*: so it may begin anywhere, with the origin inside or not, and sets that just
+//! miss each other give their separating axis instead of an error.
+
+use super::gjk::Wide;
+use crate::base::math::Vec3;
+
+const MAX_CORNERS: usize = 64;
+const MAX_FACES: usize = 2 * MAX_CORNERS;
+const MAX_HORIZON: usize = MAX_CORNERS;
+
+#[derive(Clone, Copy, Default)]
+struct Face {
+    corners: [u8; 3],
+    /// Unit, outward.
+    normal: Wide,
+    offset: f64,
+}
+
+struct Growing {
+    corners: [Wide; MAX_CORNERS],
+    corner_count: usize,
+    faces: [Face; MAX_FACES],
+    face_count: usize,
+}
+
+/// The unit direction from A to B along which they overlap least, within `tolerance` [m] of the
+/// depth. `None` if the difference is flat or not finite.
+pub(crate) fn least_overlap(
+    support_a: impl Fn(Vec3) -> Vec3,
+    support_b: impl Fn(Vec3) -> Vec3,
+    tolerance: f32,
+) -> Option<Vec3> {
+    let support = |d: Wide| {
+        let d = d.narrow();
+        Wide::of(support_a(d)).minus(Wide::of(support_b(-d)))
+    };
+    let mut body = Growing::tetrahedron(&support)?;
+    loop {
+        let mut nearest = body.faces[0];
+        for f in &body.faces[..body.face_count] {
+            if f.offset < nearest.offset {
+                nearest = *f;
+            }
+        }
+        let p = support(nearest.normal);
+        let gain = nearest.normal.dot(p) - nearest.offset;
+        if !(gain > f64::from(tolerance)) || !body.grow(p) {
+            return nearest.normal.narrow().try_normalize();
+        }
+    }
+}
+
+impl Growing {
+    fn tetrahedron(support: &impl Fn(Wide) -> Wide) -> Option<Self> {
+        let axis = |x, y, z| Wide { x, y, z };
+        let wider = |d: Wide, from: Wide| {
+            let (p, q) = (support(d), support(d.times(-1.0)));
+            if (p.minus(from).dot(d)).abs() >= (q.minus(from).dot(d)).abs() { p } else { q }
+        };
+        let a = support(axis(1.0, 0.0, 0.0));
+        let b = support(axis(-1.0, 0.0, 0.0));
+        let along = unit(b.minus(a))?;
+        let side = unit(along.cross(if along.y.abs() < 0.6 {
+            axis(0.0, 1.0, 0.0)
+        } else {
+            axis(0.0, 0.0, 1.0)
+        }))?;
+        let (mut c, other) = (wider(side, a), wider(along.cross(side), a));
+        let area = |p: Wide| {
+            let n = p.minus(a).cross(along);
+            n.dot(n)
+        };
+        if area(other) > area(c) {
+            c = other;
+        }
+        let normal = unit(b.minus(a).cross(c.minus(a)))?;
+        let d = wider(normal, a);
+        let height = normal.dot(d.minus(a));
+        if !(height.abs() > 1.0e-9 * b.minus(a).dot(b.minus(a)).sqrt()) {
+            return None;
+        }
+        let mut body = Self {
+            corners: [Wide::default(); MAX_CORNERS],
+            corner_count: 4,
+            faces: [Face::default(); MAX_FACES],
+            face_count: 0,
+        };
+        body.corners[..4].copy_from_slice(&[a, b, c, d]);
+        let faces: [[u8; 3]; 4] = if height > 0.0 {
+            [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]]
+        } else {
+            [[0, 1, 2], [1, 0, 3], [2, 1, 3], [0, 2, 3]]
+        };
+        for f in faces {
+            body.push(f).then_some(())?;
+        }
+        Some(body)
+    }
+
+    fn push(&mut self, corners: [u8; 3]) -> bool {
+        let [a, b, c] = corners.map(|i| self.corners[usize::from(i)]);
+        let Some(normal) = unit(b.minus(a).cross(c.minus(a))) else { return false };
+        if self.face_count == MAX_FACES {
+            return false;
+        }
+        self.faces[self.face_count] = Face { corners, normal, offset: normal.dot(a) };
+        self.face_count += 1;
+        true
+    }
+
+    /// Adds a corner; false if there is no room left or the surface would not stay closed.
+    fn grow(&mut self, p: Wide) -> bool {
+        if self.corner_count == MAX_CORNERS {
+            return false;
+        }
+        let new = self.corner_count;
+        self.corners[new] = p;
+        self.corner_count += 1;
+        let mut horizon = [(0_u8, 0_u8); MAX_HORIZON];
+        let mut n = 0;
+        let mut k = 0;
+        while k < self.face_count {
+            let f = self.faces[k];
+            if f.normal.dot(p) - f.offset <= 0.0 {
+                k += 1;
+                continue;
+            }
+            let [a, b, c] = f.corners;
+            for edge in [(a, b), (b, c), (c, a)] {
+                // An edge between two faces that go away is met from both sides.
+                if let Some(twin) = horizon[..n].iter().position(|e| *e == (edge.1, edge.0)) {
+                    n -= 1;
+                    horizon[twin] = horizon[n];
+                } else if n < MAX_HORIZON {
+                    horizon[n] = edge;
+                    n += 1;
+                } else {
+                    return false;
+                }
+            }
+            self.face_count -= 1;
+            self.faces[k] = self.faces[self.face_count];
+        }
+        #[expect(clippy::cast_possible_truncation, reason = "below MAX_CORNERS")]
+        let top = new as u8;
+        n >= 3 && horizon[..n].iter().all(|e| self.push([e.0, e.1, top]))
+    }
+}
+
+fn unit(v: Wide) -> Option<Wide> {
+    let length = v.dot(v).sqrt();
+    (length > 1.0e-30 && length.is_finite()).then(|| v.times(1.0 / length))
+}

@@ -1,0 +1,236 @@
+//! Distance of two convex sets given by support mappings [Gilbert88].
+//!
+//! The simplex lives in double precision: supports are f32 points, their differences are exact
+//! enough there that none of the usual repairs of a thin simplex is needed.
+
+use crate::base::math::Vec3;
+
+/// A vector in double precision, for the inside of [`distance`] and of `epa`.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Wide {
+    pub(super) x: f64,
+    pub(super) y: f64,
+    pub(super) z: f64,
+}
+
+impl Wide {
+    pub(super) fn of(v: Vec3) -> Self {
+        Self { x: f64::from(v.x), y: f64::from(v.y), z: f64::from(v.z) }
+    }
+
+    #[expect(clippy::cast_possible_truncation, reason = "results are wanted in f32")]
+    pub(super) fn narrow(self) -> Vec3 {
+        Vec3 { x: self.x as f32, y: self.y as f32, z: self.z as f32 }
+    }
+
+    pub(super) fn dot(self, o: Self) -> f64 {
+        self.x * o.x + self.y * o.y + self.z * o.z
+    }
+
+    pub(super) fn minus(self, o: Self) -> Self {
+        Self { x: self.x - o.x, y: self.y - o.y, z: self.z - o.z }
+    }
+
+    pub(super) fn plus(self, o: Self) -> Self {
+        Self { x: self.x + o.x, y: self.y + o.y, z: self.z + o.z }
+    }
+
+    pub(super) fn times(self, s: f64) -> Self {
+        Self { x: self.x * s, y: self.y * s, z: self.z * s }
+    }
+
+    pub(super) fn cross(self, o: Self) -> Self {
+        Self {
+            x: self.y * o.z - self.z * o.y,
+            y: self.z * o.x - self.x * o.z,
+            z: self.x * o.y - self.y * o.x,
+        }
+    }
+}
+
+/// The closest points of two sets that do not touch.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Closest {
+    /// [m]
+    pub(crate) distance: f32,
+    pub(crate) point_a: Vec3,
+    pub(crate) point_b: Vec3,
+    /// Unit, from A to B.
+    pub(crate) normal: Vec3,
+}
+
+/// Smooth sets converge linearly: 20 to 30 rounds; polytopes take 3 to 8.
+const MAX_ROUNDS: usize = 64;
+/// Supports carry the rounding of f32: below this part of their size a distance is noise.
+const TOUCHING: f64 = 4.0e-7;
+/// Part of the squared distance that may still be gained when the search ends.
+const GAP: f64 = 1.0e-9;
+
+#[derive(Clone, Copy, Default)]
+struct Corner {
+    /// Point of A minus point of B.
+    w: Wide,
+    a: Vec3,
+    b: Vec3,
+    weight: f64,
+}
+
+#[derive(Clone, Copy, Default)]
+struct Simplex {
+    corners: [Corner; 4],
+    count: usize,
+}
+
+/// The closest points of two sets in a common frame, or `None` where they touch or overlap.
+/// `start` is any guess of the direction from A to B.
+pub(crate) fn distance(
+    support_a: impl Fn(Vec3) -> Vec3,
+    support_b: impl Fn(Vec3) -> Vec3,
+    start: Vec3,
+) -> Option<Closest> {
+    let corner = |d: Vec3| {
+        let (a, b) = (support_a(d), support_b(-d));
+        Corner { w: Wide::of(a).minus(Wide::of(b)), a, b, weight: 1.0 }
+    };
+    let first = corner(start.normalize_or(Vec3::Y));
+    let mut simplex = Simplex { count: 1, ..Simplex::default() };
+    simplex.corners[0] = first;
+    let mut v = first.w;
+    let mut size = v.dot(v);
+    for _ in 0..MAX_ROUNDS {
+        let square = v.dot(v);
+        // Also ends a search among numbers that are not finite.
+        if !(square > TOUCHING * TOUCHING * size && square > 1.0e-30) {
+            return None;
+        }
+        let new = corner(v.times(-1.0 / square.sqrt()).narrow());
+        let known = simplex.corners[..simplex.count].iter().any(|c| c.w == new.w);
+        if known || square - v.dot(new.w) <= GAP * square {
+            break;
+        }
+        let mut grown = simplex;
+        grown.corners[grown.count] = new;
+        grown.count += 1;
+        let next = grown.reduce()?;
+        if next.dot(next) >= square {
+            break;
+        }
+        let reach = new.w.dot(new.w);
+        size = if reach > size { reach } else { size };
+        (simplex, v) = (grown, next);
+    }
+    let length = v.dot(v).sqrt();
+    let (mut a, mut b) = (Wide::default(), Wide::default());
+    for c in &simplex.corners[..simplex.count] {
+        a = a.plus(Wide::of(c.a).times(c.weight));
+        b = b.plus(Wide::of(c.b).times(c.weight));
+    }
+    #[expect(clippy::cast_possible_truncation, reason = "results are wanted in f32")]
+    let distance = length as f32;
+    let normal = v.times(-1.0 / length).narrow().try_normalize()?;
+    Some(Closest { distance, point_a: a.narrow(), point_b: b.narrow(), normal })
+}
+
+impl Simplex {
+    /// Drops the corners that do not carry the point closest to the origin and returns that point;
+    /// `None` if the origin is inside.
+    fn reduce(&mut self) -> Option<Wide> {
+        let w = self.corners.map(|c| c.w);
+        let weights = match self.count {
+            1 => [1.0, 0.0, 0.0, 0.0],
+            2 => {
+                let s = on_segment(w[0], w[1]);
+                [s[0], s[1], 0.0, 0.0]
+            }
+            3 => {
+                let t = on_triangle(w[0], w[1], w[2]);
+                [t[0], t[1], t[2], 0.0]
+            }
+            _ => on_tetrahedron(&w)?,
+        };
+        let mut kept = Self::default();
+        let mut point = Wide::default();
+        for (corner, weight) in self.corners.iter().zip(weights) {
+            if weight > 0.0 {
+                kept.corners[kept.count] = Corner { weight, ..*corner };
+                kept.count += 1;
+                point = point.plus(corner.w.times(weight));
+            }
+        }
+        *self = kept;
+        Some(point)
+    }
+}
+
+/// Weights of the point of segment `ab` closest to the origin.
+fn on_segment(a: Wide, b: Wide) -> [f64; 2] {
+    let ab = b.minus(a);
+    let length = ab.dot(ab);
+    let t = -a.dot(ab);
+    if t <= 0.0 || length <= 0.0 {
+        return [1.0, 0.0];
+    }
+    if t >= length {
+        return [0.0, 1.0];
+    }
+    [1.0 - t / length, t / length]
+}
+
+/// Weights of the point of triangle `abc` closest to the origin, by Voronoi regions.
+fn on_triangle(a: Wide, b: Wide, c: Wide) -> [f64; 3] {
+    let (ab, ac) = (b.minus(a), c.minus(a));
+    let (d1, d2) = (-ab.dot(a), -ac.dot(a));
+    if d1 <= 0.0 && d2 <= 0.0 {
+        return [1.0, 0.0, 0.0];
+    }
+    let (d3, d4) = (-ab.dot(b), -ac.dot(b));
+    if d3 >= 0.0 && d4 <= d3 {
+        return [0.0, 1.0, 0.0];
+    }
+    let (d5, d6) = (-ab.dot(c), -ac.dot(c));
+    if d6 >= 0.0 && d5 <= d6 {
+        return [0.0, 0.0, 1.0];
+    }
+    let vc = d1 * d4 - d3 * d2;
+    if vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0 {
+        let s = on_segment(a, b);
+        return [s[0], s[1], 0.0];
+    }
+    let vb = d5 * d2 - d1 * d6;
+    if vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0 {
+        let s = on_segment(a, c);
+        return [s[0], 0.0, s[1]];
+    }
+    let va = d3 * d6 - d5 * d4;
+    if va <= 0.0 && d4 - d3 >= 0.0 && d5 - d6 >= 0.0 {
+        let s = on_segment(b, c);
+        return [0.0, s[0], s[1]];
+    }
+    let k = 1.0 / (va + vb + vc);
+    [va * k, vb * k, vc * k]
+}
+
+/// Weights of the point of a tetrahedron closest to the origin; `None` if the origin is inside.
+fn on_tetrahedron(w: &[Wide; 4]) -> Option<[f64; 4]> {
+    // Each face with the corner across it.
+    const FACES: [[usize; 4]; 4] = [[0, 1, 2, 3], [0, 2, 3, 1], [0, 3, 1, 2], [1, 3, 2, 0]];
+    let mut best = None;
+    let mut least = f64::INFINITY;
+    for [i, j, k, across] in FACES {
+        let n = w[j].minus(w[i]).cross(w[k].minus(w[i]));
+        let origin_side = -n.dot(w[i]);
+        let across_side = n.dot(w[across].minus(w[i]));
+        if origin_side * across_side > 0.0 {
+            continue;
+        }
+        let t = on_triangle(w[i], w[j], w[k]);
+        let p = w[i].times(t[0]).plus(w[j].times(t[1])).plus(w[k].times(t[2]));
+        if p.dot(p) < least {
+            least = p.dot(p);
+            let mut weights = [0.0; 4];
+            (weights[i], weights[j], weights[k]) = (t[0], t[1], t[2]);
+            best = Some(weights);
+        }
+    }
+    best
+}
