@@ -50,7 +50,7 @@ fn parse(text: &str) -> Result<Vec<MeshPart>, SceneError> {
                 let numbers: Vec<f32> = words.take(3).filter_map(|w| w.parse().ok()).collect();
                 match numbers.as_slice() {
                     [x, y, z] if numbers.iter().all(|v| v.is_finite()) => {
-                        points.push(Vec3::from([*x, *y, *z]))
+                        points.push(Vec3::from([*x, *y, *z]));
                     }
                     _ => return fail(format!("\"{line}\""), "v and three finite numbers"),
                 }

@@ -1,4 +1,5 @@
 //! glTF files: what they are read into, what is refused and how, and what is written.
+#![expect(clippy::unwrap_used, clippy::panic, reason = "a test may fail anywhere")]
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -384,6 +385,12 @@ fn what_is_wrong_is_said_in_one_line() {
         fs::write(&path, text).unwrap();
         check(&path, part);
     }
+    // A gigabyte of zeros, which takes no room: refused by its first bytes.
+    let zeros = folder.join("gigabyte.glb");
+    fs::File::create(&zeros).unwrap().set_len(1 << 30).unwrap();
+    check(&zeros, "not a glTF file");
+    fs::File::create(&zeros).unwrap().set_len(3 << 30).unwrap();
+    check(&zeros, "up to 2 GB");
     check(&folder, "directory");
     check(&folder.join("missing.gltf"), "No such file");
 }
@@ -400,7 +407,9 @@ fn places(value: &Value, here: &str, out: &mut Vec<String>) {
     match value {
         Value::Object(o) => o.iter().for_each(|(k, v)| places(v, &format!("{here}/{k}"), out)),
         Value::Array(a) => {
-            a.iter().enumerate().for_each(|(i, v)| places(v, &format!("{here}/{i}"), out))
+            for (i, v) in a.iter().enumerate() {
+                places(v, &format!("{here}/{i}"), out);
+            }
         }
         _ => {}
     }
@@ -518,7 +527,7 @@ fn sampled(path: &Path, time: f32) -> (Vec<Pose>, ::gltf::Document) {
         for child in node.children() {
             let scale = node.transform().decomposed().2[0];
             let mut inner = local[child.index()];
-            inner.position = inner.position * scale;
+            inner.position *= scale;
             world[child.index()] = world[node.index()].compose(&inner);
             stack.push(child);
         }

@@ -1,11 +1,12 @@
 //! Each sample file that has no joint is simulated and must do what its `asset.extras.expect` says.
+#![expect(clippy::unwrap_used, clippy::panic, reason = "a test may fail anywhere")]
 
 use std::fs;
 use std::path::Path;
 
 use drystone::{BodyId, Quat, Vec3, World};
 use drystone_scene::gltf::{self, LoadedGltf, Options};
-use serde_json::Value;
+use serde_json::{Value, json};
 
 const HZ: f32 = 60.0;
 
@@ -104,7 +105,6 @@ fn check(name: &str, failures: &mut Vec<String>) {
     run.seconds(expect.get("after_s").map_or(3.0, number));
     let mut range = |what: &str, is: f32, low: f32, high: f32| {
         let line = format!("{name}: {what} is {is}, expected {low} to {high}");
-        println!("{line}");
         if !(low..=high).contains(&is) {
             failures.push(line);
         }
@@ -171,6 +171,108 @@ fn samples_without_joints_do_what_they_say() {
     let mut failures = Vec::new();
     for name in &names {
         check(name, &mut failures);
+    }
+    assert!(failures.is_empty(), "{}", failures.join("\n"));
+}
+
+/// Vertices and triangles of a box as the buffer of a document.
+fn box_mesh(half: [f32; 3]) -> Value {
+    use base64::Engine as _;
+    let mut bytes = Vec::new();
+    for i in 0..8_u8 {
+        for (bit, h) in half.iter().enumerate() {
+            let sign = if i >> bit & 1 == 1 { 1.0 } else { -1.0 };
+            bytes.extend((sign * h).to_le_bytes());
+        }
+    }
+    let quads =
+        [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+    for [a, b, c, d] in quads {
+        for i in [a, b, c, a, c, d] {
+            bytes.extend(u16::to_le_bytes(i));
+        }
+    }
+    let data = base64::engine::general_purpose::STANDARD.encode(&bytes);
+    json!({"byteLength": bytes.len(), "uri": format!("data:application/octet-stream;base64,{data}")})
+}
+
+#[test]
+#[ignore = "the narrowphase is not in yet; take this line out with it"]
+fn each_kind_of_body_rests_on_each_kind_of_ground() {
+    let shapes = json!([
+        {"type": "sphere", "sphere": {"radius": 0.5}},
+        {"type": "box", "box": {"size": [1, 1, 1]}},
+        {"type": "capsule", "capsule": {"height": 1, "radiusTop": 0.5, "radiusBottom": 0.5}},
+        {"type": "cylinder", "cylinder": {"height": 1, "radiusTop": 0.5, "radiusBottom": 0.5}},
+        {"type": "box", "box": {"size": [10, 1, 10]}},
+        {"type": "plane", "plane": {}},
+        {"type": "cylinder", "cylinder": {"height": 1, "radiusTop": 5, "radiusBottom": 5}},
+        {"type": "sphere", "sphere": {"radius": 200}},
+        {"type": "capsule", "capsule": {"height": 50, "radiusTop": 100, "radiusBottom": 100}},
+    ]);
+    let h = core::f32::consts::FRAC_1_SQRT_2;
+    let lying = json!([0, 0, h, h]);
+    let upright = json!([0, 0, 0, 1]);
+    let shape = |i: usize| json!({"shape": i});
+    let movers = [
+        ("sphere", shape(0), &upright),
+        ("box", shape(1), &upright),
+        ("capsule", shape(2), &lying),
+        ("cylinder", shape(3), &upright),
+        ("hull", json!({"mesh": 0, "convexHull": true}), &upright),
+        ("mesh", json!({"mesh": 0}), &upright),
+    ];
+    let grounds = [
+        ("box", shape(4), &upright, -0.5),
+        ("plane", shape(5), &upright, 0.0),
+        ("cylinder", shape(6), &upright, -0.5),
+        ("hull", json!({"mesh": 1, "convexHull": true}), &upright, -0.5),
+        ("mesh", json!({"mesh": 1}), &upright, -0.5),
+        ("sphere", shape(7), &upright, -200.0),
+        ("capsule", shape(8), &lying, -100.0),
+    ];
+    let view = |buffer: usize| {
+        [
+            json!({"buffer": buffer, "byteOffset": 0, "byteLength": 96}),
+            json!({"buffer": buffer, "byteOffset": 96, "byteLength": 72}),
+        ]
+    };
+    let accessors = |view: usize| {
+        [
+            json!({"bufferView": view, "componentType": 5126, "count": 8, "type": "VEC3"}),
+            json!({"bufferView": view + 1, "componentType": 5123, "count": 36, "type": "SCALAR"}),
+        ]
+    };
+    let mesh =
+        |i: usize| json!({"primitives": [{"attributes": {"POSITION": i}, "indices": i + 1}]});
+    let mut failures = Vec::new();
+    for (ground, geometry, turn, y) in &grounds {
+        for (mover, moving, tilt) in &movers {
+            let value = json!({
+                "asset": {"version": "2.0"},
+                "extensions": {"KHR_implicit_shapes": {"shapes": shapes}},
+                "buffers": [box_mesh([0.5; 3]), box_mesh([5.0, 0.5, 5.0])],
+                "bufferViews": [view(0), view(1)].concat(),
+                "accessors": [accessors(0), accessors(2)].concat(),
+                "meshes": [mesh(0), mesh(2)],
+                "nodes": [
+                    {"translation": [0, y, 0], "rotation": turn,
+                     "extensions": {"KHR_physics_rigid_bodies": {"collider": {"geometry": geometry}}}},
+                    {"name": "body", "translation": [0, 0.7, 0], "rotation": tilt,
+                     "extensions": {"KHR_physics_rigid_bodies":
+                         {"motion": {"mass": 2}, "collider": {"geometry": moving}}}},
+                ],
+            });
+            let bytes = value.to_string().into_bytes();
+            let loaded =
+                gltf::from_slice(&bytes, "rest", Path::new(""), &Options::default()).unwrap();
+            let mut run = Run::of(loaded);
+            run.seconds(3.0);
+            let (y, speed) = (run.quantity(1, "y"), run.quantity(1, "speed"));
+            if !(0.49..=0.51).contains(&y) || speed > 0.02 {
+                failures.push(format!("{mover} on {ground}: y {y}, speed {speed}"));
+            }
+        }
     }
     assert!(failures.is_empty(), "{}", failures.join("\n"));
 }

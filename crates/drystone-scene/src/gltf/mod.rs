@@ -127,10 +127,8 @@ fn interpret(document: Document, name: &str, options: &Options) -> Result<Loaded
         physics::bodies(&document, &tree, &mut scene.notes)?
     } else {
         let Some(how) = options.auto_colliders else {
-            let problem = "it has no physics (KHR_physics_rigid_bodies)";
-            return Err(
-                root.error(problem, "a file with physics, or --auto-colliders hull|mesh|box")
-            );
+            let allowed = "physics in the file, or --auto-colliders hull|mesh|box";
+            return Err(root.error("it has no physics to simulate", allowed));
         };
         let up = (-scene.config.gravity).normalize_or(Vec3::Y);
         auto::bodies(&document, &tree, how, up, &mut scene.notes)?
