@@ -1,0 +1,264 @@
+//! Any two convex cores: a normal from distance or overlap, then a manifold from the features that
+//! look along it.
+//!
+//! The overlap of round bodies is found as a distance too: once [`epa`] has given a direction, B is
+//! moved out along it and the closest points of the bodies apart give a better one. The exact
+//! direction is the fixed point of that; an error of the direction shrinks by about the depth over
+//! the radius of curvature in each round, and is gone at once where a flat side touches.
+
+use super::convex::Convex;
+use super::round::along_a_line;
+use crate::base::math::{Vec3, greater, lesser, vec3};
+use crate::base::pose::Pose;
+use crate::geometry::clip::{Polygon, Reference, clip, flip};
+use crate::geometry::epa;
+use crate::geometry::gjk::{self, Closest};
+use crate::geometry::hull::Polytope;
+use crate::geometry::manifold::Manifold;
+
+/// Cosine of 0.005 rad: a normal so close to that of a flat side is made the same.
+const SNAP: f32 = 1.0 - 1.25e-5;
+/// Cosine of 0.001 rad: a side so close to the normal carries the contact.
+const FLAT: f32 = 1.0 - 5.0e-7;
+/// Cosine of 0.002 rad: the same for lines.
+const STRAIGHT: f32 = 1.0 - 2.0e-6;
+
+/// Parts of the size: below NEAR closest points give no good normal; APART is how far bodies are
+/// moved apart to get one; TIED is a difference of depth that does not count.
+const NEAR: f32 = 0.01;
+const APART: f32 = 0.02;
+const TIED: f32 = 1.0e-4;
+const EPA_TOLERANCE: f32 = 2.0e-3;
+const REFINEMENTS: usize = 4;
+
+/// Feature ids begin with what the reference is.
+const REFERENCE_B: u32 = 0x8000_0000;
+const SINGLE: u32 = 0x2000_0000;
+
+struct Pair<'a> {
+    a: &'a Convex<'a>,
+    b: &'a Convex<'a>,
+    b_in_a: &'a Pose,
+    /// The extent of the smaller one [m].
+    size: f32,
+}
+
+/// The manifold in the frame of A. Pairs of hulls that overlap are left to `sat`.
+pub(super) fn collide(a: &Convex<'_>, b: &Convex<'_>, b_in_a: &Pose, margin: f32) -> Manifold {
+    let pair = Pair::new(a, b, b_in_a);
+    let Some(closest) = pair.closest(margin) else { return Manifold::default() };
+    if closest.distance > margin {
+        return Manifold::default();
+    }
+    let closest = pair.snapped(&closest);
+    pair.manifold(&closest, margin)
+}
+
+/// The same for two cores that are clearly apart; `None` if they are not.
+pub(super) fn collide_apart(
+    a: &Convex<'_>,
+    b: &Convex<'_>,
+    b_in_a: &Pose,
+    margin: f32,
+) -> Option<Manifold> {
+    let pair = Pair::new(a, b, b_in_a);
+    let c = gjk::distance(|d| a.support(d), |d| pair.support_b(d), pair.start())?;
+    if c.distance > margin {
+        return Some(Manifold::default());
+    }
+    (c.distance > NEAR * pair.size).then(|| pair.manifold(&pair.snapped(&c), margin))
+}
+
+impl<'a> Pair<'a> {
+    fn new(a: &'a Convex<'a>, b: &'a Convex<'a>, b_in_a: &'a Pose) -> Self {
+        let (size_a, size_b) = (a.size(), b.size());
+        let (small, large) = (lesser(size_a, size_b), greater(size_a, size_b));
+        // A point, or a capsule that is a sphere, has no extent of its own.
+        Self { a, b, b_in_a, size: if small > 1.0e-3 * large { small } else { large } }
+    }
+
+    /// From the middle of A to that of B: a first guess.
+    fn start(&self) -> Vec3 {
+        self.b_in_a.point(self.b.center()) - self.a.center()
+    }
+
+    fn support_b(&self, d: Vec3) -> Vec3 {
+        self.b_in_a.point(self.b.support(self.b_in_a.local_direction(d)))
+    }
+
+    /// Signed distance along a unit direction [m].
+    fn separation(&self, n: Vec3) -> f32 {
+        n.dot(self.support_b(-n) - self.a.support(n))
+    }
+
+    /// Closest or deepest points; `distance` is signed.
+    fn closest(&self, margin: f32) -> Option<Closest> {
+        let apart = gjk::distance(|d| self.a.support(d), |d| self.support_b(d), self.start());
+        if let Some(c) = apart
+            && (c.distance > NEAR * self.size || c.distance > margin)
+        {
+            return apart;
+        }
+        let mut n = match apart {
+            Some(c) => c.normal,
+            None => self.overlap_direction()?,
+        };
+        let mut best: Option<Closest> = None;
+        for _ in 0..REFINEMENTS {
+            let Some(c) = self.moved_apart(n) else { break };
+            let turned = (c.normal - n).length_squared();
+            let better = best.is_none_or(|b| c.distance > b.distance);
+            if better {
+                best = Some(c);
+            }
+            n = c.normal;
+            if !better || turned < 1.0e-10 {
+                break;
+            }
+        }
+        best
+    }
+
+    /// Closest points after B is moved along `n` until it is clear of A, moved back again.
+    fn moved_apart(&self, n: Vec3) -> Option<Closest> {
+        let shift = n * (APART * self.size - self.separation(n));
+        let c = gjk::distance(|d| self.a.support(d), |d| self.support_b(d) + shift, n)?;
+        let distance = self.separation(c.normal);
+        let point_b = c.point_b - shift;
+        // The move was along n, the answer is along the new normal: what lies across is halved.
+        let off = (point_b - c.point_a) - c.normal * distance;
+        Some(Closest {
+            distance,
+            point_a: c.point_a + off * 0.5,
+            point_b: point_b - off * 0.5,
+            normal: c.normal,
+        })
+    }
+
+    fn overlap_direction(&self) -> Option<Vec3> {
+        match (self.a, self.b) {
+            (Convex::Point, Convex::Hull(hull)) => {
+                let inside = self.b_in_a.local_point(Vec3::ZERO);
+                let n = least_deep_face(*hull, |plane_normal, offset| {
+                    plane_normal.dot(inside) - offset
+                });
+                Some(-self.b_in_a.direction(n.0))
+            }
+            (Convex::Segment { half_height }, Convex::Hull(hull)) => {
+                let ends = [-1.0, 1.0].map(|s| {
+                    self.b_in_a.local_point(vec3(0.0, s * half_height, 0.0))
+                });
+                Some(-self.b_in_a.direction(segment_in_hull(*hull, ends)))
+            }
+            _ => epa::least_overlap(
+                |d| self.a.support(d),
+                |d| self.support_b(d),
+                EPA_TOLERANCE * self.size,
+            ),
+        }
+    }
+
+    /// The same contact with the exact normal of a flat side, if that is as good.
+    fn snapped(&self, closest: &Closest) -> Closest {
+        let n = closest.normal;
+        let of_a = self.a.face_normal(n);
+        let of_b = self.b.face_normal(-self.b_in_a.local_direction(n));
+        let of_b = of_b.map(|m| -self.b_in_a.direction(m));
+        for m in [of_a, of_b].into_iter().flatten() {
+            if m.dot(n) > SNAP {
+                let distance = self.separation(m);
+                if distance >= closest.distance - TIED * self.size {
+                    return Closest { distance, normal: m, ..*closest };
+                }
+            }
+        }
+        *closest
+    }
+
+    /// Up to four points from the features that look along the normal.
+    fn manifold(&self, c: &Closest, margin: f32) -> Manifold {
+        let (a, b, pose, n) = (self.a, self.b, self.b_in_a, c.normal);
+        let n_in_b = -pose.local_direction(n);
+        let along_a = a.face_normal(n).map_or(-1.0, |m| m.dot(n));
+        let along_b = b.face_normal(n_in_b).map_or(-1.0, |m| m.dot(n_in_b));
+        let single = || {
+            let position = (c.point_a + c.point_b) * 0.5;
+            Manifold::single(n, position, c.distance, SINGLE)
+        };
+        let m = if along_a >= FLAT && along_a >= along_b - 1.0e-6 {
+            against_face(a, n, b, n_in_b, pose, margin, 0)
+        } else if along_b >= FLAT {
+            let m = against_face(b, n_in_b, a, n, &pose.inverse(), margin, REFERENCE_B);
+            flip(&m, pose)
+        } else {
+            let lines = a.line(n).zip(b.line(n_in_b));
+            let Some(((line_a, cos_a), (line_b, cos_b))) = lines else { return single() };
+            if !(cos_a > STRAIGHT && cos_b > STRAIGHT) {
+                return single();
+            }
+            let sideways = 0.05 * (c.distance.abs() + 0.1 * self.size);
+            let line_b = line_b.map(|p| pose.point(p));
+            along_a_line(line_a, line_b, n, sideways, margin).unwrap_or_default()
+        };
+        if m.count > 0 { m } else { single() }
+    }
+}
+
+/// A's flat side along `n` against what B has there; in the frame of A.
+fn against_face(
+    a: &Convex<'_>,
+    n: Vec3,
+    b: &Convex<'_>,
+    n_in_b: Vec3,
+    b_in_a: &Pose,
+    margin: f32,
+    flag: u32,
+) -> Manifold {
+    let (mut face, mut incident) = (Polygon::empty(), Polygon::empty());
+    a.face(n, &mut face);
+    b.incident(n_in_b, &mut incident);
+    incident.transform(b_in_a);
+    let normal = a.face_normal(n).unwrap_or(n);
+    let Some(corner) = face.corners().first() else { return Manifold::default() };
+    let reference = Reference { corners: face.corners(), normal, offset: normal.dot(corner.p) };
+    clip(&reference, &mut incident, margin, flag)
+}
+
+fn least_deep_face(hull: Polytope<'_>, signed: impl Fn(Vec3, f32) -> f32) -> (Vec3, f32) {
+    let mut best = (Vec3::Y, f32::NEG_INFINITY);
+    for plane in hull.planes {
+        let d = signed(plane.normal, plane.offset);
+        if d > best.1 {
+            best = (plane.normal, d);
+        }
+    }
+    best
+}
+
+/// The outward direction along which a segment that meets a hull leaves it first: normals of faces,
+/// and edges crossed with the segment where the segment's circle on the Gauss map crosses the
+/// edge's arc.
+fn segment_in_hull(hull: Polytope<'_>, ends: [Vec3; 2]) -> Vec3 {
+    let mut best = least_deep_face(hull, |n, offset| {
+        lesser(n.dot(ends[0]), n.dot(ends[1])) - offset
+    });
+    let along = ends[1] - ends[0];
+    for pair in hull.edges.chunks_exact(2) {
+        let [u, v] = [pair[0], pair[1]].map(|e| hull.planes[usize::from(e.face)].normal);
+        let (p, q) = (u.dot(along), v.dot(along));
+        if !(p * q < 0.0) {
+            continue;
+        }
+        let [tail, head] = [pair[0], pair[1]].map(|e| hull.vertices[usize::from(e.origin)]);
+        let axis = (head - tail).cross(along);
+        // The point of the arc at right angles to the segment.
+        let outward = u * q.abs() + v * p.abs();
+        let axis = if axis.dot(outward) < 0.0 { -axis } else { axis };
+        let Some(n) = axis.try_normalize() else { continue };
+        let d = n.dot(ends[0] - tail);
+        if d > best.1 {
+            best = (n, d);
+        }
+    }
+    best.0
+}
