@@ -5,6 +5,7 @@ mod build;
 mod catalog;
 mod error;
 pub mod gltf;
+pub mod obj;
 mod scene;
 
 pub use build::{BuildError, Running};

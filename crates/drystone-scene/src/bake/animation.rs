@@ -22,6 +22,8 @@ struct Track {
     translations: Vec<Vec3>,
     rotations: Vec<Quat>,
     scale: Vec3,
+    /// The file's own scale of the node does not do any more.
+    rescaled: bool,
 }
 
 /// All keys of one kind, which share a buffer view.
@@ -67,7 +69,7 @@ pub(super) fn add(
             continue;
         }
         let reparent = !parent_is_simple(&tree, node);
-        let track = track(&tree, &body_of_node, motion, body, node, reparent);
+        let track = track(document, &tree, &body_of_node, motion, body, node, reparent);
         if track.moves() || track.first > 0 {
             if reparent && tree.nodes[node].parent.is_some() {
                 move_to_scene(&mut output.json, &tree, node, document);
@@ -93,6 +95,7 @@ fn parent_is_simple(tree: &Tree, node: usize) -> bool {
 }
 
 fn track(
+    document: &Document,
     tree: &Tree,
     body_of_node: &[Option<usize>],
     motion: &Motion,
@@ -137,7 +140,11 @@ fn track(
     } else {
         tree.nodes[node].scale
     };
-    Track { node, first, translations, rotations, scale }
+    let at = At::root(&document.json).nth("nodes", node);
+    let own =
+        at.filter(|a| a.get("matrix").is_none()).and_then(|a| a.vec3_or("scale", Vec3::ONE).ok());
+    let rescaled = own.is_none_or(|o| (o - scale).length() > 1.0e-5 * scale.length());
+    Track { node, first, translations, rotations, scale, rescaled }
 }
 
 impl Track {
@@ -284,9 +291,7 @@ fn write_tracks(output: &mut Output, all_times: &[f32], tracks: &[Track]) {
             object.remove("matrix");
             object.insert("translation".to_owned(), json!(t[0].to_array()));
             object.insert("rotation".to_owned(), json!(q[0].to_array()));
-            if track.scale == Vec3::ONE {
-                object.remove("scale");
-            } else {
+            if track.rescaled {
                 object.insert("scale".to_owned(), json!(track.scale.to_array()));
             }
         }

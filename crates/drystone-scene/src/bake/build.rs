@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 
 use super::file::{bytes_of, push};
 use super::solids::{self, Surface};
-use crate::gltf::{Document, of_shapes};
+use crate::gltf::{Document, STATIC_BODY, of_shapes};
 use crate::scene::{Scene, SceneBody, Script};
 
 /// Colors (linear red, green, blue): static, kinematic, trigger, then those of moving bodies by turns.
@@ -61,31 +61,8 @@ fn shape_key(shape: &Shape) -> ShapeKey {
 
 /// The document of a scene and the node of each of its bodies, dropped ones last.
 pub(super) fn document(scene: &Scene) -> (Document, Vec<usize>) {
-    let g = scene.config.gravity.to_array();
-    let mut build = Build {
-        json: json!({
-            "asset": {"version": "2.0", "generator": "drystone",
-                "extras": {"name": scene.name, "gravity": g}},
-            "scene": 0, "scenes": [{"nodes": []}],
-        }),
-        bytes: Vec::new(),
-        meshes: Vec::new(),
-        implicit: Vec::new(),
-        materials: Vec::new(),
-        filters: Vec::new(),
-        filtered: false,
-    };
-    for (i, rgb) in COLORS.iter().enumerate() {
-        let [r, g, b] = *rgb;
-        let (alpha, mode) = if i == 2 { (0.3, "BLEND") } else { (1.0, "OPAQUE") };
-        let color = json!({
-            "pbrMetallicRoughness": {
-                "baseColorFactor": [r, g, b, alpha], "metallicFactor": 0.0, "roughnessFactor": 0.7,
-            },
-            "alphaMode": mode, "doubleSided": i == 0,
-        });
-        push(&mut build.json, "materials", color);
-    }
+    let mut build = Build::new(&scene.name);
+    build.json["asset"]["extras"]["gravity"] = json!(scene.config.gravity.to_array());
     let dropped: &[SceneBody] = match &scene.script {
         Script::Drop { bodies, .. } => bodies,
         _ => &[],
@@ -100,7 +77,68 @@ pub(super) fn document(scene: &Scene) -> (Document, Vec<usize>) {
     (Document { json: build.json, buffers, folder: std::path::PathBuf::new() }, nodes)
 }
 
+/// A mesh of a document without physics.
+#[derive(Clone, Debug)]
+pub(crate) struct MeshPart {
+    /// Name of its node, a JSON text; may be empty.
+    pub(crate) name: Value,
+    /// Its vertices [m].
+    pub(crate) points: Vec<Vec3>,
+    /// Its triangles.
+    pub(crate) triangles: Vec<[u32; 3]>,
+}
+
+/// A document with a node for each part and nothing else.
+pub(crate) fn document_of_meshes(name: &str, parts: &[MeshPart]) -> Document {
+    let mut build = Build::new(name);
+    let mut nodes = Vec::new();
+    for (i, part) in parts.iter().enumerate() {
+        let surface = Surface {
+            points: part.points.clone(),
+            normals: Vec::new(),
+            triangles: part.triangles.clone(),
+        };
+        let mesh = build.mesh(&surface, MOVING + i % (COLORS.len() - MOVING));
+        let mut node = json!({"mesh": mesh});
+        if part.name != "" {
+            node["name"] = part.name.clone();
+        }
+        nodes.push(push(&mut build.json, "nodes", node));
+    }
+    build.json["scenes"][0]["nodes"] = json!(nodes);
+    Document { json: build.json, buffers: vec![build.bytes], folder: std::path::PathBuf::new() }
+}
+
 impl Build {
+    /// A document with an empty scene and the materials.
+    fn new(name: &str) -> Self {
+        let json = json!({
+            "asset": {"version": "2.0", "generator": "drystone", "extras": {"name": name}},
+            "scene": 0, "scenes": [{"nodes": []}],
+        });
+        let mut build = Self {
+            json,
+            bytes: Vec::new(),
+            meshes: Vec::new(),
+            implicit: Vec::new(),
+            materials: Vec::new(),
+            filters: Vec::new(),
+            filtered: false,
+        };
+        for (i, rgb) in COLORS.iter().enumerate() {
+            let [r, g, b] = *rgb;
+            let (alpha, mode) = if i == 2 { (0.3, "BLEND") } else { (1.0, "OPAQUE") };
+            let color = json!({
+                "pbrMetallicRoughness": {
+                    "baseColorFactor": [r, g, b, alpha], "metallicFactor": 0.0, "roughnessFactor": 0.7,
+                },
+                "alphaMode": mode, "doubleSided": i == 0,
+            });
+            push(&mut build.json, "materials", color);
+        }
+        build
+    }
+
     /// The node of a body with all below it.
     fn body(&mut self, body: &SceneBody, number: usize) -> usize {
         let def = &body.def;
@@ -132,6 +170,9 @@ impl Build {
             children.push(push(&mut self.json, "nodes", child));
         }
         if !children.is_empty() {
+            if def.kind == BodyKind::Static {
+                node["extras"] = json!({STATIC_BODY: true});
+            }
             node["children"] = json!(children);
         }
         if physics.as_object().is_some_and(|p| !p.is_empty()) {

@@ -9,6 +9,8 @@ mod build;
 mod file;
 mod solids;
 
+pub(crate) use self::build::{MeshPart, document_of_meshes};
+
 use std::path::Path;
 
 use drystone::Pose;

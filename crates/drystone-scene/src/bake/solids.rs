@@ -159,13 +159,18 @@ mod tests {
             .collect();
         let hull = Shape::Hull(Arc::new(Hull::from_points(&corners).unwrap()));
         // Volume from the divergence theorem: right only if closed and turned outward.
+        let pi = core::f32::consts::PI;
         let table = [
-            (Shape::sphere(1.0), 4.1888, 0.03),
-            (Shape::capsule(0.5, 1.0), 4.1888 + 3.1416, 0.03),
+            (Shape::sphere(1.0), 4.0 / 3.0 * pi, 0.03),
+            (Shape::capsule(0.5, 1.0), 7.0 / 3.0 * pi, 0.03),
             (Shape::box_half([1.0, 2.0, 3.0]), 48.0, 1e-5),
-            (Shape::cylinder(1.0, 1.0), 6.2832, 0.01),
-            (Shape::cone(1.0, 1.0), 2.0944, 0.01),
-            (Shape::Cone { half_height: 0.5, radius_bottom: 1.0, radius_top: 0.5 }, 1.8326, 0.01),
+            (Shape::cylinder(1.0, 1.0), 2.0 * pi, 0.01),
+            (Shape::cone(1.0, 1.0), 2.0 / 3.0 * pi, 0.01),
+            (
+                Shape::Cone { half_height: 0.5, radius_bottom: 1.0, radius_top: 0.5 },
+                1.75 / 3.0 * pi,
+                0.01,
+            ),
             (hull, 1.0, 1e-5),
         ];
         for (shape, volume, tolerance) in table {

@@ -39,8 +39,7 @@ fn view<'a>(
     width: usize,
 ) -> Result<View<'a>, SceneError> {
     let root = At::root(&document.json);
-    let accessors = root.list("accessors")?;
-    let at = &accessors[reference.index(accessors.len(), "accessors")?];
+    let at = &root.entry("accessors", reference)?;
     if let Some(sparse) = at.get("sparse") {
         return Err(sparse.error("is a sparse accessor", "an accessor that is not sparse"));
     }
@@ -55,8 +54,7 @@ fn view<'a>(
     };
     let count_at = at.need("count")?;
     let count = count_at.size()?;
-    let views = root.list("bufferViews")?;
-    let view_at = &views[at.need("bufferView")?.index(views.len(), "bufferViews")?];
+    let view_at = &root.entry("bufferViews", &at.need("bufferView")?)?;
     let buffer = view_at.need("buffer")?.index(document.buffers.len(), "buffers")?;
     let number = |at: &At<'_>, key: &str| at.get(key).map_or(Ok(0), |at| at.size());
     let begin = number(view_at, "byteOffset")?;

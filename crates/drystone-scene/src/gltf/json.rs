@@ -72,6 +72,20 @@ impl<'a> At<'a> {
         self.get(key).map_or_else(|| Ok(Vec::new()), |at| at.items())
     }
 
+    /// The entry of the list `key` of this object that `reference` names, without a walk over the list.
+    pub(crate) fn entry(&self, key: &str, reference: &At<'_>) -> Result<At<'a>, SceneError> {
+        let list = self.value.get(key).and_then(Value::as_array);
+        let i = reference.index(list.map_or(0, Vec::len), key)?;
+        self.nth(key, i).ok_or_else(|| reference.wrong("an entry of that list"))
+    }
+
+    /// Entry `i` of the list `key` of this object.
+    pub(crate) fn nth(&self, key: &str, i: usize) -> Option<At<'a>> {
+        let value = self.value.get(key)?.get(i)?;
+        let dot = if self.place.is_empty() { "" } else { "." };
+        Some(At { value, place: format!("{}{dot}{key}[{i}]", self.place) })
+    }
+
     /// The object, or an error.
     pub(crate) fn object(self) -> Result<Self, SceneError> {
         if self.value.is_object() { Ok(self) } else { Err(self.wrong("an object")) }
@@ -90,7 +104,7 @@ impl<'a> At<'a> {
         let allowed = "a whole number of at least 0";
         // A number such as 3.0 is a whole number too.
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "checked")]
-        let whole = |v: f64| (v >= 0.0 && v <= 9.0e15 && v.fract() <= 0.0).then_some(v as u64);
+        let whole = |v: f64| ((0.0..=9.0e15).contains(&v) && v.fract() <= 0.0).then_some(v as u64);
         let n = self.value.as_u64().or_else(|| self.value.as_f64().and_then(whole));
         n.and_then(|n| usize::try_from(n).ok()).ok_or_else(|| self.wrong(allowed))
     }

@@ -27,9 +27,7 @@ impl Triangles {
         map: &Affine,
         notes: &mut Vec<String>,
     ) -> Result<(), SceneError> {
-        let root = At::root(&document.json);
-        let meshes = root.list("meshes")?;
-        let mesh = &meshes[mesh.index(meshes.len(), "meshes")?];
+        let mesh = At::root(&document.json).entry("meshes", mesh)?;
         for primitive in mesh.need("primitives")?.items()? {
             self.add_primitive(document, &primitive, map, notes)?;
         }
@@ -80,7 +78,7 @@ impl Triangles {
                 );
             }
             5 => {
-                let turned = |i: usize| if i % 2 == 0 { (i, i + 1) } else { (i + 1, i) };
+                let turned = |i: usize| if i.is_multiple_of(2) { (i, i + 1) } else { (i + 1, i) };
                 self.triangles.extend((0..list.len().saturating_sub(2)).map(|i| {
                     let (a, b) = turned(i);
                     [corner(a), corner(b), corner(i + 2)]
@@ -103,12 +101,13 @@ impl Triangles {
         map: &Affine,
         notes: &mut Vec<String>,
     ) -> Result<(), SceneError> {
-        let list = At::root(&document.json).list("nodes")?;
+        let root = At::root(&document.json);
         let mut stack = vec![(node, *map)];
         while let Some((n, map)) = stack.pop() {
-            if let Some(mesh) = list[n].get("mesh") {
+            let Some(at) = root.nth("nodes", n) else { continue };
+            if let Some(mesh) = at.get("mesh") {
                 self.add_mesh(document, &mesh, &map, notes)?;
-                if list[n].get("skin").is_some() {
+                if at.get("skin").is_some() {
                     notes.push(format!(
                         "{}: its skin is not applied to the collision shape",
                         tree.name(n)

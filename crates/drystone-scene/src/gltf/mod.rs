@@ -25,8 +25,8 @@ use crate::scene::{Scene, SceneBody};
 
 pub(crate) use self::json::At;
 pub(crate) use self::nodes::{Tree, read as read_tree};
-pub(crate) use self::physics::of_shapes;
-pub(crate) use self::read::resource;
+pub(crate) use self::physics::{STATIC_BODY, of_shapes};
+pub(crate) use self::read::{open, resource};
 
 pub use self::info::info;
 pub use self::read::Document;
@@ -104,6 +104,15 @@ pub fn from_slice(
     loaded.map_err(|e| e.in_file(&file))
 }
 
+/// A scene from a document made elsewhere, such as from the meshes of another format.
+pub(crate) fn from_document(
+    document: Document,
+    name: &str,
+    options: &Options,
+) -> Result<LoadedGltf, SceneError> {
+    interpret(document, name, options)
+}
+
 fn interpret(document: Document, name: &str, options: &Options) -> Result<LoadedGltf, SceneError> {
     let root = At::root(&document.json);
     let mut scene = Scene::new(name, "read from a glTF file");
@@ -118,10 +127,8 @@ fn interpret(document: Document, name: &str, options: &Options) -> Result<Loaded
         physics::bodies(&document, &tree, &mut scene.notes)?
     } else {
         let Some(how) = options.auto_colliders else {
-            let problem = "it has no physics (KHR_physics_rigid_bodies)";
-            return Err(
-                root.error(problem, "a file with physics, or --auto-colliders hull|mesh|box")
-            );
+            let allowed = "physics in the file, or --auto-colliders hull|mesh|box";
+            return Err(root.error("it has no physics to simulate", allowed));
         };
         let up = (-scene.config.gravity).normalize_or(Vec3::Y);
         auto::bodies(&document, &tree, how, up, &mut scene.notes)?

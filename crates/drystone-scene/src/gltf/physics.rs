@@ -17,6 +17,10 @@ use crate::error::SceneError;
 /// Name of the extension.
 pub(crate) const EXTENSION: &str = "KHR_physics_rigid_bodies";
 
+/// Name of the mark, in a node's `extras`, of a static body whose colliders hang below it. The
+/// extension has no such thing; [`crate::bake::write_scene`] writes it.
+pub(crate) const STATIC_BODY: &str = "staticBody";
+
 /// Mass that stands for an infinite one [kg].
 const INFINITE_MASS: f32 = 1.0e9;
 
@@ -39,7 +43,7 @@ pub(crate) fn is_present(root: &At<'_>) -> Result<bool, SceneError> {
 struct Nodes<'a> {
     /// The extension object of each node that has one and is in the scene.
     extension: BTreeMap<usize, At<'a>>,
-    /// The node with motion that each node belongs to.
+    /// The node that each node belongs to: with motion, or marked as a static body.
     motion: Vec<Option<usize>>,
     /// For members of a compound trigger: the node that stands for it.
     trigger_of: BTreeMap<usize, usize>,
@@ -152,8 +156,11 @@ fn survey<'a>(
         notes.push(format!("{outside} nodes with physics are not in the scene and left out"));
     }
     let mut motion = vec![None; tree.nodes.len()];
+    let list = root.list("nodes")?;
     for &node in &tree.order {
-        let own = extension.get(&node).is_some_and(|e| e.get("motion").is_some());
+        let moves = extension.get(&node).is_some_and(|e: &At<'_>| e.get("motion").is_some());
+        let marked = list[node].dig(&["extras", STATIC_BODY]).map_or(Ok(false), |m| m.bool())?;
+        let own = moves || (marked && tree.nodes[node].in_scene);
         motion[node] =
             if own { Some(node) } else { tree.nodes[node].parent.and_then(|p| motion[p]) };
     }
@@ -252,38 +259,9 @@ fn set_mass(
 
 /// Mass properties of all solid shapes together, about their common center [body].
 pub(crate) fn of_shapes(shapes: &[ShapeDef]) -> MassProperties {
-    let parts: Vec<MassProperties> = shapes
-        .iter()
-        .filter(|s| !s.sensor)
-        .map(|s| {
-            let own = MassProperties::of(&s.shape, s.density);
-            let (d, axes) = own.inertia.eigen();
-            MassProperties {
-                mass: own.mass,
-                center: s.pose.point(own.center),
-                inertia: Sym3::rotated_diagonal(s.pose.rotation * axes, d),
-            }
-        })
-        .collect();
-    let mass: f32 = parts.iter().map(|p| p.mass).sum();
-    if mass <= 0.0 {
-        return MassProperties::default();
-    }
-    let center = parts.iter().fold(Vec3::ZERO, |c, p| c + p.center * (p.mass / mass));
-    let inertia = parts.iter().fold(Sym3::ZERO, |sum, p| {
-        let r = p.center - center;
-        let m = p.mass;
-        let moved = Sym3 {
-            xx: m * (r.y * r.y + r.z * r.z),
-            yy: m * (r.x * r.x + r.z * r.z),
-            zz: m * (r.x * r.x + r.y * r.y),
-            xy: -m * r.x * r.y,
-            xz: -m * r.x * r.z,
-            yz: -m * r.y * r.z,
-        };
-        sum.plus(p.inertia).plus(moved)
-    });
-    MassProperties { mass, center, inertia }
+    let solid = shapes.iter().filter(|s| !s.sensor);
+    let parts: Vec<_> = solid.map(|s| (s.pose, MassProperties::of(&s.shape, s.density))).collect();
+    MassProperties::combine(&parts)
 }
 
 /// Unique names of the bodies of these nodes: the node's, `#index` without one, `name#index` where

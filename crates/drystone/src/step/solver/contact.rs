@@ -109,30 +109,23 @@ fn solve_points<S: Simd, const N: usize>(
         lambda[j] = load(simd, &block.impulse[j]);
     }
     let entry = lambda;
-    // The cap is on bias and leak together: it limits the net push-out, not the load.
-    let round = |lambda: &mut [Wide<S>; N], vn: &mut [Wide<S>; N], keep: Option<Wide<S>>| {
+    // Nothing is known yet of how an impact spreads over the points of a fresh contact: without more
+    // rounds the first point would take too much of it, and the body would turn. Lane by lane, so that
+    // it does not matter which contacts share a block.
+    let fresh = load(simd, &block.fresh);
+    let extra_rounds = if N > 1 && block.any_fresh { FRESH_ROUNDS } else { 0 };
+    for k in 0..sweep.inner + extra_rounds {
+        let open = above(if k < sweep.inner { splat(simd, 1.0) } else { fresh }, zero);
         for j in 0..N {
+            // The cap is on bias and leak together: it limits the net push-out, not the load.
             let q = max(target[j] + leak[j] * lambda[j], floor[j]);
-            let mut new = max(lambda[j] - q - gain[j] * vn[j], zero);
-            if let Some(fresh) = keep {
-                new = select(above(fresh, zero), new, lambda[j]);
-            }
+            let new = max(lambda[j] - q - gain[j] * vn[j], zero);
+            let new = select(open, new, lambda[j]);
             let d = new - lambda[j];
             lambda[j] = new;
             for i in 0..N {
                 vn[i] = vn[i] + load(simd, &block.k[K[i][j]]) * d;
             }
-        }
-    };
-    for _ in 0..sweep.inner {
-        round(&mut lambda, &mut vn, None);
-    }
-    if N > 1 && block.any_fresh {
-        // Nothing is known yet of how an impact spreads over the points: without these rounds the
-        // first point would take too much of it, and the body would turn.
-        let fresh = load(simd, &block.fresh);
-        for _ in 0..FRESH_ROUNDS {
-            round(&mut lambda, &mut vn, Some(fresh));
         }
     }
     let mut total = zero;
