@@ -58,8 +58,8 @@ instruction set, machine, or on which outputs were asked for.";
 /// Which scene.
 #[derive(Args, Debug)]
 pub(crate) struct Source {
-    /// A built-in scene (`drystone scenes`) with parameters such as pyramid:base=40, or a .gltf or
-    /// .glb file
+    /// A built-in scene (`drystone scenes`) with parameters such as pyramid:base=40, or a .gltf,
+    /// .glb or .obj file
     pub(crate) scene: String,
 
     /// For files without physics: every mesh becomes a dynamic body with this collider, the lowest

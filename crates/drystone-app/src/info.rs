@@ -8,7 +8,7 @@ use drystone_scene::{Parameter, Range, SceneBody, Script, catalog};
 
 use crate::Outcome;
 use crate::cli::{Info, count};
-use crate::load::load;
+use crate::load::{build, load};
 use crate::measure::lines_of;
 use crate::output::{self, Failure, one_line};
 use crate::report::{Page, si};

@@ -4,8 +4,8 @@ use std::io::ErrorKind;
 use std::path::Path;
 
 use drystone::Vec3;
-use drystone_scene::Scene;
 use drystone_scene::gltf::{self, LoadedGltf};
+use drystone_scene::{BuildError, Running, Scene, obj};
 
 use crate::cli::{AutoColliders, Source, has_extension};
 use crate::output::Failure;
@@ -75,7 +75,7 @@ fn file(
     let metadata = match std::fs::metadata(path) {
         Err(e) if e.kind() == ErrorKind::NotFound => {
             return Err(Failure::failed(format_args!(
-                "{shown}: no such file, allowed is a .gltf or .glb file or a built-in scene \
+                "{shown}: no such file, allowed is a .gltf, .glb or .obj file or a built-in scene \
                  (`drystone scenes` lists them)"
             )));
         }
@@ -84,12 +84,12 @@ fn file(
     };
     if metadata.is_dir() {
         return Err(Failure::failed(format_args!(
-            "{shown}: is a directory, allowed is a .gltf or .glb file"
+            "{shown}: is a directory, allowed is a .gltf, .glb or .obj file"
         )));
     }
     if !has_extension(path, &FILES) {
         return Err(Failure::failed(format_args!(
-            "{shown}: its name tells no known format, allowed is a .gltf or .glb file"
+            "{shown}: its name tells no known format, allowed is a .gltf, .glb or .obj file"
         )));
     }
     let options = gltf::Options {
@@ -100,6 +100,17 @@ fn file(
         }),
         gravity,
     };
-    let loaded = gltf::load(path, &options).map_err(Failure::failed)?;
+    let read = if has_extension(path, &["obj"]) { obj::load } else { gltf::load };
+    let loaded = read(path, &options).map_err(Failure::failed)?;
     Ok(Loaded::Gltf(Box::new(loaded)))
+}
+
+/// The scene as a world; `source` is what the user called it.
+pub(crate) fn build(scene: &Scene, source: &str) -> Result<Running, Failure> {
+    scene.build().map_err(|e| refused(source, &e))
+}
+
+/// The engine refuses something of the scene that the user called `source`.
+pub(crate) fn refused(source: &str, e: &BuildError) -> Failure {
+    Failure::failed(format_args!("{source}: {e}"))
 }

@@ -16,7 +16,7 @@ use crate::Outcome;
 use crate::bake::Bake;
 use crate::cli::Simulate;
 use crate::events::{EventLog, Names};
-use crate::load::{Loaded, load};
+use crate::load::{Loaded, build, load, refused};
 use crate::measure::{Measure, StageClock};
 use crate::output::{self, Failure, Output};
 use crate::report::{Report, Run};
@@ -60,9 +60,10 @@ pub(crate) fn simulate(args: &Simulate) -> Outcome {
     outputs.add(0, 0.0, &running)?;
     let mut done = 0;
     while done < steps && !stop.load(Ordering::Relaxed) {
+        running.before_step(dt).map_err(|e| refused(&args.source.scene, &e))?;
         let start = Instant::now();
         clock.begin();
-        running.step_observed(dt, &mut |stage| clock.stage(stage.name()));
+        running.world.step_observed(dt, &mut |stage| clock.stage(stage.name()));
         let spent = start.elapsed();
         done += 1;
         measure.add(done, spent, &running.world);
