@@ -7,7 +7,7 @@ use crate::scene::{Scene, SceneBody, Script};
 /// The engine refused something of a scene.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
-pub enum SceneError {
+pub enum BuildError {
     /// The configuration.
     #[error("configuration: {0}")]
     Config(#[source] DefError),
@@ -63,8 +63,8 @@ impl Scene {
     ///
     /// # Errors
     /// The first body or joint that the engine refuses.
-    pub fn build(&self) -> Result<Running, SceneError> {
-        let world = World::new(self.config.clone()).map_err(SceneError::Config)?;
+    pub fn build(&self) -> Result<Running, BuildError> {
+        let world = World::new(self.config.clone()).map_err(BuildError::Config)?;
         let mut running = Running {
             world,
             bodies: Vec::with_capacity(self.bodies.len()),
@@ -93,7 +93,7 @@ impl Scene {
         Ok(running)
     }
 
-    fn add_joint(&self, number: usize, running: &mut Running) -> Result<(), SceneError> {
+    fn add_joint(&self, number: usize, running: &mut Running) -> Result<(), BuildError> {
         let joint = &self.joints[number];
         let user = format!("joint {number}");
         let def = JointDef {
@@ -104,7 +104,7 @@ impl Scene {
             kind: joint.kind,
             collide_connected: joint.collide_connected,
         };
-        let id = running.world.add_joint(def).map_err(|error| SceneError::Joint {
+        let id = running.world.add_joint(def).map_err(|error| BuildError::Joint {
             number,
             bodies: format!(
                 "'{}' and '{}'",
@@ -117,20 +117,20 @@ impl Scene {
     }
 }
 
-fn body_error(name: &str, error: DefError) -> SceneError {
-    SceneError::Body { name: name.to_owned(), error }
+fn body_error(name: &str, error: DefError) -> BuildError {
+    BuildError::Body { name: name.to_owned(), error }
 }
 
 impl Running {
-    fn add(&mut self, name: &str, def: BodyDef) -> Result<(), SceneError> {
+    fn add(&mut self, name: &str, def: BodyDef) -> Result<(), BuildError> {
         let id = self.world.add_body(def).map_err(|error| body_error(name, error))?;
         self.bodies.push(id);
         self.names.push(name.to_owned());
         Ok(())
     }
 
-    fn at(&self, user: &str, number: usize) -> Result<BodyId, SceneError> {
-        self.bodies.get(number).copied().ok_or_else(|| SceneError::NoSuchBody {
+    fn at(&self, user: &str, number: usize) -> Result<BodyId, BuildError> {
+        self.bodies.get(number).copied().ok_or_else(|| BuildError::NoSuchBody {
             user: user.to_owned(),
             number,
             bodies: self.bodies.len(),
@@ -147,7 +147,7 @@ impl Running {
     ///
     /// # Errors
     /// The engine refuses what the script wants; the world has not advanced then.
-    pub fn step(&mut self, dt: f32) -> Result<(), SceneError> {
+    pub fn step(&mut self, dt: f32) -> Result<(), BuildError> {
         self.before_step(dt)?;
         self.world.step(dt);
         Ok(())
@@ -158,7 +158,7 @@ impl Running {
     ///
     /// # Errors
     /// The engine refuses what the script wants.
-    pub fn before_step(&mut self, dt: f32) -> Result<(), SceneError> {
+    pub fn before_step(&mut self, dt: f32) -> Result<(), BuildError> {
         match &self.script {
             Script::None => {}
             &Script::Orbit { body, center, radius, degrees_per_step } => {
