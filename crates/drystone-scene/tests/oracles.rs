@@ -245,6 +245,8 @@ fn each_kind_of_body_rests_on_each_kind_of_ground() {
     };
     let mesh =
         |i: usize| json!({"primitives": [{"attributes": {"POSITION": i}, "indices": i + 1}]});
+    let views = [view(0), view(1)].concat();
+    let all = [accessors(0), accessors(2)].concat();
     let mut failures = Vec::new();
     for (ground, geometry, turn, y) in &grounds {
         for (mover, moving, tilt) in &movers {
@@ -252,8 +254,8 @@ fn each_kind_of_body_rests_on_each_kind_of_ground() {
                 "asset": {"version": "2.0"},
                 "extensions": {"KHR_implicit_shapes": {"shapes": shapes}},
                 "buffers": [box_mesh([0.5; 3]), box_mesh([5.0, 0.5, 5.0])],
-                "bufferViews": [view(0), view(1)].concat(),
-                "accessors": [accessors(0), accessors(2)].concat(),
+                "bufferViews": views,
+                "accessors": all,
                 "meshes": [mesh(0), mesh(2)],
                 "nodes": [
                     {"translation": [0, y, 0], "rotation": turn,
