@@ -1,8 +1,6 @@
 //! Bodies held together by joints.
 
-use core::f32::consts::PI;
-
-use drystone::{BodyDef, JointKind, Quat, ShapeDef, Vec3, vec3};
+use drystone::{BodyDef, Filter, JointKind, Quat, ShapeDef, Vec3, vec3};
 
 use super::masonry::add_wall;
 use super::parameters::{CatalogError, Values};
@@ -36,7 +34,8 @@ const LINK_MASS: f32 = 1.0;
 fn add_chain(scene: &mut Scene, chain: &Chain) {
     let turn = Quat::from_axis_angle(Vec3::X, -chain.angle);
     let down = turn.rotate(-Vec3::Y);
-    let block = ShapeDef::box_half(Vec3::splat(0.2));
+    // Links that swing back must not hit what they hang from.
+    let block = ShapeDef::box_half(Vec3::splat(0.2)).with_filter(Filter::layers(0, 0));
     let mut above = scene.add("hook", BodyDef::fixed().with_position(chain.top).with_shape(block));
     let mut anchor = Vec3::ZERO;
     for i in 0..chain.links {
@@ -64,7 +63,7 @@ pub(super) fn chain(mut scene: Scene, values: &Values) -> Result<Scene, CatalogE
     let links = values.whole("links");
     let chain = Chain {
         top: vec3(0.0, LINK * real(links) + 2.0, 0.0),
-        angle: 0.5 * PI,
+        angle: radians(60.0),
         links,
         ball_radius: 0.5,
         ball_mass: LINK_MASS * values.number("mass_ratio"),

@@ -170,7 +170,7 @@ static CATALOG: [Entry; 33] = [
     ),
     Entry::new(
         "chain",
-        "A chain of ball joints, let go from the level, with a heavy ball at its end",
+        "A chain of ball joints with a heavy ball at its end, let go at 60 degrees",
         linked::chain,
     )
     .with(&[

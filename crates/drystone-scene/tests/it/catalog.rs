@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use drystone::{BodyKind, Shape};
+use drystone::{BodyKind, Shape, vec3};
 use drystone_scene::{CatalogError, Range, Scene, Script, catalog, named};
 
 fn shapes(scene: &Scene) -> usize {
@@ -88,7 +88,7 @@ fn the_large_world_starts_with_a_million_bodies_and_drops_99_more() {
     let Script::Drop { every: 5, bodies } = &scene.script else { panic!("a drop every 5 steps") };
     assert_eq!(bodies.len(), 99);
     let first = bodies[0].def.position;
-    assert_eq!(first.to_array(), [-3600.0, 1.5, -3600.0]);
+    assert_eq!(first, vec3(-3600.0, 1.5, -3600.0));
 }
 
 #[test]
@@ -118,7 +118,7 @@ fn parameters_change_the_scene() {
     assert_eq!(dynamic(&named("card_house:levels=3").unwrap()), 15);
     assert_eq!(dynamic(&named(" pile : n = 50 ").unwrap()), 50);
     let heavy = named("stack:n=5,top_mass_ratio=1000").unwrap();
-    assert_eq!(heavy.bodies[5].def.shapes[0].density, 1.0e6);
+    assert!((heavy.bodies[5].def.shapes[0].density - 1.0e6).abs() < 1.0);
     assert_eq!(dynamic(&named("wall:ball=1").unwrap()), dynamic(&named("wall").unwrap()) + 1);
 }
 

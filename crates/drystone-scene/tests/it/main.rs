@@ -1,4 +1,10 @@
 //! Tests of the catalog: what its scenes hold, what their parameters refuse, and how they behave.
+#![expect(
+    clippy::unwrap_used,
+    clippy::panic,
+    clippy::print_stdout,
+    reason = "tests say what they found"
+)]
 
 mod catalog;
 mod contract_determinism;

