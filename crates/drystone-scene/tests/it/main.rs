@@ -1,10 +1,5 @@
 //! Tests of the catalog: what its scenes hold, what their parameters refuse, and how they behave.
-#![expect(
-    clippy::unwrap_used,
-    clippy::panic,
-    clippy::print_stdout,
-    reason = "tests say what they found"
-)]
+#![expect(clippy::unwrap_used, clippy::print_stdout, reason = "tests say what they found")]
 
 mod catalog;
 mod contract_determinism;
