@@ -1,2 +1,74 @@
-//! Automation.
-fn main() {}
+//! The project's chores, run as `cargo xtask COMMAND`.
+
+mod ci;
+mod golden;
+mod tidy;
+
+use std::path::PathBuf;
+use std::process::{Command, ExitCode};
+
+const USAGE: &str = "usage: cargo xtask COMMAND
+
+  ci [STAGE…]                     everything a change must pass, cheapest first (or only the named stages)
+  tidy                            layers, stage order, reference keys, doc paths, file sizes
+  golden [--release]              run the scenes of golden.txt and compare their hashes
+  golden [--release] --bless WHY  write the new hashes, and old, new and WHY into CHANGELOG.md";
+
+/// What a command returns: nothing, or the lines that say what is wrong.
+type Outcome = Result<(), String>;
+
+fn main() -> ExitCode {
+    let args: Vec<String> = std::env::args().skip(1).collect();
+    let words: Vec<&str> = args.iter().map(String::as_str).collect();
+    let outcome = match words.as_slice() {
+        ["ci", stages @ ..] => ci::run(stages),
+        ["tidy"] => tidy::run(),
+        ["golden", options @ ..] => golden::Options::parse(options).and_then(|o| golden::run(&o)),
+        _ => {
+            eprintln!("{USAGE}");
+            return ExitCode::from(2);
+        }
+    };
+    match outcome {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(message) => {
+            eprintln!("{message}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+/// The repository's root. Read when run, not when built: a target folder may serve two checkouts.
+fn root() -> PathBuf {
+    let manifest = std::env::var_os("CARGO_MANIFEST_DIR").map(PathBuf::from);
+    let mut root = manifest.unwrap_or_else(|| PathBuf::from(env!("CARGO_MANIFEST_DIR")));
+    root.pop();
+    root
+}
+
+/// The cargo that runs us, started in the root.
+fn cargo() -> Command {
+    let mut command = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
+    command.current_dir(root());
+    command
+}
+
+/// Runs a command to its end; an exit status other than 0 is an error that names the command.
+fn run_to_end(command: &mut Command) -> Outcome {
+    match command.status() {
+        Ok(status) if status.success() => Ok(()),
+        Ok(status) => Err(format!("{}: {status}", spelled(command))),
+        Err(error) => Err(format!("{}: {error}", spelled(command))),
+    }
+}
+
+/// The command as one would type it.
+fn spelled(command: &Command) -> String {
+    let program = command.get_program().to_string_lossy();
+    let mut line = program.rsplit('/').next().unwrap_or(&program).to_owned();
+    for arg in command.get_args() {
+        line.push(' ');
+        line.push_str(&arg.to_string_lossy());
+    }
+    line
+}

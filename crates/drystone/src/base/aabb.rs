@@ -14,7 +14,8 @@ pub struct Aabb {
 
 impl Aabb {
     /// Holds nothing; the union with it is the other box.
-    pub const EMPTY: Self = Self { min: Vec3::splat(f32::INFINITY), max: Vec3::splat(f32::NEG_INFINITY) };
+    pub const EMPTY: Self =
+        Self { min: Vec3::splat(f32::INFINITY), max: Vec3::splat(f32::NEG_INFINITY) };
 
     /// The box with these two corners.
     #[must_use]
@@ -106,6 +107,8 @@ impl Aabb {
             low = greater(low, lesser(a, b));
             high = lesser(high, greater(a, b));
         }
-        low <= high
+        // Each bound carries three roundings; without the allowance a ray through a vertex, where
+        // boxes meet, can miss them all.
+        low <= high * (1.0 + 4.0 * f32::EPSILON)
     }
 }

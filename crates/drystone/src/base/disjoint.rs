@@ -35,6 +35,16 @@ impl<'a, T> Rows<'a, T> {
         unsafe { &mut *row }
     }
 
+    /// Row `i`, to read: one of the caller's own, or one that nobody writes in this phase.
+    #[inline(always)]
+    pub(crate) fn read(&self, i: usize) -> &T {
+        assert!(i < self.len);
+        // SAFETY: `i` is in bounds, checked above.
+        let row = unsafe { self.first.add(i) };
+        // SAFETY: nobody writes row `i` now: the type's rule, upheld by chunks and colors.
+        unsafe { &*row }
+    }
+
     /// Rows `range`.
     #[inline]
     #[expect(clippy::mut_from_ref, reason = "rows are kept apart by the caller, see the type")]

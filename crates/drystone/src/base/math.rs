@@ -150,7 +150,11 @@ impl Vec3 {
     #[inline]
     pub fn any_perpendicular(self) -> Self {
         // The component that is surely not the only large one is dropped: 1/sqrt(3) < 0.58.
-        let p = if self.x.abs() < 0.58 { vec3(0.0, self.z, -self.y) } else { vec3(self.y, -self.x, 0.0) };
+        let p = if self.x.abs() < 0.58 {
+            vec3(0.0, self.z, -self.y)
+        } else {
+            vec3(self.y, -self.x, 0.0)
+        };
         p * (1.0 / p.length())
     }
 

@@ -1,6 +1,7 @@
 //! Layer 0: numbers, ids, containers, lanes, the worker team. Knows nothing of physics.
 
 pub(crate) mod math;
+pub(crate) mod double;
 pub(crate) mod quat;
 pub(crate) mod pose;
 pub(crate) mod sym3;
@@ -14,3 +15,4 @@ pub(crate) mod hash;
 pub(crate) mod jobs;
 pub(crate) mod team;
 pub(crate) mod disjoint;
+pub(crate) mod wide;

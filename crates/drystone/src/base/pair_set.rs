@@ -80,7 +80,8 @@ impl PairSet {
                     return;
                 }
                 let home = self.start(self.keys[i]);
-                let stays = if hole <= i { hole < home && home <= i } else { hole < home || home <= i };
+                let stays =
+                    if hole <= i { hole < home && home <= i } else { hole < home || home <= i };
                 if !stays {
                     break;
                 }

@@ -78,7 +78,10 @@ impl Pose {
     #[must_use]
     #[inline]
     pub fn inverse(&self) -> Self {
-        Self { position: self.rotation.unrotate(-self.position), rotation: self.rotation.conjugate() }
+        Self {
+            position: self.rotation.unrotate(-self.position),
+            rotation: self.rotation.conjugate(),
+        }
     }
 
     /// True if no number is infinite or NaN.

@@ -5,16 +5,11 @@ use core::num::NonZeroU32;
 
 use super::id::RawId;
 
-#[derive(Clone, Debug)]
-struct Slot<T> {
-    generation: NonZeroU32,
-    value: Option<T>,
-}
-
 /// Rows of `T` named by `Id`. A freed slot is reused, last freed first.
 #[derive(Clone, Debug)]
 pub(crate) struct SlotMap<Id, T> {
-    slots: Vec<Slot<T>>,
+    values: Vec<Option<T>>,
+    generations: Vec<NonZeroU32>,
     free: Vec<u32>,
     len: usize,
     id: PhantomData<fn() -> Id>,
@@ -22,7 +17,13 @@ pub(crate) struct SlotMap<Id, T> {
 
 impl<Id, T> Default for SlotMap<Id, T> {
     fn default() -> Self {
-        Self { slots: Vec::new(), free: Vec::new(), len: 0, id: PhantomData }
+        Self {
+            values: Vec::new(),
+            generations: Vec::new(),
+            free: Vec::new(),
+            len: 0,
+            id: PhantomData,
+        }
     }
 }
 
@@ -30,82 +31,73 @@ impl<Id: From<RawId> + Into<RawId> + Copy, T> SlotMap<Id, T> {
     pub(crate) fn insert(&mut self, value: T) -> Id {
         self.len += 1;
         if let Some(index) = self.free.pop() {
-            let slot = &mut self.slots[index as usize];
-            slot.value = Some(value);
-            return RawId::new(index, slot.generation).into();
+            self.values[index as usize] = Some(value);
+            return RawId::new(index, self.generations[index as usize]).into();
         }
-        let index = u32::try_from(self.slots.len()).expect("fewer than 2^32 rows fit in memory");
-        self.slots.push(Slot { generation: NonZeroU32::MIN, value: Some(value) });
+        let index = u32::try_from(self.values.len()).expect("fewer than 2^32 rows fit in memory");
+        self.values.push(Some(value));
+        self.generations.push(NonZeroU32::MIN);
         RawId::new(index, NonZeroU32::MIN).into()
     }
 
     pub(crate) fn remove(&mut self, id: Id) -> Option<T> {
-        let raw: RawId = id.into();
-        let slot = self.slots.get_mut(raw.index() as usize)?;
-        if slot.generation != raw.generation() {
-            return None;
-        }
-        let value = slot.value.take()?;
+        let row = self.row(id)?;
+        let value = self.values[row as usize].take()?;
         self.len -= 1;
         // A slot whose generations are used up is retired: its ids must never come back.
-        if let Some(next) = slot.generation.checked_add(1) {
-            slot.generation = next;
-            self.free.push(raw.index());
+        if let Some(next) = self.generations[row as usize].checked_add(1) {
+            self.generations[row as usize] = next;
+            self.free.push(row);
         }
         Some(value)
     }
 
-    pub(crate) fn get(&self, id: Id) -> Option<&T> {
+    /// The row of what `id` names, if it lives.
+    pub(crate) fn row(&self, id: Id) -> Option<u32> {
         let raw: RawId = id.into();
-        let slot = self.slots.get(raw.index() as usize)?;
-        if slot.generation == raw.generation() { slot.value.as_ref() } else { None }
-    }
-
-    pub(crate) fn get_mut(&mut self, id: Id) -> Option<&mut T> {
-        let raw: RawId = id.into();
-        let slot = self.slots.get_mut(raw.index() as usize)?;
-        if slot.generation == raw.generation() { slot.value.as_mut() } else { None }
+        let generation = self.generations.get(raw.index() as usize)?;
+        let lives = *generation == raw.generation() && self.at(raw.index()).is_some();
+        lives.then_some(raw.index())
     }
 
     /// The row in a slot, whatever its generation.
     #[inline]
     pub(crate) fn at(&self, index: u32) -> Option<&T> {
-        self.slots.get(index as usize)?.value.as_ref()
+        self.values.get(index as usize)?.as_ref()
     }
 
     #[inline]
     pub(crate) fn at_mut(&mut self, index: u32) -> Option<&mut T> {
-        self.slots.get_mut(index as usize)?.value.as_mut()
+        self.values.get_mut(index as usize)?.as_mut()
     }
 
     /// The id of what lives in a slot.
     pub(crate) fn id_at(&self, index: u32) -> Option<Id> {
-        let slot = self.slots.get(index as usize)?;
-        slot.value.as_ref()?;
-        Some(RawId::new(index, slot.generation).into())
+        self.at(index)?;
+        Some(RawId::new(index, self.generations[index as usize]).into())
     }
 
     pub(crate) const fn len(&self) -> usize {
         self.len
     }
 
+    /// All slots, for stages that lend rows to workers.
+    pub(crate) fn values_mut(&mut self) -> &mut [Option<T>] {
+        &mut self.values
+    }
+
     /// Number of slots, free ones included.
-    pub(crate) fn slot_count(&self) -> u32 {
-        u32::try_from(self.slots.len()).unwrap_or(u32::MAX)
+    pub(crate) const fn slot_count(&self) -> usize {
+        self.values.len()
     }
 
     /// Rows in slot order.
     pub(crate) fn iter(&self) -> impl Iterator<Item = (Id, &T)> {
-        (0_u32..).zip(&self.slots).filter_map(|(index, slot)| {
-            slot.value.as_ref().map(|v| (RawId::new(index, slot.generation).into(), v))
-        })
-    }
-
-    pub(crate) fn iter_mut(&mut self) -> impl Iterator<Item = (Id, &mut T)> {
-        (0_u32..).zip(&mut self.slots).filter_map(|(index, slot)| {
-            let generation = slot.generation;
-            slot.value.as_mut().map(|v| (RawId::new(index, generation).into(), v))
-        })
+        (0_u32..).zip(&self.values).zip(&self.generations).filter_map(
+            |((index, value), generation)| {
+                value.as_ref().map(|v| (RawId::new(index, *generation).into(), v))
+            },
+        )
     }
 }
 
@@ -122,6 +114,6 @@ mod tests {
         let b = map.insert(2);
         assert_eq!(a.index(), b.index());
         assert_eq!(map.remove(a), None);
-        assert_eq!((map.get(a), map.get(b), map.len()), (None, Some(&2), 1));
+        assert_eq!((map.row(a), map.at(b.index()), map.len()), (None, Some(&2), 1));
     }
 }

@@ -174,7 +174,8 @@ impl Executor for Team {
         };
         let shared = &*self.shared;
         // SAFETY: only the lifetime changes; `run` returns after the last use of the pointer.
-        let erased = unsafe { core::mem::transmute::<&(dyn Fn(usize, usize) + Sync), &'static Task>(task) };
+        let erased =
+            unsafe { core::mem::transmute::<&(dyn Fn(usize, usize) + Sync), &'static Task>(task) };
         // SAFETY: no chunk is claimed between phases, so nobody reads the job now.
         let job = unsafe { &mut *shared.job.get() };
         *job = Job { task: erased, chunks };

@@ -152,7 +152,8 @@ impl Bvh {
                 continue;
             }
             #[expect(clippy::cast_precision_loss, reason = "a cost, not a count")]
-            let c = before.half_area() * n as f32 + after[b].half_area() * (leaves.len() - n) as f32;
+            let c =
+                before.half_area() * n as f32 + after[b].half_area() * (leaves.len() - n) as f32;
             if c < cost {
                 (best, cost) = (b, c);
             }
@@ -191,7 +192,11 @@ impl Bvh {
             let cost = |child: u32| {
                 let b = self.nodes[child as usize].bounds;
                 let merged = b.union(&bounds).half_area();
-                if self.nodes[child as usize].left == NONE { merged } else { merged - b.half_area() }
+                if self.nodes[child as usize].left == NONE {
+                    merged
+                } else {
+                    merged - b.half_area()
+                }
             };
             let (left, right) = (cost(node.left), cost(node.right));
             let least = if left < right { left } else { right };
@@ -246,10 +251,18 @@ impl Bvh {
         }
         let Some((child, other, moved)) = best else { return };
         let n = &mut self.nodes[at as usize];
-        if n.left == child { n.left = moved } else { n.right = moved }
+        if n.left == child {
+            n.left = moved
+        } else {
+            n.right = moved
+        }
         self.nodes[moved as usize].parent = at;
         let o = &mut self.nodes[other as usize];
-        if o.left == moved { o.left = child } else { o.right = child }
+        if o.left == moved {
+            o.left = child
+        } else {
+            o.right = child
+        }
         self.nodes[child as usize].parent = other;
         let o = self.nodes[other as usize];
         self.nodes[other as usize].bounds =
@@ -311,13 +324,10 @@ impl Bvh {
     ) {
         let inv = Vec3 { x: 1.0 / delta.x, y: 1.0 / delta.y, z: 1.0 / delta.z };
         let max = core::cell::Cell::new(max_fraction);
-        self.walk(
-            |b| b.meets_ray(origin, inv, max.get()),
-            &mut |item| {
-                max.set(visit(item));
-                max.get() >= 0.0
-            },
-        );
+        self.walk(|b| b.meets_ray(origin, inv, max.get()), &mut |item| {
+            max.set(visit(item));
+            max.get() >= 0.0
+        });
     }
 
     #[inline]
@@ -344,7 +354,11 @@ impl Bvh {
                 continue;
             }
             for child in [node.right, node.left] {
-                if depth >= 64 { spill.push(child) } else { small[depth] = child }
+                if depth >= 64 {
+                    spill.push(child)
+                } else {
+                    small[depth] = child
+                }
                 depth += 1;
             }
         }

@@ -1,7 +1,10 @@
 //! Convex hulls: vertices, planes, half-edges.
 
 pub(crate) mod build;
+mod facets;
+mod quickhull;
 
+use super::mass::MassProperties;
 use crate::base::aabb::Aabb;
 use crate::base::math::{Vec3, vec3};
 
@@ -98,7 +101,8 @@ impl Hull {
     pub const DEFAULT_VERTEX_LIMIT: usize = 255;
 
     /// The convex hull of `points` [m], reduced to at most [`Self::DEFAULT_VERTEX_LIMIT`] vertices.
-    /// Duplicate points and points inside are allowed.
+    /// Duplicate points and points inside are allowed. What lies within 1e-5 of the extent of the
+    /// points from a face counts as on it; 4e-5 of it, and 1e-5 m, is the least thickness.
     ///
     /// # Errors
     /// See [`HullError`].
@@ -134,7 +138,8 @@ impl Hull {
     pub(crate) fn cuboid(h: Vec3) -> Self {
         // Vertex i: bit 0 = +x, bit 1 = +y, bit 2 = +z.
         let sign = |i: u16, bit: u16, v: f32| if i >> bit & 1 == 1 { v } else { -v };
-        let vertices = (0..8).map(|i| vec3(sign(i, 0, h.x), sign(i, 1, h.y), sign(i, 2, h.z))).collect();
+        let vertices =
+            (0..8).map(|i| vec3(sign(i, 0, h.x), sign(i, 1, h.y), sign(i, 2, h.z))).collect();
         let loops: [([u16; 4], Vec3, f32); 6] = [
             ([0, 4, 6, 2], -Vec3::X, h.x),
             ([1, 3, 7, 5], Vec3::X, h.x),
@@ -176,6 +181,24 @@ impl Hull {
                 return loop_;
             }
         }
+    }
+
+    /// How many faces there are.
+    #[must_use]
+    pub const fn face_count(&self) -> usize {
+        self.face_edges.len()
+    }
+
+    /// How many edges there are.
+    #[must_use]
+    pub const fn edge_count(&self) -> usize {
+        self.edges.len() / 2
+    }
+
+    /// The volume [m³].
+    #[must_use]
+    pub fn volume(&self) -> f32 {
+        MassProperties::of_hull(self, 1.0).mass
     }
 
     /// The smallest box around the hull [m, local].

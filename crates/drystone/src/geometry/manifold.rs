@@ -37,7 +37,12 @@ impl Manifold {
     }
 
     /// A manifold with one point.
-    pub(crate) fn single(normal: Vec3, position: Vec3, separation: f32, feature: FeatureId) -> Self {
+    pub(crate) fn single(
+        normal: Vec3,
+        position: Vec3,
+        separation: f32,
+        feature: FeatureId,
+    ) -> Self {
         let mut m = Self { normal, ..Self::default() };
         m.push(ManifoldPoint { position, separation, feature });
         m

@@ -1,14 +1,38 @@
 //! Triangle meshes and their bounding volume hierarchy.
 
+mod adjacency;
+
+use std::collections::BTreeSet;
+
+pub(crate) use adjacency::Bend;
+
 use super::bvh::Bvh;
 use crate::base::aabb::Aabb;
 use crate::base::math::Vec3;
+
+/// Coordinates lie within this [m]: beyond it, products of lengths leave f32.
+const MAX_COORDINATE: f32 = 1.0e7;
+/// Triangles with no edge this long [m] have no use: the smallest shape is ten times larger.
+const MIN_EDGE: f64 = 1.0e-6;
+/// A triangle lower than this part of its longest edge is a line: its normal would be noise.
+const MIN_HEIGHT: f64 = 1.0e-6;
+
+/// What contacts need to know of a triangle beside its corners.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Face {
+    /// Unit, by the right-hand rule over the corners [local].
+    pub(crate) normal: Vec3,
+    /// How the surface goes on behind edge k (corner k to k + 1), seen from the side the normal
+    /// points to (0) and from the other (1).
+    pub(crate) bends: [[Bend; 3]; 2],
+}
 
 /// A triangle mesh that does not deform. Any winding; both sides are solid.
 #[derive(Clone, Debug)]
 pub struct Mesh {
     vertices: Vec<Vec3>,
     triangles: Vec<[u32; 3]>,
+    faces: Vec<Face>,
     bvh: Bvh,
     bounds: Aabb,
 }
@@ -54,16 +78,43 @@ impl Mesh {
     /// # Errors
     /// See [`MeshError`].
     pub fn new(vertices: Vec<Vec3>, triangles: Vec<[u32; 3]>) -> Result<Self, MeshError> {
-        if triangles.is_empty() {
+        for (i, v) in vertices.iter().enumerate() {
+            if !v.is_finite() {
+                return Err(MeshError::NotFinite(i));
+            }
+            if v.abs().max_element() > MAX_COORDINATE {
+                return Err(MeshError::TooLarge(i));
+            }
+        }
+        for (triangle, t) in triangles.iter().enumerate() {
+            for &vertex in t {
+                if vertices.get(vertex as usize).is_none() {
+                    return Err(MeshError::IndexOutOfRange { triangle, vertex });
+                }
+            }
+        }
+        let welded = adjacency::weld(&vertices);
+        let mut seen = BTreeSet::new();
+        let mut kept = Vec::with_capacity(triangles.len());
+        let mut normals = Vec::with_capacity(triangles.len());
+        for t in triangles {
+            let Some(normal) = normal_of(t.map(|i| vertices[i as usize])) else { continue };
+            let mut corners = t.map(|i| welded[i as usize]);
+            corners.sort_unstable();
+            if seen.insert(corners) {
+                kept.push(t);
+                normals.push(normal);
+            }
+        }
+        if kept.is_empty() {
             return Err(MeshError::NoTriangles);
         }
-        let boxes: Vec<Aabb> = triangles
-            .iter()
-            .map(|t| Aabb::of_points(t.map(|i| vertices[i as usize])))
-            .collect();
+        let faces = adjacency::faces(&vertices, &kept, &normals, &welded);
+        let boxes: Vec<Aabb> =
+            kept.iter().map(|t| Aabb::of_points(t.map(|i| vertices[i as usize]))).collect();
+        let bounds = boxes.iter().fold(Aabb::EMPTY, |all, b| all.union(b));
         let bvh = Bvh::build(&boxes);
-        let bounds = Aabb::of_points(vertices.iter().copied());
-        Ok(Self { vertices, triangles, bvh, bounds })
+        Ok(Self { vertices, triangles: kept, faces, bvh, bounds })
     }
 
     /// The vertices [m, local].
@@ -86,5 +137,102 @@ impl Mesh {
 
     pub(crate) const fn bvh(&self) -> &Bvh {
         &self.bvh
+    }
+
+    /// The corners of triangle `t` [m, local].
+    #[inline]
+    pub(crate) fn corners(&self, t: u32) -> [Vec3; 3] {
+        self.triangles[t as usize].map(|i| self.vertices[i as usize])
+    }
+
+    #[inline]
+    pub(crate) fn face(&self, t: u32) -> &Face {
+        &self.faces[t as usize]
+    }
+}
+
+/// The unit normal, or `None` for a triangle without area. In f64, where the products of f32
+/// differences are exact enough for the thinnest triangle that is kept.
+fn normal_of(corners: [Vec3; 3]) -> Option<Vec3> {
+    let [a, b, c] = corners.map(adjacency::Wide::from);
+    let (u, v, w) = (b - a, c - a, c - b);
+    let longest = u.dot(u).max(v.dot(v)).max(w.dot(w)).sqrt();
+    let normal = u.cross(v);
+    let doubled_area = normal.dot(normal).sqrt();
+    let ok = longest > MIN_EDGE && doubled_area > MIN_HEIGHT * longest * longest;
+    ok.then(|| (normal * (1.0 / doubled_area)).narrow())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Mesh, MeshError};
+    use crate::base::math::{Vec3, vec3};
+
+    fn square() -> Vec<Vec3> {
+        vec![Vec3::ZERO, Vec3::X, vec3(1.0, 0.0, 1.0), Vec3::Z]
+    }
+
+    #[test]
+    fn what_is_wrong_is_named() {
+        let new = |v: Vec<Vec3>, t: Vec<[u32; 3]>| Mesh::new(v, t).map(|_| ());
+        assert_eq!(new(square(), vec![]), Err(MeshError::NoTriangles));
+        assert_eq!(new(square(), vec![[0, 1, 1], [2, 2, 2]]), Err(MeshError::NoTriangles));
+        assert_eq!(
+            new(square(), vec![[0, 1, 2], [0, 4, 1]]),
+            Err(MeshError::IndexOutOfRange { triangle: 1, vertex: 4 })
+        );
+        let mut v = square();
+        v[2].y = f32::NAN;
+        assert_eq!(new(v.clone(), vec![[0, 1, 3]]), Err(MeshError::NotFinite(2)));
+        v[2].y = -2.0e7;
+        assert_eq!(new(v, vec![[0, 1, 3]]), Err(MeshError::TooLarge(2)));
+    }
+
+    #[test]
+    fn duplicates_lines_and_unused_vertices_leave_no_trace() {
+        let mut v = square();
+        v.push(vec3(0.5, 0.0, 0.5));
+        v.push(Vec3::splat(100.0));
+        v.push(vec3(-0.0, 0.0, -0.0));
+        let t = vec![[0, 1, 2], [2, 1, 0], [1, 2, 0], [0, 4, 2], [1, 2, 6], [0, 2, 3]];
+        let mesh = Mesh::new(v, t).unwrap();
+        assert_eq!(mesh.triangles(), [[0, 1, 2], [0, 2, 3]]);
+        assert_eq!(mesh.bounds().max, vec3(1.0, 0.0, 1.0));
+    }
+
+    #[test]
+    fn an_edge_is_flat_convex_or_concave_by_the_side_it_is_seen_from() {
+        // A roof along z whose faces do not share vertex numbers, one of them wound the other way.
+        let roof = |drop: f32| {
+            let v = vec![
+                vec3(0.0, 0.0, 0.0),
+                vec3(0.0, 0.0, 1.0),
+                vec3(1.0, -drop, 0.0),
+                vec3(0.0, 0.0, 0.0),
+                vec3(0.0, 0.0, 1.0),
+                vec3(-1.0, -drop, 0.0),
+            ];
+            Mesh::new(v, vec![[0, 1, 2], [3, 4, 5]]).unwrap()
+        };
+        for (drop, from_above, from_below) in [(0.0, false, false), (1.0, true, false), (-1.0, false, true)] {
+            let mesh = roof(drop);
+            for t in 0..2 {
+                let face = mesh.face(t);
+                let up = usize::from(face.normal.y < 0.0);
+                assert_eq!(face.bends[up][0].active(), from_above, "{drop} {t}");
+                assert_eq!(face.bends[1 - up][0].active(), from_below, "{drop} {t}");
+                assert!(face.bends[up][1].active() && face.bends[1 - up][2].active());
+            }
+        }
+    }
+
+    #[test]
+    fn a_wall_on_a_floor_leaves_the_floor_flat_from_below_and_concave_from_above() {
+        let v = vec![Vec3::ZERO, Vec3::Z, Vec3::X, -Vec3::X, Vec3::Y];
+        let mesh = Mesh::new(v, vec![[0, 1, 2], [1, 0, 3], [0, 1, 4]]).unwrap();
+        let floor = mesh.face(0);
+        let up = usize::from(floor.normal.y < 0.0);
+        assert!(floor.bends[up][0].concave() && !floor.bends[1 - up][0].active());
+        assert!(!floor.bends[1 - up][0].concave());
     }
 }

@@ -1,0 +1,107 @@
+//! A scene in neutral form: what the catalog builds, what files are read into, what every engine of
+//! the benchmark is given.
+
+use drystone::{BodyDef, JointKind, Vec3, WorldConfig};
+
+/// A body of a scene.
+#[derive(Clone, Debug)]
+pub struct SceneBody {
+    /// The scene's own name for it, in traces and reports; unique in its scene.
+    pub name: String,
+    /// The body with its shapes.
+    pub def: BodyDef,
+}
+
+/// A joint of a scene.
+#[derive(Clone, Debug)]
+pub struct SceneJoint {
+    /// Number of the first body in [`Scene::bodies`].
+    pub body_a: usize,
+    /// Number of the second body.
+    pub body_b: usize,
+    /// Anchor on the first body [m, its frame].
+    pub anchor_a: Vec3,
+    /// Anchor on the second body [m, its frame].
+    pub anchor_b: Vec3,
+    /// What it does.
+    pub kind: JointKind,
+    /// Whether the two bodies collide.
+    pub collide_connected: bool,
+}
+
+/// What happens to the bodies while the scene runs, besides physics.
+#[derive(Clone, Debug, Default)]
+#[non_exhaustive]
+pub enum Script {
+    /// Nothing.
+    #[default]
+    None,
+    /// Before every step, body `body` (kinematic) is aimed at the point `radius` from `center` in the
+    /// xz plane whose angle grows by `degrees_per_step` from 0: its velocity becomes the distance to
+    /// it over the step time. It starts at angle 0.
+    Orbit {
+        /// Number of the body.
+        body: usize,
+        /// Center of the circle [m].
+        center: Vec3,
+        /// Radius [m].
+        radius: f32,
+        /// Degrees a step, with sign.
+        degrees_per_step: f32,
+    },
+    /// Before steps `every`, 2 `every`, … (counted from 0) one more of `bodies` is added, in order,
+    /// until all are there. They are not in [`Scene::bodies`].
+    Drop {
+        /// Steps between two of them.
+        every: u64,
+        /// The bodies.
+        bodies: Vec<SceneBody>,
+    },
+}
+
+/// A scene.
+#[derive(Clone, Debug)]
+pub struct Scene {
+    /// Its name.
+    pub name: String,
+    /// What it shows, in a line.
+    pub summary: String,
+    /// Gravity, method and the other settings it is made for.
+    pub config: WorldConfig,
+    /// Steps a second it is made for.
+    pub hz: f32,
+    /// How long it is worth simulating [s].
+    pub seconds: f32,
+    /// Its bodies, in the order in which they are added.
+    pub bodies: Vec<SceneBody>,
+    /// Its joints, in the order in which they are added.
+    pub joints: Vec<SceneJoint>,
+    /// What happens besides.
+    pub script: Script,
+    /// What of a file was left out, changed or approximated, and why; a line each.
+    pub notes: Vec<String>,
+}
+
+impl Scene {
+    /// An empty scene with default settings, 60 steps a second, 10 s long.
+    #[must_use]
+    pub fn new(name: &str, summary: &str) -> Self {
+        Self {
+            name: name.to_owned(),
+            summary: summary.to_owned(),
+            config: WorldConfig::default(),
+            hz: 60.0,
+            seconds: 10.0,
+            bodies: Vec::new(),
+            joints: Vec::new(),
+            script: Script::None,
+            notes: Vec::new(),
+        }
+    }
+
+    /// Adds a body; returns its number.
+    pub fn add(&mut self, name: impl Into<String>, def: BodyDef) -> usize {
+        self.bodies.push(SceneBody { name: name.into(), def });
+        self.bodies.len() - 1
+    }
+}

@@ -1,0 +1,94 @@
+//! Vectors in double precision, for set-up code whose differences cancel: hulls, mass, rays.
+
+use core::ops::{Add, Mul, Neg, Sub};
+
+use super::math::{Vec3, vec3};
+
+/// A vector of three `f64`.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct DVec3 {
+    pub(crate) x: f64,
+    pub(crate) y: f64,
+    pub(crate) z: f64,
+}
+
+impl DVec3 {
+    pub(crate) const ZERO: Self = Self { x: 0.0, y: 0.0, z: 0.0 };
+
+    #[inline]
+    pub(crate) fn dot(self, o: Self) -> f64 {
+        self.x * o.x + self.y * o.y + self.z * o.z
+    }
+
+    #[inline]
+    pub(crate) fn cross(self, o: Self) -> Self {
+        Self {
+            x: self.y * o.z - self.z * o.y,
+            y: self.z * o.x - self.x * o.z,
+            z: self.x * o.y - self.y * o.x,
+        }
+    }
+
+    #[inline]
+    pub(crate) fn length(self) -> f64 {
+        self.dot(self).sqrt()
+    }
+
+    /// Rounded to `f32`.
+    #[inline]
+    #[expect(clippy::cast_possible_truncation, reason = "rounding is what is asked for")]
+    pub(crate) fn single(self) -> Vec3 {
+        vec3(self.x as f32, self.y as f32, self.z as f32)
+    }
+}
+
+/// The larger of two numbers; `b` if either is NaN. A compare and a select, so every target agrees.
+#[inline]
+pub(crate) fn greater(a: f64, b: f64) -> f64 {
+    if a > b { a } else { b }
+}
+
+/// The smaller of two numbers; `b` if either is NaN. A compare and a select, so every target agrees.
+#[inline]
+pub(crate) fn lesser(a: f64, b: f64) -> f64 {
+    if a < b { a } else { b }
+}
+
+impl From<Vec3> for DVec3 {
+    #[inline]
+    fn from(v: Vec3) -> Self {
+        Self { x: f64::from(v.x), y: f64::from(v.y), z: f64::from(v.z) }
+    }
+}
+
+impl Add for DVec3 {
+    type Output = Self;
+    #[inline]
+    fn add(self, o: Self) -> Self {
+        Self { x: self.x + o.x, y: self.y + o.y, z: self.z + o.z }
+    }
+}
+
+impl Sub for DVec3 {
+    type Output = Self;
+    #[inline]
+    fn sub(self, o: Self) -> Self {
+        Self { x: self.x - o.x, y: self.y - o.y, z: self.z - o.z }
+    }
+}
+
+impl Neg for DVec3 {
+    type Output = Self;
+    #[inline]
+    fn neg(self) -> Self {
+        Self { x: -self.x, y: -self.y, z: -self.z }
+    }
+}
+
+impl Mul<f64> for DVec3 {
+    type Output = Self;
+    #[inline]
+    fn mul(self, s: f64) -> Self {
+        Self { x: self.x * s, y: self.y * s, z: self.z * s }
+    }
+}

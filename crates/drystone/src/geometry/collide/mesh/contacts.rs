@@ -1,0 +1,196 @@
+//! Contacts of single triangles, collected and reduced to a few manifolds.
+
+use super::MAX_PARTS;
+use super::triangle::Triangle;
+use crate::base::math::{Vec3, greater, lesser};
+use crate::geometry::manifold::{FeatureId, Manifold, ManifoldPoint};
+
+/// Cosine of 5.1°: contacts whose normals are nearer than this share a manifold.
+const SAME_NORMAL: f32 = 0.996;
+
+/// Limits of a test that follow from the size of the solid.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Limits {
+    /// Points farther apart are left out [m].
+    pub(super) margin: f32,
+    /// Points nearer to each other are one [m].
+    pub(super) merge: f32,
+    /// Another axis must beat the face's normal by this to be taken [m].
+    pub(super) bias: f32,
+    /// A point may lie this far beside a triangle [m]: seams have no width.
+    pub(super) slack: f32,
+}
+
+/// What one triangle contributes: some points with one normal.
+#[derive(Clone, Copy, Debug)]
+struct Patch {
+    normal: Vec3,
+    deepest: f32,
+    triangle: u32,
+    first: usize,
+    end: usize,
+}
+
+/// The contacts of all triangles.
+#[derive(Debug)]
+pub(super) struct Contacts {
+    pub(super) limits: Limits,
+    points: Vec<ManifoldPoint>,
+    patches: Vec<Patch>,
+    /// The deepest overlap whose normal no triangle allows.
+    spare: Option<Manifold>,
+}
+
+impl Contacts {
+    pub(super) fn new(limits: Limits) -> Self {
+        Self { limits, points: Vec::new(), patches: Vec::new(), spare: None }
+    }
+
+    /// Takes those of `points` that lie within the margin as the contact of one triangle.
+    pub(super) fn add(
+        &mut self,
+        triangle: &Triangle,
+        normal: Vec3,
+        points: impl IntoIterator<Item = ManifoldPoint>,
+    ) {
+        let first = self.points.len();
+        let mut deepest = f32::INFINITY;
+        for p in points {
+            if p.separation <= self.limits.margin && p.position.is_finite() {
+                deepest = lesser(deepest, p.separation);
+                self.points.push(p);
+            }
+        }
+        let end = self.points.len();
+        if end > first {
+            self.patches.push(Patch { normal, deepest, triangle: triangle.number, first, end });
+        }
+    }
+
+    /// Keeps a contact in case no triangle has a proper one: at a saddle the nearest point may be a
+    /// corner whose normal lies between no two faces, and something must still stop the solid.
+    pub(super) fn add_spare(&mut self, normal: Vec3, point: ManifoldPoint) {
+        let deeper = |m: &Manifold| point.separation < m.points[0].separation;
+        if point.separation < 0.0 && self.spare.as_ref().is_none_or(deeper) {
+            let (at, feature) = (point.position, point.feature);
+            self.spare = Some(Manifold::single(normal, at, point.separation, feature));
+        }
+    }
+
+    /// Writes the manifolds, the one with the deepest point first.
+    pub(super) fn reduce(mut self, out: &mut [Manifold; MAX_PARTS]) -> usize {
+        if self.patches.is_empty() {
+            if let Some(spare) = self.spare {
+                out[0] = spare;
+                return 1;
+            }
+            return 0;
+        }
+        self.patches.sort_by(|a, b| {
+            a.deepest.total_cmp(&b.deepest).then(a.triangle.cmp(&b.triangle))
+        });
+        let mut leads = [Vec3::ZERO; MAX_PARTS];
+        let mut members: [Vec<ManifoldPoint>; MAX_PARTS] = Default::default();
+        let mut count = 0;
+        for patch in &self.patches {
+            let near = |lead: &Vec3| lead.dot(patch.normal) > SAME_NORMAL;
+            let at = match leads[..count].iter().position(near) {
+                Some(at) => at,
+                None if count < MAX_PARTS => {
+                    leads[count] = patch.normal;
+                    count += 1;
+                    count - 1
+                }
+                None => continue,
+            };
+            members[at].extend_from_slice(&self.points[patch.first..patch.end]);
+        }
+        for at in 0..count {
+            out[at] = select(leads[at], &members[at], &self.limits);
+        }
+        count
+    }
+}
+
+/// At most four of `points` that carry the same: the deepest, and those that span the largest area.
+fn select(normal: Vec3, points: &[ManifoldPoint], limits: &Limits) -> Manifold {
+    let mut manifold = Manifold { normal, ..Manifold::default() };
+    let deepest = points.iter().map(|p| p.separation).fold(f32::INFINITY, lesser);
+    // Points of equal depth up to rounding: the outermost in a fixed direction, not the one that
+    // noise favors. The direction is along no axis, so that a square has one outermost corner.
+    let across = normal.any_perpendicular();
+    let tangent = across + normal.cross(across) * 0.37;
+    let level = |p: &ManifoldPoint| p.separation <= deepest + limits.bias;
+    let Some(a) = largest(points.iter().filter(|p| level(p)), |p| tangent.dot(p)) else {
+        return manifold;
+    };
+    manifold.push(*a);
+    let merge = limits.merge;
+    let flat = |v: Vec3| v - normal * normal.dot(v);
+    let distance = |p: Vec3| flat(p - a.position).length_squared();
+    let Some(b) = largest(points.iter(), distance).filter(|p| distance(p.position) > merge * merge)
+    else {
+        return manifold;
+    };
+    manifold.push(*b);
+    let span = b.position - a.position;
+    let least = merge * span.length();
+    let area = |p: Vec3| normal.dot(span.cross(p - a.position));
+    let Some(c) = largest(points.iter(), |p| area(p).abs()).filter(|p| area(p.position).abs() > least)
+    else {
+        return manifold;
+    };
+    manifold.push(*c);
+    // Counter-clockwise about the normal, so that what lies outside has a positive area.
+    let corners = if area(c.position) > 0.0 {
+        [a.position, b.position, c.position]
+    } else {
+        [b.position, a.position, c.position]
+    };
+    let gain = |p: Vec3| {
+        (0..3)
+            .map(|k| normal.dot((p - corners[k]).cross(corners[(k + 1) % 3] - corners[k])))
+            .fold(0.0, greater)
+    };
+    if let Some(d) = largest(points.iter(), gain).filter(|p| gain(p.position) > least) {
+        manifold.push(*d);
+    }
+    manifold
+}
+
+/// The point with the largest value; the first of equal ones.
+fn largest<'a>(
+    points: impl Iterator<Item = &'a ManifoldPoint>,
+    value: impl Fn(Vec3) -> f32,
+) -> Option<&'a ManifoldPoint> {
+    let mut best: Option<(&ManifoldPoint, f32)> = None;
+    for p in points {
+        let v = value(p.position);
+        if best.is_none_or(|(_, b)| v > b) {
+            best = Some((p, v));
+        }
+    }
+    best.map(|(p, _)| p)
+}
+
+/// One number from three: the features that make a point.
+pub(super) fn mix(a: u32, b: u32, c: u32) -> FeatureId {
+    let mut h = 0x811c_9dc5_u32;
+    for w in [a, b, c] {
+        h = (h ^ w).wrapping_mul(0x9e37_79b1).rotate_left(15);
+    }
+    h ^= h >> 16;
+    h = h.wrapping_mul(0x85eb_ca6b);
+    h ^ (h >> 13)
+}
+
+/// A number for a direction, the same for all triangles of a plane: a vertex that slides over a flat
+/// floor keeps its feature from triangle to triangle, and has different ones on floor and wall.
+pub(super) fn direction_class(normal: Vec3) -> u32 {
+    let class = |x: f32| {
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 to 9")]
+        let c = (x * 4.0 + 4.5) as u32;
+        c
+    };
+    class(normal.x) | class(normal.y) << 8 | class(normal.z) << 16
+}

@@ -1,0 +1,296 @@
+//! A cylinder, cone or truncated cone against one triangle: exact supports of the round surface; its
+//! discs become polygons only to place points.
+
+use super::clip::Clipper;
+use super::contacts::{Contacts, direction_class, mix};
+use super::hull::{add_clipped_triangle, push_corners};
+use super::round::{along_edge, point};
+use super::triangle::{Part, Triangle, closest_on_segments};
+use crate::base::math::{Vec3, lesser, vec3};
+use crate::base::pose::Pose;
+use crate::geometry::hull::Plane;
+
+/// Cosine and sine of k · 22.5°, k = 0 to 3: a quarter of a disc's polygon.
+const QUARTER: [(f32, f32); 4] =
+    [(1.0, 0.0), (0.923_879_5, 0.382_683_43), (0.707_106_77, 0.707_106_77), (0.382_683_43, 0.923_879_5)];
+
+/// Normals tried over the range of an edge, and halvings around the best of them: the result is
+/// within 1/8 · (2/3)^10 of the range, 0.2° at most.
+const SAMPLES: [f32; 9] = [0.0, 0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875, 1.0];
+const REFINEMENTS: usize = 10;
+
+/// A frustum in the frame of the mesh. Ends and radii: bottom, top.
+#[derive(Debug)]
+pub(super) struct PlacedFrustum {
+    center: Vec3,
+    axis: Vec3,
+    half_height: f32,
+    radii: [f32; 2],
+    /// Outward normal of the side, as parts away from and along the axis.
+    side: (f32, f32),
+    /// Rounding [m].
+    radius: f32,
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Axis {
+    Cap(usize),
+    Side,
+    Edge(usize),
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Best {
+    axis: Axis,
+    normal: Vec3,
+    part: Part,
+    separation: f32,
+}
+
+impl PlacedFrustum {
+    pub(super) fn new(pose: &Pose, half_height: f32, radii: [f32; 2], radius: f32) -> Self {
+        let side = vec3(2.0 * half_height, radii[0] - radii[1], 0.0).normalize_or(Vec3::X);
+        Self {
+            center: pose.position,
+            axis: pose.direction(Vec3::Y),
+            half_height,
+            radii,
+            side: (side.x, side.y),
+            radius,
+        }
+    }
+
+    fn cap_center(&self, cap: usize) -> Vec3 {
+        self.center + self.axis * if cap == 0 { -self.half_height } else { self.half_height }
+    }
+
+    fn cap_plane(&self, cap: usize) -> Plane {
+        let normal = if cap == 0 { -self.axis } else { self.axis };
+        Plane { normal, offset: normal.dot(self.center) + self.half_height }
+    }
+
+    /// The unit vector across the axis nearest to `direction`.
+    fn away(&self, direction: Vec3) -> Vec3 {
+        let across = direction - self.axis * self.axis.dot(direction);
+        if across.length_squared() < 1.0e-12 * direction.length_squared() {
+            return self.axis.any_perpendicular();
+        }
+        across.normalize_or(self.axis.any_perpendicular())
+    }
+
+    /// The line of the side towards `away`.
+    fn generator(&self, away: Vec3) -> [Vec3; 2] {
+        [0, 1].map(|cap| self.cap_center(cap) + away * self.radii[cap])
+    }
+
+    /// How far the frustum reaches along `direction` from the origin.
+    fn reach(&self, direction: Vec3) -> f32 {
+        let [bottom, top] = self.generator(self.away(direction)).map(|p| direction.dot(p));
+        if bottom > top { bottom } else { top }
+    }
+
+    /// The cap that faces `direction` more than the side does.
+    fn cap_towards(&self, direction: Vec3) -> Option<usize> {
+        let along = self.axis.dot(direction);
+        let side = self.away(direction).dot(direction) * self.side.0 + along * self.side.1;
+        let cap = usize::from(along > 0.0);
+        (along.abs() > side && self.radii[cap] > 0.0).then_some(cap)
+    }
+
+    /// Begins with the polygon of a cap, its first corner towards `away`.
+    fn push_cap(&self, cap: usize, away: Vec3, class: u32, clipper: &mut Clipper) {
+        let (center, across) = (self.cap_center(cap), self.axis.cross(away));
+        let (u, v) = (away * self.radii[cap], across * self.radii[cap]);
+        clipper.restart();
+        let mut turned = (u, v);
+        let mut number = if cap == 0 { 0 } else { 32 };
+        for _ in 0..4 {
+            for (c, s) in QUARTER {
+                clipper.push(center + turned.0 * c + turned.1 * s, mix(8, number, class));
+                number += 1;
+            }
+            turned = (turned.1, -turned.0);
+        }
+    }
+}
+
+/// Adds the contact of `body` with `triangle`.
+pub(super) fn frustum(
+    triangle: &Triangle,
+    body: &PlacedFrustum,
+    contacts: &mut Contacts,
+    clipper: &mut Clipper,
+) {
+    let limits = contacts.limits;
+    let reach = limits.margin + body.radius;
+    let over = -body.reach(-triangle.normal) - triangle.normal.dot(triangle.corners[0]);
+    if over > reach {
+        return;
+    }
+    let mut best: Option<Best> = None;
+    let mut refused: Option<Best> = None;
+    let least = over + limits.bias;
+    let mut consider = |axis: Axis, plane: &Plane| {
+        let separation = triangle.corners.iter().map(|c| plane.distance(*c)).fold(f32::INFINITY, lesser);
+        let normal = -plane.normal;
+        let part = triangle.support(normal);
+        let slot = if triangle.allows(part, normal) { &mut best } else { &mut refused };
+        if separation > slot.map_or(least, |b| b.separation) {
+            *slot = Some(Best { axis, normal, part, separation });
+        }
+        separation > reach
+    };
+    for cap in 0..2 {
+        if body.radii[cap] > 0.0 && consider(Axis::Cap(cap), &body.cap_plane(cap)) {
+            return;
+        }
+    }
+    for corner in triangle.corners {
+        let away = body.away(corner - body.center);
+        let normal = away * body.side.0 + body.axis * body.side.1;
+        let offset = normal.dot(body.generator(away)[0]);
+        if consider(Axis::Side, &Plane { normal, offset }) {
+            return;
+        }
+    }
+    for k in 0..3 {
+        if !triangle.is_active(k) {
+            continue;
+        }
+        let (normal, separation) = best_over_edge(triangle, k, body);
+        if separation > reach {
+            return;
+        }
+        if separation > best.map_or(least, |b| b.separation + limits.bias) && triangle.allows(Part::Edge(k), normal) {
+            best = Some(Best { axis: Axis::Edge(k), normal, part: Part::Edge(k), separation });
+        }
+    }
+    if let Some(r) = refused
+        && best.is_none_or(|b| r.separation > b.separation)
+        && triangle.is_behind_neighbor(r.part, r.normal, body.center)
+    {
+        return;
+    }
+    let done = match best {
+        Some(Best { axis: Axis::Cap(cap), .. }) => {
+            on_cap(triangle, body, cap, contacts, clipper);
+            true
+        }
+        Some(Best { axis: Axis::Side, normal, part: Part::Corner(i), separation }) => {
+            let corner = triangle.corners[i];
+            at_line(triangle, body, [corner; 2], Part::Corner(i), (normal, separation), contacts)
+        }
+        Some(Best { normal, part: Part::Edge(k), separation, .. }) => {
+            at_line(triangle, body, triangle.edge(k), Part::Edge(k), (normal, separation), contacts)
+        }
+        _ => false,
+    };
+    if !done {
+        on_triangle(triangle, body, contacts, clipper);
+    }
+}
+
+/// The normal over edge `k`, from the face's to that of the neighbor (or straight outward, if that
+/// comes first), that separates most.
+fn best_over_edge(triangle: &Triangle, k: usize, body: &PlacedFrustum) -> (Vec3, f32) {
+    let (bend, outward) = (triangle.bend(k), triangle.outward[k]);
+    let last = if bend.cos < 0.0 {
+        outward
+    } else {
+        triangle.normal * bend.cos + outward * bend.sin
+    };
+    let corner = triangle.corners[k];
+    let at = |t: f32| {
+        let normal = triangle.normal.lerp(last, t).normalize_or(triangle.normal);
+        (normal, -body.reach(-normal) - normal.dot(corner))
+    };
+    let mut middle = 0.0;
+    let mut most = f32::NEG_INFINITY;
+    for t in SAMPLES {
+        let separation = at(t).1;
+        if separation > most {
+            (middle, most) = (t, separation);
+        }
+    }
+    // One peak is left between the neighbors of the best sample.
+    let (mut low, mut high) = ((middle - 0.125).max(0.0), (middle + 0.125).min(1.0));
+    for _ in 0..REFINEMENTS {
+        let third = (high - low) * (1.0 / 3.0);
+        if at(low + third).1 > at(high - third).1 { high -= third } else { low += third }
+    }
+    at(0.5 * (low + high))
+}
+
+/// The normal is the triangle's: cap or line of the side, cut to what lies over the triangle.
+fn on_triangle(
+    triangle: &Triangle,
+    body: &PlacedFrustum,
+    contacts: &mut Contacts,
+    clipper: &mut Clipper,
+) {
+    let normal = triangle.normal;
+    let class = direction_class(normal);
+    let away = body.away(-normal);
+    if let Some(cap) = body.cap_towards(-normal) {
+        body.push_cap(cap, away, class, clipper);
+    } else {
+        clipper.restart();
+        for (end, number) in body.generator(away).into_iter().zip([0, 32]) {
+            clipper.push(end, mix(8, number, class));
+        }
+    }
+    clipper.cut_by_prism(triangle, contacts.limits.slack);
+    let points = clipper.points.iter().map(|c| {
+        let separation = triangle.height(c.position) - body.radius;
+        point(c.position, normal, separation, body.radius, c.feature)
+    });
+    contacts.add(triangle, normal, points);
+}
+
+/// The normal is that of a cap, which an edge or a corner of the triangle touches.
+fn on_cap(
+    triangle: &Triangle,
+    body: &PlacedFrustum,
+    cap: usize,
+    contacts: &mut Contacts,
+    clipper: &mut Clipper,
+) {
+    let plane = body.cap_plane(cap);
+    let away = body.away(triangle.corners[0] - body.center);
+    body.push_cap(cap, away, 0, clipper);
+    let rim: Vec<Vec3> = clipper.points.iter().map(|p| p.position).collect();
+    let center = body.cap_center(cap);
+    clipper.restart();
+    push_corners(triangle, clipper);
+    for (side, k) in (0_u32..).zip(0..rim.len()) {
+        let (a, b) = (rim[k], rim[(k + 1) % rim.len()]);
+        if let Some(outward) = ((a + b) * 0.5 - center).try_normalize() {
+            clipper.cut(outward, a, contacts.limits.slack, side);
+        }
+    }
+    add_clipped_triangle(triangle, &plane, body.radius, contacts, clipper);
+}
+
+/// The side touches an edge or a corner; false if the axis separates them but no points near each
+/// other lie along it.
+fn at_line(
+    triangle: &Triangle,
+    body: &PlacedFrustum,
+    line: [Vec3; 2],
+    part: Part,
+    (normal, separation): (Vec3, f32),
+    contacts: &mut Contacts,
+) -> bool {
+    let ends = body.generator(body.away(-normal));
+    let (s, t) = closest_on_segments(ends, line);
+    let (p, q) = (ends[0].lerp(ends[1], s), line[0].lerp(line[1], t));
+    let slack = contacts.limits.slack + contacts.limits.merge;
+    let gap = p - q;
+    // Along the generator the supports are equally far only up to the precision of the normal.
+    if (gap - normal * normal.dot(gap)).length() > slack + 0.01 * separation.abs() {
+        return false;
+    }
+    let separation = normal.dot(gap) - body.radius;
+    along_edge(triangle, part, normal, (ends, p), (separation, body.radius), contacts);
+    true
+}

@@ -1,0 +1,202 @@
+//! One triangle of a mesh as a contact sees it: from one side, with edges that count or do not.
+
+use crate::base::math::{Vec3, greater};
+use crate::geometry::mesh::{Bend, Mesh};
+
+/// Sine of the angle up to which a direction counts as the triangle's normal, or as at right angles
+/// to one of its edges.
+const ALIGNED: f32 = 1.0e-3;
+
+/// A part of a triangle. Edge k runs from corner k to corner k + 1.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Part {
+    Face,
+    Edge(usize),
+    Corner(usize),
+}
+
+impl Part {
+    /// The edges that meet in this part.
+    fn edges(self) -> ([usize; 2], usize) {
+        match self {
+            Self::Face => ([0, 0], 0),
+            Self::Edge(k) => ([k, k], 1),
+            Self::Corner(i) => ([i, (i + 2) % 3], 2),
+        }
+    }
+}
+
+/// A triangle seen from the side where the other solid's center is.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Triangle {
+    pub(super) number: u32,
+    pub(super) corners: [Vec3; 3],
+    /// Vertex numbers of the corners.
+    pub(super) vertices: [u32; 3],
+    /// Unit, towards the side it is seen from.
+    pub(super) normal: Vec3,
+    /// Unit, in the plane, away from the triangle, one an edge.
+    pub(super) outward: [Vec3; 3],
+    bends: [Bend; 3],
+}
+
+impl Triangle {
+    pub(super) fn new(mesh: &Mesh, number: u32, center: Vec3) -> Self {
+        let corners = mesh.corners(number);
+        let face = mesh.face(number);
+        let [a, b, c] = corners;
+        let outward =
+            [b - a, c - b, a - c].map(|e| e.cross(face.normal).normalize_or(Vec3::ZERO));
+        let below = face.normal.dot(center - a) < 0.0;
+        Self {
+            number,
+            corners,
+            vertices: mesh.triangles()[number as usize],
+            normal: if below { -face.normal } else { face.normal },
+            outward,
+            bends: face.bends[usize::from(below)],
+        }
+    }
+
+    /// Both ends of edge `k`.
+    #[inline]
+    pub(super) fn edge(&self, k: usize) -> [Vec3; 2] {
+        [self.corners[k], self.corners[(k + 1) % 3]]
+    }
+
+    /// True if contacts at edge `k` may have normals other than the face's.
+    #[inline]
+    pub(super) fn is_active(&self, k: usize) -> bool {
+        self.bends[k].active()
+    }
+
+    /// How the surface turns behind edge `k`.
+    #[inline]
+    pub(super) fn bend(&self, k: usize) -> Bend {
+        self.bends[k]
+    }
+
+    /// Signed distance from the plane [m].
+    #[inline]
+    pub(super) fn height(&self, p: Vec3) -> f32 {
+        self.normal.dot(p - self.corners[0])
+    }
+
+    /// How far `p` lies outside the prism over the triangle [m]; negative inside.
+    #[inline]
+    pub(super) fn outside(&self, p: Vec3) -> f32 {
+        (0..3).map(|k| self.outward[k].dot(p - self.corners[k])).fold(f32::NEG_INFINITY, greater)
+    }
+
+    /// The part that reaches farthest along the unit vector `axis`.
+    pub(super) fn support(&self, axis: Vec3) -> Part {
+        let reach = self.corners.map(|c| axis.dot(c));
+        let mut far = 0;
+        for i in 1..3 {
+            if reach[i] > reach[far] {
+                far = i;
+            }
+        }
+        let as_far = |i: usize| {
+            let across = self.corners[far] - self.corners[i];
+            reach[far] - reach[i] <= ALIGNED * across.length()
+        };
+        let (next, last) = ((far + 1) % 3, (far + 2) % 3);
+        match (as_far(next), as_far(last)) {
+            (true, true) => Part::Face,
+            (true, false) => Part::Edge(far),
+            (false, true) => Part::Edge(last),
+            (false, false) => Part::Corner(far),
+        }
+    }
+
+    /// True if the surface has the unit normal `axis` at `part`, an edge or a corner: at each edge
+    /// it leans to, it lies between the normals of the two faces. All other normals are ghosts of
+    /// the way the surface is cut into triangles.
+    pub(super) fn allows(&self, part: Part, axis: Vec3) -> bool {
+        let (edges, n) = part.edges();
+        let mut leans = false;
+        for &k in &edges[..n] {
+            let (up, out) = (axis.dot(self.normal), axis.dot(self.outward[k]));
+            if out <= ALIGNED && up > 0.0 {
+                continue;
+            }
+            let bend = self.bends[k];
+            // The sine of the angle that is left between the axis and the far face's normal.
+            if !bend.active() || bend.sin * up - bend.cos * out < -ALIGNED {
+                return false;
+            }
+            leans = true;
+        }
+        leans
+    }
+
+    /// True if `axis` at `part` leans over a concave edge and `center` lies behind the face that
+    /// rises there: the other solid is on the far side of that face, which keeps it out; this
+    /// triangle, seen from within, would pull it in.
+    pub(super) fn is_behind_neighbor(&self, part: Part, axis: Vec3, center: Vec3) -> bool {
+        let (edges, n) = part.edges();
+        edges[..n].iter().any(|&k| {
+            let (bend, outward) = (self.bends[k], self.outward[k]);
+            let neighbor = self.normal * bend.cos + outward * bend.sin;
+            bend.concave()
+                && axis.dot(outward) > ALIGNED
+                && neighbor.dot(center - self.corners[k]) < 0.0
+        })
+    }
+
+    /// The point of the triangle nearest to `p`, and where it lies.
+    pub(super) fn closest(&self, p: Vec3) -> (Vec3, Part) {
+        let mut best = (p - self.normal * self.height(p), Part::Face);
+        let mut distance = f32::INFINITY;
+        for k in 0..3 {
+            if self.outward[k].dot(p - self.corners[k]) <= 0.0 {
+                continue;
+            }
+            let [a, b] = self.edge(k);
+            let along = b - a;
+            let t = along.dot(p - a) / along.length_squared();
+            let (q, part) = if t <= 0.0 {
+                (a, Part::Corner(k))
+            } else if t >= 1.0 {
+                (b, Part::Corner((k + 1) % 3))
+            } else {
+                (a + along * t, Part::Edge(k))
+            };
+            let d = (p - q).length_squared();
+            if d < distance {
+                (best, distance) = ((q, part), d);
+            }
+        }
+        best
+    }
+}
+
+/// The points of two segments nearest to each other, as parts of their lengths, 0 to 1
+/// (Ericson 2005, §5.1.9).
+pub(super) fn closest_on_segments(p: [Vec3; 2], q: [Vec3; 2]) -> (f32, f32) {
+    let (u, v, w) = (p[1] - p[0], q[1] - q[0], p[0] - q[0]);
+    let (a, e, f) = (u.length_squared(), v.length_squared(), v.dot(w));
+    let unit = |x: f32| x.clamp(0.0, 1.0);
+    if a <= f32::MIN_POSITIVE && e <= f32::MIN_POSITIVE {
+        return (0.0, 0.0);
+    }
+    if a <= f32::MIN_POSITIVE {
+        return (0.0, unit(f / e));
+    }
+    let c = u.dot(w);
+    if e <= f32::MIN_POSITIVE {
+        return (unit(-c / a), 0.0);
+    }
+    let b = u.dot(v);
+    let det = a * e - b * b;
+    let s = if det > 1.0e-6 * a * e { unit((b * f - c * e) / det) } else { 0.5 };
+    let t = (b * s + f) / e;
+    if t < 0.0 {
+        (unit(-c / a), 0.0)
+    } else if t > 1.0 {
+        (unit((b - c) / a), 1.0)
+    } else {
+        (s, t)
+    }
+}

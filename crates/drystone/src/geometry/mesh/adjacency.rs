@@ -1,0 +1,180 @@
+//! How the triangles of a mesh meet along their edges: what tells a real edge from a seam.
+
+use core::ops::{Add, Mul, Sub};
+
+use super::Face;
+use crate::base::math::Vec3;
+use crate::base::trig;
+
+/// Sine of the turn up to which two triangles count as one plane: 0.25°, well above the rounding of
+/// vertices. Larger turns need no tolerance: their normals are bounded by the two faces.
+const FLAT: f32 = 4.0e-3;
+
+/// More triangles than this at one edge are taken as separate sheets: comparing all with all would
+/// take quadratic time.
+const MAX_SHARED: usize = 32;
+
+/// The turn of the surface normal across an edge, for one side of the triangle: behind the edge the
+/// normal of that side is `cos * normal + sin * outward`, with `outward` the direction in the
+/// triangle's plane away from it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Bend {
+    pub(crate) cos: f32,
+    pub(crate) sin: f32,
+}
+
+impl Bend {
+    /// The surface ends here: its normal turns around to the other side.
+    const BORDER: Self = Self { cos: -1.0, sin: 0.0 };
+
+    /// The surface turns away from this side: there are normals between the two faces'.
+    #[inline]
+    pub(crate) fn active(self) -> bool {
+        self.sin > FLAT || (self.cos < 0.0 && self.sin >= -FLAT)
+    }
+
+    /// The surface turns towards this side.
+    #[inline]
+    pub(crate) fn concave(self) -> bool {
+        self.sin < -FLAT
+    }
+
+    /// Signed angle of the turn [rad].
+    fn angle(self) -> f32 {
+        if self.cos < 0.0 && self.sin.abs() <= FLAT {
+            return core::f32::consts::PI;
+        }
+        trig::atan2(self.sin, self.cos)
+    }
+}
+
+/// A vector in double precision, for what is computed once and kept.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Wide([f64; 3]);
+
+impl From<Vec3> for Wide {
+    fn from(v: Vec3) -> Self {
+        Self([f64::from(v.x), f64::from(v.y), f64::from(v.z)])
+    }
+}
+
+impl Sub for Wide {
+    type Output = Self;
+    fn sub(self, o: Self) -> Self {
+        Self([self.0[0] - o.0[0], self.0[1] - o.0[1], self.0[2] - o.0[2]])
+    }
+}
+
+impl Add for Wide {
+    type Output = Self;
+    fn add(self, o: Self) -> Self {
+        Self([self.0[0] + o.0[0], self.0[1] + o.0[1], self.0[2] + o.0[2]])
+    }
+}
+
+impl Mul<f64> for Wide {
+    type Output = Self;
+    fn mul(self, s: f64) -> Self {
+        Self(self.0.map(|x| x * s))
+    }
+}
+
+impl Wide {
+    pub(super) fn dot(self, o: Self) -> f64 {
+        self.0[0] * o.0[0] + self.0[1] * o.0[1] + self.0[2] * o.0[2]
+    }
+
+    pub(super) fn cross(self, o: Self) -> Self {
+        let ([a, b, c], [x, y, z]) = (self.0, o.0);
+        Self([b * z - c * y, c * x - a * z, a * y - b * x])
+    }
+
+    fn unit(self) -> Self {
+        self * (1.0 / self.dot(self).sqrt())
+    }
+
+    #[expect(clippy::cast_possible_truncation, reason = "results are wanted in f32")]
+    pub(super) fn narrow(self) -> Vec3 {
+        Vec3 { x: self.0[0] as f32, y: self.0[1] as f32, z: self.0[2] as f32 }
+    }
+}
+
+/// For each vertex the lowest number of a vertex at exactly the same place: files repeat a vertex
+/// for every face that gives it another normal or texture.
+pub(super) fn weld(vertices: &[Vec3]) -> Vec<u32> {
+    // Adding zero makes -0 and 0 one place.
+    let mut order: Vec<([u32; 3], u32)> =
+        (0_u32..).zip(vertices).map(|(i, v)| (v.to_array().map(|x| (x + 0.0).to_bits()), i)).collect();
+    order.sort_unstable();
+    let mut first = vec![0; order.len()];
+    let mut leader = 0;
+    for k in 0..order.len() {
+        let (place, vertex) = order[k];
+        if k == 0 || order[k - 1].0 != place {
+            leader = vertex;
+        }
+        first[vertex as usize] = leader;
+    }
+    first
+}
+
+/// The normals with the bends of all edges.
+pub(super) fn faces(
+    vertices: &[Vec3],
+    triangles: &[[u32; 3]],
+    normals: &[Vec3],
+    welded: &[u32],
+) -> Vec<Face> {
+    let mut faces: Vec<Face> =
+        normals.iter().map(|&normal| Face { normal, bends: [[Bend::BORDER; 3]; 2] }).collect();
+    let mut edges: Vec<([u32; 2], u32, usize)> = Vec::with_capacity(triangles.len() * 3);
+    for (t, triangle) in (0_u32..).zip(triangles) {
+        for k in 0..3 {
+            let (a, b) = (welded[triangle[k] as usize], welded[triangle[(k + 1) % 3] as usize]);
+            edges.push(([a.min(b), a.max(b)], t, k));
+        }
+    }
+    edges.sort_unstable();
+    for shared in edges.chunk_by(|x, y| x.0 == y.0) {
+        if shared.len() > MAX_SHARED {
+            continue;
+        }
+        for &(_, t, k) in shared {
+            let mut bends: [Option<Bend>; 2] = [None; 2];
+            for &(_, other, other_k) in shared {
+                if other == t {
+                    continue;
+                }
+                let apex = triangles[other as usize][(other_k + 2) % 3];
+                let corners = triangles[t as usize].map(|i| vertices[i as usize]);
+                let up = bend(corners, k, vertices[apex as usize]);
+                // With three and more triangles at the edge, the one that closes in first on a side
+                // is the surface of that side.
+                for (slot, seen) in bends.iter_mut().zip([up, Bend { sin: -up.sin, ..up }]) {
+                    if slot.is_none_or(|b| seen.angle() < b.angle()) {
+                        *slot = Some(seen);
+                    }
+                }
+            }
+            for (side, found) in bends.into_iter().enumerate() {
+                faces[t as usize].bends[side][k] = found.unwrap_or(Bend::BORDER);
+            }
+        }
+    }
+    faces
+}
+
+/// The bend at edge `k` towards a neighbor with the third corner `apex`, on the normal's side.
+fn bend(corners: [Vec3; 3], k: usize, apex: Vec3) -> Bend {
+    let p = [corners[k], corners[(k + 1) % 3], corners[(k + 2) % 3]].map(Wide::from);
+    let edge = (p[1] - p[0]).unit();
+    let inward = p[2] - p[0];
+    let outward = (edge * inward.dot(edge) - inward).unit();
+    let normal = outward.cross(edge);
+    let to_apex = Wide::from(apex) - p[0];
+    let across = to_apex + edge * -to_apex.dot(edge);
+    let across = across.unit();
+    #[expect(clippy::cast_possible_truncation, reason = "results are wanted in f32")]
+    let (cos, sin) = (across.dot(outward) as f32, -across.dot(normal) as f32);
+    if cos < 0.0 && sin.abs() <= FLAT { Bend::BORDER } else { Bend { cos, sin } }
+}

@@ -1,0 +1,130 @@
+//! Bodies: one row each. Velocity and pose are written by the solver's finish and by the world only.
+
+use super::def::{AxisLocks, BodyKind};
+use crate::base::id::BodyId;
+use crate::base::math::Vec3;
+use crate::base::pose::Pose;
+use crate::base::quat::Quat;
+use crate::base::slot_map::SlotMap;
+
+/// No row.
+pub(crate) const NONE: u32 = u32::MAX;
+
+/// A body.
+#[derive(Clone, Debug)]
+pub(crate) struct Body {
+    pub(crate) kind: BodyKind,
+    /// Center of mass [m, world].
+    pub(crate) center: Vec3,
+    pub(crate) rotation: Quat,
+    /// Velocity of the center of mass [m/s, world].
+    pub(crate) v: Vec3,
+    /// Angular velocity [rad/s, world].
+    pub(crate) w: Vec3,
+
+    /// Center of mass [m, frame of the origin].
+    pub(crate) local_center: Vec3,
+    /// Mass [kg]; 0 for static and kinematic bodies.
+    pub(crate) mass: f32,
+    /// Principal moments of inertia [kg m²]; 0 along an axis that cannot turn.
+    pub(crate) moments: Vec3,
+    /// Principal axes [body].
+    pub(crate) principal: Quat,
+    pub(crate) locks: AxisLocks,
+
+    pub(crate) gravity_scale: f32,
+    pub(crate) linear_damping: f32,
+    pub(crate) angular_damping: f32,
+    /// Cleared after each step [N, N m, world].
+    pub(crate) step_force: Vec3,
+    pub(crate) step_torque: Vec3,
+    /// Kept until changed [N, N m, world].
+    pub(crate) force: Vec3,
+    pub(crate) torque: Vec3,
+
+    /// Rows of its shapes.
+    pub(crate) shapes: Vec<u32>,
+    /// Rows of its joints.
+    pub(crate) joints: Vec<u32>,
+    /// First of its contacts: contact row × 2 + side.
+    pub(crate) contacts: u32,
+    /// Constraints (contacts with points, joints) that act on it; 0 is free flight.
+    pub(crate) constraints: u32,
+
+    /// Place in [`Bodies::awake`], or [`NONE`].
+    pub(crate) awake_row: u32,
+    pub(crate) island: u32,
+    /// How long it has been still [s].
+    pub(crate) still_time: f32,
+    pub(crate) can_sleep: bool,
+    /// Speed below which it is still [m/s]; negative: the world's.
+    pub(crate) sleep_speed: f32,
+    /// Greatest distance of a point of it from the center of mass [m].
+    pub(crate) extent: f32,
+    /// Half of the least thickness of its shapes [m]: what it may move in a step without a check.
+    pub(crate) inner: f32,
+    /// Level in the contact graph: contacts between it and what cannot be pushed, at least. That is 0;
+    /// a body that nothing holds has [`NONE`].
+    pub(crate) level: u32,
+    /// Its state became non-finite: it takes no part in steps.
+    pub(crate) faulted: bool,
+    pub(crate) user_data: u64,
+}
+
+impl Body {
+    /// Pose of the origin.
+    pub(crate) fn pose(&self) -> Pose {
+        Pose {
+            position: self.center - self.rotation.rotate(self.local_center),
+            rotation: self.rotation,
+        }
+    }
+
+    /// Puts the origin at `pose`.
+    pub(crate) fn set_pose(&mut self, pose: &Pose) {
+        self.rotation = pose.rotation;
+        self.center = pose.point(self.local_center);
+    }
+
+    /// True if it moves in this step: awake and dynamic, or kinematic with a velocity.
+    #[inline]
+    pub(crate) const fn active(&self) -> bool {
+        self.awake_row != NONE
+    }
+
+    #[inline]
+    pub(crate) fn is_dynamic(&self) -> bool {
+        self.kind == BodyKind::Dynamic
+    }
+
+    /// Velocity of the point at `r` from the center of mass [m/s, world].
+    #[inline]
+    pub(crate) fn velocity_at(&self, r: Vec3) -> Vec3 {
+        self.v + self.w.cross(r)
+    }
+}
+
+/// All bodies.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Bodies {
+    pub(crate) rows: SlotMap<BodyId, Body>,
+    /// Rows of the active bodies.
+    pub(crate) awake: Vec<u32>,
+}
+
+impl Bodies {
+    /// The body in a row that is known to be in use.
+    #[inline]
+    pub(crate) fn at(&self, row: u32) -> &Body {
+        self.rows.at(row).expect("tables name living bodies only")
+    }
+
+    #[inline]
+    pub(crate) fn at_mut(&mut self, row: u32) -> &mut Body {
+        self.rows.at_mut(row).expect("tables name living bodies only")
+    }
+
+    pub(crate) fn id(&self, row: u32) -> BodyId {
+        self.rows.id_at(row).expect("tables name living bodies only")
+    }
+}

@@ -1,0 +1,226 @@
+//! The configuration of a world: every knob, its unit, range and default.
+
+use super::def::DefError;
+use super::method::Method;
+use crate::base::math::{Vec3, vec3};
+
+/// Contact behavior.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ContactConfig {
+    /// Stiffness of contacts as a frequency [Hz]; 0 (the default) takes 0.1125 per substep time:
+    /// 54 Hz at 60 steps of 8 substeps a second. Contacts with static bodies have twice as much.
+    pub hertz: f32,
+    /// Damping ratio of contacts; at least 0; default 8. Half of it against static bodies.
+    pub damping_ratio: f32,
+    /// Bodies that overlap are pushed apart no faster than this [m/s]; above 0; default 0.25.
+    pub push_speed: f32,
+    /// Contact points are made from this distance on [m]; above 0; default 0.02.
+    pub margin: f32,
+    /// While the bodies of a contact have moved against each other less than this [m], its points and
+    /// normal stay as they are and only the distances follow; at least 0; default 0.01.
+    pub recycle_distance: f32,
+    /// Contacts that meet slower than this do not bounce [m/s]; at least 0; default 1.
+    pub restitution_speed: f32,
+    /// Contacts that meet faster than this are reported as hits [m/s]; at least 0; default 1.
+    pub hit_speed: f32,
+}
+
+/// Joint behavior.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct JointConfig {
+    /// Stiffness of joints as a frequency [Hz]; 0 (the default) takes 0.25 per substep time.
+    pub hertz: f32,
+    /// Damping ratio of joints; at least 0; default 2.
+    pub damping_ratio: f32,
+}
+
+/// When bodies fall asleep.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SleepConfig {
+    /// Whether still islands fall asleep at all; default true.
+    pub enabled: bool,
+    /// A body is still if no point of it moves faster than this [m/s]; at least 0; default 0.05.
+    pub speed: f32,
+    /// An island sleeps when all its bodies have been still for this long [s]; at least 0; default
+    /// 0.5.
+    pub time: f32,
+}
+
+/// Everything a world is configured by.
+#[derive(Clone, Debug, PartialEq)]
+pub struct WorldConfig {
+    /// Acceleration of free bodies [m/s², world]; default (0, -9.81, 0).
+    pub gravity: Vec3,
+    /// How a step is made; default `soft-step`.
+    pub method: Method,
+    /// Solver substeps a step, 1 to 256; 0 (the default) takes the method's own number.
+    pub substeps: u32,
+    /// Contacts.
+    pub contact: ContactConfig,
+    /// Joints.
+    pub joint: JointConfig,
+    /// Sleep.
+    pub sleep: SleepConfig,
+}
+
+impl Default for WorldConfig {
+    fn default() -> Self {
+        Self {
+            gravity: vec3(0.0, -9.81, 0.0),
+            method: Method::soft_step(),
+            substeps: 0,
+            contact: ContactConfig {
+                hertz: 0.0,
+                damping_ratio: 8.0,
+                push_speed: 0.25,
+                margin: 0.02,
+                recycle_distance: 0.01,
+                restitution_speed: 1.0,
+                hit_speed: 1.0,
+            },
+            joint: JointConfig { hertz: 0.0, damping_ratio: 2.0 },
+            sleep: SleepConfig { enabled: true, speed: 0.05, time: 0.5 },
+        }
+    }
+}
+
+/// A scalar field of the configuration: path, what is allowed, a reference to it.
+type Scalar<'a> = (&'static str, &'static str, &'a mut f32);
+
+const AT_LEAST_ZERO: &str = "a finite number of at least 0";
+const ABOVE_ZERO: &str = "a finite number above 0";
+
+impl WorldConfig {
+    /// Paths that [`Self::set`] knows.
+    pub const PATHS: [&'static str; 15] = [
+        "gravity",
+        "method",
+        "substeps",
+        "contact.hertz",
+        "contact.damping_ratio",
+        "contact.push_speed",
+        "contact.margin",
+        "contact.recycle_distance",
+        "contact.restitution_speed",
+        "contact.hit_speed",
+        "joint.hertz",
+        "joint.damping_ratio",
+        "sleep.enabled",
+        "sleep.speed",
+        "sleep.time",
+    ];
+
+    fn scalars(&mut self) -> [Scalar<'_>; 11] {
+        let (c, j, s) = (&mut self.contact, &mut self.joint, &mut self.sleep);
+        [
+            ("contact.hertz", AT_LEAST_ZERO, &mut c.hertz),
+            ("contact.damping_ratio", AT_LEAST_ZERO, &mut c.damping_ratio),
+            ("contact.push_speed", ABOVE_ZERO, &mut c.push_speed),
+            ("contact.margin", ABOVE_ZERO, &mut c.margin),
+            ("contact.recycle_distance", AT_LEAST_ZERO, &mut c.recycle_distance),
+            ("contact.restitution_speed", AT_LEAST_ZERO, &mut c.restitution_speed),
+            ("contact.hit_speed", AT_LEAST_ZERO, &mut c.hit_speed),
+            ("joint.hertz", AT_LEAST_ZERO, &mut j.hertz),
+            ("joint.damping_ratio", AT_LEAST_ZERO, &mut j.damping_ratio),
+            ("sleep.speed", AT_LEAST_ZERO, &mut s.speed),
+            ("sleep.time", AT_LEAST_ZERO, &mut s.time),
+        ]
+    }
+
+    /// Checks every field.
+    ///
+    /// # Errors
+    /// The first field that is out of range.
+    pub fn validate(&self) -> Result<(), DefError> {
+        if !self.gravity.is_finite() {
+            return Err(DefError::new("gravity", format!("{:?}", self.gravity), "finite numbers"));
+        }
+        if self.substeps > 256 {
+            return Err(DefError::new("substeps", self.substeps, "0 (the method's own) to 256"));
+        }
+        for (path, allowed, value) in self.clone().scalars() {
+            let low = if allowed == ABOVE_ZERO { *value > 0.0 } else { *value >= 0.0 };
+            if !(low && value.is_finite()) {
+                return Err(DefError::new(path, *value, allowed));
+            }
+        }
+        Ok(())
+    }
+
+    /// Sets the field at `path` (see [`Self::PATHS`]) from text: numbers as written, `true` or `false`,
+    /// vectors as `x,y,z`, methods by name.
+    ///
+    /// # Errors
+    /// No such path, text that is not a value of the field, or a value out of range; then nothing is
+    /// changed.
+    pub fn set(&mut self, path: &str, text: &str) -> Result<(), DefError> {
+        let mut next = self.clone();
+        let text = text.trim();
+        match path {
+            "gravity" => {
+                let parts: Vec<f32> =
+                    text.split(',').filter_map(|p| p.trim().parse().ok()).collect();
+                let [x, y, z] = parts[..] else {
+                    return Err(DefError::new("gravity", text, "three numbers x,y,z"));
+                };
+                if text.split(',').count() != 3 {
+                    return Err(DefError::new("gravity", text, "three numbers x,y,z"));
+                }
+                next.gravity = vec3(x, y, z);
+            }
+            "method" => {
+                next.method = Method::named(text)
+                    .ok_or_else(|| DefError::new("method", text, &Method::NAMES.join(", ")))?;
+            }
+            "substeps" => {
+                next.substeps = text
+                    .parse()
+                    .map_err(|_| DefError::new("substeps", text, "a whole number from 0 to 256"))?;
+            }
+            "sleep.enabled" => {
+                next.sleep.enabled = text
+                    .parse()
+                    .map_err(|_| DefError::new("sleep.enabled", text, "true or false"))?;
+            }
+            _ => {
+                let known = Self::PATHS.join(", ");
+                let (name, allowed, field) = next
+                    .scalars()
+                    .into_iter()
+                    .find(|(p, _, _)| *p == path)
+                    .ok_or_else(|| DefError::new("path", path, &known))?;
+                *field = text.parse().map_err(|_| DefError::new(name, text, allowed))?;
+            }
+        }
+        next.validate()?;
+        *self = next;
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::WorldConfig;
+
+    #[test]
+    fn every_path_can_be_set_and_bad_text_changes_nothing() {
+        let mut config = WorldConfig::default();
+        for path in WorldConfig::PATHS {
+            let good = match path {
+                "gravity" => "0,-1.62,0",
+                "method" => "soft-step",
+                "sleep.enabled" => "false",
+                _ => "3",
+            };
+            config.set(path, good).unwrap();
+            let before = config.clone();
+            for bad in ["", "x", "NaN", "-1", "1,2", "1,2,inf"] {
+                assert!(config.set(path, bad).is_err(), "{path}={bad}");
+            }
+            assert_eq!(before, config);
+        }
+        assert!(
+            config.set("contact.magic", "1").unwrap_err().to_string().contains("contact.hertz")
+        );
+    }
+}

@@ -1,0 +1,208 @@
+//! Contacts: one row a pair of shapes whose boxes overlap; a pair with a mesh has several rows, one a
+//! manifold. Rows are made by broadphase, manifolds written by narrowphase, impulses by the solver.
+
+use super::bodies::{Bodies, NONE};
+use super::colors::Place;
+use crate::base::math::Vec3;
+use crate::base::pair_set::{PairSet, pair_key};
+use crate::base::quat::Quat;
+use crate::geometry::collide::PairCache;
+
+/// A point of a contact.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Point {
+    /// From the centers of mass to the point [m, world], as they were when the manifold was made.
+    pub(crate) r_a: Vec3,
+    pub(crate) r_b: Vec3,
+    /// The same in the bodies' frames.
+    pub(crate) local_a: Vec3,
+    pub(crate) local_b: Vec3,
+    /// Separation less that of the anchors along the normal, when the manifold was made [m].
+    pub(crate) base: f32,
+    /// Separation now [m].
+    pub(crate) separation: f32,
+    /// Accumulated impulse along the normal in a substep [N s].
+    pub(crate) impulse: f32,
+    pub(crate) feature: u32,
+}
+
+/// The motion of the two bodies when the manifold was made.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Reference {
+    /// Center of B less that of A [m, world].
+    pub(crate) offset: Vec3,
+    pub(crate) rotation_a: Quat,
+    pub(crate) rotation_b: Quat,
+}
+
+/// A link in a body's list of contacts: contact row × 2 + side.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Link {
+    pub(crate) previous: u32,
+    pub(crate) next: u32,
+}
+
+/// A contact.
+#[derive(Clone, Debug)]
+pub(crate) struct Contact {
+    pub(crate) shape_a: u32,
+    pub(crate) shape_b: u32,
+    pub(crate) body_a: u32,
+    pub(crate) body_b: u32,
+    pub(crate) links: [Link; 2],
+    /// Place in [`Contacts::awake`], or [`NONE`].
+    pub(crate) awake_row: u32,
+    /// Where it stands among the colors; nowhere while it has no points.
+    pub(crate) place: Place,
+    /// The next manifold of the same pair (meshes), or [`NONE`].
+    pub(crate) next_part: u32,
+    /// The first manifold of its pair: itself, unless it is another part.
+    pub(crate) first: u32,
+    /// It is not the first manifold of its pair.
+    pub(crate) is_part: bool,
+    /// Speed at which the shapes approach each other before they touch [m/s].
+    pub(crate) approach: f32,
+    pub(crate) sensor: bool,
+    /// Its begin was reported and its end not yet. Of the first part only.
+    pub(crate) touching: bool,
+    /// Manifolds may be recycled.
+    pub(crate) recyclable: bool,
+    pub(crate) friction: f32,
+    pub(crate) restitution: f32,
+    /// Rolling resistance times radius [m].
+    pub(crate) rolling: f32,
+    /// From A to B [world].
+    pub(crate) normal: Vec3,
+    pub(crate) count: u8,
+    pub(crate) points: [Point; 4],
+    /// Friction impulse of a substep [N s, world], twist about the normal [N m s], rolling [N m s,
+    /// world].
+    pub(crate) tangent_impulse: Vec3,
+    pub(crate) twist_impulse: f32,
+    pub(crate) rolling_impulse: Vec3,
+    pub(crate) reference: Reference,
+    pub(crate) cache: PairCache,
+}
+
+impl Contact {
+    /// The points in use.
+    #[inline]
+    pub(crate) fn points(&self) -> &[Point] {
+        &self.points[..usize::from(self.count)]
+    }
+}
+
+/// All contacts.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Contacts {
+    rows: Vec<Option<Contact>>,
+    free: Vec<u32>,
+    pairs: PairSet,
+    /// Rows of contacts with an active body, first parts and others.
+    pub(crate) awake: Vec<u32>,
+}
+
+impl Contacts {
+    #[inline]
+    pub(crate) fn at(&self, row: u32) -> &Contact {
+        self.rows[row as usize].as_ref().expect("tables name living contacts only")
+    }
+
+    #[inline]
+    pub(crate) fn at_mut(&mut self, row: u32) -> &mut Contact {
+        self.rows[row as usize].as_mut().expect("tables name living contacts only")
+    }
+
+    /// All rows, empty ones too; for stages that lend rows to workers.
+    pub(crate) fn slots_mut(&mut self) -> (&mut [Option<Contact>], &[u32]) {
+        (&mut self.rows, &self.awake)
+    }
+
+    /// Rows in order.
+    pub(crate) fn iter(&self) -> impl Iterator<Item = (u32, &Contact)> {
+        (0_u32..).zip(&self.rows).filter_map(|(i, c)| c.as_ref().map(|c| (i, c)))
+    }
+
+    pub(crate) fn has_pair(&self, shape_a: u32, shape_b: u32) -> bool {
+        self.pairs.contains(pair_key(shape_a, shape_b))
+    }
+
+    /// Adds a row and links it into its bodies' lists; `contact.links` and `awake_row` are set here.
+    pub(crate) fn insert(&mut self, mut contact: Contact, bodies: &mut Bodies) -> u32 {
+        if !contact.is_part {
+            self.pairs.insert(pair_key(contact.shape_a, contact.shape_b));
+        }
+        contact.awake_row = NONE;
+        let row = self.free.pop().unwrap_or_else(|| {
+            self.rows.push(None);
+            u32::try_from(self.rows.len() - 1).expect("fewer than 2^31 contacts fit in memory")
+        });
+        for side in 0..2 {
+            let body = bodies.at_mut(if side == 0 { contact.body_a } else { contact.body_b });
+            let me = row * 2 + side;
+            contact.links[side as usize] = Link { previous: NONE, next: body.contacts };
+            if body.contacts != NONE {
+                let next = body.contacts;
+                // The two sides of one contact are on different bodies, so `next` is another row.
+                self.at_mut(next / 2).links[(next & 1) as usize].previous = me;
+            }
+            body.contacts = me;
+        }
+        self.rows[row as usize] = Some(contact);
+        row
+    }
+
+    /// Takes a row out of the lists; it must be in no color.
+    pub(crate) fn remove(&mut self, row: u32, bodies: &mut Bodies) -> Option<Contact> {
+        self.set_awake(row, false);
+        let contact = self.rows[row as usize].take()?;
+        for side in 0..2_usize {
+            let Link { previous, next } = contact.links[side];
+            if previous == NONE {
+                bodies.at_mut(if side == 0 { contact.body_a } else { contact.body_b }).contacts =
+                    next;
+            } else {
+                self.at_mut(previous / 2).links[(previous & 1) as usize].next = next;
+            }
+            if next != NONE {
+                self.at_mut(next / 2).links[(next & 1) as usize].previous = previous;
+            }
+        }
+        if !contact.is_part {
+            self.pairs.remove(pair_key(contact.shape_a, contact.shape_b));
+        }
+        self.free.push(row);
+        Some(contact)
+    }
+
+    /// Enters a row into the awake list or takes it out.
+    pub(crate) fn set_awake(&mut self, row: u32, awake: bool) {
+        let at = self.at(row).awake_row;
+        if awake == (at != NONE) {
+            return;
+        }
+        if awake {
+            let place = u32::try_from(self.awake.len()).expect("fewer than 2^31 contacts");
+            self.awake.push(row);
+            self.at_mut(row).awake_row = place;
+        } else {
+            self.awake.swap_remove(at as usize);
+            if let Some(&moved) = self.awake.get(at as usize) {
+                self.at_mut(moved).awake_row = at;
+            }
+            self.at_mut(row).awake_row = NONE;
+        }
+    }
+
+    /// The contacts of a body: (row, side it is on).
+    pub(crate) fn of_body(&self, bodies: &Bodies, body: u32) -> impl Iterator<Item = (u32, u32)> {
+        let mut at = bodies.at(body).contacts;
+        core::iter::from_fn(move || {
+            (at != NONE).then(|| {
+                let (row, side) = (at / 2, at & 1);
+                at = self.at(row).links[side as usize].next;
+                (row, side)
+            })
+        })
+    }
+}

@@ -1,0 +1,592 @@
+//! Definitions: what a user says of a body, a shape or a joint, and how it is checked.
+
+use core::fmt::{self, Display};
+
+use super::material::{Filter, Material};
+use crate::base::id::BodyId;
+use crate::base::math::Vec3;
+use crate::base::pose::Pose;
+use crate::base::quat::Quat;
+use crate::base::sym3::Sym3;
+use crate::geometry::shape::{Shape, ShapeError};
+
+/// A definition was refused: the field, its value, and what is allowed. Nothing was changed.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct DefError {
+    field: String,
+    value: String,
+    allowed: String,
+}
+
+impl DefError {
+    pub(crate) fn new(field: &str, value: impl Display, allowed: &str) -> Self {
+        Self { field: field.to_owned(), value: value.to_string(), allowed: allowed.to_owned() }
+    }
+
+    /// The same error of a field inside `outer`.
+    pub(crate) fn within(mut self, outer: &str) -> Self {
+        self.field = format!("{outer}.{}", self.field);
+        self
+    }
+
+    /// Path of the field, such as `shapes[0].radius`.
+    #[must_use]
+    pub fn field(&self) -> &str {
+        &self.field
+    }
+
+    /// The value that was given.
+    #[must_use]
+    pub fn value(&self) -> &str {
+        &self.value
+    }
+
+    /// What would have been right.
+    #[must_use]
+    pub fn allowed(&self) -> &str {
+        &self.allowed
+    }
+}
+
+impl Display for DefError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} is {}, allowed is {}", self.field, self.value, self.allowed)
+    }
+}
+
+impl core::error::Error for DefError {}
+
+impl From<ShapeError> for DefError {
+    fn from(e: ShapeError) -> Self {
+        Self::new(e.field, e.value, e.allowed)
+    }
+}
+
+/// What moves a body.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum BodyKind {
+    /// Nothing: it stays where it is put.
+    Static,
+    /// Its velocity, which only the user changes: it pushes others and is never pushed.
+    Kinematic,
+    /// Forces, contacts and joints.
+    #[default]
+    Dynamic,
+}
+
+/// Where a dynamic body's mass comes from.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum MassDef {
+    /// Its shapes and their densities.
+    #[default]
+    FromShapes,
+    /// This mass [kg, above 0]; center and inertia in proportion to the shapes.
+    Mass(f32),
+    /// Given in full.
+    Exact {
+        /// Mass [kg]; above 0.
+        mass: f32,
+        /// Center of mass [m, body].
+        center: Vec3,
+        /// Inertia about the center of mass [kg m², body axes]; positive, or 0 along a principal axis
+        /// to lock rotation about it.
+        inertia: Sym3,
+    },
+}
+
+/// Axes along or about which a body cannot move [world].
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct AxisLocks {
+    /// No translation along x, y, z.
+    pub linear: [bool; 3],
+    /// No rotation about x, y, z.
+    pub angular: [bool; 3],
+}
+
+impl AxisLocks {
+    /// Nothing locked.
+    pub const NONE: Self = Self { linear: [false; 3], angular: [false; 3] };
+    /// No rotation at all.
+    pub const ROTATION: Self = Self { linear: [false; 3], angular: [true; 3] };
+    /// Motion in the xy plane only.
+    pub const PLANE_XY: Self = Self { linear: [false, false, true], angular: [true, true, false] };
+
+    /// True if something is locked.
+    #[must_use]
+    pub fn any(self) -> bool {
+        self != Self::NONE
+    }
+}
+
+/// A shape of a body.
+#[derive(Clone, Debug)]
+pub struct ShapeDef {
+    /// The shape.
+    pub shape: Shape,
+    /// Where it sits [body].
+    pub pose: Pose,
+    /// Density [kg/m³]; at least 0 (0: no mass); default 1000.
+    pub density: f32,
+    /// Its surface.
+    pub material: Material,
+    /// What it collides with.
+    pub filter: Filter,
+    /// A sensor reports what overlaps it and touches nothing; it has no mass. Default false.
+    pub sensor: bool,
+    /// Any number of the user's.
+    pub user_data: u64,
+}
+
+impl ShapeDef {
+    /// A shape at the body's origin with default material.
+    #[must_use]
+    pub fn new(shape: Shape) -> Self {
+        Self {
+            shape,
+            pose: Pose::IDENTITY,
+            density: 1000.0,
+            material: Material::default(),
+            filter: Filter::default(),
+            sensor: false,
+            user_data: 0,
+        }
+    }
+
+    /// A ball of this radius [m].
+    #[must_use]
+    pub fn sphere(radius: f32) -> Self {
+        Self::new(Shape::sphere(radius))
+    }
+
+    /// A capsule along y: half the distance of the ball centers [m], and radius [m].
+    #[must_use]
+    pub fn capsule(half_height: f32, radius: f32) -> Self {
+        Self::new(Shape::capsule(half_height, radius))
+    }
+
+    /// A box of these half extents [m].
+    #[must_use]
+    pub fn box_half(half_extents: impl Into<Vec3>) -> Self {
+        Self::new(Shape::box_half(half_extents))
+    }
+
+    /// A box of these edge lengths [m].
+    #[must_use]
+    pub fn box_full(extents: impl Into<Vec3>) -> Self {
+        Self::new(Shape::box_full(extents))
+    }
+
+    /// A cylinder along y of this half height and radius [m].
+    #[must_use]
+    pub fn cylinder(half_height: f32, radius: f32) -> Self {
+        Self::new(Shape::cylinder(half_height, radius))
+    }
+
+    /// A cone along y of this half height and base radius [m], tip up, origin at half height.
+    #[must_use]
+    pub fn cone(half_height: f32, radius: f32) -> Self {
+        Self::new(Shape::cone(half_height, radius))
+    }
+
+    /// The half space below the plane `normal · p = offset` [m].
+    #[must_use]
+    pub fn half_space(normal: impl Into<Vec3>, offset: f32) -> Self {
+        Self::new(Shape::half_space(normal, offset))
+    }
+
+    /// At this pose in the body's frame.
+    #[must_use]
+    pub fn with_pose(self, pose: Pose) -> Self {
+        Self { pose, ..self }
+    }
+
+    /// At this position in the body's frame [m].
+    #[must_use]
+    pub fn with_position(mut self, position: impl Into<Vec3>) -> Self {
+        self.pose.position = position.into();
+        self
+    }
+
+    /// With this density [kg/m³].
+    #[must_use]
+    pub fn with_density(self, density: f32) -> Self {
+        Self { density, ..self }
+    }
+
+    /// With this surface.
+    #[must_use]
+    pub fn with_material(self, material: Material) -> Self {
+        Self { material, ..self }
+    }
+
+    /// With this friction coefficient.
+    #[must_use]
+    pub fn with_friction(mut self, friction: f32) -> Self {
+        self.material.friction = friction;
+        self
+    }
+
+    /// With this coefficient of restitution.
+    #[must_use]
+    pub fn with_restitution(mut self, restitution: f32) -> Self {
+        self.material.restitution = restitution;
+        self
+    }
+
+    /// With this filter.
+    #[must_use]
+    pub fn with_filter(self, filter: Filter) -> Self {
+        Self { filter, ..self }
+    }
+
+    /// As a sensor.
+    #[must_use]
+    pub fn as_sensor(self) -> Self {
+        Self { sensor: true, ..self }
+    }
+
+    /// Checks every field.
+    ///
+    /// # Errors
+    /// The first field that is out of range.
+    pub fn validate(&self) -> Result<(), DefError> {
+        self.shape.validate()?;
+        if let Shape::HalfSpace { normal, .. } = self.shape
+            && normal == Vec3::ZERO
+        {
+            return Err(DefError::new("normal", "zero", "a direction"));
+        }
+        finite_vec("pose.position", self.pose.position)?;
+        unit("pose.rotation", self.pose.rotation)?;
+        at_least_zero("density", self.density)?;
+        at_least_zero("material.friction", self.material.friction)?;
+        at_least_zero("material.rolling_resistance", self.material.rolling_resistance)?;
+        let restitution = self.material.restitution;
+        if !(0.0..=1.0).contains(&restitution) {
+            return Err(DefError::new("material.restitution", restitution, "0 to 1"));
+        }
+        Ok(())
+    }
+}
+
+/// A body, with its shapes.
+#[derive(Clone, Debug)]
+pub struct BodyDef {
+    /// What moves it.
+    pub kind: BodyKind,
+    /// Where its origin is [m, world].
+    pub position: Vec3,
+    /// How it is turned; unit.
+    pub rotation: Quat,
+    /// Velocity of the center of mass [m/s, world].
+    pub linear_velocity: Vec3,
+    /// Angular velocity [rad/s, world].
+    pub angular_velocity: Vec3,
+    /// Mass, center and inertia (dynamic bodies).
+    pub mass: MassDef,
+    /// Gravity counts this many times; default 1.
+    pub gravity_scale: f32,
+    /// Linear velocity decays at this rate [1/s]; at least 0; default 0.
+    pub linear_damping: f32,
+    /// Angular velocity decays at this rate [1/s]; at least 0; default 0.
+    pub angular_damping: f32,
+    /// Axes it cannot move along or about.
+    pub locks: AxisLocks,
+    /// Whether it may fall asleep; default true.
+    pub can_sleep: bool,
+    /// Speed below which it counts as still [m/s], if not the world's `sleep.speed`; at least 0.
+    pub sleep_speed: Option<f32>,
+    /// Whether it sleeps from the start; default false.
+    pub asleep: bool,
+    /// Its shapes; several make a compound.
+    pub shapes: Vec<ShapeDef>,
+    /// Any number of the user's.
+    pub user_data: u64,
+}
+
+impl Default for BodyDef {
+    fn default() -> Self {
+        Self {
+            kind: BodyKind::Dynamic,
+            position: Vec3::ZERO,
+            rotation: Quat::IDENTITY,
+            linear_velocity: Vec3::ZERO,
+            angular_velocity: Vec3::ZERO,
+            mass: MassDef::FromShapes,
+            gravity_scale: 1.0,
+            linear_damping: 0.0,
+            angular_damping: 0.0,
+            locks: AxisLocks::NONE,
+            can_sleep: true,
+            sleep_speed: None,
+            asleep: false,
+            shapes: Vec::new(),
+            user_data: 0,
+        }
+    }
+}
+
+impl BodyDef {
+    /// A body moved by forces.
+    #[must_use]
+    pub fn dynamic() -> Self {
+        Self::default()
+    }
+
+    /// A body that never moves.
+    #[must_use]
+    pub fn fixed() -> Self {
+        Self { kind: BodyKind::Static, ..Self::default() }
+    }
+
+    /// A body moved by its velocity alone.
+    #[must_use]
+    pub fn kinematic() -> Self {
+        Self { kind: BodyKind::Kinematic, ..Self::default() }
+    }
+
+    /// At this position [m, world].
+    #[must_use]
+    pub fn with_position(self, position: impl Into<Vec3>) -> Self {
+        Self { position: position.into(), ..self }
+    }
+
+    /// Turned so; normalized if it is close to unit length.
+    #[must_use]
+    pub fn with_rotation(self, rotation: impl Into<Quat>) -> Self {
+        Self { rotation: rotation.into(), ..self }
+    }
+
+    /// With this velocity [m/s, world].
+    #[must_use]
+    pub fn with_linear_velocity(self, velocity: impl Into<Vec3>) -> Self {
+        Self { linear_velocity: velocity.into(), ..self }
+    }
+
+    /// With this angular velocity [rad/s, world].
+    #[must_use]
+    pub fn with_angular_velocity(self, velocity: impl Into<Vec3>) -> Self {
+        Self { angular_velocity: velocity.into(), ..self }
+    }
+
+    /// With one more shape.
+    #[must_use]
+    pub fn with_shape(mut self, shape: ShapeDef) -> Self {
+        self.shapes.push(shape);
+        self
+    }
+
+    /// With this mass [kg] in place of that from densities.
+    #[must_use]
+    pub fn with_mass(self, mass: f32) -> Self {
+        Self { mass: MassDef::Mass(mass), ..self }
+    }
+
+    /// Checks every field, those of the shapes too.
+    ///
+    /// # Errors
+    /// The first field that is out of range.
+    pub fn validate(&self) -> Result<(), DefError> {
+        position("position", self.position)?;
+        unit("rotation", self.rotation)?;
+        velocity("linear_velocity", self.linear_velocity)?;
+        velocity("angular_velocity", self.angular_velocity)?;
+        finite("gravity_scale", self.gravity_scale)?;
+        at_least_zero("linear_damping", self.linear_damping)?;
+        at_least_zero("angular_damping", self.angular_damping)?;
+        if let Some(speed) = self.sleep_speed {
+            at_least_zero("sleep_speed", speed)?;
+        }
+        match self.mass {
+            MassDef::FromShapes => {}
+            MassDef::Mass(mass) => above_zero("mass", mass)?,
+            MassDef::Exact { mass, center, inertia } => {
+                above_zero("mass", mass)?;
+                finite_vec("center", center)?;
+                let (d, _) = inertia.eigen();
+                let tolerance = -1.0e-5 * d.max_element();
+                if !(inertia.is_finite() && d.min_element() >= tolerance && d.max_element() >= 0.0)
+                {
+                    let value = format!("{inertia:?}");
+                    return Err(DefError::new("inertia", value, "a positive semidefinite matrix"));
+                }
+            }
+        }
+        for (i, shape) in self.shapes.iter().enumerate() {
+            let outer = format!("shapes[{i}]");
+            shape.validate().map_err(|e| e.within(&outer))?;
+            shape_suits(self.kind, &shape.shape).map_err(|e| e.within(&outer))?;
+        }
+        Ok(())
+    }
+}
+
+/// Refuses shapes that cannot be carried by a body of this kind.
+pub(crate) fn shape_suits(kind: BodyKind, shape: &Shape) -> Result<(), DefError> {
+    match (kind, shape) {
+        (BodyKind::Static, _) | (BodyKind::Kinematic, Shape::Mesh(_)) => Ok(()),
+        (_, Shape::HalfSpace { .. }) => {
+            Err(DefError::new("shape", "half-space", "a half-space on a static body"))
+        }
+        (_, Shape::Mesh(_)) => Err(DefError::new(
+            "shape",
+            "mesh",
+            "a mesh on a static or kinematic body; decompose it into hulls for a dynamic one",
+        )),
+        _ => Ok(()),
+    }
+}
+
+/// What a joint does.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum JointKind {
+    /// The two anchors stay together; rotation is free.
+    Ball,
+    /// The distance of the two anchors stays between two lengths.
+    Distance {
+        /// Least distance [m]; at least 0.
+        min: f32,
+        /// Greatest distance [m]; at least `min`.
+        max: f32,
+        /// A spring toward a rest length, between the limits.
+        spring: Option<Spring>,
+    },
+}
+
+/// A damped spring.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Spring {
+    /// Length without force [m]; at least 0.
+    pub rest_length: f32,
+    /// Undamped frequency of the two bodies on it [Hz]; above 0.
+    pub hertz: f32,
+    /// Damping ratio; at least 0; 1 is critical.
+    pub damping_ratio: f32,
+}
+
+/// A joint between two bodies; one of them may be static or kinematic.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct JointDef {
+    /// First body.
+    pub body_a: BodyId,
+    /// Second body.
+    pub body_b: BodyId,
+    /// Anchor on the first body [m, frame of its origin].
+    pub anchor_a: Vec3,
+    /// Anchor on the second body [m, frame of its origin].
+    pub anchor_b: Vec3,
+    /// What it does.
+    pub kind: JointKind,
+    /// Whether the two bodies collide with each other; default false.
+    pub collide_connected: bool,
+}
+
+impl JointDef {
+    /// A ball joint with these anchors [m, each in the frame of its body's origin].
+    #[must_use]
+    pub fn ball(
+        body_a: BodyId,
+        anchor_a: impl Into<Vec3>,
+        body_b: BodyId,
+        anchor_b: impl Into<Vec3>,
+    ) -> Self {
+        Self {
+            body_a,
+            body_b,
+            anchor_a: anchor_a.into(),
+            anchor_b: anchor_b.into(),
+            kind: JointKind::Ball,
+            collide_connected: false,
+        }
+    }
+
+    /// A rod of fixed length [m] between two anchors [m, each in the frame of its body's origin].
+    #[must_use]
+    pub fn rod(
+        body_a: BodyId,
+        anchor_a: impl Into<Vec3>,
+        body_b: BodyId,
+        anchor_b: impl Into<Vec3>,
+        length: f32,
+    ) -> Self {
+        let kind = JointKind::Distance { min: length, max: length, spring: None };
+        Self { kind, ..Self::ball(body_a, anchor_a, body_b, anchor_b) }
+    }
+
+    /// Checks every field; whether the bodies exist is checked by the world.
+    ///
+    /// # Errors
+    /// The first field that is out of range.
+    pub fn validate(&self) -> Result<(), DefError> {
+        position("anchor_a", self.anchor_a)?;
+        position("anchor_b", self.anchor_b)?;
+        if self.body_a == self.body_b {
+            return Err(DefError::new("body_b", "the same as body_a", "another body"));
+        }
+        if let JointKind::Distance { min, max, spring } = self.kind {
+            at_least_zero("min", min)?;
+            at_least_zero("max", max)?;
+            if max < min {
+                return Err(DefError::new("max", max, "at least min"));
+            }
+            if let Some(s) = spring {
+                at_least_zero("spring.rest_length", s.rest_length)?;
+                above_zero("spring.hertz", s.hertz)?;
+                at_least_zero("spring.damping_ratio", s.damping_ratio)?;
+            }
+        }
+        Ok(())
+    }
+}
+
+pub(crate) fn finite(field: &str, value: f32) -> Result<(), DefError> {
+    if value.is_finite() { Ok(()) } else { Err(DefError::new(field, value, "a finite number")) }
+}
+
+pub(crate) fn finite_vec(field: &str, v: Vec3) -> Result<(), DefError> {
+    if v.is_finite() {
+        return Ok(());
+    }
+    Err(DefError::new(field, format!("({}, {}, {})", v.x, v.y, v.z), "finite numbers"))
+}
+
+fn bounded(field: &str, v: Vec3, limit: f32, allowed: &str) -> Result<(), DefError> {
+    finite_vec(field, v)?;
+    if v.abs().max_element() <= limit {
+        return Ok(());
+    }
+    Err(DefError::new(field, format!("({}, {}, {})", v.x, v.y, v.z), allowed))
+}
+
+pub(crate) fn position(field: &str, v: Vec3) -> Result<(), DefError> {
+    bounded(field, v, 1.0e7, "numbers up to 1e7 m")
+}
+
+pub(crate) fn velocity(field: &str, v: Vec3) -> Result<(), DefError> {
+    bounded(field, v, 1.0e6, "numbers up to 1e6")
+}
+
+pub(crate) fn at_least_zero(field: &str, value: f32) -> Result<(), DefError> {
+    if value >= 0.0 && value.is_finite() {
+        return Ok(());
+    }
+    Err(DefError::new(field, value, "a finite number of at least 0"))
+}
+
+pub(crate) fn above_zero(field: &str, value: f32) -> Result<(), DefError> {
+    if value > 0.0 && value.is_finite() {
+        return Ok(());
+    }
+    Err(DefError::new(field, value, "a finite number above 0"))
+}
+
+/// A rotation given by the user may be a little off unit length; far off is a mistake.
+pub(crate) fn unit(field: &str, q: Quat) -> Result<(), DefError> {
+    let n = q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w;
+    if (0.9..1.1).contains(&n) {
+        return Ok(());
+    }
+    let value = format!("({}, {}, {}, {})", q.x, q.y, q.z, q.w);
+    Err(DefError::new(field, value, "a unit quaternion"))
+}

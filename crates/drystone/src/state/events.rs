@@ -1,0 +1,109 @@
+//! What happened in the last step, in lists of a defined order.
+
+use crate::base::id::{BodyId, JointId, ShapeId};
+use crate::base::math::Vec3;
+
+/// Two shapes began or ceased to touch.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ContactEvent {
+    /// First shape.
+    pub shape_a: ShapeId,
+    /// Second shape.
+    pub shape_b: ShapeId,
+    /// Body of the first shape.
+    pub body_a: BodyId,
+    /// Body of the second shape.
+    pub body_b: BodyId,
+}
+
+/// Two shapes met at speed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct HitEvent {
+    /// First shape.
+    pub shape_a: ShapeId,
+    /// Second shape.
+    pub shape_b: ShapeId,
+    /// Body of the first shape.
+    pub body_a: BodyId,
+    /// Body of the second shape.
+    pub body_b: BodyId,
+    /// Where [m, world].
+    pub point: Vec3,
+    /// Contact normal from A to B [world].
+    pub normal: Vec3,
+    /// Speed along the normal before the hit [m/s]; above 0.
+    pub speed: f32,
+}
+
+/// A shape entered or left a sensor.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct SensorEvent {
+    /// The sensor.
+    pub sensor: ShapeId,
+    /// The other shape.
+    pub visitor: ShapeId,
+    /// Body of the sensor.
+    pub sensor_body: BodyId,
+    /// Body of the other shape.
+    pub visitor_body: BodyId,
+}
+
+/// What was wrong in a step.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum FaultKind {
+    /// A body's state became infinite or NaN: it was put back to its last good pose, stopped, and
+    /// takes no further part until the user sets its pose or velocity.
+    NotFinite,
+    /// The time step given was not a finite number above 0: nothing was stepped.
+    BadTimeStep,
+}
+
+/// Something went wrong in a step.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Fault {
+    /// The body, if it is about one.
+    pub body: Option<BodyId>,
+    /// What was wrong.
+    pub kind: FaultKind,
+    /// Number of the step, the first is 1.
+    pub step: u64,
+}
+
+/// What happened in the last step; cleared when the next begins. Every list is in the order of the
+/// contacts' or bodies' slots, the same for any number of threads.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Events {
+    /// Shapes that began to touch.
+    pub contact_begin: Vec<ContactEvent>,
+    /// Shapes that ceased to touch, also because one of them was removed.
+    pub contact_end: Vec<ContactEvent>,
+    /// Shapes that met faster than the configured hit speed.
+    pub hits: Vec<HitEvent>,
+    /// Shapes that entered a sensor.
+    pub sensor_enter: Vec<SensorEvent>,
+    /// Shapes that left a sensor.
+    pub sensor_exit: Vec<SensorEvent>,
+    /// Bodies that fell asleep.
+    pub sleep: Vec<BodyId>,
+    /// Bodies that woke.
+    pub wake: Vec<BodyId>,
+    /// Joints that broke; none yet can.
+    pub joint_break: Vec<JointId>,
+    /// What went wrong.
+    pub faults: Vec<Fault>,
+}
+
+impl Events {
+    pub(crate) fn clear(&mut self) {
+        self.contact_begin.clear();
+        self.contact_end.clear();
+        self.hits.clear();
+        self.sensor_enter.clear();
+        self.sensor_exit.clear();
+        self.sleep.clear();
+        self.wake.clear();
+        self.joint_break.clear();
+        self.faults.clear();
+    }
+}

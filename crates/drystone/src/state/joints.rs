@@ -1,0 +1,56 @@
+//! Joints: one row each. Impulses are written by the solver.
+
+use super::bodies::Bodies;
+use super::colors::Place;
+use super::def::JointKind;
+use crate::base::id::JointId;
+use crate::base::math::Vec3;
+use crate::base::slot_map::SlotMap;
+
+/// A joint.
+#[derive(Clone, Debug)]
+pub(crate) struct Joint {
+    pub(crate) body_a: u32,
+    pub(crate) body_b: u32,
+    /// Anchors [m, frame of the body's center of mass].
+    pub(crate) anchor_a: Vec3,
+    pub(crate) anchor_b: Vec3,
+    pub(crate) kind: JointKind,
+    pub(crate) collide_connected: bool,
+    /// Accumulated impulse of a substep: a ball's vector [N s, world]; a distance's lower limit, upper
+    /// limit and spring.
+    pub(crate) impulse: Vec3,
+    pub(crate) place: Place,
+}
+
+impl Joint {
+    /// How far the joint is from what it asks [m].
+    pub(crate) fn error(&self, bodies: &Bodies) -> f32 {
+        let (a, b) = (bodies.at(self.body_a), bodies.at(self.body_b));
+        let p_a = a.center + a.rotation.rotate(self.anchor_a);
+        let p_b = b.center + b.rotation.rotate(self.anchor_b);
+        let distance = (p_b - p_a).length();
+        match self.kind {
+            JointKind::Ball => distance,
+            JointKind::Distance { min, max, .. } => (min - distance).max(distance - max).max(0.0),
+        }
+    }
+}
+
+/// All joints.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Joints {
+    pub(crate) rows: SlotMap<JointId, Joint>,
+}
+
+impl Joints {
+    #[inline]
+    pub(crate) fn at(&self, row: u32) -> &Joint {
+        self.rows.at(row).expect("tables name living joints only")
+    }
+
+    #[inline]
+    pub(crate) fn at_mut(&mut self, row: u32) -> &mut Joint {
+        self.rows.at_mut(row).expect("tables name living joints only")
+    }
+}

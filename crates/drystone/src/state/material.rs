@@ -1,0 +1,118 @@
+//! What a surface is made of, how two surfaces combine, and what may collide with what.
+
+/// How the coefficients of two surfaces become one. Where two surfaces ask for different rules the
+/// one listed later here wins.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Combine {
+    /// √(a b): friction's default.
+    #[default]
+    GeometricMean,
+    /// (a + b) / 2.
+    Average,
+    /// The smaller one.
+    Minimum,
+    /// The larger one: restitution's default.
+    Maximum,
+    /// a b.
+    Multiply,
+}
+
+impl Combine {
+    /// The coefficient of a pair whose sides ask for the rules `self` and `other`.
+    #[must_use]
+    pub fn apply(self, other: Self, a: f32, b: f32) -> f32 {
+        match self.max(other) {
+            Self::GeometricMean => (a * b).sqrt(),
+            Self::Average => 0.5 * (a + b),
+            Self::Minimum => a.min(b),
+            Self::Maximum => a.max(b),
+            Self::Multiply => a * b,
+        }
+    }
+}
+
+/// A surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Material {
+    /// Coulomb friction coefficient, at least 0; default 0.6.
+    pub friction: f32,
+    /// Coefficient of restitution, 0 to 1; default 0.
+    pub restitution: f32,
+    /// Rolling resistance: the torque against rolling, as a part of normal force times the shape's
+    /// radius; at least 0; default 0. Only spheres, capsules, cylinders and cones have a radius.
+    pub rolling_resistance: f32,
+    /// Rule for friction.
+    pub friction_combine: Combine,
+    /// Rule for restitution.
+    pub restitution_combine: Combine,
+}
+
+impl Default for Material {
+    fn default() -> Self {
+        Self {
+            friction: 0.6,
+            restitution: 0.0,
+            rolling_resistance: 0.0,
+            friction_combine: Combine::GeometricMean,
+            restitution_combine: Combine::Maximum,
+        }
+    }
+}
+
+/// Who collides with whom: two shapes collide if each lets the other through its filter.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Filter {
+    /// The layers this shape is in, one bit each; default layer 0.
+    pub layers: u64,
+    /// It collides only with shapes in one of these layers; all ones (the default): with any shape,
+    /// also one in no layer.
+    pub mask: u64,
+    /// It never collides with shapes in one of these layers; default none.
+    pub exclude: u64,
+}
+
+impl Default for Filter {
+    fn default() -> Self {
+        Self { layers: 1, mask: u64::MAX, exclude: 0 }
+    }
+}
+
+impl Filter {
+    /// In these layers, colliding only with shapes in the layers of `mask`.
+    #[must_use]
+    pub const fn layers(layers: u64, mask: u64) -> Self {
+        Self { layers, mask, exclude: 0 }
+    }
+
+    const fn admits(self, other: Self) -> bool {
+        (self.mask == u64::MAX || self.mask & other.layers != 0) && self.exclude & other.layers == 0
+    }
+
+    /// True if shapes with these two filters collide.
+    #[must_use]
+    pub const fn collides_with(self, other: Self) -> bool {
+        self.admits(other) && other.admits(self)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Combine, Filter};
+
+    #[test]
+    fn the_later_rule_wins_and_all_rules_are_symmetric() {
+        assert!((Combine::Average.apply(Combine::Multiply, 0.5, 0.4) - 0.2).abs() < 1e-6);
+        for rule in [Combine::GeometricMean, Combine::Average, Combine::Minimum, Combine::Maximum] {
+            let (x, y) = (rule.apply(rule, 0.9, 0.4), rule.apply(rule, 0.4, 0.9));
+            assert_eq!(x.to_bits(), y.to_bits());
+        }
+    }
+
+    #[test]
+    fn a_filter_needs_both_sides_to_agree() {
+        let (one, two) = (Filter::layers(1, 2), Filter::layers(2, u64::MAX));
+        assert!(one.collides_with(two) && !one.collides_with(one));
+        let picky = Filter { exclude: 1, ..Filter::default() };
+        assert!(!picky.collides_with(one) && picky.collides_with(two));
+    }
+}

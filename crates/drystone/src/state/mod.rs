@@ -1,0 +1,16 @@
+//! Layer 2: the tables, all that lives from step to step, and the definitions that rows are made of.
+
+pub(crate) mod config;
+pub(crate) mod method;
+pub(crate) mod def;
+pub(crate) mod material;
+pub(crate) mod events;
+pub(crate) mod bodies;
+pub(crate) mod shapes;
+pub(crate) mod joints;
+pub(crate) mod contacts;
+pub(crate) mod bounds;
+pub(crate) mod colors;
+pub(crate) mod islands;
+pub(crate) mod sets;
+pub(crate) mod tables;

@@ -1,0 +1,237 @@
+//! The sets of bodies (awake, not awake) and of constraints (colored, not): the only place where rows
+//! move between them.
+
+use super::bodies::{Bodies, NONE};
+use super::colors::{Coloring, Colors, Place};
+use super::contacts::Contacts;
+use super::def::BodyKind;
+use super::events::Events;
+use super::islands::Islands;
+use super::joints::Joints;
+
+/// The tables whose rows move together.
+pub(crate) struct Sets<'a> {
+    pub(crate) bodies: &'a mut Bodies,
+    pub(crate) joints: &'a mut Joints,
+    pub(crate) contacts: &'a mut Contacts,
+    pub(crate) islands: &'a mut Islands,
+    pub(crate) colors: &'a mut Colors,
+    pub(crate) events: &'a mut Events,
+}
+
+/// The dynamic ones of two bodies, and how many there are.
+fn dynamic_of(bodies: &Bodies, a: u32, b: u32) -> ([u32; 2], usize) {
+    match (bodies.at(a).is_dynamic(), bodies.at(b).is_dynamic()) {
+        (true, true) => ([a, b], 2),
+        (true, false) => ([a, NONE], 1),
+        (false, true) => ([b, NONE], 1),
+        (false, false) => ([NONE, NONE], 0),
+    }
+}
+
+impl Sets<'_> {
+    /// Enters a contact that has points into the colors, and links the islands of its bodies.
+    pub(crate) fn color_contact(&mut self, row: u32) {
+        let c = self.contacts.at(row);
+        let (a, b) = (c.body_a, c.body_b);
+        let (dynamic, n) = dynamic_of(self.bodies, a, b);
+        if n == 0 || c.place.is_somewhere() {
+            return;
+        }
+        let coloring =
+            if n == 2 { &mut self.colors.contacts } else { &mut self.colors.contacts_fixed };
+        self.contacts.at_mut(row).place = coloring.insert(row, &dynamic[..n]);
+        self.colors.special += usize::from(self.is_special(row));
+        self.colors.levels_dirty = true;
+        for body in &dynamic[..n] {
+            self.bodies.at_mut(*body).constraints += 1;
+        }
+        if n == 2 {
+            self.islands.link(a, b, self.bodies);
+        }
+    }
+
+    /// True if the contact needs more than normal and friction.
+    fn is_special(&self, row: u32) -> bool {
+        let c = self.contacts.at(row);
+        let kinematic = |b: u32| self.bodies.at(b).kind == BodyKind::Kinematic;
+        c.restitution > 0.0 || c.rolling > 0.0 || kinematic(c.body_a) || kinematic(c.body_b)
+    }
+
+    /// Takes a contact out of the colors; its islands stay linked until they are split.
+    pub(crate) fn uncolor_contact(&mut self, row: u32) {
+        let c = self.contacts.at(row);
+        let place = c.place;
+        if !place.is_somewhere() {
+            return;
+        }
+        let (dynamic, n) = dynamic_of(self.bodies, c.body_a, c.body_b);
+        let coloring =
+            if n == 2 { &mut self.colors.contacts } else { &mut self.colors.contacts_fixed };
+        if let Some(moved) = coloring.remove(place, &dynamic[..n]) {
+            self.contacts.at_mut(moved).place = place;
+        }
+        self.contacts.at_mut(row).place = Place::NOWHERE;
+        self.colors.special -= usize::from(self.is_special(row));
+        self.colors.levels_dirty = true;
+        for body in &dynamic[..n] {
+            self.bodies.at_mut(*body).constraints -= 1;
+        }
+    }
+
+    /// The contact's number of points changed: its color must be put in order.
+    pub(crate) fn mark_dirty(&mut self, row: u32) {
+        let c = self.contacts.at(row);
+        let (_, n) = dynamic_of(self.bodies, c.body_a, c.body_b);
+        let coloring =
+            if n == 2 { &mut self.colors.contacts } else { &mut self.colors.contacts_fixed };
+        coloring.colors[c.place.color as usize].dirty = true;
+    }
+
+    fn joint_coloring(colors: &mut Colors, n: usize) -> &mut Coloring {
+        if n == 2 { &mut colors.joints } else { &mut colors.joints_fixed }
+    }
+
+    /// Enters a joint into the colors, and links the islands of its bodies.
+    pub(crate) fn color_joint(&mut self, row: u32) {
+        let joint = self.joints.at(row);
+        let (a, b) = (joint.body_a, joint.body_b);
+        let (dynamic, n) = dynamic_of(self.bodies, a, b);
+        if n == 0 || joint.place.is_somewhere() {
+            return;
+        }
+        self.joints.at_mut(row).place =
+            Self::joint_coloring(self.colors, n).insert(row, &dynamic[..n]);
+        for body in &dynamic[..n] {
+            self.bodies.at_mut(*body).constraints += 1;
+        }
+        if n == 2 {
+            self.islands.link(a, b, self.bodies);
+        }
+    }
+
+    /// Takes a joint out of the colors.
+    pub(crate) fn uncolor_joint(&mut self, row: u32) {
+        let joint = self.joints.at(row);
+        let place = joint.place;
+        if !place.is_somewhere() {
+            return;
+        }
+        let (dynamic, n) = dynamic_of(self.bodies, joint.body_a, joint.body_b);
+        if let Some(moved) = Self::joint_coloring(self.colors, n).remove(place, &dynamic[..n]) {
+            self.joints.at_mut(moved).place = place;
+        }
+        self.joints.at_mut(row).place = Place::NOWHERE;
+        for body in &dynamic[..n] {
+            self.bodies.at_mut(*body).constraints -= 1;
+        }
+    }
+
+    /// Removes a contact row; reports its end.
+    pub(crate) fn remove_contact(&mut self, row: u32) {
+        self.uncolor_contact(row);
+        if let Some(c) = self.contacts.remove(row, self.bodies) {
+            self.islands.cut(c.body_a, self.bodies);
+            self.islands.cut(c.body_b, self.bodies);
+        }
+    }
+
+    fn set_active(&mut self, body: u32, active: bool) {
+        let row = self.bodies.at(body).awake_row;
+        if active == (row != NONE) {
+            return;
+        }
+        if active {
+            let place = u32::try_from(self.bodies.awake.len()).expect("fewer than 2^32 bodies");
+            self.bodies.awake.push(body);
+            self.bodies.at_mut(body).awake_row = place;
+        } else {
+            self.bodies.awake.swap_remove(row as usize);
+            if let Some(&moved) = self.bodies.awake.get(row as usize) {
+                self.bodies.at_mut(moved).awake_row = row;
+            }
+            self.bodies.at_mut(body).awake_row = NONE;
+        }
+    }
+
+    /// Brings a body's contacts and joints in line with whether their bodies are active.
+    fn refresh_constraints(&mut self, body: u32) {
+        let rows: Vec<u32> = self.contacts.of_body(self.bodies, body).map(|(row, _)| row).collect();
+        for row in rows {
+            let c = self.contacts.at(row);
+            let (a, b) = (self.bodies.at(c.body_a), self.bodies.at(c.body_b));
+            let moves = a.active() || b.active();
+            let solvable = (a.active() && a.is_dynamic()) || (b.active() && b.is_dynamic());
+            let (colored, has_points) = (c.place.is_somewhere(), c.count > 0 && !c.sensor);
+            self.contacts.set_awake(row, moves);
+            if solvable && has_points && !colored {
+                self.color_contact(row);
+            } else if !solvable && colored {
+                self.uncolor_contact(row);
+            }
+        }
+        let rows = self.bodies.at(body).joints.clone();
+        for row in rows {
+            let joint = self.joints.at(row);
+            let (a, b) = (self.bodies.at(joint.body_a), self.bodies.at(joint.body_b));
+            let solvable = (a.active() && a.is_dynamic()) || (b.active() && b.is_dynamic());
+            if solvable {
+                self.color_joint(row);
+            } else {
+                self.uncolor_joint(row);
+            }
+        }
+    }
+
+    /// Wakes a body, with the island it is in. Static and faulted bodies do not wake.
+    pub(crate) fn wake(&mut self, body: u32) {
+        let b = self.bodies.at_mut(body);
+        if b.faulted || b.kind == BodyKind::Static {
+            return;
+        }
+        b.still_time = 0.0;
+        if b.kind == BodyKind::Kinematic {
+            if !b.active() {
+                self.set_active(body, true);
+                self.refresh_constraints(body);
+            }
+            return;
+        }
+        if b.active() {
+            return;
+        }
+        let island = b.island;
+        let members = if island == NONE {
+            vec![body]
+        } else {
+            self.islands.rows[island as usize].bodies.clone()
+        };
+        for m in &members {
+            if !self.bodies.at(*m).faulted {
+                self.bodies.at_mut(*m).still_time = 0.0;
+                self.set_active(*m, true);
+                let id = self.bodies.id(*m);
+                self.events.wake.push(id);
+            }
+        }
+        for m in &members {
+            self.refresh_constraints(*m);
+        }
+    }
+
+    /// Puts bodies to sleep together: they stop, and leave the awake sets with their constraints.
+    pub(crate) fn rest(&mut self, members: &[u32]) {
+        for m in members {
+            let b = self.bodies.at_mut(*m);
+            (b.v, b.w) = Default::default();
+            if b.active() && b.is_dynamic() {
+                let id = self.bodies.id(*m);
+                self.events.sleep.push(id);
+            }
+            self.set_active(*m, false);
+        }
+        for m in members {
+            self.refresh_constraints(*m);
+        }
+    }
+}

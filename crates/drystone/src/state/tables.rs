@@ -1,0 +1,29 @@
+//! All tables of a world.
+
+use super::bodies::Bodies;
+use super::bounds::Bounds;
+use super::colors::Colors;
+use super::config::WorldConfig;
+use super::contacts::Contacts;
+use super::events::Events;
+use super::islands::Islands;
+use super::joints::Joints;
+use super::shapes::Shapes;
+
+/// Everything that lives from step to step.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Tables {
+    pub(crate) config: WorldConfig,
+    pub(crate) bodies: Bodies,
+    pub(crate) shapes: Shapes,
+    pub(crate) joints: Joints,
+    pub(crate) contacts: Contacts,
+    pub(crate) bounds: Bounds,
+    pub(crate) islands: Islands,
+    pub(crate) colors: Colors,
+    pub(crate) events: Events,
+    /// Steps taken.
+    pub(crate) steps: u64,
+    /// Length of the last step [s]; 0 before the first.
+    pub(crate) last_dt: f32,
+}

@@ -1,0 +1,130 @@
+//! One time step: eight stages over the world's tables, always in this order. Read this first.
+
+pub(crate) mod context;
+pub(crate) mod broadphase;
+pub(crate) mod narrowphase;
+pub(crate) mod partition;
+pub(crate) mod solver;
+pub(crate) mod finalize;
+pub(crate) mod sweep;
+pub(crate) mod sensor;
+pub(crate) mod sleep;
+
+use self::context::StepContext;
+use self::finalize::Note;
+use crate::base::jobs::Executor;
+use crate::state::events::{Fault, FaultKind};
+use crate::state::sets::Sets;
+use crate::state::tables::Tables;
+
+/// A stage of the step.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Stage {
+    /// New pairs of shapes.
+    Broadphase,
+    /// Contact manifolds.
+    Narrowphase,
+    /// Islands and colors.
+    Partition,
+    /// Velocities and impulses.
+    Solver,
+    /// Poses and bounds.
+    Finalize,
+    /// Fast bodies.
+    Sweep,
+    /// Sensors and the order of events.
+    Sensor,
+    /// Sleep.
+    Sleep,
+}
+
+impl Stage {
+    /// All stages, in order.
+    pub const ALL: [Self; 8] = [
+        Self::Broadphase,
+        Self::Narrowphase,
+        Self::Partition,
+        Self::Solver,
+        Self::Finalize,
+        Self::Sweep,
+        Self::Sensor,
+        Self::Sleep,
+    ];
+
+    /// Its name in reports.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Broadphase => "broadphase",
+            Self::Narrowphase => "narrowphase",
+            Self::Partition => "partition",
+            Self::Solver => "solver",
+            Self::Finalize => "finalize",
+            Self::Sweep => "sweep",
+            Self::Sensor => "sensor",
+            Self::Sleep => "sleep",
+        }
+    }
+}
+
+/// Memory of the stages, kept from step to step. Nothing in it outlives a step in meaning.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Scratch {
+    broadphase: broadphase::Scratch,
+    narrowphase: narrowphase::Scratch,
+    levels: partition::Levels,
+    solver: solver::Scratch,
+    finalize: finalize::Scratch,
+    sleep: sleep::Scratch,
+}
+
+/// The step. `after` is told of every stage that is done.
+pub(crate) fn step(
+    ctx: &StepContext,
+    tables: &mut Tables,
+    scratch: &mut Scratch,
+    jobs: &dyn Executor,
+    after: &mut dyn FnMut(Stage),
+) {
+    let Tables {
+        config, bodies, shapes, joints, contacts, bounds, islands, colors, events, ..
+    } = tables;
+    let s = scratch;
+
+    broadphase::find_pairs(bodies, shapes, joints, contacts, bounds, &mut s.broadphase, jobs);
+    after(Stage::Broadphase);
+    narrowphase::update_manifolds(ctx, bodies, shapes, contacts, &mut s.narrowphase, jobs);
+    after(Stage::Narrowphase);
+    let mut sets = Sets { bodies, joints, contacts, islands, colors, events };
+    partition::apply_touch_changes(&s.narrowphase, shapes, &mut sets);
+    partition::relax_levels(&mut sets, &mut s.levels);
+    after(Stage::Partition);
+    let Sets { bodies, joints, contacts, islands, colors, events } = sets;
+    solver::solve(ctx, &config.method, bodies, joints, contacts, colors, &mut s.solver, jobs);
+    let mut sets = Sets { bodies, joints, contacts, islands, colors, events };
+    partition::report_begun(s.solver.begun(), ctx.hit_speed, shapes, &mut sets);
+    after(Stage::Solver);
+    let speed = config.sleep.speed;
+    let bodies = &mut *sets.bodies;
+    finalize::advance_poses(ctx, speed, bodies, shapes, bounds, &s.solver, &mut s.finalize, jobs);
+    after(Stage::Finalize);
+    sweep::stop_fast_bodies(ctx, s.finalize.notes(), bodies, shapes, bounds);
+    after(Stage::Sweep);
+    quarantine(&mut sets, s.finalize.notes(), tables.steps + 1);
+    sensor::order_events(sets.events);
+    after(Stage::Sensor);
+    sleep::rest_still_islands(&config.sleep, &mut sets, &mut s.sleep);
+    after(Stage::Sleep);
+}
+
+/// Takes bodies with a non-finite state out of the awake sets, and reports them.
+fn quarantine(sets: &mut Sets<'_>, notes: impl Iterator<Item = Note>, step: u64) {
+    for note in notes {
+        if let Note::Fault(row) = note {
+            sets.rest(&[row]);
+            sets.bodies.at_mut(row).faulted = true;
+            let body = Some(sets.bodies.id(row));
+            sets.events.faults.push(Fault { body, kind: FaultKind::NotFinite, step });
+        }
+    }
+}

@@ -1,0 +1,217 @@
+//! Stage 2: awake contacts get their manifolds; those that gained or lost points are listed.
+//!
+//! Reads: bodies, shapes. Writes: contacts (manifolds). Runs: parallel over awake contacts, each
+//! writing its own row (the first part of a mesh pair those of all parts). Invariants: the list of
+//! changes is in the order of the awake list, however many workers there are.
+//! References: [Gregorius13].
+
+use super::context::StepContext;
+use crate::base::disjoint::Rows;
+use crate::base::jobs::{Executor, collect_ranges, grain};
+use crate::base::math::Vec3;
+use crate::base::pose::Pose;
+use crate::geometry::collide::{MAX_PARTS, collide, collide_mesh};
+use crate::geometry::manifold::Manifold;
+use crate::geometry::solid::Core;
+use crate::state::bodies::{Bodies, Body, NONE};
+use crate::state::contacts::{Contact, Contacts, Point, Reference};
+use crate::state::shapes::Shapes;
+
+/// What became of a contact.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Change {
+    /// The boxes of the shapes are apart: the contact is over.
+    Apart(u32),
+    /// The number of its points changed.
+    Count(u32),
+}
+
+/// Memory kept from step to step.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Scratch {
+    changes: Vec<Vec<Change>>,
+}
+
+impl Scratch {
+    pub(crate) fn changes(&self) -> impl Iterator<Item = Change> {
+        self.changes.iter().flatten().copied()
+    }
+}
+
+/// Updates all awake contacts.
+pub(crate) fn update_manifolds(
+    ctx: &StepContext,
+    bodies: &Bodies,
+    shapes: &Shapes,
+    contacts: &mut Contacts,
+    scratch: &mut Scratch,
+    jobs: &dyn Executor,
+) {
+    let (slots, awake) = contacts.slots_mut();
+    let slots = Rows::new(slots);
+    let least = grain(jobs, awake.len(), 32);
+    collect_ranges(jobs, awake.len(), least, &mut scratch.changes, |range, out| {
+        for row in &awake[range] {
+            if let Some(contact) = slots.row(*row as usize)
+                && !contact.is_part
+            {
+                update(ctx, bodies, shapes, contact, *row, &slots, out);
+            }
+        }
+    });
+}
+
+fn update(
+    ctx: &StepContext,
+    bodies: &Bodies,
+    shapes: &Shapes,
+    contact: &mut Contact,
+    row: u32,
+    slots: &Rows<'_, Option<Contact>>,
+    out: &mut Vec<Change>,
+) {
+    let (shape_a, shape_b) = (shapes.at(contact.shape_a), shapes.at(contact.shape_b));
+    if !shape_a.fat.overlaps(&shape_b.fat) {
+        out.push(Change::Apart(row));
+        return;
+    }
+    let (a, b) = (bodies.at(contact.body_a), bodies.at(contact.body_b));
+    if contact.recyclable && may_recycle(ctx, contact, a, b) && recycle(ctx, contact, a, b, slots) {
+        return;
+    }
+    let pose = |body: &Body, centered: &Pose| {
+        Pose { position: body.center, rotation: body.rotation }.compose(centered)
+    };
+    // In the frame of A, so that far from the world's origin nothing is lost.
+    let (pose_a, pose_b) = (pose(a, &shape_a.centered), pose(b, &shape_b.centered));
+    let b_in_a = pose_a.relative(&pose_b);
+    let margin = if contact.sensor { 0.0 } else { speculative_margin(ctx, a, b) };
+    let mut made = [Manifold::default(); MAX_PARTS];
+    let count = if let Core::Mesh(mesh) = &shape_a.solid.core {
+        collide_mesh(mesh, &shape_b.solid, &b_in_a, margin, &mut made)
+    } else {
+        made[0] = collide(&shape_a.solid, &shape_b.solid, &b_in_a, margin, &mut contact.cache);
+        1
+    };
+    let mut part = Some((row, contact));
+    let mut index = 0;
+    // Old impulses of all parts, to be found again by feature whichever part it is in now.
+    while let Some((row, contact)) = part {
+        let manifold = if index < count { made[index] } else { Manifold::default() };
+        if rebuild(contact, &manifold, &pose_a, a, b) {
+            out.push(Change::Count(row));
+        }
+        index += 1;
+        let next = contact.next_part;
+        part =
+            (next != NONE).then(|| slots.row(next as usize).as_mut().map(|c| (next, c))).flatten();
+    }
+}
+
+/// Contacts are looked for as far as the bodies may come nearer in this step, but no farther than
+/// half their size: a fast body is then stopped at the surface, not in it.
+fn speculative_margin(ctx: &StepContext, a: &Body, b: &Body) -> f32 {
+    let speed = (b.v - a.v).length() + a.w.length() * a.extent + b.w.length() * b.extent;
+    let size = |body: &Body| if body.is_dynamic() { body.extent } else { f32::INFINITY };
+    ctx.margin.max((speed * ctx.dt).min(0.5 * size(a).min(size(b))))
+}
+
+/// True if the two bodies have hardly moved since the manifold was made, against each other or in the
+/// world.
+fn may_recycle(ctx: &StepContext, contact: &Contact, a: &Body, b: &Body) -> bool {
+    if contact.count == 0 && contact.next_part == NONE {
+        return false;
+    }
+    let r = &contact.reference;
+    let turn = |q: &crate::base::quat::Quat, q0: &crate::base::quat::Quat| {
+        // The chord of two unit quaternions is half the angle between them.
+        let d = [q.x - q0.x, q.y - q0.y, q.z - q0.z, q.w - q0.w];
+        2.0 * (d[0] * d[0] + d[1] * d[1] + d[2] * d[2] + d[3] * d[3]).sqrt()
+    };
+    let size = |body: &Body| if body.is_dynamic() { body.extent } else { 0.0 };
+    let shift = ((b.center - a.center) - r.offset).length();
+    let turns =
+        turn(&a.rotation, &r.rotation_a) * size(a) + turn(&b.rotation, &r.rotation_b) * size(b);
+    // A moving static-like partner (kinematic) turns the normal with it: only tiny turns are allowed.
+    let carried = |body: &Body| !body.is_dynamic() && body.active() && body.w != Vec3::ZERO;
+    shift + turns < ctx.recycle_distance && !carried(a) && !carried(b)
+}
+
+/// Keeps points, anchors and normal, and works out the separations anew; false if that is not enough.
+/// Frozen anchors are what keeps tall walls from buckling (docs/derivations/soft-step.md).
+fn recycle(
+    ctx: &StepContext,
+    contact: &mut Contact,
+    a: &Body,
+    b: &Body,
+    slots: &Rows<'_, Option<Contact>>,
+) -> bool {
+    if contact.count == 0 {
+        return false;
+    }
+    let mut part = Some(contact);
+    while let Some(contact) = part {
+        let offset = b.center - a.center;
+        let normal = contact.normal;
+        let count = usize::from(contact.count);
+        let mut least = f32::INFINITY;
+        for p in &mut contact.points[..count] {
+            let between = offset + (b.rotation.rotate(p.local_b) - a.rotation.rotate(p.local_a));
+            p.separation = p.base + normal.dot(between);
+            least = least.min(p.separation);
+        }
+        if count > 0 && !(least <= ctx.margin) {
+            return false;
+        }
+        let next = contact.next_part;
+        part = (next != NONE).then(|| slots.row(next as usize).as_mut()).flatten();
+    }
+    true
+}
+
+/// Takes over a new manifold; true if the number of points changed.
+fn rebuild(contact: &mut Contact, manifold: &Manifold, pose_a: &Pose, a: &Body, b: &Body) -> bool {
+    let before = contact.count;
+    let old = contact.points;
+    let normal = pose_a.direction(manifold.normal);
+    contact.reference =
+        Reference { offset: b.center - a.center, rotation_a: a.rotation, rotation_b: b.rotation };
+    #[expect(clippy::cast_possible_truncation, reason = "at most four points")]
+    let count = manifold.count as u8;
+    contact.count = count;
+    if count == 0 {
+        contact.tangent_impulse = Vec3::ZERO;
+        contact.rolling_impulse = Vec3::ZERO;
+        contact.twist_impulse = 0.0;
+        return before != 0;
+    }
+    contact.normal = normal;
+    let offset = b.center - a.center;
+    // Arms from A's center in the frame of A's shape keep their precision far from the origin.
+    let origin = pose_a.position - a.center;
+    let mut approach = 0.0_f32;
+    for (new, made) in contact.points.iter_mut().zip(manifold.points()) {
+        let r_a = pose_a.direction(made.position) + origin;
+        let r_b = r_a - offset;
+        let impulse = old[..usize::from(before)]
+            .iter()
+            .find(|p| p.feature == made.feature)
+            .map_or(0.0, |p| p.impulse);
+        *new = Point {
+            r_a,
+            r_b,
+            local_a: a.rotation.unrotate(r_a),
+            local_b: b.rotation.unrotate(r_b),
+            // The anchors are one point now, so all of the separation is the base.
+            base: made.separation,
+            separation: made.separation,
+            impulse,
+            feature: made.feature,
+        };
+        approach = approach.max(-normal.dot(b.velocity_at(r_b) - a.velocity_at(r_a)));
+    }
+    if !contact.touching {
+        contact.approach = approach;
+    }
+    before != count
+}

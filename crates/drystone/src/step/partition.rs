@@ -1,0 +1,191 @@
+//! Stage 3: contacts that gained or lost points enter or leave the colors and islands; sleepers that
+//! were met wake; ends are reported.
+//!
+//! Reads: bodies. Writes: colors, islands, sets, contacts (rows), events. Runs: serially, over changes
+//! only.
+
+use super::narrowphase::{Change, Scratch};
+use crate::state::bodies::Bodies;
+use crate::state::bodies::NONE;
+use crate::state::contacts::Contact;
+use crate::state::events::{ContactEvent, Events, SensorEvent};
+use crate::state::sets::Sets;
+use crate::state::shapes::Shapes;
+
+/// Applies the changes that narrowphase listed.
+pub(crate) fn apply_touch_changes(scratch: &Scratch, shapes: &Shapes, sets: &mut Sets<'_>) {
+    for change in scratch.changes() {
+        match change {
+            Change::Apart(row) => end_contact(row, shapes, sets),
+            Change::Count(row) => recount(row, shapes, sets),
+        }
+    }
+}
+
+/// Memory kept from step to step: the levels to be.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Levels {
+    next: Vec<u32>,
+}
+
+/// One Jacobi relaxation of the levels of the contact graph, level = 1 + the least level of a touching
+/// neighbor: converges in as many steps as the graph is deep, and costs nothing while nothing changes.
+pub(crate) fn relax_levels(sets: &mut Sets<'_>, scratch: &mut Levels) {
+    if !core::mem::take(&mut sets.colors.levels_dirty) {
+        return;
+    }
+    let next = &mut scratch.next;
+    next.clear();
+    next.resize(sets.bodies.rows.slot_count(), NONE);
+    let mut meet = |row: u32| {
+        let c = sets.contacts.at(row);
+        let (a, b) = (c.body_a, c.body_b);
+        let level = |body: u32| sets.bodies.at(body).level.saturating_add(1);
+        let (from_a, from_b) = (level(a), level(b));
+        next[a as usize] = next[a as usize].min(from_b);
+        next[b as usize] = next[b as usize].min(from_a);
+    };
+    for coloring in [&sets.colors.contacts, &sets.colors.contacts_fixed] {
+        coloring.colors.iter().flat_map(|c| &c.members).for_each(|row| meet(*row));
+    }
+    let mut changed = false;
+    // A body above all that is held would count up for ever when its ground is taken away.
+    let most = u32::try_from(sets.bodies.awake.len()).unwrap_or(NONE);
+    for i in 0..sets.bodies.awake.len() {
+        let row = sets.bodies.awake[i];
+        let level = next[row as usize];
+        let body = sets.bodies.at_mut(row);
+        if body.is_dynamic() {
+            let level = if level > most { NONE } else { level };
+            changed |= level != body.level;
+            body.level = level;
+        }
+    }
+    sets.colors.levels_dirty = changed;
+}
+
+/// Removes a contact with all its parts; reports the end if it was touching.
+pub(crate) fn end_contact(first: u32, shapes: &Shapes, sets: &mut Sets<'_>) {
+    report_end(first, shapes, sets);
+    let mut row = first;
+    while row != NONE {
+        let next = sets.contacts.at(row).next_part;
+        sets.remove_contact(row);
+        row = next;
+    }
+}
+
+fn report_end(first: u32, shapes: &Shapes, sets: &mut Sets<'_>) {
+    let c = sets.contacts.at_mut(first);
+    if core::mem::take(&mut c.touching) {
+        let c = sets.contacts.at(first);
+        push(c, false, shapes, sets.bodies, sets.events);
+    }
+}
+
+/// Sets or clears the touch of a pair on all its parts.
+fn set_touching(first: u32, touching: bool, sets: &mut Sets<'_>) {
+    let mut row = first;
+    while row != NONE {
+        let c = sets.contacts.at_mut(row);
+        c.touching = touching;
+        row = c.next_part;
+    }
+}
+
+fn recount(row: u32, shapes: &Shapes, sets: &mut Sets<'_>) {
+    let c = sets.contacts.at(row);
+    let (first, count, sensor) = (c.first, c.count, c.sensor);
+    if sensor {
+        let touching = count > 0;
+        if c.touching != touching {
+            sets.contacts.at_mut(row).touching = touching;
+            push(sets.contacts.at(row), touching, shapes, sets.bodies, sets.events);
+        }
+        return;
+    }
+    if count == 0 {
+        let (a, b) = (c.body_a, c.body_b);
+        sets.uncolor_contact(row);
+        sets.islands.cut(a, sets.bodies);
+        sets.islands.cut(b, sets.bodies);
+        let mut left = 0;
+        let mut part = first;
+        while part != NONE {
+            let c = sets.contacts.at(part);
+            left += u32::from(c.count);
+            part = c.next_part;
+        }
+        if left == 0 {
+            report_end(first, shapes, sets);
+            set_touching(first, false, sets);
+        }
+        return;
+    }
+    if c.place.is_somewhere() {
+        sets.mark_dirty(row);
+        return;
+    }
+    let (a, b) = (c.body_a, c.body_b);
+    sets.wake(a);
+    sets.wake(b);
+    sets.color_contact(row);
+}
+
+/// Reports contacts that the solver found pressed together for the first time, and hits.
+pub(crate) fn report_begun(
+    begun: impl Iterator<Item = u32>,
+    hit_speed: f32,
+    shapes: &Shapes,
+    sets: &mut Sets<'_>,
+) {
+    for row in begun {
+        let c = sets.contacts.at(row);
+        if c.touching {
+            continue;
+        }
+        let first = c.first;
+        if c.approach > hit_speed {
+            let body = sets.bodies.at(c.body_a);
+            let deepest = c.points().iter().min_by(|p, q| p.separation.total_cmp(&q.separation));
+            let hit = crate::state::events::HitEvent {
+                shape_a: shapes.id(c.shape_a),
+                shape_b: shapes.id(c.shape_b),
+                body_a: sets.bodies.id(c.body_a),
+                body_b: sets.bodies.id(c.body_b),
+                point: body.center + deepest.map(|p| p.r_a).unwrap_or_default(),
+                normal: c.normal,
+                speed: c.approach,
+            };
+            sets.events.hits.push(hit);
+        }
+        push(sets.contacts.at(first), true, shapes, sets.bodies, sets.events);
+        set_touching(first, true, sets);
+    }
+}
+
+fn push(c: &Contact, begin: bool, shapes: &Shapes, bodies: &Bodies, events: &mut Events) {
+    let (shape_a, shape_b) = (shapes.id(c.shape_a), shapes.id(c.shape_b));
+    let (body_a, body_b) = (bodies.id(c.body_a), bodies.id(c.body_b));
+    if c.sensor {
+        let event = if shapes.at(c.shape_a).sensor {
+            SensorEvent {
+                sensor: shape_a,
+                visitor: shape_b,
+                sensor_body: body_a,
+                visitor_body: body_b,
+            }
+        } else {
+            SensorEvent {
+                sensor: shape_b,
+                visitor: shape_a,
+                sensor_body: body_b,
+                visitor_body: body_a,
+            }
+        };
+        if begin { events.sensor_enter.push(event) } else { events.sensor_exit.push(event) }
+    } else {
+        let event = ContactEvent { shape_a, shape_b, body_a, body_b };
+        if begin { events.contact_begin.push(event) } else { events.contact_end.push(event) }
+    }
+}

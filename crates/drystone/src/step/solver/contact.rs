@@ -1,0 +1,324 @@
+//! The contact kernel: eight contacts at a time.
+//!
+//! Symbols: n normal, t1 t2 tangents, a b rows of bodies A and B, α β their 1/√m, s separation,
+//! u relative normal speed, λ impulse, K_ij = response of row i to an impulse on row j. See
+//! docs/derivations/soft-step.md.
+
+use fearless_simd::{Simd, SimdBase};
+
+use super::rows::{
+    ContactBlock, Extra, Line, Velocity, load_motion, load_velocity, store_velocity,
+};
+use super::softness::Softness;
+use crate::base::disjoint::Rows;
+use crate::base::wide::{Sym3w, Vec3w, Wide, above, load, max, min, select, splat, sqrt};
+
+/// What one sweep over contacts does.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Sweep {
+    pub(crate) inv_h: f32,
+    pub(crate) softness: Softness,
+    /// Greatest net speed of push-out [m/s].
+    pub(crate) cap: f32,
+    /// Rounds over the points of a manifold.
+    pub(crate) inner: u32,
+    /// Time of the step that positions have advanced [s].
+    pub(crate) elapsed: f32,
+}
+
+/// Rounds that a contact without a warm start gets besides.
+const FRESH_ROUNDS: u32 = 6;
+
+/// K_ij in [`ContactBlock::k`].
+pub(super) const K: [[usize; 4]; 4] = [[0, 1, 2, 3], [1, 4, 5, 6], [2, 5, 7, 8], [3, 6, 8, 9]];
+
+/// Solves one block once.
+#[inline(always)]
+pub(crate) fn solve<S: Simd>(
+    simd: S,
+    block: &mut ContactBlock,
+    extra: Option<&mut Extra>,
+    lines: &Rows<'_, Line>,
+    sweep: &Sweep,
+) {
+    match block.points {
+        1 => solve_points::<S, 1>(simd, block, extra, lines, sweep),
+        2 => solve_points::<S, 2>(simd, block, extra, lines, sweep),
+        3 => solve_points::<S, 3>(simd, block, extra, lines, sweep),
+        _ => solve_points::<S, 4>(simd, block, extra, lines, sweep),
+    }
+}
+
+#[inline(always)]
+#[expect(clippy::too_many_lines, reason = "one straight line of arithmetic")]
+fn solve_points<S: Simd, const N: usize>(
+    simd: S,
+    block: &mut ContactBlock,
+    mut extra: Option<&mut Extra>,
+    lines: &Rows<'_, Line>,
+    sweep: &Sweep,
+) {
+    let zero = splat(simd, 0.0);
+    let (alpha, beta) = (load(simd, &block.alpha), load(simd, &block.beta));
+    let n = Vec3w::load(simd, &block.n);
+    let mut va = load_velocity(simd, lines, &block.row_a);
+    let mut vb = load_velocity(simd, lines, &block.row_b);
+    let xa = load_motion(simd, lines, &block.row_a);
+    let xb = load_motion(simd, lines, &block.row_b);
+
+    // Speed and separation of every point.
+    let u = n.dot(vb.v) * beta - n.dot(va.v) * alpha;
+    let moved = n.dot(xb.v) * beta - n.dot(xa.v) * alpha;
+    let inv_h = splat(simd, sweep.inv_h);
+    let soft_mass = splat(simd, sweep.softness.mass);
+    let soft_rate = splat(simd, sweep.softness.rate);
+    let soft_impulse = splat(simd, sweep.softness.impulse);
+    let cap = splat(simd, -sweep.cap);
+    let elapsed = splat(simd, sweep.elapsed);
+    let mut a = [Vec3w::zero(simd); N];
+    let mut b = [Vec3w::zero(simd); N];
+    let mut vn = [zero; N];
+    let mut target = [zero; N];
+    let mut gain = [zero; N];
+    let mut leak = [zero; N];
+    let mut floor = [zero; N];
+    for j in 0..N {
+        a[j] = Vec3w::load(simd, &block.a[j]);
+        b[j] = Vec3w::load(simd, &block.b[j]);
+        vn[j] = u + b[j].dot(vb.w) - a[j].dot(va.w);
+        let mut s = load(simd, &block.s0[j]) + moved + b[j].dot(xb.w) - a[j].dot(xa.w);
+        if let Some(extra) = extra.as_deref()
+            && extra.drifts
+        {
+            let drift = load(simd, &extra.drift[j]);
+            vn[j] = vn[j] + drift;
+            s = s + drift * elapsed;
+        }
+        let mass = load(simd, &block.mass[j]);
+        let apart = above(s, zero);
+        // Apart: the whole gap may close in this substep, no faster [Catto24]. Overlapping: soft.
+        target[j] = select(apart, mass * s * inv_h, mass * soft_rate * s);
+        gain[j] = select(apart, mass, mass * soft_mass);
+        leak[j] = select(apart, zero, soft_impulse);
+        floor[j] = mass * cap;
+    }
+
+    // Normals: Gauss-Seidel among the points of the manifold, always in the same order.
+    let mut lambda = [zero; N];
+    for j in 0..N {
+        lambda[j] = load(simd, &block.impulse[j]);
+    }
+    let entry = lambda;
+    // The cap is on bias and leak together: it limits the net push-out, not the load.
+    let round = |lambda: &mut [Wide<S>; N], vn: &mut [Wide<S>; N], keep: Option<Wide<S>>| {
+        for j in 0..N {
+            let q = max(target[j] + leak[j] * lambda[j], floor[j]);
+            let mut new = max(lambda[j] - q - gain[j] * vn[j], zero);
+            if let Some(fresh) = keep {
+                new = select(above(fresh, zero), new, lambda[j]);
+            }
+            let d = new - lambda[j];
+            lambda[j] = new;
+            for i in 0..N {
+                vn[i] = vn[i] + load(simd, &block.k[K[i][j]]) * d;
+            }
+        }
+    };
+    for _ in 0..sweep.inner {
+        round(&mut lambda, &mut vn, None);
+    }
+    if N > 1 && block.any_fresh {
+        // Nothing is known yet of how an impact spreads over the points: without these rounds the
+        // first point would take too much of it, and the body would turn.
+        let fresh = load(simd, &block.fresh);
+        for _ in 0..FRESH_ROUNDS {
+            round(&mut lambda, &mut vn, Some(fresh));
+        }
+    }
+    let mut total = zero;
+    let mut pushed = zero;
+    let mut twist_limit = zero;
+    for j in 0..N {
+        let d = lambda[j] - entry[j];
+        pushed = pushed + d;
+        total = total + lambda[j];
+        twist_limit = twist_limit + load(simd, &block.lever[j]) * lambda[j];
+        va.w = va.w - a[j] * d;
+        vb.w = vb.w + b[j] * d;
+        lambda[j].store_array(&mut block.impulse[j]);
+    }
+    if let Some(extra) = extra.as_deref_mut() {
+        if extra.bounces {
+            for j in 0..N {
+                max(load(simd, &extra.pressed[j]), lambda[j]).store_array(&mut extra.pressed[j]);
+            }
+        }
+        if extra.rolls {
+            resist_rolling(simd, extra, &mut va, &mut vb, total);
+        }
+    }
+
+    let mu = load(simd, &block.mu);
+    let drift = extra.as_deref().filter(|e| e.drifts).map(|e| &e.drift_t);
+    rub(simd, block, drift, &mut va, &mut vb, (n, pushed), (mu * total, mu * twist_limit));
+    store_velocity(simd, lines, &block.row_a, va);
+    store_velocity(simd, lines, &block.row_b, vb);
+}
+
+/// Twist, then friction, at the middle of the manifold; adds the linear part of the normal impulses
+/// `pushed` too, which does not touch the tangents.
+#[inline(always)]
+fn rub<S: Simd>(
+    simd: S,
+    block: &mut ContactBlock,
+    drift: Option<&[[f32; 8]; 3]>,
+    va: &mut Velocity<S>,
+    vb: &mut Velocity<S>,
+    (n, pushed): (Vec3w<S>, Wide<S>),
+    (limit, twist_limit): (Wide<S>, Wide<S>),
+) {
+    let (alpha, beta) = (load(simd, &block.alpha), load(simd, &block.beta));
+    let [a1, a2, a3] = [0, 1, 2].map(|i| Vec3w::load(simd, &block.a_t[i]));
+    let [b1, b2, b3] = [0, 1, 2].map(|i| Vec3w::load(simd, &block.b_t[i]));
+    let slip = |i: usize| drift.map_or_else(|| splat(simd, 0.0), |d| load(simd, &d[i]));
+
+    let old = load(simd, &block.friction[2]);
+    let speed = b3.dot(vb.w) - a3.dot(va.w) + slip(2);
+    let new = old - load(simd, &block.mass_t[3]) * speed;
+    let new = max(min(new, twist_limit), -twist_limit);
+    let d3 = new - old;
+    new.store_array(&mut block.friction[2]);
+    va.w = va.w - a3 * d3;
+    vb.w = vb.w + b3 * d3;
+
+    let (t1, t2) = (Vec3w::load(simd, &block.t1), Vec3w::load(simd, &block.t2));
+    let dv = vb.v * beta - va.v * alpha;
+    let s1 = t1.dot(dv) + b1.dot(vb.w) - a1.dot(va.w) + slip(0);
+    let s2 = t2.dot(dv) + b2.dot(vb.w) - a2.dot(va.w) + slip(1);
+    let (m11, m12, m22) =
+        (load(simd, &block.mass_t[0]), load(simd, &block.mass_t[1]), load(simd, &block.mass_t[2]));
+    let (f1, f2) = (load(simd, &block.friction[0]), load(simd, &block.friction[1]));
+    let g1 = f1 - (m11 * s1 + m12 * s2);
+    let g2 = f2 - (m12 * s1 + m22 * s2);
+    // The cone is a disc: the impulse is scaled back onto it, whatever its direction.
+    let length = sqrt(max(g1 * g1 + g2 * g2, splat(simd, 1.0e-30)));
+    let scale = min(limit / length, splat(simd, 1.0));
+    let (g1, g2) = (g1 * scale, g2 * scale);
+    let (d1, d2) = (g1 - f1, g2 - f2);
+    g1.store_array(&mut block.friction[0]);
+    g2.store_array(&mut block.friction[1]);
+    let p = n * pushed + t1 * d1 + t2 * d2;
+    va.v = va.v - p * alpha;
+    vb.v = vb.v + p * beta;
+    va.w = va.w - a1 * d1 - a2 * d2;
+    vb.w = vb.w + b1 * d1 + b2 * d2;
+}
+
+/// Rolling resistance: an angular impulse against the relative angular velocity, at most the rolling
+/// length times the normal impulse.
+#[inline(always)]
+fn resist_rolling<S: Simd>(
+    simd: S,
+    extra: &mut Extra,
+    va: &mut Velocity<S>,
+    vb: &mut Velocity<S>,
+    normal: Wide<S>,
+) {
+    let (sa, sb) = (Sym3w::load(simd, &extra.s_a), Sym3w::load(simd, &extra.s_b));
+    let relative = sb.mul(vb.w) - sa.mul(va.w);
+    let k = square_sum(sa, sb);
+    let old = Vec3w::load(simd, &extra.rolling_impulse);
+    let new = old - k.solve(simd, relative);
+    let limit = load(simd, &extra.rolling) * normal;
+    let length = sqrt(max(new.dot(new), splat(simd, 1.0e-30)));
+    let new = new * min(limit / length, splat(simd, 1.0));
+    let d = new - old;
+    new.store(&mut extra.rolling_impulse);
+    va.w = va.w - sa.mul(d);
+    vb.w = vb.w + sb.mul(d);
+}
+
+/// S_A² + S_B²: the inverse inertias' sum.
+#[inline(always)]
+fn square_sum<S: Simd>(a: Sym3w<S>, b: Sym3w<S>) -> Sym3w<S> {
+    let square = |m: Sym3w<S>| Sym3w {
+        xx: m.xx * m.xx + m.xy * m.xy + m.xz * m.xz,
+        yy: m.xy * m.xy + m.yy * m.yy + m.yz * m.yz,
+        zz: m.xz * m.xz + m.yz * m.yz + m.zz * m.zz,
+        xy: m.xx * m.xy + m.xy * m.yy + m.xz * m.yz,
+        xz: m.xx * m.xz + m.xy * m.yz + m.xz * m.zz,
+        yz: m.xy * m.xz + m.yy * m.yz + m.yz * m.zz,
+    };
+    let (a, b) = (square(a), square(b));
+    Sym3w {
+        xx: a.xx + b.xx,
+        yy: a.yy + b.yy,
+        zz: a.zz + b.zz,
+        xy: a.xy + b.xy,
+        xz: a.xz + b.xz,
+        yz: a.yz + b.yz,
+    }
+}
+
+/// Bounces: gives every point that was pressed the speed that its energy before the impact, times e²,
+/// leaves at the height it has now. The extra impulse is not kept for warm starts.
+#[inline(always)]
+pub(crate) fn bounce<S: Simd>(
+    simd: S,
+    block: &ContactBlock,
+    extra: &Extra,
+    lines: &Rows<'_, Line>,
+    elapsed: f32,
+    given: &mut [[f32; 8]; 4],
+) {
+    let zero = splat(simd, 0.0);
+    let (alpha, beta) = (load(simd, &block.alpha), load(simd, &block.beta));
+    let n = Vec3w::load(simd, &block.n);
+    let mut va = load_velocity(simd, lines, &block.row_a);
+    let mut vb = load_velocity(simd, lines, &block.row_b);
+    let xa = load_motion(simd, lines, &block.row_a);
+    let xb = load_motion(simd, lines, &block.row_b);
+    let u = n.dot(vb.v) * beta - n.dot(va.v) * alpha;
+    let moved = n.dot(xb.v) * beta - n.dot(xa.v) * alpha;
+    let fall = load(simd, &extra.fall);
+    let mut vn = [zero; 4];
+    let mut wanted = [zero; 4];
+    let mut mass = [zero; 4];
+    let mut lambda = [zero; 4];
+    for j in 0..4 {
+        let (a, b) = (Vec3w::load(simd, &block.a[j]), Vec3w::load(simd, &block.b[j]));
+        let drift = load(simd, &extra.drift[j]);
+        vn[j] = u + b.dot(vb.w) - a.dot(va.w) + drift;
+        let s = load(simd, &block.s0[j]) + moved + b.dot(xb.w) - a.dot(xa.w)
+            + drift * splat(simd, elapsed);
+        let energy = load(simd, &extra.bounce[j]);
+        wanted[j] = sqrt(max(energy + fall * max(s, zero), zero));
+        let hit = above(load(simd, &extra.pressed[j]), zero);
+        let hit = select(hit, load(simd, &block.mass[j]), zero);
+        mass[j] = select(above(energy, zero), hit, zero);
+        lambda[j] = load(simd, &given[j]);
+    }
+    let entry = lambda;
+    for _ in 0..8 {
+        for j in 0..4 {
+            let new = max(lambda[j] + mass[j] * (wanted[j] - vn[j]), zero);
+            let d = new - lambda[j];
+            lambda[j] = new;
+            for i in 0..4 {
+                vn[i] = vn[i] + load(simd, &block.k[K[i][j]]) * d;
+            }
+        }
+    }
+    let mut pushed = zero;
+    for j in 0..4 {
+        let d = lambda[j] - entry[j];
+        pushed = pushed + d;
+        va.w = va.w - Vec3w::load(simd, &block.a[j]) * d;
+        vb.w = vb.w + Vec3w::load(simd, &block.b[j]) * d;
+        lambda[j].store_array(&mut given[j]);
+    }
+    va.v = va.v - n * (pushed * alpha);
+    vb.v = vb.v + n * (pushed * beta);
+    store_velocity(simd, lines, &block.row_a, va);
+    store_velocity(simd, lines, &block.row_b, vb);
+}

@@ -1,0 +1,235 @@
+//! Bodies in the solver: whitening at the step's start, forces and the carried warm start before each
+//! sweep, positions after it, and free rotation.
+
+use super::rows::{Line, Whitening};
+use super::softness::decay;
+use crate::base::math::{Vec3, vec3};
+use crate::base::quat::Quat;
+use crate::base::sym3::Sym3;
+use crate::state::bodies::Body;
+use crate::step::context::StepContext;
+
+/// What a line needs between sweeps.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Aux {
+    /// Whitened velocity after forces and before any impulse of this substep.
+    before_v: [f32; 4],
+    before_w: [f32; 4],
+    /// Whitened velocity that forces and free rotation add in a substep.
+    add_v: [f32; 4],
+    add_w: [f32; 4],
+    decay_v: f32,
+    decay_w: f32,
+}
+
+const fn four(v: Vec3) -> [f32; 4] {
+    [v.x, v.y, v.z, 0.0]
+}
+
+const fn three(v: [f32; 4]) -> Vec3 {
+    vec3(v[0], v[1], v[2])
+}
+
+/// S = R diag(d) Rᵀ with d_i = f(I_i), restricted to the axes that are not locked [world].
+///
+/// `root` picks 1/√I (S) or √I (S⁻¹); a moment of 0 is an axis that cannot turn: 0 in both.
+fn root_inertia(body: &Body, inverse: bool) -> Sym3 {
+    let each = |i: f32| {
+        if i > 0.0 {
+            let r = i.sqrt();
+            if inverse { 1.0 / r } else { r }
+        } else {
+            0.0
+        }
+    };
+    let m = body.moments;
+    let d = vec3(each(m.x), each(m.y), each(m.z));
+    let rotation = body.rotation * body.principal;
+    if body.locks.angular == [false; 3] {
+        return Sym3::rotated_diagonal(rotation, d);
+    }
+    locked_root(body, rotation, inverse)
+}
+
+/// As [`root_inertia`], of the inertia restricted to the free world axes: its root by eigenvectors.
+fn locked_root(body: &Body, rotation: Quat, inverse: bool) -> Sym3 {
+    let mut inertia = Sym3::rotated_diagonal(rotation, body.moments);
+    let [x, y, z] = body.locks.angular;
+    if x {
+        (inertia.xx, inertia.xy, inertia.xz) = (0.0, 0.0, 0.0);
+    }
+    if y {
+        (inertia.yy, inertia.xy, inertia.yz) = (0.0, 0.0, 0.0);
+    }
+    if z {
+        (inertia.zz, inertia.xz, inertia.yz) = (0.0, 0.0, 0.0);
+    }
+    let (d, axes) = inertia.eigen();
+    let least = 1.0e-6 * d.max_element();
+    let each = |i: f32| {
+        if i > least {
+            let r = i.sqrt();
+            if inverse { 1.0 / r } else { r }
+        } else {
+            0.0
+        }
+    };
+    Sym3::rotated_diagonal(axes, vec3(each(d.x), each(d.y), each(d.z)))
+}
+
+/// Linear acceleration of a body by gravity and forces [m/s²].
+pub(crate) fn acceleration(ctx: &StepContext, body: &Body) -> Vec3 {
+    ctx.gravity * body.gravity_scale + (body.force + body.step_force) * (1.0 / body.mass)
+}
+
+/// A dynamic body as a line.
+pub(crate) fn whiten(ctx: &StepContext, body: &Body) -> (Line, Whitening, Aux, Vec3) {
+    let alpha = 1.0 / body.mass.sqrt();
+    let (s, s_inv) = (root_inertia(body, true), root_inertia(body, false));
+    let acc = acceleration(ctx, body);
+    let line = Line {
+        v: four(body.v * (1.0 / alpha)),
+        w: four(s_inv.mul(body.w)),
+        x: [0.0; 4],
+        t: [0.0; 4],
+    };
+    let torque = body.torque + body.step_torque;
+    #[expect(clippy::cast_precision_loss, reason = "at most 256 substeps")]
+    let spin = s_inv.mul(gyration(ctx, body)) * (1.0 / ctx.substeps as f32);
+    let aux = Aux {
+        add_v: four(acc * (ctx.h / alpha)),
+        add_w: four(s.mul(torque) * ctx.h + spin),
+        decay_v: decay(body.linear_damping, ctx.h),
+        decay_w: decay(body.angular_damping, ctx.h),
+        ..Aux::default()
+    };
+    let whitening = Whitening { alpha, s: [s.xx, s.yy, s.zz, s.xy, s.xz, s.yz] };
+    (line, whitening, aux, acc)
+}
+
+/// Change of angular velocity in a whole step by free rotation alone: L stays, the inertia turns.
+fn gyration(ctx: &StepContext, body: &Body) -> Vec3 {
+    let m = body.moments;
+    let round = m.max_element() - m.min_element() <= 1.0e-3 * m.max_element();
+    if round || m.min_element() <= 0.0 || body.locks.angular != [false; 3] {
+        return Vec3::ZERO;
+    }
+    if body.w.length_squared() * ctx.dt * ctx.dt < 1.0e-6 {
+        return Vec3::ZERO;
+    }
+    let (_, w) = rotate_freely(body, body.w, ctx.h, ctx.substeps);
+    w - body.w
+}
+
+/// Before the first sweep: remembers the velocity before the warm start.
+pub(crate) fn begin(line: &Line, aux: &mut Aux) {
+    (aux.before_v, aux.before_w) = (line.v, line.w);
+}
+
+/// Forces, and in all substeps but the first the warm start: what the body's impulses did to it in the
+/// last substep, `v - before`, is done again. (In the first they are there already.)
+#[inline(always)]
+pub(crate) fn velocities(line: &mut Line, aux: &mut Aux, first: bool) {
+    for i in 0..3 {
+        if first {
+            let impulse_v = line.v[i] - aux.before_v[i];
+            let impulse_w = line.w[i] - aux.before_w[i];
+            aux.before_v[i] = (aux.before_v[i] + aux.add_v[i]) * aux.decay_v;
+            aux.before_w[i] = (aux.before_w[i] + aux.add_w[i]) * aux.decay_w;
+            line.v[i] = aux.before_v[i] + impulse_v;
+            line.w[i] = aux.before_w[i] + impulse_w;
+        } else {
+            let after_v = (line.v[i] + aux.add_v[i]) * aux.decay_v;
+            let after_w = (line.w[i] + aux.add_w[i]) * aux.decay_w;
+            line.v[i] = after_v + (line.v[i] - aux.before_v[i]);
+            line.w[i] = after_w + (line.w[i] - aux.before_w[i]);
+            (aux.before_v[i], aux.before_w[i]) = (after_v, after_w);
+        }
+    }
+}
+
+/// Positions follow velocities for one substep.
+#[inline(always)]
+pub(crate) fn positions(line: &mut Line, h: f32) {
+    for i in 0..3 {
+        line.x[i] += h * line.v[i];
+        line.t[i] += h * line.w[i];
+    }
+}
+
+/// Writes a line back into its body.
+pub(crate) fn unwhiten(line: &Line, whitening: &Whitening, body: &mut Body) {
+    let [xx, yy, zz, xy, xz, yz] = whitening.s;
+    let s = Sym3 { xx, yy, zz, xy, xz, yz };
+    body.v = three(line.v) * whitening.alpha;
+    body.w = s.mul(three(line.w));
+    body.center += three(line.x) * whitening.alpha;
+    body.rotation = body.rotation.turned_by(s.mul(three(line.t)));
+}
+
+/// A body that nothing touches: its parabola exactly, its free rotation by symplectic splitting.
+pub(crate) fn fly(ctx: &StepContext, body: &mut Body) {
+    let acc = acceleration(ctx, body);
+    let decay_v = super::softness::exact_decay(body.linear_damping, ctx.dt);
+    let next = (body.v + acc * ctx.dt) * decay_v;
+    let mut mean = (body.v + next) * 0.5;
+    let mut v = next;
+    for i in 0..3 {
+        if body.locks.linear[i] {
+            (mean[i], v[i]) = (0.0, 0.0);
+        }
+    }
+    body.center += mean * ctx.dt;
+    body.v = v;
+
+    let torque = body.torque + body.step_torque;
+    if torque != Vec3::ZERO {
+        let s = root_inertia(body, true);
+        body.w += s.mul(s.mul(torque)) * ctx.dt;
+    }
+    body.w *= super::softness::exact_decay(body.angular_damping, ctx.dt);
+    let m = body.moments;
+    let round = m.max_element() - m.min_element() <= 1.0e-3 * m.max_element();
+    if m.min_element() <= 0.0 || body.locks.angular != [false; 3] {
+        let (s, s_inv) = (root_inertia(body, true), root_inertia(body, false));
+        body.w = s.mul(s_inv.mul(body.w));
+        body.rotation = body.rotation.turned_by(body.w * ctx.dt);
+    } else if round {
+        body.rotation = body.rotation.turned_by(body.w * ctx.dt);
+    } else {
+        (body.rotation, body.w) = rotate_freely(body, body.w, ctx.h, ctx.substeps);
+    }
+}
+
+/// Free rotation of a rigid body: angular momentum is kept, orientation and body-frame momentum are
+/// turned about the principal axes x(h/2) y(h/2) z(h) y(h/2) x(h/2) [Dullweber97], each turn by the
+/// Cayley map: no trigonometry, exactly orthogonal. Returns orientation and angular velocity.
+fn rotate_freely(body: &Body, w: Vec3, h: f32, substeps: u32) -> (Quat, Vec3) {
+    let mut q = body.rotation * body.principal;
+    let m = body.moments;
+    let world_momentum = q.rotate(q.unrotate(w).mul_each(m));
+    let mut l = q.unrotate(world_momentum);
+    let turn = |q: &mut Quat, l: &mut Vec3, axis: usize, h: f32| {
+        // Cayley: tan(angle/2) ~ angle/2 = t, so the quaternion is (t axis, 1) normalized.
+        let t = 0.5 * h * l[axis] / m[axis];
+        let k = 1.0 / (1.0 + t * t).sqrt();
+        let mut step = Quat::new(0.0, 0.0, 0.0, k);
+        match axis {
+            0 => step.x = t * k,
+            1 => step.y = t * k,
+            _ => step.z = t * k,
+        }
+        *q = *q * step;
+        *l = step.unrotate(*l);
+    };
+    for _ in 0..substeps {
+        for (axis, part) in [(0, 0.5), (1, 0.5), (2, 1.0), (1, 0.5), (0, 0.5)] {
+            turn(&mut q, &mut l, axis, h * part);
+        }
+    }
+    let q = q.normalized();
+    // The world's momentum is the same to the last bit: rounding cannot spin a body up or down.
+    let local = q.unrotate(world_momentum);
+    let w = q.rotate(vec3(local.x / m.x, local.y / m.y, local.z / m.z));
+    ((q * body.principal.conjugate()).normalized(), w)
+}

@@ -1,0 +1,201 @@
+//! The joint kernels: eight balls or eight distances at a time.
+//!
+//! Anchors turn with the bodies within a step (to second order), so that a pendulum follows its circle
+//! substep by substep; S is that of the step's start. The warm start of a joint is carried by its
+//! bodies like that of contacts, along the rows that it had: each sweep first turns it into the rows of
+//! now, `(J - J_last)ᵀ λ`. Without that the impulse lags behind and a pendulum gains energy.
+
+use fearless_simd::{Simd, SimdBase};
+
+use super::rows::{JointBlock, Line, Velocity, load_motion, load_velocity, store_velocity};
+use super::softness::Softness;
+use crate::base::disjoint::Rows;
+use crate::base::wide::{Sym3w, Vec3w, Wide, above, load, max, select, splat, sqrt};
+
+/// What one sweep over joints does.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct JointSweep {
+    pub(crate) inv_h: f32,
+    pub(crate) softness: Softness,
+    /// Time of the step that positions have advanced [s].
+    pub(crate) elapsed: f32,
+}
+
+/// Arms, gap and velocities of eight joints now.
+struct State<S: Simd> {
+    alpha: Wide<S>,
+    beta: Wide<S>,
+    sa: Sym3w<S>,
+    sb: Sym3w<S>,
+    ra: Vec3w<S>,
+    rb: Vec3w<S>,
+    gap: Vec3w<S>,
+    drift: Vec3w<S>,
+    va: Velocity<S>,
+    vb: Velocity<S>,
+}
+
+/// `r` turned by the rotation vector `t`, to second order.
+#[inline(always)]
+fn turned<S: Simd>(simd: S, r: Vec3w<S>, t: Vec3w<S>) -> Vec3w<S> {
+    let once = t.cross(r);
+    r + once + t.cross(once) * splat(simd, 0.5)
+}
+
+#[inline(always)]
+fn read<S: Simd>(simd: S, block: &JointBlock, lines: &Rows<'_, Line>, elapsed: f32) -> State<S> {
+    let (alpha, beta) = (load(simd, &block.alpha), load(simd, &block.beta));
+    let (sa, sb) = (Sym3w::load(simd, &block.s_a), Sym3w::load(simd, &block.s_b));
+    let va = load_velocity(simd, lines, &block.row_a);
+    let vb = load_velocity(simd, lines, &block.row_b);
+    let xa = load_motion(simd, lines, &block.row_a);
+    let xb = load_motion(simd, lines, &block.row_b);
+    let (r0a, r0b) = (Vec3w::load(simd, &block.r_a), Vec3w::load(simd, &block.r_b));
+    let ra = turned(simd, r0a, sa.mul(xa.w));
+    let rb = turned(simd, r0b, sb.mul(xb.w));
+    let drift = Vec3w::load(simd, &block.drift);
+    let gap = Vec3w::load(simd, &block.gap) + xb.v * beta - xa.v * alpha + (rb - r0b) - (ra - r0a)
+        + drift * splat(simd, elapsed);
+    State { alpha, beta, sa, sb, ra, rb, gap, drift, va, vb }
+}
+
+impl<S: Simd> State<S> {
+    /// Adds an impulse `p` at the arms of now less `last` at the arms it was applied at, for both
+    /// bodies: `p` of the last sweep is then as if applied now.
+    #[inline(always)]
+    fn turn_impulse(&mut self, simd: S, block: &mut JointBlock, p: Vec3w<S>) {
+        let last = Vec3w::load(simd, &block.last_p);
+        let (la, lb) = (Vec3w::load(simd, &block.last_r_a), Vec3w::load(simd, &block.last_r_b));
+        let d = p - last;
+        self.va.v = self.va.v - d * self.alpha;
+        self.vb.v = self.vb.v + d * self.beta;
+        self.va.w = self.va.w - self.sa.mul(self.ra.cross(p) - la.cross(last));
+        self.vb.w = self.vb.w + self.sb.mul(self.rb.cross(p) - lb.cross(last));
+        self.ra.store(&mut block.last_r_a);
+        self.rb.store(&mut block.last_r_b);
+    }
+}
+
+/// Solves one block of balls once.
+#[inline(always)]
+pub(crate) fn solve_ball<S: Simd>(
+    simd: S,
+    block: &mut JointBlock,
+    lines: &Rows<'_, Line>,
+    sweep: &JointSweep,
+) {
+    let mut q = read(simd, block, lines, sweep.elapsed);
+    let zero = splat(simd, 0.0);
+    let old = Vec3w::load(simd, &block.impulse);
+    q.turn_impulse(simd, block, old);
+    // Rows along the world axes: r × x = (0, z, -y), and so on.
+    let axes = |r: Vec3w<S>| {
+        [
+            Vec3w { x: zero, y: r.z, z: -r.y },
+            Vec3w { x: -r.z, y: zero, z: r.x },
+            Vec3w { x: r.y, y: -r.x, z: zero },
+        ]
+    };
+    let a = axes(q.ra).map(|c| q.sa.mul(c));
+    let b = axes(q.rb).map(|c| q.sb.mul(c));
+    let linear = q.alpha * q.alpha + q.beta * q.beta;
+    let k = Sym3w {
+        xx: linear + a[0].dot(a[0]) + b[0].dot(b[0]),
+        yy: linear + a[1].dot(a[1]) + b[1].dot(b[1]),
+        zz: linear + a[2].dot(a[2]) + b[2].dot(b[2]),
+        xy: a[0].dot(a[1]) + b[0].dot(b[1]),
+        xz: a[0].dot(a[2]) + b[0].dot(b[2]),
+        yz: a[1].dot(a[2]) + b[1].dot(b[2]),
+    };
+    let speed = q.vb.v * q.beta - q.va.v * q.alpha
+        + q.drift
+        + Vec3w {
+            x: b[0].dot(q.vb.w) - a[0].dot(q.va.w),
+            y: b[1].dot(q.vb.w) - a[1].dot(q.va.w),
+            z: b[2].dot(q.vb.w) - a[2].dot(q.va.w),
+        };
+    let wanted =
+        speed * splat(simd, sweep.softness.mass) + q.gap * splat(simd, sweep.softness.rate);
+    let d = -k.solve(simd, wanted) - old * splat(simd, sweep.softness.impulse);
+    (old + d).store(&mut block.impulse);
+    (old + d).store(&mut block.last_p);
+    q.va.v = q.va.v - d * q.alpha;
+    q.vb.v = q.vb.v + d * q.beta;
+    q.va.w = q.va.w - a[0] * d.x - a[1] * d.y - a[2] * d.z;
+    q.vb.w = q.vb.w + b[0] * d.x + b[1] * d.y + b[2] * d.z;
+    store_velocity(simd, lines, &block.row_a, q.va);
+    store_velocity(simd, lines, &block.row_b, q.vb);
+}
+
+/// Solves one block of distances once: a rod where both limits are the same, else spring and limits.
+#[inline(always)]
+pub(crate) fn solve_distance<S: Simd>(
+    simd: S,
+    block: &mut JointBlock,
+    lines: &Rows<'_, Line>,
+    sweep: &JointSweep,
+) {
+    let mut q = read(simd, block, lines, sweep.elapsed);
+    let (zero, one) = (splat(simd, 0.0), splat(simd, 1.0));
+    let length = sqrt(q.gap.dot(q.gap));
+    let apart = above(length, splat(simd, 1.0e-9));
+    // Anchors on one point have no direction: any fixed one will do.
+    let scale = select(apart, one / length, zero);
+    let n = q.gap * scale;
+    let n = Vec3w { x: n.x, y: select(apart, n.y, one), z: n.z };
+    let (a, b) = (q.sa.mul(q.ra.cross(n)), q.sb.mul(q.rb.cross(n)));
+    let k = q.alpha * q.alpha + q.beta * q.beta + a.dot(a) + b.dot(b);
+    let mass = select(above(k, zero), one / k, zero);
+    let [i0, i1, i2] = [0, 1, 2].map(|i| load(simd, &block.impulse[i]));
+    q.turn_impulse(simd, block, n * (i0 - i1 + i2));
+    let mut vn =
+        n.dot(q.vb.v * q.beta - q.va.v * q.alpha + q.drift) + b.dot(q.vb.w) - a.dot(q.va.w);
+    let [least, most, rest] = [0, 1, 2].map(|i| load(simd, &block.limits[i]));
+    let [rate, soft, leak] = [0, 1, 2].map(|i| load(simd, &block.spring[i]));
+    let s = &sweep.softness;
+    let (rigid_rate, rigid_mass, rigid_leak) =
+        (splat(simd, s.rate), splat(simd, s.mass), splat(simd, s.impulse));
+    let inv_h = splat(simd, sweep.inv_h);
+
+    // Spring.
+    let d = -(mass * (soft * vn + rate * (length - rest))) - leak * i2;
+    let n2 = i2 + d;
+    vn = vn + k * d;
+    let mut pushed = d;
+
+    // Lower limit or rod. A rod's impulse may have either sign.
+    let rod = above(splat(simd, 1.0e-9), most - least);
+    let gap = length - least;
+    let open = above(gap, zero);
+    let free = select(rod, zero, select(open, one, zero));
+    let is_free = above(free, zero);
+    let bias = select(is_free, gap * inv_h, rigid_rate * gap);
+    let gain = select(is_free, one, rigid_mass);
+    let give = select(is_free, zero, rigid_leak);
+    let n0 = i0 - mass * (gain * vn + bias) - give * i0;
+    let n0 = select(rod, n0, max(n0, zero));
+    let d = n0 - i0;
+    vn = vn + k * d;
+    pushed = pushed + d;
+
+    // Upper limit: pulls together.
+    let gap = most - length;
+    let open = above(gap, zero);
+    let bias = select(open, gap * inv_h, rigid_rate * gap);
+    let gain = select(open, one, rigid_mass);
+    let give = select(open, zero, rigid_leak);
+    let n1 = max(i1 - mass * (bias - gain * vn) - give * i1, zero);
+    let n1 = select(rod, zero, n1);
+    pushed = pushed - (n1 - i1);
+
+    (n * (n0 - n1 + n2)).store(&mut block.last_p);
+    n0.store_array(&mut block.impulse[0]);
+    n1.store_array(&mut block.impulse[1]);
+    n2.store_array(&mut block.impulse[2]);
+    q.va.v = q.va.v - n * (pushed * q.alpha);
+    q.vb.v = q.vb.v + n * (pushed * q.beta);
+    q.va.w = q.va.w - a * pushed;
+    q.vb.w = q.vb.w + b * pushed;
+    store_velocity(simd, lines, &block.row_a, q.va);
+    store_velocity(simd, lines, &block.row_b, q.vb);
+}

@@ -1,0 +1,42 @@
+//! Soft constraints: a damped spring, integrated implicitly, as three numbers [Catto11].
+
+use crate::base::trig;
+
+/// A constraint is solved as `d = -mass K⁻¹ (velocity + rate · error) - impulse · accumulated`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Softness {
+    /// Error removed per time [1/s], times `mass`.
+    pub(crate) rate: f32,
+    pub(crate) mass: f32,
+    /// Part of the accumulated impulse given back.
+    pub(crate) impulse: f32,
+}
+
+impl Softness {
+    /// No spring: removes velocity, leaves the error.
+    pub(crate) const RIGID: Self = Self { rate: 0.0, mass: 1.0, impulse: 0.0 };
+
+    /// A spring of this frequency [Hz] and damping ratio, for substeps of `h` [s].
+    pub(crate) fn new(hertz: f32, damping_ratio: f32, h: f32) -> Self {
+        if !(hertz > 0.0) {
+            return Self::RIGID;
+        }
+        let omega = 2.0 * core::f32::consts::PI * hertz;
+        // [Catto11]: a1 = 2 zeta + h omega, a2 = h omega a1; rate = omega / a1.
+        let a1 = 2.0 * damping_ratio + h * omega;
+        let a2 = h * omega * a1;
+        let impulse = 1.0 / (1.0 + a2);
+        let mass = a2 * impulse;
+        Self { rate: omega / a1 * mass, mass, impulse }
+    }
+}
+
+/// `1 / (1 + c h)`: velocity left after damping at rate `c` [1/s] for `h` [s]; never negative.
+pub(crate) fn decay(c: f32, h: f32) -> f32 {
+    1.0 / (1.0 + c * h)
+}
+
+/// Exact decay `exp(-c t)`.
+pub(crate) fn exact_decay(c: f32, t: f32) -> f32 {
+    if c > 0.0 { trig::exp(-c * t) } else { 1.0 }
+}

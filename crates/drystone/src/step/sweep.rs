@@ -1,0 +1,76 @@
+//! Stage 6: fast bodies are stopped at what does not move, instead of passing through it.
+//!
+//! Reads: shapes, bounds. Writes: bodies (pose), bounds. Runs: serially over fast bodies. A ray from
+//! the old to the new center must not cross a fixed shape: contacts made within a body's size are the
+//! solver's, so this is only for bodies that move farther than half their inner size in a step.
+
+use super::context::StepContext;
+use super::finalize::{Note, fat_box, shape_box};
+use crate::base::math::Vec3;
+use crate::geometry::cast;
+use crate::state::bodies::{Bodies, Body};
+use crate::state::bounds::Bounds;
+use crate::state::shapes::Shapes;
+
+/// Pulls fast bodies back to the first fixed shape on their way.
+pub(crate) fn stop_fast_bodies(
+    ctx: &StepContext,
+    notes: impl Iterator<Item = Note>,
+    bodies: &mut Bodies,
+    shapes: &mut Shapes,
+    bounds: &mut Bounds,
+) {
+    for note in notes {
+        let Note::Fast(row, from) = note else { continue };
+        let body = bodies.at(row);
+        let delta = body.center - from;
+        let Some(fraction) = first_hit(body, row, from, delta, bodies, shapes, bounds) else {
+            continue;
+        };
+        let inner = body.inner;
+        let body = bodies.at_mut(row);
+        // Stops with the surface within reach of the next step's contacts, on the near side.
+        let back = 0.5 * inner / delta.length();
+        body.center = from + delta * (fraction - back).max(0.0);
+        for i in 0..bodies.at(row).shapes.len() {
+            let body = bodies.at(row);
+            let shape = body.shapes[i];
+            let fits = shape_box(shapes, shape, body, ctx);
+            if !shapes.at(shape).fat.contains(&fits) {
+                let fat = fat_box(&fits, body, ctx);
+                bounds.replace(shape, fat, shapes);
+            }
+        }
+    }
+}
+
+fn first_hit(
+    body: &Body,
+    row: u32,
+    from: Vec3,
+    delta: Vec3,
+    bodies: &Bodies,
+    shapes: &Shapes,
+    bounds: &Bounds,
+) -> Option<f32> {
+    let filters: Vec<_> =
+        body.shapes.iter().map(|s| shapes.at(*s)).filter(|s| !s.sensor).map(|s| s.filter).collect();
+    let mut first = None;
+    bounds.fixed.ray(from, delta, 1.0, |item| {
+        let limit = first.unwrap_or(1.0);
+        let shape = shapes.at(item);
+        if shape.body == row
+            || shape.sensor
+            || !filters.iter().any(|f| f.collides_with(shape.filter))
+        {
+            return limit;
+        }
+        let pose = bodies.at(shape.body).pose().compose(&shape.local);
+        let (o, d) = (pose.local_point(from), pose.local_direction(delta));
+        if let Some(hit) = cast::ray(&shape.solid, o, d, limit) {
+            first = Some(hit.fraction);
+        }
+        first.unwrap_or(1.0)
+    });
+    first
+}

@@ -1,0 +1,383 @@
+//! Adding and removing bodies, shapes and joints.
+
+use super::World;
+use crate::base::id::{BodyId, JointId, ShapeId};
+use crate::base::math::{Vec3, vec3};
+use crate::base::pose::Pose;
+use crate::base::quat::Quat;
+use crate::geometry::mass::MassProperties;
+use crate::geometry::shape::Shape;
+use crate::geometry::solid::Solid;
+use crate::state::bodies::{Body, NONE};
+use crate::state::colors::Place;
+use crate::state::def::{BodyDef, BodyKind, DefError, JointDef, MassDef, ShapeDef, shape_suits};
+use crate::state::joints::Joint;
+use crate::state::shapes::ShapeRow;
+use crate::step::context::StepContext;
+use crate::step::finalize::{fat_box, shape_box};
+use crate::step::partition;
+
+/// What the definition's mass and shapes come to.
+fn mass_of(def: &BodyDef) -> Result<MassProperties, DefError> {
+    if def.kind != BodyKind::Dynamic {
+        return Ok(MassProperties::default());
+    }
+    let parts: Vec<(Pose, MassProperties)> = def
+        .shapes
+        .iter()
+        .filter(|s| !s.sensor && s.density > 0.0)
+        .map(|s| (s.pose, MassProperties::of(&s.shape, s.density)))
+        .collect();
+    let shapes = MassProperties::combine(&parts);
+    let empty = || {
+        let allowed = "shapes with volume and density, or a mass given in full";
+        DefError::new("mass", shapes.mass, allowed)
+    };
+    match def.mass {
+        MassDef::FromShapes => {
+            if shapes.mass > 0.0 && shapes.mass.is_finite() {
+                Ok(shapes)
+            } else {
+                Err(empty())
+            }
+        }
+        MassDef::Mass(mass) => {
+            if shapes.mass > 0.0 && shapes.mass.is_finite() {
+                return Ok(shapes.scaled_to(mass));
+            }
+            // A mass without a volume: a ball of the shapes' size, so that it can turn at all.
+            let radius = def
+                .shapes
+                .iter()
+                .map(|s| Solid::of(&s.shape).max_extent(Vec3::ZERO) + s.pose.position.length())
+                .fold(0.0_f32, f32::max);
+            let r = if radius > 0.0 { radius } else { 0.5 };
+            let moment = 0.4 * mass * r * r;
+            let inertia = crate::base::sym3::Sym3::diagonal(Vec3::splat(moment));
+            Ok(MassProperties { mass, center: Vec3::ZERO, inertia })
+        }
+        MassDef::Exact { mass, center, inertia } => Ok(MassProperties { mass, center, inertia }),
+    }
+}
+
+impl World {
+    /// Adds a body with its shapes.
+    ///
+    /// # Errors
+    /// The first field that is out of range; then nothing is added.
+    pub fn add_body(&mut self, def: BodyDef) -> Result<BodyId, DefError> {
+        def.validate()?;
+        let mass = mass_of(&def)?;
+        let (moments, principal) = mass.inertia.eigen();
+        // Rounding may leave a tiny negative or tiny positive moment where there is none.
+        let least = 1.0e-9 * moments.max_element();
+        let moment = |m: f32| if m > least { m } else { 0.0 };
+        let rotation = def.rotation.normalized();
+        let body = Body {
+            kind: def.kind,
+            center: def.position + rotation.rotate(mass.center),
+            rotation,
+            v: def.linear_velocity,
+            w: def.angular_velocity,
+            local_center: mass.center,
+            mass: mass.mass,
+            moments: vec3(moment(moments.x), moment(moments.y), moment(moments.z)),
+            principal,
+            locks: def.locks,
+            gravity_scale: def.gravity_scale,
+            linear_damping: def.linear_damping,
+            angular_damping: def.angular_damping,
+            step_force: Vec3::ZERO,
+            step_torque: Vec3::ZERO,
+            force: Vec3::ZERO,
+            torque: Vec3::ZERO,
+            shapes: Vec::new(),
+            joints: Vec::new(),
+            contacts: NONE,
+            constraints: 0,
+            awake_row: NONE,
+            island: NONE,
+            still_time: 0.0,
+            can_sleep: def.can_sleep,
+            sleep_speed: def.sleep_speed.unwrap_or(-1.0),
+            extent: 0.0,
+            inner: f32::INFINITY,
+            level: if def.kind == BodyKind::Dynamic { NONE } else { 0 },
+            faulted: false,
+            user_data: def.user_data,
+        };
+        let still = body.v == Vec3::ZERO && body.w == Vec3::ZERO;
+        let id = self.tables.bodies.rows.insert(body);
+        let row = id.index();
+        for shape in def.shapes {
+            self.insert_shape(row, shape);
+        }
+        match def.kind {
+            BodyKind::Static => {}
+            BodyKind::Kinematic => {
+                if !still {
+                    self.sets().wake(row);
+                }
+            }
+            BodyKind::Dynamic => {
+                let tables = &mut self.tables;
+                tables.islands.create(vec![row], &mut tables.bodies);
+                if !def.asleep {
+                    self.sets().wake(row);
+                    // Being added awake is no event.
+                    self.pending.wake.retain(|b| *b != id);
+                }
+            }
+        }
+        Ok(id)
+    }
+
+    /// Adds a shape to a body; its mass follows unless it was given in full.
+    ///
+    /// # Errors
+    /// The body does not exist, or a field is out of range; then nothing is added.
+    pub fn add_shape(&mut self, body: BodyId, def: ShapeDef) -> Result<ShapeId, DefError> {
+        def.validate()?;
+        let Some(row) = self.tables.bodies.rows.row(body) else {
+            return Err(DefError::new("body", body.index(), "a body of this world"));
+        };
+        shape_suits(self.tables.bodies.at(row).kind, &def.shape)?;
+        let id = self.insert_shape(row, def);
+        self.sets().wake(row);
+        Ok(id)
+    }
+
+    fn insert_shape(&mut self, body: u32, def: ShapeDef) -> ShapeId {
+        let solid = Solid::of(&def.shape);
+        let local = Pose { position: def.pose.position, rotation: def.pose.rotation.normalized() };
+        let rolling_radius = match def.shape {
+            Shape::Sphere { radius }
+            | Shape::Capsule { radius, .. }
+            | Shape::Cylinder { radius, .. } => radius,
+            Shape::Cone { radius_bottom, radius_top, .. } => radius_bottom.max(radius_top),
+            _ => 0.0,
+        };
+        let flat = matches!(
+            def.shape,
+            Shape::Box { .. } | Shape::Hull(_) | Shape::Mesh(_) | Shape::HalfSpace { .. }
+        );
+        let b = self.tables.bodies.at(body);
+        let centered = Pose { position: local.position - b.local_center, rotation: local.rotation };
+        let fixed = b.kind == BodyKind::Static;
+        let thickness = solid.aabb(&Pose::IDENTITY).half_extents().min_element();
+        let extent = solid.max_extent(centered.local_point(Vec3::ZERO));
+        let id = self.tables.shapes.rows.insert(ShapeRow {
+            body,
+            shape: def.shape,
+            solid,
+            local,
+            centered,
+            density: def.density,
+            material: def.material,
+            filter: def.filter,
+            sensor: def.sensor,
+            leaf: 0,
+            fixed,
+            fat: crate::base::aabb::Aabb::EMPTY,
+            rolling_radius,
+            flat,
+            user_data: def.user_data,
+        });
+        let b = self.tables.bodies.at_mut(body);
+        b.shapes.push(id.index());
+        b.extent = b.extent.max(extent);
+        b.inner = b.inner.min(thickness);
+        self.enter_bounds(id.index());
+        id
+    }
+
+    /// Puts a shape's box into its tree.
+    fn enter_bounds(&mut self, shape: u32) {
+        let ctx = self.context();
+        let tables = &mut self.tables;
+        let row = tables.shapes.at(shape);
+        let (fixed, body) = (row.fixed, tables.bodies.at(row.body));
+        let fits = shape_box(&tables.shapes, shape, body, &ctx);
+        let fat = if fixed { fits } else { fat_box(&fits, body, &ctx) };
+        tables.bounds.insert(shape, fixed, fat, &mut tables.shapes);
+    }
+
+    /// A context for the boxes of things changed between steps.
+    pub(super) fn context(&self) -> StepContext {
+        StepContext::new(&self.tables.config, 1.0 / 60.0, self.last_h, self.level.0)
+    }
+
+    /// Puts all boxes of a body where its shapes are now.
+    pub(super) fn refresh_bounds(&mut self, body: u32) {
+        let ctx = self.context();
+        let tables = &mut self.tables;
+        for i in 0..tables.bodies.at(body).shapes.len() {
+            let b = tables.bodies.at(body);
+            let shape = b.shapes[i];
+            let fits = shape_box(&tables.shapes, shape, b, &ctx);
+            let fat = if tables.shapes.at(shape).fixed { fits } else { fat_box(&fits, b, &ctx) };
+            tables.bounds.replace(shape, fat, &mut tables.shapes);
+        }
+    }
+
+    /// Ends all contacts of a shape, waking what it touched.
+    fn end_contacts_of(&mut self, body: u32, shape: Option<u32>) {
+        let tables = &self.tables;
+        let rows: Vec<u32> = tables
+            .contacts
+            .of_body(&tables.bodies, body)
+            .map(|(row, _)| row)
+            .filter(|row| {
+                let c = tables.contacts.at(*row);
+                !c.is_part && shape.is_none_or(|s| c.shape_a == s || c.shape_b == s)
+            })
+            .collect();
+        for row in rows {
+            let c = self.tables.contacts.at(row);
+            let other = if c.body_a == body { c.body_b } else { c.body_a };
+            self.sets().wake(other);
+            let crate::state::tables::Tables {
+                bodies,
+                joints,
+                contacts,
+                islands,
+                colors,
+                shapes,
+                ..
+            } = &mut self.tables;
+            let events = &mut self.pending;
+            let mut sets =
+                crate::state::sets::Sets { bodies, joints, contacts, islands, colors, events };
+            partition::end_contact(row, shapes, &mut sets);
+        }
+    }
+
+    /// Removes a body with its shapes and joints, and wakes what it touched. False if there is no such
+    /// body.
+    pub fn remove_body(&mut self, id: BodyId) -> bool {
+        let Some(row) = self.tables.bodies.rows.row(id) else { return false };
+        for joint in self.tables.bodies.at(row).joints.clone() {
+            if let Some(joint) = self.tables.joints.rows.id_at(joint) {
+                self.remove_joint(joint);
+            }
+        }
+        self.end_contacts_of(row, None);
+        for shape in self.tables.bodies.at(row).shapes.clone() {
+            let tables = &mut self.tables;
+            tables.bounds.remove(shape, &tables.shapes);
+            if let Some(id) = tables.shapes.rows.id_at(shape) {
+                tables.shapes.rows.remove(id);
+            }
+        }
+        self.sets().rest(&[row]);
+        self.pending.wake.retain(|b| *b != id);
+        self.pending.sleep.clear();
+        let tables = &mut self.tables;
+        tables.islands.remove(row, &mut tables.bodies);
+        tables.bodies.rows.remove(id);
+        true
+    }
+
+    /// Removes a shape from its body; the body keeps its mass. False if there is no such shape.
+    pub fn remove_shape(&mut self, id: ShapeId) -> bool {
+        let Some(row) = self.tables.shapes.rows.row(id) else { return false };
+        let body = self.tables.shapes.at(row).body;
+        self.end_contacts_of(body, Some(row));
+        self.sets().wake(body);
+        let tables = &mut self.tables;
+        tables.bounds.remove(row, &tables.shapes);
+        tables.bodies.at_mut(body).shapes.retain(|s| *s != row);
+        tables.shapes.rows.remove(id);
+        true
+    }
+
+    /// Adds a joint and wakes its bodies.
+    ///
+    /// # Errors
+    /// A body does not exist, both are static or kinematic, or a field is out of range; then nothing is
+    /// added.
+    pub fn add_joint(&mut self, def: JointDef) -> Result<JointId, DefError> {
+        def.validate()?;
+        let bodies = &self.tables.bodies;
+        let find = |name: &str, id: BodyId| {
+            bodies
+                .rows
+                .row(id)
+                .ok_or_else(|| DefError::new(name, id.index(), "a body of this world"))
+        };
+        let (a, b) = (find("body_a", def.body_a)?, find("body_b", def.body_b)?);
+        let joint = Joint {
+            body_a: a,
+            body_b: b,
+            anchor_a: def.anchor_a - bodies.at(a).local_center,
+            anchor_b: def.anchor_b - bodies.at(b).local_center,
+            kind: def.kind,
+            collide_connected: def.collide_connected,
+            impulse: Vec3::ZERO,
+            place: Place::NOWHERE,
+        };
+        let id = self.tables.joints.rows.insert(joint);
+        self.tables.bodies.at_mut(a).joints.push(id.index());
+        self.tables.bodies.at_mut(b).joints.push(id.index());
+        if !def.collide_connected {
+            self.end_contacts_between(a, b);
+        }
+        let mut sets = self.sets();
+        sets.wake(a);
+        sets.wake(b);
+        sets.color_joint(id.index());
+        Ok(id)
+    }
+
+    fn end_contacts_between(&mut self, a: u32, b: u32) {
+        let tables = &mut self.tables;
+        let rows: Vec<u32> = tables
+            .contacts
+            .of_body(&tables.bodies, a)
+            .map(|(row, _)| row)
+            .filter(|row| {
+                let c = tables.contacts.at(*row);
+                !c.is_part && (c.body_a == b || c.body_b == b)
+            })
+            .collect();
+        let crate::state::tables::Tables {
+            bodies, joints, contacts, islands, colors, shapes, ..
+        } = tables;
+        let events = &mut self.pending;
+        let mut sets =
+            crate::state::sets::Sets { bodies, joints, contacts, islands, colors, events };
+        for row in rows {
+            partition::end_contact(row, shapes, &mut sets);
+        }
+    }
+
+    /// Removes a joint and wakes its bodies. False if there is no such joint.
+    pub fn remove_joint(&mut self, id: JointId) -> bool {
+        let Some(row) = self.tables.joints.rows.row(id) else { return false };
+        let (a, b) = (self.tables.joints.at(row).body_a, self.tables.joints.at(row).body_b);
+        let mut sets = self.sets();
+        sets.wake(a);
+        sets.wake(b);
+        sets.uncolor_joint(row);
+        let tables = &mut self.tables;
+        tables.islands.cut(a, &tables.bodies);
+        tables.islands.cut(b, &tables.bodies);
+        for body in [a, b] {
+            tables.bodies.at_mut(body).joints.retain(|j| *j != row);
+        }
+        tables.joints.rows.remove(id);
+        // Shapes that the joint kept apart may meet again.
+        for body in [a, b] {
+            self.refresh_bounds(body);
+        }
+        true
+    }
+
+    /// Turns the pose of a body's origin into that of its center and back: see [`super::BodyMut`].
+    pub(super) fn put_body(&mut self, row: u32, position: Vec3, rotation: Quat) {
+        let body = self.tables.bodies.at_mut(row);
+        body.set_pose(&Pose { position, rotation });
+        body.faulted = false;
+        self.refresh_bounds(row);
+    }
+}

@@ -1,0 +1,257 @@
+//! Layer 4: the public face. Checks what a user says, translates ids to rows, keeps what must be kept
+//! together when something is added, changed or removed.
+
+mod add;
+mod body;
+mod joint;
+mod shape;
+mod view;
+
+pub use self::body::{BodyMut, BodyRef};
+pub use self::joint::JointRef;
+pub use self::shape::ShapeRef;
+pub use self::view::{ContactPoint, ContactRef, WorldCounts};
+
+use std::sync::Arc;
+
+use crate::base::hash::StateHash;
+use crate::base::id::{BodyId, JointId, ShapeId};
+use crate::base::jobs::{Executor, Inline};
+use crate::base::math::Vec3;
+use crate::base::wide::SimdLevel;
+use crate::query::Query;
+use crate::state::config::WorldConfig;
+use crate::state::def::DefError;
+use crate::state::events::{Events, Fault, FaultKind};
+use crate::state::sets::Sets;
+use crate::state::tables::Tables;
+use crate::step::context::StepContext;
+use crate::step::{self, Scratch, Stage};
+
+/// A world of bodies.
+///
+/// It owns everything in it, can be cloned, and can be sent to another thread. Given the same calls it
+/// gives the same bits for any number of threads, any SIMD level, in debug and release.
+#[derive(Clone, Debug)]
+pub struct World {
+    tables: Tables,
+    scratch: Scratch,
+    jobs: Arc<dyn Executor>,
+    level: SimdLevel,
+    /// Length of the last substep [s]; 0 before the first.
+    last_h: f32,
+    /// What the user's calls since the last step caused: part of the next step's events.
+    pending: Events,
+}
+
+impl Default for World {
+    /// An empty world with the default configuration.
+    fn default() -> Self {
+        Self {
+            tables: Tables::default(),
+            scratch: Scratch::default(),
+            jobs: Arc::new(Inline),
+            level: SimdLevel::best(),
+            last_h: 0.0,
+            pending: Events::default(),
+        }
+    }
+}
+
+impl World {
+    /// An empty world.
+    ///
+    /// # Errors
+    /// The first field of the configuration that is out of range.
+    pub fn new(config: WorldConfig) -> Result<Self, DefError> {
+        config.validate()?;
+        let tables = Tables { config, ..Tables::default() };
+        Ok(Self { tables, ..Self::default() })
+    }
+
+    /// The same world with its work done by `jobs`, for example a [`crate::Team`]. The result of a step
+    /// does not depend on it.
+    #[must_use]
+    pub fn with_executor(mut self, jobs: Arc<dyn Executor>) -> Self {
+        self.jobs = jobs;
+        self
+    }
+
+    /// Has the work of steps done by `jobs`.
+    pub fn set_executor(&mut self, jobs: Arc<dyn Executor>) {
+        self.jobs = jobs;
+    }
+
+    /// The SIMD level in use; the best of the machine unless it was set.
+    #[must_use]
+    pub const fn simd_level(&self) -> SimdLevel {
+        self.level
+    }
+
+    /// Uses another SIMD level. The result of a step does not depend on it.
+    pub fn set_simd_level(&mut self, level: SimdLevel) {
+        self.level = level;
+    }
+
+    /// The configuration.
+    #[must_use]
+    pub const fn config(&self) -> &WorldConfig {
+        &self.tables.config
+    }
+
+    /// Replaces the configuration. Wakes all bodies if gravity changed.
+    ///
+    /// # Errors
+    /// The first field that is out of range; then nothing is changed.
+    pub fn set_config(&mut self, config: WorldConfig) -> Result<(), DefError> {
+        config.validate()?;
+        let wake = config.gravity != self.tables.config.gravity;
+        self.tables.config = config;
+        if wake {
+            self.wake_all();
+        }
+        Ok(())
+    }
+
+    /// Replaces gravity [m/s², world] and wakes all bodies.
+    ///
+    /// # Errors
+    /// A component is not finite; then nothing is changed.
+    pub fn set_gravity(&mut self, gravity: impl Into<Vec3>) -> Result<(), DefError> {
+        self.set_config(WorldConfig { gravity: gravity.into(), ..self.tables.config.clone() })
+    }
+
+    /// Wakes all bodies.
+    pub fn wake_all(&mut self) {
+        let rows: Vec<u32> = self.tables.bodies.rows.iter().map(|(id, _)| id.index()).collect();
+        for row in rows {
+            self.sets().wake(row);
+        }
+    }
+
+    /// Advances time by `dt` [s]. Cannot fail: a body that becomes non-finite is stopped, left out of
+    /// further steps and reported in [`Events::faults`], and so is a `dt` that is not a finite number
+    /// above 0 (up to 10 s).
+    pub fn step(&mut self, dt: f32) {
+        self.step_observed(dt, &mut |_| {});
+    }
+
+    /// Like [`Self::step`]; calls `after` as each stage is done, for example to take the time.
+    pub fn step_observed(&mut self, dt: f32, after: &mut dyn FnMut(Stage)) {
+        self.tables.events.clear();
+        let pending = core::mem::take(&mut self.pending);
+        self.tables.events.wake = pending.wake;
+        self.tables.events.contact_end = pending.contact_end;
+        self.tables.events.sensor_exit = pending.sensor_exit;
+        if !(dt > 0.0 && dt <= 10.0) {
+            let step = self.tables.steps + 1;
+            let fault = Fault { body: None, kind: FaultKind::BadTimeStep, step };
+            self.tables.events.faults.push(fault);
+            return;
+        }
+        let ctx = StepContext::new(&self.tables.config, dt, self.last_h, self.level.0);
+        step::step(&ctx, &mut self.tables, &mut self.scratch, &*self.jobs, after);
+        self.tables.steps += 1;
+        self.last_h = ctx.h;
+    }
+
+    /// Steps taken.
+    #[must_use]
+    pub const fn step_count(&self) -> u64 {
+        self.tables.steps
+    }
+
+    /// What happened in the last step.
+    #[must_use]
+    pub const fn events(&self) -> &Events {
+        &self.tables.events
+    }
+
+    /// Rays and overlaps.
+    #[must_use]
+    pub const fn query(&self) -> Query<'_> {
+        Query::new(&self.tables)
+    }
+
+    /// The body, unless it was removed.
+    #[must_use]
+    pub fn body(&self, id: BodyId) -> Option<BodyRef<'_>> {
+        BodyRef::new(&self.tables, id)
+    }
+
+    /// The body, to change it, unless it was removed.
+    #[must_use]
+    pub fn body_mut(&mut self, id: BodyId) -> Option<BodyMut<'_>> {
+        BodyMut::new(self, id)
+    }
+
+    /// All bodies in the order of their slots.
+    pub fn bodies(&self) -> impl Iterator<Item = BodyRef<'_>> {
+        self.tables.bodies.rows.iter().filter_map(|(id, _)| self.body(id))
+    }
+
+    /// The shape, unless it was removed.
+    #[must_use]
+    pub fn shape(&self, id: ShapeId) -> Option<ShapeRef<'_>> {
+        ShapeRef::new(&self.tables, id)
+    }
+
+    /// The joint, unless it was removed.
+    #[must_use]
+    pub fn joint(&self, id: JointId) -> Option<JointRef<'_>> {
+        JointRef::new(&self.tables, id)
+    }
+
+    /// All joints in the order of their slots.
+    pub fn joints(&self) -> impl Iterator<Item = JointRef<'_>> {
+        self.tables.joints.rows.iter().filter_map(|(id, _)| self.joint(id))
+    }
+
+    /// All contacts that have points, in the order of their rows.
+    pub fn contacts(&self) -> impl Iterator<Item = ContactRef<'_>> {
+        view::contacts(&self.tables)
+    }
+
+    /// How many of everything there are.
+    #[must_use]
+    pub fn counts(&self) -> WorldCounts {
+        view::counts(&self.tables)
+    }
+
+    /// 64 bits over the bits of pose and velocity of every body in slot order.
+    #[must_use]
+    pub fn state_hash(&self) -> u64 {
+        let mut hash = StateHash::default();
+        for (id, body) in self.tables.bodies.rows.iter() {
+            hash.word(id.index());
+            hash.floats(&body.center.to_array());
+            hash.floats(&body.rotation.to_array());
+            hash.floats(&body.v.to_array());
+            hash.floats(&body.w.to_array());
+        }
+        hash.finish()
+    }
+
+    /// Kinetic energy of all dynamic bodies [J].
+    #[must_use]
+    pub fn kinetic_energy(&self) -> f64 {
+        self.bodies().map(|b| f64::from(b.kinetic_energy())).sum()
+    }
+
+    /// Potential energy of all dynamic bodies in the world's gravity [J], zero at the origin.
+    #[must_use]
+    pub fn potential_energy(&self) -> f64 {
+        self.bodies().map(|b| f64::from(b.potential_energy())).sum()
+    }
+
+    /// Linear momentum of all dynamic bodies [kg m/s, world].
+    #[must_use]
+    pub fn momentum(&self) -> Vec3 {
+        self.bodies().fold(Vec3::ZERO, |sum, b| sum + b.linear_velocity() * b.mass())
+    }
+
+    fn sets(&mut self) -> Sets<'_> {
+        let Tables { bodies, joints, contacts, islands, colors, .. } = &mut self.tables;
+        Sets { bodies, joints, contacts, islands, colors, events: &mut self.pending }
+    }
+}

@@ -1,0 +1,117 @@
+//! `cargo xtask ci`: everything a change must pass, cheapest first; the first failure ends it.
+
+use std::process::Stdio;
+use std::time::Instant;
+
+use crate::tidy::is_reference_key;
+use crate::{Outcome, cargo, golden, root, run_to_end, tidy};
+
+type Stage = (&'static str, fn() -> Outcome);
+
+const STAGES: &[Stage] = &[
+    ("fmt", || run_to_end(cargo().args(["fmt", "--all", "--check"]))),
+    ("tidy", tidy::run),
+    ("clippy", clippy),
+    ("doc", doc),
+    ("test", || run_to_end(cargo().args(["test", "--quiet", "--workspace"]))),
+    ("test-release", || run_to_end(cargo().args(["test", "--quiet", "--workspace", "--release"]))),
+    ("examples", examples),
+    ("golden", || golden::run(&golden::Options { release: false, bless: None })),
+    ("golden-release", || golden::run(&golden::Options { release: true, bless: None })),
+];
+
+/// Runs the named stages, or all, in the order of the list.
+pub fn run(only: &[&str]) -> Outcome {
+    if let Some(unknown) = only.iter().find(|name| STAGES.iter().all(|(known, _)| known != *name)) {
+        let known: Vec<&str> = STAGES.iter().map(|(name, _)| *name).collect();
+        return Err(format!("no stage `{unknown}`; there are {}", known.join(", ")));
+    }
+    let start = Instant::now();
+    for (name, stage) in STAGES.iter().filter(|(name, _)| only.is_empty() || only.contains(name)) {
+        println!("── {name}");
+        let stage_start = Instant::now();
+        let outcome = stage();
+        let seconds = stage_start.elapsed().as_secs_f64();
+        let verdict = if outcome.is_ok() { "ok" } else { "FAILED" };
+        println!("── {name}: {verdict}, {seconds:.1} s");
+        outcome.map_err(|why| format!("{why}\nagain: cargo xtask ci {name}"))?;
+    }
+    println!("── all passed, {:.1} s", start.elapsed().as_secs_f64());
+    Ok(())
+}
+
+fn clippy() -> Outcome {
+    run_to_end(cargo().args([
+        "clippy",
+        "--quiet",
+        "--workspace",
+        "--all-targets",
+        "--",
+        "-D",
+        "warnings",
+    ]))
+}
+
+/// Units and frames that stand alone in brackets, as `[m]`; rustdoc takes them for links.
+const UNITS: [&str; 14] =
+    ["m", "m²", "m³", "s", "kg", "N", "J", "W", "Pa", "rad", "Hz", "world", "body", "local"];
+
+/// Libraries only: the command's binary has the engine's name, and the two pages would collide.
+fn doc() -> Outcome {
+    let mut command = cargo();
+    command.args(["doc", "--quiet", "--workspace", "--no-deps", "--lib"]);
+    let flags = "-D warnings --force-warn rustdoc::broken_intra_doc_links";
+    let output = command.env("RUSTDOCFLAGS", flags).stdout(Stdio::inherit()).output();
+    let output = output.map_err(|error| format!("cargo doc: {error}"))?;
+    let messages = String::from_utf8_lossy(&output.stderr);
+    let broken = broken_links(&messages);
+    if output.status.success() && broken.is_empty() {
+        return Ok(());
+    }
+    // Of a failed build everything is shown; else only the links, without the units among them.
+    Err(if output.status.success() { broken.join("\n") } else { messages.into_owned() })
+}
+
+/// The messages about links that lead nowhere, units and reference keys left out.
+fn broken_links(messages: &str) -> Vec<&str> {
+    let blocks = messages.split("\n\n").map(str::trim);
+    let is_link = |block: &&str| {
+        let name =
+            block.split("unresolved link to `").nth(1).and_then(|rest| rest.split('`').next());
+        name.is_some_and(|name| !UNITS.contains(&name) && !is_reference_key(name))
+    };
+    blocks.filter(is_link).collect()
+}
+
+/// Runs every file in the engine's `examples/`.
+fn examples() -> Outcome {
+    let folder = root().join("crates/drystone/examples");
+    let entries = std::fs::read_dir(&folder).map_err(|e| format!("{}: {e}", folder.display()))?;
+    let mut names: Vec<String> = entries
+        .flatten()
+        .map(|entry| entry.path())
+        .filter(|path| path.extension().is_some_and(|e| e == "rs"))
+        .filter_map(|path| Some(path.file_stem()?.to_str()?.to_owned()))
+        .collect();
+    names.sort();
+    for name in &names {
+        println!("   {name}");
+        let run = ["run", "--quiet", "--release", "--package", "drystone", "--example"];
+        run_to_end(cargo().args(run).arg(name))?;
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn units_and_keys_are_no_broken_links() {
+        let block =
+            |name: &str| format!("warning: unresolved link to `{name}`\n --> a.rs:1:2\n  |\n");
+        let messages = [block("m"), block("Catto11"), block("Pose::gone")].join("\n\n");
+        let found = broken_links(&messages);
+        assert!(found.len() == 1 && found[0].contains("Pose::gone"), "{found:?}");
+    }
+}

@@ -1,0 +1,47 @@
+//! Source files: where `unsafe` may stand, how long a file may be, notes for later have an issue.
+
+use super::rust::{Source, words};
+use super::{Tree, finding, is_test_file, line_of};
+
+/// The one folder with unsafe code. A test binary may have it too: a counting allocator needs it.
+const UNSAFE: &str = "crates/drystone/src/base/";
+const MAX_LINES: usize = 600;
+const NOTES: [&str; 2] = [concat!("TO", "DO"), concat!("FIX", "ME")];
+
+pub fn check(tree: &Tree) -> Vec<String> {
+    let mut findings = Vec::new();
+    for (path, text) in tree.with_extension("rs") {
+        let source = Source::new(text);
+        let ours = path.starts_with("crates/") || path.starts_with("xtask/");
+        if ours && !path.starts_with(UNSAFE) && !path.contains("/tests/") {
+            for at in words(&source.code, "unsafe") {
+                let what = format!("`unsafe` outside {UNSAFE}");
+                findings.push(finding(path, line_of(text, at), &what));
+            }
+        }
+        let tests: usize = source.unit_tests().into_iter().map(|r| text[r].lines().count()).sum();
+        let lines = text.lines().count() - tests.min(text.lines().count());
+        if path.starts_with("crates/") && !is_test_file(path) && lines > MAX_LINES {
+            let what = format!("{lines} lines without tests; {MAX_LINES} are the limit");
+            findings.push(finding(path, 1, &what));
+        }
+        for note in NOTES {
+            for at in words(&source.comments, note) {
+                if !has_issue(&source.comments[at + note.len()..]) {
+                    findings.push(finding(
+                        path,
+                        line_of(text, at),
+                        &format!("{note} without (#n)"),
+                    ));
+                }
+            }
+        }
+    }
+    findings
+}
+
+/// Whether `(#12)` follows at once.
+fn has_issue(rest: &str) -> bool {
+    let number = rest.strip_prefix("(#").and_then(|rest| rest.split_once(')'));
+    number.is_some_and(|(number, _)| number.parse::<u32>().is_ok())
+}

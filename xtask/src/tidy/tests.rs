@@ -1,0 +1,201 @@
+//! Each check is shown a small tree that is right, then the same with one thing wrong.
+
+use std::collections::BTreeMap;
+
+use super::rust::Source;
+use super::{Tree, docs, layers, source, stages};
+
+fn tree(files: &[(&str, &str)]) -> Tree {
+    let own = |(path, text): &(&str, &str)| ((*path).to_owned(), (*text).to_owned());
+    Tree { files: files.iter().map(own).collect::<BTreeMap<_, _>>() }
+}
+
+fn layer_findings(path: &str, text: &str) -> Vec<String> {
+    layers::check(&tree(&[(&format!("crates/drystone/src/{path}"), text)]))
+}
+
+const STEP: &str = "
+use crate::state::Tables;
+mod broadphase;
+// solver::never(
+pub(crate) fn step(tables: &mut Tables) {
+    broadphase::find_pairs(tables);
+    narrowphase::update(tables);
+    partition::apply(tables, |x| { x });
+    solver::prepare(tables);
+    solver::solve(tables);
+    finalize::advance_poses(tables);
+    sweep::stop(tables);
+    sensor::update(tables);
+    sleep::rest(tables);
+}
+fn after() { broadphase::again(); }
+";
+
+const PAGE: &str = "# Architecture
+1. nothing
+## The step
+1. **broadphase**: pairs
+2. **narrowphase**: manifolds
+3. `partition`: islands
+4. solver
+5. finalize
+6. sweep
+7. sensor
+8. sleep
+## Other
+1. base
+";
+
+fn stage_findings(step: &str, page: &str) -> Vec<String> {
+    stages::check(&tree(&[("crates/drystone/src/step/mod.rs", step), ("ARCHITECTURE.md", page)]))
+}
+
+#[test]
+fn layer_may_use_itself_and_those_above() {
+    let text =
+        "use crate::base::Vec3;\nuse crate::state::{self, Bodies};\nuse super::context::C;\n";
+    assert_eq!(layer_findings("step/solver/mod.rs", text), [""; 0]);
+    assert_eq!(layer_findings("world/mod.rs", "use crate::{step, query::ray, Error};"), [""; 0]);
+    assert_eq!(layer_findings("lib.rs", "pub use crate::world::World;"), [""; 0]);
+}
+
+#[test]
+fn back_edge_of_the_layers_is_found() {
+    let found = layer_findings("geometry/hull.rs", "\nuse crate::{base::Vec3, state::{A, B}};\n");
+    assert_eq!(found, ["crates/drystone/src/geometry/hull.rs:2: geometry may not use state"]);
+    assert_eq!(layer_findings("step/mod.rs", "use crate::query::Ray;").len(), 1);
+    assert_eq!(layer_findings("query/mod.rs", "fn f() { crate::step::step() }").len(), 1);
+    assert_eq!(layer_findings("base/math.rs", "pub(in crate::world) fn f() {}").len(), 1);
+}
+
+#[test]
+fn super_that_leaves_the_layer_is_followed() {
+    assert_eq!(layer_findings("base/mod.rs", "use super::geometry::Hull;").len(), 1);
+    assert_eq!(layer_findings("state/bodies.rs", "use super::super::world::World;").len(), 1);
+    assert_eq!(layer_findings("state/bodies.rs", "use super::super::{base, step};").len(), 1);
+    assert_eq!(layer_findings("state/bodies.rs", "use super::world::Own;"), [""; 0]);
+}
+
+#[test]
+fn root_reexports_and_unknown_modules_are_no_way_around() {
+    assert_eq!(layer_findings("state/bodies.rs", "use crate::World;").len(), 1);
+    assert_eq!(layer_findings("state/bodies.rs", "crate::id_type!(A);"), [""; 0]);
+    assert_eq!(layer_findings("utils/mod.rs", "").len(), 1);
+}
+
+#[test]
+fn unit_tests_comments_and_strings_may_name_any_layer() {
+    let text = "//! [`crate::world`]\nconst A: &str = \"crate::world::B\";\n\
+                #[cfg(test)]\nmod tests {\n use crate::world::World;\n}\n";
+    assert_eq!(layer_findings("base/mod.rs", text), [""; 0]);
+    assert_eq!(layer_findings("base/tests.rs", "use crate::world::World;"), [""; 0]);
+    let after = "#[cfg(test)]\nuse crate::world::World;\nuse crate::step::X;\n";
+    assert_eq!(layer_findings("base/mod.rs", after).len(), 1);
+}
+
+#[test]
+fn stages_in_the_listed_order_pass() {
+    assert_eq!(stage_findings(STEP, PAGE), [""; 0]);
+}
+
+#[test]
+fn swapped_missing_or_absent_stages_are_found() {
+    let swapped = PAGE.replace("7. sensor", "7. sleep").replace("8. sleep", "8. sensor");
+    let found = stage_findings(STEP, &swapped);
+    assert!(found.len() == 1 && found[0].contains("sensor, sleep, but"), "{found:?}");
+    let found = stage_findings(&STEP.replace("sweep::stop(tables);", ""), PAGE);
+    assert_eq!(found, ["crates/drystone/src/step/mod.rs:1: the stage `sweep` is missing"]);
+    assert_eq!(stage_findings(STEP, &PAGE.replace("6. sweep\n", "")).len(), 1);
+    assert_eq!(stage_findings(&STEP.replace("sleep::rest(", "sleep::REST; ("), PAGE).len(), 1);
+    assert_eq!(stage_findings(STEP, &PAGE.replace("8. sleep", "8. sleep\n9. draw")).len(), 1);
+    assert_eq!(stage_findings("fn step() {}", "# Nothing").len(), 2);
+    assert_eq!(stages::check(&tree(&[])).len(), 2);
+}
+
+#[test]
+fn unknown_reference_key_is_found() {
+    let references = ("docs/references.md", "- **[Catto11]** Soft constraints.\n");
+    let good = ("a.rs", "// [Catto11] p. 24\nlet x = row[Abc12];\n");
+    assert_eq!(docs::check(&tree(&[references, good])), [""; 0]);
+    let bad = ("a.rs", "\n// [Catto12], and [`Pose`] [A12] [Abc123] are no keys\n");
+    assert_eq!(
+        docs::check(&tree(&[references, bad])),
+        ["a.rs:2: [Catto12] is not in docs/references.md"]
+    );
+    let twice = ("docs/references.md", "- [Catto11] a\n- [Catto11] b\n");
+    assert_eq!(docs::check(&tree(&[twice])).len(), 1);
+}
+
+#[test]
+fn missing_doc_page_is_found() {
+    let page = ("docs/derivations/row.md", "");
+    let good = ("a.rs", "#![doc = include_str!(\"../../docs/derivations/row.md\")]\n");
+    let good_page = ("A.md", "See docs/derivations/row.md. Also <https://docs.rs/x.md>.");
+    assert_eq!(docs::check(&tree(&[page, good, good_page])), [""; 0]);
+    assert_eq!(docs::check(&tree(&[good, ("A.md", "`docs/gone.md`")])).len(), 2);
+}
+
+#[test]
+fn dead_link_is_found() {
+    let good = ("docs/a.md", "[up](../README.md#top) [in](#here) [out](https://x.org/y) [dir](b/)");
+    let all = [("README.md", ""), good, ("docs/b/c.md", "")];
+    assert_eq!(docs::check(&tree(&all)), [""; 0]);
+    let found = docs::check(&tree(&[("README.md", "\n[a](LICENSE)")]));
+    assert_eq!(found, ["README.md:2: the link to LICENSE leads nowhere"]);
+}
+
+#[test]
+fn readme_example_is_the_crate_example() {
+    let readme = ("README.md", "<!-- hello -->\n```rust\nlet a = 1;\n\nf(a);\n```\n");
+    let face = "//! # drystone\n//! ```\n//! # use x;\n//! let a = 1;\n//!\n//! f(a);\n//! ```\n";
+    assert_eq!(docs::check(&tree(&[readme, ("crates/drystone/src/lib.rs", face)])), [""; 0]);
+    let other = face.replace("f(a)", "g(a)");
+    assert_eq!(docs::check(&tree(&[readme, ("crates/drystone/src/lib.rs", &other)])).len(), 1);
+    assert_eq!(docs::check(&tree(&[("README.md", "<!-- hello -->\n")])), [""; 0]);
+}
+
+#[test]
+fn unsafe_stands_only_in_base() {
+    let text = "#![deny(unsafe_code)]\n// unsafe\nfn f() { unsafe { g() } }\n";
+    assert_eq!(source::check(&tree(&[("crates/drystone/src/base/team.rs", text)])), [""; 0]);
+    assert_eq!(source::check(&tree(&[("crates/drystone/tests/it/main.rs", text)])), [""; 0]);
+    let found = source::check(&tree(&[("crates/drystone/src/world/mod.rs", text)]));
+    assert_eq!(
+        found,
+        ["crates/drystone/src/world/mod.rs:3: `unsafe` outside crates/drystone/src/base/"]
+    );
+}
+
+#[test]
+fn long_file_is_found_and_its_tests_do_not_count() {
+    let code = "fn f() {}\n".repeat(600);
+    let tested = format!("{code}#[cfg(test)]\nmod tests {{\n{code}}}\n");
+    assert_eq!(source::check(&tree(&[("crates/a/src/a.rs", &tested)])), [""; 0]);
+    let longer = format!("{tested}fn g() {{}}\n");
+    assert_eq!(source::check(&tree(&[("crates/a/src/a.rs", &longer)])).len(), 1);
+}
+
+#[test]
+fn note_for_later_needs_an_issue() {
+    let note = note();
+    let good = format!("// {note}(#12): faster\nlet s = \"{note}\";\n");
+    assert_eq!(source::check(&tree(&[("a.rs", &good)])), [""; 0]);
+    for bad in [format!("// {note}: x"), format!("/* {note}(#) */"), format!("// {note} #3")] {
+        assert_eq!(source::check(&tree(&[("a.rs", &bad)])).len(), 1, "{bad}");
+    }
+}
+
+fn note() -> String {
+    ["TO", "DO"].concat()
+}
+
+#[test]
+fn lexer_tells_code_from_the_rest() {
+    let text = "f('\"', 'a', '\\'', '\\u{41}'); // c \"s\"\nlet x: &'a str = r#\"raw \" // \"#; /* a /* b */ \"c\" */ g(\"\\\"\");é\n";
+    let parts = Source::new(text);
+    assert_eq!(parts.code.len(), text.len());
+    assert_eq!(parts.comments.split_whitespace().collect::<String>(), "//c\"s\"/*a/*b*/\"c\"*/");
+    assert_eq!(parts.strings.split_whitespace().collect::<String>(), "r#\"raw\"//\"#\"\\\"\"");
+    assert!(parts.code.contains("'\"', 'a'") && parts.code.contains("g("));
+}
