@@ -7,6 +7,8 @@ mod half_space;
 pub(crate) mod mesh;
 mod round;
 #[cfg(test)]
+mod rest_tests;
+#[cfg(test)]
 mod tests;
 
 pub(crate) use mesh::collide_mesh;
