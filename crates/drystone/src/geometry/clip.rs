@@ -169,7 +169,7 @@ pub(crate) fn reduce(points: &[ManifoldPoint], normal: Vec3) -> Manifold {
     }
     let size = points.iter().map(|p| (p.position - points[0].position).length_squared());
     // Points at equal depth but for rounding: the first one stays the first from step to step.
-    let slack = 1.0e-4 * size.fold(0.0_f32, crate::base::math::greater).sqrt();
+    let slack = 2.0e-5 * size.fold(0.0_f32, crate::base::math::greater).sqrt();
     let mut deepest = 0;
     for (i, p) in points.iter().enumerate() {
         if p.separation < points[deepest].separation - slack {
