@@ -119,7 +119,12 @@ pub(crate) struct Reference<'a> {
 
 /// Contact of a flat side of A with a polygon or line of B: `incident` cut to the prism above the
 /// reference, four points of it within `margin` [m].
-pub(crate) fn clip(reference: &Reference<'_>, incident: &mut Polygon, margin: f32, flag: FeatureId) -> Manifold {
+pub(crate) fn clip(
+    reference: &Reference<'_>,
+    incident: &mut Polygon,
+    margin: f32,
+    flag: FeatureId,
+) -> Manifold {
     let n = reference.normal;
     let corners = reference.corners;
     let mut spare = Polygon::empty();
@@ -235,12 +240,6 @@ pub(crate) fn closest_of_segments(a: [Vec3; 2], b: [Vec3; 2]) -> (Vec3, Vec3, f3
     (a[0] + da * s, b[0] + db * t, s, t)
 }
 
-pub(crate) fn clamp01(x: f32) -> f32 {
-    if x < 0.0 {
-        0.0
-    } else if x > 1.0 {
-        1.0
-    } else {
-        x
-    }
+pub(crate) const fn clamp01(x: f32) -> f32 {
+    x.clamp(0.0, 1.0)
 }

@@ -50,7 +50,8 @@ pub(crate) fn least_overlap(
         }
         let p = support(nearest.normal);
         let gain = nearest.normal.dot(p) - nearest.offset;
-        if !(gain > f64::from(tolerance)) || !body.grow(p) {
+        let grows = gain > f64::from(tolerance) && body.grow(p);
+        if !grows {
             return nearest.normal.narrow().try_normalize();
         }
     }
@@ -82,7 +83,9 @@ impl Growing {
         let normal = unit(b.minus(a).cross(c.minus(a)))?;
         let d = wider(normal, a);
         let height = normal.dot(d.minus(a));
-        if !(height.abs() > 1.0e-9 * b.minus(a).dot(b.minus(a)).sqrt()) {
+        let width = b.minus(a).dot(b.minus(a)).sqrt();
+        let is_solid = height.abs() > 1.0e-9 * width;
+        if !is_solid {
             return None;
         }
         let mut body = Self {
@@ -90,7 +93,7 @@ impl Growing {
             corner_count: 4,
             faces: [Face::default(); MAX_FACES],
             face_count: 0,
-            flush: 1.0e-12 * b.minus(a).dot(b.minus(a)).sqrt(),
+            flush: 1.0e-12 * width,
         };
         body.corners[..4].copy_from_slice(&[a, b, c, d]);
         let faces: [[u8; 3]; 4] = if height > 0.0 {

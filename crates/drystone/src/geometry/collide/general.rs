@@ -146,17 +146,9 @@ impl<'a> Pair<'a> {
 
     fn overlap_direction(&self) -> Option<Vec3> {
         match (self.a, self.b) {
-            (Convex::Point, Convex::Hull(hull)) => {
-                let inside = self.b_in_a.local_point(Vec3::ZERO);
-                let n = least_deep_face(*hull, |plane_normal, offset| {
-                    plane_normal.dot(inside) - offset
-                });
-                Some(-self.b_in_a.direction(n.0))
-            }
             (Convex::Segment { half_height }, Convex::Hull(hull)) => {
-                let ends = [-1.0, 1.0].map(|s| {
-                    self.b_in_a.local_point(vec3(0.0, s * half_height, 0.0))
-                });
+                let ends =
+                    [-1.0, 1.0].map(|s| self.b_in_a.local_point(vec3(0.0, s * half_height, 0.0)));
                 Some(-self.b_in_a.direction(segment_in_hull(*hull, ends)))
             }
             _ => epa::least_overlap(
@@ -241,29 +233,22 @@ fn against_face(
     clip(&reference, &mut incident, margin, flag)
 }
 
-fn least_deep_face(hull: Polytope<'_>, signed: impl Fn(Vec3, f32) -> f32) -> (Vec3, f32) {
-    let mut best = (Vec3::Y, f32::NEG_INFINITY);
-    for plane in hull.planes {
-        let d = signed(plane.normal, plane.offset);
-        if d > best.1 {
-            best = (plane.normal, d);
-        }
-    }
-    best
-}
-
 /// The outward direction along which a segment that meets a hull leaves it first: normals of faces,
 /// and edges crossed with the segment where the segment's circle on the Gauss map crosses the
 /// edge's arc.
 fn segment_in_hull(hull: Polytope<'_>, ends: [Vec3; 2]) -> Vec3 {
-    let mut best = least_deep_face(hull, |n, offset| {
-        lesser(n.dot(ends[0]), n.dot(ends[1])) - offset
-    });
+    let mut best = (Vec3::Y, f32::NEG_INFINITY);
+    for plane in hull.planes {
+        let d = lesser(plane.distance(ends[0]), plane.distance(ends[1]));
+        if d > best.1 {
+            best = (plane.normal, d);
+        }
+    }
     let along = ends[1] - ends[0];
     for pair in hull.edges.chunks_exact(2) {
         let [u, v] = [pair[0], pair[1]].map(|e| hull.planes[usize::from(e.face)].normal);
         let (p, q) = (u.dot(along), v.dot(along));
-        if !(p * q < 0.0) {
+        if p * q >= 0.0 {
             continue;
         }
         let [tail, head] = [pair[0], pair[1]].map(|e| hull.vertices[usize::from(e.origin)]);

@@ -123,7 +123,8 @@ fn a_rolling_cylinder_keeps_its_line_exactly() {
     let c = Shape::cylinder(0.4, 0.5);
     for k in 0..400_u16 {
         let turn = f32::from(k) * 0.01;
-        let q = Quat::from_axis_angle(Vec3::Y, 0.3) * lying() * Quat::from_axis_angle(Vec3::Y, turn);
+        let q =
+            Quat::from_axis_angle(Vec3::Y, 0.3) * lying() * Quat::from_axis_angle(Vec3::Y, turn);
         let m = touch(&ground, &c, &Pose::new([0.1, top + 0.499, 0.0], q), 0.02);
         assert_eq!((m.count, m.normal), (2, Vec3::Y), "{m:?}");
         for p in m.points() {
@@ -171,10 +172,7 @@ fn crossed_box_edges_touch_in_one_point() {
 #[test]
 fn a_triangle_is_a_polytope_of_two_faces() {
     let vertices = [vec3(-2.0, 0.0, -2.0), vec3(0.0, 0.0, 3.0), vec3(2.0, 0.0, -2.0)];
-    let planes = [
-        Plane { normal: Vec3::Y, offset: 0.0 },
-        Plane { normal: -Vec3::Y, offset: 0.0 },
-    ];
+    let planes = [Plane { normal: Vec3::Y, offset: 0.0 }, Plane { normal: -Vec3::Y, offset: 0.0 }];
     // Face 0 runs 0 1 2, face 1 back.
     let edge = |origin, face, next| HalfEdge { origin, face, next };
     let edges =
@@ -193,7 +191,8 @@ fn a_triangle_is_a_polytope_of_two_faces() {
     for _ in 0..200 {
         let turn = Quat::from_axis_angle(Vec3::Y, random.signed());
         let pose = Pose::new([0.2 * random.signed(), 0.24, 0.2 * random.signed()], turn);
-        let m = collide_polytopes(triangle, hull.polytope(), &pose, 0.02, &mut PairCache::default());
+        let m =
+            collide_polytopes(triangle, hull.polytope(), &pose, 0.02, &mut PairCache::default());
         assert_eq!((m.count, m.normal), (4, Vec3::Y), "{m:?}");
         assert!((least(&m) + 0.01).abs() < 1.0e-5);
         let w = collide_polytopes(

@@ -21,7 +21,8 @@ pub(super) struct Random(pub(super) u64);
 impl Random {
     /// From -1 to 1.
     pub(super) fn signed(&mut self) -> f32 {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        self.0 =
+            self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         (self.0 >> 40) as f32 / 8_388_608.0 - 1.0
     }
 
@@ -139,14 +140,16 @@ fn the_separation_is_that_along_the_normal_and_no_direction_separates_more() {
         assert!((m.normal.length() - 1.0).abs() < 1.0e-5, "{what:?}");
         let s = least(&m);
         let exact = along(a, b, pose, m.normal);
-        if (s - exact).abs() > 1.0e-3 { println!("EXACT {} {} {s} {exact}", what.0, what.1); }
-        if best > exact + 1.0e-3 { println!("BEST {} {} {best} {exact}", what.0, what.1); }
+        // Deep in a hull the deepest corner may lie beside the face that pushes it out.
+        let lost = if exact < -0.02 { 0.05 } else { 1.0e-3 };
+        assert!(s > exact - 1.0e-3 && s < exact + lost, "{what:?} {s} {exact} {m:?}");
+        assert!(best < exact + 1.0e-3, "{what:?}: {best} is better than {exact} {m:?}");
     });
 }
 
 #[test]
 fn separations_agree_with_parry() {
-    let (mut compared, mut deeper) = (0, 0);
+    let (mut compared, mut apart) = (0, 0);
     for_random_pairs(150, |a, b, pose| {
         let (Some(x), Some(y)) = (peer(a), peer(b)) else { return };
         let there = peer_pose(pose);
@@ -163,15 +166,16 @@ fn separations_agree_with_parry() {
         }
         assert!(m.count > 0, "{what:?} {theirs:?}");
         let s = least(&m);
-        if !(s > theirs.dist - 1.0e-3) { println!("PARRY {} {} {s} {}", what.0,what.1, theirs.dist); }
-        if s > theirs.dist + 1.0e-3 { println!("PARRYD {} {} {s} {}", what.0,what.1, theirs.dist); }
-        // Their search for the depth of round bodies ends early now and then: less deep is right
-        // where the normal proves it, which the test above does.
-        deeper += usize::from(s > theirs.dist + 1.0e-3);
+        // Their search for the depth of round bodies ends early now and then: what their normal
+        // proves is the distance.
+        let n = theirs.normal1;
+        let proven = along(a, b, pose, vec3(n.x, n.y, n.z));
+        assert!(s > proven - 1.0e-3, "{what:?} {s} {proven} {theirs:?}");
+        apart += usize::from((s - theirs.dist).abs() > 1.0e-3);
         compared += 1;
     });
     assert!(compared > 1000, "{compared}");
-    assert!(deeper * 50 < compared, "{deeper} of {compared}");
+    assert!(apart * 200 < compared, "{apart} of {compared}");
 }
 
 #[test]
@@ -231,12 +235,17 @@ fn any_pose_is_answered_without_panic() {
         for b in &shapes {
             for x in numbers {
                 for y in numbers {
-                    for q in [Quat::IDENTITY, Quat::new(0.5, 0.5, 0.5, 0.5), Quat::new(x, 0.0, 0.0, 1.0)] {
+                    for q in
+                        [Quat::IDENTITY, Quat::new(0.5, 0.5, 0.5, 0.5), Quat::new(x, 0.0, 0.0, 1.0)]
+                    {
                         let pose = Pose::new([x, y, x], q);
                         let m = touch(a, b, &pose, 0.1);
                         let tame = x.abs() < 10.0 && y.abs() < 10.0 && q.angle() < 7.0;
                         if tame {
-                            assert!(m.normal.is_finite() && least(&m) > -10.0, "{a:?} {b:?} {pose:?}");
+                            assert!(
+                                m.normal.is_finite() && least(&m) > -10.0,
+                                "{a:?} {b:?} {pose:?}"
+                            );
                         }
                     }
                 }
