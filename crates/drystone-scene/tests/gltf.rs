@@ -726,3 +726,31 @@ fn an_obj_file_gives_a_body_for_each_object() {
     bake::write(&out, &l, &motion).unwrap();
     assert_poses(&out, &l.node_of_body, &motion);
 }
+
+#[test]
+fn triangle_soups_on_moving_bodies_never_panic() {
+    let mut state = 3;
+    let folder = scratch("soup");
+    let path = folder.join("soup.obj");
+    for round in 0..40 {
+        let mut number =
+            |wide: usize| f32::from(u8::try_from(next(&mut state) % wide).unwrap()) / 8.0;
+        // Few different coordinates: plenty of flat, equal and zero-area triangles; sizes from mm to km.
+        let wide = [3, 9, 64][round % 3];
+        let size = [1e-3, 1.0, 1e3, 1e6][round % 4];
+        let mut text = String::new();
+        for _ in 0..30 {
+            let v = vec3(number(wide), number(wide), number(wide)) * size;
+            text.push_str(&format!("v {} {} {}\n", v.x, v.y, v.z));
+        }
+        for _ in 0..4 + round {
+            let mut corner = || 1 + next(&mut state) % 30;
+            text.push_str(&format!("f {} {} {}\n", corner(), corner(), corner()));
+        }
+        fs::write(&path, text).unwrap();
+        let options = Options { auto_colliders: Some(AutoColliders::Mesh), ..Options::default() };
+        if let Ok(l) = drystone_scene::obj::load(&path, &options) {
+            assert!(l.scene.bodies.iter().all(|b| b.def.validate().is_ok()));
+        }
+    }
+}
