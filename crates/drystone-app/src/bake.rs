@@ -1,0 +1,52 @@
+//! The motion of a run, kept for the baked file.
+
+use std::path::{Path, PathBuf};
+
+use drystone::{BodyId, World};
+use drystone_scene::bake::{self, Motion};
+
+use crate::load::Loaded;
+use crate::output::{Failure, probe};
+
+/// Poses of all bodies over the run; 28 bytes a body and step.
+#[derive(Debug)]
+pub(crate) struct Bake {
+    path: PathBuf,
+    motion: Motion,
+}
+
+impl Bake {
+    /// Nothing kept yet; the file can be written.
+    pub(crate) fn create(path: &Path) -> Result<Self, Failure> {
+        probe(path)?;
+        Ok(Self { path: path.to_owned(), motion: Motion::default() })
+    }
+
+    /// Adds the poses at `time` [s]. A body that joins late has fewer.
+    pub(crate) fn add(&mut self, time: f64, world: &World, bodies: &[BodyId]) {
+        self.motion.times.push(seconds(time));
+        let poses = &mut self.motion.poses;
+        poses.resize_with(poses.len().max(bodies.len()), Vec::new);
+        for (&id, poses) in bodies.iter().zip(poses) {
+            if let Some(body) = world.body(id) {
+                poses.push(body.pose());
+            }
+        }
+    }
+
+    /// Writes the file; returns its path.
+    pub(crate) fn finish(self, loaded: &Loaded) -> Result<PathBuf, Failure> {
+        match loaded {
+            Loaded::BuiltIn(scene) => bake::write_scene(&self.path, scene, &self.motion),
+            Loaded::Gltf(loaded) => bake::write(&self.path, loaded, &self.motion),
+        }
+        .map_err(Failure::failed)?;
+        Ok(self.path)
+    }
+}
+
+/// The file keeps times as f32.
+#[expect(clippy::cast_possible_truncation, reason = "rounding is meant")]
+const fn seconds(time: f64) -> f32 {
+    time as f32
+}
