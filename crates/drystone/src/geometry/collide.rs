@@ -14,6 +14,7 @@ mod tests;
 pub(crate) use mesh::collide_mesh;
 
 use self::convex::Convex;
+pub(crate) use self::mesh::collide_mesh;
 use super::clip::flip;
 use super::manifold::Manifold;
 use super::sat;
