@@ -11,7 +11,6 @@ mod rest_tests;
 #[cfg(test)]
 mod tests;
 
-pub(crate) use mesh::collide_mesh;
 
 use self::convex::Convex;
 pub(crate) use self::mesh::collide_mesh;
