@@ -4,11 +4,11 @@ use std::collections::BTreeMap;
 use std::process::ExitCode;
 
 use drystone::{BodyKind, Method};
-use drystone_scene::{Parameter, Range, SceneBody, Script, catalog};
+use drystone_scene::{Parameter, Range, catalog};
 
 use crate::Outcome;
 use crate::cli::{Info, count};
-use crate::load::{build, load};
+use crate::load::{build, dropped, load};
 use crate::measure::lines_of;
 use crate::output::{self, Failure, one_line};
 use crate::report::{Page, si};
@@ -18,14 +18,10 @@ pub(crate) fn scenes() -> Outcome {
     let mut rows = Vec::new();
     for entry in catalog() {
         let scene = drystone_scene::named(entry.name).map_err(Failure::failed)?;
-        let later = match &scene.script {
-            Script::Drop { bodies, .. } => bodies.len(),
-            _ => 0,
-        };
         let parameters: Vec<String> = entry.parameters.iter().map(shown).collect();
         rows.push([
             entry.name.to_owned(),
-            (scene.bodies.len() + later).to_string(),
+            (scene.bodies.len() + dropped(&scene).len()).to_string(),
             one_line(entry.summary),
             parameters.join(","),
         ]);
@@ -74,8 +70,7 @@ const LISTED: usize = 40;
 pub(crate) fn info(args: &Info) -> Outcome {
     let loaded = load(&args.source, None)?;
     let scene = loaded.scene();
-    let running =
-        scene.build().map_err(|e| Failure::failed(format_args!("{}: {e}", args.source.scene)))?;
+    let running = build(scene, &args.source.scene)?;
     let mut page = Page::default();
     page.row("scene", &one_line(&format!("{} - {}", args.source.scene, scene.summary)));
     let (g, c) = (scene.config.gravity, &scene.config);
@@ -91,10 +86,7 @@ pub(crate) fn info(args: &Info) -> Outcome {
             count(substeps, "substep")
         ),
     );
-    let dropped: &[SceneBody] = match &scene.script {
-        Script::Drop { bodies, .. } => bodies,
-        _ => &[],
-    };
+    let dropped = dropped(scene);
     let mut kinds: BTreeMap<&str, usize> = BTreeMap::new();
     let mut shapes: BTreeMap<&str, usize> = BTreeMap::new();
     let mut sensors = 0;

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use drystone::Vec3;
 use drystone_scene::gltf::{self, LoadedGltf};
-use drystone_scene::{BuildError, Running, Scene, obj};
+use drystone_scene::{BuildError, Running, Scene, SceneBody, Script, obj};
 
 use crate::cli::{AutoColliders, Source, has_extension};
 use crate::output::Failure;
@@ -17,7 +17,7 @@ const FILES: [&str; 3] = ["gltf", "glb", "obj"];
 #[derive(Debug)]
 pub(crate) enum Loaded {
     /// From the catalog.
-    BuiltIn(Scene),
+    BuiltIn(Box<Scene>),
     /// From a file, which is kept for baking.
     Gltf(Box<LoadedGltf>),
 }
@@ -56,7 +56,7 @@ pub(crate) fn load(source: &Source, gravity: Option<Vec3>) -> Result<Loaded, Fai
                     source.scene
                 )));
             }
-            Ok(scene) => return Ok(Loaded::BuiltIn(scene)),
+            Ok(scene) => return Ok(Loaded::BuiltIn(Box::new(scene))),
             Err(e) if !path.exists() => {
                 return Err(Failure::failed(format_args!("{}: {e}", source.scene)));
             }
@@ -103,6 +103,14 @@ fn file(
     let read = if has_extension(path, &["obj"]) { obj::load } else { gltf::load };
     let loaded = read(path, &options).map_err(Failure::failed)?;
     Ok(Loaded::Gltf(Box::new(loaded)))
+}
+
+/// The bodies that join while the scene runs.
+pub(crate) fn dropped(scene: &Scene) -> &[SceneBody] {
+    match &scene.script {
+        Script::Drop { bodies, .. } => bodies,
+        _ => &[],
+    }
 }
 
 /// The scene as a world; `source` is what the user called it.

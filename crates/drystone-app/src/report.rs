@@ -53,7 +53,7 @@ pub(crate) struct Report {
     stages_ms: Vec<(&'static str, f64)>,
     contacts: Contacts,
     energy: Energies,
-    /// Change of the sum of momentum over the run [kg m/s].
+    /// Change of the sum of momentum over the run [kg m/s], by gravity and static bodies too.
     momentum_drift: f32,
     penetration: Penetration,
     joint_error: JointError,
@@ -261,7 +261,7 @@ impl Report {
         }
         for path in written {
             let size = std::fs::metadata(path).map_or(0, |m| m.len());
-            page.row("written", &format!("{} ({})", path.display(), bytes(size)));
+            page.row("written", &one_line(&format!("{} ({})", path.display(), bytes(size))));
         }
         page.text
     }

@@ -39,8 +39,7 @@ pub(crate) fn simulate(args: &Simulate) -> Outcome {
     let steps = args
         .steps
         .unwrap_or_else(|| steps_of(args.seconds.unwrap_or_else(|| f64::from(scene.seconds)), hz));
-    let mut running =
-        scene.build().map_err(|e| Failure::failed(format_args!("{}: {e}", args.source.scene)))?;
+    let mut running = build(scene, &args.source.scene)?;
     let threads = threads(args);
     if threads > 1 {
         running.world.set_executor(Arc::new(Team::new(threads)));

@@ -66,8 +66,7 @@ impl Trace {
     }
 }
 
-/// Appends the shortest text that reads back to the same number. Several times as fast as
-/// `core::fmt`, which was two thirds of a large scene's run with a trace.
+/// Appends the shortest text that reads back to the same number.
 fn push_f32(row: &mut Vec<u8>, x: f32) {
     row.extend_from_slice(zmij::Buffer::new().format(x).as_bytes());
 }

@@ -367,6 +367,16 @@ fn no_step_at_all_is_a_run_too() {
     assert!(fs::read_to_string(folder.join("t.csv")).unwrap().lines().count() > 1);
 }
 
+#[test]
+fn bodies_that_join_late_are_traced_and_baked() {
+    let folder = folder("joining");
+    let out = ["--steps", "40", "--trace", "t.csv", "--bake", "b.glb"];
+    succeed(&folder, &[&["simulate", "large_world:tiles=10"], &out[..]].concat());
+    let trace = fs::read_to_string(folder.join("t.csv")).unwrap();
+    let rows = |step: &str| trace.lines().filter(|l| l.starts_with(&format!("{step},"))).count();
+    assert!(rows("0") < rows("40"), "{} rows, then {}", rows("0"), rows("40"));
+}
+
 #[cfg(unix)]
 #[test]
 fn a_reader_that_has_gone_is_no_failure() {

@@ -726,3 +726,48 @@ fn an_obj_file_gives_a_body_for_each_object() {
     bake::write(&out, &l, &motion).unwrap();
     assert_poses(&out, &l.node_of_body, &motion);
 }
+
+#[test]
+fn triangle_soups_on_moving_bodies_never_panic() {
+    let mut state = 3;
+    let folder = scratch("soup");
+    let path = folder.join("soup.obj");
+    for round in 0..8 {
+        let mut number =
+            |wide: usize| f32::from(u8::try_from(next(&mut state) % wide).unwrap()) / 8.0;
+        // Few different coordinates: plenty of flat, equal and zero-area triangles; sizes from mm to km.
+        let wide = [3, 9, 64][round % 3];
+        let size = [1e-3, 1.0, 1e3, 1e6][round % 4];
+        let mut text = String::new();
+        for _ in 0..30 {
+            let v = vec3(number(wide), number(wide), number(wide)) * size;
+            text.push_str(&format!("v {} {} {}\n", v.x, v.y, v.z));
+        }
+        for _ in 0..4 + 5 * round {
+            let mut corner = || 1 + next(&mut state) % 30;
+            text.push_str(&format!("f {} {} {}\n", corner(), corner(), corner()));
+        }
+        fs::write(&path, text).unwrap();
+        let options = Options { auto_colliders: Some(AutoColliders::Mesh), ..Options::default() };
+        if let Ok(l) = drystone_scene::obj::load(&path, &options) {
+            assert!(l.scene.bodies.iter().all(|b| b.def.validate().is_ok()));
+        }
+    }
+}
+
+#[test]
+fn a_file_without_meshes_shows_its_colliders() {
+    let loaded = load("compound_and_scale.gltf");
+    let motion = flight(&loaded.scene, 10);
+    let path = scratch("bake").join("shown.glb");
+    bake::write(&path, &loaded, &motion).unwrap();
+    let (world, document) = sampled(&path, 0.0);
+    // Floor and two boxes; the third one is switched off.
+    let shown: Vec<_> =
+        document.nodes().filter(|n| n.mesh().is_some()).map(|n| n.index()).collect();
+    assert_eq!(shown.len(), 3);
+    for (node, x) in shown.iter().zip([0.0, -1.0, 1.0]) {
+        assert!((world[*node].position.x - x).abs() < 1e-5);
+    }
+    assert_eq!(gltf::load(&path, &Options::default()).unwrap().scene.bodies.len(), 2);
+}

@@ -59,6 +59,7 @@ pub(super) fn add(
     }
     let root = At::root(&document.json);
     let tree = read_tree(&root)?;
+    show_a_scene(&mut output.json, &tree);
     let mut body_of_node = vec![None; tree.nodes.len()];
     for (body, &node) in node_of_body.iter().enumerate() {
         body_of_node[node] = Some(body);
@@ -72,7 +73,7 @@ pub(super) fn add(
         let track = track(document, &tree, &body_of_node, motion, body, node, reparent);
         if track.moves() || track.first > 0 {
             if reparent && tree.nodes[node].parent.is_some() {
-                move_to_scene(&mut output.json, &tree, node, document);
+                move_to_scene(&mut output.json, &tree, node);
             }
             tracks.push(track);
         }
@@ -83,6 +84,18 @@ pub(super) fn add(
     release(&mut output.json, &tracks);
     write_tracks(output, &motion.times, &tracks);
     Ok(())
+}
+
+/// A viewer shows a scene: makes one of all roots if there is none, and says which if that is left open.
+fn show_a_scene(json: &mut Value, tree: &Tree) {
+    if list(json, "scenes").is_empty() {
+        let root = |n: &usize| tree.nodes[*n].parent.is_none();
+        let roots: Vec<usize> = tree.order.iter().copied().filter(root).collect();
+        push(json, "scenes", json!({"nodes": roots}));
+    }
+    if json.get("scene").is_none() {
+        json["scene"] = json!(0);
+    }
 }
 
 /// True if the parent only moves, turns and scales evenly: then the node's local transform is again
@@ -235,7 +248,7 @@ fn release(json: &mut Value, tracks: &[Track]) {
 }
 
 /// Makes a node a root of the shown scene.
-fn move_to_scene(json: &mut Value, tree: &Tree, node: usize, document: &Document) {
+fn move_to_scene(json: &mut Value, tree: &Tree, node: usize) {
     if let Some(parent) = tree.nodes[node].parent {
         let siblings = list(&mut list(json, "nodes")[parent], "children");
         siblings.retain(|c| c.as_u64() != Some(node as u64));
@@ -245,7 +258,7 @@ fn move_to_scene(json: &mut Value, tree: &Tree, node: usize, document: &Document
             object.remove("children");
         }
     }
-    let scene = document.json.get("scene").and_then(Value::as_u64).unwrap_or(0);
+    let scene = json.get("scene").and_then(Value::as_u64).unwrap_or(0);
     let scenes = list(json, "scenes");
     if let Some(scene) = usize::try_from(scene).ok().and_then(|s| scenes.get_mut(s)) {
         push(scene, "nodes", json!(node));

@@ -1,13 +1,13 @@
 //! A document for a scene that comes from no file: nodes, meshes, materials, physics.
 
 use drystone::{
-    BodyDef, BodyKind, Combine, Filter, MassDef, Material, Pose, Quat, Shape, ShapeDef, Vec3,
+    BodyDef, BodyKind, Combine, Filter, MassDef, Material, Pose, Quat, Shape, ShapeDef, Vec3, vec3,
 };
 use serde_json::{Value, json};
 
 use super::file::{bytes_of, push};
 use super::solids::{self, Surface};
-use crate::gltf::{Document, STATIC_BODY, of_shapes};
+use crate::gltf::{At, Document, LoadedGltf, STATIC_BODY, of_shapes, read_tree};
 use crate::scene::{Scene, SceneBody, Script};
 
 /// Colors (linear red, green, blue): static, kinematic, trigger, then those of moving bodies by turns.
@@ -28,7 +28,11 @@ const PHYSICS: &str = "KHR_physics_rigid_bodies";
 /// What is made so far.
 struct Build {
     json: Value,
+    /// What goes into buffer `buffer`.
     bytes: Vec<u8>,
+    buffer: usize,
+    /// Number of the first of [`COLORS`] among the document's materials.
+    first_color: usize,
     /// Meshes by what they show: shape, color, number.
     meshes: Vec<(ShapeKey, usize, usize)>,
     implicit: Vec<Value>,
@@ -77,6 +81,53 @@ pub(super) fn document(scene: &Scene) -> (Document, Vec<usize>) {
     (Document { json: build.json, buffers, folder: std::path::PathBuf::new() }, nodes)
 }
 
+/// The color of a shape of body `number`.
+fn color(def: &BodyDef, shape: &ShapeDef, number: usize) -> usize {
+    match def.kind {
+        _ if shape.sensor => 2,
+        BodyKind::Static => 0,
+        BodyKind::Kinematic => 1,
+        BodyKind::Dynamic => MOVING + number % (COLORS.len() - MOVING),
+    }
+}
+
+/// The document that was read; if it has nothing to look at, with a node for each shape of each body.
+pub(super) fn shown(loaded: &LoadedGltf) -> Document {
+    let document = &loaded.document;
+    let root = At::root(&document.json);
+    let nodes = root.list("nodes").unwrap_or_default();
+    let Ok(tree) = read_tree(&root) else { return document.clone() };
+    if nodes.iter().any(|n| n.get("mesh").is_some()) {
+        return document.clone();
+    }
+    let mut build = Build::on(document.json.clone(), document.buffers.len());
+    for (number, (body, &owner)) in loaded.scene.bodies.iter().zip(&loaded.node_of_body).enumerate()
+    {
+        let scale = tree.nodes[owner].scale;
+        for shape in &body.def.shapes {
+            let pose = seat(shape);
+            let turned = pose.rotation != Quat::IDENTITY;
+            let uneven = (scale - Vec3::splat(scale.x)).length() > 1.0e-5;
+            if scale.abs().min_element() < 1.0e-6 || (turned && uneven) {
+                // The node's own scale would tear the picture apart.
+                continue;
+            }
+            let undo = vec3(1.0 / scale.x, 1.0 / scale.y, 1.0 / scale.z);
+            let mesh = build.mesh_of(&shape.shape, color(&body.def, shape, number));
+            let mut node = json!({"mesh": mesh});
+            place(&mut node, &Pose::new(pose.position.mul_each(undo), pose.rotation));
+            if undo != Vec3::ONE {
+                node["scale"] = json!(undo.to_array());
+            }
+            let child = push(&mut build.json, "nodes", node);
+            push(&mut super::file::list(&mut build.json, "nodes")[owner], "children", json!(child));
+        }
+    }
+    let mut buffers = document.buffers.clone();
+    buffers.push(build.bytes);
+    Document { json: build.json, buffers, folder: document.folder.clone() }
+}
+
 /// A mesh of a document without physics.
 #[derive(Clone, Debug)]
 pub(crate) struct MeshPart {
@@ -116,15 +167,23 @@ impl Build {
             "asset": {"version": "2.0", "generator": "drystone", "extras": {"name": name}},
             "scene": 0, "scenes": [{"nodes": []}],
         });
+        Self::on(json, 0)
+    }
+
+    /// Adds to a document that has `buffers` buffers.
+    fn on(json: Value, buffers: usize) -> Self {
         let mut build = Self {
             json,
             bytes: Vec::new(),
+            buffer: buffers,
+            first_color: 0,
             meshes: Vec::new(),
             implicit: Vec::new(),
             materials: Vec::new(),
             filters: Vec::new(),
             filtered: false,
         };
+        build.first_color = super::file::list(&mut build.json, "materials").len();
         for (i, rgb) in COLORS.iter().enumerate() {
             let [r, g, b] = *rgb;
             let (alpha, mode) = if i == 2 { (0.3, "BLEND") } else { (1.0, "OPAQUE") };
@@ -148,24 +207,18 @@ impl Build {
         if def.kind != BodyKind::Static {
             physics["motion"] = motion(def);
         }
-        let color = |shape: &ShapeDef| match def.kind {
-            _ if shape.sensor => 2,
-            BodyKind::Static => 0,
-            BodyKind::Kinematic => 1,
-            BodyKind::Dynamic => MOVING + number % (COLORS.len() - MOVING),
-        };
         let mut children = Vec::new();
         let single = def.shapes.len() == 1;
         for shape in &def.shapes {
             let pose = seat(shape);
             if single && pose == Pose::IDENTITY {
-                self.shape(&mut node, &mut physics, shape, color(shape));
+                self.shape(&mut node, &mut physics, shape, color(def, shape, number));
                 continue;
             }
             let mut child = json!({});
             place(&mut child, &pose);
             let mut own = json!({});
-            self.shape(&mut child, &mut own, shape, color(shape));
+            self.shape(&mut child, &mut own, shape, color(def, shape, number));
             child["extensions"] = json!({PHYSICS: own});
             children.push(push(&mut self.json, "nodes", child));
         }
@@ -183,16 +236,7 @@ impl Build {
 
     /// Mesh and collider of one shape.
     fn shape(&mut self, node: &mut Value, physics: &mut Value, shape: &ShapeDef, color: usize) {
-        let key = shape_key(&shape.shape);
-        let known = self.meshes.iter().find(|(k, c, _)| *k == key && *c == color);
-        let mesh = match known {
-            Some((_, _, mesh)) => *mesh,
-            None => {
-                let mesh = self.mesh(&solids::of(&shape.shape), color);
-                self.meshes.push((key, color, mesh));
-                mesh
-            }
-        };
+        let mesh = self.mesh_of(&shape.shape, color);
         node["mesh"] = json!(mesh);
         let geometry = match implicit(&shape.shape) {
             Some(description) => {
@@ -215,6 +259,17 @@ impl Build {
             part["physicsMaterial"] = json!(index_of(&mut self.materials, shape.material));
             physics["collider"] = part;
         }
+    }
+
+    /// The mesh that shows a shape in a color.
+    fn mesh_of(&mut self, shape: &Shape, color: usize) -> usize {
+        let key = shape_key(shape);
+        if let Some((_, _, mesh)) = self.meshes.iter().find(|(k, c, _)| *k == key && *c == color) {
+            return *mesh;
+        }
+        let mesh = self.mesh(&solids::of(shape), color);
+        self.meshes.push((key, color, mesh));
+        mesh
     }
 
     fn mesh(&mut self, surface: &Surface, color: usize) -> usize {
@@ -248,14 +303,14 @@ impl Build {
         let component = if short { 5123 } else { 5125 };
         let index = json!({"bufferView": view, "componentType": component, "count": corners.len(), "type": "SCALAR"});
         let index = push(&mut self.json, "accessors", index);
-        let primitive = json!({"attributes": attributes, "indices": index, "material": color});
+        let primitive = json!({"attributes": attributes, "indices": index, "material": self.first_color + color});
         push(&mut self.json, "meshes", json!({"primitives": [primitive]}))
     }
 
     fn view(&mut self, bytes: &[u8], target: u32) -> usize {
         self.bytes.resize(self.bytes.len().next_multiple_of(4), 0);
         let view = json!({
-            "buffer": 0, "byteOffset": self.bytes.len(), "byteLength": bytes.len(), "target": target,
+            "buffer": self.buffer, "byteOffset": self.bytes.len(), "byteLength": bytes.len(), "target": target,
         });
         self.bytes.extend_from_slice(bytes);
         push(&mut self.json, "bufferViews", view)

@@ -30,13 +30,15 @@ pub struct Motion {
 }
 
 /// Writes the document that was read with `motion` as its first animation, as binary glTF or, if
-/// the name ends in `.gltf`, as text with all data inside.
+/// the name ends in `.gltf`, as text with all data inside. If it has no mesh at all, the shapes are
+/// given one each, so that there is something to see.
 ///
 /// # Errors
 /// If the file cannot be written or the motion is not of these bodies.
 pub fn write(path: &Path, loaded: &LoadedGltf, motion: &Motion) -> Result<(), SceneError> {
-    let mut output = file::Output::of(&loaded.document).map_err(|e| e.in_file(path))?;
-    animation::add(&mut output, &loaded.document, &loaded.node_of_body, motion)
+    let document = build::shown(loaded);
+    let mut output = file::Output::of(&document).map_err(|e| e.in_file(path))?;
+    animation::add(&mut output, &document, &loaded.node_of_body, motion)
         .and_then(|()| output.write(path))
         .map_err(|e| e.in_file(path))
 }

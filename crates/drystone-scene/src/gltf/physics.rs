@@ -80,7 +80,6 @@ pub(crate) fn bodies(
             let group = if sensor { nodes.trigger_of.get(&node).copied() } else { None };
             let owner = nodes.motion[node].or(group).unwrap_or(node);
             let body = found.entry(owner).or_insert_with(|| fixed(tree, owner));
-            // A sensor collides with nothing: a mesh serves on any body... but only a hull can move.
             let shapes = geometry.shapes(&at, node, body.kind, notes)?;
             let material = part(&at, "physicsMaterial", &materials, "physicsMaterials")?;
             let filter =

@@ -119,7 +119,12 @@ pub(crate) struct Reference<'a> {
 
 /// Contact of a flat side of A with a polygon or line of B: `incident` cut to the prism above the
 /// reference, four points of it within `margin` [m].
-pub(crate) fn clip(reference: &Reference<'_>, incident: &mut Polygon, margin: f32, flag: FeatureId) -> Manifold {
+pub(crate) fn clip(
+    reference: &Reference<'_>,
+    incident: &mut Polygon,
+    margin: f32,
+    flag: FeatureId,
+) -> Manifold {
     let n = reference.normal;
     let corners = reference.corners;
     let mut spare = Polygon::empty();
@@ -169,7 +174,7 @@ pub(crate) fn reduce(points: &[ManifoldPoint], normal: Vec3) -> Manifold {
     }
     let size = points.iter().map(|p| (p.position - points[0].position).length_squared());
     // Points at equal depth but for rounding: the first one stays the first from step to step.
-    let slack = 1.0e-4 * size.fold(0.0_f32, crate::base::math::greater).sqrt();
+    let slack = 2.0e-5 * size.fold(0.0_f32, crate::base::math::greater).sqrt();
     let mut deepest = 0;
     for (i, p) in points.iter().enumerate() {
         if p.separation < points[deepest].separation - slack {
@@ -235,12 +240,6 @@ pub(crate) fn closest_of_segments(a: [Vec3; 2], b: [Vec3; 2]) -> (Vec3, Vec3, f3
     (a[0] + da * s, b[0] + db * t, s, t)
 }
 
-pub(crate) fn clamp01(x: f32) -> f32 {
-    if x < 0.0 {
-        0.0
-    } else if x > 1.0 {
-        1.0
-    } else {
-        x
-    }
+pub(crate) const fn clamp01(x: f32) -> f32 {
+    x.clamp(0.0, 1.0)
 }

@@ -7,7 +7,10 @@ mod half_space;
 pub(crate) mod mesh;
 mod round;
 #[cfg(test)]
+mod rest_tests;
+#[cfg(test)]
 mod tests;
+
 
 use self::convex::Convex;
 pub(crate) use self::mesh::collide_mesh;
@@ -96,6 +99,8 @@ pub(crate) fn collide_convex(
             let m = frustum.against_point(b_in_a.local_point(Vec3::ZERO), margin);
             flip(&m, b_in_a)
         }
+        (Convex::Point, Convex::Hull(x)) => round::point_face(*x, b_in_a, margin)
+            .unwrap_or_else(|| general::collide(a, b, b_in_a, margin)),
         (Convex::Hull(x), Convex::Hull(y)) => {
             if is_rounded && let Some(m) = general::collide_apart(a, b, b_in_a, margin) {
                 return m;

@@ -7,7 +7,7 @@
 use super::gjk::Wide;
 use crate::base::math::Vec3;
 
-const MAX_CORNERS: usize = 64;
+const MAX_CORNERS: usize = 128;
 const MAX_FACES: usize = 2 * MAX_CORNERS;
 const MAX_HORIZON: usize = MAX_CORNERS;
 
@@ -24,6 +24,9 @@ struct Growing {
     corner_count: usize,
     faces: [Face; MAX_FACES],
     face_count: usize,
+    /// How far a point may be above a face and still count as in its plane [m]: rounding must not
+    /// make a far face visible.
+    flush: f64,
 }
 
 /// The unit direction from A to B along which they overlap least, within `tolerance` [m] of the
@@ -47,7 +50,8 @@ pub(crate) fn least_overlap(
         }
         let p = support(nearest.normal);
         let gain = nearest.normal.dot(p) - nearest.offset;
-        if !(gain > f64::from(tolerance)) || !body.grow(p) {
+        let grows = gain > f64::from(tolerance) && body.grow(p);
+        if !grows {
             return nearest.normal.narrow().try_normalize();
         }
     }
@@ -79,7 +83,9 @@ impl Growing {
         let normal = unit(b.minus(a).cross(c.minus(a)))?;
         let d = wider(normal, a);
         let height = normal.dot(d.minus(a));
-        if !(height.abs() > 1.0e-9 * b.minus(a).dot(b.minus(a)).sqrt()) {
+        let width = b.minus(a).dot(b.minus(a)).sqrt();
+        let is_solid = height.abs() > 1.0e-9 * width;
+        if !is_solid {
             return None;
         }
         let mut body = Self {
@@ -87,6 +93,7 @@ impl Growing {
             corner_count: 4,
             faces: [Face::default(); MAX_FACES],
             face_count: 0,
+            flush: 1.0e-12 * width,
         };
         body.corners[..4].copy_from_slice(&[a, b, c, d]);
         let faces: [[u8; 3]; 4] = if height > 0.0 {
@@ -102,11 +109,15 @@ impl Growing {
 
     fn push(&mut self, corners: [u8; 3]) -> bool {
         let [a, b, c] = corners.map(|i| self.corners[usize::from(i)]);
-        let Some(normal) = unit(b.minus(a).cross(c.minus(a))) else { return false };
         if self.face_count == MAX_FACES {
             return false;
         }
-        self.faces[self.face_count] = Face { corners, normal, offset: normal.dot(a) };
+        // A face of three corners in line closes the surface and is never grown.
+        let nothing = Face { corners, normal: Wide::default(), offset: f64::INFINITY };
+        self.faces[self.face_count] = match unit(b.minus(a).cross(c.minus(a))) {
+            Some(normal) => Face { corners, normal, offset: normal.dot(a) },
+            None => nothing,
+        };
         self.face_count += 1;
         true
     }
@@ -124,7 +135,7 @@ impl Growing {
         let mut k = 0;
         while k < self.face_count {
             let f = self.faces[k];
-            if f.normal.dot(p) - f.offset <= 0.0 {
+            if f.normal.dot(p) - f.offset <= self.flush {
                 k += 1;
                 continue;
             }

@@ -198,7 +198,7 @@ impl EdgeOf {
     /// sign(u·d') d × d'.
     #[inline]
     fn against(&self, b: Polytope<'_>, edge_b: usize, p: f32, q: f32) -> Option<EdgeAxis> {
-        if !(p * q < 0.0) {
+        if p * q >= 0.0 {
             return None;
         }
         let (e, twin) = (b.edges[edge_b], b.edges[edge_b + 1]);
@@ -210,7 +210,7 @@ impl EdgeOf {
         }
         let axis = self.d.cross(d);
         let square = axis.length_squared();
-        if !(square > PARALLEL * self.d.length_squared() * d.length_squared()) {
+        if square <= PARALLEL * self.d.length_squared() * d.length_squared() {
             return None;
         }
         let k = 1.0 / square.sqrt();
@@ -309,8 +309,7 @@ fn face_contact(
     face_polygon(a, face, &mut reference);
     face_polygon(b, incident_face, &mut incident);
     incident.transform(b_in_a);
-    let reference =
-        Reference { corners: reference.corners(), normal: n, offset: plane.offset };
+    let reference = Reference { corners: reference.corners(), normal: n, offset: plane.offset };
     clip(&reference, &mut incident, margin, flag)
 }
 

@@ -46,7 +46,8 @@ impl Frustum {
 
     /// The normal of the end most along `d`, unless that end is a tip.
     pub(crate) fn cap_normal(&self, d: Vec3) -> Option<Vec3> {
-        let (radius, normal) = if d.y < 0.0 { (self.bottom, -Vec3::Y) } else { (self.top, Vec3::Y) };
+        let (radius, normal) =
+            if d.y < 0.0 { (self.bottom, -Vec3::Y) } else { (self.top, Vec3::Y) };
         (radius > 0.0).then_some(normal)
     }
 
@@ -130,11 +131,12 @@ impl Frustum {
                 (out_rho, out_y) = ((rho - rho_on) / length, (p.y - y_on) / length);
             }
         }
-        if !(distance <= margin) {
-            return Manifold::default();
-        }
         let outward = u * out_rho + Vec3::Y * out_y;
-        Manifold::single(outward, p - outward * (0.5 * distance), distance, 0)
+        if distance <= margin {
+            Manifold::single(outward, p - outward * (0.5 * distance), distance, 0)
+        } else {
+            Manifold::default()
+        }
     }
 }
 

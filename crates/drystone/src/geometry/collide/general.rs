@@ -18,9 +18,7 @@ use crate::geometry::manifold::Manifold;
 
 /// Cosine of 0.005 rad: a normal so close to that of a flat side is made the same.
 const SNAP: f32 = 1.0 - 1.25e-5;
-/// Cosine of 0.001 rad: a side so close to the normal carries the contact.
-const FLAT: f32 = 1.0 - 5.0e-7;
-/// Cosine of 0.002 rad: the same for lines.
+/// Cosine of 0.002 rad: lines so close to a right angle with the normal may carry the contact.
 const STRAIGHT: f32 = 1.0 - 2.0e-6;
 
 /// Parts of the size: below NEAR closest points give no good normal; APART is how far bodies are
@@ -28,12 +26,20 @@ const STRAIGHT: f32 = 1.0 - 2.0e-6;
 const NEAR: f32 = 0.01;
 const APART: f32 = 0.02;
 const TIED: f32 = 1.0e-4;
-const EPA_TOLERANCE: f32 = 2.0e-3;
+const EPA_TOLERANCE: f32 = 5.0e-4;
 const REFINEMENTS: usize = 4;
 
 /// Feature ids begin with what the reference is.
 const REFERENCE_B: u32 = 0x8000_0000;
 const SINGLE: u32 = 0x2000_0000;
+
+/// Which solid's flat side carries a contact.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Flat {
+    A,
+    B,
+    Neither,
+}
 
 struct Pair<'a> {
     a: &'a Convex<'a>,
@@ -50,7 +56,6 @@ pub(super) fn collide(a: &Convex<'_>, b: &Convex<'_>, b_in_a: &Pose, margin: f32
     if closest.distance > margin {
         return Manifold::default();
     }
-    let closest = pair.snapped(&closest);
     pair.manifold(&closest, margin)
 }
 
@@ -66,7 +71,7 @@ pub(super) fn collide_apart(
     if c.distance > margin {
         return Some(Manifold::default());
     }
-    (c.distance > NEAR * pair.size).then(|| pair.manifold(&pair.snapped(&c), margin))
+    (c.distance > NEAR * pair.size).then(|| pair.manifold(&c, margin))
 }
 
 impl<'a> Pair<'a> {
@@ -121,33 +126,29 @@ impl<'a> Pair<'a> {
 
     /// Closest points after B is moved along `n` until it is clear of A, moved back again.
     fn moved_apart(&self, n: Vec3) -> Option<Closest> {
-        let shift = n * (APART * self.size - self.separation(n));
+        let before = self.separation(n);
+        let shift = n * (APART * self.size - before);
         let c = gjk::distance(|d| self.a.support(d), |d| self.support_b(d) + shift, n)?;
-        let distance = self.separation(c.normal);
+        let (mut distance, mut normal) = (self.separation(c.normal), c.normal);
+        if before > distance {
+            (distance, normal) = (before, n);
+        }
         let point_b = c.point_b - shift;
         // The move was along n, the answer is along the new normal: what lies across is halved.
-        let off = (point_b - c.point_a) - c.normal * distance;
+        let off = (point_b - c.point_a) - normal * distance;
         Some(Closest {
             distance,
             point_a: c.point_a + off * 0.5,
             point_b: point_b - off * 0.5,
-            normal: c.normal,
+            normal,
         })
     }
 
     fn overlap_direction(&self) -> Option<Vec3> {
         match (self.a, self.b) {
-            (Convex::Point, Convex::Hull(hull)) => {
-                let inside = self.b_in_a.local_point(Vec3::ZERO);
-                let n = least_deep_face(*hull, |plane_normal, offset| {
-                    plane_normal.dot(inside) - offset
-                });
-                Some(-self.b_in_a.direction(n.0))
-            }
             (Convex::Segment { half_height }, Convex::Hull(hull)) => {
-                let ends = [-1.0, 1.0].map(|s| {
-                    self.b_in_a.local_point(vec3(0.0, s * half_height, 0.0))
-                });
+                let ends =
+                    [-1.0, 1.0].map(|s| self.b_in_a.local_point(vec3(0.0, s * half_height, 0.0)));
                 Some(-self.b_in_a.direction(segment_in_hull(*hull, ends)))
             }
             _ => epa::least_overlap(
@@ -158,49 +159,57 @@ impl<'a> Pair<'a> {
         }
     }
 
-    /// The same contact with the exact normal of a flat side, if that is as good.
-    fn snapped(&self, closest: &Closest) -> Closest {
+    /// The flat side that carries the contact, if its normal is as good as the one found, and the
+    /// contact with that exact normal.
+    fn snapped(&self, closest: &Closest) -> (Closest, Flat) {
         let n = closest.normal;
         let of_a = self.a.face_normal(n);
         let of_b = self.b.face_normal(-self.b_in_a.local_direction(n));
         let of_b = of_b.map(|m| -self.b_in_a.direction(m));
-        for m in [of_a, of_b].into_iter().flatten() {
+        for (m, flat) in [(of_a, Flat::A), (of_b, Flat::B)] {
+            let Some(m) = m else { continue };
             if m.dot(n) > SNAP {
                 let distance = self.separation(m);
                 if distance >= closest.distance - TIED * self.size {
-                    return Closest { distance, normal: m, ..*closest };
+                    return (Closest { distance, normal: m, ..*closest }, flat);
                 }
             }
         }
-        *closest
+        (*closest, Flat::Neither)
     }
 
     /// Up to four points from the features that look along the normal.
-    fn manifold(&self, c: &Closest, margin: f32) -> Manifold {
+    fn manifold(&self, closest: &Closest, margin: f32) -> Manifold {
+        let (c, flat) = self.snapped(closest);
         let (a, b, pose, n) = (self.a, self.b, self.b_in_a, c.normal);
         let n_in_b = -pose.local_direction(n);
-        let along_a = a.face_normal(n).map_or(-1.0, |m| m.dot(n));
-        let along_b = b.face_normal(n_in_b).map_or(-1.0, |m| m.dot(n_in_b));
-        let single = || {
-            let position = (c.point_a + c.point_b) * 0.5;
-            Manifold::single(n, position, c.distance, SINGLE)
-        };
-        let m = if along_a >= FLAT && along_a >= along_b - 1.0e-6 {
-            against_face(a, n, b, n_in_b, pose, margin, 0)
-        } else if along_b >= FLAT {
-            let m = against_face(b, n_in_b, a, n, &pose.inverse(), margin, REFERENCE_B);
-            flip(&m, pose)
-        } else {
-            let lines = a.line(n).zip(b.line(n_in_b));
-            let Some(((line_a, cos_a), (line_b, cos_b))) = lines else { return single() };
-            if !(cos_a > STRAIGHT && cos_b > STRAIGHT) {
-                return single();
+        let m = match flat {
+            Flat::A => against_face(a, n, b, n_in_b, pose, margin, 0),
+            Flat::B => {
+                let m = against_face(b, n_in_b, a, n, &pose.inverse(), margin, REFERENCE_B);
+                flip(&m, pose)
             }
-            let sideways = 0.05 * (c.distance.abs() + 0.1 * self.size);
-            let line_b = line_b.map(|p| pose.point(p));
-            along_a_line(line_a, line_b, n, sideways, margin).unwrap_or_default()
+            Flat::Neither => self.along_lines(&c, margin),
         };
-        if m.count > 0 { m } else { single() }
+        if m.count > 0 {
+            return m;
+        }
+        Manifold::single(n, (c.point_a + c.point_b) * 0.5, c.distance, SINGLE)
+    }
+
+    /// Two points where a line on A lies along a line on B.
+    fn along_lines(&self, c: &Closest, margin: f32) -> Manifold {
+        let line_a = self.a.line(c.normal);
+        let line_b = self.b.line(-self.b_in_a.local_direction(c.normal));
+        let Some(((line_a, cos_a), (line_b, cos_b))) = line_a.zip(line_b) else {
+            return Manifold::default();
+        };
+        if !(cos_a > STRAIGHT && cos_b > STRAIGHT) {
+            return Manifold::default();
+        }
+        let sideways = 0.05 * (c.distance.abs() + 0.1 * self.size);
+        let line_b = line_b.map(|p| self.b_in_a.point(p));
+        along_a_line(line_a, line_b, c.normal, sideways, margin).unwrap_or_default()
     }
 }
 
@@ -224,29 +233,22 @@ fn against_face(
     clip(&reference, &mut incident, margin, flag)
 }
 
-fn least_deep_face(hull: Polytope<'_>, signed: impl Fn(Vec3, f32) -> f32) -> (Vec3, f32) {
-    let mut best = (Vec3::Y, f32::NEG_INFINITY);
-    for plane in hull.planes {
-        let d = signed(plane.normal, plane.offset);
-        if d > best.1 {
-            best = (plane.normal, d);
-        }
-    }
-    best
-}
-
 /// The outward direction along which a segment that meets a hull leaves it first: normals of faces,
 /// and edges crossed with the segment where the segment's circle on the Gauss map crosses the
 /// edge's arc.
 fn segment_in_hull(hull: Polytope<'_>, ends: [Vec3; 2]) -> Vec3 {
-    let mut best = least_deep_face(hull, |n, offset| {
-        lesser(n.dot(ends[0]), n.dot(ends[1])) - offset
-    });
+    let mut best = (Vec3::Y, f32::NEG_INFINITY);
+    for plane in hull.planes {
+        let d = lesser(plane.distance(ends[0]), plane.distance(ends[1]));
+        if d > best.1 {
+            best = (plane.normal, d);
+        }
+    }
     let along = ends[1] - ends[0];
     for pair in hull.edges.chunks_exact(2) {
         let [u, v] = [pair[0], pair[1]].map(|e| hull.planes[usize::from(e.face)].normal);
         let (p, q) = (u.dot(along), v.dot(along));
-        if !(p * q < 0.0) {
+        if p * q >= 0.0 {
             continue;
         }
         let [tail, head] = [pair[0], pair[1]].map(|e| hull.vertices[usize::from(e.origin)]);

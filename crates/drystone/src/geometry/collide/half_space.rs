@@ -9,14 +9,15 @@ use crate::geometry::manifold::{Manifold, ManifoldPoint};
 const BATCH: usize = 64;
 
 /// The manifold in the frame of the half-space.
-pub(super) fn collide(normal: Vec3, offset: f32, b: &Convex<'_>, b_in_a: &Pose, margin: f32) -> Manifold {
-    let mut lowest = Lowest {
-        normal,
-        offset,
-        margin,
-        points: [ManifoldPoint::default(); BATCH],
-        count: 0,
-    };
+pub(super) fn collide(
+    normal: Vec3,
+    offset: f32,
+    b: &Convex<'_>,
+    b_in_a: &Pose,
+    margin: f32,
+) -> Manifold {
+    let mut lowest =
+        Lowest { normal, offset, margin, points: [ManifoldPoint::default(); BATCH], count: 0 };
     match b {
         Convex::Point => lowest.add(b_in_a.position, 0),
         Convex::Segment { half_height } => {
@@ -51,7 +52,8 @@ struct Lowest {
 impl Lowest {
     fn add(&mut self, p: Vec3, feature: u32) {
         let separation = self.normal.dot(p) - self.offset;
-        if !(separation <= self.margin) {
+        let is_near = separation <= self.margin;
+        if !is_near {
             return;
         }
         if self.count == BATCH {

@@ -1,8 +1,9 @@
 //! Spheres and capsules among themselves, in closed form. Cores only: the radii come later.
 
-use crate::base::math::{Vec3, vec3};
+use crate::base::math::{Vec3, lesser, vec3};
 use crate::base::pose::Pose;
 use crate::geometry::clip::{clamp01, closest_of_segments};
+use crate::geometry::hull::Polytope;
 use crate::geometry::manifold::{Manifold, ManifoldPoint};
 
 /// Features of the two points of parallel segments; 0 is the single point.
@@ -18,10 +19,11 @@ const SIDEWAYS: f32 = 0.05;
 fn between(a: Vec3, b: Vec3, margin: f32, otherwise: Vec3) -> Manifold {
     let apart = b - a;
     let distance = apart.length();
-    if !(distance <= margin) {
-        return Manifold::default();
+    if distance <= margin {
+        Manifold::single(apart.normalize_or(otherwise), (a + b) * 0.5, distance, 0)
+    } else {
+        Manifold::default()
     }
-    Manifold::single(apart.normalize_or(otherwise), (a + b) * 0.5, distance, 0)
 }
 
 pub(super) fn points(b: Vec3, margin: f32) -> Manifold {
@@ -37,6 +39,41 @@ pub(super) fn point_segment(half_height: f32, b_in_a: &Pose, margin: f32) -> Man
     let t = if square > 0.0 { clamp01(-tail.dot(along) / square) } else { 0.0 };
     let across = b_in_a.direction(Vec3::X);
     between(Vec3::ZERO, tail + along * t, margin, across)
+}
+
+/// A point (A) and a hull (B), where one face decides: the point is inside, above the inner part of
+/// the face, or too far away. `None` leaves edges and corners to the general case.
+pub(super) fn point_face(hull: Polytope<'_>, b_in_a: &Pose, margin: f32) -> Option<Manifold> {
+    let p = b_in_a.local_point(Vec3::ZERO);
+    let (mut face, mut distance) = (0, f32::NEG_INFINITY);
+    for (i, plane) in hull.planes.iter().enumerate() {
+        let d = plane.distance(p);
+        if d > distance {
+            (face, distance) = (i, d);
+        }
+    }
+    if distance > margin {
+        return Some(Manifold::default());
+    }
+    let n = hull.planes.get(face)?.normal;
+    if distance > 0.0 {
+        let first = *hull.face_edges.get(face)?;
+        let mut e = first;
+        loop {
+            let edge = hull.edges[usize::from(e)];
+            let tail = hull.vertices[usize::from(edge.origin)];
+            let head = hull.vertices[usize::from(hull.edges[usize::from(edge.next)].origin)];
+            if (head - tail).cross(n).dot(p - tail) > 0.0 {
+                return None;
+            }
+            e = edge.next;
+            if e == first {
+                break;
+            }
+        }
+    }
+    let normal = -b_in_a.direction(n);
+    Some(Manifold::single(normal, normal * (0.5 * distance), distance, 0))
 }
 
 pub(super) fn segments(half_a: f32, half_b: f32, b_in_a: &Pose, margin: f32) -> Manifold {
@@ -74,7 +111,7 @@ pub(super) fn along_a_line(
     let (s0, s1) = (place(b[0]), place(b[1]));
     let (low, high) = if s0 < s1 { (s0, s1) } else { (s1, s0) };
     let (low, high) = (clamp01(low), clamp01(high));
-    if !((high - low) * (high - low) * aa > 1.0e-4 * if aa < bb { aa } else { bb }) {
+    if (high - low) * (high - low) * aa <= 1.0e-4 * lesser(aa, bb) {
         return None;
     }
     let mut m = Manifold { normal, ..Manifold::default() };
@@ -83,7 +120,7 @@ pub(super) fn along_a_line(
         let on_b = b[0] + db * ((s - s0) / (s1 - s0));
         let apart = on_b - on_a;
         let separation = apart.dot(normal);
-        if !((apart - normal * separation).length_squared() <= sideways * sideways) {
+        if (apart - normal * separation).length_squared() > sideways * sideways {
             return None;
         }
         if separation <= margin {

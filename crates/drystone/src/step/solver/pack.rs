@@ -110,7 +110,7 @@ fn pack_contact(
         put(&mut raw.r_a[j], lane, p.r_a);
         put(&mut raw.r_b[j], lane, p.r_b);
         raw.there[j][lane] = 1.0;
-        block.s0[j][lane] = p.separation;
+        block.s0[j][lane] = p.separation - source.ctx.rest_offset;
         block.impulse[j][lane] = p.impulse * source.impulse_scale;
     }
 }
