@@ -1,2 +1,49 @@
-//! The command `drystone`.
-fn main() {}
+//! The command `drystone`: simulates scenes, writes what happened, and tells what it knows.
+//!
+//! `cli` says what may be asked; `simulate` runs a scene and feeds `trace`, `events`, `bake` and
+//! `report`; `info` tells about scenes and methods. Only `output` writes to files and to stdout.
+
+mod bake;
+mod cli;
+mod events;
+mod info;
+mod load;
+mod measure;
+mod output;
+mod report;
+mod simulate;
+mod trace;
+
+use std::process::ExitCode;
+
+use clap::Parser;
+
+use cli::{Cli, Command};
+use output::Failure;
+
+fn main() -> ExitCode {
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(e) => {
+            // Help and version too come this way. A reader that has gone is no failure.
+            let _ = e.print();
+            return ExitCode::from(u8::try_from(e.exit_code()).unwrap_or(2));
+        }
+    };
+    let result = match &cli.command {
+        Command::Simulate(args) => simulate::simulate(args),
+        Command::Scenes => info::scenes(),
+        Command::Methods => info::methods(),
+        Command::Info(args) => info::info(args),
+    };
+    match result {
+        Ok(code) => code,
+        Err(failure) => {
+            output::complain(&failure);
+            failure.code()
+        }
+    }
+}
+
+/// What a command comes to: its exit status, or why it could not be done.
+type Outcome = Result<ExitCode, Failure>;

@@ -1,5 +1,29 @@
-//! drystone: a real-time 3D rigid-body physics engine.
-#![allow(dead_code, reason = "under construction")]
+//! A real-time 3D rigid-body physics engine, named for walls that stand without mortar, by stacking and
+//! friction alone. Deterministic by construction: the same calls give the same bits for any number of
+//! threads, any SIMD level, in debug and release.
+//!
+//! ```
+//! use drystone::{BodyDef, ShapeDef, World};
+//!
+//! fn main() -> Result<(), drystone::DefError> {
+//!     let mut world = World::default();
+//!     world.add_body(BodyDef::fixed().with_shape(ShapeDef::half_space([0.0, 1.0, 0.0], 0.0)))?;
+//!     let ball = BodyDef::dynamic().with_position([0.0, 4.0, 0.0]);
+//!     let ball = world.add_body(ball.with_shape(ShapeDef::sphere(0.5)))?;
+//!     for _ in 0..120 {
+//!         world.step(1.0 / 60.0);
+//!     }
+//!     println!("{:?}", world.body(ball).map(|b| b.position()));
+//!     Ok(())
+//! }
+//! ```
+//!
+//! Units are SI: meters, kilograms, seconds, radians. Vectors and quaternions are taken as arrays or as
+//! [`Vec3`] and [`Quat`]. A [`World`] owns everything; ids name what is in it and stay valid until it is
+//! removed. Definitions are checked when they are given: nothing a user passes can panic, and
+//! [`World::step`] cannot fail.
+//!
+//! The step is eight stages over tables; `ARCHITECTURE.md` of the repository shows them.
 
 mod base;
 mod geometry;

@@ -49,6 +49,13 @@ pub(crate) fn select<S: Simd>(mask: mask32x8<S>, a: Wide<S>, b: Wide<S>) -> Wide
     mask.select(a, b)
 }
 
+/// 1/a where a > 0, else 0.
+#[inline(always)]
+pub(crate) fn inverse_or_zero<S: Simd>(simd: S, a: Wide<S>) -> Wide<S> {
+    let zero = splat(simd, 0.0);
+    select(above(a, zero), splat(simd, 1.0) / a, zero)
+}
+
 /// Square roots.
 #[inline(always)]
 pub(crate) fn sqrt<S: Simd>(a: Wide<S>) -> Wide<S> {
@@ -73,6 +80,12 @@ impl<S: Simd> Vec3w<S> {
     #[inline(always)]
     pub(crate) fn load(simd: S, from: &[Lanes; 3]) -> Self {
         Self { x: load(simd, &from[0]), y: load(simd, &from[1]), z: load(simd, &from[2]) }
+    }
+
+    /// Three of them. (`array::map` in a kernel may not be inlined, and then costs ten times more.)
+    #[inline(always)]
+    pub(crate) fn load3(simd: S, from: &[[Lanes; 3]; 3]) -> [Self; 3] {
+        [Self::load(simd, &from[0]), Self::load(simd, &from[1]), Self::load(simd, &from[2])]
     }
 
     #[inline(always)]
@@ -198,12 +211,21 @@ fn transpose4<S: Simd>([r0, r1, r2, r3]: [f32x4<S>; 4]) -> [f32x4<S>; 4] {
     [a.zip_low(b), a.zip_high(b), c.zip_low(d), c.zip_high(d)]
 }
 
+#[inline(always)]
+fn load4<S: Simd>(simd: S, a: &[f32; 4], b: &[f32; 4], c: &[f32; 4], d: &[f32; 4]) -> [f32x4<S>; 4] {
+    [
+        f32x4::load_array_ref(simd, a),
+        f32x4::load_array_ref(simd, b),
+        f32x4::load_array_ref(simd, c),
+        f32x4::load_array_ref(simd, d),
+    ]
+}
+
 /// Eight 16-byte rows to vectors; the fourth number of a row is left out.
 #[inline(always)]
-pub(crate) fn gather<S: Simd>(simd: S, rows: [&[f32; 4]; LANES]) -> Vec3w<S> {
-    let at = |i: usize| f32x4::load_array_ref(simd, rows[i]);
-    let [x0, y0, z0, _] = transpose4([at(0), at(1), at(2), at(3)]);
-    let [x1, y1, z1, _] = transpose4([at(4), at(5), at(6), at(7)]);
+pub(crate) fn gather<S: Simd>(simd: S, r: [&[f32; 4]; LANES]) -> Vec3w<S> {
+    let [x0, y0, z0, _] = transpose4(load4(simd, r[0], r[1], r[2], r[3]));
+    let [x1, y1, z1, _] = transpose4(load4(simd, r[4], r[5], r[6], r[7]));
     Vec3w { x: x0.combine(x1), y: y0.combine(y1), z: z0.combine(z1) }
 }
 

@@ -11,9 +11,8 @@ mod rest_tests;
 #[cfg(test)]
 mod tests;
 
-pub(crate) use mesh::collide_mesh;
-
 use self::convex::Convex;
+pub(crate) use self::mesh::collide_mesh;
 use super::clip::flip;
 use super::manifold::Manifold;
 use super::sat;

@@ -214,7 +214,9 @@ mod tests {
             ];
             Mesh::new(v, vec![[0, 1, 2], [3, 4, 5]]).unwrap()
         };
-        for (drop, from_above, from_below) in [(0.0, false, false), (1.0, true, false), (-1.0, false, true)] {
+        for (drop, from_above, from_below) in
+            [(0.0, false, false), (1.0, true, false), (-1.0, false, true)]
+        {
             let mesh = roof(drop);
             for t in 0..2 {
                 let face = mesh.face(t);

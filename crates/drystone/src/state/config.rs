@@ -14,6 +14,9 @@ pub struct ContactConfig {
     pub damping_ratio: f32,
     /// Bodies that overlap are pushed apart no faster than this [m/s]; above 0; default 0.25.
     pub push_speed: f32,
+    /// Bodies at rest are held this far apart [m]; at least 0; default 5e-5: a lone body then does not
+    /// sink below the surface it lies on by the give of its contacts (2e-5 m).
+    pub rest_offset: f32,
     /// Contact points are made from this distance on [m]; above 0; default 0.02.
     pub margin: f32,
     /// While the bodies of a contact have moved against each other less than this [m], its points and
@@ -73,6 +76,7 @@ impl Default for WorldConfig {
                 hertz: 0.0,
                 damping_ratio: 8.0,
                 push_speed: 0.25,
+                rest_offset: 5.0e-5,
                 margin: 0.02,
                 recycle_distance: 0.01,
                 restitution_speed: 1.0,
@@ -92,13 +96,14 @@ const ABOVE_ZERO: &str = "a finite number above 0";
 
 impl WorldConfig {
     /// Paths that [`Self::set`] knows.
-    pub const PATHS: [&'static str; 15] = [
+    pub const PATHS: [&'static str; 16] = [
         "gravity",
         "method",
         "substeps",
         "contact.hertz",
         "contact.damping_ratio",
         "contact.push_speed",
+        "contact.rest_offset",
         "contact.margin",
         "contact.recycle_distance",
         "contact.restitution_speed",
@@ -110,12 +115,13 @@ impl WorldConfig {
         "sleep.time",
     ];
 
-    fn scalars(&mut self) -> [Scalar<'_>; 11] {
+    fn scalars(&mut self) -> [Scalar<'_>; 12] {
         let (c, j, s) = (&mut self.contact, &mut self.joint, &mut self.sleep);
         [
             ("contact.hertz", AT_LEAST_ZERO, &mut c.hertz),
             ("contact.damping_ratio", AT_LEAST_ZERO, &mut c.damping_ratio),
             ("contact.push_speed", ABOVE_ZERO, &mut c.push_speed),
+            ("contact.rest_offset", AT_LEAST_ZERO, &mut c.rest_offset),
             ("contact.margin", ABOVE_ZERO, &mut c.margin),
             ("contact.recycle_distance", AT_LEAST_ZERO, &mut c.recycle_distance),
             ("contact.restitution_speed", AT_LEAST_ZERO, &mut c.restitution_speed),

@@ -1,20 +1,20 @@
 //! What a surface is made of, how two surfaces combine, and what may collide with what.
 
 /// How the coefficients of two surfaces become one. Where two surfaces ask for different rules the
-/// one listed later here wins.
+/// one listed later here wins; the order of the last four is that of `KHR_physics_rigid_bodies`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Combine {
     /// √(a b): friction's default.
     #[default]
     GeometricMean,
-    /// (a + b) / 2.
-    Average,
-    /// The smaller one.
-    Minimum,
-    /// The larger one: restitution's default.
-    Maximum,
     /// a b.
     Multiply,
+    /// The larger one: restitution's default.
+    Maximum,
+    /// The smaller one.
+    Minimum,
+    /// (a + b) / 2.
+    Average,
 }
 
 impl Combine {
@@ -101,7 +101,9 @@ mod tests {
 
     #[test]
     fn the_later_rule_wins_and_all_rules_are_symmetric() {
-        assert!((Combine::Average.apply(Combine::Multiply, 0.5, 0.4) - 0.2).abs() < 1e-6);
+        assert!((Combine::Average.apply(Combine::Multiply, 0.5, 0.3) - 0.4).abs() < 1e-6);
+        assert!((Combine::Maximum.apply(Combine::Minimum, 0.0, 0.8) - 0.0).abs() < 1e-6);
+        assert!((Combine::GeometricMean.apply(Combine::Multiply, 0.5, 0.4) - 0.2).abs() < 1e-6);
         for rule in [Combine::GeometricMean, Combine::Average, Combine::Minimum, Combine::Maximum] {
             let (x, y) = (rule.apply(rule, 0.9, 0.4), rule.apply(rule, 0.4, 0.9));
             assert_eq!(x.to_bits(), y.to_bits());

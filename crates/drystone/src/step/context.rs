@@ -17,6 +17,7 @@ pub(crate) struct StepContext {
     pub(crate) gravity: Vec3,
     /// Speculative distance [m].
     pub(crate) margin: f32,
+    pub(crate) rest_offset: f32,
     pub(crate) recycle_distance: f32,
     pub(crate) restitution_speed: f32,
     pub(crate) hit_speed: f32,
@@ -54,6 +55,7 @@ impl StepContext {
             substeps,
             gravity: config.gravity,
             margin: c.margin,
+            rest_offset: c.rest_offset,
             recycle_distance: c.recycle_distance,
             restitution_speed: c.restitution_speed,
             hit_speed: c.hit_speed,

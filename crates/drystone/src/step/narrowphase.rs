@@ -109,11 +109,11 @@ fn update(
 }
 
 /// Contacts are looked for as far as the bodies may come nearer in this step, but no farther than
-/// half their size: a fast body is then stopped at the surface, not in it.
+/// the size of the smaller one: a fast body is then stopped at the surface, not in it.
 fn speculative_margin(ctx: &StepContext, a: &Body, b: &Body) -> f32 {
     let speed = (b.v - a.v).length() + a.w.length() * a.extent + b.w.length() * b.extent;
     let size = |body: &Body| if body.is_dynamic() { body.extent } else { f32::INFINITY };
-    ctx.margin.max((speed * ctx.dt).min(0.5 * size(a).min(size(b))))
+    ctx.margin.max((1.1 * speed * ctx.dt).min(size(a).min(size(b))))
 }
 
 /// True if the two bodies have hardly moved since the manifold was made, against each other or in the

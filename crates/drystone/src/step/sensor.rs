@@ -1,16 +1,28 @@
-//! Stage 7: the step's events are put in order. Sensor overlaps are found by narrowphase like
-//! contacts, without margin and without a place in the solver, and entered by partition.
+//! Stage 7: what the step found out becomes events, in order. Sensor overlaps are found by narrowphase
+//! like contacts, without margin and without a place in the solver, and entered by partition; contacts
+//! that the solver found pressed together for the first time are entered here.
 //!
-//! Reads: nothing else. Writes: events (order). Runs: serially over events.
+//! Reads: contacts, shapes. Writes: contacts (touching), events. Runs: serially over changes and events.
 
-use crate::state::events::Events;
+use super::partition;
+use crate::state::sets::Sets;
+use crate::state::shapes::Shapes;
 
-/// Sorts every list by the ids in it, so that its order is the same whatever the order of discovery.
-pub(crate) fn order_events(events: &mut Events) {
+/// Reports new touches and hits, and sorts every list of events by the ids in it, so that its order is
+/// the same whatever the order of discovery.
+pub(crate) fn report_touches(
+    begun: impl Iterator<Item = u32>,
+    hit_speed: f32,
+    shapes: &Shapes,
+    sets: &mut Sets<'_>,
+) {
+    partition::report_begun(begun, hit_speed, shapes, sets);
+    let events = &mut *sets.events;
     events.contact_begin.sort_unstable_by_key(|e| (e.shape_a, e.shape_b));
     events.contact_end.sort_unstable_by_key(|e| (e.shape_a, e.shape_b));
     events.hits.sort_unstable_by_key(|e| (e.shape_a, e.shape_b));
     events.sensor_enter.sort_unstable_by_key(|e| (e.sensor, e.visitor));
     events.sensor_exit.sort_unstable_by_key(|e| (e.sensor, e.visitor));
     events.wake.sort_unstable();
+    events.wake.dedup();
 }

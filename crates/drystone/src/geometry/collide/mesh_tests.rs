@@ -1,3 +1,9 @@
+#![expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "numbers of lattices and of random choices are small"
+)]
+
 use std::sync::Arc;
 
 use super::collide_mesh;
@@ -107,7 +113,8 @@ fn what_rests_on_a_flat_floor_gets_exactly_its_normal_and_all_its_points() {
             for side in [1.0, -1.0] {
                 for (solid, rotation, height, count) in &cases {
                     for gap in [-0.01, 0.0, 0.012] {
-                        for (x, z, turn) in [(0.0, 0.0, 0.0), (0.1, -0.23, 0.4), (1.137, 0.5, 1.1)] {
+                        for (x, z, turn) in [(0.0, 0.0, 0.0), (0.1, -0.23, 0.4), (1.137, 0.5, 1.1)]
+                        {
                             let rotation = Quat::from_axis_angle(Vec3::Y, turn) * *rotation;
                             let pose = Pose::new(vec3(x, side * (height + gap), z), rotation);
                             let m = collide(&mesh, solid, &pose);
@@ -151,8 +158,13 @@ fn a_box_across_many_triangles_keeps_its_corners_and_their_features() {
 fn nothing_that_tilts_or_sinks_on_a_flat_grid_ever_gets_another_normal() {
     let mut rng = Rng(7);
     for mesh in [flat(20, false), flat(33, true)] {
-        let solids =
-            [ball(0.3), capsule(0.4, 0.2), cuboid(0.3, 0.4, 0.5), cone(0.4, 0.3, 0.3), cone(0.4, 0.3, 0.0)];
+        let solids = [
+            ball(0.3),
+            capsule(0.4, 0.2),
+            cuboid(0.3, 0.4, 0.5),
+            cone(0.4, 0.3, 0.3),
+            cone(0.4, 0.3, 0.0),
+        ];
         for solid in &solids {
             for _ in 0..400 {
                 let rotation = rng.rotation();
@@ -164,7 +176,9 @@ fn nothing_that_tilts_or_sinks_on_a_flat_grid_ever_gets_another_normal() {
                 let m = collide(&mesh, solid, &pose);
                 // The box around a frustum is exact, that of a hull is not.
                 let low = match &solid.core {
-                    Core::Hull(h) => h.vertices().iter().map(|v| pose.point(*v).y).fold(9.0, f32::min),
+                    Core::Hull(h) => {
+                        h.vertices().iter().map(|v| pose.point(*v).y).fold(9.0, f32::min)
+                    }
                     _ => -depth,
                 };
                 if low > MARGIN - 1e-4 {
@@ -250,14 +264,15 @@ fn step() -> Mesh {
         vec3(2.0, -1.0, 2.0),
     ];
     let quads = [[0, 1, 3, 2], [2, 3, 5, 4], [4, 5, 7, 6]];
-    Mesh::new(v, quads.iter().flat_map(|q| [[q[0], q[1], q[2]], [q[0], q[2], q[3]]]).collect()).unwrap()
+    Mesh::new(v, quads.iter().flat_map(|q| [[q[0], q[1], q[2]], [q[0], q[2], q[3]]]).collect())
+        .unwrap()
 }
 
 #[test]
 fn a_solid_beside_a_step_is_pushed_away_from_it_not_down_or_up() {
     // Its center is below the top of the step, its own top above it.
     for yaw in [0.0, 0.3, 0.785] {
-        for solid in [cuboid(0.4, 0.7, 0.4), cone(0.7, 0.4, 0.4), capsule(0.5, 0.3)] {
+        for solid in [cuboid(0.4, 0.7, 0.4), cone(0.7, 0.4, 0.4), capsule(0.4, 0.3)] {
             let rotation = Quat::from_axis_angle(Vec3::Y, yaw);
             let left = -solid.aabb(&Pose::new(Vec3::ZERO, rotation)).min.x;
             let pose = Pose::new(vec3(left - 0.01, -0.305, 0.2), rotation);
@@ -322,9 +337,8 @@ fn a_ball_over_rough_ground_is_as_far_as_its_nearest_triangle() {
             let point = parry3d::math::Vector::new(center.x, center.y, center.z);
             let mut nearest = f32::INFINITY;
             for t in 0..mesh.triangles().len() {
-                let [a, b, c] = mesh
-                    .corners(t as u32)
-                    .map(|v| parry3d::math::Vector::new(v.x, v.y, v.z));
+                let [a, b, c] =
+                    mesh.corners(t as u32).map(|v| parry3d::math::Vector::new(v.x, v.y, v.z));
                 let triangle = parry3d::shape::Triangle::new(a, b, c);
                 nearest = nearest.min(triangle.distance_to_local_point(point, true));
             }
@@ -338,7 +352,10 @@ fn a_ball_over_rough_ground_is_as_far_as_its_nearest_triangle() {
             assert!(!m.is_empty(), "{center:?} {nearest}");
             let separation = m[0].points[0].separation;
             assert!((separation + 0.005).abs() < 1e-4, "{seed} {center:?} {nearest} {m:#?}");
-            assert!(collide(&mesh, &ball(nearest - 0.021), &Pose::at(center)).is_empty() || nearest < 0.022);
+            assert!(
+                collide(&mesh, &ball(nearest - 0.021), &Pose::at(center)).is_empty()
+                    || nearest < 0.022
+            );
         }
     }
     assert!(touching > 500, "{touching}");
@@ -363,26 +380,36 @@ fn what_overlaps_rough_ground_is_always_held() {
                 parry3d::math::Rotation::from_xyzw(q.x, q.y, q.z, q.w),
             );
             let shapes: [(Solid, Box<dyn parry3d::shape::Shape>); 3] = [
-                (cuboid(0.2, 0.3, 0.25), Box::new(parry3d::shape::Cuboid::new(Vector::new(0.2, 0.3, 0.25)))),
+                (
+                    cuboid(0.2, 0.3, 0.25),
+                    Box::new(parry3d::shape::Cuboid::new(Vector::new(0.2, 0.3, 0.25))),
+                ),
                 (capsule(0.2, 0.15), Box::new(parry3d::shape::Capsule::new_y(0.2, 0.15))),
                 (cone(0.3, 0.2, 0.2), Box::new(parry3d::shape::Cylinder::new(0.3, 0.2))),
             ];
             for (solid, shape) in &shapes {
-                let depth = parry3d::query::contact(&Isometry::IDENTITY, &other, &iso, &**shape, 0.0)
-                    .unwrap()
-                    .map_or(0.0, |c| -c.dist);
+                let depth =
+                    parry3d::query::contact(&Isometry::IDENTITY, &other, &iso, &**shape, 0.0)
+                        .unwrap()
+                        .map_or(0.0, |c| -c.dist);
                 let m = collide(&mesh, solid, &pose);
                 if depth > 0.002 {
                     touching += 1;
                     if m.is_empty() || m[0].points[0].separation > 0.0 {
-                        missed.push((seed, solid.core.clone(), pose, depth));
+                        missed.push((seed, format!("{:.9?}", solid.core), pose, depth, m));
                     }
                 }
             }
         }
     }
     assert!(touching > 1000, "{touching}");
-    assert!(missed.len() * 200 <= touching, "{} of {touching}: {:?}", missed.len(), missed.first());
+    // One cylinder that a corner enters at its rim is seen as just touching.
+    let round = |m: &(u32, String, Pose, f32, Vec<Manifold>)| m.1.starts_with("Frustum");
+    assert!(
+        missed.len() <= 1 && missed.iter().all(round),
+        "{} of {touching}: {missed:?}",
+        missed.len()
+    );
 }
 
 #[test]
@@ -401,14 +428,23 @@ fn no_mesh_and_no_pose_makes_it_panic() {
                 (rng.next() * 4.0).floor() * 0.5
             }
         };
-        let v: Vec<Vec3> =
-            (0..n).map(|_| vec3(coordinate(&mut rng), coordinate(&mut rng), coordinate(&mut rng))).collect();
+        let v: Vec<Vec3> = (0..n)
+            .map(|_| vec3(coordinate(&mut rng), coordinate(&mut rng), coordinate(&mut rng)))
+            .collect();
         let index = |rng: &mut Rng| (rng.next() * (n as f32 + 0.01)) as u32;
         let t: Vec<[u32; 3]> =
             (0..20).map(|_| [index(&mut rng), index(&mut rng), index(&mut rng)]).collect();
         let Ok(mesh) = Mesh::new(v, t) else { continue };
         kept += 1;
-        for solid in [ball(0.4), capsule(0.3, 0.2), capsule(0.0, 0.3), cuboid(0.3, 0.2, 0.5), cone(0.3, 0.4, 0.0), cone(0.3, 0.0, 0.4), cone(1.0, 3.0, 2.0)] {
+        for solid in [
+            ball(0.4),
+            capsule(0.3, 0.2),
+            capsule(0.0, 0.3),
+            cuboid(0.3, 0.2, 0.5),
+            cone(0.3, 0.4, 0.0),
+            cone(0.3, 0.0, 0.4),
+            cone(1.0, 3.0, 2.0),
+        ] {
             let mut at = rng.vector(2.0);
             if rng.next() < 0.1 {
                 at.x = odd[(rng.next() * 9.9) as usize];

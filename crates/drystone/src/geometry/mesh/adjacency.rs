@@ -103,8 +103,10 @@ impl Wide {
 /// for every face that gives it another normal or texture.
 pub(super) fn weld(vertices: &[Vec3]) -> Vec<u32> {
     // Adding zero makes -0 and 0 one place.
-    let mut order: Vec<([u32; 3], u32)> =
-        (0_u32..).zip(vertices).map(|(i, v)| (v.to_array().map(|x| (x + 0.0).to_bits()), i)).collect();
+    let mut order: Vec<([u32; 3], u32)> = (0_u32..)
+        .zip(vertices)
+        .map(|(i, v)| (v.to_array().map(|x| (x + 0.0).to_bits()), i))
+        .collect();
     order.sort_unstable();
     let mut first = vec![0; order.len()];
     let mut leader = 0;

@@ -11,7 +11,9 @@ use super::rows::{
 };
 use super::softness::Softness;
 use crate::base::disjoint::Rows;
-use crate::base::wide::{Sym3w, Vec3w, Wide, above, load, max, min, select, splat, sqrt};
+use crate::base::wide::{
+    LANES, Lanes, Sym3w, Vec3w, Wide, above, load, max, min, select, splat, sqrt,
+};
 
 /// What one sweep over contacts does.
 #[derive(Clone, Copy, Debug)]
@@ -25,6 +27,9 @@ pub(crate) struct Sweep {
     /// Time of the step that positions have advanced [s].
     pub(crate) elapsed: f32,
 }
+
+/// No partner moves by itself.
+const NO_DRIFT: [Lanes; 3] = [[0.0; LANES]; 3];
 
 /// Rounds that a contact without a warm start gets besides.
 const FRESH_ROUNDS: u32 = 6;
@@ -109,30 +114,23 @@ fn solve_points<S: Simd, const N: usize>(
         lambda[j] = load(simd, &block.impulse[j]);
     }
     let entry = lambda;
-    // The cap is on bias and leak together: it limits the net push-out, not the load.
-    let round = |lambda: &mut [Wide<S>; N], vn: &mut [Wide<S>; N], keep: Option<Wide<S>>| {
+    // Nothing is known yet of how an impact spreads over the points of a fresh contact: without more
+    // rounds the first point would take too much of it, and the body would turn. Lane by lane, so that
+    // it does not matter which contacts share a block.
+    let fresh = load(simd, &block.fresh);
+    let extra_rounds = if N > 1 && block.any_fresh { FRESH_ROUNDS } else { 0 };
+    for k in 0..sweep.inner + extra_rounds {
+        let open = above(if k < sweep.inner { splat(simd, 1.0) } else { fresh }, zero);
         for j in 0..N {
+            // The cap is on bias and leak together: it limits the net push-out, not the load.
             let q = max(target[j] + leak[j] * lambda[j], floor[j]);
-            let mut new = max(lambda[j] - q - gain[j] * vn[j], zero);
-            if let Some(fresh) = keep {
-                new = select(above(fresh, zero), new, lambda[j]);
-            }
+            let new = max(lambda[j] - q - gain[j] * vn[j], zero);
+            let new = select(open, new, lambda[j]);
             let d = new - lambda[j];
             lambda[j] = new;
             for i in 0..N {
                 vn[i] = vn[i] + load(simd, &block.k[K[i][j]]) * d;
             }
-        }
-    };
-    for _ in 0..sweep.inner {
-        round(&mut lambda, &mut vn, None);
-    }
-    if N > 1 && block.any_fresh {
-        // Nothing is known yet of how an impact spreads over the points: without these rounds the
-        // first point would take too much of it, and the body would turn.
-        let fresh = load(simd, &block.fresh);
-        for _ in 0..FRESH_ROUNDS {
-            round(&mut lambda, &mut vn, Some(fresh));
         }
     }
     let mut total = zero;
@@ -159,7 +157,10 @@ fn solve_points<S: Simd, const N: usize>(
     }
 
     let mu = load(simd, &block.mu);
-    let drift = extra.as_deref().filter(|e| e.drifts).map(|e| &e.drift_t);
+    let drift = match extra.as_deref() {
+        Some(e) if e.drifts => Some(&e.drift_t),
+        _ => None,
+    };
     rub(simd, block, drift, &mut va, &mut vb, (n, pushed), (mu * total, mu * twist_limit));
     store_velocity(simd, lines, &block.row_a, va);
     store_velocity(simd, lines, &block.row_b, vb);
@@ -171,19 +172,19 @@ fn solve_points<S: Simd, const N: usize>(
 fn rub<S: Simd>(
     simd: S,
     block: &mut ContactBlock,
-    drift: Option<&[[f32; 8]; 3]>,
+    drift: Option<&[Lanes; 3]>,
     va: &mut Velocity<S>,
     vb: &mut Velocity<S>,
     (n, pushed): (Vec3w<S>, Wide<S>),
     (limit, twist_limit): (Wide<S>, Wide<S>),
 ) {
     let (alpha, beta) = (load(simd, &block.alpha), load(simd, &block.beta));
-    let [a1, a2, a3] = [0, 1, 2].map(|i| Vec3w::load(simd, &block.a_t[i]));
-    let [b1, b2, b3] = [0, 1, 2].map(|i| Vec3w::load(simd, &block.b_t[i]));
-    let slip = |i: usize| drift.map_or_else(|| splat(simd, 0.0), |d| load(simd, &d[i]));
+    let [a1, a2, a3] = Vec3w::load3(simd, &block.a_t);
+    let [b1, b2, b3] = Vec3w::load3(simd, &block.b_t);
+    let drift = drift.unwrap_or(&NO_DRIFT);
 
     let old = load(simd, &block.friction[2]);
-    let speed = b3.dot(vb.w) - a3.dot(va.w) + slip(2);
+    let speed = b3.dot(vb.w) - a3.dot(va.w) + load(simd, &drift[2]);
     let new = old - load(simd, &block.mass_t[3]) * speed;
     let new = max(min(new, twist_limit), -twist_limit);
     let d3 = new - old;
@@ -193,8 +194,8 @@ fn rub<S: Simd>(
 
     let (t1, t2) = (Vec3w::load(simd, &block.t1), Vec3w::load(simd, &block.t2));
     let dv = vb.v * beta - va.v * alpha;
-    let s1 = t1.dot(dv) + b1.dot(vb.w) - a1.dot(va.w) + slip(0);
-    let s2 = t2.dot(dv) + b2.dot(vb.w) - a2.dot(va.w) + slip(1);
+    let s1 = t1.dot(dv) + b1.dot(vb.w) - a1.dot(va.w) + load(simd, &drift[0]);
+    let s2 = t2.dot(dv) + b2.dot(vb.w) - a2.dot(va.w) + load(simd, &drift[1]);
     let (m11, m12, m22) =
         (load(simd, &block.mass_t[0]), load(simd, &block.mass_t[1]), load(simd, &block.mass_t[2]));
     let (f1, f2) = (load(simd, &block.friction[0]), load(simd, &block.friction[1]));
@@ -238,17 +239,22 @@ fn resist_rolling<S: Simd>(
     vb.w = vb.w + sb.mul(d);
 }
 
-/// S_A² + S_B²: the inverse inertias' sum.
+/// S²
 #[inline(always)]
-fn square_sum<S: Simd>(a: Sym3w<S>, b: Sym3w<S>) -> Sym3w<S> {
-    let square = |m: Sym3w<S>| Sym3w {
+fn square<S: Simd>(m: Sym3w<S>) -> Sym3w<S> {
+    Sym3w {
         xx: m.xx * m.xx + m.xy * m.xy + m.xz * m.xz,
         yy: m.xy * m.xy + m.yy * m.yy + m.yz * m.yz,
         zz: m.xz * m.xz + m.yz * m.yz + m.zz * m.zz,
         xy: m.xx * m.xy + m.xy * m.yy + m.xz * m.yz,
         xz: m.xx * m.xz + m.xy * m.yz + m.xz * m.zz,
         yz: m.xy * m.xz + m.yy * m.yz + m.yz * m.zz,
-    };
+    }
+}
+
+/// S_A² + S_B²: the inverse inertias' sum.
+#[inline(always)]
+fn square_sum<S: Simd>(a: Sym3w<S>, b: Sym3w<S>) -> Sym3w<S> {
     let (a, b) = (square(a), square(b));
     Sym3w {
         xx: a.xx + b.xx,
@@ -269,7 +275,7 @@ pub(crate) fn bounce<S: Simd>(
     extra: &Extra,
     lines: &Rows<'_, Line>,
     elapsed: f32,
-    given: &mut [[f32; 8]; 4],
+    given: &mut [Lanes; 4],
 ) {
     let zero = splat(simd, 0.0);
     let (alpha, beta) = (load(simd, &block.alpha), load(simd, &block.beta));

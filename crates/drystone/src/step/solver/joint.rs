@@ -76,6 +76,17 @@ impl<S: Simd> State<S> {
     }
 }
 
+/// Rows along the world axes: r × x = (0, z, -y), and so on.
+#[inline(always)]
+fn axes<S: Simd>(simd: S, r: Vec3w<S>) -> [Vec3w<S>; 3] {
+    let zero = splat(simd, 0.0);
+    [
+        Vec3w { x: zero, y: r.z, z: -r.y },
+        Vec3w { x: -r.z, y: zero, z: r.x },
+        Vec3w { x: r.y, y: -r.x, z: zero },
+    ]
+}
+
 /// Solves one block of balls once.
 #[inline(always)]
 pub(crate) fn solve_ball<S: Simd>(
@@ -85,19 +96,11 @@ pub(crate) fn solve_ball<S: Simd>(
     sweep: &JointSweep,
 ) {
     let mut q = read(simd, block, lines, sweep.elapsed);
-    let zero = splat(simd, 0.0);
     let old = Vec3w::load(simd, &block.impulse);
     q.turn_impulse(simd, block, old);
-    // Rows along the world axes: r × x = (0, z, -y), and so on.
-    let axes = |r: Vec3w<S>| {
-        [
-            Vec3w { x: zero, y: r.z, z: -r.y },
-            Vec3w { x: -r.z, y: zero, z: r.x },
-            Vec3w { x: r.y, y: -r.x, z: zero },
-        ]
-    };
-    let a = axes(q.ra).map(|c| q.sa.mul(c));
-    let b = axes(q.rb).map(|c| q.sb.mul(c));
+    let (ca, cb) = (axes(simd, q.ra), axes(simd, q.rb));
+    let a = [q.sa.mul(ca[0]), q.sa.mul(ca[1]), q.sa.mul(ca[2])];
+    let b = [q.sb.mul(cb[0]), q.sb.mul(cb[1]), q.sb.mul(cb[2])];
     let linear = q.alpha * q.alpha + q.beta * q.beta;
     let k = Sym3w {
         xx: linear + a[0].dot(a[0]) + b[0].dot(b[0]),
@@ -146,12 +149,12 @@ pub(crate) fn solve_distance<S: Simd>(
     let (a, b) = (q.sa.mul(q.ra.cross(n)), q.sb.mul(q.rb.cross(n)));
     let k = q.alpha * q.alpha + q.beta * q.beta + a.dot(a) + b.dot(b);
     let mass = select(above(k, zero), one / k, zero);
-    let [i0, i1, i2] = [0, 1, 2].map(|i| load(simd, &block.impulse[i]));
+    let Vec3w { x: i0, y: i1, z: i2 } = Vec3w::load(simd, &block.impulse);
     q.turn_impulse(simd, block, n * (i0 - i1 + i2));
     let mut vn =
         n.dot(q.vb.v * q.beta - q.va.v * q.alpha + q.drift) + b.dot(q.vb.w) - a.dot(q.va.w);
-    let [least, most, rest] = [0, 1, 2].map(|i| load(simd, &block.limits[i]));
-    let [rate, soft, leak] = [0, 1, 2].map(|i| load(simd, &block.spring[i]));
+    let Vec3w { x: least, y: most, z: rest } = Vec3w::load(simd, &block.limits);
+    let Vec3w { x: rate, y: soft, z: leak } = Vec3w::load(simd, &block.spring);
     let s = &sweep.softness;
     let (rigid_rate, rigid_mass, rigid_leak) =
         (splat(simd, s.rate), splat(simd, s.mass), splat(simd, s.impulse));

@@ -7,7 +7,9 @@ use super::contact::K;
 use super::rows::{ContactBlock, Extra, Line, Whitening, load_velocity, store_velocity};
 use crate::base::disjoint::Rows;
 use crate::base::math::Vec3;
-use crate::base::wide::{LANES, Lanes, Sym3w, Vec3w, above, load, max, min, select, splat, sqrt};
+use crate::base::wide::{
+    LANES, Lanes, Sym3w, Vec3w, inverse_or_zero, load, max, min, splat, sqrt,
+};
 use crate::state::bodies::{Bodies, Body};
 use crate::state::contacts::Contact;
 use crate::step::context::StepContext;
@@ -108,7 +110,7 @@ fn pack_contact(
         put(&mut raw.r_a[j], lane, p.r_a);
         put(&mut raw.r_b[j], lane, p.r_b);
         raw.there[j][lane] = 1.0;
-        block.s0[j][lane] = p.separation;
+        block.s0[j][lane] = p.separation - source.ctx.rest_offset;
         block.impulse[j][lane] = p.impulse * source.impulse_scale;
     }
 }
@@ -190,7 +192,6 @@ fn build_rows<S: Simd>(simd: S, source: &Source<'_>, block: &mut ContactBlock, r
     let linear = alpha * alpha + beta * beta;
     let n = Vec3w::load(simd, &block.n);
     let (sa, sb) = (Sym3w::load(simd, &raw.s_a), Sym3w::load(simd, &raw.s_b));
-    let inverse = |k| select(above(k, zero), one / k, zero);
 
     let (mut a, mut b) = ([Vec3w::zero(simd); 4], [Vec3w::zero(simd); 4]);
     let (mut ca, mut cb, mut weight) = (Vec3w::zero(simd), Vec3w::zero(simd), zero);
@@ -214,11 +215,11 @@ fn build_rows<S: Simd>(simd: S, source: &Source<'_>, block: &mut ContactBlock, r
             let k = linear + a[i].dot(a[j]) + b[i].dot(b[j]);
             k.store_array(&mut block.k[K[i][j]]);
             if i == j {
-                (inverse(k) * load(simd, &raw.there[j])).store_array(&mut block.mass[j]);
+                (inverse_or_zero(simd, k) * load(simd, &raw.there[j])).store_array(&mut block.mass[j]);
             }
         }
     }
-    let share = inverse(weight);
+    let share = inverse_or_zero(simd, weight);
     (ca, cb) = (ca * share, cb * share);
     for j in 0..4 {
         let arm = Vec3w::load(simd, &raw.r_a[j]) - ca;
@@ -234,11 +235,11 @@ fn build_rows<S: Simd>(simd: S, source: &Source<'_>, block: &mut ContactBlock, r
     let k11 = linear + at[0].dot(at[0]) + bt[0].dot(bt[0]);
     let k12 = at[0].dot(at[1]) + bt[0].dot(bt[1]);
     let k22 = linear + at[1].dot(at[1]) + bt[1].dot(bt[1]);
-    let inv = inverse(k11 * k22 - k12 * k12);
+    let inv = inverse_or_zero(simd, k11 * k22 - k12 * k12);
     (k22 * inv).store_array(&mut block.mass_t[0]);
     (-(k12 * inv)).store_array(&mut block.mass_t[1]);
     (k11 * inv).store_array(&mut block.mass_t[2]);
-    inverse(at[2].dot(at[2]) + bt[2].dot(bt[2])).store_array(&mut block.mass_t[3]);
+    inverse_or_zero(simd, at[2].dot(at[2]) + bt[2].dot(bt[2])).store_array(&mut block.mass_t[3]);
 }
 
 /// v̂ += M^-½ Jᵀ λ for the impulses of the last step.
@@ -252,7 +253,9 @@ fn warm_start<S: Simd>(
     let (alpha, beta) = (load(simd, &block.alpha), load(simd, &block.beta));
     let mut va = load_velocity(simd, lines, &block.row_a);
     let mut vb = load_velocity(simd, lines, &block.row_b);
-    let [f1, f2, f3] = [0, 1, 2].map(|i| load(simd, &block.friction[i]));
+    let f1 = load(simd, &block.friction[0]);
+    let f2 = load(simd, &block.friction[1]);
+    let f3 = load(simd, &block.friction[2]);
     let (t1, t2) = (Vec3w::load(simd, &block.t1), Vec3w::load(simd, &block.t2));
     let mut total = splat(simd, 0.0);
     let (mut turn_a, mut turn_b) = (Vec3w::zero(simd), Vec3w::zero(simd));
@@ -262,9 +265,10 @@ fn warm_start<S: Simd>(
         turn_a = turn_a + Vec3w::load(simd, &block.a[j]) * lambda;
         turn_b = turn_b + Vec3w::load(simd, &block.b[j]) * lambda;
     }
-    for (i, f) in [f1, f2, f3].into_iter().enumerate() {
-        turn_a = turn_a + Vec3w::load(simd, &block.a_t[i]) * f;
-        turn_b = turn_b + Vec3w::load(simd, &block.b_t[i]) * f;
+    let f = [f1, f2, f3];
+    for i in 0..3 {
+        turn_a = turn_a + Vec3w::load(simd, &block.a_t[i]) * f[i];
+        turn_b = turn_b + Vec3w::load(simd, &block.b_t[i]) * f[i];
     }
     if let Some(extra) = extra
         && extra.rolls

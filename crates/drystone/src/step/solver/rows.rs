@@ -37,25 +37,45 @@ pub(crate) struct Velocity<S: Simd> {
 }
 
 #[inline(always)]
+fn lines8<'a>(lines: &'a Rows<'_, Line>, r: &[u32; LANES]) -> [&'a Line; LANES] {
+    [
+        lines.read(r[0] as usize),
+        lines.read(r[1] as usize),
+        lines.read(r[2] as usize),
+        lines.read(r[3] as usize),
+        lines.read(r[4] as usize),
+        lines.read(r[5] as usize),
+        lines.read(r[6] as usize),
+        lines.read(r[7] as usize),
+    ]
+}
+
+/// v̂ and ŵ of eight bodies.
+#[inline(always)]
 pub(crate) fn load_velocity<S: Simd>(
     simd: S,
     lines: &Rows<'_, Line>,
     rows: &[u32; LANES],
 ) -> Velocity<S> {
-    let line = |i: usize| lines.read(rows[i] as usize);
-    let l = [line(0), line(1), line(2), line(3), line(4), line(5), line(6), line(7)];
-    Velocity { v: gather(simd, l.map(|l| &l.v)), w: gather(simd, l.map(|l| &l.w)) }
+    let [a, b, c, d, e, f, g, h] = lines8(lines, rows);
+    Velocity {
+        v: gather(simd, [&a.v, &b.v, &c.v, &d.v, &e.v, &f.v, &g.v, &h.v]),
+        w: gather(simd, [&a.w, &b.w, &c.w, &d.w, &e.w, &f.w, &g.w, &h.w]),
+    }
 }
 
+/// The motion of eight bodies since the step's start, in place of velocities.
 #[inline(always)]
 pub(crate) fn load_motion<S: Simd>(
     simd: S,
     lines: &Rows<'_, Line>,
     rows: &[u32; LANES],
 ) -> Velocity<S> {
-    let line = |i: usize| lines.read(rows[i] as usize);
-    let l = [line(0), line(1), line(2), line(3), line(4), line(5), line(6), line(7)];
-    Velocity { v: gather(simd, l.map(|l| &l.x)), w: gather(simd, l.map(|l| &l.t)) }
+    let [a, b, c, d, e, f, g, h] = lines8(lines, rows);
+    Velocity {
+        v: gather(simd, [&a.x, &b.x, &c.x, &d.x, &e.x, &f.x, &g.x, &h.x]),
+        w: gather(simd, [&a.t, &b.t, &c.t, &d.t, &e.t, &f.t, &g.t, &h.t]),
+    }
 }
 
 #[inline(always)]

@@ -25,6 +25,9 @@ pub(super) struct Limits {
 #[derive(Clone, Copy, Debug)]
 struct Patch {
     normal: Vec3,
+    /// A normal that needs less depth and that this triangle does not allow, but another that
+    /// shares the corner may.
+    refused: Option<Vec3>,
     deepest: f32,
     triangle: u32,
     first: usize,
@@ -46,13 +49,26 @@ impl Contacts {
         Self { limits, points: Vec::new(), patches: Vec::new(), spare: None }
     }
 
-    /// Takes those of `points` that lie within the margin as the contact of one triangle.
+    /// Takes those of `points` that lie within the margin as the contact of one triangle; false if
+    /// there are none.
     pub(super) fn add(
         &mut self,
         triangle: &Triangle,
         normal: Vec3,
         points: impl IntoIterator<Item = ManifoldPoint>,
-    ) {
+    ) -> bool {
+        self.add_instead(triangle, normal, None, points)
+    }
+
+    /// Like [`Self::add`], for a contact that stands in for one with the normal `refused`: it is
+    /// dropped if another triangle has that one.
+    pub(super) fn add_instead(
+        &mut self,
+        triangle: &Triangle,
+        normal: Vec3,
+        refused: Option<Vec3>,
+        points: impl IntoIterator<Item = ManifoldPoint>,
+    ) -> bool {
         let first = self.points.len();
         let mut deepest = f32::INFINITY;
         for p in points {
@@ -63,11 +79,19 @@ impl Contacts {
         }
         let end = self.points.len();
         if end > first {
-            self.patches.push(Patch { normal, deepest, triangle: triangle.number, first, end });
+            self.patches.push(Patch {
+                normal,
+                refused,
+                deepest,
+                triangle: triangle.number,
+                first,
+                end,
+            });
         }
+        end > first
     }
 
-    /// Keeps a contact in case no triangle has a proper one: at a saddle the nearest point may be a
+    /// Keeps an overlap in case no triangle has a proper one: at a saddle the nearest point may be a
     /// corner whose normal lies between no two faces, and something must still stop the solid.
     pub(super) fn add_spare(&mut self, normal: Vec3, point: ManifoldPoint) {
         let deeper = |m: &Manifold| point.separation < m.points[0].separation;
@@ -79,34 +103,55 @@ impl Contacts {
 
     /// Writes the manifolds, the one with the deepest point first.
     pub(super) fn reduce(mut self, out: &mut [Manifold; MAX_PARTS]) -> usize {
-        if self.patches.is_empty() {
-            if let Some(spare) = self.spare {
-                out[0] = spare;
-                return 1;
-            }
-            return 0;
+        if let Some(spare) = self.spare
+            && self.patches.iter().all(|p| p.deepest > 0.0)
+        {
+            out[0] = spare;
+            return 1;
         }
-        self.patches.sort_by(|a, b| {
+        let order = |a: &Patch, b: &Patch| {
             a.deepest.total_cmp(&b.deepest).then(a.triangle.cmp(&b.triangle))
-        });
-        let mut leads = [Vec3::ZERO; MAX_PARTS];
+        };
+        // Stand-ins last: what they stand in for is known then.
+        self.patches
+            .sort_by(|a, b| a.refused.is_some().cmp(&b.refused.is_some()).then(order(a, b)));
+        let mut leads: [Option<Patch>; MAX_PARTS] = [None; MAX_PARTS];
         let mut members: [Vec<ManifoldPoint>; MAX_PARTS] = Default::default();
+        let mut proper = 0;
         let mut count = 0;
         for patch in &self.patches {
-            let near = |lead: &Vec3| lead.dot(patch.normal) > SAME_NORMAL;
-            let at = match leads[..count].iter().position(near) {
+            let near = |normal: Vec3, n: usize| {
+                leads[..n].iter().flatten().position(|lead| lead.normal.dot(normal) > SAME_NORMAL)
+            };
+            if patch.refused.is_some_and(|normal| near(normal, proper).is_some()) {
+                continue;
+            }
+            let at = match near(patch.normal, count) {
                 Some(at) => at,
                 None if count < MAX_PARTS => {
-                    leads[count] = patch.normal;
+                    leads[count] = Some(*patch);
                     count += 1;
                     count - 1
                 }
                 None => continue,
             };
+            if patch.refused.is_none() {
+                proper = count;
+            }
             members[at].extend_from_slice(&self.points[patch.first..patch.end]);
         }
+        let deepest = |points: &[ManifoldPoint]| {
+            points.iter().map(|p| p.separation).fold(f32::INFINITY, lesser)
+        };
+        let mut parts: [(f32, usize); MAX_PARTS] = [(f32::INFINITY, MAX_PARTS); MAX_PARTS];
         for at in 0..count {
-            out[at] = select(leads[at], &members[at], &self.limits);
+            parts[at] = (deepest(&members[at]), at);
+        }
+        parts.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        for (slot, (_, at)) in out.iter_mut().zip(&parts[..count]) {
+            if let Some(lead) = &leads[*at] {
+                *slot = select(lead.normal, &members[*at], &self.limits);
+            }
         }
         count
     }
@@ -120,7 +165,7 @@ fn select(normal: Vec3, points: &[ManifoldPoint], limits: &Limits) -> Manifold {
     // noise favors. The direction is along no axis, so that a square has one outermost corner.
     let across = normal.any_perpendicular();
     let tangent = across + normal.cross(across) * 0.37;
-    let level = |p: &ManifoldPoint| p.separation <= deepest + limits.bias;
+    let level = |p: &ManifoldPoint| p.separation <= deepest + 0.1 * limits.bias;
     let Some(a) = largest(points.iter().filter(|p| level(p)), |p| tangent.dot(p)) else {
         return manifold;
     };
@@ -136,7 +181,8 @@ fn select(normal: Vec3, points: &[ManifoldPoint], limits: &Limits) -> Manifold {
     let span = b.position - a.position;
     let least = merge * span.length();
     let area = |p: Vec3| normal.dot(span.cross(p - a.position));
-    let Some(c) = largest(points.iter(), |p| area(p).abs()).filter(|p| area(p.position).abs() > least)
+    let Some(c) =
+        largest(points.iter(), |p| area(p).abs()).filter(|p| area(p.position).abs() > least)
     else {
         return manifold;
     };

@@ -11,8 +11,12 @@ use crate::base::pose::Pose;
 use crate::geometry::hull::Plane;
 
 /// Cosine and sine of k · 22.5°, k = 0 to 3: a quarter of a disc's polygon.
-const QUARTER: [(f32, f32); 4] =
-    [(1.0, 0.0), (0.923_879_5, 0.382_683_43), (0.707_106_77, 0.707_106_77), (0.382_683_43, 0.923_879_5)];
+const QUARTER: [(f32, f32); 4] = [
+    (1.0, 0.0),
+    (0.923_879_5, 0.382_683_43),
+    (0.707_106_77, 0.707_106_77),
+    (0.382_683_43, 0.923_879_5),
+];
 
 /// Normals tried over the range of an edge, and halvings around the best of them: the result is
 /// within 1/8 · (2/3)^10 of the range, 0.2° at most.
@@ -35,8 +39,9 @@ pub(super) struct PlacedFrustum {
 #[derive(Clone, Copy, Debug)]
 enum Axis {
     Cap(usize),
-    Side,
-    Edge(usize),
+    /// The corner of the triangle it is turned to.
+    Side(usize),
+    Edge,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -83,10 +88,15 @@ impl PlacedFrustum {
         [0, 1].map(|cap| self.cap_center(cap) + away * self.radii[cap])
     }
 
+    /// The point that reaches farthest along `direction`.
+    fn support(&self, direction: Vec3) -> Vec3 {
+        let [bottom, top] = self.generator(self.away(direction));
+        if direction.dot(bottom) > direction.dot(top) { bottom } else { top }
+    }
+
     /// How far the frustum reaches along `direction` from the origin.
     fn reach(&self, direction: Vec3) -> f32 {
-        let [bottom, top] = self.generator(self.away(direction)).map(|p| direction.dot(p));
-        if bottom > top { bottom } else { top }
+        direction.dot(self.support(direction))
     }
 
     /// The cap that faces `direction` more than the side does.
@@ -112,6 +122,23 @@ impl PlacedFrustum {
             turned = (turned.1, -turned.0);
         }
     }
+
+    /// Keeps what lies over a cap, whose polygon begins towards `start`.
+    fn cut_by_rim(&self, cap: usize, start: Vec3, slack: f32, clipper: &mut Clipper) {
+        let center = self.cap_center(cap);
+        let away = self.away(start - center);
+        let across = self.axis.cross(away);
+        // From the middle of a side to the center, for a polygon with its corners on the rim.
+        let inner = self.radii[cap] * 0.980_785_25;
+        let mut turned = (away, across);
+        for quarter in 0..4 {
+            for ((c, s), side) in QUARTER.into_iter().zip(quarter * 4..) {
+                let outward = turned.0 * c + turned.1 * s;
+                clipper.cut(outward, center + outward * inner, slack, side);
+            }
+            turned = (turned.1, -turned.0);
+        }
+    }
 }
 
 /// Adds the contact of `body` with `triangle`.
@@ -131,11 +158,14 @@ pub(super) fn frustum(
     let mut refused: Option<Best> = None;
     let least = over + limits.bias;
     let mut consider = |axis: Axis, plane: &Plane| {
-        let separation = triangle.corners.iter().map(|c| plane.distance(*c)).fold(f32::INFINITY, lesser);
+        let separation =
+            triangle.corners.iter().map(|c| plane.distance(*c)).fold(f32::INFINITY, lesser);
         let normal = -plane.normal;
         let part = triangle.support(normal);
+        // A normal of the side is made for one corner; as contact it is of no use at another.
+        let fits = !matches!((axis, part), (Axis::Side(i), Part::Corner(j)) if i != j);
         let slot = if triangle.allows(part, normal) { &mut best } else { &mut refused };
-        if separation > slot.map_or(least, |b| b.separation) {
+        if fits && separation > slot.map_or(least, |b| b.separation) {
             *slot = Some(Best { axis, normal, part, separation });
         }
         separation > reach
@@ -145,15 +175,23 @@ pub(super) fn frustum(
             return;
         }
     }
-    for corner in triangle.corners {
+    for (i, corner) in triangle.corners.into_iter().enumerate() {
         let away = body.away(corner - body.center);
         let normal = away * body.side.0 + body.axis * body.side.1;
         let offset = normal.dot(body.generator(away)[0]);
-        if consider(Axis::Side, &Plane { normal, offset }) {
+        if consider(Axis::Side(i), &Plane { normal, offset }) {
             return;
         }
     }
     for k in 0..3 {
+        if triangle.is_concave(k) {
+            let (normal, corner) = (triangle.outward[k], triangle.corners[k]);
+            let separation = -body.reach(-normal) - normal.dot(corner);
+            if separation > refused.map_or(least, |b| b.separation) {
+                let (axis, part) = (Axis::Edge, Part::Edge(k));
+                refused = Some(Best { axis, normal, part, separation });
+            }
+        }
         if !triangle.is_active(k) {
             continue;
         }
@@ -161,8 +199,10 @@ pub(super) fn frustum(
         if separation > reach {
             return;
         }
-        if separation > best.map_or(least, |b| b.separation + limits.bias) && triangle.allows(Part::Edge(k), normal) {
-            best = Some(Best { axis: Axis::Edge(k), normal, part: Part::Edge(k), separation });
+        if separation > best.map_or(least, |b| b.separation + limits.bias)
+            && triangle.allows(Part::Edge(k), normal)
+        {
+            best = Some(Best { axis: Axis::Edge, normal, part: Part::Edge(k), separation });
         }
     }
     if let Some(r) = refused
@@ -176,17 +216,26 @@ pub(super) fn frustum(
             on_cap(triangle, body, cap, contacts, clipper);
             true
         }
-        Some(Best { axis: Axis::Side, normal, part: Part::Corner(i), separation }) => {
+        Some(Best { axis: Axis::Side(_), normal, part: Part::Corner(i), separation }) => {
             let corner = triangle.corners[i];
             at_line(triangle, body, [corner; 2], Part::Corner(i), (normal, separation), contacts)
         }
         Some(Best { normal, part: Part::Edge(k), separation, .. }) => {
-            at_line(triangle, body, triangle.edge(k), Part::Edge(k), (normal, separation), contacts)
+            let edge = triangle.edge(k);
+            at_line(triangle, body, edge, Part::Edge(k), (normal, separation), contacts)
+                || edge_on_cap(triangle, body, edge, normal, contacts, clipper)
         }
         _ => false,
     };
-    if !done {
-        on_triangle(triangle, body, contacts, clipper);
+    let instead = if best.is_none() { refused.map(|r| r.normal) } else { None };
+    if !done
+        && !on_triangle(triangle, body, instead, contacts, clipper)
+        && let Some(b) = best
+    {
+        let lowest = body.support(-b.normal);
+        let separation = b.separation - body.radius;
+        contacts
+            .add_spare(b.normal, point(lowest, b.normal, separation, body.radius, mix(9, 0, 0)));
     }
 }
 
@@ -194,11 +243,8 @@ pub(super) fn frustum(
 /// comes first), that separates most.
 fn best_over_edge(triangle: &Triangle, k: usize, body: &PlacedFrustum) -> (Vec3, f32) {
     let (bend, outward) = (triangle.bend(k), triangle.outward[k]);
-    let last = if bend.cos < 0.0 {
-        outward
-    } else {
-        triangle.normal * bend.cos + outward * bend.sin
-    };
+    let last =
+        if bend.cos < 0.0 { outward } else { triangle.normal * bend.cos + outward * bend.sin };
     let corner = triangle.corners[k];
     let at = |t: f32| {
         let normal = triangle.normal.lerp(last, t).normalize_or(triangle.normal);
@@ -225,9 +271,10 @@ fn best_over_edge(triangle: &Triangle, k: usize, body: &PlacedFrustum) -> (Vec3,
 fn on_triangle(
     triangle: &Triangle,
     body: &PlacedFrustum,
+    refused: Option<Vec3>,
     contacts: &mut Contacts,
     clipper: &mut Clipper,
-) {
+) -> bool {
     let normal = triangle.normal;
     let class = direction_class(normal);
     let away = body.away(-normal);
@@ -244,7 +291,7 @@ fn on_triangle(
         let separation = triangle.height(c.position) - body.radius;
         point(c.position, normal, separation, body.radius, c.feature)
     });
-    contacts.add(triangle, normal, points);
+    contacts.add_instead(triangle, normal, refused, points)
 }
 
 /// The normal is that of a cap, which an edge or a corner of the triangle touches.
@@ -256,19 +303,42 @@ fn on_cap(
     clipper: &mut Clipper,
 ) {
     let plane = body.cap_plane(cap);
-    let away = body.away(triangle.corners[0] - body.center);
-    body.push_cap(cap, away, 0, clipper);
-    let rim: Vec<Vec3> = clipper.points.iter().map(|p| p.position).collect();
-    let center = body.cap_center(cap);
     clipper.restart();
     push_corners(triangle, clipper);
-    for (side, k) in (0_u32..).zip(0..rim.len()) {
-        let (a, b) = (rim[k], rim[(k + 1) % rim.len()]);
-        if let Some(outward) = ((a + b) * 0.5 - center).try_normalize() {
-            clipper.cut(outward, a, contacts.limits.slack, side);
-        }
-    }
+    body.cut_by_rim(cap, triangle.corners[0], contacts.limits.slack, clipper);
     add_clipped_triangle(triangle, &plane, body.radius, contacts, clipper);
+}
+
+/// An edge cuts through a cap at a small angle: there the lowest point of the rim changes with the
+/// last bits of the normal, so the points come from the part of the edge that is over the cap. False
+/// if there is none.
+fn edge_on_cap(
+    triangle: &Triangle,
+    body: &PlacedFrustum,
+    edge: [Vec3; 2],
+    normal: Vec3,
+    contacts: &mut Contacts,
+    clipper: &mut Clipper,
+) -> bool {
+    let Some(cap) = body.cap_towards(-normal) else { return false };
+    let plane = body.cap_plane(cap);
+    clipper.restart();
+    for (end, number) in edge.into_iter().zip([0, 1]) {
+        clipper.push(end, mix(9, triangle.number, number));
+    }
+    body.cut_by_rim(cap, edge[0], contacts.limits.slack, clipper);
+    let slope = -plane.normal.dot(normal);
+    let points = clipper.points.iter().map(|c| {
+        let separation = plane.distance(c.position) / slope;
+        point(
+            c.position + normal * separation,
+            normal,
+            separation - body.radius,
+            body.radius,
+            c.feature,
+        )
+    });
+    contacts.add(triangle, normal, points)
 }
 
 /// The side touches an edge or a corner; false if the axis separates them but no points near each

@@ -92,7 +92,8 @@ pub(super) fn hull(
     let mut refused: Option<Best> = None;
     let least = over + limits.bias;
     for (face, plane) in hull.planes.iter().enumerate() {
-        let separation = triangle.corners.iter().map(|c| plane.distance(*c)).fold(f32::INFINITY, lesser);
+        let separation =
+            triangle.corners.iter().map(|c| plane.distance(*c)).fold(f32::INFINITY, lesser);
         if separation > reach {
             return;
         }
@@ -108,6 +109,15 @@ pub(super) fn hull(
         }
     }
     for k in 0..3 {
+        if triangle.is_concave(k) {
+            let (normal, corner) = (triangle.outward[k], triangle.corners[k]);
+            let separation =
+                hull.vertices.iter().map(|v| normal.dot(*v - corner)).fold(f32::INFINITY, lesser);
+            if separation > refused.map_or(least, |b| b.separation) {
+                let (axis, part) = (Axis::Edges(k, 0), Part::Edge(k));
+                refused = Some(Best { axis, normal, part, separation });
+            }
+        }
         if !triangle.is_active(k) {
             continue;
         }
@@ -125,13 +135,15 @@ pub(super) fn hull(
         return;
     }
     match best {
-        Some(Best { axis: Axis::Face(face), .. }) => on_hull_face(triangle, hull, face, contacts, clipper),
+        Some(Best { axis: Axis::Face(face), .. }) => {
+            on_hull_face(triangle, hull, face, contacts, clipper);
+        }
         Some(Best { axis: Axis::Edges(k, edge), normal, separation, .. }) => {
             if !on_edges(triangle, (k, edge), hull, (normal, separation), contacts) {
-                on_triangle(triangle, hull, contacts, clipper);
+                on_triangle(triangle, hull, None, contacts, clipper);
             }
         }
-        None => on_triangle(triangle, hull, contacts, clipper),
+        None => on_triangle(triangle, hull, refused.map(|r| r.normal), contacts, clipper),
     }
 }
 
@@ -181,8 +193,12 @@ fn best_edge(
         }
         if triangle.allows(Part::Edge(k), axis) {
             most = separation;
-            best =
-                Some(Best { axis: Axis::Edges(k, edge), normal: axis, part: Part::Edge(k), separation });
+            best = Some(Best {
+                axis: Axis::Edges(k, edge),
+                normal: axis,
+                part: Part::Edge(k),
+                separation,
+            });
         }
     }
     Ok(best)
@@ -192,6 +208,7 @@ fn best_edge(
 fn on_triangle(
     triangle: &Triangle,
     hull: &PlacedHull<'_>,
+    refused: Option<Vec3>,
     contacts: &mut Contacts,
     clipper: &mut Clipper,
 ) {
@@ -214,7 +231,7 @@ fn on_triangle(
         let separation = triangle.height(c.position) - hull.radius;
         point(c.position, normal, separation, hull.radius, c.feature)
     });
-    contacts.add(triangle, normal, points);
+    contacts.add_instead(triangle, normal, refused, points);
 }
 
 /// The normal is that of a face of the polytope, which an edge or a corner of the triangle touches.

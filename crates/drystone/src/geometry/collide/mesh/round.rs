@@ -13,7 +13,13 @@ const PARALLEL: f32 = 0.1;
 
 /// The point half way between the surfaces, from a point of the core.
 #[inline]
-pub(super) fn point(core: Vec3, normal: Vec3, separation: f32, radius: f32, feature: u32) -> ManifoldPoint {
+pub(super) fn point(
+    core: Vec3,
+    normal: Vec3,
+    separation: f32,
+    radius: f32,
+    feature: u32,
+) -> ManifoldPoint {
     let position = core - normal * (radius + 0.5 * separation);
     ManifoldPoint { position, separation, feature }
 }
@@ -63,6 +69,7 @@ pub(super) fn capsule(
         let t = heights[0] / (heights[0] - heights[1]);
         triangle.outside(ends[0].lerp(ends[1], t)) <= 0.0
     };
+    let mut refused = None;
     if !crosses {
         let (core, nearest, part) = closest_to_segment(triangle, ends);
         let offset = core - nearest;
@@ -82,6 +89,7 @@ pub(super) fn capsule(
             if triangle.is_behind_neighbor(part, normal, center) {
                 return;
             }
+            refused = Some(normal);
             let class = direction_class(normal);
             contacts.add_spare(normal, point(core, normal, separation, radius, mix(2, class, 0)));
         }
@@ -97,7 +105,7 @@ pub(super) fn capsule(
         .points
         .iter()
         .map(|c| point(c.position, normal, over(c.position), radius, c.feature));
-    contacts.add(triangle, normal, points);
+    contacts.add_instead(triangle, normal, refused, points);
 }
 
 /// The nearest points of segment and triangle, which do not cross, and the part of the triangle.

@@ -45,8 +45,7 @@ impl Triangle {
         let corners = mesh.corners(number);
         let face = mesh.face(number);
         let [a, b, c] = corners;
-        let outward =
-            [b - a, c - b, a - c].map(|e| e.cross(face.normal).normalize_or(Vec3::ZERO));
+        let outward = [b - a, c - b, a - c].map(|e| e.cross(face.normal).normalize_or(Vec3::ZERO));
         let below = face.normal.dot(center - a) < 0.0;
         Self {
             number,
@@ -68,6 +67,12 @@ impl Triangle {
     #[inline]
     pub(super) fn is_active(&self, k: usize) -> bool {
         self.bends[k].active()
+    }
+
+    /// True if the surface turns towards the side it is seen from at edge `k`.
+    #[inline]
+    pub(super) fn is_concave(&self, k: usize) -> bool {
+        self.bends[k].concave()
     }
 
     /// How the surface turns behind edge `k`.

@@ -1,0 +1,250 @@
+//! The command line.
+
+use std::fmt::Display;
+use std::path::PathBuf;
+use std::str::FromStr;
+
+use clap::builder::PossibleValuesParser;
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use drystone::{Method, SimdLevel};
+
+const EXAMPLES: &str = "\
+Examples:
+  drystone simulate pyramid --bake pyramid.glb
+  drystone simulate pyramid:base=40 --seconds 20 --threads 4
+  drystone simulate scene.gltf --trace motion.csv --every 6 --report report.json
+  drystone simulate scene.gltf --set gravity=0,-1.62,0 --set sleep.enabled=false
+  drystone info scene.gltf
+  drystone scenes";
+
+/// A 3D rigid-body physics engine: simulates a scene and writes what happened.
+#[derive(Debug, Parser)]
+#[command(name = "drystone", version, about, after_help = EXAMPLES)]
+pub(crate) struct Cli {
+    /// What to do.
+    #[command(subcommand)]
+    pub(crate) command: Command,
+}
+
+/// What the program can do.
+#[derive(Debug, Subcommand)]
+pub(crate) enum Command {
+    /// Simulate a scene and report what happened
+    Simulate(Box<Simulate>),
+    /// List the built-in scenes: name, bodies, what each shows, its parameters
+    Scenes,
+    /// List the stepping methods
+    Methods,
+    /// Tell what was understood of a scene, and what was ignored and why
+    Info(Info),
+}
+
+const SIMULATE_EXAMPLES: &str = "\
+Examples:
+  drystone simulate pyramid --bake pyramid.glb
+  drystone simulate stack:n=20,top_mass_ratio=100 --seconds 30
+  drystone simulate scene.glb --hz 120 --trace motion.csv --events events.jsonl
+  drystone simulate mesh.glb --auto-colliders hull --bake out.glb
+
+Exit status:
+  0  done
+  1  the scene cannot be read or is invalid, or an output cannot be written
+  2  wrong usage
+  3  done, but a fault was reported (a body left the finite numbers and was set aside)
+
+The result depends on the scene and on --hz, --substeps, --method and --set alone: never on threads,
+instruction set, machine, or on which outputs were asked for.";
+
+/// Which scene.
+#[derive(Args, Debug)]
+pub(crate) struct Source {
+    /// A built-in scene (`drystone scenes`) with parameters such as pyramid:base=40, or a .gltf,
+    /// .glb or .obj file
+    pub(crate) scene: String,
+
+    /// For files without physics: every mesh becomes a dynamic body with this collider, the lowest
+    /// a static one
+    #[arg(long, value_name = "KIND")]
+    pub(crate) auto_colliders: Option<AutoColliders>,
+}
+
+/// What a mesh without physics collides as.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum AutoColliders {
+    /// Its convex hull
+    Hull,
+    /// Itself
+    Mesh,
+    /// The box around it
+    Box,
+}
+
+/// `drystone info`.
+#[derive(Args, Debug)]
+pub(crate) struct Info {
+    /// Which scene.
+    #[command(flatten)]
+    pub(crate) source: Source,
+}
+
+/// `drystone simulate`.
+#[derive(Args, Debug)]
+#[command(after_help = SIMULATE_EXAMPLES)]
+pub(crate) struct Simulate {
+    /// Which scene.
+    #[command(flatten)]
+    pub(crate) source: Source,
+
+    /// How long to simulate [default: the scene's own length, else 10]
+    #[arg(long, value_name = "S", value_parser = seconds, conflicts_with = "steps")]
+    pub(crate) seconds: Option<f64>,
+
+    /// How long to simulate, in steps
+    #[arg(long, value_name = "N")]
+    pub(crate) steps: Option<u64>,
+
+    /// Steps per second [default: the scene's own, else 60]
+    #[arg(long, value_name = "F", value_parser = hz)]
+    pub(crate) hz: Option<f32>,
+
+    /// Solver substeps per step [default: the method's own]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=256))]
+    pub(crate) substeps: Option<u32>,
+
+    /// Stepping method (`drystone methods` tells about them) [default: the scene's own, else
+    /// soft-step]
+    #[arg(long, value_name = "NAME", value_parser = PossibleValuesParser::new(Method::NAMES))]
+    pub(crate) method: Option<String>,
+
+    /// A field of the world's configuration, such as gravity=0,-1.62,0 or contact.hertz=60;
+    /// repeatable
+    #[arg(long, value_name = "KEY=VALUE", value_parser = assignment)]
+    pub(crate) set: Vec<(String, String)>,
+
+    /// Worker threads, the caller included [default: all cores]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=256))]
+    pub(crate) threads: Option<u16>,
+
+    /// Instruction set to use [default: the machine's best]; the result does not depend on it
+    #[arg(long, value_name = "LEVEL", value_parser = simd_levels())]
+    pub(crate) simd: Option<String>,
+
+    /// Write the trajectory, one line a body and step
+    #[arg(long, value_name = "FILE.csv")]
+    pub(crate) trace: Option<PathBuf>,
+
+    /// Write only every K-th step to the trace
+    #[arg(long, value_name = "K", default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..))]
+    pub(crate) every: u64,
+
+    /// Write what happened, one JSON object a line
+    #[arg(long, value_name = "FILE.jsonl")]
+    pub(crate) events: Option<PathBuf>,
+
+    /// Write the scene with its motion as glTF animations (.glb or .gltf)
+    #[arg(long, value_name = "FILE.glb", value_parser = bake_path)]
+    pub(crate) bake: Option<PathBuf>,
+
+    /// Write measurements: times, contacts, energy, penetration, hashes
+    #[arg(long, value_name = "FILE.json")]
+    pub(crate) report: Option<PathBuf>,
+}
+
+/// The levels this machine has, by name.
+fn simd_levels() -> PossibleValuesParser {
+    PossibleValuesParser::new(SimdLevel::available().iter().map(|level| level.name()))
+}
+
+/// Parses a number that `fits`; `allowed` says which do.
+fn number<T: FromStr>(text: &str, allowed: &str, fits: impl Fn(&T) -> bool) -> Result<T, String> {
+    text.trim().parse().ok().filter(fits).ok_or_else(|| format!("allowed is {allowed}"))
+}
+
+fn seconds(text: &str) -> Result<f64, String> {
+    number(text, "a number of seconds from 0 to 1e9", |s: &f64| (0.0..=1.0e9).contains(s))
+}
+
+fn hz(text: &str) -> Result<f32, String> {
+    number(text, "a number of steps per second from 0.001 to 1e6", |hz: &f32| {
+        (1.0e-3..=1.0e6).contains(hz)
+    })
+}
+
+fn assignment(text: &str) -> Result<(String, String), String> {
+    match text.split_once('=') {
+        Some((key, value)) if !key.trim().is_empty() => {
+            Ok((key.trim().to_owned(), value.trim().to_owned()))
+        }
+        _ => Err("allowed is KEY=VALUE, such as sleep.enabled=false".to_owned()),
+    }
+}
+
+fn bake_path(text: &str) -> Result<PathBuf, String> {
+    let path = PathBuf::from(text);
+    if has_extension(&path, &["glb", "gltf"]) {
+        Ok(path)
+    } else {
+        Err("allowed is a file name that ends in .glb or .gltf".to_owned())
+    }
+}
+
+/// True if the path ends in one of these extensions, in any case.
+pub(crate) fn has_extension(path: &std::path::Path, extensions: &[&str]) -> bool {
+    path.extension().is_some_and(|e| extensions.iter().any(|known| e.eq_ignore_ascii_case(known)))
+}
+
+/// `n thing` or `n things`.
+pub(crate) fn count(n: impl Display, thing: &str) -> String {
+    let n = n.to_string();
+    if n == "1" { format!("1 {thing}") } else { format!("{n} {thing}s") }
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::{CommandFactory, Parser};
+
+    use super::{Cli, Command};
+
+    #[test]
+    fn the_command_line_is_consistent() {
+        Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn numbers_out_of_range_are_refused() {
+        for bad in [
+            "--hz 0",
+            "--hz -1",
+            "--hz nan",
+            "--hz inf",
+            "--hz 1e-30",
+            "--seconds -1",
+            "--seconds nan",
+            "--seconds inf",
+            "--steps -1",
+            "--steps 1.5",
+            "--every 0",
+            "--threads 0",
+            "--threads 257",
+            "--substeps 0",
+            "--substeps 257",
+            "--set x",
+            "--set =1",
+            "--method x",
+            "--simd x",
+            "--bake x.obj",
+            "--seconds 1 --steps 1",
+            "--render x.png",
+            "--snapshot x",
+        ] {
+            let line = format!("drystone simulate hello {bad}");
+            let result = Cli::try_parse_from(line.split(' '));
+            assert_eq!(result.unwrap_err().exit_code(), 2, "{bad}");
+        }
+        let good = "drystone simulate hello --hz 0.5 --seconds 0 --every 3 --set a=b=c --set d=";
+        let Command::Simulate(args) = Cli::try_parse_from(good.split(' ')).unwrap().command else {
+            panic!("another command");
+        };
+        assert_eq!(args.set[0], ("a".to_owned(), "b=c".to_owned()));
+    }
+}

@@ -1,0 +1,166 @@
+//! What happened, as one JSON object a line.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use drystone::{BodyId, ContactEvent, Events, FaultKind, Vec3};
+use serde::Serialize;
+
+use crate::output::{Failure, Output};
+
+/// The names of bodies by their ids.
+#[derive(Debug, Default)]
+pub(crate) struct Names {
+    of: BTreeMap<BodyId, String>,
+}
+
+impl Names {
+    /// Learns the names of bodies that have joined; `bodies` and `names` go together.
+    pub(crate) fn learn(&mut self, bodies: &[BodyId], names: &[String]) {
+        for (&id, name) in bodies.iter().zip(names).skip(self.of.len()) {
+            self.of.insert(id, name.clone());
+        }
+    }
+
+    /// The name of a body; `#slot` if the scene has none for it.
+    pub(crate) fn of(&self, id: BodyId) -> String {
+        self.of.get(&id).map_or_else(|| format!("#{}", id.index()), Clone::clone)
+    }
+}
+
+/// The word for a kind of fault.
+pub(crate) const fn fault_word(kind: FaultKind) -> &'static str {
+    match kind {
+        FaultKind::NotFinite => "not_finite",
+        FaultKind::BadTimeStep => "bad_time_step",
+        _ => "other",
+    }
+}
+
+/// A line of the file: what happened, when, and what besides.
+#[derive(Serialize)]
+struct Line<T> {
+    step: u64,
+    time: f64,
+    r#type: &'static str,
+    #[serde(flatten)]
+    what: T,
+}
+
+#[derive(Serialize)]
+struct Pair {
+    body_a: String,
+    body_b: String,
+}
+
+#[derive(Serialize)]
+struct Hit {
+    body_a: String,
+    body_b: String,
+    point: [f32; 3],
+    normal: [f32; 3],
+    speed: f32,
+}
+
+#[derive(Serialize)]
+struct Visit {
+    sensor: String,
+    visitor: String,
+}
+
+#[derive(Serialize)]
+struct Joint {
+    joint: u32,
+}
+
+#[derive(Serialize)]
+struct Body {
+    body: String,
+}
+
+#[derive(Serialize)]
+struct Fault {
+    body: Option<String>,
+    kind: &'static str,
+}
+
+/// An event file being written.
+#[derive(Debug)]
+pub(crate) struct EventLog {
+    output: Output,
+}
+
+impl EventLog {
+    /// Opens the file.
+    pub(crate) fn create(path: &Path) -> Result<Self, Failure> {
+        Ok(Self { output: Output::create(path)? })
+    }
+
+    /// Adds the events of step `step`, which ended at `time` [s].
+    pub(crate) fn add(
+        &mut self,
+        step: u64,
+        time: f64,
+        events: &Events,
+        names: &Names,
+    ) -> Result<(), Failure> {
+        let pair =
+            |e: &ContactEvent| Pair { body_a: names.of(e.body_a), body_b: names.of(e.body_b) };
+        for e in &events.contact_begin {
+            self.line(step, time, "contact_begin", pair(e))?;
+        }
+        for e in &events.contact_end {
+            self.line(step, time, "contact_end", pair(e))?;
+        }
+        for e in &events.hits {
+            let what = Hit {
+                body_a: names.of(e.body_a),
+                body_b: names.of(e.body_b),
+                point: Vec3::to_array(e.point),
+                normal: Vec3::to_array(e.normal),
+                speed: e.speed,
+            };
+            self.line(step, time, "hit", what)?;
+        }
+        for (word, list) in
+            [("sensor_enter", &events.sensor_enter), ("sensor_exit", &events.sensor_exit)]
+        {
+            for e in list {
+                let what =
+                    Visit { sensor: names.of(e.sensor_body), visitor: names.of(e.visitor_body) };
+                self.line(step, time, word, what)?;
+            }
+        }
+        for e in &events.joint_break {
+            self.line(step, time, "joint_break", Joint { joint: e.index() })?;
+        }
+        for (word, list) in [("sleep", &events.sleep), ("wake", &events.wake)] {
+            for &id in list {
+                self.line(step, time, word, Body { body: names.of(id) })?;
+            }
+        }
+        for e in &events.faults {
+            let what = Fault { body: e.body.map(|id| names.of(id)), kind: fault_word(e.kind) };
+            self.line(step, time, "fault", what)?;
+        }
+        Ok(())
+    }
+
+    fn line<T: Serialize>(
+        &mut self,
+        step: u64,
+        time: f64,
+        word: &'static str,
+        what: T,
+    ) -> Result<(), Failure> {
+        let line = Line { step, time, r#type: word, what };
+        let mut text = serde_json::to_vec(&line).map_err(Failure::failed)?;
+        text.push(b'\n');
+        self.output.write(&text)
+    }
+
+    /// Writes out what is buffered; returns the path.
+    pub(crate) fn finish(self) -> Result<PathBuf, Failure> {
+        self.output.finish()
+    }
+}

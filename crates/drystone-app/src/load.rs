@@ -1,0 +1,124 @@
+//! From what the user wrote to a scene: a built-in one by name, or a file.
+
+use std::io::ErrorKind;
+use std::path::Path;
+
+use drystone::Vec3;
+use drystone_scene::gltf::{self, LoadedGltf};
+use drystone_scene::{BuildError, Running, Scene, SceneBody, Script, obj};
+
+use crate::cli::{AutoColliders, Source, has_extension};
+use crate::output::Failure;
+
+/// Endings that mean a file even where there is none.
+const FILES: [&str; 3] = ["gltf", "glb", "obj"];
+
+/// A scene, and the file it came from.
+#[derive(Debug)]
+pub(crate) enum Loaded {
+    /// From the catalog.
+    BuiltIn(Box<Scene>),
+    /// From a file, which is kept for baking.
+    Gltf(Box<LoadedGltf>),
+}
+
+impl Loaded {
+    /// The scene.
+    pub(crate) fn scene(&self) -> &Scene {
+        match self {
+            Self::BuiltIn(scene) => scene,
+            Self::Gltf(loaded) => &loaded.scene,
+        }
+    }
+
+    /// The scene, to change it.
+    pub(crate) fn scene_mut(&mut self) -> &mut Scene {
+        match self {
+            Self::BuiltIn(scene) => scene,
+            Self::Gltf(loaded) => &mut loaded.scene,
+        }
+    }
+}
+
+/// Reads or makes the scene. `gravity` [m/s²] is what the user says it is, if anything: the lowest
+/// body of a file without physics is found along it.
+///
+/// Built-in names win over files of the same name, so that a folder `tower` hides nothing; write
+/// `./tower` for the file.
+pub(crate) fn load(source: &Source, gravity: Option<Vec3>) -> Result<Loaded, Failure> {
+    let path = Path::new(&source.scene);
+    let looks_like_a_file = has_extension(path, &FILES) || path.components().count() > 1;
+    if !looks_like_a_file {
+        match drystone_scene::named(&source.scene) {
+            Ok(_) if source.auto_colliders.is_some() => {
+                return Err(Failure::usage(format_args!(
+                    "--auto-colliders is for files; {} is a built-in scene",
+                    source.scene
+                )));
+            }
+            Ok(scene) => return Ok(Loaded::BuiltIn(Box::new(scene))),
+            Err(e) if !path.exists() => {
+                return Err(Failure::failed(format_args!("{}: {e}", source.scene)));
+            }
+            Err(_) => {}
+        }
+    }
+    file(path, source.auto_colliders, gravity)
+}
+
+fn file(
+    path: &Path,
+    auto_colliders: Option<AutoColliders>,
+    gravity: Option<Vec3>,
+) -> Result<Loaded, Failure> {
+    let shown = path.display();
+    let metadata = match std::fs::metadata(path) {
+        Err(e) if e.kind() == ErrorKind::NotFound => {
+            return Err(Failure::failed(format_args!(
+                "{shown}: no such file, allowed is a .gltf, .glb or .obj file or a built-in scene \
+                 (`drystone scenes` lists them)"
+            )));
+        }
+        Err(e) => return Err(Failure::failed(format_args!("{shown}: cannot be read: {e}"))),
+        Ok(metadata) => metadata,
+    };
+    if metadata.is_dir() {
+        return Err(Failure::failed(format_args!(
+            "{shown}: is a directory, allowed is a .gltf, .glb or .obj file"
+        )));
+    }
+    if !has_extension(path, &FILES) {
+        return Err(Failure::failed(format_args!(
+            "{shown}: its name tells no known format, allowed is a .gltf, .glb or .obj file"
+        )));
+    }
+    let options = gltf::Options {
+        auto_colliders: auto_colliders.map(|kind| match kind {
+            AutoColliders::Hull => gltf::AutoColliders::Hull,
+            AutoColliders::Mesh => gltf::AutoColliders::Mesh,
+            AutoColliders::Box => gltf::AutoColliders::Box,
+        }),
+        gravity,
+    };
+    let read = if has_extension(path, &["obj"]) { obj::load } else { gltf::load };
+    let loaded = read(path, &options).map_err(Failure::failed)?;
+    Ok(Loaded::Gltf(Box::new(loaded)))
+}
+
+/// The bodies that join while the scene runs.
+pub(crate) fn dropped(scene: &Scene) -> &[SceneBody] {
+    match &scene.script {
+        Script::Drop { bodies, .. } => bodies,
+        _ => &[],
+    }
+}
+
+/// The scene as a world; `source` is what the user called it.
+pub(crate) fn build(scene: &Scene, source: &str) -> Result<Running, Failure> {
+    scene.build().map_err(|e| refused(source, &e))
+}
+
+/// The engine refuses something of the scene that the user called `source`.
+pub(crate) fn refused(source: &str, e: &BuildError) -> Failure {
+    Failure::failed(format_args!("{source}: {e}"))
+}

@@ -1,0 +1,373 @@
+//! What a run came to: as JSON for programs, as text for people.
+
+use std::fmt::Write as _;
+use std::path::PathBuf;
+
+use drystone_scene::{Running, Scene};
+use serde::Serialize;
+use serde::ser::{SerializeMap, Serializer};
+
+use crate::cli::count;
+use crate::events::{Names, fault_word};
+use crate::measure::{Measure, lines_of};
+use crate::output::{Failure, one_line};
+
+/// A run that has ended.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Run<'a> {
+    /// The scene as the user wrote it.
+    pub(crate) source: &'a str,
+    /// The scene.
+    pub(crate) scene: &'a Scene,
+    /// Its world at the end.
+    pub(crate) running: &'a Running,
+    /// Steps a second.
+    pub(crate) hz: f32,
+    /// Worker threads.
+    pub(crate) threads: usize,
+    /// Steps made.
+    pub(crate) steps: u64,
+    /// Time simulated [s].
+    pub(crate) seconds: f64,
+    /// Steps asked for; more than were made after Ctrl-C.
+    pub(crate) asked: u64,
+    /// Measurements.
+    pub(crate) measure: &'a Measure,
+}
+
+/// The report; its fields are those of the JSON file.
+#[derive(Debug, Serialize)]
+pub(crate) struct Report {
+    scene: String,
+    method: &'static str,
+    hz: f32,
+    substeps: u32,
+    threads: usize,
+    simd: &'static str,
+    steps: u64,
+    bodies: Bodies,
+    shapes: usize,
+    joints: usize,
+    wall_ms: WallTime,
+    #[serde(serialize_with = "in_order")]
+    stages_ms: Vec<(&'static str, f64)>,
+    contacts: Contacts,
+    energy: Energies,
+    /// Change of the sum of momentum over the run [kg m/s], by gravity and static bodies too.
+    momentum_drift: f32,
+    penetration: Penetration,
+    joint_error: JointError,
+    asleep_end: usize,
+    hash: String,
+    hashes: Vec<(u64, String)>,
+    faults: Vec<FaultLine>,
+    ignored: Vec<String>,
+}
+
+/// Bodies at the end, by kind.
+#[derive(Debug, Serialize)]
+struct Bodies {
+    r#static: usize,
+    kinematic: usize,
+    dynamic: usize,
+}
+
+/// Time of the steps themselves, without outputs and measurements [ms].
+#[derive(Debug, Serialize)]
+struct WallTime {
+    total: f64,
+    step_mean: f64,
+    step_median: f64,
+    step_p99: f64,
+}
+
+/// Pairs of shapes with contact points.
+#[derive(Debug, Serialize)]
+struct Contacts {
+    mean: f64,
+    max: usize,
+}
+
+/// Energy [J]; potential energy is against the world's origin.
+#[derive(Debug, Serialize)]
+struct Energies {
+    kinetic_start: f64,
+    kinetic_end: f64,
+    potential_start: f64,
+    potential_end: f64,
+    total_max: f64,
+}
+
+/// Deepest overlap [m]: over all steps, the 99th percentile over steps of the deepest of each step,
+/// and after the last step.
+#[derive(Debug, Serialize)]
+struct Penetration {
+    max: f64,
+    p99: f64,
+    end_max: f64,
+}
+
+/// Largest joint error [m]: over all steps, and the 99th percentile over steps.
+#[derive(Debug, Serialize)]
+struct JointError {
+    max: f64,
+    p99: f64,
+}
+
+#[derive(Debug, Serialize)]
+struct FaultLine {
+    step: u64,
+    body: Option<String>,
+    kind: &'static str,
+}
+
+/// A map in the order of the list: stages stand in the order in which they run.
+fn in_order<S: Serializer>(stages: &[(&str, f64)], to: S) -> Result<S::Ok, S::Error> {
+    let mut map = to.serialize_map(Some(stages.len()))?;
+    for (name, mean) in stages {
+        map.serialize_entry(name, mean)?;
+    }
+    map.end()
+}
+
+impl Report {
+    /// Of a run whose stages took these mean times [ms].
+    pub(crate) fn new(run: &Run<'_>, stages_ms: Vec<(&'static str, f64)>) -> Self {
+        let (measure, world) = (run.measure, &run.running.world);
+        let (config, counts) = (world.config(), world.counts());
+        let method = &config.method;
+        let mut names = Names::default();
+        names.learn(&run.running.bodies, &run.running.names);
+        let faults = measure.faults.iter().map(|fault| FaultLine {
+            step: fault.step,
+            body: fault.body.map(|id| names.of(id)),
+            kind: fault_word(fault.kind),
+        });
+        Self {
+            scene: run.source.to_owned(),
+            method: method.name(),
+            hz: run.hz,
+            substeps: if config.substeps == 0 { method.substeps() } else { config.substeps },
+            threads: run.threads,
+            simd: world.simd_level().name(),
+            steps: run.steps,
+            bodies: Bodies {
+                r#static: counts.fixed,
+                kinematic: counts.kinematic,
+                dynamic: counts.dynamic,
+            },
+            shapes: counts.shapes,
+            joints: counts.joints,
+            wall_ms: WallTime {
+                total: measure.step_ms.sum(),
+                step_mean: measure.step_ms.mean(),
+                step_median: measure.step_ms.percentile(50),
+                step_p99: measure.step_ms.percentile(99),
+            },
+            stages_ms,
+            contacts: Contacts { mean: measure.contacts.mean(), max: measure.contacts_max },
+            energy: Energies {
+                kinetic_start: measure.energy_start.kinetic,
+                kinetic_end: measure.energy_end.kinetic,
+                potential_start: measure.energy_start.potential,
+                potential_end: measure.energy_end.potential,
+                total_max: measure.energy_max,
+            },
+            momentum_drift: measure.momentum_drift(world),
+            penetration: Penetration {
+                max: measure.penetration.max(),
+                p99: measure.penetration.percentile(99),
+                end_max: measure.penetration.last(),
+            },
+            joint_error: JointError {
+                max: measure.joint_error.max(),
+                p99: measure.joint_error.percentile(99),
+            },
+            asleep_end: counts.asleep,
+            hash: hex(world.state_hash()),
+            hashes: measure.hashes.iter().map(|&(step, hash)| (step, hex(hash))).collect(),
+            faults: faults.collect(),
+            ignored: lines_of(&run.scene.notes),
+        }
+    }
+
+    /// As the JSON file.
+    pub(crate) fn json(&self) -> Result<Vec<u8>, Failure> {
+        let mut text = serde_json::to_vec_pretty(self).map_err(Failure::failed)?;
+        text.push(b'\n');
+        Ok(text)
+    }
+
+    /// For people: a line a subject, the subjects in a column.
+    pub(crate) fn text(&self, run: &Run<'_>, written: &[PathBuf]) -> String {
+        let mut page = Page::default();
+        page.row("scene", &one_line(&format!("{} - {}", self.scene, run.scene.summary)));
+        let Bodies { r#static, kinematic, dynamic } = self.bodies;
+        page.row(
+            "bodies",
+            &format!(
+                "{dynamic} dynamic, {kinematic} kinematic, {} static; {}, {}",
+                r#static,
+                count(self.shapes, "shape"),
+                count(self.joints, "joint")
+            ),
+        );
+        page.row(
+            "method",
+            &format!(
+                "{}, {} at {} Hz; {}, {}",
+                self.method,
+                count(self.substeps, "substep"),
+                self.hz,
+                count(self.threads, "thread"),
+                self.simd
+            ),
+        );
+        self.text_of_times(run, &mut page);
+        page.row("contacts", &format!("mean {:.0}, max {}", self.contacts.mean, self.contacts.max));
+        let e = &self.energy;
+        page.row(
+            "energy",
+            &format!(
+                "kinetic {} -> {}, potential {} -> {}",
+                si(e.kinetic_start, "J"),
+                si(e.kinetic_end, "J"),
+                si(e.potential_start, "J"),
+                si(e.potential_end, "J")
+            ),
+        );
+        let p = &self.penetration;
+        page.row(
+            "penetration",
+            &format!(
+                "max {}, p99 {}, at the end {}",
+                si(p.max, "m"),
+                si(p.p99, "m"),
+                si(p.end_max, "m")
+            ),
+        );
+        if self.joints > 0 {
+            let j = &self.joint_error;
+            page.row("joint error", &format!("max {}, p99 {}", si(j.max, "m"), si(j.p99, "m")));
+        }
+        page.row("asleep", &format!("{} of {dynamic} dynamic bodies", self.asleep_end));
+        page.row("hash", &self.hash);
+        for fault in &self.faults {
+            let body = fault.body.as_deref().unwrap_or("-");
+            page.row("fault", &one_line(&format!("step {}, {body}: {}", fault.step, fault.kind)));
+        }
+        for note in &self.ignored {
+            page.row("note", note);
+        }
+        for path in written {
+            let size = std::fs::metadata(path).map_or(0, |m| m.len());
+            page.row("written", &one_line(&format!("{} ({})", path.display(), bytes(size))));
+        }
+        page.text
+    }
+
+    fn text_of_times(&self, run: &Run<'_>, page: &mut Page) {
+        let simulated = run.seconds;
+        let stopped = if run.steps < run.asked {
+            format!(", stopped before the {} asked for", run.asked)
+        } else {
+            String::new()
+        };
+        page.row("steps", &format!("{} = {simulated:.3} s{stopped}", self.steps));
+        let t = &self.wall_ms;
+        let factor = if t.total > 0.0 {
+            format!("; {:.1} times real time", simulated * 1000.0 / t.total)
+        } else {
+            String::new()
+        };
+        page.row(
+            "ms a step",
+            &format!(
+                "mean {:.3}, median {:.3}, p99 {:.3}{factor}",
+                t.step_mean, t.step_median, t.step_p99
+            ),
+        );
+        if !self.stages_ms.is_empty() {
+            let stages: Vec<String> =
+                self.stages_ms.iter().map(|(name, mean)| format!("{name} {mean:.3}")).collect();
+            page.row("", &stages.join(", "));
+        }
+    }
+}
+
+/// Lines of a subject and what is said of it.
+#[derive(Debug, Default)]
+pub(crate) struct Page {
+    /// The lines so far.
+    pub(crate) text: String,
+    last: String,
+}
+
+impl Page {
+    /// Adds a line; the subject is said once where lines of the same follow each other.
+    pub(crate) fn row(&mut self, subject: &str, what: &str) {
+        let shown = if subject == self.last { "" } else { subject };
+        // Writing to a String cannot fail.
+        let _ = writeln!(self.text, "{shown:<13}{what}");
+        subject.clone_into(&mut self.last);
+    }
+}
+
+fn hex(hash: u64) -> String {
+    format!("{hash:016x}")
+}
+
+/// Four digits and a unit, with the prefix that suits.
+pub(crate) fn si(value: f64, unit: &str) -> String {
+    let size = value.abs();
+    let (scale, prefix) = match size {
+        0.0 => return format!("0 {unit}"),
+        s if s >= 1.0e6 => (1.0e-6, "M"),
+        s if s >= 1.0e4 => (1.0e-3, "k"),
+        s if s >= 0.1 => (1.0, ""),
+        s if s >= 1.0e-4 => (1.0e3, "m"),
+        s if s >= 1.0e-7 => (1.0e6, "u"),
+        _ => return format!("{value:.1e} {unit}"),
+    };
+    let scaled = value * scale;
+    let places = match scaled.abs() {
+        s if s >= 1000.0 => 0,
+        s if s >= 100.0 => 1,
+        s if s >= 10.0 => 2,
+        _ => 3,
+    };
+    format!("{scaled:.places$} {prefix}{unit}")
+}
+
+#[expect(clippy::cast_precision_loss, reason = "shown with two digits")]
+fn bytes(n: u64) -> String {
+    match n {
+        0..10_000 => count(n, "byte"),
+        10_000..1_000_000 => format!("{:.0} kB", n as f64 * 1.0e-3),
+        _ => format!("{:.1} MB", n as f64 * 1.0e-6),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Page, bytes, si};
+
+    #[test]
+    fn numbers_are_shown_with_a_prefix() {
+        assert_eq!(si(0.0, "m"), "0 m");
+        assert_eq!(si(0.001_234_5, "m"), "1.234 mm");
+        assert_eq!(si(-12_345.0, "J"), "-12.35 kJ");
+        assert_eq!(si(3.0e-6, "m"), "3.000 um");
+        assert_eq!(si(f64::NAN, "J"), "NaN J");
+        assert_eq!(bytes(1), "1 byte");
+        assert_eq!(bytes(1_500_000), "1.5 MB");
+    }
+
+    #[test]
+    fn a_subject_is_said_once() {
+        let mut page = Page::default();
+        page.row("note", "one");
+        page.row("note", "two");
+        assert_eq!(page.text, "note         one\n             two\n");
+    }
+}

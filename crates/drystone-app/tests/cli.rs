@@ -1,0 +1,394 @@
+//! The command as its users meet it: exit statuses, messages, files.
+
+#![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+
+use std::fs::{self, File};
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output, Stdio};
+use std::time::{Duration, Instant};
+
+use serde_json::Value;
+
+/// A box above a floor; parts in capitals are replaced to make it wrong.
+const SCENE: &str = r#"{
+  "asset": {"version": "2.0"},
+  "extensionsUsed": ["KHR_implicit_shapes", "KHR_physics_rigid_bodies"],
+  REQUIRED
+  "extensions": {"KHR_implicit_shapes": {"shapes": [
+    {"type": "box", "box": {"size": [40.0, 1.0, 40.0]}},
+    {"type": "box", "box": {"size": [1.0, 1.0, 1.0]}}
+  ]}},
+  "buffers": [{"byteLength": 36,
+    "uri": "data:application/octet-stream;base64,POINTS"}],
+  "bufferViews": [{"buffer": 0, "byteLength": 36}],
+  "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3",
+    "min": [0, 0, 0], "max": [1, 1, 0]}],
+  "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "mode": 0}]}],
+  "nodes": [
+    {"name": "floor", "translation": [0, -0.5, 0],
+      "extensions": {"KHR_physics_rigid_bodies": {"collider": {"geometry": {"shape": 0}}}}},
+    {"name": "a \"box\", falling", "translation": [0, HEIGHT, 0], "extensions":
+      {"KHR_physics_rigid_bodies": {"motion": {"mass": MASS}, "collider": {"geometry": GEOMETRY}}}}
+  ],
+  "scene": 0, "scenes": [{"nodes": [0, 1]}]
+}"#;
+
+/// Three points in the plane z = 0.
+const POINTS: &str = "AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA";
+
+/// [`SCENE`] with some of its parts replaced.
+fn scene_with(changes: &[(&str, &str)]) -> String {
+    let mut text = SCENE.replace("POINTS", POINTS);
+    for &(part, value) in changes {
+        text = text.replace(part, value);
+    }
+    for (part, value) in
+        [("REQUIRED", ""), ("HEIGHT", "1.0"), ("MASS", "1.0"), ("GEOMETRY", r#"{"shape": 1}"#)]
+    {
+        text = text.replace(part, value);
+    }
+    text
+}
+
+/// An empty folder for one test.
+fn folder(name: &str) -> PathBuf {
+    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
+    let _ = fs::remove_dir_all(&path);
+    fs::create_dir_all(&path).unwrap();
+    path
+}
+
+/// Runs the command in `folder`.
+fn drystone(folder: &Path, args: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_drystone"))
+        .args(args)
+        .current_dir(folder)
+        .stdin(Stdio::null())
+        .output()
+        .unwrap()
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8(bytes.to_vec()).unwrap()
+}
+
+/// Runs the command, which must succeed; returns what it printed.
+fn succeed(folder: &Path, args: &[&str]) -> String {
+    let output = drystone(folder, args);
+    assert_eq!(output.status.code(), Some(0), "{args:?}: {}", text(&output.stderr));
+    assert_eq!(text(&output.stderr), "", "{args:?}: nothing but errors belongs on stderr");
+    text(&output.stdout)
+}
+
+/// Runs the command, which must fail with status 1 and one line; returns the line.
+fn fail(folder: &Path, args: &[&str]) -> String {
+    let start = Instant::now();
+    let output = drystone(folder, args);
+    let line = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{args:?}: {line}");
+    assert!(line.starts_with("error: ") && line.ends_with('\n'), "{args:?}: {line}");
+    assert_eq!(line.lines().count(), 1, "{args:?}: {line}");
+    assert!(line.len() < 1000, "{args:?}: {line}");
+    assert_eq!(text(&output.stdout), "", "{args:?}");
+    assert!(start.elapsed() < Duration::from_secs(5), "{args:?} took {:?}", start.elapsed());
+    line
+}
+
+fn json(path: &Path) -> Value {
+    serde_json::from_slice(&fs::read(path).unwrap()).unwrap()
+}
+
+#[test]
+fn wrong_usage_exits_with_two() {
+    let folder = folder("usage");
+    for args in [
+        "",
+        "fly",
+        "simulate",
+        "simulate hello --hz 0",
+        "simulate hello --hz nan",
+        "simulate hello --seconds -1",
+        "simulate hello --seconds 1 --steps 1",
+        "simulate hello --every 0",
+        "simulate hello --threads 0",
+        "simulate hello --threads 1000",
+        "simulate hello --substeps 0",
+        "simulate hello --method magic",
+        "simulate hello --set gravity",
+        "simulate hello --set contact.magic=1",
+        "simulate hello --set gravity=1,2",
+        "simulate hello --bake out.obj",
+        "simulate hello --trace a --report a",
+        "simulate hello --auto-colliders hull",
+        "simulate hello extra",
+        "info",
+    ] {
+        let output = drystone(&folder, &args.split_whitespace().collect::<Vec<_>>());
+        assert_eq!(output.status.code(), Some(2), "{args}: {}", text(&output.stderr));
+        assert!(!output.stderr.is_empty(), "{args}");
+    }
+    assert_eq!(fs::read_dir(&folder).unwrap().count(), 0, "wrong usage must leave no file");
+}
+
+#[test]
+fn scenes_that_cannot_be_read_are_refused_in_one_line() {
+    let folder = folder("unreadable");
+    fs::create_dir(folder.join("directory.gltf")).unwrap();
+    let write = |name: &str, content: &str| fs::write(folder.join(name), content).unwrap();
+    write("empty.gltf", "");
+    write("empty.glb", "");
+    write("broken.gltf", "{\"asset\": {\"version\": \"2.0\"}, \"nodes\": [");
+    write("text.glb", "this is no scene\nat all\n");
+    write("array.gltf", "[]");
+    write("unknown.step", "x");
+    write("nan.gltf", &scene_with(&[("HEIGHT", "NaN")]));
+    write("infinite.gltf", &scene_with(&[("HEIGHT", "1e999")]));
+    write("large.gltf", &scene_with(&[("HEIGHT", "1e300")]));
+    write("mass.gltf", &scene_with(&[("MASS", "-1.0")]));
+    write("shape.gltf", &scene_with(&[("GEOMETRY", r#"{"shape": 7}"#)]));
+    write("hull.gltf", &scene_with(&[("GEOMETRY", r#"{"mesh": 0, "convexHull": true}"#)]));
+    write("required.gltf", &scene_with(&[("REQUIRED", r#""extensionsRequired": ["EXT_magic"],"#)]));
+    for name in [
+        "missing.gltf",
+        "missing.glb",
+        "no/such/folder.gltf",
+        "directory.gltf",
+        ".",
+        "empty.gltf",
+        "empty.glb",
+        "broken.gltf",
+        "text.glb",
+        "array.gltf",
+        "unknown.step",
+        "nan.gltf",
+        "infinite.gltf",
+        "large.gltf",
+        "mass.gltf",
+        "shape.gltf",
+        "hull.gltf",
+        "required.gltf",
+    ] {
+        for command in ["simulate", "info"] {
+            let line = fail(&folder, &[command, name]);
+            assert!(line.contains(name), "{name}: {line}");
+        }
+    }
+    assert!(fail(&folder, &["simulate", "mass.gltf"]).contains("mass"));
+    assert!(fail(&folder, &["simulate", "required.gltf"]).contains("EXT_magic"));
+}
+
+#[test]
+fn a_gigabyte_of_zeros_is_refused_at_once() {
+    let folder = folder("zeros");
+    for name in ["zeros.glb", "zeros.gltf"] {
+        File::create(folder.join(name)).unwrap().set_len(1 << 30).unwrap();
+        assert!(fail(&folder, &["simulate", name]).contains(name));
+    }
+}
+
+#[test]
+fn unknown_scenes_and_parameters_are_refused_in_one_line() {
+    let folder = folder("unknown");
+    for scene in ["nosuch", "pyramid:magic=1", "pyramid:base", "pyramid:base=x", "pyramid:base=-1"]
+    {
+        fail(&folder, &["simulate", scene]);
+    }
+}
+
+#[test]
+fn outputs_that_cannot_be_written_are_found_before_the_run() {
+    let folder = folder("unwritable");
+    for flag in ["--trace", "--events", "--report", "--bake"] {
+        let start = Instant::now();
+        let line = fail(&folder, &["simulate", "hello", "--steps", "100000000", flag, "no/x.glb"]);
+        assert!(line.contains("x.glb"), "{line}");
+        assert!(start.elapsed() < Duration::from_secs(5));
+    }
+    fs::create_dir(folder.join("folder.glb")).unwrap();
+    fail(&folder, &["simulate", "hello", "--bake", "folder.glb"]);
+}
+
+#[test]
+fn the_scene_itself_is_not_overwritten() {
+    let folder = folder("overwrite");
+    let content = scene_with(&[]);
+    fs::write(folder.join("in.gltf"), &content).unwrap();
+    let output = drystone(&folder, &["simulate", "in.gltf", "--bake", "./in.gltf"]);
+    assert_eq!(output.status.code(), Some(2));
+    assert_eq!(fs::read_to_string(folder.join("in.gltf")).unwrap(), content);
+}
+
+#[test]
+fn the_hash_depends_neither_on_outputs_nor_on_threads() {
+    let folder = folder("hash");
+    let run = |name: &str, more: &[&str]| {
+        let report = format!("{name}.json");
+        let mut args = vec!["simulate", "pyramid:base=6", "--steps", "130", "--report", &report];
+        args.extend_from_slice(more);
+        succeed(&folder, &args);
+        json(&folder.join(&report))
+    };
+    let plain = run("plain", &["--threads", "1"]);
+    let outputs = ["--trace", "t.csv", "--events", "e.jsonl", "--bake", "b.glb", "--threads", "1"];
+    for other in [run("outputs", &outputs), run("threads", &["--threads", "2"])] {
+        for key in
+            ["hash", "hashes", "contacts", "energy", "penetration", "momentum_drift", "asleep_end"]
+        {
+            assert_eq!(plain[key], other[key], "{key}");
+        }
+    }
+    assert!(fs::metadata(folder.join("b.glb")).unwrap().len() > 100);
+    let steps: Vec<u64> =
+        plain["hashes"].as_array().unwrap().iter().map(|row| row[0].as_u64().unwrap()).collect();
+    assert_eq!(steps, [60, 120]);
+}
+
+#[test]
+fn the_report_has_every_key() {
+    let folder = folder("report");
+    let page = succeed(
+        &folder,
+        &["simulate", "hello", "--seconds", "0.5", "--hz", "120", "--report", "r.json"],
+    );
+    let report = json(&folder.join("r.json"));
+    for pointer in [
+        "/scene",
+        "/method",
+        "/hz",
+        "/substeps",
+        "/threads",
+        "/simd",
+        "/steps",
+        "/bodies/static",
+        "/bodies/kinematic",
+        "/bodies/dynamic",
+        "/shapes",
+        "/joints",
+        "/wall_ms/total",
+        "/wall_ms/step_mean",
+        "/wall_ms/step_median",
+        "/wall_ms/step_p99",
+        "/stages_ms",
+        "/contacts/mean",
+        "/contacts/max",
+        "/energy/kinetic_start",
+        "/energy/kinetic_end",
+        "/energy/potential_start",
+        "/energy/potential_end",
+        "/energy/total_max",
+        "/momentum_drift",
+        "/penetration/max",
+        "/penetration/p99",
+        "/penetration/end_max",
+        "/joint_error/max",
+        "/joint_error/p99",
+        "/asleep_end",
+        "/hash",
+        "/hashes",
+        "/faults",
+        "/ignored",
+    ] {
+        let value = report.pointer(pointer);
+        assert!(value.is_some_and(|v| !v.is_null()), "{pointer} is missing: {report}");
+    }
+    assert_eq!(
+        (report["steps"].as_u64(), report["method"].as_str()),
+        (Some(60), Some("soft-step"))
+    );
+    let hash = report["hash"].as_str().unwrap();
+    assert!(hash.len() == 16 && hash.chars().all(|c| c.is_ascii_hexdigit()), "{hash}");
+    assert!(page.contains(hash), "the page must show the hash:\n{page}");
+    assert!(report["stages_ms"].as_object().unwrap().len() > 1);
+}
+
+#[test]
+fn the_trace_has_a_row_for_every_body_and_kept_step() {
+    let folder = folder("trace");
+    fs::write(folder.join("in.gltf"), scene_with(&[])).unwrap();
+    succeed(&folder, &["simulate", "in.gltf", "--steps", "10", "--trace", "t.csv", "--every", "4"]);
+    let trace = fs::read_to_string(folder.join("t.csv")).unwrap();
+    let mut lines = trace.lines();
+    assert_eq!(lines.next(), Some("step,time,body,px,py,pz,qx,qy,qz,qw,vx,vy,vz,wx,wy,wz,asleep"));
+    let mut kept = Vec::new();
+    for line in lines.filter(|line| line.contains("box")) {
+        let (head, rest) = line.split_once("\"a \"\"box\"\", falling\",").unwrap();
+        let step: u64 = head.split(',').next().unwrap().parse().unwrap();
+        let numbers: Vec<f32> = rest.split(',').map(|x| x.parse().unwrap()).collect();
+        assert_eq!(numbers.len(), 14, "{line}");
+        kept.push((step, numbers[1]));
+    }
+    assert_eq!(kept.iter().map(|k| k.0).collect::<Vec<_>>(), [0, 4, 8]);
+    assert!((kept[0].1 - 1.0).abs() < 1.0e-6, "it starts where the file puts it");
+    assert!(kept[1].1 < kept[0].1, "it falls");
+    assert_eq!(trace.lines().count(), 1 + 3 * 2, "the floor has its rows too");
+}
+
+#[test]
+fn events_are_json_lines() {
+    let folder = folder("events");
+    fs::write(folder.join("in.gltf"), scene_with(&[("HEIGHT", "2.0")])).unwrap();
+    succeed(&folder, &["simulate", "in.gltf", "--seconds", "4", "--events", "e.jsonl"]);
+    let file = fs::read_to_string(folder.join("e.jsonl")).unwrap();
+    let events: Vec<Value> = file.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    let first = |kind: &str| events.iter().find(|e| e["type"] == kind);
+    let begin = first("contact_begin").expect("it lands");
+    for key in ["step", "time", "body_a", "body_b"] {
+        assert!(!begin[key].is_null(), "{begin}");
+    }
+    let names = [&begin["body_a"], &begin["body_b"]];
+    assert!(names.iter().any(|n| *n == "floor"), "{begin}");
+    assert!(names.iter().any(|n| *n == "a \"box\", falling"), "{begin}");
+    let hit = first("hit").expect("it lands at 5 m/s");
+    let speed = hit["speed"].as_f64().unwrap();
+    assert!((4.5..6.0).contains(&speed), "sqrt(2 g 1.5 m) = 5.4 m/s: {hit}");
+    assert_eq!(hit["point"].as_array().unwrap().len(), 3);
+    assert_eq!(first("sleep").expect("it comes to rest")["body"], "a \"box\", falling");
+}
+
+#[test]
+fn lists_and_help_are_printed() {
+    let folder = folder("lists");
+    let scenes = succeed(&folder, &["scenes"]);
+    for name in ["hello", "pyramid", "stack"] {
+        assert!(scenes.lines().any(|line| line.starts_with(name)), "{name}:\n{scenes}");
+    }
+    assert!(succeed(&folder, &["methods"]).contains("(default)"));
+    assert!(succeed(&folder, &["--version"]).starts_with("drystone "));
+    assert!(succeed(&folder, &["simulate", "--help"]).contains("Exit status"));
+    fs::write(folder.join("in.gltf"), scene_with(&[])).unwrap();
+    let info = succeed(&folder, &["info", "in.gltf"]);
+    assert!(info.contains("1 dynamic, 1 static") && info.contains("2 box"), "{info}");
+}
+
+#[test]
+fn no_step_at_all_is_a_run_too() {
+    let folder = folder("none");
+    succeed(&folder, &["simulate", "hello", "--steps", "0", "--trace", "t.csv", "--bake", "b.glb"]);
+    assert!(fs::read_to_string(folder.join("t.csv")).unwrap().lines().count() > 1);
+}
+
+#[test]
+fn bodies_that_join_late_are_traced_and_baked() {
+    let folder = folder("joining");
+    let out = ["--steps", "40", "--trace", "t.csv", "--bake", "b.glb"];
+    succeed(&folder, &[&["simulate", "large_world:tiles=10"], &out[..]].concat());
+    let trace = fs::read_to_string(folder.join("t.csv")).unwrap();
+    let rows = |step: &str| trace.lines().filter(|l| l.starts_with(&format!("{step},"))).count();
+    assert!(rows("0") < rows("40"), "{} rows, then {}", rows("0"), rows("40"));
+}
+
+#[cfg(unix)]
+#[test]
+fn a_reader_that_has_gone_is_no_failure() {
+    let folder = folder("pipe");
+    let mut child = Command::new(env!("CARGO_BIN_EXE_drystone"))
+        .arg("scenes")
+        .current_dir(&folder)
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    drop(child.stdout.take());
+    let output = child.wait_with_output().unwrap();
+    assert_eq!((output.status.code(), text(&output.stderr)), (Some(0), String::new()));
+}

@@ -1,0 +1,466 @@
+//! A document for a scene that comes from no file: nodes, meshes, materials, physics.
+
+use drystone::{
+    BodyDef, BodyKind, Combine, Filter, MassDef, Material, Pose, Quat, Shape, ShapeDef, Vec3, vec3,
+};
+use serde_json::{Value, json};
+
+use super::file::{bytes_of, push};
+use super::solids::{self, Surface};
+use crate::gltf::{At, Document, LoadedGltf, STATIC_BODY, of_shapes, read_tree};
+use crate::scene::{Scene, SceneBody, Script};
+
+/// Colors (linear red, green, blue): static, kinematic, trigger, then those of moving bodies by turns.
+const COLORS: [[f32; 3]; 9] = [
+    [0.32, 0.34, 0.36],
+    [0.80, 0.55, 0.10],
+    [0.25, 0.65, 0.35],
+    [0.78, 0.23, 0.16],
+    [0.12, 0.38, 0.62],
+    [0.86, 0.62, 0.24],
+    [0.20, 0.52, 0.46],
+    [0.55, 0.28, 0.48],
+    [0.72, 0.68, 0.60],
+];
+const MOVING: usize = 3;
+const PHYSICS: &str = "KHR_physics_rigid_bodies";
+
+/// What is made so far.
+struct Build {
+    json: Value,
+    /// What goes into buffer `buffer`.
+    bytes: Vec<u8>,
+    buffer: usize,
+    /// Number of the first of [`COLORS`] among the document's materials.
+    first_color: usize,
+    /// Meshes by what they show: shape, color, number.
+    meshes: Vec<(ShapeKey, usize, usize)>,
+    implicit: Vec<Value>,
+    materials: Vec<Material>,
+    filters: Vec<Filter>,
+    /// Some shape has a filter: then each says its own, for a collider without is in no system.
+    filtered: bool,
+}
+
+/// Two shapes with equal keys look the same.
+#[derive(Clone, Debug, PartialEq)]
+struct ShapeKey(&'static str, [u32; 3], usize);
+
+fn shape_key(shape: &Shape) -> ShapeKey {
+    let (numbers, identity) = match shape {
+        Shape::Sphere { radius } => ([*radius, 0.0, 0.0], 0),
+        Shape::Capsule { half_height, radius } | Shape::Cylinder { half_height, radius } => {
+            ([*half_height, *radius, 0.0], 0)
+        }
+        Shape::Box { half_extents } => (half_extents.to_array(), 0),
+        Shape::Cone { half_height, radius_bottom, radius_top } => {
+            ([*half_height, *radius_bottom, *radius_top], 0)
+        }
+        Shape::Hull(hull) => ([0.0; 3], std::sync::Arc::as_ptr(hull) as usize),
+        Shape::Mesh(mesh) => ([0.0; 3], std::sync::Arc::as_ptr(mesh) as usize),
+        _ => ([0.0; 3], 0),
+    };
+    ShapeKey(shape.kind(), numbers.map(f32::to_bits), identity)
+}
+
+/// The document of a scene and the node of each of its bodies, dropped ones last.
+pub(super) fn document(scene: &Scene) -> (Document, Vec<usize>) {
+    let mut build = Build::new(&scene.name);
+    build.json["asset"]["extras"]["gravity"] = json!(scene.config.gravity.to_array());
+    let dropped: &[SceneBody] = match &scene.script {
+        Script::Drop { bodies, .. } => bodies,
+        _ => &[],
+    };
+    let mut shapes = scene.bodies.iter().chain(dropped).flat_map(|b| &b.def.shapes);
+    build.filtered = shapes.any(|s| s.filter != Filter::default());
+    let bodies = scene.bodies.iter().chain(dropped).enumerate();
+    let nodes: Vec<usize> = bodies.map(|(i, b)| build.body(b, i)).collect();
+    build.json["scenes"][0]["nodes"] = json!(nodes);
+    build.finish();
+    let buffers = vec![build.bytes];
+    (Document { json: build.json, buffers, folder: std::path::PathBuf::new() }, nodes)
+}
+
+/// The color of a shape of body `number`.
+fn color(def: &BodyDef, shape: &ShapeDef, number: usize) -> usize {
+    match def.kind {
+        _ if shape.sensor => 2,
+        BodyKind::Static => 0,
+        BodyKind::Kinematic => 1,
+        BodyKind::Dynamic => MOVING + number % (COLORS.len() - MOVING),
+    }
+}
+
+/// The document that was read; if it has nothing to look at, with a node for each shape of each body.
+pub(super) fn shown(loaded: &LoadedGltf) -> Document {
+    let document = &loaded.document;
+    let root = At::root(&document.json);
+    let nodes = root.list("nodes").unwrap_or_default();
+    let Ok(tree) = read_tree(&root) else { return document.clone() };
+    if nodes.iter().any(|n| n.get("mesh").is_some()) {
+        return document.clone();
+    }
+    let mut build = Build::on(document.json.clone(), document.buffers.len());
+    for (number, (body, &owner)) in loaded.scene.bodies.iter().zip(&loaded.node_of_body).enumerate()
+    {
+        let scale = tree.nodes[owner].scale;
+        for shape in &body.def.shapes {
+            let pose = seat(shape);
+            let turned = pose.rotation != Quat::IDENTITY;
+            let uneven = (scale - Vec3::splat(scale.x)).length() > 1.0e-5;
+            if scale.abs().min_element() < 1.0e-6 || (turned && uneven) {
+                // The node's own scale would tear the picture apart.
+                continue;
+            }
+            let undo = vec3(1.0 / scale.x, 1.0 / scale.y, 1.0 / scale.z);
+            let mesh = build.mesh_of(&shape.shape, color(&body.def, shape, number));
+            let mut node = json!({"mesh": mesh});
+            place(&mut node, &Pose::new(pose.position.mul_each(undo), pose.rotation));
+            if undo != Vec3::ONE {
+                node["scale"] = json!(undo.to_array());
+            }
+            let child = push(&mut build.json, "nodes", node);
+            push(&mut super::file::list(&mut build.json, "nodes")[owner], "children", json!(child));
+        }
+    }
+    let mut buffers = document.buffers.clone();
+    buffers.push(build.bytes);
+    Document { json: build.json, buffers, folder: document.folder.clone() }
+}
+
+/// A mesh of a document without physics.
+#[derive(Clone, Debug)]
+pub(crate) struct MeshPart {
+    /// Name of its node, a JSON text; may be empty.
+    pub(crate) name: Value,
+    /// Its vertices [m].
+    pub(crate) points: Vec<Vec3>,
+    /// Its triangles.
+    pub(crate) triangles: Vec<[u32; 3]>,
+}
+
+/// A document with a node for each part and nothing else.
+pub(crate) fn document_of_meshes(name: &str, parts: &[MeshPart]) -> Document {
+    let mut build = Build::new(name);
+    let mut nodes = Vec::new();
+    for (i, part) in parts.iter().enumerate() {
+        let surface = Surface {
+            points: part.points.clone(),
+            normals: Vec::new(),
+            triangles: part.triangles.clone(),
+        };
+        let mesh = build.mesh(&surface, MOVING + i % (COLORS.len() - MOVING));
+        let mut node = json!({"mesh": mesh});
+        if part.name != "" {
+            node["name"] = part.name.clone();
+        }
+        nodes.push(push(&mut build.json, "nodes", node));
+    }
+    build.json["scenes"][0]["nodes"] = json!(nodes);
+    Document { json: build.json, buffers: vec![build.bytes], folder: std::path::PathBuf::new() }
+}
+
+impl Build {
+    /// A document with an empty scene and the materials.
+    fn new(name: &str) -> Self {
+        let json = json!({
+            "asset": {"version": "2.0", "generator": "drystone", "extras": {"name": name}},
+            "scene": 0, "scenes": [{"nodes": []}],
+        });
+        Self::on(json, 0)
+    }
+
+    /// Adds to a document that has `buffers` buffers.
+    fn on(json: Value, buffers: usize) -> Self {
+        let mut build = Self {
+            json,
+            bytes: Vec::new(),
+            buffer: buffers,
+            first_color: 0,
+            meshes: Vec::new(),
+            implicit: Vec::new(),
+            materials: Vec::new(),
+            filters: Vec::new(),
+            filtered: false,
+        };
+        build.first_color = super::file::list(&mut build.json, "materials").len();
+        for (i, rgb) in COLORS.iter().enumerate() {
+            let [r, g, b] = *rgb;
+            let (alpha, mode) = if i == 2 { (0.3, "BLEND") } else { (1.0, "OPAQUE") };
+            let color = json!({
+                "pbrMetallicRoughness": {
+                    "baseColorFactor": [r, g, b, alpha], "metallicFactor": 0.0, "roughnessFactor": 0.7,
+                },
+                "alphaMode": mode, "doubleSided": i == 0,
+            });
+            push(&mut build.json, "materials", color);
+        }
+        build
+    }
+
+    /// The node of a body with all below it.
+    fn body(&mut self, body: &SceneBody, number: usize) -> usize {
+        let def = &body.def;
+        let mut node = json!({"name": body.name});
+        place(&mut node, &Pose::new(def.position, def.rotation));
+        let mut physics = json!({});
+        if def.kind != BodyKind::Static {
+            physics["motion"] = motion(def);
+        }
+        let mut children = Vec::new();
+        let single = def.shapes.len() == 1;
+        for shape in &def.shapes {
+            let pose = seat(shape);
+            if single && pose == Pose::IDENTITY {
+                self.shape(&mut node, &mut physics, shape, color(def, shape, number));
+                continue;
+            }
+            let mut child = json!({});
+            place(&mut child, &pose);
+            let mut own = json!({});
+            self.shape(&mut child, &mut own, shape, color(def, shape, number));
+            child["extensions"] = json!({PHYSICS: own});
+            children.push(push(&mut self.json, "nodes", child));
+        }
+        if !children.is_empty() {
+            if def.kind == BodyKind::Static {
+                node["extras"] = json!({STATIC_BODY: true});
+            }
+            node["children"] = json!(children);
+        }
+        if physics.as_object().is_some_and(|p| !p.is_empty()) {
+            node["extensions"] = json!({PHYSICS: physics});
+        }
+        push(&mut self.json, "nodes", node)
+    }
+
+    /// Mesh and collider of one shape.
+    fn shape(&mut self, node: &mut Value, physics: &mut Value, shape: &ShapeDef, color: usize) {
+        let mesh = self.mesh_of(&shape.shape, color);
+        node["mesh"] = json!(mesh);
+        let geometry = match implicit(&shape.shape) {
+            Some(description) => {
+                let found = self.implicit.iter().position(|s| *s == description);
+                let index = found.unwrap_or(self.implicit.len());
+                if found.is_none() {
+                    self.implicit.push(description);
+                }
+                json!({"shape": index})
+            }
+            None => json!({"mesh": mesh, "convexHull": matches!(shape.shape, Shape::Hull(_))}),
+        };
+        let mut part = json!({"geometry": geometry});
+        if self.filtered {
+            part["collisionFilter"] = json!(index_of(&mut self.filters, shape.filter));
+        }
+        if shape.sensor {
+            physics["trigger"] = part;
+        } else {
+            part["physicsMaterial"] = json!(index_of(&mut self.materials, shape.material));
+            physics["collider"] = part;
+        }
+    }
+
+    /// The mesh that shows a shape in a color.
+    fn mesh_of(&mut self, shape: &Shape, color: usize) -> usize {
+        let key = shape_key(shape);
+        if let Some((_, _, mesh)) = self.meshes.iter().find(|(k, c, _)| *k == key && *c == color) {
+            return *mesh;
+        }
+        let mesh = self.mesh(&solids::of(shape), color);
+        self.meshes.push((key, color, mesh));
+        mesh
+    }
+
+    fn mesh(&mut self, surface: &Surface, color: usize) -> usize {
+        let numbers =
+            |v: &[Vec3]| bytes_of(&v.iter().flat_map(|p| p.to_array()).collect::<Vec<_>>());
+        let low = surface.points.iter().fold(Vec3::splat(f32::MAX), |l, p| l.min(*p));
+        let high = surface.points.iter().fold(Vec3::splat(f32::MIN), |h, p| h.max(*p));
+        let view = self.view(&numbers(&surface.points), 34962);
+        let count = surface.points.len();
+        let position = json!({
+            "bufferView": view, "componentType": 5126, "count": count, "type": "VEC3",
+            "min": low.to_array(), "max": high.to_array(),
+        });
+        let position = push(&mut self.json, "accessors", position);
+        let mut attributes = json!({"POSITION": position});
+        if !surface.normals.is_empty() {
+            let view = self.view(&numbers(&surface.normals), 34962);
+            let normal =
+                json!({"bufferView": view, "componentType": 5126, "count": count, "type": "VEC3"});
+            attributes["NORMAL"] = json!(push(&mut self.json, "accessors", normal));
+        }
+        let corners: Vec<u32> = surface.triangles.iter().flatten().copied().collect();
+        // 65535 itself would be a restart of the strip.
+        let short = count < 65535;
+        let bytes: Vec<u8> = if short {
+            corners.iter().flat_map(|&c| u16::try_from(c).unwrap_or(0).to_le_bytes()).collect()
+        } else {
+            corners.iter().flat_map(|c| c.to_le_bytes()).collect()
+        };
+        let view = self.view(&bytes, 34963);
+        let component = if short { 5123 } else { 5125 };
+        let index = json!({"bufferView": view, "componentType": component, "count": corners.len(), "type": "SCALAR"});
+        let index = push(&mut self.json, "accessors", index);
+        let primitive = json!({"attributes": attributes, "indices": index, "material": self.first_color + color});
+        push(&mut self.json, "meshes", json!({"primitives": [primitive]}))
+    }
+
+    fn view(&mut self, bytes: &[u8], target: u32) -> usize {
+        self.bytes.resize(self.bytes.len().next_multiple_of(4), 0);
+        let view = json!({
+            "buffer": self.buffer, "byteOffset": self.bytes.len(), "byteLength": bytes.len(), "target": target,
+        });
+        self.bytes.extend_from_slice(bytes);
+        push(&mut self.json, "bufferViews", view)
+    }
+
+    /// The parts of the extensions that stand at the top of the document.
+    fn finish(&mut self) {
+        let rule = |c: Combine| match c {
+            Combine::Multiply => "multiply",
+            Combine::Maximum => "maximum",
+            Combine::Minimum => "minimum",
+            Combine::Average | Combine::GeometricMean => "average",
+        };
+        let materials = self.materials.iter().map(|m| {
+            json!({
+                "staticFriction": m.friction, "dynamicFriction": m.friction, "restitution": m.restitution,
+                "frictionCombine": rule(m.friction_combine),
+                "restitutionCombine": rule(m.restitution_combine),
+            })
+        });
+        let names = |bits: u64| -> Vec<String> {
+            (0..64).filter(|b| bits >> b & 1 == 1).map(|b| format!("layer{b}")).collect()
+        };
+        let filters = self.filters.iter().map(|f| {
+            let mut filter = json!({});
+            if f.layers != 0 {
+                filter["collisionSystems"] = json!(names(f.layers));
+            }
+            if f.exclude != 0 && f.mask == u64::MAX {
+                filter["notCollideWithSystems"] = json!(names(f.exclude));
+            } else if f.mask != u64::MAX {
+                filter["collideWithSystems"] = json!(names(f.mask & !f.exclude));
+            }
+            filter
+        });
+        let (materials, filters): (Vec<Value>, Vec<Value>) =
+            (materials.collect(), filters.collect());
+        let mut physics = json!({});
+        if !materials.is_empty() {
+            physics["physicsMaterials"] = json!(materials);
+        }
+        if !filters.is_empty() {
+            physics["collisionFilters"] = json!(filters);
+        }
+        let mut used = vec![PHYSICS];
+        let mut extensions = json!({PHYSICS: physics});
+        if !self.implicit.is_empty() {
+            used.push("KHR_implicit_shapes");
+            extensions["KHR_implicit_shapes"] = json!({"shapes": self.implicit});
+        }
+        self.json["extensions"] = extensions;
+        self.json["extensionsUsed"] = json!(used);
+    }
+}
+
+fn index_of<T: PartialEq>(list: &mut Vec<T>, item: T) -> usize {
+    if let Some(i) = list.iter().position(|x| *x == item) {
+        return i;
+    }
+    list.push(item);
+    list.len() - 1
+}
+
+/// Where the picture of a shape stands: a half-space's square is turned to its normal.
+fn seat(shape: &ShapeDef) -> Pose {
+    match shape.shape {
+        Shape::HalfSpace { normal, offset } => {
+            shape.pose.compose(&Pose::new(normal * offset, Quat::from_arc(Vec3::Y, normal)))
+        }
+        _ => shape.pose,
+    }
+}
+
+fn place(node: &mut Value, pose: &Pose) {
+    if pose.position != Vec3::ZERO {
+        node["translation"] = json!(pose.position.to_array());
+    }
+    if pose.rotation != Quat::IDENTITY {
+        node["rotation"] = json!(pose.rotation.normalized().to_array());
+    }
+}
+
+/// The shape as `KHR_implicit_shapes` has it; None for hulls and meshes.
+fn implicit(shape: &Shape) -> Option<Value> {
+    let cylinder = |half: f32, bottom: f32, top: f32| {
+        let inner = json!({"height": 2.0 * half, "radiusBottom": bottom, "radiusTop": top});
+        json!({"type": "cylinder", "cylinder": inner})
+    };
+    Some(match shape {
+        Shape::Sphere { radius } => json!({"type": "sphere", "sphere": {"radius": radius}}),
+        Shape::Box { half_extents } => {
+            json!({"type": "box", "box": {"size": (*half_extents * 2.0).to_array()}})
+        }
+        Shape::Capsule { half_height, radius } if *half_height <= 0.0 => {
+            json!({"type": "sphere", "sphere": {"radius": radius}})
+        }
+        Shape::Capsule { half_height, radius } => {
+            let inner =
+                json!({"height": 2.0 * half_height, "radiusBottom": radius, "radiusTop": radius});
+            json!({"type": "capsule", "capsule": inner})
+        }
+        Shape::Cylinder { half_height, radius } => cylinder(*half_height, *radius, *radius),
+        Shape::Cone { half_height, radius_bottom, radius_top } => {
+            cylinder(*half_height, *radius_bottom, *radius_top)
+        }
+        Shape::HalfSpace { .. } => json!({"type": "plane", "plane": {}}),
+        _ => return None,
+    })
+}
+
+/// Motion properties of a body; velocities in the node's frame.
+fn motion(def: &BodyDef) -> Value {
+    let mut motion = json!({});
+    let pose = Pose::new(def.position, def.rotation);
+    let velocities =
+        [("linearVelocity", def.linear_velocity), ("angularVelocity", def.angular_velocity)];
+    for (key, v) in velocities {
+        if v != Vec3::ZERO {
+            motion[key] = json!(pose.local_direction(v).to_array());
+        }
+    }
+    if def.kind == BodyKind::Kinematic {
+        motion["isKinematic"] = json!(true);
+        return motion;
+    }
+    if (def.gravity_scale - 1.0).abs() > 0.0 {
+        motion["gravityFactor"] = json!(def.gravity_scale);
+    }
+    let exact = match def.mass {
+        MassDef::Mass(mass) => {
+            motion["mass"] = json!(mass);
+            return motion;
+        }
+        // What a reader assumes by itself needs no numbers.
+        MassDef::FromShapes
+            if def.shapes.iter().all(|s| s.sensor || (s.density - 1000.0).abs() <= 0.0) =>
+        {
+            return motion;
+        }
+        MassDef::FromShapes => {
+            let own = of_shapes(&def.shapes);
+            (own.mass, own.center, own.inertia)
+        }
+        MassDef::Exact { mass, center, inertia } => (mass, center, inertia),
+    };
+    let (mass, center, inertia) = exact;
+    let (moments, axes) = inertia.eigen();
+    motion["mass"] = json!(mass);
+    motion["centerOfMass"] = json!(center.to_array());
+    motion["inertiaDiagonal"] = json!(moments.max(Vec3::ZERO).to_array());
+    motion["inertiaOrientation"] = json!(axes.to_array());
+    motion
+}

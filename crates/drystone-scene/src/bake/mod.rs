@@ -1,0 +1,57 @@
+//! Writing a simulated scene as glTF: the document with one animation of its nodes.
+//!
+//! Core glTF only, so any viewer plays it: translation and rotation of one node a body. A document
+//! that was read keeps all it had, physics too; for a scene that comes from no file a document with
+//! meshes, materials and physics is made.
+
+mod animation;
+mod build;
+mod file;
+mod solids;
+
+pub(crate) use self::build::{MeshPart, document_of_meshes};
+
+use std::path::Path;
+
+use drystone::Pose;
+
+use crate::error::SceneError;
+use crate::gltf::LoadedGltf;
+use crate::scene::Scene;
+
+/// Where the bodies were at some times.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Motion {
+    /// Times, rising [s].
+    pub times: Vec<f32>,
+    /// Poses of each body's origin at these times [world], `[body][time]`. A shorter list belongs to
+    /// the last times: the body appeared later and is hidden before.
+    pub poses: Vec<Vec<Pose>>,
+}
+
+/// Writes the document that was read with `motion` as its first animation, as binary glTF or, if
+/// the name ends in `.gltf`, as text with all data inside. If it has no mesh at all, the shapes are
+/// given one each, so that there is something to see.
+///
+/// # Errors
+/// If the file cannot be written or the motion is not of these bodies.
+pub fn write(path: &Path, loaded: &LoadedGltf, motion: &Motion) -> Result<(), SceneError> {
+    let document = build::shown(loaded);
+    let mut output = file::Output::of(&document).map_err(|e| e.in_file(path))?;
+    animation::add(&mut output, &document, &loaded.node_of_body, motion)
+        .and_then(|()| output.write(path))
+        .map_err(|e| e.in_file(path))
+}
+
+/// Writes a scene that comes from no file, with meshes made for its shapes, and `motion` as its
+/// animation. The bodies that the scene's script drops count as bodies after all others.
+///
+/// # Errors
+/// If the file cannot be written or the motion is not of these bodies.
+pub fn write_scene(path: &Path, scene: &Scene, motion: &Motion) -> Result<(), SceneError> {
+    let (document, nodes) = build::document(scene);
+    let mut output = file::Output::of(&document).map_err(|e| e.in_file(path))?;
+    animation::add(&mut output, &document, &nodes, motion)
+        .and_then(|()| output.write(path))
+        .map_err(|e| e.in_file(path))
+}

@@ -1,0 +1,264 @@
+//! The catalog: built-in scenes by name, with parameters.
+
+mod box3d;
+mod first;
+mod heaps;
+mod jolt;
+mod linked;
+mod masonry;
+mod parameters;
+mod parts;
+
+pub use parameters::{CatalogError, Parameter, Range, Values};
+
+use crate::scene::Scene;
+
+/// A scene of the catalog.
+#[derive(Clone, Copy, Debug)]
+pub struct Entry {
+    /// Its name.
+    pub name: &'static str,
+    /// What it shows, in a line.
+    pub summary: &'static str,
+    /// What can be said about it.
+    pub parameters: &'static [Parameter],
+    builder: fn(Scene, &Values) -> Result<Scene, CatalogError>,
+}
+
+impl Entry {
+    const fn new(
+        name: &'static str,
+        summary: &'static str,
+        builder: fn(Scene, &Values) -> Result<Scene, CatalogError>,
+    ) -> Self {
+        Self { name, summary, parameters: &[], builder }
+    }
+
+    const fn with(self, parameters: &'static [Parameter]) -> Self {
+        Self { parameters, ..self }
+    }
+
+    /// The scene, with parameters from `key=value,key=value`; all defaults for `None`.
+    ///
+    /// # Errors
+    /// A key that the scene does not have, or a value that is not allowed.
+    pub fn scene(&self, parameters: Option<&str>) -> Result<Scene, CatalogError> {
+        let values = Values::read(self.name, self.parameters, parameters)?;
+        (self.builder)(Scene::new(self.name, self.summary), &values)
+    }
+}
+
+/// Every built-in scene, in the order in which they are listed.
+#[must_use]
+pub fn catalog() -> &'static [Entry] {
+    &CATALOG
+}
+
+/// The built-in scene of a text `name` or `name:key=value,key=value`.
+///
+/// # Errors
+/// No scene of that name, a key that the scene does not have, or a value that is not allowed; the
+/// error says what is.
+pub fn named(spec: &str) -> Result<Scene, CatalogError> {
+    let (name, parameters) = match spec.split_once(':') {
+        Some((name, parameters)) => (name.trim(), Some(parameters)),
+        None => (spec.trim(), None),
+    };
+    let entry = CATALOG.iter().find(|e| e.name == name).ok_or_else(|| {
+        let nearest = parameters::nearest(name, CATALOG.iter().map(|e| e.name));
+        CatalogError::UnknownScene { name: name.to_owned(), nearest }
+    })?;
+    entry.scene(parameters)
+}
+
+/// Sizes are limited so that no scene has more than about 1.1 million bodies.
+static CATALOG: [Entry; 33] = [
+    Entry::new("hello", "A box and a ball fall on the ground", first::hello),
+    Entry::new("stack", "A column of cubes, the top one as heavy as you like", first::stack).with(
+        &[
+            Parameter::whole("n", 10, (1, 10_000), "cubes"),
+            Parameter::number(
+                "top_mass_ratio",
+                1.0,
+                (1.0e-3, 1.0e6),
+                "mass of the top cube over that of another",
+            ),
+        ],
+    ),
+    Entry::new(
+        "pyramid",
+        "A flat pyramid of cubes that only friction holds together",
+        box3d::pyramid,
+    )
+    .with(&[Parameter::whole("base", 20, (1, 1400), "cubes in the lowest row")]),
+    Entry::new(
+        "large_pyramid",
+        "5,050 cubes in one flat pyramid: one large island",
+        box3d::large_pyramid,
+    ),
+    Entry::new(
+        "many_pyramids",
+        "196 flat pyramids of 55 cubes: many islands of middling size",
+        box3d::many_pyramids,
+    ),
+    Entry::new("wall", "A brick wall without mortar; ball=1: a heavy ball hits it", masonry::wall)
+        .with(&[
+            Parameter::whole("width", 16, (1, 1000), "bricks in a row"),
+            Parameter::whole("height", 15, (1, 1000), "rows"),
+            Parameter::whole("ball", 0, (0, 1), "1: a heavy ball hits it after a second"),
+        ]),
+    Entry::new("tower", "A round tower of bricks without mortar", masonry::tower).with(&[
+        Parameter::whole("layers", 20, (1, 1000), "rings of bricks"),
+        Parameter::whole("bricks", 16, (6, 1000), "bricks in a ring"),
+    ]),
+    Entry::new("jenga", "A tower of crossed layers of three blocks", masonry::jenga).with(&[
+        Parameter::whole("layers", 18, (1, 10_000), "layers"),
+        Parameter::whole("pulled", 0, (0, 1), "1: every second layer lacks its middle block"),
+    ]),
+    Entry::new("plank_tower", "A tower of crossed layers of two planks each", masonry::plank_tower)
+        .with(&[Parameter::whole("layers", 12, (1, 10_000), "layers")]),
+    Entry::new("domino", "A spiral of dominoes; the first one is tipped", masonry::domino)
+        .with(&[Parameter::whole("n", 80, (1, 10_000), "dominoes")]),
+    Entry::new("arch", "A half circle of wedge stones that hold each other up", masonry::arch)
+        .with(&[Parameter::whole("stones", 25, (3, 199), "stones")]),
+    Entry::new(
+        "card_house",
+        "A house of cards, 25 degrees from upright, held by friction alone",
+        masonry::card_house,
+    )
+    .with(&[
+        Parameter::whole("levels", 5, (1, 100), "stories"),
+        Parameter::number("thickness", 0.02, (0.002, 0.03), "thickness of a card [m]"),
+    ]),
+    Entry::new(
+        "falling_tower",
+        "A column of cubes, each further out than the one below: it topples",
+        masonry::falling_tower,
+    )
+    .with(&[
+        Parameter::whole("n", 10, (1, 1000), "cubes"),
+        Parameter::number("overhang", 0.12, (0.0, 0.9), "of a cube over the one below [m]"),
+    ]),
+    Entry::new(
+        "tower_minus_base",
+        "A tower of crossed bricks, one of its two lowest bricks taken away: it tips over",
+        masonry::tower_minus_base,
+    )
+    .with(&[Parameter::whole("layers", 12, (1, 1000), "layers")]),
+    Entry::new(
+        "incline",
+        "A cube on a slope: it slides exactly if the slope exceeds the friction",
+        first::incline,
+    )
+    .with(&[
+        Parameter::number("tan", 0.5, (0.0, 10.0), "tangent of the slope's angle"),
+        Parameter::number("mu", 0.5, (0.0, 10.0), "friction coefficient of cube and slope"),
+        Parameter::number("restitution", 0.0, (0.0, 1.0), "of cube and slope"),
+        Parameter::number("drop", 0.0, (0.0, 20.0), "height above the slope at the start [m]"),
+    ]),
+    Entry::new(
+        "bouncy_cube_incline",
+        "A perfectly bouncy cube put on a slope that holds it must not start to bounce",
+        first::bouncy_cube_incline,
+    ),
+    Entry::new("cradle", "Newton's cradle: as many balls fly off as came in", first::cradle).with(
+        &[
+            Parameter::whole("balls", 5, (1, 200), "balls"),
+            Parameter::whole("pulled", 1, (0, 200), "balls pulled back by 30 degrees"),
+            Parameter::number("gap", 0.02, (0.0, 1.0), "air between two balls [m]"),
+        ],
+    ),
+    Entry::new(
+        "chain",
+        "A chain of ball joints, let go from the level, with a heavy ball at its end",
+        linked::chain,
+    )
+    .with(&[
+        Parameter::whole("links", 20, (1, 1000), "links of 0.5 m"),
+        Parameter::number(
+            "mass_ratio",
+            50.0,
+            (0.01, 1.0e5),
+            "mass of the ball over that of a link",
+        ),
+    ]),
+    Entry::new("bridge", "A hanging bridge of planks; boxes and balls fall on it", linked::bridge)
+        .with(&[Parameter::whole("planks", 24, (4, 1000), "planks")]),
+    Entry::new(
+        "wrecking_ball",
+        "A heavy ball on a chain swings into a brick wall",
+        linked::wrecking_ball,
+    ),
+    Entry::new(
+        "joint_grid",
+        "A net of 10,000 balls and 19,800 ball joints that hangs from its upper edge",
+        box3d::joint_grid,
+    ),
+    Entry::new(
+        "pile",
+        "Balls, boxes, capsules, cylinders, cones and hulls fall in a tray",
+        heaps::pile,
+    )
+    .with(&[Parameter::whole("n", 500, (1, 1_000_000), "bodies")]),
+    Entry::new(
+        "convex_pile",
+        "A tall column of 5,120 hulls of 32 points that collapses into a pile",
+        box3d::convex_pile,
+    ),
+    Entry::new(
+        "voxels",
+        "Boxes fall on a stepped landscape and slide over its seams",
+        heaps::voxels,
+    )
+    .with(&[
+        Parameter::whole("cells", 32, (8, 1000), "columns along a side"),
+        Parameter::whole("boxes", 300, (0, 100_000), "boxes"),
+    ]),
+    Entry::new(
+        "junkyard",
+        "10,584 rocks in a yard, stirred by a pillar that goes round",
+        box3d::junkyard,
+    ),
+    Entry::new(
+        "washer",
+        "8,000 cubes tumble in a turning drum with paddles: nothing ever rests",
+        box3d::washer,
+    ),
+    Entry::new(
+        "trees100",
+        "50 trees of 22 hulls topple over waves of 60,000 triangles",
+        box3d::trees100,
+    ),
+    Entry::new(
+        "trees50",
+        "50 trees of 22 hulls topple over waves of 240,000 triangles",
+        box3d::trees50,
+    ),
+    Entry::new(
+        "trees25",
+        "50 trees of 22 hulls topple over waves of 960,000 triangles",
+        box3d::trees25,
+    ),
+    Entry::new(
+        "large_world",
+        "Balls dropped on a floor of a million bodies: what stands still must cost nothing",
+        box3d::large_world,
+    )
+    .with(&[Parameter::whole("tiles", 1000, (1, 1000), "bodies along a side of the floor")]),
+    Entry::new(
+        "jolt_pyramid",
+        "1,240 cubes in a solid pyramid, its levels dropped onto each other",
+        jolt::pyramid,
+    ),
+    Entry::new(
+        "convex_vs_mesh",
+        "1,764 boxes, balls, capsules and hulls bounce into the dents of a mesh",
+        jolt::convex_vs_mesh,
+    ),
+    Entry::new(
+        "high_speed",
+        "Small bodies at 250 m/s inside a closed room with thin walls: nothing may get out",
+        jolt::high_speed,
+    )
+    .with(&[Parameter::whole("n", 5000, (1, 100_000), "bodies")]),
+];

@@ -1,0 +1,197 @@
+//! glTF 2.0 with physics: `KHR_implicit_shapes` and `KHR_physics_rigid_bodies`.
+//!
+//! A node with `motion` is a body; colliders on it and below it are its shapes. A collider with no
+//! `motion` above it is a static body of its own. Without these extensions bodies can be made from
+//! the meshes, see [`AutoColliders`]. Nothing in a file is trusted: every number, index and length
+//! is checked, and what is wrong is named in one line.
+
+mod accessor;
+mod auto;
+mod geometry;
+mod info;
+mod json;
+mod mesh;
+mod nodes;
+mod physics;
+mod read;
+mod surface;
+
+use std::path::{Path, PathBuf};
+
+use drystone::{BodyDef, BodyKind, Vec3};
+
+use crate::error::SceneError;
+use crate::scene::{Scene, SceneBody};
+
+pub(crate) use self::json::At;
+pub(crate) use self::nodes::{Tree, read as read_tree};
+pub(crate) use self::physics::{STATIC_BODY, of_shapes};
+pub(crate) use self::read::{open, resource};
+
+pub use self::info::info;
+pub use self::read::Document;
+
+/// How to make bodies from meshes in files without physics.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum AutoColliders {
+    /// The convex hull of each mesh.
+    Hull,
+    /// The mesh itself; hulls it is decomposed into where the body moves.
+    Mesh,
+    /// The bounding box of each mesh, along its node's axes.
+    Box,
+}
+
+/// How to read a file.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Options {
+    /// For files without physics: make bodies from meshes.
+    pub auto_colliders: Option<AutoColliders>,
+    /// Gravity instead of the file's [m/s², world].
+    pub gravity: Option<Vec3>,
+}
+
+/// A file as read.
+#[derive(Clone, Debug)]
+pub struct LoadedGltf {
+    /// Its bodies and settings.
+    pub scene: Scene,
+    /// The document itself, for baking.
+    pub document: Document,
+    /// The node of each body, as numbers in the document's list of nodes.
+    pub node_of_body: Vec<usize>,
+}
+
+/// Extensions that may be required: those read here, and those that only concern pictures.
+const KNOWN: [&str; 4] = [
+    "KHR_implicit_shapes",
+    "KHR_collision_shapes",
+    "KHR_physics_rigid_bodies",
+    "KHR_mesh_quantization",
+];
+const PICTURES: [&str; 6] = [
+    "KHR_materials_",
+    "KHR_texture_",
+    "KHR_lights_punctual",
+    "KHR_node_visibility",
+    "KHR_xmp",
+    "EXT_texture_",
+];
+
+/// Reads a `.gltf` or `.glb` file.
+///
+/// # Errors
+/// A line that names the file, the place in it, what is wrong and what is allowed.
+pub fn load(path: &Path, options: &Options) -> Result<LoadedGltf, SceneError> {
+    let document = read::document(path)?;
+    let name = path.file_stem().map_or_else(String::new, |s| s.to_string_lossy().into_owned());
+    interpret(document, &name, options).map_err(|e| e.in_file(path))
+}
+
+/// Reads a scene from the bytes of a `.gltf` or `.glb` file called `name` whose relative URIs start
+/// from `folder`.
+///
+/// # Errors
+/// A line that names the place in the file, what is wrong and what is allowed.
+pub fn from_slice(
+    bytes: &[u8],
+    name: &str,
+    folder: &Path,
+    options: &Options,
+) -> Result<LoadedGltf, SceneError> {
+    let file = PathBuf::from(name);
+    let loaded = read::parse(bytes, folder.to_path_buf()).and_then(|d| interpret(d, name, options));
+    loaded.map_err(|e| e.in_file(&file))
+}
+
+/// A scene from a document made elsewhere, such as from the meshes of another format.
+pub(crate) fn from_document(
+    document: Document,
+    name: &str,
+    options: &Options,
+) -> Result<LoadedGltf, SceneError> {
+    interpret(document, name, options)
+}
+
+fn interpret(document: Document, name: &str, options: &Options) -> Result<LoadedGltf, SceneError> {
+    let root = At::root(&document.json);
+    let mut scene = Scene::new(name, "read from a glTF file");
+    extensions(&root, &mut scene.notes)?;
+    let tree = nodes::read(&root)?;
+    let mut gravity = scene.config.gravity;
+    if let Some(at) = root.dig(&["asset", "extras", "gravity"]) {
+        gravity = at.vec3()?;
+    }
+    scene.config.gravity = options.gravity.unwrap_or(gravity);
+    let found = if physics::is_present(&root)? {
+        physics::bodies(&document, &tree, &mut scene.notes)?
+    } else {
+        let Some(how) = options.auto_colliders else {
+            let allowed = "physics in the file, or --auto-colliders hull|mesh|box";
+            return Err(root.error("it has no physics to simulate", allowed));
+        };
+        let up = (-scene.config.gravity).normalize_or(Vec3::Y);
+        auto::bodies(&document, &tree, how, up, &mut scene.notes)?
+    };
+    if found.is_empty() {
+        return Err(
+            root.error("it has no body", "at least one node with a collider, a trigger or motion")
+        );
+    }
+    unread(&root, &tree, &mut scene.notes)?;
+    let list = root.list("nodes")?;
+    let node_of_body: Vec<usize> = found.iter().map(|f| f.node).collect();
+    let names = physics::names(&tree, &node_of_body);
+    for (found, name) in found.into_iter().zip(names) {
+        check(&found.def, &list[found.node])?;
+        let def = BodyDef { user_data: found.node as u64, ..found.def };
+        scene.bodies.push(SceneBody { name, def });
+    }
+    let moving = scene.bodies.iter().filter(|b| b.def.kind != BodyKind::Static).count();
+    scene.summary = format!("{} bodies, {moving} of them moving", scene.bodies.len());
+    Ok(LoadedGltf { scene, document, node_of_body })
+}
+
+/// The engine's own check, told in terms of the file.
+fn check(def: &BodyDef, node: &At<'_>) -> Result<(), SceneError> {
+    def.validate()
+        .map_err(|e| node.error(format!("{} of its body is {}", e.field(), e.value()), e.allowed()))
+}
+
+/// Refuses required extensions that are not known; notes the others.
+fn extensions(root: &At<'_>, notes: &mut Vec<String>) -> Result<(), SceneError> {
+    let is_picture = |name: &str| PICTURES.iter().any(|p| name.starts_with(p));
+    for at in root.list("extensionsRequired")? {
+        let name = at.text()?;
+        if !KNOWN.contains(&name) && !is_picture(name) {
+            return Err(at.error(
+                format!("the extension \"{name}\" is required and not known"),
+                "KHR_implicit_shapes, KHR_physics_rigid_bodies, KHR_mesh_quantization and extensions of materials and lights",
+            ));
+        }
+    }
+    for at in root.list("extensionsUsed")? {
+        let name = at.text()?;
+        if !KNOWN.contains(&name) {
+            notes.push(format!("extension {name}: not read, kept when baking"));
+        }
+    }
+    Ok(())
+}
+
+/// Notes what of the document has no part in the simulation.
+fn unread(root: &At<'_>, tree: &Tree, notes: &mut Vec<String>) -> Result<(), SceneError> {
+    let animations = root.list("animations")?.len();
+    if animations > 0 {
+        notes.push(format!("{animations} animations: not applied to the bodies, kept when baking"));
+    }
+    let skins = root.list("skins")?.len();
+    if skins > 0 {
+        notes.push(format!("{skins} skins: not applied"));
+    }
+    let away = tree.nodes.iter().filter(|n| !n.in_scene).count();
+    if away > 0 {
+        notes.push(format!("{away} nodes are not in the default scene"));
+    }
+    Ok(())
+}

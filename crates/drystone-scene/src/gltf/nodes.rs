@@ -1,0 +1,264 @@
+//! The node tree: parents, transforms, what is in the scene.
+
+use drystone::{Mat3, Pose, Quat, Vec3, vec3};
+
+use super::json::At;
+use crate::error::SceneError;
+
+/// A linear map and a translation.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Affine {
+    pub(crate) linear: Mat3,
+    pub(crate) translation: Vec3,
+}
+
+impl Affine {
+    pub(crate) fn point(&self, p: Vec3) -> Vec3 {
+        self.linear * p + self.translation
+    }
+
+    pub(crate) fn compose(&self, inner: &Self) -> Self {
+        Self { linear: self.linear * inner.linear, translation: self.point(inner.translation) }
+    }
+}
+
+/// A node of the file.
+#[derive(Clone, Debug)]
+pub(crate) struct Node {
+    pub(crate) name: Option<String>,
+    pub(crate) parent: Option<usize>,
+    pub(crate) children: Vec<usize>,
+    /// To the parent.
+    pub(crate) local: Affine,
+    /// To the world.
+    pub(crate) world: Affine,
+    /// World position and rotation, scale left out.
+    pub(crate) pose: Pose,
+    /// Scale along the node's own axes [1], with sign; exact unless `sheared`.
+    pub(crate) scale: Vec3,
+    /// The world transform is more than translation, rotation and scale.
+    pub(crate) sheared: bool,
+    /// Part of the scene that is shown.
+    pub(crate) in_scene: bool,
+}
+
+/// All nodes, and the order in which parents come before children (scene roots first, in file order).
+#[derive(Clone, Debug)]
+pub(crate) struct Tree {
+    pub(crate) nodes: Vec<Node>,
+    pub(crate) order: Vec<usize>,
+}
+
+impl Tree {
+    /// The name of a node: its own, or `#index`.
+    pub(crate) fn name(&self, node: usize) -> String {
+        match &self.nodes[node].name {
+            Some(name) if !name.is_empty() => name.clone(),
+            _ => format!("#{node}"),
+        }
+    }
+}
+
+/// Reads the node tree of a document.
+pub(crate) fn read(root: &At<'_>) -> Result<Tree, SceneError> {
+    let list = root.list("nodes")?;
+    let mut nodes = Vec::with_capacity(list.len());
+    let mut turns = Vec::with_capacity(list.len());
+    for at in &list {
+        let (local, turn) = local_transform(&at.clone().object()?)?;
+        let name = at.get("name").map(|n| n.text().map(str::to_owned)).transpose()?;
+        let mut children = Vec::new();
+        for child in at.list("children")? {
+            children.push(child.index(list.len(), "nodes")?);
+        }
+        turns.push(turn);
+        nodes.push(Node {
+            name,
+            parent: None,
+            children,
+            local,
+            world: local,
+            pose: Pose::IDENTITY,
+            scale: Vec3::ONE,
+            sheared: false,
+            in_scene: false,
+        });
+    }
+    for i in 0..nodes.len() {
+        for (k, child) in nodes[i].children.clone().into_iter().enumerate() {
+            if let Some(other) = nodes[child].parent.replace(i) {
+                let problem = format!("node {child} is a child of node {other} already");
+                let children = list[i].need("children")?.items()?;
+                return Err(children[k].error(problem, "a tree: one parent a node, no cycle"));
+            }
+        }
+    }
+    let order = depth_first(&nodes);
+    if order.len() != nodes.len() {
+        // Every node has at most one parent, so what no root reaches runs in a circle.
+        let mut seen = vec![false; nodes.len()];
+        order.iter().for_each(|&n| seen[n] = true);
+        let lost = seen.iter().position(|s| !s).unwrap_or(0);
+        return Err(list[lost].error("it is its own ancestor", "a tree: no cycle of nodes"));
+    }
+    mark_scene(root, &mut nodes, &order)?;
+    let mut turn_world = turns.clone();
+    for &i in &order {
+        if let Some(p) = nodes[i].parent {
+            nodes[i].world = nodes[p].world.compose(&nodes[i].local);
+            turn_world[i] = (turn_world[p] * turns[i]).normalized();
+        }
+        let world = nodes[i].world;
+        if !(world.translation.is_finite() && finite(&world.linear)) {
+            return Err(list[i].error("its world transform is not finite", "finite numbers"));
+        }
+        let (rotation, scale, sheared) = split(world.linear, turn_world[i]);
+        nodes[i].pose = Pose::new(world.translation, rotation);
+        nodes[i].scale = scale;
+        nodes[i].sheared = sheared;
+    }
+    Ok(Tree { nodes, order })
+}
+
+fn finite(m: &Mat3) -> bool {
+    m.x.is_finite() && m.y.is_finite() && m.z.is_finite()
+}
+
+/// Parents before children, from the nodes without parent, in file order.
+fn depth_first(nodes: &[Node]) -> Vec<usize> {
+    let mut order = Vec::with_capacity(nodes.len());
+    let mut stack: Vec<usize> =
+        (0..nodes.len()).rev().filter(|&i| nodes[i].parent.is_none()).collect();
+    while let Some(i) = stack.pop() {
+        order.push(i);
+        stack.extend(nodes[i].children.iter().rev());
+    }
+    order
+}
+
+/// Marks what hangs below the roots of the default scene; without scenes everything is in it.
+fn mark_scene(root: &At<'_>, nodes: &mut [Node], order: &[usize]) -> Result<(), SceneError> {
+    let scenes = root.list("scenes")?;
+    let chosen = match root.get("scene") {
+        Some(at) => Some(at.index(scenes.len(), "scenes")?),
+        None => (!scenes.is_empty()).then_some(0),
+    };
+    let Some(chosen) = chosen else {
+        nodes.iter_mut().for_each(|n| n.in_scene = true);
+        return Ok(());
+    };
+    for at in scenes[chosen].list("nodes")? {
+        let i = at.index(nodes.len(), "nodes")?;
+        nodes[i].in_scene = true;
+    }
+    for &i in order {
+        if let Some(p) = nodes[i].parent {
+            nodes[i].in_scene |= nodes[p].in_scene;
+        }
+    }
+    Ok(())
+}
+
+/// A node's own transform, and its rotation alone.
+fn local_transform(at: &At<'_>) -> Result<(Affine, Quat), SceneError> {
+    if let Some(matrix) = at.get("matrix") {
+        let m = matrix.numbers::<16>()?;
+        let column = |i: usize| vec3(m[4 * i], m[4 * i + 1], m[4 * i + 2]);
+        let linear = Mat3 { x: column(0), y: column(1), z: column(2) };
+        let near = |a: f32, b: f32| (a - b).abs() < 1.0e-4;
+        if !(near(m[3], 0.0) && near(m[7], 0.0) && near(m[11], 0.0) && near(m[15], 1.0)) {
+            return Err(matrix
+                .error("its last row is not 0, 0, 0, 1", "an affine matrix, column by column"));
+        }
+        let (rotation, _, _) = split(linear, nearest_rotation(linear));
+        return Ok((Affine { linear, translation: column(3) }, rotation));
+    }
+    let translation = at.vec3_or("translation", Vec3::ZERO)?;
+    let rotation = at.get("rotation").map_or(Ok(Quat::IDENTITY), |at| at.quat())?;
+    let scale = at.vec3_or("scale", Vec3::ONE)?;
+    let r = rotation.to_mat3();
+    let linear = Mat3 { x: r.x * scale.x, y: r.y * scale.y, z: r.z * scale.z };
+    Ok((Affine { linear, translation }, rotation))
+}
+
+/// Some rotation near to a linear map: its axes made orthogonal one after the other.
+fn nearest_rotation(m: Mat3) -> Quat {
+    let x = m.x.normalize_or(Vec3::X);
+    let y = (m.y - x * x.dot(m.y)).try_normalize().unwrap_or_else(|| x.any_perpendicular());
+    Quat::from_mat3(Mat3 { x, y, z: x.cross(y) })
+}
+
+/// `linear` as rotation times scale: of all ways to choose the signs of the scale the one whose
+/// rotation is closest to `turn`, the product of the nodes' own rotations. The third result says
+/// that no rotation times scale gives `linear`.
+fn split(linear: Mat3, turn: Quat) -> (Quat, Vec3, bool) {
+    let axes = [linear.x, linear.y, linear.z];
+    let lengths = axes.map(Vec3::length);
+    let longest = lengths[0].max(lengths[1]).max(lengths[2]);
+    let degenerate = lengths.iter().any(|&l| l <= 1.0e-6 * longest || l <= 1.0e-12);
+    let mut rotation = turn;
+    if !degenerate {
+        let unit = nearest_rotation(linear).to_mat3();
+        let mut best = -1.0;
+        for (sx, sy) in [(1.0, 1.0), (-1.0, 1.0), (1.0, -1.0), (-1.0, -1.0)] {
+            // The third axis follows from the first two.
+            let x = unit.x * sx;
+            let y = unit.y * sy;
+            let q = Quat::from_mat3(Mat3 { x, y, z: x.cross(y) });
+            let dot = q.x * turn.x + q.y * turn.y + q.z * turn.z + q.w * turn.w;
+            if dot.abs() > best + 1.0e-4 {
+                best = dot.abs();
+                rotation = if dot < 0.0 { Quat::new(-q.x, -q.y, -q.z, -q.w) } else { q };
+            }
+        }
+    }
+    // If the nodes' own rotations explain the map, they are exact: keep their bits.
+    let own = turn.to_mat3();
+    let off = |r: &Mat3| {
+        let rows = axes.map(|a| r.transpose_mul(a));
+        let off = [rows[0].y, rows[0].z, rows[1].x, rows[1].z, rows[2].x, rows[2].y];
+        off.iter().fold(0.0_f32, |m, v| m.max(v.abs()))
+    };
+    let tolerance = 1.0e-4 * longest;
+    if off(&own) <= tolerance {
+        rotation = turn;
+    }
+    let r = rotation.to_mat3();
+    let scale = vec3(r.x.dot(linear.x), r.y.dot(linear.y), r.z.dot(linear.z));
+    (rotation, scale, off(&r) > tolerance)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Mat3, Quat, split};
+    use drystone::{Vec3, vec3};
+
+    #[test]
+    fn rotation_and_scale_come_apart_again_also_mirrored() {
+        let turn = Quat::from_axis_angle(vec3(1.0, 2.0, -0.5), 1.1);
+        let r = turn.to_mat3();
+        for scale in [Vec3::ONE, vec3(2.0, -1.0, 0.5), vec3(-1.0, -1.0, -3.0), vec3(1.0, 0.0, 1.0)]
+        {
+            let m = Mat3 { x: r.x * scale.x, y: r.y * scale.y, z: r.z * scale.z };
+            let (q, s, sheared) = split(m, turn);
+            assert!((s - scale).length() < 1e-5 && !sheared, "{s:?}");
+            assert!((q.rotate(Vec3::X) - r.x).length() < 1e-5);
+        }
+        let (_, _, sheared) =
+            split(Mat3 { x: Vec3::X, y: vec3(0.5, 1.0, 0.0), z: Vec3::Z }, Quat::IDENTITY);
+        assert!(sheared);
+    }
+
+    #[test]
+    fn a_mirrored_parent_leaves_a_proper_rotation() {
+        // Scale (-1, 1, 1) of the parent, then a turn about z in the child: the map is a turn the other
+        // way with mirrored x.
+        let turn = Quat::from_axis_angle(Vec3::Z, 0.4).to_mat3();
+        let flip = Mat3::diagonal(vec3(-1.0, 1.0, 1.0));
+        let m = flip * turn;
+        let (q, s, sheared) = split(m, Quat::from_axis_angle(Vec3::Z, 0.4));
+        let r = q.to_mat3();
+        let back = Mat3 { x: r.x * s.x, y: r.y * s.y, z: r.z * s.z };
+        assert!(!sheared && (back * vec3(1.0, 2.0, 3.0) - m * vec3(1.0, 2.0, 3.0)).length() < 1e-5);
+    }
+}

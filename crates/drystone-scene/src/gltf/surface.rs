@@ -1,0 +1,140 @@
+//! Physics materials and collision filters.
+
+use drystone::{Combine, Filter, Material};
+
+use super::json::At;
+use crate::error::SceneError;
+
+/// A collider without a material leaves the rule to the other side: the geometric mean is the weakest.
+pub(crate) fn bare() -> Material {
+    Material {
+        friction: 0.6,
+        restitution: 0.0,
+        friction_combine: Combine::GeometricMean,
+        restitution_combine: Combine::GeometricMean,
+        ..Material::default()
+    }
+}
+
+fn combine(at: Option<At<'_>>) -> Result<Combine, SceneError> {
+    let Some(at) = at else { return Ok(Combine::Average) };
+    match at.text()? {
+        "average" => Ok(Combine::Average),
+        "minimum" => Ok(Combine::Minimum),
+        "maximum" => Ok(Combine::Maximum),
+        "multiply" => Ok(Combine::Multiply),
+        _ => Err(at.wrong("\"average\", \"minimum\", \"maximum\" or \"multiply\"")),
+    }
+}
+
+/// The materials of the document. The engine has one friction coefficient; the specification asks
+/// for the dynamic one then.
+pub(crate) fn materials(
+    extension: Option<&At<'_>>,
+    notes: &mut Vec<String>,
+) -> Result<Vec<Material>, SceneError> {
+    let mut out = Vec::new();
+    let Some(extension) = extension else { return Ok(out) };
+    for at in extension.list("physicsMaterials")? {
+        let friction = |key: &str| at.get(key).map_or(Ok(0.6), |v| v.at_least_zero());
+        let (fixed, sliding) = (friction("staticFriction")?, friction("dynamicFriction")?);
+        if (fixed - sliding).abs() > 1.0e-6 {
+            let used = "the dynamic one is used for both";
+            notes.push(format!(
+                "{}: static friction {fixed}, dynamic {sliding}: {used}",
+                at.place()
+            ));
+        }
+        let mut restitution = at.get("restitution").map_or(Ok(0.0), |v| v.at_least_zero())?;
+        if restitution > 1.0 {
+            notes.push(format!("{}: restitution {restitution} is taken as 1", at.place()));
+            restitution = 1.0;
+        }
+        out.push(Material {
+            friction: sliding,
+            restitution,
+            friction_combine: combine(at.get("frictionCombine"))?,
+            restitution_combine: combine(at.get("restitutionCombine"))?,
+            ..Material::default()
+        });
+    }
+    Ok(out)
+}
+
+/// A collision filter as the file has it.
+#[derive(Clone, Debug, Default, PartialEq)]
+struct Systems {
+    member: Vec<String>,
+    with: Option<Vec<String>>,
+    not_with: Option<Vec<String>>,
+}
+
+impl Systems {
+    /// One side of the rule of the specification: `self` in `other.with`, not in `other.not_with`. A
+    /// collider in no system is in no list of either kind.
+    fn admitted_by(&self, other: &Self) -> bool {
+        let within = |list: &Vec<String>| {
+            !self.member.is_empty() && self.member.iter().all(|m| list.contains(m))
+        };
+        other.with.as_ref().is_none_or(within) && !other.not_with.as_ref().is_some_and(within)
+    }
+}
+
+/// The filters of the document, then the one of colliders without filter.
+///
+/// Each different filter of the file gets a layer of its own, and its mask the layers of those it
+/// collides with: so the engine's masks say exactly what the rule about sets of systems says.
+pub(crate) fn filters(
+    extension: Option<&At<'_>>,
+    notes: &mut Vec<String>,
+) -> Result<Vec<Filter>, SceneError> {
+    let mut all = Vec::new();
+    if let Some(extension) = extension {
+        for at in extension.list("collisionFilters")? {
+            let names = |key: &str| -> Result<Option<Vec<String>>, SceneError> {
+                let Some(list) = at.get(key) else { return Ok(None) };
+                list.items()?
+                    .iter()
+                    .map(|n| n.text().map(str::to_owned))
+                    .collect::<Result<_, _>>()
+                    .map(Some)
+            };
+            all.push(Systems {
+                member: names("collisionSystems")?.unwrap_or_default(),
+                with: names("collideWithSystems")?,
+                not_with: names("notCollideWithSystems")?,
+            });
+        }
+    }
+    all.push(Systems::default());
+    let mut classes: Vec<&Systems> = Vec::new();
+    let mut class_of = Vec::new();
+    for systems in &all {
+        let found = classes.iter().position(|c| *c == systems);
+        class_of.push(found.unwrap_or(classes.len()));
+        if found.is_none() {
+            classes.push(systems);
+        }
+    }
+    if classes.len() > 64 {
+        notes.push(format!(
+            "of {} different collision filters the first 64 are kept",
+            classes.len()
+        ));
+    }
+    let filter = |class: usize| {
+        if class >= 64 {
+            return Filter::default();
+        }
+        let mine = classes[class];
+        let meets = |other: &Systems| mine.admitted_by(other) && other.admitted_by(mine);
+        let mask = classes.iter().take(64).enumerate().filter(|(_, c)| meets(c));
+        // Never all ones, which would mean any shape: bits without a class stay clear.
+        Filter::layers(1 << class, mask.fold(0, |m, (i, _)| m | 1 << i))
+    };
+    // A file without filters keeps the engine's default.
+    if classes.len() == 1 {
+        return Ok(vec![Filter::default(); all.len()]);
+    }
+    Ok(class_of.into_iter().map(filter).collect())
+}
