@@ -1,15 +1,16 @@
 //! Polygons and lines cut against a reference polygon, and the choice of four points.
 
 use super::manifold::{FeatureId, Manifold, ManifoldPoint};
-use crate::base::math::Vec3;
+use crate::base::math::{Vec3, greater, lesser};
 use crate::base::pose::Pose;
 
 /// Corners a polygon may have. Larger faces are thinned out; each cut adds at most one corner.
 pub(crate) const MAX_CORNERS: usize = 40;
 const MAX_FACE_CORNERS: usize = 32;
 
-/// The side planes of the reference stand this part of the side's length farther out, so that
-/// equal faces on top of each other keep their corners (and feature ids) under rounding.
+/// The side planes of the reference stand farther out by this part of the side's length, or of the
+/// length of the incident feature if that is less, so that equal faces on top of each other keep
+/// their corners (and feature ids) under rounding.
 const SIDE_SLACK: f32 = 2.0e-4;
 
 /// Marks a number as that of a clipping plane, not of an edge of the incident face.
@@ -129,12 +130,17 @@ pub(crate) fn clip(
     let corners = reference.corners;
     let mut spare = Polygon::empty();
     let mut in_spare = false;
+    let extent = match incident.corners() {
+        [first, second, ..] => (second.p - first.p).length(),
+        _ => 0.0,
+    };
     if let Some(last) = corners.last() {
         let mut tail = last.p;
         for (k, head) in (0_u32..).zip(corners) {
             let along = head.p - tail;
             let side = along.cross(n);
-            let offset = side.dot(tail) + SIDE_SLACK * along.length_squared();
+            let length = along.length();
+            let offset = side.dot(tail) + SIDE_SLACK * length * lesser(length, extent);
             let k = k & (PLANE - 1);
             if incident.count == 2 && !in_spare {
                 incident.cut_line(side, offset, k);
@@ -174,7 +180,7 @@ pub(crate) fn reduce(points: &[ManifoldPoint], normal: Vec3) -> Manifold {
     }
     let size = points.iter().map(|p| (p.position - points[0].position).length_squared());
     // Points at equal depth but for rounding: the first one stays the first from step to step.
-    let slack = 2.0e-5 * size.fold(0.0_f32, crate::base::math::greater).sqrt();
+    let slack = 2.0e-5 * size.fold(0.0_f32, greater).sqrt();
     let mut deepest = 0;
     for (i, p) in points.iter().enumerate() {
         if p.separation < points[deepest].separation - slack {

@@ -108,6 +108,29 @@ fn small_and_large_solids_rest_alike() {
 }
 
 #[test]
+fn small_solids_rest_far_out_on_a_wide_ground() {
+    let ground = Shape::box_half([200.0, 1.0, 200.0]);
+    let mut random = Random(6);
+    for (shape, height, q, count) in [
+        (Shape::box_half([0.1, 0.1, 0.1]), 0.1, Quat::IDENTITY, 4),
+        (Shape::capsule(0.2, 0.1), 0.1, lying(), 2),
+        (Shape::cylinder(0.1, 0.1), 0.1, Quat::IDENTITY, 4),
+        (Shape::cylinder(0.2, 0.1), 0.1, lying(), 2),
+    ] {
+        for _ in 0..200 {
+            let (x, z) = (150.0 * random.signed(), 150.0 * random.signed());
+            let pose = Pose::new([x, 1.0 + height - 0.001, z], q);
+            let m = touch(&ground, &shape, &pose, 0.02);
+            assert_eq!(m.count, count, "{shape:?} {pose:?} {m:?}");
+            assert!((m.normal - Vec3::Y).length() < 1.0e-6, "{shape:?} {pose:?} {m:?}");
+            for p in m.points() {
+                assert!((p.separation + 0.001).abs() < 5.0e-5, "{shape:?} {pose:?} {m:?}");
+            }
+        }
+    }
+}
+
+#[test]
 fn standing_bodies_have_widely_spread_points() {
     for (ground, top) in grounds() {
         for (shape, height, area) in [
