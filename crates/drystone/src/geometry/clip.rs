@@ -229,21 +229,17 @@ pub(crate) fn flip(m: &Manifold, old_a_in_new: &Pose) -> Manifold {
     flipped
 }
 
-/// Closest points of two segments, with their places 0 to 1 along them.
-pub(crate) fn closest_of_segments(a: [Vec3; 2], b: [Vec3; 2]) -> (Vec3, Vec3, f32, f32) {
+/// Closest points of two segments.
+pub(crate) fn closest_of_segments(a: [Vec3; 2], b: [Vec3; 2]) -> (Vec3, Vec3) {
     let (da, db, r) = (a[1] - a[0], b[1] - b[0], a[0] - b[0]);
     let (aa, bb, ab) = (da.dot(da), db.dot(db), da.dot(db));
     let (ar, br) = (da.dot(r), db.dot(r));
     let det = aa * bb - ab * ab;
     // Near parallel lines: any place will do, the other one is found from it.
-    let mut s = if det > 1.0e-7 * aa * bb { clamp01((ab * br - ar * bb) / det) } else { 0.5 };
+    let s = if det > 1.0e-7 * aa * bb { clamp01((ab * br - ar * bb) / det) } else { 0.5 };
     let t = if bb > 0.0 { clamp01((ab * s + br) / bb) } else { 0.0 };
-    if aa > 0.0 {
-        s = clamp01((ab * t - ar) / aa);
-    } else {
-        s = 0.0;
-    }
-    (a[0] + da * s, b[0] + db * t, s, t)
+    let s = if aa > 0.0 { clamp01((ab * t - ar) / aa) } else { 0.0 };
+    (a[0] + da * s, b[0] + db * t)
 }
 
 pub(crate) const fn clamp01(x: f32) -> f32 {
