@@ -1,15 +1,16 @@
 //! Polygons and lines cut against a reference polygon, and the choice of four points.
 
 use super::manifold::{FeatureId, Manifold, ManifoldPoint};
-use crate::base::math::Vec3;
+use crate::base::math::{Vec3, greater, lesser};
 use crate::base::pose::Pose;
 
 /// Corners a polygon may have. Larger faces are thinned out; each cut adds at most one corner.
 pub(crate) const MAX_CORNERS: usize = 40;
 const MAX_FACE_CORNERS: usize = 32;
 
-/// The side planes of the reference stand this part of the side's length farther out, so that
-/// equal faces on top of each other keep their corners (and feature ids) under rounding.
+/// The side planes of the reference stand farther out by this part of the side's length, or of the
+/// length of the incident feature if that is less, so that equal faces on top of each other keep
+/// their corners (and feature ids) under rounding.
 const SIDE_SLACK: f32 = 2.0e-4;
 
 /// Marks a number as that of a clipping plane, not of an edge of the incident face.
@@ -129,12 +130,17 @@ pub(crate) fn clip(
     let corners = reference.corners;
     let mut spare = Polygon::empty();
     let mut in_spare = false;
+    let extent = match incident.corners() {
+        [first, second, ..] => (second.p - first.p).length(),
+        _ => 0.0,
+    };
     if let Some(last) = corners.last() {
         let mut tail = last.p;
         for (k, head) in (0_u32..).zip(corners) {
             let along = head.p - tail;
             let side = along.cross(n);
-            let offset = side.dot(tail) + SIDE_SLACK * along.length_squared();
+            let length = along.length();
+            let offset = side.dot(tail) + SIDE_SLACK * length * lesser(length, extent);
             let k = k & (PLANE - 1);
             if incident.count == 2 && !in_spare {
                 incident.cut_line(side, offset, k);
@@ -174,7 +180,7 @@ pub(crate) fn reduce(points: &[ManifoldPoint], normal: Vec3) -> Manifold {
     }
     let size = points.iter().map(|p| (p.position - points[0].position).length_squared());
     // Points at equal depth but for rounding: the first one stays the first from step to step.
-    let slack = 2.0e-5 * size.fold(0.0_f32, crate::base::math::greater).sqrt();
+    let slack = 2.0e-5 * size.fold(0.0_f32, greater).sqrt();
     let mut deepest = 0;
     for (i, p) in points.iter().enumerate() {
         if p.separation < points[deepest].separation - slack {
@@ -223,21 +229,17 @@ pub(crate) fn flip(m: &Manifold, old_a_in_new: &Pose) -> Manifold {
     flipped
 }
 
-/// Closest points of two segments, with their places 0 to 1 along them.
-pub(crate) fn closest_of_segments(a: [Vec3; 2], b: [Vec3; 2]) -> (Vec3, Vec3, f32, f32) {
+/// Closest points of two segments.
+pub(crate) fn closest_of_segments(a: [Vec3; 2], b: [Vec3; 2]) -> (Vec3, Vec3) {
     let (da, db, r) = (a[1] - a[0], b[1] - b[0], a[0] - b[0]);
     let (aa, bb, ab) = (da.dot(da), db.dot(db), da.dot(db));
     let (ar, br) = (da.dot(r), db.dot(r));
     let det = aa * bb - ab * ab;
     // Near parallel lines: any place will do, the other one is found from it.
-    let mut s = if det > 1.0e-7 * aa * bb { clamp01((ab * br - ar * bb) / det) } else { 0.5 };
+    let s = if det > 1.0e-7 * aa * bb { clamp01((ab * br - ar * bb) / det) } else { 0.5 };
     let t = if bb > 0.0 { clamp01((ab * s + br) / bb) } else { 0.0 };
-    if aa > 0.0 {
-        s = clamp01((ab * t - ar) / aa);
-    } else {
-        s = 0.0;
-    }
-    (a[0] + da * s, b[0] + db * t, s, t)
+    let s = if aa > 0.0 { clamp01((ab * t - ar) / aa) } else { 0.0 };
+    (a[0] + da * s, b[0] + db * t)
 }
 
 pub(crate) const fn clamp01(x: f32) -> f32 {

@@ -11,7 +11,6 @@ mod rest_tests;
 #[cfg(test)]
 mod tests;
 
-
 use self::convex::Convex;
 pub(crate) use self::mesh::collide_mesh;
 use super::clip::flip;

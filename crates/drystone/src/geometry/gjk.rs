@@ -234,3 +234,65 @@ fn on_tetrahedron(w: &[Wide; 4]) -> Option<[f64; 4]> {
     }
     best
 }
+
+#[cfg(test)]
+mod tests {
+    use super::distance;
+    use crate::base::math::{Vec3, vec3};
+    use crate::base::pose::Pose;
+    use crate::base::quat::Quat;
+
+    fn corner(half: Vec3) -> impl Fn(Vec3) -> Vec3 {
+        move |d| {
+            let pick = |d: f32, h: f32| if d < 0.0 { -h } else { h };
+            vec3(pick(d.x, half.x), pick(d.y, half.y), pick(d.z, half.z))
+        }
+    }
+
+    #[test]
+    fn boxes_of_every_size_are_measured_to_a_part_in_ten_thousand() {
+        // Of a box at the origin, a second one turned by 45° about z sees face, edge and corner.
+        let turn = Quat::from_axis_angle(Vec3::Z, core::f32::consts::FRAC_PI_4);
+        for size in [0.1_f32, 1.0, 10.0, 100.0] {
+            for other in [0.1_f32, 1.0, 10.0, 100.0] {
+                for gap in [0.01, 0.1, 1.0] {
+                    let gap = gap * size;
+                    let reach = other * 2.0_f32.sqrt();
+                    let b = Pose::new([0.3 * size, size + gap + reach, 0.0], turn);
+                    let found = distance(
+                        corner(Vec3::splat(size)),
+                        |d| b.point(corner(Vec3::splat(other))(b.local_direction(d))),
+                        b.position,
+                    )
+                    .unwrap();
+                    let scale = if size > other { size } else { other };
+                    assert!((found.distance - gap).abs() < 1.0e-4 * gap + 1.0e-6 * scale);
+                    assert!((found.normal - Vec3::Y).length() < 1.0e-4 * (1.0 + scale / gap));
+                    assert!((found.point_a.y - size).abs() < 1.0e-5 * scale);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn sets_that_overlap_or_touch_have_no_distance() {
+        let cube = || corner(Vec3::ONE);
+        for x in [0.0, 0.5, 1.9, 2.0] {
+            let p = vec3(x, 0.3, 0.1);
+            assert_eq!(distance(cube(), |d| cube()(d) + p, p), None);
+        }
+        let far = vec3(3.0, 3.0, 3.0);
+        let found = distance(cube(), |d| cube()(d) + far, -far).unwrap();
+        assert!((found.distance - 3.0_f32.sqrt()).abs() < 1.0e-6);
+        assert_eq!((found.point_a, found.point_b), (Vec3::ONE, Vec3::splat(2.0)));
+    }
+
+    #[test]
+    fn numbers_that_are_not_finite_have_no_distance() {
+        for x in [f32::NAN, f32::INFINITY] {
+            let p = vec3(x, 0.0, 0.0);
+            let found = distance(|_| Vec3::ZERO, |_| p, p);
+            assert!(found.is_none_or(|c| c.normal.is_finite()), "{found:?}");
+        }
+    }
+}

@@ -318,7 +318,7 @@ fn edge_contact(a: Polytope<'_>, b: Polytope<'_>, b_in_a: &Pose, e: &EdgeAxis) -
         [x.edges[k], x.edges[k + 1]].map(|h| x.vertices[usize::from(h.origin)])
     };
     let edge_b = ends(b, e.b).map(|p| b_in_a.point(p));
-    let (on_a, on_b, ..) = closest_of_segments(ends(a, e.a), edge_b);
+    let (on_a, on_b) = closest_of_segments(ends(a, e.a), edge_b);
     let normal = b_in_a.direction(e.normal);
     #[expect(clippy::cast_possible_truncation, reason = "fewer than 2^15 edges")]
     let feature = EDGE_PAIR | (e.a as u32 & 0x7fff) << 15 | (e.b as u32 & 0x7fff);

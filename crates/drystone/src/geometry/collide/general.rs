@@ -22,10 +22,12 @@ const SNAP: f32 = 1.0 - 1.25e-5;
 const STRAIGHT: f32 = 1.0 - 2.0e-6;
 
 /// Parts of the size: below NEAR closest points give no good normal; APART is how far bodies are
-/// moved apart to get one; TIED is a difference of depth that does not count.
+/// moved apart to get one; TIED is a difference of depth that does not count, next to the rounding
+/// of coordinates.
 const NEAR: f32 = 0.01;
 const APART: f32 = 0.02;
 const TIED: f32 = 1.0e-4;
+const ROUNDING: f32 = 5.0e-7;
 const EPA_TOLERANCE: f32 = 5.0e-4;
 const REFINEMENTS: usize = 4;
 
@@ -47,6 +49,8 @@ struct Pair<'a> {
     b_in_a: &'a Pose,
     /// The extent of the smaller one [m].
     size: f32,
+    /// A difference of depth that does not count [m].
+    tied: f32,
 }
 
 /// The manifold in the frame of A. Pairs of hulls that overlap are left to `sat`.
@@ -79,7 +83,9 @@ impl<'a> Pair<'a> {
         let (size_a, size_b) = (a.size(), b.size());
         let (small, large) = (lesser(size_a, size_b), greater(size_a, size_b));
         // A point, or a capsule that is a sphere, has no extent of its own.
-        Self { a, b, b_in_a, size: if small > 1.0e-3 * large { small } else { large } }
+        let size = if small > 1.0e-5 * large { small } else { large };
+        let tied = TIED * size + ROUNDING * (large + b_in_a.position.length());
+        Self { a, b, b_in_a, size, tied }
     }
 
     /// From the middle of A to that of B: a first guess.
@@ -170,7 +176,7 @@ impl<'a> Pair<'a> {
             let Some(m) = m else { continue };
             if m.dot(n) > SNAP {
                 let distance = self.separation(m);
-                if distance >= closest.distance - TIED * self.size {
+                if distance >= closest.distance - self.tied {
                     return (Closest { distance, normal: m, ..*closest }, flat);
                 }
             }

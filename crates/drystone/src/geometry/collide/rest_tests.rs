@@ -83,6 +83,54 @@ fn solids_at_rest_keep_their_points() {
 }
 
 #[test]
+fn small_and_large_solids_rest_alike() {
+    for scale in [0.05, 20.0, 100.0] {
+        let ground = Shape::box_half([3.0 * scale, 0.5 * scale, 3.0 * scale]);
+        let cylinder = Shape::cylinder(0.4 * scale, 0.5 * scale);
+        for (shape, height, q, count) in [
+            (Shape::capsule(0.5 * scale, 0.3 * scale), 0.3, lying(), 2),
+            (cylinder.clone(), 0.4, Quat::IDENTITY, 4),
+            (cylinder, 0.5, lying(), 2),
+            (Shape::cone(0.6 * scale, 0.5 * scale), 0.6, Quat::IDENTITY, 4),
+        ] {
+            for depth in [0.005, 0.0, -0.001] {
+                let pose = Pose::new(vec3(0.1, 0.5 + height - depth, 0.2) * scale, q);
+                let m = touch(&ground, &shape, &pose, 0.02 * scale);
+                assert_eq!(m.count, count, "{scale} {shape:?} {m:?}");
+                // The rotation of the pose rounds: exact but for that.
+                assert!((m.normal - Vec3::Y).length() < 1.0e-6, "{scale} {shape:?} {m:?}");
+                for p in m.points() {
+                    assert!((p.separation + depth * scale).abs() < 1.0e-5 * scale, "{m:?}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn small_solids_rest_far_out_on_a_wide_ground() {
+    let ground = Shape::box_half([200.0, 1.0, 200.0]);
+    let mut random = Random(6);
+    for (shape, height, q, count) in [
+        (Shape::box_half([0.1, 0.1, 0.1]), 0.1, Quat::IDENTITY, 4),
+        (Shape::capsule(0.2, 0.1), 0.1, lying(), 2),
+        (Shape::cylinder(0.1, 0.1), 0.1, Quat::IDENTITY, 4),
+        (Shape::cylinder(0.2, 0.1), 0.1, lying(), 2),
+    ] {
+        for _ in 0..200 {
+            let (x, z) = (150.0 * random.signed(), 150.0 * random.signed());
+            let pose = Pose::new([x, 1.0 + height - 0.001, z], q);
+            let m = touch(&ground, &shape, &pose, 0.02);
+            assert_eq!(m.count, count, "{shape:?} {pose:?} {m:?}");
+            assert!((m.normal - Vec3::Y).length() < 1.0e-6, "{shape:?} {pose:?} {m:?}");
+            for p in m.points() {
+                assert!((p.separation + 0.001).abs() < 5.0e-5, "{shape:?} {pose:?} {m:?}");
+            }
+        }
+    }
+}
+
+#[test]
 fn standing_bodies_have_widely_spread_points() {
     for (ground, top) in grounds() {
         for (shape, height, area) in [

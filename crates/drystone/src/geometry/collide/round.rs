@@ -81,7 +81,7 @@ pub(super) fn segments(half_a: f32, half_b: f32, b_in_a: &Pose, margin: f32) -> 
     let end_b = b_in_a.direction(vec3(0.0, half_b, 0.0));
     let a = [-end_a, end_a];
     let b = [b_in_a.position - end_b, b_in_a.position + end_b];
-    let (on_a, on_b, ..) = closest_of_segments(a, b);
+    let (on_a, on_b) = closest_of_segments(a, b);
     // Crossing or touching segments have no closest direction: the one at right angles to both.
     let across = end_a.cross(end_b).normalize_or(Vec3::X);
     let one = between(on_a, on_b, margin, across);
