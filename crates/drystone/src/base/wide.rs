@@ -212,7 +212,13 @@ fn transpose4<S: Simd>([r0, r1, r2, r3]: [f32x4<S>; 4]) -> [f32x4<S>; 4] {
 }
 
 #[inline(always)]
-fn load4<S: Simd>(simd: S, a: &[f32; 4], b: &[f32; 4], c: &[f32; 4], d: &[f32; 4]) -> [f32x4<S>; 4] {
+fn load4<S: Simd>(
+    simd: S,
+    a: &[f32; 4],
+    b: &[f32; 4],
+    c: &[f32; 4],
+    d: &[f32; 4],
+) -> [f32x4<S>; 4] {
     [
         f32x4::load_array_ref(simd, a),
         f32x4::load_array_ref(simd, b),

@@ -7,9 +7,7 @@ use super::contact::K;
 use super::rows::{ContactBlock, Extra, Line, Whitening, load_velocity, store_velocity};
 use crate::base::disjoint::Rows;
 use crate::base::math::Vec3;
-use crate::base::wide::{
-    LANES, Lanes, Sym3w, Vec3w, inverse_or_zero, load, max, min, splat, sqrt,
-};
+use crate::base::wide::{LANES, Lanes, Sym3w, Vec3w, inverse_or_zero, load, max, min, splat, sqrt};
 use crate::state::bodies::{Bodies, Body};
 use crate::state::contacts::Contact;
 use crate::step::context::StepContext;
@@ -215,7 +213,8 @@ fn build_rows<S: Simd>(simd: S, source: &Source<'_>, block: &mut ContactBlock, r
             let k = linear + a[i].dot(a[j]) + b[i].dot(b[j]);
             k.store_array(&mut block.k[K[i][j]]);
             if i == j {
-                (inverse_or_zero(simd, k) * load(simd, &raw.there[j])).store_array(&mut block.mass[j]);
+                (inverse_or_zero(simd, k) * load(simd, &raw.there[j]))
+                    .store_array(&mut block.mass[j]);
             }
         }
     }
