@@ -19,8 +19,9 @@ pub struct ContactConfig {
     pub rest_offset: f32,
     /// Contact points are made from this distance on [m]; above 0; default 0.02.
     pub margin: f32,
-    /// While the bodies of a contact have moved against each other less than this [m], its points and
-    /// normal stay as they are and only the distances follow; at least 0; default 0.01.
+    /// While the bodies of a contact have moved against each other less than this [m], and less than a
+    /// quarter of the smaller one's size, its points and normal stay as they are and only the distances
+    /// follow; at least 0; default 0.05.
     pub recycle_distance: f32,
     /// Contacts that meet slower than this do not bounce [m/s]; at least 0; default 1.
     pub restitution_speed: f32,
@@ -78,7 +79,7 @@ impl Default for WorldConfig {
                 push_speed: 0.25,
                 rest_offset: 5.0e-5,
                 margin: 0.02,
-                recycle_distance: 0.01,
+                recycle_distance: 0.05,
                 restitution_speed: 1.0,
                 hit_speed: 1.0,
             },

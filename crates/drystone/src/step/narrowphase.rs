@@ -134,7 +134,10 @@ fn may_recycle(ctx: &StepContext, contact: &Contact, a: &Body, b: &Body) -> bool
         turn(&a.rotation, &r.rotation_a) * size(a) + turn(&b.rotation, &r.rotation_b) * size(b);
     // A moving static-like partner (kinematic) turns the normal with it: only tiny turns are allowed.
     let carried = |body: &Body| !body.is_dynamic() && body.active() && body.w != Vec3::ZERO;
-    shift + turns < ctx.recycle_distance && !carried(a) && !carried(b)
+    // A quarter of the smaller body's size at most: what is far for a pebble is near for a rock.
+    let limit = |body: &Body| if body.is_dynamic() { 0.25 * body.extent } else { f32::INFINITY };
+    let limit = ctx.recycle_distance.min(limit(a)).min(limit(b));
+    shift + turns < limit && !carried(a) && !carried(b)
 }
 
 /// Keeps points, anchors and normal, and works out the separations anew; false if that is not enough.
@@ -172,7 +175,7 @@ fn recycle(
 /// Takes over a new manifold; true if the number of points changed.
 fn rebuild(contact: &mut Contact, manifold: &Manifold, pose_a: &Pose, a: &Body, b: &Body) -> bool {
     let before = contact.count;
-    let old = contact.points;
+    let mut old = contact.points;
     let normal = pose_a.direction(manifold.normal);
     contact.reference =
         Reference { offset: b.center - a.center, rotation_a: a.rotation, rotation_b: b.rotation };
@@ -193,14 +196,12 @@ fn rebuild(contact: &mut Contact, manifold: &Manifold, pose_a: &Pose, a: &Body, 
     for (new, made) in contact.points.iter_mut().zip(manifold.points()) {
         let r_a = pose_a.direction(made.position) + origin;
         let r_b = r_a - offset;
-        let impulse = old[..usize::from(before)]
-            .iter()
-            .find(|p| p.feature == made.feature)
-            .map_or(0.0, |p| p.impulse);
+        let local_a = a.rotation.unrotate(r_a);
+        let impulse = inherit(&mut old[..usize::from(before)], made.feature, local_a, a, b);
         *new = Point {
             r_a,
             r_b,
-            local_a: a.rotation.unrotate(r_a),
+            local_a,
             local_b: b.rotation.unrotate(r_b),
             // The anchors are one point now, so all of the separation is the base.
             base: made.separation,
@@ -214,4 +215,21 @@ fn rebuild(contact: &mut Contact, manifold: &Manifold, pose_a: &Pose, a: &Body, 
         contact.approach = approach;
     }
     before != count
+}
+
+/// The impulse of the old point that a new one continues, and takes it away from it: the one of the same
+/// feature, else the nearest one that is near. (Features change names when the two faces of a flush
+/// contact change roles; without its impulses a loaded contact would give way for a step.)
+fn inherit(old: &mut [Point], feature: u32, local_a: Vec3, a: &Body, b: &Body) -> f32 {
+    let size = |body: &Body| if body.is_dynamic() { body.extent } else { f32::INFINITY };
+    let near = 0.1 * size(a).min(size(b));
+    let found = old.iter().position(|p| p.feature == feature && p.impulse >= 0.0).or_else(|| {
+        let distance = |p: &Point| (p.local_a - local_a).length();
+        let nearest = (0..old.len())
+            .filter(|i| old[*i].impulse >= 0.0)
+            .min_by(|i, j| distance(&old[*i]).total_cmp(&distance(&old[*j])))?;
+        (distance(&old[nearest]) < near).then_some(nearest)
+    });
+    // An impulse that was taken is marked by a negative one: impulses are never negative.
+    found.map_or(0.0, |i| core::mem::replace(&mut old[i].impulse, -1.0))
 }
