@@ -137,6 +137,8 @@ fn may_recycle(ctx: &StepContext, contact: &Contact, a: &Body, b: &Body) -> bool
     // A quarter of the smaller body's size at most: what is far for a pebble is near for a rock.
     let limit = |body: &Body| if body.is_dynamic() { 0.25 * body.extent } else { f32::INFINITY };
     let limit = ctx.recycle_distance.min(limit(a)).min(limit(b));
+    // Corners that were far when a tilted box met the ground on an edge must not be overlooked.
+    let limit = if contact.count < 3 { 0.2 * limit } else { limit };
     shift + turns < limit && !carried(a) && !carried(b)
 }
 

@@ -29,8 +29,9 @@ pub(crate) fn stop_fast_bodies(
         };
         let inner = body.inner;
         let body = bodies.at_mut(row);
-        // Stops with the surface within reach of the next step's contacts, on the near side.
-        let back = 0.5 * inner / delta.length();
+        // Stops with its own surface about at that of the shape: the next step's contacts do the rest. A
+        // body stopped deeper could be knocked on by another until its center is inside a thin wall.
+        let back = 0.95 * inner / delta.length();
         body.center = from + delta * (fraction - back).max(0.0);
         for i in 0..bodies.at(row).shapes.len() {
             let body = bodies.at(row);
