@@ -64,6 +64,7 @@ impl Sym3 {
     }
 
     /// Matrix times vector.
+    #[expect(clippy::should_implement_trait, reason = "one product, called by name")]
     #[must_use]
     #[inline]
     pub fn mul(self, v: Vec3) -> Vec3 {

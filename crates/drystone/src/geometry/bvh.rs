@@ -252,16 +252,16 @@ impl Bvh {
         let Some((child, other, moved)) = best else { return };
         let n = &mut self.nodes[at as usize];
         if n.left == child {
-            n.left = moved
+            n.left = moved;
         } else {
-            n.right = moved
+            n.right = moved;
         }
         self.nodes[moved as usize].parent = at;
         let o = &mut self.nodes[other as usize];
         if o.left == moved {
-            o.left = child
+            o.left = child;
         } else {
-            o.right = child
+            o.right = child;
         }
         self.nodes[child as usize].parent = other;
         let o = self.nodes[other as usize];
@@ -300,11 +300,6 @@ impl Bvh {
         self.nodes[leaf as usize].bounds = bounds;
         self.nodes[leaf as usize].left = NONE;
         self.attach(leaf);
-    }
-
-    /// The box of a leaf.
-    pub(crate) fn bounds(&self, leaf: u32) -> &Aabb {
-        &self.nodes[leaf as usize].bounds
     }
 
     /// Calls `visit` with every item whose box overlaps `bounds`; stops when it answers false.
@@ -355,9 +350,9 @@ impl Bvh {
             }
             for child in [node.right, node.left] {
                 if depth >= 64 {
-                    spill.push(child)
+                    spill.push(child);
                 } else {
-                    small[depth] = child
+                    small[depth] = child;
                 }
                 depth += 1;
             }
@@ -422,15 +417,16 @@ mod tests {
         let mut tree = Bvh::build(&all);
         let mut expected: Vec<Option<Aabb>> = all.iter().copied().map(Some).collect();
         check(&tree, &expected);
-        for i in (0..300).step_by(4) {
-            tree.remove(i as u32);
-            expected[i] = None;
+        for i in (0_u32..300).step_by(4) {
+            tree.remove(i);
+            expected[i as usize] = None;
         }
         check(&tree, &expected);
-        for i in (1..300).step_by(4) {
-            let moved = Aabb::new(all[i].min * 0.5, all[i].max * 0.5);
-            tree.replace(i as u32, moved);
-            expected[i] = Some(moved);
+        for i in (1_u32..300).step_by(4) {
+            let old = all[i as usize];
+            let moved = Aabb::new(old.min * 0.5, old.max * 0.5);
+            tree.replace(i, moved);
+            expected[i as usize] = Some(moved);
         }
         check(&tree, &expected);
         let mut grown = Bvh::default();

@@ -44,6 +44,7 @@ pub(crate) struct Link {
 
 /// A contact.
 #[derive(Clone, Debug)]
+#[expect(clippy::struct_excessive_bools, reason = "independent facts")]
 pub(crate) struct Contact {
     pub(crate) shape_a: u32,
     pub(crate) shape_b: u32,

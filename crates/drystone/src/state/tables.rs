@@ -24,6 +24,4 @@ pub(crate) struct Tables {
     pub(crate) events: Events,
     /// Steps taken.
     pub(crate) steps: u64,
-    /// Length of the last step [s]; 0 before the first.
-    pub(crate) last_dt: f32,
 }

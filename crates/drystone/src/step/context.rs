@@ -26,7 +26,6 @@ pub(crate) struct StepContext {
     pub(crate) soft: Softness,
     pub(crate) soft_fixed: Softness,
     pub(crate) soft_joint: Softness,
-    pub(crate) joint_hertz: f32,
     /// Factor of the last step's impulses: substeps may have had another length.
     pub(crate) impulse_scale: f32,
     pub(crate) level: Level,
@@ -63,7 +62,6 @@ impl StepContext {
             soft: Softness::new(hertz, c.damping_ratio, h),
             soft_fixed: Softness::new(2.0 * hertz, 0.5 * c.damping_ratio, h),
             soft_joint: Softness::new(joint_hertz, config.joint.damping_ratio, h),
-            joint_hertz,
             impulse_scale: if last_h > 0.0 { (h / last_h).min(4.0) } else { 0.0 },
             level,
         }

@@ -55,7 +55,6 @@ pub(crate) fn solve<S: Simd>(
 }
 
 #[inline(always)]
-#[expect(clippy::too_many_lines, reason = "one straight line of arithmetic")]
 fn solve_points<S: Simd, const N: usize>(
     simd: S,
     block: &mut ContactBlock,
@@ -96,8 +95,8 @@ fn solve_points<S: Simd, const N: usize>(
             && extra.drifts
         {
             let drift = load(simd, &extra.drift[j]);
-            vn[j] = vn[j] + drift;
-            s = s + drift * elapsed;
+            vn[j] += drift;
+            s += drift * elapsed;
         }
         let mass = load(simd, &block.mass[j]);
         let apart = above(s, zero);
@@ -129,7 +128,7 @@ fn solve_points<S: Simd, const N: usize>(
             let d = new - lambda[j];
             lambda[j] = new;
             for i in 0..N {
-                vn[i] = vn[i] + load(simd, &block.k[K[i][j]]) * d;
+                vn[i] += load(simd, &block.k[K[i][j]]) * d;
             }
         }
     }
@@ -138,9 +137,9 @@ fn solve_points<S: Simd, const N: usize>(
     let mut twist_limit = zero;
     for j in 0..N {
         let d = lambda[j] - entry[j];
-        pushed = pushed + d;
-        total = total + lambda[j];
-        twist_limit = twist_limit + load(simd, &block.lever[j]) * lambda[j];
+        pushed += d;
+        total += lambda[j];
+        twist_limit += load(simd, &block.lever[j]) * lambda[j];
         va.w = va.w - a[j] * d;
         vb.w = vb.w + b[j] * d;
         lambda[j].store_array(&mut block.impulse[j]);
@@ -311,14 +310,14 @@ pub(crate) fn bounce<S: Simd>(
             let d = new - lambda[j];
             lambda[j] = new;
             for i in 0..4 {
-                vn[i] = vn[i] + load(simd, &block.k[K[i][j]]) * d;
+                vn[i] += load(simd, &block.k[K[i][j]]) * d;
             }
         }
     }
     let mut pushed = zero;
     for j in 0..4 {
         let d = lambda[j] - entry[j];
-        pushed = pushed + d;
+        pushed += d;
         va.w = va.w - Vec3w::load(simd, &block.a[j]) * d;
         vb.w = vb.w + Vec3w::load(simd, &block.b[j]) * d;
         lambda[j].store_array(&mut given[j]);

@@ -163,7 +163,7 @@ pub(crate) fn solve_distance<S: Simd>(
     // Spring.
     let d = -(mass * (soft * vn + rate * (length - rest))) - leak * i2;
     let n2 = i2 + d;
-    vn = vn + k * d;
+    vn += k * d;
     let mut pushed = d;
 
     // Lower limit or rod. A rod's impulse may have either sign.
@@ -178,8 +178,8 @@ pub(crate) fn solve_distance<S: Simd>(
     let n0 = i0 - mass * (gain * vn + bias) - give * i0;
     let n0 = select(rod, n0, max(n0, zero));
     let d = n0 - i0;
-    vn = vn + k * d;
-    pushed = pushed + d;
+    vn += k * d;
+    pushed += d;
 
     // Upper limit: pulls together.
     let gap = most - length;
@@ -189,7 +189,7 @@ pub(crate) fn solve_distance<S: Simd>(
     let give = select(open, zero, rigid_leak);
     let n1 = max(i1 - mass * (bias - gain * vn) - give * i1, zero);
     let n1 = select(rod, zero, n1);
-    pushed = pushed - (n1 - i1);
+    pushed -= n1 - i1;
 
     (n * (n0 - n1 + n2)).store(&mut block.last_p);
     n0.store_array(&mut block.impulse[0]);

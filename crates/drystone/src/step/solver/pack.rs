@@ -206,7 +206,7 @@ fn build_rows<S: Simd>(simd: S, source: &Source<'_>, block: &mut ContactBlock, r
         let w = near * load(simd, &raw.there[j]);
         ca = ca + ra * w;
         cb = cb + rb * w;
-        weight = weight + w;
+        weight += w;
     }
     for i in 0..4 {
         for j in i..4 {
@@ -260,7 +260,7 @@ fn warm_start<S: Simd>(
     let (mut turn_a, mut turn_b) = (Vec3w::zero(simd), Vec3w::zero(simd));
     for j in 0..4 {
         let lambda = load(simd, &block.impulse[j]);
-        total = total + lambda;
+        total += lambda;
         turn_a = turn_a + Vec3w::load(simd, &block.a[j]) * lambda;
         turn_b = turn_b + Vec3w::load(simd, &block.b[j]) * lambda;
     }
