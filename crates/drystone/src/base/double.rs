@@ -1,8 +1,10 @@
-//! Vectors in double precision, for set-up code whose differences cancel: hulls, mass, rays.
+//! Vectors and quaternions in double precision, for code whose differences cancel: hulls, mass, rays,
+//! free rotation.
 
 use core::ops::{Add, Mul, Neg, Sub};
 
 use super::math::{Vec3, vec3};
+use super::quat::Quat;
 
 /// A vector of three `f64`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -39,6 +41,52 @@ impl DVec3 {
     #[expect(clippy::cast_possible_truncation, reason = "rounding is what is asked for")]
     pub(crate) fn single(self) -> Vec3 {
         vec3(self.x as f32, self.y as f32, self.z as f32)
+    }
+}
+
+/// A unit quaternion of `f64`: vector and real part.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct DQuat {
+    pub(crate) v: DVec3,
+    pub(crate) w: f64,
+}
+
+impl DQuat {
+    /// `o` followed by `self`.
+    pub(crate) fn times(self, o: Self) -> Self {
+        Self {
+            v: o.v * self.w + self.v * o.w + self.v.cross(o.v),
+            w: self.w * o.w - self.v.dot(o.v),
+        }
+    }
+
+    pub(crate) fn rotate(self, p: DVec3) -> DVec3 {
+        let t = self.v.cross(p) * 2.0;
+        p + t * self.w + self.v.cross(t)
+    }
+
+    pub(crate) fn unrotate(self, p: DVec3) -> DVec3 {
+        Self { v: -self.v, w: self.w }.rotate(p)
+    }
+
+    /// Scaled to length 1; the quaternion is one already but for rounding.
+    pub(crate) fn normalized(self) -> Self {
+        let k = 1.0 / (self.v.dot(self.v) + self.w * self.w).sqrt();
+        Self { v: self.v * k, w: self.w * k }
+    }
+
+    /// Rounded to `f32`.
+    #[expect(clippy::cast_possible_truncation, reason = "rounding is what is asked for")]
+    pub(crate) fn single(self) -> Quat {
+        let v = self.v.single();
+        Quat::new(v.x, v.y, v.z, self.w as f32)
+    }
+}
+
+impl From<Quat> for DQuat {
+    /// Normalized anew: an `f32` quaternion is one to seven digits only.
+    fn from(q: Quat) -> Self {
+        Self { v: DVec3::from(vec3(q.x, q.y, q.z)), w: f64::from(q.w) }.normalized()
     }
 }
 

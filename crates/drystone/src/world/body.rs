@@ -270,8 +270,10 @@ impl<'w> BodyMut<'w> {
         Ok(())
     }
 
+    /// Forces and impulses act on dynamic bodies; not on a faulted one, which waits for a new state.
     fn pushable(&mut self) -> bool {
-        self.body().is_dynamic()
+        let body = self.body();
+        body.is_dynamic() && !body.faulted
     }
 
     /// Changes the velocity of the center of mass at once by an impulse [N s, world]. Dynamic bodies

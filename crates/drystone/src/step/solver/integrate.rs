@@ -3,6 +3,7 @@
 
 use super::rows::{Line, Whitening};
 use super::softness::decay;
+use crate::base::double::{DQuat, DVec3};
 use crate::base::math::{Vec3, vec3};
 use crate::base::quat::Quat;
 use crate::base::sym3::Sym3;
@@ -204,32 +205,40 @@ pub(crate) fn fly(ctx: &StepContext, body: &mut Body) {
 /// Free rotation of a rigid body: angular momentum is kept, orientation and body-frame momentum are
 /// turned about the principal axes x(h/2) y(h/2) z(h) y(h/2) x(h/2) [Dullweber97], each turn by the
 /// Cayley map: no trigonometry, exactly orthogonal. Returns orientation and angular velocity.
+///
+/// In double precision: rounding of `f32` at every step would let the momentum wander by 1e-5 in
+/// seconds, and this is done once a step for bodies in flight only.
 fn rotate_freely(body: &Body, w: Vec3, h: f32, substeps: u32) -> (Quat, Vec3) {
-    let mut q = body.rotation * body.principal;
-    let m = body.moments;
-    let world_momentum = q.rotate(q.unrotate(w).mul_each(m));
+    let mut q = DQuat::from(body.rotation).times(DQuat::from(body.principal));
+    let m = DVec3::from(body.moments);
+    let local = q.unrotate(DVec3::from(w));
+    let world_momentum = q.rotate(DVec3 { x: local.x * m.x, y: local.y * m.y, z: local.z * m.z });
     let mut l = q.unrotate(world_momentum);
-    let turn = |q: &mut Quat, l: &mut Vec3, axis: usize, h: f32| {
-        // Cayley: tan(angle/2) ~ angle/2 = t, so the quaternion is (t axis, 1) normalized.
-        let t = 0.5 * h * l[axis] / m[axis];
-        let k = 1.0 / (1.0 + t * t).sqrt();
-        let mut step = Quat::new(0.0, 0.0, 0.0, k);
-        match axis {
-            0 => step.x = t * k,
-            1 => step.y = t * k,
-            _ => step.z = t * k,
-        }
-        *q = *q * step;
-        *l = step.unrotate(*l);
-    };
+    let h = f64::from(h);
     for _ in 0..substeps {
         for (axis, part) in [(0, 0.5), (1, 0.5), (2, 1.0), (1, 0.5), (0, 0.5)] {
-            turn(&mut q, &mut l, axis, h * part);
+            let rate = match axis {
+                0 => l.x / m.x,
+                1 => l.y / m.y,
+                _ => l.z / m.z,
+            };
+            // Cayley: tan(angle/2) ~ angle/2 = t, so the quaternion is (t axis, 1) normalized.
+            let t = 0.5 * h * part * rate;
+            let k = 1.0 / (1.0 + t * t).sqrt();
+            let mut step = DQuat { v: DVec3::ZERO, w: k };
+            match axis {
+                0 => step.v.x = t * k,
+                1 => step.v.y = t * k,
+                _ => step.v.z = t * k,
+            }
+            q = q.times(step);
+            l = step.unrotate(l);
         }
     }
     let q = q.normalized();
-    // The world's momentum is the same to the last bit: rounding cannot spin a body up or down.
+    // The world's momentum is that of the step's start: rounding cannot spin a body up or down.
     let local = q.unrotate(world_momentum);
-    let w = q.rotate(vec3(local.x / m.x, local.y / m.y, local.z / m.z));
-    ((q * body.principal.conjugate()).normalized(), w)
+    let w = q.rotate(DVec3 { x: local.x / m.x, y: local.y / m.y, z: local.z / m.z });
+    let rotation = q.times(DQuat::from(body.principal.conjugate())).normalized();
+    (rotation.single(), w.single())
 }

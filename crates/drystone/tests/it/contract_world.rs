@@ -1,0 +1,433 @@
+//! What the public face promises: bad input is refused by name, stale ids find nothing, nothing
+//! panics, events come as they should.
+
+use drystone::{
+    Aabb, AxisLocks, BodyDef, BodyId, FaultKind, Filter, JointDef, MassDef, Material, Pose, Quat,
+    Shape, ShapeDef, Sym3, Team, Vec3, World, WorldConfig, vec3,
+};
+use proptest::prelude::{Strategy, any, prop, prop_oneof, proptest};
+use std::sync::Arc;
+
+const DT: f32 = 1.0 / 60.0;
+
+fn ground(world: &mut World) -> BodyId {
+    world.add_body(BodyDef::fixed().with_shape(ShapeDef::half_space([0.0, 1.0, 0.0], 0.0))).unwrap()
+}
+
+fn cube_at(position: [f32; 3]) -> BodyDef {
+    BodyDef::dynamic().with_position(position).with_shape(ShapeDef::box_half([0.5, 0.5, 0.5]))
+}
+
+fn run(world: &mut World, seconds: f32) {
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "small")]
+    for _ in 0..(seconds * 60.0).round() as u32 {
+        world.step(DT);
+    }
+}
+
+#[test]
+fn a_bad_definition_names_its_field_and_changes_nothing() {
+    let mut world = World::default();
+    let nan = f32::NAN;
+    let cube = || cube_at([0.0, 1.0, 0.0]);
+    let shaped = |s: ShapeDef| BodyDef::dynamic().with_shape(s);
+    let cases: Vec<(BodyDef, &str)> = vec![
+        (cube().with_position([nan, 0.0, 0.0]), "position"),
+        (cube().with_position([1.0e9, 0.0, 0.0]), "position"),
+        (cube().with_rotation([0.0, 0.0, 0.0, 0.0]), "rotation"),
+        (cube().with_linear_velocity([f32::INFINITY, 0.0, 0.0]), "linear_velocity"),
+        (cube().with_angular_velocity([0.0, nan, 0.0]), "angular_velocity"),
+        (cube().with_mass(-1.0), "mass"),
+        (cube().with_mass(0.0), "mass"),
+        (BodyDef { gravity_scale: nan, ..cube() }, "gravity_scale"),
+        (BodyDef { linear_damping: -1.0, ..cube() }, "linear_damping"),
+        (BodyDef::dynamic(), "mass"),
+        (shaped(ShapeDef::sphere(0.0)), "shapes[0].radius"),
+        (shaped(ShapeDef::sphere(nan)), "shapes[0].radius"),
+        (shaped(ShapeDef::capsule(-1.0, 1.0)), "shapes[0].half_height"),
+        (shaped(ShapeDef::box_half([1.0, -1.0, 1.0])), "shapes[0].half_extents.y"),
+        (shaped(ShapeDef::sphere(1.0).with_density(nan)), "shapes[0].density"),
+        (shaped(ShapeDef::sphere(1.0).with_friction(-0.1)), "shapes[0].material.friction"),
+        (shaped(ShapeDef::sphere(1.0).with_restitution(1.5)), "shapes[0].material.restitution"),
+        (shaped(ShapeDef::half_space([0.0, 1.0, 0.0], 0.0)), "shapes[0].shape"),
+        (BodyDef::fixed().with_shape(ShapeDef::half_space([0.0; 3], 0.0)), "shapes[0].normal"),
+        (
+            BodyDef {
+                mass: MassDef::Exact {
+                    mass: 1.0,
+                    center: Vec3::ZERO,
+                    inertia: Sym3::diagonal(vec3(1.0, -1.0, 1.0)),
+                },
+                ..cube()
+            },
+            "inertia",
+        ),
+    ];
+    for (def, field) in cases {
+        let error = world.add_body(def).unwrap_err();
+        assert_eq!(error.field(), field, "{error}");
+        assert!(!error.allowed().is_empty());
+    }
+    assert_eq!(world.bodies().count(), 0);
+    let bad = WorldConfig { substeps: 1000, ..WorldConfig::default() };
+    assert_eq!(World::new(bad).unwrap_err().field(), "substeps");
+}
+
+#[test]
+fn stale_ids_find_nothing() {
+    let mut world = World::default();
+    let a = world.add_body(cube_at([0.0; 3])).unwrap();
+    let b = world.add_body(cube_at([5.0, 0.0, 0.0])).unwrap();
+    let joint = world.add_joint(JointDef::ball(a, [2.5, 0.0, 0.0], b, [-2.5, 0.0, 0.0])).unwrap();
+    let shape = world.body(a).unwrap().shapes().next().unwrap();
+    assert!(world.remove_body(a));
+    assert!(!world.remove_body(a) && !world.remove_joint(joint) && !world.remove_shape(shape));
+    assert!(world.body(a).is_none() && world.body_mut(a).is_none());
+    assert!(world.shape(shape).is_none() && world.joint(joint).is_none());
+    assert!(world.add_joint(JointDef::ball(a, [0.0; 3], b, [0.0; 3])).is_err());
+    assert!(world.add_shape(a, ShapeDef::sphere(1.0)).is_err());
+    let again = world.add_body(cube_at([0.0; 3])).unwrap();
+    assert!(again != a && world.body(a).is_none() && world.body(again).is_some());
+}
+
+#[test]
+fn a_bad_time_step_is_a_fault_and_steps_nothing() {
+    let mut world = World::default();
+    world.add_body(cube_at([0.0, 5.0, 0.0])).unwrap();
+    let before = world.state_hash();
+    for dt in [0.0, -1.0, f32::NAN, f32::INFINITY, 100.0] {
+        world.step(dt);
+        assert_eq!(world.events().faults[0].kind, FaultKind::BadTimeStep);
+    }
+    assert_eq!((world.state_hash(), world.step_count()), (before, 0));
+}
+
+#[test]
+fn a_body_that_leaves_the_numbers_is_quarantined_and_can_be_put_back() {
+    let mut world = World::default();
+    ground(&mut world);
+    let wild = world.add_body(cube_at([0.0, 5.0, 0.0])).unwrap();
+    let calm = world.add_body(cube_at([3.0, 0.5, 0.0])).unwrap();
+    world.body_mut(wild).unwrap().apply_impulse([3.0e38, 0.0, 0.0]).unwrap();
+    world.body_mut(wild).unwrap().apply_impulse([3.0e38, 0.0, 0.0]).unwrap();
+    run(&mut world, 0.1);
+    world.body_mut(wild).unwrap().add_step_force([3.0e38, 3.0e38, 0.0]).unwrap();
+    run(&mut world, 0.5);
+    let body = world.body(wild).unwrap();
+    assert!(body.is_faulted() && body.position().is_finite());
+    assert!((world.body(calm).unwrap().position().y - 0.5).abs() < 1e-3);
+    world.body_mut(wild).unwrap().set_pose(Pose::at([0.0, 2.0, 0.0])).unwrap();
+    run(&mut world, 2.0);
+    let body = world.body(wild).unwrap();
+    assert!(!body.is_faulted() && (body.position().y - 0.5).abs() < 1e-3, "{:?}", body.position());
+}
+
+#[test]
+fn a_ball_that_falls_and_bounces_off_reports_begin_hit_and_end() {
+    let mut world = World::default();
+    let floor = ground(&mut world);
+    let ball = world
+        .add_body(
+            BodyDef::dynamic()
+                .with_position([0.0, 2.0, 0.0])
+                .with_shape(ShapeDef::sphere(0.5).with_restitution(0.8)),
+        )
+        .unwrap();
+    let (mut begins, mut ends, mut hits) = (0, 0, Vec::new());
+    for _ in 0..70 {
+        world.step(DT);
+        begins += world.events().contact_begin.len();
+        ends += world.events().contact_end.len();
+        hits.extend(world.events().hits.iter().copied());
+    }
+    assert_eq!((begins, ends, hits.len()), (1, 1, 1));
+    let hit = hits[0];
+    let sides = [hit.body_a, hit.body_b];
+    assert!(sides.contains(&floor) && sides.contains(&ball));
+    // From 1.5 m of fall: v = sqrt(2 g h), less at most one step of gravity.
+    let v = (2.0 * 9.81 * 1.5_f32).sqrt();
+    assert!(hit.speed <= v && hit.speed > v - 9.81 * DT * 1.01, "{} {v}", hit.speed);
+}
+
+#[test]
+fn a_sensor_reports_who_comes_and_goes_and_moves_nobody() {
+    let mut world = World::default();
+    let gate = world
+        .add_body(BodyDef::fixed().with_shape(ShapeDef::box_half([1.0, 0.5, 1.0]).as_sensor()))
+        .unwrap();
+    let ball = world
+        .add_body(
+            BodyDef::dynamic().with_position([0.0, 3.0, 0.0]).with_shape(ShapeDef::sphere(0.2)),
+        )
+        .unwrap();
+    let (mut enter, mut exit) = (Vec::new(), Vec::new());
+    for step in 1..=90_u16 {
+        world.step(DT);
+        enter.extend(
+            world.events().sensor_enter.iter().map(|e| (step, e.sensor_body, e.visitor_body)),
+        );
+        exit.extend(
+            world.events().sensor_exit.iter().map(|e| (step, e.sensor_body, e.visitor_body)),
+        );
+    }
+    assert_eq!((enter.len(), exit.len()), (1, 1));
+    assert_eq!((enter[0].1, enter[0].2), (gate, ball));
+    // The surfaces meet at y = 0.7 and part at y = -0.7; the report comes with the next narrowphase.
+    let time = |y: f32| (2.0 * (3.0 - y) / 9.81_f32).sqrt() * 60.0;
+    for (step, y) in [(enter[0].0, 0.7), (exit[0].0, -0.7)] {
+        assert!((f32::from(step) - time(y)).abs() <= 2.0, "step {step}, expected {}", time(y));
+    }
+    // Free fall to rounding, right through the sensor: f32 at 11 m over 90 additions.
+    let t = 1.5_f32;
+    let y = world.body(ball).unwrap().position().y;
+    assert!((y - (3.0 - 0.5 * 9.81 * t * t)).abs() < 1e-4, "{y}");
+}
+
+#[test]
+fn still_bodies_sleep_and_what_disturbs_them_wakes_them() {
+    let mut world = World::default();
+    ground(&mut world);
+    let low = world.add_body(cube_at([0.0, 0.5, 0.0])).unwrap();
+    let high = world.add_body(cube_at([0.0, 1.5, 0.0])).unwrap();
+    run(&mut world, 2.0);
+    assert!(world.body(low).unwrap().is_asleep() && world.body(high).unwrap().is_asleep());
+    let hash = world.state_hash();
+    run(&mut world, 1.0);
+    assert_eq!(hash, world.state_hash(), "sleepers do not move");
+    assert!(world.remove_body(low));
+    run(&mut world, 1.0);
+    let y = world.body(high).unwrap().position().y;
+    assert!((y - 0.5).abs() < 2e-3, "the upper cube falls when its support is taken away: {y}");
+    run(&mut world, 2.0);
+    assert!(world.body(high).unwrap().is_asleep());
+    world.body_mut(high).unwrap().apply_impulse([0.0, 5000.0, 0.0]).unwrap();
+    assert!(!world.body(high).unwrap().is_asleep());
+    run(&mut world, 3.0);
+    assert!(world.body(high).unwrap().is_asleep());
+    let ball = BodyDef::dynamic().with_position([0.0, 3.0, 0.0]).with_shape(ShapeDef::sphere(0.3));
+    world.add_body(ball).unwrap();
+    let mut woken = false;
+    for _ in 0..60 {
+        world.step(DT);
+        woken |= world.events().wake.contains(&high);
+    }
+    assert!(woken, "a ball that falls on a sleeper wakes it");
+}
+
+#[test]
+fn levels_count_the_contacts_to_the_ground() {
+    let mut world = World::default();
+    ground(&mut world);
+    let ids: Vec<_> = [0.5, 1.5, 2.5, 3.5]
+        .map(|y| world.add_body(cube_at([0.0, y, 0.0])).unwrap())
+        .into_iter()
+        .collect();
+    let flying = world.add_body(cube_at([9.0, 50.0, 0.0])).unwrap();
+    run(&mut world, 0.5);
+    for (level, id) in (1..).zip(&ids) {
+        assert_eq!(world.body(*id).unwrap().support_level(), Some(level));
+    }
+    assert_eq!(world.body(flying).unwrap().support_level(), None);
+}
+
+#[test]
+fn forces_for_a_step_last_a_step_and_lasting_ones_last() {
+    let mut world = World::default();
+    world.set_gravity([0.0; 3]).unwrap();
+    let id = world.add_body(cube_at([0.0; 3]).with_mass(2.0)).unwrap();
+    world.body_mut(id).unwrap().add_step_force([12.0, 0.0, 0.0]).unwrap();
+    run(&mut world, 1.0);
+    // One step of 6 m/s² is 0.1 m/s.
+    assert!((world.body(id).unwrap().linear_velocity().x - 0.1).abs() < 1e-6);
+    world.body_mut(id).unwrap().set_lasting_force([0.0, 2.0, 0.0]).unwrap();
+    run(&mut world, 1.0);
+    assert!((world.body(id).unwrap().linear_velocity().y - 1.0).abs() < 1e-5);
+    // A push off center: dω = I⁻¹ r × J with I = m a²/6 = 1/3.
+    world.body_mut(id).unwrap().set_lasting_force([0.0; 3]).unwrap();
+    let p = world.body(id).unwrap().position() + vec3(0.5, 0.0, 0.0);
+    world.body_mut(id).unwrap().apply_impulse_at([0.0, 0.0, 1.0], p).unwrap();
+    let w = world.body(id).unwrap().angular_velocity();
+    assert!((w - vec3(0.0, -1.5, 0.0)).length() < 1e-5, "{w:?}");
+    assert!(world.body_mut(id).unwrap().apply_impulse([f32::NAN, 0.0, 0.0]).is_err());
+}
+
+#[test]
+fn locked_axes_do_not_move_in_flight_or_in_contact() {
+    let mut world = World::default();
+    ground(&mut world);
+    let def = BodyDef {
+        locks: AxisLocks::PLANE_XY,
+        ..cube_at([0.0, 2.0, 0.0])
+            .with_rotation(Quat::from_axis_angle([0.0, 0.0, 1.0], 0.5))
+            .with_linear_velocity([3.0, 0.0, 0.0])
+    };
+    let id = world.add_body(def).unwrap();
+    for other in [-0.9_f32, 0.9] {
+        let ball = ShapeDef::sphere(0.4);
+        let def = BodyDef::dynamic().with_position([3.0, 0.4, other]).with_shape(ball);
+        world.add_body(def.with_linear_velocity([-3.0, 0.0, -other])).unwrap();
+    }
+    for _ in 0..180 {
+        world.step(DT);
+        let body = world.body(id).unwrap();
+        let (q, w) = (body.rotation(), body.angular_velocity());
+        // Exactly in the plane but for the rounding of a few hundred quaternion products.
+        assert!(body.position().z.abs() < 1e-5, "{:?}", body.position());
+        assert!(q.x.abs() < 1e-5 && q.y.abs() < 1e-5, "{q:?}");
+        assert!(w.x.abs() < 1e-5 && w.y.abs() < 1e-5, "{w:?}");
+    }
+}
+
+#[test]
+fn a_kinematic_platform_carries_what_stands_on_it() {
+    let mut world = World::default();
+    let shape = ShapeDef::box_half([2.0, 0.1, 2.0]);
+    let def = BodyDef::kinematic().with_shape(shape).with_linear_velocity([1.0, 0.0, 0.0]);
+    let platform = world.add_body(def).unwrap();
+    let rider = world.add_body(cube_at([0.0, 0.6, 0.0])).unwrap();
+    run(&mut world, 3.0);
+    assert!((world.body(platform).unwrap().position().x - 3.0).abs() < 1e-4);
+    let body = world.body(rider).unwrap();
+    assert!((body.linear_velocity() - vec3(1.0, 0.0, 0.0)).length() < 1e-3);
+    // Friction 0.6 brings it to speed in v/(mu g) = 0.17 s, in which it slips v²/(2 mu g) = 0.085 m.
+    let slip = 3.0 - body.position().x;
+    assert!((slip - 0.085).abs() < 0.02, "{slip}");
+}
+
+#[test]
+fn a_filter_lets_shapes_pass() {
+    let mut world = World::default();
+    ground(&mut world);
+    let ghost = ShapeDef::sphere(0.5).with_filter(Filter::layers(2, 2));
+    let id = world
+        .add_body(BodyDef::dynamic().with_position([0.0, 1.0, 0.0]).with_shape(ghost))
+        .unwrap();
+    run(&mut world, 2.0);
+    assert!(world.body(id).unwrap().position().y < -10.0);
+}
+
+#[test]
+fn rays_and_overlaps_find_what_is_there() {
+    let mut world = World::default();
+    ground(&mut world);
+    let id = world.add_body(cube_at([0.0, 2.0, 0.0])).unwrap();
+    let query = world.query();
+    let all = Filter::default();
+    let hit = query.cast_ray([0.0, 10.0, 0.0], [0.0, -20.0, 0.0], all).unwrap().unwrap();
+    assert_eq!(hit.body, id);
+    assert!((hit.fraction - 7.5 / 20.0).abs() < 1e-6 && (hit.normal - Vec3::Y).length() < 1e-6);
+    let beside = query.cast_ray([3.0, 10.0, 0.0], [0.0, -20.0, 0.0], all).unwrap().unwrap();
+    assert!(beside.body != id && beside.point.y.abs() < 1e-5);
+    assert!(query.cast_ray([0.0, 10.0, 0.0], [0.0, 5.0, 0.0], all).unwrap().is_none());
+    assert!(query.cast_ray([f32::NAN; 3], [0.0, 5.0, 0.0], all).is_err());
+    let ball = Shape::sphere(0.5);
+    let near = query.overlap_shape(&ball, Pose::at([0.9, 2.0, 0.0]), all).unwrap();
+    assert_eq!(near.len(), 1);
+    assert!(query.overlap_shape(&ball, Pose::at([1.1, 2.0, 0.0]), all).unwrap().is_empty());
+    assert_eq!(query.overlap_point([0.1, 2.1, 0.2], all).unwrap().len(), 1);
+    let bounds = Aabb::new(vec3(0.4, 1.0, -1.0), vec3(1.0, 3.0, 1.0));
+    assert_eq!(query.overlap_box(bounds, all).len(), 2, "the cube and the endless ground");
+}
+
+#[test]
+fn clones_go_on_alike() {
+    let mut world = World::default();
+    ground(&mut world);
+    for i in 0..5_u8 {
+        world.add_body(cube_at([0.3 * f32::from(i), 1.0 + 1.2 * f32::from(i), 0.1])).unwrap();
+    }
+    run(&mut world, 0.7);
+    let mut twin = world.clone().with_executor(Arc::new(Team::new(2)));
+    run(&mut world, 1.0);
+    run(&mut twin, 1.0);
+    assert_eq!(world.state_hash(), twin.state_hash());
+}
+
+/// What a careless user may do.
+#[derive(Clone, Debug)]
+enum Call {
+    AddBody(u8, [f32; 3], f32),
+    AddJoint(u8, u8),
+    Remove(u8),
+    Push(u8, [f32; 3]),
+    Pose(u8, [f32; 3]),
+    Step(u8),
+}
+
+fn call() -> impl Strategy<Value = Call> {
+    let number = prop_oneof![
+        8 => -10.0_f32..10.0,
+        1 => prop::sample::select(vec![0.0, f32::NAN, f32::INFINITY, -1.0e30, 3.0e38, 1.0e-30]),
+    ];
+    let vector = prop::array::uniform3(number.clone());
+    prop_oneof![
+        3 => (any::<u8>(), vector.clone(), number).prop_map(|(k, p, s)| Call::AddBody(k, p, s)),
+        1 => (any::<u8>(), any::<u8>()).prop_map(|(a, b)| Call::AddJoint(a, b)),
+        1 => any::<u8>().prop_map(Call::Remove),
+        1 => (any::<u8>(), vector.clone()).prop_map(|(b, v)| Call::Push(b, v)),
+        1 => (any::<u8>(), vector).prop_map(|(b, v)| Call::Pose(b, v)),
+        2 => (1_u8..20).prop_map(Call::Step),
+    ]
+}
+
+fn shape_of(kind: u8, size: f32) -> ShapeDef {
+    match kind % 6 {
+        0 => ShapeDef::sphere(size),
+        1 => ShapeDef::capsule(size, 0.3),
+        2 => ShapeDef::box_half([size, 0.4, 0.5]),
+        3 => ShapeDef::cylinder(0.4, size),
+        4 => ShapeDef::cone(size, 0.5),
+        _ => ShapeDef::half_space([0.1, 1.0, 0.0], size),
+    }
+    .with_material(Material {
+        restitution: 0.5,
+        rolling_resistance: 0.1,
+        ..Material::default()
+    })
+}
+
+proptest! {
+    #![proptest_config(proptest::test_runner::Config::with_cases(60))]
+    #[test]
+    fn no_order_of_calls_panics_or_leaves_the_numbers(calls in prop::collection::vec(call(), 1..60)) {
+        let mut world = World::default();
+        let mut ids = vec![ground(&mut world)];
+        for call in calls {
+            let pick = |k: u8| ids[usize::from(k) % ids.len()];
+            match call {
+                Call::AddBody(kind, position, size) => {
+                    let def = match kind % 3 {
+                        0 => BodyDef::fixed(),
+                        1 => BodyDef::kinematic().with_linear_velocity([0.5, 0.0, 0.0]),
+                        _ => BodyDef::dynamic(),
+                    };
+                    let shape = shape_of(kind / 3, size);
+                    if let Ok(id) = world.add_body(def.with_position(position).with_shape(shape)) {
+                        ids.push(id);
+                    }
+                }
+                Call::AddJoint(a, b) => {
+                    let _ = world.add_joint(JointDef::ball(pick(a), [0.5; 3], pick(b), [0.0; 3]));
+                }
+                Call::Remove(k) => {
+                    world.remove_body(pick(k));
+                }
+                Call::Push(k, v) => {
+                    if let Some(mut body) = world.body_mut(pick(k)) {
+                        let _ = body.apply_impulse(v);
+                        let _ = body.set_angular_velocity(v);
+                    }
+                }
+                Call::Pose(k, v) => {
+                    if let Some(mut body) = world.body_mut(pick(k)) {
+                        let _ = body.set_pose(Pose::at(v));
+                    }
+                }
+                Call::Step(n) => (0..n).for_each(|_| world.step(DT)),
+            }
+            for body in world.bodies() {
+                assert!(body.position().is_finite() && body.rotation().is_finite());
+            }
+        }
+    }
+}

@@ -1,0 +1,173 @@
+//! Motion of single bodies against closed forms.
+
+use drystone::{BodyDef, MassDef, Quat, ShapeDef, Sym3, Vec3, World, vec3};
+
+const DT: f32 = 1.0 / 60.0;
+
+#[test]
+fn a_thrown_body_follows_its_parabola_exactly() {
+    let mut world = World::default();
+    let def = BodyDef::dynamic().with_shape(ShapeDef::sphere(0.5));
+    let id = world.add_body(def.with_linear_velocity([3.0, 10.0, -2.0])).unwrap();
+    for _ in 0..120 {
+        world.step(DT);
+    }
+    // Exact but for rounding: 120 additions at up to 6 m, half an ulp (2.4e-7) each.
+    let t = 2.0;
+    let expected = vec3(3.0 * t, 10.0 * t - 0.5 * 9.81 * t * t, -2.0 * t);
+    let error = (world.body(id).unwrap().position() - expected).length();
+    assert!(error < 120.0 * 2.4e-7 * 2.0, "{error}");
+}
+
+#[test]
+fn a_tumbling_body_keeps_its_angular_momentum_and_energy() {
+    let mut world = World::default();
+    world.set_gravity([0.0; 3]).unwrap();
+    let inertia = Sym3::diagonal(vec3(1.0, 2.0, 3.0));
+    let def = BodyDef {
+        mass: MassDef::Exact { mass: 1.0, center: Vec3::ZERO, inertia },
+        ..BodyDef::dynamic().with_angular_velocity([0.01, 5.0, 0.0])
+    };
+    let id = world.add_body(def).unwrap();
+    let momentum = |world: &World| {
+        let b = world.body(id).unwrap();
+        b.inertia().mul(b.angular_velocity())
+    };
+    let (l0, e0) = (momentum(&world), world.kinetic_energy());
+    let mut flips = Vec::new();
+    let mut side = 1.0;
+    for step in 0..1200_u16 {
+        world.step(DT);
+        let b = world.body(id).unwrap();
+        let local = b.rotation().unrotate(b.angular_velocity());
+        if local.y * side < 0.0 {
+            flips.push(f32::from(step + 1) * DT);
+            side = -side;
+        }
+    }
+    // The splitting keeps L; w and q are rounded to f32 once a step: sqrt(1200) * 6e-8 * a few. Energy oscillates by (ω h)², h = 1/480 s: 1e-4.
+    assert!((momentum(&world) - l0).length() / l0.length() < 1e-5);
+    assert!((world.kinetic_energy() / e0 - 1.0).abs() < 2e-4);
+    // Times of the flips: 2.633, 7.899, 13.165, 18.431 s (elliptic integral); steps are 0.017 s.
+    assert_eq!(flips.len(), 4, "{flips:?}");
+    for (flip, exact) in flips.iter().zip([2.633, 7.899, 13.165, 18.431]) {
+        assert!((flip - exact).abs() < 0.03, "{flips:?}");
+    }
+}
+
+#[test]
+fn a_ball_bounces_back_to_its_height_times_e_squared() {
+    for e in [0.3_f32, 0.5, 0.8, 1.0] {
+        let mut world = World::default();
+        let floor = ShapeDef::half_space([0.0, 1.0, 0.0], 0.0);
+        world.add_body(BodyDef::fixed().with_shape(floor)).unwrap();
+        let ball = ShapeDef::sphere(0.5).with_restitution(e);
+        let id = world
+            .add_body(BodyDef::dynamic().with_position([0.0, 2.5, 0.0]).with_shape(ball))
+            .unwrap();
+        let (mut up, mut apex) = (false, 0.0_f32);
+        for _ in 0..120 {
+            world.step(DT);
+            let body = world.body(id).unwrap();
+            up |= body.linear_velocity().y > 0.1;
+            if up {
+                apex = apex.max(body.position().y - 0.5);
+                if body.linear_velocity().y < 0.0 {
+                    break;
+                }
+            }
+        }
+        // The apex falls between two steps: g dt²/8 = 0.3 mm; the impact is anywhere in its step.
+        let expected = 2.0 * e * e;
+        assert!((apex - expected).abs() < 0.02 * expected + 0.01, "e {e}: {apex} not {expected}");
+    }
+}
+
+#[test]
+fn a_ball_rolls_down_a_slope_with_five_sevenths_of_the_slide() {
+    let mut world = World::default();
+    let slope = 0.3_f32;
+    let turn = Quat::from_axis_angle([0.0, 0.0, 1.0], slope);
+    let floor = ShapeDef::box_half([100.0, 1.0, 20.0]);
+    let normal = turn.rotate(Vec3::Y);
+    world
+        .add_body(BodyDef::fixed().with_position(-normal).with_rotation(turn).with_shape(floor))
+        .unwrap();
+    let ball = BodyDef::dynamic().with_position(normal * 0.5).with_shape(ShapeDef::sphere(0.5));
+    let id = world.add_body(ball).unwrap();
+    for _ in 0..120 {
+        world.step(DT);
+    }
+    let (sin, _) = drystone::trig::sin_cos(slope);
+    let expected = 5.0 / 7.0 * 9.81 * sin * 2.0;
+    let speed = world.body(id).unwrap().linear_velocity().length();
+    assert!((speed / expected - 1.0).abs() < 0.01, "{speed} not {expected}");
+}
+
+#[test]
+fn rolling_resistance_stops_a_ball_and_less_of_it_does_not_hold_it_on_a_slope() {
+    let run = |resistance: f32| {
+        let mut world = World::default();
+        let floor = ShapeDef::half_space([0.0, 1.0, 0.0], 0.0);
+        world.add_body(BodyDef::fixed().with_shape(floor)).unwrap();
+        let mut ball = ShapeDef::sphere(0.5);
+        ball.material.rolling_resistance = resistance;
+        let def = BodyDef::dynamic().with_position([0.0, 0.5, 0.0]).with_shape(ball);
+        let def = def.with_linear_velocity([2.0, 0.0, 0.0]).with_angular_velocity([0.0, 0.0, -4.0]);
+        let id = world.add_body(def).unwrap();
+        for _ in 0..300 {
+            world.step(DT);
+        }
+        world.body(id).unwrap().position().x
+    };
+    // Torque k m g r on a rolling ball: a = (5/7) k g, so it stops after v²/(2 a).
+    let expected = 4.0 / (2.0 * 5.0 / 7.0 * 0.1 * 9.81);
+    let x = run(0.1);
+    assert!((x / expected - 1.0).abs() < 0.03, "{x} not {expected}");
+    assert!((run(0.0) - 10.0).abs() < 0.05, "without it the ball rolls on");
+}
+
+#[test]
+fn a_collision_keeps_momentum_whatever_the_masses() {
+    for ratio in [1.0_f32, 10.0, 1000.0] {
+        let mut world = World::default();
+        world.set_gravity([0.0; 3]).unwrap();
+        let ball = |x: f32, v: f32, mass: f32| {
+            BodyDef::dynamic()
+                .with_position([x, 0.0, 0.0])
+                .with_linear_velocity([v, 0.0, 0.0])
+                .with_shape(ShapeDef::sphere(0.5).with_restitution(1.0))
+                .with_mass(mass)
+        };
+        let a = world.add_body(ball(-1.0, 3.0, 1.0)).unwrap();
+        let b = world.add_body(ball(1.0, -1.0, ratio)).unwrap();
+        for _ in 0..60 {
+            world.step(DT);
+        }
+        let (va, vb) = (
+            world.body(a).unwrap().linear_velocity().x,
+            world.body(b).unwrap().linear_velocity().x,
+        );
+        let total = 3.0 - ratio;
+        let relative = 4.0;
+        // Elastic: the relative speed turns round, the total stays.
+        assert!((vb - va - relative).abs() < 1e-3 * relative, "{ratio}: {va} {vb}");
+        assert!((va + ratio * vb - total).abs() < 1e-4 * (3.0 + ratio), "{ratio}: {va} {vb}");
+    }
+}
+
+#[test]
+fn damping_decays_exponentially() {
+    let mut world = World::default();
+    world.set_gravity([0.0; 3]).unwrap();
+    let def = BodyDef {
+        linear_damping: 0.5,
+        ..BodyDef::dynamic().with_shape(ShapeDef::sphere(0.5)).with_linear_velocity([1.0, 0.0, 0.0])
+    };
+    let id = world.add_body(def).unwrap();
+    for _ in 0..120 {
+        world.step(DT);
+    }
+    let v = world.body(id).unwrap().linear_velocity().x;
+    assert!((v - drystone::trig::exp(-1.0)).abs() < 1e-4, "{v}");
+}
