@@ -127,7 +127,7 @@ impl Contacts {
                 };
                 separation > most
                     && other.refused.is_none()
-                    && other.deepest <= separation + self.limits.doubt
+                    && other.deepest <= separation + self.limits.bias
                     && separation + reach(other.corners) - reach(patch.corners) > most
             })
     }

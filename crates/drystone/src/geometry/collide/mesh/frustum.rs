@@ -362,7 +362,8 @@ fn at_line(
     if (gap - normal * normal.dot(gap)).length() > slack + 0.01 * separation.abs() {
         return false;
     }
+    let axis = contacts::Axis { normal, separation: separation - body.radius };
     let separation = normal.dot(gap) - body.radius;
-    along_edge(triangle, part, normal, (ends, p), (separation, body.radius), contacts);
+    along_edge(triangle, part, axis, (ends, p), (separation, body.radius), contacts);
     true
 }

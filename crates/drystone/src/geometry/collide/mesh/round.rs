@@ -83,7 +83,8 @@ pub(super) fn capsule(
             && normal.dot(triangle.normal) < UPRIGHT
         {
             if triangle.allows(part, normal) {
-                along_edge(triangle, part, normal, (ends, core), (separation, radius), contacts);
+                let axis = Axis { normal, separation };
+                along_edge(triangle, part, axis, (ends, core), (separation, radius), contacts);
                 return;
             }
             let center = ends[0].lerp(ends[1], 0.5);
@@ -144,13 +145,13 @@ fn closest_to_segment(triangle: &Triangle, ends: [Vec3; 2]) -> (Vec3, Vec3, Part
 pub(super) fn along_edge(
     triangle: &Triangle,
     part: Part,
-    normal: Vec3,
+    axis: Axis,
     (ends, core): ([Vec3; 2], Vec3),
     (separation, radius): (f32, f32),
     contacts: &mut Contacts,
 ) {
+    let normal = axis.normal;
     let class = direction_class(normal);
-    let axis = Axis { normal, separation };
     if let Part::Edge(k) = part {
         let [a, b] = triangle.edge(k);
         let (along, edge) = (ends[1] - ends[0], b - a);
