@@ -116,7 +116,8 @@ impl Contacts {
     /// True if the normal of another patch shows that triangle and solid are hardly as deep in each
     /// other as `patch` says: a triangle can allow only what its own edges tell, and one that meets
     /// the surface which carries the solid in no more than a corner would push it out through that
-    /// surface. What carries is less deep itself, so the least deep patch always stays.
+    /// surface. What carries is less deep itself, so the least deep patch always stays, and its
+    /// points reach as deep as its normal says: else it holds another part of the solid.
     fn is_carried_by_another(&self, patch: &Patch) -> bool {
         let most = patch.axis.separation + self.limits.doubt;
         most < 0.0
@@ -127,7 +128,7 @@ impl Contacts {
                 };
                 separation > most
                     && other.refused.is_none()
-                    && other.deepest <= separation + self.limits.bias
+                    && other.deepest <= separation + self.limits.doubt
                     && separation + reach(other.corners) - reach(patch.corners) > most
             })
     }
