@@ -115,6 +115,7 @@ fn limits(b: &Solid, margin: f32) -> Limits {
         merge: 1.0e-3 * size + 1.0e-6,
         bias: 5.0e-4 * size,
         // The gap over an edge that counts as flat is that turn times the height of the core.
+        doubt: 2.0e-2 * size,
         slack: 1.0e-4 * size + 5.0e-3 * (b.radius + margin),
     }
 }

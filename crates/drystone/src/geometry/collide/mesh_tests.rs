@@ -289,6 +289,48 @@ fn a_solid_beside_a_step_is_pushed_away_from_it_not_down_or_up() {
     }
 }
 
+/// Like [`step`], in squares of 1 m: half of the triangles of its wall meet the top in a corner only.
+fn step_in_squares() -> Mesh {
+    let mut v = Vec::new();
+    let mut t = Vec::new();
+    for z in -3..3 {
+        let [z, w] = [z as f32, (z + 1) as f32];
+        let line = [(-1.0, 0.0), (0.0, 0.0), (0.0, -1.0), (1.0, -1.0)];
+        for ends in line.windows(2) {
+            let n = v.len() as u32;
+            v.extend([(0, z), (0, w), (1, w), (1, z)].map(|(i, z)| vec3(ends[i].0, ends[i].1, z)));
+            t.extend([[n, n + 1, n + 2], [n, n + 2, n + 3]]);
+        }
+    }
+    Mesh::new(v, t).unwrap()
+}
+
+#[test]
+fn a_box_on_a_ledge_is_not_pushed_by_the_wall_below_it() {
+    let mesh = step_in_squares();
+    let solid = cuboid(0.35, 0.3, 0.4);
+    for yaw in [0.0, 0.1, 0.4, 0.9] {
+        for tilt in [-0.03, 0.0, 0.02] {
+            let rotation = Quat::from_axis_angle(Vec3::Y, yaw)
+                * Quat::from_axis_angle(vec3(0.6, 0.0, 0.8), tilt);
+            let Core::Hull(hull) = &solid.core else { unreachable!() };
+            let low = hull.vertices().iter().map(|v| rotation.rotate(*v).y).fold(9.0, f32::min);
+            for gap in [0.0002, 0.0, -0.002, -0.01] {
+                for i in 0..60 {
+                    let x = 0.005 * i as f32 - 0.2;
+                    for z in [-0.3, -0.1, 0.0, 0.225, 0.5] {
+                        let pose = Pose::new(vec3(x, gap - low, z), rotation);
+                        for m in collide(&mesh, &solid, &pose) {
+                            let deep = m.points[0].separation;
+                            assert!(deep > gap - 0.009, "{pose:?} {m:#?}");
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
 #[test]
 fn the_order_of_triangles_and_vertices_only_renames_features() {
     let mesh = grid(6, 2.0, false, |x, z| 0.3 * x * x - 0.2 * z * z);

@@ -19,17 +19,28 @@ pub(super) struct Limits {
     pub(super) bias: f32,
     /// A point may lie this far beside a triangle [m]: seams have no width.
     pub(super) slack: f32,
+    /// A contact this much deeper than triangle and solid overlap is wrong [m].
+    pub(super) doubt: f32,
+}
+
+/// Along what a triangle and the solid are apart.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Axis {
+    pub(super) normal: Vec3,
+    /// Along the normal, over all of triangle and solid [m].
+    pub(super) separation: f32,
 }
 
 /// What one triangle contributes: some points with one normal.
 #[derive(Clone, Copy, Debug)]
 struct Patch {
-    normal: Vec3,
+    axis: Axis,
     /// A normal that needs less depth and that this triangle does not allow, but another that
     /// shares the corner may.
     refused: Option<Vec3>,
     deepest: f32,
     triangle: u32,
+    corners: [Vec3; 3],
     first: usize,
     end: usize,
 }
@@ -54,18 +65,18 @@ impl Contacts {
     pub(super) fn add(
         &mut self,
         triangle: &Triangle,
-        normal: Vec3,
+        axis: Axis,
         points: impl IntoIterator<Item = ManifoldPoint>,
     ) -> bool {
-        self.add_instead(triangle, normal, None, points)
+        self.add_instead(triangle, axis, None, points)
     }
 
-    /// Like [`Self::add`], for a contact that stands in for one with the normal `refused`: it is
-    /// dropped if another triangle has that one.
+    /// Like [`Self::add`], for a contact that stands in for one along `refused`: it is dropped if
+    /// another triangle has that normal.
     pub(super) fn add_instead(
         &mut self,
         triangle: &Triangle,
-        normal: Vec3,
+        axis: Axis,
         refused: Option<Vec3>,
         points: impl IntoIterator<Item = ManifoldPoint>,
     ) -> bool {
@@ -80,10 +91,11 @@ impl Contacts {
         let end = self.points.len();
         if end > first {
             self.patches.push(Patch {
-                normal,
+                axis,
                 refused,
                 deepest,
                 triangle: triangle.number,
+                corners: triangle.corners,
                 first,
                 end,
             });
@@ -99,6 +111,26 @@ impl Contacts {
             let (at, feature) = (point.position, point.feature);
             self.spare = Some(Manifold::single(normal, at, point.separation, feature));
         }
+    }
+
+    /// True if the normal of another patch shows that triangle and solid are hardly as deep in each
+    /// other as `patch` says: a triangle can allow only what its own edges tell, and one that meets
+    /// the surface which carries the solid in no more than a corner would push it out through that
+    /// surface. What carries is less deep itself, so the least deep patch always stays, and its
+    /// points reach as deep as its normal says: else it holds another part of the solid.
+    fn is_carried_by_another(&self, patch: &Patch) -> bool {
+        let most = patch.axis.separation + self.limits.doubt;
+        most < 0.0
+            && self.patches.iter().any(|other| {
+                let Axis { normal, separation } = other.axis;
+                let reach = |corners: [Vec3; 3]| {
+                    corners.map(|c| normal.dot(c)).into_iter().fold(f32::NEG_INFINITY, greater)
+                };
+                separation > most
+                    && other.refused.is_none()
+                    && other.deepest <= separation + self.limits.doubt
+                    && separation + reach(other.corners) - reach(patch.corners) > most
+            })
     }
 
     /// Writes the manifolds, the one with the deepest point first.
@@ -121,12 +153,14 @@ impl Contacts {
         let mut count = 0;
         for patch in &self.patches {
             let near = |normal: Vec3, n: usize| {
-                leads[..n].iter().flatten().position(|lead| lead.normal.dot(normal) > SAME_NORMAL)
+                leads[..n].iter().flatten().position(|lead| lead.axis.normal.dot(normal) > SAME_NORMAL)
             };
-            if patch.refused.is_some_and(|normal| near(normal, proper).is_some()) {
+            if patch.refused.is_some_and(|normal| near(normal, proper).is_some())
+                || self.is_carried_by_another(patch)
+            {
                 continue;
             }
-            let at = match near(patch.normal, count) {
+            let at = match near(patch.axis.normal, count) {
                 Some(at) => at,
                 None if count < MAX_PARTS => {
                     leads[count] = Some(*patch);
@@ -150,7 +184,7 @@ impl Contacts {
         parts.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
         for (slot, (_, at)) in out.iter_mut().zip(&parts[..count]) {
             if let Some(lead) = &leads[*at] {
-                *slot = select(lead.normal, &members[*at], &self.limits);
+                *slot = select(lead.axis.normal, &members[*at], &self.limits);
             }
         }
         count

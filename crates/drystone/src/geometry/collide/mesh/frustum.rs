@@ -2,7 +2,7 @@
 //! discs become polygons only to place points.
 
 use super::clip::Clipper;
-use super::contacts::{Contacts, direction_class, mix};
+use super::contacts::{self, Contacts, direction_class, mix};
 use super::hull::{add_clipped_triangle, push_corners};
 use super::round::{along_edge, point};
 use super::triangle::{Part, Triangle, closest_on_segments};
@@ -227,9 +227,10 @@ pub(super) fn frustum(
         }
         _ => false,
     };
+    let face = contacts::Axis { normal: triangle.normal, separation: over - body.radius };
     let instead = if best.is_none() { refused.map(|r| r.normal) } else { None };
     if !done
-        && !on_triangle(triangle, body, instead, contacts, clipper)
+        && !on_triangle(triangle, body, (face, instead), contacts, clipper)
         && let Some(b) = best
     {
         let lowest = body.support(-b.normal);
@@ -271,7 +272,7 @@ fn best_over_edge(triangle: &Triangle, k: usize, body: &PlacedFrustum) -> (Vec3,
 fn on_triangle(
     triangle: &Triangle,
     body: &PlacedFrustum,
-    refused: Option<Vec3>,
+    (axis, refused): (contacts::Axis, Option<Vec3>),
     contacts: &mut Contacts,
     clipper: &mut Clipper,
 ) -> bool {
@@ -291,7 +292,7 @@ fn on_triangle(
         let separation = triangle.height(c.position) - body.radius;
         point(c.position, normal, separation, body.radius, c.feature)
     });
-    contacts.add_instead(triangle, normal, refused, points)
+    contacts.add_instead(triangle, axis, refused, points)
 }
 
 /// The normal is that of a cap, which an edge or a corner of the triangle touches.
@@ -338,7 +339,8 @@ fn edge_on_cap(
             c.feature,
         )
     });
-    contacts.add(triangle, normal, points)
+    let separation = -body.reach(-normal) - normal.dot(edge[0]) - body.radius;
+    contacts.add(triangle, contacts::Axis { normal, separation }, points)
 }
 
 /// The side touches an edge or a corner; false if the axis separates them but no points near each
@@ -360,7 +362,8 @@ fn at_line(
     if (gap - normal * normal.dot(gap)).length() > slack + 0.01 * separation.abs() {
         return false;
     }
+    let axis = contacts::Axis { normal, separation: separation - body.radius };
     let separation = normal.dot(gap) - body.radius;
-    along_edge(triangle, part, normal, (ends, p), (separation, body.radius), contacts);
+    along_edge(triangle, part, axis, (ends, p), (separation, body.radius), contacts);
     true
 }

@@ -2,7 +2,7 @@
 //! have left out.
 
 use super::clip::Clipper;
-use super::contacts::{Contacts, direction_class, mix};
+use super::contacts::{self, Contacts, direction_class, mix};
 use super::round::point;
 use super::triangle::{Part, Triangle, closest_on_segments};
 use crate::base::math::{Vec3, lesser};
@@ -134,16 +134,20 @@ pub(super) fn hull(
     {
         return;
     }
+    let face_axis = contacts::Axis { normal: triangle.normal, separation: over - hull.radius };
     match best {
         Some(Best { axis: Axis::Face(face), .. }) => {
             on_hull_face(triangle, hull, face, contacts, clipper);
         }
-        Some(Best { axis: Axis::Edges(k, edge), normal, separation, .. }) => {
-            if !on_edges(triangle, (k, edge), hull, (normal, separation), contacts) {
-                on_triangle(triangle, hull, None, contacts, clipper);
+        Some(found @ Best { axis: Axis::Edges(k, edge), .. }) => {
+            if !on_edges(triangle, (k, edge), hull, &found, contacts) {
+                on_triangle(triangle, hull, (face_axis, None), contacts, clipper);
             }
         }
-        None => on_triangle(triangle, hull, refused.map(|r| r.normal), contacts, clipper),
+        None => {
+            let refused = refused.map(|r| r.normal);
+            on_triangle(triangle, hull, (face_axis, refused), contacts, clipper);
+        }
     }
 }
 
@@ -208,7 +212,7 @@ fn best_edge(
 fn on_triangle(
     triangle: &Triangle,
     hull: &PlacedHull<'_>,
-    refused: Option<Vec3>,
+    (axis, refused): (contacts::Axis, Option<Vec3>),
     contacts: &mut Contacts,
     clipper: &mut Clipper,
 ) {
@@ -231,7 +235,7 @@ fn on_triangle(
         let separation = triangle.height(c.position) - hull.radius;
         point(c.position, normal, separation, hull.radius, c.feature)
     });
-    contacts.add_instead(triangle, normal, refused, points);
+    contacts.add_instead(triangle, axis, refused, points);
 }
 
 /// The normal is that of a face of the polytope, which an edge or a corner of the triangle touches.
@@ -277,7 +281,9 @@ pub(super) fn add_clipped_triangle(
         let position = c.position - plane.normal * (0.5 * separation);
         ManifoldPoint { position, separation, feature: c.feature }
     });
-    contacts.add(triangle, -plane.normal, points);
+    let separation =
+        triangle.corners.iter().map(|c| plane.distance(*c)).fold(f32::INFINITY, lesser) - radius;
+    contacts.add(triangle, contacts::Axis { normal: -plane.normal, separation }, points);
 }
 
 /// Two edges touch; false if the axis separates them but no points near each other lie along it.
@@ -285,7 +291,7 @@ fn on_edges(
     triangle: &Triangle,
     (k, edge): (usize, usize),
     hull: &PlacedHull<'_>,
-    (normal, separation): (Vec3, f32),
+    &Best { normal, separation, .. }: &Best,
     contacts: &mut Contacts,
 ) -> bool {
     let (ends, side) = (hull.ends(edge), triangle.edge(k));
@@ -299,6 +305,7 @@ fn on_edges(
     let number = u32::try_from(edge).unwrap_or(0);
     let feature = mix(number.wrapping_add(7), a.min(b), a.max(b));
     let found = point(p, normal, separation - hull.radius, hull.radius, feature);
-    contacts.add(triangle, normal, [found]);
+    let separation = separation - hull.radius;
+    contacts.add(triangle, contacts::Axis { normal, separation }, [found]);
     true
 }

@@ -1,9 +1,9 @@
 //! Spheres and capsules against one triangle, in closed form.
 
 use super::clip::Clipper;
-use super::contacts::{Contacts, direction_class, mix};
+use super::contacts::{Axis, Contacts, direction_class, mix};
 use super::triangle::{Part, Triangle, closest_on_segments};
-use crate::base::math::Vec3;
+use crate::base::math::{Vec3, lesser};
 use crate::geometry::manifold::ManifoldPoint;
 
 /// A normal this near to the face's (cosine of 0.8°) is the face's.
@@ -39,7 +39,7 @@ pub(super) fn sphere(triangle: &Triangle, center: Vec3, radius: f32, contacts: &
     {
         if triangle.allows(part, normal) {
             let p = point(center, normal, separation, radius, feature(normal));
-            contacts.add(triangle, normal, [p]);
+            contacts.add(triangle, Axis { normal, separation }, [p]);
             return;
         }
         if triangle.outside(center) > contacts.limits.slack {
@@ -48,8 +48,9 @@ pub(super) fn sphere(triangle: &Triangle, center: Vec3, radius: f32, contacts: &
         }
     }
     let normal = triangle.normal;
-    let p = point(center, normal, triangle.height(center) - radius, radius, feature(normal));
-    contacts.add(triangle, normal, [p]);
+    let separation = triangle.height(center) - radius;
+    let p = point(center, normal, separation, radius, feature(normal));
+    contacts.add(triangle, Axis { normal, separation }, [p]);
 }
 
 /// A capsule with its core from `ends[0]` to `ends[1]`.
@@ -82,7 +83,8 @@ pub(super) fn capsule(
             && normal.dot(triangle.normal) < UPRIGHT
         {
             if triangle.allows(part, normal) {
-                along_edge(triangle, part, normal, (ends, core), (separation, radius), contacts);
+                let axis = Axis { normal, separation };
+                along_edge(triangle, part, axis, (ends, core), (separation, radius), contacts);
                 return;
             }
             let center = ends[0].lerp(ends[1], 0.5);
@@ -105,7 +107,8 @@ pub(super) fn capsule(
         .points
         .iter()
         .map(|c| point(c.position, normal, over(c.position), radius, c.feature));
-    contacts.add_instead(triangle, normal, refused, points);
+    let axis = Axis { normal, separation: lesser(heights[0], heights[1]) - radius };
+    contacts.add_instead(triangle, axis, refused, points);
 }
 
 /// The nearest points of segment and triangle, which do not cross, and the part of the triangle.
@@ -142,11 +145,12 @@ fn closest_to_segment(triangle: &Triangle, ends: [Vec3; 2]) -> (Vec3, Vec3, Part
 pub(super) fn along_edge(
     triangle: &Triangle,
     part: Part,
-    normal: Vec3,
+    axis: Axis,
     (ends, core): ([Vec3; 2], Vec3),
     (separation, radius): (f32, f32),
     contacts: &mut Contacts,
 ) {
+    let normal = axis.normal;
     let class = direction_class(normal);
     if let Part::Edge(k) = part {
         let [a, b] = triangle.edge(k);
@@ -167,9 +171,9 @@ pub(super) fn along_edge(
                 };
                 point(p, normal, normal.dot(p - a) - radius, radius, mix(3, class, end))
             });
-            contacts.add(triangle, normal, pair);
+            contacts.add(triangle, axis, pair);
             return;
         }
     }
-    contacts.add(triangle, normal, [point(core, normal, separation, radius, mix(4, class, 0))]);
+    contacts.add(triangle, axis, [point(core, normal, separation, radius, mix(4, class, 0))]);
 }
