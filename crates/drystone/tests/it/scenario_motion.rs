@@ -26,7 +26,7 @@ fn a_tumbling_body_keeps_its_angular_momentum_and_energy() {
     let inertia = Sym3::diagonal(vec3(1.0, 2.0, 3.0));
     let def = BodyDef {
         mass: MassDef::Exact { mass: 1.0, center: Vec3::ZERO, inertia },
-        ..BodyDef::dynamic().with_angular_velocity([0.01, 5.0, 0.0])
+        ..BodyDef::dynamic().with_angular_velocity([0.1, 10.0, 0.0])
     };
     let id = world.add_body(def).unwrap();
     let momentum = |world: &World| {
@@ -45,13 +45,17 @@ fn a_tumbling_body_keeps_its_angular_momentum_and_energy() {
             side = -side;
         }
     }
-    // The splitting keeps L; w and q are rounded to f32 once a step: sqrt(1200) * 6e-8 * a few. Energy oscillates by (ω h)², h = 1/480 s: 1e-4.
+    // The splitting keeps L; w and q are rounded to f32 once a step: sqrt(1200) * 6e-8 * a few.
     let drift = (momentum(&world) - l0).length() / l0.length();
     assert!(drift < 1e-5, "{drift}");
-    assert!((world.kinetic_energy() / e0 - 1.0).abs() < 2e-4);
-    // Times of the flips: 2.633, 7.899, 13.165, 18.431 s (elliptic integral); steps are 0.017 s.
-    assert_eq!(flips.len(), 4, "{flips:?}");
-    for (flip, exact) in flips.iter().zip([2.633, 7.899, 13.165, 18.431]) {
+    // Energy oscillates by (ω h)² = 4e-4 and does not drift.
+    assert!((world.kinetic_energy() / e0 - 1.0).abs() < 4e-4);
+    // The axis flips at K/p = 1.0377 s and every 2K/p = 2.07546 s (elliptic integral K). Seen at the end of
+    // a step, 17 ms; the splitting's period is off by (ω h)² of itself, 8 ms in 20 s;
+    // f32 rounding of the energy by 1e-6 shifts a flip by 1.5 ms, 5 ms at random over ten.
+    assert_eq!(flips.len(), 10, "{flips:?}");
+    for (k, flip) in (0_u8..).zip(&flips) {
+        let exact = 1.0377 + 2.07546 * f32::from(k);
         assert!((flip - exact).abs() < 0.03, "{flips:?}");
     }
 }

@@ -153,7 +153,10 @@ impl Contacts {
         let mut count = 0;
         for patch in &self.patches {
             let near = |normal: Vec3, n: usize| {
-                leads[..n].iter().flatten().position(|lead| lead.axis.normal.dot(normal) > SAME_NORMAL)
+                leads[..n]
+                    .iter()
+                    .flatten()
+                    .position(|lead| lead.axis.normal.dot(normal) > SAME_NORMAL)
             };
             if patch.refused.is_some_and(|normal| near(normal, proper).is_some())
                 || self.is_carried_by_another(patch)
