@@ -1,4 +1,5 @@
 //! All integration tests, one binary.
+#![expect(clippy::unwrap_used, reason = "helpers of tests outside test functions")]
 
 mod contract_world;
 mod property_hull;
