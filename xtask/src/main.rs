@@ -11,6 +11,7 @@ const USAGE: &str = "usage: cargo xtask COMMAND
 
   ci [STAGE…]                     everything a change must pass, cheapest first (or only the named stages)
   tidy                            layers, stage order, reference keys, doc paths, file sizes
+  determinism                     300 steps of every scene by 1 to 4 threads and every SIMD level (minutes)
   golden [--release]              run the scenes of golden.txt and compare their hashes
   golden [--release] --bless WHY  write the new hashes, and old, new and WHY into CHANGELOG.md";
 
@@ -23,6 +24,7 @@ fn main() -> ExitCode {
     let outcome = match words.as_slice() {
         ["ci", stages @ ..] => ci::run(stages),
         ["tidy"] => tidy::run(),
+        ["determinism"] => determinism(),
         ["golden", options @ ..] => golden::Options::parse(options).and_then(|o| golden::run(&o)),
         _ => {
             eprintln!("{USAGE}");
@@ -36,6 +38,19 @@ fn main() -> ExitCode {
             ExitCode::FAILURE
         }
     }
+}
+
+/// The long form of the determinism test, too heavy for every change.
+fn determinism() -> Outcome {
+    let test = "three_hundred_steps_of_every_scene_give_the_same_bits";
+    run_to_end(
+        cargo().args(["test", "--release", "--package", "drystone-scene", "--test", "it"]).args([
+            "--",
+            "--ignored",
+            "--nocapture",
+            test,
+        ]),
+    )
 }
 
 /// The repository's root. Read when run, not when built: a target folder may serve two checkouts.
