@@ -127,9 +127,7 @@ fn check(name: &str, failures: &mut Vec<String>) {
                 for (body, limits) in value.as_object().unwrap() {
                     let b = run.body(body);
                     let apex = first_apex(run.path.iter().map(|f| f[b].0.y));
-                    // A body at rest sinks in by some 20 micrometers, the file's lower limit is the
-                    // ideal height.
-                    let low = number(&limits[0]) - 1e-4;
+                    let low = number(&limits[0]);
                     range(&format!("{body} apex"), apex, low, number(&limits[1]));
                 }
             }

@@ -14,24 +14,11 @@ mod tests;
 use self::convex::Convex;
 pub(crate) use self::mesh::collide_mesh;
 use super::clip::flip;
-use super::manifold::Manifold;
+use super::manifold::{Manifold, PairCache};
 use super::sat;
 use super::solid::{Core, Solid};
 use crate::base::math::Vec3;
 use crate::base::pose::Pose;
-
-/// What a pair remembers from its last test, to begin the next one there. Any value is valid: it
-/// only changes how long the test takes.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct PairCache {
-    /// Which kind of axis separated the pair or carried the contact; 0 = nothing known.
-    pub(crate) kind: u8,
-    /// Feature numbers of A and B of that axis.
-    pub(crate) a: u16,
-    pub(crate) b: u16,
-    /// For axes that are not features: the axis [frame of A].
-    pub(crate) axis: Vec3,
-}
 
 /// Most manifolds of one pair with a mesh.
 pub(crate) const MAX_PARTS: usize = 4;

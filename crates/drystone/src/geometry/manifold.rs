@@ -48,3 +48,16 @@ impl Manifold {
         m
     }
 }
+
+/// What a pair remembers from its last test, to begin the next one there. Any value is valid: it
+/// only changes how long the test takes.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct PairCache {
+    /// Which kind of axis separated the pair or carried the contact; 0 = nothing known.
+    pub(crate) kind: u8,
+    /// Feature numbers of A and B of that axis.
+    pub(crate) a: u16,
+    pub(crate) b: u16,
+    /// For axes that are not features: the axis [frame of A].
+    pub(crate) axis: Vec3,
+}

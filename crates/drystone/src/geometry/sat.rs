@@ -4,10 +4,10 @@
 //! position of B in the frame of A.
 
 use super::clip::{Polygon, Reference, clip, closest_of_segments, flip};
-use super::collide::PairCache;
 use super::gjk;
 use super::hull::{HalfEdge, Polytope};
 use super::manifold::Manifold;
+use super::manifold::PairCache;
 use crate::base::math::{Mat3, Vec3, greater, lesser};
 use crate::base::pose::Pose;
 

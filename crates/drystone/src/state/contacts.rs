@@ -6,7 +6,7 @@ use super::colors::Place;
 use crate::base::math::Vec3;
 use crate::base::pair_set::{PairSet, pair_key};
 use crate::base::quat::Quat;
-use crate::geometry::collide::PairCache;
+use crate::geometry::manifold::PairCache;
 
 /// A point of a contact.
 #[derive(Clone, Copy, Debug, Default)]

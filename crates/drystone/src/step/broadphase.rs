@@ -6,7 +6,8 @@
 use crate::base::jobs::{Executor, collect_ranges, grain};
 use crate::base::math::Vec3;
 use crate::base::pair_set::pair_key;
-use crate::geometry::collide::{MAX_PARTS, PairCache};
+use crate::geometry::collide::MAX_PARTS;
+use crate::geometry::manifold::PairCache;
 use crate::state::bodies::{Bodies, NONE};
 use crate::state::bounds::Bounds;
 use crate::state::colors::Place;

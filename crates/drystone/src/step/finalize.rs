@@ -77,18 +77,27 @@ pub(crate) fn advance_poses(
     }
 }
 
+/// How far a body moves in a step [m], but no farther than its size: contacts are not looked for
+/// beyond that (narrowphase), only rays are cast (sweep).
+fn reach(body: &Body, ctx: &StepContext) -> Vec3 {
+    let step = body.v * ctx.dt;
+    let length = step.length();
+    let most = if body.extent > 0.0 { body.extent } else { length };
+    if length > most { step * (most / length) } else { step }
+}
+
 /// The box that a shape needs: its own with the contact margin, reaching as far as it moves in a step.
 pub(crate) fn shape_box(shapes: &Shapes, shape: u32, body: &Body, ctx: &StepContext) -> Aabb {
     let row = shapes.at(shape);
     let pose = Pose { position: body.center, rotation: body.rotation }.compose(&row.centered);
     let tight = row.solid.aabb(&pose).grown(0.5 * ctx.margin);
-    let step = body.v * ctx.dt;
+    let step = reach(body, ctx);
     tight.union(&Aabb::new(tight.min + step, tight.max + step))
 }
 
 /// That box with room to move, so that the tree is not changed every step.
 pub(crate) fn fat_box(fits: &Aabb, body: &Body, ctx: &StepContext) -> Aabb {
-    let step = body.v * (2.0 * ctx.dt);
+    let step = reach(body, ctx);
     let room = ctx.margin + (0.1 * body.extent).min(0.1);
     fits.union(&Aabb::new(fits.min + step, fits.max + step)).grown(room)
 }
