@@ -82,6 +82,8 @@ pub(crate) struct Contact {
     pub(crate) twist_impulse: f32,
     pub(crate) rolling_impulse: Vec3,
     pub(crate) reference: Reference,
+    /// Without points: how far apart the shapes were at the reference, at least [m].
+    pub(crate) gap: f32,
     pub(crate) cache: PairCache,
 }
 

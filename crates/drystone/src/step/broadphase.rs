@@ -146,6 +146,7 @@ fn create(a: u32, b: u32, bodies: &mut Bodies, shapes: &Shapes, contacts: &mut C
         twist_impulse: 0.0,
         rolling_impulse: Vec3::ZERO,
         reference: Reference::default(),
+        gap: 0.0,
         cache: PairCache::default(),
     };
     let parts = if shape_a.is_mesh() { MAX_PARTS } else { 1 };

@@ -10,6 +10,7 @@ use crate::base::disjoint::Rows;
 use crate::base::jobs::{Executor, collect_ranges, grain};
 use crate::base::math::Vec3;
 use crate::base::pose::Pose;
+use crate::base::quat::Quat;
 use crate::geometry::collide::{MAX_PARTS, collide, collide_mesh};
 use crate::geometry::manifold::Manifold;
 use crate::geometry::solid::Core;
@@ -70,12 +71,16 @@ fn update(
     slots: &Rows<'_, Option<Contact>>,
     out: &mut Vec<Change>,
 ) {
+    let (a, b) = (bodies.at(contact.body_a), bodies.at(contact.body_b));
+    let margin = if contact.sensor { 0.0 } else { speculative_margin(ctx, a, b) };
+    if contact.count == 0 && contact.gap > margin && moved(contact, a, b) < contact.gap - margin {
+        return;
+    }
     let (shape_a, shape_b) = (shapes.at(contact.shape_a), shapes.at(contact.shape_b));
     if !shape_a.fat.overlaps(&shape_b.fat) {
         out.push(Change::Apart(row));
         return;
     }
-    let (a, b) = (bodies.at(contact.body_a), bodies.at(contact.body_b));
     if contact.recyclable && may_recycle(ctx, contact, a, b) && recycle(ctx, contact, a, b, slots) {
         return;
     }
@@ -85,7 +90,6 @@ fn update(
     // In the frame of A, so that far from the world's origin nothing is lost.
     let (pose_a, pose_b) = (pose(a, &shape_a.centered), pose(b, &shape_b.centered));
     let b_in_a = pose_a.relative(&pose_b);
-    let margin = if contact.sensor { 0.0 } else { speculative_margin(ctx, a, b) };
     let mut made = [Manifold::default(); MAX_PARTS];
     let count = if let Core::Mesh(mesh) = &shape_a.solid.core {
         collide_mesh(mesh, &shape_b.solid, &b_in_a, margin, &mut made)
@@ -116,6 +120,33 @@ fn speculative_margin(ctx: &StepContext, a: &Body, b: &Body) -> f32 {
     ctx.margin.max((1.1 * speed * ctx.dt).min(size(a).min(size(b))))
 }
 
+/// How far a point of one of the bodies may have come nearer to the other since the reference [m]: the
+/// motion of the smaller one in the frame of the larger or unpushable one.
+fn moved(contact: &Contact, a: &Body, b: &Body) -> f32 {
+    let r = &contact.reference;
+    let seen_from_a = !a.is_dynamic() || (b.is_dynamic() && b.extent <= a.extent);
+    let (offset, before, extent) = if seen_from_a {
+        let offset = a.rotation.unrotate(b.center - a.center) - r.rotation_a.unrotate(r.offset);
+        (offset, r.rotation_a.conjugate() * r.rotation_b, b.extent)
+    } else {
+        let offset = b.rotation.unrotate(a.center - b.center) - r.rotation_b.unrotate(-r.offset);
+        (offset, r.rotation_b.conjugate() * r.rotation_a, a.extent)
+    };
+    let now = if seen_from_a {
+        a.rotation.conjugate() * b.rotation
+    } else {
+        b.rotation.conjugate() * a.rotation
+    };
+    offset.length() + chord(&now, &before) * extent
+}
+
+/// Twice the chord of two unit quaternions: the angle between the rotations where that is small, and no
+/// less than the chord that a point at unit distance travels.
+fn chord(q: &Quat, q0: &Quat) -> f32 {
+    let d = [q.x - q0.x, q.y - q0.y, q.z - q0.z, q.w - q0.w];
+    2.0 * (d[0] * d[0] + d[1] * d[1] + d[2] * d[2] + d[3] * d[3]).sqrt()
+}
+
 /// True if the two bodies have hardly moved since the manifold was made, against each other or in the
 /// world.
 fn may_recycle(ctx: &StepContext, contact: &Contact, a: &Body, b: &Body) -> bool {
@@ -123,15 +154,10 @@ fn may_recycle(ctx: &StepContext, contact: &Contact, a: &Body, b: &Body) -> bool
         return false;
     }
     let r = &contact.reference;
-    let turn = |q: &crate::base::quat::Quat, q0: &crate::base::quat::Quat| {
-        // The chord of two unit quaternions is half the angle between them.
-        let d = [q.x - q0.x, q.y - q0.y, q.z - q0.z, q.w - q0.w];
-        2.0 * (d[0] * d[0] + d[1] * d[1] + d[2] * d[2] + d[3] * d[3]).sqrt()
-    };
     let size = |body: &Body| if body.is_dynamic() { body.extent } else { 0.0 };
     let shift = ((b.center - a.center) - r.offset).length();
     let turns =
-        turn(&a.rotation, &r.rotation_a) * size(a) + turn(&b.rotation, &r.rotation_b) * size(b);
+        chord(&a.rotation, &r.rotation_a) * size(a) + chord(&b.rotation, &r.rotation_b) * size(b);
     // A moving static-like partner (kinematic) turns the normal with it: only tiny turns are allowed.
     let carried = |body: &Body| !body.is_dynamic() && body.active() && body.w != Vec3::ZERO;
     // A quarter of the smaller body's size at most: what is far for a pebble is near for a rock.
@@ -184,6 +210,7 @@ fn rebuild(contact: &mut Contact, manifold: &Manifold, pose_a: &Pose, a: &Body, 
     #[expect(clippy::cast_possible_truncation, reason = "at most four points")]
     let count = manifold.count as u8;
     contact.count = count;
+    contact.gap = manifold.gap;
     if count == 0 {
         contact.tangent_impulse = Vec3::ZERO;
         contact.rolling_impulse = Vec3::ZERO;
