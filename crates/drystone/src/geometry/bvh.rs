@@ -44,6 +44,38 @@ impl Bvh {
         tree
     }
 
+    /// The items in groups of at most `most` that lie near each other: the largest subtrees with so few
+    /// leaves. The items of a group are in the order of their numbers.
+    pub(crate) fn groups(&self, most: usize) -> Vec<Vec<u32>> {
+        let mut groups = Vec::new();
+        let mut stack: Vec<u32> = if self.root == NONE { Vec::new() } else { vec![self.root] };
+        let mut below = Vec::new();
+        while let Some(at) = stack.pop() {
+            let mut group = Vec::new();
+            below.clear();
+            below.push(at);
+            while let Some(n) = below.pop() {
+                let node = &self.nodes[n as usize];
+                if node.left != NONE {
+                    below.extend([node.right, node.left]);
+                } else if group.len() < most {
+                    group.push(node.right);
+                } else {
+                    group.clear();
+                    break;
+                }
+            }
+            if group.is_empty() {
+                let node = &self.nodes[at as usize];
+                stack.extend([node.right, node.left]);
+            } else {
+                group.sort_unstable();
+                groups.push(group);
+            }
+        }
+        groups
+    }
+
     /// Builds the tree over these leaves again, from scratch. Leaves keep their numbers.
     pub(crate) fn rebuild(&mut self) {
         let mut leaves: Vec<u32> = Vec::with_capacity(self.nodes.len() / 2 + 1);

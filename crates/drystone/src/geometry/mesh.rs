@@ -1,14 +1,17 @@
 //! Triangle meshes and their bounding volume hierarchy.
 
 mod adjacency;
+mod pack;
 
 use std::collections::BTreeSet;
 
 pub(crate) use adjacency::Bend;
+pub(crate) use pack::Pack;
 
 use super::bvh::Bvh;
 use crate::base::aabb::Aabb;
 use crate::base::math::Vec3;
+use crate::base::wide::LANES;
 
 /// Coordinates lie within this [m]: beyond it, products of lengths leave f32.
 const MAX_COORDINATE: f32 = 1.0e7;
@@ -33,6 +36,8 @@ pub struct Mesh {
     vertices: Vec<Vec3>,
     triangles: Vec<[u32; 3]>,
     faces: Vec<Face>,
+    packs: Vec<Pack>,
+    /// Over the packs.
     bvh: Bvh,
     bounds: Aabb,
 }
@@ -113,8 +118,18 @@ impl Mesh {
         let boxes: Vec<Aabb> =
             kept.iter().map(|t| Aabb::of_points(t.map(|i| vertices[i as usize]))).collect();
         let bounds = boxes.iter().fold(Aabb::EMPTY, |all, b| all.union(b));
-        let bvh = Bvh::build(&boxes);
-        Ok(Self { vertices, triangles: kept, faces, bvh, bounds })
+        let packs: Vec<Pack> = Bvh::build(&boxes)
+            .groups(LANES)
+            .iter()
+            .map(|group| {
+                Pack::new(group.iter().map(|&t| {
+                    let corners = kept[t as usize].map(|i| vertices[i as usize]);
+                    (t, corners, faces[t as usize].normal)
+                }))
+            })
+            .collect();
+        let bvh = Bvh::build(&packs.iter().map(Pack::bounds).collect::<Vec<_>>());
+        Ok(Self { vertices, triangles: kept, faces, packs, bvh, bounds })
     }
 
     /// The vertices [m, local].
@@ -135,8 +150,15 @@ impl Mesh {
         self.bounds
     }
 
+    /// The tree over [`Self::pack`]s.
     pub(crate) const fn bvh(&self) -> &Bvh {
         &self.bvh
+    }
+
+    /// An item of the tree.
+    #[inline]
+    pub(crate) fn pack(&self, item: u32) -> &Pack {
+        &self.packs[item as usize]
     }
 
     /// The corners of triangle `t` [m, local].

@@ -203,7 +203,9 @@ impl Near {
         let floor = floor + inner;
         for (k, pair) in (0_u16..).zip(of.edges.chunks_exact(2)) {
             let (f, g) = (usize::from(pair[0].face), usize::from(pair[1].face));
-            if of.lanes.edge_bound(usize::from(k), self.at(f) + rounding, self.at(g) + rounding) >= floor {
+            if of.lanes.edge_bound(usize::from(k), self.at(f) + rounding, self.at(g) + rounding)
+                >= floor
+            {
                 if let Some(number) = found.numbers.get_mut(found.count) {
                     *number = 2 * k;
                 }
@@ -423,9 +425,7 @@ fn beside_the_face(
     );
     match closest {
         Some(c) if c.distance > margin => Manifold::apart(c.distance),
-        Some(c) => {
-            Manifold::single(c.normal, (c.point_a + c.point_b) * 0.5, c.distance, EDGE_PAIR)
-        }
+        Some(c) => Manifold::single(c.normal, (c.point_a + c.point_b) * 0.5, c.distance, EDGE_PAIR),
         None if of_faces <= 0.0 => {
             let corner = b_in_a.point(support(b, -b_in_a.local_direction(n)));
             Manifold::single(n, corner - n * (0.5 * of_faces), of_faces, EDGE_PAIR)

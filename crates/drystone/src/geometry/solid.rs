@@ -94,6 +94,23 @@ impl Solid {
         sharp.grown(self.radius)
     }
 
+    /// A ball around a bounded convex solid: center and radius [m]; nothing for others.
+    pub(crate) fn ball(&self) -> (Vec3, f32) {
+        let (center, core) = match &self.core {
+            Core::Segment { half_height } => (Vec3::ZERO, *half_height),
+            Core::Hull(hull) => {
+                let b = hull.bounds();
+                (b.center(), b.half_extents().length())
+            }
+            Core::Frustum { half_height, radius_bottom, radius_top } => {
+                let wide = greater(*radius_bottom, *radius_top);
+                (Vec3::ZERO, vec3(*half_height, wide, 0.0).length())
+            }
+            Core::Point | Core::HalfSpace { .. } | Core::Mesh(_) => (Vec3::ZERO, 0.0),
+        };
+        (center, core + self.radius)
+    }
+
     /// The greatest distance of a point of the solid from `center` [m]; 0 for a half-space.
     pub(crate) fn max_extent(&self, center: Vec3) -> f32 {
         let far = match &self.core {

@@ -5,13 +5,15 @@
 //! changes is in the order of the awake list, however many workers there are.
 //! References: [Gregorius13].
 
+mod mesh;
+
 use super::context::StepContext;
 use crate::base::disjoint::Rows;
 use crate::base::jobs::{Executor, collect_ranges, grain};
 use crate::base::math::Vec3;
 use crate::base::pose::Pose;
 use crate::base::quat::Quat;
-use crate::geometry::collide::{MAX_PARTS, collide, collide_mesh};
+use crate::geometry::collide::{MeshScratch, collide};
 use crate::geometry::manifold::Manifold;
 use crate::geometry::solid::Core;
 use crate::state::bodies::{Bodies, Body, NONE};
@@ -31,6 +33,8 @@ pub(crate) enum Change {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Scratch {
     changes: Vec<Vec<Change>>,
+    /// One a chunk of the awake list.
+    meshes: Vec<MeshScratch>,
 }
 
 impl Scratch {
@@ -51,12 +55,16 @@ pub(crate) fn update_manifolds(
     let (slots, awake) = contacts.slots_mut();
     let slots = Rows::new(slots);
     let least = grain(jobs, awake.len(), 32);
+    let chunks = awake.len().div_ceil(least);
+    scratch.meshes.resize_with(scratch.meshes.len().max(chunks), MeshScratch::default);
+    let meshes = Rows::new(&mut scratch.meshes);
     collect_ranges(jobs, awake.len(), least, &mut scratch.changes, |range, out| {
+        let scratch = meshes.row(range.start / least);
         for row in &awake[range] {
             if let Some(contact) = slots.row(*row as usize)
                 && !contact.is_part
             {
-                update(ctx, bodies, shapes, contact, *row, &slots, out);
+                update(ctx, bodies, shapes, contact, *row, &slots, out, scratch);
             }
         }
     });
@@ -70,8 +78,17 @@ fn update(
     row: u32,
     slots: &Rows<'_, Option<Contact>>,
     out: &mut Vec<Change>,
+    scratch: &mut MeshScratch,
 ) {
     let (a, b) = (bodies.at(contact.body_a), bodies.at(contact.body_b));
+    if contact.next_part != NONE {
+        let (shape_a, shape_b) = (shapes.at(contact.shape_a), shapes.at(contact.shape_b));
+        if let Core::Mesh(mesh) = &shape_a.solid.core {
+            let pair = (row, contact);
+            mesh::update(ctx, mesh, (a, shape_a), (b, shape_b), pair, slots, out, scratch);
+        }
+        return;
+    }
     let margin = if contact.sensor { 0.0 } else { speculative_margin(ctx, a, b) };
     if contact.count == 0 && contact.gap > margin && moved(contact, a, b) < contact.gap - margin {
         return;
@@ -90,25 +107,9 @@ fn update(
     // In the frame of A, so that far from the world's origin nothing is lost.
     let (pose_a, pose_b) = (pose(a, &shape_a.centered), pose(b, &shape_b.centered));
     let b_in_a = pose_a.relative(&pose_b);
-    let mut made = [Manifold::default(); MAX_PARTS];
-    let count = if let Core::Mesh(mesh) = &shape_a.solid.core {
-        collide_mesh(mesh, &shape_b.solid, &b_in_a, margin, &mut made)
-    } else {
-        made[0] = collide(&shape_a.solid, &shape_b.solid, &b_in_a, margin, &mut contact.cache);
-        1
-    };
-    let mut part = Some((row, contact));
-    let mut index = 0;
-    // Old impulses of all parts, to be found again by feature whichever part it is in now.
-    while let Some((row, contact)) = part {
-        let manifold = if index < count { made[index] } else { Manifold::default() };
-        if rebuild(contact, &manifold, &pose_a, a, b) {
-            out.push(Change::Count(row));
-        }
-        index += 1;
-        let next = contact.next_part;
-        part =
-            (next != NONE).then(|| slots.row(next as usize).as_mut().map(|c| (next, c))).flatten();
+    let made = collide(&shape_a.solid, &shape_b.solid, &b_in_a, margin, &mut contact.cache);
+    if rebuild(contact, &made, &pose_a, a, b) {
+        out.push(Change::Count(row));
     }
 }
 

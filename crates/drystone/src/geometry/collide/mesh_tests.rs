@@ -6,7 +6,7 @@
 
 use std::sync::Arc;
 
-use super::collide_mesh;
+use super::{MeshScratch, Reach, collide_mesh};
 use crate::base::math::{Vec3, vec3};
 use crate::base::pose::Pose;
 use crate::base::quat::Quat;
@@ -83,7 +83,8 @@ fn cone(half_height: f32, radius_bottom: f32, radius_top: f32) -> Solid {
 
 fn collide(mesh: &Mesh, b: &Solid, pose: &Pose) -> Vec<Manifold> {
     let mut out = [Manifold::default(); MAX_PARTS];
-    let n = collide_mesh(mesh, b, pose, MARGIN, &mut out);
+    let n =
+        collide_mesh(mesh, b, pose, &Reach::still(MARGIN), &mut MeshScratch::default(), &mut out);
     for m in &out[..n] {
         assert!(m.count >= 1 && (m.normal.length() - 1.0).abs() < 1e-4, "{m:?}");
         assert!(m.points().iter().all(|p| p.position.is_finite() && p.separation <= MARGIN));
@@ -493,7 +494,9 @@ fn no_mesh_and_no_pose_makes_it_panic() {
             }
             let rotation = if rng.next() < 0.5 { Quat::IDENTITY } else { rng.rotation() };
             let mut out = [Manifold::default(); MAX_PARTS];
-            let n = collide_mesh(&mesh, &solid, &Pose::new(at, rotation), MARGIN, &mut out);
+            let pose = Pose::new(at, rotation);
+            let (reach, mut scratch) = (Reach::still(MARGIN), MeshScratch::default());
+            let n = collide_mesh(&mesh, &solid, &pose, &reach, &mut scratch, &mut out);
             assert!(out[..n].iter().all(|m| m.count <= 4));
         }
     }
@@ -515,11 +518,12 @@ fn mesh_times() {
         ] {
             for (ground, mesh) in [("flat", &mesh), ("rough", &rough)] {
                 let mut sum = 0;
+                let (reach, mut scratch) = (Reach::still(MARGIN), MeshScratch::default());
                 let start = std::time::Instant::now();
                 for i in 0..2000 {
                     let pose = Pose::at(vec3(0.001 * i as f32 - 1.0, 0.499, 0.3));
                     let mut out = [Manifold::default(); MAX_PARTS];
-                    sum += collide_mesh(mesh, &solid, &pose, MARGIN, &mut out);
+                    sum += collide_mesh(mesh, &solid, &pose, &reach, &mut scratch, &mut out);
                 }
                 let each = start.elapsed().as_secs_f64() / 2000.0 * 1e6;
                 println!("{n}² {ground} {name}: {each:.2} µs, {} manifolds", sum / 2000);

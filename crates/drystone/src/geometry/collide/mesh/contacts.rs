@@ -9,7 +9,7 @@ use crate::geometry::manifold::{FeatureId, Manifold, ManifoldPoint};
 const SAME_NORMAL: f32 = 0.996;
 
 /// Limits of a test that follow from the size of the solid.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Limits {
     /// Points farther apart are left out [m].
     pub(super) margin: f32,
@@ -45,19 +45,24 @@ struct Patch {
     end: usize,
 }
 
-/// The contacts of all triangles.
-#[derive(Debug)]
+/// The contacts of all triangles, and memory that is kept from one solid to the next.
+#[derive(Clone, Debug, Default)]
 pub(super) struct Contacts {
     pub(super) limits: Limits,
     points: Vec<ManifoldPoint>,
     patches: Vec<Patch>,
+    members: [Vec<ManifoldPoint>; MAX_PARTS],
     /// The deepest overlap whose normal no triangle allows.
     spare: Option<Manifold>,
 }
 
 impl Contacts {
-    pub(super) fn new(limits: Limits) -> Self {
-        Self { limits, points: Vec::new(), patches: Vec::new(), spare: None }
+    /// Begins with another solid.
+    pub(super) fn restart(&mut self, limits: Limits) {
+        self.limits = limits;
+        self.points.clear();
+        self.patches.clear();
+        self.spare = None;
     }
 
     /// Takes those of `points` that lie within the margin as the contact of one triangle; false if
@@ -134,7 +139,7 @@ impl Contacts {
     }
 
     /// Writes the manifolds, the one with the deepest point first.
-    pub(super) fn reduce(mut self, out: &mut [Manifold; MAX_PARTS]) -> usize {
+    pub(super) fn reduce(&mut self, out: &mut [Manifold; MAX_PARTS]) -> usize {
         if let Some(spare) = self.spare
             && self.patches.iter().all(|p| p.deepest > 0.0)
         {
@@ -142,13 +147,20 @@ impl Contacts {
             return 1;
         }
         let order = |a: &Patch, b: &Patch| {
-            a.deepest.total_cmp(&b.deepest).then(a.triangle.cmp(&b.triangle))
+            a.deepest
+                .total_cmp(&b.deepest)
+                .then(a.triangle.cmp(&b.triangle))
+                .then(a.first.cmp(&b.first))
         };
         // Stand-ins last: what they stand in for is known then.
-        self.patches
-            .sort_by(|a, b| a.refused.is_some().cmp(&b.refused.is_some()).then(order(a, b)));
+        self.patches.sort_unstable_by(|a, b| {
+            a.refused.is_some().cmp(&b.refused.is_some()).then(order(a, b))
+        });
         let mut leads: [Option<Patch>; MAX_PARTS] = [None; MAX_PARTS];
-        let mut members: [Vec<ManifoldPoint>; MAX_PARTS] = Default::default();
+        let mut members = core::mem::take(&mut self.members);
+        for list in &mut members {
+            list.clear();
+        }
         let mut proper = 0;
         let mut count = 0;
         for patch in &self.patches {
@@ -184,12 +196,13 @@ impl Contacts {
         for at in 0..count {
             parts[at] = (deepest(&members[at]), at);
         }
-        parts.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        parts.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
         for (slot, (_, at)) in out.iter_mut().zip(&parts[..count]) {
             if let Some(lead) = &leads[*at] {
                 *slot = select(lead.axis.normal, &members[*at], &self.limits);
             }
         }
+        self.members = members;
         count
     }
 }
