@@ -340,6 +340,15 @@ impl Bvh {
         self.walk(|b| b.overlaps(bounds), &mut visit);
     }
 
+    /// Calls `visit` with every item whose box, and those of all nodes around it, `enter` takes.
+    #[inline]
+    pub(crate) fn visit(&self, enter: impl Fn(&Aabb) -> bool, mut visit: impl FnMut(u32)) {
+        self.walk(enter, &mut |item| {
+            visit(item);
+            true
+        });
+    }
+
     /// Calls `visit` with every item whose box the segment `origin + t delta`, t in [0, max], may
     /// meet. `visit` answers the new max: smaller to shorten the ray, negative to stop.
     pub(crate) fn ray(

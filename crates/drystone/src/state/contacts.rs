@@ -101,7 +101,7 @@ pub(crate) struct Contacts {
     rows: Vec<Option<Contact>>,
     free: Vec<u32>,
     pairs: PairSet,
-    /// Rows of contacts with an active body, first parts and others.
+    /// Rows of contacts with an active body; of pairs with several parts the first only.
     pub(crate) awake: Vec<u32>,
 }
 
@@ -178,10 +178,11 @@ impl Contacts {
         Some(contact)
     }
 
-    /// Enters a row into the awake list or takes it out.
+    /// Enters a row into the awake list or takes it out. Parts other than the first are never in it.
     pub(crate) fn set_awake(&mut self, row: u32, awake: bool) {
-        let at = self.at(row).awake_row;
-        if awake == (at != NONE) {
+        let contact = self.at(row);
+        let at = contact.awake_row;
+        if awake == (at != NONE) || contact.is_part {
             return;
         }
         if awake {

@@ -61,9 +61,7 @@ pub(crate) fn update_manifolds(
     collect_ranges(jobs, awake.len(), least, &mut scratch.changes, |range, out| {
         let scratch = meshes.row(range.start / least);
         for row in &awake[range] {
-            if let Some(contact) = slots.row(*row as usize)
-                && !contact.is_part
-            {
+            if let Some(contact) = slots.row(*row as usize) {
                 update(ctx, bodies, shapes, contact, *row, &slots, out, scratch);
             }
         }

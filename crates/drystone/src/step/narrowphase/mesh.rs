@@ -96,7 +96,8 @@ pub(super) fn update(
             margin,
             rest: margin.min(ctx.margin + 1.1 * ctx.dt * motion.spin),
             way: if length > most { way * (most / length) } else { way },
-            room: 0.5 * motion.radius,
+            // For some steps' way, if the two are apart and may wait.
+            room: if contact.count > 0 { 0.0 } else { (4.0 * ahead + 2.0 * ctx.margin).min(most) },
         }
     };
     let mut made = [Manifold::default(); MAX_PARTS];

@@ -61,10 +61,8 @@ pub(super) fn find(
     let moved = Aabb::new(solid.bounds.min + way, solid.bounds.max + way);
     let look = reach.rest + reach.room;
     let bounds = solid.bounds.grown(look).union(&moved.grown(reach.rest));
-    mesh.bvh().query(&bounds, |pack| {
-        packs.push(pack);
-        true
-    });
+    let enter = |b: &Aabb| b.overlaps(&bounds) && !is_off_a_face(b, solid, reach, look);
+    mesh.bvh().visit(enter, |pack| packs.push(pack));
     // Farther than `look` from the box there may be others.
     let mut gap = look;
     for &item in packs.iter() {
@@ -79,6 +77,17 @@ pub(super) fn find(
     }
     near.sort_unstable();
     gap
+}
+
+/// True if a face of the solid keeps the box farther off than `look`, and than the rest along the way.
+#[inline]
+fn is_off_a_face(b: &Aabb, solid: &Outline<'_>, reach: &Reach, look: f32) -> bool {
+    let (center, half) = (b.center(), b.half_extents());
+    solid.planes.iter().any(|plane| {
+        let n = plane.normal;
+        let over = plane.distance(center) - n.abs().dot(half) - solid.radius;
+        over > look && over - greater(n.dot(reach.way), 0.0) > reach.rest
+    })
 }
 
 /// For each lane: how far apart the triangle and the solid are at least now, and how far they stay
