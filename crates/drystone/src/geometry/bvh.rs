@@ -14,6 +14,13 @@ struct Node {
     right: u32,
 }
 
+/// What is below a node.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Children {
+    Nodes([u32; 2]),
+    Item(u32),
+}
+
 /// Boxes of items in a tree. An item is a number of the user's; a leaf is its place in the tree.
 #[derive(Clone, Debug)]
 pub(crate) struct Bvh {
@@ -42,6 +49,22 @@ impl Bvh {
             tree.root = tree.build_over(&mut items);
         }
         tree
+    }
+
+    /// The node above all others.
+    pub(crate) fn root(&self) -> Option<u32> {
+        (self.root != NONE).then_some(self.root)
+    }
+
+    /// What is below a node.
+    pub(crate) fn children(&self, node: u32) -> Children {
+        let n = &self.nodes[node as usize];
+        if n.left == NONE { Children::Item(n.right) } else { Children::Nodes([n.left, n.right]) }
+    }
+
+    /// The box of a node.
+    pub(crate) fn bounds(&self, node: u32) -> &Aabb {
+        &self.nodes[node as usize].bounds
     }
 
     /// The items in groups of at most `most` that lie near each other: the largest subtrees with so few
@@ -338,15 +361,6 @@ impl Bvh {
     #[inline]
     pub(crate) fn query(&self, bounds: &Aabb, mut visit: impl FnMut(u32) -> bool) {
         self.walk(|b| b.overlaps(bounds), &mut visit);
-    }
-
-    /// Calls `visit` with every item whose box, and those of all nodes around it, `enter` takes.
-    #[inline]
-    pub(crate) fn visit(&self, enter: impl Fn(&Aabb) -> bool, mut visit: impl FnMut(u32)) {
-        self.walk(enter, &mut |item| {
-            visit(item);
-            true
-        });
     }
 
     /// Calls `visit` with every item whose box the segment `origin + t delta`, t in [0, max], may

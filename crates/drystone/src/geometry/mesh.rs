@@ -2,11 +2,13 @@
 
 mod adjacency;
 mod pack;
+mod tree;
 
 use std::collections::BTreeSet;
 
 pub(crate) use adjacency::Bend;
 pub(crate) use pack::Pack;
+pub(crate) use tree::{Tree, Window};
 
 use super::bvh::Bvh;
 use crate::base::aabb::Aabb;
@@ -37,8 +39,9 @@ pub struct Mesh {
     triangles: Vec<[u32; 3]>,
     faces: Vec<Face>,
     packs: Vec<Pack>,
-    /// Over the packs.
+    /// Over the packs: for rays, and for boxes.
     bvh: Bvh,
+    tree: Tree,
     bounds: Aabb,
 }
 
@@ -129,7 +132,8 @@ impl Mesh {
             })
             .collect();
         let bvh = Bvh::build(&packs.iter().map(Pack::bounds).collect::<Vec<_>>());
-        Ok(Self { vertices, triangles: kept, faces, packs, bvh, bounds })
+        let tree = Tree::new(&bvh);
+        Ok(Self { vertices, triangles: kept, faces, packs, bvh, tree, bounds })
     }
 
     /// The vertices [m, local].
@@ -150,7 +154,12 @@ impl Mesh {
         self.bounds
     }
 
-    /// The tree over [`Self::pack`]s.
+    /// The tree over [`Self::pack`]s for boxes.
+    pub(crate) const fn tree(&self) -> &Tree {
+        &self.tree
+    }
+
+    /// The tree over [`Self::pack`]s for rays.
     pub(crate) const fn bvh(&self) -> &Bvh {
         &self.bvh
     }

@@ -44,10 +44,12 @@ enum Placed<'a> {
 /// Memory kept from one test to the next; nothing in it outlives a test in meaning.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct MeshScratch {
+    stack: Vec<u32>,
     packs: Vec<u32>,
     near: Vec<u32>,
     vertices: Vec<Vec3>,
     planes: Vec<Plane>,
+    slopes: Vec<f32>,
     contacts: Contacts,
     clipper: Clipper,
 }
@@ -63,14 +65,17 @@ pub(crate) fn collide_mesh(
     scratch: &mut MeshScratch,
     out: &mut [Manifold; MAX_PARTS],
 ) -> usize {
-    let MeshScratch { packs, near, vertices, planes, contacts, clipper } = scratch;
+    let MeshScratch { stack, packs, near, vertices, planes, slopes, contacts, clipper } = scratch;
     let bounds = b.aabb(b_in_mesh);
     let (radius, at) = (b.radius, b_in_mesh.position);
+    let core = b.core_box();
+    let turn = b_in_mesh.rotation.to_mat3();
+    let core = (b_in_mesh.point(core.center()), [turn.x, turn.y, turn.z], core.half_extents());
     let mut seen = |center, points, discs, planes, near: &mut Vec<u32>| {
-        let outline = Outline { bounds, center, points, discs, planes, radius };
-        near::find(mesh, &outline, reach, packs, near)
+        let outline = Outline { bounds, core, center, points, discs, planes, radius };
+        near::find(mesh, &outline, reach, [&mut *stack, &mut *packs], near)
     };
-    let (placed, center, gap) = match &b.core {
+    let (mut placed, center, gap) = match &b.core {
         Core::Point => (Placed::Sphere(at), at, seen(at, &[at], None, &[], near)),
         Core::Segment { half_height } => {
             let tip = b_in_mesh.direction(vec3(0.0, *half_height, 0.0));
@@ -78,7 +83,7 @@ pub(crate) fn collide_mesh(
             (Placed::Capsule(ends), at, seen(at, &ends, None, &[], near))
         }
         Core::Hull(core) => {
-            let placed = PlacedHull::new(core, b_in_mesh, radius, vertices, planes);
+            let placed = PlacedHull::new(core, b_in_mesh, radius, vertices, planes, slopes);
             let center = placed.center;
             let gap = seen(center, placed.vertices, None, placed.planes, near);
             (Placed::Hull(placed), center, gap)
@@ -99,7 +104,7 @@ pub(crate) fn collide_mesh(
     contacts.restart(limits(b, reach.margin));
     for &number in near.iter() {
         let triangle = Triangle::new(mesh, number, center);
-        match &placed {
+        match &mut placed {
             Placed::Sphere(at) => round::sphere(&triangle, *at, radius, contacts),
             Placed::Capsule(ends) => round::capsule(&triangle, *ends, radius, contacts, clipper),
             Placed::Hull(body) => hull::hull(&triangle, body, contacts, clipper),

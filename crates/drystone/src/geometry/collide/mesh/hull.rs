@@ -18,6 +18,8 @@ const PARALLEL: f32 = 1.0e-3;
 pub(super) struct PlacedHull<'a> {
     pub(super) vertices: &'a [Vec3],
     pub(super) planes: &'a [Plane],
+    /// Room for one number a face.
+    slopes: &'a mut Vec<f32>,
     face_edges: &'a [u16],
     edges: &'a [HalfEdge],
     pub(super) center: Vec3,
@@ -41,13 +43,14 @@ struct Best {
 }
 
 impl<'a> PlacedHull<'a> {
-    /// Uses `vertices` and `planes` as memory.
+    /// Uses `vertices`, `planes` and `slopes` as memory.
     pub(super) fn new(
         hull: &'a Hull,
         pose: &Pose,
         radius: f32,
         vertices: &'a mut Vec<Vec3>,
         planes: &'a mut Vec<Plane>,
+        slopes: &'a mut Vec<f32>,
     ) -> Self {
         let turn = pose.rotation.to_mat3();
         let placed = |plane: &Plane| {
@@ -61,6 +64,7 @@ impl<'a> PlacedHull<'a> {
         Self {
             vertices,
             planes,
+            slopes,
             face_edges: &hull.face_edges,
             edges: &hull.edges,
             center: turn * hull.center + pose.position,
@@ -102,7 +106,7 @@ impl<'a> PlacedHull<'a> {
 /// Adds the contact of `hull` with `triangle`.
 pub(super) fn hull(
     triangle: &Triangle,
-    hull: &PlacedHull<'_>,
+    hull: &mut PlacedHull<'_>,
     contacts: &mut Contacts,
     clipper: &mut Clipper,
 ) {
@@ -186,7 +190,7 @@ struct Separated;
 fn best_edge(
     triangle: &Triangle,
     k: usize,
-    hull: &PlacedHull<'_>,
+    hull: &mut PlacedHull<'_>,
     least: f32,
     reach: f32,
 ) -> Result<Option<Best>, Separated> {
@@ -194,12 +198,15 @@ fn best_edge(
     let along = b - a;
     let mut best = None;
     let mut most = least;
-    for edge in (0..hull.edges.len()).step_by(2) {
-        let [u, v] = [edge, edge ^ 1].map(|e| hull.planes[usize::from(hull.edges[e].face)].normal);
+    hull.slopes.clear();
+    hull.slopes.extend(hull.planes.iter().map(|plane| plane.normal.dot(along)));
+    for (pair, edge) in hull.edges.chunks_exact(2).zip((0..).step_by(2)) {
+        let [u, v] = [pair[0], pair[1]].map(|e| usize::from(e.face));
         // Opposite the normals at right angles to `along` lies none of those at this edge.
-        if u.dot(along) * v.dot(along) > 0.0 {
+        if hull.slopes[u] * hull.slopes[v] > 0.0 {
             continue;
         }
+        let [u, v] = [u, v].map(|face| hull.planes[face].normal);
         let [p, q] = hull.ends(edge);
         let d = q - p;
         let cross = along.cross(d);

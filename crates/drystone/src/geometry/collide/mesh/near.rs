@@ -5,7 +5,7 @@ use crate::base::aabb::Aabb;
 use crate::base::math::{Vec3, greater, lesser};
 use crate::base::wide::{LANES, Lanes};
 use crate::geometry::hull::Plane;
-use crate::geometry::mesh::{Mesh, Pack};
+use crate::geometry::mesh::{Mesh, Pack, Window};
 
 /// How far contacts of a mesh are looked for.
 #[derive(Clone, Copy, Debug)]
@@ -35,6 +35,8 @@ pub(super) type Discs = (Vec3, [f32; 2]);
 pub(super) struct Outline<'a> {
     /// Around all of it, its rounding too.
     pub(super) bounds: Aabb,
+    /// The box around its core along its own axes: center, unit axes and half extents [m].
+    pub(super) core: (Vec3, [Vec3; 3], Vec3),
     /// What decides on which side of a triangle it is.
     pub(super) center: Vec3,
     /// Its corners.
@@ -52,17 +54,22 @@ pub(super) fn find(
     mesh: &Mesh,
     solid: &Outline<'_>,
     reach: &Reach,
-    packs: &mut Vec<u32>,
+    [stack, packs]: [&mut Vec<u32>; 2],
     near: &mut Vec<u32>,
 ) -> f32 {
     near.clear();
-    packs.clear();
     let way = reach.way;
     let moved = Aabb::new(solid.bounds.min + way, solid.bounds.max + way);
     let look = reach.rest + reach.room;
-    let bounds = solid.bounds.grown(look).union(&moved.grown(reach.rest));
-    let enter = |b: &Aabb| b.overlaps(&bounds) && !is_off_a_face(b, solid, reach, look);
-    mesh.bvh().visit(enter, |pack| packs.push(pack));
+    let (center, axes, half) = &solid.core;
+    let along = [0, 1, 2].map(|k| 0.5 * axes[k].dot(way).abs() + solid.radius + look);
+    let window = Window {
+        bounds: solid.bounds.grown(look).union(&moved.grown(reach.rest)),
+        center: *center + way * 0.5,
+        axes: *axes,
+        half: *half + Vec3 { x: along[0], y: along[1], z: along[2] },
+    };
+    mesh.tree().find(&window, stack, packs);
     // Farther than `look` from the box there may be others.
     let mut gap = look;
     for &item in packs.iter() {
@@ -77,17 +84,6 @@ pub(super) fn find(
     }
     near.sort_unstable();
     gap
-}
-
-/// True if a face of the solid keeps the box farther off than `look`, and than the rest along the way.
-#[inline]
-fn is_off_a_face(b: &Aabb, solid: &Outline<'_>, reach: &Reach, look: f32) -> bool {
-    let (center, half) = (b.center(), b.half_extents());
-    solid.planes.iter().any(|plane| {
-        let n = plane.normal;
-        let over = plane.distance(center) - n.abs().dot(half) - solid.radius;
-        over > look && over - greater(n.dot(reach.way), 0.0) > reach.rest
-    })
 }
 
 /// For each lane: how far apart the triangle and the solid are at least now, and how far they stay
