@@ -101,7 +101,7 @@ pub(crate) fn collide_mesh(
     if near.is_empty() {
         return 0;
     }
-    contacts.restart(limits(b, reach.margin));
+    contacts.restart(limits(b, reach));
     for &number in near.iter() {
         let triangle = Triangle::new(mesh, number, center);
         match &mut placed {
@@ -114,7 +114,8 @@ pub(crate) fn collide_mesh(
     contacts.reduce(out)
 }
 
-fn limits(b: &Solid, margin: f32) -> Limits {
+fn limits(b: &Solid, reach: &Reach) -> Limits {
+    let margin = reach.margin;
     let (least, most) = match &b.core {
         Core::Hull(hull) => {
             let half = hull.bounds().half_extents();
@@ -130,6 +131,7 @@ fn limits(b: &Solid, margin: f32) -> Limits {
     let size = lesser(most, 20.0 * least);
     Limits {
         margin,
+        corners: reach.corners,
         merge: 1.0e-3 * size + 1.0e-6,
         bias: 5.0e-4 * size,
         // The gap over an edge that counts as flat is that turn times the height of the core.

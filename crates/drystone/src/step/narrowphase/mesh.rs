@@ -95,6 +95,7 @@ pub(super) fn update(
         Reach {
             margin,
             rest: margin.min(ctx.margin + 1.1 * ctx.dt * motion.spin),
+            corners: ahead > 2.0 * ctx.margin,
             way: if length > most { way * (most / length) } else { way },
             // For some steps' way, if the two are apart and may wait.
             room: if contact.count > 0 { 0.0 } else { (4.0 * ahead + 2.0 * ctx.margin).min(most) },

@@ -1,6 +1,7 @@
 //! Contacts of single triangles, collected and reduced to a few manifolds.
 
 use super::MAX_PARTS;
+use super::round::point;
 use super::triangle::Triangle;
 use crate::base::math::{Vec3, greater, lesser};
 use crate::geometry::manifold::{FeatureId, Manifold, ManifoldPoint};
@@ -19,6 +20,8 @@ pub(super) struct Limits {
     pub(super) bias: f32,
     /// A point may lie this far beside a triangle [m]: seams have no width.
     pub(super) slack: f32,
+    /// Corners over a face are wanted even where an edge is nearer.
+    pub(super) corners: bool,
     /// A contact this much deeper than triangle and solid overlap is wrong [m].
     pub(super) doubt: f32,
 }
@@ -106,6 +109,24 @@ impl Contacts {
             });
         }
         end > first
+    }
+
+    /// Adds those of `corners` of the solid that are over the triangle and apart from it: each of them must
+    /// stay so, whatever feature is nearer. `separation` is that of all of the solid.
+    pub(super) fn add_corners(
+        &mut self,
+        triangle: &Triangle,
+        corners: &[Vec3],
+        (separation, radius): (f32, f32),
+    ) {
+        let normal = triangle.normal;
+        let class = direction_class(normal);
+        let over = (0_u32..).zip(corners).filter_map(|(i, &corner)| {
+            let apart = triangle.height(corner) - radius;
+            (apart >= 0.0 && triangle.outside(corner) <= 0.0)
+                .then(|| point(corner, normal, apart, radius, mix(10, i, class)))
+        });
+        self.add(triangle, Axis { normal, separation }, over);
     }
 
     /// Keeps an overlap in case no triangle has a proper one: at a saddle the nearest point may be a

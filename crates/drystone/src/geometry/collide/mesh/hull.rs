@@ -166,6 +166,9 @@ pub(super) fn hull(
         return;
     }
     let face_axis = contacts::Axis { normal: triangle.normal, separation: over - hull.radius };
+    if limits.corners {
+        contacts.add_corners(triangle, hull.vertices, (over - hull.radius, hull.radius));
+    }
     match best {
         Some(Best { axis: Axis::Face(face), .. }) => {
             on_hull_face(triangle, hull, face, contacts, clipper);

@@ -16,6 +16,9 @@ pub(crate) struct Reach {
     pub(crate) rest: f32,
     /// How the solid's center is expected to move against the mesh in this step [m, frame of the mesh].
     pub(crate) way: Vec3,
+    /// The solid is fast: its corners over a face are contacts even where an edge is nearer. After a hit
+    /// at the edge they may come down within the step.
+    pub(crate) corners: bool,
     /// Worth of looking farther, to know how far apart the two are when they do not touch [m].
     pub(crate) room: f32,
 }
@@ -23,7 +26,7 @@ pub(crate) struct Reach {
 impl Reach {
     /// The same in all directions.
     pub(crate) fn still(margin: f32) -> Self {
-        Self { margin, rest: margin, way: Vec3::ZERO, room: 0.0 }
+        Self { margin, rest: margin, way: Vec3::ZERO, corners: false, room: 0.0 }
     }
 }
 
