@@ -131,6 +131,7 @@ fn limits(b: &Solid, reach: &Reach) -> Limits {
     let size = lesser(most, 20.0 * least);
     Limits {
         margin,
+        way: reach.way,
         corners: reach.corners,
         merge: 1.0e-3 * size + 1.0e-6,
         bias: 5.0e-4 * size,

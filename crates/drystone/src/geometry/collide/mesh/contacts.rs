@@ -20,6 +20,8 @@ pub(super) struct Limits {
     pub(super) bias: f32,
     /// A point may lie this far beside a triangle [m]: seams have no width.
     pub(super) slack: f32,
+    /// Expected motion of the solid in this step [m].
+    pub(super) way: Vec3,
     /// Corners over a face are wanted even where an edge is nearer.
     pub(super) corners: bool,
     /// A contact this much deeper than triangle and solid overlap is wrong [m].
@@ -42,6 +44,8 @@ struct Patch {
     /// shares the corner may.
     refused: Option<Vec3>,
     deepest: f32,
+    /// Deepest point when the solid has gone its way: what has no place is what matters least then.
+    due: f32,
     triangle: u32,
     corners: [Vec3; 3],
     first: usize,
@@ -102,6 +106,7 @@ impl Contacts {
                 axis,
                 refused,
                 deepest,
+                due: deepest + axis.normal.dot(self.limits.way),
                 triangle: triangle.number,
                 corners: triangle.corners,
                 first,
@@ -143,10 +148,13 @@ impl Contacts {
     /// other as `patch` says: a triangle can allow only what its own edges tell, and one that meets
     /// the surface which carries the solid in no more than a corner would push it out through that
     /// surface. What carries is less deep itself, so the least deep patch always stays, and its
-    /// points reach as deep as its normal says: else it holds another part of the solid.
+    /// points reach as deep as its normal says: else it holds another part of the solid. A patch whose
+    /// own points are not deep pushes nothing and stays: what hangs over a ledge may be far below its
+    /// plane while a corner is about to land on it.
     fn is_carried_by_another(&self, patch: &Patch) -> bool {
         let most = patch.axis.separation + self.limits.doubt;
         most < 0.0
+            && patch.deepest + self.limits.doubt < 0.0
             && self.patches.iter().any(|other| {
                 let Axis { normal, separation } = other.axis;
                 let reach = |corners: [Vec3; 3]| {
@@ -168,10 +176,7 @@ impl Contacts {
             return 1;
         }
         let order = |a: &Patch, b: &Patch| {
-            a.deepest
-                .total_cmp(&b.deepest)
-                .then(a.triangle.cmp(&b.triangle))
-                .then(a.first.cmp(&b.first))
+            a.due.total_cmp(&b.due).then(a.triangle.cmp(&b.triangle)).then(a.first.cmp(&b.first))
         };
         // Stand-ins last: what they stand in for is known then.
         self.patches.sort_unstable_by(|a, b| {
