@@ -333,6 +333,43 @@ fn a_box_on_a_ledge_is_not_pushed_by_the_wall_below_it() {
 }
 
 #[test]
+fn a_box_that_hangs_over_a_ledge_is_not_pulled_in_by_the_wall_below_it() {
+    // Its center has just passed the wall's plane, over the ledge: from there the wall is seen from
+    // within the ground. Half of the wall's triangles meet the ledge in a corner only.
+    let mut v: Vec<Vec3> = Vec::new();
+    let mut t = Vec::new();
+    let mut add = |corners: [Vec3; 4]| {
+        let n = v.len() as u32;
+        v.extend(corners);
+        t.extend([[n, n + 1, n + 2], [n, n + 2, n + 3]]);
+    };
+    for x in -2..2 {
+        let (x, w) = (x as f32, (x + 1) as f32);
+        for (z, y) in [(-2.0, -1.0), (-1.0, -1.0), (0.0, 0.0), (1.0, 0.0)] {
+            add([vec3(x, y, z), vec3(x, y, z + 1.0), vec3(w, y, z + 1.0), vec3(w, y, z)]);
+        }
+        add([vec3(x, -1.0, 0.0), vec3(w, -1.0, 0.0), vec3(w, 0.0, 0.0), vec3(x, 0.0, 0.0)]);
+    }
+    let mesh = Mesh::new(v, t).unwrap();
+    let solid = cuboid(0.33, 0.26, 0.26);
+    for tilt in [-1.2e-3, -1.0e-3, -3.0e-4, 0.0, 3.0e-4, 1.0e-3, 1.2e-3] {
+        for yaw in [0.0, 0.03, 0.4] {
+            for x in [0.1, 0.28, 0.5] {
+                for z in [-0.004, 0.004, 0.02] {
+                    let rotation = Quat::from_axis_angle(Vec3::X, tilt)
+                        * Quat::from_axis_angle(Vec3::Y, yaw);
+                    let m = collide(&mesh, &solid, &Pose::new(vec3(x, 0.2602, z), rotation));
+                    for part in &m {
+                        assert!(part.normal.y > 0.99, "{tilt} {yaw} {x} {z} {m:#?}");
+                    }
+                    assert!(!m.is_empty());
+                }
+            }
+        }
+    }
+}
+
+#[test]
 fn the_order_of_triangles_and_vertices_only_renames_features() {
     let mesh = grid(6, 2.0, false, |x, z| 0.3 * x * x - 0.2 * z * z);
     let mut triangles = mesh.triangles().to_vec();

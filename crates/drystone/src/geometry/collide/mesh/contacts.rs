@@ -92,6 +92,8 @@ impl Contacts {
         refused: Option<Vec3>,
         points: impl IntoIterator<Item = ManifoldPoint>,
     ) -> bool {
+        // A face that lies flush stands in for none but itself.
+        let refused = refused.filter(|normal| normal.dot(axis.normal) <= SAME_NORMAL);
         let first = self.points.len();
         let mut deepest = f32::INFINITY;
         for p in points {
