@@ -596,7 +596,7 @@ mod tests {
                 let found = best_face(x, y, &frames, everywhere, near, rounding);
                 let all = (0..x.planes.len()).map(|i| face_separation(x, y, &frames, i));
                 let best = all.fold(f32::NEG_INFINITY, greater);
-                assert_eq!(found.separation, best);
+                assert_eq!(found.separation.to_bits(), best.to_bits());
                 of_faces = greater(of_faces, best);
             }
             let lists = [
@@ -609,7 +609,7 @@ mod tests {
                 && best.separation > of_faces
             {
                 with_edges += 1;
-                assert_eq!(few.map(|x| x.separation), Some(best.separation));
+                assert_eq!(few.map(|x| x.separation.to_bits()), Some(best.separation.to_bits()));
             }
         }
         assert!(with_edges > 500, "{with_edges}");
