@@ -17,7 +17,7 @@ use crate::geometry::collide::{MeshScratch, collide};
 use crate::geometry::manifold::Manifold;
 use crate::geometry::solid::Core;
 use crate::state::bodies::{Bodies, Body, NONE};
-use crate::state::contacts::{Contact, Contacts, Point, Reference};
+use crate::state::contacts::{Contact, Contacts, Point, Probe};
 use crate::state::shapes::Shapes;
 
 /// What became of a contact.
@@ -52,17 +52,23 @@ pub(crate) fn update_manifolds(
     scratch: &mut Scratch,
     jobs: &dyn Executor,
 ) {
-    let (slots, awake) = contacts.slots_mut();
-    let slots = Rows::new(slots);
-    let least = grain(jobs, awake.len(), 32);
-    let chunks = awake.len().div_ceil(least);
+    let (slots, probes) = contacts.slots_mut();
+    let count = probes.len();
+    let (slots, probes) = (Rows::new(slots), Rows::new(probes));
+    let least = grain(jobs, count, 32);
+    let chunks = count.div_ceil(least);
     scratch.meshes.resize_with(scratch.meshes.len().max(chunks), MeshScratch::default);
     let meshes = Rows::new(&mut scratch.meshes);
-    collect_ranges(jobs, awake.len(), least, &mut scratch.changes, |range, out| {
+    collect_ranges(jobs, count, least, &mut scratch.changes, |range, out| {
         let scratch = meshes.row(range.start / least);
-        for row in &awake[range] {
-            if let Some(contact) = slots.row(*row as usize) {
-                update(ctx, bodies, shapes, contact, *row, &slots, out, scratch);
+        for probe in probes.slice(range) {
+            let (a, b) = (bodies.at(probe.body_a), bodies.at(probe.body_b));
+            let reach = speculative_margin(ctx, a, b);
+            if probe.gap > reach && moved(probe, a, b) < probe.gap - reach {
+                continue;
+            }
+            if let Some(contact) = slots.row(probe.row as usize) {
+                update(ctx, [a, b], shapes, contact, probe, &slots, out, scratch);
             }
         }
     });
@@ -70,33 +76,29 @@ pub(crate) fn update_manifolds(
 
 fn update(
     ctx: &StepContext,
-    bodies: &Bodies,
+    [a, b]: [&Body; 2],
     shapes: &Shapes,
     contact: &mut Contact,
-    row: u32,
+    probe: &mut Probe,
     slots: &Rows<'_, Option<Contact>>,
     out: &mut Vec<Change>,
     scratch: &mut MeshScratch,
 ) {
-    let (a, b) = (bodies.at(contact.body_a), bodies.at(contact.body_b));
-    if contact.next_part != NONE {
-        let (shape_a, shape_b) = (shapes.at(contact.shape_a), shapes.at(contact.shape_b));
-        if let Core::Mesh(mesh) = &shape_a.solid.core {
-            let pair = (row, contact);
-            mesh::update(ctx, mesh, (a, shape_a), (b, shape_b), pair, slots, out, scratch);
-        }
-        return;
-    }
-    let margin = if contact.sensor { 0.0 } else { speculative_margin(ctx, a, b) };
-    if contact.count == 0 && contact.gap > margin && moved(contact, a, b) < contact.gap - margin {
-        return;
-    }
+    let row = probe.row;
     let (shape_a, shape_b) = (shapes.at(contact.shape_a), shapes.at(contact.shape_b));
+    if let Core::Mesh(mesh) = &shape_a.solid.core {
+        let (a, b) = ((a, shape_a), (b, shape_b));
+        mesh::update(ctx, mesh, a, b, (contact, probe), slots, out, scratch);
+        return;
+    }
     if !shape_a.fat.overlaps(&shape_b.fat) {
         out.push(Change::Apart(row));
         return;
     }
-    if contact.recyclable && may_recycle(ctx, contact, a, b) && recycle(ctx, contact, a, b, slots) {
+    if contact.recyclable
+        && may_recycle(ctx, contact, probe, a, b)
+        && recycle(ctx, contact, a, b, slots)
+    {
         return;
     }
     let pose = |body: &Body, centered: &Pose| {
@@ -105,8 +107,17 @@ fn update(
     // In the frame of A, so that far from the world's origin nothing is lost.
     let (pose_a, pose_b) = (pose(a, &shape_a.centered), pose(b, &shape_b.centered));
     let b_in_a = pose_a.relative(&pose_b);
-    let made = collide(&shape_a.solid, &shape_b.solid, &b_in_a, margin, &mut contact.cache);
-    if rebuild(contact, &made, &pose_a, a, b) {
+    let margin = if contact.sensor { 0.0 } else { speculative_margin(ctx, a, b) };
+    *probe = Probe {
+        gap: 0.0,
+        offset: b.center - a.center,
+        rotation_a: a.rotation,
+        rotation_b: b.rotation,
+        ..*probe
+    };
+    let m = collide(&shape_a.solid, &shape_b.solid, &b_in_a, margin, &mut contact.cache);
+    probe.gap = m.gap;
+    if rebuild(contact, &m, &pose_a, a, b) {
         out.push(Change::Count(row));
     }
 }
@@ -121,8 +132,7 @@ fn speculative_margin(ctx: &StepContext, a: &Body, b: &Body) -> f32 {
 
 /// How far a point of one of the bodies may have come nearer to the other since the reference [m]: the
 /// motion of the smaller one in the frame of the larger or unpushable one.
-fn moved(contact: &Contact, a: &Body, b: &Body) -> f32 {
-    let r = &contact.reference;
+fn moved(r: &Probe, a: &Body, b: &Body) -> f32 {
     let seen_from_a = !a.is_dynamic() || (b.is_dynamic() && b.extent <= a.extent);
     let (offset, before, extent) = if seen_from_a {
         let offset = a.rotation.unrotate(b.center - a.center) - r.rotation_a.unrotate(r.offset);
@@ -148,11 +158,10 @@ fn chord(q: &Quat, q0: &Quat) -> f32 {
 
 /// True if the two bodies have hardly moved since the manifold was made, against each other or in the
 /// world.
-fn may_recycle(ctx: &StepContext, contact: &Contact, a: &Body, b: &Body) -> bool {
+fn may_recycle(ctx: &StepContext, contact: &Contact, r: &Probe, a: &Body, b: &Body) -> bool {
     if contact.count == 0 && contact.next_part == NONE {
         return false;
     }
-    let r = &contact.reference;
     let size = |body: &Body| if body.is_dynamic() { body.extent } else { 0.0 };
     let shift = ((b.center - a.center) - r.offset).length();
     let turns =
@@ -204,12 +213,9 @@ fn rebuild(contact: &mut Contact, manifold: &Manifold, pose_a: &Pose, a: &Body, 
     let before = contact.count;
     let mut old = contact.points;
     let normal = pose_a.direction(manifold.normal);
-    contact.reference =
-        Reference { offset: b.center - a.center, rotation_a: a.rotation, rotation_b: b.rotation };
     #[expect(clippy::cast_possible_truncation, reason = "at most four points")]
     let count = manifold.count as u8;
     contact.count = count;
-    contact.gap = manifold.gap;
     if count == 0 {
         contact.tangent_impulse = Vec3::ZERO;
         contact.rolling_impulse = Vec3::ZERO;

@@ -356,8 +356,8 @@ fn a_box_that_hangs_over_a_ledge_is_not_pulled_in_by_the_wall_below_it() {
         for yaw in [0.0, 0.03, 0.4] {
             for x in [0.1, 0.28, 0.5] {
                 for z in [-0.004, 0.004, 0.02] {
-                    let rotation = Quat::from_axis_angle(Vec3::X, tilt)
-                        * Quat::from_axis_angle(Vec3::Y, yaw);
+                    let rotation =
+                        Quat::from_axis_angle(Vec3::X, tilt) * Quat::from_axis_angle(Vec3::Y, yaw);
                     let m = collide(&mesh, &solid, &Pose::new(vec3(x, 0.2602, z), rotation));
                     for part in &m {
                         assert!(part.normal.y > 0.99, "{tilt} {yaw} {x} {z} {m:#?}");

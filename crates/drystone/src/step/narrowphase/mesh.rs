@@ -11,7 +11,7 @@ use crate::geometry::collide::{MAX_PARTS, MeshScratch, Reach, collide_mesh};
 use crate::geometry::manifold::Manifold;
 use crate::geometry::mesh::Mesh;
 use crate::state::bodies::{Body, NONE};
-use crate::state::contacts::Contact;
+use crate::state::contacts::{Contact, Probe};
 use crate::state::shapes::ShapeRow;
 use crate::step::context::StepContext;
 
@@ -32,10 +32,9 @@ struct Motion {
 }
 
 impl Motion {
-    fn of(contact: &Contact, a: &Body, b: &Body, shape_b: &ShapeRow) -> Self {
+    fn of(r: &Probe, a: &Body, b: &Body, shape_b: &ShapeRow) -> Self {
         let (center, radius) = shape_b.solid.ball();
         let center = shape_b.centered.point(center);
-        let r = &contact.reference;
         let arm = b.rotation.rotate(center);
         let between = b.center - a.center + arm;
         let now = a.rotation.unrotate(between);
@@ -59,20 +58,20 @@ pub(super) fn update(
     mesh: &Mesh,
     (a, shape_a): (&Body, &ShapeRow),
     (b, shape_b): (&Body, &ShapeRow),
-    (row, contact): (u32, &mut Contact),
+    (contact, probe): (&mut Contact, &mut Probe),
     slots: &Rows<'_, Option<Contact>>,
     out: &mut Vec<Change>,
     scratch: &mut MeshScratch,
 ) {
-    let motion = Motion::of(contact, a, b, shape_b);
+    let motion = Motion::of(probe, a, b, shape_b);
     // Farther than its own size a shape need not look: what is fast is stopped at the surface.
     let ahead = 1.1 * ctx.dt * (motion.velocity.length() + motion.spin);
     let margin = if contact.sensor { 0.0 } else { ctx.margin.max(ahead.min(2.0 * motion.radius)) };
-    if contact.count == 0 && contact.gap > margin && motion.since < contact.gap - margin {
+    if contact.count == 0 && probe.gap > margin && motion.since < probe.gap - margin {
         return;
     }
     if !shape_a.fat.overlaps(&shape_b.fat) {
-        out.push(Change::Apart(row));
+        out.push(Change::Apart(probe.row));
         return;
     }
     if contact.recyclable
@@ -103,15 +102,21 @@ pub(super) fn update(
     };
     let mut made = [Manifold::default(); MAX_PARTS];
     let count = collide_mesh(mesh, &shape_b.solid, &b_in_a, &reach, scratch, &mut made);
-    let gap = if count > 0 { margin } else { made[0].gap };
+    *probe = Probe {
+        gap: if count > 0 { 0.0 } else { made[0].gap },
+        offset: b.center - a.center,
+        rotation_a: a.rotation,
+        rotation_b: b.rotation,
+        ..*probe
+    };
+    contact.looked = margin;
     let order = continue_parts(contact, &made[..count], &pose_a, slots);
-    let none = Manifold { gap, ..Manifold::default() };
-    let mut part = Some((row, contact));
+    let mut part = Some((probe.row, contact));
     let mut slot = 0;
     while let Some((row, contact)) = part {
-        let manifold = order[slot].map_or(none, |k| Manifold { gap, ..made[k] });
-        // Empty rows that stay so need no writing; the first keeps what is known of the pair.
-        let idle = slot > 0 && manifold.count == 0 && contact.count == 0;
+        let manifold = order[slot].map_or(Manifold::default(), |k| made[k]);
+        // Empty rows that stay so need no writing.
+        let idle = manifold.count == 0 && contact.count == 0;
         if !idle && rebuild(contact, &manifold, &pose_a, a, b) {
             out.push(Change::Count(row));
         }
@@ -150,8 +155,8 @@ fn may_recycle(
     let limit = ctx.recycle_distance.min(0.25 * motion.radius);
     // Corners that were far when a tilted box met the ground on an edge must not be overlooked.
     let limit = if points < 3 { 0.2 * limit } else { limit };
-    // Nor what a fast shape was too far from: how far was looked is in the gap.
-    let seen = ahead < 0.5 * ctx.margin || motion.since + ahead < contact.gap;
+    // Nor what a fast shape was too far from.
+    let seen = ahead < 0.5 * ctx.margin || motion.since + ahead < contact.looked;
     motion.since < limit && seen
 }
 
