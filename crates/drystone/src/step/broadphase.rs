@@ -8,6 +8,7 @@ use crate::base::math::Vec3;
 use crate::base::pair_set::pair_key;
 use crate::geometry::collide::MAX_PARTS;
 use crate::geometry::manifold::PairCache;
+use crate::geometry::rtree::RTree;
 use crate::state::bodies::{Bodies, NONE};
 use crate::state::bounds::Bounds;
 use crate::state::colors::Place;
@@ -34,48 +35,72 @@ pub(crate) fn find_pairs(
     scratch: &mut Scratch,
     jobs: &dyn Executor,
 ) {
-    bounds.tidy(shapes.rows.len());
-    let Bounds { fixed, moving, moved, .. } = bounds;
-    // Sorted, so that the pairs found do not depend on who moved first.
-    moved.sort_unstable();
+    bounds.tidy(jobs);
+    let Bounds { fixed, moving, moved, placed } = bounds;
+    let Scratch { found, pairs } = scratch;
+    // Sorted by place, so that neighbors meet the same blocks; the pairs are sorted again, so the order
+    // never shows.
+    moved.sort_unstable_by_key(|row| (moving.leaf(*row), *row));
     moved.dedup();
-    {
-        let (bodies, contacts, moved) = (&*bodies, &*contacts, &*moved);
-        collect_ranges(
-            jobs,
-            moved.len(),
-            grain(jobs, moved.len(), 32),
-            &mut scratch.found,
-            |range, out| {
-                for row in &moved[range] {
-                    let shape = shapes.at(*row);
-                    let mut meet = |other: u32| {
-                        if other != *row
-                            && !contacts.has_pair(*row, other)
-                            && may_meet(bodies, joints, shape, shapes.at(other))
-                        {
-                            out.push(pair_key(*row, other));
-                        }
-                        true
-                    };
-                    moving.query(&shape.fat, &mut meet);
-                    if !shape.fixed {
-                        fixed.query(&shape.fat, &mut meet);
-                    }
-                }
-            },
-        );
+    let finder = Finder { bodies, shapes, joints, contacts };
+    // Of a world's ground a million boxes may be new at once, and nothing that moves: then it is less
+    // work to ask for all that moves.
+    let many_placed = placed.len() > moving.len();
+    if many_placed {
+        moved.clear();
+        moved.extend(moving.items());
     }
+    let few_placed = if many_placed { &[] } else { placed.as_slice() };
+    let n = moved.len() + few_placed.len();
+    collect_ranges(jobs, n, grain(jobs, n, 32), found, |range, out| {
+        for i in range {
+            if let Some(row) = moved.get(i) {
+                finder.find(*row, false, &[moving, fixed], out);
+            } else {
+                finder.find(few_placed[i - moved.len()], true, &[moving], out);
+            }
+        }
+    });
     moved.clear();
-    let pairs = &mut scratch.pairs;
+    placed.clear();
     pairs.clear();
-    pairs.extend(scratch.found.iter().flatten());
+    pairs.extend(found.iter().flatten());
     pairs.sort_unstable();
     pairs.dedup();
     for key in pairs.iter() {
         #[expect(clippy::cast_possible_truncation, reason = "the halves of a pair key")]
         let (a, b) = ((key >> 32) as u32, *key as u32);
         create(a, b, bodies, shapes, contacts);
+    }
+}
+
+/// What the search for pairs reads.
+struct Finder<'a> {
+    bodies: &'a Bodies,
+    shapes: &'a Shapes,
+    joints: &'a Joints,
+    contacts: &'a Contacts,
+}
+
+impl Finder<'_> {
+    /// Lists the new pairs of a shape, unless it is gone.
+    fn find(&self, row: u32, fixed: bool, trees: &[&RTree], out: &mut Vec<u64>) {
+        let Some(shape) = self.shapes.rows.at(row) else { return };
+        // A row that was used again by a shape of the other tree is listed there.
+        if shape.fixed != fixed {
+            return;
+        }
+        for tree in trees {
+            tree.query(&shape.fat, |other| {
+                if other != row
+                    && !self.contacts.has_pair(row, other)
+                    && may_meet(self.bodies, self.joints, shape, self.shapes.at(other))
+                {
+                    out.push(pair_key(row, other));
+                }
+                true
+            });
+        }
     }
 }
 

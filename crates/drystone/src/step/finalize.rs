@@ -31,6 +31,7 @@ pub(crate) enum Note {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Scratch {
     notes: Vec<Vec<Note>>,
+    boxes: Vec<(u32, Aabb)>,
 }
 
 impl Scratch {
@@ -70,11 +71,15 @@ pub(crate) fn advance_poses(
             }
         }
     });
-    for note in scratch.notes() {
+    scratch.boxes.clear();
+    for note in scratch.notes.iter().flatten().copied() {
         if let Note::Escaped(shape, fat) = note {
-            bounds.replace(shape, fat, shapes);
+            shapes.at_mut(shape).fat = fat;
+            scratch.boxes.push((shape, fat));
+            bounds.moved.push(shape);
         }
     }
+    bounds.moving.replace_all(&scratch.boxes, jobs);
 }
 
 /// How far a body moves in a step [m], but no farther than its size: contacts are not looked for

@@ -176,7 +176,6 @@ impl World {
             material: def.material,
             filter: def.filter,
             sensor: def.sensor,
-            leaf: 0,
             fixed,
             fat: crate::base::aabb::Aabb::EMPTY,
             rolling_radius,
