@@ -5,11 +5,12 @@
 
 use super::clip::{Polygon, Reference, clip, closest_of_segments, flip};
 use super::gjk;
-use super::hull::{HalfEdge, Polytope};
+use super::hull::{HalfEdge, Hull};
 use super::manifold::Manifold;
 use super::manifold::PairCache;
-use crate::base::math::{Mat3, Vec3, greater, lesser};
+use crate::base::math::{Mat3, Vec3, greater};
 use crate::base::pose::Pose;
+use crate::base::wide::{LANES, Lanes};
 
 const FACE_A: u8 = 1;
 const FACE_B: u8 = 2;
@@ -25,6 +26,15 @@ const PARALLEL: f32 = 2.5e-5;
 /// Part of the size by which a later kind of axis must be better than an earlier one: without it
 /// rounding would choose, and feature ids would flicker.
 const PREFERENCE: f32 = 1.0e-3;
+
+/// Rounding of a distance, as a part of the lengths that go into it: 2^-24 for each of about ten
+/// operations.
+const ROUNDING: f32 = 1.0e-6;
+
+/// Groups of eight planes for which bounds are kept; larger hulls are searched in full.
+const NEAR_GROUPS: usize = 16;
+/// Most edges that are listed.
+const CANDIDATES: usize = 64;
 
 /// Rotation and position of B in the frame of A.
 #[derive(Clone, Copy)]
@@ -49,11 +59,14 @@ struct EdgeAxis {
     normal: Vec3,
 }
 
-/// The manifold of two polytopes in the frame of A. Points farther apart than `margin` [m] are left
-/// out.
-pub(crate) fn collide_polytopes(
-    a: Polytope<'_>,
-    b: Polytope<'_>,
+/// The manifold of two hulls in the frame of A. Points farther apart than `margin` [m] are left out.
+///
+/// Every axis that could be the best one is tried, but few are: B contains a ball about its center, so
+/// along an axis it cannot be farther from A than that ball is. One pass over the planes gives this
+/// bound for all faces, and two of its numbers that for an edge.
+pub(crate) fn collide_hulls(
+    a: &Hull,
+    b: &Hull,
     b_in_a: &Pose,
     margin: f32,
     cache: &mut PairCache,
@@ -62,28 +75,38 @@ pub(crate) fn collide_polytopes(
     let b_frames = Frames { r, t: b_in_a.position };
     let rt = r.transpose();
     let a_frames = Frames { r: rt, t: -(rt * b_in_a.position) };
-    if cached_axis_separates(a, b, &b_frames, &a_frames, margin, *cache) {
-        return Manifold::default();
+    if let Some(gap) = cached_separation(a, b, &b_frames, &a_frames, *cache)
+        && gap > margin
+    {
+        return Manifold::apart(gap);
     }
-    let face_a = best_face(a, b, &b_frames, margin);
+    let rounding = ROUNDING * (b_in_a.position.length() + a.reach + b.reach);
+    let (mut near_a, mut near_b) = (Near::new(), Near::new());
+    near_a.measure(a, b, &b_frames);
+    let face_a = best_face(a, b, &b_frames, margin, &near_a, rounding);
     if face_a.separation > margin {
         remember(cache, FACE_A, face_a.face, 0);
-        return Manifold::default();
+        return Manifold::apart(face_a.separation);
     }
-    let face_b = best_face(b, a, &a_frames, margin);
+    near_b.measure(b, a, &a_frames);
+    let face_b = best_face(b, a, &a_frames, margin, &near_b, rounding);
     if face_b.separation > margin {
         remember(cache, FACE_B, 0, face_b.face);
-        return Manifold::default();
+        return Manifold::apart(face_b.separation);
     }
     let slack = PREFERENCE * thinness(a, b);
-    let edges = best_edges(a, b, &a_frames, margin);
     let of_faces = greater(face_a.separation, face_b.separation);
+    // An edge contact must be better than this, so edges that cannot be are not looked at.
+    let floor = of_faces + slack;
+    let edges_a = near_a.edges(a, b.inner, floor, rounding);
+    let edges_b = near_b.edges(b, a.inner, floor, rounding);
+    let edges = best_edges(a, b, &a_frames, margin, [edges_a.numbers(), edges_b.numbers()]);
     if let Some(e) = edges
-        && e.separation > of_faces + slack
+        && e.separation > floor
     {
         remember(cache, EDGES, e.a, e.b);
         return if e.separation > margin {
-            Manifold::default()
+            Manifold::apart(e.separation)
         } else {
             edge_contact(a, b, b_in_a, &e)
         };
@@ -104,47 +127,119 @@ fn remember(cache: &mut PairCache, kind: u8, a: usize, b: usize) {
     (cache.kind, cache.a, cache.b) = (kind, a as u16, b as u16);
 }
 
-/// Exactly one of the tests that the full search would make, so that the answer is the same.
-fn cached_axis_separates(
-    a: Polytope<'_>,
-    b: Polytope<'_>,
+/// The separation along the axis that the cache names: one of those that the full search would try.
+fn cached_separation(
+    a: &Hull,
+    b: &Hull,
     b_frames: &Frames,
     a_frames: &Frames,
-    margin: f32,
     cache: PairCache,
-) -> bool {
+) -> Option<f32> {
     let (i, j) = (usize::from(cache.a), usize::from(cache.b));
     match cache.kind {
-        FACE_A if i < a.planes.len() => face_separation(a, b, b_frames, i) > margin,
-        FACE_B if j < b.planes.len() => face_separation(b, a, a_frames, j) > margin,
+        FACE_A if i < a.planes.len() => Some(face_separation(a, b, b_frames, i)),
+        FACE_B if j < b.planes.len() => Some(face_separation(b, a, a_frames, j)),
         EDGES if (i | 1) < a.edges.len() && (j | 1) < b.edges.len() => {
             let edge = EdgeOf::new(a, a_frames, i & !1);
-            let (e, twin) = (b.edges[j & !1], b.edges[j | 1]);
-            let p = normal_of(b, e).dot(edge.d);
-            let q = normal_of(b, twin).dot(edge.d);
-            edge.against(b, j & !1, p, q).is_some_and(|x| x.separation > margin)
+            edge.against(b, j & !1).map(|x| x.separation)
         }
-        _ => false,
+        _ => None,
     }
 }
 
 #[inline]
-fn face_separation(a: Polytope<'_>, b: Polytope<'_>, frames: &Frames, face: usize) -> f32 {
+fn face_separation(a: &Hull, b: &Hull, frames: &Frames, face: usize) -> f32 {
     let plane = a.planes[face];
     let n = frames.r.transpose_mul(plane.normal);
-    let mut least = f32::INFINITY;
-    for v in b.vertices {
-        least = lesser(n.dot(*v), least);
+    b.lanes.least_along(n) + plane.normal.dot(frames.t) - plane.offset
+}
+
+/// The distances of the center of one hull from the planes of another.
+struct Near {
+    distances: [Lanes; NEAR_GROUPS],
+    /// The planes do not fit: nothing is known.
+    overflow: bool,
+}
+
+/// The edges that may carry a contact.
+struct Candidates {
+    numbers: [u16; CANDIDATES],
+    count: usize,
+}
+
+impl Candidates {
+    /// `None`: all of them.
+    fn numbers(&self) -> Option<&[u16]> {
+        self.numbers.get(..self.count)
     }
-    least + plane.normal.dot(frames.t) - plane.offset
+}
+
+impl Near {
+    const fn new() -> Self {
+        Self { distances: [[0.0; LANES]; NEAR_GROUPS], overflow: false }
+    }
+
+    fn measure(&mut self, of: &Hull, other: &Hull, frames: &Frames) {
+        self.overflow = of.planes.len() > NEAR_GROUPS * LANES;
+        if !self.overflow {
+            of.lanes.distances(frames.r * other.center + frames.t, &mut self.distances);
+        }
+    }
+
+    /// Of plane `i`; infinite if not known.
+    #[inline]
+    fn at(&self, i: usize) -> f32 {
+        if self.overflow { f32::INFINITY } else { self.distances[i / LANES][i % LANES] }
+    }
+
+    /// Edges of `of` along which a body that contains a ball of radius `inner` about the measured
+    /// center may be separated by more than `floor`.
+    fn edges(&self, of: &Hull, inner: f32, floor: f32, rounding: f32) -> Candidates {
+        let mut found = Candidates { numbers: [0; CANDIDATES], count: 0 };
+        if self.overflow {
+            found.count = CANDIDATES + 1;
+            return found;
+        }
+        let floor = floor + inner;
+        for (k, pair) in (0_u16..).zip(of.edges.chunks_exact(2)) {
+            let (f, g) = (usize::from(pair[0].face), usize::from(pair[1].face));
+            if of.lanes.edge_bound(usize::from(k), self.at(f) + rounding, self.at(g) + rounding) >= floor {
+                if let Some(number) = found.numbers.get_mut(found.count) {
+                    *number = 2 * k;
+                }
+                found.count += 1;
+            }
+        }
+        found
+    }
 }
 
 /// The face of `a` that separates most; the search ends at the first beyond `margin`.
-fn best_face(a: Polytope<'_>, b: Polytope<'_>, frames: &Frames, margin: f32) -> FaceAxis {
-    let mut best = FaceAxis { face: 0, separation: f32::NEG_INFINITY };
+fn best_face(
+    a: &Hull,
+    b: &Hull,
+    frames: &Frames,
+    margin: f32,
+    near: &Near,
+    rounding: f32,
+) -> FaceAxis {
+    let (mut first, mut most) = (0, f32::NEG_INFINITY);
     for face in 0..a.planes.len() {
+        if near.at(face) > most {
+            (first, most) = (face, near.at(face));
+        }
+    }
+    let mut best = FaceAxis { face: first, separation: face_separation(a, b, frames, first) };
+    if best.separation > margin {
+        return best;
+    }
+    for face in 0..a.planes.len() {
+        if face == first || near.at(face) - b.inner + rounding < best.separation {
+            continue;
+        }
         let separation = face_separation(a, b, frames, face);
-        if separation > best.separation {
+        // Of equal ones the first, wherever the search began.
+        if separation > best.separation || (separation >= best.separation && face < best.face) {
             best = FaceAxis { face, separation };
             if separation > margin {
                 break;
@@ -154,17 +249,13 @@ fn best_face(a: Polytope<'_>, b: Polytope<'_>, frames: &Frames, margin: f32) -> 
     best
 }
 
-/// Half the least width of the thinner polytope, seen from its center; triangles do not count.
-fn thinness(a: Polytope<'_>, b: Polytope<'_>) -> f32 {
-    let of = |x: Polytope<'_>| {
-        x.planes.iter().map(|p| -p.distance(x.center)).fold(f32::INFINITY, lesser)
-    };
-    let (in_a, in_b) = (of(a), of(b));
-    let (thin, thick) = if in_a < in_b { (in_a, in_b) } else { (in_b, in_a) };
-    greater(if thin > 1.0e-3 * thick { thin } else { thick }, 0.0)
+/// Half the least width of the thinner hull, seen from its center; flat ones do not count.
+fn thinness(a: &Hull, b: &Hull) -> f32 {
+    let (thin, thick) = if a.inner < b.inner { (a.inner, b.inner) } else { (b.inner, a.inner) };
+    if thin > 1.0e-3 * thick { thin } else { thick }
 }
 
-fn normal_of(x: Polytope<'_>, e: HalfEdge) -> Vec3 {
+fn normal_of(x: &Hull, e: HalfEdge) -> Vec3 {
     x.planes[usize::from(e.face)].normal
 }
 
@@ -179,7 +270,7 @@ struct EdgeOf {
 
 impl EdgeOf {
     #[inline]
-    fn new(a: Polytope<'_>, a_frames: &Frames, edge: usize) -> Self {
+    fn new(a: &Hull, a_frames: &Frames, edge: usize) -> Self {
         let (e, twin) = (a.edges[edge], a.edges[edge + 1]);
         let tail = a.vertices[usize::from(e.origin)];
         let head = a.vertices[usize::from(twin.origin)];
@@ -193,15 +284,17 @@ impl EdgeOf {
     }
 
     /// The axis of a pair of edges if they build a face of the Minkowski difference: the arcs u to v
-    /// and -u' to -v' on the Gauss map cross. p = u'·d, q = v'·d. As d points along u × v, the arcs
-    /// cross iff pq < 0, (u·d')(v·d') < 0 and p (u·d') > 0; then A's outward axis is
+    /// and -u' to -v' on the Gauss map cross. With p = u'·d, q = v'·d: as d points along u × v, the
+    /// arcs cross iff pq < 0, (u·d')(v·d') < 0 and p (u·d') > 0; then A's outward axis is
     /// sign(u·d') d × d'.
     #[inline]
-    fn against(&self, b: Polytope<'_>, edge_b: usize, p: f32, q: f32) -> Option<EdgeAxis> {
+    fn against(&self, b: &Hull, edge_b: usize) -> Option<EdgeAxis> {
+        let (e, twin) = (b.edges[edge_b], b.edges[edge_b + 1]);
+        let p = normal_of(b, e).dot(self.d);
+        let q = normal_of(b, twin).dot(self.d);
         if p * q >= 0.0 {
             return None;
         }
-        let (e, twin) = (b.edges[edge_b], b.edges[edge_b + 1]);
         let tail = b.vertices[usize::from(e.origin)];
         let d = b.vertices[usize::from(twin.origin)] - tail;
         let (r, s) = (self.u.dot(d), self.v.dot(d));
@@ -220,33 +313,26 @@ impl EdgeOf {
     }
 }
 
-/// The pair of edges that separates most; the search ends at the first beyond `margin`.
+/// The pair of edges that separates most; the search ends at the first beyond `margin`. `numbers`
+/// are the half-edges of A and of B that count; `None`: all.
 fn best_edges(
-    a: Polytope<'_>,
-    b: Polytope<'_>,
+    a: &Hull,
+    b: &Hull,
     a_frames: &Frames,
     margin: f32,
+    numbers: [Option<&[u16]>; 2],
 ) -> Option<EdgeAxis> {
-    // u'·d for the faces of B: three dot products fewer for each pair of edges.
-    const TABLE: usize = 64;
-    let mut row = [0.0_f32; TABLE];
-    let tabled = b.planes.len() <= TABLE;
+    let count = |x: &Hull, list: Option<&[u16]>| list.map_or(x.edges.len() / 2, <[u16]>::len);
+    let number = |list: Option<&[u16]>, k: usize| list.map_or(2 * k, |l| usize::from(l[k]));
+    let [count_a, count_b] = [count(a, numbers[0]), count(b, numbers[1])];
     let mut best: Option<EdgeAxis> = None;
-    for i in (0..a.edges.len() & !1).step_by(2) {
-        let edge = EdgeOf::new(a, a_frames, i);
-        if tabled {
-            for (x, plane) in row.iter_mut().zip(b.planes) {
-                *x = plane.normal.dot(edge.d);
-            }
-        }
-        for (k, pair) in b.edges.chunks_exact(2).enumerate() {
-            let (f, g) = (usize::from(pair[0].face), usize::from(pair[1].face));
-            let (p, q) = if tabled {
-                (row[f & (TABLE - 1)], row[g & (TABLE - 1)])
-            } else {
-                (b.planes[f].normal.dot(edge.d), b.planes[g].normal.dot(edge.d))
-            };
-            let Some(axis) = edge.against(b, 2 * k, p, q) else { continue };
+    if count_b == 0 {
+        return best;
+    }
+    for i in 0..count_a {
+        let edge = EdgeOf::new(a, a_frames, number(numbers[0], i));
+        for j in 0..count_b {
+            let Some(axis) = edge.against(b, number(numbers[1], j)) else { continue };
             if best.is_none_or(|x| axis.separation > x.separation) {
                 best = Some(axis);
                 if axis.separation > margin {
@@ -259,7 +345,7 @@ fn best_edges(
 }
 
 /// The corners of a face; every k-th of a very large one.
-pub(crate) fn face_polygon(x: Polytope<'_>, face: usize, out: &mut Polygon) {
+pub(crate) fn face_polygon(x: &Hull, face: usize, out: &mut Polygon) {
     out.clear();
     let Some(&first) = x.face_edges.get(face) else { return };
     let mut count = 0;
@@ -282,21 +368,15 @@ pub(crate) fn face_polygon(x: Polytope<'_>, face: usize, out: &mut Polygon) {
 }
 
 /// The face whose normal is most along `direction`.
-pub(crate) fn face_along(x: Polytope<'_>, direction: Vec3) -> usize {
-    let (mut best, mut most) = (0, f32::NEG_INFINITY);
-    for (i, plane) in x.planes.iter().enumerate() {
-        let d = plane.normal.dot(direction);
-        if d > most {
-            (best, most) = (i, d);
-        }
-    }
-    best
+#[inline]
+pub(crate) fn face_along(x: &Hull, direction: Vec3) -> usize {
+    x.lanes.face_along(direction)
 }
 
 /// Contact of face `face` of A with the face of B that looks at it most.
 fn face_contact(
-    a: Polytope<'_>,
-    b: Polytope<'_>,
+    a: &Hull,
+    b: &Hull,
     b_in_a: &Pose,
     face: usize,
     margin: f32,
@@ -313,8 +393,8 @@ fn face_contact(
     clip(&reference, &mut incident, margin, flag)
 }
 
-fn edge_contact(a: Polytope<'_>, b: Polytope<'_>, b_in_a: &Pose, e: &EdgeAxis) -> Manifold {
-    let ends = |x: Polytope<'_>, k: usize| {
+fn edge_contact(a: &Hull, b: &Hull, b_in_a: &Pose, e: &EdgeAxis) -> Manifold {
+    let ends = |x: &Hull, k: usize| {
         [x.edges[k], x.edges[k + 1]].map(|h| x.vertices[usize::from(h.origin)])
     };
     let edge_b = ends(b, e.b).map(|p| b_in_a.point(p));
@@ -329,8 +409,8 @@ fn edge_contact(a: Polytope<'_>, b: Polytope<'_>, b_in_a: &Pose, e: &EdgeAxis) -
 /// pass beside it. The true closest points decide; where the polytopes overlap after all, the corner
 /// of B that is deepest along the face normal `n` does, at the separation of the faces.
 fn beside_the_face(
-    a: Polytope<'_>,
-    b: Polytope<'_>,
+    a: &Hull,
+    b: &Hull,
     b_in_a: &Pose,
     margin: f32,
     n: Vec3,
@@ -342,7 +422,8 @@ fn beside_the_face(
         b_in_a.point(b.center) - a.center,
     );
     match closest {
-        Some(c) if c.distance <= margin => {
+        Some(c) if c.distance > margin => Manifold::apart(c.distance),
+        Some(c) => {
             Manifold::single(c.normal, (c.point_a + c.point_b) * 0.5, c.distance, EDGE_PAIR)
         }
         None if of_faces <= 0.0 => {
@@ -355,13 +436,6 @@ fn beside_the_face(
 
 /// The vertex farthest along `direction`.
 #[inline]
-pub(crate) fn support(x: Polytope<'_>, direction: Vec3) -> Vec3 {
-    let (mut best, mut most) = (Vec3::ZERO, f32::NEG_INFINITY);
-    for v in x.vertices {
-        let d = v.dot(direction);
-        if d > most {
-            (best, most) = (*v, d);
-        }
-    }
-    best
+pub(crate) fn support(x: &Hull, direction: Vec3) -> Vec3 {
+    x.vertices[x.lanes.farthest_along(direction)]
 }

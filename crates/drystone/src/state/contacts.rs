@@ -26,9 +26,16 @@ pub(crate) struct Point {
     pub(crate) feature: u32,
 }
 
-/// The motion of the two bodies when the manifold was made.
+/// What tells whether a pair must be tested again: the motion of its two bodies when the manifold was
+/// made. One cache line a contact, so that the many pairs that only come near each other cost little.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Reference {
+#[repr(C, align(64))]
+pub(crate) struct Probe {
+    pub(crate) body_a: u32,
+    pub(crate) body_b: u32,
+    /// How far apart the shapes were then, at least [m]; 0 if the pair has points or that is not
+    /// known; infinite for a part that its first manifold takes care of.
+    pub(crate) gap: f32,
     /// Center of B less that of A [m, world].
     pub(crate) offset: Vec3,
     pub(crate) rotation_a: Quat,
@@ -81,7 +88,6 @@ pub(crate) struct Contact {
     pub(crate) tangent_impulse: Vec3,
     pub(crate) twist_impulse: f32,
     pub(crate) rolling_impulse: Vec3,
-    pub(crate) reference: Reference,
     pub(crate) cache: PairCache,
 }
 
@@ -97,6 +103,8 @@ impl Contact {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Contacts {
     rows: Vec<Option<Contact>>,
+    /// Beside `rows`.
+    probes: Vec<Probe>,
     free: Vec<u32>,
     pairs: PairSet,
     /// Rows of contacts with an active body, first parts and others.
@@ -119,6 +127,11 @@ impl Contacts {
         (&mut self.rows, &self.awake)
     }
 
+    /// The same with the probes.
+    pub(crate) fn probes_mut(&mut self) -> (&mut [Option<Contact>], &mut [Probe], &[u32]) {
+        (&mut self.rows, &mut self.probes, &self.awake)
+    }
+
     /// Rows in order.
     pub(crate) fn iter(&self) -> impl Iterator<Item = (u32, &Contact)> {
         (0_u32..).zip(&self.rows).filter_map(|(i, c)| c.as_ref().map(|c| (i, c)))
@@ -136,6 +149,7 @@ impl Contacts {
         contact.awake_row = NONE;
         let row = self.free.pop().unwrap_or_else(|| {
             self.rows.push(None);
+            self.probes.push(Probe::default());
             u32::try_from(self.rows.len() - 1).expect("fewer than 2^31 contacts fit in memory")
         });
         for side in 0..2 {
@@ -149,6 +163,12 @@ impl Contacts {
             }
             body.contacts = me;
         }
+        self.probes[row as usize] = Probe {
+            body_a: contact.body_a,
+            body_b: contact.body_b,
+            gap: if contact.is_part { f32::INFINITY } else { 0.0 },
+            ..Probe::default()
+        };
         self.rows[row as usize] = Some(contact);
         row
     }
