@@ -63,6 +63,8 @@ pub(crate) struct Body {
     pub(crate) extent: f32,
     /// Half of the least thickness of its shapes [m]: what it may move in a step without a check.
     pub(crate) inner: f32,
+    /// How far a point of it may yet move before a shape may leave its box in the tree [m]; 0: unknown.
+    pub(crate) room: f32,
     /// Level in the contact graph: contacts between it and what cannot be pushed, at least. That is 0;
     /// a body that nothing holds has [`NONE`].
     pub(crate) level: u32,

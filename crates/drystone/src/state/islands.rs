@@ -16,26 +16,44 @@ pub(crate) struct Island {
 pub(crate) struct Islands {
     pub(crate) rows: Vec<Island>,
     free: Vec<u32>,
+    /// Memory for a copy of an island's list, see [`Self::members`].
+    spare: Vec<u32>,
 }
 
 impl Islands {
+    /// A copy of an island's list, for who changes islands on the way; to be given back.
+    pub(crate) fn members(&mut self, island: u32) -> Vec<u32> {
+        let mut copy = core::mem::take(&mut self.spare);
+        copy.clear();
+        copy.extend_from_slice(&self.rows[island as usize].bodies);
+        copy
+    }
+
+    /// Takes back what [`Self::members`] lent.
+    pub(crate) fn give_back(&mut self, copy: Vec<u32>) {
+        self.spare = copy;
+    }
+
     /// A new island of these bodies.
-    pub(crate) fn create(&mut self, members: Vec<u32>, bodies: &mut Bodies) -> u32 {
+    pub(crate) fn create(&mut self, members: &[u32], bodies: &mut Bodies) -> u32 {
         let island = self.free.pop().unwrap_or_else(|| {
             self.rows.push(Island::default());
             u32::try_from(self.rows.len() - 1).expect("fewer islands than bodies")
         });
-        for b in &members {
+        for b in members {
             bodies.at_mut(*b).island = island;
         }
-        self.rows[island as usize] = Island { bodies: members, cut: false };
+        let row = &mut self.rows[island as usize];
+        row.bodies.extend_from_slice(members);
+        row.cut = false;
         island
     }
 
     /// Empties an island and frees its row; its bodies are in none until they are put into one.
-    pub(crate) fn dissolve(&mut self, island: u32) -> Vec<u32> {
+    /// Its list keeps its memory.
+    pub(crate) fn dissolve(&mut self, island: u32) {
         self.free.push(island);
-        core::mem::take(&mut self.rows[island as usize]).bodies
+        self.rows[island as usize].bodies.clear();
     }
 
     /// Connects the islands of two dynamic bodies.
@@ -49,13 +67,15 @@ impl Islands {
             core::mem::swap(&mut keep, &mut give);
         }
         let cut = self.rows[give as usize].cut;
-        let moved = self.dissolve(give);
+        let mut moved = core::mem::take(&mut self.rows[give as usize].bodies);
         for body in &moved {
             bodies.at_mut(*body).island = keep;
         }
         let island = &mut self.rows[keep as usize];
-        island.bodies.extend(moved);
+        island.bodies.append(&mut moved);
         island.cut |= cut;
+        self.rows[give as usize].bodies = moved;
+        self.dissolve(give);
     }
 
     /// A connection of this body was cut.

@@ -30,13 +30,18 @@ pub(crate) struct Levels {
 
 /// One Jacobi relaxation of the levels of the contact graph, level = 1 + the least level of a touching
 /// neighbor: converges in as many steps as the graph is deep, and costs nothing while nothing changes.
+/// What is written of bodies that are not awake is never read.
 pub(crate) fn relax_levels(sets: &mut Sets<'_>, scratch: &mut Levels) {
     if !core::mem::take(&mut sets.colors.levels_dirty) {
         return;
     }
     let next = &mut scratch.next;
-    next.clear();
-    next.resize(sets.bodies.rows.slot_count(), NONE);
+    if next.len() < sets.bodies.rows.slot_count() {
+        next.resize(sets.bodies.rows.slot_count(), NONE);
+    }
+    for row in &sets.bodies.awake {
+        next[*row as usize] = NONE;
+    }
     let mut meet = |row: u32| {
         let c = sets.contacts.at(row);
         let (a, b) = (c.body_a, c.body_b);

@@ -102,6 +102,7 @@ impl World {
             sleep_speed: def.sleep_speed.unwrap_or(-1.0),
             extent: 0.0,
             inner: f32::INFINITY,
+            room: 0.0,
             level: if def.kind == BodyKind::Dynamic { NONE } else { 0 },
             faulted: false,
             user_data: def.user_data,
@@ -121,7 +122,7 @@ impl World {
             }
             BodyKind::Dynamic => {
                 let tables = &mut self.tables;
-                tables.islands.create(vec![row], &mut tables.bodies);
+                tables.islands.create(&[row], &mut tables.bodies);
                 if !def.asleep {
                     self.sets().wake(row);
                     // Being added awake is no event.
@@ -186,6 +187,7 @@ impl World {
         b.shapes.push(id.index());
         b.extent = b.extent.max(extent);
         b.inner = b.inner.min(thickness);
+        b.room = 0.0;
         self.enter_bounds(id.index());
         id
     }
@@ -210,6 +212,7 @@ impl World {
     pub(super) fn refresh_bounds(&mut self, body: u32) {
         let ctx = self.context();
         let tables = &mut self.tables;
+        tables.bodies.at_mut(body).room = 0.0;
         for i in 0..tables.bodies.at(body).shapes.len() {
             let b = tables.bodies.at(body);
             let shape = b.shapes[i];

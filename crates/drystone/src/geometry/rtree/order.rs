@@ -44,7 +44,6 @@ impl Scratch {
 
     /// Item and box at a place of the order.
     pub(super) fn at(&self, place: usize) -> (u32, Aabb) {
-        #[expect(clippy::cast_possible_truncation, reason = "the low bits of a key are a place")]
         let index = (self.keys[place] & ((1 << PLACE_BITS) - 1)) as usize;
         self.boxes[index]
     }

@@ -162,8 +162,13 @@ fn run(
 
 /// Lines of all awake dynamic bodies that some constraint acts on; the others fly (finalize).
 fn prepare_bodies(ctx: &StepContext, bodies: &Bodies, scratch: &mut Scratch, jobs: &dyn Executor) {
-    scratch.line_of.clear();
-    scratch.line_of.resize(bodies.rows.slot_count(), 0);
+    // Only what the last step set is reset: a world of a million static bodies costs nothing here.
+    for row in &scratch.members {
+        scratch.line_of[*row as usize] = 0;
+    }
+    if scratch.line_of.len() < bodies.rows.slot_count() {
+        scratch.line_of.resize(bodies.rows.slot_count(), 0);
+    }
     scratch.members.clear();
     scratch.locked.clear();
     for row in &bodies.awake {
