@@ -53,7 +53,10 @@ pub(crate) struct Body {
 
     /// Place in [`Bodies::awake`], or [`NONE`].
     pub(crate) awake_row: u32,
+    /// Its island, and its neighbors in the chain of the island's bodies.
     pub(crate) island: u32,
+    pub(crate) island_previous: u32,
+    pub(crate) island_next: u32,
     /// How long it has been still [s].
     pub(crate) still_time: f32,
     pub(crate) can_sleep: bool,

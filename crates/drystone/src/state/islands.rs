@@ -1,14 +1,22 @@
 //! Islands: dynamic bodies connected by contacts or joints. Kept from step to step: merged when a
-//! connection is made, split only when one of them wants to sleep.
+//! connection is made, split only when one of them wants to sleep. Their bodies are chained in the
+//! bodies' rows, so that merging and splitting take no memory.
 
 use super::bodies::{Bodies, NONE};
 
 /// Bodies that sleep and wake together.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 pub(crate) struct Island {
-    pub(crate) bodies: Vec<u32>,
+    /// First and last of its bodies; [`NONE`] while the row is free.
+    pub(crate) first: u32,
+    last: u32,
+    len: u32,
     /// Connections were cut since it was last known to be connected.
     pub(crate) cut: bool,
+}
+
+impl Island {
+    const FREE: Self = Self { first: NONE, last: NONE, len: 0, cut: false };
 }
 
 /// All islands; every dynamic body is in one.
@@ -16,44 +24,56 @@ pub(crate) struct Island {
 pub(crate) struct Islands {
     pub(crate) rows: Vec<Island>,
     free: Vec<u32>,
-    /// Memory for a copy of an island's list, see [`Self::members`].
+    /// Memory for the list of an island, see [`Self::members`].
     spare: Vec<u32>,
 }
 
 impl Islands {
-    /// A copy of an island's list, for who changes islands on the way; to be given back.
-    pub(crate) fn members(&mut self, island: u32) -> Vec<u32> {
-        let mut copy = core::mem::take(&mut self.spare);
-        copy.clear();
-        copy.extend_from_slice(&self.rows[island as usize].bodies);
-        copy
+    /// A list of an island's bodies, for who changes islands on the way; to be given back.
+    pub(crate) fn members(&mut self, island: u32, bodies: &Bodies) -> Vec<u32> {
+        let mut list = core::mem::take(&mut self.spare);
+        list.clear();
+        let mut at = self.rows[island as usize].first;
+        while at != NONE {
+            list.push(at);
+            at = bodies.at(at).island_next;
+        }
+        list
     }
 
     /// Takes back what [`Self::members`] lent.
-    pub(crate) fn give_back(&mut self, copy: Vec<u32>) {
-        self.spare = copy;
+    pub(crate) fn give_back(&mut self, list: Vec<u32>) {
+        self.spare = list;
     }
 
-    /// A new island of these bodies.
-    pub(crate) fn create(&mut self, members: &[u32], bodies: &mut Bodies) -> u32 {
+    /// A new island of one body.
+    pub(crate) fn create(&mut self, body: u32, bodies: &mut Bodies) -> u32 {
         let island = self.free.pop().unwrap_or_else(|| {
-            self.rows.push(Island::default());
+            self.rows.push(Island::FREE);
             u32::try_from(self.rows.len() - 1).expect("fewer islands than bodies")
         });
-        for b in members {
-            bodies.at_mut(*b).island = island;
-        }
-        let row = &mut self.rows[island as usize];
-        row.bodies.extend_from_slice(members);
-        row.cut = false;
+        self.push(island, body, bodies);
         island
     }
 
+    /// Puts a body that is in no island behind the others of one.
+    pub(crate) fn push(&mut self, island: u32, body: u32, bodies: &mut Bodies) {
+        let row = &mut self.rows[island as usize];
+        let b = bodies.at_mut(body);
+        (b.island, b.island_previous, b.island_next) = (island, row.last, NONE);
+        if row.last == NONE {
+            row.first = body;
+        } else {
+            bodies.at_mut(row.last).island_next = body;
+        }
+        row.last = body;
+        row.len += 1;
+    }
+
     /// Empties an island and frees its row; its bodies are in none until they are put into one.
-    /// Its list keeps its memory.
     pub(crate) fn dissolve(&mut self, island: u32) {
         self.free.push(island);
-        self.rows[island as usize].bodies.clear();
+        self.rows[island as usize] = Island::FREE;
     }
 
     /// Connects the islands of two dynamic bodies.
@@ -62,19 +82,23 @@ impl Islands {
         if keep == give || keep == NONE || give == NONE {
             return;
         }
-        let size = |i: u32| self.rows[i as usize].bodies.len();
+        let size = |i: u32| self.rows[i as usize].len;
         if (size(give), keep) > (size(keep), give) {
             core::mem::swap(&mut keep, &mut give);
         }
-        let cut = self.rows[give as usize].cut;
-        let mut moved = core::mem::take(&mut self.rows[give as usize].bodies);
-        for body in &moved {
-            bodies.at_mut(*body).island = keep;
+        let given = self.rows[give as usize];
+        let mut at = given.first;
+        while at != NONE {
+            let body = bodies.at_mut(at);
+            body.island = keep;
+            at = body.island_next;
         }
         let island = &mut self.rows[keep as usize];
-        island.bodies.append(&mut moved);
-        island.cut |= cut;
-        self.rows[give as usize].bodies = moved;
+        bodies.at_mut(island.last).island_next = given.first;
+        bodies.at_mut(given.first).island_previous = island.last;
+        island.last = given.last;
+        island.len += given.len;
+        island.cut |= given.cut;
         self.dissolve(give);
     }
 
@@ -88,15 +112,26 @@ impl Islands {
 
     /// Takes a body out.
     pub(crate) fn remove(&mut self, body: u32, bodies: &mut Bodies) {
-        let island = bodies.at(body).island;
+        let b = bodies.at_mut(body);
+        let (island, previous, next) = (b.island, b.island_previous, b.island_next);
         if island == NONE {
             return;
         }
-        bodies.at_mut(body).island = NONE;
+        (b.island, b.island_previous, b.island_next) = (NONE, NONE, NONE);
         let row = &mut self.rows[island as usize];
-        row.bodies.retain(|b| *b != body);
+        if previous == NONE {
+            row.first = next;
+        } else {
+            bodies.at_mut(previous).island_next = next;
+        }
+        if next == NONE {
+            row.last = previous;
+        } else {
+            bodies.at_mut(next).island_previous = previous;
+        }
+        row.len -= 1;
         row.cut = true;
-        if row.bodies.is_empty() {
+        if row.len == 0 {
             self.dissolve(island);
         }
     }

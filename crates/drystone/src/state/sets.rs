@@ -206,7 +206,7 @@ impl Sets<'_> {
         if island == NONE {
             self.wake_members(&[body]);
         } else {
-            let members = self.islands.members(island);
+            let members = self.islands.members(island, self.bodies);
             self.wake_members(&members);
             self.islands.give_back(members);
         }

@@ -67,7 +67,7 @@ pub(crate) fn rest_still_islands(
                 split = Some((island, waited));
             }
         } else {
-            let members = sets.islands.members(island);
+            let members = sets.islands.members(island, sets.bodies);
             sets.rest(&members);
             sets.islands.give_back(members);
         }
@@ -100,7 +100,7 @@ fn rate_islands(sets: &Sets<'_>, times: &mut Vec<(f32, f32)>) {
 
 /// Replaces an island by its connected components.
 fn split_island(island: u32, sets: &mut Sets<'_>) {
-    let members = sets.islands.members(island);
+    let members = sets.islands.members(island, sets.bodies);
     sets.islands.dissolve(island);
     for m in &members {
         sets.bodies.at_mut(*m).island = NONE;
@@ -109,10 +109,9 @@ fn split_island(island: u32, sets: &mut Sets<'_>) {
         if sets.bodies.at(*start).island != NONE {
             continue;
         }
-        let component = sets.islands.create(&[*start], sets.bodies);
-        let mut next = 0;
-        while let Some(&body) = sets.islands.rows[component as usize].bodies.get(next) {
-            next += 1;
+        let component = sets.islands.create(*start, sets.bodies);
+        let mut body = *start;
+        while body != NONE {
             let mut at = sets.bodies.at(body).contacts;
             while at != NONE {
                 let c = sets.contacts.at(at / 2);
@@ -127,6 +126,7 @@ fn split_island(island: u32, sets: &mut Sets<'_>) {
                 let other = if joint.body_a == body { joint.body_b } else { joint.body_a };
                 join(component, other, sets);
             }
+            body = sets.bodies.at(body).island_next;
         }
     }
     sets.islands.give_back(members);
@@ -134,9 +134,8 @@ fn split_island(island: u32, sets: &mut Sets<'_>) {
 
 /// Enters a body that is in no island yet.
 fn join(component: u32, body: u32, sets: &mut Sets<'_>) {
-    let row = sets.bodies.at_mut(body);
+    let row = sets.bodies.at(body);
     if row.is_dynamic() && row.island == NONE {
-        row.island = component;
-        sets.islands.rows[component as usize].bodies.push(body);
+        sets.islands.push(component, body, sets.bodies);
     }
 }

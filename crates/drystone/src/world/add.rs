@@ -97,6 +97,8 @@ impl World {
             constraints: 0,
             awake_row: NONE,
             island: NONE,
+            island_previous: NONE,
+            island_next: NONE,
             still_time: 0.0,
             can_sleep: def.can_sleep,
             sleep_speed: def.sleep_speed.unwrap_or(-1.0),
@@ -122,7 +124,7 @@ impl World {
             }
             BodyKind::Dynamic => {
                 let tables = &mut self.tables;
-                tables.islands.create(&[row], &mut tables.bodies);
+                tables.islands.create(row, &mut tables.bodies);
                 if !def.asleep {
                     self.sets().wake(row);
                     // Being added awake is no event.

@@ -60,7 +60,7 @@ fn check(tree: &RTree, boxes: &[Option<Aabb>]) {
 
 #[test]
 fn queries_find_what_brute_force_finds_through_every_change() {
-    let team = Team::new(3);
+    let team = Team::with_threads(3);
     for jobs in [&Inline as &dyn Executor, &team] {
         let all = boxes(5000, 12345);
         let mut tree = RTree::default();
