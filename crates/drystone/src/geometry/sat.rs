@@ -186,10 +186,52 @@ impl Near {
         }
     }
 
+    /// The face of `of` farthest from the center, the first of several.
+    fn farthest(&self, of: &Hull) -> usize {
+        if self.overflow {
+            return 0;
+        }
+        let (mut first, mut most) = (0, f32::NEG_INFINITY);
+        for (g, group) in self.distances[..of.planes.len().div_ceil(LANES)].iter().enumerate() {
+            for (i, d) in group.iter().enumerate() {
+                // The last group is filled up with the last plane, which comes first.
+                if *d > most {
+                    (first, most) = (g * LANES + i, *d);
+                }
+            }
+        }
+        first
+    }
+
     /// Of plane `i`; infinite if not known.
     #[inline]
     fn at(&self, i: usize) -> f32 {
         if self.overflow { f32::INFINITY } else { self.distances[i / LANES][i % LANES] }
+    }
+
+    /// Calls `f` for the faces of `of` whose distance is at least `floor`, in order, until it says no.
+    #[inline]
+    fn for_faces(&self, of: &Hull, floor: f32, mut f: impl FnMut(usize, f32) -> bool) {
+        let count = of.planes.len();
+        if self.overflow {
+            let _ = (0..count).all(|face| f(face, f32::INFINITY));
+            return;
+        }
+        for (g, group) in self.distances[..count.div_ceil(LANES)].iter().enumerate() {
+            let mut most = group[0];
+            for d in group {
+                most = greater(*d, most);
+            }
+            if most < floor {
+                continue;
+            }
+            for (i, d) in group.iter().enumerate() {
+                let face = g * LANES + i;
+                if *d >= floor && face < count && !f(face, *d) {
+                    return;
+                }
+            }
+        }
     }
 
     /// Edges of `of` along which a body that contains a ball of radius `inner` about the measured
@@ -201,15 +243,32 @@ impl Near {
             return found;
         }
         let floor = floor + inner;
-        for (k, pair) in (0_u16..).zip(of.edges.chunks_exact(2)) {
-            let (f, g) = (usize::from(pair[0].face), usize::from(pair[1].face));
-            if of.lanes.edge_bound(usize::from(k), self.at(f) + rounding, self.at(g) + rounding) >= floor {
-                if let Some(number) = found.numbers.get_mut(found.count) {
-                    *number = 2 * k;
+        // Where no edge bulges by more than the largest, one of an edge's two faces must reach this.
+        let widest = of.lanes.widest_bulge();
+        let least = if floor > 0.0 { floor / widest } else { floor } - 2.0 * rounding;
+        self.for_faces(of, least, |face, d| {
+            let first = of.face_edges[face];
+            let mut e = first;
+            loop {
+                let edge = of.edges[usize::from(e)];
+                let other = usize::from(of.edges[usize::from(e ^ 1)].face);
+                let across = self.at(other);
+                // Each edge once: at the nearer of its faces.
+                if (d > across || (d >= across && face < other))
+                    && of.lanes.edge_bound(usize::from(e / 2), d + rounding, across + rounding)
+                        >= floor
+                {
+                    if let Some(number) = found.numbers.get_mut(found.count) {
+                        *number = e & !1;
+                    }
+                    found.count += 1;
                 }
-                found.count += 1;
+                e = edge.next;
+                if e == first {
+                    return true;
+                }
             }
-        }
+        });
         found
     }
 }
@@ -223,29 +282,23 @@ fn best_face(
     near: &Near,
     rounding: f32,
 ) -> FaceAxis {
-    let (mut first, mut most) = (0, f32::NEG_INFINITY);
-    for face in 0..a.planes.len() {
-        if near.at(face) > most {
-            (first, most) = (face, near.at(face));
-        }
-    }
+    let first = near.farthest(a);
     let mut best = FaceAxis { face: first, separation: face_separation(a, b, frames, first) };
     if best.separation > margin {
         return best;
     }
-    for face in 0..a.planes.len() {
-        if face == first || near.at(face) - b.inner + rounding < best.separation {
-            continue;
+    let floor = best.separation + b.inner - rounding;
+    near.for_faces(a, floor, |face, d| {
+        if face == first || d - b.inner + rounding < best.separation {
+            return true;
         }
         let separation = face_separation(a, b, frames, face);
         // Of equal ones the first, wherever the search began.
         if separation > best.separation || (separation >= best.separation && face < best.face) {
             best = FaceAxis { face, separation };
-            if separation > margin {
-                break;
-            }
         }
-    }
+        separation <= margin
+    });
     best
 }
 
@@ -287,7 +340,6 @@ impl EdgeOf {
     /// and -u' to -v' on the Gauss map cross. With p = u'·d, q = v'·d: as d points along u × v, the
     /// arcs cross iff pq < 0, (u·d')(v·d') < 0 and p (u·d') > 0; then A's outward axis is
     /// sign(u·d') d × d'.
-    #[inline]
     fn against(&self, b: &Hull, edge_b: usize) -> Option<EdgeAxis> {
         let (e, twin) = (b.edges[edge_b], b.edges[edge_b + 1]);
         let p = normal_of(b, e).dot(self.d);
@@ -326,22 +378,76 @@ fn best_edges(
     let number = |list: Option<&[u16]>, k: usize| list.map_or(2 * k, |l| usize::from(l[k]));
     let [count_a, count_b] = [count(a, numbers[0]), count(b, numbers[1])];
     let mut best: Option<EdgeAxis> = None;
-    if count_b == 0 {
+    if count_a == 0 {
         return best;
     }
-    for i in 0..count_a {
-        let edge = EdgeOf::new(a, a_frames, number(numbers[0], i));
-        for j in 0..count_b {
-            let Some(axis) = edge.against(b, number(numbers[1], j)) else { continue };
-            if best.is_none_or(|x| axis.separation > x.separation) {
-                best = Some(axis);
-                if axis.separation > margin {
-                    return best;
+    let mut group = EdgeGroup::new();
+    for from in (0..count_b).step_by(LANES) {
+        let lanes = LANES.min(count_b - from);
+        for lane in 0..lanes {
+            group.put(lane, b, number(numbers[1], from + lane));
+        }
+        for i in 0..count_a {
+            let edge = EdgeOf::new(a, a_frames, number(numbers[0], i));
+            let crossing = group.crossed_by(&edge);
+            for (lane, crosses) in crossing.into_iter().enumerate().take(lanes) {
+                if !crosses {
+                    continue;
+                }
+                let Some(axis) = edge.against(b, number(numbers[1], from + lane)) else { continue };
+                if best.is_none_or(|x| axis.separation > x.separation) {
+                    best = Some(axis);
+                    if axis.separation > margin {
+                        return best;
+                    }
                 }
             }
         }
     }
     best
+}
+
+/// Eight edges of B: normals of both faces and the edge itself.
+struct EdgeGroup {
+    u: [Lanes; 3],
+    v: [Lanes; 3],
+    d: [Lanes; 3],
+}
+
+impl EdgeGroup {
+    const fn new() -> Self {
+        let none = [[0.0; LANES]; 3];
+        Self { u: none, v: none, d: none }
+    }
+
+    #[inline]
+    fn put(&mut self, lane: usize, b: &Hull, edge: usize) {
+        let (e, twin) = (b.edges[edge], b.edges[edge + 1]);
+        let (u, v) = (normal_of(b, e), normal_of(b, twin));
+        let d = b.vertices[usize::from(twin.origin)] - b.vertices[usize::from(e.origin)];
+        for k in 0..3 {
+            (self.u[k][lane], self.v[k][lane], self.d[k][lane]) = (u[k], v[k], d[k]);
+        }
+    }
+
+    /// Which of the arcs are crossed by that of `edge`: the first test of [`EdgeOf::against`].
+    #[inline]
+    fn crossed_by(&self, edge: &EdgeOf) -> [bool; LANES] {
+        let dot = |a: &[Lanes; 3], v: Vec3| {
+            let mut sum = [0.0; LANES];
+            for i in 0..LANES {
+                sum[i] = a[0][i] * v.x + a[1][i] * v.y + a[2][i] * v.z;
+            }
+            sum
+        };
+        let (p, q) = (dot(&self.u, edge.d), dot(&self.v, edge.d));
+        let (r, s) = (dot(&self.d, edge.u), dot(&self.d, edge.v));
+        let mut crossed = [false; LANES];
+        for i in 0..LANES {
+            crossed[i] = (p[i] * q[i] < 0.0) & (r[i] * s[i] < 0.0) & (p[i] * r[i] > 0.0);
+        }
+        crossed
+    }
 }
 
 /// The corners of a face; every k-th of a very large one.

@@ -27,10 +27,13 @@ pub(crate) struct Point {
 }
 
 /// What tells whether a pair must be tested again: the motion of its two bodies when the manifold was
-/// made. One cache line a contact, so that the many pairs that only come near each other cost little.
+/// made. One cache line a contact and these in a row, so that the many pairs that only come near each
+/// other cost little.
 #[derive(Clone, Copy, Debug, Default)]
 #[repr(C, align(64))]
 pub(crate) struct Probe {
+    /// The contact.
+    pub(crate) row: u32,
     pub(crate) body_a: u32,
     pub(crate) body_b: u32,
     /// How far apart the shapes were then, at least [m]; 0 if the pair has points or that is not
@@ -58,7 +61,7 @@ pub(crate) struct Contact {
     pub(crate) body_a: u32,
     pub(crate) body_b: u32,
     pub(crate) links: [Link; 2],
-    /// Place in [`Contacts::awake`], or [`NONE`].
+    /// Place in the awake list, or [`NONE`].
     pub(crate) awake_row: u32,
     /// Where it stands among the colors; nowhere while it has no points.
     pub(crate) place: Place,
@@ -89,6 +92,8 @@ pub(crate) struct Contact {
     pub(crate) twist_impulse: f32,
     pub(crate) rolling_impulse: Vec3,
     pub(crate) cache: PairCache,
+    /// While the contact is not awake.
+    pub(crate) probe: Probe,
 }
 
 impl Contact {
@@ -103,12 +108,10 @@ impl Contact {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Contacts {
     rows: Vec<Option<Contact>>,
-    /// Beside `rows`.
-    probes: Vec<Probe>,
     free: Vec<u32>,
     pairs: PairSet,
-    /// Rows of contacts with an active body, first parts and others.
-    pub(crate) awake: Vec<u32>,
+    /// Contacts with an active body, first parts and others.
+    awake: Vec<Probe>,
 }
 
 impl Contacts {
@@ -123,13 +126,8 @@ impl Contacts {
     }
 
     /// All rows, empty ones too; for stages that lend rows to workers.
-    pub(crate) fn slots_mut(&mut self) -> (&mut [Option<Contact>], &[u32]) {
-        (&mut self.rows, &self.awake)
-    }
-
-    /// The same with the probes.
-    pub(crate) fn probes_mut(&mut self) -> (&mut [Option<Contact>], &mut [Probe], &[u32]) {
-        (&mut self.rows, &mut self.probes, &self.awake)
+    pub(crate) fn slots_mut(&mut self) -> (&mut [Option<Contact>], &mut [Probe]) {
+        (&mut self.rows, &mut self.awake)
     }
 
     /// Rows in order.
@@ -149,7 +147,6 @@ impl Contacts {
         contact.awake_row = NONE;
         let row = self.free.pop().unwrap_or_else(|| {
             self.rows.push(None);
-            self.probes.push(Probe::default());
             u32::try_from(self.rows.len() - 1).expect("fewer than 2^31 contacts fit in memory")
         });
         for side in 0..2 {
@@ -163,7 +160,8 @@ impl Contacts {
             }
             body.contacts = me;
         }
-        self.probes[row as usize] = Probe {
+        contact.probe = Probe {
+            row,
             body_a: contact.body_a,
             body_b: contact.body_b,
             gap: if contact.is_part { f32::INFINITY } else { 0.0 },
@@ -204,14 +202,16 @@ impl Contacts {
         }
         if awake {
             let place = u32::try_from(self.awake.len()).expect("fewer than 2^31 contacts");
-            self.awake.push(row);
+            self.awake.push(self.at(row).probe);
             self.at_mut(row).awake_row = place;
         } else {
-            self.awake.swap_remove(at as usize);
-            if let Some(&moved) = self.awake.get(at as usize) {
+            let probe = self.awake.swap_remove(at as usize);
+            if let Some(moved) = self.awake.get(at as usize) {
+                let moved = moved.row;
                 self.at_mut(moved).awake_row = at;
             }
-            self.at_mut(row).awake_row = NONE;
+            let contact = self.at_mut(row);
+            (contact.awake_row, contact.probe) = (NONE, probe);
         }
     }
 

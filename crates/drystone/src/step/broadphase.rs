@@ -13,7 +13,7 @@ use crate::state::bodies::{Bodies, NONE};
 use crate::state::bounds::Bounds;
 use crate::state::colors::Place;
 use crate::state::contacts::Point;
-use crate::state::contacts::{Contact, Contacts, Link};
+use crate::state::contacts::{Contact, Contacts, Link, Probe};
 use crate::state::def::BodyKind;
 use crate::state::joints::Joints;
 use crate::state::shapes::{ShapeRow, Shapes};
@@ -171,6 +171,7 @@ fn create(a: u32, b: u32, bodies: &mut Bodies, shapes: &Shapes, contacts: &mut C
         twist_impulse: 0.0,
         rolling_impulse: Vec3::ZERO,
         cache: PairCache::default(),
+        probe: Probe::default(),
     };
     let parts = if shape_a.is_mesh() { MAX_PARTS } else { 1 };
     let (mut first, mut last) = (NONE, NONE);

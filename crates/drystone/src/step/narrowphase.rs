@@ -48,19 +48,19 @@ pub(crate) fn update_manifolds(
     scratch: &mut Scratch,
     jobs: &dyn Executor,
 ) {
-    let (slots, probes, awake) = contacts.probes_mut();
+    let (slots, probes) = contacts.slots_mut();
+    let count = probes.len();
     let (slots, probes) = (Rows::new(slots), Rows::new(probes));
-    let least = grain(jobs, awake.len(), 32);
-    collect_ranges(jobs, awake.len(), least, &mut scratch.changes, |range, out| {
-        for row in &awake[range] {
-            let probe = probes.row(*row as usize);
+    let least = grain(jobs, count, 32);
+    collect_ranges(jobs, count, least, &mut scratch.changes, |range, out| {
+        for probe in probes.slice(range) {
             let (a, b) = (bodies.at(probe.body_a), bodies.at(probe.body_b));
             let reach = speculative_margin(ctx, a, b);
             if probe.gap > reach && moved(probe, a, b) < probe.gap - reach {
                 continue;
             }
-            if let Some(contact) = slots.row(*row as usize) {
-                update(ctx, [a, b], shapes, contact, probe, *row, &slots, out);
+            if let Some(contact) = slots.row(probe.row as usize) {
+                update(ctx, [a, b], shapes, contact, probe, &slots, out);
             }
         }
     });
@@ -72,10 +72,10 @@ fn update(
     shapes: &Shapes,
     contact: &mut Contact,
     probe: &mut Probe,
-    row: u32,
     slots: &Rows<'_, Option<Contact>>,
     out: &mut Vec<Change>,
 ) {
+    let row = probe.row;
     let (shape_a, shape_b) = (shapes.at(contact.shape_a), shapes.at(contact.shape_b));
     if !shape_a.fat.overlaps(&shape_b.fat) {
         out.push(Change::Apart(row));

@@ -25,6 +25,7 @@ pub(crate) struct HullLanes {
     offsets: Vec<Lanes>,
     /// Per edge, 1 / cos of half the angle between the normals of its two faces.
     bulges: Vec<f32>,
+    widest_bulge: f32,
 }
 
 impl HullLanes {
@@ -43,11 +44,13 @@ impl HullLanes {
             offsets
         };
         let normals: Vec<Vec3> = planes.iter().map(|p| p.normal).collect();
+        let bulges: Vec<f32> = edges.chunks_exact(2).map(bulge).collect();
         Self {
+            widest_bulge: bulges.iter().copied().fold(1.0, greater),
             vertices: groups(vertices),
             normals: groups(&normals),
             offsets: planes.chunks(LANES).map(group).collect(),
-            bulges: edges.chunks_exact(2).map(bulge).collect(),
+            bulges,
         }
     }
 
@@ -83,6 +86,13 @@ impl HullLanes {
                 out[i] = n.x[i] * p.x + n.y[i] * p.y + n.z[i] * p.z - offset[i];
             }
         }
+    }
+
+    /// The largest 1 / cos of half the angle between the normals at an edge; infinite if some are
+    /// opposite.
+    #[inline]
+    pub(crate) const fn widest_bulge(&self) -> f32 {
+        self.widest_bulge
     }
 
     /// An upper bound of (n · p − the hull's reach along n) over the directions n between the normals
