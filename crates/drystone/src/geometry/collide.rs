@@ -10,7 +10,7 @@ mod round;
 #[cfg(test)]
 mod rest_tests;
 #[cfg(test)]
-mod tests;
+pub(super) mod tests;
 
 use self::convex::Convex;
 pub(crate) use self::mesh::collide_mesh;

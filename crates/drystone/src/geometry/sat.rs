@@ -529,9 +529,7 @@ fn beside_the_face(
     );
     match closest {
         Some(c) if c.distance > margin => Manifold::apart(c.distance),
-        Some(c) => {
-            Manifold::single(c.normal, (c.point_a + c.point_b) * 0.5, c.distance, EDGE_PAIR)
-        }
+        Some(c) => Manifold::single(c.normal, (c.point_a + c.point_b) * 0.5, c.distance, EDGE_PAIR),
         None if of_faces <= 0.0 => {
             let corner = b_in_a.point(support(b, -b_in_a.local_direction(n)));
             Manifold::single(n, corner - n * (0.5 * of_faces), of_faces, EDGE_PAIR)
@@ -544,4 +542,76 @@ fn beside_the_face(
 #[inline]
 pub(crate) fn support(x: &Hull, direction: Vec3) -> Vec3 {
     x.vertices[x.lanes.farthest_along(direction)]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Frames, Near, best_edges, best_face, face_separation};
+    use crate::base::math::{Vec3, greater};
+    use crate::geometry::collide::tests::Random;
+    use crate::geometry::hull::Hull;
+
+    fn hulls(random: &mut Random) -> Vec<Hull> {
+        let cloud = |random: &mut Random, n: usize, scale: Vec3| {
+            let points: Vec<Vec3> = (0..n).map(|_| random.direction().mul_each(scale)).collect();
+            Hull::from_points(&points).unwrap()
+        };
+        let mut all = vec![Hull::cuboid(Vec3::splat(0.5)), Hull::cuboid([0.1, 1.0, 2.0].into())];
+        for n in [4, 6, 10, 32, 120] {
+            all.push(cloud(random, n, Vec3::ONE));
+            all.push(cloud(random, n, [1.0, 0.3, 0.05].into()));
+        }
+        all
+    }
+
+    #[test]
+    fn what_is_not_looked_at_cannot_be_the_best_axis() {
+        let mut random = Random(77);
+        let hulls = hulls(&mut random);
+        let mut with_edges = 0;
+        for _ in 0..6000 {
+            let pick = |r: &mut Random| {
+                let n = hulls.len();
+                #[expect(
+                    clippy::cast_possible_truncation,
+                    clippy::cast_sign_loss,
+                    reason = "small"
+                )]
+                let k = ((r.signed() * 0.5 + 0.5) * 1000.0) as usize;
+                &hulls[k % n]
+            };
+            let (a, b) = (pick(&mut random), pick(&mut random));
+            let r = random.rotation().to_mat3();
+            // From deep overlap to well apart.
+            let t = random.direction() * ((a.reach + b.reach) * random.signed().abs());
+            let to_a = Frames { r, t };
+            let rt = r.transpose();
+            let to_b = Frames { r: rt, t: -(rt * t) };
+            let rounding = 1.0e-6 * (t.length() + a.reach + b.reach);
+            let everywhere = f32::INFINITY;
+            let mut of_faces = f32::NEG_INFINITY;
+            let mut near = [Near::new(), Near::new()];
+            for (near, (x, y, frames)) in near.iter_mut().zip([(a, b, to_a), (b, a, to_b)]) {
+                near.measure(x, y, &frames);
+                let found = best_face(x, y, &frames, everywhere, near, rounding);
+                let all = (0..x.planes.len()).map(|i| face_separation(x, y, &frames, i));
+                let best = all.fold(f32::NEG_INFINITY, greater);
+                assert_eq!(found.separation.to_bits(), best.to_bits());
+                of_faces = greater(of_faces, best);
+            }
+            let lists = [
+                near[0].edges(a, b.inner, of_faces, rounding),
+                near[1].edges(b, a.inner, of_faces, rounding),
+            ];
+            let few = best_edges(a, b, &to_b, everywhere, [lists[0].numbers(), lists[1].numbers()]);
+            let all = best_edges(a, b, &to_b, everywhere, [None, None]);
+            if let Some(best) = all
+                && best.separation > of_faces
+            {
+                with_edges += 1;
+                assert_eq!(few.map(|x| x.separation.to_bits()), Some(best.separation.to_bits()));
+            }
+        }
+        assert!(with_edges > 500, "{with_edges}");
+    }
 }

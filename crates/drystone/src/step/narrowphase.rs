@@ -81,7 +81,10 @@ fn update(
         out.push(Change::Apart(row));
         return;
     }
-    if contact.recyclable && may_recycle(ctx, contact, probe, a, b) && recycle(ctx, contact, a, b, slots) {
+    if contact.recyclable
+        && may_recycle(ctx, contact, probe, a, b)
+        && recycle(ctx, contact, a, b, slots)
+    {
         return;
     }
     let pose = |body: &Body, centered: &Pose| {

@@ -198,14 +198,7 @@ impl Outline {
 
 /// Contact of the face of the box at the origin (half extents `g`) that looks along `axis` at the
 /// other one, with the face of that one that looks back most.
-fn face_contact(
-    g: Vec3,
-    h: Vec3,
-    other: &Placed,
-    axis: usize,
-    margin: f32,
-    flag: u32,
-) -> Manifold {
+fn face_contact(g: Vec3, h: Vec3, other: &Placed, axis: usize, margin: f32, flag: u32) -> Manifold {
     let up = other.t[axis] >= 0.0;
     let sign = if up { 1.0 } else { -1.0 };
     let mut normal = Vec3::ZERO;

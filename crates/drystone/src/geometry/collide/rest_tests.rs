@@ -234,22 +234,14 @@ fn a_triangle_is_a_polytope_of_two_faces() {
     for _ in 0..200 {
         let turn = Quat::from_axis_angle(Vec3::Y, random.signed());
         let pose = Pose::new([0.2 * random.signed(), 0.24, 0.2 * random.signed()], turn);
-        let m =
-            collide_hulls(triangle, &hull, &pose, 0.02, &mut PairCache::default());
+        let m = collide_hulls(triangle, &hull, &pose, 0.02, &mut PairCache::default());
         assert_eq!((m.count, m.normal), (4, Vec3::Y), "{m:?}");
         assert!((least(&m) + 0.01).abs() < 1.0e-5);
-        let w = collide_hulls(
-            &hull,
-            triangle,
-            &pose.inverse(),
-            0.02,
-            &mut PairCache::default(),
-        );
+        let w = collide_hulls(&hull, triangle, &pose.inverse(), 0.02, &mut PairCache::default());
         assert_eq!(w.count, 4);
         // Beside the triangle there is nothing.
         let beside = Pose::new([4.0, 0.0, 0.0], turn);
-        let none =
-            collide_hulls(triangle, &hull, &beside, 0.02, &mut PairCache::default());
+        let none = collide_hulls(triangle, &hull, &beside, 0.02, &mut PairCache::default());
         assert_eq!(none.count, 0);
     }
     // A corner of the box against an edge of the triangle, in its plane.

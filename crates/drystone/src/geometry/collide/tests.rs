@@ -16,21 +16,21 @@ use crate::geometry::manifold::Manifold;
 use crate::geometry::shape::Shape;
 use crate::geometry::solid::{Core, Solid};
 
-pub(super) struct Random(pub(super) u64);
+pub(in crate::geometry) struct Random(pub(in crate::geometry) u64);
 
 impl Random {
     /// From -1 to 1.
-    pub(super) fn signed(&mut self) -> f32 {
+    pub(in crate::geometry) fn signed(&mut self) -> f32 {
         self.0 =
             self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         (self.0 >> 40) as f32 / 8_388_608.0 - 1.0
     }
 
-    pub(super) fn vector(&mut self) -> Vec3 {
+    pub(in crate::geometry) fn vector(&mut self) -> Vec3 {
         vec3(self.signed(), self.signed(), self.signed())
     }
 
-    pub(super) fn direction(&mut self) -> Vec3 {
+    pub(in crate::geometry) fn direction(&mut self) -> Vec3 {
         loop {
             let v = self.vector();
             if (0.01..1.0).contains(&v.length_squared()) {
@@ -39,7 +39,7 @@ impl Random {
         }
     }
 
-    pub(super) fn rotation(&mut self) -> Quat {
+    pub(in crate::geometry) fn rotation(&mut self) -> Quat {
         Quat::from_axis_angle(self.direction(), 3.2 * self.signed())
     }
 }

@@ -66,6 +66,23 @@ impl HullLanes {
         least.into_iter().fold(f32::INFINITY, lesser)
     }
 
+    /// The least and the greatest of `n` · v over the vertices.
+    #[inline]
+    pub(crate) fn reach_along(&self, n: Vec3) -> (f32, f32) {
+        let (mut least, mut most) = ([f32::INFINITY; LANES], [f32::NEG_INFINITY; LANES]);
+        for v in &self.vertices {
+            for i in 0..LANES {
+                let d = n.x * v.x[i] + n.y * v.y[i] + n.z * v.z[i];
+                least[i] = lesser(d, least[i]);
+                most[i] = greater(d, most[i]);
+            }
+        }
+        (
+            least.into_iter().fold(f32::INFINITY, lesser),
+            most.into_iter().fold(f32::NEG_INFINITY, greater),
+        )
+    }
+
     /// The vertex number farthest along `n`, the first of several.
     #[inline]
     pub(crate) fn farthest_along(&self, n: Vec3) -> usize {
