@@ -3,6 +3,7 @@
 
 use super::bodies::{Bodies, NONE};
 use super::colors::Place;
+use crate::base::grow;
 use crate::base::math::Vec3;
 use crate::base::pair_set::{PairSet, pair_key};
 use crate::base::quat::Quat;
@@ -146,7 +147,7 @@ impl Contacts {
         }
         contact.awake_row = NONE;
         let row = self.free.pop().unwrap_or_else(|| {
-            self.rows.push(None);
+            grow::push(&mut self.rows, None);
             u32::try_from(self.rows.len() - 1).expect("fewer than 2^31 contacts fit in memory")
         });
         for side in 0..2 {

@@ -10,13 +10,15 @@ pub(crate) struct Island {
     /// First and last of its bodies; [`NONE`] while the row is free.
     pub(crate) first: u32,
     last: u32,
-    len: u32,
+    pub(crate) len: u32,
     /// Connections were cut since it was last known to be connected.
     pub(crate) cut: bool,
+    /// It is not looked through before this step, see [`Islands::split_again`].
+    pub(crate) wait_until: u64,
 }
 
 impl Island {
-    const FREE: Self = Self { first: NONE, last: NONE, len: 0, cut: false };
+    const FREE: Self = Self { first: NONE, last: NONE, len: 0, cut: false, wait_until: 0 };
 }
 
 /// All islands; every dynamic body is in one.
@@ -100,6 +102,14 @@ impl Islands {
         island.len += given.len;
         island.cut |= given.cut;
         self.dissolve(give);
+    }
+
+    /// Puts off the next search for components until as many steps have gone by as the island has
+    /// hundreds of bodies: a large one with some still bodies would be searched in every step, for its
+    /// connections are cut in every step.
+    pub(crate) fn split_again(&mut self, island: u32, step: u64) {
+        let row = &mut self.rows[island as usize];
+        row.wait_until = step + u64::from(row.len / 128);
     }
 
     /// A connection of this body was cut.

@@ -112,7 +112,8 @@ pub(crate) fn step(
     sensor::report_touches(s.solver.begun(), ctx.hit_speed, shapes, &mut sets);
     quarantine(&mut sets, s.finalize.notes(), tables.steps + 1);
     after(Stage::Sensor);
-    sleep::rest_still_islands(&config.sleep, s.finalize.notes(), &mut sets, &mut s.sleep);
+    let still = s.finalize.notes();
+    sleep::rest_still_islands(&config.sleep, still, tables.steps, &mut sets, &mut s.sleep);
     after(Stage::Sleep);
 }
 

@@ -22,6 +22,7 @@ pub(crate) struct Scratch {
 pub(crate) fn rest_still_islands(
     config: &SleepConfig,
     notes: impl Iterator<Item = Note>,
+    step: u64,
     sets: &mut Sets<'_>,
     scratch: &mut Scratch,
 ) {
@@ -49,6 +50,7 @@ pub(crate) fn rest_still_islands(
         if let Some((least, most)) = times.get_mut(island as usize)
             && *most >= config.time
             && (*least >= config.time || sets.islands.rows[island as usize].cut)
+            && sets.islands.rows[island as usize].wait_until <= step
         {
             // Listed once.
             *least = f32::NEG_INFINITY;
@@ -73,7 +75,7 @@ pub(crate) fn rest_still_islands(
         }
     }
     if let Some((island, _)) = split {
-        split_island(island, sets);
+        split_island(island, step, sets);
     }
 }
 
@@ -99,7 +101,7 @@ fn rate_islands(sets: &Sets<'_>, times: &mut Vec<(f32, f32)>) {
 }
 
 /// Replaces an island by its connected components.
-fn split_island(island: u32, sets: &mut Sets<'_>) {
+fn split_island(island: u32, step: u64, sets: &mut Sets<'_>) {
     let members = sets.islands.members(island, sets.bodies);
     sets.islands.dissolve(island);
     for m in &members {
@@ -128,6 +130,7 @@ fn split_island(island: u32, sets: &mut Sets<'_>) {
             }
             body = sets.bodies.at(body).island_next;
         }
+        sets.islands.split_again(component, step);
     }
     sets.islands.give_back(members);
 }

@@ -25,6 +25,7 @@ use self::rows::{ContactBlock, Extra, JointBlock, Line, Whitening};
 use self::softness::Softness;
 use super::context::StepContext;
 use crate::base::disjoint::Rows;
+use crate::base::grow;
 use crate::base::jobs::{Executor, collect_ranges, for_items, for_ranges, grain};
 use crate::base::math::Vec3;
 use crate::base::wide::{LANES, Lanes};
@@ -248,6 +249,8 @@ fn plan_batches(contacts: &Contacts, colors: &Colors, scratch: &mut Scratch) {
             }
         }
     }
+    let more = at.saturating_sub(scratch.blocks.len());
+    grow::make_room(&mut scratch.blocks, more);
     scratch.blocks.resize_with(at, ContactBlock::default);
     let extras = if colors.special > 0 { at } else { 0 };
     scratch.extras.resize_with(extras, Extra::default);
