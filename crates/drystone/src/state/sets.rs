@@ -130,9 +130,8 @@ impl Sets<'_> {
     /// Removes a contact row; reports its end.
     pub(crate) fn remove_contact(&mut self, row: u32) {
         self.uncolor_contact(row);
-        if let Some(c) = self.contacts.remove(row, self.bodies) {
-            self.islands.cut(c.body_a, self.bodies);
-            self.islands.cut(c.body_b, self.bodies);
+        for body in self.contacts.remove(row, self.bodies) {
+            self.islands.cut(body, self.bodies);
         }
     }
 

@@ -98,7 +98,7 @@ pub(crate) fn step(
     after(Stage::Narrowphase);
     let mut sets = Sets { bodies, joints, contacts, islands, colors, events };
     partition::apply_touch_changes(&s.narrowphase, shapes, &mut sets);
-    partition::relax_levels(&mut sets, &mut s.levels);
+    partition::relax_levels(tables.steps, &mut sets, &mut s.levels);
     after(Stage::Partition);
     let Sets { bodies, joints, contacts, islands, colors, events } = sets;
     solver::solve(ctx, &config.method, bodies, joints, contacts, colors, &mut s.solver, jobs);
