@@ -87,14 +87,14 @@ fn scene_rows(
                     Ok(row) => {
                         let ms = row.ms_per_step.median;
                         eprintln!(
-                            "{spec}, {threads} threads, run {number} of {}, {name}: {ms:.4} ms",
+                            "{spec}, threads {threads}, run {number} of {}, {name}: {ms:.4} ms",
                             args.runs
                         );
                         runs.push(row);
                         true
                     }
                     Err(e) => {
-                        eprintln!("{spec}, {threads} threads, {name} is left out: {e}");
+                        eprintln!("{spec}, threads {threads}, {name} is left out: {e}");
                         false
                     }
                 }
@@ -104,7 +104,7 @@ fn scene_rows(
             let Some((row, deviation)) = Row::merge(runs) else { continue };
             if let Some(d) = deviation {
                 let what = format!(
-                    "{spec}, {threads} threads: runs of {} ended in different states, {} and {}",
+                    "{spec}, threads {threads}: runs of {} ended in different states, {} and {}",
                     engine.name(),
                     d.first,
                     d.other

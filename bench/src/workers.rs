@@ -88,10 +88,14 @@ impl Workers {
             return Err(format!("{line} ({})", output.status));
         }
         let bad = |e| format!("{} wrote no row: {e}", engine.name());
-        let value: Value = serde_json::from_slice(&output.stdout).map_err(bad)?;
-        // `drystone bench` writes a list, a peer its one row.
-        let row = value.as_array().and_then(|rows| rows.first()).unwrap_or(&value);
-        serde_json::from_value(row.clone()).map_err(bad)
+        if engine == Engine::Own {
+            let rows: Vec<Row> = serde_json::from_slice(&output.stdout).map_err(bad)?;
+            return rows.into_iter().next().ok_or_else(|| "drystone wrote no row".to_owned());
+        }
+        // Box3D talks on stdout too; the row is a line of its own.
+        let said = String::from_utf8_lossy(&output.stdout);
+        let line = said.lines().find(|line| line.starts_with('{')).unwrap_or_default();
+        serde_json::from_str(line).map_err(bad)
     }
 }
 
