@@ -96,11 +96,11 @@ Examples:
   drystone bench --scene stack:n=30,top_mass_ratio=100,washer --threads 1,2,4
   drystone bench --scene quality --runs 1 --json rows.json
 
-What is timed are the steps alone. A run's figure is the mean over its steps; the first step, in which
-contacts and trees are built, is left out except in the scenes of Jolt's performance test. ms/step is
-the median of the runs' figures, min the smallest, p99 the 99th percentile over steps.
-Penetration is measured from poses copied after eight steps of a run, the last one included.
-The hash is that of `drystone simulate`: a time without it is no result.
+What is timed are the steps alone. A run's figure is the mean over its steps; the first step, in
+which contacts and trees are built, is left out except in the scenes of Jolt's performance test.
+ms/step is the median of the runs' figures, min the smallest, p99 the 99th percentile over steps.
+Penetration is measured from poses copied after eight steps of a run, the last one included. The
+hash is that of `drystone simulate`: a time without it is no result.
 
 Other engines on the same scenes: bench/README.md in the source tree.
 

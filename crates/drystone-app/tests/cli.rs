@@ -414,7 +414,7 @@ fn bench_writes_rows_whose_hash_is_that_of_simulate() {
         assert_eq!(row["stands"].as_bool(), scene.starts_with("stack").then_some(true));
         let ms = &row["ms_per_step"];
         let [min, median, p99] = ["min", "median", "p99"].map(|key| ms[key].as_f64().unwrap());
-        assert!(min > 0.0 && min <= median && median <= p99 * 30.0, "{ms}");
+        assert!(min > 0.0 && min <= median && median <= p99, "{ms}");
         assert!(row["stages_ms"]["solver"].as_f64().unwrap() > 0.0);
         assert!(row["max_penetration"].as_f64().unwrap() < 0.02, "{scene}");
     }
