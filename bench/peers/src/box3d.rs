@@ -110,8 +110,6 @@ impl Engine for Box3d {
         };
         def.position = vector(from.position);
         def.rotation = quaternion(from.rotation);
-        def.linearVelocity = vector(from.linear_velocity);
-        def.angularVelocity = vector(from.angular_velocity);
         def.linearDamping = from.linear_damping;
         def.angularDamping = from.angular_damping;
         def.gravityScale = from.gravity_scale;
@@ -123,6 +121,13 @@ impl Engine for Box3d {
         for (i, shape) in from.shapes.iter().enumerate() {
             let last = i + 1 == from.shapes.len();
             self.add_shape(id, shape, factor, last)?;
+        }
+        // Those of the definition would be taken for the origin's, and change with the center of mass.
+        if from.kind != BodyKind::Static {
+            // SAFETY: the body lives.
+            unsafe { b3::b3Body_SetLinearVelocity(id, vector(from.linear_velocity)) };
+            // SAFETY: the body lives.
+            unsafe { b3::b3Body_SetAngularVelocity(id, vector(from.angular_velocity)) };
         }
         self.bodies.push(id);
         Ok(())

@@ -1,6 +1,8 @@
 //! One run of a peer: scene, engine, threads and steps in, one row as JSON out. `bench` starts a process of
 //! it for every run.
 
+#[cfg(test)]
+mod agreement;
 #[cfg(feature = "box3d")]
 mod box3d;
 #[cfg(any(feature = "rapier", feature = "box3d"))]
