@@ -25,6 +25,7 @@ use self::rows::{ContactBlock, Extra, JointBlock, Line, Whitening};
 use self::softness::Softness;
 use super::context::StepContext;
 use crate::base::disjoint::Rows;
+use crate::base::grow;
 use crate::base::jobs::{Executor, collect_ranges, for_items, for_ranges, grain};
 use crate::base::math::Vec3;
 use crate::base::wide::{LANES, Lanes};
@@ -66,6 +67,8 @@ pub(crate) struct Scratch {
     batches: Vec<Batch>,
     joint_batches: Vec<Batch>,
     begun: Vec<Vec<u32>>,
+    /// Of the members of a color: what they are sorted by, and their rows.
+    keys: Vec<(u8, u32, u32)>,
 }
 
 impl Scratch {
@@ -87,7 +90,7 @@ pub(crate) fn solve(
     jobs: &dyn Executor,
 ) {
     prepare_bodies(ctx, bodies, scratch, jobs);
-    order_contacts(bodies, contacts, colors);
+    order_contacts(bodies, contacts, colors, &mut scratch.keys);
     plan_batches(contacts, colors, scratch);
     pack_joint::prepare(ctx, bodies, joints, colors, scratch);
     prepare_contacts(ctx, bodies, contacts, colors, scratch, jobs);
@@ -162,8 +165,13 @@ fn run(
 
 /// Lines of all awake dynamic bodies that some constraint acts on; the others fly (finalize).
 fn prepare_bodies(ctx: &StepContext, bodies: &Bodies, scratch: &mut Scratch, jobs: &dyn Executor) {
-    scratch.line_of.clear();
-    scratch.line_of.resize(bodies.rows.slot_count(), 0);
+    // Only what the last step set is reset: a world of a million static bodies costs nothing here.
+    for row in &scratch.members {
+        scratch.line_of[*row as usize] = 0;
+    }
+    if scratch.line_of.len() < bodies.rows.slot_count() {
+        scratch.line_of.resize(bodies.rows.slot_count(), 0);
+    }
     scratch.members.clear();
     scratch.locked.clear();
     for row in &bodies.awake {
@@ -202,18 +210,26 @@ fn prepare_bodies(ctx: &StepContext, bodies: &Bodies, scratch: &mut Scratch, job
 
 /// Puts the contacts of changed colors in order: by number of points, so that blocks are even, then by
 /// body, so that lines are near each other. Order within a color never shows in the result.
-fn order_contacts(bodies: &Bodies, contacts: &mut Contacts, colors: &mut Colors) {
+fn order_contacts(
+    bodies: &Bodies,
+    contacts: &mut Contacts,
+    colors: &mut Colors,
+    keys: &mut Vec<(u8, u32, u32)>,
+) {
     for coloring in [&mut colors.contacts, &mut colors.contacts_fixed] {
         for (index, color) in (0_u32..).zip(&mut coloring.colors) {
             if !core::mem::take(&mut color.dirty) {
                 continue;
             }
-            color.members.sort_by_cached_key(|row| {
+            keys.clear();
+            keys.extend(color.members.iter().map(|row| {
                 let c = contacts.at(*row);
                 let body = if bodies.at(c.body_a).is_dynamic() { c.body_a } else { c.body_b };
-                (4 - c.count.min(4), bodies.at(body).awake_row)
-            });
-            for (row, member) in (0_u32..).zip(&color.members) {
+                (4 - c.count.min(4), bodies.at(body).awake_row, *row)
+            }));
+            keys.sort_unstable();
+            for ((row, member), key) in (0_u32..).zip(&mut color.members).zip(keys.iter()) {
+                *member = key.2;
                 contacts.at_mut(*member).place = crate::state::colors::Place { color: index, row };
             }
         }
@@ -233,6 +249,8 @@ fn plan_batches(contacts: &Contacts, colors: &Colors, scratch: &mut Scratch) {
             }
         }
     }
+    let more = at.saturating_sub(scratch.blocks.len());
+    grow::make_room(&mut scratch.blocks, more);
     scratch.blocks.resize_with(at, ContactBlock::default);
     let extras = if colors.special > 0 { at } else { 0 };
     scratch.extras.resize_with(extras, Extra::default);
