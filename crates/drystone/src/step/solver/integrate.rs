@@ -21,6 +21,23 @@ pub(crate) struct Aux {
     add_w: [f32; 4],
     decay_v: f32,
     decay_w: f32,
+    locked: [bool; 3],
+}
+
+impl Aux {
+    /// True if a translation is locked.
+    pub(crate) fn is_locked(&self) -> bool {
+        self.locked != [false; 3]
+    }
+
+    /// Takes locked translations out.
+    pub(crate) fn hold_locked(&self, line: &mut Line) {
+        for i in 0..3 {
+            if self.locked[i] {
+                line.v[i] = 0.0;
+            }
+        }
+    }
 }
 
 const fn four(v: Vec3) -> [f32; 4] {
@@ -98,14 +115,15 @@ pub(crate) fn whiten(ctx: &StepContext, body: &Body) -> (Line, Whitening, Aux, V
     #[expect(clippy::cast_precision_loss, reason = "at most 256 substeps")]
     let spin = s_inv.mul(gyration(ctx, body)) * (1.0 / ctx.substeps as f32);
     let aux = Aux {
+        before_v: line.v,
+        before_w: line.w,
+        locked: body.locks.linear,
         add_v: four(acc * (ctx.h / alpha)),
         add_w: four(s.mul(torque) * ctx.h + spin),
         decay_v: decay(body.linear_damping, ctx.h),
         decay_w: decay(body.angular_damping, ctx.h),
-        ..Aux::default()
     };
-    let whitening = Whitening { alpha, s: [s.xx, s.yy, s.zz, s.xy, s.xz, s.yz] };
-    (line, whitening, aux, acc)
+    (line, Whitening::new(alpha, &s), aux, acc)
 }
 
 /// Change of angular velocity in a whole step by free rotation alone: L stays, the inertia turns.
@@ -122,37 +140,25 @@ fn gyration(ctx: &StepContext, body: &Body) -> Vec3 {
     w - body.w
 }
 
-/// Before the first sweep: remembers the velocity before the warm start.
-pub(crate) fn begin(line: &Line, aux: &mut Aux) {
-    (aux.before_v, aux.before_w) = (line.v, line.w);
-}
-
 /// Forces, and in all substeps but the first the warm start: what the body's impulses did to it in the
 /// last substep, `v - before`, is done again. (In the first they are there already.)
 #[inline(always)]
 pub(crate) fn velocities(line: &mut Line, aux: &mut Aux, first: bool) {
-    for i in 0..3 {
-        if first {
-            let impulse_v = line.v[i] - aux.before_v[i];
-            let impulse_w = line.w[i] - aux.before_w[i];
-            aux.before_v[i] = (aux.before_v[i] + aux.add_v[i]) * aux.decay_v;
-            aux.before_w[i] = (aux.before_w[i] + aux.add_w[i]) * aux.decay_w;
-            line.v[i] = aux.before_v[i] + impulse_v;
-            line.w[i] = aux.before_w[i] + impulse_w;
-        } else {
-            let after_v = (line.v[i] + aux.add_v[i]) * aux.decay_v;
-            let after_w = (line.w[i] + aux.add_w[i]) * aux.decay_w;
-            line.v[i] = after_v + (line.v[i] - aux.before_v[i]);
-            line.w[i] = after_w + (line.w[i] - aux.before_w[i]);
-            (aux.before_v[i], aux.before_w[i]) = (after_v, after_w);
-        }
+    for i in 0..4 {
+        let (v, w) = (line.v[i], line.w[i]);
+        let (impulse_v, impulse_w) = (v - aux.before_v[i], w - aux.before_w[i]);
+        let (from_v, from_w) = if first { (aux.before_v[i], aux.before_w[i]) } else { (v, w) };
+        aux.before_v[i] = (from_v + aux.add_v[i]) * aux.decay_v;
+        aux.before_w[i] = (from_w + aux.add_w[i]) * aux.decay_w;
+        line.v[i] = aux.before_v[i] + impulse_v;
+        line.w[i] = aux.before_w[i] + impulse_w;
     }
 }
 
 /// Positions follow velocities for one substep.
 #[inline(always)]
 pub(crate) fn positions(line: &mut Line, h: f32) {
-    for i in 0..3 {
+    for i in 0..4 {
         line.x[i] += h * line.v[i];
         line.t[i] += h * line.w[i];
     }
@@ -160,11 +166,10 @@ pub(crate) fn positions(line: &mut Line, h: f32) {
 
 /// Writes a line back into its body.
 pub(crate) fn unwhiten(line: &Line, whitening: &Whitening, body: &mut Body) {
-    let [xx, yy, zz, xy, xz, yz] = whitening.s;
-    let s = Sym3 { xx, yy, zz, xy, xz, yz };
-    body.v = three(line.v) * whitening.alpha;
+    let (alpha, s) = (whitening.alpha(), whitening.s());
+    body.v = three(line.v) * alpha;
     body.w = s.mul(three(line.w));
-    body.center += three(line.x) * whitening.alpha;
+    body.center += three(line.x) * alpha;
     body.rotation = body.rotation.turned_by(s.mul(three(line.t)));
 }
 
