@@ -4,7 +4,7 @@
 //! u relative normal speed, λ impulse, K_ij = response of row i to an impulse on row j. See
 //! docs/derivations/soft-step.md.
 
-use fearless_simd::{Simd, SimdBase};
+use fearless_simd::{Simd, SimdBase, SimdMask};
 
 use super::rows::{
     ContactBlock, Extra, Line, Velocity, load_motion, load_velocity, store_velocity,
@@ -116,17 +116,26 @@ fn solve_points<S: Simd, const FIXED: bool, const N: usize>(
         lambda[j] = load(simd, &point.impulse);
     }
 
-    // Normals: Gauss-Seidel among the points of the manifold, always in the same order.
+    // Normals: Gauss-Seidel among the points of the manifold, always in the same order. With
+    // z_i = gain_i vn_i the increment is d = -min(q + z, λ), and the chain from one point to the next four
+    // operations: add, min, multiply, subtract.
     let entry = lambda;
+    let mut z = [zero; N];
+    let mut response = [[zero; N]; N];
+    for j in 0..N {
+        z[j] = gain[j] * vn[j];
+        for i in 0..N {
+            response[i][j] = gain[i] * load(simd, &block.k[K[i][j]]);
+        }
+    }
     for _ in 0..sweep.inner {
         for j in 0..N {
             // The cap is on bias and leak together: it limits the net push-out, not the load.
             let q = max(target[j] + leak[j] * lambda[j], floor[j]);
-            let new = max(lambda[j] - q - gain[j] * vn[j], zero);
-            let d = new - lambda[j];
-            lambda[j] = new;
+            let d = min(q + z[j], lambda[j]);
+            lambda[j] -= d;
             for i in 0..N {
-                vn[i] += load(simd, &block.k[K[i][j]]) * d;
+                z[i] -= response[i][j] * d;
             }
         }
     }
@@ -138,12 +147,10 @@ fn solve_points<S: Simd, const FIXED: bool, const N: usize>(
         for _ in 0..FRESH_ROUNDS {
             for j in 0..N {
                 let q = max(target[j] + leak[j] * lambda[j], floor[j]);
-                let new = max(lambda[j] - q - gain[j] * vn[j], zero);
-                let new = select(fresh, new, lambda[j]);
-                let d = new - lambda[j];
-                lambda[j] = new;
+                let d = select(fresh, min(q + z[j], lambda[j]), zero);
+                lambda[j] -= d;
                 for i in 0..N {
-                    vn[i] += load(simd, &block.k[K[i][j]]) * d;
+                    z[i] -= response[i][j] * d;
                 }
             }
         }
@@ -151,17 +158,22 @@ fn solve_points<S: Simd, const FIXED: bool, const N: usize>(
     let mut total = zero;
     let mut pushed = zero;
     let mut twist_limit = zero;
+    let (mut turn_a, mut turn_b) = ([Vec3w::zero(simd); N], [Vec3w::zero(simd); N]);
     for j in 0..N {
         let point = &mut block.points[j];
         let d = lambda[j] - entry[j];
         pushed += d;
         total += lambda[j];
         twist_limit += load(simd, &point.lever) * lambda[j];
-        vb.w = vb.w + Vec3w::load(simd, &point.b) * d;
+        turn_b[j] = Vec3w::load(simd, &point.b) * d;
         if !FIXED {
-            va.w = va.w - Vec3w::load(simd, &point.a) * d;
+            turn_a[j] = Vec3w::load(simd, &point.a) * d;
         }
         lambda[j].store_array(&mut point.impulse);
+    }
+    vb.w = vb.w + sum(turn_b);
+    if !FIXED {
+        va.w = va.w - sum(turn_a);
     }
     if let Some(extra) = extra.as_deref_mut() {
         if extra.bounces {
@@ -184,6 +196,16 @@ fn solve_points<S: Simd, const FIXED: bool, const N: usize>(
     store_velocity(simd, lines, &block.row_b, vb);
     if !FIXED {
         store_velocity(simd, lines, &block.row_a, va);
+    }
+}
+
+/// The sum of one, two or four vectors, in pairs: a short chain.
+#[inline(always)]
+fn sum<S: Simd, const N: usize>(v: [Vec3w<S>; N]) -> Vec3w<S> {
+    match N {
+        1 => v[0],
+        2 => v[0] + v[1],
+        _ => (v[0] + v[1]) + (v[2] + v[3]),
     }
 }
 
@@ -234,10 +256,15 @@ fn rub<S: Simd, const FIXED: bool>(
     let (f1, f2) = (load(simd, &block.friction[0]), load(simd, &block.friction[1]));
     let g1 = f1 - (m11 * s1 + m12 * s2);
     let g2 = f2 - (m12 * s1 + m22 * s2);
-    // The cone is a disc: the impulse is scaled back onto it, whatever its direction.
-    let length = sqrt(max(g1 * g1 + g2 * g2, splat(simd, 1.0e-30)));
-    let scale = min(limit / length, splat(simd, 1.0));
-    let (g1, g2) = (g1 * scale, g2 * scale);
+    // The cone is a disc: the impulse is scaled back onto it, whatever its direction. Where nothing
+    // slides, the root and the quotient are not waited for.
+    let square = g1 * g1 + g2 * g2;
+    let slides = above(square, limit * limit);
+    let (mut g1, mut g2) = (g1, g2);
+    if slides.any_true() {
+        let scale = select(slides, limit / sqrt(square), splat(simd, 1.0));
+        (g1, g2) = (g1 * scale, g2 * scale);
+    }
     let (d1, d2) = (g1 - f1, g2 - f2);
     g1.store_array(&mut block.friction[0]);
     g2.store_array(&mut block.friction[1]);

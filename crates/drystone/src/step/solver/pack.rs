@@ -4,7 +4,9 @@
 use fearless_simd::{Simd, SimdBase};
 
 use super::contact::K;
-use super::rows::{ContactBlock, Extra, Line, Whitening, load_velocity, read8, store_velocity};
+use super::rows::{
+    ContactBlock, Extra, Line, Whitening, load_velocity, read_lanes, store_velocity,
+};
 use crate::base::disjoint::Rows;
 use crate::base::math::Vec3;
 use crate::base::sym3::Sym3;
@@ -92,7 +94,11 @@ impl<'a> Raw<'a> {
 
 #[inline(always)]
 fn gather_rows<S: Simd>(simd: S, r: &[[f32; 4]; LANES]) -> [Wide<S>; 4] {
-    gather4(simd, [&r[0], &r[1], &r[2], &r[3], &r[4], &r[5], &r[6], &r[7]])
+    let mut rows = [&r[0]; LANES];
+    for lane in 1..LANES {
+        rows[lane] = &r[lane];
+    }
+    gather4(simd, rows)
 }
 
 /// Fills a block from up to eight contacts and applies their impulses to the lines. `FIXED`: only one
@@ -158,7 +164,7 @@ fn build_rows<S: Simd, const FIXED: bool, const N: usize>(
     block: &mut ContactBlock,
 ) -> Warm<S> {
     let (zero, one) = (splat(simd, 0.0), splat(simd, 1.0));
-    let (beta, sb) = Whitening::gather(simd, read8(source.whitening, &raw.row_b));
+    let (beta, sb) = Whitening::gather(simd, read_lanes(source.whitening, &raw.row_b));
     let (beta, sb) = if FIXED {
         let sign = load(simd, &raw.sign);
         (beta * sign, sb.scaled(sign))
@@ -169,7 +175,7 @@ fn build_rows<S: Simd, const FIXED: bool, const N: usize>(
     let mut linear = beta * beta;
     let mut sa = sb;
     if !FIXED {
-        let (alpha, s) = Whitening::gather(simd, read8(source.whitening, &raw.row_a));
+        let (alpha, s) = Whitening::gather(simd, read_lanes(source.whitening, &raw.row_a));
         alpha.store_array(&mut block.alpha);
         linear = alpha * alpha + linear;
         sa = s;

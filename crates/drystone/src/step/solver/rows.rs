@@ -45,22 +45,14 @@ impl Whitening {
         Sym3 { xx, yy, zz, xy, xz, yz }
     }
 
-    /// α and S of eight bodies.
+    /// α and S of bodies, lane by lane.
     #[inline(always)]
     pub(crate) fn gather<S: Simd>(simd: S, of: [&Self; LANES]) -> (Wide<S>, Sym3w<S>) {
-        let [a, b, c, d, e, f, g, h] = of;
-        let d4 = [
-            &a.diagonal,
-            &b.diagonal,
-            &c.diagonal,
-            &d.diagonal,
-            &e.diagonal,
-            &f.diagonal,
-            &g.diagonal,
-            &h.diagonal,
-        ];
-        let [xx, yy, zz, alpha] = gather4(simd, d4);
-        let rest = [&a.rest, &b.rest, &c.rest, &d.rest, &e.rest, &f.rest, &g.rest, &h.rest];
+        let (mut diagonal, mut rest) = ([&of[0].diagonal; LANES], [&of[0].rest; LANES]);
+        for lane in 1..LANES {
+            (diagonal[lane], rest[lane]) = (&of[lane].diagonal, &of[lane].rest);
+        }
+        let [xx, yy, zz, alpha] = gather4(simd, diagonal);
         let Vec3w { x: xy, y: xz, z: yz } = gather(simd, rest);
         (alpha, Sym3w { xx, yy, zz, xy, xz, yz })
     }
@@ -80,46 +72,44 @@ impl<S: Simd> Velocity<S> {
     }
 }
 
+/// The rows of a block's bodies.
 #[inline(always)]
-pub(crate) fn read8<'a, T>(rows: &'a Rows<'_, T>, r: &[u32; LANES]) -> [&'a T; LANES] {
-    [
-        rows.read(r[0] as usize),
-        rows.read(r[1] as usize),
-        rows.read(r[2] as usize),
-        rows.read(r[3] as usize),
-        rows.read(r[4] as usize),
-        rows.read(r[5] as usize),
-        rows.read(r[6] as usize),
-        rows.read(r[7] as usize),
-    ]
+pub(crate) fn read_lanes<'a, T>(rows: &'a Rows<'_, T>, r: &[u32; LANES]) -> [&'a T; LANES] {
+    let mut all = [rows.read(r[0] as usize); LANES];
+    for lane in 1..LANES {
+        all[lane] = rows.read(r[lane] as usize);
+    }
+    all
 }
 
-/// v̂ and ŵ of eight bodies.
+/// v̂ and ŵ of a block's bodies.
 #[inline(always)]
 pub(crate) fn load_velocity<S: Simd>(
     simd: S,
     lines: &Rows<'_, Line>,
     rows: &[u32; LANES],
 ) -> Velocity<S> {
-    let [a, b, c, d, e, f, g, h] = read8(lines, rows);
-    Velocity {
-        v: gather(simd, [&a.v, &b.v, &c.v, &d.v, &e.v, &f.v, &g.v, &h.v]),
-        w: gather(simd, [&a.w, &b.w, &c.w, &d.w, &e.w, &f.w, &g.w, &h.w]),
+    let of = read_lanes(lines, rows);
+    let (mut v, mut w) = ([&of[0].v; LANES], [&of[0].w; LANES]);
+    for lane in 1..LANES {
+        (v[lane], w[lane]) = (&of[lane].v, &of[lane].w);
     }
+    Velocity { v: gather(simd, v), w: gather(simd, w) }
 }
 
-/// The motion of eight bodies since the step's start, in place of velocities.
+/// The motion of a block's bodies since the step's start, in place of velocities.
 #[inline(always)]
 pub(crate) fn load_motion<S: Simd>(
     simd: S,
     lines: &Rows<'_, Line>,
     rows: &[u32; LANES],
 ) -> Velocity<S> {
-    let [a, b, c, d, e, f, g, h] = read8(lines, rows);
-    Velocity {
-        v: gather(simd, [&a.x, &b.x, &c.x, &d.x, &e.x, &f.x, &g.x, &h.x]),
-        w: gather(simd, [&a.t, &b.t, &c.t, &d.t, &e.t, &f.t, &g.t, &h.t]),
+    let of = read_lanes(lines, rows);
+    let (mut x, mut t) = ([&of[0].x; LANES], [&of[0].t; LANES]);
+    for lane in 1..LANES {
+        (x[lane], t[lane]) = (&of[lane].x, &of[lane].t);
     }
+    Velocity { v: gather(simd, x), w: gather(simd, t) }
 }
 
 /// Writes velocities back. Line 0 is everyone's, and is never written.
@@ -189,8 +179,6 @@ pub(crate) struct ContactBlock {
     pub(crate) count: u8,
 }
 
-const Z: Lanes = [0.0; LANES];
-
 /// What only some contacts need, beside their block: bounce, rolling resistance, moving partners.
 #[derive(Clone, Debug, Default)]
 #[repr(C, align(64))]
@@ -217,13 +205,12 @@ pub(crate) struct Extra {
     pub(crate) rolling_impulse: [Lanes; 3],
 }
 
-/// Eight joints, balls or distances.
-#[derive(Clone, Debug)]
+/// Eight joints, balls or distances. As in [`ContactBlock`], lanes do not straddle cache lines.
+#[derive(Clone, Debug, Default)]
 #[repr(C, align(64))]
 pub(crate) struct JointBlock {
     pub(crate) row_a: [u32; LANES],
     pub(crate) row_b: [u32; LANES],
-    pub(crate) is_distance: bool,
     pub(crate) alpha: Lanes,
     pub(crate) beta: Lanes,
     pub(crate) s_a: [Lanes; 6],
@@ -244,28 +231,5 @@ pub(crate) struct JointBlock {
     /// Distances: least, greatest, rest length; spring rate, mass, impulse (all 0: no spring).
     pub(crate) limits: [Lanes; 3],
     pub(crate) spring: [Lanes; 3],
-}
-
-impl Default for JointBlock {
-    fn default() -> Self {
-        Self {
-            row_a: [0; LANES],
-            row_b: [0; LANES],
-            is_distance: false,
-            alpha: Z,
-            beta: Z,
-            s_a: [Z; 6],
-            s_b: [Z; 6],
-            r_a: [Z; 3],
-            r_b: [Z; 3],
-            gap: [Z; 3],
-            drift: [Z; 3],
-            impulse: [Z; 3],
-            last_r_a: [Z; 3],
-            last_r_b: [Z; 3],
-            last_p: [Z; 3],
-            limits: [Z; 3],
-            spring: [Z; 3],
-        }
-    }
+    pub(crate) is_distance: bool,
 }
