@@ -55,7 +55,6 @@ pub(crate) struct Link {
 /// A contact. What the solver reads of it stands first, a cache line and one for each point.
 #[derive(Clone, Debug)]
 #[repr(C, align(64))]
-#[expect(clippy::struct_excessive_bools, reason = "independent facts")]
 pub(crate) struct Contact {
     /// From A to B [world].
     pub(crate) normal: Vec3,

@@ -4,7 +4,7 @@
 //! u relative normal speed, λ impulse, K_ij = response of row i to an impulse on row j. See
 //! docs/derivations/soft-step.md.
 
-use fearless_simd::{Simd, SimdBase, SimdMask};
+use fearless_simd::{Simd, SimdBase, SimdMask, mask32x8};
 
 use super::rows::{
     ContactBlock, Extra, Line, Velocity, load_motion, load_velocity, store_velocity,
@@ -53,6 +53,38 @@ pub(crate) fn solve<S: Simd, const FIXED: bool>(
     }
 }
 
+/// What the points want, as impulses.
+struct Bias<S: Simd, const N: usize> {
+    target: [Wide<S>; N],
+    leak: [Wide<S>; N],
+    floor: [Wide<S>; N],
+}
+
+/// One Gauss-Seidel round over the points of a manifold, always in the same order. With
+/// z_i = gain_i vn_i the increment of λ is -min(q + z, λ), and the chain from one point to the next four
+/// operations: add, min, multiply, subtract.
+#[inline(always)]
+fn solve_normals<S: Simd, const N: usize>(
+    bias: &Bias<S, N>,
+    response: &[[Wide<S>; N]; N],
+    only: Option<(mask32x8<S>, Wide<S>)>,
+    lambda: &mut [Wide<S>; N],
+    z: &mut [Wide<S>; N],
+) {
+    for j in 0..N {
+        // The cap is on bias and leak together: it limits the net push-out, not the load.
+        let q = max(bias.target[j] + bias.leak[j] * lambda[j], bias.floor[j]);
+        let mut d = min(q + z[j], lambda[j]);
+        if let Some((lanes, zero)) = only {
+            d = select(lanes, d, zero);
+        }
+        lambda[j] -= d;
+        for i in 0..N {
+            z[i] -= response[i][j] * d;
+        }
+    }
+}
+
 #[inline(always)]
 fn solve_points<S: Simd, const FIXED: bool, const N: usize>(
     simd: S,
@@ -84,10 +116,8 @@ fn solve_points<S: Simd, const FIXED: bool, const N: usize>(
     let cap = splat(simd, -sweep.cap);
     let elapsed = splat(simd, sweep.elapsed);
     let mut vn = [zero; N];
-    let mut target = [zero; N];
     let mut gain = [zero; N];
-    let mut leak = [zero; N];
-    let mut floor = [zero; N];
+    let mut bias = Bias { target: [zero; N], leak: [zero; N], floor: [zero; N] };
     let mut lambda = [zero; N];
     for j in 0..N {
         let point = &block.points[j];
@@ -109,16 +139,13 @@ fn solve_points<S: Simd, const FIXED: bool, const N: usize>(
         let mass = load(simd, &point.mass);
         let apart = above(s, zero);
         // Apart: the whole gap may close in this substep, no faster [Catto24]. Overlapping: soft.
-        target[j] = select(apart, mass * s * inv_h, mass * soft_rate * s);
+        bias.target[j] = select(apart, mass * s * inv_h, mass * soft_rate * s);
         gain[j] = select(apart, mass, mass * soft_mass);
-        leak[j] = select(apart, zero, soft_impulse);
-        floor[j] = mass * cap;
+        bias.leak[j] = select(apart, zero, soft_impulse);
+        bias.floor[j] = mass * cap;
         lambda[j] = load(simd, &point.impulse);
     }
 
-    // Normals: Gauss-Seidel among the points of the manifold, always in the same order. With
-    // z_i = gain_i vn_i the increment is d = -min(q + z, λ), and the chain from one point to the next four
-    // operations: add, min, multiply, subtract.
     let entry = lambda;
     let mut z = [zero; N];
     let mut response = [[zero; N]; N];
@@ -129,15 +156,7 @@ fn solve_points<S: Simd, const FIXED: bool, const N: usize>(
         }
     }
     for _ in 0..sweep.inner {
-        for j in 0..N {
-            // The cap is on bias and leak together: it limits the net push-out, not the load.
-            let q = max(target[j] + leak[j] * lambda[j], floor[j]);
-            let d = min(q + z[j], lambda[j]);
-            lambda[j] -= d;
-            for i in 0..N {
-                z[i] -= response[i][j] * d;
-            }
-        }
+        solve_normals(&bias, &response, None, &mut lambda, &mut z);
     }
     // Nothing is known yet of how an impact spreads over the points of a fresh contact: without more
     // rounds the first point would take too much of it, and the body would turn. Lane by lane, so that
@@ -145,14 +164,7 @@ fn solve_points<S: Simd, const FIXED: bool, const N: usize>(
     if N > 1 && block.any_fresh {
         let fresh = above(load(simd, &block.fresh), zero);
         for _ in 0..FRESH_ROUNDS {
-            for j in 0..N {
-                let q = max(target[j] + leak[j] * lambda[j], floor[j]);
-                let d = select(fresh, min(q + z[j], lambda[j]), zero);
-                lambda[j] -= d;
-                for i in 0..N {
-                    z[i] -= response[i][j] * d;
-                }
-            }
+            solve_normals(&bias, &response, Some((fresh, zero)), &mut lambda, &mut z);
         }
     }
     let mut total = zero;

@@ -48,28 +48,27 @@ const fn three(v: [f32; 4]) -> Vec3 {
     vec3(v[0], v[1], v[2])
 }
 
-/// S = R diag(d) Rᵀ with d_i = f(I_i), restricted to the axes that are not locked [world].
-///
-/// `root` picks 1/√I (S) or √I (S⁻¹); a moment of 0 is an axis that cannot turn: 0 in both.
-fn root_inertia(body: &Body, inverse: bool) -> Sym3 {
-    let each = |i: f32| {
-        if i > 0.0 {
-            let r = i.sqrt();
-            if inverse { 1.0 / r } else { r }
-        } else {
-            0.0
-        }
-    };
-    let m = body.moments;
-    let d = vec3(each(m.x), each(m.y), each(m.z));
-    let rotation = body.rotation * body.principal;
-    if body.locks.angular == [false; 3] {
-        return Sym3::rotated_diagonal(rotation, d);
+/// S = R diag(1/√I) Rᵀ and S⁻¹ = R diag(√I) Rᵀ, restricted to the axes that are not locked [world]. A
+/// moment of 0 is an axis that cannot turn: 0 in both.
+fn roots_of_inertia(body: &Body) -> (Sym3, Sym3) {
+    if body.locks.angular != [false; 3] {
+        let rotation = body.rotation * body.principal;
+        return (locked_root(body, rotation, true), locked_root(body, rotation, false));
     }
-    locked_root(body, rotation, inverse)
+    let m = body.moments;
+    let root = vec3(m.x.sqrt(), m.y.sqrt(), m.z.sqrt());
+    let each = |r: f32| if r > 0.0 { 1.0 / r } else { 0.0 };
+    if m.min_element() >= m.max_element() {
+        // A ball's inertia, and a cube's, is the same about every axis.
+        let round = |r: f32| Sym3::diagonal(vec3(r, r, r));
+        return (round(each(root.x)), round(root.x));
+    }
+    let inverse = vec3(each(root.x), each(root.y), each(root.z));
+    let rotation = body.rotation * body.principal;
+    (Sym3::rotated_diagonal(rotation, inverse), Sym3::rotated_diagonal(rotation, root))
 }
 
-/// As [`root_inertia`], of the inertia restricted to the free world axes: its root by eigenvectors.
+/// As [`roots_of_inertia`], of the inertia restricted to the free world axes: its root by eigenvectors.
 fn locked_root(body: &Body, rotation: Quat, inverse: bool) -> Sym3 {
     let mut inertia = Sym3::rotated_diagonal(rotation, body.moments);
     let [x, y, z] = body.locks.angular;
@@ -103,7 +102,7 @@ pub(crate) fn acceleration(ctx: &StepContext, body: &Body) -> Vec3 {
 /// A dynamic body as a line.
 pub(crate) fn whiten(ctx: &StepContext, body: &Body) -> (Line, Whitening, Aux, Vec3) {
     let alpha = 1.0 / body.mass.sqrt();
-    let (s, s_inv) = (root_inertia(body, true), root_inertia(body, false));
+    let (s, s_inv) = roots_of_inertia(body);
     let acc = acceleration(ctx, body);
     let line = Line {
         v: four(body.v * (1.0 / alpha)),
@@ -190,14 +189,14 @@ pub(crate) fn fly(ctx: &StepContext, body: &mut Body) {
 
     let torque = body.torque + body.step_torque;
     if torque != Vec3::ZERO {
-        let s = root_inertia(body, true);
+        let (s, _) = roots_of_inertia(body);
         body.w += s.mul(s.mul(torque)) * ctx.dt;
     }
     body.w *= super::softness::exact_decay(body.angular_damping, ctx.dt);
     let m = body.moments;
     let round = m.max_element() - m.min_element() <= 1.0e-3 * m.max_element();
     if m.min_element() <= 0.0 || body.locks.angular != [false; 3] {
-        let (s, s_inv) = (root_inertia(body, true), root_inertia(body, false));
+        let (s, s_inv) = roots_of_inertia(body);
         body.w = s.mul(s_inv.mul(body.w));
         body.rotation = body.rotation.turned_by(body.w * ctx.dt);
     } else if round {

@@ -303,6 +303,7 @@ impl Solver<'_> {
                 dispatch!(self.ctx.level, simd => {
                     for i in batch.blocks.start + part.start..batch.blocks.start + part.end {
                         let block = self.blocks.row(i);
+                        self.blocks.prefetch(i + 1, block.cache_lines());
                         let extra = if self.has_extras { Some(self.extras.row(i)) } else { None };
                         if batch.fixed {
                             contact::solve::<_, true>(simd, block, extra, &self.lines, sweep);
@@ -334,6 +335,7 @@ impl Solver<'_> {
                 dispatch!(self.ctx.level, simd => {
                     for i in batch.blocks.start + part.start..batch.blocks.start + part.end {
                         let block = self.joints.row(i);
+                        self.joints.prefetch(i + 1, JointBlock::CACHE_LINES);
                         if block.is_distance {
                             joint::solve_distance(simd, block, &self.lines, &sweep);
                         } else {

@@ -254,31 +254,69 @@ fn build_rows<S: Simd, const FIXED: bool, const N: usize>(
         (sqrt(arm.dot(arm)) * there[j]).store_array(&mut block.points[j].lever);
     }
 
-    let bt = [sb.mul(cb.cross(t1)), sb.mul(cb.cross(t2)), sb.mul(n)];
-    let (mut k11, mut k12, mut k22, mut k33) = (linear, zero, linear, zero);
+    let arms = Arms { sa, sb, ca, cb, linear };
+    let f = build_friction::<S, FIXED>(simd, &arms, [n, t1, t2], block);
     let [tx, ty, tz, twist] = tangent;
     let tangent = Vec3w { x: tx, y: ty, z: tz };
     let busy = above(count, zero);
-    let f = [
+    let impulse = [
         select(busy, t1.dot(tangent) * scale, zero),
         select(busy, t2.dot(tangent) * scale, zero),
         select(busy, twist * scale, zero),
     ];
     for i in 0..3 {
-        f[i].store_array(&mut block.friction[i]);
-        bt[i].store(&mut block.b_t[i]);
-        turn_b = turn_b + bt[i] * f[i];
+        impulse[i].store_array(&mut block.friction[i]);
+        turn_a = turn_a + f[0][i] * impulse[i];
+        turn_b = turn_b + f[1][i] * impulse[i];
     }
+
+    // Impulses are never negative: the greatest is zero where all are. A lone point needs no rounds, and
+    // gets none in whatever company it is.
+    let several = select(above(count, splat(simd, 1.5)), one, zero);
+    select(above(most, zero), zero, several).store_array(&mut block.fresh);
+    block.any_fresh = false;
+    for fresh in &block.fresh {
+        block.any_fresh |= *fresh > 0.0;
+    }
+    let push = n * total + t1 * impulse[0] + t2 * impulse[1];
+    Warm { push, turn_a, turn_b }
+}
+
+/// Where friction acts.
+struct Arms<S: Simd> {
+    sa: Sym3w<S>,
+    sb: Sym3w<S>,
+    ca: Vec3w<S>,
+    cb: Vec3w<S>,
+    /// α² + β²
+    linear: Wide<S>,
+}
+
+/// Rows of friction along t1 and t2, and of twist about n. Returns those of A and of B.
+#[inline(always)]
+fn build_friction<S: Simd, const FIXED: bool>(
+    simd: S,
+    arms: &Arms<S>,
+    [n, t1, t2]: [Vec3w<S>; 3],
+    block: &mut ContactBlock,
+) -> [[Vec3w<S>; 3]; 2] {
+    let Arms { sa, sb, ca, cb, linear } = *arms;
+    let zero = splat(simd, 0.0);
+    let mut at = [Vec3w::zero(simd); 3];
+    let bt = [sb.mul(cb.cross(t1)), sb.mul(cb.cross(t2)), sb.mul(n)];
+    let (mut k11, mut k12, mut k22, mut k33) = (linear, zero, linear, zero);
     if !FIXED {
-        let at = [sa.mul(ca.cross(t1)), sa.mul(ca.cross(t2)), sa.mul(n)];
+        at = [sa.mul(ca.cross(t1)), sa.mul(ca.cross(t2)), sa.mul(n)];
         k11 += at[0].dot(at[0]);
         k12 = at[0].dot(at[1]);
         k22 += at[1].dot(at[1]);
         k33 = at[2].dot(at[2]);
         for i in 0..3 {
             at[i].store(&mut block.a_t[i]);
-            turn_a = turn_a + at[i] * f[i];
         }
+    }
+    for i in 0..3 {
+        bt[i].store(&mut block.b_t[i]);
     }
     k11 += bt[0].dot(bt[0]);
     k12 += bt[0].dot(bt[1]);
@@ -289,16 +327,7 @@ fn build_rows<S: Simd, const FIXED: bool, const N: usize>(
     (-(k12 * inv)).store_array(&mut block.mass_t[1]);
     (k11 * inv).store_array(&mut block.mass_t[2]);
     inverse_or_zero(simd, k33).store_array(&mut block.mass_t[3]);
-
-    // Impulses are never negative: the greatest is zero where all are. A lone point needs no rounds, and
-    // gets none in whatever company it is.
-    let several = select(above(count, splat(simd, 1.5)), one, zero);
-    select(above(most, zero), zero, several).store_array(&mut block.fresh);
-    block.any_fresh = false;
-    for fresh in &block.fresh {
-        block.any_fresh |= *fresh > 0.0;
-    }
-    Warm { push: n * total + t1 * f[0] + t2 * f[1], turn_a, turn_b }
+    [at, bt]
 }
 
 #[inline(always)]

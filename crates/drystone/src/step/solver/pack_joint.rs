@@ -5,7 +5,7 @@ use super::rows::JointBlock;
 use super::softness::Softness;
 use crate::base::math::{Vec3, vec3};
 use crate::base::sym3::Sym3;
-use crate::base::wide::Lanes;
+use crate::base::wide::{LANES, Lanes};
 use crate::state::bodies::Body;
 use crate::state::def::JointKind;
 use crate::state::joints::Joint;
@@ -15,7 +15,10 @@ impl Solver<'_> {
     pub(super) fn pack_joints(&self, block: usize, is_distance: bool) {
         let owners = &self.plan.joints.owners[block];
         let block = self.joints.row(block);
-        *block = JointBlock { is_distance, ..JointBlock::default() };
+        if owners[LANES - 1] == u32::MAX {
+            *block = JointBlock::default();
+        }
+        block.is_distance = is_distance;
         for (lane, row) in owners.iter().enumerate() {
             if *row != u32::MAX
                 && let Some(joint) = self.joint_slots.read(*row as usize)
@@ -68,10 +71,11 @@ impl Solver<'_> {
             JointKind::Distance { min, max, spring } => {
                 let rest = spring.map_or(0.0, |s| s.rest_length);
                 put(&mut block.limits, lane, vec3(min, max, rest));
-                if let Some(s) = spring {
+                let soft = spring.map_or(Vec3::ZERO, |s| {
                     let soft = Softness::new(s.hertz, s.damping_ratio, ctx.h);
-                    put(&mut block.spring, lane, vec3(soft.rate, soft.mass, soft.impulse));
-                }
+                    vec3(soft.rate, soft.mass, soft.impulse)
+                });
+                put(&mut block.spring, lane, soft);
                 gap.normalize_or(Vec3::Y) * (impulse.x - impulse.y + impulse.z)
             }
         };

@@ -179,6 +179,14 @@ pub(crate) struct ContactBlock {
     pub(crate) count: u8,
 }
 
+impl ContactBlock {
+    /// How much of a block like this one a sweep reads.
+    #[inline(always)]
+    pub(crate) fn cache_lines(&self) -> usize {
+        if self.count > 2 { size_of::<Self>() / 64 } else { 20 + 5 * usize::from(self.count) }
+    }
+}
+
 /// What only some contacts need, beside their block: bounce, rolling resistance, moving partners.
 #[derive(Clone, Debug, Default)]
 #[repr(C, align(64))]
@@ -232,4 +240,9 @@ pub(crate) struct JointBlock {
     pub(crate) limits: [Lanes; 3],
     pub(crate) spring: [Lanes; 3],
     pub(crate) is_distance: bool,
+}
+
+impl JointBlock {
+    /// How much of a block a sweep over balls reads.
+    pub(crate) const CACHE_LINES: usize = 20;
 }
