@@ -4,7 +4,7 @@ use std::process::Stdio;
 use std::time::Instant;
 
 use crate::tidy::is_reference_key;
-use crate::{Outcome, cargo, golden, root, run_to_end, tidy};
+use crate::{Outcome, cargo, golden, instructions, root, run_to_end, tidy};
 
 type Stage = (&'static str, fn() -> Outcome);
 
@@ -18,6 +18,7 @@ const STAGES: &[Stage] = &[
     ("examples", examples),
     ("golden", || golden::run(&golden::Options { release: false, bless: None })),
     ("golden-release", || golden::run(&golden::Options { release: true, bless: None })),
+    ("instructions", || instructions::run(false)),
 ];
 
 /// Runs the named stages, or all, in the order of the list.

@@ -1,5 +1,6 @@
 //! Two solids at given poses to a manifold: the dispatch table.
 
+mod boxes;
 pub(crate) mod convex;
 pub(crate) mod frustum;
 mod general;
@@ -9,7 +10,7 @@ mod round;
 #[cfg(test)]
 mod rest_tests;
 #[cfg(test)]
-mod tests;
+pub(super) mod tests;
 
 use self::convex::Convex;
 pub(crate) use self::mesh::collide_mesh;
@@ -17,7 +18,7 @@ use super::clip::flip;
 use super::manifold::{Manifold, PairCache};
 use super::sat;
 use super::solid::{Core, Solid};
-use crate::base::math::Vec3;
+use crate::base::math::{Vec3, greater};
 use crate::base::pose::Pose;
 
 /// Most manifolds of one pair with a mesh.
@@ -85,13 +86,18 @@ pub(crate) fn collide_convex(
             let m = frustum.against_point(b_in_a.local_point(Vec3::ZERO), margin);
             flip(&m, b_in_a)
         }
-        (Convex::Point, Convex::Hull(x)) => round::point_face(*x, b_in_a, margin)
+        (Convex::Point, Convex::Hull(x)) => round::point_face(x, b_in_a, margin)
             .unwrap_or_else(|| general::collide(a, b, b_in_a, margin)),
         (Convex::Hull(x), Convex::Hull(y)) => {
             if is_rounded && let Some(m) = general::collide_apart(a, b, b_in_a, margin) {
                 return m;
             }
-            sat::collide_polytopes(*x, *y, b_in_a, margin, cache)
+            if let (Some(g), Some(h)) = (x.cuboid, y.cuboid)
+                && let Some(m) = boxes::collide(g, h, b_in_a, margin)
+            {
+                return m;
+            }
+            sat::collide_hulls(x, y, b_in_a, margin, cache)
         }
         _ => general::collide(a, b, b_in_a, margin),
     }
@@ -113,5 +119,6 @@ fn rounded(mut m: Manifold, radius_a: f32, radius_b: f32) -> Manifold {
         p.separation -= radius_a + radius_b;
         p.position += middle;
     }
+    m.gap = greater(m.gap - (radius_a + radius_b), 0.0);
     m
 }

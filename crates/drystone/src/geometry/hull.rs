@@ -2,11 +2,13 @@
 
 pub(crate) mod build;
 mod facets;
+pub(crate) mod lanes;
 mod quickhull;
 
+use self::lanes::HullLanes;
 use super::mass::MassProperties;
 use crate::base::aabb::Aabb;
-use crate::base::math::{Vec3, vec3};
+use crate::base::math::{Vec3, greater, lesser, vec3};
 
 /// A plane: points with `normal · p = offset`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -37,28 +39,27 @@ pub(crate) struct HalfEdge {
     pub(crate) next: u16,
 }
 
-/// A borrowed polytope: a [`Hull`], or a triangle as one with two faces.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Polytope<'a> {
-    pub(crate) vertices: &'a [Vec3],
-    /// One plane a face.
-    pub(crate) planes: &'a [Plane],
-    /// First half-edge of each face.
-    pub(crate) face_edges: &'a [u16],
-    /// Twins stand side by side: 2k and 2k + 1.
-    pub(crate) edges: &'a [HalfEdge],
-    /// A point well inside [m].
-    pub(crate) center: Vec3,
-}
-
 /// A convex polytope.
 #[derive(Clone, Debug)]
 pub struct Hull {
-    vertices: Vec<Vec3>,
-    planes: Vec<Plane>,
-    face_edges: Vec<u16>,
-    edges: Vec<HalfEdge>,
-    center: Vec3,
+    pub(crate) vertices: Vec<Vec3>,
+    /// One plane a face.
+    pub(crate) planes: Vec<Plane>,
+    /// First half-edge of each face.
+    pub(crate) face_edges: Vec<u16>,
+    /// Twins stand side by side: 2k and 2k + 1.
+    pub(crate) edges: Vec<HalfEdge>,
+    /// A point well inside [m].
+    pub(crate) center: Vec3,
+    /// Radius of the ball around the center that touches the nearest face [m].
+    pub(crate) inner: f32,
+    /// Greatest distance of a vertex from the origin [m].
+    pub(crate) reach: f32,
+    /// The same vertices and planes eight at a time, and by how much edges bulge: for the search of
+    /// separating axes.
+    pub(crate) lanes: HullLanes,
+    /// Half extents, if it is a box along its own axes [m].
+    pub(crate) cuboid: Option<Vec3>,
     bounds: Aabb,
 }
 
@@ -131,7 +132,21 @@ impl Hull {
         let sum = vertices.iter().fold(Vec3::ZERO, |s, v| s + *v);
         #[expect(clippy::cast_precision_loss, reason = "few vertices")]
         let center = sum * (1.0 / vertices.len() as f32);
-        Self { vertices, planes, face_edges, edges, center, bounds }
+        let inner = planes.iter().map(|p| -p.distance(center)).fold(f32::INFINITY, lesser);
+        let reach = vertices.iter().map(|v| v.length()).fold(0.0, greater);
+        let lanes = HullLanes::new(&vertices, &planes, &edges);
+        Self {
+            vertices,
+            planes,
+            face_edges,
+            edges,
+            center,
+            inner: greater(inner, 0.0),
+            reach,
+            lanes,
+            cuboid: None,
+            bounds,
+        }
     }
 
     /// The box of these half extents [m].
@@ -151,7 +166,7 @@ impl Hull {
         let faces: Vec<Vec<u16>> = loops.iter().map(|l| l.0.to_vec()).collect();
         let planes = loops.iter().map(|l| Plane { normal: l.1, offset: l.2 }).collect();
         let (face_edges, edges) = link_loops(&faces).expect("a box is closed");
-        Self::from_parts(vertices, planes, face_edges, edges)
+        Self { cuboid: Some(h), ..Self::from_parts(vertices, planes, face_edges, edges) }
     }
 
     /// The corners [m, local].
@@ -205,17 +220,6 @@ impl Hull {
     #[must_use]
     pub const fn bounds(&self) -> Aabb {
         self.bounds
-    }
-
-    #[inline]
-    pub(crate) fn polytope(&self) -> Polytope<'_> {
-        Polytope {
-            vertices: &self.vertices,
-            planes: &self.planes,
-            face_edges: &self.face_edges,
-            edges: &self.edges,
-            center: self.center,
-        }
     }
 }
 

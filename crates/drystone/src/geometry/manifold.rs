@@ -23,6 +23,8 @@ pub(crate) struct Manifold {
     pub(crate) normal: Vec3,
     pub(crate) points: [ManifoldPoint; 4],
     pub(crate) count: usize,
+    /// Without points: the solids are at least so far apart [m]; 0 if that was not worked out.
+    pub(crate) gap: f32,
 }
 
 impl Manifold {
@@ -34,6 +36,11 @@ impl Manifold {
     pub(crate) fn push(&mut self, point: ManifoldPoint) {
         self.points[self.count] = point;
         self.count += 1;
+    }
+
+    /// No points: the solids are at least `gap` apart [m].
+    pub(crate) fn apart(gap: f32) -> Self {
+        Self { gap, ..Self::default() }
     }
 
     /// A manifold with one point.

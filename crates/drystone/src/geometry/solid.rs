@@ -69,12 +69,18 @@ impl Solid {
         let sharp = match &self.core {
             Core::Point => around(pose.position, Vec3::ZERO),
             Core::Segment { half_height } => around(pose.position, (r.y * *half_height).abs()),
-            Core::Hull(hull) => {
-                let b = hull.bounds();
-                let half = b.half_extents();
-                let extent = r.x.abs() * half.x + r.y.abs() * half.y + r.z.abs() * half.z;
-                around(pose.point(b.center()), extent)
-            }
+            Core::Hull(hull) => match hull.cuboid {
+                Some(half) => {
+                    let extent = r.x.abs() * half.x + r.y.abs() * half.y + r.z.abs() * half.z;
+                    around(pose.position, extent)
+                }
+                None => {
+                    let rows = r.transpose();
+                    let [x, y, z] = [rows.x, rows.y, rows.z].map(|d| hull.lanes.reach_along(d));
+                    let (min, max) = (vec3(x.0, y.0, z.0), vec3(x.1, y.1, z.1));
+                    Aabb::new(pose.position + min, pose.position + max)
+                }
+            },
             Core::Frustum { half_height, radius_bottom, radius_top } => {
                 // A disc of radius R with axis y reaches R sqrt(1 - y_i^2) along world axis i.
                 let reach = |y: f32| greater(1.0 - y * y, 0.0).sqrt();

@@ -10,10 +10,17 @@ use crate::base::slot_map::SlotMap;
 /// No row.
 pub(crate) const NONE: u32 = u32::MAX;
 
-/// A body.
+/// A body. What every stage reads stands in the first cache line, the kind too, by which an empty slot
+/// is told.
 #[derive(Clone, Debug)]
+#[repr(C, align(64))]
 pub(crate) struct Body {
     pub(crate) kind: BodyKind,
+    pub(crate) can_sleep: bool,
+    /// Its state became non-finite: it takes no part in steps.
+    pub(crate) faulted: bool,
+    /// Place in [`Bodies::awake`], or [`NONE`].
+    pub(crate) awake_row: u32,
     /// Center of mass [m, world].
     pub(crate) center: Vec3,
     pub(crate) rotation: Quat,
@@ -21,6 +28,8 @@ pub(crate) struct Body {
     pub(crate) v: Vec3,
     /// Angular velocity [rad/s, world].
     pub(crate) w: Vec3,
+    /// Greatest distance of a point of it from the center of mass [m].
+    pub(crate) extent: f32,
 
     /// Center of mass [m, frame of the origin].
     pub(crate) local_center: Vec3,
@@ -51,23 +60,16 @@ pub(crate) struct Body {
     /// Constraints (contacts with points, joints) that act on it; 0 is free flight.
     pub(crate) constraints: u32,
 
-    /// Place in [`Bodies::awake`], or [`NONE`].
-    pub(crate) awake_row: u32,
     pub(crate) island: u32,
     /// How long it has been still [s].
     pub(crate) still_time: f32,
-    pub(crate) can_sleep: bool,
     /// Speed below which it is still [m/s]; negative: the world's.
     pub(crate) sleep_speed: f32,
-    /// Greatest distance of a point of it from the center of mass [m].
-    pub(crate) extent: f32,
     /// Half of the least thickness of its shapes [m]: what it may move in a step without a check.
     pub(crate) inner: f32,
     /// Level in the contact graph: contacts between it and what cannot be pushed, at least. That is 0;
     /// a body that nothing holds has [`NONE`].
     pub(crate) level: u32,
-    /// Its state became non-finite: it takes no part in steps.
-    pub(crate) faulted: bool,
     pub(crate) user_data: u64,
 }
 

@@ -36,9 +36,19 @@ impl Point {
     }
 }
 
-/// The motion of the two bodies when the manifold was made.
+/// What tells whether a pair must be tested again: the motion of its two bodies when the manifold was
+/// made. One cache line a contact and these in a row, so that the many pairs that only come near each
+/// other cost little.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Reference {
+#[repr(C, align(64))]
+pub(crate) struct Probe {
+    /// The contact.
+    pub(crate) row: u32,
+    pub(crate) body_a: u32,
+    pub(crate) body_b: u32,
+    /// How far apart the shapes were then, at least [m]; 0 if the pair has points or that is not
+    /// known; infinite for a part that its first manifold takes care of.
+    pub(crate) gap: f32,
     /// Center of B less that of A [m, world].
     pub(crate) offset: Vec3,
     pub(crate) rotation_a: Quat,
@@ -83,7 +93,7 @@ pub(crate) struct Contact {
     /// Speed at which the shapes approach each other before they touch [m/s].
     pub(crate) approach: f32,
     pub(crate) links: [Link; 2],
-    /// Place in [`Contacts::awake`], or [`NONE`].
+    /// Place in the awake list, or [`NONE`].
     pub(crate) awake_row: u32,
     /// Where it stands among the colors; nowhere while it has no points.
     pub(crate) place: Place,
@@ -91,8 +101,9 @@ pub(crate) struct Contact {
     pub(crate) next_part: u32,
     /// The first manifold of its pair: itself, unless it is another part.
     pub(crate) first: u32,
-    pub(crate) reference: Reference,
     pub(crate) cache: PairCache,
+    /// While the contact is not awake.
+    pub(crate) probe: Probe,
 }
 
 impl Contact {
@@ -116,8 +127,8 @@ pub(crate) struct Contacts {
     rows: Vec<Option<Contact>>,
     free: Vec<u32>,
     pairs: PairSet,
-    /// Rows of contacts with an active body, first parts and others.
-    pub(crate) awake: Vec<u32>,
+    /// Contacts with an active body, first parts and others.
+    awake: Vec<Probe>,
 }
 
 impl Contacts {
@@ -132,8 +143,8 @@ impl Contacts {
     }
 
     /// All rows, empty ones too; for stages that lend rows to workers.
-    pub(crate) fn slots_mut(&mut self) -> (&mut [Option<Contact>], &[u32]) {
-        (&mut self.rows, &self.awake)
+    pub(crate) fn slots_mut(&mut self) -> (&mut [Option<Contact>], &mut [Probe]) {
+        (&mut self.rows, &mut self.awake)
     }
 
     /// Rows in order.
@@ -166,6 +177,13 @@ impl Contacts {
             }
             body.contacts = me;
         }
+        contact.probe = Probe {
+            row,
+            body_a: contact.body_a,
+            body_b: contact.body_b,
+            gap: if contact.is_part { f32::INFINITY } else { 0.0 },
+            ..Probe::default()
+        };
         self.rows[row as usize] = Some(contact);
         row
     }
@@ -201,14 +219,16 @@ impl Contacts {
         }
         if awake {
             let place = u32::try_from(self.awake.len()).expect("fewer than 2^31 contacts");
-            self.awake.push(row);
+            self.awake.push(self.at(row).probe);
             self.at_mut(row).awake_row = place;
         } else {
-            self.awake.swap_remove(at as usize);
-            if let Some(&moved) = self.awake.get(at as usize) {
+            let probe = self.awake.swap_remove(at as usize);
+            if let Some(moved) = self.awake.get(at as usize) {
+                let moved = moved.row;
                 self.at_mut(moved).awake_row = at;
             }
-            self.at_mut(row).awake_row = NONE;
+            let contact = self.at_mut(row);
+            (contact.awake_row, contact.probe) = (NONE, probe);
         }
     }
 

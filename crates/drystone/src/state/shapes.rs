@@ -1,10 +1,13 @@
 //! Shapes: one row each, owned by a body. Written by the world; bounds by finalize.
 
+use std::sync::Arc;
+
 use super::material::{Filter, Material};
 use crate::base::aabb::Aabb;
 use crate::base::id::ShapeId;
 use crate::base::pose::Pose;
 use crate::base::slot_map::SlotMap;
+use crate::geometry::hull::Hull;
 use crate::geometry::shape::Shape;
 use crate::geometry::solid::{Core, Solid};
 
@@ -45,6 +48,8 @@ impl ShapeRow {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Shapes {
     pub(crate) rows: SlotMap<ShapeId, ShapeRow>,
+    /// The hull of the box that was added last: boxes of one size share theirs.
+    last_box: Option<Arc<Hull>>,
 }
 
 impl Shapes {
@@ -56,6 +61,20 @@ impl Shapes {
     #[inline]
     pub(crate) fn at_mut(&mut self, row: u32) -> &mut ShapeRow {
         self.rows.at_mut(row).expect("tables name living shapes only")
+    }
+
+    /// The solid of a validated shape that is about to be added.
+    pub(crate) fn solid(&mut self, shape: &Shape) -> Solid {
+        if let (Shape::Box { half_extents }, Some(last)) = (shape, &self.last_box)
+            && last.cuboid == Some(*half_extents)
+        {
+            return Solid { core: Core::Hull(Arc::clone(last)), radius: 0.0 };
+        }
+        let solid = Solid::of(shape);
+        if let (Shape::Box { .. }, Core::Hull(hull)) = (shape, &solid.core) {
+            self.last_box = Some(Arc::clone(hull));
+        }
+        solid
     }
 
     pub(crate) fn id(&self, row: u32) -> ShapeId {

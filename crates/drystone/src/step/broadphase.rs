@@ -12,7 +12,7 @@ use crate::state::bodies::{Bodies, NONE};
 use crate::state::bounds::Bounds;
 use crate::state::colors::Place;
 use crate::state::contacts::Point;
-use crate::state::contacts::{Contact, Contacts, Link, Reference};
+use crate::state::contacts::{Contact, Contacts, Link, Probe};
 use crate::state::def::BodyKind;
 use crate::state::joints::Joints;
 use crate::state::shapes::{ShapeRow, Shapes};
@@ -145,8 +145,8 @@ fn create(a: u32, b: u32, bodies: &mut Bodies, shapes: &Shapes, contacts: &mut C
         tangent_impulse: Vec3::ZERO,
         twist_impulse: 0.0,
         rolling_impulse: Vec3::ZERO,
-        reference: Reference::default(),
         cache: PairCache::default(),
+        probe: Probe::default(),
     };
     let parts = if shape_a.is_mesh() { MAX_PARTS } else { 1 };
     let (mut first, mut last) = (NONE, NONE);

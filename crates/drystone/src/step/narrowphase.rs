@@ -10,11 +10,12 @@ use crate::base::disjoint::Rows;
 use crate::base::jobs::{Executor, collect_ranges, grain};
 use crate::base::math::Vec3;
 use crate::base::pose::Pose;
+use crate::base::quat::Quat;
 use crate::geometry::collide::{MAX_PARTS, collide, collide_mesh};
 use crate::geometry::manifold::Manifold;
 use crate::geometry::solid::Core;
 use crate::state::bodies::{Bodies, Body, NONE};
-use crate::state::contacts::{Contact, Contacts, Point, Reference};
+use crate::state::contacts::{Contact, Contacts, Point, Probe};
 use crate::state::shapes::Shapes;
 
 /// What became of a contact.
@@ -47,15 +48,19 @@ pub(crate) fn update_manifolds(
     scratch: &mut Scratch,
     jobs: &dyn Executor,
 ) {
-    let (slots, awake) = contacts.slots_mut();
-    let slots = Rows::new(slots);
-    let least = grain(jobs, awake.len(), 32);
-    collect_ranges(jobs, awake.len(), least, &mut scratch.changes, |range, out| {
-        for row in &awake[range] {
-            if let Some(contact) = slots.row(*row as usize)
-                && !contact.is_part
-            {
-                update(ctx, bodies, shapes, contact, *row, &slots, out);
+    let (slots, probes) = contacts.slots_mut();
+    let count = probes.len();
+    let (slots, probes) = (Rows::new(slots), Rows::new(probes));
+    let least = grain(jobs, count, 32);
+    collect_ranges(jobs, count, least, &mut scratch.changes, |range, out| {
+        for probe in probes.slice(range) {
+            let (a, b) = (bodies.at(probe.body_a), bodies.at(probe.body_b));
+            let reach = speculative_margin(ctx, a, b);
+            if probe.gap > reach && moved(probe, a, b) < probe.gap - reach {
+                continue;
+            }
+            if let Some(contact) = slots.row(probe.row as usize) {
+                update(ctx, [a, b], shapes, contact, probe, &slots, out);
             }
         }
     });
@@ -63,20 +68,23 @@ pub(crate) fn update_manifolds(
 
 fn update(
     ctx: &StepContext,
-    bodies: &Bodies,
+    [a, b]: [&Body; 2],
     shapes: &Shapes,
     contact: &mut Contact,
-    row: u32,
+    probe: &mut Probe,
     slots: &Rows<'_, Option<Contact>>,
     out: &mut Vec<Change>,
 ) {
+    let row = probe.row;
     let (shape_a, shape_b) = (shapes.at(contact.shape_a), shapes.at(contact.shape_b));
     if !shape_a.fat.overlaps(&shape_b.fat) {
         out.push(Change::Apart(row));
         return;
     }
-    let (a, b) = (bodies.at(contact.body_a), bodies.at(contact.body_b));
-    if contact.recyclable && may_recycle(ctx, contact, a, b) && recycle(ctx, contact, a, b, slots) {
+    if contact.recyclable
+        && may_recycle(ctx, contact, probe, a, b)
+        && recycle(ctx, contact, a, b, slots)
+    {
         return;
     }
     let pose = |body: &Body, centered: &Pose| {
@@ -86,13 +94,23 @@ fn update(
     let (pose_a, pose_b) = (pose(a, &shape_a.centered), pose(b, &shape_b.centered));
     let b_in_a = pose_a.relative(&pose_b);
     let margin = if contact.sensor { 0.0 } else { speculative_margin(ctx, a, b) };
-    let mut made = [Manifold::default(); MAX_PARTS];
-    let count = if let Core::Mesh(mesh) = &shape_a.solid.core {
-        collide_mesh(mesh, &shape_b.solid, &b_in_a, margin, &mut made)
-    } else {
-        made[0] = collide(&shape_a.solid, &shape_b.solid, &b_in_a, margin, &mut contact.cache);
-        1
+    *probe = Probe {
+        gap: 0.0,
+        offset: b.center - a.center,
+        rotation_a: a.rotation,
+        rotation_b: b.rotation,
+        ..*probe
     };
+    let Core::Mesh(mesh) = &shape_a.solid.core else {
+        let m = collide(&shape_a.solid, &shape_b.solid, &b_in_a, margin, &mut contact.cache);
+        probe.gap = m.gap;
+        if rebuild(contact, &m, &pose_a, a, b) {
+            out.push(Change::Count(row));
+        }
+        return;
+    };
+    let mut made = [Manifold::default(); MAX_PARTS];
+    let count = collide_mesh(mesh, &shape_b.solid, &b_in_a, margin, &mut made);
     let mut part = Some((row, contact));
     let mut index = 0;
     // Old impulses of all parts, to be found again by feature whichever part it is in now.
@@ -116,22 +134,42 @@ fn speculative_margin(ctx: &StepContext, a: &Body, b: &Body) -> f32 {
     ctx.margin.max((1.1 * speed * ctx.dt).min(size(a).min(size(b))))
 }
 
+/// How far a point of one of the bodies may have come nearer to the other since the reference [m]: the
+/// motion of the smaller one in the frame of the larger or unpushable one.
+fn moved(r: &Probe, a: &Body, b: &Body) -> f32 {
+    let seen_from_a = !a.is_dynamic() || (b.is_dynamic() && b.extent <= a.extent);
+    let (offset, before, extent) = if seen_from_a {
+        let offset = a.rotation.unrotate(b.center - a.center) - r.rotation_a.unrotate(r.offset);
+        (offset, r.rotation_a.conjugate() * r.rotation_b, b.extent)
+    } else {
+        let offset = b.rotation.unrotate(a.center - b.center) - r.rotation_b.unrotate(-r.offset);
+        (offset, r.rotation_b.conjugate() * r.rotation_a, a.extent)
+    };
+    let now = if seen_from_a {
+        a.rotation.conjugate() * b.rotation
+    } else {
+        b.rotation.conjugate() * a.rotation
+    };
+    offset.length() + chord(&now, &before) * extent
+}
+
+/// Twice the chord of two unit quaternions: the angle between the rotations where that is small, and no
+/// less than the chord that a point at unit distance travels.
+fn chord(q: &Quat, q0: &Quat) -> f32 {
+    let d = [q.x - q0.x, q.y - q0.y, q.z - q0.z, q.w - q0.w];
+    2.0 * (d[0] * d[0] + d[1] * d[1] + d[2] * d[2] + d[3] * d[3]).sqrt()
+}
+
 /// True if the two bodies have hardly moved since the manifold was made, against each other or in the
 /// world.
-fn may_recycle(ctx: &StepContext, contact: &Contact, a: &Body, b: &Body) -> bool {
+fn may_recycle(ctx: &StepContext, contact: &Contact, r: &Probe, a: &Body, b: &Body) -> bool {
     if contact.count == 0 && contact.next_part == NONE {
         return false;
     }
-    let r = &contact.reference;
-    let turn = |q: &crate::base::quat::Quat, q0: &crate::base::quat::Quat| {
-        // The chord of two unit quaternions is half the angle between them.
-        let d = [q.x - q0.x, q.y - q0.y, q.z - q0.z, q.w - q0.w];
-        2.0 * (d[0] * d[0] + d[1] * d[1] + d[2] * d[2] + d[3] * d[3]).sqrt()
-    };
     let size = |body: &Body| if body.is_dynamic() { body.extent } else { 0.0 };
     let shift = ((b.center - a.center) - r.offset).length();
     let turns =
-        turn(&a.rotation, &r.rotation_a) * size(a) + turn(&b.rotation, &r.rotation_b) * size(b);
+        chord(&a.rotation, &r.rotation_a) * size(a) + chord(&b.rotation, &r.rotation_b) * size(b);
     // A moving static-like partner (kinematic) turns the normal with it: only tiny turns are allowed.
     let carried = |body: &Body| !body.is_dynamic() && body.active() && body.w != Vec3::ZERO;
     // A quarter of the smaller body's size at most: what is far for a pebble is near for a rock.
@@ -179,8 +217,6 @@ fn rebuild(contact: &mut Contact, manifold: &Manifold, pose_a: &Pose, a: &Body, 
     let before = contact.count;
     let mut old = contact.points;
     let normal = pose_a.direction(manifold.normal);
-    contact.reference =
-        Reference { offset: b.center - a.center, rotation_a: a.rotation, rotation_b: b.rotation };
     #[expect(clippy::cast_possible_truncation, reason = "at most four points")]
     let count = manifold.count as u8;
     contact.count = count;

@@ -148,7 +148,7 @@ impl World {
     }
 
     fn insert_shape(&mut self, body: u32, def: ShapeDef) -> ShapeId {
-        let solid = Solid::of(&def.shape);
+        let solid = self.tables.shapes.solid(&def.shape);
         let local = Pose { position: def.pose.position, rotation: def.pose.rotation.normalized() };
         let rolling_radius = match def.shape {
             Shape::Sphere { radius }

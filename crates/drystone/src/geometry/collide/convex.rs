@@ -4,7 +4,7 @@
 use super::frustum::Frustum;
 use crate::base::math::{Vec3, greater, vec3};
 use crate::geometry::clip::Polygon;
-use crate::geometry::hull::Polytope;
+use crate::geometry::hull::Hull;
 use crate::geometry::sat;
 use crate::geometry::solid::Core;
 
@@ -13,7 +13,7 @@ use crate::geometry::solid::Core;
 pub(crate) enum Convex<'a> {
     Point,
     Segment { half_height: f32 },
-    Hull(Polytope<'a>),
+    Hull(&'a Hull),
     Frustum(Frustum),
 }
 
@@ -23,7 +23,7 @@ impl<'a> Convex<'a> {
         Some(match core {
             Core::Point => Self::Point,
             Core::Segment { half_height } => Self::Segment { half_height: *half_height },
-            Core::Hull(hull) => Self::Hull(hull.polytope()),
+            Core::Hull(hull) => Self::Hull(hull),
             Core::Frustum { half_height, radius_bottom, radius_top } => {
                 Self::Frustum(Frustum::new(*half_height, *radius_bottom, *radius_top))
             }
@@ -39,7 +39,7 @@ impl<'a> Convex<'a> {
             Self::Segment { half_height } => {
                 vec3(0.0, if direction.y < 0.0 { -half_height } else { *half_height }, 0.0)
             }
-            Self::Hull(x) => sat::support(*x, direction),
+            Self::Hull(x) => sat::support(x, direction),
             Self::Frustum(x) => x.support(direction),
         }
     }
@@ -63,7 +63,7 @@ impl<'a> Convex<'a> {
     pub(crate) fn face_normal(&self, direction: Vec3) -> Option<Vec3> {
         match self {
             Self::Point | Self::Segment { .. } => None,
-            Self::Hull(x) => x.planes.get(sat::face_along(*x, direction)).map(|p| p.normal),
+            Self::Hull(x) => x.planes.get(sat::face_along(x, direction)).map(|p| p.normal),
             Self::Frustum(x) => x.cap_normal(direction),
         }
     }
@@ -72,7 +72,7 @@ impl<'a> Convex<'a> {
     pub(crate) fn face(&self, direction: Vec3, out: &mut Polygon) {
         match self {
             Self::Point | Self::Segment { .. } => out.clear(),
-            Self::Hull(x) => sat::face_polygon(*x, sat::face_along(*x, direction), out),
+            Self::Hull(x) => sat::face_polygon(x, sat::face_along(x, direction), out),
             Self::Frustum(x) => x.disc(direction, out),
         }
     }
@@ -86,7 +86,7 @@ impl<'a> Convex<'a> {
                 let end = vec3(0.0, *half_height, 0.0);
                 Some(([-end, end], vec3(direction.x, 0.0, direction.z).length()))
             }
-            Self::Hull(x) => hull_line(*x, direction),
+            Self::Hull(x) => hull_line(x, direction),
             Self::Frustum(x) => {
                 let normal = x.side_normal(direction);
                 Some((x.side_line(direction), normal.dot(direction)))
@@ -114,7 +114,7 @@ impl<'a> Convex<'a> {
     }
 }
 
-fn hull_line(x: Polytope<'_>, direction: Vec3) -> Option<([Vec3; 2], f32)> {
+fn hull_line(x: &Hull, direction: Vec3) -> Option<([Vec3; 2], f32)> {
     let mut best = None;
     let mut most = f32::NEG_INFINITY;
     for pair in x.edges.chunks_exact(2) {

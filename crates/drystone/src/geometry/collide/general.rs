@@ -13,7 +13,7 @@ use crate::base::pose::Pose;
 use crate::geometry::clip::{Polygon, Reference, clip, flip};
 use crate::geometry::epa;
 use crate::geometry::gjk::{self, Closest};
-use crate::geometry::hull::Polytope;
+use crate::geometry::hull::Hull;
 use crate::geometry::manifold::Manifold;
 
 /// Cosine of 0.005 rad: a normal so close to that of a flat side is made the same.
@@ -58,7 +58,7 @@ pub(super) fn collide(a: &Convex<'_>, b: &Convex<'_>, b_in_a: &Pose, margin: f32
     let pair = Pair::new(a, b, b_in_a);
     let Some(closest) = pair.closest(margin) else { return Manifold::default() };
     if closest.distance > margin {
-        return Manifold::default();
+        return Manifold::apart(closest.distance);
     }
     pair.manifold(&closest, margin)
 }
@@ -73,7 +73,7 @@ pub(super) fn collide_apart(
     let pair = Pair::new(a, b, b_in_a);
     let c = gjk::distance(|d| a.support(d), |d| pair.support_b(d), pair.start())?;
     if c.distance > margin {
-        return Some(Manifold::default());
+        return Some(Manifold::apart(c.distance));
     }
     (c.distance > NEAR * pair.size).then(|| pair.manifold(&c, margin))
 }
@@ -155,7 +155,7 @@ impl<'a> Pair<'a> {
             (Convex::Segment { half_height }, Convex::Hull(hull)) => {
                 let ends =
                     [-1.0, 1.0].map(|s| self.b_in_a.local_point(vec3(0.0, s * half_height, 0.0)));
-                Some(-self.b_in_a.direction(segment_in_hull(*hull, ends)))
+                Some(-self.b_in_a.direction(segment_in_hull(hull, ends)))
             }
             _ => epa::least_overlap(
                 |d| self.a.support(d),
@@ -242,9 +242,9 @@ fn against_face(
 /// The outward direction along which a segment that meets a hull leaves it first: normals of faces,
 /// and edges crossed with the segment where the segment's circle on the Gauss map crosses the
 /// edge's arc.
-fn segment_in_hull(hull: Polytope<'_>, ends: [Vec3; 2]) -> Vec3 {
+fn segment_in_hull(hull: &Hull, ends: [Vec3; 2]) -> Vec3 {
     let mut best = (Vec3::Y, f32::NEG_INFINITY);
-    for plane in hull.planes {
+    for plane in &hull.planes {
         let d = lesser(plane.distance(ends[0]), plane.distance(ends[1]));
         if d > best.1 {
             best = (plane.normal, d);

@@ -26,7 +26,7 @@ pub(super) fn collide(
             lowest.add(b_in_a.point(end), 1);
         }
         Convex::Hull(x) => {
-            for (i, v) in (0_u32..).zip(x.vertices) {
+            for (i, v) in (0_u32..).zip(&x.vertices) {
                 lowest.add(b_in_a.point(*v), i);
             }
         }

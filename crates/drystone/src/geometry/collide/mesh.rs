@@ -67,7 +67,7 @@ pub(crate) fn collide_mesh(
             (Placed::Capsule([at - tip, at + tip]), at)
         }
         Core::Hull(core) => {
-            let placed = PlacedHull::new(&core.polytope(), b_in_mesh, radius);
+            let placed = PlacedHull::new(core, b_in_mesh, radius);
             let center = placed.center;
             (Placed::Hull(placed), center)
         }

@@ -5,9 +5,9 @@ use super::{PairCache, collide};
 use crate::base::math::{Vec3, vec3};
 use crate::base::pose::Pose;
 use crate::base::quat::Quat;
-use crate::geometry::hull::{HalfEdge, Plane, Polytope};
+use crate::geometry::hull::{HalfEdge, Hull, Plane};
 use crate::geometry::manifold::Manifold;
-use crate::geometry::sat::collide_polytopes;
+use crate::geometry::sat::collide_hulls;
 use crate::geometry::shape::Shape;
 use crate::geometry::solid::Solid;
 
@@ -225,42 +225,29 @@ fn a_triangle_is_a_polytope_of_two_faces() {
     let edge = |origin, face, next| HalfEdge { origin, face, next };
     let edges =
         [edge(0, 0, 2), edge(1, 1, 5), edge(1, 0, 4), edge(2, 1, 1), edge(2, 0, 0), edge(0, 1, 3)];
-    let triangle = Polytope {
-        vertices: &vertices,
-        planes: &planes,
-        face_edges: &[0, 1],
-        edges: &edges,
-        center: vec3(0.0, 0.0, -1.0 / 3.0),
-    };
+    let triangle = Hull::from_parts(vertices.into(), planes.into(), vec![0, 1], edges.into());
+    let triangle = &triangle;
     let cube = Shape::box_half([0.25, 0.25, 0.25]);
     let Shape::Box { half_extents } = cube else { return };
-    let hull = crate::geometry::hull::Hull::cuboid(half_extents);
+    let hull = Hull::cuboid(half_extents);
     let mut random = Random(8);
     for _ in 0..200 {
         let turn = Quat::from_axis_angle(Vec3::Y, random.signed());
         let pose = Pose::new([0.2 * random.signed(), 0.24, 0.2 * random.signed()], turn);
-        let m =
-            collide_polytopes(triangle, hull.polytope(), &pose, 0.02, &mut PairCache::default());
+        let m = collide_hulls(triangle, &hull, &pose, 0.02, &mut PairCache::default());
         assert_eq!((m.count, m.normal), (4, Vec3::Y), "{m:?}");
         assert!((least(&m) + 0.01).abs() < 1.0e-5);
-        let w = collide_polytopes(
-            hull.polytope(),
-            triangle,
-            &pose.inverse(),
-            0.02,
-            &mut PairCache::default(),
-        );
+        let w = collide_hulls(&hull, triangle, &pose.inverse(), 0.02, &mut PairCache::default());
         assert_eq!(w.count, 4);
         // Beside the triangle there is nothing.
         let beside = Pose::new([4.0, 0.0, 0.0], turn);
-        let none =
-            collide_polytopes(triangle, hull.polytope(), &beside, 0.02, &mut PairCache::default());
+        let none = collide_hulls(triangle, &hull, &beside, 0.02, &mut PairCache::default());
         assert_eq!(none.count, 0);
     }
     // A corner of the box against an edge of the triangle, in its plane.
     let turn = Quat::from_axis_angle(Vec3::Y, QUARTER / 2.0);
     let pose = Pose::new([0.0, 0.0, -2.0 - 0.25 * 2.0_f32.sqrt() + 0.01], turn);
-    let m = collide_polytopes(triangle, hull.polytope(), &pose, 0.02, &mut PairCache::default());
+    let m = collide_hulls(triangle, &hull, &pose, 0.02, &mut PairCache::default());
     assert!(m.count > 0 && (m.normal + Vec3::Z).length() < 1.0e-3, "{m:?}");
 }
 

@@ -3,7 +3,7 @@
 use crate::base::math::{Vec3, lesser, vec3};
 use crate::base::pose::Pose;
 use crate::geometry::clip::{clamp01, closest_of_segments};
-use crate::geometry::hull::Polytope;
+use crate::geometry::hull::Hull;
 use crate::geometry::manifold::{Manifold, ManifoldPoint};
 
 /// Features of the two points of parallel segments; 0 is the single point.
@@ -43,7 +43,7 @@ pub(super) fn point_segment(half_height: f32, b_in_a: &Pose, margin: f32) -> Man
 
 /// A point (A) and a hull (B), where one face decides: the point is inside, above the inner part of
 /// the face, or too far away. `None` leaves edges and corners to the general case.
-pub(super) fn point_face(hull: Polytope<'_>, b_in_a: &Pose, margin: f32) -> Option<Manifold> {
+pub(super) fn point_face(hull: &Hull, b_in_a: &Pose, margin: f32) -> Option<Manifold> {
     let p = b_in_a.local_point(Vec3::ZERO);
     let (mut face, mut distance) = (0, f32::NEG_INFINITY);
     for (i, plane) in hull.planes.iter().enumerate() {

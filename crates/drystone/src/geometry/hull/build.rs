@@ -157,7 +157,7 @@ mod tests {
     }
 
     fn counts(hull: &Hull) -> (usize, usize, usize) {
-        let p = hull.polytope();
+        let p = hull;
         (p.vertices.len(), p.edges.len() / 2, p.planes.len())
     }
 

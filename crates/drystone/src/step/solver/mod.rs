@@ -388,8 +388,12 @@ impl Solver<'_> {
                 }
             });
         });
-        for i in self.plan.joints.blocks_of(&group.joints) {
-            self.store_joints(i);
-        }
+        let joints = self.plan.joints.blocks_of(&group.joints);
+        let n = joints.len();
+        for_ranges(jobs, n, grain(jobs, n, 32), |part| {
+            for i in joints.start + part.start..joints.start + part.end {
+                self.store_joints(i);
+            }
+        });
     }
 }

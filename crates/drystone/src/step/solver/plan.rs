@@ -93,6 +93,9 @@ impl Plan {
         line_of: &mut Vec<u32>,
         workers: usize,
     ) {
+        if line_of.len() < bodies.rows.slot_count() {
+            line_of.resize(bodies.rows.slot_count(), 0);
+        }
         let changed = take_changes(colors);
         if !changed && self.workers == workers {
             return;
@@ -100,9 +103,6 @@ impl Plan {
         self.workers = workers;
         for row in &self.members {
             line_of[*row as usize] = 0;
-        }
-        if line_of.len() < bodies.rows.slot_count() {
-            line_of.resize(bodies.rows.slot_count(), 0);
         }
         self.form_groups(bodies);
         self.place_bodies(bodies, line_of);
@@ -293,15 +293,16 @@ fn number(n: usize) -> u32 {
     u32::try_from(n).expect("fewer than 2^32 bodies")
 }
 
-/// True if a constraint came, went or changed its number of points since the last call.
+/// True if a constraint came, went or changed its number of points since the last call, or a body that
+/// some constraint acts on fell asleep, woke or was put aside.
 fn take_changes(colors: &mut Colors) -> bool {
+    let mut changed = core::mem::take(&mut colors.bodies_changed);
     let all = [
         &mut colors.joints,
         &mut colors.joints_fixed,
         &mut colors.contacts,
         &mut colors.contacts_fixed,
     ];
-    let mut changed = false;
     for color in all.into_iter().flat_map(|coloring| &mut coloring.colors) {
         changed |= core::mem::take(&mut color.dirty);
     }

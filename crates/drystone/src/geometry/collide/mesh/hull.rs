@@ -7,7 +7,7 @@ use super::round::point;
 use super::triangle::{Part, Triangle, closest_on_segments};
 use crate::base::math::{Vec3, lesser};
 use crate::base::pose::Pose;
-use crate::geometry::hull::{HalfEdge, Plane, Polytope};
+use crate::geometry::hull::{HalfEdge, Hull, Plane};
 use crate::geometry::manifold::ManifoldPoint;
 
 /// Sine of the angle below which edges count as parallel: their axis is a face's.
@@ -41,7 +41,7 @@ struct Best {
 }
 
 impl<'a> PlacedHull<'a> {
-    pub(super) fn new(hull: &Polytope<'a>, pose: &Pose, radius: f32) -> Self {
+    pub(super) fn new(hull: &'a Hull, pose: &Pose, radius: f32) -> Self {
         let placed = |plane: &Plane| {
             let normal = pose.direction(plane.normal);
             Plane { normal, offset: plane.offset + normal.dot(pose.position) }
@@ -49,8 +49,8 @@ impl<'a> PlacedHull<'a> {
         Self {
             vertices: hull.vertices.iter().map(|v| pose.point(*v)).collect(),
             planes: hull.planes.iter().map(placed).collect(),
-            face_edges: hull.face_edges,
-            edges: hull.edges,
+            face_edges: &hull.face_edges,
+            edges: &hull.edges,
             center: pose.point(hull.center),
             radius,
         }

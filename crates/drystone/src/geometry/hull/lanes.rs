@@ -1,0 +1,165 @@
+//! A hull's vertices, planes and edges laid out for the search of separating axes: eight at a time.
+//!
+//! Plain arrays, not the wide vocabulary: a lane never depends on its neighbour, so the compiler makes
+//! of each loop what the target has, and the result is the same everywhere.
+
+use super::{HalfEdge, Plane};
+use crate::base::math::{Vec3, greater, lesser};
+use crate::base::wide::{LANES, Lanes};
+
+/// Three coordinates, eight of each.
+#[derive(Clone, Copy, Debug)]
+struct Vectors {
+    x: Lanes,
+    y: Lanes,
+    z: Lanes,
+}
+
+/// See the module.
+#[derive(Clone, Debug)]
+pub(crate) struct HullLanes {
+    /// Vertices; the last group is filled up with the last vertex.
+    vertices: Vec<Vectors>,
+    /// Normals and offsets of the faces; the last group is filled up with the last plane.
+    normals: Vec<Vectors>,
+    offsets: Vec<Lanes>,
+    /// Per edge, 1 / cos of half the angle between the normals of its two faces.
+    bulges: Vec<f32>,
+    widest_bulge: f32,
+}
+
+impl HullLanes {
+    pub(crate) fn new(vertices: &[Vec3], planes: &[Plane], edges: &[HalfEdge]) -> Self {
+        let bulge = |pair: &[HalfEdge]| {
+            let [m, n] = [pair[0], pair[1]].map(|e| planes[usize::from(e.face)].normal);
+            // cos² of half the angle; opposite normals (a flat body) bulge without bound.
+            let square = 0.5 + 0.5 * m.dot(n);
+            if square > 1.0e-5 { 1.0 / square.sqrt() } else { f32::INFINITY }
+        };
+        let group = |chunk: &[Plane]| {
+            let mut offsets = [chunk[chunk.len() - 1].offset; LANES];
+            for (to, plane) in offsets.iter_mut().zip(chunk) {
+                *to = plane.offset;
+            }
+            offsets
+        };
+        let normals: Vec<Vec3> = planes.iter().map(|p| p.normal).collect();
+        let bulges: Vec<f32> = edges.chunks_exact(2).map(bulge).collect();
+        Self {
+            widest_bulge: bulges.iter().copied().fold(1.0, greater),
+            vertices: groups(vertices),
+            normals: groups(&normals),
+            offsets: planes.chunks(LANES).map(group).collect(),
+            bulges,
+        }
+    }
+
+    /// The least of `n` · v over the vertices.
+    #[inline]
+    pub(crate) fn least_along(&self, n: Vec3) -> f32 {
+        let mut least = [f32::INFINITY; LANES];
+        for v in &self.vertices {
+            for i in 0..LANES {
+                least[i] = lesser(n.x * v.x[i] + n.y * v.y[i] + n.z * v.z[i], least[i]);
+            }
+        }
+        least.into_iter().fold(f32::INFINITY, lesser)
+    }
+
+    /// The least and the greatest of `n` · v over the vertices.
+    #[inline]
+    pub(crate) fn reach_along(&self, n: Vec3) -> (f32, f32) {
+        let (mut least, mut most) = ([f32::INFINITY; LANES], [f32::NEG_INFINITY; LANES]);
+        for v in &self.vertices {
+            for i in 0..LANES {
+                let d = n.x * v.x[i] + n.y * v.y[i] + n.z * v.z[i];
+                least[i] = lesser(d, least[i]);
+                most[i] = greater(d, most[i]);
+            }
+        }
+        (
+            least.into_iter().fold(f32::INFINITY, lesser),
+            most.into_iter().fold(f32::NEG_INFINITY, greater),
+        )
+    }
+
+    /// The vertex number farthest along `n`, the first of several.
+    #[inline]
+    pub(crate) fn farthest_along(&self, n: Vec3) -> usize {
+        most_along(&self.vertices, n)
+    }
+
+    /// The face whose normal is most along `n`, the first of several.
+    #[inline]
+    pub(crate) fn face_along(&self, n: Vec3) -> usize {
+        most_along(&self.normals, n)
+    }
+
+    /// Signed distances of `p` from the planes, in groups of eight; as many as `out` has room for.
+    #[inline]
+    pub(crate) fn distances(&self, p: Vec3, out: &mut [Lanes]) {
+        for ((n, offset), out) in self.normals.iter().zip(&self.offsets).zip(out) {
+            for i in 0..LANES {
+                out[i] = n.x[i] * p.x + n.y[i] * p.y + n.z[i] * p.z - offset[i];
+            }
+        }
+    }
+
+    /// The largest 1 / cos of half the angle between the normals at an edge; infinite if some are
+    /// opposite.
+    #[inline]
+    pub(crate) const fn widest_bulge(&self) -> f32 {
+        self.widest_bulge
+    }
+
+    /// An upper bound of (n · p − the hull's reach along n) over the directions n between the normals
+    /// of the two faces at edge `edge`, if `d` and `e` are the distances of p from these faces. The
+    /// quantity is a cosine along that arc, so it exceeds the nearer end's by no more than the bulge
+    /// where it is above zero, and not at all below.
+    #[inline]
+    pub(crate) fn edge_bound(&self, edge: usize, d: f32, e: f32) -> f32 {
+        let (most, bulge) = (greater(d, e), self.bulges[edge]);
+        if bulge == f32::INFINITY {
+            bulge
+        } else if most > 0.0 {
+            most * bulge
+        } else {
+            most
+        }
+    }
+}
+
+fn groups(vectors: &[Vec3]) -> Vec<Vectors> {
+    let group = |chunk: &[Vec3]| {
+        let last = chunk[chunk.len() - 1];
+        let mut v = Vectors { x: [last.x; LANES], y: [last.y; LANES], z: [last.z; LANES] };
+        for (i, p) in chunk.iter().enumerate() {
+            (v.x[i], v.y[i], v.z[i]) = (p.x, p.y, p.z);
+        }
+        v
+    };
+    vectors.chunks(LANES).map(group).collect()
+}
+
+/// The number of the vector that is most along `n`, the first of several; 0 if nothing compares.
+#[inline]
+fn most_along(vectors: &[Vectors], n: Vec3) -> usize {
+    let mut most = [f32::NEG_INFINITY; LANES];
+    let mut at = [0_u32; LANES];
+    for (g, v) in (0_u32..).zip(vectors) {
+        for i in 0..LANES {
+            let d = n.x * v.x[i] + n.y * v.y[i] + n.z * v.z[i];
+            let further = d > most[i];
+            most[i] = if further { d } else { most[i] };
+            at[i] = if further { g } else { at[i] };
+        }
+    }
+    let (mut best, mut number) = (f32::NEG_INFINITY, usize::MAX);
+    for i in 0..LANES {
+        let candidate = at[i] as usize * LANES + i;
+        if most[i] > best || (most[i] >= best && candidate < number) {
+            (best, number) = (most[i], candidate);
+        }
+    }
+    if best > f32::NEG_INFINITY { number } else { 0 }
+}
