@@ -18,7 +18,7 @@ fn moderate(name: &'static str) -> Option<&'static str> {
 
 fn hash_after(scene: &Scene, steps: u32, threads: usize, level: SimdLevel) -> u64 {
     let mut running = scene.build().unwrap();
-    running.world.set_executor(Arc::new(Team::new(threads)));
+    running.world.set_executor(Arc::new(Team::with_threads(threads)));
     running.world.set_simd_level(level);
     for _ in 0..steps {
         running.step(1.0 / scene.hz).unwrap();

@@ -62,6 +62,28 @@ pub(crate) fn for_ranges(
     jobs.run(chunks, &|_, chunk| f(range_of(chunk, grain, n)));
 }
 
+/// Calls `f(first index, items)` with every run of at most `grain` items.
+pub(crate) fn for_items<T: Send>(
+    jobs: &dyn Executor,
+    items: &mut [T],
+    grain: usize,
+    f: impl Fn(usize, &mut [T]) + Sync,
+) {
+    let n = items.len();
+    let chunks = n.div_ceil(grain.max(1));
+    if chunks <= 1 || jobs.workers() <= 1 {
+        if n > 0 {
+            f(0, items);
+        }
+        return;
+    }
+    let rows = Rows::new(items);
+    jobs.run(chunks, &|_, chunk| {
+        let range = range_of(chunk, grain, n);
+        f(range.start, rows.slice(range.clone()));
+    });
+}
+
 /// Like [`for_ranges`], with an output list for each range: `outputs[k]` belongs to range `k`, so
 /// that reading the lists in order gives what a serial loop would have given.
 pub(crate) fn collect_ranges<T: Send>(

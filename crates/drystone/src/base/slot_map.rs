@@ -3,6 +3,7 @@
 use core::marker::PhantomData;
 use core::num::NonZeroU32;
 
+use super::grow;
 use super::id::RawId;
 
 /// Rows of `T` named by `Id`. A freed slot is reused, last freed first.
@@ -35,7 +36,7 @@ impl<Id: From<RawId> + Into<RawId> + Copy, T> SlotMap<Id, T> {
             return RawId::new(index, self.generations[index as usize]).into();
         }
         let index = u32::try_from(self.values.len()).expect("fewer than 2^32 rows fit in memory");
-        self.values.push(Some(value));
+        grow::push(&mut self.values, Some(value));
         self.generations.push(NonZeroU32::MIN);
         RawId::new(index, NonZeroU32::MIN).into()
     }

@@ -131,9 +131,18 @@ impl core::fmt::Debug for Team {
 
 impl Team {
     /// A team of `workers`, the caller included: `workers - 1` threads are started, fewer if the
-    /// system refuses. 0 counts as 1, more than 256 as 256.
+    /// system refuses. 0 counts as 1, more than the machine can run at once as that: threads beyond
+    /// only take the cores from those that hold a chunk.
     #[must_use]
     pub fn new(workers: usize) -> Self {
+        let cores = std::thread::available_parallelism().map_or(workers, usize::from);
+        Self::with_threads(workers.min(cores))
+    }
+
+    /// As [`Self::new`], but also with more workers than the machine has cores, up to 256: for tests
+    /// that want every interleaving.
+    #[must_use]
+    pub fn with_threads(workers: usize) -> Self {
         let nothing: &'static Task = &|_, _| {};
         let shared = Arc::new(Shared {
             claim: AtomicU64::new(0),
@@ -189,8 +198,8 @@ impl Executor for Team {
         let mut spins = 0_u32;
         while shared.done.load(Ordering::Acquire) < chunks {
             spins += 1;
-            // A claimed chunk may sit on a core that is taken away: let the others run.
-            if spins > 10_000 { yield_now() } else { spin_loop() }
+            // A claimed chunk may wait for this very core: let the others run.
+            if spins > 500 { yield_now() } else { spin_loop() }
         }
         assert!(!shared.panicked.load(Ordering::Relaxed), "a worker's task panicked");
     }
@@ -215,7 +224,7 @@ mod tests {
     #[test]
     fn every_chunk_runs_exactly_once_for_any_number_of_workers() {
         for workers in [1, 2, 3, 8] {
-            let team = Team::new(workers);
+            let team = Team::with_threads(workers);
             for round in 0..300 {
                 let chunks = 1 + round % 37;
                 let counts: Vec<AtomicU32> = (0..chunks).map(|_| AtomicU32::new(0)).collect();
@@ -230,7 +239,7 @@ mod tests {
 
     #[test]
     fn a_team_used_by_two_callers_at_once_serves_both() {
-        let team = Team::new(3);
+        let team = Team::with_threads(3);
         let total = AtomicU32::new(0);
         std::thread::scope(|scope| {
             for _ in 0..2 {

@@ -1,4 +1,4 @@
-//! A binary tree of boxes: built at once, or grown and changed leaf by leaf.
+//! A binary tree of boxes that stay: those of a mesh's triangles.
 
 use crate::base::aabb::Aabb;
 use crate::base::math::Vec3;
@@ -8,7 +8,6 @@ const NONE: u32 = u32::MAX;
 #[derive(Clone, Copy, Debug)]
 struct Node {
     bounds: Aabb,
-    parent: u32,
     /// First child, or NONE for a leaf (then `right` is the leaf's item).
     left: u32,
     right: u32,
@@ -18,77 +17,29 @@ struct Node {
 #[derive(Clone, Debug)]
 pub(crate) struct Bvh {
     nodes: Vec<Node>,
-    free: Vec<u32>,
     root: u32,
 }
 
 impl Default for Bvh {
     fn default() -> Self {
-        Self { nodes: Vec::new(), free: Vec::new(), root: NONE }
+        Self { nodes: Vec::new(), root: NONE }
     }
 }
 
 impl Bvh {
-    /// A tree over `boxes`; item `i` is box `i` and, as long as nothing is inserted, leaf `i`.
+    /// A tree over `boxes`; item `i` is box `i`.
     pub(crate) fn build(boxes: &[Aabb]) -> Self {
         let mut tree = Self::default();
         tree.nodes.reserve(boxes.len() * 2);
         let mut items: Vec<u32> = Vec::with_capacity(boxes.len());
         for (i, bounds) in (0_u32..).zip(boxes) {
-            tree.nodes.push(Node { bounds: *bounds, parent: NONE, left: NONE, right: i });
+            tree.nodes.push(Node { bounds: *bounds, left: NONE, right: i });
             items.push(i);
         }
         if !items.is_empty() {
             tree.root = tree.build_over(&mut items);
         }
         tree
-    }
-
-    /// Builds the tree over these leaves again, from scratch. Leaves keep their numbers.
-    pub(crate) fn rebuild(&mut self) {
-        let mut leaves: Vec<u32> = Vec::with_capacity(self.nodes.len() / 2 + 1);
-        self.collect(self.root, &mut leaves);
-        if leaves.len() < 3 {
-            return;
-        }
-        leaves.sort_unstable();
-        self.release_inner(self.root);
-        self.root = self.build_over(&mut leaves);
-        self.nodes[self.root as usize].parent = NONE;
-    }
-
-    fn collect(&self, node: u32, leaves: &mut Vec<u32>) {
-        let mut stack = vec![node];
-        while let Some(n) = stack.pop() {
-            let Some(node) = self.nodes.get(n as usize) else { continue };
-            if node.left == NONE {
-                leaves.push(n);
-            } else {
-                stack.push(node.right);
-                stack.push(node.left);
-            }
-        }
-    }
-
-    fn release_inner(&mut self, root: u32) {
-        let mut stack = vec![root];
-        while let Some(n) = stack.pop() {
-            let node = self.nodes[n as usize];
-            if node.left != NONE {
-                stack.push(node.left);
-                stack.push(node.right);
-                self.free.push(n);
-            }
-        }
-    }
-
-    fn alloc(&mut self, node: Node) -> u32 {
-        if let Some(i) = self.free.pop() {
-            self.nodes[i as usize] = node;
-            return i;
-        }
-        self.nodes.push(node);
-        u32::try_from(self.nodes.len() - 1).expect("fewer than 2^32 nodes fit in memory")
     }
 
     /// Splits by the longest axis of the centers, in eight bins by the surface heuristic.
@@ -117,10 +68,8 @@ impl Bvh {
         let left = self.build_over(low);
         let right = self.build_over(high);
         let bounds = self.nodes[left as usize].bounds.union(&self.nodes[right as usize].bounds);
-        let node = self.alloc(Node { bounds, parent: NONE, left, right });
-        self.nodes[left as usize].parent = node;
-        self.nodes[right as usize].parent = node;
-        node
+        self.nodes.push(Node { bounds, left, right });
+        u32::try_from(self.nodes.len() - 1).expect("fewer than 2^32 nodes fit in memory")
     }
 
     /// Sorts the leaves into two sides; gives the size of the first, neither of which is empty.
@@ -160,146 +109,6 @@ impl Bvh {
         }
         let middle = partition(leaves, |leaf| bin_of(leaf) <= best);
         if middle == 0 || middle == leaves.len() { leaves.len() / 2 } else { middle }
-    }
-
-    /// Adds a box for `item`; returns its leaf.
-    pub(crate) fn insert(&mut self, bounds: Aabb, item: u32) -> u32 {
-        let leaf = self.alloc(Node { bounds, parent: NONE, left: NONE, right: item });
-        self.attach(leaf);
-        leaf
-    }
-
-    fn attach(&mut self, leaf: u32) {
-        let bounds = self.nodes[leaf as usize].bounds;
-        if self.root == NONE {
-            self.root = leaf;
-            self.nodes[leaf as usize].parent = NONE;
-            return;
-        }
-        // Walk down by the growth of surface, as in the surface heuristic; stop where a new parent
-        // here costs no more than the best that may come below.
-        let area = bounds.half_area();
-        let mut at = self.root;
-        let mut inherited = 0.0;
-        loop {
-            let node = self.nodes[at as usize];
-            let direct = node.bounds.union(&bounds).half_area();
-            if node.left == NONE {
-                break;
-            }
-            let growth = direct - node.bounds.half_area();
-            let below = inherited + growth;
-            let cost = |child: u32| {
-                let b = self.nodes[child as usize].bounds;
-                let merged = b.union(&bounds).half_area();
-                if self.nodes[child as usize].left == NONE {
-                    merged
-                } else {
-                    merged - b.half_area()
-                }
-            };
-            let (left, right) = (cost(node.left), cost(node.right));
-            let least = if left < right { left } else { right };
-            if direct + inherited <= below + least && direct <= area * 2.0 {
-                break;
-            }
-            inherited = below;
-            at = if left < right { node.left } else { node.right };
-        }
-        let sibling = at;
-        let old = self.nodes[sibling as usize].parent;
-        let merged = self.nodes[sibling as usize].bounds.union(&bounds);
-        let parent = self.alloc(Node { bounds: merged, parent: old, left: sibling, right: leaf });
-        self.nodes[sibling as usize].parent = parent;
-        self.nodes[leaf as usize].parent = parent;
-        if old == NONE {
-            self.root = parent;
-        } else {
-            let o = &mut self.nodes[old as usize];
-            if o.left == sibling { o.left = parent } else { o.right = parent }
-        }
-        self.refit_from(old);
-    }
-
-    fn refit_from(&mut self, mut at: u32) {
-        while at != NONE {
-            self.rotate(at);
-            let n = self.nodes[at as usize];
-            self.nodes[at as usize].bounds =
-                self.nodes[n.left as usize].bounds.union(&self.nodes[n.right as usize].bounds);
-            at = n.parent;
-        }
-    }
-
-    /// Exchanges a child with a grandchild of the other side where that makes the tree smaller.
-    fn rotate(&mut self, at: u32) {
-        let node = self.nodes[at as usize];
-        let (mut best, mut gain) = (None, 0.0);
-        for (child, other) in [(node.left, node.right), (node.right, node.left)] {
-            let o = self.nodes[other as usize];
-            if o.left == NONE {
-                continue;
-            }
-            let area = o.bounds.half_area();
-            for (moved, stays) in [(o.left, o.right), (o.right, o.left)] {
-                let b = self.nodes[stays as usize].bounds.union(&self.nodes[child as usize].bounds);
-                let g = area - b.half_area();
-                if g > gain {
-                    (best, gain) = (Some((child, other, moved)), g);
-                }
-            }
-        }
-        let Some((child, other, moved)) = best else { return };
-        let n = &mut self.nodes[at as usize];
-        if n.left == child {
-            n.left = moved;
-        } else {
-            n.right = moved;
-        }
-        self.nodes[moved as usize].parent = at;
-        let o = &mut self.nodes[other as usize];
-        if o.left == moved {
-            o.left = child;
-        } else {
-            o.right = child;
-        }
-        self.nodes[child as usize].parent = other;
-        let o = self.nodes[other as usize];
-        self.nodes[other as usize].bounds =
-            self.nodes[o.left as usize].bounds.union(&self.nodes[o.right as usize].bounds);
-    }
-
-    /// Takes a leaf out.
-    pub(crate) fn remove(&mut self, leaf: u32) {
-        self.detach(leaf);
-        self.free.push(leaf);
-    }
-
-    fn detach(&mut self, leaf: u32) {
-        let parent = self.nodes[leaf as usize].parent;
-        if parent == NONE {
-            self.root = NONE;
-            return;
-        }
-        let p = self.nodes[parent as usize];
-        let sibling = if p.left == leaf { p.right } else { p.left };
-        self.nodes[sibling as usize].parent = p.parent;
-        if p.parent == NONE {
-            self.root = sibling;
-        } else {
-            let g = &mut self.nodes[p.parent as usize];
-            if g.left == parent { g.left = sibling } else { g.right = sibling }
-        }
-        self.free.push(parent);
-        self.refit_from(p.parent);
-    }
-
-    /// Gives a leaf another box and the place in the tree that fits it.
-    pub(crate) fn replace(&mut self, leaf: u32, bounds: Aabb) {
-        self.detach(leaf);
-        self.nodes[leaf as usize].bounds = bounds;
-        self.nodes[leaf as usize].left = NONE;
-        self.attach(leaf);
     }
 
     /// Calls `visit` with every item whose box overlaps `bounds`; stops when it answers false.
@@ -394,47 +203,19 @@ mod tests {
             .collect()
     }
 
-    fn check(tree: &Bvh, boxes: &[Option<Aabb>]) {
-        for probe in self::boxes(30) {
+    #[test]
+    fn a_query_finds_what_brute_force_finds() {
+        let all = boxes(300);
+        let tree = Bvh::build(&all);
+        for probe in boxes(30) {
             let mut found = Vec::new();
             tree.query(&probe, |i| {
                 found.push(i);
                 true
             });
             found.sort_unstable();
-            let brute: Vec<u32> = (0_u32..)
-                .zip(boxes)
-                .filter(|(_, b)| b.is_some_and(|b| b.overlaps(&probe)))
-                .map(|(i, _)| i)
-                .collect();
-            assert_eq!(found, brute);
+            let brute = (0_u32..).zip(&all).filter(|(_, b)| b.overlaps(&probe)).map(|(i, _)| i);
+            assert_eq!(found, brute.collect::<Vec<u32>>());
         }
-    }
-
-    #[test]
-    fn a_query_finds_what_brute_force_finds_through_every_change() {
-        let all = boxes(300);
-        let mut tree = Bvh::build(&all);
-        let mut expected: Vec<Option<Aabb>> = all.iter().copied().map(Some).collect();
-        check(&tree, &expected);
-        for i in (0_u32..300).step_by(4) {
-            tree.remove(i);
-            expected[i as usize] = None;
-        }
-        check(&tree, &expected);
-        for i in (1_u32..300).step_by(4) {
-            let old = all[i as usize];
-            let moved = Aabb::new(old.min * 0.5, old.max * 0.5);
-            tree.replace(i, moved);
-            expected[i as usize] = Some(moved);
-        }
-        check(&tree, &expected);
-        let mut grown = Bvh::default();
-        for (i, b) in (0_u32..).zip(&all) {
-            grown.insert(*b, i);
-        }
-        check(&grown, &all.iter().copied().map(Some).collect::<Vec<_>>());
-        grown.rebuild();
-        check(&grown, &all.iter().copied().map(Some).collect::<Vec<_>>());
     }
 }

@@ -6,6 +6,7 @@ pub(crate) mod mass;
 pub(crate) mod hull;
 pub(crate) mod mesh;
 pub(crate) mod bvh;
+pub(crate) mod rtree;
 pub(crate) mod manifold;
 pub(crate) mod collide;
 pub(crate) mod sat;

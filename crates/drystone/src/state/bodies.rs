@@ -60,13 +60,18 @@ pub(crate) struct Body {
     /// Constraints (contacts with points, joints) that act on it; 0 is free flight.
     pub(crate) constraints: u32,
 
+    /// Its island, and its neighbors in the chain of the island's bodies.
     pub(crate) island: u32,
+    pub(crate) island_previous: u32,
+    pub(crate) island_next: u32,
     /// How long it has been still [s].
     pub(crate) still_time: f32,
     /// Speed below which it is still [m/s]; negative: the world's.
     pub(crate) sleep_speed: f32,
     /// Half of the least thickness of its shapes [m]: what it may move in a step without a check.
     pub(crate) inner: f32,
+    /// How far a point of it may yet move before a shape may leave its box in the tree [m]; 0: unknown.
+    pub(crate) room: f32,
     /// Level in the contact graph: contacts between it and what cannot be pushed, at least. That is 0;
     /// a body that nothing holds has [`NONE`].
     pub(crate) level: u32,

@@ -2,52 +2,56 @@
 
 use super::shapes::Shapes;
 use crate::base::aabb::Aabb;
-use crate::geometry::bvh::Bvh;
+use crate::base::jobs::Executor;
+use crate::geometry::rtree::RTree;
 
 /// The trees, and which shapes must look for new pairs.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Bounds {
-    pub(crate) fixed: Bvh,
-    pub(crate) moving: Bvh,
-    /// Rows of shapes whose box in the tree is new or changed.
+    pub(crate) fixed: RTree,
+    pub(crate) moving: RTree,
+    /// Rows of shapes whose box in the moving tree is new or changed. Rows of shapes that were removed
+    /// since may be among them, and a row may be there twice.
     pub(crate) moved: Vec<u32>,
-    /// Inserted into the fixed tree since it was built.
-    grown: usize,
+    /// The same of the fixed tree.
+    pub(crate) placed: Vec<u32>,
 }
 
 impl Bounds {
+    fn tree(&mut self, fixed: bool) -> (&mut RTree, &mut Vec<u32>) {
+        if fixed {
+            (&mut self.fixed, &mut self.placed)
+        } else {
+            (&mut self.moving, &mut self.moved)
+        }
+    }
+
     /// Enters a shape with this box.
     pub(crate) fn insert(&mut self, row: u32, fixed: bool, fat: Aabb, shapes: &mut Shapes) {
-        let tree = if fixed { &mut self.fixed } else { &mut self.moving };
-        let leaf = tree.insert(fat, row);
         let shape = shapes.at_mut(row);
-        (shape.leaf, shape.fixed, shape.fat) = (leaf, fixed, fat);
-        self.moved.push(row);
-        self.grown += usize::from(fixed);
+        (shape.fixed, shape.fat) = (fixed, fat);
+        let (tree, changed) = self.tree(fixed);
+        tree.insert(&fat, row);
+        changed.push(row);
     }
 
     /// Takes a shape out.
     pub(crate) fn remove(&mut self, row: u32, shapes: &Shapes) {
-        let shape = shapes.at(row);
-        let tree = if shape.fixed { &mut self.fixed } else { &mut self.moving };
-        tree.remove(shape.leaf);
-        self.moved.retain(|r| *r != row);
+        self.tree(shapes.at(row).fixed).0.remove(row);
     }
 
     /// Gives a shape another box.
     pub(crate) fn replace(&mut self, row: u32, fat: Aabb, shapes: &mut Shapes) {
         let shape = shapes.at_mut(row);
-        let tree = if shape.fixed { &mut self.fixed } else { &mut self.moving };
-        tree.replace(shape.leaf, fat);
         shape.fat = fat;
-        self.moved.push(row);
+        let (tree, changed) = self.tree(shape.fixed);
+        tree.replace(row, &fat);
+        changed.push(row);
     }
 
-    /// Builds the fixed tree anew when it was mostly grown leaf by leaf.
-    pub(crate) fn tidy(&mut self, shapes: usize) {
-        if self.grown > 64 && self.grown * 2 > shapes {
-            self.fixed.rebuild();
-            self.grown = 0;
-        }
+    /// Puts the trees in order.
+    pub(crate) fn tidy(&mut self, jobs: &dyn Executor) {
+        self.fixed.tidy(jobs);
+        self.moving.tidy(jobs);
     }
 }

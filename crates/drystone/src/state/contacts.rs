@@ -3,6 +3,7 @@
 
 use super::bodies::{Bodies, NONE};
 use super::colors::Place;
+use crate::base::grow;
 use crate::base::math::Vec3;
 use crate::base::pair_set::{PairSet, pair_key};
 use crate::base::quat::Quat;
@@ -163,7 +164,7 @@ impl Contacts {
         }
         contact.awake_row = NONE;
         let row = self.free.pop().unwrap_or_else(|| {
-            self.rows.push(None);
+            grow::push(&mut self.rows, None);
             u32::try_from(self.rows.len() - 1).expect("fewer than 2^31 contacts fit in memory")
         });
         for side in 0..2 {
@@ -188,15 +189,20 @@ impl Contacts {
         row
     }
 
-    /// Takes a row out of the lists; it must be in no color.
-    pub(crate) fn remove(&mut self, row: u32, bodies: &mut Bodies) -> Option<Contact> {
+    /// Takes a row out of the lists; it must be in no color. Gives its bodies.
+    pub(crate) fn remove(&mut self, row: u32, bodies: &mut Bodies) -> [u32; 2] {
         self.set_awake(row, false);
-        let contact = self.rows[row as usize].take()?;
+        let contact = self.at(row);
+        let (links, sides) = (contact.links, [contact.body_a, contact.body_b]);
+        let key = pair_key(contact.shape_a, contact.shape_b);
+        if !contact.is_part {
+            self.pairs.remove(key);
+        }
+        self.rows[row as usize] = None;
         for side in 0..2_usize {
-            let Link { previous, next } = contact.links[side];
+            let Link { previous, next } = links[side];
             if previous == NONE {
-                bodies.at_mut(if side == 0 { contact.body_a } else { contact.body_b }).contacts =
-                    next;
+                bodies.at_mut(sides[side]).contacts = next;
             } else {
                 self.at_mut(previous / 2).links[(previous & 1) as usize].next = next;
             }
@@ -204,11 +210,8 @@ impl Contacts {
                 self.at_mut(next / 2).links[(next & 1) as usize].previous = previous;
             }
         }
-        if !contact.is_part {
-            self.pairs.remove(pair_key(contact.shape_a, contact.shape_b));
-        }
         self.free.push(row);
-        Some(contact)
+        sides
     }
 
     /// Enters a row into the awake list or takes it out.

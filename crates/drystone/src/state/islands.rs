@@ -1,14 +1,24 @@
 //! Islands: dynamic bodies connected by contacts or joints. Kept from step to step: merged when a
-//! connection is made, split only when one of them wants to sleep.
+//! connection is made, split only when one of them wants to sleep. Their bodies are chained in the
+//! bodies' rows, so that merging and splitting take no memory.
 
 use super::bodies::{Bodies, NONE};
 
 /// Bodies that sleep and wake together.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 pub(crate) struct Island {
-    pub(crate) bodies: Vec<u32>,
+    /// First and last of its bodies; [`NONE`] while the row is free.
+    pub(crate) first: u32,
+    last: u32,
+    pub(crate) len: u32,
     /// Connections were cut since it was last known to be connected.
     pub(crate) cut: bool,
+    /// It is not looked through before this step, see [`Islands::split_again`].
+    pub(crate) wait_until: u64,
+}
+
+impl Island {
+    const FREE: Self = Self { first: NONE, last: NONE, len: 0, cut: false, wait_until: 0 };
 }
 
 /// All islands; every dynamic body is in one.
@@ -16,26 +26,56 @@ pub(crate) struct Island {
 pub(crate) struct Islands {
     pub(crate) rows: Vec<Island>,
     free: Vec<u32>,
+    /// Memory for the list of an island, see [`Self::members`].
+    spare: Vec<u32>,
 }
 
 impl Islands {
-    /// A new island of these bodies.
-    pub(crate) fn create(&mut self, members: Vec<u32>, bodies: &mut Bodies) -> u32 {
+    /// A list of an island's bodies, for who changes islands on the way; to be given back.
+    pub(crate) fn members(&mut self, island: u32, bodies: &Bodies) -> Vec<u32> {
+        let mut list = core::mem::take(&mut self.spare);
+        list.clear();
+        let mut at = self.rows[island as usize].first;
+        while at != NONE {
+            list.push(at);
+            at = bodies.at(at).island_next;
+        }
+        list
+    }
+
+    /// Takes back what [`Self::members`] lent.
+    pub(crate) fn give_back(&mut self, list: Vec<u32>) {
+        self.spare = list;
+    }
+
+    /// A new island of one body.
+    pub(crate) fn create(&mut self, body: u32, bodies: &mut Bodies) -> u32 {
         let island = self.free.pop().unwrap_or_else(|| {
-            self.rows.push(Island::default());
+            self.rows.push(Island::FREE);
             u32::try_from(self.rows.len() - 1).expect("fewer islands than bodies")
         });
-        for b in &members {
-            bodies.at_mut(*b).island = island;
-        }
-        self.rows[island as usize] = Island { bodies: members, cut: false };
+        self.push(island, body, bodies);
         island
     }
 
+    /// Puts a body that is in no island behind the others of one.
+    pub(crate) fn push(&mut self, island: u32, body: u32, bodies: &mut Bodies) {
+        let row = &mut self.rows[island as usize];
+        let b = bodies.at_mut(body);
+        (b.island, b.island_previous, b.island_next) = (island, row.last, NONE);
+        if row.last == NONE {
+            row.first = body;
+        } else {
+            bodies.at_mut(row.last).island_next = body;
+        }
+        row.last = body;
+        row.len += 1;
+    }
+
     /// Empties an island and frees its row; its bodies are in none until they are put into one.
-    pub(crate) fn dissolve(&mut self, island: u32) -> Vec<u32> {
+    pub(crate) fn dissolve(&mut self, island: u32) {
         self.free.push(island);
-        core::mem::take(&mut self.rows[island as usize]).bodies
+        self.rows[island as usize] = Island::FREE;
     }
 
     /// Connects the islands of two dynamic bodies.
@@ -44,18 +84,32 @@ impl Islands {
         if keep == give || keep == NONE || give == NONE {
             return;
         }
-        let size = |i: u32| self.rows[i as usize].bodies.len();
+        let size = |i: u32| self.rows[i as usize].len;
         if (size(give), keep) > (size(keep), give) {
             core::mem::swap(&mut keep, &mut give);
         }
-        let cut = self.rows[give as usize].cut;
-        let moved = self.dissolve(give);
-        for body in &moved {
-            bodies.at_mut(*body).island = keep;
+        let given = self.rows[give as usize];
+        let mut at = given.first;
+        while at != NONE {
+            let body = bodies.at_mut(at);
+            body.island = keep;
+            at = body.island_next;
         }
         let island = &mut self.rows[keep as usize];
-        island.bodies.extend(moved);
-        island.cut |= cut;
+        bodies.at_mut(island.last).island_next = given.first;
+        bodies.at_mut(given.first).island_previous = island.last;
+        island.last = given.last;
+        island.len += given.len;
+        island.cut |= given.cut;
+        self.dissolve(give);
+    }
+
+    /// Puts off the next search for components until as many steps have gone by as the island has
+    /// hundreds of bodies: a large one with some still bodies would be searched in every step, for its
+    /// connections are cut in every step.
+    pub(crate) fn split_again(&mut self, island: u32, step: u64) {
+        let row = &mut self.rows[island as usize];
+        row.wait_until = step + u64::from(row.len / 128);
     }
 
     /// A connection of this body was cut.
@@ -68,15 +122,26 @@ impl Islands {
 
     /// Takes a body out.
     pub(crate) fn remove(&mut self, body: u32, bodies: &mut Bodies) {
-        let island = bodies.at(body).island;
+        let b = bodies.at_mut(body);
+        let (island, previous, next) = (b.island, b.island_previous, b.island_next);
         if island == NONE {
             return;
         }
-        bodies.at_mut(body).island = NONE;
+        (b.island, b.island_previous, b.island_next) = (NONE, NONE, NONE);
         let row = &mut self.rows[island as usize];
-        row.bodies.retain(|b| *b != body);
+        if previous == NONE {
+            row.first = next;
+        } else {
+            bodies.at_mut(previous).island_next = next;
+        }
+        if next == NONE {
+            row.last = previous;
+        } else {
+            bodies.at_mut(next).island_previous = previous;
+        }
+        row.len -= 1;
         row.cut = true;
-        if row.bodies.is_empty() {
+        if row.len == 0 {
             self.dissolve(island);
         }
     }

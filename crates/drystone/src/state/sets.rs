@@ -130,9 +130,8 @@ impl Sets<'_> {
     /// Removes a contact row; reports its end.
     pub(crate) fn remove_contact(&mut self, row: u32) {
         self.uncolor_contact(row);
-        if let Some(c) = self.contacts.remove(row, self.bodies) {
-            self.islands.cut(c.body_a, self.bodies);
-            self.islands.cut(c.body_b, self.bodies);
+        for body in self.contacts.remove(row, self.bodies) {
+            self.islands.cut(body, self.bodies);
         }
     }
 
@@ -157,9 +156,11 @@ impl Sets<'_> {
 
     /// Brings a body's contacts and joints in line with whether their bodies are active.
     fn refresh_constraints(&mut self, body: u32) {
-        let rows: Vec<u32> = self.contacts.of_body(self.bodies, body).map(|(row, _)| row).collect();
-        for row in rows {
+        let mut at = self.bodies.at(body).contacts;
+        while at != NONE {
+            let row = at / 2;
             let c = self.contacts.at(row);
+            at = c.links[(at & 1) as usize].next;
             let (a, b) = (self.bodies.at(c.body_a), self.bodies.at(c.body_b));
             let moves = a.active() || b.active();
             let solvable = (a.active() && a.is_dynamic()) || (b.active() && b.is_dynamic());
@@ -171,8 +172,8 @@ impl Sets<'_> {
                 self.uncolor_contact(row);
             }
         }
-        let rows = self.bodies.at(body).joints.clone();
-        for row in rows {
+        for i in 0..self.bodies.at(body).joints.len() {
+            let row = self.bodies.at(body).joints[i];
             let joint = self.joints.at(row);
             let (a, b) = (self.bodies.at(joint.body_a), self.bodies.at(joint.body_b));
             let solvable = (a.active() && a.is_dynamic()) || (b.active() && b.is_dynamic());
@@ -202,12 +203,17 @@ impl Sets<'_> {
             return;
         }
         let island = b.island;
-        let members = if island == NONE {
-            vec![body]
+        if island == NONE {
+            self.wake_members(&[body]);
         } else {
-            self.islands.rows[island as usize].bodies.clone()
-        };
-        for m in &members {
+            let members = self.islands.members(island, self.bodies);
+            self.wake_members(&members);
+            self.islands.give_back(members);
+        }
+    }
+
+    fn wake_members(&mut self, members: &[u32]) {
+        for m in members {
             if !self.bodies.at(*m).faulted {
                 self.bodies.at_mut(*m).still_time = 0.0;
                 self.set_active(*m, true);
@@ -215,7 +221,7 @@ impl Sets<'_> {
                 self.events.wake.push(id);
             }
         }
-        for m in &members {
+        for m in members {
             self.refresh_constraints(*m);
         }
     }

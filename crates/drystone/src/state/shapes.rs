@@ -25,8 +25,6 @@ pub(crate) struct ShapeRow {
     pub(crate) material: Material,
     pub(crate) filter: Filter,
     pub(crate) sensor: bool,
-    /// Leaf in its tree.
-    pub(crate) leaf: u32,
     /// In the tree of what does not move by itself.
     pub(crate) fixed: bool,
     /// Box in the tree: the shape's, grown [m, world].

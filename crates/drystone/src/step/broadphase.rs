@@ -3,11 +3,14 @@
 //! Reads: shapes, bounds, bodies. Writes: contacts (rows), bounds (move list). Runs: queries parallel
 //! over moved shapes, rows made serially in the order of the sorted pairs.
 
+use crate::base::bit_set::BitSet;
 use crate::base::jobs::{Executor, collect_ranges, grain};
 use crate::base::math::Vec3;
 use crate::base::pair_set::pair_key;
 use crate::geometry::collide::MAX_PARTS;
 use crate::geometry::manifold::PairCache;
+use crate::geometry::rtree::RTree;
+use crate::geometry::solid::Core;
 use crate::state::bodies::{Bodies, NONE};
 use crate::state::bounds::Bounds;
 use crate::state::colors::Place;
@@ -21,6 +24,8 @@ use crate::state::shapes::{ShapeRow, Shapes};
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Scratch {
     found: Vec<Vec<u64>>,
+    /// The rows that look for pairs, to be asked quickly.
+    looks: BitSet,
     pairs: Vec<u64>,
 }
 
@@ -34,48 +39,80 @@ pub(crate) fn find_pairs(
     scratch: &mut Scratch,
     jobs: &dyn Executor,
 ) {
-    bounds.tidy(shapes.rows.len());
-    let Bounds { fixed, moving, moved, .. } = bounds;
-    // Sorted, so that the pairs found do not depend on who moved first.
-    moved.sort_unstable();
+    bounds.tidy(jobs);
+    let Bounds { fixed, moving, moved, placed } = bounds;
+    let Scratch { found, pairs, looks } = scratch;
+    // Not what was removed again, nor what a row that was used again stands for.
+    moved.retain(|row| moving.leaf(*row) != NONE);
+    placed.retain(|row| fixed.leaf(*row) != NONE);
+    // Sorted by place, so that neighbors meet the same blocks; the pairs are sorted again, so the order
+    // never shows.
+    moved.sort_unstable_by_key(|row| (moving.leaf(*row), *row));
     moved.dedup();
-    {
-        let (bodies, contacts, moved) = (&*bodies, &*contacts, &*moved);
-        collect_ranges(
-            jobs,
-            moved.len(),
-            grain(jobs, moved.len(), 32),
-            &mut scratch.found,
-            |range, out| {
-                for row in &moved[range] {
-                    let shape = shapes.at(*row);
-                    let mut meet = |other: u32| {
-                        if other != *row
-                            && !contacts.has_pair(*row, other)
-                            && may_meet(bodies, joints, shape, shapes.at(other))
-                        {
-                            out.push(pair_key(*row, other));
-                        }
-                        true
-                    };
-                    moving.query(&shape.fat, &mut meet);
-                    if !shape.fixed {
-                        fixed.query(&shape.fat, &mut meet);
-                    }
-                }
-            },
-        );
+    // Of a world's ground a million boxes may be new at once, and nothing that moves: then it is less
+    // work to ask for all that moves.
+    let many_placed = placed.len() > moving.len();
+    if many_placed {
+        moved.clear();
+        moved.extend(moving.items());
+    }
+    for row in moved.iter() {
+        looks.insert(*row);
+    }
+    let finder = Finder { bodies, shapes, joints, contacts, looks };
+    let few_placed = if many_placed { &[] } else { placed.as_slice() };
+    let n = moved.len() + few_placed.len();
+    collect_ranges(jobs, n, grain(jobs, n, 32), found, |range, out| {
+        for i in range {
+            if let Some(row) = moved.get(i) {
+                finder.find(*row, &[moving, fixed], out);
+            } else {
+                finder.find(few_placed[i - moved.len()], &[moving], out);
+            }
+        }
+    });
+    for row in moved.iter() {
+        looks.remove(*row);
     }
     moved.clear();
-    let pairs = &mut scratch.pairs;
+    placed.clear();
     pairs.clear();
-    pairs.extend(scratch.found.iter().flatten());
+    pairs.extend(found.iter().flatten());
     pairs.sort_unstable();
     pairs.dedup();
     for key in pairs.iter() {
         #[expect(clippy::cast_possible_truncation, reason = "the halves of a pair key")]
         let (a, b) = ((key >> 32) as u32, *key as u32);
         create(a, b, bodies, shapes, contacts);
+    }
+}
+
+/// What the search for pairs reads.
+struct Finder<'a> {
+    bodies: &'a Bodies,
+    shapes: &'a Shapes,
+    joints: &'a Joints,
+    contacts: &'a Contacts,
+    looks: &'a BitSet,
+}
+
+impl Finder<'_> {
+    /// Lists the new pairs of a shape.
+    fn find(&self, row: u32, trees: &[&RTree], out: &mut Vec<u64>) {
+        let shape = self.shapes.at(row);
+        for tree in trees {
+            tree.query(&shape.fat, |other| {
+                // Of two that look for each other one is enough.
+                let twice = other <= row && (other == row || self.looks.contains(other));
+                if !twice
+                    && !self.contacts.has_pair(row, other)
+                    && may_meet(self.bodies, self.joints, shape, self.shapes.at(other))
+                {
+                    out.push(pair_key(row, other));
+                }
+                true
+            });
+        }
     }
 }
 
@@ -101,9 +138,9 @@ fn may_meet(bodies: &Bodies, joints: &Joints, a: &ShapeRow, b: &ShapeRow) -> boo
 
 fn create(a: u32, b: u32, bodies: &mut Bodies, shapes: &Shapes, contacts: &mut Contacts) {
     // Meshes and half-spaces come first: their manifolds are computed from that side.
-    let rank = |s: &ShapeRow| match s.shape.kind() {
-        "mesh" => 0,
-        "half-space" => 1,
+    let rank = |s: &ShapeRow| match s.solid.core {
+        Core::Mesh(_) => 0,
+        Core::HalfSpace { .. } => 1,
         _ => 2,
     };
     let swap = rank(shapes.at(b)) < rank(shapes.at(a));
@@ -148,16 +185,15 @@ fn create(a: u32, b: u32, bodies: &mut Bodies, shapes: &Shapes, contacts: &mut C
         cache: PairCache::default(),
         probe: Probe::default(),
     };
-    let parts = if shape_a.is_mesh() { MAX_PARTS } else { 1 };
-    let (mut first, mut last) = (NONE, NONE);
-    for part in 0..parts {
-        let row = contacts.insert(Contact { is_part: part > 0, ..contact.clone() }, bodies);
-        if part == 0 {
-            first = row;
-        } else {
-            contacts.at_mut(last).next_part = row;
-        }
-        contacts.at_mut(row).first = first;
+    let more = shape_a.is_mesh().then(|| contact.clone());
+    let first = contacts.insert(contact, bodies);
+    contacts.at_mut(first).first = first;
+    contacts.set_awake(first, active);
+    let Some(part) = more else { return };
+    let mut last = first;
+    for _ in 1..MAX_PARTS {
+        let row = contacts.insert(Contact { is_part: true, first, ..part.clone() }, bodies);
+        contacts.at_mut(last).next_part = row;
         contacts.set_awake(row, active);
         last = row;
     }

@@ -1,7 +1,7 @@
 //! Stage 5: lines become poses; bounds, sleep timers and faults follow.
 //!
 //! Reads: solver lines. Writes: bodies (pose, velocity, timers), shapes and bounds (boxes). Runs:
-//! parallel over awake bodies; trees are changed serially in body order.
+//! parallel over awake bodies; the tree is refitted in parallel when much has moved.
 
 use super::context::StepContext;
 use super::solver;
@@ -11,29 +11,37 @@ use crate::base::disjoint::Rows;
 use crate::base::jobs::{Executor, collect_ranges, grain};
 use crate::base::math::Vec3;
 use crate::base::pose::Pose;
+use crate::base::quat::Quat;
 use crate::state::bodies::{Bodies, Body};
 use crate::state::bounds::Bounds;
+use crate::state::config::SleepConfig;
 use crate::state::def::BodyKind;
-use crate::state::shapes::Shapes;
+use crate::state::shapes::{ShapeRow, Shapes};
 
 /// What finalize found out about a body.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Note {
-    /// A shape left its box in the tree: row and new box.
-    Escaped(u32, Aabb),
+    /// A shape left its box in the tree, and has a new one.
+    Escaped(u32),
     /// The body moved far for its size: row and where its center was.
     Fast(u32, Vec3),
     /// The body's state became non-finite; it was put back.
     Fault(u32),
+    /// A kinematic body that does not move.
+    Idle(u32),
+    /// Some body has been still for long enough to sleep.
+    Still,
 }
 
 /// Memory kept from step to step.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Scratch {
     notes: Vec<Vec<Note>>,
+    boxes: Vec<(u32, Aabb)>,
 }
 
 impl Scratch {
+    /// In the order of the awake bodies.
     pub(crate) fn notes(&self) -> impl Iterator<Item = Note> {
         self.notes.iter().flatten().copied()
     }
@@ -42,7 +50,7 @@ impl Scratch {
 /// Moves all awake bodies and enlarges the boxes of those that left theirs.
 pub(crate) fn advance_poses(
     ctx: &StepContext,
-    sleep_speed: f32,
+    sleep: &SleepConfig,
     bodies: &mut Bodies,
     shapes: &mut Shapes,
     bounds: &mut Bounds,
@@ -50,31 +58,71 @@ pub(crate) fn advance_poses(
     scratch: &mut Scratch,
     jobs: &dyn Executor,
 ) {
+    let Scratch { notes, boxes } = scratch;
     let Bodies { rows, awake } = bodies;
-    let slots = Rows::new(rows.values_mut());
-    let table = &*shapes;
+    let bodies = Rows::new(rows.values_mut());
+    let table = Rows::new(shapes.rows.values_mut());
     let least = grain(jobs, awake.len(), 64);
-    collect_ranges(jobs, awake.len(), least, &mut scratch.notes, |range, out| {
+    collect_ranges(jobs, awake.len(), least, notes, |range, out| {
+        let mut still = false;
         for row in &awake[range] {
-            let Some(body) = slots.row(*row as usize) else { continue };
-            advance(ctx, body, *row, lines, out);
-            if let Some(Note::Fault(_)) = out.last() {
+            let Some(body) = bodies.row(*row as usize) else { continue };
+            let (center, rotation) = (body.center, body.rotation);
+            if !advance(ctx, body, *row, lines, out) {
                 continue;
             }
-            rate_stillness(ctx, sleep_speed, body);
-            for shape in &body.shapes {
-                let fits = shape_box(table, *shape, body, ctx);
-                if !table.at(*shape).fat.contains(&fits) {
-                    out.push(Note::Escaped(*shape, fat_box(&fits, body, ctx)));
+            rate_stillness(ctx, sleep.speed, body);
+            still |= body.can_sleep && body.still_time >= sleep.time;
+            spend_room(body, center, rotation);
+            // Most bodies that rest or creep end here, without a look at their shapes.
+            if body.room > reach(body, ctx).length() {
+                continue;
+            }
+            body.room = f32::INFINITY;
+            for i in 0..body.shapes.len() {
+                if let Some(shape) = table.row(body.shapes[i] as usize)
+                    && fit(shape, body, ctx)
+                {
+                    out.push(Note::Escaped(body.shapes[i]));
                 }
             }
         }
+        if still {
+            out.push(Note::Still);
+        }
     });
-    for note in scratch.notes() {
-        if let Note::Escaped(shape, fat) = note {
-            bounds.replace(shape, fat, shapes);
+    boxes.clear();
+    for note in notes.iter().flatten() {
+        if let Note::Escaped(shape) = note {
+            boxes.push((*shape, shapes.at(*shape).fat));
+            bounds.moved.push(*shape);
         }
     }
+    bounds.moving.replace_all(boxes, jobs);
+}
+
+/// Takes what the body moved in this step from its room: no point of it moved farther.
+fn spend_room(body: &mut Body, center: Vec3, rotation: Quat) {
+    let (q, p) = (body.rotation, rotation);
+    let d = [q.x - p.x, q.y - p.y, q.z - p.z, q.w - p.w];
+    let chord = (d[0] * d[0] + d[1] * d[1] + d[2] * d[2] + d[3] * d[3]).sqrt();
+    // The chord of two unit quaternions is 2 sin(angle/4), and asin(x) <= 1.05 x up to 1/2: beyond, the
+    // room of any body is spent.
+    body.room -= (body.center - center).length() + 2.1 * chord * body.extent;
+}
+
+/// Gives a shape a new box if it may leave the one it has in this step or the next; true if so. Takes
+/// down how much room there is.
+fn fit(shape: &mut ShapeRow, body: &mut Body, ctx: &StepContext) -> bool {
+    let tight = tight_box(shape, body, ctx);
+    let fits = ahead(&tight, body, ctx);
+    let escaped = !shape.fat.contains(&fits);
+    if escaped {
+        shape.fat = fat_box(&fits, body, ctx);
+    }
+    let (low, high) = (tight.min - shape.fat.min, shape.fat.max - tight.max);
+    body.room = body.room.min(low.min(high).min_element());
+    escaped
 }
 
 /// How far a body moves in a step [m], but no farther than its size: contacts are not looked for
@@ -86,13 +134,21 @@ fn reach(body: &Body, ctx: &StepContext) -> Vec3 {
     if length > most { step * (most / length) } else { step }
 }
 
-/// The box that a shape needs: its own with the contact margin, reaching as far as it moves in a step.
-pub(crate) fn shape_box(shapes: &Shapes, shape: u32, body: &Body, ctx: &StepContext) -> Aabb {
-    let row = shapes.at(shape);
-    let pose = Pose { position: body.center, rotation: body.rotation }.compose(&row.centered);
-    let tight = row.solid.aabb(&pose).grown(0.5 * ctx.margin);
+/// The box of a shape with the contact margin.
+fn tight_box(shape: &ShapeRow, body: &Body, ctx: &StepContext) -> Aabb {
+    let pose = Pose { position: body.center, rotation: body.rotation }.compose(&shape.centered);
+    shape.solid.aabb(&pose).grown(0.5 * ctx.margin)
+}
+
+/// A box and where it will be in a step.
+fn ahead(tight: &Aabb, body: &Body, ctx: &StepContext) -> Aabb {
     let step = reach(body, ctx);
     tight.union(&Aabb::new(tight.min + step, tight.max + step))
+}
+
+/// The box that a shape needs: its own with the contact margin, reaching as far as it moves in a step.
+pub(crate) fn shape_box(shapes: &Shapes, shape: u32, body: &Body, ctx: &StepContext) -> Aabb {
+    ahead(&tight_box(shapes.at(shape), body, ctx), body, ctx)
 }
 
 /// That box with room to move, so that the tree is not changed every step.
@@ -102,13 +158,14 @@ pub(crate) fn fat_box(fits: &Aabb, body: &Body, ctx: &StepContext) -> Aabb {
     fits.union(&Aabb::new(fits.min + step, fits.max + step)).grown(room)
 }
 
+/// Moves a body; false if its state became non-finite.
 fn advance(
     ctx: &StepContext,
     body: &mut Body,
     row: u32,
     lines: &solver::Scratch,
     out: &mut Vec<Note>,
-) {
+) -> bool {
     let (center, rotation) = (body.center, body.rotation);
     let line = lines.line_of[row as usize] as usize;
     if body.kind == BodyKind::Kinematic {
@@ -128,12 +185,16 @@ fn advance(
         (body.center, body.rotation) = (center, rotation);
         (body.v, body.w) = (Vec3::ZERO, Vec3::ZERO);
         out.push(Note::Fault(row));
-        return;
+        return false;
     }
     let moved = (body.center - center).length();
     if body.is_dynamic() && moved > 0.5 * body.inner {
         out.push(Note::Fast(row, center));
     }
+    if body.kind == BodyKind::Kinematic && body.v == Vec3::ZERO && body.w == Vec3::ZERO {
+        out.push(Note::Idle(row));
+    }
+    true
 }
 
 fn rate_stillness(ctx: &StepContext, sleep_speed: f32, body: &mut Body) {

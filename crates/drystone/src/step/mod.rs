@@ -75,6 +75,7 @@ pub(crate) struct Scratch {
     levels: partition::Levels,
     solver: solver::Scratch,
     finalize: finalize::Scratch,
+    sweep: sweep::Scratch,
     sleep: sleep::Scratch,
 }
 
@@ -97,21 +98,22 @@ pub(crate) fn step(
     after(Stage::Narrowphase);
     let mut sets = Sets { bodies, joints, contacts, islands, colors, events };
     partition::apply_touch_changes(&s.narrowphase, shapes, &mut sets);
-    partition::relax_levels(&mut sets, &mut s.levels);
+    partition::relax_levels(tables.steps, &mut sets, &mut s.levels);
     after(Stage::Partition);
     let Sets { bodies, joints, contacts, islands, colors, events } = sets;
     solver::solve(ctx, &config.method, bodies, joints, contacts, colors, &mut s.solver, jobs);
     after(Stage::Solver);
-    let speed = config.sleep.speed;
-    finalize::advance_poses(ctx, speed, bodies, shapes, bounds, &s.solver, &mut s.finalize, jobs);
+    let rest = &config.sleep;
+    finalize::advance_poses(ctx, rest, bodies, shapes, bounds, &s.solver, &mut s.finalize, jobs);
     after(Stage::Finalize);
-    sweep::stop_fast_bodies(ctx, s.finalize.notes(), bodies, shapes, bounds);
+    sweep::stop_fast_bodies(ctx, s.finalize.notes(), bodies, shapes, bounds, &mut s.sweep, jobs);
     after(Stage::Sweep);
     let mut sets = Sets { bodies, joints, contacts, islands, colors, events };
     sensor::report_touches(s.solver.begun(), ctx.hit_speed, shapes, &mut sets);
     quarantine(&mut sets, s.finalize.notes(), tables.steps + 1);
     after(Stage::Sensor);
-    sleep::rest_still_islands(&config.sleep, &mut sets, &mut s.sleep);
+    let still = s.finalize.notes();
+    sleep::rest_still_islands(&config.sleep, still, tables.steps, &mut sets, &mut s.sleep);
     after(Stage::Sleep);
 }
 

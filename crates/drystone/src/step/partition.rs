@@ -28,15 +28,23 @@ pub(crate) struct Levels {
     next: Vec<u32>,
 }
 
+/// Levels are for who looks at the world, so they may lag: a relaxation reads every contact.
+const RELAX_EVERY: u64 = 4;
+
 /// One Jacobi relaxation of the levels of the contact graph, level = 1 + the least level of a touching
-/// neighbor: converges in as many steps as the graph is deep, and costs nothing while nothing changes.
-pub(crate) fn relax_levels(sets: &mut Sets<'_>, scratch: &mut Levels) {
-    if !core::mem::take(&mut sets.colors.levels_dirty) {
+/// neighbor: converges in as many calls as the graph is deep, and costs nothing while nothing changes.
+/// What is written of bodies that are not awake is never read.
+pub(crate) fn relax_levels(step: u64, sets: &mut Sets<'_>, scratch: &mut Levels) {
+    if !step.is_multiple_of(RELAX_EVERY) || !core::mem::take(&mut sets.colors.levels_dirty) {
         return;
     }
     let next = &mut scratch.next;
-    next.clear();
-    next.resize(sets.bodies.rows.slot_count(), NONE);
+    if next.len() < sets.bodies.rows.slot_count() {
+        next.resize(sets.bodies.rows.slot_count(), NONE);
+    }
+    for row in &sets.bodies.awake {
+        next[*row as usize] = NONE;
+    }
     let mut meet = |row: u32| {
         let c = sets.contacts.at(row);
         let (a, b) = (c.body_a, c.body_b);

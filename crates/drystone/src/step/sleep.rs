@@ -1,45 +1,93 @@
 //! Stage 8: islands whose bodies have all been still for long enough fall asleep.
 //!
 //! Reads: bodies (timers), contacts, joints. Writes: islands (splits), sets, events. Runs: serially
-//! over awake bodies; one island a step is split.
+//! over awake bodies, and only when one of them was still for long enough; one island a step is split.
 
-use crate::state::bodies::{Bodies, NONE};
+use super::finalize::Note;
+use crate::state::bodies::NONE;
 use crate::state::config::SleepConfig;
-use crate::state::contacts::Contacts;
-use crate::state::def::BodyKind;
-use crate::state::joints::Joints;
 use crate::state::sets::Sets;
 
 /// Memory kept from step to step.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Scratch {
-    /// Of each island: the least still time of its bodies, and the greatest.
+    /// Of each island with an awake body: the least still time of its bodies, and the greatest.
     times: Vec<(f32, f32)>,
+    /// Islands that may rest or be split; kinematic bodies that do not move.
+    rows: Vec<u32>,
 }
 
-/// Puts still islands to sleep, and splits one that may come apart.
-pub(crate) fn rest_still_islands(config: &SleepConfig, sets: &mut Sets<'_>, scratch: &mut Scratch) {
-    let idle: Vec<u32> = sets
-        .bodies
-        .awake
-        .iter()
-        .copied()
-        .filter(|row| {
-            let b = sets.bodies.at(*row);
-            b.kind == BodyKind::Kinematic
-                && b.v.length_squared() == 0.0
-                && b.w.length_squared() == 0.0
-        })
-        .collect();
-    if !idle.is_empty() {
-        sets.rest(&idle);
+/// Puts still islands to sleep, and splits one that may come apart. `notes` are finalize's: only when one
+/// tells of a body that was still for long enough are islands looked at.
+pub(crate) fn rest_still_islands(
+    config: &SleepConfig,
+    notes: impl Iterator<Item = Note>,
+    step: u64,
+    sets: &mut Sets<'_>,
+    scratch: &mut Scratch,
+) {
+    let Scratch { times, rows } = scratch;
+    let mut still = false;
+    rows.clear();
+    for note in notes {
+        match note {
+            Note::Idle(row) => rows.push(row),
+            Note::Still => still = true,
+            _ => {}
+        }
     }
-    if !config.enabled {
+    if !rows.is_empty() {
+        sets.rest(rows);
+    }
+    if !still || !config.enabled {
         return;
     }
-    let times = &mut scratch.times;
-    times.clear();
-    times.resize(sets.islands.rows.len(), (f32::INFINITY, 0.0));
+    rate_islands(sets, times);
+    // In the order of their numbers.
+    rows.clear();
+    for row in &sets.bodies.awake {
+        let island = sets.bodies.at(*row).island;
+        if let Some((least, most)) = times.get_mut(island as usize)
+            && *most >= config.time
+            && (*least >= config.time || sets.islands.rows[island as usize].cut)
+            && sets.islands.rows[island as usize].wait_until <= step
+        {
+            // Listed once.
+            *least = f32::NEG_INFINITY;
+            *most = -*most;
+            rows.push(island);
+        }
+    }
+    rows.sort_unstable();
+    // The island to split: it was cut, and some body of it could sleep if it were alone. The one
+    // that has waited longest; the lowest number among equals.
+    let mut split = None;
+    for &island in rows.iter() {
+        let waited = -times[island as usize].1;
+        if sets.islands.rows[island as usize].cut {
+            if split.is_none_or(|(_, best)| waited > best) {
+                split = Some((island, waited));
+            }
+        } else {
+            let members = sets.islands.members(island, sets.bodies);
+            sets.rest(&members);
+            sets.islands.give_back(members);
+        }
+    }
+    if let Some((island, _)) = split {
+        split_island(island, step, sets);
+    }
+}
+
+/// Least and greatest still time of each island with an awake body.
+fn rate_islands(sets: &Sets<'_>, times: &mut Vec<(f32, f32)>) {
+    if times.len() < sets.islands.rows.len() {
+        times.resize(sets.islands.rows.len(), (f32::INFINITY, 0.0));
+    }
+    let island_of = |row: &u32| sets.bodies.at(*row).island;
+    for island in sets.bodies.awake.iter().map(island_of).filter(|i| *i != NONE) {
+        times[island as usize] = (f32::INFINITY, 0.0);
+    }
     for row in &sets.bodies.awake {
         let body = sets.bodies.at(*row);
         if body.island == NONE {
@@ -50,32 +98,12 @@ pub(crate) fn rest_still_islands(config: &SleepConfig, sets: &mut Sets<'_>, scra
         *least = least.min(still);
         *most = most.max(still);
     }
-    // The island to split: it was cut, and some body of it could sleep if it were alone. The one
-    // that has waited longest; the lowest number among equals.
-    let mut split = None;
-    for island in 0..times.len() {
-        let (least, most) = times[island];
-        if least.is_infinite() {
-            continue;
-        }
-        let number = u32::try_from(island).expect("fewer islands than bodies");
-        if sets.islands.rows[island].cut {
-            if most >= config.time && split.is_none_or(|(_, best)| most > best) {
-                split = Some((number, most));
-            }
-        } else if least >= config.time {
-            let members = sets.islands.rows[island].bodies.clone();
-            sets.rest(&members);
-        }
-    }
-    if let Some((island, _)) = split {
-        split_island(island, sets);
-    }
 }
 
 /// Replaces an island by its connected components.
-fn split_island(island: u32, sets: &mut Sets<'_>) {
-    let members = sets.islands.dissolve(island);
+fn split_island(island: u32, step: u64, sets: &mut Sets<'_>) {
+    let members = sets.islands.members(island, sets.bodies);
+    sets.islands.dissolve(island);
     for m in &members {
         sets.bodies.at_mut(*m).island = NONE;
     }
@@ -83,35 +111,34 @@ fn split_island(island: u32, sets: &mut Sets<'_>) {
         if sets.bodies.at(*start).island != NONE {
             continue;
         }
-        let component = sets.islands.create(Vec::new(), sets.bodies);
-        let mut found = vec![*start];
-        sets.bodies.at_mut(*start).island = component;
-        let mut next = 0;
-        while let Some(&body) = found.get(next) {
-            next += 1;
-            for other in neighbors(body, sets.bodies, sets.contacts, sets.joints) {
-                let o = sets.bodies.at_mut(other);
-                if o.is_dynamic() && o.island == NONE {
-                    o.island = component;
-                    found.push(other);
+        let component = sets.islands.create(*start, sets.bodies);
+        let mut body = *start;
+        while body != NONE {
+            let mut at = sets.bodies.at(body).contacts;
+            while at != NONE {
+                let c = sets.contacts.at(at / 2);
+                let other = if at & 1 == 0 { c.body_b } else { c.body_a };
+                at = c.links[(at & 1) as usize].next;
+                if c.count > 0 && !c.sensor {
+                    join(component, other, sets);
                 }
             }
+            for i in 0..sets.bodies.at(body).joints.len() {
+                let joint = sets.joints.at(sets.bodies.at(body).joints[i]);
+                let other = if joint.body_a == body { joint.body_b } else { joint.body_a };
+                join(component, other, sets);
+            }
+            body = sets.bodies.at(body).island_next;
         }
-        sets.islands.rows[component as usize].bodies = found;
+        sets.islands.split_again(component, step);
     }
+    sets.islands.give_back(members);
 }
 
-/// Bodies connected to one by a contact with points or by a joint.
-fn neighbors(body: u32, bodies: &Bodies, contacts: &Contacts, joints: &Joints) -> Vec<u32> {
-    let mut all: Vec<u32> = contacts
-        .of_body(bodies, body)
-        .map(|(row, side)| (contacts.at(row), side))
-        .filter(|(c, _)| c.count > 0 && !c.sensor)
-        .map(|(c, side)| if side == 0 { c.body_b } else { c.body_a })
-        .collect();
-    all.extend(bodies.at(body).joints.iter().map(|row| {
-        let joint = joints.at(*row);
-        if joint.body_a == body { joint.body_b } else { joint.body_a }
-    }));
-    all
+/// Enters a body that is in no island yet.
+fn join(component: u32, body: u32, sets: &mut Sets<'_>) {
+    let row = sets.bodies.at(body);
+    if row.is_dynamic() && row.island == NONE {
+        sets.islands.push(component, body, sets.bodies);
+    }
 }

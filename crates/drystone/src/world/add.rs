@@ -97,11 +97,14 @@ impl World {
             constraints: 0,
             awake_row: NONE,
             island: NONE,
+            island_previous: NONE,
+            island_next: NONE,
             still_time: 0.0,
             can_sleep: def.can_sleep,
             sleep_speed: def.sleep_speed.unwrap_or(-1.0),
             extent: 0.0,
             inner: f32::INFINITY,
+            room: 0.0,
             level: if def.kind == BodyKind::Dynamic { NONE } else { 0 },
             faulted: false,
             user_data: def.user_data,
@@ -121,7 +124,7 @@ impl World {
             }
             BodyKind::Dynamic => {
                 let tables = &mut self.tables;
-                tables.islands.create(vec![row], &mut tables.bodies);
+                tables.islands.create(row, &mut tables.bodies);
                 if !def.asleep {
                     self.sets().wake(row);
                     // Being added awake is no event.
@@ -176,7 +179,6 @@ impl World {
             material: def.material,
             filter: def.filter,
             sensor: def.sensor,
-            leaf: 0,
             fixed,
             fat: crate::base::aabb::Aabb::EMPTY,
             rolling_radius,
@@ -187,6 +189,7 @@ impl World {
         b.shapes.push(id.index());
         b.extent = b.extent.max(extent);
         b.inner = b.inner.min(thickness);
+        b.room = 0.0;
         self.enter_bounds(id.index());
         id
     }
@@ -211,6 +214,7 @@ impl World {
     pub(super) fn refresh_bounds(&mut self, body: u32) {
         let ctx = self.context();
         let tables = &mut self.tables;
+        tables.bodies.at_mut(body).room = 0.0;
         for i in 0..tables.bodies.at(body).shapes.len() {
             let b = tables.bodies.at(body);
             let shape = b.shapes[i];

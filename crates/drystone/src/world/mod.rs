@@ -105,7 +105,14 @@ impl World {
     /// The first field that is out of range; then nothing is changed.
     pub fn set_config(&mut self, config: WorldConfig) -> Result<(), DefError> {
         config.validate()?;
-        let wake = config.gravity != self.tables.config.gravity;
+        let old = &self.tables.config;
+        let wake = config.gravity != old.gravity;
+        if config.contact.margin > old.contact.margin {
+            // What fits in its box may fit no longer.
+            for body in self.tables.bodies.rows.values_mut().iter_mut().flatten() {
+                body.room = 0.0;
+            }
+        }
         self.tables.config = config;
         if wake {
             self.wake_all();
@@ -139,10 +146,12 @@ impl World {
     /// Like [`Self::step`]; calls `after` as each stage is done, for example to take the time.
     pub fn step_observed(&mut self, dt: f32, after: &mut dyn FnMut(Stage)) {
         self.tables.events.clear();
-        let pending = core::mem::take(&mut self.pending);
-        self.tables.events.wake = pending.wake;
-        self.tables.events.contact_end = pending.contact_end;
-        self.tables.events.sensor_exit = pending.sensor_exit;
+        // Swapped, not taken: the lists keep their memory.
+        let (events, pending) = (&mut self.tables.events, &mut self.pending);
+        core::mem::swap(&mut events.wake, &mut pending.wake);
+        core::mem::swap(&mut events.contact_end, &mut pending.contact_end);
+        core::mem::swap(&mut events.sensor_exit, &mut pending.sensor_exit);
+        pending.clear();
         if !(dt > 0.0 && dt <= 10.0) {
             let step = self.tables.steps + 1;
             let fault = Fault { body: None, kind: FaultKind::BadTimeStep, step };

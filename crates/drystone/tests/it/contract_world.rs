@@ -376,7 +376,7 @@ fn clones_go_on_alike() {
         world.add_body(cube_at([0.3 * f32::from(i), 1.0 + 1.2 * f32::from(i), 0.1])).unwrap();
     }
     run(&mut world, 0.7);
-    let mut twin = world.clone().with_executor(Arc::new(Team::new(2)));
+    let mut twin = world.clone().with_executor(Arc::new(Team::with_threads(2)));
     run(&mut world, 1.0);
     run(&mut twin, 1.0);
     assert_eq!(world.state_hash(), twin.state_hash());

@@ -224,7 +224,8 @@ fn turning_parts(ctx: &StepContext, w: Vec3) -> u32 {
 
 /// Free rotation of a rigid body: angular momentum is kept, orientation and body-frame momentum are
 /// turned about the principal axes x(h/2) y(h/2) z(h) y(h/2) x(h/2) [Dullweber97], each turn by the
-/// Cayley map: no trigonometry, exactly orthogonal. Returns orientation and angular velocity.
+/// Cayley map: no trigonometry, exactly orthogonal. The two turns about x where parts meet are one.
+/// Returns orientation and angular velocity.
 ///
 /// In double precision: rounding of `f32` at every step would let the momentum wander by 1e-5 in
 /// seconds, and this is done once a step for bodies in flight only.
@@ -232,37 +233,56 @@ fn rotate_freely(body: &Body, w: Vec3, ctx: &StepContext) -> (Quat, Vec3) {
     if w == Vec3::ZERO {
         return (body.rotation, w);
     }
-    let parts = turning_parts(ctx, w);
-    let mut q = DQuat::from(body.rotation).times(DQuat::from(body.principal));
+    let q = DQuat::from(body.rotation).times(DQuat::from(body.principal));
     let m = DVec3::from(body.moments);
     let local = q.unrotate(DVec3::from(w));
     let world_momentum = q.rotate(DVec3 { x: local.x * m.x, y: local.y * m.y, z: local.z * m.z });
-    let mut l = q.unrotate(world_momentum);
-    let h = f64::from(ctx.dt) / f64::from(parts);
-    for _ in 0..parts {
-        for (axis, part) in [(0, 0.5), (1, 0.5), (2, 1.0), (1, 0.5), (0, 0.5)] {
-            let rate = match axis {
-                0 => l.x / m.x,
-                1 => l.y / m.y,
-                _ => l.z / m.z,
-            };
-            // Cayley: tan(angle/2) ~ angle/2 = t, so the quaternion is (t axis, 1) normalized.
-            let t = 0.5 * h * part * rate;
-            let k = 1.0 / (1.0 + t * t).sqrt();
-            let mut step = DQuat { v: DVec3::ZERO, w: k };
-            match axis {
-                0 => step.v.x = t * k,
-                1 => step.v.y = t * k,
-                _ => step.v.z = t * k,
-            }
-            q = q.times(step);
-            l = step.unrotate(l);
-        }
+    let l = q.unrotate(world_momentum);
+    let parts = turning_parts(ctx, w);
+    let half = 0.5 * f64::from(ctx.dt) / f64::from(parts);
+    // Half an angle in a part for each unit of momentum.
+    let rate = [half / m.x, half / m.y, half / m.z];
+    let mut top = Top { q: [q.v.x, q.v.y, q.v.z, q.w], l: [l.x, l.y, l.z] };
+    top.turn([0, 1, 2], 0.5 * rate[0]);
+    for part in 1..=parts {
+        top.turn([1, 2, 0], 0.5 * rate[1]);
+        top.turn([2, 0, 1], rate[2]);
+        top.turn([1, 2, 0], 0.5 * rate[1]);
+        top.turn([0, 1, 2], if part < parts { rate[0] } else { 0.5 * rate[0] });
     }
-    let q = q.normalized();
+    let [x, y, z, scalar] = top.q;
+    let q = DQuat { v: DVec3 { x, y, z }, w: scalar }.normalized();
     // The world's momentum is that of the step's start: rounding cannot spin a body up or down.
     let local = q.unrotate(world_momentum);
     let w = q.rotate(DVec3 { x: local.x / m.x, y: local.y / m.y, z: local.z / m.z });
     let rotation = q.times(DQuat::from(body.principal.conjugate())).normalized();
     (rotation.single(), w.single())
+}
+
+/// A spinning body: orientation (a quaternion of any length) and momentum in its own frame.
+struct Top {
+    q: [f64; 4],
+    l: [f64; 3],
+}
+
+impl Top {
+    /// A turn about axis `i` by twice the angle whose tangent is t = `rate` · momentum: the quaternion
+    /// (t axis, 1), its length left for later, and its matrix with cos = (1 - t²)/(1 + t²) and
+    /// sin = 2 t/(1 + t²). `[i, j, k]` are the axes in cyclic order.
+    #[inline(always)]
+    fn turn(&mut self, [i, j, k]: [usize; 3], rate: f64) {
+        let (q, l) = (&mut self.q, &mut self.l);
+        let t = rate * l[i];
+        let scale = 1.0 / (1.0 + t * t);
+        let (cos, sin) = ((1.0 - t * t) * scale, 2.0 * t * scale);
+        (l[j], l[k]) = (cos * l[j] + sin * l[k], cos * l[k] - sin * l[j]);
+        (q[i], q[j], q[k], q[3]) =
+            (q[i] + t * q[3], q[j] + t * q[k], q[k] - t * q[j], q[3] - t * q[i]);
+        // Hundreds of wild turns would leave the range of f64.
+        if t.abs() > 0.5 {
+            for x in q {
+                *x *= scale.sqrt();
+            }
+        }
+    }
 }

@@ -26,6 +26,7 @@ use self::rows::{ContactBlock, Extra, JointBlock, Line, Whitening};
 use self::softness::Softness;
 use super::context::StepContext;
 use crate::base::disjoint::Rows;
+use crate::base::grow;
 use crate::base::jobs::{Executor, Inline, for_ranges, grain};
 use crate::base::math::Vec3;
 use crate::state::bodies::Bodies;
@@ -105,6 +106,8 @@ pub(crate) fn solve(
     s.aux.resize(n, Aux::default());
     s.acceleration.resize(n, Vec3::ZERO);
     let n = s.plan.contacts.owners.len();
+    let more = n.saturating_sub(s.blocks.len());
+    grow::make_room(&mut s.blocks, more);
     s.blocks.resize_with(n, ContactBlock::default);
     s.begun.resize(n, 0);
     let has_extras = colors.special > 0;

@@ -251,8 +251,8 @@ impl Layout {
 
     /// Runs to batches of blocks, those of a group side by side.
     fn lay_out(&mut self, [free, fixed]: [&Coloring; 2]) {
-        // Stable: within a group the colors keep their order.
-        self.runs.sort_by_key(|run| run.group);
+        // Within a group the colors keep their order. (A stable sort would allocate.)
+        self.runs.sort_unstable_by_key(|run| (run.group, run.fixed, run.color, run.class));
         self.batches.clear();
         self.owners.clear();
         for run in &self.runs {

@@ -1,0 +1,458 @@
+//! Boxes that come, go and move: a packed R-tree, eight boxes a block, its leaves sorted along a Hilbert
+//! curve [Kamel94] [Skilling04].
+//!
+//! Block `b` of a level holds the boxes of blocks `8 b .. 8 b + 8` of the level below, so there are no
+//! pointers, and one test of a query answers for eight children. What moves is refitted in place; the
+//! order is made anew only when the boxes of the blocks have grown. What is added stands behind the
+//! sorted leaves until [`RTree::tidy`] sorts it into sections of falling size (the logarithmic method
+//! [Bentley80]): adding one box to a million costs the logarithm, not the million.
+
+mod order;
+
+use crate::base::aabb::Aabb;
+use crate::base::disjoint::Rows;
+use crate::base::jobs::{Executor, for_items, for_ranges, grain};
+use crate::base::math::{Vec3, greater, lesser};
+
+const NONE: u32 = u32::MAX;
+/// Boxes of a block.
+const WIDTH: usize = 8;
+/// The order is made anew when the blocks are this much larger than when it was made. Queries slow down
+/// about in proportion; at 1.2 rebuilding costs more than it saves, at 3 the queries do.
+const WORN: f64 = 1.6;
+/// The allowance of [`Aabb::meets_ray`].
+const ROUNDING: f32 = 1.0 + 4.0 * f32::EPSILON;
+
+/// Eight boxes; a free place holds the empty box, which nothing overlaps.
+#[derive(Clone, Copy, Debug)]
+struct Block {
+    min: [[f32; WIDTH]; 3],
+    max: [[f32; WIDTH]; 3],
+}
+
+impl Block {
+    const EMPTY: Self =
+        Self { min: [[f32::INFINITY; WIDTH]; 3], max: [[f32::NEG_INFINITY; WIDTH]; 3] };
+
+    #[inline]
+    fn set(&mut self, lane: usize, b: &Aabb) {
+        for i in 0..3 {
+            self.min[i][lane] = b.min[i];
+            self.max[i][lane] = b.max[i];
+        }
+    }
+
+    #[inline]
+    fn get(&self, lane: usize) -> Aabb {
+        let at = |m: &[[f32; WIDTH]; 3]| Vec3 { x: m[0][lane], y: m[1][lane], z: m[2][lane] };
+        Aabb::new(at(&self.min), at(&self.max))
+    }
+
+    /// The box around all eight.
+    #[inline]
+    fn bounds(&self) -> Aabb {
+        let mut all = Aabb::EMPTY;
+        for i in 0..3 {
+            let (mut low, mut high) = (self.min[i], self.max[i]);
+            for half in [4, 2, 1] {
+                for l in 0..half {
+                    low[l] = lesser(low[l], low[l + half]);
+                    high[l] = greater(high[l], high[l + half]);
+                }
+            }
+            (all.min[i], all.max[i]) = (low[0], high[0]);
+        }
+        all
+    }
+
+    /// Where a ray enters each box, infinite where it does not meet it within `max`: the same answers as
+    /// [`Aabb::meets_ray`].
+    #[inline]
+    fn entries(&self, origin: Vec3, inv: Vec3, max: f32) -> [f32; WIDTH] {
+        let (mut near, mut high) = ([0.0; WIDTH], [max; WIDTH]);
+        for i in 0..3 {
+            let (o, k) = (origin[i], inv[i]);
+            for l in 0..WIDTH {
+                let (from, to) = (self.min[i][l], self.max[i][l]);
+                if k.is_infinite() {
+                    high[l] = if o < from || o > to { -1.0 } else { high[l] };
+                    continue;
+                }
+                let (a, b) = ((from - o) * k, (to - o) * k);
+                near[l] = greater(near[l], lesser(a, b));
+                high[l] = lesser(high[l], greater(a, b));
+            }
+        }
+        for l in 0..WIDTH {
+            // Not of free places: infinity less infinity.
+            let met = self.min[0][l] <= self.max[0][l] && near[l] <= high[l] * ROUNDING;
+            near[l] = if met { near[l] } else { f32::INFINITY };
+        }
+        near
+    }
+
+    /// One bit for each box that overlaps `b`.
+    #[inline]
+    fn overlaps(&self, b: &Aabb) -> u32 {
+        const BIT: [u32; WIDTH] = [1, 2, 4, 8, 16, 32, 64, 128];
+        let mut hit = BIT;
+        for i in 0..3 {
+            let (low, high) = (b.min[i], b.max[i]);
+            for l in 0..WIDTH {
+                let meets = (self.min[i][l] <= high) & (low <= self.max[i][l]);
+                hit[l] &= if meets { BIT[l] } else { 0 };
+            }
+        }
+        let mut mask = 0;
+        for l in 0..WIDTH {
+            mask |= hit[l];
+        }
+        mask
+    }
+}
+
+/// Boxes of items; an item is a small number of the user's.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct RTree {
+    /// `levels[0]` holds the leaves, the last level is one block.
+    levels: Vec<Vec<Block>>,
+    /// The item of each leaf, [`NONE`] where there is none.
+    items: Vec<u32>,
+    /// The leaf of each item.
+    leaf_of: Vec<u32>,
+    len: usize,
+    /// First leaves of the sorted sections, and where the unsorted rest begins.
+    sections: Vec<u32>,
+    sorted: usize,
+    /// Leaves changed since the size of the blocks was last looked at.
+    stirred: usize,
+    /// Surface of the lowest blocks for each leaf when they were made.
+    fresh: f64,
+    scratch: order::Scratch,
+}
+
+impl RTree {
+    /// Number of items.
+    pub(crate) const fn len(&self) -> usize {
+        self.len
+    }
+
+    /// All items, in the order of the leaves: near ones are near each other.
+    pub(crate) fn items(&self) -> impl Iterator<Item = u32> {
+        self.items.iter().copied().filter(|item| *item != NONE)
+    }
+
+    /// The leaf of an item, a number that is near for items that are near.
+    #[inline]
+    pub(crate) fn leaf(&self, item: u32) -> u32 {
+        self.leaf_of.get(item as usize).copied().unwrap_or(NONE)
+    }
+
+    /// Adds a box for `item`.
+    pub(crate) fn insert(&mut self, bounds: &Aabb, item: u32) {
+        let leaf = u32::try_from(self.items.len()).expect("fewer than 2^30 shapes fit in memory");
+        let index = item as usize;
+        if index >= self.leaf_of.len() {
+            self.leaf_of.resize(index + 1, NONE);
+        }
+        self.leaf_of[index] = leaf;
+        self.items.push(item);
+        self.len += 1;
+        self.fit_levels();
+        let mut at = leaf as usize;
+        for level in &mut self.levels {
+            let block = &mut level[at / WIDTH];
+            let grown = block.get(at % WIDTH).union(bounds);
+            block.set(at % WIDTH, &grown);
+            at /= WIDTH;
+        }
+    }
+
+    /// Takes an item out.
+    pub(crate) fn remove(&mut self, item: u32) {
+        let leaf = core::mem::replace(&mut self.leaf_of[item as usize], NONE);
+        self.items[leaf as usize] = NONE;
+        self.len -= 1;
+        self.stirred += 1;
+        self.set_leaf(leaf, &Aabb::EMPTY);
+    }
+
+    /// Gives an item another box.
+    pub(crate) fn replace(&mut self, item: u32, bounds: &Aabb) {
+        let leaf = self.leaf_of[item as usize];
+        let old = self.levels[0][leaf as usize / WIDTH].get(leaf as usize % WIDTH);
+        if old.overlaps(bounds) {
+            self.stirred += 1;
+            self.set_leaf(leaf, bounds);
+        } else {
+            // It went elsewhere, and would only blow up the block it was in.
+            self.remove(item);
+            self.insert(bounds, item);
+        }
+    }
+
+    /// Gives many items other boxes. Items must differ.
+    pub(crate) fn replace_all(&mut self, boxes: &[(u32, Aabb)], jobs: &dyn Executor) {
+        // A whole refit costs about 3 ns a leaf, the way up from one leaf about 100.
+        if boxes.len() * 32 < self.items.len() {
+            for (item, bounds) in boxes {
+                self.stirred += 1;
+                self.set_leaf(self.leaf_of[*item as usize], bounds);
+            }
+            return;
+        }
+        for (item, bounds) in boxes {
+            let leaf = self.leaf_of[*item as usize] as usize;
+            self.levels[0][leaf / WIDTH].set(leaf % WIDTH, bounds);
+        }
+        self.stirred += boxes.len();
+        self.refit(1, 0, jobs);
+    }
+
+    fn set_leaf(&mut self, leaf: u32, bounds: &Aabb) {
+        let mut at = leaf as usize;
+        let mut bounds = *bounds;
+        for level in &mut self.levels {
+            let block = &mut level[at / WIDTH];
+            if block.get(at % WIDTH) == bounds {
+                return;
+            }
+            block.set(at % WIDTH, &bounds);
+            bounds = block.bounds();
+            at /= WIDTH;
+        }
+    }
+
+    /// Brings the number of blocks of all levels in line with the number of leaves.
+    fn fit_levels(&mut self) {
+        let mut n = self.items.len();
+        let mut k = 0;
+        while n > 1 || k == 0 {
+            n = n.div_ceil(WIDTH);
+            if k == self.levels.len() {
+                self.levels.push(Vec::new());
+                if k > 0 && n > 0 {
+                    // A new root: what was one block is its first child.
+                    let below = self.levels[k - 1][0].bounds();
+                    let mut root = Block::EMPTY;
+                    root.set(0, &below);
+                    self.levels[k].push(root);
+                }
+            }
+            self.levels[k].resize(n, Block::EMPTY);
+            k += 1;
+        }
+        self.levels.truncate(k);
+    }
+
+    /// Works out the blocks of level `from` and above from those below, right of leaf `first`.
+    fn refit(&mut self, from: usize, first: usize, jobs: &dyn Executor) {
+        let mut start = first;
+        for k in 1..self.levels.len() {
+            start /= WIDTH;
+            if k < from {
+                continue;
+            }
+            let (below, above) = self.levels.split_at_mut(k);
+            let (below, blocks) = (&below[k - 1], &mut above[0][start / WIDTH..]);
+            let offset = start / WIDTH;
+            for_items(jobs, blocks, grain(jobs, below.len(), 512), |at, blocks| {
+                for (b, block) in blocks.iter_mut().enumerate() {
+                    let first = (offset + at + b) * WIDTH;
+                    *block = Block::EMPTY;
+                    for (lane, child) in below[first..].iter().take(WIDTH).enumerate() {
+                        block.set(lane, &child.bounds());
+                    }
+                }
+            });
+        }
+    }
+
+    /// Surface of the lowest blocks for each leaf.
+    fn wear(&self) -> f64 {
+        let Some(parents) = self.levels.get(1) else { return 0.0 };
+        let mut sum = 0.0;
+        for parent in parents {
+            for lane in 0..WIDTH {
+                let b = parent.get(lane);
+                // Half-spaces are boxes without end: they wear nothing.
+                if b.min.x <= b.max.x && b.half_area() < 1.0e20 {
+                    sum += f64::from(b.half_area());
+                }
+            }
+        }
+        #[expect(clippy::cast_precision_loss, reason = "a mean")]
+        let n = self.len.max(1) as f64;
+        sum / n
+    }
+
+    /// Puts the tree in order where it needs it. To be called before many queries.
+    pub(crate) fn tidy(&mut self, jobs: &dyn Executor) {
+        let holes = self.items.len() - self.len;
+        if holes > 64 && holes > self.len {
+            self.build(0, jobs);
+        } else if self.items.len() - self.sorted >= WIDTH {
+            self.sort_in(jobs);
+        }
+        if self.stirred * 4 > self.len && self.len > 4 * WIDTH {
+            self.stirred = 0;
+            if self.wear() > WORN * self.fresh {
+                self.build(0, jobs);
+            }
+        }
+    }
+
+    /// Makes a section of what is not sorted, with the sections before it that are not much larger.
+    fn sort_in(&mut self, jobs: &dyn Executor) {
+        let n = self.items.len();
+        let mut start = self.sorted;
+        while let Some(&first) = self.sections.last() {
+            if start - first as usize > 2 * (n - start) {
+                break;
+            }
+            self.sections.pop();
+            start = first as usize;
+        }
+        self.build(start, jobs);
+    }
+
+    /// Sorts the leaves from `start` on, without holes, and works out their blocks.
+    fn build(&mut self, start: usize, jobs: &dyn Executor) {
+        // Sections begin with a block of their own but for the rest of the one before.
+        self.scratch
+            .collect(&self.items, start, |leaf| self.levels[0][leaf / WIDTH].get(leaf % WIDTH));
+        self.scratch.sort(jobs);
+        let n = start + self.scratch.len();
+        self.items.truncate(start);
+        self.items.resize(n, NONE);
+        let fewer = n.div_ceil(WIDTH);
+        self.levels[0].truncate(fewer);
+        self.fit_levels();
+        let (sorted, blocks) = (&self.scratch, &mut self.levels[0]);
+        let items = Rows::new(&mut self.items);
+        let leaf_of = Rows::new(&mut self.leaf_of);
+        let first = start / WIDTH;
+        let blocks = &mut blocks[first..];
+        for_items(jobs, blocks, grain(jobs, blocks.len(), 256), |at, blocks| {
+            for (b, block) in blocks.iter_mut().enumerate() {
+                let base = (first + at + b) * WIDTH;
+                for lane in 0..WIDTH {
+                    let leaf = base + lane;
+                    if leaf < start {
+                        continue;
+                    }
+                    if leaf >= n {
+                        block.set(lane, &Aabb::EMPTY);
+                        continue;
+                    }
+                    let (item, bounds) = sorted.at(leaf - start);
+                    block.set(lane, &bounds);
+                    *items.row(leaf) = item;
+                    #[expect(clippy::cast_possible_truncation, reason = "leaves are u32")]
+                    let number = leaf as u32;
+                    *leaf_of.row(item as usize) = number;
+                }
+            }
+        });
+        self.refit(1, start, jobs);
+        self.sections.retain(|s| (*s as usize) < start);
+        if n > start {
+            self.sections.push(u32::try_from(start).expect("leaves are u32"));
+        }
+        self.sorted = n;
+        if start == 0 {
+            self.stirred = 0;
+            self.fresh = self.wear();
+        }
+    }
+
+    /// Calls `visit` with every item whose box overlaps `bounds`; stops when it answers false.
+    #[inline]
+    pub(crate) fn query(&self, bounds: &Aabb, mut visit: impl FnMut(u32) -> bool) {
+        if let Some(top) = self.levels.len().checked_sub(1) {
+            self.query_block(top, 0, bounds, &mut visit);
+        }
+    }
+
+    fn query_block(
+        &self,
+        level: usize,
+        index: usize,
+        bounds: &Aabb,
+        visit: &mut impl FnMut(u32) -> bool,
+    ) -> bool {
+        let Some(block) = self.levels[level].get(index) else { return true };
+        let mut mask = block.overlaps(bounds);
+        while mask != 0 {
+            let child = index * WIDTH + mask.trailing_zeros() as usize;
+            mask &= mask - 1;
+            let go_on = if level > 0 {
+                self.query_block(level - 1, child, bounds, visit)
+            } else {
+                self.items.get(child).is_none_or(|item| *item == NONE || visit(*item))
+            };
+            if !go_on {
+                return false;
+            }
+        }
+        true
+    }
+
+    /// Calls `visit` with every item whose box the segment `origin + t delta`, t in [0, max], may
+    /// meet, near blocks first. `visit` answers the new max: smaller to shorten the ray, negative to
+    /// stop.
+    pub(crate) fn ray(
+        &self,
+        origin: Vec3,
+        delta: Vec3,
+        max_fraction: f32,
+        mut visit: impl FnMut(u32) -> f32,
+    ) {
+        let inv = Vec3 { x: 1.0 / delta.x, y: 1.0 / delta.y, z: 1.0 / delta.z };
+        let mut max = max_fraction;
+        if let Some(top) = self.levels.len().checked_sub(1) {
+            self.ray_block(top, 0, origin, inv, &mut max, &mut visit);
+        }
+    }
+
+    fn ray_block(
+        &self,
+        level: usize,
+        index: usize,
+        origin: Vec3,
+        inv: Vec3,
+        max: &mut f32,
+        visit: &mut impl FnMut(u32) -> f32,
+    ) {
+        let Some(block) = self.levels[level].get(index) else { return };
+        let mut near = block.entries(origin, inv, *max);
+        while *max >= 0.0 {
+            let mut first = 0;
+            for lane in 1..WIDTH {
+                if near[lane] < near[first] {
+                    first = lane;
+                }
+            }
+            if !(near[first] <= *max * ROUNDING) {
+                return;
+            }
+            near[first] = f32::INFINITY;
+            let child = index * WIDTH + first;
+            if level > 0 {
+                self.ray_block(level - 1, child, origin, inv, max, visit);
+            } else if let Some(&item) = self.items.get(child)
+                && item != NONE
+            {
+                *max = visit(item);
+            }
+        }
+    }
+}
+
+/// Calls `f` with parts of `0..n` on all workers.
+pub(super) fn in_parts(jobs: &dyn Executor, n: usize, f: impl Fn(core::ops::Range<usize>) + Sync) {
+    for_ranges(jobs, n, grain(jobs, n, 1024), f);
+}
+
+#[cfg(test)]
+mod tests;
