@@ -3,6 +3,7 @@
 mod ci;
 mod golden;
 mod instructions;
+mod roofline;
 mod tidy;
 
 use std::path::PathBuf;
@@ -15,7 +16,8 @@ const USAGE: &str = "usage: cargo xtask COMMAND
   determinism                     300 steps of every scene by 1 to 4 threads and every SIMD level (minutes)
   golden [--release]              run the scenes of golden.txt and compare their hashes
   golden [--release] --bless WHY  write the new hashes, and old, new and WHY into CHANGELOG.md
-  instructions [--bless]          count the instructions of the runs of instructions.txt by callgrind";
+  instructions [--bless]          count the instructions of the runs of instructions.txt by callgrind
+  roofline                        bandwidth and arithmetic of this machine (run xtask with --release)";
 
 /// What a command returns: nothing, or the lines that say what is wrong.
 type Outcome = Result<(), String>;
@@ -29,6 +31,10 @@ fn main() -> ExitCode {
         ["determinism"] => determinism(),
         ["instructions"] => instructions::run(false),
         ["instructions", "--bless"] => instructions::run(true),
+        ["roofline"] => {
+            roofline::run();
+            Ok(())
+        }
         ["golden", options @ ..] => golden::Options::parse(options).and_then(|o| golden::run(&o)),
         _ => {
             eprintln!("{USAGE}");

@@ -31,16 +31,25 @@ pub(crate) fn splat<S: Simd>(simd: S, value: f32) -> Wide<S> {
     Wide::splat(simd, value)
 }
 
-/// The larger one of each lane; the second if they do not compare.
+/// The larger one of each lane; the second if they do not compare. That is what the one instruction of
+/// x86 does; elsewhere it takes two.
 #[inline(always)]
 pub(crate) fn max<S: Simd>(a: Wide<S>, b: Wide<S>) -> Wide<S> {
-    select(a.simd_gt(b), a, b)
+    if cfg!(any(target_arch = "x86", target_arch = "x86_64")) {
+        a.max(b)
+    } else {
+        select(a.simd_gt(b), a, b)
+    }
 }
 
 /// The smaller one of each lane; the second if they do not compare.
 #[inline(always)]
 pub(crate) fn min<S: Simd>(a: Wide<S>, b: Wide<S>) -> Wide<S> {
-    select(a.simd_lt(b), a, b)
+    if cfg!(any(target_arch = "x86", target_arch = "x86_64")) {
+        a.min(b)
+    } else {
+        select(a.simd_lt(b), a, b)
+    }
 }
 
 /// `a` where `mask`, else `b`.
@@ -94,6 +103,12 @@ impl<S: Simd> Vec3w<S> {
         Self { x: zero, y: zero, z: zero }
     }
 
+    /// `a` where `mask`, else `b`.
+    #[inline(always)]
+    pub(crate) fn select(mask: mask32x8<S>, a: Self, b: Self) -> Self {
+        Self { x: select(mask, a.x, b.x), y: select(mask, a.y, b.y), z: select(mask, a.z, b.z) }
+    }
+
     #[inline(always)]
     pub(crate) fn store(self, to: &mut [Lanes; 3]) {
         self.x.store_array(&mut to[0]);
@@ -113,6 +128,19 @@ impl<S: Simd> Vec3w<S> {
             y: self.z * o.x - self.x * o.z,
             z: self.x * o.y - self.y * o.x,
         }
+    }
+
+    /// As [`crate::base::math::Vec3::any_perpendicular`], bit by bit.
+    #[inline(always)]
+    pub(crate) fn any_perpendicular(self, simd: S) -> Self {
+        let zero = splat(simd, 0.0);
+        let flat = above(splat(simd, 0.58), self.x.abs());
+        let p = Self {
+            x: select(flat, zero, self.y),
+            y: select(flat, self.z, -self.x),
+            z: select(flat, -self.y, zero),
+        };
+        p * (splat(simd, 1.0) / sqrt(p.dot(p)))
     }
 }
 
@@ -174,6 +202,18 @@ impl<S: Simd> Sym3w<S> {
     }
 
     #[inline(always)]
+    pub(crate) fn scaled(self, k: Wide<S>) -> Self {
+        Self {
+            xx: self.xx * k,
+            yy: self.yy * k,
+            zz: self.zz * k,
+            xy: self.xy * k,
+            xz: self.xz * k,
+            yz: self.yz * k,
+        }
+    }
+
+    #[inline(always)]
     pub(crate) fn mul(self, v: Vec3w<S>) -> Vec3w<S> {
         Vec3w {
             x: self.xx * v.x + self.xy * v.y + self.xz * v.z,
@@ -203,46 +243,58 @@ impl<S: Simd> Sym3w<S> {
     }
 }
 
-/// Four rows of four numbers, turned into four columns. Its own inverse.
+/// The lower halves of `a` and `b` interleaved, within each half of four: a0 b0 a1 b1, a4 b4 a5 b5.
+/// The compiler makes one instruction of it wherever there is one.
 #[inline(always)]
-fn transpose4<S: Simd>([r0, r1, r2, r3]: [f32x4<S>; 4]) -> [f32x4<S>; 4] {
-    let (a, b) = (r0.zip_low(r2), r1.zip_low(r3));
-    let (c, d) = (r0.zip_high(r2), r1.zip_high(r3));
-    [a.zip_low(b), a.zip_high(b), c.zip_low(d), c.zip_high(d)]
+fn unpack_low<S: Simd>(a: Wide<S>, b: Wide<S>) -> Wide<S> {
+    a.zip_low(b).split().0.combine(a.zip_high(b).split().0)
 }
 
+/// As [`unpack_low`], of the upper halves: a2 b2 a3 b3, a6 b6 a7 b7.
 #[inline(always)]
-fn load4<S: Simd>(
-    simd: S,
-    a: &[f32; 4],
-    b: &[f32; 4],
-    c: &[f32; 4],
-    d: &[f32; 4],
-) -> [f32x4<S>; 4] {
-    [
-        f32x4::load_array_ref(simd, a),
-        f32x4::load_array_ref(simd, b),
-        f32x4::load_array_ref(simd, c),
-        f32x4::load_array_ref(simd, d),
-    ]
+fn unpack_high<S: Simd>(a: Wide<S>, b: Wide<S>) -> Wide<S> {
+    a.zip_low(b).split().1.combine(a.zip_high(b).split().1)
+}
+
+/// Rows k and k + 4 of eight rows side by side.
+#[inline(always)]
+fn pair<S: Simd>(simd: S, low: &[f32; 4], high: &[f32; 4]) -> Wide<S> {
+    f32x4::load_array_ref(simd, low).combine(f32x4::load_array_ref(simd, high))
+}
+
+/// Eight 16-byte rows to four columns: loads and a transposition in registers.
+#[inline(always)]
+pub(crate) fn gather4<S: Simd>(simd: S, r: [&[f32; 4]; LANES]) -> [Wide<S>; 4] {
+    let (a, b) = (pair(simd, r[0], r[4]), pair(simd, r[1], r[5]));
+    let (c, d) = (pair(simd, r[2], r[6]), pair(simd, r[3], r[7]));
+    let (p, q) = (unpack_low(a, c), unpack_low(b, d));
+    let (s, t) = (unpack_high(a, c), unpack_high(b, d));
+    [unpack_low(p, q), unpack_high(p, q), unpack_low(s, t), unpack_high(s, t)]
 }
 
 /// Eight 16-byte rows to vectors; the fourth number of a row is left out.
 #[inline(always)]
 pub(crate) fn gather<S: Simd>(simd: S, r: [&[f32; 4]; LANES]) -> Vec3w<S> {
-    let [x0, y0, z0, _] = transpose4(load4(simd, r[0], r[1], r[2], r[3]));
-    let [x1, y1, z1, _] = transpose4(load4(simd, r[4], r[5], r[6], r[7]));
-    Vec3w { x: x0.combine(x1), y: y0.combine(y1), z: z0.combine(z1) }
+    let [x, y, z, _] = gather4(simd, r);
+    Vec3w { x, y, z }
+}
+
+/// Four columns to eight 16-byte rows.
+#[inline(always)]
+pub(crate) fn scatter4<S: Simd>([x, y, z, w]: [Wide<S>; 4]) -> [f32x4<S>; LANES] {
+    let (p, q) = (unpack_low(x, z), unpack_low(y, w));
+    let (s, t) = (unpack_high(x, z), unpack_high(y, w));
+    let (a, e) = unpack_low(p, q).split();
+    let (b, f) = unpack_high(p, q).split();
+    let (c, g) = unpack_low(s, t).split();
+    let (d, h) = unpack_high(s, t).split();
+    [a, b, c, d, e, f, g, h]
 }
 
 /// Vectors to eight 16-byte rows, the fourth number 0.
 #[inline(always)]
 pub(crate) fn scatter<S: Simd>(simd: S, v: Vec3w<S>) -> [f32x4<S>; LANES] {
-    let zero = f32x4::splat(simd, 0.0);
-    let ((x0, x1), (y0, y1), (z0, z1)) = (v.x.split(), v.y.split(), v.z.split());
-    let [a, b, c, d] = transpose4([x0, y0, z0, zero]);
-    let [e, f, g, h] = transpose4([x1, y1, z1, zero]);
-    [a, b, c, d, e, f, g, h]
+    scatter4([v.x, v.y, v.z, splat(simd, 0.0)])
 }
 
 /// A SIMD level of this machine. All levels give the same bits; the best is chosen by itself.

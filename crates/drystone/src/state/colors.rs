@@ -82,6 +82,8 @@ pub(crate) struct Colors {
     pub(crate) contacts_fixed: Coloring,
     /// Colored contacts that bounce, resist rolling or have a kinematic body.
     pub(crate) special: usize,
+    /// A body that some constraint acts on became active or ceased to be.
+    pub(crate) bodies_changed: bool,
     /// Contacts came or went, or the last relaxation still changed a level.
     pub(crate) levels_dirty: bool,
 }

@@ -9,22 +9,32 @@ use crate::base::pair_set::{PairSet, pair_key};
 use crate::base::quat::Quat;
 use crate::geometry::manifold::PairCache;
 
-/// A point of a contact.
-#[derive(Clone, Copy, Debug, Default)]
+/// A point of a contact: a cache line of four rows of four numbers, as the solver loads it.
+#[derive(Clone, Copy, Debug, Default, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(C)]
 pub(crate) struct Point {
     /// From the centers of mass to the point [m, world], as they were when the manifold was made.
     pub(crate) r_a: Vec3,
-    pub(crate) r_b: Vec3,
-    /// The same in the bodies' frames.
-    pub(crate) local_a: Vec3,
-    pub(crate) local_b: Vec3,
-    /// Separation less that of the anchors along the normal, when the manifold was made [m].
-    pub(crate) base: f32,
     /// Separation now [m].
     pub(crate) separation: f32,
+    pub(crate) r_b: Vec3,
     /// Accumulated impulse along the normal in a substep [N s].
     pub(crate) impulse: f32,
+    /// The same in the bodies' frames.
+    pub(crate) local_a: Vec3,
+    /// Separation less that of the anchors along the normal, when the manifold was made [m].
+    pub(crate) base: f32,
+    pub(crate) local_b: Vec3,
     pub(crate) feature: u32,
+}
+
+impl Point {
+    /// `r_a` with the separation, `r_b` with the impulse.
+    #[inline(always)]
+    pub(crate) fn rows(&self) -> [&[f32; 4]; 2] {
+        let [a, b, _, _]: &[[f32; 4]; 4] = bytemuck::cast_ref(self);
+        [a, b]
+    }
 }
 
 /// What tells whether a pair must be tested again: the motion of its two bodies when the manifold was
@@ -53,14 +63,36 @@ pub(crate) struct Link {
     pub(crate) next: u32,
 }
 
-/// A contact.
+/// A contact. What the solver reads of it stands first, a cache line and one for each point.
 #[derive(Clone, Debug)]
-#[expect(clippy::struct_excessive_bools, reason = "independent facts")]
+#[repr(C, align(64))]
 pub(crate) struct Contact {
-    pub(crate) shape_a: u32,
-    pub(crate) shape_b: u32,
+    /// From A to B [world].
+    pub(crate) normal: Vec3,
+    pub(crate) friction: f32,
+    /// Friction impulse of a substep [N s, world], twist about the normal [N m s].
+    pub(crate) tangent_impulse: Vec3,
+    pub(crate) twist_impulse: f32,
     pub(crate) body_a: u32,
     pub(crate) body_b: u32,
+    pub(crate) shape_a: u32,
+    pub(crate) shape_b: u32,
+    pub(crate) restitution: f32,
+    /// Rolling resistance times radius [m].
+    pub(crate) rolling: f32,
+    pub(crate) count: u8,
+    /// It is not the first manifold of its pair.
+    pub(crate) is_part: bool,
+    pub(crate) sensor: bool,
+    /// Its begin was reported and its end not yet. Of the first part only.
+    pub(crate) touching: bool,
+    /// Manifolds may be recycled.
+    pub(crate) recyclable: bool,
+    pub(crate) points: [Point; 4],
+    /// Rolling impulse of a substep [N m s, world].
+    pub(crate) rolling_impulse: Vec3,
+    /// Speed at which the shapes approach each other before they touch [m/s].
+    pub(crate) approach: f32,
     pub(crate) links: [Link; 2],
     /// Place in the awake list, or [`NONE`].
     pub(crate) awake_row: u32,
@@ -70,28 +102,6 @@ pub(crate) struct Contact {
     pub(crate) next_part: u32,
     /// The first manifold of its pair: itself, unless it is another part.
     pub(crate) first: u32,
-    /// It is not the first manifold of its pair.
-    pub(crate) is_part: bool,
-    /// Speed at which the shapes approach each other before they touch [m/s].
-    pub(crate) approach: f32,
-    pub(crate) sensor: bool,
-    /// Its begin was reported and its end not yet. Of the first part only.
-    pub(crate) touching: bool,
-    /// Manifolds may be recycled.
-    pub(crate) recyclable: bool,
-    pub(crate) friction: f32,
-    pub(crate) restitution: f32,
-    /// Rolling resistance times radius [m].
-    pub(crate) rolling: f32,
-    /// From A to B [world].
-    pub(crate) normal: Vec3,
-    pub(crate) count: u8,
-    pub(crate) points: [Point; 4],
-    /// Friction impulse of a substep [N s, world], twist about the normal [N m s], rolling [N m s,
-    /// world].
-    pub(crate) tangent_impulse: Vec3,
-    pub(crate) twist_impulse: f32,
-    pub(crate) rolling_impulse: Vec3,
     pub(crate) cache: PairCache,
     /// Of pairs with a mesh: how far was looked for points when the manifolds were made [m].
     pub(crate) looked: f32,
@@ -100,6 +110,13 @@ pub(crate) struct Contact {
 }
 
 impl Contact {
+    /// Normal and friction; friction's impulses: the rows that the solver loads.
+    #[inline(always)]
+    pub(crate) const fn rows(&self) -> [[f32; 4]; 2] {
+        let (n, p) = (self.normal, self.tangent_impulse);
+        [[n.x, n.y, n.z, self.friction], [p.x, p.y, p.z, self.twist_impulse]]
+    }
+
     /// The points in use.
     #[inline]
     pub(crate) fn points(&self) -> &[Point] {

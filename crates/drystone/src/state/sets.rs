@@ -140,6 +140,7 @@ impl Sets<'_> {
         if active == (row != NONE) {
             return;
         }
+        self.colors.bodies_changed |= self.bodies.at(body).constraints > 0;
         if active {
             let place = u32::try_from(self.bodies.awake.len()).expect("fewer than 2^32 bodies");
             self.bodies.awake.push(body);

@@ -330,6 +330,45 @@ fn rays_and_overlaps_find_what_is_there() {
 }
 
 #[test]
+fn a_body_moves_the_same_whatever_else_is_solved_beside_it() {
+    // A ball has one point, a cube four: alone the ball's block has one row a contact, with company four.
+    let fall = |company: &[[f32; 3]]| {
+        let mut world = World::default();
+        ground(&mut world);
+        let ball = BodyDef::dynamic()
+            .with_position([0.0, 0.6, 0.0])
+            .with_linear_velocity([1.0, -1.0, 0.0])
+            .with_shape(ShapeDef::sphere(0.5));
+        let ball = world.add_body(ball).unwrap();
+        for position in company {
+            world.add_body(cube_at(*position)).unwrap();
+        }
+        run(&mut world, 0.5);
+        let ball = world.body(ball).unwrap();
+        (ball.pose(), ball.linear_velocity(), ball.angular_velocity())
+    };
+    let alone = fall(&[]);
+    assert_eq!(alone, fall(&[[10.0, 0.6, 0.0]]));
+    assert_eq!(alone, fall(&[[10.0, 0.6, 0.0], [10.0, 1.7, 0.0], [-20.0, 0.5, 9.0]]));
+}
+
+#[test]
+fn bodies_added_while_the_solver_has_its_plan_take_part() {
+    let mut world = World::default();
+    ground(&mut world);
+    world.add_body(cube_at([0.0, 0.5, 0.0])).unwrap();
+    run(&mut world, 0.1);
+    let late: Vec<BodyId> =
+        [1.5_f32, 3.0].map(|y| world.add_body(cube_at([0.0, y, 0.0])).unwrap()).into();
+    run(&mut world, 0.1);
+    assert!(world.remove_body(late[0]));
+    run(&mut world, 2.0);
+    let height = world.body(late[1]).unwrap().position().y;
+    // On top of the first cube, within the sag of two.
+    assert!((height - 1.5).abs() < 5.0e-3, "{height}");
+}
+
+#[test]
 fn clones_go_on_alike() {
     let mut world = World::default();
     ground(&mut world);

@@ -4,7 +4,7 @@
 //! u relative normal speed, λ impulse, K_ij = response of row i to an impulse on row j. See
 //! docs/derivations/soft-step.md.
 
-use fearless_simd::{Simd, SimdBase};
+use fearless_simd::{Simd, SimdBase, SimdMask, mask32x8};
 
 use super::rows::{
     ContactBlock, Extra, Line, Velocity, load_motion, load_velocity, store_velocity,
@@ -35,27 +35,58 @@ const NO_DRIFT: [Lanes; 3] = [[0.0; LANES]; 3];
 const FRESH_ROUNDS: u32 = 6;
 
 /// K_ij in [`ContactBlock::k`].
-pub(super) const K: [[usize; 4]; 4] = [[0, 1, 2, 3], [1, 4, 5, 6], [2, 5, 7, 8], [3, 6, 8, 9]];
+pub(super) const K: [[usize; 4]; 4] = [[0, 1, 3, 6], [1, 2, 4, 7], [3, 4, 5, 8], [6, 7, 8, 9]];
 
-/// Solves one block once.
+/// Solves one block once. `FIXED`: only B can be pushed.
 #[inline(always)]
-pub(crate) fn solve<S: Simd>(
+pub(crate) fn solve<S: Simd, const FIXED: bool>(
     simd: S,
     block: &mut ContactBlock,
     extra: Option<&mut Extra>,
     lines: &Rows<'_, Line>,
     sweep: &Sweep,
 ) {
-    match block.points {
-        1 => solve_points::<S, 1>(simd, block, extra, lines, sweep),
-        2 => solve_points::<S, 2>(simd, block, extra, lines, sweep),
-        3 => solve_points::<S, 3>(simd, block, extra, lines, sweep),
-        _ => solve_points::<S, 4>(simd, block, extra, lines, sweep),
+    match block.count {
+        1 => solve_points::<S, FIXED, 1>(simd, block, extra, lines, sweep),
+        2 => solve_points::<S, FIXED, 2>(simd, block, extra, lines, sweep),
+        _ => solve_points::<S, FIXED, 4>(simd, block, extra, lines, sweep),
+    }
+}
+
+/// What the points want, as impulses.
+struct Bias<S: Simd, const N: usize> {
+    target: [Wide<S>; N],
+    leak: [Wide<S>; N],
+    floor: [Wide<S>; N],
+}
+
+/// One Gauss-Seidel round over the points of a manifold, always in the same order. With
+/// z_i = gain_i vn_i the increment of λ is -min(q + z, λ), and the chain from one point to the next four
+/// operations: add, min, multiply, subtract.
+#[inline(always)]
+fn solve_normals<S: Simd, const N: usize>(
+    bias: &Bias<S, N>,
+    response: &[[Wide<S>; N]; N],
+    only: Option<(mask32x8<S>, Wide<S>)>,
+    lambda: &mut [Wide<S>; N],
+    z: &mut [Wide<S>; N],
+) {
+    for j in 0..N {
+        // The cap is on bias and leak together: it limits the net push-out, not the load.
+        let q = max(bias.target[j] + bias.leak[j] * lambda[j], bias.floor[j]);
+        let mut d = min(q + z[j], lambda[j]);
+        if let Some((lanes, zero)) = only {
+            d = select(lanes, d, zero);
+        }
+        lambda[j] -= d;
+        for i in 0..N {
+            z[i] -= response[i][j] * d;
+        }
     }
 }
 
 #[inline(always)]
-fn solve_points<S: Simd, const N: usize>(
+fn solve_points<S: Simd, const FIXED: bool, const N: usize>(
     simd: S,
     block: &mut ContactBlock,
     mut extra: Option<&mut Extra>,
@@ -63,34 +94,41 @@ fn solve_points<S: Simd, const N: usize>(
     sweep: &Sweep,
 ) {
     let zero = splat(simd, 0.0);
-    let (alpha, beta) = (load(simd, &block.alpha), load(simd, &block.beta));
     let n = Vec3w::load(simd, &block.n);
-    let mut va = load_velocity(simd, lines, &block.row_a);
-    let mut vb = load_velocity(simd, lines, &block.row_b);
-    let xa = load_motion(simd, lines, &block.row_a);
+    let (beta, mut vb) = (load(simd, &block.beta), load_velocity(simd, lines, &block.row_b));
     let xb = load_motion(simd, lines, &block.row_b);
+    let (mut u, mut moved) = (n.dot(vb.v) * beta, n.dot(xb.v) * beta);
+    let mut va = Velocity::zero(simd);
+    let mut xa = va;
+    if !FIXED {
+        let alpha = load(simd, &block.alpha);
+        va = load_velocity(simd, lines, &block.row_a);
+        xa = load_motion(simd, lines, &block.row_a);
+        u -= n.dot(va.v) * alpha;
+        moved -= n.dot(xa.v) * alpha;
+    }
 
     // Speed and separation of every point.
-    let u = n.dot(vb.v) * beta - n.dot(va.v) * alpha;
-    let moved = n.dot(xb.v) * beta - n.dot(xa.v) * alpha;
     let inv_h = splat(simd, sweep.inv_h);
     let soft_mass = splat(simd, sweep.softness.mass);
     let soft_rate = splat(simd, sweep.softness.rate);
     let soft_impulse = splat(simd, sweep.softness.impulse);
     let cap = splat(simd, -sweep.cap);
     let elapsed = splat(simd, sweep.elapsed);
-    let mut a = [Vec3w::zero(simd); N];
-    let mut b = [Vec3w::zero(simd); N];
     let mut vn = [zero; N];
-    let mut target = [zero; N];
     let mut gain = [zero; N];
-    let mut leak = [zero; N];
-    let mut floor = [zero; N];
+    let mut bias = Bias { target: [zero; N], leak: [zero; N], floor: [zero; N] };
+    let mut lambda = [zero; N];
     for j in 0..N {
-        a[j] = Vec3w::load(simd, &block.a[j]);
-        b[j] = Vec3w::load(simd, &block.b[j]);
-        vn[j] = u + b[j].dot(vb.w) - a[j].dot(va.w);
-        let mut s = load(simd, &block.s0[j]) + moved + b[j].dot(xb.w) - a[j].dot(xa.w);
+        let point = &block.points[j];
+        let b = Vec3w::load(simd, &point.b);
+        vn[j] = u + b.dot(vb.w);
+        let mut s = load(simd, &point.s0) + moved + b.dot(xb.w);
+        if !FIXED {
+            let a = Vec3w::load(simd, &point.a);
+            vn[j] -= a.dot(va.w);
+            s -= a.dot(xa.w);
+        }
         if let Some(extra) = extra.as_deref()
             && extra.drifts
         {
@@ -98,51 +136,56 @@ fn solve_points<S: Simd, const N: usize>(
             vn[j] += drift;
             s += drift * elapsed;
         }
-        let mass = load(simd, &block.mass[j]);
+        let mass = load(simd, &point.mass);
         let apart = above(s, zero);
         // Apart: the whole gap may close in this substep, no faster [Catto24]. Overlapping: soft.
-        target[j] = select(apart, mass * s * inv_h, mass * soft_rate * s);
+        bias.target[j] = select(apart, mass * s * inv_h, mass * soft_rate * s);
         gain[j] = select(apart, mass, mass * soft_mass);
-        leak[j] = select(apart, zero, soft_impulse);
-        floor[j] = mass * cap;
+        bias.leak[j] = select(apart, zero, soft_impulse);
+        bias.floor[j] = mass * cap;
+        lambda[j] = load(simd, &point.impulse);
     }
 
-    // Normals: Gauss-Seidel among the points of the manifold, always in the same order.
-    let mut lambda = [zero; N];
-    for j in 0..N {
-        lambda[j] = load(simd, &block.impulse[j]);
-    }
     let entry = lambda;
+    let mut z = [zero; N];
+    let mut response = [[zero; N]; N];
+    for j in 0..N {
+        z[j] = gain[j] * vn[j];
+        for i in 0..N {
+            response[i][j] = gain[i] * load(simd, &block.k[K[i][j]]);
+        }
+    }
+    for _ in 0..sweep.inner {
+        solve_normals(&bias, &response, None, &mut lambda, &mut z);
+    }
     // Nothing is known yet of how an impact spreads over the points of a fresh contact: without more
     // rounds the first point would take too much of it, and the body would turn. Lane by lane, so that
     // it does not matter which contacts share a block.
-    let fresh = load(simd, &block.fresh);
-    let extra_rounds = if N > 1 && block.any_fresh { FRESH_ROUNDS } else { 0 };
-    for k in 0..sweep.inner + extra_rounds {
-        let open = above(if k < sweep.inner { splat(simd, 1.0) } else { fresh }, zero);
-        for j in 0..N {
-            // The cap is on bias and leak together: it limits the net push-out, not the load.
-            let q = max(target[j] + leak[j] * lambda[j], floor[j]);
-            let new = max(lambda[j] - q - gain[j] * vn[j], zero);
-            let new = select(open, new, lambda[j]);
-            let d = new - lambda[j];
-            lambda[j] = new;
-            for i in 0..N {
-                vn[i] += load(simd, &block.k[K[i][j]]) * d;
-            }
+    if N > 1 && block.any_fresh {
+        let fresh = above(load(simd, &block.fresh), zero);
+        for _ in 0..FRESH_ROUNDS {
+            solve_normals(&bias, &response, Some((fresh, zero)), &mut lambda, &mut z);
         }
     }
     let mut total = zero;
     let mut pushed = zero;
     let mut twist_limit = zero;
+    let (mut turn_a, mut turn_b) = ([Vec3w::zero(simd); N], [Vec3w::zero(simd); N]);
     for j in 0..N {
+        let point = &mut block.points[j];
         let d = lambda[j] - entry[j];
         pushed += d;
         total += lambda[j];
-        twist_limit += load(simd, &block.lever[j]) * lambda[j];
-        va.w = va.w - a[j] * d;
-        vb.w = vb.w + b[j] * d;
-        lambda[j].store_array(&mut block.impulse[j]);
+        twist_limit += load(simd, &point.lever) * lambda[j];
+        turn_b[j] = Vec3w::load(simd, &point.b) * d;
+        if !FIXED {
+            turn_a[j] = Vec3w::load(simd, &point.a) * d;
+        }
+        lambda[j].store_array(&mut point.impulse);
+    }
+    vb.w = vb.w + sum(turn_b);
+    if !FIXED {
+        va.w = va.w - sum(turn_a);
     }
     if let Some(extra) = extra.as_deref_mut() {
         if extra.bounces {
@@ -160,15 +203,28 @@ fn solve_points<S: Simd, const N: usize>(
         Some(e) if e.drifts => Some(&e.drift_t),
         _ => None,
     };
-    rub(simd, block, drift, &mut va, &mut vb, (n, pushed), (mu * total, mu * twist_limit));
-    store_velocity(simd, lines, &block.row_a, va);
+    let limits = (mu * total, mu * twist_limit);
+    rub::<S, FIXED>(simd, block, drift, &mut va, &mut vb, (n, pushed), limits);
     store_velocity(simd, lines, &block.row_b, vb);
+    if !FIXED {
+        store_velocity(simd, lines, &block.row_a, va);
+    }
+}
+
+/// The sum of one, two or four vectors, in pairs: a short chain.
+#[inline(always)]
+fn sum<S: Simd, const N: usize>(v: [Vec3w<S>; N]) -> Vec3w<S> {
+    match N {
+        1 => v[0],
+        2 => v[0] + v[1],
+        _ => (v[0] + v[1]) + (v[2] + v[3]),
+    }
 }
 
 /// Twist, then friction, at the middle of the manifold; adds the linear part of the normal impulses
 /// `pushed` too, which does not touch the tangents.
 #[inline(always)]
-fn rub<S: Simd>(
+fn rub<S: Simd, const FIXED: bool>(
     simd: S,
     block: &mut ContactBlock,
     drift: Option<&[Lanes; 3]>,
@@ -177,41 +233,61 @@ fn rub<S: Simd>(
     (n, pushed): (Vec3w<S>, Wide<S>),
     (limit, twist_limit): (Wide<S>, Wide<S>),
 ) {
-    let (alpha, beta) = (load(simd, &block.alpha), load(simd, &block.beta));
-    let [a1, a2, a3] = Vec3w::load3(simd, &block.a_t);
+    let beta = load(simd, &block.beta);
     let [b1, b2, b3] = Vec3w::load3(simd, &block.b_t);
     let drift = drift.unwrap_or(&NO_DRIFT);
 
     let old = load(simd, &block.friction[2]);
-    let speed = b3.dot(vb.w) - a3.dot(va.w) + load(simd, &drift[2]);
-    let new = old - load(simd, &block.mass_t[3]) * speed;
+    let mut speed = b3.dot(vb.w);
+    if !FIXED {
+        speed -= Vec3w::load(simd, &block.a_t[2]).dot(va.w);
+    }
+    let new = old - load(simd, &block.mass_t[3]) * (speed + load(simd, &drift[2]));
     let new = max(min(new, twist_limit), -twist_limit);
     let d3 = new - old;
     new.store_array(&mut block.friction[2]);
-    va.w = va.w - a3 * d3;
     vb.w = vb.w + b3 * d3;
+    if !FIXED {
+        va.w = va.w - Vec3w::load(simd, &block.a_t[2]) * d3;
+    }
 
     let (t1, t2) = (Vec3w::load(simd, &block.t1), Vec3w::load(simd, &block.t2));
-    let dv = vb.v * beta - va.v * alpha;
-    let s1 = t1.dot(dv) + b1.dot(vb.w) - a1.dot(va.w) + load(simd, &drift[0]);
-    let s2 = t2.dot(dv) + b2.dot(vb.w) - a2.dot(va.w) + load(simd, &drift[1]);
+    let mut dv = vb.v * beta;
+    if !FIXED {
+        dv = dv - va.v * load(simd, &block.alpha);
+    }
+    let (mut s1, mut s2) = (t1.dot(dv) + b1.dot(vb.w), t2.dot(dv) + b2.dot(vb.w));
+    if !FIXED {
+        s1 -= Vec3w::load(simd, &block.a_t[0]).dot(va.w);
+        s2 -= Vec3w::load(simd, &block.a_t[1]).dot(va.w);
+    }
+    s1 += load(simd, &drift[0]);
+    s2 += load(simd, &drift[1]);
     let (m11, m12, m22) =
         (load(simd, &block.mass_t[0]), load(simd, &block.mass_t[1]), load(simd, &block.mass_t[2]));
     let (f1, f2) = (load(simd, &block.friction[0]), load(simd, &block.friction[1]));
     let g1 = f1 - (m11 * s1 + m12 * s2);
     let g2 = f2 - (m12 * s1 + m22 * s2);
-    // The cone is a disc: the impulse is scaled back onto it, whatever its direction.
-    let length = sqrt(max(g1 * g1 + g2 * g2, splat(simd, 1.0e-30)));
-    let scale = min(limit / length, splat(simd, 1.0));
-    let (g1, g2) = (g1 * scale, g2 * scale);
+    // The cone is a disc: the impulse is scaled back onto it, whatever its direction. Where nothing
+    // slides, the root and the quotient are not waited for.
+    let square = g1 * g1 + g2 * g2;
+    let slides = above(square, limit * limit);
+    let (mut g1, mut g2) = (g1, g2);
+    if slides.any_true() {
+        let scale = select(slides, limit / sqrt(square), splat(simd, 1.0));
+        (g1, g2) = (g1 * scale, g2 * scale);
+    }
     let (d1, d2) = (g1 - f1, g2 - f2);
     g1.store_array(&mut block.friction[0]);
     g2.store_array(&mut block.friction[1]);
     let p = n * pushed + t1 * d1 + t2 * d2;
-    va.v = va.v - p * alpha;
     vb.v = vb.v + p * beta;
-    va.w = va.w - a1 * d1 - a2 * d2;
     vb.w = vb.w + b1 * d1 + b2 * d2;
+    if !FIXED {
+        let [a1, a2, _] = Vec3w::load3(simd, &block.a_t);
+        va.v = va.v - p * load(simd, &block.alpha);
+        va.w = va.w - a1 * d1 - a2 * d2;
+    }
 }
 
 /// Rolling resistance: an angular impulse against the relative angular velocity, at most the rolling
@@ -268,62 +344,79 @@ fn square_sum<S: Simd>(a: Sym3w<S>, b: Sym3w<S>) -> Sym3w<S> {
 /// Bounces: gives every point that was pressed the speed that its energy before the impact, times e²,
 /// leaves at the height it has now. The extra impulse is not kept for warm starts.
 #[inline(always)]
-pub(crate) fn bounce<S: Simd>(
+pub(crate) fn bounce<S: Simd, const FIXED: bool>(
     simd: S,
     block: &ContactBlock,
-    extra: &Extra,
+    extra: &mut Extra,
     lines: &Rows<'_, Line>,
     elapsed: f32,
-    given: &mut [Lanes; 4],
 ) {
     let zero = splat(simd, 0.0);
-    let (alpha, beta) = (load(simd, &block.alpha), load(simd, &block.beta));
+    let count = usize::from(block.count.min(4));
     let n = Vec3w::load(simd, &block.n);
-    let mut va = load_velocity(simd, lines, &block.row_a);
-    let mut vb = load_velocity(simd, lines, &block.row_b);
-    let xa = load_motion(simd, lines, &block.row_a);
+    let (beta, mut vb) = (load(simd, &block.beta), load_velocity(simd, lines, &block.row_b));
     let xb = load_motion(simd, lines, &block.row_b);
-    let u = n.dot(vb.v) * beta - n.dot(va.v) * alpha;
-    let moved = n.dot(xb.v) * beta - n.dot(xa.v) * alpha;
+    let (mut u, mut moved) = (n.dot(vb.v) * beta, n.dot(xb.v) * beta);
+    let (mut alpha, mut va) = (zero, Velocity::zero(simd));
+    let mut xa = va;
+    if !FIXED {
+        alpha = load(simd, &block.alpha);
+        va = load_velocity(simd, lines, &block.row_a);
+        xa = load_motion(simd, lines, &block.row_a);
+        u -= n.dot(va.v) * alpha;
+        moved -= n.dot(xa.v) * alpha;
+    }
     let fall = load(simd, &extra.fall);
     let mut vn = [zero; 4];
     let mut wanted = [zero; 4];
     let mut mass = [zero; 4];
     let mut lambda = [zero; 4];
-    for j in 0..4 {
-        let (a, b) = (Vec3w::load(simd, &block.a[j]), Vec3w::load(simd, &block.b[j]));
+    for j in 0..count {
+        let point = &block.points[j];
+        let b = Vec3w::load(simd, &point.b);
+        vn[j] = u + b.dot(vb.w);
+        let mut s = load(simd, &point.s0) + moved + b.dot(xb.w);
+        if !FIXED {
+            let a = Vec3w::load(simd, &point.a);
+            vn[j] -= a.dot(va.w);
+            s -= a.dot(xa.w);
+        }
         let drift = load(simd, &extra.drift[j]);
-        vn[j] = u + b.dot(vb.w) - a.dot(va.w) + drift;
-        let s = load(simd, &block.s0[j]) + moved + b.dot(xb.w) - a.dot(xa.w)
-            + drift * splat(simd, elapsed);
+        vn[j] += drift;
+        s += drift * splat(simd, elapsed);
         let energy = load(simd, &extra.bounce[j]);
         wanted[j] = sqrt(max(energy + fall * max(s, zero), zero));
         let hit = above(load(simd, &extra.pressed[j]), zero);
-        let hit = select(hit, load(simd, &block.mass[j]), zero);
+        let hit = select(hit, load(simd, &point.mass), zero);
         mass[j] = select(above(energy, zero), hit, zero);
-        lambda[j] = load(simd, &given[j]);
+        lambda[j] = load(simd, &extra.given[j]);
     }
     let entry = lambda;
     for _ in 0..8 {
-        for j in 0..4 {
+        for j in 0..count {
             let new = max(lambda[j] + mass[j] * (wanted[j] - vn[j]), zero);
             let d = new - lambda[j];
             lambda[j] = new;
-            for i in 0..4 {
+            for i in 0..count {
                 vn[i] += load(simd, &block.k[K[i][j]]) * d;
             }
         }
     }
     let mut pushed = zero;
-    for j in 0..4 {
+    for j in 0..count {
+        let point = &block.points[j];
         let d = lambda[j] - entry[j];
         pushed += d;
-        va.w = va.w - Vec3w::load(simd, &block.a[j]) * d;
-        vb.w = vb.w + Vec3w::load(simd, &block.b[j]) * d;
-        lambda[j].store_array(&mut given[j]);
+        if !FIXED {
+            va.w = va.w - Vec3w::load(simd, &point.a) * d;
+        }
+        vb.w = vb.w + Vec3w::load(simd, &point.b) * d;
+        lambda[j].store_array(&mut extra.given[j]);
     }
-    va.v = va.v - n * (pushed * alpha);
     vb.v = vb.v + n * (pushed * beta);
-    store_velocity(simd, lines, &block.row_a, va);
     store_velocity(simd, lines, &block.row_b, vb);
+    if !FIXED {
+        va.v = va.v - n * (pushed * alpha);
+        store_velocity(simd, lines, &block.row_a, va);
+    }
 }

@@ -21,6 +21,23 @@ pub(crate) struct Aux {
     add_w: [f32; 4],
     decay_v: f32,
     decay_w: f32,
+    locked: [bool; 3],
+}
+
+impl Aux {
+    /// True if a translation is locked.
+    pub(crate) fn is_locked(&self) -> bool {
+        self.locked != [false; 3]
+    }
+
+    /// Takes locked translations out.
+    pub(crate) fn hold_locked(&self, line: &mut Line) {
+        for i in 0..3 {
+            if self.locked[i] {
+                line.v[i] = 0.0;
+            }
+        }
+    }
 }
 
 const fn four(v: Vec3) -> [f32; 4] {
@@ -31,28 +48,27 @@ const fn three(v: [f32; 4]) -> Vec3 {
     vec3(v[0], v[1], v[2])
 }
 
-/// S = R diag(d) Rᵀ with d_i = f(I_i), restricted to the axes that are not locked [world].
-///
-/// `root` picks 1/√I (S) or √I (S⁻¹); a moment of 0 is an axis that cannot turn: 0 in both.
-fn root_inertia(body: &Body, inverse: bool) -> Sym3 {
-    let each = |i: f32| {
-        if i > 0.0 {
-            let r = i.sqrt();
-            if inverse { 1.0 / r } else { r }
-        } else {
-            0.0
-        }
-    };
-    let m = body.moments;
-    let d = vec3(each(m.x), each(m.y), each(m.z));
-    let rotation = body.rotation * body.principal;
-    if body.locks.angular == [false; 3] {
-        return Sym3::rotated_diagonal(rotation, d);
+/// S = R diag(1/√I) Rᵀ and S⁻¹ = R diag(√I) Rᵀ, restricted to the axes that are not locked [world]. A
+/// moment of 0 is an axis that cannot turn: 0 in both.
+fn roots_of_inertia(body: &Body) -> (Sym3, Sym3) {
+    if body.locks.angular != [false; 3] {
+        let rotation = body.rotation * body.principal;
+        return (locked_root(body, rotation, true), locked_root(body, rotation, false));
     }
-    locked_root(body, rotation, inverse)
+    let m = body.moments;
+    let root = vec3(m.x.sqrt(), m.y.sqrt(), m.z.sqrt());
+    let each = |r: f32| if r > 0.0 { 1.0 / r } else { 0.0 };
+    if m.min_element() >= m.max_element() {
+        // A ball's inertia, and a cube's, is the same about every axis.
+        let round = |r: f32| Sym3::diagonal(vec3(r, r, r));
+        return (round(each(root.x)), round(root.x));
+    }
+    let inverse = vec3(each(root.x), each(root.y), each(root.z));
+    let rotation = body.rotation * body.principal;
+    (Sym3::rotated_diagonal(rotation, inverse), Sym3::rotated_diagonal(rotation, root))
 }
 
-/// As [`root_inertia`], of the inertia restricted to the free world axes: its root by eigenvectors.
+/// As [`roots_of_inertia`], of the inertia restricted to the free world axes: its root by eigenvectors.
 fn locked_root(body: &Body, rotation: Quat, inverse: bool) -> Sym3 {
     let mut inertia = Sym3::rotated_diagonal(rotation, body.moments);
     let [x, y, z] = body.locks.angular;
@@ -86,7 +102,7 @@ pub(crate) fn acceleration(ctx: &StepContext, body: &Body) -> Vec3 {
 /// A dynamic body as a line.
 pub(crate) fn whiten(ctx: &StepContext, body: &Body) -> (Line, Whitening, Aux, Vec3) {
     let alpha = 1.0 / body.mass.sqrt();
-    let (s, s_inv) = (root_inertia(body, true), root_inertia(body, false));
+    let (s, s_inv) = roots_of_inertia(body);
     let acc = acceleration(ctx, body);
     let line = Line {
         v: four(body.v * (1.0 / alpha)),
@@ -98,14 +114,15 @@ pub(crate) fn whiten(ctx: &StepContext, body: &Body) -> (Line, Whitening, Aux, V
     #[expect(clippy::cast_precision_loss, reason = "at most 256 substeps")]
     let spin = s_inv.mul(gyration(ctx, body)) * (1.0 / ctx.substeps as f32);
     let aux = Aux {
+        before_v: line.v,
+        before_w: line.w,
+        locked: body.locks.linear,
         add_v: four(acc * (ctx.h / alpha)),
         add_w: four(s.mul(torque) * ctx.h + spin),
         decay_v: decay(body.linear_damping, ctx.h),
         decay_w: decay(body.angular_damping, ctx.h),
-        ..Aux::default()
     };
-    let whitening = Whitening { alpha, s: [s.xx, s.yy, s.zz, s.xy, s.xz, s.yz] };
-    (line, whitening, aux, acc)
+    (line, Whitening::new(alpha, &s), aux, acc)
 }
 
 /// Change of angular velocity in a whole step by free rotation alone: L stays, the inertia turns.
@@ -122,37 +139,25 @@ fn gyration(ctx: &StepContext, body: &Body) -> Vec3 {
     w - body.w
 }
 
-/// Before the first sweep: remembers the velocity before the warm start.
-pub(crate) fn begin(line: &Line, aux: &mut Aux) {
-    (aux.before_v, aux.before_w) = (line.v, line.w);
-}
-
 /// Forces, and in all substeps but the first the warm start: what the body's impulses did to it in the
 /// last substep, `v - before`, is done again. (In the first they are there already.)
 #[inline(always)]
 pub(crate) fn velocities(line: &mut Line, aux: &mut Aux, first: bool) {
-    for i in 0..3 {
-        if first {
-            let impulse_v = line.v[i] - aux.before_v[i];
-            let impulse_w = line.w[i] - aux.before_w[i];
-            aux.before_v[i] = (aux.before_v[i] + aux.add_v[i]) * aux.decay_v;
-            aux.before_w[i] = (aux.before_w[i] + aux.add_w[i]) * aux.decay_w;
-            line.v[i] = aux.before_v[i] + impulse_v;
-            line.w[i] = aux.before_w[i] + impulse_w;
-        } else {
-            let after_v = (line.v[i] + aux.add_v[i]) * aux.decay_v;
-            let after_w = (line.w[i] + aux.add_w[i]) * aux.decay_w;
-            line.v[i] = after_v + (line.v[i] - aux.before_v[i]);
-            line.w[i] = after_w + (line.w[i] - aux.before_w[i]);
-            (aux.before_v[i], aux.before_w[i]) = (after_v, after_w);
-        }
+    for i in 0..4 {
+        let (v, w) = (line.v[i], line.w[i]);
+        let (impulse_v, impulse_w) = (v - aux.before_v[i], w - aux.before_w[i]);
+        let (from_v, from_w) = if first { (aux.before_v[i], aux.before_w[i]) } else { (v, w) };
+        aux.before_v[i] = (from_v + aux.add_v[i]) * aux.decay_v;
+        aux.before_w[i] = (from_w + aux.add_w[i]) * aux.decay_w;
+        line.v[i] = aux.before_v[i] + impulse_v;
+        line.w[i] = aux.before_w[i] + impulse_w;
     }
 }
 
 /// Positions follow velocities for one substep.
 #[inline(always)]
 pub(crate) fn positions(line: &mut Line, h: f32) {
-    for i in 0..3 {
+    for i in 0..4 {
         line.x[i] += h * line.v[i];
         line.t[i] += h * line.w[i];
     }
@@ -160,11 +165,10 @@ pub(crate) fn positions(line: &mut Line, h: f32) {
 
 /// Writes a line back into its body.
 pub(crate) fn unwhiten(line: &Line, whitening: &Whitening, body: &mut Body) {
-    let [xx, yy, zz, xy, xz, yz] = whitening.s;
-    let s = Sym3 { xx, yy, zz, xy, xz, yz };
-    body.v = three(line.v) * whitening.alpha;
+    let (alpha, s) = (whitening.alpha(), whitening.s());
+    body.v = three(line.v) * alpha;
     body.w = s.mul(three(line.w));
-    body.center += three(line.x) * whitening.alpha;
+    body.center += three(line.x) * alpha;
     body.rotation = body.rotation.turned_by(s.mul(three(line.t)));
 }
 
@@ -185,14 +189,14 @@ pub(crate) fn fly(ctx: &StepContext, body: &mut Body) {
 
     let torque = body.torque + body.step_torque;
     if torque != Vec3::ZERO {
-        let s = root_inertia(body, true);
+        let (s, _) = roots_of_inertia(body);
         body.w += s.mul(s.mul(torque)) * ctx.dt;
     }
     body.w *= super::softness::exact_decay(body.angular_damping, ctx.dt);
     let m = body.moments;
     let round = m.max_element() - m.min_element() <= 1.0e-3 * m.max_element();
     if m.min_element() <= 0.0 || body.locks.angular != [false; 3] {
-        let (s, s_inv) = (root_inertia(body, true), root_inertia(body, false));
+        let (s, s_inv) = roots_of_inertia(body);
         body.w = s.mul(s_inv.mul(body.w));
         body.rotation = body.rotation.turned_by(body.w * ctx.dt);
     } else if round {

@@ -76,14 +76,25 @@ impl<S: Simd> State<S> {
     }
 }
 
-/// Rows along the world axes: r × x = (0, z, -y), and so on.
+/// The rows S (r × x), S (r × y), S (r × z) along the world's axes; r × x = (0, z, -y), and so on.
 #[inline(always)]
-fn axes<S: Simd>(simd: S, r: Vec3w<S>) -> [Vec3w<S>; 3] {
-    let zero = splat(simd, 0.0);
+fn axes<S: Simd>(s: Sym3w<S>, r: Vec3w<S>) -> [Vec3w<S>; 3] {
     [
-        Vec3w { x: zero, y: r.z, z: -r.y },
-        Vec3w { x: -r.z, y: zero, z: r.x },
-        Vec3w { x: r.y, y: -r.x, z: zero },
+        Vec3w {
+            x: s.xy * r.z - s.xz * r.y,
+            y: s.yy * r.z - s.yz * r.y,
+            z: s.yz * r.z - s.zz * r.y,
+        },
+        Vec3w {
+            x: s.xz * r.x - s.xx * r.z,
+            y: s.yz * r.x - s.xy * r.z,
+            z: s.zz * r.x - s.xz * r.z,
+        },
+        Vec3w {
+            x: s.xx * r.y - s.xy * r.x,
+            y: s.xy * r.y - s.yy * r.x,
+            z: s.xz * r.y - s.yz * r.x,
+        },
     ]
 }
 
@@ -98,9 +109,7 @@ pub(crate) fn solve_ball<S: Simd>(
     let mut q = read(simd, block, lines, sweep.elapsed);
     let old = Vec3w::load(simd, &block.impulse);
     q.turn_impulse(simd, block, old);
-    let (ca, cb) = (axes(simd, q.ra), axes(simd, q.rb));
-    let a = [q.sa.mul(ca[0]), q.sa.mul(ca[1]), q.sa.mul(ca[2])];
-    let b = [q.sb.mul(cb[0]), q.sb.mul(cb[1]), q.sb.mul(cb[2])];
+    let (a, b) = (axes(q.sa, q.ra), axes(q.sb, q.rb));
     let linear = q.alpha * q.alpha + q.beta * q.beta;
     let k = Sym3w {
         xx: linear + a[0].dot(a[0]) + b[0].dot(b[0]),

@@ -1,9 +1,10 @@
 //! Stage 4: contacts and joints to velocities and poses' changes, by the passes of the method.
 //!
-//! Reads: bodies (state), contacts (manifolds), joints, colors. Writes: bodies (velocity, pose),
-//! contacts and joints (impulses), events (begin, hit). Runs: parallel over bodies, and over the
-//! blocks of one color after the other. Invariants: a color touches a dynamic body once; blocks are
-//! eight wide everywhere; the order of colors is fixed.
+//! Reads: bodies (state), contacts (manifolds), joints, colors. Writes: contacts and joints (impulses),
+//! solver lines. Runs: groups of small islands side by side, one worker a group; in a large island
+//! parallel over bodies, and over the blocks of one color after the other. Invariants: a color touches
+//! a dynamic body once; groups share no dynamic body; blocks are eight wide everywhere; the order of
+//! colors is fixed.
 //! References: docs/derivations/soft-step.md, [Catto24], [Macklin19].
 
 pub(crate) mod softness;
@@ -13,69 +14,77 @@ pub(crate) mod joint;
 pub(crate) mod integrate;
 mod pack;
 mod pack_joint;
-
-use core::ops::Range;
+mod plan;
 
 use fearless_simd::dispatch;
 
 use self::contact::Sweep;
 use self::integrate::Aux;
 use self::joint::JointSweep;
+use self::plan::{Group, Plan};
 use self::rows::{ContactBlock, Extra, JointBlock, Line, Whitening};
 use self::softness::Softness;
 use super::context::StepContext;
 use crate::base::disjoint::Rows;
 use crate::base::grow;
-use crate::base::jobs::{Executor, collect_ranges, for_items, for_ranges, grain};
+use crate::base::jobs::{Executor, Inline, for_ranges, grain};
 use crate::base::math::Vec3;
-use crate::base::wide::{LANES, Lanes};
 use crate::state::bodies::Bodies;
 use crate::state::colors::Colors;
-use crate::state::contacts::Contacts;
-use crate::state::joints::Joints;
+use crate::state::contacts::{Contact, Contacts};
+use crate::state::joints::{Joint, Joints};
 use crate::state::method::{Method, Pass};
 
 /// Sweeps of the bounce pass: enough for a bounce to run through a chain of a few bodies.
 const BOUNCE_SWEEPS: u32 = 4;
 
-/// Blocks of one color.
-#[derive(Clone, Debug)]
-struct Batch {
-    blocks: Range<usize>,
-    /// One side of every constraint cannot be pushed.
-    fixed: bool,
-    /// Place of the first constraint's color in its list.
-    color: usize,
-}
-
 /// The solver's memory, kept from step to step so that a warm step allocates nothing.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Scratch {
-    /// Body row of line k + 1.
-    members: Vec<u32>,
+    plan: Plan,
     pub(crate) line_of: Vec<u32>,
     pub(crate) lines: Vec<Line>,
     pub(crate) whitening: Vec<Whitening>,
     aux: Vec<Aux>,
     acceleration: Vec<Vec3>,
-    /// Lines with locked translation.
-    locked: Vec<(u32, [bool; 3])>,
     blocks: Vec<ContactBlock>,
     extras: Vec<Extra>,
-    given: Vec<[Lanes; 4]>,
     joints: Vec<JointBlock>,
-    batches: Vec<Batch>,
-    joint_batches: Vec<Batch>,
-    begun: Vec<Vec<u32>>,
-    /// Of the members of a color: what they are sorted by, and their rows.
-    keys: Vec<(u8, u32, u32)>,
+    /// A bit for each lane of a block whose touch is new.
+    begun: Vec<u8>,
 }
 
 impl Scratch {
     /// Contact rows that were pressed together for the first time.
     pub(crate) fn begun(&self) -> impl Iterator<Item = u32> {
-        self.begun.iter().flatten().copied()
+        let pressed =
+            self.begun.iter().zip(&self.plan.contacts.owners).filter(|(bits, _)| **bits != 0);
+        pressed.flat_map(|(bits, owners)| {
+            (0_u8..).zip(owners).filter(move |(lane, _)| bits >> lane & 1 == 1).map(|(_, row)| *row)
+        })
     }
+}
+
+/// The solver's rows as lent to the groups: each touches its own.
+#[derive(Debug)]
+struct Solver<'a> {
+    ctx: &'a StepContext,
+    method: &'a Method,
+    bodies: &'a Bodies,
+    plan: &'a Plan,
+    line_of: &'a [u32],
+    lines: Rows<'a, Line>,
+    whitening: Rows<'a, Whitening>,
+    aux: Rows<'a, Aux>,
+    acceleration: Rows<'a, Vec3>,
+    blocks: Rows<'a, ContactBlock>,
+    /// Empty, or one for each block.
+    extras: Rows<'a, Extra>,
+    has_extras: bool,
+    joints: Rows<'a, JointBlock>,
+    begun: Rows<'a, u8>,
+    contacts: Rows<'a, Option<Contact>>,
+    joint_slots: Rows<'a, Option<Joint>>,
 }
 
 /// Runs the method's passes. Poses are written by finalize, from the lines.
@@ -89,315 +98,305 @@ pub(crate) fn solve(
     scratch: &mut Scratch,
     jobs: &dyn Executor,
 ) {
-    prepare_bodies(ctx, bodies, scratch, jobs);
-    order_contacts(bodies, contacts, colors, &mut scratch.keys);
-    plan_batches(contacts, colors, scratch);
-    pack_joint::prepare(ctx, bodies, joints, colors, scratch);
-    prepare_contacts(ctx, bodies, contacts, colors, scratch, jobs);
-
-    for substep in 0..ctx.substeps {
-        for pass in method.substep() {
-            run(ctx, *pass, substep, substep == 0, scratch, jobs);
-        }
+    let s = scratch;
+    s.plan.update(bodies, joints, contacts, colors, &mut s.line_of, jobs.workers().max(1));
+    let n = s.plan.members.len() + 1;
+    s.lines.resize(n, Line::default());
+    s.whitening.resize(n, Whitening::default());
+    s.aux.resize(n, Aux::default());
+    s.acceleration.resize(n, Vec3::ZERO);
+    let n = s.plan.contacts.owners.len();
+    let more = n.saturating_sub(s.blocks.len());
+    grow::make_room(&mut s.blocks, more);
+    s.blocks.resize_with(n, ContactBlock::default);
+    s.begun.resize(n, 0);
+    let has_extras = colors.special > 0;
+    s.extras.resize_with(if has_extras { n } else { 0 }, Extra::default);
+    s.joints.resize_with(s.plan.joints.owners.len(), JointBlock::default);
+    let (slots, _) = contacts.slots_mut();
+    let plan = &s.plan;
+    let solver = Solver {
+        ctx,
+        method,
+        bodies,
+        plan,
+        line_of: &s.line_of,
+        lines: Rows::new(&mut s.lines),
+        whitening: Rows::new(&mut s.whitening),
+        aux: Rows::new(&mut s.aux),
+        acceleration: Rows::new(&mut s.acceleration),
+        blocks: Rows::new(&mut s.blocks),
+        extras: Rows::new(&mut s.extras),
+        has_extras,
+        joints: Rows::new(&mut s.joints),
+        begun: Rows::new(&mut s.begun),
+        contacts: Rows::new(slots),
+        joint_slots: Rows::new(joints.rows.values_mut()),
+    };
+    let (shared, small) = plan.groups.split_at(plan.shared);
+    for group in shared {
+        solver.solve(group, jobs);
     }
-    for pass in method.finish() {
-        run(ctx, *pass, ctx.substeps, false, scratch, jobs);
-    }
-    store(contacts, scratch, jobs);
-    pack_joint::store(joints, scratch);
-}
-
-fn run(
-    ctx: &StepContext,
-    pass: Pass,
-    substep: u32,
-    first: bool,
-    scratch: &mut Scratch,
-    jobs: &dyn Executor,
-) {
-    #[expect(clippy::cast_precision_loss, reason = "at most 256")]
-    let elapsed = substep as f32 * ctx.h;
-    // A relax pass within a substep stands after its positions.
-    let moved = elapsed + if substep < ctx.substeps { ctx.h } else { 0.0 };
-    match pass {
-        Pass::Velocities => {
-            let aux = Rows::new(&mut scratch.aux);
-            let least = grain(jobs, scratch.lines.len(), 256);
-            for_items(jobs, &mut scratch.lines, least, |start, lines| {
-                let aux = aux.slice(start..start + lines.len());
-                for (line, aux) in lines.iter_mut().zip(aux) {
-                    integrate::velocities(line, aux, first);
-                }
-            });
-            hold_locked(scratch);
-        }
-        Pass::Positions => {
-            let least = grain(jobs, scratch.lines.len(), 256);
-            for_items(jobs, &mut scratch.lines, least, |_, lines| {
-                for line in lines {
-                    integrate::positions(line, ctx.h);
-                }
-            });
-        }
-        Pass::Solve { inner } => {
-            sweep_joints(ctx, ctx.soft_joint, elapsed, scratch, jobs);
-            sweep_contacts(
-                ctx,
-                [ctx.soft, ctx.soft_fixed],
-                inner.clamp(1, 8),
-                elapsed,
-                scratch,
-                jobs,
-            );
-            hold_locked(scratch);
-        }
-        Pass::Relax => {
-            sweep_joints(ctx, Softness::RIGID, moved, scratch, jobs);
-            sweep_contacts(ctx, [Softness::RIGID; 2], 1, moved, scratch, jobs);
-            hold_locked(scratch);
-        }
-        Pass::Restitution => {
-            bounce(ctx, moved, scratch, jobs);
-            hold_locked(scratch);
-        }
-    }
-}
-
-/// Lines of all awake dynamic bodies that some constraint acts on; the others fly (finalize).
-fn prepare_bodies(ctx: &StepContext, bodies: &Bodies, scratch: &mut Scratch, jobs: &dyn Executor) {
-    // Only what the last step set is reset: a world of a million static bodies costs nothing here.
-    for row in &scratch.members {
-        scratch.line_of[*row as usize] = 0;
-    }
-    if scratch.line_of.len() < bodies.rows.slot_count() {
-        scratch.line_of.resize(bodies.rows.slot_count(), 0);
-    }
-    scratch.members.clear();
-    scratch.locked.clear();
-    for row in &bodies.awake {
-        let body = bodies.at(*row);
-        if !body.is_dynamic() || body.constraints == 0 {
-            continue;
-        }
-        scratch.members.push(*row);
-        let line = u32::try_from(scratch.members.len()).expect("fewer than 2^32 bodies");
-        scratch.line_of[*row as usize] = line;
-        if body.locks.linear != [false; 3] {
-            scratch.locked.push((line, body.locks.linear));
-        }
-    }
-    let n = scratch.members.len() + 1;
-    scratch.lines.resize(n, Line::default());
-    scratch.whitening.resize(n, Whitening::default());
-    scratch.aux.resize(n, Aux::default());
-    scratch.acceleration.resize(n, Vec3::ZERO);
-    let whitening = Rows::new(&mut scratch.whitening);
-    let aux = Rows::new(&mut scratch.aux);
-    let acceleration = Rows::new(&mut scratch.acceleration);
-    let members = &scratch.members;
-    for_items(jobs, &mut scratch.lines[1..], grain(jobs, n, 64), |start, lines| {
-        for (k, line) in lines.iter_mut().enumerate() {
-            let i = start + k;
-            let (l, w, mut a, acc) = integrate::whiten(ctx, bodies.at(members[i]));
-            integrate::begin(&l, &mut a);
-            *line = l;
-            *whitening.row(i + 1) = w;
-            *aux.row(i + 1) = a;
-            *acceleration.row(i + 1) = acc;
+    for_ranges(jobs, small.len(), 1, |range| {
+        for group in &small[range] {
+            solver.solve(group, &Inline);
         }
     });
 }
 
-/// Puts the contacts of changed colors in order: by number of points, so that blocks are even, then by
-/// body, so that lines are near each other. Order within a color never shows in the result.
-fn order_contacts(
-    bodies: &Bodies,
-    contacts: &mut Contacts,
-    colors: &mut Colors,
-    keys: &mut Vec<(u8, u32, u32)>,
-) {
-    for coloring in [&mut colors.contacts, &mut colors.contacts_fixed] {
-        for (index, color) in (0_u32..).zip(&mut coloring.colors) {
-            if !core::mem::take(&mut color.dirty) {
-                continue;
-            }
-            keys.clear();
-            keys.extend(color.members.iter().map(|row| {
-                let c = contacts.at(*row);
-                let body = if bodies.at(c.body_a).is_dynamic() { c.body_a } else { c.body_b };
-                (4 - c.count.min(4), bodies.at(body).awake_row, *row)
-            }));
-            keys.sort_unstable();
-            for ((row, member), key) in (0_u32..).zip(&mut color.members).zip(keys.iter()) {
-                *member = key.2;
-                contacts.at_mut(*member).place = crate::state::colors::Place { color: index, row };
-            }
-        }
-    }
-}
-
-fn plan_batches(contacts: &Contacts, colors: &Colors, scratch: &mut Scratch) {
-    let _ = contacts;
-    scratch.batches.clear();
-    let mut at = 0;
-    for (fixed, coloring) in [(false, &colors.contacts), (true, &colors.contacts_fixed)] {
-        for (color, members) in coloring.colors.iter().map(|c| &c.members).enumerate() {
-            let n = members.len().div_ceil(LANES);
-            if n > 0 {
-                scratch.batches.push(Batch { blocks: at..at + n, fixed, color });
-                at += n;
-            }
-        }
-    }
-    let more = at.saturating_sub(scratch.blocks.len());
-    grow::make_room(&mut scratch.blocks, more);
-    scratch.blocks.resize_with(at, ContactBlock::default);
-    let extras = if colors.special > 0 { at } else { 0 };
-    scratch.extras.resize_with(extras, Extra::default);
-    scratch.given.clear();
-    scratch.given.resize(extras, [[0.0; LANES]; 4]);
-}
-
-fn prepare_contacts(
-    ctx: &StepContext,
-    bodies: &Bodies,
-    contacts: &mut Contacts,
-    colors: &Colors,
-    scratch: &mut Scratch,
-    jobs: &dyn Executor,
-) {
-    let Scratch { lines, whitening, acceleration, line_of, blocks, extras, batches, .. } = scratch;
-    let source = pack::Source {
-        ctx,
-        bodies,
-        line_of,
-        whitening,
-        acceleration,
-        impulse_scale: ctx.impulse_scale,
-    };
-    let lines = Rows::new(lines);
-    let (slots, _) = contacts.slots_mut();
-    let slots = Rows::new(slots);
-    let with_extras = !extras.is_empty();
-    let extras = Rows::new(extras);
-    for batch in batches.iter() {
-        let coloring = if batch.fixed { &colors.contacts_fixed } else { &colors.contacts };
-        let members = &coloring.colors[batch.color].members;
-        let first = batch.blocks.start;
-        let blocks = &mut blocks[batch.blocks.clone()];
-        let least = grain(jobs, blocks.len(), 8);
-        for_items(jobs, blocks, least, |start, blocks| {
-            dispatch!(ctx.level, simd => {
-                for (k, block) in blocks.iter_mut().enumerate() {
-                    let i = start + k;
-                    let members = &members[i * LANES..((i + 1) * LANES).min(members.len())];
-                    let extra = with_extras.then(|| extras.row(first + i));
-                    pack::pack(simd, &source, members, &slots, block, extra, &lines);
-                }
-            });
-        });
-    }
-}
-
-fn sweep_contacts(
-    ctx: &StepContext,
-    [soft, soft_fixed]: [Softness; 2],
-    inner: u32,
-    elapsed: f32,
-    scratch: &mut Scratch,
-    jobs: &dyn Executor,
-) {
-    let Scratch { lines, blocks, extras, batches, .. } = scratch;
-    let lines = Rows::new(lines);
-    let with_extras = !extras.is_empty();
-    let extras = Rows::new(extras);
-    for batch in batches.iter() {
-        let softness = if batch.fixed { soft_fixed } else { soft };
-        let sweep = Sweep { inv_h: ctx.inv_h, softness, cap: ctx.push_speed, inner, elapsed };
-        let first = batch.blocks.start;
-        let blocks = &mut blocks[batch.blocks.clone()];
-        let least = grain(jobs, blocks.len(), 8);
-        for_items(jobs, blocks, least, |start, blocks| {
-            dispatch!(ctx.level, simd => {
-                for (k, block) in blocks.iter_mut().enumerate() {
-                    let extra = with_extras.then(|| extras.row(first + start + k));
-                    contact::solve(simd, block, extra, &lines, &sweep);
-                }
-            });
-        });
-    }
-}
-
-fn sweep_joints(
-    ctx: &StepContext,
-    softness: Softness,
-    elapsed: f32,
-    scratch: &mut Scratch,
-    jobs: &dyn Executor,
-) {
-    let Scratch { lines, joints, joint_batches, .. } = scratch;
-    let lines = Rows::new(lines);
-    let sweep = JointSweep { inv_h: ctx.inv_h, softness, elapsed };
-    for batch in joint_batches.iter() {
-        let blocks = &mut joints[batch.blocks.clone()];
-        let least = grain(jobs, blocks.len(), 8);
-        for_items(jobs, blocks, least, |_, blocks| {
-            dispatch!(ctx.level, simd => {
-                for block in blocks {
-                    if block.is_distance {
-                        joint::solve_distance(simd, block, &lines, &sweep);
+impl Solver<'_> {
+    /// Takes a group through the whole step.
+    fn solve(&self, group: &Group, jobs: &dyn Executor) {
+        let ctx = self.ctx;
+        self.prepare_lines(group, jobs);
+        self.prepare_joints(group, jobs);
+        self.prepare_contacts(group, jobs);
+        let locked = group.lines.clone().any(|i| self.aux.read(i).is_locked());
+        let (body, finish) = (self.method.substep(), self.method.finish());
+        let steps = (0..ctx.substeps).flat_map(|substep| body.iter().map(move |p| (substep, *p)));
+        let mut passes = steps.chain(finish.iter().map(|p| (ctx.substeps, *p))).peekable();
+        while let Some((substep, pass)) = passes.next() {
+            match pass {
+                Pass::Velocities if substep == 0 => self.accelerate(group, jobs, true),
+                Pass::Velocities => self.accelerate(group, jobs, false),
+                Pass::Positions => {
+                    // Positions and the velocities after them are one walk over the bodies.
+                    if passes.next_if(|(_, next)| *next == Pass::Velocities).is_some() {
+                        self.advance(group, jobs);
                     } else {
-                        joint::solve_ball(simd, block, &lines, &sweep);
+                        self.drift(group, jobs);
                     }
                 }
-            });
+                _ => self.sweep(group, pass, substep, jobs),
+            }
+            if locked {
+                self.hold_locked(group);
+            }
+        }
+        self.store(group, jobs);
+    }
+
+    /// A pass over the colors.
+    fn sweep(&self, group: &Group, pass: Pass, substep: u32, jobs: &dyn Executor) {
+        let ctx = self.ctx;
+        #[expect(clippy::cast_precision_loss, reason = "at most 256")]
+        let elapsed = substep as f32 * ctx.h;
+        // A relax pass within a substep stands after its positions.
+        let moved = elapsed + if substep < ctx.substeps { ctx.h } else { 0.0 };
+        let sweep = |softness, inner, elapsed| Sweep {
+            inv_h: ctx.inv_h,
+            softness,
+            cap: ctx.push_speed,
+            inner,
+            elapsed,
+        };
+        match pass {
+            Pass::Velocities | Pass::Positions => {}
+            Pass::Solve { inner } => {
+                let inner = inner.clamp(1, 8);
+                self.sweep_joints(group, ctx.soft_joint, elapsed, jobs);
+                let sweeps =
+                    [sweep(ctx.soft, inner, elapsed), sweep(ctx.soft_fixed, inner, elapsed)];
+                self.sweep_contacts(group, &sweeps, jobs);
+            }
+            Pass::Relax => {
+                self.sweep_joints(group, Softness::RIGID, moved, jobs);
+                let rigid = sweep(Softness::RIGID, 1, moved);
+                self.sweep_contacts(group, &[rigid, rigid], jobs);
+            }
+            Pass::Restitution => self.bounce(group, moved, jobs),
+        }
+    }
+
+    fn accelerate(&self, group: &Group, jobs: &dyn Executor, first: bool) {
+        self.for_lines(group, jobs, &|lines, aux| {
+            for (line, aux) in lines.iter_mut().zip(aux) {
+                integrate::velocities(line, aux, first);
+            }
         });
     }
-}
 
-fn bounce(ctx: &StepContext, elapsed: f32, scratch: &mut Scratch, jobs: &dyn Executor) {
-    let Scratch { lines, blocks, extras, given, batches, .. } = scratch;
-    if !extras.iter().any(|e| e.bounces) {
-        return;
+    fn advance(&self, group: &Group, jobs: &dyn Executor) {
+        let h = self.ctx.h;
+        self.for_lines(group, jobs, &|lines, aux| {
+            for (line, aux) in lines.iter_mut().zip(aux) {
+                integrate::positions(line, h);
+                integrate::velocities(line, aux, false);
+            }
+        });
     }
-    let lines = Rows::new(lines);
-    let given = Rows::new(given);
-    for _ in 0..BOUNCE_SWEEPS {
-        for batch in batches.iter() {
-            let range = batch.blocks.clone();
-            let least = grain(jobs, range.len(), 8);
-            for_ranges(jobs, range.len(), least, |part| {
-                dispatch!(ctx.level, simd => {
-                    for i in range.start + part.start..range.start + part.end {
-                        if extras[i].bounces {
-                            contact::bounce(simd, &blocks[i], &extras[i], &lines, elapsed, given.row(i));
+
+    fn drift(&self, group: &Group, jobs: &dyn Executor) {
+        let h = self.ctx.h;
+        self.for_lines(group, jobs, &|lines, _| {
+            for line in lines {
+                integrate::positions(line, h);
+            }
+        });
+    }
+
+    fn for_lines(
+        &self,
+        group: &Group,
+        jobs: &dyn Executor,
+        f: &(dyn Fn(&mut [Line], &mut [Aux]) + Sync),
+    ) {
+        let n = group.lines.len();
+        for_ranges(jobs, n, grain(jobs, n, 256), |part| {
+            let part = group.lines.start + part.start..group.lines.start + part.end;
+            f(self.lines.slice(part.clone()), self.aux.slice(part));
+        });
+    }
+
+    fn prepare_lines(&self, group: &Group, jobs: &dyn Executor) {
+        let n = group.lines.len();
+        for_ranges(jobs, n, grain(jobs, n, 64), |part| {
+            for i in group.lines.start + part.start..group.lines.start + part.end {
+                let body = self.bodies.at(self.plan.members[i - 1]);
+                let (line, whitening, aux, acc) = integrate::whiten(self.ctx, body);
+                *self.lines.row(i) = line;
+                *self.whitening.row(i) = whitening;
+                *self.aux.row(i) = aux;
+                *self.acceleration.row(i) = acc;
+            }
+        });
+    }
+
+    /// Locked translations are taken out again: a projection after every pass.
+    fn hold_locked(&self, group: &Group) {
+        for i in group.lines.clone() {
+            self.aux.read(i).hold_locked(self.lines.row(i));
+        }
+    }
+
+    fn prepare_contacts(&self, group: &Group, jobs: &dyn Executor) {
+        let source = pack::Source {
+            ctx: self.ctx,
+            bodies: self.bodies,
+            line_of: self.line_of,
+            whitening: &self.whitening,
+            acceleration: &self.acceleration,
+            contacts: &self.contacts,
+        };
+        for batch in &self.plan.contacts.batches[group.contacts.clone()] {
+            let n = batch.blocks.len();
+            for_ranges(jobs, n, grain(jobs, n, 8), |part| {
+                dispatch!(self.ctx.level, simd => {
+                    for i in batch.blocks.start + part.start..batch.blocks.start + part.end {
+                        let owners = &self.plan.contacts.owners[i];
+                        let block = self.blocks.row(i);
+                        let extra = if self.has_extras { Some(self.extras.row(i)) } else { None };
+                        if batch.fixed {
+                            pack::pack::<_, true>(simd, &source, owners, block, extra, &self.lines);
+                        } else {
+                            pack::pack::<_, false>(simd, &source, owners, block, extra, &self.lines);
                         }
                     }
                 });
             });
         }
     }
-}
 
-/// Locked translations are taken out again: a projection after every sweep.
-fn hold_locked(scratch: &mut Scratch) {
-    for (line, locks) in &scratch.locked {
-        let line = &mut scratch.lines[*line as usize];
-        for i in 0..3 {
-            if locks[i] {
-                line.v[i] = 0.0;
+    /// `sweeps`: of contacts of two bodies, and of those with fixed bodies.
+    fn sweep_contacts(&self, group: &Group, sweeps: &[Sweep; 2], jobs: &dyn Executor) {
+        for batch in &self.plan.contacts.batches[group.contacts.clone()] {
+            let sweep = &sweeps[usize::from(batch.fixed)];
+            let n = batch.blocks.len();
+            for_ranges(jobs, n, grain(jobs, n, 8), |part| {
+                dispatch!(self.ctx.level, simd => {
+                    for i in batch.blocks.start + part.start..batch.blocks.start + part.end {
+                        let block = self.blocks.row(i);
+                        self.blocks.prefetch(i + 1, block.cache_lines());
+                        let extra = if self.has_extras { Some(self.extras.row(i)) } else { None };
+                        if batch.fixed {
+                            contact::solve::<_, true>(simd, block, extra, &self.lines, sweep);
+                        } else {
+                            contact::solve::<_, false>(simd, block, extra, &self.lines, sweep);
+                        }
+                    }
+                });
+            });
+        }
+    }
+
+    fn prepare_joints(&self, group: &Group, jobs: &dyn Executor) {
+        for batch in &self.plan.joints.batches[group.joints.clone()] {
+            let n = batch.blocks.len();
+            for_ranges(jobs, n, grain(jobs, n, 8), |part| {
+                for i in batch.blocks.start + part.start..batch.blocks.start + part.end {
+                    self.pack_joints(i, batch.class == 1);
+                }
+            });
+        }
+    }
+
+    fn sweep_joints(&self, group: &Group, softness: Softness, elapsed: f32, jobs: &dyn Executor) {
+        let sweep = JointSweep { inv_h: self.ctx.inv_h, softness, elapsed };
+        for batch in &self.plan.joints.batches[group.joints.clone()] {
+            let n = batch.blocks.len();
+            for_ranges(jobs, n, grain(jobs, n, 8), |part| {
+                dispatch!(self.ctx.level, simd => {
+                    for i in batch.blocks.start + part.start..batch.blocks.start + part.end {
+                        let block = self.joints.row(i);
+                        self.joints.prefetch(i + 1, JointBlock::CACHE_LINES);
+                        if block.is_distance {
+                            joint::solve_distance(simd, block, &self.lines, &sweep);
+                        } else {
+                            joint::solve_ball(simd, block, &self.lines, &sweep);
+                        }
+                    }
+                });
+            });
+        }
+    }
+
+    fn bounce(&self, group: &Group, elapsed: f32, jobs: &dyn Executor) {
+        let batches = &self.plan.contacts.batches[group.contacts.clone()];
+        let mut blocks = batches.iter().flat_map(|batch| batch.blocks.clone());
+        if !self.has_extras || !blocks.any(|i| self.extras.read(i).bounces) {
+            return;
+        }
+        for _ in 0..BOUNCE_SWEEPS {
+            for batch in batches {
+                let n = batch.blocks.len();
+                for_ranges(jobs, n, grain(jobs, n, 8), |part| {
+                    dispatch!(self.ctx.level, simd => {
+                        for i in batch.blocks.start + part.start..batch.blocks.start + part.end {
+                            let (block, extra) = (self.blocks.read(i), self.extras.row(i));
+                            if !extra.bounces {
+                                continue;
+                            }
+                            if batch.fixed {
+                                contact::bounce::<_, true>(simd, block, extra, &self.lines, elapsed);
+                            } else {
+                                contact::bounce::<_, false>(simd, block, extra, &self.lines, elapsed);
+                            }
+                        }
+                    });
+                });
             }
         }
     }
-}
 
-fn store(contacts: &mut Contacts, scratch: &mut Scratch, jobs: &dyn Executor) {
-    let Scratch { blocks, extras, begun, .. } = scratch;
-    let (slots, _) = contacts.slots_mut();
-    let slots = Rows::new(slots);
-    collect_ranges(jobs, blocks.len(), 64, begun, |range, begun| {
-        for i in range {
-            pack::store(&blocks[i], extras.get(i), &slots, begun);
-        }
-    });
+    fn store(&self, group: &Group, jobs: &dyn Executor) {
+        let blocks = self.plan.contacts.blocks_of(&group.contacts);
+        let n = blocks.len();
+        for_ranges(jobs, n, grain(jobs, n, 32), |part| {
+            dispatch!(self.ctx.level, simd => {
+                for i in blocks.start + part.start..blocks.start + part.end {
+                    let extra = if self.has_extras { Some(self.extras.read(i)) } else { None };
+                    let owners = &self.plan.contacts.owners[i];
+                    let block = self.blocks.read(i);
+                    *self.begun.row(i) = pack::store(simd, block, extra, owners, &self.contacts);
+                }
+            });
+        });
+        let joints = self.plan.joints.blocks_of(&group.joints);
+        let n = joints.len();
+        for_ranges(jobs, n, grain(jobs, n, 32), |part| {
+            for i in joints.start + part.start..joints.start + part.end {
+                self.store_joints(i);
+            }
+        });
+    }
 }

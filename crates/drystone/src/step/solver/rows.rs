@@ -5,7 +5,8 @@
 //! (`ŵ += a λ`). See docs/derivations/soft-step.md.
 
 use crate::base::disjoint::Rows;
-use crate::base::wide::{LANES, Lanes, Vec3w, gather, scatter};
+use crate::base::sym3::Sym3;
+use crate::base::wide::{LANES, Lanes, Sym3w, Vec3w, Wide, gather, gather4, scatter};
 use fearless_simd::{Simd, SimdBase, f32x4};
 
 /// A body in the solver: one cache line. Line 0 is everything that cannot be pushed: always zero.
@@ -22,11 +23,39 @@ pub(crate) struct Line {
     pub(crate) t: [f32; 4],
 }
 
-/// α and S of a body, for preparing rows.
+/// α and S of a body, for preparing rows: (xx, yy, zz, α), (xy, xz, yz, 0).
 #[derive(Clone, Copy, Debug, Default)]
+#[repr(C, align(32))]
 pub(crate) struct Whitening {
-    pub(crate) alpha: f32,
-    pub(crate) s: [f32; 6],
+    diagonal: [f32; 4],
+    rest: [f32; 4],
+}
+
+impl Whitening {
+    pub(crate) const fn new(alpha: f32, s: &Sym3) -> Self {
+        Self { diagonal: [s.xx, s.yy, s.zz, alpha], rest: [s.xy, s.xz, s.yz, 0.0] }
+    }
+
+    pub(crate) const fn alpha(&self) -> f32 {
+        self.diagonal[3]
+    }
+
+    pub(crate) const fn s(&self) -> Sym3 {
+        let ([xx, yy, zz, _], [xy, xz, yz, _]) = (self.diagonal, self.rest);
+        Sym3 { xx, yy, zz, xy, xz, yz }
+    }
+
+    /// α and S of bodies, lane by lane.
+    #[inline(always)]
+    pub(crate) fn gather<S: Simd>(simd: S, of: [&Self; LANES]) -> (Wide<S>, Sym3w<S>) {
+        let (mut diagonal, mut rest) = ([&of[0].diagonal; LANES], [&of[0].rest; LANES]);
+        for lane in 1..LANES {
+            (diagonal[lane], rest[lane]) = (&of[lane].diagonal, &of[lane].rest);
+        }
+        let [xx, yy, zz, alpha] = gather4(simd, diagonal);
+        let Vec3w { x: xy, y: xz, z: yz } = gather(simd, rest);
+        (alpha, Sym3w { xx, yy, zz, xy, xz, yz })
+    }
 }
 
 /// The velocities of eight bodies.
@@ -36,48 +65,54 @@ pub(crate) struct Velocity<S: Simd> {
     pub(crate) w: Vec3w<S>,
 }
 
-#[inline(always)]
-fn lines8<'a>(lines: &'a Rows<'_, Line>, r: &[u32; LANES]) -> [&'a Line; LANES] {
-    [
-        lines.read(r[0] as usize),
-        lines.read(r[1] as usize),
-        lines.read(r[2] as usize),
-        lines.read(r[3] as usize),
-        lines.read(r[4] as usize),
-        lines.read(r[5] as usize),
-        lines.read(r[6] as usize),
-        lines.read(r[7] as usize),
-    ]
+impl<S: Simd> Velocity<S> {
+    #[inline(always)]
+    pub(crate) fn zero(simd: S) -> Self {
+        Self { v: Vec3w::zero(simd), w: Vec3w::zero(simd) }
+    }
 }
 
-/// v̂ and ŵ of eight bodies.
+/// The rows of a block's bodies.
+#[inline(always)]
+pub(crate) fn read_lanes<'a, T>(rows: &'a Rows<'_, T>, r: &[u32; LANES]) -> [&'a T; LANES] {
+    let mut all = [rows.read(r[0] as usize); LANES];
+    for lane in 1..LANES {
+        all[lane] = rows.read(r[lane] as usize);
+    }
+    all
+}
+
+/// v̂ and ŵ of a block's bodies.
 #[inline(always)]
 pub(crate) fn load_velocity<S: Simd>(
     simd: S,
     lines: &Rows<'_, Line>,
     rows: &[u32; LANES],
 ) -> Velocity<S> {
-    let [a, b, c, d, e, f, g, h] = lines8(lines, rows);
-    Velocity {
-        v: gather(simd, [&a.v, &b.v, &c.v, &d.v, &e.v, &f.v, &g.v, &h.v]),
-        w: gather(simd, [&a.w, &b.w, &c.w, &d.w, &e.w, &f.w, &g.w, &h.w]),
+    let of = read_lanes(lines, rows);
+    let (mut v, mut w) = ([&of[0].v; LANES], [&of[0].w; LANES]);
+    for lane in 1..LANES {
+        (v[lane], w[lane]) = (&of[lane].v, &of[lane].w);
     }
+    Velocity { v: gather(simd, v), w: gather(simd, w) }
 }
 
-/// The motion of eight bodies since the step's start, in place of velocities.
+/// The motion of a block's bodies since the step's start, in place of velocities.
 #[inline(always)]
 pub(crate) fn load_motion<S: Simd>(
     simd: S,
     lines: &Rows<'_, Line>,
     rows: &[u32; LANES],
 ) -> Velocity<S> {
-    let [a, b, c, d, e, f, g, h] = lines8(lines, rows);
-    Velocity {
-        v: gather(simd, [&a.x, &b.x, &c.x, &d.x, &e.x, &f.x, &g.x, &h.x]),
-        w: gather(simd, [&a.t, &b.t, &c.t, &d.t, &e.t, &f.t, &g.t, &h.t]),
+    let of = read_lanes(lines, rows);
+    let (mut x, mut t) = ([&of[0].x; LANES], [&of[0].t; LANES]);
+    for lane in 1..LANES {
+        (x[lane], t[lane]) = (&of[lane].x, &of[lane].t);
     }
+    Velocity { v: gather(simd, x), w: gather(simd, t) }
 }
 
+/// Writes velocities back. Line 0 is everyone's, and is never written.
 #[inline(always)]
 pub(crate) fn store_velocity<S: Simd>(
     simd: S,
@@ -88,7 +123,6 @@ pub(crate) fn store_velocity<S: Simd>(
     let v: [f32x4<S>; LANES] = scatter(simd, velocity.v);
     let w: [f32x4<S>; LANES] = scatter(simd, velocity.w);
     for i in 0..LANES {
-        // Line 0 is shared by all colors' statics: it is never written.
         if rows[i] != 0 {
             let line = lines.row(rows[i] as usize);
             v[i].store_array(&mut line.v);
@@ -97,71 +131,59 @@ pub(crate) fn store_velocity<S: Simd>(
     }
 }
 
-/// Eight contacts.
-#[derive(Clone, Debug)]
+/// What a contact has for each of its points.
+#[derive(Clone, Copy, Debug, Default)]
+#[repr(C)]
+pub(crate) struct PointRows {
+    pub(crate) b: [Lanes; 3],
+    /// Separation at the step's start.
+    pub(crate) s0: Lanes,
+    /// 1/K_jj, 0 for a point not there.
+    pub(crate) mass: Lanes,
+    pub(crate) impulse: Lanes,
+    /// Distance from the middle, for twist.
+    pub(crate) lever: Lanes,
+    /// Last, so that contacts with fixed bodies do not come near it.
+    pub(crate) a: [Lanes; 3],
+}
+
+/// Eight contacts. Where only one body can be pushed, it is B, whichever it is in the contact (signs of
+/// its rows and of β are turned if it is A): `row_a`, `alpha` and the rows `a` are zero then, and unread.
+///
+/// Lanes must not straddle cache lines: every field before the last is a whole number of them. (With
+/// a single `u32` in between, the sweeps took half as long again.)
+#[derive(Clone, Debug, Default)]
 #[repr(C, align(64))]
 pub(crate) struct ContactBlock {
-    pub(crate) row_a: [u32; LANES],
     pub(crate) row_b: [u32; LANES],
-    pub(crate) contact: [u32; LANES],
-    /// Most points of a contact in it.
-    pub(crate) points: u32,
-    pub(crate) alpha: Lanes,
     pub(crate) beta: Lanes,
     pub(crate) n: [Lanes; 3],
+    pub(crate) mu: Lanes,
     pub(crate) t1: [Lanes; 3],
     pub(crate) t2: [Lanes; 3],
-    pub(crate) a: [[Lanes; 3]; 4],
-    pub(crate) b: [[Lanes; 3]; 4],
-    /// Separation at the step's start.
-    pub(crate) s0: [Lanes; 4],
-    /// 1/K_jj, 0 for points not there.
-    pub(crate) mass: [Lanes; 4],
-    /// K_ij, upper triangle by rows: 00 01 02 03 11 12 13 22 23 33.
-    pub(crate) k: [Lanes; 10],
-    pub(crate) impulse: [Lanes; 4],
-    /// 1 where the contact had no impulse when the step began: it gets more rounds.
-    pub(crate) fresh: Lanes,
-    pub(crate) any_fresh: bool,
-    pub(crate) lever: [Lanes; 4],
-    pub(crate) mu: Lanes,
-    pub(crate) a_t: [[Lanes; 3]; 3],
     pub(crate) b_t: [[Lanes; 3]; 3],
     /// Inverse of the 2 × 2 tangent matrix: 11, 12, 22; and of the twist row.
     pub(crate) mass_t: [Lanes; 4],
     /// Friction along t1 and t2, twist about n.
     pub(crate) friction: [Lanes; 3],
+    pub(crate) row_a: [u32; LANES],
+    pub(crate) alpha: Lanes,
+    pub(crate) a_t: [[Lanes; 3]; 3],
+    pub(crate) points: [PointRows; 4],
+    /// K_ij, the upper triangle by columns: 00, 01 11, 02 12 22, 03 13 23 33.
+    pub(crate) k: [Lanes; 10],
+    /// 1 where the contact had no impulse when the step began: it gets more rounds.
+    pub(crate) fresh: Lanes,
+    pub(crate) any_fresh: bool,
+    /// Most points of a contact in it.
+    pub(crate) count: u8,
 }
 
-const Z: Lanes = [0.0; LANES];
-
-impl Default for ContactBlock {
-    fn default() -> Self {
-        Self {
-            row_a: [0; LANES],
-            row_b: [0; LANES],
-            contact: [u32::MAX; LANES],
-            points: 0,
-            alpha: Z,
-            beta: Z,
-            n: [Z; 3],
-            t1: [Z; 3],
-            t2: [Z; 3],
-            a: [[Z; 3]; 4],
-            b: [[Z; 3]; 4],
-            s0: [Z; 4],
-            mass: [Z; 4],
-            k: [Z; 10],
-            impulse: [Z; 4],
-            fresh: Z,
-            any_fresh: false,
-            lever: [Z; 4],
-            mu: Z,
-            a_t: [[Z; 3]; 3],
-            b_t: [[Z; 3]; 3],
-            mass_t: [Z; 4],
-            friction: [Z; 3],
-        }
+impl ContactBlock {
+    /// How much of a block like this one a sweep reads.
+    #[inline(always)]
+    pub(crate) fn cache_lines(&self) -> usize {
+        if self.count > 2 { size_of::<Self>() / 64 } else { 20 + 5 * usize::from(self.count) }
     }
 }
 
@@ -178,6 +200,8 @@ pub(crate) struct Extra {
     pub(crate) fall: Lanes,
     /// Greatest impulse in any sweep.
     pub(crate) pressed: [Lanes; 4],
+    /// Impulse of the bounce so far.
+    pub(crate) given: [Lanes; 4],
     /// Normal speed of the points that comes from kinematic bodies; that of friction's rows.
     pub(crate) drift: [Lanes; 4],
     pub(crate) drift_t: [Lanes; 3],
@@ -189,14 +213,12 @@ pub(crate) struct Extra {
     pub(crate) rolling_impulse: [Lanes; 3],
 }
 
-/// Eight joints, balls or distances.
-#[derive(Clone, Debug)]
+/// Eight joints, balls or distances. As in [`ContactBlock`], lanes do not straddle cache lines.
+#[derive(Clone, Debug, Default)]
 #[repr(C, align(64))]
 pub(crate) struct JointBlock {
     pub(crate) row_a: [u32; LANES],
     pub(crate) row_b: [u32; LANES],
-    pub(crate) joint: [u32; LANES],
-    pub(crate) is_distance: bool,
     pub(crate) alpha: Lanes,
     pub(crate) beta: Lanes,
     pub(crate) s_a: [Lanes; 6],
@@ -217,29 +239,10 @@ pub(crate) struct JointBlock {
     /// Distances: least, greatest, rest length; spring rate, mass, impulse (all 0: no spring).
     pub(crate) limits: [Lanes; 3],
     pub(crate) spring: [Lanes; 3],
+    pub(crate) is_distance: bool,
 }
 
-impl Default for JointBlock {
-    fn default() -> Self {
-        Self {
-            row_a: [0; LANES],
-            row_b: [0; LANES],
-            joint: [u32::MAX; LANES],
-            is_distance: false,
-            alpha: Z,
-            beta: Z,
-            s_a: [Z; 6],
-            s_b: [Z; 6],
-            r_a: [Z; 3],
-            r_b: [Z; 3],
-            gap: [Z; 3],
-            drift: [Z; 3],
-            impulse: [Z; 3],
-            last_r_a: [Z; 3],
-            last_r_b: [Z; 3],
-            last_p: [Z; 3],
-            limits: [Z; 3],
-            spring: [Z; 3],
-        }
-    }
+impl JointBlock {
+    /// How much of a block a sweep over balls reads.
+    pub(crate) const CACHE_LINES: usize = 20;
 }

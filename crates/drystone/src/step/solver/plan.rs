@@ -1,0 +1,326 @@
+//! The order of the solver's work: groups of islands, and within a group color after color, in blocks.
+//!
+//! Islands do not act on each other, so they may be solved in any order and side by side: small ones are
+//! put together into groups that fit a core's cache, and one worker takes a group through all its
+//! passes (docs/decisions/008-groups-of-islands.md). A large island is a group of its own, and all
+//! workers share each of its colors. The result is the same for any grouping. The plan is kept until
+//! a constraint comes or goes.
+
+use core::ops::Range;
+
+use crate::base::wide::LANES;
+use crate::state::bodies::{Bodies, Body, NONE};
+use crate::state::colors::{Coloring, Colors, Place};
+use crate::state::contacts::Contacts;
+use crate::state::def::JointKind;
+use crate::state::joints::Joints;
+
+/// Most constraint ends of a group of islands: 1,200 contacts and their bodies, 0.5 MB.
+const MOST_ENDS: usize = 2400;
+
+/// Fewest constraint ends for which it pays that workers share a color.
+const LEAST_SHARED: usize = 1024;
+
+/// Blocks of one color of a group.
+#[derive(Clone, Debug)]
+pub(super) struct Batch {
+    pub(super) blocks: Range<usize>,
+    /// One side of every constraint cannot be pushed.
+    pub(super) fixed: bool,
+    /// What the key's class says: of joints, 1 for distances.
+    pub(super) class: u64,
+}
+
+/// Islands that are solved together.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Group {
+    pub(super) lines: Range<usize>,
+    pub(super) contacts: Range<usize>,
+    pub(super) joints: Range<usize>,
+}
+
+/// Blocks of contacts or of joints.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Layout {
+    pub(super) batches: Vec<Batch>,
+    /// Rows of the constraints of each block, lane by lane; [`NONE`]: an idle lane.
+    pub(super) owners: Vec<[u32; LANES]>,
+    runs: Vec<Run>,
+}
+
+/// Constraints of one group in a color's list.
+#[derive(Clone, Copy, Debug)]
+struct Run {
+    group: u64,
+    class: u64,
+    fixed: bool,
+    color: usize,
+    first: usize,
+    end: usize,
+}
+
+/// Which bodies and constraints stand where.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Plan {
+    /// Body row of line k + 1.
+    pub(super) members: Vec<u32>,
+    /// The first `shared` ones are shared by all workers.
+    pub(super) groups: Vec<Group>,
+    pub(super) shared: usize,
+    pub(super) contacts: Layout,
+    pub(super) joints: Layout,
+    workers: usize,
+    /// Number in `islands`, then group, of each island that has lines.
+    group_of: Vec<u32>,
+    /// Islands that have lines, with their constraints' ends.
+    islands: Vec<(u32, usize)>,
+    group_of_line: Vec<u32>,
+    keys: Vec<(u64, u32)>,
+}
+
+/// Group, class and line in a sort key.
+const GROUP: u32 = 40;
+const CLASS: u32 = 32;
+
+impl Plan {
+    /// Brings the plan up to date, and `line_of` with it.
+    pub(super) fn update(
+        &mut self,
+        bodies: &Bodies,
+        joints: &mut Joints,
+        contacts: &mut Contacts,
+        colors: &mut Colors,
+        line_of: &mut Vec<u32>,
+        workers: usize,
+    ) {
+        if line_of.len() < bodies.rows.slot_count() {
+            line_of.resize(bodies.rows.slot_count(), 0);
+        }
+        let changed = take_changes(colors);
+        if !changed && self.workers == workers {
+            return;
+        }
+        self.workers = workers;
+        for row in &self.members {
+            line_of[*row as usize] = 0;
+        }
+        self.form_groups(bodies);
+        self.place_bodies(bodies, line_of);
+
+        let keys = &mut self.keys;
+        let group_of_line = &self.group_of_line;
+        // By number of points, so that blocks are even, then by body, so that lines are near each other.
+        let key = |a: u32, b: u32, class: u64| {
+            let line = line_of[a as usize].max(line_of[b as usize]);
+            let group = u64::from(group_of_line[line as usize]);
+            group << GROUP | class << CLASS | u64::from(line)
+        };
+        self.contacts.runs.clear();
+        for (fixed, coloring) in [(false, &mut colors.contacts), (true, &mut colors.contacts_fixed)]
+        {
+            for (index, color) in coloring.colors.iter_mut().enumerate() {
+                keys.clear();
+                keys.extend(color.members.iter().map(|row| {
+                    let c = contacts.at(*row);
+                    (key(c.body_a, c.body_b, u64::from(4 - c.count.min(4))), *row)
+                }));
+                sort_members(&mut color.members, keys, index, |row, place| {
+                    let c = contacts.at_mut(row);
+                    if c.place != place {
+                        c.place = place;
+                    }
+                });
+                self.contacts.find_runs(keys, GROUP, fixed, index);
+            }
+        }
+        self.joints.runs.clear();
+        for (fixed, coloring) in [(false, &mut colors.joints), (true, &mut colors.joints_fixed)] {
+            for (index, color) in coloring.colors.iter_mut().enumerate() {
+                keys.clear();
+                keys.extend(color.members.iter().map(|row| {
+                    let j = joints.at(*row);
+                    let class = u64::from(matches!(j.kind, JointKind::Distance { .. }));
+                    (key(j.body_a, j.body_b, class), *row)
+                }));
+                sort_members(&mut color.members, keys, index, |row, place| {
+                    joints.at_mut(row).place = place;
+                });
+                self.joints.find_runs(keys, CLASS, fixed, index);
+            }
+        }
+        self.contacts.lay_out([&colors.contacts, &colors.contacts_fixed]);
+        self.joints.lay_out([&colors.joints, &colors.joints_fixed]);
+        for (number, group) in (0..).zip(&mut self.groups) {
+            group.contacts = self.contacts.batches_of(number);
+            group.joints = self.joints.batches_of(number);
+        }
+    }
+
+    /// Islands to groups.
+    fn form_groups(&mut self, bodies: &Bodies) {
+        for (island, _) in self.islands.drain(..) {
+            self.group_of[island as usize] = NONE;
+        }
+        let mut total = 0;
+        for row in &bodies.awake {
+            let body = bodies.at(*row);
+            if !has_line(body) {
+                continue;
+            }
+            debug_assert!(body.island != NONE, "every dynamic body is in an island");
+            let island = body.island as usize;
+            if self.group_of.len() <= island {
+                self.group_of.resize(island + 1, NONE);
+            }
+            if self.group_of[island] == NONE {
+                self.group_of[island] = number(self.islands.len());
+                self.islands.push((body.island, 0));
+            }
+            let ends = body.constraints as usize;
+            self.islands[self.group_of[island] as usize].1 += ends;
+            total += ends;
+        }
+        let workers = self.workers;
+        let is_shared = |ends: usize| {
+            ends > 2 * MOST_ENDS
+                || (workers > 1 && ends > LEAST_SHARED && 2 * workers * ends > total)
+        };
+        let most = MOST_ENDS.min(total / (4 * workers)).max(LEAST_SHARED / 2);
+        self.shared = 0;
+        for (island, ends) in &self.islands {
+            if is_shared(*ends) {
+                self.group_of[*island as usize] = number(self.shared);
+                self.shared += 1;
+            }
+        }
+        let (mut group, mut filled) = (self.shared, 0);
+        for (island, ends) in &self.islands {
+            if is_shared(*ends) {
+                continue;
+            }
+            if filled > 0 && filled + ends > most {
+                (group, filled) = (group + 1, 0);
+            }
+            self.group_of[*island as usize] = number(group);
+            filled += ends;
+        }
+        self.groups.clear();
+        self.groups.resize_with(group + usize::from(filled > 0), Group::default);
+    }
+
+    /// Bodies to lines, group by group; within a group in the order of the awake bodies.
+    fn place_bodies(&mut self, bodies: &Bodies, line_of: &mut [u32]) {
+        let lined = || bodies.awake.iter().filter(|row| has_line(bodies.at(**row)));
+        for row in lined() {
+            let group = self.group_of[bodies.at(*row).island as usize];
+            self.groups[group as usize].lines.end += 1;
+        }
+        let mut line = 1;
+        for group in &mut self.groups {
+            let n = group.lines.end;
+            group.lines = line..line;
+            line += n;
+        }
+        self.members.clear();
+        self.members.resize(line - 1, NONE);
+        self.group_of_line.clear();
+        self.group_of_line.resize(line, 0);
+        for row in lined() {
+            let group = self.group_of[bodies.at(*row).island as usize];
+            let end = &mut self.groups[group as usize].lines.end;
+            self.members[*end - 1] = *row;
+            self.group_of_line[*end] = group;
+            line_of[*row as usize] = number(*end);
+            *end += 1;
+        }
+    }
+}
+
+impl Layout {
+    /// Cuts a sorted color where the key's bits from `shift` on change.
+    fn find_runs(&mut self, keys: &[(u64, u32)], shift: u32, fixed: bool, color: usize) {
+        let mut first = 0;
+        while let Some((key, _)) = keys.get(first) {
+            let n = keys[first..].partition_point(|(k, _)| k >> shift == key >> shift);
+            let class = key >> CLASS & 0xff;
+            let (group, end) = (key >> GROUP, first + n);
+            self.runs.push(Run { group, class, fixed, color, first, end });
+            first = end;
+        }
+    }
+
+    /// Runs to batches of blocks, those of a group side by side.
+    fn lay_out(&mut self, [free, fixed]: [&Coloring; 2]) {
+        // Within a group the colors keep their order. (A stable sort would allocate.)
+        self.runs.sort_unstable_by_key(|run| (run.group, run.fixed, run.color, run.class));
+        self.batches.clear();
+        self.owners.clear();
+        for run in &self.runs {
+            let coloring = if run.fixed { fixed } else { free };
+            let first = self.owners.len();
+            for members in coloring.colors[run.color].members[run.first..run.end].chunks(LANES) {
+                let mut owners = [NONE; LANES];
+                owners[..members.len()].copy_from_slice(members);
+                self.owners.push(owners);
+            }
+            let blocks = first..self.owners.len();
+            self.batches.push(Batch { blocks, fixed: run.fixed, class: run.class });
+        }
+    }
+
+    /// The blocks of a group's batches: they stand side by side.
+    pub(super) fn blocks_of(&self, batches: &Range<usize>) -> Range<usize> {
+        match &self.batches[batches.clone()] {
+            [] => 0..0,
+            [first, .., last] => first.blocks.start..last.blocks.end,
+            [one] => one.blocks.clone(),
+        }
+    }
+
+    /// The batches of a group.
+    fn batches_of(&self, group: u64) -> Range<usize> {
+        let first = self.runs.partition_point(|run| run.group < group);
+        first..self.runs.partition_point(|run| run.group <= group)
+    }
+}
+
+/// Dynamic bodies that some constraint acts on have a line; the others fly (finalize).
+fn has_line(body: &Body) -> bool {
+    body.is_dynamic() && body.constraints > 0
+}
+
+fn number(n: usize) -> u32 {
+    u32::try_from(n).expect("fewer than 2^32 bodies")
+}
+
+/// True if a constraint came, went or changed its number of points since the last call, or a body that
+/// some constraint acts on fell asleep, woke or was put aside.
+fn take_changes(colors: &mut Colors) -> bool {
+    let mut changed = core::mem::take(&mut colors.bodies_changed);
+    let all = [
+        &mut colors.joints,
+        &mut colors.joints_fixed,
+        &mut colors.contacts,
+        &mut colors.contacts_fixed,
+    ];
+    for color in all.into_iter().flat_map(|coloring| &mut coloring.colors) {
+        changed |= core::mem::take(&mut color.dirty);
+    }
+    changed
+}
+
+/// Puts a color's list in the order of its keys, and says where each member stands. Order within a color
+/// never shows in the result.
+fn sort_members(
+    members: &mut [u32],
+    keys: &mut [(u64, u32)],
+    color: usize,
+    mut set_place: impl FnMut(u32, Place),
+) {
+    keys.sort_unstable();
+    let color = number(color);
+    for (row, (member, (_, sorted))) in (0..).zip(members.iter_mut().zip(keys)) {
+        *member = *sorted;
+        set_place(*member, Place { color, row });
+    }
+}
