@@ -31,6 +31,11 @@ pub(crate) struct Sweep {
 /// No partner moves by itself.
 const NO_DRIFT: [Lanes; 3] = [[0.0; LANES]; 3];
 
+/// The part of a deep overlap that may be pushed out in a second [1/s]: the cap on the speed grows with
+/// the depth, so that what an impact squeezed together comes apart in half a second. At rest the cap is not
+/// reached.
+const DEEP_RATE: f32 = 6.0;
+
 /// Rounds that a contact without a warm start gets besides.
 const FRESH_ROUNDS: u32 = 6;
 
@@ -114,6 +119,7 @@ fn solve_points<S: Simd, const FIXED: bool, const N: usize>(
     let soft_rate = splat(simd, sweep.softness.rate);
     let soft_impulse = splat(simd, sweep.softness.impulse);
     let cap = splat(simd, -sweep.cap);
+    let deep = splat(simd, DEEP_RATE);
     let elapsed = splat(simd, sweep.elapsed);
     let mut vn = [zero; N];
     let mut gain = [zero; N];
@@ -142,7 +148,7 @@ fn solve_points<S: Simd, const FIXED: bool, const N: usize>(
         bias.target[j] = select(apart, mass * s * inv_h, mass * soft_rate * s);
         gain[j] = select(apart, mass, mass * soft_mass);
         bias.leak[j] = select(apart, zero, soft_impulse);
-        bias.floor[j] = mass * cap;
+        bias.floor[j] = mass * min(cap, s * deep);
         lambda[j] = load(simd, &point.impulse);
     }
 
