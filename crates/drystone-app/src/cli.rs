@@ -15,6 +15,7 @@ Examples:
   drystone simulate scene.gltf --trace motion.csv --every 6 --report report.json
   drystone simulate scene.gltf --set gravity=0,-1.62,0 --set sleep.enabled=false
   drystone info scene.gltf
+  drystone bench --scene large_pyramid,washer --threads 1,2
   drystone scenes";
 
 /// A 3D rigid-body physics engine: simulates a scene and writes what happened.
@@ -31,6 +32,8 @@ pub(crate) struct Cli {
 pub(crate) enum Command {
     /// Simulate a scene and report what happened
     Simulate(Box<Simulate>),
+    /// Measure how long a step takes: the mean of each run, its median over runs
+    Bench(Bench),
     /// List the built-in scenes: name, bodies, what each shows, its parameters
     Scenes,
     /// List the stepping methods
@@ -85,6 +88,50 @@ pub(crate) struct Info {
     /// Which scene.
     #[command(flatten)]
     pub(crate) source: Source,
+}
+
+const BENCH_EXAMPLES: &str = "\
+Examples:
+  drystone bench
+  drystone bench --scene stack:n=30,top_mass_ratio=100,washer --threads 1,2,4
+  drystone bench --scene quality --runs 1 --json rows.json
+
+What is timed are the steps alone. A run's figure is the mean over its steps; the first step, in
+which contacts and trees are built, is left out except in the scenes of Jolt's performance test.
+ms/step is the median of the runs' figures, min the smallest, p99 the 99th percentile over steps.
+Penetration is measured from poses copied after eight steps of a run, the last one included. The
+hash is that of `drystone simulate`: a time without it is no result.
+
+Other engines on the same scenes: bench/README.md in the source tree.
+
+Exit status:
+  0  done
+  1  a scene is not known, a file cannot be written, or two runs ended in different states
+  2  wrong usage";
+
+/// `drystone bench`.
+#[derive(Args, Debug)]
+#[command(after_help = BENCH_EXAMPLES)]
+pub(crate) struct Bench {
+    /// Built-in scenes, separated by commas; box3d, jolt, quality and all stand for groups of them
+    #[arg(long, value_name = "S[,S...]", default_value = "large_pyramid")]
+    pub(crate) scene: String,
+
+    /// Numbers of worker threads, the caller included
+    #[arg(long, value_name = "N[,N...]", default_value = "1,2", value_delimiter = ',', value_parser = clap::value_parser!(u16).range(1..=256))]
+    pub(crate) threads: Vec<u16>,
+
+    /// Steps of a run [default: as many as the scene is measured for]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(2..=1_000_000_000))]
+    pub(crate) steps: Option<u64>,
+
+    /// Runs of each scene and number of threads
+    #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u16).range(1..=1000))]
+    pub(crate) runs: u16,
+
+    /// Write the rows; - writes them to stdout, without the table
+    #[arg(long, value_name = "FILE.json")]
+    pub(crate) json: Option<PathBuf>,
 }
 
 /// `drystone simulate`.
@@ -238,6 +285,13 @@ mod tests {
             "--snapshot x",
         ] {
             let line = format!("drystone simulate hello {bad}");
+            let result = Cli::try_parse_from(line.split(' '));
+            assert_eq!(result.unwrap_err().exit_code(), 2, "{bad}");
+        }
+        for bad in
+            ["--threads 0", "--threads 1,", "--threads 1,x", "--runs 0", "--steps 1", "hello"]
+        {
+            let line = format!("drystone bench {bad}");
             let result = Cli::try_parse_from(line.split(' '));
             assert_eq!(result.unwrap_err().exit_code(), 2, "{bad}");
         }

@@ -1,9 +1,10 @@
 //! The command `drystone`: simulates scenes, writes what happened, and tells what it knows.
 //!
 //! `cli` says what may be asked; `simulate` runs a scene and feeds `trace`, `events`, `bake` and
-//! `report`; `info` tells about scenes and methods. Only `output` writes to files and to stdout.
+//! `report`; `bench` takes its time; `info` tells about scenes and methods. Only `output` writes to files and to stdout.
 
 mod bake;
+mod bench;
 mod cli;
 mod events;
 mod info;
@@ -32,6 +33,7 @@ fn main() -> ExitCode {
     };
     let result = match &cli.command {
         Command::Simulate(args) => simulate::simulate(args),
+        Command::Bench(args) => bench::bench(args),
         Command::Scenes => info::scenes(),
         Command::Methods => info::methods(),
         Command::Info(args) => info::info(args),

@@ -9,6 +9,7 @@ use std::thread::available_parallelism;
 use std::time::Instant;
 
 use drystone::{Inline, Method, SimdLevel, Team, WorldConfig};
+use drystone_bench::StageClock;
 use drystone_scene::Running;
 use indicatif::{ProgressBar, ProgressStyle};
 
@@ -17,7 +18,7 @@ use crate::bake::Bake;
 use crate::cli::Simulate;
 use crate::events::{EventLog, Names};
 use crate::load::{Loaded, build, load, refused};
-use crate::measure::{Measure, StageClock};
+use crate::measure::Measure;
 use crate::output::{self, Failure, Output};
 use crate::report::{Report, Run};
 use crate::trace::Trace;

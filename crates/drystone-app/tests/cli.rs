@@ -392,3 +392,53 @@ fn a_reader_that_has_gone_is_no_failure() {
     let output = child.wait_with_output().unwrap();
     assert_eq!((output.status.code(), text(&output.stderr)), (Some(0), String::new()));
 }
+
+#[test]
+fn bench_writes_rows_whose_hash_is_that_of_simulate() {
+    let folder = folder("bench");
+    let args = "bench --scene stack:n=4,top_mass_ratio=10,hello --threads 1,2 --steps 30 --runs 2 \
+                --json rows.json";
+    let shown = succeed(&folder, &args.split_whitespace().collect::<Vec<_>>());
+    assert!(shown.starts_with("scene ") && shown.contains("solver"), "{shown}");
+    let rows = json(&folder.join("rows.json"));
+    let rows = rows.as_array().unwrap();
+    assert_eq!(rows.len(), 4);
+    for row in rows {
+        let scene = row["scene"].as_str().unwrap();
+        let simulate = ["simulate", scene, "--steps", "30", "--report", "report.json"];
+        succeed(&folder, &simulate);
+        let report = json(&folder.join("report.json"));
+        assert_eq!(row["hash"], report["hash"], "{scene}");
+        assert_eq!(row["engine"], "self");
+        assert_eq!((&row["steps"], &row["runs"]), (&30.into(), &2.into()));
+        assert_eq!(row["stands"].as_bool(), scene.starts_with("stack").then_some(true));
+        let ms = &row["ms_per_step"];
+        let [min, median, p99] = ["min", "median", "p99"].map(|key| ms[key].as_f64().unwrap());
+        assert!(min > 0.0 && min <= median && median <= p99, "{ms}");
+        assert!(row["stages_ms"]["solver"].as_f64().unwrap() > 0.0);
+        assert!(row["max_penetration"].as_f64().unwrap() < 0.02, "{scene}");
+    }
+    // To stdout there are the rows alone.
+    let rows = succeed(
+        &folder,
+        &["bench", "--scene", "hello", "--steps", "2", "--runs", "1", "--json", "-"],
+    );
+    let rows: Value = serde_json::from_str(&rows).unwrap();
+    assert_eq!(rows.as_array().unwrap().len(), 2);
+}
+
+#[test]
+fn bench_refuses_what_it_cannot_measure() {
+    let folder = folder("bench_refused");
+    let line = fail(&folder, &["bench", "--scene", "stak"]);
+    assert!(line.contains("stak") && line.contains("stack"), "{line}");
+    let line = fail(&folder, &["bench", "--scene", "stack:n=0"]);
+    assert!(line.contains("stack:n=0") && line.contains("1 to 10000"), "{line}");
+    let line = fail(&folder, &["bench", "--scene", "hello,"]);
+    assert!(line.contains("no name"), "{line}");
+    let line = fail(&folder, &["bench", "--scene", "hello", "--json", "no/such/rows.json"]);
+    assert!(line.contains("no/such/rows.json"), "{line}");
+    for args in [["bench", "--steps", "1"], ["bench", "--runs", "0"], ["bench", "--threads", "0"]] {
+        assert_eq!(drystone(&folder, &args).status.code(), Some(2), "{args:?}");
+    }
+}

@@ -1,8 +1,8 @@
 //! A scene as a world that runs, with its script.
 
-use drystone::{BodyDef, BodyId, DefError, JointDef, JointId, Pose, Vec3, World, trig, vec3};
+use drystone::{BodyDef, BodyId, DefError, JointDef, JointId, Pose, World};
 
-use crate::scene::{Scene, SceneBody, Script};
+use crate::scene::{Scene, SceneBody, Script, ScriptAction};
 
 /// The engine refused something of a scene.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -159,37 +159,21 @@ impl Running {
     /// # Errors
     /// The engine refuses what the script wants.
     pub fn before_step(&mut self, dt: f32) -> Result<(), BuildError> {
-        match &self.script {
-            Script::None => {}
-            &Script::Orbit { body, center, radius, degrees_per_step } => {
-                let aim = orbit_point(center, radius, degrees_per_step, self.steps + 1);
+        match self.script.action(self.steps) {
+            ScriptAction::None => {}
+            ScriptAction::Aim { body, position } => {
                 let id = self.at("the script", body)?;
                 if let Some(mut mover) = self.world.body_mut(id) {
-                    let pose = Pose::new(aim, mover.get().rotation());
+                    let pose = Pose::new(position, mover.get().rotation());
                     mover.move_to(pose, dt).map_err(|e| body_error(&self.names[body], e))?;
                 }
             }
-            Script::Drop { every, bodies } => {
-                let every = (*every).max(1);
-                if self.steps > 0 && self.steps.is_multiple_of(every) {
-                    let number = usize::try_from(self.steps / every - 1).unwrap_or(usize::MAX);
-                    if let Some(SceneBody { name, def }) = bodies.get(number).cloned() {
-                        self.add(&name, def)?;
-                    }
-                }
+            ScriptAction::Add(body) => {
+                let SceneBody { name, def } = body.clone();
+                self.add(&name, def)?;
             }
         }
         self.steps += 1;
         Ok(())
     }
-}
-
-/// Where an orbiting body is to be after `steps` steps.
-fn orbit_point(center: Vec3, radius: f32, degrees_per_step: f32, steps: u64) -> Vec3 {
-    // The angle is kept within a turn in f64: a step's part of it would be lost in f32 after a while.
-    let degrees = (f64::from(degrees_per_step) * steps as f64) % 360.0;
-    #[expect(clippy::cast_possible_truncation, reason = "within ±2π")]
-    let angle = degrees.to_radians() as f32;
-    let (s, c) = trig::sin_cos(angle);
-    center + vec3(c, 0.0, s) * radius
 }

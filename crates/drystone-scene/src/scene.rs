@@ -1,7 +1,7 @@
 //! A scene in neutral form: what the catalog builds, what files are read into, what every engine of
 //! the benchmark is given.
 
-use drystone::{BodyDef, JointKind, Vec3, WorldConfig};
+use drystone::{BodyDef, JointKind, Vec3, WorldConfig, trig, vec3};
 
 /// A body of a scene.
 #[derive(Clone, Debug)]
@@ -57,6 +57,53 @@ pub enum Script {
         /// The bodies.
         bodies: Vec<SceneBody>,
     },
+}
+
+/// What a script wants before one step.
+#[derive(Clone, Copy, Debug)]
+pub enum ScriptAction<'a> {
+    /// Nothing.
+    None,
+    /// The kinematic body `body` gets the velocity that takes it to `position` in the step, without a
+    /// turn.
+    Aim {
+        /// Number of the body.
+        body: usize,
+        /// Where its origin is to be after the step [m].
+        position: Vec3,
+    },
+    /// This body joins.
+    Add(&'a SceneBody),
+}
+
+impl Script {
+    /// What is to be done before step `step`, counted from 0.
+    #[must_use]
+    pub fn action(&self, step: u64) -> ScriptAction<'_> {
+        match self {
+            Self::None => ScriptAction::None,
+            &Self::Orbit { body, center, radius, degrees_per_step } => {
+                let position = orbit_point(center, radius, degrees_per_step, step + 1);
+                ScriptAction::Aim { body, position }
+            }
+            Self::Drop { every, bodies } => {
+                let every = (*every).max(1);
+                let number = (step / every).checked_sub(1).filter(|_| step.is_multiple_of(every));
+                let body = number.and_then(|n| bodies.get(usize::try_from(n).ok()?));
+                body.map_or(ScriptAction::None, ScriptAction::Add)
+            }
+        }
+    }
+}
+
+/// Where an orbiting body is to be after `steps` steps.
+fn orbit_point(center: Vec3, radius: f32, degrees_per_step: f32, steps: u64) -> Vec3 {
+    // The angle is kept within a turn in f64: a step's part of it would be lost in f32 after a while.
+    let degrees = (f64::from(degrees_per_step) * steps as f64) % 360.0;
+    #[expect(clippy::cast_possible_truncation, reason = "within ±2π")]
+    let angle = degrees.to_radians() as f32;
+    let (s, c) = trig::sin_cos(angle);
+    center + vec3(c, 0.0, s) * radius
 }
 
 /// A scene.

@@ -194,13 +194,14 @@ fn recycle(
     }
     let mut part = Some(contact);
     while let Some(contact) = part {
-        let offset = b.center - a.center;
         let normal = contact.normal;
+        // The normal in both bodies' frames: then the anchors need no turning.
+        let (n_a, n_b) = (a.rotation.unrotate(normal), b.rotation.unrotate(normal));
+        let between = normal.dot(b.center - a.center);
         let count = usize::from(contact.count);
         let mut least = f32::INFINITY;
         for p in &mut contact.points[..count] {
-            let between = offset + (b.rotation.rotate(p.local_b) - a.rotation.rotate(p.local_a));
-            p.separation = p.base + normal.dot(between);
+            p.separation = p.base + (between + (n_b.dot(p.local_b) - n_a.dot(p.local_a)));
             least = least.min(p.separation);
         }
         if count > 0 && !(least <= ctx.margin) {

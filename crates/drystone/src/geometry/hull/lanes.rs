@@ -15,6 +15,17 @@ struct Vectors {
     z: Lanes,
 }
 
+impl Vectors {
+    #[inline]
+    fn dot(&self, n: Vec3) -> Lanes {
+        let mut along = [0.0; LANES];
+        for i in 0..LANES {
+            along[i] = n.x * self.x[i] + n.y * self.y[i] + n.z * self.z[i];
+        }
+        along
+    }
+}
+
 /// See the module.
 #[derive(Clone, Debug)]
 pub(crate) struct HullLanes {
@@ -59,11 +70,12 @@ impl HullLanes {
     pub(crate) fn least_along(&self, n: Vec3) -> f32 {
         let mut least = [f32::INFINITY; LANES];
         for v in &self.vertices {
+            let along = v.dot(n);
             for i in 0..LANES {
-                least[i] = lesser(n.x * v.x[i] + n.y * v.y[i] + n.z * v.z[i], least[i]);
+                least[i] = lesser(along[i], least[i]);
             }
         }
-        least.into_iter().fold(f32::INFINITY, lesser)
+        smallest(&least)
     }
 
     /// The least and the greatest of `n` · v over the vertices.
@@ -71,16 +83,13 @@ impl HullLanes {
     pub(crate) fn reach_along(&self, n: Vec3) -> (f32, f32) {
         let (mut least, mut most) = ([f32::INFINITY; LANES], [f32::NEG_INFINITY; LANES]);
         for v in &self.vertices {
+            let along = v.dot(n);
             for i in 0..LANES {
-                let d = n.x * v.x[i] + n.y * v.y[i] + n.z * v.z[i];
-                least[i] = lesser(d, least[i]);
-                most[i] = greater(d, most[i]);
+                least[i] = lesser(along[i], least[i]);
+                most[i] = greater(along[i], most[i]);
             }
         }
-        (
-            least.into_iter().fold(f32::INFINITY, lesser),
-            most.into_iter().fold(f32::NEG_INFINITY, greater),
-        )
+        (smallest(&least), greatest(&most))
     }
 
     /// The vertex number farthest along `n`, the first of several.
@@ -142,24 +151,67 @@ fn groups(vectors: &[Vec3]) -> Vec<Vectors> {
 }
 
 /// The number of the vector that is most along `n`, the first of several; 0 if nothing compares.
-#[inline]
 fn most_along(vectors: &[Vectors], n: Vec3) -> usize {
     let mut most = [f32::NEG_INFINITY; LANES];
-    let mut at = [0_u32; LANES];
-    for (g, v) in (0_u32..).zip(vectors) {
+    for v in vectors {
+        let along = v.dot(n);
         for i in 0..LANES {
-            let d = n.x * v.x[i] + n.y * v.y[i] + n.z * v.z[i];
-            let further = d > most[i];
-            most[i] = if further { d } else { most[i] };
-            at[i] = if further { g } else { at[i] };
+            most[i] = greater(along[i], most[i]);
         }
     }
-    let (mut best, mut number) = (f32::NEG_INFINITY, usize::MAX);
-    for i in 0..LANES {
-        let candidate = at[i] as usize * LANES + i;
-        if most[i] > best || (most[i] >= best && candidate < number) {
-            (best, number) = (most[i], candidate);
+    let most = greatest(&most);
+    // Once more rather than to carry the numbers along: compilers make poor code of that.
+    for (g, v) in vectors.iter().enumerate() {
+        if let Some(i) = first_reaching(&v.dot(n), most) {
+            return g * LANES + i;
         }
     }
-    if best > f32::NEG_INFINITY { number } else { 0 }
+    0
+}
+
+/// The place of the largest number, the first of several; 0 if nothing compares.
+pub(crate) fn largest(groups: &[Lanes]) -> usize {
+    let mut most = [f32::NEG_INFINITY; LANES];
+    for group in groups {
+        for i in 0..LANES {
+            most[i] = greater(group[i], most[i]);
+        }
+    }
+    let most = greatest(&most);
+    for (g, group) in groups.iter().enumerate() {
+        if let Some(i) = first_reaching(group, most) {
+            return g * LANES + i;
+        }
+    }
+    0
+}
+
+/// The first lane that is at least `least`.
+#[inline]
+fn first_reaching(group: &Lanes, least: f32) -> Option<usize> {
+    any_reaches(group, least).then(|| group.iter().position(|d| *d >= least)).flatten()
+}
+
+/// True if some lane is at least `least`.
+#[inline]
+pub(crate) fn any_reaches(group: &Lanes, least: f32) -> bool {
+    let mut any = false;
+    for d in group {
+        any |= *d >= least;
+    }
+    any
+}
+
+/// The largest lane. Not inlined: the loops before it would be laid out for it, not for themselves.
+#[inline(never)]
+fn greatest(group: &Lanes) -> f32 {
+    let [a, b, c, d, e, f, g, h] = *group;
+    greater(greater(greater(a, b), greater(c, d)), greater(greater(e, f), greater(g, h)))
+}
+
+/// The smallest lane.
+#[inline(never)]
+fn smallest(group: &Lanes) -> f32 {
+    let [a, b, c, d, e, f, g, h] = *group;
+    lesser(lesser(lesser(a, b), lesser(c, d)), lesser(lesser(e, f), lesser(g, h)))
 }

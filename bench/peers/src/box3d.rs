@@ -1,0 +1,288 @@
+//! Box3D: the settings of its own benchmark program, 4 substeps; the coefficients, masses and sleep
+//! settings of the scene.
+
+#![expect(unsafe_code, reason = "a C library")]
+
+use drystone::{
+    BodyKind, Combine, Hull, JointKind, Material, Mesh, Pose, Quat, Shape, ShapeDef, SleepConfig,
+    Vec3, vec3,
+};
+use drystone_bench::{BodyState, Engine, EngineError, density_factor};
+use drystone_scene::{Scene, SceneBody};
+
+use box3d_sys as b3;
+
+use crate::hulls::Shared;
+
+/// Substeps of a step, as in its benchmark program.
+const SUBSTEPS: i32 = 4;
+/// Half extents of the box that stands for a half space [m].
+const GROUND: Vec3 = vec3(500.0, 10.0, 500.0);
+
+/// Box3D.
+pub(crate) struct Box3d {
+    world: b3::b3WorldId,
+    bodies: Vec<b3::b3BodyId>,
+    hulls: Shared<*mut b3::b3HullData>,
+    meshes: Shared<*mut b3::b3MeshData>,
+    sleep: SleepConfig,
+}
+
+impl Drop for Box3d {
+    fn drop(&mut self) {
+        // SAFETY: made in `build`, destroyed once. Hulls and meshes stay until the process ends.
+        unsafe { b3::b3DestroyWorld(self.world) }
+    }
+}
+
+impl Engine for Box3d {
+    const NAME: &'static str = "box3d";
+
+    fn version() -> String {
+        // SAFETY: takes nothing.
+        let version = unsafe { b3::b3GetVersion() };
+        let (major, minor, revision) = (version.major, version.minor, version.revision);
+        format!("{major}.{minor}.{revision} (box3d-sys {})", crate::versions::BOX3D_SYS)
+    }
+
+    fn build(scene: &Scene, threads: usize) -> Result<Self, EngineError> {
+        let count = |kind: BodyKind| {
+            let bodies = scene.bodies.iter().filter(|b| b.def.kind == kind);
+            bodies.fold((0, 0), |(n, shapes), b| (n + 1, shapes + b.def.shapes.len()))
+        };
+        let (fixed, dynamic) = (count(BodyKind::Static), count(BodyKind::Dynamic));
+        // SAFETY: takes nothing.
+        let mut def = unsafe { b3::b3DefaultWorldDef() };
+        def.gravity = vector(scene.config.gravity);
+        def.enableSleep = scene.config.sleep.enabled;
+        def.workerCount = u32::try_from(threads).map_err(|e| EngineError(e.to_string()))?;
+        // Its benchmark program gives hints as well: no table grows while time is taken.
+        def.capacity.staticBodyCount = int(fixed.0)?;
+        def.capacity.staticShapeCount = int(fixed.1)?;
+        def.capacity.dynamicBodyCount = int(dynamic.0)?;
+        def.capacity.dynamicShapeCount = int(dynamic.1)?;
+        def.capacity.contactCount = int(8 * dynamic.0)?;
+        // SAFETY: the definition is complete and outlives the call.
+        let world = unsafe { b3::b3CreateWorld(&raw const def) };
+        let mut this = Self {
+            world,
+            bodies: Vec::with_capacity(scene.bodies.len()),
+            hulls: Shared::default(),
+            meshes: Shared::default(),
+            sleep: scene.config.sleep,
+        };
+        for body in &scene.bodies {
+            this.add(body)?;
+        }
+        for joint in &scene.joints {
+            if joint.kind != JointKind::Ball {
+                let what = "joints other than ball joints are not translated";
+                return Err(EngineError(what.to_owned()));
+            }
+            // SAFETY: takes nothing.
+            let mut def = unsafe { b3::b3DefaultSphericalJointDef() };
+            def.base.bodyIdA = this.bodies[joint.body_a];
+            def.base.bodyIdB = this.bodies[joint.body_b];
+            def.base.localFrameA = transform(&Pose::at(joint.anchor_a));
+            def.base.localFrameB = transform(&Pose::at(joint.anchor_b));
+            def.base.collideConnected = joint.collide_connected;
+            // SAFETY: the world and its bodies live; the definition outlives the call.
+            unsafe { b3::b3CreateSphericalJoint(world, &raw const def) };
+        }
+        // SAFETY: the world lives. Static trees are made balanced before time is taken, as the other
+        // engines' are.
+        unsafe { b3::b3World_RebuildStaticTree(world) };
+        Ok(this)
+    }
+
+    fn add(&mut self, body: &SceneBody) -> Result<(), EngineError> {
+        let from = &body.def;
+        if from.locks.any() || from.asleep {
+            let what = "locked axes and sleeping starts are not translated";
+            return Err(EngineError(what.to_owned()));
+        }
+        // SAFETY: takes nothing.
+        let mut def = unsafe { b3::b3DefaultBodyDef() };
+        def.type_ = match from.kind {
+            BodyKind::Static => b3::b3BodyType_b3_staticBody,
+            BodyKind::Kinematic => b3::b3BodyType_b3_kinematicBody,
+            BodyKind::Dynamic => b3::b3BodyType_b3_dynamicBody,
+        };
+        def.position = vector(from.position);
+        def.rotation = quaternion(from.rotation);
+        def.linearDamping = from.linear_damping;
+        def.angularDamping = from.angular_damping;
+        def.gravityScale = from.gravity_scale;
+        def.enableSleep = from.can_sleep;
+        def.sleepThreshold = from.sleep_speed.unwrap_or(self.sleep.speed);
+        // SAFETY: the world lives; the definition outlives the call.
+        let id = unsafe { b3::b3CreateBody(self.world, &raw const def) };
+        let factor = density_factor(from)?;
+        for (i, shape) in from.shapes.iter().enumerate() {
+            let last = i + 1 == from.shapes.len();
+            self.add_shape(id, shape, factor, last)?;
+        }
+        // Those of the definition would be taken for the origin's, and change with the center of mass.
+        if from.kind != BodyKind::Static {
+            // SAFETY: the body lives.
+            unsafe { b3::b3Body_SetLinearVelocity(id, vector(from.linear_velocity)) };
+            // SAFETY: the body lives.
+            unsafe { b3::b3Body_SetAngularVelocity(id, vector(from.angular_velocity)) };
+        }
+        self.bodies.push(id);
+        Ok(())
+    }
+
+    fn aim(&mut self, body: usize, position: Vec3, dt: f32) -> Result<(), EngineError> {
+        let target = transform(&Pose { rotation: self.state(body).pose.rotation, position });
+        // SAFETY: the body lives.
+        unsafe { b3::b3Body_SetTargetTransform(self.bodies[body], target, dt, true) };
+        Ok(())
+    }
+
+    fn step(&mut self, dt: f32) {
+        // SAFETY: the world lives.
+        unsafe { b3::b3World_Step(self.world, dt, SUBSTEPS) };
+    }
+
+    fn state(&self, body: usize) -> BodyState {
+        let id = self.bodies[body];
+        // SAFETY: the body lives.
+        let transform = unsafe { b3::b3Body_GetTransform(id) };
+        // SAFETY: the body lives.
+        let v = unsafe { b3::b3Body_GetLinearVelocity(id) };
+        // SAFETY: the body lives.
+        let w = unsafe { b3::b3Body_GetAngularVelocity(id) };
+        let own = |v: b3::b3Vec3| vec3(v.x, v.y, v.z);
+        let q = transform.q;
+        BodyState {
+            pose: Pose {
+                position: own(transform.p),
+                rotation: Quat::new(q.v.x, q.v.y, q.v.z, q.s),
+            },
+            linear_velocity: own(v),
+            angular_velocity: own(w),
+        }
+    }
+
+    fn simd(&self) -> String {
+        "4 lanes, sse2".to_owned()
+    }
+}
+
+impl Box3d {
+    fn add_shape(
+        &mut self,
+        body: b3::b3BodyId,
+        from: &ShapeDef,
+        factor: f32,
+        last: bool,
+    ) -> Result<(), EngineError> {
+        let Material { friction, restitution, rolling_resistance, friction_combine, .. } =
+            from.material;
+        let usual = (Combine::GeometricMean, Combine::Maximum);
+        if (friction_combine, from.material.restitution_combine) != usual {
+            return Err(EngineError("its rules for combining materials are fixed".to_owned()));
+        }
+        // SAFETY: takes nothing.
+        let mut def = unsafe { b3::b3DefaultShapeDef() };
+        def.density = from.density * factor;
+        def.baseMaterial.friction = friction;
+        def.baseMaterial.restitution = restitution;
+        def.baseMaterial.rollingResistance = rolling_resistance;
+        def.filter.categoryBits = from.filter.layers;
+        def.filter.maskBits = from.filter.mask & !from.filter.exclude;
+        def.isSensor = from.sensor;
+        // The mass is worked out once, with the last shape.
+        def.updateBodyMass = last;
+        let def = &raw const def;
+        let place = transform(&from.pose);
+        match &from.shape {
+            Shape::Sphere { radius } => {
+                let ball = b3::b3Sphere { center: vector(from.pose.position), radius: *radius };
+                // SAFETY: the body lives; definition and shape outlive the call.
+                unsafe { b3::b3CreateSphereShape(body, def, &raw const ball) };
+            }
+            Shape::Capsule { half_height, radius } => {
+                let end = vec3(0.0, *half_height, 0.0);
+                let capsule = b3::b3Capsule {
+                    center1: vector(from.pose.point(-end)),
+                    center2: vector(from.pose.point(end)),
+                    radius: *radius,
+                };
+                // SAFETY: as above.
+                unsafe { b3::b3CreateCapsuleShape(body, def, &raw const capsule) };
+            }
+            Shape::Box { half_extents } => add_box(body, def, *half_extents, place),
+            Shape::HalfSpace { normal, offset } => {
+                let turn = Quat::from_arc(Vec3::Y, *normal);
+                let middle = *normal * (*offset - GROUND.y);
+                let place = from.pose.compose(&Pose { position: middle, rotation: turn });
+                add_box(body, def, GROUND, transform(&place));
+            }
+            Shape::Hull(hull) => {
+                let made = self.hulls.hull(hull, || make_hull(hull))?;
+                // SAFETY: as above; the hull lives until the process ends.
+                unsafe {
+                    b3::b3CreateTransformedHullShape(body, def, made, place, vector(Vec3::ONE))
+                };
+            }
+            Shape::Mesh(mesh) if from.pose == Pose::IDENTITY => {
+                let made = self.meshes.mesh(mesh, || make_mesh(mesh))?;
+                // SAFETY: as above; the mesh lives until the process ends.
+                unsafe { b3::b3CreateMeshShape(body, def, made, vector(Vec3::ONE)) };
+            }
+            other => return Err(EngineError(format!("it has no shape for a {}", other.kind()))),
+        }
+        Ok(())
+    }
+}
+
+fn add_box(body: b3::b3BodyId, def: *const b3::b3ShapeDef, half: Vec3, place: b3::b3Transform) {
+    // SAFETY: takes numbers; makes a hull by value.
+    let made = unsafe { b3::b3MakeTransformedBoxHull(half.x, half.y, half.z, place) };
+    // SAFETY: the body lives; definition and hull outlive the call, which copies the hull.
+    unsafe { b3::b3CreateHullShape(body, def, &raw const made.base) };
+}
+
+fn make_hull(hull: &Hull) -> Option<*mut b3::b3HullData> {
+    let points: Vec<b3::b3Vec3> = hull.vertices().iter().map(|v| vector(*v)).collect();
+    let count = i32::try_from(points.len()).ok()?;
+    // SAFETY: the points outlive the call, `count` is their number.
+    let made = unsafe { b3::b3CreateHull(points.as_ptr(), count, count) };
+    (!made.is_null()).then_some(made)
+}
+
+fn make_mesh(mesh: &Mesh) -> Option<*mut b3::b3MeshData> {
+    let mut vertices: Vec<b3::b3Vec3> = mesh.vertices().iter().map(|v| vector(*v)).collect();
+    let indices = mesh.triangles().iter().flatten().map(|i| i32::try_from(*i).ok());
+    let mut indices: Vec<i32> = indices.collect::<Option<_>>()?;
+    let def = b3::b3MeshDef {
+        vertices: vertices.as_mut_ptr(),
+        indices: indices.as_mut_ptr(),
+        vertexCount: i32::try_from(vertices.len()).ok()?,
+        triangleCount: i32::try_from(mesh.triangles().len()).ok()?,
+        identifyEdges: true,
+        useMedianSplit: true,
+        ..b3::b3MeshDef::default()
+    };
+    // SAFETY: vertices and indices outlive the call, and their numbers are right.
+    let made = unsafe { b3::b3CreateMesh(&raw const def, core::ptr::null_mut(), 0) };
+    (!made.is_null()).then_some(made)
+}
+
+fn int(n: usize) -> Result<i32, EngineError> {
+    i32::try_from(n).map_err(|_| EngineError(format!("{n} bodies are too many")))
+}
+
+const fn vector(v: Vec3) -> b3::b3Vec3 {
+    b3::b3Vec3 { x: v.x, y: v.y, z: v.z }
+}
+
+const fn quaternion(q: Quat) -> b3::b3Quat {
+    b3::b3Quat { v: b3::b3Vec3 { x: q.x, y: q.y, z: q.z }, s: q.w }
+}
+
+const fn transform(pose: &Pose) -> b3::b3Transform {
+    b3::b3Transform { p: vector(pose.position), q: quaternion(pose.rotation) }
+}

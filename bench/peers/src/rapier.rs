@@ -1,0 +1,206 @@
+//! rapier3d: its own default solver settings; the coefficients, masses and sleep settings of the scene.
+
+use drystone::{BodyKind, Combine, JointKind, Material, Pose, Quat, Shape, ShapeDef, Vec3};
+use drystone_bench::{BodyState, Engine, EngineError, density_factor};
+use drystone_scene::{Scene, SceneBody};
+use rapier3d::prelude as rapier;
+use rapier3d::prelude::CoefficientCombineRule as Rule;
+
+use crate::hulls::Shared;
+
+/// rapier3d.
+pub(crate) struct Rapier {
+    world: rapier::PhysicsWorld,
+    bodies: Vec<rapier::RigidBodyHandle>,
+    shapes: Shared<rapier::SharedShape>,
+    sleep: drystone::SleepConfig,
+}
+
+impl Engine for Rapier {
+    const NAME: &'static str = "rapier";
+
+    fn version() -> String {
+        crate::versions::RAPIER.to_owned()
+    }
+
+    fn build(scene: &Scene, threads: usize) -> Result<Self, EngineError> {
+        let mut world =
+            rapier::PhysicsWorld { gravity: vector(scene.config.gravity), ..Default::default() };
+        world.integration_parameters.dt = scene.hz.recip();
+        world
+            .physics_pipeline
+            .configure_thread_pool(threads)
+            .map_err(|e| EngineError(format!("threads: {e}")))?;
+        let mut this = Self {
+            world,
+            bodies: Vec::new(),
+            shapes: Shared::default(),
+            sleep: scene.config.sleep,
+        };
+        for body in &scene.bodies {
+            this.add(body)?;
+        }
+        for joint in &scene.joints {
+            let (a, b) = (this.bodies[joint.body_a], this.bodies[joint.body_b]);
+            match joint.kind {
+                JointKind::Ball => {}
+                _ => {
+                    return Err(EngineError(
+                        "joints other than ball joints are not translated".to_owned(),
+                    ));
+                }
+            }
+            let ball = rapier::SphericalJointBuilder::new()
+                .local_anchor1(vector(joint.anchor_a))
+                .local_anchor2(vector(joint.anchor_b))
+                .contacts_enabled(joint.collide_connected);
+            this.world.insert_impulse_joint(a, b, ball);
+        }
+        Ok(this)
+    }
+
+    fn add(&mut self, body: &SceneBody) -> Result<(), EngineError> {
+        let def = &body.def;
+        let builder = match def.kind {
+            BodyKind::Static => rapier::RigidBodyBuilder::fixed(),
+            BodyKind::Kinematic => rapier::RigidBodyBuilder::kinematic_velocity_based(),
+            BodyKind::Dynamic => rapier::RigidBodyBuilder::dynamic(),
+        };
+        let builder = builder
+            .pose(pose(&Pose::new(def.position, def.rotation)))
+            .linvel(vector(def.linear_velocity))
+            .angvel(vector(def.angular_velocity))
+            .gravity_scale(def.gravity_scale)
+            .linear_damping(def.linear_damping)
+            .angular_damping(def.angular_damping)
+            .can_sleep(self.sleep.enabled && def.can_sleep);
+        if def.locks.any() || def.asleep {
+            return Err(EngineError(
+                "locked axes and sleeping starts are not translated".to_owned(),
+            ));
+        }
+        let mut built = builder.build();
+        if self.sleep.enabled && def.can_sleep {
+            let activation = built.activation_mut();
+            activation.normalized_linear_threshold = def.sleep_speed.unwrap_or(self.sleep.speed);
+            activation.time_until_sleep = self.sleep.time;
+        }
+        let handle = self.world.bodies.insert(built);
+        let factor = density_factor(def)?;
+        for shape in &def.shapes {
+            let collider = self.collider(shape, factor)?;
+            let world = &mut self.world;
+            world.colliders.insert_with_parent(collider, handle, &mut world.bodies);
+        }
+        self.bodies.push(handle);
+        Ok(())
+    }
+
+    fn aim(&mut self, body: usize, position: Vec3, dt: f32) -> Result<(), EngineError> {
+        let handle = self.bodies[body];
+        if let Some(body) = self.world.bodies.get_mut(handle) {
+            let velocity = (vector(position) - body.translation()) / dt;
+            body.set_linvel(velocity, true);
+            body.set_angvel(vector(Vec3::ZERO), true);
+        }
+        Ok(())
+    }
+
+    fn step(&mut self, dt: f32) {
+        self.world.integration_parameters.dt = dt;
+        self.world.step();
+    }
+
+    fn state(&self, body: usize) -> BodyState {
+        let body = &self.world.bodies[self.bodies[body]];
+        let (p, q) = (body.translation(), body.rotation());
+        let own = |v: rapier::Vector| drystone::vec3(v.x, v.y, v.z);
+        BodyState {
+            pose: Pose { position: own(p), rotation: Quat::new(q.x, q.y, q.z, q.w) },
+            linear_velocity: own(body.linvel()),
+            angular_velocity: own(body.angvel()),
+        }
+    }
+
+    fn simd(&self) -> String {
+        "8 lanes, native".to_owned()
+    }
+}
+
+impl Rapier {
+    fn collider(&mut self, def: &ShapeDef, factor: f32) -> Result<rapier::Collider, EngineError> {
+        let mut place = def.pose;
+        let shape = match &def.shape {
+            Shape::Sphere { radius } => rapier::SharedShape::ball(*radius),
+            Shape::Capsule { half_height, radius } => {
+                rapier::SharedShape::capsule_y(*half_height, *radius)
+            }
+            Shape::Box { half_extents: h } => rapier::SharedShape::cuboid(h.x, h.y, h.z),
+            Shape::Cylinder { half_height, radius } => {
+                rapier::SharedShape::cylinder(*half_height, *radius)
+            }
+            Shape::Cone { half_height, radius_bottom, radius_top } if *radius_top == 0.0 => {
+                rapier::SharedShape::cone(*half_height, *radius_bottom)
+            }
+            Shape::HalfSpace { normal, offset } => {
+                place.position = place.point(*normal * *offset);
+                rapier::SharedShape::halfspace(vector(*normal))
+            }
+            Shape::Hull(hull) => self.shapes.hull(hull, || {
+                let points: Vec<rapier::Vector> =
+                    hull.vertices().iter().map(|v| vector(*v)).collect();
+                rapier::SharedShape::convex_hull(&points)
+            })?,
+            Shape::Mesh(mesh) => self.shapes.mesh(mesh, || {
+                let vertices = mesh.vertices().iter().map(|v| vector(*v)).collect();
+                rapier::SharedShape::trimesh(vertices, mesh.triangles().to_vec()).ok()
+            })?,
+            other => return Err(EngineError(format!("a {} is not translated", other.kind()))),
+        };
+        let Material { friction, restitution, friction_combine, restitution_combine, .. } =
+            def.material;
+        Ok(rapier::ColliderBuilder::new(shape)
+            .position(pose(&place))
+            .density(def.density * factor)
+            .friction(friction)
+            .friction_combine_rule(rule(friction_combine))
+            .restitution(restitution)
+            .restitution_combine_rule(rule(restitution_combine))
+            .collision_groups(groups(def.filter)?)
+            .sensor(def.sensor)
+            .build())
+    }
+}
+
+const fn rule(combine: Combine) -> Rule {
+    match combine {
+        Combine::GeometricMean => Rule::GeometricMean,
+        Combine::Multiply => Rule::Multiply,
+        Combine::Maximum => Rule::Max,
+        Combine::Minimum => Rule::Min,
+        Combine::Average => Rule::Average,
+    }
+}
+
+/// Layers as groups, of which there are 32.
+fn groups(filter: drystone::Filter) -> Result<rapier::InteractionGroups, EngineError> {
+    let few = |bits: u64| u32::try_from(bits);
+    let (Ok(layers), Ok(mask)) =
+        (few(filter.layers), few(filter.mask & !filter.exclude & 0xffff_ffff))
+    else {
+        return Err(EngineError("a filter has more than 32 layers".to_owned()));
+    };
+    let group = rapier::Group::from_bits_truncate;
+    let mode = rapier::InteractionTestMode::And;
+    Ok(rapier::InteractionGroups::new(group(layers), group(mask), mode))
+}
+
+const fn vector(v: Vec3) -> rapier::Vector {
+    rapier::Vector::new(v.x, v.y, v.z)
+}
+
+fn pose(pose: &Pose) -> rapier::Pose {
+    let q = pose.rotation;
+    let rotation = rapier::Rotation::from_xyzw(q.x, q.y, q.z, q.w);
+    rapier::Pose::from_parts(vector(pose.position), rotation)
+}

@@ -1,0 +1,149 @@
+//! drystone and its peers side by side: the engines take turns, run by run, each run in a process of its
+//! own; what comes out are rows as JSON, rows kept under `results/`, and the tables of README.md.
+
+mod cli;
+mod results;
+mod table;
+mod workers;
+
+use std::fs;
+use std::io::Write as _;
+use std::path::Path;
+use std::process::ExitCode;
+
+use clap::Parser;
+use drystone_bench::{Row, default_steps, expand, listing};
+use drystone_scene::Scene;
+
+use cli::{Cli, Command, Engine, Measure};
+use workers::{Run, Workers};
+
+/// Runs that a row must be made of to be kept.
+const ENOUGH_RUNS: usize = 5;
+
+fn main() -> ExitCode {
+    let cli = Cli::parse();
+    let outcome = match &cli.command {
+        Some(Command::Table(args)) => table::write(args.page.as_deref()),
+        None => measure(&cli.measure),
+    };
+    match outcome {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(e) => {
+            eprintln!("error: {e}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn measure(args: &Measure) -> Result<(), String> {
+    let scenes = expand(&args.scene).map_err(|e| e.to_string())?;
+    if let Some(path) = &args.json {
+        // Found out now, not after an hour.
+        fs::write(path, "[]\n").map_err(|e| refused(path, &e))?;
+    }
+    let workers = Workers::build(&args.engines)?;
+    warn_of_load();
+    let mut rows = Vec::new();
+    for (spec, scene) in &scenes {
+        rows.extend(scene_rows(args, &workers, spec, scene)?);
+        if let Some(path) = &args.json {
+            let json = serde_json::to_string_pretty(&rows).map_err(|e| e.to_string())?;
+            fs::write(path, json + "\n").map_err(|e| refused(path, &e))?;
+        }
+    }
+    write_out(&listing(&rows))?;
+    let full = |row: &Row| {
+        let scene = scenes.iter().find(|(spec, _)| *spec == row.scene);
+        row.runs >= ENOUGH_RUNS && scene.is_some_and(|(_, s)| default_steps(s) == row.steps)
+    };
+    let kept: Vec<Row> = rows.iter().filter(|row| full(row)).cloned().collect();
+    if kept.is_empty() {
+        eprintln!("not kept under bench/results: that takes {ENOUGH_RUNS} runs of full length");
+    } else {
+        eprintln!("kept in {}", results::append(&kept)?.display());
+    }
+    if rows.is_empty() { Err("no engine ran any of the scenes".to_owned()) } else { Ok(()) }
+}
+
+/// The rows of a scene, by threads and engine.
+fn scene_rows(
+    args: &Measure,
+    workers: &Workers,
+    spec: &str,
+    scene: &Scene,
+) -> Result<Vec<Row>, String> {
+    let steps = args.steps.unwrap_or_else(|| default_steps(scene));
+    let mut rows: Vec<Row> = Vec::new();
+    for &threads in &args.threads {
+        let run = Run { scene: spec, threads, steps };
+        let mut engines: Vec<(Engine, Vec<Row>)> =
+            args.engines.iter().map(|&engine| (engine, Vec::new())).collect();
+        // A B A B: a slow spell of the machine meets all of them.
+        for number in 1..=args.runs {
+            engines.retain_mut(|(engine, runs)| {
+                let name = engine.name();
+                match workers.run(*engine, &run) {
+                    Ok(row) => {
+                        let ms = row.ms_per_step.median;
+                        eprintln!(
+                            "{spec}, threads {threads}, run {number} of {}, {name}: {ms:.4} ms",
+                            args.runs
+                        );
+                        runs.push(row);
+                        true
+                    }
+                    Err(e) => {
+                        eprintln!("{spec}, threads {threads}, {name} is left out: {e}");
+                        false
+                    }
+                }
+            });
+        }
+        for (engine, runs) in &engines {
+            let Some((row, deviation)) = Row::merge(runs) else { continue };
+            if let Some(d) = deviation {
+                let what = format!(
+                    "{spec}, threads {threads}: runs of {} ended in different states, {} and {}",
+                    engine.name(),
+                    d.first,
+                    d.other
+                );
+                if *engine == Engine::Own {
+                    return Err(what);
+                }
+                eprintln!("note: {what}");
+            }
+            rows.push(row);
+        }
+    }
+    let mut own = rows.iter().filter(|row| row.engine == Engine::Own.name());
+    if let Some(first) = own.next()
+        && let Some(other) = own.find(|row| row.hash != first.hash)
+    {
+        return Err(format!(
+            "{spec}: self ended in state {} on {} and {} on {} threads",
+            first.hash, first.threads, other.hash, other.threads
+        ));
+    }
+    Ok(rows)
+}
+
+/// Times taken while others work are noise.
+fn warn_of_load() {
+    let load = fs::read_to_string("/proc/loadavg").ok();
+    let load = load.and_then(|text| text.split(' ').next()?.parse::<f64>().ok());
+    if let Some(load) = load.filter(|load| *load > 0.5) {
+        eprintln!(
+            "note: the load of the machine is {load} (the build counts too): times may be noise"
+        );
+    }
+}
+
+fn write_out(text: &str) -> Result<(), String> {
+    std::io::stdout().write_all(text.as_bytes()).map_err(|e| format!("stdout: {e}"))
+}
+
+fn refused(path: &Path, e: &std::io::Error) -> String {
+    format!("{}: cannot be written: {e}", path.display())
+}

@@ -1,0 +1,102 @@
+//! drystone itself.
+
+use std::sync::Arc;
+
+use drystone::{Inline, Pose, Quat, Team, Vec3};
+use drystone_scene::{Running, Scene, SceneBody};
+
+use crate::engine::{BodyState, Engine, EngineError};
+use crate::row::Stages;
+use crate::series::StageClock;
+
+/// drystone, with the method and settings of the scene and the machine's best SIMD level.
+#[derive(Debug)]
+pub struct Own {
+    running: Running,
+    clock: StageClock,
+}
+
+impl From<drystone_scene::BuildError> for EngineError {
+    fn from(e: drystone_scene::BuildError) -> Self {
+        Self(e.to_string())
+    }
+}
+
+impl Engine for Own {
+    const NAME: &'static str = "self";
+
+    fn version() -> String {
+        env!("CARGO_PKG_VERSION").to_owned()
+    }
+
+    fn build(scene: &Scene, threads: usize) -> Result<Self, EngineError> {
+        let mut running = scene.build()?;
+        if threads > 1 {
+            running.world.set_executor(Arc::new(Team::new(threads)));
+        } else {
+            running.world.set_executor(Arc::new(Inline));
+        }
+        Ok(Self { running, clock: StageClock::new() })
+    }
+
+    fn add(&mut self, body: &SceneBody) -> Result<(), EngineError> {
+        let id = self
+            .running
+            .world
+            .add_body(body.def.clone())
+            .map_err(|e| EngineError(format!("body '{}': {e}", body.name)))?;
+        self.running.bodies.push(id);
+        self.running.names.push(body.name.clone());
+        Ok(())
+    }
+
+    fn aim(&mut self, body: usize, position: Vec3, dt: f32) -> Result<(), EngineError> {
+        let id = self.running.bodies.get(body).copied();
+        if let Some(mut mover) = id.and_then(|id| self.running.world.body_mut(id)) {
+            let pose = Pose::new(position, mover.get().rotation());
+            mover.move_to(pose, dt).map_err(|e| EngineError(e.to_string()))?;
+        }
+        Ok(())
+    }
+
+    fn step(&mut self, dt: f32) {
+        let clock = &mut self.clock;
+        clock.begin();
+        self.running.world.step_observed(dt, &mut |stage| clock.stage(stage.name()));
+    }
+
+    fn state(&self, body: usize) -> BodyState {
+        let body = self.running.bodies.get(body).and_then(|id| self.running.world.body(*id));
+        body.map_or_else(nowhere, |b| BodyState {
+            pose: b.pose(),
+            linear_velocity: b.linear_velocity(),
+            angular_velocity: b.angular_velocity(),
+        })
+    }
+
+    fn simd(&self) -> String {
+        self.running.world.simd_level().name().to_owned()
+    }
+
+    fn hash(&self) -> Option<u64> {
+        Some(self.running.world.state_hash())
+    }
+
+    fn restart_clock(&mut self) {
+        self.clock = StageClock::new();
+    }
+
+    fn stages_ms(&self, steps: u64) -> Option<Stages> {
+        let means = self.clock.means(steps);
+        Some(Stages(means.into_iter().map(|(name, ms)| (name.to_owned(), ms)).collect()))
+    }
+}
+
+/// The state of a body that is not there.
+fn nowhere() -> BodyState {
+    BodyState {
+        pose: Pose { position: Vec3::splat(f32::NAN), rotation: Quat::IDENTITY },
+        linear_velocity: Vec3::ZERO,
+        angular_velocity: Vec3::ZERO,
+    }
+}

@@ -1,0 +1,172 @@
+//! A run: every step timed by itself, poses copied at some steps, judged after the last.
+
+use std::time::Instant;
+
+use drystone::BodyKind;
+use drystone_scene::{Scene, SceneBody, ScriptAction};
+
+use crate::check::Checker;
+use crate::engine::{BodyState, Engine, EngineError, hash_states};
+use crate::row::{MsPerStep, Row};
+use crate::scenes::times_first_step;
+use crate::series::{Series, milliseconds};
+use crate::standing::stands;
+
+/// Poses are copied after so many steps, evenly over the run, the last one included.
+const SAMPLES: u64 = 8;
+
+/// What is to be run.
+#[derive(Clone, Copy, Debug)]
+pub struct Order<'a> {
+    /// What the user calls the scene.
+    pub spec: &'a str,
+    /// The scene.
+    pub scene: &'a Scene,
+    /// Threads, the caller included.
+    pub threads: usize,
+    /// Steps; at least 2.
+    pub steps: u64,
+}
+
+/// The bodies that move, by number, and their states.
+#[derive(Debug, Default)]
+struct Movers {
+    numbers: Vec<usize>,
+    bodies: usize,
+}
+
+impl Movers {
+    fn add(&mut self, body: &SceneBody) {
+        if body.def.kind != BodyKind::Static {
+            self.numbers.push(self.bodies);
+        }
+        self.bodies += 1;
+    }
+
+    fn states<E: Engine>(&self, engine: &E) -> Vec<BodyState> {
+        self.numbers.iter().map(|&number| engine.state(number)).collect()
+    }
+}
+
+/// Runs the scene once with this engine.
+///
+/// # Errors
+/// The engine cannot run the scene.
+pub fn measure<E: Engine>(order: &Order<'_>) -> Result<Row, EngineError> {
+    let scene = order.scene;
+    let dt = scene.hz.recip();
+    let mut engine = E::build(scene, order.threads)?;
+    let mut movers = Movers::default();
+    scene.bodies.iter().for_each(|body| movers.add(body));
+    let mut added: Vec<&SceneBody> = Vec::new();
+    let mut samples: Vec<Vec<BodyState>> = Vec::new();
+    let mut ms = Series::default();
+    for step in 0..order.steps {
+        match scene.script.action(step) {
+            ScriptAction::None => {}
+            ScriptAction::Aim { body, position } => engine.aim(body, position, dt)?,
+            ScriptAction::Add(body) => {
+                engine.add(body)?;
+                movers.add(body);
+                added.push(body);
+            }
+        }
+        let start = Instant::now();
+        engine.step(dt);
+        let spent = start.elapsed();
+        if step > 0 || times_first_step(order.spec) {
+            ms.push(milliseconds(spent));
+        } else {
+            engine.restart_clock();
+        }
+        if is_sample(step + 1, order.steps) {
+            samples.push(movers.states(&engine));
+        }
+    }
+
+    let mut checker = Checker::new(scene)?;
+    for body in added {
+        checker.add(body)?;
+    }
+    for states in &samples {
+        checker.look(&movers.numbers, states);
+    }
+    let end = samples.last().map_or(&[][..], Vec::as_slice);
+    let bodies: Vec<&SceneBody> =
+        movers.numbers.iter().filter_map(|&number| checker.body(number)).collect();
+    Ok(Row {
+        scene: order.spec.to_owned(),
+        engine: E::NAME.to_owned(),
+        version: E::version(),
+        threads: order.threads,
+        simd: engine.simd(),
+        steps: order.steps,
+        bodies: movers.bodies,
+        ms_per_step: MsPerStep { min: ms.mean(), median: ms.mean(), p99: ms.percentile(99) },
+        hash: format!("{:016x}", engine.hash().unwrap_or_else(|| hash_states(end))),
+        max_penetration: checker.max_penetration(),
+        stands: stands(order.spec, scene, &bodies, end),
+        max_joint_error: checker.max_joint_error(),
+        lost: end.iter().filter(|state| !state.is_finite()).count(),
+        runs: 1,
+        stages_ms: engine.stages_ms(ms.len()),
+    })
+}
+
+/// Whether poses are copied after `done` of `steps` steps.
+const fn is_sample(done: u64, steps: u64) -> bool {
+    // The number of samples due grows by one at this step.
+    done * SAMPLES / steps > (done - 1) * SAMPLES / steps
+}
+
+#[cfg(test)]
+mod tests {
+    use drystone_scene::named;
+
+    use super::{Order, SAMPLES, is_sample, measure};
+    use crate::own::Own;
+
+    #[test]
+    fn samples_are_spread_evenly_and_include_the_last_step() {
+        for steps in [2, 7, 8, 100, 499, 500] {
+            let at: Vec<u64> = (1..=steps).filter(|&done| is_sample(done, steps)).collect();
+            assert_eq!(at.len() as u64, SAMPLES.min(steps), "{steps}");
+            assert_eq!(at.last(), Some(&steps));
+        }
+    }
+
+    #[test]
+    fn a_row_tells_of_the_run_and_threads_do_not_change_it() {
+        let scene = named("stack:n=3").unwrap();
+        let run = |threads| {
+            let order = Order { spec: "stack:n=3", scene: &scene, threads, steps: 30 };
+            measure::<Own>(&order).unwrap()
+        };
+        let (one, two) = (run(1), run(2));
+        assert_eq!((one.bodies, one.steps, one.stands), (4, 30, Some(true)));
+        assert_eq!(one.hash, two.hash);
+        // The hash is that of `drystone simulate`: of the world after 30 steps.
+        let mut running = scene.build().unwrap();
+        for _ in 0..30 {
+            running.step(1.0 / 60.0).unwrap();
+        }
+        assert_eq!(one.hash, format!("{:016x}", running.world.state_hash()));
+        assert!(one.stages_ms.is_some_and(|s| s.0.len() == 8));
+        assert!(one.ms_per_step.min > 0.0 && one.ms_per_step.p99 >= one.ms_per_step.median);
+    }
+
+    #[test]
+    fn scripts_run_as_in_the_scene() {
+        for (spec, steps) in [("large_world:tiles=4", 12), ("junkyard", 3)] {
+            let scene = named(spec).unwrap();
+            let order = Order { spec, scene: &scene, threads: 1, steps };
+            let row = measure::<Own>(&order).unwrap();
+            let mut running = scene.build().unwrap();
+            for _ in 0..steps {
+                running.step(1.0 / 60.0).unwrap();
+            }
+            assert_eq!(row.bodies, running.bodies.len(), "{spec}");
+            assert_eq!(row.hash, format!("{:016x}", running.world.state_hash()), "{spec}");
+        }
+    }
+}

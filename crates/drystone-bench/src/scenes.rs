@@ -1,0 +1,147 @@
+//! Which scenes, for how long, and timed from which step on.
+
+use drystone_scene::{CatalogError, Scene, named};
+
+/// Scenes that Box3D's benchmark has: the first step is not timed.
+const BOX3D: [&str; 10] = [
+    "large_pyramid",
+    "many_pyramids",
+    "convex_pile",
+    "joint_grid",
+    "junkyard",
+    "washer",
+    "trees100",
+    "trees50",
+    "trees25",
+    "large_world",
+];
+
+/// Scenes that Jolt's performance test has: all steps are timed.
+const JOLT: [&str; 3] = ["jolt_pyramid", "convex_vs_mesh", "high_speed"];
+
+/// Scenes that tell how well an engine does it, more than how fast.
+const QUALITY: [&str; 10] = [
+    "stack:n=10",
+    "stack:n=30",
+    "stack:n=10,top_mass_ratio=100",
+    "card_house:thickness=0.01",
+    "card_house:thickness=0.02",
+    "plank_tower",
+    "cradle:pulled=1,gap=0",
+    "cradle:pulled=1,gap=0.02",
+    "wall",
+    "arch",
+];
+
+/// A scene cannot be run.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum SceneError {
+    /// It is not in the catalog.
+    #[error("{spec}: {error}")]
+    Catalog {
+        /// As the user wrote it.
+        spec: String,
+        /// What is wrong with it.
+        error: CatalogError,
+    },
+    /// A list with nothing between two commas.
+    #[error("a scene has no name, allowed is a list such as stack:n=30,top_mass_ratio=100,washer")]
+    Empty,
+}
+
+/// The scenes of a list `S,S,…`, each with its name as written. Parameters are separated by commas too:
+/// `stack:n=30,top_mass_ratio=100,washer` are two scenes. The names `box3d`, `jolt`, `quality` and `all`
+/// stand for groups of scenes.
+///
+/// # Errors
+/// A scene that the catalog does not have, or not with these parameters.
+pub fn expand(list: &str) -> Result<Vec<(String, Scene)>, SceneError> {
+    let mut specs: Vec<String> = Vec::new();
+    for part in list.split(',').map(str::trim) {
+        match specs.last_mut() {
+            // A parameter of the scene before it.
+            Some(last) if part.contains('=') && !part.contains(':') && last.contains(':') => {
+                last.push(',');
+                last.push_str(part);
+            }
+            _ => specs.extend(group(part).into_iter().map(str::to_owned)),
+        }
+    }
+    let scene = |spec: String| match named(&spec) {
+        _ if spec.is_empty() => Err(SceneError::Empty),
+        Ok(scene) => Ok((spec, scene)),
+        Err(error) => Err(SceneError::Catalog { spec, error }),
+    };
+    specs.into_iter().map(scene).collect()
+}
+
+fn group(name: &str) -> Vec<&str> {
+    match name {
+        "box3d" => BOX3D.to_vec(),
+        "jolt" => JOLT.to_vec(),
+        "quality" => QUALITY.to_vec(),
+        "all" => [&BOX3D[..], &JOLT, &QUALITY].concat(),
+        one => vec![one],
+    }
+}
+
+/// Steps that a scene is measured for unless something else is said.
+#[must_use]
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a small number")]
+pub fn default_steps(scene: &Scene) -> u64 {
+    ((scene.seconds * scene.hz).round() as u64).max(2)
+}
+
+/// Whether the first step, in which contacts and trees are built, is timed too.
+#[must_use]
+pub fn times_first_step(spec: &str) -> bool {
+    let name = spec.split(':').next().unwrap_or_default().trim();
+    JOLT.contains(&name)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{BOX3D, JOLT, default_steps, expand, times_first_step};
+
+    fn names(list: &str) -> Vec<String> {
+        expand(list).unwrap().into_iter().map(|(spec, _)| spec).collect()
+    }
+
+    #[test]
+    fn a_list_is_taken_apart_at_the_commas_that_separate_scenes() {
+        assert_eq!(
+            names("stack:n=30,top_mass_ratio=100,pyramid, wall:ball=1"),
+            ["stack:n=30,top_mass_ratio=100", "pyramid", "wall:ball=1"]
+        );
+        assert_eq!(names("jolt,hello"), [&JOLT[..], &["hello"]].concat());
+        assert!(names("all").len() > 20);
+    }
+
+    #[test]
+    fn bad_lists_are_refused_with_a_reason() {
+        for (list, reason) in [
+            ("", "no name"),
+            ("hello,", "no name"),
+            ("hello,n=3", "n=3"),
+            ("pyramids", "pyramid"),
+            ("stack:n=0", "n"),
+            ("stack:n=3,m=4", "m"),
+        ] {
+            let message = expand(list).unwrap_err().to_string();
+            assert!(message.contains(reason), "{list}: {message}");
+        }
+    }
+
+    #[test]
+    fn steps_and_the_first_one_are_those_of_the_programs_the_scenes_come_from() {
+        let steps = |name: &str| default_steps(&expand(name).unwrap()[0].1);
+        assert_eq!(steps("large_pyramid"), 200);
+        assert_eq!((steps("many_pyramids"), steps("joint_grid")), (100, 100));
+        assert_eq!((steps("convex_pile"), steps("junkyard"), steps("trees50")), (500, 500, 500));
+        assert_eq!((steps("washer"), steps("jolt_pyramid"), steps("stack")), (1000, 500, 1200));
+        assert!(!BOX3D.iter().any(|name| times_first_step(name)));
+        assert!(
+            JOLT.iter().all(|name| times_first_step(name)) && times_first_step("high_speed:n=9")
+        );
+    }
+}

@@ -1,0 +1,568 @@
+//! The search of the axis that separates two polytopes most.
+//!
+//! All axes are tried that could be the best one, and few could: a body cannot be farther away along
+//! an axis than any one of its points. So the first good axis gives a point of each body near the
+//! contact, one pass over the planes their distances, and what lies below the best axis so far is
+//! left out: most faces by one number, most edges by two.
+//!
+//! Symbols: u, v normals of the two faces at an edge, d the edge's direction; R, t rotation and
+//! position of one body in the frame of the other.
+
+use crate::base::math::{Mat3, Vec3, greater};
+use crate::base::pose::Pose;
+use crate::base::wide::{LANES, Lanes};
+use crate::geometry::hull::lanes::{any_reaches, largest};
+use crate::geometry::hull::{HalfEdge, Hull};
+use crate::geometry::manifold::PairCache;
+
+const FACE_A: u8 = 1;
+const FACE_B: u8 = 2;
+const EDGES: u8 = 3;
+
+/// Squared sine below which two edges count as parallel (0.3°): the axes of faces serve there.
+const PARALLEL: f32 = 2.5e-5;
+
+/// Rounding of a distance, as a part of the lengths that go into it: 2^-24 for each of about ten
+/// operations.
+const ROUNDING: f32 = 1.0e-6;
+
+/// Groups of eight planes for which bounds are kept; larger hulls are searched in full.
+const NEAR_GROUPS: usize = 16;
+/// Most edges that are listed.
+const CANDIDATES: usize = 64;
+
+/// Rotation and position of the other body in the frame of the one.
+#[derive(Clone, Copy)]
+struct Frames {
+    r: Mat3,
+    t: Vec3,
+}
+
+impl Frames {
+    fn point(&self, p: Vec3) -> Vec3 {
+        self.r * p + self.t
+    }
+}
+
+/// Two hulls, each seen from the other.
+pub(super) struct Pair<'a> {
+    a: Side<'a>,
+    b: Side<'a>,
+    rounding: f32,
+}
+
+/// A hull, and the other one in its frame.
+struct Side<'a> {
+    hull: &'a Hull,
+    other: &'a Hull,
+    frames: Frames,
+}
+
+#[derive(Clone, Copy)]
+pub(super) struct FaceAxis {
+    pub(super) face: usize,
+    pub(super) separation: f32,
+    /// The vertex of the other hull that is nearest along the axis [frame of the face's hull].
+    witness: Vec3,
+}
+
+impl FaceAxis {
+    const NONE: Self = Self { face: 0, separation: f32::NEG_INFINITY, witness: Vec3::ZERO };
+}
+
+#[derive(Clone, Copy)]
+pub(super) struct EdgeAxis {
+    /// Half-edges of A and of B.
+    pub(super) a: usize,
+    pub(super) b: usize,
+    pub(super) separation: f32,
+    /// Unit, from A to B [frame of B].
+    pub(super) normal: Vec3,
+}
+
+/// The best axes of each kind.
+pub(super) struct Axes {
+    pub(super) face_a: FaceAxis,
+    /// Only if it is better than that of A.
+    pub(super) face_b: FaceAxis,
+    /// Only if it is better than both by the slack.
+    pub(super) edges: Option<EdgeAxis>,
+}
+
+pub(super) enum Verdict {
+    /// Some axis separates by so much [m], which is more than the margin.
+    Apart(f32),
+    Axes(Axes),
+}
+
+impl<'a> Pair<'a> {
+    pub(super) fn new(a: &'a Hull, b: &'a Hull, b_in_a: &Pose) -> Self {
+        let r = b_in_a.rotation.to_mat3();
+        let rt = r.transpose();
+        Self {
+            a: Side { hull: a, other: b, frames: Frames { r, t: b_in_a.position } },
+            b: Side { hull: b, other: a, frames: Frames { r: rt, t: -(rt * b_in_a.position) } },
+            rounding: ROUNDING * (b_in_a.position.length() + a.reach + b.reach),
+        }
+    }
+
+    /// The best axes, or the first that separates by more than `margin`. A pair of edges counts only
+    /// if it is better than all faces by `slack` [m].
+    pub(super) fn search(&self, margin: f32, slack: f32, cache: &mut PairCache) -> Verdict {
+        if let Some(gap) = self.cached_separation(*cache)
+            && gap > margin
+        {
+            return Verdict::Apart(gap);
+        }
+        let (mut near_a, mut near_b) = (Near::new(), Near::new());
+        near_a.measure(self.a.hull, self.a.frames.point(self.b.hull.center));
+        let first = self.a.face(near_a.farthest(self.a.hull));
+        if first.separation > margin {
+            remember(cache, FACE_A, first.face, 0);
+            return Verdict::Apart(first.separation);
+        }
+        near_a.measure(self.a.hull, first.witness);
+        let face_a = self.a.best_face(&near_a, first, margin, self.rounding);
+        if face_a.separation > margin {
+            remember(cache, FACE_A, face_a.face, 0);
+            return Verdict::Apart(face_a.separation);
+        }
+        if face_a.face != first.face {
+            near_a.measure(self.a.hull, face_a.witness);
+        }
+        let in_a = self.a.own_witness(&near_a, &face_a, self.rounding);
+        near_b.measure(self.b.hull, self.b.frames.point(in_a));
+        let floor = FaceAxis { separation: face_a.separation, ..FaceAxis::NONE };
+        let mut face_b = self.b.best_face(&near_b, floor, margin, self.rounding);
+        if face_b.separation > margin {
+            remember(cache, FACE_B, 0, face_b.face);
+            return Verdict::Apart(face_b.separation);
+        }
+        if face_b.separation > face_a.separation {
+            // Its witnesses are nearer to the contact.
+            near_b.measure(self.b.hull, face_b.witness);
+            let in_b = self.b.own_witness(&near_b, &face_b, self.rounding);
+            near_a.measure(self.a.hull, self.a.frames.point(in_b));
+        } else {
+            face_b = FaceAxis::NONE;
+        }
+        let floor = greater(face_a.separation, face_b.separation) + slack;
+        let edges_a = near_a.edges(self.a.hull, floor, self.rounding);
+        let edges_b = near_b.edges(self.b.hull, floor, self.rounding);
+        let lists = [edges_a.numbers(), edges_b.numbers()];
+        let edges = self.best_edges(margin, lists).filter(|e| e.separation > floor);
+        if let Some(e) = edges {
+            remember(cache, EDGES, e.a, e.b);
+            if e.separation > margin {
+                return Verdict::Apart(e.separation);
+            }
+        } else if face_b.separation > face_a.separation + slack {
+            remember(cache, FACE_B, 0, face_b.face);
+        } else {
+            remember(cache, FACE_A, face_a.face, 0);
+        }
+        Verdict::Axes(Axes { face_a, face_b, edges })
+    }
+
+    /// The separation along the axis that the cache names: one of those that the full search would try.
+    fn cached_separation(&self, cache: PairCache) -> Option<f32> {
+        let (a, b) = (self.a.hull, self.b.hull);
+        let (i, j) = (usize::from(cache.a), usize::from(cache.b));
+        match cache.kind {
+            FACE_A if i < a.planes.len() => Some(self.a.separation(i)),
+            FACE_B if j < b.planes.len() => Some(self.b.separation(j)),
+            EDGES if (i | 1) < a.edges.len() && (j | 1) < b.edges.len() => {
+                let edge = EdgeOf::new(a, &self.b.frames, i & !1);
+                edge.against(b, j & !1).map(|x| x.separation)
+            }
+            _ => None,
+        }
+    }
+
+    /// The pair of edges that separates most; the search ends at the first beyond `margin`. `numbers`
+    /// are the half-edges of A and of B that count; `None`: all.
+    fn best_edges(&self, margin: f32, numbers: [Option<&[u16]>; 2]) -> Option<EdgeAxis> {
+        let (a, b) = (self.a.hull, self.b.hull);
+        let count = |x: &Hull, list: Option<&[u16]>| list.map_or(x.edges.len() / 2, <[u16]>::len);
+        let number = |list: Option<&[u16]>, k: usize| list.map_or(2 * k, |l| usize::from(l[k]));
+        let [count_a, count_b] = [count(a, numbers[0]), count(b, numbers[1])];
+        let mut best: Option<EdgeAxis> = None;
+        if count_a == 0 {
+            return best;
+        }
+        let mut group = EdgeGroup::new();
+        for from in (0..count_b).step_by(LANES) {
+            let lanes = LANES.min(count_b - from);
+            for lane in 0..lanes {
+                group.put(lane, b, number(numbers[1], from + lane));
+            }
+            for i in 0..count_a {
+                let edge = EdgeOf::new(a, &self.b.frames, number(numbers[0], i));
+                let crossing = group.crossed_by(&edge);
+                for (lane, crosses) in crossing.into_iter().enumerate().take(lanes) {
+                    if !crosses {
+                        continue;
+                    }
+                    let Some(axis) = edge.against(b, number(numbers[1], from + lane)) else {
+                        continue;
+                    };
+                    if best.is_none_or(|x| axis.separation > x.separation) {
+                        best = Some(axis);
+                        if axis.separation > margin {
+                            return best;
+                        }
+                    }
+                }
+            }
+        }
+        best
+    }
+}
+
+impl Side<'_> {
+    /// Separation along the normal of face `face`.
+    #[inline]
+    fn separation(&self, face: usize) -> f32 {
+        let plane = self.hull.planes[face];
+        let n = self.frames.r.transpose_mul(plane.normal);
+        self.other.lanes.least_along(n) + plane.normal.dot(self.frames.t) - plane.offset
+    }
+
+    /// The same with the witness.
+    #[inline]
+    fn face(&self, face: usize) -> FaceAxis {
+        let plane = self.hull.planes[face];
+        let n = self.frames.r.transpose_mul(plane.normal);
+        let lowest = self.other.vertices[self.other.lanes.farthest_along(-n)];
+        let separation = n.dot(lowest) + plane.normal.dot(self.frames.t) - plane.offset;
+        FaceAxis { face, separation, witness: self.frames.point(lowest) }
+    }
+
+    /// The face that separates more than `start`, most of all; else `start`. The search ends at the
+    /// first beyond `margin`. `near` holds the distances of some point of the other hull.
+    fn best_face(&self, near: &Near, start: FaceAxis, margin: f32, rounding: f32) -> FaceAxis {
+        let mut best = start;
+        near.for_faces(self.hull, start.separation - rounding, |face, d| {
+            if d + rounding < best.separation {
+                return true;
+            }
+            let found = self.face(face);
+            // Of equal ones the first, wherever the search began.
+            if found.separation > best.separation
+                || (found.separation >= best.separation && face < best.face)
+            {
+                best = found;
+            }
+            best.separation <= margin
+        });
+        best
+    }
+
+    /// A point of the hull near the contact along a face axis: below the other's witness, which is
+    /// known by its distances `near`.
+    fn own_witness(&self, near: &Near, axis: &FaceAxis, rounding: f32) -> Vec3 {
+        let w = axis.witness;
+        if near.is_inside(self.hull, rounding) {
+            return w;
+        }
+        let below = w - self.hull.planes[axis.face].normal * axis.separation;
+        let mut at = Near::new();
+        at.measure(self.hull, below);
+        if at.is_inside(self.hull, rounding) {
+            return below;
+        }
+        self.hull.vertices[self.hull.lanes.farthest_along(w - self.hull.center)]
+    }
+}
+
+/// The distances of a point of one hull from the planes of another: upper bounds of what the planes'
+/// normals can separate.
+struct Near {
+    distances: [Lanes; NEAR_GROUPS],
+    /// The planes do not fit: nothing is known.
+    overflow: bool,
+}
+
+/// The edges that may carry a contact.
+struct Candidates {
+    numbers: [u16; CANDIDATES],
+    count: usize,
+}
+
+impl Candidates {
+    /// `None`: all of them.
+    fn numbers(&self) -> Option<&[u16]> {
+        self.numbers.get(..self.count)
+    }
+}
+
+impl Near {
+    const fn new() -> Self {
+        Self { distances: [[0.0; LANES]; NEAR_GROUPS], overflow: false }
+    }
+
+    fn measure(&mut self, of: &Hull, point: Vec3) {
+        self.overflow = of.planes.len() > NEAR_GROUPS * LANES;
+        if !self.overflow {
+            of.lanes.distances(point, &mut self.distances);
+        }
+    }
+
+    /// The face of `of` farthest from the center, the first of several.
+    fn farthest(&self, of: &Hull) -> usize {
+        if self.overflow {
+            return 0;
+        }
+        largest(&self.distances[..of.planes.len().div_ceil(LANES)])
+    }
+
+    /// True if the measured point is in `of`, up to rounding.
+    fn is_inside(&self, of: &Hull, rounding: f32) -> bool {
+        let mut outside = self.overflow;
+        for group in &self.distances[..of.planes.len().div_ceil(LANES).min(NEAR_GROUPS)] {
+            for d in group {
+                outside |= *d > rounding;
+            }
+        }
+        !outside
+    }
+
+    /// Of plane `i`; infinite if not known.
+    #[inline]
+    fn at(&self, i: usize) -> f32 {
+        if self.overflow { f32::INFINITY } else { self.distances[i / LANES][i % LANES] }
+    }
+
+    /// Calls `f` for the faces of `of` whose distance is at least `floor`, in order, until it says no.
+    #[inline]
+    fn for_faces(&self, of: &Hull, floor: f32, mut f: impl FnMut(usize, f32) -> bool) {
+        let count = of.planes.len();
+        if self.overflow {
+            let _ = (0..count).all(|face| f(face, f32::INFINITY));
+            return;
+        }
+        for (g, group) in self.distances[..count.div_ceil(LANES)].iter().enumerate() {
+            if !any_reaches(group, floor) {
+                continue;
+            }
+            for (i, d) in group.iter().enumerate() {
+                let face = g * LANES + i;
+                if *d >= floor && face < count && !f(face, *d) {
+                    return;
+                }
+            }
+        }
+    }
+
+    /// Edges of `of` along which a body that contains the measured point may be separated by more than
+    /// `floor`.
+    fn edges(&self, of: &Hull, floor: f32, rounding: f32) -> Candidates {
+        let mut found = Candidates { numbers: [0; CANDIDATES], count: 0 };
+        if self.overflow {
+            found.count = CANDIDATES + 1;
+            return found;
+        }
+        // Where no edge bulges by more than the largest, one of an edge's two faces must reach this.
+        let widest = of.lanes.widest_bulge();
+        let least = if floor > 0.0 { floor / widest } else { floor } - 2.0 * rounding;
+        self.for_faces(of, least, |face, d| {
+            let first = of.face_edges[face];
+            let mut e = first;
+            loop {
+                let edge = of.edges[usize::from(e)];
+                let other = usize::from(of.edges[usize::from(e ^ 1)].face);
+                let across = self.at(other);
+                // Each edge once: at the nearer of its faces.
+                if (d > across || (d >= across && face < other))
+                    && of.lanes.edge_bound(usize::from(e / 2), d + rounding, across + rounding)
+                        >= floor
+                {
+                    if let Some(number) = found.numbers.get_mut(found.count) {
+                        *number = e & !1;
+                    }
+                    found.count += 1;
+                }
+                e = edge.next;
+                if e == first {
+                    return true;
+                }
+            }
+        });
+        found
+    }
+}
+
+#[expect(clippy::cast_possible_truncation, reason = "hulls have fewer than 2^16 features")]
+fn remember(cache: &mut PairCache, kind: u8, a: usize, b: usize) {
+    (cache.kind, cache.a, cache.b) = (kind, a as u16, b as u16);
+}
+
+fn normal_of(x: &Hull, e: HalfEdge) -> Vec3 {
+    x.planes[usize::from(e.face)].normal
+}
+
+/// An edge of A with what the test against edges of B needs, in the frame of B.
+struct EdgeOf {
+    edge: usize,
+    tail: Vec3,
+    d: Vec3,
+    u: Vec3,
+    v: Vec3,
+}
+
+impl EdgeOf {
+    #[inline]
+    fn new(a: &Hull, a_frames: &Frames, edge: usize) -> Self {
+        let (e, twin) = (a.edges[edge], a.edges[edge + 1]);
+        let tail = a.vertices[usize::from(e.origin)];
+        let head = a.vertices[usize::from(twin.origin)];
+        Self {
+            edge,
+            tail: a_frames.r * tail + a_frames.t,
+            d: a_frames.r * (head - tail),
+            u: a_frames.r * normal_of(a, e),
+            v: a_frames.r * normal_of(a, twin),
+        }
+    }
+
+    /// The axis of a pair of edges if they build a face of the Minkowski difference: the arcs u to v
+    /// and -u' to -v' on the Gauss map cross. With p = u'·d, q = v'·d: as d points along u × v, the
+    /// arcs cross iff pq < 0, (u·d')(v·d') < 0 and p (u·d') > 0; then A's outward axis is
+    /// sign(u·d') d × d'.
+    fn against(&self, b: &Hull, edge_b: usize) -> Option<EdgeAxis> {
+        let (e, twin) = (b.edges[edge_b], b.edges[edge_b + 1]);
+        let p = normal_of(b, e).dot(self.d);
+        let q = normal_of(b, twin).dot(self.d);
+        if p * q >= 0.0 {
+            return None;
+        }
+        let tail = b.vertices[usize::from(e.origin)];
+        let d = b.vertices[usize::from(twin.origin)] - tail;
+        let (r, s) = (self.u.dot(d), self.v.dot(d));
+        if !(r * s < 0.0 && p * r > 0.0) {
+            return None;
+        }
+        let axis = self.d.cross(d);
+        let square = axis.length_squared();
+        if square <= PARALLEL * self.d.length_squared() * d.length_squared() {
+            return None;
+        }
+        let k = 1.0 / square.sqrt();
+        let normal = axis * if r > 0.0 { k } else { -k };
+        let separation = normal.dot(tail - self.tail);
+        Some(EdgeAxis { a: self.edge, b: edge_b, separation, normal })
+    }
+}
+
+/// Eight edges of B: normals of both faces and the edge itself.
+struct EdgeGroup {
+    u: [Lanes; 3],
+    v: [Lanes; 3],
+    d: [Lanes; 3],
+}
+
+impl EdgeGroup {
+    const fn new() -> Self {
+        let none = [[0.0; LANES]; 3];
+        Self { u: none, v: none, d: none }
+    }
+
+    #[inline]
+    fn put(&mut self, lane: usize, b: &Hull, edge: usize) {
+        let (e, twin) = (b.edges[edge], b.edges[edge + 1]);
+        let (u, v) = (normal_of(b, e), normal_of(b, twin));
+        let d = b.vertices[usize::from(twin.origin)] - b.vertices[usize::from(e.origin)];
+        for k in 0..3 {
+            (self.u[k][lane], self.v[k][lane], self.d[k][lane]) = (u[k], v[k], d[k]);
+        }
+    }
+
+    /// Which of the arcs are crossed by that of `edge`: the first test of [`EdgeOf::against`].
+    #[inline]
+    fn crossed_by(&self, edge: &EdgeOf) -> [bool; LANES] {
+        let dot = |a: &[Lanes; 3], v: Vec3| {
+            let mut sum = [0.0; LANES];
+            for i in 0..LANES {
+                sum[i] = a[0][i] * v.x + a[1][i] * v.y + a[2][i] * v.z;
+            }
+            sum
+        };
+        let (p, q) = (dot(&self.u, edge.d), dot(&self.v, edge.d));
+        let (r, s) = (dot(&self.d, edge.u), dot(&self.d, edge.v));
+        let mut crossed = [false; LANES];
+        for i in 0..LANES {
+            crossed[i] = (p[i] * q[i] < 0.0) & (r[i] * s[i] < 0.0) & (p[i] * r[i] > 0.0);
+        }
+        crossed
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Pair, Side, Verdict};
+    use crate::base::math::{Vec3, greater};
+    use crate::base::pose::Pose;
+    use crate::geometry::collide::tests::Random;
+    use crate::geometry::hull::Hull;
+    use crate::geometry::manifold::PairCache;
+
+    fn hulls(random: &mut Random) -> Vec<Hull> {
+        let cloud = |random: &mut Random, n: usize, scale: Vec3| {
+            let points: Vec<Vec3> = (0..n).map(|_| random.direction().mul_each(scale)).collect();
+            Hull::from_points(&points).unwrap()
+        };
+        let mut all = vec![Hull::cuboid(Vec3::splat(0.5)), Hull::cuboid([0.1, 1.0, 2.0].into())];
+        for n in [4, 6, 10, 32, 120] {
+            all.push(cloud(random, n, Vec3::ONE));
+            all.push(cloud(random, n, [1.0, 0.3, 0.05].into()));
+        }
+        all
+    }
+
+    #[test]
+    fn what_is_not_looked_at_cannot_be_the_best_axis() {
+        let mut random = Random(77);
+        let hulls = hulls(&mut random);
+        let mut with_edges = 0;
+        for _ in 0..6000 {
+            let pick = |r: &mut Random| {
+                let n = hulls.len();
+                #[expect(
+                    clippy::cast_possible_truncation,
+                    clippy::cast_sign_loss,
+                    reason = "small"
+                )]
+                let k = ((r.signed() * 0.5 + 0.5) * 1000.0) as usize;
+                &hulls[k % n]
+            };
+            let (a, b) = (pick(&mut random), pick(&mut random));
+            let turn = random.rotation();
+            // From deep overlap to well apart.
+            let t = random.direction() * ((a.reach + b.reach) * random.signed().abs());
+            let pair = Pair::new(a, b, &Pose::new(t, turn));
+            let everywhere = f32::INFINITY;
+            let Verdict::Axes(found) = pair.search(everywhere, 0.0, &mut PairCache::default())
+            else {
+                panic!("nothing is farther apart than that");
+            };
+            let most = |side: &Side<'_>| {
+                let all = (0..side.hull.planes.len()).map(|i| side.face(i).separation);
+                all.fold(f32::NEG_INFINITY, greater)
+            };
+            let (of_a, of_b) = (most(&pair.a), most(&pair.b));
+            assert_eq!(found.face_a.separation.to_bits(), of_a.to_bits());
+            if of_b > of_a {
+                assert_eq!(found.face_b.separation.to_bits(), of_b.to_bits());
+            }
+            let of_faces = greater(of_a, of_b);
+            if let Some(best) = pair.best_edges(everywhere, [None, None])
+                && best.separation > of_faces
+            {
+                with_edges += 1;
+                let few = found.edges.map(|x| x.separation.to_bits());
+                assert_eq!(few, Some(best.separation.to_bits()));
+            }
+        }
+        assert!(with_edges > 500, "{with_edges}");
+    }
+}
