@@ -148,6 +148,11 @@ impl Contacts {
         row
     }
 
+    /// Makes room for `n` more at once: growing step by step would copy the table several times.
+    pub(crate) fn make_room(&mut self, n: usize) {
+        grow::make_room(&mut self.rows, n.saturating_sub(self.free.len()));
+    }
+
     /// An empty row, to be filled and then entered.
     pub(crate) fn take_row(&mut self) -> u32 {
         self.free.pop().unwrap_or_else(|| {

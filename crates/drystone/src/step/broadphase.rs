@@ -151,6 +151,7 @@ fn create_all(
     contacts: &mut Contacts,
     jobs: &dyn Executor,
 ) {
+    contacts.make_room(pairs.len());
     rows.clear();
     rows.extend(pairs.iter().map(|_| contacts.take_row()));
     let (slots, _) = contacts.slots_mut();
