@@ -13,6 +13,13 @@ struct Node {
     right: u32,
 }
 
+/// What is below a node.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Children {
+    Nodes([u32; 2]),
+    Item(u32),
+}
+
 /// Boxes of items in a tree. An item is a number of the user's; a leaf is its place in the tree.
 #[derive(Clone, Debug)]
 pub(crate) struct Bvh {
@@ -40,6 +47,54 @@ impl Bvh {
             tree.root = tree.build_over(&mut items);
         }
         tree
+    }
+
+    /// The node above all others.
+    pub(crate) fn root(&self) -> Option<u32> {
+        (self.root != NONE).then_some(self.root)
+    }
+
+    /// What is below a node.
+    pub(crate) fn children(&self, node: u32) -> Children {
+        let n = &self.nodes[node as usize];
+        if n.left == NONE { Children::Item(n.right) } else { Children::Nodes([n.left, n.right]) }
+    }
+
+    /// The box of a node.
+    pub(crate) fn bounds(&self, node: u32) -> &Aabb {
+        &self.nodes[node as usize].bounds
+    }
+
+    /// The items in groups of at most `most` that lie near each other: the largest subtrees with so few
+    /// leaves. The items of a group are in the order of their numbers.
+    pub(crate) fn groups(&self, most: usize) -> Vec<Vec<u32>> {
+        let mut groups = Vec::new();
+        let mut stack: Vec<u32> = if self.root == NONE { Vec::new() } else { vec![self.root] };
+        let mut below = Vec::new();
+        while let Some(at) = stack.pop() {
+            let mut group = Vec::new();
+            below.clear();
+            below.push(at);
+            while let Some(n) = below.pop() {
+                let node = &self.nodes[n as usize];
+                if node.left != NONE {
+                    below.extend([node.right, node.left]);
+                } else if group.len() < most {
+                    group.push(node.right);
+                } else {
+                    group.clear();
+                    break;
+                }
+            }
+            if group.is_empty() {
+                let node = &self.nodes[at as usize];
+                stack.extend([node.right, node.left]);
+            } else {
+                group.sort_unstable();
+                groups.push(group);
+            }
+        }
+        groups
     }
 
     /// Splits by the longest axis of the centers, in eight bins by the surface heuristic.
@@ -112,7 +167,7 @@ impl Bvh {
     }
 
     /// Calls `visit` with every item whose box overlaps `bounds`; stops when it answers false.
-    #[inline]
+    #[cfg(test)]
     pub(crate) fn query(&self, bounds: &Aabb, mut visit: impl FnMut(u32) -> bool) {
         self.walk(|b| b.overlaps(bounds), &mut visit);
     }

@@ -5,8 +5,9 @@
 use super::hull::Hull;
 use super::mesh::Mesh;
 use super::solid::{Core, Solid};
+use crate::base::aabb::Aabb;
 use crate::base::double::{DVec3, lesser};
-use crate::base::math::Vec3;
+use crate::base::math::{Vec3, vec3};
 
 /// Where a ray meets a solid.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -187,16 +188,23 @@ fn nearest_triangle(mesh: &Mesh, origin: Vec3, delta: Vec3, max_fraction: f32) -
     let line = Line { o: DVec3::from(origin), d: DVec3::from(delta) };
     let mut max = max_fraction;
     let mut best = None;
+    let inv = vec3(1.0 / delta.x, 1.0 / delta.y, 1.0 / delta.z);
     mesh.bvh().ray(origin, delta, max_fraction, |item| {
-        let corners = mesh.triangles()[item as usize].map(|i| mesh.vertices()[i as usize]);
-        if let Some((t, normal)) = triangle(line, corners) {
-            let fraction = single(t);
-            // Of two triangles at one distance (a shared edge) the one of lower number, whatever
-            // order the tree visits them in.
-            let first = best.is_none_or(|(f, i, _)| fraction < f || (fraction <= f && item < i));
-            if fraction <= max && first {
-                max = fraction;
-                best = Some((fraction, item, normal));
+        for &number in mesh.pack(item).numbers() {
+            let corners = mesh.corners(number);
+            if !Aabb::of_points(corners).meets_ray(origin, inv, max) {
+                continue;
+            }
+            if let Some((t, normal)) = triangle(line, corners) {
+                let fraction = single(t);
+                // Of two triangles at one distance (a shared edge) the one of lower number, whatever
+                // order the tree visits them in.
+                let first =
+                    best.is_none_or(|(f, i, _)| fraction < f || (fraction <= f && number < i));
+                if fraction <= max && first {
+                    max = fraction;
+                    best = Some((fraction, number, normal));
+                }
             }
         }
         max

@@ -13,7 +13,7 @@ mod rest_tests;
 pub(super) mod tests;
 
 use self::convex::Convex;
-pub(crate) use self::mesh::collide_mesh;
+pub(crate) use self::mesh::{MeshScratch, Reach, collide_mesh};
 use super::clip::flip;
 use super::manifold::{Manifold, PairCache};
 use super::sat;

@@ -1,14 +1,19 @@
 //! Triangle meshes and their bounding volume hierarchy.
 
 mod adjacency;
+mod pack;
+mod tree;
 
 use std::collections::BTreeSet;
 
 pub(crate) use adjacency::Bend;
+pub(crate) use pack::Pack;
+pub(crate) use tree::{Tree, Window};
 
 use super::bvh::Bvh;
 use crate::base::aabb::Aabb;
 use crate::base::math::Vec3;
+use crate::base::wide::LANES;
 
 /// Coordinates lie within this [m]: beyond it, products of lengths leave f32.
 const MAX_COORDINATE: f32 = 1.0e7;
@@ -33,7 +38,10 @@ pub struct Mesh {
     vertices: Vec<Vec3>,
     triangles: Vec<[u32; 3]>,
     faces: Vec<Face>,
+    packs: Vec<Pack>,
+    /// Over the packs: for rays, and for boxes.
     bvh: Bvh,
+    tree: Tree,
     bounds: Aabb,
 }
 
@@ -113,8 +121,19 @@ impl Mesh {
         let boxes: Vec<Aabb> =
             kept.iter().map(|t| Aabb::of_points(t.map(|i| vertices[i as usize]))).collect();
         let bounds = boxes.iter().fold(Aabb::EMPTY, |all, b| all.union(b));
-        let bvh = Bvh::build(&boxes);
-        Ok(Self { vertices, triangles: kept, faces, bvh, bounds })
+        let packs: Vec<Pack> = Bvh::build(&boxes)
+            .groups(LANES)
+            .iter()
+            .map(|group| {
+                Pack::new(group.iter().map(|&t| {
+                    let corners = kept[t as usize].map(|i| vertices[i as usize]);
+                    (t, corners, faces[t as usize].normal)
+                }))
+            })
+            .collect();
+        let bvh = Bvh::build(&packs.iter().map(Pack::bounds).collect::<Vec<_>>());
+        let tree = Tree::new(&bvh);
+        Ok(Self { vertices, triangles: kept, faces, packs, bvh, tree, bounds })
     }
 
     /// The vertices [m, local].
@@ -135,8 +154,20 @@ impl Mesh {
         self.bounds
     }
 
+    /// The tree over [`Self::pack`]s for boxes.
+    pub(crate) const fn tree(&self) -> &Tree {
+        &self.tree
+    }
+
+    /// The tree over [`Self::pack`]s for rays.
     pub(crate) const fn bvh(&self) -> &Bvh {
         &self.bvh
+    }
+
+    /// An item of the tree.
+    #[inline]
+    pub(crate) fn pack(&self, item: u32) -> &Pack {
+        &self.packs[item as usize]
     }
 
     /// The corners of triangle `t` [m, local].

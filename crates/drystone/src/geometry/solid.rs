@@ -100,6 +100,26 @@ impl Solid {
         sharp.grown(self.radius)
     }
 
+    /// The box around the core along its own axes [m, local]; empty at the origin if there is none.
+    pub(crate) fn core_box(&self) -> Aabb {
+        let half = match &self.core {
+            Core::Hull(hull) => return hull.bounds(),
+            Core::Segment { half_height } => vec3(0.0, *half_height, 0.0),
+            Core::Frustum { half_height, radius_bottom, radius_top } => {
+                let wide = greater(*radius_bottom, *radius_top);
+                vec3(wide, *half_height, wide)
+            }
+            Core::Point | Core::HalfSpace { .. } | Core::Mesh(_) => Vec3::ZERO,
+        };
+        Aabb::new(-half, half)
+    }
+
+    /// A ball around a bounded convex solid: center and radius [m, local].
+    pub(crate) fn ball(&self) -> (Vec3, f32) {
+        let core = self.core_box();
+        (core.center(), core.half_extents().length() + self.radius)
+    }
+
     /// The greatest distance of a point of the solid from `center` [m]; 0 for a half-space.
     pub(crate) fn max_extent(&self, center: Vec3) -> f32 {
         let far = match &self.core {

@@ -93,6 +93,8 @@ pub(crate) struct Contact {
     pub(crate) twist_impulse: f32,
     pub(crate) rolling_impulse: Vec3,
     pub(crate) cache: PairCache,
+    /// Of pairs with a mesh: how far was looked for points when the manifolds were made [m].
+    pub(crate) looked: f32,
     /// While the contact is not awake.
     pub(crate) probe: Probe,
 }
@@ -111,7 +113,7 @@ pub(crate) struct Contacts {
     rows: Vec<Option<Contact>>,
     free: Vec<u32>,
     pairs: PairSet,
-    /// Contacts with an active body, first parts and others.
+    /// Contacts with an active body; of pairs with several parts the first only.
     awake: Vec<Probe>,
 }
 
@@ -167,13 +169,7 @@ impl Contacts {
         let sides = [contact.body_a, contact.body_b];
         let (is_part, key) = (contact.is_part, pair_key(contact.shape_a, contact.shape_b));
         contact.awake_row = NONE;
-        contact.probe = Probe {
-            row,
-            body_a: sides[0],
-            body_b: sides[1],
-            gap: if is_part { f32::INFINITY } else { 0.0 },
-            ..Probe::default()
-        };
+        contact.probe = Probe { row, body_a: sides[0], body_b: sides[1], ..Probe::default() };
         for (side, body) in (0_u32..).zip(sides) {
             let body = bodies.at_mut(body);
             let me = row * 2 + side;
@@ -214,10 +210,11 @@ impl Contacts {
         sides
     }
 
-    /// Enters a row into the awake list or takes it out.
+    /// Enters a row into the awake list or takes it out. Parts other than the first are never in it.
     pub(crate) fn set_awake(&mut self, row: u32, awake: bool) {
-        let at = self.at(row).awake_row;
-        if awake == (at != NONE) {
+        let contact = self.at(row);
+        let at = contact.awake_row;
+        if awake == (at != NONE) || contact.is_part {
             return;
         }
         if awake {

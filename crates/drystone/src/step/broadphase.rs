@@ -170,19 +170,19 @@ fn create_all(
         let is_mesh = shapes.at(c.shape_a).is_mesh();
         contacts.set_awake(*row, active);
         if is_mesh {
-            add_parts(*row, active, bodies, contacts);
+            add_parts(*row, bodies, contacts);
         }
     }
 }
 
 /// The further parts of a contact with a mesh.
-fn add_parts(first: u32, active: bool, bodies: &mut Bodies, contacts: &mut Contacts) {
+fn add_parts(first: u32, bodies: &mut Bodies, contacts: &mut Contacts) {
     let mut last = first;
     for _ in 1..MAX_PARTS {
+        // The first is in the awake list and begins the chain; a part does neither.
         let part = Contact { is_part: true, next_part: NONE, ..contacts.at(first).clone() };
         let row = contacts.insert(part, bodies);
         contacts.at_mut(last).next_part = row;
-        contacts.set_awake(row, active);
         last = row;
     }
 }
@@ -232,6 +232,7 @@ fn contact_of(a: u32, b: u32, shapes: &Shapes) -> Contact {
         twist_impulse: 0.0,
         rolling_impulse: Vec3::ZERO,
         cache: PairCache::default(),
+        looked: 0.0,
         probe: Probe::default(),
     }
 }

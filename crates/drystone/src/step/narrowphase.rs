@@ -5,13 +5,15 @@
 //! changes is in the order of the awake list, however many workers there are.
 //! References: [Gregorius13].
 
+mod mesh;
+
 use super::context::StepContext;
 use crate::base::disjoint::Rows;
 use crate::base::jobs::{Executor, collect_ranges, grain};
 use crate::base::math::Vec3;
 use crate::base::pose::Pose;
 use crate::base::quat::Quat;
-use crate::geometry::collide::{MAX_PARTS, collide, collide_mesh};
+use crate::geometry::collide::{MeshScratch, collide};
 use crate::geometry::manifold::Manifold;
 use crate::geometry::solid::Core;
 use crate::state::bodies::{Bodies, Body, NONE};
@@ -31,6 +33,8 @@ pub(crate) enum Change {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Scratch {
     changes: Vec<Vec<Change>>,
+    /// One a chunk of the awake list.
+    meshes: Vec<MeshScratch>,
 }
 
 impl Scratch {
@@ -52,7 +56,11 @@ pub(crate) fn update_manifolds(
     let count = probes.len();
     let (slots, probes) = (Rows::new(slots), Rows::new(probes));
     let least = grain(jobs, count, 32);
+    let chunks = count.div_ceil(least);
+    scratch.meshes.resize_with(scratch.meshes.len().max(chunks), MeshScratch::default);
+    let meshes = Rows::new(&mut scratch.meshes);
     collect_ranges(jobs, count, least, &mut scratch.changes, |range, out| {
+        let scratch = meshes.row(range.start / least);
         for probe in probes.slice(range) {
             let (a, b) = (bodies.at(probe.body_a), bodies.at(probe.body_b));
             let reach = speculative_margin(ctx, a, b);
@@ -60,7 +68,7 @@ pub(crate) fn update_manifolds(
                 continue;
             }
             if let Some(contact) = slots.row(probe.row as usize) {
-                update(ctx, [a, b], shapes, contact, probe, &slots, out);
+                update(ctx, [a, b], shapes, contact, probe, &slots, out, scratch);
             }
         }
     });
@@ -74,9 +82,15 @@ fn update(
     probe: &mut Probe,
     slots: &Rows<'_, Option<Contact>>,
     out: &mut Vec<Change>,
+    scratch: &mut MeshScratch,
 ) {
     let row = probe.row;
     let (shape_a, shape_b) = (shapes.at(contact.shape_a), shapes.at(contact.shape_b));
+    if let Core::Mesh(mesh) = &shape_a.solid.core {
+        let (a, b) = ((a, shape_a), (b, shape_b));
+        mesh::update(ctx, mesh, a, b, (contact, probe), slots, out, scratch);
+        return;
+    }
     if !shape_a.fat.overlaps(&shape_b.fat) {
         out.push(Change::Apart(row));
         return;
@@ -101,28 +115,10 @@ fn update(
         rotation_b: b.rotation,
         ..*probe
     };
-    let Core::Mesh(mesh) = &shape_a.solid.core else {
-        let m = collide(&shape_a.solid, &shape_b.solid, &b_in_a, margin, &mut contact.cache);
-        probe.gap = m.gap;
-        if rebuild(contact, &m, &pose_a, a, b) {
-            out.push(Change::Count(row));
-        }
-        return;
-    };
-    let mut made = [Manifold::default(); MAX_PARTS];
-    let count = collide_mesh(mesh, &shape_b.solid, &b_in_a, margin, &mut made);
-    let mut part = Some((row, contact));
-    let mut index = 0;
-    // Old impulses of all parts, to be found again by feature whichever part it is in now.
-    while let Some((row, contact)) = part {
-        let manifold = if index < count { made[index] } else { Manifold::default() };
-        if rebuild(contact, &manifold, &pose_a, a, b) {
-            out.push(Change::Count(row));
-        }
-        index += 1;
-        let next = contact.next_part;
-        part =
-            (next != NONE).then(|| slots.row(next as usize).as_mut().map(|c| (next, c))).flatten();
+    let m = collide(&shape_a.solid, &shape_b.solid, &b_in_a, margin, &mut contact.cache);
+    probe.gap = m.gap;
+    if rebuild(contact, &m, &pose_a, a, b) {
+        out.push(Change::Count(row));
     }
 }
 

@@ -3,4 +3,5 @@
 
 mod contract_world;
 mod property_hull;
+mod scenario_mesh;
 mod scenario_motion;

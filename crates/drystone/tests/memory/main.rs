@@ -144,6 +144,50 @@ fn a_stirred_pile_allocates_nothing() {
     assert!(calls.iter().filter(|n| **n == 0).count() >= 3, "{calls:?}");
 }
 
+/// A bowl of triangles, each smaller than what rolls about in it; gravity swings around.
+#[test]
+fn bodies_that_roll_over_a_mesh_allocate_nothing() {
+    let mut world = world(false);
+    let (n, mut vertices, mut triangles) = (40_u32, Vec::new(), Vec::new());
+    for i in 0..=n {
+        for k in 0..=n {
+            let (x, z) = (0.3 * i as f32 - 6.0, 0.3 * k as f32 - 6.0);
+            vertices.push(drystone::vec3(x, 0.1 * (x * x + z * z), z));
+        }
+    }
+    for i in 0..n {
+        for k in 0..n {
+            let a = i * (n + 1) + k;
+            triangles.extend([[a, a + 1, a + n + 1], [a + 1, a + n + 2, a + n + 1]]);
+        }
+    }
+    let mesh = drystone::Mesh::new(vertices, triangles).unwrap();
+    let mesh = drystone::Shape::Mesh(std::sync::Arc::new(mesh));
+    world.add_body(BodyDef::fixed().with_shape(ShapeDef::new(mesh))).unwrap();
+    for i in 0..16_u32 {
+        let shape = match i % 4 {
+            0 => ShapeDef::box_half([0.3, 0.4, 0.5]),
+            1 => ShapeDef::sphere(0.45),
+            2 => ShapeDef::capsule(0.3, 0.3),
+            _ => ShapeDef::new(drystone::Shape::cylinder(0.3, 0.4)),
+        };
+        let at = [1.3 * (i % 4) as f32 - 2.0, 3.0, 1.3 * (i / 4) as f32 - 2.0];
+        world.add_body(BodyDef::dynamic().with_position(at).with_shape(shape)).unwrap();
+    }
+    let mut swing = |steps: u32| {
+        let mut calls = 0;
+        for i in 0..steps {
+            let side = [[2.0, 0.0], [0.0, 2.0], [-2.0, 0.0], [0.0, -2.0]][(i / 25 % 4) as usize];
+            world.set_gravity([side[0], -9.81, side[1]]).unwrap();
+            calls += calls_of(&mut world, 1);
+        }
+        calls
+    };
+    swing(600);
+    let calls: Vec<u64> = (0..6).map(|_| swing(100)).collect();
+    assert!(calls.iter().filter(|n| **n == 0).count() >= 3, "{calls:?}");
+}
+
 #[test]
 fn falling_asleep_and_waking_allocate_nothing() {
     let mut world = world(true);

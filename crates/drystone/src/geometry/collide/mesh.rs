@@ -9,6 +9,7 @@ mod clip;
 mod contacts;
 mod frustum;
 mod hull;
+mod near;
 mod round;
 mod triangle;
 
@@ -19,6 +20,7 @@ mod tests;
 use super::MAX_PARTS;
 use crate::base::math::{Vec3, greater, lesser, vec3};
 use crate::base::pose::Pose;
+use crate::geometry::hull::Plane;
 use crate::geometry::manifold::Manifold;
 use crate::geometry::mesh::Mesh;
 use crate::geometry::solid::{Core, Solid};
@@ -26,6 +28,8 @@ use clip::Clipper;
 use contacts::{Contacts, Limits};
 use frustum::PlacedFrustum;
 use hull::PlacedHull;
+use near::Outline;
+pub(crate) use near::Reach;
 use triangle::Triangle;
 
 /// The convex solid in the frame of the mesh.
@@ -37,66 +41,81 @@ enum Placed<'a> {
     Frustum(PlacedFrustum),
 }
 
+/// Memory kept from one test to the next; nothing in it outlives a test in meaning.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct MeshScratch {
+    stack: Vec<u32>,
+    packs: Vec<u32>,
+    near: Vec<u32>,
+    vertices: Vec<Vec3>,
+    planes: Vec<Plane>,
+    slopes: Vec<f32>,
+    contacts: Contacts,
+    clipper: Clipper,
+}
+
 /// The manifolds of a mesh A and a convex solid B (no half-space, no mesh), in the frame of A: at most
 /// [`MAX_PARTS`], each with a normal of its own, the deepest first. Returns how many were written to
-/// `out`.
+/// `out`; if none, the first of `out` tells how far apart the two are.
 pub(crate) fn collide_mesh(
     mesh: &Mesh,
     b: &Solid,
     b_in_mesh: &Pose,
-    margin: f32,
+    reach: &Reach,
+    scratch: &mut MeshScratch,
     out: &mut [Manifold; MAX_PARTS],
 ) -> usize {
-    let bounds = b.aabb(b_in_mesh).grown(margin);
-    let mut near: Vec<u32> = Vec::new();
-    mesh.bvh().query(&bounds, |triangle| {
-        near.push(triangle);
-        true
-    });
-    if near.is_empty() {
-        return 0;
-    }
-    near.sort_unstable();
-
-    let radius = b.radius;
-    let (placed, center) = match &b.core {
-        Core::Point => (Placed::Sphere(b_in_mesh.position), b_in_mesh.position),
+    let MeshScratch { stack, packs, near, vertices, planes, slopes, contacts, clipper } = scratch;
+    let bounds = b.aabb(b_in_mesh);
+    let (radius, at) = (b.radius, b_in_mesh.position);
+    let core = b.core_box();
+    let turn = b_in_mesh.rotation.to_mat3();
+    let core = (b_in_mesh.point(core.center()), [turn.x, turn.y, turn.z], core.half_extents());
+    let mut seen = |center, points, discs, planes, near: &mut Vec<u32>| {
+        let outline = Outline { bounds, core, center, points, discs, planes, radius };
+        near::find(mesh, &outline, reach, [&mut *stack, &mut *packs], near)
+    };
+    let (mut placed, center, gap) = match &b.core {
+        Core::Point => (Placed::Sphere(at), at, seen(at, &[at], None, &[], near)),
         Core::Segment { half_height } => {
             let tip = b_in_mesh.direction(vec3(0.0, *half_height, 0.0));
-            let at = b_in_mesh.position;
-            (Placed::Capsule([at - tip, at + tip]), at)
+            let ends = [at - tip, at + tip];
+            (Placed::Capsule(ends), at, seen(at, &ends, None, &[], near))
         }
         Core::Hull(core) => {
-            let placed = PlacedHull::new(core, b_in_mesh, radius);
+            let placed = PlacedHull::new(core, b_in_mesh, radius, vertices, planes, slopes);
             let center = placed.center;
-            (Placed::Hull(placed), center)
+            let gap = seen(center, placed.vertices, None, placed.planes, near);
+            (Placed::Hull(placed), center, gap)
         }
         Core::Frustum { half_height, radius_bottom, radius_top } => {
             let radii = [*radius_bottom, *radius_top];
             let placed = PlacedFrustum::new(b_in_mesh, *half_height, radii, radius);
-            (Placed::Frustum(placed), b_in_mesh.position)
+            let (centers, discs, planes) = placed.outline();
+            let gap = seen(at, &centers, Some(discs), &planes, near);
+            (Placed::Frustum(placed), at, gap)
         }
         Core::HalfSpace { .. } | Core::Mesh(_) => return 0,
     };
-    let mut contacts = Contacts::new(limits(b, margin));
-    let mut clipper = Clipper::default();
-    for number in near {
+    out[0] = Manifold::apart(greater(gap, 0.0));
+    if near.is_empty() {
+        return 0;
+    }
+    contacts.restart(limits(b, reach));
+    for &number in near.iter() {
         let triangle = Triangle::new(mesh, number, center);
-        match &placed {
-            Placed::Sphere(at) => round::sphere(&triangle, *at, radius, &mut contacts),
-            Placed::Capsule(ends) => {
-                round::capsule(&triangle, *ends, radius, &mut contacts, &mut clipper);
-            }
-            Placed::Hull(body) => hull::hull(&triangle, body, &mut contacts, &mut clipper),
-            Placed::Frustum(body) => {
-                frustum::frustum(&triangle, body, &mut contacts, &mut clipper);
-            }
+        match &mut placed {
+            Placed::Sphere(at) => round::sphere(&triangle, *at, radius, contacts),
+            Placed::Capsule(ends) => round::capsule(&triangle, *ends, radius, contacts, clipper),
+            Placed::Hull(body) => hull::hull(&triangle, body, contacts, clipper),
+            Placed::Frustum(body) => frustum::frustum(&triangle, body, contacts, clipper),
         }
     }
     contacts.reduce(out)
 }
 
-fn limits(b: &Solid, margin: f32) -> Limits {
+fn limits(b: &Solid, reach: &Reach) -> Limits {
+    let margin = reach.margin;
     let (least, most) = match &b.core {
         Core::Hull(hull) => {
             let half = hull.bounds().half_extents();
@@ -112,6 +131,8 @@ fn limits(b: &Solid, margin: f32) -> Limits {
     let size = lesser(most, 20.0 * least);
     Limits {
         margin,
+        way: reach.way,
+        corners: reach.corners,
         merge: 1.0e-3 * size + 1.0e-6,
         bias: 5.0e-4 * size,
         // The gap over an edge that counts as flat is that turn times the height of the core.

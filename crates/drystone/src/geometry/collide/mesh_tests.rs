@@ -6,7 +6,7 @@
 
 use std::sync::Arc;
 
-use super::collide_mesh;
+use super::{MeshScratch, Reach, collide_mesh};
 use crate::base::math::{Vec3, vec3};
 use crate::base::pose::Pose;
 use crate::base::quat::Quat;
@@ -83,7 +83,8 @@ fn cone(half_height: f32, radius_bottom: f32, radius_top: f32) -> Solid {
 
 fn collide(mesh: &Mesh, b: &Solid, pose: &Pose) -> Vec<Manifold> {
     let mut out = [Manifold::default(); MAX_PARTS];
-    let n = collide_mesh(mesh, b, pose, MARGIN, &mut out);
+    let n =
+        collide_mesh(mesh, b, pose, &Reach::still(MARGIN), &mut MeshScratch::default(), &mut out);
     for m in &out[..n] {
         assert!(m.count >= 1 && (m.normal.length() - 1.0).abs() < 1e-4, "{m:?}");
         assert!(m.points().iter().all(|p| p.position.is_finite() && p.separation <= MARGIN));
@@ -332,6 +333,43 @@ fn a_box_on_a_ledge_is_not_pushed_by_the_wall_below_it() {
 }
 
 #[test]
+fn a_box_that_hangs_over_a_ledge_is_not_pulled_in_by_the_wall_below_it() {
+    // Its center has just passed the wall's plane, over the ledge: from there the wall is seen from
+    // within the ground. Half of the wall's triangles meet the ledge in a corner only.
+    let mut v: Vec<Vec3> = Vec::new();
+    let mut t = Vec::new();
+    let mut add = |corners: [Vec3; 4]| {
+        let n = v.len() as u32;
+        v.extend(corners);
+        t.extend([[n, n + 1, n + 2], [n, n + 2, n + 3]]);
+    };
+    for x in -2..2 {
+        let (x, w) = (x as f32, (x + 1) as f32);
+        for (z, y) in [(-2.0, -1.0), (-1.0, -1.0), (0.0, 0.0), (1.0, 0.0)] {
+            add([vec3(x, y, z), vec3(x, y, z + 1.0), vec3(w, y, z + 1.0), vec3(w, y, z)]);
+        }
+        add([vec3(x, -1.0, 0.0), vec3(w, -1.0, 0.0), vec3(w, 0.0, 0.0), vec3(x, 0.0, 0.0)]);
+    }
+    let mesh = Mesh::new(v, t).unwrap();
+    let solid = cuboid(0.33, 0.26, 0.26);
+    for tilt in [-1.2e-3, -1.0e-3, -3.0e-4, 0.0, 3.0e-4, 1.0e-3, 1.2e-3] {
+        for yaw in [0.0, 0.03, 0.4] {
+            for x in [0.1, 0.28, 0.5] {
+                for z in [-0.004, 0.004, 0.02] {
+                    let rotation =
+                        Quat::from_axis_angle(Vec3::X, tilt) * Quat::from_axis_angle(Vec3::Y, yaw);
+                    let m = collide(&mesh, &solid, &Pose::new(vec3(x, 0.2602, z), rotation));
+                    for part in &m {
+                        assert!(part.normal.y > 0.99, "{tilt} {yaw} {x} {z} {m:#?}");
+                    }
+                    assert!(!m.is_empty());
+                }
+            }
+        }
+    }
+}
+
+#[test]
 fn the_order_of_triangles_and_vertices_only_renames_features() {
     let mesh = grid(6, 2.0, false, |x, z| 0.3 * x * x - 0.2 * z * z);
     let mut triangles = mesh.triangles().to_vec();
@@ -493,7 +531,9 @@ fn no_mesh_and_no_pose_makes_it_panic() {
             }
             let rotation = if rng.next() < 0.5 { Quat::IDENTITY } else { rng.rotation() };
             let mut out = [Manifold::default(); MAX_PARTS];
-            let n = collide_mesh(&mesh, &solid, &Pose::new(at, rotation), MARGIN, &mut out);
+            let pose = Pose::new(at, rotation);
+            let (reach, mut scratch) = (Reach::still(MARGIN), MeshScratch::default());
+            let n = collide_mesh(&mesh, &solid, &pose, &reach, &mut scratch, &mut out);
             assert!(out[..n].iter().all(|m| m.count <= 4));
         }
     }
@@ -515,11 +555,12 @@ fn mesh_times() {
         ] {
             for (ground, mesh) in [("flat", &mesh), ("rough", &rough)] {
                 let mut sum = 0;
+                let (reach, mut scratch) = (Reach::still(MARGIN), MeshScratch::default());
                 let start = std::time::Instant::now();
                 for i in 0..2000 {
                     let pose = Pose::at(vec3(0.001 * i as f32 - 1.0, 0.499, 0.3));
                     let mut out = [Manifold::default(); MAX_PARTS];
-                    sum += collide_mesh(mesh, &solid, &pose, MARGIN, &mut out);
+                    sum += collide_mesh(mesh, &solid, &pose, &reach, &mut scratch, &mut out);
                 }
                 let each = start.elapsed().as_secs_f64() / 2000.0 * 1e6;
                 println!("{n}² {ground} {name}: {each:.2} µs, {} manifolds", sum / 2000);

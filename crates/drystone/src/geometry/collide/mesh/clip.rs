@@ -13,7 +13,7 @@ pub(super) struct ClipPoint {
 }
 
 /// A polygon (two points: a segment) and room to cut it.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct Clipper {
     pub(super) points: Vec<ClipPoint>,
     spare: Vec<ClipPoint>,

@@ -1,6 +1,7 @@
 //! Contacts of single triangles, collected and reduced to a few manifolds.
 
 use super::MAX_PARTS;
+use super::round::point;
 use super::triangle::Triangle;
 use crate::base::math::{Vec3, greater, lesser};
 use crate::geometry::manifold::{FeatureId, Manifold, ManifoldPoint};
@@ -9,7 +10,7 @@ use crate::geometry::manifold::{FeatureId, Manifold, ManifoldPoint};
 const SAME_NORMAL: f32 = 0.996;
 
 /// Limits of a test that follow from the size of the solid.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Limits {
     /// Points farther apart are left out [m].
     pub(super) margin: f32,
@@ -19,6 +20,10 @@ pub(super) struct Limits {
     pub(super) bias: f32,
     /// A point may lie this far beside a triangle [m]: seams have no width.
     pub(super) slack: f32,
+    /// Expected motion of the solid in this step [m].
+    pub(super) way: Vec3,
+    /// Corners over a face are wanted even where an edge is nearer.
+    pub(super) corners: bool,
     /// A contact this much deeper than triangle and solid overlap is wrong [m].
     pub(super) doubt: f32,
 }
@@ -39,25 +44,32 @@ struct Patch {
     /// shares the corner may.
     refused: Option<Vec3>,
     deepest: f32,
+    /// Deepest point when the solid has gone its way: what has no place is what matters least then.
+    due: f32,
     triangle: u32,
     corners: [Vec3; 3],
     first: usize,
     end: usize,
 }
 
-/// The contacts of all triangles.
-#[derive(Debug)]
+/// The contacts of all triangles, and memory that is kept from one solid to the next.
+#[derive(Clone, Debug, Default)]
 pub(super) struct Contacts {
     pub(super) limits: Limits,
     points: Vec<ManifoldPoint>,
     patches: Vec<Patch>,
+    members: [Vec<ManifoldPoint>; MAX_PARTS],
     /// The deepest overlap whose normal no triangle allows.
     spare: Option<Manifold>,
 }
 
 impl Contacts {
-    pub(super) fn new(limits: Limits) -> Self {
-        Self { limits, points: Vec::new(), patches: Vec::new(), spare: None }
+    /// Begins with another solid.
+    pub(super) fn restart(&mut self, limits: Limits) {
+        self.limits = limits;
+        self.points.clear();
+        self.patches.clear();
+        self.spare = None;
     }
 
     /// Takes those of `points` that lie within the margin as the contact of one triangle; false if
@@ -80,6 +92,8 @@ impl Contacts {
         refused: Option<Vec3>,
         points: impl IntoIterator<Item = ManifoldPoint>,
     ) -> bool {
+        // A face that lies flush stands in for none but itself.
+        let refused = refused.filter(|normal| normal.dot(axis.normal) <= SAME_NORMAL);
         let first = self.points.len();
         let mut deepest = f32::INFINITY;
         for p in points {
@@ -94,6 +108,7 @@ impl Contacts {
                 axis,
                 refused,
                 deepest,
+                due: deepest + axis.normal.dot(self.limits.way),
                 triangle: triangle.number,
                 corners: triangle.corners,
                 first,
@@ -101,6 +116,24 @@ impl Contacts {
             });
         }
         end > first
+    }
+
+    /// Adds those of `corners` of the solid that are over the triangle and apart from it: each of them must
+    /// stay so, whatever feature is nearer. `separation` is that of all of the solid.
+    pub(super) fn add_corners(
+        &mut self,
+        triangle: &Triangle,
+        corners: &[Vec3],
+        (separation, radius): (f32, f32),
+    ) {
+        let normal = triangle.normal;
+        let class = direction_class(normal);
+        let over = (0_u32..).zip(corners).filter_map(|(i, &corner)| {
+            let apart = triangle.height(corner) - radius;
+            (apart >= 0.0 && triangle.outside(corner) <= 0.0)
+                .then(|| point(corner, normal, apart, radius, mix(10, i, class)))
+        });
+        self.add(triangle, Axis { normal, separation }, over);
     }
 
     /// Keeps an overlap in case no triangle has a proper one: at a saddle the nearest point may be a
@@ -117,10 +150,13 @@ impl Contacts {
     /// other as `patch` says: a triangle can allow only what its own edges tell, and one that meets
     /// the surface which carries the solid in no more than a corner would push it out through that
     /// surface. What carries is less deep itself, so the least deep patch always stays, and its
-    /// points reach as deep as its normal says: else it holds another part of the solid.
+    /// points reach as deep as its normal says: else it holds another part of the solid. A patch whose
+    /// own points are not deep pushes nothing and stays: what hangs over a ledge may be far below its
+    /// plane while a corner is about to land on it.
     fn is_carried_by_another(&self, patch: &Patch) -> bool {
         let most = patch.axis.separation + self.limits.doubt;
         most < 0.0
+            && patch.deepest + self.limits.doubt < 0.0
             && self.patches.iter().any(|other| {
                 let Axis { normal, separation } = other.axis;
                 let reach = |corners: [Vec3; 3]| {
@@ -134,7 +170,7 @@ impl Contacts {
     }
 
     /// Writes the manifolds, the one with the deepest point first.
-    pub(super) fn reduce(mut self, out: &mut [Manifold; MAX_PARTS]) -> usize {
+    pub(super) fn reduce(&mut self, out: &mut [Manifold; MAX_PARTS]) -> usize {
         if let Some(spare) = self.spare
             && self.patches.iter().all(|p| p.deepest > 0.0)
         {
@@ -142,13 +178,17 @@ impl Contacts {
             return 1;
         }
         let order = |a: &Patch, b: &Patch| {
-            a.deepest.total_cmp(&b.deepest).then(a.triangle.cmp(&b.triangle))
+            a.due.total_cmp(&b.due).then(a.triangle.cmp(&b.triangle)).then(a.first.cmp(&b.first))
         };
         // Stand-ins last: what they stand in for is known then.
-        self.patches
-            .sort_by(|a, b| a.refused.is_some().cmp(&b.refused.is_some()).then(order(a, b)));
+        self.patches.sort_unstable_by(|a, b| {
+            a.refused.is_some().cmp(&b.refused.is_some()).then(order(a, b))
+        });
         let mut leads: [Option<Patch>; MAX_PARTS] = [None; MAX_PARTS];
-        let mut members: [Vec<ManifoldPoint>; MAX_PARTS] = Default::default();
+        let mut members = core::mem::take(&mut self.members);
+        for list in &mut members {
+            list.clear();
+        }
         let mut proper = 0;
         let mut count = 0;
         for patch in &self.patches {
@@ -184,12 +224,13 @@ impl Contacts {
         for at in 0..count {
             parts[at] = (deepest(&members[at]), at);
         }
-        parts.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        parts.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
         for (slot, (_, at)) in out.iter_mut().zip(&parts[..count]) {
             if let Some(lead) = &leads[*at] {
                 *slot = select(lead.axis.normal, &members[*at], &self.limits);
             }
         }
+        self.members = members;
         count
     }
 }

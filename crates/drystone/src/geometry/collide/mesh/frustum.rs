@@ -4,6 +4,7 @@
 use super::clip::Clipper;
 use super::contacts::{self, Contacts, direction_class, mix};
 use super::hull::{add_clipped_triangle, push_corners};
+use super::near::Discs;
 use super::round::{along_edge, point};
 use super::triangle::{Part, Triangle, closest_on_segments};
 use crate::base::math::{Vec3, lesser, vec3};
@@ -63,6 +64,12 @@ impl PlacedFrustum {
             side: (side.x, side.y),
             radius,
         }
+    }
+
+    /// What the first tests need: the centers of the ends, the rims, and the planes of the ends.
+    pub(super) fn outline(&self) -> ([Vec3; 2], Discs, [Plane; 2]) {
+        let centers = [self.cap_center(0), self.cap_center(1)];
+        (centers, (self.axis, self.radii), [self.cap_plane(0), self.cap_plane(1)])
     }
 
     fn cap_center(&self, cap: usize) -> Vec3 {

@@ -5,7 +5,7 @@ use super::clip::Clipper;
 use super::contacts::{self, Contacts, direction_class, mix};
 use super::round::point;
 use super::triangle::{Part, Triangle, closest_on_segments};
-use crate::base::math::{Vec3, lesser};
+use crate::base::math::{Vec3, greater, lesser};
 use crate::base::pose::Pose;
 use crate::geometry::hull::{HalfEdge, Hull, Plane};
 use crate::geometry::manifold::ManifoldPoint;
@@ -16,8 +16,10 @@ const PARALLEL: f32 = 1.0e-3;
 /// A polytope moved into the frame of the mesh.
 #[derive(Debug)]
 pub(super) struct PlacedHull<'a> {
-    vertices: Vec<Vec3>,
-    planes: Vec<Plane>,
+    pub(super) vertices: &'a [Vec3],
+    pub(super) planes: &'a [Plane],
+    /// Room for one number a face.
+    slopes: &'a mut Vec<f32>,
     face_edges: &'a [u16],
     edges: &'a [HalfEdge],
     pub(super) center: Vec3,
@@ -41,19 +43,45 @@ struct Best {
 }
 
 impl<'a> PlacedHull<'a> {
-    pub(super) fn new(hull: &'a Hull, pose: &Pose, radius: f32) -> Self {
+    /// Uses `vertices`, `planes` and `slopes` as memory.
+    pub(super) fn new(
+        hull: &'a Hull,
+        pose: &Pose,
+        radius: f32,
+        vertices: &'a mut Vec<Vec3>,
+        planes: &'a mut Vec<Plane>,
+        slopes: &'a mut Vec<f32>,
+    ) -> Self {
+        let turn = pose.rotation.to_mat3();
         let placed = |plane: &Plane| {
-            let normal = pose.direction(plane.normal);
+            let normal = turn * plane.normal;
             Plane { normal, offset: plane.offset + normal.dot(pose.position) }
         };
+        vertices.clear();
+        vertices.extend(hull.vertices.iter().map(|v| turn * *v + pose.position));
+        planes.clear();
+        planes.extend(hull.planes.iter().map(placed));
         Self {
-            vertices: hull.vertices.iter().map(|v| pose.point(*v)).collect(),
-            planes: hull.planes.iter().map(placed).collect(),
+            vertices,
+            planes,
+            slopes,
             face_edges: &hull.face_edges,
             edges: &hull.edges,
-            center: pose.point(hull.center),
+            center: turn * hull.center + pose.position,
             radius,
         }
+    }
+
+    /// True if no normal over edge `k`, from the triangle's to that of the neighbor, separates more than
+    /// `least`: every vertex bounds that, by its height over the plane and its way beyond the edge.
+    fn is_within(&self, triangle: &Triangle, k: usize, least: f32) -> bool {
+        let (bend, outward, corner) = (triangle.bend(k), triangle.outward[k], triangle.corners[k]);
+        let (cos, sin) = (greater(bend.cos, 0.0), if bend.cos < 0.0 { 1.0 } else { bend.sin });
+        self.vertices.iter().any(|v| {
+            let to = *v - corner;
+            let (height, beyond) = (triangle.normal.dot(to), outward.dot(to));
+            greater(height, height * cos) + greater(beyond, 0.0) * sin <= least
+        })
     }
 
     fn ends(&self, edge: usize) -> [Vec3; 2] {
@@ -78,7 +106,7 @@ impl<'a> PlacedHull<'a> {
 /// Adds the contact of `hull` with `triangle`.
 pub(super) fn hull(
     triangle: &Triangle,
-    hull: &PlacedHull<'_>,
+    hull: &mut PlacedHull<'_>,
     contacts: &mut Contacts,
     clipper: &mut Clipper,
 ) {
@@ -122,6 +150,9 @@ pub(super) fn hull(
             continue;
         }
         let least = best.map_or(least, |b| b.separation + limits.bias);
+        if hull.is_within(triangle, k, least) {
+            continue;
+        }
         match best_edge(triangle, k, hull, least, reach) {
             Err(Separated) => return,
             Ok(Some(found)) => best = Some(found),
@@ -135,6 +166,9 @@ pub(super) fn hull(
         return;
     }
     let face_axis = contacts::Axis { normal: triangle.normal, separation: over - hull.radius };
+    if limits.corners {
+        contacts.add_corners(triangle, hull.vertices, (over - hull.radius, hull.radius));
+    }
     match best {
         Some(Best { axis: Axis::Face(face), .. }) => {
             on_hull_face(triangle, hull, face, contacts, clipper);
@@ -159,7 +193,7 @@ struct Separated;
 fn best_edge(
     triangle: &Triangle,
     k: usize,
-    hull: &PlacedHull<'_>,
+    hull: &mut PlacedHull<'_>,
     least: f32,
     reach: f32,
 ) -> Result<Option<Best>, Separated> {
@@ -167,7 +201,15 @@ fn best_edge(
     let along = b - a;
     let mut best = None;
     let mut most = least;
-    for edge in (0..hull.edges.len()).step_by(2) {
+    hull.slopes.clear();
+    hull.slopes.extend(hull.planes.iter().map(|plane| plane.normal.dot(along)));
+    for (pair, edge) in hull.edges.chunks_exact(2).zip((0..).step_by(2)) {
+        let [u, v] = [pair[0], pair[1]].map(|e| usize::from(e.face));
+        // Opposite the normals at right angles to `along` lies none of those at this edge.
+        if hull.slopes[u] * hull.slopes[v] > 0.0 {
+            continue;
+        }
+        let [u, v] = [u, v].map(|face| hull.planes[face].normal);
         let [p, q] = hull.ends(edge);
         let d = q - p;
         let cross = along.cross(d);
@@ -186,8 +228,6 @@ fn best_edge(
         }
         // The axis supports the polytope at this edge if its opposite lies between the normals of
         // the edge's faces (Gregorius 2013).
-        let u = hull.planes[usize::from(hull.edges[edge].face)].normal;
-        let v = hull.planes[usize::from(hull.edges[edge ^ 1].face)].normal;
         let turn = u.cross(v).dot(d);
         if u.cross(-axis).dot(d) * turn < 0.0 || (-axis).cross(v).dot(d) * turn < 0.0 {
             continue;

@@ -84,6 +84,10 @@ pub(super) fn capsule(
         {
             if triangle.allows(part, normal) {
                 let axis = Axis { normal, separation };
+                if limits.corners {
+                    let over = lesser(heights[0], heights[1]) - radius;
+                    contacts.add_corners(triangle, &ends, (over, radius));
+                }
                 along_edge(triangle, part, axis, (ends, core), (separation, radius), contacts);
                 return;
             }

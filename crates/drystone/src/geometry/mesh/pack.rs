@@ -1,0 +1,65 @@
+//! Triangles in groups of eight, laid out for tests of all eight at once.
+//!
+//! Plain arrays: a lane never depends on its neighbour, so the compiler makes of each loop what the
+//! target has, and the result is the same everywhere.
+
+use crate::base::aabb::Aabb;
+use crate::base::math::Vec3;
+use crate::base::wide::{LANES, Lanes};
+
+/// Up to eight triangles that lie near each other. Lanes that are not in use repeat the last triangle.
+#[derive(Clone, Debug)]
+pub(crate) struct Pack {
+    /// Corner, coordinate, lane [m, local].
+    pub(crate) corners: [[Lanes; 3]; 3],
+    /// Unit normals: coordinate, lane.
+    pub(crate) normals: [Lanes; 3],
+    numbers: [u32; LANES],
+    count: usize,
+}
+
+impl Pack {
+    /// Of one to eight triangles, each with its number, corners and unit normal.
+    pub(super) fn new(triangles: impl Iterator<Item = (u32, [Vec3; 3], Vec3)>) -> Self {
+        let mut pack = Self {
+            corners: [[[0.0; LANES]; 3]; 3],
+            normals: [[0.0; LANES]; 3],
+            numbers: [0; LANES],
+            count: 0,
+        };
+        for (number, corners, normal) in triangles.take(LANES) {
+            for lane in pack.count..LANES {
+                for (to, corner) in pack.corners.iter_mut().zip(corners) {
+                    for axis in 0..3 {
+                        to[axis][lane] = corner[axis];
+                    }
+                }
+                for axis in 0..3 {
+                    pack.normals[axis][lane] = normal[axis];
+                }
+                pack.numbers[lane] = number;
+            }
+            pack.count += 1;
+        }
+        pack
+    }
+
+    /// The numbers of its triangles, one a lane.
+    #[inline]
+    pub(crate) fn numbers(&self) -> &[u32] {
+        &self.numbers[..self.count]
+    }
+
+    /// Corner `k` of the triangle in `lane` [m, local].
+    #[inline]
+    fn corner(&self, k: usize, lane: usize) -> Vec3 {
+        let [x, y, z] = &self.corners[k];
+        Vec3 { x: x[lane], y: y[lane], z: z[lane] }
+    }
+
+    /// The box around all its triangles [m, local].
+    pub(super) fn bounds(&self) -> Aabb {
+        let corners = (0..self.count).flat_map(|lane| (0..3).map(move |k| (k, lane)));
+        Aabb::of_points(corners.map(|(k, lane)| self.corner(k, lane)))
+    }
+}

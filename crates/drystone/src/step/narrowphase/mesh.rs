@@ -1,0 +1,212 @@
+//! Pairs of a mesh and a convex shape: several manifolds, each in a row of its own.
+//!
+//! Whether a pair must be tested is told by the motion of the shape, not of its body: a long body of
+//! many shapes turns little where it stands and much at its tip.
+
+use super::{Change, chord, rebuild, recycle};
+use crate::base::disjoint::Rows;
+use crate::base::math::Vec3;
+use crate::base::pose::Pose;
+use crate::geometry::collide::{MAX_PARTS, MeshScratch, Reach, collide_mesh};
+use crate::geometry::manifold::Manifold;
+use crate::geometry::mesh::Mesh;
+use crate::state::bodies::{Body, NONE};
+use crate::state::contacts::{Contact, Probe};
+use crate::state::shapes::ShapeRow;
+use crate::step::context::StepContext;
+
+/// Cosine of the angle up to which a new manifold may continue an old one: parts change places when
+/// another becomes the deepest, and would start without their impulses.
+const SAME_PART: f32 = 0.9;
+
+/// A ball around the convex shape and how it moves against the mesh.
+struct Motion {
+    /// Radius of the ball [m].
+    radius: f32,
+    /// Velocity of its center against the mesh's body [m/s, world].
+    velocity: Vec3,
+    /// Fastest that a point of it moves relative to the center [m/s].
+    spin: f32,
+    /// How far a point of it has moved since the reference, in the frame of the mesh, at most [m].
+    since: f32,
+}
+
+impl Motion {
+    fn of(r: &Probe, a: &Body, b: &Body, shape_b: &ShapeRow) -> Self {
+        let (center, radius) = shape_b.solid.ball();
+        let center = shape_b.centered.point(center);
+        let arm = b.rotation.rotate(center);
+        let between = b.center - a.center + arm;
+        let now = a.rotation.unrotate(between);
+        let before = r.rotation_a.unrotate(r.offset + r.rotation_b.rotate(center));
+        let turned = chord(
+            &(a.rotation.conjugate() * b.rotation),
+            &(r.rotation_a.conjugate() * r.rotation_b),
+        );
+        Self {
+            radius,
+            velocity: b.velocity_at(arm) - a.velocity_at(between),
+            spin: (b.w - a.w).length() * radius,
+            since: (now - before).length() + turned * radius,
+        }
+    }
+}
+
+/// Updates all rows of a pair whose first is `contact`.
+pub(super) fn update(
+    ctx: &StepContext,
+    mesh: &Mesh,
+    (a, shape_a): (&Body, &ShapeRow),
+    (b, shape_b): (&Body, &ShapeRow),
+    (contact, probe): (&mut Contact, &mut Probe),
+    slots: &Rows<'_, Option<Contact>>,
+    out: &mut Vec<Change>,
+    scratch: &mut MeshScratch,
+) {
+    let motion = Motion::of(probe, a, b, shape_b);
+    // Farther than its own size a shape need not look: what is fast is stopped at the surface.
+    let ahead = 1.1 * ctx.dt * (motion.velocity.length() + motion.spin);
+    let margin = if contact.sensor { 0.0 } else { ctx.margin.max(ahead.min(2.0 * motion.radius)) };
+    if contact.count == 0 && probe.gap > margin && motion.since < probe.gap - margin {
+        return;
+    }
+    if !shape_a.fat.overlaps(&shape_b.fat) {
+        out.push(Change::Apart(probe.row));
+        return;
+    }
+    if contact.recyclable
+        && may_recycle(ctx, contact, a, slots, &motion, ahead)
+        && recycle(ctx, contact, a, b, slots)
+    {
+        return;
+    }
+    let pose = |body: &Body, centered: &Pose| {
+        Pose { position: body.center, rotation: body.rotation }.compose(centered)
+    };
+    let (pose_a, pose_b) = (pose(a, &shape_a.centered), pose(b, &shape_b.centered));
+    let b_in_a = pose_a.relative(&pose_b);
+    let reach = if contact.sensor {
+        Reach::still(0.0)
+    } else {
+        let way = pose_a.local_direction(motion.velocity * (1.1 * ctx.dt));
+        let length = way.length();
+        let most = 2.0 * motion.radius;
+        Reach {
+            margin,
+            rest: margin.min(ctx.margin + 1.1 * ctx.dt * motion.spin),
+            corners: ahead > 2.0 * ctx.margin,
+            way: if length > most { way * (most / length) } else { way },
+            // For some steps' way, if the two are apart and may wait.
+            room: if contact.count > 0 { 0.0 } else { (4.0 * ahead + 2.0 * ctx.margin).min(most) },
+        }
+    };
+    let mut made = [Manifold::default(); MAX_PARTS];
+    let count = collide_mesh(mesh, &shape_b.solid, &b_in_a, &reach, scratch, &mut made);
+    *probe = Probe {
+        gap: if count > 0 { 0.0 } else { made[0].gap },
+        offset: b.center - a.center,
+        rotation_a: a.rotation,
+        rotation_b: b.rotation,
+        ..*probe
+    };
+    contact.looked = margin;
+    let order = continue_parts(contact, &made[..count], &pose_a, slots);
+    let mut part = Some((probe.row, contact));
+    let mut slot = 0;
+    while let Some((row, contact)) = part {
+        let manifold = order[slot].map_or(Manifold::default(), |k| made[k]);
+        // Empty rows that stay so need no writing.
+        let idle = manifold.count == 0 && contact.count == 0;
+        if !idle && rebuild(contact, &manifold, &pose_a, a, b) {
+            out.push(Change::Count(row));
+        }
+        slot += 1;
+        part = next(contact, slots);
+    }
+}
+
+/// The row of the next part of a pair.
+fn next<'a>(
+    contact: &Contact,
+    slots: &'a Rows<'_, Option<Contact>>,
+) -> Option<(u32, &'a mut Contact)> {
+    let row = contact.next_part;
+    (row != NONE).then(|| slots.row(row as usize).as_mut().map(|c| (row, c))).flatten()
+}
+
+/// True if the shape has hardly moved since the manifolds were made.
+fn may_recycle(
+    ctx: &StepContext,
+    contact: &Contact,
+    a: &Body,
+    slots: &Rows<'_, Option<Contact>>,
+    motion: &Motion,
+    ahead: f32,
+) -> bool {
+    if contact.count == 0 || (!a.is_dynamic() && a.active() && a.w != Vec3::ZERO) {
+        return false;
+    }
+    let mut points = contact.count;
+    let mut part = next(contact, slots);
+    while let Some((_, contact)) = part {
+        points += contact.count;
+        part = next(contact, slots);
+    }
+    let limit = ctx.recycle_distance.min(0.25 * motion.radius);
+    // Corners that were far when a tilted box met the ground on an edge must not be overlooked.
+    let limit = if points < 3 { 0.2 * limit } else { limit };
+    // Nor what a fast shape was too far from.
+    let seen = ahead < 0.5 * ctx.margin || motion.since + ahead < contact.looked;
+    motion.since < limit && seen
+}
+
+/// Which of the new manifolds goes to which row: to that of the old one with nearly the same normal, so
+/// that it finds its impulses there, the others to what rows are left. The first row is not left
+/// empty.
+fn continue_parts(
+    contact: &Contact,
+    made: &[Manifold],
+    pose_a: &Pose,
+    slots: &Rows<'_, Option<Contact>>,
+) -> [Option<usize>; MAX_PARTS] {
+    let mut old = [None; MAX_PARTS];
+    old[0] = (contact.count > 0).then_some(contact.normal);
+    let mut part = next(contact, slots);
+    for normal in &mut old[1..] {
+        let Some((_, contact)) = part else { break };
+        *normal = (contact.count > 0).then_some(contact.normal);
+        part = next(contact, slots);
+    }
+    let mut order = [None; MAX_PARTS];
+    let mut left = [false; MAX_PARTS];
+    for (k, manifold) in made.iter().enumerate() {
+        let normal = pose_a.direction(manifold.normal);
+        let mut best = None;
+        let mut most = SAME_PART;
+        for slot in 0..MAX_PARTS {
+            if order[slot].is_none()
+                && let Some(before) = old[slot]
+                && normal.dot(before) > most
+            {
+                (best, most) = (Some(slot), normal.dot(before));
+            }
+        }
+        match best {
+            Some(slot) => order[slot] = Some(k),
+            None => left[k] = true,
+        }
+    }
+    for k in 0..made.len() {
+        if left[k]
+            && let Some(slot) = order.iter().position(Option::is_none)
+        {
+            order[slot] = Some(k);
+        }
+    }
+    if order[0].is_none()
+        && let Some(slot) = order.iter().position(Option::is_some)
+    {
+        order.swap(0, slot);
+    }
+    order
+}
