@@ -159,31 +159,47 @@ impl Contacts {
         self.pairs.contains(pair_key(shape_a, shape_b))
     }
 
-    /// Adds a row and links it into its bodies' lists; `contact.links` and `awake_row` are set here.
-    pub(crate) fn insert(&mut self, mut contact: Contact, bodies: &mut Bodies) -> u32 {
-        if !contact.is_part {
-            self.pairs.insert(pair_key(contact.shape_a, contact.shape_b));
-        }
-        contact.awake_row = NONE;
-        let row = self.free.pop().unwrap_or_else(|| {
+    /// Adds a row, see [`Self::enter`].
+    pub(crate) fn insert(&mut self, contact: Contact, bodies: &mut Bodies) -> u32 {
+        let row = self.take_row();
+        self.rows[row as usize] = Some(contact);
+        self.enter(row, bodies);
+        row
+    }
+
+    /// Makes room for `n` more at once: growing step by step would copy the table several times.
+    pub(crate) fn make_room(&mut self, n: usize) {
+        grow::make_room(&mut self.rows, n.saturating_sub(self.free.len()));
+    }
+
+    /// An empty row, to be filled and then entered.
+    pub(crate) fn take_row(&mut self) -> u32 {
+        self.free.pop().unwrap_or_else(|| {
             grow::push(&mut self.rows, None);
             u32::try_from(self.rows.len() - 1).expect("fewer than 2^31 contacts fit in memory")
-        });
-        for side in 0..2 {
-            let body = bodies.at_mut(if side == 0 { contact.body_a } else { contact.body_b });
+        })
+    }
+
+    /// Links a filled row into its bodies' lists; its links, awake row and probe are set here.
+    pub(crate) fn enter(&mut self, row: u32, bodies: &mut Bodies) {
+        let contact = self.at_mut(row);
+        let sides = [contact.body_a, contact.body_b];
+        let (is_part, key) = (contact.is_part, pair_key(contact.shape_a, contact.shape_b));
+        contact.awake_row = NONE;
+        contact.probe = Probe { row, body_a: sides[0], body_b: sides[1], ..Probe::default() };
+        for (side, body) in (0_u32..).zip(sides) {
+            let body = bodies.at_mut(body);
             let me = row * 2 + side;
-            contact.links[side as usize] = Link { previous: NONE, next: body.contacts };
-            if body.contacts != NONE {
-                let next = body.contacts;
+            let next = core::mem::replace(&mut body.contacts, me);
+            self.at_mut(row).links[side as usize] = Link { previous: NONE, next };
+            if next != NONE {
                 // The two sides of one contact are on different bodies, so `next` is another row.
                 self.at_mut(next / 2).links[(next & 1) as usize].previous = me;
             }
-            body.contacts = me;
         }
-        contact.probe =
-            Probe { row, body_a: contact.body_a, body_b: contact.body_b, ..Probe::default() };
-        self.rows[row as usize] = Some(contact);
-        row
+        if !is_part {
+            self.pairs.insert(key);
+        }
     }
 
     /// Takes a row out of the lists; it must be in no color. Gives its bodies.

@@ -1,10 +1,12 @@
 //! Stage 1: shapes whose box in the tree is new or changed find new pairs, which become contacts.
 //!
 //! Reads: shapes, bounds, bodies. Writes: contacts (rows), bounds (move list). Runs: queries parallel
-//! over moved shapes, rows made serially in the order of the sorted pairs.
+//! over moved shapes; rows are taken and entered in the order of the sorted pairs, and filled in
+//! parallel.
 
 use crate::base::bit_set::BitSet;
-use crate::base::jobs::{Executor, collect_ranges, grain};
+use crate::base::disjoint::Rows;
+use crate::base::jobs::{Executor, collect_ranges, for_ranges, grain};
 use crate::base::math::Vec3;
 use crate::base::pair_set::pair_key;
 use crate::geometry::collide::MAX_PARTS;
@@ -27,6 +29,8 @@ pub(crate) struct Scratch {
     /// The rows that look for pairs, to be asked quickly.
     looks: BitSet,
     pairs: Vec<u64>,
+    /// Of each pair: the row of its contact.
+    rows: Vec<u32>,
 }
 
 /// Finds the pairs and makes their contacts.
@@ -41,7 +45,7 @@ pub(crate) fn find_pairs(
 ) {
     bounds.tidy(jobs);
     let Bounds { fixed, moving, moved, placed } = bounds;
-    let Scratch { found, pairs, looks } = scratch;
+    let Scratch { found, pairs, rows, looks } = scratch;
     // Not what was removed again, nor what a row that was used again stands for.
     moved.retain(|row| moving.leaf(*row) != NONE);
     placed.retain(|row| fixed.leaf(*row) != NONE);
@@ -80,11 +84,7 @@ pub(crate) fn find_pairs(
     pairs.extend(found.iter().flatten());
     pairs.sort_unstable();
     pairs.dedup();
-    for key in pairs.iter() {
-        #[expect(clippy::cast_possible_truncation, reason = "the halves of a pair key")]
-        let (a, b) = ((key >> 32) as u32, *key as u32);
-        create(a, b, bodies, shapes, contacts);
-    }
+    create_all(pairs, rows, bodies, shapes, contacts, jobs);
 }
 
 /// What the search for pairs reads.
@@ -118,7 +118,12 @@ impl Finder<'_> {
 
 /// True if two shapes whose boxes overlap are to be watched.
 fn may_meet(bodies: &Bodies, joints: &Joints, a: &ShapeRow, b: &ShapeRow) -> bool {
-    if a.body == b.body || !a.filter.collides_with(b.filter) || (a.sensor && b.sensor) {
+    // Two meshes, or a mesh and a half-space, never meet.
+    if a.body == b.body
+        || (rank(a) < 2 && rank(b) < 2)
+        || !a.filter.collides_with(b.filter)
+        || (a.sensor && b.sensor)
+    {
         return false;
     }
     let (body_a, body_b) = (bodies.at(a.body), bodies.at(b.body));
@@ -136,24 +141,68 @@ fn may_meet(bodies: &Bodies, joints: &Joints, a: &ShapeRow, b: &ShapeRow) -> boo
     })
 }
 
-fn create(a: u32, b: u32, bodies: &mut Bodies, shapes: &Shapes, contacts: &mut Contacts) {
-    // Meshes and half-spaces come first: their manifolds are computed from that side.
-    let rank = |s: &ShapeRow| match s.solid.core {
+/// Makes the contacts of some pairs: their rows are taken in order, filled by all workers, and entered
+/// in order.
+fn create_all(
+    pairs: &[u64],
+    rows: &mut Vec<u32>,
+    bodies: &mut Bodies,
+    shapes: &Shapes,
+    contacts: &mut Contacts,
+    jobs: &dyn Executor,
+) {
+    contacts.make_room(pairs.len());
+    rows.clear();
+    rows.extend(pairs.iter().map(|_| contacts.take_row()));
+    let (slots, _) = contacts.slots_mut();
+    let slots = Rows::new(slots);
+    for_ranges(jobs, pairs.len(), grain(jobs, pairs.len(), 64), |range| {
+        for (key, row) in pairs[range.clone()].iter().zip(&rows[range]) {
+            #[expect(clippy::cast_possible_truncation, reason = "the halves of a pair key")]
+            let (a, b) = ((key >> 32) as u32, *key as u32);
+            *slots.row(*row as usize) = Some(Contact { first: *row, ..contact_of(a, b, shapes) });
+        }
+    });
+    for row in rows.iter() {
+        contacts.enter(*row, bodies);
+        let c = contacts.at(*row);
+        let active = bodies.at(c.body_a).active() || bodies.at(c.body_b).active();
+        let is_mesh = shapes.at(c.shape_a).is_mesh();
+        contacts.set_awake(*row, active);
+        if is_mesh {
+            add_parts(*row, bodies, contacts);
+        }
+    }
+}
+
+/// The further parts of a contact with a mesh.
+fn add_parts(first: u32, bodies: &mut Bodies, contacts: &mut Contacts) {
+    let mut last = first;
+    for _ in 1..MAX_PARTS {
+        // The first is in the awake list and begins the chain; a part does neither.
+        let part = Contact { is_part: true, next_part: NONE, ..contacts.at(first).clone() };
+        let row = contacts.insert(part, bodies);
+        contacts.at_mut(last).next_part = row;
+        last = row;
+    }
+}
+
+/// Meshes and half-spaces come first: their manifolds are computed from that side.
+const fn rank(shape: &ShapeRow) -> u8 {
+    match shape.solid.core {
         Core::Mesh(_) => 0,
         Core::HalfSpace { .. } => 1,
         _ => 2,
-    };
+    }
+}
+
+fn contact_of(a: u32, b: u32, shapes: &Shapes) -> Contact {
     let swap = rank(shapes.at(b)) < rank(shapes.at(a));
     let (a, b) = if swap { (b, a) } else { (a, b) };
     let (shape_a, shape_b) = (shapes.at(a), shapes.at(b));
-    // Two meshes, or a mesh and a half-space, never meet: neither is on a dynamic body.
-    if rank(shape_b) < 2 {
-        return;
-    }
     let (ma, mb) = (&shape_a.material, &shape_b.material);
     let sensor = shape_a.sensor || shape_b.sensor;
-    let active = bodies.at(shape_a.body).active() || bodies.at(shape_b.body).active();
-    let contact = Contact {
+    Contact {
         shape_a: a,
         shape_b: b,
         body_a: shape_a.body,
@@ -185,17 +234,5 @@ fn create(a: u32, b: u32, bodies: &mut Bodies, shapes: &Shapes, contacts: &mut C
         cache: PairCache::default(),
         looked: 0.0,
         probe: Probe::default(),
-    };
-    let more = shape_a.is_mesh().then(|| contact.clone());
-    let first = contacts.insert(contact, bodies);
-    contacts.at_mut(first).first = first;
-    contacts.set_awake(first, active);
-    let Some(part) = more else { return };
-    let mut last = first;
-    for _ in 1..MAX_PARTS {
-        let row = contacts.insert(Contact { is_part: true, first, ..part.clone() }, bodies);
-        contacts.at_mut(last).next_part = row;
-        contacts.set_awake(row, active);
-        last = row;
     }
 }

@@ -470,3 +470,18 @@ proptest! {
         }
     }
 }
+
+#[test]
+fn a_box_comes_to_rest_on_a_mesh() {
+    let mut world = World::default();
+    let corner = |x: f32, z: f32| vec3(x, 0.0, z);
+    let vertices = vec![corner(-5., -5.), corner(5., -5.), corner(5., 5.), corner(-5., 5.)];
+    let mesh = drystone::Mesh::new(vertices, vec![[0, 2, 1], [0, 3, 2]]).unwrap();
+    let floor = ShapeDef::new(Shape::Mesh(Arc::new(mesh)));
+    world.add_body(BodyDef::fixed().with_shape(floor)).unwrap();
+    let cube = world.add_body(cube_at([0.0, 0.6, 0.0])).unwrap();
+    run(&mut world, 2.0);
+    let height = world.body(cube).unwrap().position().y;
+    assert!((height - 0.5).abs() < 0.01, "{height}");
+    assert_eq!(world.counts().pairs, 1);
+}
