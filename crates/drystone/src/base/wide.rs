@@ -4,6 +4,8 @@
 //! the grouping of constraints, and with it every bit of the result, is the same everywhere. Only
 //! `+ - * /`, `sqrt`, compare and select are used: no fused, approximate or horizontal operation.
 
+#![expect(unsafe_code, reason = "an instruction that every x86-64 has is unsafe to name")]
+
 use core::ops::{Add, Mul, Neg, Sub};
 
 use fearless_simd::{
@@ -69,6 +71,25 @@ pub(crate) fn inverse_or_zero<S: Simd>(simd: S, a: Wide<S>) -> Wide<S> {
 #[inline(always)]
 pub(crate) fn sqrt<S: Simd>(a: Wide<S>) -> Wide<S> {
     a.sqrt()
+}
+
+/// One bit for each number that is at most 0. Compilers make twenty instructions of the loop, where this
+/// has two a register.
+#[cfg(target_arch = "x86_64")]
+#[inline]
+pub(crate) fn bits_up_to_zero(numbers: &Lanes) -> u32 {
+    use core::arch::x86_64::{__m128, _mm_cmple_ps, _mm_movemask_ps, _mm_setzero_ps};
+    let [low, high]: [__m128; 2] = bytemuck::cast(*numbers);
+    // SAFETY: SSE is part of every x86-64.
+    let bits = |x: __m128| unsafe { _mm_movemask_ps(_mm_cmple_ps(x, _mm_setzero_ps())) };
+    (bits(low) | bits(high) << 4).cast_unsigned()
+}
+
+/// One bit for each number that is at most 0.
+#[cfg(not(target_arch = "x86_64"))]
+#[inline]
+pub(crate) fn bits_up_to_zero(numbers: &Lanes) -> u32 {
+    numbers.iter().enumerate().fold(0, |bits, (i, x)| bits | u32::from(*x <= 0.0) << i)
 }
 
 /// `a > b`, lane by lane.

@@ -13,6 +13,7 @@ use crate::base::aabb::Aabb;
 use crate::base::disjoint::Rows;
 use crate::base::jobs::{Executor, for_items, for_ranges, grain};
 use crate::base::math::{Vec3, greater, lesser};
+use crate::base::wide::bits_up_to_zero;
 
 const NONE: u32 = u32::MAX;
 /// Boxes of a block.
@@ -94,20 +95,14 @@ impl Block {
     /// One bit for each box that overlaps `b`.
     #[inline]
     fn overlaps(&self, b: &Aabb) -> u32 {
-        const BIT: [u32; WIDTH] = [1, 2, 4, 8, 16, 32, 64, 128];
-        let mut hit = BIT;
+        let mut apart = [f32::NEG_INFINITY; WIDTH];
         for i in 0..3 {
             let (low, high) = (b.min[i], b.max[i]);
             for l in 0..WIDTH {
-                let meets = (self.min[i][l] <= high) & (low <= self.max[i][l]);
-                hit[l] &= if meets { BIT[l] } else { 0 };
+                apart[l] = greater(greater(self.min[i][l] - high, low - self.max[i][l]), apart[l]);
             }
         }
-        let mut mask = 0;
-        for l in 0..WIDTH {
-            mask |= hit[l];
-        }
-        mask
+        bits_up_to_zero(&apart)
     }
 }
 

@@ -1,7 +1,7 @@
 //! A tree over the packs of a mesh, eight boxes a node, for queries with a turned box.
 
 use crate::base::aabb::Aabb;
-use crate::base::math::{Vec3, greater};
+use crate::base::math::{Vec3, greater, lesser};
 use crate::base::wide::{LANES, Lanes};
 use crate::geometry::bvh::{Bvh, Children};
 
@@ -84,8 +84,15 @@ impl Tree {
         number
     }
 
-    /// Lists the packs whose boxes may meet the window. `stack` is memory.
-    pub(crate) fn find(&self, window: &Window, stack: &mut Vec<u32>, packs: &mut Vec<u32>) {
+    /// Lists the packs whose boxes may meet the window; returns how far the others are from it, at
+    /// least [m]. `stack` is memory.
+    pub(crate) fn find(
+        &self,
+        window: &Window,
+        stack: &mut Vec<u32>,
+        packs: &mut Vec<u32>,
+    ) -> f32 {
+        let mut others = f32::INFINITY;
         packs.clear();
         stack.clear();
         if !self.nodes.is_empty() {
@@ -96,11 +103,15 @@ impl Tree {
             let apart = node.apart_from(window);
             for (name, apart) in node.children[..node.count].iter().zip(apart) {
                 if apart > 0.0 {
-                    continue;
+                    others = lesser(others, apart);
+                } else if name & LEAF == 0 {
+                    stack.push(*name);
+                } else {
+                    packs.push(name & !LEAF);
                 }
-                if name & LEAF == 0 { stack.push(*name) } else { packs.push(name & !LEAF) }
             }
         }
+        others
     }
 }
 

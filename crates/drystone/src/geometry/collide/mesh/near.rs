@@ -72,9 +72,8 @@ pub(super) fn find(
         axes: *axes,
         half: *half + Vec3 { x: along[0], y: along[1], z: along[2] },
     };
-    mesh.tree().find(&window, stack, packs);
-    // Farther than `look` from the box there may be others.
-    let mut gap = look;
+    // The window reaches `look` beyond the solid: what is outside it is farther by so much.
+    let mut gap = look + mesh.tree().find(&window, stack, packs);
     for &item in packs.iter() {
         let pack = mesh.pack(item);
         let (apart, missed) = test(pack, solid, reach);
