@@ -86,12 +86,7 @@ impl Tree {
 
     /// Lists the packs whose boxes may meet the window; returns how far the others are from it, at
     /// least [m]. `stack` is memory.
-    pub(crate) fn find(
-        &self,
-        window: &Window,
-        stack: &mut Vec<u32>,
-        packs: &mut Vec<u32>,
-    ) -> f32 {
+    pub(crate) fn find(&self, window: &Window, stack: &mut Vec<u32>, packs: &mut Vec<u32>) -> f32 {
         let mut others = f32::INFINITY;
         packs.clear();
         stack.clear();

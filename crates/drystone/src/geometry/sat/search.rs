@@ -115,8 +115,15 @@ impl<'a> Pair<'a> {
             return Verdict::Apart(gap);
         }
         let (mut near_a, mut near_b) = (Near::new(), Near::new());
-        near_a.measure(self.a.hull, self.a.frames.point(self.b.hull.center));
-        let first = self.a.face(near_a.farthest(self.a.hull));
+        // Any face will do to begin with: the last one, or the one that looks at B's center.
+        let last = usize::from(cache.a);
+        let start = if cache.kind == FACE_A && last < self.a.hull.planes.len() {
+            last
+        } else {
+            near_a.measure(self.a.hull, self.a.frames.point(self.b.hull.center));
+            near_a.farthest(self.a.hull)
+        };
+        let first = self.a.face(start);
         if first.separation > margin {
             remember(cache, FACE_A, first.face, 0);
             return Verdict::Apart(first.separation);
@@ -148,9 +155,13 @@ impl<'a> Pair<'a> {
         }
         let floor = greater(face_a.separation, face_b.separation) + slack;
         let edges_a = near_a.edges(self.a.hull, floor, self.rounding);
-        let edges_b = near_b.edges(self.b.hull, floor, self.rounding);
-        let lists = [edges_a.numbers(), edges_b.numbers()];
-        let edges = self.best_edges(margin, lists).filter(|e| e.separation > floor);
+        let edges = if edges_a.count > 0 {
+            let edges_b = near_b.edges(self.b.hull, floor, self.rounding);
+            let lists = [edges_a.numbers(), edges_b.numbers()];
+            self.best_edges(margin, lists).filter(|e| e.separation > floor)
+        } else {
+            None
+        };
         if let Some(e) = edges {
             remember(cache, EDGES, e.a, e.b);
             if e.separation > margin {
