@@ -16,8 +16,8 @@ use crate::geometry::gjk::{self, Closest};
 use crate::geometry::hull::Hull;
 use crate::geometry::manifold::Manifold;
 
-/// Cosine of 0.005 rad: a normal so close to that of a flat side is made the same.
-const SNAP: f32 = 1.0 - 1.25e-5;
+/// Cosine of 0.02 rad: a normal so close to that of a flat side is made the same, if that costs no depth.
+const SNAP: f32 = 1.0 - 2.0e-4;
 /// Cosine of 0.002 rad: lines so close to a right angle with the normal may carry the contact.
 const STRAIGHT: f32 = 1.0 - 2.0e-6;
 
@@ -26,7 +26,7 @@ const STRAIGHT: f32 = 1.0 - 2.0e-6;
 /// of coordinates.
 const NEAR: f32 = 0.01;
 const APART: f32 = 0.02;
-const TIED: f32 = 1.0e-4;
+const TIED: f32 = 1.0e-3;
 const ROUNDING: f32 = 5.0e-7;
 const EPA_TOLERANCE: f32 = 5.0e-4;
 const REFINEMENTS: usize = 4;
