@@ -79,10 +79,17 @@ pub(crate) fn sqrt<S: Simd>(a: Wide<S>) -> Wide<S> {
 #[inline]
 pub(crate) fn bits_up_to_zero(numbers: &Lanes) -> u32 {
     use core::arch::x86_64::{__m128, _mm_cmple_ps, _mm_movemask_ps, _mm_setzero_ps};
+    #[inline]
+    #[target_feature(enable = "sse")]
+    fn bits(x: __m128) -> i32 {
+        _mm_movemask_ps(_mm_cmple_ps(x, _mm_setzero_ps()))
+    }
     let [low, high]: [__m128; 2] = bytemuck::cast(*numbers);
     // SAFETY: SSE is part of every x86-64.
-    let bits = |x: __m128| unsafe { _mm_movemask_ps(_mm_cmple_ps(x, _mm_setzero_ps())) };
-    (bits(low) | bits(high) << 4).cast_unsigned()
+    let low = unsafe { bits(low) };
+    // SAFETY: as above.
+    let high = unsafe { bits(high) };
+    (low | high << 4).cast_unsigned()
 }
 
 /// One bit for each number that is at most 0.

@@ -1,6 +1,6 @@
 //! Bodies: one row each. Velocity and pose are written by the solver's finish and by the world only.
 
-use super::def::{AxisLocks, BodyKind};
+use super::def::{AxisLocks, BodyKind, MassDef};
 use crate::base::id::BodyId;
 use crate::base::math::Vec3;
 use crate::base::pose::Pose;
@@ -35,6 +35,8 @@ pub(crate) struct Body {
     pub(crate) local_center: Vec3,
     /// Mass [kg]; 0 for static and kinematic bodies.
     pub(crate) mass: f32,
+    /// Where the mass came from.
+    pub(crate) mass_def: MassDef,
     /// Principal moments of inertia [kg m²]; 0 along an axis that cannot turn.
     pub(crate) moments: Vec3,
     /// Principal axes [body].

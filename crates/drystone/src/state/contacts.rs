@@ -249,6 +249,37 @@ impl Contacts {
         }
     }
 
+    /// The center of mass of one of a contact's bodies was put elsewhere, `shift` [m, body]: anchors are
+    /// told from there now, and stay where they are.
+    pub(crate) fn shift_center(&mut self, row: u32, side: u32, shift: Vec3) {
+        // Of parts, the reference is that of the first one.
+        let first = self.at(row).first;
+        let place = self.at(first).awake_row;
+        let probe = match self.awake.get(place as usize) {
+            Some(probe) if place != NONE => *probe,
+            _ => self.at(first).probe,
+        };
+        let contact = self.at_mut(row);
+        let rotation = if side == 0 { probe.rotation_a } else { probe.rotation_b };
+        let moved = rotation.rotate(shift);
+        for p in &mut contact.points {
+            if side == 0 {
+                p.r_a -= moved;
+                p.local_a -= shift;
+            } else {
+                p.r_b -= moved;
+                p.local_b -= shift;
+            }
+        }
+        if row == first {
+            let by = if side == 0 { -moved } else { moved };
+            contact.probe.offset += by;
+            if let Some(probe) = self.awake.get_mut(place as usize) {
+                probe.offset += by;
+            }
+        }
+    }
+
     /// The contacts of a body: (row, side it is on).
     pub(crate) fn of_body(&self, bodies: &Bodies, body: u32) -> impl Iterator<Item = (u32, u32)> {
         let mut at = bodies.at(body).contacts;

@@ -1,64 +1,20 @@
 //! Adding and removing bodies, shapes and joints.
 
 use super::World;
+use super::mass::{mass_of, principal_moments};
 use crate::base::id::{BodyId, JointId, ShapeId};
-use crate::base::math::{Vec3, vec3};
+use crate::base::math::Vec3;
 use crate::base::pose::Pose;
 use crate::base::quat::Quat;
-use crate::geometry::mass::MassProperties;
 use crate::geometry::shape::Shape;
-use crate::geometry::solid::Solid;
 use crate::state::bodies::{Body, NONE};
 use crate::state::colors::Place;
-use crate::state::def::{BodyDef, BodyKind, DefError, JointDef, MassDef, ShapeDef, shape_suits};
+use crate::state::def::{BodyDef, BodyKind, DefError, JointDef, ShapeDef, shape_suits};
 use crate::state::joints::Joint;
 use crate::state::shapes::ShapeRow;
 use crate::step::context::StepContext;
 use crate::step::finalize::{fat_box, shape_box};
 use crate::step::partition;
-
-/// What the definition's mass and shapes come to.
-fn mass_of(def: &BodyDef) -> Result<MassProperties, DefError> {
-    if def.kind != BodyKind::Dynamic {
-        return Ok(MassProperties::default());
-    }
-    let parts: Vec<(Pose, MassProperties)> = def
-        .shapes
-        .iter()
-        .filter(|s| !s.sensor && s.density > 0.0)
-        .map(|s| (s.pose, MassProperties::of(&s.shape, s.density)))
-        .collect();
-    let shapes = MassProperties::combine(&parts);
-    let empty = || {
-        let allowed = "shapes with volume and density, or a mass given in full";
-        DefError::new("mass", shapes.mass, allowed)
-    };
-    match def.mass {
-        MassDef::FromShapes => {
-            if shapes.mass > 0.0 && shapes.mass.is_finite() {
-                Ok(shapes)
-            } else {
-                Err(empty())
-            }
-        }
-        MassDef::Mass(mass) => {
-            if shapes.mass > 0.0 && shapes.mass.is_finite() {
-                return Ok(shapes.scaled_to(mass));
-            }
-            // A mass without a volume: a ball of the shapes' size, so that it can turn at all.
-            let radius = def
-                .shapes
-                .iter()
-                .map(|s| Solid::of(&s.shape).max_extent(Vec3::ZERO) + s.pose.position.length())
-                .fold(0.0_f32, f32::max);
-            let r = if radius > 0.0 { radius } else { 0.5 };
-            let moment = 0.4 * mass * r * r;
-            let inertia = crate::base::sym3::Sym3::diagonal(Vec3::splat(moment));
-            Ok(MassProperties { mass, center: Vec3::ZERO, inertia })
-        }
-        MassDef::Exact { mass, center, inertia } => Ok(MassProperties { mass, center, inertia }),
-    }
-}
 
 impl World {
     /// Adds a body with its shapes.
@@ -68,10 +24,7 @@ impl World {
     pub fn add_body(&mut self, def: BodyDef) -> Result<BodyId, DefError> {
         def.validate()?;
         let mass = mass_of(&def)?;
-        let (moments, principal) = mass.inertia.eigen();
-        // Rounding may leave a tiny negative or tiny positive moment where there is none.
-        let least = 1.0e-9 * moments.max_element();
-        let moment = |m: f32| if m > least { m } else { 0.0 };
+        let (moments, principal) = principal_moments(&mass);
         let rotation = def.rotation.normalized();
         let body = Body {
             kind: def.kind,
@@ -81,7 +34,8 @@ impl World {
             w: def.angular_velocity,
             local_center: mass.center,
             mass: mass.mass,
-            moments: vec3(moment(moments.x), moment(moments.y), moment(moments.z)),
+            mass_def: def.mass,
+            moments,
             principal,
             locks: def.locks,
             gravity_scale: def.gravity_scale,
@@ -135,7 +89,8 @@ impl World {
         Ok(id)
     }
 
-    /// Adds a shape to a body; its mass follows unless it was given in full.
+    /// Adds a shape to a body; center of mass and inertia follow, and the mass unless it was given. A
+    /// mass that was given in full stays. The body keeps its place, and every point of it its velocity.
     ///
     /// # Errors
     /// The body does not exist, or a field is out of range; then nothing is added.
@@ -146,6 +101,7 @@ impl World {
         };
         shape_suits(self.tables.bodies.at(row).kind, &def.shape)?;
         let id = self.insert_shape(row, def);
+        self.refresh_mass(row);
         self.sets().wake(row);
         Ok(id)
     }
@@ -282,7 +238,8 @@ impl World {
         true
     }
 
-    /// Removes a shape from its body; the body keeps its mass. False if there is no such shape.
+    /// Removes a shape from its body; the mass follows as in [`Self::add_shape`], but a body whose last
+    /// solid shape goes keeps the mass it had. False if there is no such shape.
     pub fn remove_shape(&mut self, id: ShapeId) -> bool {
         let Some(row) = self.tables.shapes.rows.row(id) else { return false };
         let body = self.tables.shapes.at(row).body;
@@ -292,6 +249,7 @@ impl World {
         tables.bounds.remove(row, &tables.shapes);
         tables.bodies.at_mut(body).shapes.retain(|s| *s != row);
         tables.shapes.rows.remove(id);
+        self.refresh_mass(body);
         true
     }
 

@@ -4,6 +4,7 @@
 mod add;
 mod body;
 mod joint;
+mod mass;
 mod shape;
 mod view;
 

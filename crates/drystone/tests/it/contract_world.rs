@@ -485,3 +485,66 @@ fn a_box_comes_to_rest_on_a_mesh() {
     assert!((height - 0.5).abs() < 0.01, "{height}");
     assert_eq!(world.counts().pairs, 1);
 }
+
+#[test]
+fn a_shape_that_comes_and_goes_takes_its_mass_along_and_changes_no_motion() {
+    let mut world = World::default();
+    let def = cube_at([1.0, 5.0, 2.0])
+        .with_linear_velocity([1.0, 0.0, 0.0])
+        .with_angular_velocity([0.0, 0.0, 2.0]);
+    let id = world.add_body(def).unwrap();
+    let before = world.body(id).unwrap();
+    let (mass, inertia, at) = (before.mass(), before.inertia(), before.position());
+    let one_more = ShapeDef::box_half([0.5, 0.5, 0.5]).with_pose(Pose::at([1.0, 0.0, 0.0]));
+    let shape = world.add_shape(id, one_more).unwrap();
+    let two = world.body(id).unwrap();
+    // Two equal cubes side by side: twice the mass, half way between, I + m / 4 each about z.
+    assert!((two.mass() / (2.0 * mass) - 1.0).abs() < 1e-6);
+    assert!((two.center_of_mass() - vec3(1.5, 5.0, 2.0)).length() < 1e-6);
+    let expected = 2.0 * (inertia.zz + 0.25 * mass);
+    assert!((two.inertia().zz / expected - 1.0).abs() < 1e-5);
+    // The origin is where it was and goes on as it did; the new center goes round it.
+    assert!((two.position() - at).length() < 1e-6);
+    assert!((two.velocity_at(at) - vec3(1.0, 0.0, 0.0)).length() < 1e-6);
+    assert!((two.linear_velocity() - vec3(1.0, 1.0, 0.0)).length() < 1e-6);
+    assert!(world.remove_shape(shape));
+    let one = world.body(id).unwrap();
+    assert!((one.mass() / mass - 1.0).abs() < 1e-6);
+    assert!((one.center_of_mass() - vec3(1.0, 5.0, 2.0)).length() < 1e-6);
+    assert!((one.linear_velocity() - vec3(1.0, 0.0, 0.0)).length() < 1e-6);
+}
+
+#[test]
+fn a_given_mass_stays_when_a_shape_is_added() {
+    let mut world = World::default();
+    let more = || ShapeDef::box_half([0.5, 0.5, 0.5]).with_pose(Pose::at([1.0, 0.0, 0.0]));
+    let some = world.add_body(cube_at([0.0; 3]).with_mass(7.0)).unwrap();
+    world.add_shape(some, more()).unwrap();
+    assert!((world.body(some).unwrap().mass() - 7.0).abs() < 1e-5);
+    assert!((world.body(some).unwrap().center_of_mass() - vec3(0.5, 0.0, 0.0)).length() < 1e-6);
+    let inertia = Sym3::diagonal(vec3(1.0, 2.0, 3.0));
+    let mass = MassDef::Exact { mass: 5.0, center: Vec3::ZERO, inertia };
+    let full = world.add_body(BodyDef { mass, ..cube_at([0.0, 9.0, 0.0]) }).unwrap();
+    world.add_shape(full, more()).unwrap();
+    assert_eq!(world.body(full).unwrap().center_of_mass(), vec3(0.0, 9.0, 0.0));
+}
+
+#[test]
+fn what_lies_still_lies_still_when_a_shape_is_added() {
+    let mut world = World::default();
+    ground(&mut world);
+    let id = world.add_body(cube_at([0.0, 0.5, 0.0])).unwrap();
+    run(&mut world, 1.0);
+    // Beside the first cube, on the ground too: the center moves by half a meter.
+    let beside = ShapeDef::box_half([0.5, 0.5, 0.5]).with_pose(Pose::at([1.0, 0.0, 0.0]));
+    world.add_shape(id, beside).unwrap();
+    for _ in 0..60 {
+        world.step(DT);
+        let body = world.body(id).unwrap();
+        // The new half settles on its contact within a step: g dt at most.
+        assert!(body.linear_velocity().length() < 9.81 * DT, "{:?}", body.linear_velocity());
+    }
+    let body = world.body(id).unwrap();
+    assert!((body.position() - vec3(0.0, 0.5, 0.0)).length() < 1e-3, "{:?}", body.position());
+    assert!(body.linear_velocity().length() < 1e-3);
+}

@@ -1,0 +1,130 @@
+//! Mass properties of bodies: when they are made, and when their shapes come and go.
+
+use super::World;
+use crate::base::math::{Vec3, vec3};
+use crate::base::pose::Pose;
+use crate::base::quat::Quat;
+use crate::geometry::mass::MassProperties;
+use crate::geometry::solid::Solid;
+use crate::state::def::{BodyDef, BodyKind, DefError, MassDef};
+
+/// What the definition's mass and shapes come to.
+pub(super) fn mass_of(def: &BodyDef) -> Result<MassProperties, DefError> {
+    if def.kind != BodyKind::Dynamic {
+        return Ok(MassProperties::default());
+    }
+    let parts: Vec<(Pose, MassProperties)> = def
+        .shapes
+        .iter()
+        .filter(|s| !s.sensor && s.density > 0.0)
+        .map(|s| (s.pose, MassProperties::of(&s.shape, s.density)))
+        .collect();
+    let shapes = MassProperties::combine(&parts);
+    let empty = || {
+        let allowed = "shapes with volume and density, or a mass given in full";
+        DefError::new("mass", shapes.mass, allowed)
+    };
+    match def.mass {
+        MassDef::FromShapes => {
+            if shapes.mass > 0.0 && shapes.mass.is_finite() {
+                Ok(shapes)
+            } else {
+                Err(empty())
+            }
+        }
+        MassDef::Mass(mass) => {
+            if shapes.mass > 0.0 && shapes.mass.is_finite() {
+                return Ok(shapes.scaled_to(mass));
+            }
+            // A mass without a volume: a ball of the shapes' size, so that it can turn at all.
+            let radius = def
+                .shapes
+                .iter()
+                .map(|s| Solid::of(&s.shape).max_extent(Vec3::ZERO) + s.pose.position.length())
+                .fold(0.0_f32, f32::max);
+            let r = if radius > 0.0 { radius } else { 0.5 };
+            let moment = 0.4 * mass * r * r;
+            let inertia = crate::base::sym3::Sym3::diagonal(Vec3::splat(moment));
+            Ok(MassProperties { mass, center: Vec3::ZERO, inertia })
+        }
+        MassDef::Exact { mass, center, inertia } => Ok(MassProperties { mass, center, inertia }),
+    }
+}
+
+/// Principal moments and axes. Rounding may leave a tiny negative or positive moment where there is none:
+/// these become 0, an axis that cannot turn.
+pub(super) fn principal_moments(mass: &MassProperties) -> (Vec3, Quat) {
+    let (moments, principal) = mass.inertia.eigen();
+    let least = 1.0e-9 * moments.max_element();
+    let moment = |m: f32| if m > least { m } else { 0.0 };
+    (vec3(moment(moments.x), moment(moments.y), moment(moments.z)), principal)
+}
+
+impl World {
+    /// Center of mass and inertia of a dynamic body whose shapes came or went, and its mass unless that was
+    /// given. Nothing changes if the mass was given in full, or if no shape with a mass is left.
+    pub(super) fn refresh_mass(&mut self, row: u32) {
+        let tables = &mut self.tables;
+        let body = tables.bodies.at(row);
+        let exact = matches!(body.mass_def, MassDef::Exact { .. });
+        if body.kind == BodyKind::Dynamic && !exact {
+            let solid = body.shapes.iter().map(|s| tables.shapes.at(*s));
+            let parts: Vec<(Pose, MassProperties)> = solid
+                .filter(|s| !s.sensor && s.density > 0.0)
+                .map(|s| (s.local, MassProperties::of(&s.shape, s.density)))
+                .collect();
+            let mut total = MassProperties::combine(&parts);
+            if total.mass > 0.0 && total.mass.is_finite() {
+                if let MassDef::Mass(mass) = body.mass_def {
+                    total = total.scaled_to(mass);
+                }
+                self.set_mass(row, &total);
+            }
+        }
+        self.refresh_extent(row);
+        self.refresh_bounds(row);
+    }
+
+    /// Gives a body another mass and center; its shapes, joints and contacts stay where they are in the
+    /// world.
+    fn set_mass(&mut self, row: u32, mass: &MassProperties) {
+        let tables = &mut self.tables;
+        let body = tables.bodies.at_mut(row);
+        let shift = mass.center - body.local_center;
+        let moved = body.rotation.rotate(shift);
+        body.v = body.velocity_at(moved);
+        body.center += moved;
+        body.local_center = mass.center;
+        body.mass = mass.mass;
+        (body.moments, body.principal) = principal_moments(mass);
+        for shape in body.shapes.clone() {
+            let s = tables.shapes.at_mut(shape);
+            s.centered.position -= shift;
+        }
+        for joint in tables.bodies.at(row).joints.clone() {
+            let joint = tables.joints.at_mut(joint);
+            if joint.body_a == row {
+                joint.anchor_a -= shift;
+            } else {
+                joint.anchor_b -= shift;
+            }
+        }
+        let links: Vec<(u32, u32)> = tables.contacts.of_body(&tables.bodies, row).collect();
+        for (contact, side) in links {
+            tables.contacts.shift_center(contact, side, shift);
+        }
+    }
+
+    /// How far a body reaches from its center of mass, and how thin it is.
+    fn refresh_extent(&mut self, row: u32) {
+        let tables = &mut self.tables;
+        let (mut extent, mut inner) = (0.0_f32, f32::INFINITY);
+        for shape in &tables.bodies.at(row).shapes {
+            let s = tables.shapes.at(*shape);
+            extent = extent.max(s.solid.max_extent(s.centered.local_point(Vec3::ZERO)));
+            inner = inner.min(s.solid.aabb(&Pose::IDENTITY).half_extents().min_element());
+        }
+        let body = tables.bodies.at_mut(row);
+        (body.extent, body.inner) = (extent, inner);
+    }
+}
