@@ -11,7 +11,7 @@ const MAX_FACE_CORNERS: usize = 32;
 /// The side planes of the reference stand farther out by this part of the side's length, or of the
 /// length of the incident feature if that is less, so that equal faces on top of each other keep
 /// their corners (and feature ids) under rounding.
-const SIDE_SLACK: f32 = 2.0e-4;
+pub(super) const SIDE_SLACK: f32 = 2.0e-4;
 
 /// Marks a number as that of a clipping plane, not of an edge of the incident face.
 const PLANE: u32 = 0x800;

@@ -6,6 +6,10 @@ use crate::base::math::Vec3;
 /// from step to step by it.
 pub(crate) type FeatureId = u32;
 
+/// Feature ids begin with what the reference is: a face of B, a pair of edges; else a face of A.
+pub(crate) const REFERENCE_B: FeatureId = 0x8000_0000;
+pub(crate) const EDGE_PAIR: FeatureId = 0x4000_0000;
+
 /// One point of a manifold, in the frame of A.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct ManifoldPoint {

@@ -2,21 +2,18 @@
 
 mod search;
 
+pub(super) use self::search::PARALLEL;
 use self::search::{EdgeAxis, Pair, Verdict};
 use super::clip::{Polygon, Reference, clip, closest_of_segments, flip};
 use super::gjk;
 use super::hull::Hull;
-use super::manifold::{Manifold, PairCache};
+use super::manifold::{EDGE_PAIR, Manifold, PairCache, REFERENCE_B};
 use crate::base::math::{Vec3, greater};
 use crate::base::pose::Pose;
 
-/// Feature ids begin with what the reference is.
-const REFERENCE_B: u32 = 0x8000_0000;
-const EDGE_PAIR: u32 = 0x4000_0000;
-
 /// Part of the size by which a later kind of axis must be better than an earlier one: without it
 /// rounding would choose, and feature ids would flicker.
-const PREFERENCE: f32 = 1.0e-3;
+pub(super) const PREFERENCE: f32 = 1.0e-3;
 
 /// The manifold of two hulls in the frame of A. Points farther apart than `margin` [m] are left out.
 pub(crate) fn collide_hulls(

@@ -1,7 +1,7 @@
 //! Contacts: one row a pair of shapes whose boxes overlap; a pair with a mesh has several rows, one a
 //! manifold. Rows are made by broadphase, manifolds written by narrowphase, impulses by the solver.
 
-use super::bodies::{Bodies, NONE};
+use super::bodies::{Bodies, Body, NONE};
 use super::colors::Place;
 use crate::base::grow;
 use crate::base::math::Vec3;
@@ -54,6 +54,16 @@ pub(crate) struct Probe {
     pub(crate) offset: Vec3,
     pub(crate) rotation_a: Quat,
     pub(crate) rotation_b: Quat,
+}
+
+impl Probe {
+    /// Counts motion from here on; the gap is not known.
+    #[inline]
+    pub(crate) fn restart(&mut self, a: &Body, b: &Body) {
+        self.gap = 0.0;
+        self.offset = b.center - a.center;
+        (self.rotation_a, self.rotation_b) = (a.rotation, b.rotation);
+    }
 }
 
 /// A link in a body's list of contacts: contact row × 2 + side.

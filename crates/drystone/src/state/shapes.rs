@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use super::bodies::Body;
 use super::material::{Filter, Material};
 use crate::base::aabb::Aabb;
 use crate::base::id::ShapeId;
@@ -37,6 +38,12 @@ pub(crate) struct ShapeRow {
 }
 
 impl ShapeRow {
+    /// Where it is, as a shape of `body` [world].
+    #[inline]
+    pub(crate) fn placed(&self, body: &Body) -> Pose {
+        Pose { position: body.center, rotation: body.rotation }.compose(&self.centered)
+    }
+
     pub(crate) fn is_mesh(&self) -> bool {
         matches!(self.solid.core, Core::Mesh(_))
     }

@@ -10,7 +10,6 @@ use crate::base::aabb::Aabb;
 use crate::base::disjoint::Rows;
 use crate::base::jobs::{Executor, collect_ranges, grain};
 use crate::base::math::Vec3;
-use crate::base::pose::Pose;
 use crate::base::quat::Quat;
 use crate::state::bodies::{Bodies, Body};
 use crate::state::bounds::Bounds;
@@ -136,7 +135,7 @@ fn reach(body: &Body, ctx: &StepContext) -> Vec3 {
 
 /// The box of a shape with the contact margin.
 fn tight_box(shape: &ShapeRow, body: &Body, ctx: &StepContext) -> Aabb {
-    let pose = Pose { position: body.center, rotation: body.rotation }.compose(&shape.centered);
+    let pose = shape.placed(body);
     shape.solid.aabb(&pose).grown(0.5 * ctx.margin)
 }
 

@@ -68,7 +68,7 @@ pub(crate) fn update_manifolds(
                 continue;
             }
             if let Some(contact) = slots.row(probe.row as usize) {
-                update(ctx, [a, b], shapes, contact, probe, &slots, out, scratch);
+                update(ctx, [a, b], reach, shapes, contact, probe, &slots, out, scratch);
             }
         }
     });
@@ -77,6 +77,7 @@ pub(crate) fn update_manifolds(
 fn update(
     ctx: &StepContext,
     [a, b]: [&Body; 2],
+    reach: f32,
     shapes: &Shapes,
     contact: &mut Contact,
     probe: &mut Probe,
@@ -101,20 +102,11 @@ fn update(
     {
         return;
     }
-    let pose = |body: &Body, centered: &Pose| {
-        Pose { position: body.center, rotation: body.rotation }.compose(centered)
-    };
     // In the frame of A, so that far from the world's origin nothing is lost.
-    let (pose_a, pose_b) = (pose(a, &shape_a.centered), pose(b, &shape_b.centered));
-    let b_in_a = pose_a.relative(&pose_b);
-    let margin = if contact.sensor { 0.0 } else { speculative_margin(ctx, a, b) };
-    *probe = Probe {
-        gap: 0.0,
-        offset: b.center - a.center,
-        rotation_a: a.rotation,
-        rotation_b: b.rotation,
-        ..*probe
-    };
+    let pose_a = shape_a.placed(a);
+    let b_in_a = pose_a.relative(&shape_b.placed(b));
+    let margin = if contact.sensor { 0.0 } else { reach };
+    probe.restart(a, b);
     let m = collide(&shape_a.solid, &shape_b.solid, &b_in_a, margin, &mut contact.cache);
     probe.gap = m.gap;
     if rebuild(contact, &m, &pose_a, a, b) {
@@ -159,7 +151,7 @@ fn chord(q: &Quat, q0: &Quat) -> f32 {
 /// True if the two bodies have hardly moved since the manifold was made, against each other or in the
 /// world.
 fn may_recycle(ctx: &StepContext, contact: &Contact, r: &Probe, a: &Body, b: &Body) -> bool {
-    if contact.count == 0 && contact.next_part == NONE {
+    if contact.count == 0 {
         return false;
     }
     let size = |body: &Body| if body.is_dynamic() { body.extent } else { 0.0 };
@@ -185,9 +177,6 @@ fn recycle(
     b: &Body,
     slots: &Rows<'_, Option<Contact>>,
 ) -> bool {
-    if contact.count == 0 {
-        return false;
-    }
     let mut part = Some(contact);
     while let Some(contact) = part {
         let normal = contact.normal;

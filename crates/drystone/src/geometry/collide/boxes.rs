@@ -6,19 +6,10 @@
 
 use crate::base::math::{Mat3, Vec3, greater, lesser};
 use crate::base::pose::Pose;
-use crate::geometry::clip::{closest_of_segments, flip, reduce};
-use crate::geometry::manifold::{Manifold, ManifoldPoint};
+use crate::geometry::clip::{SIDE_SLACK, closest_of_segments, flip, reduce};
+use crate::geometry::manifold::{EDGE_PAIR, Manifold, ManifoldPoint, REFERENCE_B};
+use crate::geometry::sat::{PARALLEL, PREFERENCE};
 
-/// As for hulls: squared sine below which edges count as parallel, the part of the thinner box's
-/// half thickness by which a later kind of axis must be better, and how far the sides that cut stand
-/// out, as a part of the smaller face's side.
-const PARALLEL: f32 = 2.5e-5;
-const PREFERENCE: f32 = 1.0e-3;
-const SIDE_SLACK: f32 = 2.0e-4;
-
-/// Feature ids begin with what the reference is.
-const REFERENCE_B: u32 = 0x8000_0000;
-const EDGE_PAIR: u32 = 0x4000_0000;
 /// Marks a corner that a side made.
 const CUT: u32 = 0x100;
 

@@ -14,7 +14,7 @@ use crate::geometry::clip::{Polygon, Reference, clip, flip};
 use crate::geometry::epa;
 use crate::geometry::gjk::{self, Closest};
 use crate::geometry::hull::Hull;
-use crate::geometry::manifold::Manifold;
+use crate::geometry::manifold::{Manifold, REFERENCE_B};
 
 /// Cosine of 0.02 rad: a normal so close to that of a flat side is made the same, if that costs no depth.
 const SNAP: f32 = 1.0 - 2.0e-4;
@@ -31,8 +31,7 @@ const ROUNDING: f32 = 5.0e-7;
 const EPA_TOLERANCE: f32 = 5.0e-4;
 const REFINEMENTS: usize = 4;
 
-/// Feature ids begin with what the reference is.
-const REFERENCE_B: u32 = 0x8000_0000;
+/// The feature of a lone point.
 const SINGLE: u32 = 0x2000_0000;
 
 /// Which solid's flat side carries a contact.

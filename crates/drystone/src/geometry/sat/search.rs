@@ -20,7 +20,7 @@ const FACE_B: u8 = 2;
 const EDGES: u8 = 3;
 
 /// Squared sine below which two edges count as parallel (0.3°): the axes of faces serve there.
-const PARALLEL: f32 = 2.5e-5;
+pub(in crate::geometry) const PARALLEL: f32 = 2.5e-5;
 
 /// Rounding of a distance, as a part of the lengths that go into it: 2^-24 for each of about ten
 /// operations.

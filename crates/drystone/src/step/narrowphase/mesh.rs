@@ -80,11 +80,8 @@ pub(super) fn update(
     {
         return;
     }
-    let pose = |body: &Body, centered: &Pose| {
-        Pose { position: body.center, rotation: body.rotation }.compose(centered)
-    };
-    let (pose_a, pose_b) = (pose(a, &shape_a.centered), pose(b, &shape_b.centered));
-    let b_in_a = pose_a.relative(&pose_b);
+    let pose_a = shape_a.placed(a);
+    let b_in_a = pose_a.relative(&shape_b.placed(b));
     let reach = if contact.sensor {
         Reach::still(0.0)
     } else {
@@ -102,13 +99,10 @@ pub(super) fn update(
     };
     let mut made = [Manifold::default(); MAX_PARTS];
     let count = collide_mesh(mesh, &shape_b.solid, &b_in_a, &reach, scratch, &mut made);
-    *probe = Probe {
-        gap: if count > 0 { 0.0 } else { made[0].gap },
-        offset: b.center - a.center,
-        rotation_a: a.rotation,
-        rotation_b: b.rotation,
-        ..*probe
-    };
+    probe.restart(a, b);
+    if count == 0 {
+        probe.gap = made[0].gap;
+    }
     contact.looked = margin;
     let order = continue_parts(contact, &made[..count], &pose_a, slots);
     let mut part = Some((probe.row, contact));
