@@ -2,15 +2,19 @@
 //!
 //! The batch is always eight wide, whatever the CPU: two registers on SSE2 and NEON, one on AVX2. So
 //! the grouping of constraints, and with it every bit of the result, is the same everywhere. Only
-//! `+ - * /`, `sqrt`, compare and select are used: no fused, approximate or horizontal operation.
+//! `+ - * /`, `sqrt`, compare and select are used: no fused or approximate operation, and over the lanes
+//! of a batch none but the least and the most, which do not depend on an order.
 
 #![expect(unsafe_code, reason = "an instruction that every x86-64 has is unsafe to name")]
 
 use core::ops::{Add, Mul, Neg, Sub};
 
 use fearless_simd::{
-    Level, Select, Simd, SimdBase, SimdCombine, SimdFloat, SimdSplit, f32x4, f32x8, mask32x8,
+    Level, Select, Simd, SimdBase, SimdCombine, SimdFloat, SimdMask, SimdSplit, f32x4, f32x8,
+    mask32x8,
 };
+
+use super::math::{Vec3, greater, lesser};
 
 /// Lanes of a batch.
 pub(crate) const LANES: usize = 8;
@@ -20,6 +24,9 @@ pub(crate) type Lanes = [f32; LANES];
 
 /// Eight numbers in registers.
 pub(crate) type Wide<S> = f32x8<S>;
+
+/// Yes or no for each lane.
+pub(crate) type Mask<S> = mask32x8<S>;
 
 /// Loads.
 #[inline(always)]
@@ -99,6 +106,38 @@ pub(crate) fn bits_up_to_zero(numbers: &Lanes) -> u32 {
     numbers.iter().enumerate().fold(0, |bits, (i, x)| bits | u32::from(*x <= 0.0) << i)
 }
 
+/// One bit for each lane that is set, lane 0 the lowest.
+#[inline(always)]
+pub(crate) fn bits<S: Simd>(mask: Mask<S>) -> u32 {
+    #[expect(clippy::cast_possible_truncation, reason = "eight bits")]
+    let bits = mask.to_bitmask() as u32;
+    bits
+}
+
+/// The smallest lane; no lane may be NaN.
+#[inline(always)]
+pub(crate) fn least<S: Simd>(a: Wide<S>) -> f32 {
+    let mut l = [0.0; LANES];
+    a.store_array(&mut l);
+    let (p, q) = (
+        lesser(lesser(l[0], l[4]), lesser(l[2], l[6])),
+        lesser(lesser(l[1], l[5]), lesser(l[3], l[7])),
+    );
+    lesser(p, q)
+}
+
+/// The largest lane; no lane may be NaN.
+#[inline(always)]
+pub(crate) fn most<S: Simd>(a: Wide<S>) -> f32 {
+    let mut l = [0.0; LANES];
+    a.store_array(&mut l);
+    let (p, q) = (
+        greater(greater(l[0], l[4]), greater(l[2], l[6])),
+        greater(greater(l[1], l[5]), greater(l[3], l[7])),
+    );
+    greater(p, q)
+}
+
 /// `a > b`, lane by lane.
 #[inline(always)]
 pub(crate) fn above<S: Simd>(a: Wide<S>, b: Wide<S>) -> mask32x8<S> {
@@ -123,6 +162,12 @@ impl<S: Simd> Vec3w<S> {
     #[inline(always)]
     pub(crate) fn load3(simd: S, from: &[[Lanes; 3]; 3]) -> [Self; 3] {
         [Self::load(simd, &from[0]), Self::load(simd, &from[1]), Self::load(simd, &from[2])]
+    }
+
+    /// The same vector in every lane.
+    #[inline(always)]
+    pub(crate) fn splat(simd: S, v: Vec3) -> Self {
+        Self { x: splat(simd, v.x), y: splat(simd, v.y), z: splat(simd, v.z) }
     }
 
     #[inline(always)]

@@ -4,6 +4,7 @@ use crate::base::aabb::Aabb;
 use crate::base::id::{BodyId, ShapeId};
 use crate::base::math::Vec3;
 use crate::base::pose::Pose;
+use crate::base::wide::SimdLevel;
 use crate::geometry::cast;
 use crate::geometry::collide::{MAX_PARTS, MeshScratch, Reach, collide, collide_mesh};
 use crate::geometry::manifold::{Manifold, PairCache};
@@ -160,7 +161,8 @@ fn overlap(a: &ShapeRow, b: &Solid, b_in_a: &Pose) -> bool {
     let mut made = [Manifold::default(); MAX_PARTS];
     if let Core::Mesh(mesh) = &a.solid.core {
         let (reach, mut scratch) = (Reach::still(0.0), MeshScratch::default());
-        return collide_mesh(mesh, b, b_in_a, &reach, &mut scratch, &mut made) > 0;
+        let level = SimdLevel::best().0;
+        return collide_mesh(level, mesh, b, b_in_a, &reach, &mut scratch, &mut made) > 0;
     }
     collide(&a.solid, b, b_in_a, 0.0, &mut PairCache::default()).count > 0
 }

@@ -10,12 +10,15 @@ mod contacts;
 mod frustum;
 mod hull;
 mod near;
+mod placed;
 mod round;
 mod triangle;
 
 #[cfg(test)]
 #[path = "mesh_tests.rs"]
 mod tests;
+
+use fearless_simd::{Level, Simd, dispatch};
 
 use super::MAX_PARTS;
 use crate::base::math::{Vec3, greater, lesser, vec3};
@@ -27,9 +30,9 @@ use crate::geometry::solid::{Core, Solid};
 use clip::Clipper;
 use contacts::{Contacts, Limits};
 use frustum::PlacedFrustum;
-use hull::PlacedHull;
-use near::Outline;
 pub(crate) use near::Reach;
+use near::{Discs, Outline};
+use placed::{PlacedHull, Space};
 use triangle::Triangle;
 
 /// The convex solid in the frame of the mesh.
@@ -47,9 +50,7 @@ pub(crate) struct MeshScratch {
     stack: Vec<u32>,
     packs: Vec<u32>,
     near: Vec<u32>,
-    vertices: Vec<Vec3>,
-    planes: Vec<Plane>,
-    slopes: Vec<f32>,
+    space: Space,
     contacts: Contacts,
     clipper: Clipper,
 }
@@ -58,6 +59,7 @@ pub(crate) struct MeshScratch {
 /// [`MAX_PARTS`], each with a normal of its own, the deepest first. Returns how many were written to
 /// `out`; if none, the first of `out` tells how far apart the two are.
 pub(crate) fn collide_mesh(
+    level: Level,
     mesh: &Mesh,
     b: &Solid,
     b_in_mesh: &Pose,
@@ -65,41 +67,59 @@ pub(crate) fn collide_mesh(
     scratch: &mut MeshScratch,
     out: &mut [Manifold; MAX_PARTS],
 ) -> usize {
-    let MeshScratch { stack, packs, near, vertices, planes, slopes, contacts, clipper } = scratch;
-    let bounds = b.aabb(b_in_mesh);
+    let gap = dispatch!(level, simd => collect(simd, mesh, b, b_in_mesh, reach, scratch));
+    out[0] = Manifold::apart(greater(gap, 0.0));
+    if scratch.near.is_empty() { 0 } else { scratch.contacts.reduce(out) }
+}
+
+/// Collects the contacts of the triangles near the solid; returns how far apart it is from all triangles,
+/// at least [m].
+#[inline(always)]
+fn collect<S: Simd>(
+    simd: S,
+    mesh: &Mesh,
+    b: &Solid,
+    b_in_mesh: &Pose,
+    reach: &Reach,
+    scratch: &mut MeshScratch,
+) -> f32 {
+    let MeshScratch { stack, packs, near, space, contacts, clipper } = scratch;
     let (radius, at) = (b.radius, b_in_mesh.position);
+    near.clear();
+    let mut placed = match &b.core {
+        Core::Point => Placed::Sphere(at),
+        Core::Segment { half_height } => {
+            let tip = b_in_mesh.direction(vec3(0.0, *half_height, 0.0));
+            Placed::Capsule([at - tip, at + tip])
+        }
+        Core::Hull(core) => Placed::Hull(PlacedHull::new(simd, core, b_in_mesh, radius, space)),
+        Core::Frustum { half_height, radius_bottom, radius_top } => {
+            let radii = [*radius_bottom, *radius_top];
+            Placed::Frustum(PlacedFrustum::new(b_in_mesh, *half_height, radii, radius))
+        }
+        Core::HalfSpace { .. } | Core::Mesh(_) => return 0.0,
+    };
+    let bounds = match &placed {
+        Placed::Hull(hull) if !hull.is_cuboid() => hull.bounds(simd),
+        _ => b.aabb(b_in_mesh),
+    };
     let core = b.core_box();
     let turn = b_in_mesh.rotation.to_mat3();
     let core = (b_in_mesh.point(core.center()), [turn.x, turn.y, turn.z], core.half_extents());
-    let mut seen = |center, points, discs, planes, near: &mut Vec<u32>| {
-        let outline = Outline { bounds, core, center, points, discs, planes, radius };
-        near::find(mesh, &outline, reach, [&mut *stack, &mut *packs], near)
+    let round;
+    let (center, points, discs, planes): (Vec3, &[Vec3], Option<Discs>, &[Plane]) = match &placed {
+        Placed::Sphere(at) => (*at, core::slice::from_ref(at), None, &[]),
+        Placed::Capsule(ends) => (at, ends, None, &[]),
+        Placed::Hull(hull) => (hull.center, hull.vertices(), None, hull.planes()),
+        Placed::Frustum(frustum) => {
+            round = frustum.outline();
+            (at, &round.0, Some(round.1), &round.2)
+        }
     };
-    let (mut placed, center, gap) = match &b.core {
-        Core::Point => (Placed::Sphere(at), at, seen(at, &[at], None, &[], near)),
-        Core::Segment { half_height } => {
-            let tip = b_in_mesh.direction(vec3(0.0, *half_height, 0.0));
-            let ends = [at - tip, at + tip];
-            (Placed::Capsule(ends), at, seen(at, &ends, None, &[], near))
-        }
-        Core::Hull(core) => {
-            let placed = PlacedHull::new(core, b_in_mesh, radius, vertices, planes, slopes);
-            let center = placed.center;
-            let gap = seen(center, placed.vertices, None, placed.planes, near);
-            (Placed::Hull(placed), center, gap)
-        }
-        Core::Frustum { half_height, radius_bottom, radius_top } => {
-            let radii = [*radius_bottom, *radius_top];
-            let placed = PlacedFrustum::new(b_in_mesh, *half_height, radii, radius);
-            let (centers, discs, planes) = placed.outline();
-            let gap = seen(at, &centers, Some(discs), &planes, near);
-            (Placed::Frustum(placed), at, gap)
-        }
-        Core::HalfSpace { .. } | Core::Mesh(_) => return 0,
-    };
-    out[0] = Manifold::apart(greater(gap, 0.0));
+    let outline = Outline { bounds, core, center, points, discs, planes, radius };
+    let gap = near::find(simd, mesh, &outline, reach, [stack, packs], near);
     if near.is_empty() {
-        return 0;
+        return gap;
     }
     contacts.restart(limits(b, reach));
     for &number in near.iter() {
@@ -107,11 +127,11 @@ pub(crate) fn collide_mesh(
         match &mut placed {
             Placed::Sphere(at) => round::sphere(&triangle, *at, radius, contacts),
             Placed::Capsule(ends) => round::capsule(&triangle, *ends, radius, contacts, clipper),
-            Placed::Hull(body) => hull::hull(&triangle, body, contacts, clipper),
+            Placed::Hull(body) => hull::hull(simd, &triangle, body, contacts, clipper),
             Placed::Frustum(body) => frustum::frustum(&triangle, body, contacts, clipper),
         }
     }
-    contacts.reduce(out)
+    gap
 }
 
 fn limits(b: &Solid, reach: &Reach) -> Limits {

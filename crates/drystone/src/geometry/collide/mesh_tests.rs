@@ -6,6 +6,8 @@
 
 use std::sync::Arc;
 
+use fearless_simd::Level;
+
 use super::{MeshScratch, Reach, collide_mesh};
 use crate::base::math::{Vec3, vec3};
 use crate::base::pose::Pose;
@@ -83,8 +85,15 @@ fn cone(half_height: f32, radius_bottom: f32, radius_top: f32) -> Solid {
 
 fn collide(mesh: &Mesh, b: &Solid, pose: &Pose) -> Vec<Manifold> {
     let mut out = [Manifold::default(); MAX_PARTS];
-    let n =
-        collide_mesh(mesh, b, pose, &Reach::still(MARGIN), &mut MeshScratch::default(), &mut out);
+    let n = collide_mesh(
+        Level::new(),
+        mesh,
+        b,
+        pose,
+        &Reach::still(MARGIN),
+        &mut MeshScratch::default(),
+        &mut out,
+    );
     for m in &out[..n] {
         assert!(m.count >= 1 && (m.normal.length() - 1.0).abs() < 1e-4, "{m:?}");
         assert!(m.points().iter().all(|p| p.position.is_finite() && p.separation <= MARGIN));
@@ -533,7 +542,8 @@ fn no_mesh_and_no_pose_makes_it_panic() {
             let mut out = [Manifold::default(); MAX_PARTS];
             let pose = Pose::new(at, rotation);
             let (reach, mut scratch) = (Reach::still(MARGIN), MeshScratch::default());
-            let n = collide_mesh(&mesh, &solid, &pose, &reach, &mut scratch, &mut out);
+            let n =
+                collide_mesh(Level::new(), &mesh, &solid, &pose, &reach, &mut scratch, &mut out);
             assert!(out[..n].iter().all(|m| m.count <= 4));
         }
     }
@@ -560,7 +570,15 @@ fn mesh_times() {
                 for i in 0..2000 {
                     let pose = Pose::at(vec3(0.001 * i as f32 - 1.0, 0.499, 0.3));
                     let mut out = [Manifold::default(); MAX_PARTS];
-                    sum += collide_mesh(mesh, &solid, &pose, &reach, &mut scratch, &mut out);
+                    sum += collide_mesh(
+                        Level::new(),
+                        mesh,
+                        &solid,
+                        &pose,
+                        &reach,
+                        &mut scratch,
+                        &mut out,
+                    );
                 }
                 let each = start.elapsed().as_secs_f64() / 2000.0 * 1e6;
                 println!("{n}² {ground} {name}: {each:.2} µs, {} manifolds", sum / 2000);

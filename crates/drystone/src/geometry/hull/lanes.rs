@@ -3,19 +3,26 @@
 //! Plain arrays, not the wide vocabulary: a lane never depends on its neighbour, so the compiler makes
 //! of each loop what the target has, and the result is the same everywhere.
 
+use fearless_simd::Simd;
+
 use super::{HalfEdge, Plane};
 use crate::base::math::{Vec3, greater, lesser};
-use crate::base::wide::{LANES, Lanes};
+use crate::base::wide::{LANES, Lanes, Vec3w, load};
 
 /// Three coordinates, eight of each.
 #[derive(Clone, Copy, Debug)]
-struct Vectors {
+pub(crate) struct Vectors {
     x: Lanes,
     y: Lanes,
     z: Lanes,
 }
 
 impl Vectors {
+    #[inline(always)]
+    pub(crate) fn load<S: Simd>(&self, simd: S) -> Vec3w<S> {
+        Vec3w { x: load(simd, &self.x), y: load(simd, &self.y), z: load(simd, &self.z) }
+    }
+
     #[inline]
     fn dot(&self, n: Vec3) -> Lanes {
         let mut along = [0.0; LANES];
@@ -63,6 +70,18 @@ impl HullLanes {
             offsets: planes.chunks(LANES).map(group).collect(),
             bulges,
         }
+    }
+
+    /// The vertices [m, local]; the last group is filled up with the last vertex.
+    #[inline]
+    pub(crate) fn vertices(&self) -> &[Vectors] {
+        &self.vertices
+    }
+
+    /// Normals and offsets of the faces; the last group is filled up with the last face.
+    #[inline]
+    pub(crate) fn planes(&self) -> impl Iterator<Item = (&Vectors, &Lanes)> {
+        self.normals.iter().zip(&self.offsets)
     }
 
     /// The least of `n` · v over the vertices.

@@ -1,8 +1,10 @@
 //! A tree over the packs of a mesh, eight boxes a node, for queries with a turned box.
 
+use fearless_simd::{Simd, SimdBase};
+
 use crate::base::aabb::Aabb;
-use crate::base::math::{Vec3, greater, lesser};
-use crate::base::wide::{LANES, Lanes};
+use crate::base::math::Vec3;
+use crate::base::wide::{LANES, Lanes, Wide, above, bits, least, load, max, min, select, splat};
 use crate::geometry::bvh::{Bvh, Children};
 
 /// Marks a child that is a pack, not a node.
@@ -86,8 +88,16 @@ impl Tree {
 
     /// Lists the packs whose boxes may meet the window; returns how far the others are from it, at
     /// least [m]. `stack` is memory.
-    pub(crate) fn find(&self, window: &Window, stack: &mut Vec<u32>, packs: &mut Vec<u32>) -> f32 {
-        let mut others = f32::INFINITY;
+    #[inline(always)]
+    pub(crate) fn find<S: Simd>(
+        &self,
+        simd: S,
+        window: &Window,
+        stack: &mut Vec<u32>,
+        packs: &mut Vec<u32>,
+    ) -> f32 {
+        let none = splat(simd, f32::INFINITY);
+        let mut others = none;
         packs.clear();
         stack.clear();
         if !self.nodes.is_empty() {
@@ -95,52 +105,52 @@ impl Tree {
         }
         while let Some(at) = stack.pop() {
             let node = &self.nodes[at as usize];
-            let apart = node.apart_from(window);
-            for (name, apart) in node.children[..node.count].iter().zip(apart) {
-                if apart > 0.0 {
-                    others = lesser(others, apart);
-                } else if name & LEAF == 0 {
-                    stack.push(*name);
+            let apart = node.apart_from(simd, window);
+            let outside = above(apart, splat(simd, 0.0));
+            others = min(select(outside, apart, none), others);
+            // Lanes that are not in use are infinitely far, or NaN where infinities cancel.
+            let mut inside = !bits(outside) & ((1 << node.count) - 1);
+            while inside != 0 {
+                let name = node.children[inside.trailing_zeros() as usize];
+                inside &= inside - 1;
+                if name & LEAF == 0 {
+                    stack.push(name);
                 } else {
                     packs.push(name & !LEAF);
                 }
             }
         }
-        others
+        least(others)
     }
 }
 
 impl Node {
     /// How far each child's box is apart from the window along one of its axes; above 0: they do not
     /// meet.
-    #[inline]
-    fn apart_from(&self, window: &Window) -> Lanes {
-        let mut apart = [f32::NEG_INFINITY; LANES];
+    #[inline(always)]
+    fn apart_from<S: Simd>(&self, simd: S, window: &Window) -> Wide<S> {
+        let mut apart = splat(simd, f32::NEG_INFINITY);
+        let mut middles = [apart; 3];
+        let mut halves = [apart; 3];
+        let a_half = splat(simd, 0.5);
         for axis in 0..3 {
-            let (low, high) = (window.bounds.min[axis], window.bounds.max[axis]);
-            let (min, max) = (&self.min[axis], &self.max[axis]);
-            for i in 0..LANES {
-                apart[i] = greater(apart[i], greater(min[i] - high, low - max[i]));
-            }
+            let (low, high) = (load(simd, &self.min[axis]), load(simd, &self.max[axis]));
+            let above = low - splat(simd, window.bounds.max[axis]);
+            let below = splat(simd, window.bounds.min[axis]) - high;
+            apart = max(apart, max(above, below));
+            middles[axis] = a_half * (low + high) - splat(simd, window.center[axis]);
+            halves[axis] = a_half * (high - low);
         }
-        let [x, y, z] = [0, 1, 2].map(|axis| {
-            let (min, max, center) = (&self.min[axis], &self.max[axis], window.center[axis]);
-            let mut middle = [0.0; LANES];
-            let mut half = [0.0; LANES];
-            for i in 0..LANES {
-                middle[i] = 0.5 * (min[i] + max[i]) - center;
-                half[i] = 0.5 * (max[i] - min[i]);
-            }
-            (middle, half)
-        });
-        for (k, u) in window.axes.iter().enumerate() {
-            let (v, reach) = (u.abs(), window.half[k]);
-            for i in 0..LANES {
-                let middle = u.x * x.0[i] + u.y * y.0[i] + u.z * z.0[i];
-                let half = v.x * x.1[i] + v.y * y.1[i] + v.z * z.1[i];
-                let away = greater(middle, -middle);
-                apart[i] = greater(apart[i], away - half - reach);
-            }
+        for k in 0..3 {
+            let (u, reach) = (window.axes[k], window.half[k]);
+            let v = u.abs();
+            let middle = splat(simd, u.x) * middles[0]
+                + splat(simd, u.y) * middles[1]
+                + splat(simd, u.z) * middles[2];
+            let half = splat(simd, v.x) * halves[0]
+                + splat(simd, v.y) * halves[1]
+                + splat(simd, v.z) * halves[2];
+            apart = max(apart, middle.abs() - half - splat(simd, reach));
         }
         apart
     }

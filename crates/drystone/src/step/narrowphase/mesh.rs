@@ -98,7 +98,8 @@ pub(super) fn update(
         }
     };
     let mut made = [Manifold::default(); MAX_PARTS];
-    let count = collide_mesh(mesh, &shape_b.solid, &b_in_a, &reach, scratch, &mut made);
+    let solid = &shape_b.solid;
+    let count = collide_mesh(ctx.level, mesh, solid, &b_in_a, &reach, scratch, &mut made);
     probe.restart(a, b);
     if count == 0 {
         probe.gap = made[0].gap;

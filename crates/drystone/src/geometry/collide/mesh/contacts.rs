@@ -126,14 +126,25 @@ impl Contacts {
         corners: &[Vec3],
         (separation, radius): (f32, f32),
     ) {
-        let normal = triangle.normal;
-        let class = direction_class(normal);
         let over = (0_u32..).zip(corners).filter_map(|(i, &corner)| {
             let apart = triangle.height(corner) - radius;
-            (apart >= 0.0 && triangle.outside(corner) <= 0.0)
-                .then(|| point(corner, normal, apart, radius, mix(10, i, class)))
+            (apart >= 0.0 && triangle.outside(corner) <= 0.0).then_some((i, corner, apart))
         });
-        self.add(triangle, Axis { normal, separation }, over);
+        self.add_vertices(triangle, over, (separation, radius));
+    }
+
+    /// The same, of corners that are over the triangle: number, place, and how far apart.
+    pub(super) fn add_vertices(
+        &mut self,
+        triangle: &Triangle,
+        over: impl Iterator<Item = (u32, Vec3, f32)>,
+        (separation, radius): (f32, f32),
+    ) {
+        let normal = triangle.normal;
+        let class = direction_class(normal);
+        let points =
+            over.map(|(i, corner, apart)| point(corner, normal, apart, radius, mix(10, i, class)));
+        self.add(triangle, Axis { normal, separation }, points);
     }
 
     /// Keeps an overlap in case no triangle has a proper one: at a saddle the nearest point may be a

@@ -1,30 +1,17 @@
 //! A polytope against one triangle: separating axes, with the axes that a closed surface would not
 //! have left out.
 
+use fearless_simd::{Simd, SimdBase};
+
 use super::clip::Clipper;
 use super::contacts::{self, Contacts, direction_class, mix};
+use super::placed::{EdgeAxis, PlacedHull, Separated};
 use super::round::point;
 use super::triangle::{Part, Triangle, closest_on_segments};
-use crate::base::math::{Vec3, greater, lesser};
-use crate::base::pose::Pose;
-use crate::geometry::hull::{HalfEdge, Hull, Plane};
+use crate::base::math::{Vec3, lesser};
+use crate::base::wide::{LANES, above, bits, splat};
+use crate::geometry::hull::Plane;
 use crate::geometry::manifold::ManifoldPoint;
-
-/// Sine of the angle below which edges count as parallel: their axis is a face's.
-const PARALLEL: f32 = 1.0e-3;
-
-/// A polytope moved into the frame of the mesh.
-#[derive(Debug)]
-pub(super) struct PlacedHull<'a> {
-    pub(super) vertices: &'a [Vec3],
-    pub(super) planes: &'a [Plane],
-    /// Room for one number a face.
-    slopes: &'a mut Vec<f32>,
-    face_edges: &'a [u16],
-    edges: &'a [HalfEdge],
-    pub(super) center: Vec3,
-    radius: f32,
-}
 
 /// What separates the two most.
 #[derive(Clone, Copy, Debug)]
@@ -42,69 +29,10 @@ struct Best {
     separation: f32,
 }
 
-impl<'a> PlacedHull<'a> {
-    /// Uses `vertices`, `planes` and `slopes` as memory.
-    pub(super) fn new(
-        hull: &'a Hull,
-        pose: &Pose,
-        radius: f32,
-        vertices: &'a mut Vec<Vec3>,
-        planes: &'a mut Vec<Plane>,
-        slopes: &'a mut Vec<f32>,
-    ) -> Self {
-        let turn = pose.rotation.to_mat3();
-        let placed = |plane: &Plane| {
-            let normal = turn * plane.normal;
-            Plane { normal, offset: plane.offset + normal.dot(pose.position) }
-        };
-        vertices.clear();
-        vertices.extend(hull.vertices.iter().map(|v| turn * *v + pose.position));
-        planes.clear();
-        planes.extend(hull.planes.iter().map(placed));
-        Self {
-            vertices,
-            planes,
-            slopes,
-            face_edges: &hull.face_edges,
-            edges: &hull.edges,
-            center: turn * hull.center + pose.position,
-            radius,
-        }
-    }
-
-    /// True if no normal over edge `k`, from the triangle's to that of the neighbor, separates more than
-    /// `least`: every vertex bounds that, by its height over the plane and its way beyond the edge.
-    fn is_within(&self, triangle: &Triangle, k: usize, least: f32) -> bool {
-        let (bend, outward, corner) = (triangle.bend(k), triangle.outward[k], triangle.corners[k]);
-        let (cos, sin) = (greater(bend.cos, 0.0), if bend.cos < 0.0 { 1.0 } else { bend.sin });
-        self.vertices.iter().any(|v| {
-            let to = *v - corner;
-            let (height, beyond) = (triangle.normal.dot(to), outward.dot(to));
-            greater(height, height * cos) + greater(beyond, 0.0) * sin <= least
-        })
-    }
-
-    fn ends(&self, edge: usize) -> [Vec3; 2] {
-        [edge, edge ^ 1].map(|e| self.vertices[usize::from(self.edges[e].origin)])
-    }
-
-    /// Calls `f` with the half-edges of a face.
-    fn around(&self, face: usize, mut f: impl FnMut(HalfEdge)) {
-        let first = self.face_edges[face];
-        let mut e = first;
-        loop {
-            let edge = self.edges[usize::from(e)];
-            f(edge);
-            e = edge.next;
-            if e == first {
-                return;
-            }
-        }
-    }
-}
-
 /// Adds the contact of `hull` with `triangle`.
-pub(super) fn hull(
+#[inline(always)]
+pub(super) fn hull<S: Simd>(
+    simd: S,
     triangle: &Triangle,
     hull: &mut PlacedHull<'_>,
     contacts: &mut Contacts,
@@ -112,35 +40,35 @@ pub(super) fn hull(
 ) {
     let limits = contacts.limits;
     let reach = limits.margin + hull.radius;
-    let over = hull.vertices.iter().map(|v| triangle.height(*v)).fold(f32::INFINITY, lesser);
+    let over = hull.least_along(simd, triangle.normal, triangle.corners[0]);
     if over > reach {
         return;
     }
     let mut best: Option<Best> = None;
     let mut refused: Option<Best> = None;
     let least = over + limits.bias;
-    for (face, plane) in hull.planes.iter().enumerate() {
-        let separation =
-            triangle.corners.iter().map(|c| plane.distance(*c)).fold(f32::INFINITY, lesser);
-        if separation > reach {
+    for group in 0..hull.face_groups() {
+        let heights = hull.heights(simd, group, triangle);
+        if bits(above(heights, splat(simd, reach))) != 0 {
             return;
         }
-        if separation <= least {
+        let mut higher = bits(above(heights, splat(simd, least))) & hull.faces_in(group);
+        if higher == 0 {
             continue;
         }
-        let normal = -plane.normal;
-        let part = triangle.support(normal);
-        let found = Best { axis: Axis::Face(face), normal, part, separation };
-        let slot = if triangle.allows(part, normal) { &mut best } else { &mut refused };
-        if slot.is_none_or(|b| separation > b.separation) {
-            *slot = Some(found);
+        let mut separations = [0.0; LANES];
+        heights.store_array(&mut separations);
+        while higher != 0 {
+            let lane = higher.trailing_zeros() as usize;
+            higher &= higher - 1;
+            let (face, separation) = (group * LANES + lane, separations[lane]);
+            try_face(triangle, hull, (face, separation), [&mut best, &mut refused]);
         }
     }
     for k in 0..3 {
         if triangle.is_concave(k) {
-            let (normal, corner) = (triangle.outward[k], triangle.corners[k]);
-            let separation =
-                hull.vertices.iter().map(|v| normal.dot(*v - corner)).fold(f32::INFINITY, lesser);
+            let normal = triangle.outward[k];
+            let separation = hull.least_along(simd, normal, triangle.corners[k]);
             if separation > refused.map_or(least, |b| b.separation) {
                 let (axis, part) = (Axis::Edges(k, 0), Part::Edge(k));
                 refused = Some(Best { axis, normal, part, separation });
@@ -149,13 +77,16 @@ pub(super) fn hull(
         if !triangle.is_active(k) {
             continue;
         }
-        let least = best.map_or(least, |b| b.separation + limits.bias);
-        if hull.is_within(triangle, k, least) {
+        let least = if let Some(b) = &best { b.separation + limits.bias } else { least };
+        if hull.is_within(simd, triangle, k, least) {
             continue;
         }
-        match best_edge(triangle, k, hull, least, reach) {
+        match hull.best_edge(simd, (triangle, k), least, reach) {
             Err(Separated) => return,
-            Ok(Some(found)) => best = Some(found),
+            Ok(Some(EdgeAxis { edge, normal, separation })) => {
+                let (axis, part) = (Axis::Edges(k, edge), Part::Edge(k));
+                best = Some(Best { axis, normal, part, separation });
+            }
             Ok(None) => {}
         }
     }
@@ -167,108 +98,55 @@ pub(super) fn hull(
     }
     let face_axis = contacts::Axis { normal: triangle.normal, separation: over - hull.radius };
     if limits.corners {
-        contacts.add_corners(triangle, hull.vertices, (over - hull.radius, hull.radius));
+        hull.find_vertices_over(simd, triangle);
+        contacts.add_vertices(triangle, hull.vertices_over(), (over - hull.radius, hull.radius));
     }
-    match best {
+    let refused = match best {
         Some(Best { axis: Axis::Face(face), .. }) => {
             on_hull_face(triangle, hull, face, contacts, clipper);
+            return;
         }
         Some(found @ Best { axis: Axis::Edges(k, edge), .. }) => {
-            if !on_edges(triangle, (k, edge), hull, &found, contacts) {
-                on_triangle(triangle, hull, (face_axis, None), contacts, clipper);
+            if on_edges(triangle, (k, edge), hull, &found, contacts) {
+                return;
             }
+            None
         }
-        None => {
-            let refused = refused.map(|r| r.normal);
-            on_triangle(triangle, hull, (face_axis, refused), contacts, clipper);
-        }
-    }
+        None => refused.map(|r| r.normal),
+    };
+    let lowest = hull.face_against(simd, triangle.normal);
+    on_triangle(triangle, (hull, lowest), (face_axis, refused), contacts, clipper);
 }
 
-/// The two are farther apart than contacts reach.
-struct Separated;
-
-/// The edge of the polytope whose axis with edge `k` of the triangle separates most and by more than
-/// `least`.
-fn best_edge(
+/// Takes the axis of a face of the polytope, if it is better than what was found before.
+fn try_face(
     triangle: &Triangle,
-    k: usize,
-    hull: &mut PlacedHull<'_>,
-    least: f32,
-    reach: f32,
-) -> Result<Option<Best>, Separated> {
-    let [a, b] = triangle.edge(k);
-    let along = b - a;
-    let mut best = None;
-    let mut most = least;
-    hull.slopes.clear();
-    hull.slopes.extend(hull.planes.iter().map(|plane| plane.normal.dot(along)));
-    for (pair, edge) in hull.edges.chunks_exact(2).zip((0..).step_by(2)) {
-        let [u, v] = [pair[0], pair[1]].map(|e| usize::from(e.face));
-        // Opposite the normals at right angles to `along` lies none of those at this edge.
-        if hull.slopes[u] * hull.slopes[v] > 0.0 {
-            continue;
-        }
-        let [u, v] = [u, v].map(|face| hull.planes[face].normal);
-        let [p, q] = hull.ends(edge);
-        let d = q - p;
-        let cross = along.cross(d);
-        let size = cross.length_squared();
-        if size <= PARALLEL * PARALLEL * along.length_squared() * d.length_squared() {
-            continue;
-        }
-        let mut axis = cross * (1.0 / size.sqrt());
-        let out = axis.dot(triangle.outward[k]);
-        if out < 0.0 || (out <= 0.0 && axis.dot(triangle.normal) < 0.0) {
-            axis = -axis;
-        }
-        let separation = axis.dot(p - a);
-        if separation <= most {
-            continue;
-        }
-        // The axis supports the polytope at this edge if its opposite lies between the normals of
-        // the edge's faces (Gregorius 2013).
-        let turn = u.cross(v).dot(d);
-        if u.cross(-axis).dot(d) * turn < 0.0 || (-axis).cross(v).dot(d) * turn < 0.0 {
-            continue;
-        }
-        if separation > reach {
-            return Err(Separated);
-        }
-        if triangle.allows(Part::Edge(k), axis) {
-            most = separation;
-            best = Some(Best {
-                axis: Axis::Edges(k, edge),
-                normal: axis,
-                part: Part::Edge(k),
-                separation,
-            });
-        }
+    hull: &PlacedHull<'_>,
+    (face, separation): (usize, f32),
+    [best, refused]: [&mut Option<Best>; 2],
+) {
+    let normal = -hull.planes()[face].normal;
+    let part = triangle.support(normal);
+    let found = Best { axis: Axis::Face(face), normal, part, separation };
+    let slot = if triangle.allows(part, normal) { best } else { refused };
+    if slot.is_none_or(|b| separation > b.separation) {
+        *slot = Some(found);
     }
-    Ok(best)
 }
 
 /// The normal is the triangle's: the polytope's lowest face is cut to what lies over the triangle.
 fn on_triangle(
     triangle: &Triangle,
-    hull: &PlacedHull<'_>,
+    (hull, lowest): (&PlacedHull<'_>, usize),
     (axis, refused): (contacts::Axis, Option<Vec3>),
     contacts: &mut Contacts,
     clipper: &mut Clipper,
 ) {
     let normal = triangle.normal;
-    let mut lowest = (0, f32::INFINITY);
-    for (face, plane) in hull.planes.iter().enumerate() {
-        let d = plane.normal.dot(normal);
-        if d < lowest.1 {
-            lowest = (face, d);
-        }
-    }
     let class = direction_class(normal);
     clipper.restart();
-    hull.around(lowest.0, |e| {
-        let position = hull.vertices[usize::from(e.origin)];
-        clipper.push(position, mix(5, u32::from(e.origin), class));
+    hull.around(lowest, |e| {
+        clipper.push(hull.origin(e), mix(5, u32::from(e.origin), class));
     });
     clipper.cut_by_prism(triangle, contacts.limits.slack);
     let points = clipper.points.iter().map(|c| {
@@ -286,13 +164,12 @@ fn on_hull_face(
     contacts: &mut Contacts,
     clipper: &mut Clipper,
 ) {
-    let plane = hull.planes[face];
+    let plane = hull.planes()[face];
     clipper.restart();
     push_corners(triangle, clipper);
     let mut side = 0;
     hull.around(face, |e| {
-        let a = hull.vertices[usize::from(e.origin)];
-        let b = hull.vertices[usize::from(hull.edges[usize::from(e.next)].origin)];
+        let (a, b) = (hull.origin(e), hull.origin(hull.next(e)));
         if let Some(outward) = (b - a).cross(plane.normal).try_normalize() {
             clipper.cut(outward, a, contacts.limits.slack, side);
         }

@@ -1,9 +1,13 @@
 //! Which triangles of a mesh a solid may touch before the step ends: eight at a time, by the axes
 //! that cost least. What is left of them is tested one by one.
 
+use fearless_simd::Simd;
+
 use crate::base::aabb::Aabb;
 use crate::base::math::{Vec3, greater, lesser};
-use crate::base::wide::{LANES, Lanes};
+use crate::base::wide::{
+    LANES, Vec3w, Wide, above, bits, least, load, max, min, select, splat, sqrt,
+};
 use crate::geometry::hull::Plane;
 use crate::geometry::mesh::{Mesh, Pack, Window};
 
@@ -53,7 +57,9 @@ pub(super) struct Outline<'a> {
 
 /// Lists the triangles that may be reached, in the order of their numbers; returns a distance [m] that
 /// the solid is at least away from all triangles (below 0: not known).
-pub(super) fn find(
+#[inline(always)]
+pub(super) fn find<S: Simd>(
+    simd: S,
     mesh: &Mesh,
     solid: &Outline<'_>,
     reach: &Reach,
@@ -64,95 +70,98 @@ pub(super) fn find(
     let way = reach.way;
     let moved = Aabb::new(solid.bounds.min + way, solid.bounds.max + way);
     let look = reach.rest + reach.room;
-    let (center, axes, half) = &solid.core;
-    let along = [0, 1, 2].map(|k| 0.5 * axes[k].dot(way).abs() + solid.radius + look);
+    let (center, axes, half) = solid.core;
+    let mut along = Vec3::ZERO;
+    along.x = 0.5 * axes[0].dot(way).abs() + solid.radius + look;
+    along.y = 0.5 * axes[1].dot(way).abs() + solid.radius + look;
+    along.z = 0.5 * axes[2].dot(way).abs() + solid.radius + look;
     let window = Window {
         bounds: solid.bounds.grown(look).union(&moved.grown(reach.rest)),
-        center: *center + way * 0.5,
-        axes: *axes,
-        half: *half + Vec3 { x: along[0], y: along[1], z: along[2] },
+        center: center + way * 0.5,
+        axes,
+        half: half + along,
     };
     // The window reaches `look` beyond the solid: what is outside it is farther by so much.
-    let mut gap = look + mesh.tree().find(&window, stack, packs);
+    let others = look + mesh.tree().find(simd, &window, stack, packs);
+    let mut gap = splat(simd, others);
+    let rest = splat(simd, reach.rest);
     for &item in packs.iter() {
         let pack = mesh.pack(item);
-        let (apart, missed) = test(pack, solid, reach);
-        for ((number, apart), missed) in pack.numbers().iter().zip(apart).zip(missed) {
-            gap = lesser(gap, apart);
-            if !(missed > reach.rest) {
-                near.push(*number);
-            }
+        let (apart, missed) = test(simd, pack, solid, reach);
+        // Lanes that are not in use repeat another.
+        gap = min(gap, apart);
+        let numbers = pack.numbers();
+        let mut reached = !bits(above(missed, rest)) & ((1 << numbers.len()) - 1);
+        while reached != 0 {
+            near.push(numbers[reached.trailing_zeros() as usize]);
+            reached &= reached - 1;
         }
     }
     near.sort_unstable();
-    gap
+    least(gap)
 }
 
 /// For each lane: how far apart the triangle and the solid are at least now, and how far they stay
 /// apart along the solid's way.
-#[inline]
-fn test(pack: &Pack, solid: &Outline<'_>, reach: &Reach) -> (Lanes, Lanes) {
-    let mut apart = [f32::NEG_INFINITY; LANES];
-    let mut missed = [f32::NEG_INFINITY; LANES];
-    let [p, q, r] = &pack.corners;
+#[inline(always)]
+fn test<S: Simd>(simd: S, pack: &Pack, solid: &Outline<'_>, reach: &Reach) -> (Wide<S>, Wide<S>) {
+    const ALL: u32 = (1 << LANES) - 1;
+    let zero = splat(simd, 0.0);
+    let rest = splat(simd, reach.rest);
+    let mut apart = splat(simd, f32::NEG_INFINITY);
+    let mut missed = apart;
     for axis in 0..3 {
-        let (low, high) = (solid.bounds.min[axis], solid.bounds.max[axis]);
+        let [p, q, r] = &pack.corners;
+        let (p, q, r) = (load(simd, &p[axis]), load(simd, &q[axis]), load(simd, &r[axis]));
         let way = reach.way[axis];
-        let (back, on) = (lesser(way, 0.0), greater(way, 0.0));
-        for i in 0..LANES {
-            let least = lesser(lesser(p[axis][i], q[axis][i]), r[axis][i]);
-            let most = greater(greater(p[axis][i], q[axis][i]), r[axis][i]);
-            let (above, below) = (low - most, least - high);
-            apart[i] = greater(apart[i], greater(above, below));
-            missed[i] = greater(missed[i], greater(above + back, below - on));
-        }
+        let (back, on) = (splat(simd, lesser(way, 0.0)), splat(simd, greater(way, 0.0)));
+        let over = splat(simd, solid.bounds.min[axis]) - max(max(p, q), r);
+        let under = min(min(p, q), r) - splat(simd, solid.bounds.max[axis]);
+        apart = max(apart, max(over, under));
+        missed = max(missed, max(over + back, under - on));
     }
-    if missed.iter().all(|m| *m > reach.rest) {
+    if bits(above(missed, rest)) == ALL {
         return (apart, missed);
     }
-    let [nx, ny, nz] = &pack.normals;
+    let [p, q, r] = Vec3w::load3(simd, &pack.corners);
+    let normal = Vec3w::load(simd, &pack.normals);
     // The solid's extent along the normal, from the plane.
-    let (mut low, mut high) = ([f32::INFINITY; LANES], [f32::NEG_INFINITY; LANES]);
-    for (k, v) in solid.points.iter().enumerate() {
-        let mut rim = [0.0; LANES];
-        if let Some((axis, radii)) = &solid.discs {
-            let radius = radii[k.min(1)];
-            for i in 0..LANES {
-                let along = nx[i] * axis.x + ny[i] * axis.y + nz[i] * axis.z;
-                rim[i] = radius * greater(1.0 - along * along, 0.0).sqrt();
-            }
+    let mut low = splat(simd, f32::INFINITY);
+    let mut high = splat(simd, f32::NEG_INFINITY);
+    if let Some((axis, radii)) = &solid.discs {
+        let along = normal.dot(Vec3w::splat(simd, *axis));
+        let across = sqrt(max(splat(simd, 1.0) - along * along, zero));
+        for (v, radius) in solid.points.iter().zip(radii) {
+            let height = normal.dot(Vec3w::splat(simd, *v) - p);
+            let rim = splat(simd, *radius) * across;
+            low = min(low, height - rim);
+            high = max(high, height + rim);
         }
-        for i in 0..LANES {
-            let height =
-                nx[i] * (v.x - p[0][i]) + ny[i] * (v.y - p[1][i]) + nz[i] * (v.z - p[2][i]);
-            low[i] = lesser(low[i], height - rim[i]);
-            high[i] = greater(high[i], height + rim[i]);
+    } else {
+        for v in solid.points {
+            let height = normal.dot(Vec3w::splat(simd, *v) - p);
+            low = min(low, height);
+            high = max(high, height);
         }
     }
-    let (center, way) = (solid.center, reach.way);
-    for i in 0..LANES {
-        let height = nx[i] * (center.x - p[0][i])
-            + ny[i] * (center.y - p[1][i])
-            + nz[i] * (center.z - p[2][i]);
-        let rising = nx[i] * way.x + ny[i] * way.y + nz[i] * way.z;
-        let below = height < 0.0;
-        let over = (if below { -high[i] } else { low[i] }) - solid.radius;
-        let closing = lesser(if below { -rising } else { rising }, 0.0);
-        apart[i] = greater(apart[i], over);
-        missed[i] = greater(missed[i], over + closing);
-    }
-    if missed.iter().all(|m| *m > reach.rest) {
+    let height = normal.dot(Vec3w::splat(simd, solid.center) - p);
+    let rising = normal.dot(Vec3w::splat(simd, reach.way));
+    let below = above(zero, height);
+    let radius = splat(simd, solid.radius);
+    let over = select(below, -high, low) - radius;
+    let closing = min(select(below, -rising, rising), zero);
+    apart = max(apart, over);
+    missed = max(missed, over + closing);
+    if bits(above(missed, rest)) == ALL {
         return (apart, missed);
     }
     for plane in solid.planes {
-        let (n, offset) = (plane.normal, plane.offset + solid.radius);
-        let closing = greater(n.dot(way), 0.0);
-        for i in 0..LANES {
-            let height = |c: &[Lanes; 3]| n.x * c[0][i] + n.y * c[1][i] + n.z * c[2][i];
-            let over = lesser(lesser(height(p), height(q)), height(r)) - offset;
-            apart[i] = greater(apart[i], over);
-            missed[i] = greater(missed[i], over - closing);
-        }
+        let closing = splat(simd, greater(plane.normal.dot(reach.way), 0.0));
+        let offset = splat(simd, plane.offset + solid.radius);
+        let n = Vec3w::splat(simd, plane.normal);
+        let over = min(min(n.dot(p), n.dot(q)), n.dot(r)) - offset;
+        apart = max(apart, over);
+        missed = max(missed, over - closing);
     }
     (apart, missed)
 }

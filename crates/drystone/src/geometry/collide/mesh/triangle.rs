@@ -1,6 +1,9 @@
 //! One triangle of a mesh as a contact sees it: from one side, with edges that count or do not.
 
+use fearless_simd::Simd;
+
 use crate::base::math::{Vec3, greater};
+use crate::base::wide::{Mask, Vec3w, above, splat};
 use crate::geometry::mesh::{Bend, Mesh};
 
 /// Sine of the angle up to which a direction counts as the triangle's normal, or as at right angles
@@ -134,6 +137,17 @@ impl Triangle {
             leans = true;
         }
         leans
+    }
+
+    /// [`Self::allows`] at edge `k`, which is active, for eight axes.
+    #[inline(always)]
+    pub(super) fn allows_at_edge<S: Simd>(&self, simd: S, k: usize, axis: Vec3w<S>) -> Mask<S> {
+        let (zero, aligned) = (splat(simd, 0.0), splat(simd, ALIGNED));
+        let up = axis.dot(Vec3w::splat(simd, self.normal));
+        let out = axis.dot(Vec3w::splat(simd, self.outward[k]));
+        let bend = self.bends[k];
+        let left = splat(simd, bend.sin) * up - splat(simd, bend.cos) * out;
+        !((!above(out, aligned) & above(up, zero)) | above(-aligned, left))
     }
 
     /// True if `axis` at `part` leans over a concave edge and `center` lies behind the face that

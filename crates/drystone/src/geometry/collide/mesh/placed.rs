@@ -1,0 +1,403 @@
+//! A polytope in the frame of a mesh, eight vertices, faces or edges at a time.
+
+use fearless_simd::{Simd, SimdBase};
+
+use super::triangle::Triangle;
+use crate::base::aabb::Aabb;
+use crate::base::math::{Vec3, greater, vec3};
+use crate::base::pose::Pose;
+use crate::base::wide::{
+    LANES, Lanes, Mask, Vec3w, Wide, above, bits, least, load, max, min, most, select, splat, sqrt,
+};
+use crate::geometry::hull::{HalfEdge, Hull, Plane};
+
+/// Sine of the angle below which edges count as parallel: their axis is a face's.
+const PARALLEL: f32 = 1.0e-3;
+
+/// Memory for a placed polytope.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Space {
+    vertices: Vec<Vec3>,
+    planes: Vec<Plane>,
+    corners: Vec<[Lanes; 3]>,
+    normals: Vec<[Lanes; 3]>,
+    offsets: Vec<Lanes>,
+    edges: Vec<Edges>,
+    /// Numbers of vertices, and how far apart they are [m].
+    over: Vec<(u32, f32)>,
+}
+
+/// Eight edges: where they start and how they run [m], and the normals of their two faces.
+#[derive(Clone, Copy, Debug)]
+struct Edges {
+    start: [Lanes; 3],
+    along: [Lanes; 3],
+    normals: [[Lanes; 3]; 2],
+}
+
+/// A polytope moved into the frame of the mesh.
+#[derive(Debug)]
+pub(super) struct PlacedHull<'a> {
+    hull: &'a Hull,
+    space: &'a mut Space,
+    pub(super) center: Vec3,
+    pub(super) radius: f32,
+}
+
+/// An axis of two edges: first half-edge of the polytope, unit normal away from the triangle.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct EdgeAxis {
+    pub(super) edge: usize,
+    pub(super) normal: Vec3,
+    pub(super) separation: f32,
+}
+
+/// The two are farther apart than contacts reach.
+pub(super) struct Separated;
+
+impl<'a> PlacedHull<'a> {
+    /// Uses `space` as memory.
+    #[inline(always)]
+    pub(super) fn new<S: Simd>(
+        simd: S,
+        hull: &'a Hull,
+        pose: &Pose,
+        radius: f32,
+        space: &'a mut Space,
+    ) -> Self {
+        let turn = pose.rotation.to_mat3();
+        let position = Vec3w::splat(simd, pose.position);
+        let x = Vec3w::splat(simd, turn.x);
+        let y = Vec3w::splat(simd, turn.y);
+        let z = Vec3w::splat(simd, turn.z);
+        space.corners.clear();
+        for v in hull.lanes.vertices() {
+            let v = v.load(simd);
+            let placed = x * v.x + y * v.y + z * v.z + position;
+            let mut to = [[0.0; LANES]; 3];
+            placed.store(&mut to);
+            space.corners.push(to);
+        }
+        space.normals.clear();
+        space.offsets.clear();
+        for (n, offset) in hull.lanes.planes() {
+            let n = n.load(simd);
+            let normal = x * n.x + y * n.y + z * n.z;
+            let offset = load(simd, offset) + normal.dot(position);
+            let mut to = [[0.0; LANES]; 3];
+            normal.store(&mut to);
+            space.normals.push(to);
+            let mut to = [0.0; LANES];
+            offset.store_array(&mut to);
+            space.offsets.push(to);
+        }
+        space.edges.clear();
+        space.unpack(hull.vertices.len(), hull.planes.len());
+        Self { hull, space, center: turn * hull.center + pose.position, radius }
+    }
+
+    /// It is a box along its own axes.
+    pub(super) fn is_cuboid(&self) -> bool {
+        self.hull.cuboid.is_some()
+    }
+
+    pub(super) fn vertices(&self) -> &[Vec3] {
+        &self.space.vertices
+    }
+
+    pub(super) fn planes(&self) -> &[Plane] {
+        &self.space.planes
+    }
+
+    /// The smallest box around it.
+    #[inline(always)]
+    pub(super) fn bounds<S: Simd>(&self, simd: S) -> Aabb {
+        let mut low = Vec3w::splat(simd, Vec3::splat(f32::INFINITY));
+        let mut high = -low;
+        for v in &self.space.corners {
+            let v = Vec3w::load(simd, v);
+            low = Vec3w { x: min(v.x, low.x), y: min(v.y, low.y), z: min(v.z, low.z) };
+            high = Vec3w { x: max(v.x, high.x), y: max(v.y, high.y), z: max(v.z, high.z) };
+        }
+        let low = vec3(least(low.x), least(low.y), least(low.z));
+        let high = vec3(most(high.x), most(high.y), most(high.z));
+        Aabb::new(low, high).grown(self.radius)
+    }
+
+    /// The least of `normal` · (v - `at`) over the vertices.
+    #[inline(always)]
+    pub(super) fn least_along<S: Simd>(&self, simd: S, normal: Vec3, at: Vec3) -> f32 {
+        let (n, at) = (Vec3w::splat(simd, normal), Vec3w::splat(simd, at));
+        let mut low = splat(simd, f32::INFINITY);
+        for v in &self.space.corners {
+            low = min(low, n.dot(Vec3w::load(simd, v) - at));
+        }
+        least(low)
+    }
+
+    /// True if no normal over edge `k`, from the triangle's to that of the neighbor, separates more than
+    /// `limit`: every vertex bounds that, by its height over the plane and its way beyond the edge.
+    #[inline(always)]
+    pub(super) fn is_within<S: Simd>(
+        &self,
+        simd: S,
+        triangle: &Triangle,
+        k: usize,
+        limit: f32,
+    ) -> bool {
+        let bend = triangle.bend(k);
+        let (cos, sin) = (greater(bend.cos, 0.0), if bend.cos < 0.0 { 1.0 } else { bend.sin });
+        let (cos, sin) = (splat(simd, cos), splat(simd, sin));
+        let up = Vec3w::splat(simd, triangle.normal);
+        let outward = Vec3w::splat(simd, triangle.outward[k]);
+        let corner = Vec3w::splat(simd, triangle.corners[k]);
+        let zero = splat(simd, 0.0);
+        let mut low = splat(simd, f32::INFINITY);
+        for v in &self.space.corners {
+            let to = Vec3w::load(simd, v) - corner;
+            let (height, beyond) = (up.dot(to), outward.dot(to));
+            low = min(low, max(height, height * cos) + max(beyond, zero) * sin);
+        }
+        bits(above(low, splat(simd, limit))) != (1 << LANES) - 1
+    }
+
+    /// Groups of faces.
+    pub(super) fn face_groups(&self) -> usize {
+        self.space.offsets.len()
+    }
+
+    /// One bit for each face of a group.
+    pub(super) fn faces_in(&self, group: usize) -> u32 {
+        let count = self.space.planes.len() - group * LANES;
+        (1 << count.min(LANES)) - 1
+    }
+
+    /// How far the triangle is from each of eight faces [m].
+    #[inline(always)]
+    pub(super) fn heights<S: Simd>(&self, simd: S, group: usize, triangle: &Triangle) -> Wide<S> {
+        let n = Vec3w::load(simd, &self.space.normals[group]);
+        let offset = load(simd, &self.space.offsets[group]);
+        let a = n.dot(Vec3w::splat(simd, triangle.corners[0]));
+        let b = n.dot(Vec3w::splat(simd, triangle.corners[1]));
+        let c = n.dot(Vec3w::splat(simd, triangle.corners[2]));
+        min(min(a, b), c) - offset
+    }
+
+    /// The face most opposite to `normal`, the first of several.
+    #[inline(always)]
+    pub(super) fn face_against<S: Simd>(&self, simd: S, normal: Vec3) -> usize {
+        let along = Vec3w::splat(simd, normal);
+        let mut face = 0;
+        let mut low = f32::INFINITY;
+        for (group, n) in self.space.normals.iter().enumerate() {
+            let d = Vec3w::load(simd, n).dot(along);
+            let below = least(d);
+            if below < low {
+                low = below;
+                let lanes = !bits(above(d, splat(simd, below)));
+                face = group * LANES + lanes.trailing_zeros() as usize;
+            }
+        }
+        face
+    }
+
+    /// Looks for the vertices that are over the triangle and apart from it.
+    #[inline(always)]
+    pub(super) fn find_vertices_over<S: Simd>(&mut self, simd: S, triangle: &Triangle) {
+        let zero = splat(simd, 0.0);
+        let (up, at) = (Vec3w::splat(simd, triangle.normal), triangle.corners[0]);
+        let at = Vec3w::splat(simd, at);
+        let space = &mut *self.space;
+        space.over.clear();
+        for (group, v) in space.corners.iter().enumerate() {
+            let v = Vec3w::load(simd, v);
+            let apart = up.dot(v - at) - splat(simd, self.radius);
+            let mut outside = splat(simd, f32::NEG_INFINITY);
+            for k in 0..3 {
+                let outward = Vec3w::splat(simd, triangle.outward[k]);
+                let d = outward.dot(v - Vec3w::splat(simd, triangle.corners[k]));
+                outside = max(outside, d);
+            }
+            let mut over = !bits(above(zero, apart) | above(outside, zero)) & ((1 << LANES) - 1);
+            if over == 0 {
+                continue;
+            }
+            let mut heights = [0.0; LANES];
+            apart.store_array(&mut heights);
+            while over != 0 {
+                let i = over.trailing_zeros();
+                over &= over - 1;
+                let number = group * LANES + i as usize;
+                if number < space.vertices.len() {
+                    #[expect(
+                        clippy::cast_possible_truncation,
+                        reason = "vertices have u16 numbers"
+                    )]
+                    space.over.push((number as u32, heights[i as usize]));
+                }
+            }
+        }
+    }
+
+    /// What was found, each with its distance [m].
+    pub(super) fn vertices_over(&self) -> impl Iterator<Item = (u32, Vec3, f32)> {
+        self.space.over.iter().map(|&(i, apart)| (i, self.space.vertices[i as usize], apart))
+    }
+
+    /// The edge of the polytope whose axis with edge `k` of the triangle separates most and by more than
+    /// `limit`.
+    #[inline(always)]
+    pub(super) fn best_edge<S: Simd>(
+        &mut self,
+        simd: S,
+        (triangle, k): (&Triangle, usize),
+        limit: f32,
+        reach: f32,
+    ) -> Result<Option<EdgeAxis>, Separated> {
+        self.space.place_edges(self.hull);
+        let [a, b] = triangle.edge(k);
+        let along = Vec3w::splat(simd, b - a);
+        let start = Vec3w::splat(simd, a);
+        let outward = Vec3w::splat(simd, triangle.outward[k]);
+        let up = Vec3w::splat(simd, triangle.normal);
+        let square = splat(simd, PARALLEL * PARALLEL * (b - a).length_squared());
+        let (zero, one) = (splat(simd, 0.0), splat(simd, 1.0));
+        let nothing = splat(simd, f32::NEG_INFINITY);
+        let reach = splat(simd, reach);
+        let mut best = None;
+        let mut largest = limit;
+        for (group, edges) in self.space.edges.iter().enumerate() {
+            let u = Vec3w::load(simd, &edges.normals[0]);
+            let v = Vec3w::load(simd, &edges.normals[1]);
+            // Opposite the normals at right angles to `along` lies none of those at this edge.
+            let aside = above(u.dot(along) * v.dot(along), zero);
+            if bits(aside) == (1 << LANES) - 1 {
+                continue;
+            }
+            let d = Vec3w::load(simd, &edges.along);
+            let cross = along.cross(d);
+            let size = cross.dot(cross);
+            let axis = cross * (one / sqrt(size));
+            let out = axis.dot(outward);
+            let flat = !above(out, zero) & above(zero, axis.dot(up));
+            let axis = Vec3w::select(above(zero, out) | flat, -axis, axis);
+            let separation = axis.dot(Vec3w::load(simd, &edges.start) - start);
+            let proper = above(size, square * d.dot(d)) & above(separation, splat(simd, largest));
+            let open = proper & !aside;
+            if bits(open) == 0 {
+                continue;
+            }
+            let open = open & supports(simd, axis, (u, v, d));
+            if bits(open & above(separation, reach)) != 0 {
+                return Err(Separated);
+            }
+            let open = open & triangle.allows_at_edge(simd, k, axis);
+            if bits(open) == 0 {
+                continue;
+            }
+            largest = most(select(open, separation, nothing));
+            let first = bits(open & !above(splat(simd, largest), separation)).trailing_zeros();
+            let first = first as usize;
+            let mut lanes = [[0.0; LANES]; 3];
+            axis.store(&mut lanes);
+            best = Some(EdgeAxis {
+                edge: 2 * (group * LANES + first),
+                normal: vec3(lanes[0][first], lanes[1][first], lanes[2][first]),
+                separation: largest,
+            });
+        }
+        Ok(best)
+    }
+
+    /// Both ends of the edge that begins with half-edge `edge`.
+    pub(super) fn ends(&self, edge: usize) -> [Vec3; 2] {
+        [edge, edge ^ 1].map(|e| self.space.vertices[usize::from(self.hull.edges[e].origin)])
+    }
+
+    /// Calls `f` with the half-edges of a face.
+    pub(super) fn around(&self, face: usize, mut f: impl FnMut(HalfEdge)) {
+        let first = self.hull.face_edges[face];
+        let mut e = first;
+        loop {
+            let edge = self.hull.edges[usize::from(e)];
+            f(edge);
+            e = edge.next;
+            if e == first {
+                return;
+            }
+        }
+    }
+
+    /// The vertex a half-edge starts at.
+    pub(super) fn origin(&self, edge: HalfEdge) -> Vec3 {
+        self.space.vertices[usize::from(edge.origin)]
+    }
+
+    /// The half-edge after `edge`.
+    pub(super) fn next(&self, edge: HalfEdge) -> HalfEdge {
+        self.hull.edges[usize::from(edge.next)]
+    }
+}
+
+/// True where an axis supports the polytope at an edge with the faces' normals u and v along d: its
+/// opposite lies between the normals [Gregorius13].
+#[inline(always)]
+fn supports<S: Simd>(
+    simd: S,
+    axis: Vec3w<S>,
+    (u, v, d): (Vec3w<S>, Vec3w<S>, Vec3w<S>),
+) -> Mask<S> {
+    let zero = splat(simd, 0.0);
+    let turn = u.cross(v).dot(d);
+    let opposite = -axis;
+    let before = above(zero, u.cross(opposite).dot(d) * turn);
+    let after = above(zero, opposite.cross(v).dot(d) * turn);
+    !(before | after)
+}
+
+impl Space {
+    /// One by one what lies in lanes: `vertices` vertices and `planes` planes.
+    fn unpack(&mut self, vertices: usize, planes: usize) {
+        self.vertices.resize(vertices, Vec3::ZERO);
+        for (to, [x, y, z]) in self.vertices.chunks_mut(LANES).zip(&self.corners) {
+            for (i, to) in to.iter_mut().enumerate() {
+                *to = vec3(x[i], y[i], z[i]);
+            }
+        }
+        self.planes.resize(planes, Plane { normal: Vec3::Y, offset: 0.0 });
+        let lanes = self.normals.iter().zip(&self.offsets);
+        for (to, ([x, y, z], offset)) in self.planes.chunks_mut(LANES).zip(lanes) {
+            for (i, to) in to.iter_mut().enumerate() {
+                *to = Plane { normal: vec3(x[i], y[i], z[i]), offset: offset[i] };
+            }
+        }
+    }
+
+    /// Lays out the edges, if that was not done yet. The last group is filled up with its first edge.
+    fn place_edges(&mut self, hull: &Hull) {
+        if !self.edges.is_empty() {
+            return;
+        }
+        for chunk in hull.edges.chunks(2 * LANES) {
+            let zero = [[0.0; LANES]; 3];
+            let mut group = Edges { start: zero, along: zero, normals: [zero; 2] };
+            for i in 0..LANES {
+                let pair = chunk.get(2 * i..2 * i + 2).unwrap_or(&chunk[..2]);
+                let p = self.vertices[usize::from(pair[0].origin)];
+                let q = self.vertices[usize::from(pair[1].origin)];
+                put(&mut group.start, i, p);
+                put(&mut group.along, i, q - p);
+                for side in 0..2 {
+                    let normal = self.planes[usize::from(pair[side].face)].normal;
+                    put(&mut group.normals[side], i, normal);
+                }
+            }
+            self.edges.push(group);
+        }
+    }
+}
+
+#[inline]
+fn put(lanes: &mut [Lanes; 3], lane: usize, v: Vec3) {
+    (lanes[0][lane], lanes[1][lane], lanes[2][lane]) = (v.x, v.y, v.z);
+}
