@@ -76,8 +76,11 @@ impl Solid {
                 }
                 None => {
                     let rows = r.transpose();
-                    let [x, y, z] = [rows.x, rows.y, rows.z].map(|d| hull.lanes.reach_along(d));
-                    let (min, max) = (vec3(x.0, y.0, z.0), vec3(x.1, y.1, z.1));
+                    // Not an array that is mapped: compilers make calls of that.
+                    let (low_x, high_x) = hull.lanes.reach_along(rows.x);
+                    let (low_y, high_y) = hull.lanes.reach_along(rows.y);
+                    let (low_z, high_z) = hull.lanes.reach_along(rows.z);
+                    let (min, max) = (vec3(low_x, low_y, low_z), vec3(high_x, high_y, high_z));
                     Aabb::new(pose.position + min, pose.position + max)
                 }
             },

@@ -91,6 +91,8 @@ pub(crate) struct Contact {
     /// Rolling resistance times radius [m].
     pub(crate) rolling: f32,
     pub(crate) count: u8,
+    /// How many more manifolds of the pair have points. Of the first part only.
+    pub(crate) others: u8,
     /// It is not the first manifold of its pair.
     pub(crate) is_part: bool,
     pub(crate) sensor: bool,

@@ -227,6 +227,7 @@ fn contact_of(a: u32, b: u32, shapes: &Shapes) -> Contact {
             .max(mb.rolling_resistance * shape_b.rolling_radius),
         normal: Vec3::Y,
         count: 0,
+        others: 0,
         points: [Point::default(); 4],
         tangent_impulse: Vec3::ZERO,
         twist_impulse: 0.0,

@@ -177,6 +177,8 @@ fn recycle(
     b: &Body,
     slots: &Rows<'_, Option<Contact>>,
 ) -> bool {
+    // Rows of a pair lie apart: those without points are not visited.
+    let several = contact.others > 0;
     let mut part = Some(contact);
     while let Some(contact) = part {
         let normal = contact.normal;
@@ -193,7 +195,7 @@ fn recycle(
             return false;
         }
         let next = contact.next_part;
-        part = (next != NONE).then(|| slots.row(next as usize).as_mut()).flatten();
+        part = (several && next != NONE).then(|| slots.row(next as usize).as_mut()).flatten();
     }
     true
 }

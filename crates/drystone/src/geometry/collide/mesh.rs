@@ -23,7 +23,6 @@ use fearless_simd::{Level, Simd, dispatch};
 use super::MAX_PARTS;
 use crate::base::math::{Vec3, greater, lesser, vec3};
 use crate::base::pose::Pose;
-use crate::geometry::hull::Plane;
 use crate::geometry::manifold::Manifold;
 use crate::geometry::mesh::Mesh;
 use crate::geometry::solid::{Core, Solid};
@@ -32,7 +31,7 @@ use contacts::{Contacts, Limits};
 use frustum::PlacedFrustum;
 pub(crate) use near::Reach;
 use near::{Discs, Outline};
-use placed::{PlacedHull, Space};
+use placed::{PlacedHull, Row, Space};
 use triangle::Triangle;
 
 /// The convex solid in the frame of the mesh.
@@ -106,14 +105,22 @@ fn collect<S: Simd>(
     let core = b.core_box();
     let turn = b_in_mesh.rotation.to_mat3();
     let core = (b_in_mesh.point(core.center()), [turn.x, turn.y, turn.z], core.half_extents());
-    let round;
-    let (center, points, discs, planes): (Vec3, &[Vec3], Option<Discs>, &[Plane]) = match &placed {
-        Placed::Sphere(at) => (*at, core::slice::from_ref(at), None, &[]),
-        Placed::Capsule(ends) => (at, ends, None, &[]),
+    let (ends, caps);
+    let (center, points, discs, planes): (Vec3, &[Row], Option<Discs>, &[Row]) = match &placed {
+        Placed::Sphere(center) => {
+            ends = [row(*center, 0.0); 2];
+            (at, &ends[..1], None, &[])
+        }
+        Placed::Capsule([a, b]) => {
+            ends = [row(*a, 0.0), row(*b, 0.0)];
+            (at, &ends, None, &[])
+        }
         Placed::Hull(hull) => (hull.center, hull.vertices(), None, hull.planes()),
         Placed::Frustum(frustum) => {
-            round = frustum.outline();
-            (at, &round.0, Some(round.1), &round.2)
+            let ([a, b], discs, [c, d]) = frustum.outline();
+            ends = [row(a, 0.0), row(b, 0.0)];
+            caps = [row(c.normal, c.offset), row(d.normal, d.offset)];
+            (at, &ends, Some(discs), &caps)
         }
     };
     let outline = Outline { bounds, core, center, points, discs, planes, radius };
@@ -132,6 +139,10 @@ fn collect<S: Simd>(
         }
     }
     gap
+}
+
+fn row(v: Vec3, w: f32) -> Row {
+    [v.x, v.y, v.z, w]
 }
 
 fn limits(b: &Solid, reach: &Reach) -> Limits {

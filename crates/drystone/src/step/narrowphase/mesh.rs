@@ -105,7 +105,16 @@ pub(super) fn update(
         probe.gap = made[0].gap;
     }
     contact.looked = margin;
+    if count <= 1 && contact.others == 0 {
+        let idle = count == 0 && contact.count == 0;
+        let manifold = if count == 0 { Manifold::default() } else { made[0] };
+        if !idle && rebuild(contact, &manifold, &pose_a, a, b) {
+            out.push(Change::Count(probe.row));
+        }
+        return;
+    }
     let order = continue_parts(contact, &made[..count], &pose_a, slots);
+    contact.others = order[1..].iter().fold(0, |n, k| n + u8::from(k.is_some()));
     let mut part = Some((probe.row, contact));
     let mut slot = 0;
     while let Some((row, contact)) = part {
@@ -142,7 +151,7 @@ fn may_recycle(
         return false;
     }
     let mut points = contact.count;
-    let mut part = next(contact, slots);
+    let mut part = if contact.others > 0 { next(contact, slots) } else { None };
     while let Some((_, contact)) = part {
         points += contact.count;
         part = next(contact, slots);

@@ -125,7 +125,7 @@ fn try_face(
     (face, separation): (usize, f32),
     [best, refused]: [&mut Option<Best>; 2],
 ) {
-    let normal = -hull.planes()[face].normal;
+    let normal = -hull.plane(face).normal;
     let part = triangle.support(normal);
     let found = Best { axis: Axis::Face(face), normal, part, separation };
     let slot = if triangle.allows(part, normal) { best } else { refused };
@@ -164,7 +164,7 @@ fn on_hull_face(
     contacts: &mut Contacts,
     clipper: &mut Clipper,
 ) {
-    let plane = hull.planes()[face];
+    let plane = hull.plane(face);
     clipper.restart();
     push_corners(triangle, clipper);
     let mut side = 0;

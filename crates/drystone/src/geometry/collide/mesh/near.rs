@@ -3,12 +3,12 @@
 
 use fearless_simd::Simd;
 
+use super::placed::Row;
 use crate::base::aabb::Aabb;
 use crate::base::math::{Vec3, greater, lesser};
 use crate::base::wide::{
     LANES, Vec3w, Wide, above, bits, least, load, max, min, select, splat, sqrt,
 };
-use crate::geometry::hull::Plane;
 use crate::geometry::mesh::{Mesh, Pack, Window};
 
 /// How far contacts of a mesh are looked for.
@@ -47,10 +47,10 @@ pub(super) struct Outline<'a> {
     /// What decides on which side of a triangle it is.
     pub(super) center: Vec3,
     /// Its corners.
-    pub(super) points: &'a [Vec3],
+    pub(super) points: &'a [Row],
     pub(super) discs: Option<Discs>,
-    /// Its faces.
-    pub(super) planes: &'a [Plane],
+    /// Its faces: normals and offsets.
+    pub(super) planes: &'a [Row],
     /// Rounding [m].
     pub(super) radius: f32,
 }
@@ -132,14 +132,14 @@ fn test<S: Simd>(simd: S, pack: &Pack, solid: &Outline<'_>, reach: &Reach) -> (W
         let along = normal.dot(Vec3w::splat(simd, *axis));
         let across = sqrt(max(splat(simd, 1.0) - along * along, zero));
         for (v, radius) in solid.points.iter().zip(radii) {
-            let height = normal.dot(Vec3w::splat(simd, *v) - p);
+            let height = normal.dot(across_lanes(simd, v) - p);
             let rim = splat(simd, *radius) * across;
             low = min(low, height - rim);
             high = max(high, height + rim);
         }
     } else {
         for v in solid.points {
-            let height = normal.dot(Vec3w::splat(simd, *v) - p);
+            let height = normal.dot(across_lanes(simd, v) - p);
             low = min(low, height);
             high = max(high, height);
         }
@@ -155,13 +155,19 @@ fn test<S: Simd>(simd: S, pack: &Pack, solid: &Outline<'_>, reach: &Reach) -> (W
     if bits(above(missed, rest)) == ALL {
         return (apart, missed);
     }
+    let way = Vec3w::splat(simd, reach.way);
     for plane in solid.planes {
-        let closing = splat(simd, greater(plane.normal.dot(reach.way), 0.0));
-        let offset = splat(simd, plane.offset + solid.radius);
-        let n = Vec3w::splat(simd, plane.normal);
+        let n = across_lanes(simd, plane);
+        let closing = max(n.dot(way), zero);
+        let offset = splat(simd, plane[3] + solid.radius);
         let over = min(min(n.dot(p), n.dot(q)), n.dot(r)) - offset;
         apart = max(apart, over);
         missed = max(missed, over - closing);
     }
     (apart, missed)
+}
+
+#[inline(always)]
+fn across_lanes<S: Simd>(simd: S, [x, y, z, _]: &Row) -> Vec3w<S> {
+    Vec3w { x: splat(simd, *x), y: splat(simd, *y), z: splat(simd, *z) }
 }

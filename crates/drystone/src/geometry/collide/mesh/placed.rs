@@ -1,24 +1,30 @@
 //! A polytope in the frame of a mesh, eight vertices, faces or edges at a time.
 
-use fearless_simd::{Simd, SimdBase};
+use fearless_simd::{Simd, SimdBase, f32x4};
 
 use super::triangle::Triangle;
 use crate::base::aabb::Aabb;
 use crate::base::math::{Vec3, greater, vec3};
 use crate::base::pose::Pose;
 use crate::base::wide::{
-    LANES, Lanes, Mask, Vec3w, Wide, above, bits, least, load, max, min, most, select, splat, sqrt,
+    LANES, Lanes, Mask, Vec3w, Wide, above, bits, gather, least, load, max, min, most, scatter4,
+    select, splat, sqrt,
 };
 use crate::geometry::hull::{HalfEdge, Hull, Plane};
 
 /// Sine of the angle below which edges count as parallel: their axis is a face's.
 const PARALLEL: f32 = 1.0e-3;
 
+/// A vector, and a fourth number or 0: what is gathered eight at a time.
+pub(super) type Row = [f32; 4];
+
 /// Memory for a placed polytope.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Space {
-    vertices: Vec<Vec3>,
-    planes: Vec<Plane>,
+    /// Vertices [m], and normals with offsets of the faces [m], one by one.
+    vertices: Vec<Row>,
+    planes: Vec<Row>,
+    /// The same in lanes.
     corners: Vec<[Lanes; 3]>,
     normals: Vec<[Lanes; 3]>,
     offsets: Vec<Lanes>,
@@ -70,6 +76,8 @@ impl<'a> PlacedHull<'a> {
         let x = Vec3w::splat(simd, turn.x);
         let y = Vec3w::splat(simd, turn.y);
         let z = Vec3w::splat(simd, turn.z);
+        space.vertices.clear();
+        space.planes.clear();
         space.corners.clear();
         for v in hull.lanes.vertices() {
             let v = v.load(simd);
@@ -77,7 +85,10 @@ impl<'a> PlacedHull<'a> {
             let mut to = [[0.0; LANES]; 3];
             placed.store(&mut to);
             space.corners.push(to);
+            let zero = splat(simd, 0.0);
+            push_rows(&mut space.vertices, scatter4([placed.x, placed.y, placed.z, zero]));
         }
+        space.vertices.truncate(hull.vertices.len());
         space.normals.clear();
         space.offsets.clear();
         for (n, offset) in hull.lanes.planes() {
@@ -90,9 +101,10 @@ impl<'a> PlacedHull<'a> {
             let mut to = [0.0; LANES];
             offset.store_array(&mut to);
             space.offsets.push(to);
+            push_rows(&mut space.planes, scatter4([normal.x, normal.y, normal.z, offset]));
         }
+        space.planes.truncate(hull.planes.len());
         space.edges.clear();
-        space.unpack(hull.vertices.len(), hull.planes.len());
         Self { hull, space, center: turn * hull.center + pose.position, radius }
     }
 
@@ -101,12 +113,25 @@ impl<'a> PlacedHull<'a> {
         self.hull.cuboid.is_some()
     }
 
-    pub(super) fn vertices(&self) -> &[Vec3] {
+    /// Places of the vertices [m].
+    pub(super) fn vertices(&self) -> &[Row] {
         &self.space.vertices
     }
 
-    pub(super) fn planes(&self) -> &[Plane] {
+    /// Normals and offsets of the faces [m].
+    pub(super) fn planes(&self) -> &[Row] {
         &self.space.planes
+    }
+
+    /// A face's plane.
+    pub(super) fn plane(&self, face: usize) -> Plane {
+        let [x, y, z, offset] = self.space.planes[face];
+        Plane { normal: vec3(x, y, z), offset }
+    }
+
+    fn vertex(&self, number: usize) -> Vec3 {
+        let [x, y, z, _] = self.space.vertices[number];
+        vec3(x, y, z)
     }
 
     /// The smallest box around it.
@@ -241,7 +266,7 @@ impl<'a> PlacedHull<'a> {
 
     /// What was found, each with its distance [m].
     pub(super) fn vertices_over(&self) -> impl Iterator<Item = (u32, Vec3, f32)> {
-        self.space.over.iter().map(|&(i, apart)| (i, self.space.vertices[i as usize], apart))
+        self.space.over.iter().map(|&(i, apart)| (i, self.vertex(i as usize), apart))
     }
 
     /// The edge of the polytope whose axis with edge `k` of the triangle separates most and by more than
@@ -254,7 +279,9 @@ impl<'a> PlacedHull<'a> {
         limit: f32,
         reach: f32,
     ) -> Result<Option<EdgeAxis>, Separated> {
-        self.space.place_edges(self.hull);
+        if self.space.edges.is_empty() {
+            self.space.place_edges(simd, self.hull);
+        }
         let [a, b] = triangle.edge(k);
         let along = Vec3w::splat(simd, b - a);
         let start = Vec3w::splat(simd, a);
@@ -311,7 +338,7 @@ impl<'a> PlacedHull<'a> {
 
     /// Both ends of the edge that begins with half-edge `edge`.
     pub(super) fn ends(&self, edge: usize) -> [Vec3; 2] {
-        [edge, edge ^ 1].map(|e| self.space.vertices[usize::from(self.hull.edges[e].origin)])
+        [edge, edge ^ 1].map(|e| self.origin(self.hull.edges[e]))
     }
 
     /// Calls `f` with the half-edges of a face.
@@ -330,7 +357,7 @@ impl<'a> PlacedHull<'a> {
 
     /// The vertex a half-edge starts at.
     pub(super) fn origin(&self, edge: HalfEdge) -> Vec3 {
-        self.space.vertices[usize::from(edge.origin)]
+        self.vertex(usize::from(edge.origin))
     }
 
     /// The half-edge after `edge`.
@@ -356,48 +383,37 @@ fn supports<S: Simd>(
 }
 
 impl Space {
-    /// One by one what lies in lanes: `vertices` vertices and `planes` planes.
-    fn unpack(&mut self, vertices: usize, planes: usize) {
-        self.vertices.resize(vertices, Vec3::ZERO);
-        for (to, [x, y, z]) in self.vertices.chunks_mut(LANES).zip(&self.corners) {
-            for (i, to) in to.iter_mut().enumerate() {
-                *to = vec3(x[i], y[i], z[i]);
-            }
-        }
-        self.planes.resize(planes, Plane { normal: Vec3::Y, offset: 0.0 });
-        let lanes = self.normals.iter().zip(&self.offsets);
-        for (to, ([x, y, z], offset)) in self.planes.chunks_mut(LANES).zip(lanes) {
-            for (i, to) in to.iter_mut().enumerate() {
-                *to = Plane { normal: vec3(x[i], y[i], z[i]), offset: offset[i] };
-            }
-        }
-    }
-
-    /// Lays out the edges, if that was not done yet. The last group is filled up with its first edge.
-    fn place_edges(&mut self, hull: &Hull) {
-        if !self.edges.is_empty() {
-            return;
-        }
+    /// Lays out the edges. The last group is filled up with its first edge.
+    #[inline(always)]
+    fn place_edges<S: Simd>(&mut self, simd: S, hull: &Hull) {
         for chunk in hull.edges.chunks(2 * LANES) {
-            let zero = [[0.0; LANES]; 3];
-            let mut group = Edges { start: zero, along: zero, normals: [zero; 2] };
-            for i in 0..LANES {
-                let pair = chunk.get(2 * i..2 * i + 2).unwrap_or(&chunk[..2]);
-                let p = self.vertices[usize::from(pair[0].origin)];
-                let q = self.vertices[usize::from(pair[1].origin)];
-                put(&mut group.start, i, p);
-                put(&mut group.along, i, q - p);
-                for side in 0..2 {
-                    let normal = self.planes[usize::from(pair[side].face)].normal;
-                    put(&mut group.normals[side], i, normal);
+            let mut ends = [[&self.vertices[0]; LANES]; 2];
+            let mut faces = [[&self.planes[0]; LANES]; 2];
+            for side in 0..2 {
+                for i in 0..LANES {
+                    let k = if 2 * i < chunk.len() { 2 * i + side } else { side };
+                    ends[side][i] = &self.vertices[usize::from(chunk[k].origin)];
+                    faces[side][i] = &self.planes[usize::from(chunk[k].face)];
                 }
             }
+            let start = gather(simd, ends[0]);
+            let along = gather(simd, ends[1]) - start;
+            let zero = [[0.0; LANES]; 3];
+            let mut group = Edges { start: zero, along: zero, normals: [zero; 2] };
+            start.store(&mut group.start);
+            along.store(&mut group.along);
+            gather(simd, faces[0]).store(&mut group.normals[0]);
+            gather(simd, faces[1]).store(&mut group.normals[1]);
             self.edges.push(group);
         }
     }
 }
 
-#[inline]
-fn put(lanes: &mut [Lanes; 3], lane: usize, v: Vec3) {
-    (lanes[0][lane], lanes[1][lane], lanes[2][lane]) = (v.x, v.y, v.z);
+#[inline(always)]
+fn push_rows<S: Simd>(to: &mut Vec<Row>, rows: [f32x4<S>; LANES]) {
+    let mut block = [[0.0; 4]; LANES];
+    for i in 0..LANES {
+        rows[i].store_array(&mut block[i]);
+    }
+    to.extend_from_slice(&block);
 }
