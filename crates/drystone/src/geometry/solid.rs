@@ -2,6 +2,8 @@
 
 use std::sync::Arc;
 
+use fearless_simd::{Level, dispatch};
+
 use super::hull::Hull;
 use super::mesh::Mesh;
 use super::shape::Shape;
@@ -101,6 +103,18 @@ impl Solid {
             }
         };
         sharp.grown(self.radius)
+    }
+
+    /// As [`Self::aabb`], bit by bit, with the lanes of `level`.
+    pub(crate) fn aabb_with(&self, level: Level, pose: &Pose) -> Aabb {
+        match &self.core {
+            Core::Hull(hull) if hull.cuboid.is_none() => {
+                let turn = pose.rotation.to_mat3();
+                let (min, max) = dispatch!(level, simd => hull.lanes.turned_bounds(simd, &turn));
+                Aabb::new(pose.position + min, pose.position + max).grown(self.radius)
+            }
+            _ => self.aabb(pose),
+        }
     }
 
     /// The box around the core along its own axes [m, local]; empty at the origin if there is none.

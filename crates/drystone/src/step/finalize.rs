@@ -136,7 +136,7 @@ fn reach(body: &Body, ctx: &StepContext) -> Vec3 {
 /// The box of a shape with the contact margin.
 fn tight_box(shape: &ShapeRow, body: &Body, ctx: &StepContext) -> Aabb {
     let pose = shape.placed(body);
-    shape.solid.aabb(&pose).grown(0.5 * ctx.margin)
+    shape.solid.aabb_with(ctx.level, &pose).grown(0.5 * ctx.margin)
 }
 
 /// A box and where it will be in a step.

@@ -6,8 +6,8 @@
 use fearless_simd::Simd;
 
 use super::{HalfEdge, Plane};
-use crate::base::math::{Vec3, greater, lesser};
-use crate::base::wide::{LANES, Lanes, Vec3w, load};
+use crate::base::math::{Mat3, Vec3, greater, lesser, vec3};
+use crate::base::wide::{LANES, Lanes, Vec3w, least, load, max, min, most, splat};
 
 /// Three coordinates, eight of each.
 #[derive(Clone, Copy, Debug)]
@@ -33,6 +33,13 @@ impl Vectors {
     }
 }
 
+/// Eight edges: their ends [m, local] and the normals of their two faces.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct EdgeLanes {
+    pub(crate) ends: [Vectors; 2],
+    pub(crate) normals: [Vectors; 2],
+}
+
 /// See the module.
 #[derive(Clone, Debug)]
 pub(crate) struct HullLanes {
@@ -41,6 +48,8 @@ pub(crate) struct HullLanes {
     /// Normals and offsets of the faces; the last group is filled up with the last plane.
     normals: Vec<Vectors>,
     offsets: Vec<Lanes>,
+    /// Edges; the last group is filled up with the last edge.
+    edges: Vec<EdgeLanes>,
     /// Per edge, 1 / cos of half the angle between the normals of its two faces.
     bulges: Vec<f32>,
     widest_bulge: f32,
@@ -63,7 +72,23 @@ impl HullLanes {
         };
         let normals: Vec<Vec3> = planes.iter().map(|p| p.normal).collect();
         let bulges: Vec<f32> = edges.chunks_exact(2).map(bulge).collect();
+        let one_by_one = |side: usize| edges.iter().skip(side).step_by(2);
+        let ends = |side| {
+            let ends: Vec<Vec3> =
+                one_by_one(side).map(|e| vertices[usize::from(e.origin)]).collect();
+            groups(&ends)
+        };
+        let faces = |side| {
+            let faces: Vec<Vec3> = one_by_one(side).map(|e| normals[usize::from(e.face)]).collect();
+            groups(&faces)
+        };
+        let (ends, faces) = (ends(0).into_iter().zip(ends(1)), faces(0).into_iter().zip(faces(1)));
+        let edges = ends
+            .zip(faces)
+            .map(|((p, q), (u, v))| EdgeLanes { ends: [p, q], normals: [u, v] })
+            .collect();
         Self {
+            edges,
             widest_bulge: bulges.iter().copied().fold(1.0, greater),
             vertices: groups(vertices),
             normals: groups(&normals),
@@ -82,6 +107,31 @@ impl HullLanes {
     #[inline]
     pub(crate) fn planes(&self) -> impl Iterator<Item = (&Vectors, &Lanes)> {
         self.normals.iter().zip(&self.offsets)
+    }
+
+    /// The edges in the order of their numbers.
+    #[inline]
+    pub(crate) fn edges(&self) -> &[EdgeLanes] {
+        &self.edges
+    }
+
+    /// The corners of the box around the turned vertices.
+    #[inline(always)]
+    pub(crate) fn turned_bounds<S: Simd>(&self, simd: S, turn: &Mat3) -> (Vec3, Vec3) {
+        let x = Vec3w::splat(simd, turn.x);
+        let y = Vec3w::splat(simd, turn.y);
+        let z = Vec3w::splat(simd, turn.z);
+        let (low, high) = (splat(simd, f32::INFINITY), splat(simd, f32::NEG_INFINITY));
+        let mut low = Vec3w { x: low, y: low, z: low };
+        let mut high = Vec3w { x: high, y: high, z: high };
+        for v in &self.vertices {
+            let v = v.load(simd);
+            let v = x * v.x + y * v.y + z * v.z;
+            low = Vec3w { x: min(v.x, low.x), y: min(v.y, low.y), z: min(v.z, low.z) };
+            high = Vec3w { x: max(v.x, high.x), y: max(v.y, high.y), z: max(v.z, high.z) };
+        }
+        let low = vec3(least(low.x), least(low.y), least(low.z));
+        (low, vec3(most(high.x), most(high.y), most(high.z)))
     }
 
     /// The least of `n` · v over the vertices.

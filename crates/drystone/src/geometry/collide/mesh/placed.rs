@@ -4,18 +4,18 @@ use fearless_simd::{Simd, SimdBase, f32x4};
 
 use super::triangle::Triangle;
 use crate::base::aabb::Aabb;
-use crate::base::math::{Vec3, greater, vec3};
+use crate::base::math::{Mat3, Vec3, greater, vec3};
 use crate::base::pose::Pose;
 use crate::base::wide::{
-    LANES, Lanes, Mask, Vec3w, Wide, above, bits, gather, least, load, max, min, most, scatter4,
-    select, splat, sqrt,
+    LANES, Lanes, Mask, Vec3w, Wide, above, bits, least, load, max, min, most, scatter4, select,
+    splat, sqrt,
 };
 use crate::geometry::hull::{HalfEdge, Hull, Plane};
 
 /// Sine of the angle below which edges count as parallel: their axis is a face's.
 const PARALLEL: f32 = 1.0e-3;
 
-/// A vector, and a fourth number or 0: what is gathered eight at a time.
+/// A vector, and a fourth number or 0.
 pub(super) type Row = [f32; 4];
 
 /// Memory for a placed polytope.
@@ -45,6 +45,8 @@ struct Edges {
 #[derive(Debug)]
 pub(super) struct PlacedHull<'a> {
     hull: &'a Hull,
+    turn: Mat3,
+    position: Vec3,
     space: &'a mut Space,
     pub(super) center: Vec3,
     pub(super) radius: f32,
@@ -105,7 +107,8 @@ impl<'a> PlacedHull<'a> {
         }
         space.planes.truncate(hull.planes.len());
         space.edges.clear();
-        Self { hull, space, center: turn * hull.center + pose.position, radius }
+        let center = turn * hull.center + pose.position;
+        Self { hull, turn, position: pose.position, space, center, radius }
     }
 
     /// It is a box along its own axes.
@@ -269,6 +272,29 @@ impl<'a> PlacedHull<'a> {
         self.space.over.iter().map(|&(i, apart)| (i, self.vertex(i as usize), apart))
     }
 
+    /// Lays out the edges.
+    #[inline(always)]
+    fn place_edges<S: Simd>(&mut self, simd: S) {
+        let x = Vec3w::splat(simd, self.turn.x);
+        let y = Vec3w::splat(simd, self.turn.y);
+        let z = Vec3w::splat(simd, self.turn.z);
+        let position = Vec3w::splat(simd, self.position);
+        for group in self.hull.lanes.edges() {
+            let zero = [[0.0; LANES]; 3];
+            let mut placed = Edges { start: zero, along: zero, normals: [zero; 2] };
+            let (p, q) = (group.ends[0].load(simd), group.ends[1].load(simd));
+            let start = x * p.x + y * p.y + z * p.z + position;
+            start.store(&mut placed.start);
+            // The difference of the placed ends, as the vertices tell it.
+            (x * q.x + y * q.y + z * q.z + position - start).store(&mut placed.along);
+            for side in 0..2 {
+                let n = group.normals[side].load(simd);
+                (x * n.x + y * n.y + z * n.z).store(&mut placed.normals[side]);
+            }
+            self.space.edges.push(placed);
+        }
+    }
+
     /// The edge of the polytope whose axis with edge `k` of the triangle separates most and by more than
     /// `limit`.
     #[inline(always)]
@@ -280,7 +306,7 @@ impl<'a> PlacedHull<'a> {
         reach: f32,
     ) -> Result<Option<EdgeAxis>, Separated> {
         if self.space.edges.is_empty() {
-            self.space.place_edges(simd, self.hull);
+            self.place_edges(simd);
         }
         let [a, b] = triangle.edge(k);
         let along = Vec3w::splat(simd, b - a);
@@ -380,33 +406,6 @@ fn supports<S: Simd>(
     let before = above(zero, u.cross(opposite).dot(d) * turn);
     let after = above(zero, opposite.cross(v).dot(d) * turn);
     !(before | after)
-}
-
-impl Space {
-    /// Lays out the edges. The last group is filled up with its first edge.
-    #[inline(always)]
-    fn place_edges<S: Simd>(&mut self, simd: S, hull: &Hull) {
-        for chunk in hull.edges.chunks(2 * LANES) {
-            let mut ends = [[&self.vertices[0]; LANES]; 2];
-            let mut faces = [[&self.planes[0]; LANES]; 2];
-            for side in 0..2 {
-                for i in 0..LANES {
-                    let k = if 2 * i < chunk.len() { 2 * i + side } else { side };
-                    ends[side][i] = &self.vertices[usize::from(chunk[k].origin)];
-                    faces[side][i] = &self.planes[usize::from(chunk[k].face)];
-                }
-            }
-            let start = gather(simd, ends[0]);
-            let along = gather(simd, ends[1]) - start;
-            let zero = [[0.0; LANES]; 3];
-            let mut group = Edges { start: zero, along: zero, normals: [zero; 2] };
-            start.store(&mut group.start);
-            along.store(&mut group.along);
-            gather(simd, faces[0]).store(&mut group.normals[0]);
-            gather(simd, faces[1]).store(&mut group.normals[1]);
-            self.edges.push(group);
-        }
-    }
 }
 
 #[inline(always)]
