@@ -4,7 +4,9 @@ use fearless_simd::{Simd, SimdBase};
 
 use crate::base::aabb::Aabb;
 use crate::base::math::Vec3;
-use crate::base::wide::{LANES, Lanes, Wide, above, bits, least, load, max, min, select, splat};
+use crate::base::wide::{
+    LANES, Lanes, Wide, above, bits, least, load, max, min, prefetch, select, splat,
+};
 use crate::geometry::bvh::{Bvh, Children};
 
 /// Marks a child that is a pack, not a node.
@@ -114,6 +116,7 @@ impl Tree {
                 let name = node.children[inside.trailing_zeros() as usize];
                 inside &= inside - 1;
                 if name & LEAF == 0 {
+                    prefetch(&self.nodes[name as usize]);
                     stack.push(name);
                 } else {
                     packs.push(name & !LEAF);

@@ -7,9 +7,12 @@ use super::placed::Row;
 use crate::base::aabb::Aabb;
 use crate::base::math::{Vec3, greater, lesser};
 use crate::base::wide::{
-    LANES, Vec3w, Wide, above, bits, least, load, max, min, select, splat, sqrt,
+    LANES, Vec3w, Wide, above, bits, least, load, max, min, prefetch, select, splat, sqrt,
 };
 use crate::geometry::mesh::{Mesh, Pack, Window};
+
+/// Packs that are asked for at once: about what a core can wait for.
+const AHEAD: usize = 4;
 
 /// How far contacts of a mesh are looked for.
 #[derive(Clone, Copy, Debug)]
@@ -85,6 +88,10 @@ pub(super) fn find<S: Simd>(
     let others = look + mesh.tree().find(simd, &window, stack, packs);
     let mut gap = splat(simd, others);
     let rest = splat(simd, reach.rest);
+    // All that are in line, before the first is read.
+    for &item in packs.iter().take(AHEAD) {
+        prefetch(mesh.pack(item));
+    }
     for &item in packs.iter() {
         let pack = mesh.pack(item);
         let (apart, missed) = test(simd, pack, solid, reach);
