@@ -116,7 +116,7 @@ fn update(
 
 /// Contacts are looked for as far as the bodies may come nearer in this step, but no farther than
 /// the size of the smaller one: a fast body is then stopped at the surface, not in it.
-fn speculative_margin(ctx: &StepContext, a: &Body, b: &Body) -> f32 {
+pub(crate) fn speculative_margin(ctx: &StepContext, a: &Body, b: &Body) -> f32 {
     let speed = (b.v - a.v).length() + a.w.length() * a.extent + b.w.length() * b.extent;
     let size = |body: &Body| if body.is_dynamic() { body.extent } else { f32::INFINITY };
     ctx.margin.max((1.1 * speed * ctx.dt).min(size(a).min(size(b))))
