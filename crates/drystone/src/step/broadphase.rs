@@ -19,7 +19,7 @@ use crate::state::bodies::{Bodies, Body, NONE};
 use crate::state::bounds::Bounds;
 use crate::state::colors::Place;
 use crate::state::contacts::Point;
-use crate::state::contacts::{Contact, Contacts, Link, Probe};
+use crate::state::contacts::{Contact, Contacts, Link, Parked};
 use crate::state::def::BodyKind;
 use crate::state::joints::Joints;
 use crate::state::shapes::{ShapeRow, Shapes};
@@ -271,7 +271,8 @@ fn contact_of(a: u32, b: u32, shapes: &Shapes) -> Contact {
         rolling_impulse: Vec3::ZERO,
         cache: PairCache::default(),
         looked: 0.0,
-        probe: Probe::default(),
+        parked: Parked::default(),
+        offset: Vec3::ZERO,
     }
 }
 
