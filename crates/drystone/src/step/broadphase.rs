@@ -346,7 +346,16 @@ mod tests {
             let (bodies, shapes) = (&mut tables.bodies, &tables.shapes);
             let (contacts, bounds) = (&mut tables.contacts, &mut tables.bounds);
             let mut scratch = Scratch::default();
-            find_pairs(&ctx, bodies, shapes, &tables.joints, contacts, bounds, &mut scratch, &Inline);
+            find_pairs(
+                &ctx,
+                bodies,
+                shapes,
+                &tables.joints,
+                contacts,
+                bounds,
+                &mut scratch,
+                &Inline,
+            );
             let rows: Vec<u32> = (0..200).filter(|row| shapes.rows.at(*row).is_some()).collect();
             for (i, row) in rows.iter().enumerate() {
                 for other in &rows[i + 1..] {

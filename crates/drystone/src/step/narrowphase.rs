@@ -246,14 +246,7 @@ fn rebuild(
 /// The impulse of the old point that a new one continues, and takes it away from it: the one of the same
 /// feature, else the nearest one that is near. (Features change names when the two faces of a flush
 /// contact change roles; without its impulses a loaded contact would give way for a step.)
-fn inherit(
-    old: &mut [Point],
-    feature: u32,
-    r_a: Vec3,
-    last: Quat,
-    a: &Body,
-    b: &Body,
-) -> f32 {
+fn inherit(old: &mut [Point], feature: u32, r_a: Vec3, last: Quat, a: &Body, b: &Body) -> f32 {
     let size = |body: &Body| if body.is_dynamic() { body.extent } else { f32::INFINITY };
     let near = 0.1 * size(a).min(size(b));
     let found = old.iter().position(|p| p.feature == feature && p.impulse >= 0.0).or_else(|| {

@@ -347,11 +347,7 @@ impl Top {
         let scale = 1.0 / (c * c + s * s);
         let (cos, sin) = ((c * c - s * s) * scale, 2.0 * s * c * scale);
         (l[j], l[k]) = (cos * l[j] + sin * l[k], cos * l[k] - sin * l[j]);
-        (q[i], q[j], q[k], q[3]) = (
-            c * q[i] + s * q[3],
-            c * q[j] + s * q[k],
-            c * q[k] - s * q[j],
-            c * q[3] - s * q[i],
-        );
+        (q[i], q[j], q[k], q[3]) =
+            (c * q[i] + s * q[3], c * q[j] + s * q[k], c * q[k] - s * q[j], c * q[3] - s * q[i]);
     }
 }
