@@ -48,17 +48,18 @@ pub(super) fn large_pyramid(mut scene: Scene, _: &Values) -> Result<Scene, Catal
     Ok(scene)
 }
 
-pub(super) fn many_pyramids(mut scene: Scene, _: &Values) -> Result<Scene, CatalogError> {
-    const SIDE: usize = 14;
+pub(super) fn many_pyramids(mut scene: Scene, values: &Values) -> Result<Scene, CatalogError> {
     const BASE: usize = 10;
+    let side = values.whole("side");
     gravity_10(&mut scene);
     scene.seconds = 100.0 / 60.0;
-    let ground = 0.5 * real(SIDE) * real(BASE + 1);
+    let ground = 0.5 * real(side) * real(BASE + 1);
     add_ground_box(&mut scene, ground, ground);
     let cube = BodyDef { can_sleep: false, ..light_cube() };
-    for row in 0..SIDE {
-        let z = -ground + 1.0 + real(row) * (2.0 * (ground - 1.0) / real(SIDE - 1));
-        for column in 0..SIDE {
+    for row in 0..side {
+        let way = if side > 1 { real(row) * (2.0 * (ground - 1.0) / real(side - 1)) } else { 0.0 };
+        let z = -ground + 1.0 + way;
+        for column in 0..side {
             let center = -ground + real(column) * real(BASE + 1) + 1.0;
             add_pyramid(&mut scene, &format!("{row}/{column}/"), BASE, (center - 0.5, z), &cube);
         }

@@ -98,9 +98,10 @@ static CATALOG: [Entry; 33] = [
     ),
     Entry::new(
         "many_pyramids",
-        "196 flat pyramids of 55 cubes: many islands of middling size",
+        "Rows of flat pyramids of 55 cubes: many islands of middling size",
         box3d::many_pyramids,
-    ),
+    )
+    .with(&[Parameter::whole("side", 14, (1, 100), "rows, and pyramids in a row")]),
     Entry::new("wall", "A brick wall without mortar; ball=1: a heavy ball hits it", masonry::wall)
         .with(&[
             Parameter::whole("width", 16, (1, 1000), "bricks in a row"),

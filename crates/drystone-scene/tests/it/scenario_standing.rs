@@ -174,3 +174,16 @@ fn pile_of_500_comes_to_rest_and_sleeps_within_ten_seconds_of_the_last_impact() 
     // five times as much where a body is wedged in: 10 mm.
     assert!(deepest(&running) < 0.010, "overlap {}", deepest(&running));
 }
+
+#[test]
+fn fast_bodies_stay_in_a_room_of_thin_walls() {
+    let scene = named("high_speed:n=1200").unwrap();
+    let mut running = scene.build().unwrap();
+    for _ in 0..300 {
+        run(&mut running, 60.0, 1);
+        for (_, at) in places(&running) {
+            // The walls' inner sides are at 49.8 m, their middle at 50.
+            assert!(at.abs().max_element() < 50.0, "{at:?}");
+        }
+    }
+}

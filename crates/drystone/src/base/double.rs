@@ -53,6 +53,7 @@ pub(crate) struct DQuat {
 
 impl DQuat {
     /// `o` followed by `self`.
+    #[inline]
     pub(crate) fn times(self, o: Self) -> Self {
         Self {
             v: o.v * self.w + self.v * o.w + self.v.cross(o.v),
@@ -60,11 +61,19 @@ impl DQuat {
         }
     }
 
+    /// The numbers of an `f32` quaternion, not normalized anew.
+    #[inline]
+    pub(crate) fn widened(q: Quat) -> Self {
+        Self { v: DVec3::from(vec3(q.x, q.y, q.z)), w: f64::from(q.w) }
+    }
+
+    #[inline]
     pub(crate) fn rotate(self, p: DVec3) -> DVec3 {
         let t = self.v.cross(p) * 2.0;
         p + t * self.w + self.v.cross(t)
     }
 
+    #[inline]
     pub(crate) fn unrotate(self, p: DVec3) -> DVec3 {
         Self { v: -self.v, w: self.w }.rotate(p)
     }
@@ -86,7 +95,7 @@ impl DQuat {
 impl From<Quat> for DQuat {
     /// Normalized anew: an `f32` quaternion is one to seven digits only.
     fn from(q: Quat) -> Self {
-        Self { v: DVec3::from(vec3(q.x, q.y, q.z)), w: f64::from(q.w) }.normalized()
+        Self::widened(q).normalized()
     }
 }
 

@@ -393,6 +393,75 @@ impl RTree {
         true
     }
 
+    /// Number of blocks of leaves.
+    pub(crate) fn blocks(&self) -> usize {
+        self.levels.first().map_or(0, Vec::len)
+    }
+
+    /// Calls `visit` with every pair of items whose boxes overlap, the first of which is in this block
+    /// of leaves and the second behind it: over all blocks, with every pair once. Eight items go down the
+    /// tree together.
+    #[inline]
+    pub(crate) fn pairs_of(&self, block: usize, mut visit: impl FnMut(u32, u32)) {
+        let Some(own) = self.levels.first().and_then(|leaves| leaves.get(block)) else { return };
+        let mut see = |a: usize, b: usize| {
+            if let (Some(&a), Some(&b)) = (self.items.get(a), self.items.get(b)) {
+                visit(a, b);
+            }
+        };
+        for lane in 0..WIDTH - 1 {
+            let mut mask = own.overlaps(&own.get(lane)) & (u32::MAX << (lane + 1));
+            while mask != 0 {
+                see(block * WIDTH + lane, block * WIDTH + mask.trailing_zeros() as usize);
+                mask &= mask - 1;
+            }
+        }
+        if self.levels.len() > 1 {
+            self.pairs_below(self.levels.len() - 1, 0, block, own, &own.bounds(), &mut see);
+        }
+    }
+
+    /// As [`Self::pairs_of`], of the leaves under a block that is not one of leaves.
+    fn pairs_below(
+        &self,
+        level: usize,
+        index: usize,
+        block: usize,
+        own: &Block,
+        bounds: &Aabb,
+        visit: &mut impl FnMut(usize, usize),
+    ) {
+        let Some(above) = self.levels[level].get(index) else { return };
+        // The child that holds the block itself, if it is here: those before it had their turn.
+        let own_child = block >> (3 * (level - 1));
+        let mut mask = above.overlaps(bounds);
+        while mask != 0 {
+            let lane = mask.trailing_zeros() as usize;
+            let child = index * WIDTH + lane;
+            mask &= mask - 1;
+            if level > 1 {
+                if child >= own_child {
+                    self.pairs_below(level - 1, child, block, own, bounds, visit);
+                }
+                continue;
+            }
+            if child <= block {
+                continue;
+            }
+            let Some(other) = self.levels[0].get(child) else { continue };
+            let mut mine = own.overlaps(&above.get(lane));
+            while mine != 0 {
+                let a = mine.trailing_zeros() as usize;
+                mine &= mine - 1;
+                let mut theirs = other.overlaps(&own.get(a));
+                while theirs != 0 {
+                    visit(block * WIDTH + a, child * WIDTH + theirs.trailing_zeros() as usize);
+                    theirs &= theirs - 1;
+                }
+            }
+        }
+    }
+
     /// Calls `visit` with every item whose box the segment `origin + t delta`, t in [0, max], may
     /// meet, near blocks first. `visit` answers the new max: smaller to shorten the ray, negative to
     /// stop.

@@ -1,9 +1,11 @@
 //! Two polytopes to a manifold: separating axes, then clipping [Gregorius13].
 
+mod edges;
 mod search;
 
-pub(super) use self::search::PARALLEL;
-use self::search::{EdgeAxis, Pair, Verdict};
+use self::edges::EdgeAxis;
+pub(super) use self::edges::PARALLEL;
+use self::search::{Pair, Verdict};
 use super::clip::{Polygon, Reference, clip, closest_of_segments, flip};
 use super::gjk;
 use super::hull::Hull;

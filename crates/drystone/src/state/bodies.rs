@@ -19,6 +19,9 @@ pub(crate) struct Body {
     pub(crate) can_sleep: bool,
     /// Its state became non-finite: it takes no part in steps.
     pub(crate) faulted: bool,
+    /// So fast that its boxes serve for one step: finalize makes them anew, so it looks for pairs in every
+    /// step.
+    pub(crate) flies: bool,
     /// Place in [`Bodies::awake`], or [`NONE`].
     pub(crate) awake_row: u32,
     /// Center of mass [m, world].

@@ -9,31 +9,35 @@ use crate::base::pair_set::{PairSet, pair_key};
 use crate::base::quat::Quat;
 use crate::geometry::manifold::PairCache;
 
-/// A point of a contact: a cache line of four rows of four numbers, as the solver loads it.
+/// A point of a contact: half a cache line, a row of four numbers as the solver loads it first.
 #[derive(Clone, Copy, Debug, Default, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C)]
 pub(crate) struct Point {
-    /// From the centers of mass to the point [m, world], as they were when the manifold was made.
+    /// From A's center of mass to the point [m, world], as it was when the manifold was made. That from
+    /// B's is this less [`Contact::offset`].
     pub(crate) r_a: Vec3,
     /// Separation now [m].
     pub(crate) separation: f32,
-    pub(crate) r_b: Vec3,
     /// Accumulated impulse along the normal in a substep [N s].
     pub(crate) impulse: f32,
-    /// The same in the bodies' frames.
-    pub(crate) local_a: Vec3,
     /// Separation less that of the anchors along the normal, when the manifold was made [m].
     pub(crate) base: f32,
-    pub(crate) local_b: Vec3,
     pub(crate) feature: u32,
+    spare: u32,
 }
 
 impl Point {
-    /// `r_a` with the separation, `r_b` with the impulse.
+    #[inline]
+    pub(crate) const fn new(r_a: Vec3, separation: f32, impulse: f32, feature: u32) -> Self {
+        // The anchors are one point when the manifold is made, so all of the separation is the base.
+        Self { r_a, separation, impulse, base: separation, feature, spare: 0 }
+    }
+
+    /// `r_a` with the separation.
     #[inline(always)]
-    pub(crate) fn rows(&self) -> [&[f32; 4]; 2] {
-        let [a, b, _, _]: &[[f32; 4]; 4] = bytemuck::cast_ref(self);
-        [a, b]
+    pub(crate) fn arm(&self) -> &[f32; 4] {
+        let [arm, _]: &[[f32; 4]; 2] = bytemuck::cast_ref(self);
+        arm
     }
 }
 
@@ -56,6 +60,14 @@ pub(crate) struct Probe {
     pub(crate) rotation_b: Quat,
 }
 
+/// What a contact that is not awake keeps of its [`Probe`], besides the offset.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Parked {
+    pub(crate) gap: f32,
+    pub(crate) rotation_a: Quat,
+    pub(crate) rotation_b: Quat,
+}
+
 impl Probe {
     /// Counts motion from here on; the gap is not known.
     #[inline]
@@ -73,7 +85,7 @@ pub(crate) struct Link {
     pub(crate) next: u32,
 }
 
-/// A contact. What the solver reads of it stands first, a cache line and one for each point.
+/// A contact. What the solver reads of it stands first, a cache line and half of one for each point.
 #[derive(Clone, Debug)]
 #[repr(C, align(64))]
 pub(crate) struct Contact {
@@ -85,11 +97,9 @@ pub(crate) struct Contact {
     pub(crate) twist_impulse: f32,
     pub(crate) body_a: u32,
     pub(crate) body_b: u32,
-    pub(crate) shape_a: u32,
-    pub(crate) shape_b: u32,
+    /// Center of B less that of A [m, world] when the manifold was made.
+    pub(crate) offset: Vec3,
     pub(crate) restitution: f32,
-    /// Rolling resistance times radius [m].
-    pub(crate) rolling: f32,
     pub(crate) count: u8,
     /// How many more manifolds of the pair have points. Of the first part only.
     pub(crate) others: u8,
@@ -101,6 +111,10 @@ pub(crate) struct Contact {
     /// Manifolds may be recycled.
     pub(crate) recyclable: bool,
     pub(crate) points: [Point; 4],
+    pub(crate) shape_a: u32,
+    pub(crate) shape_b: u32,
+    /// Rolling resistance times radius [m].
+    pub(crate) rolling: f32,
     /// Rolling impulse of a substep [N m s, world].
     pub(crate) rolling_impulse: Vec3,
     /// Speed at which the shapes approach each other before they touch [m/s].
@@ -118,8 +132,11 @@ pub(crate) struct Contact {
     /// Of pairs with a mesh: how far was looked for points when the manifolds were made [m].
     pub(crate) looked: f32,
     /// While the contact is not awake.
-    pub(crate) probe: Probe,
+    pub(crate) parked: Parked,
 }
+
+// A table of these is what a world of many contacts takes.
+const _: () = assert!(size_of::<Option<Contact>>() == 320);
 
 impl Contact {
     /// Normal and friction; friction's impulses: the rows that the solver loads.
@@ -127,6 +144,12 @@ impl Contact {
     pub(crate) const fn rows(&self) -> [[f32; 4]; 2] {
         let (n, p) = (self.normal, self.tangent_impulse);
         [[n.x, n.y, n.z, self.friction], [p.x, p.y, p.z, self.twist_impulse]]
+    }
+
+    /// From B's center of mass to a point of it [m, world], as `r_a` is.
+    #[inline(always)]
+    pub(crate) fn r_b(&self, p: &Point) -> Vec3 {
+        p.r_a - self.offset
     }
 
     /// The points in use.
@@ -192,13 +215,13 @@ impl Contacts {
         })
     }
 
-    /// Links a filled row into its bodies' lists; its links, awake row and probe are set here.
+    /// Links a filled row into its bodies' lists; its links, awake row and what is parked are set here.
     pub(crate) fn enter(&mut self, row: u32, bodies: &mut Bodies) {
         let contact = self.at_mut(row);
         let sides = [contact.body_a, contact.body_b];
         let (is_part, key) = (contact.is_part, pair_key(contact.shape_a, contact.shape_b));
         contact.awake_row = NONE;
-        contact.probe = Probe { row, body_a: sides[0], body_b: sides[1], ..Probe::default() };
+        contact.parked = Parked::default();
         for (side, body) in (0_u32..).zip(sides) {
             let body = bodies.at_mut(body);
             let me = row * 2 + side;
@@ -248,7 +271,9 @@ impl Contacts {
         }
         if awake {
             let place = u32::try_from(self.awake.len()).expect("fewer than 2^31 contacts");
-            self.awake.push(self.at(row).probe);
+            let &Contact { body_a, body_b, offset, .. } = contact;
+            let Parked { gap, rotation_a, rotation_b } = contact.parked;
+            self.awake.push(Probe { row, body_a, body_b, gap, offset, rotation_a, rotation_b });
             self.at_mut(row).awake_row = place;
         } else {
             let probe = self.awake.swap_remove(at as usize);
@@ -256,8 +281,11 @@ impl Contacts {
                 let moved = moved.row;
                 self.at_mut(moved).awake_row = at;
             }
+            let Probe { gap, offset, rotation_a, rotation_b, .. } = probe;
             let contact = self.at_mut(row);
-            (contact.awake_row, contact.probe) = (NONE, probe);
+            contact.awake_row = NONE;
+            contact.offset = offset;
+            contact.parked = Parked { gap, rotation_a, rotation_b };
         }
     }
 
@@ -267,28 +295,24 @@ impl Contacts {
         // Of parts, the reference is that of the first one.
         let first = self.at(row).first;
         let place = self.at(first).awake_row;
-        let probe = match self.awake.get(place as usize) {
-            Some(probe) if place != NONE => *probe,
-            _ => self.at(first).probe,
+        let parked = self.at(first).parked;
+        let rotations = match self.awake.get(place as usize) {
+            Some(probe) if place != NONE => [probe.rotation_a, probe.rotation_b],
+            _ => [parked.rotation_a, parked.rotation_b],
         };
+        let moved = rotations[side as usize].rotate(shift);
         let contact = self.at_mut(row);
-        let rotation = if side == 0 { probe.rotation_a } else { probe.rotation_b };
-        let moved = rotation.rotate(shift);
-        for p in &mut contact.points {
-            if side == 0 {
+        if side == 0 {
+            for p in &mut contact.points {
                 p.r_a -= moved;
-                p.local_a -= shift;
-            } else {
-                p.r_b -= moved;
-                p.local_b -= shift;
             }
         }
-        if row == first {
-            let by = if side == 0 { -moved } else { moved };
-            contact.probe.offset += by;
-            if let Some(probe) = self.awake.get_mut(place as usize) {
-                probe.offset += by;
-            }
+        let by = if side == 0 { -moved } else { moved };
+        contact.offset += by;
+        if row == first
+            && let Some(probe) = self.awake.get_mut(place as usize)
+        {
+            probe.offset += by;
         }
     }
 

@@ -4,6 +4,8 @@
 //! over moved shapes; rows are taken and entered in the order of the sorted pairs, and filled in
 //! parallel.
 
+use super::context::StepContext;
+use super::narrowphase::speculative_margin;
 use crate::base::bit_set::BitSet;
 use crate::base::disjoint::Rows;
 use crate::base::jobs::{Executor, collect_ranges, for_ranges, grain};
@@ -13,11 +15,11 @@ use crate::geometry::collide::MAX_PARTS;
 use crate::geometry::manifold::PairCache;
 use crate::geometry::rtree::RTree;
 use crate::geometry::solid::Core;
-use crate::state::bodies::{Bodies, NONE};
+use crate::state::bodies::{Bodies, Body, NONE};
 use crate::state::bounds::Bounds;
 use crate::state::colors::Place;
 use crate::state::contacts::Point;
-use crate::state::contacts::{Contact, Contacts, Link, Probe};
+use crate::state::contacts::{Contact, Contacts, Link, Parked};
 use crate::state::def::BodyKind;
 use crate::state::joints::Joints;
 use crate::state::shapes::{ShapeRow, Shapes};
@@ -35,6 +37,7 @@ pub(crate) struct Scratch {
 
 /// Finds the pairs and makes their contacts.
 pub(crate) fn find_pairs(
+    ctx: &StepContext,
     bodies: &mut Bodies,
     shapes: &Shapes,
     joints: &Joints,
@@ -63,15 +66,20 @@ pub(crate) fn find_pairs(
     for row in moved.iter() {
         looks.insert(*row);
     }
-    let finder = Finder { bodies, shapes, joints, contacts, looks };
+    let finder = Finder { ctx, bodies, shapes, joints, contacts, looks };
     let few_placed = if many_placed { &[] } else { placed.as_slice() };
-    let n = moved.len() + few_placed.len();
+    // Where most look, the tree is met with itself, eight at a time and each pair once.
+    let blocks = if 2 * moved.len() > moving.len() { moving.blocks() } else { 0 };
+    let trees: &[&RTree] = if blocks > 0 { &[fixed] } else { &[moving, fixed] };
+    let n = moved.len() + few_placed.len() + blocks;
     collect_ranges(jobs, n, grain(jobs, n, 32), found, |range, out| {
         for i in range {
-            if let Some(row) = moved.get(i) {
-                finder.find(*row, &[moving, fixed], out);
+            if i < blocks {
+                moving.pairs_of(i, |a, b| finder.meet(a, b, out));
+            } else if let Some(row) = moved.get(i - blocks) {
+                finder.find(*row, trees, out);
             } else {
-                finder.find(few_placed[i - moved.len()], &[moving], out);
+                finder.find(few_placed[i - blocks - moved.len()], &[moving], out);
             }
         }
     });
@@ -89,6 +97,7 @@ pub(crate) fn find_pairs(
 
 /// What the search for pairs reads.
 struct Finder<'a> {
+    ctx: &'a StepContext,
     bodies: &'a Bodies,
     shapes: &'a Shapes,
     joints: &'a Joints,
@@ -104,15 +113,44 @@ impl Finder<'_> {
             tree.query(&shape.fat, |other| {
                 // Of two that look for each other one is enough.
                 let twice = other <= row && (other == row || self.looks.contains(other));
-                if !twice
-                    && !self.contacts.has_pair(row, other)
-                    && may_meet(self.bodies, self.joints, shape, self.shapes.at(other))
-                {
-                    out.push(pair_key(row, other));
+                if !twice {
+                    self.list(row, shape, other, out);
                 }
                 true
             });
         }
+    }
+
+    /// Lists a pair of the moving tree, unless neither looks for pairs.
+    fn meet(&self, a: u32, b: u32, out: &mut Vec<u64>) {
+        if self.looks.contains(a) || self.looks.contains(b) {
+            self.list(a, self.shapes.at(a), b, out);
+        }
+    }
+
+    /// Lists a pair whose boxes overlap if it is new and may meet.
+    fn list(&self, row: u32, shape: &ShapeRow, other: u32, out: &mut Vec<u64>) {
+        let second = self.shapes.at(other);
+        if shape.body != second.body
+            && !self.pass(shape.body, second.body)
+            && !self.contacts.has_pair(row, other)
+            && may_meet(self.bodies, self.joints, shape, second)
+        {
+            out.push(pair_key(row, other));
+        }
+    }
+
+    /// True if two bodies, of which one flies and will look again in the next step, are farther from each
+    /// other than contacts are looked for in this one.
+    fn pass(&self, a: u32, b: u32) -> bool {
+        let (a, b) = (self.bodies.at(a), self.bodies.at(b));
+        let again = |body: &Body| body.flies && body.active();
+        if !(again(a) || again(b)) || !a.is_dynamic() || !b.is_dynamic() {
+            return false;
+        }
+        let most = a.extent + b.extent + speculative_margin(self.ctx, a, b);
+        // A thousandth: of rounding, and of the rest that a shape may stand out by.
+        (b.center - a.center).length() > 1.001 * most
     }
 }
 
@@ -234,6 +272,111 @@ fn contact_of(a: u32, b: u32, shapes: &Shapes) -> Contact {
         rolling_impulse: Vec3::ZERO,
         cache: PairCache::default(),
         looked: 0.0,
-        probe: Probe::default(),
+        parked: Parked::default(),
+        offset: Vec3::ZERO,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Scratch, find_pairs, may_meet};
+    use crate::base::jobs::Inline;
+    use crate::base::math::{Vec3, vec3};
+    use crate::base::wide::SimdLevel;
+    use crate::state::config::WorldConfig;
+    use crate::state::def::{BodyDef, ShapeDef};
+    use crate::step::context::StepContext;
+    use crate::step::narrowphase::speculative_margin;
+    use crate::world::World;
+
+    const DT: f32 = 1.0 / 60.0;
+
+    struct Random(u32);
+
+    impl Random {
+        fn signed(&mut self) -> f32 {
+            self.0 = self.0.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            (self.0 >> 8) as f32 / 8_388_608.0 - 1.0
+        }
+
+        fn direction(&mut self) -> Vec3 {
+            let v = vec3(self.signed(), self.signed(), self.signed());
+            v.try_normalize().unwrap_or(Vec3::X)
+        }
+    }
+
+    /// A room of 6 m with bodies of all speeds, up to 250 m/s, which hit each other and the walls and
+    /// become slow there.
+    fn room(random: &mut Random) -> World {
+        let mut world = World::default();
+        for side in [Vec3::X, Vec3::Y, Vec3::Z].into_iter().flat_map(|n| [n, -n]) {
+            let wall = ShapeDef::half_space(side, -3.0);
+            world.add_body(BodyDef::fixed().with_shape(wall)).unwrap();
+        }
+        for i in 0..60_u8 {
+            let place = vec3(random.signed(), random.signed(), random.signed()) * 2.5;
+            let speed = [250.0, 60.0, 20.0, 1.0][usize::from(i % 4)];
+            let restitution = if i % 3 == 0 { 0.9 } else { 0.0 };
+            let mut def = BodyDef::dynamic()
+                .with_position(place)
+                .with_linear_velocity(random.direction() * speed)
+                .with_angular_velocity(random.direction() * (0.2 * speed));
+            def.shapes = match i % 5 {
+                0 | 1 => vec![ShapeDef::sphere(0.1)],
+                2 | 3 => vec![ShapeDef::box_half(vec3(0.05, 0.1, 0.2))],
+                _ => vec![
+                    ShapeDef::capsule(0.15, 0.05).with_position(vec3(0.0, 0.15, 0.0)),
+                    ShapeDef::sphere(0.08).with_position(vec3(0.2, 0.0, 0.0)),
+                ],
+            };
+            def.shapes = def.shapes.into_iter().map(|s| s.with_restitution(restitution)).collect();
+            world.add_body(def).unwrap();
+        }
+        world
+    }
+
+    #[test]
+    fn what_comes_into_reach_is_watched_however_fast_it_flies() {
+        let mut random = Random(5);
+        let mut world = room(&mut random);
+        let ctx = StepContext::new(&WorldConfig::default(), DT, DT, SimdLevel::best().0);
+        let (mut passed, mut watched) = (0, 0);
+        for _ in 0..120 {
+            let mut now = world.clone();
+            let tables = now.tables_mut();
+            let (bodies, shapes) = (&mut tables.bodies, &tables.shapes);
+            let (contacts, bounds) = (&mut tables.contacts, &mut tables.bounds);
+            let mut scratch = Scratch::default();
+            find_pairs(
+                &ctx,
+                bodies,
+                shapes,
+                &tables.joints,
+                contacts,
+                bounds,
+                &mut scratch,
+                &Inline,
+            );
+            let rows: Vec<u32> = (0..200).filter(|row| shapes.rows.at(*row).is_some()).collect();
+            for (i, row) in rows.iter().enumerate() {
+                for other in &rows[i + 1..] {
+                    let (x, y) = (shapes.at(*row), shapes.at(*other));
+                    if !x.fat.overlaps(&y.fat) || !may_meet(bodies, &tables.joints, x, y) {
+                        continue;
+                    }
+                    let (a, b) = (bodies.at(x.body), bodies.at(y.body));
+                    let apart = (b.center - a.center).length() - a.extent - b.extent;
+                    let both = a.is_dynamic() && b.is_dynamic();
+                    if tables.contacts.has_pair(*row, *other) {
+                        watched += 1;
+                    } else {
+                        assert!(both && apart > speculative_margin(&ctx, a, b), "{apart}");
+                        passed += 1;
+                    }
+                }
+            }
+            world.step(DT);
+        }
+        assert!(passed > 20 && watched > 1000, "{passed} {watched}");
     }
 }

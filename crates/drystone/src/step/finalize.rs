@@ -74,13 +74,15 @@ pub(crate) fn advance_poses(
             still |= body.can_sleep && body.still_time >= sleep.time;
             spend_room(body, center, rotation);
             // Most bodies that rest or creep end here, without a look at their shapes.
-            if body.room > reach(body, ctx).length() {
+            let flew = body.flies;
+            if !flew && body.room > reach(body, ctx).length() {
                 continue;
             }
+            body.flies = body.is_dynamic() && flies(body, ctx);
             body.room = f32::INFINITY;
             for i in 0..body.shapes.len() {
                 if let Some(shape) = table.row(body.shapes[i] as usize)
-                    && fit(shape, body, ctx)
+                    && fit(shape, body, flew, ctx)
                 {
                     out.push(Note::Escaped(body.shapes[i]));
                 }
@@ -110,12 +112,12 @@ fn spend_room(body: &mut Body, center: Vec3, rotation: Quat) {
     body.room -= (body.center - center).length() + 2.1 * chord * body.extent;
 }
 
-/// Gives a shape a new box if it may leave the one it has in this step or the next; true if so. Takes
-/// down how much room there is.
-fn fit(shape: &mut ShapeRow, body: &mut Body, ctx: &StepContext) -> bool {
+/// Gives a shape a new box if it may leave the one it has in this step or the next, or it was one for a
+/// step only; true if so. Takes down how much room there is.
+fn fit(shape: &mut ShapeRow, body: &mut Body, flew: bool, ctx: &StepContext) -> bool {
     let tight = tight_box(shape, body, ctx);
     let fits = ahead(&tight, body, ctx);
-    let escaped = !shape.fat.contains(&fits);
+    let escaped = flew || !shape.fat.contains(&fits);
     if escaped {
         shape.fat = fat_box(&fits, body, ctx);
     }
@@ -150,10 +152,26 @@ pub(crate) fn shape_box(shapes: &Shapes, shape: u32, body: &Body, ctx: &StepCont
     ahead(&tight_box(shapes.at(shape), body, ctx), body, ctx)
 }
 
-/// That box with room to move, so that the tree is not changed every step.
+/// Room around a box [m].
+fn spare(body: &Body, ctx: &StepContext) -> f32 {
+    ctx.margin + (0.1 * body.extent).min(0.1)
+}
+
+/// True if a body moves so far beyond its [`reach`] in a step that no box with room keeps it for two.
+/// (Of a diagonal way each axis sees 1/√3 at least.)
+fn flies(body: &Body, ctx: &StepContext) -> bool {
+    let step = body.v * ctx.dt;
+    step.length() - reach(body, ctx).length() > 2.0 * spare(body, ctx)
+}
+
+/// That box with room to move, so that the tree is not changed every step; none for what will leave it
+/// all the same.
 pub(crate) fn fat_box(fits: &Aabb, body: &Body, ctx: &StepContext) -> Aabb {
+    if flies(body, ctx) {
+        return *fits;
+    }
     let step = reach(body, ctx);
-    let room = ctx.margin + (0.1 * body.extent).min(0.1);
+    let room = spare(body, ctx);
     fits.union(&Aabb::new(fits.min + step, fits.max + step)).grown(room)
 }
 

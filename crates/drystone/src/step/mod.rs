@@ -92,7 +92,7 @@ pub(crate) fn step(
     } = tables;
     let s = scratch;
 
-    broadphase::find_pairs(bodies, shapes, joints, contacts, bounds, &mut s.broadphase, jobs);
+    broadphase::find_pairs(ctx, bodies, shapes, joints, contacts, bounds, &mut s.broadphase, jobs);
     after(Stage::Broadphase);
     narrowphase::update_manifolds(ctx, bodies, shapes, contacts, &mut s.narrowphase, jobs);
     after(Stage::Narrowphase);

@@ -98,7 +98,7 @@ fn update(
     }
     if contact.recyclable
         && may_recycle(ctx, contact, probe, a, b)
-        && recycle(ctx, contact, a, b, slots)
+        && recycle(ctx, contact, probe, a, b, slots)
     {
         return;
     }
@@ -106,17 +106,18 @@ fn update(
     let pose_a = shape_a.placed(a);
     let b_in_a = pose_a.relative(&shape_b.placed(b));
     let margin = if contact.sensor { 0.0 } else { reach };
+    let before = probe.rotation_a;
     probe.restart(a, b);
     let m = collide(&shape_a.solid, &shape_b.solid, &b_in_a, margin, &mut contact.cache);
     probe.gap = m.gap;
-    if rebuild(contact, &m, &pose_a, a, b) {
+    if rebuild(contact, &m, &pose_a, before, a, b) {
         out.push(Change::Count(row));
     }
 }
 
 /// Contacts are looked for as far as the bodies may come nearer in this step, but no farther than
 /// the size of the smaller one: a fast body is then stopped at the surface, not in it.
-fn speculative_margin(ctx: &StepContext, a: &Body, b: &Body) -> f32 {
+pub(crate) fn speculative_margin(ctx: &StepContext, a: &Body, b: &Body) -> f32 {
     let speed = (b.v - a.v).length() + a.w.length() * a.extent + b.w.length() * b.extent;
     let size = |body: &Body| if body.is_dynamic() { body.extent } else { f32::INFINITY };
     ctx.margin.max((1.1 * speed * ctx.dt).min(size(a).min(size(b))))
@@ -173,6 +174,7 @@ fn may_recycle(ctx: &StepContext, contact: &Contact, r: &Probe, a: &Body, b: &Bo
 fn recycle(
     ctx: &StepContext,
     contact: &mut Contact,
+    probe: &Probe,
     a: &Body,
     b: &Body,
     slots: &Rows<'_, Option<Contact>>,
@@ -182,13 +184,15 @@ fn recycle(
     let mut part = Some(contact);
     while let Some(contact) = part {
         let normal = contact.normal;
-        // The normal in both bodies' frames: then the anchors need no turning.
-        let (n_a, n_b) = (a.rotation.unrotate(normal), b.rotation.unrotate(normal));
-        let between = normal.dot(b.center - a.center);
+        // The normal turned back with both bodies: then the anchors need no turning.
+        let n_a = probe.rotation_a.rotate(a.rotation.unrotate(normal));
+        let n_b = probe.rotation_b.rotate(b.rotation.unrotate(normal));
+        let between = normal.dot(b.center - a.center) - n_b.dot(contact.offset);
+        let tilt = n_b - n_a;
         let count = usize::from(contact.count);
         let mut least = f32::INFINITY;
         for p in &mut contact.points[..count] {
-            p.separation = p.base + (between + (n_b.dot(p.local_b) - n_a.dot(p.local_a)));
+            p.separation = p.base + (between + tilt.dot(p.r_a));
             least = least.min(p.separation);
         }
         if count > 0 && !(least <= ctx.margin) {
@@ -200,14 +204,24 @@ fn recycle(
     true
 }
 
-/// Takes over a new manifold; true if the number of points changed.
-fn rebuild(contact: &mut Contact, manifold: &Manifold, pose_a: &Pose, a: &Body, b: &Body) -> bool {
+/// Takes over a new manifold; true if the number of points changed. `last` is how A stood when the last
+/// one was made.
+fn rebuild(
+    contact: &mut Contact,
+    manifold: &Manifold,
+    pose_a: &Pose,
+    last: Quat,
+    a: &Body,
+    b: &Body,
+) -> bool {
     let before = contact.count;
     let mut old = contact.points;
     let normal = pose_a.direction(manifold.normal);
     #[expect(clippy::cast_possible_truncation, reason = "at most four points")]
     let count = manifold.count as u8;
     contact.count = count;
+    let offset = b.center - a.center;
+    contact.offset = offset;
     if count == 0 {
         contact.tangent_impulse = Vec3::ZERO;
         contact.rolling_impulse = Vec3::ZERO;
@@ -215,26 +229,14 @@ fn rebuild(contact: &mut Contact, manifold: &Manifold, pose_a: &Pose, a: &Body, 
         return before != 0;
     }
     contact.normal = normal;
-    let offset = b.center - a.center;
     // Arms from A's center in the frame of A's shape keep their precision far from the origin.
     let origin = pose_a.position - a.center;
     let mut approach = 0.0_f32;
     for (new, made) in contact.points.iter_mut().zip(manifold.points()) {
         let r_a = pose_a.direction(made.position) + origin;
         let r_b = r_a - offset;
-        let local_a = a.rotation.unrotate(r_a);
-        let impulse = inherit(&mut old[..usize::from(before)], made.feature, local_a, a, b);
-        *new = Point {
-            r_a,
-            r_b,
-            local_a,
-            local_b: b.rotation.unrotate(r_b),
-            // The anchors are one point now, so all of the separation is the base.
-            base: made.separation,
-            separation: made.separation,
-            impulse,
-            feature: made.feature,
-        };
+        let impulse = inherit(&mut old[..usize::from(before)], made.feature, r_a, last, a, b);
+        *new = Point::new(r_a, made.separation, impulse, made.feature);
         approach = approach.max(-normal.dot(b.velocity_at(r_b) - a.velocity_at(r_a)));
     }
     if !contact.touching {
@@ -246,11 +248,13 @@ fn rebuild(contact: &mut Contact, manifold: &Manifold, pose_a: &Pose, a: &Body, 
 /// The impulse of the old point that a new one continues, and takes it away from it: the one of the same
 /// feature, else the nearest one that is near. (Features change names when the two faces of a flush
 /// contact change roles; without its impulses a loaded contact would give way for a step.)
-fn inherit(old: &mut [Point], feature: u32, local_a: Vec3, a: &Body, b: &Body) -> f32 {
+fn inherit(old: &mut [Point], feature: u32, r_a: Vec3, last: Quat, a: &Body, b: &Body) -> f32 {
     let size = |body: &Body| if body.is_dynamic() { body.extent } else { f32::INFINITY };
     let near = 0.1 * size(a).min(size(b));
     let found = old.iter().position(|p| p.feature == feature && p.impulse >= 0.0).or_else(|| {
-        let distance = |p: &Point| (p.local_a - local_a).length();
+        // In the frame that A had when the old ones were made.
+        let here = last.rotate(a.rotation.unrotate(r_a));
+        let distance = |p: &Point| (p.r_a - here).length();
         let nearest = (0..old.len())
             .filter(|i| old[*i].impulse >= 0.0)
             .min_by(|i, j| distance(&old[*i]).total_cmp(&distance(&old[*j])))?;

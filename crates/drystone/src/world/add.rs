@@ -61,6 +61,7 @@ impl World {
             room: 0.0,
             level: if def.kind == BodyKind::Dynamic { NONE } else { 0 },
             faulted: false,
+            flies: false,
             user_data: def.user_data,
         };
         let still = body.v == Vec3::ZERO && body.w == Vec3::ZERO;

@@ -165,6 +165,12 @@ impl World {
         self.last_h = ctx.h;
     }
 
+    /// For tests of a stage.
+    #[cfg(test)]
+    pub(crate) fn tables_mut(&mut self) -> &mut Tables {
+        &mut self.tables
+    }
+
     /// Steps taken.
     #[must_use]
     pub const fn step_count(&self) -> u64 {

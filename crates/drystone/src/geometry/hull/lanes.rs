@@ -161,6 +161,22 @@ impl HullLanes {
         (smallest(&least), greatest(&most))
     }
 
+    /// The first vertex whose `n` · v is `least`, as [`Self::least_along`] found it.
+    #[inline]
+    pub(crate) fn lowest_at(&self, n: Vec3, least: f32) -> usize {
+        for (g, v) in self.vertices.iter().enumerate() {
+            let mut below = [0.0; LANES];
+            let along = v.dot(n);
+            for i in 0..LANES {
+                below[i] = -along[i];
+            }
+            if let Some(i) = first_reaching(&below, -least) {
+                return g * LANES + i;
+            }
+        }
+        0
+    }
+
     /// The vertex number farthest along `n`, the first of several.
     #[inline]
     pub(crate) fn farthest_along(&self, n: Vec3) -> usize {

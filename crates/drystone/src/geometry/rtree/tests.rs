@@ -51,6 +51,25 @@ fn check(tree: &RTree, boxes: &[Option<Aabb>]) {
             .collect();
         assert_eq!(met, brute);
     }
+    let mut pairs = Vec::new();
+    for block in 0..tree.blocks() {
+        tree.pairs_of(block, |a, b| pairs.push((a.min(b), a.max(b))));
+    }
+    pairs.sort_unstable();
+    // Through the queries, which were checked above: brute force would take all pairs of 5,000.
+    let mut expected = Vec::new();
+    for (i, bounds) in (0_u32..).zip(boxes) {
+        if let Some(bounds) = bounds {
+            tree.query(bounds, |j| {
+                if i < j {
+                    expected.push((i, j));
+                }
+                true
+            });
+        }
+    }
+    expected.sort_unstable();
+    assert_eq!(pairs, expected);
     assert_eq!(tree.len(), boxes.iter().flatten().count());
     let mut items: Vec<u32> = tree.items().collect();
     items.sort_unstable();

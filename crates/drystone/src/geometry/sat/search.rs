@@ -8,19 +8,18 @@
 //! Symbols: u, v normals of the two faces at an edge, d the edge's direction; R, t rotation and
 //! position of one body in the frame of the other.
 
-use crate::base::math::{Mat3, Vec3, greater};
+use super::edges::{EdgeAxis, EdgeGroup, EdgeOf, Frames};
+use crate::base::math::{Vec3, greater, lesser};
 use crate::base::pose::Pose;
 use crate::base::wide::{LANES, Lanes};
+use crate::geometry::clip::closest_of_segments;
+use crate::geometry::hull::Hull;
 use crate::geometry::hull::lanes::{any_reaches, largest};
-use crate::geometry::hull::{HalfEdge, Hull};
 use crate::geometry::manifold::PairCache;
 
 const FACE_A: u8 = 1;
 const FACE_B: u8 = 2;
 const EDGES: u8 = 3;
-
-/// Squared sine below which two edges count as parallel (0.3°): the axes of faces serve there.
-pub(in crate::geometry) const PARALLEL: f32 = 2.5e-5;
 
 /// Rounding of a distance, as a part of the lengths that go into it: 2^-24 for each of about ten
 /// operations.
@@ -30,19 +29,6 @@ const ROUNDING: f32 = 1.0e-6;
 const NEAR_GROUPS: usize = 16;
 /// Most edges that are listed.
 const CANDIDATES: usize = 64;
-
-/// Rotation and position of the other body in the frame of the one.
-#[derive(Clone, Copy)]
-struct Frames {
-    r: Mat3,
-    t: Vec3,
-}
-
-impl Frames {
-    fn point(&self, p: Vec3) -> Vec3 {
-        self.r * p + self.t
-    }
-}
 
 /// Two hulls, each seen from the other.
 pub(super) struct Pair<'a> {
@@ -70,16 +56,6 @@ impl FaceAxis {
     const NONE: Self = Self { face: 0, separation: f32::NEG_INFINITY, witness: Vec3::ZERO };
 }
 
-#[derive(Clone, Copy)]
-pub(super) struct EdgeAxis {
-    /// Half-edges of A and of B.
-    pub(super) a: usize,
-    pub(super) b: usize,
-    pub(super) separation: f32,
-    /// Unit, from A to B [frame of B].
-    pub(super) normal: Vec3,
-}
-
 /// The best axes of each kind.
 pub(super) struct Axes {
     pub(super) face_a: FaceAxis,
@@ -87,6 +63,19 @@ pub(super) struct Axes {
     pub(super) face_b: FaceAxis,
     /// Only if it is better than both by the slack.
     pub(super) edges: Option<EdgeAxis>,
+}
+
+/// The best faces; those that cannot win may be missing.
+struct Faces {
+    face_a: FaceAxis,
+    face_b: FaceAxis,
+}
+
+/// What [`Pair::search`] was asked for.
+#[derive(Clone, Copy)]
+struct Limits {
+    margin: f32,
+    slack: f32,
 }
 
 pub(super) enum Verdict {
@@ -107,61 +96,54 @@ impl<'a> Pair<'a> {
     }
 
     /// The best axes, or the first that separates by more than `margin`. A pair of edges counts only
-    /// if it is better than all faces by `slack` [m].
+    /// if it is better than all faces by `slack` [m]. Begins with the axis that the last search ended
+    /// with: what is below it is left out from the start, and it shows where the bodies meet.
     pub(super) fn search(&self, margin: f32, slack: f32, cache: &mut PairCache) -> Verdict {
-        if let Some(gap) = self.cached_separation(*cache)
-            && gap > margin
-        {
-            return Verdict::Apart(gap);
+        let mut near = [Near::new(), Near::new()];
+        let limits = Limits { margin, slack };
+        let (i, j) = (usize::from(cache.a), usize::from(cache.b));
+        let (a, b) = (self.a.hull, self.b.hull);
+        let mut first_edges = None;
+        if cache.kind == EDGES && (i | 1) < a.edges.len() && (j | 1) < b.edges.len() {
+            let edge = EdgeOf::new(a, &self.b.frames, i & !1);
+            first_edges = edge.against(b, j & !1).map(|axis| (edge, axis));
         }
-        let (mut near_a, mut near_b) = (Near::new(), Near::new());
-        // Any face will do to begin with: the last one, or the one that looks at B's center.
-        let last = usize::from(cache.a);
-        let start = if cache.kind == FACE_A && last < self.a.hull.planes.len() {
-            last
-        } else {
-            near_a.measure(self.a.hull, self.a.frames.point(self.b.hull.center));
-            near_a.farthest(self.a.hull)
+        let faces = match &first_edges {
+            Some((_, axis)) if axis.separation > margin => return Verdict::Apart(axis.separation),
+            Some((edge, axis)) => self.faces_from_edges(edge, axis, limits, &mut near),
+            None if cache.kind == FACE_B && j < b.planes.len() => {
+                self.faces_from_b(j, limits, &mut near)
+            }
+            None => {
+                let last = (cache.kind == FACE_A && i < a.planes.len()).then_some(i);
+                self.faces_from_a(last, limits, &mut near)
+            }
         };
-        let first = self.a.face(start);
-        if first.separation > margin {
-            remember(cache, FACE_A, first.face, 0);
-            return Verdict::Apart(first.separation);
-        }
-        near_a.measure(self.a.hull, first.witness);
-        let face_a = self.a.best_face(&near_a, first, margin, self.rounding);
+        let Faces { face_a, face_b } = faces;
         if face_a.separation > margin {
             remember(cache, FACE_A, face_a.face, 0);
             return Verdict::Apart(face_a.separation);
         }
-        if face_a.face != first.face {
-            near_a.measure(self.a.hull, face_a.witness);
-        }
-        let in_a = self.a.own_witness(&near_a, &face_a, self.rounding);
-        near_b.measure(self.b.hull, self.b.frames.point(in_a));
-        let floor = FaceAxis { separation: face_a.separation, ..FaceAxis::NONE };
-        let mut face_b = self.b.best_face(&near_b, floor, margin, self.rounding);
         if face_b.separation > margin {
             remember(cache, FACE_B, 0, face_b.face);
             return Verdict::Apart(face_b.separation);
         }
-        if face_b.separation > face_a.separation {
-            // Its witnesses are nearer to the contact.
-            near_b.measure(self.b.hull, face_b.witness);
-            let in_b = self.b.own_witness(&near_b, &face_b, self.rounding);
-            near_a.measure(self.a.hull, self.a.frames.point(in_b));
-        } else {
-            face_b = FaceAxis::NONE;
+        let least = greater(face_a.separation, face_b.separation) + slack;
+        let known = first_edges.map(|(_, axis)| axis);
+        let floor = known.map_or(least, |x| greater(least, x.separation - self.rounding));
+        let [near_a, near_b] = &near;
+        let edges_a = near_a.edges(a, floor, self.rounding);
+        let mut edges = None;
+        if edges_a.count > 0 {
+            let edges_b = near_b.edges(b, floor, self.rounding);
+            edges = self.best_edges(margin, [edges_a.numbers(), edges_b.numbers()]);
         }
-        let floor = greater(face_a.separation, face_b.separation) + slack;
-        let edges_a = near_a.edges(self.a.hull, floor, self.rounding);
-        let edges = if edges_a.count > 0 {
-            let edges_b = near_b.edges(self.b.hull, floor, self.rounding);
-            let lists = [edges_a.numbers(), edges_b.numbers()];
-            self.best_edges(margin, lists).filter(|e| e.separation > floor)
-        } else {
-            None
-        };
+        if let Some(x) = known
+            && edges.is_none_or(|e| x.separation > e.separation)
+        {
+            edges = known;
+        }
+        let edges = edges.filter(|e| e.separation > least);
         if let Some(e) = edges {
             remember(cache, EDGES, e.a, e.b);
             if e.separation > margin {
@@ -175,19 +157,107 @@ impl<'a> Pair<'a> {
         Verdict::Axes(Axes { face_a, face_b, edges })
     }
 
-    /// The separation along the axis that the cache names: one of those that the full search would try.
-    fn cached_separation(&self, cache: PairCache) -> Option<f32> {
-        let (a, b) = (self.a.hull, self.b.hull);
-        let (i, j) = (usize::from(cache.a), usize::from(cache.b));
-        match cache.kind {
-            FACE_A if i < a.planes.len() => Some(self.a.separation(i)),
-            FACE_B if j < b.planes.len() => Some(self.b.separation(j)),
-            EDGES if (i | 1) < a.edges.len() && (j | 1) < b.edges.len() => {
-                let edge = EdgeOf::new(a, &self.b.frames, i & !1);
-                edge.against(b, j & !1).map(|x| x.separation)
-            }
-            _ => None,
+    /// The best faces, beginning with a face of A: the last one, or the one that looks at B's center.
+    /// Where a face is beyond the margin the search ends. Leaves in `near` how far points of the bodies
+    /// near the contact are from the planes of the other.
+    fn faces_from_a(&self, last: Option<usize>, limits: Limits, near: &mut [Near; 2]) -> Faces {
+        let [near_a, near_b] = near;
+        let start = last.unwrap_or_else(|| {
+            near_a.measure(self.a.hull, self.a.frames.point(self.b.hull.center));
+            near_a.farthest(self.a.hull)
+        });
+        let first = self.a.first_face(start, limits.margin);
+        if first.separation > limits.margin {
+            return Faces { face_a: first, face_b: FaceAxis::NONE };
         }
+        near_a.measure(self.a.hull, first.witness);
+        let low = [first.witness; 2];
+        let face_a = self.a.best_face(near_a, first, low, limits.margin, self.rounding);
+        if face_a.separation > limits.margin {
+            return Faces { face_a, face_b: FaceAxis::NONE };
+        }
+        if face_a.face != first.face {
+            near_a.measure(self.a.hull, face_a.witness);
+        }
+        let in_a = self.b.frames.point(self.a.own_witness(near_a, &face_a, self.rounding));
+        near_b.measure(self.b.hull, in_a);
+        let floor = FaceAxis { separation: face_a.separation, ..FaceAxis::NONE };
+        let mut face_b = self.b.best_face(near_b, floor, [in_a; 2], limits.margin, self.rounding);
+        if face_b.separation > face_a.separation {
+            // Its witnesses are nearer to the contact.
+            near_b.measure(self.b.hull, face_b.witness);
+            let in_b = self.b.own_witness(near_b, &face_b, self.rounding);
+            near_a.measure(self.a.hull, self.a.frames.point(in_b));
+        } else {
+            face_b = FaceAxis::NONE;
+        }
+        Faces { face_a, face_b }
+    }
+
+    /// The same, beginning with a face of B: only faces of A that it does not beat by the slack count.
+    fn faces_from_b(&self, last: usize, limits: Limits, near: &mut [Near; 2]) -> Faces {
+        let [near_a, near_b] = near;
+        let first = self.b.first_face(last, limits.margin);
+        if first.separation > limits.margin {
+            return Faces { face_a: FaceAxis::NONE, face_b: first };
+        }
+        near_b.measure(self.b.hull, first.witness);
+        let low = [first.witness; 2];
+        let face_b = self.b.best_face(near_b, first, low, limits.margin, self.rounding);
+        if face_b.separation > limits.margin {
+            return Faces { face_a: FaceAxis::NONE, face_b };
+        }
+        if face_b.face != first.face {
+            near_b.measure(self.b.hull, face_b.witness);
+        }
+        let in_b = self.a.frames.point(self.b.own_witness(near_b, &face_b, self.rounding));
+        near_a.measure(self.a.hull, in_b);
+        let floor = FaceAxis { separation: face_b.separation - limits.slack, ..FaceAxis::NONE };
+        let face_a = self.a.best_face(near_a, floor, [in_b; 2], limits.margin, self.rounding);
+        if face_a.separation <= floor.separation {
+            return Faces { face_a: FaceAxis::NONE, face_b };
+        }
+        if face_a.separation < face_b.separation {
+            return Faces { face_a, face_b };
+        }
+        near_a.measure(self.a.hull, face_a.witness);
+        let in_a = self.a.own_witness(near_a, &face_a, self.rounding);
+        near_b.measure(self.b.hull, self.b.frames.point(in_a));
+        Faces { face_a, face_b: FaceAxis::NONE }
+    }
+
+    /// The same, beginning with a pair of edges: only faces that it does not beat by the slack count, and
+    /// where the edges are nearest is the contact.
+    fn faces_from_edges(
+        &self,
+        edge: &EdgeOf,
+        axis: &EdgeAxis,
+        limits: Limits,
+        near: &mut [Near; 2],
+    ) -> Faces {
+        let [near_a, near_b] = near;
+        let (a, b) = (self.a.hull, self.b.hull);
+        let ends_b =
+            [b.edges[axis.b], b.edges[axis.b + 1]].map(|e| b.vertices[usize::from(e.origin)]);
+        let ends_a = [edge.tail, edge.tail + edge.d];
+        let (on_a, on_b) = closest_of_segments(ends_a, ends_b);
+        near_a.measure(a, self.a.frames.point(on_b));
+        near_b.measure(b, on_a);
+        let floor = FaceAxis { separation: axis.separation - limits.slack, ..FaceAxis::NONE };
+        let low = [self.a.frames.point(ends_b[0]), self.a.frames.point(ends_b[1])];
+        let mut face_a = self.a.best_face(near_a, floor, low, limits.margin, self.rounding);
+        let mut face_b = FaceAxis::NONE;
+        if face_a.separation <= limits.margin {
+            let floor = FaceAxis { separation: face_a.separation, ..FaceAxis::NONE };
+            face_b = self.b.best_face(near_b, floor, ends_a, limits.margin, self.rounding);
+            if face_b.separation <= floor.separation {
+                face_b = FaceAxis::NONE;
+            }
+        }
+        if face_a.separation <= floor.separation {
+            face_a = FaceAxis::NONE;
+        }
+        Faces { face_a, face_b }
     }
 
     /// The pair of edges that separates most; the search ends at the first beyond `margin`. `numbers`
@@ -231,38 +301,58 @@ impl<'a> Pair<'a> {
 }
 
 impl Side<'_> {
-    /// Separation along the normal of face `face`.
+    /// Separation along the normal of a face, the normal seen from the other hull, and the least of it over
+    /// that one's vertices.
     #[inline]
-    fn separation(&self, face: usize) -> f32 {
+    fn separation(&self, face: usize) -> (f32, Vec3, f32) {
         let plane = self.hull.planes[face];
         let n = self.frames.r.transpose_mul(plane.normal);
-        self.other.lanes.least_along(n) + plane.normal.dot(self.frames.t) - plane.offset
+        let least = self.other.lanes.least_along(n);
+        (least + plane.normal.dot(self.frames.t) - plane.offset, n, least)
     }
 
-    /// The same with the witness.
+    /// The axis of a face, with the vertex that gave the least.
     #[inline]
-    fn face(&self, face: usize) -> FaceAxis {
-        let plane = self.hull.planes[face];
-        let n = self.frames.r.transpose_mul(plane.normal);
-        let lowest = self.other.vertices[self.other.lanes.farthest_along(-n)];
-        let separation = n.dot(lowest) + plane.normal.dot(self.frames.t) - plane.offset;
+    fn with_witness(&self, face: usize, separation: f32, n: Vec3, least: f32) -> FaceAxis {
+        let lowest = self.other.vertices[self.other.lanes.lowest_at(n, least)];
         FaceAxis { face, separation, witness: self.frames.point(lowest) }
     }
 
+    /// The axis of the face to begin with; the witness only if that is not beyond the margin.
+    #[inline]
+    fn first_face(&self, face: usize, margin: f32) -> FaceAxis {
+        let (separation, n, least) = self.separation(face);
+        if separation > margin {
+            return FaceAxis { face, separation, witness: Vec3::ZERO };
+        }
+        self.with_witness(face, separation, n, least)
+    }
+
     /// The face that separates more than `start`, most of all; else `start`. The search ends at the
-    /// first beyond `margin`. `near` holds the distances of some point of the other hull.
-    fn best_face(&self, near: &Near, start: FaceAxis, margin: f32, rounding: f32) -> FaceAxis {
+    /// first beyond `margin`. `near` holds the distances of some point of the other hull, `low` are two more.
+    fn best_face(
+        &self,
+        near: &Near,
+        start: FaceAxis,
+        low: [Vec3; 2],
+        margin: f32,
+        rounding: f32,
+    ) -> FaceAxis {
         let mut best = start;
+        let mut low = low;
         near.for_faces(self.hull, start.separation - rounding, |face, d| {
             if d + rounding < best.separation {
                 return true;
             }
-            let found = self.face(face);
+            let plane = &self.hull.planes[face];
+            if lesser(plane.distance(low[0]), plane.distance(low[1])) + rounding < best.separation {
+                return true;
+            }
+            let (separation, n, least) = self.separation(face);
             // Of equal ones the first, wherever the search began.
-            if found.separation > best.separation
-                || (found.separation >= best.separation && face < best.face)
-            {
-                best = found;
+            if separation > best.separation || (separation >= best.separation && face < best.face) {
+                best = self.with_witness(face, separation, n, least);
+                low = [best.witness, low[0]];
             }
             best.separation <= margin
         });
@@ -408,106 +498,6 @@ fn remember(cache: &mut PairCache, kind: u8, a: usize, b: usize) {
     (cache.kind, cache.a, cache.b) = (kind, a as u16, b as u16);
 }
 
-fn normal_of(x: &Hull, e: HalfEdge) -> Vec3 {
-    x.planes[usize::from(e.face)].normal
-}
-
-/// An edge of A with what the test against edges of B needs, in the frame of B.
-struct EdgeOf {
-    edge: usize,
-    tail: Vec3,
-    d: Vec3,
-    u: Vec3,
-    v: Vec3,
-}
-
-impl EdgeOf {
-    #[inline]
-    fn new(a: &Hull, a_frames: &Frames, edge: usize) -> Self {
-        let (e, twin) = (a.edges[edge], a.edges[edge + 1]);
-        let tail = a.vertices[usize::from(e.origin)];
-        let head = a.vertices[usize::from(twin.origin)];
-        Self {
-            edge,
-            tail: a_frames.r * tail + a_frames.t,
-            d: a_frames.r * (head - tail),
-            u: a_frames.r * normal_of(a, e),
-            v: a_frames.r * normal_of(a, twin),
-        }
-    }
-
-    /// The axis of a pair of edges if they build a face of the Minkowski difference: the arcs u to v
-    /// and -u' to -v' on the Gauss map cross. With p = u'·d, q = v'·d: as d points along u × v, the
-    /// arcs cross iff pq < 0, (u·d')(v·d') < 0 and p (u·d') > 0; then A's outward axis is
-    /// sign(u·d') d × d'.
-    fn against(&self, b: &Hull, edge_b: usize) -> Option<EdgeAxis> {
-        let (e, twin) = (b.edges[edge_b], b.edges[edge_b + 1]);
-        let p = normal_of(b, e).dot(self.d);
-        let q = normal_of(b, twin).dot(self.d);
-        if p * q >= 0.0 {
-            return None;
-        }
-        let tail = b.vertices[usize::from(e.origin)];
-        let d = b.vertices[usize::from(twin.origin)] - tail;
-        let (r, s) = (self.u.dot(d), self.v.dot(d));
-        if !(r * s < 0.0 && p * r > 0.0) {
-            return None;
-        }
-        let axis = self.d.cross(d);
-        let square = axis.length_squared();
-        if square <= PARALLEL * self.d.length_squared() * d.length_squared() {
-            return None;
-        }
-        let k = 1.0 / square.sqrt();
-        let normal = axis * if r > 0.0 { k } else { -k };
-        let separation = normal.dot(tail - self.tail);
-        Some(EdgeAxis { a: self.edge, b: edge_b, separation, normal })
-    }
-}
-
-/// Eight edges of B: normals of both faces and the edge itself.
-struct EdgeGroup {
-    u: [Lanes; 3],
-    v: [Lanes; 3],
-    d: [Lanes; 3],
-}
-
-impl EdgeGroup {
-    const fn new() -> Self {
-        let none = [[0.0; LANES]; 3];
-        Self { u: none, v: none, d: none }
-    }
-
-    #[inline]
-    fn put(&mut self, lane: usize, b: &Hull, edge: usize) {
-        let (e, twin) = (b.edges[edge], b.edges[edge + 1]);
-        let (u, v) = (normal_of(b, e), normal_of(b, twin));
-        let d = b.vertices[usize::from(twin.origin)] - b.vertices[usize::from(e.origin)];
-        for k in 0..3 {
-            (self.u[k][lane], self.v[k][lane], self.d[k][lane]) = (u[k], v[k], d[k]);
-        }
-    }
-
-    /// Which of the arcs are crossed by that of `edge`: the first test of [`EdgeOf::against`].
-    #[inline]
-    fn crossed_by(&self, edge: &EdgeOf) -> [bool; LANES] {
-        let dot = |a: &[Lanes; 3], v: Vec3| {
-            let mut sum = [0.0; LANES];
-            for i in 0..LANES {
-                sum[i] = a[0][i] * v.x + a[1][i] * v.y + a[2][i] * v.z;
-            }
-            sum
-        };
-        let (p, q) = (dot(&self.u, edge.d), dot(&self.v, edge.d));
-        let (r, s) = (dot(&self.d, edge.u), dot(&self.d, edge.v));
-        let mut crossed = [false; LANES];
-        for i in 0..LANES {
-            crossed[i] = (p[i] * q[i] < 0.0) & (r[i] * s[i] < 0.0) & (p[i] * r[i] > 0.0);
-        }
-        crossed
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::{Pair, Side, Verdict};
@@ -557,7 +547,7 @@ mod tests {
                 panic!("nothing is farther apart than that");
             };
             let most = |side: &Side<'_>| {
-                let all = (0..side.hull.planes.len()).map(|i| side.face(i).separation);
+                let all = (0..side.hull.planes.len()).map(|i| side.separation(i).0);
                 all.fold(f32::NEG_INFINITY, greater)
             };
             let (of_a, of_b) = (most(&pair.a), most(&pair.b));
@@ -575,5 +565,50 @@ mod tests {
             }
         }
         assert!(with_edges > 500, "{with_edges}");
+    }
+
+    /// Kind and separation of the axis that carries the contact, or that separates.
+    fn winner(verdict: &Verdict, slack: f32) -> (u8, f32) {
+        match verdict {
+            Verdict::Apart(_) => (0, 0.0),
+            Verdict::Axes(x) => match x.edges {
+                Some(e) => (3, e.separation),
+                None if x.face_b.separation > x.face_a.separation + slack => {
+                    (2, x.face_b.separation)
+                }
+                None => (1, x.face_a.separation),
+            },
+        }
+    }
+
+    #[test]
+    fn where_the_search_begins_does_not_show_in_what_it_finds() {
+        let mut random = Random(31);
+        let hulls = hulls(&mut random);
+        let mut kinds = [0; 4];
+        for i in 0..6000_usize {
+            let (a, b) = (&hulls[i % hulls.len()], &hulls[(i / hulls.len()) % hulls.len()]);
+            let slack = if i % 2 == 0 { 0.0 } else { 1.0e-3 };
+            let margin = 0.1 * random.signed().abs();
+            let turn = random.rotation();
+            let t = random.direction() * ((a.reach + b.reach) * random.signed().abs());
+            // From the axis of the same place, of one near it, and of any other.
+            let by = [0.0, 0.02, 1.0][i % 3];
+            let before = Pose::new(t + random.direction() * by, turn);
+            let mut cache = PairCache::default();
+            let _ = Pair::new(a, b, &before).search(f32::INFINITY, slack, &mut cache);
+            let pair = Pair::new(a, b, &Pose::new(t, turn));
+            let cold = pair.search(margin, slack, &mut PairCache::default());
+            let warm = pair.search(margin, slack, &mut cache);
+            let ((kind, separation), (other, same)) = (winner(&cold, slack), winner(&warm, slack));
+            kinds[usize::from(kind)] += 1;
+            if kind != 0 && other == 0 {
+                // A pair of edges beyond the margin that does not beat the faces by the slack.
+                assert!(separation > margin - slack - 4.0 * pair.rounding, "{i}");
+                continue;
+            }
+            assert_eq!((kind, separation.to_bits()), (other, same.to_bits()), "{i}");
+        }
+        assert!(kinds.iter().all(|n| *n > 300), "{kinds:?}");
     }
 }

@@ -76,7 +76,7 @@ pub(super) fn update(
     }
     if contact.recyclable
         && may_recycle(ctx, contact, a, slots, &motion, ahead)
-        && recycle(ctx, contact, a, b, slots)
+        && recycle(ctx, contact, probe, a, b, slots)
     {
         return;
     }
@@ -100,7 +100,9 @@ pub(super) fn update(
     let mut made = [Manifold::default(); MAX_PARTS];
     let solid = &shape_b.solid;
     let count = collide_mesh(ctx.level, mesh, solid, &b_in_a, &reach, scratch, &mut made);
+    let last = probe.rotation_a;
     probe.restart(a, b);
+    contact.offset = probe.offset;
     if count == 0 {
         probe.gap = made[0].gap;
     }
@@ -121,7 +123,7 @@ pub(super) fn update(
         let manifold = order[slot].map_or(Manifold::default(), |k| made[k]);
         // Empty rows that stay so need no writing.
         let idle = manifold.count == 0 && contact.count == 0;
-        if !idle && rebuild(contact, &manifold, &pose_a, a, b) {
+        if !idle && rebuild(contact, &manifold, &pose_a, last, a, b) {
             out.push(Change::Count(row));
         }
         slot += 1;

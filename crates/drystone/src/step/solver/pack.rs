@@ -81,14 +81,28 @@ impl<'a> Raw<'a> {
         [gather_rows(simd, &normal), gather_rows(simd, &tangent)]
     }
 
-    /// Arms and separation or impulse of point `j`: of A, then of B.
+    /// Centers of B less those of A when the manifolds were made.
     #[inline(always)]
-    fn point<S: Simd>(&self, simd: S, j: usize) -> [[Wide<S>; 4]; 2] {
-        let [mut a, mut b] = [[&[0.0; 4]; LANES]; 2];
+    fn offset<S: Simd>(&self, simd: S) -> Vec3w<S> {
+        let mut lanes = [[0.0; LANES]; 3];
         for lane in 0..LANES {
-            [a[lane], b[lane]] = self.contacts[lane].points[j].rows();
+            let offset = self.contacts[lane].offset;
+            (lanes[0][lane], lanes[1][lane], lanes[2][lane]) = (offset.x, offset.y, offset.z);
         }
-        [gather4(simd, a), gather4(simd, b)]
+        Vec3w::load(simd, &lanes)
+    }
+
+    /// Of point `j` the arm of A with the separation, and the impulse.
+    #[inline(always)]
+    fn point<S: Simd>(&self, simd: S, j: usize) -> ([Wide<S>; 4], Wide<S>) {
+        let mut arm = [&[0.0; 4]; LANES];
+        let mut impulse = [0.0; LANES];
+        for lane in 0..LANES {
+            let point = &self.contacts[lane].points[j];
+            arm[lane] = point.arm();
+            impulse[lane] = point.impulse;
+        }
+        (gather4(simd, arm), load(simd, &impulse))
     }
 }
 
@@ -189,6 +203,7 @@ fn build_rows<S: Simd, const FIXED: bool, const N: usize>(
     t2.store(&mut block.t2);
     mu.store_array(&mut block.mu);
 
+    let offset = raw.offset(simd);
     let count = load(simd, &raw.count);
     let scale = splat(simd, source.ctx.impulse_scale);
     let inv_margin = splat(simd, 1.0 / source.ctx.margin);
@@ -204,9 +219,10 @@ fn build_rows<S: Simd, const FIXED: bool, const N: usize>(
         #[expect(clippy::cast_precision_loss, reason = "below 4")]
         let is_there = above(count, splat(simd, j as f32 + 0.5));
         there[j] = select(is_there, one, zero);
-        let [[x, y, z, s], [p, q, r, impulse]] = raw.point(simd, j);
-        let arm_a = Vec3w::select(is_there, Vec3w { x, y, z }, zeros);
-        let arm_b = Vec3w::select(is_there, Vec3w { x: p, y: q, z: r }, zeros);
+        let ([x, y, z, s], impulse) = raw.point(simd, j);
+        let arm = Vec3w { x, y, z };
+        let arm_a = Vec3w::select(is_there, arm, zeros);
+        let arm_b = Vec3w::select(is_there, arm - offset, zeros);
         let s0 = select(is_there, s - rest_offset, zero);
         let impulse = select(is_there, impulse, zero);
         most = max(most, impulse);
@@ -359,7 +375,7 @@ fn pack_extra<const FIXED: bool>(
         extra.fall[lane] = 2.0 * fall;
         for (j, p) in c.points().iter().enumerate() {
             // Speed at the impact, from the speed and the height now [solver notes F.7].
-            let now = c.normal.dot(b.velocity_at(p.r_b) - a.velocity_at(p.r_a));
+            let now = c.normal.dot(b.velocity_at(c.r_b(p)) - a.velocity_at(p.r_a));
             let square = now * now - 2.0 * fall * p.separation.max(0.0);
             let limit = source.ctx.restitution_speed;
             if now + fall * source.ctx.dt < 0.0 && square > limit * limit {
@@ -385,7 +401,7 @@ fn pack_extra<const FIXED: bool>(
         extra.drifts = true;
         let mut center = Vec3::ZERO;
         for (j, p) in c.points().iter().enumerate() {
-            let v = drift_velocity(b, p.r_b) - drift_velocity(a, p.r_a);
+            let v = drift_velocity(b, c.r_b(p)) - drift_velocity(a, p.r_a);
             extra.drift[j][lane] = c.normal.dot(v);
             center += v;
         }
