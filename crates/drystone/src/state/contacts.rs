@@ -80,14 +80,16 @@ pub(crate) struct Contact {
     /// From A to B [world].
     pub(crate) normal: Vec3,
     pub(crate) friction: f32,
-    /// Friction impulse of a substep [N s, world], twist about the normal [N m s].
+    /// Friction impulse of a substep [N s, world], twist about the normal as an impulse at the contact's
+    /// reach [N s].
     pub(crate) tangent_impulse: Vec3,
     pub(crate) twist_impulse: f32,
     pub(crate) body_a: u32,
     pub(crate) body_b: u32,
     pub(crate) shape_a: u32,
     pub(crate) shape_b: u32,
-    pub(crate) restitution: f32,
+    /// Spinning resistance times radius [m].
+    pub(crate) spinning: f32,
     /// Rolling resistance times radius [m].
     pub(crate) rolling: f32,
     pub(crate) count: u8,
@@ -98,9 +100,16 @@ pub(crate) struct Contact {
     pub(crate) touching: bool,
     /// Manifolds may be recycled.
     pub(crate) recyclable: bool,
+    /// A flat contact of these shapes is a disc.
+    pub(crate) round_patch: bool,
+    /// One of the surfaces moves over its shape.
+    pub(crate) belt: bool,
     pub(crate) points: [Point; 4],
     /// Rolling impulse of a substep [N m s, world].
     pub(crate) rolling_impulse: Vec3,
+    pub(crate) restitution: f32,
+    /// Kinetic friction as a part of static friction, at most 1.
+    pub(crate) kinetic: f32,
     /// Speed at which the shapes approach each other before they touch [m/s].
     pub(crate) approach: f32,
     pub(crate) links: [Link; 2],

@@ -133,6 +133,13 @@ pub struct ShapeDef {
     pub filter: Filter,
     /// A sensor reports what overlaps it and touches nothing; it has no mass. Default false.
     pub sensor: bool,
+    /// How its surface moves over it, as a conveyor belt does: what lies on it is dragged along by
+    /// friction, up to this velocity relative to the body [m/s, frame of the shape]. Only the part along
+    /// the surface acts. Default 0.
+    pub surface_velocity: Vec3,
+    /// Angular velocity of the surface about the shape's origin, for belts that turn
+    /// [rad/s, frame of the shape]; adds to `surface_velocity`; default 0.
+    pub surface_spin: Vec3,
     /// Any number of the user's.
     pub user_data: u64,
 }
@@ -148,6 +155,8 @@ impl ShapeDef {
             material: Material::default(),
             filter: Filter::default(),
             sensor: false,
+            surface_velocity: Vec3::ZERO,
+            surface_spin: Vec3::ZERO,
             user_data: 0,
         }
     }
@@ -233,6 +242,18 @@ impl ShapeDef {
         self
     }
 
+    /// With a surface that moves at this velocity over the shape [m/s, frame of the shape].
+    #[must_use]
+    pub fn with_surface_velocity(self, velocity: impl Into<Vec3>) -> Self {
+        Self { surface_velocity: velocity.into(), ..self }
+    }
+
+    /// With a surface that turns over the shape, about its origin [rad/s, frame of the shape].
+    #[must_use]
+    pub fn with_surface_spin(self, spin: impl Into<Vec3>) -> Self {
+        Self { surface_spin: spin.into(), ..self }
+    }
+
     /// With this filter.
     #[must_use]
     pub fn with_filter(self, filter: Filter) -> Self {
@@ -259,14 +280,24 @@ impl ShapeDef {
         finite_vec("pose.position", self.pose.position)?;
         unit("pose.rotation", self.pose.rotation)?;
         at_least_zero("density", self.density)?;
-        at_least_zero("material.friction", self.material.friction)?;
-        at_least_zero("material.rolling_resistance", self.material.rolling_resistance)?;
-        let restitution = self.material.restitution;
-        if !(0.0..=1.0).contains(&restitution) {
-            return Err(DefError::new("material.restitution", restitution, "0 to 1"));
-        }
-        Ok(())
+        velocity("surface_velocity", self.surface_velocity)?;
+        velocity("surface_spin", self.surface_spin)?;
+        material(&self.material).map_err(|e| e.within("material"))
     }
+}
+
+/// Checks a surface.
+pub(crate) fn material(m: &Material) -> Result<(), DefError> {
+    at_least_zero("friction", m.friction)?;
+    if let Some(kinetic) = m.kinetic_friction {
+        at_least_zero("kinetic_friction", kinetic)?;
+    }
+    at_least_zero("rolling_resistance", m.rolling_resistance)?;
+    at_least_zero("spinning_resistance", m.spinning_resistance)?;
+    if (0.0..=1.0).contains(&m.restitution) {
+        return Ok(());
+    }
+    Err(DefError::new("restitution", m.restitution, "0 to 1"))
 }
 
 /// A body, with its shapes.

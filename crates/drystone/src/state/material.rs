@@ -34,13 +34,23 @@ impl Combine {
 /// A surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Material {
-    /// Coulomb friction coefficient, at least 0; default 0.6.
+    /// Coulomb friction coefficient, at least 0; default 0.6. Of what sticks, and of what slides if
+    /// [`kinetic_friction`](Self::kinetic_friction) is not given.
     pub friction: f32,
+    /// Friction coefficient of what slides, at least 0; default `None`: the same as
+    /// [`friction`](Self::friction). Combined by the same rule; a pair whose kinetic friction would be more
+    /// than its static friction has the static one.
+    pub kinetic_friction: Option<f32>,
     /// Coefficient of restitution, 0 to 1; default 0.
     pub restitution: f32,
     /// Rolling resistance: the torque against rolling, as a part of normal force times the shape's
     /// radius; at least 0; default 0. Only spheres, capsules, cylinders and cones have a radius.
     pub rolling_resistance: f32,
+    /// Spinning resistance: the torque about the contact's normal, as a part of normal force times the
+    /// shape's radius; at least 0; default 0. Of the shapes that have rolling resistance, on top of what
+    /// friction over a flat contact gives; where there is no friction there is none either. Of two
+    /// surfaces the larger torque counts, as with rolling.
+    pub spinning_resistance: f32,
     /// Rule for friction.
     pub friction_combine: Combine,
     /// Rule for restitution.
@@ -51,8 +61,10 @@ impl Default for Material {
     fn default() -> Self {
         Self {
             friction: 0.6,
+            kinetic_friction: None,
             restitution: 0.0,
             rolling_resistance: 0.0,
+            spinning_resistance: 0.0,
             friction_combine: Combine::GeometricMean,
             restitution_combine: Combine::Maximum,
         }
