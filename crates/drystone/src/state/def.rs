@@ -2,6 +2,9 @@
 
 use core::fmt::{self, Display};
 
+pub(crate) use super::check::{
+    above_zero, at_least_zero, finite, finite_vec, position, unit, velocity,
+};
 use super::material::{Filter, Material};
 use crate::base::id::BodyId;
 use crate::base::math::Vec3;
@@ -282,22 +285,8 @@ impl ShapeDef {
         at_least_zero("density", self.density)?;
         velocity("surface_velocity", self.surface_velocity)?;
         velocity("surface_spin", self.surface_spin)?;
-        material(&self.material).map_err(|e| e.within("material"))
+        self.material.validate().map_err(|e| e.within("material"))
     }
-}
-
-/// Checks a surface.
-pub(crate) fn material(m: &Material) -> Result<(), DefError> {
-    at_least_zero("friction", m.friction)?;
-    if let Some(kinetic) = m.kinetic_friction {
-        at_least_zero("kinetic_friction", kinetic)?;
-    }
-    at_least_zero("rolling_resistance", m.rolling_resistance)?;
-    at_least_zero("spinning_resistance", m.spinning_resistance)?;
-    if (0.0..=1.0).contains(&m.restitution) {
-        return Ok(());
-    }
-    Err(DefError::new("restitution", m.restitution, "0 to 1"))
 }
 
 /// A body, with its shapes.
@@ -569,55 +558,4 @@ impl JointDef {
         }
         Ok(())
     }
-}
-
-pub(crate) fn finite(field: &str, value: f32) -> Result<(), DefError> {
-    if value.is_finite() { Ok(()) } else { Err(DefError::new(field, value, "a finite number")) }
-}
-
-pub(crate) fn finite_vec(field: &str, v: Vec3) -> Result<(), DefError> {
-    if v.is_finite() {
-        return Ok(());
-    }
-    Err(DefError::new(field, format!("({}, {}, {})", v.x, v.y, v.z), "finite numbers"))
-}
-
-fn bounded(field: &str, v: Vec3, limit: f32, allowed: &str) -> Result<(), DefError> {
-    finite_vec(field, v)?;
-    if v.abs().max_element() <= limit {
-        return Ok(());
-    }
-    Err(DefError::new(field, format!("({}, {}, {})", v.x, v.y, v.z), allowed))
-}
-
-pub(crate) fn position(field: &str, v: Vec3) -> Result<(), DefError> {
-    bounded(field, v, 1.0e7, "numbers up to 1e7 m")
-}
-
-pub(crate) fn velocity(field: &str, v: Vec3) -> Result<(), DefError> {
-    bounded(field, v, 1.0e6, "numbers up to 1e6")
-}
-
-pub(crate) fn at_least_zero(field: &str, value: f32) -> Result<(), DefError> {
-    if value >= 0.0 && value.is_finite() {
-        return Ok(());
-    }
-    Err(DefError::new(field, value, "a finite number of at least 0"))
-}
-
-pub(crate) fn above_zero(field: &str, value: f32) -> Result<(), DefError> {
-    if value > 0.0 && value.is_finite() {
-        return Ok(());
-    }
-    Err(DefError::new(field, value, "a finite number above 0"))
-}
-
-/// A rotation given by the user may be a little off unit length; far off is a mistake.
-pub(crate) fn unit(field: &str, q: Quat) -> Result<(), DefError> {
-    let n = q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w;
-    if (0.9..1.1).contains(&n) {
-        return Ok(());
-    }
-    let value = format!("({}, {}, {}, {})", q.x, q.y, q.z, q.w);
-    Err(DefError::new(field, value, "a unit quaternion"))
 }

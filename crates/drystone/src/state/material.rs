@@ -1,5 +1,8 @@
 //! What a surface is made of, how two surfaces combine, and what may collide with what.
 
+use super::check::at_least_zero;
+use super::def::DefError;
+
 /// How the coefficients of two surfaces become one. Where two surfaces ask for different rules the
 /// one listed later here wins; the order of the last four is that of `KHR_physics_rigid_bodies`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
@@ -44,17 +47,37 @@ pub struct Material {
     /// Coefficient of restitution, 0 to 1; default 0.
     pub restitution: f32,
     /// Rolling resistance: the torque against rolling, as a part of normal force times the shape's
-    /// radius; at least 0; default 0. Only spheres, capsules, cylinders and cones have a radius.
+    /// radius; at least 0; default 0. Only spheres, capsules, cylinders and cones have a radius. It
+    /// acts against any turning of the two against each other, about the normal too.
     pub rolling_resistance: f32,
-    /// Spinning resistance: the torque about the contact's normal, as a part of normal force times the
-    /// shape's radius; at least 0; default 0. Of the shapes that have rolling resistance, on top of what
-    /// friction over a flat contact gives; where there is no friction there is none either. Of two
-    /// surfaces the larger torque counts, as with rolling.
+    /// Spinning resistance: the torque about the contact's normal alone, as a part of normal force times
+    /// the shape's radius; at least 0; default 0. Of the shapes that have rolling resistance, on top
+    /// of that and of what friction over a flat contact gives; where there is no friction there is none
+    /// either. Of two surfaces the larger torque counts, as with rolling.
     pub spinning_resistance: f32,
     /// Rule for friction.
     pub friction_combine: Combine,
     /// Rule for restitution.
     pub restitution_combine: Combine,
+}
+
+impl Material {
+    /// Checks every field.
+    ///
+    /// # Errors
+    /// The first field that is out of range.
+    pub fn validate(&self) -> Result<(), DefError> {
+        at_least_zero("friction", self.friction)?;
+        if let Some(kinetic) = self.kinetic_friction {
+            at_least_zero("kinetic_friction", kinetic)?;
+        }
+        at_least_zero("rolling_resistance", self.rolling_resistance)?;
+        at_least_zero("spinning_resistance", self.spinning_resistance)?;
+        if (0.0..=1.0).contains(&self.restitution) {
+            return Ok(());
+        }
+        Err(DefError::new("restitution", self.restitution, "0 to 1"))
+    }
 }
 
 impl Default for Material {

@@ -6,7 +6,7 @@ use crate::base::id::{BodyId, ShapeId};
 use crate::base::math::Vec3;
 use crate::base::pose::Pose;
 use crate::geometry::shape::Shape;
-use crate::state::def::{DefError, material, velocity};
+use crate::state::def::{DefError, velocity};
 use crate::state::material::{Filter, Material};
 use crate::state::shapes::{PairSurface, ShapeRow};
 use crate::state::tables::Tables;
@@ -122,7 +122,7 @@ impl<'w> ShapeMut<'w> {
     /// # Errors
     /// A field is out of range; then nothing is changed.
     pub fn set_material(&mut self, surface: Material) -> Result<(), DefError> {
-        material(&surface)?;
+        surface.validate()?;
         self.world.tables.shapes.at_mut(self.row).material = surface;
         self.refresh_contacts();
         Ok(())
