@@ -1,7 +1,7 @@
 //! Contacts to blocks and back: loads manifolds into lanes, builds the rows in wide arithmetic with
 //! the warm start fused in, and stores the impulses after the last sweep.
 
-use fearless_simd::{Simd, SimdBase, mask32x8};
+use fearless_simd::{Simd, SimdBase, SimdMask, mask32x8};
 
 use super::contact::K;
 use super::rows::{
@@ -50,8 +50,9 @@ struct Raw<'a> {
     count: Lanes,
     /// Mean distance from the middle of what the points enclose, over that of the points.
     patch: Lanes,
-    /// Reach of the spinning resistance times the friction coefficient [m].
+    /// Reach of the spinning resistance times the friction coefficient [m]; whether there is any.
     spinning: Lanes,
+    spins: bool,
 }
 
 impl<'a> Raw<'a> {
@@ -66,6 +67,7 @@ impl<'a> Raw<'a> {
             count: [0.0; LANES],
             patch: [SQUARE; LANES],
             spinning: [0.0; LANES],
+            spins: false,
         };
         for lane in 0..LANES {
             if owners[lane] == u32::MAX {
@@ -75,8 +77,13 @@ impl<'a> Raw<'a> {
             let (a, b) = (source.line_of[c.body_a as usize], source.line_of[c.body_b as usize]);
             raw.contacts[lane] = c;
             raw.count[lane] = f32::from(c.count);
-            raw.patch[lane] = if c.round_patch { DISC } else { SQUARE };
-            raw.spinning[lane] = c.spinning;
+            if c.round_patch {
+                raw.patch[lane] = DISC;
+            }
+            if c.spinning > 0.0 {
+                raw.spinning[lane] = c.spinning;
+                raw.spins = true;
+            }
             if FIXED {
                 raw.sign[lane] = if b == 0 { -1.0 } else { 1.0 };
                 raw.row_b[lane] = a.max(b);
@@ -282,9 +289,11 @@ fn build_rows<S: Simd, const FIXED: bool, const N: usize>(
         let arm = rb[j] - cb;
         reach += sqrt(arm.dot(arm)) * weights[j];
     }
-    let reach =
+    let mut reach =
         reach * share * select(above(count, splat(simd, 2.5)), load(simd, &raw.patch), half);
-    let reach = reach + load(simd, &raw.spinning) * inverse_or_zero(simd, mu);
+    if raw.spins {
+        reach += load(simd, &raw.spinning) * inverse_or_zero(simd, mu);
+    }
     // Friction acts on the surfaces, which an arm half way across a gap does not reach yet.
     let gap = n * (gap * share * half);
     if FIXED {
@@ -377,13 +386,14 @@ fn build_friction<S: Simd, const FIXED: bool>(
     // their impulses are not known. So a fresh contact leaves out as much of it as keeps the step below
     // 1.6 times that of a free body: at 2 it would no longer take energy. (In every step, four cubes on
     // a slope never came to rest.)
-    let turn = max(k[0], k[2]) - linear;
-    let least = splat(simd, 0.625) - splat(simd, 0.375) * linear * inverse_or_zero(simd, turn);
-    let part = select(settling, max(least, zero), splat(simd, 1.0));
-    k[0] = linear + part * (k[0] - linear);
-    k[2] = linear + part * (k[2] - linear);
-    for i in [1, 3, 4] {
-        k[i] *= part;
+    if settling.any_true() {
+        let turn = max(k[0], k[2]) - linear;
+        let least = splat(simd, 0.625) - splat(simd, 0.375) * linear * inverse_or_zero(simd, turn);
+        let part = max(least, zero);
+        for i in 0..5 {
+            let own = [linear, zero, linear, zero, zero][i];
+            k[i] = select(settling, own + part * (k[i] - own), k[i]);
+        }
     }
     let [k11, k12, k22, k13, k23, k33] = k;
     let inv = inverse_or_zero(simd, k11 * k22 - k12 * k12);
