@@ -225,7 +225,6 @@ fn build_rows<S: Simd, const FIXED: bool, const N: usize>(
     let least = splat(simd, 0.01);
     let zeros = Vec3w::zero(simd);
     let turned = above(zero, load(simd, &raw.sign));
-    let half = splat(simd, 0.5);
     let (mut a, mut b, mut rb, mut there) = ([zeros; N], [zeros; N], [zeros; N], [zero; N]);
     let (mut ca, mut cb, mut weight, mut gap) = (zeros, zeros, zero, zero);
     let mut weights = [zero; N];
@@ -283,19 +282,9 @@ fn build_rows<S: Simd, const FIXED: bool, const N: usize>(
     }
     let share = inverse_or_zero(simd, weight);
     (ca, cb) = (ca * share, cb * share);
-    // Twist is measured at the mean distance of the points from the middle.
-    let mut reach = zero;
-    for j in 0..N {
-        let arm = rb[j] - cb;
-        reach += sqrt(arm.dot(arm)) * weights[j];
-    }
-    let mut reach =
-        reach * share * select(above(count, splat(simd, 2.5)), load(simd, &raw.patch), half);
-    if raw.spins {
-        reach += load(simd, &raw.spinning) * inverse_or_zero(simd, mu);
-    }
+    let reach = reach_of(simd, raw, cb, &rb, &weights, [share, mu]);
     // Friction acts on the surfaces, which an arm half way across a gap does not reach yet.
-    let gap = n * (gap * share * half);
+    let gap = n * (gap * share * splat(simd, 0.5));
     if FIXED {
         cb = cb + gap * load(simd, &raw.sign);
     } else {
@@ -303,8 +292,7 @@ fn build_rows<S: Simd, const FIXED: bool, const N: usize>(
         ca = ca - gap;
     }
 
-    let face = select(above(count, splat(simd, 2.5)), one, zero);
-    let settling = above(select(above(most, zero), zero, face), zero);
+    let settling = above(select(above(most, zero), zero, count), splat(simd, 2.5));
     let arms = Arms { sa, sb, ca, cb, linear, reach, settling };
     let f = build_friction::<S, FIXED>(simd, &arms, [n, t1, t2], block);
     let [tx, ty, tz, twist] = tangent;
@@ -331,6 +319,30 @@ fn build_rows<S: Simd, const FIXED: bool, const N: usize>(
     }
     let push = n * total + t1 * impulse[0] + t2 * impulse[1];
     Warm { push, turn_a, turn_b, reach }
+}
+
+/// Where twist is measured: the mean distance of the points from the middle, times that of what they
+/// enclose over theirs; farther out for what resists spinning.
+#[inline(always)]
+fn reach_of<S: Simd, const N: usize>(
+    simd: S,
+    raw: &Raw<'_>,
+    middle: Vec3w<S>,
+    arms: &[Vec3w<S>; N],
+    weights: &[Wide<S>; N],
+    [share, mu]: [Wide<S>; 2],
+) -> Wide<S> {
+    let mut sum = splat(simd, 0.0);
+    for j in 0..N {
+        let arm = arms[j] - middle;
+        sum += sqrt(arm.dot(arm)) * weights[j];
+    }
+    let is_face = above(load(simd, &raw.count), splat(simd, 2.5));
+    let mut reach = sum * share * select(is_face, load(simd, &raw.patch), splat(simd, 0.5));
+    if raw.spins {
+        reach += load(simd, &raw.spinning) * inverse_or_zero(simd, mu);
+    }
+    reach
 }
 
 /// Where friction acts.
