@@ -5,7 +5,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use drystone::{
-    BodyDef, BodyKind, Combine, Hull, MassDef, Mesh, Pose, Quat, Shape, ShapeDef, Vec3, vec3,
+    BodyDef, BodyKind, Combine, Hull, MassDef, Material, Mesh, Pose, Quat, Shape, ShapeDef, Vec3,
+    vec3,
 };
 use drystone_scene::bake::{self, Motion};
 use drystone_scene::gltf::{self, AutoColliders, LoadedGltf, Options};
@@ -634,10 +635,33 @@ fn straight_motion_needs_two_keys_and_rest_none() {
 }
 
 #[test]
+fn static_and_dynamic_friction_are_both_kept() {
+    let collider = |material: usize| {
+        with(json!({"collider": {"geometry": {"shape": 0}, "physicsMaterial": material}}))
+    };
+    let nodes = json!([{"extensions": collider(0)}, {"extensions": collider(1)}, {"extensions": collider(2)}]);
+    let mut file = physics(json!([{"type": "sphere", "sphere": {"radius": 1}}]), nodes);
+    file["extensions"]["KHR_physics_rigid_bodies"] = json!({"physicsMaterials": [
+        {"staticFriction": 0.6, "dynamicFriction": 0.25},
+        {"staticFriction": 0.25, "dynamicFriction": 0.5},
+        {"staticFriction": 0.5, "dynamicFriction": 0.5},
+    ]});
+    let l = read(&file, &Options::default()).unwrap();
+    let of = |i: usize| {
+        let m = l.scene.bodies[i].def.shapes[0].material;
+        (m.friction, m.kinetic_friction)
+    };
+    assert_eq!([of(0), of(1), of(2)], [(0.6, Some(0.25)), (0.25, None), (0.5, None)]);
+    // Dynamic friction above static friction is said to be left out.
+    assert_eq!(l.scene.notes.len(), 1, "{:?}", l.scene.notes);
+}
+
+#[test]
 fn a_built_scene_written_and_read_is_the_same_scene() {
     let hull = Hull::from_points(&[Vec3::ZERO, Vec3::X, Vec3::Y, Vec3::Z]).unwrap();
+    let slippery = Material { kinetic_friction: Some(0.25), ..Material::default() };
     let shapes = [
-        ShapeDef::sphere(0.5),
+        ShapeDef::sphere(0.5).with_material(slippery),
         ShapeDef::box_full([1.0, 2.0, 3.0]),
         ShapeDef::capsule(0.5, 0.25),
         ShapeDef::cylinder(0.5, 0.3),
@@ -678,6 +702,7 @@ fn a_built_scene_written_and_read_is_the_same_scene() {
             for (a, b) in is.def.shapes.iter().zip(&should.def.shapes) {
                 assert_eq!(a.shape.kind(), b.shape.kind());
                 assert!((a.material.friction - b.material.friction).abs() < 1e-6);
+                assert_eq!(a.material.kinetic_friction, b.material.kinetic_friction);
             }
         }
         let ground = &back.scene.bodies[0].def.shapes[0];

@@ -56,5 +56,5 @@ pub use state::material::{Combine, Filter, Material};
 pub use state::method::{Method, Pass};
 pub use step::Stage;
 pub use world::{
-    BodyMut, BodyRef, ContactPoint, ContactRef, JointRef, ShapeRef, World, WorldCounts,
+    BodyMut, BodyRef, ContactPoint, ContactRef, JointRef, ShapeMut, ShapeRef, World, WorldCounts,
 };

@@ -326,7 +326,9 @@ impl Build {
         };
         let materials = self.materials.iter().map(|m| {
             json!({
-                "staticFriction": m.friction, "dynamicFriction": m.friction, "restitution": m.restitution,
+                "staticFriction": m.friction,
+                "dynamicFriction": m.kinetic_friction.unwrap_or(m.friction),
+                "restitution": m.restitution,
                 "frictionCombine": rule(m.friction_combine),
                 "restitutionCombine": rule(m.restitution_combine),
             })

@@ -27,8 +27,7 @@ fn combine(at: Option<At<'_>>) -> Result<Combine, SceneError> {
     }
 }
 
-/// The materials of the document. The engine has one friction coefficient; the specification asks
-/// for the dynamic one then.
+/// The materials of the document. In the engine kinetic friction is never more than static friction.
 pub(crate) fn materials(
     extension: Option<&At<'_>>,
     notes: &mut Vec<String>,
@@ -38,8 +37,8 @@ pub(crate) fn materials(
     for at in extension.list("physicsMaterials")? {
         let friction = |key: &str| at.get(key).map_or(Ok(0.6), |v| v.at_least_zero());
         let (fixed, sliding) = (friction("staticFriction")?, friction("dynamicFriction")?);
-        if (fixed - sliding).abs() > 1.0e-6 {
-            let used = "the dynamic one is used for both";
+        if sliding > fixed {
+            let used = "the static one is used for both";
             notes.push(format!(
                 "{}: static friction {fixed}, dynamic {sliding}: {used}",
                 at.place()
@@ -51,7 +50,8 @@ pub(crate) fn materials(
             restitution = 1.0;
         }
         out.push(Material {
-            friction: sliding,
+            friction: fixed,
+            kinetic_friction: (sliding < fixed).then_some(sliding),
             restitution,
             friction_combine: combine(at.get("frictionCombine"))?,
             restitution_combine: combine(at.get("restitutionCombine"))?,

@@ -92,14 +92,16 @@ pub(crate) struct Contact {
     /// From A to B [world].
     pub(crate) normal: Vec3,
     pub(crate) friction: f32,
-    /// Friction impulse of a substep [N s, world], twist about the normal [N m s].
+    /// Friction impulse of a substep [N s, world], twist about the normal as an impulse at the contact's
+    /// reach [N s].
     pub(crate) tangent_impulse: Vec3,
     pub(crate) twist_impulse: f32,
     pub(crate) body_a: u32,
     pub(crate) body_b: u32,
     /// Center of B less that of A [m, world] when the manifold was made.
     pub(crate) offset: Vec3,
-    pub(crate) restitution: f32,
+    /// Spinning resistance times radius [m].
+    pub(crate) spinning: f32,
     pub(crate) count: u8,
     /// How many more manifolds of the pair have points. Of the first part only.
     pub(crate) others: u8,
@@ -110,6 +112,10 @@ pub(crate) struct Contact {
     pub(crate) touching: bool,
     /// Manifolds may be recycled.
     pub(crate) recyclable: bool,
+    /// A flat contact of these shapes is a disc.
+    pub(crate) round_patch: bool,
+    /// One of the surfaces moves over its shape.
+    pub(crate) belt: bool,
     pub(crate) points: [Point; 4],
     pub(crate) shape_a: u32,
     pub(crate) shape_b: u32,
@@ -117,6 +123,9 @@ pub(crate) struct Contact {
     pub(crate) rolling: f32,
     /// Rolling impulse of a substep [N m s, world].
     pub(crate) rolling_impulse: Vec3,
+    pub(crate) restitution: f32,
+    /// Kinetic friction as a part of static friction, at most 1.
+    pub(crate) kinetic: f32,
     /// Speed at which the shapes approach each other before they touch [m/s].
     pub(crate) approach: f32,
     pub(crate) links: [Link; 2],
@@ -129,8 +138,6 @@ pub(crate) struct Contact {
     /// The first manifold of its pair: itself, unless it is another part.
     pub(crate) first: u32,
     pub(crate) cache: PairCache,
-    /// Of pairs with a mesh: how far was looked for points when the manifolds were made [m].
-    pub(crate) looked: f32,
     /// While the contact is not awake.
     pub(crate) parked: Parked,
 }
@@ -144,6 +151,16 @@ impl Contact {
     pub(crate) const fn rows(&self) -> [[f32; 4]; 2] {
         let (n, p) = (self.normal, self.tangent_impulse);
         [[n.x, n.y, n.z, self.friction], [p.x, p.y, p.z, self.twist_impulse]]
+    }
+
+    /// Of pairs with a mesh: how far was looked for points when the manifolds were made [m]. It has the
+    /// room of the axis in the cache, for such pairs have none.
+    pub(crate) const fn looked(&self) -> f32 {
+        self.cache.axis.x
+    }
+
+    pub(crate) const fn set_looked(&mut self, distance: f32) {
+        self.cache.axis.x = distance;
     }
 
     /// From B's center of mass to a point of it [m, world], as `r_a` is.

@@ -2,6 +2,9 @@
 
 use core::fmt::{self, Display};
 
+pub(crate) use super::check::{
+    above_zero, at_least_zero, finite, finite_vec, position, unit, velocity,
+};
 use super::material::{Filter, Material};
 use crate::base::id::BodyId;
 use crate::base::math::Vec3;
@@ -133,6 +136,13 @@ pub struct ShapeDef {
     pub filter: Filter,
     /// A sensor reports what overlaps it and touches nothing; it has no mass. Default false.
     pub sensor: bool,
+    /// How its surface moves over it, as a conveyor belt does: what lies on it is dragged along by
+    /// friction, up to this velocity relative to the body [m/s, frame of the shape]. Only the part along
+    /// the surface acts. Default 0.
+    pub surface_velocity: Vec3,
+    /// Angular velocity of the surface about the shape's origin, for belts that turn
+    /// [rad/s, frame of the shape]; adds to `surface_velocity`; default 0.
+    pub surface_spin: Vec3,
     /// Any number of the user's.
     pub user_data: u64,
 }
@@ -148,6 +158,8 @@ impl ShapeDef {
             material: Material::default(),
             filter: Filter::default(),
             sensor: false,
+            surface_velocity: Vec3::ZERO,
+            surface_spin: Vec3::ZERO,
             user_data: 0,
         }
     }
@@ -233,6 +245,18 @@ impl ShapeDef {
         self
     }
 
+    /// With a surface that moves at this velocity over the shape [m/s, frame of the shape].
+    #[must_use]
+    pub fn with_surface_velocity(self, velocity: impl Into<Vec3>) -> Self {
+        Self { surface_velocity: velocity.into(), ..self }
+    }
+
+    /// With a surface that turns over the shape, about its origin [rad/s, frame of the shape].
+    #[must_use]
+    pub fn with_surface_spin(self, spin: impl Into<Vec3>) -> Self {
+        Self { surface_spin: spin.into(), ..self }
+    }
+
     /// With this filter.
     #[must_use]
     pub fn with_filter(self, filter: Filter) -> Self {
@@ -259,13 +283,9 @@ impl ShapeDef {
         finite_vec("pose.position", self.pose.position)?;
         unit("pose.rotation", self.pose.rotation)?;
         at_least_zero("density", self.density)?;
-        at_least_zero("material.friction", self.material.friction)?;
-        at_least_zero("material.rolling_resistance", self.material.rolling_resistance)?;
-        let restitution = self.material.restitution;
-        if !(0.0..=1.0).contains(&restitution) {
-            return Err(DefError::new("material.restitution", restitution, "0 to 1"));
-        }
-        Ok(())
+        velocity("surface_velocity", self.surface_velocity)?;
+        velocity("surface_spin", self.surface_spin)?;
+        self.material.validate().map_err(|e| e.within("material"))
     }
 }
 
@@ -538,55 +558,4 @@ impl JointDef {
         }
         Ok(())
     }
-}
-
-pub(crate) fn finite(field: &str, value: f32) -> Result<(), DefError> {
-    if value.is_finite() { Ok(()) } else { Err(DefError::new(field, value, "a finite number")) }
-}
-
-pub(crate) fn finite_vec(field: &str, v: Vec3) -> Result<(), DefError> {
-    if v.is_finite() {
-        return Ok(());
-    }
-    Err(DefError::new(field, format!("({}, {}, {})", v.x, v.y, v.z), "finite numbers"))
-}
-
-fn bounded(field: &str, v: Vec3, limit: f32, allowed: &str) -> Result<(), DefError> {
-    finite_vec(field, v)?;
-    if v.abs().max_element() <= limit {
-        return Ok(());
-    }
-    Err(DefError::new(field, format!("({}, {}, {})", v.x, v.y, v.z), allowed))
-}
-
-pub(crate) fn position(field: &str, v: Vec3) -> Result<(), DefError> {
-    bounded(field, v, 1.0e7, "numbers up to 1e7 m")
-}
-
-pub(crate) fn velocity(field: &str, v: Vec3) -> Result<(), DefError> {
-    bounded(field, v, 1.0e6, "numbers up to 1e6")
-}
-
-pub(crate) fn at_least_zero(field: &str, value: f32) -> Result<(), DefError> {
-    if value >= 0.0 && value.is_finite() {
-        return Ok(());
-    }
-    Err(DefError::new(field, value, "a finite number of at least 0"))
-}
-
-pub(crate) fn above_zero(field: &str, value: f32) -> Result<(), DefError> {
-    if value > 0.0 && value.is_finite() {
-        return Ok(());
-    }
-    Err(DefError::new(field, value, "a finite number above 0"))
-}
-
-/// A rotation given by the user may be a little off unit length; far off is a mistake.
-pub(crate) fn unit(field: &str, q: Quat) -> Result<(), DefError> {
-    let n = q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w;
-    if (0.9..1.1).contains(&n) {
-        return Ok(());
-    }
-    let value = format!("({}, {}, {}, {})", q.x, q.y, q.z, q.w);
-    Err(DefError::new(field, value, "a unit quaternion"))
 }

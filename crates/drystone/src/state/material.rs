@@ -1,5 +1,8 @@
 //! What a surface is made of, how two surfaces combine, and what may collide with what.
 
+use super::check::at_least_zero;
+use super::def::DefError;
+
 /// How the coefficients of two surfaces become one. Where two surfaces ask for different rules the
 /// one listed later here wins; the order of the last four is that of `KHR_physics_rigid_bodies`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
@@ -34,25 +37,57 @@ impl Combine {
 /// A surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Material {
-    /// Coulomb friction coefficient, at least 0; default 0.6.
+    /// Coulomb friction coefficient, at least 0; default 0.6. Of what sticks, and of what slides if
+    /// [`kinetic_friction`](Self::kinetic_friction) is not given.
     pub friction: f32,
+    /// Friction coefficient of what slides, at least 0; default `None`: the same as
+    /// [`friction`](Self::friction). Combined by the same rule; a pair whose kinetic friction would be more
+    /// than its static friction has the static one.
+    pub kinetic_friction: Option<f32>,
     /// Coefficient of restitution, 0 to 1; default 0.
     pub restitution: f32,
     /// Rolling resistance: the torque against rolling, as a part of normal force times the shape's
-    /// radius; at least 0; default 0. Only spheres, capsules, cylinders and cones have a radius.
+    /// radius; at least 0; default 0. Only spheres, capsules, cylinders and cones have a radius. It
+    /// acts against any turning of the two against each other, about the normal too.
     pub rolling_resistance: f32,
+    /// Spinning resistance: the torque about the contact's normal alone, as a part of normal force times
+    /// the shape's radius; at least 0; default 0. Of the shapes that have rolling resistance, on top
+    /// of that and of what friction over a flat contact gives; where there is no friction there is none
+    /// either. Of two surfaces the larger torque counts, as with rolling.
+    pub spinning_resistance: f32,
     /// Rule for friction.
     pub friction_combine: Combine,
     /// Rule for restitution.
     pub restitution_combine: Combine,
 }
 
+impl Material {
+    /// Checks every field.
+    ///
+    /// # Errors
+    /// The first field that is out of range.
+    pub fn validate(&self) -> Result<(), DefError> {
+        at_least_zero("friction", self.friction)?;
+        if let Some(kinetic) = self.kinetic_friction {
+            at_least_zero("kinetic_friction", kinetic)?;
+        }
+        at_least_zero("rolling_resistance", self.rolling_resistance)?;
+        at_least_zero("spinning_resistance", self.spinning_resistance)?;
+        if (0.0..=1.0).contains(&self.restitution) {
+            return Ok(());
+        }
+        Err(DefError::new("restitution", self.restitution, "0 to 1"))
+    }
+}
+
 impl Default for Material {
     fn default() -> Self {
         Self {
             friction: 0.6,
+            kinetic_friction: None,
             restitution: 0.0,
             rolling_resistance: 0.0,
+            spinning_resistance: 0.0,
             friction_combine: Combine::GeometricMean,
             restitution_combine: Combine::Maximum,
         }

@@ -2,6 +2,7 @@
 
 pub(crate) mod config;
 pub(crate) mod method;
+pub(crate) mod check;
 pub(crate) mod def;
 pub(crate) mod material;
 pub(crate) mod events;

@@ -8,6 +8,8 @@ use super::def::BodyKind;
 use super::events::Events;
 use super::islands::Islands;
 use super::joints::Joints;
+use super::shapes::PairSurface;
+use crate::base::math::Vec3;
 
 /// The tables whose rows move together.
 pub(crate) struct Sets<'a> {
@@ -55,7 +57,24 @@ impl Sets<'_> {
     fn is_special(&self, row: u32) -> bool {
         let c = self.contacts.at(row);
         let kinematic = |b: u32| self.bodies.at(b).kind == BodyKind::Kinematic;
-        c.restitution > 0.0 || c.rolling > 0.0 || kinematic(c.body_a) || kinematic(c.body_b)
+        let surface = c.restitution > 0.0 || c.rolling > 0.0 || c.kinetic < 1.0 || c.belt;
+        surface || kinematic(c.body_a) || kinematic(c.body_b)
+    }
+
+    /// Gives a contact another surface, wherever it stands.
+    pub(crate) fn set_surface(&mut self, row: u32, surface: &PairSurface) {
+        let colored = self.contacts.at(row).place.is_somewhere();
+        let before = colored && self.is_special(row);
+        let c = self.contacts.at_mut(row);
+        (c.friction, c.kinetic) = (surface.friction, surface.kinetic);
+        c.restitution = surface.restitution;
+        (c.rolling, c.spinning) = (surface.rolling, surface.spinning);
+        (c.belt, c.round_patch) = (surface.belt, surface.round_patch);
+        if c.rolling <= 0.0 {
+            c.rolling_impulse = Vec3::ZERO;
+        }
+        let after = colored && self.is_special(row);
+        self.colors.special = self.colors.special + usize::from(after) - usize::from(before);
     }
 
     /// Takes a contact out of the colors; its islands stay linked until they are split.

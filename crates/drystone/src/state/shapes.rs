@@ -6,6 +6,7 @@ use super::bodies::Body;
 use super::material::{Filter, Material};
 use crate::base::aabb::Aabb;
 use crate::base::id::ShapeId;
+use crate::base::math::Vec3;
 use crate::base::pose::Pose;
 use crate::base::slot_map::SlotMap;
 use crate::geometry::hull::Hull;
@@ -30,7 +31,10 @@ pub(crate) struct ShapeRow {
     pub(crate) fixed: bool,
     /// Box in the tree: the shape's, grown [m, world].
     pub(crate) fat: Aabb,
-    /// Radius for rolling resistance [m]; 0: does not roll.
+    /// How its surface moves over it [m/s and rad/s about its origin, frame of the shape].
+    pub(crate) surface_velocity: Vec3,
+    pub(crate) surface_spin: Vec3,
+    /// Radius for rolling and spinning resistance [m]; 0: does not roll.
     pub(crate) rolling_radius: f32,
     /// It is a hull, a half-space or a mesh: its manifolds may be recycled.
     pub(crate) flat: bool,
@@ -44,8 +48,56 @@ impl ShapeRow {
         Pose { position: body.center, rotation: body.rotation }.compose(&self.centered)
     }
 
+    /// Whether its surface moves over it.
+    pub(crate) fn is_belt(&self) -> bool {
+        self.surface_velocity != Vec3::ZERO || self.surface_spin != Vec3::ZERO
+    }
+
+    /// Whether what it stands on flat is a disc.
+    fn has_round_base(&self) -> bool {
+        matches!(self.shape, Shape::Cylinder { .. } | Shape::Cone { .. })
+    }
+
     pub(crate) fn is_mesh(&self) -> bool {
         matches!(self.solid.core, Core::Mesh(_))
+    }
+}
+
+/// What the surfaces of two shapes do together.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct PairSurface {
+    /// Static friction coefficient.
+    pub(crate) friction: f32,
+    /// Kinetic friction as a part of it, at most 1.
+    pub(crate) kinetic: f32,
+    pub(crate) restitution: f32,
+    /// Coefficients of resistance times radius [m].
+    pub(crate) rolling: f32,
+    pub(crate) spinning: f32,
+    /// One of the surfaces moves over its shape.
+    pub(crate) belt: bool,
+    /// A flat contact is a disc.
+    pub(crate) round_patch: bool,
+}
+
+impl PairSurface {
+    pub(crate) fn of(a: &ShapeRow, b: &ShapeRow) -> Self {
+        let (ma, mb) = (&a.material, &b.material);
+        let rub = |fa, fb| ma.friction_combine.apply(mb.friction_combine, fa, fb);
+        let friction = rub(ma.friction, mb.friction);
+        let sliding = |m: &Material| m.kinetic_friction.unwrap_or(m.friction);
+        let kinetic = rub(sliding(ma), sliding(mb));
+        let resist = |ka: f32, kb: f32| (ka * a.rolling_radius).max(kb * b.rolling_radius);
+        let bounce = ma.restitution_combine;
+        Self {
+            friction,
+            kinetic: if kinetic < friction { kinetic / friction } else { 1.0 },
+            restitution: bounce.apply(mb.restitution_combine, ma.restitution, mb.restitution),
+            rolling: resist(ma.rolling_resistance, mb.rolling_resistance),
+            spinning: resist(ma.spinning_resistance, mb.spinning_resistance),
+            belt: a.is_belt() || b.is_belt(),
+            round_patch: a.has_round_base() || b.has_round_base(),
+        }
     }
 }
 

@@ -22,7 +22,7 @@ use crate::state::contacts::Point;
 use crate::state::contacts::{Contact, Contacts, Link, Parked};
 use crate::state::def::BodyKind;
 use crate::state::joints::Joints;
-use crate::state::shapes::{ShapeRow, Shapes};
+use crate::state::shapes::{PairSurface, ShapeRow, Shapes};
 
 /// Memory kept from step to step.
 #[derive(Clone, Debug, Default)]
@@ -238,7 +238,7 @@ fn contact_of(a: u32, b: u32, shapes: &Shapes) -> Contact {
     let swap = rank(shapes.at(b)) < rank(shapes.at(a));
     let (a, b) = if swap { (b, a) } else { (a, b) };
     let (shape_a, shape_b) = (shapes.at(a), shapes.at(b));
-    let (ma, mb) = (&shape_a.material, &shape_b.material);
+    let surface = PairSurface::of(shape_a, shape_b);
     let sensor = shape_a.sensor || shape_b.sensor;
     Contact {
         shape_a: a,
@@ -255,14 +255,13 @@ fn contact_of(a: u32, b: u32, shapes: &Shapes) -> Contact {
         sensor,
         touching: false,
         recyclable: shape_a.flat && shape_b.flat && !sensor,
-        friction: ma.friction_combine.apply(mb.friction_combine, ma.friction, mb.friction),
-        restitution: ma.restitution_combine.apply(
-            mb.restitution_combine,
-            ma.restitution,
-            mb.restitution,
-        ),
-        rolling: (ma.rolling_resistance * shape_a.rolling_radius)
-            .max(mb.rolling_resistance * shape_b.rolling_radius),
+        friction: surface.friction,
+        kinetic: surface.kinetic,
+        restitution: surface.restitution,
+        rolling: surface.rolling,
+        spinning: surface.spinning,
+        round_patch: surface.round_patch,
+        belt: surface.belt,
         normal: Vec3::Y,
         count: 0,
         others: 0,
@@ -271,7 +270,6 @@ fn contact_of(a: u32, b: u32, shapes: &Shapes) -> Contact {
         twist_impulse: 0.0,
         rolling_impulse: Vec3::ZERO,
         cache: PairCache::default(),
-        looked: 0.0,
         parked: Parked::default(),
         offset: Vec3::ZERO,
     }

@@ -139,6 +139,8 @@ impl World {
             fixed,
             fat: crate::base::aabb::Aabb::EMPTY,
             rolling_radius,
+            surface_velocity: def.surface_velocity,
+            surface_spin: def.surface_spin,
             flat,
             user_data: def.user_data,
         });

@@ -10,7 +10,7 @@ mod view;
 
 pub use self::body::{BodyMut, BodyRef};
 pub use self::joint::JointRef;
-pub use self::shape::ShapeRef;
+pub use self::shape::{ShapeMut, ShapeRef};
 pub use self::view::{ContactPoint, ContactRef, WorldCounts};
 
 use std::sync::Arc;
@@ -210,6 +210,11 @@ impl World {
     #[must_use]
     pub fn shape(&self, id: ShapeId) -> Option<ShapeRef<'_>> {
         ShapeRef::new(&self.tables, id)
+    }
+
+    /// The shape, to change, unless it was removed.
+    pub fn shape_mut(&mut self, id: ShapeId) -> Option<ShapeMut<'_>> {
+        ShapeMut::new(self, id)
     }
 
     /// The joint, unless it was removed.

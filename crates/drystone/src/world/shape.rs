@@ -1,11 +1,14 @@
 //! A shape as the user sees it.
 
+use super::World;
 use crate::base::aabb::Aabb;
 use crate::base::id::{BodyId, ShapeId};
+use crate::base::math::Vec3;
 use crate::base::pose::Pose;
 use crate::geometry::shape::Shape;
+use crate::state::def::{DefError, velocity};
 use crate::state::material::{Filter, Material};
-use crate::state::shapes::ShapeRow;
+use crate::state::shapes::{PairSurface, ShapeRow};
 use crate::state::tables::Tables;
 
 /// A shape of a body, to read.
@@ -70,6 +73,18 @@ impl<'w> ShapeRef<'w> {
         self.row.material
     }
 
+    /// How its surface moves over it [m/s, frame of the shape].
+    #[must_use]
+    pub const fn surface_velocity(&self) -> Vec3 {
+        self.row.surface_velocity
+    }
+
+    /// How its surface turns over it, about its origin [rad/s, frame of the shape].
+    #[must_use]
+    pub const fn surface_spin(&self) -> Vec3 {
+        self.row.surface_spin
+    }
+
     /// What it collides with.
     #[must_use]
     pub const fn filter(&self) -> Filter {
@@ -86,5 +101,79 @@ impl<'w> ShapeRef<'w> {
     #[must_use]
     pub const fn user_data(&self) -> u64 {
         self.row.user_data
+    }
+}
+
+/// A shape of a body, to change.
+#[derive(Debug)]
+pub struct ShapeMut<'w> {
+    world: &'w mut World,
+    row: u32,
+}
+
+impl<'w> ShapeMut<'w> {
+    pub(super) fn new(world: &'w mut World, id: ShapeId) -> Option<Self> {
+        let row = world.tables.shapes.rows.row(id)?;
+        Some(Self { world, row })
+    }
+
+    /// Gives it another surface, from the next step on; what it touches wakes.
+    ///
+    /// # Errors
+    /// A field is out of range; then nothing is changed.
+    pub fn set_material(&mut self, surface: Material) -> Result<(), DefError> {
+        surface.validate()?;
+        self.world.tables.shapes.at_mut(self.row).material = surface;
+        self.refresh_contacts();
+        Ok(())
+    }
+
+    /// Lets its surface move over it, as a conveyor belt does [m/s, frame of the shape]; what it
+    /// touches wakes.
+    ///
+    /// # Errors
+    /// A number is not finite or too large; then nothing is changed.
+    pub fn set_surface_velocity(&mut self, v: impl Into<Vec3>) -> Result<(), DefError> {
+        let v = v.into();
+        velocity("surface_velocity", v)?;
+        self.world.tables.shapes.at_mut(self.row).surface_velocity = v;
+        self.refresh_contacts();
+        Ok(())
+    }
+
+    /// Lets its surface turn over it, about its origin [rad/s, frame of the shape]; what it touches
+    /// wakes.
+    ///
+    /// # Errors
+    /// A number is not finite or too large; then nothing is changed.
+    pub fn set_surface_spin(&mut self, spin: impl Into<Vec3>) -> Result<(), DefError> {
+        let spin = spin.into();
+        velocity("surface_spin", spin)?;
+        self.world.tables.shapes.at_mut(self.row).surface_spin = spin;
+        self.refresh_contacts();
+        Ok(())
+    }
+
+    /// The pairs it is in take over its surface; it and what it touches wake.
+    fn refresh_contacts(&mut self) {
+        let tables = &self.world.tables;
+        let body = tables.shapes.at(self.row).body;
+        let of_shape = |row: &u32| {
+            let c = tables.contacts.at(*row);
+            c.shape_a == self.row || c.shape_b == self.row
+        };
+        let rows = tables.contacts.of_body(&tables.bodies, body).map(|(row, _)| row);
+        let rows: Vec<u32> = rows.filter(of_shape).collect();
+        self.world.sets().wake(body);
+        for row in rows {
+            let tables = &self.world.tables;
+            let c = tables.contacts.at(row);
+            let (shape_a, shape_b) = (tables.shapes.at(c.shape_a), tables.shapes.at(c.shape_b));
+            let surface = PairSurface::of(shape_a, shape_b);
+            let other = if c.body_a == body { c.body_b } else { c.body_a };
+            let mut sets = self.world.sets();
+            sets.set_surface(row, &surface);
+            sets.wake(other);
+        }
     }
 }

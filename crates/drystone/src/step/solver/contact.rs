@@ -11,9 +11,7 @@ use super::rows::{
 };
 use super::softness::Softness;
 use crate::base::disjoint::Rows;
-use crate::base::wide::{
-    LANES, Lanes, Sym3w, Vec3w, Wide, above, load, max, min, select, splat, sqrt,
-};
+use crate::base::wide::{Sym3w, Vec3w, Wide, above, load, max, min, select, splat, sqrt};
 
 /// What one sweep over contacts does.
 #[derive(Clone, Copy, Debug)]
@@ -27,9 +25,6 @@ pub(crate) struct Sweep {
     /// Time of the step that positions have advanced [s].
     pub(crate) elapsed: f32,
 }
-
-/// No partner moves by itself.
-const NO_DRIFT: [Lanes; 3] = [[0.0; LANES]; 3];
 
 /// The part of a deep overlap that may be pushed out in a second [1/s]: the cap on the speed grows with
 /// the depth, so that what an impact squeezed together comes apart in half a second. At rest the cap is not
@@ -175,14 +170,12 @@ fn solve_points<S: Simd, const FIXED: bool, const N: usize>(
     }
     let mut total = zero;
     let mut pushed = zero;
-    let mut twist_limit = zero;
     let (mut turn_a, mut turn_b) = ([Vec3w::zero(simd); N], [Vec3w::zero(simd); N]);
     for j in 0..N {
         let point = &mut block.points[j];
         let d = lambda[j] - entry[j];
         pushed += d;
         total += lambda[j];
-        twist_limit += load(simd, &point.lever) * lambda[j];
         turn_b[j] = Vec3w::load(simd, &point.b) * d;
         if !FIXED {
             turn_a[j] = Vec3w::load(simd, &point.a) * d;
@@ -204,13 +197,9 @@ fn solve_points<S: Simd, const FIXED: bool, const N: usize>(
         }
     }
 
-    let mu = load(simd, &block.mu);
-    let drift = match extra.as_deref() {
-        Some(e) if e.drifts => Some(&e.drift_t),
-        _ => None,
-    };
-    let limits = (mu * total, mu * twist_limit);
-    rub::<S, FIXED>(simd, block, drift, &mut va, &mut vb, (n, pushed), limits);
+    let limit = load(simd, &block.mu) * total;
+    let of = extra.as_deref().map(|extra| (extra, elapsed));
+    rub::<S, FIXED>(simd, block, of, &mut va, &mut vb, (n, pushed), limit);
     store_velocity(simd, lines, &block.row_b, vb);
     if !FIXED {
         store_velocity(simd, lines, &block.row_a, va);
@@ -227,72 +216,83 @@ fn sum<S: Simd, const N: usize>(v: [Vec3w<S>; N]) -> Vec3w<S> {
     }
 }
 
-/// Twist, then friction, at the middle of the manifold; adds the linear part of the normal impulses
-/// `pushed` too, which does not touch the tangents.
+/// Friction along both tangents and twist about the normal, at the middle of the manifold; adds the
+/// linear part of the normal impulses `pushed` too, which does not touch these rows.
+///
+/// The twist row is measured at the contact's reach, so that its impulse has friction's limit, and the
+/// three impulses together lie in a ball: the ellipsoidal limit surface (docs/derivations/friction.md).
 #[inline(always)]
 fn rub<S: Simd, const FIXED: bool>(
     simd: S,
     block: &mut ContactBlock,
-    drift: Option<&[Lanes; 3]>,
+    extra: Option<(&Extra, Wide<S>)>,
     va: &mut Velocity<S>,
     vb: &mut Velocity<S>,
     (n, pushed): (Vec3w<S>, Wide<S>),
-    (limit, twist_limit): (Wide<S>, Wide<S>),
+    limit: Wide<S>,
 ) {
     let beta = load(simd, &block.beta);
-    let [b1, b2, b3] = Vec3w::load3(simd, &block.b_t);
-    let drift = drift.unwrap_or(&NO_DRIFT);
-
-    let old = load(simd, &block.friction[2]);
-    let mut speed = b3.dot(vb.w);
-    if !FIXED {
-        speed -= Vec3w::load(simd, &block.a_t[2]).dot(va.w);
-    }
-    let new = old - load(simd, &block.mass_t[3]) * (speed + load(simd, &drift[2]));
-    let new = max(min(new, twist_limit), -twist_limit);
-    let d3 = new - old;
-    new.store_array(&mut block.friction[2]);
-    vb.w = vb.w + b3 * d3;
-    if !FIXED {
-        va.w = va.w - Vec3w::load(simd, &block.a_t[2]) * d3;
-    }
-
+    let b = Vec3w::load3(simd, &block.b_t);
+    let mut a = b;
     let (t1, t2) = (Vec3w::load(simd, &block.t1), Vec3w::load(simd, &block.t2));
     let mut dv = vb.v * beta;
     if !FIXED {
+        a = Vec3w::load3(simd, &block.a_t);
         dv = dv - va.v * load(simd, &block.alpha);
     }
-    let (mut s1, mut s2) = (t1.dot(dv) + b1.dot(vb.w), t2.dot(dv) + b2.dot(vb.w));
+    let mut s1 = t1.dot(dv) + b[0].dot(vb.w);
+    let mut s2 = t2.dot(dv) + b[1].dot(vb.w);
+    let mut s3 = b[2].dot(vb.w);
     if !FIXED {
-        s1 -= Vec3w::load(simd, &block.a_t[0]).dot(va.w);
-        s2 -= Vec3w::load(simd, &block.a_t[1]).dot(va.w);
+        s1 -= a[0].dot(va.w);
+        s2 -= a[1].dot(va.w);
+        s3 -= a[2].dot(va.w);
     }
-    s1 += load(simd, &drift[0]);
-    s2 += load(simd, &drift[1]);
-    let (m11, m12, m22) =
-        (load(simd, &block.mass_t[0]), load(simd, &block.mass_t[1]), load(simd, &block.mass_t[2]));
-    let (f1, f2) = (load(simd, &block.friction[0]), load(simd, &block.friction[1]));
-    let g1 = f1 - (m11 * s1 + m12 * s2);
-    let g2 = f2 - (m12 * s1 + m22 * s2);
-    // The cone is a disc: the impulse is scaled back onto it, whatever its direction. Where nothing
-    // slides, the root and the quotient are not waited for.
-    let square = g1 * g1 + g2 * g2;
-    let slides = above(square, limit * limit);
-    let (mut g1, mut g2) = (g1, g2);
+    let mut kinetic = limit;
+    if let Some((extra, elapsed)) = extra {
+        if extra.drifts {
+            s1 += load(simd, &extra.drift_t[0]) + load(simd, &extra.drift_rate[0]) * elapsed;
+            s2 += load(simd, &extra.drift_t[1]) + load(simd, &extra.drift_rate[1]) * elapsed;
+            s3 += load(simd, &extra.drift_t[2]);
+        }
+        if extra.slips {
+            kinetic = limit * load(simd, &extra.kinetic);
+        }
+    }
+    let [m11, m12, m22] =
+        [load(simd, &block.mass_t[0]), load(simd, &block.mass_t[1]), load(simd, &block.mass_t[2])];
+    let [m13, m23, m33] =
+        [load(simd, &block.mass_t[3]), load(simd, &block.mass_t[4]), load(simd, &block.mass_t[5])];
+    let f1 = load(simd, &block.friction[0]);
+    let f2 = load(simd, &block.friction[1]);
+    let f3 = load(simd, &block.friction[2]);
+    // What would stop all three at once.
+    let mut g1 = f1 - (m11 * s1 + m12 * s2 + m13 * s3);
+    let mut g2 = f2 - (m12 * s1 + m22 * s2 + m23 * s3);
+    let mut g3 = f3 - (m13 * s1 + m23 * s2 + m33 * s3);
+    let slides = above(g1 * g1 + g2 * g2 + g3 * g3, limit * limit);
+    // Too much: then a step against the motion, by the same measure for all rows, and back into the ball. It
+    // rests where the impulse opposes the motion, which a step by the inverse of the matrix does not.
     if slides.any_true() {
-        let scale = select(slides, limit / sqrt(square), splat(simd, 1.0));
-        (g1, g2) = (g1 * scale, g2 * scale);
+        let step = load(simd, &block.mass_slide);
+        let (z1, z2, z3) = (f1 - step * s1, f2 - step * s2, f3 - step * s3);
+        let square = z1 * z1 + z2 * z2 + z3 * z3;
+        let one = splat(simd, 1.0);
+        let back = select(above(square, kinetic * kinetic), kinetic / sqrt(square), one);
+        g1 = select(slides, z1 * back, g1);
+        g2 = select(slides, z2 * back, g2);
+        g3 = select(slides, z3 * back, g3);
     }
-    let (d1, d2) = (g1 - f1, g2 - f2);
+    let (d1, d2, d3) = (g1 - f1, g2 - f2, g3 - f3);
     g1.store_array(&mut block.friction[0]);
     g2.store_array(&mut block.friction[1]);
+    g3.store_array(&mut block.friction[2]);
     let p = n * pushed + t1 * d1 + t2 * d2;
     vb.v = vb.v + p * beta;
-    vb.w = vb.w + b1 * d1 + b2 * d2;
+    vb.w = vb.w + b[0] * d1 + b[1] * d2 + b[2] * d3;
     if !FIXED {
-        let [a1, a2, _] = Vec3w::load3(simd, &block.a_t);
         va.v = va.v - p * load(simd, &block.alpha);
-        va.w = va.w - a1 * d1 - a2 * d2;
+        va.w = va.w - a[0] * d1 - a[1] * d2 - a[2] * d3;
     }
 }
 

@@ -1,6 +1,6 @@
 //! Stage 4: contacts and joints to velocities and poses' changes, by the passes of the method.
 //!
-//! Reads: bodies (state), contacts (manifolds), joints, colors. Writes: contacts and joints (impulses),
+//! Reads: bodies (state), shapes (surface velocities), contacts (manifolds), joints, colors. Writes: contacts and joints (impulses),
 //! solver lines. Runs: groups of small islands side by side, one worker a group; in a large island
 //! parallel over bodies, and over the blocks of one color after the other. Invariants: a color touches
 //! a dynamic body once; groups share no dynamic body; blocks are eight wide everywhere; the order of
@@ -34,6 +34,7 @@ use crate::state::colors::Colors;
 use crate::state::contacts::{Contact, Contacts};
 use crate::state::joints::{Joint, Joints};
 use crate::state::method::{Method, Pass};
+use crate::state::shapes::Shapes;
 
 /// Sweeps of the bounce pass: enough for a bounce to run through a chain of a few bodies.
 const BOUNCE_SWEEPS: u32 = 4;
@@ -71,6 +72,7 @@ struct Solver<'a> {
     ctx: &'a StepContext,
     method: &'a Method,
     bodies: &'a Bodies,
+    shapes: &'a Shapes,
     plan: &'a Plan,
     line_of: &'a [u32],
     lines: Rows<'a, Line>,
@@ -92,6 +94,7 @@ pub(crate) fn solve(
     ctx: &StepContext,
     method: &Method,
     bodies: &Bodies,
+    shapes: &Shapes,
     joints: &mut Joints,
     contacts: &mut Contacts,
     colors: &mut Colors,
@@ -119,6 +122,7 @@ pub(crate) fn solve(
         ctx,
         method,
         bodies,
+        shapes,
         plan,
         line_of: &s.line_of,
         lines: Rows::new(&mut s.lines),
@@ -277,6 +281,7 @@ impl Solver<'_> {
             whitening: &self.whitening,
             acceleration: &self.acceleration,
             contacts: &self.contacts,
+            shapes: self.shapes,
         };
         for batch in &self.plan.contacts.batches[group.contacts.clone()] {
             let n = batch.blocks.len();

@@ -1,7 +1,7 @@
 //! Contacts to blocks and back: loads manifolds into lanes, builds the rows in wide arithmetic with
 //! the warm start fused in, and stores the impulses after the last sweep.
 
-use fearless_simd::{Simd, SimdBase};
+use fearless_simd::{Simd, SimdBase, SimdMask, mask32x8};
 
 use super::contact::K;
 use super::rows::{
@@ -16,7 +16,14 @@ use crate::base::wide::{
 };
 use crate::state::bodies::{Bodies, Body};
 use crate::state::contacts::Contact;
+use crate::state::shapes::{ShapeRow, Shapes};
 use crate::step::context::StepContext;
+
+/// Mean distance from the middle of a disc over its radius.
+const DISC: f32 = 2.0 / 3.0;
+
+/// Mean distance from the middle of a square over half its diagonal: (√2 + ln(1 + √2)) / (3 √2).
+const SQUARE: f32 = 0.541_075_1;
 
 /// What packing reads.
 #[derive(Clone, Copy, Debug)]
@@ -29,6 +36,7 @@ pub(super) struct Source<'a> {
     /// Acceleration of each line [m/s²].
     pub(super) acceleration: &'a Rows<'a, Vec3>,
     pub(super) contacts: &'a Rows<'a, Option<Contact>>,
+    pub(super) shapes: &'a Shapes,
 }
 
 /// Lanes of a block before its rows are built. Idle lanes repeat the first contact, without a body, a
@@ -40,6 +48,11 @@ struct Raw<'a> {
     /// -1 where only B can be pushed and it is the contact's A: its rows turn their sign.
     sign: Lanes,
     count: Lanes,
+    /// Mean distance from the middle of what the points enclose, over that of the points.
+    patch: Lanes,
+    /// Reach of the spinning resistance times the friction coefficient [m]; whether there is any.
+    spinning: Lanes,
+    spins: bool,
 }
 
 impl<'a> Raw<'a> {
@@ -52,6 +65,9 @@ impl<'a> Raw<'a> {
             row_b: [0; LANES],
             sign: [1.0; LANES],
             count: [0.0; LANES],
+            patch: [SQUARE; LANES],
+            spinning: [0.0; LANES],
+            spins: false,
         };
         for lane in 0..LANES {
             if owners[lane] == u32::MAX {
@@ -61,6 +77,13 @@ impl<'a> Raw<'a> {
             let (a, b) = (source.line_of[c.body_a as usize], source.line_of[c.body_b as usize]);
             raw.contacts[lane] = c;
             raw.count[lane] = f32::from(c.count);
+            if c.round_patch {
+                raw.patch[lane] = DISC;
+            }
+            if c.spinning > 0.0 {
+                raw.spinning[lane] = c.spinning;
+                raw.spins = true;
+            }
             if FIXED {
                 raw.sign[lane] = if b == 0 { -1.0 } else { 1.0 };
                 raw.row_b[lane] = a.max(b);
@@ -138,11 +161,15 @@ pub(super) fn pack<S: Simd, const FIXED: bool>(
         _ => build_rows::<S, FIXED, 4>(simd, source, &raw, block),
     };
     if let Some(extra) = extra {
-        *extra = Extra::default();
+        *extra = Extra { kinetic: [1.0; LANES], ..Extra::default() };
         for lane in 0..LANES {
             if owners[lane] != u32::MAX {
                 pack_extra::<FIXED>(source, &raw, lane, extra);
             }
+        }
+        if extra.drifts {
+            let spin = load(simd, &extra.drift_t[2]) * warm.reach;
+            spin.store_array(&mut extra.drift_t[2]);
         }
         if extra.rolls {
             let impulse = Vec3w::load(simd, &extra.rolling_impulse);
@@ -168,6 +195,8 @@ struct Warm<S: Simd> {
     push: Vec3w<S>,
     turn_a: Vec3w<S>,
     turn_b: Vec3w<S>,
+    /// Arm at which twist is measured [m].
+    reach: Wide<S>,
 }
 
 #[inline(always)]
@@ -211,8 +240,9 @@ fn build_rows<S: Simd, const FIXED: bool, const N: usize>(
     let least = splat(simd, 0.01);
     let zeros = Vec3w::zero(simd);
     let turned = above(zero, load(simd, &raw.sign));
-    let (mut a, mut b, mut ra, mut there) = ([zeros; N], [zeros; N], [zeros; N], [zero; N]);
-    let (mut ca, mut cb, mut weight) = (zeros, zeros, zero);
+    let (mut a, mut b, mut rb, mut there) = ([zeros; N], [zeros; N], [zeros; N], [zero; N]);
+    let (mut ca, mut cb, mut weight, mut gap) = (zeros, zeros, zero, zero);
+    let mut weights = [zero; N];
     let (mut total, mut most) = (zero, zero);
     let (mut turn_a, mut turn_b) = (zeros, zeros);
     for j in 0..N {
@@ -230,11 +260,14 @@ fn build_rows<S: Simd, const FIXED: bool, const N: usize>(
         let point = &mut block.points[j];
         // Friction acts at the middle of what is close.
         let w = min(max(one - s0 * inv_margin, least), one) * there[j];
+        weights[j] = w;
+        gap += max(s0, zero) * w;
         s0.store_array(&mut point.s0);
         impulse.store_array(&mut point.impulse);
-        ra[j] = arm_a;
+        rb[j] = arm_b;
         if FIXED {
             let arm = Vec3w::select(turned, arm_a, arm_b);
+            rb[j] = arm;
             b[j] = sb.mul(arm.cross(n));
             cb = cb + arm * w;
         } else {
@@ -265,12 +298,18 @@ fn build_rows<S: Simd, const FIXED: bool, const N: usize>(
     }
     let share = inverse_or_zero(simd, weight);
     (ca, cb) = (ca * share, cb * share);
-    for j in 0..N {
-        let arm = ra[j] - ca;
-        (sqrt(arm.dot(arm)) * there[j]).store_array(&mut block.points[j].lever);
+    let reach = reach_of(simd, raw, cb, &rb, &weights, [share, mu]);
+    // Friction acts on the surfaces, which an arm half way across a gap does not reach yet.
+    let gap = n * (gap * share * splat(simd, 0.5));
+    if FIXED {
+        cb = cb + gap * load(simd, &raw.sign);
+    } else {
+        cb = cb + gap;
+        ca = ca - gap;
     }
 
-    let arms = Arms { sa, sb, ca, cb, linear };
+    let settling = above(select(above(most, zero), zero, count), splat(simd, 2.5));
+    let arms = Arms { sa, sb, ca, cb, linear, reach, settling };
     let f = build_friction::<S, FIXED>(simd, &arms, [n, t1, t2], block);
     let [tx, ty, tz, twist] = tangent;
     let tangent = Vec3w { x: tx, y: ty, z: tz };
@@ -278,7 +317,7 @@ fn build_rows<S: Simd, const FIXED: bool, const N: usize>(
     let impulse = [
         select(busy, t1.dot(tangent) * scale, zero),
         select(busy, t2.dot(tangent) * scale, zero),
-        select(busy, twist * scale, zero),
+        select(above(reach, zero), twist * scale, zero),
     ];
     for i in 0..3 {
         impulse[i].store_array(&mut block.friction[i]);
@@ -295,7 +334,31 @@ fn build_rows<S: Simd, const FIXED: bool, const N: usize>(
         block.any_fresh |= *fresh > 0.0;
     }
     let push = n * total + t1 * impulse[0] + t2 * impulse[1];
-    Warm { push, turn_a, turn_b }
+    Warm { push, turn_a, turn_b, reach }
+}
+
+/// Where twist is measured: the mean distance of the points from the middle, times that of what they
+/// enclose over theirs; farther out for what resists spinning.
+#[inline(always)]
+fn reach_of<S: Simd, const N: usize>(
+    simd: S,
+    raw: &Raw<'_>,
+    middle: Vec3w<S>,
+    arms: &[Vec3w<S>; N],
+    weights: &[Wide<S>; N],
+    [share, mu]: [Wide<S>; 2],
+) -> Wide<S> {
+    let mut sum = splat(simd, 0.0);
+    for j in 0..N {
+        let arm = arms[j] - middle;
+        sum += sqrt(arm.dot(arm)) * weights[j];
+    }
+    let is_face = above(load(simd, &raw.count), splat(simd, 2.5));
+    let mut reach = sum * share * select(is_face, load(simd, &raw.patch), splat(simd, 0.5));
+    if raw.spins {
+        reach += load(simd, &raw.spinning) * inverse_or_zero(simd, mu);
+    }
+    reach
 }
 
 /// Where friction acts.
@@ -306,7 +369,14 @@ struct Arms<S: Simd> {
     cb: Vec3w<S>,
     /// α² + β²
     linear: Wide<S>,
+    /// Arm at which twist is measured [m].
+    reach: Wide<S>,
+    /// Fresh contacts of three points or more.
+    settling: mask32x8<S>,
 }
+
+/// Rows of each element of their matrix, as [`ContactBlock::mass_t`] has them.
+const PAIRS: [[usize; 2]; 6] = [[0, 0], [0, 1], [1, 1], [0, 2], [1, 2], [2, 2]];
 
 /// Rows of friction along t1 and t2, and of twist about n. Returns those of A and of B.
 #[inline(always)]
@@ -316,33 +386,64 @@ fn build_friction<S: Simd, const FIXED: bool>(
     [n, t1, t2]: [Vec3w<S>; 3],
     block: &mut ContactBlock,
 ) -> [[Vec3w<S>; 3]; 2] {
-    let Arms { sa, sb, ca, cb, linear } = *arms;
+    let Arms { sa, sb, ca, cb, linear, reach, settling } = *arms;
     let zero = splat(simd, 0.0);
     let mut at = [Vec3w::zero(simd); 3];
-    let bt = [sb.mul(cb.cross(t1)), sb.mul(cb.cross(t2)), sb.mul(n)];
-    let (mut k11, mut k12, mut k22, mut k33) = (linear, zero, linear, zero);
+    let turn = n * reach;
+    let bt = [sb.mul(cb.cross(t1)), sb.mul(cb.cross(t2)), sb.mul(turn)];
+    let mut k = [linear, zero, linear, zero, zero, zero];
     if !FIXED {
-        at = [sa.mul(ca.cross(t1)), sa.mul(ca.cross(t2)), sa.mul(n)];
-        k11 += at[0].dot(at[0]);
-        k12 = at[0].dot(at[1]);
-        k22 += at[1].dot(at[1]);
-        k33 = at[2].dot(at[2]);
+        at = [sa.mul(ca.cross(t1)), sa.mul(ca.cross(t2)), sa.mul(turn)];
+        for i in 0..6 {
+            k[i] += at[PAIRS[i][0]].dot(at[PAIRS[i][1]]);
+        }
         for i in 0..3 {
             at[i].store(&mut block.a_t[i]);
         }
     }
+    for i in 0..6 {
+        k[i] += bt[PAIRS[i][0]].dot(bt[PAIRS[i][1]]);
+    }
     for i in 0..3 {
         bt[i].store(&mut block.b_t[i]);
     }
-    k11 += bt[0].dot(bt[0]);
-    k12 += bt[0].dot(bt[1]);
-    k22 += bt[1].dot(bt[1]);
-    k33 += bt[2].dot(bt[2]);
+    // The tangents first; twist by what is left of it when they give way (Schur's complement). Without
+    // a reach there is no twist, and zeros are left.
+    // A contact that stands on a face holds the body: its normals take back the turn that friction's
+    // impulse gives it. Rows that count on that turn take several substeps to stop a body, as long as
+    // their impulses are not known. So a fresh contact leaves out as much of it as keeps the step below
+    // 1.6 times that of a free body: at 2 it would no longer take energy. (In every step, four cubes on
+    // a slope never came to rest.)
+    if settling.any_true() {
+        let turn = max(k[0], k[2]) - linear;
+        let least = splat(simd, 0.625) - splat(simd, 0.375) * linear * inverse_or_zero(simd, turn);
+        let part = max(least, zero);
+        for i in 0..5 {
+            let own = [linear, zero, linear, zero, zero][i];
+            k[i] = select(settling, own + part * (k[i] - own), k[i]);
+        }
+    }
+    let [k11, k12, k22, k13, k23, k33] = k;
     let inv = inverse_or_zero(simd, k11 * k22 - k12 * k12);
-    (k22 * inv).store_array(&mut block.mass_t[0]);
-    (-(k12 * inv)).store_array(&mut block.mass_t[1]);
-    (k11 * inv).store_array(&mut block.mass_t[2]);
-    inverse_or_zero(simd, k33).store_array(&mut block.mass_t[3]);
+    let (m11, m12, m22) = (k22 * inv, -(k12 * inv), k11 * inv);
+    let (e1, e2) = (m11 * k13 + m12 * k23, m12 * k13 + m22 * k23);
+    let left = k33 - (k13 * e1 + k23 * e2);
+    let m33 = select(above(left, k33 * splat(simd, 1.0e-5)), inverse_or_zero(simd, left), zero);
+    let m = [
+        m11 + e1 * e1 * m33,
+        m12 + e1 * e2 * m33,
+        m22 + e2 * e2 * m33,
+        -(e1 * m33),
+        -(e2 * m33),
+        m33,
+    ];
+    for i in 0..6 {
+        m[i].store_array(&mut block.mass_t[i]);
+    }
+    // No eigenvalue is above the root of the sum of squares, and a step by its inverse never overshoots.
+    let off = k12 * k12 + k13 * k13 + k23 * k23;
+    let norm = sqrt(k11 * k11 + k22 * k22 + k33 * k33 + (off + off));
+    inverse_or_zero(simd, norm).store_array(&mut block.mass_slide);
     [at, bt]
 }
 
@@ -396,27 +497,70 @@ fn pack_extra<const FIXED: bool>(
         let impulse = c.rolling_impulse * source.ctx.impulse_scale;
         put(&mut extra.rolling_impulse, lane, impulse);
     }
-    let moves = |b: &Body| !b.is_dynamic() && b.active();
-    if moves(a) || moves(b) {
+    if c.kinetic < 1.0 {
+        extra.slips = true;
+        extra.kinetic[lane] = c.kinetic;
+    }
+    if c.belt || moves(a) || moves(b) {
         extra.drifts = true;
-        let mut center = Vec3::ZERO;
+        let (mut r_a, mut r_b) = (Vec3::ZERO, Vec3::ZERO);
+        let share = 1.0 / f32::from(c.count.max(1));
         for (j, p) in c.points().iter().enumerate() {
             let v = drift_velocity(b, c.r_b(p)) - drift_velocity(a, p.r_a);
             extra.drift[j][lane] = c.normal.dot(v);
-            center += v;
+            r_a += p.r_a * share;
+            r_b += c.r_b(p) * share;
         }
-        let mean = center * (1.0 / f32::from(c.count.max(1)));
-        let spin = |b: &Body| if moves(b) { b.w } else { Vec3::ZERO };
+        let (sa, sb) = (source.shapes.at(c.shape_a), source.shapes.at(c.shape_b));
+        // Where the other body's anchors are now: its own stay behind what a belt carries.
+        let offset = b.center - a.center;
+        let (from, to) = (Carry::of(a, sa, r_b + offset), Carry::of(b, sb, r_a - offset));
+        let rate = to.rate - from.rate;
+        // A sweep makes the velocity of the substep after it: that at its middle.
+        let velocity = to.velocity - from.velocity + rate * (0.5 * source.ctx.h);
         let t1 = c.normal.any_perpendicular();
-        extra.drift_t[0][lane] = t1.dot(mean);
-        extra.drift_t[1][lane] = t1.cross(c.normal).dot(mean);
-        extra.drift_t[2][lane] = c.normal.dot(spin(b) - spin(a));
+        let t2 = t1.cross(c.normal);
+        (extra.drift_t[0][lane], extra.drift_rate[0][lane]) = (t1.dot(velocity), t1.dot(rate));
+        (extra.drift_t[1][lane], extra.drift_rate[1][lane]) = (t2.dot(velocity), t2.dot(rate));
+        extra.drift_t[2][lane] = c.normal.dot(to.spin - from.spin);
     }
+}
+
+fn moves(body: &Body) -> bool {
+    !body.is_dynamic() && body.active()
 }
 
 /// Velocity of a point of a moving kinematic body; zero of any other.
 fn drift_velocity(body: &Body, r: Vec3) -> Vec3 {
-    if !body.is_dynamic() && body.active() { body.velocity_at(r) } else { Vec3::ZERO }
+    if moves(body) { body.velocity_at(r) } else { Vec3::ZERO }
+}
+
+/// How a surface moves that no impulse can hold: with its kinematic body, or over its shape as a belt.
+struct Carry {
+    velocity: Vec3,
+    spin: Vec3,
+    /// What is carried is turned with it: without this it would leave a turntable along the tangent, by
+    /// half of ω² r dt a second.
+    rate: Vec3,
+}
+
+impl Carry {
+    fn of(body: &Body, shape: &ShapeRow, r: Vec3) -> Self {
+        let (mut velocity, mut spin) = (Vec3::ZERO, Vec3::ZERO);
+        let mut carried = Vec3::ZERO;
+        if moves(body) {
+            (velocity, spin) = (body.v, body.w);
+            carried = body.w.cross(r);
+        }
+        if shape.surface_velocity != Vec3::ZERO || shape.surface_spin != Vec3::ZERO {
+            let pose = shape.placed(body);
+            let turn = pose.direction(shape.surface_spin);
+            let arm = r - (pose.position - body.center);
+            carried += pose.direction(shape.surface_velocity) + turn.cross(arm);
+            spin += turn;
+        }
+        Self { velocity: velocity + carried, spin, rate: spin.cross(carried) }
+    }
 }
 
 /// Writes a block's impulses back. Returns a bit for each lane whose touch is new.

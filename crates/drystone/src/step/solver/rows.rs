@@ -141,8 +141,6 @@ pub(crate) struct PointRows {
     /// 1/K_jj, 0 for a point not there.
     pub(crate) mass: Lanes,
     pub(crate) impulse: Lanes,
-    /// Distance from the middle, for twist.
-    pub(crate) lever: Lanes,
     /// Last, so that contacts with fixed bodies do not come near it.
     pub(crate) a: [Lanes; 3],
 }
@@ -162,9 +160,11 @@ pub(crate) struct ContactBlock {
     pub(crate) t1: [Lanes; 3],
     pub(crate) t2: [Lanes; 3],
     pub(crate) b_t: [[Lanes; 3]; 3],
-    /// Inverse of the 2 × 2 tangent matrix: 11, 12, 22; and of the twist row.
-    pub(crate) mass_t: [Lanes; 4],
-    /// Friction along t1 and t2, twist about n.
+    /// Inverse of the 3 × 3 matrix of friction's rows (t1, t2, twist): 11, 12, 22, 13, 23, 33.
+    pub(crate) mass_t: [Lanes; 6],
+    /// A step along all three rows alike that does not overshoot: for what slides.
+    pub(crate) mass_slide: Lanes,
+    /// Friction along t1 and t2, and twist about n as an impulse at the reach [N s].
     pub(crate) friction: [Lanes; 3],
     pub(crate) row_a: [u32; LANES],
     pub(crate) alpha: Lanes,
@@ -183,7 +183,8 @@ impl ContactBlock {
     /// How much of a block like this one a sweep reads.
     #[inline(always)]
     pub(crate) fn cache_lines(&self) -> usize {
-        if self.count > 2 { size_of::<Self>() / 64 } else { 20 + 5 * usize::from(self.count) }
+        // 42 lanes, then 9 a point.
+        if self.count > 2 { size_of::<Self>() / 64 } else { (43 + 9 * usize::from(self.count)) / 2 }
     }
 }
 
@@ -194,6 +195,8 @@ pub(crate) struct Extra {
     pub(crate) bounces: bool,
     pub(crate) rolls: bool,
     pub(crate) drifts: bool,
+    /// Kinetic friction is less than static friction.
+    pub(crate) slips: bool,
     /// Speed after the bounce squared, e² u²; 0: no bounce.
     pub(crate) bounce: [Lanes; 4],
     /// Twice the relative acceleration along the normal: height already gained is paid for.
@@ -205,6 +208,10 @@ pub(crate) struct Extra {
     /// Normal speed of the points that comes from kinematic bodies; that of friction's rows.
     pub(crate) drift: [Lanes; 4],
     pub(crate) drift_t: [Lanes; 3],
+    /// How that of the tangents grows [m/s²].
+    pub(crate) drift_rate: [Lanes; 2],
+    /// Kinetic friction as a part of the static one.
+    pub(crate) kinetic: Lanes,
     /// S of both bodies, for rolling.
     pub(crate) s_a: [Lanes; 6],
     pub(crate) s_b: [Lanes; 6],
