@@ -54,6 +54,8 @@ pub(crate) struct Probe {
     pub(crate) offset: Vec3,
     pub(crate) rotation_a: Quat,
     pub(crate) rotation_b: Quat,
+    /// The contact has restitution: within a step an impact can send one body into the other.
+    pub(crate) bounces: bool,
 }
 
 impl Probe {
@@ -196,7 +198,9 @@ impl Contacts {
         let sides = [contact.body_a, contact.body_b];
         let (is_part, key) = (contact.is_part, pair_key(contact.shape_a, contact.shape_b));
         contact.awake_row = NONE;
-        contact.probe = Probe { row, body_a: sides[0], body_b: sides[1], ..Probe::default() };
+        let [body_a, body_b] = sides;
+        let bounces = contact.restitution > 0.0;
+        contact.probe = Probe { row, body_a, body_b, bounces, ..Probe::default() };
         for (side, body) in (0_u32..).zip(sides) {
             let body = bodies.at_mut(body);
             let me = row * 2 + side;

@@ -354,19 +354,7 @@ fn pack_extra<const FIXED: bool>(
     let c = raw.contacts[lane];
     let (a, b) = (source.bodies.at(c.body_a), source.bodies.at(c.body_b));
     if c.restitution > 0.0 {
-        let acc = |body: u32| *source.acceleration.read(source.line_of[body as usize] as usize);
-        let fall = c.normal.dot(acc(c.body_b) - acc(c.body_a));
-        extra.fall[lane] = 2.0 * fall;
-        for (j, p) in c.points().iter().enumerate() {
-            // Speed at the impact, from the speed and the height now [solver notes F.7].
-            let now = c.normal.dot(b.velocity_at(p.r_b) - a.velocity_at(p.r_a));
-            let square = now * now - 2.0 * fall * p.separation.max(0.0);
-            let limit = source.ctx.restitution_speed;
-            if now + fall * source.ctx.dt < 0.0 && square > limit * limit {
-                extra.bounces = true;
-                extra.bounce[j][lane] = c.restitution * c.restitution * square;
-            }
-        }
+        pack_bounce(source, c, [a, b], lane, extra);
     }
     if c.rolling > 0.0 {
         extra.rolls = true;
@@ -395,6 +383,38 @@ fn pack_extra<const FIXED: bool>(
         extra.drift_t[0][lane] = t1.dot(mean);
         extra.drift_t[1][lane] = t1.cross(c.normal).dot(mean);
         extra.drift_t[2][lane] = c.normal.dot(spin(b) - spin(a));
+    }
+}
+
+/// Restitution of one contact, and whether it arrives in this step: whether some point reaches the
+/// surface, and faster than forces alone make a body in a step. What rests does not.
+fn pack_bounce(
+    source: &Source<'_>,
+    c: &Contact,
+    [a, b]: [&Body; 2],
+    lane: usize,
+    extra: &mut Extra,
+) {
+    // The relax sweep looks a substep ahead of the step's end.
+    let (dt, ahead) = (source.ctx.dt, source.ctx.dt + source.ctx.h);
+    let along =
+        |body: u32| c.normal.dot(*source.acceleration.read(source.line_of[body as usize] as usize));
+    let (of_a, of_b) = (along(c.body_a), along(c.body_b));
+    let fall = of_b - of_a;
+    let slow = of_a.abs().max(of_b.abs()) * dt;
+    extra.bounces = true;
+    extra.restitution[lane] = c.restitution;
+    (extra.fall[lane], extra.slow[lane]) = (fall, slow);
+    for p in c.points() {
+        let speed = c.normal.dot(b.velocity_at(p.r_b) - a.velocity_at(p.r_a));
+        let s = p.separation - source.ctx.rest_offset;
+        let faster = fall.min(0.0) * ahead;
+        let meets = s + (speed + 0.6 * faster) * ahead < 0.0 && speed + faster < 0.0;
+        let square = speed * speed - 2.0 * fall * s.max(0.0);
+        let least = source.ctx.restitution_speed.max(slow);
+        if meets && square > least * least {
+            extra.arrives |= 1 << lane;
+        }
     }
 }
 
@@ -435,10 +455,8 @@ pub(super) fn store<S: Simd>(
         for j in 0..usize::from(c.count.min(4)) {
             c.points[j].impulse = push_of[j];
             pressed |= push_of[j] > 0.0 || c.points[j].separation <= 0.0;
-            if let Some(e) = extra {
-                pressed |= e.bounces && e.pressed[j][lane] > 0.0;
-            }
         }
+        pressed |= extra.is_some_and(|e| e.hit >> lane & 1 == 1);
         let [x, y, z, twist] = rub_of;
         (c.tangent_impulse, c.twist_impulse) = (Vec3 { x, y, z }, twist);
         if let Some(extra) = extra
