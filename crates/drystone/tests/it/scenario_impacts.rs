@@ -159,7 +159,7 @@ fn elastic_cubes_on_edges_and_corners_never_gain_energy() {
     // Flat, on an edge, on a corner, slanting, nearly flat.
     let turns = [
         (corner, 0.0_f32),
-        ([1.0, 0.0, 0.0], 0.785_398),
+        ([1.0, 0.0, 0.0], core::f32::consts::FRAC_PI_4),
         (corner, 0.955_317),
         (corner, 0.3),
         (corner, 0.02),

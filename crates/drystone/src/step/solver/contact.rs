@@ -193,10 +193,10 @@ fn solve_points<S: Simd, const FIXED: bool, const N: usize>(
     if !FIXED {
         va.w = va.w - sum(turn_a);
     }
-    if let Some(extra) = extra.as_deref_mut() {
-        if extra.rolls {
-            resist_rolling(simd, extra, &mut va, &mut vb, total);
-        }
+    if let Some(extra) = extra.as_deref_mut()
+        && extra.rolls
+    {
+        resist_rolling(simd, extra, &mut va, &mut vb, total);
     }
 
     let mu = load(simd, &block.mu);

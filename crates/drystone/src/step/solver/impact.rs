@@ -180,6 +180,17 @@ fn three(v: &[f32; 4]) -> Vec3 {
     vec3(v[0], v[1], v[2])
 }
 
+/// Number of a row.
+fn index(i: usize) -> u32 {
+    u32::try_from(i).expect("fewer than 2^32 contacts")
+}
+
+/// Number of a lane or a point.
+#[expect(clippy::cast_possible_truncation, reason = "below 8")]
+const fn small(i: usize) -> u8 {
+    i as u8
+}
+
 impl Touch {
     fn load(source: &Source<'_>, entry: &Entry) -> Self {
         let block = source.blocks.read(entry.block as usize);
@@ -341,7 +352,10 @@ impl Touch {
         if a != 0 {
             work += source.aux.row(a).strike(source.lines.row(a), linear * -self.alpha, -turn_a);
         }
-        work + source.aux.row(b).strike(source.lines.row(b), linear * self.beta, turn_b)
+        if b != 0 {
+            work += source.aux.row(b).strike(source.lines.row(b), linear * self.beta, turn_b);
+        }
+        work
     }
 
     /// Twist, then friction, as in the sweep: limited by the whole impulse of the bounce; gives their work [J].
@@ -439,10 +453,15 @@ impl Impacts {
             if source.owners[i][lane] == NONE || !(extra.restitution[lane] > 0.0) {
                 continue;
             }
-            let number = self.entries.len() as u32;
             let lines = [block.row_a[lane], block.row_b[lane]];
+            let line = lines[0].max(lines[1]);
+            // A body that was put aside may still be named by a contact.
+            if line == 0 {
+                continue;
+            }
+            let number = index(self.entries.len());
             if extra.arrives >> lane & 1 == 1 {
-                let body = source.members[lines[1] as usize - 1];
+                let body = source.members[line as usize - 1];
                 self.arrivals.push((source.bodies.at(body).island, number));
             }
             for line in lines {
@@ -450,7 +469,8 @@ impl Impacts {
                     self.ends[line as usize - source.first_line].count += 1;
                 }
             }
-            self.entries.push(Entry { lines, block: i as u32, lane: lane as u8, taken: false });
+            let (block, lane) = (index(i), small(lane));
+            self.entries.push(Entry { lines, block, lane, taken: false });
         }
     }
 
@@ -469,7 +489,7 @@ impl Impacts {
                 if core::mem::replace(&mut entry.taken, true) {
                     continue;
                 }
-                let number = self.touches.len() as u32;
+                let number = index(self.touches.len());
                 self.touches.push(Touch::load(source, entry));
                 let [head, tail] = &mut self.runs[run];
                 if *tail == NONE {
@@ -542,7 +562,7 @@ impl Impacts {
                     let gain = touch.gain(j, speed, moment);
                     let hit = Hit {
                         touch: number,
-                        point: j as u8,
+                        point: small(j),
                         e: touch.e,
                         gain,
                         speed,

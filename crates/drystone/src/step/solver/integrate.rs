@@ -54,7 +54,7 @@ impl Aux {
                 x[i] += h * v[i];
             }
         }
-        v == line.v && x == line.x
+        (0..4).all(|i| same(v[i], line.v[i]) && same(x[i], line.x[i]))
     }
 
     /// Takes locked translations out.
@@ -65,6 +65,12 @@ impl Aux {
             }
         }
     }
+}
+
+/// The same number: what two equal computations give.
+#[expect(clippy::float_cmp, reason = "whether anything at all was added")]
+fn same(a: f32, b: f32) -> bool {
+    a == b
 }
 
 const fn four(v: Vec3) -> [f32; 4] {
