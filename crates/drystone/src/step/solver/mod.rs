@@ -16,6 +16,7 @@ mod impact;
 mod pack;
 mod pack_joint;
 mod plan;
+mod touch;
 
 use fearless_simd::dispatch;
 
@@ -208,8 +209,8 @@ impl Solver<'_> {
         self.store(group, jobs);
     }
 
-    fn impact_source(&self, group: &Group) -> impact::Source<'_> {
-        impact::Source {
+    fn impact_source(&self, group: &Group) -> touch::Source<'_> {
+        touch::Source {
             blocks: &self.blocks,
             extras: &self.extras,
             owners: &self.plan.contacts.owners,
@@ -224,7 +225,7 @@ impl Solver<'_> {
 
     fn collide(&self, number: usize, done: u16, kicked: bool) {
         let ctx = self.ctx;
-        let moment = impact::Moment {
+        let moment = touch::Moment {
             done,
             substeps: u16::try_from(ctx.substeps).expect("at most 256 substeps"),
             h: ctx.h,
