@@ -23,7 +23,8 @@ pub struct ContactConfig {
     /// quarter of the smaller one's size, its points and normal stay as they are and only the distances
     /// follow; at least 0; default 0.05.
     pub recycle_distance: f32,
-    /// Contacts that meet slower than this do not bounce [m/s]; at least 0; default 1.
+    /// Contacts that meet slower than this do not bounce [m/s]; at least 0; default 0. Nor do those
+    /// slower than what forces make a body in a step: 0.16 m/s under the earth's gravity at 60 Hz.
     pub restitution_speed: f32,
     /// Contacts that meet faster than this are reported as hits [m/s]; at least 0; default 1.
     pub hit_speed: f32,
@@ -80,7 +81,7 @@ impl Default for WorldConfig {
                 rest_offset: 5.0e-5,
                 margin: 0.02,
                 recycle_distance: 0.05,
-                restitution_speed: 1.0,
+                restitution_speed: 0.0,
                 hit_speed: 1.0,
             },
             joint: JointConfig { hertz: 0.0, damping_ratio: 2.0 },

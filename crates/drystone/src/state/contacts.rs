@@ -58,6 +58,8 @@ pub(crate) struct Probe {
     pub(crate) offset: Vec3,
     pub(crate) rotation_a: Quat,
     pub(crate) rotation_b: Quat,
+    /// The contact has restitution: within a step an impact can send one body into the other.
+    pub(crate) bounces: bool,
 }
 
 /// What a contact that is not awake keeps of its [`Probe`], besides the offset.
@@ -288,9 +290,11 @@ impl Contacts {
         }
         if awake {
             let place = u32::try_from(self.awake.len()).expect("fewer than 2^31 contacts");
-            let &Contact { body_a, body_b, offset, .. } = contact;
+            let &Contact { body_a, body_b, offset, restitution, .. } = contact;
+            let bounces = restitution > 0.0;
             let Parked { gap, rotation_a, rotation_b } = contact.parked;
-            self.awake.push(Probe { row, body_a, body_b, gap, offset, rotation_a, rotation_b });
+            let probe = Probe { row, body_a, body_b, gap, offset, rotation_a, rotation_b, bounces };
+            self.awake.push(probe);
             self.at_mut(row).awake_row = place;
         } else {
             let probe = self.awake.swap_remove(at as usize);

@@ -15,8 +15,9 @@ pub enum Pass {
     Positions,
     /// Colors: joints, then contacts, without bias: removes the velocity that the bias added.
     Relax,
-    /// Colors: bounces.
-    Restitution,
+    /// Islands: what meets within the time of a substep bounces. Stands before every sweep that could
+    /// stop it: solve and relax.
+    Impacts,
 }
 
 /// A named list of passes.
@@ -38,10 +39,15 @@ impl Method {
     pub fn soft_step() -> Self {
         Self {
             name: "soft-step",
-            summary: "8 substeps of one soft sweep each, one relax sweep and the bounces at the end",
+            summary: "8 substeps of impacts and one soft sweep each, one relax sweep at the end",
             substeps: 8,
-            substep: vec![Pass::Velocities, Pass::Solve { inner: 2 }, Pass::Positions],
-            finish: vec![Pass::Relax, Pass::Restitution],
+            substep: vec![
+                Pass::Velocities,
+                Pass::Impacts,
+                Pass::Solve { inner: 2 },
+                Pass::Positions,
+            ],
+            finish: vec![Pass::Impacts, Pass::Relax],
         }
     }
 
@@ -51,10 +57,17 @@ impl Method {
     pub fn soft_step_relax() -> Self {
         Self {
             name: "soft-step-relax",
-            summary: "4 substeps of a soft and a relax sweep each, the bounces at the end",
+            summary: "4 substeps of impacts, a soft and a relax sweep each",
             substeps: 4,
-            substep: vec![Pass::Velocities, Pass::Solve { inner: 1 }, Pass::Positions, Pass::Relax],
-            finish: vec![Pass::Restitution],
+            substep: vec![
+                Pass::Velocities,
+                Pass::Impacts,
+                Pass::Solve { inner: 1 },
+                Pass::Positions,
+                Pass::Impacts,
+                Pass::Relax,
+            ],
+            finish: Vec::new(),
         }
     }
 

@@ -132,7 +132,7 @@ impl Finder<'_> {
     fn list(&self, row: u32, shape: &ShapeRow, other: u32, out: &mut Vec<u64>) {
         let second = self.shapes.at(other);
         if shape.body != second.body
-            && !self.pass(shape.body, second.body)
+            && !self.pass(shape, second)
             && !self.contacts.has_pair(row, other)
             && may_meet(self.bodies, self.joints, shape, second)
         {
@@ -142,13 +142,14 @@ impl Finder<'_> {
 
     /// True if two bodies, of which one flies and will look again in the next step, are farther from each
     /// other than contacts are looked for in this one.
-    fn pass(&self, a: u32, b: u32) -> bool {
-        let (a, b) = (self.bodies.at(a), self.bodies.at(b));
+    fn pass(&self, a: &ShapeRow, b: &ShapeRow) -> bool {
+        let bounces = a.material.restitution.max(b.material.restitution) > 0.0;
+        let (a, b) = (self.bodies.at(a.body), self.bodies.at(b.body));
         let again = |body: &Body| body.flies && body.active();
         if !(again(a) || again(b)) || !a.is_dynamic() || !b.is_dynamic() {
             return false;
         }
-        let most = a.extent + b.extent + speculative_margin(self.ctx, a, b);
+        let most = a.extent + b.extent + speculative_margin(self.ctx, a, b, bounces);
         // A thousandth: of rounding, and of the rest that a shape may stand out by.
         (b.center - a.center).length() > 1.001 * most
     }
@@ -364,11 +365,12 @@ mod tests {
                     }
                     let (a, b) = (bodies.at(x.body), bodies.at(y.body));
                     let apart = (b.center - a.center).length() - a.extent - b.extent;
+                    let bounces = x.material.restitution.max(y.material.restitution) > 0.0;
                     let both = a.is_dynamic() && b.is_dynamic();
                     if tables.contacts.has_pair(*row, *other) {
                         watched += 1;
                     } else {
-                        assert!(both && apart > speculative_margin(&ctx, a, b), "{apart}");
+                        assert!(both && apart > speculative_margin(&ctx, a, b, bounces), "{apart}");
                         passed += 1;
                     }
                 }

@@ -188,7 +188,7 @@ fn advance(
     if body.kind == BodyKind::Kinematic {
         body.center += body.v * ctx.dt;
         body.rotation = body.rotation.turned_by(body.w * ctx.dt);
-    } else if line == 0 {
+    } else if line == 0 || lines.flew(line) {
         integrate::fly(ctx, body);
     } else {
         integrate::unwhiten(&lines.lines[line], &lines.whitening[line], body);

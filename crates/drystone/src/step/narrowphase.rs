@@ -63,7 +63,7 @@ pub(crate) fn update_manifolds(
         let scratch = meshes.row(range.start / least);
         for probe in probes.slice(range) {
             let (a, b) = (bodies.at(probe.body_a), bodies.at(probe.body_b));
-            let reach = speculative_margin(ctx, a, b);
+            let reach = speculative_margin(ctx, a, b, probe.bounces);
             if probe.gap > reach && moved(probe, a, b) < probe.gap - reach {
                 continue;
             }
@@ -116,9 +116,14 @@ fn update(
 }
 
 /// Contacts are looked for as far as the bodies may come nearer in this step, but no farther than
-/// the size of the smaller one: a fast body is then stopped at the surface, not in it.
-pub(crate) fn speculative_margin(ctx: &StepContext, a: &Body, b: &Body) -> f32 {
-    let speed = (b.v - a.v).length() + a.w.length() * a.extent + b.w.length() * b.extent;
+/// the size of the smaller one: a fast body is then stopped at the surface, not in it. Of two that move
+/// side by side an impact can stop one, and if the pair bounces it takes part in that.
+pub(crate) fn speculative_margin(ctx: &StepContext, a: &Body, b: &Body, bounces: bool) -> f32 {
+    let mut speed = (b.v - a.v).length();
+    if bounces && a.is_dynamic() && b.is_dynamic() {
+        speed = speed.max(a.v.length()).max(b.v.length());
+    }
+    let speed = speed + a.w.length() * a.extent + b.w.length() * b.extent;
     let size = |body: &Body| if body.is_dynamic() { body.extent } else { f32::INFINITY };
     ctx.margin.max((1.1 * speed * ctx.dt).min(size(a).min(size(b))))
 }

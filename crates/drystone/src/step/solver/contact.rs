@@ -186,15 +186,10 @@ fn solve_points<S: Simd, const FIXED: bool, const N: usize>(
     if !FIXED {
         va.w = va.w - sum(turn_a);
     }
-    if let Some(extra) = extra.as_deref_mut() {
-        if extra.bounces {
-            for j in 0..N {
-                max(load(simd, &extra.pressed[j]), lambda[j]).store_array(&mut extra.pressed[j]);
-            }
-        }
-        if extra.rolls {
-            resist_rolling(simd, extra, &mut va, &mut vb, total);
-        }
+    if let Some(extra) = extra.as_deref_mut()
+        && extra.rolls
+    {
+        resist_rolling(simd, extra, &mut va, &mut vb, total);
     }
 
     let limit = load(simd, &block.mu) * total;
@@ -344,85 +339,5 @@ fn square_sum<S: Simd>(a: Sym3w<S>, b: Sym3w<S>) -> Sym3w<S> {
         xy: a.xy + b.xy,
         xz: a.xz + b.xz,
         yz: a.yz + b.yz,
-    }
-}
-
-/// Bounces: gives every point that was pressed the speed that its energy before the impact, times e²,
-/// leaves at the height it has now. The extra impulse is not kept for warm starts.
-#[inline(always)]
-pub(crate) fn bounce<S: Simd, const FIXED: bool>(
-    simd: S,
-    block: &ContactBlock,
-    extra: &mut Extra,
-    lines: &Rows<'_, Line>,
-    elapsed: f32,
-) {
-    let zero = splat(simd, 0.0);
-    let count = usize::from(block.count.min(4));
-    let n = Vec3w::load(simd, &block.n);
-    let (beta, mut vb) = (load(simd, &block.beta), load_velocity(simd, lines, &block.row_b));
-    let xb = load_motion(simd, lines, &block.row_b);
-    let (mut u, mut moved) = (n.dot(vb.v) * beta, n.dot(xb.v) * beta);
-    let (mut alpha, mut va) = (zero, Velocity::zero(simd));
-    let mut xa = va;
-    if !FIXED {
-        alpha = load(simd, &block.alpha);
-        va = load_velocity(simd, lines, &block.row_a);
-        xa = load_motion(simd, lines, &block.row_a);
-        u -= n.dot(va.v) * alpha;
-        moved -= n.dot(xa.v) * alpha;
-    }
-    let fall = load(simd, &extra.fall);
-    let mut vn = [zero; 4];
-    let mut wanted = [zero; 4];
-    let mut mass = [zero; 4];
-    let mut lambda = [zero; 4];
-    for j in 0..count {
-        let point = &block.points[j];
-        let b = Vec3w::load(simd, &point.b);
-        vn[j] = u + b.dot(vb.w);
-        let mut s = load(simd, &point.s0) + moved + b.dot(xb.w);
-        if !FIXED {
-            let a = Vec3w::load(simd, &point.a);
-            vn[j] -= a.dot(va.w);
-            s -= a.dot(xa.w);
-        }
-        let drift = load(simd, &extra.drift[j]);
-        vn[j] += drift;
-        s += drift * splat(simd, elapsed);
-        let energy = load(simd, &extra.bounce[j]);
-        wanted[j] = sqrt(max(energy + fall * max(s, zero), zero));
-        let hit = above(load(simd, &extra.pressed[j]), zero);
-        let hit = select(hit, load(simd, &point.mass), zero);
-        mass[j] = select(above(energy, zero), hit, zero);
-        lambda[j] = load(simd, &extra.given[j]);
-    }
-    let entry = lambda;
-    for _ in 0..8 {
-        for j in 0..count {
-            let new = max(lambda[j] + mass[j] * (wanted[j] - vn[j]), zero);
-            let d = new - lambda[j];
-            lambda[j] = new;
-            for i in 0..count {
-                vn[i] += load(simd, &block.k[K[i][j]]) * d;
-            }
-        }
-    }
-    let mut pushed = zero;
-    for j in 0..count {
-        let point = &block.points[j];
-        let d = lambda[j] - entry[j];
-        pushed += d;
-        if !FIXED {
-            va.w = va.w - Vec3w::load(simd, &point.a) * d;
-        }
-        vb.w = vb.w + Vec3w::load(simd, &point.b) * d;
-        lambda[j].store_array(&mut extra.given[j]);
-    }
-    vb.v = vb.v + n * (pushed * beta);
-    store_velocity(simd, lines, &block.row_b, vb);
-    if !FIXED {
-        va.v = va.v - n * (pushed * alpha);
-        store_velocity(simd, lines, &block.row_a, va);
     }
 }

@@ -30,6 +30,33 @@ impl Aux {
         self.locked != [false; 3]
     }
 
+    /// An impact on the line; gives its work [J]. It is no impulse that the next substep repeats.
+    #[inline]
+    pub(crate) fn strike(&mut self, line: &mut Line, dv: Vec3, dw: Vec3) -> f32 {
+        let work = dv.dot(three(line.v) + dv * 0.5) + dw.dot(three(line.w) + dw * 0.5);
+        let (dv, dw) = (four(dv), four(dw));
+        for i in 0..4 {
+            line.v[i] += dv[i];
+            line.w[i] += dw[i];
+            self.before_v[i] += dv[i];
+            self.before_w[i] += dw[i];
+        }
+        work
+    }
+
+    /// True if nothing but forces and damping moved the body's center in `substeps` substeps of `h`. (Every
+    /// impulse of a row does.)
+    pub(crate) fn flew(&self, line: &Line, start: [f32; 4], substeps: u32, h: f32) -> bool {
+        let (mut v, mut x) = (start, [0.0; 4]);
+        for _ in 0..substeps {
+            for i in 0..4 {
+                v[i] = (v[i] + self.add_v[i]) * self.decay_v;
+                x[i] += h * v[i];
+            }
+        }
+        (0..4).all(|i| same(v[i], line.v[i]) && same(x[i], line.x[i]))
+    }
+
     /// Takes locked translations out.
     pub(crate) fn hold_locked(&self, line: &mut Line) {
         for i in 0..3 {
@@ -38,6 +65,12 @@ impl Aux {
             }
         }
     }
+}
+
+/// The same number: what two equal computations give.
+#[expect(clippy::float_cmp, reason = "whether anything at all was added")]
+fn same(a: f32, b: f32) -> bool {
+    a == b
 }
 
 const fn four(v: Vec3) -> [f32; 4] {
@@ -99,17 +132,18 @@ pub(crate) fn acceleration(ctx: &StepContext, body: &Body) -> Vec3 {
     ctx.gravity * body.gravity_scale + (body.force + body.step_force) * (1.0 / body.mass)
 }
 
+/// v̂ of a body.
+pub(crate) fn whitened(body: &Body, alpha: f32) -> [f32; 4] {
+    four(body.v * (1.0 / alpha))
+}
+
 /// A dynamic body as a line.
 pub(crate) fn whiten(ctx: &StepContext, body: &Body) -> (Line, Whitening, Aux, Vec3) {
     let alpha = 1.0 / body.mass.sqrt();
     let (s, s_inv) = roots_of_inertia(body);
     let acc = acceleration(ctx, body);
-    let line = Line {
-        v: four(body.v * (1.0 / alpha)),
-        w: four(s_inv.mul(body.w)),
-        x: [0.0; 4],
-        t: [0.0; 4],
-    };
+    let line =
+        Line { v: whitened(body, alpha), w: four(s_inv.mul(body.w)), x: [0.0; 4], t: [0.0; 4] };
     let torque = body.torque + body.step_torque;
     #[expect(clippy::cast_precision_loss, reason = "at most 256 substeps")]
     let spin = s_inv.mul(gyration(ctx, body)) * (1.0 / ctx.substeps as f32);

@@ -12,13 +12,16 @@ pub(crate) mod rows;
 pub(crate) mod contact;
 pub(crate) mod joint;
 pub(crate) mod integrate;
+mod impact;
 mod pack;
 mod pack_joint;
 mod plan;
+mod touch;
 
 use fearless_simd::dispatch;
 
 use self::contact::Sweep;
+use self::impact::Impacts;
 use self::integrate::Aux;
 use self::joint::JointSweep;
 use self::plan::{Group, Plan};
@@ -29,15 +32,13 @@ use crate::base::disjoint::Rows;
 use crate::base::grow;
 use crate::base::jobs::{Executor, Inline, for_ranges, grain};
 use crate::base::math::Vec3;
+use crate::base::wide::LANES;
 use crate::state::bodies::Bodies;
 use crate::state::colors::Colors;
 use crate::state::contacts::{Contact, Contacts};
 use crate::state::joints::{Joint, Joints};
 use crate::state::method::{Method, Pass};
 use crate::state::shapes::Shapes;
-
-/// Sweeps of the bounce pass: enough for a bounce to run through a chain of a few bodies.
-const BOUNCE_SWEEPS: u32 = 4;
 
 /// The solver's memory, kept from step to step so that a warm step allocates nothing.
 #[derive(Clone, Debug, Default)]
@@ -51,11 +52,21 @@ pub(crate) struct Scratch {
     blocks: Vec<ContactBlock>,
     extras: Vec<Extra>,
     joints: Vec<JointBlock>,
+    /// One for each group, while some contact can bounce.
+    impacts: Vec<Impacts>,
+    /// Lines that nothing pushed in this step, or empty: see [`Self::flew`].
+    free: Vec<bool>,
     /// A bit for each lane of a block whose touch is new.
     begun: Vec<u8>,
 }
 
 impl Scratch {
+    /// True if nothing pushed the body of this line though something was near that it can bounce off: it
+    /// flew, and must keep its energy.
+    pub(crate) fn flew(&self, line: usize) -> bool {
+        self.free.get(line).copied().unwrap_or(false)
+    }
+
     /// Contact rows that were pressed together for the first time.
     pub(crate) fn begun(&self) -> impl Iterator<Item = u32> {
         let pressed =
@@ -84,6 +95,9 @@ struct Solver<'a> {
     extras: Rows<'a, Extra>,
     has_extras: bool,
     joints: Rows<'a, JointBlock>,
+    /// Empty where `extras` is, as are `free`.
+    impacts: Rows<'a, Impacts>,
+    free: Rows<'a, bool>,
     begun: Rows<'a, u8>,
     contacts: Rows<'a, Option<Contact>>,
     joint_slots: Rows<'a, Option<Joint>>,
@@ -115,6 +129,12 @@ pub(crate) fn solve(
     s.begun.resize(n, 0);
     let has_extras = colors.special > 0;
     s.extras.resize_with(if has_extras { n } else { 0 }, Extra::default);
+    s.free.clear();
+    s.free.resize(if has_extras { s.plan.members.len() + 1 } else { 0 }, false);
+    if has_extras {
+        let groups = s.plan.groups.len().max(s.impacts.len());
+        s.impacts.resize_with(groups, Impacts::default);
+    }
     s.joints.resize_with(s.plan.joints.owners.len(), JointBlock::default);
     let (slots, _) = contacts.slots_mut();
     let plan = &s.plan;
@@ -133,32 +153,39 @@ pub(crate) fn solve(
         extras: Rows::new(&mut s.extras),
         has_extras,
         joints: Rows::new(&mut s.joints),
+        impacts: Rows::new(&mut s.impacts),
+        free: Rows::new(&mut s.free),
         begun: Rows::new(&mut s.begun),
         contacts: Rows::new(slots),
         joint_slots: Rows::new(joints.rows.values_mut()),
     };
-    let (shared, small) = plan.groups.split_at(plan.shared);
-    for group in shared {
-        solver.solve(group, jobs);
+    for number in 0..plan.shared {
+        solver.solve(number, jobs);
     }
-    for_ranges(jobs, small.len(), 1, |range| {
-        for group in &small[range] {
-            solver.solve(group, &Inline);
+    for_ranges(jobs, plan.groups.len() - plan.shared, 1, |range| {
+        for number in range {
+            solver.solve(plan.shared + number, &Inline);
         }
     });
 }
 
 impl Solver<'_> {
     /// Takes a group through the whole step.
-    fn solve(&self, group: &Group, jobs: &dyn Executor) {
-        let ctx = self.ctx;
+    fn solve(&self, number: usize, jobs: &dyn Executor) {
+        let (ctx, group) = (self.ctx, &self.plan.groups[number]);
         self.prepare_lines(group, jobs);
         self.prepare_joints(group, jobs);
         self.prepare_contacts(group, jobs);
+        if self.has_extras {
+            let blocks = self.plan.contacts.blocks_of(&group.contacts);
+            self.impacts.row(number).begin(&self.impact_source(group), blocks, group.lines.len());
+        }
         let locked = group.lines.clone().any(|i| self.aux.read(i).is_locked());
         let (body, finish) = (self.method.substep(), self.method.finish());
         let steps = (0..ctx.substeps).flat_map(|substep| body.iter().map(move |p| (substep, *p)));
         let mut passes = steps.chain(finish.iter().map(|p| (ctx.substeps, *p))).peekable();
+        // Substeps that positions have advanced, and whether velocities have the forces of the next one.
+        let (mut done, mut kicked) = (0, true);
         while let Some((substep, pass)) = passes.next() {
             match pass {
                 Pass::Velocities if substep == 0 => self.accelerate(group, jobs, true),
@@ -167,17 +194,71 @@ impl Solver<'_> {
                     // Positions and the velocities after them are one walk over the bodies.
                     if passes.next_if(|(_, next)| *next == Pass::Velocities).is_some() {
                         self.advance(group, jobs);
+                        (done, kicked) = (done + 1, true);
                     } else {
                         self.drift(group, jobs);
+                        (done, kicked) = (done + 1, false);
                     }
                 }
+                Pass::Impacts if self.has_extras => self.collide(number, done, kicked),
                 _ => self.sweep(group, pass, substep, jobs),
             }
             if locked {
                 self.hold_locked(group);
             }
         }
+        if self.has_extras {
+            self.find_free(group);
+        }
         self.store(group, jobs);
+    }
+
+    fn impact_source(&self, group: &Group) -> touch::Source<'_> {
+        touch::Source {
+            blocks: &self.blocks,
+            extras: &self.extras,
+            owners: &self.plan.contacts.owners,
+            lines: &self.lines,
+            aux: &self.aux,
+            first_line: group.lines.start,
+            members: &self.plan.members,
+            bodies: self.bodies,
+        }
+    }
+
+    fn collide(&self, number: usize, done: u16, kicked: bool) {
+        let ctx = self.ctx;
+        let moment = touch::Moment {
+            done,
+            substeps: u16::try_from(ctx.substeps).expect("at most 256 substeps"),
+            h: ctx.h,
+            kicked,
+            least: ctx.restitution_speed,
+            push: ctx.push_speed,
+        };
+        let source = self.impact_source(&self.plan.groups[number]);
+        self.impacts.row(number).collide(&source, &moment);
+    }
+
+    /// Notes the lines that nothing pushed, of bodies near something they can bounce off.
+    fn find_free(&self, group: &Group) {
+        for i in self.plan.contacts.blocks_of(&group.contacts) {
+            let (block, extra) = (self.blocks.read(i), self.extras.read(i));
+            if !extra.bounces {
+                continue;
+            }
+            for lane in 0..LANES {
+                for line in [block.row_a[lane] as usize, block.row_b[lane] as usize] {
+                    if line != 0 && extra.restitution[lane] > 0.0 {
+                        let body = self.bodies.at(self.plan.members[line - 1]);
+                        let start = integrate::whitened(body, self.whitening.read(line).alpha());
+                        let (aux, end) = (self.aux.read(line), self.lines.read(line));
+                        let ctx = self.ctx;
+                        *self.free.row(line) = aux.flew(end, start, ctx.substeps, ctx.h);
+                    }
+                }
+            }
+        }
     }
 
     /// A pass over the colors.
@@ -195,7 +276,7 @@ impl Solver<'_> {
             elapsed,
         };
         match pass {
-            Pass::Velocities | Pass::Positions => {}
+            Pass::Velocities | Pass::Positions | Pass::Impacts => {}
             Pass::Solve { inner } => {
                 let inner = inner.clamp(1, 8);
                 self.sweep_joints(group, ctx.soft_joint, elapsed, jobs);
@@ -208,7 +289,6 @@ impl Solver<'_> {
                 let rigid = sweep(Softness::RIGID, 1, moved);
                 self.sweep_contacts(group, &[rigid, rigid], jobs);
             }
-            Pass::Restitution => self.bounce(group, moved, jobs),
         }
     }
 
@@ -352,34 +432,6 @@ impl Solver<'_> {
                     }
                 });
             });
-        }
-    }
-
-    fn bounce(&self, group: &Group, elapsed: f32, jobs: &dyn Executor) {
-        let batches = &self.plan.contacts.batches[group.contacts.clone()];
-        let mut blocks = batches.iter().flat_map(|batch| batch.blocks.clone());
-        if !self.has_extras || !blocks.any(|i| self.extras.read(i).bounces) {
-            return;
-        }
-        for _ in 0..BOUNCE_SWEEPS {
-            for batch in batches {
-                let n = batch.blocks.len();
-                for_ranges(jobs, n, grain(jobs, n, 8), |part| {
-                    dispatch!(self.ctx.level, simd => {
-                        for i in batch.blocks.start + part.start..batch.blocks.start + part.end {
-                            let (block, extra) = (self.blocks.read(i), self.extras.row(i));
-                            if !extra.bounces {
-                                continue;
-                            }
-                            if batch.fixed {
-                                contact::bounce::<_, true>(simd, block, extra, &self.lines, elapsed);
-                            } else {
-                                contact::bounce::<_, false>(simd, block, extra, &self.lines, elapsed);
-                            }
-                        }
-                    });
-                });
-            }
         }
     }
 

@@ -349,9 +349,11 @@ fn reach_of<S: Simd, const N: usize>(
     [share, mu]: [Wide<S>; 2],
 ) -> Wide<S> {
     let mut sum = splat(simd, 0.0);
-    for j in 0..N {
-        let arm = arms[j] - middle;
-        sum += sqrt(arm.dot(arm)) * weights[j];
+    if N > 1 {
+        for j in 0..N {
+            let arm = arms[j] - middle;
+            sum += sqrt(arm.dot(arm)) * weights[j];
+        }
     }
     let is_face = above(load(simd, &raw.count), splat(simd, 2.5));
     let mut reach = sum * share * select(is_face, load(simd, &raw.patch), splat(simd, 0.5));
@@ -428,7 +430,9 @@ fn build_friction<S: Simd, const FIXED: bool>(
     let (m11, m12, m22) = (k22 * inv, -(k12 * inv), k11 * inv);
     let (e1, e2) = (m11 * k13 + m12 * k23, m12 * k13 + m22 * k23);
     let left = k33 - (k13 * e1 + k23 * e2);
-    let m33 = select(above(left, k33 * splat(simd, 1.0e-5)), inverse_or_zero(simd, left), zero);
+    // Nor is there one at a reach of rounding, whose inverse would be beyond all numbers.
+    let least = max(k33 * splat(simd, 1.0e-5), k11 * splat(simd, 1.0e-12));
+    let m33 = select(above(left, least), inverse_or_zero(simd, left), zero);
     let m = [
         m11 + e1 * e1 * m33,
         m12 + e1 * e2 * m33,
@@ -471,19 +475,7 @@ fn pack_extra<const FIXED: bool>(
     let c = raw.contacts[lane];
     let (a, b) = (source.bodies.at(c.body_a), source.bodies.at(c.body_b));
     if c.restitution > 0.0 {
-        let acc = |body: u32| *source.acceleration.read(source.line_of[body as usize] as usize);
-        let fall = c.normal.dot(acc(c.body_b) - acc(c.body_a));
-        extra.fall[lane] = 2.0 * fall;
-        for (j, p) in c.points().iter().enumerate() {
-            // Speed at the impact, from the speed and the height now [solver notes F.7].
-            let now = c.normal.dot(b.velocity_at(c.r_b(p)) - a.velocity_at(p.r_a));
-            let square = now * now - 2.0 * fall * p.separation.max(0.0);
-            let limit = source.ctx.restitution_speed;
-            if now + fall * source.ctx.dt < 0.0 && square > limit * limit {
-                extra.bounces = true;
-                extra.bounce[j][lane] = c.restitution * c.restitution * square;
-            }
-        }
+        pack_bounce(source, c, [a, b], lane, extra);
     }
     if c.rolling > 0.0 {
         extra.rolls = true;
@@ -528,6 +520,38 @@ fn pack_extra<const FIXED: bool>(
 
 fn moves(body: &Body) -> bool {
     !body.is_dynamic() && body.active()
+}
+
+/// Restitution of one contact, and whether it arrives in this step: whether some point reaches the
+/// surface, and faster than forces alone make a body in a step. What rests does not.
+fn pack_bounce(
+    source: &Source<'_>,
+    c: &Contact,
+    [a, b]: [&Body; 2],
+    lane: usize,
+    extra: &mut Extra,
+) {
+    // The relax sweep looks a substep ahead of the step's end.
+    let (dt, ahead) = (source.ctx.dt, source.ctx.dt + source.ctx.h);
+    let along =
+        |body: u32| c.normal.dot(*source.acceleration.read(source.line_of[body as usize] as usize));
+    let (of_a, of_b) = (along(c.body_a), along(c.body_b));
+    let fall = of_b - of_a;
+    let slow = of_a.abs().max(of_b.abs()) * dt;
+    extra.bounces = true;
+    extra.restitution[lane] = c.restitution;
+    (extra.fall[lane], extra.slow[lane]) = (fall, slow);
+    for p in c.points() {
+        let speed = c.normal.dot(b.velocity_at(c.r_b(p)) - a.velocity_at(p.r_a));
+        let s = p.separation - source.ctx.rest_offset;
+        let faster = fall.min(0.0) * ahead;
+        let meets = s + (speed + 0.6 * faster) * ahead < 0.0 && speed + faster < 0.0;
+        let square = speed * speed - 2.0 * fall * s.max(0.0);
+        let least = source.ctx.restitution_speed.max(slow);
+        if meets && square > least * least {
+            extra.arrives |= 1 << lane;
+        }
+    }
 }
 
 /// Velocity of a point of a moving kinematic body; zero of any other.
@@ -595,10 +619,8 @@ pub(super) fn store<S: Simd>(
         for j in 0..usize::from(c.count.min(4)) {
             c.points[j].impulse = push_of[j];
             pressed |= push_of[j] > 0.0 || c.points[j].separation <= 0.0;
-            if let Some(e) = extra {
-                pressed |= e.bounces && e.pressed[j][lane] > 0.0;
-            }
         }
+        pressed |= extra.is_some_and(|e| e.hit >> lane & 1 == 1);
         let [x, y, z, twist] = rub_of;
         (c.tangent_impulse, c.twist_impulse) = (Vec3 { x, y, z }, twist);
         if let Some(extra) = extra

@@ -197,14 +197,15 @@ pub(crate) struct Extra {
     pub(crate) drifts: bool,
     /// Kinetic friction is less than static friction.
     pub(crate) slips: bool,
-    /// Speed after the bounce squared, e² u²; 0: no bounce.
-    pub(crate) bounce: [Lanes; 4],
-    /// Twice the relative acceleration along the normal: height already gained is paid for.
+    /// A bit for each lane that may bounce in this step, and for each that did.
+    pub(crate) arrives: u8,
+    pub(crate) hit: u8,
+    /// Coefficient of restitution; 0: no bounce.
+    pub(crate) restitution: Lanes,
+    /// Relative acceleration along the normal [m/s²].
     pub(crate) fall: Lanes,
-    /// Greatest impulse in any sweep.
-    pub(crate) pressed: [Lanes; 4],
-    /// Impulse of the bounce so far.
-    pub(crate) given: [Lanes; 4],
+    /// Speed that forces alone give one of the bodies along the normal in a step [m/s].
+    pub(crate) slow: Lanes,
     /// Normal speed of the points that comes from kinematic bodies; that of friction's rows.
     pub(crate) drift: [Lanes; 4],
     pub(crate) drift_t: [Lanes; 3],

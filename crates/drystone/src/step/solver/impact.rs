@@ -1,0 +1,375 @@
+//! Impacts: pairs that meet within a substep bounce before the sweep sees them.
+//!
+//! Reads: blocks, extras (restitution), motion. Writes: lines (velocity), extras (which contacts were
+//! hit). Runs: serial over the islands of a group in which a pair arrives in this step, over contacts
+//! around bodies that take part; other groups pay for a look at one flag a block. Invariant: islands
+//! do not see each other, so neither grouping nor the number of workers shows.
+//!
+//! In an island, rounds of reflections [Smith12]: all points that approach are stopped together, by
+//! impulses that only push, and then get e times the same impulses once more. That
+//! keeps energy for e = 1 and never adds any, treats what is symmetric symmetrically, and sends an
+//! impact through a row of touching balls one by one. Friction follows under the impulses of the round.
+//! What still approaches after the last round, or too slowly, is left to the sweep, which stops it.
+//!
+//! Symbols as in the contact kernel; w = speed of a point along the normal, u = that speed at the
+//! surface, kick = what gravity adds in a substep. See docs/derivations/impacts.md.
+
+use super::rows::Extra;
+use super::touch::{Entry, Moment, Source, Touch};
+use crate::base::wide::LANES;
+use crate::state::bodies::NONE;
+
+/// Most rounds in a substep: an impact runs through a row of as many bodies.
+const ROUNDS: u32 = 64;
+
+/// Most rounds that hit the same contact of one point, and of several: as many touching bodies can come
+/// in to a row. More of them go to boxes that rattle on two edges, where friction and bounce feed each
+/// other.
+const HITS: [u8; 2] = [8, 3];
+
+/// Most sweeps over the points of one round. One point needs one; two balls side by side come nearer
+/// to their common stop by 16 in each.
+const SWEEPS: u32 = 24;
+
+/// A round has converged when no impulse changes a speed by more than this part of the greatest one:
+/// what it leaves of speed and energy is of that order.
+const PRECISION: f32 = 1.0e-5;
+
+/// Memory of one group's impacts, kept from step to step.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Impacts {
+    /// Contacts of the group that can bounce.
+    entries: Vec<Entry>,
+    ends: Vec<End>,
+    /// Entries around each line, line after line.
+    around: Vec<u32>,
+    /// Island and entry of what arrives in this step.
+    arrivals: Vec<(u32, u32)>,
+    touches: Vec<Touch>,
+    /// First and last touch of each island.
+    runs: Vec<[u32; 2]>,
+    hits: Vec<Hit>,
+    clock: u32,
+}
+
+/// A line, as an end of contacts.
+#[derive(Clone, Copy, Debug, Default)]
+struct End {
+    first: u32,
+    count: u32,
+    /// Its contacts are looked at.
+    live: bool,
+    /// When an impact last changed its velocity.
+    changed: u32,
+    /// Greatest restitution of the points that approach it in this round.
+    most: f32,
+}
+
+/// One point that approaches.
+#[derive(Clone, Copy, Debug)]
+struct Hit {
+    touch: u32,
+    point: u8,
+    e: f32,
+    /// Speed after over speed before.
+    gain: f32,
+    speed: f32,
+    impulse: f32,
+    /// No other on its bodies has a greater restitution.
+    first: bool,
+}
+
+/// Number of a row.
+fn index(i: usize) -> u32 {
+    u32::try_from(i).expect("fewer than 2^32 contacts")
+}
+
+/// Number of a lane or a point.
+#[expect(clippy::cast_possible_truncation, reason = "below 8")]
+const fn small(i: usize) -> u8 {
+    i as u8
+}
+
+impl Impacts {
+    /// At the step's start: finds what arrives in it, and the contacts around.
+    pub(super) fn begin(&mut self, source: &Source<'_>, blocks: core::ops::Range<usize>, n: usize) {
+        self.runs.clear();
+        if !blocks.clone().any(|i| source.extras.read(i).arrives != 0) {
+            return;
+        }
+        self.entries.clear();
+        self.arrivals.clear();
+        self.touches.clear();
+        self.clock = 0;
+        self.ends.clear();
+        self.ends.resize(n, End::default());
+        for i in blocks {
+            let extra = source.extras.read(i);
+            if extra.bounces {
+                self.enter(source, i, extra);
+            }
+        }
+        let mut first = 0;
+        for end in &mut self.ends {
+            end.first = first;
+            first += core::mem::take(&mut end.count);
+        }
+        self.around.clear();
+        self.around.resize(first as usize, NONE);
+        for (number, entry) in (0..).zip(&self.entries) {
+            for line in entry.lines {
+                if line != 0 {
+                    let end = &mut self.ends[line as usize - source.first_line];
+                    self.around[(end.first + end.count) as usize] = number;
+                    end.count += 1;
+                }
+            }
+        }
+        // Islands one after the other, and in each what arrives in the order of the colors.
+        self.arrivals.sort_unstable();
+        let mut island = NONE;
+        for i in 0..self.arrivals.len() {
+            let (of, entry) = self.arrivals[i];
+            if of != island || self.runs.is_empty() {
+                island = of;
+                self.runs.push([NONE; 2]);
+            }
+            let lines = self.entries[entry as usize].lines;
+            self.wake(source, lines, self.runs.len() - 1);
+        }
+    }
+
+    fn enter(&mut self, source: &Source<'_>, i: usize, extra: &Extra) {
+        let block = source.blocks.read(i);
+        for lane in 0..LANES {
+            if source.owners[i][lane] == NONE || !(extra.restitution[lane] > 0.0) {
+                continue;
+            }
+            let lines = [block.row_a[lane], block.row_b[lane]];
+            let line = lines[0].max(lines[1]);
+            // A body that was put aside may still be named by a contact.
+            if line == 0 {
+                continue;
+            }
+            let number = index(self.entries.len());
+            if extra.arrives >> lane & 1 == 1 {
+                let body = source.members[line as usize - 1];
+                self.arrivals.push((source.bodies.at(body).island, number));
+            }
+            for line in lines {
+                if line != 0 {
+                    self.ends[line as usize - source.first_line].count += 1;
+                }
+            }
+            let (block, lane) = (index(i), small(lane));
+            self.entries.push(Entry { lines, block, lane, taken: false });
+        }
+    }
+
+    /// Looks at all contacts of two bodies from now on.
+    fn wake(&mut self, source: &Source<'_>, lines: [u32; 2], run: usize) {
+        for line in lines {
+            if line == 0 {
+                continue;
+            }
+            let end = &mut self.ends[line as usize - source.first_line];
+            if core::mem::replace(&mut end.live, true) {
+                continue;
+            }
+            for k in end.first..end.first + end.count {
+                let entry = &mut self.entries[self.around[k as usize] as usize];
+                if core::mem::replace(&mut entry.taken, true) {
+                    continue;
+                }
+                let number = index(self.touches.len());
+                self.touches.push(Touch::load(source, entry));
+                let [head, tail] = &mut self.runs[run];
+                if *tail == NONE {
+                    *head = number;
+                } else {
+                    self.touches[*tail as usize].next = number;
+                }
+                *tail = number;
+            }
+        }
+    }
+
+    /// All impacts of a substep.
+    pub(super) fn collide(&mut self, source: &Source<'_>, moment: &Moment) {
+        for run in 0..self.runs.len() {
+            let mut placed = NONE;
+            for _ in 0..ROUNDS {
+                self.clock += 1;
+                placed = self.place_from(source, moment, run, placed);
+                self.find_hits(source, moment, run);
+                if self.hits.is_empty() {
+                    break;
+                }
+                self.reflect(source);
+                self.settle(source, run);
+            }
+        }
+    }
+
+    /// Places the touches of a run after `last`; all if that is none. Returns the last one.
+    fn place_from(&mut self, source: &Source<'_>, moment: &Moment, run: usize, last: u32) -> u32 {
+        let [head, tail] = self.runs[run];
+        let mut at = if last == NONE { head } else { self.touches[last as usize].next };
+        while at != NONE {
+            let touch = &mut self.touches[at as usize];
+            touch.place(source, f32::from(moment.done) * moment.h);
+            at = touch.next;
+        }
+        tail
+    }
+
+    /// The points that approach and meet in this substep. Of several on a body those of the greatest
+    /// restitution are first: with unlike ones reflected together energy could grow.
+    fn find_hits(&mut self, source: &Source<'_>, moment: &Moment, run: usize) {
+        self.hits.clear();
+        let Self { ends, touches, hits, clock, .. } = self;
+        let mut at = self.runs[run][0];
+        while at != NONE {
+            let number = at;
+            let touch = &mut touches[at as usize];
+            at = touch.next;
+            let mut changed = 1;
+            for line in touch.lines {
+                if line != 0 {
+                    changed = changed.max(ends[line as usize - source.first_line].changed);
+                }
+            }
+            if touch.seen >= changed || touch.hits >= HITS[usize::from(touch.count > 1)] {
+                continue;
+            }
+            touch.seen = *clock;
+            let least = touch.least(moment);
+            for j in 0..usize::from(touch.count) {
+                let p = &touch.points[j];
+                if p.mass <= 0.0 {
+                    continue;
+                }
+                let speed = touch.speed(j, source.lines);
+                if speed < -least && p.s + speed * moment.h < 0.0 {
+                    let gain = touch.gain(j, speed, moment);
+                    let hit = Hit {
+                        touch: number,
+                        point: small(j),
+                        e: touch.e,
+                        gain,
+                        speed,
+                        impulse: 0.0,
+                        first: true,
+                    };
+                    hits.push(hit);
+                    for line in touch.lines {
+                        if line != 0 {
+                            let end = &mut ends[line as usize - source.first_line];
+                            end.most = end.most.max(touch.e);
+                        }
+                    }
+                }
+            }
+        }
+        for hit in hits.iter_mut() {
+            let touch = &mut touches[hit.touch as usize];
+            for line in touch.lines {
+                if line != 0 {
+                    hit.first &= ends[line as usize - source.first_line].most <= hit.e;
+                }
+            }
+            if !hit.first {
+                touch.seen = 0;
+            }
+        }
+        for hit in hits.iter() {
+            for line in touches[hit.touch as usize].lines {
+                if line != 0 {
+                    ends[line as usize - source.first_line].most = 0.0;
+                }
+            }
+        }
+        hits.retain(|hit| hit.first);
+    }
+
+    /// Stops all hits together, with friction; then gives their impulses once more, times what they gain,
+    /// but no more energy than the stop took [Poisson's hypothesis], and friction again.
+    fn reflect(&mut self, source: &Source<'_>) {
+        let Self { touches, hits, .. } = self;
+        let mut fastest = 0.0_f32;
+        for hit in hits.iter() {
+            fastest = fastest.max(-hit.speed);
+        }
+        let mut work = 0.0;
+        for _ in 0..SWEEPS {
+            let mut change = 0.0_f32;
+            for i in 0..hits.len() {
+                let last = hits.get(i + 1).is_none_or(|next| next.touch != hits[i].touch);
+                let hit = &mut hits[i];
+                let (touch, j) = (&mut touches[hit.touch as usize], usize::from(hit.point));
+                let mass = touch.points[j].mass;
+                let speed = touch.speed(j, source.lines);
+                let new = (hit.impulse - mass * speed).max(0.0);
+                let d = new - hit.impulse;
+                hit.impulse = new;
+                work += touch.push(j, d, source);
+                change = change.max(d.abs() / mass);
+                if last {
+                    work += touch.rub(source);
+                }
+            }
+            if change <= PRECISION * fastest {
+                break;
+            }
+        }
+        let (mut rate, mut returned, mut driven) = (0.0, 0.0, false);
+        for hit in hits.iter() {
+            let touch = &touches[hit.touch as usize];
+            driven |= touch.driven;
+            rate += hit.e * hit.impulse * touch.speed(usize::from(hit.point), source.lines);
+        }
+        for hit in hits.iter() {
+            let touch = &mut touches[hit.touch as usize];
+            returned += touch.push(usize::from(hit.point), hit.e * hit.impulse, source);
+        }
+        // Where friction and normals work on each other, all of the impulse can be too much (Kane).
+        // What a kinematic body does is not limited.
+        let mut part = 1.0;
+        let square = returned - rate;
+        if !driven && work + returned > -PRECISION * work && square > 0.0 {
+            let root = (rate * rate - 4.0 * square * work).max(0.0).sqrt();
+            part = ((root - rate) / (2.0 * square)).clamp(0.0, 1.0);
+        }
+        for i in 0..hits.len() {
+            let last = hits.get(i + 1).is_none_or(|next| next.touch != hits[i].touch);
+            let hit = &hits[i];
+            let touch = &mut touches[hit.touch as usize];
+            touch.push(usize::from(hit.point), hit.impulse * (hit.gain * part - hit.e), source);
+            if last {
+                touch.rub(source);
+            }
+        }
+    }
+
+    /// What follows from a round: whose speed has changed, and who is looked at.
+    fn settle(&mut self, source: &Source<'_>, run: usize) {
+        for i in 0..self.hits.len() {
+            let number = self.hits[i].touch;
+            let touch = &mut self.touches[number as usize];
+            let lines = touch.lines;
+            for line in lines {
+                if line != 0 {
+                    let end = &mut self.ends[line as usize - source.first_line];
+                    end.changed = self.clock + 1;
+                }
+            }
+            if i > 0 && self.hits[i - 1].touch == number {
+                continue;
+            }
+            touch.bounced = true;
+            touch.hits += 1;
+            source.extras.row(touch.block as usize).hit |= 1 << touch.lane;
+            self.wake(source, lines, run);
+        }
+    }
+}
