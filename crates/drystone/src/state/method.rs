@@ -20,11 +20,12 @@ pub enum Pass {
 }
 
 /// A named list of passes.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Method {
     name: &'static str,
     summary: &'static str,
     substeps: u32,
+    inertia: f32,
     substep: Vec<Pass>,
     finish: Vec<Pass>,
 }
@@ -40,6 +41,7 @@ impl Method {
             name: "soft-step",
             summary: "8 substeps of one soft sweep each, one relax sweep and the bounces at the end",
             substeps: 8,
+            inertia: 8.0,
             substep: vec![Pass::Velocities, Pass::Solve { inner: 2 }, Pass::Positions],
             finish: vec![Pass::Relax, Pass::Restitution],
         }
@@ -53,6 +55,7 @@ impl Method {
             name: "soft-step-relax",
             summary: "4 substeps of a soft and a relax sweep each, the bounces at the end",
             substeps: 4,
+            inertia: 1.0,
             substep: vec![Pass::Velocities, Pass::Solve { inner: 1 }, Pass::Positions, Pass::Relax],
             finish: vec![Pass::Restitution],
         }
@@ -84,6 +87,12 @@ impl Method {
     #[must_use]
     pub const fn substeps(&self) -> u32 {
         self.substeps
+    }
+
+    /// Greatest factor of load-adaptive inertia unless the world's configuration says otherwise; 1: none.
+    #[must_use]
+    pub const fn inertia(&self) -> f32 {
+        self.inertia
     }
 
     /// The passes of a substep.

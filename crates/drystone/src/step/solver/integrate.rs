@@ -1,6 +1,7 @@
 //! Bodies in the solver: whitening at the step's start, forces and the carried warm start before each
 //! sweep, positions after it, and free rotation.
 
+use super::inertia::Squeeze;
 use super::rows::{Line, Whitening};
 use super::softness::decay;
 use crate::base::double::{DQuat, DVec3};
@@ -99,14 +100,25 @@ pub(crate) fn acceleration(ctx: &StepContext, body: &Body) -> Vec3 {
     ctx.gravity * body.gravity_scale + (body.force + body.step_force) * (1.0 / body.mass)
 }
 
-/// A dynamic body as a line.
-pub(crate) fn whiten(ctx: &StepContext, body: &Body) -> (Line, Whitening, Aux, Vec3) {
-    let alpha = 1.0 / body.mass.sqrt();
-    let (s, s_inv) = roots_of_inertia(body);
-    let acc = acceleration(ctx, body);
+/// A dynamic body as a line: with this velocity and angular velocity, and `factor` times its inertia under
+/// the same forces.
+pub(crate) fn whiten(
+    ctx: &StepContext,
+    body: &Body,
+    factor: f32,
+    (v, w): (Vec3, Vec3),
+) -> (Line, Whitening, Aux, Vec3) {
+    let alpha = 1.0 / (body.mass * factor).sqrt();
+    let (mut s, mut s_inv) = roots_of_inertia(body);
+    let mut acc = acceleration(ctx, body);
+    if factor > 1.0 {
+        let root = factor.sqrt();
+        (s, s_inv) = (s.scaled(1.0 / root), s_inv.scaled(root));
+        acc *= 1.0 / factor;
+    }
     let line = Line {
-        v: four(body.v * (1.0 / alpha)),
-        w: four(s_inv.mul(body.w)),
+        v: four(v * (1.0 / alpha)),
+        w: four(s_inv.mul(w)),
         x: [0.0; 4],
         t: [0.0; 4],
     };
@@ -172,8 +184,15 @@ pub(crate) fn unwhiten(line: &Line, whitening: &Whitening, body: &mut Body) {
     body.rotation = body.rotation.turned_by(s.mul(three(line.t)));
 }
 
+/// Takes down how a body was squeezed.
+pub(crate) fn note_load(ctx: &StepContext, squeeze: &Squeeze, body: &mut Body) {
+    body.inertia_factor = squeeze.factor;
+    body.load = squeeze.impulse * ctx.inv_h;
+}
+
 /// A body that nothing touches: its parabola exactly, its free rotation by symplectic splitting.
 pub(crate) fn fly(ctx: &StepContext, body: &mut Body) {
+    (body.inertia_factor, body.load) = (1.0, 0.0);
     let acc = acceleration(ctx, body);
     let decay_v = super::softness::exact_decay(body.linear_damping, ctx.dt);
     let next = (body.v + acc * ctx.dt) * decay_v;

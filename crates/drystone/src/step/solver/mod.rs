@@ -11,14 +11,18 @@ pub(crate) mod softness;
 pub(crate) mod rows;
 pub(crate) mod contact;
 pub(crate) mod joint;
+pub(crate) mod inertia;
 pub(crate) mod integrate;
 mod pack;
 mod pack_joint;
 mod plan;
 
+use core::sync::atomic::{AtomicBool, Ordering};
+
 use fearless_simd::dispatch;
 
 use self::contact::Sweep;
+use self::inertia::{Momentum, Squeeze, slowed};
 use self::integrate::Aux;
 use self::joint::JointSweep;
 use self::plan::{Group, Plan};
@@ -29,9 +33,11 @@ use crate::base::disjoint::Rows;
 use crate::base::grow;
 use crate::base::jobs::{Executor, Inline, for_ranges, grain};
 use crate::base::math::Vec3;
-use crate::state::bodies::Bodies;
+use crate::base::wide::LANES;
+use crate::state::bodies::{Bodies, Body};
 use crate::state::colors::Colors;
 use crate::state::contacts::{Contact, Contacts};
+use crate::state::islands::Islands;
 use crate::state::joints::{Joint, Joints};
 use crate::state::method::{Method, Pass};
 
@@ -47,6 +53,9 @@ pub(crate) struct Scratch {
     pub(crate) whitening: Vec<Whitening>,
     aux: Vec<Aux>,
     acceleration: Vec<Vec3>,
+    pub(crate) squeezes: Vec<Squeeze>,
+    /// Of each island, in a step in which one of its bodies grows heavier.
+    momenta: Vec<Momentum>,
     blocks: Vec<ContactBlock>,
     extras: Vec<Extra>,
     joints: Vec<JointBlock>,
@@ -77,6 +86,8 @@ struct Solver<'a> {
     whitening: Rows<'a, Whitening>,
     aux: Rows<'a, Aux>,
     acceleration: Rows<'a, Vec3>,
+    squeezes: Rows<'a, Squeeze>,
+    momenta: Rows<'a, Momentum>,
     blocks: Rows<'a, ContactBlock>,
     /// Empty, or one for each block.
     extras: Rows<'a, Extra>,
@@ -92,6 +103,7 @@ pub(crate) fn solve(
     ctx: &StepContext,
     method: &Method,
     bodies: &Bodies,
+    islands: &Islands,
     joints: &mut Joints,
     contacts: &mut Contacts,
     colors: &mut Colors,
@@ -105,6 +117,8 @@ pub(crate) fn solve(
     s.whitening.resize(n, Whitening::default());
     s.aux.resize(n, Aux::default());
     s.acceleration.resize(n, Vec3::ZERO);
+    s.squeezes.resize(n, Squeeze::default());
+    s.momenta.resize(islands.rows.len(), Momentum::default());
     let n = s.plan.contacts.owners.len();
     let more = n.saturating_sub(s.blocks.len());
     grow::make_room(&mut s.blocks, more);
@@ -125,6 +139,8 @@ pub(crate) fn solve(
         whitening: Rows::new(&mut s.whitening),
         aux: Rows::new(&mut s.aux),
         acceleration: Rows::new(&mut s.acceleration),
+        squeezes: Rows::new(&mut s.squeezes),
+        momenta: Rows::new(&mut s.momenta),
         blocks: Rows::new(&mut s.blocks),
         extras: Rows::new(&mut s.extras),
         has_extras,
@@ -250,16 +266,52 @@ impl Solver<'_> {
 
     fn prepare_lines(&self, group: &Group, jobs: &dyn Executor) {
         let n = group.lines.len();
+        let heavier = AtomicBool::new(false);
         for_ranges(jobs, n, grain(jobs, n, 64), |part| {
+            let mut any = false;
             for i in group.lines.start + part.start..group.lines.start + part.end {
                 let body = self.bodies.at(self.plan.members[i - 1]);
-                let (line, whitening, aux, acc) = integrate::whiten(self.ctx, body);
-                *self.lines.row(i) = line;
-                *self.whitening.row(i) = whitening;
-                *self.aux.row(i) = aux;
-                *self.acceleration.row(i) = acc;
+                let factor = self.ctx.inertia.factor(body);
+                any |= factor > body.inertia_factor;
+                self.put_line(i, body, factor, (body.v, body.w));
+            }
+            if any {
+                heavier.store(true, Ordering::Relaxed);
             }
         });
+        if heavier.into_inner() {
+            self.slow_heavier(group);
+        }
+    }
+
+    fn put_line(&self, i: usize, body: &Body, factor: f32, velocity: (Vec3, Vec3)) {
+        let (line, whitening, aux, acc) = integrate::whiten(self.ctx, body, factor, velocity);
+        *self.lines.row(i) = line;
+        *self.whitening.row(i) = whitening;
+        *self.aux.row(i) = aux;
+        *self.acceleration.row(i) = acc;
+        *self.squeezes.row(i) = Squeeze { factor, impulse: 0.0 };
+    }
+
+    /// Bodies that grow heavier join the motion of their island. Sums are made in the order of bodies,
+    /// which no grouping changes.
+    fn slow_heavier(&self, group: &Group) {
+        let body_of = |i: usize| self.bodies.at(self.plan.members[i - 1]);
+        for i in group.lines.clone() {
+            *self.momenta.row(body_of(i).island as usize) = Momentum::default();
+        }
+        for i in group.lines.clone() {
+            let body = body_of(i);
+            self.momenta.row(body.island as usize).add(body);
+        }
+        for i in group.lines.clone() {
+            let body = body_of(i);
+            let factor = self.squeezes.read(i).factor;
+            if factor > body.inertia_factor {
+                let island = self.momenta.read(body.island as usize);
+                self.put_line(i, body, factor, slowed(body, factor, island));
+            }
+        }
     }
 
     /// Locked translations are taken out again: a projection after every pass.
@@ -378,7 +430,36 @@ impl Solver<'_> {
         }
     }
 
+    /// Sums up how each body is squeezed.
+    fn weigh(&self, group: &Group, jobs: &dyn Executor) {
+        for batch in &self.plan.contacts.batches[group.contacts.clone()] {
+            let n = batch.blocks.len();
+            for_ranges(jobs, n, grain(jobs, n, 64), |part| {
+                for i in batch.blocks.start + part.start..batch.blocks.start + part.end {
+                    let block = self.blocks.read(i);
+                    let mut half = [0.0; LANES];
+                    for point in &block.points[..usize::from(block.count.min(4))] {
+                        for (half, impulse) in half.iter_mut().zip(&point.impulse) {
+                            *half += 0.5 * impulse;
+                        }
+                    }
+                    for lane in 0..LANES {
+                        if !batch.fixed && block.row_a[lane] != 0 {
+                            self.squeezes.row(block.row_a[lane] as usize).impulse += half[lane];
+                        }
+                        if block.row_b[lane] != 0 {
+                            self.squeezes.row(block.row_b[lane] as usize).impulse += half[lane];
+                        }
+                    }
+                }
+            });
+        }
+    }
+
     fn store(&self, group: &Group, jobs: &dyn Executor) {
+        if self.ctx.inertia.is_on() {
+            self.weigh(group, jobs);
+        }
         let blocks = self.plan.contacts.blocks_of(&group.contacts);
         let n = blocks.len();
         for_ranges(jobs, n, grain(jobs, n, 32), |part| {
