@@ -101,7 +101,17 @@ pub(crate) fn step(
     partition::relax_levels(tables.steps, &mut sets, &mut s.levels);
     after(Stage::Partition);
     let Sets { bodies, joints, contacts, islands, colors, events } = sets;
-    solver::solve(ctx, &config.method, bodies, islands, joints, contacts, colors, &mut s.solver, jobs);
+    solver::solve(
+        ctx,
+        &config.method,
+        bodies,
+        islands,
+        joints,
+        contacts,
+        colors,
+        &mut s.solver,
+        jobs,
+    );
     after(Stage::Solver);
     let rest = &config.sleep;
     finalize::advance_poses(ctx, rest, bodies, shapes, bounds, &s.solver, &mut s.finalize, jobs);

@@ -82,39 +82,59 @@ impl Default for Squeeze {
     }
 }
 
-/// Momentum of an island, for its mean motion.
+/// A weighted mean of velocities and angular velocities.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Momentum {
-    mass: f64,
-    p: [f64; 3],
+pub(crate) struct Motion {
+    weight: f64,
+    v: [f64; 3],
     w: [f64; 3],
 }
 
-impl Momentum {
-    pub(crate) fn add(&mut self, body: &Body) {
-        let m = f64::from(body.mass);
-        self.mass += m;
+impl Motion {
+    pub(crate) fn add(&mut self, weight: f32, v: Vec3, w: Vec3) {
+        let weight = f64::from(weight);
+        self.weight += weight;
         for i in 0..3 {
-            self.p[i] += m * f64::from(body.v[i]);
-            self.w[i] += m * f64::from(body.w[i]);
+            self.v[i] += weight * f64::from(v[i]);
+            self.w[i] += weight * f64::from(w[i]);
         }
     }
 
-    /// Mean velocity, and mean angular velocity.
-    #[expect(clippy::cast_possible_truncation, reason = "a velocity of bodies that have f32")]
-    pub(crate) fn mean(&self) -> (Vec3, Vec3) {
+    #[expect(clippy::cast_possible_truncation, reason = "a mean of f32")]
+    fn mean(&self) -> Option<(Vec3, Vec3)> {
         let each = |x: [f64; 3]| {
-            let of = |i: usize| (x[i] / self.mass) as f32;
+            let of = |i: usize| (x[i] / self.weight) as f32;
             Vec3 { x: of(0), y: of(1), z: of(2) }
         };
-        (each(self.p), each(self.w))
+        (self.weight > 0.0).then(|| (each(self.v), each(self.w)))
     }
 }
 
-/// Velocities of a body whose factor rises: it keeps its momentum against the motion of its island as it
-/// becomes heavier. That takes energy, whatever the island's own motion is.
-pub(crate) fn slowed(body: &Body, factor: f32, island: &Momentum) -> (Vec3, Vec3) {
-    let (v, w) = island.mean();
-    let part = 1.0 - body.inertia_factor / factor;
-    (body.v + (v - body.v) * part, body.w + (w - body.w) * part)
+/// How an island moves: the mean of its bodies by mass, and that of what it stands on, by load.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Frame {
+    pub(crate) island: Motion,
+    pub(crate) support: Motion,
+}
+
+impl Frame {
+    /// Velocities of a body whose factor rises: it keeps its momentum as it becomes heavier, against the
+    /// motion of its island or of what that stands on, whichever is nearer to its own. Against one
+    /// frame only, it would not do: a tower that sways is pulled along by its mean motion, and a
+    /// stack on a cart braked by the ground.
+    pub(crate) fn slowed(&self, body: &Body, factor: f32) -> (Vec3, Vec3) {
+        let part = 1.0 - body.inertia_factor / factor;
+        let (mut v, mut w) = (Vec3::ZERO, Vec3::ZERO);
+        let (mut near_v, mut near_w) = (f32::INFINITY, f32::INFINITY);
+        for (mean_v, mean_w) in [self.island.mean(), self.support.mean()].into_iter().flatten() {
+            let (off_v, off_w) = (mean_v - body.v, mean_w - body.w);
+            if off_v.length_squared() < near_v {
+                (v, near_v) = (off_v, off_v.length_squared());
+            }
+            if off_w.length_squared() < near_w {
+                (w, near_w) = (off_w, off_w.length_squared());
+            }
+        }
+        (body.v + v * part, body.w + w * part)
+    }
 }

@@ -116,12 +116,7 @@ pub(crate) fn whiten(
         (s, s_inv) = (s.scaled(1.0 / root), s_inv.scaled(root));
         acc *= 1.0 / factor;
     }
-    let line = Line {
-        v: four(v * (1.0 / alpha)),
-        w: four(s_inv.mul(w)),
-        x: [0.0; 4],
-        t: [0.0; 4],
-    };
+    let line = Line { v: four(v * (1.0 / alpha)), w: four(s_inv.mul(w)), x: [0.0; 4], t: [0.0; 4] };
     let torque = body.torque + body.step_torque;
     #[expect(clippy::cast_precision_loss, reason = "at most 256 substeps")]
     let spin = s_inv.mul(gyration(ctx, body)) * (1.0 / ctx.substeps as f32);

@@ -22,7 +22,7 @@ use core::sync::atomic::{AtomicBool, Ordering};
 use fearless_simd::dispatch;
 
 use self::contact::Sweep;
-use self::inertia::{Momentum, Squeeze, slowed};
+use self::inertia::{Frame, Squeeze};
 use self::integrate::Aux;
 use self::joint::JointSweep;
 use self::plan::{Group, Plan};
@@ -34,7 +34,7 @@ use crate::base::grow;
 use crate::base::jobs::{Executor, Inline, for_ranges, grain};
 use crate::base::math::Vec3;
 use crate::base::wide::LANES;
-use crate::state::bodies::{Bodies, Body};
+use crate::state::bodies::{Bodies, Body, NONE};
 use crate::state::colors::Colors;
 use crate::state::contacts::{Contact, Contacts};
 use crate::state::islands::Islands;
@@ -55,7 +55,7 @@ pub(crate) struct Scratch {
     acceleration: Vec<Vec3>,
     pub(crate) squeezes: Vec<Squeeze>,
     /// Of each island, in a step in which one of its bodies grows heavier.
-    momenta: Vec<Momentum>,
+    frames: Vec<Frame>,
     blocks: Vec<ContactBlock>,
     extras: Vec<Extra>,
     joints: Vec<JointBlock>,
@@ -87,7 +87,7 @@ struct Solver<'a> {
     aux: Rows<'a, Aux>,
     acceleration: Rows<'a, Vec3>,
     squeezes: Rows<'a, Squeeze>,
-    momenta: Rows<'a, Momentum>,
+    frames: Rows<'a, Frame>,
     blocks: Rows<'a, ContactBlock>,
     /// Empty, or one for each block.
     extras: Rows<'a, Extra>,
@@ -118,7 +118,7 @@ pub(crate) fn solve(
     s.aux.resize(n, Aux::default());
     s.acceleration.resize(n, Vec3::ZERO);
     s.squeezes.resize(n, Squeeze::default());
-    s.momenta.resize(islands.rows.len(), Momentum::default());
+    s.frames.resize(islands.rows.len(), Frame::default());
     let n = s.plan.contacts.owners.len();
     let more = n.saturating_sub(s.blocks.len());
     grow::make_room(&mut s.blocks, more);
@@ -140,7 +140,7 @@ pub(crate) fn solve(
         aux: Rows::new(&mut s.aux),
         acceleration: Rows::new(&mut s.acceleration),
         squeezes: Rows::new(&mut s.squeezes),
-        momenta: Rows::new(&mut s.momenta),
+        frames: Rows::new(&mut s.frames),
         blocks: Rows::new(&mut s.blocks),
         extras: Rows::new(&mut s.extras),
         has_extras,
@@ -298,19 +298,41 @@ impl Solver<'_> {
     fn slow_heavier(&self, group: &Group) {
         let body_of = |i: usize| self.bodies.at(self.plan.members[i - 1]);
         for i in group.lines.clone() {
-            *self.momenta.row(body_of(i).island as usize) = Momentum::default();
+            *self.frames.row(body_of(i).island as usize) = Frame::default();
         }
         for i in group.lines.clone() {
             let body = body_of(i);
-            self.momenta.row(body.island as usize).add(body);
+            self.frames.row(body.island as usize).island.add(body.mass, body.v, body.w);
+        }
+        for batch in &self.plan.contacts.batches[group.contacts.clone()] {
+            let blocks = if batch.fixed { batch.blocks.clone() } else { 0..0 };
+            for row in self.plan.contacts.owners[blocks].iter().flatten() {
+                let contact =
+                    if *row == NONE { None } else { self.contacts.read(*row as usize).as_ref() };
+                if let Some(contact) = contact {
+                    self.add_support(contact);
+                }
+            }
         }
         for i in group.lines.clone() {
             let body = body_of(i);
             let factor = self.squeezes.read(i).factor;
             if factor > body.inertia_factor {
-                let island = self.momenta.read(body.island as usize);
-                self.put_line(i, body, factor, slowed(body, factor, island));
+                let frame = self.frames.read(body.island as usize);
+                self.put_line(i, body, factor, frame.slowed(body, factor));
             }
+        }
+    }
+
+    /// Enters the motion of the fixed side of a contact in its island's frame.
+    fn add_support(&self, c: &Contact) {
+        let (a, b) = (self.bodies.at(c.body_a), self.bodies.at(c.body_b));
+        let (support, island) =
+            if self.line_of[c.body_a as usize] == 0 { (a, b.island) } else { (b, a.island) };
+        let frame = self.frames.row(island as usize);
+        for p in c.points() {
+            let r = a.center + p.r_a - support.center;
+            frame.support.add(p.impulse, support.velocity_at(r), support.w);
         }
     }
 
