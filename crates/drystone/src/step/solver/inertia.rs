@@ -19,12 +19,15 @@ const TURNING: f32 = 0.2;
 /// ripples of impulses cannot pump energy.
 const HYSTERESIS: f32 = 0.2;
 
-/// Part of the way up in a step, and down. Following the load down at once pumps energy.
-const RISE: f32 = 0.5;
+/// Part of the way down in a step, slow, for to follow the load down at once pumps energy. Upward it is
+/// followed at once.
 const FALL: f32 = 0.03;
 
-/// A load below this part of the factor is gone: the body is free at once, and does not float.
+/// A load below this part of the factor is gone: the body must not float, and loses this much of its
+/// factor in a step. (All at once makes a tower hop: it loses its load at the top of each hop, sinks into
+/// its soft contacts and is thrown again as the factor comes back.)
 const GONE: f32 = 0.1;
+const RELEASE: f32 = 0.5;
 
 /// The numbers of a step.
 #[derive(Clone, Copy, Debug)]
@@ -56,9 +59,9 @@ impl LoadInertia {
         let turning = body.w.length_squared() * (1.0 / (TURNING * TURNING));
         let wanted = 1.0 + (raw.clamp(1.0, self.most) - 1.0) / (1.0 + turning);
         if wanted > (1.0 + HYSTERESIS) * s {
-            s + RISE * (wanted - s)
-        } else if raw < GONE * s {
             wanted
+        } else if raw < GONE * s {
+            s + RELEASE * (wanted - s)
         } else if wanted < (1.0 - HYSTERESIS) * s {
             s + FALL * (wanted - s)
         } else {
