@@ -182,7 +182,7 @@ pub(crate) fn unwhiten(line: &Line, whitening: &Whitening, body: &mut Body) {
 /// Takes down how a body was squeezed.
 pub(crate) fn note_load(ctx: &StepContext, squeeze: &Squeeze, body: &mut Body) {
     body.inertia_factor = squeeze.factor;
-    body.load = squeeze.impulse * ctx.inv_h;
+    body.load = squeeze.pressure() * ctx.inv_h;
 }
 
 /// A body that nothing touches: its parabola exactly, its free rotation by symplectic splitting.

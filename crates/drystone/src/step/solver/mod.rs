@@ -33,7 +33,6 @@ use crate::base::disjoint::Rows;
 use crate::base::grow;
 use crate::base::jobs::{Executor, Inline, for_ranges, grain};
 use crate::base::math::Vec3;
-use crate::base::wide::LANES;
 use crate::state::bodies::{Bodies, Body, NONE};
 use crate::state::colors::Colors;
 use crate::state::contacts::{Contact, Contacts};
@@ -290,7 +289,7 @@ impl Solver<'_> {
         *self.whitening.row(i) = whitening;
         *self.aux.row(i) = aux;
         *self.acceleration.row(i) = acc;
-        *self.squeezes.row(i) = Squeeze { factor, impulse: 0.0 };
+        *self.squeezes.row(i) = Squeeze { factor, impulse: [0.0; 4] };
     }
 
     /// Bodies that grow heavier join the motion of their island. Sums are made in the order of bodies,
@@ -457,23 +456,11 @@ impl Solver<'_> {
         for batch in &self.plan.contacts.batches[group.contacts.clone()] {
             let n = batch.blocks.len();
             for_ranges(jobs, n, grain(jobs, n, 64), |part| {
-                for i in batch.blocks.start + part.start..batch.blocks.start + part.end {
-                    let block = self.blocks.read(i);
-                    let mut half = [0.0; LANES];
-                    for point in &block.points[..usize::from(block.count.min(4))] {
-                        for (half, impulse) in half.iter_mut().zip(&point.impulse) {
-                            *half += 0.5 * impulse;
-                        }
+                dispatch!(self.ctx.level, simd => {
+                    for i in batch.blocks.start + part.start..batch.blocks.start + part.end {
+                        pack::weigh(simd, self.blocks.read(i), &self.squeezes);
                     }
-                    for lane in 0..LANES {
-                        if !batch.fixed && block.row_a[lane] != 0 {
-                            self.squeezes.row(block.row_a[lane] as usize).impulse += half[lane];
-                        }
-                        if block.row_b[lane] != 0 {
-                            self.squeezes.row(block.row_b[lane] as usize).impulse += half[lane];
-                        }
-                    }
-                }
+                });
             });
         }
     }
