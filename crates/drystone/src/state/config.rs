@@ -36,8 +36,9 @@ pub struct InertiaConfig {
     /// Mass and inertia of a squeezed body are multiplied by up to this in the solver, 1 to 64; 1: off.
     /// 0 (the default) takes the method's own: 8 for `soft-step`, 1 for `soft-step-relax`.
     pub most: f32,
-    /// What contacts may give under a body's load before its factor rises [m]; above 0; default 9e-4.
-    pub overlap: f32,
+    /// Loads above this per mass [m/s²] raise a body's factor; above 0; default 46, some 4 bodies of
+    /// its own mass on top of it.
+    pub threshold: f32,
 }
 
 /// Joint behavior.
@@ -96,7 +97,7 @@ impl Default for WorldConfig {
                 restitution_speed: 1.0,
                 hit_speed: 1.0,
             },
-            inertia: InertiaConfig { most: 0.0, overlap: 9.0e-4 },
+            inertia: InertiaConfig { most: 0.0, threshold: 46.0 },
             joint: JointConfig { hertz: 0.0, damping_ratio: 2.0 },
             sleep: SleepConfig { enabled: true, speed: 0.05, time: 0.5 },
         }
@@ -125,7 +126,7 @@ impl WorldConfig {
         "contact.restitution_speed",
         "contact.hit_speed",
         "inertia.most",
-        "inertia.overlap",
+        "inertia.threshold",
         "joint.hertz",
         "joint.damping_ratio",
         "sleep.enabled",
@@ -146,7 +147,7 @@ impl WorldConfig {
             ("contact.restitution_speed", AT_LEAST_ZERO, &mut c.restitution_speed),
             ("contact.hit_speed", AT_LEAST_ZERO, &mut c.hit_speed),
             ("inertia.most", AT_MOST_64, &mut i.most),
-            ("inertia.overlap", ABOVE_ZERO, &mut i.overlap),
+            ("inertia.threshold", ABOVE_ZERO, &mut i.threshold),
             ("joint.hertz", AT_LEAST_ZERO, &mut j.hertz),
             ("joint.damping_ratio", AT_LEAST_ZERO, &mut j.damping_ratio),
             ("sleep.speed", AT_LEAST_ZERO, &mut s.speed),

@@ -65,7 +65,7 @@ impl StepContext {
             push_speed: c.push_speed,
             soft: Softness::new(hertz, c.damping_ratio, h),
             soft_fixed: Softness::new(2.0 * hertz, 0.5 * c.damping_ratio, h),
-            inertia: LoadInertia::new(most, config.inertia.overlap, hertz),
+            inertia: LoadInertia { most, threshold: config.inertia.threshold },
             soft_joint: Softness::new(joint_hertz, config.joint.damping_ratio, h),
             impulse_scale: if last_h > 0.0 { (h / last_h).min(4.0) } else { 0.0 },
             level,

@@ -3,9 +3,9 @@
 //!
 //! A soft contact under a load N gives by N / (m ω²): in a tall stack the lowest contacts carry a hundred
 //! times what one body weighs, and give a hundred times as much. Shock propagation makes the bodies below
-//! infinitely heavy [Guendelman03]; this is its bounded heir. A body that is squeezed by more than what
-//! its contacts may give (`overlap`) has mass and inertia multiplied by s, 1 to `most`, within the
-//! solver, and forces on it keep their size, so that its acceleration is divided by s. Statics do not
+//! infinitely heavy [Guendelman03]; this is its bounded heir. A body that is squeezed by more than a few
+//! times what it weighs has mass and inertia multiplied by s, 1 to `most`, within the solver, and
+//! forces on it keep their size, so that its acceleration is divided by s. Statics do not
 //! know mass: loads, the limits of friction and of tipping stay exact; only the answer to a change is
 //! slower. See docs/decisions/011-load-adaptive-inertia.md for what each number below does.
 
@@ -34,20 +34,11 @@ const RELEASE: f32 = 0.5;
 pub(crate) struct LoadInertia {
     /// Greatest factor; 1: off.
     pub(crate) most: f32,
-    /// Acceleration that the load may give the body before the factor rises [m/s²].
+    /// Load per mass above which the factor rises [m/s²].
     pub(crate) threshold: f32,
 }
 
 impl LoadInertia {
-    /// `overlap`: what a contact may give before the factor rises [m]; `hertz`: its stiffness.
-    ///
-    /// A load N on a contact of stiffness m_e ω² gives N / (m_e ω²). Of two equal bodies m_e = m/2: the
-    /// overlap is reached under the load N = m · overlap · ω² / 2.
-    pub(crate) fn new(most: f32, overlap: f32, hertz: f32) -> Self {
-        let omega = 2.0 * core::f32::consts::PI * hertz;
-        Self { most, threshold: 0.5 * overlap * omega * omega }
-    }
-
     pub(crate) fn is_on(&self) -> bool {
         self.most > 1.0
     }
