@@ -47,7 +47,7 @@ pub use geometry::mass::MassProperties;
 pub use geometry::mesh::{Mesh, MeshError};
 pub use geometry::shape::{Shape, ShapeError};
 pub use query::{Query, RayHit};
-pub use state::config::{ContactConfig, JointConfig, SleepConfig, WorldConfig};
+pub use state::config::{ContactConfig, InertiaConfig, JointConfig, SleepConfig, WorldConfig};
 pub use state::def::{
     AxisLocks, BodyDef, BodyKind, DefError, JointDef, JointKind, MassDef, ShapeDef, Spring,
 };

@@ -69,6 +69,10 @@ pub(crate) struct Body {
     pub(crate) island: u32,
     pub(crate) island_previous: u32,
     pub(crate) island_next: u32,
+    /// What the solver multiplied its mass and inertia by in the last step, and the load from which that
+    /// follows: the force that squeezes it from both sides [N].
+    pub(crate) inertia_factor: f32,
+    pub(crate) load: f32,
     /// How long it has been still [s].
     pub(crate) still_time: f32,
     /// Speed below which it is still [m/s]; negative: the world's.

@@ -21,11 +21,12 @@ pub enum Pass {
 }
 
 /// A named list of passes.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Method {
     name: &'static str,
     summary: &'static str,
     substeps: u32,
+    inertia: f32,
     substep: Vec<Pass>,
     finish: Vec<Pass>,
 }
@@ -41,6 +42,7 @@ impl Method {
             name: "soft-step",
             summary: "8 substeps of impacts and one soft sweep each, one relax sweep at the end",
             substeps: 8,
+            inertia: 8.0,
             substep: vec![
                 Pass::Velocities,
                 Pass::Impacts,
@@ -59,6 +61,7 @@ impl Method {
             name: "soft-step-relax",
             summary: "4 substeps of impacts, a soft and a relax sweep each",
             substeps: 4,
+            inertia: 1.0,
             substep: vec![
                 Pass::Velocities,
                 Pass::Impacts,
@@ -97,6 +100,12 @@ impl Method {
     #[must_use]
     pub const fn substeps(&self) -> u32 {
         self.substeps
+    }
+
+    /// Greatest factor of load-adaptive inertia unless the world's configuration says otherwise; 1: none.
+    #[must_use]
+    pub const fn inertia(&self) -> f32 {
+        self.inertia
     }
 
     /// The passes of a substep.

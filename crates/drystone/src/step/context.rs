@@ -2,6 +2,7 @@
 
 use fearless_simd::Level;
 
+use super::solver::inertia::LoadInertia;
 use super::solver::softness::Softness;
 use crate::base::math::Vec3;
 use crate::state::config::WorldConfig;
@@ -26,6 +27,7 @@ pub(crate) struct StepContext {
     pub(crate) soft: Softness,
     pub(crate) soft_fixed: Softness,
     pub(crate) soft_joint: Softness,
+    pub(crate) inertia: LoadInertia,
     /// Factor of the last step's impulses: substeps may have had another length.
     pub(crate) impulse_scale: f32,
     pub(crate) level: Level,
@@ -47,6 +49,8 @@ impl StepContext {
         } else {
             0.25 * inv_h
         };
+        let most = config.inertia.most;
+        let most = if most > 0.0 { most } else { config.method.inertia() };
         Self {
             dt,
             h,
@@ -61,6 +65,7 @@ impl StepContext {
             push_speed: c.push_speed,
             soft: Softness::new(hertz, c.damping_ratio, h),
             soft_fixed: Softness::new(2.0 * hertz, 0.5 * c.damping_ratio, h),
+            inertia: LoadInertia { most, threshold: config.inertia.threshold },
             soft_joint: Softness::new(joint_hertz, config.joint.damping_ratio, h),
             impulse_scale: if last_h > 0.0 { (h / last_h).min(4.0) } else { 0.0 },
             level,

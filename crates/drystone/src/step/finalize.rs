@@ -192,6 +192,7 @@ fn advance(
         integrate::fly(ctx, body);
     } else {
         integrate::unwhiten(&lines.lines[line], &lines.whitening[line], body);
+        integrate::note_load(ctx, &lines.squeezes[line], body);
     }
     body.step_force = Vec3::ZERO;
     body.step_torque = Vec3::ZERO;

@@ -102,7 +102,8 @@ pub(crate) fn step(
     after(Stage::Partition);
     let Sets { bodies, joints, contacts, islands, colors, events } = sets;
     let method = &config.method;
-    solver::solve(ctx, method, bodies, shapes, joints, contacts, colors, &mut s.solver, jobs);
+    let read = solver::Input { bodies, shapes, islands };
+    solver::solve(ctx, method, read, joints, contacts, colors, &mut s.solver, jobs);
     after(Stage::Solver);
     let rest = &config.sleep;
     finalize::advance_poses(ctx, rest, bodies, shapes, bounds, &s.solver, &mut s.finalize, jobs);

@@ -53,6 +53,8 @@ impl World {
             island: NONE,
             island_previous: NONE,
             island_next: NONE,
+            inertia_factor: 1.0,
+            load: 0.0,
             still_time: 0.0,
             can_sleep: def.can_sleep,
             sleep_speed: def.sleep_speed.unwrap_or(-1.0),

@@ -5,5 +5,6 @@ mod contract_world;
 mod property_hull;
 mod scenario_friction;
 mod scenario_impacts;
+mod scenario_inertia;
 mod scenario_mesh;
 mod scenario_motion;

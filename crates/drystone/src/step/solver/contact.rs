@@ -11,7 +11,9 @@ use super::rows::{
 };
 use super::softness::Softness;
 use crate::base::disjoint::Rows;
-use crate::base::wide::{Sym3w, Vec3w, Wide, above, load, max, min, select, splat, sqrt};
+use crate::base::wide::{
+    LANES, Sym3w, Vec3w, Wide, above, bits_up_to_zero, load, max, min, select, splat, sqrt,
+};
 
 /// What one sweep over contacts does.
 #[derive(Clone, Copy, Debug)]
@@ -31,8 +33,10 @@ pub(crate) struct Sweep {
 /// reached.
 const DEEP_RATE: f32 = 6.0;
 
-/// Rounds that a contact without a warm start gets besides.
-const FRESH_ROUNDS: u32 = 6;
+/// Rounds that a contact without a warm start gets besides, and one that is hit: whose points approach
+/// faster than this [m/s], ten times what gravity gives in a substep.
+const EAGER_ROUNDS: u32 = 6;
+const HIT_SPEED: f32 = 0.2;
 
 /// K_ij in [`ContactBlock::k`].
 pub(super) const K: [[usize; 4]; 4] = [[0, 1, 3, 6], [1, 2, 4, 7], [3, 4, 5, 8], [6, 7, 8, 9]];
@@ -159,13 +163,25 @@ fn solve_points<S: Simd, const FIXED: bool, const N: usize>(
     for _ in 0..sweep.inner {
         solve_normals(&bias, &response, None, &mut lambda, &mut z);
     }
-    // Nothing is known yet of how an impact spreads over the points of a fresh contact: without more
-    // rounds the first point would take too much of it, and the body would turn. Lane by lane, so that
-    // it does not matter which contacts share a block.
-    if N > 1 && block.any_fresh {
-        let fresh = above(load(simd, &block.fresh), zero);
-        for _ in 0..FRESH_ROUNDS {
-            solve_normals(&bias, &response, Some((fresh, zero)), &mut lambda, &mut z);
+    // How an impact spreads over the points is not known yet to a fresh contact, nor to one that is hit:
+    // without more rounds the first point would take too much of it, and the body would turn. Lane by
+    // lane, so that it does not matter which contacts share a block.
+    if N > 1 {
+        let mut fastest = vn[0];
+        for speed in &vn[1..] {
+            fastest = min(fastest, *speed);
+        }
+        let mut eager = min(fastest + splat(simd, HIT_SPEED), zero);
+        if block.any_fresh {
+            eager -= load(simd, &block.fresh);
+        }
+        let mut lanes = [0.0; LANES];
+        (zero - eager).store_array(&mut lanes);
+        if bits_up_to_zero(&lanes) != 0xff {
+            let eager = above(zero, eager);
+            for _ in 0..EAGER_ROUNDS {
+                solve_normals(&bias, &response, Some((eager, zero)), &mut lambda, &mut z);
+            }
         }
     }
     let mut total = zero;

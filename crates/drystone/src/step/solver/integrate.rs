@@ -1,6 +1,7 @@
 //! Bodies in the solver: whitening at the step's start, forces and the carried warm start before each
 //! sweep, positions after it, and free rotation.
 
+use super::inertia::Squeeze;
 use super::rows::{Line, Whitening};
 use super::softness::decay;
 use crate::base::double::{DQuat, DVec3};
@@ -137,13 +138,23 @@ pub(crate) fn whitened(body: &Body, alpha: f32) -> [f32; 4] {
     four(body.v * (1.0 / alpha))
 }
 
-/// A dynamic body as a line.
-pub(crate) fn whiten(ctx: &StepContext, body: &Body) -> (Line, Whitening, Aux, Vec3) {
-    let alpha = 1.0 / body.mass.sqrt();
-    let (s, s_inv) = roots_of_inertia(body);
-    let acc = acceleration(ctx, body);
-    let line =
-        Line { v: whitened(body, alpha), w: four(s_inv.mul(body.w)), x: [0.0; 4], t: [0.0; 4] };
+/// A dynamic body as a line: with this velocity and angular velocity, and `factor` times its inertia under
+/// the same forces.
+pub(crate) fn whiten(
+    ctx: &StepContext,
+    body: &Body,
+    factor: f32,
+    (v, w): (Vec3, Vec3),
+) -> (Line, Whitening, Aux, Vec3) {
+    let alpha = 1.0 / (body.mass * factor).sqrt();
+    let (mut s, mut s_inv) = roots_of_inertia(body);
+    let mut acc = acceleration(ctx, body);
+    if factor > 1.0 {
+        let root = factor.sqrt();
+        (s, s_inv) = (s.scaled(1.0 / root), s_inv.scaled(root));
+        acc *= 1.0 / factor;
+    }
+    let line = Line { v: four(v * (1.0 / alpha)), w: four(s_inv.mul(w)), x: [0.0; 4], t: [0.0; 4] };
     let torque = body.torque + body.step_torque;
     #[expect(clippy::cast_precision_loss, reason = "at most 256 substeps")]
     let spin = s_inv.mul(gyration(ctx, body)) * (1.0 / ctx.substeps as f32);
@@ -206,8 +217,15 @@ pub(crate) fn unwhiten(line: &Line, whitening: &Whitening, body: &mut Body) {
     body.rotation = body.rotation.turned_by(s.mul(three(line.t)));
 }
 
+/// Takes down how a body was squeezed.
+pub(crate) fn note_load(ctx: &StepContext, squeeze: &Squeeze, body: &mut Body) {
+    body.inertia_factor = squeeze.factor;
+    body.load = squeeze.pressure() * ctx.inv_h;
+}
+
 /// A body that nothing touches: its parabola exactly, its free rotation by symplectic splitting.
 pub(crate) fn fly(ctx: &StepContext, body: &mut Body) {
+    (body.inertia_factor, body.load) = (1.0, 0.0);
     let acc = acceleration(ctx, body);
     let decay_v = super::softness::exact_decay(body.linear_damping, ctx.dt);
     let next = (body.v + acc * ctx.dt) * decay_v;

@@ -11,6 +11,7 @@ pub(crate) mod softness;
 pub(crate) mod rows;
 pub(crate) mod contact;
 pub(crate) mod joint;
+pub(crate) mod inertia;
 pub(crate) mod integrate;
 mod impact;
 mod pack;
@@ -18,10 +19,13 @@ mod pack_joint;
 mod plan;
 mod touch;
 
+use core::sync::atomic::{AtomicBool, Ordering};
+
 use fearless_simd::dispatch;
 
 use self::contact::Sweep;
 use self::impact::Impacts;
+use self::inertia::{Frame, Squeeze};
 use self::integrate::Aux;
 use self::joint::JointSweep;
 use self::plan::{Group, Plan};
@@ -33,9 +37,10 @@ use crate::base::grow;
 use crate::base::jobs::{Executor, Inline, for_ranges, grain};
 use crate::base::math::Vec3;
 use crate::base::wide::LANES;
-use crate::state::bodies::Bodies;
+use crate::state::bodies::{Bodies, Body, NONE};
 use crate::state::colors::Colors;
 use crate::state::contacts::{Contact, Contacts};
+use crate::state::islands::Islands;
 use crate::state::joints::{Joint, Joints};
 use crate::state::method::{Method, Pass};
 use crate::state::shapes::Shapes;
@@ -49,6 +54,9 @@ pub(crate) struct Scratch {
     pub(crate) whitening: Vec<Whitening>,
     aux: Vec<Aux>,
     acceleration: Vec<Vec3>,
+    pub(crate) squeezes: Vec<Squeeze>,
+    /// Of each island, in a step in which one of its bodies grows heavier.
+    frames: Vec<Frame>,
     blocks: Vec<ContactBlock>,
     extras: Vec<Extra>,
     joints: Vec<JointBlock>,
@@ -90,6 +98,8 @@ struct Solver<'a> {
     whitening: Rows<'a, Whitening>,
     aux: Rows<'a, Aux>,
     acceleration: Rows<'a, Vec3>,
+    squeezes: Rows<'a, Squeeze>,
+    frames: Rows<'a, Frame>,
     blocks: Rows<'a, ContactBlock>,
     /// Empty, or one for each block.
     extras: Rows<'a, Extra>,
@@ -103,12 +113,19 @@ struct Solver<'a> {
     joint_slots: Rows<'a, Option<Joint>>,
 }
 
+/// The tables that the solver reads only.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Input<'a> {
+    pub(crate) bodies: &'a Bodies,
+    pub(crate) shapes: &'a Shapes,
+    pub(crate) islands: &'a Islands,
+}
+
 /// Runs the method's passes. Poses are written by finalize, from the lines.
 pub(crate) fn solve(
     ctx: &StepContext,
     method: &Method,
-    bodies: &Bodies,
-    shapes: &Shapes,
+    Input { bodies, shapes, islands }: Input<'_>,
     joints: &mut Joints,
     contacts: &mut Contacts,
     colors: &mut Colors,
@@ -122,6 +139,8 @@ pub(crate) fn solve(
     s.whitening.resize(n, Whitening::default());
     s.aux.resize(n, Aux::default());
     s.acceleration.resize(n, Vec3::ZERO);
+    s.squeezes.resize(n, Squeeze::default());
+    s.frames.resize(islands.rows.len(), Frame::default());
     let n = s.plan.contacts.owners.len();
     let more = n.saturating_sub(s.blocks.len());
     grow::make_room(&mut s.blocks, more);
@@ -149,6 +168,8 @@ pub(crate) fn solve(
         whitening: Rows::new(&mut s.whitening),
         aux: Rows::new(&mut s.aux),
         acceleration: Rows::new(&mut s.acceleration),
+        squeezes: Rows::new(&mut s.squeezes),
+        frames: Rows::new(&mut s.frames),
         blocks: Rows::new(&mut s.blocks),
         extras: Rows::new(&mut s.extras),
         has_extras,
@@ -334,16 +355,74 @@ impl Solver<'_> {
 
     fn prepare_lines(&self, group: &Group, jobs: &dyn Executor) {
         let n = group.lines.len();
+        let heavier = AtomicBool::new(false);
         for_ranges(jobs, n, grain(jobs, n, 64), |part| {
+            let mut any = false;
             for i in group.lines.start + part.start..group.lines.start + part.end {
                 let body = self.bodies.at(self.plan.members[i - 1]);
-                let (line, whitening, aux, acc) = integrate::whiten(self.ctx, body);
-                *self.lines.row(i) = line;
-                *self.whitening.row(i) = whitening;
-                *self.aux.row(i) = aux;
-                *self.acceleration.row(i) = acc;
+                let factor = self.ctx.inertia.factor(body);
+                any |= factor > body.inertia_factor;
+                self.put_line(i, body, factor, (body.v, body.w));
+            }
+            if any {
+                heavier.store(true, Ordering::Relaxed);
             }
         });
+        if heavier.into_inner() {
+            self.slow_heavier(group);
+        }
+    }
+
+    fn put_line(&self, i: usize, body: &Body, factor: f32, velocity: (Vec3, Vec3)) {
+        let (line, whitening, aux, acc) = integrate::whiten(self.ctx, body, factor, velocity);
+        *self.lines.row(i) = line;
+        *self.whitening.row(i) = whitening;
+        *self.aux.row(i) = aux;
+        *self.acceleration.row(i) = acc;
+        *self.squeezes.row(i) = Squeeze { factor, impulse: [0.0; 4] };
+    }
+
+    /// Bodies that grow heavier join the motion of their island. Sums are made in the order of bodies,
+    /// which no grouping changes.
+    fn slow_heavier(&self, group: &Group) {
+        let body_of = |i: usize| self.bodies.at(self.plan.members[i - 1]);
+        for i in group.lines.clone() {
+            *self.frames.row(body_of(i).island as usize) = Frame::default();
+        }
+        for i in group.lines.clone() {
+            let body = body_of(i);
+            self.frames.row(body.island as usize).island.add(body.mass, body.v, body.w);
+        }
+        for batch in &self.plan.contacts.batches[group.contacts.clone()] {
+            let blocks = if batch.fixed { batch.blocks.clone() } else { 0..0 };
+            for row in self.plan.contacts.owners[blocks].iter().flatten() {
+                let contact =
+                    if *row == NONE { None } else { self.contacts.read(*row as usize).as_ref() };
+                if let Some(contact) = contact {
+                    self.add_support(contact);
+                }
+            }
+        }
+        for i in group.lines.clone() {
+            let body = body_of(i);
+            let factor = self.squeezes.read(i).factor;
+            if factor > body.inertia_factor {
+                let frame = self.frames.read(body.island as usize);
+                self.put_line(i, body, factor, frame.slowed(body, factor));
+            }
+        }
+    }
+
+    /// Enters the motion of the fixed side of a contact in its island's frame.
+    fn add_support(&self, c: &Contact) {
+        let (a, b) = (self.bodies.at(c.body_a), self.bodies.at(c.body_b));
+        let (support, island) =
+            if self.line_of[c.body_a as usize] == 0 { (a, b.island) } else { (b, a.island) };
+        let frame = self.frames.row(island as usize);
+        for p in c.points() {
+            let r = a.center + p.r_a - support.center;
+            frame.support.add(p.impulse, support.velocity_at(r), support.w);
+        }
     }
 
     /// Locked translations are taken out again: a projection after every pass.
@@ -435,7 +514,24 @@ impl Solver<'_> {
         }
     }
 
+    /// Sums up how each body is squeezed.
+    fn weigh(&self, group: &Group, jobs: &dyn Executor) {
+        for batch in &self.plan.contacts.batches[group.contacts.clone()] {
+            let n = batch.blocks.len();
+            for_ranges(jobs, n, grain(jobs, n, 64), |part| {
+                dispatch!(self.ctx.level, simd => {
+                    for i in batch.blocks.start + part.start..batch.blocks.start + part.end {
+                        pack::weigh(simd, self.blocks.read(i), &self.squeezes);
+                    }
+                });
+            });
+        }
+    }
+
     fn store(&self, group: &Group, jobs: &dyn Executor) {
+        if self.ctx.inertia.is_on() {
+            self.weigh(group, jobs);
+        }
         let blocks = self.plan.contacts.blocks_of(&group.contacts);
         let n = blocks.len();
         for_ranges(jobs, n, grain(jobs, n, 32), |part| {

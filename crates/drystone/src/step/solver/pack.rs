@@ -4,6 +4,7 @@
 use fearless_simd::{Simd, SimdBase, SimdMask, mask32x8};
 
 use super::contact::K;
+use super::inertia::Squeeze;
 use super::rows::{
     ContactBlock, Extra, Line, Whitening, load_velocity, read_lanes, store_velocity,
 };
@@ -584,6 +585,36 @@ impl Carry {
             spin += turn;
         }
         Self { velocity: velocity + carried, spin, rate: spin.cross(carried) }
+    }
+}
+
+/// Adds a block's normal impulses to what is known of how its bodies are squeezed.
+#[inline(always)]
+pub(super) fn weigh<S: Simd>(simd: S, block: &ContactBlock, squeezes: &Rows<'_, Squeeze>) {
+    let mut total = load(simd, &block.points[0].impulse);
+    for point in &block.points[1..usize::from(block.count.clamp(1, 4))] {
+        total += load(simd, &point.impulse);
+    }
+    // B's side, where a turned row has a negative beta.
+    let turned = above(splat(simd, 0.0), load(simd, &block.beta));
+    let push = Vec3w::load(simd, &block.n) * total;
+    let push = Vec3w::select(turned, push * splat(simd, -1.0), push);
+    let of_b = scatter4([push.x, push.y, push.z, total]);
+    for lane in 0..LANES {
+        let mut impulse = [0.0; 4];
+        of_b[lane].store_array(&mut impulse);
+        let (a, b) = (block.row_a[lane], block.row_b[lane]);
+        if b != 0 {
+            for (sum, x) in squeezes.row(b as usize).impulse.iter_mut().zip(impulse) {
+                *sum += x;
+            }
+        }
+        if a != 0 {
+            let [x, y, z, size] = impulse;
+            for (sum, x) in squeezes.row(a as usize).impulse.iter_mut().zip([-x, -y, -z, size]) {
+                *sum += x;
+            }
+        }
     }
 }
 

@@ -1,0 +1,144 @@
+//! Load-adaptive inertia: what is squeezed hard answers slowly, so that stacks and heavy loads do not
+//! sink into what carries them.
+//!
+//! A soft contact under a load N gives by N / (m ω²): in a tall stack the lowest contacts carry a hundred
+//! times what one body weighs, and give a hundred times as much. Shock propagation makes the bodies below
+//! infinitely heavy [Guendelman03]; this is its bounded heir. A body that is squeezed by more than a few
+//! times what it weighs has mass and inertia multiplied by s, 1 to `most`, within the solver, and
+//! forces on it keep their size, so that its acceleration is divided by s. Statics do not
+//! know mass: loads, the limits of friction and of tipping stay exact; only the answer to a change is
+//! slower. See docs/decisions/015-load-adaptive-inertia.md for what each number below does.
+
+use crate::base::math::Vec3;
+use crate::state::bodies::Body;
+
+/// Bodies that turn faster than this get their own inertia back [rad/s]: toppling keeps its time.
+const TURNING: f32 = 0.2;
+
+/// The factor goes up if the load asks for this much more, and down if for this much less: between, the
+/// ripples of impulses cannot pump energy.
+const HYSTERESIS: f32 = 0.2;
+
+/// Part of the way down in a step, slow, for to follow the load down at once pumps energy. Upward it is
+/// followed at once.
+const FALL: f32 = 0.03;
+
+/// A load below this part of the factor is gone: the body must not float, and loses this much of its
+/// factor in a step. (All at once makes a tower hop: it loses its load at the top of each hop, sinks into
+/// its soft contacts and is thrown again as the factor comes back.)
+const GONE: f32 = 0.1;
+const RELEASE: f32 = 0.5;
+
+/// The numbers of a step.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct LoadInertia {
+    /// Greatest factor; 1: off.
+    pub(crate) most: f32,
+    /// Load per mass above which the factor rises [m/s²].
+    pub(crate) threshold: f32,
+}
+
+impl LoadInertia {
+    pub(crate) fn is_on(&self) -> bool {
+        self.most > 1.0
+    }
+
+    /// The body's factor in this step.
+    pub(crate) fn factor(&self, body: &Body) -> f32 {
+        let s = body.inertia_factor;
+        let raw = body.load / (body.mass * self.threshold);
+        let turning = body.w.length_squared() * (1.0 / (TURNING * TURNING));
+        let wanted = 1.0 + (raw.clamp(1.0, self.most) - 1.0) / (1.0 + turning);
+        if wanted > (1.0 + HYSTERESIS) * s {
+            wanted
+        } else if raw < GONE * s {
+            s + RELEASE * (wanted - s)
+        } else if wanted < (1.0 - HYSTERESIS) * s {
+            s + FALL * (wanted - s)
+        } else {
+            s
+        }
+    }
+}
+
+/// How a body of the solver is squeezed.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Squeeze {
+    /// What its mass and inertia are multiplied by in this step.
+    pub(crate) factor: f32,
+    /// The normal impulses on it in the last substep: their vector sum, and the sum of their sizes
+    /// [N s].
+    pub(crate) impulse: [f32; 4],
+}
+
+impl Default for Squeeze {
+    fn default() -> Self {
+        Self { factor: 1.0, impulse: [0.0; 4] }
+    }
+}
+
+impl Squeeze {
+    /// What presses the body from both sides [N s]: half of what its impulses are more than their sum. A
+    /// body that is hit, or rests alone, is not squeezed.
+    pub(crate) fn pressure(&self) -> f32 {
+        let [x, y, z, all] = self.impulse;
+        (0.5 * (all - (x * x + y * y + z * z).sqrt())).max(0.0)
+    }
+}
+
+/// A weighted mean of velocities and angular velocities.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Motion {
+    weight: f64,
+    v: [f64; 3],
+    w: [f64; 3],
+}
+
+impl Motion {
+    pub(crate) fn add(&mut self, weight: f32, v: Vec3, w: Vec3) {
+        let weight = f64::from(weight);
+        self.weight += weight;
+        for i in 0..3 {
+            self.v[i] += weight * f64::from(v[i]);
+            self.w[i] += weight * f64::from(w[i]);
+        }
+    }
+
+    #[expect(clippy::cast_possible_truncation, reason = "a mean of f32")]
+    fn mean(&self) -> Option<(Vec3, Vec3)> {
+        let each = |x: [f64; 3]| {
+            let of = |i: usize| (x[i] / self.weight) as f32;
+            Vec3 { x: of(0), y: of(1), z: of(2) }
+        };
+        (self.weight > 0.0).then(|| (each(self.v), each(self.w)))
+    }
+}
+
+/// How an island moves: the mean of its bodies by mass, and that of what it stands on, by load.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Frame {
+    pub(crate) island: Motion,
+    pub(crate) support: Motion,
+}
+
+impl Frame {
+    /// Velocities of a body whose factor rises: it keeps its momentum as it becomes heavier, against the
+    /// motion of its island or of what that stands on, whichever is nearer to its own. Against one
+    /// frame only, it would not do: a tower that sways is pulled along by its mean motion, and a
+    /// stack on a cart braked by the ground.
+    pub(crate) fn slowed(&self, body: &Body, factor: f32) -> (Vec3, Vec3) {
+        let part = 1.0 - body.inertia_factor / factor;
+        let (mut v, mut w) = (Vec3::ZERO, Vec3::ZERO);
+        let (mut near_v, mut near_w) = (f32::INFINITY, f32::INFINITY);
+        for (mean_v, mean_w) in [self.island.mean(), self.support.mean()].into_iter().flatten() {
+            let (off_v, off_w) = (mean_v - body.v, mean_w - body.w);
+            if off_v.length_squared() < near_v {
+                (v, near_v) = (off_v, off_v.length_squared());
+            }
+            if off_w.length_squared() < near_w {
+                (w, near_w) = (off_w, off_w.length_squared());
+            }
+        }
+        (body.v + v * part, body.w + w * part)
+    }
+}

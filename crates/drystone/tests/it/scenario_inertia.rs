@@ -1,0 +1,244 @@
+//! Load-adaptive inertia: what it holds, and what it must not touch.
+
+use drystone::{BodyDef, BodyId, ShapeDef, Vec3, World, WorldConfig, vec3};
+
+const DT: f32 = 1.0 / 60.0;
+const G: f32 = 10.0;
+
+fn world(most: f32) -> World {
+    let mut config = WorldConfig { gravity: vec3(0.0, -G, 0.0), ..WorldConfig::default() };
+    config.sleep.enabled = false;
+    config.inertia.most = most;
+    World::new(config).unwrap()
+}
+
+fn grounded(most: f32) -> World {
+    let mut world = world(most);
+    let ground = ShapeDef::box_half([200.0, 1.0, 200.0]).with_friction(0.6);
+    world.add_body(BodyDef::fixed().with_position([0.0, -1.0, 0.0]).with_shape(ground)).unwrap();
+    world
+}
+
+fn boxed(world: &mut World, half: Vec3, at: Vec3, mass: f32) -> BodyId {
+    let shape = ShapeDef::box_half(half).with_friction(0.6);
+    world.add_body(BodyDef::dynamic().with_position(at).with_shape(shape).with_mass(mass)).unwrap()
+}
+
+fn stack(world: &mut World, n: u16, top: f32) -> Vec<BodyId> {
+    let half = vec3(0.5, 0.5, 0.5);
+    (0..n)
+        .map(|i| {
+            let mass = if i + 1 == n { top } else { 1.0 };
+            boxed(world, half, vec3(0.0, 0.5 + f32::from(i), 0.0), mass)
+        })
+        .collect()
+}
+
+fn at(world: &World, id: BodyId) -> Vec3 {
+    world.body(id).unwrap().position()
+}
+
+fn run(world: &mut World, steps: u32) {
+    for _ in 0..steps {
+        world.step(DT);
+    }
+}
+
+/// Sum of m v over the bodies [kg m/s].
+fn momentum(world: &World, all: &[BodyId]) -> Vec3 {
+    let of = |id: &BodyId| world.body(*id).map(|b| b.linear_velocity() * b.mass()).unwrap();
+    all.iter().map(of).fold(Vec3::ZERO, |sum, p| sum + p)
+}
+
+#[test]
+fn heavy_loads_sink_no_deeper_than_the_factor_allows() {
+    // A contact under the load N gives N k / omega², k = 2/(s m), omega = 2 pi 54 Hz; the lowest one,
+    // against the ground, a quarter of half of that. With s = 8 for all: 9 contacts of ten boxes.
+    let omega = 2.0 * core::f32::consts::PI * 54.0;
+    for ratio in [100.0, 300.0, 1000.0, 2000.0] {
+        let mut w = grounded(0.0);
+        let s = stack(&mut w, 10, ratio);
+        run(&mut w, 1200);
+        let sag = 9.5 - at(&w, s[9]).y;
+        // The uppermost contact has the heavy body on one side: k = 1/(s m) there.
+        let per_contact = 2.0 * (ratio + 4.5) * G / (8.0 * omega * omega);
+        let expected = per_contact * (8.0 + 0.5 + 0.125);
+        // The factor may stay a fifth below what the load asks for (its hysteresis), and rounding of
+        // the contact's own offset adds 5e-5 m each.
+        assert!(sag < 1.25 * expected + 10.0 * 5.0e-5, "{ratio}: {sag}, {expected}");
+        assert!(sag > 0.5 * expected, "{ratio}: {sag}, {expected}");
+        let off = at(&w, s[9]);
+        assert!(off.x.hypot(off.z) < 0.01, "{ratio}: {off:?}");
+    }
+}
+
+#[test]
+fn a_light_stack_is_left_alone() {
+    // Three boxes on one press it with 30 m/s² of the threshold's 46: the same bits with and without.
+    let (mut with, mut without) = (grounded(0.0), grounded(1.0));
+    let (a, b) = (stack(&mut with, 4, 1.0), stack(&mut without, 4, 1.0));
+    run(&mut with, 300);
+    run(&mut without, 300);
+    for (a, b) in a.iter().zip(&b) {
+        assert_eq!(at(&with, *a), at(&without, *b));
+    }
+}
+
+#[test]
+fn a_stack_rides_a_truck() {
+    let mut w = world(0.0);
+    let bed = ShapeDef::box_half([3.0, 0.5, 3.0]).with_friction(0.6);
+    let def = BodyDef::kinematic().with_position([0.0, -0.5, 0.0]);
+    let truck = w.add_body(def.with_linear_velocity([20.0, 0.0, 0.0]).with_shape(bed)).unwrap();
+    let s = stack(&mut w, 10, 300.0);
+    for id in &s {
+        w.body_mut(*id).unwrap().set_linear_velocity([20.0, 0.0, 0.0]).unwrap();
+    }
+    run(&mut w, 600);
+    // As at rest: within the centimeter that a stack of this load may drift.
+    let off = at(&w, s[9]) - at(&w, truck) - vec3(0.0, 10.0, 0.0);
+    assert!(off.x.hypot(off.z) < 0.01 && off.y.abs() < 0.09, "{off:?}");
+}
+
+#[test]
+fn a_loaded_cart_on_ice_keeps_its_speed() {
+    let mut w = grounded(0.0);
+    let cart = ShapeDef::box_half([3.0, 0.5, 3.0]).with_friction(0.0);
+    let def = BodyDef::dynamic().with_position([0.0, 0.5, 0.0]).with_shape(cart).with_mass(10.0);
+    let mut all = vec![w.add_body(def).unwrap()];
+    for i in 0..5_u16 {
+        let mass = if i == 4 { 300.0 } else { 1.0 };
+        let shape = ShapeDef::box_half([0.5, 0.5, 0.5]).with_friction(1.0);
+        let def = BodyDef::dynamic().with_position([0.0, 1.5 + f32::from(i), 0.0]);
+        all.push(w.add_body(def.with_shape(shape).with_mass(mass)).unwrap());
+    }
+    for id in &all {
+        w.body_mut(*id).unwrap().set_linear_velocity([5.0, 0.0, 0.0]).unwrap();
+    }
+    let before = momentum(&w, &all).x;
+    run(&mut w, 600);
+    // Nothing pushes along x. Rounding of 600 steps of 8 sweeps over velocities of 5 m/s: 3e-7 a sweep
+    // at random, 2e-5; what the factors take as they rise is against the motion of the island.
+    let change = momentum(&w, &all).x / before - 1.0;
+    assert!(change.abs() < 1.0e-4, "{change}");
+}
+
+#[test]
+fn a_stack_turns_with_a_turntable() {
+    let mut w = world(0.0);
+    let bed = ShapeDef::box_half([5.0, 0.5, 5.0]).with_friction(0.6);
+    let def = BodyDef::kinematic().with_position([0.0, -0.5, 0.0]);
+    let table = w.add_body(def.with_angular_velocity([0.0, 0.1, 0.0]).with_shape(bed)).unwrap();
+    let mut s = Vec::new();
+    for i in 0..10_u16 {
+        let shape = ShapeDef::box_half([0.5, 0.5, 0.5]).with_friction(0.6);
+        let def = BodyDef::dynamic().with_position([3.0, 0.5 + f32::from(i), 0.0]);
+        let mass = if i == 9 { 100.0 } else { 1.0 };
+        s.push(w.add_body(def.with_shape(shape).with_mass(mass)).unwrap());
+    }
+    run(&mut w, 600);
+    let t = w.body(table).unwrap();
+    let (low, top) = (w.body(s[0]).unwrap(), w.body(s[9]).unwrap());
+    let local = |b: Vec3| t.rotation().unrotate(b - t.position());
+    // The table reaches its speed in one step, the lowest box after that: half a step of 0.3 m/s
+    // each box higher up later by as much again.
+    let (low, top) = (local(low.position()), local(top.position()));
+    assert!((low - vec3(3.0, 1.0, 0.0)).length() < 0.005, "{low:?}");
+    assert!((top - vec3(3.0, 10.0, 0.0)).length() < 0.1, "{top:?}");
+}
+
+#[test]
+fn what_falls_does_not_float() {
+    let mut w = world(0.0);
+    let shape = ShapeDef::box_half([9.0, 1.0, 9.0]);
+    let ground =
+        w.add_body(BodyDef::fixed().with_position([0.0, -1.0, 0.0]).with_shape(shape)).unwrap();
+    let s = stack(&mut w, 10, 300.0);
+    run(&mut w, 300);
+    assert!(w.remove_body(ground));
+    run(&mut w, 60);
+    // Momentum is that of a second's fall, but for the steps in which the factors go back to 1: half of
+    // the rest in each, so that less than the pull of two steps is missing.
+    let v = momentum(&w, &s).y / 309.0;
+    assert!(v < -G * (1.0 - 2.0 * DT) && v > -G * 1.001, "{v}");
+}
+
+#[test]
+fn light_bodies_do_not_fly_when_their_load_is_taken() {
+    let mut w = grounded(0.0);
+    let s = stack(&mut w, 10, 300.0);
+    run(&mut w, 300);
+    let before: Vec<f32> = s.iter().map(|id| at(&w, *id).y).collect();
+    let overlap = 8.5 - before[8];
+    assert!(w.remove_body(s[9]));
+    let mut rise: f32 = 0.0;
+    for _ in 0..120 {
+        w.step(DT);
+        for (id, y) in s.iter().zip(&before).take(9) {
+            rise = rise.max(at(&w, *id).y - y);
+        }
+    }
+    // What they were pressed together, and the hop of boxes that part with up to the cap of 0.25 m/s
+    // each: 9 of them, (9 · 0.25)² / 2 g.
+    assert!(rise < overlap + (9.0_f32 * 0.25).powi(2) / (2.0 * G), "{rise}, {overlap}");
+}
+
+#[test]
+fn a_loaded_slab_holds_and_slides_at_the_limit_of_its_load() {
+    for lower in [false, true] {
+        for (pull, least, most) in [(0.9, -0.001, 0.001), (0.98, -0.001, 0.005), (1.1, 0.25, 0.36)]
+        {
+            let mut w = grounded(0.0);
+            let base = boxed(&mut w, vec3(2.0, 0.25, 2.0), vec3(0.0, 0.25, 0.0), 100.0);
+            let load = boxed(&mut w, vec3(1.0, 0.5, 1.0), vec3(0.0, 1.0, 0.0), 1000.0);
+            run(&mut w, 120);
+            let (id, mass) = if lower { (base, 1100.0) } else { (load, 1000.0) };
+            let before = at(&w, id).x;
+            let force = pull * 0.6 * mass * G;
+            w.body_mut(id).unwrap().set_lasting_force([force, 0.0, 0.0]).unwrap();
+            run(&mut w, 60);
+            // (pull - 1) mu g / 2 after a second: 0.3 m at 1.1. The slab's inertia is up to 8 times its
+            // own as it slides: 100 kg of 1100 kg.
+            let way = at(&w, id).x - before;
+            assert!(way > least && way < most, "{pull} lower {lower}: {way}");
+        }
+    }
+}
+
+#[test]
+fn squeezed_bodies_take_momentum_from_nobody_for_long() {
+    // No gravity: a hammer drives five blocks into an anvil. Total momentum is what it was, but for
+    // what the blocks, a hundredth of the mass, were given as their factors rose.
+    let mut w = world(0.0);
+    w.set_gravity([0.0; 3]).unwrap();
+    let half = vec3(0.5, 0.5, 0.5);
+    let mut all: Vec<_> =
+        (0..5_u16).map(|i| boxed(&mut w, half, vec3(f32::from(i) * 1.01, 0.0, 0.0), 1.0)).collect();
+    let hammer = boxed(&mut w, half, vec3(-3.0, 0.0, 0.0), 100.0);
+    w.body_mut(hammer).unwrap().set_linear_velocity([5.0, 0.0, 0.0]).unwrap();
+    all.push(hammer);
+    all.push(boxed(&mut w, half, vec3(7.0, 0.0, 0.0), 100.0));
+    let energy = w.kinetic_energy();
+    for _ in 0..300 {
+        w.step(DT);
+        // 5 blocks of 1 kg with up to 8 times their mass at 5 m/s: 7 · 5 · 5 of 500 kg m/s is what they
+        // could hold back at the very most; a tenth of it is what may go amiss.
+        let p = momentum(&w, &all).x;
+        assert!((p - 500.0).abs() < 17.5, "{p}");
+        assert!(w.kinetic_energy() <= energy, "{}", w.kinetic_energy());
+    }
+}
+
+#[test]
+fn stacks_lean_as_far_as_the_theory_says() {
+    // Ten boxes, each further out by d: the upper k have their center (k - 1) d / 2 + d beyond the box
+    // below: it must be within half an edge, 10 d / 2 < 0.5 for nine of them.
+    for (lean, stands) in [(0.09, true), (0.105, false), (0.12, false)] {
+        let mut w = grounded(0.0);
+        let half = vec3(0.5, 0.5, 0.5);
+        let column = (0..10_u16).map(|i| vec3(lean * f32::from(i), 0.5 + f32::from(i), 0.0));
+        let s: Vec<_> = column.map(|p| boxed(&mut w, half, p, 1.0)).collect();
+        run(&mut w, 1200);
+        assert_eq!(at(&w, s[9]).y > 9.0, stands, "{lean}");
+    }
+}
