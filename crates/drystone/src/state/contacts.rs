@@ -259,6 +259,12 @@ impl Contacts {
         }
     }
 
+    /// How the bodies stood when the contact's manifold was made: of parts that of the first one's.
+    pub(crate) fn probe_of(&self, row: u32) -> &Probe {
+        let first = self.at(self.at(row).first);
+        if first.awake_row == NONE { &first.probe } else { &self.awake[first.awake_row as usize] }
+    }
+
     /// The center of mass of one of a contact's bodies was put elsewhere, `shift` [m, body]: anchors are
     /// told from there now, and stay where they are.
     pub(crate) fn shift_center(&mut self, row: u32, side: u32, shift: Vec3) {

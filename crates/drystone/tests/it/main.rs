@@ -3,5 +3,6 @@
 
 mod contract_world;
 mod property_hull;
+mod scenario_audit;
 mod scenario_mesh;
 mod scenario_motion;
