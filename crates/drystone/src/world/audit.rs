@@ -42,7 +42,8 @@ impl World {
     }
 
     /// From now on keeps a ledger of energy, [`Audit::ledger`]: what came in, what went out. One that was
-    /// open begins anew. It costs two walks over the bodies in each step.
+    /// open begins anew. It costs two walks over the dynamic bodies in each step,
+    /// sleeping ones too: some 450 instructions a body, 2 % of a step of a large pyramid.
     ///
     /// ```
     /// # fn main() -> Result<(), drystone::DefError> {

@@ -4,7 +4,7 @@
 use crate::base::double::DVec3;
 use crate::base::math::Vec3;
 use crate::base::sym3::Sym3;
-use crate::state::bodies::{Bodies, Body};
+use crate::state::bodies::{Bodies, Body, NONE};
 use crate::state::def::JointKind;
 use crate::state::joints::Joint;
 use crate::state::tables::Tables;
@@ -44,17 +44,16 @@ impl Energy {
     pub(crate) fn of(tables: &Tables) -> Self {
         let mut sum = Self::default();
         let gravity = DVec3::from(tables.config.gravity);
-        for (_, body) in tables.bodies.rows.iter() {
-            if !body.is_dynamic() {
-                continue;
-            }
+        for body in dynamic(tables) {
             let (mass, v) = (f64::from(body.mass), DVec3::from(body.v));
             let scale = f64::from(body.gravity_scale);
             sum.potential -= mass * scale * gravity.dot(DVec3::from(body.center));
             // Most bodies of a large world lie still.
             if body.v != Vec3::ZERO || body.w != Vec3::ZERO {
                 sum.linear += 0.5 * mass * v.dot(v);
-                sum.angular += 0.5 * DVec3::from(body.w).dot(spin(body));
+                let turn = (body.rotation * body.principal).unrotate(body.w);
+                let squares = DVec3::from(turn.mul_each(turn));
+                sum.angular += 0.5 * squares.dot(DVec3::from(body.moments));
             }
         }
         for (_, joint) in tables.joints.rows.iter() {
@@ -81,10 +80,9 @@ pub struct Momentum {
 
 impl Momentum {
     pub(crate) fn of(tables: &Tables) -> Self {
-        let dynamic = || tables.bodies.rows.iter().map(|(_, b)| b).filter(|b| b.is_dynamic());
         let (mut mass, mut first) = (0.0, DVec3::ZERO);
         let (mut linear, mut origin) = (DVec3::ZERO, DVec3::ZERO);
-        for body in dynamic() {
+        for body in dynamic(tables) {
             let (m, c) = (f64::from(body.mass), DVec3::from(body.center));
             let p = DVec3::from(body.v) * m;
             mass += m;
@@ -95,7 +93,7 @@ impl Momentum {
         let center = if mass > 0.0 { first * (1.0 / mass) } else { DVec3::ZERO };
         // Not as a difference of the two others: far from the origin little would be left of it.
         let mut own = DVec3::ZERO;
-        for body in dynamic() {
+        for body in dynamic(tables) {
             let arm = DVec3::from(body.center) - center;
             own = own + arm.cross(DVec3::from(body.v) * f64::from(body.mass)) + spin(body);
         }
@@ -107,6 +105,22 @@ impl Momentum {
             about_center: own.single(),
         }
     }
+}
+
+/// All dynamic bodies, island by island: every one is in an island, and a large world has more static bodies
+/// than it pays to walk over.
+fn dynamic(tables: &Tables) -> impl Iterator<Item = &Body> {
+    let bodies = &tables.bodies;
+    let mut islands = tables.islands.rows.iter();
+    let mut at = NONE;
+    core::iter::from_fn(move || {
+        while at == NONE {
+            at = islands.next()?.first;
+        }
+        let body = bodies.at(at);
+        at = body.island_next;
+        Some(body)
+    })
 }
 
 /// I ω [kg m²/s, world].
