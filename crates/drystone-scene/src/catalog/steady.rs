@@ -364,7 +364,7 @@ fn stones(count: usize, gap: f64) -> Vec<Stone> {
 
 pub(super) fn catenary_arch(mut scene: Scene, values: &Values) -> Result<Scene, CatalogError> {
     let count = values.whole("stones");
-    if count % 2 == 0 {
+    if count.is_multiple_of(2) {
         return Err(CatalogError::Together {
             scene: "catenary_arch",
             problem: format!("stones is {count}, allowed is an odd number"),
