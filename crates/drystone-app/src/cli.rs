@@ -192,9 +192,15 @@ pub(crate) struct Simulate {
     #[arg(long, value_name = "FILE.glb", value_parser = bake_path)]
     pub(crate) bake: Option<PathBuf>,
 
-    /// Write measurements: times, contacts, energy, penetration, hashes
+    /// Write measurements: times, contacts, energy, penetration, hashes, an audit of the end
     #[arg(long, value_name = "FILE.json")]
     pub(crate) report: Option<PathBuf>,
+
+    /// Tell how right the world is at the end: where energy came from and went, momentum, overlaps,
+    /// friction, what contacts left unsolved, what is awake and why. Steps take longer with the ledger
+    /// that this needs
+    #[arg(long)]
+    pub(crate) audit: bool,
 }
 
 /// The levels this machine has, by name.

@@ -3,6 +3,7 @@
 //! `cli` says what may be asked; `simulate` runs a scene and feeds `trace`, `events`, `bake` and
 //! `report`; `bench` takes its time; `info` tells about scenes and methods. Only `output` writes to files and to stdout.
 
+mod audit;
 mod bake;
 mod bench;
 mod cli;

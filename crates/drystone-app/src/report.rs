@@ -7,6 +7,7 @@ use drystone_scene::{Running, Scene};
 use serde::Serialize;
 use serde::ser::{SerializeMap, Serializer};
 
+use crate::audit::AuditReport;
 use crate::cli::count;
 use crate::events::{Names, fault_word};
 use crate::measure::{Measure, lines_of};
@@ -33,6 +34,8 @@ pub(crate) struct Run<'a> {
     pub(crate) asked: u64,
     /// Measurements.
     pub(crate) measure: &'a Measure,
+    /// Whether the audit is told to people too.
+    pub(crate) audit: bool,
 }
 
 /// The report; its fields are those of the JSON file.
@@ -58,6 +61,8 @@ pub(crate) struct Report {
     penetration: Penetration,
     joint_error: JointError,
     asleep_end: usize,
+    /// How right the world is at the end.
+    audit: AuditReport,
     hash: String,
     hashes: Vec<(u64, String)>,
     faults: Vec<FaultLine>,
@@ -184,6 +189,7 @@ impl Report {
                 p99: measure.joint_error.percentile(99),
             },
             asleep_end: counts.asleep,
+            audit: AuditReport::of(world, &names),
             hash: hex(world.state_hash()),
             hashes: measure.hashes.iter().map(|&(step, hash)| (step, hex(hash))).collect(),
             faults: faults.collect(),
@@ -251,6 +257,9 @@ impl Report {
             page.row("joint error", &format!("max {}, p99 {}", si(j.max, "m"), si(j.p99, "m")));
         }
         page.row("asleep", &format!("{} of {dynamic} dynamic bodies", self.asleep_end));
+        if run.audit {
+            self.audit.rows(&mut page);
+        }
         page.row("hash", &self.hash);
         for fault in &self.faults {
             let body = fault.body.as_deref().unwrap_or("-");

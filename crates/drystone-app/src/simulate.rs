@@ -50,6 +50,9 @@ pub(crate) fn simulate(args: &Simulate) -> Outcome {
     if let Some(level) = args.simd.as_deref().and_then(SimdLevel::named) {
         running.world.set_simd_level(level);
     }
+    if args.audit {
+        running.world.begin_ledger();
+    }
     let mut outputs = Outputs::create(args)?;
 
     let stop = stop_on_interrupt();
@@ -82,6 +85,7 @@ pub(crate) fn simulate(args: &Simulate) -> Outcome {
         seconds: time_of(done, hz),
         asked: steps,
         measure: &measure,
+        audit: args.audit,
     };
     let report = Report::new(&run, clock.means(done));
     let written = outputs.finish(&loaded, &report)?;

@@ -283,6 +283,13 @@ fn the_report_has_every_key() {
         "/joint_error/max",
         "/joint_error/p99",
         "/asleep_end",
+        "/audit/energy/elastic",
+        "/audit/momentum/about_center",
+        "/audit/penetration/p99",
+        "/audit/joints/linear",
+        "/audit/residual/relative",
+        "/audit/non_finite",
+        "/audit/awake",
         "/hash",
         "/hashes",
         "/faults",
@@ -299,6 +306,32 @@ fn the_report_has_every_key() {
     assert!(hash.len() == 16 && hash.chars().all(|c| c.is_ascii_hexdigit()), "{hash}");
     assert!(page.contains(hash), "the page must show the hash:\n{page}");
     assert!(report["stages_ms"].as_object().unwrap().len() > 1);
+}
+
+#[test]
+fn an_audit_says_what_is_awake_and_where_the_energy_went() {
+    let folder = folder("audit");
+    fs::write(folder.join("in.gltf"), scene_with(&[])).unwrap();
+    let simulate = |flags: &[&str]| {
+        let args = ["simulate", "in.gltf", "--steps", "10", "--report", "r.json"];
+        let page = succeed(&folder, &[&args, flags].concat());
+        (page, json(&folder.join("r.json")))
+    };
+    let (plain, without) = simulate(&[]);
+    let (page, with) = simulate(&["--audit"]);
+    assert_eq!(with["hash"], without["hash"], "an audit changes nothing");
+    assert!(without["audit"]["ledger"].is_null() && !plain.contains("residual"), "{plain}");
+    let ledger = &with["audit"]["ledger"];
+    assert_eq!(ledger["steps"].as_u64(), Some(10));
+    // A free fall: nothing comes in and nothing is lost.
+    let value = |key: &str| ledger[key].as_f64().unwrap();
+    assert!((value("start") - value("now")).abs() < 1.0e-5 * value("start"), "{ledger}");
+    assert!(page.contains("'a \"box\", falling': it moves at"), "{page}");
+    for subject in ["audit ", "ledger ", "momentum ", "spin ", "overlap ", "residual ", "awake "] {
+        assert!(page.lines().any(|line| line.starts_with(subject)), "{subject} is missing: {page}");
+    }
+    let awake = &with["audit"]["awake"][0];
+    assert_eq!(awake["path"], serde_json::json!(["a \"box\", falling"]));
 }
 
 #[test]

@@ -34,6 +34,14 @@ pub trait Engine: Sized {
     /// The engine refuses it.
     fn aim(&mut self, body: usize, position: Vec3, dt: f32) -> Result<(), EngineError>;
 
+    /// From now on this lasting force [N] acts on the dynamic body at its center of mass.
+    ///
+    /// # Errors
+    /// The engine has no such force.
+    fn pull(&mut self, _body: usize, _force: Vec3) -> Result<(), EngineError> {
+        Err(EngineError("lasting forces are not translated".to_owned()))
+    }
+
     /// Advances time by `dt` [s]. This is what is timed.
     fn step(&mut self, dt: f32);
 

@@ -59,6 +59,14 @@ impl Engine for Own {
         Ok(())
     }
 
+    fn pull(&mut self, body: usize, force: Vec3) -> Result<(), EngineError> {
+        let id = self.running.bodies.get(body).copied();
+        if let Some(mut pulled) = id.and_then(|id| self.running.world.body_mut(id)) {
+            pulled.set_lasting_force(force).map_err(|e| EngineError(e.to_string()))?;
+        }
+        Ok(())
+    }
+
     fn step(&mut self, dt: f32) {
         let clock = &mut self.clock;
         clock.begin();

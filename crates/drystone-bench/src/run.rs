@@ -65,6 +65,7 @@ pub fn measure<E: Engine>(order: &Order<'_>) -> Result<Row, EngineError> {
         match scene.script.action(step) {
             ScriptAction::None => {}
             ScriptAction::Aim { body, position } => engine.aim(body, position, dt)?,
+            ScriptAction::Pull { body, force } => engine.pull(body, force)?,
             ScriptAction::Add(body) => {
                 engine.add(body)?;
                 movers.add(body);

@@ -11,7 +11,7 @@ use crate::engine::BodyState;
 
 /// Scenes that should stand, and the part of a body's height over the lowest one that is air at the
 /// start, through which it comes down.
-const STANDING: [(&str, f32); 11] = [
+const STANDING: [(&str, f32); 14] = [
     ("stack", 0.0),
     ("pyramid", 0.0),
     ("large_pyramid", 0.0),
@@ -22,6 +22,9 @@ const STANDING: [(&str, f32); 11] = [
     ("plank_tower", 0.0),
     ("arch", 0.0),
     ("card_house", 0.0),
+    ("tiny_pyramid", 0.0),
+    ("kapla", 0.0),
+    ("catenary_arch", 0.0),
     // Levels 2 m high are dropped 2.5 m apart.
     ("jolt_pyramid", 0.2),
 ];

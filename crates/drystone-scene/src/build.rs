@@ -81,7 +81,7 @@ impl Scene {
         }
         match &self.script {
             Script::None => {}
-            Script::Orbit { body, .. } => {
+            Script::Orbit { body, .. } | Script::Pull { body, .. } => {
                 running.at("the script", *body)?;
             }
             Script::Drop { bodies, .. } => {
@@ -166,6 +166,14 @@ impl Running {
                 if let Some(mut mover) = self.world.body_mut(id) {
                     let pose = Pose::new(position, mover.get().rotation());
                     mover.move_to(pose, dt).map_err(|e| body_error(&self.names[body], e))?;
+                }
+            }
+            ScriptAction::Pull { body, force } => {
+                let id = self.at("the script", body)?;
+                if let Some(mut pulled) = self.world.body_mut(id) {
+                    pulled
+                        .set_lasting_force(force)
+                        .map_err(|e| body_error(&self.names[body], e))?;
                 }
             }
             ScriptAction::Add(body) => {

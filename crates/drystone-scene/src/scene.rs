@@ -57,6 +57,13 @@ pub enum Script {
         /// The bodies.
         bodies: Vec<SceneBody>,
     },
+    /// Body `body` (dynamic) is pulled by a lasting force at its center of mass, from the first step on.
+    Pull {
+        /// Number of the body.
+        body: usize,
+        /// The force [N, world].
+        force: Vec3,
+    },
 }
 
 /// What a script wants before one step.
@@ -74,6 +81,13 @@ pub enum ScriptAction<'a> {
     },
     /// This body joins.
     Add(&'a SceneBody),
+    /// From now on this lasting force acts on the body `body`, at its center of mass.
+    Pull {
+        /// Number of the body.
+        body: usize,
+        /// The force [N, world].
+        force: Vec3,
+    },
 }
 
 impl Script {
@@ -92,6 +106,8 @@ impl Script {
                 let body = number.and_then(|n| bodies.get(usize::try_from(n).ok()?));
                 body.map_or(ScriptAction::None, ScriptAction::Add)
             }
+            &Self::Pull { body, force } if step == 0 => ScriptAction::Pull { body, force },
+            Self::Pull { .. } => ScriptAction::None,
         }
     }
 }

@@ -46,6 +46,11 @@ pub use geometry::hull::{Hull, HullError, Plane};
 pub use geometry::mass::MassProperties;
 pub use geometry::mesh::{Mesh, MeshError};
 pub use geometry::shape::{Shape, ShapeError};
+pub use query::audit::{
+    Audit, ConeUse, ConstraintId, ContactPair, ContactResidual, Energy, JointErrors, Ledger,
+    Momentum, Penetration, WorstConstraint,
+};
+pub use query::why_awake::{AwakeCause, WhyAwake};
 pub use query::{Query, RayHit};
 pub use state::config::{ContactConfig, InertiaConfig, JointConfig, SleepConfig, WorldConfig};
 pub use state::def::{

@@ -19,14 +19,15 @@ pub(super) fn hello(mut scene: Scene, _: &Values) -> Result<Scene, CatalogError>
 
 pub(super) fn stack(mut scene: Scene, values: &Values) -> Result<Scene, CatalogError> {
     let (n, ratio) = (values.whole("n"), values.number("top_mass_ratio"));
+    let edge = values.number("edge");
     gravity_10(&mut scene);
     scene.seconds = 20.0;
     scene.config.sleep.enabled = false;
     add_ground_box(&mut scene, 20.0, 20.0);
     for i in 0..n {
         let density = if i + 1 == n { 1000.0 * ratio } else { 1000.0 };
-        let cube = ShapeDef::box_half(Vec3::splat(0.5)).with_density(density);
-        let position = vec3(0.0, 0.5 + real(i), 0.0);
+        let cube = ShapeDef::box_half(Vec3::splat(0.5 * edge)).with_density(density);
+        let position = vec3(0.0, edge * (0.5 + real(i)), 0.0);
         scene.add(format!("cube {i}"), BodyDef::dynamic().with_position(position).with_shape(cube));
     }
     Ok(scene)

@@ -8,6 +8,7 @@ mod linked;
 mod masonry;
 mod parameters;
 mod parts;
+mod steady;
 
 pub use parameters::{CatalogError, Parameter, Range, Values};
 
@@ -72,7 +73,7 @@ pub fn named(spec: &str) -> Result<Scene, CatalogError> {
 }
 
 /// Sizes are limited so that no scene has more than about 1.1 million bodies.
-static CATALOG: [Entry; 33] = [
+static CATALOG: [Entry; 46] = [
     Entry::new("hello", "A box and a ball fall on the ground", first::hello),
     Entry::new("stack", "A column of cubes, the top one as heavy as you like", first::stack).with(
         &[
@@ -83,6 +84,7 @@ static CATALOG: [Entry; 33] = [
                 (1.0e-3, 1.0e6),
                 "mass of the top cube over that of another",
             ),
+            Parameter::number("edge", 1.0, (0.001, 100.0), "of a cube [m]"),
         ],
     ),
     Entry::new(
@@ -146,6 +148,129 @@ static CATALOG: [Entry; 33] = [
         masonry::tower_minus_base,
     )
     .with(&[Parameter::whole("layers", 12, (1, 1000), "layers")]),
+    Entry::new(
+        "stack_drop",
+        "A heavy cube falls on a column of light ones: it must not crush it",
+        steady::stack_drop,
+    )
+    .with(&[
+        Parameter::whole("n", 10, (1, 1000), "cubes in the column"),
+        Parameter::number(
+            "mass_ratio",
+            100.0,
+            (0.001, 1.0e5),
+            "mass of the falling cube over that of another",
+        ),
+        Parameter::number("height", 3.0, (0.0, 100.0), "of its fall [m]"),
+    ]),
+    Entry::new(
+        "leaning_stack",
+        "A column of cubes, each a little off the one below: ten stand exactly if that is below 0.1 m",
+        steady::leaning_stack,
+    )
+    .with(&[
+        Parameter::whole("n", 10, (1, 1000), "cubes"),
+        Parameter::number("lean", 0.09, (0.0, 0.9), "of a cube over the one below [m]"),
+    ]),
+    Entry::new(
+        "pushed_stack",
+        "The upper half of a column of cubes is given a speed: a slow one it survives",
+        steady::pushed_stack,
+    )
+    .with(&[
+        Parameter::whole("n", 10, (1, 1000), "cubes"),
+        Parameter::number("speed", 1.0, (0.0, 100.0), "of the upper half at the start [m/s]"),
+    ]),
+    Entry::new(
+        "tiny_pyramid",
+        "A flat pyramid of very small cubes: lengths of the engine must not show",
+        steady::tiny_pyramid,
+    )
+    .with(&[
+        Parameter::whole("base", 30, (1, 1400), "cubes in the lowest row"),
+        Parameter::number("edge", 0.05, (0.005, 100.0), "of a cube [m]"),
+    ]),
+    Entry::new(
+        "kapla",
+        "A building of 102 flat blocks, six stories of bases and walls: it stands on friction alone",
+        steady::kapla,
+    )
+    .with(&[
+        Parameter::whole("floors", 6, (1, 1000), "stories of 17 blocks"),
+        Parameter::number("friction", 0.6, (0.0, 10.0), "friction coefficient"),
+    ]),
+    Entry::new(
+        "catenary_arch",
+        "Stones along a catenary, 60 m high, let go a little apart: they meet and hold each other up",
+        steady::catenary_arch,
+    )
+    .with(&[
+        Parameter::whole("stones", 25, (3, 951), "stones, an odd number"),
+        Parameter::number("gap", 0.1, (0.0, 0.5), "air below and between stones at the start [m]"),
+    ]),
+    Entry::new(
+        "seesaw",
+        "A plank with a cube at either end: level if they weigh the same, else the heavier one goes down",
+        steady::seesaw,
+    )
+    .with(&[Parameter::number(
+        "mass_ratio",
+        1.0,
+        (0.001, 1000.0),
+        "mass of the right cube over that of the left one",
+    )]),
+    Entry::new(
+        "catapult",
+        "A weight falls on one end of a plank and throws the stone on the other",
+        steady::catapult,
+    )
+    .with(&[
+        Parameter::number("mass_ratio", 1.0, (0.001, 1000.0), "density of the weight over the stone's"),
+        Parameter::number("height", 5.0, (0.0, 100.0), "of its fall [m]"),
+    ]),
+    Entry::new(
+        "truck",
+        "A column of cubes under a heavy one rides on a truck: it stands as if it stood still",
+        steady::truck,
+    )
+    .with(&[
+        Parameter::whole("n", 10, (1, 1000), "cubes"),
+        Parameter::number("top_mass_ratio", 1.0, (0.001, 1.0e6), "mass of the top cube over that of another"),
+        Parameter::number("speed", 20.0, (0.0, 100.0), "of the truck [m/s]"),
+    ]),
+    Entry::new(
+        "pull",
+        "Of two slabs, 100 kg below and 1000 kg above, one is pulled: it moves exactly if friction lets it",
+        steady::pull,
+    )
+    .with(&[
+        Parameter::number("factor", 0.9, (0.0, 100.0), "force over what friction holds, 6000 N above and 6600 N below"),
+        Parameter::whole("lower", 0, (0, 1), "1: the lower slab is pulled"),
+    ]),
+    Entry::new(
+        "conveyor",
+        "Parcels put on a moving belt slide until they go along",
+        steady::conveyor,
+    )
+    .with(&[
+        Parameter::whole("n", 12, (1, 30), "parcels"),
+        Parameter::number("speed", 1.5, (0.0, 10.0), "of the belt [m/s]"),
+    ]),
+    Entry::new("billiards", "A cue ball breaks a rack of fifteen balls", steady::billiards).with(&[
+        Parameter::number("speed", 8.0, (0.0, 30.0), "of the cue ball [m/s]"),
+        Parameter::number("gap", 0.0, (0.0, 0.01), "air between two balls of the rack [m]"),
+    ]),
+    Entry::new(
+        "tops",
+        "Spinning tops lean and go round, and do not fall while they spin",
+        steady::tops,
+    )
+    .with(&[
+        Parameter::whole("n", 5, (1, 1000), "tops"),
+        Parameter::number("spin", 100.0, (0.0, 500.0), "about their own axis [rad/s]"),
+        Parameter::number("lean", 10.0, (0.0, 80.0), "from upright at the start [degrees]"),
+        Parameter::number("friction", 0.6, (0.0, 10.0), "friction coefficient"),
+    ]),
     Entry::new(
         "incline",
         "A cube on a slope: it slides exactly if the slope exceeds the friction",

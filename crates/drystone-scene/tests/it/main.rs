@@ -5,3 +5,4 @@ mod catalog;
 mod contract_determinism;
 mod scenario_slopes_and_joints;
 mod scenario_standing;
+mod scenario_steady;

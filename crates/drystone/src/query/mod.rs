@@ -1,5 +1,8 @@
 //! Sibling of step: answers questions about a world, and never writes.
 
+pub(crate) mod audit;
+pub(crate) mod why_awake;
+
 use crate::base::aabb::Aabb;
 use crate::base::id::{BodyId, ShapeId};
 use crate::base::math::Vec3;

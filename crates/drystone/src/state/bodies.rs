@@ -113,6 +113,20 @@ impl Body {
         self.kind == BodyKind::Dynamic
     }
 
+    /// No point of it moves faster [m/s].
+    #[inline]
+    pub(crate) fn greatest_speed(&self) -> f32 {
+        // A body without shapes has no extent, but may well spin.
+        let reach = if self.extent > 0.0 { self.extent } else { 1.0 };
+        self.v.length() + self.w.length() * reach
+    }
+
+    /// Below this speed it is still [m/s]; `speed` is the world's.
+    #[inline]
+    pub(crate) const fn still_speed(&self, speed: f32) -> f32 {
+        if self.sleep_speed >= 0.0 { self.sleep_speed } else { speed }
+    }
+
     /// Velocity of the point at `r` from the center of mass [m/s, world].
     #[inline]
     pub(crate) fn velocity_at(&self, r: Vec3) -> Vec3 {

@@ -310,18 +310,22 @@ impl Contacts {
         }
     }
 
+    /// Rotations of the bodies when the contact's manifold was made: of parts that of the first one's.
+    pub(crate) fn rotations_of(&self, row: u32) -> [Quat; 2] {
+        let first = self.at(self.at(row).first);
+        match self.awake.get(first.awake_row as usize) {
+            Some(probe) => [probe.rotation_a, probe.rotation_b],
+            None => [first.parked.rotation_a, first.parked.rotation_b],
+        }
+    }
+
     /// The center of mass of one of a contact's bodies was put elsewhere, `shift` [m, body]: anchors are
     /// told from there now, and stay where they are.
     pub(crate) fn shift_center(&mut self, row: u32, side: u32, shift: Vec3) {
         // Of parts, the reference is that of the first one.
         let first = self.at(row).first;
         let place = self.at(first).awake_row;
-        let parked = self.at(first).parked;
-        let rotations = match self.awake.get(place as usize) {
-            Some(probe) if place != NONE => [probe.rotation_a, probe.rotation_b],
-            _ => [parked.rotation_a, parked.rotation_b],
-        };
-        let moved = rotations[side as usize].rotate(shift);
+        let moved = self.rotations_of(row)[side as usize].rotate(shift);
         let contact = self.at_mut(row);
         if side == 0 {
             for p in &mut contact.points {

@@ -216,9 +216,6 @@ fn advance(
 }
 
 fn rate_stillness(ctx: &StepContext, sleep_speed: f32, body: &mut Body) {
-    let limit = if body.sleep_speed >= 0.0 { body.sleep_speed } else { sleep_speed };
-    // A body without shapes has no extent, but may well spin.
-    let reach = if body.extent > 0.0 { body.extent } else { 1.0 };
-    let speed = body.v.length() + body.w.length() * reach;
-    body.still_time = if speed < limit { body.still_time + ctx.dt } else { 0.0 };
+    let still = body.greatest_speed() < body.still_speed(sleep_speed);
+    body.still_time = if still { body.still_time + ctx.dt } else { 0.0 };
 }

@@ -2,6 +2,7 @@
 //! together when something is added, changed or removed.
 
 mod add;
+mod audit;
 mod body;
 mod joint;
 mod mass;
@@ -21,6 +22,7 @@ use crate::base::jobs::{Executor, Inline};
 use crate::base::math::Vec3;
 use crate::base::wide::SimdLevel;
 use crate::query::Query;
+use crate::query::audit::Books;
 use crate::state::config::WorldConfig;
 use crate::state::def::DefError;
 use crate::state::events::{Events, Fault, FaultKind};
@@ -43,6 +45,8 @@ pub struct World {
     last_h: f32,
     /// What the user's calls since the last step caused: part of the next step's events.
     pending: Events,
+    /// Open since [`World::begin_ledger`].
+    books: Option<Box<Books>>,
 }
 
 impl Default for World {
@@ -55,6 +59,7 @@ impl Default for World {
             level: SimdLevel::best(),
             last_h: 0.0,
             pending: Events::default(),
+            books: None,
         }
     }
 }
@@ -160,9 +165,15 @@ impl World {
             return;
         }
         let ctx = StepContext::new(&self.tables.config, dt, self.last_h, self.level.0);
+        if let Some(books) = &mut self.books {
+            books.before_step(&self.tables);
+        }
         step::step(&ctx, &mut self.tables, &mut self.scratch, &*self.jobs, after);
         self.tables.steps += 1;
         self.last_h = ctx.h;
+        if let Some(books) = &mut self.books {
+            books.after_step(&self.tables, ctx.substeps);
+        }
     }
 
     /// For tests of a stage.

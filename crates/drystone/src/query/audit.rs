@@ -1,0 +1,133 @@
+//! How right a world is: energy and what came in and went out, momentum, overlaps, joint errors, friction
+//! cones, what contacts left unsolved. Everything is measured from the tables as they are; nothing is
+//! assumed of the solver that filled them.
+
+mod contacts;
+mod energy;
+mod ledger;
+
+pub use self::contacts::{ConeUse, ContactPair, ContactResidual, Penetration};
+pub use self::energy::{Energy, Momentum};
+pub use self::ledger::Ledger;
+
+pub(crate) use self::ledger::Books;
+
+use self::contacts::ContactAudit;
+use crate::base::id::{BodyId, JointId};
+use crate::state::tables::Tables;
+
+/// How far joints are from what they ask.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct JointErrors {
+    /// Largest linear error [m]: the gap of a ball joint, the excess of a distance.
+    pub linear: f32,
+    /// The joint that has it; `None` if no joint is off.
+    pub linear_joint: Option<JointId>,
+    /// Largest angular error [rad]. None of the kinds of joints that there are holds a rotation: 0.
+    pub angular: f32,
+    /// The joint that has it.
+    pub angular_joint: Option<JointId>,
+}
+
+/// A contact or a joint.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ConstraintId {
+    /// A contact.
+    Contact(ContactPair),
+    /// A joint.
+    Joint(JointId),
+}
+
+/// The constraint that is farthest from what it asks.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct WorstConstraint {
+    /// Which.
+    pub id: ConstraintId,
+    /// By how much [m]: the depth of an overlap, the gap or excess of a joint.
+    pub error: f32,
+}
+
+/// What [`crate::World::audit`] found.
+///
+/// Impulses are those of the last substep, as the solver keeps them for its warm start. Shapes that
+/// sleep are in it as they fell asleep. Sums over bodies are of dynamic ones.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Audit {
+    /// Steps that the world has taken.
+    pub step: u64,
+    /// Energy now.
+    pub energy: Energy,
+    /// Where it came from and went, since [`crate::World::begin_ledger`]; `None` before.
+    pub ledger: Option<Ledger>,
+    /// Momentum now.
+    pub momentum: Momentum,
+    /// Overlaps.
+    pub penetration: Penetration,
+    /// Joints.
+    pub joints: JointErrors,
+    /// The contact that uses most of its friction cone; `None` if no contact carries anything.
+    pub cone: Option<ConeUse>,
+    /// What the contacts left unsolved.
+    pub residual: ContactResidual,
+    /// The contact or joint that is farthest from what it asks [m]; `None` if all do.
+    pub worst: Option<WorstConstraint>,
+    /// Bodies that are out of the simulation because their state became infinite or NaN, in the order
+    /// of their slots.
+    pub non_finite: Vec<BodyId>,
+}
+
+/// Measures everything. `h` is the last substep [s], 0 before the first; `substeps` how many a step has.
+pub(crate) fn audit(tables: &Tables, books: Option<&Books>, h: f32, substeps: u32) -> Audit {
+    let contacts = ContactAudit::of(tables, h, substeps);
+    let joints = joint_errors(tables);
+    let bodies = tables.bodies.rows.iter();
+    let broken = bodies.filter(|(_, b)| {
+        let finite = b.center.is_finite() && b.rotation.is_finite();
+        b.faulted || !(finite && b.v.is_finite() && b.w.is_finite())
+    });
+    Audit {
+        step: tables.steps,
+        energy: Energy::of(tables),
+        ledger: books.map(|books| books.ledger(tables)),
+        momentum: Momentum::of(tables),
+        penetration: contacts.penetration,
+        joints,
+        cone: contacts.cone,
+        residual: contacts.residual,
+        worst: worst(&contacts, &joints),
+        non_finite: broken.map(|(id, _)| id).collect(),
+    }
+}
+
+/// The constraint that is farthest from what it asks.
+pub(crate) fn worst_constraint(tables: &Tables) -> Option<WorstConstraint> {
+    worst(&ContactAudit::of(tables, 0.0, 0), &joint_errors(tables))
+}
+
+fn joint_errors(tables: &Tables) -> JointErrors {
+    let mut errors = JointErrors::default();
+    for (id, joint) in tables.joints.rows.iter() {
+        let error = joint.error(&tables.bodies);
+        if error > errors.linear {
+            (errors.linear, errors.linear_joint) = (error, Some(id));
+        }
+    }
+    errors
+}
+
+fn worst(contacts: &ContactAudit, joints: &JointErrors) -> Option<WorstConstraint> {
+    let p = &contacts.penetration;
+    let contact = p.at.map(|pair| (ConstraintId::Contact(pair), p.max));
+    let joint = joints.linear_joint.map(|id| (ConstraintId::Joint(id), joints.linear));
+    let (id, error) = match (contact, joint) {
+        (Some(c), Some(j)) => {
+            if j.1 > c.1 {
+                j
+            } else {
+                c
+            }
+        }
+        (c, j) => c.or(j)?,
+    };
+    Some(WorstConstraint { id, error })
+}

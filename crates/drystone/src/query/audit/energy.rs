@@ -1,0 +1,185 @@
+//! Energy and momentum of a world, in double precision: differences of sums over thousands of bodies
+//! are what is looked at.
+
+use crate::base::double::DVec3;
+use crate::base::math::Vec3;
+use crate::base::sym3::Sym3;
+use crate::state::bodies::{Bodies, Body, NONE};
+use crate::state::def::JointKind;
+use crate::state::joints::Joint;
+use crate::state::tables::Tables;
+
+/// Mechanical energy of all dynamic bodies [J].
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Energy {
+    /// Kinetic, of the centers' motion: ½ m v².
+    pub linear: f64,
+    /// Kinetic, of rotation: ½ ω · I ω.
+    pub angular: f64,
+    /// Potential in the world's gravity, zero at the origin.
+    pub potential: f64,
+    /// Elastic, of the springs of distance joints: ½ k x². What contacts give way is not in it.
+    pub elastic: f64,
+}
+
+impl Energy {
+    /// Linear and rotational together [J].
+    #[must_use]
+    pub fn kinetic(&self) -> f64 {
+        self.linear + self.angular
+    }
+
+    /// Potential and elastic together [J].
+    #[must_use]
+    pub fn stored(&self) -> f64 {
+        self.potential + self.elastic
+    }
+
+    /// All of it [J].
+    #[must_use]
+    pub fn total(&self) -> f64 {
+        self.kinetic() + self.stored()
+    }
+
+    pub(crate) fn of(tables: &Tables) -> Self {
+        let mut sum = Self::default();
+        let gravity = DVec3::from(tables.config.gravity);
+        for body in dynamic(tables) {
+            let (mass, v) = (f64::from(body.mass), DVec3::from(body.v));
+            let scale = f64::from(body.gravity_scale);
+            sum.potential -= mass * scale * gravity.dot(DVec3::from(body.center));
+            // Most bodies of a large world lie still.
+            if body.v != Vec3::ZERO || body.w != Vec3::ZERO {
+                sum.linear += 0.5 * mass * v.dot(v);
+                let turn = (body.rotation * body.principal).unrotate(body.w);
+                let squares = DVec3::from(turn.mul_each(turn));
+                sum.angular += 0.5 * squares.dot(DVec3::from(body.moments));
+            }
+        }
+        for (_, joint) in tables.joints.rows.iter() {
+            sum.elastic += elastic(joint, &tables.bodies);
+        }
+        sum
+    }
+}
+
+/// Mass and momentum of all dynamic bodies.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Momentum {
+    /// Sum of masses [kg].
+    pub mass: f64,
+    /// Center of mass of them all [m, world]; the origin if there are none.
+    pub center_of_mass: Vec3,
+    /// Linear momentum [kg m/s, world].
+    pub linear: Vec3,
+    /// Angular momentum about the world's origin [kg m²/s, world].
+    pub about_origin: Vec3,
+    /// Angular momentum about [`Self::center_of_mass`] [kg m²/s, world].
+    pub about_center: Vec3,
+}
+
+impl Momentum {
+    pub(crate) fn of(tables: &Tables) -> Self {
+        let (mut mass, mut first) = (0.0, DVec3::ZERO);
+        let (mut linear, mut origin) = (DVec3::ZERO, DVec3::ZERO);
+        for body in dynamic(tables) {
+            let (m, c) = (f64::from(body.mass), DVec3::from(body.center));
+            let p = DVec3::from(body.v) * m;
+            mass += m;
+            first = first + c * m;
+            linear = linear + p;
+            origin = origin + c.cross(p) + spin(body);
+        }
+        let center = if mass > 0.0 { first * (1.0 / mass) } else { DVec3::ZERO };
+        // Not as a difference of the two others: far from the origin little would be left of it.
+        let mut own = DVec3::ZERO;
+        for body in dynamic(tables) {
+            let arm = DVec3::from(body.center) - center;
+            own = own + arm.cross(DVec3::from(body.v) * f64::from(body.mass)) + spin(body);
+        }
+        Self {
+            mass,
+            center_of_mass: center.single(),
+            linear: linear.single(),
+            about_origin: origin.single(),
+            about_center: own.single(),
+        }
+    }
+}
+
+/// All dynamic bodies, island by island: every one is in an island, and a large world has more static bodies
+/// than it pays to walk over.
+fn dynamic(tables: &Tables) -> impl Iterator<Item = &Body> {
+    let bodies = &tables.bodies;
+    let mut islands = tables.islands.rows.iter();
+    let mut at = NONE;
+    core::iter::from_fn(move || {
+        while at == NONE {
+            at = islands.next()?.first;
+        }
+        let body = bodies.at(at);
+        at = body.island_next;
+        Some(body)
+    })
+}
+
+/// I ω [kg m²/s, world].
+fn spin(body: &Body) -> DVec3 {
+    let axes = body.rotation * body.principal;
+    DVec3::from(axes.rotate(axes.unrotate(body.w).mul_each(body.moments)))
+}
+
+/// ½ k x² of a joint's spring. Its rate is said as a frequency: k = (2πf)² over what the two bodies
+/// together give way, here and now, to an impulse along it.
+fn elastic(joint: &Joint, bodies: &Bodies) -> f64 {
+    let JointKind::Distance { spring: Some(spring), .. } = joint.kind else { return 0.0 };
+    let (a, b) = (bodies.at(joint.body_a), bodies.at(joint.body_b));
+    let (ra, rb) = (a.rotation.rotate(joint.anchor_a), b.rotation.rotate(joint.anchor_b));
+    let gap = (b.center - a.center) + (rb - ra);
+    let n = gap.normalize_or(Vec3::Y);
+    let give = f64::from(response(a, ra, n)) + f64::from(response(b, rb, n));
+    if give <= 0.0 {
+        return 0.0;
+    }
+    let stretch = f64::from(gap.length() - spring.rest_length);
+    let omega = 2.0 * core::f64::consts::PI * f64::from(spring.hertz);
+    0.5 * omega * omega / give * stretch * stretch
+}
+
+/// Speed along `n` of the point at `r` for each unit of impulse there [1/kg].
+fn response(body: &Body, r: Vec3, n: Vec3) -> f32 {
+    if !body.is_dynamic() {
+        return 0.0;
+    }
+    let lever = r.cross(n);
+    1.0 / body.mass + lever.dot(inverse_inertia(body).mul(lever))
+}
+
+/// I⁻¹ of the axes that may turn [1/(kg m²), world].
+fn inverse_inertia(body: &Body) -> Sym3 {
+    let axes = body.rotation * body.principal;
+    let [x, y, z] = body.locks.angular;
+    let m = body.moments;
+    if !(x || y || z) || m.min_element() <= 0.0 {
+        let each = |i: f32| if i > 0.0 { 1.0 / i } else { 0.0 };
+        return Sym3::rotated_diagonal(axes, Vec3 { x: each(m.x), y: each(m.y), z: each(m.z) });
+    }
+    // A locked axis is taken out of the matrix, the rest inverted.
+    let mut inertia = Sym3::rotated_diagonal(axes, m);
+    if x {
+        (inertia.xx, inertia.xy, inertia.xz) = (1.0, 0.0, 0.0);
+    }
+    if y {
+        (inertia.yy, inertia.xy, inertia.yz) = (1.0, 0.0, 0.0);
+    }
+    if z {
+        (inertia.zz, inertia.xz, inertia.yz) = (1.0, 0.0, 0.0);
+    }
+    let mut inverse = inertia.inverse().unwrap_or_default();
+    for (locked, place) in [(x, &mut inverse.xx), (y, &mut inverse.yy), (z, &mut inverse.zz)] {
+        if locked {
+            *place = 0.0;
+        }
+    }
+    inverse
+}

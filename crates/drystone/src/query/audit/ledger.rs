@@ -1,0 +1,194 @@
+//! The ledger: where energy came from and where it went, summed up step by step.
+//!
+//! What the user does between steps is seen as the difference between the energy after one step and that
+//! before the next, so no call needs to report to the books. Forces and kinematic bodies act within the step
+//! and are accounted for there: their force times the way.
+
+use super::energy::Energy;
+use crate::base::double::DVec3;
+use crate::base::math::Vec3;
+use crate::base::quat::Quat;
+use crate::state::bodies::Body;
+use crate::state::contacts::Contact;
+use crate::state::def::{BodyKind, JointKind};
+use crate::state::joints::Joint;
+use crate::state::tables::Tables;
+
+/// Where energy came from and where it went [J], since [`crate::World::begin_ledger`].
+///
+/// start + forces + impulses + changes + kinematic = now + dissipated. The work of gravity is in the
+/// potential energy.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Ledger {
+    /// Steps it covers.
+    pub steps: u64,
+    /// Energy when it began.
+    pub start: Energy,
+    /// Energy now.
+    pub now: Energy,
+    /// Work of the user's forces and torques, those for a step and the lasting ones: force times the
+    /// way of the center of mass, torque times the turn.
+    pub forces: f64,
+    /// Kinetic energy that the user's calls between steps gave: impulses, velocities that were set, moving
+    /// bodies that came and went.
+    pub impulses: f64,
+    /// Potential and elastic energy that the user's calls between steps gave: bodies put elsewhere, bodies
+    /// and springs that came and went, another gravity.
+    pub changes: f64,
+    /// Work of kinematic bodies through contacts and joints. An estimate: each step's impulses are taken
+    /// to be those of its last substep, which is so where they do not change within a step. What an
+    /// impact on a kinematic body gives is missed, and then missing in `dissipated`.
+    pub kinematic: f64,
+    /// What is not there any more: friction, impacts that do not bounce, damping, sleep. By the difference
+    /// of all the others, so the error of the integration is in it too. Negative: energy was gained.
+    pub dissipated: f64,
+}
+
+/// A body that forces push in a step.
+#[derive(Clone, Copy, Debug)]
+struct Pushed {
+    row: u32,
+    force: Vec3,
+    torque: Vec3,
+    center: Vec3,
+    rotation: Quat,
+}
+
+/// The open ledger of a world.
+#[derive(Clone, Debug)]
+pub(crate) struct Books {
+    steps: u64,
+    start: Energy,
+    /// After the last step.
+    last: Energy,
+    forces: f64,
+    impulses: f64,
+    changes: f64,
+    kinematic: f64,
+    pushed: Vec<Pushed>,
+}
+
+impl Books {
+    /// Opened now.
+    pub(crate) fn open(tables: &Tables) -> Self {
+        let start = Energy::of(tables);
+        Self {
+            steps: 0,
+            start,
+            last: start,
+            forces: 0.0,
+            impulses: 0.0,
+            changes: 0.0,
+            kinematic: 0.0,
+            pushed: Vec::new(),
+        }
+    }
+
+    /// Before a step: what the user did since the last one, and what pushes in this one.
+    pub(crate) fn before_step(&mut self, tables: &Tables) {
+        let now = Energy::of(tables);
+        self.impulses += now.kinetic() - self.last.kinetic();
+        self.changes += now.stored() - self.last.stored();
+        self.pushed.clear();
+        for row in &tables.bodies.awake {
+            let body = tables.bodies.at(*row);
+            let (force, torque) = (body.force + body.step_force, body.torque + body.step_torque);
+            if body.is_dynamic() && (force != Vec3::ZERO || torque != Vec3::ZERO) {
+                let (center, rotation) = (body.center, body.rotation);
+                self.pushed.push(Pushed { row: *row, force, torque, center, rotation });
+            }
+        }
+    }
+
+    /// After a step of `substeps`.
+    pub(crate) fn after_step(&mut self, tables: &Tables, substeps: u32) {
+        for p in &self.pushed {
+            let body = tables.bodies.at(p.row);
+            let way = DVec3::from(body.center) - DVec3::from(p.center);
+            let turn = (body.rotation * p.rotation.conjugate()).to_rotation_vector();
+            self.forces +=
+                DVec3::from(p.force).dot(way) + DVec3::from(p.torque).dot(DVec3::from(turn));
+        }
+        for row in &tables.bodies.awake {
+            if tables.bodies.at(*row).kind == BodyKind::Kinematic {
+                // An impulse of a substep acts in each of them.
+                self.kinematic += f64::from(substeps) * work_of(*row, tables);
+            }
+        }
+        self.last = Energy::of(tables);
+        self.steps += 1;
+    }
+
+    /// What they say now.
+    pub(crate) fn ledger(&self, tables: &Tables) -> Ledger {
+        let now = Energy::of(tables);
+        let impulses = self.impulses + now.kinetic() - self.last.kinetic();
+        let changes = self.changes + now.stored() - self.last.stored();
+        let (forces, kinematic) = (self.forces, self.kinematic);
+        let came = self.start.total() + forces + impulses + changes + kinematic;
+        Ledger {
+            steps: self.steps,
+            start: self.start,
+            now,
+            forces,
+            impulses,
+            changes,
+            kinematic,
+            dissipated: came - now.total(),
+        }
+    }
+}
+
+/// What a kinematic body does to dynamic ones in a substep [J].
+fn work_of(row: u32, tables: &Tables) -> f64 {
+    let (bodies, contacts) = (&tables.bodies, &tables.contacts);
+    let body = bodies.at(row);
+    let mut work = 0.0;
+    for (contact, side) in contacts.of_body(bodies, row) {
+        let c = contacts.at(contact);
+        if c.count > 0 && c.place.is_somewhere() {
+            work += through_contact(body, c, side);
+        }
+    }
+    for joint in &body.joints {
+        let joint = tables.joints.at(*joint);
+        if joint.place.is_somewhere() {
+            work += through_joint(body, joint, row, tables);
+        }
+    }
+    work
+}
+
+/// Impulses act on B, and backwards on A; what the moving side gives is their product with its velocity.
+fn through_contact(body: &Body, c: &Contact, side: u32) -> f64 {
+    let mut work = 0.0;
+    let mut middle = Vec3::ZERO;
+    for p in c.points() {
+        let r = if side == 0 { p.r_a } else { c.r_b(p) };
+        let v = body.velocity_at(r);
+        work += f64::from(p.impulse) * f64::from(c.normal.dot(v));
+        middle += v;
+    }
+    // Friction meets the mean velocity of the points, as in the solver.
+    let v = middle * (1.0 / f32::from(c.count.max(1)));
+    work += f64::from(c.tangent_impulse.dot(v));
+    let turn = c.normal * c.twist_impulse + c.rolling_impulse;
+    work += f64::from(turn.dot(body.w));
+    if side == 0 { work } else { -work }
+}
+
+fn through_joint(body: &Body, joint: &Joint, row: u32, tables: &Tables) -> f64 {
+    let (a, b) = (tables.bodies.at(joint.body_a), tables.bodies.at(joint.body_b));
+    let (ra, rb) = (a.rotation.rotate(joint.anchor_a), b.rotation.rotate(joint.anchor_b));
+    let impulse = match joint.kind {
+        JointKind::Ball => joint.impulse,
+        JointKind::Distance { .. } => {
+            let gap = (b.center - a.center) + (rb - ra);
+            let p = joint.impulse;
+            gap.normalize_or(Vec3::Y) * (p.x - p.y + p.z)
+        }
+    };
+    let is_a = joint.body_a == row;
+    let work = f64::from(impulse.dot(body.velocity_at(if is_a { ra } else { rb })));
+    if is_a { work } else { -work }
+}

@@ -1,0 +1,215 @@
+//! Why a body is awake: the first thing that keeps its island from sleeping, and the way to it.
+
+use core::fmt;
+use std::collections::VecDeque;
+
+use crate::base::id::BodyId;
+use crate::base::math::Vec3;
+use crate::state::bodies::{Bodies, NONE};
+use crate::state::def::BodyKind;
+use crate::state::tables::Tables;
+
+/// What keeps a body awake, or that nothing does.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum AwakeCause {
+    /// It is asleep.
+    Asleep,
+    /// It is static: neither awake nor asleep.
+    Static,
+    /// It is kinematic and at rest: nothing is worked out for it.
+    Idle,
+    /// It is kinematic and moves.
+    Driven {
+        /// Greatest speed of a point of it [m/s].
+        speed: f32,
+    },
+    /// It is out of the simulation since its state became infinite or NaN.
+    Faulted,
+    /// The world's configuration lets nothing sleep.
+    SleepDisabled,
+    /// The body was told not to sleep.
+    CannotSleep,
+    /// The body is too fast.
+    TooFast {
+        /// Greatest speed of a point of it [m/s].
+        speed: f32,
+        /// Below this it counts as still [m/s].
+        limit: f32,
+        /// A moving kinematic body that touches it or is joined to it, if there is one.
+        driven_by: Option<BodyId>,
+    },
+    /// The body is still, but has not been for long enough.
+    Waiting {
+        /// Time left [s].
+        seconds_left: f32,
+    },
+    /// All bodies that it is connected with could sleep, but their island holds others, with which it was
+    /// connected until lately. It has not been taken apart yet.
+    NotSplit {
+        /// Steps until the island is looked through, if nothing changes; others may come first.
+        steps_left: u64,
+    },
+}
+
+/// Why a body is awake, see [`crate::World::why_awake`].
+#[derive(Clone, Debug, PartialEq)]
+pub struct WhyAwake {
+    /// What keeps it awake.
+    pub cause: AwakeCause,
+    /// The body that this is said of: the one asked about, or another one of its island.
+    pub body: BodyId,
+    /// From the body asked about to that one, both included, each touching or joined to the next; only
+    /// one body if they are the same.
+    pub path: Vec<BodyId>,
+}
+
+impl fmt::Display for AwakeCause {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Asleep => f.write_str("it is asleep"),
+            Self::Static => f.write_str("it is static"),
+            Self::Idle => f.write_str("it is kinematic and at rest"),
+            Self::Driven { speed } => write!(f, "it is kinematic and moves at {speed} m/s"),
+            Self::Faulted => f.write_str("its state became infinite or NaN"),
+            Self::SleepDisabled => f.write_str("sleep is turned off in the configuration"),
+            Self::CannotSleep => f.write_str("it was told not to sleep"),
+            Self::TooFast { speed, limit, driven_by } => {
+                write!(f, "it moves at {speed} m/s, still is below {limit} m/s")?;
+                match driven_by {
+                    Some(_) => f.write_str("; a kinematic body moves it"),
+                    None => Ok(()),
+                }
+            }
+            Self::Waiting { seconds_left } => {
+                write!(f, "it is still, and may sleep in {seconds_left} s")
+            }
+            Self::NotSplit { steps_left } => {
+                write!(f, "its island is not taken apart yet, at the soonest in {steps_left} steps")
+            }
+        }
+    }
+}
+
+/// Why the body in a row is awake.
+pub(crate) fn why_awake(tables: &Tables, row: u32) -> WhyAwake {
+    let Tables { config, bodies, .. } = tables;
+    let body = bodies.at(row);
+    let about_itself = |cause| {
+        let id = bodies.id(row);
+        WhyAwake { cause, body: id, path: vec![id] }
+    };
+    match body.kind {
+        BodyKind::Static => return about_itself(AwakeCause::Static),
+        _ if body.faulted => return about_itself(AwakeCause::Faulted),
+        BodyKind::Kinematic if body.active() => {
+            return about_itself(AwakeCause::Driven { speed: body.greatest_speed() });
+        }
+        BodyKind::Kinematic => return about_itself(AwakeCause::Idle),
+        BodyKind::Dynamic if !body.active() => return about_itself(AwakeCause::Asleep),
+        BodyKind::Dynamic => {}
+    }
+    if !config.sleep.enabled {
+        return about_itself(AwakeCause::SleepDisabled);
+    }
+    let found = reach_all(tables, row);
+    // What lasts longest is what has to be dealt with: never, then at least the whole time, then the
+    // rest of it. Of equals the one fewest steps away.
+    let mut culprit: Option<(usize, f32)> = None;
+    for (place, (other, _)) in found.iter().enumerate() {
+        let left = time_left(tables, *other);
+        if left > 0.0 && culprit.is_none_or(|(_, most)| left > most) {
+            culprit = Some((place, left));
+        }
+    }
+    let Some((place, left)) = culprit else {
+        return about_itself(match tables.islands.rows.get(body.island as usize) {
+            Some(island) if island.len as usize > found.len() => {
+                AwakeCause::NotSplit { steps_left: island.wait_until.saturating_sub(tables.steps) }
+            }
+            // It goes to sleep in the next step.
+            _ => AwakeCause::Waiting { seconds_left: 0.0 },
+        });
+    };
+    let other = bodies.at(found[place].0);
+    let (speed, limit) = (other.greatest_speed(), other.still_speed(config.sleep.speed));
+    let cause = if !other.can_sleep {
+        AwakeCause::CannotSleep
+    } else if speed < limit {
+        AwakeCause::Waiting { seconds_left: left }
+    } else {
+        AwakeCause::TooFast { speed, limit, driven_by: driver(tables, found[place].0) }
+    };
+    let mut path = Vec::new();
+    let mut at = place;
+    loop {
+        path.push(bodies.id(found[at].0));
+        if at == 0 {
+            break;
+        }
+        at = found[at].1;
+    }
+    path.reverse();
+    WhyAwake { cause, body: bodies.id(found[place].0), path }
+}
+
+/// How long a body will keep its island awake, at least [s].
+fn time_left(tables: &Tables, row: u32) -> f32 {
+    let (body, sleep) = (tables.bodies.at(row), &tables.config.sleep);
+    if !body.can_sleep {
+        return f32::INFINITY;
+    }
+    // A moving body starts to wait when it is still: later than any that waits already.
+    if body.greatest_speed() >= body.still_speed(sleep.speed) {
+        return f32::MAX;
+    }
+    (sleep.time - body.still_time).max(0.0)
+}
+
+/// All dynamic bodies that are connected with one, nearest first, each with the place in this list of
+/// the one it was reached from. In the order of the bodies' lists of contacts and joints.
+fn reach_all(tables: &Tables, row: u32) -> Vec<(u32, usize)> {
+    let bodies = &tables.bodies;
+    let mut seen = vec![false; bodies.rows.slot_count()];
+    let mut found = vec![(row, 0)];
+    let mut queue = VecDeque::from([0]);
+    seen[row as usize] = true;
+    while let Some(place) = queue.pop_front() {
+        for_neighbors(tables, found[place].0, |other| {
+            if bodies.at(other).is_dynamic() && !core::mem::replace(&mut seen[other as usize], true)
+            {
+                queue.push_back(found.len());
+                found.push((other, place));
+            }
+        });
+    }
+    found
+}
+
+/// The first moving kinematic body that acts on one.
+fn driver(tables: &Tables, row: u32) -> Option<BodyId> {
+    let mut found = NONE;
+    for_neighbors(tables, row, |other| {
+        let body = tables.bodies.at(other);
+        let moves = body.v != Vec3::ZERO || body.w != Vec3::ZERO;
+        if found == NONE && body.kind == BodyKind::Kinematic && moves {
+            found = other;
+        }
+    });
+    (found != NONE).then(|| tables.bodies.id(found))
+}
+
+/// Calls `meet` for every body that touches one or is joined to it; maybe several times for one.
+fn for_neighbors(tables: &Tables, row: u32, mut meet: impl FnMut(u32)) {
+    let bodies: &Bodies = &tables.bodies;
+    for (contact, side) in tables.contacts.of_body(bodies, row) {
+        let c = tables.contacts.at(contact);
+        if c.count > 0 && !c.sensor {
+            meet(if side == 0 { c.body_b } else { c.body_a });
+        }
+    }
+    for joint in &bodies.at(row).joints {
+        let joint = tables.joints.at(*joint);
+        meet(if joint.body_a == row { joint.body_b } else { joint.body_a });
+    }
+}
