@@ -98,7 +98,7 @@ impl Known {
             }
         }
         for skipped in &table.skipped {
-            if self.error(skipped.id).is_none() {
+            if self.error(&skipped.id).is_none() {
                 found.worse.push(format!("{} did not run: {}", skipped.id, skipped.why));
             }
         }
@@ -148,7 +148,11 @@ mod tests {
     #[test]
     fn a_test_that_does_not_run_is_worse_unless_listed() {
         let mut now = table(&[]);
-        now.skipped.push(Skipped { id: "A9", name: "", why: "no reason".to_owned() });
+        now.skipped.push(Skipped {
+            id: "A9".to_owned(),
+            name: String::new(),
+            why: "no reason".to_owned(),
+        });
         assert_eq!(Known::default().compare(&now).worse.len(), 1);
         assert!(Known::parse(&Known::of(&now)).unwrap().compare(&now).worse.is_empty());
     }

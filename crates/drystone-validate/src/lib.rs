@@ -53,7 +53,11 @@ pub fn run(lab: &Lab, tests: &[&'static Test], mut before: impl FnMut(&Test)) ->
         before(test);
         let mut rows = Rows::new(test.id, test.name, test.closed_form);
         if let Err(why) = (test.run)(lab, &mut rows) {
-            table.skipped.push(Skipped { id: test.id, name: test.name, why: why.to_string() });
+            table.skipped.push(Skipped {
+                id: test.id.to_owned(),
+                name: test.name.to_owned(),
+                why: why.to_string(),
+            });
         }
         table.rows.append(&mut rows.list);
     }

@@ -1,9 +1,9 @@
 //! A row of the table: what was asked, what the closed form says, what was measured, and the verdicts.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// The error that is allowed, and the one that is aimed at.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Limits {
     /// Must: an error above it is a failure.
     pub must: f64,
@@ -18,7 +18,7 @@ pub const fn limits(must: f64, great: f64) -> Limits {
 }
 
 /// What an error is counted in.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Unit {
     /// As a part of the expected value, or of another one that the test names.
     #[serde(rename = "relative")]
@@ -67,23 +67,27 @@ impl Unit {
 }
 
 /// A row.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Row {
     /// Id of its test, `A16`.
-    pub id: &'static str,
+    pub id: String,
     /// Name of its test.
-    pub name: &'static str,
+    pub name: String,
     /// What is varied, here: `e 0.5, apex`. With the id it names the row.
     pub case: String,
     /// The closed form, in words.
-    pub closed_form: &'static str,
+    pub closed_form: String,
     /// What the closed form says.
+    #[serde(with = "number")]
     pub expected: f64,
     /// What was measured.
+    #[serde(with = "number")]
     pub measured: f64,
     /// How far apart they are, as the test counts it.
+    #[serde(with = "number")]
     pub error: f64,
     /// Where great is asked of a harder run: the error of that one.
+    #[serde(default, with = "harder")]
     pub harder: Option<f64>,
     /// What the error is counted in.
     pub unit: Unit,
@@ -104,12 +108,12 @@ impl Row {
 }
 
 /// A test that did not run, and why.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Skipped {
     /// Its id.
-    pub id: &'static str,
+    pub id: String,
     /// Its name.
-    pub name: &'static str,
+    pub name: String,
     /// Why.
     pub why: String,
 }
@@ -197,10 +201,10 @@ impl Rows {
         let passes_must = error <= limits.must;
         let passes_great = passes_must && harder.unwrap_or(error) <= limits.great;
         self.list.push(Row {
-            id: self.id,
-            name: self.name,
+            id: self.id.to_owned(),
+            name: self.name.to_owned(),
             case,
-            closed_form: self.closed_form,
+            closed_form: self.closed_form.to_owned(),
             expected,
             measured,
             error,
@@ -210,6 +214,52 @@ impl Rows {
             passes_must,
             passes_great,
         });
+    }
+}
+
+/// JSON has no NaN and no infinity: they are written as text.
+mod number {
+    use serde::{Deserialize, Deserializer, Serializer, de::Error};
+
+    #[derive(Deserialize)]
+    #[serde(untagged)]
+    pub(super) enum Either {
+        Number(f64),
+        Text(String),
+    }
+
+    impl Either {
+        pub(super) fn number<E: Error>(self) -> Result<f64, E> {
+            match self {
+                Self::Number(x) => Ok(x),
+                Self::Text(text) => text.parse().map_err(E::custom),
+            }
+        }
+    }
+
+    pub(super) fn serialize<S: Serializer>(x: &f64, to: S) -> Result<S::Ok, S::Error> {
+        if x.is_finite() { to.serialize_f64(*x) } else { to.serialize_str(&x.to_string()) }
+    }
+
+    pub(super) fn deserialize<'d, D: Deserializer<'d>>(from: D) -> Result<f64, D::Error> {
+        Either::deserialize(from)?.number()
+    }
+}
+
+mod harder {
+    use serde::{Deserialize, Deserializer, Serializer};
+
+    use super::number::{self, Either};
+
+    pub(super) fn serialize<S: Serializer>(x: &Option<f64>, to: S) -> Result<S::Ok, S::Error> {
+        match x {
+            Some(x) => number::serialize(x, to),
+            None => to.serialize_none(),
+        }
+    }
+
+    pub(super) fn deserialize<'d, D: Deserializer<'d>>(from: D) -> Result<Option<f64>, D::Error> {
+        Option::<Either>::deserialize(from)?.map(Either::number).transpose()
     }
 }
 
@@ -259,6 +309,19 @@ mod tests {
         assert_eq!(verdicts(&rows), [(false, false); 6]);
         rows.at_most_harder("", (0.0, f64::NAN), Unit::Meter, l);
         assert_eq!(verdicts(&rows)[6], (true, false));
+    }
+
+    #[test]
+    fn rows_read_back_as_they_were_written_numbers_or_not() {
+        let mut rows = rows();
+        let l = limits(1.0, 0.5);
+        rows.at_most_harder("a", (0.7, f64::INFINITY), Unit::Meter, l);
+        rows.at_most("b", 0.1 + 0.2, Unit::SquareMeter, l);
+        let text = serde_json::to_string(&rows.list).unwrap();
+        assert_eq!(serde_json::from_str::<Vec<super::Row>>(&text).unwrap(), rows.list);
+        rows.at_most("c", f64::NAN, Unit::Part, l);
+        let text = serde_json::to_string(&rows.list[2]).unwrap();
+        assert!(serde_json::from_str::<super::Row>(&text).unwrap().error.is_nan());
     }
 
     #[test]

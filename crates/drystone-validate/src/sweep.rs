@@ -71,7 +71,7 @@ fn listing<const N: usize>(tables: &[Table], names: &[String; N], ratio: f64) ->
             .iter()
             .map(|table| table.rows.iter().find(|other| other.key() == row.key()))
             .collect();
-        let mut cells = vec![row.id.to_owned(), row.case.clone()];
+        let mut cells = vec![row.id.clone(), row.case.clone()];
         cells.extend(
             errors.iter().map(|row| row.map_or("–".to_owned(), |r| shown(r.error, r.unit))),
         );

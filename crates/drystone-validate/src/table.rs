@@ -2,14 +2,14 @@
 
 use core::fmt::Write as _;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::lab::Lab;
 use crate::row::{Row, Skipped, Unit};
 use crate::test::{FAMILIES, Family, WAITING};
 
 /// What came of a run of tests.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Table {
     /// The engine.
     pub engine: String,
@@ -71,9 +71,9 @@ impl Table {
         let mut last = "";
         for row in &self.rows {
             // The name stands once.
-            let name = if row.id == last { "" } else { row.name };
-            let id = if row.id == last { "" } else { row.id };
-            last = row.id;
+            let (id, name) =
+                if row.id == last { ("", "") } else { (row.id.as_str(), row.name.as_str()) };
+            last = row.id.as_str();
             lines.push([
                 id.to_owned(),
                 name.to_owned(),
@@ -106,9 +106,9 @@ impl Table {
                 text,
                 "{},{},{},{},{},{},{},{harder},{},{},{},{},{}",
                 row.id,
-                quoted(row.name),
+                quoted(&row.name),
                 quoted(&row.case),
-                quoted(row.closed_form),
+                quoted(&row.closed_form),
                 row.expected,
                 row.measured,
                 row.error,
@@ -164,9 +164,12 @@ impl Table {
         let _ = write!(text, "\n## {}\n\n{HEADER}", family.title);
         let mut last = "";
         for row in rows {
-            let (id, name, form) =
-                if row.id == last { ("", "", "") } else { (row.id, row.name, row.closed_form) };
-            last = row.id;
+            let (id, name, form) = if row.id == last {
+                ("", "", "")
+            } else {
+                (row.id.as_str(), row.name.as_str(), row.closed_form.as_str())
+            };
+            last = row.id.as_str();
             let harder = row
                 .harder
                 .map_or(String::new(), |error| format!(" (harder: {})", shown(error, row.unit)));
@@ -255,7 +258,7 @@ const fn verdict(row: &Row) -> &'static str {
 
 /// A limit; one that is no number of its own is left out.
 fn bound(limit: f64, unit: Unit) -> String {
-    if (0.0..f64::MAX).contains(&limit) { shown(limit, unit) } else { "range".to_owned() }
+    if (0.0..f64::MAX).contains(&limit) { shown(limit, unit) } else { "–".to_owned() }
 }
 
 /// An error with its unit; parts in percent where that reads better.

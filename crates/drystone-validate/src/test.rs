@@ -73,6 +73,10 @@ pub const FAMILIES: &[Family] = &[
     Family { title: "Friction", tests: family::friction::TESTS },
     Family { title: "Rolling", tests: family::rolling::TESTS },
     Family { title: "Impacts", tests: family::impact::TESTS },
+    Family { title: "Stacks", tests: family::stacks::TESTS },
+    Family { title: "Joints", tests: family::joints::TESTS },
+    Family { title: "Geometry", tests: family::geometry::TESTS },
+    Family { title: "Invariance and convergence", tests: family::invariance::TESTS },
 ];
 
 /// All tests, in order.
@@ -88,6 +92,8 @@ pub const WAITING: &[(&str, &str, &str)] = &[
     ("A27", "spring and damper", "joint springs along an axis"),
     ("A28", "hinge motor", "motors"),
     ("A29", "limits under load", "limits"),
+    ("A42b", "shape cast, distance, time of impact", "these queries"),
+    ("A44b", "large worlds, 1e7 m", "positions of more than f32"),
     ("S5", "ANYmal, momentum", "hinge joints and URDF"),
     ("S6", "ANYmal, energy", "hinge joints and URDF"),
 ];
