@@ -94,6 +94,7 @@ pub const WAITING: &[(&str, &str, &str)] = &[
     ("A29", "limits under load", "limits"),
     ("A42b", "shape cast, distance, time of impact", "these queries"),
     ("A44b", "large worlds, 1e7 m", "positions of more than f32"),
+    ("G22", "leaning stacks, time to fall", "a definition of when the fall ends"),
     ("S5", "ANYmal, momentum", "hinge joints and URDF"),
     ("S6", "ANYmal, energy", "hinge joints and URDF"),
 ];
