@@ -27,6 +27,30 @@ pub(crate) struct Cli {
 pub(crate) enum Command {
     /// Write the tables of README.md from the rows under bench/results
     Table(Table),
+    /// Run the tests with a known result on the engines and write their errors side by side as Markdown
+    Validate(Validate),
+}
+
+/// The tests with a known result.
+#[derive(Args, Debug)]
+pub(crate) struct Validate {
+    /// Engines, a column each
+    #[arg(
+        long,
+        alias = "engines",
+        value_name = "E[,E...]",
+        default_value = "self,rapier,box3d",
+        value_delimiter = ','
+    )]
+    pub(crate) engine: Vec<Engine>,
+
+    /// Only these tests, by their ids
+    #[arg(long, value_name = "ID[,ID...]")]
+    pub(crate) only: Option<String>,
+
+    /// Leave out the tests that take long
+    #[arg(long)]
+    pub(crate) short: bool,
 }
 
 /// The tables.

@@ -25,6 +25,7 @@ fn main() -> ExitCode {
     let cli = Cli::parse();
     let outcome = match &cli.command {
         Some(Command::Table(args)) => table::write(args.page.as_deref()),
+        Some(Command::Validate(args)) => validate(args),
         None => measure(&cli.measure),
     };
     match outcome {
@@ -34,6 +35,16 @@ fn main() -> ExitCode {
             ExitCode::FAILURE
         }
     }
+}
+
+/// The tests with a known result, engine by engine, side by side.
+fn validate(args: &cli::Validate) -> Result<(), String> {
+    let workers = Workers::build(&args.engine)?;
+    let mut tables = Vec::new();
+    for &engine in &args.engine {
+        tables.push(workers.validate(engine, args)?);
+    }
+    write_out(&drystone_validate::side_by_side(&tables))
 }
 
 fn measure(args: &Measure) -> Result<(), String> {

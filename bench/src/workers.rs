@@ -6,9 +6,10 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 use drystone_bench::Row;
+use drystone_validate::Table;
 use serde_json::Value;
 
-use crate::cli::Engine;
+use crate::cli::{Engine, Validate};
 
 /// What is to be run once.
 #[derive(Clone, Copy, Debug)]
@@ -67,6 +68,31 @@ impl Workers {
             workers.peers = Some(built(cargo, "bench-peers")?);
         }
         Ok(workers)
+    }
+
+    /// Runs the tests with a known result on an engine, in a process of its own.
+    pub(crate) fn validate(&self, engine: Engine, args: &Validate) -> Result<Table, String> {
+        let program = if engine == Engine::Own { &self.own } else { &self.peers };
+        let program = program.as_ref().ok_or_else(|| format!("{} is not built", engine.name()))?;
+        let mut command = Command::new(program);
+        if engine == Engine::Own {
+            command.args(["validate", "--json"]);
+        } else {
+            command.args(["--engine", engine.name(), "--validate"]);
+        }
+        if let Some(only) = &args.only {
+            command.args(["--only", only]);
+        }
+        if args.short {
+            command.arg("--short");
+        }
+        let output = command.stdin(Stdio::null()).stderr(Stdio::inherit()).output();
+        let output = output.map_err(|e| e.to_string())?;
+        let said = String::from_utf8_lossy(&output.stdout);
+        // Box3D talks on stdout too; a peer's table is a line of its own. drystone's status tells of failed rows.
+        let line = said.lines().find(|line| line.starts_with("{\"")).unwrap_or(&said);
+        let bad = |e| format!("{} wrote no table ({}): {e}", engine.name(), output.status);
+        serde_json::from_str(line).map_err(bad)
     }
 
     /// Runs an engine in a process of its own.

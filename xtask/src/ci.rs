@@ -16,6 +16,7 @@ const STAGES: &[Stage] = &[
     ("test", || run_to_end(cargo().args(["test", "--quiet", "--workspace"]))),
     ("test-release", || run_to_end(cargo().args(["test", "--quiet", "--workspace", "--release"]))),
     ("examples", examples),
+    ("validate", validate),
     ("golden", || golden::run(&golden::Options { release: false, bless: None })),
     ("golden-release", || golden::run(&golden::Options { release: true, bless: None })),
     ("instructions", || instructions::run(false)),
@@ -77,6 +78,13 @@ const UNRESOLVED: &str = "unresolved link to `";
 fn is_unit_or_key(message: &str) -> bool {
     let name = message.split(UNRESOLVED).nth(1).and_then(|rest| rest.split('`').next());
     name.is_some_and(|name| UNITS.contains(&name) || is_reference_key(name))
+}
+
+/// The short simulations with a known answer: none may be worse than what its list of known failures says.
+fn validate() -> Outcome {
+    let run = ["run", "--quiet", "--release", "--package", "drystone-app", "--", "validate"];
+    let list = ["--short", "--failures", "--known", "crates/drystone-validate/known-failures.txt"];
+    run_to_end(cargo().args(run).args(list))
 }
 
 /// Runs every file in the engine's `examples/`.

@@ -140,6 +140,12 @@ impl Engine for Box3d {
         Ok(())
     }
 
+    fn push(&mut self, body: usize, force: Vec3, _: f32) -> Result<(), EngineError> {
+        // SAFETY: the body lives. The force acts in the next step only.
+        unsafe { b3::b3Body_ApplyForceToCenter(self.bodies[body], vector(force), true) };
+        Ok(())
+    }
+
     fn step(&mut self, dt: f32) {
         // SAFETY: the world lives.
         unsafe { b3::b3World_Step(self.world, dt, SUBSTEPS) };

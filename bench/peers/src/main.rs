@@ -1,5 +1,5 @@
-//! One run of a peer: scene, engine, threads and steps in, one row as JSON out. `bench` starts a process of
-//! it for every run.
+//! One run of a peer: scene, engine, threads and steps in, one row as JSON out; or the tests with a known
+//! result, their table as JSON. `bench` starts a process of it for every run.
 
 #[cfg(test)]
 mod agreement;
@@ -16,6 +16,7 @@ use std::process::ExitCode;
 
 use clap::Parser;
 use drystone_bench::{EngineError, Order, Row};
+use drystone_validate::{Candidate, Lab, Protocol, Table};
 
 /// Runs one peer on one scene once.
 #[derive(Debug, Parser)]
@@ -24,20 +25,28 @@ struct Cli {
     #[arg(long)]
     engine: String,
     /// A scene of the catalog.
-    #[arg(long)]
+    #[arg(long, default_value = "hello")]
     scene: String,
     /// Threads, the caller included.
-    #[arg(long)]
+    #[arg(long, default_value_t = 1)]
     threads: u16,
     /// Steps.
-    #[arg(long, value_parser = clap::value_parser!(u64).range(2..))]
+    #[arg(long, default_value_t = 2, value_parser = clap::value_parser!(u64).range(2..))]
     steps: u64,
+    /// The tests with a known result in place of a scene.
+    #[arg(long)]
+    validate: bool,
+    /// Only these of them.
+    #[arg(long, value_delimiter = ',', requires = "validate")]
+    only: Vec<String>,
+    /// Only those of them that are short.
+    #[arg(long, requires = "validate")]
+    short: bool,
 }
 
 fn main() -> ExitCode {
     let cli = Cli::parse();
-    let row = run(&cli).map_err(|e| e.to_string());
-    let text = row.and_then(|row| serde_json::to_string(&row).map_err(|e| e.to_string()));
+    let text = if cli.validate { validate(&cli).and_then(json) } else { run(&cli).and_then(json) };
     match text {
         Ok(text) => {
             let written = writeln!(std::io::stdout(), "{text}");
@@ -48,6 +57,25 @@ fn main() -> ExitCode {
             ExitCode::FAILURE
         }
     }
+}
+
+fn json(made: impl serde::Serialize) -> Result<String, EngineError> {
+    serde_json::to_string(&made).map_err(|e| EngineError(e.to_string()))
+}
+
+fn validate(cli: &Cli) -> Result<Table, EngineError> {
+    let candidate = match cli.engine.as_str() {
+        #[cfg(feature = "rapier")]
+        "rapier" => Candidate::of::<rapier::Rapier>(),
+        #[cfg(feature = "box3d")]
+        "box3d" => Candidate::of::<box3d::Box3d>(),
+        _ => return Err(EngineError(format!("it was built without {}", cli.engine))),
+    };
+    let threads = usize::from(cli.threads.max(1));
+    let protocol = Protocol { threads, short: cli.short, ..Protocol::default() };
+    let tests = drystone_validate::select(&cli.only).map_err(EngineError)?;
+    let tell = |test: &drystone_validate::Test| eprintln!("{}: {}", cli.engine, test.id);
+    Ok(drystone_validate::run(&Lab { candidate, protocol }, &tests, tell))
 }
 
 fn run(cli: &Cli) -> Result<Row, EngineError> {

@@ -14,6 +14,8 @@ pub(crate) struct Rapier {
     bodies: Vec<rapier::RigidBodyHandle>,
     shapes: Shared<rapier::SharedShape>,
     sleep: drystone::SleepConfig,
+    /// Bodies with a force for the next step: rapier's forces last until they are taken off.
+    pushed: Vec<rapier::RigidBodyHandle>,
 }
 
 impl Engine for Rapier {
@@ -36,6 +38,7 @@ impl Engine for Rapier {
             bodies: Vec::new(),
             shapes: Shared::default(),
             sleep: scene.config.sleep,
+            pushed: Vec::new(),
         };
         for body in &scene.bodies {
             this.add(body)?;
@@ -106,9 +109,23 @@ impl Engine for Rapier {
         Ok(())
     }
 
+    fn push(&mut self, body: usize, force: Vec3, _: f32) -> Result<(), EngineError> {
+        let handle = self.bodies[body];
+        if let Some(body) = self.world.bodies.get_mut(handle) {
+            body.add_force(vector(force), true);
+            self.pushed.push(handle);
+        }
+        Ok(())
+    }
+
     fn step(&mut self, dt: f32) {
         self.world.integration_parameters.dt = dt;
         self.world.step();
+        for handle in self.pushed.drain(..) {
+            if let Some(body) = self.world.bodies.get_mut(handle) {
+                body.reset_forces(false);
+            }
+        }
     }
 
     fn state(&self, body: usize) -> BodyState {

@@ -16,6 +16,7 @@ Examples:
   drystone simulate scene.gltf --set gravity=0,-1.62,0 --set sleep.enabled=false
   drystone info scene.gltf
   drystone bench --scene large_pyramid,washer --threads 1,2
+  drystone validate --short
   drystone scenes";
 
 /// A 3D rigid-body physics engine: simulates a scene and writes what happened.
@@ -40,6 +41,8 @@ pub(crate) enum Command {
     Methods,
     /// Tell what was understood of a scene, and what was ignored and why
     Info(Info),
+    /// Run the tests with a known result and print how far off each is
+    Validate(Validate),
 }
 
 const SIMULATE_EXAMPLES: &str = "\
@@ -132,6 +135,80 @@ pub(crate) struct Bench {
     /// Write the rows; - writes them to stdout, without the table
     #[arg(long, value_name = "FILE.json")]
     pub(crate) json: Option<PathBuf>,
+}
+
+const VALIDATE_EXAMPLES: &str = "\
+Examples:
+  drystone validate --short
+  drystone validate --only A16,A17 --substeps 4
+  drystone validate --only S1 --sweep
+  drystone validate --markdown > docs/accuracy.md
+
+Exit status:
+  0  every test is within what it must
+  1  one is not, or could not run; with --known: one is worse than listed
+  2  wrong usage";
+
+/// `drystone validate`.
+#[derive(Args, Debug)]
+#[command(after_help = VALIDATE_EXAMPLES)]
+pub(crate) struct Validate {
+    /// Only these tests, by their ids
+    #[arg(long, value_name = "ID[,ID...]", value_delimiter = ',')]
+    pub(crate) only: Vec<String>,
+
+    /// Leave out the tests that take long
+    #[arg(long)]
+    pub(crate) short: bool,
+
+    /// Run the tests whose error should fall with the step at 1, 2, 4 and 8 substeps and at 30, 60 and
+    /// 120 Hz, and print the errors and the order in which they fall
+    #[arg(long)]
+    pub(crate) sweep: bool,
+
+    /// Solver substeps per step [default: the method's own]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=256))]
+    pub(crate) substeps: Option<u32>,
+
+    /// Steps per second
+    #[arg(long, value_name = "F", default_value_t = 60.0, value_parser = hz)]
+    pub(crate) hz: f32,
+
+    /// A field of the world's configuration, such as contact.hertz=60; repeatable
+    #[arg(long, value_name = "KEY=VALUE", value_parser = assignment)]
+    pub(crate) set: Vec<(String, String)>,
+
+    /// Worker threads, the caller included [default: all cores]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=256))]
+    pub(crate) threads: Option<u16>,
+
+    /// Failures that are known, a line an error and a row (as --failures writes them): only what is
+    /// worse counts
+    #[arg(long, value_name = "FILE", conflicts_with = "sweep")]
+    pub(crate) known: Option<PathBuf>,
+
+    /// How the table is printed.
+    #[command(flatten)]
+    pub(crate) format: Format,
+}
+
+/// How a table is printed, if not for a terminal.
+#[derive(Args, Debug)]
+#[group(multiple = false)]
+#[expect(clippy::struct_excessive_bools, reason = "flags that exclude each other")]
+pub(crate) struct Format {
+    /// Print JSON
+    #[arg(long, conflicts_with = "sweep")]
+    pub(crate) json: bool,
+    /// Print comma-separated values
+    #[arg(long, conflicts_with = "sweep")]
+    pub(crate) csv: bool,
+    /// Print a Markdown page
+    #[arg(long, conflicts_with = "sweep")]
+    pub(crate) markdown: bool,
+    /// Print the rows that fail, as --known reads them
+    #[arg(long, conflicts_with = "sweep")]
+    pub(crate) failures: bool,
 }
 
 /// `drystone simulate`.

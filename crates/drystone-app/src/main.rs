@@ -1,7 +1,7 @@
 //! The command `drystone`: simulates scenes, writes what happened, and tells what it knows.
 //!
 //! `cli` says what may be asked; `simulate` runs a scene and feeds `trace`, `events`, `bake` and
-//! `report`; `bench` takes its time; `info` tells about scenes and methods. Only `output` writes to files and to stdout.
+//! `report`; `bench` takes its time; `validate` compares with known results; `info` tells about scenes and methods. Only `output` writes to files and to stdout.
 
 mod audit;
 mod bake;
@@ -15,6 +15,7 @@ mod output;
 mod report;
 mod simulate;
 mod trace;
+mod validate;
 
 use std::process::ExitCode;
 
@@ -38,6 +39,7 @@ fn main() -> ExitCode {
         Command::Scenes => info::scenes(),
         Command::Methods => info::methods(),
         Command::Info(args) => info::info(args),
+        Command::Validate(args) => validate::validate(args),
     };
     match result {
         Ok(code) => code,

@@ -475,3 +475,31 @@ fn bench_refuses_what_it_cannot_measure() {
         assert_eq!(drystone(&folder, &args).status.code(), Some(2), "{args:?}");
     }
 }
+
+#[test]
+fn validate_prints_its_table_and_its_exit_status_is_the_verdict() {
+    // Free fall is within what it must; in gravity 100,000 times as strong a rounding of the speed is not.
+    let here = folder("validate");
+    let drystone = |args: &[&str]| drystone(&here, args);
+    let good = drystone(&["validate", "--only", "A1,a2"]);
+    assert_eq!(good.status.code(), Some(0), "{}", text(&good.stderr));
+    assert!(text(&good.stdout).contains("4 rows: 4 pass"), "{}", text(&good.stdout));
+    let bad = drystone(&["validate", "--only", "A1", "--set", "gravity=0,-1e6,0"]);
+    assert_eq!(bad.status.code(), Some(1), "{}", text(&bad.stdout));
+    assert!(text(&bad.stdout).contains("fail"), "{}", text(&bad.stdout));
+    for (flag, sign) in
+        [("--json", "\"passes_must\": true"), ("--csv", "A1,\"free fall"), ("--markdown", "| A1 |")]
+    {
+        let out = drystone(&["validate", "--only", "A1", flag]);
+        assert!(out.status.success() && text(&out.stdout).contains(sign), "{flag}");
+    }
+    for usage in [
+        &["validate", "--only", "A999"][..],
+        &["validate", "--only", "A23"],
+        &["validate", "--set", "gravity=x"],
+        &["validate", "--json", "--csv"],
+        &["validate", "--sweep", "--csv"],
+    ] {
+        assert_eq!(drystone(usage).status.code(), Some(2), "{usage:?}");
+    }
+}

@@ -42,6 +42,22 @@ pub trait Engine: Sized {
         Err(EngineError("lasting forces are not translated".to_owned()))
     }
 
+    /// Pushes a dynamic body at its center of mass with a force [N, world] during the next step of `dt` [s].
+    ///
+    /// # Errors
+    /// The engine refuses it, or its forces are not translated.
+    fn push(&mut self, body: usize, force: Vec3, dt: f32) -> Result<(), EngineError> {
+        let _ = (body, force, dt);
+        Err(EngineError("forces are not translated".to_owned()))
+    }
+
+    /// Force that the contacts of a body put on it in the last substep of the last step, which took
+    /// `dt` [s], along their normals [N, world]; nothing if the engine does not tell.
+    fn contact_force(&self, body: usize, dt: f32) -> Option<Vec3> {
+        let _ = (body, dt);
+        None
+    }
+
     /// Advances time by `dt` [s]. This is what is timed.
     fn step(&mut self, dt: f32);
 

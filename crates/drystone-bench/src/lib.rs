@@ -24,4 +24,4 @@ pub use row::{Deviation, MsPerStep, Row, Stages};
 pub use run::{Order, measure};
 pub use scenes::{SceneError, default_steps, expand, times_first_step};
 pub use series::{Series, StageClock, count_as_f64, milliseconds};
-pub use standing::stands;
+pub use standing::{stands, still_stands};

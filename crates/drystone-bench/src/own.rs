@@ -67,6 +67,31 @@ impl Engine for Own {
         Ok(())
     }
 
+    fn push(&mut self, body: usize, force: Vec3, _: f32) -> Result<(), EngineError> {
+        let id = self.running.bodies.get(body).copied();
+        id.and_then(|id| self.running.world.body_mut(id))
+            .map_or(Ok(()), |mut body| body.add_step_force(force))
+            .map_err(|e| EngineError(e.to_string()))
+    }
+
+    fn contact_force(&self, body: usize, dt: f32) -> Option<Vec3> {
+        let id = *self.running.bodies.get(body)?;
+        let config = self.running.world.config();
+        let substeps = if config.substeps > 0 { config.substeps } else { config.method.substeps() };
+        let mut impulse = Vec3::ZERO;
+        for contact in self.running.world.contacts() {
+            let side = match id {
+                _ if contact.body_a() == id => -1.0,
+                _ if contact.body_b() == id => 1.0,
+                _ => continue,
+            };
+            let sum: f32 = contact.points().map(|p| p.impulse).sum();
+            impulse += contact.normal() * (side * sum);
+        }
+        // Substeps are few: the number is exact.
+        Some(impulse * (substeps as f32 / dt))
+    }
+
     fn step(&mut self, dt: f32) {
         let clock = &mut self.clock;
         clock.begin();

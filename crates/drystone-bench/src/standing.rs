@@ -49,7 +49,20 @@ pub fn stands(
     if scene.bodies.iter().any(|b| b.def.linear_velocity != Vec3::ZERO) {
         return None;
     }
-    let up = -scene.config.gravity.try_normalize()?;
+    still_stands(scene.config.gravity, bodies, states, *air)
+}
+
+/// Whether bodies that should stand do, with these in these states at the end under this gravity [m/s²];
+/// `air` is the part of a body's height over the lowest one through which it comes down at the start.
+/// Nothing without gravity.
+#[must_use]
+pub fn still_stands(
+    gravity: Vec3,
+    bodies: &[&SceneBody],
+    states: &[BodyState],
+    air: f32,
+) -> Option<bool> {
+    let up = -gravity.try_normalize()?;
     let moving = || bodies.iter().filter(|b| b.def.kind == BodyKind::Dynamic);
     let lowest = moving().map(|b| b.def.position.dot(up)).fold(f32::INFINITY, f32::min);
     let fallen = bodies.iter().zip(states).any(|(body, state)| {

@@ -1,0 +1,107 @@
+//! `drystone validate`: the accuracy table.
+
+use std::io::{self, IsTerminal};
+use std::path::Path;
+use std::process::ExitCode;
+use std::{fs, thread};
+
+use drystone_bench::Own;
+use drystone_validate::{Candidate, Known, Lab, Protocol, Table, Test, run, select, sweep};
+use indicatif::{ProgressBar, ProgressStyle};
+
+use crate::Outcome;
+use crate::cli::Validate;
+use crate::output::{self, Failure};
+
+/// Runs the tests and prints the table.
+pub(crate) fn validate(args: &Validate) -> Outcome {
+    let tests = select(&args.only).map_err(Failure::usage)?;
+    let known = args.known.as_deref().map(read_known).transpose()?;
+    let lab = Lab { candidate: Candidate::of::<Own>(), protocol: protocol(args) };
+    check_settings(&lab.protocol)?;
+    let bar = progress(tests.len());
+    let tell = |test: &Test| {
+        bar.set_message(test.id);
+        bar.inc(1);
+    };
+    if args.sweep {
+        let sweep = sweep(&lab, &tests, tell);
+        bar.finish_and_clear();
+        output::print(&sweep.text())?;
+        return Ok(ExitCode::SUCCESS);
+    }
+    let table = run(&lab, &tests, tell);
+    bar.finish_and_clear();
+    output::print(&printed(args, &table)?)?;
+    Ok(match known {
+        Some(known) => judge(&known, &table),
+        None => ExitCode::from(u8::from(!table.passes())),
+    })
+}
+
+fn protocol(args: &Validate) -> Protocol {
+    let cores = || thread::available_parallelism().map_or(1, usize::from);
+    Protocol {
+        hz: f64::from(args.hz),
+        substeps: args.substeps.unwrap_or(0),
+        threads: args.threads.map_or_else(cores, usize::from),
+        set: args.set.clone(),
+        short: args.short,
+    }
+}
+
+/// A setting that no world has is wrong usage, not a failed test.
+fn check_settings(protocol: &Protocol) -> Result<(), Failure> {
+    let mut config = drystone::WorldConfig::default();
+    for (path, value) in &protocol.set {
+        config.set(path, value).map_err(|e| Failure::usage(format_args!("--set: {e}")))?;
+    }
+    Ok(())
+}
+
+fn printed(args: &Validate, table: &Table) -> Result<String, Failure> {
+    let format = &args.format;
+    Ok(if format.json {
+        serde_json::to_string_pretty(table).map_err(Failure::failed)? + "\n"
+    } else if format.csv {
+        table.csv()
+    } else if format.markdown {
+        table.markdown()
+    } else if format.failures {
+        Known::of(table)
+    } else {
+        table.text()
+    })
+}
+
+fn read_known(path: &Path) -> Result<Known, Failure> {
+    let named =
+        |e: &dyn std::fmt::Display| Failure::failed(format_args!("{}: {e}", path.display()));
+    let text = fs::read_to_string(path).map_err(|e| named(&e))?;
+    Known::parse(&text).map_err(|e| named(&e))
+}
+
+/// Tells on stderr what a list of known failures says.
+fn judge(known: &Known, table: &Table) -> ExitCode {
+    let found = known.compare(table);
+    for line in &found.mended {
+        eprintln!("mended, take it off the list: {line}");
+    }
+    for line in &found.worse {
+        eprintln!("worse: {line}");
+    }
+    ExitCode::from(u8::from(!found.worse.is_empty()))
+}
+
+/// A bar with the time left, if somebody looks.
+fn progress(tests: usize) -> ProgressBar {
+    if !io::stderr().is_terminal() {
+        return ProgressBar::hidden();
+    }
+    let bar = ProgressBar::new(tests as u64);
+    let style = ProgressStyle::with_template("{wide_bar} {msg}, test {pos} of {len}, {eta} left");
+    if let Ok(style) = style {
+        bar.set_style(style);
+    }
+    bar
+}

@@ -1,0 +1,11 @@
+//! The tests, a file a family.
+
+pub(crate) mod flight;
+pub(crate) mod friction;
+pub(crate) mod geometry;
+pub(crate) mod impact;
+pub(crate) mod invariance;
+pub(crate) mod joints;
+pub(crate) mod rolling;
+pub(crate) mod rotation;
+pub(crate) mod stacks;

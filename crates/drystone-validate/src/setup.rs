@@ -1,0 +1,147 @@
+//! Parts that many scenes have: floors, slopes, cubes and balls.
+
+use drystone::{BodyDef, JointKind, Quat, ShapeDef, Vec3};
+use drystone_bench::EngineError;
+use drystone_scene::{Scene, SceneJoint};
+
+use crate::numeric::{D3, add, narrow, rotate, scale, single, turn};
+
+/// Standard gravity of the tests [m/s²], as the engine has it.
+pub(crate) const G: f64 = 9.81_f32 as f64;
+
+/// A surface: friction, restitution.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Surface {
+    /// Coefficient of friction.
+    pub(crate) mu: f64,
+    /// Coefficient of restitution.
+    pub(crate) e: f64,
+}
+
+impl Surface {
+    /// Without bounce.
+    #[must_use]
+    pub(crate) const fn rough(mu: f64) -> Self {
+        Self { mu, e: 0.0 }
+    }
+
+    /// Without friction.
+    #[must_use]
+    pub(crate) const fn bouncy(e: f64) -> Self {
+        Self { mu: 0.0, e }
+    }
+
+    /// A shape with this surface.
+    #[must_use]
+    pub(crate) fn on(self, shape: ShapeDef) -> ShapeDef {
+        shape.with_friction(single(self.mu)).with_restitution(single(self.e))
+    }
+}
+
+/// An empty scene.
+#[must_use]
+pub(crate) fn empty(name: &str) -> Scene {
+    Scene::new(name, "")
+}
+
+/// An empty scene without gravity.
+#[must_use]
+pub(crate) fn weightless(name: &str) -> Scene {
+    let mut scene = empty(name);
+    scene.config.gravity = Vec3::ZERO;
+    scene
+}
+
+/// Flat ground at height 0.
+pub(crate) fn add_floor(scene: &mut Scene, surface: Surface) -> usize {
+    let ground = surface.on(ShapeDef::half_space([0.0, 1.0, 0.0], 0.0));
+    scene.add("ground", BodyDef::fixed().with_shape(ground))
+}
+
+/// A slope through the origin that falls toward +x.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Slope {
+    /// Its angle [rad].
+    pub(crate) angle: f64,
+}
+
+impl Slope {
+    /// The slope of this angle [degrees].
+    #[must_use]
+    pub(crate) fn degrees(angle: f64) -> Self {
+        Self { angle: angle.to_radians() }
+    }
+
+    /// Out of the ground.
+    #[must_use]
+    pub(crate) fn normal(self) -> D3 {
+        [self.angle.sin(), self.angle.cos(), 0.0]
+    }
+
+    /// Down the slope.
+    #[must_use]
+    pub(crate) fn down(self) -> D3 {
+        [self.angle.cos(), -self.angle.sin(), 0.0]
+    }
+
+    /// From upright to at right angles to the slope.
+    #[must_use]
+    pub(crate) fn turn(self) -> Quat {
+        turn([0.0, 0.0, 1.0], -self.angle)
+    }
+
+    /// A place: how far down, how far above the surface, how far to the side [m].
+    #[must_use]
+    pub(crate) fn place(self, down: f64, above: f64, side: f64) -> Vec3 {
+        let p = add(scale(self.down(), down), scale(self.normal(), above));
+        narrow(add(p, [0.0, 0.0, side]))
+    }
+
+    /// The ground.
+    pub(crate) fn add(self, scene: &mut Scene, surface: Surface) -> usize {
+        let ground = surface.on(ShapeDef::half_space(narrow(self.normal()), 0.0));
+        scene.add("slope", BodyDef::fixed().with_shape(ground))
+    }
+}
+
+/// A dynamic box of these edge lengths [m] at a place.
+#[must_use]
+pub(crate) fn block(extents: D3, position: Vec3, surface: Surface) -> BodyDef {
+    let shape = surface.on(ShapeDef::box_full(narrow(extents)));
+    BodyDef::dynamic().with_position(position).with_shape(shape)
+}
+
+/// A dynamic ball.
+#[must_use]
+pub(crate) fn ball(radius: f64, position: Vec3, surface: Surface) -> BodyDef {
+    let shape = surface.on(ShapeDef::sphere(single(radius)));
+    BodyDef::dynamic().with_position(position).with_shape(shape)
+}
+
+/// A ball joint at a point of the world, with the bodies as they are placed.
+///
+/// # Errors
+/// A body of this number is not there.
+pub(crate) fn add_ball_joint(
+    scene: &mut Scene,
+    a: usize,
+    b: usize,
+    point: D3,
+) -> Result<(), EngineError> {
+    let anchor = |number: usize| {
+        let missing = || EngineError(format!("the scene has no body {number}"));
+        let def = &scene.bodies.get(number).ok_or_else(missing)?.def;
+        let from = add(point, scale(crate::numeric::wide(def.position), -1.0));
+        Ok::<_, EngineError>(narrow(rotate(def.rotation.conjugate(), from)))
+    };
+    let joint = SceneJoint {
+        body_a: a,
+        body_b: b,
+        anchor_a: anchor(a)?,
+        anchor_b: anchor(b)?,
+        kind: JointKind::Ball,
+        collide_connected: false,
+    };
+    scene.joints.push(joint);
+    Ok(())
+}

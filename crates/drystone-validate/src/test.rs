@@ -1,0 +1,115 @@
+//! What a test is, and all of them.
+
+use drystone_bench::EngineError;
+
+use crate::family;
+use crate::lab::Lab;
+use crate::row::Rows;
+
+/// How long a test takes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Cost {
+    /// Up to about a second: part of every change's checks.
+    Short,
+    /// Longer.
+    Long,
+}
+
+/// A test: one setup with a known answer, with its variants.
+#[derive(Clone, Copy, Debug)]
+pub struct Test {
+    /// Its id in the list of tests, `A16`.
+    pub id: &'static str,
+    /// What it is, in a few words.
+    pub name: &'static str,
+    /// What is varied.
+    pub varied: &'static str,
+    /// The closed form, in words.
+    pub closed_form: &'static str,
+    /// How long it takes.
+    pub cost: Cost,
+    /// Whether its error is expected to fall with the step: part of the sweep.
+    pub sweeps: bool,
+    /// Runs it.
+    pub run: fn(&Lab, &mut Rows) -> Result<(), EngineError>,
+}
+
+impl Test {
+    /// A short test.
+    pub(crate) const fn new(
+        id: &'static str,
+        name: &'static str,
+        varied: &'static str,
+        closed_form: &'static str,
+        run: fn(&Lab, &mut Rows) -> Result<(), EngineError>,
+    ) -> Self {
+        Self { id, name, varied, closed_form, cost: Cost::Short, sweeps: false, run }
+    }
+
+    /// The same, which takes long.
+    pub(crate) const fn long(self) -> Self {
+        Self { cost: Cost::Long, ..self }
+    }
+
+    /// The same, as part of the sweep.
+    pub(crate) const fn swept(self) -> Self {
+        Self { sweeps: true, ..self }
+    }
+}
+
+/// A family of tests: what they are about, and the tests.
+#[derive(Clone, Copy, Debug)]
+pub struct Family {
+    /// What they are about.
+    pub title: &'static str,
+    /// The tests.
+    pub tests: &'static [Test],
+}
+
+/// All tests, by family.
+pub const FAMILIES: &[Family] = &[
+    Family { title: "Free flight", tests: family::flight::TESTS },
+    Family { title: "Rotation", tests: family::rotation::TESTS },
+    Family { title: "Friction", tests: family::friction::TESTS },
+    Family { title: "Rolling", tests: family::rolling::TESTS },
+    Family { title: "Impacts", tests: family::impact::TESTS },
+    Family { title: "Stacks", tests: family::stacks::TESTS },
+    Family { title: "Joints", tests: family::joints::TESTS },
+    Family { title: "Geometry", tests: family::geometry::TESTS },
+    Family { title: "Invariance and convergence", tests: family::invariance::TESTS },
+];
+
+/// All tests, in order.
+pub fn all() -> impl Iterator<Item = &'static Test> {
+    FAMILIES.iter().flat_map(|family| family.tests)
+}
+
+/// Tests of the list that wait for a part of the engine: id, name, what for.
+pub const WAITING: &[(&str, &str, &str)] = &[
+    ("A23", "physical pendulum on a hinge", "hinge joints"),
+    ("A25", "slider with a pendulum", "slider joints"),
+    ("A26", "slider-crank loop", "hinge and slider joints"),
+    ("A27", "spring and damper", "joint springs along an axis"),
+    ("A28", "hinge motor", "motors"),
+    ("A29", "limits under load", "limits"),
+    ("A42b", "shape cast, distance, time of impact", "these queries"),
+    ("A44b", "large worlds, 1e7 m", "positions of more than f32"),
+    ("G22", "leaning stacks, time to fall", "a definition of when the fall ends"),
+    ("S5", "ANYmal, momentum", "hinge joints and URDF"),
+    ("S6", "ANYmal, energy", "hinge joints and URDF"),
+];
+
+#[cfg(test)]
+mod tests {
+    use super::{WAITING, all};
+
+    #[test]
+    fn every_test_has_an_id_of_its_own() {
+        let mut ids: Vec<&str> = all().map(|test| test.id).collect();
+        ids.extend(WAITING.iter().map(|(id, _, _)| *id));
+        let count = ids.len();
+        ids.sort_unstable();
+        ids.dedup();
+        assert_eq!(ids.len(), count);
+    }
+}
