@@ -37,7 +37,7 @@ pub struct InertiaConfig {
     /// Mass and inertia of a squeezed body are multiplied by up to this in the solver, 1 to 64; 1: off.
     /// 0 (the default) takes the method's own: 8 for `soft-step`, 1 for `soft-step-relax`.
     pub most: f32,
-    /// Loads above this per mass [m/s²] raise a body's factor; above 0; default 46, some 4 bodies of
+    /// Loads above this per mass [m/s²] raise a body's factor; above 0; default 30, some 3 bodies of
     /// its own mass on top of it.
     pub threshold: f32,
 }
@@ -98,7 +98,7 @@ impl Default for WorldConfig {
                 restitution_speed: 0.0,
                 hit_speed: 1.0,
             },
-            inertia: InertiaConfig { most: 0.0, threshold: 46.0 },
+            inertia: InertiaConfig { most: 0.0, threshold: 30.0 },
             joint: JointConfig { hertz: 0.0, damping_ratio: 2.0 },
             sleep: SleepConfig { enabled: true, speed: 0.05, time: 0.5 },
         }

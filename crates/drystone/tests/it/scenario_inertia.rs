@@ -74,9 +74,9 @@ fn heavy_loads_sink_no_deeper_than_the_factor_allows() {
 
 #[test]
 fn a_light_stack_is_left_alone() {
-    // Three boxes on one press it with 30 m/s² of the threshold's 46: the same bits with and without.
+    // Two boxes on one press it with 20 m/s² of the threshold's 30: the same bits with and without.
     let (mut with, mut without) = (grounded(0.0), grounded(1.0));
-    let (a, b) = (stack(&mut with, 4, 1.0), stack(&mut without, 4, 1.0));
+    let (a, b) = (stack(&mut with, 3, 1.0), stack(&mut without, 3, 1.0));
     run(&mut with, 300);
     run(&mut without, 300);
     for (a, b) in a.iter().zip(&b) {
@@ -186,7 +186,7 @@ fn light_bodies_do_not_fly_when_their_load_is_taken() {
 #[test]
 fn a_loaded_slab_holds_and_slides_at_the_limit_of_its_load() {
     for lower in [false, true] {
-        for (pull, least, most) in [(0.9, -0.001, 0.001), (0.98, -0.001, 0.005), (1.1, 0.25, 0.36)]
+        for (pull, least, most) in [(0.9, -0.001, 0.001), (0.98, -0.001, 0.005), (1.1, 0.22, 0.36)]
         {
             let mut w = grounded(0.0);
             let base = boxed(&mut w, vec3(2.0, 0.25, 2.0), vec3(0.0, 0.25, 0.0), 100.0);
@@ -197,8 +197,8 @@ fn a_loaded_slab_holds_and_slides_at_the_limit_of_its_load() {
             let force = pull * 0.6 * mass * G;
             w.body_mut(id).unwrap().set_lasting_force([force, 0.0, 0.0]).unwrap();
             run(&mut w, 60);
-            // (pull - 1) mu g / 2 after a second: 0.3 m at 1.1. The slab's inertia is up to 8 times its
-            // own as it slides: 100 kg of 1100 kg.
+            // (pull - 1) mu g / 2 after a second: 0.3 m at 1.1; a slab of 100 kg that carries a ton has
+            // 1000 g / (100 · 30 m/s²) = 3.3 times its inertia, so that it is slower by 1100/1333.
             let way = at(&w, id).x - before;
             assert!(way > least && way < most, "{pull} lower {lower}: {way}");
         }
