@@ -15,9 +15,11 @@ pub(crate) mod inertia;
 pub(crate) mod integrate;
 mod impact;
 mod pack;
+mod pack_extra;
 mod pack_joint;
 mod plan;
 mod touch;
+mod unpack;
 
 use core::sync::atomic::{AtomicBool, Ordering};
 
@@ -521,7 +523,7 @@ impl Solver<'_> {
             for_ranges(jobs, n, grain(jobs, n, 64), |part| {
                 dispatch!(self.ctx.level, simd => {
                     for i in batch.blocks.start + part.start..batch.blocks.start + part.end {
-                        pack::weigh(simd, self.blocks.read(i), &self.squeezes);
+                        unpack::weigh(simd, self.blocks.read(i), &self.squeezes);
                     }
                 });
             });
@@ -540,7 +542,7 @@ impl Solver<'_> {
                     let extra = if self.has_extras { Some(self.extras.read(i)) } else { None };
                     let owners = &self.plan.contacts.owners[i];
                     let block = self.blocks.read(i);
-                    *self.begun.row(i) = pack::store(simd, block, extra, owners, &self.contacts);
+                    *self.begun.row(i) = unpack::store(simd, block, extra, owners, &self.contacts);
                 }
             });
         });

@@ -1,23 +1,22 @@
-//! Contacts to blocks and back: loads manifolds into lanes, builds the rows in wide arithmetic with
-//! the warm start fused in, and stores the impulses after the last sweep.
+//! Contacts to blocks: loads manifolds into lanes and builds the rows in wide arithmetic, with the warm
+//! start fused in.
 
 use fearless_simd::{Simd, SimdBase, SimdMask, mask32x8};
 
 use super::contact::K;
-use super::inertia::Squeeze;
+use super::pack_extra::pack_extra;
 use super::rows::{
     ContactBlock, Extra, Line, Whitening, load_velocity, read_lanes, store_velocity,
 };
 use crate::base::disjoint::Rows;
 use crate::base::math::Vec3;
-use crate::base::sym3::Sym3;
 use crate::base::wide::{
-    LANES, Lanes, Sym3w, Vec3w, Wide, above, gather4, inverse_or_zero, load, max, min, scatter4,
-    select, splat, sqrt,
+    LANES, Lanes, Sym3w, Vec3w, Wide, above, gather4, inverse_or_zero, load, max, min, select,
+    splat, sqrt,
 };
-use crate::state::bodies::{Bodies, Body};
+use crate::state::bodies::Bodies;
 use crate::state::contacts::Contact;
-use crate::state::shapes::{ShapeRow, Shapes};
+use crate::state::shapes::Shapes;
 use crate::step::context::StepContext;
 
 /// Mean distance from the middle of a disc over its radius.
@@ -42,12 +41,12 @@ pub(super) struct Source<'a> {
 
 /// Lanes of a block before its rows are built. Idle lanes repeat the first contact, without a body, a
 /// point or an impulse.
-struct Raw<'a> {
-    contacts: [&'a Contact; LANES],
-    row_a: [u32; LANES],
-    row_b: [u32; LANES],
+pub(super) struct Raw<'a> {
+    pub(super) contacts: [&'a Contact; LANES],
+    pub(super) row_a: [u32; LANES],
+    pub(super) row_b: [u32; LANES],
     /// -1 where only B can be pushed and it is the contact's A: its rows turn their sign.
-    sign: Lanes,
+    pub(super) sign: Lanes,
     count: Lanes,
     /// Mean distance from the middle of what the points enclose, over that of the points.
     patch: Lanes,
@@ -326,16 +325,22 @@ fn build_rows<S: Simd, const FIXED: bool, const N: usize>(
         turn_b = turn_b + f[1][i] * impulse[i];
     }
 
-    // Impulses are never negative: the greatest is zero where all are. A lone point needs no rounds, and
-    // gets none in whatever company it is.
+    mark_fresh(simd, block, count, most);
+    let push = n * total + t1 * impulse[0] + t2 * impulse[1];
+    Warm { push, turn_a, turn_b, reach }
+}
+
+/// Marks the contacts without a warm start, which get more rounds. Impulses are never negative: the
+/// greatest is zero where all are. A lone point needs no rounds, and gets none in whatever company it is.
+#[inline(always)]
+fn mark_fresh<S: Simd>(simd: S, block: &mut ContactBlock, count: Wide<S>, most: Wide<S>) {
+    let (zero, one) = (splat(simd, 0.0), splat(simd, 1.0));
     let several = select(above(count, splat(simd, 1.5)), one, zero);
     select(above(most, zero), zero, several).store_array(&mut block.fresh);
     block.any_fresh = false;
     for fresh in &block.fresh {
         block.any_fresh |= *fresh > 0.0;
     }
-    let push = n * total + t1 * impulse[0] + t2 * impulse[1];
-    Warm { push, turn_a, turn_b, reach }
 }
 
 /// Where twist is measured: the mean distance of the points from the middle, times that of what they
@@ -450,217 +455,4 @@ fn build_friction<S: Simd, const FIXED: bool>(
     let norm = sqrt(k11 * k11 + k22 * k22 + k33 * k33 + (off + off));
     inverse_or_zero(simd, norm).store_array(&mut block.mass_slide);
     [at, bt]
-}
-
-#[inline(always)]
-fn put(lanes: &mut [Lanes; 3], lane: usize, v: Vec3) {
-    lanes[0][lane] = v.x;
-    lanes[1][lane] = v.y;
-    lanes[2][lane] = v.z;
-}
-
-#[inline(always)]
-fn put_sym(lanes: &mut [Lanes; 6], lane: usize, s: Sym3, sign: f32) {
-    for (i, v) in [s.xx, s.yy, s.zz, s.xy, s.xz, s.yz].into_iter().enumerate() {
-        lanes[i][lane] = v * sign;
-    }
-}
-
-/// Bounce, rolling and drift of one contact.
-fn pack_extra<const FIXED: bool>(
-    source: &Source<'_>,
-    raw: &Raw<'_>,
-    lane: usize,
-    extra: &mut Extra,
-) {
-    let c = raw.contacts[lane];
-    let (a, b) = (source.bodies.at(c.body_a), source.bodies.at(c.body_b));
-    if c.restitution > 0.0 {
-        pack_bounce(source, c, [a, b], lane, extra);
-    }
-    if c.rolling > 0.0 {
-        extra.rolls = true;
-        extra.rolling[lane] = c.rolling;
-        if !FIXED {
-            let s = source.whitening.read(raw.row_a[lane] as usize).s();
-            put_sym(&mut extra.s_a, lane, s, 1.0);
-        }
-        let s = source.whitening.read(raw.row_b[lane] as usize).s();
-        put_sym(&mut extra.s_b, lane, s, raw.sign[lane]);
-        let impulse = c.rolling_impulse * source.ctx.impulse_scale;
-        put(&mut extra.rolling_impulse, lane, impulse);
-    }
-    if c.kinetic < 1.0 {
-        extra.slips = true;
-        extra.kinetic[lane] = c.kinetic;
-    }
-    if c.belt || moves(a) || moves(b) {
-        extra.drifts = true;
-        let (mut r_a, mut r_b) = (Vec3::ZERO, Vec3::ZERO);
-        let share = 1.0 / f32::from(c.count.max(1));
-        for (j, p) in c.points().iter().enumerate() {
-            let v = drift_velocity(b, c.r_b(p)) - drift_velocity(a, p.r_a);
-            extra.drift[j][lane] = c.normal.dot(v);
-            r_a += p.r_a * share;
-            r_b += c.r_b(p) * share;
-        }
-        let (sa, sb) = (source.shapes.at(c.shape_a), source.shapes.at(c.shape_b));
-        // Where the other body's anchors are now: its own stay behind what a belt carries.
-        let offset = b.center - a.center;
-        let (from, to) = (Carry::of(a, sa, r_b + offset), Carry::of(b, sb, r_a - offset));
-        let rate = to.rate - from.rate;
-        // A sweep makes the velocity of the substep after it: that at its middle.
-        let velocity = to.velocity - from.velocity + rate * (0.5 * source.ctx.h);
-        let t1 = c.normal.any_perpendicular();
-        let t2 = t1.cross(c.normal);
-        (extra.drift_t[0][lane], extra.drift_rate[0][lane]) = (t1.dot(velocity), t1.dot(rate));
-        (extra.drift_t[1][lane], extra.drift_rate[1][lane]) = (t2.dot(velocity), t2.dot(rate));
-        extra.drift_t[2][lane] = c.normal.dot(to.spin - from.spin);
-    }
-}
-
-fn moves(body: &Body) -> bool {
-    !body.is_dynamic() && body.active()
-}
-
-/// Restitution of one contact, and whether it arrives in this step: whether some point reaches the
-/// surface, and faster than forces alone make a body in a step. What rests does not.
-fn pack_bounce(
-    source: &Source<'_>,
-    c: &Contact,
-    [a, b]: [&Body; 2],
-    lane: usize,
-    extra: &mut Extra,
-) {
-    // The relax sweep looks a substep ahead of the step's end.
-    let (dt, ahead) = (source.ctx.dt, source.ctx.dt + source.ctx.h);
-    let along =
-        |body: u32| c.normal.dot(*source.acceleration.read(source.line_of[body as usize] as usize));
-    let (of_a, of_b) = (along(c.body_a), along(c.body_b));
-    let fall = of_b - of_a;
-    let slow = of_a.abs().max(of_b.abs()) * dt;
-    extra.bounces = true;
-    extra.restitution[lane] = c.restitution;
-    (extra.fall[lane], extra.slow[lane]) = (fall, slow);
-    for p in c.points() {
-        let speed = c.normal.dot(b.velocity_at(c.r_b(p)) - a.velocity_at(p.r_a));
-        let s = p.separation - source.ctx.rest_offset;
-        let faster = fall.min(0.0) * ahead;
-        let meets = s + (speed + 0.6 * faster) * ahead < 0.0 && speed + faster < 0.0;
-        let square = speed * speed - 2.0 * fall * s.max(0.0);
-        let least = source.ctx.restitution_speed.max(slow);
-        if meets && square > least * least {
-            extra.arrives |= 1 << lane;
-        }
-    }
-}
-
-/// Velocity of a point of a moving kinematic body; zero of any other.
-fn drift_velocity(body: &Body, r: Vec3) -> Vec3 {
-    if moves(body) { body.velocity_at(r) } else { Vec3::ZERO }
-}
-
-/// How a surface moves that no impulse can hold: with its kinematic body, or over its shape as a belt.
-struct Carry {
-    velocity: Vec3,
-    spin: Vec3,
-    /// What is carried is turned with it: without this it would leave a turntable along the tangent, by
-    /// half of ω² r dt a second.
-    rate: Vec3,
-}
-
-impl Carry {
-    fn of(body: &Body, shape: &ShapeRow, r: Vec3) -> Self {
-        let (mut velocity, mut spin) = (Vec3::ZERO, Vec3::ZERO);
-        let mut carried = Vec3::ZERO;
-        if moves(body) {
-            (velocity, spin) = (body.v, body.w);
-            carried = body.w.cross(r);
-        }
-        if shape.surface_velocity != Vec3::ZERO || shape.surface_spin != Vec3::ZERO {
-            let pose = shape.placed(body);
-            let turn = pose.direction(shape.surface_spin);
-            let arm = r - (pose.position - body.center);
-            carried += pose.direction(shape.surface_velocity) + turn.cross(arm);
-            spin += turn;
-        }
-        Self { velocity: velocity + carried, spin, rate: spin.cross(carried) }
-    }
-}
-
-/// Adds a block's normal impulses to what is known of how its bodies are squeezed.
-#[inline(always)]
-pub(super) fn weigh<S: Simd>(simd: S, block: &ContactBlock, squeezes: &Rows<'_, Squeeze>) {
-    let mut total = load(simd, &block.points[0].impulse);
-    for point in &block.points[1..usize::from(block.count.clamp(1, 4))] {
-        total += load(simd, &point.impulse);
-    }
-    // B's side, where a turned row has a negative beta.
-    let turned = above(splat(simd, 0.0), load(simd, &block.beta));
-    let push = Vec3w::load(simd, &block.n) * total;
-    let push = Vec3w::select(turned, push * splat(simd, -1.0), push);
-    let of_b = scatter4([push.x, push.y, push.z, total]);
-    for lane in 0..LANES {
-        let mut impulse = [0.0; 4];
-        of_b[lane].store_array(&mut impulse);
-        let (a, b) = (block.row_a[lane], block.row_b[lane]);
-        if b != 0 {
-            for (sum, x) in squeezes.row(b as usize).impulse.iter_mut().zip(impulse) {
-                *sum += x;
-            }
-        }
-        if a != 0 {
-            let [x, y, z, size] = impulse;
-            for (sum, x) in squeezes.row(a as usize).impulse.iter_mut().zip([-x, -y, -z, size]) {
-                *sum += x;
-            }
-        }
-    }
-}
-
-/// Writes a block's impulses back. Returns a bit for each lane whose touch is new.
-#[inline(always)]
-pub(super) fn store<S: Simd>(
-    simd: S,
-    block: &ContactBlock,
-    extra: Option<&Extra>,
-    owners: &[u32; LANES],
-    contacts: &Rows<'_, Option<Contact>>,
-) -> u8 {
-    let (f1, f2) = (load(simd, &block.friction[0]), load(simd, &block.friction[1]));
-    let t = Vec3w::load(simd, &block.t1) * f1 + Vec3w::load(simd, &block.t2) * f2;
-    let rub = scatter4([t.x, t.y, t.z, load(simd, &block.friction[2])]);
-    let p = &block.points;
-    let push = scatter4([
-        load(simd, &p[0].impulse),
-        load(simd, &p[1].impulse),
-        load(simd, &p[2].impulse),
-        load(simd, &p[3].impulse),
-    ]);
-    let mut begun = 0;
-    for lane in 0..LANES {
-        if owners[lane] == u32::MAX {
-            continue;
-        }
-        let Some(c) = contacts.row(owners[lane] as usize) else { continue };
-        let (mut push_of, mut rub_of) = ([0.0; 4], [0.0; 4]);
-        push[lane].store_array(&mut push_of);
-        rub[lane].store_array(&mut rub_of);
-        let mut pressed = false;
-        for j in 0..usize::from(c.count.min(4)) {
-            c.points[j].impulse = push_of[j];
-            pressed |= push_of[j] > 0.0 || c.points[j].separation <= 0.0;
-        }
-        pressed |= extra.is_some_and(|e| e.hit >> lane & 1 == 1);
-        let [x, y, z, twist] = rub_of;
-        (c.tangent_impulse, c.twist_impulse) = (Vec3 { x, y, z }, twist);
-        if let Some(extra) = extra
-            && extra.rolls
-        {
-            let [x, y, z] = &extra.rolling_impulse;
-            c.rolling_impulse = Vec3 { x: x[lane], y: y[lane], z: z[lane] };
-        }
-        begun |= u8::from(pressed && !c.touching) << lane;
-    }
-    begun
 }

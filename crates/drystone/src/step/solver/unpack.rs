@@ -1,0 +1,87 @@
+//! Blocks back to contacts after the last sweep, and to what squeezes bodies.
+
+use fearless_simd::{Simd, SimdBase};
+
+use super::inertia::Squeeze;
+use super::rows::{ContactBlock, Extra};
+use crate::base::disjoint::Rows;
+use crate::base::math::Vec3;
+use crate::base::wide::{LANES, Vec3w, above, load, scatter4, splat};
+use crate::state::contacts::Contact;
+
+/// Adds a block's normal impulses to what is known of how its bodies are squeezed.
+#[inline(always)]
+pub(super) fn weigh<S: Simd>(simd: S, block: &ContactBlock, squeezes: &Rows<'_, Squeeze>) {
+    let mut total = load(simd, &block.points[0].impulse);
+    for point in &block.points[1..usize::from(block.count.clamp(1, 4))] {
+        total += load(simd, &point.impulse);
+    }
+    // B's side, where a turned row has a negative beta.
+    let turned = above(splat(simd, 0.0), load(simd, &block.beta));
+    let push = Vec3w::load(simd, &block.n) * total;
+    let push = Vec3w::select(turned, push * splat(simd, -1.0), push);
+    let of_b = scatter4([push.x, push.y, push.z, total]);
+    for lane in 0..LANES {
+        let mut impulse = [0.0; 4];
+        of_b[lane].store_array(&mut impulse);
+        let (a, b) = (block.row_a[lane], block.row_b[lane]);
+        if b != 0 {
+            for (sum, x) in squeezes.row(b as usize).impulse.iter_mut().zip(impulse) {
+                *sum += x;
+            }
+        }
+        if a != 0 {
+            let [x, y, z, size] = impulse;
+            for (sum, x) in squeezes.row(a as usize).impulse.iter_mut().zip([-x, -y, -z, size]) {
+                *sum += x;
+            }
+        }
+    }
+}
+
+/// Writes a block's impulses back. Returns a bit for each lane whose touch is new.
+#[inline(always)]
+pub(super) fn store<S: Simd>(
+    simd: S,
+    block: &ContactBlock,
+    extra: Option<&Extra>,
+    owners: &[u32; LANES],
+    contacts: &Rows<'_, Option<Contact>>,
+) -> u8 {
+    let (f1, f2) = (load(simd, &block.friction[0]), load(simd, &block.friction[1]));
+    let t = Vec3w::load(simd, &block.t1) * f1 + Vec3w::load(simd, &block.t2) * f2;
+    let rub = scatter4([t.x, t.y, t.z, load(simd, &block.friction[2])]);
+    let p = &block.points;
+    let push = scatter4([
+        load(simd, &p[0].impulse),
+        load(simd, &p[1].impulse),
+        load(simd, &p[2].impulse),
+        load(simd, &p[3].impulse),
+    ]);
+    let mut begun = 0;
+    for lane in 0..LANES {
+        if owners[lane] == u32::MAX {
+            continue;
+        }
+        let Some(c) = contacts.row(owners[lane] as usize) else { continue };
+        let (mut push_of, mut rub_of) = ([0.0; 4], [0.0; 4]);
+        push[lane].store_array(&mut push_of);
+        rub[lane].store_array(&mut rub_of);
+        let mut pressed = false;
+        for j in 0..usize::from(c.count.min(4)) {
+            c.points[j].impulse = push_of[j];
+            pressed |= push_of[j] > 0.0 || c.points[j].separation <= 0.0;
+        }
+        pressed |= extra.is_some_and(|e| e.hit >> lane & 1 == 1);
+        let [x, y, z, twist] = rub_of;
+        (c.tangent_impulse, c.twist_impulse) = (Vec3 { x, y, z }, twist);
+        if let Some(extra) = extra
+            && extra.rolls
+        {
+            let [x, y, z] = &extra.rolling_impulse;
+            c.rolling_impulse = Vec3 { x: x[lane], y: y[lane], z: z[lane] };
+        }
+        begun |= u8::from(pressed && !c.touching) << lane;
+    }
+    begun
+}
