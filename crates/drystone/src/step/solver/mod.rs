@@ -302,13 +302,27 @@ impl Solver<'_> {
             Pass::Velocities | Pass::Positions | Pass::Impacts => {}
             Pass::Solve { inner } => {
                 let inner = inner.clamp(1, 8);
-                self.sweep_joints(group, ctx.soft_joint, elapsed, jobs);
+                let joints = JointSweep {
+                    inv_h: ctx.inv_h,
+                    softness: ctx.soft_joint,
+                    elapsed,
+                    back: 0.0,
+                    is_relax: false,
+                };
+                self.sweep_joints(group, &joints, jobs);
                 let sweeps =
                     [sweep(ctx.soft, inner, elapsed), sweep(ctx.soft_fixed, inner, elapsed)];
                 self.sweep_contacts(group, &sweeps, jobs);
             }
             Pass::Relax => {
-                self.sweep_joints(group, Softness::RIGID, moved, jobs);
+                let joints = JointSweep {
+                    inv_h: ctx.inv_h,
+                    softness: Softness::RIGID,
+                    elapsed: moved - 0.5 * ctx.h,
+                    back: 0.5 * ctx.h,
+                    is_relax: true,
+                };
+                self.sweep_joints(group, &joints, jobs);
                 let rigid = sweep(Softness::RIGID, 1, moved);
                 self.sweep_contacts(group, &[rigid, rigid], jobs);
             }
@@ -496,8 +510,7 @@ impl Solver<'_> {
         }
     }
 
-    fn sweep_joints(&self, group: &Group, softness: Softness, elapsed: f32, jobs: &dyn Executor) {
-        let sweep = JointSweep { inv_h: self.ctx.inv_h, softness, elapsed };
+    fn sweep_joints(&self, group: &Group, sweep: &JointSweep, jobs: &dyn Executor) {
         for batch in &self.plan.joints.batches[group.joints.clone()] {
             let n = batch.blocks.len();
             for_ranges(jobs, n, grain(jobs, n, 8), |part| {
@@ -506,9 +519,9 @@ impl Solver<'_> {
                         let block = self.joints.row(i);
                         self.joints.prefetch(i + 1, JointBlock::CACHE_LINES);
                         if block.is_distance {
-                            joint::solve_distance(simd, block, &self.lines, &sweep);
+                            joint::solve_distance(simd, block, &self.lines, sweep);
                         } else {
-                            joint::solve_ball(simd, block, &self.lines, &sweep);
+                            joint::solve_ball(simd, block, &self.lines, sweep);
                         }
                     }
                 });
