@@ -49,6 +49,10 @@ pub struct JointConfig {
     pub hertz: f32,
     /// Damping ratio of joints; at least 0; default 2.
     pub damping_ratio: f32,
+    /// Ball joints that connect bodies without a loop are solved all at once where a body between others
+    /// carries at least this many times its own mass: a chain under a heavy load then keeps
+    /// its length; at least 0; default 20. It takes longer than joint by joint.
+    pub tree_ratio: f32,
 }
 
 /// When bodies fall asleep.
@@ -99,7 +103,7 @@ impl Default for WorldConfig {
                 hit_speed: 1.0,
             },
             inertia: InertiaConfig { most: 0.0, threshold: 30.0 },
-            joint: JointConfig { hertz: 0.0, damping_ratio: 2.0 },
+            joint: JointConfig { hertz: 0.0, damping_ratio: 2.0, tree_ratio: 20.0 },
             sleep: SleepConfig { enabled: true, speed: 0.05, time: 0.5 },
         }
     }
@@ -114,7 +118,7 @@ const AT_MOST_64: &str = "0 (the method's own), or 1 to 64";
 
 impl WorldConfig {
     /// Paths that [`Self::set`] knows.
-    pub const PATHS: [&'static str; 18] = [
+    pub const PATHS: [&'static str; 19] = [
         "gravity",
         "method",
         "substeps",
@@ -130,12 +134,13 @@ impl WorldConfig {
         "inertia.threshold",
         "joint.hertz",
         "joint.damping_ratio",
+        "joint.tree_ratio",
         "sleep.enabled",
         "sleep.speed",
         "sleep.time",
     ];
 
-    fn scalars(&mut self) -> [Scalar<'_>; 14] {
+    fn scalars(&mut self) -> [Scalar<'_>; 15] {
         let (c, i) = (&mut self.contact, &mut self.inertia);
         let (j, s) = (&mut self.joint, &mut self.sleep);
         [
@@ -151,6 +156,7 @@ impl WorldConfig {
             ("inertia.threshold", ABOVE_ZERO, &mut i.threshold),
             ("joint.hertz", AT_LEAST_ZERO, &mut j.hertz),
             ("joint.damping_ratio", AT_LEAST_ZERO, &mut j.damping_ratio),
+            ("joint.tree_ratio", AT_LEAST_ZERO, &mut j.tree_ratio),
             ("sleep.speed", AT_LEAST_ZERO, &mut s.speed),
             ("sleep.time", AT_LEAST_ZERO, &mut s.time),
         ]

@@ -3,7 +3,7 @@
 use fearless_simd::Level;
 
 use super::solver::inertia::LoadInertia;
-use super::solver::softness::Softness;
+use super::solver::softness::{Compliance, Softness};
 use crate::base::math::Vec3;
 use crate::state::config::WorldConfig;
 
@@ -27,6 +27,9 @@ pub(crate) struct StepContext {
     pub(crate) soft: Softness,
     pub(crate) soft_fixed: Softness,
     pub(crate) soft_joint: Softness,
+    /// Joints of trees that are solved directly, and which those are.
+    pub(crate) soft_tree: Compliance,
+    pub(crate) tree_ratio: f32,
     pub(crate) inertia: LoadInertia,
     /// Factor of the last step's impulses: substeps may have had another length.
     pub(crate) impulse_scale: f32,
@@ -67,6 +70,8 @@ impl StepContext {
             soft_fixed: Softness::new(2.0 * hertz, 0.5 * c.damping_ratio, h),
             inertia: LoadInertia { most, threshold: config.inertia.threshold },
             soft_joint: Softness::new(joint_hertz, config.joint.damping_ratio, h),
+            soft_tree: Compliance::new(joint_hertz, config.joint.damping_ratio, h),
+            tree_ratio: config.joint.tree_ratio,
             impulse_scale: if last_h > 0.0 { (h / last_h).min(4.0) } else { 0.0 },
             level,
         }

@@ -281,6 +281,7 @@ impl World {
             kind: def.kind,
             collide_connected: def.collide_connected,
             impulse: Vec3::ZERO,
+            is_direct: false,
             place: Place::NOWHERE,
         };
         let id = self.tables.joints.rows.insert(joint);

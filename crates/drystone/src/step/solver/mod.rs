@@ -18,6 +18,8 @@ mod pack;
 mod pack_extra;
 mod pack_joint;
 mod plan;
+mod forest;
+mod tree;
 mod touch;
 mod unpack;
 
@@ -33,6 +35,7 @@ use self::joint::JointSweep;
 use self::plan::{Group, Plan};
 use self::rows::{ContactBlock, Extra, JointBlock, Line, Whitening};
 use self::softness::Softness;
+use self::tree::{TreeBody, TreeRow};
 use super::context::StepContext;
 use crate::base::disjoint::Rows;
 use crate::base::grow;
@@ -62,6 +65,8 @@ pub(crate) struct Scratch {
     blocks: Vec<ContactBlock>,
     extras: Vec<Extra>,
     joints: Vec<JointBlock>,
+    tree_bodies: Vec<TreeBody>,
+    tree_rows: Vec<TreeRow>,
     /// One for each group, while some contact can bounce.
     impacts: Vec<Impacts>,
     /// Lines that nothing pushed in this step, or empty: see [`Self::flew`].
@@ -107,6 +112,8 @@ struct Solver<'a> {
     extras: Rows<'a, Extra>,
     has_extras: bool,
     joints: Rows<'a, JointBlock>,
+    tree_bodies: Rows<'a, TreeBody>,
+    tree_rows: Rows<'a, TreeRow>,
     /// Empty where `extras` is, as are `free`.
     impacts: Rows<'a, Impacts>,
     free: Rows<'a, bool>,
@@ -135,7 +142,8 @@ pub(crate) fn solve(
     jobs: &dyn Executor,
 ) {
     let s = scratch;
-    s.plan.update(bodies, joints, contacts, colors, &mut s.line_of, jobs.workers().max(1));
+    let workers = jobs.workers().max(1);
+    s.plan.update(bodies, joints, contacts, colors, &mut s.line_of, ctx.tree_ratio, workers);
     let n = s.plan.members.len() + 1;
     s.lines.resize(n, Line::default());
     s.whitening.resize(n, Whitening::default());
@@ -157,6 +165,8 @@ pub(crate) fn solve(
         s.impacts.resize_with(groups, Impacts::default);
     }
     s.joints.resize_with(s.plan.joints.owners.len(), JointBlock::default);
+    s.tree_bodies.resize(s.plan.forest.bodies.len(), TreeBody::default());
+    s.tree_rows.resize(s.plan.forest.joints.len(), TreeRow::default());
     let (slots, _) = contacts.slots_mut();
     let plan = &s.plan;
     let solver = Solver {
@@ -176,6 +186,8 @@ pub(crate) fn solve(
         extras: Rows::new(&mut s.extras),
         has_extras,
         joints: Rows::new(&mut s.joints),
+        tree_bodies: Rows::new(&mut s.tree_bodies),
+        tree_rows: Rows::new(&mut s.tree_rows),
         impacts: Rows::new(&mut s.impacts),
         free: Rows::new(&mut s.free),
         begun: Rows::new(&mut s.begun),
@@ -198,6 +210,7 @@ impl Solver<'_> {
         let (ctx, group) = (self.ctx, &self.plan.groups[number]);
         self.prepare_lines(group, jobs);
         self.prepare_joints(group, jobs);
+        self.prepare_trees(group);
         self.prepare_contacts(group, jobs);
         if self.has_extras {
             let blocks = self.plan.contacts.blocks_of(&group.contacts);
@@ -310,6 +323,7 @@ impl Solver<'_> {
                     is_relax: false,
                 };
                 self.sweep_joints(group, &joints, jobs);
+                self.sweep_trees(group, &joints, jobs);
                 let sweeps =
                     [sweep(ctx.soft, inner, elapsed), sweep(ctx.soft_fixed, inner, elapsed)];
                 self.sweep_contacts(group, &sweeps, jobs);
@@ -323,6 +337,7 @@ impl Solver<'_> {
                     is_relax: true,
                 };
                 self.sweep_joints(group, &joints, jobs);
+                self.sweep_trees(group, &joints, jobs);
                 let rigid = sweep(Softness::RIGID, 1, moved);
                 self.sweep_contacts(group, &[rigid, rigid], jobs);
             }
@@ -566,5 +581,6 @@ impl Solver<'_> {
                 self.store_joints(i);
             }
         });
+        self.store_trees(group);
     }
 }

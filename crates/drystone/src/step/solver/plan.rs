@@ -8,6 +8,7 @@
 
 use core::ops::Range;
 
+use super::forest::Forest;
 use crate::base::wide::LANES;
 use crate::state::bodies::{Bodies, Body, NONE};
 use crate::state::colors::{Coloring, Colors, Place};
@@ -27,7 +28,7 @@ pub(super) struct Batch {
     pub(super) blocks: Range<usize>,
     /// One side of every constraint cannot be pushed.
     pub(super) fixed: bool,
-    /// What the key's class says: of joints, 1 for distances.
+    /// What the key's class says: of joints, 1 for distances; 2 (those of trees) are in no batch.
     pub(super) class: u64,
 }
 
@@ -37,6 +38,8 @@ pub(super) struct Group {
     pub(super) lines: Range<usize>,
     pub(super) contacts: Range<usize>,
     pub(super) joints: Range<usize>,
+    /// In [`Forest::order`].
+    pub(super) trees: Range<usize>,
 }
 
 /// Blocks of contacts or of joints.
@@ -69,6 +72,7 @@ pub(super) struct Plan {
     pub(super) shared: usize,
     pub(super) contacts: Layout,
     pub(super) joints: Layout,
+    pub(super) forest: Forest,
     workers: usize,
     /// Number in `islands`, then group, of each island that has lines.
     group_of: Vec<u32>,
@@ -82,6 +86,9 @@ pub(super) struct Plan {
 const GROUP: u32 = 40;
 const CLASS: u32 = 32;
 
+/// Class of the joints of trees.
+const TREE: u64 = 2;
+
 impl Plan {
     /// Brings the plan up to date, and `line_of` with it.
     pub(super) fn update(
@@ -91,12 +98,14 @@ impl Plan {
         contacts: &mut Contacts,
         colors: &mut Colors,
         line_of: &mut Vec<u32>,
+        ratio: f32,
         workers: usize,
     ) {
         if line_of.len() < bodies.rows.slot_count() {
             line_of.resize(bodies.rows.slot_count(), 0);
         }
-        let changed = take_changes(colors);
+        let joints_changed = take_joint_changes(colors) || !self.forest.is_by(ratio);
+        let changed = take_contact_changes(colors) || joints_changed;
         if !changed && self.workers == workers {
             return;
         }
@@ -106,6 +115,10 @@ impl Plan {
         }
         self.form_groups(bodies);
         self.place_bodies(bodies, line_of);
+        if joints_changed {
+            self.forest.form(bodies, joints, colors, line_of, ratio);
+        }
+        self.forest.place(&self.group_of_line, line_of, &mut self.groups);
 
         let keys = &mut self.keys;
         let group_of_line = &self.group_of_line;
@@ -139,7 +152,11 @@ impl Plan {
                 keys.clear();
                 keys.extend(color.members.iter().map(|row| {
                     let j = joints.at(*row);
-                    let class = u64::from(matches!(j.kind, JointKind::Distance { .. }));
+                    let class = match j.kind {
+                        _ if j.is_direct => TREE,
+                        JointKind::Ball => 0,
+                        JointKind::Distance { .. } => 1,
+                    };
                     (key(j.body_a, j.body_b, class), *row)
                 }));
                 sort_members(&mut color.members, keys, index, |row, place| {
@@ -148,6 +165,7 @@ impl Plan {
                 self.joints.find_runs(keys, CLASS, fixed, index);
             }
         }
+        self.joints.runs.retain(|run| run.class != TREE);
         self.contacts.lay_out([&colors.contacts, &colors.contacts_fixed]);
         self.joints.lay_out([&colors.joints, &colors.joints_fixed]);
         for (number, group) in (0..).zip(&mut self.groups) {
@@ -293,16 +311,20 @@ fn number(n: usize) -> u32 {
     u32::try_from(n).expect("fewer than 2^32 bodies")
 }
 
-/// True if a constraint came, went or changed its number of points since the last call, or a body that
-/// some constraint acts on fell asleep, woke or was put aside.
-fn take_changes(colors: &mut Colors) -> bool {
-    let mut changed = core::mem::take(&mut colors.bodies_changed);
-    let all = [
-        &mut colors.joints,
-        &mut colors.joints_fixed,
-        &mut colors.contacts,
-        &mut colors.contacts_fixed,
-    ];
+/// True if a joint came or went since the last call, or a body that some constraint acts on fell asleep,
+/// woke or was put aside.
+fn take_joint_changes(colors: &mut Colors) -> bool {
+    let changed = core::mem::take(&mut colors.bodies_changed);
+    take_dirty([&mut colors.joints, &mut colors.joints_fixed]) || changed
+}
+
+/// True if a contact came, went or changed its number of points since the last call.
+fn take_contact_changes(colors: &mut Colors) -> bool {
+    take_dirty([&mut colors.contacts, &mut colors.contacts_fixed])
+}
+
+fn take_dirty(all: [&mut Coloring; 2]) -> bool {
+    let mut changed = false;
     for color in all.into_iter().flat_map(|coloring| &mut coloring.colors) {
         changed |= core::mem::take(&mut color.dirty);
     }
