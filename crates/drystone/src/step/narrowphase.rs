@@ -2,8 +2,8 @@
 //!
 //! Reads: bodies, shapes. Writes: contacts (manifolds). Runs: parallel over awake contacts, each
 //! writing its own row (the first part of a mesh pair those of all parts); then over what may be a ghost of
-//! a seam. Invariants: the list of
-//! changes is in the order of the awake list, however many workers there are.
+//! a seam. Invariants: the list of changes is in the order of the awake list, however many workers there are;
+//! what ghosts lose comes after.
 //! References: [Gregorius13].
 
 mod mesh;
@@ -29,7 +29,7 @@ pub(crate) enum Change {
     Apart(u32),
     /// The number of its points changed.
     Count(u32),
-    /// Its manifold is new, and may be a ghost of the seam of two shapes; no change by itself.
+    /// It has points, and may be a ghost of the seam of two shapes; no change by itself.
     Made(u32),
 }
 
@@ -107,6 +107,10 @@ fn update(
         && may_recycle(ctx, contact, probe, a, b)
         && recycle(ctx, contact, probe, a, b, slots)
     {
+        // A ghost that was made before what carries the body was there would block it for ever.
+        if seams::is_in_doubt(a, b) {
+            out.push(Change::Made(row));
+        }
         return;
     }
     // In the frame of A, so that far from the world's origin nothing is lost.

@@ -7,12 +7,12 @@
 //!
 //! Symbols: n1 normal of the contact that carries, towards the carried body, and P its plane, through the
 //! surface of what carries; n2 that of the contact in doubt.
-//! Reads: bodies, shapes, contacts. Writes: contacts (manifolds). Runs: parallel over new manifolds, which
+//! Reads: bodies, shapes, contacts. Writes: contacts (manifolds). Runs: parallel over contacts in doubt, which
 //! are only read; then serially over what is taken away.
 
 use super::Change;
 use crate::base::jobs::{Executor, collect_ranges, grain};
-use crate::base::math::{Vec3, greater};
+use crate::base::math::{Vec3, greater, lesser};
 use crate::base::pose::Pose;
 use crate::base::quat::Quat;
 use crate::geometry::collide::convex::Convex;
@@ -27,8 +27,8 @@ const FLUSH: f32 = 1.0e-3;
 /// 1 - cos of the angle (1 mrad) from which two normals differ.
 const SAME_NORMAL: f32 = 5.0e-7;
 
-/// How far the carried shape may dip under the plane in this step, as a part of its body's extent: what tips
-/// over the end of a shape does come down on the next one.
+/// How far the carried shape may be under the plane at the end of the step, as a part of its body's extent:
+/// what tips over the end of a shape does come down on the next one.
 const DIP: f32 = 4.0e-3;
 
 /// Memory kept from step to step.
@@ -41,8 +41,18 @@ pub(super) struct Scratch {
 /// True if another shape may carry one of the bodies past this contact.
 #[inline]
 pub(super) fn is_in_doubt(a: &Body, b: &Body) -> bool {
-    let carries = |x: &Body, y: &Body| y.is_dynamic() && (!x.is_dynamic() || x.shapes.len() > 1);
     carries(a, b) || carries(b, a)
+}
+
+/// True if `under` may have a neighbor for its shape that carries `body` too.
+#[inline]
+fn carries(under: &Body, body: &Body) -> bool {
+    body.is_dynamic() && (!under.is_dynamic() || under.shapes.len() > 1)
+}
+
+/// True if it keeps its place.
+fn stands(body: &Body) -> bool {
+    !body.is_dynamic() && !body.active()
 }
 
 /// Takes away what [`Change::Made`] lists of contacts that are ghosts, and lists those that lose their points.
@@ -83,7 +93,8 @@ pub(super) fn hide(
         contact.rolling_impulse = Vec3::ZERO;
         contact.twist_impulse = 0.0;
         if contact.place.is_somewhere()
-            && let Some(list) = changes.first_mut()
+            // After all others: where lists begin depends on the workers.
+            && let Some(list) = changes.last_mut()
         {
             list.push(Change::Count(*row));
         }
@@ -114,6 +125,19 @@ struct Side<'a> {
     origin: Vec3,
 }
 
+/// The plane that a contact keeps the carried body above.
+#[derive(Clone, Copy, Debug)]
+struct Plane {
+    /// Unit, towards the carried body [world].
+    normal: Vec3,
+    /// Along the normal from the center of what carries [m].
+    at: f32,
+    /// The deepest overlap of the points, 0 or more [m].
+    deepest: f32,
+    /// How far the points would go under the plane in this step [m].
+    held: f32,
+}
+
 impl<'a> Seen<'a> {
     /// `side` 0: A is carried; 1: B is.
     fn side(&self, row: u32, side: u32) -> Side<'a> {
@@ -136,17 +160,21 @@ impl<'a> Seen<'a> {
         let contact = self.contacts.at(row);
         for (side, body) in [(0, contact.body_a), (1, contact.body_b)] {
             let doubted = self.side(row, side);
-            if !doubted.body.is_dynamic() {
+            if !carries(doubted.under, doubted.body) {
                 continue;
             }
+            let under = if side == 0 { contact.body_b } else { contact.body_a };
+            let fixed = stands(doubted.under);
             let found = self.contacts.of_body(self.bodies, body).find(|(other, side)| {
                 let c = self.contacts.at(*other);
-                let shape = if *side == 0 { c.shape_a } else { c.shape_b };
+                let (shape, other_under) =
+                    if *side == 0 { (c.shape_a, c.body_b) } else { (c.shape_b, c.body_a) };
                 c.count > 0
-                    && !c.sensor
-                    && *other != row
                     && shape == doubted.shape
-                    && self.hides(&self.side(*other, *side), &doubted)
+                    && *other != row
+                    && (other_under == under || (fixed && stands(self.bodies.at(other_under))))
+                    && !c.sensor
+                    && self.hides(*other, &self.side(*other, *side), &doubted)
                     && may(*other)
             });
             if let Some((other, _)) = found {
@@ -156,29 +184,23 @@ impl<'a> Seen<'a> {
         None
     }
 
-    /// True if `on`, which carries the shape, makes `past` a ghost.
-    fn hides(&self, on: &Side<'_>, past: &Side<'_>) -> bool {
-        let stands = |x: &Body| !x.is_dynamic() && !x.active();
-        let one = core::ptr::eq(on.under, past.under);
-        let n1 = on.normal;
-        if !(one || (stands(on.under) && stands(past.under)))
-            || on.under_shape == past.under_shape
-            || n1.dot(past.normal) > 1.0 - SAME_NORMAL
-        {
+    /// True if `on`, which carries the shape, makes `past` a ghost. What carries is one body, or two that stand.
+    fn hides(&self, row: u32, on: &Side<'_>, past: &Side<'_>) -> bool {
+        if on.under_shape == past.under_shape {
+            return false;
+        }
+        let plane = self.plane(row, on);
+        let n1 = plane.normal;
+        if n1.dot(past.normal) > 1.0 - SAME_NORMAL {
             return false;
         }
         let under = self.shapes.at(past.under_shape);
         let Some(core) = Convex::of(&under.solid.core) else { return false };
         // From here on relative to the center of what carries, so that far from the world's origin nothing
         // is lost.
-        let (mut plane, mut deepest) = (f32::NEG_INFINITY, 0.0);
-        for p in on.contact.points() {
-            plane = greater(plane, n1.dot(p.r_a - on.origin) - 0.5 * p.base);
-            deepest = greater(deepest, -p.separation);
-        }
         let shift = past.under.center - on.under.center;
         // At the plane, not far below it, where the body comes when it has left what carries it.
-        let least = plane - (deepest + self.ctx.margin);
+        let least = plane.at - (plane.deepest + self.ctx.margin);
         let mut at = Vec3::ZERO;
         for p in past.contact.points() {
             at = p.r_a - past.origin + shift;
@@ -186,34 +208,51 @@ impl<'a> Seen<'a> {
                 return false;
             }
         }
-        // The other shape lies under the plane.
+        // The other shape lies under the plane. What lies far off may be askew, but no more than that.
         let pose = placed(under, past.under, shift);
         let top = pose.point(core.support(pose.local_direction(n1))) + n1 * under.solid.radius;
-        let flush = FLUSH * (on.body.extent + (top - at).length());
-        n1.dot(top) - plane <= flush && !self.dips(on)
+        let extent = on.body.extent;
+        let flush = FLUSH * (extent + lesser((top - at).length(), extent));
+        n1.dot(top) - plane.at <= flush && !self.dips(on, &plane)
     }
 
-    /// True if the carried shape may come below the plane in this step though the contact holds it.
-    fn dips(&self, on: &Side<'_>) -> bool {
-        let (n1, body) = (on.normal, on.body);
-        let shape = self.shapes.at(on.shape);
-        let (Some(core), dt) = (Convex::of(&shape.solid.core), self.ctx.dt) else { return true };
-        let w = body.w - on.under.w;
-        let down = |rotation: Quat| {
-            let turned = rotation * shape.centered.rotation;
-            let d = turned.unrotate(-n1);
-            n1.dot(rotation.rotate(shape.centered.position) + turned.rotate(core.support(d)))
+    /// As it stands now: a recycled manifold is as old as its probe.
+    fn plane(&self, row: u32, on: &Side<'_>) -> Plane {
+        let turn = if stands(on.under) {
+            Quat::IDENTITY
+        } else {
+            let [a, b] = self.contacts.rotations_of(row);
+            let then =
+                if core::ptr::eq(on.under, self.bodies.at(on.contact.body_a)) { a } else { b };
+            on.under.rotation * then.conjugate()
         };
-        let turned = Quat::from_rotation_vector(w * dt) * body.rotation;
-        let mut approach = 0.0;
+        let normal = turn.rotate(on.normal);
+        let (mut at, mut deepest, mut held) = (f32::NEG_INFINITY, 0.0, 0.0);
         for p in on.contact.points() {
-            let r = p.r_a - on.origin;
-            let arm = r + on.under.center - body.center;
-            approach = greater(approach, -n1.dot(body.velocity_at(arm) - on.under.velocity_at(r)));
+            let r = turn.rotate(p.r_a - on.origin);
+            at = greater(at, normal.dot(r) - 0.5 * p.base);
+            deepest = greater(deepest, -p.separation);
+            let arm = r + on.under.center - on.body.center;
+            let approach = -normal.dot(on.body.velocity_at(arm) - on.under.velocity_at(r));
+            held = greater(held, approach * self.ctx.dt - greater(p.separation, 0.0));
         }
+        Plane { normal, at, deepest, held }
+    }
+
+    /// True if the carried shape comes below the plane in this step, and farther than the contact's points are.
+    fn dips(&self, on: &Side<'_>, plane: &Plane) -> bool {
+        let (n1, body) = (plane.normal, on.body);
+        let shape = self.shapes.at(on.shape);
+        let Some(core) = Convex::of(&shape.solid.core) else { return true };
+        let w = body.w - on.under.w;
+        let rotation = Quat::from_rotation_vector(w * self.ctx.dt) * body.rotation;
+        let pose = Pose { position: Vec3::ZERO, rotation }.compose(&shape.centered);
+        let lowest =
+            n1.dot(pose.point(core.support(pose.local_direction(-n1)))) - shape.solid.radius;
         let between = body.center - on.under.center;
-        let speed = n1.dot(body.v - on.under.velocity_at(between)) + approach;
-        speed * dt + (down(turned) - down(body.rotation)) < -DIP * body.extent
+        let moves = n1.dot(body.v - on.under.velocity_at(between)) * self.ctx.dt + plane.held;
+        let end = n1.dot(between) + lowest + moves;
+        end < plane.at - (plane.deepest + DIP * body.extent)
     }
 }
 
