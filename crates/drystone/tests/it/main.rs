@@ -10,3 +10,4 @@ mod scenario_inertia;
 mod scenario_joints;
 mod scenario_mesh;
 mod scenario_motion;
+mod scenario_seams;
