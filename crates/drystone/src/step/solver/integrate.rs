@@ -219,13 +219,13 @@ pub(crate) fn unwhiten(line: &Line, whitening: &Whitening, body: &mut Body) {
 
 /// Takes down how a body was squeezed.
 pub(crate) fn note_load(ctx: &StepContext, squeeze: &Squeeze, body: &mut Body) {
-    body.inertia_factor = squeeze.factor;
+    (body.inertia_factor, body.refined) = (squeeze.factor, squeeze.refined);
     body.load = squeeze.pressure() * ctx.inv_h;
 }
 
 /// A body that nothing touches: its parabola exactly, its free rotation by symplectic splitting.
 pub(crate) fn fly(ctx: &StepContext, body: &mut Body) {
-    (body.inertia_factor, body.load) = (1.0, 0.0);
+    (body.inertia_factor, body.load, body.refined) = (1.0, 0.0, false);
     let acc = acceleration(ctx, body);
     let decay_v = super::softness::exact_decay(body.linear_damping, ctx.dt);
     let next = (body.v + acc * ctx.dt) * decay_v;

@@ -8,6 +8,7 @@
 
 use core::ops::Range;
 
+use super::inertia::LoadInertia;
 use crate::base::wide::LANES;
 use crate::state::bodies::{Bodies, Body, NONE};
 use crate::state::colors::{Coloring, Colors, Place};
@@ -37,6 +38,8 @@ pub(super) struct Group {
     pub(super) lines: Range<usize>,
     pub(super) contacts: Range<usize>,
     pub(super) joints: Range<usize>,
+    /// Takes every substep in parts.
+    pub(super) fine: bool,
 }
 
 /// Blocks of contacts or of joints.
@@ -70,6 +73,8 @@ pub(super) struct Plan {
     pub(super) contacts: Layout,
     pub(super) joints: Layout,
     workers: usize,
+    /// Of each island, whether it takes every substep in parts: now, and in the last step.
+    fine: [Vec<bool>; 2],
     /// Number in `islands`, then group, of each island that has lines.
     group_of: Vec<u32>,
     /// Islands that have lines, with their constraints' ends.
@@ -83,6 +88,26 @@ const GROUP: u32 = 40;
 const CLASS: u32 = 32;
 
 impl Plan {
+    /// Chooses the islands that take every substep in parts.
+    pub(super) fn choose_fine(
+        &mut self,
+        bodies: &Bodies,
+        islands: usize,
+        inertia: Option<&LoadInertia>,
+    ) {
+        self.fine.swap(0, 1);
+        let fine = &mut self.fine[0];
+        fine.clear();
+        if let Some(inertia) = inertia {
+            fine.resize(islands, false);
+            for body in bodies.awake.iter().map(|row| bodies.at(*row)) {
+                if inertia.wants_refining(body) && has_line(body) {
+                    fine[body.island as usize] = true;
+                }
+            }
+        }
+    }
+
     /// Brings the plan up to date, and `line_of` with it.
     pub(super) fn update(
         &mut self,
@@ -97,7 +122,7 @@ impl Plan {
             line_of.resize(bodies.rows.slot_count(), 0);
         }
         let changed = take_changes(colors);
-        if !changed && self.workers == workers {
+        if !changed && self.fine[0] == self.fine[1] && self.workers == workers {
             return;
         }
         self.workers = workers;
@@ -194,18 +219,25 @@ impl Plan {
             }
         }
         let (mut group, mut filled) = (self.shared, 0);
-        for (island, ends) in &self.islands {
-            if is_shared(*ends) {
-                continue;
+        let is_fine = |island: u32| self.fine[0].get(island as usize).is_some_and(|fine| *fine);
+        for fine in [false, true] {
+            for (island, ends) in &self.islands {
+                if is_shared(*ends) || is_fine(*island) != fine {
+                    continue;
+                }
+                if filled > 0 && filled + ends > most {
+                    (group, filled) = (group + 1, 0);
+                }
+                self.group_of[*island as usize] = number(group);
+                filled += ends;
             }
-            if filled > 0 && filled + ends > most {
-                (group, filled) = (group + 1, 0);
-            }
-            self.group_of[*island as usize] = number(group);
-            filled += ends;
+            (group, filled) = (group + usize::from(filled > 0), 0);
         }
         self.groups.clear();
-        self.groups.resize_with(group + usize::from(filled > 0), Group::default);
+        self.groups.resize_with(group, Group::default);
+        for (island, _) in &self.islands {
+            self.groups[self.group_of[*island as usize] as usize].fine = is_fine(*island);
+        }
     }
 
     /// Bodies to lines, group by group; within a group in the order of the awake bodies.
