@@ -57,10 +57,13 @@ pub enum Script {
         /// The bodies.
         bodies: Vec<SceneBody>,
     },
-    /// Body `body` (dynamic) is pulled by a lasting force at its center of mass, from the first step on.
+    /// Body `body` (dynamic) is pulled by a lasting force at its center of mass, from step `from` on
+    /// (counted from 0).
     Pull {
         /// Number of the body.
         body: usize,
+        /// The first step with the force.
+        from: u64,
         /// The force [N, world].
         force: Vec3,
     },
@@ -106,7 +109,7 @@ impl Script {
                 let body = number.and_then(|n| bodies.get(usize::try_from(n).ok()?));
                 body.map_or(ScriptAction::None, ScriptAction::Add)
             }
-            &Self::Pull { body, force } if step == 0 => ScriptAction::Pull { body, force },
+            &Self::Pull { body, from, force } if step == from => ScriptAction::Pull { body, force },
             Self::Pull { .. } => ScriptAction::None,
         }
     }

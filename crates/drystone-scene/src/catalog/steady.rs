@@ -144,6 +144,9 @@ pub(super) fn truck(mut scene: Scene, values: &Values) -> Result<Scene, CatalogE
     Ok(scene)
 }
 
+/// Steps that the slabs of `pull` have to settle.
+const PULL_FROM: u64 = 30;
+
 /// Both slabs with friction 0.6 under 10 m/s²: 6000 N hold the upper one, 6600 N the lower one.
 pub(super) fn pull(mut scene: Scene, values: &Values) -> Result<Scene, CatalogError> {
     wakeful(&mut scene, 1.0);
@@ -151,7 +154,10 @@ pub(super) fn pull(mut scene: Scene, values: &Values) -> Result<Scene, CatalogEr
     let lower = scene.add("lower slab", slab(0.1, 100.0));
     let upper = scene.add("upper slab", slab(0.3, 1000.0));
     let (body, limit) = if values.whole("lower") == 1 { (lower, 6600.0) } else { (upper, 6000.0) };
-    scene.script = Script::Pull { body, force: vec3(limit * values.number("factor"), 0.0, 0.0) };
+    // They settle first: friction is limited by what the contact carries now, and that is not the weight
+    // before the contact has been pressed together.
+    let force = vec3(limit * values.number("factor"), 0.0, 0.0);
+    scene.script = Script::Pull { body, from: PULL_FROM, force };
     Ok(scene)
 }
 

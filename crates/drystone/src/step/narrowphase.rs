@@ -1,11 +1,13 @@
 //! Stage 2: awake contacts get their manifolds; those that gained or lost points are listed.
 //!
 //! Reads: bodies, shapes. Writes: contacts (manifolds). Runs: parallel over awake contacts, each
-//! writing its own row (the first part of a mesh pair those of all parts). Invariants: the list of
-//! changes is in the order of the awake list, however many workers there are.
+//! writing its own row (the first part of a mesh pair those of all parts); then over what may be a ghost of
+//! a seam. Invariants: the list of changes is in the order of the awake list, however many workers there are;
+//! what ghosts lose comes after.
 //! References: [Gregorius13].
 
 mod mesh;
+mod seams;
 
 use super::context::StepContext;
 use crate::base::disjoint::Rows;
@@ -27,6 +29,8 @@ pub(crate) enum Change {
     Apart(u32),
     /// The number of its points changed.
     Count(u32),
+    /// It has points, and may be a ghost of the seam of two shapes; no change by itself.
+    Made(u32),
 }
 
 /// Memory kept from step to step.
@@ -35,6 +39,7 @@ pub(crate) struct Scratch {
     changes: Vec<Vec<Change>>,
     /// One a chunk of the awake list.
     meshes: Vec<MeshScratch>,
+    seams: seams::Scratch,
 }
 
 impl Scratch {
@@ -53,13 +58,14 @@ pub(crate) fn update_manifolds(
     jobs: &dyn Executor,
 ) {
     let (slots, probes) = contacts.slots_mut();
+    let Scratch { changes, meshes, seams } = scratch;
     let count = probes.len();
     let (slots, probes) = (Rows::new(slots), Rows::new(probes));
     let least = grain(jobs, count, 32);
     let chunks = count.div_ceil(least);
-    scratch.meshes.resize_with(scratch.meshes.len().max(chunks), MeshScratch::default);
-    let meshes = Rows::new(&mut scratch.meshes);
-    collect_ranges(jobs, count, least, &mut scratch.changes, |range, out| {
+    meshes.resize_with(meshes.len().max(chunks), MeshScratch::default);
+    let meshes = Rows::new(meshes);
+    collect_ranges(jobs, count, least, changes, |range, out| {
         let scratch = meshes.row(range.start / least);
         for probe in probes.slice(range) {
             let (a, b) = (bodies.at(probe.body_a), bodies.at(probe.body_b));
@@ -72,6 +78,7 @@ pub(crate) fn update_manifolds(
             }
         }
     });
+    seams::hide(ctx, bodies, shapes, contacts, changes, seams, jobs);
 }
 
 fn update(
@@ -100,6 +107,10 @@ fn update(
         && may_recycle(ctx, contact, probe, a, b)
         && recycle(ctx, contact, probe, a, b, slots)
     {
+        // A ghost that was made before what carries the body was there would block it for ever.
+        if seams::is_in_doubt(a, b) {
+            out.push(Change::Made(row));
+        }
         return;
     }
     // In the frame of A, so that far from the world's origin nothing is lost.
@@ -112,6 +123,9 @@ fn update(
     probe.gap = m.gap;
     if rebuild(contact, &m, &pose_a, before, a, b) {
         out.push(Change::Count(row));
+    }
+    if contact.count > 0 && !contact.sensor && seams::is_in_doubt(a, b) {
+        out.push(Change::Made(row));
     }
 }
 

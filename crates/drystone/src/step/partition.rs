@@ -18,6 +18,7 @@ pub(crate) fn apply_touch_changes(scratch: &Scratch, shapes: &Shapes, sets: &mut
         match change {
             Change::Apart(row) => end_contact(row, shapes, sets),
             Change::Count(row) => recount(row, shapes, sets),
+            Change::Made(_) => {}
         }
     }
 }
@@ -113,6 +114,10 @@ fn recount(row: u32, shapes: &Shapes, sets: &mut Sets<'_>) {
         return;
     }
     if count == 0 {
+        if !c.place.is_somewhere() && !c.touching {
+            // It had points for a moment only: it was a ghost.
+            return;
+        }
         let (a, b) = (c.body_a, c.body_b);
         sets.uncolor_contact(row);
         sets.islands.cut(a, sets.bodies);

@@ -9,3 +9,4 @@ mod scenario_impacts;
 mod scenario_inertia;
 mod scenario_mesh;
 mod scenario_motion;
+mod scenario_seams;

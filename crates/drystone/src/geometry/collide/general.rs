@@ -199,7 +199,9 @@ impl<'a> Pair<'a> {
         if m.count > 0 {
             return m;
         }
-        Manifold::single(n, (c.point_a + c.point_b) * 0.5, c.distance, SINGLE)
+        // What is beside the flat side is not carried by it: the normal found is the one of these points.
+        let middle = (closest.point_a + closest.point_b) * 0.5;
+        Manifold::single(closest.normal, middle, closest.distance, SINGLE)
     }
 
     /// Two points where a line on A lies along a line on B.

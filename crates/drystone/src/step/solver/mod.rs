@@ -421,8 +421,12 @@ impl Solver<'_> {
     /// Enters the motion of the fixed side of a contact in its island's frame.
     fn add_support(&self, c: &Contact) {
         let (a, b) = (self.bodies.at(c.body_a), self.bodies.at(c.body_b));
-        let (support, island) =
-            if self.line_of[c.body_a as usize] == 0 { (a, b.island) } else { (b, a.island) };
+        let (support, island) = match [c.body_a, c.body_b].map(|row| self.line_of[row as usize]) {
+            // A body that was put aside may still be named by a contact.
+            [0, 0] => return,
+            [0, _] => (a, b.island),
+            _ => (b, a.island),
+        };
         let frame = self.frames.row(island as usize);
         for p in c.points() {
             let r = a.center + p.r_a - support.center;

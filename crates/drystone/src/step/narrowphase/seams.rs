@@ -1,0 +1,262 @@
+//! Contacts that only the cut of a surface into shapes makes are taken away.
+//!
+//! What slides over shapes that lie flush meets the side of the next one, or its edge, before it is over
+//! it: to that shape alone it is a wall. But the shape that carries the body keeps all of it on one side of
+//! a plane, and where the next shape lies wholly on the other side the two cannot meet. Such a contact
+//! would brake and throw up. (Of a mesh the triangles know their neighbors, which shapes do not.)
+//!
+//! Symbols: n1 normal of the contact that carries, towards the carried body, and P its plane, through the
+//! surface of what carries; n2 that of the contact in doubt.
+//! Reads: bodies, shapes, contacts. Writes: contacts (manifolds). Runs: parallel over contacts in doubt, which
+//! are only read; then serially over what is taken away.
+
+use super::Change;
+use crate::base::jobs::{Executor, collect_ranges, grain};
+use crate::base::math::{Vec3, greater, lesser};
+use crate::base::pose::Pose;
+use crate::base::quat::Quat;
+use crate::geometry::collide::convex::Convex;
+use crate::state::bodies::{Bodies, Body};
+use crate::state::contacts::{Contact, Contacts};
+use crate::state::shapes::{ShapeRow, Shapes};
+use crate::step::context::StepContext;
+
+/// Shapes are flush up to this part of the carried body's extent, or this angle [rad].
+const FLUSH: f32 = 1.0e-3;
+
+/// 1 - cos of the angle (1 mrad) from which two normals differ.
+const SAME_NORMAL: f32 = 5.0e-7;
+
+/// How far the carried shape may be under the plane at the end of the step, as a part of its body's extent:
+/// what tips over the end of a shape does come down on the next one.
+const DIP: f32 = 4.0e-3;
+
+/// Memory kept from step to step.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Scratch {
+    doubted: Vec<u32>,
+    hidden: Vec<Vec<u32>>,
+}
+
+/// True if another shape may carry one of the bodies past this contact.
+#[inline]
+pub(super) fn is_in_doubt(a: &Body, b: &Body) -> bool {
+    carries(a, b) || carries(b, a)
+}
+
+/// True if `under` may have a neighbor for its shape that carries `body` too.
+#[inline]
+fn carries(under: &Body, body: &Body) -> bool {
+    body.is_dynamic() && (!under.is_dynamic() || under.shapes.len() > 1)
+}
+
+/// True if it keeps its place.
+fn stands(body: &Body) -> bool {
+    !body.is_dynamic() && !body.active()
+}
+
+/// Takes away what [`Change::Made`] lists of contacts that are ghosts, and lists those that lose their points.
+pub(super) fn hide(
+    ctx: &StepContext,
+    bodies: &Bodies,
+    shapes: &Shapes,
+    contacts: &mut Contacts,
+    changes: &mut [Vec<Change>],
+    scratch: &mut Scratch,
+    jobs: &dyn Executor,
+) {
+    let Scratch { doubted, hidden } = scratch;
+    doubted.clear();
+    for change in changes.iter().flatten() {
+        if let Change::Made(row) = change {
+            doubted.push(*row);
+        }
+    }
+    let n = doubted.len();
+    if n == 0 {
+        return;
+    }
+    let seen = Seen { ctx, bodies, shapes, contacts };
+    collect_ranges(jobs, n, grain(jobs, n, 32), hidden, |range, out| {
+        // What is hidden itself hides nothing: so the order does not matter, and of two that hide each
+        // other both stay.
+        out.extend(
+            doubted[range]
+                .iter()
+                .filter(|row| seen.hider(**row, |by| seen.hider(by, |_| true).is_none()).is_some()),
+        );
+    });
+    for row in hidden.iter().flatten() {
+        let contact = contacts.at_mut(*row);
+        contact.count = 0;
+        contact.tangent_impulse = Vec3::ZERO;
+        contact.rolling_impulse = Vec3::ZERO;
+        contact.twist_impulse = 0.0;
+        if contact.place.is_somewhere()
+            // After all others: where lists begin depends on the workers.
+            && let Some(list) = changes.last_mut()
+        {
+            list.push(Change::Count(*row));
+        }
+    }
+}
+
+/// The tables, as they are after all manifolds are made.
+#[derive(Clone, Copy)]
+struct Seen<'a> {
+    ctx: &'a StepContext,
+    bodies: &'a Bodies,
+    shapes: &'a Shapes,
+    contacts: &'a Contacts,
+}
+
+/// A contact seen from the body that it carries.
+#[derive(Clone, Copy)]
+struct Side<'a> {
+    contact: &'a Contact,
+    /// The body and shape that are carried, and those that carry.
+    body: &'a Body,
+    shape: u32,
+    under: &'a Body,
+    under_shape: u32,
+    /// Unit, towards the carried body [world].
+    normal: Vec3,
+    /// The point from the carrying body's center is `r_a` less this [m, world].
+    origin: Vec3,
+}
+
+/// The plane that a contact keeps the carried body above.
+#[derive(Clone, Copy, Debug)]
+struct Plane {
+    /// Unit, towards the carried body [world].
+    normal: Vec3,
+    /// Along the normal from the center of what carries [m].
+    at: f32,
+    /// The deepest overlap of the points, 0 or more [m].
+    deepest: f32,
+    /// How far the points would go under the plane in this step [m].
+    held: f32,
+}
+
+impl<'a> Seen<'a> {
+    /// `side` 0: A is carried; 1: B is.
+    fn side(&self, row: u32, side: u32) -> Side<'a> {
+        let contact = self.contacts.at(row);
+        let (a, b) = (self.bodies.at(contact.body_a), self.bodies.at(contact.body_b));
+        let (shape_a, shape_b) = (contact.shape_a, contact.shape_b);
+        if side == 0 {
+            let (normal, origin) = (-contact.normal, contact.offset);
+            let (shape, under_shape) = (shape_a, shape_b);
+            Side { contact, body: a, shape, under: b, under_shape, normal, origin }
+        } else {
+            let (normal, origin) = (contact.normal, Vec3::ZERO);
+            let (shape, under_shape) = (shape_b, shape_a);
+            Side { contact, body: b, shape, under: a, under_shape, normal, origin }
+        }
+    }
+
+    /// A contact that `may` hide others and hides this one.
+    fn hider(&self, row: u32, may: impl Fn(u32) -> bool) -> Option<u32> {
+        let contact = self.contacts.at(row);
+        for (side, body) in [(0, contact.body_a), (1, contact.body_b)] {
+            let doubted = self.side(row, side);
+            if !carries(doubted.under, doubted.body) {
+                continue;
+            }
+            let under = if side == 0 { contact.body_b } else { contact.body_a };
+            let fixed = stands(doubted.under);
+            let found = self.contacts.of_body(self.bodies, body).find(|(other, side)| {
+                let c = self.contacts.at(*other);
+                let (shape, other_under) =
+                    if *side == 0 { (c.shape_a, c.body_b) } else { (c.shape_b, c.body_a) };
+                c.count > 0
+                    && shape == doubted.shape
+                    && *other != row
+                    && (other_under == under || (fixed && stands(self.bodies.at(other_under))))
+                    && !c.sensor
+                    && self.hides(*other, &self.side(*other, *side), &doubted)
+                    && may(*other)
+            });
+            if let Some((other, _)) = found {
+                return Some(other);
+            }
+        }
+        None
+    }
+
+    /// True if `on`, which carries the shape, makes `past` a ghost. What carries is one body, or two that stand.
+    fn hides(&self, row: u32, on: &Side<'_>, past: &Side<'_>) -> bool {
+        if on.under_shape == past.under_shape {
+            return false;
+        }
+        let plane = self.plane(row, on);
+        let n1 = plane.normal;
+        if n1.dot(past.normal) > 1.0 - SAME_NORMAL {
+            return false;
+        }
+        let under = self.shapes.at(past.under_shape);
+        let Some(core) = Convex::of(&under.solid.core) else { return false };
+        // From here on relative to the center of what carries, so that far from the world's origin nothing
+        // is lost.
+        let shift = past.under.center - on.under.center;
+        // At the plane, not far below it, where the body comes when it has left what carries it.
+        let least = plane.at - (plane.deepest + self.ctx.margin);
+        let mut at = Vec3::ZERO;
+        for p in past.contact.points() {
+            at = p.r_a - past.origin + shift;
+            if n1.dot(at) < least {
+                return false;
+            }
+        }
+        // The other shape lies under the plane. What lies far off may be askew, but no more than that.
+        let pose = placed(under, past.under, shift);
+        let top = pose.point(core.support(pose.local_direction(n1))) + n1 * under.solid.radius;
+        let extent = on.body.extent;
+        let flush = FLUSH * (extent + lesser((top - at).length(), extent));
+        n1.dot(top) - plane.at <= flush && !self.dips(on, &plane)
+    }
+
+    /// As it stands now: a recycled manifold is as old as its probe.
+    fn plane(&self, row: u32, on: &Side<'_>) -> Plane {
+        let turn = if stands(on.under) {
+            Quat::IDENTITY
+        } else {
+            let [a, b] = self.contacts.rotations_of(row);
+            let then =
+                if core::ptr::eq(on.under, self.bodies.at(on.contact.body_a)) { a } else { b };
+            on.under.rotation * then.conjugate()
+        };
+        let normal = turn.rotate(on.normal);
+        let (mut at, mut deepest, mut held) = (f32::NEG_INFINITY, 0.0, 0.0);
+        for p in on.contact.points() {
+            let r = turn.rotate(p.r_a - on.origin);
+            at = greater(at, normal.dot(r) - 0.5 * p.base);
+            deepest = greater(deepest, -p.separation);
+            let arm = r + on.under.center - on.body.center;
+            let approach = -normal.dot(on.body.velocity_at(arm) - on.under.velocity_at(r));
+            held = greater(held, approach * self.ctx.dt - greater(p.separation, 0.0));
+        }
+        Plane { normal, at, deepest, held }
+    }
+
+    /// True if the carried shape comes below the plane in this step, and farther than the contact's points are.
+    fn dips(&self, on: &Side<'_>, plane: &Plane) -> bool {
+        let (n1, body) = (plane.normal, on.body);
+        let shape = self.shapes.at(on.shape);
+        let Some(core) = Convex::of(&shape.solid.core) else { return true };
+        let w = body.w - on.under.w;
+        let rotation = Quat::from_rotation_vector(w * self.ctx.dt) * body.rotation;
+        let pose = Pose { position: Vec3::ZERO, rotation }.compose(&shape.centered);
+        let lowest =
+            n1.dot(pose.point(core.support(pose.local_direction(-n1)))) - shape.solid.radius;
+        let between = body.center - on.under.center;
+        let moves = n1.dot(body.v - on.under.velocity_at(between)) * self.ctx.dt + plane.held;
+        let end = n1.dot(between) + lowest + moves;
+        end < plane.at - (plane.deepest + DIP * body.extent)
+    }
+}
+
+/// Where a shape of `body` is, from the body's center plus `shift`.
+fn placed(shape: &ShapeRow, body: &Body, shift: Vec3) -> Pose {
+    Pose { position: shift, rotation: body.rotation }.compose(&shape.centered)
+}
