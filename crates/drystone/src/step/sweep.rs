@@ -50,7 +50,8 @@ pub(crate) fn stop_fast_bodies(
         for (row, from, stood) in &fast[range] {
             let body = table.at(*row);
             let delta = body.center - *from;
-            if let Some(stop) = first_stop(body, *row, (*from, *stood), delta, table, solids, trees) {
+            if let Some(stop) = first_stop(body, *row, (*from, *stood), delta, table, solids, trees)
+            {
                 out.push((*row, *from + delta * stop.max(0.0)));
             }
         }

@@ -14,8 +14,8 @@
 //! Symbols as in the contact kernel; w = speed of a point along the normal, u = that speed at the
 //! surface, kick = what gravity adds in a substep. See docs/derivations/impacts.md.
 
-use super::rows::Extra;
 use super::integrate::Carried;
+use super::rows::Extra;
 use super::touch::{Entry, Moment, Source, Touch};
 use crate::base::wide::LANES;
 use crate::state::bodies::NONE;

@@ -268,7 +268,11 @@ const FAR_TURN: f32 = 0.25;
 /// energy beyond what they left it is taken from its angular velocity.
 fn keep_turning_energy(body: &mut Body, factor: f32, w: Vec3) {
     let local = (body.rotation * body.principal).unrotate(body.w);
-    let energy = local.dot(vec3(local.x * body.moments.x, local.y * body.moments.y, local.z * body.moments.z));
+    let energy = local.dot(vec3(
+        local.x * body.moments.x,
+        local.y * body.moments.y,
+        local.z * body.moments.z,
+    ));
     // Of a body that is heavier in this step, that of its own inertia.
     let left = w.length_squared() / factor;
     if energy > left {
