@@ -126,7 +126,9 @@ fn stop_at(
         // It was clear of the surface when the step began.
         let reach = reach_against(body, body.rotation, normal, shapes);
         let height = (fraction - 1.0) * closing;
-        let deep = height < reach - 0.5 * body.inner;
+        // To less than that a contact answers, by the energy it has at the surface; to be taken back is
+        // to be lifted.
+        let deep = height < reach - body.inner;
         return deep.then(|| fraction - (reach - 0.05 * body.inner) / closing);
     }
     // It was near, and had contacts: those hold it, unless its center is to pass.
