@@ -54,7 +54,7 @@ pub(crate) struct Scratch {
     pub(crate) line_of: Vec<u32>,
     pub(crate) lines: Vec<Line>,
     pub(crate) whitening: Vec<Whitening>,
-    aux: Vec<Aux>,
+    pub(crate) aux: Vec<Aux>,
     acceleration: Vec<Vec3>,
     pub(crate) squeezes: Vec<Squeeze>,
     /// Of each island, in a step in which one of its bodies grows heavier.
@@ -248,6 +248,9 @@ impl Solver<'_> {
             owners: &self.plan.contacts.owners,
             lines: &self.lines,
             aux: &self.aux,
+            whitening: &self.whitening,
+            dt: self.ctx.dt,
+            h: self.ctx.h,
             first_line: group.lines.start,
             members: &self.plan.members,
             bodies: self.bodies,
