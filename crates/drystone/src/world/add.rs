@@ -54,6 +54,7 @@ impl World {
             island_previous: NONE,
             island_next: NONE,
             inertia_factor: 1.0,
+            refined: false,
             load: 0.0,
             still_time: 0.0,
             can_sleep: def.can_sleep,

@@ -268,3 +268,28 @@ fn trees_are_the_same_for_all_threads_and_widths() {
         }
     }
 }
+
+#[test]
+fn joints_of_bodies_that_were_put_aside_hurt_nobody() {
+    let mut world = World::new(WorldConfig::default()).unwrap();
+    let ball = |x: f32| {
+        let shape = ShapeDef::sphere(0.1);
+        BodyDef::dynamic().with_position([x, 0.0, 0.0]).with_shape(shape).with_mass(1.0 + 99.0 * x)
+    };
+    let ids = [0.0, 1.0, 2.0, 3.0].map(|x| world.add_body(ball(x)).unwrap());
+    for pair in ids.windows(2) {
+        let (a, b) = ([0.5, 0.0, 0.0], [-0.5, 0.0, 0.0]);
+        world.add_joint(JointDef::ball(pair[0], a, pair[1], b)).unwrap();
+    }
+    world.step(1.0 / 60.0);
+    for id in &ids[..2] {
+        world.body_mut(*id).unwrap().apply_impulse([3.0e38, 0.0, 0.0]).unwrap();
+    }
+    let mut faults = 0;
+    for _ in 0..10 {
+        world.step(1.0 / 60.0);
+        faults += world.events().faults.len();
+    }
+    assert!(faults >= 2, "{faults}");
+    assert!(ids.iter().all(|id| world.body(*id).unwrap().position().is_finite()));
+}

@@ -128,11 +128,18 @@ impl Forest {
         for row in all() {
             let joint = joints.at_mut(row);
             joint.is_direct = false;
-            self.connect(end(joint.body_a), end(joint.body_b), joint.kind == JointKind::Ball);
+            let (a, b) = (end(joint.body_a), end(joint.body_b));
+            // Bodies that were put aside may still be named by a joint.
+            if (a, b) != (NONE, NONE) {
+                self.connect(a, b, joint.kind == JointKind::Ball);
+            }
         }
         for row in all() {
             let joint = joints.at(row);
             let (a, b) = (end(joint.body_a), end(joint.body_b));
+            if (a, b) == (NONE, NONE) {
+                continue;
+            }
             let root = find(&mut self.roots, if a == NONE { b } else { a });
             if self.unfit[root as usize] {
                 continue;

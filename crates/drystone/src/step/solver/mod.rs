@@ -57,7 +57,7 @@ pub(crate) struct Scratch {
     pub(crate) line_of: Vec<u32>,
     pub(crate) lines: Vec<Line>,
     pub(crate) whitening: Vec<Whitening>,
-    aux: Vec<Aux>,
+    pub(crate) aux: Vec<Aux>,
     acceleration: Vec<Vec3>,
     pub(crate) squeezes: Vec<Squeeze>,
     /// Of each island, in a step in which one of its bodies grows heavier.
@@ -93,7 +93,7 @@ impl Scratch {
 }
 
 /// The solver's rows as lent to the groups: each touches its own.
-#[derive(Debug)]
+#[derive(Clone, Copy, Debug)]
 struct Solver<'a> {
     ctx: &'a StepContext,
     method: &'a Method,
@@ -130,9 +130,10 @@ pub(crate) struct Input<'a> {
     pub(crate) islands: &'a Islands,
 }
 
-/// Runs the method's passes. Poses are written by finalize, from the lines.
+/// Runs the method's passes. Poses are written by finalize, from the lines. The second context is for the
+/// islands that take every substep in parts.
 pub(crate) fn solve(
-    ctx: &StepContext,
+    [ctx, fine]: [&StepContext; 2],
     method: &Method,
     Input { bodies, shapes, islands }: Input<'_>,
     joints: &mut Joints,
@@ -142,6 +143,8 @@ pub(crate) fn solve(
     jobs: &dyn Executor,
 ) {
     let s = scratch;
+    let inertia = (fine.substeps > ctx.substeps && ctx.inertia.is_on()).then_some(&ctx.inertia);
+    s.plan.choose_fine(bodies, islands.rows.len(), inertia);
     let workers = jobs.workers().max(1);
     s.plan.update(bodies, joints, contacts, colors, &mut s.line_of, ctx.tree_ratio, workers);
     let n = s.plan.members.len() + 1;
@@ -194,12 +197,14 @@ pub(crate) fn solve(
         contacts: Rows::new(slots),
         joint_slots: Rows::new(joints.rows.values_mut()),
     };
+    let solver_of =
+        |number: usize| Solver { ctx: if plan.groups[number].fine { fine } else { ctx }, ..solver };
     for number in 0..plan.shared {
-        solver.solve(number, jobs);
+        solver_of(number).solve(number, jobs);
     }
     for_ranges(jobs, plan.groups.len() - plan.shared, 1, |range| {
         for number in range {
-            solver.solve(plan.shared + number, &Inline);
+            solver_of(plan.shared + number).solve(plan.shared + number, &Inline);
         }
     });
 }
@@ -256,6 +261,9 @@ impl Solver<'_> {
             owners: &self.plan.contacts.owners,
             lines: &self.lines,
             aux: &self.aux,
+            whitening: &self.whitening,
+            dt: self.ctx.dt,
+            h: self.ctx.h,
             first_line: group.lines.start,
             members: &self.plan.members,
             bodies: self.bodies,
@@ -410,7 +418,7 @@ impl Solver<'_> {
         *self.whitening.row(i) = whitening;
         *self.aux.row(i) = aux;
         *self.acceleration.row(i) = acc;
-        *self.squeezes.row(i) = Squeeze { factor, impulse: [0.0; 4] };
+        *self.squeezes.row(i) = Squeeze { factor, refined: self.ctx.is_refined, impulse: [0.0; 4] };
     }
 
     /// Bodies that grow heavier join the motion of their island. Sums are made in the order of bodies,
@@ -550,12 +558,13 @@ impl Solver<'_> {
 
     /// Sums up how each body is squeezed.
     fn weigh(&self, group: &Group, jobs: &dyn Executor) {
+        let scale = self.ctx.store_scale;
         for batch in &self.plan.contacts.batches[group.contacts.clone()] {
             let n = batch.blocks.len();
             for_ranges(jobs, n, grain(jobs, n, 64), |part| {
                 dispatch!(self.ctx.level, simd => {
                     for i in batch.blocks.start + part.start..batch.blocks.start + part.end {
-                        unpack::weigh(simd, self.blocks.read(i), &self.squeezes);
+                        unpack::weigh(simd, self.blocks.read(i), &self.squeezes, scale);
                     }
                 });
             });
@@ -563,6 +572,7 @@ impl Solver<'_> {
     }
 
     fn store(&self, group: &Group, jobs: &dyn Executor) {
+        let scale = self.ctx.store_scale;
         if self.ctx.inertia.is_on() {
             self.weigh(group, jobs);
         }
@@ -574,7 +584,7 @@ impl Solver<'_> {
                     let extra = if self.has_extras { Some(self.extras.read(i)) } else { None };
                     let owners = &self.plan.contacts.owners[i];
                     let block = self.blocks.read(i);
-                    *self.begun.row(i) = unpack::store(simd, block, extra, owners, &self.contacts);
+                    *self.begun.row(i) = unpack::store(simd, block, extra, owners, &self.contacts, scale);
                 }
             });
         });

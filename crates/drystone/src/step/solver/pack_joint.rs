@@ -36,7 +36,7 @@ impl Solver<'_> {
             if *row != u32::MAX
                 && let Some(joint) = self.joint_slots.row(*row as usize)
             {
-                joint.impulse = vec3(x[lane], y[lane], z[lane]);
+                joint.impulse = vec3(x[lane], y[lane], z[lane]) * self.ctx.store_scale;
             }
         }
     }

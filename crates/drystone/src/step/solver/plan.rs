@@ -9,6 +9,7 @@
 use core::ops::Range;
 
 use super::forest::Forest;
+use super::inertia::LoadInertia;
 use crate::base::wide::LANES;
 use crate::state::bodies::{Bodies, Body, NONE};
 use crate::state::colors::{Coloring, Colors, Place};
@@ -40,6 +41,8 @@ pub(super) struct Group {
     pub(super) joints: Range<usize>,
     /// In [`Forest::order`].
     pub(super) trees: Range<usize>,
+    /// Takes every substep in parts.
+    pub(super) fine: bool,
 }
 
 /// Blocks of contacts or of joints.
@@ -74,6 +77,8 @@ pub(super) struct Plan {
     pub(super) joints: Layout,
     pub(super) forest: Forest,
     workers: usize,
+    /// Of each island, whether it takes every substep in parts: now, and in the last step.
+    fine: [Vec<bool>; 2],
     /// Number in `islands`, then group, of each island that has lines.
     group_of: Vec<u32>,
     /// Islands that have lines, with their constraints' ends.
@@ -90,6 +95,26 @@ const CLASS: u32 = 32;
 const TREE: u64 = 2;
 
 impl Plan {
+    /// Chooses the islands that take every substep in parts.
+    pub(super) fn choose_fine(
+        &mut self,
+        bodies: &Bodies,
+        islands: usize,
+        inertia: Option<&LoadInertia>,
+    ) {
+        self.fine.swap(0, 1);
+        let fine = &mut self.fine[0];
+        fine.clear();
+        if let Some(inertia) = inertia {
+            fine.resize(islands, false);
+            for body in bodies.awake.iter().map(|row| bodies.at(*row)) {
+                if inertia.wants_refining(body) && has_line(body) {
+                    fine[body.island as usize] = true;
+                }
+            }
+        }
+    }
+
     /// Brings the plan up to date, and `line_of` with it.
     pub(super) fn update(
         &mut self,
@@ -106,7 +131,7 @@ impl Plan {
         }
         let joints_changed = take_joint_changes(colors) || !self.forest.is_by(ratio);
         let changed = take_contact_changes(colors) || joints_changed;
-        if !changed && self.workers == workers {
+        if !changed && self.fine[0] == self.fine[1] && self.workers == workers {
             return;
         }
         self.workers = workers;
@@ -212,18 +237,25 @@ impl Plan {
             }
         }
         let (mut group, mut filled) = (self.shared, 0);
-        for (island, ends) in &self.islands {
-            if is_shared(*ends) {
-                continue;
+        let is_fine = |island: u32| self.fine[0].get(island as usize).is_some_and(|fine| *fine);
+        for fine in [false, true] {
+            for (island, ends) in &self.islands {
+                if is_shared(*ends) || is_fine(*island) != fine {
+                    continue;
+                }
+                if filled > 0 && filled + ends > most {
+                    (group, filled) = (group + 1, 0);
+                }
+                self.group_of[*island as usize] = number(group);
+                filled += ends;
             }
-            if filled > 0 && filled + ends > most {
-                (group, filled) = (group + 1, 0);
-            }
-            self.group_of[*island as usize] = number(group);
-            filled += ends;
+            (group, filled) = (group + usize::from(filled > 0), 0);
         }
         self.groups.clear();
-        self.groups.resize_with(group + usize::from(filled > 0), Group::default);
+        self.groups.resize_with(group, Group::default);
+        for (island, _) in &self.islands {
+            self.groups[self.group_of[*island as usize] as usize].fine = is_fine(*island);
+        }
     }
 
     /// Bodies to lines, group by group; within a group in the order of the awake bodies.

@@ -470,6 +470,7 @@ impl Solver<'_> {
             for (i, joint) in self.tree_joints(tree) {
                 if let Some(to) = self.joint_slots.row(joint.row as usize) {
                     let impulse = self.tree_rows.read(i).impulse.single();
+                    let impulse = impulse * self.ctx.store_scale;
                     to.impulse = if joint.is_child_a { -impulse } else { impulse };
                 }
             }
