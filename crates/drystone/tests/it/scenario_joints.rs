@@ -291,5 +291,9 @@ fn joints_of_bodies_that_were_put_aside_hurt_nobody() {
         faults += world.events().faults.len();
     }
     assert!(faults >= 2, "{faults}");
+    // A new one between them acts on no body that moves.
+    let (a, b) = ([0.5, 0.0, 0.0], [-0.5, 0.0, 0.0]);
+    world.add_joint(JointDef::ball(ids[0], a, ids[1], b)).unwrap();
+    world.step(1.0 / 60.0);
     assert!(ids.iter().all(|id| world.body(*id).unwrap().position().is_finite()));
 }
