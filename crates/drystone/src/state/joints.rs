@@ -2,10 +2,50 @@
 
 use super::bodies::Bodies;
 use super::colors::Place;
-use super::def::JointKind;
+use super::def::{JointKind, Spring};
+use super::sixdof::{JointAxis, JointMotion, Six, SixDof};
 use crate::base::id::JointId;
-use crate::base::math::Vec3;
+use crate::base::math::{Vec3, vec3};
 use crate::base::slot_map::SlotMap;
+
+/// What a joint does. The many numbers of a joint of six axes stand elsewhere.
+#[derive(Clone, Debug)]
+pub(crate) enum Link {
+    Ball,
+    Distance { min: f32, max: f32, spring: Option<Spring> },
+    Six(Box<Six>),
+}
+
+impl Link {
+    pub(crate) fn new(kind: JointKind) -> Self {
+        match kind {
+            JointKind::Ball => Self::Ball,
+            JointKind::Distance { min, max, spring } => Self::Distance { min, max, spring },
+            JointKind::SixDof(def) => Self::Six(Box::new(Six {
+                def: SixDof {
+                    frame_a: def.frame_a.normalized(),
+                    frame_b: def.frame_b.normalized(),
+                    ..def
+                },
+                held: [0.0; 6],
+                limit: [0.0; 6],
+                angles: [0.0; 3],
+                force: Vec3::ZERO,
+                torque: Vec3::ZERO,
+            })),
+        }
+    }
+
+    pub(crate) fn kind(&self) -> JointKind {
+        match self {
+            Self::Ball => JointKind::Ball,
+            Self::Distance { min, max, spring } => {
+                JointKind::Distance { min: *min, max: *max, spring: *spring }
+            }
+            Self::Six(six) => JointKind::SixDof(six.def),
+        }
+    }
+}
 
 /// A joint.
 #[derive(Clone, Debug)]
@@ -15,7 +55,7 @@ pub(crate) struct Joint {
     /// Anchors [m, frame of the body's center of mass].
     pub(crate) anchor_a: Vec3,
     pub(crate) anchor_b: Vec3,
-    pub(crate) kind: JointKind,
+    pub(crate) link: Link,
     pub(crate) collide_connected: bool,
     /// Accumulated impulse of a substep: a ball's vector [N s, world]; a distance's lower limit, upper
     /// limit and spring.
@@ -32,9 +72,20 @@ impl Joint {
         let p_a = a.center + a.rotation.rotate(self.anchor_a);
         let p_b = b.center + b.rotation.rotate(self.anchor_b);
         let distance = (p_b - p_a).length();
-        match self.kind {
-            JointKind::Ball => distance,
-            JointKind::Distance { min, max, .. } => (min - distance).max(distance - max).max(0.0),
+        match &self.link {
+            Link::Ball => distance,
+            Link::Six(six) => {
+                let gap = (a.rotation * six.def.frame_a).unrotate(p_b - p_a);
+                let off = |axis: &JointAxis, x: f32| match axis.motion {
+                    JointMotion::Free => 0.0,
+                    JointMotion::Locked => x,
+                    JointMotion::Limited { spring: Some(_), .. } => 0.0,
+                    JointMotion::Limited { min, max, .. } => (min - x).max(x - max).max(0.0),
+                };
+                let [x, y, z] = &six.def.linear;
+                vec3(off(x, gap.x), off(y, gap.y), off(z, gap.z)).length()
+            }
+            Link::Distance { min, max, .. } => (min - distance).max(distance - max).max(0.0),
         }
     }
 }

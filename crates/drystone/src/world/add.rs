@@ -9,8 +9,8 @@ use crate::base::quat::Quat;
 use crate::geometry::shape::Shape;
 use crate::state::bodies::{Body, NONE};
 use crate::state::colors::Place;
-use crate::state::def::{BodyDef, BodyKind, DefError, JointDef, ShapeDef, shape_suits};
-use crate::state::joints::Joint;
+use crate::state::def::{BodyDef, BodyKind, DefError, JointDef, JointKind, ShapeDef, shape_suits};
+use crate::state::joints::{Joint, Link};
 use crate::state::shapes::ShapeRow;
 use crate::step::context::StepContext;
 use crate::step::finalize::{fat_box, shape_box};
@@ -274,12 +274,18 @@ impl World {
                 .ok_or_else(|| DefError::new(name, id.index(), "a body of this world"))
         };
         let (a, b) = (find("body_a", def.body_a)?, find("body_b", def.body_b)?);
+        if let JointKind::SixDof(_) = def.kind
+            && bodies.at(a).kind == BodyKind::Static
+            && bodies.at(b).kind == BodyKind::Static
+        {
+            return Err(DefError::new("body_b", "static as body_a is", "a body that can move"));
+        }
         let joint = Joint {
             body_a: a,
             body_b: b,
             anchor_a: def.anchor_a - bodies.at(a).local_center,
             anchor_b: def.anchor_b - bodies.at(b).local_center,
-            kind: def.kind,
+            link: Link::new(def.kind),
             collide_connected: def.collide_connected,
             impulse: Vec3::ZERO,
             is_direct: false,

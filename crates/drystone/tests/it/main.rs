@@ -11,3 +11,4 @@ mod scenario_joints;
 mod scenario_mesh;
 mod scenario_motion;
 mod scenario_seams;
+mod scenario_sixdof;

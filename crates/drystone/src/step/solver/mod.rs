@@ -11,12 +11,14 @@ pub(crate) mod softness;
 pub(crate) mod rows;
 pub(crate) mod contact;
 pub(crate) mod joint;
+pub(crate) mod sixdof;
 pub(crate) mod inertia;
 pub(crate) mod integrate;
 mod impact;
 mod pack;
 mod pack_extra;
 mod pack_joint;
+mod pack_sixdof;
 mod plan;
 mod forest;
 mod tree;
@@ -32,8 +34,9 @@ use self::impact::Impacts;
 use self::inertia::{Frame, Squeeze};
 use self::integrate::Aux;
 use self::joint::JointSweep;
-use self::plan::{Group, Plan};
+use self::plan::{Group, Plan, SIX};
 use self::rows::{ContactBlock, Extra, JointBlock, Line, Whitening};
+use self::sixdof::SixBlock;
 use self::softness::Softness;
 use self::tree::{TreeBody, TreeRow};
 use super::context::StepContext;
@@ -65,6 +68,7 @@ pub(crate) struct Scratch {
     blocks: Vec<ContactBlock>,
     extras: Vec<Extra>,
     joints: Vec<JointBlock>,
+    sixdofs: Vec<SixBlock>,
     tree_bodies: Vec<TreeBody>,
     tree_rows: Vec<TreeRow>,
     /// One for each group, while some contact can bounce.
@@ -112,6 +116,7 @@ struct Solver<'a> {
     extras: Rows<'a, Extra>,
     has_extras: bool,
     joints: Rows<'a, JointBlock>,
+    sixdofs: Rows<'a, SixBlock>,
     tree_bodies: Rows<'a, TreeBody>,
     tree_rows: Rows<'a, TreeRow>,
     /// Empty where `extras` is, as are `free`.
@@ -168,6 +173,7 @@ pub(crate) fn solve(
         s.impacts.resize_with(groups, Impacts::default);
     }
     s.joints.resize_with(s.plan.joints.owners.len(), JointBlock::default);
+    s.sixdofs.resize_with(s.plan.sixdofs.owners.len(), SixBlock::default);
     s.tree_bodies.resize(s.plan.forest.bodies.len(), TreeBody::default());
     s.tree_rows.resize(s.plan.forest.joints.len(), TreeRow::default());
     let (slots, _) = contacts.slots_mut();
@@ -189,6 +195,7 @@ pub(crate) fn solve(
         extras: Rows::new(&mut s.extras),
         has_extras,
         joints: Rows::new(&mut s.joints),
+        sixdofs: Rows::new(&mut s.sixdofs),
         tree_bodies: Rows::new(&mut s.tree_bodies),
         tree_rows: Rows::new(&mut s.tree_rows),
         impacts: Rows::new(&mut s.impacts),
@@ -331,6 +338,7 @@ impl Solver<'_> {
                     is_relax: false,
                 };
                 self.sweep_joints(group, &joints, jobs);
+                self.sweep_sixdofs(group, &joints, jobs);
                 self.sweep_trees(group, &joints, jobs);
                 let sweeps =
                     [sweep(ctx.soft, inner, elapsed), sweep(ctx.soft_fixed, inner, elapsed)];
@@ -345,6 +353,7 @@ impl Solver<'_> {
                     is_relax: true,
                 };
                 self.sweep_joints(group, &joints, jobs);
+                self.sweep_sixdofs(group, &joints, jobs);
                 self.sweep_trees(group, &joints, jobs);
                 let rigid = sweep(Softness::RIGID, 1, moved);
                 self.sweep_contacts(group, &[rigid, rigid], jobs);
@@ -535,6 +544,28 @@ impl Solver<'_> {
                 }
             });
         }
+        for batch in &self.plan.sixdofs.batches[group.sixdofs.clone()] {
+            let n = batch.blocks.len();
+            let class = batch.class - SIX;
+            for_ranges(jobs, n, grain(jobs, n, 8), |part| {
+                for i in batch.blocks.start + part.start..batch.blocks.start + part.end {
+                    self.pack_sixdofs(i, [class & 1 != 0, class & 2 != 0]);
+                }
+            });
+        }
+    }
+
+    fn sweep_sixdofs(&self, group: &Group, sweep: &JointSweep, jobs: &dyn Executor) {
+        for batch in &self.plan.sixdofs.batches[group.sixdofs.clone()] {
+            let n = batch.blocks.len();
+            for_ranges(jobs, n, grain(jobs, n, 4), |part| {
+                dispatch!(self.ctx.level, simd => {
+                    for i in batch.blocks.start + part.start..batch.blocks.start + part.end {
+                        sixdof::solve(simd, self.sixdofs.row(i), &self.lines, sweep);
+                    }
+                });
+            });
+        }
     }
 
     fn sweep_joints(&self, group: &Group, sweep: &JointSweep, jobs: &dyn Executor) {
@@ -593,6 +624,13 @@ impl Solver<'_> {
         for_ranges(jobs, n, grain(jobs, n, 32), |part| {
             for i in joints.start + part.start..joints.start + part.end {
                 self.store_joints(i);
+            }
+        });
+        let sixdofs = self.plan.sixdofs.blocks_of(&group.sixdofs);
+        let n = sixdofs.len();
+        for_ranges(jobs, n, grain(jobs, n, 32), |part| {
+            for i in sixdofs.start + part.start..sixdofs.start + part.end {
+                self.store_sixdofs(i);
             }
         });
         self.store_trees(group);

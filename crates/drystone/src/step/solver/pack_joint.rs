@@ -7,8 +7,7 @@ use crate::base::math::{Vec3, vec3};
 use crate::base::sym3::Sym3;
 use crate::base::wide::{LANES, Lanes};
 use crate::state::bodies::Body;
-use crate::state::def::JointKind;
-use crate::state::joints::Joint;
+use crate::state::joints::{Joint, Link};
 
 impl Solver<'_> {
     /// Builds a block of joints and applies their impulses to the lines.
@@ -66,9 +65,10 @@ impl Solver<'_> {
         put(&mut block.drift, lane, moves(b, rb) - moves(a, ra));
         put(&mut block.impulse, lane, impulse);
         // The linear impulse along the gap (a distance) or in the world (a ball).
-        let linear = match joint.kind {
-            JointKind::Ball => impulse,
-            JointKind::Distance { min, max, spring } => {
+        let linear = match joint.link {
+            Link::Six(_) => return,
+            Link::Ball => impulse,
+            Link::Distance { min, max, spring } => {
                 let rest = spring.map_or(0.0, |s| s.rest_length);
                 put(&mut block.limits, lane, vec3(min, max, rest));
                 let soft = spring.map_or(Vec3::ZERO, |s| {
@@ -96,7 +96,7 @@ impl Solver<'_> {
     }
 }
 
-fn put(lanes: &mut [Lanes; 3], lane: usize, v: Vec3) {
+pub(super) fn put(lanes: &mut [Lanes; 3], lane: usize, v: Vec3) {
     lanes[0][lane] = v.x;
     lanes[1][lane] = v.y;
     lanes[2][lane] = v.z;

@@ -1,0 +1,364 @@
+//! Joints of six axes: what each axis of a joint's frame may do, and what a user says of it.
+
+use super::check::{at_least_zero, unit};
+use super::def::DefError;
+use crate::base::math::Vec3;
+use crate::base::quat::Quat;
+
+/// A damped spring along or about an axis.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct JointSpring {
+    /// Force per displacement [N/m; N m/rad; 1/s² if `per_mass`]; at least 0.
+    pub stiffness: f32,
+    /// Force per speed [N s/m; N m s/rad; 1/s if `per_mass`]; at least 0. Infinite for a drive that
+    /// holds its speed as well as its greatest force lets it.
+    pub damping: f32,
+    /// Both count per effective mass of the two bodies along the axis: an acceleration.
+    pub per_mass: bool,
+}
+
+impl JointSpring {
+    /// A spring by force [N/m or N m/rad] and damping [N s/m or N m s/rad].
+    #[must_use]
+    pub const fn new(stiffness: f32, damping: f32) -> Self {
+        Self { stiffness, damping, per_mass: false }
+    }
+
+    /// A spring by the undamped frequency [Hz] of the two bodies on it, and damping ratio (1: critical).
+    #[must_use]
+    pub fn hertz(hertz: f32, damping_ratio: f32) -> Self {
+        let omega = 2.0 * core::f32::consts::PI * hertz;
+        Self { stiffness: omega * omega, damping: 2.0 * damping_ratio * omega, per_mass: true }
+    }
+
+    fn validate(&self) -> Result<(), DefError> {
+        at_least_zero("stiffness", self.stiffness)?;
+        if self.damping == f32::INFINITY {
+            return Ok(());
+        }
+        at_least_zero("damping", self.damping)
+    }
+}
+
+/// How far an axis lets the second body move or turn against the first.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum JointMotion {
+    /// Any way.
+    #[default]
+    Free,
+    /// Not at all.
+    Locked,
+    /// Between two places [m; rad].
+    Limited {
+        /// Least coordinate; may be -∞.
+        min: f32,
+        /// Greatest coordinate; at least `min`; may be ∞.
+        max: f32,
+        /// What pushes back beyond them; without one they are as hard as the world's joints.
+        spring: Option<JointSpring>,
+    },
+}
+
+/// A spring toward a moving place, or a motor.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct JointDrive {
+    /// Coordinate without force [m; rad].
+    pub position: f32,
+    /// Speed without damping [m/s; rad/s].
+    pub velocity: f32,
+    /// The law of its force.
+    pub spring: JointSpring,
+    /// Greatest force [N; N m]; at least 0; may be ∞.
+    pub max_force: f32,
+}
+
+impl JointDrive {
+    /// Holds this speed [m/s; rad/s] with at most this force [N; N m]. With speed 0 it is friction.
+    #[must_use]
+    pub const fn motor(velocity: f32, max_force: f32) -> Self {
+        let spring = JointSpring::new(0.0, f32::INFINITY);
+        Self { position: 0.0, velocity, spring, max_force }
+    }
+
+    /// Pulls toward this coordinate [m; rad].
+    #[must_use]
+    pub const fn servo(position: f32, spring: JointSpring, max_force: f32) -> Self {
+        Self { position, velocity: 0.0, spring, max_force }
+    }
+
+    pub(crate) fn validate(&self) -> Result<(), DefError> {
+        super::check::finite("position", self.position)?;
+        super::check::finite("velocity", self.velocity)?;
+        self.spring.validate()?;
+        if self.max_force == f32::INFINITY {
+            return Ok(());
+        }
+        at_least_zero("max_force", self.max_force)
+    }
+}
+
+/// One axis of a joint.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct JointAxis {
+    /// How far it lets the bodies move.
+    pub motion: JointMotion,
+    /// What moves them; nothing on a locked axis.
+    pub drive: Option<JointDrive>,
+}
+
+impl JointAxis {
+    /// Nothing acts.
+    pub const FREE: Self = Self { motion: JointMotion::Free, drive: None };
+    /// No motion.
+    pub const LOCKED: Self = Self { motion: JointMotion::Locked, drive: None };
+
+    /// Motion between two hard stops [m; rad].
+    #[must_use]
+    pub const fn limited(min: f32, max: f32) -> Self {
+        Self { motion: JointMotion::Limited { min, max, spring: None }, drive: None }
+    }
+
+    /// Free but for this drive.
+    #[must_use]
+    pub const fn driven(drive: JointDrive) -> Self {
+        Self { motion: JointMotion::Free, drive: Some(drive) }
+    }
+
+    /// With this drive.
+    #[must_use]
+    pub const fn with_drive(self, drive: JointDrive) -> Self {
+        Self { drive: Some(drive), ..self }
+    }
+
+    /// Where the axis is held if it is held [m; rad].
+    pub(crate) fn held(&self) -> Option<f32> {
+        match self.motion {
+            JointMotion::Locked => Some(0.0),
+            JointMotion::Limited { min, max, spring: None } if min >= max => Some(min),
+            _ => None,
+        }
+    }
+
+    /// True if a limit or a drive acts on it.
+    pub(crate) fn is_scalar(&self) -> bool {
+        self.held().is_none() && (self.motion != JointMotion::Free || self.drive.is_some())
+    }
+
+    fn validate(&self) -> Result<(), DefError> {
+        if let JointMotion::Limited { min, max, spring } = self.motion {
+            if min.is_nan() || min == f32::INFINITY {
+                return Err(DefError::new("min", min, "a number or -inf"));
+            }
+            if !(max >= min) || max == f32::NEG_INFINITY {
+                return Err(DefError::new("max", max, "at least min"));
+            }
+            if let Some(spring) = spring {
+                spring.validate().map_err(|e| e.within("spring"))?;
+            }
+        }
+        self.drive.map_or(Ok(()), |drive| drive.validate().map_err(|e| e.within("drive")))
+    }
+}
+
+/// A joint of six axes: three that bodies move along and three that they turn about, in the frame of the
+/// joint on the first body. Coordinates are those of the second body's frame in the first one's.
+///
+/// Of the angles: where one axis is not locked it is the turn about that axis, counted on over full turns;
+/// where two are not locked the first stays with body A, the second with body B, and they are always at
+/// right angles (a universal joint); where none is locked the x axis is the twist, y and z the swing.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SixDof {
+    /// The joint's axes [frame of the first body]; unit.
+    pub frame_a: Quat,
+    /// The joint's axes [frame of the second body]; unit.
+    pub frame_b: Quat,
+    /// Motion along x, y, z.
+    pub linear: [JointAxis; 3],
+    /// Turns about x, y, z.
+    pub angular: [JointAxis; 3],
+}
+
+impl SixDof {
+    /// Nothing moves.
+    pub const FIXED: Self = Self {
+        frame_a: Quat::IDENTITY,
+        frame_b: Quat::IDENTITY,
+        linear: [JointAxis::LOCKED; 3],
+        angular: [JointAxis::LOCKED; 3],
+    };
+
+    /// Turns about x as this axis says.
+    #[must_use]
+    pub const fn hinge(axis: JointAxis) -> Self {
+        let angular = [axis, JointAxis::LOCKED, JointAxis::LOCKED];
+        Self { angular, ..Self::FIXED }
+    }
+
+    /// Moves along x as this axis says, and does not turn.
+    #[must_use]
+    pub const fn slider(axis: JointAxis) -> Self {
+        Self { linear: [axis, JointAxis::LOCKED, JointAxis::LOCKED], ..Self::FIXED }
+    }
+
+    /// Moves along x and turns about it.
+    #[must_use]
+    pub const fn cylindrical(along: JointAxis, about: JointAxis) -> Self {
+        Self { linear: Self::slider(along).linear, ..Self::hinge(about) }
+    }
+
+    /// Turns about x of body A and y of body B, which stay at right angles.
+    #[must_use]
+    pub const fn universal(x: JointAxis, y: JointAxis) -> Self {
+        Self { angular: [x, y, JointAxis::LOCKED], ..Self::FIXED }
+    }
+
+    /// Moves in the plane across x and turns about x.
+    #[must_use]
+    pub const fn planar() -> Self {
+        let linear = [JointAxis::LOCKED, JointAxis::FREE, JointAxis::FREE];
+        Self { linear, ..Self::hinge(JointAxis::FREE) }
+    }
+
+    /// A ball joint whose x axis twists within ± `twist` and swings within ± `swing` about y and about z
+    /// [rad].
+    #[must_use]
+    pub const fn ball_limited(twist: f32, swing: f32) -> Self {
+        let swing = JointAxis::limited(-swing, swing);
+        Self { angular: [JointAxis::limited(-twist, twist), swing, swing], ..Self::FIXED }
+    }
+
+    /// A wheel: turns about x as `spin` says, is sprung along y as `suspension` says.
+    #[must_use]
+    pub const fn wheel(suspension: JointAxis, spin: JointAxis) -> Self {
+        let linear = [JointAxis::LOCKED, suspension, JointAxis::LOCKED];
+        Self { linear, ..Self::hinge(spin) }
+    }
+
+    pub(crate) fn validate(&self) -> Result<(), DefError> {
+        unit("frame_a", self.frame_a)?;
+        unit("frame_b", self.frame_b)?;
+        for (name, axes) in [("linear", &self.linear), ("angular", &self.angular)] {
+            for (i, axis) in axes.iter().enumerate() {
+                axis.validate().map_err(|e| e.within(&format!("{name}[{i}]")))?;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// A joint of six axes in the tables.
+#[derive(Clone, Debug)]
+pub(crate) struct Six {
+    pub(crate) def: SixDof,
+    /// Impulse of a substep of each axis: what holds or drives it, and its limit [N s; N m s].
+    pub(crate) held: [f32; 6],
+    pub(crate) limit: [f32; 6],
+    /// Coordinates of the angles when last solved [rad].
+    pub(crate) angles: [f32; 3],
+    /// Impulses of a substep on body B at its anchor [N s; N m s, world].
+    pub(crate) force: Vec3,
+    pub(crate) torque: Vec3,
+}
+
+/// Axes about which the bodies turn, and how far they are from no turn.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Turns {
+    /// World; what the angles' rates are of the relative angular velocity.
+    pub(crate) rows: [Vec3; 3],
+    pub(crate) angles: [f32; 3],
+}
+
+impl SixDof {
+    /// What the angles are, and their rows, with the joint's frames turned so. Angles of a single free axis
+    /// count on from `last`.
+    pub(crate) fn turns(&self, frame_a: Quat, frame_b: Quat, last: [f32; 3]) -> Turns {
+        use crate::base::trig::atan2;
+        let (a, b) = (frame_a.to_mat3(), frame_b.to_mat3());
+        let (a, b) = ([a.x, a.y, a.z], [b.x, b.y, b.z]);
+        let q = frame_a.conjugate() * frame_b;
+        let q = if q.w < 0.0 { Quat::new(-q.x, -q.y, -q.z, -q.w) } else { q };
+        let v = [q.x, q.y, q.z];
+        let is_held = |i: usize| self.angular[i].motion == JointMotion::Locked;
+        let free = (0..3).filter(|i| !is_held(*i)).count();
+        match free {
+            0 => Turns { rows: a, angles: [2.0 * q.x, 2.0 * q.y, 2.0 * q.z] },
+            1 => {
+                let i = (0..3).find(|i| !is_held(*i)).unwrap_or(0);
+                let off = a[i].cross(b[i]);
+                let mut angles = [off.dot(a[0]), off.dot(a[1]), off.dot(a[2])];
+                let turn = 2.0 * core::f32::consts::PI;
+                let angle = 2.0 * atan2(v[i], q.w);
+                angles[i] = angle + turn * ((last[i] - angle) / turn).round();
+                Turns { rows: a, angles }
+            }
+            2 => {
+                let k = (0..3).find(|i| is_held(*i)).unwrap_or(0);
+                let (i, j) = [(1, 2), (0, 2), (0, 1)][k];
+                // i × j is k or its opposite.
+                let sign = if k == 1 { -1.0 } else { 1.0 };
+                let (mut rows, mut angles) = (a, [0.0; 3]);
+                rows[j] = b[j];
+                rows[k] = a[i].cross(b[j]).normalize_or(a[k]) * sign;
+                angles[k] = -sign * a[i].dot(b[j]);
+                angles[i] = atan2(sign * b[j].dot(a[k]), b[j].dot(a[j]));
+                angles[j] = atan2(sign * a[i].dot(b[k]), a[i].dot(b[i]));
+                Turns { rows, angles }
+            }
+            _ => {
+                let twist = 2.0 * atan2(q.x, q.w);
+                let swing = q * Quat::from_axis_angle(Vec3::X, -twist);
+                let swing = swing.to_rotation_vector();
+                let middle = a[0] + b[0];
+                // Opposite x axes have no twist.
+                let close = 0.5 * middle.length_squared();
+                let row = if close > 0.05 { middle * (1.0 / close) } else { a[0] };
+                Turns { rows: [row, a[1], a[2]], angles: [twist, swing.y, swing.z] }
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{JointAxis, Quat, SixDof, Vec3};
+
+    /// Rates of the angles by differences against what the rows say.
+    fn rates_agree(def: &SixDof, at: Quat, ways: &[Vec3], tolerance: f32) {
+        let a = Quat::from_axis_angle([1.0, 2.0, -1.0], 0.7);
+        let b = a * at;
+        let here = def.turns(a, b, [0.0; 3]);
+        for way in ways {
+            let step = 2.0e-3;
+            let way = a.rotate(*way);
+            let there = def.turns(a, b.turned_by(way * step), [0.0; 3]);
+            let before = def.turns(a, b.turned_by(way * -step), [0.0; 3]);
+            for i in 0..3 {
+                let rate = (there.angles[i] - before.angles[i]) / (2.0 * step);
+                let said = here.rows[i].dot(way);
+                assert!((rate - said).abs() < tolerance, "{i} of {at:?}: {rate} {said}");
+            }
+        }
+    }
+
+    #[test]
+    fn rows_are_the_rates_of_the_angles() {
+        let all = [Vec3::X, Vec3::Y, Vec3::Z];
+        // Differences of f32 angles: 2 · 6e-8 · 3 / 4e-3 = 1e-4.
+        rates_agree(&SixDof::FIXED, Quat::IDENTITY, &all, 1.0e-3);
+        for angle in [-2.0, 0.0, 0.4, 3.0] {
+            let hinge = SixDof::hinge(JointAxis::FREE);
+            rates_agree(&hinge, Quat::from_axis_angle(Vec3::X, angle), &all, 1.0e-3);
+            for k in 0..3 {
+                let mut angular = [JointAxis::FREE; 3];
+                angular[k] = JointAxis::LOCKED;
+                let universal = SixDof { angular, ..SixDof::FIXED };
+                let (i, j) = [(1, 2), (0, 2), (0, 1)][k];
+                let first = Quat::from_axis_angle(all[i], angle);
+                let at = first * Quat::from_axis_angle(all[j], 0.3);
+                rates_agree(&universal, at, &[all[i], at.rotate(all[j])], 1.0e-3);
+            }
+        }
+        let ball = SixDof { angular: [JointAxis::FREE; 3], ..SixDof::FIXED };
+        rates_agree(&ball, Quat::from_axis_angle(Vec3::X, 0.8), &[Vec3::X], 1.0e-3);
+    }
+}

@@ -1,0 +1,176 @@
+//! Joints of six axes to blocks and back.
+
+use super::Solver;
+use super::pack_joint::put;
+use super::sixdof::{Push, SixBlock};
+use crate::base::math::{Vec3, vec3};
+use crate::base::sym3::Sym3;
+use crate::base::wide::LANES;
+use crate::state::bodies::{Body, NONE};
+use crate::state::joints::{Joint, Link};
+use crate::state::sixdof::{JointAxis, JointMotion, JointSpring, Six};
+
+/// Farther than anything is: a limit that is none.
+const FAR: f32 = 1.0e30;
+
+impl Solver<'_> {
+    /// Builds a block and applies its impulses to the lines. `class` says whether motions and turns have
+    /// drives or limits.
+    pub(super) fn pack_sixdofs(&self, block: usize, [moves, turns]: [bool; 2]) {
+        let owners = &self.plan.sixdofs.owners[block];
+        let block = self.sixdofs.row(block);
+        if owners[LANES - 1] == NONE {
+            *block = SixBlock::default();
+        }
+        (block.moves, block.turns) = (moves, turns);
+        for (lane, row) in owners.iter().enumerate() {
+            if *row != NONE
+                && let Some(joint) = self.joint_slots.read(*row as usize)
+                && let Link::Six(six) = &joint.link
+            {
+                self.fill_six(joint, six, lane, block);
+            }
+        }
+    }
+
+    /// Writes the impulses of a block back.
+    pub(super) fn store_sixdofs(&self, block: usize) {
+        let owners = &self.plan.sixdofs.owners[block];
+        let block = self.sixdofs.read(block);
+        let scale = self.ctx.store_scale;
+        for (lane, row) in owners.iter().enumerate() {
+            if *row != NONE
+                && let Some(joint) = self.joint_slots.row(*row as usize)
+                && let Link::Six(six) = &mut joint.link
+            {
+                for i in 0..6 {
+                    six.held[i] = block.held[i][lane] * scale;
+                    six.limit[i] = block.limit[i][lane] * scale;
+                }
+                for i in 0..3 {
+                    six.angles[i] = block.angles[i][lane];
+                }
+                let ([x, y, z], [tx, ty, tz]) = (&block.carried, &block.torque);
+                six.force = vec3(x[lane], y[lane], z[lane]) * scale;
+                six.torque = vec3(tx[lane], ty[lane], tz[lane]) * scale;
+            }
+        }
+    }
+
+    fn fill_six(&self, joint: &Joint, six: &Six, lane: usize, block: &mut SixBlock) {
+        let (ctx, bodies, line_of) = (self.ctx, self.bodies, self.line_of);
+        let (a, b) = (bodies.at(joint.body_a), bodies.at(joint.body_b));
+        let (la, lb) = (line_of[joint.body_a as usize], line_of[joint.body_b as usize]);
+        let (wa, wb) = (*self.whitening.read(la as usize), *self.whitening.read(lb as usize));
+        let (ra, rb) = (a.rotation.rotate(joint.anchor_a), b.rotation.rotate(joint.anchor_b));
+        let gap = (b.center - a.center) + (rb - ra);
+        let motion = |body: &Body| {
+            let is_moved = !body.is_dynamic() && body.active();
+            if is_moved { (body.v, body.w) } else { (Vec3::ZERO, Vec3::ZERO) }
+        };
+        let ((va, spin_a), (vb, spin_b)) = (motion(a), motion(b));
+
+        (block.row_a[lane], block.row_b[lane]) = (la, lb);
+        (block.alpha[lane], block.beta[lane]) = (wa.alpha(), wb.alpha());
+        let numbers = |s: Sym3| [s.xx, s.yy, s.zz, s.xy, s.xz, s.yz];
+        for (i, (sa, sb)) in numbers(wa.s()).into_iter().zip(numbers(wb.s())).enumerate() {
+            (block.s_a[i][lane], block.s_b[i][lane]) = (sa, sb);
+        }
+        put(&mut block.r_a, lane, ra);
+        put(&mut block.r_b, lane, rb);
+        put(&mut block.gap, lane, gap);
+        put(&mut block.drift, lane, vb - va);
+        put(&mut block.spin_a, lane, spin_a);
+        put(&mut block.spin_b, lane, spin_b);
+
+        let frame_a = a.rotation * six.def.frame_a;
+        let frame_b = b.rotation * six.def.frame_b;
+        let axes = frame_a.to_mat3();
+        let axes = [axes.x, axes.y, axes.z];
+        let turns = six.def.turns(frame_a, frame_b, six.angles);
+        let all = six.def.linear.iter().chain(&six.def.angular);
+        for (i, axis) in all.enumerate() {
+            let held = axis.held();
+            block.locked[i][lane] = if held.is_some() { 1.0 } else { 0.0 };
+            block.place[i][lane] = held.unwrap_or(0.0);
+            // What a drive or limit that is no more has left is not carried on.
+            let acts = held.is_some() || axis.is_scalar();
+            let scale = if acts { ctx.impulse_scale } else { 0.0 };
+            block.held[i][lane] = six.held[i] * scale;
+            block.limit[i][lane] = six.limit[i] * scale;
+            fill_axis(axis, ctx.h, &mut block.axes[i], lane);
+        }
+        let (mut force, mut torque) = (Vec3::ZERO, Vec3::ZERO);
+        for i in 0..3 {
+            put(&mut block.u[i], lane, axes[i]);
+            put(&mut block.n[i], lane, turns.rows[i]);
+            block.angles[i][lane] = turns.angles[i];
+            force += axes[i] * (block.held[i][lane] + block.limit[i][lane]);
+            torque += turns.rows[i] * (block.held[i + 3][lane] + block.limit[i + 3][lane]);
+        }
+        let moments = [(ra + gap).cross(force) + torque, rb.cross(force) + torque];
+        put(&mut block.carried, lane, force);
+        put(&mut block.carried_a, lane, moments[0]);
+        put(&mut block.carried_b, lane, moments[1]);
+        put(&mut block.torque, lane, torque);
+        for (line, w, moment, sign) in [(la, wa, moments[0], -1.0), (lb, wb, moments[1], 1.0)] {
+            if line == 0 {
+                continue;
+            }
+            let line = self.lines.row(line as usize);
+            let (v, t) = (force * (sign * w.alpha()), w.s().mul(moment) * sign);
+            for i in 0..3 {
+                line.v[i] += v[i];
+                line.w[i] += t[i];
+            }
+        }
+    }
+}
+
+fn fill_axis(axis: &JointAxis, h: f32, out: &mut super::sixdof::Axis, lane: usize) {
+    let (mut low, mut high, mut hard) = (-FAR, FAR, 0.0);
+    let mut limit = None;
+    if let JointMotion::Limited { min, max, spring } = axis.motion {
+        (low, high) = (min.max(-FAR), max.min(FAR));
+        hard = if spring.is_none() { 1.0 } else { 0.0 };
+        limit = spring;
+    }
+    (out.low[lane], out.high[lane], out.hard[lane]) = (low, high, hard);
+    fill_push(limit, 0.0, 0.0, h, &mut out.limit, lane);
+    let drive = axis.drive.map(|d| d.spring);
+    let (position, velocity) = axis.drive.map_or((0.0, 0.0), |d| (d.position, d.velocity));
+    fill_push(drive, position, velocity, h, &mut out.drive, lane);
+    out.most[lane] = axis.drive.map_or(0.0, |d| (d.max_force * h).min(FAR));
+}
+
+/// Force k (position - x) + c (velocity - v), taken at the end of the substep.
+fn fill_push(
+    spring: Option<JointSpring>,
+    position: f32,
+    velocity: f32,
+    h: f32,
+    out: &mut Push,
+    lane: usize,
+) {
+    let [rate, give, give_mass, bias] = match spring {
+        // A motor: nothing gives.
+        Some(s) if s.damping == f32::INFINITY => [0.0, 0.0, 0.0, -velocity],
+        Some(s) => {
+            // λ = -h (k (x + h v - position) + c (v - velocity))
+            let whole = s.damping + h * s.stiffness;
+            if whole > 0.0 {
+                let rate = s.stiffness / whole;
+                let give = (1.0 / (h * whole)).min(FAR);
+                let bias = -rate * position - s.damping / whole * velocity;
+                if s.per_mass { [rate, 0.0, give, bias] } else { [rate, give, 0.0, bias] }
+            } else {
+                [0.0, FAR, 0.0, 0.0]
+            }
+        }
+        None => [0.0; 4],
+    };
+    out.rate[lane] = rate;
+    out.give[lane] = give;
+    out.give_mass[lane] = give_mass;
+    out.bias[lane] = bias;
+}
