@@ -59,7 +59,7 @@ pub use state::def::{
 pub use state::events::{ContactEvent, Events, Fault, FaultKind, HitEvent, SensorEvent};
 pub use state::material::{Combine, Filter, Material};
 pub use state::method::{Method, Pass};
-pub use state::sixdof::{JointAxis, JointDrive, JointMotion, JointSpring, SixDof};
+pub use state::sixdof::{JointAxis, JointCone, JointDrive, JointMotion, JointSpring, SixDof};
 pub use step::Stage;
 pub use world::{
     BodyMut, BodyRef, ContactPoint, ContactRef, JointRef, ShapeMut, ShapeRef, World, WorldCounts,

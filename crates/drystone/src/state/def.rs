@@ -5,8 +5,8 @@ use core::fmt::{self, Display};
 pub(crate) use super::check::{
     above_zero, at_least_zero, finite, finite_vec, position, unit, velocity,
 };
-use super::sixdof::SixDof;
 use super::material::{Filter, Material};
+use super::sixdof::SixDof;
 use crate::base::id::BodyId;
 use crate::base::math::Vec3;
 use crate::base::pose::Pose;
@@ -461,6 +461,7 @@ pub(crate) fn shape_suits(kind: BodyKind, shape: &Shape) -> Result<(), DefError>
 /// What a joint does.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
+#[expect(clippy::large_enum_variant, reason = "the tables box it; a definition is short-lived")]
 pub enum JointKind {
     /// The two anchors stay together; rotation is free.
     Ball,
@@ -540,7 +541,7 @@ impl JointDef {
 
     /// A joint of six axes, whose frames are at these anchors [m, each in the frame of its body's origin].
     #[must_use]
-    pub fn six(
+    pub fn six_dof(
         body_a: BodyId,
         anchor_a: impl Into<Vec3>,
         body_b: BodyId,

@@ -3,7 +3,7 @@
 use super::bodies::Bodies;
 use super::colors::Place;
 use super::def::{JointKind, Spring};
-use super::sixdof::{JointAxis, JointMotion, Six, SixDof};
+use super::sixdof::Six;
 use crate::base::id::JointId;
 use crate::base::math::{Vec3, vec3};
 use crate::base::slot_map::SlotMap;
@@ -21,18 +21,7 @@ impl Link {
         match kind {
             JointKind::Ball => Self::Ball,
             JointKind::Distance { min, max, spring } => Self::Distance { min, max, spring },
-            JointKind::SixDof(def) => Self::Six(Box::new(Six {
-                def: SixDof {
-                    frame_a: def.frame_a.normalized(),
-                    frame_b: def.frame_b.normalized(),
-                    ..def
-                },
-                held: [0.0; 6],
-                limit: [0.0; 6],
-                angles: [0.0; 3],
-                force: Vec3::ZERO,
-                torque: Vec3::ZERO,
-            })),
+            JointKind::SixDof(def) => Self::Six(Box::new(Six::new(def))),
         }
     }
 
@@ -76,17 +65,21 @@ impl Joint {
             Link::Ball => distance,
             Link::Six(six) => {
                 let gap = (a.rotation * six.def.frame_a).unrotate(p_b - p_a);
-                let off = |axis: &JointAxis, x: f32| match axis.motion {
-                    JointMotion::Free => 0.0,
-                    JointMotion::Locked => x,
-                    JointMotion::Limited { spring: Some(_), .. } => 0.0,
-                    JointMotion::Limited { min, max, .. } => (min - x).max(x - max).max(0.0),
-                };
                 let [x, y, z] = &six.def.linear;
-                vec3(off(x, gap.x), off(y, gap.y), off(z, gap.z)).length()
+                vec3(x.excess(gap.x), y.excess(gap.y), z.excess(gap.z)).length()
             }
             Link::Distance { min, max, .. } => (min - distance).max(distance - max).max(0.0),
         }
+    }
+
+    /// How far its turns are from what they are allowed [rad].
+    pub(crate) fn angular_error(&self, bodies: &Bodies) -> f32 {
+        let Link::Six(six) = &self.link else { return 0.0 };
+        let (a, b) = (bodies.at(self.body_a), bodies.at(self.body_b));
+        let turns = six.turns(a.rotation, b.rotation);
+        let [.., x, y, z] = six.def.acting(turns.swing);
+        let [p, q, r] = turns.angles;
+        vec3(x.excess(p), y.excess(q), z.excess(r)).length()
     }
 }
 

@@ -1,6 +1,6 @@
 //! Joints of six axes: what each axis of a joint's frame may do, and what a user says of it.
 
-use super::check::{at_least_zero, unit};
+use super::check::{above_zero, at_least_zero, unit};
 use super::def::DefError;
 use crate::base::math::Vec3;
 use crate::base::quat::Quat;
@@ -80,6 +80,12 @@ impl JointDrive {
         Self { position: 0.0, velocity, spring, max_force }
     }
 
+    /// Friction: at most this force [N; N m] against any motion.
+    #[must_use]
+    pub const fn friction(max_force: f32) -> Self {
+        Self::motor(0.0, max_force)
+    }
+
     /// Pulls toward this coordinate [m; rad].
     #[must_use]
     pub const fn servo(position: f32, spring: JointSpring, max_force: f32) -> Self {
@@ -144,6 +150,15 @@ impl JointAxis {
         self.held().is_none() && (self.motion != JointMotion::Free || self.drive.is_some())
     }
 
+    /// How far a coordinate is from where the axis may be; springs may be stretched [m; rad].
+    pub(crate) fn excess(&self, x: f32) -> f32 {
+        match self.motion {
+            JointMotion::Free | JointMotion::Limited { spring: Some(_), .. } => 0.0,
+            JointMotion::Locked => x,
+            JointMotion::Limited { min, max, .. } => (min - x).max(x - max).max(0.0),
+        }
+    }
+
     fn validate(&self) -> Result<(), DefError> {
         if let JointMotion::Limited { min, max, spring } = self.motion {
             if min.is_nan() || min == f32::INFINITY {
@@ -160,12 +175,43 @@ impl JointAxis {
     }
 }
 
+/// How far the x axis of the second frame may swing from that of the first.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct JointCone {
+    /// Greatest swing about y, and about z [rad]; above 0. Between them the limit is an ellipse.
+    pub swing: [f32; 2],
+    /// What pushes back beyond it; without one it is as hard as the world's joints.
+    pub spring: Option<JointSpring>,
+}
+
+impl JointCone {
+    /// What acts along a swing in this direction and across it.
+    pub(crate) fn axes(&self, y: JointAxis, z: JointAxis, [c, s]: [f32; 2]) -> [JointAxis; 2] {
+        let [wide, high] = self.swing;
+        let (p, q) = (c / wide, s / high);
+        let max = 1.0 / (p * p + q * q).sqrt();
+        let at = |along: f32, across: f32| {
+            let (dy, dz) = (y.drive?, z.drive?);
+            Some(JointDrive {
+                position: along * dy.position + across * dz.position,
+                velocity: along * dy.velocity + across * dz.velocity,
+                ..dy
+            })
+        };
+        let motion = JointMotion::Limited { min: f32::NEG_INFINITY, max, spring: self.spring };
+        [
+            JointAxis { motion, drive: at(c, s) },
+            JointAxis { motion: JointMotion::Free, drive: at(-s, c) },
+        ]
+    }
+}
+
 /// A joint of six axes: three that bodies move along and three that they turn about, in the frame of the
 /// joint on the first body. Coordinates are those of the second body's frame in the first one's.
 ///
 /// Of the angles: where one axis is not locked it is the turn about that axis, counted on over full turns;
 /// where two are not locked the first stays with body A, the second with body B, and they are always at
-/// right angles (a universal joint); where none is locked the x axis is the twist, y and z the swing.
+/// right angles (a universal joint); where none is locked, or with a cone, x is the twist, y and z the swing.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SixDof {
     /// The joint's axes [frame of the first body]; unit.
@@ -176,6 +222,9 @@ pub struct SixDof {
     pub linear: [JointAxis; 3],
     /// Turns about x, y, z.
     pub angular: [JointAxis; 3],
+    /// A limit of both swings together. The swings themselves must be free then, and if they are driven, by
+    /// the same law toward their two places.
+    pub cone: Option<JointCone>,
 }
 
 impl SixDof {
@@ -185,6 +234,7 @@ impl SixDof {
         frame_b: Quat::IDENTITY,
         linear: [JointAxis::LOCKED; 3],
         angular: [JointAxis::LOCKED; 3],
+        cone: None,
     };
 
     /// Turns about x as this axis says.
@@ -219,12 +269,26 @@ impl SixDof {
         Self { linear, ..Self::hinge(JointAxis::FREE) }
     }
 
-    /// A ball joint whose x axis twists within ± `twist` and swings within ± `swing` about y and about z
-    /// [rad].
+    /// Turns about x as `twist` says; x swings within a cone, `swing` wide about y and about z [rad].
     #[must_use]
-    pub const fn ball_limited(twist: f32, swing: f32) -> Self {
-        let swing = JointAxis::limited(-swing, swing);
-        Self { angular: [JointAxis::limited(-twist, twist), swing, swing], ..Self::FIXED }
+    pub const fn cone_twist(twist: JointAxis, swing: [f32; 2]) -> Self {
+        let angular = [twist, JointAxis::FREE, JointAxis::FREE];
+        Self { angular, cone: Some(JointCone { swing, spring: None }), ..Self::FIXED }
+    }
+
+    /// Holds no axis, but pulls the frames together, with at most this force [N] and torque [N m].
+    #[must_use]
+    pub const fn servo(spring: JointSpring, max_force: f32, max_torque: f32) -> Self {
+        let linear = JointAxis::driven(JointDrive::servo(0.0, spring, max_force));
+        let angular = JointAxis::driven(JointDrive::servo(0.0, spring, max_torque));
+        Self { linear: [linear; 3], angular: [angular; 3], ..Self::FIXED }
+    }
+
+    /// Pulls the anchors together as a hand does: any turn is free.
+    #[must_use]
+    pub const fn grab(spring: JointSpring, max_force: f32) -> Self {
+        let linear = JointAxis::driven(JointDrive::servo(0.0, spring, max_force));
+        Self { linear: [linear; 3], angular: [JointAxis::FREE; 3], ..Self::FIXED }
     }
 
     /// A wheel: turns about x as `spin` says, is sprung along y as `suspension` says.
@@ -232,6 +296,27 @@ impl SixDof {
     pub const fn wheel(suspension: JointAxis, spin: JointAxis) -> Self {
         let linear = [JointAxis::LOCKED, suspension, JointAxis::LOCKED];
         Self { linear, ..Self::hinge(spin) }
+    }
+
+    /// Motions, then turns.
+    pub(crate) const fn axes(&self) -> [JointAxis; 6] {
+        let ([x, y, z], [a, b, c]) = (self.linear, self.angular);
+        [x, y, z, a, b, c]
+    }
+
+    /// As [`Self::axes`], with the swings along their direction and across where there is a cone.
+    pub(crate) fn acting(&self, swing: [f32; 2]) -> [JointAxis; 6] {
+        let mut axes = self.axes();
+        if let Some(cone) = &self.cone {
+            [axes[4], axes[5]] = cone.axes(axes[4], axes[5], swing);
+        }
+        axes
+    }
+
+    /// True if a motion has a drive or a limit, and if a turn has.
+    pub(crate) fn scalars(&self) -> [bool; 2] {
+        let any = |axes: &[JointAxis]| axes.iter().any(JointAxis::is_scalar);
+        [any(&self.linear), any(&self.angular) || self.cone.is_some()]
     }
 
     pub(crate) fn validate(&self) -> Result<(), DefError> {
@@ -242,9 +327,33 @@ impl SixDof {
                 axis.validate().map_err(|e| e.within(&format!("{name}[{i}]")))?;
             }
         }
+        self.cone.map_or(Ok(()), |cone| self.validate_cone(&cone))
+    }
+
+    fn validate_cone(&self, cone: &JointCone) -> Result<(), DefError> {
+        for (i, swing) in cone.swing.into_iter().enumerate() {
+            above_zero("swing", swing).map_err(|e| e.within(&format!("cone[{i}]")))?;
+        }
+        if let Some(spring) = cone.spring {
+            spring.validate().map_err(|e| e.within("cone.spring"))?;
+        }
+        let [_, y, z] = &self.angular;
+        for (i, axis) in [y, z].into_iter().enumerate() {
+            if axis.motion != JointMotion::Free {
+                let motion = format!("{:?}", axis.motion);
+                return Err(DefError::new(&format!("angular[{}].motion", i + 1), motion, FREE));
+            }
+        }
+        let law = |axis: &JointAxis| axis.drive.map(|d| (d.spring, d.max_force));
+        if law(y) != law(z) {
+            return Err(DefError::new("angular[2].drive", "another than angular[1]'s", SAME));
+        }
         Ok(())
     }
 }
+
+const FREE: &str = "a free swing, as there is a cone";
+const SAME: &str = "the same law, as there is a cone";
 
 /// A joint of six axes in the tables.
 #[derive(Clone, Debug)]
@@ -260,12 +369,36 @@ pub(crate) struct Six {
     pub(crate) torque: Vec3,
 }
 
+impl Six {
+    pub(crate) fn new(def: SixDof) -> Self {
+        Self {
+            def: SixDof {
+                frame_a: def.frame_a.normalized(),
+                frame_b: def.frame_b.normalized(),
+                ..def
+            },
+            held: [0.0; 6],
+            limit: [0.0; 6],
+            angles: [0.0; 3],
+            force: Vec3::ZERO,
+            torque: Vec3::ZERO,
+        }
+    }
+
+    /// The turns between bodies with these rotations.
+    pub(crate) fn turns(&self, a: Quat, b: Quat) -> Turns {
+        self.def.turns(a * self.def.frame_a, b * self.def.frame_b, self.angles)
+    }
+}
+
 /// Axes about which the bodies turn, and how far they are from no turn.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Turns {
     /// World; what the angles' rates are of the relative angular velocity.
     pub(crate) rows: [Vec3; 3],
     pub(crate) angles: [f32; 3],
+    /// With a cone, y and z of the swing's direction; its rows are along that and across.
+    pub(crate) swing: [f32; 2],
 }
 
 impl SixDof {
@@ -280,8 +413,9 @@ impl SixDof {
         let v = [q.x, q.y, q.z];
         let is_held = |i: usize| self.angular[i].motion == JointMotion::Locked;
         let free = (0..3).filter(|i| !is_held(*i)).count();
-        match free {
-            0 => Turns { rows: a, angles: [2.0 * q.x, 2.0 * q.y, 2.0 * q.z] },
+        let swing = [1.0, 0.0];
+        match if self.cone.is_some() { 3 } else { free } {
+            0 => Turns { rows: a, angles: [2.0 * q.x, 2.0 * q.y, 2.0 * q.z], swing },
             1 => {
                 let i = (0..3).find(|i| !is_held(*i)).unwrap_or(0);
                 let off = a[i].cross(b[i]);
@@ -289,7 +423,7 @@ impl SixDof {
                 let turn = 2.0 * core::f32::consts::PI;
                 let angle = 2.0 * atan2(v[i], q.w);
                 angles[i] = angle + turn * ((last[i] - angle) / turn).round();
-                Turns { rows: a, angles }
+                Turns { rows: a, angles, swing }
             }
             2 => {
                 let k = (0..3).find(|i| is_held(*i)).unwrap_or(0);
@@ -302,17 +436,27 @@ impl SixDof {
                 angles[k] = -sign * a[i].dot(b[j]);
                 angles[i] = atan2(sign * b[j].dot(a[k]), b[j].dot(a[j]));
                 angles[j] = atan2(sign * a[i].dot(b[k]), a[i].dot(b[i]));
-                Turns { rows, angles }
+                Turns { rows, angles, swing }
             }
             _ => {
                 let twist = 2.0 * atan2(q.x, q.w);
-                let swing = q * Quat::from_axis_angle(Vec3::X, -twist);
-                let swing = swing.to_rotation_vector();
+                let turn = (q * Quat::from_axis_angle(Vec3::X, -twist)).to_rotation_vector();
                 let middle = a[0] + b[0];
                 // Opposite x axes have no twist.
                 let close = 0.5 * middle.length_squared();
                 let row = if close > 0.05 { middle * (1.0 / close) } else { a[0] };
-                Turns { rows: [row, a[1], a[2]], angles: [twist, swing.y, swing.z] }
+                if self.cone.is_none() {
+                    return Turns {
+                        rows: [row, a[1], a[2]],
+                        angles: [twist, turn.y, turn.z],
+                        swing,
+                    };
+                }
+                let size = (turn.y * turn.y + turn.z * turn.z).sqrt();
+                let [y, z] =
+                    if size > 1.0e-6 { [turn.y / size, turn.z / size] } else { [1.0, 0.0] };
+                let rows = [row, a[1] * y + a[2] * z, a[2] * y - a[1] * z];
+                Turns { rows, angles: [twist, size, 0.0], swing: [y, z] }
             }
         }
     }

@@ -9,7 +9,7 @@ use crate::base::quat::Quat;
 use crate::geometry::shape::Shape;
 use crate::state::bodies::{Body, NONE};
 use crate::state::colors::Place;
-use crate::state::def::{BodyDef, BodyKind, DefError, JointDef, JointKind, ShapeDef, shape_suits};
+use crate::state::def::{BodyDef, BodyKind, DefError, JointDef, ShapeDef, shape_suits};
 use crate::state::joints::{Joint, Link};
 use crate::state::shapes::ShapeRow;
 use crate::step::context::StepContext;
@@ -274,11 +274,9 @@ impl World {
                 .ok_or_else(|| DefError::new(name, id.index(), "a body of this world"))
         };
         let (a, b) = (find("body_a", def.body_a)?, find("body_b", def.body_b)?);
-        if let JointKind::SixDof(_) = def.kind
-            && bodies.at(a).kind == BodyKind::Static
-            && bodies.at(b).kind == BodyKind::Static
-        {
-            return Err(DefError::new("body_b", "static as body_a is", "a body that can move"));
+        if !bodies.at(a).is_dynamic() && !bodies.at(b).is_dynamic() {
+            let value = "not dynamic, as body_a";
+            return Err(DefError::new("body_b", value, "a dynamic body on one side at least"));
         }
         let joint = Joint {
             body_a: a,

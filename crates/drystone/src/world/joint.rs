@@ -6,7 +6,7 @@ use crate::base::quat::Quat;
 use crate::state::check::{finite_vec, unit};
 use crate::state::def::{DefError, JointDef, JointKind};
 use crate::state::joints::{Joint, Link};
-use crate::state::sixdof::{JointDrive, SixDof};
+use crate::state::sixdof::{JointDrive, Six, SixDof};
 use crate::state::tables::Tables;
 
 use super::World;
@@ -100,17 +100,28 @@ impl<'w> JointRef<'w> {
     pub fn coordinates(&self) -> Option<[Vec3; 2]> {
         let Link::Six(six) = &self.joint.link else { return None };
         let bodies = &self.tables.bodies;
-        let frame_a = bodies.at(self.joint.body_a).rotation * six.def.frame_a;
-        let frame_b = bodies.at(self.joint.body_b).rotation * six.def.frame_b;
-        let turns = six.def.turns(frame_a, frame_b, six.angles);
-        let gap = frame_a.unrotate(self.anchor_b() - self.anchor_a());
-        Some([gap, Vec3::from(turns.angles)])
+        let (a, b) = (bodies.at(self.joint.body_a), bodies.at(self.joint.body_b));
+        let turns = six.turns(a.rotation, b.rotation);
+        let gap = (a.rotation * six.def.frame_a).unrotate(self.anchor_b() - self.anchor_a());
+        let mut angles = turns.angles;
+        if six.def.cone.is_some() {
+            let ([c, s], swing) = (turns.swing, turns.angles[1]);
+            (angles[1], angles[2]) = (c * swing, s * swing);
+        }
+        Some([gap, Vec3::from(angles)])
     }
 
-    /// How far it is from what it asks [m]: the gap of a ball joint, the excess of a distance.
+    /// How far it is from what it asks [m]: the gap of a ball joint, the excess of a distance, the excess
+    /// over what the motions of a joint of six axes allow.
     #[must_use]
     pub fn error(&self) -> f32 {
         self.joint.error(&self.tables.bodies)
+    }
+
+    /// How far the turns of a joint of six axes are from what they are allowed [rad]; 0 for other joints.
+    #[must_use]
+    pub fn angular_error(&self) -> f32 {
+        self.joint.angular_error(&self.tables.bodies)
     }
 }
 
@@ -164,14 +175,38 @@ impl World {
             ..axes
         };
         let [at_a, at_b] = [a, b].map(|body| body.rotation().unrotate(anchor - body.position()));
-        Ok(JointDef::six(body_a, at_a, body_b, at_b, axes))
+        Ok(JointDef::six_dof(body_a, at_a, body_b, at_b, axes))
     }
 
-    /// Changes the drive of an axis of a joint of six axes, and wakes its bodies: axes 0 to 2 are motions
-    /// along x, y, z, 3 to 5 turns about them. False if there is no such joint.
+    /// Changes what the axes of a joint of six axes do, its frames with them, and wakes its bodies. False if
+    /// there is no such joint.
     ///
     /// # Errors
-    /// The first field of the drive that is out of range; an axis above 5; a joint of another kind.
+    /// The first field that is out of range; a joint of another kind.
+    pub fn set_joint_axes(&mut self, id: JointId, axes: SixDof) -> Result<bool, DefError> {
+        let Some(row) = self.tables.joints.rows.row(id) else { return Ok(false) };
+        axes.validate()?;
+        let joint = self.tables.joints.at_mut(row);
+        let Link::Six(six) = &mut joint.link else {
+            return Err(DefError::new("joint", id.index(), "a joint of six axes"));
+        };
+        // Which blocks a joint is in goes by what acts on it.
+        let changed = six.def.scalars() != axes.scalars();
+        six.def = Six::new(axes).def;
+        let (a, b) = (joint.body_a, joint.body_b);
+        self.tables.colors.bodies_changed |= changed;
+        let mut sets = self.sets();
+        sets.wake(a);
+        sets.wake(b);
+        Ok(true)
+    }
+
+    /// Changes one drive of a joint of six axes, and wakes its bodies: axes 0 to 2 are motions along x, y,
+    /// z, 3 to 5 turns about them. False if there is no such joint.
+    ///
+    /// # Errors
+    /// The first field of the drive that is out of range; an axis above 5; a joint of another kind; one with
+    /// a cone, of which both swings change at once ([`Self::set_joint_axes`]).
     pub fn set_joint_drive(
         &mut self,
         id: JointId,
@@ -179,26 +214,14 @@ impl World {
         drive: Option<JointDrive>,
     ) -> Result<bool, DefError> {
         let Some(row) = self.tables.joints.rows.row(id) else { return Ok(false) };
-        if let Some(drive) = drive {
-            drive.validate().map_err(|e| e.within("drive"))?;
-        }
-        let joint = self.tables.joints.at_mut(row);
-        let Link::Six(six) = &mut joint.link else {
+        let JointKind::SixDof(mut axes) = self.tables.joints.at(row).link.kind() else {
             return Err(DefError::new("joint", id.index(), "a joint of six axes"));
         };
-        let all = six.def.linear.iter_mut().chain(&mut six.def.angular);
+        let all = axes.linear.iter_mut().chain(&mut axes.angular);
         let Some(to) = all.into_iter().nth(axis) else {
             return Err(DefError::new("axis", axis, "0 to 5"));
         };
-        let was_scalar = to.is_scalar();
         to.drive = drive;
-        // Which blocks a joint is in goes by what acts on it.
-        let changed = to.is_scalar() != was_scalar;
-        let (a, b) = (joint.body_a, joint.body_b);
-        self.tables.colors.bodies_changed |= changed;
-        let mut sets = self.sets();
-        sets.wake(a);
-        sets.wake(b);
-        Ok(true)
+        self.set_joint_axes(id, axes)
     }
 }

@@ -13,6 +13,9 @@ use crate::state::sixdof::{JointAxis, JointMotion, JointSpring, Six};
 /// Farther than anything is: a limit that is none.
 const FAR: f32 = 1.0e30;
 
+/// Stiffer than a substep can tell from rigid.
+const STIFF: f32 = 1.0e20;
+
 impl Solver<'_> {
     /// Builds a block and applies its impulses to the lines. `class` says whether motions and turns have
     /// drives or limits.
@@ -46,6 +49,16 @@ impl Solver<'_> {
                 for i in 0..6 {
                     six.held[i] = block.held[i][lane] * scale;
                     six.limit[i] = block.limit[i][lane] * scale;
+                }
+                if six.def.cone.is_some() {
+                    // The rows of the swings turn from step to step: kept along y and z.
+                    let a = self.bodies.at(joint.body_a);
+                    let axes = (a.rotation * six.def.frame_a).to_mat3();
+                    let [x, y, z] = &block.n[1];
+                    let row = vec3(x[lane], y[lane], z[lane]);
+                    let (c, s) = (row.dot(axes.y), row.dot(axes.z));
+                    let [along, across] = [six.held[4], six.held[5]];
+                    (six.held[4], six.held[5]) = (c * along - s * across, s * along + c * across);
                 }
                 for i in 0..3 {
                     six.angles[i] = block.angles[i][lane];
@@ -83,20 +96,26 @@ impl Solver<'_> {
         put(&mut block.spin_a, lane, spin_a);
         put(&mut block.spin_b, lane, spin_b);
 
-        let frame_a = a.rotation * six.def.frame_a;
-        let frame_b = b.rotation * six.def.frame_b;
-        let axes = frame_a.to_mat3();
+        let pulled = |line: u32| {
+            if line == 0 { Vec3::ZERO } else { *self.acceleration.read(line as usize) }
+        };
+        put(&mut block.pull, lane, pulled(lb) - pulled(la));
+        let axes = (a.rotation * six.def.frame_a).to_mat3();
         let axes = [axes.x, axes.y, axes.z];
-        let turns = six.def.turns(frame_a, frame_b, six.angles);
-        let all = six.def.linear.iter().chain(&six.def.angular);
-        for (i, axis) in all.enumerate() {
+        let turns = six.turns(a.rotation, b.rotation);
+        let mut kept = six.held;
+        if six.def.cone.is_some() {
+            let ([c, s], [.., y, z]) = (turns.swing, six.held);
+            (kept[4], kept[5]) = (c * y + s * z, c * z - s * y);
+        }
+        for (i, axis) in six.def.acting(turns.swing).iter().enumerate() {
             let held = axis.held();
             block.locked[i][lane] = if held.is_some() { 1.0 } else { 0.0 };
             block.place[i][lane] = held.unwrap_or(0.0);
             // What a drive or limit that is no more has left is not carried on.
             let acts = held.is_some() || axis.is_scalar();
             let scale = if acts { ctx.impulse_scale } else { 0.0 };
-            block.held[i][lane] = six.held[i] * scale;
+            block.held[i][lane] = kept[i] * scale;
             block.limit[i][lane] = six.limit[i] * scale;
             fill_axis(axis, ctx.h, &mut block.axes[i], lane);
         }
@@ -136,41 +155,18 @@ fn fill_axis(axis: &JointAxis, h: f32, out: &mut super::sixdof::Axis, lane: usiz
         limit = spring;
     }
     (out.low[lane], out.high[lane], out.hard[lane]) = (low, high, hard);
-    fill_push(limit, 0.0, 0.0, h, &mut out.limit, lane);
+    fill_push(limit, 0.0, 0.0, &mut out.limit, lane);
     let drive = axis.drive.map(|d| d.spring);
     let (position, velocity) = axis.drive.map_or((0.0, 0.0), |d| (d.position, d.velocity));
-    fill_push(drive, position, velocity, h, &mut out.drive, lane);
+    fill_push(drive, position, velocity, &mut out.drive, lane);
     out.most[lane] = axis.drive.map_or(0.0, |d| (d.max_force * h).min(FAR));
 }
 
-/// Force k (position - x) + c (velocity - v), taken at the end of the substep.
-fn fill_push(
-    spring: Option<JointSpring>,
-    position: f32,
-    velocity: f32,
-    h: f32,
-    out: &mut Push,
-    lane: usize,
-) {
-    let [rate, give, give_mass, bias] = match spring {
-        // A motor: nothing gives.
-        Some(s) if s.damping == f32::INFINITY => [0.0, 0.0, 0.0, -velocity],
-        Some(s) => {
-            // λ = -h (k (x + h v - position) + c (v - velocity))
-            let whole = s.damping + h * s.stiffness;
-            if whole > 0.0 {
-                let rate = s.stiffness / whole;
-                let give = (1.0 / (h * whole)).min(FAR);
-                let bias = -rate * position - s.damping / whole * velocity;
-                if s.per_mass { [rate, 0.0, give, bias] } else { [rate, give, 0.0, bias] }
-            } else {
-                [0.0, FAR, 0.0, 0.0]
-            }
-        }
-        None => [0.0; 4],
-    };
-    out.rate[lane] = rate;
-    out.give[lane] = give;
-    out.give_mass[lane] = give_mass;
-    out.bias[lane] = bias;
+fn fill_push(spring: Option<JointSpring>, place: f32, speed: f32, out: &mut Push, lane: usize) {
+    let spring = spring.unwrap_or(JointSpring::new(0.0, 0.0));
+    out.stiffness[lane] = spring.stiffness.min(STIFF);
+    // An infinite damping is a motor.
+    out.damping[lane] = spring.damping.min(STIFF);
+    out.per_mass[lane] = if spring.per_mass { 1.0 } else { 0.0 };
+    (out.place[lane], out.speed[lane]) = (place, speed);
 }

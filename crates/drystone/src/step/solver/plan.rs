@@ -15,7 +15,6 @@ use crate::state::bodies::{Bodies, Body, NONE};
 use crate::state::colors::{Coloring, Colors, Place};
 use crate::state::contacts::Contacts;
 use crate::state::joints::{Joints, Link};
-use crate::state::sixdof::JointAxis;
 
 /// Most constraint ends of a group of islands: 1,200 contacts and their bodies, 0.5 MB.
 const MOST_ENDS: usize = 2400;
@@ -187,8 +186,7 @@ impl Plan {
                         Link::Ball => 0,
                         Link::Distance { .. } => 1,
                         Link::Six(six) => {
-                            let any = |axes: &[JointAxis]| axes.iter().any(JointAxis::is_scalar);
-                            let (moves, turns) = (any(&six.def.linear), any(&six.def.angular));
+                            let [moves, turns] = six.def.scalars();
                             SIX + u64::from(moves) + 2 * u64::from(turns)
                         }
                     };

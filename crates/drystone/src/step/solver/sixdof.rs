@@ -5,30 +5,34 @@
 //! slider) it makes no torque: the arm of A is r_a + d. Angles go on from the step's start by
 //! ε = θ_b - θ_a - θ_a × θ_b / 2, the turn of B against A to second order: no trigonometry here.
 //!
-//! Drives come first, then limits, one axis after the other, then all locked axes at once: their 6 × 6
-//! matrix by blocks, L over the locked motions, C over both, A over the turns; the turns are solved with
-//! A - Cᵀ L⁻¹ C. That matrix is the effective mass of a drive about an axis too, and its impulse is given
-//! along with -L⁻¹ C of it, which leaves the locked motions at rest: a hinge's limit is that of a body
-//! about its anchor. (Without that a sweep takes away only a quarter of the speed of a rod held at its
-//! end.) Warm start as of balls: see joint.rs and docs/decisions/016-joint-energy.md.
+//! All locked axes come first, at once: their 6 × 6 matrix by blocks, L over the locked motions, C over both,
+//! A over the turns; the turns are solved with A - Cᵀ L⁻¹ C. Then drives and limits, one axis after the
+//! other. Each is felt through the locked axes: with K the coupling of its row to theirs, its inverse mass
+//! is less by Kᵀ M K, M their inverse matrix, and along with its impulse they get -M K of it, which leaves
+//! them at rest. So a hinge's limit is that of a body about its anchor, and a slider's spring is one on the
+//! whole mass wherever its anchor is. (Without that a sweep takes away only a quarter of the speed of a rod
+//! held at its end.) Warm start as of balls: see joint.rs and docs/decisions/016-joint-energy.md.
 
 use fearless_simd::{Simd, SimdBase};
 
 use super::joint::{JointSweep, turned};
 use super::rows::{Line, Velocity, load_motion, load_velocity, store_velocity};
+use super::softness::Softness;
 use crate::base::disjoint::Rows;
 use crate::base::wide::{
     LANES, Lanes, Sym3w, Vec3w, Wide, above, inverse_or_zero, load, max, min, select, splat,
 };
 
-/// How an axis pushes: `v + rate · error + bias + (give + give_mass K) λ = 0`, K the inverse effective mass.
+/// A spring and damper of an axis.
 #[derive(Clone, Copy, Debug, Default)]
 #[repr(C)]
 pub(crate) struct Push {
-    pub(crate) rate: Lanes,
-    pub(crate) give: Lanes,
-    pub(crate) give_mass: Lanes,
-    pub(crate) bias: Lanes,
+    pub(crate) stiffness: Lanes,
+    pub(crate) damping: Lanes,
+    /// 1 where both count per effective mass.
+    pub(crate) per_mass: Lanes,
+    pub(crate) place: Lanes,
+    pub(crate) speed: Lanes,
 }
 
 /// Drive and limit of an axis.
@@ -59,6 +63,8 @@ pub(crate) struct SixBlock {
     pub(crate) r_b: [Lanes; 3],
     /// Anchor B less anchor A at the step's start.
     pub(crate) gap: [Lanes; 3],
+    /// Acceleration of B less that of A by gravity and forces.
+    pub(crate) pull: [Lanes; 3],
     /// Velocities of kinematic bodies: B's less A's, and angular ones.
     pub(crate) drift: [Lanes; 3],
     pub(crate) spin_a: [Lanes; 3],
@@ -153,20 +159,28 @@ impl<S: Simd> Pair<S> {
     }
 }
 
-/// The inverse of a positive definite matrix; zero if it is not.
+/// The inverse of a positive semidefinite matrix, by L D Lᵀ. What has no inverse mass of its own (a body
+/// whose rotation is locked) is left out.
 #[inline(always)]
 fn inverse<S: Simd>(simd: S, m: &Sym3w<S>) -> Sym3w<S> {
-    let cx = m.yy * m.zz - m.yz * m.yz;
-    let cy = m.xz * m.yz - m.xy * m.zz;
-    let cz = m.xy * m.yz - m.xz * m.yy;
-    let k = inverse_or_zero(simd, m.xx * cx + m.xy * cy + m.xz * cz);
+    let part = splat(simd, 1.0e-6);
+    let zero = splat(simd, 0.0);
+    let ix = inverse_or_zero(simd, m.xx);
+    let (lx, mx) = (m.xy * ix, m.xz * ix);
+    let dy = m.yy - m.xy * lx;
+    let iy = select(above(dy, m.yy * part), inverse_or_zero(simd, dy), zero);
+    let ly = (m.yz - m.xz * lx) * iy;
+    let dz = m.zz - m.xz * mx - ly * ly * dy;
+    let iz = select(above(dz, m.zz * part), inverse_or_zero(simd, dz), zero);
+    // L⁻¹ has -lx, w, -ly below its ones.
+    let w = lx * ly - mx;
     Sym3w {
-        xx: cx * k,
-        xy: cy * k,
-        xz: cz * k,
-        yy: (m.xx * m.zz - m.xz * m.xz) * k,
-        yz: (m.xy * m.xz - m.xx * m.yz) * k,
-        zz: (m.xx * m.yy - m.xy * m.xy) * k,
+        xx: ix + lx * lx * iy + w * w * iz,
+        xy: -(lx * iy) - w * ly * iz,
+        xz: w * iz,
+        yy: iy + ly * ly * iz,
+        yz: -(ly * iz),
+        zz: iz,
     }
 }
 
@@ -183,65 +197,258 @@ fn matrix<S: Simd>(r: &[Row<S>; 3], own: [Wide<S>; 3]) -> Sym3w<S> {
     }
 }
 
-/// An impulse that makes `v + rate x + bias + (give + give_mass K) λ` zero.
+/// Couplings of a row to three.
 #[inline(always)]
-fn wanted<S: Simd>(
-    simd: S,
-    push: &Push,
-    [rate, give_mass]: [Wide<S>; 2],
-    k: Wide<S>,
-    v: Wide<S>,
-    x: Wide<S>,
-    old: Wide<S>,
-) -> Wide<S> {
-    let give = load(simd, &push.give) + give_mass * k;
-    let miss = v + rate * x + load(simd, &push.bias) + give * old;
-    -miss * inverse_or_zero(simd, k + give)
+fn couplings<S: Simd>(rows: &[Row<S>; 3], row: &Row<S>) -> Vec3w<S> {
+    Vec3w { x: rows[0].coupling(row), y: rows[1].coupling(row), z: rows[2].coupling(row) }
 }
 
-/// Solves drive and limit of an axis at the coordinate `x`, speed `v`; returns the impulse to give. `rigid`:
-/// rate and give of a hard limit.
+/// The locked axes of a joint together.
+struct Held<S: Simd> {
+    along: [Row<S>; 3],
+    about: [Row<S>; 3],
+    /// L⁻¹, columns of C and of L⁻¹ C, (A - Cᵀ L⁻¹ C)⁻¹.
+    l: Sym3w<S>,
+    c: [Vec3w<S>; 3],
+    lc: [Vec3w<S>; 3],
+    a: Sym3w<S>,
+}
+
+impl<S: Simd> Held<S> {
+    #[inline(always)]
+    fn form(
+        simd: S,
+        along: &[Row<S>; 3],
+        about: &[Row<S>; 3],
+        locked: &[Wide<S>; 6],
+        linear: Wide<S>,
+    ) -> Self {
+        let (zero, one) = (splat(simd, 0.0), splat(simd, 1.0));
+        let [l0, l1, l2, k0, k1, k2] = *locked;
+        let along = [along[0].masked(l0), along[1].masked(l1), along[2].masked(l2)];
+        let about = [about[0].masked(k0), about[1].masked(k1), about[2].masked(k2)];
+        // Axes that are not locked have ones on the diagonal.
+        let own = [
+            select(above(l0, zero), linear, one),
+            select(above(l1, zero), linear, one),
+            select(above(l2, zero), linear, one),
+        ];
+        let l = inverse(simd, &matrix(&along, own));
+        let c = [
+            couplings(&along, &about[0]),
+            couplings(&along, &about[1]),
+            couplings(&along, &about[2]),
+        ];
+        let lc = [l.mul(c[0]), l.mul(c[1]), l.mul(c[2])];
+        let a = matrix(&about, [one - k0, one - k1, one - k2]);
+        let a = Sym3w {
+            xx: a.xx - c[0].dot(lc[0]),
+            yy: a.yy - c[1].dot(lc[1]),
+            zz: a.zz - c[2].dot(lc[2]),
+            xy: a.xy - c[0].dot(lc[1]),
+            xz: a.xz - c[0].dot(lc[2]),
+            yz: a.yz - c[1].dot(lc[2]),
+        };
+        Self { along, about, l, c, lc, a: inverse(simd, &a) }
+    }
+
+    /// What impulses of the locked axes make these speeds of theirs.
+    #[inline(always)]
+    fn impulses(&self, along: Vec3w<S>, about: Vec3w<S>) -> [Vec3w<S>; 2] {
+        let first = self.l.mul(along);
+        let rest = Vec3w {
+            x: about.x - self.c[0].dot(first),
+            y: about.y - self.c[1].dot(first),
+            z: about.z - self.c[2].dot(first),
+        };
+        let mu = self.a.mul(rest);
+        [first - self.lc[0] * mu.x - self.lc[1] * mu.y - self.lc[2] * mu.z, mu]
+    }
+
+    /// Inverse mass of a row but for the linear part, and the impulses that keep the locked axes where they
+    /// are under one of its own.
+    #[inline(always)]
+    fn behind(&self, row: &Row<S>) -> (Wide<S>, [Vec3w<S>; 2]) {
+        let (kl, ka) = (couplings(&self.along, row), couplings(&self.about, row));
+        let back = self.impulses(kl, ka);
+        (row.coupling(row) - kl.dot(back[0]) - ka.dot(back[1]), back)
+    }
+
+    /// Gives the locked axes what answers an impulse `d`.
+    #[inline(always)]
+    fn answer(
+        &self,
+        q: &mut Pair<S>,
+        d: Wide<S>,
+        [along, about]: &[Vec3w<S>; 2],
+        given: &mut [Wide<S>; 6],
+    ) {
+        let parts = [along.x, along.y, along.z, about.x, about.y, about.z];
+        for i in 0..6 {
+            let p = -(parts[i] * d);
+            given[i] += p;
+            if i < 3 {
+                q.push_along(&self.along[i], p);
+            } else {
+                q.push_about(&self.about[i - 3], p);
+            }
+        }
+    }
+
+    /// Solves the locked axes. Their softness is that against loads: `loads` is what they carry but for
+    /// their answers to drives and limits. (Those make torques that a small inertia would give way to by a
+    /// tenth of a spring's stroke.)
+    #[inline(always)]
+    fn solve(
+        &self,
+        simd: S,
+        block: &SixBlock,
+        q: &mut Pair<S>,
+        x: &[Wide<S>; 6],
+        loads: &[Wide<S>; 6],
+        softness: &Softness,
+    ) -> [Wide<S>; 6] {
+        let mass = splat(simd, softness.mass);
+        let (rate, leak) = (splat(simd, softness.rate), splat(simd, softness.impulse));
+        let mut miss = [splat(simd, 0.0); 6];
+        for i in 0..6 {
+            let locked = load(simd, &block.locked[i]);
+            let off = (x[i] - load(simd, &block.place[i])) * locked;
+            let speed = if i < 3 {
+                q.speed_along(&self.along[i])
+            } else {
+                q.speed_about(&self.about[i - 3])
+            };
+            miss[i] = mass * speed + rate * off;
+        }
+        let [along, about] = self.impulses(
+            Vec3w { x: miss[0], y: miss[1], z: miss[2] },
+            Vec3w { x: miss[3], y: miss[4], z: miss[5] },
+        );
+        let solved = [along.x, along.y, along.z, about.x, about.y, about.z];
+        let mut given = [splat(simd, 0.0); 6];
+        for i in 0..6 {
+            let locked = load(simd, &block.locked[i]);
+            let d = -(solved[i] + leak * loads[i]) * locked;
+            given[i] = d;
+            if i < 3 {
+                q.push_along(&self.along[i], d);
+            } else {
+                q.push_about(&self.about[i - 3], d);
+            }
+        }
+        given
+    }
+}
+
+/// The impulse of a spring in a substep: λ' = gain λ - (rate · error + gain v + bias) / K.
+struct Law<S: Simd> {
+    gain: Wide<S>,
+    rate: Wide<S>,
+    bias: Wide<S>,
+}
+
+impl Push {
+    /// Where it is slower than a substep, a spring on the inverse mass `k` under the acceleration `pull`
+    /// swings as the exact one does: v' = (1 - B) v - A x has the eigenvalues exp(z h), taken as
+    /// (12 + 6 z + z²)/(12 - 6 z + z²), and rests where the exact one does. A faster one, or a motor, is taken
+    /// at the end of the substep, which damps it. See docs/derivations/joints.md.
+    #[inline(always)]
+    fn law<S: Simd>(&self, simd: S, k: Wide<S>, pull: Wide<S>, inv_h: Wide<S>) -> Law<S> {
+        let (zero, one) = (splat(simd, 0.0), splat(simd, 1.0));
+        let (n6, n12, n72, n144) =
+            (splat(simd, 6.0), splat(simd, 12.0), splat(simd, 72.0), splat(simd, 144.0));
+        let h = one / inv_h;
+        let per_mass = load(simd, &self.per_mass);
+        let m = select(above(per_mass, zero), one, k) * h;
+        let c = load(simd, &self.damping) * m;
+        let p = load(simd, &self.stiffness) * m * h;
+        let q = one / (n144 + n72 * c + n12 * (c * c + p) + n6 * p * c + p * p);
+        let slow = Law {
+            gain: n12 * c * (n12 + p) * q,
+            rate: n144 * p * q * inv_h,
+            bias: (n12 * p + p * p + n12 * c * c - n72 * c - n6 * p * c) * q * h * pull
+                - n144 * c * q * load(simd, &self.speed),
+        };
+        let w = one / (one + c + p);
+        let fast = Law {
+            gain: (c + p) * w,
+            rate: p * w * inv_h,
+            bias: -(c * w * load(simd, &self.speed)),
+        };
+        let is_fast = above(max(c, p), one);
+        Law {
+            gain: select(is_fast, fast.gain, slow.gain),
+            rate: select(is_fast, fast.rate, slow.rate),
+            bias: select(is_fast, fast.bias, slow.bias),
+        }
+    }
+}
+
+impl<S: Simd> Law<S> {
+    #[inline(always)]
+    fn impulse(&self, inverse: Wide<S>, v: Wide<S>, error: Wide<S>, old: Wide<S>) -> Wide<S> {
+        self.gain * old - (self.rate * error + self.gain * v + self.bias) * inverse
+    }
+}
+
+/// What a drive or limit feels: inverse mass, coordinate, speed, and acceleration by gravity and forces.
+#[derive(Clone, Copy)]
+struct Felt<S: Simd> {
+    k: Wide<S>,
+    x: Wide<S>,
+    v: Wide<S>,
+    pull: Wide<S>,
+}
+
+/// Solves drive and limit of an axis; returns the impulse to give. In a relax sweep springs do not push:
+/// they go by where the bodies were.
 #[inline(always)]
 fn drive_and_limit<S: Simd>(
     simd: S,
-    axis: &Axis,
-    [held, limit]: [&mut Lanes; 2],
-    locked: Wide<S>,
-    [k, x, v]: [Wide<S>; 3],
-    rigid: [Wide<S>; 2],
-    inv_h: Wide<S>,
+    block: &mut SixBlock,
+    axis: usize,
+    felt: Felt<S>,
+    sweep: &JointSweep,
 ) -> Wide<S> {
-    let zero = splat(simd, 0.0);
-    let is_locked = above(locked, zero);
+    let (zero, inv_h) = (splat(simd, 0.0), splat(simd, sweep.inv_h));
+    let is_locked = above(load(simd, &block.locked[axis]), zero);
+    let (held, limit) = (&mut block.held[axis], &mut block.limit[axis]);
+    let axis = &block.axes[axis];
+    let Felt { k, x, v, pull } = felt;
+    let inverse = inverse_or_zero(simd, k);
     let old = load(simd, held);
     let most = load(simd, &axis.most);
-    let law = [load(simd, &axis.drive.rate), load(simd, &axis.drive.give_mass)];
-    let new = old + wanted(simd, &axis.drive, law, k, v, x, old);
+    let law = axis.drive.law(simd, k, pull, inv_h);
+    let new = law.impulse(inverse, v, x - load(simd, &axis.drive.place), old);
     let new = max(min(new, most), -most);
+    let new = if sweep.is_relax { select(above(law.rate, zero), old, new) } else { new };
     let new = select(is_locked, old, new);
     new.store_array(held);
-    let d = new - old;
-    let v = v + k * d;
+    let given = new - old;
+    let v = v + k * given;
 
     let old = load(simd, limit);
     let (low, high) = (load(simd, &axis.low), load(simd, &axis.high));
     let (over_low, over_high) = (x - low, x - high);
     let is_low = above(-over_high, over_low);
     let error = select(is_low, over_low, over_high);
-    let open = select(is_low, error, -error);
-    let hard = load(simd, &axis.hard);
-    let rate = load(simd, &axis.limit.rate) + hard * rigid[0];
-    let give = load(simd, &axis.limit.give_mass) + hard * rigid[1];
-    let shut = wanted(simd, &axis.limit, [rate, give], k, v, error, old);
-    let ahead = -(v + error * inv_h) * inverse_or_zero(simd, k);
-    let new = old + select(above(open, zero), ahead, shut);
-    let new = select(is_low, max(new, zero), min(new, zero));
+    let open = above(select(is_low, error, -error), zero);
+    let is_hard = above(load(simd, &axis.hard), zero);
+    let soft = axis.limit.law(simd, k, pull, inv_h);
+    let s = &sweep.softness;
+    let hard = Law { gain: splat(simd, s.mass), rate: splat(simd, s.rate), bias: zero };
+    let shut = hard.impulse(inverse, v, error, old);
+    let ahead = old - (v + error * inv_h) * inverse;
+    let push = soft.impulse(inverse, v, error, old);
     // Without room between them, both hold: a spring about one place.
     let tight = above(splat(simd, 1.0e-9), high - low);
-    let new = select(tight, old + shut, new);
+    let new = select(is_hard, select(open, ahead, shut), select(open, zero, push));
+    let new = select(tight, push, select(is_low, max(new, zero), min(new, zero)));
+    let new = if sweep.is_relax { select(is_hard, new, old) } else { new };
     let new = select(is_locked, zero, new);
     new.store_array(limit);
-    d + (new - old)
+    given + (new - old)
 }
 
 /// Solves one block once.
@@ -327,118 +534,58 @@ pub(crate) fn solve<S: Simd>(
     }
 
     let linear = alpha * alpha + beta * beta;
-    let s = &sweep.softness;
-    let inv_h = splat(simd, sweep.inv_h);
-    let rigid = [splat(simd, s.rate / s.mass), splat(simd, s.impulse / s.mass)];
-    if block.moves {
-        for i in 0..3 {
-            let row = &along[i];
-            let state = [linear + row.coupling(row), x[i], q.speed_along(row)];
-            let impulses = [&mut block.held[i], &mut block.limit[i]];
-            let axis = &block.axes[i];
-            let d = drive_and_limit(simd, axis, impulses, locked[i], state, rigid, inv_h);
-            q.push_along(row, d);
+    let held = Held::form(simd, &along, &about, &locked, linear);
+    // Drives and limits behind the locked axes: inverse masses, and the locked axes' answers.
+    let (mut give, mut back) = ([zero; 6], [[gap; 2]; 6]);
+    let mut loads = [zero; 6];
+    for i in 0..6 {
+        loads[i] = load(simd, &block.held[i]);
+    }
+    for i in 0..6 {
+        if !(if i < 3 { block.moves } else { block.turns }) {
+            continue;
+        }
+        let row = if i < 3 { &along[i] } else { &about[i - 3] };
+        let row = row.masked(one - locked[i]);
+        let k;
+        (k, back[i]) = held.behind(&row);
+        // What is left of a turn that the locked axes allow not at all is rounding.
+        let least = row.coupling(&row) * splat(simd, 1.0e-5);
+        give[i] = if i < 3 { max(linear + k, linear) } else { select(above(k, least), k, zero) };
+        let pushes = load(simd, &block.held[i]) + load(simd, &block.limit[i]);
+        let [a, b] = [back[i][0] * pushes, back[i][1] * pushes];
+        let parts = [a.x, a.y, a.z, b.x, b.y, b.z];
+        for j in 0..6 {
+            loads[j] += parts[j];
         }
     }
-
-    // L, L⁻¹ C and A - Cᵀ L⁻¹ C over the locked motions and all turns.
-    let held = [along[0].masked(locked[0]), along[1].masked(locked[1]), along[2].masked(locked[2])];
-    let own = [
-        select(above(locked[0], zero), linear, one),
-        select(above(locked[1], zero), linear, one),
-        select(above(locked[2], zero), linear, one),
-    ];
-    let l = inverse(simd, &matrix(&held, own));
-    let (mut c, mut lc) = ([gap; 3], [gap; 3]);
-    for i in 0..3 {
-        c[i] = Vec3w {
-            x: held[0].coupling(&about[i]),
-            y: held[1].coupling(&about[i]),
-            z: held[2].coupling(&about[i]),
-        };
-        lc[i] = l.mul(c[i]);
-    }
-    let a = matrix(&about, [zero; 3]);
-    let a = Sym3w {
-        xx: a.xx - c[0].dot(lc[0]),
-        yy: a.yy - c[1].dot(lc[1]),
-        zz: a.zz - c[2].dot(lc[2]),
-        xy: a.xy - c[0].dot(lc[1]),
-        xz: a.xz - c[0].dot(lc[2]),
-        yz: a.yz - c[1].dot(lc[2]),
-    };
-
-    // What locked motions receive.
-    let mut lambda = Vec3w::zero(simd);
-    if block.turns {
-        let own = [a.xx, a.yy, a.zz];
-        for i in 0..3 {
-            let row = &about[i];
-            let state = [max(own[i], zero), x[i + 3], q.speed_about(row)];
-            let impulses = [&mut block.held[i + 3], &mut block.limit[i + 3]];
-            let axis = &block.axes[i + 3];
-            let d = drive_and_limit(simd, axis, impulses, locked[i + 3], state, rigid, inv_h);
-            q.push_about(row, d);
-            let r = lc[i] * -d;
-            q.push_along(&held[0], r.x);
-            q.push_along(&held[1], r.y);
-            q.push_along(&held[2], r.z);
-            lambda = lambda + r;
+    let mut given = held.solve(simd, block, &mut q, &x, &loads, &sweep.softness);
+    let pull = Vec3w::load(simd, &block.pull);
+    let pulls = [pull.dot(held.along[0].n), pull.dot(held.along[1].n), pull.dot(held.along[2].n)];
+    for i in 0..6 {
+        if !(if i < 3 { block.moves } else { block.turns }) {
+            continue;
         }
+        let row = if i < 3 { &along[i] } else { &about[i - 3] };
+        let row = row.masked(one - locked[i]);
+        let v = if i < 3 { q.speed_along(&row) } else { q.speed_about(&row) };
+        let Vec3w { x: p0, y: p1, z: p2 } = back[i][0];
+        let own = if i < 3 { pull.dot(row.n) } else { zero };
+        let pull = own - (p0 * pulls[0] + p1 * pulls[1] + p2 * pulls[2]);
+        let felt = Felt { k: give[i], x: x[i], v, pull };
+        let d = drive_and_limit(simd, block, i, felt, sweep);
+        if i < 3 {
+            q.push_along(&row, d);
+        } else {
+            q.push_about(&row, d);
+        }
+        held.answer(&mut q, d, &back[i], &mut given);
     }
-
-    // All locked axes.
-    let (mass, rate, leak) = (splat(simd, s.mass), splat(simd, s.rate), splat(simd, s.impulse));
-    let old = Vec3w::load(simd, &[block.held[0], block.held[1], block.held[2]]) + lambda;
-    let old_turn = Vec3w::load(simd, &[block.held[3], block.held[4], block.held[5]]);
-    let mut miss = [zero; 6];
-    for i in 0..3 {
-        let (place, angle) = (load(simd, &block.place[i]), load(simd, &block.place[i + 3]));
-        miss[i] = (mass * q.speed_along(&along[i]) + rate * (x[i] - place)) * locked[i];
-        miss[i + 3] =
-            (mass * q.speed_about(&about[i]) + rate * (x[i + 3] - angle)) * locked[i + 3];
+    for i in 0..6 {
+        // Those of a drive are stored already.
+        let lock = load(simd, &block.held[i]) + given[i] * locked[i];
+        lock.store_array(&mut block.held[i]);
     }
-    let lock = Vec3w { x: locked[0], y: locked[1], z: locked[2] };
-    let (k0, k1, k2) = (locked[3], locked[4], locked[5]);
-    let miss_l = Vec3w { x: miss[0], y: miss[1], z: miss[2] };
-    let first = l.mul(miss_l);
-    let rest = Vec3w {
-        x: (miss[3] - c[0].dot(first)) * k0,
-        y: (miss[4] - c[1].dot(first)) * k1,
-        z: (miss[5] - c[2].dot(first)) * k2,
-    };
-    let a = Sym3w {
-        xx: select(above(k0, zero), a.xx, one),
-        yy: select(above(k1, zero), a.yy, one),
-        zz: select(above(k2, zero), a.zz, one),
-        xy: a.xy * (k0 * k1),
-        xz: a.xz * (k0 * k2),
-        yz: a.yz * (k1 * k2),
-    };
-    let mu = -inverse(simd, &a).mul(rest);
-    let solved = -first - lc[0] * mu.x - lc[1] * mu.y - lc[2] * mu.z;
-    let d = Vec3w {
-        x: (solved.x - leak * old.x) * lock.x,
-        y: (solved.y - leak * old.y) * lock.y,
-        z: (solved.z - leak * old.z) * lock.z,
-    };
-    let dt = Vec3w {
-        x: (mu.x - leak * old_turn.x) * k0,
-        y: (mu.y - leak * old_turn.y) * k1,
-        z: (mu.z - leak * old_turn.z) * k2,
-    };
-    q.push_along(&along[0], d.x);
-    q.push_along(&along[1], d.y);
-    q.push_along(&along[2], d.z);
-    q.push_about(&about[0], dt.x);
-    q.push_about(&about[1], dt.y);
-    q.push_about(&about[2], dt.z);
-    (old.x + d.x).store_array(&mut block.held[0]);
-    (old.y + d.y).store_array(&mut block.held[1]);
-    (old.z + d.z).store_array(&mut block.held[2]);
-    (old_turn.x + dt.x).store_array(&mut block.held[3]);
-    (old_turn.y + dt.y).store_array(&mut block.held[4]);
-    (old_turn.z + dt.z).store_array(&mut block.held[5]);
 
     (t + q.torque).store(&mut block.torque);
     let more_a = q.arm_a.cross(q.force) + q.torque;
