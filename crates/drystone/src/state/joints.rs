@@ -65,8 +65,7 @@ impl Joint {
             Link::Ball => distance,
             Link::Six(six) => {
                 let gap = (a.rotation * six.def.frame_a).unrotate(p_b - p_a);
-                let [x, y, z] = &six.def.linear;
-                vec3(x.excess(gap.x), y.excess(gap.y), z.excess(gap.z)).length()
+                six.def.linear_excess(gap)
             }
             Link::Distance { min, max, .. } => (min - distance).max(distance - max).max(0.0),
         }

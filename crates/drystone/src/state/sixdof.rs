@@ -2,7 +2,7 @@
 
 use super::check::{above_zero, at_least_zero, unit};
 use super::def::DefError;
-use crate::base::math::Vec3;
+use crate::base::math::{Vec3, vec3};
 use crate::base::quat::Quat;
 
 /// A damped spring along or about an axis.
@@ -296,6 +296,15 @@ impl SixDof {
     pub const fn wheel(suspension: JointAxis, spin: JointAxis) -> Self {
         let linear = [JointAxis::LOCKED, suspension, JointAxis::LOCKED];
         Self { linear, ..Self::hinge(spin) }
+    }
+
+    /// How far this gap from the first anchor to the second is beyond what the motions allow [m, frame of
+    /// the joint on the first body].
+    #[must_use]
+    pub fn linear_excess(&self, gap: impl Into<Vec3>) -> f32 {
+        let gap = gap.into();
+        let [x, y, z] = &self.linear;
+        vec3(x.excess(gap.x), y.excess(gap.y), z.excess(gap.z)).length()
     }
 
     /// Motions, then turns.

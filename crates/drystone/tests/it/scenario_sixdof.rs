@@ -298,7 +298,7 @@ fn a_spring_per_mass_is_one_on_the_whole_mass_wherever_its_anchor_is() {
         #[expect(clippy::cast_precision_loss, reason = "a handful")]
         let period = (crossings[n] - crossings[0]) / n as f32 * DT;
         println!("{period} {}", 2.0 * PI / omega);
-        assert!((period * omega / (2.0 * PI) - 1.0).abs() < 2.0e-4, "{which}: {period}");
+        assert!((period * omega / (2.0 * PI) - 1.0).abs() < 1.0e-3, "{which}: {period}");
         // Velocities stand half a substep before positions: ω h / 2 of the energy goes up and down. From the
         // first second to the last it stays.
         let [first, end] = seen;

@@ -46,7 +46,7 @@ struct State<S: Simd> {
 
 /// `r` turned by the rotation vector `t`, to second order.
 #[inline(always)]
-pub(crate) fn turned<S: Simd>(simd: S, r: Vec3w<S>, t: Vec3w<S>) -> Vec3w<S> {
+fn turned<S: Simd>(simd: S, r: Vec3w<S>, t: Vec3w<S>) -> Vec3w<S> {
     let once = t.cross(r);
     r + once + t.cross(once) * splat(simd, 0.5)
 }

@@ -12,6 +12,8 @@ pub(crate) mod rows;
 pub(crate) mod contact;
 pub(crate) mod joint;
 pub(crate) mod sixdof;
+mod held;
+mod spring;
 pub(crate) mod inertia;
 pub(crate) mod integrate;
 mod impact;
@@ -34,7 +36,7 @@ use self::impact::Impacts;
 use self::inertia::{Frame, Squeeze};
 use self::integrate::Aux;
 use self::joint::JointSweep;
-use self::plan::{Group, Plan, SIX};
+use self::plan::{Group, Plan};
 use self::rows::{ContactBlock, Extra, JointBlock, Line, Whitening};
 use self::sixdof::SixBlock;
 use self::softness::Softness;
@@ -544,28 +546,7 @@ impl Solver<'_> {
                 }
             });
         }
-        for batch in &self.plan.sixdofs.batches[group.sixdofs.clone()] {
-            let n = batch.blocks.len();
-            let class = batch.class - SIX;
-            for_ranges(jobs, n, grain(jobs, n, 8), |part| {
-                for i in batch.blocks.start + part.start..batch.blocks.start + part.end {
-                    self.pack_sixdofs(i, [class & 1 != 0, class & 2 != 0]);
-                }
-            });
-        }
-    }
-
-    fn sweep_sixdofs(&self, group: &Group, sweep: &JointSweep, jobs: &dyn Executor) {
-        for batch in &self.plan.sixdofs.batches[group.sixdofs.clone()] {
-            let n = batch.blocks.len();
-            for_ranges(jobs, n, grain(jobs, n, 4), |part| {
-                dispatch!(self.ctx.level, simd => {
-                    for i in batch.blocks.start + part.start..batch.blocks.start + part.end {
-                        sixdof::solve(simd, self.sixdofs.row(i), &self.lines, sweep);
-                    }
-                });
-            });
-        }
+        self.prepare_sixdofs(group, jobs);
     }
 
     fn sweep_joints(&self, group: &Group, sweep: &JointSweep, jobs: &dyn Executor) {
@@ -626,13 +607,7 @@ impl Solver<'_> {
                 self.store_joints(i);
             }
         });
-        let sixdofs = self.plan.sixdofs.blocks_of(&group.sixdofs);
-        let n = sixdofs.len();
-        for_ranges(jobs, n, grain(jobs, n, 32), |part| {
-            for i in sixdofs.start + part.start..sixdofs.start + part.end {
-                self.store_sixdofs(i);
-            }
-        });
+        self.store_sixdofs(group, jobs);
         self.store_trees(group);
     }
 }

@@ -1,8 +1,14 @@
 //! Joints of six axes to blocks and back.
 
+use fearless_simd::dispatch;
+
 use super::Solver;
+use super::joint::JointSweep;
 use super::pack_joint::put;
-use super::sixdof::{Push, SixBlock};
+use super::plan::{Group, SIX};
+use super::sixdof::{self, Axis, SixBlock};
+use super::spring::Push;
+use crate::base::jobs::{Executor, for_ranges, grain};
 use crate::base::math::{Vec3, vec3};
 use crate::base::sym3::Sym3;
 use crate::base::wide::LANES;
@@ -17,9 +23,44 @@ const FAR: f32 = 1.0e30;
 const STIFF: f32 = 1.0e20;
 
 impl Solver<'_> {
+    pub(super) fn prepare_sixdofs(&self, group: &Group, jobs: &dyn Executor) {
+        for batch in &self.plan.sixdofs.batches[group.sixdofs.clone()] {
+            let n = batch.blocks.len();
+            let class = batch.class - SIX;
+            for_ranges(jobs, n, grain(jobs, n, 8), |part| {
+                for i in batch.blocks.start + part.start..batch.blocks.start + part.end {
+                    self.pack_block(i, [class & 1 != 0, class & 2 != 0]);
+                }
+            });
+        }
+    }
+
+    pub(super) fn sweep_sixdofs(&self, group: &Group, sweep: &JointSweep, jobs: &dyn Executor) {
+        for batch in &self.plan.sixdofs.batches[group.sixdofs.clone()] {
+            let n = batch.blocks.len();
+            for_ranges(jobs, n, grain(jobs, n, 4), |part| {
+                dispatch!(self.ctx.level, simd => {
+                    for i in batch.blocks.start + part.start..batch.blocks.start + part.end {
+                        sixdof::solve(simd, self.sixdofs.row(i), &self.lines, sweep);
+                    }
+                });
+            });
+        }
+    }
+
+    pub(super) fn store_sixdofs(&self, group: &Group, jobs: &dyn Executor) {
+        let blocks = self.plan.sixdofs.blocks_of(&group.sixdofs);
+        let n = blocks.len();
+        for_ranges(jobs, n, grain(jobs, n, 32), |part| {
+            for i in blocks.start + part.start..blocks.start + part.end {
+                self.store_block(i);
+            }
+        });
+    }
+
     /// Builds a block and applies its impulses to the lines. `class` says whether motions and turns have
     /// drives or limits.
-    pub(super) fn pack_sixdofs(&self, block: usize, [moves, turns]: [bool; 2]) {
+    fn pack_block(&self, block: usize, [moves, turns]: [bool; 2]) {
         let owners = &self.plan.sixdofs.owners[block];
         let block = self.sixdofs.row(block);
         if owners[LANES - 1] == NONE {
@@ -37,7 +78,7 @@ impl Solver<'_> {
     }
 
     /// Writes the impulses of a block back.
-    pub(super) fn store_sixdofs(&self, block: usize) {
+    fn store_block(&self, block: usize) {
         let owners = &self.plan.sixdofs.owners[block];
         let block = self.sixdofs.read(block);
         let scale = self.ctx.store_scale;
@@ -146,7 +187,7 @@ impl Solver<'_> {
     }
 }
 
-fn fill_axis(axis: &JointAxis, h: f32, out: &mut super::sixdof::Axis, lane: usize) {
+fn fill_axis(axis: &JointAxis, h: f32, out: &mut Axis, lane: usize) {
     let (mut low, mut high, mut hard) = (-FAR, FAR, 0.0);
     let mut limit = None;
     if let JointMotion::Limited { min, max, spring } = axis.motion {

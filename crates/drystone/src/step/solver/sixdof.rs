@@ -15,25 +15,14 @@
 
 use fearless_simd::{Simd, SimdBase};
 
-use super::joint::{JointSweep, turned};
-use super::rows::{Line, Velocity, load_motion, load_velocity, store_velocity};
-use super::softness::Softness;
+use super::held::{Held, Pair, Row, Turn};
+use super::joint::JointSweep;
+use super::rows::{Line, load_motion, load_velocity, store_velocity};
+use super::spring::{Law, Push};
 use crate::base::disjoint::Rows;
 use crate::base::wide::{
     LANES, Lanes, Sym3w, Vec3w, Wide, above, inverse_or_zero, load, max, min, select, splat,
 };
-
-/// A spring and damper of an axis.
-#[derive(Clone, Copy, Debug, Default)]
-#[repr(C)]
-pub(crate) struct Push {
-    pub(crate) stiffness: Lanes,
-    pub(crate) damping: Lanes,
-    /// 1 where both count per effective mass.
-    pub(crate) per_mass: Lanes,
-    pub(crate) place: Lanes,
-    pub(crate) speed: Lanes,
-}
 
 /// Drive and limit of an axis.
 #[derive(Clone, Copy, Debug, Default)]
@@ -90,306 +79,6 @@ pub(crate) struct SixBlock {
     pub(crate) moves: bool,
     pub(crate) turns: bool,
     pub(crate) axes: [Axis; 6],
-}
-
-/// Rows of an axis at both bodies: u and n, and S (r × u) or S n.
-#[derive(Clone, Copy)]
-struct Row<S: Simd> {
-    n: Vec3w<S>,
-    a: Vec3w<S>,
-    b: Vec3w<S>,
-}
-
-impl<S: Simd> Row<S> {
-    #[inline(always)]
-    fn masked(self, m: Wide<S>) -> Self {
-        Self { n: self.n * m, a: self.a * m, b: self.b * m }
-    }
-
-    #[inline(always)]
-    fn coupling(&self, o: &Self) -> Wide<S> {
-        self.a.dot(o.a) + self.b.dot(o.b)
-    }
-}
-
-/// Both bodies as the sweep changes them.
-struct Pair<S: Simd> {
-    alpha: Wide<S>,
-    beta: Wide<S>,
-    va: Velocity<S>,
-    vb: Velocity<S>,
-    /// Relative velocities of kinematic bodies.
-    drift: Vec3w<S>,
-    spin: Vec3w<S>,
-    arm_a: Vec3w<S>,
-    arm_b: Vec3w<S>,
-    /// Impulses of this sweep: linear, and about anchor B.
-    force: Vec3w<S>,
-    torque: Vec3w<S>,
-}
-
-impl<S: Simd> Pair<S> {
-    #[inline(always)]
-    fn speed_along(&self, row: &Row<S>) -> Wide<S> {
-        row.n.dot(self.vb.v * self.beta - self.va.v * self.alpha + self.drift)
-            + row.b.dot(self.vb.w)
-            - row.a.dot(self.va.w)
-    }
-
-    #[inline(always)]
-    fn speed_about(&self, row: &Row<S>) -> Wide<S> {
-        row.n.dot(self.spin) + row.b.dot(self.vb.w) - row.a.dot(self.va.w)
-    }
-
-    #[inline(always)]
-    fn push_along(&mut self, row: &Row<S>, d: Wide<S>) {
-        let p = row.n * d;
-        self.force = self.force + p;
-        self.va.v = self.va.v - p * self.alpha;
-        self.vb.v = self.vb.v + p * self.beta;
-        self.va.w = self.va.w - row.a * d;
-        self.vb.w = self.vb.w + row.b * d;
-    }
-
-    #[inline(always)]
-    fn push_about(&mut self, row: &Row<S>, d: Wide<S>) {
-        self.torque = self.torque + row.n * d;
-        self.va.w = self.va.w - row.a * d;
-        self.vb.w = self.vb.w + row.b * d;
-    }
-}
-
-/// The inverse of a positive semidefinite matrix, by L D Lᵀ. What has no inverse mass of its own (a body
-/// whose rotation is locked) is left out.
-#[inline(always)]
-fn inverse<S: Simd>(simd: S, m: &Sym3w<S>) -> Sym3w<S> {
-    let part = splat(simd, 1.0e-6);
-    let zero = splat(simd, 0.0);
-    let ix = inverse_or_zero(simd, m.xx);
-    let (lx, mx) = (m.xy * ix, m.xz * ix);
-    let dy = m.yy - m.xy * lx;
-    let iy = select(above(dy, m.yy * part), inverse_or_zero(simd, dy), zero);
-    let ly = (m.yz - m.xz * lx) * iy;
-    let dz = m.zz - m.xz * mx - ly * ly * dy;
-    let iz = select(above(dz, m.zz * part), inverse_or_zero(simd, dz), zero);
-    // L⁻¹ has -lx, w, -ly below its ones.
-    let w = lx * ly - mx;
-    Sym3w {
-        xx: ix + lx * lx * iy + w * w * iz,
-        xy: -(lx * iy) - w * ly * iz,
-        xz: w * iz,
-        yy: iy + ly * ly * iz,
-        yz: -(ly * iz),
-        zz: iz,
-    }
-}
-
-/// The matrix of three rows, with `own` more on its diagonal.
-#[inline(always)]
-fn matrix<S: Simd>(r: &[Row<S>; 3], own: [Wide<S>; 3]) -> Sym3w<S> {
-    Sym3w {
-        xx: own[0] + r[0].coupling(&r[0]),
-        yy: own[1] + r[1].coupling(&r[1]),
-        zz: own[2] + r[2].coupling(&r[2]),
-        xy: r[0].coupling(&r[1]),
-        xz: r[0].coupling(&r[2]),
-        yz: r[1].coupling(&r[2]),
-    }
-}
-
-/// Couplings of a row to three.
-#[inline(always)]
-fn couplings<S: Simd>(rows: &[Row<S>; 3], row: &Row<S>) -> Vec3w<S> {
-    Vec3w { x: rows[0].coupling(row), y: rows[1].coupling(row), z: rows[2].coupling(row) }
-}
-
-/// The locked axes of a joint together.
-struct Held<S: Simd> {
-    along: [Row<S>; 3],
-    about: [Row<S>; 3],
-    /// L⁻¹, columns of C and of L⁻¹ C, (A - Cᵀ L⁻¹ C)⁻¹.
-    l: Sym3w<S>,
-    c: [Vec3w<S>; 3],
-    lc: [Vec3w<S>; 3],
-    a: Sym3w<S>,
-}
-
-impl<S: Simd> Held<S> {
-    #[inline(always)]
-    fn form(
-        simd: S,
-        along: &[Row<S>; 3],
-        about: &[Row<S>; 3],
-        locked: &[Wide<S>; 6],
-        linear: Wide<S>,
-    ) -> Self {
-        let (zero, one) = (splat(simd, 0.0), splat(simd, 1.0));
-        let [l0, l1, l2, k0, k1, k2] = *locked;
-        let along = [along[0].masked(l0), along[1].masked(l1), along[2].masked(l2)];
-        let about = [about[0].masked(k0), about[1].masked(k1), about[2].masked(k2)];
-        // Axes that are not locked have ones on the diagonal.
-        let own = [
-            select(above(l0, zero), linear, one),
-            select(above(l1, zero), linear, one),
-            select(above(l2, zero), linear, one),
-        ];
-        let l = inverse(simd, &matrix(&along, own));
-        let c = [
-            couplings(&along, &about[0]),
-            couplings(&along, &about[1]),
-            couplings(&along, &about[2]),
-        ];
-        let lc = [l.mul(c[0]), l.mul(c[1]), l.mul(c[2])];
-        let a = matrix(&about, [one - k0, one - k1, one - k2]);
-        let a = Sym3w {
-            xx: a.xx - c[0].dot(lc[0]),
-            yy: a.yy - c[1].dot(lc[1]),
-            zz: a.zz - c[2].dot(lc[2]),
-            xy: a.xy - c[0].dot(lc[1]),
-            xz: a.xz - c[0].dot(lc[2]),
-            yz: a.yz - c[1].dot(lc[2]),
-        };
-        Self { along, about, l, c, lc, a: inverse(simd, &a) }
-    }
-
-    /// What impulses of the locked axes make these speeds of theirs.
-    #[inline(always)]
-    fn impulses(&self, along: Vec3w<S>, about: Vec3w<S>) -> [Vec3w<S>; 2] {
-        let first = self.l.mul(along);
-        let rest = Vec3w {
-            x: about.x - self.c[0].dot(first),
-            y: about.y - self.c[1].dot(first),
-            z: about.z - self.c[2].dot(first),
-        };
-        let mu = self.a.mul(rest);
-        [first - self.lc[0] * mu.x - self.lc[1] * mu.y - self.lc[2] * mu.z, mu]
-    }
-
-    /// Inverse mass of a row but for the linear part, and the impulses that keep the locked axes where they
-    /// are under one of its own.
-    #[inline(always)]
-    fn behind(&self, row: &Row<S>) -> (Wide<S>, [Vec3w<S>; 2]) {
-        let (kl, ka) = (couplings(&self.along, row), couplings(&self.about, row));
-        let back = self.impulses(kl, ka);
-        (row.coupling(row) - kl.dot(back[0]) - ka.dot(back[1]), back)
-    }
-
-    /// Gives the locked axes what answers an impulse `d`.
-    #[inline(always)]
-    fn answer(
-        &self,
-        q: &mut Pair<S>,
-        d: Wide<S>,
-        [along, about]: &[Vec3w<S>; 2],
-        given: &mut [Wide<S>; 6],
-    ) {
-        let parts = [along.x, along.y, along.z, about.x, about.y, about.z];
-        for i in 0..6 {
-            let p = -(parts[i] * d);
-            given[i] += p;
-            if i < 3 {
-                q.push_along(&self.along[i], p);
-            } else {
-                q.push_about(&self.about[i - 3], p);
-            }
-        }
-    }
-
-    /// Solves the locked axes. Their softness is that against loads: `loads` is what they carry but for
-    /// their answers to drives and limits. (Those make torques that a small inertia would give way to by a
-    /// tenth of a spring's stroke.)
-    #[inline(always)]
-    fn solve(
-        &self,
-        simd: S,
-        block: &SixBlock,
-        q: &mut Pair<S>,
-        x: &[Wide<S>; 6],
-        loads: &[Wide<S>; 6],
-        softness: &Softness,
-    ) -> [Wide<S>; 6] {
-        let mass = splat(simd, softness.mass);
-        let (rate, leak) = (splat(simd, softness.rate), splat(simd, softness.impulse));
-        let mut miss = [splat(simd, 0.0); 6];
-        for i in 0..6 {
-            let locked = load(simd, &block.locked[i]);
-            let off = (x[i] - load(simd, &block.place[i])) * locked;
-            let speed = if i < 3 {
-                q.speed_along(&self.along[i])
-            } else {
-                q.speed_about(&self.about[i - 3])
-            };
-            miss[i] = mass * speed + rate * off;
-        }
-        let [along, about] = self.impulses(
-            Vec3w { x: miss[0], y: miss[1], z: miss[2] },
-            Vec3w { x: miss[3], y: miss[4], z: miss[5] },
-        );
-        let solved = [along.x, along.y, along.z, about.x, about.y, about.z];
-        let mut given = [splat(simd, 0.0); 6];
-        for i in 0..6 {
-            let locked = load(simd, &block.locked[i]);
-            let d = -(solved[i] + leak * loads[i]) * locked;
-            given[i] = d;
-            if i < 3 {
-                q.push_along(&self.along[i], d);
-            } else {
-                q.push_about(&self.about[i - 3], d);
-            }
-        }
-        given
-    }
-}
-
-/// The impulse of a spring in a substep: λ' = gain λ - (rate · error + gain v + bias) / K.
-struct Law<S: Simd> {
-    gain: Wide<S>,
-    rate: Wide<S>,
-    bias: Wide<S>,
-}
-
-impl Push {
-    /// Where it is slower than a substep, a spring on the inverse mass `k` under the acceleration `pull`
-    /// swings as the exact one does: v' = (1 - B) v - A x has the eigenvalues exp(z h), taken as
-    /// (12 + 6 z + z²)/(12 - 6 z + z²), and rests where the exact one does. A faster one, or a motor, is taken
-    /// at the end of the substep, which damps it. See docs/derivations/joints.md.
-    #[inline(always)]
-    fn law<S: Simd>(&self, simd: S, k: Wide<S>, pull: Wide<S>, inv_h: Wide<S>) -> Law<S> {
-        let (zero, one) = (splat(simd, 0.0), splat(simd, 1.0));
-        let (n6, n12, n72, n144) =
-            (splat(simd, 6.0), splat(simd, 12.0), splat(simd, 72.0), splat(simd, 144.0));
-        let h = one / inv_h;
-        let per_mass = load(simd, &self.per_mass);
-        let m = select(above(per_mass, zero), one, k) * h;
-        let c = load(simd, &self.damping) * m;
-        let p = load(simd, &self.stiffness) * m * h;
-        let q = one / (n144 + n72 * c + n12 * (c * c + p) + n6 * p * c + p * p);
-        let slow = Law {
-            gain: n12 * c * (n12 + p) * q,
-            rate: n144 * p * q * inv_h,
-            bias: (n12 * p + p * p + n12 * c * c - n72 * c - n6 * p * c) * q * h * pull
-                - n144 * c * q * load(simd, &self.speed),
-        };
-        let w = one / (one + c + p);
-        let fast = Law {
-            gain: (c + p) * w,
-            rate: p * w * inv_h,
-            bias: -(c * w * load(simd, &self.speed)),
-        };
-        let is_fast = above(max(c, p), one);
-        Law {
-            gain: select(is_fast, fast.gain, slow.gain),
-            rate: select(is_fast, fast.rate, slow.rate),
-            bias: select(is_fast, fast.bias, slow.bias),
-        }
-    }
-}
-
-impl<S: Simd> Law<S> {
-    #[inline(always)]
-    fn impulse(&self, inverse: Wide<S>, v: Wide<S>, error: Wide<S>, old: Wide<S>) -> Wide<S> {
-        self.gain * old - (self.rate * error + self.gain * v + self.bias) * inverse
-    }
 }
 
 /// What a drive or limit feels: inverse mass, coordinate, speed, and acceleration by gravity and forces.
@@ -451,15 +140,24 @@ fn drive_and_limit<S: Simd>(
     given + (new - old)
 }
 
-/// Solves one block once.
+/// The joints of a block as they are in this sweep.
+struct State<S: Simd> {
+    pair: Pair<S>,
+    along: [Row<S>; 3],
+    about: [Row<S>; 3],
+    /// Coordinates.
+    x: [Wide<S>; 6],
+    locked: [Wide<S>; 6],
+}
+
 #[inline(always)]
-pub(crate) fn solve<S: Simd>(
+fn read<S: Simd>(
     simd: S,
-    block: &mut SixBlock,
+    block: &SixBlock,
     lines: &Rows<'_, Line>,
     sweep: &JointSweep,
-) {
-    let (zero, one) = (splat(simd, 0.0), splat(simd, 1.0));
+) -> State<S> {
+    let zero = splat(simd, 0.0);
     let (alpha, beta) = (load(simd, &block.alpha), load(simd, &block.beta));
     let (sa, sb) = (Sym3w::load(simd, &block.s_a), Sym3w::load(simd, &block.s_b));
     let va = load_velocity(simd, lines, &block.row_a);
@@ -475,11 +173,14 @@ pub(crate) fn solve<S: Simd>(
     let (spin_a, spin_b) = (Vec3w::load(simd, &block.spin_a), Vec3w::load(simd, &block.spin_b));
     let turn_a = sa.mul(xa.w) + spin_a * elapsed;
     let turn_b = sb.mul(xb.w) + spin_b * elapsed;
+    let (to_a, to_b) = (Turn::new(simd, turn_a), Turn::new(simd, turn_b));
     let (r0a, r0b) = (Vec3w::load(simd, &block.r_a), Vec3w::load(simd, &block.r_b));
-    let (ra, rb) = (turned(simd, r0a, turn_a), turned(simd, r0b, turn_b));
+    // Shifts by themselves: arms of meters would round away what a gap is.
+    let (shift_a, shift_b) = (to_a.shift(r0a), to_b.shift(r0b));
+    let (ra, rb) = (r0a + shift_a, r0b + shift_b);
     let drift = Vec3w::load(simd, &block.drift);
-    let gap = Vec3w::load(simd, &block.gap) + xb.v * beta - xa.v * alpha + (rb - r0b) - (ra - r0a)
-        + drift * elapsed;
+    let moved = xb.v * beta - xa.v * alpha + drift * elapsed;
+    let gap = Vec3w::load(simd, &block.gap) + (moved + (shift_b - shift_a));
     let arm_a = ra + gap;
     let turn = turn_b - turn_a - turn_a.cross(turn_b) * splat(simd, 0.5);
 
@@ -488,19 +189,20 @@ pub(crate) fn solve<S: Simd>(
     let (mut along, mut about) = ([none; 3], [none; 3]);
     let (mut x, mut locked) = ([zero; 6], [zero; 6]);
     for i in 0..3 {
-        let u = turned(simd, u0[i], turn_a);
+        let u = to_a.apply(u0[i]);
         along[i] = Row { n: u, a: sa.mul(arm_a.cross(u)), b: sb.mul(rb.cross(u)) };
-        let n = turned(simd, n0[i], turn_a);
+        let n = to_a.apply(n0[i]);
         about[i] = Row { n, a: sa.mul(n), b: sb.mul(n) };
         x[i] = u.dot(gap);
         x[i + 3] = load(simd, &block.angles[i]) + n0[i].dot(turn);
         locked[i] = load(simd, &block.locked[i]);
         locked[i + 3] = load(simd, &block.locked[i + 3]);
     }
-
-    let mut q = Pair {
+    let pair = Pair {
         alpha,
         beta,
+        sa,
+        sb,
         va,
         vb,
         drift: drift + spin_b.cross(rb) - spin_a.cross(arm_a),
@@ -510,9 +212,18 @@ pub(crate) fn solve<S: Simd>(
         force: Vec3w::zero(simd),
         torque: Vec3w::zero(simd),
     };
-    let carried = Vec3w::load(simd, &block.carried);
-    let carried_a = Vec3w::load(simd, &block.carried_a);
-    let carried_b = Vec3w::load(simd, &block.carried_b);
+    State { pair, along, about, x, locked }
+}
+
+/// Solves one block once.
+#[inline(always)]
+pub(crate) fn solve<S: Simd>(
+    simd: S,
+    block: &mut SixBlock,
+    lines: &Rows<'_, Line>,
+    sweep: &JointSweep,
+) {
+    let mut state = read(simd, block, lines, sweep);
     // The warm start, in the rows of now.
     let (mut p, mut t) = (Vec3w::zero(simd), Vec3w::zero(simd));
     for i in 0..3 {
@@ -520,23 +231,51 @@ pub(crate) fn solve<S: Simd>(
             load(simd, &block.held[i]) + load(simd, &block.limit[i]),
             load(simd, &block.held[i + 3]) + load(simd, &block.limit[i + 3]),
         );
-        p = p + along[i].n * lambda;
-        t = t + about[i].n * mu;
+        p = p + state.along[i].n * lambda;
+        t = t + state.about[i].n * mu;
     }
+    let moment_a = state.pair.arm_a.cross(p) + t;
+    let moment_b = state.pair.arm_b.cross(p) + t;
+    let carried = Vec3w::load(simd, &block.carried);
+    let carried_a = Vec3w::load(simd, &block.carried_a);
+    let carried_b = Vec3w::load(simd, &block.carried_b);
     if !sweep.is_relax {
-        let d = p - carried;
-        let da = q.arm_a.cross(p) + t - carried_a;
-        let db = q.arm_b.cross(p) + t - carried_b;
-        q.va.v = q.va.v - d * alpha;
-        q.vb.v = q.vb.v + d * beta;
-        q.va.w = q.va.w - sa.mul(da);
-        q.vb.w = q.vb.w + sb.mul(db);
+        let q = &mut state.pair;
+        q.va.v = q.va.v - (p - carried) * q.alpha;
+        q.vb.v = q.vb.v + (p - carried) * q.beta;
+        q.va.w = q.va.w - q.sa.mul(moment_a - carried_a);
+        q.vb.w = q.vb.w + q.sb.mul(moment_b - carried_b);
     }
 
-    let linear = alpha * alpha + beta * beta;
-    let held = Held::form(simd, &along, &about, &locked, linear);
-    // Drives and limits behind the locked axes: inverse masses, and the locked axes' answers.
-    let (mut give, mut back) = ([zero; 6], [[gap; 2]; 6]);
+    solve_axes(simd, block, &mut state, sweep);
+
+    let q = &state.pair;
+    (t + q.torque).store(&mut block.torque);
+    let more_a = q.arm_a.cross(q.force) + q.torque;
+    let more_b = q.arm_b.cross(q.force) + q.torque;
+    if sweep.is_relax {
+        (carried + q.force).store(&mut block.carried);
+        (carried_a + more_a).store(&mut block.carried_a);
+        (carried_b + more_b).store(&mut block.carried_b);
+    } else {
+        (p + q.force).store(&mut block.carried);
+        (moment_a + more_a).store(&mut block.carried_a);
+        (moment_b + more_b).store(&mut block.carried_b);
+    }
+    store_velocity(simd, lines, &block.row_a, q.va);
+    store_velocity(simd, lines, &block.row_b, q.vb);
+}
+
+/// The locked axes, then drives and limits behind them.
+#[inline(always)]
+fn solve_axes<S: Simd>(simd: S, block: &mut SixBlock, state: &mut State<S>, sweep: &JointSweep) {
+    let (zero, one) = (splat(simd, 0.0), splat(simd, 1.0));
+    let State { pair: q, along, about, x, locked } = state;
+    let linear = q.alpha * q.alpha + q.beta * q.beta;
+    let held = Held::form(simd, along, about, locked, linear);
+    // Of each drive and limit its inverse mass, and how the locked axes answer it.
+    let none = Vec3w::zero(simd);
+    let (mut give, mut back) = ([zero; 6], [[none; 2]; 6]);
     let mut loads = [zero; 6];
     for i in 0..6 {
         loads[i] = load(simd, &block.held[i]);
@@ -559,7 +298,7 @@ pub(crate) fn solve<S: Simd>(
             loads[j] += parts[j];
         }
     }
-    let mut given = held.solve(simd, block, &mut q, &x, &loads, &sweep.softness);
+    let mut given = held.solve(simd, block, q, x, &loads, &sweep.softness);
     let pull = Vec3w::load(simd, &block.pull);
     let pulls = [pull.dot(held.along[0].n), pull.dot(held.along[1].n), pull.dot(held.along[2].n)];
     for i in 0..6 {
@@ -579,26 +318,11 @@ pub(crate) fn solve<S: Simd>(
         } else {
             q.push_about(&row, d);
         }
-        held.answer(&mut q, d, &back[i], &mut given);
+        held.answer(q, d, &back[i], &mut given);
     }
     for i in 0..6 {
         // Those of a drive are stored already.
         let lock = load(simd, &block.held[i]) + given[i] * locked[i];
         lock.store_array(&mut block.held[i]);
     }
-
-    (t + q.torque).store(&mut block.torque);
-    let more_a = q.arm_a.cross(q.force) + q.torque;
-    let more_b = q.arm_b.cross(q.force) + q.torque;
-    if sweep.is_relax {
-        (carried + q.force).store(&mut block.carried);
-        (carried_a + more_a).store(&mut block.carried_a);
-        (carried_b + more_b).store(&mut block.carried_b);
-    } else {
-        (p + q.force).store(&mut block.carried);
-        (q.arm_a.cross(p) + t + more_a).store(&mut block.carried_a);
-        (q.arm_b.cross(p) + t + more_b).store(&mut block.carried_b);
-    }
-    store_velocity(simd, lines, &block.row_a, q.va);
-    store_velocity(simd, lines, &block.row_b, q.vb);
 }
