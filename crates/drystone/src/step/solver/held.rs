@@ -72,6 +72,8 @@ pub(crate) struct Pair<S: Simd> {
     /// Relative velocities of kinematic bodies.
     pub(crate) drift: Vec3w<S>,
     pub(crate) spin: Vec3w<S>,
+    /// What a turn in the substep adds to the gap's mean speed.
+    pub(crate) bend: Vec3w<S>,
     pub(crate) arm_a: Vec3w<S>,
     pub(crate) arm_b: Vec3w<S>,
     /// Impulses of this sweep: linear, and about anchor B.
@@ -266,7 +268,7 @@ impl<S: Simd> Held<S> {
             let locked = load(simd, &block.locked[i]);
             let off = (x[i] - load(simd, &block.place[i])) * locked;
             let speed = if i < 3 {
-                q.speed_along(&self.along[i])
+                q.speed_along(&self.along[i]) + self.along[i].n.dot(q.bend)
             } else {
                 q.speed_about(&self.about[i - 3])
             };

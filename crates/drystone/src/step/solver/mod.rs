@@ -537,37 +537,6 @@ impl Solver<'_> {
         }
     }
 
-    fn prepare_joints(&self, group: &Group, jobs: &dyn Executor) {
-        for batch in &self.plan.joints.batches[group.joints.clone()] {
-            let n = batch.blocks.len();
-            for_ranges(jobs, n, grain(jobs, n, 8), |part| {
-                for i in batch.blocks.start + part.start..batch.blocks.start + part.end {
-                    self.pack_joints(i, batch.class == 1);
-                }
-            });
-        }
-        self.prepare_sixdofs(group, jobs);
-    }
-
-    fn sweep_joints(&self, group: &Group, sweep: &JointSweep, jobs: &dyn Executor) {
-        for batch in &self.plan.joints.batches[group.joints.clone()] {
-            let n = batch.blocks.len();
-            for_ranges(jobs, n, grain(jobs, n, 8), |part| {
-                dispatch!(self.ctx.level, simd => {
-                    for i in batch.blocks.start + part.start..batch.blocks.start + part.end {
-                        let block = self.joints.row(i);
-                        self.joints.prefetch(i + 1, JointBlock::CACHE_LINES);
-                        if block.is_distance {
-                            joint::solve_distance(simd, block, &self.lines, sweep);
-                        } else {
-                            joint::solve_ball(simd, block, &self.lines, sweep);
-                        }
-                    }
-                });
-            });
-        }
-    }
-
     /// Sums up how each body is squeezed.
     fn weigh(&self, group: &Group, jobs: &dyn Executor) {
         let scale = self.ctx.store_scale;
