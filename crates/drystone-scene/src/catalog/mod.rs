@@ -332,7 +332,7 @@ static CATALOG: [Entry; 49] = [
         "A vehicle on sprung and driven wheels drives over bumps and into boxes",
         machines::vehicle,
     )
-    .with(&[Parameter::number("speed", 8.0, (-30.0, 30.0), "speed its motors hold [m/s]")]),
+    .with(&[Parameter::number("speed", 8.0, (0.0, 30.0), "speed its motors hold [m/s]")]),
     Entry::new("ragdolls", "Limp people of 23 parts fall on a heap", machines::ragdolls)
         .with(&[Parameter::whole("n", 16, (1, 10_000), "people")]),
     Entry::new(

@@ -451,9 +451,9 @@ impl SixDof {
                 let twist = 2.0 * atan2(q.x, q.w);
                 let turn = (q * Quat::from_axis_angle(Vec3::X, -twist)).to_rotation_vector();
                 let middle = a[0] + b[0];
-                // Opposite x axes have no twist.
+                // Opposite x axes have no twist, and near that it goes round with no turn to speak of.
                 let close = 0.5 * middle.length_squared();
-                let row = if close > 0.05 { middle * (1.0 / close) } else { a[0] };
+                let row = middle * (1.0 / close.max(0.2));
                 if self.cone.is_none() {
                     return Turns {
                         rows: [row, a[1], a[2]],

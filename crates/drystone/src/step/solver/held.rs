@@ -2,10 +2,22 @@
 
 use fearless_simd::Simd;
 
+use super::joint::JointSweep;
 use super::rows::Velocity;
 use super::sixdof::SixBlock;
-use super::softness::Softness;
-use crate::base::wide::{Sym3w, Vec3w, Wide, above, inverse_or_zero, load, min, select, splat};
+use crate::base::wide::{
+    Sym3w, Vec3w, Wide, above, inverse_or_zero, load, max, min, select, splat,
+};
+
+/// Greatest speed at which what is open closes [m/s; rad/s]. An angle that jumps, where a swing passes through
+/// 180 degrees, must not throw bodies; 0.75 rad/s left limbs of a heap of people beyond their limits, which a load
+/// of 4,000 rad/s² then held there.
+const PUSH: [f32; 2] = [3.0, 9.0];
+
+/// See [`PUSH`]; of an axis.
+pub(crate) const fn push(axis: usize) -> f32 {
+    PUSH[axis / 3]
+}
 
 /// A rotation by a vector of up to 2.8 rad.
 #[derive(Clone, Copy)]
@@ -259,8 +271,9 @@ impl<S: Simd> Held<S> {
         q: &mut Pair<S>,
         x: &[Wide<S>; 6],
         loads: &[Wide<S>; 6],
-        softness: &Softness,
+        sweep: &JointSweep,
     ) -> [Wide<S>; 6] {
+        let softness = &sweep.softness;
         let mass = splat(simd, softness.mass);
         let (rate, leak) = (splat(simd, softness.rate), splat(simd, softness.impulse));
         let mut miss = [splat(simd, 0.0); 6];
@@ -272,7 +285,8 @@ impl<S: Simd> Held<S> {
             } else {
                 q.speed_about(&self.about[i - 3])
             };
-            miss[i] = mass * speed + rate * off;
+            let most = splat(simd, push(i));
+            miss[i] = mass * speed + max(min(rate * off, most), -most);
         }
         let [along, about] = self.impulses(
             Vec3w { x: miss[0], y: miss[1], z: miss[2] },

@@ -149,6 +149,12 @@ impl Solver<'_> {
             let ([c, s], [.., y, z]) = (turns.swing, six.held);
             (kept[4], kept[5]) = (c * y + s * z, c * z - s * y);
         }
+        if six.def.linear.iter().all(|axis| axis.held().is_some()) {
+            // As in the kernel: the force stays as it is in the world.
+            for i in 0..3 {
+                kept[i] = axes[i].dot(six.force);
+            }
+        }
         for (i, axis) in six.def.acting(turns.swing).iter().enumerate() {
             let held = axis.held();
             block.locked[i][lane] = if held.is_some() { 1.0 } else { 0.0 };

@@ -15,7 +15,7 @@
 
 use fearless_simd::{Simd, SimdBase};
 
-use super::held::{Held, Pair, Row, Turn};
+use super::held::{Held, Pair, Row, Turn, push};
 use super::joint::JointSweep;
 use super::rows::{Line, load_motion, load_velocity, store_velocity};
 use super::spring::{Law, Push};
@@ -102,6 +102,7 @@ fn drive_and_limit<S: Simd>(
 ) -> Wide<S> {
     let (zero, inv_h) = (splat(simd, 0.0), splat(simd, sweep.inv_h));
     let is_locked = above(load(simd, &block.locked[axis]), zero);
+    let most_back = splat(simd, push(axis));
     let (held, limit) = (&mut block.held[axis], &mut block.limit[axis]);
     let axis = &block.axes[axis];
     let Felt { k, x, v, pull } = felt;
@@ -126,14 +127,15 @@ fn drive_and_limit<S: Simd>(
     let is_hard = above(load(simd, &axis.hard), zero);
     let soft = axis.limit.law(simd, k, pull, inv_h);
     let s = &sweep.softness;
-    let hard = Law { gain: splat(simd, s.mass), rate: splat(simd, s.rate), bias: zero };
+    let bias = max(min(splat(simd, s.rate) * error, most_back), -most_back);
+    let hard = Law { gain: splat(simd, s.mass), rate: zero, bias };
     let shut = hard.impulse(inverse, v, error, old);
     let ahead = old - (v + error * inv_h) * inverse;
-    let push = soft.impulse(inverse, v, error, old);
+    let sprung = soft.impulse(inverse, v, error, old);
     // Without room between them, both hold: a spring about one place.
     let tight = above(splat(simd, 1.0e-9), high - low);
-    let new = select(is_hard, select(open, ahead, shut), select(open, zero, push));
-    let new = select(tight, push, select(is_low, max(new, zero), min(new, zero)));
+    let new = select(is_hard, select(open, ahead, shut), select(open, zero, sprung));
+    let new = select(tight, sprung, select(is_low, max(new, zero), min(new, zero)));
     let new = if sweep.is_relax { select(is_hard, new, old) } else { new };
     let new = select(is_locked, zero, new);
     new.store_array(limit);
@@ -243,6 +245,16 @@ pub(crate) fn solve<S: Simd>(
     sweep: &JointSweep,
 ) {
     let mut state = read(simd, block, lines, sweep);
+    let carried = Vec3w::load(simd, &block.carried);
+    if !sweep.is_relax {
+        // Where no motion is free the force stays as it is in the world; else each stays along its axis.
+        let [l0, l1, l2, ..] = state.locked;
+        let all = above(l0 * l1 * l2, splat(simd, 0.0));
+        for i in 0..3 {
+            let stays = state.along[i].n.dot(carried);
+            select(all, stays, load(simd, &block.held[i])).store_array(&mut block.held[i]);
+        }
+    }
     // The warm start, in the rows of now.
     let (mut p, mut t) = (Vec3w::zero(simd), Vec3w::zero(simd));
     for i in 0..3 {
@@ -255,7 +267,6 @@ pub(crate) fn solve<S: Simd>(
     }
     let moment_a = state.pair.arm_a.cross(p) + t;
     let moment_b = state.pair.arm_b.cross(p) + t;
-    let carried = Vec3w::load(simd, &block.carried);
     let carried_a = Vec3w::load(simd, &block.carried_a);
     let carried_b = Vec3w::load(simd, &block.carried_b);
     if !sweep.is_relax {
@@ -317,7 +328,7 @@ fn solve_axes<S: Simd>(simd: S, block: &mut SixBlock, state: &mut State<S>, swee
             loads[j] += parts[j];
         }
     }
-    let mut given = held.solve(simd, block, q, x, &loads, &sweep.softness);
+    let mut given = held.solve(simd, block, q, x, &loads, sweep);
     let pull = Vec3w::load(simd, &block.pull);
     let pulls = [pull.dot(held.along[0].n), pull.dot(held.along[1].n), pull.dot(held.along[2].n)];
     for i in 0..6 {
