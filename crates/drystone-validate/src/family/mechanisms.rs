@@ -236,23 +236,33 @@ fn hinge_motor(lab: &Lab, rows: &mut Rows) -> Result<(), EngineError> {
     Ok(())
 }
 
-/// A load at the end of a light rod at a hinge's limit, or below a slider: how far from the limit.
+/// A rod at a hinge's limit, by itself and with a load fixed to its end, and a body at a slider's: how far from the
+/// limit.
 fn limits_under_load(lab: &Lab, rows: &mut Rows) -> Result<(), EngineError> {
-    for mass in [1.0, 100.0] {
+    let close = limits(0.5_f64.to_radians(), 0.1_f64.to_radians());
+    for (load, mass) in [(0.0, 1.0), (0.0, 100.0), (10.0, 1.0), (100.0, 1.0)] {
         let mut scene = empty("hinge limit");
         let axis = JointAxis::limited(single(-30.0_f64.to_radians()), 1.0);
         let (rod, _) = add_rod(&mut scene, 0.0, axis)?;
-        let load = ball(0.1, vec3(1.0, 0.0, 0.0), Surface::rough(0.5)).with_mass(single(mass));
-        let load = scene.add("load", load);
-        let end: D3 = [1.0, 0.0, 0.0];
-        add_joint(&mut scene, rod, load, end, drystone::Quat::IDENTITY, SixDof::FIXED)?;
+        scene.bodies[rod].def.mass = drystone::MassDef::Mass(single(mass));
+        if load > 0.0 {
+            let end: D3 = [1.0, 0.0, 0.0];
+            let weight = ball(0.1, narrow(end), Surface::rough(0.5)).with_mass(single(load));
+            let weight = scene.add("load", weight);
+            let frame = drystone::Quat::IDENTITY;
+            add_joint(&mut scene, rod, weight, end, frame, SixDof::FIXED)?;
+        }
         let mut run = lab.start(scene)?;
         run.until(4.0, |_| {});
         let angle = heading(&run.body(rod));
-        let close = limits(0.5_f64.to_radians(), 0.1_f64.to_radians());
-        let case = format!("hinge, {mass} kg");
+        let case = if load > 0.0 {
+            format!("hinge, {load} kg fixed to a rod of 1 kg")
+        } else {
+            format!("hinge, rod of {mass} kg")
+        };
         rows.absolute(case, -30.0_f64.to_radians(), angle, Unit::Radian, close);
-
+    }
+    for mass in [1.0, 100.0] {
         let mut scene = empty("slider limit");
         let post = scene.add("post", BodyDef::fixed());
         let shape = Surface::rough(0.5).on(ShapeDef::box_full(Vec3::splat(0.4)));
