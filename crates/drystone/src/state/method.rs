@@ -1,6 +1,13 @@
 //! A stepping method as data: which passes run over the rows, in which order.
 
-/// One pass of the solver over bodies or colors.
+use super::def::DefError;
+use super::options::{
+    Damping, Integration, MethodOptions, Order, Overlap, Persistence, Rest, Shock,
+};
+
+/// One pass of the solver over bodies, colors or levels.
+///
+/// The first five run over blocks of eight rows; the others, of the classic methods, over rows one by one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Pass {
     /// Bodies: forces, free rotation, and the warm start carried by each body.
@@ -18,6 +25,48 @@ pub enum Pass {
     /// Islands: what meets within the time of a substep bounces. Stands before every sweep that could
     /// stop it: solve and relax.
     Impacts,
+
+    /// Bodies: forces, free rotation, damping.
+    Forces,
+    /// Rows: the impulses of the last step.
+    WarmStart,
+    /// Rows: what overlaps and approaches bounces, one point after the other.
+    Bounce {
+        /// Most sweeps over all rows.
+        sweeps: u32,
+        /// What will overlap at the end of the substep, not what does now.
+        ahead: bool,
+    },
+    /// Levels: what would overlap is stopped, by a restitution that rises from near -1 to 0 with the
+    /// sweeps, so that loads spread before all becomes rigid.
+    Stop,
+    /// Levels: what would overlap is stopped once more, from the ground up, and nothing below can be pushed.
+    Shock,
+    /// Levels: what overlaps is moved apart.
+    PushOut,
+    /// Rows: accumulated impulses, clamped as sums, with the bias of the method.
+    Accumulate,
+    /// Rows: the same without bias.
+    AccumulateRelaxed,
+    /// Rows: every overlap pushes as a damped spring.
+    Springs,
+    /// Rows: the damped springs solved together with the velocities that they cause.
+    ImplicitSprings,
+    /// Rows: positions at the end of the substep are projected until nothing overlaps.
+    Project,
+}
+
+/// Which rows a method runs on and what it can be asked.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Family {
+    /// Blocks of eight rows.
+    Wide,
+    Naive,
+    Sequential,
+    Guendelman,
+    PenaltyExplicit,
+    PenaltyImplicit,
+    Verlet,
 }
 
 /// A named list of passes.
@@ -25,22 +74,44 @@ pub enum Pass {
 pub struct Method {
     name: &'static str,
     summary: &'static str,
+    family: Family,
     substeps: u32,
+    sweeps: u32,
     inertia: f32,
     substep: Vec<Pass>,
     finish: Vec<Pass>,
+    options: MethodOptions,
+}
+
+/// The options of a method with nothing left open.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Settings {
+    pub(crate) order: Order,
+    pub(crate) shock: Shock,
+    pub(crate) persistence: bool,
+    pub(crate) overlap: Overlap,
+    pub(crate) integration: Integration,
+    pub(crate) damping: Damping,
+    pub(crate) sweeps: u32,
 }
 
 impl Method {
     /// Names that [`Self::named`] knows.
-    pub const NAMES: [&'static str; 2] = ["soft-step", "soft-step-relax"];
+    pub const NAMES: [&'static str; 8] = [
+        "soft-step",
+        "soft-step-relax",
+        "guendelman",
+        "sequential-impulses",
+        "naive",
+        "penalty",
+        "penalty-implicit",
+        "verlet",
+    ];
 
     /// The default: one fused sweep a substep, one relax sweep a step; 8 substeps.
     #[must_use]
     pub fn soft_step() -> Self {
         Self {
-            name: "soft-step",
-            summary: "8 substeps of impacts and one soft sweep each, one relax sweep at the end",
             substeps: 8,
             inertia: 8.0,
             substep: vec![
@@ -50,6 +121,11 @@ impl Method {
                 Pass::Positions,
             ],
             finish: vec![Pass::Impacts, Pass::Relax],
+            ..Self::of(
+                "soft-step",
+                "8 substeps of impacts and one soft sweep each, one relax sweep at the end",
+                Family::Wide,
+            )
         }
     }
 
@@ -58,10 +134,7 @@ impl Method {
     #[must_use]
     pub fn soft_step_relax() -> Self {
         Self {
-            name: "soft-step-relax",
-            summary: "4 substeps of impacts, a soft and a relax sweep each",
             substeps: 4,
-            inertia: 1.0,
             substep: vec![
                 Pass::Velocities,
                 Pass::Impacts,
@@ -70,7 +143,131 @@ impl Method {
                 Pass::Impacts,
                 Pass::Relax,
             ],
+            ..Self::of(
+                "soft-step-relax",
+                "4 substeps of impacts, a soft and a relax sweep each",
+                Family::Wide,
+            )
+        }
+    }
+
+    /// Collisions before forces, contacts after them, by levels from the ground up, shock propagation,
+    /// push-out [Guendelman03].
+    #[must_use]
+    pub fn guendelman() -> Self {
+        Self {
+            sweeps: 10,
+            substep: vec![
+                Pass::Bounce { sweeps: 5, ahead: true },
+                Pass::Forces,
+                Pass::Stop,
+                Pass::Shock,
+                Pass::Positions,
+                Pass::PushOut,
+            ],
+            ..Self::of(
+                "guendelman",
+                "collisions, forces, contacts by level, shock propagation, push-out",
+                Family::Guendelman,
+            )
+        }
+    }
+
+    /// Accumulated impulses that persist from step to step, and a velocity bias [Catto05].
+    #[must_use]
+    pub fn sequential_impulses() -> Self {
+        Self {
+            sweeps: 10,
+            substep: vec![
+                Pass::Forces,
+                Pass::WarmStart,
+                Pass::Accumulate,
+                Pass::Shock,
+                Pass::Positions,
+                Pass::AccumulateRelaxed,
+                Pass::PushOut,
+            ],
+            ..Self::of(
+                "sequential-impulses",
+                "accumulated impulses that persist from step to step",
+                Family::Sequential,
+            )
+        }
+    }
+
+    /// Update, then collide: the baseline that fails.
+    #[must_use]
+    pub fn naive() -> Self {
+        Self {
+            sweeps: 1,
+            substep: vec![
+                Pass::Forces,
+                Pass::Positions,
+                Pass::Bounce { sweeps: 0, ahead: false },
+                Pass::Shock,
+                Pass::PushOut,
+            ],
+            ..Self::of(
+                "naive",
+                "update, then collide: the baseline that fails, for comparison",
+                Family::Naive,
+            )
+        }
+    }
+
+    /// Contacts as damped springs whose forces are those of the substep's start.
+    #[must_use]
+    pub fn penalty() -> Self {
+        Self {
+            substeps: 16,
+            substep: vec![Pass::Springs, Pass::Forces, Pass::Positions],
+            ..Self::of(
+                "penalty",
+                "contacts as damped springs, explicit: diverges beyond a limit of stiffness",
+                Family::PenaltyExplicit,
+            )
+        }
+    }
+
+    /// Contacts as damped springs, solved together with the velocities that they cause.
+    #[must_use]
+    pub fn penalty_implicit() -> Self {
+        Self {
+            sweeps: 10,
+            substep: vec![Pass::Forces, Pass::WarmStart, Pass::ImplicitSprings, Pass::Positions],
+            ..Self::of(
+                "penalty-implicit",
+                "contacts as damped springs, implicit: stable for every stiffness",
+                Family::PenaltyImplicit,
+            )
+        }
+    }
+
+    /// Positions are projected, and velocity is the way that was moved [Jakobsen01].
+    #[must_use]
+    pub fn verlet() -> Self {
+        Self {
+            sweeps: 10,
+            substep: vec![Pass::Forces, Pass::Project, Pass::Positions],
+            ..Self::of(
+                "verlet",
+                "positions are projected out of overlap; velocity is the way moved",
+                Family::Verlet,
+            )
+        }
+    }
+
+    fn of(name: &'static str, summary: &'static str, family: Family) -> Self {
+        Self {
+            name,
+            summary,
+            family,
+            substeps: 1,
+            sweeps: 0,
+            inertia: 1.0,
+            substep: Vec::new(),
             finish: Vec::new(),
+            options: MethodOptions::default(),
         }
     }
 
@@ -80,6 +277,12 @@ impl Method {
         match name {
             "soft-step" => Some(Self::soft_step()),
             "soft-step-relax" => Some(Self::soft_step_relax()),
+            "guendelman" => Some(Self::guendelman()),
+            "sequential-impulses" => Some(Self::sequential_impulses()),
+            "naive" => Some(Self::naive()),
+            "penalty" => Some(Self::penalty()),
+            "penalty-implicit" => Some(Self::penalty_implicit()),
+            "verlet" => Some(Self::verlet()),
             _ => None,
         }
     }
@@ -105,10 +308,14 @@ impl Method {
     /// Greatest factor of load-adaptive inertia unless the world's configuration says otherwise; 1: none.
     #[must_use]
     pub const fn inertia(&self) -> f32 {
-        self.inertia
+        match self.options.shock {
+            Shock::Off => 1.0,
+            Shock::Inertia => 8.0,
+            Shock::Own | Shock::Full => self.inertia,
+        }
     }
 
-    /// The passes of a substep.
+    /// The passes of a substep. Those of an option that is off do nothing.
     #[must_use]
     pub fn substep(&self) -> &[Pass] {
         &self.substep
@@ -118,5 +325,188 @@ impl Method {
     #[must_use]
     pub fn finish(&self) -> &[Pass] {
         &self.finish
+    }
+
+    /// What is switched of it.
+    #[must_use]
+    pub const fn options(&self) -> &MethodOptions {
+        &self.options
+    }
+
+    /// The method with these options.
+    ///
+    /// # Errors
+    /// An option that makes no sense for this method, with the reason.
+    pub fn with_options(mut self, options: MethodOptions) -> Result<Self, DefError> {
+        self.options = options;
+        self.settle()?;
+        Ok(self)
+    }
+
+    /// True if it runs over rows one by one, not over blocks of eight.
+    pub(crate) fn is_classic(&self) -> bool {
+        self.family != Family::Wide
+    }
+
+    /// Whether impulses of the last step are where the next one starts.
+    pub(crate) fn persists(&self) -> bool {
+        match self.options.persistence {
+            Persistence::On => true,
+            Persistence::Off => false,
+            Persistence::Own => matches!(
+                self.family,
+                Family::Wide | Family::Sequential | Family::PenaltyImplicit
+            ),
+        }
+    }
+
+    /// Whether still islands may sleep.
+    pub(crate) fn sleeps(&self) -> bool {
+        self.options.rest != Rest::Nothing
+    }
+
+    /// Sweeps over the contacts in a step of as many substeps, of a method of blocks.
+    pub(crate) fn wide_sweeps(&self, substeps: u32) -> u32 {
+        let count = |passes: &[Pass]| {
+            let sweeps = passes.iter().filter(|p| matches!(p, Pass::Solve { .. } | Pass::Relax));
+            u32::try_from(sweeps.count()).unwrap_or(u32::MAX)
+        };
+        (count(&self.substep) * substeps).saturating_add(count(&self.finish))
+    }
+
+    /// The options with nothing left open.
+    ///
+    /// # Errors
+    /// An option that makes no sense for this method, with the reason.
+    pub(crate) fn settle(&self) -> Result<Settings, DefError> {
+        use Family::{
+            Guendelman, Naive, PenaltyExplicit, PenaltyImplicit, Sequential, Verlet, Wide,
+        };
+        let (o, f) = (&self.options, self.family);
+        o.check_numbers()?;
+        let no = |path: &str, word: &str, reason: &str| {
+            let allowed = format!("with {}, {reason}", self.name);
+            Err(DefError::new(path, word, &allowed))
+        };
+        let order = match (o.order, f) {
+            (Order::Own, Guendelman) => Order::Levels,
+            (Order::Own | Order::Colors, _) => Order::Colors,
+            (Order::Levels, Wide) => {
+                return no("method.order", "levels", "colors: rows are solved eight at a time");
+            }
+            (Order::Levels, PenaltyExplicit) => {
+                return no("method.order", "levels", "own: forces have no order");
+            }
+            (Order::Levels, _) => Order::Levels,
+        };
+        let shock = match (o.shock, f) {
+            (Shock::Own, Guendelman) | (Shock::Full, Guendelman | Sequential | Naive) => Shock::Full,
+            (Shock::Own | Shock::Off, _) => Shock::Off,
+            (Shock::Inertia, Wide) => Shock::Inertia,
+            (Shock::Inertia, _) => {
+                return no("method.shock", "inertia", "off: only soft-step and soft-step-relax weigh loads");
+            }
+            (Shock::Full, Wide) => {
+                let reason = "inertia or off: infinite masses between frozen rows would carry the \
+                              load themselves, and friction with it";
+                return no("method.shock", "full", reason);
+            }
+            (Shock::Full, _) => {
+                return no("method.shock", "full", "off: it has no sweep whose rest a shock could take");
+            }
+        };
+        if o.persistence == Persistence::On
+            && matches!(f, Naive | Guendelman | Verlet | PenaltyExplicit)
+        {
+            return no("method.persistence", "on", "off: its impulses are not accumulated");
+        }
+        let overlap = match (o.overlap, f) {
+            (Overlap::Own | Overlap::Relax, Wide) => Overlap::Relax,
+            (_, Wide) => return no("method.overlap", o.overlap.word(), "relax: it is what its list ends with"),
+            (Overlap::Own, Sequential) => Overlap::VelocityBias,
+            (Overlap::Own, Guendelman) => Overlap::PushOut,
+            (Overlap::Own, _) => Overlap::Nothing,
+            (_, PenaltyExplicit | PenaltyImplicit) => {
+                return no("method.overlap", o.overlap.word(), "own: its springs are what removes overlap");
+            }
+            (_, Verlet) => {
+                return no("method.overlap", o.overlap.word(), "own: its projection is what removes overlap");
+            }
+            (Overlap::Relax | Overlap::VelocityBias, Naive | Guendelman) => {
+                let reason = "push-out or none: its impulses have no bias";
+                return no("method.overlap", o.overlap.word(), reason);
+            }
+            (chosen, _) => chosen,
+        };
+        let integration = match (o.integration, f) {
+            (Integration::Own | Integration::Verlet, Verlet) => Integration::Verlet,
+            (_, Verlet) => {
+                return no("method.integration", o.integration.word(), "verlet: it has no other velocity");
+            }
+            (Integration::Verlet, _) => {
+                let reason = "exact or euler: velocity by way moved is the method verlet";
+                return no("method.integration", "verlet", reason);
+            }
+            (Integration::Euler, Wide) => {
+                return no("method.integration", "euler", "exact: bodies in flight take no part in it");
+            }
+            (Integration::Own | Integration::Exact, _) => Integration::Exact,
+            (Integration::Euler, _) => Integration::Euler,
+        };
+        if f == Wide && !matches!(o.damping, Damping::Own | Damping::Pade) {
+            return no("method.damping", o.damping.word(), "pade: it is part of its kernel");
+        }
+        if o.sweeps > 0 && matches!(f, Wide | PenaltyExplicit) {
+            let reason = "0: its sweeps are its substeps";
+            return no("method.sweeps", &o.sweeps.to_string(), reason);
+        }
+        Ok(Settings {
+            order,
+            shock,
+            persistence: self.persists(),
+            overlap,
+            integration,
+            damping: if o.damping == Damping::Own { Damping::Pade } else { o.damping },
+            sweeps: if o.sweeps > 0 { o.sweeps } else { self.sweeps },
+        })
+    }
+
+    /// Sets an option from text; `None` if there is none of this path.
+    pub(crate) fn set_option(&mut self, path: &str, text: &str) -> Option<Result<(), DefError>> {
+        self.options.set(path, text)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Method;
+    use crate::state::options::{MethodOptions, Order, Overlap, Shock};
+
+    #[test]
+    fn every_name_has_its_method_and_every_method_its_own_options() {
+        for name in Method::NAMES {
+            let method = Method::named(name).unwrap();
+            assert_eq!(method.name(), name);
+            method.settle().unwrap();
+            assert!(!method.substep().is_empty());
+        }
+    }
+
+    #[test]
+    fn combinations_that_make_no_sense_are_refused_with_the_reason() {
+        let with = |name: &str, options: MethodOptions| {
+            Method::named(name).unwrap().with_options(options).map_err(|e| e.to_string())
+        };
+        let own = MethodOptions::default();
+        let levels = MethodOptions { order: Order::Levels, ..own };
+        assert!(with("soft-step", levels).unwrap_err().contains("eight at a time"));
+        assert!(with("sequential-impulses", levels).is_ok());
+        let shock = MethodOptions { shock: Shock::Full, ..own };
+        assert!(with("soft-step", shock).unwrap_err().contains("friction"));
+        assert!(with("naive", shock).is_ok());
+        let overlap = MethodOptions { overlap: Overlap::PushOut, ..own };
+        assert!(with("verlet", overlap).unwrap_err().contains("projection"));
+        let sweeps = MethodOptions { sweeps: 100_001, ..own };
+        assert!(with("naive", sweeps).unwrap_err().contains("100000"));
     }
 }

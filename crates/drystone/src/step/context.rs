@@ -5,7 +5,7 @@ use fearless_simd::Level;
 use super::solver::inertia::LoadInertia;
 use super::solver::softness::Softness;
 use crate::base::math::Vec3;
-use crate::state::config::WorldConfig;
+use crate::state::config::{PenaltyConfig, WorldConfig};
 
 /// Constants of a step.
 #[derive(Clone, Copy, Debug)]
@@ -30,6 +30,8 @@ pub(crate) struct StepContext {
     pub(crate) inertia: LoadInertia,
     /// Factor of the last step's impulses: substeps may have had another length.
     pub(crate) impulse_scale: f32,
+    /// Springs of the penalty methods.
+    pub(crate) penalty: PenaltyConfig,
     pub(crate) level: Level,
 }
 
@@ -67,7 +69,12 @@ impl StepContext {
             soft_fixed: Softness::new(2.0 * hertz, 0.5 * c.damping_ratio, h),
             inertia: LoadInertia { most, threshold: config.inertia.threshold },
             soft_joint: Softness::new(joint_hertz, config.joint.damping_ratio, h),
-            impulse_scale: if last_h > 0.0 { (h / last_h).min(4.0) } else { 0.0 },
+            impulse_scale: if last_h > 0.0 && config.method.persists() {
+                (h / last_h).min(4.0)
+            } else {
+                0.0
+            },
+            penalty: config.penalty,
             level,
         }
     }

@@ -13,6 +13,7 @@ pub(crate) mod contact;
 pub(crate) mod joint;
 pub(crate) mod inertia;
 pub(crate) mod integrate;
+mod classic;
 mod impact;
 mod pack;
 mod pack_extra;
@@ -68,6 +69,10 @@ pub(crate) struct Scratch {
     free: Vec<bool>,
     /// A bit for each lane of a block whose touch is new.
     begun: Vec<u8>,
+    /// Of the methods that run over rows one by one.
+    classic: classic::Scratch,
+    /// Sweeps over the contacts in the last step.
+    pub(crate) sweeps: u32,
 }
 
 impl Scratch {
@@ -81,9 +86,10 @@ impl Scratch {
     pub(crate) fn begun(&self) -> impl Iterator<Item = u32> {
         let pressed =
             self.begun.iter().zip(&self.plan.contacts.owners).filter(|(bits, _)| **bits != 0);
-        pressed.flat_map(|(bits, owners)| {
+        let blocks = pressed.flat_map(|(bits, owners)| {
             (0_u8..).zip(owners).filter(move |(lane, _)| bits >> lane & 1 == 1).map(|(_, row)| *row)
-        })
+        });
+        blocks.chain(self.classic.begun.iter().copied())
     }
 }
 
@@ -135,6 +141,12 @@ pub(crate) fn solve(
     jobs: &dyn Executor,
 ) {
     let s = scratch;
+    if method.is_classic() {
+        classic::solve(ctx, method, Input { bodies, shapes, islands }, joints, contacts, colors, s);
+        return;
+    }
+    s.classic.leave(&mut s.line_of);
+    s.sweeps = method.wide_sweeps(ctx.substeps);
     s.plan.update(bodies, joints, contacts, colors, &mut s.line_of, jobs.workers().max(1));
     let n = s.plan.members.len() + 1;
     s.lines.resize(n, Line::default());
@@ -299,7 +311,6 @@ impl Solver<'_> {
             elapsed,
         };
         match pass {
-            Pass::Velocities | Pass::Positions | Pass::Impacts => {}
             Pass::Solve { inner } => {
                 let inner = inner.clamp(1, 8);
                 self.sweep_joints(group, ctx.soft_joint, elapsed, jobs);
@@ -312,6 +323,8 @@ impl Solver<'_> {
                 let rigid = sweep(Softness::RIGID, 1, moved);
                 self.sweep_contacts(group, &[rigid, rigid], jobs);
             }
+            // Passes over bodies or islands, and those of the classic methods.
+            _ => {}
         }
     }
 

@@ -1,0 +1,137 @@
+//! Sweeps with accumulated impulses: what is clamped is the sum over the sweeps, so that a later visit may
+//! take back what an earlier one gave too much [Catto05]. With softness a row is a damped spring, solved
+//! together with the velocity that it causes [Catto11].
+
+use super::rows::{Mover, Pair, PairPoint};
+use super::sweeps::Turns;
+use crate::base::math::Vec3;
+use crate::step::solver::softness::Softness;
+
+/// What a sweep asks of the rows.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Law {
+    pub(super) h: f32,
+    pub(super) softness: Softness,
+    /// Overlap that is left alone [m].
+    pub(super) slop: f32,
+}
+
+/// Part of an overlap that is removed in a substep, and what is left of it: the values of
+/// [`Law::biased`].
+const BAUMGARTE: f32 = 0.2;
+pub(super) const SLOP: f32 = 5.0e-4;
+
+impl Law {
+    /// Rigid rows with a velocity bias.
+    pub(super) fn biased(h: f32) -> Self {
+        let softness = Softness { rate: BAUMGARTE / h, mass: 1.0, impulse: 0.0 };
+        Self { h, softness, slop: SLOP }
+    }
+
+    /// Rigid rows that leave overlaps as they are.
+    pub(super) const fn rigid(h: f32) -> Self {
+        Self { h, softness: Softness::RIGID, slop: 0.0 }
+    }
+
+    /// Springs.
+    pub(super) const fn spring(h: f32, softness: Softness) -> Self {
+        Self { h, softness, slop: 0.0 }
+    }
+}
+
+/// The impulses of the last step, which the pairs were filled with.
+pub(super) fn warm_start(turns: &Turns, movers: &mut [Mover], pairs: &[Pair]) {
+    for row in &turns.pairs {
+        let pair = &pairs[*row as usize];
+        for p in pair.points() {
+            pair.push(p, pair.normal * p.press + p.rub, movers);
+        }
+    }
+}
+
+/// Sweeps over all rows. Returns their number.
+pub(super) fn accumulate(
+    turns: &Turns,
+    sweeps: u32,
+    law: &Law,
+    movers: &mut [Mover],
+    pairs: &mut [Pair],
+    mut between: impl FnMut(&mut [Mover]),
+) -> u32 {
+    for _ in 0..sweeps {
+        between(movers);
+        for row in &turns.pairs {
+            let pair = &mut pairs[*row as usize];
+            let mut total = 0.0;
+            for i in 0..pair.points().len() {
+                let mut p = pair.points[i];
+                press(pair, &mut p, law, movers);
+                pair.points[i] = p;
+                total += p.press;
+            }
+            for i in 0..pair.points().len() {
+                let mut p = pair.points[i];
+                rub(pair, &mut p, movers);
+                pair.points[i] = p;
+            }
+            pair.pressed |= total > 0.0;
+            #[expect(clippy::cast_precision_loss, reason = "at most 100,000")]
+            let share = 1.0 / sweeps as f32;
+            pair.resist_rolling(total * share, movers);
+        }
+    }
+    sweeps
+}
+
+fn press(pair: &Pair, p: &mut PairPoint, law: &Law, movers: &mut [Mover]) {
+    let n = pair.normal;
+    let response = n.dot(pair.matrix(p, movers).mul(n));
+    if !(response > 0.0) {
+        return;
+    }
+    let s = pair.separation(p, movers);
+    let u = pair.slip(p, movers).dot(n);
+    let Softness { rate, mass, impulse } = law.softness;
+    let bounce = -pair.restitution * p.arrival;
+    let change = if bounce > 0.0 {
+        (bounce - u) / response
+    } else if s > 0.0 {
+        // The gap may be closed and no more.
+        -(u + s / law.h) / response
+    } else {
+        -(mass * u + rate * (s + law.slop).min(0.0)) / response - impulse * p.press
+    };
+    let next = (p.press + change).max(0.0);
+    let j = next - p.press;
+    p.press = next;
+    pair.push(p, n * j, movers);
+}
+
+/// Friction along the surface: the sum is clamped to the disc.
+fn rub(pair: &Pair, p: &mut PairPoint, movers: &mut [Mover]) {
+    let n = pair.normal;
+    let k = pair.matrix(p, movers);
+    let (t1, t2) = {
+        let t1 = n.any_perpendicular();
+        (t1, t1.cross(n))
+    };
+    let (k1, k2) = (k.mul(t1), k.mul(t2));
+    let (a, b, d) = (t1.dot(k1), t1.dot(k2), t2.dot(k2));
+    let det = a * d - b * b;
+    if !(det > 0.0) {
+        return;
+    }
+    let u = pair.slip(p, movers);
+    let (u1, u2) = (u.dot(t1), u.dot(t2));
+    let wanted = p.rub + t1 * ((b * u2 - d * u1) / det) + t2 * ((b * u1 - a * u2) / det);
+    let [hold, slide] = pair.friction;
+    let size = wanted.length();
+    let next = if size <= hold * p.press || size <= 0.0 {
+        wanted
+    } else {
+        wanted * (slide * p.press / size)
+    };
+    let j: Vec3 = next - p.rub;
+    p.rub = next;
+    pair.push(p, j, movers);
+}

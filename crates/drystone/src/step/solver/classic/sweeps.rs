@@ -1,0 +1,232 @@
+//! Sweeps whose impulses are not accumulated: each visit of a point asks what is left to do there.
+//!
+//! Bounces, stops, shock propagation and push-out after [Guendelman03], projection after [Jakobsen01].
+
+use super::rows::{Mover, Pair, PairPoint};
+use crate::base::collision::collide;
+use crate::base::math::Vec3;
+
+/// Rounds over the points of a pair in one visit of a stop; a round in which nothing approaches is the last.
+const PAIR_ROUNDS: u32 = 20;
+
+/// Rounds over the pairs of a level before the next one, of stops and of push-out.
+const LEVEL_ROUNDS: u32 = 2;
+
+/// Rounds over the points of a pair in shock propagation and in push-out.
+const SHOCK_ROUNDS: u32 = 10;
+const PUSH_ROUNDS: u32 = 5;
+
+/// The pairs in the order of a sweep, and where levels end in it.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Turns {
+    pub(super) pairs: Vec<u32>,
+    /// End of each level in `pairs`.
+    pub(super) ends: Vec<usize>,
+}
+
+impl Turns {
+    fn levels(&self) -> impl Iterator<Item = &[u32]> {
+        let starts = core::iter::once(0).chain(self.ends.iter().copied());
+        starts.zip(&self.ends).map(|(start, end)| &self.pairs[start..*end])
+    }
+}
+
+/// What overlaps and approaches bounces, point after point, until nothing does or `most` sweeps are made.
+/// `ahead`: what overlaps at the end of a substep of `h`, with the velocities of now and of forces; else what
+/// does now. Returns the number of sweeps.
+pub(super) fn bounce(
+    turns: &Turns,
+    most: u32,
+    ahead: Option<f32>,
+    movers: &mut [Mover],
+    pairs: &mut [Pair],
+) -> u32 {
+    for sweep in 0..most {
+        let mut any = false;
+        for row in &turns.pairs {
+            let pair = &mut pairs[*row as usize];
+            for i in 0..pair.points().len() {
+                let p = pair.points[i];
+                let u = pair.slip(&p, movers);
+                let s = pair.separation(&p, movers);
+                let s = match ahead {
+                    Some(h) => {
+                        let (a, b) = (&movers[pair.a as usize], &movers[pair.b as usize]);
+                        s + h * pair.normal.dot(u + b.add_v - a.add_v)
+                    }
+                    None => s,
+                };
+                if s < 0.0 && u.dot(pair.normal) < 0.0 {
+                    let e = pair.restitution;
+                    strike(pair, i, u, e, movers);
+                    any = true;
+                }
+            }
+        }
+        if !any {
+            return sweep;
+        }
+    }
+    most
+}
+
+/// Gives the point an impulse by the collision rule for the relative velocity `u`.
+fn strike(pair: &mut Pair, i: usize, u: Vec3, restitution: f32, movers: &mut [Mover]) {
+    let p = pair.points[i];
+    let k = pair.matrix(&p, movers);
+    let (j, _) = collide(&k, pair.normal, u, restitution, pair.friction);
+    pair.push(&p, j, movers);
+    let press = j.dot(pair.normal);
+    let q = &mut pair.points[i];
+    q.press += press;
+    q.rub += j - pair.normal * press;
+    pair.pressed = true;
+    pair.resist_rolling(press, movers);
+}
+
+/// Contacts: what would overlap at the end of the substep is stopped, in `sweeps` sweeps from the ground up,
+/// with restitutions of -1 + k/sweeps. Returns the number of sweeps.
+pub(super) fn stop(
+    turns: &Turns,
+    sweeps: u32,
+    h: f32,
+    movers: &mut [Mover],
+    pairs: &mut [Pair],
+    mut between: impl FnMut(&mut [Mover]),
+) -> u32 {
+    for k in 1..=sweeps {
+        #[expect(clippy::cast_precision_loss, reason = "at most 100,000")]
+        let restitution = -1.0 + k as f32 / sweeps as f32;
+        between(movers);
+        for level in turns.levels() {
+            for _ in 0..LEVEL_ROUNDS {
+                for row in level {
+                    stop_pair(&mut pairs[*row as usize], PAIR_ROUNDS, restitution, h, movers);
+                }
+            }
+        }
+    }
+    sweeps * LEVEL_ROUNDS
+}
+
+/// Shock propagation: one more sweep from the ground up; what a level's bodies rest on cannot be pushed.
+pub(super) fn shock(turns: &Turns, h: f32, movers: &mut [Mover], pairs: &mut [Pair]) -> u32 {
+    for level in turns.levels() {
+        for _ in 0..LEVEL_ROUNDS {
+            for row in level {
+                stop_pair(&mut pairs[*row as usize], SHOCK_ROUNDS, 0.0, h, movers);
+            }
+        }
+        freeze(level, movers, pairs);
+    }
+    thaw(movers);
+    LEVEL_ROUNDS
+}
+
+fn freeze(level: &[u32], movers: &mut [Mover], pairs: &[Pair]) {
+    for row in level {
+        let pair = &pairs[*row as usize];
+        for body in [pair.a, pair.b] {
+            let mover = &mut movers[body as usize];
+            mover.frozen |= mover.level <= pair.level;
+        }
+    }
+}
+
+fn thaw(movers: &mut [Mover]) {
+    for mover in movers {
+        mover.frozen = false;
+    }
+}
+
+/// Stops the points of a pair that would overlap, the fastest first.
+fn stop_pair(pair: &mut Pair, rounds: u32, restitution: f32, h: f32, movers: &mut [Mover]) {
+    for _ in 0..rounds {
+        let mut worst: (f32, Option<(usize, Vec3)>) = (0.0, None);
+        for (i, p) in pair.points().iter().enumerate() {
+            // The approach that closes the gap and no more is none.
+            let gap = pair.separation(p, movers).max(0.0);
+            let u = pair.slip(p, movers) + pair.normal * (gap / h);
+            let over = u.dot(pair.normal);
+            if over < worst.0 {
+                worst = (over, Some((i, u)));
+            }
+        }
+        let Some((i, u)) = worst.1 else { return };
+        strike(pair, i, u, restitution, movers);
+    }
+}
+
+/// Moves what overlaps apart, from the ground up, what lies below held, in two gradual rounds; velocities
+/// stay as they are.
+pub(super) fn push_out(turns: &Turns, movers: &mut [Mover], pairs: &[Pair]) {
+    for part in [0.5, 1.0] {
+        for level in turns.levels() {
+            for row in level {
+                let pair = &pairs[*row as usize];
+                for _ in 0..PUSH_ROUNDS {
+                    let mut deepest: (f32, Option<&PairPoint>) = (0.0, None);
+                    for p in pair.points() {
+                        let s = pair.separation(p, movers);
+                        if s < deepest.0 {
+                            deepest = (s, Some(p));
+                        }
+                    }
+                    let (s, Some(p)) = deepest else { break };
+                    let response = pair.normal.dot(pair.matrix(p, movers).mul(pair.normal));
+                    if !(response > 0.0) {
+                        break;
+                    }
+                    pair.shift(p, pair.normal * (-part * s / response), movers);
+                }
+            }
+            freeze(level, movers, pairs);
+        }
+        thaw(movers);
+    }
+}
+
+/// Projection of the positions at the end of the substep: what will overlap is moved apart, and friction
+/// takes back some of the way along the surface. As a velocity is the way of a substep over `h`, this is an
+/// impulse with the whole overlap as bias.
+pub(super) fn project(
+    turns: &Turns,
+    sweeps: u32,
+    h: f32,
+    movers: &mut [Mover],
+    pairs: &mut [Pair],
+    mut between: impl FnMut(&mut [Mover]),
+) -> u32 {
+    for _ in 0..sweeps {
+        between(movers);
+        for row in &turns.pairs {
+            let pair = &mut pairs[*row as usize];
+            for i in 0..pair.points().len() {
+                let p = pair.points[i];
+                let n = pair.normal;
+                let u = pair.slip(&p, movers);
+                let s = pair.separation(&p, movers) + h * u.dot(n);
+                let k = pair.matrix(&p, movers);
+                let response = n.dot(k.mul(n));
+                if !(s < 0.0 && response > 0.0) {
+                    continue;
+                }
+                let press = -s / (h * response);
+                let mut j = n * press;
+                let slide = u - n * u.dot(n);
+                if let Some(along) = slide.try_normalize() {
+                    let [_, kinetic] = pair.friction;
+                    let needed = slide.length() / along.dot(k.mul(along));
+                    j -= along * needed.min(kinetic * press);
+                }
+                pair.push(&p, j, movers);
+                let q = &mut pair.points[i];
+                q.press += press;
+                q.rub += j - n * press;
+                pair.pressed = true;
+                pair.resist_rolling(press, movers);
+            }
+        }
+    }
+    sweeps
+}
