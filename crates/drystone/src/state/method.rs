@@ -54,6 +54,8 @@ pub enum Pass {
     ImplicitSprings,
     /// Rows: positions at the end of the substep are projected until nothing overlaps.
     Project,
+    /// Rows: accumulated impulses, in double precision, until the residual is below a millionth.
+    Converge,
 }
 
 /// Which rows a method runs on and what it can be asked.
@@ -66,6 +68,7 @@ enum Family {
     Guendelman,
     PenaltyExplicit,
     PenaltyImplicit,
+    Analytic,
     Verlet,
 }
 
@@ -97,7 +100,7 @@ pub(crate) struct Settings {
 
 impl Method {
     /// Names that [`Self::named`] knows.
-    pub const NAMES: [&'static str; 8] = [
+    pub const NAMES: [&'static str; 9] = [
         "soft-step",
         "soft-step-relax",
         "guendelman",
@@ -105,6 +108,7 @@ impl Method {
         "naive",
         "penalty",
         "penalty-implicit",
+        "analytic",
         "verlet",
     ];
 
@@ -243,6 +247,19 @@ impl Method {
         }
     }
 
+    /// The contact problem solved to a millionth: the reference that others are measured by. Slow.
+    #[must_use]
+    pub fn analytic() -> Self {
+        Self {
+            substep: vec![Pass::Forces, Pass::WarmStart, Pass::Converge, Pass::Positions, Pass::PushOut],
+            ..Self::of(
+                "analytic",
+                "the contact problem solved to a relative residual of 1e-6: the reference, slow",
+                Family::Analytic,
+            )
+        }
+    }
+
     /// Positions are projected, and velocity is the way that was moved [Jakobsen01].
     #[must_use]
     pub fn verlet() -> Self {
@@ -282,6 +299,7 @@ impl Method {
             "naive" => Some(Self::naive()),
             "penalty" => Some(Self::penalty()),
             "penalty-implicit" => Some(Self::penalty_implicit()),
+            "analytic" => Some(Self::analytic()),
             "verlet" => Some(Self::verlet()),
             _ => None,
         }
@@ -355,7 +373,10 @@ impl Method {
             Persistence::Off => false,
             Persistence::Own => matches!(
                 self.family,
-                Family::Wide | Family::Sequential | Family::PenaltyImplicit
+                Family::Wide
+                    | Family::Sequential
+                    | Family::PenaltyImplicit
+                    | Family::Analytic
             ),
         }
     }
@@ -380,7 +401,7 @@ impl Method {
     /// An option that makes no sense for this method, with the reason.
     pub(crate) fn settle(&self) -> Result<Settings, DefError> {
         use Family::{
-            Guendelman, Naive, PenaltyExplicit, PenaltyImplicit, Sequential, Verlet, Wide,
+            Analytic, Guendelman, Naive, PenaltyExplicit, PenaltyImplicit, Sequential, Verlet, Wide,
         };
         let (o, f) = (&self.options, self.family);
         o.check_numbers()?;
@@ -423,7 +444,7 @@ impl Method {
         let overlap = match (o.overlap, f) {
             (Overlap::Own | Overlap::Relax, Wide) => Overlap::Relax,
             (_, Wide) => return no("method.overlap", o.overlap.word(), "relax: it is what its list ends with"),
-            (Overlap::Own, Sequential) => Overlap::VelocityBias,
+            (Overlap::Own, Sequential | Analytic) => Overlap::VelocityBias,
             (Overlap::Own, Guendelman) => Overlap::PushOut,
             (Overlap::Own, _) => Overlap::Nothing,
             (_, PenaltyExplicit | PenaltyImplicit) => {
@@ -435,6 +456,10 @@ impl Method {
             (Overlap::Relax | Overlap::VelocityBias, Naive | Guendelman) => {
                 let reason = "push-out or none: its impulses have no bias";
                 return no("method.overlap", o.overlap.word(), reason);
+            }
+            (Overlap::Relax, Analytic) => {
+                let reason = "velocity-bias, push-out or none: it has no sweep to relax with";
+                return no("method.overlap", "relax", reason);
             }
             (chosen, _) => chosen,
         };
@@ -456,8 +481,8 @@ impl Method {
         if f == Wide && !matches!(o.damping, Damping::Own | Damping::Pade) {
             return no("method.damping", o.damping.word(), "pade: it is part of its kernel");
         }
-        if o.sweeps > 0 && matches!(f, Wide | PenaltyExplicit) {
-            let reason = "0: its sweeps are its substeps";
+        if o.sweeps > 0 && matches!(f, Wide | PenaltyExplicit | Analytic) {
+            let reason = "0: it makes as many as it needs";
             return no("method.sweeps", &o.sweeps.to_string(), reason);
         }
         Ok(Settings {

@@ -85,6 +85,11 @@ impl Scratch {
     pub(crate) const fn sweeps(&self) -> u32 {
         self.solver.sweeps
     }
+
+    /// Relative residual of the contacts in the last step, of the analytic method.
+    pub(crate) fn residual(&self) -> f64 {
+        self.solver.residual()
+    }
 }
 
 /// The step. `after` is told of every stage that is done.

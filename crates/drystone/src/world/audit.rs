@@ -44,8 +44,16 @@ impl World {
         penalty_limit(&self.tables)
     }
 
+    /// How far the method `analytic` was from solving the contacts in the last step: what a row still asked
+    /// for, as a part of the greatest speed of a contact point before; 0 with other methods. Above 1e-6 the
+    /// scene was too large for it.
+    #[must_use]
+    pub fn contact_residual(&self) -> f64 {
+        self.scratch.residual()
+    }
+
     /// What will go wrong with steps of `dt` [s], as far as it can be known: that `penalty` is beyond its
-    /// limit of stability. A sentence each.
+    /// limit of stability, or that `analytic` gave up in the last step. A sentence each.
     #[must_use]
     pub fn warnings(&self, dt: f32) -> Vec<String> {
         let config = &self.tables.config;
@@ -63,6 +71,13 @@ impl World {
                     limit.longest_substep, config.penalty.hertz, limit.hertz
                 ));
             }
+        }
+        let residual = self.contact_residual();
+        if residual > 1.0e-6 {
+            warnings.push(format!(
+                "the contacts of the last step were solved to a residual of {residual:.1e}, not 1e-6: the \
+                 scene is too large for analytic"
+            ));
         }
         warnings
     }

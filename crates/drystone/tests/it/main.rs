@@ -8,5 +8,6 @@ mod scenario_friction;
 mod scenario_impacts;
 mod scenario_inertia;
 mod scenario_mesh;
+mod scenario_methods;
 mod scenario_motion;
 mod scenario_seams;

@@ -82,6 +82,11 @@ impl Scratch {
         self.free.get(line).copied().unwrap_or(false)
     }
 
+    /// Relative residual of the contacts in the last step, of the analytic method.
+    pub(crate) fn residual(&self) -> f64 {
+        self.classic.residual
+    }
+
     /// Contact rows that were pressed together for the first time.
     pub(crate) fn begun(&self) -> impl Iterator<Item = u32> {
         let pressed =

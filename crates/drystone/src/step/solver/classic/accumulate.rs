@@ -14,28 +14,43 @@ pub(super) struct Law {
     pub(super) softness: Softness,
     /// Overlap that is left alone [m].
     pub(super) slop: f32,
+    /// Whether what arrives bounces.
+    pub(super) bounces: bool,
 }
 
-/// Part of an overlap that is removed in a substep, and what is left of it: the values of
-/// [`Law::biased`].
+/// Part of an overlap that is removed in a substep, and overlap that is left [m]. With a slop of half a
+/// millimeter the bias acts in every column at rest, friction answers the velocity it makes, and that pumps a
+/// swaying of the whole column: five cubes reach 0.6 m/s in 3 s, against 1e-6 m/s without bias.
 const BAUMGARTE: f32 = 0.2;
-pub(super) const SLOP: f32 = 5.0e-4;
+const SLOP: f32 = 5.0e-3;
+
+/// Rounds over the points of a pair in one visit. Four corners answer each other, so one round leaves the
+/// pair rocking, and the warm start repeats that a step too late: ten cubes sway up to 0.9 m/s in 10 s with one
+/// round, 4e-3 with two, 1.5e-5 with four.
+const POINT_ROUNDS: u32 = 4;
 
 impl Law {
     /// Rigid rows with a velocity bias.
     pub(super) fn biased(h: f32) -> Self {
         let softness = Softness { rate: BAUMGARTE / h, mass: 1.0, impulse: 0.0 };
-        Self { h, softness, slop: SLOP }
+        Self { h, softness, slop: SLOP, bounces: true }
     }
 
     /// Rigid rows that leave overlaps as they are.
     pub(super) const fn rigid(h: f32) -> Self {
-        Self { h, softness: Softness::RIGID, slop: 0.0 }
+        Self { h, softness: Softness::RIGID, slop: 0.0, bounces: true }
     }
 
     /// Springs.
     pub(super) const fn spring(h: f32, softness: Softness) -> Self {
-        Self { h, softness, slop: 0.0 }
+        Self { h, softness, slop: 0.0, bounces: true }
+    }
+
+    /// Projection of the positions at the end of the substep: the whole overlap is removed in it. As velocity is
+    /// the way of a substep over `h`, that is a bias of 1/h which stays [Jakobsen01].
+    pub(super) fn projection(h: f32) -> Self {
+        let softness = Softness { rate: 1.0 / h, mass: 1.0, impulse: 0.0 };
+        Self { h, softness, slop: 0.0, bounces: false }
     }
 }
 
@@ -63,16 +78,18 @@ pub(super) fn accumulate(
         for row in &turns.pairs {
             let pair = &mut pairs[*row as usize];
             let mut total = 0.0;
-            for i in 0..pair.points().len() {
-                let mut p = pair.points[i];
-                press(pair, &mut p, law, movers);
-                pair.points[i] = p;
-                total += p.press;
+            for _ in 0..POINT_ROUNDS {
+                for i in 0..pair.points().len() {
+                    let mut p = pair.points[i];
+                    press(pair, &mut p, law, movers);
+                    pair.points[i] = p;
+                }
             }
             for i in 0..pair.points().len() {
                 let mut p = pair.points[i];
                 rub(pair, &mut p, movers);
                 pair.points[i] = p;
+                total += p.press;
             }
             pair.pressed |= total > 0.0;
             #[expect(clippy::cast_precision_loss, reason = "at most 100,000")]
@@ -93,7 +110,7 @@ fn press(pair: &Pair, p: &mut PairPoint, law: &Law, movers: &mut [Mover]) {
     let u = pair.slip(p, movers).dot(n);
     let Softness { rate, mass, impulse } = law.softness;
     let bounce = -pair.restitution * p.arrival;
-    let change = if bounce > 0.0 {
+    let change = if law.bounces && bounce > 0.0 {
         (bounce - u) / response
     } else if s > 0.0 {
         // The gap may be closed and no more.

@@ -6,6 +6,7 @@
 //! References: docs/methods.md, [Guendelman03], [Catto05], [Jakobsen01].
 
 mod accumulate;
+mod analytic;
 mod joints;
 mod levels;
 mod rows;
@@ -13,6 +14,7 @@ mod springs;
 mod sweeps;
 
 use self::accumulate::Law;
+use self::analytic::Analytic;
 use self::joints::Link;
 use self::levels::Graph;
 use self::rows::{Mover, Pair, PairPoint};
@@ -34,6 +36,9 @@ use crate::state::options::{Damping, Integration, Order, Overlap, Shock};
 use crate::state::shapes::Shapes;
 use crate::step::context::StepContext;
 
+/// Rounds of joints and contacts of the analytic method.
+const JOINT_ROUNDS: u32 = 20;
+
 /// Memory kept from step to step.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Scratch {
@@ -47,6 +52,9 @@ pub(super) struct Scratch {
     ground_up: Turns,
     graph: Graph,
     change: Vec<(Vec3, Vec3)>,
+    analytic: Analytic,
+    /// Greatest relative residual of the last step's substeps, of the analytic method; else 0.
+    pub(super) residual: f64,
     /// Contact rows that were pressed together for the first time.
     pub(super) begun: Vec<u32>,
     /// The last step was made by a classic method.
@@ -57,6 +65,7 @@ impl Scratch {
     /// Another method makes this step.
     pub(super) fn leave(&mut self, line_of: &mut [u32]) {
         if core::mem::take(&mut self.was_here) {
+            self.residual = 0.0;
             line_of.fill(0);
             self.begun.clear();
         }
@@ -84,7 +93,7 @@ pub(super) fn solve(
     c.gather_bodies(ctx, &settings, input, &mut s.line_of);
     c.gather_pairs(ctx, input, contacts, colors, &s.line_of);
     c.gather_links(ctx, input, joints, colors, &s.line_of);
-    s.sweeps = 0;
+    (s.sweeps, c.residual) = (0, 0.0);
     for substep in 0..ctx.substeps {
         c.begin(ctx, &settings, substep);
         for pass in method.substep() {
@@ -170,7 +179,25 @@ impl Scratch {
                 let law = Law::spring(h, Softness::new(p.hertz, p.damping_ratio, h));
                 accumulate::accumulate(turns, settings.sweeps, &law, movers, pairs, join)
             }
-            Pass::Project => sweeps::project(turns, settings.sweeps, h, movers, pairs, join),
+            Pass::Converge => {
+                let bias = settings.overlap == Overlap::VelocityBias;
+                let mut sweeps = 0;
+                // Joints are rows of single precision: they take turns with the contacts.
+                let rounds = if links.is_empty() { 1 } else { JOINT_ROUNDS };
+                for _ in 0..rounds {
+                    for link in links.iter_mut() {
+                        link.solve(h, movers);
+                    }
+                    let outcome = self.analytic.solve(turns, h, bias, movers, pairs);
+                    sweeps += outcome.sweeps;
+                    self.residual = self.residual.max(outcome.residual);
+                }
+                sweeps
+            }
+            Pass::Project => {
+                let law = Law::projection(h);
+                accumulate::accumulate(turns, settings.sweeps, &law, movers, pairs, join)
+            }
             // Those that are switched off, and those of blocks.
             _ => 0,
         }

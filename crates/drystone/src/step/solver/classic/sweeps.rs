@@ -1,6 +1,6 @@
 //! Sweeps whose impulses are not accumulated: each visit of a point asks what is left to do there.
 //!
-//! Bounces, stops, shock propagation and push-out after [Guendelman03], projection after [Jakobsen01].
+//! Bounces, stops, shock propagation and push-out after [Guendelman03].
 
 use super::rows::{Mover, Pair, PairPoint};
 use crate::base::collision::collide;
@@ -139,16 +139,16 @@ fn thaw(movers: &mut [Mover]) {
     }
 }
 
-/// Stops the points of a pair that would overlap, the fastest first.
+/// Stops the points of a pair that would overlap, the fastest first. What is stopped stays in the air by up to
+/// the way of a substep: were it to close the gap first, it would arrive with that velocity and bounce.
 fn stop_pair(pair: &mut Pair, rounds: u32, restitution: f32, h: f32, movers: &mut [Mover]) {
     for _ in 0..rounds {
         let mut worst: (f32, Option<(usize, Vec3)>) = (0.0, None);
         for (i, p) in pair.points().iter().enumerate() {
-            // The approach that closes the gap and no more is none.
-            let gap = pair.separation(p, movers).max(0.0);
-            let u = pair.slip(p, movers) + pair.normal * (gap / h);
+            let u = pair.slip(p, movers);
             let over = u.dot(pair.normal);
-            if over < worst.0 {
+            let meets = pair.separation(p, movers) + h * over < 0.0;
+            if meets && over < worst.0 {
                 worst = (over, Some((i, u)));
             }
         }
@@ -184,49 +184,4 @@ pub(super) fn push_out(turns: &Turns, movers: &mut [Mover], pairs: &[Pair]) {
         }
         thaw(movers);
     }
-}
-
-/// Projection of the positions at the end of the substep: what will overlap is moved apart, and friction
-/// takes back some of the way along the surface. As a velocity is the way of a substep over `h`, this is an
-/// impulse with the whole overlap as bias.
-pub(super) fn project(
-    turns: &Turns,
-    sweeps: u32,
-    h: f32,
-    movers: &mut [Mover],
-    pairs: &mut [Pair],
-    mut between: impl FnMut(&mut [Mover]),
-) -> u32 {
-    for _ in 0..sweeps {
-        between(movers);
-        for row in &turns.pairs {
-            let pair = &mut pairs[*row as usize];
-            for i in 0..pair.points().len() {
-                let p = pair.points[i];
-                let n = pair.normal;
-                let u = pair.slip(&p, movers);
-                let s = pair.separation(&p, movers) + h * u.dot(n);
-                let k = pair.matrix(&p, movers);
-                let response = n.dot(k.mul(n));
-                if !(s < 0.0 && response > 0.0) {
-                    continue;
-                }
-                let press = -s / (h * response);
-                let mut j = n * press;
-                let slide = u - n * u.dot(n);
-                if let Some(along) = slide.try_normalize() {
-                    let [_, kinetic] = pair.friction;
-                    let needed = slide.length() / along.dot(k.mul(along));
-                    j -= along * needed.min(kinetic * press);
-                }
-                pair.push(&p, j, movers);
-                let q = &mut pair.points[i];
-                q.press += press;
-                q.rub += j - n * press;
-                pair.pressed = true;
-                pair.resist_rolling(press, movers);
-            }
-        }
-    }
-    sweeps
 }
