@@ -30,12 +30,13 @@ pub enum Pass {
     Forces,
     /// Rows: the impulses of the last step.
     WarmStart,
-    /// Rows: what overlaps and approaches bounces, one point after the other.
+    /// Rows: what approaches and would overlap at the end of the substep bounces, one point after the other.
     Bounce {
-        /// Most sweeps over all rows.
+        /// Most sweeps over all rows; 0: the method's sweeps.
         sweeps: u32,
-        /// What will overlap at the end of the substep, not what does now.
-        ahead: bool,
+        /// Forces are still to come in this substep: they are part of where bodies would be, not of the
+        /// velocity that bounces.
+        before_forces: bool,
     },
     /// Levels: what would overlap is stopped, by a restitution that rises from near -1 to 0 with the
     /// sweeps, so that loads spread before all becomes rigid.
@@ -162,7 +163,7 @@ impl Method {
         Self {
             sweeps: 10,
             substep: vec![
-                Pass::Bounce { sweeps: 5, ahead: true },
+                Pass::Bounce { sweeps: 5, before_forces: true },
                 Pass::Forces,
                 Pass::Stop,
                 Pass::Shock,
@@ -206,9 +207,9 @@ impl Method {
             sweeps: 1,
             substep: vec![
                 Pass::Forces,
-                Pass::Positions,
-                Pass::Bounce { sweeps: 0, ahead: false },
+                Pass::Bounce { sweeps: 0, before_forces: false },
                 Pass::Shock,
+                Pass::Positions,
                 Pass::PushOut,
             ],
             ..Self::of(

@@ -125,7 +125,7 @@ fn press(pair: &Pair, p: &mut PairPoint, law: &Law, movers: &mut [Mover]) {
 }
 
 /// Friction along the surface: the sum is clamped to the disc.
-fn rub(pair: &Pair, p: &mut PairPoint, movers: &mut [Mover]) {
+pub(super) fn rub(pair: &Pair, p: &mut PairPoint, movers: &mut [Mover]) {
     let n = pair.normal;
     let k = pair.matrix(p, movers);
     let (t1, t2) = {

@@ -1,10 +1,11 @@
 //! The contact problem solved to a tolerance: velocities after which nothing approaches, nothing that parts
 //! pushes, and friction takes the most energy that its cone allows [Baraff94].
 //!
-//! The survey's "analytic" method pivots, which is direct and takes the cube of the contacts. Here projected
-//! Gauss-Seidel goes on, in double precision, until the residual is below the tolerance: it gives the same
-//! velocities (they are unique but for friction; impulses of four corners never are), keeps no matrix, and has no
-//! case in which a pivot fails. It takes long where loads have a long way to the ground.
+//! Sweeps of projected Gauss-Seidel, in double precision, find which points press, which of them stick, and
+//! which way the others slide; with these known the problem is linear, and is solved directly; both take turns
+//! until the residual is below the tolerance [Silcowitz10]. Sweeps alone take the fourth power of the height of a
+//! column (19,000 a step for ten cubes). Four corners of a face have no unique impulses: the direct solve changes
+//! as little as it can. Its matrix is dense: time goes with the cube of the points.
 
 use super::rows::{Mover, Pair};
 use super::sweeps::Turns;
@@ -12,11 +13,19 @@ use crate::base::double::DVec3;
 use crate::base::math::Vec3;
 
 /// Residual at which it ends: the greatest change of velocity that a visit of a row still asks for, as a part
-/// of the greatest speed of a contact point before.
+/// of the greatest speed of a contact point before, or of what forces add in a substep.
 pub(super) const TOLERANCE: f64 = 1.0e-6;
 
-/// Visits of points in a substep after which it gives up: some seconds.
-const MOST_VISITS: u64 = 40_000_000;
+/// Sweeps between two direct solves, and rounds of both after which it gives up.
+const SWEEPS: u32 = 16;
+const ROUNDS: u32 = 100;
+
+/// Most unknowns of a direct solve, 500 points that stick: a second. Beyond, there are sweeps only.
+const MOST_UNKNOWNS: usize = 1500;
+
+/// Added to the diagonal, as a part of it: without it four corners make the matrix singular, and as their gaps
+/// are rounded they never ask for quite the same plane: impulses would grow by that over the ridge.
+const RIDGE: f64 = 1.0e-5;
 
 /// Part of an overlap that is removed in a substep, and overlap that is left alone [m].
 const BAUMGARTE: f64 = 0.2;
@@ -68,6 +77,180 @@ struct Motion {
 pub(super) struct Analytic {
     points: Vec<Point>,
     motions: Vec<Motion>,
+    direct: Direct,
+}
+
+/// One sweep, forward or back; gives the greatest change of velocity.
+fn sweep_once(points: &mut [Point], motions: &mut [Motion], back: bool) -> f64 {
+    let mut worst = 0.0_f64;
+    let mut visit = |p: &mut Point| worst = worst.max(p.visit(motions));
+    if back {
+        points.iter_mut().rev().for_each(&mut visit);
+    } else {
+        points.iter_mut().for_each(&mut visit);
+    }
+    worst
+}
+
+/// An unknown of the direct solve.
+#[derive(Clone, Copy, Debug)]
+struct Unknown {
+    point: usize,
+    /// Row of the point that it is an impulse of.
+    row: usize,
+    /// How an impulse of 1 acts: along the row, and with it the friction of what slides.
+    acts: Row,
+}
+
+/// The linear problem and its memory.
+#[derive(Clone, Debug, Default)]
+struct Direct {
+    unknowns: Vec<Unknown>,
+    /// Row after row.
+    matrix: Vec<f64>,
+    right: Vec<f64>,
+    kept: Vec<[f64; 3]>,
+}
+
+impl Direct {
+    fn keep(&mut self, points: &[Point]) {
+        self.kept.clear();
+        self.kept.extend(points.iter().map(|p| p.rows.map(|r| r.impulse)));
+    }
+
+    /// Back to the impulses that were kept.
+    fn undo(&self, points: &mut [Point], motions: &mut [Motion]) {
+        for (p, kept) in points.iter_mut().zip(&self.kept) {
+            for (row, impulse) in kept.iter().enumerate() {
+                p.push(row, *impulse, motions);
+            }
+        }
+    }
+
+    /// Solves for the impulses of the points that press, given which of them stick.
+    fn solve(&mut self, points: &mut [Point], motions: &mut [Motion]) {
+        self.unknowns.clear();
+        for (point, p) in points.iter().enumerate() {
+            let [n, t1, t2] = p.rows;
+            if !(n.impulse > 0.0) {
+                continue;
+            }
+            let rub = (t1.impulse * t1.impulse + t2.impulse * t2.impulse).sqrt();
+            let sticks = rub < p.friction[0] * n.impulse * (1.0 - 1.0e-9);
+            let mut acts = n;
+            if !sticks && rub > 0.0 {
+                let share = p.friction[1] / rub;
+                acts = combined(acts, t1, share * t1.impulse);
+                acts = combined(acts, t2, share * t2.impulse);
+            }
+            self.unknowns.push(Unknown { point, row: 0, acts });
+            if sticks {
+                self.unknowns.push(Unknown { point, row: 1, acts: t1 });
+                self.unknowns.push(Unknown { point, row: 2, acts: t2 });
+            }
+        }
+        let n = self.unknowns.len();
+        if n == 0 || n > MOST_UNKNOWNS {
+            return;
+        }
+        self.matrix.clear();
+        self.right.clear();
+        for of in &self.unknowns {
+            let p = &points[of.point];
+            let row = &p.rows[of.row];
+            for by in &self.unknowns {
+                self.matrix.push(coupling(p, row, &points[by.point], &by.acts, motions));
+            }
+            let target = if of.row == 0 { p.target } else { 0.0 };
+            self.right.push(target - p.velocity(row, motions));
+        }
+        for i in 0..n {
+            self.matrix[i * n + i] *= 1.0 + RIDGE;
+        }
+        if !self.eliminate() {
+            return;
+        }
+        for (unknown, change) in self.unknowns.iter().zip(&self.right) {
+            let p = &mut points[unknown.point];
+            let slides = unknown.row == 0 && unknown.acts.d != p.rows[0].d;
+            let [n, t1, t2] = p.rows.map(|r| r.impulse);
+            let impulse = p.rows[unknown.row].impulse + change;
+            let impulse = if unknown.row == 0 { impulse.max(0.0) } else { impulse };
+            p.push(unknown.row, impulse, motions);
+            if slides && n > 0.0 {
+                p.push(1, t1 * impulse / n, motions);
+                p.push(2, t2 * impulse / n, motions);
+            }
+        }
+    }
+
+    /// Gauss elimination with the greatest pivot of each column; `right` becomes the solution. False if a
+    /// pivot is zero or no number.
+    fn eliminate(&mut self) -> bool {
+        let (n, m, b) = (self.right.len(), &mut self.matrix, &mut self.right);
+        for k in 0..n {
+            let mut pivot = k;
+            for i in k + 1..n {
+                if m[i * n + k].abs() > m[pivot * n + k].abs() {
+                    pivot = i;
+                }
+            }
+            let top = m[pivot * n + k];
+            if !(top.abs() > 0.0 && top.is_finite()) {
+                return false;
+            }
+            if pivot != k {
+                for j in k..n {
+                    m.swap(k * n + j, pivot * n + j);
+                }
+                b.swap(k, pivot);
+            }
+            let (above, below) = m.split_at_mut((k + 1) * n);
+            let head = &above[k * n + k..];
+            for (i, row) in below.chunks_exact_mut(n).enumerate() {
+                let part = row[k] / top;
+                if part != 0.0 {
+                    for (x, y) in row[k..].iter_mut().zip(head) {
+                        *x -= part * y;
+                    }
+                    b[k + 1 + i] -= part * b[k];
+                }
+            }
+        }
+        for k in (0..n).rev() {
+            let row = &m[k * n..(k + 1) * n];
+            let mut sum = b[k];
+            for j in k + 1..n {
+                sum -= row[j] * b[j];
+            }
+            b[k] = sum / row[k];
+        }
+        b.iter().all(|x| x.is_finite())
+    }
+}
+
+/// `a + factor b`, of what impulses do.
+fn combined(a: Row, b: Row, factor: f64) -> Row {
+    Row {
+        d: a.d + b.d * factor,
+        arm: [a.arm[0] + b.arm[0] * factor, a.arm[1] + b.arm[1] * factor],
+        turn: [a.turn[0] + b.turn[0] * factor, a.turn[1] + b.turn[1] * factor],
+        impulse: 0.0,
+    }
+}
+
+/// Change of velocity along a row of point `p` by an impulse of 1 of point `q`.
+fn coupling(p: &Point, row: &Row, q: &Point, acts: &Row, motions: &[Motion]) -> f64 {
+    let mut sum = 0.0;
+    for (i, sign_p) in [(0, -1.0), (1, 1.0)] {
+        for (j, sign_q) in [(0, -1.0), (1, 1.0)] {
+            if p.movers[i] == q.movers[j] {
+                let by_mass = row.d.dot(each(motions[p.movers[i]].inv_mass, acts.d));
+                sum += sign_p * sign_q * (by_mass + row.arm[i].dot(acts.turn[j]));
+            }
+        }
+    }
+    sum
 }
 
 impl Analytic {
@@ -81,31 +264,35 @@ impl Analytic {
         pairs: &mut [Pair],
     ) -> Outcome {
         self.gather(turns, h, bias, movers, pairs);
-        let Self { points, motions } = self;
+        let Self { points, motions, direct } = self;
         let scale = points.iter().map(|p| p.speed(motions)).fold(0.0, f64::max);
+        // At rest the impulses of the last step have taken the speed away already.
+        let force = |m: &Mover| DVec3::from(m.add_v).length();
+        let scale = movers.iter().map(force).fold(scale, f64::max);
         let mut outcome = Outcome::default();
-        let visits = points.len() as u64;
-        if visits == 0 || !(scale > 0.0 && scale.is_finite()) {
+        if points.is_empty() || !(scale > 0.0 && scale.is_finite()) {
             return outcome;
         }
-        let mut spent = 0;
-        loop {
-            let mut worst = 0.0_f64;
-            // Up and down again: loads go the way to the ground and back in one round.
-            if outcome.sweeps.is_multiple_of(2) {
-                for p in points.iter_mut() {
-                    worst = worst.max(p.visit(motions));
-                }
-            } else {
-                for p in points.iter_mut().rev() {
-                    worst = worst.max(p.visit(motions));
+        let mut before = f64::INFINITY;
+        for _ in 0..ROUNDS {
+            for sweep in 0..SWEEPS {
+                outcome.residual = sweep_once(points, motions, sweep % 2 == 1) / scale;
+                outcome.sweeps += 1;
+                if outcome.residual <= TOLERANCE {
+                    break;
                 }
             }
-            outcome.sweeps += 1;
-            outcome.residual = worst / scale;
-            spent += visits;
-            if !(outcome.residual > TOLERANCE) || spent >= MOST_VISITS {
+            if !(outcome.residual > TOLERANCE) {
                 break;
+            }
+            // A direct solve that took the wrong points is taken back, and more sweeps find better ones.
+            if outcome.residual > 2.0 * before {
+                direct.undo(points, motions);
+                before = f64::INFINITY;
+            } else {
+                before = outcome.residual;
+                direct.keep(points);
+                direct.solve(points, motions);
             }
         }
         for (mover, motion) in movers.iter_mut().zip(&*motions) {

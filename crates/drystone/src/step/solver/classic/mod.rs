@@ -137,13 +137,13 @@ impl Scratch {
                 links.iter().for_each(|link| link.warm_start(movers));
                 0
             }
-            Pass::Bounce { sweeps: most, ahead } => {
+            Pass::Bounce { sweeps: most, before_forces } => {
                 let most = if most > 0 { most } else { settings.sweeps };
-                if !ahead {
+                if !before_forces {
                     // The baseline has joints too.
                     join(movers);
                 }
-                sweeps::bounce(turns, most, ahead.then_some(h), movers, pairs)
+                sweeps::bounce(turns, most, h, before_forces, movers, pairs)
             }
             Pass::Stop => sweeps::stop(turns, settings.sweeps, h, movers, pairs, join),
             Pass::Shock if settings.shock == Shock::Full => {
