@@ -4,6 +4,7 @@ mod ci;
 mod golden;
 mod instructions;
 mod roofline;
+mod stability;
 mod tidy;
 
 use std::path::PathBuf;
@@ -17,6 +18,7 @@ const USAGE: &str = "usage: cargo xtask COMMAND
   golden [--release]              run the scenes of golden.txt and compare their hashes
   golden [--release] --bless WHY  write the new hashes, and old, new and WHY into CHANGELOG.md
   instructions [--bless]          count the instructions of the runs of instructions.txt by callgrind
+  stability                       long runs of what must stand or fall, into docs/stability.md (a quarter of an hour)
   roofline                        bandwidth and arithmetic of this machine (run xtask with --release)";
 
 /// What a command returns: nothing, or the lines that say what is wrong.
@@ -31,6 +33,7 @@ fn main() -> ExitCode {
         ["determinism"] => determinism(),
         ["instructions"] => instructions::run(false),
         ["instructions", "--bless"] => instructions::run(true),
+        ["stability"] => stability::run(),
         ["roofline"] => {
             roofline::run();
             Ok(())

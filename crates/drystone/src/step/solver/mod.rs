@@ -19,6 +19,8 @@ mod pack;
 mod pack_extra;
 mod pack_joint;
 mod plan;
+mod forest;
+mod tree;
 mod touch;
 mod unpack;
 
@@ -34,6 +36,7 @@ use self::joint::JointSweep;
 use self::plan::{Group, Plan};
 use self::rows::{ContactBlock, Extra, JointBlock, Line, Whitening};
 use self::softness::Softness;
+use self::tree::{TreeBody, TreeRow};
 use super::context::StepContext;
 use crate::base::disjoint::Rows;
 use crate::base::grow;
@@ -55,7 +58,7 @@ pub(crate) struct Scratch {
     pub(crate) line_of: Vec<u32>,
     pub(crate) lines: Vec<Line>,
     pub(crate) whitening: Vec<Whitening>,
-    aux: Vec<Aux>,
+    pub(crate) aux: Vec<Aux>,
     acceleration: Vec<Vec3>,
     pub(crate) squeezes: Vec<Squeeze>,
     /// Of each island, in a step in which one of its bodies grows heavier.
@@ -63,6 +66,8 @@ pub(crate) struct Scratch {
     blocks: Vec<ContactBlock>,
     extras: Vec<Extra>,
     joints: Vec<JointBlock>,
+    tree_bodies: Vec<TreeBody>,
+    tree_rows: Vec<TreeRow>,
     /// One for each group, while some contact can bounce.
     impacts: Vec<Impacts>,
     /// Lines that nothing pushed in this step, or empty: see [`Self::flew`].
@@ -99,7 +104,7 @@ impl Scratch {
 }
 
 /// The solver's rows as lent to the groups: each touches its own.
-#[derive(Debug)]
+#[derive(Clone, Copy, Debug)]
 struct Solver<'a> {
     ctx: &'a StepContext,
     method: &'a Method,
@@ -118,6 +123,8 @@ struct Solver<'a> {
     extras: Rows<'a, Extra>,
     has_extras: bool,
     joints: Rows<'a, JointBlock>,
+    tree_bodies: Rows<'a, TreeBody>,
+    tree_rows: Rows<'a, TreeRow>,
     /// Empty where `extras` is, as are `free`.
     impacts: Rows<'a, Impacts>,
     free: Rows<'a, bool>,
@@ -134,9 +141,10 @@ pub(crate) struct Input<'a> {
     pub(crate) islands: &'a Islands,
 }
 
-/// Runs the method's passes. Poses are written by finalize, from the lines.
+/// Runs the method's passes. Poses are written by finalize, from the lines. The second context is for the
+/// islands that take every substep in parts.
 pub(crate) fn solve(
-    ctx: &StepContext,
+    [ctx, fine]: [&StepContext; 2],
     method: &Method,
     Input { bodies, shapes, islands }: Input<'_>,
     joints: &mut Joints,
@@ -152,7 +160,10 @@ pub(crate) fn solve(
     }
     s.classic.leave(&mut s.line_of);
     s.sweeps = method.wide_sweeps(ctx.substeps);
-    s.plan.update(bodies, joints, contacts, colors, &mut s.line_of, jobs.workers().max(1));
+    let inertia = (fine.substeps > ctx.substeps && ctx.inertia.is_on()).then_some(&ctx.inertia);
+    s.plan.choose_fine(bodies, islands.rows.len(), inertia);
+    let workers = jobs.workers().max(1);
+    s.plan.update(bodies, joints, contacts, colors, &mut s.line_of, ctx.tree_ratio, workers);
     let n = s.plan.members.len() + 1;
     s.lines.resize(n, Line::default());
     s.whitening.resize(n, Whitening::default());
@@ -174,6 +185,8 @@ pub(crate) fn solve(
         s.impacts.resize_with(groups, Impacts::default);
     }
     s.joints.resize_with(s.plan.joints.owners.len(), JointBlock::default);
+    s.tree_bodies.resize(s.plan.forest.bodies.len(), TreeBody::default());
+    s.tree_rows.resize(s.plan.forest.joints.len(), TreeRow::default());
     let (slots, _) = contacts.slots_mut();
     let plan = &s.plan;
     let solver = Solver {
@@ -193,18 +206,22 @@ pub(crate) fn solve(
         extras: Rows::new(&mut s.extras),
         has_extras,
         joints: Rows::new(&mut s.joints),
+        tree_bodies: Rows::new(&mut s.tree_bodies),
+        tree_rows: Rows::new(&mut s.tree_rows),
         impacts: Rows::new(&mut s.impacts),
         free: Rows::new(&mut s.free),
         begun: Rows::new(&mut s.begun),
         contacts: Rows::new(slots),
         joint_slots: Rows::new(joints.rows.values_mut()),
     };
+    let solver_of =
+        |number: usize| Solver { ctx: if plan.groups[number].fine { fine } else { ctx }, ..solver };
     for number in 0..plan.shared {
-        solver.solve(number, jobs);
+        solver_of(number).solve(number, jobs);
     }
     for_ranges(jobs, plan.groups.len() - plan.shared, 1, |range| {
         for number in range {
-            solver.solve(plan.shared + number, &Inline);
+            solver_of(plan.shared + number).solve(plan.shared + number, &Inline);
         }
     });
 }
@@ -215,6 +232,7 @@ impl Solver<'_> {
         let (ctx, group) = (self.ctx, &self.plan.groups[number]);
         self.prepare_lines(group, jobs);
         self.prepare_joints(group, jobs);
+        self.prepare_trees(group);
         self.prepare_contacts(group, jobs);
         if self.has_extras {
             let blocks = self.plan.contacts.blocks_of(&group.contacts);
@@ -260,6 +278,9 @@ impl Solver<'_> {
             owners: &self.plan.contacts.owners,
             lines: &self.lines,
             aux: &self.aux,
+            whitening: &self.whitening,
+            dt: self.ctx.dt,
+            h: self.ctx.h,
             first_line: group.lines.start,
             members: &self.plan.members,
             bodies: self.bodies,
@@ -318,13 +339,29 @@ impl Solver<'_> {
         match pass {
             Pass::Solve { inner } => {
                 let inner = inner.clamp(1, 8);
-                self.sweep_joints(group, ctx.soft_joint, elapsed, jobs);
+                let joints = JointSweep {
+                    inv_h: ctx.inv_h,
+                    softness: ctx.soft_joint,
+                    elapsed,
+                    back: 0.0,
+                    is_relax: false,
+                };
+                self.sweep_joints(group, &joints, jobs);
+                self.sweep_trees(group, &joints, jobs);
                 let sweeps =
                     [sweep(ctx.soft, inner, elapsed), sweep(ctx.soft_fixed, inner, elapsed)];
                 self.sweep_contacts(group, &sweeps, jobs);
             }
             Pass::Relax => {
-                self.sweep_joints(group, Softness::RIGID, moved, jobs);
+                let joints = JointSweep {
+                    inv_h: ctx.inv_h,
+                    softness: Softness::RIGID,
+                    elapsed: moved - 0.5 * ctx.h,
+                    back: 0.5 * ctx.h,
+                    is_relax: true,
+                };
+                self.sweep_joints(group, &joints, jobs);
+                self.sweep_trees(group, &joints, jobs);
                 let rigid = sweep(Softness::RIGID, 1, moved);
                 self.sweep_contacts(group, &[rigid, rigid], jobs);
             }
@@ -399,7 +436,7 @@ impl Solver<'_> {
         *self.whitening.row(i) = whitening;
         *self.aux.row(i) = aux;
         *self.acceleration.row(i) = acc;
-        *self.squeezes.row(i) = Squeeze { factor, impulse: [0.0; 4] };
+        *self.squeezes.row(i) = Squeeze { factor, refined: self.ctx.is_refined, impulse: [0.0; 4] };
     }
 
     /// Bodies that grow heavier join the motion of their island. Sums are made in the order of bodies,
@@ -518,8 +555,7 @@ impl Solver<'_> {
         }
     }
 
-    fn sweep_joints(&self, group: &Group, softness: Softness, elapsed: f32, jobs: &dyn Executor) {
-        let sweep = JointSweep { inv_h: self.ctx.inv_h, softness, elapsed };
+    fn sweep_joints(&self, group: &Group, sweep: &JointSweep, jobs: &dyn Executor) {
         for batch in &self.plan.joints.batches[group.joints.clone()] {
             let n = batch.blocks.len();
             for_ranges(jobs, n, grain(jobs, n, 8), |part| {
@@ -528,9 +564,9 @@ impl Solver<'_> {
                         let block = self.joints.row(i);
                         self.joints.prefetch(i + 1, JointBlock::CACHE_LINES);
                         if block.is_distance {
-                            joint::solve_distance(simd, block, &self.lines, &sweep);
+                            joint::solve_distance(simd, block, &self.lines, sweep);
                         } else {
-                            joint::solve_ball(simd, block, &self.lines, &sweep);
+                            joint::solve_ball(simd, block, &self.lines, sweep);
                         }
                     }
                 });
@@ -540,12 +576,13 @@ impl Solver<'_> {
 
     /// Sums up how each body is squeezed.
     fn weigh(&self, group: &Group, jobs: &dyn Executor) {
+        let scale = self.ctx.store_scale;
         for batch in &self.plan.contacts.batches[group.contacts.clone()] {
             let n = batch.blocks.len();
             for_ranges(jobs, n, grain(jobs, n, 64), |part| {
                 dispatch!(self.ctx.level, simd => {
                     for i in batch.blocks.start + part.start..batch.blocks.start + part.end {
-                        unpack::weigh(simd, self.blocks.read(i), &self.squeezes);
+                        unpack::weigh(simd, self.blocks.read(i), &self.squeezes, scale);
                     }
                 });
             });
@@ -553,6 +590,7 @@ impl Solver<'_> {
     }
 
     fn store(&self, group: &Group, jobs: &dyn Executor) {
+        let scale = self.ctx.store_scale;
         if self.ctx.inertia.is_on() {
             self.weigh(group, jobs);
         }
@@ -564,7 +602,7 @@ impl Solver<'_> {
                     let extra = if self.has_extras { Some(self.extras.read(i)) } else { None };
                     let owners = &self.plan.contacts.owners[i];
                     let block = self.blocks.read(i);
-                    *self.begun.row(i) = unpack::store(simd, block, extra, owners, &self.contacts);
+                    *self.begun.row(i) = unpack::store(simd, block, extra, owners, &self.contacts, scale);
                 }
             });
         });
@@ -575,5 +613,6 @@ impl Solver<'_> {
                 self.store_joints(i);
             }
         });
+        self.store_trees(group);
     }
 }
