@@ -86,8 +86,9 @@ impl Scratch {
         self.solver.sweeps
     }
 
-    /// Relative residual of the contacts in the last step, of the analytic method.
-    pub(crate) fn residual(&self) -> f64 {
+    /// Relative residual of the contacts in the last step, of the analytic method, and whether they were
+    /// too many for it.
+    pub(crate) fn residual(&self) -> (f64, bool) {
         self.solver.residual()
     }
 }

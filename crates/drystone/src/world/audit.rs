@@ -45,11 +45,11 @@ impl World {
     }
 
     /// How far the method `analytic` was from solving the contacts in the last step: what a row still asked
-    /// for, as a part of the greatest speed of a contact point before; 0 with other methods. Above 1e-6 the
-    /// scene was too large for it.
+    /// for, as a part of the greatest speed of a contact point before; 0 with other methods. Above 1e-6 it
+    /// gave up: [`Self::warnings`] says why.
     #[must_use]
     pub fn contact_residual(&self) -> f64 {
-        self.scratch.residual()
+        self.scratch.residual().0
     }
 
     /// What will go wrong with steps of `dt` [s], as far as it can be known: that `penalty` is beyond its
@@ -72,11 +72,15 @@ impl World {
                 ));
             }
         }
-        let residual = self.contact_residual();
+        let (residual, too_large) = self.scratch.residual();
         if residual > 1.0e-6 {
+            let why = if too_large {
+                "they are too many and too entangled for a direct solve"
+            } else {
+                "no impulses were found that keep Coulomb's law at all of them"
+            };
             warnings.push(format!(
-                "the contacts of the last step were solved to a residual of {residual:.1e}, not 1e-6: the \
-                 scene is too large for analytic"
+                "analytic left the contacts of the last step at a residual of {residual:.1e}, not 1e-6: {why}"
             ));
         }
         warnings

@@ -261,34 +261,97 @@ fn a_cube_at_rest_stays_with_every_method_but_the_naive_one() {
     }
 }
 
+/// Scenes of the analytic method's test, with the number of points at rest that they are about.
+fn fill_analytic(world: &mut World, scene: &str) {
+    column(world, 0);
+    let block = |world: &mut World, at: Vec3, half: [f32; 3], density: f32| {
+        let shape = ShapeDef::box_half(half).with_density(density);
+        world.add_body(BodyDef::dynamic().with_position(at).with_shape(shape)).unwrap()
+    };
+    match scene {
+        "wall" => {
+            for row in 0..5 {
+                for i in 0..4 - row % 2 {
+                    let x = 1.001 * i as f32 + if row % 2 == 1 { 0.5 } else { 0.0 };
+                    block(world, vec3(x, 0.5 + row as f32, 0.0), [0.5; 3], 1000.0);
+                }
+            }
+        }
+        "column" => {
+            for i in 0..50 {
+                block(world, vec3(0.0, 0.5 + i as f32, 0.0), [0.5; 3], 1000.0);
+            }
+        }
+        "heavy on light" => {
+            for i in 0..10 {
+                let density = if i == 9 { 1.0e6 } else { 1000.0 };
+                block(world, vec3(0.0, 0.5 + i as f32, 0.0), [0.5; 3], density);
+            }
+        }
+        // They fall on each other, slide and tumble.
+        "pile" => {
+            for i in 0..25 {
+                let turn = Quat::from_axis_angle(vec3(1.0, 0.3, 0.2), 0.4 * i as f32);
+                let at = vec3(0.2 * (i % 5) as f32, 1.0 + 0.9 * i as f32, 0.1 * (i % 3) as f32);
+                let shape = ShapeDef::box_half([0.5, 0.3, 0.4]).with_restitution(0.3);
+                let def = BodyDef::dynamic().with_position(at).with_rotation(turn);
+                world.add_body(def.with_shape(shape)).unwrap();
+            }
+        }
+        _ => panic!("{scene}"),
+    }
+}
+
+/// Of 240 steps: greatest number of points, greatest residual, steps above 1e-6.
+fn analytic_run(scene: &str) -> (usize, f64, u32) {
+    let mut world = world_of("analytic", own());
+    fill_analytic(&mut world, scene);
+    let (mut points, mut worst, mut above) = (0, 0.0_f64, 0);
+    for _ in 0..240 {
+        world.step(DT);
+        let residual = world.contact_residual();
+        above += u32::from(residual > 1.0e-6);
+        assert_eq!(world.warnings(DT).is_empty(), residual <= 1.0e-6, "{scene}");
+        worst = worst.max(residual);
+        points = points.max(world.contacts().map(|c| c.points().count()).sum());
+    }
+    println!("{scene}: {points} points, residual {worst}, {above} of 240 steps above 1e-6");
+    (points, worst, above)
+}
+
 #[test]
 fn the_analytic_method_reaches_its_residual_up_to_two_hundred_contacts() {
-    let mut world = world_of("analytic", own());
-    // A wall: 5 wide and 5 high, 45 pairs of cubes and ground.
-    column(&mut world, 0);
-    for row in 0..5 {
-        for i in 0..5 - row % 2 {
-            let x = 1.001 * i as f32 + if row % 2 == 1 { 0.5 } else { 0.0 };
-            cube(&mut world, [x, 0.5 + row as f32, 0.0], Material::default());
-        }
+    for (scene, least) in [("wall", 150), ("column", 200), ("heavy on light", 40)] {
+        let (points, worst, _) = analytic_run(scene);
+        assert!((least..=200).contains(&points), "{points} points");
+        assert!(worst <= 1.0e-6, "{scene}: residual {worst}");
     }
-    let mut worst = 0.0_f64;
-    for _ in 0..60 {
-        world.step(DT);
-        worst = worst.max(world.contact_residual());
-    }
-    let points: usize = world.contacts().map(|c| c.points().count()).sum();
-    println!("{points} points, residual {worst}");
-    assert!((100..=200).contains(&points), "{points} points");
-    assert!(worst <= 1.0e-6, "residual {worst}");
-    // The load of a column arrives at the ground in the first step: 10 cubes of 1,000 kg.
+    // Bodies that tumble over each other may have no solution near, or none: Coulomb's law with rigid bodies does
+    // not promise one [Baraff91]. It has to say so, and that has to be rare.
+    let (points, _, above) = analytic_run("pile");
+    assert!(points > 50 && above <= 240 / 40, "{points} points, {above} steps above 1e-6");
+}
+
+#[test]
+fn the_analytic_method_carries_a_column_in_its_first_step_and_says_when_a_scene_is_too_large() {
     let mut world = world_of("analytic", own());
     column(&mut world, 10);
     world.step(DT);
     let ground = world.contacts().next().unwrap();
     let impulse: f32 = ground.points().map(|p| p.impulse).sum();
     let weight = 10.0 * 1000.0 * 9.81 * DT;
-    assert!((impulse / weight - 1.0).abs() < 1.0e-3, "{impulse} of {weight} N s");
+    // The tolerance, of the speed that gravity makes: each cube may be off by that, ten of them.
+    assert!((impulse / weight - 1.0).abs() < 1.0e-5, "{impulse} of {weight} N s");
+    let mut world = world_of("analytic", own());
+    column(&mut world, 0);
+    // A block of 1,000 cubes side by side that all touch.
+    for i in 0..1000 {
+        let at = vec3((i % 10) as f32, 0.5 + (i / 100) as f32, (i / 10 % 10) as f32);
+        cube(&mut world, at, Material::default());
+    }
+    world.step(DT);
+    let warnings = world.warnings(DT);
+    assert!(warnings.iter().any(|w| w.contains("too many")), "{warnings:?}");
 }
 
 #[test]

@@ -87,9 +87,10 @@ impl Scratch {
         self.free.get(line).copied().unwrap_or(false)
     }
 
-    /// Relative residual of the contacts in the last step, of the analytic method.
-    pub(crate) fn residual(&self) -> f64 {
-        self.classic.residual
+    /// Relative residual of the contacts in the last step, of the analytic method, and whether they were
+    /// too many for it.
+    pub(crate) fn residual(&self) -> (f64, bool) {
+        (self.classic.residual, self.classic.too_large)
     }
 
     /// Contact rows that were pressed together for the first time.

@@ -1,31 +1,46 @@
 //! The contact problem solved to a tolerance: velocities after which nothing approaches, nothing that parts
 //! pushes, and friction takes the most energy that its cone allows [Baraff94].
 //!
-//! Sweeps of projected Gauss-Seidel, in double precision, find which points press, which of them stick, and
-//! which way the others slide; with these known the problem is linear, and is solved directly; both take turns
-//! until the residual is below the tolerance [Silcowitz10]. Sweeps alone take the fourth power of the height of a
-//! column (19,000 a step for ten cubes). Four corners of a face have no unique impulses: the direct solve changes
-//! as little as it can. Its matrix is dense: time goes with the cube of the points.
+//! Unknown are the velocities, not the impulses: four corners of a face share a load in no unique way, and the
+//! matrix of impulses is singular. Coulomb's law is written as complementarity of two cones [DeSaxce98]: with
+//! K = {|λ_t| ≤ μ λ_n}, λ lies in K, ũ = (u_n - u* + μ |u_t|, u_t) in its dual, and λ · ũ = 0. With s = μ |u_t| of the
+//! last round that is a convex problem [Cadoux09], and with λ of the last round and a stiffness ρ its velocities
+//! are the least of
+//!
+//! `½ |v - v₀|²_M + Σ ½/ρ |P(λ - ρ (u - u* n + s n))|²`, P onto K
+//!
+//! which Newton's method with a line search finds; the next λ is that projection, as in the augmented
+//! Lagrangian [Alart91]. Sweeps alone take the fourth power of the height of a column (19,000 a step for ten
+//! cubes); some ten rounds do here.
 
+mod mixing;
+mod skyline;
+
+use self::mixing::Mixing;
+use self::skyline::{SIX, Skyline};
 use super::rows::{Mover, Pair};
 use super::sweeps::Turns;
-use crate::base::double::DVec3;
+use crate::base::double::{DVec3, greater};
 use crate::base::math::Vec3;
+use crate::base::sym3::Sym3;
 
-/// Residual at which it ends: the greatest change of velocity that a visit of a row still asks for, as a part
+/// Residual at which it ends: the greatest change of velocity that a point alone would still make, as a part
 /// of the greatest speed of a contact point before, or of what forces add in a substep.
 pub(super) const TOLERANCE: f64 = 1.0e-6;
 
-/// Sweeps between two direct solves, and rounds of both after which it gives up.
-const SWEEPS: u32 = 16;
-const ROUNDS: u32 = 100;
+/// Rounds after which it gives up; steps of Newton's method in one; halvings of such a step.
+const ROUNDS: u32 = 40;
+const NEWTON: u32 = 60;
+const HALVINGS: u32 = 30;
 
-/// Most unknowns of a direct solve, 500 points that stick: a second. Beyond, there are sweeps only.
-const MOST_UNKNOWNS: usize = 1500;
+/// Stiffness ρ of the first round, over the effective mass, and its limits.
+const STIFFNESS: f64 = 1.0e4;
+const MOST_STIFFNESS: f64 = 1.0e6;
+const LEAST_STIFFNESS: f64 = 1.0;
 
-/// Added to the diagonal, as a part of it: without it four corners make the matrix singular, and as their gaps
-/// are rounded they never ask for quite the same plane: impulses would grow by that over the ridge.
-const RIDGE: f64 = 1.0e-5;
+/// Sweeps over the points of a scene that is too large for the direct solve, and before rounds start anew.
+const SWEEPS: u32 = 500;
+const RESTARTS: [u32; 6] = [100, 100, 300, 300, 3000, 3000];
 
 /// Part of an overlap that is removed in a substep, and overlap that is left alone [m].
 const BAUMGARTE: f64 = 0.2;
@@ -34,17 +49,22 @@ const SLOP: f64 = 5.0e-3;
 /// How it ended.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Outcome {
+    /// Direct solves, or sweeps.
     pub(super) sweeps: u32,
     /// Relative residual.
     pub(super) residual: f64,
+    /// There were sweeps only: a direct solve would have been too much work.
+    pub(super) too_large: bool,
 }
 
-/// A direction of a point: Jacobian and response, by angular parts.
+/// A direction of a point in whitened velocities, y with v = v₁ + W y and W Wᵀ = M⁻¹: its row is also its
+/// response. One part a body.
 #[derive(Clone, Copy, Debug, Default)]
 struct Row {
     d: DVec3,
-    arm: [DVec3; 2],
-    turn: [DVec3; 2],
+    g: [[f64; SIX]; 2],
+    /// Velocity along it for y = 0.
+    u: f64,
     impulse: f64,
 }
 
@@ -53,204 +73,37 @@ struct Row {
 struct Point {
     pair: u32,
     index: usize,
-    movers: [usize; 2],
+    /// Movers less the fixed one; what has no unknowns is out of range.
+    bodies: [u32; 2],
     rows: [Row; 3],
-    /// K of the normal; of the tangents (11, 12, 22).
+    /// K of the normal, and of the tangents.
     normal: f64,
-    tangent: [f64; 3],
+    tangent: [f64; 2],
     friction: [f64; 2],
-    /// Relative velocity along the normal that is asked for at least [m/s], and that of belts.
+    /// Relative velocity along the normal that is asked for at least [m/s].
     target: f64,
-    belt: DVec3,
-}
-
-/// Velocities in double precision.
-#[derive(Clone, Copy, Debug)]
-struct Motion {
-    v: DVec3,
-    w: DVec3,
-    inv_mass: DVec3,
+    /// Coefficient of friction and s in this round.
+    mu: f64,
+    slip: f64,
 }
 
 /// Memory kept from step to step.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Analytic {
     points: Vec<Point>,
-    motions: Vec<Motion>,
-    direct: Direct,
-}
-
-/// One sweep, forward or back; gives the greatest change of velocity.
-fn sweep_once(points: &mut [Point], motions: &mut [Motion], back: bool) -> f64 {
-    let mut worst = 0.0_f64;
-    let mut visit = |p: &mut Point| worst = worst.max(p.visit(motions));
-    if back {
-        points.iter_mut().rev().for_each(&mut visit);
-    } else {
-        points.iter_mut().for_each(&mut visit);
-    }
-    worst
-}
-
-/// An unknown of the direct solve.
-#[derive(Clone, Copy, Debug)]
-struct Unknown {
-    point: usize,
-    /// Row of the point that it is an impulse of.
-    row: usize,
-    /// How an impulse of 1 acts: along the row, and with it the friction of what slides.
-    acts: Row,
-}
-
-/// The linear problem and its memory.
-#[derive(Clone, Debug, Default)]
-struct Direct {
-    unknowns: Vec<Unknown>,
-    /// Row after row.
-    matrix: Vec<f64>,
-    right: Vec<f64>,
-    kept: Vec<[f64; 3]>,
-}
-
-impl Direct {
-    fn keep(&mut self, points: &[Point]) {
-        self.kept.clear();
-        self.kept.extend(points.iter().map(|p| p.rows.map(|r| r.impulse)));
-    }
-
-    /// Back to the impulses that were kept.
-    fn undo(&self, points: &mut [Point], motions: &mut [Motion]) {
-        for (p, kept) in points.iter_mut().zip(&self.kept) {
-            for (row, impulse) in kept.iter().enumerate() {
-                p.push(row, *impulse, motions);
-            }
-        }
-    }
-
-    /// Solves for the impulses of the points that press, given which of them stick.
-    fn solve(&mut self, points: &mut [Point], motions: &mut [Motion]) {
-        self.unknowns.clear();
-        for (point, p) in points.iter().enumerate() {
-            let [n, t1, t2] = p.rows;
-            if !(n.impulse > 0.0) {
-                continue;
-            }
-            let rub = (t1.impulse * t1.impulse + t2.impulse * t2.impulse).sqrt();
-            let sticks = rub < p.friction[0] * n.impulse * (1.0 - 1.0e-9);
-            let mut acts = n;
-            if !sticks && rub > 0.0 {
-                let share = p.friction[1] / rub;
-                acts = combined(acts, t1, share * t1.impulse);
-                acts = combined(acts, t2, share * t2.impulse);
-            }
-            self.unknowns.push(Unknown { point, row: 0, acts });
-            if sticks {
-                self.unknowns.push(Unknown { point, row: 1, acts: t1 });
-                self.unknowns.push(Unknown { point, row: 2, acts: t2 });
-            }
-        }
-        let n = self.unknowns.len();
-        if n == 0 || n > MOST_UNKNOWNS {
-            return;
-        }
-        self.matrix.clear();
-        self.right.clear();
-        for of in &self.unknowns {
-            let p = &points[of.point];
-            let row = &p.rows[of.row];
-            for by in &self.unknowns {
-                self.matrix.push(coupling(p, row, &points[by.point], &by.acts, motions));
-            }
-            let target = if of.row == 0 { p.target } else { 0.0 };
-            self.right.push(target - p.velocity(row, motions));
-        }
-        for i in 0..n {
-            self.matrix[i * n + i] *= 1.0 + RIDGE;
-        }
-        if !self.eliminate() {
-            return;
-        }
-        for (unknown, change) in self.unknowns.iter().zip(&self.right) {
-            let p = &mut points[unknown.point];
-            let slides = unknown.row == 0 && unknown.acts.d != p.rows[0].d;
-            let [n, t1, t2] = p.rows.map(|r| r.impulse);
-            let impulse = p.rows[unknown.row].impulse + change;
-            let impulse = if unknown.row == 0 { impulse.max(0.0) } else { impulse };
-            p.push(unknown.row, impulse, motions);
-            if slides && n > 0.0 {
-                p.push(1, t1 * impulse / n, motions);
-                p.push(2, t2 * impulse / n, motions);
-            }
-        }
-    }
-
-    /// Gauss elimination with the greatest pivot of each column; `right` becomes the solution. False if a
-    /// pivot is zero or no number.
-    fn eliminate(&mut self) -> bool {
-        let (n, m, b) = (self.right.len(), &mut self.matrix, &mut self.right);
-        for k in 0..n {
-            let mut pivot = k;
-            for i in k + 1..n {
-                if m[i * n + k].abs() > m[pivot * n + k].abs() {
-                    pivot = i;
-                }
-            }
-            let top = m[pivot * n + k];
-            if !(top.abs() > 0.0 && top.is_finite()) {
-                return false;
-            }
-            if pivot != k {
-                for j in k..n {
-                    m.swap(k * n + j, pivot * n + j);
-                }
-                b.swap(k, pivot);
-            }
-            let (above, below) = m.split_at_mut((k + 1) * n);
-            let head = &above[k * n + k..];
-            for (i, row) in below.chunks_exact_mut(n).enumerate() {
-                let part = row[k] / top;
-                if part != 0.0 {
-                    for (x, y) in row[k..].iter_mut().zip(head) {
-                        *x -= part * y;
-                    }
-                    b[k + 1 + i] -= part * b[k];
-                }
-            }
-        }
-        for k in (0..n).rev() {
-            let row = &m[k * n..(k + 1) * n];
-            let mut sum = b[k];
-            for j in k + 1..n {
-                sum -= row[j] * b[j];
-            }
-            b[k] = sum / row[k];
-        }
-        b.iter().all(|x| x.is_finite())
-    }
-}
-
-/// `a + factor b`, of what impulses do.
-fn combined(a: Row, b: Row, factor: f64) -> Row {
-    Row {
-        d: a.d + b.d * factor,
-        arm: [a.arm[0] + b.arm[0] * factor, a.arm[1] + b.arm[1] * factor],
-        turn: [a.turn[0] + b.turn[0] * factor, a.turn[1] + b.turn[1] * factor],
-        impulse: 0.0,
-    }
-}
-
-/// Change of velocity along a row of point `p` by an impulse of 1 of point `q`.
-fn coupling(p: &Point, row: &Row, q: &Point, acts: &Row, motions: &[Motion]) -> f64 {
-    let mut sum = 0.0;
-    for (i, sign_p) in [(0, -1.0), (1, 1.0)] {
-        for (j, sign_q) in [(0, -1.0), (1, 1.0)] {
-            if p.movers[i] == q.movers[j] {
-                let by_mass = row.d.dot(each(motions[p.movers[i]].inv_mass, acts.d));
-                sum += sign_p * sign_q * (by_mass + row.arm[i].dot(acts.turn[j]));
-            }
-        }
-    }
-    sum
+    /// Roots of inverse masses and inertias: v = roots.0 y, w = roots.1 y.
+    roots: Vec<(DVec3, [DVec3; 3])>,
+    /// Whitened velocities: of now, without impulses, and the step to the next.
+    y: Vec<[f64; SIX]>,
+    free: Vec<[f64; SIX]>,
+    step: Vec<[f64; SIX]>,
+    downhill: Vec<[f64; SIX]>,
+    trial: Vec<[f64; SIX]>,
+    flat: Vec<f64>,
+    matrix: Skyline,
+    slips: Vec<f64>,
+    changes: Vec<f64>,
+    mixing: Mixing,
 }
 
 impl Analytic {
@@ -264,54 +117,177 @@ impl Analytic {
         pairs: &mut [Pair],
     ) -> Outcome {
         self.gather(turns, h, bias, movers, pairs);
-        let Self { points, motions, direct } = self;
-        let scale = points.iter().map(|p| p.speed(motions)).fold(0.0, f64::max);
+        let scale = self.points.iter().map(Point::speed).fold(0.0, f64::max);
         // At rest the impulses of the last step have taken the speed away already.
         let force = |m: &Mover| DVec3::from(m.add_v).length();
         let scale = movers.iter().map(force).fold(scale, f64::max);
-        let mut outcome = Outcome::default();
-        if points.is_empty() || !(scale > 0.0 && scale.is_finite()) {
-            return outcome;
+        if self.points.is_empty() || !(scale > 0.0 && scale.is_finite()) {
+            return Outcome::default();
         }
-        let mut before = f64::INFINITY;
-        for _ in 0..ROUNDS {
-            for sweep in 0..SWEEPS {
-                outcome.residual = sweep_once(points, motions, sweep % 2 == 1) / scale;
-                outcome.sweeps += 1;
-                if outcome.residual <= TOLERANCE {
-                    break;
-                }
-            }
-            if !(outcome.residual > TOLERANCE) {
+        let Self { points, matrix, y, .. } = self;
+        let n = y.len();
+        let moves = |i: u32| (i as usize) < n;
+        let couplings = points.iter().map(|p| (p.bodies[0], p.bodies[1]));
+        let outcome = if matrix.shape(n, couplings.filter(|(a, b)| moves(*a) && moves(*b))) {
+            self.search(scale)
+        } else {
+            Outcome { too_large: true, ..self.take_sweeps(SWEEPS, scale) }
+        };
+        self.hand_back(movers, pairs);
+        outcome
+    }
+
+    /// With friction there may be several solutions, and the rounds may circle between two or creep
+    /// towards one that is far: then sweeps choose another neighborhood, from here and from nothing.
+    fn search(&mut self, scale: f64) -> Outcome {
+        let mut outcome = self.take_rounds(scale);
+        for (i, sweeps) in RESTARTS.into_iter().enumerate() {
+            if outcome.residual <= TOLERANCE {
                 break;
             }
-            // A direct solve that took the wrong points is taken back, and more sweeps find better ones.
-            if outcome.residual > 2.0 * before {
-                direct.undo(points, motions);
-                before = f64::INFINITY;
-            } else {
-                before = outcome.residual;
-                direct.keep(points);
-                direct.solve(points, motions);
+            if i % 2 == 1 {
+                self.y.clone_from(&self.free);
+                self.points.iter_mut().flat_map(|p| &mut p.rows).for_each(|r| r.impulse = 0.0);
             }
+            let swept = self.take_sweeps(sweeps, scale);
+            if swept.residual <= TOLERANCE {
+                outcome.residual = swept.residual;
+                break;
+            }
+            let next = self.take_rounds(scale);
+            outcome.residual = next.residual;
+            outcome.sweeps += next.sweeps;
         }
-        for (mover, motion) in movers.iter_mut().zip(&*motions) {
-            (mover.v, mover.w) = (motion.v.single(), motion.w.single());
-        }
-        for p in points {
-            let pair = &mut pairs[p.pair as usize];
-            let [n, t1, t2] = &p.rows;
-            let q = &mut pair.points[p.index];
-            #[expect(clippy::cast_possible_truncation, reason = "rounding is what is asked for")]
-            let press = n.impulse as f32;
-            q.press = press;
-            q.rub = (t1.d * t1.impulse + t2.d * t2.impulse).single();
-            pair.pressed |= press > 0.0;
-            for body in [pair.a, pair.b] {
-                movers[body as usize].pushed |= press > 0.0;
+        outcome
+    }
+
+    fn take_rounds(&mut self, scale: f64) -> Outcome {
+        let mut outcome = Outcome { residual: f64::INFINITY, ..Outcome::default() };
+        let mut stiffness = STIFFNESS;
+        self.mixing.forget();
+        for _ in 0..ROUNDS {
+            self.set_slips();
+            let (solves, left) = self.minimize(stiffness, 0.01 * TOLERANCE * scale);
+            outcome.sweeps += solves;
+            if !(left <= 0.1 * TOLERANCE * scale) && stiffness > LEAST_STIFFNESS {
+                // Rounding, at this stiffness, which would be as many times in the impulses.
+                stiffness *= 0.1;
+                continue;
+            }
+            for p in &mut self.points {
+                let next = p.projected(&self.y, stiffness);
+                for (row, impulse) in p.rows.iter_mut().zip(next) {
+                    row.impulse = impulse;
+                }
+            }
+            // Momentum to the last digit, whatever Newton's method left.
+            self.y.clone_from(&self.free);
+            for p in &self.points {
+                p.push(p.rows.map(|r| r.impulse), &mut self.y);
+            }
+            let before = outcome.residual;
+            outcome.residual = self.residual() / scale;
+            if outcome.residual <= TOLERANCE {
+                break;
+            }
+            if outcome.residual > 0.5 * before {
+                stiffness = (10.0 * stiffness).min(MOST_STIFFNESS);
             }
         }
         outcome
+    }
+
+    /// s of the next round.
+    fn set_slips(&mut self) {
+        let Self { points, y, slips, changes, .. } = self;
+        slips.clear();
+        changes.clear();
+        for p in &mut *points {
+            // Sticking friction holds what does not slide, kinetic friction what does.
+            p.mu = p.alone(y).2;
+            let [_, x, z] = p.velocities(y);
+            slips.push(p.slip);
+            changes.push(p.mu * (x * x + z * z).sqrt() - p.slip);
+        }
+        self.mixing.advance(slips, changes);
+        for (p, slip) in points.iter_mut().zip(slips) {
+            p.slip = greater(*slip, 0.0);
+        }
+    }
+
+    fn residual(&self) -> f64 {
+        self.points.iter().map(|p| p.alone(&self.y).1).fold(0.0, f64::max)
+    }
+
+    /// Newton's method on the convex function of a round. Returns the number of direct solves, and the
+    /// greatest change of a point's velocity [m/s] that was still to be made before the last one.
+    fn minimize(&mut self, stiffness: f64, tolerance: f64) -> (u32, f64) {
+        let mut left = f64::INFINITY;
+        for solves in 0..NEWTON {
+            let Self { points, y, free, step, downhill, trial, flat, matrix, .. } = self;
+            // Downhill: what impulses would do, less what was done.
+            step.clone_from(free);
+            for p in &*points {
+                p.push(p.projected(y, stiffness), step);
+            }
+            for (s, y) in step.iter_mut().flatten().zip(y.iter().flatten()) {
+                *s -= y;
+            }
+            let error = points.iter().flat_map(|p| p.rows.map(|r| along(&r, p.bodies, step).abs()));
+            left = error.fold(0.0, f64::max);
+            if left <= tolerance {
+                return (solves, left);
+            }
+            matrix.reset();
+            for p in &*points {
+                p.stiffen(y, stiffness, matrix);
+            }
+            downhill.clone_from(step);
+            if !matrix.solve(step, flat) {
+                return (solves, left);
+            }
+            let slope = -inner(downhill, step);
+            let value = height(points, y, free, stiffness);
+            let mut part = 1.0;
+            for _ in 0..HALVINGS {
+                trial.clone_from(y);
+                for (t, s) in trial.iter_mut().flatten().zip(step.iter().flatten()) {
+                    *t += part * s;
+                }
+                let rounding = 1.0e-14 * value.abs();
+                if height(points, trial, free, stiffness) <= value + 1.0e-4 * part * slope + rounding
+                {
+                    break;
+                }
+                part *= 0.5;
+            }
+            if part < 1.0e-9 {
+                return (solves + 1, left);
+            }
+            core::mem::swap(y, trial);
+        }
+        (NEWTON, left)
+    }
+
+    /// Projected Gauss-Seidel, there and back.
+    fn take_sweeps(&mut self, sweeps: u32, scale: f64) -> Outcome {
+        let Self { points, y, .. } = self;
+        for sweep in 0..sweeps {
+            let mut visit = |p: &mut Point| {
+                let (next, ..) = p.alone(y);
+                let change = [0, 1, 2].map(|i| next[i] - p.rows[i].impulse);
+                p.push(change, y);
+                for (row, impulse) in p.rows.iter_mut().zip(next) {
+                    row.impulse = impulse;
+                }
+            };
+            if sweep % 2 == 0 {
+                points.iter_mut().for_each(&mut visit);
+            } else {
+                points.iter_mut().rev().for_each(&mut visit);
+            }
+        }
+        Outcome { sweeps, residual: self.residual() / scale, too_large: false }
     }
 
     fn gather(
@@ -322,31 +298,38 @@ impl Analytic {
         movers: &[Mover],
         pairs: &[Pair],
     ) {
-        self.motions.clear();
-        self.motions.extend(movers.iter().map(|m| Motion {
-            v: m.v.into(),
-            w: m.w.into(),
-            inv_mass: m.inv_mass.into(),
+        self.roots.clear();
+        self.roots.extend(movers.iter().map(|m| {
+            let root = |x: f32| f64::from(x.max(0.0)).sqrt();
+            let i = m.inv_mass;
+            (DVec3 { x: root(i.x), y: root(i.y), z: root(i.z) }, lower_root(&m.inv_inertia))
         }));
         self.points.clear();
         let h = f64::from(h);
         for row in &turns.pairs {
             let pair = &pairs[*row as usize];
             let sides = [&movers[pair.a as usize], &movers[pair.b as usize]];
-            let n = pair.normal;
-            let t1 = n.any_perpendicular();
+            let roots = [&self.roots[pair.a as usize], &self.roots[pair.b as usize]];
+            let t1 = pair.normal.any_perpendicular();
+            let directions = [pair.normal, t1, t1.cross(pair.normal)];
             for (index, q) in pair.points().iter().enumerate() {
-                let mut rows = [Row::default(); 3];
-                for (r, d) in rows.iter_mut().zip([n, t1, t1.cross(n)]) {
-                    *r = row_of(d, [q.r_a, q.r_b], sides);
-                }
                 // What the impulses of the last step are, the velocities have already.
-                let rub: DVec3 = q.rub.into();
-                rows[0].impulse = f64::from(q.press);
-                for r in &mut rows[1..] {
-                    r.impulse = rub.dot(r.d);
+                let impulses = pair.normal * q.press + q.rub;
+                let rows = directions.map(|d| {
+                    let arms = [q.r_a, q.r_b];
+                    let mut row = row_of(d, arms, roots);
+                    row.impulse = row.d.dot(impulses.into());
+                    let velocity = |side: usize| -> DVec3 {
+                        let (m, r) = (sides[side], DVec3::from(arms[side]));
+                        DVec3::from(m.v) + DVec3::from(m.w).cross(r)
+                    };
+                    row.u = row.d.dot(velocity(1) - velocity(0) + pair.belt.into());
+                    row
+                });
+                let k = |i: usize, j: usize| response(&rows[i], &rows[j]);
+                if !(k(0, 0) > 0.0) {
+                    continue;
                 }
-                let k = |i: usize, j: usize| response(&rows[i], &rows[j], &self.motions, pair);
                 let s = f64::from(pair.separation(q, movers));
                 let bounce = -f64::from(pair.restitution) * f64::from(q.arrival);
                 let target = if bounce > 0.0 {
@@ -361,97 +344,226 @@ impl Analytic {
                 self.points.push(Point {
                     pair: *row,
                     index,
-                    movers: [pair.a as usize, pair.b as usize],
+                    bodies: [pair.a.wrapping_sub(1), pair.b.wrapping_sub(1)],
                     normal: k(0, 0),
-                    tangent: [k(1, 1), k(1, 2), k(2, 2)],
+                    tangent: [k(1, 1), k(2, 2)],
                     rows,
                     friction: pair.friction.map(f64::from),
                     target,
-                    belt: pair.belt.into(),
+                    mu: 0.0,
+                    slip: 0.0,
                 });
+            }
+        }
+        let n = movers.len().saturating_sub(1);
+        for list in [&mut self.y, &mut self.free] {
+            list.clear();
+            list.resize(n, [0.0; SIX]);
+        }
+        for p in &self.points {
+            p.push(p.rows.map(|r| -r.impulse), &mut self.free);
+        }
+    }
+
+    fn hand_back(&self, movers: &mut [Mover], pairs: &mut [Pair]) {
+        for ((mover, (linear, angular)), y) in
+            movers.iter_mut().zip(&self.roots).skip(1).zip(&self.y)
+        {
+            let [a, b, c, p, q, r] = *y;
+            let v = each(*linear, DVec3 { x: a, y: b, z: c });
+            let w = angular[0] * p + angular[1] * q + angular[2] * r;
+            (mover.v, mover.w) =
+                ((DVec3::from(mover.v) + v).single(), (DVec3::from(mover.w) + w).single());
+        }
+        for p in &self.points {
+            let pair = &mut pairs[p.pair as usize];
+            let [n, t1, t2] = &p.rows;
+            let q = &mut pair.points[p.index];
+            #[expect(clippy::cast_possible_truncation, reason = "rounding is what is asked for")]
+            let press = n.impulse as f32;
+            q.press = press;
+            q.rub = (t1.d * t1.impulse + t2.d * t2.impulse).single();
+            pair.pressed |= press > 0.0;
+            for body in [pair.a, pair.b] {
+                movers[body as usize].pushed |= press > 0.0;
             }
         }
     }
 }
 
-fn row_of(d: Vec3, arms: [Vec3; 2], sides: [&Mover; 2]) -> Row {
-    let mut row = Row { d: d.into(), ..Row::default() };
-    for side in 0..2 {
-        let arm = DVec3::from(arms[side]).cross(d.into());
-        row.arm[side] = arm;
-        let i = &sides[side].inv_inertia;
-        let [xx, yy, zz] = [i.xx, i.yy, i.zz].map(f64::from);
-        let [xy, xz, yz] = [i.xy, i.xz, i.yz].map(f64::from);
-        row.turn[side] = DVec3 {
-            x: xx * arm.x + xy * arm.y + xz * arm.z,
-            y: xy * arm.x + yy * arm.y + yz * arm.z,
-            z: xz * arm.x + yz * arm.y + zz * arm.z,
-        };
-    }
-    row
+/// A lower triangle L with L Lᵀ of this matrix, by columns; zero where that is.
+fn lower_root(m: &Sym3) -> [DVec3; 3] {
+    let [xx, yy, zz] = [m.xx, m.yy, m.zz].map(f64::from);
+    let [xy, xz, yz] = [m.xy, m.xz, m.yz].map(f64::from);
+    let pivot = |d: f64, of: f64| if d > 1.0e-9 * of { d.sqrt() } else { 0.0 };
+    let over = |x: f64, pivot: f64| if pivot > 0.0 { x / pivot } else { 0.0 };
+    let a = pivot(xx, xx);
+    let (b, c) = (over(xy, a), over(xz, a));
+    let d = pivot(yy - b * b, yy);
+    let e = over(yz - b * c, d);
+    let f = pivot(zz - c * c - e * e, zz);
+    [DVec3 { x: a, y: b, z: c }, DVec3 { x: 0.0, y: d, z: e }, DVec3 { x: 0.0, y: 0.0, z: f }]
+}
+
+fn row_of(d: Vec3, arms: [Vec3; 2], roots: [&(DVec3, [DVec3; 3]); 2]) -> Row {
+    let d = DVec3::from(d);
+    let g = [(0, -1.0), (1, 1.0)].map(|(side, sign)| {
+        let (linear, angular) = roots[side];
+        let arm = DVec3::from(arms[side]).cross(d);
+        let v = each(*linear, d);
+        let [a, b, c] = angular.map(|column| column.dot(arm));
+        [v.x, v.y, v.z, a, b, c].map(|x| x * sign)
+    });
+    Row { d, g, u: 0.0, impulse: 0.0 }
 }
 
 fn each(a: DVec3, b: DVec3) -> DVec3 {
     DVec3 { x: a.x * b.x, y: a.y * b.y, z: a.z * b.z }
 }
 
-/// Change of velocity along one row by an impulse of another of the same point.
-fn response(of: &Row, by: &Row, motions: &[Motion], pair: &Pair) -> f64 {
-    let (a, b) = (&motions[pair.a as usize], &motions[pair.b as usize]);
-    of.d.dot(each(a.inv_mass + b.inv_mass, by.d))
-        + of.arm[0].dot(by.turn[0])
-        + of.arm[1].dot(by.turn[1])
+fn dot(a: &[f64; SIX], b: &[f64; SIX]) -> f64 {
+    let mut sum = 0.0;
+    for i in 0..SIX {
+        sum += a[i] * b[i];
+    }
+    sum
+}
+
+/// Change of velocity along one row by an impulse of 1 of another of the same point.
+fn response(of: &Row, by: &Row) -> f64 {
+    dot(&of.g[0], &by.g[0]) + dot(&of.g[1], &by.g[1])
+}
+
+/// What a change of whitened velocities is along a row.
+fn along(row: &Row, bodies: [u32; 2], y: &[[f64; SIX]]) -> f64 {
+    let part = |side: usize| y.get(bodies[side] as usize).map_or(0.0, |y| dot(&row.g[side], y));
+    part(0) + part(1)
+}
+
+fn inner(a: &[[f64; SIX]], b: &[[f64; SIX]]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| dot(a, b)).sum()
+}
+
+/// The convex function of a round.
+fn height(points: &[Point], y: &[[f64; SIX]], free: &[[f64; SIX]], stiffness: f64) -> f64 {
+    let mut sum = 0.0;
+    for (y, free) in y.iter().zip(free) {
+        for i in 0..SIX {
+            sum += 0.5 * (y[i] - free[i]) * (y[i] - free[i]);
+        }
+    }
+    for p in points {
+        let (reach, rho) = p.reach(y, stiffness);
+        let [n, x, z] = onto_cone(p.mu, reach);
+        sum += 0.5 * (n * n + x * x + z * z) / rho;
+    }
+    sum
+}
+
+/// The nearest of K.
+fn onto_cone(mu: f64, [n, x, z]: [f64; 3]) -> [f64; 3] {
+    let size = (x * x + z * z).sqrt();
+    if size <= mu * n {
+        return [n, x, z];
+    }
+    if mu * size <= -n {
+        return [0.0; 3];
+    }
+    let n = (n + mu * size) / (1.0 + mu * mu);
+    [n, mu * n * x / size, mu * n * z / size]
 }
 
 impl Point {
-    fn velocity(&self, row: &Row, motions: &[Motion]) -> f64 {
-        let [a, b] = self.movers.map(|i| &motions[i]);
-        row.d.dot(b.v - a.v + self.belt) + row.arm[1].dot(b.w) - row.arm[0].dot(a.w)
+    fn velocities(&self, y: &[[f64; SIX]]) -> [f64; 3] {
+        [0, 1, 2].map(|i| self.rows[i].u + along(&self.rows[i], self.bodies, y))
     }
 
-    /// Speed of the point in all directions.
-    fn speed(&self, motions: &[Motion]) -> f64 {
-        self.rows.iter().map(|r| self.velocity(r, motions).abs()).fold(0.0, f64::max)
+    /// Speed of the point before, in the fastest direction.
+    fn speed(&self) -> f64 {
+        self.rows.iter().map(|r| r.u.abs()).fold(0.0, f64::max)
     }
 
-    /// Solves the point with all others as they are; gives the greatest change of its velocity.
-    fn visit(&mut self, motions: &mut [Motion]) -> f64 {
-        if !(self.normal > 0.0) {
-            return 0.0;
+    /// What is projected, and the stiffness.
+    fn reach(&self, y: &[[f64; SIX]], stiffness: f64) -> ([f64; 3], f64) {
+        let rho = stiffness / greater(self.normal, greater(self.tangent[0], self.tangent[1]));
+        let [n, t1, t2] = self.velocities(y);
+        let i = self.rows.map(|r| r.impulse);
+        ([i[0] - rho * (n - self.target + self.slip), i[1] - rho * t1, i[2] - rho * t2], rho)
+    }
+
+    /// The impulses of the round for these velocities.
+    fn projected(&self, y: &[[f64; SIX]], stiffness: f64) -> [f64; 3] {
+        onto_cone(self.mu, self.reach(y, stiffness).0)
+    }
+
+    /// Adds what impulses do.
+    fn push(&self, impulses: [f64; 3], y: &mut [[f64; SIX]]) {
+        for side in 0..2 {
+            let Some(y) = y.get_mut(self.bodies[side] as usize) else { continue };
+            for (row, impulse) in self.rows.iter().zip(impulses) {
+                for (y, g) in y.iter_mut().zip(&row.g[side]) {
+                    *y += g * impulse;
+                }
+            }
         }
-        let [n, t1, t2] = self.rows;
-        let next = (n.impulse - (self.velocity(&n, motions) - self.target) / self.normal).max(0.0);
-        let mut change = (next - n.impulse).abs() * self.normal;
-        self.push(0, next, motions);
-        let [a, b, d] = self.tangent;
-        let det = a * d - b * b;
-        if !(det > 0.0) {
-            return change;
+    }
+
+    /// Adds the second derivatives of its part of the convex function.
+    fn stiffen(&self, y: &[[f64; SIX]], stiffness: f64, matrix: &mut Skyline) {
+        let (mu, ([n, x, z], rho)) = (self.mu, self.reach(y, stiffness));
+        let size = (x * x + z * z).sqrt();
+        if mu * size <= -n {
+            return;
         }
-        let (u1, u2) = (self.velocity(&t1, motions), self.velocity(&t2, motions));
-        let (mut x, mut y) =
-            (t1.impulse + (b * u2 - d * u1) / det, t2.impulse + (b * u1 - a * u2) / det);
+        if size <= mu * n {
+            self.rows.iter().for_each(|row| matrix.add(rho, self.bodies, &row.g));
+            return;
+        }
+        // Along the edge of the cone that is near, and around the cone.
+        let (c, s) = (x / size, z / size);
+        matrix.add(rho / (1.0 + mu * mu), self.bodies, &self.combined([1.0, mu * c, mu * s]));
+        let around = mu * (n + mu * size) / ((1.0 + mu * mu) * size);
+        if around > 0.0 {
+            matrix.add(rho * around, self.bodies, &self.combined([0.0, -s, c]));
+        }
+    }
+
+    fn combined(&self, parts: [f64; 3]) -> [[f64; SIX]; 2] {
+        let mut g = [[0.0; SIX]; 2];
+        for (row, part) in self.rows.iter().zip(parts) {
+            for side in 0..2 {
+                for i in 0..SIX {
+                    g[side][i] += part * row.g[side][i];
+                }
+            }
+        }
+        g
+    }
+
+    /// The impulses it would have were all others as they are, by how much that changes its velocity, and the
+    /// coefficient of friction that limits it.
+    fn alone(&self, y: &[[f64; SIX]]) -> ([f64; 3], f64, f64) {
+        let now = self.rows.map(|r| r.impulse);
+        let (mut u, [a, d]) = (self.velocities(y), self.tangent);
+        let press = (now[0] - (u[0] - self.target) / self.normal).max(0.0);
+        let change = (press - now[0]).abs() * self.normal;
+        // One stiffness along the whole surface, at least the greatest: with the matrix of both directions
+        // friction would not be against the slide where they answer differently.
+        let k = a + d;
+        if !(k > 0.0) {
+            return ([press, now[1], now[2]], change, 0.0);
+        }
+        for i in 1..3 {
+            u[i] += (press - now[0]) * response(&self.rows[i], &self.rows[0]);
+        }
+        let (mut x, mut z) = (now[1] - u[1] / k, now[2] - u[2] / k);
         let [hold, slide] = self.friction;
-        let size = (x * x + y * y).sqrt();
-        if size > hold * next {
-            let k = slide * next / size;
-            (x, y) = (x * k, y * k);
+        let size = (x * x + z * z).sqrt();
+        let slides = size > hold * press;
+        if slides {
+            (x, z) = (x * (slide * press / size), z * (slide * press / size));
         }
-        change = change.max((x - t1.impulse).abs() * a).max((y - t2.impulse).abs() * d);
-        self.push(1, x, motions);
-        self.push(2, y, motions);
-        change
-    }
-
-    /// Sets the impulse of a row.
-    fn push(&mut self, row: usize, impulse: f64, motions: &mut [Motion]) {
-        let r = &mut self.rows[row];
-        let j = impulse - r.impulse;
-        r.impulse = impulse;
-        for (side, sign) in [(0, -j), (1, j)] {
-            let m = &mut motions[self.movers[side]];
-            m.v = m.v + each(m.inv_mass, r.d) * sign;
-            m.w = m.w + r.turn[side] * sign;
-        }
+        let change = greater(change, k * greater((x - now[1]).abs(), (z - now[2]).abs()));
+        ([press, x, z], change, if slides { slide } else { hold })
     }
 }

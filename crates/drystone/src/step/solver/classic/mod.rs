@@ -22,9 +22,10 @@ use self::springs::Springs;
 use self::sweeps::Turns;
 use super::Input;
 use super::inertia::Squeeze;
-use super::integrate;
+use super::integrate::{self, Aux};
 use super::rows::{Line, Whitening};
 use super::softness::{Softness, decay, exact_decay};
+use crate::base::double::greater;
 use crate::base::math::Vec3;
 use crate::base::sym3::Sym3;
 use crate::state::bodies::Body;
@@ -55,6 +56,7 @@ pub(super) struct Scratch {
     analytic: Analytic,
     /// Greatest relative residual of the last step's substeps, of the analytic method; else 0.
     pub(super) residual: f64,
+    pub(super) too_large: bool,
     /// Contact rows that were pressed together for the first time.
     pub(super) begun: Vec<u32>,
     /// The last step was made by a classic method.
@@ -65,7 +67,7 @@ impl Scratch {
     /// Another method makes this step.
     pub(super) fn leave(&mut self, line_of: &mut [u32]) {
         if core::mem::take(&mut self.was_here) {
-            self.residual = 0.0;
+            (self.residual, self.too_large) = (0.0, false);
             line_of.fill(0);
             self.begun.clear();
         }
@@ -93,7 +95,7 @@ pub(super) fn solve(
     c.gather_bodies(ctx, &settings, input, &mut s.line_of);
     c.gather_pairs(ctx, input, contacts, colors, &s.line_of);
     c.gather_links(ctx, input, joints, colors, &s.line_of);
-    (s.sweeps, c.residual) = (0, 0.0);
+    (s.sweeps, c.residual, c.too_large) = (0, 0.0, false);
     for substep in 0..ctx.substeps {
         c.begin(ctx, &settings, substep);
         for pass in method.substep() {
@@ -190,7 +192,8 @@ impl Scratch {
                     }
                     let outcome = self.analytic.solve(turns, h, bias, movers, pairs);
                     sweeps += outcome.sweeps;
-                    self.residual = self.residual.max(outcome.residual);
+                    self.residual = greater(outcome.residual, self.residual);
+                    self.too_large |= outcome.too_large;
                 }
                 sweeps
             }
@@ -356,10 +359,12 @@ impl Scratch {
         s.lines.clear();
         s.whitening.clear();
         s.squeezes.clear();
+        s.aux.clear();
         s.free.clear();
         for (i, m) in self.movers.iter().enumerate() {
             s.lines.push(Line { v: four(m.v), w: four(m.w), x: four(m.x), t: four(m.t) });
             s.whitening.push(one);
+            s.aux.push(Aux::default());
             s.squeezes.push(Squeeze { factor: 1.0, ..Squeeze::default() });
             s.free.push(i > 0 && settings.integration == Integration::Exact && !m.pushed);
         }
