@@ -149,7 +149,8 @@ Examples:
 Without --with every method runs (`drystone methods` lists them). deepest and end are the deepest overlap
 in any step and after the last; speed that of the fastest body at the end; gained what kinetic and
 potential energy were above the start at most; drift and sink the farthest that a body is from where it
-was, across gravity and along it.
+was, across gravity and along it; off analytic the greatest difference of a body's velocity after one more
+step from what the method analytic makes of the same state, in parts of what gravity gives in a step.
 
 Exit status:
   0  done
@@ -203,6 +204,10 @@ pub(crate) struct Compare {
     /// Write a plot of overlap and kinetic energy over time
     #[arg(long, value_name = "FILE.svg")]
     pub(crate) svg: Option<PathBuf>,
+
+    /// Write the same plot as PNG
+    #[arg(long, value_name = "FILE.png")]
+    pub(crate) png: Option<PathBuf>,
 }
 
 const VALIDATE_EXAMPLES: &str = "\

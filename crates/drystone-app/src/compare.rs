@@ -5,7 +5,7 @@ use std::process::ExitCode;
 use std::sync::Arc;
 use std::time::Instant;
 
-use drystone::{BodyKind, Inline, Method, Team, Vec3, World, WorldConfig};
+use drystone::{BodyKind, Inline, Method, MethodOptions, Overlap, Team, Vec3, World, WorldConfig};
 use drystone_bench::{BodyState, stands, still_stands};
 use drystone_scene::{Running, Scene, SceneBody};
 use serde::Serialize;
@@ -44,6 +44,9 @@ struct Row {
     /// Farthest that a dynamic body is from where it was at the start: across gravity, and along it [m].
     drift: f64,
     sink: f64,
+    /// Greatest difference of a body's velocity after one more step from what `analytic` makes of the same
+    /// state, over what gravity gives in a step; nothing where that has no answer.
+    off_analytic: Option<f64>,
     /// Whether what should stand does; nothing where that is not asked.
     stands: Option<bool>,
     /// Bodies that left the finite numbers.
@@ -164,7 +167,38 @@ fn run(
         }
     }
     let row = judge(scene, spec, &running, &measure, sweeps, args);
-    Ok((Row { warnings, ..row }, curve))
+    let off_analytic = off_analytic(&running.world, &running.bodies, dt);
+    Ok((Row { warnings, off_analytic, ..row }, curve))
+}
+
+/// Contacts of a world beyond which the analytic method is not asked.
+const MOST_CONTACTS: usize = 2000;
+
+/// How far the world's method is from the analytic one in its next step.
+fn off_analytic(world: &World, bodies: &[drystone::BodyId], dt: f32) -> Option<f64> {
+    let scale = f64::from(world.config().gravity.length() * dt);
+    if world.contacts().count() > MOST_CONTACTS || !(scale > 0.0) {
+        return None;
+    }
+    let mut config = world.config().clone();
+    config.sleep.enabled = false;
+    let (mut here, mut there) = (world.clone(), world.clone());
+    here.set_config(config.clone()).ok()?;
+    // Overlaps are none of its business: what each method does about them differs by intent.
+    let options = MethodOptions { overlap: Overlap::Nothing, ..MethodOptions::default() };
+    config.method = Method::analytic().with_options(options).ok()?;
+    config.substeps = 0;
+    there.set_config(config).ok()?;
+    here.step(dt);
+    there.step(dt);
+    if !there.warnings(dt).is_empty() {
+        return None;
+    }
+    let velocity = |world: &World, id: drystone::BodyId| Some(world.body(id)?.linear_velocity());
+    let off = bodies.iter().filter_map(|id| {
+        Some(f64::from((velocity(&here, *id)? - velocity(&there, *id)?).length()))
+    });
+    Some(off.fold(0.0, f64::max) / scale)
 }
 
 fn judge(
@@ -215,6 +249,7 @@ fn judge(
         energy_gain: measure.energy_max - start,
         drift: f64::from(drift),
         sink: f64::from(sink),
+        off_analytic: None,
         stands,
         faults: measure.faults.len(),
         warnings: Vec::new(),
@@ -250,7 +285,7 @@ fn text(whole: &Comparison<'_>) -> String {
     );
     let _ = writeln!(
         text,
-        "{:<name$}  {:>8} {:>7} {:>10} {:>10} {:>10} {:>10} {:>10} {:>9} {:>9}  {:<6}  hash",
+        "{:<name$}  {:>8} {:>7} {:>10} {:>10} {:>10} {:>10} {:>10} {:>9} {:>9} {:>12}  {:<6}  hash",
         "run",
         "ms/step",
         "sweeps",
@@ -261,6 +296,7 @@ fn text(whole: &Comparison<'_>) -> String {
         "gained J",
         "drift m",
         "sink m",
+        "off analytic",
         "stands"
     );
     for r in whole.runs {
@@ -272,7 +308,7 @@ fn text(whole: &Comparison<'_>) -> String {
         };
         let _ = writeln!(
             text,
-            "{:<name$}  {:>8.4} {:>7.1} {:>10.4} {:>10.4} {:>10.2e} {:>10.2e} {:>10.2e} {:>9.2e} {:>9.2e}  {:<6}  {}",
+            "{:<name$}  {:>8.4} {:>7.1} {:>10.4} {:>10.4} {:>10.2e} {:>10.2e} {:>10.2e} {:>9.2e} {:>9.2e} {:>12}  {:<6}  {}",
             r.run,
             r.ms_per_step,
             r.sweeps,
@@ -283,6 +319,7 @@ fn text(whole: &Comparison<'_>) -> String {
             r.energy_gain,
             r.drift,
             r.sink,
+            r.off_analytic.map_or_else(|| "-".to_owned(), |off| format!("{off:.2e}")),
             stands,
             r.hash
         );
@@ -298,13 +335,13 @@ fn text(whole: &Comparison<'_>) -> String {
 fn csv(rows: &[Row]) -> String {
     let mut text = "run,method,substeps,ms_per_step,sweeps,penetration_max_m,penetration_end_m,\
                     joint_error_max_m,speed_end_m_s,kinetic_end_J,energy_change_J,energy_gain_J,\
-                    drift_m,sink_m,stands,faults,hash\n"
+                    drift_m,sink_m,off_analytic,stands,faults,hash\n"
         .to_owned();
     for r in rows {
         let stands = r.stands.map_or("", |s| if s { "yes" } else { "no" });
         let _ = writeln!(
             text,
-            "\"{}\",{},{},{},{},{},{},{},{},{},{},{},{},{},{stands},{},{}",
+            "\"{}\",{},{},{},{},{},{},{},{},{},{},{},{},{},{},{stands},{},{}",
             r.run.replace('"', "\"\""),
             r.method,
             r.substeps,
@@ -319,6 +356,7 @@ fn csv(rows: &[Row]) -> String {
             r.energy_gain,
             r.drift,
             r.sink,
+            r.off_analytic.map_or_else(String::new, |off| off.to_string()),
             r.faults,
             r.hash
         );
@@ -332,6 +370,7 @@ struct Files {
     json: Option<Output>,
     csv: Option<Output>,
     svg: Option<Output>,
+    png: Option<Output>,
 }
 
 impl Files {
@@ -340,13 +379,14 @@ impl Files {
             json: args.json.as_deref().map(Output::create).transpose()?,
             csv: args.csv.as_deref().map(Output::create).transpose()?,
             svg: args.svg.as_deref().map(Output::create).transpose()?,
+            png: args.png.as_deref().map(Output::create).transpose()?,
         })
     }
 
     fn write(&mut self, whole: &Comparison<'_>, curves: &[Curve]) -> Result<(), Failure> {
-        let put = |file: Option<Output>, text: String| -> Result<(), Failure> {
+        let put = |file: Option<Output>, bytes: Vec<u8>| -> Result<(), Failure> {
             if let Some(mut file) = file {
-                file.write(text.as_bytes())?;
+                file.write(&bytes)?;
                 file.finish()?;
             }
             Ok(())
@@ -354,9 +394,13 @@ impl Files {
         if self.json.is_some() {
             let json = serde_json::to_string_pretty(whole)
                 .map_err(|e| Failure::failed(format_args!("report: {e}")))?;
-            put(self.json.take(), json + "\n")?;
+            put(self.json.take(), (json + "\n").into_bytes())?;
         }
-        put(self.csv.take(), csv(whole.runs))?;
-        put(self.svg.take(), compare_plot::svg(whole.scene, curves))
+        put(self.csv.take(), csv(whole.runs).into_bytes())?;
+        let plot = compare_plot::svg(whole.scene, curves);
+        if self.png.is_some() {
+            put(self.png.take(), compare_plot::png(&plot)?)?;
+        }
+        put(self.svg.take(), plot.into_bytes())
     }
 }

@@ -1,8 +1,10 @@
-//! The plot of a comparison: overlap and kinetic energy over time, as SVG, on scales of powers of ten.
+//! The plot of a comparison: overlap and kinetic energy over time, as SVG or PNG, on scales of powers of ten.
 
 use std::fmt::Write as _;
 
-use crate::output::one_line;
+use resvg::{tiny_skia, usvg};
+
+use crate::output::{Failure, one_line};
 
 /// Points of a curve, about.
 pub(crate) const POINTS: u64 = 400;
@@ -39,7 +41,7 @@ pub(crate) fn svg(scene: &str, curves: &[Curve]) -> String {
     let legend = row * rows_as_f64(curves.len());
     let (width, height) = (LEFT + WIDTH + 20.0, 2.0 * (HEIGHT + 60.0) + legend + 40.0);
     let mut text = format!(
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {height}\" \
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" viewBox=\"0 0 {width} {height}\" \
          font-family=\"sans-serif\" font-size=\"12\">\n<rect width=\"{width}\" height=\"{height}\" \
          fill=\"white\"/>\n<text x=\"{LEFT}\" y=\"20\" font-size=\"15\">{}</text>\n",
         escaped(scene)
@@ -62,10 +64,32 @@ pub(crate) fn svg(scene: &str, curves: &[Curve]) -> String {
     text
 }
 
+/// The same page as PNG, with letters that come with the program: the same picture on every machine.
+pub(crate) fn png(svg: &str) -> Result<Vec<u8>, Failure> {
+    let failed = |e: &dyn std::fmt::Display| Failure::failed(format_args!("plot: {e}"));
+    let mut fonts = usvg::fontdb::Database::new();
+    fonts.load_font_data(epaint_default_fonts::UBUNTU_LIGHT.to_vec());
+    let family = fonts.faces().next().and_then(|face| face.families.first());
+    let family = family.map(|(name, _)| name.clone()).unwrap_or_default();
+    fonts.set_sans_serif_family(family.clone());
+    let options =
+        usvg::Options { font_family: family, fontdb: fonts.into(), ..usvg::Options::default() };
+    let tree = usvg::Tree::from_str(svg, &options).map_err(|e| failed(&e))?;
+    let size = tree.size().to_int_size();
+    let (width, height) = (2 * size.width(), 2 * size.height());
+    let mut picture = tiny_skia::Pixmap::new(width, height).ok_or_else(|| failed(&"no size"))?;
+    resvg::render(&tree, tiny_skia::Transform::from_scale(2.0, 2.0), &mut picture.as_mut());
+    picture.encode_png().map_err(|e| failed(&e))
+}
+
 /// One quantity of all curves; what is below the lowest power of ten shown lies on the axis.
 fn panel(text: &mut String, top: f64, title: &str, curves: &[Curve], column: usize) {
     let values = || {
-        curves.iter().flat_map(|c| &c.points).map(|p| p[column]).filter(|v| v.is_finite() && *v > 0.0)
+        curves
+            .iter()
+            .flat_map(|c| &c.points)
+            .map(|p| p[column])
+            .filter(|v| v.is_finite() && *v > 0.0)
     };
     let end = curves.iter().filter_map(|c| c.points.last()).map(|p| p[0]).fold(0.0, f64::max);
     let most = values().fold(1.0e-9, f64::max).log10().ceil();
@@ -125,7 +149,7 @@ fn escaped(text: &str) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::{Curve, svg};
+    use super::{Curve, png, svg};
 
     #[test]
     fn curves_stay_in_their_panels_and_names_are_escaped() {
@@ -136,5 +160,7 @@ mod tests {
         let page = svg("stack", &[curve, Curve::new("empty")]);
         assert!(page.contains("a&lt;b&gt;&amp;c") && !page.contains("NaN"));
         assert_eq!(page.matches("<polyline").count(), 4);
+        let picture = png(&page).unwrap();
+        assert!(picture.starts_with(b"\x89PNG") && picture.len() > 5_000, "{}", picture.len());
     }
 }

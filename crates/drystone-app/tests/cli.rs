@@ -509,7 +509,7 @@ fn compare_writes_a_row_a_run_with_the_hash_of_simulate_and_says_what_does_not_g
     let folder = folder("compare");
     let args = "compare stack:n=3 --steps 30 --with soft-step --with guendelman \
                 --with sequential-impulses:method.sweeps=4,method.persistence=off \
-                --with penalty:penalty.hertz=500 --json a.json --csv a.csv --svg a.svg";
+                --with penalty:penalty.hertz=500 --json a.json --csv a.csv --svg a.svg --png a.png";
     let shown = succeed(&folder, &args.split_whitespace().collect::<Vec<_>>());
     assert!(shown.contains("limit of stability"), "{shown}");
     let whole = json(&folder.join("a.json"));
@@ -526,6 +526,7 @@ fn compare_writes_a_row_a_run_with_the_hash_of_simulate_and_says_what_does_not_g
     assert_eq!(runs[2]["sweeps"].as_f64(), Some(4.0));
     assert_eq!(fs::read_to_string(folder.join("a.csv")).unwrap().lines().count(), 5);
     assert!(fs::read_to_string(folder.join("a.svg")).unwrap().contains("polyline"));
+    assert!(fs::read(folder.join("a.png")).unwrap().starts_with(b"\x89PNG"));
     for (with, says) in [
         ("magic", "guendelman"),
         ("soft-step:method.order=levels", "eight at a time"),

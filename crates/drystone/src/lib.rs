@@ -68,6 +68,6 @@ pub use state::options::{
 };
 pub use step::Stage;
 pub use world::{
-    BodyMut, BodyRef, ContactPoint, ContactRef, Impact, ImpactBody, ImpactSurface, JointRef, ShapeMut,
-    ShapeRef, World, WorldCounts, impact,
+    BodyMut, BodyRef, ContactPoint, ContactRef, Impact, ImpactBody, ImpactSurface, JointRef,
+    ShapeMut, ShapeRef, World, WorldCounts, impact,
 };

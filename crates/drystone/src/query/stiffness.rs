@@ -104,8 +104,5 @@ fn inverse(body: &Body) -> (Vec3, Sym3) {
     let each = |i: f32| if i > 0.0 { 1.0 / i } else { 0.0 };
     let m = body.moments;
     let moments = vec3(each(m.x), each(m.y), each(m.z));
-    (
-        Vec3::splat(1.0 / body.mass),
-        Sym3::rotated_diagonal(body.rotation * body.principal, moments),
-    )
+    (Vec3::splat(1.0 / body.mass), Sym3::rotated_diagonal(body.rotation * body.principal, moments))
 }

@@ -252,7 +252,13 @@ impl Method {
     #[must_use]
     pub fn analytic() -> Self {
         Self {
-            substep: vec![Pass::Forces, Pass::WarmStart, Pass::Converge, Pass::Positions, Pass::PushOut],
+            substep: vec![
+                Pass::Forces,
+                Pass::WarmStart,
+                Pass::Converge,
+                Pass::Positions,
+                Pass::PushOut,
+            ],
             ..Self::of(
                 "analytic",
                 "the contact problem solved to a relative residual of 1e-6: the reference, slow",
@@ -374,10 +380,7 @@ impl Method {
             Persistence::Off => false,
             Persistence::Own => matches!(
                 self.family,
-                Family::Wide
-                    | Family::Sequential
-                    | Family::PenaltyImplicit
-                    | Family::Analytic
+                Family::Wide | Family::Sequential | Family::PenaltyImplicit | Family::Analytic
             ),
         }
     }
@@ -401,100 +404,117 @@ impl Method {
     /// # Errors
     /// An option that makes no sense for this method, with the reason.
     pub(crate) fn settle(&self) -> Result<Settings, DefError> {
-        use Family::{
-            Analytic, Guendelman, Naive, PenaltyExplicit, PenaltyImplicit, Sequential, Verlet, Wide,
-        };
+        use Family::{Analytic, Guendelman, Naive, PenaltyExplicit, Verlet, Wide};
         let (o, f) = (&self.options, self.family);
         o.check_numbers()?;
-        let no = |path: &str, word: &str, reason: &str| {
-            let allowed = format!("with {}, {reason}", self.name);
-            Err(DefError::new(path, word, &allowed))
-        };
-        let order = match (o.order, f) {
-            (Order::Own, Guendelman) => Order::Levels,
-            (Order::Own | Order::Colors, _) => Order::Colors,
-            (Order::Levels, Wide) => {
-                return no("method.order", "levels", "colors: rows are solved eight at a time");
+        if o.persistence == Persistence::On
+            && matches!(f, Naive | Guendelman | Verlet | PenaltyExplicit)
+        {
+            return self.no("method.persistence", "on", "off: its impulses are not accumulated");
+        }
+        if f == Wide && !matches!(o.damping, Damping::Own | Damping::Pade) {
+            return self.no("method.damping", o.damping.word(), "pade: it is part of its kernel");
+        }
+        if o.sweeps > 0 && matches!(f, Wide | PenaltyExplicit | Analytic) {
+            let reason = "0: it makes as many as it needs";
+            return self.no("method.sweeps", &o.sweeps.to_string(), reason);
+        }
+        Ok(Settings {
+            order: self.settle_order()?,
+            shock: self.settle_shock()?,
+            persistence: self.persists(),
+            overlap: self.settle_overlap()?,
+            integration: self.settle_integration()?,
+            damping: if o.damping == Damping::Own { Damping::Pade } else { o.damping },
+            sweeps: if o.sweeps > 0 { o.sweeps } else { self.sweeps },
+        })
+    }
+
+    /// A value that the method cannot have.
+    fn no<T>(&self, path: &str, word: &str, reason: &str) -> Result<T, DefError> {
+        Err(DefError::new(path, word, &format!("with {}, {reason}", self.name)))
+    }
+
+    fn settle_order(&self) -> Result<Order, DefError> {
+        match (self.options.order, self.family) {
+            (Order::Own, Family::Guendelman) => Ok(Order::Levels),
+            (Order::Own | Order::Colors, _) => Ok(Order::Colors),
+            (Order::Levels, Family::Wide) => {
+                self.no("method.order", "levels", "colors: rows are solved eight at a time")
             }
-            (Order::Levels, PenaltyExplicit) => {
-                return no("method.order", "levels", "own: forces have no order");
+            (Order::Levels, Family::PenaltyExplicit) => {
+                self.no("method.order", "levels", "own: forces have no order")
             }
-            (Order::Levels, _) => Order::Levels,
-        };
-        let shock = match (o.shock, f) {
-            (Shock::Own, Guendelman) | (Shock::Full, Guendelman | Sequential | Naive) => Shock::Full,
-            (Shock::Own | Shock::Off, _) => Shock::Off,
-            (Shock::Inertia, Wide) => Shock::Inertia,
+            (Order::Levels, Family::Analytic) => {
+                self.no("method.order", "levels", "own: it solves all rows at once")
+            }
+            (Order::Levels, _) => Ok(Order::Levels),
+        }
+    }
+
+    fn settle_shock(&self) -> Result<Shock, DefError> {
+        use Family::{Guendelman, Naive, Sequential, Wide};
+        match (self.options.shock, self.family) {
+            (Shock::Own, Guendelman) | (Shock::Full, Guendelman | Sequential | Naive) => {
+                Ok(Shock::Full)
+            }
+            (Shock::Own | Shock::Off, _) => Ok(Shock::Off),
+            (Shock::Inertia, Wide) => Ok(Shock::Inertia),
             (Shock::Inertia, _) => {
-                return no("method.shock", "inertia", "off: only soft-step and soft-step-relax weigh loads");
+                let reason = "off: only soft-step and soft-step-relax weigh loads";
+                self.no("method.shock", "inertia", reason)
             }
             (Shock::Full, Wide) => {
                 let reason = "inertia or off: infinite masses between frozen rows would carry the \
                               load themselves, and friction with it";
-                return no("method.shock", "full", reason);
+                self.no("method.shock", "full", reason)
             }
             (Shock::Full, _) => {
-                return no("method.shock", "full", "off: it has no sweep whose rest a shock could take");
+                let reason = "off: it has no sweep whose rest a shock could take";
+                self.no("method.shock", "full", reason)
             }
-        };
-        if o.persistence == Persistence::On
-            && matches!(f, Naive | Guendelman | Verlet | PenaltyExplicit)
-        {
-            return no("method.persistence", "on", "off: its impulses are not accumulated");
         }
-        let overlap = match (o.overlap, f) {
-            (Overlap::Own | Overlap::Relax, Wide) => Overlap::Relax,
-            (_, Wide) => return no("method.overlap", o.overlap.word(), "relax: it is what its list ends with"),
-            (Overlap::Own, Sequential | Analytic) => Overlap::VelocityBias,
-            (Overlap::Own, Guendelman) => Overlap::PushOut,
-            (Overlap::Own, _) => Overlap::Nothing,
+    }
+
+    fn settle_overlap(&self) -> Result<Overlap, DefError> {
+        use Family::{
+            Analytic, Guendelman, Naive, PenaltyExplicit, PenaltyImplicit, Sequential, Verlet, Wide,
+        };
+        let o = self.options.overlap;
+        let no = |reason: &str| self.no("method.overlap", o.word(), reason);
+        match (o, self.family) {
+            (Overlap::Own | Overlap::Relax, Wide) => Ok(Overlap::Relax),
+            (_, Wide) => no("relax: it is what its list ends with"),
+            (Overlap::Own, Sequential | Analytic) => Ok(Overlap::VelocityBias),
+            (Overlap::Own, Guendelman) => Ok(Overlap::PushOut),
+            (Overlap::Own, _) => Ok(Overlap::Nothing),
             (_, PenaltyExplicit | PenaltyImplicit) => {
-                return no("method.overlap", o.overlap.word(), "own: its springs are what removes overlap");
+                no("own: its springs are what removes overlap")
             }
-            (_, Verlet) => {
-                return no("method.overlap", o.overlap.word(), "own: its projection is what removes overlap");
-            }
+            (_, Verlet) => no("own: its projection is what removes overlap"),
             (Overlap::Relax | Overlap::VelocityBias, Naive | Guendelman) => {
-                let reason = "push-out or none: its impulses have no bias";
-                return no("method.overlap", o.overlap.word(), reason);
+                no("push-out or none: its impulses have no bias")
             }
             (Overlap::Relax, Analytic) => {
-                let reason = "velocity-bias, push-out or none: it has no sweep to relax with";
-                return no("method.overlap", "relax", reason);
+                no("velocity-bias, push-out or none: it has no sweep to relax with")
             }
-            (chosen, _) => chosen,
-        };
-        let integration = match (o.integration, f) {
-            (Integration::Own | Integration::Verlet, Verlet) => Integration::Verlet,
-            (_, Verlet) => {
-                return no("method.integration", o.integration.word(), "verlet: it has no other velocity");
-            }
+            (chosen, _) => Ok(chosen),
+        }
+    }
+
+    fn settle_integration(&self) -> Result<Integration, DefError> {
+        let o = self.options.integration;
+        let no = |reason: &str| self.no("method.integration", o.word(), reason);
+        match (o, self.family) {
+            (Integration::Own | Integration::Verlet, Family::Verlet) => Ok(Integration::Verlet),
+            (_, Family::Verlet) => no("verlet: it has no other velocity"),
             (Integration::Verlet, _) => {
-                let reason = "exact or euler: velocity by way moved is the method verlet";
-                return no("method.integration", "verlet", reason);
+                no("exact or euler: velocity by way moved is the method verlet")
             }
-            (Integration::Euler, Wide) => {
-                return no("method.integration", "euler", "exact: bodies in flight take no part in it");
-            }
-            (Integration::Own | Integration::Exact, _) => Integration::Exact,
-            (Integration::Euler, _) => Integration::Euler,
-        };
-        if f == Wide && !matches!(o.damping, Damping::Own | Damping::Pade) {
-            return no("method.damping", o.damping.word(), "pade: it is part of its kernel");
+            (Integration::Euler, Family::Wide) => no("exact: bodies in flight take no part in it"),
+            (Integration::Own | Integration::Exact, _) => Ok(Integration::Exact),
+            (Integration::Euler, _) => Ok(Integration::Euler),
         }
-        if o.sweeps > 0 && matches!(f, Wide | PenaltyExplicit | Analytic) {
-            let reason = "0: it makes as many as it needs";
-            return no("method.sweeps", &o.sweeps.to_string(), reason);
-        }
-        Ok(Settings {
-            order,
-            shock,
-            persistence: self.persists(),
-            overlap,
-            integration,
-            damping: if o.damping == Damping::Own { Damping::Pade } else { o.damping },
-            sweeps: if o.sweeps > 0 { o.sweeps } else { self.sweeps },
-        })
     }
 
     /// Sets an option from text; `None` if there is none of this path.

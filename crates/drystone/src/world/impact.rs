@@ -60,7 +60,9 @@ impl ImpactBody {
         let allowed = "zero, or a finite positive definite matrix";
         let positive = self.inertia.is_finite() && self.inertia.eigen().0.min_element() > 0.0;
         match self.inertia.inverse() {
-            Some(inverse) if positive && inverse.is_finite() => Ok((Vec3::splat(inv_mass), inverse)),
+            Some(inverse) if positive && inverse.is_finite() => {
+                Ok((Vec3::splat(inv_mass), inverse))
+            }
             _ => Err(wrong("inertia", &self.inertia, allowed)),
         }
     }
@@ -161,12 +163,19 @@ pub fn impact(a: &ImpactBody, b: &ImpactBody, surface: &ImpactSurface) -> Result
         return Err(DefError::new("kinetic_friction", mu_k, "0 to the static friction"));
     }
     let u = b.point_velocity() - a.point_velocity();
-    let k = mobility(inv_mass_a, &inv_inertia_a, a.arm)
-        .plus(mobility(inv_mass_b, &inv_inertia_b, b.arm));
+    let k = mobility(inv_mass_a, &inv_inertia_a, a.arm).plus(mobility(
+        inv_mass_b,
+        &inv_inertia_b,
+        b.arm,
+    ));
     let (j, kind) = collide(&k, n, u, e, [mu_s, mu_k]);
     let work = j.dot(u + k.mul(j) * 0.5);
     if !(j.is_finite() && work.is_finite()) {
-        return Err(DefError::new("a, b", "too large or too small", "numbers whose impulse is finite"));
+        return Err(DefError::new(
+            "a, b",
+            "too large or too small",
+            "numbers whose impulse is finite",
+        ));
     }
     Ok(Impact {
         impulse: j,
@@ -284,7 +293,8 @@ mod tests {
     fn no_oblique_impact_of_a_rod_adds_energy_not_even_kanes() {
         // Angles by their half tangents, so that no trigonometry is needed.
         for half in [0.1_f32, 0.3, 0.6, 0.9, 1.3, 2.0, 3.0] {
-            let tilt = (2.0 * half / (1.0 + half * half), (1.0 - half * half) / (1.0 + half * half));
+            let tilt =
+                (2.0 * half / (1.0 + half * half), (1.0 - half * half) / (1.0 + half * half));
             for friction in [0.0, 0.5, 1.0, 2.0, 5.0] {
                 for speed in [-10.0, -1.0, 0.0, 0.1, 2.0, 30.0] {
                     for e in [0.0, 0.5, 1.0] {
@@ -331,6 +341,9 @@ mod tests {
         assert_eq!(field(fixed, ImpactBody { linear_velocity: lost, ..b }, s), "b.linear_velocity");
         assert_eq!(field(fixed, b, ImpactSurface { normal: Vec3::ZERO, ..s }), "normal");
         assert_eq!(field(fixed, b, ImpactSurface { restitution: 1.5, ..s }), "restitution");
-        assert_eq!(field(fixed, b, ImpactSurface { kinetic_friction: 0.6, ..s }), "kinetic_friction");
+        assert_eq!(
+            field(fixed, b, ImpactSurface { kinetic_friction: 0.6, ..s }),
+            "kinetic_friction"
+        );
     }
 }

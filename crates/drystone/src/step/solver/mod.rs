@@ -43,7 +43,7 @@ use crate::base::grow;
 use crate::base::jobs::{Executor, Inline, for_ranges, grain};
 use crate::base::math::Vec3;
 use crate::base::wide::LANES;
-use crate::state::bodies::{Bodies, Body, NONE};
+use crate::state::bodies::{Bodies, Body};
 use crate::state::colors::Colors;
 use crate::state::contacts::{Contact, Contacts};
 use crate::state::islands::Islands;
@@ -438,53 +438,6 @@ impl Solver<'_> {
         *self.aux.row(i) = aux;
         *self.acceleration.row(i) = acc;
         *self.squeezes.row(i) = Squeeze { factor, refined: self.ctx.is_refined, impulse: [0.0; 4] };
-    }
-
-    /// Bodies that grow heavier join the motion of their island. Sums are made in the order of bodies,
-    /// which no grouping changes.
-    fn slow_heavier(&self, group: &Group) {
-        let body_of = |i: usize| self.bodies.at(self.plan.members[i - 1]);
-        for i in group.lines.clone() {
-            *self.frames.row(body_of(i).island as usize) = Frame::default();
-        }
-        for i in group.lines.clone() {
-            let body = body_of(i);
-            self.frames.row(body.island as usize).island.add(body.mass, body.v, body.w);
-        }
-        for batch in &self.plan.contacts.batches[group.contacts.clone()] {
-            let blocks = if batch.fixed { batch.blocks.clone() } else { 0..0 };
-            for row in self.plan.contacts.owners[blocks].iter().flatten() {
-                let contact =
-                    if *row == NONE { None } else { self.contacts.read(*row as usize).as_ref() };
-                if let Some(contact) = contact {
-                    self.add_support(contact);
-                }
-            }
-        }
-        for i in group.lines.clone() {
-            let body = body_of(i);
-            let factor = self.squeezes.read(i).factor;
-            if factor > body.inertia_factor {
-                let frame = self.frames.read(body.island as usize);
-                self.put_line(i, body, factor, frame.slowed(body, factor));
-            }
-        }
-    }
-
-    /// Enters the motion of the fixed side of a contact in its island's frame.
-    fn add_support(&self, c: &Contact) {
-        let (a, b) = (self.bodies.at(c.body_a), self.bodies.at(c.body_b));
-        let (support, island) = match [c.body_a, c.body_b].map(|row| self.line_of[row as usize]) {
-            // A body that was put aside may still be named by a contact.
-            [0, 0] => return,
-            [0, _] => (a, b.island),
-            _ => (b, a.island),
-        };
-        let frame = self.frames.row(island as usize);
-        for p in c.points() {
-            let r = a.center + p.r_a - support.center;
-            frame.support.add(p.impulse, support.velocity_at(r), support.w);
-        }
     }
 
     /// Locked translations are taken out again: a projection after every pass.

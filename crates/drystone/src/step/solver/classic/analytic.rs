@@ -255,7 +255,8 @@ impl Analytic {
                     *t += part * s;
                 }
                 let rounding = 1.0e-14 * value.abs();
-                if height(points, trial, free, stiffness) <= value + 1.0e-4 * part * slope + rounding
+                if height(points, trial, free, stiffness)
+                    <= value + 1.0e-4 * part * slope + rounding
                 {
                     break;
                 }
@@ -290,14 +291,7 @@ impl Analytic {
         Outcome { sweeps, residual: self.residual() / scale, too_large: false }
     }
 
-    fn gather(
-        &mut self,
-        turns: &Turns,
-        h: f32,
-        bias: bool,
-        movers: &[Mover],
-        pairs: &[Pair],
-    ) {
+    fn gather(&mut self, turns: &Turns, h: f32, bias: bool, movers: &[Mover], pairs: &[Pair]) {
         self.roots.clear();
         self.roots.extend(movers.iter().map(|m| {
             let root = |x: f32| f64::from(x.max(0.0)).sqrt();

@@ -75,8 +75,8 @@ impl Link {
         if let Some(spring) = spring {
             let soft = Softness::new(spring.hertz, spring.damping_ratio, h);
             let error = length - spring.rest_length;
-            let j = -(soft.mass * speed + soft.rate * error) / response
-                - soft.impulse * self.impulse.z;
+            let j =
+                -(soft.mass * speed + soft.rate * error) / response - soft.impulse * self.impulse.z;
             self.impulse.z += j;
             speed += j * response;
             sum += j;

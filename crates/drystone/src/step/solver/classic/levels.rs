@@ -190,13 +190,8 @@ mod tests {
     fn what_rests_on_two_is_above_the_higher_one() {
         let up = Vec3::Y;
         // 1 and 2 on the ground, 3 on 2, and 4 on 1 and on 3.
-        let pairs = vec![
-            pair(0, 1, up),
-            pair(0, 2, up),
-            pair(2, 3, up),
-            pair(1, 4, up),
-            pair(3, 4, up),
-        ];
+        let pairs =
+            vec![pair(0, 1, up), pair(0, 2, up), pair(2, 3, up), pair(1, 4, up), pair(3, 4, up)];
         assert_eq!(levels(4, pairs), [0, 1, 1, 2, 3]);
     }
 

@@ -289,7 +289,8 @@ impl Scratch {
             for row in coloring.colors.iter().flat_map(|color| &color.members) {
                 let joint = joints.at(*row);
                 let (a, b) = (input.bodies.at(joint.body_a), input.bodies.at(joint.body_b));
-                let (r_a, r_b) = (a.rotation.rotate(joint.anchor_a), b.rotation.rotate(joint.anchor_b));
+                let (r_a, r_b) =
+                    (a.rotation.rotate(joint.anchor_a), b.rotation.rotate(joint.anchor_b));
                 self.links.push(Link {
                     row: *row,
                     a: row_of[joint.body_a as usize],
@@ -406,13 +407,7 @@ fn mover_of(ctx: &StepContext, settings: &Settings, body: &Body) -> Mover {
     }
 }
 
-fn pair_of(
-    ctx: &StepContext,
-    input: Input<'_>,
-    row: u32,
-    c: &Contact,
-    row_of: &[u32],
-) -> Pair {
+fn pair_of(ctx: &StepContext, input: Input<'_>, row: u32, c: &Contact, row_of: &[u32]) -> Pair {
     let mut pair = Pair {
         contact: row,
         a: row_of[c.body_a as usize],

@@ -226,7 +226,12 @@ mod tests {
             matrix.add(30.0, [a, b], &g);
             let dense = |i: usize| {
                 let (body, k) = (i / SIX, i % SIX);
-                [a, b].iter().zip(&g).filter(|(x, _)| **x as usize == body).map(|(_, g)| g[k]).sum::<f64>()
+                [a, b]
+                    .iter()
+                    .zip(&g)
+                    .filter(|(x, _)| **x as usize == body)
+                    .map(|(_, g)| g[k])
+                    .sum::<f64>()
             };
             for (i, row) in full.iter_mut().enumerate() {
                 for (j, value) in row.iter_mut().enumerate() {
