@@ -2,6 +2,7 @@
 
 mod ci;
 mod golden;
+mod graphics;
 mod instructions;
 mod roofline;
 mod tidy;
@@ -17,6 +18,7 @@ const USAGE: &str = "usage: cargo xtask COMMAND
   golden [--release]              run the scenes of golden.txt and compare their hashes
   golden [--release] --bless WHY  write the new hashes, and old, new and WHY into CHANGELOG.md
   instructions [--bless]          count the instructions of the runs of instructions.txt by callgrind
+  gallery                         draw the pictures of docs/gallery
   roofline                        bandwidth and arithmetic of this machine (run xtask with --release)";
 
 /// What a command returns: nothing, or the lines that say what is wrong.
@@ -29,6 +31,7 @@ fn main() -> ExitCode {
         ["ci", stages @ ..] => ci::run(stages),
         ["tidy"] => tidy::run(),
         ["determinism"] => determinism(),
+        ["gallery"] => graphics::gallery(),
         ["instructions"] => instructions::run(false),
         ["instructions", "--bless"] => instructions::run(true),
         ["roofline"] => {

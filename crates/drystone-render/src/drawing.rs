@@ -1,0 +1,243 @@
+//! What is to be drawn of a world: forms with their places, rods, lines. Knows no graphics device.
+
+use bytemuck::{Pod, Zeroable};
+use drystone::{BodyKind, BodyRef, JointKind, Pose, Quat, Shape, ShapeRef, Vec3, World};
+
+use crate::color::{Color, GROUND, ROD, body_color};
+use crate::form::{Fit, Form};
+use crate::framing::Subject;
+
+/// Edges of boxes look rounded.
+const BEVEL: u32 = 1;
+/// A grid on the surface.
+const GRID: u32 = 2;
+/// Drawn as asleep.
+const DIM: u32 = 4;
+/// Drawn as picked.
+const HIGHLIGHT: u32 = 8;
+
+/// A static box with two edges of at least this part of what is framed is floor: it has a grid.
+const FLOOR: f32 = 0.5;
+/// Half the edge of the square that stands for a half-space, in radii of what is framed.
+const HORIZON: f32 = 400.0;
+
+/// A form at a place.
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[repr(C)]
+pub(crate) struct Instance {
+    /// Origin [m, relative to the drawing's].
+    pub(crate) position: [f32; 3],
+    /// Half the distance of a capsule's ends [m].
+    pub(crate) end: f32,
+    pub(crate) rotation: [f32; 4],
+    pub(crate) scale: [f32; 3],
+    pub(crate) color: Color,
+    pub(crate) finish: u32,
+}
+
+/// A line on top of everything.
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[repr(C)]
+pub(crate) struct Line {
+    /// From [m, relative to the drawing's origin].
+    pub(crate) a: [f32; 3],
+    /// Width [px].
+    pub(crate) width: f32,
+    /// To [m, relative to the drawing's origin].
+    pub(crate) b: [f32; 3],
+    pub(crate) color: Color,
+}
+
+/// All places of a form.
+#[derive(Clone, Debug)]
+pub(crate) struct Batch {
+    pub(crate) form: Form,
+    pub(crate) instances: Vec<Instance>,
+}
+
+/// How bodies look.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Look<'a> {
+    /// Bodies that sleep are drawn dim.
+    pub dim_asleep: bool,
+    /// This body is drawn as picked.
+    pub picked: Option<drystone::BodyId>,
+    /// The color of a body, by its slot; a body without one has its own.
+    pub colors: Option<&'a [Color]>,
+}
+
+/// What is to be drawn of a world.
+#[derive(Clone, Debug)]
+pub struct Drawing {
+    /// Places are relative to this one [m, world]: far from the world's origin f32 is coarse.
+    pub(crate) origin: Vec3,
+    /// Against gravity, unit.
+    pub(crate) up: Vec3,
+    /// Radius of what is framed [m].
+    pub(crate) radius: f32,
+    /// Middle of what is framed [m, world].
+    pub(crate) middle: Vec3,
+    pub(crate) batches: Vec<Batch>,
+    pub(crate) lines: Vec<Line>,
+}
+
+impl Drawing {
+    /// What is to be drawn of a world as it is now; `subject` says what the picture is about. Sensors
+    /// are not drawn.
+    #[must_use]
+    pub fn of(world: &World, subject: &Subject, look: &Look<'_>) -> Self {
+        let middle = subject.bounds.center();
+        let mut drawing = Self {
+            origin: middle,
+            up: subject.up,
+            radius: subject.radius(),
+            middle,
+            batches: Vec::new(),
+            lines: Vec::new(),
+        };
+        let mut batches = Batches::default();
+        for body in world.bodies().filter(|b| b.pose().is_finite()) {
+            for shape in body.shapes().filter_map(|id| world.shape(id)) {
+                if !shape.is_sensor() {
+                    drawing.add(&mut batches, &body, &shape, look);
+                }
+            }
+        }
+        for joint in world.joints() {
+            if matches!(joint.kind(), JointKind::Distance { .. }) {
+                drawing.add_rod(&mut batches, joint.anchor_a(), joint.anchor_b());
+            }
+        }
+        drawing.batches = batches.list;
+        drawing
+    }
+
+    /// A line `width` wide [px] from `a` to `b` [m, world], on top of all bodies.
+    pub fn add_line(&mut self, a: Vec3, b: Vec3, width: f32, color: Color) {
+        let (a, b) = ((a - self.origin).to_array(), (b - self.origin).to_array());
+        self.lines.push(Line { a, width, b, color });
+    }
+
+    fn add(
+        &self,
+        batches: &mut Batches,
+        body: &BodyRef<'_>,
+        shape: &ShapeRef<'_>,
+        look: &Look<'_>,
+    ) {
+        let (form, fit) = Form::of(shape.shape());
+        let mut finish = 0;
+        let mut color = body_color(body.kind(), body.id().index());
+        if let Some(own) = look.colors.and_then(|c| c.get(body.id().index() as usize)) {
+            color = *own;
+        }
+        if look.dim_asleep && body.is_asleep() {
+            finish |= DIM;
+        }
+        if look.picked == Some(body.id()) {
+            finish |= HIGHLIGHT;
+        }
+        let (mut pose, mut fit) = (shape.pose(), fit);
+        match shape.shape() {
+            Shape::HalfSpace { normal, offset } => {
+                (pose, fit) = self.square(&pose, *normal, *offset);
+                (color, finish) = (GROUND, finish | GRID);
+            }
+            Shape::Box { half_extents } => {
+                let long = |axis: usize| half_extents[axis] > FLOOR * self.radius;
+                let floor = (0..3).filter(|&axis| long(axis)).count() >= 2;
+                finish |= if floor && body.kind() == BodyKind::Static { GRID } else { BEVEL };
+            }
+            _ => {}
+        }
+        batches.push(form, self.instance(&pose, fit, color, finish));
+    }
+
+    fn instance(&self, pose: &Pose, fit: Fit, color: Color, finish: u32) -> Instance {
+        Instance {
+            position: (pose.position - self.origin).to_array(),
+            end: fit.end,
+            rotation: pose.rotation.to_array(),
+            scale: fit.scale.to_array(),
+            color,
+            finish,
+        }
+    }
+
+    /// The square that stands for a half-space, under the middle of the picture; moved by whole cells,
+    /// so that the grid stays where it is.
+    fn square(&self, pose: &Pose, normal: Vec3, offset: f32) -> (Pose, Fit) {
+        let turned = Pose::new(normal * offset, Quat::from_arc(Vec3::Y, normal));
+        let plane = pose.compose(&turned);
+        let under = plane.local_point(self.middle);
+        let step = 10.0 * self.cell();
+        let whole = |x: f32| (x / step).round() * step;
+        let at = plane.point(Vec3::from([whole(under.x), 0.0, whole(under.z)]));
+        let side = HORIZON * self.radius;
+        let fit = Fit { scale: Vec3::from([side, 1.0, side]), end: 0.0 };
+        (Pose::new(at, plane.rotation), fit)
+    }
+
+    /// Width of a cell of the grid [m]: a power of ten, a tenth to one of what is framed.
+    pub(crate) fn cell(&self) -> f32 {
+        let mut cell = 1.0e-3;
+        while cell < 0.12 * self.radius && cell < 1.0e6 {
+            cell *= 10.0;
+        }
+        cell
+    }
+
+    /// A rod or rope between two places [m, world].
+    fn add_rod(&self, batches: &mut Batches, a: Vec3, b: Vec3) {
+        let along = b - a;
+        let Some(direction) = along.try_normalize().filter(|_| a.is_finite() && b.is_finite())
+        else {
+            return;
+        };
+        let pose = Pose::new((a + b) * 0.5, Quat::from_arc(Vec3::Y, direction));
+        let thick = 0.004 * self.radius;
+        let scale = Vec3::from([thick, 0.5 * along.length(), thick]);
+        let fit = Fit { scale, end: 0.0 };
+        batches.push(Form::Cylinder, self.instance(&pose, fit, ROD, 0));
+    }
+}
+
+/// Batches in the order in which their forms first came.
+#[derive(Debug, Default)]
+struct Batches {
+    list: Vec<Batch>,
+    number: std::collections::BTreeMap<[usize; 3], usize>,
+}
+
+impl Batches {
+    fn push(&mut self, form: Form, instance: Instance) {
+        let number = *self.number.entry(form.key()).or_insert_with(|| {
+            self.list.push(Batch { form, instances: Vec::new() });
+            self.list.len() - 1
+        });
+        self.list[number].instances.push(instance);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use drystone::{BodyDef, ShapeDef, World};
+
+    use super::{Drawing, GRID, Look, Subject};
+
+    #[test]
+    fn equal_forms_are_one_batch_and_ground_has_a_grid() {
+        let mut world = World::default();
+        let mut add = |def: BodyDef, shape| world.add_body(def.with_shape(shape)).unwrap();
+        add(BodyDef::fixed(), ShapeDef::half_space([0.0, 1.0, 0.0], 0.0));
+        for i in 1..4_u8 {
+            let at = BodyDef::dynamic().with_position([0.0, f32::from(i), 0.0]);
+            add(at.clone(), ShapeDef::sphere(0.1 * f32::from(i)));
+            add(at, ShapeDef::capsule(0.1, 0.1));
+        }
+        let drawing = Drawing::of(&world, &Subject::of(&world), &Look::default());
+        let counts: Vec<usize> = drawing.batches.iter().map(|b| b.instances.len()).collect();
+        assert_eq!(counts, [1, 3, 3]);
+        assert_eq!(drawing.batches[0].instances[0].finish, GRID);
+    }
+}
