@@ -12,10 +12,12 @@ use crate::Outcome;
 use crate::cli::{Overlay, View};
 use crate::load::{build, load};
 use crate::output::Failure;
+use crate::render::quiet_driver;
 use crate::simulate::{Settings, configure};
 
 /// Opens a window on a scene; returns when it is closed.
 pub(crate) fn view(args: &View) -> Outcome {
+    quiet_driver();
     let settings =
         Settings { method: args.method.as_deref(), substeps: args.substeps, set: &args.set };
     let mut config = WorldConfig::default();

@@ -8,7 +8,7 @@ pub type Color = [u8; 4];
 /// What stands still: stone.
 pub(crate) const STATIC: Color = [176, 173, 166, 255];
 /// The ground.
-pub(crate) const GROUND: Color = [196, 192, 183, 255];
+pub(crate) const GROUND: Color = [178, 176, 170, 255];
 /// What is moved by its script.
 pub(crate) const KINEMATIC: Color = [92, 104, 120, 255];
 /// Rods and ropes of joints.

@@ -1,7 +1,9 @@
 //! What is to be drawn of a world: forms with their places, rods, lines. Knows no graphics device.
 
+use std::borrow::Cow;
+
 use bytemuck::{Pod, Zeroable};
-use drystone::{BodyKind, BodyRef, JointKind, Pose, Quat, Shape, ShapeRef, Vec3, World};
+use drystone::{Aabb, BodyKind, BodyRef, JointKind, Pose, Quat, Shape, ShapeRef, Vec3, World};
 
 use crate::color::{Color, GROUND, ROD, body_color};
 use crate::form::{Fit, Form};
@@ -16,10 +18,15 @@ const DIM: u32 = 4;
 /// Drawn as picked.
 const HIGHLIGHT: u32 = 8;
 
-/// A static box with two edges of at least this part of what is framed is floor: it has a grid.
+/// A level static plate with half edges of this part of what is framed is floor: it has a grid.
 const FLOOR: f32 = 0.5;
+/// An upright one is a wall: it must not hide what moves.
+const WALL: f32 = 0.2;
 /// Half the edge of the square that stands for a half-space, in radii of what is framed.
 const HORIZON: f32 = 400.0;
+
+/// What is left of a wall that hides what moves.
+const OUTLINE: Color = [70, 74, 80, 120];
 
 /// A form at a place.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
@@ -79,6 +86,10 @@ pub struct Drawing {
     pub(crate) middle: Vec3,
     pub(crate) batches: Vec<Batch>,
     pub(crate) lines: Vec<Line>,
+    /// Upright static boxes, thin and large: not drawn where they would hide what moves.
+    pub(crate) walls: Vec<Instance>,
+    /// The box around what moves [m, relative to the origin].
+    pub(crate) core: Aabb,
 }
 
 impl Drawing {
@@ -94,6 +105,8 @@ impl Drawing {
             middle,
             batches: Vec::new(),
             lines: Vec::new(),
+            walls: Vec::new(),
+            core: Aabb::new(subject.core.min - middle, subject.core.max - middle),
         };
         let mut batches = Batches::default();
         for body in world.bodies().filter(|b| b.pose().is_finite()) {
@@ -104,8 +117,15 @@ impl Drawing {
             }
         }
         for joint in world.joints() {
+            let (a, b) = (joint.anchor_a(), joint.anchor_b());
             if matches!(joint.kind(), JointKind::Distance { .. }) {
-                drawing.add_rod(&mut batches, joint.anchor_a(), joint.anchor_b());
+                drawing.add_rod(&mut batches, a, b);
+            }
+            for (id, anchor) in [(joint.body_a(), a), (joint.body_b(), b)] {
+                // A joint beside a body holds it by something.
+                if let Some(body) = world.body(id).filter(|body| is_beside(world, body, anchor)) {
+                    drawing.add_rod(&mut batches, body.center_of_mass(), anchor);
+                }
             }
         }
         drawing.batches = batches.list;
@@ -119,7 +139,7 @@ impl Drawing {
     }
 
     fn add(
-        &self,
+        &mut self,
         batches: &mut Batches,
         body: &BodyRef<'_>,
         shape: &ShapeRef<'_>,
@@ -144,13 +164,50 @@ impl Drawing {
                 (color, finish) = (GROUND, finish | GRID);
             }
             Shape::Box { half_extents } => {
-                let long = |axis: usize| half_extents[axis] > FLOOR * self.radius;
-                let floor = (0..3).filter(|&axis| long(axis)).count() >= 2;
-                finish |= if floor && body.kind() == BodyKind::Static { GRID } else { BEVEL };
+                let fixed = body.kind() == BodyKind::Static;
+                let level = self.is_level(&pose, *half_extents);
+                finish |= if fixed && level && self.is_plate(*half_extents, FLOOR) {
+                    GRID
+                } else {
+                    BEVEL
+                };
+                if fixed && !level && self.is_plate(*half_extents, WALL) {
+                    self.walls.push(self.instance(&pose, fit, color, finish));
+                    return;
+                }
             }
             _ => {}
         }
         batches.push(form, self.instance(&pose, fit, color, finish));
+    }
+
+    /// Whether a box is thin, and long both other ways: `part` of what is framed or more.
+    fn is_plate(&self, half: Vec3, part: f32) -> bool {
+        let long = (0..3).filter(|&axis| half[axis] > part * self.radius).count();
+        long >= 2 && half.min_element() < 0.4 * (half.x + half.y + half.z - half.max_element())
+    }
+
+    /// Whether a box lies, rather than stands: its shortest edge is the most upright one.
+    fn is_level(&self, pose: &Pose, half: Vec3) -> bool {
+        let up = pose.local_direction(self.up).abs();
+        let shortest = (0..3).min_by(|&i, &j| half[i].total_cmp(&half[j])).unwrap_or(1);
+        up[shortest] > 0.5
+    }
+
+    /// The drawing as it is for a camera: walls that hide what moves are only outlines.
+    pub(crate) fn seen_from(&self, eye: Vec3) -> Cow<'_, Self> {
+        if self.walls.is_empty() {
+            return Cow::Borrowed(self);
+        }
+        let mut drawing = self.clone();
+        let eye = eye - self.origin;
+        let (hiding, standing): (Vec<_>, Vec<_>) =
+            self.walls.iter().copied().partition(|wall| hides(wall, eye, &self.core));
+        for wall in hiding {
+            drawing.lines.extend(outline(&wall));
+        }
+        drawing.batches.push(Batch { form: Form::Box, instances: standing });
+        Cow::Owned(drawing)
     }
 
     fn instance(&self, pose: &Pose, fit: Fit, color: Color, finish: u32) -> Instance {
@@ -202,6 +259,51 @@ impl Drawing {
     }
 }
 
+/// Whether a place is outside of all shapes of a dynamic body.
+fn is_beside(world: &World, body: &BodyRef<'_>, place: Vec3) -> bool {
+    let shapes = body.shapes().filter_map(|id| world.shape(id));
+    let holds = |shape: ShapeRef<'_>| {
+        let bounds = shape.bounds();
+        let margin = 0.2 * bounds.half_extents().max_element();
+        bounds.grown(margin).contains(&Aabb::new(place, place))
+    };
+    body.kind() == BodyKind::Dynamic && !shapes.map(holds).any(|held| held)
+}
+
+/// Whether a wall stands between the eye and a ninth of a box or more.
+fn hides(wall: &Instance, eye: Vec3, core: &Aabb) -> bool {
+    let pose = Pose::new(wall.position, Quat::from(wall.rotation));
+    let half = Vec3::from(wall.scale);
+    let box_of_wall = Aabb::new(-half, half);
+    let from = pose.local_point(eye);
+    let parts = [-0.8, 0.0, 0.8];
+    let mut hidden = 0;
+    for (x, y, z) in (0..27).map(|i| (parts[i / 9], parts[i / 3 % 3], parts[i % 3])) {
+        let place = core.center() + core.half_extents().mul_each(Vec3::from([x, y, z]));
+        let to = pose.local_point(place) - from;
+        let inverse = Vec3::from(to.to_array().map(|d| if d == 0.0 { 1.0e30 } else { 1.0 / d }));
+        hidden += u32::from(box_of_wall.meets_ray(from, inverse, 1.0));
+    }
+    hidden >= 3
+}
+
+/// The edges of a box.
+fn outline(wall: &Instance) -> impl Iterator<Item = Line> + use<> {
+    let pose = Pose::new(wall.position, Quat::from(wall.rotation));
+    let half = Vec3::from(wall.scale);
+    let corner =
+        move |x: f32, y: f32, z: f32| pose.point(half.mul_each(Vec3::from([x, y, z]))).to_array();
+    let signs = [(-1.0, -1.0), (-1.0, 1.0), (1.0, -1.0), (1.0, 1.0)];
+    signs.into_iter().flat_map(move |(s, t)| {
+        [
+            (corner(-1.0, s, t), corner(1.0, s, t)),
+            (corner(s, -1.0, t), corner(s, 1.0, t)),
+            (corner(s, t, -1.0), corner(s, t, 1.0)),
+        ]
+        .map(|(a, b)| Line { a, width: 1.0, b, color: OUTLINE })
+    })
+}
+
 /// Batches in the order in which their forms first came.
 #[derive(Debug, Default)]
 struct Batches {
@@ -239,5 +341,22 @@ mod tests {
         let counts: Vec<usize> = drawing.batches.iter().map(|b| b.instances.len()).collect();
         assert_eq!(counts, [1, 3, 3]);
         assert_eq!(drawing.batches[0].instances[0].finish, GRID);
+    }
+
+    #[test]
+    fn the_wall_before_the_eye_is_an_outline_and_the_one_behind_stands() {
+        let mut world = World::default();
+        let mut add = |def: BodyDef, half, at: [f32; 3]| {
+            world.add_body(def.with_position(at).with_shape(ShapeDef::box_half(half))).unwrap();
+        };
+        add(BodyDef::dynamic(), [1.0; 3], [0.0; 3]);
+        for z in [-2.0, 2.0] {
+            add(BodyDef::fixed(), [2.0, 2.0, 0.1], [0.0, 0.0, z]);
+        }
+        let drawing = Drawing::of(&world, &Subject::of(&world), &Look::default());
+        assert_eq!(drawing.walls.len(), 2);
+        let seen = drawing.seen_from(drystone::vec3(1.0, 2.0, 20.0));
+        assert_eq!((seen.batches.len(), seen.lines.len()), (2, 12));
+        assert!(seen.batches[1].instances[0].position[2] < 0.0);
     }
 }

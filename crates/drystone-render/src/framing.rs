@@ -16,6 +16,8 @@ pub struct Subject {
     pub up: Vec3,
     /// The box around all of it [m, world].
     pub bounds: Aabb,
+    /// The box around what can move [m, world].
+    pub(crate) core: Aabb,
     boxes: Vec<Aabb>,
 }
 
@@ -44,6 +46,9 @@ impl Subject {
         }
         let mut boxes = together(moving);
         let core = union(&boxes);
+        let anchors = world.joints().flat_map(|j| [j.anchor_a(), j.anchor_b()]);
+        let near = core.grown(2.0 * size(&core));
+        boxes.extend(anchors.map(|a| Aabb::new(a, a)).filter(|a| near.contains(a)));
         if boxes.is_empty() {
             boxes = together(fixed);
         } else {
@@ -54,7 +59,8 @@ impl Subject {
         if boxes.is_empty() {
             boxes.push(Aabb::new(Vec3::splat(-1.0), Vec3::ONE));
         }
-        Self { up, bounds: union(&boxes), boxes }
+        let core = if core.center().is_finite() { core } else { union(&boxes) };
+        Self { up, bounds: union(&boxes), core, boxes }
     }
 
     /// This one and another in one picture.
@@ -62,6 +68,7 @@ impl Subject {
     pub fn with(mut self, other: &Self) -> Self {
         self.boxes.extend(&other.boxes);
         self.bounds = self.bounds.union(&other.bounds);
+        self.core = self.core.union(&other.core);
         self
     }
 

@@ -148,6 +148,7 @@ impl Renderer {
         if self.targets.as_ref().is_none_or(|t| t.size != (width, height)) {
             self.targets = Some(Targets::new(&self.device, format, (width, height)));
         }
+        let drawing = &*drawing.seen_from(camera.eye);
         self.load(drawing);
         let frame = Frame::new(drawing, camera, (width, height), SHADOW_SIZE, self.encode);
         self.queue.write_buffer(&self.uniform, 0, bytemuck::bytes_of(&frame));

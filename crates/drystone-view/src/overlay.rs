@@ -57,7 +57,7 @@ fn add_contacts(drawing: &mut Drawing, world: &World, scale: f32) {
     for contact in world.contacts() {
         for point in contact.points() {
             let part = (point.impulse / most).clamp(0.0, 1.0).sqrt();
-            let up = contact.normal() * (scale * (0.01 + 0.12 * part));
+            let up = contact.normal() * (scale * (0.01 + 0.09 * part));
             drawing.add_line(point.position, point.position - up, 1.5, CONTACT);
             add_cross(drawing, point.position, 0.005 * scale, CONTACT);
         }

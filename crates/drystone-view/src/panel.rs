@@ -105,9 +105,8 @@ impl Panel {
             }
             ui.end_row();
             ui.label("substeps");
-            let mut substeps = config.substeps;
-            ui.add(Slider::new(&mut substeps, 1..=32));
-            config.substeps = substeps;
+            ui.add(DragValue::new(&mut config.substeps).range(0..=64))
+                .on_hover_text("0: the method's own");
             ui.end_row();
             ui.label("gravity [m/s²]");
             ui.horizontal(|ui| {
@@ -117,7 +116,8 @@ impl Panel {
             });
             ui.end_row();
             ui.label("contact.hertz");
-            ui.add(DragValue::new(&mut config.contact.hertz).speed(0.5));
+            ui.add(DragValue::new(&mut config.contact.hertz).speed(0.5))
+                .on_hover_text("0: the method's own");
             ui.end_row();
             ui.label("sleep");
             ui.checkbox(&mut config.sleep.enabled, "");
@@ -131,6 +131,8 @@ impl Panel {
 }
 
 fn time(ui: &mut Ui, speed: &mut f32, shown: &Shown, send: &mut dyn FnMut(Command)) {
+    let wide = ui.available_width() - 8.0;
+    let usual = std::mem::replace(&mut ui.spacing_mut().slider_width, wide.max(40.0));
     ui.horizontal(|ui| {
         if ui.button("|<").on_hover_text("to the beginning (R)").clicked() {
             send(Command::Seek(0));
@@ -147,7 +149,6 @@ fn time(ui: &mut Ui, speed: &mut f32, shown: &Shown, send: &mut dyn FnMut(Comman
         }
     });
     let mut step = shown.step;
-    ui.spacing_mut().slider_width = (ui.available_width() - 8.0).max(40.0);
     let furthest = shown.furthest.max(1);
     if ui.add(Slider::new(&mut step, 0..=furthest).show_value(false)).changed() {
         send(Command::Seek(step));
@@ -166,6 +167,7 @@ fn time(ui: &mut Ui, speed: &mut f32, shown: &Shown, send: &mut dyn FnMut(Comman
         send(Command::Speed(*speed));
     }
     ui.label(format!("speed ×{speed:.2}"));
+    ui.spacing_mut().slider_width = usual;
     if let Some(message) = &shown.message {
         ui.colored_label(egui::Color32::from_rgb(255, 140, 90), message);
     }

@@ -79,7 +79,9 @@ impl Stage {
         let side = device.limits().max_texture_dimension_2d as usize;
         let renderer = Renderer::new(device, queue, config.format);
         let context = egui::Context::default();
-        context.set_visuals(egui::Visuals::dark());
+        let mut visuals = egui::Visuals::dark();
+        visuals.override_text_color = Some(Color32::from_gray(222));
+        context.set_visuals(visuals);
         let scale = egui_winit::pixels_per_point(&context, &window);
         let egui = egui_winit::State::new(
             context,
@@ -213,7 +215,7 @@ fn arrange(
     send: &mut dyn FnMut(Command),
 ) {
     let picture: Rect = ui.max_rect();
-    let back = Frame::new().fill(Color32::from_rgba_unmultiplied(30, 33, 37, 225));
+    let back = Frame::new().fill(Color32::from_rgba_unmultiplied(30, 33, 37, 244));
     let frame = back.inner_margin(egui::Margin::symmetric(10, 6));
     egui::Panel::right("panel").resizable(false).exact_size(PANEL).frame(frame).show(ui, |ui| {
         panel.show(ui, name, shown, send);
@@ -226,5 +228,127 @@ fn arrange(
     control.mouse(ui, &area, picture, shown, send);
     if !ui.ctx().egui_wants_keyboard_input() && control.keys(ui, shown, send) {
         control.frame(&shown.subject, picture, PANEL);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use egui::{Event, Key, Modifiers, PointerButton, Pos2, RawInput, pos2, vec2};
+
+    use super::{Control, Overlays, Panel, Rect, Shown, arrange};
+    use crate::history::History;
+    use crate::sim::{Command, Simulation};
+
+    /// The window without its surface.
+    struct Desk {
+        context: egui::Context,
+        control: Control,
+        panel: Panel,
+        simulation: Simulation,
+        shown: Shown,
+    }
+
+    impl Desk {
+        fn new() -> Self {
+            let running = drystone_scene::named("stack:n=1").unwrap().build().unwrap();
+            let mut simulation = Simulation::new(History::new(running, 1.0 / 60.0), false);
+            let shown = simulation.shown();
+            let panel = Panel::new(Overlays::default());
+            let context = egui::Context::default();
+            let mut desk = Self { context, control: Control::new(), panel, simulation, shown };
+            // Sizes are known after the first pictures.
+            desk.frame(vec![]);
+            desk.frame(vec![]);
+            desk
+        }
+
+        /// One picture; what it sends is obeyed at once.
+        fn frame(&mut self, events: Vec<Event>) -> Vec<Command> {
+            let rect = Rect::from_min_size(Pos2::ZERO, vec2(1000.0, 600.0));
+            let input = RawInput { screen_rect: Some(rect), events, ..RawInput::default() };
+            let mut sent = Vec::new();
+            let (control, panel, shown) = (&mut self.control, &mut self.panel, &self.shown);
+            let output = self.context.run_ui(input, |ui| {
+                arrange(ui, "stack", shown, control, panel, &mut |c| sent.push(c));
+            });
+            output.drop_without_applying_deltas();
+            for command in &sent {
+                self.simulation.obey(command.clone());
+            }
+            self.shown = self.simulation.shown();
+            sent
+        }
+
+        fn button(at: Pos2, pressed: bool) -> Event {
+            let modifiers = Modifiers::NONE;
+            Event::PointerButton { pos: at, button: PointerButton::Primary, pressed, modifiers }
+        }
+    }
+
+    /// Where the middle of what is framed is seen, beside the panel.
+    const MIDDLE: Pos2 = pos2(375.0, 300.0);
+
+    #[test]
+    fn a_drag_over_a_body_pulls_it_and_leaves_the_camera() {
+        let mut desk = Desk::new();
+        let camera = desk.control.camera;
+        desk.frame(vec![Event::PointerMoved(MIDDLE)]);
+        desk.frame(vec![Desk::button(MIDDLE, true)]);
+        for i in 1..12_u8 {
+            desk.frame(vec![Event::PointerMoved(MIDDLE + vec2(f32::from(i) * 8.0, -30.0))]);
+        }
+        assert!(desk.shown.held.is_some());
+        let (from, to) = desk.shown.held.unwrap();
+        assert!(to.y > from.y && (to - from).length() > 0.1, "{from:?} {to:?}");
+        assert_eq!(desk.control.camera, camera);
+        let sent = desk.frame(vec![Desk::button(MIDDLE, false)]);
+        assert!(matches!(sent.as_slice(), [.., Command::Release]), "{sent:?}");
+        assert!(desk.shown.held.is_none());
+    }
+
+    #[test]
+    fn a_drag_beside_bodies_turns_the_view() {
+        let mut desk = Desk::new();
+        let before = desk.control.camera.unwrap();
+        let corner = pos2(20.0, 20.0);
+        desk.frame(vec![Event::PointerMoved(corner)]);
+        desk.frame(vec![Desk::button(corner, true)]);
+        for i in 1..12_u8 {
+            desk.frame(vec![Event::PointerMoved(corner + vec2(f32::from(i) * 8.0, 0.0))]);
+        }
+        let after = desk.control.camera.unwrap();
+        assert!(desk.shown.held.is_none());
+        assert!((after.eye - before.eye).length() > 0.3);
+        assert!((after.distance() - before.distance()).abs() < 1.0e-3);
+    }
+
+    #[test]
+    fn keys_pause_step_and_go_back() {
+        let mut desk = Desk::new();
+        let mut press = |key| {
+            let event = |pressed| Event::Key {
+                key,
+                physical_key: None,
+                pressed,
+                repeat: false,
+                modifiers: Modifiers::NONE,
+            };
+            desk.frame(vec![event(true), event(false)]);
+            (desk.shown.step, desk.shown.playing)
+        };
+        assert_eq!(press(Key::ArrowRight), (1, false));
+        assert_eq!(press(Key::ArrowRight), (2, false));
+        assert_eq!(press(Key::ArrowLeft), (1, false));
+        assert_eq!(press(Key::Space), (1, true));
+        assert_eq!(press(Key::R), (0, false));
+    }
+
+    #[test]
+    fn looking_at_the_panel_changes_no_setting() {
+        let mut desk = Desk::new();
+        for _ in 0..5 {
+            let sent = desk.frame(vec![]);
+            assert!(sent.is_empty(), "{sent:?}");
+        }
     }
 }
