@@ -36,6 +36,8 @@ impl Canvas {
         let (adapter, device, queue) = pollster::block_on(open())?;
         check_size(&device, width, height)?;
         let info = adapter.get_info();
+        // First of all: it keeps errors of the device from ending the program.
+        let renderer = Renderer::new(device.clone(), queue, FORMAT);
         let texture = device.create_texture(&wgpu::TextureDescriptor {
             label: Some("canvas"),
             size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
@@ -52,7 +54,6 @@ impl Canvas {
             usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
             mapped_at_creation: false,
         });
-        let renderer = Renderer::new(device, queue, FORMAT);
         renderer.check()?;
         let name = format!("{} ({})", info.name, info.backend);
         Ok(Self { renderer, name, texture, copy })

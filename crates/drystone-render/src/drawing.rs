@@ -184,7 +184,7 @@ impl Drawing {
     /// Whether a box is thin, and long both other ways: `part` of what is framed or more.
     fn is_plate(&self, half: Vec3, part: f32) -> bool {
         let long = (0..3).filter(|&axis| half[axis] > part * self.radius).count();
-        long >= 2 && half.min_element() < 0.4 * (half.x + half.y + half.z - half.max_element())
+        long >= 2 && half.min_element() < 0.25 * (half.x + half.y + half.z - half.max_element())
     }
 
     /// Whether a box lies, rather than stands: its shortest edge is the most upright one.

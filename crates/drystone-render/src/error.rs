@@ -16,7 +16,9 @@ pub enum RenderError {
         reason: String,
     },
     /// A picture of this size cannot be drawn.
-    #[error("a picture of {width}x{height} points is asked for, allowed is 1x1 to {most}x{most}")]
+    #[error(
+        "a picture of {width}x{height} points is asked for, allowed is 1x1 to {most}x{most}, with {points} points in all"
+    )]
     Size {
         /// Points across.
         width: u32,
@@ -24,6 +26,8 @@ pub enum RenderError {
         height: u32,
         /// The most on each side.
         most: u32,
+        /// The most in all.
+        points: u64,
     },
     /// The device failed while drawing.
     #[error("the graphics device failed: {0}")]

@@ -19,6 +19,8 @@ use crate::form::Form;
 
 /// Points on a side of the shadow map.
 const SHADOW_SIZE: u32 = 4096;
+/// Points of the largest picture: with its samples it takes 2 GiB.
+const MOST_POINTS: u64 = 1 << 26;
 /// Samples of a point of the picture.
 pub(crate) const SAMPLES: u32 = 4;
 
@@ -270,11 +272,15 @@ pub(crate) fn check_size(
     width: u32,
     height: u32,
 ) -> Result<(), RenderError> {
-    let most = device.limits().max_texture_dimension_2d;
-    if (1..=most).contains(&width) && (1..=most).contains(&height) {
+    let limits = device.limits();
+    let most = limits.max_texture_dimension_2d;
+    // Four bytes a point, and rows of a copy are filled up to 256.
+    let points = MOST_POINTS.min(limits.max_buffer_size / 4);
+    let asked = u64::from(width).next_multiple_of(64) * u64::from(height);
+    if (1..=most).contains(&width) && (1..=most).contains(&height) && asked <= points {
         Ok(())
     } else {
-        Err(RenderError::Size { width, height, most })
+        Err(RenderError::Size { width, height, most, points })
     }
 }
 

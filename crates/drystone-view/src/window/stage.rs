@@ -73,11 +73,12 @@ impl Stage {
         if surface.get_capabilities(&adapter).formats.contains(&plain) {
             config.format = plain;
         }
+        // First of all: it keeps errors of the device from ending the program.
+        let renderer = Renderer::new(device.clone(), queue, config.format);
         surface.configure(&device, &config);
         let painter =
             egui_wgpu::Renderer::new(&device, config.format, egui_wgpu::RendererOptions::default());
         let side = device.limits().max_texture_dimension_2d as usize;
-        let renderer = Renderer::new(device, queue, config.format);
         let context = egui::Context::default();
         let mut visuals = egui::Visuals::dark();
         visuals.override_text_color = Some(Color32::from_gray(222));
