@@ -5,6 +5,7 @@ mod golden;
 mod graphics;
 mod instructions;
 mod roofline;
+mod stability;
 mod tidy;
 
 use std::path::PathBuf;
@@ -19,6 +20,7 @@ const USAGE: &str = "usage: cargo xtask COMMAND
   golden [--release] --bless WHY  write the new hashes, and old, new and WHY into CHANGELOG.md
   instructions [--bless]          count the instructions of the runs of instructions.txt by callgrind
   gallery                         draw the pictures of docs/gallery
+  stability                       long runs of what must stand or fall, into docs/stability.md (a quarter of an hour)
   roofline                        bandwidth and arithmetic of this machine (run xtask with --release)";
 
 /// What a command returns: nothing, or the lines that say what is wrong.
@@ -34,6 +36,7 @@ fn main() -> ExitCode {
         ["gallery"] => graphics::gallery(),
         ["instructions"] => instructions::run(false),
         ["instructions", "--bless"] => instructions::run(true),
+        ["stability"] => stability::run(),
         ["roofline"] => {
             roofline::run();
             Ok(())

@@ -19,6 +19,15 @@ unsafe impl<T: Send> Send for Rows<'_, T> {}
 // SAFETY: as above; that no row is lent twice at a time is what every caller upholds.
 unsafe impl<T: Send> Sync for Rows<'_, T> {}
 
+// By hand: a derive would ask that `T` can be copied too.
+impl<T> Clone for Rows<'_, T> {
+    fn clone(&self) -> Self {
+        *self
+    }
+}
+
+impl<T> Copy for Rows<'_, T> {}
+
 impl<'a, T> Rows<'a, T> {
     pub(crate) fn new(items: &'a mut [T]) -> Self {
         Self { first: items.as_mut_ptr(), len: items.len(), lent: PhantomData }

@@ -72,6 +72,8 @@ pub(crate) struct Body {
     /// What the solver multiplied its mass and inertia by in the last step, and the load from which that
     /// follows: the force that squeezes it from both sides [N].
     pub(crate) inertia_factor: f32,
+    /// Its island took every substep in parts in the last step.
+    pub(crate) refined: bool,
     pub(crate) load: f32,
     /// How long it has been still [s].
     pub(crate) still_time: f32,

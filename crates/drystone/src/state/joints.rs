@@ -20,6 +20,8 @@ pub(crate) struct Joint {
     /// Accumulated impulse of a substep: a ball's vector [N s, world]; a distance's lower limit, upper
     /// limit and spring.
     pub(crate) impulse: Vec3,
+    /// It is solved with its whole tree.
+    pub(crate) is_direct: bool,
     pub(crate) place: Place,
 }
 

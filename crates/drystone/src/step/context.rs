@@ -3,9 +3,13 @@
 use fearless_simd::Level;
 
 use super::solver::inertia::LoadInertia;
-use super::solver::softness::Softness;
+use super::solver::softness::{Compliance, Softness};
 use crate::base::math::Vec3;
 use crate::state::config::WorldConfig;
+
+/// Fastest push-out of an island that takes its substeps in parts [m/s]. As it begins to, its contacts get
+/// stiffer by the square of the parts: with the world's 3 m/s a stack of 30 boxes hopped, with 0.05 too.
+const REFINED_PUSH_SPEED: f32 = 0.01;
 
 /// Constants of a step.
 #[derive(Clone, Copy, Debug)]
@@ -27,9 +31,16 @@ pub(crate) struct StepContext {
     pub(crate) soft: Softness,
     pub(crate) soft_fixed: Softness,
     pub(crate) soft_joint: Softness,
+    /// Joints of trees that are solved directly, and which those are.
+    pub(crate) soft_tree: Compliance,
+    pub(crate) tree_ratio: f32,
     pub(crate) inertia: LoadInertia,
     /// Factor of the last step's impulses: substeps may have had another length.
     pub(crate) impulse_scale: f32,
+    /// Factor to the impulses that are kept, which are those of the world's substep, whatever parts
+    /// an island takes it in.
+    pub(crate) store_scale: f32,
+    pub(crate) is_refined: bool,
     pub(crate) level: Level,
 }
 
@@ -39,6 +50,29 @@ impl StepContext {
             if config.substeps == 0 { config.method.substeps() } else { config.substeps }.max(1);
         #[expect(clippy::cast_precision_loss, reason = "at most 256")]
         let h = dt / substeps as f32;
+        let impulse_scale = if last_h > 0.0 { (h / last_h).min(4.0) } else { 0.0 };
+        Self::with(config, dt, [substeps, 1], impulse_scale, level)
+    }
+
+    /// For islands that take every substep in parts.
+    pub(crate) fn refined(&self, config: &WorldConfig) -> Self {
+        let parts = config.inertia.refine.clamp(1, 8);
+        let substeps = [self.substeps, parts];
+        let mut ctx = Self::with(config, self.dt, substeps, self.impulse_scale, self.level);
+        // What had sunk into softer contacts is not thrown up.
+        ctx.push_speed = ctx.push_speed.min(REFINED_PUSH_SPEED);
+        ctx
+    }
+
+    #[expect(clippy::cast_precision_loss, reason = "at most 256 by 8")]
+    fn with(
+        config: &WorldConfig,
+        dt: f32,
+        [substeps, parts]: [u32; 2],
+        impulse_scale: f32,
+        level: Level,
+    ) -> Self {
+        let h = dt / (substeps * parts) as f32;
         let inv_h = 1.0 / h;
         let c = &config.contact;
         // The stiffest contact that stays stable is tied to the substep: f h <= 0.11 to 0.125
@@ -55,7 +89,7 @@ impl StepContext {
             dt,
             h,
             inv_h,
-            substeps,
+            substeps: substeps * parts,
             gravity: config.gravity,
             margin: c.margin,
             rest_offset: c.rest_offset,
@@ -67,7 +101,11 @@ impl StepContext {
             soft_fixed: Softness::new(2.0 * hertz, 0.5 * c.damping_ratio, h),
             inertia: LoadInertia { most, threshold: config.inertia.threshold },
             soft_joint: Softness::new(joint_hertz, config.joint.damping_ratio, h),
-            impulse_scale: if last_h > 0.0 { (h / last_h).min(4.0) } else { 0.0 },
+            soft_tree: Compliance::new(joint_hertz, config.joint.damping_ratio, h),
+            tree_ratio: config.joint.tree_ratio,
+            impulse_scale: impulse_scale / parts as f32,
+            store_scale: parts as f32,
+            is_refined: parts > 1,
             level,
         }
     }

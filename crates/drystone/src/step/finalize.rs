@@ -9,7 +9,7 @@ use super::solver::integrate;
 use crate::base::aabb::Aabb;
 use crate::base::disjoint::Rows;
 use crate::base::jobs::{Executor, collect_ranges, grain};
-use crate::base::math::Vec3;
+use crate::base::math::{Vec3, vec3};
 use crate::base::quat::Quat;
 use crate::state::bodies::{Bodies, Body};
 use crate::state::bounds::Bounds;
@@ -22,8 +22,8 @@ use crate::state::shapes::{ShapeRow, Shapes};
 pub(crate) enum Note {
     /// A shape left its box in the tree, and has a new one.
     Escaped(u32),
-    /// The body moved far for its size: row and where its center was.
-    Fast(u32, Vec3),
+    /// The body moved far for its size: row, where its center was and how it stood.
+    Fast(u32, Vec3, Quat),
     /// The body's state became non-finite; it was put back.
     Fault(u32),
     /// A kinematic body that does not move.
@@ -126,20 +126,29 @@ fn fit(shape: &mut ShapeRow, body: &mut Body, flew: bool, ctx: &StepContext) -> 
     escaped
 }
 
-/// How far a body moves in a step [m], but no farther than its size: contacts are not looked for
-/// beyond that (narrowphase), only rays are cast (sweep).
+/// How far a body moves in a step [m], but no farther along an axis than its size: contacts are not looked
+/// for beyond that (narrowphase), only rays are cast (sweep). (Cut along its way instead, what flies along a
+/// wall would come into it unseen.)
 fn reach(body: &Body, ctx: &StepContext) -> Vec3 {
     let step = body.v * ctx.dt;
-    let length = step.length();
-    let most = if body.extent > 0.0 { body.extent } else { length };
-    if length > most { step * (most / length) } else { step }
+    let most = if body.extent > 0.0 { body.extent } else { f32::INFINITY };
+    vec3(step.x.clamp(-most, most), step.y.clamp(-most, most), step.z.clamp(-most, most))
 }
 
-/// The box of a shape with the contact margin.
+/// The box of a shape with the contact margin; of one that turns far in the step the box of all that it
+/// may sweep.
 fn tight_box(shape: &ShapeRow, body: &Body, ctx: &StepContext) -> Aabb {
     let pose = shape.placed(body);
-    shape.solid.aabb_with(ctx.level, &pose).grown(0.5 * ctx.margin)
+    let tight = shape.solid.aabb_with(ctx.level, &pose).grown(0.5 * ctx.margin);
+    if body.w.length_squared() * (ctx.dt * ctx.dt) < FAR_TURN * FAR_TURN {
+        return tight;
+    }
+    let around = vec3(body.extent, body.extent, body.extent);
+    tight.union(&Aabb::new(body.center - around, body.center + around))
 }
+
+/// A turn in a step that takes a shape out of its box [rad].
+const FAR_TURN: f32 = 0.5;
 
 /// A box and where it will be in a step.
 fn ahead(tight: &Aabb, body: &Body, ctx: &StepContext) -> Aabb {
@@ -191,8 +200,10 @@ fn advance(
     } else if line == 0 || lines.flew(line) {
         integrate::fly(ctx, body);
     } else {
-        integrate::unwhiten(&lines.lines[line], &lines.whitening[line], body);
-        integrate::note_load(ctx, &lines.squeezes[line], body);
+        let (before, squeeze) = (body.v, &lines.squeezes[line]);
+        let aux = (&lines.aux[line], squeeze.factor);
+        integrate::unwhiten(ctx, &lines.lines[line], &lines.whitening[line], aux, body);
+        integrate::note_load(ctx, squeeze, before, body);
     }
     body.step_force = Vec3::ZERO;
     body.step_torque = Vec3::ZERO;
@@ -207,7 +218,7 @@ fn advance(
     }
     let moved = (body.center - center).length();
     if body.is_dynamic() && moved > 0.5 * body.inner {
-        out.push(Note::Fast(row, center));
+        out.push(Note::Fast(row, center, rotation));
     }
     if body.kind == BodyKind::Kinematic && body.v == Vec3::ZERO && body.w == Vec3::ZERO {
         out.push(Note::Idle(row));

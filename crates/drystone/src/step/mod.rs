@@ -103,7 +103,8 @@ pub(crate) fn step(
     let Sets { bodies, joints, contacts, islands, colors, events } = sets;
     let method = &config.method;
     let read = solver::Input { bodies, shapes, islands };
-    solver::solve(ctx, method, read, joints, contacts, colors, &mut s.solver, jobs);
+    let contexts = [ctx, &ctx.refined(config)];
+    solver::solve(contexts, method, read, joints, contacts, colors, &mut s.solver, jobs);
     after(Stage::Solver);
     let rest = &config.sleep;
     finalize::advance_poses(ctx, rest, bodies, shapes, bounds, &s.solver, &mut s.finalize, jobs);

@@ -54,6 +54,7 @@ impl World {
             island_previous: NONE,
             island_next: NONE,
             inertia_factor: 1.0,
+            refined: false,
             load: 0.0,
             still_time: 0.0,
             can_sleep: def.can_sleep,
@@ -281,6 +282,7 @@ impl World {
             kind: def.kind,
             collide_connected: def.collide_connected,
             impulse: Vec3::ZERO,
+            is_direct: false,
             place: Place::NOWHERE,
         };
         let id = self.tables.joints.rows.insert(joint);

@@ -101,6 +101,8 @@ impl World {
             let s = tables.shapes.at_mut(shape);
             s.centered.position -= shift;
         }
+        // Which joints are solved as a tree goes by masses.
+        tables.colors.bodies_changed = true;
         for joint in tables.bodies.at(row).joints.clone() {
             let joint = tables.joints.at_mut(joint);
             if joint.body_a == row {

@@ -426,7 +426,7 @@ fn shape_of(kind: u8, size: f32) -> ShapeDef {
 }
 
 proptest! {
-    #![proptest_config(proptest::test_runner::Config::with_cases(60))]
+    #![proptest_config(proptest::test_runner::Config::with_cases(if cfg!(debug_assertions) { 60 } else { 3000 }))]
     #[test]
     fn no_order_of_calls_panics_or_leaves_the_numbers(calls in prop::collection::vec(call(), 1..60)) {
         let mut world = World::default();

@@ -7,6 +7,7 @@ mod scenario_audit;
 mod scenario_friction;
 mod scenario_impacts;
 mod scenario_inertia;
+mod scenario_joints;
 mod scenario_mesh;
 mod scenario_motion;
 mod scenario_seams;

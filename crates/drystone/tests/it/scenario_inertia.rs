@@ -73,6 +73,74 @@ fn heavy_loads_sink_no_deeper_than_the_factor_allows() {
 }
 
 #[test]
+fn substeps_in_parts_make_squeezed_contacts_stiffer_by_the_square() {
+    for (parts, ratio) in [(2_u16, 300.0), (2, 1000.0), (4, 1000.0), (4, 2000.0)] {
+        let mut w = grounded(0.0);
+        w.set_config(refined(w.config(), parts)).unwrap();
+        let s = stack(&mut w, 10, ratio);
+        run(&mut w, 1200);
+        let sag = 9.5 - at(&w, s[9]).y;
+        // As above, with contacts of 54 Hz times the parts.
+        let omega = 2.0 * core::f32::consts::PI * 54.0 * f32::from(parts);
+        let expected = 2.0 * (ratio + 4.5) * G / (8.0 * omega * omega) * (8.0 + 0.5 + 0.125);
+        let offsets = 10.0 * 5.0e-5;
+        assert!(sag < 1.25 * expected + offsets, "{parts}, {ratio}: {sag}, {expected}");
+        assert!(sag > 0.5 * expected - offsets, "{parts}, {ratio}: {sag}, {expected}");
+        let off = at(&w, s[9]);
+        assert!(off.x.hypot(off.z) < 0.01, "{parts}, {ratio}: {off:?}");
+    }
+}
+
+fn refined(config: &WorldConfig, parts: u16) -> WorldConfig {
+    let mut config = config.clone();
+    config.inertia.refine = parts.into();
+    config
+}
+
+#[test]
+fn substeps_in_parts_are_for_islands_that_need_them() {
+    let of = |parts: u16| {
+        let mut w = grounded(0.0);
+        w.set_config(refined(w.config(), parts)).unwrap();
+        let heavy = stack(&mut w, 10, 300.0);
+        let half = vec3(0.5, 0.5, 0.5);
+        let slid = boxed(&mut w, half, vec3(20.0, 0.5, 0.0), 1.0);
+        w.body_mut(slid).unwrap().set_linear_velocity([3.0, 0.0, 1.0]).unwrap();
+        run(&mut w, 240);
+        (at(&w, heavy[9]), at(&w, slid))
+    };
+    let (one, two) = (of(1), of(2));
+    assert_ne!(one.0, two.0);
+    assert_eq!(one.1, two.1, "the same bits where nothing is squeezed");
+}
+
+#[test]
+fn a_stack_at_the_limit_of_parts_comes_to_rest() {
+    // 30 boxes: the lowest ones' load stands where the factor is greatest, and stiffer contacts throw up
+    // what had sunk into them.
+    for n in [20, 25, 30, 35] {
+        let mut w = grounded(0.0);
+        w.set_config(refined(w.config(), 2)).unwrap();
+        let s = stack(&mut w, n, 1.0);
+        run(&mut w, 1200);
+        let fastest = s.iter().map(|id| w.body(*id).unwrap().linear_velocity().length());
+        let fastest = fastest.fold(0.0, f32::max);
+        // What sleep calls still.
+        assert!(fastest < 0.05, "{n}: {fastest}");
+        let off = at(&w, s[usize::from(n) - 1]);
+        assert!(off.x.hypot(off.z) < 0.01, "{n}: {off:?}");
+    }
+}
+
+#[test]
+fn parts_out_of_range_are_refused() {
+    for parts in [0, 9] {
+        let error = World::new(refined(&WorldConfig::default(), parts)).unwrap_err();
+        assert!(error.to_string().contains("inertia.refine"), "{error}");
+    }
+}
+
+#[test]
 fn a_light_stack_is_left_alone() {
     // Two boxes on one press it with 20 m/s² of the threshold's 30: the same bits with and without.
     let (mut with, mut without) = (grounded(0.0), grounded(1.0));

@@ -14,6 +14,7 @@
 //! Symbols as in the contact kernel; w = speed of a point along the normal, u = that speed at the
 //! surface, kick = what gravity adds in a substep. See docs/derivations/impacts.md.
 
+use super::integrate::Carried;
 use super::rows::Extra;
 use super::touch::{Entry, Moment, Source, Touch};
 use crate::base::wide::LANES;
@@ -49,6 +50,10 @@ pub(super) struct Impacts {
     /// First and last touch of each island.
     runs: Vec<[u32; 2]>,
     hits: Vec<Hit>,
+    /// Lines of the touches, and while velocities are without the carried impulses, those.
+    met: Vec<u32>,
+    carried: Vec<Carried>,
+    lifted: bool,
     clock: u32,
 }
 
@@ -59,6 +64,8 @@ struct End {
     count: u32,
     /// Its contacts are looked at.
     live: bool,
+    /// It is a line of a touch.
+    met: bool,
     /// When an impact last changed its velocity.
     changed: u32,
     /// Greatest restitution of the points that approach it in this round.
@@ -100,6 +107,7 @@ impl Impacts {
         self.entries.clear();
         self.arrivals.clear();
         self.touches.clear();
+        self.met.clear();
         self.clock = 0;
         self.ends.clear();
         self.ends.resize(n, End::default());
@@ -176,10 +184,27 @@ impl Impacts {
             if core::mem::replace(&mut end.live, true) {
                 continue;
             }
+            let body = source.bodies.at(source.members[line as usize - 1]);
+            let whitening = source.whitening.read(line as usize);
+            source.aux.row(line as usize).calm(whitening, body, source.dt, source.h);
             for k in end.first..end.first + end.count {
                 let entry = &mut self.entries[self.around[k as usize] as usize];
                 if core::mem::replace(&mut entry.taken, true) {
                     continue;
+                }
+                for line in entry.lines {
+                    if line == 0 {
+                        continue;
+                    }
+                    let met = &mut self.ends[line as usize - source.first_line].met;
+                    if !core::mem::replace(met, true) {
+                        self.met.push(line);
+                        if self.lifted {
+                            let row = line as usize;
+                            let carried = source.aux.read(row).lift(source.lines.row(row));
+                            self.carried.push(carried);
+                        }
+                    }
                 }
                 let number = index(self.touches.len());
                 self.touches.push(Touch::load(source, entry));
@@ -195,7 +220,32 @@ impl Impacts {
     }
 
     /// All impacts of a substep.
+    ///
+    /// After the forces velocities have the impulses that are carried from the last substep too. They
+    /// are a guess that the sweep corrects, and may be the stop of something at 250 m/s that is over:
+    /// another contact of the body would reflect that, and return energy that nothing had. So impacts see
+    /// velocities without them.
     pub(super) fn collide(&mut self, source: &Source<'_>, moment: &Moment) {
+        if self.runs.is_empty() {
+            return;
+        }
+        self.lifted = moment.kicked;
+        self.carried.clear();
+        if self.lifted {
+            for line in &self.met {
+                let row = *line as usize;
+                self.carried.push(source.aux.read(row).lift(source.lines.row(row)));
+            }
+        }
+        self.reflect_all(source, moment);
+        for (line, carried) in self.met.iter().zip(&self.carried) {
+            let row = *line as usize;
+            source.aux.read(row).put_back(source.lines.row(row), carried);
+        }
+        self.lifted = false;
+    }
+
+    fn reflect_all(&mut self, source: &Source<'_>, moment: &Moment) {
         for run in 0..self.runs.len() {
             let mut placed = NONE;
             for _ in 0..ROUNDS {

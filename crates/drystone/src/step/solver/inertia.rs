@@ -43,6 +43,13 @@ impl LoadInertia {
         self.most > 1.0
     }
 
+    /// True if its island needs more substeps: from three quarters of the greatest factor on, where loads may
+    /// be beyond what that can carry, until it falls below a fifth. (With one limit for both a stack near it
+    /// would never rest: contacts become four times as stiff, so it hops, is not loaded, and goes back.)
+    pub(crate) fn wants_refining(&self, body: &Body) -> bool {
+        body.inertia_factor >= self.most * if body.refined { 0.2 } else { 0.75 }
+    }
+
     /// The body's factor in this step.
     pub(crate) fn factor(&self, body: &Body) -> f32 {
         let s = body.inertia_factor;
@@ -66,6 +73,8 @@ impl LoadInertia {
 pub(crate) struct Squeeze {
     /// What its mass and inertia are multiplied by in this step.
     pub(crate) factor: f32,
+    /// Its island takes every substep in parts.
+    pub(crate) refined: bool,
     /// The normal impulses on it in the last substep: their vector sum, and the sum of their sizes
     /// [N s].
     pub(crate) impulse: [f32; 4],
@@ -73,7 +82,7 @@ pub(crate) struct Squeeze {
 
 impl Default for Squeeze {
     fn default() -> Self {
-        Self { factor: 1.0, impulse: [0.0; 4] }
+        Self { factor: 1.0, refined: false, impulse: [0.0; 4] }
     }
 }
 

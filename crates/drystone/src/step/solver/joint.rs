@@ -2,8 +2,14 @@
 //!
 //! Anchors turn with the bodies within a step (to second order), so that a pendulum follows its circle
 //! substep by substep; S is that of the step's start. The warm start of a joint is carried by its
-//! bodies like that of contacts, along the rows that it had: each sweep first turns it into the rows of
+//! bodies like that of contacts, along the rows that it had: each solve first turns it into the rows of
 //! now, `(J - J_last)ᵀ λ`. Without that the impulse lags behind and a pendulum gains energy.
+//!
+//! A relax sweep must not turn it: the impulse of the solve before it has been applied once, at the
+//! arms that it had, and to turn it after positions moved is a force against the motion, g h θ' a sweep
+//! for a pendulum. And its rows stand at the middle of the substep's motion, where the chord that the
+//! bodies moved along is tangent to their path: a steady turn is left alone.
+//! See docs/decisions/016-joint-energy.md.
 
 use fearless_simd::{Simd, SimdBase};
 
@@ -19,6 +25,9 @@ pub(crate) struct JointSweep {
     pub(crate) softness: Softness,
     /// Time of the step that positions have advanced [s].
     pub(crate) elapsed: f32,
+    /// A relax sweep: rows as they were this long ago [s], the warm start where it is.
+    pub(crate) back: f32,
+    pub(crate) is_relax: bool,
 }
 
 /// Arms, gap and velocities of eight joints now.
@@ -43,36 +52,62 @@ fn turned<S: Simd>(simd: S, r: Vec3w<S>, t: Vec3w<S>) -> Vec3w<S> {
 }
 
 #[inline(always)]
-fn read<S: Simd>(simd: S, block: &JointBlock, lines: &Rows<'_, Line>, elapsed: f32) -> State<S> {
+fn read<S: Simd>(
+    simd: S,
+    block: &JointBlock,
+    lines: &Rows<'_, Line>,
+    sweep: &JointSweep,
+) -> State<S> {
     let (alpha, beta) = (load(simd, &block.alpha), load(simd, &block.beta));
     let (sa, sb) = (Sym3w::load(simd, &block.s_a), Sym3w::load(simd, &block.s_b));
     let va = load_velocity(simd, lines, &block.row_a);
     let vb = load_velocity(simd, lines, &block.row_b);
-    let xa = load_motion(simd, lines, &block.row_a);
-    let xb = load_motion(simd, lines, &block.row_b);
+    let mut xa = load_motion(simd, lines, &block.row_a);
+    let mut xb = load_motion(simd, lines, &block.row_b);
+    if sweep.is_relax {
+        let back = splat(simd, sweep.back);
+        (xa.v, xa.w) = (xa.v - va.v * back, xa.w - va.w * back);
+        (xb.v, xb.w) = (xb.v - vb.v * back, xb.w - vb.w * back);
+    }
     let (r0a, r0b) = (Vec3w::load(simd, &block.r_a), Vec3w::load(simd, &block.r_b));
     let ra = turned(simd, r0a, sa.mul(xa.w));
     let rb = turned(simd, r0b, sb.mul(xb.w));
     let drift = Vec3w::load(simd, &block.drift);
     let gap = Vec3w::load(simd, &block.gap) + xb.v * beta - xa.v * alpha + (rb - r0b) - (ra - r0a)
-        + drift * splat(simd, elapsed);
+        + drift * splat(simd, sweep.elapsed);
     State { alpha, beta, sa, sb, ra, rb, gap, drift, va, vb }
 }
 
 impl<S: Simd> State<S> {
-    /// Adds an impulse `p` at the arms of now less `last` at the arms it was applied at, for both
-    /// bodies: `p` of the last sweep is then as if applied now.
+    /// Adds an impulse `p` at the arms of now less the one that the bodies carry, for both bodies: `p`
+    /// of the last sweep is then as if applied now.
     #[inline(always)]
-    fn turn_impulse(&mut self, simd: S, block: &mut JointBlock, p: Vec3w<S>) {
-        let last = Vec3w::load(simd, &block.last_p);
-        let (la, lb) = (Vec3w::load(simd, &block.last_r_a), Vec3w::load(simd, &block.last_r_b));
-        let d = p - last;
+    fn turn_impulse(&mut self, simd: S, block: &JointBlock, p: Vec3w<S>) {
+        let d = p - Vec3w::load(simd, &block.carried);
+        let da = self.ra.cross(p) - Vec3w::load(simd, &block.carried_a);
+        let db = self.rb.cross(p) - Vec3w::load(simd, &block.carried_b);
         self.va.v = self.va.v - d * self.alpha;
         self.vb.v = self.vb.v + d * self.beta;
-        self.va.w = self.va.w - self.sa.mul(self.ra.cross(p) - la.cross(last));
-        self.vb.w = self.vb.w + self.sb.mul(self.rb.cross(p) - lb.cross(last));
-        self.ra.store(&mut block.last_r_a);
-        self.rb.store(&mut block.last_r_b);
+        self.va.w = self.va.w - self.sa.mul(da);
+        self.vb.w = self.vb.w + self.sb.mul(db);
+    }
+
+    /// Notes what the bodies carry after this sweep: `p` at the arms of now.
+    #[inline(always)]
+    fn carry(&self, block: &mut JointBlock, p: Vec3w<S>) {
+        p.store(&mut block.carried);
+        self.ra.cross(p).store(&mut block.carried_a);
+        self.rb.cross(p).store(&mut block.carried_b);
+    }
+
+    /// As [`Self::carry`], for an impulse `d` more than they do.
+    #[inline(always)]
+    fn carry_more(&self, simd: S, block: &mut JointBlock, d: Vec3w<S>) {
+        let [p, a, b] = [&block.carried, &block.carried_a, &block.carried_b];
+        let (p, a, b) = (Vec3w::load(simd, p), Vec3w::load(simd, a), Vec3w::load(simd, b));
+        (p + d).store(&mut block.carried);
+        (a + self.ra.cross(d)).store(&mut block.carried_a);
+        (b + self.rb.cross(d)).store(&mut block.carried_b);
     }
 }
 
@@ -106,9 +141,11 @@ pub(crate) fn solve_ball<S: Simd>(
     lines: &Rows<'_, Line>,
     sweep: &JointSweep,
 ) {
-    let mut q = read(simd, block, lines, sweep.elapsed);
+    let mut q = read(simd, block, lines, sweep);
     let old = Vec3w::load(simd, &block.impulse);
-    q.turn_impulse(simd, block, old);
+    if !sweep.is_relax {
+        q.turn_impulse(simd, block, old);
+    }
     let (a, b) = (axes(q.sa, q.ra), axes(q.sb, q.rb));
     let linear = q.alpha * q.alpha + q.beta * q.beta;
     let k = Sym3w {
@@ -130,7 +167,11 @@ pub(crate) fn solve_ball<S: Simd>(
         speed * splat(simd, sweep.softness.mass) + q.gap * splat(simd, sweep.softness.rate);
     let d = -k.solve(simd, wanted) - old * splat(simd, sweep.softness.impulse);
     (old + d).store(&mut block.impulse);
-    (old + d).store(&mut block.last_p);
+    if sweep.is_relax {
+        q.carry_more(simd, block, d);
+    } else {
+        q.carry(block, old + d);
+    }
     q.va.v = q.va.v - d * q.alpha;
     q.vb.v = q.vb.v + d * q.beta;
     q.va.w = q.va.w - a[0] * d.x - a[1] * d.y - a[2] * d.z;
@@ -147,7 +188,7 @@ pub(crate) fn solve_distance<S: Simd>(
     lines: &Rows<'_, Line>,
     sweep: &JointSweep,
 ) {
-    let mut q = read(simd, block, lines, sweep.elapsed);
+    let mut q = read(simd, block, lines, sweep);
     let (zero, one) = (splat(simd, 0.0), splat(simd, 1.0));
     let length = sqrt(q.gap.dot(q.gap));
     let apart = above(length, splat(simd, 1.0e-9));
@@ -159,7 +200,9 @@ pub(crate) fn solve_distance<S: Simd>(
     let k = q.alpha * q.alpha + q.beta * q.beta + a.dot(a) + b.dot(b);
     let mass = select(above(k, zero), one / k, zero);
     let Vec3w { x: i0, y: i1, z: i2 } = Vec3w::load(simd, &block.impulse);
-    q.turn_impulse(simd, block, n * (i0 - i1 + i2));
+    if !sweep.is_relax {
+        q.turn_impulse(simd, block, n * (i0 - i1 + i2));
+    }
     let mut vn =
         n.dot(q.vb.v * q.beta - q.va.v * q.alpha + q.drift) + b.dot(q.vb.w) - a.dot(q.va.w);
     let Vec3w { x: least, y: most, z: rest } = Vec3w::load(simd, &block.limits);
@@ -200,7 +243,11 @@ pub(crate) fn solve_distance<S: Simd>(
     let n1 = select(rod, zero, n1);
     pushed -= n1 - i1;
 
-    (n * (n0 - n1 + n2)).store(&mut block.last_p);
+    if sweep.is_relax {
+        q.carry_more(simd, block, n * pushed);
+    } else {
+        q.carry(block, n * (n0 - n1 + n2));
+    }
     n0.store_array(&mut block.impulse[0]);
     n1.store_array(&mut block.impulse[1]);
     n2.store_array(&mut block.impulse[2]);

@@ -18,6 +18,8 @@ mod pack;
 mod pack_extra;
 mod pack_joint;
 mod plan;
+mod forest;
+mod tree;
 mod touch;
 mod unpack;
 
@@ -33,6 +35,7 @@ use self::joint::JointSweep;
 use self::plan::{Group, Plan};
 use self::rows::{ContactBlock, Extra, JointBlock, Line, Whitening};
 use self::softness::Softness;
+use self::tree::{TreeBody, TreeRow};
 use super::context::StepContext;
 use crate::base::disjoint::Rows;
 use crate::base::grow;
@@ -54,7 +57,7 @@ pub(crate) struct Scratch {
     pub(crate) line_of: Vec<u32>,
     pub(crate) lines: Vec<Line>,
     pub(crate) whitening: Vec<Whitening>,
-    aux: Vec<Aux>,
+    pub(crate) aux: Vec<Aux>,
     acceleration: Vec<Vec3>,
     pub(crate) squeezes: Vec<Squeeze>,
     /// Of each island, in a step in which one of its bodies grows heavier.
@@ -62,6 +65,8 @@ pub(crate) struct Scratch {
     blocks: Vec<ContactBlock>,
     extras: Vec<Extra>,
     joints: Vec<JointBlock>,
+    tree_bodies: Vec<TreeBody>,
+    tree_rows: Vec<TreeRow>,
     /// One for each group, while some contact can bounce.
     impacts: Vec<Impacts>,
     /// Lines that nothing pushed in this step, or empty: see [`Self::flew`].
@@ -88,7 +93,7 @@ impl Scratch {
 }
 
 /// The solver's rows as lent to the groups: each touches its own.
-#[derive(Debug)]
+#[derive(Clone, Copy, Debug)]
 struct Solver<'a> {
     ctx: &'a StepContext,
     method: &'a Method,
@@ -107,6 +112,8 @@ struct Solver<'a> {
     extras: Rows<'a, Extra>,
     has_extras: bool,
     joints: Rows<'a, JointBlock>,
+    tree_bodies: Rows<'a, TreeBody>,
+    tree_rows: Rows<'a, TreeRow>,
     /// Empty where `extras` is, as are `free`.
     impacts: Rows<'a, Impacts>,
     free: Rows<'a, bool>,
@@ -123,9 +130,10 @@ pub(crate) struct Input<'a> {
     pub(crate) islands: &'a Islands,
 }
 
-/// Runs the method's passes. Poses are written by finalize, from the lines.
+/// Runs the method's passes. Poses are written by finalize, from the lines. The second context is for the
+/// islands that take every substep in parts.
 pub(crate) fn solve(
-    ctx: &StepContext,
+    [ctx, fine]: [&StepContext; 2],
     method: &Method,
     Input { bodies, shapes, islands }: Input<'_>,
     joints: &mut Joints,
@@ -135,7 +143,10 @@ pub(crate) fn solve(
     jobs: &dyn Executor,
 ) {
     let s = scratch;
-    s.plan.update(bodies, joints, contacts, colors, &mut s.line_of, jobs.workers().max(1));
+    let inertia = (fine.substeps > ctx.substeps && ctx.inertia.is_on()).then_some(&ctx.inertia);
+    s.plan.choose_fine(bodies, islands.rows.len(), inertia);
+    let workers = jobs.workers().max(1);
+    s.plan.update(bodies, joints, contacts, colors, &mut s.line_of, ctx.tree_ratio, workers);
     let n = s.plan.members.len() + 1;
     s.lines.resize(n, Line::default());
     s.whitening.resize(n, Whitening::default());
@@ -157,6 +168,8 @@ pub(crate) fn solve(
         s.impacts.resize_with(groups, Impacts::default);
     }
     s.joints.resize_with(s.plan.joints.owners.len(), JointBlock::default);
+    s.tree_bodies.resize(s.plan.forest.bodies.len(), TreeBody::default());
+    s.tree_rows.resize(s.plan.forest.joints.len(), TreeRow::default());
     let (slots, _) = contacts.slots_mut();
     let plan = &s.plan;
     let solver = Solver {
@@ -176,18 +189,22 @@ pub(crate) fn solve(
         extras: Rows::new(&mut s.extras),
         has_extras,
         joints: Rows::new(&mut s.joints),
+        tree_bodies: Rows::new(&mut s.tree_bodies),
+        tree_rows: Rows::new(&mut s.tree_rows),
         impacts: Rows::new(&mut s.impacts),
         free: Rows::new(&mut s.free),
         begun: Rows::new(&mut s.begun),
         contacts: Rows::new(slots),
         joint_slots: Rows::new(joints.rows.values_mut()),
     };
+    let solver_of =
+        |number: usize| Solver { ctx: if plan.groups[number].fine { fine } else { ctx }, ..solver };
     for number in 0..plan.shared {
-        solver.solve(number, jobs);
+        solver_of(number).solve(number, jobs);
     }
     for_ranges(jobs, plan.groups.len() - plan.shared, 1, |range| {
         for number in range {
-            solver.solve(plan.shared + number, &Inline);
+            solver_of(plan.shared + number).solve(plan.shared + number, &Inline);
         }
     });
 }
@@ -198,6 +215,7 @@ impl Solver<'_> {
         let (ctx, group) = (self.ctx, &self.plan.groups[number]);
         self.prepare_lines(group, jobs);
         self.prepare_joints(group, jobs);
+        self.prepare_trees(group);
         self.prepare_contacts(group, jobs);
         if self.has_extras {
             let blocks = self.plan.contacts.blocks_of(&group.contacts);
@@ -243,6 +261,9 @@ impl Solver<'_> {
             owners: &self.plan.contacts.owners,
             lines: &self.lines,
             aux: &self.aux,
+            whitening: &self.whitening,
+            dt: self.ctx.dt,
+            h: self.ctx.h,
             first_line: group.lines.start,
             members: &self.plan.members,
             bodies: self.bodies,
@@ -302,13 +323,29 @@ impl Solver<'_> {
             Pass::Velocities | Pass::Positions | Pass::Impacts => {}
             Pass::Solve { inner } => {
                 let inner = inner.clamp(1, 8);
-                self.sweep_joints(group, ctx.soft_joint, elapsed, jobs);
+                let joints = JointSweep {
+                    inv_h: ctx.inv_h,
+                    softness: ctx.soft_joint,
+                    elapsed,
+                    back: 0.0,
+                    is_relax: false,
+                };
+                self.sweep_joints(group, &joints, jobs);
+                self.sweep_trees(group, &joints, jobs);
                 let sweeps =
                     [sweep(ctx.soft, inner, elapsed), sweep(ctx.soft_fixed, inner, elapsed)];
                 self.sweep_contacts(group, &sweeps, jobs);
             }
             Pass::Relax => {
-                self.sweep_joints(group, Softness::RIGID, moved, jobs);
+                let joints = JointSweep {
+                    inv_h: ctx.inv_h,
+                    softness: Softness::RIGID,
+                    elapsed: moved - 0.5 * ctx.h,
+                    back: 0.5 * ctx.h,
+                    is_relax: true,
+                };
+                self.sweep_joints(group, &joints, jobs);
+                self.sweep_trees(group, &joints, jobs);
                 let rigid = sweep(Softness::RIGID, 1, moved);
                 self.sweep_contacts(group, &[rigid, rigid], jobs);
             }
@@ -381,7 +418,7 @@ impl Solver<'_> {
         *self.whitening.row(i) = whitening;
         *self.aux.row(i) = aux;
         *self.acceleration.row(i) = acc;
-        *self.squeezes.row(i) = Squeeze { factor, impulse: [0.0; 4] };
+        *self.squeezes.row(i) = Squeeze { factor, refined: self.ctx.is_refined, impulse: [0.0; 4] };
     }
 
     /// Bodies that grow heavier join the motion of their island. Sums are made in the order of bodies,
@@ -500,8 +537,7 @@ impl Solver<'_> {
         }
     }
 
-    fn sweep_joints(&self, group: &Group, softness: Softness, elapsed: f32, jobs: &dyn Executor) {
-        let sweep = JointSweep { inv_h: self.ctx.inv_h, softness, elapsed };
+    fn sweep_joints(&self, group: &Group, sweep: &JointSweep, jobs: &dyn Executor) {
         for batch in &self.plan.joints.batches[group.joints.clone()] {
             let n = batch.blocks.len();
             for_ranges(jobs, n, grain(jobs, n, 8), |part| {
@@ -510,9 +546,9 @@ impl Solver<'_> {
                         let block = self.joints.row(i);
                         self.joints.prefetch(i + 1, JointBlock::CACHE_LINES);
                         if block.is_distance {
-                            joint::solve_distance(simd, block, &self.lines, &sweep);
+                            joint::solve_distance(simd, block, &self.lines, sweep);
                         } else {
-                            joint::solve_ball(simd, block, &self.lines, &sweep);
+                            joint::solve_ball(simd, block, &self.lines, sweep);
                         }
                     }
                 });
@@ -522,12 +558,13 @@ impl Solver<'_> {
 
     /// Sums up how each body is squeezed.
     fn weigh(&self, group: &Group, jobs: &dyn Executor) {
+        let scale = self.ctx.store_scale;
         for batch in &self.plan.contacts.batches[group.contacts.clone()] {
             let n = batch.blocks.len();
             for_ranges(jobs, n, grain(jobs, n, 64), |part| {
                 dispatch!(self.ctx.level, simd => {
                     for i in batch.blocks.start + part.start..batch.blocks.start + part.end {
-                        unpack::weigh(simd, self.blocks.read(i), &self.squeezes);
+                        unpack::weigh(simd, self.blocks.read(i), &self.squeezes, scale);
                     }
                 });
             });
@@ -535,6 +572,7 @@ impl Solver<'_> {
     }
 
     fn store(&self, group: &Group, jobs: &dyn Executor) {
+        let scale = self.ctx.store_scale;
         if self.ctx.inertia.is_on() {
             self.weigh(group, jobs);
         }
@@ -546,7 +584,7 @@ impl Solver<'_> {
                     let extra = if self.has_extras { Some(self.extras.read(i)) } else { None };
                     let owners = &self.plan.contacts.owners[i];
                     let block = self.blocks.read(i);
-                    *self.begun.row(i) = unpack::store(simd, block, extra, owners, &self.contacts);
+                    *self.begun.row(i) = unpack::store(simd, block, extra, owners, &self.contacts, scale);
                 }
             });
         });
@@ -557,5 +595,6 @@ impl Solver<'_> {
                 self.store_joints(i);
             }
         });
+        self.store_trees(group);
     }
 }

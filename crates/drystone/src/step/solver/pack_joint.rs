@@ -36,7 +36,7 @@ impl Solver<'_> {
             if *row != u32::MAX
                 && let Some(joint) = self.joint_slots.row(*row as usize)
             {
-                joint.impulse = vec3(x[lane], y[lane], z[lane]);
+                joint.impulse = vec3(x[lane], y[lane], z[lane]) * self.ctx.store_scale;
             }
         }
     }
@@ -79,9 +79,9 @@ impl Solver<'_> {
                 gap.normalize_or(Vec3::Y) * (impulse.x - impulse.y + impulse.z)
             }
         };
-        put(&mut block.last_r_a, lane, ra);
-        put(&mut block.last_r_b, lane, rb);
-        put(&mut block.last_p, lane, linear);
+        put(&mut block.carried, lane, linear);
+        put(&mut block.carried_a, lane, ra.cross(linear));
+        put(&mut block.carried_b, lane, rb.cross(linear));
         for (line, w, r, sign) in [(la, wa, ra, -1.0), (lb, wb, rb, 1.0)] {
             if line == 0 {
                 continue;

@@ -8,6 +8,8 @@
 
 use core::ops::Range;
 
+use super::forest::Forest;
+use super::inertia::LoadInertia;
 use crate::base::wide::LANES;
 use crate::state::bodies::{Bodies, Body, NONE};
 use crate::state::colors::{Coloring, Colors, Place};
@@ -27,7 +29,7 @@ pub(super) struct Batch {
     pub(super) blocks: Range<usize>,
     /// One side of every constraint cannot be pushed.
     pub(super) fixed: bool,
-    /// What the key's class says: of joints, 1 for distances.
+    /// What the key's class says: of joints, 1 for distances; 2 (those of trees) are in no batch.
     pub(super) class: u64,
 }
 
@@ -37,6 +39,10 @@ pub(super) struct Group {
     pub(super) lines: Range<usize>,
     pub(super) contacts: Range<usize>,
     pub(super) joints: Range<usize>,
+    /// In [`Forest::order`].
+    pub(super) trees: Range<usize>,
+    /// Takes every substep in parts.
+    pub(super) fine: bool,
 }
 
 /// Blocks of contacts or of joints.
@@ -69,7 +75,10 @@ pub(super) struct Plan {
     pub(super) shared: usize,
     pub(super) contacts: Layout,
     pub(super) joints: Layout,
+    pub(super) forest: Forest,
     workers: usize,
+    /// Of each island, whether it takes every substep in parts: now, and in the last step.
+    fine: [Vec<bool>; 2],
     /// Number in `islands`, then group, of each island that has lines.
     group_of: Vec<u32>,
     /// Islands that have lines, with their constraints' ends.
@@ -82,7 +91,30 @@ pub(super) struct Plan {
 const GROUP: u32 = 40;
 const CLASS: u32 = 32;
 
+/// Class of the joints of trees.
+const TREE: u64 = 2;
+
 impl Plan {
+    /// Chooses the islands that take every substep in parts.
+    pub(super) fn choose_fine(
+        &mut self,
+        bodies: &Bodies,
+        islands: usize,
+        inertia: Option<&LoadInertia>,
+    ) {
+        self.fine.swap(0, 1);
+        let fine = &mut self.fine[0];
+        fine.clear();
+        if let Some(inertia) = inertia {
+            fine.resize(islands, false);
+            for body in bodies.awake.iter().map(|row| bodies.at(*row)) {
+                if inertia.wants_refining(body) && has_line(body) {
+                    fine[body.island as usize] = true;
+                }
+            }
+        }
+    }
+
     /// Brings the plan up to date, and `line_of` with it.
     pub(super) fn update(
         &mut self,
@@ -91,13 +123,15 @@ impl Plan {
         contacts: &mut Contacts,
         colors: &mut Colors,
         line_of: &mut Vec<u32>,
+        ratio: f32,
         workers: usize,
     ) {
         if line_of.len() < bodies.rows.slot_count() {
             line_of.resize(bodies.rows.slot_count(), 0);
         }
-        let changed = take_changes(colors);
-        if !changed && self.workers == workers {
+        let joints_changed = take_joint_changes(colors) || !self.forest.is_by(ratio);
+        let changed = take_contact_changes(colors) || joints_changed;
+        if !changed && self.fine[0] == self.fine[1] && self.workers == workers {
             return;
         }
         self.workers = workers;
@@ -106,6 +140,10 @@ impl Plan {
         }
         self.form_groups(bodies);
         self.place_bodies(bodies, line_of);
+        if joints_changed {
+            self.forest.form(bodies, joints, colors, line_of, ratio);
+        }
+        self.forest.place(&self.group_of_line, line_of, &mut self.groups);
 
         let keys = &mut self.keys;
         let group_of_line = &self.group_of_line;
@@ -139,7 +177,11 @@ impl Plan {
                 keys.clear();
                 keys.extend(color.members.iter().map(|row| {
                     let j = joints.at(*row);
-                    let class = u64::from(matches!(j.kind, JointKind::Distance { .. }));
+                    let class = match j.kind {
+                        _ if j.is_direct => TREE,
+                        JointKind::Ball => 0,
+                        JointKind::Distance { .. } => 1,
+                    };
                     (key(j.body_a, j.body_b, class), *row)
                 }));
                 sort_members(&mut color.members, keys, index, |row, place| {
@@ -148,6 +190,7 @@ impl Plan {
                 self.joints.find_runs(keys, CLASS, fixed, index);
             }
         }
+        self.joints.runs.retain(|run| run.class != TREE);
         self.contacts.lay_out([&colors.contacts, &colors.contacts_fixed]);
         self.joints.lay_out([&colors.joints, &colors.joints_fixed]);
         for (number, group) in (0..).zip(&mut self.groups) {
@@ -194,18 +237,25 @@ impl Plan {
             }
         }
         let (mut group, mut filled) = (self.shared, 0);
-        for (island, ends) in &self.islands {
-            if is_shared(*ends) {
-                continue;
+        let is_fine = |island: u32| self.fine[0].get(island as usize).is_some_and(|fine| *fine);
+        for fine in [false, true] {
+            for (island, ends) in &self.islands {
+                if is_shared(*ends) || is_fine(*island) != fine {
+                    continue;
+                }
+                if filled > 0 && filled + ends > most {
+                    (group, filled) = (group + 1, 0);
+                }
+                self.group_of[*island as usize] = number(group);
+                filled += ends;
             }
-            if filled > 0 && filled + ends > most {
-                (group, filled) = (group + 1, 0);
-            }
-            self.group_of[*island as usize] = number(group);
-            filled += ends;
+            (group, filled) = (group + usize::from(filled > 0), 0);
         }
         self.groups.clear();
-        self.groups.resize_with(group + usize::from(filled > 0), Group::default);
+        self.groups.resize_with(group, Group::default);
+        for (island, _) in &self.islands {
+            self.groups[self.group_of[*island as usize] as usize].fine = is_fine(*island);
+        }
     }
 
     /// Bodies to lines, group by group; within a group in the order of the awake bodies.
@@ -293,16 +343,20 @@ fn number(n: usize) -> u32 {
     u32::try_from(n).expect("fewer than 2^32 bodies")
 }
 
-/// True if a constraint came, went or changed its number of points since the last call, or a body that
-/// some constraint acts on fell asleep, woke or was put aside.
-fn take_changes(colors: &mut Colors) -> bool {
-    let mut changed = core::mem::take(&mut colors.bodies_changed);
-    let all = [
-        &mut colors.joints,
-        &mut colors.joints_fixed,
-        &mut colors.contacts,
-        &mut colors.contacts_fixed,
-    ];
+/// True if a joint came or went since the last call, or a body that some constraint acts on fell asleep,
+/// woke or was put aside.
+fn take_joint_changes(colors: &mut Colors) -> bool {
+    let changed = core::mem::take(&mut colors.bodies_changed);
+    take_dirty([&mut colors.joints, &mut colors.joints_fixed]) || changed
+}
+
+/// True if a contact came, went or changed its number of points since the last call.
+fn take_contact_changes(colors: &mut Colors) -> bool {
+    take_dirty([&mut colors.contacts, &mut colors.contacts_fixed])
+}
+
+fn take_dirty(all: [&mut Coloring; 2]) -> bool {
+    let mut changed = false;
     for color in all.into_iter().flat_map(|coloring| &mut coloring.colors) {
         changed |= core::mem::take(&mut color.dirty);
     }

@@ -239,11 +239,11 @@ pub(crate) struct JointBlock {
     /// Velocity of the gap that comes from kinematic bodies.
     pub(crate) drift: [Lanes; 3],
     pub(crate) impulse: [Lanes; 3],
-    /// Arms and linear impulse as they were applied last: the part of the warm start that the bodies
-    /// carry.
-    pub(crate) last_r_a: [Lanes; 3],
-    pub(crate) last_r_b: [Lanes; 3],
-    pub(crate) last_p: [Lanes; 3],
+    /// The part of the warm start that the bodies carry, as it was applied: linear, and r × p of each
+    /// body.
+    pub(crate) carried: [Lanes; 3],
+    pub(crate) carried_a: [Lanes; 3],
+    pub(crate) carried_b: [Lanes; 3],
     /// Distances: least, greatest, rest length; spring rate, mass, impulse (all 0: no spring).
     pub(crate) limits: [Lanes; 3],
     pub(crate) spring: [Lanes; 3],

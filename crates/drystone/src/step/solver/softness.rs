@@ -31,6 +31,25 @@ impl Softness {
     }
 }
 
+/// A soft constraint in the equations of many that are solved at once, [Catto11]:
+/// `velocity + rate · error + compliance · K · accumulated = 0`, with K the inverse mass that it is a spring
+/// of.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Compliance {
+    /// Error removed per time [1/s].
+    pub(crate) rate: f32,
+    pub(crate) compliance: f32,
+}
+
+impl Compliance {
+    /// A spring of this frequency [Hz] and damping ratio, for substeps of `h` [s].
+    pub(crate) fn new(hertz: f32, damping_ratio: f32, h: f32) -> Self {
+        let omega = 2.0 * core::f32::consts::PI * hertz;
+        let a1 = 2.0 * damping_ratio + h * omega;
+        Self { rate: omega / a1, compliance: (1.0 / (h * omega * a1)).min(f32::MAX) }
+    }
+}
+
 /// `1 / (1 + c h)`: velocity left after damping at rate `c` [1/s] for `h` [s]; never negative.
 pub(crate) fn decay(c: f32, h: f32) -> f32 {
     1.0 / (1.0 + c * h)

@@ -2,7 +2,7 @@
 //! how an impulse acts on its bodies. See [`super::impact`].
 
 use super::integrate::Aux;
-use super::rows::{ContactBlock, Extra, Line};
+use super::rows::{ContactBlock, Extra, Line, Whitening};
 use crate::base::disjoint::Rows;
 use crate::base::math::{Vec3, vec3};
 use crate::base::wide::{LANES, Lanes};
@@ -19,6 +19,10 @@ pub(super) struct Source<'a> {
     pub(super) owners: &'a [[u32; LANES]],
     pub(super) lines: &'a Rows<'a, Line>,
     pub(super) aux: &'a Rows<'a, Aux>,
+    pub(super) whitening: &'a Rows<'a, Whitening>,
+    /// The step's time and a substep's.
+    pub(super) dt: f32,
+    pub(super) h: f32,
     /// Number of the group's first line; body row of line k + 1.
     pub(super) first_line: usize,
     pub(super) members: &'a [u32],

@@ -9,13 +9,19 @@ use crate::base::math::Vec3;
 use crate::base::wide::{LANES, Vec3w, above, load, scatter4, splat};
 use crate::state::contacts::Contact;
 
-/// Adds a block's normal impulses to what is known of how its bodies are squeezed.
+/// Adds a block's normal impulses, times `scale`, to what is known of how its bodies are squeezed.
 #[inline(always)]
-pub(super) fn weigh<S: Simd>(simd: S, block: &ContactBlock, squeezes: &Rows<'_, Squeeze>) {
+pub(super) fn weigh<S: Simd>(
+    simd: S,
+    block: &ContactBlock,
+    squeezes: &Rows<'_, Squeeze>,
+    scale: f32,
+) {
     let mut total = load(simd, &block.points[0].impulse);
     for point in &block.points[1..usize::from(block.count.clamp(1, 4))] {
         total += load(simd, &point.impulse);
     }
+    let total = total * splat(simd, scale);
     // B's side, where a turned row has a negative beta.
     let turned = above(splat(simd, 0.0), load(simd, &block.beta));
     let push = Vec3w::load(simd, &block.n) * total;
@@ -39,7 +45,7 @@ pub(super) fn weigh<S: Simd>(simd: S, block: &ContactBlock, squeezes: &Rows<'_, 
     }
 }
 
-/// Writes a block's impulses back. Returns a bit for each lane whose touch is new.
+/// Writes a block's impulses back, times `scale`. Returns a bit for each lane whose touch is new.
 #[inline(always)]
 pub(super) fn store<S: Simd>(
     simd: S,
@@ -47,16 +53,18 @@ pub(super) fn store<S: Simd>(
     extra: Option<&Extra>,
     owners: &[u32; LANES],
     contacts: &Rows<'_, Option<Contact>>,
+    scale: f32,
 ) -> u8 {
+    let wide = splat(simd, scale);
     let (f1, f2) = (load(simd, &block.friction[0]), load(simd, &block.friction[1]));
-    let t = Vec3w::load(simd, &block.t1) * f1 + Vec3w::load(simd, &block.t2) * f2;
-    let rub = scatter4([t.x, t.y, t.z, load(simd, &block.friction[2])]);
+    let t = (Vec3w::load(simd, &block.t1) * f1 + Vec3w::load(simd, &block.t2) * f2) * wide;
+    let rub = scatter4([t.x, t.y, t.z, load(simd, &block.friction[2]) * wide]);
     let p = &block.points;
     let push = scatter4([
-        load(simd, &p[0].impulse),
-        load(simd, &p[1].impulse),
-        load(simd, &p[2].impulse),
-        load(simd, &p[3].impulse),
+        load(simd, &p[0].impulse) * wide,
+        load(simd, &p[1].impulse) * wide,
+        load(simd, &p[2].impulse) * wide,
+        load(simd, &p[3].impulse) * wide,
     ]);
     let mut begun = 0;
     for lane in 0..LANES {
@@ -79,7 +87,7 @@ pub(super) fn store<S: Simd>(
             && extra.rolls
         {
             let [x, y, z] = &extra.rolling_impulse;
-            c.rolling_impulse = Vec3 { x: x[lane], y: y[lane], z: z[lane] };
+            c.rolling_impulse = Vec3 { x: x[lane], y: y[lane], z: z[lane] } * scale;
         }
         begun |= u8::from(pressed && !c.touching) << lane;
     }

@@ -1,0 +1,485 @@
+//! A tree of ball joints, solved at once by factoring its equations from the leaves to the root
+//! [Baraff96].
+//!
+//! With velocities of bodies before any impulse of the tree's joints as u, and x their change by those,
+//!
+//! ```text
+//! H x - Jᵀ λ = 0        H = 1 + S g S for the rotation of each body
+//! J x + Γ λ = -(J u + rate · gap)
+//! ```
+//!
+//! Bodies and joints are the nodes of a tree, so that each of them is eliminated into one neighbor and
+//! no fill arises: a joint into its parent body after the body below it, a 6 × 6 and a 3 × 3 Cholesky
+//! factorization each. Γ is that of a spring on the mass of the whole tree, for the solution needs
+//! no softness of its own; gaps close no faster than contacts push.
+//!
+//! g is the geometric stiffness of a substep: a body that is pulled at its ends by F is turned back as by a
+//! spring of F r, and light links under a heavy load swing faster than substeps can follow. h² F r
+//! as an inertia against these joints' impulses keeps every frequency below 1/h, and is small next to
+//! the inertia of what hangs on the joint, (ω h)² of it [Andrews17].
+//! Double precision: what cancels in a chain are masses a thousand and more apart.
+//! See docs/decisions/017-direct-joint-trees.md.
+
+use super::Solver;
+use super::forest::{Tree, TreeJoint};
+use super::joint::JointSweep;
+use super::plan::Group;
+use crate::base::double::DVec3;
+use crate::base::jobs::{Executor, for_ranges};
+use crate::base::math::Vec3;
+use crate::base::sym3::Sym3;
+use crate::state::bodies::{Body, NONE};
+
+/// Part of the compliance in a relax sweep.
+const RELAX: f64 = 0.01;
+
+/// A wide gap closes faster: by half in a tenth of a second [1/s].
+const FASTER: f64 = 7.0;
+
+type Six = [f64; 6];
+
+/// Rows of a joint: what velocities of a body make of its gap.
+type Jacobian = [Six; 3];
+
+/// What the tree's joints have in common in one sweep: see [`JointSweep`].
+#[derive(Clone, Copy, Debug)]
+struct Sweep {
+    h: f64,
+    rate: f64,
+    compliance: f64,
+    elapsed: f64,
+    /// Gaps are closed no faster than this [m/s].
+    push_speed: f64,
+    is_relax: bool,
+}
+
+/// A body of a tree.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct TreeBody {
+    line: u32,
+    alpha: f64,
+    s: [DVec3; 3],
+    /// What the joints of the tree made of its velocity (whitened), as the line carries it.
+    carried: Six,
+    u: Six,
+    motion: Six,
+    /// Geometric stiffness, times h² [kg m²].
+    turning: f64,
+    /// Lower half of the matrix, then its factor with inverse diagonal.
+    h: [Six; 6],
+    x: Six,
+}
+
+/// A joint of a tree.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct TreeRow {
+    /// Arms of child and parent, and the gap, at the step's start; all signed as child less parent.
+    r_child: DVec3,
+    r_parent: DVec3,
+    gap: DVec3,
+    drift: DVec3,
+    /// On the child [N s].
+    impulse: DVec3,
+    child: Jacobian,
+    parent: Jacobian,
+    /// Factor of the joint's 3 × 3 matrix with inverse diagonal, and the right side through it.
+    k: [[f64; 3]; 3],
+    rhs: [f64; 3],
+}
+
+fn halves(a: &Six) -> (DVec3, DVec3) {
+    (DVec3 { x: a[0], y: a[1], z: a[2] }, DVec3 { x: a[3], y: a[4], z: a[5] })
+}
+
+fn dot(a: &Six, b: &Six) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3] + a[4] * b[4] + a[5] * b[5]
+}
+
+fn wide(v: [f32; 4], w: [f32; 4]) -> Six {
+    [v[0], v[1], v[2], w[0], w[1], w[2]].map(f64::from)
+}
+
+fn mul(s: &[DVec3; 3], v: DVec3) -> DVec3 {
+    DVec3 { x: s[0].dot(v), y: s[1].dot(v), z: s[2].dot(v) }
+}
+
+/// As in [`super::joint`]: an arm after a rotation by `t`, to second order.
+fn turned(r: DVec3, t: DVec3) -> DVec3 {
+    let first = t.cross(r);
+    r + first + t.cross(first) * 0.5
+}
+
+/// Velocity at the arm `r`, times `sign`: the rows are S (r × e).
+fn jacobian(sign: f64, alpha: f64, s: &[DVec3; 3], r: DVec3) -> Jacobian {
+    let across = [
+        DVec3 { x: 0.0, y: r.z, z: -r.y },
+        DVec3 { x: -r.z, y: 0.0, z: r.x },
+        DVec3 { x: r.y, y: -r.x, z: 0.0 },
+    ];
+    let mut rows = [[0.0; 6]; 3];
+    for i in 0..3 {
+        let a = mul(s, across[i]) * sign;
+        rows[i] = [0.0, 0.0, 0.0, a.x, a.y, a.z];
+        rows[i][i] = sign * alpha;
+    }
+    rows
+}
+
+/// The lower Cholesky factor in place, its diagonal inverted. The matrix is positive definite.
+fn factor<const N: usize>(m: &mut [[f64; N]; N]) {
+    for i in 0..N {
+        for j in 0..=i {
+            let mut sum = m[i][j];
+            for k in 0..j {
+                sum -= m[i][k] * m[j][k];
+            }
+            m[i][j] = if i == j { 1.0 / sum.sqrt() } else { sum * m[j][j] };
+        }
+    }
+}
+
+fn forward<const N: usize>(m: &[[f64; N]; N], b: &mut [f64; N]) {
+    for i in 0..N {
+        let mut sum = b[i];
+        for k in 0..i {
+            sum -= m[i][k] * b[k];
+        }
+        b[i] = sum * m[i][i];
+    }
+}
+
+fn backward<const N: usize>(m: &[[f64; N]; N], b: &mut [f64; N]) {
+    for i in (0..N).rev() {
+        let mut sum = b[i];
+        for k in i + 1..N {
+            sum -= m[k][i] * b[k];
+        }
+        b[i] = sum * m[i][i];
+    }
+}
+
+impl TreeBody {
+    /// The greatest stiffness of an impulse `p` at the arm `r` against turning, times h.
+    fn stiffen(&mut self, h: f64, p: DVec3, r: DVec3) {
+        self.turning += 0.5 * h * (p.dot(r) + p.length() * r.length());
+    }
+
+    /// H before anything is eliminated into it.
+    fn begin(&mut self) {
+        self.h = [[0.0; 6]; 6];
+        for i in 0..6 {
+            self.h[i][i] = 1.0;
+        }
+        for i in 0..3 {
+            for j in 0..=i {
+                self.h[3 + i][3 + j] += self.turning * self.s[i].dot(self.s[j]);
+            }
+        }
+        self.x = [0.0; 6];
+    }
+
+    /// Eliminates a joint, given its rows on this body.
+    fn take(&mut self, rows: &Jacobian, joint: &TreeRow) {
+        // W = K^-1/2 J
+        let mut w = *rows;
+        for i in 0..3 {
+            for k in 0..i {
+                for c in 0..6 {
+                    w[i][c] -= joint.k[i][k] * w[k][c];
+                }
+            }
+            for c in 0..6 {
+                w[i][c] *= joint.k[i][i];
+            }
+        }
+        for r in 0..6 {
+            for c in 0..=r {
+                self.h[r][c] += w[0][r] * w[0][c] + w[1][r] * w[1][c] + w[2][r] * w[2][c];
+            }
+            self.x[r] += w[0][r] * joint.rhs[0] + w[1][r] * joint.rhs[1] + w[2][r] * joint.rhs[2];
+        }
+    }
+}
+
+impl TreeRow {
+    /// The impulse, given its rows on the body that it was eliminated into and what that body's velocity
+    /// changes by.
+    fn solve(&self, rows: &Jacobian, x: &Six) -> [f64; 3] {
+        let mut b = [dot(&rows[0], x), dot(&rows[1], x), dot(&rows[2], x)];
+        forward(&self.k, &mut b);
+        let mut d = [self.rhs[0] - b[0], self.rhs[1] - b[1], self.rhs[2] - b[2]];
+        backward(&self.k, &mut d);
+        d
+    }
+}
+
+impl Solver<'_> {
+    fn trees<'a>(&'a self, group: &'a Group) -> impl Iterator<Item = &'a Tree> {
+        let forest = &self.plan.forest;
+        forest.order[group.trees.clone()].iter().map(|tree| &forest.trees[*tree as usize])
+    }
+
+    fn tree_joints(&self, tree: &Tree) -> impl DoubleEndedIterator<Item = (usize, &TreeJoint)> {
+        let joints = &self.plan.forest.joints;
+        tree.joints.clone().zip(&joints[tree.joints.clone()])
+    }
+
+    /// Builds the rows of a group's trees and applies their impulses to the lines.
+    pub(super) fn prepare_trees(&self, group: &Group) {
+        for tree in self.trees(group) {
+            for i in tree.bodies.clone() {
+                let line = self.line_of[self.plan.forest.bodies[i] as usize];
+                let whitening = self.whitening.read(line as usize);
+                let Sym3 { xx, yy, zz, xy, xz, yz } = whitening.s();
+                let row = |x, y, z| DVec3::from(Vec3 { x, y, z });
+                *self.tree_bodies.row(i) = TreeBody {
+                    line,
+                    alpha: f64::from(whitening.alpha()),
+                    s: [row(xx, xy, xz), row(xy, yy, yz), row(xz, yz, zz)],
+                    ..TreeBody::default()
+                };
+            }
+            for (i, joint) in self.tree_joints(tree) {
+                self.prepare_tree_joint(joint, i);
+            }
+            self.warm_start(tree);
+        }
+    }
+
+    fn prepare_tree_joint(&self, tree: &TreeJoint, i: usize) {
+        let Some(joint) = self.joint_slots.read(tree.row as usize) else { return };
+        let (a, b) = (self.bodies.at(joint.body_a), self.bodies.at(joint.body_b));
+        let (ra, rb) = (a.rotation.rotate(joint.anchor_a), b.rotation.rotate(joint.anchor_b));
+        let gap = (b.center - a.center) + (rb - ra);
+        let moves = |body: &Body, r: Vec3| {
+            if !body.is_dynamic() && body.active() { body.velocity_at(r) } else { Vec3::ZERO }
+        };
+        let drift = moves(b, rb) - moves(a, ra);
+        let impulse = joint.impulse * self.ctx.impulse_scale;
+        let (sign, child, parent) = if tree.is_child_a { (-1.0, ra, rb) } else { (1.0, rb, ra) };
+        *self.tree_rows.row(i) = TreeRow {
+            r_child: DVec3::from(child),
+            r_parent: DVec3::from(parent),
+            gap: DVec3::from(gap * sign),
+            drift: DVec3::from(drift * sign),
+            impulse: DVec3::from(impulse * sign),
+            ..TreeRow::default()
+        };
+    }
+
+    /// What the impulses of the last step do now.
+    fn warm_start(&self, tree: &Tree) {
+        let h = f64::from(self.ctx.h);
+        for (i, joint) in self.tree_joints(tree) {
+            let row = self.tree_rows.read(i);
+            let child = self.tree_bodies.row(joint.child as usize);
+            child.stiffen(h, row.impulse, row.r_child);
+            if joint.parent != NONE {
+                let parent = self.tree_bodies.row(joint.parent as usize);
+                parent.stiffen(h, -row.impulse, row.r_parent);
+            }
+        }
+        for (i, joint) in self.tree_joints(tree) {
+            let row = self.tree_rows.read(i);
+            let child = self.tree_bodies.row(joint.child as usize);
+            let p = [row.impulse.x, row.impulse.y, row.impulse.z];
+            push(&mut child.x, &jacobian(1.0, child.alpha, &child.s, row.r_child), p);
+            if joint.parent != NONE {
+                let parent = self.tree_bodies.row(joint.parent as usize);
+                push(&mut parent.x, &jacobian(-1.0, parent.alpha, &parent.s, row.r_parent), p);
+            }
+        }
+        for i in tree.bodies.clone() {
+            let body = self.tree_bodies.row(i);
+            let x = body.x;
+            body.begin();
+            body.x = x;
+            factor(&mut body.h);
+            forward(&body.h, &mut body.x);
+            backward(&body.h, &mut body.x);
+            let line = self.lines.read(body.line as usize);
+            body.u = wide(line.v, line.w);
+            self.put_velocity(body);
+        }
+    }
+
+    /// Velocities with the change by joints.
+    #[expect(clippy::cast_possible_truncation, reason = "rounding is what is asked for")]
+    fn put_velocity(&self, body: &mut TreeBody) {
+        let line = self.lines.row(body.line as usize);
+        for i in 0..3 {
+            line.v[i] = (body.u[i] + body.x[i]) as f32;
+            line.w[i] = (body.u[3 + i] + body.x[3 + i]) as f32;
+        }
+        body.carried = body.x;
+    }
+
+    /// Solves the trees of a group.
+    pub(super) fn sweep_trees(&self, group: &Group, joints: &JointSweep, jobs: &dyn Executor) {
+        let soft = self.ctx.soft_tree;
+        // Without bias, what is left of the compliance is for joints that contradict each other.
+        let (rate, part) = if joints.is_relax { (0.0, RELAX) } else { (soft.rate, 1.0) };
+        let sweep = Sweep {
+            h: f64::from(self.ctx.h),
+            rate: f64::from(rate),
+            compliance: part * f64::from(soft.compliance),
+            // Rows as they are now: at a substep of 1/60 s and 1000:1, those of the middle of its motion, which
+            // single joints take, made a chain fly apart.
+            elapsed: f64::from(joints.elapsed + joints.back),
+            push_speed: f64::from(self.ctx.push_speed),
+            is_relax: joints.is_relax,
+        };
+        let forest = &self.plan.forest;
+        let order = &forest.order[group.trees.clone()];
+        for_ranges(jobs, order.len(), 1, |part| {
+            for tree in &order[part] {
+                self.sweep_tree(&forest.trees[*tree as usize], &sweep);
+            }
+        });
+    }
+
+    fn sweep_tree(&self, tree: &Tree, sweep: &Sweep) {
+        let mut mass = 0.0;
+        for i in tree.bodies.clone() {
+            let body = self.tree_bodies.row(i);
+            mass += 1.0 / (body.alpha * body.alpha);
+            let line = self.lines.read(body.line as usize);
+            let (v, x) = (wide(line.v, line.w), wide(line.x, line.t));
+            body.motion = x;
+            for c in 0..6 {
+                body.u[c] = if sweep.is_relax { v[c] } else { v[c] - body.carried[c] };
+            }
+            if !sweep.is_relax {
+                body.turning = 0.0;
+            }
+        }
+        let compliance = sweep.compliance * tree.slack / mass;
+        for (i, joint) in self.tree_joints(tree) {
+            self.form_rows(joint, self.tree_rows.row(i), sweep, compliance);
+        }
+        for i in tree.bodies.clone() {
+            self.tree_bodies.row(i).begin();
+        }
+        // From the leaves to the root.
+        for (i, joint) in self.tree_joints(tree) {
+            let (row, body) = (self.tree_rows.row(i), self.tree_bodies.row(joint.child as usize));
+            if joint.parent == NONE {
+                factor(&mut row.k);
+                forward(&row.k, &mut row.rhs);
+                body.take(&row.child, row);
+                continue;
+            }
+            factor(&mut body.h);
+            forward(&body.h, &mut body.x);
+            let mut y = row.child;
+            for r in 0..3 {
+                forward(&body.h, &mut y[r]);
+                row.rhs[r] -= dot(&y[r], &body.x);
+                for c in 0..=r {
+                    row.k[r][c] += dot(&y[r], &y[c]);
+                }
+            }
+            factor(&mut row.k);
+            forward(&row.k, &mut row.rhs);
+            self.tree_bodies.row(joint.parent as usize).take(&row.parent, row);
+        }
+        let root = self.tree_bodies.row(tree.bodies.end - 1);
+        factor(&mut root.h);
+        forward(&root.h, &mut root.x);
+        backward(&root.h, &mut root.x);
+        // And back.
+        for (i, joint) in self.tree_joints(tree).rev() {
+            let (row, body) = (self.tree_rows.row(i), self.tree_bodies.row(joint.child as usize));
+            let d = if joint.parent == NONE {
+                row.solve(&row.child, &body.x)
+            } else {
+                let d = row.solve(&row.parent, &self.tree_bodies.read(joint.parent as usize).x);
+                // The body's x is H^-1/2 of its right side yet.
+                let mut more = [0.0; 6];
+                push(&mut more, &row.child, d);
+                forward(&body.h, &mut more);
+                for c in 0..6 {
+                    body.x[c] += more[c];
+                }
+                backward(&body.h, &mut body.x);
+                d
+            };
+            let d = DVec3 { x: d[0], y: d[1], z: d[2] };
+            row.impulse = if sweep.is_relax { row.impulse + d } else { d };
+        }
+        for i in tree.bodies.clone() {
+            let body = self.tree_bodies.row(i);
+            let before = body.carried;
+            self.put_velocity(body);
+            if sweep.is_relax {
+                for c in 0..6 {
+                    body.carried[c] += before[c];
+                }
+            }
+        }
+    }
+
+    /// A joint's rows, matrix and right side, and how it stiffens its bodies.
+    fn form_rows(&self, joint: &TreeJoint, row: &mut TreeRow, sweep: &Sweep, compliance: f64) {
+        let child = self.tree_bodies.row(joint.child as usize);
+        let (x, t) = halves(&child.motion);
+        let r = turned(row.r_child, mul(&child.s, t));
+        let mut gap = row.gap + row.drift * sweep.elapsed + x * child.alpha + (r - row.r_child);
+        row.child = jacobian(1.0, child.alpha, &child.s, r);
+        let u = &child.u;
+        let mut speed = row.drift
+            + DVec3 {
+                x: dot(&row.child[0], u),
+                y: dot(&row.child[1], u),
+                z: dot(&row.child[2], u),
+            };
+        if !sweep.is_relax {
+            child.stiffen(sweep.h, row.impulse, r);
+        }
+        if joint.parent != NONE {
+            let parent = self.tree_bodies.row(joint.parent as usize);
+            let (x, t) = halves(&parent.motion);
+            let r = turned(row.r_parent, mul(&parent.s, t));
+            gap = gap - x * parent.alpha - (r - row.r_parent);
+            row.parent = jacobian(-1.0, parent.alpha, &parent.s, r);
+            let u = &parent.u;
+            speed = speed
+                + DVec3 {
+                    x: dot(&row.parent[0], u),
+                    y: dot(&row.parent[1], u),
+                    z: dot(&row.parent[2], u),
+                };
+            if !sweep.is_relax {
+                parent.stiffen(sweep.h, -row.impulse, r);
+            }
+        }
+        let size = gap.length();
+        let fastest = sweep.push_speed + FASTER * size;
+        let rate = if sweep.rate * size > fastest { fastest / size } else { sweep.rate };
+        let wanted = -(speed + gap * rate);
+        row.rhs = [wanted.x, wanted.y, wanted.z];
+        row.k = [[0.0; 3]; 3];
+        for i in 0..3 {
+            row.k[i][i] = compliance;
+        }
+    }
+
+    /// Writes the impulses of a group's trees back.
+    pub(super) fn store_trees(&self, group: &Group) {
+        for tree in self.trees(group) {
+            for (i, joint) in self.tree_joints(tree) {
+                if let Some(to) = self.joint_slots.row(joint.row as usize) {
+                    let impulse = self.tree_rows.read(i).impulse.single();
+                    let impulse = impulse * self.ctx.store_scale;
+                    to.impulse = if joint.is_child_a { -impulse } else { impulse };
+                }
+            }
+        }
+    }
+}
+
+fn push(x: &mut Six, rows: &Jacobian, p: [f64; 3]) {
+    for c in 0..6 {
+        x[c] += rows[0][c] * p[0] + rows[1][c] * p[1] + rows[2][c] * p[2];
+    }
+}
