@@ -1,7 +1,7 @@
 //! Pictures: the software renderer that tests draw with, and `cargo xtask gallery`.
 
 use std::path::Path;
-use std::process::Command;
+use std::process::{Command, Stdio};
 
 use crate::{Outcome, cargo, root, run_to_end};
 
@@ -38,33 +38,36 @@ pub fn prepare() -> Outcome {
     Ok(())
 }
 
-/// A picture of the gallery: file, scene, seconds, camera.
-type Row = (&'static str, &'static str, &'static str, &'static str);
-
-const GALLERY: [Row; 10] = [
-    ("wall", "wall:ball=1", "1.6", "auto"),
-    ("pyramid", "pyramid:base=20", "2", "auto"),
-    ("arch", "arch", "4", "auto"),
-    ("card_house", "card_house", "4", "auto"),
-    ("jenga", "jenga", "3", "auto"),
-    ("pile", "pile:n=200", "5", "auto"),
-    ("washer", "washer", "4", "auto"),
-    ("cradle", "cradle", "0.55", "auto"),
-    ("bridge", "bridge", "4", "auto"),
-    ("junkyard", "junkyard", "5", "auto"),
+/// The gallery: file, and the run that it shows.
+const GALLERY: [(&str, &str); 11] = [
+    ("wall.png", "wall:ball=1 --seconds 1.6"),
+    ("pyramid.png", "pyramid:base=20 --seconds 2"),
+    ("arch.png", "arch --seconds 4"),
+    ("card_house.png", "card_house --seconds 4"),
+    ("jenga.png", "jenga --seconds 3"),
+    ("pile.png", "pile:n=500 --seconds 5"),
+    ("washer.png", "washer --seconds 4"),
+    ("cradle.png", "cradle --seconds 0.55"),
+    ("bridge.png", "bridge --seconds 4"),
+    ("junkyard.png", "junkyard --seconds 5"),
+    ("wall.gif", "wall:ball=1 --seconds 2.4 --fps 12.5 --camera yaw=20"),
 ];
+
+/// Sizes of what the gallery holds [px]: it is part of every clone.
+const PICTURE: &str = "640x360";
+const FILM: &str = "400x225";
 
 /// Draws the pictures of `docs/gallery`.
 pub fn gallery() -> Outcome {
     let folder = root().join("docs/gallery");
     std::fs::create_dir_all(&folder).map_err(|e| format!("{}: {e}", folder.display()))?;
-    for (name, scene, seconds, camera) in GALLERY {
+    for (name, run) in GALLERY {
         println!("   {name}");
-        let file = folder.join(format!("{name}.png"));
+        let size = if name.ends_with(".gif") { FILM } else { PICTURE };
         let mut command = cargo();
         command.args(["run", "--quiet", "--release", "--package", "drystone-app", "--"]);
-        command.args(["simulate", scene, "--seconds", seconds, "--size", "640x360"]);
-        run_to_end(command.args(["--camera", camera, "--render"]).arg(file))?;
+        command.arg("simulate").args(run.split(' ')).args(["--size", size, "--render"]);
+        run_to_end(command.arg(folder.join(name)).stdout(Stdio::null()))?;
     }
     Ok(())
 }

@@ -76,7 +76,8 @@ pub(crate) struct Encoder {
 
 enum Way {
     Frames { next: u64 },
-    Gif { encoder: Box<gif::Encoder<Vec<u8>>>, file: Output, delay: u16 },
+    /// `shown` are the colors of the last frame.
+    Gif { encoder: Box<gif::Encoder<Vec<u8>>>, file: Output, delay: u16, shown: Vec<u8> },
     Ffmpeg(Child),
 }
 
@@ -109,7 +110,7 @@ impl Encoder {
                 )]
                 let delay = (100.0 / fps).round().clamp(2.0, 60_000.0) as u16;
                 let file = Output::create(path)?;
-                Way::Gif { encoder: Box::new(encoder), file, delay }
+                Way::Gif { encoder: Box::new(encoder), file, delay, shown: Vec::new() }
             }
             Kind::Film => {
                 probe(path)?;
@@ -127,13 +128,11 @@ impl Encoder {
                 *next += 1;
                 write_png(&path, &picture)
             }
-            Way::Gif { encoder, file, delay } => {
-                let Picture { width, height, mut rgba } = picture;
-                let side = |n: u32| u16::try_from(n).unwrap_or(u16::MAX);
-                let mut frame =
-                    gif::Frame::from_rgba_speed(side(width), side(height), &mut rgba, 10);
+            Way::Gif { encoder, file, delay, shown } => {
+                let mut frame = changed(&picture, shown);
                 frame.delay = *delay;
                 encoder.write_frame(&frame).map_err(|e| broken(&self.path, &e))?;
+                *shown = picture.rgba;
                 file.write(encoder.get_ref())?;
                 encoder.get_mut().clear();
                 Ok(())
@@ -166,6 +165,33 @@ impl Encoder {
             }
         }
     }
+}
+
+/// What a picture changes of the one `shown` before, which is empty at first: the rectangle around it,
+/// and in it only points that differ.
+fn changed(picture: &Picture, shown: &[u8]) -> gif::Frame<'static> {
+    let (width, height) = (picture.width as usize, picture.height as usize);
+    let point = |x: usize, y: usize| {
+        let at = 4 * (y * width + x);
+        let own = &picture.rgba[at..at + 4];
+        if shown.get(at..at + 4) == Some(own) { [0; 4] } else { [own[0], own[1], own[2], 255] }
+    };
+    let differs = |x: usize, y: usize| point(x, y)[3] != 0;
+    let rows = || (0..height).filter(|&y| (0..width).any(|x| differs(x, y)));
+    let columns = || (0..width).filter(|&x| (0..height).any(|y| differs(x, y)));
+    // Where nothing changes it is a point that does not: a frame cannot be empty.
+    let span = |first: Option<usize>, last: Option<usize>| {
+        let first = first.unwrap_or(0);
+        first..last.unwrap_or(first) + 1
+    };
+    let (x, y) =
+        (span(columns().next(), columns().next_back()), span(rows().next(), rows().next_back()));
+    let mut rgba: Vec<u8> =
+        y.clone().flat_map(|y| x.clone().flat_map(move |x| point(x, y))).collect();
+    let side = |n: usize| u16::try_from(n).unwrap_or(u16::MAX);
+    let mut frame = gif::Frame::from_rgba_speed(side(x.len()), side(y.len()), &mut rgba, 10);
+    (frame.left, frame.top) = (side(x.start), side(y.start));
+    frame
 }
 
 fn broken(path: &Path, e: &dyn std::fmt::Display) -> Failure {
@@ -254,7 +280,22 @@ fn complaint(path: &Path, child: &mut Child) -> Failure {
 mod tests {
     use std::path::{Path, PathBuf};
 
-    use super::{Kind, numbered};
+    use super::{Kind, Picture, changed, numbered};
+
+    #[test]
+    fn a_frame_holds_what_changed() {
+        let picture = |rgba: [u8; 24]| Picture { width: 3, height: 2, rgba: rgba.to_vec() };
+        let mut rgba = [255; 24];
+        let first = changed(&picture(rgba), &[]);
+        assert_eq!((first.left, first.top, first.width, first.height), (0, 0, 3, 2));
+        let shown = rgba;
+        rgba[16] = 7;
+        let next = changed(&picture(rgba), &shown);
+        assert_eq!((next.left, next.top, next.width, next.height), (1, 1, 1, 1));
+        let none = changed(&picture(rgba), &rgba);
+        assert_eq!((none.width, none.height), (1, 1));
+        assert_eq!(none.transparent, Some(none.buffer[0]));
+    }
 
     #[test]
     fn names_tell_what_is_made() {
