@@ -50,7 +50,7 @@ const GALLERY: [(&str, &str); 11] = [
     ("cradle.png", "cradle --seconds 0.55"),
     ("bridge.png", "bridge --seconds 4"),
     ("junkyard.png", "junkyard --seconds 5"),
-    ("wall.gif", "wall:ball=1 --seconds 2.4 --fps 12.5 --camera yaw=20"),
+    ("wall.gif", "wall:ball=1 --seconds 2.4 --fps 12.5 --camera eye=3.6:2.9:8.6,at=-0.1:1.5:0"),
 ];
 
 /// Sizes of what the gallery holds [px]: it is part of every clone.

@@ -261,13 +261,13 @@ impl Drawing {
 
 /// Whether a place is outside of all shapes of a dynamic body.
 fn is_beside(world: &World, body: &BodyRef<'_>, place: Vec3) -> bool {
-    let shapes = body.shapes().filter_map(|id| world.shape(id));
+    let mut shapes = body.shapes().filter_map(|id| world.shape(id));
     let holds = |shape: ShapeRef<'_>| {
         let bounds = shape.bounds();
         let margin = 0.2 * bounds.half_extents().max_element();
         bounds.grown(margin).contains(&Aabb::new(place, place))
     };
-    body.kind() == BodyKind::Dynamic && !shapes.map(holds).any(|held| held)
+    body.kind() == BodyKind::Dynamic && !shapes.any(holds)
 }
 
 /// Whether a wall stands between the eye and a ninth of a box or more.

@@ -51,7 +51,10 @@ impl Control {
             if area.drag_started_by(PointerButton::Primary) && !shift {
                 self.asked += 1;
                 self.grab = Some(self.asked);
-                send(Command::Grab(origin, direction));
+                // What was under the pointer when the button went down, not where the drag was noticed.
+                let pressed = ui.input(|i| i.pointer.press_origin());
+                let (o, d) = pressed.map_or((origin, direction), |at| self.ray(&camera, at));
+                send(Command::Grab(o, d));
             }
             if self.holds(shown) && area.dragged_by(PointerButton::Primary) {
                 send(Command::Drag(origin, direction));

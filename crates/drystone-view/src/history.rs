@@ -20,6 +20,8 @@ pub enum Input {
         force: Vec3,
         /// Where it acts [m, world].
         at: Vec3,
+        /// And a torque [N m, world].
+        torque: Vec3,
     },
     /// A ball is shot.
     Shot {
@@ -136,10 +138,11 @@ impl History {
 fn apply(running: &mut Running, input: &Input) {
     let world = &mut running.world;
     match input {
-        Input::Force { body, force, at } => {
+        Input::Force { body, force, at, torque } => {
             if let Some(mut body) = world.body_mut(*body) {
                 body.wake();
                 let _ = body.add_step_force_at(*force, *at);
+                let _ = body.add_step_torque(*torque);
             }
         }
         Input::Shot { from, velocity, radius } => {

@@ -84,6 +84,8 @@ pub type Slot = Arc<Mutex<Option<Shown>>>;
 const PICTURE_TIME: f64 = 1.0 / 60.0;
 /// Frequency of the spring between mouse and body [Hz].
 const GRAB_HERTZ: f32 = 3.0;
+/// Time in which the grip takes most of the turning from what is held [s].
+const GRIP_TIME: f32 = 0.3;
 
 /// What is held by the mouse.
 #[derive(Clone, Copy, Debug)]
@@ -330,7 +332,10 @@ impl Simulation {
         let longest = 400.0;
         let pulled = pulled * (longest / pulled.length().max(longest));
         let force = pulled * mass - world.config().gravity * body.mass();
-        Some(Input::Force { body: grab.body, force, at })
+        // Without friction in the grip what is held would swing for ever.
+        let calm = GRIP_TIME.max(2.0 * self.history.dt());
+        let torque = inertia.mul(body.angular_velocity()) * -calm.recip();
+        Some(Input::Force { body: grab.body, force, at, torque })
     }
 }
 

@@ -75,9 +75,16 @@ pub(crate) struct Encoder {
 }
 
 enum Way {
-    Frames { next: u64 },
+    Frames {
+        next: u64,
+    },
     /// `shown` are the colors of the last frame.
-    Gif { encoder: Box<gif::Encoder<Vec<u8>>>, file: Output, delay: u16, shown: Vec<u8> },
+    Gif {
+        encoder: Box<gif::Encoder<Vec<u8>>>,
+        file: Output,
+        delay: u16,
+        shown: Vec<u8>,
+    },
     Ffmpeg(Child),
 }
 
