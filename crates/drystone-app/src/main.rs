@@ -1,7 +1,7 @@
 //! The command `drystone`: simulates scenes, writes what happened, and tells what it knows.
 //!
-//! `cli` says what may be asked; `simulate` runs a scene and feeds `trace`, `events`, `bake` and
-//! `report`; `bench` takes its time; `compare` runs it by several methods; `validate` compares with known results; `info` tells about scenes and methods. Only `output` writes to files and to stdout.
+//! `cli` says what may be asked; `simulate` runs a scene and feeds `trace`, `events`, `bake`, `render`
+//! and `report`; `bench` takes its time; `compare` runs it by several methods; `validate` compares with known results; `info` tells about scenes and methods. Only `output` writes to files and to stdout.
 
 mod audit;
 mod bake;
@@ -14,10 +14,20 @@ mod info;
 mod load;
 mod measure;
 mod output;
+#[cfg(feature = "render")]
+mod render;
+#[cfg(not(feature = "render"))]
+#[path = "render_absent.rs"]
+mod render;
 mod report;
 mod simulate;
 mod trace;
 mod validate;
+#[cfg(feature = "view")]
+mod view;
+#[cfg(not(feature = "view"))]
+#[path = "view_absent.rs"]
+mod view;
 
 use std::process::ExitCode;
 
@@ -37,6 +47,7 @@ fn main() -> ExitCode {
     };
     let result = match &cli.command {
         Command::Simulate(args) => simulate::simulate(args),
+        Command::View(args) => view::view(args),
         Command::Bench(args) => bench::bench(args),
         Command::Compare(args) => compare::compare(args),
         Command::Scenes => info::scenes(),

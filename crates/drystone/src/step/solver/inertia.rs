@@ -15,8 +15,12 @@ use crate::base::math::Vec3;
 use crate::state::bodies::{Body, NONE};
 use crate::state::contacts::Contact;
 
-/// Bodies that turn faster than this get their own inertia back [rad/s]: toppling keeps its time.
+/// Bodies that turn faster than this get their own inertia back [rad/s]: toppling keeps its time. What is
+/// larger than this [m], half the diagonal of a cube of 1 m, topples slower, as the root of its size; with
+/// 0.2 rad/s for all, dominoes of 10 m fell 11 % late at 60 Hz, 36 % at 480. (Smaller ones for which the speed
+/// goes up are late by that.)
 const TURNING: f32 = 0.2;
+const SIZE: f32 = 0.87;
 
 /// The factor goes up if the load asks for this much more, and down if for this much less: between, the
 /// ripples of impulses cannot pump energy.
@@ -57,7 +61,8 @@ impl LoadInertia {
     pub(crate) fn factor(&self, body: &Body) -> f32 {
         let s = body.inertia_factor;
         let raw = body.load / (body.mass * self.threshold);
-        let turning = body.w.length_squared() * (1.0 / (TURNING * TURNING));
+        let size = (body.extent * (1.0 / SIZE)).max(1.0);
+        let turning = body.w.length_squared() * (size / (TURNING * TURNING));
         let wanted = 1.0 + (raw.clamp(1.0, self.most) - 1.0) / (1.0 + turning);
         if wanted > (1.0 + HYSTERESIS) * s {
             wanted

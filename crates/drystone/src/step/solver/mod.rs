@@ -20,6 +20,7 @@ mod pack_extra;
 mod pack_joint;
 mod plan;
 mod forest;
+mod swing;
 mod tree;
 mod touch;
 mod unpack;
