@@ -133,6 +133,10 @@ impl Motion {
 pub(crate) struct Frame {
     pub(crate) island: Motion,
     pub(crate) support: Motion,
+    /// Something that cannot be pushed carries or holds it. An island in free flight has no load that lasts,
+    /// and with masses that are not their own its bodies would make momentum as they meet: in 60 s of 200
+    /// bodies in zero gravity 3e-4 of it.
+    pub(crate) held: bool,
 }
 
 impl Frame {

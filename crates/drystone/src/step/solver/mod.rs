@@ -431,7 +431,9 @@ impl Solver<'_> {
         }
         for i in group.lines.clone() {
             let body = body_of(i);
-            self.frames.row(body.island as usize).island.add(body.mass, body.v, body.w);
+            let frame = self.frames.row(body.island as usize);
+            frame.island.add(body.mass, body.v, body.w);
+            frame.held |= body.joints.iter().any(|row| self.is_to_fixed(*row));
         }
         for batch in &self.plan.contacts.batches[group.contacts.clone()] {
             let blocks = if batch.fixed { batch.blocks.clone() } else { 0..0 };
@@ -448,9 +450,20 @@ impl Solver<'_> {
             let factor = self.squeezes.read(i).factor;
             if factor > body.inertia_factor {
                 let frame = self.frames.read(body.island as usize);
-                self.put_line(i, body, factor, frame.slowed(body, factor));
+                if frame.held {
+                    self.put_line(i, body, factor, frame.slowed(body, factor));
+                } else {
+                    self.put_line(i, body, body.inertia_factor, (body.v, body.w));
+                }
             }
         }
+    }
+
+    /// True for a joint to what cannot be pushed.
+    fn is_to_fixed(&self, joint: u32) -> bool {
+        let free = |row: u32| self.bodies.at(row).is_dynamic();
+        let joint = self.joint_slots.read(joint as usize).as_ref();
+        joint.is_some_and(|j| !free(j.body_a) || !free(j.body_b))
     }
 
     /// Enters the motion of the fixed side of a contact in its island's frame.
@@ -466,6 +479,7 @@ impl Solver<'_> {
         for p in c.points() {
             let r = a.center + p.r_a - support.center;
             frame.support.add(p.impulse, support.velocity_at(r), support.w);
+            frame.held |= p.impulse > 0.0;
         }
     }
 
