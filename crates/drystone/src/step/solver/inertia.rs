@@ -136,6 +136,10 @@ impl Motion {
 pub(crate) struct Frame {
     pub(crate) island: Motion,
     pub(crate) support: Motion,
+    /// Something that cannot be pushed carries or holds it. An island in free flight has no load that lasts,
+    /// and with masses that are not their own its bodies would make momentum as they meet: in 60 s of 200
+    /// bodies in zero gravity 3e-4 of it.
+    pub(crate) held: bool,
 }
 
 impl Frame {
@@ -170,7 +174,9 @@ impl Solver<'_> {
         }
         for i in group.lines.clone() {
             let body = body_of(i);
-            self.frames.row(body.island as usize).island.add(body.mass, body.v, body.w);
+            let frame = self.frames.row(body.island as usize);
+            frame.island.add(body.mass, body.v, body.w);
+            frame.held |= body.joints.iter().any(|row| self.is_to_fixed(*row));
         }
         for batch in &self.plan.contacts.batches[group.contacts.clone()] {
             let blocks = if batch.fixed { batch.blocks.clone() } else { 0..0 };
@@ -187,9 +193,20 @@ impl Solver<'_> {
             let factor = self.squeezes.read(i).factor;
             if factor > body.inertia_factor {
                 let frame = self.frames.read(body.island as usize);
-                self.put_line(i, body, factor, frame.slowed(body, factor));
+                if frame.held {
+                    self.put_line(i, body, factor, frame.slowed(body, factor));
+                } else {
+                    self.put_line(i, body, body.inertia_factor, (body.v, body.w));
+                }
             }
         }
+    }
+
+    /// True for a joint to what cannot be pushed.
+    fn is_to_fixed(&self, joint: u32) -> bool {
+        let free = |row: u32| self.bodies.at(row).is_dynamic();
+        let joint = self.joint_slots.read(joint as usize).as_ref();
+        joint.is_some_and(|j| !free(j.body_a) || !free(j.body_b))
     }
 
     /// Enters the motion of the fixed side of a contact in its island's frame.
@@ -205,6 +222,7 @@ impl Solver<'_> {
         for p in c.points() {
             let r = a.center + p.r_a - support.center;
             frame.support.add(p.impulse, support.velocity_at(r), support.w);
+            frame.held |= p.impulse > 0.0;
         }
     }
 }
