@@ -64,9 +64,11 @@ pub(super) fn mattress(mut scene: Scene, values: &Values) -> Result<Scene, Catal
             }
         }
     }
-    for (i, x) in [-0.6, 0.1, 0.7].into_iter().enumerate() {
+    for (i, x) in [-0.5, 0.0, 0.5].into_iter().enumerate() {
         let at = vec3(x, 1.8 + 0.8 * real(i), 0.1 * real(i));
-        let ball = BodyDef::dynamic().with_position(at).with_shape(ShapeDef::sphere(0.2));
+        let mut shape = ShapeDef::sphere(0.2);
+        shape.material.rolling_resistance = 0.1;
+        let ball = BodyDef::dynamic().with_position(at).with_shape(shape);
         scene.add(format!("ball {i}"), ball.with_mass(8.0));
     }
     Ok(scene)

@@ -325,7 +325,7 @@ static CATALOG: [Entry; 49] = [
     .with(&[
         Parameter::whole("long", 10, (2, 200), "blocks along it"),
         Parameter::whole("wide", 6, (2, 200), "blocks across it"),
-        Parameter::number("bend", 15.0, (0.1, 200.0), "frequency of its springs that bend [Hz]"),
+        Parameter::number("bend", 40.0, (0.1, 200.0), "frequency of its springs that bend [Hz]"),
     ]),
     Entry::new(
         "vehicle",

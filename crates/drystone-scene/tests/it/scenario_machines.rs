@@ -38,7 +38,7 @@ fn mattress_bends_carries_balls_and_comes_to_rest() {
     assert!(most < first + 84.0 * 6.0 * 9.81 / 960.0, "{first} {most}");
     assert!(audit.energy.kinetic() < 0.05, "{}", audit.energy.kinetic());
     // It lay at 0.9 m and sags between its beams, but not to the ground.
-    assert!(middle > 0.2 && middle < 0.89, "{middle}");
+    assert!(middle > 0.6 && middle < 0.89, "{middle}");
     assert!(audit.non_finite.is_empty());
 }
 

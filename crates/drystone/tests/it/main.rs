@@ -9,6 +9,7 @@ mod scenario_impacts;
 mod scenario_inertia;
 mod scenario_joints;
 mod scenario_mesh;
+mod scenario_methods;
 mod scenario_motion;
 mod scenario_seams;
 mod scenario_sixdof;
