@@ -4,7 +4,7 @@ use std::process::Stdio;
 use std::time::Instant;
 
 use crate::tidy::is_reference_key;
-use crate::{Outcome, cargo, golden, instructions, root, run_to_end, tidy};
+use crate::{Outcome, cargo, golden, graphics, instructions, root, run_to_end, tidy};
 
 type Stage = (&'static str, fn() -> Outcome);
 
@@ -13,6 +13,7 @@ const STAGES: &[Stage] = &[
     ("tidy", tidy::run),
     ("clippy", clippy),
     ("doc", doc),
+    ("graphics", graphics::prepare),
     ("test", || run_to_end(cargo().args(["test", "--quiet", "--workspace"]))),
     ("test-release", || run_to_end(cargo().args(["test", "--quiet", "--workspace", "--release"]))),
     ("examples", examples),

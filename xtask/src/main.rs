@@ -2,6 +2,7 @@
 
 mod ci;
 mod golden;
+mod graphics;
 mod instructions;
 mod roofline;
 mod stability;
@@ -18,6 +19,7 @@ const USAGE: &str = "usage: cargo xtask COMMAND
   golden [--release]              run the scenes of golden.txt and compare their hashes
   golden [--release] --bless WHY  write the new hashes, and old, new and WHY into CHANGELOG.md
   instructions [--bless]          count the instructions of the runs of instructions.txt by callgrind
+  gallery                         draw the pictures of docs/gallery
   stability                       long runs of what must stand or fall, into docs/stability.md (a quarter of an hour)
   roofline                        bandwidth and arithmetic of this machine (run xtask with --release)";
 
@@ -31,6 +33,7 @@ fn main() -> ExitCode {
         ["ci", stages @ ..] => ci::run(stages),
         ["tidy"] => tidy::run(),
         ["determinism"] => determinism(),
+        ["gallery"] => graphics::gallery(),
         ["instructions"] => instructions::run(false),
         ["instructions", "--bless"] => instructions::run(true),
         ["stability"] => stability::run(),

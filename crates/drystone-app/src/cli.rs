@@ -8,14 +8,19 @@ use clap::builder::PossibleValuesParser;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use drystone::{Method, SimdLevel};
 
+use crate::render::{CameraSpec, RenderKind};
+
 const EXAMPLES: &str = "\
 Examples:
   drystone simulate pyramid --bake pyramid.glb
   drystone simulate pyramid:base=40 --seconds 20 --threads 4
   drystone simulate scene.gltf --trace motion.csv --every 6 --report report.json
   drystone simulate scene.gltf --set gravity=0,-1.62,0 --set sleep.enabled=false
+  drystone simulate wall:ball=1 --render wall.mp4
+  drystone view wall:ball=1
   drystone info scene.gltf
   drystone bench --scene large_pyramid,washer --threads 1,2
+  drystone compare stack --with soft-step --with sequential-impulses:method.sweeps=20
   drystone validate --short
   drystone scenes";
 
@@ -33,8 +38,12 @@ pub(crate) struct Cli {
 pub(crate) enum Command {
     /// Simulate a scene and report what happened
     Simulate(Box<Simulate>),
+    /// Open a window on a scene: watch it, stop it, turn time back, pull and shoot at it
+    View(View),
     /// Measure how long a step takes: the mean of each run, its median over runs
     Bench(Bench),
+    /// Run one scene by several methods and settings, side by side
+    Compare(Compare),
     /// List the built-in scenes: name, bodies, what each shows, its parameters
     Scenes,
     /// List the stepping methods
@@ -51,6 +60,8 @@ Examples:
   drystone simulate stack:n=20,top_mass_ratio=100 --seconds 30
   drystone simulate scene.glb --hz 120 --trace motion.csv --events events.jsonl
   drystone simulate mesh.glb --auto-colliders hull --bake out.glb
+  drystone simulate wall:ball=1 --render wall.png
+  drystone simulate washer --render washer.mp4 --camera turntable --size 1920x1080
 
 Exit status:
   0  done
@@ -91,6 +102,72 @@ pub(crate) struct Info {
     /// Which scene.
     #[command(flatten)]
     pub(crate) source: Source,
+}
+
+const VIEW_EXAMPLES: &str = "\
+Examples:
+  drystone view pyramid
+  drystone view wall:ball=1 --paused --overlays contacts,asleep
+
+Mouse: drag a body to pull it, drag beside it or with the right button to turn the view, shift or the
+middle button to move it, the wheel to come nearer; a double click shoots a ball.
+Keys: space pauses, arrows step back and on, R restarts, F shows all, S shoots.
+
+Exit status:
+  0  the window was closed
+  1  the scene cannot be read, or there is no display to open a window on
+  2  wrong usage";
+
+/// `drystone view`.
+#[derive(Args, Debug)]
+#[command(after_help = VIEW_EXAMPLES)]
+pub(crate) struct View {
+    /// Which scene.
+    #[command(flatten)]
+    pub(crate) source: Source,
+
+    /// Steps per second [default: the scene's own, else 60]
+    #[arg(long, value_name = "F", value_parser = hz)]
+    pub(crate) hz: Option<f32>,
+
+    /// Solver substeps per step [default: the method's own]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=256))]
+    pub(crate) substeps: Option<u32>,
+
+    /// Stepping method [default: the scene's own, else soft-step]
+    #[arg(long, value_name = "NAME", value_parser = PossibleValuesParser::new(Method::NAMES))]
+    pub(crate) method: Option<String>,
+
+    /// A field of the world's configuration, such as gravity=0,-1.62,0; repeatable
+    #[arg(long, value_name = "KEY=VALUE", value_parser = assignment)]
+    pub(crate) set: Vec<(String, String)>,
+
+    /// Worker threads, the caller included [default: all cores but the one that draws]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=256))]
+    pub(crate) threads: Option<u16>,
+
+    /// Stand still at first
+    #[arg(long)]
+    pub(crate) paused: bool,
+
+    /// What is drawn over bodies at first
+    #[arg(long, value_name = "NAME[,NAME...]", value_delimiter = ',')]
+    pub(crate) overlays: Vec<Overlay>,
+}
+
+/// What can be drawn over bodies.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Overlay {
+    /// Points and normals of contacts
+    Contacts,
+    /// Joints
+    Joints,
+    /// Boxes around shapes
+    Bounds,
+    /// Sleeping bodies dim
+    Asleep,
+    /// A color for each island
+    Islands,
 }
 
 const BENCH_EXAMPLES: &str = "\
@@ -135,6 +212,76 @@ pub(crate) struct Bench {
     /// Write the rows; - writes them to stdout, without the table
     #[arg(long, value_name = "FILE.json")]
     pub(crate) json: Option<PathBuf>,
+}
+
+const COMPARE_EXAMPLES: &str = "\
+Examples:
+  drystone compare stack:n=20
+  drystone compare stack --with soft-step --with soft-step:substeps=16 --seconds 10
+  drystone compare wall --with soft-step --with soft-step-relax --csv wall.csv --svg wall.svg
+
+Without --with every method runs (`drystone methods` lists them). deepest and end are the deepest overlap
+in any step and after the last; speed that of the fastest body at the end; gained what kinetic and
+potential energy were above the start at most; drift and sink the farthest that a body is from where it
+was, across gravity and along it; off analytic the greatest difference of a body's velocity after one more
+step from what the method analytic makes of the same state, in parts of what gravity gives in a step.
+
+Exit status:
+  0  done
+  1  the scene cannot be read or is invalid, or a file cannot be written
+  2  wrong usage, or settings that do not go together";
+
+/// `drystone compare`.
+#[derive(Args, Debug)]
+#[command(after_help = COMPARE_EXAMPLES)]
+pub(crate) struct Compare {
+    /// Which scene.
+    #[command(flatten)]
+    pub(crate) source: Source,
+
+    /// A run: a method, with fields of the world's configuration after a colon; repeatable
+    #[arg(long, value_name = "METHOD[:KEY=VALUE,...]")]
+    pub(crate) with: Vec<String>,
+
+    /// How long to simulate [default: the scene's own length, else 10]
+    #[arg(long, value_name = "S", value_parser = seconds, conflicts_with = "steps")]
+    pub(crate) seconds: Option<f64>,
+
+    /// How long to simulate, in steps
+    #[arg(long, value_name = "N")]
+    pub(crate) steps: Option<u64>,
+
+    /// Steps per second [default: the scene's own, else 60]
+    #[arg(long, value_name = "F", value_parser = hz)]
+    pub(crate) hz: Option<f32>,
+
+    /// A field of the world's configuration for all runs; repeatable
+    #[arg(long, value_name = "KEY=VALUE", value_parser = assignment)]
+    pub(crate) set: Vec<(String, String)>,
+
+    /// Worker threads, the caller included
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=256))]
+    pub(crate) threads: u16,
+
+    /// Judge whether the scene stands even if it is not one that is known to
+    #[arg(long)]
+    pub(crate) stands: bool,
+
+    /// Write the rows as JSON
+    #[arg(long, value_name = "FILE.json")]
+    pub(crate) json: Option<PathBuf>,
+
+    /// Write the rows as comma-separated values
+    #[arg(long, value_name = "FILE.csv")]
+    pub(crate) csv: Option<PathBuf>,
+
+    /// Write a plot of overlap and kinetic energy over time
+    #[arg(long, value_name = "FILE.svg")]
+    pub(crate) svg: Option<PathBuf>,
+
+    /// Write the same plot as PNG
+    #[arg(long, value_name = "FILE.png")]
+    pub(crate) png: Option<PathBuf>,
 }
 
 const VALIDATE_EXAMPLES: &str = "\
@@ -269,6 +416,10 @@ pub(crate) struct Simulate {
     #[arg(long, value_name = "FILE.glb", value_parser = bake_path)]
     pub(crate) bake: Option<PathBuf>,
 
+    /// Pictures and films.
+    #[command(flatten)]
+    pub(crate) rendering: Rendering,
+
     /// Write measurements: times, contacts, energy, penetration, hashes, an audit of the end
     #[arg(long, value_name = "FILE.json")]
     pub(crate) report: Option<PathBuf>,
@@ -278,6 +429,35 @@ pub(crate) struct Simulate {
     /// that this needs
     #[arg(long)]
     pub(crate) audit: bool,
+}
+
+/// `--render` and what belongs to it.
+#[derive(Args, Debug)]
+pub(crate) struct Rendering {
+    /// Draw the end of the run as a .png, or the run as a film: .mp4, .webm, .mkv or .mov (by ffmpeg),
+    /// .gif, or numbered pictures such as frame-%04d.png
+    #[arg(long, value_name = "FILE", value_parser = render_path)]
+    pub(crate) render: Option<PathBuf>,
+
+    /// Size of the picture [default: 1280x720, of a GIF 640x360]
+    #[arg(long, value_name = "WxH", value_parser = size, requires = "render")]
+    pub(crate) size: Option<(u32, u32)>,
+
+    /// Where it is taken from: front, back, left, right, top, turntable, or yaw=DEGREES,
+    /// pitch=DEGREES, zoom=FACTOR, turn=DEGREES_A_SECOND, eye=X:Y:Z, at=X:Y:Z, fov=DEGREES; several
+    /// separated by commas [default: where all that moves is in the picture]
+    #[arg(
+        long,
+        value_name = "SPEC",
+        requires = "render",
+        default_value = "auto",
+        hide_default_value = true
+    )]
+    pub(crate) camera: CameraSpec,
+
+    /// Frames a second of a film, at most one a step [default: 30, of a GIF 25]
+    #[arg(long, value_name = "F", value_parser = fps, requires = "render")]
+    pub(crate) fps: Option<f64>,
 }
 
 /// The levels this machine has, by name.
@@ -316,6 +496,31 @@ fn bake_path(text: &str) -> Result<PathBuf, String> {
     } else {
         Err("allowed is a file name that ends in .glb or .gltf".to_owned())
     }
+}
+
+fn render_path(text: &str) -> Result<PathBuf, String> {
+    let path = PathBuf::from(text);
+    if RenderKind::of(&path).is_some() {
+        Ok(path)
+    } else {
+        Err("allowed is a file name that ends in .png, .gif, .mp4, .webm, .mkv or .mov; of numbered \
+             pictures with one number such as %04d"
+            .to_owned())
+    }
+}
+
+fn size(text: &str) -> Result<(u32, u32), String> {
+    let side = |text: &str| text.trim().parse().ok().filter(|n| (1..=16384).contains(n));
+    let parts = text.split_once(['x', 'X', '×']);
+    parts
+        .and_then(|(width, height)| Some((side(width)?, side(height)?)))
+        .ok_or_else(|| "allowed is a size from 1x1 to 16384x16384, such as 1280x720".to_owned())
+}
+
+fn fps(text: &str) -> Result<f64, String> {
+    number(text, "a number of frames per second from 0.1 to 240", |f: &f64| {
+        (0.1..=240.0).contains(f)
+    })
 }
 
 /// True if the path ends in one of these extensions, in any case.
@@ -364,7 +569,15 @@ mod tests {
             "--simd x",
             "--bake x.obj",
             "--seconds 1 --steps 1",
-            "--render x.png",
+            "--render x.jpg",
+            "--render x",
+            "--render x.png --size 0x1",
+            "--render x.png --size 10",
+            "--render x.png --size 99999x1",
+            "--render x.png --camera behind",
+            "--render x.gif --fps 0",
+            "--size 10x10",
+            "--camera front",
             "--snapshot x",
         ] {
             let line = format!("drystone simulate hello {bad}");

@@ -8,18 +8,19 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::available_parallelism;
 use std::time::Instant;
 
-use drystone::{Inline, Method, SimdLevel, Team, WorldConfig};
+use drystone::{Inline, Method, SimdLevel, Team, World, WorldConfig};
 use drystone_bench::StageClock;
 use drystone_scene::Running;
 use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::Outcome;
 use crate::bake::Bake;
-use crate::cli::Simulate;
+use crate::cli::{Rendering, Simulate};
 use crate::events::{EventLog, Names};
 use crate::load::{Loaded, build, load, refused};
 use crate::measure::Measure;
 use crate::output::{self, Failure, Output};
+use crate::render::{Render, quiet_driver};
 use crate::report::{Report, Run};
 use crate::trace::Trace;
 
@@ -29,12 +30,15 @@ const FAULTED: u8 = 3;
 /// Simulates a scene and writes what was asked for.
 pub(crate) fn simulate(args: &Simulate) -> Outcome {
     check_paths(args)?;
+    if args.rendering.render.is_some() {
+        quiet_driver();
+    }
     // What is said of the world is checked first: no scene makes it right or wrong.
     let mut config = WorldConfig::default();
-    configure(&mut config, args)?;
+    configure(&mut config, &Settings::of(args))?;
     let says_gravity = args.set.iter().any(|(key, _)| key == "gravity");
     let mut loaded = load(&args.source, says_gravity.then_some(config.gravity))?;
-    configure(&mut loaded.scene_mut().config, args)?;
+    configure(&mut loaded.scene_mut().config, &Settings::of(args))?;
     let scene = loaded.scene();
     let hz = args.hz.unwrap_or(scene.hz);
     let steps = args
@@ -53,7 +57,7 @@ pub(crate) fn simulate(args: &Simulate) -> Outcome {
     if args.audit {
         running.world.begin_ledger();
     }
-    let mut outputs = Outputs::create(args)?;
+    let mut outputs = Outputs::create(args, &running.world, time_of(steps, hz), hz)?;
 
     let stop = stop_on_interrupt();
     let bar = progress(steps);
@@ -88,20 +92,20 @@ pub(crate) fn simulate(args: &Simulate) -> Outcome {
         audit: args.audit,
     };
     let report = Report::new(&run, clock.means(done));
-    let written = outputs.finish(&loaded, &report)?;
+    let written = outputs.finish(&loaded, &running.world, &report)?;
     output::print(&report.text(&run, &written))?;
     Ok(if measure.faults.is_empty() { ExitCode::SUCCESS } else { ExitCode::from(FAULTED) })
 }
 
 /// Number of steps in `seconds`, to the nearest.
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "in range: 0 to 1e15")]
-fn steps_of(seconds: f64, hz: f32) -> u64 {
+pub(crate) fn steps_of(seconds: f64, hz: f32) -> u64 {
     (seconds * f64::from(hz)).round() as u64
 }
 
 /// Time after `step` steps [s].
 #[expect(clippy::cast_precision_loss, reason = "steps are far below 2^52")]
-fn time_of(step: u64, hz: f32) -> f64 {
+pub(crate) fn time_of(step: u64, hz: f32) -> f64 {
     step as f64 / f64::from(hz)
 }
 
@@ -110,15 +114,28 @@ fn threads(args: &Simulate) -> usize {
     args.threads.map_or_else(all, usize::from)
 }
 
+/// What the command line says of the world.
+pub(crate) struct Settings<'a> {
+    pub(crate) method: Option<&'a str>,
+    pub(crate) substeps: Option<u32>,
+    pub(crate) set: &'a [(String, String)],
+}
+
+impl<'a> Settings<'a> {
+    fn of(args: &'a Simulate) -> Self {
+        Self { method: args.method.as_deref(), substeps: args.substeps, set: &args.set }
+    }
+}
+
 /// Applies what the command line says of the world.
-fn configure(config: &mut WorldConfig, args: &Simulate) -> Result<(), Failure> {
-    if let Some(method) = args.method.as_deref().and_then(Method::named) {
+pub(crate) fn configure(config: &mut WorldConfig, settings: &Settings<'_>) -> Result<(), Failure> {
+    if let Some(method) = settings.method.and_then(Method::named) {
         config.method = method;
     }
-    if let Some(substeps) = args.substeps {
+    if let Some(substeps) = settings.substeps {
         config.substeps = substeps;
     }
-    for (key, value) in &args.set {
+    for (key, value) in settings.set {
         config
             .set(key, value)
             .map_err(|e| Failure::usage(format_args!("--set {key}={value}: {e}")))?;
@@ -132,6 +149,7 @@ fn check_paths(args: &Simulate) -> Result<(), Failure> {
         ("--trace", &args.trace),
         ("--events", &args.events),
         ("--bake", &args.bake),
+        ("--render", &args.rendering.render),
         ("--report", &args.report),
     ];
     let scene = Path::new(&args.source.scene).canonicalize().ok();
@@ -194,24 +212,30 @@ fn progress(steps: u64) -> ProgressBar {
 }
 
 /// The files asked for.
-#[derive(Debug)]
 struct Outputs {
     names: Names,
     trace: Option<Trace>,
     events: Option<EventLog>,
     bake: Option<Bake>,
+    render: Option<Render>,
     report: Option<Output>,
 }
 
 impl Outputs {
     /// Opens them all, so that a bad path is found before the run, not after it.
-    fn create(args: &Simulate) -> Result<Self, Failure> {
+    /// `world` is as the run begins, `seconds` how long it is to be, `hz` its steps a second.
+    fn create(args: &Simulate, world: &World, seconds: f64, hz: f32) -> Result<Self, Failure> {
         let trace = args.trace.as_deref();
+        let Rendering { render, .. } = &args.rendering;
+        let render = render.as_deref();
         Ok(Self {
             names: Names::default(),
             trace: trace.map(|path| Trace::create(path, args.every)).transpose()?,
             events: args.events.as_deref().map(EventLog::create).transpose()?,
             bake: args.bake.as_deref().map(Bake::create).transpose()?,
+            render: render
+                .map(|path| Render::create(path, &args.rendering, world, seconds, hz))
+                .transpose()?,
             report: args.report.as_deref().map(Output::create).transpose()?,
         })
     }
@@ -231,11 +255,19 @@ impl Outputs {
         if let Some(bake) = &mut self.bake {
             bake.add(time, world, bodies);
         }
+        if let Some(render) = &mut self.render {
+            render.add(time, world)?;
+        }
         Ok(())
     }
 
     /// Finishes them all; returns their paths.
-    fn finish(self, loaded: &Loaded, report: &Report) -> Result<Vec<PathBuf>, Failure> {
+    fn finish(
+        self,
+        loaded: &Loaded,
+        world: &World,
+        report: &Report,
+    ) -> Result<Vec<PathBuf>, Failure> {
         let mut written = Vec::new();
         if let Some(trace) = self.trace {
             written.push(trace.finish()?);
@@ -245,6 +277,9 @@ impl Outputs {
         }
         if let Some(bake) = self.bake {
             written.push(bake.finish(loaded)?);
+        }
+        if let Some(render) = self.render {
+            written.push(render.finish(world)?);
         }
         if let Some(mut file) = self.report {
             file.write(&report.json()?)?;

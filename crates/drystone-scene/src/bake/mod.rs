@@ -7,7 +7,7 @@
 mod animation;
 mod build;
 mod file;
-mod solids;
+pub mod solids;
 
 pub(crate) use self::build::{MeshPart, document_of_meshes};
 

@@ -11,15 +11,19 @@ const RINGS: u16 = 8;
 
 /// A surface; without normals it is flat.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Surface {
-    pub(super) points: Vec<Vec3>,
-    pub(super) normals: Vec<Vec3>,
-    pub(super) triangles: Vec<[u32; 3]>,
+pub struct Surface {
+    /// Places [m, frame of the shape].
+    pub points: Vec<Vec3>,
+    /// A unit normal for each place, or none.
+    pub normals: Vec<Vec3>,
+    /// Places by number, counterclockwise from outside.
+    pub triangles: Vec<[u32; 3]>,
 }
 
 /// The surface of a shape in the shape's frame; of a half-space the square around the foot of its
 /// normal, as if the normal were y and the offset 0.
-pub(super) fn of(shape: &Shape) -> Surface {
+#[must_use]
+pub fn of(shape: &Shape) -> Surface {
     match shape {
         Shape::Sphere { radius } => revolve(&[arc(*radius, 0.0, -1.0, 1.0)]),
         Shape::Capsule { half_height, radius } => {

@@ -129,7 +129,7 @@ const fn three(v: [f32; 4]) -> Vec3 {
 
 /// S = R diag(1/√I) Rᵀ and S⁻¹ = R diag(√I) Rᵀ, restricted to the axes that are not locked [world]. A
 /// moment of 0 is an axis that cannot turn: 0 in both.
-fn roots_of_inertia(body: &Body) -> (Sym3, Sym3) {
+pub(super) fn roots_of_inertia(body: &Body) -> (Sym3, Sym3) {
     if body.locks.angular != [false; 3] {
         let rotation = body.rotation * body.principal;
         return (locked_root(body, rotation, true), locked_root(body, rotation, false));
@@ -218,7 +218,7 @@ pub(crate) fn whiten(
 }
 
 /// Change of angular velocity in a whole step by free rotation alone: L stays, the inertia turns.
-fn gyration(ctx: &StepContext, body: &Body) -> Vec3 {
+pub(super) fn gyration(ctx: &StepContext, body: &Body) -> Vec3 {
     let m = body.moments;
     let round = m.max_element() - m.min_element() <= 1.0e-3 * m.max_element();
     if round || m.min_element() <= 0.0 || body.locks.angular != [false; 3] {

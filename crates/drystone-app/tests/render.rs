@@ -1,0 +1,255 @@
+//! Pictures and windows as users of the command get them. Where there is no graphics device, no
+//! display in memory or no ffmpeg a test says so and is left out.
+
+#![cfg(feature = "render")]
+#![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+
+use std::fs::{self, File};
+use std::io::{BufReader, Read};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Output, Stdio};
+use std::thread::sleep;
+use std::time::{Duration, Instant};
+
+fn folder(name: &str) -> PathBuf {
+    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
+    let _ = fs::remove_dir_all(&path);
+    fs::create_dir_all(&path).unwrap();
+    path
+}
+
+fn drystone(folder: &Path, line: &str) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_drystone"));
+    command.args(line.split(' ')).current_dir(folder).stdin(Stdio::null());
+    command
+}
+
+fn said(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+/// Runs the command, which must succeed. None, and a line that says so, where nothing can draw.
+fn drawn(folder: &Path, line: &str) -> Option<Output> {
+    let output = drystone(folder, line).output().unwrap();
+    if said(&output).contains("no graphics device") {
+        eprintln!("SKIPPED, there is no graphics device: {}", said(&output));
+        return None;
+    }
+    assert_eq!(output.status.code(), Some(0), "{line}: {}", said(&output));
+    Some(output)
+}
+
+/// Size and points of a PNG.
+fn read_png(path: &Path) -> (u32, u32, Vec<u8>) {
+    let mut reader =
+        png::Decoder::new(BufReader::new(File::open(path).unwrap())).read_info().unwrap();
+    let mut points = vec![0; reader.output_buffer_size().unwrap()];
+    let info = reader.next_frame(&mut points).unwrap();
+    assert_eq!((info.color_type, info.bit_depth), (png::ColorType::Rgb, png::BitDepth::Eight));
+    (info.width, info.height, points)
+}
+
+/// Mean color of the points of a rectangle given in parts of the picture.
+fn mean((width, height, points): &(u32, u32, Vec<u8>), x: [f64; 2], y: [f64; 2]) -> [f64; 3] {
+    let (mut sum, mut count) = ([0.0; 3], 0.0);
+    for (i, point) in (0_u32..).zip(points.chunks_exact(3)) {
+        let (px, py) =
+            (f64::from(i % width) / f64::from(*width), f64::from(i / width) / f64::from(*height));
+        if (x[0]..x[1]).contains(&px) && (y[0]..y[1]).contains(&py) {
+            count += 1.0;
+            for (sum, c) in sum.iter_mut().zip(point) {
+                *sum += f64::from(*c);
+            }
+        }
+    }
+    sum.map(|s| s / count)
+}
+
+#[test]
+fn a_picture_shows_the_scene_and_is_the_same_every_time() {
+    let folder = folder("render_still");
+    let line = "simulate stack:n=3 --steps 5 --size 160x120 --camera front --render";
+    for name in ["a.png", "b.png"] {
+        if drawn(&folder, &format!("{line} {name}")).is_none() {
+            return;
+        }
+    }
+    let (a, b) = (read_png(&folder.join("a.png")), read_png(&folder.join("b.png")));
+    assert_eq!((a.0, a.1), (160, 120));
+    assert_eq!(a, b);
+    // Three boxes on each other fill 84 % of the height in the middle; beside them is sky, which is bluer.
+    let (boxes, sky) = (mean(&a, [0.45, 0.55], [0.1, 0.9]), mean(&a, [0.0, 0.2], [0.0, 0.3]));
+    assert!(sky[2] > sky[0] && sky[2] > boxes[2] + 10.0, "boxes {boxes:?}, sky {sky:?}");
+}
+
+#[test]
+fn what_is_drawn_does_not_change_the_hash() {
+    let folder = folder("render_hash");
+    let Some(drawn) = drawn(&folder, "simulate cradle --steps 40 --size 64x48 --render c.gif")
+    else {
+        return;
+    };
+    let plain = drystone(&folder, "simulate cradle --steps 40").output().unwrap();
+    let hash = |o: &Output| {
+        let text = String::from_utf8_lossy(&o.stdout).into_owned();
+        text.lines().find(|l| l.starts_with("hash")).map(str::to_owned).unwrap()
+    };
+    assert_eq!(hash(&drawn), hash(&plain));
+}
+
+#[test]
+fn films_have_a_frame_for_their_times() {
+    let folder = folder("render_film");
+    let line = "simulate hello --seconds 0.4 --size 64x48 --render";
+    if drawn(&folder, &format!("{line} f-%03d.png --fps 10 --camera turntable")).is_none() {
+        return;
+    }
+    // At 0, 0.1, 0.2, 0.3 and 0.4 s.
+    let frames = fs::read_dir(&folder).unwrap().count();
+    assert_eq!(frames, 5);
+    assert_ne!(read_png(&folder.join("f-001.png")), read_png(&folder.join("f-003.png")));
+
+    drawn(&folder, &format!("{line} f.gif --fps 10"));
+    let mut gif =
+        gif::DecodeOptions::new().read_info(File::open(folder.join("f.gif")).unwrap()).unwrap();
+    assert_eq!((gif.width(), gif.height()), (64, 48));
+    let mut delays = Vec::new();
+    while let Some(frame) = gif.read_next_frame().unwrap() {
+        delays.push(frame.delay);
+    }
+    assert_eq!(delays, [10; 5]);
+
+    if Command::new("ffmpeg").arg("-version").output().is_err() {
+        eprintln!("SKIPPED, there is no ffmpeg: films as .mp4 and .webm");
+        return;
+    }
+    for name in ["f.mp4", "f.webm"] {
+        // An odd size: most codecs want even ones.
+        drawn(&folder, &format!("simulate hello --seconds 0.4 --size 65x49 --render {name}"));
+        let mut head = [0; 12];
+        File::open(folder.join(name)).unwrap().read_exact(&mut head).unwrap();
+        assert!(
+            head[4..8] == *b"ftyp" || head[..4] == [0x1A, 0x45, 0xDF, 0xA3],
+            "{name}: {head:?}"
+        );
+    }
+}
+
+#[test]
+fn what_cannot_be_drawn_is_refused_in_a_line() {
+    let folder = folder("render_refused");
+    if drawn(&folder, "simulate hello --steps 1 --size 8x8 --render a.png").is_none() {
+        return;
+    }
+    for (line, status, expected) in [
+        ("simulate hello --steps 1 --render none/a.png", 1, "cannot be written"),
+        ("simulate hello --steps 1 --render a.jpg", 2, "allowed is"),
+        ("simulate hello --steps 1 --size 16384x16384 --render a.png", 1, "a picture of"),
+        ("simulate hello --steps 1 --trace a.png --render a.png", 2, "same file"),
+    ] {
+        let output = drystone(&folder, line).output().unwrap();
+        let (code, text) = (output.status.code(), said(&output));
+        assert!(code == Some(status) && text.contains(expected), "{line}: {code:?} {text}");
+    }
+    let no_ffmpeg = drystone(&folder, "simulate hello --steps 1 --render a.mp4")
+        .env("PATH", &folder)
+        .output()
+        .unwrap();
+    assert_eq!(no_ffmpeg.status.code(), Some(1));
+    assert!(said(&no_ffmpeg).contains("apt-get install ffmpeg"), "{}", said(&no_ffmpeg));
+    let no_driver = drystone(&folder, "simulate hello --steps 1 --render a.png")
+        .env("VK_DRIVER_FILES", "/none")
+        .env("VK_ICD_FILENAMES", "/none")
+        .output()
+        .unwrap();
+    if no_driver.status.code() != Some(0) {
+        assert!(said(&no_driver).contains("mesa-vulkan-drivers"), "{}", said(&no_driver));
+        assert_eq!((no_driver.status.code(), said(&no_driver).lines().count()), (Some(1), 1));
+    }
+}
+
+#[cfg(feature = "view")]
+#[test]
+fn without_a_display_the_window_says_what_to_do() {
+    let folder = folder("view_no_display");
+    let mut command = drystone(&folder, "view hello");
+    command.env_remove("DISPLAY").env_remove("WAYLAND_DISPLAY").env_remove("WAYLAND_SOCKET");
+    if !cfg!(target_os = "linux") {
+        return;
+    }
+    let output = command.output().unwrap();
+    assert_eq!(output.status.code(), Some(1), "{}", said(&output));
+    let text = said(&output);
+    assert!(text.contains("no display") && text.contains("--render"), "{text}");
+    assert_eq!(text.lines().count(), 1, "{text}");
+}
+
+/// Ends a program when the test does, whatever becomes of it.
+struct Ended(Child);
+
+impl Drop for Ended {
+    fn drop(&mut self) {
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+/// A display in memory, and its name.
+fn display() -> Option<(Ended, String)> {
+    let mut server = Command::new("Xvfb");
+    server.args(["-displayfd", "1", "-screen", "0", "640x480x24", "-nolisten", "tcp"]);
+    let mut server = Ended(
+        server.stdout(Stdio::piped()).stderr(Stdio::null()).stdin(Stdio::null()).spawn().ok()?,
+    );
+    let mut number = String::new();
+    let mut pipe = server.0.stdout.take()?;
+    let mut byte = [0];
+    while pipe.read(&mut byte).ok()? == 1 && byte[0] != b'\n' {
+        number.push(char::from(byte[0]));
+    }
+    (!number.is_empty()).then(|| (server, format!(":{number}")))
+}
+
+/// What the display shows.
+fn screenshot(display: &str, path: &Path) -> Option<(u32, u32, Vec<u8>)> {
+    let mut grab = Command::new("ffmpeg");
+    grab.args(["-loglevel", "error", "-nostdin", "-y", "-f", "x11grab", "-video_size", "640x480"]);
+    grab.args(["-i", display, "-frames:v", "1", "-pix_fmt", "rgb24"]).arg(path);
+    grab.output().ok().filter(|o| o.status.success()).map(|_| read_png(path))
+}
+
+#[cfg(feature = "view")]
+#[test]
+fn a_window_shows_the_scene_on_a_display_in_memory() {
+    let folder = folder("view_window");
+    if drawn(&folder, "simulate hello --steps 1 --size 8x8 --render a.png").is_none() {
+        return;
+    }
+    let Some((_server, name)) = display() else {
+        eprintln!("SKIPPED, there is no Xvfb: the window");
+        return;
+    };
+    let path = folder.join("window.png");
+    if screenshot(&name, &path).is_none() {
+        eprintln!("SKIPPED, there is no ffmpeg that reads a display: the window");
+        return;
+    }
+    let mut command = drystone(&folder, "view pyramid --paused --threads 1");
+    command.env("DISPLAY", &name).env_remove("WAYLAND_DISPLAY").env_remove("WAYLAND_SOCKET");
+    let errors = File::create(folder.join("stderr")).unwrap();
+    let mut window = Ended(command.stderr(errors).spawn().unwrap());
+    let start = Instant::now();
+    loop {
+        sleep(Duration::from_millis(300));
+        let ended = window.0.try_wait().unwrap();
+        let text = fs::read_to_string(folder.join("stderr")).unwrap();
+        assert!(ended.is_none(), "the window closed: {ended:?} {text}");
+        let picture = screenshot(&name, &path).unwrap();
+        // The window stands at the corner of the screen: its sky, bright, and bluer than red.
+        let sky = mean(&picture, [0.02, 0.1], [0.02, 0.1]);
+        if sky[2] > sky[0] && sky[0] > 80.0 {
+            break;
+        }
+        assert!(start.elapsed() < Duration::from_secs(60), "nothing is drawn: sky {sky:?}");
+    }
+}

@@ -1,0 +1,59 @@
+//! Which color a body has.
+
+use drystone::BodyKind;
+
+/// A color as a screen takes it: red, green, blue, opacity.
+pub type Color = [u8; 4];
+
+/// What stands still: stone.
+pub(crate) const STATIC: Color = [176, 173, 166, 255];
+/// The ground.
+pub(crate) const GROUND: Color = [178, 176, 170, 255];
+/// What is moved by its script.
+pub(crate) const KINEMATIC: Color = [92, 104, 120, 255];
+/// Rods and ropes of joints.
+pub(crate) const ROD: Color = [84, 80, 76, 255];
+
+/// Earth and slate: muted, and apart in lightness, so that neighbors differ in grey too.
+const PALETTE: [[u8; 3]; 8] = [
+    [201, 121, 91],
+    [222, 196, 148],
+    [111, 143, 168],
+    [143, 169, 139],
+    [168, 96, 76],
+    [226, 214, 190],
+    [107, 154, 150],
+    [201, 155, 74],
+];
+
+/// The color of the body with this number: the same in every picture.
+#[must_use]
+pub fn body_color(kind: BodyKind, number: u32) -> Color {
+    match kind {
+        BodyKind::Static => STATIC,
+        BodyKind::Kinematic => KINEMATIC,
+        BodyKind::Dynamic => {
+            // Scattered, so that rows of equal bodies show no stripes.
+            let mixed = number.wrapping_add(1).wrapping_mul(0x9E37_79B9);
+            let mixed = (mixed ^ (mixed >> 15)).wrapping_mul(0x85EB_CA6B);
+            let [r, g, b] = PALETTE[(mixed >> 29) as usize];
+            // And no two of one hue quite alike.
+            let lighter = |c: u8| c.saturating_sub(9).saturating_add((mixed >> 9 & 15) as u8);
+            [lighter(r), lighter(g), lighter(b), 255]
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use super::{BodyKind, body_color};
+
+    #[test]
+    fn neighbors_differ_and_colors_stay() {
+        let colors: BTreeSet<_> = (0..64).map(|n| body_color(BodyKind::Dynamic, n)).collect();
+        assert!(colors.len() > 32);
+        assert_eq!(body_color(BodyKind::Dynamic, 7), body_color(BodyKind::Dynamic, 7));
+    }
+}

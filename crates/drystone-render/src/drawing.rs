@@ -1,0 +1,362 @@
+//! What is to be drawn of a world: forms with their places, rods, lines. Knows no graphics device.
+
+use std::borrow::Cow;
+
+use bytemuck::{Pod, Zeroable};
+use drystone::{Aabb, BodyKind, BodyRef, JointKind, Pose, Quat, Shape, ShapeRef, Vec3, World};
+
+use crate::color::{Color, GROUND, ROD, body_color};
+use crate::form::{Fit, Form};
+use crate::framing::Subject;
+
+/// Edges of boxes look rounded.
+const BEVEL: u32 = 1;
+/// A grid on the surface.
+const GRID: u32 = 2;
+/// Drawn as asleep.
+const DIM: u32 = 4;
+/// Drawn as picked.
+const HIGHLIGHT: u32 = 8;
+
+/// A level static plate with half edges of this part of what is framed is floor: it has a grid.
+const FLOOR: f32 = 0.5;
+/// An upright one is a wall: it must not hide what moves.
+const WALL: f32 = 0.2;
+/// Half the edge of the square that stands for a half-space, in radii of what is framed.
+const HORIZON: f32 = 400.0;
+
+/// What is left of a wall that hides what moves.
+const OUTLINE: Color = [70, 74, 80, 120];
+
+/// A form at a place.
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[repr(C)]
+pub(crate) struct Instance {
+    /// Origin [m, relative to the drawing's].
+    pub(crate) position: [f32; 3],
+    /// Half the distance of a capsule's ends [m].
+    pub(crate) end: f32,
+    pub(crate) rotation: [f32; 4],
+    pub(crate) scale: [f32; 3],
+    pub(crate) color: Color,
+    pub(crate) finish: u32,
+}
+
+/// A line on top of everything.
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[repr(C)]
+pub(crate) struct Line {
+    /// From [m, relative to the drawing's origin].
+    pub(crate) a: [f32; 3],
+    /// Width [px].
+    pub(crate) width: f32,
+    /// To [m, relative to the drawing's origin].
+    pub(crate) b: [f32; 3],
+    pub(crate) color: Color,
+}
+
+/// All places of a form.
+#[derive(Clone, Debug)]
+pub(crate) struct Batch {
+    pub(crate) form: Form,
+    pub(crate) instances: Vec<Instance>,
+}
+
+/// How bodies look.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Look<'a> {
+    /// Bodies that sleep are drawn dim.
+    pub dim_asleep: bool,
+    /// This body is drawn as picked.
+    pub picked: Option<drystone::BodyId>,
+    /// The color of a body, by its slot; a body without one has its own.
+    pub colors: Option<&'a [Color]>,
+}
+
+/// What is to be drawn of a world.
+#[derive(Clone, Debug)]
+pub struct Drawing {
+    /// Places are relative to this one [m, world]: far from the world's origin f32 is coarse.
+    pub(crate) origin: Vec3,
+    /// Against gravity, unit.
+    pub(crate) up: Vec3,
+    /// Radius of what is framed [m].
+    pub(crate) radius: f32,
+    /// Middle of what is framed [m, world].
+    pub(crate) middle: Vec3,
+    pub(crate) batches: Vec<Batch>,
+    pub(crate) lines: Vec<Line>,
+    /// Upright static boxes, thin and large: not drawn where they would hide what moves.
+    pub(crate) walls: Vec<Instance>,
+    /// The box around what moves [m, relative to the origin].
+    pub(crate) core: Aabb,
+}
+
+impl Drawing {
+    /// What is to be drawn of a world as it is now; `subject` says what the picture is about. Sensors
+    /// are not drawn.
+    #[must_use]
+    pub fn of(world: &World, subject: &Subject, look: &Look<'_>) -> Self {
+        let middle = subject.bounds.center();
+        let mut drawing = Self {
+            origin: middle,
+            up: subject.up,
+            radius: subject.radius(),
+            middle,
+            batches: Vec::new(),
+            lines: Vec::new(),
+            walls: Vec::new(),
+            core: Aabb::new(subject.core.min - middle, subject.core.max - middle),
+        };
+        let mut batches = Batches::default();
+        for body in world.bodies().filter(|b| b.pose().is_finite()) {
+            for shape in body.shapes().filter_map(|id| world.shape(id)) {
+                if !shape.is_sensor() {
+                    drawing.add(&mut batches, &body, &shape, look);
+                }
+            }
+        }
+        for joint in world.joints() {
+            let (a, b) = (joint.anchor_a(), joint.anchor_b());
+            if matches!(joint.kind(), JointKind::Distance { .. }) {
+                drawing.add_rod(&mut batches, a, b);
+            }
+            for (id, anchor) in [(joint.body_a(), a), (joint.body_b(), b)] {
+                // A joint beside a body holds it by something.
+                if let Some(body) = world.body(id).filter(|body| is_beside(world, body, anchor)) {
+                    drawing.add_rod(&mut batches, body.center_of_mass(), anchor);
+                }
+            }
+        }
+        drawing.batches = batches.list;
+        drawing
+    }
+
+    /// A line `width` wide [px] from `a` to `b` [m, world], on top of all bodies.
+    pub fn add_line(&mut self, a: Vec3, b: Vec3, width: f32, color: Color) {
+        let (a, b) = ((a - self.origin).to_array(), (b - self.origin).to_array());
+        self.lines.push(Line { a, width, b, color });
+    }
+
+    fn add(
+        &mut self,
+        batches: &mut Batches,
+        body: &BodyRef<'_>,
+        shape: &ShapeRef<'_>,
+        look: &Look<'_>,
+    ) {
+        let (form, fit) = Form::of(shape.shape());
+        let mut finish = 0;
+        let mut color = body_color(body.kind(), body.id().index());
+        if let Some(own) = look.colors.and_then(|c| c.get(body.id().index() as usize)) {
+            color = *own;
+        }
+        if look.dim_asleep && body.is_asleep() {
+            finish |= DIM;
+        }
+        if look.picked == Some(body.id()) {
+            finish |= HIGHLIGHT;
+        }
+        let (mut pose, mut fit) = (shape.pose(), fit);
+        match shape.shape() {
+            Shape::HalfSpace { normal, offset } => {
+                (pose, fit) = self.square(&pose, *normal, *offset);
+                (color, finish) = (GROUND, finish | GRID);
+            }
+            Shape::Box { half_extents } => {
+                let fixed = body.kind() == BodyKind::Static;
+                let level = self.is_level(&pose, *half_extents);
+                finish |= if fixed && level && self.is_plate(*half_extents, FLOOR) {
+                    GRID
+                } else {
+                    BEVEL
+                };
+                if fixed && !level && self.is_plate(*half_extents, WALL) {
+                    self.walls.push(self.instance(&pose, fit, color, finish));
+                    return;
+                }
+            }
+            _ => {}
+        }
+        batches.push(form, self.instance(&pose, fit, color, finish));
+    }
+
+    /// Whether a box is thin, and long both other ways: `part` of what is framed or more.
+    fn is_plate(&self, half: Vec3, part: f32) -> bool {
+        let long = (0..3).filter(|&axis| half[axis] > part * self.radius).count();
+        long >= 2 && half.min_element() < 0.25 * (half.x + half.y + half.z - half.max_element())
+    }
+
+    /// Whether a box lies, rather than stands: its shortest edge is the most upright one.
+    fn is_level(&self, pose: &Pose, half: Vec3) -> bool {
+        let up = pose.local_direction(self.up).abs();
+        let shortest = (0..3).min_by(|&i, &j| half[i].total_cmp(&half[j])).unwrap_or(1);
+        up[shortest] > 0.5
+    }
+
+    /// The drawing as it is for a camera: walls that hide what moves are only outlines.
+    pub(crate) fn seen_from(&self, eye: Vec3) -> Cow<'_, Self> {
+        if self.walls.is_empty() {
+            return Cow::Borrowed(self);
+        }
+        let mut drawing = self.clone();
+        let eye = eye - self.origin;
+        let (hiding, standing): (Vec<_>, Vec<_>) =
+            self.walls.iter().copied().partition(|wall| hides(wall, eye, &self.core));
+        for wall in hiding {
+            drawing.lines.extend(outline(&wall));
+        }
+        drawing.batches.push(Batch { form: Form::Box, instances: standing });
+        Cow::Owned(drawing)
+    }
+
+    fn instance(&self, pose: &Pose, fit: Fit, color: Color, finish: u32) -> Instance {
+        Instance {
+            position: (pose.position - self.origin).to_array(),
+            end: fit.end,
+            rotation: pose.rotation.to_array(),
+            scale: fit.scale.to_array(),
+            color,
+            finish,
+        }
+    }
+
+    /// The square that stands for a half-space, under the middle of the picture; moved by whole cells,
+    /// so that the grid stays where it is.
+    fn square(&self, pose: &Pose, normal: Vec3, offset: f32) -> (Pose, Fit) {
+        let turned = Pose::new(normal * offset, Quat::from_arc(Vec3::Y, normal));
+        let plane = pose.compose(&turned);
+        let under = plane.local_point(self.middle);
+        let step = 10.0 * self.cell();
+        let whole = |x: f32| (x / step).round() * step;
+        let at = plane.point(Vec3::from([whole(under.x), 0.0, whole(under.z)]));
+        let side = HORIZON * self.radius;
+        let fit = Fit { scale: Vec3::from([side, 1.0, side]), end: 0.0 };
+        (Pose::new(at, plane.rotation), fit)
+    }
+
+    /// Width of a cell of the grid [m]: a power of ten, a tenth to one of what is framed.
+    pub(crate) fn cell(&self) -> f32 {
+        let mut cell = 1.0e-3;
+        while cell < 0.12 * self.radius && cell < 1.0e6 {
+            cell *= 10.0;
+        }
+        cell
+    }
+
+    /// A rod or rope between two places [m, world].
+    fn add_rod(&self, batches: &mut Batches, a: Vec3, b: Vec3) {
+        let along = b - a;
+        let Some(direction) = along.try_normalize().filter(|_| a.is_finite() && b.is_finite())
+        else {
+            return;
+        };
+        let pose = Pose::new((a + b) * 0.5, Quat::from_arc(Vec3::Y, direction));
+        let thick = 0.004 * self.radius;
+        let scale = Vec3::from([thick, 0.5 * along.length(), thick]);
+        let fit = Fit { scale, end: 0.0 };
+        batches.push(Form::Cylinder, self.instance(&pose, fit, ROD, 0));
+    }
+}
+
+/// Whether a place is outside of all shapes of a dynamic body.
+fn is_beside(world: &World, body: &BodyRef<'_>, place: Vec3) -> bool {
+    let mut shapes = body.shapes().filter_map(|id| world.shape(id));
+    let holds = |shape: ShapeRef<'_>| {
+        let bounds = shape.bounds();
+        let margin = 0.2 * bounds.half_extents().max_element();
+        bounds.grown(margin).contains(&Aabb::new(place, place))
+    };
+    body.kind() == BodyKind::Dynamic && !shapes.any(holds)
+}
+
+/// Whether a wall stands between the eye and a ninth of a box or more.
+fn hides(wall: &Instance, eye: Vec3, core: &Aabb) -> bool {
+    let pose = Pose::new(wall.position, Quat::from(wall.rotation));
+    let half = Vec3::from(wall.scale);
+    let box_of_wall = Aabb::new(-half, half);
+    let from = pose.local_point(eye);
+    let parts = [-0.8, 0.0, 0.8];
+    let mut hidden = 0;
+    for (x, y, z) in (0..27).map(|i| (parts[i / 9], parts[i / 3 % 3], parts[i % 3])) {
+        let place = core.center() + core.half_extents().mul_each(Vec3::from([x, y, z]));
+        let to = pose.local_point(place) - from;
+        let inverse = Vec3::from(to.to_array().map(|d| if d == 0.0 { 1.0e30 } else { 1.0 / d }));
+        hidden += u32::from(box_of_wall.meets_ray(from, inverse, 1.0));
+    }
+    hidden >= 3
+}
+
+/// The edges of a box.
+fn outline(wall: &Instance) -> impl Iterator<Item = Line> + use<> {
+    let pose = Pose::new(wall.position, Quat::from(wall.rotation));
+    let half = Vec3::from(wall.scale);
+    let corner =
+        move |x: f32, y: f32, z: f32| pose.point(half.mul_each(Vec3::from([x, y, z]))).to_array();
+    let signs = [(-1.0, -1.0), (-1.0, 1.0), (1.0, -1.0), (1.0, 1.0)];
+    signs.into_iter().flat_map(move |(s, t)| {
+        [
+            (corner(-1.0, s, t), corner(1.0, s, t)),
+            (corner(s, -1.0, t), corner(s, 1.0, t)),
+            (corner(s, t, -1.0), corner(s, t, 1.0)),
+        ]
+        .map(|(a, b)| Line { a, width: 1.0, b, color: OUTLINE })
+    })
+}
+
+/// Batches in the order in which their forms first came.
+#[derive(Debug, Default)]
+struct Batches {
+    list: Vec<Batch>,
+    number: std::collections::BTreeMap<[usize; 3], usize>,
+}
+
+impl Batches {
+    fn push(&mut self, form: Form, instance: Instance) {
+        let number = *self.number.entry(form.key()).or_insert_with(|| {
+            self.list.push(Batch { form, instances: Vec::new() });
+            self.list.len() - 1
+        });
+        self.list[number].instances.push(instance);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use drystone::{BodyDef, ShapeDef, World};
+
+    use super::{Drawing, GRID, Look, Subject};
+
+    #[test]
+    fn equal_forms_are_one_batch_and_ground_has_a_grid() {
+        let mut world = World::default();
+        let mut add = |def: BodyDef, shape| world.add_body(def.with_shape(shape)).unwrap();
+        add(BodyDef::fixed(), ShapeDef::half_space([0.0, 1.0, 0.0], 0.0));
+        for i in 1..4_u8 {
+            let at = BodyDef::dynamic().with_position([0.0, f32::from(i), 0.0]);
+            add(at.clone(), ShapeDef::sphere(0.1 * f32::from(i)));
+            add(at, ShapeDef::capsule(0.1, 0.1));
+        }
+        let drawing = Drawing::of(&world, &Subject::of(&world), &Look::default());
+        let counts: Vec<usize> = drawing.batches.iter().map(|b| b.instances.len()).collect();
+        assert_eq!(counts, [1, 3, 3]);
+        assert_eq!(drawing.batches[0].instances[0].finish, GRID);
+    }
+
+    #[test]
+    fn the_wall_before_the_eye_is_an_outline_and_the_one_behind_stands() {
+        let mut world = World::default();
+        let mut add = |def: BodyDef, half, at: [f32; 3]| {
+            world.add_body(def.with_position(at).with_shape(ShapeDef::box_half(half))).unwrap();
+        };
+        add(BodyDef::dynamic(), [1.0; 3], [0.0; 3]);
+        for z in [-2.0, 2.0] {
+            add(BodyDef::fixed(), [2.0, 2.0, 0.1], [0.0, 0.0, z]);
+        }
+        let drawing = Drawing::of(&world, &Subject::of(&world), &Look::default());
+        assert_eq!(drawing.walls.len(), 2);
+        let seen = drawing.seen_from(drystone::vec3(1.0, 2.0, 20.0));
+        assert_eq!((seen.batches.len(), seen.lines.len()), (2, 12));
+        assert!(seen.batches[1].instances[0].position[2] < 0.0);
+    }
+}

@@ -1,0 +1,175 @@
+//! Triangles of the kinds of shapes: a form is drawn once for all shapes that are it, scaled.
+
+use std::sync::Arc;
+
+use bytemuck::{Pod, Zeroable};
+use drystone::{Hull, Mesh, Shape, Vec3};
+use drystone_scene::bake::solids::{self, Surface};
+
+/// A corner of a triangle.
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[repr(C)]
+pub(crate) struct Vertex {
+    /// Place in the form's units.
+    place: [f32; 3],
+    /// Which end of a capsule it belongs to: −1 or 1, else 0.
+    end: f32,
+    normal: [f32; 3],
+}
+
+/// What is drawn once and then placed many times.
+#[derive(Clone, Debug)]
+pub(crate) enum Form {
+    /// Radius 1.
+    Sphere,
+    /// Radius 1; the ends are moved apart.
+    Capsule,
+    /// Half extents 1.
+    Box,
+    /// Radius and half height 1.
+    Cylinder,
+    /// Half height 1, the larger radius 1.
+    Cone { bottom: f32, top: f32 },
+    /// A square of half edge 1 about the origin, facing +y.
+    Square,
+    /// In meters.
+    Hull(Arc<Hull>),
+    /// In meters.
+    Mesh(Arc<Mesh>),
+    /// A shape of a kind that has no form of its own, in meters.
+    Other,
+}
+
+/// How a shape is its form: scale [m, form's axes] and half the distance of a capsule's ends [m].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Fit {
+    pub(crate) scale: Vec3,
+    pub(crate) end: f32,
+}
+
+impl Form {
+    /// The form of a shape and how it fits.
+    pub(crate) fn of(shape: &Shape) -> (Self, Fit) {
+        let fit = |x: f32, y: f32, z: f32| Fit { scale: Vec3::from([x, y, z]), end: 0.0 };
+        match shape {
+            &Shape::Sphere { radius: r } => (Self::Sphere, fit(r, r, r)),
+            &Shape::Capsule { half_height, radius: r } => {
+                (Self::Capsule, Fit { end: half_height, ..fit(r, r, r) })
+            }
+            &Shape::Box { half_extents: h } => (Self::Box, fit(h.x, h.y, h.z)),
+            &Shape::Cylinder { half_height, radius } => {
+                (Self::Cylinder, fit(radius, half_height, radius))
+            }
+            &Shape::Cone { half_height, radius_bottom, radius_top } => {
+                let r = radius_bottom.max(radius_top);
+                let form = Self::Cone { bottom: radius_bottom / r, top: radius_top / r };
+                (form, fit(r, half_height, r))
+            }
+            Shape::HalfSpace { .. } => (Self::Square, fit(1.0, 1.0, 1.0)),
+            Shape::Hull(hull) => (Self::Hull(Arc::clone(hull)), fit(1.0, 1.0, 1.0)),
+            Shape::Mesh(mesh) => (Self::Mesh(Arc::clone(mesh)), fit(1.0, 1.0, 1.0)),
+            _ => (Self::Other, fit(1.0, 1.0, 1.0)),
+        }
+    }
+
+    /// Tells forms apart. An address stands for a hull or a mesh: who keeps the key keeps the form
+    /// too, and keys are looked up, never put in order.
+    pub(crate) fn key(&self) -> [usize; 3] {
+        let bits = |x: f32| x.to_bits() as usize;
+        match self {
+            Self::Sphere => [0, 0, 0],
+            Self::Capsule => [1, 0, 0],
+            Self::Box => [2, 0, 0],
+            Self::Cylinder => [3, 0, 0],
+            Self::Cone { bottom, top } => [4, bits(*bottom), bits(*top)],
+            Self::Square => [5, 0, 0],
+            Self::Hull(hull) => [6, Arc::as_ptr(hull).addr(), 0],
+            Self::Mesh(mesh) => [7, Arc::as_ptr(mesh).addr(), 0],
+            Self::Other => [8, 0, 0],
+        }
+    }
+
+    /// Its triangles.
+    pub(crate) fn triangles(&self) -> (Vec<Vertex>, Vec<u32>) {
+        /// Half the distance of the ends as the capsule's form is made.
+        const APART: f32 = 2.0;
+        let surface = match self {
+            Self::Sphere => solids::of(&Shape::sphere(1.0)),
+            Self::Capsule => solids::of(&Shape::capsule(APART, 1.0)),
+            Self::Box => solids::of(&Shape::box_half([1.0; 3])),
+            Self::Cylinder => solids::of(&Shape::cylinder(1.0, 1.0)),
+            &Self::Cone { bottom, top } => solids::of(&Shape::Cone {
+                half_height: 1.0,
+                radius_bottom: bottom,
+                radius_top: top,
+            }),
+            Self::Square => square(),
+            Self::Hull(hull) => solids::of(&Shape::Hull(Arc::clone(hull))),
+            Self::Mesh(mesh) => solids::of(&Shape::Mesh(Arc::clone(mesh))),
+            Self::Other => Surface::default(),
+        };
+        // A hull has true edges; the triangles of a mesh often stand for something smooth.
+        let crease = if matches!(self, Self::Mesh(_)) { 0.8 } else { 0.999 };
+        let (mut vertices, indices) = shaded(&surface, crease);
+        if matches!(self, Self::Capsule) {
+            for vertex in &mut vertices {
+                vertex.end = vertex.place[1].signum();
+                vertex.place[1] -= vertex.end * APART;
+            }
+        }
+        (vertices, indices)
+    }
+}
+
+fn square() -> Surface {
+    Surface {
+        points: [(-1.0, 1.0), (1.0, 1.0), (1.0, -1.0), (-1.0, -1.0)]
+            .map(|(x, z)| Vec3::from([x, 0.0, z]))
+            .to_vec(),
+        normals: vec![Vec3::Y; 4],
+        triangles: vec![[0, 1, 2], [0, 2, 3]],
+    }
+}
+
+/// A surface with a normal at every corner; where it has none, the mean of the triangles around a
+/// point whose normals have at least the cosine `crease` with the corner's own.
+fn shaded(surface: &Surface, crease: f32) -> (Vec<Vertex>, Vec<u32>) {
+    let Surface { points, normals, triangles } = surface;
+    let vertex = |place: Vec3, normal: Vec3| Vertex {
+        place: place.to_array(),
+        end: 0.0,
+        normal: normal.to_array(),
+    };
+    if normals.len() == points.len() {
+        let vertices = points.iter().zip(normals).map(|(p, n)| vertex(*p, *n)).collect();
+        return (vertices, triangles.iter().flatten().copied().collect());
+    }
+    let corner = |t: &[u32; 3]| t.map(|i| points.get(i as usize).copied().unwrap_or(Vec3::ZERO));
+    let flat: Vec<Vec3> = triangles
+        .iter()
+        .map(|t| {
+            let [a, b, c] = corner(t);
+            (b - a).cross(c - a)
+        })
+        .collect();
+    let mut around: Vec<Vec<usize>> = vec![Vec::new(); points.len()];
+    for (number, triangle) in triangles.iter().enumerate() {
+        for &i in triangle {
+            if let Some(list) = around.get_mut(i as usize) {
+                list.push(number);
+            }
+        }
+    }
+    let mut vertices = Vec::with_capacity(3 * triangles.len());
+    for (triangle, own) in triangles.iter().zip(&flat) {
+        let unit = own.normalize_or(Vec3::Y);
+        for (place, &i) in corner(triangle).into_iter().zip(triangle) {
+            let alike = |other: &&usize| flat[**other].normalize_or(Vec3::ZERO).dot(unit) >= crease;
+            let near = around.get(i as usize).into_iter().flatten().filter(alike);
+            let sum = near.fold(Vec3::ZERO, |sum, other| sum + flat[*other]);
+            vertices.push(vertex(place, sum.normalize_or(unit)));
+        }
+    }
+    let indices = (0_u32..).take(vertices.len()).collect();
+    (vertices, indices)
+}

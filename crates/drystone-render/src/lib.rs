@@ -1,0 +1,40 @@
+//! Pictures of drystone's worlds: one small renderer for a window, for files without a display or a
+//! GPU, and for a browser.
+//!
+//! A picture is made in three parts. [`Subject`] tells what a world's picture is about and gives a
+//! [`Camera`] that shows it. [`Drawing`] gathers what is to be drawn: shapes by form, rods, lines.
+//! [`Renderer`] draws it on a texture; [`Canvas`] is a renderer with a picture of its own in memory.
+//!
+//! ```no_run
+//! use drystone_render::{Canvas, Drawing, Look, Subject};
+//!
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! let scene = drystone_scene::named("pyramid")?.build()?;
+//! let subject = Subject::of(&scene.world);
+//! let camera = subject.camera(subject.angles(), 16.0 / 9.0);
+//! let mut canvas = Canvas::new(1280, 720)?;
+//! let picture = canvas.draw(&Drawing::of(&scene.world, &subject, &Look::default()), &camera)?;
+//! assert_eq!(picture.rgba.len(), 1280 * 720 * 4);
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! The same drawing and camera give the same bytes on the same device and driver.
+
+mod camera;
+mod canvas;
+mod color;
+mod drawing;
+mod error;
+mod form;
+mod framing;
+mod renderer;
+
+pub use camera::{Camera, FIELD_OF_VIEW};
+pub use canvas::{Canvas, Picture};
+pub use color::{Color, body_color};
+pub use drawing::{Drawing, Look};
+pub use error::RenderError;
+pub use framing::{Follow, Subject, ViewAngles};
+pub use renderer::{Renderer, limits};
+pub use wgpu;

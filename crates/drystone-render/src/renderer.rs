@@ -1,0 +1,352 @@
+//! Draws on the graphics device: shadows first, then bodies, sky and lines.
+
+mod frame;
+mod pipelines;
+mod targets;
+
+use std::collections::BTreeMap;
+use std::sync::{Arc, Mutex, PoisonError};
+
+use wgpu::util::DeviceExt;
+
+use self::frame::Frame;
+use self::pipelines::{Pipelines, SHADOW_FORMAT};
+use self::targets::Targets;
+use crate::camera::Camera;
+use crate::drawing::{Batch, Drawing, Instance, Line};
+use crate::error::RenderError;
+use crate::form::Form;
+
+/// Points on a side of the shadow map.
+const SHADOW_SIZE: u32 = 4096;
+/// Points of the largest picture: with its samples it takes 2 GiB.
+const MOST_POINTS: u64 = 1 << 26;
+/// Samples of a point of the picture.
+pub(crate) const SAMPLES: u32 = 4;
+
+/// What a renderer needs of a graphics device: what a browser with WebGL 2 has, and textures as large
+/// as the device has them.
+#[must_use]
+pub fn limits(adapter: &wgpu::Adapter) -> wgpu::Limits {
+    wgpu::Limits::downlevel_webgl2_defaults().using_resolution(adapter.limits())
+}
+
+/// A form on the device.
+#[derive(Debug)]
+struct LoadedForm {
+    /// Kept, so that its address stays its own while it is a key.
+    _form: Form,
+    vertices: wgpu::Buffer,
+    indices: wgpu::Buffer,
+    count: u32,
+}
+
+/// Draws drawings on textures.
+#[derive(Debug)]
+pub struct Renderer {
+    device: wgpu::Device,
+    queue: wgpu::Queue,
+    pipelines: Pipelines,
+    shadow: wgpu::TextureView,
+    uniform: wgpu::Buffer,
+    frame_group: wgpu::BindGroup,
+    shadow_group: wgpu::BindGroup,
+    instances: wgpu::Buffer,
+    lines: wgpu::Buffer,
+    forms: BTreeMap<[usize; 3], LoadedForm>,
+    targets: Option<Targets>,
+    encode: bool,
+    failure: Arc<Mutex<Option<String>>>,
+}
+
+impl Renderer {
+    /// A renderer on a device, for textures of this format.
+    #[must_use]
+    pub fn new(device: wgpu::Device, queue: wgpu::Queue, format: wgpu::TextureFormat) -> Self {
+        let failure = Arc::new(Mutex::new(None));
+        let seen = Arc::clone(&failure);
+        // Unhandled, an error of the device would end the program.
+        device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| {
+            let mut first = seen.lock().unwrap_or_else(PoisonError::into_inner);
+            first.get_or_insert_with(|| error.to_string());
+        }));
+        let pipelines = Pipelines::new(&device, format);
+        let shadow = shadow_map(&device);
+        let uniform = device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("frame"),
+            size: size_of::<Frame>() as u64,
+            usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        });
+        let sampler = device.create_sampler(&wgpu::SamplerDescriptor {
+            label: Some("shadow"),
+            mag_filter: wgpu::FilterMode::Linear,
+            min_filter: wgpu::FilterMode::Linear,
+            compare: Some(wgpu::CompareFunction::LessEqual),
+            ..wgpu::SamplerDescriptor::default()
+        });
+        let frame_group = device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some("frame"),
+            layout: &pipelines.frame_layout,
+            entries: &[wgpu::BindGroupEntry { binding: 0, resource: uniform.as_entire_binding() }],
+        });
+        let shadow_group = device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some("shadow"),
+            layout: &pipelines.shadow_layout,
+            entries: &[
+                wgpu::BindGroupEntry {
+                    binding: 0,
+                    resource: wgpu::BindingResource::TextureView(&shadow),
+                },
+                wgpu::BindGroupEntry {
+                    binding: 1,
+                    resource: wgpu::BindingResource::Sampler(&sampler),
+                },
+            ],
+        });
+        let (instances, lines) = (vertex_buffer(&device, 1 << 12), vertex_buffer(&device, 1 << 10));
+        Self {
+            device,
+            queue,
+            pipelines,
+            shadow,
+            uniform,
+            frame_group,
+            shadow_group,
+            instances,
+            lines,
+            forms: BTreeMap::new(),
+            targets: None,
+            encode: !format.is_srgb(),
+            failure,
+        }
+    }
+
+    /// The device it draws on.
+    #[must_use]
+    pub const fn device(&self) -> &wgpu::Device {
+        &self.device
+    }
+
+    /// The queue it draws on.
+    #[must_use]
+    pub const fn queue(&self) -> &wgpu::Queue {
+        &self.queue
+    }
+
+    /// Draws on a texture of this size [px], which must have the format the renderer was made for.
+    ///
+    /// # Errors
+    /// The size is not one the device can draw, or the device failed since the last call.
+    pub fn draw(
+        &mut self,
+        drawing: &Drawing,
+        camera: &Camera,
+        target: &wgpu::TextureView,
+        (width, height): (u32, u32),
+    ) -> Result<(), RenderError> {
+        check_size(&self.device, width, height)?;
+        let format = self.pipelines.format;
+        if self.targets.as_ref().is_none_or(|t| t.size != (width, height)) {
+            self.targets = Some(Targets::new(&self.device, format, (width, height)));
+        }
+        let drawing = &*drawing.seen_from(camera.eye);
+        self.load(drawing);
+        let frame = Frame::new(drawing, camera, (width, height), SHADOW_SIZE, self.encode);
+        self.queue.write_buffer(&self.uniform, 0, bytemuck::bytes_of(&frame));
+
+        let mut encoder =
+            self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        self.draw_shadows(&mut encoder, drawing);
+        if let Some(targets) = &self.targets {
+            self.draw_picture(&mut encoder, drawing, targets, target);
+        }
+        self.queue.submit([encoder.finish()]);
+        self.check()
+    }
+
+    /// The first failure of the device since the last call.
+    ///
+    /// # Errors
+    /// That failure.
+    pub fn check(&self) -> Result<(), RenderError> {
+        let mut failure = self.failure.lock().unwrap_or_else(PoisonError::into_inner);
+        failure.take().map_or(Ok(()), |why| Err(RenderError::Device(why)))
+    }
+
+    /// Brings what the drawing has onto the device; forms it does not have are let go.
+    fn load(&mut self, drawing: &Drawing) {
+        let mut forms = BTreeMap::new();
+        for batch in &drawing.batches {
+            let key = batch.form.key();
+            let kept = self.forms.remove(&key);
+            forms.insert(key, kept.unwrap_or_else(|| load_form(&self.device, &batch.form)));
+        }
+        self.forms = forms;
+        let count: usize = drawing.batches.iter().map(|b| b.instances.len()).sum();
+        grow(&self.device, &mut self.instances, count * size_of::<Instance>());
+        let mut at = 0;
+        for batch in &drawing.batches {
+            let bytes: &[u8] = bytemuck::cast_slice(&batch.instances);
+            self.queue.write_buffer(&self.instances, at, bytes);
+            at += bytes.len() as u64;
+        }
+        let bytes: &[u8] = bytemuck::cast_slice::<Line, u8>(&drawing.lines);
+        grow(&self.device, &mut self.lines, bytes.len());
+        self.queue.write_buffer(&self.lines, 0, bytes);
+    }
+
+    fn draw_shadows(&self, encoder: &mut wgpu::CommandEncoder, drawing: &Drawing) {
+        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            label: Some("shadows"),
+            depth_stencil_attachment: Some(depth(&self.shadow, 1.0, wgpu::StoreOp::Store)),
+            ..wgpu::RenderPassDescriptor::default()
+        });
+        pass.set_pipeline(&self.pipelines.shadow);
+        pass.set_bind_group(0, &self.frame_group, &[]);
+        // The ground throws no shadow on anything.
+        self.draw_batches(&mut pass, drawing, |batch| !matches!(batch.form, Form::Square));
+    }
+
+    fn draw_picture(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        drawing: &Drawing,
+        targets: &Targets,
+        target: &wgpu::TextureView,
+    ) {
+        let color = wgpu::RenderPassColorAttachment {
+            view: &targets.color,
+            depth_slice: None,
+            resolve_target: Some(target),
+            ops: wgpu::Operations {
+                load: wgpu::LoadOp::Clear(wgpu::Color::BLACK),
+                store: wgpu::StoreOp::Discard,
+            },
+        };
+        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            label: Some("picture"),
+            color_attachments: &[Some(color)],
+            depth_stencil_attachment: Some(depth(&targets.depth, 0.0, wgpu::StoreOp::Discard)),
+            ..wgpu::RenderPassDescriptor::default()
+        });
+        pass.set_bind_group(0, &self.frame_group, &[]);
+        pass.set_bind_group(1, &self.shadow_group, &[]);
+        pass.set_pipeline(&self.pipelines.body);
+        self.draw_batches(&mut pass, drawing, |_| true);
+        pass.set_pipeline(&self.pipelines.sky);
+        pass.draw(0..3, 0..1);
+        if !drawing.lines.is_empty() {
+            pass.set_pipeline(&self.pipelines.line);
+            pass.set_vertex_buffer(0, self.lines.slice(..));
+            pass.draw(0..4, 0..count_of(drawing.lines.len()));
+        }
+    }
+
+    fn draw_batches(
+        &self,
+        pass: &mut wgpu::RenderPass<'_>,
+        drawing: &Drawing,
+        wanted: impl Fn(&Batch) -> bool,
+    ) {
+        pass.set_vertex_buffer(1, self.instances.slice(..));
+        let mut first = 0;
+        for batch in &drawing.batches {
+            let instances = first..first + count_of(batch.instances.len());
+            first = instances.end;
+            let Some(form) = self.forms.get(&batch.form.key()).filter(|_| wanted(batch)) else {
+                continue;
+            };
+            if form.count > 0 {
+                pass.set_vertex_buffer(0, form.vertices.slice(..));
+                pass.set_index_buffer(form.indices.slice(..), wgpu::IndexFormat::Uint32);
+                pass.draw_indexed(0..form.count, 0, instances);
+            }
+        }
+    }
+}
+
+/// Whether the device can draw a picture of this size.
+pub(crate) fn check_size(
+    device: &wgpu::Device,
+    width: u32,
+    height: u32,
+) -> Result<(), RenderError> {
+    let limits = device.limits();
+    let most = limits.max_texture_dimension_2d;
+    // Four bytes a point, and rows of a copy are filled up to 256.
+    let points = MOST_POINTS.min(limits.max_buffer_size / 4);
+    let asked = u64::from(width).next_multiple_of(64) * u64::from(height);
+    if (1..=most).contains(&width) && (1..=most).contains(&height) && asked <= points {
+        Ok(())
+    } else {
+        Err(RenderError::Size { width, height, most, points })
+    }
+}
+
+fn load_form(device: &wgpu::Device, form: &Form) -> LoadedForm {
+    let (vertices, indices) = form.triangles();
+    let buffer = |label, bytes: &[u8], usage| {
+        // A buffer cannot be empty.
+        let contents = if bytes.is_empty() { &[0; 4] } else { bytes };
+        device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+            label: Some(label),
+            contents,
+            usage,
+        })
+    };
+    LoadedForm {
+        vertices: buffer("form", bytemuck::cast_slice(&vertices), wgpu::BufferUsages::VERTEX),
+        indices: buffer("form", bytemuck::cast_slice(&indices), wgpu::BufferUsages::INDEX),
+        count: count_of(indices.len()),
+        _form: form.clone(),
+    }
+}
+
+fn count_of(n: usize) -> u32 {
+    u32::try_from(n).unwrap_or(u32::MAX)
+}
+
+fn vertex_buffer(device: &wgpu::Device, size: u64) -> wgpu::Buffer {
+    device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some("places"),
+        size,
+        usage: wgpu::BufferUsages::VERTEX | wgpu::BufferUsages::COPY_DST,
+        mapped_at_creation: false,
+    })
+}
+
+/// Makes room for `bytes`; what was in the buffer is lost then.
+fn grow(device: &wgpu::Device, buffer: &mut wgpu::Buffer, bytes: usize) {
+    let needed = bytes as u64;
+    if buffer.size() < needed {
+        *buffer = vertex_buffer(device, needed.next_power_of_two());
+    }
+}
+
+fn shadow_map(device: &wgpu::Device) -> wgpu::TextureView {
+    let size = wgpu::Extent3d { width: SHADOW_SIZE, height: SHADOW_SIZE, depth_or_array_layers: 1 };
+    let texture = device.create_texture(&wgpu::TextureDescriptor {
+        label: Some("shadow"),
+        size,
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format: SHADOW_FORMAT,
+        usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::TEXTURE_BINDING,
+        view_formats: &[],
+    });
+    texture.create_view(&wgpu::TextureViewDescriptor::default())
+}
+
+fn depth(
+    view: &wgpu::TextureView,
+    clear: f32,
+    store: wgpu::StoreOp,
+) -> wgpu::RenderPassDepthStencilAttachment<'_> {
+    wgpu::RenderPassDepthStencilAttachment {
+        view,
+        depth_ops: Some(wgpu::Operations { load: wgpu::LoadOp::Clear(clear), store }),
+        stencil_ops: None,
+    }
+}

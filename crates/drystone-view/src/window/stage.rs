@@ -1,0 +1,355 @@
+//! The window's surface: the picture below, the panel on it.
+
+use std::sync::Arc;
+use std::time::Instant;
+
+use drystone_render::wgpu;
+use drystone_render::{RenderError, Renderer, limits};
+use egui::{Color32, Frame, Id, Rect, Sense, ViewportId};
+use winit::event::WindowEvent;
+use winit::event_loop::ActiveEventLoop;
+use winit::window::Window;
+
+use crate::ViewError;
+use crate::control::Control;
+use crate::overlay::Overlays;
+use crate::panel::Panel;
+use crate::sim::{Command, Shown};
+
+/// Width of the panel [points of the screen].
+const PANEL: f32 = 250.0;
+
+pub(super) struct Stage {
+    pub(super) window: Arc<Window>,
+    surface: wgpu::Surface<'static>,
+    config: wgpu::SurfaceConfiguration,
+    renderer: Renderer,
+    egui: egui_winit::State,
+    painter: egui_wgpu::Renderer,
+    control: Control,
+    panel: Panel,
+    shown: Option<Shown>,
+}
+
+impl Stage {
+    /// Opens the window.
+    pub(super) fn open(
+        events: &ActiveEventLoop,
+        name: &str,
+        overlays: Overlays,
+    ) -> Result<Self, ViewError> {
+        let attributes = Window::default_attributes()
+            .with_title(format!("{name} - drystone"))
+            .with_inner_size(winit::dpi::LogicalSize::new(1280.0, 800.0));
+        let none = |reason: String| ViewError::NoDisplay { reason };
+        let window = events.create_window(attributes).map_err(|e| none(e.to_string()))?;
+        let window = Arc::new(window);
+        let instance = wgpu::Instance::new(wgpu::InstanceDescriptor {
+            flags: wgpu::InstanceFlags::empty(),
+            ..wgpu::InstanceDescriptor::new_without_display_handle()
+        });
+        let no_device = |reason: String| ViewError::Render(RenderError::NoDevice { reason });
+        let surface =
+            instance.create_surface(Arc::clone(&window)).map_err(|e| no_device(e.to_string()))?;
+        let options = wgpu::RequestAdapterOptions {
+            power_preference: wgpu::PowerPreference::HighPerformance,
+            compatible_surface: Some(&surface),
+            ..wgpu::RequestAdapterOptions::default()
+        };
+        let adapter = pollster::block_on(instance.request_adapter(&options));
+        let adapter = adapter.map_err(|e| no_device(e.to_string()))?;
+        let device = wgpu::DeviceDescriptor {
+            required_limits: limits(&adapter),
+            ..wgpu::DeviceDescriptor::default()
+        };
+        let (device, queue) = pollster::block_on(adapter.request_device(&device))
+            .map_err(|e| no_device(e.to_string()))?;
+        let size = window.inner_size();
+        let mut config = surface
+            .get_default_config(&adapter, size.width.max(1), size.height.max(1))
+            .ok_or_else(|| no_device("the device cannot draw on this window".to_owned()))?;
+        // The panel's colors are blended as they are stored, not as light.
+        let plain = config.format.remove_srgb_suffix();
+        if surface.get_capabilities(&adapter).formats.contains(&plain) {
+            config.format = plain;
+        }
+        // First of all: it keeps errors of the device from ending the program.
+        let renderer = Renderer::new(device.clone(), queue, config.format);
+        surface.configure(&device, &config);
+        let painter =
+            egui_wgpu::Renderer::new(&device, config.format, egui_wgpu::RendererOptions::default());
+        let side = device.limits().max_texture_dimension_2d as usize;
+        let context = egui::Context::default();
+        let mut visuals = egui::Visuals::dark();
+        visuals.override_text_color = Some(Color32::from_gray(222));
+        context.set_visuals(visuals);
+        let scale = egui_winit::pixels_per_point(&context, &window);
+        let egui = egui_winit::State::new(
+            context,
+            ViewportId::ROOT,
+            &window,
+            Some(scale),
+            None,
+            Some(side),
+        );
+        Ok(Self {
+            window,
+            surface,
+            config,
+            renderer,
+            egui,
+            painter,
+            control: Control::new(),
+            panel: Panel::new(overlays),
+            shown: None,
+        })
+    }
+
+    /// Takes over what is to be shown.
+    pub(super) fn learn(&mut self, shown: Shown) {
+        self.panel.learn(&shown);
+        self.shown = Some(shown);
+    }
+
+    /// Takes in an event.
+    pub(super) fn take_in(&mut self, event: &WindowEvent) {
+        if let WindowEvent::Resized(size) = event {
+            let most = self.renderer.device().limits().max_texture_dimension_2d;
+            self.config.width = size.width.clamp(1, most);
+            self.config.height = size.height.clamp(1, most);
+            self.surface.configure(self.renderer.device(), &self.config);
+            self.window.request_redraw();
+        }
+        if self.egui.on_window_event(&self.window, event).repaint {
+            self.window.request_redraw();
+        }
+    }
+
+    /// Draws; returns when to draw again even if nothing happens.
+    pub(super) fn draw(
+        &mut self,
+        name: &str,
+        send: &mut dyn FnMut(Command),
+    ) -> Result<Option<Instant>, RenderError> {
+        let input = self.egui.take_egui_input(&self.window);
+        let context = self.egui.egui_ctx().clone();
+        let (control, panel, shown) = (&mut self.control, &mut self.panel, self.shown.as_ref());
+        let output = context.run_ui(input, |ui| {
+            if let Some(shown) = shown {
+                arrange(ui, name, shown, control, panel, send);
+            }
+        });
+        self.egui.handle_platform_output(&self.window, output.platform_output);
+        let wait = output.viewport_output.get(&ViewportId::ROOT).map(|v| v.repaint_delay);
+        let scale = output.pixels_per_point;
+        let shapes = context.tessellate(output.shapes, scale);
+        self.present(&shapes, &output.textures_delta, scale)?;
+        Ok(wait.and_then(|wait| Instant::now().checked_add(wait)))
+    }
+
+    #[expect(clippy::iter_over_hash_type, reason = "textures do not depend on each other")]
+    fn present(
+        &mut self,
+        shapes: &[egui::ClippedPrimitive],
+        textures: &egui::TexturesDelta,
+        scale: f32,
+    ) -> Result<(), RenderError> {
+        let (device, queue) = (self.renderer.device().clone(), self.renderer.queue().clone());
+        for (id, deltas) in &textures.set {
+            for delta in deltas {
+                self.painter.update_texture(&device, &queue, *id, delta);
+            }
+        }
+        let surface = match self.surface.get_current_texture() {
+            wgpu::CurrentSurfaceTexture::Success(texture)
+            | wgpu::CurrentSurfaceTexture::Suboptimal(texture) => texture,
+            wgpu::CurrentSurfaceTexture::Outdated | wgpu::CurrentSurfaceTexture::Lost => {
+                self.surface.configure(&device, &self.config);
+                self.window.request_redraw();
+                return self.renderer.check();
+            }
+            _ => return self.renderer.check(),
+        };
+        let view = surface.texture.create_view(&wgpu::TextureViewDescriptor::default());
+        let size = (self.config.width, self.config.height);
+        if let (Some(shown), Some(camera)) = (&self.shown, &self.control.camera) {
+            self.renderer.draw(&shown.drawing, camera, &view, size)?;
+        }
+        let screen = egui_wgpu::ScreenDescriptor {
+            size_in_pixels: [size.0, size.1],
+            pixels_per_point: scale,
+        };
+        let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        let mut commands =
+            self.painter.update_buffers(&device, &queue, &mut encoder, shapes, &screen);
+        {
+            let pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+                label: Some("panel"),
+                color_attachments: &[Some(wgpu::RenderPassColorAttachment {
+                    view: &view,
+                    depth_slice: None,
+                    resolve_target: None,
+                    ops: wgpu::Operations { load: wgpu::LoadOp::Load, store: wgpu::StoreOp::Store },
+                })],
+                ..wgpu::RenderPassDescriptor::default()
+            });
+            self.painter.render(&mut pass.forget_lifetime(), shapes, &screen);
+        }
+        commands.push(encoder.finish());
+        queue.submit(commands);
+        self.window.pre_present_notify();
+        queue.present(surface);
+        for id in &textures.free {
+            self.painter.free_texture(id);
+        }
+        self.renderer.check()
+    }
+}
+
+/// The panel at the right, the picture beside and below it.
+fn arrange(
+    ui: &mut egui::Ui,
+    name: &str,
+    shown: &Shown,
+    control: &mut Control,
+    panel: &mut Panel,
+    send: &mut dyn FnMut(Command),
+) {
+    let picture: Rect = ui.max_rect();
+    let back = Frame::new().fill(Color32::from_rgba_unmultiplied(30, 33, 37, 244));
+    let frame = back.inner_margin(egui::Margin::symmetric(10, 6));
+    egui::Panel::right("panel").resizable(false).exact_size(PANEL).frame(frame).show(ui, |ui| {
+        panel.show(ui, name, shown, send);
+    });
+    let free = ui.available_rect_before_wrap();
+    let area = ui.interact(free, Id::unique("picture"), Sense::click_and_drag());
+    if control.camera.is_none() {
+        control.frame(&shown.subject, picture, PANEL);
+    }
+    control.mouse(ui, &area, picture, shown, send);
+    if !ui.ctx().egui_wants_keyboard_input() && control.keys(ui, shown, send) {
+        control.frame(&shown.subject, picture, PANEL);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use egui::{Event, Key, Modifiers, PointerButton, Pos2, RawInput, pos2, vec2};
+
+    use super::{Control, Overlays, Panel, Rect, Shown, arrange};
+    use crate::history::History;
+    use crate::sim::{Command, Simulation};
+
+    /// The window without its surface.
+    struct Desk {
+        context: egui::Context,
+        control: Control,
+        panel: Panel,
+        simulation: Simulation,
+        shown: Shown,
+    }
+
+    impl Desk {
+        fn new() -> Self {
+            let running = drystone_scene::named("stack:n=1").unwrap().build().unwrap();
+            let mut simulation = Simulation::new(History::new(running, 1.0 / 60.0), false);
+            let shown = simulation.shown();
+            let panel = Panel::new(Overlays::default());
+            let context = egui::Context::default();
+            let mut desk = Self { context, control: Control::new(), panel, simulation, shown };
+            // Sizes are known after the first pictures.
+            desk.frame(vec![]);
+            desk.frame(vec![]);
+            desk
+        }
+
+        /// One picture; what it sends is obeyed at once.
+        fn frame(&mut self, events: Vec<Event>) -> Vec<Command> {
+            let rect = Rect::from_min_size(Pos2::ZERO, vec2(1000.0, 600.0));
+            let input = RawInput { screen_rect: Some(rect), events, ..RawInput::default() };
+            let mut sent = Vec::new();
+            let (control, panel, shown) = (&mut self.control, &mut self.panel, &self.shown);
+            let output = self.context.run_ui(input, |ui| {
+                arrange(ui, "stack", shown, control, panel, &mut |c| sent.push(c));
+            });
+            output.drop_without_applying_deltas();
+            for command in &sent {
+                self.simulation.obey(command.clone());
+            }
+            self.shown = self.simulation.shown();
+            sent
+        }
+
+        fn button(at: Pos2, pressed: bool) -> Event {
+            let modifiers = Modifiers::NONE;
+            Event::PointerButton { pos: at, button: PointerButton::Primary, pressed, modifiers }
+        }
+    }
+
+    /// Where the middle of what is framed is seen, beside the panel.
+    const MIDDLE: Pos2 = pos2(375.0, 300.0);
+
+    #[test]
+    fn a_drag_over_a_body_pulls_it_and_leaves_the_camera() {
+        let mut desk = Desk::new();
+        let camera = desk.control.camera;
+        desk.frame(vec![Event::PointerMoved(MIDDLE)]);
+        desk.frame(vec![Desk::button(MIDDLE, true)]);
+        for i in 1..12_u8 {
+            desk.frame(vec![Event::PointerMoved(MIDDLE + vec2(f32::from(i) * 8.0, -30.0))]);
+        }
+        assert!(desk.shown.held.is_some());
+        let (from, to) = desk.shown.held.unwrap();
+        assert!(to.y > from.y && (to - from).length() > 0.1, "{from:?} {to:?}");
+        assert_eq!(desk.control.camera, camera);
+        let sent = desk.frame(vec![Desk::button(MIDDLE, false)]);
+        assert!(matches!(sent.as_slice(), [.., Command::Release]), "{sent:?}");
+        assert!(desk.shown.held.is_none());
+    }
+
+    #[test]
+    fn a_drag_beside_bodies_turns_the_view() {
+        let mut desk = Desk::new();
+        let before = desk.control.camera.unwrap();
+        let corner = pos2(20.0, 20.0);
+        desk.frame(vec![Event::PointerMoved(corner)]);
+        desk.frame(vec![Desk::button(corner, true)]);
+        for i in 1..12_u8 {
+            desk.frame(vec![Event::PointerMoved(corner + vec2(f32::from(i) * 8.0, 0.0))]);
+        }
+        let after = desk.control.camera.unwrap();
+        assert!(desk.shown.held.is_none());
+        assert!((after.eye - before.eye).length() > 0.3);
+        assert!((after.distance() - before.distance()).abs() < 1.0e-3);
+    }
+
+    #[test]
+    fn keys_pause_step_and_go_back() {
+        let mut desk = Desk::new();
+        let mut press = |key| {
+            let event = |pressed| Event::Key {
+                key,
+                physical_key: None,
+                pressed,
+                repeat: false,
+                modifiers: Modifiers::NONE,
+            };
+            desk.frame(vec![event(true), event(false)]);
+            (desk.shown.step, desk.shown.playing)
+        };
+        assert_eq!(press(Key::ArrowRight), (1, false));
+        assert_eq!(press(Key::ArrowRight), (2, false));
+        assert_eq!(press(Key::ArrowLeft), (1, false));
+        assert_eq!(press(Key::Space), (1, true));
+        assert_eq!(press(Key::R), (0, false));
+    }
+
+    #[test]
+    fn looking_at_the_panel_changes_no_setting() {
+        let mut desk = Desk::new();
+        for _ in 0..5 {
+            let sent = desk.frame(vec![]);
+            assert!(sent.is_empty(), "{sent:?}");
+        }
+    }
+}
