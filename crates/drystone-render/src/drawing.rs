@@ -71,6 +71,8 @@ pub struct Look<'a> {
     pub picked: Option<drystone::BodyId>,
     /// The color of a body, by its slot; a body without one has its own.
     pub colors: Option<&'a [Color]>,
+    /// Where a body is drawn instead of where it is, by its slot: between two steps.
+    pub poses: Option<&'a [Pose]>,
 }
 
 /// What is to be drawn of a world.
@@ -157,7 +159,9 @@ impl Drawing {
         if look.picked == Some(body.id()) {
             finish |= HIGHLIGHT;
         }
-        let (mut pose, mut fit) = (shape.pose(), fit);
+        let between = look.poses.and_then(|p| p.get(body.id().index() as usize));
+        let (mut pose, mut fit) =
+            (between.map_or_else(|| shape.pose(), |p| p.compose(&shape.local_pose())), fit);
         match shape.shape() {
             Shape::HalfSpace { normal, offset } => {
                 (pose, fit) = self.square(&pose, *normal, *offset);
