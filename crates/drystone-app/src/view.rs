@@ -12,7 +12,7 @@ use drystone_view::{Options, show};
 
 use crate::Outcome;
 use crate::cli::{Overlay, Source, View};
-use crate::load::{build, load};
+use crate::load::{Loaded, build, load};
 use crate::output::Failure;
 use crate::render::quiet_driver;
 use crate::simulate::{Settings, configure};
@@ -79,5 +79,10 @@ fn open(args: &View, source: &Source, executor: &Arc<dyn Executor>) -> Result<Op
     let hz = args.hz.unwrap_or(scene.hz);
     let mut running = build(scene, &source.scene)?;
     running.world.set_executor(Arc::clone(executor));
-    Ok(Opened { name: scene.name.clone(), running, hz })
+    let name = match &loaded {
+        // With its parameters.
+        Loaded::BuiltIn(_) => source.scene.trim().to_owned(),
+        Loaded::Gltf(_) => scene.name.clone(),
+    };
+    Ok(Opened { name, running, hz })
 }

@@ -313,14 +313,21 @@ fn outline(wall: &Instance) -> impl Iterator<Item = Line> + use<> {
 struct Batches {
     list: Vec<Batch>,
     number: std::collections::BTreeMap<[usize; 3], usize>,
+    /// Key and number of the last one: bodies often come in rows of one form.
+    last: Option<([usize; 3], usize)>,
 }
 
 impl Batches {
     fn push(&mut self, form: Form, instance: Instance) {
-        let number = *self.number.entry(form.key()).or_insert_with(|| {
-            self.list.push(Batch { form, instances: Vec::new() });
-            self.list.len() - 1
-        });
+        let key = form.key();
+        let number = match self.last {
+            Some((last, number)) if last == key => number,
+            _ => *self.number.entry(key).or_insert_with(|| {
+                self.list.push(Batch { form, instances: Vec::new() });
+                self.list.len() - 1
+            }),
+        };
+        self.last = Some((key, number));
         self.list[number].instances.push(instance);
     }
 }

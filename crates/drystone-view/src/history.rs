@@ -13,6 +13,9 @@ const MOST_STATES: usize = 64;
 /// Memory that they take at most [bytes], by a rough count.
 const MOST_BYTES: usize = 1 << 29;
 
+/// From here on a state is large [bytes].
+const LARGE: usize = 1 << 21;
+
 /// What the user does to a world before a step.
 #[derive(Clone, Debug)]
 pub enum Input {
@@ -69,7 +72,9 @@ impl History {
     #[must_use]
     pub fn new(running: Running, dt: f32) -> Self {
         let states = BTreeMap::from([(0, running.clone())]);
-        Self { running, dt, states, every: 8, inputs: BTreeMap::new(), done: 0, furthest: 0 }
+        // A large state takes as long to copy as a step: they are kept less often.
+        let every = if bytes(&running.world) > LARGE { 32 } else { 8 };
+        Self { running, dt, states, every, inputs: BTreeMap::new(), done: 0, furthest: 0 }
     }
 
     /// Another run with the same past. It keeps only the first state: the others come again as they are

@@ -87,7 +87,7 @@ impl Panel {
     }
 
     fn scenes(&mut self, ui: &mut Ui, shown: &Shown, send: &mut dyn FnMut(Command)) {
-        ui.menu_button(RichText::new(format!("{} ⏷", shown.name)).heading(), |ui| {
+        ui.menu_button(RichText::new(format!("{} ...", shown.name)).heading(), |ui| {
             ui.set_min_width(320.0);
             ui.horizontal(|ui| {
                 let hint = "name:key=value, or a path";

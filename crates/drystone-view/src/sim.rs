@@ -69,7 +69,7 @@ pub struct Sample {
     pub stages: [f32; Stage::ALL.len()],
     /// Kinetic and potential energy [J].
     pub energy: f64,
-    /// Deepest overlap of two bodies [m].
+    /// Deepest overlap of two bodies [m]; in large worlds that of a few steps ago.
     pub overlap: f32,
 }
 
@@ -106,7 +106,7 @@ pub struct Shown {
     /// One run, or two side by side.
     pub views: Vec<View>,
     /// What the picture is about.
-    pub subject: Subject,
+    pub subject: Arc<Subject>,
     /// Steps taken.
     pub step: u64,
     /// The last step that was reached.
@@ -168,6 +168,10 @@ struct Side {
     samples: Vec<Sample>,
     /// Where bodies were before the last step, by their slots; empty if nobody asks.
     before: Vec<Option<(BodyId, Pose)>>,
+    /// Counted now and then: it takes a look at every contact.
+    counts: WorldCounts,
+    /// Deepest overlap at the last look [m].
+    overlap: f32,
 }
 
 /// The worlds, their past and what is asked of them.
@@ -177,7 +181,7 @@ pub struct Simulation {
     scene: u64,
     /// One, or two that are shown side by side: they get the same inputs.
     sides: Vec<Side>,
-    subject: Subject,
+    subject: Arc<Subject>,
     playing: bool,
     speed: f32,
     overlays: Overlays,
@@ -197,7 +201,7 @@ impl Simulation {
     /// Stands at the beginning of a scene.
     #[must_use]
     pub fn new(opened: Opened, open: Opener, playing: bool) -> Self {
-        let subject = Subject::of(&opened.running.world);
+        let subject = Arc::new(Subject::of(&opened.running.world));
         let history = History::new(opened.running, opened.hz.recip());
         Self {
             open,
@@ -359,7 +363,7 @@ impl Simulation {
             .unwrap_or_else(|_| Err(format!("{what}: the loader failed; please report this file")));
         match opened {
             Ok(Opened { name, running, hz }) => {
-                self.subject = Subject::of(&running.world);
+                self.subject = Arc::new(Subject::of(&running.world));
                 self.sides = vec![Side::new(History::new(running, hz.recip()))];
                 (self.name, self.scene) = (name, self.scene + 1);
                 (self.grab, self.picked) = (None, None);
@@ -406,7 +410,12 @@ impl Simulation {
             name: self.name.clone(),
             scene: self.scene,
             views,
-            subject: if self.playing { self.subject.clone() } else { Subject::of(world) },
+            // While it runs what was framed at first is shown again: to look anew takes too long.
+            subject: if self.playing {
+                Arc::clone(&self.subject)
+            } else {
+                Arc::new(Subject::of(world))
+            },
             step,
             furthest,
             dt: self.history().dt(),
@@ -419,7 +428,11 @@ impl Simulation {
     }
 
     fn view(&mut self, number: usize, part: f32) -> View {
-        let samples = std::mem::take(&mut self.sides[number].samples);
+        let side = &mut self.sides[number];
+        let samples = std::mem::take(&mut side.samples);
+        if !self.playing || side.is_time_to_look() {
+            side.counts = side.history.now().world.counts();
+        }
         let side = &self.sides[number];
         let world = &side.history.now().world;
         let colors = overlay::body_colors(world, self.overlays.tint);
@@ -437,7 +450,7 @@ impl Simulation {
         }
         View {
             drawing,
-            counts: world.counts(),
+            counts: side.counts,
             config: world.config().clone(),
             samples,
             hash: (!self.playing).then(|| world.state_hash()),
@@ -460,7 +473,8 @@ impl Simulation {
         wake();
     }
 
-    fn step(&mut self) {
+    /// Takes a step of all sides, running or not.
+    pub fn step(&mut self) {
         let between = self.playing && self.is_slow();
         for number in 0..self.sides.len() {
             if let Some(input) = self.pull(number) {
@@ -531,8 +545,15 @@ impl Simulation {
 }
 
 impl Side {
-    const fn new(history: History) -> Self {
-        Self { history, samples: Vec::new(), before: Vec::new() }
+    fn new(history: History) -> Self {
+        let counts = history.now().world.counts();
+        Self { history, samples: Vec::new(), before: Vec::new(), counts, overlap: 0.0 }
+    }
+
+    /// Whether a look at every contact is due: after each step of a small world, now and then in a
+    /// large one.
+    const fn is_time_to_look(&self) -> bool {
+        self.counts.pairs < 4096 || self.history.step_count().is_multiple_of(8)
     }
 
     /// A step; `between` says whether there will be pictures between the last two.
@@ -558,7 +579,10 @@ impl Side {
         })?;
         let world = &self.history.now().world;
         let depth = |c: ContactRef<'_>| c.points().map(|p| -p.separation).fold(0.0, f32::max);
-        let overlap = world.contacts().map(depth).fold(0.0, f32::max);
+        if self.is_time_to_look() {
+            self.overlap = world.contacts().map(depth).fold(0.0, f32::max);
+        }
+        let overlap = self.overlap;
         let energy = world.kinetic_energy() + world.potential_energy();
         self.samples.push(Sample { stages, energy, overlap });
         Ok(())

@@ -17,7 +17,7 @@ use crate::panel::{Panel, help};
 use crate::sim::{Command, Shown};
 
 /// Width of the panel [points of the screen].
-const PANEL: f32 = 260.0;
+const PANEL: f32 = 310.0;
 
 pub(super) struct Stage {
     pub(super) window: Arc<Window>,
@@ -246,7 +246,12 @@ fn arrange(
     });
     let free = ui.available_rect_before_wrap();
     let area = ui.interact(free, Id::unique("picture"), Sense::click_and_drag());
+    let before = control.parts.len();
     control.divide(free, shown.views.len());
+    if let Some(camera) = control.camera.filter(|_| before > 0 && before != control.parts.len()) {
+        // Half the width shows the same from farther off.
+        control.camera = Some(camera.dollied(if before == 1 { 1.6 } else { 1.0 / 1.6 }));
+    }
     if control.camera.is_none() {
         control.frame(&shown.subject);
     }
@@ -323,7 +328,7 @@ mod tests {
     }
 
     /// Where the middle of what is framed is seen, beside the panel.
-    const MIDDLE: Pos2 = pos2(370.0, 300.0);
+    const MIDDLE: Pos2 = pos2(345.0, 300.0);
 
     #[test]
     fn a_drag_over_a_body_pulls_it_and_leaves_the_camera() {
