@@ -20,6 +20,7 @@ Examples:
   drystone view wall:ball=1
   drystone info scene.gltf
   drystone bench --scene large_pyramid,washer --threads 1,2
+  drystone compare stack --with soft-step --with sequential-impulses:method.sweeps=20
   drystone validate --short
   drystone scenes";
 
@@ -41,6 +42,8 @@ pub(crate) enum Command {
     View(View),
     /// Measure how long a step takes: the mean of each run, its median over runs
     Bench(Bench),
+    /// Run one scene by several methods and settings, side by side
+    Compare(Compare),
     /// List the built-in scenes: name, bodies, what each shows, its parameters
     Scenes,
     /// List the stepping methods
@@ -219,6 +222,76 @@ pub(crate) struct Bench {
     /// Write the rows; - writes them to stdout, without the table
     #[arg(long, value_name = "FILE.json")]
     pub(crate) json: Option<PathBuf>,
+}
+
+const COMPARE_EXAMPLES: &str = "\
+Examples:
+  drystone compare stack:n=20
+  drystone compare stack --with soft-step --with soft-step:substeps=16 --seconds 10
+  drystone compare wall --with soft-step --with soft-step-relax --csv wall.csv --svg wall.svg
+
+Without --with every method runs (`drystone methods` lists them). deepest and end are the deepest overlap
+in any step and after the last; speed that of the fastest body at the end; gained what kinetic and
+potential energy were above the start at most; drift and sink the farthest that a body is from where it
+was, across gravity and along it; off analytic the greatest difference of a body's velocity after one more
+step from what the method analytic makes of the same state, in parts of what gravity gives in a step.
+
+Exit status:
+  0  done
+  1  the scene cannot be read or is invalid, or a file cannot be written
+  2  wrong usage, or settings that do not go together";
+
+/// `drystone compare`.
+#[derive(Args, Debug)]
+#[command(after_help = COMPARE_EXAMPLES)]
+pub(crate) struct Compare {
+    /// Which scene.
+    #[command(flatten)]
+    pub(crate) source: Source,
+
+    /// A run: a method, with fields of the world's configuration after a colon; repeatable
+    #[arg(long, value_name = "METHOD[:KEY=VALUE,...]")]
+    pub(crate) with: Vec<String>,
+
+    /// How long to simulate [default: the scene's own length, else 10]
+    #[arg(long, value_name = "S", value_parser = seconds, conflicts_with = "steps")]
+    pub(crate) seconds: Option<f64>,
+
+    /// How long to simulate, in steps
+    #[arg(long, value_name = "N")]
+    pub(crate) steps: Option<u64>,
+
+    /// Steps per second [default: the scene's own, else 60]
+    #[arg(long, value_name = "F", value_parser = hz)]
+    pub(crate) hz: Option<f32>,
+
+    /// A field of the world's configuration for all runs; repeatable
+    #[arg(long, value_name = "KEY=VALUE", value_parser = assignment)]
+    pub(crate) set: Vec<(String, String)>,
+
+    /// Worker threads, the caller included
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=256))]
+    pub(crate) threads: u16,
+
+    /// Judge whether the scene stands even if it is not one that is known to
+    #[arg(long)]
+    pub(crate) stands: bool,
+
+    /// Write the rows as JSON
+    #[arg(long, value_name = "FILE.json")]
+    pub(crate) json: Option<PathBuf>,
+
+    /// Write the rows as comma-separated values
+    #[arg(long, value_name = "FILE.csv")]
+    pub(crate) csv: Option<PathBuf>,
+
+    /// Write a plot of overlap and kinetic energy over time
+    #[arg(long, value_name = "FILE.svg")]
+    pub(crate) svg: Option<PathBuf>,
+
+    /// Write the same plot as PNG
+    #[arg(long, value_name = "FILE.png")]
+    pub(crate) png: Option<PathBuf>,
 }
 
 const VALIDATE_EXAMPLES: &str = "\

@@ -1,12 +1,14 @@
 //! The command `drystone`: simulates scenes, writes what happened, and tells what it knows.
 //!
 //! `cli` says what may be asked; `simulate` runs a scene and feeds `trace`, `events`, `bake`, `render`
-//! and `report`; `bench` takes its time; `validate` compares with known results; `info` tells about scenes and methods. Only `output` writes to files and to stdout.
+//! and `report`; `bench` takes its time; `compare` runs it by several methods; `validate` compares with known results; `info` tells about scenes and methods. Only `output` writes to files and to stdout.
 
 mod audit;
 mod bake;
 mod bench;
 mod cli;
+mod compare;
+mod compare_plot;
 mod events;
 mod info;
 mod load;
@@ -47,6 +49,7 @@ fn main() -> ExitCode {
         Command::Simulate(args) => simulate::simulate(args),
         Command::View(args) => view::view(args),
         Command::Bench(args) => bench::bench(args),
+        Command::Compare(args) => compare::compare(args),
         Command::Scenes => info::scenes(),
         Command::Methods => info::methods(),
         Command::Info(args) => info::info(args),

@@ -99,13 +99,13 @@ pub(crate) fn simulate(args: &Simulate) -> Outcome {
 
 /// Number of steps in `seconds`, to the nearest.
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "in range: 0 to 1e15")]
-fn steps_of(seconds: f64, hz: f32) -> u64 {
+pub(crate) fn steps_of(seconds: f64, hz: f32) -> u64 {
     (seconds * f64::from(hz)).round() as u64
 }
 
 /// Time after `step` steps [s].
 #[expect(clippy::cast_precision_loss, reason = "steps are far below 2^52")]
-fn time_of(step: u64, hz: f32) -> f64 {
+pub(crate) fn time_of(step: u64, hz: f32) -> f64 {
     step as f64 / f64::from(hz)
 }
 

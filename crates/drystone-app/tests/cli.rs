@@ -503,3 +503,40 @@ fn validate_prints_its_table_and_its_exit_status_is_the_verdict() {
         assert_eq!(drystone(usage).status.code(), Some(2), "{usage:?}");
     }
 }
+
+#[test]
+fn compare_writes_a_row_a_run_with_the_hash_of_simulate_and_says_what_does_not_go_together() {
+    let folder = folder("compare");
+    let args = "compare stack:n=3 --steps 30 --with soft-step --with guendelman \
+                --with sequential-impulses:method.sweeps=4,method.persistence=off \
+                --with penalty:penalty.hertz=500 --json a.json --csv a.csv --svg a.svg --png a.png";
+    let shown = succeed(&folder, &args.split_whitespace().collect::<Vec<_>>());
+    assert!(shown.contains("limit of stability"), "{shown}");
+    let whole = json(&folder.join("a.json"));
+    let runs = whole["runs"].as_array().unwrap();
+    assert_eq!(runs.len(), 4);
+    for (run, method) in runs.iter().zip(["soft-step", "guendelman"]) {
+        let simulate =
+            ["simulate", "stack:n=3", "--steps", "30", "--method", method, "--report", "r.json"];
+        succeed(&folder, &simulate);
+        assert_eq!(run["hash"], json(&folder.join("r.json"))["hash"], "{method}");
+        assert_eq!(run["stands"], true);
+    }
+    assert_eq!(runs[0]["sweeps"].as_f64(), Some(9.0));
+    assert_eq!(runs[2]["sweeps"].as_f64(), Some(4.0));
+    assert_eq!(fs::read_to_string(folder.join("a.csv")).unwrap().lines().count(), 5);
+    assert!(fs::read_to_string(folder.join("a.svg")).unwrap().contains("polyline"));
+    assert!(fs::read(folder.join("a.png")).unwrap().starts_with(b"\x89PNG"));
+    for (with, says) in [
+        ("magic", "guendelman"),
+        ("soft-step:method.order=levels", "eight at a time"),
+        ("verlet:method.overlap=relax", "projection"),
+        ("naive:method.persistence=on", "not accumulated"),
+        ("naive:sweeps", "KEY=VALUE"),
+    ] {
+        let output = drystone(&folder, &["compare", "stack", "--with", with]);
+        let line = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{with}: {line}");
+        assert!(line.contains(says) && line.lines().count() == 1, "{with}: {line}");
+    }
+}

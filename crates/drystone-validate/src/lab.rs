@@ -391,4 +391,20 @@ impl Run {
         };
         self.dynamic().map(moved).fold(0.0, worst)
     }
+
+    /// How far the body that moved most across gravity has gone from where it was put, and how far the one
+    /// that came down farthest has come [m].
+    #[must_use]
+    pub fn drift_and_sag(&self) -> (f64, f64) {
+        let down = scale(self.gravity(), 1.0 / norm(self.gravity()));
+        let (mut drift, mut sag) = (0.0, 0.0);
+        for body in self.dynamic() {
+            let start = wide(self.scene.bodies[body].def.position);
+            let moved = crate::numeric::sub(wide(self.subject.state(body).pose.position), start);
+            let fallen = dot(moved, down);
+            sag = worst(sag, fallen);
+            drift = worst(drift, norm(crate::numeric::sub(moved, scale(down, fallen))));
+        }
+        (drift, sag)
+    }
 }

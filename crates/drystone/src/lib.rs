@@ -33,6 +33,7 @@ mod query;
 mod world;
 
 pub use base::aabb::Aabb;
+pub use base::collision::ImpactKind;
 pub use base::id::{BodyId, JointId, ShapeId};
 pub use base::jobs::{Executor, Inline};
 pub use base::math::{Mat3, Vec3, vec3};
@@ -50,16 +51,23 @@ pub use query::audit::{
     Audit, ConeUse, ConstraintId, ContactPair, ContactResidual, Energy, JointErrors, Ledger,
     Momentum, Penetration, WorstConstraint,
 };
+pub use query::stiffness::PenaltyLimit;
 pub use query::why_awake::{AwakeCause, WhyAwake};
 pub use query::{Query, RayHit};
-pub use state::config::{ContactConfig, InertiaConfig, JointConfig, SleepConfig, WorldConfig};
+pub use state::config::{
+    ContactConfig, InertiaConfig, JointConfig, PenaltyConfig, SleepConfig, WorldConfig,
+};
 pub use state::def::{
     AxisLocks, BodyDef, BodyKind, DefError, JointDef, JointKind, MassDef, ShapeDef, Spring,
 };
 pub use state::events::{ContactEvent, Events, Fault, FaultKind, HitEvent, SensorEvent};
 pub use state::material::{Combine, Filter, Material};
 pub use state::method::{Method, Pass};
+pub use state::options::{
+    Damping, Integration, MethodOptions, Order, Overlap, Persistence, Rest, Shock,
+};
 pub use step::Stage;
 pub use world::{
-    BodyMut, BodyRef, ContactPoint, ContactRef, JointRef, ShapeMut, ShapeRef, World, WorldCounts,
+    BodyMut, BodyRef, ContactPoint, ContactRef, Impact, ImpactBody, ImpactSurface, JointRef,
+    ShapeMut, ShapeRef, World, WorldCounts, impact,
 };

@@ -5,8 +5,11 @@ use drystone_bench::EngineError;
 use drystone_scene::Scene;
 
 use super::impact::mixed;
+use super::rolling::pushed_plate;
 use crate::lab::{Lab, Protocol, Run};
-use crate::numeric::{D3, Random, add, narrow, norm, scale, single, sub, turn, wide, worst};
+use crate::numeric::{
+    Crossings, D3, Random, add, narrow, norm, scale, single, sub, turn, wide, worst,
+};
 use crate::row::{Rows, Unit, limits};
 use crate::setup::{G, Surface, add_floor, ball, block, empty};
 use crate::test::Test;
@@ -157,10 +160,14 @@ fn convergence(lab: &Lab, rows: &mut Rows) -> Result<(), EngineError> {
     for (id, case) in
         [("A9", "x"), ("A22", "ball joint, 90°, T"), ("A24", "path, 1 s"), ("S1", "y")]
     {
-        let [coarse, half] = [lab, &fine].map(|lab| error_of(lab, id, case));
-        // S1 tells a square.
-        let power = if id == "S1" { 0.5 } else { 1.0 };
-        let (coarse, half) = (coarse?.powf(power), half?.powf(power));
+        // S1 tells a square. Its plate lies 2e-5 m and its balls 6e-5 m deep as they are published, which a
+        // contact of another stiffness, so another rate, throws up by another speed: how long the plate then
+        // sticks or flies has no order in the step. Here it is pushed after it has come to rest.
+        let [coarse, half] = [lab, &fine].map(|lab| match id {
+            "S1" => pushed_plate(lab, [0.0, 0.0, 1.0], 1.0).map(f64::sqrt),
+            _ => error_of(lab, id, case),
+        });
+        let (coarse, half) = (coarse?, half?);
         let ratio = half / coarse;
         let error = if half < 1.0e-5 { ratio.min(0.5) } else { ratio };
         rows.error(id, (0.5, ratio), error, Unit::Part, limits(0.6, 0.5));
@@ -228,17 +235,20 @@ fn wave(lab: &Lab, height: f64) -> Result<Option<f64>, EngineError> {
         bodies.push(scene.add(format!("domino {i}"), def));
     }
     let mut run = lab.start(scene)?;
-    let mut fell = vec![None; bodies.len()];
+    // Tilted by 20°. At a height of 0.1 m a piece falls every third step, so that the step's end is no time
+    // to go by: it tells speeds by 2 % at best.
+    let mut tilted = vec![Crossings::default(); bodies.len()];
+    for tilted in &mut tilted {
+        // Upright; at 50 Hz the first small one has crossed it after one step.
+        tilted.read(0.0, 0.06);
+    }
     run.until(40.0 * (height / G).sqrt() + 2.0, |run| {
-        for (body, time) in bodies.iter().zip(&mut fell) {
-            // Tilted by 20°.
-            let up = run.body(*body).direction([0.0, 1.0, 0.0])[1];
-            if time.is_none() && up < 0.94 {
-                *time = Some(run.time());
-            }
+        for (body, tilted) in bodies.iter().zip(&mut tilted) {
+            tilted.read(run.time(), run.body(*body).direction([0.0, 1.0, 0.0])[1] - 0.94);
         }
     });
-    let all: Option<Vec<f64>> = fell.into_iter().collect();
+    let first = |tilted: &Crossings| tilted.times.first().map(|(time, _)| *time);
+    let all: Option<Vec<f64>> = tilted.iter().map(first).collect();
     // From the 10th on the wave has its speed.
     Ok(all.map(|t| 15.0 * pitch / (t[25] - t[10]) / (G * height).sqrt()))
 }

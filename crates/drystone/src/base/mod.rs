@@ -5,6 +5,7 @@ pub(crate) mod double;
 pub(crate) mod quat;
 pub(crate) mod pose;
 pub(crate) mod sym3;
+pub(crate) mod collision;
 pub(crate) mod aabb;
 pub mod trig;
 pub(crate) mod id;

@@ -109,7 +109,7 @@ pub(crate) fn why_awake(tables: &Tables, row: u32) -> WhyAwake {
         BodyKind::Dynamic if !body.active() => return about_itself(AwakeCause::Asleep),
         BodyKind::Dynamic => {}
     }
-    if !config.sleep.enabled {
+    if !(config.sleep.enabled && config.method.sleeps()) {
         return about_itself(AwakeCause::SleepDisabled);
     }
     let found = reach_all(tables, row);

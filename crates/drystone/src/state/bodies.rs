@@ -44,6 +44,9 @@ pub(crate) struct Body {
     pub(crate) moments: Vec3,
     /// Principal axes [body].
     pub(crate) principal: Quat,
+    /// What rounding in free flight took from the angular velocity [rad/s, world]: below the last digits of
+    /// `w`, and 0 as soon as anything but free rotation has a part in it.
+    pub(crate) w_rest: Vec3,
     pub(crate) locks: AxisLocks,
 
     pub(crate) gravity_scale: f32,

@@ -58,6 +58,16 @@ pub struct JointConfig {
     pub tree_ratio: f32,
 }
 
+/// Contacts as springs, of the penalty methods.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PenaltyConfig {
+    /// Stiffness of a contact point as a frequency, k = m (2πf)² with the effective mass m of the point [Hz];
+    /// above 0; default 30.
+    pub hertz: f32,
+    /// Damping ratio; at least 0; default 0.5.
+    pub damping_ratio: f32,
+}
+
 /// When bodies fall asleep.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SleepConfig {
@@ -85,6 +95,8 @@ pub struct WorldConfig {
     pub inertia: InertiaConfig,
     /// Joints.
     pub joint: JointConfig,
+    /// Springs of the penalty methods.
+    pub penalty: PenaltyConfig,
     /// Sleep.
     pub sleep: SleepConfig,
 }
@@ -107,6 +119,7 @@ impl Default for WorldConfig {
             },
             inertia: InertiaConfig { most: 0.0, threshold: 30.0, refine: 1 },
             joint: JointConfig { hertz: 0.0, damping_ratio: 2.0, tree_ratio: 20.0 },
+            penalty: PenaltyConfig { hertz: 30.0, damping_ratio: 0.5 },
             sleep: SleepConfig { enabled: true, speed: 0.05, time: 0.5 },
         }
     }
@@ -121,9 +134,17 @@ const AT_MOST_64: &str = "0 (the method's own), or 1 to 64";
 
 impl WorldConfig {
     /// Paths that [`Self::set`] knows.
-    pub const PATHS: [&'static str; 20] = [
+    pub const PATHS: [&'static str; 30] = [
         "gravity",
         "method",
+        "method.order",
+        "method.shock",
+        "method.persistence",
+        "method.overlap",
+        "method.rest",
+        "method.integration",
+        "method.damping",
+        "method.sweeps",
         "substeps",
         "contact.hertz",
         "contact.damping_ratio",
@@ -139,14 +160,16 @@ impl WorldConfig {
         "joint.hertz",
         "joint.damping_ratio",
         "joint.tree_ratio",
+        "penalty.hertz",
+        "penalty.damping_ratio",
         "sleep.enabled",
         "sleep.speed",
         "sleep.time",
     ];
 
-    fn scalars(&mut self) -> [Scalar<'_>; 15] {
+    fn scalars(&mut self) -> [Scalar<'_>; 17] {
         let (c, i) = (&mut self.contact, &mut self.inertia);
-        let (j, s) = (&mut self.joint, &mut self.sleep);
+        let (j, s, p) = (&mut self.joint, &mut self.sleep, &mut self.penalty);
         [
             ("contact.hertz", AT_LEAST_ZERO, &mut c.hertz),
             ("contact.damping_ratio", AT_LEAST_ZERO, &mut c.damping_ratio),
@@ -161,6 +184,8 @@ impl WorldConfig {
             ("joint.hertz", AT_LEAST_ZERO, &mut j.hertz),
             ("joint.damping_ratio", AT_LEAST_ZERO, &mut j.damping_ratio),
             ("joint.tree_ratio", AT_LEAST_ZERO, &mut j.tree_ratio),
+            ("penalty.hertz", ABOVE_ZERO, &mut p.hertz),
+            ("penalty.damping_ratio", AT_LEAST_ZERO, &mut p.damping_ratio),
             ("sleep.speed", AT_LEAST_ZERO, &mut s.speed),
             ("sleep.time", AT_LEAST_ZERO, &mut s.time),
         ]
@@ -177,6 +202,7 @@ impl WorldConfig {
         if self.substeps > 256 {
             return Err(DefError::new("substeps", self.substeps, "0 (the method's own) to 256"));
         }
+        self.method.settle()?;
         if !(1..=8).contains(&self.inertia.refine) {
             return Err(DefError::new("inertia.refine", self.inertia.refine, "1 to 8"));
         }
@@ -194,7 +220,7 @@ impl WorldConfig {
     }
 
     /// Sets the field at `path` (see [`Self::PATHS`]) from text: numbers as written, `true` or `false`,
-    /// vectors as `x,y,z`, methods by name.
+    /// vectors as `x,y,z`, methods by name. A method comes with its own options: set it before them.
     ///
     /// # Errors
     /// No such path, text that is not a value of the field, or a value out of range; then nothing is
@@ -233,18 +259,24 @@ impl WorldConfig {
                     .parse()
                     .map_err(|_| DefError::new("sleep.enabled", text, "true or false"))?;
             }
-            _ => {
-                let known = Self::PATHS.join(", ");
-                let (name, allowed, field) = next
-                    .scalars()
-                    .into_iter()
-                    .find(|(p, _, _)| *p == path)
-                    .ok_or_else(|| DefError::new("path", path, &known))?;
-                *field = text.parse().map_err(|_| DefError::new(name, text, allowed))?;
-            }
+            _ => match next.method.set_option(path, text) {
+                Some(done) => done?,
+                None => next.set_scalar(path, text)?,
+            },
         }
         next.validate()?;
         *self = next;
+        Ok(())
+    }
+
+    fn set_scalar(&mut self, path: &str, text: &str) -> Result<(), DefError> {
+        let known = Self::PATHS.join(", ");
+        let (name, allowed, field) = self
+            .scalars()
+            .into_iter()
+            .find(|(p, _, _)| *p == path)
+            .ok_or_else(|| DefError::new("path", path, &known))?;
+        *field = text.parse().map_err(|_| DefError::new(name, text, allowed))?;
         Ok(())
     }
 }
@@ -260,6 +292,8 @@ mod tests {
             let good = match path {
                 "gravity" => "0,-1.62,0",
                 "method" => "soft-step",
+                "method.sweeps" => "0",
+                _ if path.starts_with("method.") => "own",
                 "sleep.enabled" => "false",
                 _ => "3",
             };

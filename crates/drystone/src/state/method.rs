@@ -1,6 +1,13 @@
 //! A stepping method as data: which passes run over the rows, in which order.
 
-/// One pass of the solver over bodies or colors.
+use super::def::DefError;
+use super::options::{
+    Damping, Integration, MethodOptions, Order, Overlap, Persistence, Rest, Shock,
+};
+
+/// One pass of the solver over bodies, colors or levels.
+///
+/// The first five run over blocks of eight rows; the others, of the classic methods, over rows one by one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Pass {
     /// Bodies: forces, free rotation, and the warm start carried by each body.
@@ -18,6 +25,52 @@ pub enum Pass {
     /// Islands: what meets within the time of a substep bounces. Stands before every sweep that could
     /// stop it: solve and relax.
     Impacts,
+
+    /// Bodies: forces, free rotation, damping.
+    Forces,
+    /// Rows: the impulses of the last step.
+    WarmStart,
+    /// Rows: what approaches and would overlap at the end of the substep bounces, one point after the other.
+    Bounce {
+        /// Most sweeps over all rows; 0: the method's sweeps.
+        sweeps: u32,
+        /// Forces are still to come in this substep: they are part of where bodies would be, not of the
+        /// velocity that bounces.
+        before_forces: bool,
+    },
+    /// Levels: what would overlap is stopped, by a restitution that rises from near -1 to 0 with the
+    /// sweeps, so that loads spread before all becomes rigid.
+    Stop,
+    /// Levels: what would overlap is stopped once more, from the ground up, and nothing below can be pushed.
+    Shock,
+    /// Levels: what overlaps is moved apart.
+    PushOut,
+    /// Rows: accumulated impulses, clamped as sums, with the bias of the method.
+    Accumulate,
+    /// Rows: the same without bias.
+    AccumulateRelaxed,
+    /// Rows: every overlap pushes as a damped spring.
+    Springs,
+    /// Rows: the damped springs solved together with the velocities that they cause.
+    ImplicitSprings,
+    /// Rows: positions at the end of the substep are projected until nothing overlaps.
+    Project,
+    /// Rows: accumulated impulses, in double precision, until the residual is below a millionth.
+    Converge,
+}
+
+/// Which rows a method runs on and what it can be asked.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Family {
+    /// Blocks of eight rows.
+    Wide,
+    Naive,
+    Sequential,
+    Guendelman,
+    PenaltyExplicit,
+    PenaltyImplicit,
+    Analytic,
+    Verlet,
 }
 
 /// A named list of passes.
@@ -25,22 +78,45 @@ pub enum Pass {
 pub struct Method {
     name: &'static str,
     summary: &'static str,
+    family: Family,
     substeps: u32,
+    sweeps: u32,
     inertia: f32,
     substep: Vec<Pass>,
     finish: Vec<Pass>,
+    options: MethodOptions,
+}
+
+/// The options of a method with nothing left open.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Settings {
+    pub(crate) order: Order,
+    pub(crate) shock: Shock,
+    pub(crate) persistence: bool,
+    pub(crate) overlap: Overlap,
+    pub(crate) integration: Integration,
+    pub(crate) damping: Damping,
+    pub(crate) sweeps: u32,
 }
 
 impl Method {
     /// Names that [`Self::named`] knows.
-    pub const NAMES: [&'static str; 2] = ["soft-step", "soft-step-relax"];
+    pub const NAMES: [&'static str; 9] = [
+        "soft-step",
+        "soft-step-relax",
+        "guendelman",
+        "sequential-impulses",
+        "naive",
+        "penalty",
+        "penalty-implicit",
+        "analytic",
+        "verlet",
+    ];
 
     /// The default: one fused sweep a substep, one relax sweep a step; 8 substeps.
     #[must_use]
     pub fn soft_step() -> Self {
         Self {
-            name: "soft-step",
-            summary: "8 substeps of impacts and one soft sweep each, one relax sweep at the end",
             substeps: 8,
             inertia: 8.0,
             substep: vec![
@@ -50,6 +126,11 @@ impl Method {
                 Pass::Positions,
             ],
             finish: vec![Pass::Impacts, Pass::Relax],
+            ..Self::of(
+                "soft-step",
+                "8 substeps of impacts and one soft sweep each, one relax sweep at the end",
+                Family::Wide,
+            )
         }
     }
 
@@ -58,10 +139,7 @@ impl Method {
     #[must_use]
     pub fn soft_step_relax() -> Self {
         Self {
-            name: "soft-step-relax",
-            summary: "4 substeps of impacts, a soft and a relax sweep each",
             substeps: 4,
-            inertia: 1.0,
             substep: vec![
                 Pass::Velocities,
                 Pass::Impacts,
@@ -70,7 +148,150 @@ impl Method {
                 Pass::Impacts,
                 Pass::Relax,
             ],
+            ..Self::of(
+                "soft-step-relax",
+                "4 substeps of impacts, a soft and a relax sweep each",
+                Family::Wide,
+            )
+        }
+    }
+
+    /// Collisions before forces, contacts after them, by levels from the ground up, shock propagation,
+    /// push-out [Guendelman03].
+    #[must_use]
+    pub fn guendelman() -> Self {
+        Self {
+            sweeps: 10,
+            substep: vec![
+                Pass::Bounce { sweeps: 5, before_forces: true },
+                Pass::Forces,
+                Pass::Stop,
+                Pass::Shock,
+                Pass::Positions,
+                Pass::PushOut,
+            ],
+            ..Self::of(
+                "guendelman",
+                "collisions, forces, contacts by level, shock propagation, push-out",
+                Family::Guendelman,
+            )
+        }
+    }
+
+    /// Accumulated impulses that persist from step to step, and a velocity bias [Catto05].
+    #[must_use]
+    pub fn sequential_impulses() -> Self {
+        Self {
+            sweeps: 10,
+            substep: vec![
+                Pass::Forces,
+                Pass::WarmStart,
+                Pass::Accumulate,
+                Pass::Shock,
+                Pass::Positions,
+                Pass::AccumulateRelaxed,
+                Pass::PushOut,
+            ],
+            ..Self::of(
+                "sequential-impulses",
+                "accumulated impulses that persist from step to step",
+                Family::Sequential,
+            )
+        }
+    }
+
+    /// Update, then collide: the baseline that fails.
+    #[must_use]
+    pub fn naive() -> Self {
+        Self {
+            sweeps: 1,
+            substep: vec![
+                Pass::Forces,
+                Pass::Bounce { sweeps: 0, before_forces: false },
+                Pass::Shock,
+                Pass::Positions,
+                Pass::PushOut,
+            ],
+            ..Self::of(
+                "naive",
+                "update, then collide: the baseline that fails, for comparison",
+                Family::Naive,
+            )
+        }
+    }
+
+    /// Contacts as damped springs whose forces are those of the substep's start.
+    #[must_use]
+    pub fn penalty() -> Self {
+        Self {
+            substeps: 16,
+            substep: vec![Pass::Springs, Pass::Forces, Pass::Positions],
+            ..Self::of(
+                "penalty",
+                "contacts as damped springs, explicit: diverges beyond a limit of stiffness",
+                Family::PenaltyExplicit,
+            )
+        }
+    }
+
+    /// Contacts as damped springs, solved together with the velocities that they cause.
+    #[must_use]
+    pub fn penalty_implicit() -> Self {
+        Self {
+            sweeps: 10,
+            substep: vec![Pass::Forces, Pass::WarmStart, Pass::ImplicitSprings, Pass::Positions],
+            ..Self::of(
+                "penalty-implicit",
+                "contacts as damped springs, implicit: stable for every stiffness",
+                Family::PenaltyImplicit,
+            )
+        }
+    }
+
+    /// The contact problem solved to a millionth: the reference that others are measured by. Slow.
+    #[must_use]
+    pub fn analytic() -> Self {
+        Self {
+            substep: vec![
+                Pass::Forces,
+                Pass::WarmStart,
+                Pass::Converge,
+                Pass::Positions,
+                Pass::PushOut,
+            ],
+            ..Self::of(
+                "analytic",
+                "the contact problem solved to a relative residual of 1e-6: the reference, slow",
+                Family::Analytic,
+            )
+        }
+    }
+
+    /// Positions are projected, and velocity is the way that was moved [Jakobsen01].
+    #[must_use]
+    pub fn verlet() -> Self {
+        Self {
+            sweeps: 10,
+            substep: vec![Pass::Forces, Pass::Project, Pass::Positions],
+            ..Self::of(
+                "verlet",
+                "positions are projected out of overlap; velocity is the way moved",
+                Family::Verlet,
+            )
+        }
+    }
+
+    fn of(name: &'static str, summary: &'static str, family: Family) -> Self {
+        Self {
+            name,
+            summary,
+            family,
+            substeps: 1,
+            sweeps: 0,
+            inertia: 1.0,
+            substep: Vec::new(),
             finish: Vec::new(),
+            options: MethodOptions::default(),
         }
     }
 
@@ -80,6 +301,13 @@ impl Method {
         match name {
             "soft-step" => Some(Self::soft_step()),
             "soft-step-relax" => Some(Self::soft_step_relax()),
+            "guendelman" => Some(Self::guendelman()),
+            "sequential-impulses" => Some(Self::sequential_impulses()),
+            "naive" => Some(Self::naive()),
+            "penalty" => Some(Self::penalty()),
+            "penalty-implicit" => Some(Self::penalty_implicit()),
+            "analytic" => Some(Self::analytic()),
+            "verlet" => Some(Self::verlet()),
             _ => None,
         }
     }
@@ -105,10 +333,14 @@ impl Method {
     /// Greatest factor of load-adaptive inertia unless the world's configuration says otherwise; 1: none.
     #[must_use]
     pub const fn inertia(&self) -> f32 {
-        self.inertia
+        match self.options.shock {
+            Shock::Off => 1.0,
+            Shock::Inertia => 8.0,
+            Shock::Own | Shock::Full => self.inertia,
+        }
     }
 
-    /// The passes of a substep.
+    /// The passes of a substep. Those of an option that is off do nothing.
     #[must_use]
     pub fn substep(&self) -> &[Pass] {
         &self.substep
@@ -118,5 +350,209 @@ impl Method {
     #[must_use]
     pub fn finish(&self) -> &[Pass] {
         &self.finish
+    }
+
+    /// What is switched of it.
+    #[must_use]
+    pub const fn options(&self) -> &MethodOptions {
+        &self.options
+    }
+
+    /// The method with these options.
+    ///
+    /// # Errors
+    /// An option that makes no sense for this method, with the reason.
+    pub fn with_options(mut self, options: MethodOptions) -> Result<Self, DefError> {
+        self.options = options;
+        self.settle()?;
+        Ok(self)
+    }
+
+    /// True if it runs over rows one by one, not over blocks of eight.
+    pub(crate) fn is_classic(&self) -> bool {
+        self.family != Family::Wide
+    }
+
+    /// Whether impulses of the last step are where the next one starts.
+    pub(crate) fn persists(&self) -> bool {
+        match self.options.persistence {
+            Persistence::On => true,
+            Persistence::Off => false,
+            Persistence::Own => matches!(
+                self.family,
+                Family::Wide | Family::Sequential | Family::PenaltyImplicit | Family::Analytic
+            ),
+        }
+    }
+
+    /// Whether still islands may sleep.
+    pub(crate) fn sleeps(&self) -> bool {
+        self.options.rest != Rest::Nothing
+    }
+
+    /// Sweeps over the contacts in a step of as many substeps, of a method of blocks.
+    pub(crate) fn wide_sweeps(&self, substeps: u32) -> u32 {
+        let count = |passes: &[Pass]| {
+            let sweeps = passes.iter().filter(|p| matches!(p, Pass::Solve { .. } | Pass::Relax));
+            u32::try_from(sweeps.count()).unwrap_or(u32::MAX)
+        };
+        (count(&self.substep) * substeps).saturating_add(count(&self.finish))
+    }
+
+    /// The options with nothing left open.
+    ///
+    /// # Errors
+    /// An option that makes no sense for this method, with the reason.
+    pub(crate) fn settle(&self) -> Result<Settings, DefError> {
+        use Family::{Analytic, Guendelman, Naive, PenaltyExplicit, Verlet, Wide};
+        let (o, f) = (&self.options, self.family);
+        o.check_numbers()?;
+        if o.persistence == Persistence::On
+            && matches!(f, Naive | Guendelman | Verlet | PenaltyExplicit)
+        {
+            return self.no("method.persistence", "on", "off: its impulses are not accumulated");
+        }
+        if f == Wide && !matches!(o.damping, Damping::Own | Damping::Pade) {
+            return self.no("method.damping", o.damping.word(), "pade: it is part of its kernel");
+        }
+        if o.sweeps > 0 && matches!(f, Wide | PenaltyExplicit | Analytic) {
+            let reason = "0: it makes as many as it needs";
+            return self.no("method.sweeps", &o.sweeps.to_string(), reason);
+        }
+        Ok(Settings {
+            order: self.settle_order()?,
+            shock: self.settle_shock()?,
+            persistence: self.persists(),
+            overlap: self.settle_overlap()?,
+            integration: self.settle_integration()?,
+            damping: if o.damping == Damping::Own { Damping::Pade } else { o.damping },
+            sweeps: if o.sweeps > 0 { o.sweeps } else { self.sweeps },
+        })
+    }
+
+    /// A value that the method cannot have.
+    fn no<T>(&self, path: &str, word: &str, reason: &str) -> Result<T, DefError> {
+        Err(DefError::new(path, word, &format!("with {}, {reason}", self.name)))
+    }
+
+    fn settle_order(&self) -> Result<Order, DefError> {
+        match (self.options.order, self.family) {
+            (Order::Own, Family::Guendelman) => Ok(Order::Levels),
+            (Order::Own | Order::Colors, _) => Ok(Order::Colors),
+            (Order::Levels, Family::Wide) => {
+                self.no("method.order", "levels", "colors: rows are solved eight at a time")
+            }
+            (Order::Levels, Family::PenaltyExplicit) => {
+                self.no("method.order", "levels", "own: forces have no order")
+            }
+            (Order::Levels, Family::Analytic) => {
+                self.no("method.order", "levels", "own: it solves all rows at once")
+            }
+            (Order::Levels, _) => Ok(Order::Levels),
+        }
+    }
+
+    fn settle_shock(&self) -> Result<Shock, DefError> {
+        use Family::{Guendelman, Naive, Sequential, Wide};
+        match (self.options.shock, self.family) {
+            (Shock::Own, Guendelman) | (Shock::Full, Guendelman | Sequential | Naive) => {
+                Ok(Shock::Full)
+            }
+            (Shock::Own | Shock::Off, _) => Ok(Shock::Off),
+            (Shock::Inertia, Wide) => Ok(Shock::Inertia),
+            (Shock::Inertia, _) => {
+                let reason = "off: only soft-step and soft-step-relax weigh loads";
+                self.no("method.shock", "inertia", reason)
+            }
+            (Shock::Full, Wide) => {
+                let reason = "inertia or off: infinite masses between frozen rows would carry the \
+                              load themselves, and friction with it";
+                self.no("method.shock", "full", reason)
+            }
+            (Shock::Full, _) => {
+                let reason = "off: it has no sweep whose rest a shock could take";
+                self.no("method.shock", "full", reason)
+            }
+        }
+    }
+
+    fn settle_overlap(&self) -> Result<Overlap, DefError> {
+        use Family::{
+            Analytic, Guendelman, Naive, PenaltyExplicit, PenaltyImplicit, Sequential, Verlet, Wide,
+        };
+        let o = self.options.overlap;
+        let no = |reason: &str| self.no("method.overlap", o.word(), reason);
+        match (o, self.family) {
+            (Overlap::Own | Overlap::Relax, Wide) => Ok(Overlap::Relax),
+            (_, Wide) => no("relax: it is what its list ends with"),
+            (Overlap::Own, Sequential | Analytic) => Ok(Overlap::VelocityBias),
+            (Overlap::Own, Guendelman) => Ok(Overlap::PushOut),
+            (Overlap::Own, _) => Ok(Overlap::Nothing),
+            (_, PenaltyExplicit | PenaltyImplicit) => {
+                no("own: its springs are what removes overlap")
+            }
+            (_, Verlet) => no("own: its projection is what removes overlap"),
+            (Overlap::Relax | Overlap::VelocityBias, Naive | Guendelman) => {
+                no("push-out or none: its impulses have no bias")
+            }
+            (Overlap::Relax, Analytic) => {
+                no("velocity-bias, push-out or none: it has no sweep to relax with")
+            }
+            (chosen, _) => Ok(chosen),
+        }
+    }
+
+    fn settle_integration(&self) -> Result<Integration, DefError> {
+        let o = self.options.integration;
+        let no = |reason: &str| self.no("method.integration", o.word(), reason);
+        match (o, self.family) {
+            (Integration::Own | Integration::Verlet, Family::Verlet) => Ok(Integration::Verlet),
+            (_, Family::Verlet) => no("verlet: it has no other velocity"),
+            (Integration::Verlet, _) => {
+                no("exact or euler: velocity by way moved is the method verlet")
+            }
+            (Integration::Euler, Family::Wide) => no("exact: bodies in flight take no part in it"),
+            (Integration::Own | Integration::Exact, _) => Ok(Integration::Exact),
+            (Integration::Euler, _) => Ok(Integration::Euler),
+        }
+    }
+
+    /// Sets an option from text; `None` if there is none of this path.
+    pub(crate) fn set_option(&mut self, path: &str, text: &str) -> Option<Result<(), DefError>> {
+        self.options.set(path, text)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Method;
+    use crate::state::options::{MethodOptions, Order, Overlap, Shock};
+
+    #[test]
+    fn every_name_has_its_method_and_every_method_its_own_options() {
+        for name in Method::NAMES {
+            let method = Method::named(name).unwrap();
+            assert_eq!(method.name(), name);
+            method.settle().unwrap();
+            assert!(!method.substep().is_empty());
+        }
+    }
+
+    #[test]
+    fn combinations_that_make_no_sense_are_refused_with_the_reason() {
+        let with = |name: &str, options: MethodOptions| {
+            Method::named(name).unwrap().with_options(options).map_err(|e| e.to_string())
+        };
+        let own = MethodOptions::default();
+        let levels = MethodOptions { order: Order::Levels, ..own };
+        assert!(with("soft-step", levels).unwrap_err().contains("eight at a time"));
+        assert!(with("sequential-impulses", levels).is_ok());
+        let shock = MethodOptions { shock: Shock::Full, ..own };
+        assert!(with("soft-step", shock).unwrap_err().contains("friction"));
+        assert!(with("naive", shock).is_ok());
+        let overlap = MethodOptions { overlap: Overlap::PushOut, ..own };
+        assert!(with("verlet", overlap).unwrap_err().contains("projection"));
+        let sweeps = MethodOptions { sweeps: 100_001, ..own };
+        assert!(with("naive", sweeps).unwrap_err().contains("100000"));
     }
 }

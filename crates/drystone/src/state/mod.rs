@@ -1,6 +1,7 @@
 //! Layer 2: the tables, all that lives from step to step, and the definitions that rows are made of.
 
 pub(crate) mod config;
+pub(crate) mod options;
 pub(crate) mod method;
 pub(crate) mod check;
 pub(crate) mod def;

@@ -5,7 +5,7 @@ use fearless_simd::Level;
 use super::solver::inertia::LoadInertia;
 use super::solver::softness::{Compliance, Softness};
 use crate::base::math::Vec3;
-use crate::state::config::WorldConfig;
+use crate::state::config::{PenaltyConfig, WorldConfig};
 
 /// Fastest push-out of an island that takes its substeps in parts [m/s]. As it begins to, its contacts get
 /// stiffer by the square of the parts: with the world's 3 m/s a stack of 30 boxes hopped, with 0.05 too.
@@ -37,6 +37,8 @@ pub(crate) struct StepContext {
     pub(crate) inertia: LoadInertia,
     /// Factor of the last step's impulses: substeps may have had another length.
     pub(crate) impulse_scale: f32,
+    /// Springs of the penalty methods.
+    pub(crate) penalty: PenaltyConfig,
     /// Factor to the impulses that are kept, which are those of the world's substep, whatever parts
     /// an island takes it in.
     pub(crate) store_scale: f32,
@@ -50,7 +52,8 @@ impl StepContext {
             if config.substeps == 0 { config.method.substeps() } else { config.substeps }.max(1);
         #[expect(clippy::cast_precision_loss, reason = "at most 256")]
         let h = dt / substeps as f32;
-        let impulse_scale = if last_h > 0.0 { (h / last_h).min(4.0) } else { 0.0 };
+        let persists = last_h > 0.0 && config.method.persists();
+        let impulse_scale = if persists { (h / last_h).min(4.0) } else { 0.0 };
         Self::with(config, dt, [substeps, 1], impulse_scale, level)
     }
 
@@ -101,6 +104,7 @@ impl StepContext {
             soft_fixed: Softness::new(2.0 * hertz, 0.5 * c.damping_ratio, h),
             inertia: LoadInertia { most, threshold: config.inertia.threshold },
             soft_joint: Softness::new(joint_hertz, config.joint.damping_ratio, h),
+            penalty: config.penalty,
             soft_tree: Compliance::new(joint_hertz, config.joint.damping_ratio, h),
             tree_ratio: config.joint.tree_ratio,
             impulse_scale: impulse_scale / parts as f32,

@@ -13,6 +13,7 @@ pub(crate) mod sleep;
 use self::context::StepContext;
 use self::finalize::Note;
 use crate::base::jobs::Executor;
+use crate::state::config::SleepConfig;
 use crate::state::events::{Fault, FaultKind};
 use crate::state::sets::Sets;
 use crate::state::tables::Tables;
@@ -79,6 +80,19 @@ pub(crate) struct Scratch {
     sleep: sleep::Scratch,
 }
 
+impl Scratch {
+    /// Sweeps over the contacts in the last step.
+    pub(crate) const fn sweeps(&self) -> u32 {
+        self.solver.sweeps
+    }
+
+    /// Relative residual of the contacts in the last step, of the analytic method, and whether they were
+    /// too many for it.
+    pub(crate) fn residual(&self) -> (f64, bool) {
+        self.solver.residual()
+    }
+}
+
 /// The step. `after` is told of every stage that is done.
 pub(crate) fn step(
     ctx: &StepContext,
@@ -106,8 +120,8 @@ pub(crate) fn step(
     let contexts = [ctx, &ctx.refined(config)];
     solver::solve(contexts, method, read, joints, contacts, colors, &mut s.solver, jobs);
     after(Stage::Solver);
-    let rest = &config.sleep;
-    finalize::advance_poses(ctx, rest, bodies, shapes, bounds, &s.solver, &mut s.finalize, jobs);
+    let rest = SleepConfig { enabled: config.sleep.enabled && method.sleeps(), ..config.sleep };
+    finalize::advance_poses(ctx, &rest, bodies, shapes, bounds, &s.solver, &mut s.finalize, jobs);
     after(Stage::Finalize);
     sweep::stop_fast_bodies(ctx, s.finalize.notes(), bodies, shapes, bounds, &mut s.sweep, jobs);
     after(Stage::Sweep);
@@ -116,7 +130,7 @@ pub(crate) fn step(
     quarantine(&mut sets, s.finalize.notes(), tables.steps + 1);
     after(Stage::Sensor);
     let still = s.finalize.notes();
-    sleep::rest_still_islands(&config.sleep, still, tables.steps, &mut sets, &mut s.sleep);
+    sleep::rest_still_islands(&rest, still, tables.steps, &mut sets, &mut s.sleep);
     after(Stage::Sleep);
 }
 

@@ -53,6 +53,7 @@ impl World {
             island: NONE,
             island_previous: NONE,
             island_next: NONE,
+            w_rest: Vec3::ZERO,
             inertia_factor: 1.0,
             refined: false,
             load: 0.0,

@@ -3,7 +3,9 @@
 use super::World;
 use crate::base::id::BodyId;
 use crate::query::audit::{self, Audit, Books, Ledger, WorstConstraint};
+use crate::query::stiffness::{PenaltyLimit, penalty_limit};
 use crate::query::why_awake::{WhyAwake, why_awake};
+use crate::state::method::Method;
 
 impl World {
     /// How right the world is now: energy, momentum, overlaps, joint errors, friction cones, what the
@@ -33,6 +35,55 @@ impl World {
     #[must_use]
     pub fn audit(&self) -> Audit {
         audit::audit(&self.tables, self.books.as_deref(), self.last_h, self.context().substeps)
+    }
+
+    /// How stiff the contacts of now are as springs of the configuration's `penalty`, and the longest substep
+    /// with which the method `penalty` stays stable. Bodies that come to lie on each other make it shorter.
+    #[must_use]
+    pub fn penalty_limit(&self) -> PenaltyLimit {
+        penalty_limit(&self.tables)
+    }
+
+    /// How far the method `analytic` was from solving the contacts in the last step: what a row still asked
+    /// for, as a part of the greatest speed of a contact point before; 0 with other methods. Above 1e-6 it
+    /// gave up: [`Self::warnings`] says why.
+    #[must_use]
+    pub fn contact_residual(&self) -> f64 {
+        self.scratch.residual().0
+    }
+
+    /// What will go wrong with steps of `dt` [s], as far as it can be known: that `penalty` is beyond its
+    /// limit of stability, or that `analytic` gave up in the last step. A sentence each.
+    #[must_use]
+    pub fn warnings(&self, dt: f32) -> Vec<String> {
+        let config = &self.tables.config;
+        let mut warnings = Vec::new();
+        if config.method.name() == Method::penalty().name() && dt > 0.0 {
+            let substeps = self.context().substeps;
+            #[expect(clippy::cast_precision_loss, reason = "at most 256")]
+            let h = dt / substeps as f32;
+            let limit = self.penalty_limit();
+            if h > limit.longest_substep {
+                warnings.push(format!(
+                    "substeps of {h:.6} s are longer than {:.6} s, the limit of stability of the contact \
+                     springs (penalty.hertz={}, up to {:.1} Hz with the contacts of now): overlaps will \
+                     grow; allowed are more substeps, a lower penalty.hertz or penalty-implicit",
+                    limit.longest_substep, config.penalty.hertz, limit.hertz
+                ));
+            }
+        }
+        let (residual, too_large) = self.scratch.residual();
+        if residual > 1.0e-6 {
+            let why = if too_large {
+                "they are too many and too entangled for a direct solve"
+            } else {
+                "no impulses were found that keep Coulomb's law at all of them"
+            };
+            warnings.push(format!(
+                "analytic left the contacts of the last step at a residual of {residual:.1e}, not 1e-6: {why}"
+            ));
+        }
+        warnings
     }
 
     /// The contact or joint that is farthest from what it asks [m]; `None` if all do.

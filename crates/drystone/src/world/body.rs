@@ -246,7 +246,7 @@ impl<'w> BodyMut<'w> {
             return;
         }
         body.faulted = false;
-        (body.v, body.w) = (v, w);
+        (body.v, body.w, body.w_rest) = (v, w, Vec3::ZERO);
         if v != Vec3::ZERO || w != Vec3::ZERO {
             if self.body().kind == BodyKind::Kinematic {
                 self.wake_neighbors();

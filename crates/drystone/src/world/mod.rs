@@ -4,12 +4,14 @@
 mod add;
 mod audit;
 mod body;
+mod impact;
 mod joint;
 mod mass;
 mod shape;
 mod view;
 
 pub use self::body::{BodyMut, BodyRef};
+pub use self::impact::{Impact, ImpactBody, ImpactSurface, impact};
 pub use self::joint::JointRef;
 pub use self::shape::{ShapeMut, ShapeRef};
 pub use self::view::{ContactPoint, ContactRef, WorldCounts};
@@ -186,6 +188,12 @@ impl World {
     #[must_use]
     pub const fn step_count(&self) -> u64 {
         self.tables.steps
+    }
+
+    /// Sweeps over the contacts in the last step, of all substeps together: what a method's time goes by.
+    #[must_use]
+    pub const fn sweep_count(&self) -> u32 {
+        self.scratch.sweeps()
     }
 
     /// What happened in the last step.

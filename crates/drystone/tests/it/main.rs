@@ -9,5 +9,6 @@ mod scenario_impacts;
 mod scenario_inertia;
 mod scenario_joints;
 mod scenario_mesh;
+mod scenario_methods;
 mod scenario_motion;
 mod scenario_seams;

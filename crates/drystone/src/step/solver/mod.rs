@@ -13,12 +13,14 @@ pub(crate) mod contact;
 pub(crate) mod joint;
 pub(crate) mod inertia;
 pub(crate) mod integrate;
+mod classic;
 mod impact;
 mod pack;
 mod pack_extra;
 mod pack_joint;
 mod plan;
 mod forest;
+mod swing;
 mod tree;
 mod touch;
 mod unpack;
@@ -42,7 +44,7 @@ use crate::base::grow;
 use crate::base::jobs::{Executor, Inline, for_ranges, grain};
 use crate::base::math::Vec3;
 use crate::base::wide::LANES;
-use crate::state::bodies::{Bodies, Body, NONE};
+use crate::state::bodies::{Bodies, Body};
 use crate::state::colors::Colors;
 use crate::state::contacts::{Contact, Contacts};
 use crate::state::islands::Islands;
@@ -73,6 +75,10 @@ pub(crate) struct Scratch {
     free: Vec<bool>,
     /// A bit for each lane of a block whose touch is new.
     begun: Vec<u8>,
+    /// Of the methods that run over rows one by one.
+    classic: classic::Scratch,
+    /// Sweeps over the contacts in the last step.
+    pub(crate) sweeps: u32,
 }
 
 impl Scratch {
@@ -82,13 +88,20 @@ impl Scratch {
         self.free.get(line).copied().unwrap_or(false)
     }
 
+    /// Relative residual of the contacts in the last step, of the analytic method, and whether they were
+    /// too many for it.
+    pub(crate) fn residual(&self) -> (f64, bool) {
+        (self.classic.residual, self.classic.too_large)
+    }
+
     /// Contact rows that were pressed together for the first time.
     pub(crate) fn begun(&self) -> impl Iterator<Item = u32> {
         let pressed =
             self.begun.iter().zip(&self.plan.contacts.owners).filter(|(bits, _)| **bits != 0);
-        pressed.flat_map(|(bits, owners)| {
+        let blocks = pressed.flat_map(|(bits, owners)| {
             (0_u8..).zip(owners).filter(move |(lane, _)| bits >> lane & 1 == 1).map(|(_, row)| *row)
-        })
+        });
+        blocks.chain(self.classic.begun.iter().copied())
     }
 }
 
@@ -143,6 +156,12 @@ pub(crate) fn solve(
     jobs: &dyn Executor,
 ) {
     let s = scratch;
+    if method.is_classic() {
+        classic::solve(ctx, method, Input { bodies, shapes, islands }, joints, contacts, colors, s);
+        return;
+    }
+    s.classic.leave(&mut s.line_of);
+    s.sweeps = method.wide_sweeps(ctx.substeps);
     let inertia = (fine.substeps > ctx.substeps && ctx.inertia.is_on()).then_some(&ctx.inertia);
     s.plan.choose_fine(bodies, islands.rows.len(), inertia);
     let workers = jobs.workers().max(1);
@@ -320,7 +339,6 @@ impl Solver<'_> {
             elapsed,
         };
         match pass {
-            Pass::Velocities | Pass::Positions | Pass::Impacts => {}
             Pass::Solve { inner } => {
                 let inner = inner.clamp(1, 8);
                 let joints = JointSweep {
@@ -349,6 +367,8 @@ impl Solver<'_> {
                 let rigid = sweep(Softness::RIGID, 1, moved);
                 self.sweep_contacts(group, &[rigid, rigid], jobs);
             }
+            // Passes over bodies or islands, and those of the classic methods.
+            _ => {}
         }
     }
 
@@ -419,53 +439,6 @@ impl Solver<'_> {
         *self.aux.row(i) = aux;
         *self.acceleration.row(i) = acc;
         *self.squeezes.row(i) = Squeeze { factor, refined: self.ctx.is_refined, impulse: [0.0; 4] };
-    }
-
-    /// Bodies that grow heavier join the motion of their island. Sums are made in the order of bodies,
-    /// which no grouping changes.
-    fn slow_heavier(&self, group: &Group) {
-        let body_of = |i: usize| self.bodies.at(self.plan.members[i - 1]);
-        for i in group.lines.clone() {
-            *self.frames.row(body_of(i).island as usize) = Frame::default();
-        }
-        for i in group.lines.clone() {
-            let body = body_of(i);
-            self.frames.row(body.island as usize).island.add(body.mass, body.v, body.w);
-        }
-        for batch in &self.plan.contacts.batches[group.contacts.clone()] {
-            let blocks = if batch.fixed { batch.blocks.clone() } else { 0..0 };
-            for row in self.plan.contacts.owners[blocks].iter().flatten() {
-                let contact =
-                    if *row == NONE { None } else { self.contacts.read(*row as usize).as_ref() };
-                if let Some(contact) = contact {
-                    self.add_support(contact);
-                }
-            }
-        }
-        for i in group.lines.clone() {
-            let body = body_of(i);
-            let factor = self.squeezes.read(i).factor;
-            if factor > body.inertia_factor {
-                let frame = self.frames.read(body.island as usize);
-                self.put_line(i, body, factor, frame.slowed(body, factor));
-            }
-        }
-    }
-
-    /// Enters the motion of the fixed side of a contact in its island's frame.
-    fn add_support(&self, c: &Contact) {
-        let (a, b) = (self.bodies.at(c.body_a), self.bodies.at(c.body_b));
-        let (support, island) = match [c.body_a, c.body_b].map(|row| self.line_of[row as usize]) {
-            // A body that was put aside may still be named by a contact.
-            [0, 0] => return,
-            [0, _] => (a, b.island),
-            _ => (b, a.island),
-        };
-        let frame = self.frames.row(island as usize);
-        for p in c.points() {
-            let r = a.center + p.r_a - support.center;
-            frame.support.add(p.impulse, support.velocity_at(r), support.w);
-        }
     }
 
     /// Locked translations are taken out again: a projection after every pass.

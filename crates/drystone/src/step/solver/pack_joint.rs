@@ -35,6 +35,7 @@ impl Solver<'_> {
         for (lane, row) in owners.iter().enumerate() {
             if *row != u32::MAX
                 && let Some(joint) = self.joint_slots.row(*row as usize)
+                && !self.swing(joint)
             {
                 joint.impulse = vec3(x[lane], y[lane], z[lane]) * self.ctx.store_scale;
             }

@@ -216,7 +216,8 @@ impl Touch {
         // What rests is held against gravity.
         let fall = if self.load > 0.0 { 0.0 } else { self.fall };
         let p = &self.points[j];
-        let kick = if moment.kicked && p.given == 0.0 { fall * moment.h } else { 0.0 };
+        // In every velocity of the substep, of what bounced and was sent back too.
+        let kick = if moment.kicked { fall * moment.h } else { 0.0 };
         let lost = if self.bounced { 0.0 } else { (fall * moment.h) * (fall * moment.h) };
         // What came in deep was not seen before; no deeper than it moves in a step.
         let s = p.s.max(w * moment.h * f32::from(moment.substeps));

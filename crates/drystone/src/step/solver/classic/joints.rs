@@ -1,0 +1,108 @@
+//! Joints of the classic methods: rows with a velocity bias, swept between the contacts.
+
+use super::rows::Mover;
+use crate::base::math::Vec3;
+use crate::base::sym3::Sym3;
+use crate::state::def::JointKind;
+use crate::step::solver::softness::Softness;
+
+/// Part of a joint's error that is removed in a substep.
+const BAUMGARTE: f32 = 0.2;
+
+/// A joint.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Link {
+    /// Row of the joint.
+    pub(super) row: u32,
+    pub(super) a: u32,
+    pub(super) b: u32,
+    pub(super) r_a: Vec3,
+    pub(super) r_b: Vec3,
+    /// From A's anchor to B's at the step's start [m].
+    pub(super) gap: Vec3,
+    pub(super) kind: JointKind,
+    /// As [`crate::state::joints::Joint::impulse`].
+    pub(super) impulse: Vec3,
+}
+
+impl Link {
+    /// One visit.
+    pub(super) fn solve(&mut self, h: f32, movers: &mut [Mover]) {
+        let (a, b) = (&movers[self.a as usize], &movers[self.b as usize]);
+        let turned = |t: Vec3, r: Vec3| {
+            let once = t.cross(r);
+            r + once + t.cross(once) * 0.5
+        };
+        let (r_a, r_b) = (turned(a.t, self.r_a), turned(b.t, self.r_b));
+        let gap = self.gap + b.x - a.x + (r_b - self.r_b) - (r_a - self.r_a);
+        let u = b.v + b.w.cross(r_b) - a.v - a.w.cross(r_a);
+        let k = a.mobility(r_a).plus(b.mobility(r_b));
+        let j = match self.kind {
+            JointKind::Ball => {
+                let Some(inverse) = k.inverse() else { return };
+                let j = -inverse.mul(u + gap * (BAUMGARTE / h));
+                self.impulse += j;
+                j
+            }
+            JointKind::Distance { min, max, spring } => {
+                let Some(along) = gap.try_normalize() else { return };
+                let length = gap.length();
+                along * self.solve_distance(&k, along, u, h, [min, max], length, spring)
+            }
+        };
+        if j.is_finite() {
+            movers[self.a as usize].take(r_a, -j);
+            movers[self.b as usize].take(r_b, j);
+        }
+    }
+
+    fn solve_distance(
+        &mut self,
+        k: &Sym3,
+        along: Vec3,
+        u: Vec3,
+        h: f32,
+        [min, max]: [f32; 2],
+        length: f32,
+        spring: Option<crate::state::def::Spring>,
+    ) -> f32 {
+        let response = along.dot(k.mul(along));
+        if !(response > 0.0) {
+            return 0.0;
+        }
+        let mut speed = u.dot(along);
+        let mut sum = 0.0;
+        if let Some(spring) = spring {
+            let soft = Softness::new(spring.hertz, spring.damping_ratio, h);
+            let error = length - spring.rest_length;
+            let j =
+                -(soft.mass * speed + soft.rate * error) / response - soft.impulse * self.impulse.z;
+            self.impulse.z += j;
+            speed += j * response;
+            sum += j;
+        }
+        // Each limit may be approached as far as it is away.
+        for (part, error, sign) in [(0, length - min, 1.0), (1, max - length, -1.0)] {
+            let rate = if error > 0.0 { 1.0 / h } else { BAUMGARTE / h };
+            let old = self.impulse[part];
+            let new = (old - (sign * speed + rate * error) / response).max(0.0);
+            self.impulse[part] = new;
+            speed += sign * (new - old) * response;
+            sum += sign * (new - old);
+        }
+        sum
+    }
+
+    /// The impulses of the last step, if they are kept.
+    pub(super) fn warm_start(&self, movers: &mut [Mover]) {
+        let j = match self.kind {
+            JointKind::Ball => self.impulse,
+            JointKind::Distance { .. } => {
+                let i = self.impulse;
+                self.gap.normalize_or(Vec3::Y) * (i.x - i.y + i.z)
+            }
+        };
+        movers[self.a as usize].take(self.r_a, -j);
+        movers[self.b as usize].take(self.r_b, j);
+    }
+}

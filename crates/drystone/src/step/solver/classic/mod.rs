@@ -1,0 +1,455 @@
+//! The classic methods: the same contacts, joints and islands as the default, with rows solved one by one.
+//!
+//! They are here to be studied and compared, so they are plain: one thread, no lanes, one file an idea.
+//! Reads: bodies, shapes, contacts, joints, colors. Writes: contacts and joints (impulses), solver lines
+//! (of mass and inertia one: their motion is the bodies' own). Runs: serially, whatever the workers.
+//! References: docs/methods.md, [Guendelman03], [Catto05], [Jakobsen01].
+
+mod accumulate;
+mod analytic;
+mod joints;
+mod levels;
+mod rows;
+mod springs;
+mod sweeps;
+
+use self::accumulate::Law;
+use self::analytic::Analytic;
+use self::joints::Link;
+use self::levels::Graph;
+use self::rows::{Mover, Pair, PairPoint};
+use self::springs::Springs;
+use self::sweeps::Turns;
+use super::Input;
+use super::inertia::Squeeze;
+use super::integrate::{self, Aux};
+use super::rows::{Line, Whitening};
+use super::softness::{Softness, decay, exact_decay};
+use crate::base::double::greater;
+use crate::base::math::Vec3;
+use crate::base::sym3::Sym3;
+use crate::state::bodies::Body;
+use crate::state::colors::Colors;
+use crate::state::contacts::{Contact, Contacts};
+use crate::state::joints::Joints;
+use crate::state::method::{Method, Pass, Settings};
+use crate::state::options::{Damping, Integration, Order, Overlap, Shock};
+use crate::state::shapes::Shapes;
+use crate::step::context::StepContext;
+
+/// Rounds of joints and contacts of the analytic method.
+const JOINT_ROUNDS: u32 = 20;
+
+/// Memory kept from step to step.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Scratch {
+    movers: Vec<Mover>,
+    /// Body row of each mover; the first is none.
+    bodies: Vec<u32>,
+    pairs: Vec<Pair>,
+    links: Vec<Link>,
+    /// In the order of the method, and by levels from the ground up.
+    turns: Turns,
+    ground_up: Turns,
+    graph: Graph,
+    change: Vec<(Vec3, Vec3)>,
+    analytic: Analytic,
+    /// Greatest relative residual of the last step's substeps, of the analytic method; else 0.
+    pub(super) residual: f64,
+    pub(super) too_large: bool,
+    /// Contact rows that were pressed together for the first time.
+    pub(super) begun: Vec<u32>,
+    /// The last step was made by a classic method.
+    was_here: bool,
+}
+
+impl Scratch {
+    /// Another method makes this step.
+    pub(super) fn leave(&mut self, line_of: &mut [u32]) {
+        if core::mem::take(&mut self.was_here) {
+            (self.residual, self.too_large) = (0.0, false);
+            line_of.fill(0);
+            self.begun.clear();
+        }
+    }
+}
+
+/// The step of a classic method.
+pub(super) fn solve(
+    ctx: &StepContext,
+    method: &Method,
+    input: Input<'_>,
+    joints: &mut Joints,
+    contacts: &mut Contacts,
+    colors: &Colors,
+    s: &mut super::Scratch,
+) {
+    let settings = method.settle().expect("options are checked when they are given");
+    // The plan of blocks names lines that are not those of now.
+    s.plan = super::Plan::default();
+    s.begun.clear();
+    let mut c = core::mem::take(&mut s.classic);
+    c.was_here = true;
+    s.line_of.clear();
+    s.line_of.resize(input.bodies.rows.slot_count(), 0);
+    c.gather_bodies(ctx, &settings, input, &mut s.line_of);
+    c.gather_pairs(ctx, input, contacts, colors, &s.line_of);
+    c.gather_links(ctx, input, joints, colors, &s.line_of);
+    (s.sweeps, c.residual, c.too_large) = (0, 0.0, false);
+    for substep in 0..ctx.substeps {
+        c.begin(ctx, &settings, substep);
+        for pass in method.substep() {
+            s.sweeps += c.run(*pass, ctx, &settings);
+        }
+    }
+    c.store(contacts, joints);
+    c.write_lines(&settings, s);
+    s.classic = c;
+}
+
+impl Scratch {
+    /// Runs a pass; returns how many sweeps over the contacts it took.
+    fn run(&mut self, pass: Pass, ctx: &StepContext, settings: &Settings) -> u32 {
+        let h = ctx.h;
+        let Self { movers, pairs, links, turns, ground_up, .. } = self;
+        let mut join = |movers: &mut [Mover]| {
+            for link in links.iter_mut() {
+                link.solve(h, movers);
+            }
+        };
+        match pass {
+            Pass::Forces => {
+                for m in movers.iter_mut() {
+                    (m.old_v, m.old_w) = (m.v, m.w);
+                    m.v = (m.v + m.add_v) * m.decay_v;
+                    m.w = (m.w + m.add_w) * m.decay_w;
+                }
+                self.rate_levels(settings);
+                0
+            }
+            Pass::Positions => {
+                for m in movers {
+                    m.x += m.v * h;
+                    m.t += m.w * h;
+                }
+                0
+            }
+            Pass::WarmStart => {
+                accumulate::warm_start(turns, movers, pairs);
+                links.iter().for_each(|link| link.warm_start(movers));
+                0
+            }
+            Pass::Bounce { sweeps: most, before_forces } => {
+                let most = if most > 0 { most } else { settings.sweeps };
+                if !before_forces {
+                    // The baseline has joints too.
+                    join(movers);
+                }
+                sweeps::bounce(turns, most, h, before_forces, movers, pairs)
+            }
+            Pass::Stop => sweeps::stop(turns, settings.sweeps, h, movers, pairs, join),
+            Pass::Shock if settings.shock == Shock::Full => {
+                sweeps::shock(ground_up, h, movers, pairs)
+            }
+            Pass::PushOut if settings.overlap == Overlap::PushOut => {
+                sweeps::push_out(ground_up, movers, pairs);
+                0
+            }
+            Pass::Accumulate => {
+                let law = match settings.overlap {
+                    Overlap::VelocityBias | Overlap::Relax => Law::biased(h),
+                    _ => Law::rigid(h),
+                };
+                accumulate::accumulate(turns, settings.sweeps, &law, movers, pairs, join)
+            }
+            Pass::AccumulateRelaxed if settings.overlap == Overlap::Relax => {
+                let law = Law::rigid(h);
+                accumulate::accumulate(turns, settings.sweeps, &law, movers, pairs, join)
+            }
+            Pass::Springs => {
+                join(movers);
+                let springs = Springs {
+                    h,
+                    omega: 2.0 * core::f32::consts::PI * ctx.penalty.hertz,
+                    damping_ratio: ctx.penalty.damping_ratio,
+                };
+                springs::push_apart(&springs, turns, movers, pairs, &mut self.change);
+                1
+            }
+            Pass::ImplicitSprings => {
+                let p = ctx.penalty;
+                let law = Law::spring(h, Softness::new(p.hertz, p.damping_ratio, h));
+                accumulate::accumulate(turns, settings.sweeps, &law, movers, pairs, join)
+            }
+            Pass::Converge => {
+                let bias = settings.overlap == Overlap::VelocityBias;
+                let mut sweeps = 0;
+                // Joints are rows of single precision: they take turns with the contacts.
+                let rounds = if links.is_empty() { 1 } else { JOINT_ROUNDS };
+                for _ in 0..rounds {
+                    for link in links.iter_mut() {
+                        link.solve(h, movers);
+                    }
+                    let outcome = self.analytic.solve(turns, h, bias, movers, pairs);
+                    sweeps += outcome.sweeps;
+                    self.residual = greater(outcome.residual, self.residual);
+                    self.too_large |= outcome.too_large;
+                }
+                sweeps
+            }
+            Pass::Project => {
+                let law = Law::projection(h);
+                accumulate::accumulate(turns, settings.sweeps, &law, movers, pairs, join)
+            }
+            // Those that are switched off, and those of blocks.
+            _ => 0,
+        }
+    }
+
+    /// Before the passes of a substep: what arrives, and impulses where they do not persist.
+    fn begin(&mut self, ctx: &StepContext, settings: &Settings, substep: u32) {
+        let movers = &self.movers;
+        for pair in &mut self.pairs {
+            for i in 0..pair.points().len() {
+                let mut p = pair.points[i];
+                let u = pair.slip(&p, movers).dot(pair.normal);
+                // What forces alone make in a step is no arrival: it is what a body at rest has.
+                let (a, b) = (&movers[pair.a as usize], &movers[pair.b as usize]);
+                let slow = 2.0 * a.add_v.length().max(b.add_v.length());
+                let meets = pair.separation(&p, movers) + ctx.h * u < 0.0;
+                let arrives = meets && u < -slow.max(ctx.restitution_speed);
+                p.arrival = if arrives { u } else { 0.0 };
+                if substep > 0 && !settings.persistence {
+                    (p.press, p.rub) = (0.0, Vec3::ZERO);
+                }
+                pair.points[i] = p;
+            }
+        }
+        if substep > 0 && !settings.persistence {
+            self.links.iter_mut().for_each(|link| link.impulse = Vec3::ZERO);
+        }
+    }
+
+    /// Movers of awake bodies; `row_of` gets their rows.
+    fn gather_bodies(
+        &mut self,
+        ctx: &StepContext,
+        settings: &Settings,
+        input: Input<'_>,
+        row_of: &mut [u32],
+    ) {
+        self.movers.clear();
+        self.bodies.clear();
+        self.movers.push(Mover { decay_v: 1.0, decay_w: 1.0, ..Mover::default() });
+        self.bodies.push(u32::MAX);
+        for row in &input.bodies.awake {
+            row_of[*row as usize] =
+                u32::try_from(self.movers.len()).expect("fewer than 2^32 bodies");
+            self.movers.push(mover_of(ctx, settings, input.bodies.at(*row)));
+            self.bodies.push(*row);
+        }
+    }
+
+    /// Pairs of all colors, and the order in which they are swept.
+    fn gather_pairs(
+        &mut self,
+        ctx: &StepContext,
+        input: Input<'_>,
+        contacts: &Contacts,
+        colors: &Colors,
+        row_of: &[u32],
+    ) {
+        self.pairs.clear();
+        self.turns.pairs.clear();
+        for coloring in [&colors.contacts, &colors.contacts_fixed] {
+            for color in &coloring.colors {
+                for row in &color.members {
+                    let number = u32::try_from(self.pairs.len()).expect("fewer than 2^32 contacts");
+                    let contact = contacts.at(*row);
+                    self.pairs.push(pair_of(ctx, input, *row, contact, row_of));
+                    self.turns.pairs.push(number);
+                }
+            }
+        }
+        let all = self.turns.pairs.len();
+        self.turns.ends.clear();
+        self.turns.ends.push(all);
+    }
+
+    fn gather_links(
+        &mut self,
+        ctx: &StepContext,
+        input: Input<'_>,
+        joints: &Joints,
+        colors: &Colors,
+        row_of: &[u32],
+    ) {
+        self.links.clear();
+        for coloring in [&colors.joints, &colors.joints_fixed] {
+            for row in coloring.colors.iter().flat_map(|color| &color.members) {
+                let joint = joints.at(*row);
+                let (a, b) = (input.bodies.at(joint.body_a), input.bodies.at(joint.body_b));
+                let (r_a, r_b) =
+                    (a.rotation.rotate(joint.anchor_a), b.rotation.rotate(joint.anchor_b));
+                self.links.push(Link {
+                    row: *row,
+                    a: row_of[joint.body_a as usize],
+                    b: row_of[joint.body_b as usize],
+                    r_a,
+                    r_b,
+                    gap: (b.center - a.center) + (r_b - r_a),
+                    kind: joint.kind,
+                    impulse: joint.impulse * ctx.impulse_scale,
+                });
+            }
+        }
+    }
+
+    /// Levels of the contact graph and the order they give, where the method asks for it.
+    fn rate_levels(&mut self, settings: &Settings) {
+        let by_level = settings.order == Order::Levels;
+        if !(by_level || settings.shock == Shock::Full || settings.overlap == Overlap::PushOut) {
+            return;
+        }
+        let Self { movers, pairs, graph, ground_up, turns, .. } = self;
+        graph.rate(movers, pairs);
+        ground_up.pairs.clear();
+        ground_up.pairs.extend(0..u32::try_from(pairs.len()).expect("fewer than 2^32 contacts"));
+        ground_up.pairs.sort_unstable_by_key(|i| {
+            let pair = &pairs[*i as usize];
+            (pair.level, pair.contact)
+        });
+        ground_up.ends.clear();
+        for i in 0..ground_up.pairs.len() {
+            let level = |i: usize| ground_up.pairs.get(i).map(|p| pairs[*p as usize].level);
+            if level(i) != level(i + 1) {
+                ground_up.ends.push(i + 1);
+            }
+        }
+        if by_level {
+            turns.clone_from(ground_up);
+        }
+    }
+
+    /// Impulses back to contacts and joints.
+    fn store(&mut self, contacts: &mut Contacts, joints: &mut Joints) {
+        self.begun.clear();
+        for pair in &self.pairs {
+            let c = contacts.at_mut(pair.contact);
+            let mut pressed = pair.pressed;
+            let mut rub = Vec3::ZERO;
+            for (point, p) in c.points.iter_mut().zip(pair.points()) {
+                point.impulse = p.press;
+                rub += p.rub;
+                pressed |= point.separation <= 0.0;
+            }
+            (c.tangent_impulse, c.twist_impulse) = (rub, 0.0);
+            if pressed && !c.touching {
+                self.begun.push(pair.contact);
+            }
+        }
+        for link in &self.links {
+            joints.at_mut(link.row).impulse = link.impulse;
+        }
+    }
+
+    /// Motion as lines of mass and inertia one.
+    fn write_lines(&self, settings: &Settings, s: &mut super::Scratch) {
+        let one = Whitening::new(1.0, &Sym3::diagonal(Vec3::ONE));
+        let four = |v: Vec3| [v.x, v.y, v.z, 0.0];
+        s.lines.clear();
+        s.whitening.clear();
+        s.squeezes.clear();
+        s.aux.clear();
+        s.free.clear();
+        for (i, m) in self.movers.iter().enumerate() {
+            s.lines.push(Line { v: four(m.v), w: four(m.w), x: four(m.x), t: four(m.t) });
+            s.whitening.push(one);
+            s.aux.push(Aux::default());
+            s.squeezes.push(Squeeze { factor: 1.0, ..Squeeze::default() });
+            s.free.push(i > 0 && settings.integration == Integration::Exact && !m.pushed);
+        }
+    }
+}
+
+fn mover_of(ctx: &StepContext, settings: &Settings, body: &Body) -> Mover {
+    let still = Mover { v: body.v, w: body.w, decay_v: 1.0, decay_w: 1.0, ..Mover::default() };
+    if !body.is_dynamic() {
+        return still;
+    }
+    let (root, _) = integrate::roots_of_inertia(body);
+    // The root of the inverse inertia times itself.
+    let column = |axis: Vec3| root.mul(root.mul(axis));
+    let (x, y, z) = (column(Vec3::X), column(Vec3::Y), column(Vec3::Z));
+    let inv_inertia = Sym3 { xx: x.x, yy: y.y, zz: z.z, xy: y.x, xz: z.x, yz: z.y };
+    let mut inv_mass = Vec3::splat(1.0 / body.mass);
+    let mut add_v = integrate::acceleration(ctx, body) * ctx.h;
+    for i in 0..3 {
+        if body.locks.linear[i] {
+            (inv_mass[i], add_v[i]) = (0.0, 0.0);
+        }
+    }
+    let left = |rate: f32| match settings.damping {
+        Damping::Exponential => exact_decay(rate, ctx.h),
+        Damping::Nothing => 1.0,
+        Damping::Own | Damping::Pade => decay(rate, ctx.h),
+    };
+    #[expect(clippy::cast_precision_loss, reason = "at most 256 substeps")]
+    let spin = integrate::gyration(ctx, body) * (1.0 / ctx.substeps as f32);
+    Mover {
+        inv_mass,
+        inv_inertia,
+        add_v,
+        add_w: inv_inertia.mul(body.torque + body.step_torque) * ctx.h + spin,
+        decay_v: left(body.linear_damping),
+        decay_w: left(body.angular_damping),
+        ..still
+    }
+}
+
+fn pair_of(ctx: &StepContext, input: Input<'_>, row: u32, c: &Contact, row_of: &[u32]) -> Pair {
+    let mut pair = Pair {
+        contact: row,
+        a: row_of[c.body_a as usize],
+        b: row_of[c.body_b as usize],
+        normal: c.normal,
+        friction: [c.friction, c.friction * c.kinetic],
+        restitution: c.restitution,
+        rolling: c.rolling,
+        spinning: c.spinning,
+        count: c.count,
+        ..Pair::default()
+    };
+    let total: f32 = c.points().iter().map(|p| p.impulse).sum();
+    let scale = ctx.impulse_scale;
+    for (to, p) in pair.points.iter_mut().zip(c.points()) {
+        // Friction is kept as one impulse of the pair: each point has as much of it as of the load.
+        let share = if total > 0.0 { p.impulse / total } else { 0.0 };
+        let rub = c.tangent_impulse - c.normal * c.normal.dot(c.tangent_impulse);
+        *to = PairPoint {
+            r_a: p.r_a,
+            r_b: c.r_b(p),
+            s0: p.separation,
+            press: p.impulse * scale,
+            rub: rub * (share * scale),
+            arrival: 0.0,
+        };
+    }
+    if c.belt {
+        let (a, b) = (input.bodies.at(c.body_a), input.bodies.at(c.body_b));
+        let middle = c.points().iter().fold(Vec3::ZERO, |sum, p| sum + p.r_a)
+            * (1.0 / f32::from(c.count.max(1)));
+        let belt = |body: &Body, shape: u32, r: Vec3, shapes: &Shapes| {
+            let shape = shapes.at(shape);
+            let pose = shape.placed(body);
+            let arm = r - (pose.position - body.center);
+            let v = pose.direction(shape.surface_velocity)
+                + pose.direction(shape.surface_spin).cross(arm);
+            v - c.normal * c.normal.dot(v)
+        };
+        let shapes = input.shapes;
+        pair.belt =
+            belt(b, c.shape_b, middle - c.offset, shapes) - belt(a, c.shape_a, middle, shapes);
+    }
+    pair
+}

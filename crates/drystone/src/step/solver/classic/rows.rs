@@ -1,0 +1,170 @@
+//! Rows of the classic methods: bodies and pairs one by one, in plain velocities.
+//!
+//! Symbols: n: normal from A to B; u: velocity of B's point less that of A's; s: separation; K: collision
+//! matrix (base/collision.rs); j: impulse on B, the opposite on A.
+
+use crate::base::collision::{mobility, push};
+use crate::base::math::Vec3;
+use crate::base::sym3::Sym3;
+
+/// A body, or all that never moves: row 0.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Mover {
+    pub(super) v: Vec3,
+    pub(super) w: Vec3,
+    /// Motion since the step's start: of the center [m], and as a rotation vector [rad].
+    pub(super) x: Vec3,
+    pub(super) t: Vec3,
+    /// Of each world axis; 0 where it is locked, and of what cannot be pushed.
+    pub(super) inv_mass: Vec3,
+    pub(super) inv_inertia: Sym3,
+    /// Change of velocity by forces and free rotation in a substep, and what damping leaves of it.
+    pub(super) add_v: Vec3,
+    pub(super) add_w: Vec3,
+    pub(super) decay_v: f32,
+    pub(super) decay_w: f32,
+    /// Velocity before the last forces.
+    pub(super) old_v: Vec3,
+    pub(super) old_w: Vec3,
+    /// Level in the contact graph; 0: cannot be pushed.
+    pub(super) level: u32,
+    /// Shock propagation has passed it.
+    pub(super) frozen: bool,
+    /// Some row pushed it in this step.
+    pub(super) pushed: bool,
+}
+
+impl Mover {
+    /// True if nothing pushes it, ever.
+    pub(super) fn is_fixed(&self) -> bool {
+        self.inv_mass == Vec3::ZERO && self.inv_inertia == Sym3::ZERO
+    }
+
+    fn velocity_at(&self, r: Vec3) -> Vec3 {
+        self.v + self.w.cross(r)
+    }
+
+    /// Its part of the collision matrix.
+    pub(super) fn mobility(&self, r: Vec3) -> Sym3 {
+        if self.frozen || self.is_fixed() {
+            return Sym3::ZERO;
+        }
+        mobility(self.inv_mass, &self.inv_inertia, r)
+    }
+
+    pub(super) fn take(&mut self, r: Vec3, j: Vec3) {
+        if !self.frozen {
+            self.v += push(self.inv_mass, j);
+            self.w += self.inv_inertia.mul(r.cross(j));
+            self.pushed = true;
+        }
+    }
+
+    /// The same impulse on its position: how far it moves it.
+    fn shift(&mut self, r: Vec3, j: Vec3) {
+        if !self.frozen {
+            self.x += push(self.inv_mass, j);
+            self.t += self.inv_inertia.mul(r.cross(j));
+            self.pushed = true;
+        }
+    }
+}
+
+/// A point of a pair.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct PairPoint {
+    pub(super) r_a: Vec3,
+    pub(super) r_b: Vec3,
+    /// Separation at the step's start [m].
+    pub(super) s0: f32,
+    /// Impulse of the substep along the normal, and along the surface [N s].
+    pub(super) press: f32,
+    pub(super) rub: Vec3,
+    /// Approach that a bounce answers: velocity along the normal at the substep's start, if it bounces.
+    pub(super) arrival: f32,
+}
+
+/// Two bodies in contact.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Pair {
+    /// Row of the contact.
+    pub(super) contact: u32,
+    pub(super) a: u32,
+    pub(super) b: u32,
+    pub(super) normal: Vec3,
+    /// Static and kinetic.
+    pub(super) friction: [f32; 2],
+    pub(super) restitution: f32,
+    /// Resistance to rolling and spinning, times radius [m].
+    pub(super) rolling: f32,
+    pub(super) spinning: f32,
+    /// How the surfaces move over the bodies: of B less that of A [m/s].
+    pub(super) belt: Vec3,
+    pub(super) count: u8,
+    pub(super) points: [PairPoint; 4],
+    /// Level of the higher one.
+    pub(super) level: u32,
+    /// Some point of it pushed in this step.
+    pub(super) pressed: bool,
+}
+
+impl Pair {
+    pub(super) fn points(&self) -> &[PairPoint] {
+        &self.points[..usize::from(self.count.min(4))]
+    }
+
+    /// Velocity of B's point less that of A's [m/s].
+    pub(super) fn slip(&self, p: &PairPoint, movers: &[Mover]) -> Vec3 {
+        let (a, b) = (&movers[self.a as usize], &movers[self.b as usize]);
+        b.velocity_at(p.r_b) - a.velocity_at(p.r_a) + self.belt
+    }
+
+    /// Separation now [m]; normal and arms are those of the step's start.
+    pub(super) fn separation(&self, p: &PairPoint, movers: &[Mover]) -> f32 {
+        let (a, b) = (&movers[self.a as usize], &movers[self.b as usize]);
+        let moved = b.x + b.t.cross(p.r_b) - a.x - a.t.cross(p.r_a);
+        p.s0 + self.normal.dot(moved)
+    }
+
+    pub(super) fn matrix(&self, p: &PairPoint, movers: &[Mover]) -> Sym3 {
+        let (a, b) = (&movers[self.a as usize], &movers[self.b as usize]);
+        a.mobility(p.r_a).plus(b.mobility(p.r_b))
+    }
+
+    /// Applies an impulse at a point.
+    pub(super) fn push(&self, p: &PairPoint, j: Vec3, movers: &mut [Mover]) {
+        movers[self.a as usize].take(p.r_a, -j);
+        movers[self.b as usize].take(p.r_b, j);
+    }
+
+    /// Applies an impulse at a point to positions.
+    pub(super) fn shift(&self, p: &PairPoint, j: Vec3, movers: &mut [Mover]) {
+        movers[self.a as usize].shift(p.r_a, -j);
+        movers[self.b as usize].shift(p.r_b, j);
+    }
+
+    /// Applies what resists rolling and spinning, of a contact pressed by `press` [N s].
+    pub(super) fn resist_rolling(&self, press: f32, movers: &mut [Mover]) {
+        if !(self.rolling > 0.0 || self.spinning > 0.0) || press <= 0.0 {
+            return;
+        }
+        let (a, b) = (&movers[self.a as usize], &movers[self.b as usize]);
+        let inertia = |m: &Mover| if m.frozen { Sym3::ZERO } else { m.inv_inertia };
+        let Some(k) = inertia(a).plus(inertia(b)).inverse() else { return };
+        // What would end all turning, part by part within its limit.
+        let l = -k.mul(b.w - a.w);
+        let spin = self.normal * l.dot(self.normal);
+        let roll = l - spin;
+        let limited = |v: Vec3, most: f32| {
+            let size = v.length();
+            if size > most { v * (most / size) } else { v }
+        };
+        let l = limited(spin, self.spinning * press) + limited(roll, self.rolling * press);
+        for (row, sign) in [(self.a, -1.0), (self.b, 1.0)] {
+            let mover = &mut movers[row as usize];
+            if !mover.frozen {
+                mover.w += mover.inv_inertia.mul(l) * sign;
+            }
+        }
+    }
+}
