@@ -14,6 +14,9 @@ use crate::sim::{Command, Deed, Sample, Shown};
 /// Steps in the plots.
 const PLOTTED: usize = 300;
 
+/// Of messages.
+const WARNING: Color32 = Color32::from_rgb(255, 140, 90);
+
 /// What the panel remembers.
 #[derive(Debug, Default)]
 pub(crate) struct Panel {
@@ -25,6 +28,8 @@ pub(crate) struct Panel {
     samples: [VecDeque<Sample>; 2],
     /// Settings of a side that were asked for and are not yet in force.
     asked: [Option<WorldConfig>; 2],
+    /// Why the last choice among settings was refused.
+    refused: Option<String>,
     /// The scene that is typed.
     typed: String,
     /// Whether keys are explained.
@@ -65,7 +70,7 @@ impl Panel {
         self.scenes(ui, shown, send);
         time(ui, &mut self.speed, shown, send);
         if let Some(message) = &shown.message {
-            ui.colored_label(Color32::from_rgb(255, 140, 90), message);
+            ui.colored_label(WARNING, message);
         }
         ui.separator();
         ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
@@ -184,8 +189,14 @@ impl Panel {
         let Some(view) = shown.views.get(side) else { return };
         let before = self.asked[side].as_ref().unwrap_or(&view.config);
         let mut config = before.clone();
-        settings::show(ui, &mut config);
+        if let Some(why) = settings::show(ui, &mut config) {
+            self.refused = Some(why);
+        }
+        if let Some(why) = &self.refused {
+            ui.colored_label(WARNING, why);
+        }
         if config != *before {
+            self.refused = None;
             send(Command::Config(side, Box::new(config.clone())));
             self.asked[side] = Some(config);
         }

@@ -1,17 +1,21 @@
 //! Every field of a world's configuration, to change while it runs.
 
-use drystone::{Method, WorldConfig};
+use drystone::{
+    Damping, Integration, Method, Order, Overlap, Persistence, Rest, Shock, WorldConfig,
+};
 use egui::{ComboBox, DragValue, Grid, Ui};
 
 const OWN: &str = "0: the method's own";
 const HERTZ: &str = "Hz; 0: the method's own";
 
-/// Shows the fields; they are changed in `config`.
-pub(crate) fn show(ui: &mut Ui, config: &mut WorldConfig) {
+/// Shows the fields; they are changed in `config`. Returns why a choice was refused.
+pub(crate) fn show(ui: &mut Ui, config: &mut WorldConfig) -> Option<String> {
+    let mut refused = None;
     Grid::new("settings").num_columns(2).show(ui, |ui| {
         ui.label("method");
         method(ui, &mut config.method);
         ui.end_row();
+        refused = options(ui, config);
         row(ui, "substeps", OWN, DragValue::new(&mut config.substeps).range(0..=256));
         ui.label("gravity").on_hover_text("m/s²");
         ui.horizontal(|ui| {
@@ -34,11 +38,45 @@ pub(crate) fn show(ui: &mut Ui, config: &mut WorldConfig) {
         ui.checkbox(&mut config.sleep.enabled, "");
         ui.end_row();
     });
+    refused
+}
+
+/// What is switched of the method. What does not go together is refused.
+fn options(ui: &mut Ui, config: &mut WorldConfig) -> Option<String> {
+    let o = *config.method.options();
+    let mut refused = None;
+    for (path, word, words) in [
+        ("method.order", o.order.word(), Order::WORDS),
+        ("method.shock", o.shock.word(), Shock::WORDS),
+        ("method.persistence", o.persistence.word(), Persistence::WORDS),
+        ("method.overlap", o.overlap.word(), Overlap::WORDS),
+        ("method.rest", o.rest.word(), Rest::WORDS),
+        ("method.integration", o.integration.word(), Integration::WORDS),
+        ("method.damping", o.damping.word(), Damping::WORDS),
+    ] {
+        ui.label(path);
+        let mut chosen = word;
+        ComboBox::from_id_salt(path).selected_text(word).show_ui(ui, |ui| {
+            for known in words {
+                ui.selectable_value(&mut chosen, *known, *known);
+            }
+        });
+        ui.end_row();
+        if chosen != word {
+            refused = config.set(path, chosen).err().map(|e| e.to_string());
+        }
+    }
+    let mut sweeps = o.sweeps;
+    row(ui, "method.sweeps", OWN, DragValue::new(&mut sweeps).range(0..=1000));
+    if sweeps != o.sweeps {
+        refused = config.set("method.sweeps", &sweeps.to_string()).err().map(|e| e.to_string());
+    }
+    refused
 }
 
 fn numbers(ui: &mut Ui, config: &mut WorldConfig) {
     let (c, i) = (&mut config.contact, &mut config.inertia);
-    let (j, s) = (&mut config.joint, &mut config.sleep);
+    let (j, s, p) = (&mut config.joint, &mut config.sleep, &mut config.penalty);
     // Name, unit, field, least value, how fast it changes under the mouse.
     for (name, unit, value, least, speed) in [
         ("contact.hertz", HERTZ, &mut c.hertz, 0.0, 0.5),
@@ -53,6 +91,8 @@ fn numbers(ui: &mut Ui, config: &mut WorldConfig) {
         ("joint.hertz", HERTZ, &mut j.hertz, 0.0, 0.5),
         ("joint.damping_ratio", "", &mut j.damping_ratio, 0.0, 0.05),
         ("joint.tree_ratio", "", &mut j.tree_ratio, 0.0, 0.1),
+        ("penalty.hertz", "Hz", &mut p.hertz, 1.0e-3, 0.5),
+        ("penalty.damping_ratio", "", &mut p.damping_ratio, 0.0, 0.05),
         ("sleep.speed", "m/s", &mut s.speed, 0.0, 1.0e-3),
         ("sleep.time", "s", &mut s.time, 0.0, 0.01),
     ] {
