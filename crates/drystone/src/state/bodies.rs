@@ -145,6 +145,8 @@ pub(crate) struct Bodies {
     pub(crate) rows: SlotMap<BodyId, Body>,
     /// Rows of the active bodies.
     pub(crate) awake: Vec<u32>,
+    /// Force and torque of the contacts on each row when it froze [N, N m, world]; as far as bodies ever did.
+    frozen_loads: Vec<(Vec3, Vec3)>,
 }
 
 impl Bodies {
@@ -157,6 +159,18 @@ impl Bodies {
     #[inline]
     pub(crate) fn at_mut(&mut self, row: u32) -> &mut Body {
         self.rows.at_mut(row).expect("tables name living bodies only")
+    }
+
+    /// Force and torque of the contacts on a body when it froze.
+    pub(crate) fn frozen_load(&self, row: u32) -> (Vec3, Vec3) {
+        self.frozen_loads.get(row as usize).copied().unwrap_or_default()
+    }
+
+    pub(crate) fn set_frozen_load(&mut self, row: u32, load: (Vec3, Vec3)) {
+        if self.frozen_loads.len() < self.rows.slot_count() {
+            self.frozen_loads.resize(self.rows.slot_count(), Default::default());
+        }
+        self.frozen_loads[row as usize] = load;
     }
 
     pub(crate) fn id(&self, row: u32) -> BodyId {

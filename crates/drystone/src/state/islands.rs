@@ -26,6 +26,8 @@ impl Island {
 pub(crate) struct Islands {
     pub(crate) rows: Vec<Island>,
     free: Vec<u32>,
+    /// A body that is woken wakes alone, not with its island: bodies freeze one by one.
+    pub(crate) wake_alone: bool,
     /// Memory for the list of an island, see [`Self::members`].
     spare: Vec<u32>,
 }
