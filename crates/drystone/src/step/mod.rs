@@ -103,6 +103,7 @@ pub(crate) fn step(
 ) {
     // Before anything wakes in this step.
     tables.islands.wake_alone = tables.config.method.freezes();
+    tables.islands.gentle_speed = sleep::freeze::rest_speed(ctx, tables.config.sleep.speed);
     let Tables {
         config, bodies, shapes, joints, contacts, bounds, islands, colors, events, ..
     } = tables;

@@ -8,7 +8,7 @@
 //! with joints do not freeze: they sleep by islands, as all do.
 
 use crate::base::math::Vec3;
-use crate::state::bodies::{Body, NONE};
+use crate::state::bodies::{Body, Load};
 use crate::state::config::SleepConfig;
 use crate::state::sets::Sets;
 use crate::step::context::StepContext;
@@ -19,9 +19,14 @@ use crate::step::solver::integrate;
 const ENERGY: f32 = 0.1;
 
 /// Part of its weight that must be carried, and by which the force on it may change while it is frozen (and by
-/// which times its size the torque may).
+/// which times its size the torque may); of its load if that is more: deep in a pile no force has a unique
+/// answer, and with a part of the weight a thousand cubes woke each other for ever.
 const CARRIED: f32 = 0.5;
 const CHANGE: f32 = 0.3;
+
+/// Part of the time of sleep after which what was woken by its load may freeze again, if it has not moved: it was
+/// still before, and the longer it is awake the more of its neighbors it wakes.
+const AGAIN: f32 = 0.2;
 
 /// Memory kept from step to step.
 #[derive(Clone, Debug, Default)]
@@ -31,19 +36,23 @@ pub(super) struct Scratch {
     may: Vec<bool>,
 }
 
+/// The speed [m/s] that a body without spin has at the limit of rest; `least` is the world's for sleep.
+pub(crate) fn rest_speed(ctx: &StepContext, least: f32) -> f32 {
+    (ENERGY.sqrt() * ctx.gravity.length() * ctx.dt).max(least)
+}
+
 /// True if the body is at rest by its energy; `speed` is the world's and the least limit.
 pub(crate) fn rests(ctx: &StepContext, speed: f32, body: &Body) -> bool {
     let w = (body.rotation * body.principal).unrotate(body.w);
     let m = body.moments;
     let turning = w.x * w.x * m.x + w.y * w.y * m.y + w.z * w.z * m.z;
-    let gravity = ENERGY * ctx.gravity.length_squared() * (ctx.dt * ctx.dt);
-    let least = body.still_speed(speed);
-    body.v.length_squared() + turning / body.mass < gravity.max(least * least)
+    let most = rest_speed(ctx, body.still_speed(speed));
+    body.v.length_squared() + turning / body.mass < most * most
 }
 
-/// Force [N] and torque [N m, about the center] of the contacts on a body in the last step.
-fn load(ctx: &StepContext, row: u32, sets: &Sets<'_>) -> (Vec3, Vec3) {
-    let (mut force, mut torque) = (Vec3::ZERO, Vec3::ZERO);
+/// What the contacts did to a body in the last step.
+fn load(ctx: &StepContext, row: u32, sets: &Sets<'_>) -> Load {
+    let (mut force, mut torque, mut size) = (Vec3::ZERO, Vec3::ZERO, 0.0);
     for (contact, side) in sets.contacts.of_body(sets.bodies, row) {
         let c = sets.contacts.at(contact);
         if c.count == 0 || c.sensor {
@@ -55,9 +64,11 @@ fn load(ctx: &StepContext, row: u32, sets: &Sets<'_>) -> (Vec3, Vec3) {
             let j = (c.normal * p.impulse + c.tangent_impulse * share) * sign;
             force += j;
             torque += r.cross(j);
+            size += j.length();
         }
     }
-    (force * (1.0 / ctx.h), torque * (1.0 / ctx.h))
+    let per = 1.0 / ctx.h;
+    Load { force: force * per, torque: torque * per, size: size * per }
 }
 
 /// Wakes frozen bodies on which the load has changed. Only those that touch an awake one can have changed.
@@ -75,15 +86,15 @@ pub(super) fn thaw(ctx: &StepContext, config: &SleepConfig, sets: &mut Sets<'_>,
     s.rows.dedup();
     for i in 0..s.rows.len() {
         let row = s.rows[i];
-        let (force, torque) = load(ctx, row, sets);
-        let (old_force, old_torque) = sets.bodies.frozen_load(row);
+        let (now, old) = (load(ctx, row, sets), sets.bodies.frozen_load(row));
         let body = sets.bodies.at(row);
-        let most = CHANGE * weight(ctx, config, body);
-        let changed = (force - old_force).length() > most
-            || (torque - old_torque).length() > most * body.extent;
+        let most = CHANGE * weight(ctx, config, body).max(old.size);
+        let changed = (now.force - old.force).length() > most
+            || (now.torque - old.torque).length() > most * body.extent;
         // What fell asleep with its island may have had no load to compare with.
-        if changed || !is_carried(ctx, CARRIED - CHANGE, row, sets) {
+        if changed || !is_carried(ctx, CARRIED - CHANGE, row, sets, |_| true) {
             sets.wake(row);
+            sets.bodies.at_mut(row).still_time = (1.0 - AGAIN) * config.time;
         }
     }
 }
@@ -107,7 +118,7 @@ pub(super) fn freeze(
     for row in &sets.bodies.awake {
         let body = sets.bodies.at(*row);
         let still = body.is_dynamic() && body.can_sleep && body.still_time >= config.time;
-        if still && body.joints.is_empty() && is_carried(ctx, CARRIED, *row, sets) {
+        if still && body.joints.is_empty() && is_carried(ctx, CARRIED, *row, sets, |_| true) {
             s.may[*row as usize] = true;
             s.rows.push(*row);
         }
@@ -117,9 +128,8 @@ pub(super) fn freeze(
         let before = s.rows.len();
         let Scratch { rows, may } = &mut *s;
         rows.retain(|row| {
-            let stays = supports(ctx, *row, sets).all(|other| {
-                let body = sets.bodies.at(other);
-                !body.active() || may[other as usize]
+            let stays = is_carried(ctx, CARRIED, *row, sets, |other| {
+                !sets.bodies.at(other).active() || may[other as usize]
             });
             may[*row as usize] = stays;
             stays
@@ -136,23 +146,26 @@ pub(super) fn freeze(
     sets.rest(&s.rows);
 }
 
-/// True if contacts carry at least this part of its weight.
-fn is_carried(ctx: &StepContext, part: f32, row: u32, sets: &Sets<'_>) -> bool {
+/// True if the contacts with those bodies carry at least this part of its weight.
+fn is_carried(
+    ctx: &StepContext,
+    part: f32,
+    row: u32,
+    sets: &Sets<'_>,
+    by: impl Fn(u32) -> bool,
+) -> bool {
     let body = sets.bodies.at(row);
     let pull = integrate::acceleration(ctx, body);
     let Some(down) = pull.try_normalize() else { return true };
-    let (force, _) = load(ctx, row, sets);
-    -force.dot(down) >= part * body.mass * pull.length()
-}
-
-/// Bodies that push it against what pulls it.
-fn supports<'a>(ctx: &StepContext, row: u32, sets: &'a Sets<'_>) -> impl Iterator<Item = u32> + 'a {
-    let pull = integrate::acceleration(ctx, sets.bodies.at(row));
-    sets.contacts.of_body(sets.bodies, row).filter_map(move |(contact, side)| {
+    let mut up = 0.0;
+    for (contact, side) in sets.contacts.of_body(sets.bodies, row) {
         let c = sets.contacts.at(contact);
         let (other, sign) = if side == 0 { (c.body_b, -1.0) } else { (c.body_a, 1.0) };
+        if c.count == 0 || c.sensor || !by(other) {
+            continue;
+        }
         let press: f32 = c.points().iter().map(|p| p.impulse).sum();
-        let carries = !c.sensor && press > 0.0 && pull.dot(c.normal * sign) < 0.0;
-        (carries && other != NONE).then_some(other)
-    })
+        up -= sign * (c.normal * press + c.tangent_impulse).dot(down);
+    }
+    up >= part * body.mass * pull.length() * ctx.h
 }
