@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::{Outcome, cargo, root, run_to_end};
+use crate::{Outcome, WITHOUT_GRAPHICS, cargo, root, run_to_end};
 
 /// What a scene has in golden.txt until its first bless.
 const PENDING: &str = "pending";
@@ -103,7 +103,7 @@ fn hash_of_run(golden: &Golden, release: bool) -> Result<String, String> {
     let mut command = cargo();
     command.args(["run", "--quiet", "--package", "drystone-app", "--bin", "drystone"]);
     if release {
-        command.arg("--release");
+        command.arg("--release").args(WITHOUT_GRAPHICS);
     }
     command.args(["--", "simulate", &golden.scene, "--steps", &golden.steps.to_string()]);
     command.args(["--threads", "2", "--report"]).arg(&file).stdout(std::process::Stdio::null());

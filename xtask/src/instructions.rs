@@ -4,7 +4,7 @@
 use std::path::Path;
 use std::process::Command;
 
-use crate::{Outcome, cargo, root, run_to_end};
+use crate::{Outcome, WITHOUT_GRAPHICS, cargo, root, run_to_end};
 
 /// How far a count may grow, as a part of it: other versions of the C library differ by less.
 const TOLERANCE: f64 = 0.02;
@@ -25,7 +25,8 @@ pub fn run(bless: bool) -> Outcome {
     let text = std::fs::read_to_string(&path).map_err(|e| format!("instructions.txt: {e}"))?;
     let rows = parse(&text)?;
     valgrind()?;
-    run_to_end(cargo().args(["build", "--quiet", "--release", "--package", "drystone-app"]))?;
+    let build = ["build", "--quiet", "--release", "--package", "drystone-app"];
+    run_to_end(cargo().args(build).args(WITHOUT_GRAPHICS))?;
     let target = std::env::var_os("CARGO_TARGET_DIR").unwrap_or_else(|| "target".into());
     let binary = root().join(target).join("release/drystone");
     let mut counted = Vec::new();

@@ -77,6 +77,9 @@ fn root() -> PathBuf {
     root
 }
 
+/// What is measured or hashed needs no graphics, and builds in a fraction of the time without.
+const WITHOUT_GRAPHICS: &[&str] = &["--no-default-features"];
+
 /// The cargo that runs us, started in the root.
 fn cargo() -> Command {
     let mut command = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));

@@ -35,7 +35,8 @@ pub struct ContactConfig {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct InertiaConfig {
     /// Mass and inertia of a squeezed body are multiplied by up to this in the solver, 1 to 64; 1: off.
-    /// 0 (the default) takes the method's own: 8 for `soft-step`, 1 for `soft-step-relax`.
+    /// 0 (the default) takes the method's own: 8 for `soft-step`, 1 for `soft-step-relax`. Under loads of more
+    /// than 5 times what gives that factor it grows on, up to three times this, if `refine` is 1.
     pub most: f32,
     /// Loads above this per mass [m/s²] raise a body's factor; above 0; default 30, some 3 bodies of
     /// its own mass on top of it.

@@ -102,7 +102,11 @@ impl StepContext {
             push_speed: c.push_speed,
             soft: Softness::new(hertz, c.damping_ratio, h),
             soft_fixed: Softness::new(2.0 * hertz, 0.5 * c.damping_ratio, h),
-            inertia: LoadInertia { most, threshold: config.inertia.threshold },
+            inertia: LoadInertia {
+                most,
+                goes_beyond: config.inertia.refine == 1,
+                threshold: config.inertia.threshold,
+            },
             soft_joint: Softness::new(joint_hertz, config.joint.damping_ratio, h),
             penalty: config.penalty,
             soft_tree: Compliance::new(joint_hertz, config.joint.damping_ratio, h),

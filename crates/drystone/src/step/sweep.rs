@@ -122,6 +122,10 @@ fn stop_at(
     shapes: &Shapes,
 ) -> Option<f32> {
     let closing = -normal.dot(delta);
+    if fraction > 1.0 && (fraction - 1.0) * closing > body.extent - body.inner {
+        // It ends higher than it can reach.
+        return None;
+    }
     if closing > 0.0 && fraction * closing >= reach_against(body, stood, normal, shapes) {
         // It was clear of the surface when the step began.
         let reach = reach_against(body, body.rotation, normal, shapes);
@@ -142,7 +146,10 @@ fn reach_against(body: &Body, rotation: Quat, normal: Vec3, shapes: &Shapes) -> 
     let mut reach = 0.0_f32;
     for row in &body.shapes {
         let shape = shapes.at(*row);
-        if !shape.sensor {
+        // A body of many shapes reaches by one.
+        let (center, radius) = shape.solid.ball();
+        let ball = 1.001 * radius - turned.direction(shape.centered.point(center)).x;
+        if !shape.sensor && ball > reach {
             reach = reach.max(-shape.solid.aabb(&turned.compose(&shape.centered)).min.x);
         }
     }

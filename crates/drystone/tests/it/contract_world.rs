@@ -353,6 +353,33 @@ fn a_body_moves_the_same_whatever_else_is_solved_beside_it() {
 }
 
 #[test]
+fn a_box_that_tips_over_an_edge_does_so_whatever_else_is_solved_beside_it() {
+    // It stands on two points, and its center falls: with contacts of four points in its block the two that
+    // it lacks must not tell that it is hit.
+    let tip = |company: u8| {
+        let mut world = World::default();
+        ground(&mut world);
+        for i in 0..company {
+            world.add_body(cube_at([3.0 + 3.0 * f32::from(i), 0.55, 0.0])).unwrap();
+        }
+        let (half, tilt) = ([0.2, 1.0, 0.3], 0.3_f32);
+        let (s, c) = (0.295_520_2, 0.955_336_5);
+        let slab = BodyDef::dynamic()
+            .with_position([half[1] * s - half[0] * c, half[1] * c + half[0] * s, 0.0])
+            .with_rotation(Quat::from_axis_angle(Vec3::Z, -tilt))
+            .with_shape(ShapeDef::box_half(half));
+        let slab = world.add_body(slab).unwrap();
+        run(&mut world, 1.5);
+        let slab = world.body(slab).unwrap();
+        (slab.pose(), slab.linear_velocity(), slab.angular_velocity())
+    };
+    let alone = tip(0);
+    for company in [1, 5, 12] {
+        assert_eq!(alone, tip(company));
+    }
+}
+
+#[test]
 fn bodies_added_while_the_solver_has_its_plan_take_part() {
     let mut world = World::default();
     ground(&mut world);

@@ -274,9 +274,9 @@ fn a_loaded_slab_holds_and_slides_at_the_limit_of_its_load() {
 }
 
 #[test]
-fn squeezed_bodies_take_momentum_from_nobody_for_long() {
-    // No gravity: a hammer drives five blocks into an anvil. Total momentum is what it was, but for
-    // what the blocks, a hundredth of the mass, were given as their factors rose.
+fn squeezed_bodies_that_nothing_holds_take_momentum_from_nobody() {
+    // No gravity: a hammer drives five blocks into an anvil. Total momentum is what it was, but for rounding,
+    // as A21 of the list of tests asks for: a hundred thousandth.
     let mut w = world(0.0);
     w.set_gravity([0.0; 3]).unwrap();
     let half = vec3(0.5, 0.5, 0.5);
@@ -289,12 +289,28 @@ fn squeezed_bodies_take_momentum_from_nobody_for_long() {
     let energy = w.kinetic_energy();
     for _ in 0..300 {
         w.step(DT);
-        // 5 blocks of 1 kg with up to 8 times their mass at 5 m/s: 7 · 5 · 5 of 500 kg m/s is what they
-        // could hold back at the very most; a tenth of it is what may go amiss.
         let p = momentum(&w, &all).x;
-        assert!((p - 500.0).abs() < 17.5, "{p}");
+        assert!((p - 500.0).abs() < 5.0e-3, "{p}");
         assert!(w.kinetic_energy() <= energy, "{}", w.kinetic_energy());
     }
+}
+
+#[test]
+fn what_is_squeezed_in_free_flight_is_accelerated_by_its_own_mass() {
+    // 3 kN from one side, 1 kN from the other: 2 kN move 151 kg for a second, 158 if the kilogram between
+    // had 8 times its mass.
+    let mut w = world(0.0);
+    w.set_gravity([0.0; 3]).unwrap();
+    let half = vec3(0.5, 0.5, 0.5);
+    let mut all = Vec::new();
+    for (x, mass, force) in [(0.0, 100.0, 3000.0), (1.0, 1.0, 0.0), (2.0, 50.0, -1000.0)] {
+        let id = boxed(&mut w, half, vec3(x, 0.0, 0.0), mass);
+        w.body_mut(id).unwrap().set_lasting_force([force, 0.0, 0.0]).unwrap();
+        all.push(id);
+    }
+    run(&mut w, 60);
+    let p = momentum(&w, &all).x;
+    assert!((p - 2000.0).abs() < 2000.0e-5, "{p}");
 }
 
 #[test]

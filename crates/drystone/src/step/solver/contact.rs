@@ -166,12 +166,15 @@ fn solve_points<S: Simd, const FIXED: bool, const N: usize>(
     // How an impact spreads over the points is not known yet to a fresh contact, nor to one that is hit:
     // without more rounds the first point would take too much of it, and the body would turn. Lane by
     // lane, so that it does not matter which contacts share a block.
+    // A point that is not there, of a contact beside ones with more, has no gain: it does not count, nor is
+    // a lone point eager.
     if N > 1 {
-        let mut fastest = vn[0];
-        for speed in &vn[1..] {
-            fastest = min(fastest, *speed);
+        let hit = splat(simd, HIT_SPEED);
+        let mut eager = zero;
+        for j in 0..N {
+            eager = min(eager, gain[j] * (vn[j] + hit));
         }
-        let mut eager = min(fastest + splat(simd, HIT_SPEED), zero);
+        eager = select(above(gain[1], zero), eager, zero);
         if block.any_fresh {
             eager -= load(simd, &block.fresh);
         }

@@ -361,8 +361,11 @@ fn reach_of<S: Simd, const N: usize>(
             sum += sqrt(arm.dot(arm)) * weights[j];
         }
     }
-    let is_face = above(load(simd, &raw.count), splat(simd, 2.5));
+    let count = load(simd, &raw.count);
+    let is_face = above(count, splat(simd, 2.5));
     let mut reach = sum * share * select(is_face, load(simd, &raw.patch), splat(simd, 0.5));
+    // A lone point beside contacts with more of them has none, by rounding neither.
+    reach = select(above(count, splat(simd, 1.5)), reach, splat(simd, 0.0));
     if raw.spins {
         reach += load(simd, &raw.spinning) * inverse_or_zero(simd, mu);
     }
