@@ -14,8 +14,8 @@ use crate::state::sets::Sets;
 use crate::step::context::StepContext;
 use crate::step::solver::integrate;
 
-/// Energy below which a body is at rest, in parts of what gravity gives it in a step. With all of it, the
-/// paper's, a box that tips over its edge froze on the way.
+/// Energy below which a body is at rest, in parts of what gravity gives it in a step. All of it, the paper's,
+/// is 0.16 m/s at 60 Hz: what begins to tip over its edge is slower for longer than sleep asks for.
 const ENERGY: f32 = 0.1;
 
 /// Part of its weight that must be carried, and by which the force on it may change while it is frozen (and by
