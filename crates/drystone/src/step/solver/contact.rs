@@ -169,12 +169,18 @@ fn solve_points<S: Simd, const FIXED: bool, const N: usize>(
     // A point that is not there, of a contact beside ones with more, has no gain: it does not count, nor is
     // a lone point eager.
     if N > 1 {
-        let hit = splat(simd, HIT_SPEED);
-        let mut eager = zero;
-        for j in 0..N {
-            eager = min(eager, gain[j] * (vn[j] + hit));
+        let mut fastest = vn[0];
+        if block.is_mixed {
+            for j in 1..N {
+                fastest = min(fastest, select(above(gain[j], zero), vn[j], zero));
+            }
+            fastest = select(above(gain[1], zero), fastest, zero);
+        } else {
+            for speed in &vn[1..] {
+                fastest = min(fastest, *speed);
+            }
         }
-        eager = select(above(gain[1], zero), eager, zero);
+        let mut eager = min(fastest + splat(simd, HIT_SPEED), zero);
         if block.any_fresh {
             eager -= load(simd, &block.fresh);
         }

@@ -155,6 +155,11 @@ pub(super) fn pack<S: Simd, const FIXED: bool>(
     for c in raw.contacts {
         block.count = block.count.max(c.count);
     }
+    let room = if block.count < 3 { block.count } else { 4 };
+    block.is_mixed = false;
+    for c in raw.contacts {
+        block.is_mixed |= c.count != room;
+    }
     let mut warm = match block.count {
         1 => build_rows::<S, FIXED, 1>(simd, source, &raw, block),
         2 => build_rows::<S, FIXED, 2>(simd, source, &raw, block),

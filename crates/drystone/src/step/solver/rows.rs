@@ -175,6 +175,8 @@ pub(crate) struct ContactBlock {
     /// 1 where the contact had no impulse when the step began: it gets more rounds.
     pub(crate) fresh: Lanes,
     pub(crate) any_fresh: bool,
+    /// Not all contacts have as many points as the rows that are solved for the block: 1, 2 or 4.
+    pub(crate) is_mixed: bool,
     /// Most points of a contact in it.
     pub(crate) count: u8,
 }
