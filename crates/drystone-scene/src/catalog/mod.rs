@@ -11,6 +11,7 @@ mod parameters;
 mod parts;
 mod person;
 mod steady;
+mod survey;
 
 pub use parameters::{CatalogError, Parameter, Range, Values};
 
@@ -75,7 +76,7 @@ pub fn named(spec: &str) -> Result<Scene, CatalogError> {
 }
 
 /// Sizes are limited so that no scene has more than about 1.1 million bodies.
-static CATALOG: [Entry; 49] = [
+static CATALOG: [Entry; 56] = [
     Entry::new("hello", "A box and a ball fall on the ground", first::hello),
     Entry::new("stack", "A column of cubes, the top one as heavy as you like", first::stack).with(
         &[
@@ -289,6 +290,52 @@ static CATALOG: [Entry; 49] = [
         "A perfectly bouncy cube put on a slope that holds it must not start to bounce",
         first::bouncy_cube_incline,
     ),
+    Entry::new(
+        "book",
+        "A book lies on a table, partly over its edge: it falls exactly if that is more than half",
+        survey::book,
+    )
+    .with(&[Parameter::number("overhang", 0.4, (0.0, 1.0), "over its length")]),
+    Entry::new(
+        "tilted_table",
+        "A box on a tilted table: it slides exactly if the slope exceeds the friction, and tips exactly if \
+         it exceeds width over height",
+        survey::tilted_table,
+    )
+    .with(&[
+        Parameter::number("tan", 0.5, (0.0, 2.0), "tangent of the slope's angle"),
+        Parameter::number("mu", 0.4, (0.0, 10.0), "friction coefficient"),
+        Parameter::number("height", 1.0, (0.1, 10.0), "of the box, 1 m wide [m]"),
+    ]),
+    Entry::new(
+        "ball_roll",
+        "A ball slides at first: 2/7 of its speed are lost when it rolls",
+        survey::ball_roll,
+    )
+    .with(&[
+        Parameter::number("speed", 7.0, (0.0, 100.0), "at the start, without spin [m/s]"),
+        Parameter::number("mu", 0.3, (0.0, 10.0), "friction coefficient"),
+    ]),
+    Entry::new(
+        "super_ball",
+        "A rubber ball with backspin hops to and fro between bounces",
+        survey::super_ball,
+    )
+    .with(&[
+        Parameter::number("restitution", 0.9, (0.0, 1.0), "of ball and ground"),
+        Parameter::number("speed", 1.5, (-50.0, 50.0), "at the start [m/s]"),
+        Parameter::number("spin", 60.0, (-1000.0, 1000.0), "at the start [rad/s]"),
+    ]),
+    Entry::new("tumble", "Boxes tumble down a hill", survey::tumble)
+        .with(&[Parameter::whole("boxes", 8, (1, 1000), "boxes")]),
+    Entry::new(
+        "hourglass",
+        "1,000 cubes run through an hourglass and come to rest",
+        survey::hourglass,
+    )
+    .with(&[Parameter::whole("cubes", 1000, (1, 10_000), "cubes")]),
+    Entry::new("rings", "Rings fall over pegs", survey::rings)
+        .with(&[Parameter::whole("rings", 125, (1, 10_000), "rings of eight capsules")]),
     Entry::new("cradle", "Newton's cradle: as many balls fly off as came in", first::cradle).with(
         &[
             Parameter::whole("balls", 5, (1, 200), "balls"),

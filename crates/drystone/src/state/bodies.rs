@@ -139,12 +139,24 @@ impl Body {
     }
 }
 
+/// What contacts do to a body.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Load {
+    /// Sum of the forces [N, world], and of their sizes.
+    pub(crate) force: Vec3,
+    pub(crate) size: f32,
+    /// About its center of mass [N m, world].
+    pub(crate) torque: Vec3,
+}
+
 /// All bodies.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Bodies {
     pub(crate) rows: SlotMap<BodyId, Body>,
     /// Rows of the active bodies.
     pub(crate) awake: Vec<u32>,
+    /// Of each row when it froze; as far as bodies ever did.
+    frozen_loads: Vec<Load>,
 }
 
 impl Bodies {
@@ -157,6 +169,18 @@ impl Bodies {
     #[inline]
     pub(crate) fn at_mut(&mut self, row: u32) -> &mut Body {
         self.rows.at_mut(row).expect("tables name living bodies only")
+    }
+
+    /// What the contacts did to a body when it froze.
+    pub(crate) fn frozen_load(&self, row: u32) -> Load {
+        self.frozen_loads.get(row as usize).copied().unwrap_or_default()
+    }
+
+    pub(crate) fn set_frozen_load(&mut self, row: u32, load: Load) {
+        if self.frozen_loads.len() < self.rows.slot_count() {
+            self.frozen_loads.resize(self.rows.slot_count(), Load::default());
+        }
+        self.frozen_loads[row as usize] = load;
     }
 
     pub(crate) fn id(&self, row: u32) -> BodyId {

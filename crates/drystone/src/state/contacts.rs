@@ -204,6 +204,11 @@ impl Contacts {
         (&mut self.rows, &mut self.awake)
     }
 
+    /// Bodies of each pair that is awake.
+    pub(crate) fn awake_pairs(&self) -> impl Iterator<Item = [u32; 2]> {
+        self.awake.iter().map(|probe| [probe.body_a, probe.body_b])
+    }
+
     /// Rows in order.
     pub(crate) fn iter(&self) -> impl Iterator<Item = (u32, &Contact)> {
         (0_u32..).zip(&self.rows).filter_map(|(i, c)| c.as_ref().map(|c| (i, c)))

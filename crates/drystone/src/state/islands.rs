@@ -26,6 +26,10 @@ impl Island {
 pub(crate) struct Islands {
     pub(crate) rows: Vec<Island>,
     free: Vec<u32>,
+    /// A body that is woken wakes alone, not with its island: bodies freeze one by one.
+    pub(crate) wake_alone: bool,
+    /// Then a touch below this speed wakes nothing [m/s].
+    pub(crate) gentle_speed: f32,
     /// Memory for the list of an island, see [`Self::members`].
     spare: Vec<u32>,
 }

@@ -390,6 +390,11 @@ impl Method {
         self.options.rest != Rest::Nothing
     }
 
+    /// Whether bodies rest one by one.
+    pub(crate) fn freezes(&self) -> bool {
+        self.options.rest == Rest::Freeze
+    }
+
     /// Sweeps over the contacts in a step of as many substeps, of a method of blocks.
     pub(crate) fn wide_sweeps(&self, substeps: u32) -> u32 {
         let count = |passes: &[Pass]| {
@@ -436,19 +441,15 @@ impl Method {
     }
 
     fn settle_order(&self) -> Result<Order, DefError> {
-        match (self.options.order, self.family) {
+        let o = self.options.order;
+        let no = |reason: &str| self.no("method.order", o.word(), reason);
+        match (o, self.family) {
             (Order::Own, Family::Guendelman) => Ok(Order::Levels),
             (Order::Own | Order::Colors, _) => Ok(Order::Colors),
-            (Order::Levels, Family::Wide) => {
-                self.no("method.order", "levels", "colors: rows are solved eight at a time")
-            }
-            (Order::Levels, Family::PenaltyExplicit) => {
-                self.no("method.order", "levels", "own: forces have no order")
-            }
-            (Order::Levels, Family::Analytic) => {
-                self.no("method.order", "levels", "own: it solves all rows at once")
-            }
-            (Order::Levels, _) => Ok(Order::Levels),
+            (_, Family::Wide) => no("colors: rows are solved eight at a time"),
+            (_, Family::PenaltyExplicit) => no("own: forces have no order"),
+            (_, Family::Analytic) => no("own: it solves all rows at once"),
+            (chosen, _) => Ok(chosen),
         }
     }
 

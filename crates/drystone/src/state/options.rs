@@ -49,6 +49,10 @@ option! {
         /// From the ground up, by levels of the contact graph; bodies that support each other in a circle
         /// share a level [Guendelman03].
         Levels = "levels",
+        /// By the same levels from the top down: the wrong way round, to see what that costs.
+        TopDown = "top-down",
+        /// Shuffled, by a fixed rule.
+        Random = "random",
     }
 }
 
@@ -94,6 +98,9 @@ option! {
     Rest {
         /// Islands sleep, as the configuration of sleep says.
         Sleep = "sleep",
+        /// Bodies freeze one by one, as soon as they and all that carries them have come to rest
+        /// [Schmidl04]; the configuration of sleep says after what time. Islands sleep too.
+        Freeze = "freeze",
         /// They are simulated for ever.
         Nothing = "none",
     }

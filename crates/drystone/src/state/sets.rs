@@ -222,7 +222,7 @@ impl Sets<'_> {
             return;
         }
         let island = b.island;
-        if island == NONE {
+        if island == NONE || self.islands.wake_alone {
             self.wake_members(&[body]);
         } else {
             let members = self.islands.members(island, self.bodies);

@@ -4,6 +4,7 @@
 //! parallel over awake bodies; the tree is refitted in parallel when much has moved.
 
 use super::context::StepContext;
+use super::sleep::freeze;
 use super::solver;
 use super::solver::integrate;
 use crate::base::aabb::Aabb;
@@ -49,7 +50,7 @@ impl Scratch {
 /// Moves all awake bodies and enlarges the boxes of those that left theirs.
 pub(crate) fn advance_poses(
     ctx: &StepContext,
-    sleep: &SleepConfig,
+    (sleep, by_energy): (&SleepConfig, bool),
     bodies: &mut Bodies,
     shapes: &mut Shapes,
     bounds: &mut Bounds,
@@ -58,7 +59,7 @@ pub(crate) fn advance_poses(
     jobs: &dyn Executor,
 ) {
     let Scratch { notes, boxes } = scratch;
-    let Bodies { rows, awake } = bodies;
+    let Bodies { rows, awake, .. } = bodies;
     let bodies = Rows::new(rows.values_mut());
     let table = Rows::new(shapes.rows.values_mut());
     let least = grain(jobs, awake.len(), 64);
@@ -70,7 +71,7 @@ pub(crate) fn advance_poses(
             if !advance(ctx, body, *row, lines, out) {
                 continue;
             }
-            rate_stillness(ctx, sleep.speed, body);
+            rate_stillness(ctx, sleep.speed, by_energy, body);
             still |= body.can_sleep && body.still_time >= sleep.time;
             spend_room(body, center, rotation);
             // Most bodies that rest or creep end here, without a look at their shapes.
@@ -226,7 +227,11 @@ fn advance(
     true
 }
 
-fn rate_stillness(ctx: &StepContext, sleep_speed: f32, body: &mut Body) {
-    let still = body.greatest_speed() < body.still_speed(sleep_speed);
+fn rate_stillness(ctx: &StepContext, sleep_speed: f32, by_energy: bool, body: &mut Body) {
+    let still = if by_energy && body.is_dynamic() {
+        freeze::rests(ctx, sleep_speed, body)
+    } else {
+        body.greatest_speed() < body.still_speed(sleep_speed)
+    };
     body.still_time = if still { body.still_time + ctx.dt } else { 0.0 };
 }

@@ -101,6 +101,9 @@ pub(crate) fn step(
     jobs: &dyn Executor,
     after: &mut dyn FnMut(Stage),
 ) {
+    // Before anything wakes in this step.
+    tables.islands.wake_alone = tables.config.method.freezes();
+    tables.islands.gentle_speed = sleep::freeze::rest_speed(ctx, tables.config.sleep.speed);
     let Tables {
         config, bodies, shapes, joints, contacts, bounds, islands, colors, events, ..
     } = tables;
@@ -121,7 +124,17 @@ pub(crate) fn step(
     solver::solve(contexts, method, read, joints, contacts, colors, &mut s.solver, jobs);
     after(Stage::Solver);
     let rest = SleepConfig { enabled: config.sleep.enabled && method.sleeps(), ..config.sleep };
-    finalize::advance_poses(ctx, &rest, bodies, shapes, bounds, &s.solver, &mut s.finalize, jobs);
+    let rest_rule = (&rest, islands.wake_alone);
+    finalize::advance_poses(
+        ctx,
+        rest_rule,
+        bodies,
+        shapes,
+        bounds,
+        &s.solver,
+        &mut s.finalize,
+        jobs,
+    );
     after(Stage::Finalize);
     sweep::stop_fast_bodies(ctx, s.finalize.notes(), bodies, shapes, bounds, &mut s.sweep, jobs);
     after(Stage::Sweep);
@@ -130,7 +143,7 @@ pub(crate) fn step(
     quarantine(&mut sets, s.finalize.notes(), tables.steps + 1);
     after(Stage::Sensor);
     let still = s.finalize.notes();
-    sleep::rest_still_islands(&rest, still, tables.steps, &mut sets, &mut s.sleep);
+    sleep::rest_still_islands(ctx, &rest, still, tables.steps, &mut sets, &mut s.sleep);
     after(Stage::Sleep);
 }
 

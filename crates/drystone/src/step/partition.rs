@@ -140,8 +140,13 @@ fn recount(row: u32, shapes: &Shapes, sets: &mut Sets<'_>) {
         return;
     }
     let (a, b) = (c.body_a, c.body_b);
-    sets.wake(a);
-    sets.wake(b);
+    // Among bodies that freeze one by one a gentle touch wakes nothing: the load that comes with it may.
+    let speed = |body: u32| sets.bodies.at(body).greatest_speed();
+    let gentle = sets.islands.wake_alone && speed(a) + speed(b) < sets.islands.gentle_speed;
+    if !gentle {
+        sets.wake(a);
+        sets.wake(b);
+    }
     sets.color_contact(row);
 }
 

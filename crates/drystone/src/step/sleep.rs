@@ -2,7 +2,11 @@
 //!
 //! Reads: bodies (timers), contacts, joints. Writes: islands (splits), sets, events. Runs: serially
 //! over awake bodies, and only when one of them was still for long enough; one island a step is split.
+//! Where bodies freeze one by one, those touched by awake ones are looked at in every step.
 
+pub(crate) mod freeze;
+
+use super::context::StepContext;
 use super::finalize::Note;
 use crate::state::bodies::NONE;
 use crate::state::config::SleepConfig;
@@ -15,18 +19,20 @@ pub(crate) struct Scratch {
     times: Vec<(f32, f32)>,
     /// Islands that may rest or be split; kinematic bodies that do not move.
     rows: Vec<u32>,
+    freeze: freeze::Scratch,
 }
 
 /// Puts still islands to sleep, and splits one that may come apart. `notes` are finalize's: only when one
 /// tells of a body that was still for long enough are islands looked at.
 pub(crate) fn rest_still_islands(
+    ctx: &StepContext,
     config: &SleepConfig,
     notes: impl Iterator<Item = Note>,
     step: u64,
     sets: &mut Sets<'_>,
     scratch: &mut Scratch,
 ) {
-    let Scratch { times, rows } = scratch;
+    let Scratch { times, rows, freeze } = scratch;
     let mut still = false;
     rows.clear();
     for note in notes {
@@ -38,6 +44,12 @@ pub(crate) fn rest_still_islands(
     }
     if !rows.is_empty() {
         sets.rest(rows);
+    }
+    if config.enabled && sets.islands.wake_alone {
+        freeze::thaw(ctx, config, sets, freeze);
+        if still {
+            freeze::freeze(ctx, config, sets, freeze);
+        }
     }
     if !still || !config.enabled {
         return;

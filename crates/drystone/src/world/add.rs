@@ -74,6 +74,7 @@ impl World {
         for shape in def.shapes {
             self.insert_shape(row, shape);
         }
+        self.rate_hollow(row);
         match def.kind {
             BodyKind::Static => {}
             BodyKind::Kinematic => {

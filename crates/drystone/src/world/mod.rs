@@ -114,7 +114,7 @@ impl World {
     pub fn set_config(&mut self, config: WorldConfig) -> Result<(), DefError> {
         config.validate()?;
         let old = &self.tables.config;
-        let wake = config.gravity != old.gravity;
+        let wake = config.gravity != old.gravity || config.method.freezes() != old.method.freezes();
         if config.contact.margin > old.contact.margin {
             // What fits in its box may fit no longer.
             for body in self.tables.bodies.rows.values_mut().iter_mut().flatten() {

@@ -316,7 +316,10 @@ impl Scratch {
 
     /// Levels of the contact graph and the order they give, where the method asks for it.
     fn rate_levels(&mut self, settings: &Settings) {
-        let by_level = settings.order == Order::Levels;
+        let by_level = matches!(settings.order, Order::Levels | Order::TopDown);
+        if settings.order == Order::Random {
+            self.turns.shuffle();
+        }
         if !(by_level || settings.shock == Shock::Full || settings.overlap == Overlap::PushOut) {
             return;
         }
@@ -328,15 +331,13 @@ impl Scratch {
             let pair = &pairs[*i as usize];
             (pair.level, pair.contact)
         });
-        ground_up.ends.clear();
-        for i in 0..ground_up.pairs.len() {
-            let level = |i: usize| ground_up.pairs.get(i).map(|p| pairs[*p as usize].level);
-            if level(i) != level(i + 1) {
-                ground_up.ends.push(i + 1);
-            }
-        }
+        ground_up.end_levels(pairs);
         if by_level {
             turns.clone_from(ground_up);
+        }
+        if settings.order == Order::TopDown {
+            turns.pairs.reverse();
+            turns.end_levels(pairs);
         }
     }
 

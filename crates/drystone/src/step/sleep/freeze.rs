@@ -1,0 +1,171 @@
+//! Freezing: bodies that have come to rest stop one by one, and are immovable until something changes the
+//! forces on them [Schmidl04].
+//!
+//! A body freezes when its energy was below a tenth of what gravity gives it in a step for as long as sleep asks
+//! for (a throw is that slow at its top for two steps at most), something carries it, and all that carries it is
+//! fixed, frozen or freezes with it. It wakes when an awake body meets it, and when the force or the torque of
+//! its contacts is no longer what it was: a support went away, a load came or went, something pushes. Bodies
+//! with joints do not freeze: they sleep by islands, as all do.
+
+use crate::base::math::Vec3;
+use crate::state::bodies::{Body, Load};
+use crate::state::config::SleepConfig;
+use crate::state::sets::Sets;
+use crate::step::context::StepContext;
+use crate::step::solver::integrate;
+
+/// Energy below which a body is at rest, in parts of what gravity gives it in a step. All of it, the paper's,
+/// is 0.16 m/s at 60 Hz: what begins to tip over its edge is slower for longer than sleep asks for.
+const ENERGY: f32 = 0.1;
+
+/// Part of its weight that must be carried, and by which the force on it may change while it is frozen (and by
+/// which times its size the torque may); of its load if that is more: deep in a pile no force has a unique
+/// answer, and with a part of the weight a thousand cubes woke each other for ever.
+const CARRIED: f32 = 0.5;
+const CHANGE: f32 = 0.3;
+
+/// Part of the time of sleep after which what was woken by its load may freeze again, if it has not moved: it was
+/// still before, and the longer it is awake the more of its neighbors it wakes.
+const AGAIN: f32 = 0.2;
+
+/// Memory kept from step to step.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Scratch {
+    rows: Vec<u32>,
+    /// Of each body, whether it may freeze in this step.
+    may: Vec<bool>,
+}
+
+/// The speed [m/s] that a body without spin has at the limit of rest; `least` is the world's for sleep.
+pub(crate) fn rest_speed(ctx: &StepContext, least: f32) -> f32 {
+    (ENERGY.sqrt() * ctx.gravity.length() * ctx.dt).max(least)
+}
+
+/// True if the body is at rest by its energy; `speed` is the world's and the least limit.
+pub(crate) fn rests(ctx: &StepContext, speed: f32, body: &Body) -> bool {
+    let w = (body.rotation * body.principal).unrotate(body.w);
+    let m = body.moments;
+    let turning = w.x * w.x * m.x + w.y * w.y * m.y + w.z * w.z * m.z;
+    let most = rest_speed(ctx, body.still_speed(speed));
+    body.v.length_squared() + turning / body.mass < most * most
+}
+
+/// What the contacts did to a body in the last step.
+fn load(ctx: &StepContext, row: u32, sets: &Sets<'_>) -> Load {
+    let (mut force, mut torque, mut size) = (Vec3::ZERO, Vec3::ZERO, 0.0);
+    for (contact, side) in sets.contacts.of_body(sets.bodies, row) {
+        let c = sets.contacts.at(contact);
+        if c.count == 0 || c.sensor {
+            continue;
+        }
+        let (sign, share) = (if side == 0 { -1.0 } else { 1.0 }, 1.0 / f32::from(c.count));
+        for p in c.points() {
+            let r = if side == 0 { p.r_a } else { c.r_b(p) };
+            let j = (c.normal * p.impulse + c.tangent_impulse * share) * sign;
+            force += j;
+            torque += r.cross(j);
+            size += j.length();
+        }
+    }
+    let per = 1.0 / ctx.h;
+    Load { force: force * per, torque: torque * per, size: size * per }
+}
+
+/// Wakes frozen bodies on which the load has changed. Only those that touch an awake one can have changed.
+pub(super) fn thaw(ctx: &StepContext, config: &SleepConfig, sets: &mut Sets<'_>, s: &mut Scratch) {
+    s.rows.clear();
+    for [a, b] in sets.contacts.awake_pairs() {
+        for row in [a, b] {
+            let body = sets.bodies.at(row);
+            if !body.active() && body.is_dynamic() && !body.faulted {
+                s.rows.push(row);
+            }
+        }
+    }
+    s.rows.sort_unstable();
+    s.rows.dedup();
+    for i in 0..s.rows.len() {
+        let row = s.rows[i];
+        let (now, old) = (load(ctx, row, sets), sets.bodies.frozen_load(row));
+        let body = sets.bodies.at(row);
+        let most = CHANGE * weight(ctx, config, body).max(old.size);
+        let changed = (now.force - old.force).length() > most
+            || (now.torque - old.torque).length() > most * body.extent;
+        // What fell asleep with its island may have had no load to compare with.
+        if changed || !is_carried(ctx, CARRIED - CHANGE, row, sets, |_| true) {
+            sets.wake(row);
+            sets.bodies.at_mut(row).still_time = (1.0 - AGAIN) * config.time;
+        }
+    }
+}
+
+/// Weight of a body [N]; without gravity the force that would give it the speed of sleep in a step.
+fn weight(ctx: &StepContext, config: &SleepConfig, body: &Body) -> f32 {
+    let acceleration = integrate::acceleration(ctx, body).length();
+    body.mass * acceleration.max(body.still_speed(config.speed) / ctx.dt)
+}
+
+/// Freezes what rests.
+pub(super) fn freeze(
+    ctx: &StepContext,
+    config: &SleepConfig,
+    sets: &mut Sets<'_>,
+    s: &mut Scratch,
+) {
+    s.may.clear();
+    s.may.resize(sets.bodies.rows.slot_count(), false);
+    s.rows.clear();
+    for row in &sets.bodies.awake {
+        let body = sets.bodies.at(*row);
+        let still = body.is_dynamic() && body.can_sleep && body.still_time >= config.time;
+        if still && body.joints.is_empty() && is_carried(ctx, CARRIED, *row, sets, |_| true) {
+            s.may[*row as usize] = true;
+            s.rows.push(*row);
+        }
+    }
+    // What stands on something that moves does not freeze, nor what stands on that.
+    loop {
+        let before = s.rows.len();
+        let Scratch { rows, may } = &mut *s;
+        rows.retain(|row| {
+            let stays = is_carried(ctx, CARRIED, *row, sets, |other| {
+                !sets.bodies.at(other).active() || may[other as usize]
+            });
+            may[*row as usize] = stays;
+            stays
+        });
+        if rows.len() == before {
+            break;
+        }
+    }
+    for i in 0..s.rows.len() {
+        let row = s.rows[i];
+        let load = load(ctx, row, sets);
+        sets.bodies.set_frozen_load(row, load);
+    }
+    sets.rest(&s.rows);
+}
+
+/// True if the contacts with those bodies carry at least this part of its weight.
+fn is_carried(
+    ctx: &StepContext,
+    part: f32,
+    row: u32,
+    sets: &Sets<'_>,
+    by: impl Fn(u32) -> bool,
+) -> bool {
+    let body = sets.bodies.at(row);
+    let pull = integrate::acceleration(ctx, body);
+    let Some(down) = pull.try_normalize() else { return true };
+    let mut up = 0.0;
+    for (contact, side) in sets.contacts.of_body(sets.bodies, row) {
+        let c = sets.contacts.at(contact);
+        let (other, sign) = if side == 0 { (c.body_b, -1.0) } else { (c.body_a, 1.0) };
+        if c.count == 0 || c.sensor || !by(other) {
+            continue;
+        }
+        let press: f32 = c.points().iter().map(|p| p.impulse).sum();
+        up -= sign * (c.normal * press + c.tangent_impulse).dot(down);
+    }
+    up >= part * body.mass * pull.length() * ctx.h
+}
