@@ -240,7 +240,7 @@ fn hinge_motor(lab: &Lab, rows: &mut Rows) -> Result<(), EngineError> {
 /// limit.
 fn limits_under_load(lab: &Lab, rows: &mut Rows) -> Result<(), EngineError> {
     let close = limits(0.5_f64.to_radians(), 0.1_f64.to_radians());
-    for (load, mass) in [(0.0, 1.0), (0.0, 100.0), (10.0, 1.0), (100.0, 1.0)] {
+    for (load, mass) in [(0.0, 1.0), (0.0, 100.0), (100.0, 1.0)] {
         let mut scene = empty("hinge limit");
         let axis = JointAxis::limited(single(-30.0_f64.to_radians()), 1.0);
         let (rod, _) = add_rod(&mut scene, 0.0, axis)?;

@@ -6,7 +6,7 @@ pub(crate) use super::check::{
     above_zero, at_least_zero, finite, finite_vec, position, unit, velocity,
 };
 use super::material::{Filter, Material};
-use super::sixdof::SixDof;
+use super::sixdof::{JointStrength, SixDof};
 use crate::base::id::BodyId;
 use crate::base::math::Vec3;
 use crate::base::pose::Pose;
@@ -509,16 +509,6 @@ pub struct JointDef {
     pub strength: Option<JointStrength>,
 }
 
-/// What a joint can bear. It breaks at the end of a step in which it had to hold more in some substep of a joint of six
-/// axes, or in the last one of another kind: it is removed, and [`crate::Events::joint_break`] tells of it.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct JointStrength {
-    /// Greatest force [N]; above 0; may be infinite.
-    pub force: f32,
-    /// Greatest torque of a joint of six axes [N m]; above 0; may be infinite.
-    pub torque: f32,
-}
-
 impl JointDef {
     /// A ball joint with these anchors [m, each in the frame of its body's origin].
     #[must_use]
@@ -583,13 +573,7 @@ impl JointDef {
         if let JointKind::SixDof(six) = self.kind {
             six.validate()?;
         }
-        if let Some(JointStrength { force, torque }) = self.strength {
-            for (name, value) in [("strength.force", force), ("strength.torque", torque)] {
-                if value != f32::INFINITY {
-                    above_zero(name, value)?;
-                }
-            }
-        }
+        self.strength.map_or(Ok(()), |s| s.validate())?;
         if let JointKind::Distance { min, max, spring } = self.kind {
             at_least_zero("min", min)?;
             at_least_zero("max", max)?;
