@@ -6,3 +6,4 @@ mod contract_determinism;
 mod scenario_slopes_and_joints;
 mod scenario_standing;
 mod scenario_steady;
+mod scenario_survey;
