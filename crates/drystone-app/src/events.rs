@@ -71,6 +71,10 @@ struct Visit {
 #[derive(Serialize)]
 struct Joint {
     joint: u32,
+    body_a: String,
+    body_b: String,
+    force: f32,
+    torque: f32,
 }
 
 #[derive(Serialize)]
@@ -132,7 +136,14 @@ impl EventLog {
             }
         }
         for e in &events.joint_break {
-            self.line(step, time, "joint_break", Joint { joint: e.index() })?;
+            let what = Joint {
+                joint: e.joint.index(),
+                body_a: names.of(e.body_a),
+                body_b: names.of(e.body_b),
+                force: e.force,
+                torque: e.torque,
+            };
+            self.line(step, time, "joint_break", what)?;
         }
         for (word, list) in [("sleep", &events.sleep), ("wake", &events.wake)] {
             for &id in list {

@@ -103,6 +103,7 @@ impl Scene {
             anchor_b: joint.anchor_b,
             kind: joint.kind,
             collide_connected: joint.collide_connected,
+            strength: joint.strength,
         };
         let id = running.world.add_joint(def).map_err(|error| BuildError::Joint {
             number,

@@ -1,7 +1,7 @@
 //! A scene in neutral form: what the catalog builds, what files are read into, what every engine of
 //! the benchmark is given.
 
-use drystone::{BodyDef, JointKind, Vec3, WorldConfig, trig, vec3};
+use drystone::{BodyDef, JointKind, JointStrength, Vec3, WorldConfig, trig, vec3};
 
 /// A body of a scene.
 #[derive(Clone, Debug)]
@@ -27,6 +27,8 @@ pub struct SceneJoint {
     pub kind: JointKind,
     /// Whether the two bodies collide.
     pub collide_connected: bool,
+    /// What it can bear; `None`: anything.
+    pub strength: Option<JointStrength>,
 }
 
 /// What happens to the bodies while the scene runs, besides physics.

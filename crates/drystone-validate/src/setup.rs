@@ -166,8 +166,15 @@ fn join(
         Ok::<_, EngineError>(narrow(rotate(def.rotation.conjugate(), from)))
     };
     let (anchor_a, anchor_b) = (anchor(a)?, anchor(b)?);
-    let joint =
-        SceneJoint { body_a: a, body_b: b, anchor_a, anchor_b, kind, collide_connected: false };
+    let joint = SceneJoint {
+        body_a: a,
+        body_b: b,
+        anchor_a,
+        anchor_b,
+        kind,
+        collide_connected: false,
+        strength: None,
+    };
     scene.joints.push(joint);
     Ok(())
 }

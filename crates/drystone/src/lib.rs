@@ -58,9 +58,12 @@ pub use state::config::{
     ContactConfig, InertiaConfig, JointConfig, PenaltyConfig, SleepConfig, WorldConfig,
 };
 pub use state::def::{
-    AxisLocks, BodyDef, BodyKind, DefError, JointDef, JointKind, MassDef, ShapeDef, Spring,
+    AxisLocks, BodyDef, BodyKind, DefError, JointDef, JointKind, JointStrength, MassDef, ShapeDef,
+    Spring,
 };
-pub use state::events::{ContactEvent, Events, Fault, FaultKind, HitEvent, SensorEvent};
+pub use state::events::{
+    ContactEvent, Events, Fault, FaultKind, HitEvent, JointBreak, SensorEvent,
+};
 pub use state::material::{Combine, Filter, Material};
 pub use state::method::{Method, Pass};
 pub use state::options::{

@@ -123,6 +123,7 @@ pub(super) fn joint_grid(mut scene: Scene, _: &Values) -> Result<Scene, CatalogE
         anchor_b,
         kind: JointKind::Ball,
         collide_connected: false,
+        strength: None,
     };
     scene.joints = join.into_iter().map(joint).collect();
     Ok(scene)

@@ -112,6 +112,7 @@ pub(super) fn cradle(mut scene: Scene, values: &Values) -> Result<Scene, Catalog
             anchor_b: vec3(0.0, STRING, 0.0),
             kind: JointKind::Ball,
             collide_connected: false,
+            strength: None,
         });
     }
     Ok(scene)

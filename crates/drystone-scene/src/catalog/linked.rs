@@ -9,7 +9,15 @@ use crate::scene::{Scene, SceneJoint};
 
 fn ball_joint((body_a, anchor_a): (usize, Vec3), (body_b, anchor_b): (usize, Vec3)) -> SceneJoint {
     let kind = JointKind::Ball;
-    SceneJoint { body_a, body_b, anchor_a, anchor_b, kind, collide_connected: false }
+    SceneJoint {
+        body_a,
+        body_b,
+        anchor_a,
+        anchor_b,
+        kind,
+        collide_connected: false,
+        strength: None,
+    }
 }
 
 /// A straight chain that hangs from a fixed block, with a ball at its end.

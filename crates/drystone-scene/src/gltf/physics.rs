@@ -172,6 +172,7 @@ fn join(
                 anchor_b: frames[1].position,
                 kind: description.in_frames(*kind, frames[0].rotation, frames[1].rotation),
                 collide_connected,
+                strength: None,
             });
         }
     }

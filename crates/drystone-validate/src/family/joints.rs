@@ -105,6 +105,7 @@ fn swing(lab: &Lab, hold: Hold, angle: f64, seconds: f64) -> Result<Swing, Engin
             anchor_b: drystone::Vec3::ZERO,
             kind: JointKind::Distance { min: 1.0, max: 1.0, spring: None },
             collide_connected: false,
+            strength: None,
         }),
     }
     let mut run = lab.start(scene)?;

@@ -505,6 +505,18 @@ pub struct JointDef {
     pub kind: JointKind,
     /// Whether the two bodies collide with each other; default false.
     pub collide_connected: bool,
+    /// What it can bear; `None`, the default: anything.
+    pub strength: Option<JointStrength>,
+}
+
+/// What a joint can bear. It breaks at the end of a step in which it had to hold more in some substep of a joint of six
+/// axes, or in the last one of another kind: it is removed, and [`crate::Events::joint_break`] tells of it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct JointStrength {
+    /// Greatest force [N]; above 0; may be infinite.
+    pub force: f32,
+    /// Greatest torque of a joint of six axes [N m]; above 0; may be infinite.
+    pub torque: f32,
 }
 
 impl JointDef {
@@ -523,7 +535,14 @@ impl JointDef {
             anchor_b: anchor_b.into(),
             kind: JointKind::Ball,
             collide_connected: false,
+            strength: None,
         }
+    }
+
+    /// Breaks where it would have to bear more than this force [N] or torque [N m].
+    #[must_use]
+    pub fn with_strength(self, force: f32, torque: f32) -> Self {
+        Self { strength: Some(JointStrength { force, torque }), ..self }
     }
 
     /// A rod of fixed length [m] between two anchors [m, each in the frame of its body's origin].
@@ -563,6 +582,13 @@ impl JointDef {
         }
         if let JointKind::SixDof(six) = self.kind {
             six.validate()?;
+        }
+        if let Some(JointStrength { force, torque }) = self.strength {
+            for (name, value) in [("strength.force", force), ("strength.torque", torque)] {
+                if value != f32::INFINITY {
+                    above_zero(name, value)?;
+                }
+            }
         }
         if let JointKind::Distance { min, max, spring } = self.kind {
             at_least_zero("min", min)?;

@@ -48,6 +48,21 @@ pub struct SensorEvent {
     pub visitor_body: BodyId,
 }
 
+/// A joint had to bear more than its strength, and was removed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct JointBreak {
+    /// Its id, stale now.
+    pub joint: JointId,
+    /// Its first body.
+    pub body_a: BodyId,
+    /// Its second body.
+    pub body_b: BodyId,
+    /// Force that it had to bear [N].
+    pub force: f32,
+    /// Torque [N m].
+    pub torque: f32,
+}
+
 /// What was wrong in a step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
@@ -88,8 +103,8 @@ pub struct Events {
     pub sleep: Vec<BodyId>,
     /// Bodies that woke.
     pub wake: Vec<BodyId>,
-    /// Joints that broke; none yet can.
-    pub joint_break: Vec<JointId>,
+    /// Joints that broke, and are no more.
+    pub joint_break: Vec<JointBreak>,
     /// What went wrong.
     pub faults: Vec<Fault>,
 }

@@ -2,7 +2,7 @@
 
 use super::bodies::Bodies;
 use super::colors::Place;
-use super::def::{JointKind, Spring};
+use super::def::{JointKind, JointStrength, Spring};
 use super::sixdof::Six;
 use crate::base::id::JointId;
 use crate::base::math::{Vec3, vec3};
@@ -51,6 +51,7 @@ pub(crate) struct Joint {
     pub(crate) impulse: Vec3,
     /// It is solved with its whole tree.
     pub(crate) is_direct: bool,
+    pub(crate) strength: Option<JointStrength>,
     pub(crate) place: Place,
 }
 
@@ -86,6 +87,8 @@ impl Joint {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Joints {
     pub(crate) rows: SlotMap<JointId, Joint>,
+    /// How many can break.
+    pub(crate) breakable: usize,
 }
 
 impl Joints {

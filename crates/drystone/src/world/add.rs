@@ -289,8 +289,10 @@ impl World {
             collide_connected: def.collide_connected,
             impulse: Vec3::ZERO,
             is_direct: false,
+            strength: def.strength,
             place: Place::NOWHERE,
         };
+        self.tables.joints.breakable += usize::from(def.strength.is_some());
         let id = self.tables.joints.rows.insert(joint);
         self.tables.bodies.at_mut(a).joints.push(id.index());
         self.tables.bodies.at_mut(b).joints.push(id.index());
@@ -340,7 +342,9 @@ impl World {
         for body in [a, b] {
             tables.bodies.at_mut(body).joints.retain(|j| *j != row);
         }
-        tables.joints.rows.remove(id);
+        if let Some(joint) = tables.joints.rows.remove(id) {
+            tables.joints.breakable -= usize::from(joint.strength.is_some());
+        }
         // Shapes that the joint kept apart may meet again.
         for body in [a, b] {
             self.refresh_bounds(body);

@@ -171,6 +171,7 @@ impl World {
             books.before_step(&self.tables);
         }
         step::step(&ctx, &mut self.tables, &mut self.scratch, &*self.jobs, after);
+        self.break_joints(ctx.inv_h);
         self.tables.steps += 1;
         self.last_h = ctx.h;
         if let Some(books) = &mut self.books {

@@ -488,9 +488,9 @@ fn every_method_holds_them() {
         }
         let [gap, turns] = coordinates(&world, joint);
         println!("{name}: {gap:?} {turns:?}");
-        // A fifth of an error goes each step where nothing else softens a joint; the coarsest take one step of
-        // 1/60 s, in which a weight falls 2.7 mm.
-        assert!(gap.length() < 0.015, "{name}: {gap:?}");
-        assert!((turns.x + 0.5).abs() < 0.06, "{name}: {turns:?}");
+        // The coarsest take one step of 1/60 s, in which a weight falls 2.7 mm, remove a fifth of an error in it and
+        // solve each row by itself: some steps' fall.
+        assert!(gap.length() < 0.05, "{name}: {gap:?}");
+        assert!((turns.x + 0.5).abs() < 0.1, "{name}: {turns:?}");
     }
 }

@@ -163,6 +163,8 @@ pub(crate) fn solve(
     jobs: &dyn Executor,
 ) {
     let s = scratch;
+    // Blocks that no group takes, those of bodies that were put aside, would keep what they said before.
+    s.begun.clear();
     if method.is_classic() {
         classic::solve(ctx, method, Input { bodies, shapes, islands }, joints, contacts, colors, s);
         return;

@@ -105,6 +105,7 @@ impl Solver<'_> {
                     six.angles[i] = block.angles[i][lane];
                 }
                 let ([x, y, z], [tx, ty, tz]) = (&block.carried, &block.torque);
+                six.peak = [0, 1].map(|i| block.peak[i][lane].sqrt() * scale);
                 six.force = vec3(x[lane], y[lane], z[lane]) * scale;
                 six.torque = vec3(tx[lane], ty[lane], tz[lane]) * scale;
             }
@@ -166,6 +167,7 @@ impl Solver<'_> {
             block.limit[i][lane] = six.limit[i] * scale;
             fill_axis(axis, ctx.h, &mut block.axes[i], lane);
         }
+        (block.peak[0][lane], block.peak[1][lane]) = (0.0, 0.0);
         let (mut force, mut torque) = (Vec3::ZERO, Vec3::ZERO);
         for i in 0..3 {
             put(&mut block.u[i], lane, axes[i]);

@@ -75,6 +75,8 @@ pub(crate) struct SixBlock {
     pub(crate) carried_b: [Lanes; 3],
     /// Impulse about B's anchor.
     pub(crate) torque: [Lanes; 3],
+    /// Greatest of a sweep so far, squared: force, torque.
+    pub(crate) peak: [Lanes; 2],
     /// Some axis of motion has a drive or limit, and some turn.
     pub(crate) moves: bool,
     pub(crate) turns: bool,
@@ -280,7 +282,11 @@ pub(crate) fn solve<S: Simd>(
     solve_axes(simd, block, &mut state, sweep);
 
     let q = &state.pair;
-    (t + q.torque).store(&mut block.torque);
+    let (now, turn) = (p + q.force, t + q.torque);
+    turn.store(&mut block.torque);
+    for (peak, size) in block.peak.iter_mut().zip([now.dot(now), turn.dot(turn)]) {
+        max(load(simd, peak), size).store_array(peak);
+    }
     let more_a = q.arm_a.cross(q.force) + q.torque;
     let more_b = q.arm_b.cross(q.force) + q.torque;
     if sweep.is_relax {
