@@ -6,11 +6,12 @@ use std::process::{Command, Stdio};
 use crate::{Outcome, cargo, root, run_to_end};
 
 /// Debian's packages: a Vulkan driver that needs no GPU, a display in memory, and what draws windows
-/// and reads them.
-const PACKAGES: [&str; 8] = [
+/// reads them and moves their mouse.
+const PACKAGES: [&str; 9] = [
     "mesa-vulkan-drivers",
     "libvulkan1",
     "xvfb",
+    "xdotool",
     "ffmpeg",
     "libxcursor1",
     "libxi6",
@@ -25,8 +26,8 @@ pub fn prepare() -> Outcome {
     let found = drivers.iter().any(|folder| {
         std::fs::read_dir(Path::new(folder)).is_ok_and(|mut files| files.next().is_some())
     });
-    let xvfb = Command::new("Xvfb").arg("-version").output().is_ok();
-    if found && xvfb {
+    let runs = |program: &str, arg: &str| Command::new(program).arg(arg).output().is_ok();
+    if found && runs("Xvfb", "-version") && runs("xdotool", "version") {
         return Ok(());
     }
     println!("   installing {}", PACKAGES.join(" "));

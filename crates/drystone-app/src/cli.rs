@@ -73,7 +73,7 @@ The result depends on the scene and on --hz, --substeps, --method and --set alon
 instruction set, machine, or on which outputs were asked for.";
 
 /// Which scene.
-#[derive(Args, Debug)]
+#[derive(Args, Clone, Debug)]
 pub(crate) struct Source {
     /// A built-in scene (`drystone scenes`) with parameters such as pyramid:base=40, or a .gltf,
     /// .glb or .obj file
@@ -119,7 +119,7 @@ Exit status:
   2  wrong usage";
 
 /// `drystone view`.
-#[derive(Args, Debug)]
+#[derive(Args, Clone, Debug)]
 #[command(after_help = VIEW_EXAMPLES)]
 pub(crate) struct View {
     /// Which scene.
@@ -158,8 +158,18 @@ pub(crate) struct View {
 /// What can be drawn over bodies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Overlay {
-    /// Points and normals of contacts
+    /// Points and normals of contacts, longer where they carry more
     Contacts,
+    /// Friction of contacts
+    Friction,
+    /// Contacts in the colors in which they are solved
+    Colors,
+    /// Centers of mass
+    Centers,
+    /// Velocities
+    Velocities,
+    /// A color for each level above what stands fast
+    Levels,
     /// Joints
     Joints,
     /// Boxes around shapes

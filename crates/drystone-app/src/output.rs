@@ -30,6 +30,12 @@ impl Failure {
     }
 }
 
+impl Display for Failure {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(&self.message)
+    }
+}
+
 /// Messages may quote a file, and a file may hold anything: line ends and control characters become
 /// spaces, so that a failure stays one line and leaves the terminal alone.
 pub(crate) fn one_line(text: &str) -> String {

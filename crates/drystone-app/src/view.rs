@@ -1,51 +1,88 @@
 //! `drystone view`: a window on a scene.
 
+use std::path::Path;
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::thread::available_parallelism;
 
-use drystone::{Inline, Team, WorldConfig};
-use drystone_view::overlay::Overlays;
+use drystone::{Executor, Inline, Team, WorldConfig};
+use drystone_view::overlay::{Overlays, Tint};
+use drystone_view::sim::Opened;
 use drystone_view::{Options, show};
 
 use crate::Outcome;
-use crate::cli::{Overlay, View};
-use crate::load::{build, load};
+use crate::cli::{Overlay, Source, View};
+use crate::load::{Loaded, build, load};
 use crate::output::Failure;
 use crate::render::quiet_driver;
 use crate::simulate::{Settings, configure};
 
+/// Largest file that the window opens [bytes]: a larger one would fill the memory.
+const MOST_BYTES: u64 = 1 << 29;
+
 /// Opens a window on a scene; returns when it is closed.
 pub(crate) fn view(args: &View) -> Outcome {
     quiet_driver();
+    // One core is left to the window.
+    let free = || available_parallelism().map_or(1, |n| n.get().saturating_sub(1).clamp(1, 256));
+    let threads = args.threads.map_or_else(free, usize::from);
+    let executor: Arc<dyn Executor> =
+        if threads > 1 { Arc::new(Team::new(threads)) } else { Arc::new(Inline) };
+    let opened = open(args, &args.source, &executor)?;
+    let on = |overlay| args.overlays.contains(&overlay);
+    let overlays = Overlays {
+        contacts: on(Overlay::Contacts),
+        friction: on(Overlay::Friction),
+        colors: on(Overlay::Colors),
+        joints: on(Overlay::Joints),
+        bounds: on(Overlay::Bounds),
+        centers: on(Overlay::Centers),
+        velocities: on(Overlay::Velocities),
+        sleeping: on(Overlay::Asleep),
+        tint: match (on(Overlay::Islands), on(Overlay::Levels)) {
+            (true, _) => Tint::Island,
+            (_, true) => Tint::Level,
+            _ => Tint::Own,
+        },
+    };
+    let again = args.clone();
+    let open = Box::new(move |scene: &str| {
+        // What is said of files says nothing of the catalog.
+        let file = drystone_scene::named(scene).is_err();
+        let auto_colliders = again.source.auto_colliders.filter(|_| file);
+        let source = Source { scene: scene.to_owned(), auto_colliders };
+        open(&again, &source, &executor).map_err(|e| e.to_string())
+    });
+    show(Options { opened, open, playing: !args.paused, overlays }).map_err(Failure::failed)?;
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Opens a scene, with what the command line says of all scenes.
+fn open(args: &View, source: &Source, executor: &Arc<dyn Executor>) -> Result<Opened, Failure> {
+    let size = std::fs::metadata(Path::new(&source.scene)).map_or(0, |m| m.len());
+    if size > MOST_BYTES {
+        return Err(Failure::failed(format_args!(
+            "{}: has {} MB, allowed are {} MB",
+            source.scene,
+            size >> 20,
+            MOST_BYTES >> 20
+        )));
+    }
     let settings =
         Settings { method: args.method.as_deref(), substeps: args.substeps, set: &args.set };
     let mut config = WorldConfig::default();
     configure(&mut config, &settings)?;
     let says_gravity = args.set.iter().any(|(key, _)| key == "gravity");
-    let mut loaded = load(&args.source, says_gravity.then_some(config.gravity))?;
+    let mut loaded = load(source, says_gravity.then_some(config.gravity))?;
     configure(&mut loaded.scene_mut().config, &settings)?;
     let scene = loaded.scene();
     let hz = args.hz.unwrap_or(scene.hz);
-    let mut running = build(scene, &args.source.scene)?;
-    // One core is left to the window.
-    let free = || available_parallelism().map_or(1, |n| n.get().saturating_sub(1).clamp(1, 256));
-    let threads = args.threads.map_or_else(free, usize::from);
-    if threads > 1 {
-        running.world.set_executor(Arc::new(Team::new(threads)));
-    } else {
-        running.world.set_executor(Arc::new(Inline));
-    }
-    let on = |overlay| args.overlays.contains(&overlay);
-    let overlays = Overlays {
-        contacts: on(Overlay::Contacts),
-        joints: on(Overlay::Joints),
-        bounds: on(Overlay::Bounds),
-        sleeping: on(Overlay::Asleep),
-        islands: on(Overlay::Islands),
+    let mut running = build(scene, &source.scene)?;
+    running.world.set_executor(Arc::clone(executor));
+    let name = match &loaded {
+        // With its parameters.
+        Loaded::BuiltIn(_) => source.scene.trim().to_owned(),
+        Loaded::Gltf(_) => scene.name.clone(),
     };
-    let name = scene.name.clone();
-    show(Options { name, running, hz, playing: !args.paused, overlays })
-        .map_err(Failure::failed)?;
-    Ok(ExitCode::SUCCESS)
+    Ok(Opened { name, running, hz })
 }

@@ -194,10 +194,14 @@ impl Drop for Ended {
     }
 }
 
+/// The display in memory: room for the whole window [px].
+const SCREEN: &str = "1280x800";
+const SCREEN_DEPTH: &str = "1280x800x24";
+
 /// A display in memory, and its name.
 fn display() -> Option<(Ended, String)> {
     let mut server = Command::new("Xvfb");
-    server.args(["-displayfd", "1", "-screen", "0", "640x480x24", "-nolisten", "tcp"]);
+    server.args(["-displayfd", "1", "-screen", "0", SCREEN_DEPTH, "-nolisten", "tcp"]);
     let mut server = Ended(
         server.stdout(Stdio::piped()).stderr(Stdio::null()).stdin(Stdio::null()).spawn().ok()?,
     );
@@ -213,43 +217,140 @@ fn display() -> Option<(Ended, String)> {
 /// What the display shows.
 fn screenshot(display: &str, path: &Path) -> Option<(u32, u32, Vec<u8>)> {
     let mut grab = Command::new("ffmpeg");
-    grab.args(["-loglevel", "error", "-nostdin", "-y", "-f", "x11grab", "-video_size", "640x480"]);
+    grab.args(["-loglevel", "error", "-nostdin", "-y", "-f", "x11grab", "-video_size", SCREEN]);
     grab.args(["-i", display, "-frames:v", "1", "-pix_fmt", "rgb24"]).arg(path);
     grab.output().ok().filter(|o| o.status.success()).map(|_| read_png(path))
 }
 
+/// A window on a display in memory, and the hands of its user.
+#[cfg(feature = "view")]
+struct Driven {
+    _server: Ended,
+    display: String,
+    window: Ended,
+    folder: PathBuf,
+}
+
+#[cfg(feature = "view")]
+impl Driven {
+    /// Opens the window. None, and a line that says so, where something is missing.
+    fn open(folder: &Path, line: &str) -> Option<Self> {
+        drawn(folder, "simulate hello --steps 1 --size 8x8 --render a.png")?;
+        let Some((server, display)) = display() else {
+            eprintln!("SKIPPED, there is no Xvfb: the window");
+            return None;
+        };
+        if screenshot(&display, &folder.join("window.png")).is_none() {
+            eprintln!("SKIPPED, there is no ffmpeg that reads a display: the window");
+            return None;
+        }
+        if Command::new("xdotool").arg("version").output().is_err() {
+            eprintln!("SKIPPED, there is no xdotool: the window");
+            return None;
+        }
+        let mut command = drystone(folder, line);
+        command.env("DISPLAY", &display).env_remove("WAYLAND_DISPLAY").env_remove("WAYLAND_SOCKET");
+        let errors = File::create(folder.join("stderr")).unwrap();
+        let window = Ended(command.stderr(errors).spawn().unwrap());
+        Some(Self { _server: server, display, window, folder: folder.to_owned() })
+    }
+
+    /// Waits until something is so.
+    fn wait(&mut self, what: &str, mut so: impl FnMut(&mut Self) -> bool) {
+        let start = Instant::now();
+        while !so(self) {
+            let ended = self.window.0.try_wait().unwrap();
+            let text = fs::read_to_string(self.folder.join("stderr")).unwrap();
+            assert!(ended.is_none(), "the window closed: {ended:?} {text}");
+            assert!(start.elapsed() < Duration::from_secs(90), "{what}: {}", self.title());
+            sleep(Duration::from_millis(200));
+        }
+    }
+
+    /// What the window looks like now; kept for whoever wants to see it.
+    fn look(&self, name: &str) -> (u32, u32, Vec<u8>) {
+        screenshot(&self.display, &self.folder.join(name)).unwrap()
+    }
+
+    /// Moves the hands.
+    fn hands(&self, line: &str) -> String {
+        let mut command = Command::new("xdotool");
+        let output = command.args(line.split(' ')).env("DISPLAY", &self.display).output().unwrap();
+        String::from_utf8_lossy(&output.stdout).trim().to_owned()
+    }
+
+    fn title(&self) -> String {
+        self.hands("search --name drystone getwindowname")
+    }
+}
+
+/// How many points have nearly this color.
+#[cfg(feature = "view")]
+fn points_of(picture: &(u32, u32, Vec<u8>), color: [u8; 3]) -> usize {
+    let near = |p: &&[u8]| p.iter().zip(color).all(|(a, b)| a.abs_diff(b) < 12);
+    picture.2.chunks_exact(3).filter(near).count()
+}
+
 #[cfg(feature = "view")]
 #[test]
-fn a_window_shows_the_scene_on_a_display_in_memory() {
+fn a_window_is_driven_by_mouse_and_keys_on_a_display_in_memory() {
     let folder = folder("view_window");
-    if drawn(&folder, "simulate hello --steps 1 --size 8x8 --render a.png").is_none() {
-        return;
+    let Some(mut w) = Driven::open(&folder, "view stack:n=1 --paused --threads 1") else { return };
+    // The window stands at the corner of the screen: its sky, bright, and bluer than red.
+    let sky = |w: &mut Driven| mean(&w.look("window.png"), [0.02, 0.1], [0.02, 0.1]);
+    w.wait("nothing is drawn", |w| {
+        let sky = sky(w);
+        sky[2] > sky[0] && sky[0] > 80.0
+    });
+    assert_eq!(w.title(), "stack:n=1 - soft-step - drystone");
+
+    // Take hold of the cube, in the middle of the picture: a line shows where it is pulled.
+    let line = [255, 176, 0];
+    assert_eq!(points_of(&w.look("before.png"), line), 0);
+    w.hands("mousemove 485 400");
+    w.hands("mousedown 1");
+    for at in ["500 380", "560 330", "640 260"] {
+        w.hands(&format!("mousemove {at}"));
     }
-    let Some((_server, name)) = display() else {
-        eprintln!("SKIPPED, there is no Xvfb: the window");
-        return;
-    };
-    let path = folder.join("window.png");
-    if screenshot(&name, &path).is_none() {
-        eprintln!("SKIPPED, there is no ffmpeg that reads a display: the window");
-        return;
-    }
-    let mut command = drystone(&folder, "view pyramid --paused --threads 1");
-    command.env("DISPLAY", &name).env_remove("WAYLAND_DISPLAY").env_remove("WAYLAND_SOCKET");
-    let errors = File::create(folder.join("stderr")).unwrap();
-    let mut window = Ended(command.stderr(errors).spawn().unwrap());
-    let start = Instant::now();
-    loop {
-        sleep(Duration::from_millis(300));
-        let ended = window.0.try_wait().unwrap();
-        let text = fs::read_to_string(folder.join("stderr")).unwrap();
-        assert!(ended.is_none(), "the window closed: {ended:?} {text}");
-        let picture = screenshot(&name, &path).unwrap();
-        // The window stands at the corner of the screen: its sky, bright, and bluer than red.
-        let sky = mean(&picture, [0.02, 0.1], [0.02, 0.1]);
-        if sky[2] > sky[0] && sky[0] > 80.0 {
-            break;
-        }
-        assert!(start.elapsed() < Duration::from_secs(60), "nothing is drawn: sky {sky:?}");
+    w.wait("the cube is not held", |w| points_of(&w.look("held.png"), line) > 300);
+    // Let time run: it follows, and the line is short.
+    w.hands("search --name drystone windowfocus");
+    w.hands("key space");
+    w.wait("the cube does not follow", |w| points_of(&w.look("pulled.png"), line) < 150);
+    let before = mean(&read_png(&folder.join("before.png")), [0.49, 0.51], [0.28, 0.36]);
+    let after = mean(&read_png(&folder.join("pulled.png")), [0.49, 0.51], [0.28, 0.36]);
+    assert!(before.iter().zip(after).any(|(b, a)| (b - a).abs() > 10.0), "{before:?} {after:?}");
+    w.hands("mouseup 1");
+
+    w.hands("key m");
+    w.wait("the method stays", |w| w.title() == "stack:n=1 - soft-step-relax - drystone");
+    w.hands("key v");
+    w.wait("there is one half", |w| w.title().contains("soft-step-relax | soft-step-relax"));
+    w.hands("key m");
+    w.wait("both have one method", |w| {
+        let title = w.title();
+        title.ends_with(" | soft-step-relax - drystone") && !title.contains("relax | ")
+    });
+
+    // Other scenes by the menu: one that is not there gives a message, and all stays.
+    fs::write(folder.join("broken.glb"), b"glTF\x02\0\0\0 and then nothing").unwrap();
+    for (typed, expected) in [("broken.glb", "stack:n=1 -"), ("arch", "arch -")] {
+        w.hands("mousemove 1010 22");
+        w.hands("click 1");
+        w.look("menu.png");
+        sleep(Duration::from_millis(1500));
+        w.look("menu.png");
+        w.hands("mousemove 900 49");
+        w.hands("click 1");
+        sleep(Duration::from_millis(500));
+        w.hands("key ctrl+a");
+        w.hands(&format!("type --delay 60 {typed}"));
+        w.hands("key Return");
+        let orange = [255, 140, 90];
+        let broken = typed.ends_with("glb");
+        w.wait("no answer", |w| {
+            let message = points_of(&w.look(&format!("{typed}.png")), orange) > 20;
+            message == broken && w.title().starts_with(expected)
+        });
     }
 }

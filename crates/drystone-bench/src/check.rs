@@ -121,6 +121,11 @@ impl<'a> Checker<'a> {
         match joint.kind {
             JointKind::Ball => distance,
             JointKind::Distance { min, max, .. } => (min - distance).max(distance - max).max(0.0),
+            JointKind::SixDof(axes) => {
+                let a_frame = self.id(joint.body_a).and_then(|id| self.world.body(id));
+                let turn = a_frame.map_or(axes.frame_a, |a| a.rotation() * axes.frame_a);
+                axes.linear_excess(turn.unrotate(b - a))
+            }
             _ => 0.0,
         }
     }

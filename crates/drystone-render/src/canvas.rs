@@ -76,10 +76,19 @@ impl Canvas {
     /// # Errors
     /// The device failed.
     pub fn draw(&mut self, drawing: &Drawing, camera: &Camera) -> Result<Picture, RenderError> {
+        self.order(drawing, camera)?;
+        self.read(self.size())
+    }
+
+    /// Tells the device what to draw and does not wait for it: what a picture in a window costs its
+    /// program.
+    ///
+    /// # Errors
+    /// The device failed.
+    pub fn order(&mut self, drawing: &Drawing, camera: &Camera) -> Result<(), RenderError> {
         let size = self.size();
         let view = self.texture.create_view(&wgpu::TextureViewDescriptor::default());
-        self.renderer.draw(drawing, camera, &view, size)?;
-        self.read(size)
+        self.renderer.draw(drawing, camera, &view, size)
     }
 
     fn read(&self, (width, height): (u32, u32)) -> Result<Picture, RenderError> {

@@ -71,6 +71,8 @@ pub struct Look<'a> {
     pub picked: Option<drystone::BodyId>,
     /// The color of a body, by its slot; a body without one has its own.
     pub colors: Option<&'a [Color]>,
+    /// Where a body is drawn instead of where it is, by its slot: between two steps.
+    pub poses: Option<&'a [Pose]>,
 }
 
 /// What is to be drawn of a world.
@@ -157,7 +159,9 @@ impl Drawing {
         if look.picked == Some(body.id()) {
             finish |= HIGHLIGHT;
         }
-        let (mut pose, mut fit) = (shape.pose(), fit);
+        let between = look.poses.and_then(|p| p.get(body.id().index() as usize));
+        let (mut pose, mut fit) =
+            (between.map_or_else(|| shape.pose(), |p| p.compose(&shape.local_pose())), fit);
         match shape.shape() {
             Shape::HalfSpace { normal, offset } => {
                 (pose, fit) = self.square(&pose, *normal, *offset);
@@ -309,14 +313,21 @@ fn outline(wall: &Instance) -> impl Iterator<Item = Line> + use<> {
 struct Batches {
     list: Vec<Batch>,
     number: std::collections::BTreeMap<[usize; 3], usize>,
+    /// Key and number of the last one: bodies often come in rows of one form.
+    last: Option<([usize; 3], usize)>,
 }
 
 impl Batches {
     fn push(&mut self, form: Form, instance: Instance) {
-        let number = *self.number.entry(form.key()).or_insert_with(|| {
-            self.list.push(Batch { form, instances: Vec::new() });
-            self.list.len() - 1
-        });
+        let key = form.key();
+        let number = match self.last {
+            Some((last, number)) if last == key => number,
+            _ => *self.number.entry(key).or_insert_with(|| {
+                self.list.push(Batch { form, instances: Vec::new() });
+                self.list.len() - 1
+            }),
+        };
+        self.last = Some((key, number));
         self.list[number].instances.push(instance);
     }
 }

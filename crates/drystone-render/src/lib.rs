@@ -36,5 +36,5 @@ pub use color::{Color, body_color};
 pub use drawing::{Drawing, Look};
 pub use error::RenderError;
 pub use framing::{Follow, Subject, ViewAngles};
-pub use renderer::{Renderer, limits};
+pub use renderer::{Area, Renderer, limits};
 pub use wgpu;

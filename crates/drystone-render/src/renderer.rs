@@ -31,6 +31,28 @@ pub fn limits(adapter: &wgpu::Adapter) -> wgpu::Limits {
     wgpu::Limits::downlevel_webgl2_defaults().using_resolution(adapter.limits())
 }
 
+/// A part of a picture [px].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Area {
+    /// From the left.
+    pub x: u32,
+    /// From the top.
+    pub y: u32,
+    /// Points across.
+    pub width: u32,
+    /// Points down.
+    pub height: u32,
+}
+
+impl Area {
+    /// What of it is in a picture of this size, a point at least.
+    fn within(self, width: u32, height: u32) -> Self {
+        let (x, y) = (self.x.min(width - 1), self.y.min(height - 1));
+        let (across, down) = (self.width.min(width - x).max(1), self.height.min(height - y).max(1));
+        Self { x, y, width: across, height: down }
+    }
+}
+
 /// A form on the device.
 #[derive(Debug)]
 struct LoadedForm {
@@ -143,6 +165,22 @@ impl Renderer {
         drawing: &Drawing,
         camera: &Camera,
         target: &wgpu::TextureView,
+        size: (u32, u32),
+    ) -> Result<(), RenderError> {
+        let all = Area { x: 0, y: 0, width: size.0, height: size.1 };
+        self.draw_beside(&[(drawing, all)], camera, target, size)
+    }
+
+    /// Draws several drawings from one camera on a texture, each in an area of its own; what is in none
+    /// of them is black.
+    ///
+    /// # Errors
+    /// As for [`Self::draw`].
+    pub fn draw_beside(
+        &mut self,
+        drawings: &[(&Drawing, Area)],
+        camera: &Camera,
+        target: &wgpu::TextureView,
         (width, height): (u32, u32),
     ) -> Result<(), RenderError> {
         check_size(&self.device, width, height)?;
@@ -150,18 +188,24 @@ impl Renderer {
         if self.targets.as_ref().is_none_or(|t| t.size != (width, height)) {
             self.targets = Some(Targets::new(&self.device, format, (width, height)));
         }
-        let drawing = &*drawing.seen_from(camera.eye);
-        self.load(drawing);
-        let frame = Frame::new(drawing, camera, (width, height), SHADOW_SIZE, self.encode);
-        self.queue.write_buffer(&self.uniform, 0, bytemuck::bytes_of(&frame));
+        for (number, (drawing, area)) in drawings.iter().enumerate() {
+            let area = area.within(width, height);
+            let drawing = &*drawing.seen_from(camera.eye);
+            self.load(drawing);
+            let frame =
+                Frame::new(drawing, camera, (area.width, area.height), SHADOW_SIZE, self.encode);
+            self.queue.write_buffer(&self.uniform, 0, bytemuck::bytes_of(&frame));
 
-        let mut encoder =
-            self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        self.draw_shadows(&mut encoder, drawing);
-        if let Some(targets) = &self.targets {
-            self.draw_picture(&mut encoder, drawing, targets, target);
+            let mut encoder =
+                self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+            self.draw_shadows(&mut encoder, drawing);
+            if let Some(targets) = &self.targets {
+                let last = number + 1 == drawings.len();
+                let target = last.then_some(target);
+                self.draw_picture(&mut encoder, drawing, targets, target, area, number == 0);
+            }
+            self.queue.submit([encoder.finish()]);
         }
-        self.queue.submit([encoder.finish()]);
         self.check()
     }
 
@@ -213,15 +257,22 @@ impl Renderer {
         encoder: &mut wgpu::CommandEncoder,
         drawing: &Drawing,
         targets: &Targets,
-        target: &wgpu::TextureView,
+        target: Option<&wgpu::TextureView>,
+        area: Area,
+        first: bool,
     ) {
         let color = wgpu::RenderPassColorAttachment {
             view: &targets.color,
             depth_slice: None,
-            resolve_target: Some(target),
+            resolve_target: target,
             ops: wgpu::Operations {
-                load: wgpu::LoadOp::Clear(wgpu::Color::BLACK),
-                store: wgpu::StoreOp::Discard,
+                load: if first {
+                    wgpu::LoadOp::Clear(wgpu::Color::BLACK)
+                } else {
+                    wgpu::LoadOp::Load
+                },
+                // Samples are kept for the next area, until all are put together.
+                store: if target.is_some() { wgpu::StoreOp::Discard } else { wgpu::StoreOp::Store },
             },
         };
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
@@ -230,6 +281,10 @@ impl Renderer {
             depth_stencil_attachment: Some(depth(&targets.depth, 0.0, wgpu::StoreOp::Discard)),
             ..wgpu::RenderPassDescriptor::default()
         });
+        #[expect(clippy::cast_precision_loss, reason = "sizes of pictures are far below 2^24")]
+        let [x, y, width, height] = [area.x, area.y, area.width, area.height].map(|n| n as f32);
+        pass.set_viewport(x, y, width, height, 0.0, 1.0);
+        pass.set_scissor_rect(area.x, area.y, area.width, area.height);
         pass.set_bind_group(0, &self.frame_group, &[]);
         pass.set_bind_group(1, &self.shadow_group, &[]);
         pass.set_pipeline(&self.pipelines.body);

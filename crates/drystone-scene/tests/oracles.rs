@@ -1,4 +1,4 @@
-//! Each sample file that has no joint is simulated and must do what its `asset.extras.expect` says.
+//! Each sample file is simulated and must do what its `asset.extras.expect` says.
 #![expect(clippy::unwrap_used, clippy::panic, reason = "a test may fail anywhere")]
 
 use std::fs;
@@ -17,14 +17,17 @@ struct Run {
     /// Poses of every body at every step, the start included.
     path: Vec<Vec<(Vec3, Quat)>>,
     events: Vec<&'static str>,
+    /// The greatest gap of a joint so far [m].
+    gap: f32,
+    /// Of the whole world at every step [J].
+    energy: Vec<f64>,
 }
 
 impl Run {
     fn of(loaded: LoadedGltf) -> Self {
-        let mut world = World::new(loaded.scene.config.clone()).unwrap();
-        let add = |b: &drystone_scene::SceneBody| world.add_body(b.def.clone()).unwrap();
-        let ids: Vec<BodyId> = loaded.scene.bodies.iter().map(add).collect();
-        let mut run = Self { world, ids, loaded, path: Vec::new(), events: Vec::new() };
+        let drystone_scene::Running { world, bodies: ids, .. } = loaded.scene.build().unwrap();
+        let (path, events) = (Vec::new(), Vec::new());
+        let mut run = Self { world, ids, loaded, path, events, gap: 0.0, energy: Vec::new() };
         run.note();
         run
     }
@@ -35,6 +38,9 @@ impl Run {
             (body.position(), body.rotation())
         };
         self.path.push(self.ids.iter().map(pose).collect());
+        self.gap = self.world.joints().fold(self.gap, |gap, joint| gap.max(joint.error()));
+        let e = self.world.audit().energy;
+        self.energy.push(e.linear + e.angular + e.potential);
         self.events.extend(self.world.events().sensor_enter.iter().map(|_| "enter"));
         self.events.extend(self.world.events().sensor_exit.iter().map(|_| "exit"));
     }
@@ -65,6 +71,7 @@ impl Run {
             "z" => p.z,
             "vx" => v.x,
             "wz" => w.z,
+            "abs_wx" => w.x.abs(),
             "travel" => (p - start).length(),
             "speed" => v.length(),
             "angle_deg" => body.rotation().angle().to_degrees(),
@@ -102,7 +109,8 @@ fn check(name: &str, failures: &mut Vec<String>) {
     let json: Value = serde_json::from_slice(&fs::read(&path).unwrap()).unwrap();
     let expect = json["asset"]["extras"]["expect"].as_object().unwrap();
     let mut run = Run::of(gltf::load(&path, &Options::default()).unwrap());
-    run.seconds(expect.get("after_s").map_or(3.0, number));
+    let seconds = expect.get("after_s").or(expect.get("over_s"));
+    run.seconds(seconds.map_or(3.0, number));
     let mut range = |what: &str, is: f32, low: f32, high: f32| {
         let line = format!("{name}: {what} is {is}, expected {low} to {high}");
         if !(low..=high).contains(&is) {
@@ -111,7 +119,21 @@ fn check(name: &str, failures: &mut Vec<String>) {
     };
     for (key, value) in expect {
         match key.as_str() {
-            "after_s" | "note" | "exact_count" => {}
+            "after_s" | "over_s" | "note" | "exact_count" => {}
+            "anchor_gap_max" => range("gap", run.gap, 0.0, number(value)),
+            "energy_rel_max" => {
+                // Of what it has above its lowest place, 1 m under the anchor, when let go at rest.
+                let whole = f64::from(run.world.body(run.ids[1]).unwrap().mass() * 9.81);
+                let change = |e: &f64| ((e - run.energy[0]) / whole).abs();
+                let most = run.energy.iter().map(change).fold(0.0, f64::max);
+                #[expect(clippy::cast_possible_truncation, reason = "a part of 1")]
+                range("energy", most as f32, 0.0, number(value));
+            }
+            "off_axis_deg_max" => {
+                let off = |(_, q): &(Vec3, Quat)| q.rotate(Vec3::Z).z.clamp(-1.0, 1.0).acos();
+                let most = run.path.iter().map(|f| off(&f[1]).to_degrees()).fold(0.0, f32::max);
+                range("angle off the axis", most, 0.0, number(value));
+            }
             "events" => {
                 let wanted: Vec<&str> =
                     value.as_array().unwrap().iter().map(|e| e.as_str().unwrap()).collect();
@@ -138,6 +160,22 @@ fn check(name: &str, failures: &mut Vec<String>) {
                         continue;
                     }
                     let what = format!("{body}.{quantity}");
+                    match quantity.as_str() {
+                        "position_tol" | "angle_tol_deg" => continue,
+                        "position" => {
+                            let wanted = [0, 1, 2].map(|i| number(&limits[i]));
+                            let off = (run.path.last().unwrap()[b].0 - Vec3::from(wanted)).length();
+                            range(&what, off, 0.0, number(&value["position_tol"]));
+                            let turned = run.quantity(b, "angle_deg");
+                            range("angle", turned, 0.0, number(&value["angle_tol_deg"]));
+                            continue;
+                        }
+                        "x_tol" => {
+                            range(&what, run.quantity(b, "x").abs(), 0.0, number(limits));
+                            continue;
+                        }
+                        _ => {}
+                    }
                     match quantity.strip_suffix("_max") {
                         Some(q) => range(&what, run.quantity(b, q), f32::MIN, number(limits)),
                         None => range(
@@ -159,15 +197,15 @@ fn check(name: &str, failures: &mut Vec<String>) {
 }
 
 #[test]
-fn samples_without_joints_do_what_they_say() {
+fn samples_do_what_they_say() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/gltf-khr-own");
     let mut names: Vec<String> = fs::read_dir(folder)
         .unwrap()
         .map(|e| e.unwrap().file_name().to_str().unwrap().to_owned())
-        .filter(|n| n.ends_with(".gltf") && !n.starts_with("joint"))
+        .filter(|n| n.ends_with(".gltf"))
         .collect();
     names.sort();
-    assert_eq!(names.len(), 15);
+    assert_eq!(names.len(), 21);
     let mut failures = Vec::new();
     for name in &names {
         check(name, &mut failures);

@@ -1,6 +1,6 @@
 //! Parts that many scenes have: floors, slopes, cubes and balls.
 
-use drystone::{BodyDef, JointKind, Quat, ShapeDef, Vec3};
+use drystone::{BodyDef, JointKind, Quat, ShapeDef, SixDof, Vec3};
 use drystone_bench::EngineError;
 use drystone_scene::{Scene, SceneJoint};
 
@@ -128,20 +128,46 @@ pub(crate) fn add_ball_joint(
     b: usize,
     point: D3,
 ) -> Result<(), EngineError> {
+    join(scene, [a, b], point, JointKind::Ball)
+}
+
+/// A joint of six axes at a point of the world, with the bodies as they are placed; `frame` are its axes.
+///
+/// # Errors
+/// A body of this number is not there.
+pub(crate) fn add_joint(
+    scene: &mut Scene,
+    a: usize,
+    b: usize,
+    point: D3,
+    frame: Quat,
+    axes: SixDof,
+) -> Result<(), EngineError> {
+    let local =
+        |number: usize| Ok::<_, EngineError>(body(scene, number)?.rotation.conjugate() * frame);
+    let axes = SixDof { frame_a: local(a)?, frame_b: local(b)?, ..axes };
+    join(scene, [a, b], point, JointKind::SixDof(axes))
+}
+
+fn body(scene: &Scene, number: usize) -> Result<&BodyDef, EngineError> {
+    let missing = || EngineError(format!("the scene has no body {number}"));
+    Ok(&scene.bodies.get(number).ok_or_else(missing)?.def)
+}
+
+fn join(
+    scene: &mut Scene,
+    [a, b]: [usize; 2],
+    point: D3,
+    kind: JointKind,
+) -> Result<(), EngineError> {
     let anchor = |number: usize| {
-        let missing = || EngineError(format!("the scene has no body {number}"));
-        let def = &scene.bodies.get(number).ok_or_else(missing)?.def;
+        let def = body(scene, number)?;
         let from = add(point, scale(crate::numeric::wide(def.position), -1.0));
         Ok::<_, EngineError>(narrow(rotate(def.rotation.conjugate(), from)))
     };
-    let joint = SceneJoint {
-        body_a: a,
-        body_b: b,
-        anchor_a: anchor(a)?,
-        anchor_b: anchor(b)?,
-        kind: JointKind::Ball,
-        collide_connected: false,
-    };
+    let (anchor_a, anchor_b) = (anchor(a)?, anchor(b)?);
+    let joint =
+        SceneJoint { body_a: a, body_b: b, anchor_a, anchor_b, kind, collide_connected: false };
     scene.joints.push(joint);
     Ok(())
 }

@@ -75,6 +75,7 @@ pub const FAMILIES: &[Family] = &[
     Family { title: "Impacts", tests: family::impact::TESTS },
     Family { title: "Stacks", tests: family::stacks::TESTS },
     Family { title: "Joints", tests: family::joints::TESTS },
+    Family { title: "Mechanisms", tests: family::mechanisms::TESTS },
     Family { title: "Geometry", tests: family::geometry::TESTS },
     Family { title: "Invariance and convergence", tests: family::invariance::TESTS },
 ];
@@ -86,17 +87,11 @@ pub fn all() -> impl Iterator<Item = &'static Test> {
 
 /// Tests of the list that wait for a part of the engine: id, name, what for.
 pub const WAITING: &[(&str, &str, &str)] = &[
-    ("A23", "physical pendulum on a hinge", "hinge joints"),
-    ("A25", "slider with a pendulum", "slider joints"),
-    ("A26", "slider-crank loop", "hinge and slider joints"),
-    ("A27", "spring and damper", "joint springs along an axis"),
-    ("A28", "hinge motor", "motors"),
-    ("A29", "limits under load", "limits"),
     ("A42b", "shape cast, distance, time of impact", "these queries"),
     ("A44b", "large worlds, 1e7 m", "positions of more than f32"),
     ("G22", "leaning stacks, time to fall", "a definition of when the fall ends"),
-    ("S5", "ANYmal, momentum", "hinge joints and URDF"),
-    ("S6", "ANYmal, energy", "hinge joints and URDF"),
+    ("S5", "ANYmal, momentum", "URDF"),
+    ("S6", "ANYmal, energy", "URDF"),
 ];
 
 #[cfg(test)]

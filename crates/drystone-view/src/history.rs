@@ -3,11 +3,18 @@
 
 use std::collections::BTreeMap;
 
-use drystone::{BodyDef, BodyId, ShapeDef, Vec3, WorldConfig};
+use drystone::{
+    AxisLocks, BodyDef, BodyId, BodyKind, MassDef, Pose, ShapeDef, Stage, Vec3, World, WorldConfig,
+};
 use drystone_scene::{BuildError, Running};
 
 /// States kept at most; where there are more, every other one is given up.
 const MOST_STATES: usize = 64;
+/// Memory that they take at most [bytes], by a rough count.
+const MOST_BYTES: usize = 1 << 29;
+
+/// From here on a state is large [bytes].
+const LARGE: usize = 1 << 21;
 
 /// What the user does to a world before a step.
 #[derive(Clone, Debug)]
@@ -23,21 +30,29 @@ pub enum Input {
         /// And a torque [N m, world].
         torque: Vec3,
     },
-    /// A ball is shot.
+    /// A ball or a box is shot.
     Shot {
         /// Where it starts [m, world].
         from: Vec3,
         /// Its velocity [m/s, world].
         velocity: Vec3,
-        /// Its radius [m].
+        /// Radius of the ball, half the edge of the box [m].
         radius: f32,
+        /// Whether it is a box.
+        boxed: bool,
     },
+    /// A body is taken away.
+    Remove(BodyId),
+    /// A second body like this one, beside it.
+    Duplicate(BodyId),
+    /// A body is held where it is, or no longer.
+    Freeze(BodyId, bool),
     /// Other settings.
     Config(Box<WorldConfig>),
 }
 
 /// A run with its past.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct History {
     running: Running,
     dt: f32,
@@ -45,7 +60,10 @@ pub struct History {
     states: BTreeMap<u64, Running>,
     /// Steps between states.
     every: u64,
+    /// What the user did before the step of their number.
     inputs: BTreeMap<u64, Vec<Input>>,
+    /// How many of the next step's inputs have already been done.
+    done: usize,
     furthest: u64,
 }
 
@@ -54,7 +72,19 @@ impl History {
     #[must_use]
     pub fn new(running: Running, dt: f32) -> Self {
         let states = BTreeMap::from([(0, running.clone())]);
-        Self { running, dt, states, every: 8, inputs: BTreeMap::new(), furthest: 0 }
+        // A large state takes as long to copy as a step: they are kept less often.
+        let every = if bytes(&running.world) > LARGE { 32 } else { 8 };
+        Self { running, dt, states, every, inputs: BTreeMap::new(), done: 0, furthest: 0 }
+    }
+
+    /// Another run with the same past. It keeps only the first state: the others come again as they are
+    /// needed.
+    #[must_use]
+    pub fn fork(&self) -> Self {
+        let states = self.states.iter().take(1).map(|(n, state)| (*n, state.clone())).collect();
+        let (running, inputs) = (self.running.clone(), self.inputs.clone());
+        let Self { dt, every, done, furthest, .. } = *self;
+        Self { running, dt, states, every, inputs, done, furthest }
     }
 
     /// The run as it is now.
@@ -81,20 +111,43 @@ impl History {
         self.dt
     }
 
-    /// Takes a step. Where the past is played again and `inputs` is empty it stays as it was;
-    /// otherwise what came after it is forgotten.
+    /// Does something now. What was done later in an earlier run of this step is forgotten.
+    pub fn act(&mut self, input: Input) {
+        let step = self.step_count();
+        self.keep_state();
+        apply(&mut self.running, &input);
+        self.furthest = step;
+        self.states.split_off(&(step + 1));
+        self.inputs.split_off(&(step + 1));
+        let inputs = self.inputs.entry(step).or_default();
+        inputs.truncate(self.done);
+        // A slider that is dragged gives new settings with every picture.
+        if let (Some(Input::Config(last)), Input::Config(new)) = (inputs.last_mut(), &input) {
+            last.clone_from(new);
+        } else {
+            inputs.push(input);
+        }
+        self.done = inputs.len();
+    }
+
+    /// Takes a step, with the inputs that it had when it was first taken; `after` is told of the
+    /// engine's stages.
     ///
     /// # Errors
     /// The engine refuses what the scene's script wants; no step was taken.
-    pub fn step(&mut self, inputs: Vec<Input>) -> Result<(), BuildError> {
+    pub fn step(&mut self, after: &mut dyn FnMut(Stage)) -> Result<(), BuildError> {
         let step = self.step_count();
-        if !inputs.is_empty() {
-            self.furthest = step;
-            self.states.split_off(&(step + 1));
-            self.inputs.split_off(&step);
-            self.inputs.insert(step, inputs);
+        self.keep_state();
+        for input in self.inputs.get(&step).into_iter().flatten().skip(self.done) {
+            apply(&mut self.running, input);
         }
-        self.advance()
+        // They must not be done again if the step fails.
+        self.done = self.inputs.get(&step).map_or(0, Vec::len);
+        self.running.before_step(self.dt)?;
+        self.running.world.step_observed(self.dt, after);
+        self.done = 0;
+        self.furthest = self.furthest.max(self.step_count());
+        Ok(())
     }
 
     /// Goes to a step, back or forward.
@@ -104,34 +157,38 @@ impl History {
     pub fn seek(&mut self, step: u64) -> Result<(), BuildError> {
         let here = self.step_count();
         if let Some((&number, state)) = self.states.range(..=step).next_back()
-            && (step < here || number > here)
+            && (step < here || number > here || (step == here && self.done > 0 && number == here))
         {
             self.running = state.clone();
+            self.done = 0;
         }
         while self.step_count() < step {
-            self.advance()?;
+            self.step(&mut |_| ())?;
         }
         Ok(())
     }
 
-    /// Takes a step with the inputs that it had.
-    fn advance(&mut self) -> Result<(), BuildError> {
+    /// Keeps the state before the next step, if it is time and nothing was done to it.
+    fn keep_state(&mut self) {
         let step = self.step_count();
-        if step.is_multiple_of(self.every) && !self.states.contains_key(&step) {
-            self.states.insert(step, self.running.clone());
-            if self.states.len() > MOST_STATES {
-                self.every *= 2;
-                let every = self.every;
-                self.states.retain(|number, _| number.is_multiple_of(every));
-            }
+        if self.done > 0 || !step.is_multiple_of(self.every) || self.states.contains_key(&step) {
+            return;
         }
-        for input in self.inputs.get(&step).into_iter().flatten() {
-            apply(&mut self.running, input);
+        self.states.insert(step, self.running.clone());
+        let most = (MOST_BYTES / bytes(&self.running.world).max(1)).clamp(2, MOST_STATES);
+        while self.states.len() > most {
+            self.every *= 2;
+            let every = self.every;
+            self.states.retain(|number, _| number.is_multiple_of(every));
         }
-        self.running.step(self.dt)?;
-        self.furthest = self.furthest.max(self.step_count());
-        Ok(())
     }
+}
+
+/// Roughly what a copy of a world takes.
+fn bytes(world: &World) -> usize {
+    let counts = world.counts();
+    let bodies = counts.fixed + counts.kinematic + counts.dynamic;
+    600 * bodies + 400 * (counts.shapes + counts.joints) + 400 * counts.pairs
 }
 
 /// What the engine refuses of an input does not happen: a body may be gone, a place beyond its limits.
@@ -145,17 +202,65 @@ fn apply(running: &mut Running, input: &Input) {
                 let _ = body.add_step_torque(*torque);
             }
         }
-        Input::Shot { from, velocity, radius } => {
-            let shape = ShapeDef { density: 3000.0, ..ShapeDef::sphere(*radius) };
-            let mut def = BodyDef::dynamic().with_position(*from).with_shape(shape);
-            def.linear_velocity = *velocity;
+        &Input::Shot { from, velocity, radius, boxed } => {
+            let shape =
+                if boxed { ShapeDef::box_half([radius; 3]) } else { ShapeDef::sphere(radius) };
+            let shape = ShapeDef { density: 3000.0, ..shape };
+            let mut def = BodyDef::dynamic().with_position(from).with_shape(shape);
+            def.linear_velocity = velocity;
             let _ = world.add_body(def);
+        }
+        Input::Remove(body) => {
+            let _ = world.remove_body(*body);
+        }
+        Input::Duplicate(body) => {
+            if let Some(def) = duplicate(world, *body) {
+                let _ = world.add_body(def);
+            }
+        }
+        Input::Freeze(body, frozen) => {
+            if let Some(mut body) = world.body_mut(*body) {
+                let held = AxisLocks { linear: [true; 3], angular: [true; 3] };
+                body.set_locks(if *frozen { held } else { AxisLocks::NONE });
+                let _ = body.set_linear_velocity(Vec3::ZERO);
+                let _ = body.set_angular_velocity(Vec3::ZERO);
+                body.wake();
+            }
         }
         Input::Config(config) => {
             let _ = world.set_config((**config).clone());
             world.wake_all();
         }
     }
+}
+
+/// A body like another one, above it: it falls on it.
+fn duplicate(world: &World, id: BodyId) -> Option<BodyDef> {
+    let body = world.body(id)?;
+    let up = (-world.config().gravity).normalize_or(Vec3::Y);
+    let mut def = BodyDef { kind: body.kind(), ..BodyDef::default() };
+    let (mut low, mut high) = (f32::INFINITY, f32::NEG_INFINITY);
+    for shape in body.shapes().filter_map(|id| world.shape(id)) {
+        let bounds = shape.bounds();
+        let half = bounds.half_extents().dot(up.abs());
+        let middle = bounds.center().dot(up);
+        (low, high) = (low.min(middle - half), high.max(middle + half));
+        def.shapes.push(ShapeDef {
+            pose: shape.local_pose(),
+            density: shape.density(),
+            material: shape.material(),
+            filter: shape.filter(),
+            sensor: shape.is_sensor(),
+            ..ShapeDef::new(shape.shape().clone())
+        });
+    }
+    let Pose { position, rotation } = body.pose();
+    def.position = position + up * (1.05 * (high - low).clamp(0.0, 1.0e3));
+    def.rotation = rotation;
+    if body.kind() == BodyKind::Dynamic && body.mass() > 0.0 {
+        def.mass = MassDef::Mass(body.mass());
+    }
+    Some(def)
 }
 
 #[cfg(test)]
@@ -170,7 +275,12 @@ mod tests {
     }
 
     fn shot() -> Input {
-        Input::Shot { from: vec3(0.0, 1.0, 6.0), velocity: vec3(0.0, 0.0, -20.0), radius: 0.3 }
+        Input::Shot {
+            from: vec3(0.0, 1.0, 6.0),
+            velocity: vec3(0.0, 0.0, -20.0),
+            radius: 0.3,
+            boxed: false,
+        }
     }
 
     #[test]
@@ -178,8 +288,10 @@ mod tests {
         let mut history = pyramid();
         let mut hashes = vec![history.now().world.state_hash()];
         for step in 0..150 {
-            let inputs = if step == 20 { vec![shot()] } else { Vec::new() };
-            history.step(inputs).unwrap();
+            if step == 20 {
+                history.act(shot());
+            }
+            history.step(&mut |_| ()).unwrap();
             hashes.push(history.now().world.state_hash());
         }
         assert_ne!(hashes[150], hashes[149], "something moves");
@@ -196,10 +308,51 @@ mod tests {
         history.seek(60).unwrap();
         let end = history.now().world.state_hash();
         history.seek(30).unwrap();
-        history.step(vec![shot()]).unwrap();
+        history.act(shot());
+        history.step(&mut |_| ()).unwrap();
         assert_eq!(history.furthest(), 31);
         history.seek(60).unwrap();
         assert_ne!(history.now().world.state_hash(), end);
+    }
+
+    #[test]
+    fn deeds_are_seen_at_once_and_done_once() {
+        let mut history = pyramid();
+        history.seek(16).unwrap();
+        let bodies = |h: &History| h.now().world.bodies().count();
+        let (before, body) = (bodies(&history), history.now().bodies[3]);
+        history.act(Input::Duplicate(body));
+        history.act(Input::Remove(history.now().bodies[5]));
+        history.act(shot());
+        assert_eq!(bodies(&history), before + 1, "one more, one less, one shot");
+        history.seek(40).unwrap();
+        assert_eq!(bodies(&history), before + 1);
+        let hash = history.now().world.state_hash();
+        history.seek(15).unwrap();
+        assert_eq!(bodies(&history), before);
+        history.seek(40).unwrap();
+        assert_eq!(history.now().world.state_hash(), hash);
+        let fork = history.fork();
+        for mut run in [history, fork] {
+            run.seek(3).unwrap();
+            run.seek(40).unwrap();
+            assert_eq!(run.now().world.state_hash(), hash);
+        }
+    }
+
+    #[test]
+    fn what_is_frozen_stays_where_it_is() {
+        let mut history =
+            History::new(drystone_scene::named("hello").unwrap().build().unwrap(), 1.0 / 60.0);
+        let world = &history.now().world;
+        let ball = world.bodies().find(|b| b.kind() == drystone::BodyKind::Dynamic).unwrap();
+        let (ball, at) = (ball.id(), ball.position());
+        history.act(Input::Freeze(ball, true));
+        history.seek(60).unwrap();
+        assert_eq!(history.now().world.body(ball).unwrap().position(), at);
+        history.act(Input::Freeze(ball, false));
+        history.seek(90).unwrap();
+        assert!(history.now().world.body(ball).unwrap().position().y < at.y - 0.1);
     }
 
     #[test]

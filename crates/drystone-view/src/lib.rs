@@ -9,26 +9,30 @@ pub mod sim;
 
 mod control;
 mod panel;
+mod picked;
 mod plot;
+mod settings;
 mod window;
 
-use drystone_scene::Running;
-
+pub use picked::Picked;
 pub use window::show;
 
 /// What is to be shown.
-#[derive(Debug)]
 pub struct Options {
-    /// The scene's name, for the window's title.
-    pub name: String,
     /// The scene at its beginning.
-    pub running: Running,
-    /// Steps a second.
-    pub hz: f32,
+    pub opened: sim::Opened,
+    /// Opens other scenes.
+    pub open: sim::Opener,
     /// Whether it runs from the start.
     pub playing: bool,
     /// What is drawn over bodies at first.
     pub overlays: overlay::Overlays,
+}
+
+impl std::fmt::Debug for Options {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Options").field("opened", &self.opened.name).finish_non_exhaustive()
+    }
 }
 
 /// Why there is no window.

@@ -1,6 +1,6 @@
 //! What is drawn over bodies to show what the engine knows of them.
 
-use drystone::{Aabb, BodyId, BodyKind, Vec3, World};
+use drystone::{Aabb, BodyId, BodyKind, ContactRef, JointKind, Vec3, World};
 use drystone_render::{Color, Drawing, body_color};
 
 /// What is shown.
@@ -9,20 +9,43 @@ use drystone_render::{Color, Drawing, body_color};
 pub struct Overlays {
     /// Points and normals of contacts, longer where they carry more.
     pub contacts: bool,
-    /// Joints: from the middle of each body to its anchor.
+    /// Friction at contacts, in the same measure.
+    pub friction: bool,
+    /// Contacts in the colors in which they are solved.
+    pub colors: bool,
+    /// Centers of mass.
+    pub centers: bool,
+    /// Where each body's middle will be in a tenth of a second.
+    pub velocities: bool,
+    /// Joints: from the middle of each body to its anchor, and limits of lengths.
     pub joints: bool,
     /// Boxes around shapes.
     pub bounds: bool,
     /// Bodies that sleep are dim.
     pub sleeping: bool,
-    /// Each island has a color of its own.
-    pub islands: bool,
+    /// What the color of a body tells.
+    pub tint: Tint,
+}
+
+/// What the color of a body tells.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Tint {
+    /// Only which one it is.
+    #[default]
+    Own,
+    /// Its island.
+    Island,
+    /// How far it is from what stands fast, over those it lies on: blue to red.
+    Level,
 }
 
 const CONTACT: Color = [214, 40, 57, 255];
 const JOINT: Color = [33, 94, 168, 255];
 const APART: Color = [255, 140, 0, 255];
 const BOUNDS: Color = [60, 110, 60, 150];
+const FRICTION: Color = [120, 60, 180, 255];
+const CENTER: Color = [20, 20, 20, 255];
+const VELOCITY: Color = [30, 140, 60, 255];
 
 /// Adds lines for what is shown; `scale` is the size of what is framed [m].
 pub fn add(drawing: &mut Drawing, world: &World, overlays: Overlays, scale: f32) {
@@ -43,25 +66,59 @@ pub fn add(drawing: &mut Drawing, world: &World, overlays: Overlays, scale: f32)
                 }
             }
             drawing.add_line(a, b, 3.0, APART);
+            if let JointKind::Distance { min, max, .. } = joint.kind() {
+                let along = (b - a).normalize_or(Vec3::Y);
+                for length in [min, max].into_iter().filter(|l| l.is_finite()) {
+                    add_cross(drawing, a + along * length, 0.012 * scale, APART);
+                }
+            }
             add_cross(drawing, a, 0.008 * scale, JOINT);
         }
     }
-    if overlays.contacts {
-        add_contacts(drawing, world, scale);
+    if overlays.contacts || overlays.friction || overlays.colors {
+        add_contacts(drawing, world, overlays, scale);
+    }
+    for body in world.bodies().filter(|b| b.kind() != BodyKind::Static) {
+        let at = body.center_of_mass();
+        if overlays.centers {
+            add_cross(drawing, at, 0.01 * scale, CENTER);
+        }
+        if overlays.velocities && body.linear_velocity().length() > 1.0e-3 {
+            drawing.add_line(at, at + body.linear_velocity() * 0.1, 2.0, VELOCITY);
+        }
     }
 }
 
-fn add_contacts(drawing: &mut Drawing, world: &World, scale: f32) {
-    let impulses = || world.contacts().flat_map(|c| c.points().collect::<Vec<_>>());
-    let most = impulses().map(|p| p.impulse).fold(1.0e-9, f32::max);
+fn add_contacts(drawing: &mut Drawing, world: &World, overlays: Overlays, scale: f32) {
+    let sum = |c: &ContactRef<'_>| c.points().map(|p| p.impulse).fold(0.0, f32::max);
+    let most = world.contacts().map(|c| sum(&c)).fold(1.0e-9, f32::max);
+    let length = |impulse: f32| scale * 0.09 * (impulse / most).clamp(0.0, 1.0).sqrt();
     for contact in world.contacts() {
+        let own = overlays.colors.then(|| color_of(contact.color())).unwrap_or(CONTACT);
+        let count = contact.points().count();
+        let mut middle = Vec3::ZERO;
         for point in contact.points() {
-            let part = (point.impulse / most).clamp(0.0, 1.0).sqrt();
-            let up = contact.normal() * (scale * (0.01 + 0.09 * part));
-            drawing.add_line(point.position, point.position - up, 1.5, CONTACT);
-            add_cross(drawing, point.position, 0.005 * scale, CONTACT);
+            middle += point.position / count as f32;
+            if overlays.contacts || overlays.colors {
+                let up = contact.normal() * (0.01 * scale + length(point.impulse));
+                drawing.add_line(point.position, point.position - up, 1.5, own);
+                add_cross(drawing, point.position, 0.005 * scale, own);
+            }
+        }
+        let friction = contact.friction_impulse();
+        if let Some(along) = friction.try_normalize().filter(|_| overlays.friction) {
+            drawing.add_line(middle, middle + along * length(friction.length()), 2.5, FRICTION);
         }
     }
+}
+
+/// A color for each number; grey for what has none.
+fn color_of(number: Option<u32>) -> Color {
+    number.map_or([120, 120, 120, 255], |n| {
+        let [r, g, b, _] = body_color(BodyKind::Dynamic, n);
+        // Darker than bodies, so that lines stand out.
+        [r / 4 * 3, g / 4 * 3, b / 4 * 3, 255]
+    })
 }
 
 fn add_cross(drawing: &mut Drawing, at: Vec3, half: f32, color: Color) {
@@ -83,10 +140,40 @@ fn add_box(drawing: &mut Drawing, bounds: &Aabb) {
     }
 }
 
+/// A color for each body's slot; none if bodies have their own.
+#[must_use]
+pub fn body_colors(world: &World, tint: Tint) -> Option<Vec<Color>> {
+    match tint {
+        Tint::Own => None,
+        Tint::Island => Some(island_colors(world)),
+        Tint::Level => Some(level_colors(world)),
+    }
+}
+
+fn level_colors(world: &World) -> Vec<Color> {
+    let most = world.bodies().filter_map(|b| b.support_level()).max().unwrap_or(1).max(1);
+    let mut colors = Vec::new();
+    for body in world.bodies() {
+        let slot = body.id().index() as usize;
+        if slot >= colors.len() {
+            colors.resize(slot + 1, [0; 4]);
+        }
+        colors[slot] = match body.support_level() {
+            _ if body.kind() != BodyKind::Dynamic => body_color(body.kind(), 0),
+            Some(level) => {
+                let part = u64::from(level) * 180 / u64::from(most);
+                let part = u8::try_from(part).unwrap_or(180);
+                [40 + part, 110, 220 - part, 255]
+            }
+            None => [150, 150, 150, 255],
+        };
+    }
+    colors
+}
+
 /// A color for each body's slot, equal within an island: dynamic bodies that contacts with points or
 /// joints connect.
-#[must_use]
-pub fn island_colors(world: &World) -> Vec<Color> {
+fn island_colors(world: &World) -> Vec<Color> {
     let slot = |id: BodyId| id.index() as usize;
     let count = world.bodies().map(|b| slot(b.id()) + 1).max().unwrap_or(0);
     let dynamic = |id: BodyId| world.body(id).is_some_and(|b| b.kind() == BodyKind::Dynamic);

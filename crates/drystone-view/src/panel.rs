@@ -2,24 +2,38 @@
 
 use std::collections::VecDeque;
 
-use drystone::{Method, WorldConfig};
-use egui::{ComboBox, DragValue, RichText, ScrollArea, Slider, Ui};
+use drystone::{Stage, WorldConfig};
+use egui::{Color32, RichText, ScrollArea, Slider, TextEdit, Ui};
 
-use crate::overlay::Overlays;
-use crate::plot::plot;
-use crate::sim::{Command, Sample, Shown};
+use crate::overlay::{Overlays, Tint};
+use crate::picked::Picked;
+use crate::plot::{STAGE_COLORS, plot, stacked};
+use crate::settings;
+use crate::sim::{Command, Deed, Sample, Shown};
 
 /// Steps in the plots.
-const PLOTTED: usize = 400;
+const PLOTTED: usize = 300;
+
+/// Of messages.
+const WARNING: Color32 = Color32::from_rgb(255, 140, 90);
 
 /// What the panel remembers.
 #[derive(Debug, Default)]
 pub(crate) struct Panel {
-    speed: f32,
+    pub(crate) speed: f32,
     pub(crate) overlays: Overlays,
-    samples: VecDeque<Sample>,
-    /// Settings that were asked for and are not yet in force.
-    asked: Option<WorldConfig>,
+    /// The side whose settings and plots are shown.
+    side: usize,
+    scene: u64,
+    samples: [VecDeque<Sample>; 2],
+    /// Settings of a side that were asked for and are not yet in force.
+    asked: [Option<WorldConfig>; 2],
+    /// Why the last choice among settings was refused.
+    refused: Option<String>,
+    /// The scene that is typed.
+    typed: String,
+    /// Whether keys are explained.
+    pub(crate) help: bool,
 }
 
 impl Panel {
@@ -29,47 +43,121 @@ impl Panel {
 
     /// Takes over the numbers of the latest steps.
     pub(crate) fn learn(&mut self, shown: &Shown) {
-        self.samples.extend(&shown.samples);
-        let surplus = self.samples.len().saturating_sub(PLOTTED);
-        self.samples.drain(..surplus);
-        if self.asked.as_ref() == Some(&shown.config) {
-            self.asked = None;
+        if self.scene != shown.scene {
+            self.scene = shown.scene;
+            self.samples = Default::default();
+            self.asked = Default::default();
+        }
+        self.side = self.side.min(shown.views.len().saturating_sub(1));
+        for (number, view) in shown.views.iter().enumerate().take(2) {
+            let samples = &mut self.samples[number];
+            samples.extend(&view.samples);
+            let surplus = samples.len().saturating_sub(PLOTTED);
+            samples.drain(..surplus);
+            if self.asked[number].as_ref() == Some(&view.config) {
+                self.asked[number] = None;
+            }
         }
     }
 
-    pub(crate) fn show(
-        &mut self,
-        ui: &mut Ui,
-        name: &str,
-        shown: &Shown,
-        send: &mut dyn FnMut(Command),
-    ) {
+    /// The side whose settings are shown.
+    pub(crate) const fn side(&self) -> usize {
+        self.side
+    }
+
+    pub(crate) fn show(&mut self, ui: &mut Ui, shown: &Shown, send: &mut dyn FnMut(Command)) {
         ui.add_space(4.0);
-        ui.label(RichText::new(name).heading());
+        self.scenes(ui, shown, send);
         time(ui, &mut self.speed, shown, send);
+        if let Some(message) = &shown.message {
+            ui.colored_label(WARNING, message);
+        }
         ui.separator();
-        ScrollArea::vertical().show(ui, |ui| {
-            counts(ui, shown);
-            self.plots(ui, shown);
+        ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+            if let Some(picked) = &shown.picked {
+                look_at(ui, picked, send);
+                ui.separator();
+            }
+            self.sides(ui, shown, send);
+            self.plots(ui);
             ui.separator();
             self.overlays(ui, send);
             ui.separator();
             self.settings(ui, shown, send);
             ui.separator();
-            help(ui);
+            if ui.button("keys and mouse (F1)").clicked() {
+                self.help = !self.help;
+            }
         });
     }
 
-    fn plots(&self, ui: &mut Ui, shown: &Shown) {
-        let last = self.samples.back().copied().unwrap_or_default();
-        let text = format!("step {:.2} ms", last.step_ms);
-        plot(ui, &text, self.samples.iter().map(|s| s.step_ms));
+    fn scenes(&mut self, ui: &mut Ui, shown: &Shown, send: &mut dyn FnMut(Command)) {
+        ui.menu_button(RichText::new(format!("{} ...", shown.name)).heading(), |ui| {
+            ui.set_min_width(320.0);
+            ui.horizontal(|ui| {
+                let hint = "name:key=value, or a path";
+                let line = ui.add(TextEdit::singleline(&mut self.typed).hint_text(hint));
+                let entered = line.lost_focus() && ui.input(|i| i.key_pressed(egui::Key::Enter));
+                if (ui.button("open").clicked() || entered) && !self.typed.trim().is_empty() {
+                    send(Command::Open(self.typed.trim().to_owned()));
+                    ui.close();
+                }
+            });
+            ui.label(RichText::new("or drop a .gltf, .glb or .obj file on the window").small());
+            ScrollArea::vertical().max_height(460.0).show(ui, |ui| {
+                for entry in drystone_scene::catalog() {
+                    let keys: Vec<&str> = entry.parameters.iter().map(|p| p.name).collect();
+                    let about = format!("{}\n{}", entry.summary, keys.join(", "));
+                    if ui.button(entry.name).on_hover_text(about.trim_end()).clicked() {
+                        send(Command::Open(entry.name.to_owned()));
+                        entry.name.clone_into(&mut self.typed);
+                        ui.close();
+                    }
+                }
+            });
+        });
+    }
+
+    fn sides(&mut self, ui: &mut Ui, shown: &Shown, send: &mut dyn FnMut(Command)) {
+        ui.horizontal(|ui| {
+            let mut split = shown.views.len() > 1;
+            if ui.checkbox(&mut split, "side by side").on_hover_text("V").changed() {
+                send(Command::Split(split));
+            }
+            if shown.views.len() > 1 {
+                ui.selectable_value(&mut self.side, 0, "left");
+                ui.selectable_value(&mut self.side, 1, "right");
+            }
+        });
+        let Some(view) = shown.views.get(self.side) else { return };
+        let c = &view.counts;
+        ui.label(format!("{} dynamic ({} asleep)", c.dynamic, c.asleep));
+        ui.label(format!("{} kinematic, {} static", c.kinematic, c.fixed));
+        ui.label(format!("{} shapes, {} joints, {} pairs", c.shapes, c.joints, c.pairs));
+        ui.label(format!("{} contacts in {} colors", c.contacts, c.colors));
+        ui.label(match view.hash {
+            Some(hash) => format!("hash {hash:016x}"),
+            None => "hash: when it stands still".to_owned(),
+        });
+    }
+
+    fn plots(&self, ui: &mut Ui) {
+        let samples = &self.samples[self.side];
+        let last = samples.back().copied().unwrap_or_default();
         #[expect(clippy::cast_possible_truncation, reason = "a plot shows three digits")]
-        let energy = self.samples.iter().map(|s| s.energy as f32);
+        let energy = samples.iter().map(|s| s.energy as f32);
         plot(ui, &format!("energy {:.4} kJ", 1.0e-3 * last.energy), energy);
-        #[expect(clippy::cast_precision_loss, reason = "a plot shows three digits")]
-        let contacts = self.samples.iter().map(|s| s.contacts as f32);
-        plot(ui, &format!("contacts {}", shown.counts.contacts), contacts);
+        let overlap = samples.iter().map(|s| s.overlap);
+        plot(ui, &format!("deepest overlap {:.3} mm", 1.0e3 * last.overlap), overlap);
+        let text = format!("step {:.2} ms", last.step_ms());
+        stacked(ui, &text, samples.iter().map(|s| s.stages));
+        ui.horizontal_wrapped(|ui| {
+            ui.spacing_mut().item_spacing.x = 6.0;
+            for ((stage, color), ms) in Stage::ALL.iter().zip(STAGE_COLORS).zip(last.stages) {
+                let text = RichText::new(format!("{} {ms:.2}", stage.name())).small();
+                ui.colored_label(color, text);
+            }
+        });
     }
 
     fn overlays(&mut self, ui: &mut Ui, send: &mut dyn FnMut(Command)) {
@@ -77,10 +165,19 @@ impl Panel {
         let before = *o;
         ui.columns(2, |columns| {
             columns[0].checkbox(&mut o.contacts, "contacts");
+            columns[0].checkbox(&mut o.friction, "friction");
+            columns[0].checkbox(&mut o.colors, "colors");
             columns[0].checkbox(&mut o.joints, "joints");
-            columns[0].checkbox(&mut o.bounds, "bounds");
+            columns[1].checkbox(&mut o.bounds, "bounds");
+            columns[1].checkbox(&mut o.centers, "centers");
+            columns[1].checkbox(&mut o.velocities, "velocities");
             columns[1].checkbox(&mut o.sleeping, "asleep");
-            columns[1].checkbox(&mut o.islands, "islands");
+        });
+        ui.horizontal(|ui| {
+            ui.label("bodies by");
+            ui.selectable_value(&mut o.tint, Tint::Own, "own");
+            ui.selectable_value(&mut o.tint, Tint::Island, "island");
+            ui.selectable_value(&mut o.tint, Tint::Level, "level");
         });
         if *o != before {
             send(Command::Overlays(*o));
@@ -88,46 +185,43 @@ impl Panel {
     }
 
     fn settings(&mut self, ui: &mut Ui, shown: &Shown, send: &mut dyn FnMut(Command)) {
-        let before = self.asked.as_ref().unwrap_or(&shown.config);
+        let side = self.side;
+        let Some(view) = shown.views.get(side) else { return };
+        let before = self.asked[side].as_ref().unwrap_or(&view.config);
         let mut config = before.clone();
-        egui::Grid::new("settings").num_columns(2).show(ui, |ui| {
-            ui.label("method");
-            let mut name = config.method.name();
-            ComboBox::from_id_salt("method").selected_text(name).show_ui(ui, |ui| {
-                for known in Method::NAMES {
-                    ui.selectable_value(&mut name, known, known);
-                }
-            });
-            if name != config.method.name()
-                && let Some(method) = Method::named(name)
-            {
-                config.method = method;
-            }
-            ui.end_row();
-            ui.label("substeps");
-            ui.add(DragValue::new(&mut config.substeps).range(0..=64))
-                .on_hover_text("0: the method's own");
-            ui.end_row();
-            ui.label("gravity [m/s²]");
-            ui.horizontal(|ui| {
-                for axis in 0..3 {
-                    ui.add(DragValue::new(&mut config.gravity[axis]).speed(0.1));
-                }
-            });
-            ui.end_row();
-            ui.label("contact.hertz");
-            ui.add(DragValue::new(&mut config.contact.hertz).speed(0.5))
-                .on_hover_text("0: the method's own");
-            ui.end_row();
-            ui.label("sleep");
-            ui.checkbox(&mut config.sleep.enabled, "");
-            ui.end_row();
-        });
+        if let Some(why) = settings::show(ui, &mut config) {
+            self.refused = Some(why);
+        }
+        if let Some(why) = &self.refused {
+            ui.colored_label(WARNING, why);
+        }
         if config != *before {
-            send(Command::Config(Box::new(config.clone())));
-            self.asked = Some(config);
+            self.refused = None;
+            send(Command::Config(side, Box::new(config.clone())));
+            self.asked[side] = Some(config);
         }
     }
+}
+
+fn look_at(ui: &mut Ui, picked: &Picked, send: &mut dyn FnMut(Command)) {
+    ui.label(RichText::new(&picked.title).strong());
+    for line in &picked.lines {
+        ui.label(RichText::new(line).small());
+    }
+    ui.horizontal(|ui| {
+        if ui.button("delete").clicked() {
+            send(Command::Act(Deed::Remove));
+        }
+        if ui.button("duplicate").on_hover_text("D").clicked() {
+            send(Command::Act(Deed::Duplicate));
+        }
+        if let Some(frozen) = picked.frozen {
+            let label = if frozen { "let go" } else { "freeze" };
+            if ui.button(label).on_hover_text("Z").clicked() {
+                send(Command::Act(Deed::Freeze));
+            }
+        }
+    });
 }
 
 fn time(ui: &mut Ui, speed: &mut f32, shown: &Shown, send: &mut dyn FnMut(Command)) {
@@ -162,37 +256,41 @@ fn time(ui: &mut Ui, speed: &mut f32, shown: &Shown, send: &mut dyn FnMut(Comman
         seconds(shown.step),
         seconds(shown.furthest)
     ));
-    let slider = Slider::new(speed, 0.05..=4.0).logarithmic(true).show_value(false);
-    if ui.add(slider).on_hover_text("how fast time goes").changed() {
+    let slider = Slider::new(speed, 0.01..=4.0).logarithmic(true).show_value(false);
+    if ui.add(slider).on_hover_text("how fast time goes (comma, period)").changed() {
         send(Command::Speed(*speed));
     }
     ui.label(format!("speed ×{speed:.2}"));
     ui.spacing_mut().slider_width = usual;
-    if let Some(message) = &shown.message {
-        ui.colored_label(egui::Color32::from_rgb(255, 140, 90), message);
-    }
 }
 
-fn counts(ui: &mut Ui, shown: &Shown) {
-    let c = &shown.counts;
-    ui.label(format!(
-        "{} dynamic ({} asleep), {} kinematic, {} static",
-        c.dynamic, c.asleep, c.kinematic, c.fixed
-    ));
-    ui.label(format!("{} shapes, {} joints, {} pairs", c.shapes, c.joints, c.pairs));
-}
-
-fn help(ui: &mut Ui) {
-    let lines = [
-        "drag a body: pull it",
-        "drag beside, or right: turn the view",
-        "shift or middle drag: move the view",
-        "wheel: nearer and farther",
-        "double click, S: shoot a ball",
-        "F: see all   R: restart",
-        "space: pause   arrows: step",
+/// What keys and mouse do.
+pub(crate) fn help(ui: &mut Ui) {
+    let rows = [
+        ("drag a body", "pull and throw it"),
+        ("click a body", "look closer at it"),
+        ("drag beside, right drag", "turn the view"),
+        ("shift or middle drag", "move the view"),
+        ("wheel", "nearer and farther"),
+        ("F", "see all"),
+        ("space", "run or stand still"),
+        ("right, left arrow", "a step, a step back"),
+        (",  .", "slower, faster"),
+        ("R", "to the beginning"),
+        ("S, double click", "shoot a ball"),
+        ("B", "shoot a box"),
+        ("delete", "take the picked body away"),
+        ("D", "a second one of it"),
+        ("Z", "freeze it, let it go"),
+        ("M", "the next method"),
+        ("V", "two runs side by side"),
+        ("F1, H", "this list"),
     ];
-    for line in lines {
-        ui.label(RichText::new(line).small());
-    }
+    egui::Grid::new("help").num_columns(2).spacing([18.0, 4.0]).show(ui, |ui| {
+        for (what, does) in rows {
+            ui.label(RichText::new(what).strong());
+            ui.label(does);
+            ui.end_row();
+        }
+    });
 }

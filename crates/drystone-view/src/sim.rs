@@ -1,18 +1,26 @@
 //! The thread that steps the world: takes commands, gives what is to be shown.
 
+use std::fmt;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-use drystone::{BodyId, BodyKind, Filter, Pose, Vec3, World, WorldConfig, WorldCounts};
+use drystone::{
+    BodyId, BodyKind, ContactRef, Filter, Pose, Quat, Stage, Vec3, World, WorldConfig, WorldCounts,
+};
 use drystone_render::{Drawing, Look, Subject};
+use drystone_scene::Running;
 
 use crate::history::{History, Input};
 use crate::overlay::{self, Overlays};
+use crate::picked::{self, Picked};
 
 /// What the window asks for.
 #[derive(Clone, Debug)]
 pub enum Command {
+    /// Another scene: a name of the catalog, or a path.
+    Open(String),
     /// Run, or stand still.
     Play(bool),
     /// One step, standing still after it.
@@ -23,38 +31,82 @@ pub enum Command {
     Speed(f32),
     /// What is drawn over bodies.
     Overlays(Overlays),
-    /// Take hold of the dynamic body on a ray: origin, unit direction [m, world].
-    Grab(Vec3, Vec3),
+    /// Take hold of the dynamic body on a ray of a side: origin, unit direction [m, world].
+    Grab(Vec3, Vec3, usize),
     /// Pull what is held to this ray.
     Drag(Vec3, Vec3),
     /// Let it go.
     Release,
-    /// Shoot a ball along a ray.
-    Shoot(Vec3, Vec3),
-    /// Other settings, from the next step on.
-    Config(Box<WorldConfig>),
+    /// Look closer at the body on a ray of a side, or at none.
+    Pick(Vec3, Vec3, usize),
+    /// Do this to the body that is looked at.
+    Act(Deed),
+    /// Shoot a ball or, if so said, a box along a ray.
+    Shoot(Vec3, Vec3, bool),
+    /// Other settings for a side, from the next step on.
+    Config(usize, Box<WorldConfig>),
+    /// Two runs of the scene side by side, which may have other settings, or one.
+    Split(bool),
     /// The window is gone.
     Quit,
+}
+
+/// What can be done to a body.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Deed {
+    /// It is taken away.
+    Remove,
+    /// A second one beside it.
+    Duplicate,
+    /// It is held where it is, or let go again.
+    Freeze,
 }
 
 /// Numbers of a step, for plots.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Sample {
-    /// Time that the step took [ms].
-    pub step_ms: f32,
+    /// Time that each of the engine's stages took, in their order [ms].
+    pub stages: [f32; Stage::ALL.len()],
     /// Kinetic and potential energy [J].
     pub energy: f64,
-    /// Contacts with points that were solved.
-    pub contacts: usize,
+    /// Deepest overlap of two bodies [m]; in large worlds that of a few steps ago.
+    pub overlap: f32,
+}
+
+impl Sample {
+    /// Time that the step took [ms].
+    #[must_use]
+    pub fn step_ms(&self) -> f32 {
+        self.stages.iter().sum()
+    }
+}
+
+/// One of the runs that are shown.
+#[derive(Clone, Debug)]
+pub struct View {
+    /// The picture.
+    pub drawing: Drawing,
+    /// How many of everything there are.
+    pub counts: WorldCounts,
+    /// The settings.
+    pub config: WorldConfig,
+    /// Steps since the last picture.
+    pub samples: Vec<Sample>,
+    /// The world's hash, while it stands still.
+    pub hash: Option<u64>,
 }
 
 /// What the window shows.
 #[derive(Clone, Debug)]
 pub struct Shown {
-    /// The picture.
-    pub drawing: Drawing,
-    /// What it is about.
-    pub subject: Subject,
+    /// The scene's name.
+    pub name: String,
+    /// How many scenes were opened before this one.
+    pub scene: u64,
+    /// One run, or two side by side.
+    pub views: Vec<View>,
+    /// What the picture is about.
+    pub subject: Arc<Subject>,
     /// Steps taken.
     pub step: u64,
     /// The last step that was reached.
@@ -63,24 +115,34 @@ pub struct Shown {
     pub dt: f32,
     /// Whether the world runs.
     pub playing: bool,
-    /// How many of everything there are.
-    pub counts: WorldCounts,
-    /// The settings.
-    pub config: WorldConfig,
-    /// Steps since the last picture.
-    pub samples: Vec<Sample>,
     /// What is held: from where on it to where it is pulled [m, world].
     pub held: Option<(Vec3, Vec3)>,
     /// Answers to [`Command::Grab`] so far: how many, and whether the last one met a body.
     pub grabs: (u64, bool),
+    /// The body that is looked at.
+    pub picked: Option<Picked>,
     /// What the user should know.
     pub message: Option<String>,
 }
 
+/// A scene that was opened.
+#[derive(Debug)]
+pub struct Opened {
+    /// Its name, for the window's title.
+    pub name: String,
+    /// The scene at its beginning.
+    pub running: Running,
+    /// Steps a second.
+    pub hz: f32,
+}
+
+/// Opens a scene: a name of the catalog, or a path. An error is a line for the user.
+pub type Opener = Box<dyn FnMut(&str) -> Result<Opened, String> + Send>;
+
 /// The newest picture, until the window takes it.
 pub type Slot = Arc<Mutex<Option<Shown>>>;
 
-/// Longest wait between pictures while the world runs [s].
+/// Time between pictures while the world runs [s].
 const PICTURE_TIME: f64 = 1.0 / 60.0;
 /// Frequency of the spring between mouse and body [Hz].
 const GRAB_HERTZ: f32 = 3.0;
@@ -99,36 +161,60 @@ struct Grab {
     target: Vec3,
 }
 
-/// The world, its past and what is asked of it.
+/// A run that is shown.
 #[derive(Debug)]
-pub struct Simulation {
+struct Side {
     history: History,
-    subject: Subject,
+    samples: Vec<Sample>,
+    /// Where bodies were before the last step, by their slots; empty if nobody asks.
+    before: Vec<Option<(BodyId, Pose)>>,
+    /// Counted now and then: it takes a look at every contact.
+    counts: WorldCounts,
+    /// Deepest overlap at the last look [m].
+    overlap: f32,
+}
+
+/// The worlds, their past and what is asked of them.
+pub struct Simulation {
+    open: Opener,
+    name: String,
+    scene: u64,
+    /// One, or two that are shown side by side: they get the same inputs.
+    sides: Vec<Side>,
+    subject: Arc<Subject>,
     playing: bool,
     speed: f32,
     overlays: Overlays,
     grab: Option<Grab>,
     grabs: (u64, bool),
-    pending: Vec<Input>,
-    samples: Vec<Sample>,
+    picked: Option<BodyId>,
     message: Option<String>,
 }
 
+impl fmt::Debug for Simulation {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Simulation").field("name", &self.name).finish_non_exhaustive()
+    }
+}
+
 impl Simulation {
-    /// Stands at the beginning.
+    /// Stands at the beginning of a scene.
     #[must_use]
-    pub fn new(history: History, playing: bool) -> Self {
-        let subject = Subject::of(&history.now().world);
+    pub fn new(opened: Opened, open: Opener, playing: bool) -> Self {
+        let subject = Arc::new(Subject::of(&opened.running.world));
+        let history = History::new(opened.running, opened.hz.recip());
         Self {
-            history,
+            open,
+            name: opened.name,
+            scene: 0,
+            sides: vec![Side::new(history)],
             subject,
             playing,
             speed: 1.0,
             overlays: Overlays::default(),
             grab: None,
             grabs: (0, false),
-            pending: Vec::new(),
-            samples: Vec::new(),
+            picked: None,
             message: None,
         }
     }
@@ -137,10 +223,15 @@ impl Simulation {
     pub fn run(mut self, commands: &Receiver<Command>, slot: &Slot, wake: &dyn Fn()) {
         let mut due = Instant::now();
         let mut last_picture = Instant::now();
-        self.show(slot, wake);
+        self.show(slot, wake, 1.0);
         loop {
+            let between = self.is_slow();
             let command = if self.playing {
-                match commands.recv_timeout(due.saturating_duration_since(Instant::now())) {
+                let mut until = due;
+                if between {
+                    until = until.min(last_picture + Duration::from_secs_f64(PICTURE_TIME));
+                }
+                match commands.recv_timeout(until.saturating_duration_since(Instant::now())) {
                     Ok(command) => Some(command),
                     Err(RecvTimeoutError::Timeout) => None,
                     Err(RecvTimeoutError::Disconnected) => return,
@@ -153,46 +244,68 @@ impl Simulation {
             };
             if let Some(command) = command {
                 let was_playing = self.playing;
-                if matches!(command, Command::Quit) {
-                    return;
-                }
-                self.obey(command);
                 // A queue of mouse moves makes one picture.
-                while let Ok(more) = commands.try_recv() {
-                    if matches!(more, Command::Quit) {
-                        return;
+                for command in std::iter::once(command).chain(commands.try_iter()) {
+                    match command {
+                        Command::Quit => return,
+                        Command::Open(_) => {
+                            self.message = Some("opening …".to_owned());
+                            self.show(slot, wake, 1.0);
+                        }
+                        _ => {}
                     }
-                    self.obey(more);
+                    self.obey(command);
                 }
                 if self.playing && !was_playing {
                     due = Instant::now();
                 }
                 if !self.playing {
-                    self.show(slot, wake);
+                    self.show(slot, wake, 1.0);
                     continue;
                 }
             }
             let now = Instant::now();
-            if self.playing && now >= due {
+            if now >= due {
                 self.step();
-                let wait = f64::from(self.history.dt()) / f64::from(self.speed.max(0.01));
-                due += Duration::from_secs_f64(wait.min(3600.0));
+                due += self.wait();
                 if now.saturating_duration_since(due).as_secs_f64() > 0.1 {
                     // Too slow for real time: it is not made up for.
                     due = now;
                 }
-                let taken = slot.lock().unwrap_or_else(PoisonError::into_inner).is_none();
-                if taken || !self.playing || last_picture.elapsed().as_secs_f64() > PICTURE_TIME {
-                    self.show(slot, wake);
-                    last_picture = Instant::now();
-                }
+            } else if !between {
+                continue;
+            }
+            let late = last_picture.elapsed().as_secs_f64() > PICTURE_TIME;
+            let taken = slot.lock().unwrap_or_else(PoisonError::into_inner).is_none();
+            if taken && (late || !between) || !self.playing || late && now >= due {
+                let left = due.saturating_duration_since(Instant::now()).as_secs_f64();
+                let part = 1.0 - left / self.wait().as_secs_f64();
+                #[expect(clippy::cast_possible_truncation, reason = "a part of a step")]
+                self.show(slot, wake, if between { part.clamp(0.0, 1.0) as f32 } else { 1.0 });
+                last_picture = Instant::now();
             }
         }
+    }
+
+    /// Time between steps.
+    fn wait(&self) -> Duration {
+        let wait = f64::from(self.history().dt()) / f64::from(self.speed.max(0.01));
+        Duration::from_secs_f64(wait.clamp(1.0e-6, 3600.0))
+    }
+
+    /// Whether there are pictures between steps.
+    fn is_slow(&self) -> bool {
+        self.wait().as_secs_f64() > 1.2 * PICTURE_TIME
+    }
+
+    fn history(&self) -> &History {
+        &self.sides[0].history
     }
 
     /// Does what is asked.
     pub fn obey(&mut self, command: Command) {
         match command {
+            Command::Open(what) => self.open(&what),
             Command::Play(playing) => self.playing = playing,
             Command::Step => {
                 self.playing = false;
@@ -201,87 +314,176 @@ impl Simulation {
             Command::Seek(step) => {
                 self.playing = false;
                 // Far jumps beyond what was reached would keep the window waiting.
-                let most = self.history.furthest() + 600;
-                let result = self.history.seek(step.min(most));
-                self.note(result);
+                let step = step.min(self.history().furthest() + 600);
+                for number in 0..self.sides.len() {
+                    let result = self.sides[number].history.seek(step);
+                    self.note(result);
+                }
             }
             Command::Speed(speed) => self.speed = speed.clamp(0.01, 100.0),
             Command::Overlays(overlays) => self.overlays = overlays,
-            Command::Grab(origin, direction) => self.take_hold(origin, direction),
+            Command::Grab(origin, direction, side) => self.take_hold(origin, direction, side),
             Command::Drag(origin, direction) => {
                 if let Some(grab) = &mut self.grab {
                     grab.target = origin + direction * grab.distance;
                 }
             }
             Command::Release => self.grab = None,
-            Command::Shoot(origin, direction) => {
+            Command::Pick(origin, direction, side) => {
+                self.picked = self.meet(origin, direction, side).map(|(body, _)| body);
+            }
+            Command::Act(deed) => self.act_on_picked(deed),
+            Command::Shoot(origin, direction, boxed) => {
                 let size = self.subject.radius();
                 let radius = (0.06 * size).clamp(0.02, 2.0);
                 let velocity = direction * (3.0 * size).clamp(4.0, 60.0);
-                self.pending.push(Input::Shot { from: origin, velocity, radius });
+                self.act(&Input::Shot { from: origin, velocity, radius, boxed });
             }
-            Command::Config(config) => match config.validate() {
-                Ok(()) => self.pending.push(Input::Config(config)),
+            Command::Config(side, config) => match config.validate() {
+                Ok(()) => {
+                    if let Some(side) = self.sides.get_mut(side) {
+                        side.history.act(Input::Config(config));
+                    }
+                }
                 Err(e) => self.message = Some(e.to_string()),
             },
+            Command::Split(true) if self.sides.len() == 1 => {
+                let fork = self.history().fork();
+                self.sides.push(Side::new(fork));
+            }
+            Command::Split(split) => self.sides.truncate(if split { 2 } else { 1 }),
             Command::Quit => {}
+        }
+    }
+
+    fn open(&mut self, what: &str) {
+        self.message = None;
+        // A file that no loader was prepared for must not take the window along.
+        let opened = catch_unwind(AssertUnwindSafe(|| (self.open)(what)))
+            .unwrap_or_else(|_| Err(format!("{what}: the loader failed; please report this file")));
+        match opened {
+            Ok(Opened { name, running, hz }) => {
+                self.subject = Arc::new(Subject::of(&running.world));
+                self.sides = vec![Side::new(History::new(running, hz.recip()))];
+                (self.name, self.scene) = (name, self.scene + 1);
+                (self.grab, self.picked) = (None, None);
+            }
+            Err(why) => self.message = Some(why),
+        }
+    }
+
+    /// The user does something to all sides.
+    fn act(&mut self, input: &Input) {
+        for side in &mut self.sides {
+            side.history.act(input.clone());
+        }
+    }
+
+    fn act_on_picked(&mut self, deed: Deed) {
+        let Some(id) = self.picked else { return };
+        let Some(body) = self.history().now().world.body(id) else { return };
+        match deed {
+            Deed::Remove => {
+                self.act(&Input::Remove(id));
+                self.picked = None;
+            }
+            Deed::Duplicate => self.act(&Input::Duplicate(id)),
+            Deed::Freeze if body.kind() == BodyKind::Dynamic => {
+                let frozen = body.locks().any();
+                self.act(&Input::Freeze(id, !frozen));
+            }
+            Deed::Freeze => {}
         }
     }
 
     /// What is to be shown now.
     pub fn shown(&mut self) -> Shown {
-        let world = &self.history.now().world;
-        let colors = self.overlays.islands.then(|| overlay::island_colors(world));
-        let look = Look {
-            dim_asleep: self.overlays.sleeping,
-            picked: self.grab.map(|g| g.body),
-            colors: colors.as_deref(),
-        };
-        let mut drawing = Drawing::of(world, &self.subject, &look);
-        overlay::add(&mut drawing, world, self.overlays, self.subject.radius());
-        let held = self.held(world);
-        if let Some((from, to)) = held {
-            drawing.add_line(from, to, 3.0, [255, 176, 0, 255]);
-        }
+        self.shown_at(1.0)
+    }
+
+    /// What is to be shown at `part` of the way from the last step but one to the last one.
+    fn shown_at(&mut self, part: f32) -> Shown {
+        let (step, furthest) = (self.history().step_count(), self.history().furthest());
+        let views = (0..self.sides.len()).map(|number| self.view(number, part)).collect();
+        let world = &self.history().now().world;
         Shown {
-            drawing,
-            subject: Subject::of(world),
-            step: self.history.step_count(),
-            furthest: self.history.furthest(),
-            dt: self.history.dt(),
+            name: self.name.clone(),
+            scene: self.scene,
+            views,
+            // While it runs what was framed at first is shown again: to look anew takes too long.
+            subject: if self.playing {
+                Arc::clone(&self.subject)
+            } else {
+                Arc::new(Subject::of(world))
+            },
+            step,
+            furthest,
+            dt: self.history().dt(),
             playing: self.playing,
-            counts: world.counts(),
-            config: world.config().clone(),
-            samples: std::mem::take(&mut self.samples),
-            held,
+            held: self.held(world),
             grabs: self.grabs,
+            picked: self.picked.and_then(|id| picked::look(self.history().now(), id)),
             message: self.message.clone(),
         }
     }
 
-    fn show(&mut self, slot: &Slot, wake: &dyn Fn()) {
-        let mut shown = self.shown();
+    fn view(&mut self, number: usize, part: f32) -> View {
+        let side = &mut self.sides[number];
+        let samples = std::mem::take(&mut side.samples);
+        if !self.playing || side.is_time_to_look() {
+            side.counts = side.history.now().world.counts();
+        }
+        let side = &self.sides[number];
+        let world = &side.history.now().world;
+        let colors = overlay::body_colors(world, self.overlays.tint);
+        let poses = (part < 1.0).then(|| side.poses(part));
+        let look = Look {
+            dim_asleep: self.overlays.sleeping,
+            picked: self.grab.map(|g| g.body).or(self.picked),
+            colors: colors.as_deref(),
+            poses: poses.as_deref(),
+        };
+        let mut drawing = Drawing::of(world, &self.subject, &look);
+        overlay::add(&mut drawing, world, self.overlays, self.subject.radius());
+        if let Some((from, to)) = self.held(world) {
+            drawing.add_line(from, to, 3.0, [255, 176, 0, 255]);
+        }
+        View {
+            drawing,
+            counts: side.counts,
+            config: world.config().clone(),
+            samples,
+            hash: (!self.playing).then(|| world.state_hash()),
+        }
+    }
+
+    fn show(&mut self, slot: &Slot, wake: &dyn Fn(), part: f32) {
+        let mut shown = self.shown_at(part);
         let mut slot = slot.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(unseen) = slot.take() {
+        if let Some(unseen) = slot.take()
+            && unseen.scene == shown.scene
+        {
             // Plots lose no step.
-            shown.samples.splice(0..0, unseen.samples);
+            for (view, unseen) in shown.views.iter_mut().zip(unseen.views) {
+                view.samples.splice(0..0, unseen.samples);
+            }
         }
         *slot = Some(shown);
         drop(slot);
         wake();
     }
 
-    fn step(&mut self) {
-        let mut inputs = std::mem::take(&mut self.pending);
-        inputs.extend(self.pull());
-        let start = Instant::now();
-        let result = self.history.step(inputs);
-        let step_ms = start.elapsed().as_secs_f32() * 1.0e3;
-        self.note(result);
-        let world = &self.history.now().world;
-        let energy = world.kinetic_energy() + world.potential_energy();
-        self.samples.push(Sample { step_ms, energy, contacts: world.counts().contacts });
-        for fault in &world.events().faults {
+    /// Takes a step of all sides, running or not.
+    pub fn step(&mut self) {
+        let between = self.playing && self.is_slow();
+        for number in 0..self.sides.len() {
+            if let Some(input) = self.pull(number) {
+                self.sides[number].history.act(input);
+            }
+            let result = self.sides[number].step(between);
+            self.note(result);
+        }
+        if let Some(fault) = self.history().now().world.events().faults.last() {
             self.message = Some(format!("a body was put aside: {:?}", fault.kind));
         }
     }
@@ -293,18 +495,20 @@ impl Simulation {
         }
     }
 
-    fn take_hold(&mut self, origin: Vec3, direction: Vec3) {
-        let world = &self.history.now().world;
+    /// The body that a ray of a side meets, and where [m, world].
+    fn meet(&self, origin: Vec3, direction: Vec3, side: usize) -> Option<(BodyId, Vec3)> {
+        let world = &self.sides.get(side)?.history.now().world;
         let delta = direction * 1.0e4;
-        let hit = world.query().cast_ray(origin, delta, Filter::default()).ok().flatten();
-        self.grab = hit.and_then(|hit| {
-            let body = world.body(hit.body).filter(|b| b.kind() == BodyKind::Dynamic)?;
-            Some(Grab {
-                body: hit.body,
-                local: body.pose().local_point(hit.point),
-                distance: (hit.point - origin).length(),
-                target: hit.point,
-            })
+        let hit = world.query().cast_ray(origin, delta, Filter::default()).ok().flatten()?;
+        Some((hit.body, hit.point))
+    }
+
+    fn take_hold(&mut self, origin: Vec3, direction: Vec3, side: usize) {
+        self.grab = self.meet(origin, direction, side).and_then(|(id, point)| {
+            let world = &self.sides.get(side)?.history.now().world;
+            let body = world.body(id).filter(|b| b.kind() == BodyKind::Dynamic)?;
+            let local = body.pose().local_point(point);
+            Some(Grab { body: id, local, distance: (point - origin).length(), target: point })
         });
         self.grabs = (self.grabs.0 + 1, self.grab.is_some());
     }
@@ -317,9 +521,10 @@ impl Simulation {
 
     /// The force that pulls what is held: a critically damped spring, as strong as the point's
     /// effective mass bears at this step, and what carries the body's weight.
-    fn pull(&self) -> Option<Input> {
+    fn pull(&self, side: usize) -> Option<Input> {
         let grab = self.grab?;
-        let world = &self.history.now().world;
+        let history = &self.sides.get(side)?.history;
+        let world = &history.now().world;
         let body = world.body(grab.body)?;
         let at = body.pose().point(grab.local);
         let arm = at - body.center_of_mass();
@@ -327,38 +532,114 @@ impl Simulation {
         let least = inertia.xx.min(inertia.yy).min(inertia.zz).max(1.0e-12);
         let mass = 1.0 / (1.0 / body.mass().max(1.0e-9) + arm.length_squared() / least);
         // Explicit, so no faster than a quarter of the steps allows.
-        let omega = (core::f32::consts::TAU * GRAB_HERTZ).min(0.5 / self.history.dt());
+        let omega = (core::f32::consts::TAU * GRAB_HERTZ).min(0.5 / history.dt());
         let pulled = (grab.target - at) * (omega * omega) - body.velocity_at(at) * (2.0 * omega);
         let longest = 400.0;
         let pulled = pulled * (longest / pulled.length().max(longest));
         let force = pulled * mass - world.config().gravity * body.mass();
         // Without friction in the grip what is held would swing for ever.
-        let calm = GRIP_TIME.max(2.0 * self.history.dt());
+        let calm = GRIP_TIME.max(2.0 * history.dt());
         let torque = inertia.mul(body.angular_velocity()) * -calm.recip();
         Some(Input::Force { body: grab.body, force, at, torque })
     }
 }
 
+impl Side {
+    fn new(history: History) -> Self {
+        let counts = history.now().world.counts();
+        Self { history, samples: Vec::new(), before: Vec::new(), counts, overlap: 0.0 }
+    }
+
+    /// Whether a look at every contact is due: after each step of a small world, now and then in a
+    /// large one.
+    const fn is_time_to_look(&self) -> bool {
+        self.counts.pairs < 4096 || self.history.step_count().is_multiple_of(8)
+    }
+
+    /// A step; `between` says whether there will be pictures between the last two.
+    fn step(&mut self, between: bool) -> Result<(), drystone_scene::BuildError> {
+        self.before.clear();
+        if between {
+            for body in self.history.now().world.bodies() {
+                let slot = body.id().index() as usize;
+                if slot >= self.before.len() {
+                    self.before.resize(slot + 1, None);
+                }
+                self.before[slot] = Some((body.id(), body.pose()));
+            }
+        }
+        let mut stages = [0.0; Stage::ALL.len()];
+        let mut last = Instant::now();
+        self.history.step(&mut |stage| {
+            let now = Instant::now();
+            if let Some(number) = Stage::ALL.iter().position(|s| *s == stage) {
+                stages[number] = (now - last).as_secs_f32() * 1.0e3;
+            }
+            last = now;
+        })?;
+        let world = &self.history.now().world;
+        let depth = |c: ContactRef<'_>| c.points().map(|p| -p.separation).fold(0.0, f32::max);
+        if self.is_time_to_look() {
+            self.overlap = world.contacts().map(depth).fold(0.0, f32::max);
+        }
+        let overlap = self.overlap;
+        let energy = world.kinetic_energy() + world.potential_energy();
+        self.samples.push(Sample { stages, energy, overlap });
+        Ok(())
+    }
+
+    /// Where bodies are at `part` of the last step, by their slots.
+    fn poses(&self, part: f32) -> Vec<Pose> {
+        let mut poses = Vec::new();
+        for body in self.history.now().world.bodies() {
+            let (slot, now) = (body.id().index() as usize, body.pose());
+            if slot >= poses.len() {
+                poses.resize(slot + 1, Pose::IDENTITY);
+            }
+            poses[slot] = match self.before.get(slot) {
+                Some(Some((id, before))) if *id == body.id() => mix(before, &now, part),
+                _ => now,
+            };
+        }
+        poses
+    }
+}
+
+/// The pose at a part of the short way from one to another.
+fn mix(from: &Pose, to: &Pose, part: f32) -> Pose {
+    let (a, b) = (from.rotation.to_array(), to.rotation.to_array());
+    let dot: f32 = a.iter().zip(&b).map(|(a, b)| a * b).sum();
+    let sign = if dot < 0.0 { -1.0 } else { 1.0 };
+    let [x, y, z, w] = std::array::from_fn(|i| a[i] * (1.0 - part) + b[i] * (sign * part));
+    Pose::new(from.position.lerp(to.position, part), Quat::new(x, y, z, w).normalized())
+}
+
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use drystone::{BodyKind, vec3};
 
-    use super::{Command, History, Simulation, Vec3};
+    use super::{Command, Deed, Opened, Quat, Simulation, Vec3, mix};
 
-    fn simulation(scene: &str) -> Simulation {
-        let running = drystone_scene::named(scene).unwrap().build().unwrap();
-        Simulation::new(History::new(running, 1.0 / 60.0), false)
+    /// Opens scenes of the catalog.
+    pub(crate) fn open(name: &str) -> Result<Opened, String> {
+        let scene = drystone_scene::named(name).map_err(|e| e.to_string())?;
+        let running = scene.build().map_err(|e| e.to_string())?;
+        Ok(Opened { name: name.to_owned(), running, hz: 60.0 })
+    }
+
+    pub(crate) fn simulation(scene: &str) -> Simulation {
+        Simulation::new(open(scene).unwrap(), Box::new(open), false)
     }
 
     #[test]
     fn a_body_that_is_held_follows_the_mouse_and_stays_there() {
         let mut s = simulation("stack:n=1");
         let top = |s: &Simulation| {
-            let world = &s.history.now().world;
+            let world = &s.history().now().world;
             world.bodies().filter(|b| b.kind() == BodyKind::Dynamic).map(|b| b.position()).last()
         };
         let at = top(&s).unwrap();
-        s.obey(Command::Grab(at + vec3(0.0, 0.0, 10.0), -Vec3::Z));
+        s.obey(Command::Grab(at + vec3(0.0, 0.0, 10.0), -Vec3::Z, 0));
         assert!(s.grabs.1);
         s.obey(Command::Drag(at + vec3(2.0, 3.0, 10.0), -Vec3::Z));
         for _ in 0..240 {
@@ -376,12 +657,12 @@ mod tests {
     #[test]
     fn what_cannot_be_held_is_not() {
         let mut s = simulation("stack:n=1");
-        s.obey(Command::Grab(vec3(0.0, 50.0, 0.0), Vec3::Y));
+        s.obey(Command::Grab(vec3(0.0, 50.0, 0.0), Vec3::Y, 0));
         assert_eq!(s.grabs, (1, false));
-        s.obey(Command::Grab(vec3(30.0, 5.0, 0.0), -Vec3::Y));
+        s.obey(Command::Grab(vec3(30.0, 5.0, 0.0), -Vec3::Y, 0));
         assert_eq!(s.grabs, (2, false), "the ground is static");
         s.obey(Command::Drag(Vec3::splat(f32::NAN), Vec3::X));
-        s.obey(Command::Shoot(Vec3::splat(f32::NAN), Vec3::X));
+        s.obey(Command::Shoot(Vec3::splat(f32::NAN), Vec3::X, true));
         s.obey(Command::Step);
         assert_eq!(s.shown().step, 1);
     }
@@ -397,5 +678,90 @@ mod tests {
         assert_eq!((shown.step, shown.furthest, shown.playing), (19, 20, false));
         s.obey(Command::Seek(u64::MAX));
         assert_eq!(s.shown().step, 620);
+    }
+
+    #[test]
+    fn two_sides_with_the_same_settings_are_the_same_and_with_others_differ() {
+        let mut s = simulation("stack:n=3");
+        s.obey(Command::Seek(10));
+        s.obey(Command::Split(true));
+        s.obey(Command::Shoot(vec3(0.0, 1.5, 8.0), -Vec3::Z, true));
+        for _ in 0..30 {
+            s.obey(Command::Step);
+        }
+        let hashes = |s: &mut Simulation| -> Vec<_> {
+            s.shown().views.iter().map(|view| view.hash.unwrap()).collect()
+        };
+        let same = hashes(&mut s);
+        assert_eq!((same.len(), same[0]), (2, same[1]));
+        s.obey(Command::Seek(20));
+        let mut config = s.shown().views[1].config.clone();
+        config.method = drystone::Method::soft_step_relax();
+        s.obey(Command::Config(1, Box::new(config)));
+        s.obey(Command::Seek(40));
+        let other = hashes(&mut s);
+        assert_eq!(other[0], same[0], "the first side is as it was");
+        assert_ne!(other[0], other[1]);
+        s.obey(Command::Split(false));
+        assert_eq!(s.shown().views.len(), 1);
+    }
+
+    #[test]
+    fn what_is_picked_can_be_deleted_doubled_and_frozen() {
+        let mut s = simulation("stack:n=2");
+        let bodies = |s: &Simulation| s.history().now().world.bodies().count();
+        let before = bodies(&s);
+        s.obey(Command::Act(Deed::Remove));
+        assert_eq!(bodies(&s), before, "nothing is picked");
+        let toward = |s: &mut Simulation| {
+            s.obey(Command::Pick(vec3(0.0, 1.5, 10.0), -Vec3::Z, 0));
+            s.shown().picked.map(|p| p.title)
+        };
+        assert!(toward(&mut s).is_some_and(|title| title.contains("cube 1")));
+        s.obey(Command::Act(Deed::Duplicate));
+        assert_eq!(bodies(&s), before + 1);
+        s.obey(Command::Act(Deed::Freeze));
+        let body = s.picked.unwrap();
+        assert!(s.history().now().world.body(body).unwrap().locks().any());
+        s.obey(Command::Act(Deed::Remove));
+        assert_eq!((bodies(&s), s.shown().picked.is_none()), (before, true));
+    }
+
+    #[test]
+    fn what_cannot_be_opened_leaves_the_scene_and_says_why() {
+        let mut s = simulation("stack:n=2");
+        s.obey(Command::Step);
+        s.obey(Command::Open("nonsense".to_owned()));
+        let shown = s.shown();
+        assert_eq!((shown.name.as_str(), shown.step, shown.scene), ("stack:n=2", 1, 0));
+        assert!(shown.message.unwrap().contains("nonsense"));
+        s.obey(Command::Open("hello".to_owned()));
+        let shown = s.shown();
+        assert_eq!((shown.name.as_str(), shown.step, shown.scene), ("hello", 0, 1));
+        assert!(shown.message.is_none());
+        s.open = Box::new(|_| panic!("a loader's defect"));
+        s.obey(Command::Open("hello".to_owned()));
+        assert!(s.shown().message.unwrap().contains("the loader failed"));
+    }
+
+    #[test]
+    fn between_two_steps_bodies_are_between_their_places() {
+        let mut s = simulation("hello");
+        s.obey(Command::Speed(0.1));
+        s.obey(Command::Seek(20));
+        s.playing = true;
+        s.step();
+        let side = &s.sides[0];
+        let world = &side.history.now().world;
+        let ball = world.bodies().find(|b| b.kind() == BodyKind::Dynamic).unwrap();
+        let slot = ball.id().index() as usize;
+        let before = side.before[slot].unwrap().1;
+        let half = side.poses(0.5)[slot];
+        let middle = (before.position + ball.position()) * 0.5;
+        assert!((half.position - middle).length() < 1.0e-6);
+        assert!(before.position.y > half.position.y && half.position.y > ball.position().y);
+        let turned = drystone::Pose::new(Vec3::ZERO, Quat::from_axis_angle(Vec3::Y, 1.0));
+        let half = mix(&drystone::Pose::IDENTITY, &turned, 0.5);
+        assert!((half.rotation.angle() - 0.5).abs() < 1.0e-6);
     }
 }

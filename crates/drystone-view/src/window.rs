@@ -13,7 +13,6 @@ use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoop};
 use winit::window::WindowId;
 
 use self::stage::Stage;
-use crate::history::History;
 use crate::sim::{Command, Simulation, Slot};
 use crate::{Options, ViewError};
 
@@ -32,8 +31,8 @@ pub fn show(options: Options) -> Result<(), ViewError> {
     let proxy = events.create_proxy();
     let shared = Arc::clone(&slot);
     let overlays = options.overlays;
-    let history = History::new(options.running, options.hz.recip());
-    let simulation = Simulation::new(history, options.playing);
+    let name = options.opened.name.clone();
+    let simulation = Simulation::new(options.opened, options.open, options.playing);
     let physics = thread::spawn(move || {
         // A window that has gone needs no news.
         simulation.run(&receiver, &shared, &|| {
@@ -41,7 +40,7 @@ pub fn show(options: Options) -> Result<(), ViewError> {
         });
     });
     let _ = sender.send(Command::Overlays(overlays));
-    let mut app = App { name: options.name, overlays, sender, slot, stage: None, failure: None };
+    let mut app = App { name, overlays, sender, slot, stage: None, failure: None };
     let result = events.run_app(&mut app);
     let _ = app.sender.send(Command::Quit);
     // A panic there was already told by its own message.
@@ -113,7 +112,7 @@ impl ApplicationHandler<News> for App {
                 let sender = &self.sender;
                 // Physics that has gone takes no commands.
                 let mut send = |command| drop(sender.send(command));
-                match stage.draw(&self.name, &mut send) {
+                match stage.draw(&mut send) {
                     Ok(None) => events.set_control_flow(ControlFlow::Wait),
                     Ok(Some(at)) => events.set_control_flow(ControlFlow::WaitUntil(at)),
                     Err(e) => {
@@ -121,6 +120,9 @@ impl ApplicationHandler<News> for App {
                         events.exit();
                     }
                 }
+            }
+            WindowEvent::DroppedFile(path) => {
+                let _ = self.sender.send(Command::Open(path.to_string_lossy().into_owned()));
             }
             other => stage.take_in(&other),
         }

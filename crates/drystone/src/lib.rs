@@ -66,6 +66,7 @@ pub use state::method::{Method, Pass};
 pub use state::options::{
     Damping, Integration, MethodOptions, Order, Overlap, Persistence, Rest, Shock,
 };
+pub use state::sixdof::{JointAxis, JointCone, JointDrive, JointMotion, JointSpring, SixDof};
 pub use step::Stage;
 pub use world::{
     BodyMut, BodyRef, ContactPoint, ContactRef, Impact, ImpactBody, ImpactSurface, JointRef,

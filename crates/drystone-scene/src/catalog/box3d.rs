@@ -110,7 +110,8 @@ pub(super) fn joint_grid(mut scene: Scene, _: &Values) -> Result<Scene, CatalogE
             if row > 0 {
                 join.push((this - 1, this, vec3(0.0, -0.5, 0.0), vec3(0.0, 0.5, 0.0)));
             }
-            if column > 0 {
+            // The balls of the top row are fixed.
+            if column > 0 && row > 0 {
                 join.push((this - SIDE, this, vec3(0.5, 0.0, 0.0), vec3(-0.5, 0.0, 0.0)));
             }
         }

@@ -5,9 +5,11 @@ mod first;
 mod heaps;
 mod jolt;
 mod linked;
+mod machines;
 mod masonry;
 mod parameters;
 mod parts;
+mod person;
 mod steady;
 mod survey;
 
@@ -74,7 +76,7 @@ pub fn named(spec: &str) -> Result<Scene, CatalogError> {
 }
 
 /// Sizes are limited so that no scene has more than about 1.1 million bodies.
-static CATALOG: [Entry; 53] = [
+static CATALOG: [Entry; 56] = [
     Entry::new("hello", "A box and a ball fall on the ground", first::hello),
     Entry::new("stack", "A column of cubes, the top one as heavy as you like", first::stack).with(
         &[
@@ -363,8 +365,26 @@ static CATALOG: [Entry; 53] = [
         linked::wrecking_ball,
     ),
     Entry::new(
+        "mattress",
+        "A mattress of blocks on damped springs lies on two beams; balls fall on it",
+        machines::mattress,
+    )
+    .with(&[
+        Parameter::whole("long", 10, (2, 200), "blocks along it"),
+        Parameter::whole("wide", 6, (2, 200), "blocks across it"),
+        Parameter::number("bend", 40.0, (0.1, 200.0), "frequency of its springs that bend [Hz]"),
+    ]),
+    Entry::new(
+        "vehicle",
+        "A vehicle on sprung and driven wheels drives over bumps and into boxes",
+        machines::vehicle,
+    )
+    .with(&[Parameter::number("speed", 8.0, (0.0, 30.0), "speed its motors hold [m/s]")]),
+    Entry::new("ragdolls", "Limp people of 23 parts fall on a heap", machines::ragdolls)
+        .with(&[Parameter::whole("n", 16, (1, 10_000), "people")]),
+    Entry::new(
         "joint_grid",
-        "A net of 10,000 balls and 19,800 ball joints that hangs from its upper edge",
+        "A net of 10,000 balls and 19,701 ball joints that hangs from its upper edge",
         box3d::joint_grid,
     ),
     Entry::new(

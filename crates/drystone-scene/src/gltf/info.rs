@@ -3,9 +3,35 @@
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
-use drystone::{BodyKind, MassDef, Shape};
+use drystone::{BodyKind, JointKind, JointMotion, MassDef, Shape, SixDof};
 
 use super::LoadedGltf;
+
+/// What each axis of a joint does, those that do the same together.
+fn axes_of(axes: &SixDof) -> String {
+    let all = axes.linear.iter().chain(&axes.angular);
+    let mut groups: Vec<(String, String)> = Vec::new();
+    for (name, axis) in ["x", "y", "z", "turn x", "turn y", "turn z"].into_iter().zip(all) {
+        let motion = match axis.motion {
+            JointMotion::Locked => "locked".to_owned(),
+            JointMotion::Free => "free".to_owned(),
+            JointMotion::Limited { min, max, spring } => {
+                format!("{} to {}{}", min, max, if spring.is_some() { " (spring)" } else { "" })
+            }
+        };
+        let what = motion + if axis.drive.is_some() { ", driven" } else { "" };
+        match groups.iter_mut().find(|(said, _)| *said == what) {
+            Some((_, names)) => names.push_str(&format!(", {name}")),
+            None => groups.push((what, name.to_owned())),
+        }
+    }
+    let mut out: Vec<String> =
+        groups.iter().map(|(what, names)| format!("{names} {what}")).collect();
+    if let Some(cone) = axes.cone {
+        out.push(format!("x within a cone of {} by {} rad", cone.swing[0], cone.swing[1]));
+    }
+    out.join("; ")
+}
 
 /// A text for people: bodies, shapes, settings, and a line for everything that was left out, changed
 /// or approximated.
@@ -47,6 +73,21 @@ pub fn info(loaded: &LoadedGltf) -> String {
         };
         let shapes = if shapes.is_empty() { "no shape".to_owned() } else { shapes.join(", ") };
         let _ = writeln!(out, "  {}: {kind}; {shapes}", body.name);
+    }
+    if !scene.joints.is_empty() {
+        let _ = writeln!(out, "joints: {}", scene.joints.len());
+    }
+    for joint in &scene.joints {
+        let name = |number: usize| scene.bodies.get(number).map_or("?", |b| b.name.as_str());
+        let kind = match joint.kind {
+            JointKind::Ball => "ball".to_owned(),
+            JointKind::Distance { min, max, .. } => format!("distance of {min} to {max} m"),
+            JointKind::SixDof(axes) => axes_of(&axes),
+            _ => "joint".to_owned(),
+        };
+        let collide = if joint.collide_connected { "; they collide" } else { "" };
+        let (a, b) = (name(joint.body_a), name(joint.body_b));
+        let _ = writeln!(out, "  {a} - {b}: {kind}{collide}");
     }
     let triangles: usize = scene
         .bodies

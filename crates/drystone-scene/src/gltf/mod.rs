@@ -1,7 +1,7 @@
 //! glTF 2.0 with physics: `KHR_implicit_shapes` and `KHR_physics_rigid_bodies`.
 //!
 //! A node with `motion` is a body; colliders on it and below it are its shapes. A collider with no
-//! `motion` above it is a static body of its own. Without these extensions bodies can be made from
+//! `motion` above it is a static body of its own. Joints hold them together. Without these extensions bodies can be made from
 //! the meshes, see [`AutoColliders`]. Nothing in a file is trusted: every number, index and length
 //! is checked, and what is wrong is named in one line.
 
@@ -9,6 +9,7 @@ mod accessor;
 mod auto;
 mod geometry;
 mod info;
+mod joints;
 mod json;
 mod mesh;
 mod nodes;
@@ -123,15 +124,15 @@ fn interpret(document: Document, name: &str, options: &Options) -> Result<Loaded
         gravity = at.vec3()?;
     }
     scene.config.gravity = options.gravity.unwrap_or(gravity);
-    let found = if physics::is_present(&root)? {
-        physics::bodies(&document, &tree, &mut scene.notes)?
+    let (found, joints) = if physics::is_present(&root)? {
+        physics::read(&document, &tree, &mut scene.notes)?
     } else {
         let Some(how) = options.auto_colliders else {
             let allowed = "physics in the file, or --auto-colliders hull|mesh|box";
             return Err(root.error("it has no physics to simulate", allowed));
         };
         let up = (-scene.config.gravity).normalize_or(Vec3::Y);
-        auto::bodies(&document, &tree, how, up, &mut scene.notes)?
+        (auto::bodies(&document, &tree, how, up, &mut scene.notes)?, Vec::new())
     };
     if found.is_empty() {
         return Err(
@@ -147,6 +148,7 @@ fn interpret(document: Document, name: &str, options: &Options) -> Result<Loaded
         let def = BodyDef { user_data: found.node as u64, ..found.def };
         scene.bodies.push(SceneBody { name, def });
     }
+    scene.joints = joints;
     let moving = scene.bodies.iter().filter(|b| b.def.kind != BodyKind::Static).count();
     scene.summary = format!("{} bodies, {moving} of them moving", scene.bodies.len());
     Ok(LoadedGltf { scene, document, node_of_body })

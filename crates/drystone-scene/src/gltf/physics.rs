@@ -8,11 +8,13 @@ use drystone::{
 };
 
 use super::geometry::Geometry;
+use super::joints::{self, Described};
 use super::json::At;
 use super::nodes::Tree;
 use super::read::Document;
 use super::surface;
 use crate::error::SceneError;
+use crate::scene::SceneJoint;
 
 /// Name of the extension.
 pub(crate) const EXTENSION: &str = "KHR_physics_rigid_bodies";
@@ -49,12 +51,12 @@ struct Nodes<'a> {
     trigger_of: BTreeMap<usize, usize>,
 }
 
-/// The bodies of the document, in the order of the node tree.
-pub(crate) fn bodies(
+/// The bodies of the document, in the order of the node tree, and its joints.
+pub(crate) fn read(
     document: &Document,
     tree: &Tree,
     notes: &mut Vec<String>,
-) -> Result<Vec<Found>, SceneError> {
+) -> Result<(Vec<Found>, Vec<SceneJoint>), SceneError> {
     let root = At::root(&document.json);
     let top = root.dig(&["extensions", EXTENSION]);
     let materials = surface::materials(top.as_ref(), notes)?;
@@ -104,7 +106,92 @@ pub(crate) fn bodies(
         }
         out.push(Found { node, def });
     }
-    Ok(out)
+    let joints = join(&root, tree, &nodes, &mut out, notes)?;
+    Ok((out, joints))
+}
+
+/// The joints of the nodes, in the order of the tree. An end that no body holds is held by a body without
+/// shapes, which comes after the others.
+fn join(
+    root: &At<'_>,
+    tree: &Tree,
+    nodes: &Nodes<'_>,
+    bodies: &mut Vec<Found>,
+    notes: &mut Vec<String>,
+) -> Result<Vec<SceneJoint>, SceneError> {
+    let list = match root.dig(&["extensions", EXTENSION]) {
+        Some(top) => top.list("physicsJoints")?,
+        None => Vec::new(),
+    };
+    let mut described: Vec<Option<Described>> = list.iter().map(|_| None).collect();
+    let mut joints = Vec::new();
+    for &node in &tree.order {
+        let Some(at) = nodes.extension.get(&node).and_then(|e| e.get("joint")) else { continue };
+        let at = at.object()?;
+        let other = at.need("connectedNode")?.index(tree.nodes.len(), "nodes")?;
+        let number = at.need("joint")?.index(list.len(), "physicsJoints")?;
+        let collide_connected = at.flag("enableCollision")?;
+        let mut told = Vec::new();
+        if described[number].is_none() {
+            described[number] = Some(joints::describe(&list[number], &mut told)?);
+        }
+        notes.append(&mut told);
+        let Some(description) = &described[number] else { continue };
+        let ends = [node, other].map(|end| owner(tree, nodes, bodies, end));
+        let moves = |end: &Option<usize>| {
+            end.is_some_and(|body| bodies[body].def.kind == BodyKind::Dynamic)
+        };
+        let left_out = if ends[0].is_some() && ends[0] == ends[1] {
+            Some("both its nodes belong to one body")
+        } else if !ends.iter().any(moves) {
+            Some("neither of its nodes belongs to a body that forces move")
+        } else if description.kinds.is_empty() {
+            Some("it holds nothing")
+        } else {
+            None
+        };
+        if let Some(why) = left_out {
+            notes.push(format!("{}: {}: left out, {why}", tree.name(node), at.place()));
+            continue;
+        }
+        let mut frames = [Pose::IDENTITY; 2];
+        let mut numbers = [0; 2];
+        for (i, (end, body)) in [node, other].into_iter().zip(ends).enumerate() {
+            numbers[i] = body.unwrap_or_else(|| {
+                bodies.push(Found { node: end, def: fixed(tree, end) });
+                bodies.len() - 1
+            });
+            let held = bodies[numbers[i]].node;
+            frames[i] = tree.nodes[held].pose.relative(&tree.nodes[end].pose);
+        }
+        for kind in &description.kinds {
+            joints.push(SceneJoint {
+                body_a: numbers[0],
+                body_b: numbers[1],
+                anchor_a: frames[0].position,
+                anchor_b: frames[1].position,
+                kind: description.in_frames(*kind, frames[0].rotation, frames[1].rotation),
+                collide_connected,
+            });
+        }
+    }
+    Ok(joints)
+}
+
+/// Which of the bodies a node belongs to: that of its motion, else the nearest one above it that is there.
+fn owner(tree: &Tree, nodes: &Nodes<'_>, bodies: &[Found], node: usize) -> Option<usize> {
+    let body = |node: usize| bodies.iter().position(|found| found.node == node);
+    if let Some(motion) = nodes.motion[node] {
+        return body(motion);
+    }
+    let mut at = Some(node);
+    while let Some(node) = at {
+        if let Some(found) = body(node) {
+            return Some(found);
+        }
+        at = tree.nodes[node].parent;
+    }
+    None
 }
 
 /// What all shapes of one collider have in common.
@@ -165,13 +252,6 @@ fn survey<'a>(
     }
     let mut trigger_of = BTreeMap::new();
     for (&node, e) in &extension {
-        if let Some(joint) = e.get("joint") {
-            notes.push(format!(
-                "{}: {}: joints are not read yet, it is left out",
-                tree.name(node),
-                joint.place()
-            ));
-        }
         let Some(list) = e.get("trigger").and_then(|t| t.get("nodes")) else { continue };
         for member in list.items()? {
             let m = member.index(tree.nodes.len(), "nodes")?;

@@ -3,6 +3,7 @@
 
 mod catalog;
 mod contract_determinism;
+mod scenario_machines;
 mod scenario_slopes_and_joints;
 mod scenario_standing;
 mod scenario_steady;

@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use drystone_render::wgpu;
-use drystone_render::{RenderError, Renderer, limits};
+use drystone_render::{Area, RenderError, Renderer, limits};
 use egui::{Color32, Frame, Id, Rect, Sense, ViewportId};
 use winit::event::WindowEvent;
 use winit::event_loop::ActiveEventLoop;
@@ -13,11 +13,11 @@ use winit::window::Window;
 use crate::ViewError;
 use crate::control::Control;
 use crate::overlay::Overlays;
-use crate::panel::Panel;
+use crate::panel::{Panel, help};
 use crate::sim::{Command, Shown};
 
 /// Width of the panel [points of the screen].
-const PANEL: f32 = 250.0;
+const PANEL: f32 = 310.0;
 
 pub(super) struct Stage {
     pub(super) window: Arc<Window>,
@@ -29,6 +29,7 @@ pub(super) struct Stage {
     control: Control,
     panel: Panel,
     shown: Option<Shown>,
+    title: String,
 }
 
 impl Stage {
@@ -39,7 +40,7 @@ impl Stage {
         overlays: Overlays,
     ) -> Result<Self, ViewError> {
         let attributes = Window::default_attributes()
-            .with_title(format!("{name} - drystone"))
+            .with_title(name)
             .with_inner_size(winit::dpi::LogicalSize::new(1280.0, 800.0));
         let none = |reason: String| ViewError::NoDisplay { reason };
         let window = events.create_window(attributes).map_err(|e| none(e.to_string()))?;
@@ -102,12 +103,22 @@ impl Stage {
             control: Control::new(),
             panel: Panel::new(overlays),
             shown: None,
+            title: String::new(),
         })
     }
 
     /// Takes over what is to be shown.
     pub(super) fn learn(&mut self, shown: Shown) {
         self.panel.learn(&shown);
+        if self.shown.as_ref().is_none_or(|old| old.scene != shown.scene) {
+            self.control.camera = None;
+        }
+        let methods: Vec<&str> = shown.views.iter().map(|v| v.config.method.name()).collect();
+        let title = format!("{} - {} - drystone", shown.name, methods.join(" | "));
+        if title != self.title {
+            self.window.set_title(&title);
+            self.title = title;
+        }
         self.shown = Some(shown);
     }
 
@@ -128,7 +139,6 @@ impl Stage {
     /// Draws; returns when to draw again even if nothing happens.
     pub(super) fn draw(
         &mut self,
-        name: &str,
         send: &mut dyn FnMut(Command),
     ) -> Result<Option<Instant>, RenderError> {
         let input = self.egui.take_egui_input(&self.window);
@@ -136,7 +146,7 @@ impl Stage {
         let (control, panel, shown) = (&mut self.control, &mut self.panel, self.shown.as_ref());
         let output = context.run_ui(input, |ui| {
             if let Some(shown) = shown {
-                arrange(ui, name, shown, control, panel, send);
+                arrange(ui, shown, control, panel, send);
             }
         });
         self.egui.handle_platform_output(&self.window, output.platform_output);
@@ -173,7 +183,9 @@ impl Stage {
         let view = surface.texture.create_view(&wgpu::TextureViewDescriptor::default());
         let size = (self.config.width, self.config.height);
         if let (Some(shown), Some(camera)) = (&self.shown, &self.control.camera) {
-            self.renderer.draw(&shown.drawing, camera, &view, size)?;
+            let areas = self.control.parts.iter().map(|part| area(*part, scale));
+            let drawings: Vec<_> = shown.views.iter().map(|v| &v.drawing).zip(areas).collect();
+            self.renderer.draw_beside(&drawings, camera, &view, size)?;
         }
         let screen = egui_wgpu::ScreenDescriptor {
             size_in_pixels: [size.0, size.1],
@@ -206,30 +218,60 @@ impl Stage {
     }
 }
 
-/// The panel at the right, the picture beside and below it.
+/// Points of the picture from points of the screen.
+fn area(part: Rect, scale: f32) -> Area {
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped")]
+    let px = |x: f32| (x * scale).round().clamp(0.0, 1.0e6) as u32;
+    let (x, y) = (px(part.left()), px(part.top()));
+    Area {
+        x,
+        y,
+        width: px(part.right()).saturating_sub(x),
+        height: px(part.bottom()).saturating_sub(y),
+    }
+}
+
+/// The panel at the right, the picture beside it.
 fn arrange(
     ui: &mut egui::Ui,
-    name: &str,
     shown: &Shown,
     control: &mut Control,
     panel: &mut Panel,
     send: &mut dyn FnMut(Command),
 ) {
-    let picture: Rect = ui.max_rect();
-    let back = Frame::new().fill(Color32::from_rgba_unmultiplied(30, 33, 37, 244));
-    let frame = back.inner_margin(egui::Margin::symmetric(10, 6));
+    let frame = Frame::new().fill(Color32::from_rgb(30, 33, 37));
+    let frame = frame.inner_margin(egui::Margin::symmetric(10, 6));
     egui::Panel::right("panel").resizable(false).exact_size(PANEL).frame(frame).show(ui, |ui| {
-        panel.show(ui, name, shown, send);
+        panel.show(ui, shown, send);
     });
     let free = ui.available_rect_before_wrap();
     let area = ui.interact(free, Id::unique("picture"), Sense::click_and_drag());
+    let before = control.parts.len();
+    control.divide(free, shown.views.len());
+    if let Some(camera) = control.camera.filter(|_| before > 0 && before != control.parts.len()) {
+        // Half the width shows the same from farther off.
+        control.camera = Some(camera.dollied(if before == 1 { 1.6 } else { 1.0 / 1.6 }));
+    }
     if control.camera.is_none() {
-        control.frame(&shown.subject, picture, PANEL);
+        control.frame(&shown.subject);
     }
-    control.mouse(ui, &area, picture, shown, send);
-    if !ui.ctx().egui_wants_keyboard_input() && control.keys(ui, shown, send) {
-        control.frame(&shown.subject, picture, PANEL);
+    control.mouse(ui, &area, shown, send);
+    if !ui.ctx().egui_wants_keyboard_input() {
+        control.keys(ui, panel, shown, send);
     }
+    if shown.views.len() > 1 {
+        for (view, part) in shown.views.iter().zip(&control.parts) {
+            let at = part.center_top() + egui::vec2(0.0, 8.0);
+            let text = view.config.method.name();
+            let font = egui::FontId::proportional(15.0);
+            ui.painter().text(at, egui::Align2::CENTER_TOP, text, font, Color32::from_gray(30));
+        }
+        let middle = free.center().x;
+        ui.painter().vline(middle, free.y_range(), egui::Stroke::new(2.0, Color32::from_gray(40)));
+    }
+    let mut open = panel.help;
+    egui::Window::new("keys and mouse").open(&mut open).collapsible(false).show(ui.ctx(), help);
+    panel.help = open;
 }
 
 #[cfg(test)]
@@ -237,7 +279,7 @@ mod tests {
     use egui::{Event, Key, Modifiers, PointerButton, Pos2, RawInput, pos2, vec2};
 
     use super::{Control, Overlays, Panel, Rect, Shown, arrange};
-    use crate::history::History;
+    use crate::sim::tests::simulation;
     use crate::sim::{Command, Simulation};
 
     /// The window without its surface.
@@ -251,8 +293,7 @@ mod tests {
 
     impl Desk {
         fn new() -> Self {
-            let running = drystone_scene::named("stack:n=1").unwrap().build().unwrap();
-            let mut simulation = Simulation::new(History::new(running, 1.0 / 60.0), false);
+            let mut simulation = simulation("stack:n=1");
             let shown = simulation.shown();
             let panel = Panel::new(Overlays::default());
             let context = egui::Context::default();
@@ -270,7 +311,7 @@ mod tests {
             let mut sent = Vec::new();
             let (control, panel, shown) = (&mut self.control, &mut self.panel, &self.shown);
             let output = self.context.run_ui(input, |ui| {
-                arrange(ui, "stack", shown, control, panel, &mut |c| sent.push(c));
+                arrange(ui, shown, control, panel, &mut |c| sent.push(c));
             });
             output.drop_without_applying_deltas();
             for command in &sent {
@@ -287,7 +328,7 @@ mod tests {
     }
 
     /// Where the middle of what is framed is seen, beside the panel.
-    const MIDDLE: Pos2 = pos2(375.0, 300.0);
+    const MIDDLE: Pos2 = pos2(345.0, 300.0);
 
     #[test]
     fn a_drag_over_a_body_pulls_it_and_leaves_the_camera() {
@@ -342,6 +383,56 @@ mod tests {
         assert_eq!(press(Key::ArrowLeft), (1, false));
         assert_eq!(press(Key::Space), (1, true));
         assert_eq!(press(Key::R), (0, false));
+    }
+
+    #[test]
+    fn a_click_picks_and_keys_act_on_it() {
+        let mut desk = Desk::new();
+        let key = |key| Event::Key {
+            key,
+            physical_key: None,
+            pressed: true,
+            repeat: false,
+            modifiers: Modifiers::NONE,
+        };
+        desk.frame(vec![Event::PointerMoved(MIDDLE)]);
+        desk.frame(vec![Desk::button(MIDDLE, true)]);
+        desk.frame(vec![Desk::button(MIDDLE, false)]);
+        assert!(desk.shown.picked.as_ref().is_some_and(|p| p.title.contains("cube 0")));
+        let dynamic = |desk: &Desk| desk.shown.views[0].counts.dynamic;
+        desk.frame(vec![key(Key::D)]);
+        assert_eq!(dynamic(&desk), 2);
+        desk.frame(vec![key(Key::B)]);
+        assert_eq!(dynamic(&desk), 3);
+        desk.frame(vec![key(Key::Delete)]);
+        assert_eq!((dynamic(&desk), desk.shown.picked.is_none()), (2, true));
+        let before = desk.shown.views[0].config.method.name();
+        desk.frame(vec![key(Key::V)]);
+        desk.frame(vec![key(Key::M)]);
+        let names: Vec<_> = desk.shown.views.iter().map(|v| v.config.method.name()).collect();
+        assert_eq!(names.len(), 2);
+        assert!(names[0] != before && names[1] == before, "{names:?}");
+        desk.frame(vec![key(Key::F1)]);
+        assert!(desk.panel.help);
+        desk.frame(vec![]);
+    }
+
+    #[test]
+    fn each_half_is_seen_through_its_own_middle() {
+        let mut desk = Desk::new();
+        desk.simulation.obey(Command::Split(true));
+        desk.frame(vec![]);
+        desk.frame(vec![]);
+        for (side, part) in desk.control.parts.clone().into_iter().enumerate() {
+            let at = part.center();
+            desk.frame(vec![Event::PointerMoved(at)]);
+            desk.frame(vec![Desk::button(at, true)]);
+            let sent = desk.frame(vec![Desk::button(at, false)]);
+            let picks = |c: &Command| matches!(c, Command::Pick(_, _, s) if *s == side);
+            assert!(sent.iter().any(picks), "{sent:?}");
+            assert!(desk.shown.picked.as_ref().is_some_and(|p| p.title.contains("cube 0")));
+            desk.frame(vec![Event::PointerMoved(pos2(5.0, 5.0))]);
+        }
     }
 
     #[test]

@@ -5,6 +5,7 @@
 mod contacts;
 mod energy;
 mod ledger;
+mod springs;
 
 pub use self::contacts::{ConeUse, ContactPair, ContactResidual, Penetration};
 pub use self::energy::{Energy, Momentum};
@@ -19,11 +20,12 @@ use crate::state::tables::Tables;
 /// How far joints are from what they ask.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct JointErrors {
-    /// Largest linear error [m]: the gap of a ball joint, the excess of a distance.
+    /// Largest linear error [m]: the gap of a ball joint, the excess of a distance, the excess of the
+    /// motions of a joint of six axes.
     pub linear: f32,
     /// The joint that has it; `None` if no joint is off.
     pub linear_joint: Option<JointId>,
-    /// Largest angular error [rad]. None of the kinds of joints that there are holds a rotation: 0.
+    /// Largest angular error [rad]: of the turns of joints of six axes.
     pub angular: f32,
     /// The joint that has it.
     pub angular_joint: Option<JointId>,
@@ -110,6 +112,10 @@ fn joint_errors(tables: &Tables) -> JointErrors {
         let error = joint.error(&tables.bodies);
         if error > errors.linear {
             (errors.linear, errors.linear_joint) = (error, Some(id));
+        }
+        let error = joint.angular_error(&tables.bodies);
+        if error > errors.angular {
+            (errors.angular, errors.angular_joint) = (error, Some(id));
         }
     }
     errors

@@ -6,6 +6,7 @@ pub(crate) use super::check::{
     above_zero, at_least_zero, finite, finite_vec, position, unit, velocity,
 };
 use super::material::{Filter, Material};
+use super::sixdof::SixDof;
 use crate::base::id::BodyId;
 use crate::base::math::Vec3;
 use crate::base::pose::Pose;
@@ -460,6 +461,7 @@ pub(crate) fn shape_suits(kind: BodyKind, shape: &Shape) -> Result<(), DefError>
 /// What a joint does.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
+#[expect(clippy::large_enum_variant, reason = "the tables box it; a definition is short-lived")]
 pub enum JointKind {
     /// The two anchors stay together; rotation is free.
     Ball,
@@ -472,6 +474,9 @@ pub enum JointKind {
         /// A spring toward a rest length, between the limits.
         spring: Option<Spring>,
     },
+    /// Each of six axes is free, locked, limited, sprung or driven. Its anchors are the origins of its
+    /// frames.
+    SixDof(SixDof),
 }
 
 /// A damped spring.
@@ -534,6 +539,18 @@ impl JointDef {
         Self { kind, ..Self::ball(body_a, anchor_a, body_b, anchor_b) }
     }
 
+    /// A joint of six axes, whose frames are at these anchors [m, each in the frame of its body's origin].
+    #[must_use]
+    pub fn six_dof(
+        body_a: BodyId,
+        anchor_a: impl Into<Vec3>,
+        body_b: BodyId,
+        anchor_b: impl Into<Vec3>,
+        axes: SixDof,
+    ) -> Self {
+        Self { kind: JointKind::SixDof(axes), ..Self::ball(body_a, anchor_a, body_b, anchor_b) }
+    }
+
     /// Checks every field; whether the bodies exist is checked by the world.
     ///
     /// # Errors
@@ -543,6 +560,9 @@ impl JointDef {
         position("anchor_b", self.anchor_b)?;
         if self.body_a == self.body_b {
             return Err(DefError::new("body_b", "the same as body_a", "another body"));
+        }
+        if let JointKind::SixDof(six) = self.kind {
+            six.validate()?;
         }
         if let JointKind::Distance { min, max, spring } = self.kind {
             at_least_zero("min", min)?;

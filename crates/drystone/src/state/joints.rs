@@ -2,10 +2,39 @@
 
 use super::bodies::Bodies;
 use super::colors::Place;
-use super::def::JointKind;
+use super::def::{JointKind, Spring};
+use super::sixdof::Six;
 use crate::base::id::JointId;
-use crate::base::math::Vec3;
+use crate::base::math::{Vec3, vec3};
 use crate::base::slot_map::SlotMap;
+
+/// What a joint does. The many numbers of a joint of six axes stand elsewhere.
+#[derive(Clone, Debug)]
+pub(crate) enum Link {
+    Ball,
+    Distance { min: f32, max: f32, spring: Option<Spring> },
+    Six(Box<Six>),
+}
+
+impl Link {
+    pub(crate) fn new(kind: JointKind) -> Self {
+        match kind {
+            JointKind::Ball => Self::Ball,
+            JointKind::Distance { min, max, spring } => Self::Distance { min, max, spring },
+            JointKind::SixDof(def) => Self::Six(Box::new(Six::new(def))),
+        }
+    }
+
+    pub(crate) fn kind(&self) -> JointKind {
+        match self {
+            Self::Ball => JointKind::Ball,
+            Self::Distance { min, max, spring } => {
+                JointKind::Distance { min: *min, max: *max, spring: *spring }
+            }
+            Self::Six(six) => JointKind::SixDof(six.def),
+        }
+    }
+}
 
 /// A joint.
 #[derive(Clone, Debug)]
@@ -15,7 +44,7 @@ pub(crate) struct Joint {
     /// Anchors [m, frame of the body's center of mass].
     pub(crate) anchor_a: Vec3,
     pub(crate) anchor_b: Vec3,
-    pub(crate) kind: JointKind,
+    pub(crate) link: Link,
     pub(crate) collide_connected: bool,
     /// Accumulated impulse of a substep: a ball's vector [N s, world]; a distance's lower limit, upper
     /// limit and spring.
@@ -32,10 +61,24 @@ impl Joint {
         let p_a = a.center + a.rotation.rotate(self.anchor_a);
         let p_b = b.center + b.rotation.rotate(self.anchor_b);
         let distance = (p_b - p_a).length();
-        match self.kind {
-            JointKind::Ball => distance,
-            JointKind::Distance { min, max, .. } => (min - distance).max(distance - max).max(0.0),
+        match &self.link {
+            Link::Ball => distance,
+            Link::Six(six) => {
+                let gap = (a.rotation * six.def.frame_a).unrotate(p_b - p_a);
+                six.def.linear_excess(gap)
+            }
+            Link::Distance { min, max, .. } => (min - distance).max(distance - max).max(0.0),
         }
+    }
+
+    /// How far its turns are from what they are allowed [rad].
+    pub(crate) fn angular_error(&self, bodies: &Bodies) -> f32 {
+        let Link::Six(six) = &self.link else { return 0.0 };
+        let (a, b) = (bodies.at(self.body_a), bodies.at(self.body_b));
+        let turns = six.turns(a.rotation, b.rotation);
+        let [.., x, y, z] = six.def.acting(turns.swing);
+        let [p, q, r] = turns.angles;
+        vec3(x.excess(p), y.excess(q), z.excess(r)).length()
     }
 }
 

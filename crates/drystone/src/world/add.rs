@@ -10,7 +10,7 @@ use crate::geometry::shape::Shape;
 use crate::state::bodies::{Body, NONE};
 use crate::state::colors::Place;
 use crate::state::def::{BodyDef, BodyKind, DefError, JointDef, ShapeDef, shape_suits};
-use crate::state::joints::Joint;
+use crate::state::joints::{Joint, Link};
 use crate::state::shapes::ShapeRow;
 use crate::step::context::StepContext;
 use crate::step::finalize::{fat_box, shape_box};
@@ -276,12 +276,16 @@ impl World {
                 .ok_or_else(|| DefError::new(name, id.index(), "a body of this world"))
         };
         let (a, b) = (find("body_a", def.body_a)?, find("body_b", def.body_b)?);
+        if !bodies.at(a).is_dynamic() && !bodies.at(b).is_dynamic() {
+            let value = "not dynamic, as body_a";
+            return Err(DefError::new("body_b", value, "a dynamic body on one side at least"));
+        }
         let joint = Joint {
             body_a: a,
             body_b: b,
             anchor_a: def.anchor_a - bodies.at(a).local_center,
             anchor_b: def.anchor_b - bodies.at(b).local_center,
-            kind: def.kind,
+            link: Link::new(def.kind),
             collide_connected: def.collide_connected,
             impulse: Vec3::ZERO,
             is_direct: false,

@@ -139,6 +139,12 @@ impl<'w> BodyRef<'w> {
         self.body.joints.iter().filter_map(|row| self.tables.joints.rows.id_at(*row))
     }
 
+    /// Axes it cannot move along or about.
+    #[must_use]
+    pub const fn locks(&self) -> AxisLocks {
+        self.body.locks
+    }
+
     /// The user's number.
     #[must_use]
     pub const fn user_data(&self) -> u64 {

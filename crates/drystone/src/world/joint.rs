@@ -2,9 +2,14 @@
 
 use crate::base::id::{BodyId, JointId};
 use crate::base::math::Vec3;
-use crate::state::def::JointKind;
-use crate::state::joints::Joint;
+use crate::base::quat::Quat;
+use crate::state::check::{finite_vec, unit};
+use crate::state::def::{DefError, JointDef, JointKind};
+use crate::state::joints::{Joint, Link};
+use crate::state::sixdof::{JointDrive, Six, SixDof};
 use crate::state::tables::Tables;
+
+use super::World;
 
 /// A joint, to read.
 #[derive(Clone, Copy, Debug)]
@@ -12,12 +17,14 @@ pub struct JointRef<'w> {
     tables: &'w Tables,
     joint: &'w Joint,
     id: JointId,
+    /// Length of the last substep [s]; 0 before the first.
+    h: f32,
 }
 
 impl<'w> JointRef<'w> {
-    pub(super) fn new(tables: &'w Tables, id: JointId) -> Option<Self> {
+    pub(super) fn new(tables: &'w Tables, id: JointId, h: f32) -> Option<Self> {
         let row = tables.joints.rows.row(id)?;
-        Some(Self { tables, joint: tables.joints.at(row), id })
+        Some(Self { tables, joint: tables.joints.at(row), id, h })
     }
 
     /// Its id.
@@ -28,8 +35,8 @@ impl<'w> JointRef<'w> {
 
     /// What it does.
     #[must_use]
-    pub const fn kind(&self) -> JointKind {
-        self.joint.kind
+    pub fn kind(&self) -> JointKind {
+        self.joint.link.kind()
     }
 
     /// Its first body.
@@ -58,9 +65,163 @@ impl<'w> JointRef<'w> {
         body.center + body.rotation.rotate(self.joint.anchor_b)
     }
 
-    /// How far it is from what it asks [m]: the gap of a ball joint, the excess of a distance.
+    /// Force of the joint on its second body, in the last substep [N, world]; the first one gets the
+    /// opposite. It acts at the second anchor. Zero before the first step.
+    #[must_use]
+    pub fn force(&self) -> Vec3 {
+        let impulse = match &self.joint.link {
+            Link::Ball => self.joint.impulse,
+            Link::Distance { .. } => {
+                let p = self.joint.impulse;
+                (self.anchor_b() - self.anchor_a()).normalize_or(Vec3::Y) * (p.x - p.y + p.z)
+            }
+            Link::Six(six) => six.force,
+        };
+        self.per_time(impulse)
+    }
+
+    /// Torque of the joint on its second body about the second anchor, in the last substep [N m, world];
+    /// the first one gets the opposite. Zero for balls and distances.
+    #[must_use]
+    pub fn torque(&self) -> Vec3 {
+        match &self.joint.link {
+            Link::Six(six) => self.per_time(six.torque),
+            _ => Vec3::ZERO,
+        }
+    }
+
+    fn per_time(&self, impulse: Vec3) -> Vec3 {
+        if self.h > 0.0 { impulse * (1.0 / self.h) } else { Vec3::ZERO }
+    }
+
+    /// Where the second frame is in the first one of a joint of six axes: along x, y, z [m, frame of the
+    /// joint on the first body] and about them [rad], as [`SixDof`] says. `None` for other joints.
+    #[must_use]
+    pub fn coordinates(&self) -> Option<[Vec3; 2]> {
+        let Link::Six(six) = &self.joint.link else { return None };
+        let bodies = &self.tables.bodies;
+        let (a, b) = (bodies.at(self.joint.body_a), bodies.at(self.joint.body_b));
+        let turns = six.turns(a.rotation, b.rotation);
+        let gap = (a.rotation * six.def.frame_a).unrotate(self.anchor_b() - self.anchor_a());
+        let mut angles = turns.angles;
+        if six.def.cone.is_some() {
+            let ([c, s], swing) = (turns.swing, turns.angles[1]);
+            (angles[1], angles[2]) = (c * swing, s * swing);
+        }
+        Some([gap, Vec3::from(angles)])
+    }
+
+    /// How far it is from what it asks [m]: the gap of a ball joint, the excess of a distance, the excess
+    /// over what the motions of a joint of six axes allow.
     #[must_use]
     pub fn error(&self) -> f32 {
         self.joint.error(&self.tables.bodies)
+    }
+
+    /// How far the turns of a joint of six axes are from what they are allowed [rad]; 0 for other joints.
+    #[must_use]
+    pub fn angular_error(&self) -> f32 {
+        self.joint.angular_error(&self.tables.bodies)
+    }
+}
+
+impl World {
+    /// A joint of six axes with both frames at one place of the world, at the current poses: their origin
+    /// `anchor` [m, world], their x axis along `axis` [world, any length]. The frames of `axes` are not
+    /// read.
+    ///
+    /// # Errors
+    /// A body that is not of this world; an anchor or axis that is not finite; an axis of no length.
+    pub fn joint_along(
+        &self,
+        body_a: BodyId,
+        body_b: BodyId,
+        anchor: impl Into<Vec3>,
+        axis: impl Into<Vec3>,
+        axes: SixDof,
+    ) -> Result<JointDef, DefError> {
+        let axis = axis.into();
+        finite_vec("axis", axis)?;
+        let Some(x) = axis.try_normalize() else {
+            return Err(DefError::new("axis", "zero", "a direction"));
+        };
+        self.joint_in(body_a, body_b, anchor, Quat::from_arc(Vec3::X, x), axes)
+    }
+
+    /// As [`Self::joint_along`], with the axes of the frames given as a rotation [world].
+    ///
+    /// # Errors
+    /// As there.
+    pub fn joint_in(
+        &self,
+        body_a: BodyId,
+        body_b: BodyId,
+        anchor: impl Into<Vec3>,
+        frame: Quat,
+        axes: SixDof,
+    ) -> Result<JointDef, DefError> {
+        let anchor = anchor.into();
+        finite_vec("anchor", anchor)?;
+        unit("frame", frame)?;
+        let find = |name: &str, id: BodyId| {
+            let body = self.body(id);
+            body.ok_or_else(|| DefError::new(name, id.index(), "a body of this world"))
+        };
+        let (a, b) = (find("body_a", body_a)?, find("body_b", body_b)?);
+        let frame = frame.normalized();
+        let axes = SixDof {
+            frame_a: (a.rotation().conjugate() * frame).normalized(),
+            frame_b: (b.rotation().conjugate() * frame).normalized(),
+            ..axes
+        };
+        let [at_a, at_b] = [a, b].map(|body| body.rotation().unrotate(anchor - body.position()));
+        Ok(JointDef::six_dof(body_a, at_a, body_b, at_b, axes))
+    }
+
+    /// Changes what the axes of a joint of six axes do, its frames with them, and wakes its bodies. False if
+    /// there is no such joint.
+    ///
+    /// # Errors
+    /// The first field that is out of range; a joint of another kind.
+    pub fn set_joint_axes(&mut self, id: JointId, axes: SixDof) -> Result<bool, DefError> {
+        let Some(row) = self.tables.joints.rows.row(id) else { return Ok(false) };
+        axes.validate()?;
+        let joint = self.tables.joints.at_mut(row);
+        let Link::Six(six) = &mut joint.link else {
+            return Err(DefError::new("joint", id.index(), "a joint of six axes"));
+        };
+        // Which blocks a joint is in goes by what acts on it.
+        let changed = six.def.scalars() != axes.scalars();
+        six.def = Six::new(axes).def;
+        let (a, b) = (joint.body_a, joint.body_b);
+        self.tables.colors.bodies_changed |= changed;
+        let mut sets = self.sets();
+        sets.wake(a);
+        sets.wake(b);
+        Ok(true)
+    }
+
+    /// Changes one drive of a joint of six axes, and wakes its bodies: axes 0 to 2 are motions along x, y,
+    /// z, 3 to 5 turns about them. False if there is no such joint.
+    ///
+    /// # Errors
+    /// The first field of the drive that is out of range; an axis above 5; a joint of another kind; one with
+    /// a cone, of which both swings change at once ([`Self::set_joint_axes`]).
+    pub fn set_joint_drive(
+        &mut self,
+        id: JointId,
+        axis: usize,
+        drive: Option<JointDrive>,
+    ) -> Result<bool, DefError> {
+        let Some(row) = self.tables.joints.rows.row(id) else { return Ok(false) };
+        let JointKind::SixDof(mut axes) = self.tables.joints.at(row).link.kind() else {
+            return Err(DefError::new("joint", id.index(), "a joint of six axes"));
+        };
+        let all = axes.linear.iter_mut().chain(&mut axes.angular);
+        let Some(to) = all.into_iter().nth(axis) else {
+            return Err(DefError::new("axis", axis, "0 to 5"));
+        };
+        to.drive = drive;
+        self.set_joint_axes(id, axes)
     }
 }

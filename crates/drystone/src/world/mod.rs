@@ -239,7 +239,7 @@ impl World {
     /// The joint, unless it was removed.
     #[must_use]
     pub fn joint(&self, id: JointId) -> Option<JointRef<'_>> {
-        JointRef::new(&self.tables, id)
+        JointRef::new(&self.tables, id, self.last_h)
     }
 
     /// All joints in the order of their slots.

@@ -55,6 +55,19 @@ impl ContactRef<'_> {
         self.contact.normal
     }
 
+    /// Friction impulse in the last substep, as it acts on B [N s, world].
+    #[must_use]
+    pub const fn friction_impulse(&self) -> Vec3 {
+        self.contact.tangent_impulse
+    }
+
+    /// Number of the color it is solved with, counted apart for contacts with a static or kinematic
+    /// body; none while it sleeps.
+    #[must_use]
+    pub fn color(&self) -> Option<u32> {
+        self.contact.place.is_somewhere().then_some(self.contact.place.color)
+    }
+
     /// Its points, 1 to 4.
     pub fn points(&self) -> impl Iterator<Item = ContactPoint> {
         let center = self.tables.bodies.at(self.contact.body_a).center;

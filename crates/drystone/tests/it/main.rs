@@ -13,3 +13,4 @@ mod scenario_mesh;
 mod scenario_methods;
 mod scenario_motion;
 mod scenario_seams;
+mod scenario_sixdof;

@@ -1,12 +1,12 @@
 //! Energy and momentum of a world, in double precision: differences of sums over thousands of bodies
 //! are what is looked at.
 
+use super::springs;
 use crate::base::double::DVec3;
 use crate::base::math::Vec3;
 use crate::base::sym3::Sym3;
 use crate::state::bodies::{Bodies, Body, NONE};
-use crate::state::def::JointKind;
-use crate::state::joints::Joint;
+use crate::state::joints::{Joint, Link};
 use crate::state::tables::Tables;
 
 /// Mechanical energy of all dynamic bodies [J].
@@ -132,7 +132,10 @@ fn spin(body: &Body) -> DVec3 {
 /// ½ k x² of a joint's spring. Its rate is said as a frequency: k = (2πf)² over what the two bodies
 /// together give way, here and now, to an impulse along it.
 fn elastic(joint: &Joint, bodies: &Bodies) -> f64 {
-    let JointKind::Distance { spring: Some(spring), .. } = joint.kind else { return 0.0 };
+    if let Link::Six(six) = &joint.link {
+        return springs::elastic(joint, six, bodies);
+    }
+    let Link::Distance { spring: Some(spring), .. } = &joint.link else { return 0.0 };
     let (a, b) = (bodies.at(joint.body_a), bodies.at(joint.body_b));
     let (ra, rb) = (a.rotation.rotate(joint.anchor_a), b.rotation.rotate(joint.anchor_b));
     let gap = (b.center - a.center) + (rb - ra);
@@ -156,7 +159,7 @@ fn response(body: &Body, r: Vec3, n: Vec3) -> f32 {
 }
 
 /// I⁻¹ of the axes that may turn [1/(kg m²), world].
-fn inverse_inertia(body: &Body) -> Sym3 {
+pub(super) fn inverse_inertia(body: &Body) -> Sym3 {
     let axes = body.rotation * body.principal;
     let [x, y, z] = body.locks.angular;
     let m = body.moments;

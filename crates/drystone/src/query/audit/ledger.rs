@@ -10,8 +10,8 @@ use crate::base::math::Vec3;
 use crate::base::quat::Quat;
 use crate::state::bodies::Body;
 use crate::state::contacts::Contact;
-use crate::state::def::{BodyKind, JointKind};
-use crate::state::joints::Joint;
+use crate::state::def::BodyKind;
+use crate::state::joints::{Joint, Link};
 use crate::state::tables::Tables;
 
 /// Where energy came from and where it went [J], since [`crate::World::begin_ledger`].
@@ -180,9 +180,17 @@ fn through_contact(body: &Body, c: &Contact, side: u32) -> f64 {
 fn through_joint(body: &Body, joint: &Joint, row: u32, tables: &Tables) -> f64 {
     let (a, b) = (tables.bodies.at(joint.body_a), tables.bodies.at(joint.body_b));
     let (ra, rb) = (a.rotation.rotate(joint.anchor_a), b.rotation.rotate(joint.anchor_b));
-    let impulse = match joint.kind {
-        JointKind::Ball => joint.impulse,
-        JointKind::Distance { .. } => {
+    let impulse = match &joint.link {
+        Link::Ball => joint.impulse,
+        Link::Six(six) => {
+            // The force acts at anchor B on both.
+            let is_a = joint.body_a == row;
+            let r = if is_a { b.center + rb - a.center } else { rb };
+            let work =
+                f64::from(six.force.dot(body.velocity_at(r))) + f64::from(six.torque.dot(body.w));
+            return if is_a { work } else { -work };
+        }
+        Link::Distance { .. } => {
             let gap = (b.center - a.center) + (rb - ra);
             let p = joint.impulse;
             gap.normalize_or(Vec3::Y) * (p.x - p.y + p.z)

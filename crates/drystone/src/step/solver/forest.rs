@@ -11,8 +11,7 @@ use core::ops::Range;
 use super::plan::Group;
 use crate::state::bodies::{Bodies, NONE};
 use crate::state::colors::Colors;
-use crate::state::def::JointKind;
-use crate::state::joints::Joints;
+use crate::state::joints::{Joints, Link};
 
 /// A joint of a tree. Its bodies are numbers in [`Forest::bodies`].
 #[derive(Clone, Copy, Debug)]
@@ -131,7 +130,7 @@ impl Forest {
             let (a, b) = (end(joint.body_a), end(joint.body_b));
             // Bodies that were put aside may still be named by a joint.
             if (a, b) != (NONE, NONE) {
-                self.connect(a, b, joint.kind == JointKind::Ball);
+                self.connect(a, b, matches!(joint.link, Link::Ball));
             }
         }
         for row in all() {

@@ -11,6 +11,9 @@ pub(crate) mod softness;
 pub(crate) mod rows;
 pub(crate) mod contact;
 pub(crate) mod joint;
+pub(crate) mod sixdof;
+mod held;
+mod spring;
 pub(crate) mod inertia;
 pub(crate) mod integrate;
 mod classic;
@@ -18,6 +21,7 @@ mod impact;
 mod pack;
 mod pack_extra;
 mod pack_joint;
+mod pack_sixdof;
 mod plan;
 mod forest;
 mod swing;
@@ -36,6 +40,7 @@ use self::integrate::Aux;
 use self::joint::JointSweep;
 use self::plan::{Group, Plan};
 use self::rows::{ContactBlock, Extra, JointBlock, Line, Whitening};
+use self::sixdof::SixBlock;
 use self::softness::Softness;
 use self::tree::{TreeBody, TreeRow};
 use super::context::StepContext;
@@ -67,6 +72,7 @@ pub(crate) struct Scratch {
     blocks: Vec<ContactBlock>,
     extras: Vec<Extra>,
     joints: Vec<JointBlock>,
+    sixdofs: Vec<SixBlock>,
     tree_bodies: Vec<TreeBody>,
     tree_rows: Vec<TreeRow>,
     /// One for each group, while some contact can bounce.
@@ -125,6 +131,7 @@ struct Solver<'a> {
     extras: Rows<'a, Extra>,
     has_extras: bool,
     joints: Rows<'a, JointBlock>,
+    sixdofs: Rows<'a, SixBlock>,
     tree_bodies: Rows<'a, TreeBody>,
     tree_rows: Rows<'a, TreeRow>,
     /// Empty where `extras` is, as are `free`.
@@ -187,6 +194,7 @@ pub(crate) fn solve(
         s.impacts.resize_with(groups, Impacts::default);
     }
     s.joints.resize_with(s.plan.joints.owners.len(), JointBlock::default);
+    s.sixdofs.resize_with(s.plan.sixdofs.owners.len(), SixBlock::default);
     s.tree_bodies.resize(s.plan.forest.bodies.len(), TreeBody::default());
     s.tree_rows.resize(s.plan.forest.joints.len(), TreeRow::default());
     let (slots, _) = contacts.slots_mut();
@@ -208,6 +216,7 @@ pub(crate) fn solve(
         extras: Rows::new(&mut s.extras),
         has_extras,
         joints: Rows::new(&mut s.joints),
+        sixdofs: Rows::new(&mut s.sixdofs),
         tree_bodies: Rows::new(&mut s.tree_bodies),
         tree_rows: Rows::new(&mut s.tree_rows),
         impacts: Rows::new(&mut s.impacts),
@@ -349,6 +358,7 @@ impl Solver<'_> {
                     is_relax: false,
                 };
                 self.sweep_joints(group, &joints, jobs);
+                self.sweep_sixdofs(group, &joints, jobs);
                 self.sweep_trees(group, &joints, jobs);
                 let sweeps =
                     [sweep(ctx.soft, inner, elapsed), sweep(ctx.soft_fixed, inner, elapsed)];
@@ -363,6 +373,7 @@ impl Solver<'_> {
                     is_relax: true,
                 };
                 self.sweep_joints(group, &joints, jobs);
+                self.sweep_sixdofs(group, &joints, jobs);
                 self.sweep_trees(group, &joints, jobs);
                 let rigid = sweep(Softness::RIGID, 1, moved);
                 self.sweep_contacts(group, &[rigid, rigid], jobs);
@@ -499,36 +510,6 @@ impl Solver<'_> {
         }
     }
 
-    fn prepare_joints(&self, group: &Group, jobs: &dyn Executor) {
-        for batch in &self.plan.joints.batches[group.joints.clone()] {
-            let n = batch.blocks.len();
-            for_ranges(jobs, n, grain(jobs, n, 8), |part| {
-                for i in batch.blocks.start + part.start..batch.blocks.start + part.end {
-                    self.pack_joints(i, batch.class == 1);
-                }
-            });
-        }
-    }
-
-    fn sweep_joints(&self, group: &Group, sweep: &JointSweep, jobs: &dyn Executor) {
-        for batch in &self.plan.joints.batches[group.joints.clone()] {
-            let n = batch.blocks.len();
-            for_ranges(jobs, n, grain(jobs, n, 8), |part| {
-                dispatch!(self.ctx.level, simd => {
-                    for i in batch.blocks.start + part.start..batch.blocks.start + part.end {
-                        let block = self.joints.row(i);
-                        self.joints.prefetch(i + 1, JointBlock::CACHE_LINES);
-                        if block.is_distance {
-                            joint::solve_distance(simd, block, &self.lines, sweep);
-                        } else {
-                            joint::solve_ball(simd, block, &self.lines, sweep);
-                        }
-                    }
-                });
-            });
-        }
-    }
-
     /// Sums up how each body is squeezed.
     fn weigh(&self, group: &Group, jobs: &dyn Executor) {
         let scale = self.ctx.store_scale;
@@ -568,6 +549,7 @@ impl Solver<'_> {
                 self.store_joints(i);
             }
         });
+        self.store_sixdofs(group, jobs);
         self.store_trees(group);
     }
 }

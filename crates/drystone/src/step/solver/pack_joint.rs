@@ -1,16 +1,51 @@
 //! Joints to blocks and back.
 
+use fearless_simd::dispatch;
+
 use super::Solver;
+use super::joint::{self, JointSweep};
+use super::plan::Group;
 use super::rows::JointBlock;
 use super::softness::Softness;
+use crate::base::jobs::{Executor, for_ranges, grain};
 use crate::base::math::{Vec3, vec3};
 use crate::base::sym3::Sym3;
 use crate::base::wide::{LANES, Lanes};
 use crate::state::bodies::Body;
-use crate::state::def::JointKind;
-use crate::state::joints::Joint;
+use crate::state::joints::{Joint, Link};
 
 impl Solver<'_> {
+    pub(super) fn prepare_joints(&self, group: &Group, jobs: &dyn Executor) {
+        for batch in &self.plan.joints.batches[group.joints.clone()] {
+            let n = batch.blocks.len();
+            for_ranges(jobs, n, grain(jobs, n, 8), |part| {
+                for i in batch.blocks.start + part.start..batch.blocks.start + part.end {
+                    self.pack_joints(i, batch.class == 1);
+                }
+            });
+        }
+        self.prepare_sixdofs(group, jobs);
+    }
+
+    pub(super) fn sweep_joints(&self, group: &Group, sweep: &JointSweep, jobs: &dyn Executor) {
+        for batch in &self.plan.joints.batches[group.joints.clone()] {
+            let n = batch.blocks.len();
+            for_ranges(jobs, n, grain(jobs, n, 8), |part| {
+                dispatch!(self.ctx.level, simd => {
+                    for i in batch.blocks.start + part.start..batch.blocks.start + part.end {
+                        let block = self.joints.row(i);
+                        self.joints.prefetch(i + 1, JointBlock::CACHE_LINES);
+                        if block.is_distance {
+                            joint::solve_distance(simd, block, &self.lines, sweep);
+                        } else {
+                            joint::solve_ball(simd, block, &self.lines, sweep);
+                        }
+                    }
+                });
+            });
+        }
+    }
+
     /// Builds a block of joints and applies their impulses to the lines.
     pub(super) fn pack_joints(&self, block: usize, is_distance: bool) {
         let owners = &self.plan.joints.owners[block];
@@ -67,9 +102,10 @@ impl Solver<'_> {
         put(&mut block.drift, lane, moves(b, rb) - moves(a, ra));
         put(&mut block.impulse, lane, impulse);
         // The linear impulse along the gap (a distance) or in the world (a ball).
-        let linear = match joint.kind {
-            JointKind::Ball => impulse,
-            JointKind::Distance { min, max, spring } => {
+        let linear = match joint.link {
+            Link::Six(_) => return,
+            Link::Ball => impulse,
+            Link::Distance { min, max, spring } => {
                 let rest = spring.map_or(0.0, |s| s.rest_length);
                 put(&mut block.limits, lane, vec3(min, max, rest));
                 let soft = spring.map_or(Vec3::ZERO, |s| {
@@ -97,7 +133,7 @@ impl Solver<'_> {
     }
 }
 
-fn put(lanes: &mut [Lanes; 3], lane: usize, v: Vec3) {
+pub(super) fn put(lanes: &mut [Lanes; 3], lane: usize, v: Vec3) {
     lanes[0][lane] = v.x;
     lanes[1][lane] = v.y;
     lanes[2][lane] = v.z;

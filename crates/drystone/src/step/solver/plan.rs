@@ -14,8 +14,7 @@ use crate::base::wide::LANES;
 use crate::state::bodies::{Bodies, Body, NONE};
 use crate::state::colors::{Coloring, Colors, Place};
 use crate::state::contacts::Contacts;
-use crate::state::def::JointKind;
-use crate::state::joints::Joints;
+use crate::state::joints::{Joints, Link};
 
 /// Most constraint ends of a group of islands: 1,200 contacts and their bodies, 0.5 MB.
 const MOST_ENDS: usize = 2400;
@@ -39,6 +38,7 @@ pub(super) struct Group {
     pub(super) lines: Range<usize>,
     pub(super) contacts: Range<usize>,
     pub(super) joints: Range<usize>,
+    pub(super) sixdofs: Range<usize>,
     /// In [`Forest::order`].
     pub(super) trees: Range<usize>,
     /// Takes every substep in parts.
@@ -75,6 +75,7 @@ pub(super) struct Plan {
     pub(super) shared: usize,
     pub(super) contacts: Layout,
     pub(super) joints: Layout,
+    pub(super) sixdofs: Layout,
     pub(super) forest: Forest,
     workers: usize,
     /// Of each island, whether it takes every substep in parts: now, and in the last step.
@@ -93,6 +94,9 @@ const CLASS: u32 = 32;
 
 /// Class of the joints of trees.
 const TREE: u64 = 2;
+
+/// First class of joints of six axes; 1 more if a motion, 2 if a turn has a drive or a limit.
+pub(super) const SIX: u64 = 4;
 
 impl Plan {
     /// Chooses the islands that take every substep in parts.
@@ -177,10 +181,14 @@ impl Plan {
                 keys.clear();
                 keys.extend(color.members.iter().map(|row| {
                     let j = joints.at(*row);
-                    let class = match j.kind {
+                    let class = match &j.link {
                         _ if j.is_direct => TREE,
-                        JointKind::Ball => 0,
-                        JointKind::Distance { .. } => 1,
+                        Link::Ball => 0,
+                        Link::Distance { .. } => 1,
+                        Link::Six(six) => {
+                            let [moves, turns] = six.def.scalars();
+                            SIX + u64::from(moves) + 2 * u64::from(turns)
+                        }
                     };
                     (key(j.body_a, j.body_b, class), *row)
                 }));
@@ -190,12 +198,16 @@ impl Plan {
                 self.joints.find_runs(keys, CLASS, fixed, index);
             }
         }
-        self.joints.runs.retain(|run| run.class != TREE);
+        self.sixdofs.runs.clear();
+        self.sixdofs.runs.extend(self.joints.runs.iter().filter(|run| run.class >= SIX));
+        self.joints.runs.retain(|run| run.class < TREE);
         self.contacts.lay_out([&colors.contacts, &colors.contacts_fixed]);
         self.joints.lay_out([&colors.joints, &colors.joints_fixed]);
+        self.sixdofs.lay_out([&colors.joints, &colors.joints_fixed]);
         for (number, group) in (0..).zip(&mut self.groups) {
             group.contacts = self.contacts.batches_of(number);
             group.joints = self.joints.batches_of(number);
+            group.sixdofs = self.sixdofs.batches_of(number);
         }
     }
 

@@ -15,8 +15,7 @@ use crate::base::math::Vec3;
 use crate::base::quat::Quat;
 use crate::base::sym3::Sym3;
 use crate::state::bodies::Body;
-use crate::state::def::JointKind;
-use crate::state::joints::Joint;
+use crate::state::joints::{Joint, Link};
 use crate::step::context::StepContext;
 
 /// A joint that is open by more than this part of the body's reach is closed by its rows [1].
@@ -44,7 +43,7 @@ impl Solver<'_> {
             (1.., 0) => (la, a, joint.anchor_a, b, joint.anchor_b, -1.0),
             _ => return false,
         };
-        if !matches!(joint.kind, JointKind::Ball) || other.active() || !is_free(body) {
+        if !matches!(joint.link, Link::Ball) || other.active() || !is_free(body) {
             return false;
         }
         let pivot = other.center + other.rotation.rotate(at);

@@ -1,6 +1,7 @@
 //! Joints of the classic methods: rows with a velocity bias, swept between the contacts.
 
 use super::rows::Mover;
+use super::sixdof::Axes;
 use crate::base::math::Vec3;
 use crate::base::sym3::Sym3;
 use crate::state::def::JointKind;
@@ -21,6 +22,8 @@ pub(super) struct Link {
     /// From A's anchor to B's at the step's start [m].
     pub(super) gap: Vec3,
     pub(super) kind: JointKind,
+    /// Of a joint of six axes.
+    pub(super) axes: Option<Axes>,
     /// As [`crate::state::joints::Joint::impulse`].
     pub(super) impulse: Vec3,
 }
@@ -35,6 +38,10 @@ impl Link {
         };
         let (r_a, r_b) = (turned(a.t, self.r_a), turned(b.t, self.r_b));
         let gap = self.gap + b.x - a.x + (r_b - self.r_b) - (r_a - self.r_a);
+        if let Some(axes) = &mut self.axes {
+            axes.solve([self.a, self.b], [r_a, r_b, gap], h, movers);
+            return;
+        }
         let u = b.v + b.w.cross(r_b) - a.v - a.w.cross(r_a);
         let k = a.mobility(r_a).plus(b.mobility(r_b));
         let j = match self.kind {
@@ -49,6 +56,7 @@ impl Link {
                 let length = gap.length();
                 along * self.solve_distance(&k, along, u, h, [min, max], length, spring)
             }
+            JointKind::SixDof(_) => return,
         };
         if j.is_finite() {
             movers[self.a as usize].take(r_a, -j);
@@ -101,6 +109,7 @@ impl Link {
                 let i = self.impulse;
                 self.gap.normalize_or(Vec3::Y) * (i.x - i.y + i.z)
             }
+            JointKind::SixDof(_) => return,
         };
         movers[self.a as usize].take(self.r_a, -j);
         movers[self.b as usize].take(self.r_b, j);

@@ -10,6 +10,7 @@ mod analytic;
 mod joints;
 mod levels;
 mod rows;
+mod sixdof;
 mod springs;
 mod sweeps;
 
@@ -18,6 +19,7 @@ use self::analytic::Analytic;
 use self::joints::Link;
 use self::levels::Graph;
 use self::rows::{Mover, Pair, PairPoint};
+use self::sixdof::Axes;
 use self::springs::Springs;
 use self::sweeps::Turns;
 use super::Input;
@@ -31,7 +33,7 @@ use crate::base::sym3::Sym3;
 use crate::state::bodies::Body;
 use crate::state::colors::Colors;
 use crate::state::contacts::{Contact, Contacts};
-use crate::state::joints::Joints;
+use crate::state::joints::{Joints, Link as JointLink};
 use crate::state::method::{Method, Pass, Settings};
 use crate::state::options::{Damping, Integration, Order, Overlap, Shock};
 use crate::state::shapes::Shapes;
@@ -225,6 +227,9 @@ impl Scratch {
                 pair.points[i] = p;
             }
         }
+        for axes in self.links.iter_mut().filter_map(|link| link.axes.as_mut()) {
+            axes.begin();
+        }
         if substep > 0 && !settings.persistence {
             self.links.iter_mut().for_each(|link| link.impulse = Vec3::ZERO);
         }
@@ -298,7 +303,11 @@ impl Scratch {
                     r_a,
                     r_b,
                     gap: (b.center - a.center) + (r_b - r_a),
-                    kind: joint.kind,
+                    kind: joint.link.kind(),
+                    axes: match &joint.link {
+                        JointLink::Six(six) => Some(Axes::new(six, a, b)),
+                        _ => None,
+                    },
                     impulse: joint.impulse * ctx.impulse_scale,
                 });
             }
@@ -350,7 +359,11 @@ impl Scratch {
             }
         }
         for link in &self.links {
-            joints.at_mut(link.row).impulse = link.impulse;
+            let joint = joints.at_mut(link.row);
+            joint.impulse = link.impulse;
+            if let (JointLink::Six(six), Some(axes)) = (&mut joint.link, &link.axes) {
+                (six.force, six.torque) = (axes.force, axes.torque);
+            }
         }
     }
 

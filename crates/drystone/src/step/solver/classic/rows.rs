@@ -52,6 +52,18 @@ impl Mover {
         mobility(self.inv_mass, &self.inv_inertia, r)
     }
 
+    /// Change of its angular velocity by an angular impulse.
+    pub(super) fn turns_by(&self, j: Vec3) -> Vec3 {
+        if self.frozen { Vec3::ZERO } else { self.inv_inertia.mul(j) }
+    }
+
+    pub(super) fn take_turn(&mut self, j: Vec3) {
+        if !self.frozen {
+            self.w += self.inv_inertia.mul(j);
+            self.pushed = true;
+        }
+    }
+
     pub(super) fn take(&mut self, r: Vec3, j: Vec3) {
         if !self.frozen {
             self.v += push(self.inv_mass, j);

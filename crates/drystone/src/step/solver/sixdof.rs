@@ -1,0 +1,358 @@
+//! The kernel of joints of six axes, eight at a time.
+//!
+//! Symbols: u are the axes of motion (turned with body A), n those of the turns, λ impulses along u, μ about
+//! n; d is anchor B less anchor A. A force along u acts at anchor B on both bodies, so that with d ≠ 0 (a
+//! slider) it makes no torque: the arm of A is r_a + d. Angles go on from the step's start by
+//! ε = θ_b - θ_a - θ_a × θ_b / 2, the turn of B against A to second order: no trigonometry here.
+//!
+//! All locked axes come first, at once: their 6 × 6 matrix by blocks, L over the locked motions, C over both,
+//! A over the turns; the turns are solved with A - Cᵀ L⁻¹ C. Then drives and limits, one axis after the
+//! other. Each is felt through the locked axes: with K the coupling of its row to theirs, its inverse mass
+//! is less by Kᵀ M K, M their inverse matrix, and along with its impulse they get -M K of it, which leaves
+//! them at rest. So a hinge's limit is that of a body about its anchor, and a slider's spring is one on the
+//! whole mass wherever its anchor is. (Without that a sweep takes away only a quarter of the speed of a rod
+//! held at its end.) Warm start as of balls: see joint.rs and docs/decisions/016-joint-energy.md.
+
+use fearless_simd::{Simd, SimdBase};
+
+use super::held::{Held, Pair, Row, Turn, push};
+use super::joint::JointSweep;
+use super::rows::{Line, load_motion, load_velocity, store_velocity};
+use super::spring::{Law, Push};
+use crate::base::disjoint::Rows;
+use crate::base::wide::{
+    LANES, Lanes, Sym3w, Vec3w, Wide, above, inverse_or_zero, load, max, min, select, splat,
+};
+
+/// Drive and limit of an axis.
+#[derive(Clone, Copy, Debug, Default)]
+#[repr(C)]
+pub(crate) struct Axis {
+    pub(crate) drive: Push,
+    /// Greatest impulse of the drive; 0: none.
+    pub(crate) most: Lanes,
+    pub(crate) limit: Push,
+    /// 1 where the limit is as hard as the joint.
+    pub(crate) hard: Lanes,
+    pub(crate) low: Lanes,
+    pub(crate) high: Lanes,
+}
+
+/// Eight joints of six axes.
+#[derive(Clone, Debug, Default)]
+#[repr(C, align(64))]
+pub(crate) struct SixBlock {
+    pub(crate) row_a: [u32; LANES],
+    pub(crate) row_b: [u32; LANES],
+    pub(crate) alpha: Lanes,
+    pub(crate) beta: Lanes,
+    pub(crate) s_a: [Lanes; 6],
+    pub(crate) s_b: [Lanes; 6],
+    pub(crate) r_a: [Lanes; 3],
+    pub(crate) r_b: [Lanes; 3],
+    /// Anchor B less anchor A at the step's start.
+    pub(crate) gap: [Lanes; 3],
+    /// Acceleration of B less that of A by gravity and forces.
+    pub(crate) pull: [Lanes; 3],
+    /// Velocities of kinematic bodies: B's less A's, and angular ones.
+    pub(crate) drift: [Lanes; 3],
+    pub(crate) spin_a: [Lanes; 3],
+    pub(crate) spin_b: [Lanes; 3],
+    /// u and n at the step's start.
+    pub(crate) u: [[Lanes; 3]; 3],
+    pub(crate) n: [[Lanes; 3]; 3],
+    /// Angles at the step's start.
+    pub(crate) angles: [Lanes; 3],
+    /// 1 where an axis is locked, and the place where it is.
+    pub(crate) locked: [Lanes; 6],
+    pub(crate) place: [Lanes; 6],
+    /// Impulse of lock or drive, and of the limit.
+    pub(crate) held: [Lanes; 6],
+    pub(crate) limit: [Lanes; 6],
+    /// What the bodies carry of the warm start: linear; the moments on A and B.
+    pub(crate) carried: [Lanes; 3],
+    pub(crate) carried_a: [Lanes; 3],
+    pub(crate) carried_b: [Lanes; 3],
+    /// Impulse about B's anchor.
+    pub(crate) torque: [Lanes; 3],
+    /// Some axis of motion has a drive or limit, and some turn.
+    pub(crate) moves: bool,
+    pub(crate) turns: bool,
+    pub(crate) axes: [Axis; 6],
+}
+
+/// What a drive or limit feels: inverse mass, coordinate, speed, and acceleration by gravity and forces.
+#[derive(Clone, Copy)]
+struct Felt<S: Simd> {
+    k: Wide<S>,
+    x: Wide<S>,
+    v: Wide<S>,
+    pull: Wide<S>,
+}
+
+/// Solves drive and limit of an axis; returns the impulse to give. In a relax sweep springs do not push:
+/// they go by where the bodies were.
+#[inline(always)]
+fn drive_and_limit<S: Simd>(
+    simd: S,
+    block: &mut SixBlock,
+    axis: usize,
+    felt: Felt<S>,
+    sweep: &JointSweep,
+) -> Wide<S> {
+    let (zero, inv_h) = (splat(simd, 0.0), splat(simd, sweep.inv_h));
+    let is_locked = above(load(simd, &block.locked[axis]), zero);
+    let most_back = splat(simd, push(axis));
+    let (held, limit) = (&mut block.held[axis], &mut block.limit[axis]);
+    let axis = &block.axes[axis];
+    let Felt { k, x, v, pull } = felt;
+    let inverse = inverse_or_zero(simd, k);
+    let old = load(simd, held);
+    let most = load(simd, &axis.most);
+    let law = axis.drive.law(simd, k, pull, inv_h);
+    let new = law.impulse(inverse, v, x - load(simd, &axis.drive.place), old);
+    let new = max(min(new, most), -most);
+    let new = if sweep.is_relax { select(above(law.rate, zero), old, new) } else { new };
+    let new = select(is_locked, old, new);
+    new.store_array(held);
+    let given = new - old;
+    let v = v + k * given;
+
+    let old = load(simd, limit);
+    let (low, high) = (load(simd, &axis.low), load(simd, &axis.high));
+    let (over_low, over_high) = (x - low, x - high);
+    let is_low = above(-over_high, over_low);
+    let error = select(is_low, over_low, over_high);
+    let open = above(select(is_low, error, -error), zero);
+    let is_hard = above(load(simd, &axis.hard), zero);
+    let soft = axis.limit.law(simd, k, pull, inv_h);
+    let s = &sweep.softness;
+    let bias = max(min(splat(simd, s.rate) * error, most_back), -most_back);
+    let hard = Law { gain: splat(simd, s.mass), rate: zero, bias };
+    let shut = hard.impulse(inverse, v, error, old);
+    let ahead = old - (v + error * inv_h) * inverse;
+    let sprung = soft.impulse(inverse, v, error, old);
+    // Without room between them, both hold: a spring about one place.
+    let tight = above(splat(simd, 1.0e-9), high - low);
+    let new = select(is_hard, select(open, ahead, shut), select(open, zero, sprung));
+    let new = select(tight, sprung, select(is_low, max(new, zero), min(new, zero)));
+    let new = if sweep.is_relax { select(is_hard, new, old) } else { new };
+    let new = select(is_locked, zero, new);
+    new.store_array(limit);
+    given + (new - old)
+}
+
+/// The joints of a block as they are in this sweep.
+struct State<S: Simd> {
+    pair: Pair<S>,
+    along: [Row<S>; 3],
+    about: [Row<S>; 3],
+    /// Coordinates.
+    x: [Wide<S>; 6],
+    locked: [Wide<S>; 6],
+}
+
+/// By how much the end of an arm leaves its tangent in a substep, over its length: w × (w × r) h/2, and no more than
+/// a chord for a fast turn. Without it the joints of a crank at ten turns a second stand open by centimeters.
+#[inline(always)]
+fn curve<S: Simd>(simd: S, w: Vec3w<S>, r: Vec3w<S>, h: Wide<S>) -> Vec3w<S> {
+    let half = h * splat(simd, 0.5);
+    let turn = half * half * w.dot(w);
+    w.cross(w.cross(r)) * (half / (splat(simd, 1.0) + turn))
+}
+
+#[inline(always)]
+fn read<S: Simd>(
+    simd: S,
+    block: &SixBlock,
+    lines: &Rows<'_, Line>,
+    sweep: &JointSweep,
+) -> State<S> {
+    let zero = splat(simd, 0.0);
+    let (alpha, beta) = (load(simd, &block.alpha), load(simd, &block.beta));
+    let (sa, sb) = (Sym3w::load(simd, &block.s_a), Sym3w::load(simd, &block.s_b));
+    let va = load_velocity(simd, lines, &block.row_a);
+    let vb = load_velocity(simd, lines, &block.row_b);
+    let mut xa = load_motion(simd, lines, &block.row_a);
+    let mut xb = load_motion(simd, lines, &block.row_b);
+    if sweep.is_relax {
+        let back = splat(simd, sweep.back);
+        (xa.v, xa.w) = (xa.v - va.v * back, xa.w - va.w * back);
+        (xb.v, xb.w) = (xb.v - vb.v * back, xb.w - vb.w * back);
+    }
+    let elapsed = splat(simd, sweep.elapsed);
+    let (spin_a, spin_b) = (Vec3w::load(simd, &block.spin_a), Vec3w::load(simd, &block.spin_b));
+    let turn_a = sa.mul(xa.w) + spin_a * elapsed;
+    let turn_b = sb.mul(xb.w) + spin_b * elapsed;
+    let (to_a, to_b) = (Turn::new(simd, turn_a), Turn::new(simd, turn_b));
+    let (r0a, r0b) = (Vec3w::load(simd, &block.r_a), Vec3w::load(simd, &block.r_b));
+    // Shifts by themselves: arms of meters would round away what a gap is.
+    let (shift_a, shift_b) = (to_a.shift(r0a), to_b.shift(r0b));
+    let (ra, rb) = (r0a + shift_a, r0b + shift_b);
+    let drift = Vec3w::load(simd, &block.drift);
+    let moved = xb.v * beta - xa.v * alpha + drift * elapsed;
+    let gap = Vec3w::load(simd, &block.gap) + (moved + (shift_b - shift_a));
+    let arm_a = ra + gap;
+    let turn = turn_b - turn_a - turn_a.cross(turn_b) * splat(simd, 0.5);
+
+    let (u0, n0) = (Vec3w::load3(simd, &block.u), Vec3w::load3(simd, &block.n));
+    let none = Row { n: gap, a: gap, b: gap };
+    let (mut along, mut about) = ([none; 3], [none; 3]);
+    let (mut x, mut locked) = ([zero; 6], [zero; 6]);
+    for i in 0..3 {
+        let u = to_a.apply(u0[i]);
+        along[i] = Row { n: u, a: sa.mul(arm_a.cross(u)), b: sb.mul(rb.cross(u)) };
+        let n = to_a.apply(n0[i]);
+        about[i] = Row { n, a: sa.mul(n), b: sb.mul(n) };
+        x[i] = u.dot(gap);
+        x[i + 3] = load(simd, &block.angles[i]) + n0[i].dot(turn);
+        locked[i] = load(simd, &block.locked[i]);
+        locked[i + 3] = load(simd, &block.locked[i + 3]);
+    }
+    let drift = drift + spin_b.cross(rb) - spin_a.cross(arm_a);
+    let mut bend = Vec3w::zero(simd);
+    if !sweep.is_relax {
+        let h = splat(simd, 1.0) / splat(simd, sweep.inv_h);
+        let (wa, wb) = (sa.mul(va.w) + spin_a, sb.mul(vb.w) + spin_b);
+        let slip =
+            vb.v * beta - va.v * alpha + drift + sb.mul(vb.w).cross(rb) - sa.mul(va.w).cross(arm_a);
+        bend = curve(simd, wb, rb, h) - curve(simd, wa, arm_a, h) - wa.cross(slip) * h;
+    }
+    let pair = Pair {
+        alpha,
+        beta,
+        sa,
+        sb,
+        va,
+        vb,
+        drift,
+        bend,
+        spin: spin_b - spin_a,
+        arm_a,
+        arm_b: rb,
+        force: Vec3w::zero(simd),
+        torque: Vec3w::zero(simd),
+    };
+    State { pair, along, about, x, locked }
+}
+
+/// Solves one block once.
+#[inline(always)]
+pub(crate) fn solve<S: Simd>(
+    simd: S,
+    block: &mut SixBlock,
+    lines: &Rows<'_, Line>,
+    sweep: &JointSweep,
+) {
+    let mut state = read(simd, block, lines, sweep);
+    let carried = Vec3w::load(simd, &block.carried);
+    if !sweep.is_relax {
+        // Where no motion is free the force stays as it is in the world; else each stays along its axis.
+        let [l0, l1, l2, ..] = state.locked;
+        let all = above(l0 * l1 * l2, splat(simd, 0.0));
+        for i in 0..3 {
+            let stays = state.along[i].n.dot(carried);
+            select(all, stays, load(simd, &block.held[i])).store_array(&mut block.held[i]);
+        }
+    }
+    // The warm start, in the rows of now.
+    let (mut p, mut t) = (Vec3w::zero(simd), Vec3w::zero(simd));
+    for i in 0..3 {
+        let (lambda, mu) = (
+            load(simd, &block.held[i]) + load(simd, &block.limit[i]),
+            load(simd, &block.held[i + 3]) + load(simd, &block.limit[i + 3]),
+        );
+        p = p + state.along[i].n * lambda;
+        t = t + state.about[i].n * mu;
+    }
+    let moment_a = state.pair.arm_a.cross(p) + t;
+    let moment_b = state.pair.arm_b.cross(p) + t;
+    let carried_a = Vec3w::load(simd, &block.carried_a);
+    let carried_b = Vec3w::load(simd, &block.carried_b);
+    if !sweep.is_relax {
+        let q = &mut state.pair;
+        q.va.v = q.va.v - (p - carried) * q.alpha;
+        q.vb.v = q.vb.v + (p - carried) * q.beta;
+        q.va.w = q.va.w - q.sa.mul(moment_a - carried_a);
+        q.vb.w = q.vb.w + q.sb.mul(moment_b - carried_b);
+    }
+
+    solve_axes(simd, block, &mut state, sweep);
+
+    let q = &state.pair;
+    (t + q.torque).store(&mut block.torque);
+    let more_a = q.arm_a.cross(q.force) + q.torque;
+    let more_b = q.arm_b.cross(q.force) + q.torque;
+    if sweep.is_relax {
+        (carried + q.force).store(&mut block.carried);
+        (carried_a + more_a).store(&mut block.carried_a);
+        (carried_b + more_b).store(&mut block.carried_b);
+    } else {
+        (p + q.force).store(&mut block.carried);
+        (moment_a + more_a).store(&mut block.carried_a);
+        (moment_b + more_b).store(&mut block.carried_b);
+    }
+    store_velocity(simd, lines, &block.row_a, q.va);
+    store_velocity(simd, lines, &block.row_b, q.vb);
+}
+
+/// The locked axes, then drives and limits behind them.
+#[inline(always)]
+fn solve_axes<S: Simd>(simd: S, block: &mut SixBlock, state: &mut State<S>, sweep: &JointSweep) {
+    let (zero, one) = (splat(simd, 0.0), splat(simd, 1.0));
+    let State { pair: q, along, about, x, locked } = state;
+    let linear = q.alpha * q.alpha + q.beta * q.beta;
+    let held = Held::form(simd, along, about, locked, linear);
+    // Of each drive and limit its inverse mass, and how the locked axes answer it.
+    let none = Vec3w::zero(simd);
+    let (mut give, mut back) = ([zero; 6], [[none; 2]; 6]);
+    let mut loads = [zero; 6];
+    for i in 0..6 {
+        loads[i] = load(simd, &block.held[i]);
+    }
+    for i in 0..6 {
+        if !(if i < 3 { block.moves } else { block.turns }) {
+            continue;
+        }
+        let row = if i < 3 { &along[i] } else { &about[i - 3] };
+        let row = row.masked(one - locked[i]);
+        let k;
+        (k, back[i]) = held.behind(&row);
+        // What is left of a turn that the locked axes allow not at all is rounding.
+        let least = row.coupling(&row) * splat(simd, 1.0e-5);
+        give[i] = if i < 3 { max(linear + k, linear) } else { select(above(k, least), k, zero) };
+        let pushes = load(simd, &block.held[i]) + load(simd, &block.limit[i]);
+        let [a, b] = [back[i][0] * pushes, back[i][1] * pushes];
+        let parts = [a.x, a.y, a.z, b.x, b.y, b.z];
+        for j in 0..6 {
+            loads[j] += parts[j];
+        }
+    }
+    let mut given = held.solve(simd, block, q, x, &loads, sweep);
+    let pull = Vec3w::load(simd, &block.pull);
+    let pulls = [pull.dot(held.along[0].n), pull.dot(held.along[1].n), pull.dot(held.along[2].n)];
+    for i in 0..6 {
+        if !(if i < 3 { block.moves } else { block.turns }) {
+            continue;
+        }
+        let row = if i < 3 { &along[i] } else { &about[i - 3] };
+        let row = row.masked(one - locked[i]);
+        let v = if i < 3 { q.speed_along(&row) } else { q.speed_about(&row) };
+        let Vec3w { x: p0, y: p1, z: p2 } = back[i][0];
+        let own = if i < 3 { pull.dot(row.n) } else { zero };
+        let pull = own - (p0 * pulls[0] + p1 * pulls[1] + p2 * pulls[2]);
+        let felt = Felt { k: give[i], x: x[i], v, pull };
+        let d = drive_and_limit(simd, block, i, felt, sweep);
+        if i < 3 {
+            q.push_along(&row, d);
+        } else {
+            q.push_about(&row, d);
+        }
+        held.answer(q, d, &back[i], &mut given);
+    }
+    for i in 0..6 {
+        // Those of a drive are stored already.
+        let lock = load(simd, &block.held[i]) + given[i] * locked[i];
+        lock.store_array(&mut block.held[i]);
+    }
+}

@@ -1,0 +1,80 @@
+//! Springs and dampers along or about an axis of a joint, in lanes.
+
+use fearless_simd::Simd;
+
+use crate::base::wide::{Lanes, Wide, above, load, max, select, splat};
+
+/// A spring and damper of an axis.
+#[derive(Clone, Copy, Debug, Default)]
+#[repr(C)]
+pub(crate) struct Push {
+    pub(crate) stiffness: Lanes,
+    pub(crate) damping: Lanes,
+    /// 1 where both count per effective mass.
+    pub(crate) per_mass: Lanes,
+    pub(crate) place: Lanes,
+    pub(crate) speed: Lanes,
+}
+
+/// The impulse of a spring in a substep: λ' = gain λ - (rate · error + gain v + bias) / K.
+pub(crate) struct Law<S: Simd> {
+    pub(crate) gain: Wide<S>,
+    pub(crate) rate: Wide<S>,
+    pub(crate) bias: Wide<S>,
+}
+
+impl Push {
+    /// Where it is slower than a substep, a spring on the inverse mass `k` under the acceleration `pull`
+    /// swings as the exact one does: v' = (1 - B) v - A x has the eigenvalues exp(z h), taken as
+    /// (12 + 6 z + z²)/(12 - 6 z + z²), and rests where the exact one does. A faster one, or a motor, is taken
+    /// at the end of the substep, which damps it. See docs/derivations/joints.md.
+    #[inline(always)]
+    pub(crate) fn law<S: Simd>(
+        &self,
+        simd: S,
+        k: Wide<S>,
+        pull: Wide<S>,
+        inv_h: Wide<S>,
+    ) -> Law<S> {
+        let (zero, one) = (splat(simd, 0.0), splat(simd, 1.0));
+        let (n6, n12, n72, n144) =
+            (splat(simd, 6.0), splat(simd, 12.0), splat(simd, 72.0), splat(simd, 144.0));
+        let h = one / inv_h;
+        let per_mass = load(simd, &self.per_mass);
+        let m = select(above(per_mass, zero), one, k) * h;
+        let c = load(simd, &self.damping) * m;
+        let p = load(simd, &self.stiffness) * m * h;
+        let q = one / (n144 + n72 * c + n12 * (c * c + p) + n6 * p * c + p * p);
+        let slow = Law {
+            gain: n12 * c * (n12 + p) * q,
+            rate: n144 * p * q * inv_h,
+            bias: (n12 * p + p * p + n12 * c * c - n72 * c - n6 * p * c) * q * h * pull
+                - n144 * c * q * load(simd, &self.speed),
+        };
+        let w = one / (one + c + p);
+        let fast = Law {
+            gain: (c + p) * w,
+            rate: p * w * inv_h,
+            bias: -(c * w * load(simd, &self.speed)),
+        };
+        let is_fast = above(max(c, p), one);
+        Law {
+            gain: select(is_fast, fast.gain, slow.gain),
+            rate: select(is_fast, fast.rate, slow.rate),
+            bias: select(is_fast, fast.bias, slow.bias),
+        }
+    }
+}
+
+impl<S: Simd> Law<S> {
+    #[inline(always)]
+    pub(crate) fn impulse(
+        &self,
+        inverse: Wide<S>,
+        v: Wide<S>,
+        error: Wide<S>,
+        old: Wide<S>,
+    ) -> Wide<S> {
+        self.gain * old - (self.rate * error + self.gain * v + self.bias) * inverse
+    }
+}
