@@ -6,15 +6,14 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-use drystone::{
-    BodyId, BodyKind, ContactRef, Filter, Pose, Quat, Stage, Vec3, World, WorldConfig, WorldCounts,
-};
+use drystone::{BodyId, BodyKind, Filter, Pose, Stage, Vec3, World, WorldConfig, WorldCounts};
 use drystone_render::{Drawing, Look, Subject};
 use drystone_scene::Running;
 
 use crate::history::{History, Input};
 use crate::overlay::{self, Overlays};
 use crate::picked::{self, Picked};
+use crate::side::Side;
 
 /// What the window asks for.
 #[derive(Clone, Debug)]
@@ -159,19 +158,6 @@ struct Grab {
     distance: f32,
     /// Where it is pulled [m, world].
     target: Vec3,
-}
-
-/// A run that is shown.
-#[derive(Debug)]
-struct Side {
-    history: History,
-    samples: Vec<Sample>,
-    /// Where bodies were before the last step, by their slots; empty if nobody asks.
-    before: Vec<Option<(BodyId, Pose)>>,
-    /// Counted now and then: it takes a look at every contact.
-    counts: WorldCounts,
-    /// Deepest overlap at the last look [m].
-    overlap: f32,
 }
 
 /// The worlds, their past and what is asked of them.
@@ -544,81 +530,12 @@ impl Simulation {
     }
 }
 
-impl Side {
-    fn new(history: History) -> Self {
-        let counts = history.now().world.counts();
-        Self { history, samples: Vec::new(), before: Vec::new(), counts, overlap: 0.0 }
-    }
-
-    /// Whether a look at every contact is due: after each step of a small world, now and then in a
-    /// large one.
-    const fn is_time_to_look(&self) -> bool {
-        self.counts.pairs < 4096 || self.history.step_count().is_multiple_of(8)
-    }
-
-    /// A step; `between` says whether there will be pictures between the last two.
-    fn step(&mut self, between: bool) -> Result<(), drystone_scene::BuildError> {
-        self.before.clear();
-        if between {
-            for body in self.history.now().world.bodies() {
-                let slot = body.id().index() as usize;
-                if slot >= self.before.len() {
-                    self.before.resize(slot + 1, None);
-                }
-                self.before[slot] = Some((body.id(), body.pose()));
-            }
-        }
-        let mut stages = [0.0; Stage::ALL.len()];
-        let mut last = Instant::now();
-        self.history.step(&mut |stage| {
-            let now = Instant::now();
-            if let Some(number) = Stage::ALL.iter().position(|s| *s == stage) {
-                stages[number] = (now - last).as_secs_f32() * 1.0e3;
-            }
-            last = now;
-        })?;
-        let world = &self.history.now().world;
-        let depth = |c: ContactRef<'_>| c.points().map(|p| -p.separation).fold(0.0, f32::max);
-        if self.is_time_to_look() {
-            self.overlap = world.contacts().map(depth).fold(0.0, f32::max);
-        }
-        let overlap = self.overlap;
-        let energy = world.kinetic_energy() + world.potential_energy();
-        self.samples.push(Sample { stages, energy, overlap });
-        Ok(())
-    }
-
-    /// Where bodies are at `part` of the last step, by their slots.
-    fn poses(&self, part: f32) -> Vec<Pose> {
-        let mut poses = Vec::new();
-        for body in self.history.now().world.bodies() {
-            let (slot, now) = (body.id().index() as usize, body.pose());
-            if slot >= poses.len() {
-                poses.resize(slot + 1, Pose::IDENTITY);
-            }
-            poses[slot] = match self.before.get(slot) {
-                Some(Some((id, before))) if *id == body.id() => mix(before, &now, part),
-                _ => now,
-            };
-        }
-        poses
-    }
-}
-
-/// The pose at a part of the short way from one to another.
-fn mix(from: &Pose, to: &Pose, part: f32) -> Pose {
-    let (a, b) = (from.rotation.to_array(), to.rotation.to_array());
-    let dot: f32 = a.iter().zip(&b).map(|(a, b)| a * b).sum();
-    let sign = if dot < 0.0 { -1.0 } else { 1.0 };
-    let [x, y, z, w] = std::array::from_fn(|i| a[i] * (1.0 - part) + b[i] * (sign * part));
-    Pose::new(from.position.lerp(to.position, part), Quat::new(x, y, z, w).normalized())
-}
-
 #[cfg(test)]
 pub(crate) mod tests {
     use drystone::{BodyKind, vec3};
 
-    use super::{Command, Deed, Opened, Quat, Simulation, Vec3, mix};
+    use super::{Command, Deed, Opened, Simulation, Vec3};
+    use crate::side::mix;
 
     /// Opens scenes of the catalog.
     pub(crate) fn open(name: &str) -> Result<Opened, String> {
@@ -760,7 +677,7 @@ pub(crate) mod tests {
         let middle = (before.position + ball.position()) * 0.5;
         assert!((half.position - middle).length() < 1.0e-6);
         assert!(before.position.y > half.position.y && half.position.y > ball.position().y);
-        let turned = drystone::Pose::new(Vec3::ZERO, Quat::from_axis_angle(Vec3::Y, 1.0));
+        let turned = drystone::Pose::new(Vec3::ZERO, drystone::Quat::from_axis_angle(Vec3::Y, 1.0));
         let half = mix(&drystone::Pose::IDENTITY, &turned, 0.5);
         assert!((half.rotation.angle() - 0.5).abs() < 1.0e-6);
     }
