@@ -1,11 +1,29 @@
-//! One of the runs that are shown: its past, its numbers, and where bodies are between two steps.
+//! One of the runs that are shown: its past, the numbers of its steps, and where bodies are between two of them.
 
 use std::time::Instant;
 
 use drystone::{BodyId, ContactRef, Pose, Quat, Stage, WorldCounts};
 
 use crate::history::History;
-use crate::sim::Sample;
+
+/// Numbers of a step, for plots.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Sample {
+    /// Time that each of the engine's stages took, in their order [ms].
+    pub stages: [f32; Stage::ALL.len()],
+    /// Kinetic and potential energy [J].
+    pub energy: f64,
+    /// Deepest overlap of two bodies [m]; in large worlds that of a few steps ago.
+    pub overlap: f32,
+}
+
+impl Sample {
+    /// Time that the step took [ms].
+    #[must_use]
+    pub fn step_ms(&self) -> f32 {
+        self.stages.iter().sum()
+    }
+}
 
 /// A run that is shown.
 #[derive(Debug)]
@@ -17,7 +35,7 @@ pub(crate) struct Side {
     /// Counted now and then: it takes a look at every contact.
     pub(crate) counts: WorldCounts,
     /// Deepest overlap at the last look [m].
-    overlap: f32,
+    pub(crate) overlap: f32,
 }
 
 impl Side {

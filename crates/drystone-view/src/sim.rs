@@ -6,13 +6,14 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-use drystone::{BodyId, BodyKind, Filter, Pose, Stage, Vec3, World, WorldConfig, WorldCounts};
+use drystone::{BodyId, BodyKind, Filter, Pose, Vec3, World, WorldConfig, WorldCounts};
 use drystone_render::{Drawing, Look, Subject};
 use drystone_scene::Running;
 
 use crate::history::{History, Input};
 use crate::overlay::{self, Overlays};
 use crate::picked::{self, Picked};
+pub use crate::side::Sample;
 use crate::side::Side;
 
 /// What the window asks for.
@@ -59,25 +60,6 @@ pub enum Deed {
     Duplicate,
     /// It is held where it is, or let go again.
     Freeze,
-}
-
-/// Numbers of a step, for plots.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Sample {
-    /// Time that each of the engine's stages took, in their order [ms].
-    pub stages: [f32; Stage::ALL.len()],
-    /// Kinetic and potential energy [J].
-    pub energy: f64,
-    /// Deepest overlap of two bodies [m]; in large worlds that of a few steps ago.
-    pub overlap: f32,
-}
-
-impl Sample {
-    /// Time that the step took [ms].
-    #[must_use]
-    pub fn step_ms(&self) -> f32 {
-        self.stages.iter().sum()
-    }
 }
 
 /// One of the runs that are shown.
@@ -532,7 +514,7 @@ impl Simulation {
 
 #[cfg(test)]
 pub(crate) mod tests {
-    use drystone::{BodyKind, vec3};
+    use drystone::{BodyKind, Quat, vec3};
 
     use super::{Command, Deed, Opened, Simulation, Vec3};
     use crate::side::mix;
@@ -677,7 +659,7 @@ pub(crate) mod tests {
         let middle = (before.position + ball.position()) * 0.5;
         assert!((half.position - middle).length() < 1.0e-6);
         assert!(before.position.y > half.position.y && half.position.y > ball.position().y);
-        let turned = drystone::Pose::new(Vec3::ZERO, drystone::Quat::from_axis_angle(Vec3::Y, 1.0));
+        let turned = drystone::Pose::new(Vec3::ZERO, Quat::from_axis_angle(Vec3::Y, 1.0));
         let half = mix(&drystone::Pose::IDENTITY, &turned, 0.5);
         assert!((half.rotation.angle() - 0.5).abs() < 1.0e-6);
     }
