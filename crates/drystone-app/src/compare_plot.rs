@@ -32,8 +32,10 @@ impl Curve {
 const WIDTH: f64 = 760.0;
 const HEIGHT: f64 = 240.0;
 const LEFT: f64 = 90.0;
-const COLORS: [&str; 8] =
-    ["#1f77b4", "#d62728", "#2ca02c", "#9467bd", "#ff7f0e", "#17becf", "#8c564b", "#7f7f7f"];
+const COLORS: [&str; 10] = [
+    "#1f77b4", "#d62728", "#2ca02c", "#9467bd", "#ff7f0e", "#17becf", "#8c564b", "#7f7f7f",
+    "#e377c2", "#bcbd22",
+];
 
 /// The page: two panels and a legend.
 pub(crate) fn svg(scene: &str, curves: &[Curve]) -> String {

@@ -12,6 +12,7 @@ mod panel;
 mod picked;
 mod plot;
 mod settings;
+mod side;
 mod window;
 
 pub use picked::Picked;

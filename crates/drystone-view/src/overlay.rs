@@ -94,7 +94,7 @@ fn add_contacts(drawing: &mut Drawing, world: &World, overlays: Overlays, scale:
     let most = world.contacts().map(|c| sum(&c)).fold(1.0e-9, f32::max);
     let length = |impulse: f32| scale * 0.09 * (impulse / most).clamp(0.0, 1.0).sqrt();
     for contact in world.contacts() {
-        let own = overlays.colors.then(|| color_of(contact.color())).unwrap_or(CONTACT);
+        let own = if overlays.colors { color_of(contact.color()) } else { CONTACT };
         let count = contact.points().count();
         let mut middle = Vec3::ZERO;
         for point in contact.points() {

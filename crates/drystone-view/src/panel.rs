@@ -3,7 +3,8 @@
 use std::collections::VecDeque;
 
 use drystone::{Stage, WorldConfig};
-use egui::{Color32, RichText, ScrollArea, Slider, TextEdit, Ui};
+use egui::containers::menu::{MenuButton, MenuConfig};
+use egui::{Color32, PopupCloseBehavior, RichText, ScrollArea, Slider, TextEdit, Ui};
 
 use crate::overlay::{Overlays, Tint};
 use crate::picked::Picked;
@@ -92,7 +93,10 @@ impl Panel {
     }
 
     fn scenes(&mut self, ui: &mut Ui, shown: &Shown, send: &mut dyn FnMut(Command)) {
-        ui.menu_button(RichText::new(format!("{} ...", shown.name)).heading(), |ui| {
+        // A click into the line must not close the list.
+        let stay = MenuConfig::new().close_behavior(PopupCloseBehavior::CloseOnClickOutside);
+        let name = RichText::new(format!("{} ...", shown.name)).heading();
+        MenuButton::new(name).config(stay).ui(ui, |ui| {
             ui.set_min_width(320.0);
             ui.horizontal(|ui| {
                 let hint = "name:key=value, or a path";

@@ -7,3 +7,4 @@ mod scenario_machines;
 mod scenario_slopes_and_joints;
 mod scenario_standing;
 mod scenario_steady;
+mod scenario_survey;

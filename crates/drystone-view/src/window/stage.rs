@@ -239,6 +239,8 @@ fn arrange(
     panel: &mut Panel,
     send: &mut dyn FnMut(Command),
 ) {
+    // A line that is left with the return key was still typed in.
+    let typing = ui.ctx().egui_wants_keyboard_input();
     let frame = Frame::new().fill(Color32::from_rgb(30, 33, 37));
     let frame = frame.inner_margin(egui::Margin::symmetric(10, 6));
     egui::Panel::right("panel").resizable(false).exact_size(PANEL).frame(frame).show(ui, |ui| {
@@ -256,7 +258,7 @@ fn arrange(
         control.frame(&shown.subject);
     }
     control.mouse(ui, &area, shown, send);
-    if !ui.ctx().egui_wants_keyboard_input() {
+    if !typing && !ui.ctx().egui_wants_keyboard_input() {
         control.keys(ui, panel, shown, send);
     }
     if shown.views.len() > 1 {

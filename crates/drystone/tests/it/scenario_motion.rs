@@ -233,3 +233,25 @@ fn damping_decays_exponentially() {
     let v = world.body(id).unwrap().linear_velocity().x;
     assert!((v - drystone::trig::exp(-1.0)).abs() < 1e-4, "{v}");
 }
+
+#[test]
+fn a_ring_around_a_peg_falls_as_if_nothing_were_there() {
+    // Its center of mass is in the peg all the time, and it is fast for its thickness.
+    let mut world = World::default();
+    let peg = ShapeDef::capsule(4.0, 0.1);
+    world.add_body(BodyDef::fixed().with_shape(peg)).unwrap();
+    let mut ring = BodyDef::dynamic().with_position([0.0, 3.0, 0.0]);
+    for (x, z) in [(1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0)] {
+        let half = if x == 0.0 { [0.5, 0.05, 0.05] } else { [0.05, 0.05, 0.5] };
+        ring = ring.with_shape(ShapeDef::box_half(half).with_position([0.5 * x, 0.0, 0.5 * z]));
+    }
+    let ring = world.add_body(ring).unwrap();
+    for step in 1..=60 {
+        world.step(1.0 / 60.0);
+        let t = step as f32 / 60.0;
+        let wanted = 3.0 - 0.5 * 9.81 * t * t;
+        // Rounding of 60 sums of numbers up to 10.
+        let y = world.body(ring).unwrap().position().y;
+        assert!((y - wanted).abs() < 1.0e-4, "{y} m after {t} s, not {wanted}");
+    }
+}
