@@ -58,7 +58,8 @@ pub use state::config::{
     ContactConfig, InertiaConfig, JointConfig, PenaltyConfig, SleepConfig, WorldConfig,
 };
 pub use state::def::{
-    AxisLocks, BodyDef, BodyKind, DefError, JointDef, JointKind, MassDef, ShapeDef, Spring,
+    AxisLocks, BodyDef, BodyKind, DefError, JointDef, JointKind, JointStrength, MassDef, ShapeDef,
+    Spring,
 };
 pub use state::events::{
     ContactEvent, Events, Fault, FaultKind, HitEvent, JointBreak, SensorEvent,
@@ -68,9 +69,7 @@ pub use state::method::{Method, Pass};
 pub use state::options::{
     Damping, Integration, MethodOptions, Order, Overlap, Persistence, Rest, Shock,
 };
-pub use state::sixdof::{
-    JointAxis, JointCone, JointDrive, JointMotion, JointSpring, JointStrength, SixDof,
-};
+pub use state::sixdof::{JointAxis, JointCone, JointDrive, JointMotion, JointSpring, SixDof};
 pub use step::Stage;
 pub use world::{
     BodyMut, BodyRef, ContactPoint, ContactRef, Impact, ImpactBody, ImpactSurface, JointRef,

@@ -5,9 +5,8 @@ use core::fmt::{self, Display};
 pub(crate) use super::check::{
     above_zero, at_least_zero, finite, finite_vec, position, unit, velocity,
 };
+pub use super::joint_def::{JointDef, JointKind, JointStrength, Spring};
 use super::material::{Filter, Material};
-use super::sixdof::{JointStrength, SixDof};
-use crate::base::id::BodyId;
 use crate::base::math::Vec3;
 use crate::base::pose::Pose;
 use crate::base::quat::Quat;
@@ -455,137 +454,5 @@ pub(crate) fn shape_suits(kind: BodyKind, shape: &Shape) -> Result<(), DefError>
             "a mesh on a static or kinematic body; decompose it into hulls for a dynamic one",
         )),
         _ => Ok(()),
-    }
-}
-
-/// What a joint does.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[non_exhaustive]
-#[expect(clippy::large_enum_variant, reason = "the tables box it; a definition is short-lived")]
-pub enum JointKind {
-    /// The two anchors stay together; rotation is free.
-    Ball,
-    /// The distance of the two anchors stays between two lengths.
-    Distance {
-        /// Least distance [m]; at least 0.
-        min: f32,
-        /// Greatest distance [m]; at least `min`.
-        max: f32,
-        /// A spring toward a rest length, between the limits.
-        spring: Option<Spring>,
-    },
-    /// Each of six axes is free, locked, limited, sprung or driven. Its anchors are the origins of its
-    /// frames.
-    SixDof(SixDof),
-}
-
-/// A damped spring.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Spring {
-    /// Length without force [m]; at least 0.
-    pub rest_length: f32,
-    /// Undamped frequency of the two bodies on it [Hz]; above 0.
-    pub hertz: f32,
-    /// Damping ratio; at least 0; 1 is critical.
-    pub damping_ratio: f32,
-}
-
-/// A joint between two bodies; one of them may be static or kinematic.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct JointDef {
-    /// First body.
-    pub body_a: BodyId,
-    /// Second body.
-    pub body_b: BodyId,
-    /// Anchor on the first body [m, frame of its origin].
-    pub anchor_a: Vec3,
-    /// Anchor on the second body [m, frame of its origin].
-    pub anchor_b: Vec3,
-    /// What it does.
-    pub kind: JointKind,
-    /// Whether the two bodies collide with each other; default false.
-    pub collide_connected: bool,
-    /// What it can bear; `None`, the default: anything.
-    pub strength: Option<JointStrength>,
-}
-
-impl JointDef {
-    /// A ball joint with these anchors [m, each in the frame of its body's origin].
-    #[must_use]
-    pub fn ball(
-        body_a: BodyId,
-        anchor_a: impl Into<Vec3>,
-        body_b: BodyId,
-        anchor_b: impl Into<Vec3>,
-    ) -> Self {
-        Self {
-            body_a,
-            body_b,
-            anchor_a: anchor_a.into(),
-            anchor_b: anchor_b.into(),
-            kind: JointKind::Ball,
-            collide_connected: false,
-            strength: None,
-        }
-    }
-
-    /// Breaks where it would have to bear more than this force [N] or torque [N m].
-    #[must_use]
-    pub fn with_strength(self, force: f32, torque: f32) -> Self {
-        Self { strength: Some(JointStrength { force, torque }), ..self }
-    }
-
-    /// A rod of fixed length [m] between two anchors [m, each in the frame of its body's origin].
-    #[must_use]
-    pub fn rod(
-        body_a: BodyId,
-        anchor_a: impl Into<Vec3>,
-        body_b: BodyId,
-        anchor_b: impl Into<Vec3>,
-        length: f32,
-    ) -> Self {
-        let kind = JointKind::Distance { min: length, max: length, spring: None };
-        Self { kind, ..Self::ball(body_a, anchor_a, body_b, anchor_b) }
-    }
-
-    /// A joint of six axes, whose frames are at these anchors [m, each in the frame of its body's origin].
-    #[must_use]
-    pub fn six_dof(
-        body_a: BodyId,
-        anchor_a: impl Into<Vec3>,
-        body_b: BodyId,
-        anchor_b: impl Into<Vec3>,
-        axes: SixDof,
-    ) -> Self {
-        Self { kind: JointKind::SixDof(axes), ..Self::ball(body_a, anchor_a, body_b, anchor_b) }
-    }
-
-    /// Checks every field; whether the bodies exist is checked by the world.
-    ///
-    /// # Errors
-    /// The first field that is out of range.
-    pub fn validate(&self) -> Result<(), DefError> {
-        position("anchor_a", self.anchor_a)?;
-        position("anchor_b", self.anchor_b)?;
-        if self.body_a == self.body_b {
-            return Err(DefError::new("body_b", "the same as body_a", "another body"));
-        }
-        if let JointKind::SixDof(six) = self.kind {
-            six.validate()?;
-        }
-        self.strength.map_or(Ok(()), |s| s.validate())?;
-        if let JointKind::Distance { min, max, spring } = self.kind {
-            at_least_zero("min", min)?;
-            at_least_zero("max", max)?;
-            if max < min {
-                return Err(DefError::new("max", max, "at least min"));
-            }
-            if let Some(s) = spring {
-                at_least_zero("spring.rest_length", s.rest_length)?;
-                above_zero("spring.hertz", s.hertz)?;
-                at_least_zero("spring.damping_ratio", s.damping_ratio)?;
-            }
-        }
-        Ok(())
     }
 }

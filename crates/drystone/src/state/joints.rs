@@ -2,8 +2,8 @@
 
 use super::bodies::Bodies;
 use super::colors::Place;
-use super::def::{JointKind, Spring};
-use super::sixdof::{JointStrength, Six};
+use super::def::{JointKind, JointStrength, Spring};
+use super::sixdof::Six;
 use crate::base::id::JointId;
 use crate::base::math::{Vec3, vec3};
 use crate::base::slot_map::SlotMap;

@@ -5,6 +5,7 @@ pub(crate) mod options;
 pub(crate) mod method;
 pub(crate) mod check;
 pub(crate) mod def;
+pub(crate) mod joint_def;
 pub(crate) mod sixdof;
 pub(crate) mod material;
 pub(crate) mod events;

@@ -361,27 +361,6 @@ impl SixDof {
     }
 }
 
-/// What a joint can bear. It breaks at the end of a step in which it had to hold more in some substep of a joint of six
-/// axes, or in the last one of another kind: it is removed, and [`crate::Events::joint_break`] tells of it.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct JointStrength {
-    /// Greatest force [N]; above 0; may be infinite.
-    pub force: f32,
-    /// Greatest torque of a joint of six axes [N m]; above 0; may be infinite.
-    pub torque: f32,
-}
-
-impl JointStrength {
-    pub(crate) fn validate(&self) -> Result<(), DefError> {
-        for (name, value) in [("strength.force", self.force), ("strength.torque", self.torque)] {
-            if value != f32::INFINITY {
-                above_zero(name, value)?;
-            }
-        }
-        Ok(())
-    }
-}
-
 const FREE: &str = "a free swing, as there is a cone";
 const SAME: &str = "the same law, as there is a cone";
 
