@@ -58,8 +58,10 @@ fn clippy() -> Outcome {
 }
 
 /// Units and frames that stand alone in brackets, as `[m]`; rustdoc takes them for links.
-const UNITS: [&str; 15] =
-    ["m", "m²", "m³", "s", "ms", "kg", "N", "J", "W", "Pa", "rad", "Hz", "world", "body", "local"];
+const UNITS: [&str; 16] = [
+    "m", "m²", "m³", "s", "ms", "kg", "N", "J", "W", "Pa", "rad", "Hz", "px", "world", "body",
+    "local",
+];
 
 /// Libraries only: the command's binary has the engine's name, and the two pages would collide.
 fn doc() -> Outcome {
