@@ -579,15 +579,6 @@ mod tests {
             "--simd x",
             "--bake x.obj",
             "--seconds 1 --steps 1",
-            "--render x.jpg",
-            "--render x",
-            "--render x.png --size 0x1",
-            "--render x.png --size 10",
-            "--render x.png --size 99999x1",
-            "--render x.png --camera behind",
-            "--render x.gif --fps 0",
-            "--size 10x10",
-            "--camera front",
             "--snapshot x",
         ] {
             let line = format!("drystone simulate hello {bad}");
@@ -606,5 +597,25 @@ mod tests {
             panic!("another command");
         };
         assert_eq!(args.set[0], ("a".to_owned(), "b=c".to_owned()));
+    }
+
+    #[cfg(feature = "render")]
+    #[test]
+    fn pictures_that_cannot_be_are_refused() {
+        for bad in [
+            "--render x.jpg",
+            "--render x",
+            "--render x.png --size 0x1",
+            "--render x.png --size 10",
+            "--render x.png --size 99999x1",
+            "--render x.png --camera behind",
+            "--render x.gif --fps 0",
+            "--size 10x10",
+            "--camera front",
+        ] {
+            let line = format!("drystone simulate hello {bad}");
+            let result = Cli::try_parse_from(line.split(' '));
+            assert_eq!(result.unwrap_err().exit_code(), 2, "{bad}");
+        }
     }
 }

@@ -495,7 +495,7 @@ fn validate_prints_its_table_and_its_exit_status_is_the_verdict() {
     }
     for usage in [
         &["validate", "--only", "A999"][..],
-        &["validate", "--only", "A23"],
+        &["validate", "--only", "S5"],
         &["validate", "--set", "gravity=x"],
         &["validate", "--json", "--csv"],
         &["validate", "--sweep", "--csv"],

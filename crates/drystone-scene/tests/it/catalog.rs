@@ -126,19 +126,20 @@ fn parameters_change_the_scene() {
 fn every_parameter_takes_its_limits_and_refuses_what_is_beyond() {
     for entry in catalog() {
         for parameter in entry.parameters {
-            let (least, beyond) = match parameter.range {
+            let (least, beyond, below) = match parameter.range {
                 Range::Whole { default, min, max } => {
                     assert!((min..=max).contains(&default));
-                    (min.to_string(), (u64::from(max) + 1).to_string())
+                    (min.to_string(), (u64::from(max) + 1).to_string(), "-1".to_owned())
                 }
                 Range::Number { default, min, max } => {
                     assert!((min..=max).contains(&default));
-                    (min.to_string(), (max * 1.001).to_string())
+                    let below = min - 0.001 * min.abs() - 1.0;
+                    (min.to_string(), (max * 1.001).to_string(), below.to_string())
                 }
             };
             let spec = |value: &str| format!("{}:{}={value}", entry.name, parameter.name);
             named(&spec(&least)).unwrap();
-            for bad in [beyond.as_str(), "-1", "", "x", "NaN", "inf", "1e99"] {
+            for bad in [beyond.as_str(), below.as_str(), "", "x", "NaN", "inf", "1e99"] {
                 let error = named(&spec(bad)).unwrap_err();
                 assert!(matches!(error, CatalogError::BadValue { .. }), "{} {bad}", spec(bad));
                 let text = error.to_string();

@@ -7,6 +7,7 @@
 
 use super::context::StepContext;
 use super::finalize::{Note, fat_box, shape_box};
+use crate::base::aabb::Aabb;
 use crate::base::jobs::{Executor, collect_ranges, grain};
 use crate::base::math::Vec3;
 use crate::base::pose::Pose;
@@ -72,7 +73,20 @@ pub(crate) fn stop_fast_bodies(
     }
 }
 
-/// The part of its way after which the body is to stop at a fixed shape.
+/// What is swept: a body, or a part of one.
+struct Swept<'a> {
+    body: &'a Body,
+    shapes: &'a [u32],
+    /// Where its middle is [m, frame of the center of mass].
+    middle: Vec3,
+    /// Greatest and least distance from the middle to its surface [m].
+    extent: f32,
+    inner: f32,
+}
+
+/// The part of its way after which the body is to stop at a fixed shape. One whose center of mass is outside
+/// of itself, as a ring's, is swept shape by shape: what its center meets says nothing, and a ring would
+/// hang on the top of the peg that goes through it.
 fn first_stop(
     body: &Body,
     row: u32,
@@ -82,13 +96,58 @@ fn first_stop(
     shapes: &Shapes,
     bounds: &Bounds,
 ) -> Option<f32> {
+    let (extent, inner) = (body.extent, body.inner);
+    if !is_hollow(body, shapes) {
+        let whole = Swept { body, shapes: &body.shapes, middle: Vec3::ZERO, extent, inner };
+        return first_stop_of(&whole, row, (from, stood), delta, bodies, shapes, bounds);
+    }
+    let mut first: Option<f32> = None;
+    for shape in &body.shapes {
+        let s = shapes.at(*shape);
+        let (middle, extent) = s.solid.ball();
+        let middle = s.centered.point(middle);
+        let begin = from + stood.rotate(middle);
+        let way = body.center + body.rotation.rotate(middle) - begin;
+        let part = Swept { body, shapes: core::slice::from_ref(shape), middle, extent, inner };
+        let stop = first_stop_of(&part, row, (begin, stood), way, bodies, shapes, bounds);
+        first = match (first, stop) {
+            (Some(a), Some(b)) => Some(a.min(b)),
+            (a, b) => a.or(b),
+        };
+    }
+    first
+}
+
+/// True if none of a body's shapes reaches around its center of mass.
+fn is_hollow(body: &Body, shapes: &Shapes) -> bool {
+    let center = Aabb::new(Vec3::ZERO, Vec3::ZERO);
+    let reaches = |shape: &u32| {
+        let s = shapes.at(*shape);
+        s.solid.aabb(&s.centered).contains(&center)
+    };
+    body.shapes.len() > 1 && !body.shapes.iter().any(reaches)
+}
+
+fn first_stop_of(
+    swept: &Swept<'_>,
+    row: u32,
+    (from, stood): (Vec3, Quat),
+    delta: Vec3,
+    bodies: &Bodies,
+    shapes: &Shapes,
+    bounds: &Bounds,
+) -> Option<f32> {
+    if delta == Vec3::ZERO {
+        return None;
+    }
     let meets = |other: &ShapeRow| {
-        body.shapes
+        swept
+            .shapes
             .iter()
             .map(|s| shapes.at(*s))
             .any(|s| !s.sensor && s.filter.collides_with(other.filter))
     };
-    let ahead = AHEAD * body.extent / delta.length();
+    let ahead = AHEAD * swept.extent / delta.length();
     let mut first = None;
     bounds.fixed.ray(from, delta, 1.0 + ahead, |item| {
         // What is farther than that behind the first stop stops the body no earlier.
@@ -101,7 +160,7 @@ fn first_stop(
         let (o, d) = (pose.local_point(from), pose.local_direction(delta));
         if let Some(hit) = cast::ray(&shape.solid, o, d, limit)
             && let Some(stop) =
-                stop_at(body, stood, delta, (hit.fraction, pose.direction(hit.normal)), shapes)
+                stop_at(swept, stood, delta, (hit.fraction, pose.direction(hit.normal)), shapes)
         {
             first = Some(first.unwrap_or(1.0_f32).min(stop.max(hit.fraction - ahead)));
         }
@@ -110,48 +169,50 @@ fn first_stop(
     first
 }
 
-/// Where a body stops whose center's ray meets a surface: with its own surface about at that of the
+/// Where a body stops whose middle's ray meets a surface: with its own surface about at that of the
 /// shape, and the next step's contacts do the rest. A body stopped deeper could be knocked on by another
 /// until its center is inside a thin wall, and a leg of it that came through would be pushed out on
 /// the other side.
 fn stop_at(
-    body: &Body,
+    swept: &Swept<'_>,
     stood: Quat,
     delta: Vec3,
     (fraction, normal): (f32, Vec3),
     shapes: &Shapes,
 ) -> Option<f32> {
     let closing = -normal.dot(delta);
-    if fraction > 1.0 && (fraction - 1.0) * closing > body.extent - body.inner {
+    if fraction > 1.0 && (fraction - 1.0) * closing > swept.extent - swept.inner {
         // It ends higher than it can reach.
         return None;
     }
-    if closing > 0.0 && fraction * closing >= reach_against(body, stood, normal, shapes) {
+    if closing > 0.0 && fraction * closing >= reach_against(swept, stood, normal, shapes) {
         // It was clear of the surface when the step began.
-        let reach = reach_against(body, body.rotation, normal, shapes);
+        let reach = reach_against(swept, swept.body.rotation, normal, shapes);
         let height = (fraction - 1.0) * closing;
         // To less than that a contact answers, by the energy it has at the surface; to be taken back is
         // to be lifted.
-        let deep = height < reach - body.inner;
-        return deep.then(|| fraction - (reach - 0.05 * body.inner) / closing);
+        let deep = height < reach - swept.inner;
+        return deep.then(|| fraction - (reach - 0.05 * swept.inner) / closing);
     }
     // It was near, and had contacts: those hold it, unless its center is to pass.
-    (fraction <= 1.0).then(|| fraction - 0.95 * body.inner / delta.length())
+    (fraction <= 1.0).then(|| fraction - 0.95 * swept.inner / delta.length())
 }
 
-/// How far the body's shapes stand out from its center against a direction [m].
-fn reach_against(body: &Body, rotation: Quat, normal: Vec3, shapes: &Shapes) -> f32 {
+/// How far what is swept stands out from its middle against a direction [m].
+fn reach_against(swept: &Swept<'_>, rotation: Quat, normal: Vec3, shapes: &Shapes) -> f32 {
     let rotation = Quat::from_arc(normal, Vec3::X) * rotation;
     let turned = Pose { position: Vec3::ZERO, rotation };
+    let middle = turned.direction(swept.middle).x;
     let mut reach = 0.0_f32;
-    for row in &body.shapes {
+    for row in swept.shapes {
         let shape = shapes.at(*row);
         // A body of many shapes reaches by one.
         let (center, radius) = shape.solid.ball();
-        let ball = 1.001 * radius - turned.direction(shape.centered.point(center)).x;
+        let ball = middle + 1.001 * radius - turned.direction(shape.centered.point(center)).x;
         if !shape.sensor && ball > reach {
-            reach = reach.max(-shape.solid.aabb(&turned.compose(&shape.centered)).min.x);
+            let low = shape.solid.aabb(&turned.compose(&shape.centered)).min.x;
+            reach = reach.max(middle - low);
         }
     }
-    reach.min(body.extent)
+    reach.min(swept.extent)
 }

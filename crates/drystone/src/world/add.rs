@@ -74,7 +74,6 @@ impl World {
         for shape in def.shapes {
             self.insert_shape(row, shape);
         }
-        self.rate_hollow(row);
         match def.kind {
             BodyKind::Static => {}
             BodyKind::Kinematic => {

@@ -1,7 +1,6 @@
 //! Mass properties of bodies: when they are made, and when their shapes come and go.
 
 use super::World;
-use crate::base::aabb::Aabb;
 use crate::base::math::{Vec3, vec3};
 use crate::base::pose::Pose;
 use crate::base::quat::Quat;
@@ -129,22 +128,5 @@ impl World {
         }
         let body = tables.bodies.at_mut(row);
         (body.extent, body.inner) = (extent, inner);
-        self.rate_hollow(row);
-    }
-
-    /// What has its center of mass clearly outside of itself, as a ring, counts as thick: the center's way says
-    /// nothing about what it meets, and swept by it a ring would hang on the peg that goes through it while
-    /// its velocity grows.
-    pub(super) fn rate_hollow(&mut self, row: u32) {
-        let tables = &mut self.tables;
-        let center = Aabb::new(Vec3::ZERO, Vec3::ZERO);
-        let reaches = |shape: &u32| {
-            let s = tables.shapes.at(*shape);
-            s.solid.aabb(&s.centered).contains(&center)
-        };
-        let hollow = !tables.bodies.at(row).shapes.iter().any(reaches);
-        if hollow {
-            tables.bodies.at_mut(row).inner = f32::INFINITY;
-        }
     }
 }
