@@ -302,7 +302,7 @@ fn a_window_is_driven_by_mouse_and_keys_on_a_display_in_memory() {
         let sky = sky(w);
         sky[2] > sky[0] && sky[0] > 80.0
     });
-    assert_eq!(w.title(), "stack:n=1 - soft-step - drystone");
+    w.wait("the title is another", |w| w.title() == "stack:n=1 - soft-step - drystone");
 
     // Take hold of the cube, in the middle of the picture: a line shows where it is pulled.
     let line = [255, 176, 0];

@@ -137,6 +137,7 @@ impl Stage {
     }
 
     /// Draws; returns when to draw again even if nothing happens.
+    #[expect(clippy::iter_over_hash_type, reason = "textures do not depend on each other")]
     pub(super) fn draw(
         &mut self,
         send: &mut dyn FnMut(Command),
@@ -153,7 +154,14 @@ impl Stage {
         let wait = output.viewport_output.get(&ViewportId::ROOT).map(|v| v.repaint_delay);
         let scale = output.pixels_per_point;
         let shapes = context.tessellate(output.shapes, scale);
-        self.present(&shapes, &output.textures_delta, scale)?;
+        let mut textures = output.textures_delta;
+        let presented = self.present(&shapes, &textures, scale);
+        for id in &textures.free {
+            self.painter.free_texture(id);
+        }
+        // What is dropped with something in it counts as forgotten.
+        textures.clear();
+        presented?;
         Ok(wait.and_then(|wait| Instant::now().checked_add(wait)))
     }
 
@@ -211,9 +219,6 @@ impl Stage {
         queue.submit(commands);
         self.window.pre_present_notify();
         queue.present(surface);
-        for id in &textures.free {
-            self.painter.free_texture(id);
-        }
         self.renderer.check()
     }
 }
