@@ -85,9 +85,7 @@ fn file(path: &Path, source: &Source, gravity: Option<Vec3>) -> Result<Loaded, F
         Ok(metadata) => metadata,
     };
     if metadata.is_dir() {
-        return Err(Failure::failed(format_args!(
-            "{shown}: is a directory, allowed is {ALLOWED}"
-        )));
+        return Err(Failure::failed(format_args!("{shown}: is a directory, allowed is {ALLOWED}")));
     }
     if !has_extension(path, &FILES) {
         return Err(Failure::failed(format_args!(

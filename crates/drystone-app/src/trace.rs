@@ -28,12 +28,7 @@ impl Trace {
     }
 
     /// Adds the state after step `step`, at `time` [s].
-    pub(crate) fn add(
-        &mut self,
-        step: u64,
-        time: f64,
-        running: &Running,
-    ) -> Result<(), Failure> {
+    pub(crate) fn add(&mut self, step: u64, time: f64, running: &Running) -> Result<(), Failure> {
         let Running { world, bodies, names, frames, .. } = running;
         if !step.is_multiple_of(self.every) {
             return Ok(());
@@ -54,7 +49,9 @@ impl Trace {
             self.output.write(&self.row)?;
         }
         for frame in frames {
-            let Some(body) = bodies.get(frame.body).and_then(|id| world.body(*id)) else { continue };
+            let Some(body) = bodies.get(frame.body).and_then(|id| world.body(*id)) else {
+                continue;
+            };
             let on = Pose { position: body.position(), rotation: body.rotation() };
             let SceneFrame { name, pose, center, .. } = frame;
             let (v, w) = (body.linear_velocity(), body.angular_velocity());

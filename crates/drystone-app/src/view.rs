@@ -51,7 +51,8 @@ pub(crate) fn view(args: &View) -> Outcome {
         let file = drystone_scene::named(scene).is_err();
         let auto_colliders = again.source.auto_colliders.filter(|_| file);
         let robot = has_extension(Path::new(scene), &["urdf"]);
-        let (base, ground) = if robot { (again.source.base, again.source.ground) } else { (None, None) };
+        let (base, ground) =
+            if robot { (again.source.base, again.source.ground) } else { (None, None) };
         let source = Source { scene: scene.to_owned(), auto_colliders, base, ground };
         open(&again, &source, &executor).map_err(|e| e.to_string())
     });

@@ -34,18 +34,15 @@ fn binary(bytes: &[u8]) -> Option<Vec<Vec3>> {
     for record in records.chunks_exact(50) {
         for corner in 1..4 {
             let at = 12 * corner;
-            points.push(vec3(
-                number(record, at),
-                number(record, at + 4),
-                number(record, at + 8),
-            ));
+            points.push(vec3(number(record, at), number(record, at + 4), number(record, at + 8)));
         }
     }
     Some(points)
 }
 
 fn ascii(bytes: &[u8]) -> Result<Vec<Vec3>, String> {
-    let text = core::str::from_utf8(bytes).map_err(|_| "it is neither text nor whole".to_owned())?;
+    let text =
+        core::str::from_utf8(bytes).map_err(|_| "it is neither text nor whole".to_owned())?;
     if !text.trim_start().starts_with("solid") {
         return Err("it is not an STL file".to_owned());
     }

@@ -3,7 +3,9 @@
 use std::collections::BTreeSet;
 use std::path::Path;
 
-use drystone::{BodyDef, BodyKind, JointKind, MassDef, MassProperties, Pose, Quat, ShapeDef, SixDof};
+use drystone::{
+    BodyDef, BodyKind, JointKind, MassDef, MassProperties, Pose, Quat, ShapeDef, SixDof,
+};
 
 use super::compose::stages;
 use super::{Hold, Link, Weight};
@@ -85,7 +87,7 @@ struct Group {
 
 /// Adds bodies, joints and frames for the links, which stand behind their parents.
 pub(crate) fn assemble(
-    links: &[Link],
+    links: &[Link<'_>],
     anchored: Anchored,
     scene: &mut Scene,
 ) -> Result<Assembled, SceneError> {
@@ -110,10 +112,8 @@ pub(crate) fn assemble(
     }
     let mut names = Names::default();
     let mut body_of = vec![0; groups.len()];
-    let mut out = Assembled {
-        place: vec![(0, Pose::IDENTITY); links.len()],
-        joint: vec![None; links.len()],
-    };
+    let mut out =
+        Assembled { place: vec![(0, Pose::IDENTITY); links.len()], joint: vec![None; links.len()] };
     for (g, group) in groups.iter().enumerate() {
         let link = &links[group.head];
         let mut def = body(links, group, &mut scene.notes)?;
@@ -167,7 +167,7 @@ impl Names {
 
 /// What a body and its joints are added with.
 struct Chain<'a> {
-    links: &'a [Link],
+    links: &'a [Link<'a>],
     out: &'a mut Assembled,
     anchored: Anchored,
     world: &'a [Pose],
@@ -257,15 +257,14 @@ fn share(def: &mut BodyDef) -> Result<BodyDef, SceneError> {
     };
     let mut part = def.clone();
     part.shapes.clear();
-    part.mass =
-        MassDef::Exact { mass: mass * SHARE, center, inertia: inertia.scaled(SHARE) };
+    part.mass = MassDef::Exact { mass: mass * SHARE, center, inertia: inertia.scaled(SHARE) };
     let rest = 1.0 - SHARE;
     def.mass = MassDef::Exact { mass: mass * rest, center, inertia: inertia.scaled(rest) };
     Ok(part)
 }
 
 /// The body of a group, without its place.
-fn body(links: &[Link], group: &Group, notes: &mut Vec<String>) -> Result<BodyDef, SceneError> {
+fn body(links: &[Link<'_>], group: &Group, notes: &mut Vec<String>) -> Result<BodyDef, SceneError> {
     let link = &links[group.head];
     let kind = match link.hold {
         Hold::World | Hold::Fast => BodyKind::Static,
@@ -280,19 +279,20 @@ fn body(links: &[Link], group: &Group, notes: &mut Vec<String>) -> Result<BodyDe
             let pose = normalized(on.compose(&s.pose));
             ShapeDef { pose, ..s.clone() }
         }));
-        parts.push((on, match member.weight {
-            Weight::Given(mass) => mass,
-            Weight::FromShapes => of_shapes(&member.shapes),
-            Weight::Unsaid => MassProperties::default(),
-        }));
+        parts.push((
+            on,
+            match member.weight {
+                Weight::Given(mass) => mass,
+                Weight::FromShapes => of_shapes(&member.shapes),
+                Weight::Unsaid => MassProperties::default(),
+            },
+        ));
     }
     let mut def = BodyDef { kind, shapes, gravity_scale: link.gravity_scale, ..BodyDef::dynamic() };
     if kind != BodyKind::Dynamic {
         return Ok(def);
     }
-    let fail = |problem: String, allowed: &str| {
-        Err(SceneError::new(Path::new(""), &link.place, problem, allowed))
-    };
+    let fail = |problem: String, allowed: &str| Err(link.element.error(problem, allowed));
     let own = of_shapes(&def.shapes);
     let mut whole = MassProperties::combine(&parts);
     let is_unsaid = group.members.iter().all(|(i, _)| links[*i].weight == Weight::Unsaid);
@@ -329,7 +329,7 @@ fn body(links: &[Link], group: &Group, notes: &mut Vec<String>) -> Result<BodyDe
     def.mass = MassDef::Exact { mass, center, inertia };
     def.validate().map_err(|e| {
         let problem = format!("{} of its body is {}", e.field(), e.value());
-        SceneError::new(Path::new(""), &link.place, problem, e.allowed())
+        link.element.error(problem, e.allowed())
     })?;
     Ok(def)
 }

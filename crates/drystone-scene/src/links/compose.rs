@@ -6,7 +6,9 @@
 
 use core::f32::consts::PI;
 
-use drystone::{JointAxis, JointDrive, JointKind, JointMotion, JointSpring, Mat3, Quat, SixDof, Vec3};
+use drystone::{
+    JointAxis, JointDrive, JointKind, JointMotion, JointSpring, Mat3, Quat, SixDof, Vec3,
+};
 
 use super::{Dof, Way};
 

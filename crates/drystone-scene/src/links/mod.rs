@@ -10,15 +10,17 @@ mod mesh;
 
 use drystone::{JointDrive, JointSpring, MassProperties, Pose, ShapeDef, Vec3};
 
+use crate::xml::Element;
+
 pub(crate) use self::assemble::{Anchored, Assembled, assemble};
 pub(crate) use self::mesh::{hull_of_file, hull_of_points};
 
 /// A link.
 #[derive(Clone, Debug)]
-pub(crate) struct Link {
+pub(crate) struct Link<'a> {
     pub(crate) name: String,
     /// Where the file speaks of it.
-    pub(crate) place: String,
+    pub(crate) element: Element<'a>,
     /// Number of the link it hangs on, which is a lower one; `None` for the first.
     pub(crate) parent: Option<usize>,
     /// Where it is with its joints at rest [frame of the parent, or world].

@@ -25,7 +25,11 @@ pub(super) struct Defaults<'a> {
 
 impl<'a> Defaults<'a> {
     /// Adds a `<default>` of the model and the classes in it.
-    pub(super) fn add(&mut self, section: &Element<'a>, model: &Model<'a>) -> Result<(), SceneError> {
+    pub(super) fn add(
+        &mut self,
+        section: &Element<'a>,
+        model: &Model<'a>,
+    ) -> Result<(), SceneError> {
         let mut stack = vec![(*section, None)];
         while let Some((element, parent)) = stack.pop() {
             let known = if parent.is_none() && !self.classes.is_empty() { Some(0) } else { None };
@@ -135,7 +139,10 @@ impl<'a> View<'a> {
         Ok(self.source(name).at_least_zero(name)?.unwrap_or(0.0))
     }
 
-    pub(super) fn numbers<const N: usize>(&self, name: &str) -> Result<Option<[f32; N]>, SceneError> {
+    pub(super) fn numbers<const N: usize>(
+        &self,
+        name: &str,
+    ) -> Result<Option<[f32; N]>, SceneError> {
         self.source(name).numbers(name)
     }
 

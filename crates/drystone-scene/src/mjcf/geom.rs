@@ -2,7 +2,9 @@
 
 use core::f32::consts::{FRAC_PI_2, PI};
 
-use drystone::{Combine, Filter, MassProperties, Material, Pose, Quat, Shape, ShapeDef, Vec3, trig, vec3};
+use drystone::{
+    Combine, Filter, MassProperties, Material, Pose, Quat, Shape, ShapeDef, Vec3, trig, vec3,
+};
 
 use super::defaults::View;
 use super::model::Model;
@@ -47,14 +49,17 @@ pub(super) fn read<'a>(view: &View<'a>, model: &Model<'a>) -> Result<Geom, Scene
             };
             let upright = matches!(shape, Shape::Capsule { .. } | Shape::Cylinder { .. });
             // Along z there, along y here.
-            let turn = if upright { Quat::from_axis_angle(Vec3::X, FRAC_PI_2) } else { Quat::IDENTITY };
+            let turn =
+                if upright { Quat::from_axis_angle(Vec3::X, FRAC_PI_2) } else { Quat::IDENTITY };
             (shape, Pose::new(pose.position, (pose.rotation * turn).normalized()))
         }
         "mesh" => match mesh(view, model)? {
             Ok(hull) => (hull, model.pose(view)?),
             Err(why) => return Ok(Geom::left_out(why)),
         },
-        "hfield" | "sdf" => return Ok(Geom::left_out(format!("geoms of type {kind} are not read"))),
+        "hfield" | "sdf" => {
+            return Ok(Geom::left_out(format!("geoms of type {kind} are not read")));
+        }
         _ => {
             let allowed = "plane, sphere, capsule, cylinder, box, ellipsoid or mesh";
             return Err(view.wrong("type", allowed));
@@ -96,11 +101,7 @@ fn bits(view: &View<'_>, name: &str) -> Result<u32, SceneError> {
 }
 
 /// Half sizes along x, y and z, and the place; of what is round, x is the radius and z half the straight part.
-fn extents<'a>(
-    view: &View<'a>,
-    model: &Model<'a>,
-    kind: &str,
-) -> Result<(Vec3, Pose), SceneError> {
+fn extents<'a>(view: &View<'a>, model: &Model<'a>, kind: &str) -> Result<(Vec3, Pose), SceneError> {
     let sizes = view.list("size", 3)?;
     let along = if kind == "sphere" { None } else { view.numbers::<6>("fromto")? };
     let needed = match (kind, along.is_some()) {
@@ -111,10 +112,9 @@ fn extents<'a>(
     if sizes.len() < needed || sizes[..needed].iter().any(|s| *s <= 0.0) {
         let allowed = format!("{needed} numbers above 0 for a {kind}");
         let source = view.source("size");
-        let problem = source.get("size").map_or_else(
-            || "size is missing".to_owned(),
-            |size| format!("size=\"{size}\""),
-        );
+        let problem = source
+            .get("size")
+            .map_or_else(|| "size is missing".to_owned(), |size| format!("size=\"{size}\""));
         return Err(source.error(problem, &allowed));
     }
     let at = |i: usize| sizes.get(i).copied().unwrap_or(sizes[0]);
@@ -194,8 +194,7 @@ fn surface(view: &View<'_>) -> Result<Material, SceneError> {
 /// its damping ratio. Two positive numbers are a time and that ratio, two others stiffness and damping per mass.
 fn restitution(solref: &[f32]) -> f32 {
     let [first, second] = solref else { return 0.0 };
-    let ratio =
-        if *first > 0.0 { *second } else { -second / (2.0 * (-first).max(1.0e-30).sqrt()) };
+    let ratio = if *first > 0.0 { *second } else { -second / (2.0 * (-first).max(1.0e-30).sqrt()) };
     if !(ratio < 1.0) {
         return 0.0;
     }

@@ -65,7 +65,10 @@ pub(super) fn read<'a>(
 }
 
 /// What `<inertial>` says [frame of the body].
-pub(super) fn inertial<'a>(view: &View<'a>, model: &Model<'a>) -> Result<MassProperties, SceneError> {
+pub(super) fn inertial<'a>(
+    view: &View<'a>,
+    model: &Model<'a>,
+) -> Result<MassProperties, SceneError> {
     let element = view.element();
     let at = model.pose(view)?;
     element.need("mass")?;

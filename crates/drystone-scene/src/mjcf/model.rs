@@ -30,10 +30,12 @@ impl Files {
         let mut next = 0;
         while next < texts.len() {
             let (name, text) = texts[next].clone();
-            let document = xml::parse(&text).map_err(|e| {
-                if name.is_empty() { e } else { e.in_place(&name) }
-            })?;
-            for node in document.descendants().filter(|n| ["include", "model"].contains(&n.tag_name().name())) {
+            let document = xml::parse(&text)
+                .map_err(|e| if name.is_empty() { e } else { e.in_place(&name) })?;
+            for node in document
+                .descendants()
+                .filter(|n| ["include", "model"].contains(&n.tag_name().name()))
+            {
                 let Some(file) = node.attribute("file") else { continue };
                 if texts.iter().any(|(known, _)| known == file) {
                     continue;
@@ -44,7 +46,11 @@ impl Files {
                     SceneError::new(Path::new(""), place.trim(), problem, allowed)
                 };
                 let path = Path::new(file);
-                if file.is_empty() || path.is_absolute() || file.contains("://") || file.contains('\0') {
+                if file.is_empty()
+                    || path.is_absolute()
+                    || file.contains("://")
+                    || file.contains('\0')
+                {
                     return Err(fail(format!("file=\"{file}\""), "a path relative to the file"));
                 }
                 if texts.len() >= MAX_FILES {
@@ -114,6 +120,7 @@ pub(super) struct Settings<'a> {
 /// A file as a model.
 pub(super) struct Model<'a> {
     pub(super) name: &'a str,
+    pub(super) root: Element<'a>,
     /// The outermost elements, those of included files among them.
     sections: Vec<Element<'a>>,
     files: BTreeMap<&'a str, Element<'a>>,
@@ -136,6 +143,7 @@ impl<'a> Model<'a> {
     ) -> Result<Self, SceneError> {
         let mut model = Self {
             name: root.get("model").unwrap_or("scene"),
+            root,
             sections: Vec::new(),
             files: files.clone(),
             defaults: Defaults::default(),
@@ -164,7 +172,9 @@ impl<'a> Model<'a> {
             for asset in model.children(&assets)? {
                 let file = asset.get("file");
                 let stem = |f: &'a str| Path::new(f).file_stem().and_then(|s| s.to_str());
-                let Some(name) = asset.get("name").or_else(|| file.and_then(stem)) else { continue };
+                let Some(name) = asset.get("name").or_else(|| file.and_then(stem)) else {
+                    continue;
+                };
                 match asset.tag() {
                     "mesh" => drop(model.meshes.insert(name, asset)),
                     "model" => {
@@ -269,7 +279,8 @@ impl<'a> Model<'a> {
     }
 
     fn rotation(&self, view: &View<'a>) -> Result<Quat, SceneError> {
-        let Some((name, at)) = view.first(&["quat", "axisangle", "xyaxes", "zaxis", "euler"]) else {
+        let Some((name, at)) = view.first(&["quat", "axisangle", "xyaxes", "zaxis", "euler"])
+        else {
             return Ok(Quat::IDENTITY);
         };
         let zero = || at.wrong(name, "a direction that is not zero");

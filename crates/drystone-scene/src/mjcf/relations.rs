@@ -161,7 +161,9 @@ impl<'a> Relations<'_, 'a> {
         let moves = |i: usize| scene.bodies[i].def.kind == BodyKind::Dynamic;
         let [(body_a, anchor_a, turn_a), (body_b, anchor_b, turn_b)] = ends;
         if body_a == body_b || !(moves(body_a) || moves(body_b)) {
-            scene.notes.push("a constraint within one body, or of bodies at rest: left out".to_owned());
+            scene
+                .notes
+                .push("a constraint within one body, or of bodies at rest: left out".to_owned());
             return;
         }
         let kind = match kind {
@@ -188,9 +190,8 @@ impl<'a> Relations<'_, 'a> {
         let element = *view.element();
         let model = &self.walk.models[self.instance.model];
         let path = model.children(&element)?;
-        let is_straight = element.tag() == "spatial"
-            && path.len() == 2
-            && path.iter().all(|e| e.tag() == "site");
+        let is_straight =
+            element.tag() == "spatial" && path.len() == 2 && path.iter().all(|e| e.tag() == "site");
         if !is_straight || !view.is_limited(model.settings.autolimits)? {
             self.ignore("tendons that are no string between two sites: not read");
             return Ok(());

@@ -68,7 +68,7 @@ enum Task<'a> {
 pub(super) struct Walk<'a> {
     pub(super) models: &'a [Model<'a>],
     pub(super) option: Options,
-    pub(super) links: Vec<Link>,
+    pub(super) links: Vec<Link<'a>>,
     pub(super) instances: Vec<Instance>,
     pub(super) notes: Vec<String>,
     /// Things of a kind that are left out, counted.
@@ -81,7 +81,7 @@ impl<'a> Walk<'a> {
     pub(super) fn new(models: &'a [Model<'a>], option: Options) -> Self {
         let world = Link {
             name: "world".to_owned(),
-            place: "<worldbody>".to_owned(),
+            element: models[0].root,
             parent: None,
             pose: Pose::IDENTITY,
             hold: Hold::World,
@@ -276,11 +276,10 @@ impl<'a> Walk<'a> {
         };
         let raw = element.get("name").unwrap_or_default();
         let name = if raw.is_empty() { String::new() } else { here.name(raw) };
-        let place = element.place();
         let number = self.links.len();
         self.links.push(Link {
             name,
-            place,
+            element,
             parent: Some(here.link),
             pose: here.pose.compose(&own),
             hold,

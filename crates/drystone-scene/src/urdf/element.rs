@@ -140,8 +140,7 @@ pub(super) fn collision(element: &Element<'_>, folder: &Path) -> Result<Found, S
         // Along z there, along y here.
         at.rotation = at.rotation * Quat::from_axis_angle(Vec3::X, core::f32::consts::FRAC_PI_2);
     }
-    made.validate()
-        .map_err(|e| shape.error(format!("{} is {}", e.field, e.value), e.allowed))?;
+    made.validate().map_err(|e| shape.error(format!("{} is {}", e.field, e.value), e.allowed))?;
     Ok(Ok((ShapeDef::new(made).with_pose(at), note)))
 }
 

@@ -102,14 +102,18 @@ impl Reader {
     }
 
     /// The links from the first one on, each behind its parent.
-    fn tree(&mut self, robot: &Element<'_>, options: &Options) -> Result<Vec<Link>, SceneError> {
+    fn tree<'a>(
+        &mut self,
+        robot: &Element<'a>,
+        options: &Options,
+    ) -> Result<Vec<Link<'a>>, SceneError> {
         for element in robot.children() {
             match element.tag() {
                 "link" | "joint" | "material" => {}
                 other => self.ignore(&format!("<{other}>: not read")),
             }
         }
-        let elements: Vec<Element<'_>> = robot.all("link").collect();
+        let elements: Vec<Element<'a>> = robot.all("link").collect();
         let mut number: BTreeMap<&str, usize> = BTreeMap::new();
         for (i, link) in elements.iter().enumerate() {
             if number.insert(link.need("name")?, i).is_some() {
@@ -146,12 +150,11 @@ impl Reader {
             [] => return Err(robot.error("its joints form a loop, no link is the first", allowed)),
             [a, b, ..] => {
                 let name = |i: usize| elements[i].get("name").unwrap_or_default();
-                let problem =
-                    format!("no joint is above '{}', nor above '{}'", name(a), name(b));
+                let problem = format!("no joint is above '{}', nor above '{}'", name(a), name(b));
                 return Err(elements[b].error(problem, allowed));
             }
         };
-        let mut links: Vec<Link> = Vec::with_capacity(elements.len());
+        let mut links: Vec<Link<'a>> = Vec::with_capacity(elements.len());
         let mut place: Vec<Option<usize>> = vec![None; elements.len()];
         let mut stack = vec![root];
         while let Some(i) = stack.pop() {
@@ -174,7 +177,7 @@ impl Reader {
     }
 
     /// What holds the first link, which moves if it is free.
-    fn base(&mut self, links: &[Link], base: Base) -> Hold {
+    fn base(&mut self, links: &[Link<'_>], base: Base) -> Hold {
         let mut is_base = vec![true; links.len()];
         let mut moving = 0;
         for (i, link) in links.iter().enumerate().skip(1) {
@@ -197,13 +200,14 @@ impl Reader {
         if base == Base::Auto {
             let (state, other) =
                 if is_fixed { ("fixed to the world", "floating") } else { ("free", "fixed") };
-            self.notes
-                .push(format!("base '{name}': {state}, because {why}; --base {other} says otherwise"));
+            self.notes.push(format!(
+                "base '{name}': {state}, because {why}; --base {other} says otherwise"
+            ));
         }
         if is_fixed { Hold::World } else { Hold::Free }
     }
 
-    fn link(&mut self, element: &Element<'_>) -> Result<Link, SceneError> {
+    fn link<'a>(&mut self, element: &Element<'a>) -> Result<Link<'a>, SceneError> {
         let name = element.need("name")?.to_owned();
         let weight = match element.child("inertial") {
             Some(inertial) => Weight::Given(element::inertial(&inertial)?),
@@ -230,7 +234,7 @@ impl Reader {
         }
         Ok(Link {
             name,
-            place: element.place(),
+            element: *element,
             parent: None,
             pose: Pose::IDENTITY,
             hold: Hold::Fast,
@@ -251,7 +255,10 @@ impl Reader {
         for child in element.children() {
             let known = ["origin", "parent", "child", "axis", "limit", "dynamics"];
             if child.tag() == "mimic" && read.kind != JointType::Fixed {
-                self.notes.push(format!("joint {}: it does not follow another: mimic is not read", read.name));
+                self.notes.push(format!(
+                    "joint {}: it does not follow another: mimic is not read",
+                    read.name
+                ));
             } else if !known.contains(&child.tag()) {
                 self.ignore(&format!("<{}> of joints: not read", child.tag()));
             }

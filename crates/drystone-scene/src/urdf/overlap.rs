@@ -12,7 +12,7 @@ use crate::scene::Scene;
 const DEPTH: f32 = 1.0e-3;
 
 /// Keeps bodies from number `first` on from colliding where they overlap, with a note for each pair.
-pub(super) fn exclude(links: &[Link], assembled: &Assembled, first: usize, scene: &mut Scene) {
+pub(super) fn exclude(links: &[Link<'_>], assembled: &Assembled, first: usize, scene: &mut Scene) {
     let mut alone = scene.clone();
     alone.joints.clear();
     alone.config.gravity = drystone::Vec3::ZERO;
