@@ -495,7 +495,7 @@ fn validate_prints_its_table_and_its_exit_status_is_the_verdict() {
     }
     for usage in [
         &["validate", "--only", "A999"][..],
-        &["validate", "--only", "S5"],
+        &["validate", "--only", "A42b"],
         &["validate", "--set", "gravity=x"],
         &["validate", "--json", "--csv"],
         &["validate", "--sweep", "--csv"],
@@ -571,7 +571,7 @@ fn a_robot_runs_and_its_trace_names_every_link() {
     let report = json(&folder.join("r.json"));
     assert_eq!(report["bodies"]["dynamic"], 1);
     assert!(report["joint_error"]["max"].as_f64().unwrap() < 1.0e-3);
-    let ground = succeed(&folder, &["info", "arm.urdf", "--base", "floating", "--ground=-2"]);
+    let ground = succeed(&folder, &["info", "arm.urdf", "--base", "fixed", "--ground=-2"]);
     assert!(ground.contains("ground: static, 1 half-space"), "{ground}");
     assert!(
         succeed(&folder, &["bench", "--scene", "arm.urdf", "--steps", "10"]).contains("arm.urdf")

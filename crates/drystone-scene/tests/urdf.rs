@@ -1,5 +1,5 @@
 //! Robots in URDF: what they are read into, how they move, what is refused and how.
-#![expect(clippy::unwrap_used, clippy::panic, reason = "a test may fail anywhere")]
+#![expect(clippy::unwrap_used, reason = "a test may fail anywhere")]
 
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -69,10 +69,7 @@ pub(super) fn read<'a>(view: &View<'a>, model: &Model<'a>) -> Result<Geom, Scene
         view.element().error(format!("{} of the {kind} is {}", e.field, e.value), e.allowed)
     })?;
     let mut def = ShapeDef::new(shape).with_pose(pose).with_material(surface(view)?);
-    let density = match view.source("density").at_least_zero("density")? {
-        Some(density) => density,
-        None => 1000.0,
-    };
+    let density = view.source("density").at_least_zero("density")?.unwrap_or(1000.0);
     def.density = density;
     let volume = MassProperties::of(&def.shape, 1.0).mass;
     if let Some(solid) = solid

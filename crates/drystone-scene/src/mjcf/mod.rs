@@ -85,6 +85,7 @@ fn interpret(models: &[Model<'_>]) -> Result<Scene, SceneError> {
 
 /// What of `<option>` counts.
 #[derive(Clone, Copy, Debug)]
+#[expect(clippy::struct_excessive_bools, reason = "the flags of the format")]
 struct Options {
     gravity: Vec3,
     timestep: Option<f32>,

@@ -65,7 +65,7 @@ impl<'a> Relations<'_, 'a> {
 
     /// Counted once, not for each time a model is attached.
     fn ignore(&mut self, what: &str) {
-        if self.is_main || self.walk.ignored.get(what).is_none() {
+        if self.is_main || !self.walk.ignored.contains_key(what) {
             self.walk.ignore(what);
         }
     }
