@@ -576,8 +576,16 @@ fn a_robot_runs_and_its_trace_names_every_link() {
     assert!(
         succeed(&folder, &["bench", "--scene", "arm.urdf", "--steps", "10"]).contains("arm.urdf")
     );
-    let compared =
-        ["compare", "arm.urdf", "--methods", "soft-step,soft-step-relax", "--steps", "10"];
+    let compared = [
+        "compare",
+        "arm.urdf",
+        "--with",
+        "soft-step",
+        "--with",
+        "soft-step-relax",
+        "--steps",
+        "10",
+    ];
     assert!(succeed(&folder, &compared).contains("soft-step-relax"));
     succeed(&folder, &["simulate", "arm.urdf", "--steps", "10", "--bake", "arm.glb"]);
     for usage in ["info hello --ground", "info hello --base fixed", "info arm.urdf --base loose"] {
