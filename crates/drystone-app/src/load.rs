@@ -61,6 +61,7 @@ pub(crate) fn load(source: &Source, gravity: Option<Vec3>) -> Result<Loaded, Fai
                     source.scene
                 )));
             }
+            Ok(_) if source.base.is_some() || source.ground.is_some() => return Err(not_a_robot()),
             Ok(scene) => return Ok(Loaded::BuiltIn(Box::new(scene))),
             Err(e) if !path.exists() => {
                 return Err(Failure::failed(format_args!("{}: {e}", source.scene)));
@@ -103,7 +104,7 @@ fn file(path: &Path, source: &Source, gravity: Option<Vec3>) -> Result<Loaded, F
         return Ok(Loaded::Read(Box::new(scene)));
     }
     if source.base.is_some() || source.ground.is_some() {
-        return Err(Failure::usage("--base and --ground are for .urdf files"));
+        return Err(not_a_robot());
     }
     let options = gltf::Options {
         auto_colliders: auto_colliders.map(|kind| match kind {
@@ -118,6 +119,10 @@ fn file(path: &Path, source: &Source, gravity: Option<Vec3>) -> Result<Loaded, F
     Ok(Loaded::Gltf(Box::new(loaded)))
 }
 
+fn not_a_robot() -> Failure {
+    Failure::usage("--base and --ground are for .urdf files")
+}
+
 fn robot(path: &Path, source: &Source) -> Result<Scene, SceneError> {
     let base = match source.base {
         None | Some(Base::Auto) => urdf::Base::Auto,
@@ -130,7 +135,7 @@ fn robot(path: &Path, source: &Source) -> Result<Scene, SceneError> {
 /// A scene of MuJoCo, which says itself what its bodies stand on.
 fn described(path: &Path, source: &Source) -> Result<Result<Scene, SceneError>, Failure> {
     if source.base.is_some() || source.ground.is_some() {
-        return Err(Failure::usage("--base and --ground are for .urdf files"));
+        return Err(not_a_robot());
     }
     Ok(mjcf::load(path))
 }
