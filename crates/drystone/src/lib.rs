@@ -57,6 +57,7 @@ pub use query::{Query, RayHit};
 pub use state::config::{
     ContactConfig, InertiaConfig, JointConfig, PenaltyConfig, SleepConfig, WorldConfig,
 };
+pub use state::coupling::CouplingDef;
 pub use state::def::{
     AxisLocks, BodyDef, BodyKind, DefError, JointDef, JointKind, JointStrength, MassDef, ShapeDef,
     Spring,

@@ -380,6 +380,16 @@ static CATALOG: [Entry; 56] = [
         machines::vehicle,
     )
     .with(&[Parameter::number("speed", 8.0, (0.0, 30.0), "speed its motors hold [m/s]")]),
+    Entry::new(
+        "gears",
+        "A motor drives a row of gear wheels, the last of which lifts a rack",
+        machines::gears,
+    )
+    .with(&[
+        Parameter::whole("n", 5, (1, 500), "wheels"),
+        Parameter::number("speed", 2.0, (-20.0, 20.0), "speed of the first wheel [rad/s]"),
+        Parameter::number("load", 20.0, (0.1, 200.0), "mass of the rack [kg]"),
+    ]),
     Entry::new("ragdolls", "Limp people of 23 parts fall on a heap", machines::ragdolls)
         .with(&[Parameter::whole("n", 16, (1, 10_000), "people")]),
     Entry::new(

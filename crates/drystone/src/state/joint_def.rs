@@ -1,6 +1,7 @@
 //! What a user says of a joint, and how it is checked.
 
 use super::check::{above_zero, at_least_zero, position};
+use super::coupling::CouplingDef;
 use super::def::DefError;
 use super::sixdof::SixDof;
 use crate::base::id::BodyId;
@@ -25,6 +26,8 @@ pub enum JointKind {
     /// Each of six axes is free, locked, limited, sprung or driven. Its anchors are the origins of its
     /// frames.
     SixDof(SixDof),
+    /// A coordinate of one joint follows one of another; made by [`crate::World::add_coupling`] only.
+    Coupling(CouplingDef),
 }
 
 /// A damped spring.
@@ -127,6 +130,9 @@ impl JointDef {
         position("anchor_b", self.anchor_b)?;
         if self.body_a == self.body_b {
             return Err(DefError::new("body_b", "the same as body_a", "another body"));
+        }
+        if let JointKind::Coupling(_) = self.kind {
+            return Err(DefError::new("kind", "a coupling", "what World::add_coupling is given"));
         }
         if let JointKind::SixDof(six) = self.kind {
             six.validate()?;

@@ -2,6 +2,7 @@
 
 use super::bodies::Bodies;
 use super::colors::Place;
+use super::coupling::Coupling;
 use super::def::{JointKind, JointStrength, Spring};
 use super::sixdof::Six;
 use crate::base::id::JointId;
@@ -14,6 +15,7 @@ pub(crate) enum Link {
     Ball,
     Distance { min: f32, max: f32, spring: Option<Spring> },
     Six(Box<Six>),
+    Coupling(Box<Coupling>),
 }
 
 impl Link {
@@ -22,6 +24,7 @@ impl Link {
             JointKind::Ball => Self::Ball,
             JointKind::Distance { min, max, spring } => Self::Distance { min, max, spring },
             JointKind::SixDof(def) => Self::Six(Box::new(Six::new(def))),
+            JointKind::Coupling(def) => Self::Coupling(Box::new(Coupling { def, impulse: 0.0 })),
         }
     }
 
@@ -32,6 +35,7 @@ impl Link {
                 JointKind::Distance { min: *min, max: *max, spring: *spring }
             }
             Self::Six(six) => JointKind::SixDof(six.def),
+            Self::Coupling(coupling) => JointKind::Coupling(coupling.def),
         }
     }
 }
@@ -69,6 +73,8 @@ impl Joint {
                 six.def.linear_excess(gap)
             }
             Link::Distance { min, max, .. } => (min - distance).max(distance - max).max(0.0),
+            // What it asks is of other joints: see Coupling::error.
+            Link::Coupling(_) => 0.0,
         }
     }
 

@@ -5,6 +5,7 @@ mod contract_world;
 mod property_hull;
 mod scenario_audit;
 mod scenario_breakage;
+mod scenario_couplings;
 mod scenario_freezing;
 mod scenario_friction;
 mod scenario_impacts;

@@ -182,6 +182,8 @@ fn through_joint(body: &Body, joint: &Joint, row: u32, tables: &Tables) -> f64 {
     let (ra, rb) = (a.rotation.rotate(joint.anchor_a), b.rotation.rotate(joint.anchor_b));
     let impulse = match &joint.link {
         Link::Ball => joint.impulse,
+        // It pushes by way of the joints that it couples.
+        Link::Coupling(_) => return 0.0,
         Link::Six(six) => {
             // The force acts at anchor B on both.
             let is_a = joint.body_a == row;

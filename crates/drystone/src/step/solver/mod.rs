@@ -17,6 +17,7 @@ mod spring;
 pub(crate) mod inertia;
 pub(crate) mod integrate;
 mod classic;
+mod coupling;
 mod impact;
 mod pack;
 mod pack_extra;
@@ -34,6 +35,7 @@ use core::sync::atomic::{AtomicBool, Ordering};
 use fearless_simd::dispatch;
 
 use self::contact::Sweep;
+use self::coupling::CouplingRow;
 use self::impact::Impacts;
 use self::inertia::{Frame, Squeeze};
 use self::integrate::Aux;
@@ -73,6 +75,7 @@ pub(crate) struct Scratch {
     extras: Vec<Extra>,
     joints: Vec<JointBlock>,
     sixdofs: Vec<SixBlock>,
+    couplings: Vec<CouplingRow>,
     tree_bodies: Vec<TreeBody>,
     tree_rows: Vec<TreeRow>,
     /// One for each group, while some contact can bounce.
@@ -132,6 +135,7 @@ struct Solver<'a> {
     has_extras: bool,
     joints: Rows<'a, JointBlock>,
     sixdofs: Rows<'a, SixBlock>,
+    couplings: Rows<'a, CouplingRow>,
     tree_bodies: Rows<'a, TreeBody>,
     tree_rows: Rows<'a, TreeRow>,
     /// Empty where `extras` is, as are `free`.
@@ -197,6 +201,7 @@ pub(crate) fn solve(
     }
     s.joints.resize_with(s.plan.joints.owners.len(), JointBlock::default);
     s.sixdofs.resize_with(s.plan.sixdofs.owners.len(), SixBlock::default);
+    s.couplings.resize(s.plan.couplings.len(), CouplingRow::default());
     s.tree_bodies.resize(s.plan.forest.bodies.len(), TreeBody::default());
     s.tree_rows.resize(s.plan.forest.joints.len(), TreeRow::default());
     let (slots, _) = contacts.slots_mut();
@@ -219,6 +224,7 @@ pub(crate) fn solve(
         has_extras,
         joints: Rows::new(&mut s.joints),
         sixdofs: Rows::new(&mut s.sixdofs),
+        couplings: Rows::new(&mut s.couplings),
         tree_bodies: Rows::new(&mut s.tree_bodies),
         tree_rows: Rows::new(&mut s.tree_rows),
         impacts: Rows::new(&mut s.impacts),
@@ -245,6 +251,7 @@ impl Solver<'_> {
         let (ctx, group) = (self.ctx, &self.plan.groups[number]);
         self.prepare_lines(group, jobs);
         self.prepare_joints(group, jobs);
+        self.prepare_couplings(group);
         self.prepare_trees(group);
         self.prepare_contacts(group, jobs);
         if self.has_extras {
@@ -359,6 +366,7 @@ impl Solver<'_> {
                     back: 0.0,
                     is_relax: false,
                 };
+                self.sweep_couplings(group, &joints);
                 self.sweep_joints(group, &joints, jobs);
                 self.sweep_sixdofs(group, &joints, jobs);
                 self.sweep_trees(group, &joints, jobs);
@@ -374,6 +382,7 @@ impl Solver<'_> {
                     back: 0.5 * ctx.h,
                     is_relax: true,
                 };
+                self.sweep_couplings(group, &joints);
                 self.sweep_joints(group, &joints, jobs);
                 self.sweep_sixdofs(group, &joints, jobs);
                 self.sweep_trees(group, &joints, jobs);
@@ -552,6 +561,7 @@ impl Solver<'_> {
             }
         });
         self.store_sixdofs(group, jobs);
+        self.store_couplings(group);
         self.store_trees(group);
     }
 }
