@@ -76,7 +76,7 @@ pub fn named(spec: &str) -> Result<Scene, CatalogError> {
 }
 
 /// Sizes are limited so that no scene has more than about 1.1 million bodies.
-static CATALOG: [Entry; 56] = [
+static CATALOG: [Entry; 57] = [
     Entry::new("hello", "A box and a ball fall on the ground", first::hello),
     Entry::new("stack", "A column of cubes, the top one as heavy as you like", first::stack).with(
         &[
