@@ -59,8 +59,8 @@ pub use state::config::{
 };
 pub use state::coupling::CouplingDef;
 pub use state::def::{
-    AxisLocks, BodyDef, BodyKind, DefError, JointDef, JointKind, JointStrength, MassDef, ShapeDef,
-    Spring,
+    AxisLocks, BodyDef, BodyKind, DefError, JointDef, JointKind, JointStrength, MassDef, Pulley,
+    ShapeDef, Spring,
 };
 pub use state::events::{
     ContactEvent, Events, Fault, FaultKind, HitEvent, JointBreak, SensorEvent,

@@ -5,7 +5,7 @@ use core::fmt::{self, Display};
 pub(crate) use super::check::{
     above_zero, at_least_zero, finite, finite_vec, position, unit, velocity,
 };
-pub use super::joint_def::{JointDef, JointKind, JointStrength, Spring};
+pub use super::joint_def::{JointDef, JointKind, JointStrength, Pulley, Spring};
 use super::material::{Filter, Material};
 use crate::base::math::Vec3;
 use crate::base::pose::Pose;

@@ -3,7 +3,7 @@
 use super::bodies::Bodies;
 use super::colors::Place;
 use super::coupling::Coupling;
-use super::def::{JointKind, JointStrength, Spring};
+use super::def::{JointKind, JointStrength, Pulley, Spring};
 use super::sixdof::Six;
 use crate::base::id::JointId;
 use crate::base::math::{Vec3, vec3};
@@ -16,6 +16,7 @@ pub(crate) enum Link {
     Distance { min: f32, max: f32, spring: Option<Spring> },
     Six(Box<Six>),
     Coupling(Box<Coupling>),
+    Pulley(Box<Pulley>),
 }
 
 impl Link {
@@ -24,6 +25,7 @@ impl Link {
             JointKind::Ball => Self::Ball,
             JointKind::Distance { min, max, spring } => Self::Distance { min, max, spring },
             JointKind::SixDof(def) => Self::Six(Box::new(Six::new(def))),
+            JointKind::Pulley(def) => Self::Pulley(Box::new(def)),
             JointKind::Coupling(def) => Self::Coupling(Box::new(Coupling { def, impulse: 0.0 })),
         }
     }
@@ -35,6 +37,7 @@ impl Link {
                 JointKind::Distance { min: *min, max: *max, spring: *spring }
             }
             Self::Six(six) => JointKind::SixDof(six.def),
+            Self::Pulley(pulley) => JointKind::Pulley(**pulley),
             Self::Coupling(coupling) => JointKind::Coupling(coupling.def),
         }
     }
@@ -51,7 +54,7 @@ pub(crate) struct Joint {
     pub(crate) link: Link,
     pub(crate) collide_connected: bool,
     /// Accumulated impulse of a substep: a ball's vector [N s, world]; a distance's lower limit, upper
-    /// limit and spring.
+    /// limit and spring; of a pulley, x along its length, below 0 where it pulls.
     pub(crate) impulse: Vec3,
     /// It is solved with its whole tree.
     pub(crate) is_direct: bool,
@@ -73,6 +76,10 @@ impl Joint {
                 six.def.linear_excess(gap)
             }
             Link::Distance { min, max, .. } => (min - distance).max(distance - max).max(0.0),
+            Link::Pulley(pulley) => {
+                let excess = pulley.excess([p_a, p_b]);
+                if pulley.is_rigid { excess.abs() } else { excess.max(0.0) }
+            }
             // What it asks is of other joints: see Coupling::error.
             Link::Coupling(_) => 0.0,
         }

@@ -67,7 +67,7 @@ impl<'w> JointRef<'w> {
     }
 
     /// Force of the joint on its second body, in the last substep [N, world]; the first one gets the
-    /// opposite. It acts at the second anchor. Zero before the first step.
+    /// opposite, but of a pulley, the tension toward its own point. It acts at the second anchor. Zero before the first step.
     #[must_use]
     pub fn force(&self) -> Vec3 {
         let impulse = match &self.joint.link {
@@ -77,6 +77,11 @@ impl<'w> JointRef<'w> {
                 (self.anchor_b() - self.anchor_a()).normalize_or(Vec3::Y) * (p.x - p.y + p.z)
             }
             Link::Six(six) => six.force,
+            Link::Pulley(pulley) => {
+                let [_, point] = pulley.points;
+                let along = (self.anchor_b() - point).normalize_or(Vec3::Y);
+                along * (pulley.ratio * self.joint.impulse.x)
+            }
             Link::Coupling(_) => Vec3::ZERO,
         };
         self.per_time(impulse)
@@ -94,6 +99,14 @@ impl<'w> JointRef<'w> {
 
     fn per_time(&self, impulse: Vec3) -> Vec3 {
         if self.h > 0.0 { impulse * (1.0 / self.h) } else { Vec3::ZERO }
+    }
+
+    /// Tension of a pulley's rope in the last substep [N]; below 0 where a rigid one is pushed. `None` for
+    /// other joints.
+    #[must_use]
+    pub fn tension(&self) -> Option<f32> {
+        let is_pulley = matches!(self.joint.link, Link::Pulley(_));
+        is_pulley.then(|| -self.per_time(self.joint.impulse).x)
     }
 
     /// Force of a coupling along the coordinate that follows, in the last substep [N; N m]; the one that is
@@ -130,7 +143,8 @@ impl<'w> JointRef<'w> {
     }
 
     /// How far it is from what it asks [m]: the gap of a ball joint, the excess of a distance, the excess
-    /// over what the motions of a joint of six axes allow, how far a coupled slider is from its place.
+    /// over what the motions of a joint of six axes allow, how far a coupled slider is from its place, how much
+    /// longer a pulley's way is than its rope.
     #[must_use]
     pub fn error(&self) -> f32 {
         if let Some([length, _]) = self.coupling_error() {
@@ -246,6 +260,7 @@ impl World {
                     [(joint.impulse.x - joint.impulse.y + joint.impulse.z).abs(), 0.0]
                 }
                 Link::Six(six) => six.peak,
+                Link::Pulley(_) => [joint.impulse.x.abs(), 0.0],
                 Link::Coupling(_) => [0.0; 2],
             };
             let (force, torque) = (force * inv_h, torque * inv_h);

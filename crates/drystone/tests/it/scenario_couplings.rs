@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use drystone::{
     AxisLocks, BodyDef, BodyId, CouplingDef, JointAxis, JointDef, JointDrive, JointId, MassDef,
-    Quat, ShapeDef, SimdLevel, SixDof, Sym3, Team, Vec3, World, WorldConfig, vec3,
+    Pulley, Quat, ShapeDef, SimdLevel, SixDof, Sym3, Team, Vec3, World, WorldConfig, vec3,
 };
 
 const DT: f32 = 1.0 / 60.0;
@@ -266,5 +266,109 @@ fn couplings_have_the_same_bits_for_any_threads_and_width() {
         for threads in [1, 3] {
             assert_eq!(run(threads, level), expected, "{threads} threads, {}", level.name());
         }
+    }
+}
+
+/// Two bodies of these masses on a rope over two points 2 m above them.
+fn atwood(masses: [f32; 2], pulley: impl Fn(Pulley) -> Pulley) -> (World, [BodyId; 2], JointId) {
+    let mut world = World::default();
+    let bodies = [0, 1].map(|i| {
+        let at = vec3(f32::from(u8::try_from(i).unwrap()), 0.0, 0.0);
+        let def = BodyDef::dynamic().with_position(at).with_mass(masses[i]);
+        world.add_body(def.with_shape(ShapeDef::box_half([0.1; 3]))).unwrap()
+    });
+    let rope = Pulley::rope([vec3(0.0, 2.1, 0.0), vec3(1.0, 2.1, 0.0)], 4.0);
+    let anchor = vec3(0.0, 0.1, 0.0);
+    let def = JointDef::pulley(bodies[0], anchor, bodies[1], anchor, pulley(rope));
+    let joint = world.add_joint(def).unwrap();
+    (world, bodies, joint)
+}
+
+#[test]
+fn atwoods_machine_falls_as_its_masses_say() {
+    // a_a = g (m_a r² - r m_b)/(m_a r² + m_b), of which r = 1 is g (m_a - m_b)/(m_a + m_b); T = m_a (g - a_a).
+    for (a, b, ratio) in [
+        (3.0_f32, 1.0_f32, 1.0_f32),
+        (1.0, 3.0, 1.0),
+        (2.0, 2.0, 1.0),
+        (1.0, 3.0, 2.0),
+        (1.0, 50.0, 1.0),
+    ] {
+        let (mut world, bodies, joint) =
+            atwood([a, b], |rope| Pulley { ratio, length: 2.0 + 2.0 * ratio, ..rope });
+        let square = a * ratio * ratio;
+        let exact = 9.81 * (square - ratio * b) / (square + b);
+        let tension = a * (9.81 - exact);
+        let mut worst = 0.0_f32;
+        for _ in 0..30 {
+            world.step(DT);
+            worst = worst.max(world.joint(joint).unwrap().error());
+        }
+        let speed = |i: usize| -world.body(bodies[i]).unwrap().linear_velocity().y;
+        let told = world.joint(joint).unwrap().tension().unwrap();
+        // A rope gives way as joints do, by T (1/m_a + r²/m_b)/(2πf)², twice that at first; the speed at which it
+        // does is that over a few substeps.
+        let give = tension * (1.0 / a + ratio * ratio / b) / (OMEGA * OMEGA);
+        println!(
+            "{a} {b} {ratio}: {} m/s of {}, tension {told} N of {tension}, {worst} m of {give} m",
+            speed(0),
+            0.5 * exact
+        );
+        assert!((speed(0) - 0.5 * exact).abs() < 5.0e-3 * 9.81 * 0.5, "{} m/s", speed(0));
+        assert!((speed(0) + ratio * speed(1)).abs() < 480.0 * give, "{} {}", speed(0), speed(1));
+        assert!((told / tension - 1.0).abs() < 0.02, "{told} N, {tension} N");
+        assert!(worst < 2.0 * give + 1.0e-6, "{worst} m");
+    }
+}
+
+#[test]
+fn a_slack_rope_pulls_nothing_until_it_is_taut() {
+    let (mut world, bodies, joint) = atwood([1.0, 1.0], |rope| Pulley { length: 5.0, ..rope });
+    // Both fall freely: half a meter each, 0.319 s, then they hang still.
+    for _ in 0..18 {
+        world.step(DT);
+        assert!(world.joint(joint).unwrap().tension().unwrap().abs() < 1.0e-6);
+    }
+    let speed = world.body(bodies[0]).unwrap().linear_velocity().y;
+    assert!((speed + 9.81 * 0.3).abs() < 1.0e-3, "{speed}");
+    for _ in 0..120 {
+        world.step(DT);
+    }
+    for body in bodies {
+        let b = world.body(body).unwrap();
+        assert!(b.linear_velocity().length() < 1.0e-2 && (b.position().y + 0.5).abs() < 1.0e-2);
+    }
+    let told = world.joint(joint).unwrap().tension().unwrap();
+    assert!((told - 9.81).abs() < 0.05, "{told} N");
+}
+
+#[test]
+fn wrong_pulleys_are_refused_and_named() {
+    let (mut world, [a, b], _) = atwood([1.0, 1.0], |rope| rope);
+    let good = Pulley::rope([Vec3::ZERO; 2], 1.0);
+    for (pulley, field) in [
+        (Pulley { ratio: 0.0, ..good }, "pulley.ratio"),
+        (Pulley { ratio: f32::NAN, ..good }, "pulley.ratio"),
+        (Pulley { ratio: -1.0, ..good }, "pulley.ratio"),
+        (Pulley { length: 0.0, ..good }, "pulley.length"),
+        (Pulley { length: f32::INFINITY, ..good }, "pulley.length"),
+        (Pulley { points: [Vec3::ZERO, vec3(0.0, f32::NAN, 0.0)], ..good }, "pulley.points[1]"),
+    ] {
+        let e =
+            world.add_joint(JointDef::pulley(a, Vec3::ZERO, b, Vec3::ZERO, pulley)).unwrap_err();
+        assert_eq!(e.field(), field, "{e}");
+    }
+    let own = JointDef::pulley(a, Vec3::ZERO, a, Vec3::ZERO, good);
+    assert_eq!(world.add_joint(own).unwrap_err().field(), "body_b");
+    let posts = [0, 1].map(|_| world.add_body(BodyDef::fixed()).unwrap());
+    let fixed = JointDef::pulley(posts[0], Vec3::ZERO, posts[1], Vec3::ZERO, good);
+    assert_eq!(world.add_joint(fixed).unwrap_err().field(), "body_b");
+    // An anchor on its point has no direction; it is no fault.
+    let at = world.body(a).unwrap().position();
+    let short = Pulley::rope([at, Vec3::ZERO], 0.1);
+    world.add_joint(JointDef::pulley(a, Vec3::ZERO, b, Vec3::ZERO, short)).unwrap();
+    for _ in 0..60 {
+        world.step(DT);
+        assert!(world.events().faults.is_empty());
     }
 }

@@ -1,4 +1,4 @@
-//! Couplings: one row over the bodies of two joints, up to four.
+//! Couplings: one row over the bodies of two joints, up to four. Pulleys: one over two bodies and fixed points.
 //!
 //! Few scenes have any, and their bodies are more than a block's two; so they are solved one by one, in the order
 //! of their rows, by one worker of the group, before the joints that they push through.
@@ -15,7 +15,8 @@ use crate::base::math::Vec3;
 use crate::base::sym3::Sym3;
 use crate::state::bodies::Body;
 use crate::state::coupling::{Coupling, CouplingDef, coordinate};
-use crate::state::joints::Link;
+use crate::state::def::Pulley;
+use crate::state::joints::{Joint, Link};
 
 use super::rows::Line;
 
@@ -49,12 +50,40 @@ struct End {
     spin: [Vec3; 2],
 }
 
-/// A coupling in a step.
+/// A rope at the step's start.
+#[derive(Clone, Copy, Debug, Default)]
+struct Rope {
+    lines: [usize; 2],
+    alpha: [f32; 2],
+    s: [Sym3; 2],
+    /// Arms.
+    r: [Vec3; 2],
+    /// Anchors less the points that it goes over.
+    way: [Vec3; 2],
+    /// How C grows with each length.
+    factor: [f32; 2],
+    /// Velocities of kinematic bodies' anchors, and angular ones.
+    drift: [Vec3; 2],
+    spin: [Vec3; 2],
+}
+
+/// What a row is of.
+#[derive(Clone, Copy, Debug, Default)]
+enum Source {
+    #[default]
+    Nothing,
+    Joints([End; 2]),
+    Rope(Rope),
+}
+
+/// A coupling or pulley in a step.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct CouplingRow {
-    ends: [End; 2],
-    /// C at the step's start.
+    source: Source,
+    /// C at the step's start; of a rope, less its length.
     c: f32,
+    /// It pulls only: λ is at most 0.
+    is_slack: bool,
     impulse: f32,
     /// What the bodies carry of the warm start.
     carried: [Part; 4],
@@ -118,10 +147,41 @@ impl End {
     }
 }
 
+impl Rope {
+    fn add(&self, now: &mut Now, lines: &Rows<'_, Line>, sweep: &JointSweep) {
+        for i in 0..2 {
+            let line = lines.read(self.lines[i]);
+            let back = if sweep.is_relax { sweep.back } else { 0.0 };
+            let x = vector(line.x) - vector(line.v) * back;
+            let t = vector(line.t) - vector(line.w) * back;
+            let turn = self.s[i].mul(t) + self.spin[i] * sweep.elapsed;
+            let r = turned(self.r[i], turn);
+            let moved = x * self.alpha[i] + self.drift[i] * sweep.elapsed + (r - self.r[i]);
+            let way = self.way[i] + moved;
+            let length = way.length();
+            // At the point itself the rope has no direction, and pulls nowhere.
+            let along = if length > 1.0e-9 { way * (1.0 / length) } else { Vec3::ZERO };
+            let along = along * self.factor[i];
+            now.c += self.factor[i] * length;
+            now.drift += along.dot(self.drift[i] + self.spin[i].cross(r));
+            let (v, w) = (along * self.alpha[i], self.s[i].mul(r.cross(along)));
+            now.parts[i] = Part { line: self.lines[i], v, w };
+        }
+    }
+}
+
 impl CouplingRow {
     fn now(&self, lines: &Rows<'_, Line>, sweep: &JointSweep) -> Now {
         let mut now = Now { c: self.c, drift: 0.0, parts: [Part::default(); 4] };
-        for (i, end) in self.ends.iter().enumerate() {
+        let ends = match &self.source {
+            Source::Nothing => return now,
+            Source::Joints(ends) => ends,
+            Source::Rope(rope) => {
+                rope.add(&mut now, lines, sweep);
+                return now;
+            }
+        };
+        for (i, end) in ends.iter().enumerate() {
             let (x, drift, parts) = end.now(lines, sweep);
             now.c += end.factor * x;
             now.drift += end.factor * drift;
@@ -158,8 +218,17 @@ impl CouplingRow {
             return;
         }
         let s = &sweep.softness;
-        let d = -(s.mass * speed + s.rate * now.c) / k - s.impulse * old;
-        self.impulse = old + d;
+        // A slack rope lets its ends part as far as it reaches.
+        let is_open = self.is_slack && now.c < 0.0;
+        let (gain, bias, give) = if is_open {
+            (1.0, now.c * sweep.inv_h, 0.0)
+        } else {
+            (s.mass, s.rate * now.c, s.impulse)
+        };
+        let new = old - (gain * speed + bias) / k - give * old;
+        let new = if self.is_slack { new.min(0.0) } else { new };
+        let d = new - old;
+        self.impulse = new;
         for (part, carried) in now.parts.iter().zip(&mut self.carried) {
             push(lines, part.line, part.v * d, part.w * d);
             let (v, w) = if sweep.is_relax {
@@ -192,13 +261,24 @@ impl Solver<'_> {
             let Some(joint) = self.joint_slots.read(self.plan.couplings[i].1 as usize) else {
                 continue;
             };
-            let Link::Coupling(coupling) = &joint.link else { continue };
-            let Coupling { def, impulse } = coupling.as_ref();
-            let CouplingDef { joint_a, axis_a, joint_b, axis_b, ratio, .. } = *def;
-            let ends = (self.end(joint_a, axis_a, -ratio), self.end(joint_b, axis_b, 1.0));
-            let (Some((a, x_a)), Some((b, x_b))) = ends else { continue };
-            row.ends = [a, b];
-            row.c = def.excess(x_a, x_b);
+            let impulse = match &joint.link {
+                Link::Coupling(coupling) => {
+                    let Coupling { def, impulse } = coupling.as_ref();
+                    let CouplingDef { joint_a, axis_a, joint_b, axis_b, ratio, .. } = *def;
+                    let ends = (self.end(joint_a, axis_a, -ratio), self.end(joint_b, axis_b, 1.0));
+                    let (Some((a, x_a)), Some((b, x_b))) = ends else { continue };
+                    row.source = Source::Joints([a, b]);
+                    row.c = def.excess(x_a, x_b);
+                    *impulse
+                }
+                Link::Pulley(pulley) => {
+                    row.source = Source::Rope(self.rope(joint, pulley));
+                    row.c = -pulley.length;
+                    row.is_slack = !pulley.is_rigid;
+                    joint.impulse.x
+                }
+                _ => continue,
+            };
             row.impulse = impulse * self.ctx.impulse_scale;
             let start = JointSweep {
                 inv_h: self.ctx.inv_h,
@@ -224,11 +304,34 @@ impl Solver<'_> {
 
     pub(super) fn store_couplings(&self, group: &Group) {
         for i in group.couplings.clone() {
-            if let Some(joint) = self.joint_slots.row(self.plan.couplings[i].1 as usize)
-                && let Link::Coupling(coupling) = &mut joint.link
-            {
-                coupling.impulse = self.couplings.read(i).impulse * self.ctx.store_scale;
+            let Some(joint) = self.joint_slots.row(self.plan.couplings[i].1 as usize) else {
+                continue;
+            };
+            let impulse = self.couplings.read(i).impulse * self.ctx.store_scale;
+            match &mut joint.link {
+                Link::Coupling(coupling) => coupling.impulse = impulse,
+                _ => joint.impulse.x = impulse,
             }
+        }
+    }
+
+    fn rope(&self, joint: &Joint, pulley: &Pulley) -> Rope {
+        let of = [joint.body_a, joint.body_b];
+        let bodies = of.map(|row| self.bodies.at(row));
+        let lines = of.map(|row| self.line_of[row as usize] as usize);
+        let whitening = lines.map(|line| *self.whitening.read(line));
+        let anchors = [joint.anchor_a, joint.anchor_b];
+        let r = [0, 1].map(|i| bodies[i].rotation.rotate(anchors[i]));
+        let is_moved = |body: &Body| !body.is_dynamic() && body.active();
+        Rope {
+            lines,
+            alpha: whitening.map(|w| w.alpha()),
+            s: whitening.map(|w| w.s()),
+            r,
+            way: [0, 1].map(|i| bodies[i].center + r[i] - pulley.points[i]),
+            factor: [1.0, pulley.ratio],
+            drift: bodies.map(|body| if is_moved(body) { body.v } else { Vec3::ZERO }),
+            spin: bodies.map(|body| if is_moved(body) { body.w } else { Vec3::ZERO }),
         }
     }
 

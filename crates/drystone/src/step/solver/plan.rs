@@ -78,7 +78,7 @@ pub(super) struct Plan {
     pub(super) contacts: Layout,
     pub(super) joints: Layout,
     pub(super) sixdofs: Layout,
-    /// Group and row of each coupling, in this order.
+    /// Group and row of each coupling and pulley, in this order.
     pub(super) couplings: Vec<(u64, u32)>,
     pub(super) forest: Forest,
     workers: usize,
@@ -99,7 +99,7 @@ const CLASS: u32 = 32;
 /// Class of the joints of trees.
 const TREE: u64 = 2;
 
-/// Class of couplings, which are in no batch either.
+/// Class of couplings and pulleys, which are in no batch either.
 const COUPLED: u64 = 3;
 
 /// First class of joints of six axes; 1 more if a motion, 2 if a turn has a drive or a limit.
@@ -193,7 +193,7 @@ impl Plan {
                         _ if j.is_direct => TREE,
                         Link::Ball => 0,
                         Link::Distance { .. } => 1,
-                        Link::Coupling(_) => COUPLED,
+                        Link::Coupling(_) | Link::Pulley(_) => COUPLED,
                         Link::Six(six) => {
                             let [moves, turns] = six.def.scalars();
                             SIX + u64::from(moves) + 2 * u64::from(turns)

@@ -56,7 +56,7 @@ impl Link {
                 let length = gap.length();
                 along * self.solve_distance(&k, along, u, h, [min, max], length, spring)
             }
-            JointKind::SixDof(_) | JointKind::Coupling(_) => return,
+            JointKind::SixDof(_) | JointKind::Coupling(_) | JointKind::Pulley(_) => return,
         };
         if j.is_finite() {
             movers[self.a as usize].take(r_a, -j);
@@ -109,7 +109,7 @@ impl Link {
                 let i = self.impulse;
                 self.gap.normalize_or(Vec3::Y) * (i.x - i.y + i.z)
             }
-            JointKind::SixDof(_) | JointKind::Coupling(_) => return,
+            JointKind::SixDof(_) | JointKind::Coupling(_) | JointKind::Pulley(_) => return,
         };
         movers[self.a as usize].take(self.r_a, -j);
         movers[self.b as usize].take(self.r_b, j);
