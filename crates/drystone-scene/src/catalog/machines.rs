@@ -1,8 +1,8 @@
 //! Bodies on joints of six axes: a mattress, a vehicle, people.
 
 use drystone::{
-    BodyDef, Filter, JointAxis, JointCone, JointDrive, JointKind, JointSpring, Mat3, Pose, Quat,
-    ShapeDef, SixDof, Vec3, vec3,
+    BodyDef, Filter, JointAxis, JointCone, JointDrive, JointKind, JointSpring, Mat3, Pose, Pulley,
+    Quat, ShapeDef, SixDof, Vec3, vec3,
 };
 
 use super::parameters::{CatalogError, Values};
@@ -205,6 +205,42 @@ pub(super) fn gears(mut scene: Scene, values: &Values) -> Result<Scene, CatalogE
     {
         drive.velocity *= side;
     }
+    Ok(scene)
+}
+
+/// Two boxes on a rope over two points; the second may hang on several strands.
+pub(super) fn pulley(mut scene: Scene, values: &Values) -> Result<Scene, CatalogError> {
+    add_ground(&mut scene, 0.6);
+    let (half, high) = (0.2, 6.0);
+    let masses = [values.number("mass"), values.number("load")];
+    let ratio = values.number("strands");
+    let points = [vec3(-1.0, high, 0.0), vec3(1.0, high, 0.0)];
+    for (point, side) in points.iter().zip(["left", "right"]) {
+        let axle = ShapeDef::cylinder(0.1, 0.15).with_pose(Pose::new(
+            vec3(0.0, 0.2, 0.0),
+            Quat::from_axis_angle(Vec3::X, radians(90.0)),
+        ));
+        let wheel = BodyDef::fixed().with_position(*point).with_shape(axle);
+        scene.add(format!("{side} wheel"), wheel);
+    }
+    let heights = [3.0, half];
+    let bodies = [0, 1].map(|i| {
+        let at = vec3(points[i].x, heights[i], 0.0);
+        let name = ["weight", "load"][i];
+        scene.add(name, box_at(Vec3::splat(half), at).with_mass(masses[i]))
+    });
+    let reach = heights.map(|y| high - y - half);
+    let rope = Pulley { ratio, ..Pulley::rope(points, reach[0] + ratio * reach[1]) };
+    let anchor = vec3(0.0, half, 0.0);
+    scene.joints.push(SceneJoint {
+        body_a: bodies[0],
+        body_b: bodies[1],
+        anchor_a: anchor,
+        anchor_b: anchor,
+        kind: JointKind::Pulley(rope),
+        collide_connected: true,
+        strength: None,
+    });
     Ok(scene)
 }
 

@@ -1,4 +1,4 @@
-//! A mattress, a vehicle, gears and limp people: bodies on joints of six axes.
+//! A mattress, a vehicle, gears, a pulley and limp people: bodies on joints of six axes.
 
 use std::sync::Arc;
 
@@ -62,6 +62,19 @@ fn gears_turn_by_their_radii_and_lift_the_rack() {
     let give = 39.0 * (1.0 / 0.1 + 1.0 / 0.1) / (754.0_f32 * 754.0);
     println!("rack {rise} m, worst {worst} rad, gives {give} rad");
     assert!(worst < 10.0 * give, "{worst}");
+}
+
+#[test]
+fn a_weight_on_two_strands_lifts_a_heavier_load() {
+    let mut running = start("pulley", 1);
+    // a = g (4 m - 2 M)/(4 m + M) of the weight; it has 2.8 m to fall.
+    let fall = 9.81 * (4.0 * 30.0 - 2.0 * 50.0) / (4.0 * 30.0 + 50.0);
+    for _ in 0..60 {
+        running.step(1.0 / 60.0).unwrap();
+    }
+    let (weight, load) = (position(&running, "weight").y, position(&running, "load").y);
+    assert!(((3.0 - weight) / (0.5 * fall) - 1.0).abs() < 0.02, "{weight} m, {fall} m/s²");
+    assert!((2.0 * (load - 0.2) - (3.0 - weight)).abs() < 2.0e-3, "{load} m, {weight} m");
 }
 
 #[test]
