@@ -57,11 +57,20 @@ fn gears_turn_by_their_radii_and_lift_the_rack() {
     // 4 N m of load, so it is at speed at once.
     let rise = position(&running, "rack").y - 2.0;
     assert!((rise / 2.0 - 1.0).abs() < 0.02, "{rise} m");
-    // Of the load's 196 N on a rim of 0.2 m, 39 N m, each wheel of 0.1 to 0.4 kg m² gives way by load × inverse
-    // masses ÷ (2πf)² with f = 120 Hz; ten times that as the motor starts.
-    let give = 39.0 * (1.0 / 0.1 + 1.0 / 0.1) / (754.0_f32 * 754.0);
-    println!("rack {rise} m, worst {worst} rad, gives {give} rad");
-    assert!(worst < 10.0 * give, "{worst}");
+    // A motor holds a wheel far harder than its coupling knows; that must not make the rack tremble.
+    let rack = running.names.iter().position(|n| n == "rack").unwrap();
+    let (mut least, mut most) = (f32::MAX, f32::MIN);
+    for _ in 0..120 {
+        running.step(1.0 / 60.0).unwrap();
+        let speed = running.world.body(running.bodies[rack]).unwrap().linear_velocity().y;
+        (least, most) = (least.min(speed), most.max(speed));
+    }
+    println!("rack {rise} m, {least} to {most} m/s, worst {worst} rad or m");
+    assert!((least / 0.4 - 1.0).abs() < 0.02 && (most / 0.4 - 1.0).abs() < 0.02, "{least} {most}");
+    // The load's 196 N are up to 79 N m at a wheel of 0.4 m; couplings give way by load × inverse masses ÷ (2πf)²,
+    // here of at most 1/0.1 + (0.4/0.2)²/0.1 with f = 60 Hz.
+    let give = 79.0 * 50.0 / (377.0_f32 * 377.0);
+    assert!(worst < give, "{worst} {give}");
 }
 
 #[test]

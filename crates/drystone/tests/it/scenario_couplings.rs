@@ -9,8 +9,8 @@ use drystone::{
 
 const DT: f32 = 1.0 / 60.0;
 
-/// What a joint of soft-step is as hard as [rad/s]: a quarter of the substeps' frequency.
-const OMEGA: f32 = 2.0 * core::f32::consts::PI * 0.25 * 480.0;
+/// What a coupling of soft-step is as hard as [rad/s]: an eighth of the substeps' frequency.
+const OMEGA: f32 = 2.0 * core::f32::consts::PI * 0.125 * 480.0;
 
 /// Moment of inertia of a wheel about its axis [kg m²].
 const WHEEL: f32 = 0.02;

@@ -366,7 +366,8 @@ impl Solver<'_> {
                     back: 0.0,
                     is_relax: false,
                 };
-                self.sweep_couplings(group, &joints);
+                let coupled = JointSweep { softness: ctx.soft_coupling, ..joints };
+                self.sweep_couplings(group, &coupled);
                 self.sweep_joints(group, &joints, jobs);
                 self.sweep_sixdofs(group, &joints, jobs);
                 self.sweep_trees(group, &joints, jobs);
