@@ -104,6 +104,7 @@ impl Scene {
             kind: joint.kind,
             collide_connected: joint.collide_connected,
             strength: joint.strength,
+            articulated: joint.articulated,
         };
         let id = running.world.add_joint(def).map_err(|error| BuildError::Joint {
             number,

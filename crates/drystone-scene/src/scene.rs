@@ -29,6 +29,8 @@ pub struct SceneJoint {
     pub collide_connected: bool,
     /// What it can bear; `None`: anything.
     pub strength: Option<JointStrength>,
+    /// Whether the whole tree of joints is solved at once: see [`drystone::JointDef::articulated`].
+    pub articulated: bool,
 }
 
 /// What happens to the bodies while the scene runs, besides physics.

@@ -288,6 +288,7 @@ impl World {
             collide_connected: def.collide_connected,
             impulse: Vec3::ZERO,
             is_direct: false,
+            articulated: def.articulated,
             strength: def.strength,
             place: Place::NOWHERE,
         };
