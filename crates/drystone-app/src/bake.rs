@@ -46,7 +46,9 @@ impl Bake {
         let all = scene.bodies.len() + dropped(scene).len();
         self.motion.poses.resize_with(all, Vec::new);
         match loaded {
-            Loaded::BuiltIn(scene) => bake::write_scene(&self.path, scene, &self.motion),
+            Loaded::BuiltIn(scene) | Loaded::Read(scene) => {
+                bake::write_scene(&self.path, scene, &self.motion)
+            }
             Loaded::Gltf(loaded) => bake::write(&self.path, loaded, &self.motion),
         }
         .map_err(Failure::failed)?;

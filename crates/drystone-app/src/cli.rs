@@ -76,13 +76,38 @@ instruction set, machine, or on which outputs were asked for.";
 #[derive(Args, Clone, Debug)]
 pub(crate) struct Source {
     /// A built-in scene (`drystone scenes`) with parameters such as pyramid:base=40, or a .gltf,
-    /// .glb or .obj file
+    /// .glb, .obj, .urdf or .xml (MJCF) file
     pub(crate) scene: String,
 
     /// For files without physics: every mesh becomes a dynamic body with this collider, the lowest
     /// a static one
     #[arg(long, value_name = "KIND")]
     pub(crate) auto_colliders: Option<AutoColliders>,
+
+    /// For .urdf files: whether the world holds the first link [default: auto, which holds the base of an arm
+    /// and lets what stands on several legs or wheels go]
+    #[arg(long, value_name = "KIND")]
+    pub(crate) base: Option<Base>,
+
+    /// For .urdf files: adds a ground at this height [m]
+    #[arg(long, value_name = "Z", num_args = 0..=1, default_missing_value = "0", allow_negative_numbers = true, value_parser = height)]
+    pub(crate) ground: Option<f32>,
+}
+
+/// What a robot's first link hangs on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Base {
+    /// As its joints look
+    Auto,
+    /// The world
+    Fixed,
+    /// Nothing
+    Floating,
+}
+
+fn height(text: &str) -> Result<f32, String> {
+    let number = text.parse::<f32>().ok().filter(|z| z.abs() <= 1.0e6);
+    number.ok_or_else(|| "allowed is a height of at most 1e6 m either way".to_owned())
 }
 
 /// What a mesh without physics collides as.

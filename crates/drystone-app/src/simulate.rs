@@ -173,7 +173,7 @@ impl Outputs {
     fn add(&mut self, step: u64, time: f64, running: &Running) -> Result<(), Failure> {
         let Running { world, bodies, names, .. } = running;
         if let Some(trace) = &mut self.trace {
-            trace.add(step, time, world, bodies, names)?;
+            trace.add(step, time, running)?;
         }
         if let Some(events) = &mut self.events {
             self.names.learn(bodies, names);

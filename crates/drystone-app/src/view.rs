@@ -46,7 +46,10 @@ pub(crate) fn view(args: &View) -> Outcome {
         // What is said of files says nothing of the catalog.
         let file = drystone_scene::named(scene).is_err();
         let auto_colliders = again.source.auto_colliders.filter(|_| file);
-        let source = Source { scene: scene.to_owned(), auto_colliders };
+        let robot = has_extension(Path::new(scene), &["urdf"]);
+        let (base, ground) =
+            if robot { (again.source.base, again.source.ground) } else { (None, None) };
+        let source = Source { scene: scene.to_owned(), auto_colliders, base, ground };
         open(&again, &source, &executor).map_err(|e| e.to_string())
     });
     show(Options { opened, open, playing: !args.paused, overlays }).map_err(Failure::failed)?;
@@ -73,7 +76,7 @@ fn open(args: &View, source: &Source, executor: &Arc<dyn Executor>) -> Result<Op
     let name = match &loaded {
         // With its parameters.
         Loaded::BuiltIn(_) => source.scene.trim().to_owned(),
-        Loaded::Gltf(_) => scene.name.clone(),
+        Loaded::Read(_) | Loaded::Gltf(_) => scene.name.clone(),
     };
     Ok(Opened { name, running, hz })
 }

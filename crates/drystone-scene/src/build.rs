@@ -2,7 +2,7 @@
 
 use drystone::{BodyDef, BodyId, DefError, JointDef, JointId, Pose, World};
 
-use crate::scene::{Scene, SceneBody, Script, ScriptAction};
+use crate::scene::{Scene, SceneBody, SceneFrame, Script, ScriptAction};
 
 /// The engine refused something of a scene.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -54,6 +54,8 @@ pub struct Running {
     pub names: Vec<String>,
     /// Its joints in the order of the scene.
     pub joints: Vec<JointId>,
+    /// Named places on its bodies, as the scene has them.
+    pub frames: Vec<SceneFrame>,
     script: Script,
     steps: u64,
 }
@@ -70,6 +72,7 @@ impl Scene {
             bodies: Vec::with_capacity(self.bodies.len()),
             names: Vec::with_capacity(self.bodies.len()),
             joints: Vec::with_capacity(self.joints.len()),
+            frames: self.frames.clone(),
             script: self.script.clone(),
             steps: 0,
         };
@@ -78,6 +81,9 @@ impl Scene {
         }
         for number in 0..self.joints.len() {
             self.add_joint(number, &mut running)?;
+        }
+        for frame in &self.frames {
+            running.at(&format!("the frame '{}'", frame.name), frame.body)?;
         }
         match &self.script {
             Script::None => {}
