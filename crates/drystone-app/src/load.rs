@@ -5,7 +5,7 @@ use std::path::Path;
 
 use drystone::Vec3;
 use drystone_scene::gltf::{self, LoadedGltf};
-use drystone_scene::{BuildError, Running, Scene, SceneBody, Script, obj};
+use drystone_scene::{BuildError, Running, Scene, obj};
 
 use crate::cli::{AutoColliders, Source, has_extension};
 use crate::output::Failure;
@@ -103,14 +103,6 @@ fn file(
     let read = if has_extension(path, &["obj"]) { obj::load } else { gltf::load };
     let loaded = read(path, &options).map_err(Failure::failed)?;
     Ok(Loaded::Gltf(Box::new(loaded)))
-}
-
-/// The bodies that join while the scene runs.
-pub(crate) fn dropped(scene: &Scene) -> &[SceneBody] {
-    match &scene.script {
-        Script::Drop { bodies, .. } => bodies,
-        _ => &[],
-    }
 }
 
 /// The scene as a world; `source` is what the user called it.

@@ -79,7 +79,7 @@ pub(crate) struct TreeRow {
     gap: DVec3,
     drift: DVec3,
     /// On the child [N s].
-    impulse: DVec3,
+    pub(super) impulse: DVec3,
     child: Jacobian,
     parent: Jacobian,
     /// Factor of the joint's 3 × 3 matrix with inverse diagonal, and the right side through it.
@@ -214,12 +214,15 @@ impl TreeRow {
 }
 
 impl Solver<'_> {
-    fn trees<'a>(&'a self, group: &'a Group) -> impl Iterator<Item = &'a Tree> {
+    pub(super) fn trees<'a>(&'a self, group: &'a Group) -> impl Iterator<Item = &'a Tree> {
         let forest = &self.plan.forest;
         forest.order[group.trees.clone()].iter().map(|tree| &forest.trees[*tree as usize])
     }
 
-    fn tree_joints(&self, tree: &Tree) -> impl DoubleEndedIterator<Item = (usize, &TreeJoint)> {
+    pub(super) fn tree_joints(
+        &self,
+        tree: &Tree,
+    ) -> impl DoubleEndedIterator<Item = (usize, &TreeJoint)> {
         let joints = &self.plan.forest.joints;
         tree.joints.clone().zip(&joints[tree.joints.clone()])
     }
