@@ -12,7 +12,7 @@ use serde::Serialize;
 use crate::Outcome;
 use crate::cli::Compare;
 use crate::compare_plot::{self, Curve};
-use crate::load::{build, dropped, load, refused};
+use crate::load::{build, load, refused};
 use crate::measure::Measure;
 use crate::output::{self, Failure, Output, one_line};
 use crate::settings::{executor, said_gravity, set_all, time_of};
@@ -141,6 +141,7 @@ fn run(
         let start = Instant::now();
         running.world.step(dt);
         let spent = start.elapsed();
+        running.after_step();
         measure.add(step, spent, &running.world);
         sweeps += u64::from(running.world.sweep_count());
         if step.is_multiple_of(every) {
@@ -193,8 +194,8 @@ fn judge(
 ) -> Row {
     let world = &running.world;
     let bodies: Vec<&SceneBody> =
-        scene.bodies.iter().chain(dropped(scene)).take(running.bodies.len()).collect();
-    let states: Vec<BodyState> = running.bodies.iter().map(|id| state(world, *id)).collect();
+        scene.bodies.iter().chain(scene.script.joining()).take(running.brought().len()).collect();
+    let states: Vec<BodyState> = running.brought().iter().map(|id| state(world, *id)).collect();
     let source = &args.source.scene;
     let stands = if args.stands {
         still_stands(scene.config.gravity, &bodies, &states, 0.0)

@@ -60,6 +60,7 @@ pub(crate) fn simulate(args: &Simulate) -> Outcome {
         clock.begin();
         running.world.step_observed(dt, &mut |stage| clock.stage(stage.name()));
         let spent = start.elapsed();
+        running.after_step();
         done += 1;
         measure.add(done, spent, &running.world);
         outputs.add(done, time_of(done, hz), &running)?;
@@ -182,7 +183,7 @@ impl Outputs {
             }
         }
         if let Some(bake) = &mut self.bake {
-            bake.add(time, world, bodies);
+            bake.add(time, running);
         }
         if let Some(render) = &mut self.render {
             render.add(time, world)?;

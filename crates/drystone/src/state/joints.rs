@@ -53,6 +53,10 @@ pub(crate) struct Joint {
     pub(crate) is_direct: bool,
     pub(crate) articulated: bool,
     pub(crate) strength: Option<JointStrength>,
+    /// What it gave in the last step, on B [N s, N m s, world]; known while something can break.
+    pub(crate) given: [Vec3; 2],
+    /// How far it is worn out: 1 breaks.
+    pub(crate) damage: f32,
     pub(crate) place: Place,
 }
 

@@ -284,7 +284,7 @@ macro_rules! of_rows {
 }
 
 impl Solver<'_> {
-    fn trees<'a>(&'a self, group: &'a Group) -> impl Iterator<Item = &'a Tree> {
+    pub(super) fn trees<'a>(&'a self, group: &'a Group) -> impl Iterator<Item = &'a Tree> {
         let forest = &self.plan.forest;
         forest.order[group.trees.clone()].iter().map(|tree| &forest.trees[*tree as usize])
     }

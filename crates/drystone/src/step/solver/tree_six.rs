@@ -500,6 +500,13 @@ impl TreeRow {
         }
     }
 
+    /// Writes what the rows' impulses are together to a block and lane.
+    pub(super) fn put_six(&self, block: &mut SixBlock, place: u32) {
+        let lane = place as usize % LANES;
+        put(&mut block.carried, lane, self.six.force.single());
+        put(&mut block.torque, lane, self.six.torque.single());
+    }
+
     /// Writes the impulses to where joints of six axes have theirs: a block and lane.
     #[expect(clippy::cast_possible_truncation, reason = "rounding is what is asked for")]
     pub(super) fn store_six(&self, block: &mut SixBlock, place: u32) {
@@ -510,8 +517,7 @@ impl TreeRow {
             block.held[axis][lane] = if is_held { self.lambda[i] as f32 } else { six.held[axis] };
             block.limit[axis][lane] = if is_held { 0.0 } else { six.limit[axis] };
         }
-        put(&mut block.carried, lane, six.force.single());
-        put(&mut block.torque, lane, six.torque.single());
+        self.put_six(block, place);
         for (to, peak) in block.peak.iter_mut().zip(six.peak) {
             to[lane] = (peak * peak) as f32;
         }
