@@ -125,20 +125,18 @@ fn turned(r: DVec3, t: DVec3) -> DVec3 {
     r + first + t.cross(first) * 0.5
 }
 
-/// Velocity at the arm `r`, times `sign`: the rows are S (r × e).
-fn jacobian(sign: f64, alpha: f64, s: &[DVec3; 3], r: DVec3) -> Jacobian {
+/// The rows of a ball: velocity at the arm `r`, times `sign`, which is S (r × e).
+fn put_ball(rows: &mut Jacobian, sign: f64, body: &TreeBody, r: DVec3) {
     let across = [
         DVec3 { x: 0.0, y: r.z, z: -r.y },
         DVec3 { x: -r.z, y: 0.0, z: r.x },
         DVec3 { x: r.y, y: -r.x, z: 0.0 },
     ];
-    let mut rows = [[0.0; 6]; 6];
     for i in 0..3 {
-        let a = mul(s, across[i]) * sign;
+        let a = mul(&body.s, across[i]) * sign;
         rows[i] = [0.0, 0.0, 0.0, a.x, a.y, a.z];
-        rows[i][i] = sign * alpha;
+        rows[i][i] = sign * body.alpha;
     }
-    rows
 }
 
 /// The lower Cholesky factor of the first `n` rows in place, its diagonal inverted. The matrix is positive
@@ -216,11 +214,11 @@ impl TreeRow {
     /// if there is none.
     #[inline(always)]
     fn factor(&mut self, below: Option<&TreeBody>, n: usize) {
-        self.w = self.child;
+        let own = if below.is_some() { &self.parent } else { &self.child };
+        self.w[..n].copy_from_slice(&own[..n]);
         if let Some(body) = below {
-            self.w = self.parent;
-            self.y = self.child;
             for r in 0..n {
+                self.y[r] = self.child[r];
                 forward(&body.h, &mut self.y[r], 6);
                 for c in 0..=r {
                     self.k[r][c] += dot(&self.y[r], &self.y[c]);
@@ -345,12 +343,12 @@ impl Solver<'_> {
             drift: DVec3::from(drift * sign),
             lambda: [impulse.x, impulse.y, impulse.z, 0.0, 0.0, 0.0],
             impulse,
-            child: jacobian(1.0, body.alpha, &body.s, DVec3::from(child)),
             ..TreeRow::default()
         };
+        put_ball(&mut row.child, 1.0, body, row.r_child);
         if tree.parent != NONE {
             let body = self.tree_bodies.read(tree.parent as usize);
-            row.parent = jacobian(-1.0, body.alpha, &body.s, row.r_parent);
+            put_ball(&mut row.parent, -1.0, body, row.r_parent);
         }
         *self.tree_rows.row(i) = row;
     }
@@ -545,7 +543,7 @@ impl Solver<'_> {
         let (x, t) = halves(&child.motion);
         let r = turned(row.r_child, mul(&child.s, t));
         let mut gap = row.gap + row.drift * sweep.elapsed + x * child.alpha + (r - row.r_child);
-        row.child = jacobian(1.0, child.alpha, &child.s, r);
+        put_ball(&mut row.child, 1.0, child, r);
         let u = &child.u;
         let mut speed = row.drift
             + DVec3 {
@@ -561,7 +559,7 @@ impl Solver<'_> {
             let (x, t) = halves(&parent.motion);
             let r = turned(row.r_parent, mul(&parent.s, t));
             gap = gap - x * parent.alpha - (r - row.r_parent);
-            row.parent = jacobian(-1.0, parent.alpha, &parent.s, r);
+            put_ball(&mut row.parent, -1.0, parent, r);
             let u = &parent.u;
             speed = speed
                 + DVec3 {
@@ -578,8 +576,8 @@ impl Solver<'_> {
         let rate = if sweep.rate * size > fastest { fastest / size } else { sweep.rate };
         let wanted = -(speed + gap * rate);
         row.rhs = [wanted.x, wanted.y, wanted.z, 0.0, 0.0, 0.0];
-        row.k = [[0.0; 6]; 6];
         for i in 0..3 {
+            row.k[i] = [0.0; 6];
             row.k[i][i] = compliance;
         }
     }
