@@ -114,7 +114,9 @@ impl Bake {
             motion.poses.push(track.poses);
         }
         match loaded {
-            Loaded::BuiltIn(scene) => bake::write_scene(&self.path, scene, &pieces, &motion),
+            Loaded::BuiltIn(scene) | Loaded::Read(scene) => {
+                bake::write_scene(&self.path, scene, &pieces, &motion)
+            }
             Loaded::Gltf(loaded) => bake::write(&self.path, loaded, &motion),
         }
         .map_err(Failure::failed)?;

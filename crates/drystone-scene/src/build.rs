@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use drystone::{BodyDef, BodyId, DefError, JointDef, JointId, Pose, World};
 
-use crate::scene::{Scene, SceneBody, SceneJoint, Script, ScriptAction, Wave};
+use crate::scene::{Scene, SceneBody, SceneFrame, SceneJoint, Script, ScriptAction, Wave};
 
 /// The engine refused something of a scene.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -58,6 +58,8 @@ pub struct Running {
     pub names: Vec<String>,
     /// Its joints in the order of the scene, then of the script.
     pub joints: Vec<JointId>,
+    /// Named places on its bodies, as the scene has them.
+    pub frames: Vec<SceneFrame>,
     /// Those that scene and script brought.
     brought: Vec<BodyId>,
     /// Number of the body that a piece came from at first.
@@ -80,6 +82,7 @@ impl Scene {
             bodies: Vec::with_capacity(self.bodies.len()),
             names: Vec::with_capacity(self.bodies.len()),
             joints: Vec::with_capacity(self.joints.len()),
+            frames: self.frames.clone(),
             brought: Vec::with_capacity(self.bodies.len()),
             origins: BTreeMap::new(),
             pieces: BTreeMap::new(),
@@ -91,6 +94,9 @@ impl Scene {
         }
         for joint in &self.joints {
             running.add_joint(joint)?;
+        }
+        for frame in &self.frames {
+            running.at(&format!("the frame '{}'", frame.name), frame.body)?;
         }
         match &self.script {
             Script::None => {}
@@ -139,6 +145,7 @@ impl Running {
             kind: joint.kind,
             collide_connected: joint.collide_connected,
             strength: joint.strength,
+            articulated: joint.articulated,
         };
         let id = self.world.add_joint(def).map_err(|error| {
             let [a, b] = [def.body_a, def.body_b].map(|id| self.name_of(id));

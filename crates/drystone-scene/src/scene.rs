@@ -1,7 +1,7 @@
 //! A scene in neutral form: what the catalog builds, what files are read into, what every engine of
 //! the benchmark is given.
 
-use drystone::{BodyDef, JointKind, JointStrength, Vec3, WorldConfig, trig, vec3};
+use drystone::{BodyDef, JointKind, JointStrength, Pose, Vec3, WorldConfig, trig, vec3};
 
 /// A body of a scene.
 #[derive(Clone, Debug)]
@@ -29,6 +29,21 @@ pub struct SceneJoint {
     pub collide_connected: bool,
     /// What it can bear; `None`: anything.
     pub strength: Option<JointStrength>,
+    /// Whether the whole tree of joints is solved at once: see [`drystone::JointDef::articulated`].
+    pub articulated: bool,
+}
+
+/// A named place on a body, such as a link of a robot that is held fast on another.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SceneFrame {
+    /// Its name, in traces; unique among bodies and frames of its scene.
+    pub name: String,
+    /// Number of the body in [`Scene::bodies`].
+    pub body: usize,
+    /// Where it is [frame of the body].
+    pub pose: Pose,
+    /// The point whose velocity is its own: the center of mass of what it names [m, frame of the body].
+    pub center: Vec3,
 }
 
 /// What happens to the bodies while the scene runs, besides physics.
@@ -176,6 +191,8 @@ pub struct Scene {
     pub bodies: Vec<SceneBody>,
     /// Its joints, in the order in which they are added.
     pub joints: Vec<SceneJoint>,
+    /// Named places on its bodies.
+    pub frames: Vec<SceneFrame>,
     /// What happens besides.
     pub script: Script,
     /// What of a file was left out, changed or approximated, and why; a line each.
@@ -194,6 +211,7 @@ impl Scene {
             seconds: 10.0,
             bodies: Vec::new(),
             joints: Vec::new(),
+            frames: Vec::new(),
             script: Script::None,
             notes: Vec::new(),
         }

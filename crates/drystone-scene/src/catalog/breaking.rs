@@ -103,6 +103,7 @@ pub(super) fn add_bonded_wall(
             kind: JointKind::SixDof(SixDof::FIXED),
             collide_connected: false,
             strength: Some(JointStrength { force, torque, ..JointStrength::default() }),
+            articulated: false,
         });
     }
     Ok(())

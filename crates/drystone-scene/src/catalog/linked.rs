@@ -18,6 +18,7 @@ fn ball_joint((body_a, anchor_a): (usize, Vec3), (body_b, anchor_b): (usize, Vec
         kind,
         collide_connected: false,
         strength: None,
+        articulated: false,
     }
 }
 

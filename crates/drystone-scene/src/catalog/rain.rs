@@ -168,6 +168,7 @@ fn join(ends: [(usize, Pose); 2], point: Vec3, axis: Vec3, axes: SixDof) -> Scen
         kind: JointKind::SixDof(SixDof { frame_a, frame_b, ..axes }),
         collide_connected: false,
         strength: None,
+        articulated: false,
     }
 }
 

@@ -55,6 +55,11 @@ pub struct JointDef {
     pub collide_connected: bool,
     /// What it can bear; `None`, the default: anything.
     pub strength: Option<JointStrength>,
+    /// Solve the whole tree of joints that this one belongs to at once, whatever loads it carries; default
+    /// false. Without it trees are that carry `joint.tree_ratio` times a link's mass. For robots and
+    /// figures whose joints must hold exactly; a tree that closes a loop over bodies that move, or has a rod or
+    /// rope in it, is solved joint by joint all the same.
+    pub articulated: bool,
 }
 
 /// What a joint can bear. It breaks at the end of a step in which it had to bear more: it is removed, and
@@ -146,7 +151,14 @@ impl JointDef {
             kind: JointKind::Ball,
             collide_connected: false,
             strength: None,
+            articulated: false,
         }
+    }
+
+    /// Solved at once with the tree of joints that it belongs to: see [`Self::articulated`].
+    #[must_use]
+    pub fn with_articulated(self, articulated: bool) -> Self {
+        Self { articulated, ..self }
     }
 
     /// Breaks where it would have to bear more than this force [N] or torque [N m].

@@ -302,6 +302,7 @@ impl World {
             given: [Vec3::ZERO; 2],
             damage: 0.0,
             is_direct: false,
+            articulated: def.articulated,
             strength: def.strength,
             place: Place::NOWHERE,
         };

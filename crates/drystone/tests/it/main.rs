@@ -3,6 +3,7 @@
 
 mod contract_world;
 mod property_hull;
+mod scenario_articulated;
 mod scenario_audit;
 mod scenario_breakage;
 mod scenario_freezing;

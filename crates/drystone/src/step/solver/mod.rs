@@ -27,6 +27,7 @@ mod forest;
 mod swing;
 mod tally;
 mod tree;
+mod tree_six;
 mod touch;
 mod unpack;
 
@@ -77,6 +78,7 @@ pub(crate) struct Scratch {
     extras: Vec<Extra>,
     joints: Vec<JointBlock>,
     sixdofs: Vec<SixBlock>,
+    tree_gains: Vec<f64>,
     tree_bodies: Vec<TreeBody>,
     tree_rows: Vec<TreeRow>,
     /// One for each group, while some contact can bounce.
@@ -142,6 +144,7 @@ struct Solver<'a> {
     has_extras: bool,
     joints: Rows<'a, JointBlock>,
     sixdofs: Rows<'a, SixBlock>,
+    tree_gains: Rows<'a, f64>,
     tree_bodies: Rows<'a, TreeBody>,
     tree_rows: Rows<'a, TreeRow>,
     /// Empty where `extras` is, as are `free`.
@@ -224,6 +227,7 @@ pub(crate) fn solve(
     }
     s.joints.resize_with(s.plan.joints.owners.len(), JointBlock::default);
     s.sixdofs.resize_with(s.plan.sixdofs.owners.len(), SixBlock::default);
+    s.tree_gains.resize(s.plan.forest.trees.last().map_or(0, |tree| tree.gains.end), 0.0);
     s.tree_bodies.resize(s.plan.forest.bodies.len(), TreeBody::default());
     s.tree_rows.resize(s.plan.forest.joints.len(), TreeRow::default());
     s.make_tallies(breakage);
@@ -247,6 +251,7 @@ pub(crate) fn solve(
         has_extras,
         joints: Rows::new(&mut s.joints),
         sixdofs: Rows::new(&mut s.sixdofs),
+        tree_gains: Rows::new(&mut s.tree_gains),
         tree_bodies: Rows::new(&mut s.tree_bodies),
         tree_rows: Rows::new(&mut s.tree_rows),
         impacts: Rows::new(&mut s.impacts),
@@ -590,7 +595,7 @@ impl Solver<'_> {
                 self.store_joints(i);
             }
         });
-        self.store_sixdofs(group, jobs);
         self.store_trees(group);
+        self.store_sixdofs(group, jobs);
     }
 }

@@ -11,7 +11,7 @@ use super::plan::Group;
 use super::rows::ContactBlock;
 use crate::base::math::{Vec3, vec3};
 use crate::base::wide::{LANES, Lanes};
-use crate::state::bodies::Bodies;
+use crate::state::bodies::{Bodies, NONE};
 use crate::state::contacts::Contact;
 
 /// Adds the impulses that a sweep left: all of them, or what a relax sweep changed.
@@ -160,12 +160,18 @@ impl Solver<'_> {
             let force = &self.joints.read(i).carried;
             self.joint_tallies.row(i).add(force, &[[0.0; LANES]; 3], is_relax);
         }
+        for tree in self.trees(group) {
+            for (i, joint) in self.tree_joints(tree).filter(|(_, joint)| joint.six != NONE) {
+                let block = self.sixdofs.row(joint.six as usize / LANES);
+                self.tree_rows.read(i).put_six(block, joint.six);
+            }
+        }
         for i in self.plan.sixdofs.blocks_of(&group.sixdofs) {
             let block = self.sixdofs.read(i);
             self.six_tallies.row(i).add(&block.carried, &block.torque, is_relax);
         }
         for tree in self.trees(group) {
-            for (i, joint) in self.tree_joints(tree) {
+            for (i, joint) in self.tree_joints(tree).filter(|(_, joint)| joint.six == NONE) {
                 let impulse = self.tree_rows.read(i).impulse.single();
                 let now = if joint.is_child_a { -impulse } else { impulse };
                 let [sum, last] = self.tree_tallies.row(i);
@@ -200,7 +206,7 @@ impl Solver<'_> {
             }
         }
         for tree in self.trees(group) {
-            for (i, joint) in self.tree_joints(tree) {
+            for (i, joint) in self.tree_joints(tree).filter(|(_, joint)| joint.six == NONE) {
                 give(joint.row, [self.tree_tallies.read(i)[0], Vec3::ZERO]);
             }
         }
