@@ -5,7 +5,7 @@ use std::path::Path;
 
 use drystone::Vec3;
 use drystone_scene::gltf::{self, LoadedGltf};
-use drystone_scene::{BuildError, Running, Scene, SceneBody, SceneError, Script, mjcf, obj, urdf};
+use drystone_scene::{BuildError, Running, Scene, SceneError, mjcf, obj, urdf};
 
 use crate::cli::{AutoColliders, Base, Source, has_extension};
 use crate::output::Failure;
@@ -138,14 +138,6 @@ fn described(path: &Path, source: &Source) -> Result<Result<Scene, SceneError>, 
         return Err(not_a_robot());
     }
     Ok(mjcf::load(path))
-}
-
-/// The bodies that join while the scene runs.
-pub(crate) fn dropped(scene: &Scene) -> &[SceneBody] {
-    match &scene.script {
-        Script::Drop { bodies, .. } => bodies,
-        _ => &[],
-    }
 }
 
 /// The scene as a world; `source` is what the user called it.

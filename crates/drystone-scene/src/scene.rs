@@ -29,6 +29,8 @@ pub struct SceneJoint {
     pub collide_connected: bool,
     /// What it can bear; `None`: anything.
     pub strength: Option<JointStrength>,
+    /// Whether the whole tree of joints is solved at once: see [`drystone::JointDef::articulated`].
+    pub articulated: bool,
 }
 
 /// Holds `coordinate b = ratio · coordinate a + offset` between two joints of six axes of a scene.
@@ -99,6 +101,22 @@ pub enum Script {
         /// The force [N, world].
         force: Vec3,
     },
+    /// Groups of bodies come, and go, before certain steps.
+    Waves(Vec<Wave>),
+}
+
+/// Bodies that leave and bodies with their joints that join before a step. The numbers of bodies go on from those
+/// of the scene in the order in which they come.
+#[derive(Clone, Debug)]
+pub struct Wave {
+    /// Before which step, counted from 0; waves are in the order of their steps.
+    pub step: u64,
+    /// Numbers of the bodies that leave, with their joints.
+    pub removed: core::ops::Range<usize>,
+    /// Those that join.
+    pub bodies: Vec<SceneBody>,
+    /// Joints that are added then.
+    pub joints: Vec<SceneJoint>,
 }
 
 /// What a script wants before one step.
@@ -116,6 +134,8 @@ pub enum ScriptAction<'a> {
     },
     /// This body joins.
     Add(&'a SceneBody),
+    /// Bodies leave and join.
+    Wave(&'a Wave),
     /// From now on this lasting force acts on the body `body`, at its center of mass.
     Pull {
         /// Number of the body.
@@ -126,6 +146,16 @@ pub enum ScriptAction<'a> {
 }
 
 impl Script {
+    /// The bodies that join while the scene runs, in the order in which they come.
+    pub fn joining(&self) -> impl Iterator<Item = &SceneBody> {
+        let (dropped, waves): (&[SceneBody], &[Wave]) = match self {
+            Self::Drop { bodies, .. } => (bodies, &[]),
+            Self::Waves(waves) => (&[], waves),
+            _ => (&[], &[]),
+        };
+        dropped.iter().chain(waves.iter().flat_map(|w| &w.bodies))
+    }
+
     /// What is to be done before step `step`, counted from 0.
     #[must_use]
     pub fn action(&self, step: u64) -> ScriptAction<'_> {
@@ -143,6 +173,10 @@ impl Script {
             }
             &Self::Pull { body, from, force } if step == from => ScriptAction::Pull { body, force },
             Self::Pull { .. } => ScriptAction::None,
+            Self::Waves(waves) => {
+                let wave = waves.binary_search_by_key(&step, |w| w.step).ok();
+                wave.map_or(ScriptAction::None, |i| ScriptAction::Wave(&waves[i]))
+            }
         }
     }
 }

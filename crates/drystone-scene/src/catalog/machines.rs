@@ -27,6 +27,7 @@ fn join(scene: &mut Scene, bodies: [usize; 2], point: Vec3, frames: [Quat; 2], a
         kind: JointKind::SixDof(SixDof { frame_a, frame_b, ..axes }),
         collide_connected: false,
         strength: None,
+        articulated: false,
     });
 }
 
@@ -240,6 +241,7 @@ pub(super) fn pulley(mut scene: Scene, values: &Values) -> Result<Scene, Catalog
         kind: JointKind::Pulley(rope),
         collide_connected: true,
         strength: None,
+        articulated: false,
     });
     Ok(scene)
 }

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 use drystone::{
-    BodyDef, BodyKind, JointKind, MassDef, MassProperties, Pose, Quat, ShapeDef, SixDof,
+    BodyDef, BodyKind, JointAxis, JointKind, MassDef, MassProperties, Pose, Quat, ShapeDef, SixDof,
 };
 
 use super::compose::stages;
@@ -16,9 +16,6 @@ use crate::scene::{Scene, SceneCoupling, SceneFrame, SceneJoint};
 /// Of a link that several joints hold, this part of its mass stands between each two of them that cannot be
 /// one joint: a body without a mass is none, and a much lighter one would make the joints soft.
 const SHARE: f32 = 0.125;
-
-/// Bodies that keep from colliding without a joint are tied by a rod of up to this length [m].
-const UNBOUND: f32 = 1.0e9;
 
 /// Whether a link collides with one that the world holds, if a joint is between them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -96,9 +93,14 @@ fn tie(scene: &mut Scene, a: usize, b: usize) {
         body_b: b,
         anchor_a,
         anchor_b,
-        kind: JointKind::Distance { min: 0.0, max: UNBOUND, spring: None },
+        kind: JointKind::SixDof(SixDof {
+            linear: [JointAxis::FREE; 3],
+            angular: [JointAxis::FREE; 3],
+            ..SixDof::FIXED
+        }),
         collide_connected: false,
         strength: None,
+        articulated: false,
     });
 }
 
@@ -248,6 +250,7 @@ impl Chain<'_> {
                 kind: on_first(kind, on_above.rotation),
                 collide_connected: collides && k == 0,
                 strength: None,
+                articulated: false,
             };
             for (of, axis, sign, reference) in &stage.coordinates {
                 let (axis, sign, reference) = (*axis, *sign, *reference);

@@ -206,6 +206,7 @@ impl<'a> Relations<'_, 'a> {
             kind,
             collide_connected: true,
             strength: None,
+            articulated: false,
         });
     }
 
