@@ -56,7 +56,6 @@ use crate::base::disjoint::Rows;
 use crate::base::grow;
 use crate::base::jobs::{Executor, Inline, for_ranges, grain};
 use crate::base::math::Vec3;
-use crate::base::wide::LANES;
 use crate::state::bodies::{Bodies, Body};
 use crate::state::colors::Colors;
 use crate::state::contacts::{Contact, Contacts};
@@ -360,27 +359,6 @@ impl Solver<'_> {
         };
         let source = self.impact_source(&self.plan.groups[number]);
         self.impacts.row(number).collide(&source, &moment);
-    }
-
-    /// Notes the lines that nothing pushed, of bodies near something they can bounce off.
-    fn find_free(&self, group: &Group) {
-        for i in self.plan.contacts.blocks_of(&group.contacts) {
-            let (block, extra) = (self.blocks.read(i), self.extras.read(i));
-            if !extra.bounces {
-                continue;
-            }
-            for lane in 0..LANES {
-                for line in [block.row_a[lane] as usize, block.row_b[lane] as usize] {
-                    if line != 0 && extra.restitution[lane] > 0.0 {
-                        let body = self.bodies.at(self.plan.members[line - 1]);
-                        let start = integrate::whitened(body, self.whitening.read(line).alpha());
-                        let (aux, end) = (self.aux.read(line), self.lines.read(line));
-                        let ctx = self.ctx;
-                        *self.free.row(line) = aux.flew(end, start, ctx.substeps, ctx.h);
-                    }
-                }
-            }
-        }
     }
 
     /// A pass over the colors.

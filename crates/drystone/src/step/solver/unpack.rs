@@ -3,7 +3,9 @@
 use fearless_simd::{Simd, SimdBase};
 
 use super::inertia::Squeeze;
+use super::plan::Group;
 use super::rows::{ContactBlock, Extra};
+use super::{Solver, integrate};
 use crate::base::disjoint::Rows;
 use crate::base::math::Vec3;
 use crate::base::wide::{LANES, Vec3w, above, load, scatter4, splat};
@@ -92,4 +94,27 @@ pub(super) fn store<S: Simd>(
         begun |= u8::from(pressed && !c.touching) << lane;
     }
     begun
+}
+
+impl Solver<'_> {
+    /// Notes the lines that nothing pushed, of bodies near something they can bounce off.
+    pub(super) fn find_free(&self, group: &Group) {
+        for i in self.plan.contacts.blocks_of(&group.contacts) {
+            let (block, extra) = (self.blocks.read(i), self.extras.read(i));
+            if !extra.bounces {
+                continue;
+            }
+            for lane in 0..LANES {
+                for line in [block.row_a[lane] as usize, block.row_b[lane] as usize] {
+                    if line != 0 && extra.restitution[lane] > 0.0 {
+                        let body = self.bodies.at(self.plan.members[line - 1]);
+                        let start = integrate::whitened(body, self.whitening.read(line).alpha());
+                        let (aux, end) = (self.aux.read(line), self.lines.read(line));
+                        let ctx = self.ctx;
+                        *self.free.row(line) = aux.flew(end, start, ctx.substeps, ctx.h);
+                    }
+                }
+            }
+        }
+    }
 }
