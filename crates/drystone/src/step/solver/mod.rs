@@ -91,8 +91,7 @@ pub(crate) struct Scratch {
     tallies: Vec<ContactTally>,
     joint_tallies: Vec<JointTally>,
     six_tallies: Vec<JointTally>,
-    /// Sum, and what was there after the last sweep.
-    tree_tallies: Vec<[Vec3; 2]>,
+    tree_tallies: Vec<[[Vec3; 2]; 2]>,
     /// Of the methods that run over rows one by one.
     classic: classic::Scratch,
     /// Sweeps over the contacts in the last step.
@@ -156,7 +155,7 @@ struct Solver<'a> {
     tallies: Rows<'a, ContactTally>,
     joint_tallies: Rows<'a, JointTally>,
     six_tallies: Rows<'a, JointTally>,
-    tree_tallies: Rows<'a, [Vec3; 2]>,
+    tree_tallies: Rows<'a, [[Vec3; 2]; 2]>,
     contacts: Rows<'a, Option<Contact>>,
     joint_slots: Rows<'a, Option<Joint>>,
 }
@@ -586,7 +585,6 @@ impl Solver<'_> {
                 }
             });
         });
-        // Before a joint whose body swings says what it gave.
         self.store_tallies(group);
         let joints = self.plan.joints.blocks_of(&group.joints);
         let n = joints.len();
