@@ -84,7 +84,8 @@ pub(crate) struct Given {
 }
 
 impl super::Scratch {
-    /// Room for the sums (of trees: force and torque, then what was there after the last sweep) of a step in which something can break; none in another.
+    /// Room for the sums of a step in which something can break; none in another. Those of trees are force and
+    /// torque, then what was there after the last sweep.
     pub(super) fn make_tallies(&mut self, breakage: bool) {
         let room = |n: usize| if breakage { n } else { 0 };
         self.tallies.resize_with(room(self.plan.contacts.owners.len()), ContactTally::default);
