@@ -2,9 +2,11 @@
 
 use std::collections::BTreeMap;
 
-use drystone::{BodyDef, BodyId, DefError, JointDef, JointId, Pose, World};
+use drystone::{BodyDef, BodyId, CouplingDef, DefError, JointDef, JointId, Pose, World};
 
-use crate::scene::{Scene, SceneBody, SceneFrame, SceneJoint, Script, ScriptAction, Wave};
+use crate::scene::{
+    Scene, SceneBody, SceneCoupling, SceneFrame, SceneJoint, Script, ScriptAction, Wave,
+};
 
 /// The engine refused something of a scene.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -33,6 +35,25 @@ pub enum BuildError {
         #[source]
         error: DefError,
     },
+    /// A coupling.
+    #[error("coupling {number}: {error}")]
+    Coupling {
+        /// Its number in the scene, from 0.
+        number: usize,
+        /// What is wrong with it.
+        #[source]
+        error: DefError,
+    },
+    /// A coupling names a joint that the scene does not have.
+    #[error("coupling {number} names joint number {joint}, the scene has {joints} joints")]
+    NoSuchJoint {
+        /// Its number in the scene, from 0.
+        number: usize,
+        /// The number given.
+        joint: usize,
+        /// How many there are.
+        joints: usize,
+    },
     /// A joint or the script names a body that the scene does not have.
     #[error("{user} names body number {number}, the scene has {bodies} bodies")]
     NoSuchBody {
@@ -58,6 +79,8 @@ pub struct Running {
     pub names: Vec<String>,
     /// Its joints in the order of the scene, then of the script.
     pub joints: Vec<JointId>,
+    /// Its couplings in the order of the scene.
+    pub couplings: Vec<JointId>,
     /// Named places on its bodies, as the scene has them.
     pub frames: Vec<SceneFrame>,
     /// Those that scene and script brought.
@@ -82,6 +105,7 @@ impl Scene {
             bodies: Vec::with_capacity(self.bodies.len()),
             names: Vec::with_capacity(self.bodies.len()),
             joints: Vec::with_capacity(self.joints.len()),
+            couplings: Vec::with_capacity(self.couplings.len()),
             frames: self.frames.clone(),
             brought: Vec::with_capacity(self.bodies.len()),
             origins: BTreeMap::new(),
@@ -94,6 +118,9 @@ impl Scene {
         }
         for joint in &self.joints {
             running.add_joint(joint)?;
+        }
+        for number in 0..self.couplings.len() {
+            self.add_coupling(number, &mut running)?;
         }
         for frame in &self.frames {
             running.at(&format!("the frame '{}'", frame.name), frame.body)?;
@@ -110,6 +137,23 @@ impl Scene {
             }
         }
         Ok(running)
+    }
+}
+
+impl Scene {
+    fn add_coupling(&self, number: usize, running: &mut Running) -> Result<(), BuildError> {
+        let SceneCoupling { joint_a, axis_a, joint_b, axis_b, ratio, offset } =
+            self.couplings[number];
+        let find = |joint: usize| {
+            let joints = running.joints.len();
+            let id = running.joints.get(joint).copied();
+            id.ok_or(BuildError::NoSuchJoint { number, joint, joints })
+        };
+        let (joint_a, joint_b) = (find(joint_a)?, find(joint_b)?);
+        let def = CouplingDef { joint_a, axis_a, joint_b, axis_b, ratio, offset };
+        let added = running.world.add_coupling(def);
+        running.couplings.push(added.map_err(|error| BuildError::Coupling { number, error })?);
+        Ok(())
     }
 }
 

@@ -33,6 +33,23 @@ pub struct SceneJoint {
     pub articulated: bool,
 }
 
+/// Holds `coordinate b = ratio · coordinate a + offset` between two joints of six axes of a scene.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SceneCoupling {
+    /// Number of the joint that is followed, in [`Scene::joints`].
+    pub joint_a: usize,
+    /// Its axis: 0 to 2 along x, y, z, 3 to 5 about them.
+    pub axis_a: usize,
+    /// Number of the joint that follows.
+    pub joint_b: usize,
+    /// Its axis.
+    pub axis_b: usize,
+    /// How far b goes for each unit of a; not 0.
+    pub ratio: f32,
+    /// Where b is with a at 0 [m or rad].
+    pub offset: f32,
+}
+
 /// A named place on a body, such as a link of a robot that is held fast on another.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SceneFrame {
@@ -191,6 +208,8 @@ pub struct Scene {
     pub bodies: Vec<SceneBody>,
     /// Its joints, in the order in which they are added.
     pub joints: Vec<SceneJoint>,
+    /// Its couplings, added after the joints.
+    pub couplings: Vec<SceneCoupling>,
     /// Named places on its bodies.
     pub frames: Vec<SceneFrame>,
     /// What happens besides.
@@ -211,6 +230,7 @@ impl Scene {
             seconds: 10.0,
             bodies: Vec::new(),
             joints: Vec::new(),
+            couplings: Vec::new(),
             frames: Vec::new(),
             script: Script::None,
             notes: Vec::new(),

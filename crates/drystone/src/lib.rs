@@ -59,9 +59,10 @@ pub use state::config::{
     BreakageConfig, ContactConfig, InertiaConfig, JointConfig, PenaltyConfig, SleepConfig,
     WorldConfig,
 };
+pub use state::coupling::CouplingDef;
 pub use state::def::{
     AxisLocks, BodyDef, BodyKind, Bond, BondStrength, DefError, Fatigue, Fracture, Glue, JointDef,
-    JointKind, JointStrength, MassDef, ShapeDef, Spring,
+    JointKind, JointStrength, MassDef, Pulley, ShapeDef, Spring,
 };
 pub use state::events::{
     BondBreak, ContactEvent, Events, Fault, FaultKind, FractureCause, FractureEvent, HitEvent,

@@ -78,7 +78,7 @@ pub fn named(spec: &str) -> Result<Scene, CatalogError> {
 }
 
 /// Sizes are limited so that no scene has more than about 1.1 million bodies.
-static CATALOG: [Entry; 58] = [
+static CATALOG: [Entry; 60] = [
     Entry::new("hello", "A box and a ball fall on the ground", first::hello),
     Entry::new("stack", "A column of cubes, the top one as heavy as you like", first::stack).with(
         &[
@@ -398,6 +398,26 @@ static CATALOG: [Entry; 58] = [
         machines::vehicle,
     )
     .with(&[Parameter::number("speed", 8.0, (0.0, 30.0), "speed its motors hold [m/s]")]),
+    Entry::new(
+        "gears",
+        "A motor drives a row of gear wheels, the last of which lifts a rack",
+        machines::gears,
+    )
+    .with(&[
+        Parameter::whole("n", 5, (1, 500), "wheels"),
+        Parameter::number("speed", 2.0, (-20.0, 20.0), "speed of the first wheel [rad/s]"),
+        Parameter::number("load", 20.0, (0.1, 200.0), "mass of the rack [kg]"),
+    ]),
+    Entry::new(
+        "pulley",
+        "A weight lifts a load on a rope over two wheels, as on a block and tackle",
+        machines::pulley,
+    )
+    .with(&[
+        Parameter::number("mass", 30.0, (0.1, 10_000.0), "mass of the weight [kg]"),
+        Parameter::number("load", 50.0, (0.1, 10_000.0), "mass of the load [kg]"),
+        Parameter::number("strands", 2.0, (0.5, 20.0), "strands that the load hangs on"),
+    ]),
     Entry::new("ragdolls", "Limp people of 23 parts fall on a heap", machines::ragdolls)
         .with(&[Parameter::whole("n", 16, (1, 10_000), "people")]),
     Entry::new(

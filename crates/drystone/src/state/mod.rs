@@ -16,6 +16,7 @@ pub(crate) mod bodies;
 pub(crate) mod shapes;
 pub(crate) mod joints;
 pub(crate) mod contacts;
+pub(crate) mod coupling;
 pub(crate) mod bounds;
 pub(crate) mod colors;
 pub(crate) mod islands;

@@ -6,6 +6,7 @@ mod property_hull;
 mod scenario_articulated;
 mod scenario_audit;
 mod scenario_breakage;
+mod scenario_couplings;
 mod scenario_freezing;
 mod scenario_fracture;
 mod scenario_friction;

@@ -17,6 +17,7 @@ mod spring;
 pub(crate) mod inertia;
 pub(crate) mod integrate;
 mod classic;
+mod coupling;
 mod impact;
 mod pack;
 mod pack_extra;
@@ -39,6 +40,7 @@ use core::sync::atomic::{AtomicBool, Ordering};
 use fearless_simd::dispatch;
 
 use self::contact::Sweep;
+use self::coupling::CouplingRow;
 use self::impact::Impacts;
 use self::inertia::{Frame, Squeeze};
 use self::integrate::Aux;
@@ -79,6 +81,7 @@ pub(crate) struct Scratch {
     extras: Vec<Extra>,
     joints: Vec<JointBlock>,
     sixdofs: Vec<SixBlock>,
+    couplings: Vec<CouplingRow>,
     tree_gains: Vec<f64>,
     tree_bodies: Vec<TreeBody>,
     tree_rows: Vec<TreeRow>,
@@ -144,6 +147,7 @@ struct Solver<'a> {
     has_extras: bool,
     joints: Rows<'a, JointBlock>,
     sixdofs: Rows<'a, SixBlock>,
+    couplings: Rows<'a, CouplingRow>,
     tree_gains: Rows<'a, f64>,
     tree_bodies: Rows<'a, TreeBody>,
     tree_rows: Rows<'a, TreeRow>,
@@ -227,6 +231,7 @@ pub(crate) fn solve(
     }
     s.joints.resize_with(s.plan.joints.owners.len(), JointBlock::default);
     s.sixdofs.resize_with(s.plan.sixdofs.owners.len(), SixBlock::default);
+    s.couplings.resize(s.plan.couplings.len(), CouplingRow::default());
     s.tree_gains.resize(s.plan.forest.trees.last().map_or(0, |tree| tree.gains.end), 0.0);
     s.tree_bodies.resize(s.plan.forest.bodies.len(), TreeBody::default());
     s.tree_rows.resize(s.plan.forest.joints.len(), TreeRow::default());
@@ -251,6 +256,7 @@ pub(crate) fn solve(
         has_extras,
         joints: Rows::new(&mut s.joints),
         sixdofs: Rows::new(&mut s.sixdofs),
+        couplings: Rows::new(&mut s.couplings),
         tree_gains: Rows::new(&mut s.tree_gains),
         tree_bodies: Rows::new(&mut s.tree_bodies),
         tree_rows: Rows::new(&mut s.tree_rows),
@@ -283,6 +289,7 @@ impl Solver<'_> {
         let (ctx, group) = (self.ctx, &self.plan.groups[number]);
         self.prepare_lines(group, jobs);
         self.prepare_joints(group, jobs);
+        self.prepare_couplings(group);
         self.prepare_trees(group);
         self.prepare_contacts(group, jobs);
         self.begin_tallies(group);
@@ -399,6 +406,8 @@ impl Solver<'_> {
                     back: 0.0,
                     is_relax: false,
                 };
+                let coupled = JointSweep { softness: ctx.soft_coupling, ..joints };
+                self.sweep_couplings(group, &coupled);
                 self.sweep_joints(group, &joints, jobs);
                 self.sweep_sixdofs(group, &joints, jobs);
                 self.sweep_trees(group, &joints, jobs);
@@ -415,6 +424,7 @@ impl Solver<'_> {
                     back: 0.5 * ctx.h,
                     is_relax: true,
                 };
+                self.sweep_couplings(group, &joints);
                 self.sweep_joints(group, &joints, jobs);
                 self.sweep_sixdofs(group, &joints, jobs);
                 self.sweep_trees(group, &joints, jobs);
@@ -594,6 +604,7 @@ impl Solver<'_> {
                 self.store_joints(i);
             }
         });
+        self.store_couplings(group);
         self.store_trees(group);
         self.store_sixdofs(group, jobs);
     }

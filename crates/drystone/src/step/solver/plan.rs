@@ -39,6 +39,8 @@ pub(super) struct Group {
     pub(super) contacts: Range<usize>,
     pub(super) joints: Range<usize>,
     pub(super) sixdofs: Range<usize>,
+    /// In [`Plan::couplings`].
+    pub(super) couplings: Range<usize>,
     /// In [`Forest::order`].
     pub(super) trees: Range<usize>,
     /// Takes every substep in parts.
@@ -76,6 +78,8 @@ pub(super) struct Plan {
     pub(super) contacts: Layout,
     pub(super) joints: Layout,
     pub(super) sixdofs: Layout,
+    /// Group and row of each coupling and pulley, in this order.
+    pub(super) couplings: Vec<(u64, u32)>,
     pub(super) forest: Forest,
     workers: usize,
     /// Of each island, whether it takes every substep in parts: now, and in the last step.
@@ -94,6 +98,9 @@ const CLASS: u32 = 32;
 
 /// Class of the joints of trees.
 const TREE: u64 = 2;
+
+/// Class of couplings and pulleys, which are in no batch either.
+const COUPLED: u64 = 3;
 
 /// First class of joints of six axes; 1 more if a motion, 2 if a turn has a drive or a limit, 4 if a tree holds
 /// what is locked.
@@ -180,6 +187,7 @@ impl Plan {
             }
         }
         self.joints.runs.clear();
+        self.couplings.clear();
         for (fixed, coloring) in [(false, &mut colors.joints), (true, &mut colors.joints_fixed)] {
             for (index, color) in coloring.colors.iter_mut().enumerate() {
                 keys.clear();
@@ -189,6 +197,7 @@ impl Plan {
                         Link::Ball if j.is_direct => TREE,
                         Link::Ball => 0,
                         Link::Distance { .. } => 1,
+                        Link::Coupling(_) | Link::Pulley(_) => COUPLED,
                         Link::Six(six) => {
                             let [moves, turns] = six.def.scalars();
                             let direct = if j.is_direct { SIX_DIRECT } else { 0 };
@@ -200,9 +209,12 @@ impl Plan {
                 sort_members(&mut color.members, keys, index, |row, place| {
                     joints.at_mut(row).place = place;
                 });
+                let coupled = keys.iter().filter(|(key, _)| key >> CLASS & 0xff == COUPLED);
+                self.couplings.extend(coupled.map(|(key, row)| (key >> GROUP, *row)));
                 self.joints.find_runs(keys, CLASS, fixed, index);
             }
         }
+        self.couplings.sort_unstable();
         self.sixdofs.runs.clear();
         self.sixdofs.runs.extend(self.joints.runs.iter().filter(|run| run.class >= SIX));
         self.joints.runs.retain(|run| run.class < TREE);
@@ -214,6 +226,8 @@ impl Plan {
             group.contacts = self.contacts.batches_of(number);
             group.joints = self.joints.batches_of(number);
             group.sixdofs = self.sixdofs.batches_of(number);
+            let first = self.couplings.partition_point(|(of, _)| *of < number);
+            group.couplings = first..self.couplings.partition_point(|(of, _)| *of <= number);
         }
     }
 
