@@ -1,8 +1,8 @@
 //! A scene as a world that runs, with its script.
 
-use drystone::{BodyDef, BodyId, DefError, JointDef, JointId, Pose, World};
+use drystone::{BodyDef, BodyId, DefError, JointDef, JointId, Pose, Strand, World};
 
-use crate::scene::{Scene, SceneBody, Script, ScriptAction};
+use crate::scene::{Scene, SceneBody, SceneStrand, Script, ScriptAction, StrandDef};
 
 /// The engine refused something of a scene.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -31,6 +31,25 @@ pub enum BuildError {
         #[source]
         error: DefError,
     },
+    /// A rope, a cloth or a cloud.
+    #[error("strand '{name}': {error}")]
+    Strand {
+        /// Its name.
+        name: String,
+        /// What is wrong with it.
+        #[source]
+        error: DefError,
+    },
+    /// A strand names a particle that it does not have.
+    #[error("strand '{name}' names its particle number {number}, it has {particles}")]
+    NoSuchParticle {
+        /// Its name.
+        name: String,
+        /// The number given.
+        number: usize,
+        /// How many there are.
+        particles: usize,
+    },
     /// A joint or the script names a body that the scene does not have.
     #[error("{user} names body number {number}, the scene has {bodies} bodies")]
     NoSuchBody {
@@ -54,6 +73,8 @@ pub struct Running {
     pub names: Vec<String>,
     /// Its joints in the order of the scene.
     pub joints: Vec<JointId>,
+    /// Its ropes, cloths and clouds in the order of the scene.
+    pub strands: Vec<Strand>,
     script: Script,
     steps: u64,
 }
@@ -70,6 +91,7 @@ impl Scene {
             bodies: Vec::with_capacity(self.bodies.len()),
             names: Vec::with_capacity(self.bodies.len()),
             joints: Vec::with_capacity(self.joints.len()),
+            strands: Vec::with_capacity(self.strands.len()),
             script: self.script.clone(),
             steps: 0,
         };
@@ -78,6 +100,9 @@ impl Scene {
         }
         for number in 0..self.joints.len() {
             self.add_joint(number, &mut running)?;
+        }
+        for strand in &self.strands {
+            running.add_strand(strand)?;
         }
         match &self.script {
             Script::None => {}
@@ -127,6 +152,38 @@ impl Running {
         let id = self.world.add_body(def).map_err(|error| body_error(name, error))?;
         self.bodies.push(id);
         self.names.push(name.to_owned());
+        Ok(())
+    }
+
+    fn add_strand(&mut self, strand: &SceneStrand) -> Result<(), BuildError> {
+        let SceneStrand { name, def, pins, holds } = strand;
+        let refused = |error| BuildError::Strand { name: name.clone(), error };
+        let made = match def {
+            StrandDef::Rope(def) => self.world.add_rope(def),
+            StrandDef::Cloth(def) => self.world.add_cloth(def),
+            StrandDef::Cloud(points, def) => self
+                .world
+                .add_cloud(points.iter().copied(), def)
+                .map(|particles| Strand { particles, links: Vec::new() }),
+        };
+        let made = made.map_err(refused)?;
+        let particle = |number: usize| {
+            let particles = made.particles.len();
+            let name = || name.clone();
+            let missing = || BuildError::NoSuchParticle { name: name(), number, particles };
+            made.particles.get(number).copied().ok_or_else(missing)
+        };
+        for number in pins {
+            if let Some(mut pinned) = self.world.particle_mut(particle(*number)?) {
+                pinned.set_pinned(true);
+            }
+        }
+        for hold in holds {
+            let body = self.at(name, hold.body)?;
+            let held = particle(hold.particle)?;
+            self.world.attach_particle(held, body, hold.point).map_err(refused)?;
+        }
+        self.strands.push(made);
         Ok(())
     }
 

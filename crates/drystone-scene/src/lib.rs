@@ -11,4 +11,6 @@ mod scene;
 pub use build::{BuildError, Running};
 pub use catalog::{CatalogError, Entry, Parameter, Range, Values, catalog, named};
 pub use error::SceneError;
-pub use scene::{Scene, SceneBody, SceneJoint, Script, ScriptAction};
+pub use scene::{
+    Scene, SceneBody, SceneHold, SceneJoint, SceneStrand, Script, ScriptAction, StrandDef,
+};

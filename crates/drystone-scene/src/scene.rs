@@ -1,7 +1,9 @@
 //! A scene in neutral form: what the catalog builds, what files are read into, what every engine of
 //! the benchmark is given.
 
-use drystone::{BodyDef, JointKind, JointStrength, Vec3, WorldConfig, trig, vec3};
+use drystone::{
+    BodyDef, ClothDef, JointKind, JointStrength, ParticleDef, RopeDef, Vec3, WorldConfig, trig, vec3,
+};
 
 /// A body of a scene.
 #[derive(Clone, Debug)]
@@ -29,6 +31,42 @@ pub struct SceneJoint {
     pub collide_connected: bool,
     /// What it can bear; `None`: anything.
     pub strength: Option<JointStrength>,
+}
+
+/// A particle of a strand that a body holds.
+#[derive(Clone, Copy, Debug)]
+pub struct SceneHold {
+    /// Number of the particle in its strand.
+    pub particle: usize,
+    /// Number of the body in [`Scene::bodies`].
+    pub body: usize,
+    /// Where [m, frame of the body].
+    pub point: Vec3,
+}
+
+/// What a strand is.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub enum StrandDef {
+    /// A rope.
+    Rope(RopeDef),
+    /// A cloth.
+    Cloth(ClothDef),
+    /// A particle at each of these points [m, world].
+    Cloud(Vec<Vec3>, ParticleDef),
+}
+
+/// Particles of a scene. Only drystone has them: engines beside it are given the bodies alone.
+#[derive(Clone, Debug)]
+pub struct SceneStrand {
+    /// The scene's own name for it.
+    pub name: String,
+    /// What it is.
+    pub def: StrandDef,
+    /// Numbers of its particles that are pinned where they are.
+    pub pins: Vec<usize>,
+    /// Its particles that bodies hold.
+    pub holds: Vec<SceneHold>,
 }
 
 /// What happens to the bodies while the scene runs, besides physics.
@@ -144,6 +182,8 @@ pub struct Scene {
     pub bodies: Vec<SceneBody>,
     /// Its joints, in the order in which they are added.
     pub joints: Vec<SceneJoint>,
+    /// Its particles, in the order in which they are added, after bodies and joints.
+    pub strands: Vec<SceneStrand>,
     /// What happens besides.
     pub script: Script,
     /// What of a file was left out, changed or approximated, and why; a line each.
@@ -162,6 +202,7 @@ impl Scene {
             seconds: 10.0,
             bodies: Vec::new(),
             joints: Vec::new(),
+            strands: Vec::new(),
             script: Script::None,
             notes: Vec::new(),
         }

@@ -25,6 +25,7 @@ mod pack_sixdof;
 mod plan;
 mod forest;
 mod swing;
+mod together;
 mod tree;
 mod touch;
 mod unpack;
@@ -56,6 +57,7 @@ use crate::state::islands::Islands;
 use crate::state::joints::{Joint, Joints};
 use crate::state::method::{Method, Pass};
 use crate::state::shapes::Shapes;
+use crate::step::particles::pace::Tied;
 
 /// The solver's memory, kept from step to step so that a warm step allocates nothing.
 #[derive(Clone, Debug, Default)]
@@ -81,6 +83,8 @@ pub(crate) struct Scratch {
     free: Vec<bool>,
     /// A bit for each lane of a block whose touch is new.
     begun: Vec<u8>,
+    /// How far groups are that keep pace with particles.
+    progress: Vec<Progress>,
     /// Of the methods that run over rows one by one.
     classic: classic::Scratch,
     /// Sweeps over the contacts in the last step.
@@ -138,6 +142,7 @@ struct Solver<'a> {
     impacts: Rows<'a, Impacts>,
     free: Rows<'a, bool>,
     begun: Rows<'a, u8>,
+    progress: Rows<'a, Progress>,
     contacts: Rows<'a, Option<Contact>>,
     joint_slots: Rows<'a, Option<Joint>>,
 }
@@ -160,6 +165,7 @@ pub(crate) fn solve(
     contacts: &mut Contacts,
     colors: &mut Colors,
     scratch: &mut Scratch,
+    tied: &mut Tied<'_>,
     jobs: &dyn Executor,
 ) {
     let s = scratch;
@@ -167,6 +173,7 @@ pub(crate) fn solve(
     s.begun.clear();
     if method.is_classic() {
         classic::solve(ctx, method, Input { bodies, shapes, islands }, joints, contacts, colors, s);
+        together::follow(ctx, bodies, s, tied, jobs);
         return;
     }
     s.classic.leave(&mut s.line_of);
@@ -199,6 +206,8 @@ pub(crate) fn solve(
     s.sixdofs.resize_with(s.plan.sixdofs.owners.len(), SixBlock::default);
     s.tree_bodies.resize(s.plan.forest.bodies.len(), TreeBody::default());
     s.tree_rows.resize(s.plan.forest.joints.len(), TreeRow::default());
+    together::find_groups(&s.plan, &s.line_of, tied.scratch);
+    s.progress.resize(tied.scratch.groups.len(), Progress::default());
     let (slots, _) = contacts.slots_mut();
     let plan = &s.plan;
     let solver = Solver {
@@ -224,25 +233,59 @@ pub(crate) fn solve(
         impacts: Rows::new(&mut s.impacts),
         free: Rows::new(&mut s.free),
         begun: Rows::new(&mut s.begun),
+        progress: Rows::new(&mut s.progress),
         contacts: Rows::new(slots),
         joint_slots: Rows::new(joints.rows.values_mut()),
     };
     let solver_of =
         |number: usize| Solver { ctx: if plan.groups[number].fine { fine } else { ctx }, ..solver };
-    for number in 0..plan.shared {
+    solver.solve_together(tied, jobs);
+    let groups = &tied.scratch.groups;
+    for number in (0..plan.shared).filter(|number| groups.binary_search(number).is_err()) {
         solver_of(number).solve(number, jobs);
     }
     for_ranges(jobs, plan.groups.len() - plan.shared, 1, |range| {
-        for number in range {
-            solver_of(plan.shared + number).solve(plan.shared + number, &Inline);
+        for number in range.map(|number| plan.shared + number) {
+            if groups.binary_search(&number).is_err() {
+                solver_of(number).solve(number, &Inline);
+            }
         }
     });
+}
+
+/// How far a group is in its step.
+#[derive(Clone, Copy, Debug, Default)]
+struct Progress {
+    /// Substeps that positions have advanced.
+    done: u16,
+    /// Velocities have the forces of the next one.
+    kicked: bool,
+    /// A translation of one of its bodies is locked.
+    locked: bool,
+}
+
+/// A pass in a substep.
+#[derive(Clone, Copy, Debug)]
+struct Stroke {
+    substep: u32,
+    pass: Pass,
+    /// The velocities of the next substep follow at once.
+    kicks: bool,
 }
 
 impl Solver<'_> {
     /// Takes a group through the whole step.
     fn solve(&self, number: usize, jobs: &dyn Executor) {
-        let (ctx, group) = (self.ctx, &self.plan.groups[number]);
+        let mut way = self.begin(number, jobs);
+        for stroke in self.strokes() {
+            self.stroke(number, stroke, &mut way, jobs);
+        }
+        self.end(number, jobs);
+    }
+
+    /// Rows of a group, and its stored impulses.
+    fn begin(&self, number: usize, jobs: &dyn Executor) -> Progress {
+        let group = &self.plan.groups[number];
         self.prepare_lines(group, jobs);
         self.prepare_joints(group, jobs);
         self.prepare_trees(group);
@@ -252,32 +295,48 @@ impl Solver<'_> {
             self.impacts.row(number).begin(&self.impact_source(group), blocks, group.lines.len());
         }
         let locked = group.lines.clone().any(|i| self.aux.read(i).is_locked());
+        Progress { done: 0, kicked: true, locked }
+    }
+
+    /// The passes of a step, in their order.
+    fn strokes(&self) -> impl Iterator<Item = Stroke> {
         let (body, finish) = (self.method.substep(), self.method.finish());
-        let steps = (0..ctx.substeps).flat_map(|substep| body.iter().map(move |p| (substep, *p)));
-        let mut passes = steps.chain(finish.iter().map(|p| (ctx.substeps, *p))).peekable();
-        // Substeps that positions have advanced, and whether velocities have the forces of the next one.
-        let (mut done, mut kicked) = (0, true);
-        while let Some((substep, pass)) = passes.next() {
-            match pass {
-                Pass::Velocities if substep == 0 => self.accelerate(group, jobs, true),
-                Pass::Velocities => self.accelerate(group, jobs, false),
-                Pass::Positions => {
-                    // Positions and the velocities after them are one walk over the bodies.
-                    if passes.next_if(|(_, next)| *next == Pass::Velocities).is_some() {
-                        self.advance(group, jobs);
-                        (done, kicked) = (done + 1, true);
-                    } else {
-                        self.drift(group, jobs);
-                        (done, kicked) = (done + 1, false);
-                    }
+        let substeps = self.ctx.substeps;
+        let steps = (0..substeps).flat_map(|substep| body.iter().map(move |p| (substep, *p)));
+        let mut passes = steps.chain(finish.iter().map(move |p| (substeps, *p))).peekable();
+        core::iter::from_fn(move || {
+            let (substep, pass) = passes.next()?;
+            // Positions and the velocities after them are one walk over the bodies.
+            let kicks = pass == Pass::Positions
+                && passes.next_if(|(_, next)| *next == Pass::Velocities).is_some();
+            Some(Stroke { substep, pass, kicks })
+        })
+    }
+
+    /// A pass over a group.
+    fn stroke(&self, number: usize, stroke: Stroke, way: &mut Progress, jobs: &dyn Executor) {
+        let group = &self.plan.groups[number];
+        match stroke.pass {
+            Pass::Velocities => self.accelerate(group, jobs, stroke.substep == 0),
+            Pass::Positions => {
+                if stroke.kicks {
+                    self.advance(group, jobs);
+                } else {
+                    self.drift(group, jobs);
                 }
-                Pass::Impacts if self.has_extras => self.collide(number, done, kicked),
-                _ => self.sweep(group, pass, substep, jobs),
+                (way.done, way.kicked) = (way.done + 1, stroke.kicks);
             }
-            if locked {
-                self.hold_locked(group);
-            }
+            Pass::Impacts if self.has_extras => self.collide(number, way.done, way.kicked),
+            pass => self.sweep(group, pass, stroke.substep, jobs),
         }
+        if way.locked {
+            self.hold_locked(group);
+        }
+    }
+
+    /// Impulses to the tables.
+    fn end(&self, number: usize, jobs: &dyn Executor) {
+        let group = &self.plan.groups[number];
         if self.has_extras {
             self.find_free(group);
         }
