@@ -212,7 +212,7 @@ pub(crate) struct Particles {
 
 impl Particles {
     pub(crate) const fn is_empty(&self) -> bool {
-        self.rows.len() == 0
+        self.rows.is_empty()
     }
 
     pub(crate) fn position(&self, line: u32) -> Vec3 {

@@ -132,8 +132,11 @@ fn a_spring_swings_with_its_period() {
 
 #[test]
 fn a_rope_bears_the_weight_that_hangs_on_it() {
-    let mut world = World::default();
+    let mut config = WorldConfig::default();
+    config.sleep.enabled = false;
+    let mut world = World::new(config).unwrap();
     let def = BodyDef::dynamic().with_position([0.0, 2.9, 0.0]).with_mass(2.0);
+    let def = BodyDef { linear_damping: 1.0, ..def };
     let weight = world.add_body(def.with_shape(ShapeDef::box_half([0.1; 3]))).unwrap();
     let mut rope = RopeDef::between([0.0, 5.0, 0.0], [0.0, 3.0, 0.0], 10);
     rope.pinned = [true, false];
@@ -185,7 +188,10 @@ fn a_box_is_dragged_over_the_floor_by_the_force_of_its_friction() {
 fn links_tear_at_their_limit_and_not_below() {
     for (load, tears) in [(0.9_f32, false), (1.1, true)] {
         for by_force in [true, false] {
-            let mut world = World::default();
+            let mut config = WorldConfig::default();
+            // What creeps falls asleep on the way.
+            config.sleep.enabled = false;
+            let mut world = World::new(config).unwrap();
             let pin = world.add_particle(&ParticleDef::at([0.0, 5.0, 0.0]).pinned()).unwrap();
             let def = ParticleDef::at([0.0, 4.0, 0.0]).with_mass(1.0);
             let hung = world.add_particle(&ParticleDef { damping: 20.0, ..def }).unwrap();
@@ -207,7 +213,8 @@ fn links_tear_at_their_limit_and_not_below() {
             assert_eq!(world.link(id).is_none(), tears);
             if tears {
                 assert_eq!((torn[0].link, torn[0].a, torn[0].b), (id, pin, hung));
-                assert!(at(&world, hung).y < -10.0, "it falls");
+                // At most at g/c = 0.49 m/s, for seconds.
+                assert!(at(&world, hung).y < 3.0, "it falls");
             }
         }
     }
@@ -375,7 +382,7 @@ fn energy_of_particles_is_in_the_books() {
     let mut world = flag(ParticleForm::Soft, 0);
     world.begin_ledger();
     seconds(&mut world, 3);
-    let ledger = world.ledger().unwrap();
+    let ledger = world.end_ledger().unwrap();
     // 1 kg, of which two corners are pinned; what swings ends below where it began.
     assert!(ledger.now.potential < ledger.start.potential - 0.5, "{ledger:?}");
     assert!(ledger.now.linear >= 0.0 && ledger.impulses.abs() < 1.0e-9, "{ledger:?}");

@@ -223,7 +223,7 @@ impl Around<'_> {
             restitution: bounce,
             pushes: dynamic && body.active(),
             asleep: dynamic && !body.active() && !body.faulted,
-            rests: particle.still_time > 0.0 || separation > self.ctx.margin,
+            rests: particle.still_time > 0.0,
         }
     }
 

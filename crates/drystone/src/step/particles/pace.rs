@@ -288,7 +288,9 @@ impl Tied<'_> {
     pub(crate) fn solve(&mut self, substep: u32, bodies: Rows<'_, Line>, jobs: &dyn Executor) {
         #[expect(clippy::cast_precision_loss, reason = "at most 256")]
         let elapsed = substep as f32 * self.pace.h;
-        for sweep in 0..self.pace.sweeps {
+        // Particles that nothing ties to each other have no use for more than one.
+        let tied = !self.particles.links.is_empty() || !self.scratch.holds.is_empty();
+        for sweep in 0..if tied { self.pace.sweeps } else { 1 } {
             let first = sweep == 0 && (substep > 0 || self.pace.form != Form::Soft);
             self.sweep(Sweep::Solve { first }, elapsed, bodies, jobs);
         }

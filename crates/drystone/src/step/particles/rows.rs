@@ -15,6 +15,9 @@ use crate::step::solver::rows::{Line, Whitening};
 /// Part of an overlap that a substep removes.
 const PUSH_OUT: f32 = 0.2;
 
+/// The same of the gap of an attachment.
+const CLOSE: f32 = 0.8;
+
 /// What a particle is against.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Partner {
@@ -319,7 +322,7 @@ impl HoldRow {
         } else if is_relax {
             u
         } else {
-            u + gap * (PUSH_OUT * pace.inv_h)
+            u + gap * (CLOSE * pace.inv_h)
         };
         let d = -self.matrix(r).map_or(Vec3::ZERO, |m| m.mul(wanted));
         self.apply(ground, d, r.cross(d));
