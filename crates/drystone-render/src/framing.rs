@@ -47,7 +47,8 @@ impl Subject {
         // Of a cloud some say where it is.
         let every = 1 + world.counts().particles / 2000;
         for particle in world.particles().step_by(every) {
-            moving.push(Aabb::new(particle.position(), particle.position()).grown(particle.radius()));
+            moving
+                .push(Aabb::new(particle.position(), particle.position()).grown(particle.radius()));
         }
         let mut boxes = together(moving);
         let core = union(&boxes);

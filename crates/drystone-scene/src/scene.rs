@@ -2,7 +2,8 @@
 //! the benchmark is given.
 
 use drystone::{
-    BodyDef, ClothDef, JointKind, JointStrength, ParticleDef, RopeDef, Vec3, WorldConfig, trig, vec3,
+    BodyDef, ClothDef, JointKind, JointStrength, ParticleDef, RopeDef, Vec3, WorldConfig, trig,
+    vec3,
 };
 
 /// A body of a scene.

@@ -74,6 +74,7 @@ pub use state::particle_def::{LinkDef, LinkKind, LinkSpring, ParticleDef};
 pub use state::sixdof::{JointAxis, JointCone, JointDrive, JointMotion, JointSpring, SixDof};
 pub use step::Stage;
 pub use world::{
-    BodyMut, BodyRef, ClothDef, ContactPoint, ContactRef, Impact, ImpactBody, ImpactSurface, JointRef,
-    LinkRef, ParticleMut, ParticleRef, RopeDef, ShapeMut, ShapeRef, Strand, World, WorldCounts, impact,
+    BodyMut, BodyRef, ClothDef, ContactPoint, ContactRef, Impact, ImpactBody, ImpactSurface,
+    JointRef, LinkRef, ParticleMut, ParticleRef, RopeDef, ShapeMut, ShapeRef, Strand, World,
+    WorldCounts, impact,
 };

@@ -66,8 +66,17 @@ fn cuboid(half: Vec3, p: Vec3) -> Nearest {
     let distance = out.length();
     let away = vec3(out.x * sign(p.x), out.y * sign(p.y), out.z * sign(p.z));
     // The largest is above 0, but its square need not be.
-    let fallback = if out.x > 0.0 { Vec3::X } else if out.y > 0.0 { Vec3::Y } else { Vec3::Z };
-    Nearest { distance, normal: away.normalize_or(fallback.mul_each(vec3(sign(p.x), sign(p.y), sign(p.z)))) }
+    let fallback = if out.x > 0.0 {
+        Vec3::X
+    } else if out.y > 0.0 {
+        Vec3::Y
+    } else {
+        Vec3::Z
+    };
+    Nearest {
+        distance,
+        normal: away.normalize_or(fallback.mul_each(vec3(sign(p.x), sign(p.y), sign(p.z)))),
+    }
 }
 
 fn polytope(hull: &Hull, p: Vec3, reach: f32) -> Option<Nearest> {
@@ -108,11 +117,7 @@ fn triangles(mesh: &Mesh, p: Vec3, reach: f32) -> Option<Nearest> {
     });
     let (square, number, away) = best?;
     let distance = square.sqrt();
-    let normal = if distance > 1.0e-6 {
-        away * (1.0 / distance)
-    } else {
-        mesh.face(number).normal
-    };
+    let normal = if distance > 1.0e-6 { away * (1.0 / distance) } else { mesh.face(number).normal };
     (distance <= reach).then_some(Nearest { distance, normal })
 }
 
@@ -196,7 +201,10 @@ mod tests {
             let distance = if solid && theirs.is_inside { -away } else { away };
             inside += u32::from(distance < 0.0);
             // Both in f32 over coordinates up to 3 m; parry's projections of cones and hulls iterate.
-            assert!((found.distance - distance).abs() < 2e-5, "{shape:?} {p:?}: {found:?} {distance}");
+            assert!(
+                (found.distance - distance).abs() < 2e-5,
+                "{shape:?} {p:?}: {found:?} {distance}"
+            );
             assert!((found.normal.length() - 1.0).abs() < 1e-5);
             let on = p - found.normal * found.distance;
             let back = reference.project_local_point(parry(on), false);

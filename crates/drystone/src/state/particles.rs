@@ -28,8 +28,6 @@ pub(crate) struct Particle {
     pub(crate) faulted: bool,
     /// Links that end at it.
     pub(crate) links: u32,
-    /// It was an end of a link at some time.
-    pub(crate) has_linked: bool,
     /// Least line of its strand, which is what links hold together; true unless
     /// [`Particles::strands_changed`].
     pub(crate) strand: u32,
@@ -229,7 +227,13 @@ impl Particles {
     }
 
     /// Adds a particle.
-    pub(crate) fn insert(&mut self, particle: Particle, x: Vec3, v: Vec3, radius: f32) -> ParticleId {
+    pub(crate) fn insert(
+        &mut self,
+        particle: Particle,
+        x: Vec3,
+        v: Vec3,
+        radius: f32,
+    ) -> ParticleId {
         let inverse_mass = if particle.pinned { 0.0 } else { 1.0 / particle.mass };
         let id = self.rows.insert(particle);
         let line = id.index() as usize + 1;
@@ -250,8 +254,7 @@ impl Particles {
     /// Takes out a particle that has neither links nor an attachment.
     pub(crate) fn remove(&mut self, id: ParticleId) {
         let line = id.index() + 1;
-        // It may stand for its strand.
-        self.strands_changed |= self.at(line).has_linked;
+        // Its links are gone: it is a strand of its own, or strands are to be found anew.
         self.rows.remove(id);
         self.lines[line as usize] = ParticleLine::default();
         self.touches.retain(|t| t.line != line);
@@ -316,7 +319,6 @@ impl Particles {
             let particle = self.at_mut(line);
             particle.colors |= bit;
             particle.links += 1;
-            particle.has_linked = true;
         }
         self.strands_changed = true;
         if self.colors.len() <= color {

@@ -179,7 +179,12 @@ fn quarantine(sets: &mut Sets<'_>, notes: impl Iterator<Item = Note>, step: u64)
             sets.rest(&[row]);
             sets.bodies.at_mut(row).faulted = true;
             let body = Some(sets.bodies.id(row));
-            sets.events.faults.push(Fault { body, particle: None, kind: FaultKind::NotFinite, step });
+            sets.events.faults.push(Fault {
+                body,
+                particle: None,
+                kind: FaultKind::NotFinite,
+                step,
+            });
         }
     }
 }

@@ -123,8 +123,8 @@ pub(crate) fn meet_shapes(
     gather(s);
     if woke {
         for meeting in &mut s.meetings {
-            meeting.pushes = sets.bodies.at(meeting.body).active()
-                && sets.bodies.at(meeting.body).is_dynamic();
+            meeting.pushes =
+                sets.bodies.at(meeting.body).active() && sets.bodies.at(meeting.body).is_dynamic();
         }
     }
     mark_dragged(particles, sets, s);
@@ -246,7 +246,8 @@ fn mark_dragged(particles: &Particles, sets: &mut Sets<'_>, s: &mut Scratch) {
             body.dragged = true;
             s.pace.dragged.push(row);
             // It may have had no line.
-            sets.colors.bodies_changed |= body.constraints == 0 && s.pace.released.binary_search(&row).is_err();
+            sets.colors.bodies_changed |=
+                body.constraints == 0 && s.pace.released.binary_search(&row).is_err();
         }
     }
     s.pace.dragged.sort_unstable();

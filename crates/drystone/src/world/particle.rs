@@ -99,7 +99,11 @@ impl ParticleRef<'_> {
     /// ½ m v² [J]; 0 if it is pinned.
     #[must_use]
     pub fn kinetic_energy(&self) -> f32 {
-        if self.particle.pinned { 0.0 } else { 0.5 * self.particle.mass * self.velocity().length_squared() }
+        if self.particle.pinned {
+            0.0
+        } else {
+            0.5 * self.particle.mass * self.velocity().length_squared()
+        }
     }
 }
 
@@ -273,7 +277,6 @@ impl World {
             frozen: false,
             faulted: false,
             links: 0,
-            has_linked: false,
             strand: 0,
             attachment: 0,
             material: def.material,

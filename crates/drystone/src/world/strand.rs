@@ -134,8 +134,7 @@ impl World {
         let mut strand = Strand::default();
         let made = self.fill(&mut strand, |world, strand| {
             for i in 0..=def.links {
-                let pinned =
-                    (i == 0 && def.pinned[0]) || (i == def.links && def.pinned[1]);
+                let pinned = (i == 0 && def.pinned[0]) || (i == def.links && def.pinned[1]);
                 let position = def.from.lerp(def.to, real(i) / real(def.links));
                 let particle = ParticleDef { position, mass, pinned, ..def.particle.clone() };
                 strand.particles.push(world.add_particle(&particle)?);

@@ -214,7 +214,11 @@ fn a_particle_that_hits_a_free_body_shares_its_momentum() {
         let body = world.body(ball).unwrap().linear_velocity().x;
         let particle = velocity(&world, id).x;
         // m v = 5 in all; after it the two part at e times the speed at which they met.
-        assert!((world.momentum() - vec3(5.0, 0.0, 0.0)).length() < 1.0e-5, "{:?}", world.momentum());
+        assert!(
+            (world.momentum() - vec3(5.0, 0.0, 0.0)).length() < 1.0e-5,
+            "{:?}",
+            world.momentum()
+        );
         let expected = (5.0 + 0.5 * restitution * 10.0) / 2.5;
         assert!((body - expected).abs() < 1.0e-3, "e {restitution}: {body} {expected}");
         assert!((body - particle - restitution * 10.0).abs() < 1.0e-3, "{body} {particle}");
@@ -277,7 +281,8 @@ fn a_body_that_sleeps_is_woken_by_what_hits_it_and_not_by_what_rests() {
 #[test]
 fn a_particle_that_turns_non_finite_is_put_aside_and_reported() {
     let mut world =
-        World::new(WorldConfig { gravity: vec3(0.0, -1.0e38, 0.0), ..WorldConfig::default() }).unwrap();
+        World::new(WorldConfig { gravity: vec3(0.0, -1.0e38, 0.0), ..WorldConfig::default() })
+            .unwrap();
     let free = world.add_particle(&ParticleDef::default()).unwrap();
     let a = world.add_particle(&ParticleDef::at([1.0, 0.0, 0.0])).unwrap();
     let pin = world.add_particle(&ParticleDef::at([2.0, 0.0, 0.0]).pinned()).unwrap();

@@ -48,7 +48,8 @@ fn hanging_chain(links: i32, length: f64, span: f64) -> Vec<(f64, f64)> {
 
 #[test]
 fn a_rope_hangs_as_its_chain_of_links_does() {
-    for (kind, links) in [(LinkKind::Equal, 20_u8), (LinkKind::AtMost, 20), (LinkKind::AtMost, 40)] {
+    for (kind, links) in [(LinkKind::Equal, 20_u8), (LinkKind::AtMost, 20), (LinkKind::AtMost, 40)]
+    {
         let mut config = WorldConfig::default();
         config.sleep.enabled = false;
         config.particle.sweeps = if links > 20 { 8 } else { 0 };
@@ -272,9 +273,8 @@ fn threads_and_lanes_are_not_observable() {
         let sides = [Vec3::X * 4.0, Vec3::Z * 4.0];
         let cloth = ClothDef::new([-2.0, 2.6, -2.0], sides, [30, 30]);
         world.add_cloth(&cloth).unwrap();
-        let points = (0..3000_u16).map(|i| {
-            vec3(0.004 * f32::from(i % 1000) - 2.0, 3.0 + 0.1 * f32::from(i / 1000), 0.3)
-        });
+        let points = (0..3000_u16)
+            .map(|i| vec3(0.004 * f32::from(i % 1000) - 2.0, 3.0 + 0.1 * f32::from(i / 1000), 0.3));
         world.add_cloud(points, &ParticleDef::default()).unwrap();
         for _ in 0..90 {
             world.step(DT);
@@ -322,7 +322,9 @@ fn what_is_wrong_is_refused_and_changes_nothing() {
     assert!(refused(&mut world, equal.with_length(0.0)).contains("length"));
     assert!(refused(&mut world, equal.with_length(f32::NAN)).contains("length"));
     assert!(refused(&mut world, LinkDef { b: a, ..equal }).contains("another particle"));
-    assert!(refused(&mut world, LinkDef { tear_force: Some(-1.0), ..equal }).contains("tear_force"));
+    assert!(
+        refused(&mut world, LinkDef { tear_force: Some(-1.0), ..equal }).contains("tear_force")
+    );
     let spring = LinkKind::Spring(LinkSpring::Rate { stiffness: -1.0, damping: 0.0 });
     assert!(refused(&mut world, LinkDef { kind: spring, ..equal }).contains("stiffness"));
     // At one point, and no length given.

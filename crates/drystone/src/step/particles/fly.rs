@@ -82,12 +82,7 @@ pub(super) fn put_aside(particle: &mut Particle, line: &mut ParticleLine) {
 }
 
 /// Velocity at the end, and displacement, with planes in the way.
-fn deflected(
-    ctx: &StepContext,
-    start: Vec3,
-    path: &Path,
-    meetings: &[Meeting],
-) -> (Vec3, Vec3) {
+fn deflected(ctx: &StepContext, start: Vec3, path: &Path, meetings: &[Meeting]) -> (Vec3, Vec3) {
     let dt = ctx.dt;
     let (mut v, mut way) = (path.v, path.way);
     for _ in 0..ROUNDS {

@@ -145,7 +145,9 @@ pub(crate) struct Tied<'a> {
 #[derive(Clone, Copy, Debug)]
 enum Sweep {
     /// With bias; the first of a substep that another came before, or of one of the forms that project.
-    Solve { first: bool },
+    Solve {
+        first: bool,
+    },
     Relax,
 }
 
@@ -305,7 +307,8 @@ impl Tied<'_> {
 
     fn sweep(&mut self, kind: Sweep, elapsed: f32, bodies: Rows<'_, Line>, jobs: &dyn Executor) {
         let pace = &self.pace;
-        let (is_relax, first) = (matches!(kind, Sweep::Relax), matches!(kind, Sweep::Solve { first: true }));
+        let (is_relax, first) =
+            (matches!(kind, Sweep::Relax), matches!(kind, Sweep::Solve { first: true }));
         let Particles { colors, lines, .. } = &mut *self.particles;
         let lines = Rows::new(lines);
         let s = &mut *self.scratch;
@@ -449,12 +452,7 @@ fn for_blocks(
     for_ranges(jobs, n, least, |range| f(blocks.slice(range)));
 }
 
-fn sweep_links(
-    blocks: &mut [LinkBlock],
-    lines: &Rows<'_, ParticleLine>,
-    pace: &Pace,
-    kind: Sweep,
-) {
+fn sweep_links(blocks: &mut [LinkBlock], lines: &Rows<'_, ParticleLine>, pace: &Pace, kind: Sweep) {
     dispatch!(pace.level, simd => {
         for block in blocks {
             match (kind, pace.form) {

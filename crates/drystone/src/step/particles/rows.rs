@@ -222,8 +222,7 @@ impl PointRow {
         let (v, way) = ground.state(self.line);
         let (x, t) = ground.ahead(&self.partner);
         let time = if soft { ground.elapsed } else { ground.elapsed + pace.h };
-        let gap = self.separation
-            + self.n.dot(way - x - t.cross(self.r) - self.drift * time);
+        let gap = self.separation + self.n.dot(way - x - t.cross(self.r) - self.drift * time);
         let u = v - self.partner.velocity(&ground.bodies, self.r) - self.drift;
         let vn = self.n.dot(u);
         let speed = if !soft {

@@ -5,7 +5,8 @@
 
 use super::integrate;
 use super::plan::Plan;
-use super::{Scratch, Solver, Stroke};
+use super::strokes::Stroke;
+use super::{Scratch, Solver};
 use crate::base::disjoint::Rows;
 use crate::base::jobs::{Executor, Inline, for_ranges};
 use crate::base::math::vec3;
