@@ -3,9 +3,8 @@
 use std::path::Path;
 use std::process::ExitCode;
 use std::sync::Arc;
-use std::thread::available_parallelism;
 
-use drystone::{Executor, Inline, Team, WorldConfig};
+use drystone::Executor;
 use drystone_view::overlay::{Overlays, Tint};
 use drystone_view::sim::Opened;
 use drystone_view::{Options, show};
@@ -15,7 +14,7 @@ use crate::cli::{Overlay, Source, View};
 use crate::load::{Loaded, build, load};
 use crate::output::Failure;
 use crate::render::quiet_driver;
-use crate::simulate::{Settings, configure};
+use crate::settings::{cores_but, executor};
 
 /// Largest file that the window opens [bytes]: a larger one would fill the memory.
 const MOST_BYTES: u64 = 1 << 29;
@@ -24,10 +23,7 @@ const MOST_BYTES: u64 = 1 << 29;
 pub(crate) fn view(args: &View) -> Outcome {
     quiet_driver();
     // One core is left to the window.
-    let free = || available_parallelism().map_or(1, |n| n.get().saturating_sub(1).clamp(1, 256));
-    let threads = args.threads.map_or_else(free, usize::from);
-    let executor: Arc<dyn Executor> =
-        if threads > 1 { Arc::new(Team::new(threads)) } else { Arc::new(Inline) };
+    let executor = executor(args.threads.map_or_else(|| cores_but(1), usize::from));
     let opened = open(args, &args.source, &executor)?;
     let on = |overlay| args.overlays.contains(&overlay);
     let overlays = Overlays {
@@ -50,7 +46,10 @@ pub(crate) fn view(args: &View) -> Outcome {
         // What is said of files says nothing of the catalog.
         let file = drystone_scene::named(scene).is_err();
         let auto_colliders = again.source.auto_colliders.filter(|_| file);
-        let source = Source { scene: scene.to_owned(), auto_colliders };
+        let robot = has_extension(Path::new(scene), &["urdf"]);
+        let (base, ground) =
+            if robot { (again.source.base, again.source.ground) } else { (None, None) };
+        let source = Source { scene: scene.to_owned(), auto_colliders, base, ground };
         open(&again, &source, &executor).map_err(|e| e.to_string())
     });
     show(Options { opened, open, playing: !args.paused, overlays }).map_err(Failure::failed)?;
@@ -68,21 +67,16 @@ fn open(args: &View, source: &Source, executor: &Arc<dyn Executor>) -> Result<Op
             MOST_BYTES >> 20
         )));
     }
-    let settings =
-        Settings { method: args.method.as_deref(), substeps: args.substeps, set: &args.set };
-    let mut config = WorldConfig::default();
-    configure(&mut config, &settings)?;
-    let says_gravity = args.set.iter().any(|(key, _)| key == "gravity");
-    let mut loaded = load(source, says_gravity.then_some(config.gravity))?;
-    configure(&mut loaded.scene_mut().config, &settings)?;
+    let mut loaded = load(source, args.settings.gravity()?)?;
+    args.settings.apply(&mut loaded.scene_mut().config)?;
     let scene = loaded.scene();
-    let hz = args.hz.unwrap_or(scene.hz);
+    let hz = args.settings.hz.unwrap_or(scene.hz);
     let mut running = build(scene, &source.scene)?;
     running.world.set_executor(Arc::clone(executor));
     let name = match &loaded {
         // With its parameters.
         Loaded::BuiltIn(_) => source.scene.trim().to_owned(),
-        Loaded::Gltf(_) => scene.name.clone(),
+        Loaded::Read(_) | Loaded::Gltf(_) => scene.name.clone(),
     };
     Ok(Opened { name, running, hz })
 }

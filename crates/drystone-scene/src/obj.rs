@@ -35,6 +35,11 @@ pub fn load(path: &Path, options: &Options) -> Result<LoadedGltf, SceneError> {
     gltf::from_document(document, &name, options).map_err(|e| e.in_file(path))
 }
 
+/// The corners of all faces of a file's text.
+pub(crate) fn points(text: &str) -> Result<Vec<Vec3>, SceneError> {
+    Ok(parse(text)?.into_iter().flat_map(|part| part.points).collect())
+}
+
 /// Objects with their own vertices.
 fn parse(text: &str) -> Result<Vec<MeshPart>, SceneError> {
     let mut points: Vec<Vec3> = Vec::new();

@@ -43,6 +43,7 @@ pub use base::sym3::Sym3;
 pub use base::team::Team;
 pub use base::trig;
 pub use base::wide::SimdLevel;
+pub use geometry::cells::{CutError, HullPiece};
 pub use geometry::hull::{Hull, HullError, Plane};
 pub use geometry::mass::MassProperties;
 pub use geometry::mesh::{Mesh, MeshError};
@@ -55,15 +56,16 @@ pub use query::stiffness::PenaltyLimit;
 pub use query::why_awake::{AwakeCause, WhyAwake};
 pub use query::{Query, RayHit};
 pub use state::config::{
-    ContactConfig, InertiaConfig, JointConfig, ParticleConfig, ParticleForm, PenaltyConfig,
-    SleepConfig, WorldConfig,
+    BreakageConfig, ContactConfig, InertiaConfig, JointConfig, ParticleConfig, ParticleForm,
+    PenaltyConfig, SleepConfig, WorldConfig,
 };
 pub use state::def::{
-    AxisLocks, BodyDef, BodyKind, DefError, JointDef, JointKind, JointStrength, MassDef, ShapeDef,
-    Spring,
+    AxisLocks, BodyDef, BodyKind, Bond, BondStrength, DefError, Fatigue, Fracture, Glue, JointDef,
+    JointKind, JointStrength, MassDef, ShapeDef, Spring,
 };
 pub use state::events::{
-    ContactEvent, Events, Fault, FaultKind, HitEvent, JointBreak, LinkTear, SensorEvent,
+    BondBreak, ContactEvent, Events, Fault, FaultKind, FractureCause, FractureEvent, HitEvent,
+    JointBreak, JointLimit, LinkTear, SensorEvent,
 };
 pub use state::material::{Combine, Filter, Material};
 pub use state::method::{Method, Pass};
@@ -74,7 +76,7 @@ pub use state::particle_def::{LinkDef, LinkKind, LinkSpring, ParticleDef};
 pub use state::sixdof::{JointAxis, JointCone, JointDrive, JointMotion, JointSpring, SixDof};
 pub use step::Stage;
 pub use world::{
-    BodyMut, BodyRef, ClothDef, ContactPoint, ContactRef, Impact, ImpactBody, ImpactSurface,
-    JointRef, LinkRef, ParticleMut, ParticleRef, RopeDef, ShapeMut, ShapeRef, Strand, World,
-    WorldCounts, impact,
+    BodyMut, BodyRef, BondRef, ClothDef, ContactPoint, ContactRef, Impact, ImpactBody,
+    ImpactSurface, JointRef, LinkRef, ParticleMut, ParticleRef, RopeDef, ShapeMut, ShapeRef,
+    Strand, World, WorldCounts, impact,
 };

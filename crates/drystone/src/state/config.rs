@@ -114,6 +114,14 @@ pub struct PenaltyConfig {
     pub damping_ratio: f32,
 }
 
+/// Bodies that come apart.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct BreakageConfig {
+    /// Most pieces of fractured bodies at a time; default 4096. What would go beyond breaks into fewer pieces, or not
+    /// at all.
+    pub max_pieces: u32,
+}
+
 /// When bodies fall asleep.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SleepConfig {
@@ -147,6 +155,8 @@ pub struct WorldConfig {
     pub penalty: PenaltyConfig,
     /// Sleep.
     pub sleep: SleepConfig,
+    /// Fracture.
+    pub breakage: BreakageConfig,
 }
 
 impl Default for WorldConfig {
@@ -175,6 +185,7 @@ impl Default for WorldConfig {
             },
             penalty: PenaltyConfig { hertz: 30.0, damping_ratio: 0.5 },
             sleep: SleepConfig { enabled: true, speed: 0.05, time: 0.5 },
+            breakage: BreakageConfig { max_pieces: 4096 },
         }
     }
 }
@@ -188,7 +199,7 @@ const AT_MOST_64: &str = "0 (the method's own), or 1 to 64";
 
 impl WorldConfig {
     /// Paths that [`Self::set`] knows.
-    pub const PATHS: [&'static str; 34] = [
+    pub const PATHS: [&'static str; 35] = [
         "gravity",
         "method",
         "method.order",
@@ -223,6 +234,7 @@ impl WorldConfig {
         "sleep.enabled",
         "sleep.speed",
         "sleep.time",
+        "breakage.max_pieces",
     ];
 
     fn scalars(&mut self) -> [Scalar<'_>; 19] {
@@ -327,6 +339,11 @@ impl WorldConfig {
                 next.particle.sweeps = text.parse().map_err(|_| {
                     DefError::new("particle.sweeps", text, "a whole number from 0 to 1000")
                 })?;
+            }
+            "breakage.max_pieces" => {
+                let allowed = "a whole number of at least 0";
+                next.breakage.max_pieces =
+                    text.parse().map_err(|_| DefError::new(path, text, allowed))?;
             }
             "sleep.enabled" => {
                 next.sleep.enabled = text

@@ -94,6 +94,11 @@ impl Scratch {
         self.solver.sweeps
     }
 
+    /// What contacts with bodies that can break gave in the last step.
+    pub(crate) fn given(&self) -> Option<impl Iterator<Item = solver::Given>> {
+        self.solver.given()
+    }
+
     /// Relative residual of the contacts in the last step, of the analytic method, and whether they were
     /// too many for it.
     pub(crate) fn residual(&self) -> (f64, bool) {
@@ -123,6 +128,7 @@ pub(crate) fn step(
         islands,
         colors,
         events,
+        breakage,
         ..
     } = tables;
     let s = scratch;
@@ -139,7 +145,8 @@ pub(crate) fn step(
     after(Stage::Particles);
     let Sets { bodies, joints, contacts, islands, colors, events } = sets;
     let method = &config.method;
-    let read = solver::Input { bodies, shapes, islands };
+    let breakage = joints.breakable > 0 || breakage.any();
+    let read = solver::Input { bodies, shapes, islands, breakage };
     let contexts = [ctx, &ctx.refined(config)];
     let pace = Pace::new(ctx, config, particles.last_h);
     let mut tied = s.particles.tied(pace, particles);

@@ -188,6 +188,38 @@ fn bodies_that_roll_over_a_mesh_allocate_nothing() {
     assert!(calls.iter().filter(|n| **n == 0).count() >= 3, "{calls:?}");
 }
 
+/// A cloth and dust on loose boxes that an arm stirs, ropes that hold others; links tear now and then.
+#[test]
+fn particles_allocate_nothing() {
+    let mut world = world(true);
+    let bodies = pile(&mut world, 40);
+    let arm = ShapeDef::box_half([3.8, 0.4, 0.3]);
+    let arm = BodyDef { kind: drystone::BodyKind::Kinematic, ..BodyDef::dynamic() }
+        .with_position([0.0, 1.0, 0.0])
+        .with_angular_velocity([0.0, 2.0, 0.0])
+        .with_shape(arm);
+    world.add_body(arm).unwrap();
+    let sides = [drystone::vec3(4.0, 0.0, 0.0), drystone::vec3(0.0, 0.0, 4.0)];
+    let mut cloth = drystone::ClothDef::new([-2.0, 5.0, -2.0], sides, [20, 20]);
+    cloth.tear_strain = Some(0.5);
+    world.add_cloth(&cloth).unwrap();
+    for (i, body) in (0_u16..).zip(bodies.iter().take(6)) {
+        let x = f32::from(i) - 3.0;
+        let mut rope = drystone::RopeDef::between([x, 6.0, 0.0], [x, 3.0, 0.0], 10);
+        rope.pinned = [true, false];
+        let rope = world.add_rope(&rope).unwrap();
+        world.attach_particle(rope.particles[10], *body, [0.0; 3]).unwrap();
+    }
+    let points = (0..2000_u16).map(|i| {
+        let (x, z) = (f32::from(i % 40), f32::from(i / 40));
+        drystone::vec3(0.18 * x - 3.5, 6.0, 0.14 * z - 3.5)
+    });
+    world.add_cloud(points, &drystone::ParticleDef::default()).unwrap();
+    steps(&mut world, 600);
+    let calls: Vec<u64> = (0..6).map(|_| calls_of(&mut world, 100)).collect();
+    assert!(calls.iter().filter(|n| **n == 0).count() >= 3, "{calls:?}");
+}
+
 #[test]
 fn falling_asleep_and_waking_allocate_nothing() {
     let mut world = world(true);
@@ -210,6 +242,35 @@ fn falling_asleep_and_waking_allocate_nothing() {
     let calls: Vec<u64> = (0..4).map(|_| cycle(&mut world)).collect();
     assert!(slept > 4 * bodies.len(), "the pile sleeps: {slept}");
     assert!(calls.iter().filter(|n| **n == 0).count() >= 2, "{calls:?}");
+}
+
+/// A glued wall that stands, a glued rod that spins, and cubes that could break: loads are found in every step.
+#[test]
+fn what_can_break_and_does_not_allocates_nothing() {
+    let mut world = world(false);
+    pyramid(&mut world, 10);
+    let mut glued = |shapes: Vec<ShapeDef>, at: [f32; 3], spin: f32| {
+        let glue = drystone::Glue::touching(&shapes, 1e-3, drystone::BondStrength::both(1.0e9));
+        let def = BodyDef { shapes, ..BodyDef::dynamic() }.with_glue(glue.unwrap());
+        let def = def.with_position(at).with_angular_velocity([0.0, spin, 0.0]);
+        world
+            .add_body(BodyDef { gravity_scale: if spin > 0.0 { 0.0 } else { 1.0 }, ..def })
+            .unwrap()
+    };
+    let brick =
+        |i: u32, k: u32| ShapeDef::box_full([1.0; 3]).with_position([i as f32, k as f32, 0.0]);
+    let wall = (0..36).map(|n| brick(n % 6, n / 6)).collect();
+    glued(wall, [0.0, 0.5, 20.0], 0.0);
+    glued((0..5).map(|i| brick(i, 0)).collect(), [0.0, 30.0, 0.0], 3.0);
+    for i in 0..4_u32 {
+        let cube = BodyDef::dynamic().with_position([20.0, 0.5 + i as f32, 0.0]);
+        let how = drystone::Fracture::by_energy(1.0e9);
+        let shape = ShapeDef::box_full([1.0; 3]);
+        world.add_body(cube.with_shape(shape).with_fracture(how)).unwrap();
+    }
+    steps(&mut world, 60);
+    assert_eq!(calls_of(&mut world, 100), 0);
+    assert!(world.bodies().flat_map(|b| b.bonds()).any(|b| b.load > 0.0));
 }
 
 /// The goal is two kilobytes. What a body of the pyramid takes, with its 2.9 contacts: contacts 1.1 KB,

@@ -20,7 +20,7 @@ use crate::step::solver::rows::{Line, Whitening};
 use crate::step::solver::softness::{Softness, decay};
 
 /// Stiffness of links for a substep's rate, and their damping ratio, unless the configuration says
-/// otherwise (docs/decisions/019-particles.md).
+/// otherwise (docs/decisions/020-particles.md).
 const HERTZ: f32 = 1.0;
 
 /// Part of a substep's impulses that the next one begins with. All of them were a tenth of the error, until a

@@ -26,10 +26,14 @@ mod plan;
 mod forest;
 mod strokes;
 mod swing;
+mod tally;
 mod together;
 mod tree;
+mod tree_six;
 mod touch;
 mod unpack;
+
+pub(crate) use self::tally::Given;
 
 use core::sync::atomic::{AtomicBool, Ordering};
 
@@ -45,6 +49,7 @@ use self::rows::{ContactBlock, Extra, JointBlock, Line, Whitening};
 use self::sixdof::SixBlock;
 use self::softness::Softness;
 use self::strokes::Progress;
+use self::tally::{ContactTally, JointTally};
 use self::tree::{TreeBody, TreeRow};
 use super::context::StepContext;
 use crate::base::disjoint::Rows;
@@ -77,6 +82,7 @@ pub(crate) struct Scratch {
     extras: Vec<Extra>,
     joints: Vec<JointBlock>,
     sixdofs: Vec<SixBlock>,
+    tree_gains: Vec<f64>,
     tree_bodies: Vec<TreeBody>,
     tree_rows: Vec<TreeRow>,
     /// One for each group, while some contact can bounce.
@@ -87,6 +93,12 @@ pub(crate) struct Scratch {
     begun: Vec<u8>,
     /// How far groups are that keep pace with particles.
     progress: Vec<Progress>,
+    /// One for each block, while something can break.
+    tallies: Vec<ContactTally>,
+    joint_tallies: Vec<JointTally>,
+    six_tallies: Vec<JointTally>,
+    /// Sum, and what was there after the last sweep.
+    tree_tallies: Vec<[Vec3; 2]>,
     /// Of the methods that run over rows one by one.
     classic: classic::Scratch,
     /// Sweeps over the contacts in the last step.
@@ -138,6 +150,7 @@ struct Solver<'a> {
     has_extras: bool,
     joints: Rows<'a, JointBlock>,
     sixdofs: Rows<'a, SixBlock>,
+    tree_gains: Rows<'a, f64>,
     tree_bodies: Rows<'a, TreeBody>,
     tree_rows: Rows<'a, TreeRow>,
     /// Empty where `extras` is, as are `free`.
@@ -145,6 +158,12 @@ struct Solver<'a> {
     free: Rows<'a, bool>,
     begun: Rows<'a, u8>,
     progress: Rows<'a, Progress>,
+    /// Empty unless something can break.
+    has_tallies: bool,
+    tallies: Rows<'a, ContactTally>,
+    joint_tallies: Rows<'a, JointTally>,
+    six_tallies: Rows<'a, JointTally>,
+    tree_tallies: Rows<'a, [Vec3; 2]>,
     contacts: Rows<'a, Option<Contact>>,
     joint_slots: Rows<'a, Option<Joint>>,
 }
@@ -155,6 +174,8 @@ pub(crate) struct Input<'a> {
     pub(crate) bodies: &'a Bodies,
     pub(crate) shapes: &'a Shapes,
     pub(crate) islands: &'a Islands,
+    /// Some body or joint can break: what contacts and joints give is summed up.
+    pub(crate) breakage: bool,
 }
 
 /// Runs the method's passes. Poses are written by finalize, from the lines. The second context is for the
@@ -162,7 +183,7 @@ pub(crate) struct Input<'a> {
 pub(crate) fn solve(
     [ctx, fine]: [&StepContext; 2],
     method: &Method,
-    Input { bodies, shapes, islands }: Input<'_>,
+    Input { bodies, shapes, islands, breakage }: Input<'_>,
     joints: &mut Joints,
     contacts: &mut Contacts,
     colors: &mut Colors,
@@ -173,8 +194,17 @@ pub(crate) fn solve(
     let s = scratch;
     // Blocks that no group takes, those of bodies that were put aside, would keep what they said before.
     s.begun.clear();
+    s.tallies.clear();
     if method.is_classic() {
-        classic::solve(ctx, method, Input { bodies, shapes, islands }, joints, contacts, colors, s);
+        classic::solve(
+            ctx,
+            method,
+            Input { bodies, shapes, islands, breakage },
+            joints,
+            contacts,
+            colors,
+            s,
+        );
         together::follow(ctx, bodies, s, tied, jobs);
         return;
     }
@@ -206,10 +236,12 @@ pub(crate) fn solve(
     }
     s.joints.resize_with(s.plan.joints.owners.len(), JointBlock::default);
     s.sixdofs.resize_with(s.plan.sixdofs.owners.len(), SixBlock::default);
+    s.tree_gains.resize(s.plan.forest.trees.last().map_or(0, |tree| tree.gains.end), 0.0);
     s.tree_bodies.resize(s.plan.forest.bodies.len(), TreeBody::default());
     s.tree_rows.resize(s.plan.forest.joints.len(), TreeRow::default());
     together::find_groups(&s.plan, &s.line_of, tied.scratch);
     s.progress.resize(tied.scratch.groups.len(), Progress::default());
+    s.make_tallies(breakage);
     let (slots, _) = contacts.slots_mut();
     let plan = &s.plan;
     let solver = Solver {
@@ -230,12 +262,18 @@ pub(crate) fn solve(
         has_extras,
         joints: Rows::new(&mut s.joints),
         sixdofs: Rows::new(&mut s.sixdofs),
+        tree_gains: Rows::new(&mut s.tree_gains),
         tree_bodies: Rows::new(&mut s.tree_bodies),
         tree_rows: Rows::new(&mut s.tree_rows),
         impacts: Rows::new(&mut s.impacts),
         free: Rows::new(&mut s.free),
         begun: Rows::new(&mut s.begun),
         progress: Rows::new(&mut s.progress),
+        has_tallies: breakage,
+        tallies: Rows::new(&mut s.tallies),
+        joint_tallies: Rows::new(&mut s.joint_tallies),
+        six_tallies: Rows::new(&mut s.six_tallies),
+        tree_tallies: Rows::new(&mut s.tree_tallies),
         contacts: Rows::new(slots),
         joint_slots: Rows::new(joints.rows.values_mut()),
     };
@@ -260,6 +298,7 @@ impl Solver<'_> {
         touch::Source {
             blocks: &self.blocks,
             extras: &self.extras,
+            tallies: self.has_tallies.then_some(&self.tallies),
             owners: &self.plan.contacts.owners,
             lines: &self.lines,
             aux: &self.aux,
@@ -337,6 +376,7 @@ impl Solver<'_> {
                 let sweeps =
                     [sweep(ctx.soft, inner, elapsed), sweep(ctx.soft_fixed, inner, elapsed)];
                 self.sweep_contacts(group, &sweeps, jobs);
+                self.add_to_tallies(group, false);
             }
             Pass::Relax => {
                 let joints = JointSweep {
@@ -351,6 +391,7 @@ impl Solver<'_> {
                 self.sweep_trees(group, &joints, jobs);
                 let rigid = sweep(Softness::RIGID, 1, moved);
                 self.sweep_contacts(group, &[rigid, rigid], jobs);
+                self.add_to_tallies(group, true);
             }
             // Passes over bodies or islands, and those of the classic methods.
             _ => {}
@@ -516,6 +557,8 @@ impl Solver<'_> {
                 }
             });
         });
+        // Before a joint whose body swings says what it gave.
+        self.store_tallies(group);
         let joints = self.plan.joints.blocks_of(&group.joints);
         let n = joints.len();
         for_ranges(jobs, n, grain(jobs, n, 32), |part| {
@@ -523,7 +566,7 @@ impl Solver<'_> {
                 self.store_joints(i);
             }
         });
-        self.store_sixdofs(group, jobs);
         self.store_trees(group);
+        self.store_sixdofs(group, jobs);
     }
 }

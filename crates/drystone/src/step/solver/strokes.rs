@@ -41,6 +41,7 @@ impl Solver<'_> {
         self.prepare_joints(group, jobs);
         self.prepare_trees(group);
         self.prepare_contacts(group, jobs);
+        self.begin_tallies(group);
         if self.has_extras {
             let blocks = self.plan.contacts.blocks_of(&group.contacts);
             self.impacts.row(number).begin(&self.impact_source(group), blocks, group.lines.len());
