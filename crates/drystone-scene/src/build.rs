@@ -2,10 +2,11 @@
 
 use std::collections::BTreeMap;
 
-use drystone::{BodyDef, BodyId, CouplingDef, DefError, JointDef, JointId, Pose, World};
+use drystone::{BodyDef, BodyId, CouplingDef, DefError, JointDef, JointId, Pose, Strand, World};
 
 use crate::scene::{
-    Scene, SceneBody, SceneCoupling, SceneFrame, SceneJoint, Script, ScriptAction, Wave,
+    Scene, SceneBody, SceneCoupling, SceneFrame, SceneJoint, SceneStrand, Script, ScriptAction,
+    StrandDef, Wave,
 };
 
 /// The engine refused something of a scene.
@@ -44,6 +45,15 @@ pub enum BuildError {
         #[source]
         error: DefError,
     },
+    /// A rope, a cloth or a cloud.
+    #[error("strand '{name}': {error}")]
+    Strand {
+        /// Its name.
+        name: String,
+        /// What is wrong with it.
+        #[source]
+        error: DefError,
+    },
     /// A coupling names a joint that the scene does not have.
     #[error("coupling {number} names joint number {joint}, the scene has {joints} joints")]
     NoSuchJoint {
@@ -53,6 +63,16 @@ pub enum BuildError {
         joint: usize,
         /// How many there are.
         joints: usize,
+    },
+    /// A strand names a particle that it does not have.
+    #[error("strand '{name}' names its particle number {number}, it has {particles}")]
+    NoSuchParticle {
+        /// Its name.
+        name: String,
+        /// The number given.
+        number: usize,
+        /// How many there are.
+        particles: usize,
     },
     /// A joint or the script names a body that the scene does not have.
     #[error("{user} names body number {number}, the scene has {bodies} bodies")]
@@ -81,6 +101,8 @@ pub struct Running {
     pub joints: Vec<JointId>,
     /// Its couplings in the order of the scene.
     pub couplings: Vec<JointId>,
+    /// Its ropes, cloths and clouds in the order of the scene.
+    pub strands: Vec<Strand>,
     /// Named places on its bodies, as the scene has them.
     pub frames: Vec<SceneFrame>,
     /// Those that scene and script brought.
@@ -106,6 +128,7 @@ impl Scene {
             names: Vec::with_capacity(self.bodies.len()),
             joints: Vec::with_capacity(self.joints.len()),
             couplings: Vec::with_capacity(self.couplings.len()),
+            strands: Vec::with_capacity(self.strands.len()),
             frames: self.frames.clone(),
             brought: Vec::with_capacity(self.bodies.len()),
             origins: BTreeMap::new(),
@@ -124,6 +147,9 @@ impl Scene {
         }
         for frame in &self.frames {
             running.at(&format!("the frame '{}'", frame.name), frame.body)?;
+        }
+        for strand in &self.strands {
+            running.add_strand(strand)?;
         }
         match &self.script {
             Script::None => {}
@@ -170,6 +196,38 @@ impl Running {
         let id = self.world.add_body(def).map_err(|error| body_error(name, error))?;
         self.brought.push(id);
         self.learn(id, name.to_owned());
+        Ok(())
+    }
+
+    fn add_strand(&mut self, strand: &SceneStrand) -> Result<(), BuildError> {
+        let SceneStrand { name, def, pins, holds } = strand;
+        let refused = |error| BuildError::Strand { name: name.clone(), error };
+        let made = match def {
+            StrandDef::Rope(def) => self.world.add_rope(def),
+            StrandDef::Cloth(def) => self.world.add_cloth(def),
+            StrandDef::Cloud(points, def) => self
+                .world
+                .add_cloud(points.iter().copied(), def)
+                .map(|particles| Strand { particles, links: Vec::new() }),
+        };
+        let made = made.map_err(refused)?;
+        let particle = |number: usize| {
+            let particles = made.particles.len();
+            let name = || name.clone();
+            let missing = || BuildError::NoSuchParticle { name: name(), number, particles };
+            made.particles.get(number).copied().ok_or_else(missing)
+        };
+        for number in pins {
+            if let Some(mut pinned) = self.world.particle_mut(particle(*number)?) {
+                pinned.set_pinned(true);
+            }
+        }
+        for hold in holds {
+            let body = self.at(name, hold.body)?;
+            let held = particle(hold.particle)?;
+            self.world.attach_particle(held, body, hold.point).map_err(refused)?;
+        }
+        self.strands.push(made);
         Ok(())
     }
 

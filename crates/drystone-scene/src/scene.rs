@@ -1,7 +1,10 @@
 //! A scene in neutral form: what the catalog builds, what files are read into, what every engine of
 //! the benchmark is given.
 
-use drystone::{BodyDef, JointKind, JointStrength, Pose, Vec3, WorldConfig, trig, vec3};
+use drystone::{
+    BodyDef, ClothDef, JointKind, JointStrength, ParticleDef, Pose, RopeDef, Vec3, WorldConfig,
+    trig, vec3,
+};
 
 /// A body of a scene.
 #[derive(Clone, Debug)]
@@ -61,6 +64,42 @@ pub struct SceneFrame {
     pub pose: Pose,
     /// The point whose velocity is its own: the center of mass of what it names [m, frame of the body].
     pub center: Vec3,
+}
+
+/// A particle of a strand that a body holds.
+#[derive(Clone, Copy, Debug)]
+pub struct SceneHold {
+    /// Number of the particle in its strand.
+    pub particle: usize,
+    /// Number of the body in [`Scene::bodies`].
+    pub body: usize,
+    /// Where [m, frame of the body].
+    pub point: Vec3,
+}
+
+/// What a strand is.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub enum StrandDef {
+    /// A rope.
+    Rope(RopeDef),
+    /// A cloth.
+    Cloth(ClothDef),
+    /// A particle at each of these points [m, world].
+    Cloud(Vec<Vec3>, ParticleDef),
+}
+
+/// Particles of a scene. Only drystone has them: engines beside it are given the bodies alone.
+#[derive(Clone, Debug)]
+pub struct SceneStrand {
+    /// The scene's own name for it.
+    pub name: String,
+    /// What it is.
+    pub def: StrandDef,
+    /// Numbers of its particles that are pinned where they are.
+    pub pins: Vec<usize>,
+    /// Its particles that bodies hold.
+    pub holds: Vec<SceneHold>,
 }
 
 /// What happens to the bodies while the scene runs, besides physics.
@@ -210,6 +249,8 @@ pub struct Scene {
     pub joints: Vec<SceneJoint>,
     /// Its couplings, added after the joints.
     pub couplings: Vec<SceneCoupling>,
+    /// Its particles, in the order in which they are added, after bodies and joints.
+    pub strands: Vec<SceneStrand>,
     /// Named places on its bodies.
     pub frames: Vec<SceneFrame>,
     /// What happens besides.
@@ -231,6 +272,7 @@ impl Scene {
             bodies: Vec::new(),
             joints: Vec::new(),
             couplings: Vec::new(),
+            strands: Vec::new(),
             frames: Vec::new(),
             script: Script::None,
             notes: Vec::new(),

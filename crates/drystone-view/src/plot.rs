@@ -6,10 +6,11 @@ const HEIGHT: f32 = 44.0;
 const BACK: Color32 = Color32::from_black_alpha(60);
 
 /// Colors of the engine's stages, in their order.
-pub(crate) const STAGE_COLORS: [Color32; 8] = [
+pub(crate) const STAGE_COLORS: [Color32; 9] = [
     Color32::from_rgb(111, 143, 168),
     Color32::from_rgb(222, 196, 148),
     Color32::from_rgb(143, 169, 139),
+    Color32::from_rgb(120, 190, 180),
     Color32::from_rgb(226, 122, 82),
     Color32::from_rgb(107, 154, 190),
     Color32::from_rgb(201, 155, 74),
