@@ -8,6 +8,7 @@ use std::thread::available_parallelism;
 use drystone::{Executor, Inline, Team, WorldConfig};
 use drystone_view::overlay::{Overlays, Tint};
 use drystone_view::sim::Opened;
+use drystone_scene::gltf;
 use drystone_view::{Options, show};
 
 use crate::Outcome;
@@ -53,7 +54,8 @@ pub(crate) fn view(args: &View) -> Outcome {
         let source = Source { scene: scene.to_owned(), auto_colliders };
         open(&again, &source, &executor).map_err(|e| e.to_string())
     });
-    show(Options { opened, open, playing: !args.paused, overlays }).map_err(Failure::failed)?;
+    let options = Options { opened, open, playing: !args.paused, overlays, panel: None };
+    show(options).map_err(Failure::failed)?;
     Ok(ExitCode::SUCCESS)
 }
 
@@ -75,6 +77,19 @@ fn open(args: &View, source: &Source, executor: &Arc<dyn Executor>) -> Result<Op
     let says_gravity = args.set.iter().any(|(key, _)| key == "gravity");
     let mut loaded = load(source, says_gravity.then_some(config.gravity))?;
     configure(&mut loaded.scene_mut().config, &settings)?;
+    if args.film {
+        loaded = match loaded {
+            Loaded::Gltf(file) => {
+                Loaded::BuiltIn(Box::new(gltf::film(*file).map_err(Failure::failed)?))
+            }
+            Loaded::BuiltIn(_) => {
+                return Err(Failure::usage(format_args!(
+                    "--film is for files; {} is a built-in scene",
+                    source.scene
+                )));
+            }
+        };
+    }
     let scene = loaded.scene();
     let hz = args.hz.unwrap_or(scene.hz);
     let mut running = build(scene, &source.scene)?;

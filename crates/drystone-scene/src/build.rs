@@ -1,6 +1,6 @@
 //! A scene as a world that runs, with its script.
 
-use drystone::{BodyDef, BodyId, DefError, JointDef, JointId, Pose, World};
+use drystone::{BodyDef, BodyId, BodyKind, DefError, JointDef, JointId, Pose, World};
 
 use crate::scene::{Scene, SceneBody, Script, ScriptAction};
 
@@ -80,7 +80,7 @@ impl Scene {
             self.add_joint(number, &mut running)?;
         }
         match &self.script {
-            Script::None => {}
+            Script::None | Script::Film(_) => {}
             Script::Orbit { body, .. } | Script::Pull { body, .. } => {
                 running.at("the script", *body)?;
             }
@@ -160,7 +160,26 @@ impl Running {
     /// # Errors
     /// The engine refuses what the script wants.
     pub fn before_step(&mut self, dt: f32) -> Result<(), BuildError> {
-        match self.script.action(self.steps) {
+        // Taken out, so that it can be asked while bodies join.
+        let script = std::mem::take(&mut self.script);
+        let done = self.act(script.action(self.steps), dt);
+        self.script = script;
+        done?;
+        self.steps += 1;
+        Ok(())
+    }
+
+    /// The length of the film that it plays, if it is one [s].
+    #[must_use]
+    pub fn film_seconds(&self) -> Option<f32> {
+        match &self.script {
+            Script::Film(film) => Some(film.seconds()),
+            _ => None,
+        }
+    }
+
+    fn act(&mut self, action: ScriptAction<'_>, dt: f32) -> Result<(), BuildError> {
+        match action {
             ScriptAction::None => {}
             ScriptAction::Aim { body, position } => {
                 let id = self.at("the script", body)?;
@@ -181,8 +200,21 @@ impl Running {
                 let SceneBody { name, def } = body.clone();
                 self.add(&name, def)?;
             }
+            ScriptAction::Film(film) => {
+                #[expect(clippy::cast_possible_truncation, reason = "a time in f32, as in the file")]
+                let time = ((self.steps + 1) as f64 * f64::from(dt)) as f32;
+                while let Some(SceneBody { name, def }) = film.late(self.bodies.len(), time) {
+                    self.add(name, def.clone())?;
+                }
+                for (number, id) in self.bodies.iter().enumerate() {
+                    let Some(mut body) = self.world.body_mut(*id) else { continue };
+                    if body.get().kind() == BodyKind::Kinematic {
+                        body.set_pose(film.pose(number, time))
+                            .map_err(|e| body_error(&self.names[number], e))?;
+                    }
+                }
+            }
         }
-        self.steps += 1;
         Ok(())
     }
 }

@@ -1,7 +1,11 @@
 //! A scene in neutral form: what the catalog builds, what files are read into, what every engine of
 //! the benchmark is given.
 
+use std::sync::Arc;
+
 use drystone::{BodyDef, JointKind, JointStrength, Vec3, WorldConfig, trig, vec3};
+
+use crate::gltf::Film;
 
 /// A body of a scene.
 #[derive(Clone, Debug)]
@@ -69,6 +73,8 @@ pub enum Script {
         /// The force [N, world].
         force: Vec3,
     },
+    /// The bodies, none of which is dynamic, are where a film has them.
+    Film(Arc<Film>),
 }
 
 /// What a script wants before one step.
@@ -93,6 +99,8 @@ pub enum ScriptAction<'a> {
         /// The force [N, world].
         force: Vec3,
     },
+    /// Every body is where this film has it after the step.
+    Film(&'a Film),
 }
 
 impl Script {
@@ -113,6 +121,7 @@ impl Script {
             }
             &Self::Pull { body, from, force } if step == from => ScriptAction::Pull { body, force },
             Self::Pull { .. } => ScriptAction::None,
+            Self::Film(film) => ScriptAction::Film(film),
         }
     }
 }
