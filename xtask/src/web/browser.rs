@@ -76,12 +76,7 @@ impl Browser {
 
     /// Calls a method and waits for what it returns.
     pub(super) fn call(&mut self, method: &str, params: Value) -> Result<Value, String> {
-        self.number += 1;
-        let mut message = json!({ "id": self.number, "method": method, "params": params });
-        if !self.session.is_empty() {
-            message["sessionId"] = json!(self.session);
-        }
-        self.socket.send(&message.to_string()).map_err(|e| format!("{method}: {e}"))?;
+        self.send(method, params)?;
         loop {
             let text = self.socket.receive().map_err(|e| format!("{method}: {e}"))?;
             let mut message: Value = serde_json::from_str(&text).map_err(|e| e.to_string())?;
@@ -106,6 +101,16 @@ impl Browser {
                 _ => {}
             }
         }
+    }
+
+    /// Calls a method and does not wait: what it returns is passed over by the next call that does.
+    fn send(&mut self, method: &str, params: Value) -> Outcome {
+        self.number += 1;
+        let mut message = json!({ "id": self.number, "method": method, "params": params });
+        if !self.session.is_empty() {
+            message["sessionId"] = json!(self.session);
+        }
+        self.socket.send(&message.to_string()).map_err(|e| format!("{method}: {e}"))
     }
 
     /// What the page complained of since the last call.
@@ -195,21 +200,29 @@ impl Browser {
 
     pub(super) fn click_at(&mut self, at: At) -> Outcome {
         self.mouse("mouseMoved", at, false)?;
-        self.mouse("mousePressed", at, true)?;
+        // A button that is down for long is no click, and a picture may take long.
+        self.send("Input.dispatchMouseEvent", mouse("mousePressed", at, true))?;
         self.mouse("mouseReleased", at, false)
     }
 
     /// An event of the mouse; `down` is whether its left button is down after it.
-    pub(super) fn mouse(&mut self, kind: &str, At(x, y): At, down: bool) -> Outcome {
-        let button = if kind == "mouseMoved" && !down { "none" } else { "left" };
-        let event = json!({
-            "type": kind, "x": x, "y": y, "button": button, "buttons": u8::from(down), "clickCount": 1
-        });
-        self.call("Input.dispatchMouseEvent", event)?;
+    pub(super) fn mouse(&mut self, kind: &str, at: At, down: bool) -> Outcome {
+        self.call("Input.dispatchMouseEvent", mouse(kind, at, down))?;
         self.frame()
     }
 
-    pub(super) fn wheel(&mut self, At(x, y): At, down: f64) -> Outcome {
+    /// Turns the wheel over a place until what has this name is seen.
+    pub(super) fn scroll_to(&mut self, name: &str, at: At) -> Outcome {
+        for _ in 0..60 {
+            if place(&self.state()?, name).is_some() {
+                return Ok(());
+            }
+            self.wheel(at, 100.0)?;
+        }
+        Err(format!("{name}: nowhere in the list"))
+    }
+
+    fn wheel(&mut self, At(x, y): At, down: f64) -> Outcome {
         let event = json!({ "type": "mouseWheel", "x": x, "y": y, "deltaX": 0, "deltaY": down });
         self.call("Input.dispatchMouseEvent", event)?;
         self.frame()
@@ -261,6 +274,12 @@ impl Browser {
         std::fs::write(file, &bytes).map_err(|e| format!("{}: {e}", file.display()))?;
         Ok(bytes.len())
     }
+}
+
+fn mouse(kind: &str, At(x, y): At, down: bool) -> Value {
+    let button = if kind == "mouseMoved" && !down { "none" } else { "left" };
+    let (buttons, clicks) = (u8::from(down), u8::from(kind != "mouseMoved"));
+    json!({ "type": kind, "x": x, "y": y, "button": button, "buttons": buttons, "clickCount": clicks })
 }
 
 /// The middle of something that can be clicked.

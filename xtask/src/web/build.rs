@@ -35,7 +35,7 @@ pub(super) fn run() -> Outcome {
     let _ = fs::remove_dir_all(&folder);
     let wasm = built.join(TRIPLE).join("web/drystone_web.wasm");
     let mut bind = Command::new(bindgen);
-    bind.args(["--target", "web", "--no-typescript", "--out-name", "drystone", "--out-dir"]);
+    bind.args(["--target", "web", "--no-typescript", "--remove-name-section", "--out-name", "drystone", "--out-dir"]);
     run_to_end(bind.arg(&folder).arg(wasm))?;
     let page = root().join("crates/drystone-web/page");
     for entry in fs::read_dir(&page).map_err(|e| format!("{}: {e}", page.display()))?.flatten() {

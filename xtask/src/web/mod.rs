@@ -22,6 +22,17 @@ pub fn run(words: &[&str]) -> Outcome {
     }
 }
 
+/// The stage of `cargo xtask ci`: all of it if it is asked for, by its name or by the environment; it takes longer than
+/// all other stages together where nothing of it is built yet.
+pub fn check() -> Outcome {
+    let named = std::env::args().any(|word| word == "web");
+    if named || std::env::var_os("DRYSTONE_CI_WEB").is_some() {
+        return run(&[]);
+    }
+    println!("   SKIPPED: the viewer in a browser; `cargo xtask ci web` or DRYSTONE_CI_WEB=1 runs it");
+    Ok(())
+}
+
 fn serve(port: &str) -> Outcome {
     let port = port.parse().map_err(|e| format!("{port}: {e}"))?;
     let server = server::Server::start(port, vec![folder()])?;

@@ -37,7 +37,11 @@ pub(super) fn run() -> Outcome {
     let mut test = Test { browser, work, page: format!("http://{}/", server.address()) };
     for (name, part) in PARTS {
         println!("   {name}");
-        part(&mut test).map_err(|why| format!("{name}: {why}"))?;
+        if let Err(why) = part(&mut test) {
+            let picture = test.work.join("failed.png");
+            let _ = test.browser.picture(&picture);
+            return Err(format!("{name}: {why}\n{} shows it", picture.display()));
+        }
         let complaints = test.browser.complaints();
         if !complaints.is_empty() {
             return Err(format!("{name}: the page complains: {complaints:?}"));
@@ -124,7 +128,8 @@ fn opens(test: &mut Test) -> Outcome {
 
 fn catalog(test: &mut Test) -> Outcome {
     test.browser.click("scenes")?;
-    test.browser.place("scene stack")?;
+    let At(x, y) = test.browser.place("scenes")?;
+    test.browser.scroll_to("scene stack", At(x, y + 200.0))?;
     test.picture("catalog.png")?;
     test.browser.click("scene stack")?;
     test.browser.wait_for("the scene stack", |s| s["scene"] == "stack")?;
@@ -167,10 +172,11 @@ fn height(state: &Value, end: &str) -> f64 {
     state["held"][end][1].as_f64().unwrap_or(f64::NAN)
 }
 
-/// Waits until what is held has followed to within a decimeter, at least half a meter up.
+/// Waits until what is held has followed the pointer to within a decimeter, and is at least two of them higher: its
+/// corner at the least, for 200 px are 0.4 m there.
 fn follows(test: &mut Test, start: f64) -> Outcome {
     let near = |s: &Value| (height(s, "from") - height(s, "to")).abs() < 0.1;
-    let up = |s: &Value| height(s, "from") > start + 0.5;
+    let up = |s: &Value| height(s, "from") > start + 0.2;
     test.browser.wait_for("the cube follows", |s| near(s) && up(s)).map(drop)
 }
 
@@ -214,12 +220,7 @@ fn method(test: &mut Test) -> Outcome {
     test.browser.value("drystone_play(true)")?;
     // The settings stand below: the panel is scrolled to them.
     let At(x, y) = test.browser.place("hide")?;
-    for _ in 0..40 {
-        if test.browser.state()?["places"]["method"].is_array() {
-            break;
-        }
-        test.browser.wheel(At(x, y + 500.0), 100.0)?;
-    }
+    test.browser.scroll_to("method", At(x, y + 500.0))?;
     let before = test.browser.wait_for("it runs", |s| s["step"].as_u64() > Some(10))?;
     test.browser.click("method")?;
     test.browser.place("method soft-step-relax")?;
