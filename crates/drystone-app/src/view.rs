@@ -6,9 +6,9 @@ use std::sync::Arc;
 use std::thread::available_parallelism;
 
 use drystone::{Executor, Inline, Team, WorldConfig};
+use drystone_scene::gltf;
 use drystone_view::overlay::{Overlays, Tint};
 use drystone_view::sim::Opened;
-use drystone_scene::gltf;
 use drystone_view::{Options, show};
 
 use crate::Outcome;

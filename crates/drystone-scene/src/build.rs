@@ -201,7 +201,10 @@ impl Running {
                 self.add(&name, def)?;
             }
             ScriptAction::Film(film) => {
-                #[expect(clippy::cast_possible_truncation, reason = "a time in f32, as in the file")]
+                #[expect(
+                    clippy::cast_possible_truncation,
+                    reason = "a time in f32, as in the file"
+                )]
                 let time = ((self.steps + 1) as f64 * f64::from(dt)) as f32;
                 while let Some(SceneBody { name, def }) = film.late(self.bodies.len(), time) {
                     self.add(name, def.clone())?;

@@ -38,9 +38,8 @@ pub fn from_slice(bytes: &[u8], name: &str, options: &Options) -> Result<LoadedG
 }
 
 fn interpret(bytes: &[u8], name: &str, options: &Options) -> Result<LoadedGltf, SceneError> {
-    let fail = |problem: &str, allowed: &str| {
-        Err(SceneError::new(Path::new(""), "", problem, allowed))
-    };
+    let fail =
+        |problem: &str, allowed: &str| Err(SceneError::new(Path::new(""), "", problem, allowed));
     if bytes.contains(&0) {
         return fail("it is not text", "a Wavefront .obj file");
     }

@@ -56,7 +56,11 @@ fn a_baked_motion_is_played_as_it_was() {
         for step in 0..=60 {
             for (number, pose) in poses(&running).iter().enumerate() {
                 let was = &motion.poses[number][step];
-                assert!(same(pose, was), "{}, step {step}: {pose:?} {was:?}", running.names[number]);
+                assert!(
+                    same(pose, was),
+                    "{}, step {step}: {pose:?} {was:?}",
+                    running.names[number]
+                );
             }
             running.step(DT).unwrap();
         }
@@ -124,7 +128,9 @@ fn curves_steps_and_what_is_wrong_with_them() {
     assert!(height(&step, 0.99).abs() < 1.0e-6 && height(&step, 1.0) > 7.99);
     // The first key is (8, 0, 0) between slopes of 0, the second one 0: halfway is the mean.
     let cubic = film("CUBICSPLINE", "2").unwrap();
-    assert!((height(&cubic, 0.0) - 8.0).abs() < 1.0e-6 && (height(&cubic, 0.5) - 4.0).abs() < 1.0e-5);
+    assert!(
+        (height(&cubic, 0.0) - 8.0).abs() < 1.0e-6 && (height(&cubic, 0.5) - 4.0).abs() < 1.0e-5
+    );
     assert!(film("LINEAR", "2").unwrap_err().contains("a value for each time"));
     assert!(film("SMOOTH", "1").unwrap_err().contains("SMOOTH"));
     let none = gltf::from_slice(

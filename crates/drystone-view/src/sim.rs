@@ -565,7 +565,8 @@ pub(crate) mod tests {
     fn a_film_stops_at_its_end_and_begins_again() {
         let scene = drystone_scene::named("hello").unwrap();
         let mut running = scene.build().unwrap();
-        let mut motion = Motion { times: Vec::new(), poses: vec![Vec::new(); running.bodies.len()] };
+        let mut motion =
+            Motion { times: Vec::new(), poses: vec![Vec::new(); running.bodies.len()] };
         for step in 0..=30_u8 {
             motion.times.push(f32::from(step) / 60.0);
             for (number, id) in running.bodies.iter().enumerate() {

@@ -15,9 +15,9 @@ use winit::event_loop::{ActiveEventLoop, ControlFlow};
 use winit::window::WindowId;
 
 #[cfg(not(target_arch = "wasm32"))]
-pub use self::native::show;
-#[cfg(not(target_arch = "wasm32"))]
 use self::native::Shell;
+#[cfg(not(target_arch = "wasm32"))]
+pub use self::native::show;
 use self::stage::Stage;
 #[cfg(target_arch = "wasm32")]
 use self::web::Shell;
@@ -94,8 +94,8 @@ impl ApplicationHandler<News> for App {
             return;
         }
         let window = Stage::window(events, self.shell.attributes(&self.name));
-        let opened =
-            window.map(|window| self.shell.wait_for(Stage::open(window, self.overlays, self.panel)));
+        let opened = window
+            .map(|window| self.shell.wait_for(Stage::open(window, self.overlays, self.panel)));
         match opened {
             Ok(Some(opened)) => self.set_up(events, opened),
             Ok(None) => {}

@@ -8,10 +8,10 @@ mod state;
 use std::cell::RefCell;
 use std::panic;
 
+use drystone_view::Options;
 use drystone_view::overlay::Overlays;
 use drystone_view::sim::Command;
 use drystone_view::web::{Page, show};
-use drystone_view::Options;
 use js_sys::Function;
 use wasm_bindgen::prelude::{JsValue, wasm_bindgen};
 use web_sys::HtmlCanvasElement;
@@ -35,7 +35,9 @@ pub fn start(
 ) -> Option<String> {
     FAILED.with_borrow_mut(|f| *f = Some(failed));
     panic::set_hook(Box::new(|info| {
-        fail(&format!("drystone has a defect, please report it: {info}. Reload the page to go on."));
+        fail(&format!(
+            "drystone has a defect, please report it: {info}. Reload the page to go on."
+        ));
     }));
     let opened = match files::open(scene) {
         Ok(opened) => opened,

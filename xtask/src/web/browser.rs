@@ -51,9 +51,10 @@ impl Browser {
         let mut child = command.spawn().map_err(|e| format!("{PROGRAM}: {e}"))?;
         let errors = child.stderr.take().ok_or("no stderr")?;
         let mut lines = BufReader::new(errors).lines();
-        let url = lines.by_ref().map_while(Result::ok).find_map(|line| {
-            line.strip_prefix("DevTools listening on ").map(str::to_owned)
-        });
+        let url = lines
+            .by_ref()
+            .map_while(Result::ok)
+            .find_map(|line| line.strip_prefix("DevTools listening on ").map(str::to_owned));
         // It must not wait for a reader of what else it says.
         thread::spawn(move || lines.for_each(drop));
         let Some(url) = url else {
@@ -120,7 +121,8 @@ impl Browser {
 
     /// The size of the page [px].
     pub(super) fn resize(&mut self, width: u32, height: u32) -> Outcome {
-        let size = json!({ "width": width, "height": height, "deviceScaleFactor": 1, "mobile": false });
+        let size =
+            json!({ "width": width, "height": height, "deviceScaleFactor": 1, "mobile": false });
         self.call("Emulation.setDeviceMetricsOverride", size).map(drop)
     }
 
@@ -130,7 +132,8 @@ impl Browser {
 
     /// The value of an expression of JavaScript.
     pub(super) fn value(&mut self, expression: &str) -> Result<Value, String> {
-        let params = json!({ "expression": expression, "returnByValue": true, "awaitPromise": true });
+        let params =
+            json!({ "expression": expression, "returnByValue": true, "awaitPromise": true });
         let mut result = self.call("Runtime.evaluate", params)?;
         if result.get("exceptionDetails").is_some() {
             return Err(format!("{expression}: {}", result["exceptionDetails"]));
@@ -160,7 +163,9 @@ impl Browser {
                 let note = self.value("document.getElementById('note')?.textContent")?;
                 let (complaints, seconds) = (self.complaints(), PATIENCE.as_secs());
                 let state = short(&state.to_string());
-                return Err(format!("not within {seconds} s: {what}\n{state}\n{note}\n{complaints:?}"));
+                return Err(format!(
+                    "not within {seconds} s: {what}\n{state}\n{note}\n{complaints:?}"
+                ));
             }
             thread::sleep(Duration::from_millis(30));
         }

@@ -23,7 +23,8 @@ pub(super) fn run() -> Outcome {
     cargo.args(["--package", "drystone-web", "--lib", "--target", TRIPLE]);
     cargo.args(["-Zbuild-std=std,panic_abort", "--target-dir"]).arg(&built);
     // Of those that a cargo above this one sets, none must reach it.
-    for name in ["CARGO", "RUSTUP_TOOLCHAIN", "RUSTC_WRAPPER", "CARGO_ENCODED_RUSTFLAGS", "RUSTDOC"] {
+    for name in ["CARGO", "RUSTUP_TOOLCHAIN", "RUSTC_WRAPPER", "CARGO_ENCODED_RUSTFLAGS", "RUSTDOC"]
+    {
         cargo.env_remove(name);
     }
     // -Z for the standard library, which is no part of the packages for this target.
@@ -35,7 +36,15 @@ pub(super) fn run() -> Outcome {
     let _ = fs::remove_dir_all(&folder);
     let wasm = built.join(TRIPLE).join("web/drystone_web.wasm");
     let mut bind = Command::new(bindgen);
-    bind.args(["--target", "web", "--no-typescript", "--remove-name-section", "--out-name", "drystone", "--out-dir"]);
+    bind.args([
+        "--target",
+        "web",
+        "--no-typescript",
+        "--remove-name-section",
+        "--out-name",
+        "drystone",
+        "--out-dir",
+    ]);
     run_to_end(bind.arg(&folder).arg(wasm))?;
     let page = root().join("crates/drystone-web/page");
     for entry in fs::read_dir(&page).map_err(|e| format!("{}: {e}", page.display()))?.flatten() {
@@ -98,7 +107,8 @@ fn weigh(folder: &Path) -> Outcome {
     let mut paths: Vec<PathBuf> = entries.flatten().map(|entry| entry.path()).collect();
     paths.sort();
     for path in paths {
-        let zip = Command::new("gzip").args(["-9", "-c"]).arg(&path).stderr(Stdio::inherit()).output();
+        let zip =
+            Command::new("gzip").args(["-9", "-c"]).arg(&path).stderr(Stdio::inherit()).output();
         let size = zip.map_err(|e| format!("gzip: {e}"))?.stdout.len();
         let name = path.file_name().unwrap_or_default().to_string_lossy();
         println!("   {name}: {} kB compressed", size.div_ceil(1000));

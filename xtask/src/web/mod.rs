@@ -18,7 +18,10 @@ pub fn run(words: &[&str]) -> Outcome {
         ["test"] => test::run(),
         ["serve"] => serve("8080"),
         ["serve", port] => serve(port),
-        _ => Err(format!("cargo xtask web {}: allowed are build, test, serve [PORT]", words.join(" "))),
+        _ => Err(format!(
+            "cargo xtask web {}: allowed are build, test, serve [PORT]",
+            words.join(" ")
+        )),
     }
 }
 
@@ -29,7 +32,9 @@ pub fn check() -> Outcome {
     if named || std::env::var_os("DRYSTONE_CI_WEB").is_some() {
         return run(&[]);
     }
-    println!("   SKIPPED: the viewer in a browser; `cargo xtask ci web` or DRYSTONE_CI_WEB=1 runs it");
+    println!(
+        "   SKIPPED: the viewer in a browser; `cargo xtask ci web` or DRYSTONE_CI_WEB=1 runs it"
+    );
     Ok(())
 }
 

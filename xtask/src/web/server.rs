@@ -15,7 +15,8 @@ pub(super) struct Server {
 impl Server {
     /// Serves the files of folders, the first one that has it, to this machine only; port 0 is any free one.
     pub(super) fn start(port: u16, folders: Vec<PathBuf>) -> Result<Self, String> {
-        let listener = TcpListener::bind(("127.0.0.1", port)).map_err(|e| format!("port {port}: {e}"))?;
+        let listener =
+            TcpListener::bind(("127.0.0.1", port)).map_err(|e| format!("port {port}: {e}"))?;
         let address = listener.local_addr().map_err(|e| e.to_string())?;
         let thread = thread::spawn(move || {
             for stream in listener.incoming().flatten() {

@@ -75,7 +75,8 @@ struct Test {
 impl Test {
     fn go_to(&mut self, address: &str) -> Outcome {
         self.browser.open(&format!("{}{address}", self.page))?;
-        self.browser.wait_for("the first picture", |state| state["places"]["picture"].is_array())?;
+        self.browser
+            .wait_for("the first picture", |state| state["places"]["picture"].is_array())?;
         Ok(())
     }
 
@@ -105,7 +106,10 @@ impl Test {
         run_to_end(command.stdout(Stdio::null()))?;
         let text = fs::read_to_string(&report).map_err(|e| e.to_string())?;
         let report: Value = serde_json::from_str(&text).map_err(|e| e.to_string())?;
-        report["hash"].as_str().map(str::to_owned).ok_or_else(|| "a report without a hash".to_owned())
+        report["hash"]
+            .as_str()
+            .map(str::to_owned)
+            .ok_or_else(|| "a report without a hash".to_owned())
     }
 
     /// Takes a picture, which must show something: one color alone takes some kilobytes.
@@ -232,7 +236,9 @@ fn method(test: &mut Test) -> Outcome {
     check(before["views"][0]["method"] == "soft-step", &before)?;
     check(after["playing"] == true, &after)?;
     test.browser.key("m", "KeyM", 77)?;
-    test.browser.wait_for("the next method", |s| s["views"][0]["method"] != "soft-step-relax").map(drop)
+    test.browser
+        .wait_for("the next method", |s| s["views"][0]["method"] != "soft-step-relax")
+        .map(drop)
 }
 
 fn hashes(test: &mut Test) -> Outcome {
@@ -242,7 +248,9 @@ fn hashes(test: &mut Test) -> Outcome {
         let command = test.hash_of_command(scene, steps, &[])?;
         println!("     {scene}, {steps} steps: {page}");
         if page != command {
-            return Err(format!("{scene} after {steps} steps: the page has {page}, the command {command}"));
+            return Err(format!(
+                "{scene} after {steps} steps: the page has {page}, the command {command}"
+            ));
         }
     }
     Ok(())
@@ -261,15 +269,22 @@ fn files(test: &mut Test) -> Outcome {
     test.hash_of_command("wall", 1, &["--bake", &bake])?;
     let whole = fs::read(&good).map_err(io)?;
     fs::write(&cut, &whole[..whole.len() / 2]).map_err(io)?;
-    for (path, says) in [(&broken, "glb"), (&cut, "ends before"), (&other, "JSON"), (&huge, "allowed are 64 MB")] {
+    for (path, says) in
+        [(&broken, "glb"), (&cut, "ends before"), (&other, "JSON"), (&huge, "allowed are 64 MB")]
+    {
         refused(test, path, says, at)?;
     }
     test.picture("refused.png")?;
     test.browser.drop_file(&good, at)?;
-    test.browser.wait_for("the file is open", |s| s["scene"] == "good.glb" && s["message"].is_null())?;
+    test.browser
+        .wait_for("the file is open", |s| s["scene"] == "good.glb" && s["message"].is_null())?;
     let page = test.hash_after(60)?;
     let command = test.hash_of_command(&bake, 60, &[])?;
-    if page == command { Ok(()) } else { Err(format!("good.glb: the page has {page}, the command {command}")) }
+    if page == command {
+        Ok(())
+    } else {
+        Err(format!("good.glb: the page has {page}, the command {command}"))
+    }
 }
 
 /// Drops a file that cannot be opened, and reads the message; the scene before it stays.
@@ -277,9 +292,8 @@ fn refused(test: &mut Test, path: &Path, says: &str, at: At) -> Outcome {
     let before = test.browser.state()?;
     test.browser.drop_file(path, at)?;
     let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-    let told = |s: &Value| {
-        s["message"].as_str().is_some_and(|m| m.contains(&name) && m.contains(says))
-    };
+    let told =
+        |s: &Value| s["message"].as_str().is_some_and(|m| m.contains(&name) && m.contains(says));
     let state = test.browser.wait_for(&format!("{name}: a message with \"{says}\""), told)?;
     check(state["scene"] == before["scene"], &state)
 }
@@ -298,7 +312,8 @@ fn film(test: &mut Test) -> Outcome {
     let middle = |s: &Value| s["step"].as_u64().is_some_and(|step| (40..=50).contains(&step));
     test.browser.wait_for("half of the film by the time line", middle)?;
     test.browser.value("drystone_seek(90); drystone_play(true)")?;
-    let again = |s: &Value| s["playing"] == true && s["step"].as_u64().is_some_and(|step| step < 45);
+    let again =
+        |s: &Value| s["playing"] == true && s["step"].as_u64().is_some_and(|step| step < 45);
     test.browser.wait_for("it begins again", again)?;
     test.browser.open(&format!("{}player.html?film=nothing.glb", test.page))?;
     let note = "document.getElementById('note').textContent";

@@ -189,7 +189,8 @@ impl Link {
     /// When it gets a size, if it has none at first [s].
     fn appears(&self) -> Option<f32> {
         let scale = self.keys.as_ref()?.scale.as_ref()?;
-        let size = |key: usize| scale.values.get(key).is_some_and(|v| v.iter().any(|x| x.abs() > 0.0));
+        let size =
+            |key: usize| scale.values.get(key).is_some_and(|v| v.iter().any(|x| x.abs() > 0.0));
         if scale.between != Between::Step || size(0) {
             return None;
         }
