@@ -8,6 +8,12 @@ const FIRST = "pyramid:base=12";
 // A larger file would fill the page's memory.
 const MOST_BYTES = 64 * 1024 * 1024;
 
+document.body.insertAdjacentHTML(
+  "afterbegin",
+  `<canvas id="canvas" tabindex="0"></canvas>
+  <label id="file" hidden>open a file<input type="file" accept=".glb,.gltf,.obj"></label>
+  <div id="note">loading …</div>`,
+);
 const note = document.getElementById("note");
 const label = document.getElementById("file");
 const address = new URLSearchParams(location.search);
@@ -28,6 +34,7 @@ function start(scene) {
   const why = drystone.start(document.getElementById("canvas"), scene, playing, panel, fail);
   if (why) return why;
   started = true;
+  document.getElementById("canvas").focus();
   if (note.className !== "failed") say("");
 }
 

@@ -58,6 +58,7 @@ fn answer(mut stream: TcpStream, folders: &[PathBuf]) -> std::io::Result<()> {
     let kind = match path.extension().and_then(|e| e.to_str()) {
         Some("html") => "text/html; charset=utf-8",
         Some("js") => "text/javascript",
+        Some("css") => "text/css",
         Some("wasm") => "application/wasm",
         _ => "application/octet-stream",
     };
