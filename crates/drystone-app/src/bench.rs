@@ -1,15 +1,13 @@
 //! `drystone bench`: how long a step takes, with the hash and the quality of what was computed.
 
-use std::io::{self, IsTerminal};
 use std::path::Path;
 use std::process::ExitCode;
 
 use drystone_bench::{Order, Own, Row, default_steps, expand, listing, measure};
-use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::Outcome;
 use crate::cli::Bench;
-use crate::output::{self, Failure, Output};
+use crate::output::{self, Failure, Output, progress};
 
 /// Measures the scenes one after the other.
 pub(crate) fn bench(args: &Bench) -> Outcome {
@@ -19,7 +17,8 @@ pub(crate) fn bench(args: &Bench) -> Outcome {
     let mut threads: Vec<usize> = args.threads.iter().map(|&n| usize::from(n)).collect();
     threads.dedup();
 
-    let bar = progress(scenes.len() * threads.len() * usize::from(args.runs));
+    let count = scenes.len() * threads.len() * usize::from(args.runs);
+    let bar = progress(count as u64, "{wide_bar} run {pos} of {len}, {eta} left");
     let mut rows: Vec<Row> = Vec::new();
     for (spec, scene) in &scenes {
         let steps = args.steps.unwrap_or_else(|| default_steps(scene));
@@ -63,17 +62,4 @@ fn same_end(spec: &str, runs: &[Vec<Row>]) -> Result<(), Failure> {
             first.hash, first.threads, other.hash, other.threads
         )))
     })
-}
-
-/// A bar with the time left, if somebody looks.
-fn progress(runs: usize) -> ProgressBar {
-    if !io::stderr().is_terminal() {
-        return ProgressBar::hidden();
-    }
-    let bar = ProgressBar::new(runs as u64);
-    let style = ProgressStyle::with_template("{wide_bar} run {pos} of {len}, {eta} left");
-    if let Ok(style) = style {
-        bar.set_style(style);
-    }
-    bar
 }

@@ -76,13 +76,38 @@ instruction set, machine, or on which outputs were asked for.";
 #[derive(Args, Clone, Debug)]
 pub(crate) struct Source {
     /// A built-in scene (`drystone scenes`) with parameters such as pyramid:base=40, or a .gltf,
-    /// .glb or .obj file
+    /// .glb, .obj, .urdf or .xml (MJCF) file
     pub(crate) scene: String,
 
     /// For files without physics: every mesh becomes a dynamic body with this collider, the lowest
     /// a static one
     #[arg(long, value_name = "KIND")]
     pub(crate) auto_colliders: Option<AutoColliders>,
+
+    /// For .urdf files: whether the world holds the first link [default: auto, which holds the base of an arm
+    /// and lets what stands on several legs or wheels go]
+    #[arg(long, value_name = "KIND")]
+    pub(crate) base: Option<Base>,
+
+    /// For .urdf files: adds a ground at this height [m]
+    #[arg(long, value_name = "Z", num_args = 0..=1, default_missing_value = "0", allow_negative_numbers = true, value_parser = height)]
+    pub(crate) ground: Option<f32>,
+}
+
+/// What a robot's first link hangs on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Base {
+    /// As its joints look
+    Auto,
+    /// The world
+    Fixed,
+    /// Nothing
+    Floating,
+}
+
+fn height(text: &str) -> Result<f32, String> {
+    let number = text.parse::<f32>().ok().filter(|z| z.abs() <= 1.0e6);
+    number.ok_or_else(|| "allowed is a height of at most 1e6 m either way".to_owned())
 }
 
 /// What a mesh without physics collides as.
@@ -94,6 +119,40 @@ pub(crate) enum AutoColliders {
     Mesh,
     /// The box around it
     Box,
+}
+
+/// How long to simulate.
+#[derive(Args, Clone, Copy, Debug)]
+pub(crate) struct Length {
+    /// How long to simulate [default: the scene's own length, else 10]
+    #[arg(long, value_name = "S", value_parser = seconds, conflicts_with = "steps")]
+    pub(crate) seconds: Option<f64>,
+
+    /// How long to simulate, in steps
+    #[arg(long, value_name = "N")]
+    pub(crate) steps: Option<u64>,
+}
+
+/// What is said of the world, over what the scene says.
+#[derive(Args, Clone, Debug)]
+pub(crate) struct Settings {
+    /// Steps per second [default: the scene's own, else 60]
+    #[arg(long, value_name = "F", value_parser = hz)]
+    pub(crate) hz: Option<f32>,
+
+    /// Solver substeps per step [default: the method's own]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=256))]
+    pub(crate) substeps: Option<u32>,
+
+    /// Stepping method (`drystone methods` tells about them) [default: the scene's own, else
+    /// soft-step]
+    #[arg(long, value_name = "NAME", value_parser = PossibleValuesParser::new(Method::NAMES))]
+    pub(crate) method: Option<String>,
+
+    /// A field of the world's configuration, such as gravity=0,-1.62,0 or contact.hertz=60;
+    /// repeatable
+    #[arg(long, value_name = "KEY=VALUE", value_parser = assignment)]
+    pub(crate) set: Vec<(String, String)>,
 }
 
 /// `drystone info`.
@@ -126,21 +185,9 @@ pub(crate) struct View {
     #[command(flatten)]
     pub(crate) source: Source,
 
-    /// Steps per second [default: the scene's own, else 60]
-    #[arg(long, value_name = "F", value_parser = hz)]
-    pub(crate) hz: Option<f32>,
-
-    /// Solver substeps per step [default: the method's own]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=256))]
-    pub(crate) substeps: Option<u32>,
-
-    /// Stepping method [default: the scene's own, else soft-step]
-    #[arg(long, value_name = "NAME", value_parser = PossibleValuesParser::new(Method::NAMES))]
-    pub(crate) method: Option<String>,
-
-    /// A field of the world's configuration, such as gravity=0,-1.62,0; repeatable
-    #[arg(long, value_name = "KEY=VALUE", value_parser = assignment)]
-    pub(crate) set: Vec<(String, String)>,
+    /// What the world is like.
+    #[command(flatten)]
+    pub(crate) settings: Settings,
 
     /// Worker threads, the caller included [default: all cores but the one that draws]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=256))]
@@ -231,10 +278,11 @@ pub(crate) struct Bench {
 const COMPARE_EXAMPLES: &str = "\
 Examples:
   drystone compare stack:n=20
+  drystone compare cradle --methods soft-step,guendelman,naive
   drystone compare stack --with soft-step --with soft-step:substeps=16 --seconds 10
   drystone compare wall --with soft-step --with soft-step-relax --csv wall.csv --svg wall.svg
 
-Without --with every method runs (`drystone methods` lists them). deepest and end are the deepest overlap
+Without --methods and --with every method runs (`drystone methods` lists them). deepest and end are the deepest overlap
 in any step and after the last; speed that of the fastest body at the end; gained what kinetic and
 potential energy were above the start at most; drift and sink the farthest that a body is from where it
 was, across gravity and along it; off analytic the greatest difference of a body's velocity after one more
@@ -253,17 +301,18 @@ pub(crate) struct Compare {
     #[command(flatten)]
     pub(crate) source: Source,
 
-    /// A run: a method, with fields of the world's configuration after a colon; repeatable
+    /// Runs by these methods
+    #[arg(long, value_name = "NAME[,NAME...]", value_delimiter = ',', value_parser = PossibleValuesParser::new(Method::NAMES))]
+    pub(crate) methods: Vec<String>,
+
+    /// A run: a method, with fields of the world's configuration after a colon; repeatable, and
+    /// together with --methods
     #[arg(long, value_name = "METHOD[:KEY=VALUE,...]")]
     pub(crate) with: Vec<String>,
 
-    /// How long to simulate [default: the scene's own length, else 10]
-    #[arg(long, value_name = "S", value_parser = seconds, conflicts_with = "steps")]
-    pub(crate) seconds: Option<f64>,
-
-    /// How long to simulate, in steps
-    #[arg(long, value_name = "N")]
-    pub(crate) steps: Option<u64>,
+    /// How long.
+    #[command(flatten)]
+    pub(crate) length: Length,
 
     /// Steps per second [default: the scene's own, else 60]
     #[arg(long, value_name = "F", value_parser = hz)]
@@ -380,31 +429,13 @@ pub(crate) struct Simulate {
     #[command(flatten)]
     pub(crate) source: Source,
 
-    /// How long to simulate [default: the scene's own length, else 10]
-    #[arg(long, value_name = "S", value_parser = seconds, conflicts_with = "steps")]
-    pub(crate) seconds: Option<f64>,
+    /// How long.
+    #[command(flatten)]
+    pub(crate) length: Length,
 
-    /// How long to simulate, in steps
-    #[arg(long, value_name = "N")]
-    pub(crate) steps: Option<u64>,
-
-    /// Steps per second [default: the scene's own, else 60]
-    #[arg(long, value_name = "F", value_parser = hz)]
-    pub(crate) hz: Option<f32>,
-
-    /// Solver substeps per step [default: the method's own]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=256))]
-    pub(crate) substeps: Option<u32>,
-
-    /// Stepping method (`drystone methods` tells about them) [default: the scene's own, else
-    /// soft-step]
-    #[arg(long, value_name = "NAME", value_parser = PossibleValuesParser::new(Method::NAMES))]
-    pub(crate) method: Option<String>,
-
-    /// A field of the world's configuration, such as gravity=0,-1.62,0 or contact.hertz=60;
-    /// repeatable
-    #[arg(long, value_name = "KEY=VALUE", value_parser = assignment)]
-    pub(crate) set: Vec<(String, String)>,
+    /// What the world is like.
+    #[command(flatten)]
+    pub(crate) settings: Settings,
 
     /// Worker threads, the caller included [default: all cores]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=256))]
@@ -600,7 +631,7 @@ mod tests {
         let Command::Simulate(args) = Cli::try_parse_from(good.split(' ')).unwrap().command else {
             panic!("another command");
         };
-        assert_eq!(args.set[0], ("a".to_owned(), "b=c".to_owned()));
+        assert_eq!(args.settings.set[0], ("a".to_owned(), "b=c".to_owned()));
     }
 
     #[cfg(feature = "render")]

@@ -2,10 +2,9 @@
 
 use std::fmt::Write as _;
 use std::process::ExitCode;
-use std::sync::Arc;
 use std::time::Instant;
 
-use drystone::{BodyKind, Inline, Method, MethodOptions, Overlap, Team, Vec3, World, WorldConfig};
+use drystone::{BodyKind, Method, MethodOptions, Overlap, Vec3, World, WorldConfig};
 use drystone_bench::{BodyState, stands, still_stands};
 use drystone_scene::{Running, Scene, SceneBody};
 use serde::Serialize;
@@ -13,10 +12,10 @@ use serde::Serialize;
 use crate::Outcome;
 use crate::cli::Compare;
 use crate::compare_plot::{self, Curve};
-use crate::load::{build, dropped, load, refused};
+use crate::load::{build, load, refused};
 use crate::measure::Measure;
 use crate::output::{self, Failure, Output, one_line};
-use crate::simulate::{steps_of, time_of};
+use crate::settings::{executor, said_gravity, set_all, time_of};
 
 /// One run, as a row of the table.
 #[derive(Debug, Serialize)]
@@ -68,24 +67,20 @@ struct Comparison<'a> {
 
 /// Runs the scene by each method and prints what came of it.
 pub(crate) fn compare(args: &Compare) -> Outcome {
-    let specs = if args.with.is_empty() {
-        Method::NAMES.iter().map(|name| (*name).to_owned()).collect()
-    } else {
-        args.with.clone()
-    };
+    let mut specs: Vec<String> = args.methods.iter().chain(&args.with).cloned().collect();
+    if specs.is_empty() {
+        specs.extend(Method::NAMES.iter().map(|name| (*name).to_owned()));
+    }
     // All settings are checked before the first run.
     for spec in &specs {
         configure(&mut WorldConfig::default(), args, spec)?;
     }
-    let says_gravity = args.set.iter().any(|(key, _)| key == "gravity");
-    let mut gravity = WorldConfig::default();
-    set_all(&mut gravity, &args.set)?;
-    let loaded = load(&args.source, says_gravity.then_some(gravity.gravity))?;
+    let mut config = WorldConfig::default();
+    set_all(&mut config, &args.set)?;
+    let loaded = load(&args.source, said_gravity(&args.set, &config))?;
     let scene = loaded.scene();
     let hz = args.hz.unwrap_or(scene.hz);
-    let steps = args
-        .steps
-        .unwrap_or_else(|| steps_of(args.seconds.unwrap_or_else(|| f64::from(scene.seconds)), hz));
+    let steps = args.length.steps(scene.seconds, hz);
     let mut files = Files::create(args)?;
     let (mut rows, mut curves) = (Vec::new(), Vec::new());
     for spec in &specs {
@@ -123,15 +118,6 @@ fn configure(config: &mut WorldConfig, args: &Compare, spec: &str) -> Result<(),
     Ok(())
 }
 
-fn set_all(config: &mut WorldConfig, pairs: &[(String, String)]) -> Result<(), Failure> {
-    for (key, value) in pairs {
-        config
-            .set(key, value)
-            .map_err(|e| Failure::usage(format_args!("--set {key}={value}: {e}")))?;
-    }
-    Ok(())
-}
-
 fn run(
     scene: &Scene,
     spec: &str,
@@ -140,11 +126,7 @@ fn run(
     steps: u64,
 ) -> Result<(Row, Curve), Failure> {
     let mut running = build(scene, &args.source.scene)?;
-    if args.threads > 1 {
-        running.world.set_executor(Arc::new(Team::new(usize::from(args.threads))));
-    } else {
-        running.world.set_executor(Arc::new(Inline));
-    }
+    running.world.set_executor(executor(usize::from(args.threads)));
     let dt = hz.recip();
     // In a copy, for to know the contacts takes a step.
     let mut ahead = running.world.clone();
@@ -159,6 +141,7 @@ fn run(
         let start = Instant::now();
         running.world.step(dt);
         let spent = start.elapsed();
+        running.after_step();
         measure.add(step, spent, &running.world);
         sweeps += u64::from(running.world.sweep_count());
         if step.is_multiple_of(every) {
@@ -211,8 +194,8 @@ fn judge(
 ) -> Row {
     let world = &running.world;
     let bodies: Vec<&SceneBody> =
-        scene.bodies.iter().chain(dropped(scene)).take(running.bodies.len()).collect();
-    let states: Vec<BodyState> = running.bodies.iter().map(|id| state(world, *id)).collect();
+        scene.bodies.iter().chain(scene.script.joining()).take(running.brought().len()).collect();
+    let states: Vec<BodyState> = running.brought().iter().map(|id| state(world, *id)).collect();
     let source = &args.source.scene;
     let stands = if args.stands {
         still_stands(scene.config.gravity, &bodies, &states, 0.0)

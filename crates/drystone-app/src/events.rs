@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use drystone::{BodyId, ContactEvent, Events, FaultKind, Vec3};
+use drystone::{BodyId, ContactEvent, Events, FaultKind, FractureCause, JointLimit, Vec3};
 use serde::Serialize;
 
 use crate::output::{Failure, Output};
@@ -73,8 +73,48 @@ struct Joint {
     joint: u32,
     body_a: String,
     body_b: String,
+    limit: &'static str,
     force: f32,
     torque: f32,
+    impulse: f32,
+    damage: f32,
+}
+
+#[derive(Serialize)]
+struct Bond {
+    body: String,
+    point: [f32; 3],
+    tension: f32,
+    shear: f32,
+}
+
+#[derive(Serialize)]
+struct Broken {
+    body: String,
+    cause: &'static str,
+    value: f32,
+    limit: f32,
+    point: [f32; 3],
+    pieces: Vec<String>,
+}
+
+/// The word for what broke a joint.
+const fn limit_word(limit: JointLimit) -> &'static str {
+    match limit {
+        JointLimit::Force => "force",
+        JointLimit::Torque => "torque",
+        JointLimit::Impulse => "impulse",
+        JointLimit::Fatigue => "fatigue",
+    }
+}
+
+/// The word for why a body came apart.
+const fn cause_word(cause: FractureCause) -> &'static str {
+    match cause {
+        FractureCause::Glue => "glue",
+        FractureCause::Impulse => "impulse",
+        FractureCause::Energy => "energy",
+    }
 }
 
 #[derive(Serialize)]
@@ -140,10 +180,33 @@ impl EventLog {
                 joint: e.joint.index(),
                 body_a: names.of(e.body_a),
                 body_b: names.of(e.body_b),
+                limit: limit_word(e.limit),
                 force: e.force,
                 torque: e.torque,
+                impulse: e.impulse,
+                damage: e.damage,
             };
             self.line(step, time, "joint_break", what)?;
+        }
+        for e in &events.bond_break {
+            let what = Bond {
+                body: names.of(e.body),
+                point: Vec3::to_array(e.point),
+                tension: e.tension,
+                shear: e.shear,
+            };
+            self.line(step, time, "bond_break", what)?;
+        }
+        for e in &events.fractures {
+            let what = Broken {
+                body: names.of(e.body),
+                cause: cause_word(e.cause),
+                value: e.value,
+                limit: e.limit,
+                point: Vec3::to_array(e.point),
+                pieces: events.pieces_of(e).iter().map(|id| names.of(*id)).collect(),
+            };
+            self.line(step, time, "fracture", what)?;
         }
         for (word, list) in [("sleep", &events.sleep), ("wake", &events.wake)] {
             for &id in list {

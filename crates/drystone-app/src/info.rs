@@ -8,7 +8,7 @@ use drystone_scene::{Parameter, Range, catalog};
 
 use crate::Outcome;
 use crate::cli::{Info, count};
-use crate::load::{build, dropped, load};
+use crate::load::{build, load};
 use crate::measure::lines_of;
 use crate::output::{self, Failure, one_line};
 use crate::report::{Page, si};
@@ -21,7 +21,7 @@ pub(crate) fn scenes() -> Outcome {
         let parameters: Vec<String> = entry.parameters.iter().map(shown).collect();
         rows.push([
             entry.name.to_owned(),
-            (scene.bodies.len() + dropped(&scene).len()).to_string(),
+            (scene.bodies.len() + scene.script.joining().count()).to_string(),
             one_line(entry.summary),
             parameters.join(","),
         ]);
@@ -86,11 +86,11 @@ pub(crate) fn info(args: &Info) -> Outcome {
             count(substeps, "substep")
         ),
     );
-    let dropped = dropped(scene);
+    let joining = scene.script.joining().count();
     let mut kinds: BTreeMap<&str, usize> = BTreeMap::new();
     let mut shapes: BTreeMap<&str, usize> = BTreeMap::new();
     let mut sensors = 0;
-    for body in scene.bodies.iter().chain(dropped) {
+    for body in scene.bodies.iter().chain(scene.script.joining()) {
         *kinds.entry(kind_word(body.def.kind)).or_default() += 1;
         for shape in &body.def.shapes {
             *shapes.entry(shape.shape.kind()).or_default() += 1;
@@ -98,8 +98,8 @@ pub(crate) fn info(args: &Info) -> Outcome {
         }
     }
     page.row("bodies", &list(&kinds));
-    if !dropped.is_empty() {
-        page.row("", &format!("{} of them are added while it runs", dropped.len()));
+    if joining > 0 {
+        page.row("", &format!("{joining} of them are added while it runs"));
     }
     page.row("shapes", &list(&shapes));
     if sensors > 0 {

@@ -5,19 +5,24 @@ use std::path::Path;
 
 use drystone::Vec3;
 use drystone_scene::gltf::{self, LoadedGltf};
-use drystone_scene::{BuildError, Running, Scene, SceneBody, Script, obj};
+use drystone_scene::{BuildError, Running, Scene, SceneError, mjcf, obj, urdf};
 
-use crate::cli::{AutoColliders, Source, has_extension};
+use crate::cli::{AutoColliders, Base, Source, has_extension};
 use crate::output::Failure;
 
 /// Endings that mean a file even where there is none.
-const FILES: [&str; 3] = ["gltf", "glb", "obj"];
+const FILES: [&str; 5] = ["gltf", "glb", "obj", "urdf", "xml"];
+
+/// What a user can give, beside a built-in scene.
+const ALLOWED: &str = "a .gltf, .glb, .obj, .urdf or .xml (MJCF) file";
 
 /// A scene, and the file it came from.
 #[derive(Debug)]
 pub(crate) enum Loaded {
     /// From the catalog.
     BuiltIn(Box<Scene>),
+    /// From a file with nothing more to bake than the scene.
+    Read(Box<Scene>),
     /// From a file, which is kept for baking.
     Gltf(Box<LoadedGltf>),
 }
@@ -26,7 +31,7 @@ impl Loaded {
     /// The scene.
     pub(crate) fn scene(&self) -> &Scene {
         match self {
-            Self::BuiltIn(scene) => scene,
+            Self::BuiltIn(scene) | Self::Read(scene) => scene,
             Self::Gltf(loaded) => &loaded.scene,
         }
     }
@@ -34,7 +39,7 @@ impl Loaded {
     /// The scene, to change it.
     pub(crate) fn scene_mut(&mut self) -> &mut Scene {
         match self {
-            Self::BuiltIn(scene) => scene,
+            Self::BuiltIn(scene) | Self::Read(scene) => scene,
             Self::Gltf(loaded) => &mut loaded.scene,
         }
     }
@@ -56,6 +61,7 @@ pub(crate) fn load(source: &Source, gravity: Option<Vec3>) -> Result<Loaded, Fai
                     source.scene
                 )));
             }
+            Ok(_) if source.base.is_some() || source.ground.is_some() => return Err(not_a_robot()),
             Ok(scene) => return Ok(Loaded::BuiltIn(Box::new(scene))),
             Err(e) if !path.exists() => {
                 return Err(Failure::failed(format_args!("{}: {e}", source.scene)));
@@ -63,19 +69,16 @@ pub(crate) fn load(source: &Source, gravity: Option<Vec3>) -> Result<Loaded, Fai
             Err(_) => {}
         }
     }
-    file(path, source.auto_colliders, gravity)
+    file(path, source, gravity)
 }
 
-fn file(
-    path: &Path,
-    auto_colliders: Option<AutoColliders>,
-    gravity: Option<Vec3>,
-) -> Result<Loaded, Failure> {
+fn file(path: &Path, source: &Source, gravity: Option<Vec3>) -> Result<Loaded, Failure> {
+    let auto_colliders = source.auto_colliders;
     let shown = path.display();
     let metadata = match std::fs::metadata(path) {
         Err(e) if e.kind() == ErrorKind::NotFound => {
             return Err(Failure::failed(format_args!(
-                "{shown}: no such file, allowed is a .gltf, .glb or .obj file or a built-in scene \
+                "{shown}: no such file, allowed is {ALLOWED} or a built-in scene \
                  (`drystone scenes` lists them)"
             )));
         }
@@ -83,14 +86,25 @@ fn file(
         Ok(metadata) => metadata,
     };
     if metadata.is_dir() {
-        return Err(Failure::failed(format_args!(
-            "{shown}: is a directory, allowed is a .gltf, .glb or .obj file"
-        )));
+        return Err(Failure::failed(format_args!("{shown}: is a directory, allowed is {ALLOWED}")));
     }
     if !has_extension(path, &FILES) {
         return Err(Failure::failed(format_args!(
-            "{shown}: its name tells no known format, allowed is a .gltf, .glb or .obj file"
+            "{shown}: its name tells no known format, allowed is {ALLOWED}"
         )));
+    }
+    let is_robot = has_extension(path, &["urdf"]);
+    if is_robot || has_extension(path, &["xml"]) {
+        if auto_colliders.is_some() {
+            return Err(Failure::usage("--auto-colliders is for files without physics"));
+        }
+        let read = if is_robot { robot(path, source) } else { described(path, source)? };
+        let mut scene = read.map_err(Failure::failed)?;
+        scene.config.gravity = gravity.unwrap_or(scene.config.gravity);
+        return Ok(Loaded::Read(Box::new(scene)));
+    }
+    if source.base.is_some() || source.ground.is_some() {
+        return Err(not_a_robot());
     }
     let options = gltf::Options {
         auto_colliders: auto_colliders.map(|kind| match kind {
@@ -105,12 +119,25 @@ fn file(
     Ok(Loaded::Gltf(Box::new(loaded)))
 }
 
-/// The bodies that join while the scene runs.
-pub(crate) fn dropped(scene: &Scene) -> &[SceneBody] {
-    match &scene.script {
-        Script::Drop { bodies, .. } => bodies,
-        _ => &[],
+fn not_a_robot() -> Failure {
+    Failure::usage("--base and --ground are for .urdf files")
+}
+
+fn robot(path: &Path, source: &Source) -> Result<Scene, SceneError> {
+    let base = match source.base {
+        None | Some(Base::Auto) => urdf::Base::Auto,
+        Some(Base::Fixed) => urdf::Base::Fixed,
+        Some(Base::Floating) => urdf::Base::Floating,
+    };
+    urdf::load(path, &urdf::Options { base, ground: source.ground })
+}
+
+/// A scene of MuJoCo, which says itself what its bodies stand on.
+fn described(path: &Path, source: &Source) -> Result<Result<Scene, SceneError>, Failure> {
+    if source.base.is_some() || source.ground.is_some() {
+        return Err(not_a_robot());
     }
+    Ok(mjcf::load(path))
 }
 
 /// The scene as a world; `source` is what the user called it.

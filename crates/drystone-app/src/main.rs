@@ -1,6 +1,6 @@
 //! The command `drystone`: simulates scenes, writes what happened, and tells what it knows.
 //!
-//! `cli` says what may be asked; `simulate` runs a scene and feeds `trace`, `events`, `bake`, `render`
+//! `cli` says what may be asked, `settings` makes of it what a world is told; `simulate` runs a scene and feeds `trace`, `events`, `bake`, `render`
 //! and `report`; `bench` takes its time; `compare` runs it by several methods; `validate` compares with known results; `info` tells about scenes and methods. Only `output` writes to files and to stdout.
 
 mod audit;
@@ -20,6 +20,7 @@ mod render;
 #[path = "render_absent.rs"]
 mod render;
 mod report;
+mod settings;
 mod simulate;
 mod trace;
 mod validate;

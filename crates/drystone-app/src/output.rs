@@ -2,9 +2,11 @@
 
 use std::fmt::Display;
 use std::fs::File;
-use std::io::{self, BufWriter, ErrorKind, Write};
+use std::io::{self, BufWriter, ErrorKind, IsTerminal, Write};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+
+use indicatif::{ProgressBar, ProgressStyle};
 
 /// Why a command was given up.
 #[derive(Debug)]
@@ -47,6 +49,18 @@ pub(crate) fn one_line(text: &str) -> String {
 pub(crate) fn complain(failure: &Failure) {
     // Nobody is left to be told if this fails.
     let _ = writeln!(io::stderr().lock(), "error: {}", failure.message);
+}
+
+/// A bar that counts to `count`, if somebody looks at stderr; `template` says what stands on its line.
+pub(crate) fn progress(count: u64, template: &str) -> ProgressBar {
+    if !io::stderr().is_terminal() {
+        return ProgressBar::hidden();
+    }
+    let bar = ProgressBar::new(count);
+    if let Ok(style) = ProgressStyle::with_template(template) {
+        bar.set_style(style);
+    }
+    bar
 }
 
 /// Writes to stdout. A reader that has gone (`drystone scenes | head -1`) is no failure.

@@ -1,17 +1,14 @@
 //! `drystone simulate`: the run from the scene to the last file.
 
-use std::io::{self, IsTerminal};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::thread::available_parallelism;
 use std::time::Instant;
 
-use drystone::{Inline, Method, SimdLevel, Team, World, WorldConfig};
+use drystone::{SimdLevel, World};
 use drystone_bench::StageClock;
 use drystone_scene::Running;
-use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::Outcome;
 use crate::bake::Bake;
@@ -19,9 +16,10 @@ use crate::cli::{Rendering, Simulate};
 use crate::events::{EventLog, Names};
 use crate::load::{Loaded, build, load, refused};
 use crate::measure::Measure;
-use crate::output::{self, Failure, Output};
+use crate::output::{self, Failure, Output, progress};
 use crate::render::{Render, quiet_driver};
 use crate::report::{Report, Run};
+use crate::settings::{cores_but, executor, time_of};
 use crate::trace::Trace;
 
 /// Status of a run that finished with a fault.
@@ -33,24 +31,14 @@ pub(crate) fn simulate(args: &Simulate) -> Outcome {
     if args.rendering.render.is_some() {
         quiet_driver();
     }
-    // What is said of the world is checked first: no scene makes it right or wrong.
-    let mut config = WorldConfig::default();
-    configure(&mut config, &Settings::of(args))?;
-    let says_gravity = args.set.iter().any(|(key, _)| key == "gravity");
-    let mut loaded = load(&args.source, says_gravity.then_some(config.gravity))?;
-    configure(&mut loaded.scene_mut().config, &Settings::of(args))?;
+    let mut loaded = load(&args.source, args.settings.gravity()?)?;
+    args.settings.apply(&mut loaded.scene_mut().config)?;
     let scene = loaded.scene();
-    let hz = args.hz.unwrap_or(scene.hz);
-    let steps = args
-        .steps
-        .unwrap_or_else(|| steps_of(args.seconds.unwrap_or_else(|| f64::from(scene.seconds)), hz));
+    let hz = args.settings.hz.unwrap_or(scene.hz);
+    let steps = args.length.steps(scene.seconds, hz);
     let mut running = build(scene, &args.source.scene)?;
-    let threads = threads(args);
-    if threads > 1 {
-        running.world.set_executor(Arc::new(Team::new(threads)));
-    } else {
-        running.world.set_executor(Arc::new(Inline));
-    }
+    let threads = args.threads.map_or_else(|| cores_but(0), usize::from);
+    running.world.set_executor(executor(threads));
     if let Some(level) = args.simd.as_deref().and_then(SimdLevel::named) {
         running.world.set_simd_level(level);
     }
@@ -60,7 +48,7 @@ pub(crate) fn simulate(args: &Simulate) -> Outcome {
     let mut outputs = Outputs::create(args, &running.world, time_of(steps, hz), hz)?;
 
     let stop = stop_on_interrupt();
-    let bar = progress(steps);
+    let bar = progress(steps, "{wide_bar} step {pos} of {len}, {eta} left");
     let mut measure = Measure::new(&running.world);
     let mut clock = StageClock::new();
     let dt = hz.recip();
@@ -72,6 +60,7 @@ pub(crate) fn simulate(args: &Simulate) -> Outcome {
         clock.begin();
         running.world.step_observed(dt, &mut |stage| clock.stage(stage.name()));
         let spent = start.elapsed();
+        running.after_step();
         done += 1;
         measure.add(done, spent, &running.world);
         outputs.add(done, time_of(done, hz), &running)?;
@@ -95,52 +84,6 @@ pub(crate) fn simulate(args: &Simulate) -> Outcome {
     let written = outputs.finish(&loaded, &running.world, &report)?;
     output::print(&report.text(&run, &written))?;
     Ok(if measure.faults.is_empty() { ExitCode::SUCCESS } else { ExitCode::from(FAULTED) })
-}
-
-/// Number of steps in `seconds`, to the nearest.
-#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "in range: 0 to 1e15")]
-pub(crate) fn steps_of(seconds: f64, hz: f32) -> u64 {
-    (seconds * f64::from(hz)).round() as u64
-}
-
-/// Time after `step` steps [s].
-#[expect(clippy::cast_precision_loss, reason = "steps are far below 2^52")]
-pub(crate) fn time_of(step: u64, hz: f32) -> f64 {
-    step as f64 / f64::from(hz)
-}
-
-fn threads(args: &Simulate) -> usize {
-    let all = || available_parallelism().map_or(1, |n| n.get().min(256));
-    args.threads.map_or_else(all, usize::from)
-}
-
-/// What the command line says of the world.
-pub(crate) struct Settings<'a> {
-    pub(crate) method: Option<&'a str>,
-    pub(crate) substeps: Option<u32>,
-    pub(crate) set: &'a [(String, String)],
-}
-
-impl<'a> Settings<'a> {
-    fn of(args: &'a Simulate) -> Self {
-        Self { method: args.method.as_deref(), substeps: args.substeps, set: &args.set }
-    }
-}
-
-/// Applies what the command line says of the world.
-pub(crate) fn configure(config: &mut WorldConfig, settings: &Settings<'_>) -> Result<(), Failure> {
-    if let Some(method) = settings.method.and_then(Method::named) {
-        config.method = method;
-    }
-    if let Some(substeps) = settings.substeps {
-        config.substeps = substeps;
-    }
-    for (key, value) in settings.set {
-        config
-            .set(key, value)
-            .map_err(|e| Failure::usage(format_args!("--set {key}={value}: {e}")))?;
-    }
-    Ok(())
 }
 
 /// Two outputs in one file, or an output over the scene itself, are mistakes.
@@ -198,19 +141,6 @@ fn stop_on_interrupt() -> Arc<AtomicBool> {
     stop
 }
 
-/// A bar with the time left, if somebody looks.
-fn progress(steps: u64) -> ProgressBar {
-    if !io::stderr().is_terminal() {
-        return ProgressBar::hidden();
-    }
-    let bar = ProgressBar::new(steps);
-    let style = ProgressStyle::with_template("{wide_bar} step {pos} of {len}, {eta} left");
-    if let Ok(style) = style {
-        bar.set_style(style);
-    }
-    bar
-}
-
 /// The files asked for.
 struct Outputs {
     names: Names,
@@ -244,7 +174,7 @@ impl Outputs {
     fn add(&mut self, step: u64, time: f64, running: &Running) -> Result<(), Failure> {
         let Running { world, bodies, names, .. } = running;
         if let Some(trace) = &mut self.trace {
-            trace.add(step, time, world, bodies, names)?;
+            trace.add(step, time, running)?;
         }
         if let Some(events) = &mut self.events {
             self.names.learn(bodies, names);
@@ -253,7 +183,7 @@ impl Outputs {
             }
         }
         if let Some(bake) = &mut self.bake {
-            bake.add(time, world, bodies);
+            bake.add(time, running);
         }
         if let Some(render) = &mut self.render {
             render.add(time, world)?;

@@ -2,7 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use drystone::{BodyId, World};
+use drystone::{Pose, Quat, Vec3};
+use drystone_scene::{Running, SceneFrame};
 
 use crate::output::{Failure, Output};
 
@@ -27,14 +28,8 @@ impl Trace {
     }
 
     /// Adds the state after step `step`, at `time` [s].
-    pub(crate) fn add(
-        &mut self,
-        step: u64,
-        time: f64,
-        world: &World,
-        bodies: &[BodyId],
-        names: &[String],
-    ) -> Result<(), Failure> {
+    pub(crate) fn add(&mut self, step: u64, time: f64, running: &Running) -> Result<(), Failure> {
+        let Running { world, bodies, names, frames, .. } = running;
         if !step.is_multiple_of(self.every) {
             return Ok(());
         }
@@ -44,17 +39,30 @@ impl Trace {
         push_f64(&mut start, time);
         for (name, &id) in self.names.iter().zip(bodies) {
             let Some(body) = world.body(id) else { continue };
-            self.row.clear();
-            self.row.extend_from_slice(&start);
-            self.row.push(b',');
-            self.row.extend_from_slice(name.as_bytes());
-            let (p, q) = (body.position(), body.rotation());
+            let state = State {
+                pose: Pose { position: body.position(), rotation: body.rotation() },
+                velocity: body.linear_velocity(),
+                spin: body.angular_velocity(),
+                is_asleep: body.is_asleep(),
+            };
+            state.push(&start, name, &mut self.row);
+            self.output.write(&self.row)?;
+        }
+        for frame in frames {
+            let Some(body) = bodies.get(frame.body).and_then(|id| world.body(*id)) else {
+                continue;
+            };
+            let on = Pose { position: body.position(), rotation: body.rotation() };
+            let SceneFrame { name, pose, center, .. } = frame;
             let (v, w) = (body.linear_velocity(), body.angular_velocity());
-            for x in [p.x, p.y, p.z, q.x, q.y, q.z, q.w, v.x, v.y, v.z, w.x, w.y, w.z] {
-                self.row.push(b',');
-                push_f32(&mut self.row, x);
-            }
-            self.row.extend_from_slice(if body.is_asleep() { b",1\n" } else { b",0\n" });
+            let arm = on.point(*center) - body.center_of_mass();
+            let state = State {
+                pose: on.compose(pose),
+                velocity: v + w.cross(arm),
+                spin: w,
+                is_asleep: body.is_asleep(),
+            };
+            state.push(&start, &quoted(name), &mut self.row);
             self.output.write(&self.row)?;
         }
         Ok(())
@@ -63,6 +71,33 @@ impl Trace {
     /// Writes out what is buffered; returns the path.
     pub(crate) fn finish(self) -> Result<PathBuf, Failure> {
         self.output.finish()
+    }
+}
+
+/// What a row tells of a body, or of a link that is one with it.
+struct State {
+    pose: Pose,
+    /// Of its own center of mass [m/s, world].
+    velocity: Vec3,
+    /// [rad/s, world]
+    spin: Vec3,
+    is_asleep: bool,
+}
+
+impl State {
+    /// Makes it the row, behind step and time.
+    fn push(&self, start: &[u8], name: &str, row: &mut Vec<u8>) {
+        row.clear();
+        row.extend_from_slice(start);
+        row.push(b',');
+        row.extend_from_slice(name.as_bytes());
+        let (p, Quat { x, y, z, w }) = (self.pose.position, self.pose.rotation);
+        let (v, s) = (self.velocity, self.spin);
+        for number in [p.x, p.y, p.z, x, y, z, w, v.x, v.y, v.z, s.x, s.y, s.z] {
+            row.push(b',');
+            push_f32(row, number);
+        }
+        row.extend_from_slice(if self.is_asleep { b",1\n" } else { b",0\n" });
     }
 }
 

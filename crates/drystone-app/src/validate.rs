@@ -1,25 +1,26 @@
 //! `drystone validate`: the accuracy table.
 
-use std::io::{self, IsTerminal};
+use std::fs;
 use std::path::Path;
 use std::process::ExitCode;
-use std::{fs, thread};
 
+use drystone::WorldConfig;
 use drystone_bench::Own;
 use drystone_validate::{Candidate, Known, Lab, Protocol, Table, Test, run, select, sweep};
-use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::Outcome;
 use crate::cli::Validate;
-use crate::output::{self, Failure};
+use crate::output::{self, Failure, progress};
+use crate::settings::{cores_but, set_all};
 
 /// Runs the tests and prints the table.
 pub(crate) fn validate(args: &Validate) -> Outcome {
     let tests = select(&args.only).map_err(Failure::usage)?;
     let known = args.known.as_deref().map(read_known).transpose()?;
     let lab = Lab { candidate: Candidate::of::<Own>(), protocol: protocol(args) };
-    check_settings(&lab.protocol)?;
-    let bar = progress(tests.len());
+    // A setting that no world has is wrong usage, not a failed test.
+    set_all(&mut WorldConfig::default(), &args.set)?;
+    let bar = progress(tests.len() as u64, "{wide_bar} {msg}, test {pos} of {len}, {eta} left");
     let tell = |test: &Test| {
         bar.set_message(test.id);
         bar.inc(1);
@@ -40,23 +41,13 @@ pub(crate) fn validate(args: &Validate) -> Outcome {
 }
 
 fn protocol(args: &Validate) -> Protocol {
-    let cores = || thread::available_parallelism().map_or(1, usize::from);
     Protocol {
         hz: f64::from(args.hz),
         substeps: args.substeps.unwrap_or(0),
-        threads: args.threads.map_or_else(cores, usize::from),
+        threads: args.threads.map_or_else(|| cores_but(0), usize::from),
         set: args.set.clone(),
         short: args.short,
     }
-}
-
-/// A setting that no world has is wrong usage, not a failed test.
-fn check_settings(protocol: &Protocol) -> Result<(), Failure> {
-    let mut config = drystone::WorldConfig::default();
-    for (path, value) in &protocol.set {
-        config.set(path, value).map_err(|e| Failure::usage(format_args!("--set: {e}")))?;
-    }
-    Ok(())
 }
 
 fn printed(args: &Validate, table: &Table) -> Result<String, Failure> {
@@ -91,17 +82,4 @@ fn judge(known: &Known, table: &Table) -> ExitCode {
         eprintln!("worse: {line}");
     }
     ExitCode::from(u8::from(!found.worse.is_empty()))
-}
-
-/// A bar with the time left, if somebody looks.
-fn progress(tests: usize) -> ProgressBar {
-    if !io::stderr().is_terminal() {
-        return ProgressBar::hidden();
-    }
-    let bar = ProgressBar::new(tests as u64);
-    let style = ProgressStyle::with_template("{wide_bar} {msg}, test {pos} of {len}, {eta} left");
-    if let Ok(style) = style {
-        bar.set_style(style);
-    }
-    bar
 }

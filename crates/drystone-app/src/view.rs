@@ -3,9 +3,8 @@
 use std::path::Path;
 use std::process::ExitCode;
 use std::sync::Arc;
-use std::thread::available_parallelism;
 
-use drystone::{Executor, Inline, Team, WorldConfig};
+use drystone::Executor;
 use drystone_scene::gltf;
 use drystone_view::overlay::{Overlays, Tint};
 use drystone_view::sim::Opened;
@@ -16,7 +15,7 @@ use crate::cli::{Overlay, Source, View};
 use crate::load::{Loaded, build, load};
 use crate::output::Failure;
 use crate::render::quiet_driver;
-use crate::simulate::{Settings, configure};
+use crate::settings::{cores_but, executor};
 
 /// Largest file that the window opens [bytes]: a larger one would fill the memory.
 const MOST_BYTES: u64 = 1 << 29;
@@ -25,10 +24,7 @@ const MOST_BYTES: u64 = 1 << 29;
 pub(crate) fn view(args: &View) -> Outcome {
     quiet_driver();
     // One core is left to the window.
-    let free = || available_parallelism().map_or(1, |n| n.get().saturating_sub(1).clamp(1, 256));
-    let threads = args.threads.map_or_else(free, usize::from);
-    let executor: Arc<dyn Executor> =
-        if threads > 1 { Arc::new(Team::new(threads)) } else { Arc::new(Inline) };
+    let executor = executor(args.threads.map_or_else(|| cores_but(1), usize::from));
     let opened = open(args, &args.source, &executor)?;
     let on = |overlay| args.overlays.contains(&overlay);
     let overlays = Overlays {
@@ -51,7 +47,10 @@ pub(crate) fn view(args: &View) -> Outcome {
         // What is said of files says nothing of the catalog.
         let file = drystone_scene::named(scene).is_err();
         let auto_colliders = again.source.auto_colliders.filter(|_| file);
-        let source = Source { scene: scene.to_owned(), auto_colliders };
+        let robot = has_extension(Path::new(scene), &["urdf"]);
+        let (base, ground) =
+            if robot { (again.source.base, again.source.ground) } else { (None, None) };
+        let source = Source { scene: scene.to_owned(), auto_colliders, base, ground };
         open(&again, &source, &executor).map_err(|e| e.to_string())
     });
     let options = Options { opened, open, playing: !args.paused, overlays, panel: None };
@@ -70,34 +69,29 @@ fn open(args: &View, source: &Source, executor: &Arc<dyn Executor>) -> Result<Op
             MOST_BYTES >> 20
         )));
     }
-    let settings =
-        Settings { method: args.method.as_deref(), substeps: args.substeps, set: &args.set };
-    let mut config = WorldConfig::default();
-    configure(&mut config, &settings)?;
-    let says_gravity = args.set.iter().any(|(key, _)| key == "gravity");
-    let mut loaded = load(source, says_gravity.then_some(config.gravity))?;
-    configure(&mut loaded.scene_mut().config, &settings)?;
+    let mut loaded = load(source, args.settings.gravity()?)?;
+    args.settings.apply(&mut loaded.scene_mut().config)?;
     if args.film {
         loaded = match loaded {
             Loaded::Gltf(file) => {
                 Loaded::BuiltIn(Box::new(gltf::film(*file).map_err(Failure::failed)?))
             }
-            Loaded::BuiltIn(_) => {
+            Loaded::BuiltIn(_) | Loaded::Read(_) => {
                 return Err(Failure::usage(format_args!(
-                    "--film is for files; {} is a built-in scene",
+                    "--film is for glTF files; {} is none",
                     source.scene
                 )));
             }
         };
     }
     let scene = loaded.scene();
-    let hz = args.hz.unwrap_or(scene.hz);
+    let hz = args.settings.hz.unwrap_or(scene.hz);
     let mut running = build(scene, &source.scene)?;
     running.world.set_executor(Arc::clone(executor));
     let name = match &loaded {
         // With its parameters.
         Loaded::BuiltIn(_) => source.scene.trim().to_owned(),
-        Loaded::Gltf(_) => scene.name.clone(),
+        Loaded::Read(_) | Loaded::Gltf(_) => scene.name.clone(),
     };
     Ok(Opened { name, running, hz })
 }

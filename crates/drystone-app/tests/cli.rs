@@ -495,7 +495,7 @@ fn validate_prints_its_table_and_its_exit_status_is_the_verdict() {
     }
     for usage in [
         &["validate", "--only", "A999"][..],
-        &["validate", "--only", "S5"],
+        &["validate", "--only", "A42b"],
         &["validate", "--set", "gravity=x"],
         &["validate", "--json", "--csv"],
         &["validate", "--sweep", "--csv"],
@@ -539,4 +539,177 @@ fn compare_writes_a_row_a_run_with_the_hash_of_simulate_and_says_what_does_not_g
         assert_eq!(output.status.code(), Some(2), "{with}: {line}");
         assert!(line.contains(says) && line.lines().count() == 1, "{with}: {line}");
     }
+}
+
+/// An arm of two links on a base; a hand is fixed to the second.
+const ROBOT: &str = r#"<robot name="arm">
+  <link name="base"/>
+  <link name="upper"><inertial><origin xyz="0.5 0 0"/><mass value="1"/><inertia ixx="0.01" iyy="0.1" izz="0.1"/></inertial></link>
+  <link name="hand"><inertial><mass value="1"/><inertia ixx="0.1" iyy="0.1" izz="0.1"/></inertial>
+    <collision><geometry><sphere radius="0.1"/></geometry></collision></link>
+  <joint name="shoulder" type="continuous"><parent link="base"/><child link="upper"/><axis xyz="0 1 0"/></joint>
+  <joint name="wrist" type="fixed"><parent link="upper"/><child link="hand"/><origin xyz="1 0 0"/></joint>
+</robot>"#;
+
+#[test]
+fn a_robot_runs_and_its_trace_names_every_link() {
+    let folder = folder("robot");
+    fs::write(folder.join("arm.urdf"), ROBOT).unwrap();
+    let run = ["simulate", "arm.urdf", "--steps", "30", "--trace", "t.csv", "--report", "r.json"];
+    succeed(&folder, &run);
+    let trace = fs::read_to_string(folder.join("t.csv")).unwrap();
+    let last: Vec<Vec<&str>> =
+        trace.lines().filter(|l| l.starts_with("30,")).map(|l| l.split(',').collect()).collect();
+    let names: Vec<&str> = last.iter().map(|row| row[2]).collect();
+    assert_eq!(names, ["base", "upper", "hand"]);
+    let number = |row: usize, column: usize| last[row][column].parse::<f64>().unwrap();
+    // The hand's center is 1 m from the axis; the way of both together is that of 0.75 m.
+    let ratio = number(2, 10).hypot(number(2, 12)) / number(1, 10).hypot(number(1, 12));
+    assert!((ratio - 1.0 / 0.75).abs() < 1.0e-3, "{ratio}");
+    let reach = number(2, 3).hypot(number(2, 5));
+    assert!((reach - 1.0).abs() < 1.0e-3 && number(2, 5) < -0.1, "{reach}");
+    let report = json(&folder.join("r.json"));
+    assert_eq!(report["bodies"]["dynamic"], 1);
+    assert!(report["joint_error"]["max"].as_f64().unwrap() < 1.0e-3);
+    let ground = succeed(&folder, &["info", "arm.urdf", "--base", "fixed", "--ground=-2"]);
+    assert!(ground.contains("ground: static, 1 half-space"), "{ground}");
+    assert!(
+        succeed(&folder, &["bench", "--scene", "arm.urdf", "--steps", "10"]).contains("arm.urdf")
+    );
+    let compared = [
+        "compare",
+        "arm.urdf",
+        "--with",
+        "soft-step",
+        "--with",
+        "soft-step-relax",
+        "--steps",
+        "10",
+    ];
+    assert!(succeed(&folder, &compared).contains("soft-step-relax"));
+    succeed(&folder, &["simulate", "arm.urdf", "--steps", "10", "--bake", "arm.glb"]);
+    for usage in ["info hello --ground", "info hello --base fixed", "info arm.urdf --base loose"] {
+        let output = drystone(&folder, &usage.split_whitespace().collect::<Vec<_>>());
+        assert_eq!(output.status.code(), Some(2), "{usage}: {}", text(&output.stderr));
+    }
+}
+
+#[test]
+fn broken_robots_and_scenes_of_mujoco_are_refused_in_one_line() {
+    let folder = folder("broken_xml");
+    for (name, content, part) in [
+        ("a.urdf", "<robot><link name=\"a\">", "line 1: broken XML"),
+        ("b.urdf", "<robot/>", "it has no link"),
+        ("c.xml", "<mujoco><worldbody><body/></mujoco>", "line 1: broken XML"),
+        ("d.xml", "<robot/>", "the outermost element is <robot>, allowed is <mujoco>"),
+        ("e.xml", "", "it is empty"),
+        (
+            "f.xml",
+            "<mujoco><worldbody><body><joint axis=\"0 0 nan\"/></body></worldbody></mujoco>",
+            "nan",
+        ),
+    ] {
+        fs::write(folder.join(name), content).unwrap();
+        for command in ["info", "simulate"] {
+            let line = fail(&folder, &[command, name]);
+            assert!(line.contains(name) && line.contains(part), "{line}");
+        }
+    }
+    fs::write(folder.join("bytes.urdf"), [0xff, 0xfe, 0x00]).unwrap();
+    assert!(fail(&folder, &["info", "bytes.urdf"]).contains("not UTF-8"));
+}
+
+#[test]
+fn pieces_of_what_breaks_have_names_rows_and_nodes_from_when_they_come() {
+    let folder = folder("fracture");
+    let args = [
+        "simulate",
+        "fracture:pieces=10",
+        "--seconds",
+        "2.5",
+        "--bake",
+        "f.glb",
+        "--trace",
+        "t.csv",
+    ];
+    succeed(&folder, &[&args[..], &["--events", "e.jsonl", "--threads", "2"]].concat());
+
+    // Who broke when, into what.
+    let lines = fs::read_to_string(folder.join("e.jsonl")).unwrap();
+    let events: Vec<Value> = lines.lines().map(|l| serde_json::from_str(l).unwrap()).collect();
+    let broken: Vec<&Value> = events.iter().filter(|e| e["type"] == "fracture").collect();
+    for body in ["block", "rock", "pane"] {
+        assert!(broken.iter().any(|e| e["body"] == body), "{body}: {broken:?}");
+    }
+    let mut rows = std::collections::BTreeMap::<String, Vec<u64>>::new();
+    for row in fs::read_to_string(folder.join("t.csv")).unwrap().lines().skip(1) {
+        let mut cells = row.split(',');
+        let (step, _, body) = (cells.next().unwrap(), cells.next(), cells.next().unwrap());
+        rows.entry(body.to_owned()).or_default().push(step.parse().unwrap());
+    }
+    for event in &broken {
+        assert!(event["value"].as_f64() > event["limit"].as_f64(), "{event}");
+        let step = event["step"].as_u64().unwrap();
+        let own = &rows[event["body"].as_str().unwrap()];
+        assert_eq!(own.last(), Some(&(step - 1)), "{event}");
+        let pieces = event["pieces"].as_array().unwrap();
+        assert!(pieces.len() > 1, "{event}");
+        for piece in pieces {
+            let name = piece.as_str().unwrap();
+            assert!(name.contains(" piece "), "{name}");
+            assert_eq!(rows[name].first(), Some(&step), "{name}");
+        }
+    }
+
+    // The baked file: each piece is a node without size at first, the whole body one without size at last.
+    let file = fs::read(folder.join("f.glb")).unwrap();
+    let length = u32::from_le_bytes(file[12..16].try_into().unwrap()) as usize;
+    let json: Value = serde_json::from_slice(&file[20..20 + length]).unwrap();
+    let binary = &file[20 + length + 8..];
+    let animation = &json["animations"][0];
+    let scales_of = |name: &str| -> Vec<f32> {
+        let nodes = json["nodes"].as_array().unwrap();
+        let node = nodes.iter().position(|n| n["name"] == name).unwrap_or_else(|| panic!("{name}"));
+        let mut channels = animation["channels"].as_array().unwrap().iter();
+        let channel = channels
+            .find(|c| c["target"]["node"] == node && c["target"]["path"] == "scale")
+            .unwrap_or_else(|| panic!("{name}"));
+        let sampler = &animation["samplers"][channel["sampler"].as_u64().unwrap() as usize];
+        assert_eq!(sampler["interpolation"], "STEP");
+        let accessor = &json["accessors"][sampler["output"].as_u64().unwrap() as usize];
+        let view = &json["bufferViews"][accessor["bufferView"].as_u64().unwrap() as usize];
+        let from =
+            view["byteOffset"].as_u64().unwrap_or(0) + accessor["byteOffset"].as_u64().unwrap_or(0);
+        let count = 3 * accessor["count"].as_u64().unwrap() as usize;
+        let bytes = &binary[from as usize..from as usize + 4 * count];
+        bytes.chunks_exact(12).map(|b| f32::from_le_bytes(b[..4].try_into().unwrap())).collect()
+    };
+    for event in &broken {
+        for piece in event["pieces"].as_array().unwrap() {
+            let scales = scales_of(piece.as_str().unwrap());
+            assert!(scales[0].abs() < 1e-9 && (scales[1] - 1.0).abs() < 1e-6, "{scales:?}");
+        }
+    }
+    let pane = scales_of("pane");
+    assert!((pane[0] - 1.0).abs() < 1e-6 && pane[1].abs() < 1e-9, "{pane:?}");
+    // Read back as physics, there are the bodies of the scene and no pieces.
+    let info = succeed(&folder, &["info", "f.glb"]);
+    assert!(info.contains("4 dynamic"), "{info}");
+}
+
+#[test]
+fn a_glued_wall_loses_bricks_and_goes_on_under_its_name() {
+    let folder = folder("glued");
+    let args = ["simulate", "wrecking_ball:bond=1", "--seconds", "3", "--bake", "w.glb"];
+    succeed(
+        &folder,
+        &[&args[..], &["--trace", "t.csv", "--events", "e.jsonl", "--every", "20"]].concat(),
+    );
+    let lines = fs::read_to_string(folder.join("e.jsonl")).unwrap();
+    assert!(lines.contains("\"type\":\"bond_break\""), "{lines}");
+    assert!(lines.contains("\"cause\":\"glue\""), "{lines}");
+    let trace = fs::read_to_string(folder.join("t.csv")).unwrap();
+    assert!(trace.contains(",wall piece 1,"));
+    assert!(trace.lines().last().is_some_and(|l| l.starts_with("180,")), "to the end");
+    assert!(trace.lines().any(|l| l.starts_with("180,3.0,wall,")), "the largest part is the wall");
 }

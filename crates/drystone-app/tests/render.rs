@@ -195,7 +195,7 @@ fn a_film_is_a_file_with_animations() {
         (output.status.code(), said(&output))
     };
     let (code, text) = view("view hello --film");
-    assert!(code == Some(2) && text.contains("--film is for files"), "{text}");
+    assert!(code == Some(2) && text.contains("--film is for glTF files"), "{text}");
     let bake = drystone(&folder, "simulate hello --steps 30 --bake film.glb").output().unwrap();
     assert_eq!(bake.status.code(), Some(0), "{}", said(&bake));
     let (code, text) = view("view film.glb --film");

@@ -1,7 +1,7 @@
 //! What an engine is to the benchmark, and what it gives back.
 
 use drystone::{BodyDef, MassDef, Pose, Vec3, World};
-use drystone_scene::{Scene, SceneBody};
+use drystone_scene::{Scene, SceneBody, Wave};
 
 use crate::row::Stages;
 
@@ -40,6 +40,15 @@ pub trait Engine: Sized {
     /// The engine has no such force.
     fn pull(&mut self, _body: usize, _force: Vec3) -> Result<(), EngineError> {
         Err(EngineError("lasting forces are not translated".to_owned()))
+    }
+
+    /// Bodies leave, and bodies with their joints join.
+    ///
+    /// # Errors
+    /// The engine refuses one, or cannot do it.
+    fn bring(&mut self, wave: &Wave) -> Result<(), EngineError> {
+        let _ = wave;
+        Err(EngineError("bodies that come and go in groups are not translated".to_owned()))
     }
 
     /// Pushes a dynamic body at its center of mass with a force [N, world] during the next step of `dt` [s].

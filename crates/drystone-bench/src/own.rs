@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use drystone::{Inline, Pose, Quat, Team, Vec3};
-use drystone_scene::{Running, Scene, SceneBody};
+use drystone_scene::{Running, Scene, SceneBody, Wave};
 
 use crate::engine::{BodyState, Engine, EngineError};
 use crate::row::Stages;
@@ -40,18 +40,15 @@ impl Engine for Own {
     }
 
     fn add(&mut self, body: &SceneBody) -> Result<(), EngineError> {
-        let id = self
-            .running
-            .world
-            .add_body(body.def.clone())
-            .map_err(|e| EngineError(format!("body '{}': {e}", body.name)))?;
-        self.running.bodies.push(id);
-        self.running.names.push(body.name.clone());
-        Ok(())
+        Ok(self.running.add(&body.name, body.def.clone())?)
+    }
+
+    fn bring(&mut self, wave: &Wave) -> Result<(), EngineError> {
+        Ok(self.running.bring(wave)?)
     }
 
     fn aim(&mut self, body: usize, position: Vec3, dt: f32) -> Result<(), EngineError> {
-        let id = self.running.bodies.get(body).copied();
+        let id = self.running.brought().get(body).copied();
         if let Some(mut mover) = id.and_then(|id| self.running.world.body_mut(id)) {
             let pose = Pose::new(position, mover.get().rotation());
             mover.move_to(pose, dt).map_err(|e| EngineError(e.to_string()))?;
@@ -60,7 +57,7 @@ impl Engine for Own {
     }
 
     fn pull(&mut self, body: usize, force: Vec3) -> Result<(), EngineError> {
-        let id = self.running.bodies.get(body).copied();
+        let id = self.running.brought().get(body).copied();
         if let Some(mut pulled) = id.and_then(|id| self.running.world.body_mut(id)) {
             pulled.set_lasting_force(force).map_err(|e| EngineError(e.to_string()))?;
         }
@@ -68,14 +65,14 @@ impl Engine for Own {
     }
 
     fn push(&mut self, body: usize, force: Vec3, _: f32) -> Result<(), EngineError> {
-        let id = self.running.bodies.get(body).copied();
+        let id = self.running.brought().get(body).copied();
         id.and_then(|id| self.running.world.body_mut(id))
             .map_or(Ok(()), |mut body| body.add_step_force(force))
             .map_err(|e| EngineError(e.to_string()))
     }
 
     fn contact_force(&self, body: usize, dt: f32) -> Option<Vec3> {
-        let id = *self.running.bodies.get(body)?;
+        let id = *self.running.brought().get(body)?;
         let config = self.running.world.config();
         let substeps = if config.substeps > 0 { config.substeps } else { config.method.substeps() };
         let mut impulse = Vec3::ZERO;
@@ -99,7 +96,7 @@ impl Engine for Own {
     }
 
     fn state(&self, body: usize) -> BodyState {
-        let body = self.running.bodies.get(body).and_then(|id| self.running.world.body(*id));
+        let body = self.running.brought().get(body).and_then(|id| self.running.world.body(*id));
         body.map_or_else(nowhere, |b| BodyState {
             pose: b.pose(),
             linear_velocity: b.linear_velocity(),

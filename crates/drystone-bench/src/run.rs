@@ -7,6 +7,7 @@ use drystone_scene::{Scene, SceneBody, ScriptAction};
 
 use crate::check::Checker;
 use crate::engine::{BodyState, Engine, EngineError, hash_states};
+use crate::own::Own;
 use crate::row::{MsPerStep, Row};
 use crate::scenes::times_first_step;
 use crate::series::{Series, milliseconds};
@@ -55,6 +56,10 @@ impl Movers {
 pub fn measure<E: Engine>(order: &Order<'_>) -> Result<Row, EngineError> {
     let scene = order.scene;
     let dt = scene.hz.recip();
+    let breaks = scene.bodies.iter().any(|b| b.def.glue.is_some() || b.def.fracture.is_some());
+    if breaks && E::NAME != Own::NAME {
+        return Err(EngineError("bodies that break are not translated".to_owned()));
+    }
     let mut engine = E::build(scene, order.threads)?;
     let mut movers = Movers::default();
     scene.bodies.iter().for_each(|body| movers.add(body));
@@ -71,6 +76,13 @@ pub fn measure<E: Engine>(order: &Order<'_>) -> Result<Row, EngineError> {
                 engine.add(body)?;
                 movers.add(body);
                 added.push(body);
+            }
+            ScriptAction::Wave(wave) => {
+                engine.bring(wave)?;
+                for body in &wave.bodies {
+                    movers.add(body);
+                    added.push(body);
+                }
             }
         }
         let start = Instant::now();

@@ -1,6 +1,8 @@
 //! Which scenes, for how long, and timed from which step on.
 
-use drystone_scene::{CatalogError, Scene, named};
+use std::path::Path;
+
+use drystone_scene::{CatalogError, Scene, gltf, mjcf, named, urdf};
 
 /// Scenes that Box3D's benchmark has: the first step is not timed.
 const BOX3D: [&str; 10] = [
@@ -44,6 +46,9 @@ pub enum SceneError {
         /// What is wrong with it.
         error: CatalogError,
     },
+    /// A file cannot be read; the error names it.
+    #[error("{0}")]
+    File(drystone_scene::SceneError),
     /// A list with nothing between two commas.
     #[error("a scene has no name, allowed is a list such as stack:n=30,top_mass_ratio=100,washer")]
     Empty,
@@ -51,10 +56,10 @@ pub enum SceneError {
 
 /// The scenes of a list `S,S,…`, each with its name as written. Parameters are separated by commas too:
 /// `stack:n=30,top_mass_ratio=100,washer` are two scenes. The names `box3d`, `jolt`, `quality` and `all`
-/// stand for groups of scenes.
+/// stand for groups of scenes; what ends as `.gltf`, `.glb`, `.urdf` or `.xml` is a file.
 ///
 /// # Errors
-/// A scene that the catalog does not have, or not with these parameters.
+/// A scene that the catalog does not have, or not with these parameters; a file that cannot be read.
 pub fn expand(list: &str) -> Result<Vec<(String, Scene)>, SceneError> {
     let mut specs: Vec<String> = Vec::new();
     for part in list.split(',').map(str::trim) {
@@ -69,10 +74,32 @@ pub fn expand(list: &str) -> Result<Vec<(String, Scene)>, SceneError> {
     }
     let scene = |spec: String| match named(&spec) {
         _ if spec.is_empty() => Err(SceneError::Empty),
+        Err(_) if is_file(&spec) => match file(Path::new(&spec)) {
+            Ok(scene) => Ok((spec, scene)),
+            Err(error) => Err(SceneError::File(error)),
+        },
         Ok(scene) => Ok((spec, scene)),
         Err(error) => Err(SceneError::Catalog { spec, error }),
     };
     specs.into_iter().map(scene).collect()
+}
+
+const FILES: [&str; 4] = ["gltf", "glb", "urdf", "xml"];
+
+fn ending(path: &Path) -> String {
+    path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()).unwrap_or_default()
+}
+
+fn is_file(spec: &str) -> bool {
+    FILES.contains(&ending(Path::new(spec)).as_str())
+}
+
+fn file(path: &Path) -> Result<Scene, drystone_scene::SceneError> {
+    match ending(path).as_str() {
+        "urdf" => urdf::load(path, &urdf::Options::default()),
+        "xml" => mjcf::load(path),
+        _ => gltf::load(path, &gltf::Options::default()).map(|loaded| loaded.scene),
+    }
 }
 
 fn group(name: &str) -> Vec<&str> {

@@ -1,8 +1,10 @@
 //! A scene as a world that runs, with its script.
 
+use std::collections::BTreeMap;
+
 use drystone::{BodyDef, BodyId, BodyKind, DefError, JointDef, JointId, Pose, World};
 
-use crate::scene::{Scene, SceneBody, Script, ScriptAction};
+use crate::scene::{Scene, SceneBody, SceneFrame, SceneJoint, Script, ScriptAction, Wave};
 
 /// The engine refused something of a scene.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -48,12 +50,22 @@ pub enum BuildError {
 pub struct Running {
     /// The world. Whoever steps it directly leaves the script out.
     pub world: World,
-    /// Its bodies in the order in which they came.
+    /// Its bodies in the order in which they came, those that are gone too. Those that others broke into are
+    /// among them after [`Self::after_step`].
     pub bodies: Vec<BodyId>,
-    /// Their names.
+    /// Their names. Pieces of a body `wall` are `wall piece 1`, `wall piece 2`, … in the order in which they came
+    /// off, pieces of its pieces too.
     pub names: Vec<String>,
-    /// Its joints in the order of the scene.
+    /// Its joints in the order of the scene, then of the script.
     pub joints: Vec<JointId>,
+    /// Named places on its bodies, as the scene has them.
+    pub frames: Vec<SceneFrame>,
+    /// Those that scene and script brought.
+    brought: Vec<BodyId>,
+    /// Number of the body that a piece came from at first.
+    origins: BTreeMap<BodyId, usize>,
+    /// How many pieces came off a body so far, by its number.
+    pieces: BTreeMap<usize, usize>,
     script: Script,
     steps: u64,
 }
@@ -70,51 +82,34 @@ impl Scene {
             bodies: Vec::with_capacity(self.bodies.len()),
             names: Vec::with_capacity(self.bodies.len()),
             joints: Vec::with_capacity(self.joints.len()),
+            frames: self.frames.clone(),
+            brought: Vec::with_capacity(self.bodies.len()),
+            origins: BTreeMap::new(),
+            pieces: BTreeMap::new(),
             script: self.script.clone(),
             steps: 0,
         };
         for body in &self.bodies {
             running.add(&body.name, body.def.clone())?;
         }
-        for number in 0..self.joints.len() {
-            self.add_joint(number, &mut running)?;
+        for joint in &self.joints {
+            running.add_joint(joint)?;
+        }
+        for frame in &self.frames {
+            running.at(&format!("the frame '{}'", frame.name), frame.body)?;
         }
         match &self.script {
             Script::None | Script::Film(_) => {}
             Script::Orbit { body, .. } | Script::Pull { body, .. } => {
                 running.at("the script", *body)?;
             }
-            Script::Drop { bodies, .. } => {
-                for SceneBody { name, def } in bodies {
+            Script::Drop { .. } | Script::Waves(_) => {
+                for SceneBody { name, def } in self.script.joining() {
                     def.validate().map_err(|error| body_error(name, error))?;
                 }
             }
         }
         Ok(running)
-    }
-
-    fn add_joint(&self, number: usize, running: &mut Running) -> Result<(), BuildError> {
-        let joint = &self.joints[number];
-        let user = format!("joint {number}");
-        let def = JointDef {
-            body_a: running.at(&user, joint.body_a)?,
-            body_b: running.at(&user, joint.body_b)?,
-            anchor_a: joint.anchor_a,
-            anchor_b: joint.anchor_b,
-            kind: joint.kind,
-            collide_connected: joint.collide_connected,
-            strength: joint.strength,
-        };
-        let id = running.world.add_joint(def).map_err(|error| BuildError::Joint {
-            number,
-            bodies: format!(
-                "'{}' and '{}'",
-                running.names[joint.body_a], running.names[joint.body_b]
-            ),
-            error,
-        })?;
-        running.joints.push(id);
-        Ok(())
     }
 }
 
@@ -123,18 +118,106 @@ fn body_error(name: &str, error: DefError) -> BuildError {
 }
 
 impl Running {
-    fn add(&mut self, name: &str, def: BodyDef) -> Result<(), BuildError> {
+    /// Adds a body of the scene or of the script.
+    ///
+    /// # Errors
+    /// The engine refuses it.
+    pub fn add(&mut self, name: &str, def: BodyDef) -> Result<(), BuildError> {
         let id = self.world.add_body(def).map_err(|error| body_error(name, error))?;
-        self.bodies.push(id);
-        self.names.push(name.to_owned());
+        self.brought.push(id);
+        self.learn(id, name.to_owned());
         Ok(())
     }
 
+    fn learn(&mut self, id: BodyId, name: String) {
+        self.bodies.push(id);
+        self.names.push(name);
+    }
+
+    fn add_joint(&mut self, joint: &SceneJoint) -> Result<(), BuildError> {
+        let number = self.joints.len();
+        let user = format!("joint {number}");
+        let def = JointDef {
+            body_a: self.at(&user, joint.body_a)?,
+            body_b: self.at(&user, joint.body_b)?,
+            anchor_a: joint.anchor_a,
+            anchor_b: joint.anchor_b,
+            kind: joint.kind,
+            collide_connected: joint.collide_connected,
+            strength: joint.strength,
+            articulated: joint.articulated,
+        };
+        let id = self.world.add_joint(def).map_err(|error| {
+            let [a, b] = [def.body_a, def.body_b].map(|id| self.name_of(id));
+            BuildError::Joint { number, bodies: format!("'{a}' and '{b}'"), error }
+        })?;
+        self.joints.push(id);
+        Ok(())
+    }
+
+    /// The bodies that scene and script brought, by their numbers.
+    #[must_use]
+    pub fn brought(&self) -> &[BodyId] {
+        &self.brought
+    }
+
+    /// Whether a body is a piece of one that broke.
+    #[must_use]
+    pub fn is_piece(&self, id: BodyId) -> bool {
+        self.origins.contains_key(&id)
+    }
+
+    fn name_of(&self, id: BodyId) -> &str {
+        let number = self.bodies.iter().position(|b| *b == id);
+        number.map_or("", |n| &self.names[n])
+    }
+
+    /// Bodies leave and join, as a script wants it.
+    ///
+    /// # Errors
+    /// The engine refuses a body or a joint, or a joint names a body that is not there.
+    pub fn bring(&mut self, wave: &Wave) -> Result<(), BuildError> {
+        for number in wave.removed.clone() {
+            let id = self.at("the script", number)?;
+            self.world.remove_body(id);
+        }
+        for SceneBody { name, def } in &wave.bodies {
+            self.add(name, def.clone())?;
+        }
+        for joint in &wave.joints {
+            self.add_joint(joint)?;
+        }
+        Ok(())
+    }
+
+    /// Learns the bodies that others broke into in the last step. Does nothing when it is called again.
+    pub fn after_step(&mut self) {
+        let events = self.world.events();
+        let known = |id: &BodyId| self.origins.contains_key(id);
+        if events.pieces.is_empty() || events.pieces.iter().all(known) {
+            return;
+        }
+        let mut found = Vec::new();
+        for event in &events.fractures {
+            found.extend(events.pieces_of(event).iter().map(|piece| (event.body, *piece)));
+        }
+        for (from, piece) in found {
+            let number = self.origins.get(&from).copied();
+            let origin = number.or_else(|| self.bodies.iter().position(|b| *b == from));
+            let Some(origin) = origin else { continue };
+            let count = self.pieces.entry(origin).or_default();
+            *count += 1;
+            let name = format!("{} piece {count}", self.names[origin]);
+            self.origins.insert(piece, origin);
+            self.learn(piece, name);
+        }
+    }
+
     fn at(&self, user: &str, number: usize) -> Result<BodyId, BuildError> {
-        self.bodies.get(number).copied().ok_or_else(|| BuildError::NoSuchBody {
+        self.brought.get(number).copied().ok_or_else(|| BuildError::NoSuchBody {
             user: user.to_owned(),
             number,
-            bodies: self.bodies.len(),
+            bodies: self.brought.len(),
         })
     }
 
@@ -151,17 +234,18 @@ impl Running {
     pub fn step(&mut self, dt: f32) -> Result<(), BuildError> {
         self.before_step(dt)?;
         self.world.step(dt);
+        self.after_step();
         Ok(())
     }
 
     /// Does what the script says before the next step, which takes `dt` [s]: for callers that then step
-    /// [`Self::world`] themselves, once.
+    /// [`Self::world`] themselves, once, and then call [`Self::after_step`].
     ///
     /// # Errors
     /// The engine refuses what the script wants.
     pub fn before_step(&mut self, dt: f32) -> Result<(), BuildError> {
-        // Taken out, so that it can be asked while bodies join.
-        let script = std::mem::take(&mut self.script);
+        self.after_step();
+        let script = core::mem::take(&mut self.script);
         let done = self.act(script.action(self.steps), dt);
         self.script = script;
         done?;
@@ -181,6 +265,7 @@ impl Running {
     fn act(&mut self, action: ScriptAction<'_>, dt: f32) -> Result<(), BuildError> {
         match action {
             ScriptAction::None => {}
+            ScriptAction::Wave(wave) => self.bring(wave)?,
             ScriptAction::Aim { body, position } => {
                 let id = self.at("the script", body)?;
                 if let Some(mut mover) = self.world.body_mut(id) {

@@ -46,6 +46,12 @@ impl SceneError {
         &self.allowed
     }
 
+    /// The same error of a file that the one asked for names.
+    pub(crate) fn in_place(mut self, file: &str) -> Self {
+        self.place = format!("{file} {}", self.place).trim_end().to_owned();
+        self
+    }
+
     /// The same error with its file set; errors made deep inside do not know it.
     pub(crate) fn in_file(mut self, file: &Path) -> Self {
         self.file = file.display().to_string();

@@ -5,10 +5,15 @@ mod build;
 mod catalog;
 mod error;
 pub mod gltf;
+mod links;
+pub mod mjcf;
 pub mod obj;
 mod scene;
+mod stl;
+pub mod urdf;
+mod xml;
 
 pub use build::{BuildError, Running};
 pub use catalog::{CatalogError, Entry, Parameter, Range, Values, catalog, named};
 pub use error::SceneError;
-pub use scene::{Scene, SceneBody, SceneJoint, Script, ScriptAction};
+pub use scene::{Scene, SceneBody, SceneFrame, SceneJoint, Script, ScriptAction, Wave};

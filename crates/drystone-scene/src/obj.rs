@@ -50,6 +50,11 @@ fn interpret(bytes: &[u8], name: &str, options: &Options) -> Result<LoadedGltf, 
     gltf::from_document(document_of_meshes(name, &parts), name, options)
 }
 
+/// The corners of all faces of a file's text.
+pub(crate) fn points(text: &str) -> Result<Vec<Vec3>, SceneError> {
+    Ok(parse(text)?.into_iter().flat_map(|part| part.points).collect())
+}
+
 /// Objects with their own vertices.
 fn parse(text: &str) -> Result<Vec<MeshPart>, SceneError> {
     let mut points: Vec<Vec3> = Vec::new();

@@ -3,7 +3,7 @@
 
 use std::sync::Arc;
 
-use drystone::{BodyDef, JointKind, JointStrength, Vec3, WorldConfig, trig, vec3};
+use drystone::{BodyDef, JointKind, JointStrength, Pose, Vec3, WorldConfig, trig, vec3};
 
 use crate::gltf::Film;
 
@@ -33,6 +33,21 @@ pub struct SceneJoint {
     pub collide_connected: bool,
     /// What it can bear; `None`: anything.
     pub strength: Option<JointStrength>,
+    /// Whether the whole tree of joints is solved at once: see [`drystone::JointDef::articulated`].
+    pub articulated: bool,
+}
+
+/// A named place on a body, such as a link of a robot that is held fast on another.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SceneFrame {
+    /// Its name, in traces; unique among bodies and frames of its scene.
+    pub name: String,
+    /// Number of the body in [`Scene::bodies`].
+    pub body: usize,
+    /// Where it is [frame of the body].
+    pub pose: Pose,
+    /// The point whose velocity is its own: the center of mass of what it names [m, frame of the body].
+    pub center: Vec3,
 }
 
 /// What happens to the bodies while the scene runs, besides physics.
@@ -75,6 +90,22 @@ pub enum Script {
     },
     /// The bodies, none of which is dynamic, are where a film has them.
     Film(Arc<Film>),
+    /// Groups of bodies come, and go, before certain steps.
+    Waves(Vec<Wave>),
+}
+
+/// Bodies that leave and bodies with their joints that join before a step. The numbers of bodies go on from those
+/// of the scene in the order in which they come.
+#[derive(Clone, Debug)]
+pub struct Wave {
+    /// Before which step, counted from 0; waves are in the order of their steps.
+    pub step: u64,
+    /// Numbers of the bodies that leave, with their joints.
+    pub removed: core::ops::Range<usize>,
+    /// Those that join.
+    pub bodies: Vec<SceneBody>,
+    /// Joints that are added then.
+    pub joints: Vec<SceneJoint>,
 }
 
 /// What a script wants before one step.
@@ -92,6 +123,8 @@ pub enum ScriptAction<'a> {
     },
     /// This body joins.
     Add(&'a SceneBody),
+    /// Bodies leave and join.
+    Wave(&'a Wave),
     /// From now on this lasting force acts on the body `body`, at its center of mass.
     Pull {
         /// Number of the body.
@@ -104,6 +137,16 @@ pub enum ScriptAction<'a> {
 }
 
 impl Script {
+    /// The bodies that join while the scene runs, in the order in which they come.
+    pub fn joining(&self) -> impl Iterator<Item = &SceneBody> {
+        let (dropped, waves): (&[SceneBody], &[Wave]) = match self {
+            Self::Drop { bodies, .. } => (bodies, &[]),
+            Self::Waves(waves) => (&[], waves),
+            _ => (&[], &[]),
+        };
+        dropped.iter().chain(waves.iter().flat_map(|w| &w.bodies))
+    }
+
     /// What is to be done before step `step`, counted from 0.
     #[must_use]
     pub fn action(&self, step: u64) -> ScriptAction<'_> {
@@ -122,6 +165,10 @@ impl Script {
             &Self::Pull { body, from, force } if step == from => ScriptAction::Pull { body, force },
             Self::Pull { .. } => ScriptAction::None,
             Self::Film(film) => ScriptAction::Film(film),
+            Self::Waves(waves) => {
+                let wave = waves.binary_search_by_key(&step, |w| w.step).ok();
+                wave.map_or(ScriptAction::None, |i| ScriptAction::Wave(&waves[i]))
+            }
         }
     }
 }
@@ -153,6 +200,8 @@ pub struct Scene {
     pub bodies: Vec<SceneBody>,
     /// Its joints, in the order in which they are added.
     pub joints: Vec<SceneJoint>,
+    /// Named places on its bodies.
+    pub frames: Vec<SceneFrame>,
     /// What happens besides.
     pub script: Script,
     /// What of a file was left out, changed or approximated, and why; a line each.
@@ -171,6 +220,7 @@ impl Scene {
             seconds: 10.0,
             bodies: Vec::new(),
             joints: Vec::new(),
+            frames: Vec::new(),
             script: Script::None,
             notes: Vec::new(),
         }

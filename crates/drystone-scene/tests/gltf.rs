@@ -271,7 +271,8 @@ fn decoration() -> Value {
     );
     scene.add("l", BodyDef::fixed().with_shape(ShapeDef::new(mesh)));
     let path = scratch("decoration").join("l.gltf");
-    bake::write_scene(&path, &scene, &Motion { times: vec![], poses: vec![vec![]; 2] }).unwrap();
+    let still = Motion { poses: vec![vec![]; 2], ..Motion::default() };
+    bake::write_scene(&path, &scene, &[], &still).unwrap();
     let mut value: Value = serde_json::from_slice(&fs::read(path).unwrap()).unwrap();
     let object = value.as_object_mut().unwrap();
     object.remove("extensions");
@@ -466,7 +467,8 @@ fn damaged_files_never_panic() {
                 let pose = |i: usize| Pose::at([0.0, f32::from(u8::try_from(i % 9).unwrap()), 0.0]);
                 let poses = (0..n).map(|_| (0..3).map(pose).collect()).collect();
                 let path = scratch("damaged").join("out.glb");
-                let _ = bake::write(&path, &loaded, &Motion { times: vec![0.0, 0.1, 0.2], poses });
+                let times = vec![0.0, 0.1, 0.2];
+                let _ = bake::write(&path, &loaded, &Motion { times, poses, ..Motion::default() });
             }
             Err(e) => assert!(!e.to_string().contains('\n'), "{e}"),
         }
@@ -568,7 +570,7 @@ fn flight(scene: &Scene, frames: u16) -> Motion {
     };
     let poses = scene.bodies.iter().enumerate();
     let poses = poses.map(|(b, s)| times.iter().map(|&t| pose(b, &s.def, t)).collect()).collect();
-    Motion { times, poses }
+    Motion { times, poses, ..Motion::default() }
 }
 
 #[test]
@@ -688,7 +690,7 @@ fn a_built_scene_written_and_read_is_the_same_scene() {
     let motion = flight(&scene, 30);
     for extension in ["glb", "gltf"] {
         let path = scratch("bake").join("all").with_extension(extension);
-        bake::write_scene(&path, &scene, &motion).unwrap();
+        bake::write_scene(&path, &scene, &[], &motion).unwrap();
         let back = gltf::load(&path, &Options::default()).unwrap();
         assert!((back.scene.config.gravity.y + 1.62).abs() < 1e-6);
         assert_poses(&path, &back.node_of_body, &motion);

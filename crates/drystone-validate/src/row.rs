@@ -44,6 +44,9 @@ pub enum Unit {
     /// Square of a speed.
     #[serde(rename = "m²/s²")]
     SquareSpeed,
+    /// Square of a momentum.
+    #[serde(rename = "kg²m²/s²")]
+    SquareMomentum,
     /// Things that went wrong.
     #[serde(rename = "count")]
     Count,
@@ -62,6 +65,7 @@ impl Unit {
             Self::RadianPerSecond => "rad/s",
             Self::MeterPerSecond => "m/s",
             Self::SquareSpeed => "m²/s²",
+            Self::SquareMomentum => "kg²m²/s²",
         }
     }
 }

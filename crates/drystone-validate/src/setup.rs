@@ -174,6 +174,7 @@ fn join(
         kind,
         collide_connected: false,
         strength: None,
+        articulated: false,
     };
     scene.joints.push(joint);
     Ok(())

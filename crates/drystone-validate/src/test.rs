@@ -76,6 +76,7 @@ pub const FAMILIES: &[Family] = &[
     Family { title: "Stacks", tests: family::stacks::TESTS },
     Family { title: "Joints", tests: family::joints::TESTS },
     Family { title: "Mechanisms", tests: family::mechanisms::TESTS },
+    Family { title: "Robots", tests: family::robots::TESTS },
     Family { title: "Geometry", tests: family::geometry::TESTS },
     Family { title: "Invariance and convergence", tests: family::invariance::TESTS },
 ];
@@ -90,8 +91,6 @@ pub const WAITING: &[(&str, &str, &str)] = &[
     ("A42b", "shape cast, distance, time of impact", "these queries"),
     ("A44b", "large worlds, 1e7 m", "positions of more than f32"),
     ("G22", "leaning stacks, time to fall", "a definition of when the fall ends"),
-    ("S5", "ANYmal, momentum", "URDF"),
-    ("S6", "ANYmal, energy", "URDF"),
 ];
 
 #[cfg(test)]

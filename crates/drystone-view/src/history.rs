@@ -145,6 +145,7 @@ impl History {
         self.done = self.inputs.get(&step).map_or(0, Vec::len);
         self.running.before_step(self.dt)?;
         self.running.world.step_observed(self.dt, after);
+        self.running.after_step();
         self.done = 0;
         self.furthest = self.furthest.max(self.step_count());
         Ok(())

@@ -43,6 +43,7 @@ pub use base::sym3::Sym3;
 pub use base::team::Team;
 pub use base::trig;
 pub use base::wide::SimdLevel;
+pub use geometry::cells::{CutError, HullPiece};
 pub use geometry::hull::{Hull, HullError, Plane};
 pub use geometry::mass::MassProperties;
 pub use geometry::mesh::{Mesh, MeshError};
@@ -55,14 +56,16 @@ pub use query::stiffness::PenaltyLimit;
 pub use query::why_awake::{AwakeCause, WhyAwake};
 pub use query::{Query, RayHit};
 pub use state::config::{
-    ContactConfig, InertiaConfig, JointConfig, PenaltyConfig, SleepConfig, WorldConfig,
+    BreakageConfig, ContactConfig, InertiaConfig, JointConfig, PenaltyConfig, SleepConfig,
+    WorldConfig,
 };
 pub use state::def::{
-    AxisLocks, BodyDef, BodyKind, DefError, JointDef, JointKind, JointStrength, MassDef, ShapeDef,
-    Spring,
+    AxisLocks, BodyDef, BodyKind, Bond, BondStrength, DefError, Fatigue, Fracture, Glue, JointDef,
+    JointKind, JointStrength, MassDef, ShapeDef, Spring,
 };
 pub use state::events::{
-    ContactEvent, Events, Fault, FaultKind, HitEvent, JointBreak, SensorEvent,
+    BondBreak, ContactEvent, Events, Fault, FaultKind, FractureCause, FractureEvent, HitEvent,
+    JointBreak, JointLimit, SensorEvent,
 };
 pub use state::material::{Combine, Filter, Material};
 pub use state::method::{Method, Pass};
@@ -72,6 +75,6 @@ pub use state::options::{
 pub use state::sixdof::{JointAxis, JointCone, JointDrive, JointMotion, JointSpring, SixDof};
 pub use step::Stage;
 pub use world::{
-    BodyMut, BodyRef, ContactPoint, ContactRef, Impact, ImpactBody, ImpactSurface, JointRef,
-    ShapeMut, ShapeRef, World, WorldCounts, impact,
+    BodyMut, BodyRef, BondRef, ContactPoint, ContactRef, Impact, ImpactBody, ImpactSurface,
+    JointRef, ShapeMut, ShapeRef, World, WorldCounts, impact,
 };

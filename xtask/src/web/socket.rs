@@ -20,7 +20,7 @@ impl Socket {
         let (host, path) = rest.split_once('/').ok_or_else(|| bad("no path"))?;
         let stream = TcpStream::connect(host)?;
         stream.set_nodelay(true)?;
-        stream.set_read_timeout(Some(Duration::from_secs(120)))?;
+        stream.set_read_timeout(Some(Duration::from_secs(300)))?;
         let mut stream = BufReader::new(stream);
         // The key is there to keep caches out, of which there are none.
         write!(

@@ -19,6 +19,8 @@ const TURN: f32 = 0.5 * 0.01 * core::f32::consts::PI / 180.0;
 struct Track {
     node: usize,
     first: usize,
+    /// It is gone after these.
+    vanishes: bool,
     translations: Vec<Vec3>,
     rotations: Vec<Quat>,
     scale: Vec3,
@@ -71,7 +73,7 @@ pub(super) fn add(
         }
         let reparent = !parent_is_simple(&tree, node);
         let track = track(document, &tree, &body_of_node, motion, body, node, reparent);
-        if track.moves() || track.first > 0 {
+        if track.moves() || track.first > 0 || track.vanishes {
             if reparent && tree.nodes[node].parent.is_some() {
                 move_to_scene(&mut output.json, &tree, node);
             }
@@ -116,9 +118,9 @@ fn track(
     node: usize,
     reparent: bool,
 ) -> Track {
-    let frames = motion.times.len();
     let poses = &motion.poses[body];
-    let first = frames - poses.len();
+    let first = motion.first(body);
+    let vanishes = first + poses.len() < motion.times.len();
     let parent = if reparent { None } else { tree.nodes[node].parent };
     // The body whose motion carries the parent, if there is one.
     let mut carrier = parent;
@@ -132,7 +134,7 @@ fn track(
         let Some(p) = parent else { return Pose::IDENTITY };
         let rest = tree.nodes[p].pose;
         let Some((c, b)) = carrier.and_then(|c| Some((c, body_of_node[c]?))) else { return rest };
-        let before = frames - motion.poses[b].len();
+        let before = motion.first(b);
         let Some(now) = motion.poses[b].get(frame.saturating_sub(before)) else { return rest };
         now.compose(&tree.nodes[c].pose.relative(&rest))
     };
@@ -157,7 +159,7 @@ fn track(
     let own =
         at.filter(|a| a.get("matrix").is_none()).and_then(|a| a.vec3_or("scale", Vec3::ONE).ok());
     let rescaled = own.is_none_or(|o| (o - scale).length() > 1.0e-5 * scale.length());
-    Track { node, first, translations, rotations, scale, rescaled }
+    Track { node, first, vanishes, translations, rotations, scale, rescaled }
 }
 
 impl Track {
@@ -293,10 +295,17 @@ fn write_tracks(output: &mut Output, all_times: &[f32], tracks: &[Track]) {
             let keys = turns.add(turned.iter().flat_map(|&k| q[k].to_array()), 4);
             channels.push((track.node, "rotation", "LINEAR", input, keys));
         }
-        if track.first > 0 {
-            // Not there yet: without size until it appears.
-            let input = key_times.add([all_times[0], times[0]], 1);
-            let keys = vectors.add([Vec3::ZERO, track.scale].iter().flat_map(|s| s.to_array()), 3);
+        if track.first > 0 || track.vanishes {
+            // Not there yet, or not any more: without size.
+            let mut shown = vec![(times[0], track.scale)];
+            if track.first > 0 {
+                shown.insert(0, (all_times[0], Vec3::ZERO));
+            }
+            if track.vanishes {
+                shown.push((times[t.len()], Vec3::ZERO));
+            }
+            let input = key_times.add(shown.iter().map(|(time, _)| *time), 1);
+            let keys = vectors.add(shown.iter().flat_map(|(_, s)| s.to_array()), 3);
             channels.push((track.node, "scale", "STEP", input, keys));
         }
         let node = &mut list(&mut output.json, "nodes")[track.node];

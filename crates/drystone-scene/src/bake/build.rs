@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 use super::file::{bytes_of, push};
 use super::solids::{self, Surface};
 use crate::gltf::{At, Document, LoadedGltf, STATIC_BODY, of_shapes, read_tree};
-use crate::scene::{Scene, SceneBody, Script};
+use crate::scene::{Scene, SceneBody};
 
 /// Colors (linear red, green, blue): static, kinematic, trigger, then those of moving bodies by turns.
 const COLORS: [[f32; 3]; 9] = [
@@ -63,18 +63,25 @@ fn shape_key(shape: &Shape) -> ShapeKey {
     ShapeKey(shape.kind(), numbers.map(f32::to_bits), identity)
 }
 
-/// The document of a scene and the node of each of its bodies, dropped ones last.
-pub(super) fn document(scene: &Scene) -> (Document, Vec<usize>) {
+/// The document of a scene and the node of each of its bodies, then of those that its script brings, then of the
+/// pieces.
+pub(super) fn document(scene: &Scene, pieces: &[SceneBody]) -> (Document, Vec<usize>) {
     let mut build = Build::new(&scene.name);
     build.json["asset"]["extras"]["gravity"] = json!(scene.config.gravity.to_array());
-    let dropped: &[SceneBody] = match &scene.script {
-        Script::Drop { bodies, .. } => bodies,
-        _ => &[],
-    };
-    let mut shapes = scene.bodies.iter().chain(dropped).flat_map(|b| &b.def.shapes);
+    let bodies = || scene.bodies.iter().chain(scene.script.joining());
+    let mut shapes = bodies().flat_map(|b| &b.def.shapes);
     build.filtered = shapes.any(|s| s.filter != Filter::default());
-    let bodies = scene.bodies.iter().chain(dropped).enumerate();
-    let nodes: Vec<usize> = bodies.map(|(i, b)| build.body(b, i)).collect();
+    let mut nodes: Vec<usize> = bodies().enumerate().map(|(i, b)| build.body(b, i)).collect();
+    // Physics that is read back must not have them beside what they come from.
+    let physical = super::file::list(&mut build.json, "nodes").len();
+    for piece in pieces {
+        nodes.push(build.body(piece, nodes.len()));
+    }
+    for node in &mut super::file::list(&mut build.json, "nodes")[physical..] {
+        if let Some(node) = node.as_object_mut() {
+            node.remove("extensions");
+        }
+    }
     build.json["scenes"][0]["nodes"] = json!(nodes);
     build.finish();
     let buffers = vec![build.bytes];

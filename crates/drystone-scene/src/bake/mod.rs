@@ -18,7 +18,7 @@ use drystone::Pose;
 
 use crate::error::SceneError;
 use crate::gltf::LoadedGltf;
-use crate::scene::Scene;
+use crate::scene::{Scene, SceneBody};
 
 /// Where the bodies were at some times.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -28,6 +28,17 @@ pub struct Motion {
     /// Poses of each body's origin at these times [world], `[body][time]`. A shorter list belongs to
     /// the last times: the body appeared later and is hidden before.
     pub poses: Vec<Vec<Pose>>,
+    /// Of each body, at how many of the last times it was gone: its poses are those before, and it is hidden
+    /// again. Bodies beyond the end of the list stay.
+    pub gone: Vec<usize>,
+}
+
+impl Motion {
+    /// The first of the times at which a body was there.
+    fn first(&self, body: usize) -> usize {
+        let gone = self.gone.get(body).copied().unwrap_or(0);
+        self.times.len().saturating_sub(gone + self.poses[body].len())
+    }
 }
 
 /// Writes the document that was read with `motion` as its first animation, as binary glTF or, if
@@ -45,12 +56,18 @@ pub fn write(path: &Path, loaded: &LoadedGltf, motion: &Motion) -> Result<(), Sc
 }
 
 /// Writes a scene that comes from no file, with meshes made for its shapes, and `motion` as its
-/// animation. The bodies that the scene's script drops count as bodies after all others.
+/// animation. The bodies that the scene's script brings count as bodies after all others, and then come
+/// those that bodies broke into: they are to be seen, and no part of the scene's physics.
 ///
 /// # Errors
 /// If the file cannot be written or the motion is not of these bodies.
-pub fn write_scene(path: &Path, scene: &Scene, motion: &Motion) -> Result<(), SceneError> {
-    let (document, nodes) = build::document(scene);
+pub fn write_scene(
+    path: &Path,
+    scene: &Scene,
+    pieces: &[SceneBody],
+    motion: &Motion,
+) -> Result<(), SceneError> {
+    let (document, nodes) = build::document(scene, pieces);
     let mut output = file::Output::of(&document).map_err(|e| e.in_file(path))?;
     animation::add(&mut output, &document, &nodes, motion)
         .and_then(|()| output.write(path))

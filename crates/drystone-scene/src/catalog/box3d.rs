@@ -124,6 +124,7 @@ pub(super) fn joint_grid(mut scene: Scene, _: &Values) -> Result<Scene, CatalogE
         kind: JointKind::Ball,
         collide_connected: false,
         strength: None,
+        articulated: false,
     };
     scene.joints = join.into_iter().map(joint).collect();
     Ok(scene)

@@ -113,6 +113,7 @@ pub(super) fn cradle(mut scene: Scene, values: &Values) -> Result<Scene, Catalog
             kind: JointKind::Ball,
             collide_connected: false,
             strength: None,
+            articulated: false,
         });
     }
     Ok(scene)

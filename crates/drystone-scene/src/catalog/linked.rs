@@ -2,6 +2,7 @@
 
 use drystone::{BodyDef, Filter, JointKind, Quat, ShapeDef, Vec3, vec3};
 
+use super::breaking::{Held, add_bonded_wall};
 use super::masonry::add_wall;
 use super::parameters::{CatalogError, Values};
 use super::parts::{add_ground, box_at, cos_sin, radians, real};
@@ -17,6 +18,7 @@ fn ball_joint((body_a, anchor_a): (usize, Vec3), (body_b, anchor_b): (usize, Vec
         kind,
         collide_connected: false,
         strength: None,
+        articulated: false,
     }
 }
 
@@ -80,15 +82,23 @@ pub(super) fn chain(mut scene: Scene, values: &Values) -> Result<Scene, CatalogE
     Ok(scene)
 }
 
-pub(super) fn wrecking_ball(mut scene: Scene, _: &Values) -> Result<Scene, CatalogError> {
+pub(super) fn wrecking_ball(mut scene: Scene, values: &Values) -> Result<Scene, CatalogError> {
     add_ground(&mut scene, 0.6);
-    add_wall(&mut scene, 12, 16);
+    let mut ball_mass = 500.0;
+    match values.whole("bond") {
+        0 => add_wall(&mut scene, 12, 16),
+        bond => {
+            let held = if bond == 1 { Held::Glue } else { Held::Joints };
+            add_bonded_wall(&mut scene, (10, 10), held)?;
+            ball_mass = 3000.0;
+        }
+    }
     // Held above the wall: at its lowest the middle of the ball passes at 1.3 m.
     let links = 12;
     let ball_radius = 0.6;
     let top = vec3(0.0, LINK * real(links) + ball_radius + 1.3, 0.9);
     let angle = radians(70.0);
-    add_chain(&mut scene, &Chain { top, angle, links, ball_radius, ball_mass: 500.0 });
+    add_chain(&mut scene, &Chain { top, angle, links, ball_radius, ball_mass });
     Ok(scene)
 }
 

@@ -27,6 +27,7 @@ fn join(scene: &mut Scene, bodies: [usize; 2], point: Vec3, frames: [Quat; 2], a
         kind: JointKind::SixDof(SixDof { frame_a, frame_b, ..axes }),
         collide_connected: false,
         strength: None,
+        articulated: false,
     });
 }
 

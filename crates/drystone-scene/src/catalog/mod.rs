@@ -1,6 +1,7 @@
 //! The catalog: built-in scenes by name, with parameters.
 
 mod box3d;
+mod breaking;
 mod first;
 mod heaps;
 mod jolt;
@@ -10,6 +11,7 @@ mod masonry;
 mod parameters;
 mod parts;
 mod person;
+mod rain;
 mod steady;
 mod survey;
 
@@ -76,7 +78,7 @@ pub fn named(spec: &str) -> Result<Scene, CatalogError> {
 }
 
 /// Sizes are limited so that no scene has more than about 1.1 million bodies.
-static CATALOG: [Entry; 56] = [
+static CATALOG: [Entry; 58] = [
     Entry::new("hello", "A box and a ball fall on the ground", first::hello),
     Entry::new("stack", "A column of cubes, the top one as heavy as you like", first::stack).with(
         &[
@@ -363,7 +365,23 @@ static CATALOG: [Entry; 56] = [
         "wrecking_ball",
         "A heavy ball on a chain swings into a brick wall",
         linked::wrecking_ball,
-    ),
+    )
+    .with(&[Parameter::whole(
+        "bond",
+        0,
+        (0, 2),
+        "0: a wall without mortar; 100 bricks held by 1: glue, 2: fixed joints that break",
+    )]),
+    Entry::new(
+        "fracture",
+        "A block, a rock and a pane break into pieces where they are hit",
+        breaking::fracture,
+    )
+    .with(&[
+        Parameter::whole("pieces", 24, (2, 1024), "of a body at most; three times as many of the pane"),
+        Parameter::whole("generations", 2, (1, 8), "how often pieces break again; 1: never"),
+        Parameter::whole("seed", 1, (0, 1_000_000), "chooses where"),
+    ]),
     Entry::new(
         "mattress",
         "A mattress of blocks on damped springs lies on two beams; balls fall on it",
@@ -382,6 +400,15 @@ static CATALOG: [Entry; 56] = [
     .with(&[Parameter::number("speed", 8.0, (0.0, 30.0), "speed its motors hold [m/s]")]),
     Entry::new("ragdolls", "Limp people of 23 parts fall on a heap", machines::ragdolls)
         .with(&[Parameter::whole("n", 16, (1, 10_000), "people")]),
+    Entry::new(
+        "rain",
+        "People of 14 bones fall on meshes, column after column; the oldest ones leave",
+        rain::rain,
+    )
+    .with(&[
+        Parameter::whole("springs", 1, (0, 1), "0: joints without springs"),
+        Parameter::whole("rows", 10, (1, 10), "cells along a side, of 3 people each"),
+    ]),
     Entry::new(
         "joint_grid",
         "A net of 10,000 balls and 19,701 ball joints that hangs from its upper edge",

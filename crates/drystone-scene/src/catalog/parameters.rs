@@ -149,6 +149,9 @@ pub enum CatalogError {
     /// The engine refused a hull of the scene.
     #[error("a hull of the scene: {0}")]
     Hull(#[from] HullError),
+    /// The engine refused bonds of the scene.
+    #[error("bonds of the scene: {0}")]
+    Glue(#[from] drystone::DefError),
     /// The engine refused a mesh of the scene.
     #[error("a mesh of the scene: {0}")]
     Mesh(#[from] MeshError),

@@ -134,6 +134,8 @@ fn play(loaded: LoadedGltf) -> Result<Scene, SceneError> {
         (def.position, def.rotation) = (pose.position, pose.rotation);
     }
     scene.joints.clear();
+    // They hang on bodies by numbers, which have changed.
+    scene.frames.clear();
     scene.seconds = seconds;
     scene.summary = format!("a film of {seconds} s");
     scene.script = Script::Film(Arc::new(film));

@@ -173,6 +173,7 @@ fn join(
                 kind: description.in_frames(*kind, frames[0].rotation, frames[1].rotation),
                 collide_connected,
                 strength: None,
+                articulated: false,
             });
         }
     }

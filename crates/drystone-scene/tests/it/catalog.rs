@@ -26,12 +26,8 @@ fn every_scene_is_valid_and_its_names_are_unique() {
     for scene in default_scenes() {
         scene.config.validate().unwrap();
         assert!(!scene.summary.is_empty() && scene.seconds > 0.0 && scene.hz > 0.0);
-        let dropped = match &scene.script {
-            Script::Drop { bodies, .. } => bodies.as_slice(),
-            _ => &[],
-        };
         let mut names = BTreeSet::new();
-        for body in scene.bodies.iter().chain(dropped) {
+        for body in scene.bodies.iter().chain(scene.script.joining()) {
             body.def.validate().unwrap_or_else(|e| panic!("{}: {}: {e}", scene.name, body.name));
             assert!(names.insert(&body.name), "{}: {} is there twice", scene.name, body.name);
         }
@@ -211,4 +207,47 @@ fn a_scene_that_the_engine_refuses_says_where() {
     assert!(text.contains("joint 2") && text.contains("'link 1'"), "{text}");
     scene.joints[2].body_b = 99;
     assert!(scene.build().unwrap_err().to_string().contains("number 99"));
+}
+
+#[test]
+fn rain_has_the_bodies_and_joints_of_its_benchmark_when_it_ends() {
+    let scene = named("rain").unwrap();
+    let Script::Waves(waves) = &scene.script else { panic!("waves") };
+    let steps: Vec<u64> = waves.iter().map(|w| w.step).collect();
+    assert_eq!(steps, [0, 16, 64, 80, 128, 144, 192, 208, 256, 272, 320, 336, 384]);
+    let (mut bodies, mut joints) = (scene.bodies.len(), 0);
+    for wave in waves {
+        // What leaves is there, and joints hold what came before them.
+        assert!(wave.removed.end <= bodies);
+        bodies += wave.bodies.len();
+        joints += wave.joints.len();
+        assert!(wave.joints.iter().all(|j| j.body_a.max(j.body_b) < bodies));
+    }
+    let gone: usize = waves.iter().map(|w| w.removed.len()).sum();
+    // 300 people of 14 bones and 13 sockets, each with a second joint for its springs.
+    assert_eq!((bodies - gone, gone), (4300, 3 * 30 * 14));
+    assert_eq!(joints, 13 * 30 * 13 * 2);
+
+    // A small one, run past the step in which its first people leave.
+    let scene = named("rain:rows=2").unwrap();
+    let mut running = scene.build().unwrap();
+    for _ in 0..100 {
+        running.step(1.0 / scene.hz).unwrap();
+    }
+    let counts = running.world.counts();
+    assert_eq!((counts.fixed, counts.dynamic, counts.joints), (4, 2 * 6 * 14, 2 * 6 * 13 * 2));
+    assert!(running.world.audit().non_finite.is_empty());
+}
+
+#[test]
+fn a_person_of_the_rain_hangs_together() {
+    let scene = named("rain:rows=1").unwrap();
+    let mut running = scene.build().unwrap();
+    let mut worst = 0.0_f32;
+    for _ in 0..150 {
+        running.step(1.0 / scene.hz).unwrap();
+        worst = running.world.joints().map(|j| j.error()).fold(worst, f32::max);
+    }
+    // What hits the ground at 20 m/s: a bone's radius is 40 mm at least.
+    assert!(worst < 0.04, "{worst} m");
 }

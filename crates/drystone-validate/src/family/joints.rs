@@ -106,6 +106,7 @@ fn swing(lab: &Lab, hold: Hold, angle: f64, seconds: f64) -> Result<Swing, Engin
             kind: JointKind::Distance { min: 1.0, max: 1.0, spring: None },
             collide_connected: false,
             strength: None,
+            articulated: false,
         }),
     }
     let mut run = lab.start(scene)?;

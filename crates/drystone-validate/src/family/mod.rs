@@ -7,6 +7,7 @@ pub(crate) mod impact;
 pub(crate) mod invariance;
 pub(crate) mod joints;
 pub(crate) mod mechanisms;
+pub(crate) mod robots;
 pub(crate) mod rolling;
 pub(crate) mod rotation;
 pub(crate) mod stacks;

@@ -13,6 +13,7 @@ pub(crate) mod slot_map;
 pub(crate) mod bit_set;
 pub(crate) mod pair_set;
 pub(crate) mod hash;
+pub(crate) mod random;
 pub(crate) mod grow;
 pub(crate) mod jobs;
 pub(crate) mod team;

@@ -4,6 +4,8 @@ pub(crate) mod shape;
 pub(crate) mod solid;
 pub(crate) mod mass;
 pub(crate) mod hull;
+pub(crate) mod cells;
+pub(crate) mod flush;
 pub(crate) mod mesh;
 pub(crate) mod bvh;
 pub(crate) mod rtree;

@@ -89,6 +89,10 @@ pub(crate) struct Body {
     /// Level in the contact graph: contacts between it and what cannot be pushed, at least. That is 0;
     /// a body that nothing holds has [`NONE`].
     pub(crate) level: u32,
+    /// It is glued together or fractures: contacts sum up what they give it.
+    pub(crate) breaks: bool,
+    /// It came from a fracture.
+    pub(crate) is_piece: bool,
     pub(crate) user_data: u64,
 }
 

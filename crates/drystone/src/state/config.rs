@@ -69,6 +69,14 @@ pub struct PenaltyConfig {
     pub damping_ratio: f32,
 }
 
+/// Bodies that come apart.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct BreakageConfig {
+    /// Most pieces of fractured bodies at a time; default 4096. What would go beyond breaks into fewer pieces, or not
+    /// at all.
+    pub max_pieces: u32,
+}
+
 /// When bodies fall asleep.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SleepConfig {
@@ -100,6 +108,8 @@ pub struct WorldConfig {
     pub penalty: PenaltyConfig,
     /// Sleep.
     pub sleep: SleepConfig,
+    /// Fracture.
+    pub breakage: BreakageConfig,
 }
 
 impl Default for WorldConfig {
@@ -122,6 +132,7 @@ impl Default for WorldConfig {
             joint: JointConfig { hertz: 0.0, damping_ratio: 2.0, tree_ratio: 20.0 },
             penalty: PenaltyConfig { hertz: 30.0, damping_ratio: 0.5 },
             sleep: SleepConfig { enabled: true, speed: 0.05, time: 0.5 },
+            breakage: BreakageConfig { max_pieces: 4096 },
         }
     }
 }
@@ -135,7 +146,7 @@ const AT_MOST_64: &str = "0 (the method's own), or 1 to 64";
 
 impl WorldConfig {
     /// Paths that [`Self::set`] knows.
-    pub const PATHS: [&'static str; 30] = [
+    pub const PATHS: [&'static str; 31] = [
         "gravity",
         "method",
         "method.order",
@@ -166,6 +177,7 @@ impl WorldConfig {
         "sleep.enabled",
         "sleep.speed",
         "sleep.time",
+        "breakage.max_pieces",
     ];
 
     fn scalars(&mut self) -> [Scalar<'_>; 17] {
@@ -254,6 +266,11 @@ impl WorldConfig {
                 next.inertia.refine = text
                     .parse()
                     .map_err(|_| DefError::new("inertia.refine", text, "a whole number, 1 to 8"))?;
+            }
+            "breakage.max_pieces" => {
+                let allowed = "a whole number of at least 0";
+                next.breakage.max_pieces =
+                    text.parse().map_err(|_| DefError::new(path, text, allowed))?;
             }
             "sleep.enabled" => {
                 next.sleep.enabled = text

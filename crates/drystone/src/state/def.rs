@@ -5,7 +5,9 @@ use core::fmt::{self, Display};
 pub(crate) use super::check::{
     above_zero, at_least_zero, finite, finite_vec, position, unit, velocity,
 };
-pub use super::joint_def::{JointDef, JointKind, JointStrength, Spring};
+pub use super::fracture::Fracture;
+pub use super::glue::{Bond, BondStrength, Glue};
+pub use super::joint_def::{Fatigue, JointDef, JointKind, JointStrength, Spring};
 use super::material::{Filter, Material};
 use crate::base::math::Vec3;
 use crate::base::pose::Pose;
@@ -320,6 +322,12 @@ pub struct BodyDef {
     pub asleep: bool,
     /// Its shapes; several make a compound.
     pub shapes: Vec<ShapeDef>,
+    /// Bonds between its shapes, which come apart under stress (dynamic bodies whose mass is not given in full);
+    /// default `None`: shapes never come apart.
+    pub glue: Option<Glue>,
+    /// Breaks into pieces where it is hit (dynamic bodies of one box or hull whose mass is not given in full);
+    /// default `None`: never.
+    pub fracture: Option<Fracture>,
     /// Any number of the user's.
     pub user_data: u64,
 }
@@ -341,6 +349,8 @@ impl Default for BodyDef {
             sleep_speed: None,
             asleep: false,
             shapes: Vec::new(),
+            glue: None,
+            fracture: None,
             user_data: 0,
         }
     }
@@ -402,6 +412,18 @@ impl BodyDef {
         Self { mass: MassDef::Mass(mass), ..self }
     }
 
+    /// With these bonds between its shapes.
+    #[must_use]
+    pub fn with_glue(self, glue: Glue) -> Self {
+        Self { glue: Some(glue), ..self }
+    }
+
+    /// Breaks so where it is hit.
+    #[must_use]
+    pub fn with_fracture(self, fracture: Fracture) -> Self {
+        Self { fracture: Some(fracture), ..self }
+    }
+
     /// Checks every field, those of the shapes too.
     ///
     /// # Errors
@@ -436,6 +458,40 @@ impl BodyDef {
             let outer = format!("shapes[{i}]");
             shape.validate().map_err(|e| e.within(&outer))?;
             shape_suits(self.kind, &shape.shape).map_err(|e| e.within(&outer))?;
+        }
+        if let Some(glue) = &self.glue {
+            glue.validate(&self.shapes).map_err(|e| e.within("glue"))?;
+            self.can_break().map_err(|e| e.within("glue"))?;
+        }
+        if let Some(fracture) = &self.fracture {
+            fracture.validate().map_err(|e| e.within("fracture"))?;
+            self.can_break().map_err(|e| e.within("fracture"))?;
+            let mut solid = self.shapes.iter().filter(|s| !s.sensor);
+            let fits = matches!(
+                (solid.next().map(|s| &s.shape), solid.next()),
+                (Some(Shape::Box { .. } | Shape::Hull(_)), None)
+            );
+            if self.glue.is_some() || !fits {
+                let allowed = "a body of one box or hull and no glue";
+                let shapes = format!("{} shapes", self.shapes.len());
+                return Err(DefError::new("fracture", shapes, allowed));
+            }
+        }
+        Ok(())
+    }
+
+    /// Only what has mass can come apart, and how it is spread must be known.
+    fn can_break(&self) -> Result<(), DefError> {
+        if self.kind != BodyKind::Dynamic {
+            return Err(DefError::new("body", format!("{:?}", self.kind), "a dynamic body"));
+        }
+        if let MassDef::Exact { .. } = self.mass {
+            let allowed = "a mass from shapes, or their total";
+            return Err(DefError::new("mass", "given in full", allowed));
+        }
+        if let Some(i) = self.shapes.iter().position(|s| !s.sensor && !(s.density > 0.0)) {
+            let value = format!("0 of shape {i}");
+            return Err(DefError::new("density", value, "above 0: each piece has a mass"));
         }
         Ok(())
     }

@@ -57,10 +57,72 @@ pub struct JointBreak {
     pub body_a: BodyId,
     /// Its second body.
     pub body_b: BodyId,
+    /// Which limit it passed; the first of them if it was several.
+    pub limit: JointLimit,
     /// Force that it had to bear [N].
     pub force: f32,
     /// Torque [N m].
     pub torque: f32,
+    /// Impulse of the step [N s].
+    pub impulse: f32,
+    /// How far it was worn out; 1 is all.
+    pub damage: f32,
+}
+
+/// What broke a joint.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum JointLimit {
+    /// Its force.
+    Force,
+    /// Its torque.
+    Torque,
+    /// Its impulse in a step.
+    Impulse,
+    /// Fatigue.
+    Fatigue,
+}
+
+/// A bond of a glued body broke.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BondBreak {
+    /// The body, as it was called before.
+    pub body: BodyId,
+    /// The two shapes that it held together.
+    pub shapes: [ShapeId; 2],
+    /// Where [m, world].
+    pub point: Vec3,
+    /// Tension, that of bending included [Pa]; 0 under pressure.
+    pub tension: f32,
+    /// Shear, that of twisting included [Pa].
+    pub shear: f32,
+}
+
+/// Why a body came apart.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FractureCause {
+    /// Its bonds broke: it goes on as the largest part, and the pieces are the others.
+    Glue,
+    /// A blow of too much impulse. The body is no more.
+    Impulse,
+    /// A blow of too much energy. The body is no more.
+    Energy,
+}
+
+/// A body came apart.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FractureEvent {
+    /// The body; its id is stale now unless glue broke.
+    pub body: BodyId,
+    /// Why.
+    pub cause: FractureCause,
+    /// Where it was hit [m, world]; of glue: where the bond was that bore most for its strength.
+    pub point: Vec3,
+    /// Impulse [N s] or energy [J] of the blow; of glue: the stress over what the bond bore, 1 or more.
+    pub value: f32,
+    /// The limit that it passed; 1 of glue.
+    pub limit: f32,
+    /// Where its pieces are in [`Events::pieces`], and how many.
+    pub(crate) pieces: [u32; 2],
 }
 
 /// What was wrong in a step.
@@ -105,11 +167,24 @@ pub struct Events {
     pub wake: Vec<BodyId>,
     /// Joints that broke, and are no more.
     pub joint_break: Vec<JointBreak>,
+    /// Bonds of glued bodies that broke.
+    pub bond_break: Vec<BondBreak>,
+    /// Bodies that came apart; what they broke into: [`Self::pieces_of`].
+    pub fractures: Vec<FractureEvent>,
+    /// New bodies, pieces of those that came apart.
+    pub pieces: Vec<BodyId>,
     /// What went wrong.
     pub faults: Vec<Fault>,
 }
 
 impl Events {
+    /// The new bodies that a body broke into, in the order in which they were made.
+    #[must_use]
+    pub fn pieces_of(&self, event: &FractureEvent) -> &[BodyId] {
+        let [first, count] = event.pieces.map(|n| n as usize);
+        self.pieces.get(first..first + count).unwrap_or_default()
+    }
+
     pub(crate) fn clear(&mut self) {
         self.contact_begin.clear();
         self.contact_end.clear();
@@ -119,6 +194,9 @@ impl Events {
         self.sleep.clear();
         self.wake.clear();
         self.joint_break.clear();
+        self.bond_break.clear();
+        self.fractures.clear();
+        self.pieces.clear();
         self.faults.clear();
     }
 }

@@ -55,16 +55,83 @@ pub struct JointDef {
     pub collide_connected: bool,
     /// What it can bear; `None`, the default: anything.
     pub strength: Option<JointStrength>,
+    /// Solve the whole tree of joints that this one belongs to at once, whatever loads it carries; default
+    /// false. Without it trees are that carry `joint.tree_ratio` times a link's mass. For robots and
+    /// figures whose joints must hold exactly; a tree that closes a loop over bodies that move, or has a rod or
+    /// rope in it, is solved joint by joint all the same.
+    pub articulated: bool,
 }
 
-/// What a joint can bear. It breaks at the end of a step in which it had to hold more in some substep of a joint of six
-/// axes, or in the last one of another kind: it is removed, and [`crate::Events::joint_break`] tells of it.
+/// What a joint can bear. It breaks at the end of a step in which it had to bear more: it is removed, and
+/// [`crate::Events::joint_break`] tells of it. Force and torque are those of each substep of a joint of six axes, and
+/// of the last one of another kind.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct JointStrength {
-    /// Greatest force [N]; above 0; may be infinite.
+    /// Greatest force [N]; above 0; may be infinite, as by default.
     pub force: f32,
-    /// Greatest torque of a joint of six axes [N m]; above 0; may be infinite.
+    /// Greatest torque of a joint of six axes [N m]; above 0; may be infinite, as by default.
     pub torque: f32,
+    /// Greatest impulse in a step [N s]: the force times time, summed over the step; above 0; may be infinite, as by
+    /// default. A blow passes it in whichever substep it comes.
+    pub impulse: f32,
+    /// Loads below these limits wear the joint out; default `None`: they do not.
+    pub fatigue: Option<Fatigue>,
+}
+
+/// How loads below its limits wear a joint out: damage grows by (load / limit)^`exponent` × time / `life` while that
+/// ratio, the largest of force and torque, is at least `endurance`, and the joint breaks when it reaches 1.
+/// Damage adds up in whatever order loads come [Miner45], at a rate that is a power of the load
+/// [Basquin10]. The impulse has no part in it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Fatigue {
+    /// How long a load as large as the limit is borne [s]; above 0.
+    pub life: f32,
+    /// Power of the load, 1 to 32; metals have 3 to 10.
+    pub exponent: u32,
+    /// Part of the limits below which a load does no harm; 0 to 1.
+    pub endurance: f32,
+}
+
+impl Default for JointStrength {
+    /// Bears anything.
+    fn default() -> Self {
+        let force = f32::INFINITY;
+        Self { force, torque: force, impulse: force, fatigue: None }
+    }
+}
+
+impl JointStrength {
+    pub(crate) fn validate(&self) -> Result<(), DefError> {
+        let limits = [("force", self.force), ("torque", self.torque), ("impulse", self.impulse)];
+        for (name, value) in limits {
+            if value != f32::INFINITY {
+                above_zero(name, value)?;
+            }
+        }
+        let Some(fatigue) = self.fatigue else { return Ok(()) };
+        fatigue.validate().map_err(|e| e.within("fatigue"))
+    }
+}
+
+impl Fatigue {
+    fn validate(&self) -> Result<(), DefError> {
+        above_zero("life", self.life)?;
+        if !(1..=32).contains(&self.exponent) {
+            return Err(DefError::new("exponent", self.exponent, "1 to 32"));
+        }
+        if !(0.0..=1.0).contains(&self.endurance) {
+            return Err(DefError::new("endurance", self.endurance, "0 to 1"));
+        }
+        Ok(())
+    }
+
+    /// Damage that a load of this part of the limit does in a time [s].
+    pub(crate) fn damage(&self, part: f32, time: f32) -> f32 {
+        if !(part >= self.endurance) {
+            return 0.0;
+        }
+        (0..self.exponent).fold(time / self.life, |damage, _| damage * part)
+    }
 }
 
 impl JointDef {
@@ -84,13 +151,36 @@ impl JointDef {
             kind: JointKind::Ball,
             collide_connected: false,
             strength: None,
+            articulated: false,
         }
+    }
+
+    /// Solved at once with the tree of joints that it belongs to: see [`Self::articulated`].
+    #[must_use]
+    pub fn with_articulated(self, articulated: bool) -> Self {
+        Self { articulated, ..self }
     }
 
     /// Breaks where it would have to bear more than this force [N] or torque [N m].
     #[must_use]
     pub fn with_strength(self, force: f32, torque: f32) -> Self {
-        Self { strength: Some(JointStrength { force, torque }), ..self }
+        let strength = JointStrength { force, torque, ..self.strength.unwrap_or_default() };
+        Self { strength: Some(strength), ..self }
+    }
+
+    /// Breaks under more than this impulse in a step [N s].
+    #[must_use]
+    pub fn with_impulse_limit(self, impulse: f32) -> Self {
+        let strength = JointStrength { impulse, ..self.strength.unwrap_or_default() };
+        Self { strength: Some(strength), ..self }
+    }
+
+    /// Wears out under loads below its limits.
+    #[must_use]
+    pub fn with_fatigue(self, fatigue: Fatigue) -> Self {
+        let fatigue = Some(fatigue);
+        let strength = JointStrength { fatigue, ..self.strength.unwrap_or_default() };
+        Self { strength: Some(strength), ..self }
     }
 
     /// A rod of fixed length [m] between two anchors [m, each in the frame of its body's origin].
@@ -131,12 +221,8 @@ impl JointDef {
         if let JointKind::SixDof(six) = self.kind {
             six.validate()?;
         }
-        if let Some(JointStrength { force, torque }) = self.strength {
-            for (name, value) in [("strength.force", force), ("strength.torque", torque)] {
-                if value != f32::INFINITY {
-                    above_zero(name, value)?;
-                }
-            }
+        if let Some(strength) = self.strength {
+            strength.validate().map_err(|e| e.within("strength"))?;
         }
         if let JointKind::Distance { min, max, spring } = self.kind {
             at_least_zero("min", min)?;

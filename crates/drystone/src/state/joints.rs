@@ -49,9 +49,14 @@ pub(crate) struct Joint {
     /// Accumulated impulse of a substep: a ball's vector [N s, world]; a distance's lower limit, upper
     /// limit and spring.
     pub(crate) impulse: Vec3,
-    /// It is solved with its whole tree.
+    /// It is solved with its whole tree: now; and if its definition asks for that.
     pub(crate) is_direct: bool,
+    pub(crate) articulated: bool,
     pub(crate) strength: Option<JointStrength>,
+    /// What it gave in the last step, on B [N s, N m s, world]; known while something can break.
+    pub(crate) given: [Vec3; 2],
+    /// How far it is worn out: 1 breaks.
+    pub(crate) damage: f32,
     pub(crate) place: Place,
 }
 

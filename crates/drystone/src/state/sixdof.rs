@@ -322,6 +322,24 @@ impl SixDof {
         axes
     }
 
+    /// True if no motion is left free.
+    pub(crate) fn holds_all_motions(&self) -> bool {
+        self.linear.iter().all(|axis| axis.held().is_some())
+    }
+
+    /// True if some axis is held.
+    pub(crate) fn holds_any(&self) -> bool {
+        self.axes().iter().any(|axis| axis.held().is_some())
+    }
+
+    /// How many axes are not held, of the motions if one of them has a drive or a limit, and of the turns.
+    pub(crate) fn scalar_count(&self) -> usize {
+        let free = |axes: &[JointAxis]| axes.iter().filter(|axis| axis.held().is_none()).count();
+        let [moves, turns] = self.scalars();
+        let count = |acts: bool, axes: &[JointAxis]| if acts { free(axes) } else { 0 };
+        count(moves, &self.linear) + count(turns, &self.angular)
+    }
+
     /// True if a motion has a drive or a limit, and if a turn has.
     pub(crate) fn scalars(&self) -> [bool; 2] {
         let any = |axes: &[JointAxis]| axes.iter().any(JointAxis::is_scalar);

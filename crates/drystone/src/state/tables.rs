@@ -2,6 +2,7 @@
 
 use super::bodies::Bodies;
 use super::bounds::Bounds;
+use super::breakage::Breakage;
 use super::colors::Colors;
 use super::config::WorldConfig;
 use super::contacts::Contacts;
@@ -22,6 +23,7 @@ pub(crate) struct Tables {
     pub(crate) islands: Islands,
     pub(crate) colors: Colors,
     pub(crate) events: Events,
+    pub(crate) breakage: Breakage,
     /// Steps taken.
     pub(crate) steps: u64,
 }

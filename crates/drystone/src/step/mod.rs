@@ -86,6 +86,11 @@ impl Scratch {
         self.solver.sweeps
     }
 
+    /// What contacts with bodies that can break gave in the last step.
+    pub(crate) fn given(&self) -> Option<impl Iterator<Item = solver::Given>> {
+        self.solver.given()
+    }
+
     /// Relative residual of the contacts in the last step, of the analytic method, and whether they were
     /// too many for it.
     pub(crate) fn residual(&self) -> (f64, bool) {
@@ -105,7 +110,17 @@ pub(crate) fn step(
     tables.islands.wake_alone = tables.config.method.freezes();
     tables.islands.gentle_speed = sleep::freeze::rest_speed(ctx, tables.config.sleep.speed);
     let Tables {
-        config, bodies, shapes, joints, contacts, bounds, islands, colors, events, ..
+        config,
+        bodies,
+        shapes,
+        joints,
+        contacts,
+        bounds,
+        islands,
+        colors,
+        events,
+        breakage,
+        ..
     } = tables;
     let s = scratch;
 
@@ -119,7 +134,8 @@ pub(crate) fn step(
     after(Stage::Partition);
     let Sets { bodies, joints, contacts, islands, colors, events } = sets;
     let method = &config.method;
-    let read = solver::Input { bodies, shapes, islands };
+    let breakage = joints.breakable > 0 || breakage.any();
+    let read = solver::Input { bodies, shapes, islands, breakage };
     let contexts = [ctx, &ctx.refined(config)];
     solver::solve(contexts, method, read, joints, contacts, colors, &mut s.solver, jobs);
     after(Stage::Solver);

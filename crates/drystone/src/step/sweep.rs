@@ -79,9 +79,8 @@ struct Swept<'a> {
     shapes: &'a [u32],
     /// Where its middle is [m, frame of the center of mass].
     middle: Vec3,
-    /// Greatest and least distance from the middle to its surface [m].
+    /// Greatest distance from the middle to its surface [m].
     extent: f32,
-    inner: f32,
 }
 
 /// The part of its way after which the body is to stop at a fixed shape. One whose center of mass is outside
@@ -96,9 +95,8 @@ fn first_stop(
     shapes: &Shapes,
     bounds: &Bounds,
 ) -> Option<f32> {
-    let (extent, inner) = (body.extent, body.inner);
     if !is_hollow(body, shapes) {
-        let whole = Swept { body, shapes: &body.shapes, middle: Vec3::ZERO, extent, inner };
+        let whole = Swept { body, shapes: &body.shapes, middle: Vec3::ZERO, extent: body.extent };
         return first_stop_of(&whole, row, (from, stood), delta, bodies, shapes, bounds);
     }
     let mut first: Option<f32> = None;
@@ -108,7 +106,7 @@ fn first_stop(
         let middle = s.centered.point(middle);
         let begin = from + stood.rotate(middle);
         let way = body.center + body.rotation.rotate(middle) - begin;
-        let part = Swept { body, shapes: core::slice::from_ref(shape), middle, extent, inner };
+        let part = Swept { body, shapes: core::slice::from_ref(shape), middle, extent };
         let stop = first_stop_of(&part, row, (begin, stood), way, bodies, shapes, bounds);
         first = match (first, stop) {
             (Some(a), Some(b)) => Some(a.min(b)),
@@ -181,7 +179,7 @@ fn stop_at(
     shapes: &Shapes,
 ) -> Option<f32> {
     let closing = -normal.dot(delta);
-    if fraction > 1.0 && (fraction - 1.0) * closing > swept.extent - swept.inner {
+    if fraction > 1.0 && (fraction - 1.0) * closing > swept.extent - swept.body.inner {
         // It ends higher than it can reach.
         return None;
     }
@@ -191,11 +189,11 @@ fn stop_at(
         let height = (fraction - 1.0) * closing;
         // To less than that a contact answers, by the energy it has at the surface; to be taken back is
         // to be lifted.
-        let deep = height < reach - swept.inner;
-        return deep.then(|| fraction - (reach - 0.05 * swept.inner) / closing);
+        let deep = height < reach - swept.body.inner;
+        return deep.then(|| fraction - (reach - 0.05 * swept.body.inner) / closing);
     }
     // It was near, and had contacts: those hold it, unless its center is to pass.
-    (fraction <= 1.0).then(|| fraction - 0.95 * swept.inner / delta.length())
+    (fraction <= 1.0).then(|| fraction - 0.95 * swept.body.inner / delta.length())
 }
 
 /// How far what is swept stands out from its middle against a direction [m].

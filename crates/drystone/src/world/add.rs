@@ -66,6 +66,8 @@ impl World {
             level: if def.kind == BodyKind::Dynamic { NONE } else { 0 },
             faulted: false,
             flies: false,
+            breaks: def.glue.is_some() || def.fracture.is_some(),
+            is_piece: false,
             user_data: def.user_data,
         };
         let still = body.v == Vec3::ZERO && body.w == Vec3::ZERO;
@@ -73,6 +75,12 @@ impl World {
         let row = id.index();
         for shape in def.shapes {
             self.insert_shape(row, shape);
+        }
+        if let Some(glue) = &def.glue {
+            self.glue_body(row, glue);
+        }
+        if let Some(fracture) = def.fracture {
+            self.tables.breakage.fractures.insert(row, fracture);
         }
         match def.kind {
             BodyKind::Static => {}
@@ -188,7 +196,7 @@ impl World {
     }
 
     /// Ends all contacts of a shape, waking what it touched.
-    fn end_contacts_of(&mut self, body: u32, shape: Option<u32>) {
+    pub(super) fn end_contacts_of(&mut self, body: u32, shape: Option<u32>) {
         let tables = &self.tables;
         let rows: Vec<u32> = tables
             .contacts
@@ -240,6 +248,7 @@ impl World {
         self.pending.wake.retain(|b| *b != id);
         self.pending.sleep.clear();
         let tables = &mut self.tables;
+        tables.breakage.forget(row, tables.bodies.at(row).is_piece);
         tables.islands.remove(row, &mut tables.bodies);
         tables.bodies.rows.remove(id);
         true
@@ -256,6 +265,9 @@ impl World {
         tables.bounds.remove(row, &tables.shapes);
         tables.bodies.at_mut(body).shapes.retain(|s| *s != row);
         tables.shapes.rows.remove(id);
+        if let Some(glued) = tables.breakage.glued.get_mut(&body) {
+            glued.retain(|shape| shape != row);
+        }
         self.refresh_mass(body);
         true
     }
@@ -287,7 +299,10 @@ impl World {
             link: Link::new(def.kind),
             collide_connected: def.collide_connected,
             impulse: Vec3::ZERO,
+            given: [Vec3::ZERO; 2],
+            damage: 0.0,
             is_direct: false,
+            articulated: def.articulated,
             strength: def.strength,
             place: Place::NOWHERE,
         };

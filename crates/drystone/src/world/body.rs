@@ -1,6 +1,7 @@
 //! A body as the user sees it.
 
 use super::World;
+use super::breakage::{BondRef, bonds_of};
 use crate::base::id::{BodyId, JointId, ShapeId};
 use crate::base::math::Vec3;
 use crate::base::pose::Pose;
@@ -8,7 +9,8 @@ use crate::base::quat::Quat;
 use crate::base::sym3::Sym3;
 use crate::state::bodies::{Body, NONE};
 use crate::state::def::{
-    AxisLocks, BodyKind, DefError, at_least_zero, finite, finite_vec, position, unit, velocity,
+    AxisLocks, BodyKind, DefError, Fracture, at_least_zero, finite, finite_vec, position, unit,
+    velocity,
 };
 use crate::state::tables::Tables;
 
@@ -137,6 +139,17 @@ impl<'w> BodyRef<'w> {
     /// Its joints.
     pub fn joints(&self) -> impl Iterator<Item = JointId> {
         self.body.joints.iter().filter_map(|row| self.tables.joints.rows.id_at(*row))
+    }
+
+    /// The bonds between its shapes; none unless it is glued.
+    pub fn bonds(&self) -> impl Iterator<Item = BondRef> + use<'w> {
+        bonds_of(self.tables, self.id.index())
+    }
+
+    /// How it breaks where it is hit; `None`: it does not.
+    #[must_use]
+    pub fn fracture(&self) -> Option<Fracture> {
+        self.tables.breakage.fractures.get(&self.id.index()).copied()
     }
 
     /// Axes it cannot move along or about.

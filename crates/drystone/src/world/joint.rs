@@ -4,8 +4,7 @@ use crate::base::id::{BodyId, JointId};
 use crate::base::math::Vec3;
 use crate::base::quat::Quat;
 use crate::state::check::{finite_vec, unit};
-use crate::state::def::{DefError, JointDef, JointKind};
-use crate::state::events::JointBreak;
+use crate::state::def::{DefError, JointDef, JointKind, JointStrength};
 use crate::state::joints::{Joint, Link};
 use crate::state::sixdof::{JointDrive, Six, SixDof};
 use crate::state::tables::Tables;
@@ -64,6 +63,18 @@ impl<'w> JointRef<'w> {
     pub fn anchor_b(&self) -> Vec3 {
         let body = self.tables.bodies.at(self.joint.body_b);
         body.center + body.rotation.rotate(self.joint.anchor_b)
+    }
+
+    /// What it can bear; `None`: anything.
+    #[must_use]
+    pub const fn strength(&self) -> Option<JointStrength> {
+        self.joint.strength
+    }
+
+    /// How far it is worn out, 0 (new) to 1, where it breaks.
+    #[must_use]
+    pub const fn damage(&self) -> f32 {
+        self.joint.damage
     }
 
     /// Force of the joint on its second body, in the last substep [N, world]; the first one gets the
@@ -200,39 +211,6 @@ impl World {
         sets.wake(a);
         sets.wake(b);
         Ok(true)
-    }
-
-    /// Removes the joints that had to bear more than they can, in the order of their slots. `inv_h`: substeps a
-    /// second.
-    pub(super) fn break_joints(&mut self, inv_h: f32) {
-        if self.tables.joints.breakable == 0 {
-            return;
-        }
-        let mut broken = core::mem::take(&mut self.tables.events.joint_break);
-        for (id, joint) in self.tables.joints.rows.iter() {
-            let Some(strength) = joint.strength else { continue };
-            let bodies = &self.tables.bodies;
-            let (a, b) = (bodies.at(joint.body_a), bodies.at(joint.body_b));
-            if !(a.active() || b.active()) {
-                continue;
-            }
-            let [force, torque] = match &joint.link {
-                Link::Ball => [joint.impulse.length(), 0.0],
-                Link::Distance { .. } => {
-                    [(joint.impulse.x - joint.impulse.y + joint.impulse.z).abs(), 0.0]
-                }
-                Link::Six(six) => six.peak,
-            };
-            let (force, torque) = (force * inv_h, torque * inv_h);
-            if force > strength.force || torque > strength.torque {
-                let (body_a, body_b) = (bodies.id(joint.body_a), bodies.id(joint.body_b));
-                broken.push(JointBreak { joint: id, body_a, body_b, force, torque });
-            }
-        }
-        for one in &broken {
-            self.remove_joint(one.joint);
-        }
-        self.tables.events.joint_break = broken;
     }
 
     /// Changes one drive of a joint of six axes, and wakes its bodies: axes 0 to 2 are motions along x, y,

@@ -87,7 +87,7 @@ impl World {
 
     /// Gives a body another mass and center; its shapes, joints and contacts stay where they are in the
     /// world.
-    fn set_mass(&mut self, row: u32, mass: &MassProperties) {
+    pub(super) fn set_mass(&mut self, row: u32, mass: &MassProperties) {
         let tables = &mut self.tables;
         let body = tables.bodies.at_mut(row);
         let shift = mass.center - body.local_center;
@@ -118,7 +118,7 @@ impl World {
     }
 
     /// How far a body reaches from its center of mass, and how thin it is.
-    fn refresh_extent(&mut self, row: u32) {
+    pub(super) fn refresh_extent(&mut self, row: u32) {
         let tables = &mut self.tables;
         let (mut extent, mut inner) = (0.0_f32, f32::INFINITY);
         for shape in &tables.bodies.at(row).shapes {

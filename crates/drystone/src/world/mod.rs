@@ -4,6 +4,7 @@
 mod add;
 mod audit;
 mod body;
+mod breakage;
 mod impact;
 mod joint;
 mod mass;
@@ -11,6 +12,7 @@ mod shape;
 mod view;
 
 pub use self::body::{BodyMut, BodyRef};
+pub use self::breakage::BondRef;
 pub use self::impact::{Impact, ImpactBody, ImpactSurface, impact};
 pub use self::joint::JointRef;
 pub use self::shape::{ShapeMut, ShapeRef};
@@ -47,6 +49,7 @@ pub struct World {
     last_h: f32,
     /// What the user's calls since the last step caused: part of the next step's events.
     pending: Events,
+    breaking: breakage::Scratch,
     /// Open since [`World::begin_ledger`].
     books: Option<Box<Books>>,
 }
@@ -61,6 +64,7 @@ impl Default for World {
             level: SimdLevel::best(),
             last_h: 0.0,
             pending: Events::default(),
+            breaking: breakage::Scratch::default(),
             books: None,
         }
     }
@@ -171,12 +175,14 @@ impl World {
             books.before_step(&self.tables);
         }
         step::step(&ctx, &mut self.tables, &mut self.scratch, &*self.jobs, after);
-        self.break_joints(ctx.inv_h);
+        self.break_joints(ctx.inv_h, dt);
         self.tables.steps += 1;
         self.last_h = ctx.h;
         if let Some(books) = &mut self.books {
             books.after_step(&self.tables, ctx.substeps);
         }
+        // Keeps energy, and books know bodies by their rows.
+        self.break_bodies(dt, ctx.substeps);
     }
 
     /// For tests of a stage.

@@ -3,10 +3,13 @@
 
 mod contract_world;
 mod property_hull;
+mod scenario_articulated;
 mod scenario_audit;
 mod scenario_breakage;
 mod scenario_freezing;
+mod scenario_fracture;
 mod scenario_friction;
+mod scenario_glue;
 mod scenario_impacts;
 mod scenario_inertia;
 mod scenario_joints;

@@ -1,7 +1,8 @@
 //! Joints that break.
 
 use drystone::{
-    BodyDef, BodyId, JointDef, JointId, Quat, ShapeDef, SixDof, Vec3, World, WorldConfig, vec3,
+    BodyDef, BodyId, Fatigue, JointAxis, JointDef, JointId, JointKind, JointLimit, JointStrength,
+    Quat, ShapeDef, SixDof, Vec3, World, WorldConfig, vec3,
 };
 
 const DT: f32 = 1.0 / 60.0;
@@ -132,4 +133,123 @@ fn strengths_that_make_no_sense_are_refused() {
         let def = JointDef::ball(post, Vec3::ZERO, body, Vec3::ZERO).with_strength(force, torque);
         assert_eq!(world.add_joint(def).unwrap_err().field(), field);
     }
+    for (strength, field) in [
+        (JointStrength { impulse: -1.0, ..JointStrength::default() }, "strength.impulse"),
+        (wears(0.0, 3, 0.0), "strength.fatigue.life"),
+        (wears(1.0, 0, 0.0), "strength.fatigue.exponent"),
+        (wears(1.0, 33, 0.0), "strength.fatigue.exponent"),
+        (wears(1.0, 3, f32::NAN), "strength.fatigue.endurance"),
+        (wears(1.0, 3, 1.5), "strength.fatigue.endurance"),
+    ] {
+        let def = JointDef::ball(post, Vec3::ZERO, body, Vec3::ZERO);
+        let id = world.add_joint(def).unwrap();
+        let def = JointDef { strength: Some(strength), ..def };
+        assert_eq!(world.add_joint(def).unwrap_err().field(), field);
+        assert_eq!(world.set_joint_strength(id, Some(strength)).unwrap_err().field(), field);
+    }
+}
+
+fn wears(life: f32, exponent: u32, endurance: f32) -> JointStrength {
+    let fatigue = Some(Fatigue { life, exponent, endurance });
+    JointStrength { force: 196.2, fatigue, ..JointStrength::default() }
+}
+
+#[test]
+fn joints_that_make_no_sense_are_refused_by_name() {
+    let (mut world, body, _) = held(Vec3::X, 1.0, [1.0e6; 2]);
+    let posts = [0, 1].map(|_| world.add_body(BodyDef::fixed()).unwrap());
+    let mut refused = |def: JointDef| world.add_joint(def).unwrap_err().field().to_owned();
+    let ball = |a, b| JointDef::ball(a, Vec3::ZERO, b, Vec3::ZERO);
+    assert_eq!(refused(ball(body, body)), "body_b");
+    assert_eq!(refused(ball(posts[0], posts[1])), "body_b");
+    let nowhere = JointDef { anchor_a: vec3(f32::NAN, 0.0, 0.0), ..ball(posts[0], body) };
+    assert_eq!(refused(nowhere), "anchor_a");
+    let rod = |min, max| JointDef {
+        kind: JointKind::Distance { min, max, spring: None },
+        ..ball(posts[0], body)
+    };
+    assert_eq!(refused(rod(2.0, 1.0)), "max");
+    assert_eq!(refused(rod(-1.0, 1.0)), "min");
+    let limited = SixDof::hinge(JointAxis::limited(1.0, -1.0));
+    assert!(
+        refused(JointDef::six_dof(posts[0], Vec3::ZERO, body, Vec3::ZERO, limited))
+            .contains("angular")
+    );
+    for axis in [Vec3::ZERO, vec3(f32::NAN, 0.0, 0.0)] {
+        let free = SixDof::hinge(JointAxis::FREE);
+        let e = world.joint_along(posts[0], body, Vec3::ZERO, axis, free).unwrap_err();
+        assert_eq!(e.field(), "axis");
+    }
+}
+
+#[test]
+fn a_joint_breaks_by_the_impulse_of_a_blow_in_whichever_substep_it_comes() {
+    // A ball of 1 kg at 5 m/s hits a held cube: 5 N s go through the joint, whatever it is. In one step, or where the
+    // blow comes at its end, in two; what it gave is what the two bodies' momentum changed by.
+    for (kind, phase, limit) in
+        (0..48_u8).map(|i| (i % 3, i / 3 % 8, [2.4, 7.0][usize::from(i / 24)]))
+    {
+        let config = WorldConfig { gravity: Vec3::ZERO, ..WorldConfig::default() };
+        let mut world = World::new(config).unwrap();
+        let post = world.add_body(BodyDef::fixed()).unwrap();
+        let block = cube(&mut world, Vec3::ZERO, 2.0);
+        let def = match kind {
+            0 => JointDef::ball(post, Vec3::ZERO, block, Vec3::ZERO),
+            1 => JointDef::rod(post, vec3(-2.0, 0.0, 0.0), block, Vec3::ZERO, 2.0),
+            _ => JointDef::six_dof(post, Vec3::ZERO, block, Vec3::ZERO, SixDof::FIXED),
+        };
+        let joint = world.add_joint(def.with_impulse_limit(limit)).unwrap();
+        let ball = BodyDef::dynamic()
+            .with_position([0.6 + 0.0104 * f32::from(phase), 0.0, 0.0])
+            .with_linear_velocity([-5.0, 0.0, 0.0])
+            .with_mass(1.0)
+            .with_shape(ShapeDef::sphere(0.1));
+        world.add_body(ball).unwrap();
+        let mut most = 0.0_f32;
+        for _ in 0..20 {
+            let before = world.momentum();
+            world.step(DT);
+            let given = (world.momentum() - before).length();
+            most = most.max(given);
+            let event = world.events().joint_break.first().copied();
+            // Rounding of velocities, and of sums over eight substeps.
+            let slack = 1.0e-4 * (5.0 + given);
+            assert!((given - limit).abs() > slack, "no test: {kind} {phase} {given}");
+            assert_eq!(event.is_some(), given > limit, "{kind} {phase} {given} {limit}");
+            let Some(event) = event else { continue };
+            assert_eq!((event.joint, event.limit), (joint, JointLimit::Impulse));
+            assert!((event.impulse - given).abs() < slack, "{kind} {phase} {given} {event:?}");
+            break;
+        }
+        assert_eq!(most > limit, limit < 5.0, "{kind} {phase} {most}");
+    }
+}
+
+#[test]
+fn a_joint_wears_out_by_the_power_of_its_load_and_is_as_new_when_replaced() {
+    // Half of its limit: 1/8 of its life a second with the power 3, so it lasts 8 s: 480 steps.
+    let run = |strength: JointStrength, renew: Option<u32>| {
+        let (mut world, _, joint) = held(vec3(0.0, -0.2, 0.0), 10.0, [1.0e6; 2]);
+        world.set_joint_strength(joint, Some(strength)).unwrap();
+        for step in 1..=900 {
+            if renew == Some(step) {
+                assert!((world.joint(joint).unwrap().damage() - 0.5).abs() < 0.01);
+                world.set_joint_strength(joint, Some(strength)).unwrap();
+                assert!(world.joint(joint).unwrap().damage() <= 0.0);
+            }
+            world.wake_all();
+            world.step(DT);
+            if let [event] = world.events().joint_break[..] {
+                assert_eq!(event.limit, JointLimit::Fatigue);
+                assert!((event.damage - 1.0).abs() < 0.01, "{event:?}");
+                return Some(step);
+            }
+        }
+        None
+    };
+    let lasts = run(wears(1.0, 3, 0.2), None).unwrap();
+    assert!((475..=485).contains(&lasts), "{lasts}");
+    let renewed = run(wears(1.0, 3, 0.2), Some(241)).unwrap();
+    assert!((715..=725).contains(&renewed), "{renewed}");
+    assert_eq!(run(wears(1.0, 3, 0.6), None), None, "below its endurance");
 }

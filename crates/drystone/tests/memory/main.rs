@@ -212,6 +212,35 @@ fn falling_asleep_and_waking_allocate_nothing() {
     assert!(calls.iter().filter(|n| **n == 0).count() >= 2, "{calls:?}");
 }
 
+/// A glued wall that stands, a glued rod that spins, and cubes that could break: loads are found in every step.
+#[test]
+fn what_can_break_and_does_not_allocates_nothing() {
+    let mut world = world(false);
+    pyramid(&mut world, 10);
+    let mut glued = |shapes: Vec<ShapeDef>, at: [f32; 3], spin: f32| {
+        let glue = drystone::Glue::touching(&shapes, 1e-3, drystone::BondStrength::both(1.0e9));
+        let def = BodyDef { shapes, ..BodyDef::dynamic() }.with_glue(glue.unwrap());
+        let def = def.with_position(at).with_angular_velocity([0.0, spin, 0.0]);
+        world
+            .add_body(BodyDef { gravity_scale: if spin > 0.0 { 0.0 } else { 1.0 }, ..def })
+            .unwrap()
+    };
+    let brick =
+        |i: u32, k: u32| ShapeDef::box_full([1.0; 3]).with_position([i as f32, k as f32, 0.0]);
+    let wall = (0..36).map(|n| brick(n % 6, n / 6)).collect();
+    glued(wall, [0.0, 0.5, 20.0], 0.0);
+    glued((0..5).map(|i| brick(i, 0)).collect(), [0.0, 30.0, 0.0], 3.0);
+    for i in 0..4_u32 {
+        let cube = BodyDef::dynamic().with_position([20.0, 0.5 + i as f32, 0.0]);
+        let how = drystone::Fracture::by_energy(1.0e9);
+        let shape = ShapeDef::box_full([1.0; 3]);
+        world.add_body(cube.with_shape(shape).with_fracture(how)).unwrap();
+    }
+    steps(&mut world, 60);
+    assert_eq!(calls_of(&mut world, 100), 0);
+    assert!(world.bodies().flat_map(|b| b.bonds()).any(|b| b.load > 0.0));
+}
+
 /// The goal is two kilobytes. What a body of the pyramid takes, with its 2.9 contacts: contacts 1.1 KB,
 /// the solver's blocks 1.1, bodies 0.4, probes 0.3, shapes 0.2, lines 0.2, pairs 0.1, the rest 0.4.
 #[test]

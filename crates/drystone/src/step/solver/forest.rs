@@ -1,14 +1,16 @@
-//! Trees of ball joints that are solved directly: which joints they are, and in what order.
+//! Trees of joints that are solved directly: which joints they are, and in what order.
 //!
-//! Bodies that joints connect form components; one is solved directly if its joints are balls, close no
-//! loop over bodies that move, and some body in it passes on the weight of many times its own mass.
+//! Bodies that joints connect form components; one is solved directly if its joints are balls or of six axes,
+//! close no loop over bodies that move, and some body in it passes on the weight of many times its own mass
+//! or a joint of it asks for that. A joint of six axes that holds none connects nothing.
 //! All others are solved joint by joint. A fixed or kinematic body connects nothing: a joint to it
 //! is a leaf. The forest is formed anew only when a joint comes or goes or a body on one wakes or falls
 //! asleep. See docs/decisions/017-direct-joint-trees.md.
 
 use core::ops::Range;
 
-use super::plan::Group;
+use super::plan::{Group, Layout, SIX_DIRECT};
+use crate::base::wide::LANES;
 use crate::state::bodies::{Bodies, NONE};
 use crate::state::colors::Colors;
 use crate::state::joints::{Joints, Link};
@@ -22,6 +24,8 @@ pub(super) struct TreeJoint {
     pub(super) parent: u32,
     /// The child is the joint's body A.
     pub(super) is_child_a: bool,
+    /// Block and lane of a joint of six axes, as block × lanes + lane; [`NONE`] of a ball.
+    pub(super) six: u32,
 }
 
 /// A tree: its bodies, each after its children, so that the root is the last one; and its joints, those to
@@ -32,6 +36,9 @@ pub(super) struct Tree {
     pub(super) joints: Range<usize>,
     /// What its compliance is multiplied by.
     pub(super) slack: f64,
+    /// How many drives and limits its joints have, and where the answers of each to each stand.
+    pub(super) scalars: usize,
+    pub(super) gains: Range<usize>,
 }
 
 /// Compliance of a tree that the world holds at two places or more, over that of others: its joints may
@@ -65,6 +72,10 @@ pub(super) struct Forest {
     roots: Vec<u32>,
     /// Representatives of components that cannot be solved directly.
     unfit: Vec<bool>,
+    /// Representatives of components of which a joint asks to be solved directly.
+    asked: Vec<bool>,
+    /// Rows and places of joints of six axes.
+    places: Vec<(u32, u32)>,
     /// Of each body of a tree: its parent's number and the end by which that was met.
     parents: Vec<(u32, Option<End>)>,
     sides: Vec<Side>,
@@ -130,13 +141,16 @@ impl Forest {
             let (a, b) = (end(joint.body_a), end(joint.body_b));
             // Bodies that were put aside may still be named by a joint.
             if (a, b) != (NONE, NONE) {
-                self.connect(a, b, matches!(joint.link, Link::Ball));
+                let fits = !matches!(joint.link, Link::Distance { .. });
+                if connects(&joint.link) {
+                    self.connect(a, b, fits, joint.articulated);
+                }
             }
         }
         for row in all() {
             let joint = joints.at(row);
             let (a, b) = (end(joint.body_a), end(joint.body_b));
-            if (a, b) == (NONE, NONE) {
+            if (a, b) == (NONE, NONE) || !connects(&joint.link) {
                 continue;
             }
             let root = find(&mut self.roots, if a == NONE { b } else { a });
@@ -174,21 +188,25 @@ impl Forest {
         let n = bodies.rows.slot_count();
         self.roots.extend(0..number(n));
         self.unfit.resize(n, false);
+        self.asked.clear();
+        self.asked.resize(n, false);
         for row in &bodies.awake {
             self.unfit[*row as usize] = bodies.at(*row).locks.linear != [false; 3];
         }
     }
 
     /// Unites the components of a joint's bodies, or notes a loop. Its representative is its least body.
-    fn connect(&mut self, a: u32, b: u32, is_ball: bool) {
+    fn connect(&mut self, a: u32, b: u32, fits: bool, asks: bool) {
         let one = find(&mut self.roots, if a == NONE { b } else { a });
-        self.unfit[one as usize] |= !is_ball;
+        self.unfit[one as usize] |= !fits;
+        self.asked[one as usize] |= asks;
         if a == NONE || b == NONE {
             return;
         }
         let other = find(&mut self.roots, b);
         let (low, high) = (one.min(other), one.max(other));
         self.unfit[low as usize] |= one == other || self.unfit[high as usize];
+        self.asked[low as usize] |= self.asked[high as usize];
         self.roots[high as usize] = low;
     }
 
@@ -218,7 +236,13 @@ impl Forest {
                 if end.other == NONE {
                     let child = number(at);
                     let is_child_a = end.is_a;
-                    self.joints.push(TreeJoint { row: end.joint, child, parent: NONE, is_child_a });
+                    self.joints.push(TreeJoint {
+                        row: end.joint,
+                        child,
+                        parent: NONE,
+                        is_child_a,
+                        six: NONE,
+                    });
                 } else {
                     free -= 1;
                     self.bodies[free] = end.other;
@@ -232,12 +256,22 @@ impl Forest {
             let (parent, end) = self.parents[at - first_body];
             let end = end.expect("all but the root were met by a joint");
             let (child, is_child_a) = (number(at), !end.is_a);
-            self.joints.push(TreeJoint { row: end.joint, child, parent, is_child_a });
+            self.joints.push(TreeJoint { row: end.joint, child, parent, is_child_a, six: NONE });
         }
         let slack = if holds > 1 { HELD_TWICE } else { 1.0 };
         let joints_of = first_joint..self.joints.len();
-        let tree = Tree { bodies: first_body..last + 1, joints: joints_of, slack };
-        if self.strain(&tree, bodies) >= f64::from(self.ratio) {
+        let mut scalars = 0;
+        for joint in &self.joints[joints_of.clone()] {
+            if let Link::Six(six) = &joints.at(joint.row).link {
+                scalars += six.def.scalar_count();
+            }
+        }
+        let first_gain = self.trees.last().map_or(0, |tree| tree.gains.end);
+        let gains = first_gain..first_gain + scalars * scalars;
+        let bodies_of = first_body..last + 1;
+        let tree = Tree { bodies: bodies_of, joints: joints_of, slack, scalars, gains };
+        let is_asked = self.asked[find(&mut self.roots, root) as usize];
+        if is_asked || self.strain(&tree, bodies) >= f64::from(self.ratio) {
             for joint in &self.joints[tree.joints.clone()] {
                 joints.at_mut(joint.row).is_direct = true;
             }
@@ -284,6 +318,25 @@ impl Forest {
 }
 
 impl Forest {
+    /// Finds where the joints of six axes stand.
+    pub(super) fn locate(&mut self, sixdofs: &Layout) {
+        self.places.clear();
+        if self.joints.is_empty() {
+            return;
+        }
+        let direct = sixdofs.batches.iter().filter(|batch| batch.class & SIX_DIRECT != 0);
+        for block in direct.flat_map(|batch| batch.blocks.clone()) {
+            let lanes = sixdofs.owners[block].iter().enumerate();
+            let owned = lanes.filter(|(_, row)| **row != NONE);
+            self.places.extend(owned.map(|(lane, row)| (*row, number(block * LANES + lane))));
+        }
+        self.places.sort_unstable();
+        for joint in &mut self.joints {
+            let found = self.places.binary_search_by_key(&joint.row, |(row, _)| *row);
+            joint.six = found.map_or(NONE, |at| self.places[at].1);
+        }
+    }
+
     /// Puts the trees in the order of their groups.
     pub(super) fn place(&mut self, group_of_line: &[u32], line_of: &[u32], groups: &mut [Group]) {
         let (trees, bodies) = (&self.trees, &self.bodies);
@@ -299,6 +352,11 @@ impl Forest {
             of.trees = first..self.order.partition_point(|tree| group(tree) <= number);
         }
     }
+}
+
+/// True unless it is of six axes and holds none.
+fn connects(link: &Link) -> bool {
+    !matches!(link, Link::Six(six) if !six.def.holds_any())
 }
 
 /// The representative of a component.

@@ -16,7 +16,7 @@ use fearless_simd::{Simd, SimdBase};
 use super::rows::{JointBlock, Line, Velocity, load_motion, load_velocity, store_velocity};
 use super::softness::Softness;
 use crate::base::disjoint::Rows;
-use crate::base::wide::{Sym3w, Vec3w, Wide, above, load, max, select, splat, sqrt};
+use crate::base::wide::{LANES, Sym3w, Vec3w, Wide, above, load, max, select, splat, sqrt};
 
 /// What one sweep over joints does.
 #[derive(Clone, Copy, Debug)]
@@ -28,6 +28,25 @@ pub(crate) struct JointSweep {
     /// A relax sweep: rows as they were this long ago [s], the warm start where it is.
     pub(crate) back: f32,
     pub(crate) is_relax: bool,
+}
+
+impl JointSweep {
+    /// Velocities of eight bodies, and the motion at which this sweep's rows stand.
+    #[inline(always)]
+    pub(super) fn read<S: Simd>(
+        &self,
+        simd: S,
+        lines: &Rows<'_, Line>,
+        rows: &[u32; LANES],
+    ) -> (Velocity<S>, Velocity<S>) {
+        let v = load_velocity(simd, lines, rows);
+        let mut x = load_motion(simd, lines, rows);
+        if self.is_relax {
+            let back = splat(simd, self.back);
+            (x.v, x.w) = (x.v - v.v * back, x.w - v.w * back);
+        }
+        (v, x)
+    }
 }
 
 /// Arms, gap and velocities of eight joints now.
@@ -60,15 +79,8 @@ fn read<S: Simd>(
 ) -> State<S> {
     let (alpha, beta) = (load(simd, &block.alpha), load(simd, &block.beta));
     let (sa, sb) = (Sym3w::load(simd, &block.s_a), Sym3w::load(simd, &block.s_b));
-    let va = load_velocity(simd, lines, &block.row_a);
-    let vb = load_velocity(simd, lines, &block.row_b);
-    let mut xa = load_motion(simd, lines, &block.row_a);
-    let mut xb = load_motion(simd, lines, &block.row_b);
-    if sweep.is_relax {
-        let back = splat(simd, sweep.back);
-        (xa.v, xa.w) = (xa.v - va.v * back, xa.w - va.w * back);
-        (xb.v, xb.w) = (xb.v - vb.v * back, xb.w - vb.w * back);
-    }
+    let (va, xa) = sweep.read(simd, lines, &block.row_a);
+    let (vb, xb) = sweep.read(simd, lines, &block.row_b);
     let (r0a, r0b) = (Vec3w::load(simd, &block.r_a), Vec3w::load(simd, &block.r_b));
     let ra = turned(simd, r0a, sa.mul(xa.w));
     let rb = turned(simd, r0b, sb.mul(xb.w));

@@ -25,9 +25,13 @@ mod pack_sixdof;
 mod plan;
 mod forest;
 mod swing;
+mod tally;
 mod tree;
+mod tree_six;
 mod touch;
 mod unpack;
+
+pub(crate) use self::tally::Given;
 
 use core::sync::atomic::{AtomicBool, Ordering};
 
@@ -42,6 +46,7 @@ use self::plan::{Group, Plan};
 use self::rows::{ContactBlock, Extra, JointBlock, Line, Whitening};
 use self::sixdof::SixBlock;
 use self::softness::Softness;
+use self::tally::{ContactTally, JointTally};
 use self::tree::{TreeBody, TreeRow};
 use super::context::StepContext;
 use crate::base::disjoint::Rows;
@@ -73,6 +78,7 @@ pub(crate) struct Scratch {
     extras: Vec<Extra>,
     joints: Vec<JointBlock>,
     sixdofs: Vec<SixBlock>,
+    tree_gains: Vec<f64>,
     tree_bodies: Vec<TreeBody>,
     tree_rows: Vec<TreeRow>,
     /// One for each group, while some contact can bounce.
@@ -81,6 +87,12 @@ pub(crate) struct Scratch {
     free: Vec<bool>,
     /// A bit for each lane of a block whose touch is new.
     begun: Vec<u8>,
+    /// One for each block, while something can break.
+    tallies: Vec<ContactTally>,
+    joint_tallies: Vec<JointTally>,
+    six_tallies: Vec<JointTally>,
+    /// Sum, and what was there after the last sweep.
+    tree_tallies: Vec<[Vec3; 2]>,
     /// Of the methods that run over rows one by one.
     classic: classic::Scratch,
     /// Sweeps over the contacts in the last step.
@@ -132,12 +144,19 @@ struct Solver<'a> {
     has_extras: bool,
     joints: Rows<'a, JointBlock>,
     sixdofs: Rows<'a, SixBlock>,
+    tree_gains: Rows<'a, f64>,
     tree_bodies: Rows<'a, TreeBody>,
     tree_rows: Rows<'a, TreeRow>,
     /// Empty where `extras` is, as are `free`.
     impacts: Rows<'a, Impacts>,
     free: Rows<'a, bool>,
     begun: Rows<'a, u8>,
+    /// Empty unless something can break.
+    has_tallies: bool,
+    tallies: Rows<'a, ContactTally>,
+    joint_tallies: Rows<'a, JointTally>,
+    six_tallies: Rows<'a, JointTally>,
+    tree_tallies: Rows<'a, [Vec3; 2]>,
     contacts: Rows<'a, Option<Contact>>,
     joint_slots: Rows<'a, Option<Joint>>,
 }
@@ -148,6 +167,8 @@ pub(crate) struct Input<'a> {
     pub(crate) bodies: &'a Bodies,
     pub(crate) shapes: &'a Shapes,
     pub(crate) islands: &'a Islands,
+    /// Some body or joint can break: what contacts and joints give is summed up.
+    pub(crate) breakage: bool,
 }
 
 /// Runs the method's passes. Poses are written by finalize, from the lines. The second context is for the
@@ -155,7 +176,7 @@ pub(crate) struct Input<'a> {
 pub(crate) fn solve(
     [ctx, fine]: [&StepContext; 2],
     method: &Method,
-    Input { bodies, shapes, islands }: Input<'_>,
+    Input { bodies, shapes, islands, breakage }: Input<'_>,
     joints: &mut Joints,
     contacts: &mut Contacts,
     colors: &mut Colors,
@@ -165,8 +186,17 @@ pub(crate) fn solve(
     let s = scratch;
     // Blocks that no group takes, those of bodies that were put aside, would keep what they said before.
     s.begun.clear();
+    s.tallies.clear();
     if method.is_classic() {
-        classic::solve(ctx, method, Input { bodies, shapes, islands }, joints, contacts, colors, s);
+        classic::solve(
+            ctx,
+            method,
+            Input { bodies, shapes, islands, breakage },
+            joints,
+            contacts,
+            colors,
+            s,
+        );
         return;
     }
     s.classic.leave(&mut s.line_of);
@@ -197,8 +227,10 @@ pub(crate) fn solve(
     }
     s.joints.resize_with(s.plan.joints.owners.len(), JointBlock::default);
     s.sixdofs.resize_with(s.plan.sixdofs.owners.len(), SixBlock::default);
+    s.tree_gains.resize(s.plan.forest.trees.last().map_or(0, |tree| tree.gains.end), 0.0);
     s.tree_bodies.resize(s.plan.forest.bodies.len(), TreeBody::default());
     s.tree_rows.resize(s.plan.forest.joints.len(), TreeRow::default());
+    s.make_tallies(breakage);
     let (slots, _) = contacts.slots_mut();
     let plan = &s.plan;
     let solver = Solver {
@@ -219,11 +251,17 @@ pub(crate) fn solve(
         has_extras,
         joints: Rows::new(&mut s.joints),
         sixdofs: Rows::new(&mut s.sixdofs),
+        tree_gains: Rows::new(&mut s.tree_gains),
         tree_bodies: Rows::new(&mut s.tree_bodies),
         tree_rows: Rows::new(&mut s.tree_rows),
         impacts: Rows::new(&mut s.impacts),
         free: Rows::new(&mut s.free),
         begun: Rows::new(&mut s.begun),
+        has_tallies: breakage,
+        tallies: Rows::new(&mut s.tallies),
+        joint_tallies: Rows::new(&mut s.joint_tallies),
+        six_tallies: Rows::new(&mut s.six_tallies),
+        tree_tallies: Rows::new(&mut s.tree_tallies),
         contacts: Rows::new(slots),
         joint_slots: Rows::new(joints.rows.values_mut()),
     };
@@ -247,6 +285,7 @@ impl Solver<'_> {
         self.prepare_joints(group, jobs);
         self.prepare_trees(group);
         self.prepare_contacts(group, jobs);
+        self.begin_tallies(group);
         if self.has_extras {
             let blocks = self.plan.contacts.blocks_of(&group.contacts);
             self.impacts.row(number).begin(&self.impact_source(group), blocks, group.lines.len());
@@ -288,6 +327,7 @@ impl Solver<'_> {
         touch::Source {
             blocks: &self.blocks,
             extras: &self.extras,
+            tallies: self.has_tallies.then_some(&self.tallies),
             owners: &self.plan.contacts.owners,
             lines: &self.lines,
             aux: &self.aux,
@@ -365,6 +405,7 @@ impl Solver<'_> {
                 let sweeps =
                     [sweep(ctx.soft, inner, elapsed), sweep(ctx.soft_fixed, inner, elapsed)];
                 self.sweep_contacts(group, &sweeps, jobs);
+                self.add_to_tallies(group, false);
             }
             Pass::Relax => {
                 let joints = JointSweep {
@@ -379,6 +420,7 @@ impl Solver<'_> {
                 self.sweep_trees(group, &joints, jobs);
                 let rigid = sweep(Softness::RIGID, 1, moved);
                 self.sweep_contacts(group, &[rigid, rigid], jobs);
+                self.add_to_tallies(group, true);
             }
             // Passes over bodies or islands, and those of the classic methods.
             _ => {}
@@ -544,6 +586,8 @@ impl Solver<'_> {
                 }
             });
         });
+        // Before a joint whose body swings says what it gave.
+        self.store_tallies(group);
         let joints = self.plan.joints.blocks_of(&group.joints);
         let n = joints.len();
         for_ranges(jobs, n, grain(jobs, n, 32), |part| {
@@ -551,7 +595,7 @@ impl Solver<'_> {
                 self.store_joints(i);
             }
         });
-        self.store_sixdofs(group, jobs);
         self.store_trees(group);
+        self.store_sixdofs(group, jobs);
     }
 }

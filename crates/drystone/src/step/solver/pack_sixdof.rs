@@ -5,7 +5,7 @@ use fearless_simd::dispatch;
 use super::Solver;
 use super::joint::JointSweep;
 use super::pack_joint::put;
-use super::plan::{Group, SIX};
+use super::plan::{Group, SIX, SIX_DIRECT};
 use super::sixdof::{self, Axis, SixBlock};
 use super::spring::Push;
 use crate::base::jobs::{Executor, for_ranges, grain};
@@ -29,7 +29,7 @@ impl Solver<'_> {
             let class = batch.class - SIX;
             for_ranges(jobs, n, grain(jobs, n, 8), |part| {
                 for i in batch.blocks.start + part.start..batch.blocks.start + part.end {
-                    self.pack_block(i, [class & 1 != 0, class & 2 != 0]);
+                    self.pack_block(i, [class & 1 != 0, class & 2 != 0, class & 4 != 0]);
                 }
             });
         }
@@ -37,6 +37,10 @@ impl Solver<'_> {
 
     pub(super) fn sweep_sixdofs(&self, group: &Group, sweep: &JointSweep, jobs: &dyn Executor) {
         for batch in &self.plan.sixdofs.batches[group.sixdofs.clone()] {
+            if batch.class >= SIX + SIX_DIRECT {
+                // The trees do it.
+                continue;
+            }
             let n = batch.blocks.len();
             for_ranges(jobs, n, grain(jobs, n, 4), |part| {
                 dispatch!(self.ctx.level, simd => {
@@ -58,15 +62,15 @@ impl Solver<'_> {
         });
     }
 
-    /// Builds a block and applies its impulses to the lines. `class` says whether motions and turns have
-    /// drives or limits.
-    fn pack_block(&self, block: usize, [moves, turns]: [bool; 2]) {
+    /// Builds a block and applies its impulses to the lines; what its class says is whether motions and turns
+    /// have drives or limits, and whether a tree holds the rest.
+    fn pack_block(&self, block: usize, [moves, turns, is_direct]: [bool; 3]) {
         let owners = &self.plan.sixdofs.owners[block];
         let block = self.sixdofs.row(block);
         if owners[LANES - 1] == NONE {
             *block = SixBlock::default();
         }
-        (block.moves, block.turns) = (moves, turns);
+        (block.moves, block.turns, block.is_direct) = (moves, turns, is_direct);
         for (lane, row) in owners.iter().enumerate() {
             if *row != NONE
                 && let Some(joint) = self.joint_slots.read(*row as usize)
@@ -150,7 +154,7 @@ impl Solver<'_> {
             let ([c, s], [.., y, z]) = (turns.swing, six.held);
             (kept[4], kept[5]) = (c * y + s * z, c * z - s * y);
         }
-        if six.def.linear.iter().all(|axis| axis.held().is_some()) {
+        if six.def.holds_all_motions() {
             // As in the kernel: the force stays as it is in the world.
             for i in 0..3 {
                 kept[i] = axes[i].dot(six.force);
@@ -182,7 +186,7 @@ impl Solver<'_> {
         put(&mut block.carried_b, lane, moments[1]);
         put(&mut block.torque, lane, torque);
         for (line, w, moment, sign) in [(la, wa, moments[0], -1.0), (lb, wb, moments[1], 1.0)] {
-            if line == 0 {
+            if line == 0 || block.is_direct {
                 continue;
             }
             let line = self.lines.row(line as usize);

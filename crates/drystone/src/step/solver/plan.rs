@@ -28,7 +28,7 @@ pub(super) struct Batch {
     pub(super) blocks: Range<usize>,
     /// One side of every constraint cannot be pushed.
     pub(super) fixed: bool,
-    /// What the key's class says: of joints, 1 for distances; 2 (those of trees) are in no batch.
+    /// What the key's class says: of joints, 1 for distances; 2 (balls of trees) are in no batch.
     pub(super) class: u64,
 }
 
@@ -95,8 +95,12 @@ const CLASS: u32 = 32;
 /// Class of the joints of trees.
 const TREE: u64 = 2;
 
-/// First class of joints of six axes; 1 more if a motion, 2 if a turn has a drive or a limit.
-pub(super) const SIX: u64 = 4;
+/// First class of joints of six axes; 1 more if a motion, 2 if a turn has a drive or a limit, 4 if a tree holds
+/// what is locked.
+pub(super) const SIX: u64 = 8;
+
+/// See [`SIX`].
+pub(super) const SIX_DIRECT: u64 = 4;
 
 impl Plan {
     /// Chooses the islands that take every substep in parts.
@@ -182,12 +186,13 @@ impl Plan {
                 keys.extend(color.members.iter().map(|row| {
                     let j = joints.at(*row);
                     let class = match &j.link {
-                        _ if j.is_direct => TREE,
+                        Link::Ball if j.is_direct => TREE,
                         Link::Ball => 0,
                         Link::Distance { .. } => 1,
                         Link::Six(six) => {
                             let [moves, turns] = six.def.scalars();
-                            SIX + u64::from(moves) + 2 * u64::from(turns)
+                            let direct = if j.is_direct { SIX_DIRECT } else { 0 };
+                            SIX + u64::from(moves) + 2 * u64::from(turns) + direct
                         }
                     };
                     (key(j.body_a, j.body_b, class), *row)
@@ -204,6 +209,7 @@ impl Plan {
         self.contacts.lay_out([&colors.contacts, &colors.contacts_fixed]);
         self.joints.lay_out([&colors.joints, &colors.joints_fixed]);
         self.sixdofs.lay_out([&colors.joints, &colors.joints_fixed]);
+        self.forest.locate(&self.sixdofs);
         for (number, group) in (0..).zip(&mut self.groups) {
             group.contacts = self.contacts.batches_of(number);
             group.joints = self.joints.batches_of(number);

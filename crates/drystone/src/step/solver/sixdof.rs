@@ -17,7 +17,7 @@ use fearless_simd::{Simd, SimdBase};
 
 use super::held::{Held, Pair, Row, Turn, push};
 use super::joint::JointSweep;
-use super::rows::{Line, load_motion, load_velocity, store_velocity};
+use super::rows::{Line, store_velocity};
 use super::spring::{Law, Push};
 use crate::base::disjoint::Rows;
 use crate::base::wide::{
@@ -80,47 +80,46 @@ pub(crate) struct SixBlock {
     /// Some axis of motion has a drive or limit, and some turn.
     pub(crate) moves: bool,
     pub(crate) turns: bool,
+    /// A tree solves all there is: see tree_six.rs.
+    pub(crate) is_direct: bool,
     pub(crate) axes: [Axis; 6],
 }
 
 /// What a drive or limit feels: inverse mass, coordinate, speed, and acceleration by gravity and forces.
 #[derive(Clone, Copy)]
-struct Felt<S: Simd> {
-    k: Wide<S>,
-    x: Wide<S>,
-    v: Wide<S>,
-    pull: Wide<S>,
+pub(super) struct Felt<S: Simd> {
+    pub(super) k: Wide<S>,
+    pub(super) x: Wide<S>,
+    pub(super) v: Wide<S>,
+    pub(super) pull: Wide<S>,
 }
 
-/// Solves drive and limit of an axis; returns the impulse to give. In a relax sweep springs do not push:
-/// they go by where the bodies were.
+/// Solves drive and limit of an axis, whose impulses so far are `old`; returns them anew. In a relax sweep
+/// springs do not push: they go by where the bodies were.
 #[inline(always)]
-fn drive_and_limit<S: Simd>(
+pub(super) fn drive_and_limit<S: Simd>(
     simd: S,
-    block: &mut SixBlock,
+    block: &SixBlock,
     axis: usize,
+    [old, old_limit]: [Wide<S>; 2],
     felt: Felt<S>,
     sweep: &JointSweep,
-) -> Wide<S> {
+) -> [Wide<S>; 2] {
     let (zero, inv_h) = (splat(simd, 0.0), splat(simd, sweep.inv_h));
     let is_locked = above(load(simd, &block.locked[axis]), zero);
     let most_back = splat(simd, push(axis));
-    let (held, limit) = (&mut block.held[axis], &mut block.limit[axis]);
     let axis = &block.axes[axis];
     let Felt { k, x, v, pull } = felt;
     let inverse = inverse_or_zero(simd, k);
-    let old = load(simd, held);
     let most = load(simd, &axis.most);
     let law = axis.drive.law(simd, k, pull, inv_h);
     let new = law.impulse(inverse, v, x - load(simd, &axis.drive.place), old);
     let new = max(min(new, most), -most);
     let new = if sweep.is_relax { select(above(law.rate, zero), old, new) } else { new };
-    let new = select(is_locked, old, new);
-    new.store_array(held);
-    let given = new - old;
-    let v = v + k * given;
+    let drive = select(is_locked, old, new);
+    let v = v + k * (drive - old);
 
-    let old = load(simd, limit);
+    let old = old_limit;
     let (low, high) = (load(simd, &axis.low), load(simd, &axis.high));
     let (over_low, over_high) = (x - low, x - high);
     let is_low = above(-over_high, over_low);
@@ -139,9 +138,7 @@ fn drive_and_limit<S: Simd>(
     let new = select(is_hard, select(open, ahead, shut), select(open, zero, sprung));
     let new = select(tight, sprung, select(is_low, max(new, zero), min(new, zero)));
     let new = if sweep.is_relax { select(is_hard, new, old) } else { new };
-    let new = select(is_locked, zero, new);
-    new.store_array(limit);
-    given + (new - old)
+    [drive, select(is_locked, zero, new)]
 }
 
 /// The joints of a block as they are in this sweep.
@@ -173,15 +170,8 @@ fn read<S: Simd>(
     let zero = splat(simd, 0.0);
     let (alpha, beta) = (load(simd, &block.alpha), load(simd, &block.beta));
     let (sa, sb) = (Sym3w::load(simd, &block.s_a), Sym3w::load(simd, &block.s_b));
-    let va = load_velocity(simd, lines, &block.row_a);
-    let vb = load_velocity(simd, lines, &block.row_b);
-    let mut xa = load_motion(simd, lines, &block.row_a);
-    let mut xb = load_motion(simd, lines, &block.row_b);
-    if sweep.is_relax {
-        let back = splat(simd, sweep.back);
-        (xa.v, xa.w) = (xa.v - va.v * back, xa.w - va.w * back);
-        (xb.v, xb.w) = (xb.v - vb.v * back, xb.w - vb.w * back);
-    }
+    let (va, xa) = sweep.read(simd, lines, &block.row_a);
+    let (vb, xb) = sweep.read(simd, lines, &block.row_b);
     let elapsed = splat(simd, sweep.elapsed);
     let (spin_a, spin_b) = (Vec3w::load(simd, &block.spin_a), Vec3w::load(simd, &block.spin_b));
     let turn_a = sa.mul(xa.w) + spin_a * elapsed;
@@ -348,7 +338,11 @@ fn solve_axes<S: Simd>(simd: S, block: &mut SixBlock, state: &mut State<S>, swee
         let own = if i < 3 { pull.dot(row.n) } else { zero };
         let pull = own - (p0 * pulls[0] + p1 * pulls[1] + p2 * pulls[2]);
         let felt = Felt { k: give[i], x: x[i], v, pull };
-        let d = drive_and_limit(simd, block, i, felt, sweep);
+        let old = [load(simd, &block.held[i]), load(simd, &block.limit[i])];
+        let new = drive_and_limit(simd, block, i, old, felt, sweep);
+        new[0].store_array(&mut block.held[i]);
+        new[1].store_array(&mut block.limit[i]);
+        let d = (new[0] - old[0]) + (new[1] - old[1]);
         if i < 3 {
             q.push_along(&row, d);
         } else {

@@ -53,6 +53,9 @@ impl Solver<'_> {
         }
         let Some(end) = swung(self.ctx, body, pivot, r) else { return false };
         joint.impulse = end.impulse * (sign * self.ctx.store_scale);
+        #[expect(clippy::cast_precision_loss, reason = "at most 256 by 8")]
+        let substeps = self.ctx.substeps as f32;
+        joint.given = [end.impulse * (sign * substeps), Vec3::ZERO];
         self.aux.row(line as usize).put_swung(self.lines.row(line as usize), &end);
         true
     }

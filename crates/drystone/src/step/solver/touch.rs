@@ -3,6 +3,7 @@
 
 use super::integrate::Aux;
 use super::rows::{ContactBlock, Extra, Line, Whitening};
+use super::tally::ContactTally;
 use crate::base::disjoint::Rows;
 use crate::base::math::{Vec3, vec3};
 use crate::base::wide::{LANES, Lanes};
@@ -16,6 +17,7 @@ const STILL: f32 = 1.0e-4;
 pub(super) struct Source<'a> {
     pub(super) blocks: &'a Rows<'a, ContactBlock>,
     pub(super) extras: &'a Rows<'a, Extra>,
+    pub(super) tallies: Option<&'a Rows<'a, ContactTally>>,
     pub(super) owners: &'a [[u32; LANES]],
     pub(super) lines: &'a Rows<'a, Line>,
     pub(super) aux: &'a Rows<'a, Aux>,
@@ -235,6 +237,9 @@ impl Touch {
         let p = &mut self.points[j];
         p.given += d;
         let (a, b) = (p.a, p.b);
+        if let Some(tallies) = source.tallies {
+            tallies.row(self.block as usize).points[j][usize::from(self.lane)] += d;
+        }
         self.apply(self.n * d, a * d, b * d, source)
     }
 
@@ -283,6 +288,11 @@ impl Touch {
         }
         let (d1, d2, d3) = (g1 - f1, g2 - f2, g3 - f3);
         self.rubbed = [g1, g2, g3];
+        if let Some(tallies) = source.tallies {
+            for (sum, d) in tallies.row(self.block as usize).rub.iter_mut().zip([d1, d2]) {
+                sum[usize::from(self.lane)] += d;
+            }
+        }
         let turn = |rows: &[Vec3; 3]| rows[0] * d1 + rows[1] * d2 + rows[2] * d3;
         let linear = self.t[0] * d1 + self.t[1] * d2;
         self.apply(linear, turn(&self.a_t), turn(&self.b_t), source)

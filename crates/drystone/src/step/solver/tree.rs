@@ -1,4 +1,4 @@
-//! A tree of ball joints, solved at once by factoring its equations from the leaves to the root
+//! A tree of joints, solved at once by factoring its equations from the leaves to the root
 //! [Baraff96].
 //!
 //! With velocities of bodies before any impulse of the tree's joints as u, and x their change by those,
@@ -9,8 +9,9 @@
 //! ```
 //!
 //! Bodies and joints are the nodes of a tree, so that each of them is eliminated into one neighbor and
-//! no fill arises: a joint into its parent body after the body below it, a 6 × 6 and a 3 × 3 Cholesky
-//! factorization each. Γ is that of a spring on the mass of the whole tree, for the solution needs
+//! no fill arises: a joint into its parent body after the body below it, a 6 × 6 Cholesky factorization and
+//! one of as many rows as the joint holds axes: 3 of a ball, up to 6 of a joint of six axes, whose rows are
+//! in tree_six.rs. Γ is that of a spring on the mass of the whole tree, for the solution needs
 //! no softness of its own; gaps close no faster than contacts push.
 //!
 //! g is the geometric stiffness of a substep: a body that is pulled at its ends by F is turned back as by a
@@ -24,74 +25,89 @@ use super::Solver;
 use super::forest::{Tree, TreeJoint};
 use super::joint::JointSweep;
 use super::plan::Group;
+use super::tree_six::SixRow;
 use crate::base::double::DVec3;
 use crate::base::jobs::{Executor, for_ranges};
 use crate::base::math::Vec3;
 use crate::base::sym3::Sym3;
+use crate::base::wide::LANES;
 use crate::state::bodies::{Body, NONE};
 
 /// Part of the compliance in a relax sweep.
 const RELAX: f64 = 0.01;
 
 /// A wide gap closes faster: by half in a tenth of a second [1/s].
-const FASTER: f64 = 7.0;
+pub(super) const FASTER: f64 = 7.0;
 
-type Six = [f64; 6];
+pub(super) type Six = [f64; 6];
 
-/// Rows of a joint: what velocities of a body make of its gap.
-type Jacobian = [Six; 3];
+/// Rows of a joint: what velocities of a body make of the axes that it holds; the first ones count.
+pub(super) type Jacobian = [Six; 6];
 
 /// What the tree's joints have in common in one sweep: see [`JointSweep`].
 #[derive(Clone, Copy, Debug)]
-struct Sweep {
-    h: f64,
-    rate: f64,
+pub(super) struct Sweep {
+    pub(super) h: f64,
+    pub(super) rate: f64,
     compliance: f64,
-    elapsed: f64,
+    pub(super) elapsed: f64,
     /// Gaps are closed no faster than this [m/s].
-    push_speed: f64,
-    is_relax: bool,
+    pub(super) push_speed: f64,
+    pub(super) is_relax: bool,
+    pub(super) joints: JointSweep,
 }
 
 /// A body of a tree.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct TreeBody {
-    line: u32,
-    alpha: f64,
-    s: [DVec3; 3],
+    pub(super) line: u32,
+    pub(super) alpha: f64,
+    pub(super) s: [DVec3; 3],
     /// What the joints of the tree made of its velocity (whitened), as the line carries it.
     carried: Six,
-    u: Six,
-    motion: Six,
+    pub(super) u: Six,
+    pub(super) motion: Six,
     /// Geometric stiffness, times h² [kg m²].
     turning: f64,
     /// Lower half of the matrix, then its factor with inverse diagonal.
     h: [Six; 6],
-    x: Six,
+    pub(super) x: Six,
+    /// Of several solutions, their sum.
+    pub(super) sum: Six,
 }
 
 /// A joint of a tree.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct TreeRow {
-    /// Arms of child and parent, and the gap, at the step's start; all signed as child less parent.
-    r_child: DVec3,
-    r_parent: DVec3,
+    /// Rows that count.
+    pub(super) count: usize,
+    /// Arms of child and parent; those of a ball, and its gap, at the step's start, signed as child less parent.
+    pub(super) r_child: DVec3,
+    pub(super) r_parent: DVec3,
     gap: DVec3,
     drift: DVec3,
-    /// On the child [N s].
-    impulse: DVec3,
-    child: Jacobian,
-    parent: Jacobian,
-    /// Factor of the joint's 3 × 3 matrix with inverse diagonal, and the right side through it.
-    k: [[f64; 3]; 3],
-    rhs: [f64; 3],
+    /// Impulse of each row, and what that is on the child [N s].
+    pub(super) lambda: Six,
+    pub(super) impulse: DVec3,
+    /// Of a joint of six axes.
+    pub(super) six: SixRow,
+    /// After the rows that count those of drives and limits.
+    pub(super) child: Jacobian,
+    pub(super) parent: Jacobian,
+    /// Factor of the joint's matrix with inverse diagonal; the rows through the child's factor, and through the
+    /// joint's at the body that it is eliminated into.
+    pub(super) k: [Six; 6],
+    y: Jacobian,
+    w: Jacobian,
+    /// Right side, then impulses.
+    pub(super) rhs: Six,
 }
 
-fn halves(a: &Six) -> (DVec3, DVec3) {
+pub(super) fn halves(a: &Six) -> (DVec3, DVec3) {
     (DVec3 { x: a[0], y: a[1], z: a[2] }, DVec3 { x: a[3], y: a[4], z: a[5] })
 }
 
-fn dot(a: &Six, b: &Six) -> f64 {
+pub(super) fn dot(a: &Six, b: &Six) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3] + a[4] * b[4] + a[5] * b[5]
 }
 
@@ -99,7 +115,7 @@ fn wide(v: [f32; 4], w: [f32; 4]) -> Six {
     [v[0], v[1], v[2], w[0], w[1], w[2]].map(f64::from)
 }
 
-fn mul(s: &[DVec3; 3], v: DVec3) -> DVec3 {
+pub(super) fn mul(s: &[DVec3; 3], v: DVec3) -> DVec3 {
     DVec3 { x: s[0].dot(v), y: s[1].dot(v), z: s[2].dot(v) }
 }
 
@@ -116,7 +132,7 @@ fn jacobian(sign: f64, alpha: f64, s: &[DVec3; 3], r: DVec3) -> Jacobian {
         DVec3 { x: -r.z, y: 0.0, z: r.x },
         DVec3 { x: r.y, y: -r.x, z: 0.0 },
     ];
-    let mut rows = [[0.0; 6]; 3];
+    let mut rows = [[0.0; 6]; 6];
     for i in 0..3 {
         let a = mul(s, across[i]) * sign;
         rows[i] = [0.0, 0.0, 0.0, a.x, a.y, a.z];
@@ -125,9 +141,11 @@ fn jacobian(sign: f64, alpha: f64, s: &[DVec3; 3], r: DVec3) -> Jacobian {
     rows
 }
 
-/// The lower Cholesky factor in place, its diagonal inverted. The matrix is positive definite.
-fn factor<const N: usize>(m: &mut [[f64; N]; N]) {
-    for i in 0..N {
+/// The lower Cholesky factor of the first `n` rows in place, its diagonal inverted. The matrix is positive
+/// definite.
+#[inline(always)]
+fn factor(m: &mut [Six; 6], n: usize) {
+    for i in 0..n {
         for j in 0..=i {
             let mut sum = m[i][j];
             for k in 0..j {
@@ -138,8 +156,9 @@ fn factor<const N: usize>(m: &mut [[f64; N]; N]) {
     }
 }
 
-fn forward<const N: usize>(m: &[[f64; N]; N], b: &mut [f64; N]) {
-    for i in 0..N {
+#[inline(always)]
+fn forward(m: &[Six; 6], b: &mut Six, n: usize) {
+    for i in 0..n {
         let mut sum = b[i];
         for k in 0..i {
             sum -= m[i][k] * b[k];
@@ -148,10 +167,11 @@ fn forward<const N: usize>(m: &[[f64; N]; N], b: &mut [f64; N]) {
     }
 }
 
-fn backward<const N: usize>(m: &[[f64; N]; N], b: &mut [f64; N]) {
-    for i in (0..N).rev() {
+#[inline(always)]
+fn backward(m: &[Six; 6], b: &mut Six, n: usize) {
+    for i in (0..n).rev() {
         let mut sum = b[i];
-        for k in i + 1..N {
+        for k in i + 1..n {
             sum -= m[k][i] * b[k];
         }
         b[i] = sum * m[i][i];
@@ -160,7 +180,7 @@ fn backward<const N: usize>(m: &[[f64; N]; N], b: &mut [f64; N]) {
 
 impl TreeBody {
     /// The greatest stiffness of an impulse `p` at the arm `r` against turning, times h.
-    fn stiffen(&mut self, h: f64, p: DVec3, r: DVec3) {
+    pub(super) fn stiffen(&mut self, h: f64, p: DVec3, r: DVec3) {
         self.turning += 0.5 * h * (p.dot(r) + p.length() * r.length());
     }
 
@@ -178,48 +198,101 @@ impl TreeBody {
         self.x = [0.0; 6];
     }
 
-    /// Eliminates a joint, given its rows on this body.
-    fn take(&mut self, rows: &Jacobian, joint: &TreeRow) {
-        // W = K^-1/2 J
-        let mut w = *rows;
-        for i in 0..3 {
-            for k in 0..i {
-                for c in 0..6 {
-                    w[i][c] -= joint.k[i][k] * w[k][c];
-                }
-            }
-            for c in 0..6 {
-                w[i][c] *= joint.k[i][i];
-            }
-        }
+    /// Eliminates a joint that is factored.
+    #[inline(always)]
+    fn take(&mut self, joint: &TreeRow, n: usize) {
+        let w = &joint.w;
         for r in 0..6 {
             for c in 0..=r {
-                self.h[r][c] += w[0][r] * w[0][c] + w[1][r] * w[1][c] + w[2][r] * w[2][c];
+                let sum = (0..n).fold(0.0, |sum, i| sum + w[i][r] * w[i][c]);
+                self.h[r][c] += sum;
             }
-            self.x[r] += w[0][r] * joint.rhs[0] + w[1][r] * joint.rhs[1] + w[2][r] * joint.rhs[2];
         }
     }
 }
 
 impl TreeRow {
-    /// The impulse, given its rows on the body that it was eliminated into and what that body's velocity
-    /// changes by.
-    fn solve(&self, rows: &Jacobian, x: &Six) -> [f64; 3] {
-        let mut b = [dot(&rows[0], x), dot(&rows[1], x), dot(&rows[2], x)];
-        forward(&self.k, &mut b);
-        let mut d = [self.rhs[0] - b[0], self.rhs[1] - b[1], self.rhs[2] - b[2]];
-        backward(&self.k, &mut d);
-        d
+    /// Eliminates the body below, if any; then factors its own matrix, for the body above, or that below
+    /// if there is none.
+    #[inline(always)]
+    fn factor(&mut self, below: Option<&TreeBody>, n: usize) {
+        self.w = self.child;
+        if let Some(body) = below {
+            self.w = self.parent;
+            self.y = self.child;
+            for r in 0..n {
+                forward(&body.h, &mut self.y[r], 6);
+                for c in 0..=r {
+                    self.k[r][c] += dot(&self.y[r], &self.y[c]);
+                }
+            }
+        }
+        factor(&mut self.k, n);
+        // W = K^-1/2 J
+        let w = &mut self.w;
+        for i in 0..n {
+            for k in 0..i {
+                for c in 0..6 {
+                    w[i][c] -= self.k[i][k] * w[k][c];
+                }
+            }
+            for c in 0..6 {
+                w[i][c] *= self.k[i][i];
+            }
+        }
+    }
+
+    /// The right side after what the body below takes of it.
+    #[inline(always)]
+    fn reduce(&mut self, below: Option<&Six>, n: usize) {
+        if let Some(x) = below {
+            for r in 0..n {
+                self.rhs[r] -= dot(&self.y[r], x);
+            }
+        }
+        forward(&self.k, &mut self.rhs, n);
+    }
+
+    /// The impulse of each row, given its rows on the body that it was eliminated into and what that body's
+    /// velocity changes by.
+    #[inline(always)]
+    fn solve(&mut self, is_world: bool, x: &Six, n: usize) {
+        let rows = if is_world { &self.child } else { &self.parent };
+        let mut b = [0.0; 6];
+        for i in 0..n {
+            b[i] = dot(&rows[i], x);
+        }
+        forward(&self.k, &mut b, n);
+        for i in 0..n {
+            self.rhs[i] -= b[i];
+        }
+        backward(&self.k, &mut self.rhs, n);
     }
 }
 
+/// Calls with the number of rows of a joint, so that balls, which are most, get loops of a known length.
+macro_rules! of_rows {
+    ($count:expr, $n:ident => $call:expr) => {
+        match $count {
+            3 => {
+                let $n = 3;
+                $call
+            }
+            $n => $call,
+        }
+    };
+}
+
 impl Solver<'_> {
-    fn trees<'a>(&'a self, group: &'a Group) -> impl Iterator<Item = &'a Tree> {
+    pub(super) fn trees<'a>(&'a self, group: &'a Group) -> impl Iterator<Item = &'a Tree> {
         let forest = &self.plan.forest;
         forest.order[group.trees.clone()].iter().map(|tree| &forest.trees[*tree as usize])
     }
 
-    fn tree_joints(&self, tree: &Tree) -> impl DoubleEndedIterator<Item = (usize, &TreeJoint)> {
+    pub(super) fn tree_joints(
+        &self,
+        tree: &Tree,
+    ) -> impl DoubleEndedIterator<Item = (usize, &TreeJoint)> {
         let joints = &self.plan.forest.joints;
         tree.joints.clone().zip(&joints[tree.joints.clone()])
     }
@@ -239,8 +312,13 @@ impl Solver<'_> {
                     ..TreeBody::default()
                 };
             }
+            let ease = self.turn_ease(tree);
             for (i, joint) in self.tree_joints(tree) {
-                self.prepare_tree_joint(joint, i);
+                if joint.six == NONE {
+                    self.prepare_tree_joint(joint, i);
+                } else {
+                    self.prepare_tree_six(joint, self.tree_rows.row(i), ease);
+                }
             }
             self.warm_start(tree);
         }
@@ -257,14 +335,24 @@ impl Solver<'_> {
         let drift = moves(b, rb) - moves(a, ra);
         let impulse = joint.impulse * self.ctx.impulse_scale;
         let (sign, child, parent) = if tree.is_child_a { (-1.0, ra, rb) } else { (1.0, rb, ra) };
-        *self.tree_rows.row(i) = TreeRow {
+        let impulse = DVec3::from(impulse * sign);
+        let body = self.tree_bodies.read(tree.child as usize);
+        let mut row = TreeRow {
+            count: 3,
             r_child: DVec3::from(child),
             r_parent: DVec3::from(parent),
             gap: DVec3::from(gap * sign),
             drift: DVec3::from(drift * sign),
-            impulse: DVec3::from(impulse * sign),
+            lambda: [impulse.x, impulse.y, impulse.z, 0.0, 0.0, 0.0],
+            impulse,
+            child: jacobian(1.0, body.alpha, &body.s, DVec3::from(child)),
             ..TreeRow::default()
         };
+        if tree.parent != NONE {
+            let body = self.tree_bodies.read(tree.parent as usize);
+            row.parent = jacobian(-1.0, body.alpha, &body.s, row.r_parent);
+        }
+        *self.tree_rows.row(i) = row;
     }
 
     /// What the impulses of the last step do now.
@@ -274,19 +362,11 @@ impl Solver<'_> {
             let row = self.tree_rows.read(i);
             let child = self.tree_bodies.row(joint.child as usize);
             child.stiffen(h, row.impulse, row.r_child);
+            push(&mut child.x, &row.child, &row.lambda, row.all());
             if joint.parent != NONE {
                 let parent = self.tree_bodies.row(joint.parent as usize);
                 parent.stiffen(h, -row.impulse, row.r_parent);
-            }
-        }
-        for (i, joint) in self.tree_joints(tree) {
-            let row = self.tree_rows.read(i);
-            let child = self.tree_bodies.row(joint.child as usize);
-            let p = [row.impulse.x, row.impulse.y, row.impulse.z];
-            push(&mut child.x, &jacobian(1.0, child.alpha, &child.s, row.r_child), p);
-            if joint.parent != NONE {
-                let parent = self.tree_bodies.row(joint.parent as usize);
-                push(&mut parent.x, &jacobian(-1.0, parent.alpha, &parent.s, row.r_parent), p);
+                push(&mut parent.x, &row.parent, &row.lambda, row.all());
             }
         }
         for i in tree.bodies.clone() {
@@ -294,9 +374,9 @@ impl Solver<'_> {
             let x = body.x;
             body.begin();
             body.x = x;
-            factor(&mut body.h);
-            forward(&body.h, &mut body.x);
-            backward(&body.h, &mut body.x);
+            factor(&mut body.h, 6);
+            forward(&body.h, &mut body.x, 6);
+            backward(&body.h, &mut body.x, 6);
             let line = self.lines.read(body.line as usize);
             body.u = wide(line.v, line.w);
             self.put_velocity(body);
@@ -328,6 +408,7 @@ impl Solver<'_> {
             elapsed: f64::from(joints.elapsed + joints.back),
             push_speed: f64::from(self.ctx.push_speed),
             is_relax: joints.is_relax,
+            joints: *joints,
         };
         let forest = &self.plan.forest;
         let order = &forest.order[group.trees.clone()];
@@ -355,57 +436,37 @@ impl Solver<'_> {
         }
         let compliance = sweep.compliance * tree.slack / mass;
         for (i, joint) in self.tree_joints(tree) {
-            self.form_rows(joint, self.tree_rows.row(i), sweep, compliance);
+            let row = self.tree_rows.row(i);
+            if joint.six == NONE {
+                self.form_rows(joint, row, sweep, compliance);
+            } else {
+                self.form_six(joint, row, Some(sweep), compliance);
+            }
         }
         for i in tree.bodies.clone() {
             self.tree_bodies.row(i).begin();
         }
-        // From the leaves to the root.
-        for (i, joint) in self.tree_joints(tree) {
-            let (row, body) = (self.tree_rows.row(i), self.tree_bodies.row(joint.child as usize));
-            if joint.parent == NONE {
-                factor(&mut row.k);
-                forward(&row.k, &mut row.rhs);
-                body.take(&row.child, row);
-                continue;
-            }
-            factor(&mut body.h);
-            forward(&body.h, &mut body.x);
-            let mut y = row.child;
-            for r in 0..3 {
-                forward(&body.h, &mut y[r]);
-                row.rhs[r] -= dot(&y[r], &body.x);
-                for c in 0..=r {
-                    row.k[r][c] += dot(&y[r], &y[c]);
-                }
-            }
-            factor(&mut row.k);
-            forward(&row.k, &mut row.rhs);
-            self.tree_bodies.row(joint.parent as usize).take(&row.parent, row);
+        if !sweep.is_relax {
+            self.push_scalars(tree);
         }
-        let root = self.tree_bodies.row(tree.bodies.end - 1);
-        factor(&mut root.h);
-        forward(&root.h, &mut root.x);
-        backward(&root.h, &mut root.x);
-        // And back.
-        for (i, joint) in self.tree_joints(tree).rev() {
-            let (row, body) = (self.tree_rows.row(i), self.tree_bodies.row(joint.child as usize));
-            let d = if joint.parent == NONE {
-                row.solve(&row.child, &body.x)
+        self.factor_tree(tree);
+        self.substitute(tree);
+        for (i, _) in self.tree_joints(tree) {
+            let row = self.tree_rows.row(i);
+            for c in 0..row.count {
+                row.lambda[c] =
+                    if sweep.is_relax { row.lambda[c] + row.rhs[c] } else { row.rhs[c] };
+            }
+        }
+        self.solve_scalars(tree, sweep);
+        for (i, joint) in self.tree_joints(tree) {
+            let row = self.tree_rows.row(i);
+            if joint.six == NONE {
+                let [x, y, z, ..] = row.lambda;
+                row.impulse = DVec3 { x, y, z };
             } else {
-                let d = row.solve(&row.parent, &self.tree_bodies.read(joint.parent as usize).x);
-                // The body's x is H^-1/2 of its right side yet.
-                let mut more = [0.0; 6];
-                push(&mut more, &row.child, d);
-                forward(&body.h, &mut more);
-                for c in 0..6 {
-                    body.x[c] += more[c];
-                }
-                backward(&body.h, &mut body.x);
-                d
-            };
-            let d = DVec3 { x: d[0], y: d[1], z: d[2] };
-            row.impulse = if sweep.is_relax { row.impulse + d } else { d };
+                row.note_six(joint.is_child_a);
+            }
         }
         for i in tree.bodies.clone() {
             let body = self.tree_bodies.row(i);
@@ -416,6 +477,65 @@ impl Solver<'_> {
                     body.carried[c] += before[c];
                 }
             }
+        }
+    }
+
+    /// Eliminates joints and bodies from the leaves to the root.
+    fn factor_tree(&self, tree: &Tree) {
+        for (i, joint) in self.tree_joints(tree) {
+            let (row, body) = (self.tree_rows.row(i), self.tree_bodies.row(joint.child as usize));
+            if joint.parent == NONE {
+                of_rows!(row.count, n => {
+                    row.factor(None, n);
+                    body.take(row, n);
+                });
+            } else {
+                factor(&mut body.h, 6);
+                let parent = self.tree_bodies.row(joint.parent as usize);
+                of_rows!(row.count, n => {
+                    row.factor(Some(body), n);
+                    parent.take(row, n);
+                });
+            }
+        }
+        factor(&mut self.tree_bodies.row(tree.bodies.end - 1).h, 6);
+    }
+
+    /// What bodies' x and joints' right sides as given come to: changes of velocity and impulses.
+    pub(super) fn substitute(&self, tree: &Tree) {
+        for (i, joint) in self.tree_joints(tree) {
+            let (row, body) = (self.tree_rows.row(i), self.tree_bodies.row(joint.child as usize));
+            let mut below = None;
+            let mut into = &mut body.x;
+            if joint.parent != NONE {
+                forward(&body.h, &mut body.x, 6);
+                below = Some(&body.x);
+                into = &mut self.tree_bodies.row(joint.parent as usize).x;
+            }
+            of_rows!(row.count, n => {
+                row.reduce(below, n);
+                push(into, &row.w, &row.rhs, n);
+            });
+        }
+        let root = self.tree_bodies.row(tree.bodies.end - 1);
+        forward(&root.h, &mut root.x, 6);
+        backward(&root.h, &mut root.x, 6);
+        for (i, joint) in self.tree_joints(tree).rev() {
+            let (row, body) = (self.tree_rows.row(i), self.tree_bodies.row(joint.child as usize));
+            if joint.parent == NONE {
+                of_rows!(row.count, n => row.solve(true, &body.x, n));
+                continue;
+            }
+            let x = &self.tree_bodies.read(joint.parent as usize).x;
+            of_rows!(row.count, n => row.solve(false, x, n));
+            // The body's x is H^-1/2 of its right side yet.
+            let mut more = [0.0; 6];
+            push(&mut more, &row.child, &row.rhs, row.count);
+            forward(&body.h, &mut more, 6);
+            for c in 0..6 {
+                body.x[c] += more[c];
+            }
+            backward(&body.h, &mut body.x, 6);
         }
     }
 
@@ -457,20 +577,23 @@ impl Solver<'_> {
         let fastest = sweep.push_speed + FASTER * size;
         let rate = if sweep.rate * size > fastest { fastest / size } else { sweep.rate };
         let wanted = -(speed + gap * rate);
-        row.rhs = [wanted.x, wanted.y, wanted.z];
-        row.k = [[0.0; 3]; 3];
+        row.rhs = [wanted.x, wanted.y, wanted.z, 0.0, 0.0, 0.0];
+        row.k = [[0.0; 6]; 6];
         for i in 0..3 {
             row.k[i][i] = compliance;
         }
     }
 
-    /// Writes the impulses of a group's trees back.
+    /// Writes the impulses of a group's trees back; those of joints of six axes to their blocks.
     pub(super) fn store_trees(&self, group: &Group) {
         for tree in self.trees(group) {
             for (i, joint) in self.tree_joints(tree) {
-                if let Some(to) = self.joint_slots.row(joint.row as usize) {
-                    let impulse = self.tree_rows.read(i).impulse.single();
-                    let impulse = impulse * self.ctx.store_scale;
+                let Some(to) = self.joint_slots.row(joint.row as usize) else { continue };
+                let row = self.tree_rows.read(i);
+                if joint.six != NONE {
+                    row.store_six(self.sixdofs.row(joint.six as usize / LANES), joint.six);
+                } else {
+                    let impulse = row.impulse.single() * self.ctx.store_scale;
                     to.impulse = if joint.is_child_a { -impulse } else { impulse };
                 }
             }
@@ -478,8 +601,11 @@ impl Solver<'_> {
     }
 }
 
-fn push(x: &mut Six, rows: &Jacobian, p: [f64; 3]) {
+/// Adds impulses of rows.
+#[inline(always)]
+fn push(x: &mut Six, rows: &Jacobian, p: &Six, n: usize) {
     for c in 0..6 {
-        x[c] += rows[0][c] * p[0] + rows[1][c] * p[1] + rows[2][c] * p[2];
+        let sum = (0..n).fold(0.0, |sum, i| sum + rows[i][c] * p[i]);
+        x[c] += sum;
     }
 }

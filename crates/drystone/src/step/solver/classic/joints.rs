@@ -103,15 +103,22 @@ impl Link {
 
     /// The impulses of the last step, if they are kept.
     pub(super) fn warm_start(&self, movers: &mut [Mover]) {
-        let j = match self.kind {
-            JointKind::Ball => self.impulse,
+        if matches!(self.kind, JointKind::SixDof(_)) {
+            return;
+        }
+        let j = self.linear();
+        movers[self.a as usize].take(self.r_a, -j);
+        movers[self.b as usize].take(self.r_b, j);
+    }
+
+    /// The impulse on B of a ball or a distance.
+    pub(super) fn linear(&self) -> Vec3 {
+        match self.kind {
             JointKind::Distance { .. } => {
                 let i = self.impulse;
                 self.gap.normalize_or(Vec3::Y) * (i.x - i.y + i.z)
             }
-            JointKind::SixDof(_) => return,
-        };
-        movers[self.a as usize].take(self.r_a, -j);
-        movers[self.b as usize].take(self.r_b, j);
+            _ => self.impulse,
+        }
     }
 }

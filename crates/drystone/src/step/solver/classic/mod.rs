@@ -104,7 +104,7 @@ pub(super) fn solve(
             s.sweeps += c.run(*pass, ctx, &settings);
         }
     }
-    c.store(contacts, joints);
+    c.store(ctx.substeps, contacts, joints);
     c.write_lines(&settings, s);
     s.classic = c;
 }
@@ -342,7 +342,7 @@ impl Scratch {
     }
 
     /// Impulses back to contacts and joints.
-    fn store(&mut self, contacts: &mut Contacts, joints: &mut Joints) {
+    fn store(&mut self, substeps: u32, contacts: &mut Contacts, joints: &mut Joints) {
         self.begun.clear();
         for pair in &self.pairs {
             let c = contacts.at_mut(pair.contact);
@@ -358,11 +358,16 @@ impl Scratch {
                 self.begun.push(pair.contact);
             }
         }
+        // Nothing sums up here what a joint gives: the last substep stands for all.
+        #[expect(clippy::cast_precision_loss, reason = "at most 256")]
+        let n = substeps as f32;
         for link in &self.links {
             let joint = joints.at_mut(link.row);
             joint.impulse = link.impulse;
+            joint.given = [link.linear() * n, Vec3::ZERO];
             if let (JointLink::Six(six), Some(axes)) = (&mut joint.link, &link.axes) {
                 (six.force, six.torque) = (axes.force, axes.torque);
+                joint.given = [axes.force * n, axes.torque * n];
             }
         }
     }

@@ -1,0 +1,338 @@
+//! From links to bodies and joints.
+
+use std::collections::BTreeSet;
+use std::path::Path;
+
+use drystone::{
+    BodyDef, BodyKind, JointAxis, JointKind, MassDef, MassProperties, Pose, Quat, ShapeDef, SixDof,
+};
+
+use super::compose::stages;
+use super::{Hold, Link, Weight};
+use crate::error::SceneError;
+use crate::gltf::of_shapes;
+use crate::scene::{Scene, SceneFrame, SceneJoint};
+
+/// Of a link that several joints hold, this part of its mass stands between each two of them that cannot be
+/// one joint: a body without a mass is none, and a much lighter one would make the joints soft.
+const SHARE: f32 = 0.125;
+
+/// Whether a link collides with one that the world holds, if a joint is between them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Anchored {
+    Collides,
+    Passes,
+}
+
+/// Where links went.
+#[derive(Clone, Debug)]
+pub(crate) struct Assembled {
+    /// The body of each link, as a number in the scene, and the link's place on it.
+    pub(crate) place: Vec<(usize, Pose)>,
+    /// The first joint of the last stage of each link that joints hold.
+    pub(crate) joint: Vec<Option<usize>>,
+}
+
+impl Assembled {
+    /// True if the two links are one body, or a joint keeps theirs from colliding.
+    pub(crate) fn are_apart(&self, scene: &Scene, a: usize, b: usize) -> bool {
+        let (a, b) = (self.place[a].0, self.place[b].0);
+        a == b || keeps_apart(scene, a, b)
+    }
+
+    /// Keeps two links from colliding.
+    pub(crate) fn exclude(&self, scene: &mut Scene, a: usize, b: usize) {
+        let (a, b) = (self.place[a].0, self.place[b].0);
+        let is_fixed = |i: usize| scene.bodies[i].def.kind != BodyKind::Dynamic;
+        if a == b || (is_fixed(a) && is_fixed(b)) || keeps_apart(scene, a, b) {
+            return;
+        }
+        tie(scene, a, b);
+    }
+}
+
+fn keeps_apart(scene: &Scene, a: usize, b: usize) -> bool {
+    let is = |j: &&SceneJoint| [j.body_a, j.body_b] == [a, b] || [j.body_a, j.body_b] == [b, a];
+    scene.joints.iter().filter(is).any(|j| !j.collide_connected)
+}
+
+/// Adds a joint that holds nothing and keeps its bodies from colliding.
+fn tie(scene: &mut Scene, a: usize, b: usize) {
+    let center = |i: usize| match scene.bodies[i].def.mass {
+        MassDef::Exact { center, .. } => center,
+        _ => drystone::Vec3::ZERO,
+    };
+    let (anchor_a, anchor_b) = (center(a), center(b));
+    scene.joints.push(SceneJoint {
+        body_a: a,
+        body_b: b,
+        anchor_a,
+        anchor_b,
+        kind: JointKind::SixDof(SixDof {
+            linear: [JointAxis::FREE; 3],
+            angular: [JointAxis::FREE; 3],
+            ..SixDof::FIXED
+        }),
+        collide_connected: false,
+        strength: None,
+        articulated: false,
+    });
+}
+
+/// Links that are one body.
+struct Group {
+    /// The first of them, whose frame is the body's.
+    head: usize,
+    /// All of them, with their places on the body.
+    members: Vec<(usize, Pose)>,
+}
+
+/// Adds bodies, joints and frames for the links, which stand behind their parents.
+pub(crate) fn assemble(
+    links: &[Link<'_>],
+    anchored: Anchored,
+    scene: &mut Scene,
+) -> Result<Assembled, SceneError> {
+    let mut groups: Vec<Group> = Vec::new();
+    let mut group_of: Vec<usize> = Vec::with_capacity(links.len());
+    let mut world: Vec<Pose> = Vec::with_capacity(links.len());
+    for (i, link) in links.iter().enumerate() {
+        let above = link.parent.map_or(Pose::IDENTITY, |p| world[p]);
+        world.push(normalized(above.compose(&link.pose)));
+        match link.parent {
+            Some(p) if link.hold == Hold::Fast => {
+                let group = group_of[p];
+                let on = normalized(world[groups[group].head].relative(&world[i]));
+                groups[group].members.push((i, on));
+                group_of.push(group);
+            }
+            _ => {
+                group_of.push(groups.len());
+                groups.push(Group { head: i, members: vec![(i, Pose::IDENTITY)] });
+            }
+        }
+    }
+    let mut names = Names::default();
+    let mut body_of = vec![0; groups.len()];
+    let mut out =
+        Assembled { place: vec![(0, Pose::IDENTITY); links.len()], joint: vec![None; links.len()] };
+    for (g, group) in groups.iter().enumerate() {
+        let link = &links[group.head];
+        let mut def = body(links, group, &mut scene.notes)?;
+        def = def.with_position(world[group.head].position);
+        def = def.with_rotation(world[group.head].rotation);
+        let mut chain = Chain { links, out: &mut out, anchored, world: &world };
+        let parent = link.parent.map(|p| (body_of[group_of[p]], p));
+        body_of[g] = chain.add(group, parent, def, &mut names, scene)?;
+        for &(i, on) in &group.members {
+            out.place[i] = (body_of[g], on);
+        }
+    }
+    for group in &groups {
+        for &(i, on) in group.members.iter().skip(1) {
+            let (body, _) = out.place[i];
+            let link = &links[i];
+            let center = match link.weight {
+                Weight::Given(m) => m.center,
+                _ => of_shapes(&link.shapes).center,
+            };
+            let name = names.unique(&link.name, i);
+            scene.frames.push(SceneFrame { name, body, pose: on, center: on.point(center) });
+        }
+    }
+    Ok(out)
+}
+
+/// Rounding of many turns in a row is taken out.
+fn normalized(pose: Pose) -> Pose {
+    Pose { position: pose.position, rotation: pose.rotation.normalized() }
+}
+
+/// Names that were given.
+#[derive(Default)]
+struct Names {
+    taken: BTreeSet<String>,
+}
+
+impl Names {
+    fn unique(&mut self, name: &str, index: usize) -> String {
+        let mut name = if name.is_empty() { format!("#{index}") } else { name.to_owned() };
+        if self.taken.contains(&name) {
+            name = format!("{name}#{index}");
+        }
+        while !self.taken.insert(name.clone()) {
+            name.push('\'');
+        }
+        name
+    }
+}
+
+/// What a body and its joints are added with.
+struct Chain<'a> {
+    links: &'a [Link<'a>],
+    out: &'a mut Assembled,
+    anchored: Anchored,
+    world: &'a [Pose],
+}
+
+impl Chain<'_> {
+    /// Adds the body of a group and what holds it on its parent's body; returns its number.
+    fn add(
+        &mut self,
+        group: &Group,
+        parent: Option<(usize, usize)>,
+        mut def: BodyDef,
+        names: &mut Names,
+        scene: &mut Scene,
+    ) -> Result<usize, SceneError> {
+        let link = &self.links[group.head];
+        let name = names.unique(&link.name, group.head);
+        let (Hold::Joints(dofs), Some((parent, parent_link))) = (&link.hold, parent) else {
+            return Ok(scene.add(name, def));
+        };
+        let stages = stages(dofs, &mut scene.notes);
+        let between = stages.len().saturating_sub(1);
+        let mut above = parent;
+        if between > 0 {
+            let told: Vec<&str> = stages.iter().map(|s| s.last.as_str()).collect();
+            scene.notes.push(format!(
+                "{name}: between its joints {} stand bodies that take {SHARE} of its mass each",
+                told.join(", "),
+            ));
+        }
+        // The frames coincide at rest, so one pose serves all stages.
+        let on_parent = {
+            let (_, place) = self.out.place[parent_link];
+            let body = self.world[parent_link].compose(&place.inverse());
+            normalized(body.relative(&self.world[group.head]))
+        };
+        let mut on_above = on_parent;
+        let is_held = scene.bodies[parent].def.kind != BodyKind::Dynamic;
+        let collides = is_held && self.anchored == Anchored::Collides;
+        for (k, stage) in stages.iter().enumerate() {
+            let number = if k < between {
+                let part = share(&mut def)?;
+                let inner = names.unique(&format!("{name}/{}", stage.last), group.head);
+                scene.add(inner, part)
+            } else {
+                scene.add(name.clone(), def.clone())
+            };
+            let joint = |kind: JointKind| SceneJoint {
+                body_a: above,
+                body_b: number,
+                anchor_a: on_above.point(stage.anchor),
+                anchor_b: stage.anchor,
+                kind: on_first(kind, on_above.rotation),
+                collide_connected: collides && k == 0,
+                strength: None,
+                articulated: false,
+            };
+            if k == between {
+                self.out.joint[group.head] = Some(scene.joints.len());
+            }
+            scene.joints.push(joint(stage.kind));
+            if let Some(friction) = stage.friction {
+                scene.joints.push(joint(friction));
+            }
+            (above, on_above) = (number, Pose::IDENTITY);
+        }
+        if between > 0 && !collides {
+            tie(scene, parent, above);
+        }
+        Ok(above)
+    }
+}
+
+/// The joint with its frame on the first body turned so.
+fn on_first(kind: JointKind, turn: Quat) -> JointKind {
+    match kind {
+        JointKind::SixDof(six) => {
+            JointKind::SixDof(SixDof { frame_a: (turn * six.frame_a).normalized(), ..six })
+        }
+        other => other,
+    }
+}
+
+/// Takes a share of a body's mass for a body of its own, which stands in the same place.
+fn share(def: &mut BodyDef) -> Result<BodyDef, SceneError> {
+    let MassDef::Exact { mass, center, inertia } = def.mass else {
+        return Err(SceneError::new(Path::new(""), "", "a body between joints has no mass", ""));
+    };
+    let mut part = def.clone();
+    part.shapes.clear();
+    part.mass = MassDef::Exact { mass: mass * SHARE, center, inertia: inertia.scaled(SHARE) };
+    let rest = 1.0 - SHARE;
+    def.mass = MassDef::Exact { mass: mass * rest, center, inertia: inertia.scaled(rest) };
+    Ok(part)
+}
+
+/// The body of a group, without its place.
+fn body(links: &[Link<'_>], group: &Group, notes: &mut Vec<String>) -> Result<BodyDef, SceneError> {
+    let link = &links[group.head];
+    let kind = match link.hold {
+        Hold::World | Hold::Fast => BodyKind::Static,
+        Hold::Kinematic => BodyKind::Kinematic,
+        Hold::Free | Hold::Joints(_) => BodyKind::Dynamic,
+    };
+    let mut shapes: Vec<ShapeDef> = Vec::new();
+    let mut parts = Vec::new();
+    for &(i, on) in &group.members {
+        let member = &links[i];
+        shapes.extend(member.shapes.iter().map(|s| {
+            let pose = normalized(on.compose(&s.pose));
+            ShapeDef { pose, ..s.clone() }
+        }));
+        parts.push((
+            on,
+            match member.weight {
+                Weight::Given(mass) => mass,
+                Weight::FromShapes => of_shapes(&member.shapes),
+                Weight::Unsaid => MassProperties::default(),
+            },
+        ));
+    }
+    let mut def = BodyDef { kind, shapes, gravity_scale: link.gravity_scale, ..BodyDef::dynamic() };
+    if kind != BodyKind::Dynamic {
+        return Ok(def);
+    }
+    let fail = |problem: String, allowed: &str| Err(link.element.error(problem, allowed));
+    let own = of_shapes(&def.shapes);
+    let mut whole = MassProperties::combine(&parts);
+    let is_unsaid = group.members.iter().all(|(i, _)| links[*i].weight == Weight::Unsaid);
+    if whole.mass <= 0.0 && is_unsaid && own.mass > 0.0 {
+        notes.push(format!(
+            "{}: it has no inertial, its mass of {} kg is that of its collision shapes at 1000 kg/m3",
+            link.name, own.mass
+        ));
+        whole = own;
+    }
+    if !(whole.mass > 0.0 && whole.mass.is_finite()) {
+        let problem = format!("'{}' moves and has a mass of {} kg", link.name, whole.mass);
+        return fail(problem, "a mass above 0, given or from shapes");
+    }
+    let (moments, _) = whole.inertia.eigen();
+    if !(moments.is_finite() && moments.max_element() > 0.0) {
+        if own.mass <= 0.0 {
+            let problem = format!("'{}' moves and has no inertia", link.name);
+            return fail(problem, "principal moments above 0, given or from shapes");
+        }
+        notes.push(format!(
+            "{}: its inertia is 0, that of its shapes at its mass is taken",
+            link.name
+        ));
+        whole.inertia = own.scaled_to(whole.mass).inertia;
+    } else if moments.min_element() < 1.0e-6 * moments.max_element() {
+        let problem = format!(
+            "the inertia of '{}' has principal moments of {}, {} and {} kg m2",
+            link.name, moments.x, moments.y, moments.z
+        );
+        return fail(problem, "moments above 0, each above a millionth of the largest");
+    }
+    let MassProperties { mass, center, inertia } = whole;
+    def.mass = MassDef::Exact { mass, center, inertia };
+    def.validate().map_err(|e| {
+        let problem = format!("{} of its body is {}", e.field(), e.value());
+        link.element.error(problem, e.allowed())
+    })?;
+    Ok(def)
+}

@@ -1,0 +1,229 @@
+//! Geoms: shapes, surfaces, and which of them collide.
+
+use core::f32::consts::{FRAC_PI_2, PI};
+
+use drystone::{
+    Combine, Filter, MassProperties, Material, Pose, Quat, Shape, ShapeDef, Vec3, trig, vec3,
+};
+
+use super::defaults::View;
+use super::model::Model;
+use super::walk::Walk;
+use crate::error::SceneError;
+use crate::links::{hull_of_file, hull_of_points};
+
+/// A shape, or why it is left out; with a note.
+pub(super) struct Geom {
+    pub(super) shape: Result<ShapeDef, String>,
+    pub(super) note: Option<String>,
+}
+
+impl Geom {
+    fn left_out(why: impl Into<String>) -> Self {
+        Self { shape: Err(why.into()), note: None }
+    }
+}
+
+/// A geom in the frame of its body.
+pub(super) fn read<'a>(view: &View<'a>, model: &Model<'a>) -> Result<Geom, SceneError> {
+    let kind = view.get("type").unwrap_or("sphere");
+    let mut note = None;
+    let mut solid = None;
+    let (shape, pose) = match kind {
+        "plane" => (Shape::half_space([0.0, 0.0, 1.0], 0.0), model.pose(view)?),
+        "sphere" | "capsule" | "cylinder" | "box" | "ellipsoid" => {
+            let (half, pose) = extents(view, model, kind)?;
+            let shape = match kind {
+                "sphere" => Shape::sphere(half.x),
+                "capsule" => Shape::capsule(half.z, half.x),
+                "cylinder" => Shape::cylinder(half.z, half.x),
+                "box" => Shape::box_half(half),
+                _ => {
+                    solid = Some(4.0 / 3.0 * PI * half.x * half.y * half.z);
+                    note = Some("an ellipsoid collides as a hull of points on it".to_owned());
+                    match hull_of_points(&ball_points(half)) {
+                        Ok(hull) => hull,
+                        Err(why) => return Ok(Geom::left_out(format!("ellipsoid: {why}"))),
+                    }
+                }
+            };
+            let upright = matches!(shape, Shape::Capsule { .. } | Shape::Cylinder { .. });
+            // Along z there, along y here.
+            let turn =
+                if upright { Quat::from_axis_angle(Vec3::X, FRAC_PI_2) } else { Quat::IDENTITY };
+            (shape, Pose::new(pose.position, (pose.rotation * turn).normalized()))
+        }
+        "mesh" => match mesh(view, model)? {
+            Ok(hull) => (hull, model.pose(view)?),
+            Err(why) => return Ok(Geom::left_out(why)),
+        },
+        "hfield" | "sdf" => {
+            return Ok(Geom::left_out(format!("geoms of type {kind} are not read")));
+        }
+        _ => {
+            let allowed = "plane, sphere, capsule, cylinder, box, ellipsoid or mesh";
+            return Err(view.wrong("type", allowed));
+        }
+    };
+    shape.validate().map_err(|e| {
+        view.element().error(format!("{} of the {kind} is {}", e.field, e.value), e.allowed)
+    })?;
+    let mut def = ShapeDef::new(shape).with_pose(pose).with_material(surface(view)?);
+    let density = view.source("density").at_least_zero("density")?.unwrap_or(1000.0);
+    def.density = density;
+    let volume = MassProperties::of(&def.shape, 1.0).mass;
+    if let Some(solid) = solid
+        && volume > 0.0
+    {
+        def.density = density * solid / volume;
+    }
+    if view.get("mass").is_some() && volume > 0.0 {
+        def.density = view.at_least_zero("mass")? / volume;
+    }
+    if !def.density.is_finite() {
+        return Err(view.element().error("its mass is beyond any", "a smaller density or mass"));
+    }
+    let [kind, affinity] = [bits(view, "contype")?, bits(view, "conaffinity")?];
+    def.user_data = u64::from(kind) << 32 | u64::from(affinity);
+    Ok(Geom { shape: Ok(def), note })
+}
+
+/// A set of bits, all of which may be set.
+fn bits(view: &View<'_>, name: &str) -> Result<u32, SceneError> {
+    let Some(text) = view.get(name) else { return Ok(1) };
+    let number = text.trim().parse::<i64>().ok();
+    number
+        .and_then(|n| u32::try_from(n).ok().or_else(|| (n == -1).then_some(u32::MAX)))
+        .ok_or_else(|| view.wrong(name, "a whole number from 0 to 4294967295"))
+}
+
+/// Half sizes along x, y and z, and the place; of what is round, x is the radius and z half the straight part.
+fn extents<'a>(view: &View<'a>, model: &Model<'a>, kind: &str) -> Result<(Vec3, Pose), SceneError> {
+    let sizes = view.list("size", 3)?;
+    let along = if kind == "sphere" { None } else { view.numbers::<6>("fromto")? };
+    let needed = match (kind, along.is_some()) {
+        ("sphere", _) | (_, true) => 1,
+        ("capsule" | "cylinder", _) => 2,
+        _ => 3,
+    };
+    if sizes.len() < needed || sizes[..needed].iter().any(|s| *s <= 0.0) {
+        let allowed = format!("{needed} numbers above 0 for a {kind}");
+        let source = view.source("size");
+        let problem = source
+            .get("size")
+            .map_or_else(|| "size is missing".to_owned(), |size| format!("size=\"{size}\""));
+        return Err(source.error(problem, &allowed));
+    }
+    let at = |i: usize| sizes.get(i).copied().unwrap_or(sizes[0]);
+    if let Some([a, b, c, d, e, f]) = along {
+        let (from, to) = (vec3(a, b, c), vec3(d, e, f));
+        let Some(axis) = (to - from).try_normalize() else {
+            return Err(view.wrong("fromto", "two points that differ"));
+        };
+        let pose = Pose::new((from + to) * 0.5, Quat::from_arc(Vec3::Z, axis));
+        return Ok((vec3(at(0), at(0), 0.5 * (to - from).length()), pose));
+    }
+    let half = match kind {
+        "capsule" | "cylinder" => vec3(at(0), at(0), at(1)),
+        _ => vec3(at(0), at(1), at(2)),
+    };
+    Ok((half, model.pose(view)?))
+}
+
+/// The hull of the mesh that a geom names, or why there is none.
+fn mesh<'a>(view: &View<'a>, model: &Model<'a>) -> Result<Result<Shape, String>, SceneError> {
+    let Some(name) = view.get("mesh") else {
+        return Err(view.element().error("it names no mesh", "mesh=\"…\""));
+    };
+    let Some(asset) = model.meshes.get(name) else {
+        return Err(view.wrong("mesh", "a mesh of <asset>"));
+    };
+    let asset = model.defaults.view(*asset, None)?;
+    let scale = asset.vec3("scale")?.unwrap_or(Vec3::splat(1.0));
+    if asset.get("vertex").is_some() {
+        let numbers = asset.list("vertex", 3_000_000)?;
+        if !numbers.len().is_multiple_of(3) {
+            return Err(asset.wrong("vertex", "three numbers for each corner"));
+        }
+        let corner = |c: &[f32]| vec3(c[0], c[1], c[2]).mul_each(scale);
+        let points: Vec<Vec3> = numbers.chunks_exact(3).map(corner).collect();
+        return Ok(hull_of_points(&points).map_err(|why| format!("mesh {name}: {why}")));
+    }
+    let Some(file) = asset.get("file") else {
+        return Ok(Err(format!("mesh {name}: it is neither of corners nor of a file")));
+    };
+    let hull = model.mesh_path(file).and_then(|path| hull_of_file(&path, scale));
+    Ok(hull.map_err(|why| format!("mesh {name}: {file}: {why}")))
+}
+
+/// Points on an ellipsoid, in rings.
+fn ball_points(half: Vec3) -> Vec<Vec3> {
+    const RINGS: u8 = 8;
+    let mut points = vec![vec3(0.0, 0.0, half.z), vec3(0.0, 0.0, -half.z)];
+    for ring in 1..RINGS {
+        let (s, c) = trig::sin_cos(PI * f32::from(ring) / f32::from(RINGS));
+        for k in 0..2 * RINGS {
+            let (sk, ck) = trig::sin_cos(PI * f32::from(k) / f32::from(RINGS));
+            points.push(vec3(s * ck, s * sk, c).mul_each(half));
+        }
+    }
+    points
+}
+
+/// Friction and restitution. MuJoCo takes the larger friction of two geoms, and none where both ask for contacts
+/// without.
+fn surface(view: &View<'_>) -> Result<Material, SceneError> {
+    let friction = view.list("friction", 3)?.first().copied().unwrap_or(1.0);
+    if friction < 0.0 {
+        return Err(view.wrong("friction", "numbers of at least 0"));
+    }
+    let directions = view.number("condim")?.unwrap_or(3.0);
+    Ok(Material {
+        friction: if directions < 2.0 { 0.0 } else { friction },
+        restitution: restitution(&view.list("solref", 2)?),
+        friction_combine: Combine::Maximum,
+        restitution_combine: Combine::Maximum,
+        ..Material::default()
+    })
+}
+
+/// What a contact that is a damped spring gives back: e^(-π ζ / √(1 - ζ²)) of the speed it meets, where ζ is
+/// its damping ratio. Two positive numbers are a time and that ratio, two others stiffness and damping per mass.
+fn restitution(solref: &[f32]) -> f32 {
+    let [first, second] = solref else { return 0.0 };
+    let ratio = if *first > 0.0 { *second } else { -second / (2.0 * (-first).max(1.0e-30).sqrt()) };
+    if !(ratio < 1.0) {
+        return 0.0;
+    }
+    let ratio = ratio.max(0.0);
+    trig::exp(-PI * ratio / (1.0 - ratio * ratio).sqrt()).clamp(0.0, 1.0)
+}
+
+/// Turns contact bits into filters; a note if there are too many kinds.
+///
+/// Two geoms collide if one's `contype` and the other's `conaffinity` have a bit in common. Each different pair
+/// of both gets a layer of its own, and its mask the layers of those it collides with.
+pub(super) fn filters(walk: &mut Walk<'_>) -> Option<String> {
+    let contacts = walk.option.contacts;
+    let mut kinds: Vec<u64> = Vec::new();
+    for shape in walk.links.iter().flat_map(|l| &l.shapes) {
+        if !kinds.contains(&shape.user_data) && kinds.len() < 65 {
+            kinds.push(shape.user_data);
+        }
+    }
+    let meet = |a: u64, b: u64| {
+        contacts && ((a >> 32) & (b & 0xFFFF_FFFF) != 0 || (b >> 32) & (a & 0xFFFF_FFFF) != 0)
+    };
+    let plain = contacts && kinds.iter().all(|k| *k == 1 << 32 | 1);
+    for shape in walk.links.iter_mut().flat_map(|l| &mut l.shapes) {
+        let own = shape.user_data;
+        shape.user_data = 0;
+        let place = kinds.iter().position(|k| *k == own).filter(|i| *i < 64);
+        if let (false, Some(i)) = (plain, place) {
+            let others = kinds.iter().take(64).enumerate().filter(|(_, k)| meet(own, **k));
+            shape.filter = Filter::layers(1 << i, others.fold(0, |m, (j, _)| m | 1 << j));
+        }
+    }
+    let told = "contact bits: of more than 64 different kinds the first 64 are kept".to_owned();
+    (kinds.len() > 64).then_some(told)
+}

@@ -1,0 +1,85 @@
+//! Joints, and the mass that a body is given.
+
+use drystone::{MassProperties, Pose, Sym3, Vec3};
+
+use super::Options;
+use super::defaults::View;
+use super::model::Model;
+use crate::error::SceneError;
+use crate::links::{Dof, Way};
+
+/// A joint, or the lack of any.
+pub(super) enum Read {
+    Free,
+    Joint(Dof),
+}
+
+/// A joint of a body, `pose` being that of the frame around it on the body.
+pub(super) fn read<'a>(
+    view: &View<'a>,
+    model: &Model<'a>,
+    option: &Options,
+    pose: &Pose,
+    name: &str,
+) -> Result<Read, SceneError> {
+    let way = match view.get("type").unwrap_or("hinge") {
+        _ if view.element().tag() == "freejoint" => return Ok(Read::Free),
+        "free" => return Ok(Read::Free),
+        "hinge" => Way::Hinge,
+        "slide" => Way::Slide,
+        "ball" => Way::Ball,
+        _ => return Err(view.wrong("type", "free, ball, slide or hinge")),
+    };
+    let axis = view.vec3("axis")?.unwrap_or(Vec3::Z);
+    let Some(axis) = axis.try_normalize() else {
+        return Err(view.wrong("axis", "a direction that is not zero"));
+    };
+    let anchor = pose.point(view.vec3("pos")?.unwrap_or(Vec3::ZERO));
+    let mut dof = Dof::new(name, way, pose.direction(axis), anchor);
+    let turns = |x: f32| if way == Way::Slide { x } else { model.radians(x) };
+    let rest = turns(view.number("ref")?.unwrap_or(0.0));
+    let range = view.numbers::<2>("range")?;
+    if view.is_limited(model.settings.autolimits)? && option.limits {
+        let Some([min, max]) = range else {
+            return Err(view.wrong("limited", "a range with it"));
+        };
+        if !(min < max || (way == Way::Ball && max > 0.0)) {
+            return Err(view.wrong("range", "two numbers, the first below the second"));
+        }
+        dof.range = Some([turns(min) - rest, turns(max) - rest]);
+    }
+    let (stiffness, damping) = (view.list("stiffness", 8)?, view.list("damping", 8)?);
+    let first = |list: &[f32], name: &str| match list.first() {
+        Some(x) if *x < 0.0 => Err(view.wrong(name, "a number of at least 0")),
+        x => Ok(x.copied().unwrap_or(0.0)),
+    };
+    let (stiffness, damping) = (first(&stiffness, "stiffness")?, first(&damping, "damping")?);
+    if option.springs {
+        let loose = turns(view.number("springref")?.unwrap_or(0.0));
+        dof.spring = [loose - rest, stiffness, damping];
+    }
+    if option.friction {
+        dof.friction = view.at_least_zero("frictionloss")?;
+    }
+    Ok(Read::Joint(dof))
+}
+
+/// What `<inertial>` says [frame of the body].
+pub(super) fn inertial<'a>(
+    view: &View<'a>,
+    model: &Model<'a>,
+) -> Result<MassProperties, SceneError> {
+    let element = view.element();
+    let at = model.pose(view)?;
+    element.need("mass")?;
+    let mass = element.at_least_zero("mass")?.unwrap_or(0.0);
+    let diagonal = element.vec3("diaginertia")?;
+    let full = element.numbers::<6>("fullinertia")?;
+    let inertia = match (diagonal, full) {
+        (Some(d), None) => Sym3::diagonal(d),
+        (None, Some([xx, yy, zz, xy, xz, yz])) => Sym3 { xx, yy, zz, xy, xz, yz },
+        _ => return Err(element.error("its inertia is not clear", "diaginertia or fullinertia")),
+    };
+    let own = MassProperties { mass, center: Vec3::ZERO, inertia };
+    Ok(MassProperties::combine(&[(at, own)]))
+}

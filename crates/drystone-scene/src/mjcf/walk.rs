@@ -1,0 +1,378 @@
+//! The way through the bodies of all models, from the outermost in. A stack stands for the way back, so that
+//! no file can be too deep.
+
+use std::collections::BTreeMap;
+
+use drystone::{Pose, Quat, Vec3};
+
+use super::Options;
+use super::defaults::View;
+use super::geom::{self, Geom};
+use super::joint::{self, Read};
+use super::model::Model;
+use crate::error::SceneError;
+use crate::links::{Dof, Hold, Link, Weight};
+use crate::xml::Element;
+
+/// More bodies, shapes and copies than this are refused.
+const MAX_THINGS: usize = 200_000;
+
+/// Models may be attached within each other so deep.
+const MAX_ATTACHED: usize = 16;
+
+/// Things by their names as an instance of a model has them, each with what was put behind the name.
+pub(super) type Named<T> = BTreeMap<String, Vec<(String, T)>>;
+
+/// A model, as one of possibly many in the scene.
+#[derive(Default)]
+pub(super) struct Instance {
+    pub(super) model: usize,
+    pub(super) bodies: Named<usize>,
+    /// Sites: the link, and the point on it.
+    pub(super) sites: Named<(usize, Vec3)>,
+}
+
+/// Where the walk is.
+#[derive(Clone)]
+struct Here {
+    instance: usize,
+    link: usize,
+    /// The frame of what is read [frame of the link].
+    pose: Pose,
+    class: Option<usize>,
+    prefix: String,
+    /// Behind names within the instance, and behind those of the instance as a whole.
+    inner: String,
+    outer: String,
+    /// How many models are around.
+    attached: usize,
+}
+
+impl Here {
+    fn name(&self, raw: &str) -> String {
+        format!("{}{raw}{}{}", self.prefix, self.inner, self.outer)
+    }
+}
+
+/// What is still to be done.
+enum Task<'a> {
+    /// What is in a body, frame or the world.
+    Inside(Element<'a>, Here),
+    /// One element of those.
+    One(Element<'a>, Here),
+    /// A copy and those behind it: its number, how many there are, where it is, and what is between two.
+    Copy { element: Element<'a>, here: Here, number: usize, count: usize, between: Pose },
+}
+
+/// The walk, and what it found.
+pub(super) struct Walk<'a> {
+    pub(super) models: &'a [Model<'a>],
+    pub(super) option: Options,
+    pub(super) links: Vec<Link<'a>>,
+    pub(super) instances: Vec<Instance>,
+    pub(super) notes: Vec<String>,
+    /// Things of a kind that are left out, counted.
+    pub(super) ignored: BTreeMap<String, usize>,
+    things: usize,
+    stack: Vec<Task<'a>>,
+}
+
+impl<'a> Walk<'a> {
+    pub(super) fn new(models: &'a [Model<'a>], option: Options) -> Self {
+        let world = Link {
+            name: "world".to_owned(),
+            element: models[0].root,
+            parent: None,
+            pose: Pose::IDENTITY,
+            hold: Hold::World,
+            weight: Weight::FromShapes,
+            shapes: Vec::new(),
+            gravity_scale: 1.0,
+        };
+        Self {
+            models,
+            option,
+            links: vec![world],
+            instances: Vec::new(),
+            notes: Vec::new(),
+            ignored: BTreeMap::new(),
+            things: 0,
+            stack: Vec::new(),
+        }
+    }
+
+    pub(super) fn ignore(&mut self, what: &str) {
+        *self.ignored.entry(what.to_owned()).or_default() += 1;
+    }
+
+    fn count(&mut self, element: &Element<'a>) -> Result<(), SceneError> {
+        self.things += 1;
+        if self.things <= MAX_THINGS {
+            return Ok(());
+        }
+        let problem = "the scene has more than 200000 bodies, shapes and copies here";
+        Err(element.error(problem, "fewer"))
+    }
+
+    /// Walks through the first model and all that it attaches.
+    pub(super) fn run(&mut self) -> Result<(), SceneError> {
+        let model = &self.models[0];
+        let here = Here {
+            instance: self.instance(0),
+            link: 0,
+            pose: Pose::IDENTITY,
+            class: None,
+            prefix: String::new(),
+            inner: String::new(),
+            outer: String::new(),
+            attached: 0,
+        };
+        let worlds: Vec<Element<'a>> = model.sections("worldbody").collect();
+        let tasks = worlds.into_iter().map(|w| Task::Inside(w, here.clone()));
+        self.stack.extend(tasks.collect::<Vec<_>>().into_iter().rev());
+        while let Some(task) = self.stack.pop() {
+            match task {
+                Task::Inside(element, here) => self.inside(&element, &here)?,
+                Task::One(element, here) => self.one(element, here)?,
+                Task::Copy { element, here, number, count, between } => {
+                    self.copy(element, here, number, count, between)?;
+                }
+            }
+        }
+        for tag in model.tags() {
+            match tag {
+                "option" | "compiler" | "default" | "worldbody" | "contact" | "equality" => {}
+                "asset" | "tendon" | "visual" | "statistic" | "size" | "include" => {}
+                other => self.ignore(&format!("<{other}>: not read")),
+            }
+        }
+        Ok(())
+    }
+
+    fn instance(&mut self, model: usize) -> usize {
+        self.instances.push(Instance { model, ..Instance::default() });
+        self.instances.len() - 1
+    }
+
+    fn model(&self, here: &Here) -> &'a Model<'a> {
+        &self.models[self.instances[here.instance].model]
+    }
+
+    fn inside(&mut self, element: &Element<'a>, here: &Here) -> Result<(), SceneError> {
+        let children = self.model(here).children(element)?;
+        self.stack.extend(children.into_iter().rev().map(|c| Task::One(c, here.clone())));
+        Ok(())
+    }
+
+    fn one(&mut self, element: Element<'a>, here: Here) -> Result<(), SceneError> {
+        match element.tag() {
+            "geom" => self.geom(element, &here),
+            "site" => self.site(element, &here),
+            "body" => self.body(element, &here),
+            "frame" => {
+                let model = self.model(&here);
+                let own = model.pose(&View::bare(element))?;
+                let class = model.defaults.named(&element, "childclass")?.or(here.class);
+                let pose = here.pose.compose(&own);
+                self.inside(&element, &Here { pose, class, ..here })
+            }
+            "replicate" => self.replicate(element, here),
+            "attach" => self.attach(element, here),
+            // Read with their body; of pictures.
+            "joint" | "freejoint" | "inertial" | "light" | "camera" => Ok(()),
+            other => {
+                self.ignore(&format!("<{other}> of bodies: not read"));
+                Ok(())
+            }
+        }
+    }
+
+    fn geom(&mut self, element: Element<'a>, here: &Here) -> Result<(), SceneError> {
+        self.count(&element)?;
+        let model = self.model(here);
+        let view = model.defaults.view(element, here.class)?;
+        let Geom { shape, note } = geom::read(&view, model)?;
+        let owner = self.links[here.link].name.clone();
+        if let Some(note) = note {
+            self.ignore(&format!("geoms: {note}"));
+        }
+        match shape {
+            Ok(mut shape) => {
+                shape.pose = here.pose.compose(&shape.pose);
+                if model.settings.inertia_from_geoms == Some(false) {
+                    shape.density = 0.0;
+                }
+                let is_plane = matches!(shape.shape, drystone::Shape::HalfSpace { .. });
+                if is_plane && !self.is_held(here.link) {
+                    self.notes.push(format!("{owner}: a plane that moves is left out"));
+                    return Ok(());
+                }
+                self.links[here.link].shapes.push(shape);
+            }
+            Err(why) => self.notes.push(format!("{owner}: a geom is left out: {why}")),
+        }
+        Ok(())
+    }
+
+    /// True if the world holds the link.
+    fn is_held(&self, mut link: usize) -> bool {
+        while self.links[link].hold == Hold::Fast {
+            let Some(parent) = self.links[link].parent else { break };
+            link = parent;
+        }
+        self.links[link].hold == Hold::World
+    }
+
+    fn site(&mut self, element: Element<'a>, here: &Here) -> Result<(), SceneError> {
+        let Some(name) = element.get("name") else { return Ok(()) };
+        let view = self.model(here).defaults.view(element, here.class)?;
+        let at = match view.numbers::<6>("fromto")? {
+            Some([a, b, c, d, e, f]) => (Vec3::from([a, b, c]) + Vec3::from([d, e, f])) * 0.5,
+            None => view.vec3("pos")?.unwrap_or(Vec3::ZERO),
+        };
+        let found = (here.link, here.pose.point(at));
+        register(&mut self.instances[here.instance].sites, name, &here.inner, found);
+        Ok(())
+    }
+
+    fn body(&mut self, element: Element<'a>, here: &Here) -> Result<(), SceneError> {
+        self.count(&element)?;
+        let model = self.model(here);
+        let class = model.defaults.named(&element, "childclass")?.or(here.class);
+        let own = model.pose(&View::bare(element))?;
+        let mut dofs: Vec<Dof> = Vec::new();
+        let mut is_free = false;
+        let mut weight = match model.settings.inertia_from_geoms {
+            Some(false) => Weight::Given(drystone::MassProperties::default()),
+            _ => Weight::FromShapes,
+        };
+        for child in model.children(&element)? {
+            match child.tag() {
+                "joint" | "freejoint" => {
+                    let view = model.defaults.view(child, class)?;
+                    let name = here.name(child.get("name").unwrap_or("joint"));
+                    match joint::read(&view, model, &self.option, &Pose::IDENTITY, &name)? {
+                        Read::Free => is_free = true,
+                        Read::Joint(dof) => dofs.push(dof),
+                    }
+                    if view.number("armature")?.is_some_and(|a| a > 0.0) {
+                        self.ignore("joints: their armature is not read");
+                    }
+                }
+                "inertial" if model.settings.inertia_from_geoms != Some(true) => {
+                    weight = Weight::Given(joint::inertial(&View::bare(child), model)?);
+                }
+                _ => {}
+            }
+        }
+        if is_free && !dofs.is_empty() {
+            return Err(element.error("it has a free joint and others", "a free joint alone"));
+        }
+        let hold = match (is_free, dofs.is_empty(), element.get("mocap")) {
+            (_, true, Some("true")) => Hold::Kinematic,
+            (true, _, _) => Hold::Free,
+            (false, true, _) => Hold::Fast,
+            (false, false, _) => Hold::Joints(dofs),
+        };
+        let raw = element.get("name").unwrap_or_default();
+        let name = if raw.is_empty() { String::new() } else { here.name(raw) };
+        let number = self.links.len();
+        self.links.push(Link {
+            name,
+            element,
+            parent: Some(here.link),
+            pose: here.pose.compose(&own),
+            hold,
+            weight,
+            shapes: Vec::new(),
+            gravity_scale: 1.0 - element.number("gravcomp")?.unwrap_or(0.0),
+        });
+        if !raw.is_empty() {
+            register(&mut self.instances[here.instance].bodies, raw, &here.inner, number);
+        }
+        self.inside(&element, &Here { link: number, pose: Pose::IDENTITY, class, ..here.clone() })
+    }
+
+    fn replicate(&mut self, element: Element<'a>, here: Here) -> Result<(), SceneError> {
+        let count = element.need("count")?.trim().parse::<usize>().ok();
+        let allowed = "a whole number from 1 to 200000";
+        let count = count
+            .filter(|c| (1..=MAX_THINGS).contains(c))
+            .ok_or_else(|| element.wrong("count", allowed))?;
+        let offset = element.vec3("offset")?.unwrap_or(Vec3::ZERO);
+        let turn = element.numbers::<3>("euler")?.map(|angles| self.model(&here).euler(angles));
+        let between = Pose::new(offset, turn.unwrap_or(Quat::IDENTITY));
+        self.stack.push(Task::Copy { element, here, number: 0, count, between });
+        Ok(())
+    }
+
+    /// Does the copy of that number and leaves the next one for later.
+    fn copy(
+        &mut self,
+        element: Element<'a>,
+        here: Here,
+        number: usize,
+        count: usize,
+        between: Pose,
+    ) -> Result<(), SceneError> {
+        self.count(&element)?;
+        let digits = (count - 1).to_string().len();
+        let suffix = format!("{}{number:0digits$}", element.get("sep").unwrap_or_default());
+        let copy = Here { inner: format!("{}{suffix}", here.inner), ..here.clone() };
+        if number + 1 < count {
+            let next = here.pose.compose(&between);
+            let pose = Pose { rotation: next.rotation.normalized(), ..next };
+            let here = Here { pose, ..here };
+            self.stack.push(Task::Copy { element, here, number: number + 1, count, between });
+        }
+        self.inside(&element, &copy)
+    }
+
+    /// Puts a body of another model here.
+    fn attach(&mut self, element: Element<'a>, here: Here) -> Result<(), SceneError> {
+        self.count(&element)?;
+        let name = element.need("model")?;
+        let Some(&number) = self.model(&here).models.get(name) else {
+            return Err(element.wrong("model", "a model of <asset>"));
+        };
+        if here.attached >= MAX_ATTACHED {
+            return Err(element.error("models attach each other without end", "16 deep"));
+        }
+        let model = &self.models[number];
+        let inside = Here {
+            instance: self.instance(number),
+            class: None,
+            prefix: format!("{}{}", here.prefix, element.get("prefix").unwrap_or_default()),
+            inner: String::new(),
+            outer: format!("{}{}", here.inner, here.outer),
+            attached: here.attached + 1,
+            ..here
+        };
+        let mut stack: Vec<Element<'a>> = model.sections("worldbody").collect();
+        let Some(body) = element.get("body") else {
+            self.stack.extend(stack.into_iter().rev().map(|w| Task::Inside(w, inside.clone())));
+            return Ok(());
+        };
+        while let Some(at) = stack.pop() {
+            for child in model.children(&at)? {
+                if child.tag() == "body" && child.get("name") == Some(body) {
+                    self.stack.push(Task::One(child, inside));
+                    return Ok(());
+                }
+                if ["body", "frame"].contains(&child.tag()) {
+                    stack.push(child);
+                }
+            }
+        }
+        Err(element.wrong("body", "a body of that model"))
+    }
+}
+
+/// Keeps a thing by its name, and by its name with what was put behind it.
+fn register<T: Copy>(names: &mut Named<T>, raw: &str, suffix: &str, thing: T) {
+    names.entry(raw.to_owned()).or_default().push((suffix.to_owned(), thing));
+    if !suffix.is_empty() {
+        let whole = format!("{raw}{suffix}");
+        names.entry(whole).or_default().push((String::new(), thing));
+    }
+}

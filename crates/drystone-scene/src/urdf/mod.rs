@@ -1,0 +1,273 @@
+//! URDF, the Unified Robot Description Format: links, and the joints between them, as a tree.
+//!
+//! Read with an XML parser that knows the line of every element, not with `urdf-rs`
+//! (`docs/decisions/019-robot-files.md`). Links that fixed joints hold are one body with their parent. Links
+//! with a joint between them do not collide, nor do links that overlap as the file has them. What only concerns
+//! pictures, motors or sensors is left out; what of it could matter is noted.
+
+mod element;
+mod overlap;
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use drystone::{BodyDef, Pose, ShapeDef, Vec3, vec3};
+
+use self::element::{Joint, JointType};
+use crate::error::SceneError;
+use crate::links::{Anchored, Hold, Link, Weight, assemble};
+use crate::scene::Scene;
+use crate::xml::{self, Element};
+
+/// Whether the first link is held by the world.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Base {
+    /// As it looks: a link called `world`, or one on which exactly one joint moves, as an arm's does, is held;
+    /// what stands on several joints, as on legs or wheels, is free, and so is a single body.
+    #[default]
+    Auto,
+    /// Held.
+    Fixed,
+    /// Free.
+    Floating,
+}
+
+/// How to read a file.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Options {
+    /// What the first link hangs on.
+    pub base: Base,
+    /// Height of a ground to add [m]; `None`: there is none, as the format has none.
+    pub ground: Option<f32>,
+}
+
+/// Reads a `.urdf` file.
+///
+/// # Errors
+/// A line that names the file, the place in it, what is wrong and what is allowed.
+pub fn load(path: &Path, options: &Options) -> Result<Scene, SceneError> {
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let text = xml::text(path)?;
+    from_text(&text, folder, options).map_err(|e| e.in_file(path))
+}
+
+/// Reads a scene from the text of a `.urdf` file whose meshes are beside or above `folder`.
+///
+/// # Errors
+/// A line that names the place in the file, what is wrong and what is allowed.
+pub fn from_text(text: &str, folder: &Path, options: &Options) -> Result<Scene, SceneError> {
+    let document = xml::parse(text)?;
+    let robot = Element::root(&document, "robot")?;
+    let mut scene = Scene::new(robot.get("name").unwrap_or("robot"), "");
+    scene.config.gravity = vec3(0.0, 0.0, -9.81);
+    if let Some(height) = options.ground {
+        let ground = ShapeDef::half_space([0.0, 0.0, 1.0], height);
+        scene.add("ground", BodyDef::fixed().with_shape(ground));
+    }
+    let mut reader = Reader {
+        folder: folder.to_path_buf(),
+        notes: Vec::new(),
+        ignored: BTreeMap::new(),
+        unused_limits: false,
+    };
+    let links = reader.tree(&robot, options)?;
+    scene.notes.append(&mut reader.notes);
+    for (what, count) in &reader.ignored {
+        scene.notes.push(format!("{count} {what}"));
+    }
+    if reader.unused_limits {
+        let why = "bound motors, and nothing drives the joints: not read";
+        scene.notes.push(format!("limits of effort and velocity: they {why}"));
+    }
+    let first = scene.bodies.len();
+    let assembled = assemble(&links, Anchored::Passes, &mut scene)?;
+    overlap::exclude(&links, &assembled, first, &mut scene);
+    let joints = links.iter().filter(|l| matches!(l.hold, Hold::Joints(_))).count();
+    scene.summary = format!("a robot of {} links and {joints} joints that move", links.len());
+    Ok(scene)
+}
+
+/// Reads elements, and keeps what is to be told.
+struct Reader {
+    folder: PathBuf,
+    notes: Vec<String>,
+    /// Things of a kind that are left out, counted.
+    ignored: BTreeMap<String, usize>,
+    unused_limits: bool,
+}
+
+impl Reader {
+    fn ignore(&mut self, what: &str) {
+        *self.ignored.entry(what.to_owned()).or_default() += 1;
+    }
+
+    /// The links from the first one on, each behind its parent.
+    fn tree<'a>(
+        &mut self,
+        robot: &Element<'a>,
+        options: &Options,
+    ) -> Result<Vec<Link<'a>>, SceneError> {
+        for element in robot.children() {
+            match element.tag() {
+                "link" | "joint" | "material" => {}
+                other => self.ignore(&format!("<{other}>: not read")),
+            }
+        }
+        let elements: Vec<Element<'a>> = robot.all("link").collect();
+        let mut number: BTreeMap<&str, usize> = BTreeMap::new();
+        for (i, link) in elements.iter().enumerate() {
+            if number.insert(link.need("name")?, i).is_some() {
+                return Err(link.error("another link has this name", "a name of its own"));
+            }
+        }
+        if elements.is_empty() {
+            return Err(robot.error("it has no link", "at least one"));
+        }
+        let mut above: Vec<Option<Joint<'_>>> = elements.iter().map(|_| None).collect();
+        let mut below: Vec<Vec<usize>> = vec![Vec::new(); elements.len()];
+        let mut names: BTreeMap<&str, ()> = BTreeMap::new();
+        for element in robot.all("joint") {
+            if names.insert(element.need("name")?, ()).is_some() {
+                return Err(element.error("another joint has this name", "a name of its own"));
+            }
+            let joint = self.joint(&element, &number)?;
+            if let Some(other) = &above[joint.child] {
+                let problem = format!(
+                    "its child '{}' is the child of joint '{}' already",
+                    elements[joint.child].get("name").unwrap_or_default(),
+                    other.name
+                );
+                return Err(element.error(problem, "a tree: one joint above each link"));
+            }
+            below[joint.parent].push(joint.child);
+            let child = joint.child;
+            above[child] = Some(joint);
+        }
+        let roots: Vec<usize> = (0..elements.len()).filter(|i| above[*i].is_none()).collect();
+        let allowed = "a tree with one link that is no joint's child";
+        let root = match roots[..] {
+            [root] => root,
+            [] => return Err(robot.error("its joints form a loop, no link is the first", allowed)),
+            [a, b, ..] => {
+                let name = |i: usize| elements[i].get("name").unwrap_or_default();
+                let problem = format!("no joint is above '{}', nor above '{}'", name(a), name(b));
+                return Err(elements[b].error(problem, allowed));
+            }
+        };
+        let mut links: Vec<Link<'a>> = Vec::with_capacity(elements.len());
+        let mut place: Vec<Option<usize>> = vec![None; elements.len()];
+        let mut stack = vec![root];
+        while let Some(i) = stack.pop() {
+            let mut link = self.link(&elements[i])?;
+            if let Some(joint) = above[i].take() {
+                link.parent = place[joint.parent];
+                link.pose = joint.origin;
+                link.hold = joint.hold;
+            }
+            place[i] = Some(links.len());
+            links.push(link);
+            stack.extend(below[i].iter().rev());
+        }
+        if let Some(lost) = place.iter().position(Option::is_none) {
+            let problem = "its joints form a loop that the first link is not in";
+            return Err(elements[lost].error(problem, allowed));
+        }
+        links[0].hold = self.base(&links, options.base);
+        Ok(links)
+    }
+
+    /// What holds the first link, which moves if it is free.
+    fn base(&mut self, links: &[Link<'_>], base: Base) -> Hold {
+        let mut is_base = vec![true; links.len()];
+        let mut moving = 0;
+        for (i, link) in links.iter().enumerate().skip(1) {
+            let on_base = link.parent.is_some_and(|p| is_base[p]);
+            is_base[i] = on_base && link.hold == Hold::Fast;
+            moving += usize::from(on_base && matches!(link.hold, Hold::Joints(_)));
+        }
+        let name = &links[0].name;
+        let others_free = links.iter().any(|l| l.hold == Hold::Free && l.parent.is_some());
+        let (is_fixed, why) = match base {
+            Base::Fixed => (true, String::new()),
+            Base::Floating => (false, String::new()),
+            Base::Auto if name == "world" => (true, "it is called world".to_owned()),
+            Base::Auto if others_free => (true, "a link floats from it".to_owned()),
+            Base::Auto => match moving {
+                1 => (true, "one joint moves on it".to_owned()),
+                n => (false, format!("{n} joints move on it")),
+            },
+        };
+        if base == Base::Auto {
+            let (state, other) =
+                if is_fixed { ("fixed to the world", "floating") } else { ("free", "fixed") };
+            self.notes.push(format!(
+                "base '{name}': {state}, because {why}; --base {other} says otherwise"
+            ));
+        }
+        if is_fixed { Hold::World } else { Hold::Free }
+    }
+
+    fn link<'a>(&mut self, element: &Element<'a>) -> Result<Link<'a>, SceneError> {
+        let name = element.need("name")?.to_owned();
+        let weight = match element.child("inertial") {
+            Some(inertial) => Weight::Given(element::inertial(&inertial)?),
+            None => Weight::Unsaid,
+        };
+        let material = element::material(element)?;
+        let mut shapes = Vec::new();
+        for collision in element.all("collision") {
+            let found = element::collision(&collision, &self.folder)?;
+            match found {
+                Ok((shape, note)) => {
+                    shapes.push(shape.with_material(material));
+                    if let Some(note) = note {
+                        self.notes.push(format!("{name}: {note}"));
+                    }
+                }
+                Err(why) => self.notes.push(format!("{name}: a collision is left out: {why}")),
+            }
+        }
+        for child in element.children() {
+            if !["inertial", "visual", "collision", "contact"].contains(&child.tag()) {
+                self.ignore(&format!("<{}> of links: not read", child.tag()));
+            }
+        }
+        Ok(Link {
+            name,
+            element: *element,
+            parent: None,
+            pose: Pose::IDENTITY,
+            hold: Hold::Fast,
+            weight,
+            shapes,
+            gravity_scale: 1.0,
+        })
+    }
+
+    fn joint<'a>(
+        &mut self,
+        element: &Element<'a>,
+        number: &BTreeMap<&str, usize>,
+    ) -> Result<Joint<'a>, SceneError> {
+        let read = element::joint(element, number)?;
+        self.notes.extend(read.note.iter().cloned());
+        self.unused_limits |= read.has_motor_limits;
+        for child in element.children() {
+            let known = ["origin", "parent", "child", "axis", "limit", "dynamics"];
+            if child.tag() == "mimic" && read.kind != JointType::Fixed {
+                self.notes.push(format!(
+                    "joint {}: it does not follow another: mimic is not read",
+                    read.name
+                ));
+            } else if !known.contains(&child.tag()) {
+                self.ignore(&format!("<{}> of joints: not read", child.tag()));
+            }
+        }
+        Ok(read)
+    }
+}
+
+/// A direction; the file may give it any length.
+fn direction(element: &Element<'_>, name: &str, v: Vec3) -> Result<Vec3, SceneError> {
+    v.try_normalize().ok_or_else(|| element.wrong(name, "a direction that is not zero"))
+}

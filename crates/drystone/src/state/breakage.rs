@@ -1,0 +1,80 @@
+//! What bodies break by: bonds between their shapes, and how they fracture. Written by the world, when bodies come
+//! and go and when they break.
+
+use std::collections::BTreeMap;
+
+use super::fracture::Fracture;
+use super::glue::BondStrength;
+use crate::base::math::Vec3;
+
+/// A bond of a glued body.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct GlueBond {
+    /// Numbers of its two pieces in [`Glued::pieces`].
+    pub(crate) pieces: [usize; 2],
+    /// Middle of its face [m, frame of the body's origin].
+    pub(crate) point: Vec3,
+    /// Unit, from the first piece to the second [body].
+    pub(crate) normal: Vec3,
+    /// [m²]
+    pub(crate) area: f32,
+    pub(crate) strength: BondStrength,
+    /// Stress of the last step over what it bears.
+    pub(crate) load: f32,
+}
+
+/// A body whose shapes are glued together.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Glued {
+    /// Rows of the shapes, one a piece.
+    pub(crate) pieces: Vec<u32>,
+    pub(crate) bonds: Vec<GlueBond>,
+    /// How far each piece gave way when the loads were last solved for: where the next solve begins; and what it
+    /// lacked. Empty: not known.
+    pub(crate) give: Vec<[f64; 6]>,
+    pub(crate) lack: Vec<[f64; 6]>,
+}
+
+impl Glued {
+    /// Without the pieces that `keep` refuses, and their bonds.
+    pub(crate) fn retain(&mut self, keep: impl Fn(u32) -> bool) {
+        let mut number = vec![usize::MAX; self.pieces.len()];
+        let mut pieces = Vec::with_capacity(self.pieces.len());
+        for (i, shape) in self.pieces.iter().enumerate() {
+            if keep(*shape) {
+                number[i] = pieces.len();
+                pieces.push(*shape);
+            }
+        }
+        self.pieces = pieces;
+        for bond in &mut self.bonds {
+            bond.pieces = bond.pieces.map(|p| number[p]);
+        }
+        self.bonds.retain(|b| b.pieces.iter().all(|p| *p != usize::MAX));
+        self.give.clear();
+        self.lack.clear();
+    }
+}
+
+/// All that breaks, besides joints. By the rows of bodies, in their order.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Breakage {
+    pub(crate) glued: BTreeMap<u32, Glued>,
+    pub(crate) fractures: BTreeMap<u32, Fracture>,
+    /// Living bodies that are pieces of fractured ones.
+    pub(crate) pieces: usize,
+}
+
+impl Breakage {
+    /// Whether impulses of contacts have to be summed up.
+    pub(crate) fn any(&self) -> bool {
+        !self.glued.is_empty() || !self.fractures.is_empty()
+    }
+
+    /// The body in a row is removed.
+    pub(crate) fn forget(&mut self, body: u32, is_piece: bool) {
+        self.glued.remove(&body);
+        self.fractures.remove(&body);
+        self.pieces -= usize::from(is_piece);
+    }
+}

@@ -1,0 +1,183 @@
+//! What a user says of shapes glued together, and how it is checked.
+
+use super::check::{above_zero, finite_vec};
+use super::def::{DefError, ShapeDef};
+use crate::base::math::Vec3;
+use crate::base::pose::Pose;
+use crate::geometry::flush::flush;
+use crate::geometry::solid::{Core, Solid};
+
+/// How much glue bears. Stress is force over area; it goes by the mean force over a step, so a blow that is
+/// shorter than a step counts as if it took all of it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BondStrength {
+    /// Greatest tension across the face, that of bending included [Pa]; above 0; may be infinite. Pressure
+    /// breaks no bond.
+    pub tension: f32,
+    /// Greatest shear along the face, that of twisting included [Pa]; above 0; may be infinite.
+    pub shear: f32,
+}
+
+/// Glue on a face that two shapes of a body share.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Bond {
+    /// The two shapes, by their places in [`crate::BodyDef::shapes`].
+    pub shapes: [usize; 2],
+    /// Middle of the face [m, body].
+    pub point: Vec3,
+    /// From the first shape to the second [body]; any length.
+    pub normal: Vec3,
+    /// Area of the face [m²]; above 0.
+    pub area: f32,
+    /// What it bears.
+    pub strength: BondStrength,
+}
+
+/// Bonds between the shapes of a body: it is one body until the stress on some of them passes what they bear;
+/// then what no bond holds together any more goes on as bodies of their own.
+///
+/// The part with the most mass stays the body it was, with its id; the others are new bodies. Shapes keep their
+/// ids, materials, filters and user data; new bodies have the body's gravity scale, damping, axis locks, sleep
+/// settings and user data, no lasting forces, and the velocity that their matter had.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Glue {
+    /// The bonds; they hold all shapes but sensors together.
+    pub bonds: Vec<Bond>,
+}
+
+/// Most pieces of a glued body: the stress in its bonds is solved for in steps in which its load changes.
+const MOST_PIECES: usize = 4096;
+
+impl Glue {
+    /// A bond on each face that two of these shapes share: boxes and hulls whose faces are parallel, no more
+    /// than `gap` apart [m] and no deeper in each other, and overlap along the face by more than a thousandth of
+    /// the smaller one.
+    ///
+    /// # Errors
+    /// A shape or the strength is out of range.
+    pub fn touching(
+        shapes: &[ShapeDef],
+        gap: f32,
+        strength: BondStrength,
+    ) -> Result<Self, DefError> {
+        strength.validate()?;
+        above_zero("gap", gap)?;
+        let mut placed: Vec<(usize, Solid, Pose)> = Vec::new();
+        for (i, shape) in shapes.iter().enumerate() {
+            shape.validate().map_err(|e| e.within(&format!("shapes[{i}]")))?;
+            if !shape.sensor {
+                let rotation = shape.pose.rotation.normalized();
+                placed.push((i, Solid::of(&shape.shape), Pose { rotation, ..shape.pose }));
+            }
+        }
+        let mut bonds = Vec::new();
+        for (k, (i, a, at)) in placed.iter().enumerate() {
+            let near = a.aabb(at).grown(gap);
+            for (j, b, to) in &placed[k + 1..] {
+                let (Core::Hull(hull_a), Core::Hull(hull_b)) = (&a.core, &b.core) else { continue };
+                if a.radius > 0.0 || b.radius > 0.0 || !near.overlaps(&b.aabb(to)) {
+                    continue;
+                }
+                let least = 1.0e-3 * face_area(a).min(face_area(b));
+                if let Some(face) = flush((hull_a, at), (hull_b, to), gap)
+                    && face.area > least
+                {
+                    bonds.push(Bond {
+                        shapes: [*i, *j],
+                        point: face.point,
+                        normal: face.normal,
+                        area: face.area,
+                        strength,
+                    });
+                }
+            }
+        }
+        Ok(Self { bonds })
+    }
+
+    /// Checks every field against the shapes that it holds.
+    ///
+    /// # Errors
+    /// The first field that is out of range; a shape that no bond holds; shapes that fall into parts.
+    pub fn validate(&self, shapes: &[ShapeDef]) -> Result<(), DefError> {
+        if shapes.len() > MOST_PIECES {
+            return Err(DefError::new("shapes", shapes.len(), "up to 4096 shapes"));
+        }
+        let mut part: Vec<usize> = (0..shapes.len()).collect();
+        for (i, bond) in self.bonds.iter().enumerate() {
+            let outer = format!("bonds[{i}]");
+            bond.validate(shapes).map_err(|e| e.within(&outer))?;
+            let [a, b] = bond.shapes.map(|s| root(&mut part, s));
+            part[a.max(b)] = a.min(b);
+        }
+        let mut first = None;
+        for (i, shape) in shapes.iter().enumerate() {
+            if shape.sensor {
+                continue;
+            }
+            let own = root(&mut part, i);
+            if *first.get_or_insert(own) != own {
+                let value = format!("no bond to shape {i} from the first one");
+                return Err(DefError::new("bonds", value, "bonds that hold all shapes together"));
+            }
+        }
+        Ok(())
+    }
+}
+
+impl Bond {
+    fn validate(&self, shapes: &[ShapeDef]) -> Result<(), DefError> {
+        for (side, shape) in self.shapes.into_iter().enumerate() {
+            let name = format!("shapes[{side}]");
+            let Some(def) = shapes.get(shape) else {
+                let allowed = format!("the number of a shape, below {}", shapes.len());
+                return Err(DefError::new(&name, shape, &allowed));
+            };
+            if def.sensor {
+                return Err(DefError::new(&name, shape, "a shape that is no sensor"));
+            }
+        }
+        if self.shapes[0] == self.shapes[1] {
+            return Err(DefError::new("shapes[1]", self.shapes[1], "another shape"));
+        }
+        finite_vec("point", self.point)?;
+        finite_vec("normal", self.normal)?;
+        if self.normal.try_normalize().is_none() {
+            return Err(DefError::new("normal", "zero", "a direction"));
+        }
+        above_zero("area", self.area)?;
+        self.strength.validate().map_err(|e| e.within("strength"))
+    }
+}
+
+impl BondStrength {
+    /// Both of this [Pa].
+    #[must_use]
+    pub const fn both(stress: f32) -> Self {
+        Self { tension: stress, shear: stress }
+    }
+
+    pub(crate) fn validate(&self) -> Result<(), DefError> {
+        for (name, value) in [("tension", self.tension), ("shear", self.shear)] {
+            if value != f32::INFINITY {
+                above_zero(name, value)?;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Of parts as chains of numbers that go down: the first of the part that `i` is in.
+pub(crate) fn root(part: &mut [usize], mut i: usize) -> usize {
+    while part[i] != i {
+        part[i] = part[part[i]];
+        i = part[i];
+    }
+    i
+}
+
+/// Of the box around a solid, the smallest side [m²].
+fn face_area(solid: &Solid) -> f32 {
+    let h = solid.aabb(&Pose::IDENTITY).half_extents();
+    4.0 * (h.x * h.y).min(h.x * h.z).min(h.y * h.z)
+}

@@ -1,0 +1,110 @@
+//! Joints that had to bear more than they can, and how they wear out.
+
+use crate::base::id::JointId;
+use crate::state::def::{DefError, JointStrength};
+use crate::state::events::{JointBreak, JointLimit};
+use crate::state::joints::{Joint, Link};
+use crate::world::World;
+
+/// What a joint bore in a step: force [N], torque [N m], impulse [N s].
+struct Borne {
+    force: f32,
+    torque: f32,
+    impulse: f32,
+}
+
+impl Borne {
+    /// `inv_h`: substeps a second.
+    fn by(joint: &Joint, inv_h: f32) -> Self {
+        let [force, torque] = match &joint.link {
+            Link::Ball => [joint.impulse.length(), 0.0],
+            Link::Distance { .. } => {
+                [(joint.impulse.x - joint.impulse.y + joint.impulse.z).abs(), 0.0]
+            }
+            Link::Six(six) => six.peak,
+        };
+        let impulse = joint.given[0].length();
+        Self { force: force * inv_h, torque: torque * inv_h, impulse }
+    }
+
+    /// Wears the joint out; what broke it, if anything.
+    fn wear(&self, joint: &mut Joint, dt: f32) -> Option<JointLimit> {
+        let strength = joint.strength?;
+        if let Some(fatigue) = strength.fatigue {
+            let part = (self.force / strength.force).max(self.torque / strength.torque);
+            joint.damage += fatigue.damage(part, dt);
+        }
+        if self.force > strength.force {
+            Some(JointLimit::Force)
+        } else if self.torque > strength.torque {
+            Some(JointLimit::Torque)
+        } else if self.impulse > strength.impulse {
+            Some(JointLimit::Impulse)
+        } else {
+            (joint.damage >= 1.0).then_some(JointLimit::Fatigue)
+        }
+    }
+}
+
+impl World {
+    /// Removes the joints that had to bear more than they can, in the order of their slots. `inv_h`: substeps a
+    /// second; `dt`: of the step [s].
+    pub(in crate::world) fn break_joints(&mut self, inv_h: f32, dt: f32) {
+        if self.tables.joints.breakable == 0 {
+            return;
+        }
+        let mut broken = core::mem::take(&mut self.tables.events.joint_break);
+        let bodies = &self.tables.bodies;
+        let slots = u32::try_from(self.tables.joints.rows.slot_count()).unwrap_or(u32::MAX);
+        for row in 0..slots {
+            let Some(id) = self.tables.joints.rows.id_at(row) else { continue };
+            let joint = self.tables.joints.at_mut(row);
+            let (a, b) = (bodies.at(joint.body_a), bodies.at(joint.body_b));
+            if joint.strength.is_none() || !(a.active() || b.active()) {
+                continue;
+            }
+            let borne = Borne::by(joint, inv_h);
+            if let Some(limit) = borne.wear(joint, dt) {
+                let (body_a, body_b) = (bodies.id(joint.body_a), bodies.id(joint.body_b));
+                let Borne { force, torque, impulse } = borne;
+                let damage = joint.damage;
+                broken.push(JointBreak {
+                    joint: id,
+                    body_a,
+                    body_b,
+                    limit,
+                    force,
+                    torque,
+                    impulse,
+                    damage,
+                });
+            }
+        }
+        for one in &broken {
+            self.remove_joint(one.joint);
+        }
+        self.tables.events.joint_break = broken;
+    }
+
+    /// Gives a joint another strength, as new: it is not worn out. False if there is no such joint.
+    ///
+    /// # Errors
+    /// The first limit that is out of range; then nothing is changed.
+    pub fn set_joint_strength(
+        &mut self,
+        id: JointId,
+        strength: Option<JointStrength>,
+    ) -> Result<bool, DefError> {
+        if let Some(strength) = &strength {
+            strength.validate().map_err(|e| e.within("strength"))?;
+        }
+        let joints = &mut self.tables.joints;
+        let Some(row) = joints.rows.row(id) else { return Ok(false) };
+        let joint = joints.at_mut(row);
+        let old = core::mem::replace(&mut joint.strength, strength);
+        joint.damage = 0.0;
+        joints.breakable =
+            joints.breakable + usize::from(strength.is_some()) - usize::from(old.is_some());
+        Ok(true)
+    }
+}

@@ -1,0 +1,294 @@
+//! Bodies that break where they are hit.
+
+use std::sync::Arc;
+
+use super::{Blow, Scratch};
+use crate::base::double::DVec3;
+use crate::base::id::BodyId;
+use crate::base::math::Vec3;
+use crate::base::pose::Pose;
+use crate::base::random::Random;
+use crate::geometry::cells::HullPiece;
+use crate::geometry::hull::Hull;
+use crate::geometry::shape::Shape;
+use crate::state::bodies::Body;
+use crate::state::def::{BodyDef, DefError, Fracture, MassDef, ShapeDef};
+use crate::state::events::{FractureCause, FractureEvent};
+use crate::state::shapes::ShapeRow;
+use crate::world::World;
+
+/// A point that is hit is taken to be this far inside, as a part of the way to the center.
+const INSIDE: f32 = 0.05;
+
+/// A blow that breaks a body.
+struct Break {
+    cause: FractureCause,
+    /// [m, world]
+    point: Vec3,
+    value: f32,
+    limit: f32,
+}
+
+impl World {
+    /// Breaks the bodies that were hit too hard.
+    pub(super) fn fracture_bodies(&mut self, scratch: &mut Scratch) {
+        let mut rows = core::mem::take(&mut scratch.bodies);
+        rows.clear();
+        let tables = &self.tables;
+        let hit = |row: &&u32| !scratch.blows_of(**row).is_empty();
+        rows.extend(tables.breakage.fractures.keys().filter(hit));
+        for row in &rows {
+            let Some(how) = self.tables.breakage.fractures.get(row).copied() else { continue };
+            let body = self.tables.bodies.at(*row);
+            let Some(found) = worst_blow(body, &how, scratch.blows_of(*row)) else { continue };
+            let id = self.tables.bodies.id(*row);
+            let Some(made) = self.shatter(*row, &how, found.point) else { continue };
+            let events = &mut self.tables.events;
+            let pieces = [events.pieces.len(), made.len()];
+            events.pieces.extend(made);
+            events.fractures.push(FractureEvent {
+                body: id,
+                cause: found.cause,
+                point: found.point,
+                value: found.value,
+                limit: found.limit,
+                pieces: pieces.map(|n| u32::try_from(n).unwrap_or(u32::MAX)),
+            });
+        }
+        scratch.bodies = rows;
+    }
+
+    /// Breaks a dynamic body of one box or hull now, as if it had been hit at `point` [m, world], whatever its own
+    /// `fracture` says. Gives its pieces: none, and the body stays, if it is too small or the world has
+    /// [`crate::BreakageConfig::max_pieces`] already.
+    ///
+    /// # Errors
+    /// No such body, one that cannot break, or a field that is out of range.
+    pub fn fracture_body(
+        &mut self,
+        id: BodyId,
+        point: impl Into<Vec3>,
+        how: &Fracture,
+    ) -> Result<Vec<BodyId>, DefError> {
+        how.validate()?;
+        let point = point.into();
+        crate::state::def::finite_vec("point", point)?;
+        let row = self.breakable(id)?;
+        Ok(self.shatter(row, how, point).unwrap_or_default())
+    }
+
+    /// Lets a body break where it is hit from now on; `None`: not any more.
+    ///
+    /// # Errors
+    /// No such body, one that cannot break, or a field that is out of range.
+    pub fn set_fracture(&mut self, id: BodyId, how: Option<Fracture>) -> Result<(), DefError> {
+        let Some(how) = how else {
+            if let Some(row) = self.tables.bodies.rows.row(id) {
+                self.tables.breakage.fractures.remove(&row);
+                let glued = self.tables.breakage.glued.contains_key(&row);
+                self.tables.bodies.at_mut(row).breaks = glued;
+            }
+            return Ok(());
+        };
+        how.validate()?;
+        let row = self.breakable(id)?;
+        self.tables.breakage.fractures.insert(row, how);
+        self.tables.bodies.at_mut(row).breaks = true;
+        Ok(())
+    }
+
+    /// The row of a body that can be broken into pieces.
+    fn breakable(&self, id: BodyId) -> Result<u32, DefError> {
+        let Some(row) = self.tables.bodies.rows.row(id) else {
+            return Err(DefError::new("body", id.index(), "a body of this world"));
+        };
+        let body = self.tables.bodies.at(row);
+        let exact = matches!(body.mass_def, MassDef::Exact { .. });
+        let one = self.solid_shape(row).is_some();
+        if !body.is_dynamic() || exact || !one || self.tables.breakage.glued.contains_key(&row) {
+            let allowed = "a dynamic body of one box or hull, no glue, and no mass given in full";
+            return Err(DefError::new("body", id.index(), allowed));
+        }
+        Ok(row)
+    }
+
+    /// The only solid shape of a body, if it is a box or a hull.
+    fn solid_shape(&self, row: u32) -> Option<(u32, Arc<Hull>)> {
+        let shapes = &self.tables.shapes;
+        let all = self.tables.bodies.at(row).shapes.iter();
+        let mut solid = all.filter(|s| !shapes.at(**s).sensor);
+        let (shape, none) = (*solid.next()?, solid.next());
+        let hull = match &shapes.at(shape).shape {
+            Shape::Box { half_extents } => Arc::new(Hull::cuboid(*half_extents)),
+            Shape::Hull(hull) => Arc::clone(hull),
+            _ => return None,
+        };
+        none.is_none().then_some((shape, hull))
+    }
+
+    /// Replaces a body by its pieces. `None`, and nothing is changed, if there would be fewer than two.
+    fn shatter(&mut self, row: u32, how: &Fracture, point: Vec3) -> Option<Vec<BodyId>> {
+        let (shape, hull) = self.solid_shape(row)?;
+        let most = self.tables.config.breakage.max_pieces as usize;
+        let room = most.saturating_sub(self.tables.breakage.pieces);
+        let count = (how.pieces as usize).min(room);
+        if count < 2 || !(f64::from(hull.volume()) >= 2.0 * how.least_volume()) {
+            return None;
+        }
+        let body = self.tables.bodies.at(row);
+        let s = self.tables.shapes.at(shape);
+        let at = body.pose().compose(&s.local);
+        let mut random = Random::new(how.seed);
+        let pieces = cut(&hull, at.local_point(point), how, count, &mut random);
+        if pieces.len() < 2 {
+            return None;
+        }
+        let whole: f64 = pieces.iter().map(|p| p.volume).sum();
+        let mut defs: Vec<(BodyDef, Option<Fracture>)> = Vec::with_capacity(pieces.len());
+        for piece in pieces {
+            #[expect(clippy::cast_possible_truncation, reason = "rounding is what is asked for")]
+            let part = (piece.volume / whole) as f32;
+            let def = piece_def(body, s, &at, &piece, part);
+            if def.validate().is_err() {
+                return None;
+            }
+            defs.push((def, how.of_piece(part, &mut random)));
+        }
+        let mut made = Vec::with_capacity(defs.len());
+        for (def, again) in defs {
+            // Checked above.
+            let Ok(id) = self.add_body(def) else { continue };
+            let body = self.tables.bodies.at_mut(id.index());
+            body.is_piece = true;
+            body.breaks = again.is_some();
+            self.tables.breakage.pieces += 1;
+            if let Some(again) = again {
+                self.tables.breakage.fractures.insert(id.index(), again);
+            }
+            made.push(id);
+        }
+        self.hang_joints(row, &made);
+        let id = self.tables.bodies.id(row);
+        self.remove_body(id);
+        Some(made)
+    }
+
+    /// Gives each joint of a body to the piece that is nearest to its anchor.
+    fn hang_joints(&mut self, row: u32, made: &[BodyId]) {
+        for joint in self.tables.bodies.at(row).joints.clone() {
+            let tables = &self.tables;
+            let j = tables.joints.at(joint);
+            let old = tables.bodies.at(row);
+            let own = if j.body_a == row { j.anchor_a } else { j.anchor_b };
+            let point = old.center + old.rotation.rotate(own);
+            let mut best: Option<(f32, u32, Vec3)> = None;
+            for id in made {
+                let piece = tables.bodies.at(id.index());
+                let at = piece.pose().local_point(point);
+                let Some(shape) = piece.shapes.first() else { continue };
+                let bounds = tables.shapes.at(*shape).solid.aabb(&Pose::IDENTITY);
+                let away = (at - at.max(bounds.min).min(bounds.max)).length();
+                if best.is_none_or(|(least, _, _)| away < least) {
+                    best = Some((away, id.index(), at));
+                }
+            }
+            if let Some((_, to, at)) = best {
+                self.move_joint(joint, row, to, at);
+            }
+        }
+    }
+}
+
+/// Cuts a hull into at most `count` pieces about a point [m, hull].
+fn cut(
+    hull: &Hull,
+    point: Vec3,
+    how: &Fracture,
+    count: usize,
+    random: &mut Random,
+) -> Vec<HullPiece> {
+    let bounds = hull.bounds();
+    let middle = bounds.center();
+    // A point that is hit is on the surface, or a little off.
+    let hit = point.max(bounds.min).min(bounds.max);
+    let hit = hit + (middle - hit) * INSIDE;
+    let corners = [bounds.min, bounds.max].map(DVec3::from);
+    let inside = |p: DVec3| hull.planes().iter().all(|plane| plane.distance(p.single()) <= 0.0);
+    let sites = how.sites(DVec3::from(hit), corners, count, random, inside);
+    let sites: Vec<Vec3> = sites.into_iter().map(DVec3::single).collect();
+    hull.cut(&sites, how.least_volume()).unwrap_or_default()
+}
+
+/// A piece of a body's shape, which is at `at` [world], with this part of the body's mass.
+fn piece_def(body: &Body, s: &ShapeRow, at: &Pose, piece: &HullPiece, part: f32) -> BodyDef {
+    let arm = at.direction(piece.center) + (at.position - body.center);
+    let shape = ShapeDef {
+        // What rounding corners did to its volume is not to change its mass.
+        density: body.mass * part / piece.hull.volume(),
+        material: s.material,
+        filter: s.filter,
+        surface_velocity: s.surface_velocity,
+        surface_spin: s.surface_spin,
+        user_data: s.user_data,
+        ..ShapeDef::new(Shape::Hull(Arc::clone(&piece.hull)))
+    };
+    BodyDef {
+        position: body.center + arm,
+        rotation: at.rotation.normalized(),
+        linear_velocity: body.velocity_at(arm),
+        angular_velocity: body.w,
+        gravity_scale: body.gravity_scale,
+        linear_damping: body.linear_damping,
+        angular_damping: body.angular_damping,
+        locks: body.locks,
+        can_sleep: body.can_sleep,
+        sleep_speed: (body.sleep_speed >= 0.0).then_some(body.sleep_speed),
+        shapes: vec![shape],
+        user_data: body.user_data,
+        ..BodyDef::default()
+    }
+}
+
+/// The largest blow of one other body, if it passes a limit.
+fn worst_blow(body: &Body, how: &Fracture, blows: &[Blow]) -> Option<Break> {
+    let mut worst: Option<(f32, Break)> = None;
+    for (i, first) in blows.iter().enumerate() {
+        if blows[..i].iter().any(|b| b.other == first.other) {
+            continue;
+        }
+        let (mut impulse, mut arm, mut size) = (Vec3::ZERO, Vec3::ZERO, 0.0);
+        for b in blows[i..].iter().filter(|b| b.other == first.other) {
+            let length = b.impulse.length();
+            impulse += b.impulse;
+            arm += b.arm * length;
+            size += length;
+        }
+        if !(size > 0.0) {
+            continue;
+        }
+        let arm = arm * (1.0 / size);
+        let length = impulse.length();
+        let energy = energy_of(body, arm, impulse);
+        let parts = [
+            (FractureCause::Impulse, length, how.impulse),
+            (FractureCause::Energy, energy, how.energy),
+        ];
+        for (cause, value, limit) in parts {
+            let part = value / limit;
+            if part > 1.0 && worst.as_ref().is_none_or(|(most, _)| part > *most) {
+                worst = Some((part, Break { cause, point: body.center + arm, value, limit }));
+            }
+        }
+    }
+    worst.map(|(_, found)| found)
+}
+
+/// What an impulse at an arm would give to a body alone at rest [J]: ½ p·(p/m) + ½ L·I⁻¹L.
+fn energy_of(body: &Body, arm: Vec3, impulse: Vec3) -> f32 {
+    let frame = body.rotation * body.principal;
+    let turn = frame.unrotate(arm.cross(impulse));
+    let part = |l: f32, i: f32| if i > 0.0 { l * l / i } else { 0.0 };
+    let m = body.moments;
+    let spin = part(turn.x, m.x) + part(turn.y, m.y) + part(turn.z, m.z);
+    0.5 * (impulse.length_squared() / body.mass + spin)
+}

@@ -1,0 +1,169 @@
+//! Shapes of a body become bodies of their own: mass, momentum and spin are what they were.
+
+use super::glue::nearest;
+use crate::base::math::Vec3;
+use crate::base::pose::Pose;
+use crate::geometry::mass::MassProperties;
+use crate::state::bodies::{Body, NONE};
+use crate::state::def::MassDef;
+use crate::state::tables::Tables;
+use crate::world::World;
+use crate::world::mass::principal_moments;
+
+impl World {
+    /// Makes a new body of each of these groups of a body's shapes; the body keeps the others. Rows of the new
+    /// bodies.
+    pub(super) fn split_body(&mut self, row: u32, leaving: &[Vec<u32>]) -> Vec<u32> {
+        self.sets().wake(row);
+        for shape in leaving.iter().flatten() {
+            self.end_contacts_of(row, Some(*shape));
+        }
+        let old = self.tables.bodies.at(row).clone();
+        let whole = mass_of(&self.tables, &old.shapes).mass;
+        let mut made = Vec::with_capacity(leaving.len());
+        for shapes in leaving {
+            let body = self.part_of(&old, shapes, whole);
+            let local_center = body.local_center;
+            let tables = &mut self.tables;
+            let new = tables.bodies.rows.insert(body).index();
+            for shape in shapes {
+                let s = tables.shapes.at_mut(*shape);
+                s.body = new;
+                s.centered.position = s.local.position - local_center;
+            }
+            tables.islands.create(new, &mut tables.bodies);
+            made.push(new);
+        }
+        let kept: Vec<u32> = old
+            .shapes
+            .iter()
+            .copied()
+            .filter(|s| !leaving.iter().flatten().any(|l| l == s))
+            .collect();
+        self.shrink(row, &old, kept, whole);
+        self.deal_joints(row, &old, &made);
+        for new in &made {
+            self.refresh_extent(*new);
+            self.refresh_bounds(*new);
+            self.sets().wake(*new);
+            // Being made awake is no event.
+            let id = self.tables.bodies.id(*new);
+            self.pending.wake.retain(|b| *b != id);
+        }
+        made
+    }
+
+    /// A body of some of another's shapes, that moves as its matter does. `whole`: mass of all shapes.
+    fn part_of(&self, old: &Body, shapes: &[u32], whole: f32) -> Body {
+        let mut total = mass_of(&self.tables, shapes);
+        let mass_def = share(old.mass_def, total.mass, whole);
+        if let MassDef::Mass(mass) = mass_def {
+            total = total.scaled_to(mass);
+        }
+        let arm = old.rotation.rotate(total.center - old.local_center);
+        let (moments, principal) = principal_moments(&total);
+        Body {
+            center: old.center + arm,
+            v: old.velocity_at(arm),
+            local_center: total.center,
+            mass: total.mass,
+            mass_def,
+            moments,
+            principal,
+            w_rest: Vec3::ZERO,
+            step_force: Vec3::ZERO,
+            step_torque: Vec3::ZERO,
+            force: Vec3::ZERO,
+            torque: Vec3::ZERO,
+            shapes: shapes.to_vec(),
+            joints: Vec::new(),
+            contacts: NONE,
+            constraints: 0,
+            awake_row: NONE,
+            island: NONE,
+            island_previous: NONE,
+            island_next: NONE,
+            inertia_factor: 1.0,
+            refined: false,
+            load: 0.0,
+            still_time: 0.0,
+            room: 0.0,
+            level: NONE,
+            flies: false,
+            breaks: false,
+            ..old.clone()
+        }
+    }
+
+    /// The body keeps these shapes only.
+    fn shrink(&mut self, row: u32, old: &Body, kept: Vec<u32>, whole: f32) {
+        let mut total = mass_of(&self.tables, &kept);
+        let mass_def = share(old.mass_def, total.mass, whole);
+        if let MassDef::Mass(mass) = mass_def {
+            total = total.scaled_to(mass);
+        }
+        let body = self.tables.bodies.at_mut(row);
+        (body.shapes, body.mass_def) = (kept, mass_def);
+        body.w_rest = Vec3::ZERO;
+        self.set_mass(row, &total);
+        self.refresh_extent(row);
+        self.refresh_bounds(row);
+    }
+
+    /// Gives each joint of the body to the part whose shapes are nearest to its anchor.
+    fn deal_joints(&mut self, row: u32, old: &Body, made: &[u32]) {
+        for joint in &old.joints {
+            let j = self.tables.joints.at(*joint);
+            // The anchors of the part that stays were moved to its new center.
+            let own = if j.body_a == row { j.anchor_a } else { j.anchor_b };
+            let at = own + self.tables.bodies.at(row).local_center;
+            let all = old.shapes.iter().copied();
+            if let Some(shape) = nearest(&self.tables, all, at) {
+                let to = self.tables.shapes.at(shape).body;
+                if made.contains(&to) {
+                    self.move_joint(*joint, row, to, at);
+                }
+            }
+        }
+    }
+
+    /// Fastens a joint's end to another body, at this anchor [m, frame of its origin].
+    pub(super) fn move_joint(&mut self, joint: u32, from: u32, to: u32, anchor: Vec3) {
+        self.sets().uncolor_joint(joint);
+        let tables = &mut self.tables;
+        tables.islands.cut(from, &tables.bodies);
+        tables.bodies.at_mut(from).joints.retain(|j| *j != joint);
+        tables.bodies.at_mut(to).joints.push(joint);
+        let anchor = anchor - tables.bodies.at(to).local_center;
+        let j = tables.joints.at_mut(joint);
+        if j.body_a == from {
+            (j.body_a, j.anchor_a) = (to, anchor);
+        } else {
+            (j.body_b, j.anchor_b) = (to, anchor);
+        }
+        let (a, b) = (j.body_a, j.body_b);
+        tables.colors.bodies_changed = true;
+        let mut sets = self.sets();
+        sets.wake(a);
+        sets.wake(b);
+        sets.color_joint(joint);
+    }
+}
+
+/// Mass properties of some shapes in the frame of their body's origin.
+fn mass_of(tables: &Tables, shapes: &[u32]) -> MassProperties {
+    let solid = shapes.iter().map(|s| tables.shapes.at(*s));
+    let parts: Vec<(Pose, MassProperties)> = solid
+        .filter(|s| !s.sensor && s.density > 0.0)
+        .map(|s| (s.local, MassProperties::of(&s.shape, s.density)))
+        .collect();
+    MassProperties::combine(&parts)
+}
+
+/// Of a mass that was given the part that some of its shapes have.
+fn share(mass: MassDef, part: f32, whole: f32) -> MassDef {
+    match mass {
+        MassDef::Mass(mass) => MassDef::Mass(mass * (part / whole)),
+        other => other,
+    }
+}
