@@ -11,7 +11,7 @@ use drystone_view::sim::Opened;
 use drystone_view::{Options, show};
 
 use crate::Outcome;
-use crate::cli::{Overlay, Source, View};
+use crate::cli::{Overlay, Source, View, has_extension};
 use crate::load::{Loaded, build, load};
 use crate::output::Failure;
 use crate::render::quiet_driver;

@@ -69,6 +69,7 @@ impl Browser {
         let attach = json!({ "targetId": target["targetId"], "flatten": true });
         let session = browser.call("Target.attachToTarget", attach)?;
         session["sessionId"].as_str().unwrap_or_default().clone_into(&mut browser.session);
+        browser.call("Emulation.setTouchEmulationEnabled", json!({ "enabled": true }))?;
         for domain in ["Page.enable", "Runtime.enable", "Log.enable"] {
             browser.call(domain, json!({}))?;
         }

@@ -55,12 +55,12 @@ type Part = (&'static str, fn(&mut Test) -> Outcome);
 
 const PARTS: &[Part] = &[
     ("the page opens", opens),
+    ("hashes are those of the command", hashes),
+    ("fingers pull a body, and move the view", fingers),
     ("a click opens a scene of the catalog", catalog),
     ("buttons and keys stop, step and go back", time),
     ("the mouse pulls a body", pulls),
-    ("fingers pull a body, and move the view", fingers),
     ("the method changes as it runs", method),
-    ("hashes are those of the command", hashes),
     ("files that are dropped open or say why not", files),
     ("a film is played", film),
     ("a small page has its panel aside", small),
