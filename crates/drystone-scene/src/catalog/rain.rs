@@ -21,7 +21,7 @@ enum Socket {
     Hinge { axis: Vec3, bend: f32 },
 }
 
-/// A bone of a person who stands on the origin with spread arms and looks along z: a capsule.
+/// A bone of a person who stands on the origin and looks along z, arms down: a capsule.
 #[derive(Clone, Copy, Debug)]
 struct Bone {
     name: &'static str,
@@ -58,12 +58,7 @@ const fn tall(x: f32, low: f32, high: f32) -> [Vec3; 2] {
 }
 
 const DOWN: Vec3 = vec3(0.0, -1.0, 0.0);
-const LEFT: Vec3 = Vec3::X;
 const RIGHT: Vec3 = vec3(-1.0, 0.0, 0.0);
-
-const fn arm(x: f32, to: f32) -> [Vec3; 2] {
-    [vec3(x, 1.42, 0.0), vec3(to, 1.42, 0.0)]
-}
 
 const fn at(x: f32, y: f32) -> Vec3 {
     vec3(x, y, 0.0)
@@ -87,10 +82,10 @@ const BONES: [Bone; 14] = [
     hinge(bone("calf_l", tall(0.1, 0.1, 0.46), 0.055), 6, at(0.1, 0.49), Vec3::X, 120.0),
     ball(bone("thigh_r", tall(-0.1, 0.52, 0.88), 0.075), 0, at(-0.1, 0.92), DOWN, 50.0, 20.0),
     hinge(bone("calf_r", tall(-0.1, 0.1, 0.46), 0.055), 8, at(-0.1, 0.49), Vec3::X, 120.0),
-    ball(bone("upper_arm_l", arm(0.25, 0.46), 0.05), 3, at(0.2, 1.42), LEFT, 70.0, 60.0),
-    hinge(bone("lower_arm_l", arm(0.54, 0.8), 0.04), 10, at(0.5, 1.42), DOWN, 130.0),
-    ball(bone("upper_arm_r", arm(-0.25, -0.46), 0.05), 3, at(-0.2, 1.42), RIGHT, 70.0, 60.0),
-    hinge(bone("lower_arm_r", arm(-0.54, -0.8), 0.04), 12, at(-0.5, 1.42), Vec3::Y, 130.0),
+    ball(bone("upper_arm_l", tall(0.25, 1.17, 1.38), 0.05), 3, at(0.23, 1.42), DOWN, 70.0, 60.0),
+    hinge(bone("lower_arm_l", tall(0.25, 0.83, 1.09), 0.04), 10, at(0.25, 1.13), RIGHT, 130.0),
+    ball(bone("upper_arm_r", tall(-0.25, 1.17, 1.38), 0.05), 3, at(-0.23, 1.42), DOWN, 70.0, 60.0),
+    hinge(bone("lower_arm_r", tall(-0.25, 0.83, 1.09), 0.04), 12, at(-0.25, 1.13), RIGHT, 130.0),
 ];
 
 /// People in layers of their own, so that thighs and lower spine of one do not collide: as many later

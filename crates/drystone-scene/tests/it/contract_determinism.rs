@@ -10,6 +10,7 @@ fn moderate(name: &'static str) -> Option<&'static str> {
     match name {
         "large_world" => Some("tiles=30"),
         "high_speed" => Some("n=300"),
+        "rain" => Some("rows=3"),
         "large_pyramid" | "many_pyramids" | "convex_pile" | "joint_grid" | "junkyard"
         | "washer" | "trees50" | "trees25" => None,
         _ => Some(""),
@@ -47,6 +48,15 @@ fn sixty_steps_give_the_same_bits_for_all_threads_and_levels() {
             let scene = entry.scene((!parameters.is_empty()).then_some(parameters)).unwrap();
             check(&scene, 60);
         }
+    }
+}
+
+#[test]
+fn what_breaks_gives_the_same_bits_for_all_threads_and_levels() {
+    // The ball meets the wall after 87 steps.
+    for parameters in ["bond=1", "bond=2"] {
+        let entry = catalog().iter().find(|e| e.name == "wrecking_ball").unwrap();
+        check(&entry.scene(Some(parameters)).unwrap(), 110);
     }
 }
 

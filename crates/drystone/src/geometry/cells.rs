@@ -389,7 +389,17 @@ mod tests {
         let whole = MassProperties::of_hull(hull, 1.0);
         let cells: f64 = pieces.iter().map(|p| p.volume).sum();
         let exact = Polyhedron::of(hull).volume().0;
-        assert!((cells - exact).abs() < 1.0e-9 * exact, "{cells} {exact}");
+        // A face of more than three corners is plane to the rounding of its hull, and its volume goes by which of
+        // them its triangles share; a cut changes that. The box around has more surface than the hull.
+        let corners = |f: usize| hull.face(f).into_iter().map(|v| hull.vertices()[usize::from(v)]);
+        let off =
+            |f: usize| corners(f).map(|v| hull.planes()[f].distance(v).abs()).fold(0.0, f32::max);
+        let bend = (0..hull.face_count()).map(off).fold(0.0, f32::max);
+        let box_size = hull.bounds().max - hull.bounds().min;
+        let sides =
+            2.0 * (box_size.x * box_size.y + box_size.y * box_size.z + box_size.z * box_size.x);
+        let allowed = 1.0e-9 * exact + f64::from(bend * sides);
+        assert!((cells - exact).abs() < allowed, "{cells} {exact} {allowed}");
         let mut parts = Vec::new();
         for piece in &pieces {
             assert!(piece.volume > least);

@@ -1,8 +1,8 @@
 //! Joints that break.
 
 use drystone::{
-    BodyDef, BodyId, Fatigue, JointAxis, JointDef, JointId, JointKind, JointLimit, JointStrength,
-    Quat, ShapeDef, SixDof, Vec3, World, WorldConfig, vec3,
+    BodyDef, BodyId, Fatigue, JointAxis, JointDef, JointDrive, JointId, JointKind, JointLimit,
+    JointSpring, JointStrength, Quat, ShapeDef, SixDof, Spring, Vec3, World, WorldConfig, vec3,
 };
 
 const DT: f32 = 1.0 / 60.0;
@@ -175,6 +175,16 @@ fn joints_that_make_no_sense_are_refused_by_name() {
         refused(JointDef::six_dof(posts[0], Vec3::ZERO, body, Vec3::ZERO, limited))
             .contains("angular")
     );
+    let spring = Spring { rest_length: 1.0, hertz: -1.0, damping_ratio: 0.5 };
+    let sprung = JointDef {
+        kind: JointKind::Distance { min: 0.0, max: 2.0, spring: Some(spring) },
+        ..ball(posts[0], body)
+    };
+    assert_eq!(refused(sprung), "spring.hertz");
+    let stiff = JointDrive::servo(0.0, JointSpring::new(-1.0, 0.0), 1.0);
+    let driven = SixDof::hinge(JointAxis::driven(stiff));
+    let driven = JointDef::six_dof(posts[0], Vec3::ZERO, body, Vec3::ZERO, driven);
+    assert!(refused(driven).ends_with("stiffness"));
     for axis in [Vec3::ZERO, vec3(f32::NAN, 0.0, 0.0)] {
         let free = SixDof::hinge(JointAxis::FREE);
         let e = world.joint_along(posts[0], body, Vec3::ZERO, axis, free).unwrap_err();
@@ -185,7 +195,9 @@ fn joints_that_make_no_sense_are_refused_by_name() {
 #[test]
 fn a_joint_breaks_by_the_impulse_of_a_blow_in_whichever_substep_it_comes() {
     // A ball of 1 kg at 5 m/s hits a held cube: 5 N s go through the joint, whatever it is. In one step, or where the
-    // blow comes at its end, in two; what it gave is what the two bodies' momentum changed by.
+    // A ball of 1 kg at 5 m/s hits a held cube: 5 N s go through the joint, whatever it is, in one step, or where the
+    // blow comes at a step's end in two, half of it at least in one. What a joint gave is what the two bodies'
+    // momentum changed by.
     for (kind, phase, limit) in
         (0..48_u8).map(|i| (i % 3, i / 3 % 8, [2.4, 7.0][usize::from(i / 24)]))
     {

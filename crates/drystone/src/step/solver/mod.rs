@@ -26,6 +26,7 @@ mod plan;
 mod forest;
 mod swing;
 mod tally;
+mod six;
 mod tree;
 mod tree_six;
 mod touch;

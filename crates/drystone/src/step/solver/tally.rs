@@ -14,6 +14,14 @@ use crate::base::wide::{LANES, Lanes};
 use crate::state::bodies::{Bodies, NONE};
 use crate::state::contacts::Contact;
 
+/// Adds the impulses that a sweep left: all of them, or what a relax sweep changed.
+fn add(sum: &mut Lanes, last: &mut Lanes, now: &Lanes, is_relax: bool) {
+    for lane in 0..LANES {
+        sum[lane] += if is_relax { now[lane] - last[lane] } else { now[lane] };
+    }
+    *last = *now;
+}
+
 /// The sums of a block of contacts.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct ContactTally {
@@ -40,10 +48,7 @@ impl ContactTally {
         let count = usize::from(block.count.clamp(1, 4));
         let rubs = block.friction[..2].iter().zip(&mut self.rub);
         for ((now, sum), last) in of_points.take(count).chain(rubs).zip(&mut self.last) {
-            for lane in 0..LANES {
-                sum[lane] += if is_relax { now[lane] - last[lane] } else { now[lane] };
-                last[lane] = now[lane];
-            }
+            add(sum, last, now, is_relax);
         }
     }
 }
@@ -60,10 +65,7 @@ impl JointTally {
     fn add(&mut self, force: &[Lanes; 3], turn: &[Lanes; 3], is_relax: bool) {
         let now = force.iter().chain(turn);
         for ((now, sum), last) in now.zip(&mut self.sum).zip(&mut self.last) {
-            for lane in 0..LANES {
-                sum[lane] += if is_relax { now[lane] - last[lane] } else { now[lane] };
-                last[lane] = now[lane];
-            }
+            add(sum, last, now, is_relax);
         }
     }
 

@@ -25,6 +25,7 @@ use super::Solver;
 use super::forest::{Tree, TreeJoint};
 use super::joint::JointSweep;
 use super::plan::Group;
+use super::six::{Jacobian, Six, backward, dot, factor, forward, halves, mul, push, wide};
 use super::tree_six::SixRow;
 use crate::base::double::DVec3;
 use crate::base::jobs::{Executor, for_ranges};
@@ -38,11 +39,6 @@ const RELAX: f64 = 0.01;
 
 /// A wide gap closes faster: by half in a tenth of a second [1/s].
 pub(super) const FASTER: f64 = 7.0;
-
-pub(super) type Six = [f64; 6];
-
-/// Rows of a joint: what velocities of a body make of the axes that it holds; the first ones count.
-pub(super) type Jacobian = [Six; 6];
 
 /// What the tree's joints have in common in one sweep: see [`JointSweep`].
 #[derive(Clone, Copy, Debug)]
@@ -103,78 +99,23 @@ pub(crate) struct TreeRow {
     pub(super) rhs: Six,
 }
 
-pub(super) fn halves(a: &Six) -> (DVec3, DVec3) {
-    (DVec3 { x: a[0], y: a[1], z: a[2] }, DVec3 { x: a[3], y: a[4], z: a[5] })
-}
-
-pub(super) fn dot(a: &Six, b: &Six) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3] + a[4] * b[4] + a[5] * b[5]
-}
-
-fn wide(v: [f32; 4], w: [f32; 4]) -> Six {
-    [v[0], v[1], v[2], w[0], w[1], w[2]].map(f64::from)
-}
-
-pub(super) fn mul(s: &[DVec3; 3], v: DVec3) -> DVec3 {
-    DVec3 { x: s[0].dot(v), y: s[1].dot(v), z: s[2].dot(v) }
-}
-
 /// As in [`super::joint`]: an arm after a rotation by `t`, to second order.
 fn turned(r: DVec3, t: DVec3) -> DVec3 {
     let first = t.cross(r);
     r + first + t.cross(first) * 0.5
 }
 
-/// Velocity at the arm `r`, times `sign`: the rows are S (r × e).
-fn jacobian(sign: f64, alpha: f64, s: &[DVec3; 3], r: DVec3) -> Jacobian {
+/// The rows of a ball: velocity at the arm `r`, times `sign`, which is S (r × e).
+fn put_ball(rows: &mut Jacobian, sign: f64, body: &TreeBody, r: DVec3) {
     let across = [
         DVec3 { x: 0.0, y: r.z, z: -r.y },
         DVec3 { x: -r.z, y: 0.0, z: r.x },
         DVec3 { x: r.y, y: -r.x, z: 0.0 },
     ];
-    let mut rows = [[0.0; 6]; 6];
     for i in 0..3 {
-        let a = mul(s, across[i]) * sign;
+        let a = mul(&body.s, across[i]) * sign;
         rows[i] = [0.0, 0.0, 0.0, a.x, a.y, a.z];
-        rows[i][i] = sign * alpha;
-    }
-    rows
-}
-
-/// The lower Cholesky factor of the first `n` rows in place, its diagonal inverted. The matrix is positive
-/// definite.
-#[inline(always)]
-fn factor(m: &mut [Six; 6], n: usize) {
-    for i in 0..n {
-        for j in 0..=i {
-            let mut sum = m[i][j];
-            for k in 0..j {
-                sum -= m[i][k] * m[j][k];
-            }
-            m[i][j] = if i == j { 1.0 / sum.sqrt() } else { sum * m[j][j] };
-        }
-    }
-}
-
-#[inline(always)]
-fn forward(m: &[Six; 6], b: &mut Six, n: usize) {
-    for i in 0..n {
-        let mut sum = b[i];
-        for k in 0..i {
-            sum -= m[i][k] * b[k];
-        }
-        b[i] = sum * m[i][i];
-    }
-}
-
-#[inline(always)]
-fn backward(m: &[Six; 6], b: &mut Six, n: usize) {
-    for i in (0..n).rev() {
-        let mut sum = b[i];
-        for k in i + 1..n {
-            sum -= m[k][i] * b[k];
-        }
-        b[i] = sum * m[i][i];
+        rows[i][i] = sign * body.alpha;
     }
 }
 
@@ -216,11 +157,11 @@ impl TreeRow {
     /// if there is none.
     #[inline(always)]
     fn factor(&mut self, below: Option<&TreeBody>, n: usize) {
-        self.w = self.child;
+        let own = if below.is_some() { &self.parent } else { &self.child };
+        self.w[..n].copy_from_slice(&own[..n]);
         if let Some(body) = below {
-            self.w = self.parent;
-            self.y = self.child;
             for r in 0..n {
+                self.y[r] = self.child[r];
                 forward(&body.h, &mut self.y[r], 6);
                 for c in 0..=r {
                     self.k[r][c] += dot(&self.y[r], &self.y[c]);
@@ -345,12 +286,12 @@ impl Solver<'_> {
             drift: DVec3::from(drift * sign),
             lambda: [impulse.x, impulse.y, impulse.z, 0.0, 0.0, 0.0],
             impulse,
-            child: jacobian(1.0, body.alpha, &body.s, DVec3::from(child)),
             ..TreeRow::default()
         };
+        put_ball(&mut row.child, 1.0, body, row.r_child);
         if tree.parent != NONE {
             let body = self.tree_bodies.read(tree.parent as usize);
-            row.parent = jacobian(-1.0, body.alpha, &body.s, row.r_parent);
+            put_ball(&mut row.parent, -1.0, body, row.r_parent);
         }
         *self.tree_rows.row(i) = row;
     }
@@ -545,7 +486,7 @@ impl Solver<'_> {
         let (x, t) = halves(&child.motion);
         let r = turned(row.r_child, mul(&child.s, t));
         let mut gap = row.gap + row.drift * sweep.elapsed + x * child.alpha + (r - row.r_child);
-        row.child = jacobian(1.0, child.alpha, &child.s, r);
+        put_ball(&mut row.child, 1.0, child, r);
         let u = &child.u;
         let mut speed = row.drift
             + DVec3 {
@@ -561,7 +502,7 @@ impl Solver<'_> {
             let (x, t) = halves(&parent.motion);
             let r = turned(row.r_parent, mul(&parent.s, t));
             gap = gap - x * parent.alpha - (r - row.r_parent);
-            row.parent = jacobian(-1.0, parent.alpha, &parent.s, r);
+            put_ball(&mut row.parent, -1.0, parent, r);
             let u = &parent.u;
             speed = speed
                 + DVec3 {
@@ -578,8 +519,8 @@ impl Solver<'_> {
         let rate = if sweep.rate * size > fastest { fastest / size } else { sweep.rate };
         let wanted = -(speed + gap * rate);
         row.rhs = [wanted.x, wanted.y, wanted.z, 0.0, 0.0, 0.0];
-        row.k = [[0.0; 6]; 6];
         for i in 0..3 {
+            row.k[i] = [0.0; 6];
             row.k[i][i] = compliance;
         }
     }
@@ -598,14 +539,5 @@ impl Solver<'_> {
                 }
             }
         }
-    }
-}
-
-/// Adds impulses of rows.
-#[inline(always)]
-fn push(x: &mut Six, rows: &Jacobian, p: &Six, n: usize) {
-    for c in 0..6 {
-        let sum = (0..n).fold(0.0, |sum, i| sum + rows[i][c] * p[i]);
-        x[c] += sum;
     }
 }

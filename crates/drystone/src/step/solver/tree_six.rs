@@ -3,7 +3,7 @@
 //! Drives and limits come after the locked axes of all joints, by the laws of sixdof.rs, each behind the whole
 //! tree: its inverse mass is the tree's answer to an impulse of its own, found with the factors at hand. So a
 //! hinge at the shoulder feels the arm with all that it carries. The answers of all to all are a small matrix,
-//! on which they are solved in rounds; n of them cost n + 2 substitutions a sweep.
+//! on which they are solved in rounds; n of them cost n + 1 substitutions a step and one a sweep.
 //! Angles are held as softly as by a spring on the inertia of the whole tree.
 
 use fearless_simd::{SimdBase, dispatch};
@@ -12,8 +12,9 @@ use super::Solver;
 use super::forest::{Tree, TreeJoint};
 use super::held::push;
 use super::pack_joint::put;
+use super::six::{Six, dot, halves, mul};
 use super::sixdof::{Felt, SixBlock, drive_and_limit};
-use super::tree::{FASTER, Six, Sweep, TreeBody, TreeRow, dot, halves, mul};
+use super::tree::{FASTER, Sweep, TreeBody, TreeRow};
 use crate::base::double::{DVec3, greater, lesser};
 use crate::base::wide::{LANES, Lanes, splat};
 use crate::state::bodies::NONE;
@@ -214,34 +215,22 @@ impl Solver<'_> {
         if n == 0 {
             return;
         }
-        let gains = self.tree_gains.slice(tree.gains.clone());
         for i in tree.bodies.clone() {
             let body = self.tree_bodies.row(i);
             body.sum = body.x;
-            // Gravity and forces, whitened.
-            let a = DVec3::from(*self.acceleration.read(body.line as usize)) * (1.0 / body.alpha);
-            body.x = [a.x, a.y, a.z, 0.0, 0.0, 0.0];
         }
-        self.respond(tree);
+        if !sweep.is_relax && sweep.elapsed == 0.0 {
+            self.find_gains(tree);
+        }
         for (i, joint) in self.tree_joints(tree) {
             let row = self.tree_rows.row(i);
             for k in row.count..row.all() {
-                row.six.pull[k] = self.rate(joint, row, k, |body| &body.x);
                 row.six.speed[k] += self.rate(joint, row, k, |body| &body.u)
                     + self.rate(joint, row, k, |body| &body.sum);
                 row.six.given[k] = -row.lambda[k];
             }
         }
-        let mut of = 0;
-        for (i, joint) in self.tree_joints(tree) {
-            for k in self.tree_rows.read(i).count..self.tree_rows.read(i).all() {
-                self.clear(tree);
-                self.push_row(joint, self.tree_rows.read(i), k, 1.0);
-                self.respond(tree);
-                self.answers(tree, &mut gains[of * n..(of + 1) * n]);
-                of += 1;
-            }
-        }
+        let gains = self.tree_gains.slice(tree.gains.clone());
         for _ in 0..ROUNDS {
             if self.round(tree, gains, sweep) < SETTLED {
                 break;
@@ -266,6 +255,36 @@ impl Solver<'_> {
             let body = self.tree_bodies.row(i);
             for c in 0..6 {
                 body.x[c] += body.sum[c];
+            }
+        }
+    }
+
+    /// Answers of drives and limits to each other and to gravity and forces. Those of the step's start serve
+    /// the whole step: what is given in a sweep beyond what was given in the last is little, and goes through
+    /// the tree as it is then.
+    fn find_gains(&self, tree: &Tree) {
+        let (n, gains) = (tree.scalars, self.tree_gains.slice(tree.gains.clone()));
+        for i in tree.bodies.clone() {
+            let body = self.tree_bodies.row(i);
+            // Whitened.
+            let a = DVec3::from(*self.acceleration.read(body.line as usize)) * (1.0 / body.alpha);
+            body.x = [a.x, a.y, a.z, 0.0, 0.0, 0.0];
+        }
+        self.respond(tree);
+        for (i, joint) in self.tree_joints(tree) {
+            let row = self.tree_rows.row(i);
+            for k in row.count..row.all() {
+                row.six.pull[k] = self.rate(joint, row, k, |body| &body.x);
+            }
+        }
+        let mut of = 0;
+        for (i, joint) in self.tree_joints(tree) {
+            for k in self.tree_rows.read(i).count..self.tree_rows.read(i).all() {
+                self.clear(tree);
+                self.push_row(joint, self.tree_rows.read(i), k, 1.0);
+                self.respond(tree);
+                self.answers(tree, &mut gains[of * n..(of + 1) * n]);
+                of += 1;
             }
         }
     }
