@@ -2,7 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use drystone::{BodyDef, BodyId, CouplingDef, DefError, JointDef, JointId, Pose, Strand, World};
+use drystone::{
+    BodyDef, BodyId, BodyKind, CouplingDef, DefError, JointDef, JointId, Pose, Strand, World,
+};
 
 use crate::scene::{
     Scene, SceneBody, SceneCoupling, SceneFrame, SceneJoint, SceneStrand, Script, ScriptAction,
@@ -152,7 +154,7 @@ impl Scene {
             running.add_strand(strand)?;
         }
         match &self.script {
-            Script::None => {}
+            Script::None | Script::Film(_) => {}
             Script::Orbit { body, .. } | Script::Pull { body, .. } => {
                 running.at("the script", *body)?;
             }
@@ -355,6 +357,15 @@ impl Running {
         Ok(())
     }
 
+    /// The length of the film that it plays, if it is one [s].
+    #[must_use]
+    pub fn film_seconds(&self) -> Option<f32> {
+        match &self.script {
+            Script::Film(film) => Some(film.seconds()),
+            _ => None,
+        }
+    }
+
     fn act(&mut self, action: ScriptAction<'_>, dt: f32) -> Result<(), BuildError> {
         match action {
             ScriptAction::None => {}
@@ -377,6 +388,23 @@ impl Running {
             ScriptAction::Add(body) => {
                 let SceneBody { name, def } = body.clone();
                 self.add(&name, def)?;
+            }
+            ScriptAction::Film(film) => {
+                #[expect(
+                    clippy::cast_possible_truncation,
+                    reason = "a time in f32, as in the file"
+                )]
+                let time = ((self.steps + 1) as f64 * f64::from(dt)) as f32;
+                while let Some(SceneBody { name, def }) = film.late(self.bodies.len(), time) {
+                    self.add(name, def.clone())?;
+                }
+                for (number, id) in self.bodies.iter().enumerate() {
+                    let Some(mut body) = self.world.body_mut(*id) else { continue };
+                    if body.get().kind() == BodyKind::Kinematic {
+                        body.set_pose(film.pose(number, time))
+                            .map_err(|e| body_error(&self.names[number], e))?;
+                    }
+                }
             }
         }
         Ok(())

@@ -1,10 +1,14 @@
 //! A scene in neutral form: what the catalog builds, what files are read into, what every engine of
 //! the benchmark is given.
 
+use std::sync::Arc;
+
 use drystone::{
     BodyDef, ClothDef, JointKind, JointStrength, ParticleDef, Pose, RopeDef, Vec3, WorldConfig,
     trig, vec3,
 };
+
+use crate::gltf::Film;
 
 /// A body of a scene.
 #[derive(Clone, Debug)]
@@ -140,6 +144,8 @@ pub enum Script {
         /// The force [N, world].
         force: Vec3,
     },
+    /// The bodies, none of which is dynamic, are where a film has them.
+    Film(Arc<Film>),
     /// Groups of bodies come, and go, before certain steps.
     Waves(Vec<Wave>),
 }
@@ -182,6 +188,8 @@ pub enum ScriptAction<'a> {
         /// The force [N, world].
         force: Vec3,
     },
+    /// Every body is where this film has it after the step.
+    Film(&'a Film),
 }
 
 impl Script {
@@ -212,6 +220,7 @@ impl Script {
             }
             &Self::Pull { body, from, force } if step == from => ScriptAction::Pull { body, force },
             Self::Pull { .. } => ScriptAction::None,
+            Self::Film(film) => ScriptAction::Film(film),
             Self::Waves(waves) => {
                 let wave = waves.binary_search_by_key(&step, |w| w.step).ok();
                 wave.map_or(ScriptAction::None, |i| ScriptAction::Wave(&waves[i]))
