@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use crate::tidy::is_reference_key;
 use crate::{
-    Outcome, WITHOUT_GRAPHICS, cargo, golden, graphics, instructions, root, run_to_end, tidy,
+    Outcome, WITHOUT_GRAPHICS, cargo, golden, graphics, instructions, root, run_to_end, tidy, web,
 };
 
 type Stage = (&'static str, fn() -> Outcome);
@@ -23,6 +23,7 @@ const STAGES: &[Stage] = &[
     ("golden", || golden::run(&golden::Options { release: false, bless: None })),
     ("golden-release", || golden::run(&golden::Options { release: true, bless: None })),
     ("instructions", || instructions::run(false)),
+    ("web", web::check),
 ];
 
 /// Runs the named stages, or all, in the order of the list.

@@ -197,6 +197,10 @@ pub(crate) struct View {
     #[arg(long)]
     pub(crate) paused: bool,
 
+    /// Play the animations of a file, such as one that was baked, instead of simulating it
+    #[arg(long)]
+    pub(crate) film: bool,
+
     /// What is drawn over bodies at first
     #[arg(long, value_name = "NAME[,NAME...]", value_delimiter = ',')]
     pub(crate) overlays: Vec<Overlay>,

@@ -5,12 +5,13 @@ use std::process::ExitCode;
 use std::sync::Arc;
 
 use drystone::Executor;
+use drystone_scene::gltf;
 use drystone_view::overlay::{Overlays, Tint};
 use drystone_view::sim::Opened;
 use drystone_view::{Options, show};
 
 use crate::Outcome;
-use crate::cli::{Overlay, Source, View};
+use crate::cli::{Overlay, Source, View, has_extension};
 use crate::load::{Loaded, build, load};
 use crate::output::Failure;
 use crate::render::quiet_driver;
@@ -52,7 +53,8 @@ pub(crate) fn view(args: &View) -> Outcome {
         let source = Source { scene: scene.to_owned(), auto_colliders, base, ground };
         open(&again, &source, &executor).map_err(|e| e.to_string())
     });
-    show(Options { opened, open, playing: !args.paused, overlays }).map_err(Failure::failed)?;
+    let options = Options { opened, open, playing: !args.paused, overlays, panel: None };
+    show(options).map_err(Failure::failed)?;
     Ok(ExitCode::SUCCESS)
 }
 
@@ -69,6 +71,19 @@ fn open(args: &View, source: &Source, executor: &Arc<dyn Executor>) -> Result<Op
     }
     let mut loaded = load(source, args.settings.gravity()?)?;
     args.settings.apply(&mut loaded.scene_mut().config)?;
+    if args.film {
+        loaded = match loaded {
+            Loaded::Gltf(file) => {
+                Loaded::BuiltIn(Box::new(gltf::film(*file).map_err(Failure::failed)?))
+            }
+            Loaded::BuiltIn(_) | Loaded::Read(_) => {
+                return Err(Failure::usage(format_args!(
+                    "--film is for glTF files; {} is none",
+                    source.scene
+                )));
+            }
+        };
+    }
     let scene = loaded.scene();
     let hz = args.settings.hz.unwrap_or(scene.hz);
     let mut running = build(scene, &source.scene)?;

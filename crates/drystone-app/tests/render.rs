@@ -184,6 +184,37 @@ fn without_a_display_the_window_says_what_to_do() {
     assert_eq!(text.lines().count(), 1, "{text}");
 }
 
+#[cfg(feature = "view")]
+#[test]
+fn a_film_is_a_file_with_animations() {
+    let folder = folder("view_film");
+    let view = |line: &str| {
+        let mut command = drystone(&folder, line);
+        command.env_remove("DISPLAY").env_remove("WAYLAND_DISPLAY").env_remove("WAYLAND_SOCKET");
+        let output = command.output().unwrap();
+        (output.status.code(), said(&output))
+    };
+    let (code, text) = view("view hello --film");
+    assert!(code == Some(2) && text.contains("--film is for glTF files"), "{text}");
+    let bake = drystone(&folder, "simulate hello --steps 30 --bake film.glb").output().unwrap();
+    assert_eq!(bake.status.code(), Some(0), "{}", said(&bake));
+    let (code, text) = view("view film.glb --film");
+    if cfg!(target_os = "linux") {
+        assert!(code == Some(1) && text.contains("no display"), "{text}");
+    }
+    fs::write(folder.join("still.gltf"), STILL).unwrap();
+    let (code, text) = view("view still.gltf --film");
+    assert!(code == Some(1) && text.contains("no animation"), "{text}");
+    assert_eq!(text.lines().count(), 1, "{text}");
+}
+
+/// A ball that nothing moves.
+#[cfg(feature = "view")]
+const STILL: &str = r#"{"asset": {"version": "2.0"}, "nodes": [{"extensions": {"KHR_physics_rigid_bodies":
+    {"motion": {}, "collider": {"geometry": {"shape": 0}}}}}],
+    "extensionsUsed": ["KHR_physics_rigid_bodies", "KHR_implicit_shapes"],
+    "extensions": {"KHR_implicit_shapes": {"shapes": [{"type": "sphere", "sphere": {"radius": 0.5}}]}}}"#;
+
 /// Ends a program when the test does, whatever becomes of it.
 struct Ended(Child);
 

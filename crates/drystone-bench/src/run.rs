@@ -68,7 +68,8 @@ pub fn measure<E: Engine>(order: &Order<'_>) -> Result<Row, EngineError> {
     let mut ms = Series::default();
     for step in 0..order.steps {
         match scene.script.action(step) {
-            ScriptAction::None => {}
+            // A film asks nothing of physics.
+            ScriptAction::None | ScriptAction::Film(_) => {}
             ScriptAction::Aim { body, position } => engine.aim(body, position, dt)?,
             ScriptAction::Pull { body, force } => engine.pull(body, force)?,
             ScriptAction::Add(body) => {

@@ -3,7 +3,8 @@
 //!
 //! A picture is made in three parts. [`Subject`] tells what a world's picture is about and gives a
 //! [`Camera`] that shows it. [`Drawing`] gathers what is to be drawn: shapes by form, rods, lines.
-//! [`Renderer`] draws it on a texture; [`Canvas`] is a renderer with a picture of its own in memory.
+//! [`Renderer`] draws it on a texture; [`Canvas`] is a renderer with a picture of its own in memory
+//! (not in a browser, where nothing may wait for the device).
 //!
 //! ```no_run
 //! use drystone_render::{Canvas, Drawing, Look, Subject};
@@ -22,6 +23,8 @@
 //! The same drawing and camera give the same bytes on the same device and driver.
 
 mod camera;
+// It waits for the device, which a page in a browser may not.
+#[cfg(not(target_arch = "wasm32"))]
 mod canvas;
 mod color;
 mod drawing;
@@ -31,6 +34,7 @@ mod framing;
 mod renderer;
 
 pub use camera::{Camera, FIELD_OF_VIEW};
+#[cfg(not(target_arch = "wasm32"))]
 pub use canvas::{Canvas, Picture};
 pub use color::{Color, body_color};
 pub use drawing::{Drawing, Look};

@@ -17,8 +17,8 @@ use crate::drawing::{Batch, Drawing, Instance, Line};
 use crate::error::RenderError;
 use crate::form::Form;
 
-/// Points on a side of the shadow map.
-const SHADOW_SIZE: u32 = 4096;
+/// Points on a side of the shadow map; fewer in a browser, which may draw in software or on a phone.
+const SHADOW_SIZE: u32 = if cfg!(target_arch = "wasm32") { 2048 } else { 4096 };
 /// Points of the largest picture: with its samples it takes 2 GiB.
 const MOST_POINTS: u64 = 1 << 26;
 /// Samples of a point of the picture.

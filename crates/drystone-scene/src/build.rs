@@ -2,10 +2,13 @@
 
 use std::collections::BTreeMap;
 
-use drystone::{BodyDef, BodyId, CouplingDef, DefError, JointDef, JointId, Pose, World};
+use drystone::{
+    BodyDef, BodyId, BodyKind, CouplingDef, DefError, JointDef, JointId, Pose, Strand, World,
+};
 
 use crate::scene::{
-    Scene, SceneBody, SceneCoupling, SceneFrame, SceneJoint, Script, ScriptAction, Wave,
+    Scene, SceneBody, SceneCoupling, SceneFrame, SceneJoint, SceneStrand, Script, ScriptAction,
+    StrandDef, Wave,
 };
 
 /// The engine refused something of a scene.
@@ -44,6 +47,15 @@ pub enum BuildError {
         #[source]
         error: DefError,
     },
+    /// A rope, a cloth or a cloud.
+    #[error("strand '{name}': {error}")]
+    Strand {
+        /// Its name.
+        name: String,
+        /// What is wrong with it.
+        #[source]
+        error: DefError,
+    },
     /// A coupling names a joint that the scene does not have.
     #[error("coupling {number} names joint number {joint}, the scene has {joints} joints")]
     NoSuchJoint {
@@ -53,6 +65,16 @@ pub enum BuildError {
         joint: usize,
         /// How many there are.
         joints: usize,
+    },
+    /// A strand names a particle that it does not have.
+    #[error("strand '{name}' names its particle number {number}, it has {particles}")]
+    NoSuchParticle {
+        /// Its name.
+        name: String,
+        /// The number given.
+        number: usize,
+        /// How many there are.
+        particles: usize,
     },
     /// A joint or the script names a body that the scene does not have.
     #[error("{user} names body number {number}, the scene has {bodies} bodies")]
@@ -81,6 +103,8 @@ pub struct Running {
     pub joints: Vec<JointId>,
     /// Its couplings in the order of the scene.
     pub couplings: Vec<JointId>,
+    /// Its ropes, cloths and clouds in the order of the scene.
+    pub strands: Vec<Strand>,
     /// Named places on its bodies, as the scene has them.
     pub frames: Vec<SceneFrame>,
     /// Those that scene and script brought.
@@ -106,6 +130,7 @@ impl Scene {
             names: Vec::with_capacity(self.bodies.len()),
             joints: Vec::with_capacity(self.joints.len()),
             couplings: Vec::with_capacity(self.couplings.len()),
+            strands: Vec::with_capacity(self.strands.len()),
             frames: self.frames.clone(),
             brought: Vec::with_capacity(self.bodies.len()),
             origins: BTreeMap::new(),
@@ -125,8 +150,11 @@ impl Scene {
         for frame in &self.frames {
             running.at(&format!("the frame '{}'", frame.name), frame.body)?;
         }
+        for strand in &self.strands {
+            running.add_strand(strand)?;
+        }
         match &self.script {
-            Script::None => {}
+            Script::None | Script::Film(_) => {}
             Script::Orbit { body, .. } | Script::Pull { body, .. } => {
                 running.at("the script", *body)?;
             }
@@ -170,6 +198,38 @@ impl Running {
         let id = self.world.add_body(def).map_err(|error| body_error(name, error))?;
         self.brought.push(id);
         self.learn(id, name.to_owned());
+        Ok(())
+    }
+
+    fn add_strand(&mut self, strand: &SceneStrand) -> Result<(), BuildError> {
+        let SceneStrand { name, def, pins, holds } = strand;
+        let refused = |error| BuildError::Strand { name: name.clone(), error };
+        let made = match def {
+            StrandDef::Rope(def) => self.world.add_rope(def),
+            StrandDef::Cloth(def) => self.world.add_cloth(def),
+            StrandDef::Cloud(points, def) => self
+                .world
+                .add_cloud(points.iter().copied(), def)
+                .map(|particles| Strand { particles, links: Vec::new() }),
+        };
+        let made = made.map_err(refused)?;
+        let particle = |number: usize| {
+            let particles = made.particles.len();
+            let name = || name.clone();
+            let missing = || BuildError::NoSuchParticle { name: name(), number, particles };
+            made.particles.get(number).copied().ok_or_else(missing)
+        };
+        for number in pins {
+            if let Some(mut pinned) = self.world.particle_mut(particle(*number)?) {
+                pinned.set_pinned(true);
+            }
+        }
+        for hold in holds {
+            let body = self.at(name, hold.body)?;
+            let held = particle(hold.particle)?;
+            self.world.attach_particle(held, body, hold.point).map_err(refused)?;
+        }
+        self.strands.push(made);
         Ok(())
     }
 
@@ -297,6 +357,15 @@ impl Running {
         Ok(())
     }
 
+    /// The length of the film that it plays, if it is one [s].
+    #[must_use]
+    pub fn film_seconds(&self) -> Option<f32> {
+        match &self.script {
+            Script::Film(film) => Some(film.seconds()),
+            _ => None,
+        }
+    }
+
     fn act(&mut self, action: ScriptAction<'_>, dt: f32) -> Result<(), BuildError> {
         match action {
             ScriptAction::None => {}
@@ -319,6 +388,23 @@ impl Running {
             ScriptAction::Add(body) => {
                 let SceneBody { name, def } = body.clone();
                 self.add(&name, def)?;
+            }
+            ScriptAction::Film(film) => {
+                #[expect(
+                    clippy::cast_possible_truncation,
+                    reason = "a time in f32, as in the file"
+                )]
+                let time = ((self.steps + 1) as f64 * f64::from(dt)) as f32;
+                while let Some(SceneBody { name, def }) = film.late(self.bodies.len(), time) {
+                    self.add(name, def.clone())?;
+                }
+                for (number, id) in self.bodies.iter().enumerate() {
+                    let Some(mut body) = self.world.body_mut(*id) else { continue };
+                    if body.get().kind() == BodyKind::Kinematic {
+                        body.set_pose(film.pose(number, time))
+                            .map_err(|e| body_error(&self.names[number], e))?;
+                    }
+                }
             }
         }
         Ok(())

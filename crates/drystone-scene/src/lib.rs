@@ -17,5 +17,6 @@ pub use build::{BuildError, Running};
 pub use catalog::{CatalogError, Entry, Parameter, Range, Values, catalog, named};
 pub use error::SceneError;
 pub use scene::{
-    Scene, SceneBody, SceneCoupling, SceneFrame, SceneJoint, Script, ScriptAction, Wave,
+    Scene, SceneBody, SceneCoupling, SceneFrame, SceneHold, SceneJoint, SceneStrand, Script,
+    ScriptAction, StrandDef, Wave,
 };

@@ -25,14 +25,29 @@ pub fn load(path: &Path, options: &Options) -> Result<LoadedGltf, SceneError> {
         return Err(SceneError::new(path, "", "it is not text", "a Wavefront .obj file"));
     }
     file.read_to_end(&mut bytes).map_err(io)?;
-    let text = String::from_utf8_lossy(&bytes);
-    let parts = parse(&text).map_err(|e| e.in_file(path))?;
-    if parts.is_empty() {
-        return Err(SceneError::new(path, "", "it has no face", "lines f with at least 3 corners"));
-    }
     let name = path.file_stem().map_or_else(String::new, |s| s.to_string_lossy().into_owned());
-    let document = document_of_meshes(&name, &parts);
-    gltf::from_document(document, &name, options).map_err(|e| e.in_file(path))
+    interpret(&bytes, &name, options).map_err(|e| e.in_file(path))
+}
+
+/// Reads a scene from the bytes of an `.obj` file called `name`, as [`load`] does.
+///
+/// # Errors
+/// A line that names the line in the file, what is wrong and what is allowed.
+pub fn from_slice(bytes: &[u8], name: &str, options: &Options) -> Result<LoadedGltf, SceneError> {
+    interpret(bytes, name, options).map_err(|e| e.in_file(Path::new(name)))
+}
+
+fn interpret(bytes: &[u8], name: &str, options: &Options) -> Result<LoadedGltf, SceneError> {
+    let fail =
+        |problem: &str, allowed: &str| Err(SceneError::new(Path::new(""), "", problem, allowed));
+    if bytes.contains(&0) {
+        return fail("it is not text", "a Wavefront .obj file");
+    }
+    let parts = parse(&String::from_utf8_lossy(bytes))?;
+    if parts.is_empty() {
+        return fail("it has no face", "lines f with at least 3 corners");
+    }
+    gltf::from_document(document_of_meshes(name, &parts), name, options)
 }
 
 /// The corners of all faces of a file's text.

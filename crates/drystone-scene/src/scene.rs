@@ -1,7 +1,14 @@
 //! A scene in neutral form: what the catalog builds, what files are read into, what every engine of
 //! the benchmark is given.
 
-use drystone::{BodyDef, JointKind, JointStrength, Pose, Vec3, WorldConfig, trig, vec3};
+use std::sync::Arc;
+
+use drystone::{
+    BodyDef, ClothDef, JointKind, JointStrength, ParticleDef, Pose, RopeDef, Vec3, WorldConfig,
+    trig, vec3,
+};
+
+use crate::gltf::Film;
 
 /// A body of a scene.
 #[derive(Clone, Debug)]
@@ -63,6 +70,42 @@ pub struct SceneFrame {
     pub center: Vec3,
 }
 
+/// A particle of a strand that a body holds.
+#[derive(Clone, Copy, Debug)]
+pub struct SceneHold {
+    /// Number of the particle in its strand.
+    pub particle: usize,
+    /// Number of the body in [`Scene::bodies`].
+    pub body: usize,
+    /// Where [m, frame of the body].
+    pub point: Vec3,
+}
+
+/// What a strand is.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub enum StrandDef {
+    /// A rope.
+    Rope(RopeDef),
+    /// A cloth.
+    Cloth(ClothDef),
+    /// A particle at each of these points [m, world].
+    Cloud(Vec<Vec3>, ParticleDef),
+}
+
+/// Particles of a scene. Only drystone has them: engines beside it are given the bodies alone.
+#[derive(Clone, Debug)]
+pub struct SceneStrand {
+    /// The scene's own name for it.
+    pub name: String,
+    /// What it is.
+    pub def: StrandDef,
+    /// Numbers of its particles that are pinned where they are.
+    pub pins: Vec<usize>,
+    /// Its particles that bodies hold.
+    pub holds: Vec<SceneHold>,
+}
+
 /// What happens to the bodies while the scene runs, besides physics.
 #[derive(Clone, Debug, Default)]
 #[non_exhaustive]
@@ -101,6 +144,8 @@ pub enum Script {
         /// The force [N, world].
         force: Vec3,
     },
+    /// The bodies, none of which is dynamic, are where a film has them.
+    Film(Arc<Film>),
     /// Groups of bodies come, and go, before certain steps.
     Waves(Vec<Wave>),
 }
@@ -143,6 +188,8 @@ pub enum ScriptAction<'a> {
         /// The force [N, world].
         force: Vec3,
     },
+    /// Every body is where this film has it after the step.
+    Film(&'a Film),
 }
 
 impl Script {
@@ -173,6 +220,7 @@ impl Script {
             }
             &Self::Pull { body, from, force } if step == from => ScriptAction::Pull { body, force },
             Self::Pull { .. } => ScriptAction::None,
+            Self::Film(film) => ScriptAction::Film(film),
             Self::Waves(waves) => {
                 let wave = waves.binary_search_by_key(&step, |w| w.step).ok();
                 wave.map_or(ScriptAction::None, |i| ScriptAction::Wave(&waves[i]))
@@ -210,6 +258,8 @@ pub struct Scene {
     pub joints: Vec<SceneJoint>,
     /// Its couplings, added after the joints.
     pub couplings: Vec<SceneCoupling>,
+    /// Its particles, in the order in which they are added, after bodies and joints.
+    pub strands: Vec<SceneStrand>,
     /// Named places on its bodies.
     pub frames: Vec<SceneFrame>,
     /// What happens besides.
@@ -231,6 +281,7 @@ impl Scene {
             bodies: Vec::new(),
             joints: Vec::new(),
             couplings: Vec::new(),
+            strands: Vec::new(),
             frames: Vec::new(),
             script: Script::None,
             notes: Vec::new(),

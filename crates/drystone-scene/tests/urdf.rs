@@ -258,7 +258,8 @@ fn fingers_that_mimic_go_together() {
     for step in 0..240 {
         // One finger is pulled along its slider, which is across the hand, and pushed back later.
         let hand = running.world.body(running.bodies[7]).unwrap().rotation();
-        let way = hand.rotate(Quat::from_axis_angle(Vec3::Z, -0.785_398_2).rotate(Vec3::Y));
+        let way = hand
+            .rotate(Quat::from_axis_angle(Vec3::Z, -core::f32::consts::FRAC_PI_4).rotate(Vec3::Y));
         let push = way * if step < 120 { 0.1 } else { -0.1 };
         running.world.body_mut(finger).unwrap().set_lasting_force(push).unwrap();
         running.step(1.0 / 60.0).unwrap();

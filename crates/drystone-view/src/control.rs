@@ -55,6 +55,17 @@ impl Control {
         send: &mut dyn FnMut(Command),
     ) {
         let Some(camera) = self.camera else { return };
+        if let Some(touch) = ui.input(egui::InputState::multi_touch) {
+            // Two fingers move the view; what the first one took hold of is let go.
+            if self.grab.take().is_some() {
+                send(Command::Release);
+            }
+            let half = 0.5 * self.parts.first().map_or(1.0, Rect::height).max(1.0);
+            let moved = touch.translation_delta;
+            let camera = camera.panned(-moved.x / half, moved.y / half);
+            self.camera = Some(camera.dollied(touch.zoom_delta.clamp(0.5, 2.0).recip()));
+            return;
+        }
         let pointer = area.interact_pointer_pos().or(area.hover_pos());
         let (shift, scroll, moved, pressed) = ui.input(|i| {
             let pointer = &i.pointer;

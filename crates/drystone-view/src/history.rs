@@ -10,8 +10,8 @@ use drystone_scene::{BuildError, Running};
 
 /// States kept at most; where there are more, every other one is given up.
 const MOST_STATES: usize = 64;
-/// Memory that they take at most [bytes], by a rough count.
-const MOST_BYTES: usize = 1 << 29;
+/// Memory that they take at most [bytes], by a rough count; a page in a browser has less.
+const MOST_BYTES: usize = if cfg!(target_arch = "wasm32") { 1 << 27 } else { 1 << 29 };
 
 /// From here on a state is large [bytes].
 const LARGE: usize = 1 << 21;

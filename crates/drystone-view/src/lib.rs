@@ -1,13 +1,16 @@
 //! A window on a world: watch it, stop it, turn time back, pull and shoot at it.
 //!
-//! Physics runs on a thread of its own ([`sim`]); the window ([`show`]) draws what that thread last
-//! gave it and sends back commands. [`history`] lets time go back.
+//! Physics runs on a thread of its own ([`sim`]); the window (`show`) draws what that thread last
+//! gave it and sends back commands. [`history`] lets time go back. In a browser (`web`) there is one
+//! thread, and physics runs between the pictures.
 
 pub mod history;
 pub mod overlay;
+pub mod places;
 pub mod sim;
 
 mod control;
+mod pace;
 mod panel;
 mod picked;
 mod plot;
@@ -15,8 +18,12 @@ mod settings;
 mod side;
 mod window;
 
+pub use pace::Pace;
 pub use picked::Picked;
+#[cfg(not(target_arch = "wasm32"))]
 pub use window::show;
+#[cfg(target_arch = "wasm32")]
+pub use window::web;
 
 /// What is to be shown.
 pub struct Options {
@@ -28,6 +35,8 @@ pub struct Options {
     pub playing: bool,
     /// What is drawn over bodies at first.
     pub overlays: overlay::Overlays,
+    /// Whether the panel is seen at first; if left open, in windows that are wide enough.
+    pub panel: Option<bool>,
 }
 
 impl std::fmt::Debug for Options {

@@ -4,10 +4,14 @@ use std::collections::VecDeque;
 
 use drystone::{Stage, WorldConfig};
 use egui::containers::menu::{MenuButton, MenuConfig};
-use egui::{Color32, PopupCloseBehavior, RichText, ScrollArea, Slider, TextEdit, Ui};
+use egui::{
+    Align, Align2, Area, Color32, Context, Frame, Id, Layout, PopupCloseBehavior, RichText,
+    ScrollArea, Slider, TextEdit, Ui,
+};
 
 use crate::overlay::{Overlays, Tint};
 use crate::picked::Picked;
+use crate::places;
 use crate::plot::{STAGE_COLORS, plot, stacked};
 use crate::settings;
 use crate::sim::{Command, Deed, Sample, Shown};
@@ -35,11 +39,13 @@ pub(crate) struct Panel {
     typed: String,
     /// Whether keys are explained.
     pub(crate) help: bool,
+    /// Whether it is seen; at first a narrow window leaves it out.
+    pub(crate) open: Option<bool>,
 }
 
 impl Panel {
-    pub(crate) fn new(overlays: Overlays) -> Self {
-        Self { speed: 1.0, overlays, ..Self::default() }
+    pub(crate) fn new(overlays: Overlays, open: Option<bool>) -> Self {
+        Self { speed: 1.0, overlays, open, ..Self::default() }
     }
 
     /// Takes over the numbers of the latest steps.
@@ -68,7 +74,14 @@ impl Panel {
 
     pub(crate) fn show(&mut self, ui: &mut Ui, shown: &Shown, send: &mut dyn FnMut(Command)) {
         ui.add_space(4.0);
-        self.scenes(ui, shown, send);
+        ui.with_layout(Layout::right_to_left(Align::Min), |ui| {
+            let hide = ui.small_button("hide");
+            places::note(ui, "hide", &hide);
+            if hide.clicked() {
+                self.open = Some(false);
+            }
+            ui.with_layout(Layout::left_to_right(Align::Min), |ui| self.scenes(ui, shown, send));
+        });
         time(ui, &mut self.speed, shown, send);
         if let Some(message) = &shown.message {
             ui.colored_label(WARNING, message);
@@ -92,12 +105,44 @@ impl Panel {
         });
     }
 
+    /// What is left of it in the corner while it is closed.
+    pub(crate) fn corner(
+        &mut self,
+        context: &Context,
+        shown: &Shown,
+        send: &mut dyn FnMut(Command),
+    ) {
+        let corner = Area::new(Id::unique("corner")).anchor(Align2::RIGHT_TOP, [-6.0, 6.0]);
+        corner.show(context, |ui| {
+            ui.horizontal(|ui| {
+                if shown.film.is_none() {
+                    let play = ui.button(play_label(shown));
+                    places::note(ui, "play", &play);
+                    if play.clicked() {
+                        send(Command::Play(!shown.playing));
+                    }
+                }
+                let open = ui.button("panel");
+                places::note(ui, "panel", &open);
+                if open.clicked() {
+                    self.open = Some(true);
+                }
+            });
+        });
+        if let Some(message) = &shown.message {
+            let below = Area::new(Id::unique("message")).anchor(Align2::CENTER_BOTTOM, [0.0, -6.0]);
+            below.show(context, |ui| {
+                Frame::popup(ui.style()).show(ui, |ui| ui.colored_label(WARNING, message));
+            });
+        }
+    }
+
     fn scenes(&mut self, ui: &mut Ui, shown: &Shown, send: &mut dyn FnMut(Command)) {
         // A click into the line must not close the list.
         let stay = MenuConfig::new().close_behavior(PopupCloseBehavior::CloseOnClickOutside);
         let name = RichText::new(format!("{} ...", shown.name)).heading();
-        MenuButton::new(name).config(stay).ui(ui, |ui| {
-            ui.set_min_width(320.0);
+        let (button, _) = MenuButton::new(name).config(stay).ui(ui, |ui| {
+            ui.set_min_width(320.0_f32.min(ui.ctx().content_rect().width() - 40.0));
             ui.horizontal(|ui| {
                 let hint = "name:key=value, or a path";
                 let line = ui.add(TextEdit::singleline(&mut self.typed).hint_text(hint));
@@ -112,7 +157,11 @@ impl Panel {
                 for entry in drystone_scene::catalog() {
                     let keys: Vec<&str> = entry.parameters.iter().map(|p| p.name).collect();
                     let about = format!("{}\n{}", entry.summary, keys.join(", "));
-                    if ui.button(entry.name).on_hover_text(about.trim_end()).clicked() {
+                    let button = ui.button(entry.name);
+                    if ui.clip_rect().contains_rect(button.rect) {
+                        places::note(ui, &format!("scene {}", entry.name), &button);
+                    }
+                    if button.on_hover_text(about.trim_end()).clicked() {
                         send(Command::Open(entry.name.to_owned()));
                         entry.name.clone_into(&mut self.typed);
                         ui.close();
@@ -120,6 +169,7 @@ impl Panel {
                 }
             });
         });
+        places::note(ui, "scenes", &button);
     }
 
     fn sides(&mut self, ui: &mut Ui, shown: &Shown, send: &mut dyn FnMut(Command)) {
@@ -228,26 +278,29 @@ fn look_at(ui: &mut Ui, picked: &Picked, send: &mut dyn FnMut(Command)) {
     });
 }
 
+const fn play_label(shown: &Shown) -> &'static str {
+    if shown.playing { "pause" } else { "play" }
+}
+
 fn time(ui: &mut Ui, speed: &mut f32, shown: &Shown, send: &mut dyn FnMut(Command)) {
     let wide = ui.available_width() - 8.0;
     let usual = std::mem::replace(&mut ui.spacing_mut().slider_width, wide.max(40.0));
     ui.horizontal(|ui| {
-        if ui.button("|<").on_hover_text("to the beginning (R)").clicked() {
-            send(Command::Seek(0));
-        }
-        if ui.button("<").on_hover_text("a step back (left arrow)").clicked() {
-            send(Command::Seek(shown.step.saturating_sub(1)));
-        }
-        let label = if shown.playing { "pause" } else { "play" };
-        if ui.button(label).on_hover_text("space").clicked() {
-            send(Command::Play(!shown.playing));
-        }
-        if ui.button(">").on_hover_text("a step (right arrow)").clicked() {
-            send(Command::Step);
-        }
+        let mut button = |label, about, place, command| {
+            let button = ui.button(label);
+            places::note(ui, place, &button);
+            if button.on_hover_text(about).clicked() {
+                send(command);
+            }
+        };
+        button("|<", "to the beginning (R)", "first", Command::Seek(0));
+        let before = Command::Seek(shown.step.saturating_sub(1));
+        button("<", "a step back (left arrow)", "back", before);
+        button(play_label(shown), "space", "play", Command::Play(!shown.playing));
+        button(">", "a step (right arrow)", "step", Command::Step);
     });
     let mut step = shown.step;
-    let furthest = shown.furthest.max(1);
+    let furthest = shown.film.unwrap_or(shown.furthest).max(1);
     if ui.add(Slider::new(&mut step, 0..=furthest).show_value(false)).changed() {
         send(Command::Seek(step));
     }
@@ -256,9 +309,9 @@ fn time(ui: &mut Ui, speed: &mut f32, shown: &Shown, send: &mut dyn FnMut(Comman
     ui.label(format!(
         "step {} of {}, {:.2} s of {:.2} s",
         shown.step,
-        shown.furthest,
+        furthest,
         seconds(shown.step),
-        seconds(shown.furthest)
+        seconds(furthest)
     ));
     let slider = Slider::new(speed, 0.01..=4.0).logarithmic(true).show_value(false);
     if ui.add(slider).on_hover_text("how fast time goes (comma, period)").changed() {
@@ -266,6 +319,29 @@ fn time(ui: &mut Ui, speed: &mut f32, shown: &Shown, send: &mut dyn FnMut(Comman
     }
     ui.label(format!("speed ×{speed:.2}"));
     ui.spacing_mut().slider_width = usual;
+}
+
+/// The time of a film, below its picture.
+pub(crate) fn film_bar(ui: &mut Ui, shown: &Shown, send: &mut dyn FnMut(Command)) {
+    ui.horizontal(|ui| {
+        let play = ui.button(play_label(shown));
+        places::note(ui, "play", &play);
+        if play.clicked() {
+            send(Command::Play(!shown.playing));
+        }
+        #[expect(clippy::cast_precision_loss, reason = "steps are far below 2^52")]
+        let time = shown.step as f64 * f64::from(shown.dt);
+        let text = format!("{time:6.2} s");
+        ui.spacing_mut().slider_width = (ui.available_width() - 80.0).max(40.0);
+        let mut step = shown.step;
+        let end = shown.film.unwrap_or(shown.furthest).max(1);
+        let slider = ui.add(Slider::new(&mut step, 0..=end).show_value(false));
+        places::note(ui, "time", &slider);
+        if slider.changed() {
+            send(Command::Seek(step));
+        }
+        ui.label(text);
+    });
 }
 
 /// What keys and mouse do.
@@ -276,6 +352,7 @@ pub(crate) fn help(ui: &mut Ui) {
         ("drag beside, right drag", "turn the view"),
         ("shift or middle drag", "move the view"),
         ("wheel", "nearer and farther"),
+        ("two fingers", "move the view, nearer and farther"),
         ("F", "see all"),
         ("space", "run or stand still"),
         ("right, left arrow", "a step, a step back"),

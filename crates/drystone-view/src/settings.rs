@@ -5,6 +5,8 @@ use drystone::{
 };
 use egui::{ComboBox, DragValue, Grid, Ui};
 
+use crate::places;
+
 const OWN: &str = "0: the method's own";
 const HERTZ: &str = "Hz; 0: the method's own";
 
@@ -109,12 +111,17 @@ fn row(ui: &mut Ui, name: &str, about: &str, value: DragValue<'_>) {
 
 fn method(ui: &mut Ui, method: &mut Method) {
     let mut name = method.name();
-    ComboBox::from_id_salt("method").selected_text(name).show_ui(ui, |ui| {
+    let choice = ComboBox::from_id_salt("method").selected_text(name).show_ui(ui, |ui| {
         for known in Method::NAMES {
             let summary = Method::named(known).map_or_else(String::new, |m| m.summary().to_owned());
-            ui.selectable_value(&mut name, known, known).on_hover_text(summary);
+            let row = ui.selectable_value(&mut name, known, known);
+            places::note(ui, &format!("method {known}"), &row);
+            row.on_hover_text(summary);
         }
     });
+    if ui.clip_rect().contains_rect(choice.response.rect) {
+        places::note(ui, "method", &choice.response);
+    }
     if name != method.name()
         && let Some(new) = Method::named(name)
     {

@@ -1,8 +1,8 @@
 //! One of the runs that are shown: its past, the numbers of its steps, and where bodies are between two of them.
 
-use std::time::Instant;
-
 use drystone::{BodyId, ContactRef, Pose, Quat, Stage, WorldCounts};
+
+use web_time::Instant;
 
 use crate::history::History;
 

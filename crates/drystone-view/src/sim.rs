@@ -1,10 +1,8 @@
-//! The thread that steps the world: takes commands, gives what is to be shown.
+//! The worlds that are shown: they take commands and give what is to be shown. `pace` says when.
 
 use std::fmt;
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::sync::{Arc, Mutex, PoisonError};
-use std::time::{Duration, Instant};
 
 use drystone::{BodyId, BodyKind, Filter, Pose, Vec3, World, WorldConfig, WorldCounts};
 use drystone_render::{Drawing, Look, Subject};
@@ -92,6 +90,8 @@ pub struct Shown {
     pub step: u64,
     /// The last step that was reached.
     pub furthest: u64,
+    /// The last step of a film.
+    pub film: Option<u64>,
     /// Length of a step [s].
     pub dt: f32,
     /// Whether the world runs.
@@ -123,8 +123,6 @@ pub type Opener = Box<dyn FnMut(&str) -> Result<Opened, String> + Send>;
 /// The newest picture, until the window takes it.
 pub type Slot = Arc<Mutex<Option<Shown>>>;
 
-/// Time between pictures while the world runs [s].
-const PICTURE_TIME: f64 = 1.0 / 60.0;
 /// Frequency of the spring between mouse and body [Hz].
 const GRAB_HERTZ: f32 = 3.0;
 /// Time in which the grip takes most of the turning from what is held [s].
@@ -187,83 +185,24 @@ impl Simulation {
         }
     }
 
-    /// Runs until the window is gone; calls `wake` when there is something new in the slot.
-    pub fn run(mut self, commands: &Receiver<Command>, slot: &Slot, wake: &dyn Fn()) {
-        let mut due = Instant::now();
-        let mut last_picture = Instant::now();
-        self.show(slot, wake, 1.0);
-        loop {
-            let between = self.is_slow();
-            let command = if self.playing {
-                let mut until = due;
-                if between {
-                    until = until.min(last_picture + Duration::from_secs_f64(PICTURE_TIME));
-                }
-                match commands.recv_timeout(until.saturating_duration_since(Instant::now())) {
-                    Ok(command) => Some(command),
-                    Err(RecvTimeoutError::Timeout) => None,
-                    Err(RecvTimeoutError::Disconnected) => return,
-                }
-            } else {
-                match commands.recv() {
-                    Ok(command) => Some(command),
-                    Err(_) => return,
-                }
-            };
-            if let Some(command) = command {
-                let was_playing = self.playing;
-                // A queue of mouse moves makes one picture.
-                for command in std::iter::once(command).chain(commands.try_iter()) {
-                    match command {
-                        Command::Quit => return,
-                        Command::Open(_) => {
-                            self.message = Some("opening …".to_owned());
-                            self.show(slot, wake, 1.0);
-                        }
-                        _ => {}
-                    }
-                    self.obey(command);
-                }
-                if self.playing && !was_playing {
-                    due = Instant::now();
-                }
-                if !self.playing {
-                    self.show(slot, wake, 1.0);
-                    continue;
-                }
-            }
-            let now = Instant::now();
-            if now >= due {
-                self.step();
-                due += self.wait();
-                if now.saturating_duration_since(due).as_secs_f64() > 0.1 {
-                    // Too slow for real time: it is not made up for.
-                    due = now;
-                }
-            } else if !between {
-                continue;
-            }
-            let late = last_picture.elapsed().as_secs_f64() > PICTURE_TIME;
-            let taken = slot.lock().unwrap_or_else(PoisonError::into_inner).is_none();
-            if taken && (late || !between) || !self.playing || late && now >= due {
-                let left = due.saturating_duration_since(Instant::now()).as_secs_f64();
-                let part = 1.0 - left / self.wait().as_secs_f64();
-                #[expect(clippy::cast_possible_truncation, reason = "a part of a step")]
-                self.show(slot, wake, if between { part.clamp(0.0, 1.0) as f32 } else { 1.0 });
-                last_picture = Instant::now();
-            }
-        }
+    /// Whether the world runs.
+    pub(crate) const fn is_playing(&self) -> bool {
+        self.playing
     }
 
-    /// Time between steps.
-    fn wait(&self) -> Duration {
-        let wait = f64::from(self.history().dt()) / f64::from(self.speed.max(0.01));
-        Duration::from_secs_f64(wait.clamp(1.0e-6, 3600.0))
+    /// How fast time goes: 1 is as in the world outside.
+    pub(crate) const fn speed(&self) -> f32 {
+        self.speed
     }
 
-    /// Whether there are pictures between steps.
-    fn is_slow(&self) -> bool {
-        self.wait().as_secs_f64() > 1.2 * PICTURE_TIME
+    /// Length of a step [s].
+    pub(crate) fn step_time(&self) -> f32 {
+        self.history().dt()
+    }
+
+    /// Tells the user something.
+    pub(crate) fn say(&mut self, message: &str) {
+        self.message = Some(message.to_owned());
     }
 
     fn history(&self) -> &History {
@@ -282,7 +221,7 @@ impl Simulation {
             Command::Seek(step) => {
                 self.playing = false;
                 // Far jumps beyond what was reached would keep the window waiting.
-                let step = step.min(self.history().furthest() + 600);
+                let step = step.min(self.film().unwrap_or(self.history().furthest() + 600));
                 for number in 0..self.sides.len() {
                     let result = self.sides[number].history.seek(step);
                     self.note(result);
@@ -386,6 +325,7 @@ impl Simulation {
             },
             step,
             furthest,
+            film: self.film(),
             dt: self.history().dt(),
             playing: self.playing,
             held: self.held(world),
@@ -425,7 +365,7 @@ impl Simulation {
         }
     }
 
-    fn show(&mut self, slot: &Slot, wake: &dyn Fn(), part: f32) {
+    pub(crate) fn show(&mut self, slot: &Slot, wake: &dyn Fn(), part: f32) {
         let mut shown = self.shown_at(part);
         let mut slot = slot.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(unseen) = slot.take()
@@ -441,8 +381,22 @@ impl Simulation {
         wake();
     }
 
-    /// Takes a step of all sides, running or not.
+    /// The last step of a film.
+    fn film(&self) -> Option<u64> {
+        let steps = self.history().now().film_seconds()? / self.history().dt();
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped")]
+        Some((steps - 1.0e-3).ceil().clamp(1.0, 1.0e6) as u64)
+    }
+
+    /// Takes a step of all sides, running or not. A film that has ended begins again.
     pub fn step(&mut self) {
+        if self.film().is_some_and(|end| self.history().step_count() >= end) {
+            for number in 0..self.sides.len() {
+                let result = self.sides[number].history.seek(0);
+                self.note(result);
+            }
+            return;
+        }
         let between = self.playing && self.is_slow();
         for number in 0..self.sides.len() {
             if let Some(input) = self.pull(number) {
@@ -515,6 +469,8 @@ impl Simulation {
 #[cfg(test)]
 pub(crate) mod tests {
     use drystone::{BodyKind, Quat, vec3};
+    use drystone_scene::bake::{self, Motion};
+    use drystone_scene::gltf;
 
     use super::{Command, Deed, Opened, Simulation, Vec3};
     use crate::side::mix;
@@ -603,6 +559,38 @@ pub(crate) mod tests {
         assert_ne!(other[0], other[1]);
         s.obey(Command::Split(false));
         assert_eq!(s.shown().views.len(), 1);
+    }
+
+    #[test]
+    fn a_film_stops_at_its_end_and_begins_again() {
+        let scene = drystone_scene::named("hello").unwrap();
+        let mut running = scene.build().unwrap();
+        let mut motion =
+            Motion { poses: vec![Vec::new(); running.bodies.len()], ..Motion::default() };
+        for step in 0..=30_u8 {
+            motion.times.push(f32::from(step) / 60.0);
+            for (number, id) in running.bodies.iter().enumerate() {
+                motion.poses[number].push(running.world.body(*id).unwrap().pose());
+            }
+            running.step(1.0 / 60.0).unwrap();
+        }
+        let path = std::env::temp_dir().join(format!("drystone-film-{}.glb", std::process::id()));
+        bake::write_scene(&path, &scene, &[], &motion).unwrap();
+        let film = gltf::film(gltf::load(&path, &gltf::Options::default()).unwrap()).unwrap();
+        std::fs::remove_file(path).unwrap();
+        let opened = Opened { name: "film".to_owned(), running: film.build().unwrap(), hz: 60.0 };
+        let mut s = Simulation::new(opened, Box::new(open), false);
+        s.obey(Command::Seek(1000));
+        let shown = s.shown();
+        assert_eq!((shown.step, shown.film), (30, Some(30)));
+        let low = |s: &Simulation| {
+            let bodies = s.history().now().world.bodies();
+            bodies.map(|b| b.position().y).fold(f32::MIN, f32::max)
+        };
+        let end = low(&s);
+        s.obey(Command::Step);
+        assert_eq!(s.shown().step, 0);
+        assert!(low(&s) > end + 0.5, "the ball is up again");
     }
 
     #[test]

@@ -182,7 +182,7 @@ fn apart(a: Quat, b: Quat) -> f32 {
 }
 
 /// Spherical interpolation, as viewers do it between two keys.
-fn slerp(a: Quat, b: Quat, t: f32) -> Quat {
+pub(crate) fn slerp(a: Quat, b: Quat, t: f32) -> Quat {
     let d = dot(a, b);
     let (d, s) = if d < 0.0 { (-d, -1.0) } else { (d, 1.0) };
     let (u, v) = if d > 0.9995 {

@@ -9,6 +9,7 @@ mod build;
 mod file;
 pub mod solids;
 
+pub(crate) use self::animation::slerp;
 pub(crate) use self::build::{MeshPart, document_of_meshes};
 
 use std::path::Path;

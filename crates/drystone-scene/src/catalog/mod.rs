@@ -14,6 +14,7 @@ mod person;
 mod rain;
 mod steady;
 mod survey;
+mod threads;
 
 pub use parameters::{CatalogError, Parameter, Range, Values};
 
@@ -78,7 +79,7 @@ pub fn named(spec: &str) -> Result<Scene, CatalogError> {
 }
 
 /// Sizes are limited so that no scene has more than about 1.1 million bodies.
-static CATALOG: [Entry; 60] = [
+static CATALOG: [Entry; 64] = [
     Entry::new("hello", "A box and a ball fall on the ground", first::hello),
     Entry::new("stack", "A column of cubes, the top one as heavy as you like", first::stack).with(
         &[
@@ -501,4 +502,26 @@ static CATALOG: [Entry; 60] = [
         jolt::high_speed,
     )
     .with(&[Parameter::whole("n", 5000, (1, 100_000), "bodies")]),
+    Entry::new(
+        "rope",
+        "A rope with a ball at its end falls from level, and wraps round a bar",
+        threads::rope,
+    )
+    .with(&[
+        Parameter::whole("links", 40, (1, 10_000), "links"),
+        Parameter::number("length", 4.0, (0.1, 1000.0), "of the rope [m]"),
+        Parameter::number("ball", 0.5, (0.001, 1.0e4), "mass of the ball [kg]"),
+    ]),
+    Entry::new("cloth", "A cloth falls over a ball; hang=1: it hangs, and a ball flies into it", threads::cloth)
+        .with(&[
+            Parameter::whole("n", 40, (1, 1000), "squares along a side"),
+            Parameter::whole("hang", 0, (0, 1), "1: it hangs by two corners"),
+            Parameter::number("tear", 0.0, (0.0, 1.0e6), "force that tears a thread [N]; 0: none does"),
+        ]),
+    Entry::new("dust", "Points fall on stones of five shapes and on the ground", threads::dust)
+        .with(&[Parameter::whole("n", 100_000, (1, 10_000_000), "points")]),
+    Entry::new("hail", "Points fall on a field of loose cubes, four high", threads::hail).with(&[
+        Parameter::whole("n", 10_000, (1, 1_000_000), "points"),
+        Parameter::whole("bodies", 2000, (1, 100_000), "cubes"),
+    ]),
 ];

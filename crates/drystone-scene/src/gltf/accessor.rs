@@ -132,6 +132,22 @@ pub(crate) fn positions(document: &Document, at: &At<'_>) -> Result<Vec<Vec3>, S
     Ok(points)
 }
 
+/// The finite numbers of an accessor whose elements have `width` of them.
+pub(crate) fn numbers(
+    document: &Document,
+    at: &At<'_>,
+    kind: &str,
+    width: usize,
+) -> Result<Vec<f32>, SceneError> {
+    let view = view(document, at, kind, width)?;
+    let all = (0..view.count).flat_map(|i| (0..width).map(move |k| (i, k)));
+    let numbers: Vec<f32> = all.map(|(i, k)| view.number(i, k)).collect();
+    if let Some(i) = numbers.iter().position(|n| !n.is_finite()) {
+        return Err(at.error(format!("element {} is not finite", i / width), "finite numbers"));
+    }
+    Ok(numbers)
+}
+
 /// Vertex numbers, each below `vertices`.
 pub(crate) fn indices(
     document: &Document,

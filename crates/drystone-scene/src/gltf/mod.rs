@@ -7,6 +7,7 @@
 
 mod accessor;
 mod auto;
+mod film;
 mod geometry;
 mod info;
 mod joints;
@@ -29,6 +30,7 @@ pub(crate) use self::nodes::{Tree, read as read_tree};
 pub(crate) use self::physics::{STATIC_BODY, of_shapes};
 pub(crate) use self::read::{open, resource};
 
+pub use self::film::{Film, film};
 pub use self::info::info;
 pub use self::read::Document;
 

@@ -30,6 +30,8 @@ pub(crate) struct Node {
     pub(crate) children: Vec<usize>,
     /// To the parent.
     pub(crate) local: Affine,
+    /// The rotation in it.
+    pub(crate) turn: Quat,
     /// To the world.
     pub(crate) world: Affine,
     /// World position and rotation, scale left out.
@@ -77,6 +79,7 @@ pub(crate) fn read(root: &At<'_>) -> Result<Tree, SceneError> {
             parent: None,
             children,
             local,
+            turn,
             world: local,
             pose: Pose::IDENTITY,
             scale: Vec3::ONE,
@@ -191,7 +194,7 @@ fn nearest_rotation(m: Mat3) -> Quat {
 /// `linear` as rotation times scale: of all ways to choose the signs of the scale the one whose
 /// rotation is closest to `turn`, the product of the nodes' own rotations. The third result says
 /// that no rotation times scale gives `linear`.
-fn split(linear: Mat3, turn: Quat) -> (Quat, Vec3, bool) {
+pub(crate) fn split(linear: Mat3, turn: Quat) -> (Quat, Vec3, bool) {
     let axes = [linear.x, linear.y, linear.z];
     let lengths = axes.map(Vec3::length);
     let longest = lengths[0].max(lengths[1]).max(lengths[2]);

@@ -168,6 +168,11 @@ pub(crate) fn resource(at: &At<'_>, folder: &Path) -> Result<Vec<u8>, SceneError
     if name.contains("://") || relative.is_absolute() || name.contains('\0') {
         return Err(at.wrong("a data URI or a path relative to the file"));
     }
+    if cfg!(target_arch = "wasm32") {
+        return Err(
+            at.wrong("a data URI, or a .glb file: a page in a browser reads no file beside it")
+        );
+    }
     let path = folder.join(relative);
     let (file, size) = open(&path).map_err(|e| at.error(e, ""))?;
     let mut bytes = Vec::new();

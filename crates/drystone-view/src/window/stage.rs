@@ -1,19 +1,20 @@
 //! The window's surface: the picture below, the panel on it.
 
 use std::sync::Arc;
-use std::time::Instant;
 
 use drystone_render::wgpu;
 use drystone_render::{Area, RenderError, Renderer, limits};
 use egui::{Color32, Frame, Id, Rect, Sense, ViewportId};
+use web_time::Instant;
 use winit::event::WindowEvent;
 use winit::event_loop::ActiveEventLoop;
-use winit::window::Window;
+use winit::window::{Window, WindowAttributes};
 
 use crate::ViewError;
 use crate::control::Control;
 use crate::overlay::Overlays;
-use crate::panel::{Panel, help};
+use crate::panel::{Panel, film_bar, help};
+use crate::places::{self, Place};
 use crate::sim::{Command, Shown};
 
 /// Width of the panel [points of the screen].
@@ -30,20 +31,25 @@ pub(super) struct Stage {
     panel: Panel,
     shown: Option<Shown>,
     title: String,
+    places: Vec<Place>,
 }
 
 impl Stage {
     /// Opens the window.
-    pub(super) fn open(
+    pub(super) fn window(
         events: &ActiveEventLoop,
-        name: &str,
-        overlays: Overlays,
-    ) -> Result<Self, ViewError> {
-        let attributes = Window::default_attributes()
-            .with_title(name)
-            .with_inner_size(winit::dpi::LogicalSize::new(1280.0, 800.0));
+        attributes: WindowAttributes,
+    ) -> Result<Window, ViewError> {
         let none = |reason: String| ViewError::NoDisplay { reason };
-        let window = events.create_window(attributes).map_err(|e| none(e.to_string()))?;
+        events.create_window(attributes).map_err(|e| none(e.to_string()))
+    }
+
+    /// Finds a device that draws on the window.
+    pub(super) async fn open(
+        window: Window,
+        overlays: Overlays,
+        panel: Option<bool>,
+    ) -> Result<Self, ViewError> {
         let window = Arc::new(window);
         let instance = wgpu::Instance::new(wgpu::InstanceDescriptor {
             flags: wgpu::InstanceFlags::empty(),
@@ -57,14 +63,14 @@ impl Stage {
             compatible_surface: Some(&surface),
             ..wgpu::RequestAdapterOptions::default()
         };
-        let adapter = pollster::block_on(instance.request_adapter(&options));
+        let adapter = instance.request_adapter(&options).await;
         let adapter = adapter.map_err(|e| no_device(e.to_string()))?;
         let device = wgpu::DeviceDescriptor {
             required_limits: limits(&adapter),
             ..wgpu::DeviceDescriptor::default()
         };
-        let (device, queue) = pollster::block_on(adapter.request_device(&device))
-            .map_err(|e| no_device(e.to_string()))?;
+        let opened = adapter.request_device(&device).await;
+        let (device, queue) = opened.map_err(|e| no_device(e.to_string()))?;
         let size = window.inner_size();
         let mut config = surface
             .get_default_config(&adapter, size.width.max(1), size.height.max(1))
@@ -101,10 +107,17 @@ impl Stage {
             egui,
             painter,
             control: Control::new(),
-            panel: Panel::new(overlays),
+            panel: Panel::new(overlays, panel),
             shown: None,
             title: String::new(),
+            places: Vec::new(),
         })
+    }
+
+    /// Looks at what is shown, and where what can be clicked stands.
+    #[cfg(target_arch = "wasm32")]
+    pub(super) fn look<T>(&self, look: impl FnOnce(&Shown, &[Place]) -> T) -> Option<T> {
+        self.shown.as_ref().map(|shown| look(shown, &self.places))
     }
 
     /// Takes over what is to be shown.
@@ -150,6 +163,7 @@ impl Stage {
                 arrange(ui, shown, control, panel, send);
             }
         });
+        self.places = places::take(&context);
         self.egui.handle_platform_output(&self.window, output.platform_output);
         let wait = output.viewport_output.get(&ViewportId::ROOT).map(|v| v.repaint_delay);
         let scale = output.pixels_per_point;
@@ -248,10 +262,19 @@ fn arrange(
     let typing = ui.ctx().egui_wants_keyboard_input();
     let frame = Frame::new().fill(Color32::from_rgb(30, 33, 37));
     let frame = frame.inner_margin(egui::Margin::symmetric(10, 6));
-    egui::Panel::right("panel").resizable(false).exact_size(PANEL).frame(frame).show(ui, |ui| {
-        panel.show(ui, shown, send);
-    });
+    let width = ui.available_width();
+    if *panel.open.get_or_insert(width >= 2.0 * PANEL) {
+        // The frame's margins and its line come on top.
+        let side = egui::Panel::right("panel").resizable(false).exact_size(PANEL.min(width - 24.0));
+        side.frame(frame).show(ui, |ui| panel.show(ui, shown, send));
+    } else {
+        if shown.film.is_some() {
+            egui::Panel::bottom("film").frame(frame).show(ui, |ui| film_bar(ui, shown, send));
+        }
+        panel.corner(ui.ctx(), shown, send);
+    }
     let free = ui.available_rect_before_wrap();
+    places::note_rect(ui.ctx(), "picture", free);
     let area = ui.interact(free, Id::unique("picture"), Sense::click_and_drag());
     let before = control.parts.len();
     control.divide(free, shown.views.len());
@@ -302,7 +325,7 @@ mod tests {
         fn new() -> Self {
             let mut simulation = simulation("stack:n=1");
             let shown = simulation.shown();
-            let panel = Panel::new(Overlays::default());
+            let panel = Panel::new(Overlays::default(), None);
             let context = egui::Context::default();
             let mut desk = Self { context, control: Control::new(), panel, simulation, shown };
             // Sizes are known after the first pictures.

@@ -5,7 +5,10 @@
 //! `+ - * /`, `sqrt`, compare and select are used: no fused or approximate operation, and over the lanes
 //! of a batch none but the least and the most, which do not depend on an order.
 
-#![expect(unsafe_code, reason = "an instruction that every x86-64 has is unsafe to name")]
+#![cfg_attr(
+    target_arch = "x86_64",
+    expect(unsafe_code, reason = "an instruction that every x86-64 has is unsafe to name")
+)]
 
 use core::ops::{Add, Mul, Neg, Sub};
 

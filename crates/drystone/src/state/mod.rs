@@ -15,6 +15,8 @@ pub(crate) mod events;
 pub(crate) mod bodies;
 pub(crate) mod shapes;
 pub(crate) mod joints;
+pub(crate) mod particle_def;
+pub(crate) mod particles;
 pub(crate) mod contacts;
 pub(crate) mod coupling;
 pub(crate) mod bounds;

@@ -67,6 +67,7 @@ impl World {
             level: if def.kind == BodyKind::Dynamic { NONE } else { 0 },
             faulted: false,
             flies: false,
+            dragged: false,
             breaks: def.glue.is_some() || def.fracture.is_some(),
             is_piece: false,
             user_data: def.user_data,
@@ -228,7 +229,8 @@ impl World {
         }
     }
 
-    /// Removes a body with its shapes and joints, and wakes what it touched. False if there is no such
+    /// Removes a body with its shapes and joints, lets go of the particles that it holds, and wakes what it
+    /// touched. False if there is no such
     /// body.
     pub fn remove_body(&mut self, id: BodyId) -> bool {
         let Some(row) = self.tables.bodies.rows.row(id) else { return false };
@@ -237,6 +239,7 @@ impl World {
                 self.remove_joint(joint);
             }
         }
+        self.detach_all(row);
         self.end_contacts_of(row, None);
         for shape in self.tables.bodies.at(row).shapes.clone() {
             let tables = &mut self.tables;

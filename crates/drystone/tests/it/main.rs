@@ -17,5 +17,7 @@ mod scenario_joints;
 mod scenario_mesh;
 mod scenario_methods;
 mod scenario_motion;
+mod scenario_particles;
+mod scenario_threads;
 mod scenario_seams;
 mod scenario_sixdof;

@@ -265,7 +265,8 @@ impl Solver<'_> {
                 Link::Coupling(coupling) => {
                     let Coupling { def, impulse } = coupling.as_ref();
                     let CouplingDef { joint_a, axis_a, joint_b, axis_b, ratio, .. } = *def;
-                    let ends = (self.end(joint_a, axis_a, -ratio), self.end(joint_b, axis_b, 1.0));
+                    let ends =
+                        (self.end_of(joint_a, axis_a, -ratio), self.end_of(joint_b, axis_b, 1.0));
                     let (Some((a, x_a)), Some((b, x_b))) = ends else { continue };
                     row.source = Source::Joints([a, b]);
                     row.c = def.excess(x_a, x_b);
@@ -336,7 +337,7 @@ impl Solver<'_> {
     }
 
     /// The coordinate of a joint that a coupling names, and where it is.
-    fn end(&self, joint: JointId, axis: usize, factor: f32) -> Option<(End, f64)> {
+    fn end_of(&self, joint: JointId, axis: usize, factor: f32) -> Option<(End, f64)> {
         let joint = self.joint_slots.read(joint.index() as usize).as_ref()?;
         let Link::Six(six) = &joint.link else { return None };
         let of = [joint.body_a, joint.body_b];

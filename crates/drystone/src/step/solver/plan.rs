@@ -127,6 +127,12 @@ impl Plan {
                     fine[body.island as usize] = true;
                 }
             }
+            // Particles keep pace with the world's substeps.
+            for body in bodies.awake.iter().map(|row| bodies.at(*row)) {
+                if body.dragged && has_line(body) {
+                    fine[body.island as usize] = false;
+                }
+            }
         }
     }
 
@@ -231,6 +237,11 @@ impl Plan {
         }
     }
 
+    /// The group of a line.
+    pub(super) fn group_of(&self, line: u32) -> usize {
+        self.group_of_line[line as usize] as usize
+    }
+
     /// Islands to groups.
     fn form_groups(&mut self, bodies: &Bodies) {
         for (island, _) in self.islands.drain(..) {
@@ -251,7 +262,8 @@ impl Plan {
                 self.group_of[island] = number(self.islands.len());
                 self.islands.push((body.island, 0));
             }
-            let ends = body.constraints as usize;
+            // What only particles act on takes a place too.
+            let ends = body.constraints.max(1) as usize;
             self.islands[self.group_of[island] as usize].1 += ends;
             total += ends;
         }
@@ -366,9 +378,9 @@ impl Layout {
     }
 }
 
-/// Dynamic bodies that some constraint acts on have a line; the others fly (finalize).
+/// Dynamic bodies that some constraint acts on, or a particle, have a line; the others fly (finalize).
 fn has_line(body: &Body) -> bool {
-    body.is_dynamic() && body.constraints > 0
+    body.is_dynamic() && (body.constraints > 0 || body.dragged)
 }
 
 fn number(n: usize) -> u32 {

@@ -1,0 +1,166 @@
+//! The window in a page: a canvas, and physics between its pictures.
+
+use std::cell::RefCell;
+use std::fmt;
+use std::future::Future;
+use std::rc::Rc;
+use std::sync::mpsc::{Receiver, Sender, channel};
+use std::time::Duration;
+
+use web_sys::HtmlCanvasElement;
+use winit::application::ApplicationHandler;
+use winit::event::{StartCause, WindowEvent};
+use winit::event_loop::{ActiveEventLoop, EventLoop, EventLoopProxy};
+use winit::platform::web::{EventLoopExtWebSys, WindowAttributesExtWebSys};
+use winit::window::{Window, WindowAttributes, WindowId};
+
+use super::stage::Stage;
+use super::{App, News};
+use crate::pace::Pace;
+use crate::places::Place;
+use crate::sim::{Command, Shown, Simulation, Slot};
+use crate::{Options, ViewError};
+
+/// Time for physics between two pictures; the rest of a sixtieth of a second is for drawing.
+const BUDGET: Duration = Duration::from_millis(9);
+
+/// A window in a page.
+#[derive(Clone)]
+pub struct Page {
+    app: Rc<RefCell<App>>,
+    sender: Sender<Command>,
+    proxy: EventLoopProxy<News>,
+}
+
+impl fmt::Debug for Page {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Page").finish_non_exhaustive()
+    }
+}
+
+/// Opens a scene on a canvas and returns at once; `failed` is told if it cannot be drawn on.
+///
+/// # Errors
+/// The browser gives no events.
+pub fn show(
+    options: Options,
+    canvas: HtmlCanvasElement,
+    failed: Box<dyn Fn(&str)>,
+) -> Result<Page, ViewError> {
+    let none = |e: winit::error::EventLoopError| ViewError::NoDisplay { reason: e.to_string() };
+    let events = EventLoop::with_user_event().build().map_err(none)?;
+    let (sender, commands) = channel();
+    let slot = Slot::default();
+    let (overlays, panel) = (options.overlays, options.panel);
+    let name = options.opened.name.clone();
+    let mut simulation = Simulation::new(options.opened, options.open, options.playing);
+    simulation.show(&slot, &|| (), 1.0);
+    let _ = sender.send(Command::Overlays(overlays));
+    let proxy = events.create_proxy();
+    let shell = Shell {
+        simulation,
+        commands,
+        pace: Pace::new(),
+        proxy: proxy.clone(),
+        canvas: Some(canvas),
+        arrived: Rc::default(),
+        failed,
+    };
+    let app = App {
+        name,
+        overlays,
+        panel,
+        sender: sender.clone(),
+        slot,
+        shell,
+        stage: None,
+        failure: None,
+    };
+    let app = Rc::new(RefCell::new(app));
+    events.spawn_app(Shared(Rc::clone(&app)));
+    Ok(Page { app, sender, proxy })
+}
+
+impl Page {
+    /// Asks for something, as the window does.
+    pub fn send(&self, command: Command) {
+        let _ = self.sender.send(command);
+        let _ = self.proxy.send_event(News);
+    }
+
+    /// Looks at what is shown; nothing before the first picture.
+    pub fn look<T>(&self, look: impl FnOnce(&Shown, &[Place]) -> T) -> Option<T> {
+        let app = self.app.try_borrow().ok()?;
+        let stage = app.stage.as_ref()?;
+        stage.look(look)
+    }
+}
+
+/// The window's events come while the page may hold it too.
+struct Shared(Rc<RefCell<App>>);
+
+impl ApplicationHandler<News> for Shared {
+    fn new_events(&mut self, events: &ActiveEventLoop, cause: StartCause) {
+        self.0.borrow_mut().new_events(events, cause);
+    }
+
+    fn resumed(&mut self, events: &ActiveEventLoop) {
+        self.0.borrow_mut().resumed(events);
+    }
+
+    fn user_event(&mut self, events: &ActiveEventLoop, news: News) {
+        self.0.borrow_mut().user_event(events, news);
+    }
+
+    fn window_event(&mut self, events: &ActiveEventLoop, id: WindowId, event: WindowEvent) {
+        self.0.borrow_mut().window_event(events, id, event);
+    }
+}
+
+/// What a page needs beside the window.
+pub(super) struct Shell {
+    simulation: Simulation,
+    commands: Receiver<Command>,
+    pace: Pace,
+    proxy: EventLoopProxy<News>,
+    canvas: Option<HtmlCanvasElement>,
+    arrived: Rc<RefCell<Option<Result<Stage, ViewError>>>>,
+    failed: Box<dyn Fn(&str)>,
+}
+
+impl Shell {
+    /// There is one thread.
+    pub(super) const PUMPS: bool = true;
+
+    pub(super) fn attributes(&mut self, _: &str) -> WindowAttributes {
+        Window::default_attributes().with_canvas(self.canvas.take()).with_prevent_default(true)
+    }
+
+    /// Goes on when the device is there.
+    pub(super) fn wait_for<F>(&self, stage: F) -> Option<Result<Stage, ViewError>>
+    where
+        F: Future<Output = Result<Stage, ViewError>> + 'static,
+    {
+        let (arrived, proxy) = (Rc::clone(&self.arrived), self.proxy.clone());
+        wasm_bindgen_futures::spawn_local(async move {
+            let opened = stage.await;
+            *arrived.borrow_mut() = Some(opened);
+            let _ = proxy.send_event(News);
+        });
+        None
+    }
+
+    pub(super) fn arrived(&self) -> Option<Result<Stage, ViewError>> {
+        self.arrived.borrow_mut().take()
+    }
+
+    /// Returns whether there is a next picture to come by itself.
+    pub(super) fn pump(&mut self, slot: &Slot) -> bool {
+        self.simulation.pump(&self.commands, slot, &mut self.pace, BUDGET);
+        self.simulation.is_playing()
+    }
+
+    pub(super) fn failed(&self, why: &ViewError) {
+        (self.failed)(&why.to_string());
+    }
+}

@@ -1,0 +1,299 @@
+//! A browser without a display, driven by its DevTools protocol.
+
+use std::io::{BufRead, BufReader};
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use base64::Engine;
+use serde_json::{Value, json};
+
+use super::socket::Socket;
+use crate::Outcome;
+
+pub(super) const PROGRAM: &str = "chromium";
+
+/// How long something on the page may take. Pictures are drawn in software, on a machine that may be busy.
+const PATIENCE: Duration = Duration::from_secs(90);
+
+/// A place on the page [px].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct At(pub(super) f64, pub(super) f64);
+
+/// A browser with one page.
+pub(super) struct Browser {
+    child: Child,
+    socket: Socket,
+    session: String,
+    number: u64,
+    /// What the page complained of by itself.
+    complaints: Vec<String>,
+}
+
+impl Drop for Browser {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+impl Browser {
+    /// Starts it; what it keeps goes into a folder.
+    pub(super) fn start(folder: &Path) -> Result<Self, String> {
+        let mut command = Command::new(PROGRAM);
+        command.args(["--headless=new", "--no-sandbox", "--no-first-run", "--disable-extensions"]);
+        command.args(["--remote-debugging-port=0", "--mute-audio", "--hide-scrollbars"]);
+        // WebGL without a GPU.
+        command.args(["--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]);
+        command.arg(format!("--user-data-dir={}", folder.display())).arg("about:blank");
+        command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::piped());
+        let mut child = command.spawn().map_err(|e| format!("{PROGRAM}: {e}"))?;
+        let errors = child.stderr.take().ok_or("no stderr")?;
+        let mut lines = BufReader::new(errors).lines();
+        let url = lines
+            .by_ref()
+            .map_while(Result::ok)
+            .find_map(|line| line.strip_prefix("DevTools listening on ").map(str::to_owned));
+        // It must not wait for a reader of what else it says.
+        thread::spawn(move || lines.for_each(drop));
+        let Some(url) = url else {
+            let _ = child.kill();
+            let _ = child.wait();
+            return Err(format!("{PROGRAM} does not start"));
+        };
+        let socket = Socket::open(&url).map_err(|e| e.to_string())?;
+        let (session, complaints) = (String::new(), Vec::new());
+        let mut browser = Self { child, socket, session, number: 0, complaints };
+        let target = browser.call("Target.createTarget", json!({ "url": "about:blank" }))?;
+        let attach = json!({ "targetId": target["targetId"], "flatten": true });
+        let session = browser.call("Target.attachToTarget", attach)?;
+        session["sessionId"].as_str().unwrap_or_default().clone_into(&mut browser.session);
+        browser.call("Emulation.setTouchEmulationEnabled", json!({ "enabled": true }))?;
+        for domain in ["Page.enable", "Runtime.enable", "Log.enable"] {
+            browser.call(domain, json!({}))?;
+        }
+        Ok(browser)
+    }
+
+    /// Calls a method and waits for what it returns.
+    pub(super) fn call(&mut self, method: &str, params: Value) -> Result<Value, String> {
+        self.send(method, params)?;
+        loop {
+            let text = self.socket.receive().map_err(|e| format!("{method}: {e}"))?;
+            let mut message: Value = serde_json::from_str(&text).map_err(|e| e.to_string())?;
+            if message["id"] == self.number {
+                return match message.get("error") {
+                    Some(error) => Err(format!("{method}: {error}")),
+                    None => Ok(message["result"].take()),
+                };
+            }
+            match message["method"].as_str() {
+                Some("Runtime.exceptionThrown") => {
+                    let details = &message["params"]["exceptionDetails"];
+                    let about = details["exception"]["description"].as_str();
+                    self.complaints.push(about.unwrap_or("an exception").to_owned());
+                }
+                Some("Runtime.consoleAPICalled") if message["params"]["type"] == "error" => {
+                    self.complaints.push(message["params"]["args"].to_string());
+                }
+                Some("Log.entryAdded") if message["params"]["entry"]["level"] == "error" => {
+                    self.complaints.push(message["params"]["entry"]["text"].to_string());
+                }
+                _ => {}
+            }
+        }
+    }
+
+    /// Calls a method and does not wait: what it returns is passed over by the next call that does.
+    fn send(&mut self, method: &str, params: Value) -> Outcome {
+        self.number += 1;
+        let mut message = json!({ "id": self.number, "method": method, "params": params });
+        if !self.session.is_empty() {
+            message["sessionId"] = json!(self.session);
+        }
+        self.socket.send(&message.to_string()).map_err(|e| format!("{method}: {e}"))
+    }
+
+    /// What the page complained of since the last call.
+    pub(super) fn complaints(&mut self) -> Vec<String> {
+        std::mem::take(&mut self.complaints)
+    }
+
+    /// The size of the page [px].
+    pub(super) fn resize(&mut self, width: u32, height: u32) -> Outcome {
+        let size =
+            json!({ "width": width, "height": height, "deviceScaleFactor": 1, "mobile": false });
+        self.call("Emulation.setDeviceMetricsOverride", size).map(drop)
+    }
+
+    pub(super) fn open(&mut self, url: &str) -> Outcome {
+        self.call("Page.navigate", json!({ "url": url })).map(drop)
+    }
+
+    /// The value of an expression of JavaScript.
+    pub(super) fn value(&mut self, expression: &str) -> Result<Value, String> {
+        let params =
+            json!({ "expression": expression, "returnByValue": true, "awaitPromise": true });
+        let mut result = self.call("Runtime.evaluate", params)?;
+        if result.get("exceptionDetails").is_some() {
+            return Err(format!("{expression}: {}", result["exceptionDetails"]));
+        }
+        Ok(result["result"]["value"].take())
+    }
+
+    /// What the viewer says of itself; null before its first picture.
+    pub(super) fn state(&mut self) -> Result<Value, String> {
+        let text = self.value("globalThis.drystone_state?.() ?? ''")?;
+        Ok(text.as_str().and_then(|text| serde_json::from_str(text).ok()).unwrap_or(Value::Null))
+    }
+
+    /// Waits until the viewer's state is so.
+    pub(super) fn wait_for(
+        &mut self,
+        what: &str,
+        mut is_so: impl FnMut(&Value) -> bool,
+    ) -> Result<Value, String> {
+        let begin = Instant::now();
+        loop {
+            let state = self.state()?;
+            if is_so(&state) {
+                return Ok(state);
+            }
+            if begin.elapsed() > PATIENCE {
+                let note = self.value("document.getElementById('note')?.textContent")?;
+                let (complaints, seconds) = (self.complaints(), PATIENCE.as_secs());
+                let state = short(&state.to_string());
+                return Err(format!(
+                    "not within {seconds} s: {what}\n{state}\n{note}\n{complaints:?}"
+                ));
+            }
+            thread::sleep(Duration::from_millis(30));
+        }
+    }
+
+    /// Waits until the text that an expression gives is so.
+    pub(super) fn wait_until(&mut self, expression: &str, is_so: impl Fn(&str) -> bool) -> Outcome {
+        let begin = Instant::now();
+        loop {
+            let text = self.value(expression)?;
+            if text.as_str().is_some_and(&is_so) {
+                return Ok(());
+            }
+            if begin.elapsed() > PATIENCE {
+                return Err(format!("{expression}: {text}"));
+            }
+            thread::sleep(Duration::from_millis(30));
+        }
+    }
+
+    /// The middle of something that can be clicked, once it stands still.
+    pub(super) fn place(&mut self, name: &str) -> Result<At, String> {
+        let mut last = None;
+        let state = self.wait_for(name, |state| {
+            let (now, before) = (place(state, name), last);
+            last = now;
+            now.is_some() && now == before
+        })?;
+        place(&state, name).ok_or_else(|| name.to_owned())
+    }
+
+    /// Clicks what has this name.
+    pub(super) fn click(&mut self, name: &str) -> Outcome {
+        let at = self.place(name)?;
+        self.click_at(at)
+    }
+
+    pub(super) fn click_at(&mut self, at: At) -> Outcome {
+        self.mouse("mouseMoved", at, false)?;
+        // A button that is down for long is no click, and a picture may take long.
+        self.send("Input.dispatchMouseEvent", mouse("mousePressed", at, true))?;
+        self.mouse("mouseReleased", at, false)
+    }
+
+    /// An event of the mouse; `down` is whether its left button is down after it.
+    pub(super) fn mouse(&mut self, kind: &str, at: At, down: bool) -> Outcome {
+        self.call("Input.dispatchMouseEvent", mouse(kind, at, down))?;
+        self.frame()
+    }
+
+    /// Turns the wheel over a place until what has this name is seen.
+    pub(super) fn scroll_to(&mut self, name: &str, at: At) -> Outcome {
+        for _ in 0..60 {
+            if place(&self.state()?, name).is_some() {
+                return Ok(());
+            }
+            self.wheel(at, 100.0)?;
+        }
+        Err(format!("{name}: nowhere in the list"))
+    }
+
+    fn wheel(&mut self, At(x, y): At, down: f64) -> Outcome {
+        let event = json!({ "type": "mouseWheel", "x": x, "y": y, "deltaX": 0, "deltaY": down });
+        self.call("Input.dispatchMouseEvent", event)?;
+        self.frame()
+    }
+
+    /// An event of fingers; those that are down after it.
+    pub(super) fn touch(&mut self, kind: &str, fingers: &[At]) -> Outcome {
+        let points: Vec<Value> = fingers.iter().map(|At(x, y)| json!({ "x": x, "y": y })).collect();
+        self.call("Input.dispatchTouchEvent", json!({ "type": kind, "touchPoints": points }))?;
+        self.frame()
+    }
+
+    /// Presses a key and lets it go: its name, and the code of its place and number.
+    pub(super) fn key(&mut self, key: &str, code: &str, number: u32) -> Outcome {
+        for kind in ["rawKeyDown", "keyUp"] {
+            let event = json!({
+                "type": kind, "key": key, "code": code, "windowsVirtualKeyCode": number
+            });
+            self.call("Input.dispatchKeyEvent", event)?;
+        }
+        self.frame()
+    }
+
+    /// Drops a file on the page.
+    pub(super) fn drop_file(&mut self, file: &Path, At(x, y): At) -> Outcome {
+        let data = json!({
+            "items": [], "files": [file.display().to_string()], "dragOperationsMask": 1
+        });
+        for kind in ["dragEnter", "dragOver", "drop"] {
+            let event = json!({ "type": kind, "x": x, "y": y, "data": data });
+            self.call("Input.dispatchDragEvent", event)?;
+        }
+        Ok(())
+    }
+
+    /// Until the page has drawn a picture.
+    pub(super) fn frame(&mut self) -> Outcome {
+        let wait = "new Promise(done => requestAnimationFrame(() => requestAnimationFrame(() => done(1))))";
+        self.value(wait).map(drop)
+    }
+
+    /// Writes what is seen into a file of PNG; returns its size [bytes].
+    pub(super) fn picture(&mut self, file: &Path) -> Result<usize, String> {
+        self.frame()?;
+        let result = self.call("Page.captureScreenshot", json!({ "format": "png" }))?;
+        let data = result["data"].as_str().unwrap_or_default();
+        let bytes = base64::engine::general_purpose::STANDARD.decode(data);
+        let bytes = bytes.map_err(|e| e.to_string())?;
+        std::fs::write(file, &bytes).map_err(|e| format!("{}: {e}", file.display()))?;
+        Ok(bytes.len())
+    }
+}
+
+fn mouse(kind: &str, At(x, y): At, down: bool) -> Value {
+    let button = if kind == "mouseMoved" && !down { "none" } else { "left" };
+    let (buttons, clicks) = (u8::from(down), u8::from(kind != "mouseMoved"));
+    json!({ "type": kind, "x": x, "y": y, "button": button, "buttons": buttons, "clickCount": clicks })
+}
+
+/// The middle of something that can be clicked.
+fn place(state: &Value, name: &str) -> Option<At> {
+    let number = |i: usize| state["places"][name][i].as_f64();
+    Some(At((number(0)? + number(2)?) / 2.0, (number(1)? + number(3)?) / 2.0))
+}
+
+fn short(text: &str) -> String {
+    text.chars().take(2000).collect()
+}

@@ -1,0 +1,58 @@
+//! `cargo xtask web`: the viewer for browsers, built into one folder and tested in one.
+
+mod browser;
+mod build;
+mod server;
+mod socket;
+mod test;
+
+use std::path::PathBuf;
+
+use crate::{Outcome, root};
+
+/// Builds and tests; or only one of them; or serves the folder.
+pub fn run(words: &[&str]) -> Outcome {
+    match words {
+        [] => build::run().and_then(|()| test::run()),
+        ["build"] => build::run(),
+        ["test"] => test::run(),
+        ["serve"] => serve("8080"),
+        ["serve", port] => serve(port),
+        _ => Err(format!(
+            "cargo xtask web {}: allowed are build, test, serve [PORT]",
+            words.join(" ")
+        )),
+    }
+}
+
+/// The stage of `cargo xtask ci`: all of it if it is asked for, by its name or by the environment; it takes longer than
+/// all other stages together where nothing of it is built yet.
+pub fn check() -> Outcome {
+    let named = std::env::args().any(|word| word == "web");
+    if named || std::env::var_os("DRYSTONE_CI_WEB").is_some() {
+        return run(&[]);
+    }
+    println!(
+        "   SKIPPED: the viewer in a browser; `cargo xtask ci web` or DRYSTONE_CI_WEB=1 runs it"
+    );
+    Ok(())
+}
+
+fn serve(port: &str) -> Outcome {
+    let port = port.parse().map_err(|e| format!("{port}: {e}"))?;
+    let server = server::Server::start(port, vec![folder()])?;
+    println!("http://{}/", server.address());
+    server.wait();
+    Ok(())
+}
+
+/// Where cargo puts what it builds.
+fn target() -> PathBuf {
+    let set = std::env::var_os("CARGO_TARGET_DIR").filter(|folder| !folder.is_empty());
+    set.map_or_else(|| root().join("target"), |folder| root().join(folder))
+}
+
+/// What a web server has to serve.
+fn folder() -> PathBuf {
+    target().join("web")
+}

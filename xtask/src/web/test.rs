@@ -1,0 +1,343 @@
+//! The page in a browser, from the outside: mouse, fingers, keys and files, and the same bits as the command's.
+
+use std::fs::{self, File};
+use std::path::{Path, PathBuf};
+use std::process::Stdio;
+use std::time::Duration;
+
+use serde_json::Value;
+
+use super::browser::{At, Browser};
+use super::server::Server;
+use super::{folder, target};
+use crate::{Outcome, WITHOUT_GRAPHICS, cargo, run_to_end};
+
+/// Scenes that the page steps to the same bits as the command, and how many steps.
+const SAME: [(&str, u32); 8] = [
+    ("hello", 120),
+    ("stack:n=10", 240),
+    ("pyramid:base=10", 240),
+    ("ragdolls:n=4", 120),
+    ("rings", 60),
+    ("arch", 120),
+    ("convex_pile", 30),
+    ("convex_vs_mesh", 30),
+];
+
+pub(super) fn run() -> Outcome {
+    if !folder().join("drystone_bg.wasm").exists() {
+        return Err(format!("{}: no page; `cargo xtask web build` makes it", folder().display()));
+    }
+    let work = target().join("web-test");
+    let _ = fs::remove_dir_all(&work);
+    fs::create_dir_all(&work).map_err(|e| format!("{}: {e}", work.display()))?;
+    let server = Server::start(0, vec![folder(), work.clone()])?;
+    let mut browser = Browser::start(&work.join("profile"))?;
+    browser.resize(1280, 720)?;
+    let mut test = Test { browser, work, page: format!("http://{}/", server.address()) };
+    for (name, part) in PARTS {
+        println!("   {name}");
+        if let Err(why) = part(&mut test) {
+            let picture = test.work.join("failed.png");
+            let _ = test.browser.picture(&picture);
+            return Err(format!("{name}: {why}\n{} shows it", picture.display()));
+        }
+        let complaints = test.browser.complaints();
+        if !complaints.is_empty() {
+            return Err(format!("{name}: the page complains: {complaints:?}"));
+        }
+    }
+    println!("   pictures are in {}", test.work.display());
+    Ok(())
+}
+
+type Part = (&'static str, fn(&mut Test) -> Outcome);
+
+const PARTS: &[Part] = &[
+    ("the page opens", opens),
+    ("hashes are those of the command", hashes),
+    ("fingers pull a body, and move the view", fingers),
+    ("a click opens a scene of the catalog", catalog),
+    ("buttons and keys stop, step and go back", time),
+    ("the mouse pulls a body", pulls),
+    ("the method changes as it runs", method),
+    ("files that are dropped open or say why not", files),
+    ("a film is played", film),
+    ("a small page has its panel aside", small),
+];
+
+struct Test {
+    browser: Browser,
+    work: PathBuf,
+    page: String,
+}
+
+impl Test {
+    fn go_to(&mut self, address: &str) -> Outcome {
+        self.browser.open(&format!("{}{address}", self.page))?;
+        self.browser
+            .wait_for("the first picture", |state| state["places"]["picture"].is_array())?;
+        Ok(())
+    }
+
+    /// Opens a scene by the page's own function.
+    fn scene(&mut self, name: &str) -> Outcome {
+        self.browser.value("drystone_play(false)")?;
+        self.browser.value(&format!("drystone_open({name:?})"))?;
+        let is_there = |s: &Value| s["scene"] == name && s["step"] == 0 && s["playing"] == false;
+        self.browser.wait_for(name, is_there).map(drop)
+    }
+
+    /// The hash of the page's scene after some steps.
+    fn hash_after(&mut self, steps: u32) -> Result<String, String> {
+        self.browser.value(&format!("drystone_seek({steps})"))?;
+        let what = format!("step {steps}");
+        let state = self.browser.wait_for(&what, |s| s["step"] == steps && hash(s).is_some())?;
+        hash(&state).ok_or(what)
+    }
+
+    /// The hash that the command has for a scene or a file after some steps.
+    fn hash_of_command(&self, scene: &str, steps: u32, more: &[&str]) -> Result<String, String> {
+        let report = self.work.join("report.json");
+        let mut command = cargo();
+        command.args(["run", "--quiet", "--release", "--package", "drystone-app"]);
+        command.args(WITHOUT_GRAPHICS).args(["--", "simulate", scene, "--steps"]);
+        command.arg(steps.to_string()).arg("--report").arg(&report).args(more);
+        run_to_end(command.stdout(Stdio::null()))?;
+        let text = fs::read_to_string(&report).map_err(|e| e.to_string())?;
+        let report: Value = serde_json::from_str(&text).map_err(|e| e.to_string())?;
+        report["hash"]
+            .as_str()
+            .map(str::to_owned)
+            .ok_or_else(|| "a report without a hash".to_owned())
+    }
+
+    /// Takes a picture, which must show something: one color alone takes some kilobytes.
+    fn picture(&mut self, name: &str) -> Outcome {
+        let size = self.browser.picture(&self.work.join(name))?;
+        if size > 20_000 { Ok(()) } else { Err(format!("{name} has {size} bytes: it is empty")) }
+    }
+}
+
+fn hash(state: &Value) -> Option<String> {
+    state["views"][0]["hash"].as_str().map(str::to_owned)
+}
+
+fn opens(test: &mut Test) -> Outcome {
+    test.go_to("?scene=wall:ball=1&paused")?;
+    let state = test.browser.state()?;
+    check(state["scene"] == "wall:ball=1" && state["playing"] == false, &state)?;
+    test.picture("wall.png")
+}
+
+fn catalog(test: &mut Test) -> Outcome {
+    test.browser.click("scenes")?;
+    let At(x, y) = test.browser.place("scenes")?;
+    test.browser.scroll_to("scene stack", At(x, y + 200.0))?;
+    test.picture("catalog.png")?;
+    test.browser.click("scene stack")?;
+    test.browser.wait_for("the scene stack", |s| s["scene"] == "stack")?;
+    Ok(())
+}
+
+fn time(test: &mut Test) -> Outcome {
+    test.scene("hello")?;
+    let b = &mut test.browser;
+    b.click("step")?;
+    b.wait_for("a step by the button", |s| s["step"] == 1)?;
+    b.key("ArrowRight", "ArrowRight", 39)?;
+    b.wait_for("a step by the key", |s| s["step"] == 2)?;
+    b.key("ArrowLeft", "ArrowLeft", 37)?;
+    b.wait_for("a step back", |s| s["step"] == 1 && s["furthest"] == 2)?;
+    b.click("play")?;
+    b.wait_for("it runs", |s| s["playing"] == true && s["step"].as_u64() > Some(10))?;
+    b.key(" ", "Space", 32)?;
+    b.wait_for("it stands", |s| s["playing"] == false)?;
+    b.click("first")?;
+    b.wait_for("the beginning", |s| s["step"] == 0)?;
+    b.value("drystone_speed(0.1); drystone_play(true)")?;
+    // Pictures between steps: the step's number stays while time goes on.
+    b.wait_for("slow motion", |s| s["step"].as_u64() > Some(3))?;
+    b.value("drystone_speed(1); drystone_play(false)").map(drop)
+}
+
+/// Where a lone cube of `stack:n=1` is seen, and how high it is held [m].
+fn middle(test: &mut Test) -> Result<At, String> {
+    test.scene("stack:n=1")?;
+    let at = test.browser.place("picture")?;
+    test.browser.click_at(at)?;
+    let is_cube = |s: &Value| s["picked"].as_str().is_some_and(|title| title.contains("cube 0"));
+    test.browser.wait_for("the cube is picked", is_cube)?;
+    test.browser.value("drystone_play(true)")?;
+    Ok(at)
+}
+
+fn height(state: &Value, end: &str) -> f64 {
+    state["held"][end][1].as_f64().unwrap_or(f64::NAN)
+}
+
+/// Waits until what is held has followed the pointer to within a decimeter, and is at least two of them higher: its
+/// corner at the least, for 200 px are 0.4 m there.
+fn follows(test: &mut Test, start: f64) -> Outcome {
+    let near = |s: &Value| (height(s, "from") - height(s, "to")).abs() < 0.1;
+    let up = |s: &Value| height(s, "from") > start + 0.2;
+    test.browser.wait_for("the cube follows", |s| near(s) && up(s)).map(drop)
+}
+
+fn pulls(test: &mut Test) -> Outcome {
+    let At(x, y) = middle(test)?;
+    test.browser.mouse("mouseMoved", At(x, y), false)?;
+    test.browser.mouse("mousePressed", At(x, y), true)?;
+    test.browser.mouse("mouseMoved", At(x + 15.0, y), true)?;
+    let state = test.browser.wait_for("the cube is held", |s| s["held"].is_object())?;
+    let start = height(&state, "from");
+    for i in 1..=10 {
+        let i = f64::from(i);
+        test.browser.mouse("mouseMoved", At(x + 15.0 * i, y - 20.0 * i), true)?;
+    }
+    follows(test, start)?;
+    test.picture("held.png")?;
+    test.browser.mouse("mouseReleased", At(x + 150.0, y - 200.0), false)?;
+    test.browser.wait_for("the cube is let go", |s| s["held"].is_null()).map(drop)
+}
+
+fn fingers(test: &mut Test) -> Outcome {
+    let At(x, y) = middle(test)?;
+    test.browser.touch("touchStart", &[At(x, y)])?;
+    test.browser.touch("touchMove", &[At(x, y - 15.0)])?;
+    let state = test.browser.wait_for("the cube is held", |s| s["held"].is_object())?;
+    let start = height(&state, "from");
+    for i in 1..=10 {
+        test.browser.touch("touchMove", &[At(x, y - 20.0 * f64::from(i))])?;
+    }
+    follows(test, start)?;
+    // A second finger: the view moves, the cube is let go.
+    let second = At(x - 100.0, y);
+    test.browser.touch("touchStart", &[At(x, y - 200.0), second])?;
+    test.browser.touch("touchMove", &[At(x + 20.0, y - 220.0), At(x - 120.0, y + 20.0)])?;
+    test.browser.wait_for("the cube is let go", |s| s["held"].is_null())?;
+    test.browser.touch("touchEnd", &[])
+}
+
+fn method(test: &mut Test) -> Outcome {
+    test.scene("pyramid:base=6")?;
+    test.browser.value("drystone_play(true)")?;
+    // The settings stand below: the panel is scrolled to them.
+    let At(x, y) = test.browser.place("hide")?;
+    test.browser.scroll_to("method", At(x, y + 500.0))?;
+    let before = test.browser.wait_for("it runs", |s| s["step"].as_u64() > Some(10))?;
+    test.browser.click("method")?;
+    test.browser.place("method soft-step-relax")?;
+    test.picture("method.png")?;
+    test.browser.click("method soft-step-relax")?;
+    let after = test.browser.wait_for("the other method", |s| {
+        s["views"][0]["method"] == "soft-step-relax" && s["step"].as_u64() > before["step"].as_u64()
+    })?;
+    check(before["views"][0]["method"] == "soft-step", &before)?;
+    check(after["playing"] == true, &after)?;
+    test.browser.key("m", "KeyM", 77)?;
+    test.browser
+        .wait_for("the next method", |s| s["views"][0]["method"] != "soft-step-relax")
+        .map(drop)
+}
+
+fn hashes(test: &mut Test) -> Outcome {
+    for (scene, steps) in SAME {
+        test.scene(scene)?;
+        let page = test.hash_after(steps)?;
+        let command = test.hash_of_command(scene, steps, &[])?;
+        println!("     {scene}, {steps} steps: {page}");
+        if page != command {
+            return Err(format!(
+                "{scene} after {steps} steps: the page has {page}, the command {command}"
+            ));
+        }
+    }
+    Ok(())
+}
+
+fn files(test: &mut Test) -> Outcome {
+    let at = test.browser.place("picture")?;
+    let file = |name: &str| test.work.join(name);
+    let (broken, huge, good) = (file("broken.glb"), file("huge.glb"), file("good.glb"));
+    let (cut, other) = (file("cut.glb"), file("other.txt"));
+    let io = |e: std::io::Error| e.to_string();
+    fs::write(&broken, b"glTF\x02\x00\x00\x00 nonsense").map_err(io)?;
+    fs::write(&other, "nothing to see").map_err(io)?;
+    File::create(&huge).and_then(|f| f.set_len(65 << 20)).map_err(io)?;
+    let bake = good.display().to_string();
+    test.hash_of_command("wall", 1, &["--bake", &bake])?;
+    let whole = fs::read(&good).map_err(io)?;
+    fs::write(&cut, &whole[..whole.len() / 2]).map_err(io)?;
+    for (path, says) in
+        [(&broken, "glb"), (&cut, "ends before"), (&other, "JSON"), (&huge, "allowed are 64 MB")]
+    {
+        refused(test, path, says, at)?;
+    }
+    test.picture("refused.png")?;
+    test.browser.drop_file(&good, at)?;
+    test.browser
+        .wait_for("the file is open", |s| s["scene"] == "good.glb" && s["message"].is_null())?;
+    let page = test.hash_after(60)?;
+    let command = test.hash_of_command(&bake, 60, &[])?;
+    if page == command {
+        Ok(())
+    } else {
+        Err(format!("good.glb: the page has {page}, the command {command}"))
+    }
+}
+
+/// Drops a file that cannot be opened, and reads the message; the scene before it stays.
+fn refused(test: &mut Test, path: &Path, says: &str, at: At) -> Outcome {
+    let before = test.browser.state()?;
+    test.browser.drop_file(path, at)?;
+    let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    let told =
+        |s: &Value| s["message"].as_str().is_some_and(|m| m.contains(&name) && m.contains(says));
+    let state = test.browser.wait_for(&format!("{name}: a message with \"{says}\""), told)?;
+    check(state["scene"] == before["scene"], &state)
+}
+
+fn film(test: &mut Test) -> Outcome {
+    let bake = test.work.join("film.glb").display().to_string();
+    test.hash_of_command("wall:ball=1", 90, &["--bake", &bake])?;
+    test.browser.open(&format!("{}player.html?film=film.glb", test.page))?;
+    let runs = |s: &Value| s["film"] == 90 && s["playing"] == true && s["step"].as_u64() > Some(20);
+    test.browser.wait_for("the film runs", runs)?;
+    test.browser.value("drystone_seek(60)")?;
+    test.browser.wait_for("the moment", |s| s["step"] == 60 && s["playing"] == false)?;
+    test.picture("film.png")?;
+    let at = test.browser.place("time")?;
+    test.browser.click_at(at)?;
+    let middle = |s: &Value| s["step"].as_u64().is_some_and(|step| (40..=50).contains(&step));
+    test.browser.wait_for("half of the film by the time line", middle)?;
+    test.browser.value("drystone_seek(90); drystone_play(true)")?;
+    let again =
+        |s: &Value| s["playing"] == true && s["step"].as_u64().is_some_and(|step| step < 45);
+    test.browser.wait_for("it begins again", again)?;
+    test.browser.open(&format!("{}player.html?film=nothing.glb", test.page))?;
+    let note = "document.getElementById('note').textContent";
+    test.browser.wait_until(note, |text| text.contains("404"))?;
+    // The browser itself tells of that in its log.
+    test.browser.complaints();
+    Ok(())
+}
+
+fn small(test: &mut Test) -> Outcome {
+    test.browser.resize(400, 300)?;
+    test.go_to("?scene=pyramid:base=6")?;
+    test.browser.wait_for("it runs", |s| s["step"].as_u64() > Some(30))?;
+    test.picture("small.png")?;
+    test.browser.click("panel")?;
+    test.browser.place("scenes")?;
+    test.picture("small-panel.png")?;
+    test.browser.click("hide")?;
+    test.browser.place("panel")?;
+    std::thread::sleep(Duration::from_millis(100));
+    test.browser.resize(1280, 720)?;
+    test.picture("pyramid.png")
+}
+
+fn check(holds: bool, state: &Value) -> Outcome {
+    if holds { Ok(()) } else { Err(format!("the state is {state}")) }
+}
