@@ -3,7 +3,9 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use drystone::{BodyId, ContactEvent, Events, FaultKind, FractureCause, JointLimit, Vec3};
+use drystone::{
+    BodyId, ContactEvent, Events, FaultKind, FractureCause, JointLimit, ParticleId, Vec3,
+};
 use serde::Serialize;
 
 use crate::output::{Failure, Output};
@@ -123,8 +125,24 @@ struct Body {
 }
 
 #[derive(Serialize)]
+struct Tear {
+    link: u32,
+    a: u32,
+    b: u32,
+    force: f32,
+    strain: f32,
+}
+
+#[derive(Serialize)]
+struct Particle {
+    particle: u32,
+}
+
+#[derive(Serialize)]
 struct Fault {
     body: Option<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    particle: Option<u32>,
     kind: &'static str,
 }
 
@@ -213,8 +231,18 @@ impl EventLog {
                 self.line(step, time, word, Body { body: names.of(id) })?;
             }
         }
+        for e in &events.link_tear {
+            let (a, b) = (e.a.index(), e.b.index());
+            let what = Tear { link: e.link.index(), a, b, force: e.force, strain: e.strain };
+            self.line(step, time, "link_tear", what)?;
+        }
+        for e in &events.detached {
+            self.line(step, time, "detached", Particle { particle: e.index() })?;
+        }
         for e in &events.faults {
-            let what = Fault { body: e.body.map(|id| names.of(id)), kind: fault_word(e.kind) };
+            let body = e.body.map(|id| names.of(id));
+            let particle = e.particle.map(ParticleId::index);
+            let what = Fault { body, particle, kind: fault_word(e.kind) };
             self.line(step, time, "fault", what)?;
         }
         Ok(())

@@ -106,6 +106,9 @@ pub(crate) fn info(args: &Info) -> Outcome {
         page.row("", &format!("{sensors} of them are sensors"));
     }
     page.row("joints", &scene.joints.len().to_string());
+    if !scene.couplings.is_empty() {
+        page.row("", &format!("{} of them follow another", scene.couplings.len()));
+    }
     let masses: Vec<f64> = running
         .world
         .bodies()

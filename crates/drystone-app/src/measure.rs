@@ -42,6 +42,12 @@ pub(crate) struct Measure {
     pub(crate) contacts_max: usize,
     /// Deepest overlap after each step [m].
     pub(crate) penetration: Series,
+    /// Deepest overlap of a particle with a shape [m], after each step or every 60.
+    pub(crate) particle_penetration: Series,
+    /// What a rod or thread is off its length at most after each step [m].
+    pub(crate) link_error: Series,
+    /// Links that tore.
+    pub(crate) tears: usize,
     /// Largest joint error after each step [m].
     pub(crate) joint_error: Series,
     /// Energy at the start.
@@ -66,6 +72,9 @@ impl Measure {
             contacts: Series::default(),
             contacts_max: 0,
             penetration: Series::default(),
+            particle_penetration: Series::default(),
+            link_error: Series::default(),
+            tears: 0,
             joint_error: Series::default(),
             energy_start: energy,
             energy_end: energy,
@@ -86,6 +95,13 @@ impl Measure {
         }
         self.contacts.push(count_as_f64(touching));
         self.contacts_max = self.contacts_max.max(touching);
+        // Looked for in every step only where there are few: it asks the trees for each particle.
+        if counts_particles(world, step) {
+            self.particle_penetration.push(f64::from(world.particle_penetration()));
+        }
+        let stretch = world.links().fold(0.0_f32, |e, link| e.max(link.error()));
+        self.link_error.push(f64::from(stretch));
+        self.tears += world.events().link_tear.len();
         self.penetration.push(f64::from(deepest));
         let error = world.joints().fold(0.0_f32, |e, joint| e.max(joint.error()));
         self.joint_error.push(f64::from(error));
@@ -102,6 +118,12 @@ impl Measure {
     pub(crate) fn momentum_drift(&self, world: &World) -> f32 {
         (world.momentum() - self.momentum_start).length()
     }
+}
+
+/// Whether overlaps of particles are looked for after step `step`.
+fn counts_particles(world: &World, step: u64) -> bool {
+    let counts = world.counts();
+    counts.particles > 0 && (counts.particles <= 2000 || step.is_multiple_of(HASH_EVERY))
 }
 
 /// Notes of a scene, each in one line.

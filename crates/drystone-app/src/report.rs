@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
+use drystone::World;
 use drystone_scene::{Running, Scene};
 use serde::Serialize;
 use serde::ser::{SerializeMap, Serializer};
@@ -60,6 +61,9 @@ pub(crate) struct Report {
     momentum_drift: f32,
     penetration: Penetration,
     joint_error: JointError,
+    /// Of scenes that have any.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    particles: Option<Particles>,
     asleep_end: usize,
     /// How right the world is at the end.
     audit: AuditReport,
@@ -117,6 +121,54 @@ struct Penetration {
 struct JointError {
     max: f64,
     p99: f64,
+}
+
+/// Particles at the end, and what was measured of them.
+#[derive(Debug, Serialize)]
+struct Particles {
+    count: usize,
+    links: usize,
+    asleep: usize,
+    torn: usize,
+    /// Deepest in a shape [m]: of all steps (above 2,000 particles of every 60th), and the last of those.
+    penetration_max: f64,
+    penetration_end: f64,
+    /// What a rod or thread is off its length [m]: at most over all steps, and at the end.
+    link_error_max: f64,
+    link_error_end: f64,
+}
+
+impl Particles {
+    fn of(measure: &Measure, world: &World) -> Option<Self> {
+        let counts = world.counts();
+        (counts.particles > 0).then(|| Self {
+            count: counts.particles,
+            links: counts.links,
+            asleep: counts.particles_asleep,
+            torn: measure.tears,
+            penetration_max: measure.particle_penetration.max(),
+            penetration_end: measure.particle_penetration.last(),
+            link_error_max: measure.link_error.max(),
+            link_error_end: measure.link_error.last(),
+        })
+    }
+
+    fn rows(&self, page: &mut Page) {
+        let Self { count: n, links, asleep, torn, .. } = self;
+        let what = format!(
+            "{}, {asleep} asleep; {}, {torn} torn",
+            count(*n, "particle"),
+            count(*links, "link")
+        );
+        page.row("particles", &what);
+        let (max, end) = (si(self.penetration_max, "m"), si(self.penetration_end, "m"));
+        let mut what = format!("penetration max {max}, at the end {end}");
+        if *links > 0 {
+            let (max, end) = (si(self.link_error_max, "m"), si(self.link_error_end, "m"));
+            what += &format!("; link error max {max}, at the end {end}");
+        }
+        page.row("particles", &what);
+    }
 }
 
 #[derive(Debug, Serialize)]
@@ -188,6 +240,7 @@ impl Report {
                 max: measure.joint_error.max(),
                 p99: measure.joint_error.percentile(99),
             },
+            particles: Particles::of(measure, world),
             asleep_end: counts.asleep,
             audit: AuditReport::of(world, &names),
             hash: hex(world.state_hash()),
@@ -255,6 +308,9 @@ impl Report {
         if self.joints > 0 {
             let j = &self.joint_error;
             page.row("joint error", &format!("max {}, p99 {}", si(j.max, "m"), si(j.p99, "m")));
+        }
+        if let Some(particles) = &self.particles {
+            particles.rows(&mut page);
         }
         page.row("asleep", &format!("{} of {dynamic} dynamic bodies", self.asleep_end));
         if run.audit {

@@ -667,6 +667,7 @@ fn pieces_of_what_breaks_have_names_rows_and_nodes_from_when_they_come() {
     let json: Value = serde_json::from_slice(&file[20..20 + length]).unwrap();
     let binary = &file[20 + length + 8..];
     let animation = &json["animations"][0];
+    let number = |of: &Value| usize::try_from(of.as_u64().unwrap_or(0)).unwrap();
     let scales_of = |name: &str| -> Vec<f32> {
         let nodes = json["nodes"].as_array().unwrap();
         let node = nodes.iter().position(|n| n["name"] == name).unwrap_or_else(|| panic!("{name}"));
@@ -674,14 +675,12 @@ fn pieces_of_what_breaks_have_names_rows_and_nodes_from_when_they_come() {
         let channel = channels
             .find(|c| c["target"]["node"] == node && c["target"]["path"] == "scale")
             .unwrap_or_else(|| panic!("{name}"));
-        let sampler = &animation["samplers"][channel["sampler"].as_u64().unwrap() as usize];
+        let sampler = &animation["samplers"][number(&channel["sampler"])];
         assert_eq!(sampler["interpolation"], "STEP");
-        let accessor = &json["accessors"][sampler["output"].as_u64().unwrap() as usize];
-        let view = &json["bufferViews"][accessor["bufferView"].as_u64().unwrap() as usize];
-        let from =
-            view["byteOffset"].as_u64().unwrap_or(0) + accessor["byteOffset"].as_u64().unwrap_or(0);
-        let count = 3 * accessor["count"].as_u64().unwrap() as usize;
-        let bytes = &binary[from as usize..from as usize + 4 * count];
+        let accessor = &json["accessors"][number(&sampler["output"])];
+        let view = &json["bufferViews"][number(&accessor["bufferView"])];
+        let from = number(&view["byteOffset"]) + number(&accessor["byteOffset"]);
+        let bytes = &binary[from..from + 12 * number(&accessor["count"])];
         bytes.chunks_exact(12).map(|b| f32::from_le_bytes(b[..4].try_into().unwrap())).collect()
     };
     for event in &broken {

@@ -13,6 +13,10 @@ pub(crate) const GROUND: Color = [178, 176, 170, 255];
 pub(crate) const KINEMATIC: Color = [92, 104, 120, 255];
 /// Rods and ropes of joints.
 pub(crate) const ROD: Color = [84, 80, 76, 255];
+/// Particles of ropes and cloths, and what links them.
+pub(crate) const THREAD: Color = [196, 152, 96, 255];
+/// Particles that nothing links.
+pub(crate) const DUST: Color = [214, 196, 150, 255];
 
 /// Earth and slate: muted, and apart in lightness, so that neighbors differ in grey too.
 const PALETTE: [[u8; 3]; 8] = [

@@ -3,9 +3,11 @@
 use std::borrow::Cow;
 
 use bytemuck::{Pod, Zeroable};
-use drystone::{Aabb, BodyKind, BodyRef, JointKind, Pose, Quat, Shape, ShapeRef, Vec3, World};
+use drystone::{
+    Aabb, BodyKind, BodyRef, JointKind, LinkKind, LinkRef, Pose, Quat, Shape, ShapeRef, Vec3, World,
+};
 
-use crate::color::{Color, GROUND, ROD, body_color};
+use crate::color::{Color, DUST, GROUND, ROD, THREAD, body_color};
 use crate::form::{Fit, Form};
 use crate::framing::Subject;
 
@@ -130,8 +132,34 @@ impl Drawing {
                 }
             }
         }
+        drawing.add_particles(&mut batches, world);
         drawing.batches = batches.list;
         drawing
+    }
+
+    /// Particles as balls, rods and threads between them; springs only where nothing else links, as bends and
+    /// shears of a cloth would hide its threads.
+    fn add_particles(&self, batches: &mut Batches, world: &World) {
+        let mut threaded = std::collections::BTreeSet::new();
+        let is_spring = |link: &LinkRef<'_>| matches!(link.kind(), LinkKind::Spring(_));
+        for link in world.links().filter(|link| !is_spring(link)) {
+            threaded.extend(link.particles());
+        }
+        for link in world.links() {
+            let ends = link.particles();
+            if is_spring(&link) && ends.iter().all(|end| threaded.contains(end)) {
+                continue;
+            }
+            let [Some(a), Some(b)] = ends.map(|end| world.particle(end)) else { continue };
+            let thick = 0.6 * a.radius().min(b.radius());
+            self.add_cylinder(batches, [a.position(), b.position()], thick, THREAD);
+        }
+        for particle in world.particles().filter(|p| p.position().is_finite()) {
+            let fit = Fit { scale: Vec3::splat(particle.radius()), end: 0.0 };
+            let pose = Pose::at(particle.position());
+            let color = if particle.link_count() > 0 { THREAD } else { DUST };
+            batches.push(Form::Sphere, self.instance(&pose, fit, color, 0));
+        }
     }
 
     /// A line `width` wide [px] from `a` to `b` [m, world], on top of all bodies.
@@ -250,16 +278,19 @@ impl Drawing {
 
     /// A rod or rope between two places [m, world].
     fn add_rod(&self, batches: &mut Batches, a: Vec3, b: Vec3) {
+        self.add_cylinder(batches, [a, b], 0.004 * self.radius, ROD);
+    }
+
+    fn add_cylinder(&self, batches: &mut Batches, [a, b]: [Vec3; 2], thick: f32, color: Color) {
         let along = b - a;
         let Some(direction) = along.try_normalize().filter(|_| a.is_finite() && b.is_finite())
         else {
             return;
         };
         let pose = Pose::new((a + b) * 0.5, Quat::from_arc(Vec3::Y, direction));
-        let thick = 0.004 * self.radius;
         let scale = Vec3::from([thick, 0.5 * along.length(), thick]);
         let fit = Fit { scale, end: 0.0 };
-        batches.push(Form::Cylinder, self.instance(&pose, fit, ROD, 0));
+        batches.push(Form::Cylinder, self.instance(&pose, fit, color, 0));
     }
 }
 

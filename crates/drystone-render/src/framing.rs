@@ -44,6 +44,12 @@ impl Subject {
             let boxes = shapes.filter(|s| !s.is_sensor()).map(|s| s.bounds());
             list.extend(boxes.filter(|b| size(b) < 1.0e5));
         }
+        // Of a cloud some say where it is.
+        let every = 1 + world.counts().particles / 2000;
+        for particle in world.particles().step_by(every) {
+            moving
+                .push(Aabb::new(particle.position(), particle.position()).grown(particle.radius()));
+        }
         let mut boxes = together(moving);
         let core = union(&boxes);
         let anchors = world.joints().flat_map(|j| [j.anchor_a(), j.anchor_b()]);

@@ -2,9 +2,14 @@
 
 use std::collections::BTreeMap;
 
-use drystone::{BodyDef, BodyId, BodyKind, DefError, JointDef, JointId, Pose, World};
+use drystone::{
+    BodyDef, BodyId, BodyKind, CouplingDef, DefError, JointDef, JointId, Pose, Strand, World,
+};
 
-use crate::scene::{Scene, SceneBody, SceneFrame, SceneJoint, Script, ScriptAction, Wave};
+use crate::scene::{
+    Scene, SceneBody, SceneCoupling, SceneFrame, SceneJoint, SceneStrand, Script, ScriptAction,
+    StrandDef, Wave,
+};
 
 /// The engine refused something of a scene.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -33,6 +38,44 @@ pub enum BuildError {
         #[source]
         error: DefError,
     },
+    /// A coupling.
+    #[error("coupling {number}: {error}")]
+    Coupling {
+        /// Its number in the scene, from 0.
+        number: usize,
+        /// What is wrong with it.
+        #[source]
+        error: DefError,
+    },
+    /// A rope, a cloth or a cloud.
+    #[error("strand '{name}': {error}")]
+    Strand {
+        /// Its name.
+        name: String,
+        /// What is wrong with it.
+        #[source]
+        error: DefError,
+    },
+    /// A coupling names a joint that the scene does not have.
+    #[error("coupling {number} names joint number {joint}, the scene has {joints} joints")]
+    NoSuchJoint {
+        /// Its number in the scene, from 0.
+        number: usize,
+        /// The number given.
+        joint: usize,
+        /// How many there are.
+        joints: usize,
+    },
+    /// A strand names a particle that it does not have.
+    #[error("strand '{name}' names its particle number {number}, it has {particles}")]
+    NoSuchParticle {
+        /// Its name.
+        name: String,
+        /// The number given.
+        number: usize,
+        /// How many there are.
+        particles: usize,
+    },
     /// A joint or the script names a body that the scene does not have.
     #[error("{user} names body number {number}, the scene has {bodies} bodies")]
     NoSuchBody {
@@ -58,6 +101,10 @@ pub struct Running {
     pub names: Vec<String>,
     /// Its joints in the order of the scene, then of the script.
     pub joints: Vec<JointId>,
+    /// Its couplings in the order of the scene.
+    pub couplings: Vec<JointId>,
+    /// Its ropes, cloths and clouds in the order of the scene.
+    pub strands: Vec<Strand>,
     /// Named places on its bodies, as the scene has them.
     pub frames: Vec<SceneFrame>,
     /// Those that scene and script brought.
@@ -82,6 +129,8 @@ impl Scene {
             bodies: Vec::with_capacity(self.bodies.len()),
             names: Vec::with_capacity(self.bodies.len()),
             joints: Vec::with_capacity(self.joints.len()),
+            couplings: Vec::with_capacity(self.couplings.len()),
+            strands: Vec::with_capacity(self.strands.len()),
             frames: self.frames.clone(),
             brought: Vec::with_capacity(self.bodies.len()),
             origins: BTreeMap::new(),
@@ -95,8 +144,14 @@ impl Scene {
         for joint in &self.joints {
             running.add_joint(joint)?;
         }
+        for number in 0..self.couplings.len() {
+            self.add_coupling(number, &mut running)?;
+        }
         for frame in &self.frames {
             running.at(&format!("the frame '{}'", frame.name), frame.body)?;
+        }
+        for strand in &self.strands {
+            running.add_strand(strand)?;
         }
         match &self.script {
             Script::None | Script::Film(_) => {}
@@ -113,6 +168,23 @@ impl Scene {
     }
 }
 
+impl Scene {
+    fn add_coupling(&self, number: usize, running: &mut Running) -> Result<(), BuildError> {
+        let SceneCoupling { joint_a, axis_a, joint_b, axis_b, ratio, offset } =
+            self.couplings[number];
+        let find = |joint: usize| {
+            let joints = running.joints.len();
+            let id = running.joints.get(joint).copied();
+            id.ok_or(BuildError::NoSuchJoint { number, joint, joints })
+        };
+        let (joint_a, joint_b) = (find(joint_a)?, find(joint_b)?);
+        let def = CouplingDef { joint_a, axis_a, joint_b, axis_b, ratio, offset };
+        let added = running.world.add_coupling(def);
+        running.couplings.push(added.map_err(|error| BuildError::Coupling { number, error })?);
+        Ok(())
+    }
+}
+
 fn body_error(name: &str, error: DefError) -> BuildError {
     BuildError::Body { name: name.to_owned(), error }
 }
@@ -126,6 +198,38 @@ impl Running {
         let id = self.world.add_body(def).map_err(|error| body_error(name, error))?;
         self.brought.push(id);
         self.learn(id, name.to_owned());
+        Ok(())
+    }
+
+    fn add_strand(&mut self, strand: &SceneStrand) -> Result<(), BuildError> {
+        let SceneStrand { name, def, pins, holds } = strand;
+        let refused = |error| BuildError::Strand { name: name.clone(), error };
+        let made = match def {
+            StrandDef::Rope(def) => self.world.add_rope(def),
+            StrandDef::Cloth(def) => self.world.add_cloth(def),
+            StrandDef::Cloud(points, def) => self
+                .world
+                .add_cloud(points.iter().copied(), def)
+                .map(|particles| Strand { particles, links: Vec::new() }),
+        };
+        let made = made.map_err(refused)?;
+        let particle = |number: usize| {
+            let particles = made.particles.len();
+            let name = || name.clone();
+            let missing = || BuildError::NoSuchParticle { name: name(), number, particles };
+            made.particles.get(number).copied().ok_or_else(missing)
+        };
+        for number in pins {
+            if let Some(mut pinned) = self.world.particle_mut(particle(*number)?) {
+                pinned.set_pinned(true);
+            }
+        }
+        for hold in holds {
+            let body = self.at(name, hold.body)?;
+            let held = particle(hold.particle)?;
+            self.world.attach_particle(held, body, hold.point).map_err(refused)?;
+        }
+        self.strands.push(made);
         Ok(())
     }
 

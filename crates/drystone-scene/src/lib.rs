@@ -16,4 +16,7 @@ mod xml;
 pub use build::{BuildError, Running};
 pub use catalog::{CatalogError, Entry, Parameter, Range, Values, catalog, named};
 pub use error::SceneError;
-pub use scene::{Scene, SceneBody, SceneFrame, SceneJoint, Script, ScriptAction, Wave};
+pub use scene::{
+    Scene, SceneBody, SceneCoupling, SceneFrame, SceneHold, SceneJoint, SceneStrand, Script,
+    ScriptAction, StrandDef, Wave,
+};

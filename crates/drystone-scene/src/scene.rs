@@ -3,7 +3,10 @@
 
 use std::sync::Arc;
 
-use drystone::{BodyDef, JointKind, JointStrength, Pose, Vec3, WorldConfig, trig, vec3};
+use drystone::{
+    BodyDef, ClothDef, JointKind, JointStrength, ParticleDef, Pose, RopeDef, Vec3, WorldConfig,
+    trig, vec3,
+};
 
 use crate::gltf::Film;
 
@@ -37,6 +40,23 @@ pub struct SceneJoint {
     pub articulated: bool,
 }
 
+/// Holds `coordinate b = ratio · coordinate a + offset` between two joints of six axes of a scene.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SceneCoupling {
+    /// Number of the joint that is followed, in [`Scene::joints`].
+    pub joint_a: usize,
+    /// Its axis: 0 to 2 along x, y, z, 3 to 5 about them.
+    pub axis_a: usize,
+    /// Number of the joint that follows.
+    pub joint_b: usize,
+    /// Its axis.
+    pub axis_b: usize,
+    /// How far b goes for each unit of a; not 0.
+    pub ratio: f32,
+    /// Where b is with a at 0 [m or rad].
+    pub offset: f32,
+}
+
 /// A named place on a body, such as a link of a robot that is held fast on another.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SceneFrame {
@@ -48,6 +68,42 @@ pub struct SceneFrame {
     pub pose: Pose,
     /// The point whose velocity is its own: the center of mass of what it names [m, frame of the body].
     pub center: Vec3,
+}
+
+/// A particle of a strand that a body holds.
+#[derive(Clone, Copy, Debug)]
+pub struct SceneHold {
+    /// Number of the particle in its strand.
+    pub particle: usize,
+    /// Number of the body in [`Scene::bodies`].
+    pub body: usize,
+    /// Where [m, frame of the body].
+    pub point: Vec3,
+}
+
+/// What a strand is.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub enum StrandDef {
+    /// A rope.
+    Rope(RopeDef),
+    /// A cloth.
+    Cloth(ClothDef),
+    /// A particle at each of these points [m, world].
+    Cloud(Vec<Vec3>, ParticleDef),
+}
+
+/// Particles of a scene. Only drystone has them: engines beside it are given the bodies alone.
+#[derive(Clone, Debug)]
+pub struct SceneStrand {
+    /// The scene's own name for it.
+    pub name: String,
+    /// What it is.
+    pub def: StrandDef,
+    /// Numbers of its particles that are pinned where they are.
+    pub pins: Vec<usize>,
+    /// Its particles that bodies hold.
+    pub holds: Vec<SceneHold>,
 }
 
 /// What happens to the bodies while the scene runs, besides physics.
@@ -200,6 +256,10 @@ pub struct Scene {
     pub bodies: Vec<SceneBody>,
     /// Its joints, in the order in which they are added.
     pub joints: Vec<SceneJoint>,
+    /// Its couplings, added after the joints.
+    pub couplings: Vec<SceneCoupling>,
+    /// Its particles, in the order in which they are added, after bodies and joints.
+    pub strands: Vec<SceneStrand>,
     /// Named places on its bodies.
     pub frames: Vec<SceneFrame>,
     /// What happens besides.
@@ -220,6 +280,8 @@ impl Scene {
             seconds: 10.0,
             bodies: Vec::new(),
             joints: Vec::new(),
+            couplings: Vec::new(),
+            strands: Vec::new(),
             frames: Vec::new(),
             script: Script::None,
             notes: Vec::new(),

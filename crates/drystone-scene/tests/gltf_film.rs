@@ -19,7 +19,7 @@ fn baked(scene: &Scene, steps: u16) -> (PathBuf, Motion) {
         Script::Drop { bodies, .. } => scene.bodies.len() + bodies.len(),
         _ => scene.bodies.len(),
     };
-    let mut motion = Motion { times: Vec::new(), poses: vec![Vec::new(); all] };
+    let mut motion = Motion { poses: vec![Vec::new(); all], ..Motion::default() };
     for step in 0..=steps {
         motion.times.push(f32::from(step) * DT);
         for (number, pose) in poses(&running).into_iter().enumerate() {
@@ -28,7 +28,7 @@ fn baked(scene: &Scene, steps: u16) -> (PathBuf, Motion) {
         running.step(DT).unwrap();
     }
     let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("film-{}.glb", scene.name));
-    bake::write_scene(&path, scene, &motion).unwrap();
+    bake::write_scene(&path, scene, &[], &motion).unwrap();
     (path, motion)
 }
 

@@ -277,6 +277,25 @@ fn the_cradle_passes_momentum_on() {
     assert!(stretch < 1.0e-3, "{stretch}");
 }
 
+#[test]
+fn a_joint_follows_another_as_an_equality_says() {
+    let scene = read(
+        r#"<option gravity="0 0 0"/><worldbody>
+        <body name="a"><joint name="j" axis="0 0 1" ref="20"/><geom size="0.1"/></body>
+        <body name="b" pos="1 0 0"><joint name="k" type="slide" axis="0 -1 0"/><geom size="0.1"/></body></worldbody>
+        <equality><joint joint1="k" joint2="j" polycoef="0 0.5 0 0 0"/></equality>"#,
+    )
+    .unwrap();
+    assert_eq!(scene.couplings.len(), 1);
+    let running = run(&scene, 1.0, |_| {});
+    // The slide's count is half the hinge's, which the file has at 20°.
+    let coordinates =
+        |i: usize| running.world.joint(running.joints[i]).unwrap().coordinates().unwrap();
+    let (turn, way) = (coordinates(0)[1].x + 20.0_f32.to_radians(), coordinates(1)[0].x);
+    assert!((way - 0.5 * turn).abs() < 1.0e-4, "{way} m, {turn} rad");
+    assert!(way.abs() > 0.001 && body(&running, "b").position.y < 0.0);
+}
+
 /// A crank of 0.1 m, a rod of 0.3 m that `connect` closes to a slider, let go from level.
 const CRANK: &str = r#"<worldbody>
   <body name="crank"><joint axis="0 1 0"/><geom type="capsule" size=".01" fromto="0 0 0 .1 0 0" contype="0" conaffinity="0"/>

@@ -4,7 +4,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use drystone::{BodyKind, JointKind, JointMotion, MassDef, Pose, Shape, Vec3, vec3};
+use drystone::{BodyKind, JointKind, JointMotion, MassDef, Pose, Quat, Shape, Vec3, vec3};
 use drystone_scene::urdf::{self, Base, Options};
 use drystone_scene::{Running, Scene, SceneError};
 
@@ -238,6 +238,71 @@ fn anymal_falls_onto_the_ground_and_comes_to_rest_in_one_piece() {
     let start = scene.bodies[1].def.position.z;
     let base = running.world.body(running.bodies[1]).unwrap().position().z;
     assert!(base < start - 0.4, "it fell from {start} m to {base} m");
+}
+
+#[test]
+fn fingers_that_mimic_go_together() {
+    let mut scene = load(&data("panda_collision.urdf"));
+    assert_eq!(scene.couplings.len(), 1);
+    scene.config.gravity = Vec3::ZERO;
+    let mut running = scene.build().unwrap();
+    let id = running.couplings[0];
+    let finger = running.names.iter().position(|n| n == "panda_leftfinger").unwrap();
+    let finger = running.bodies[finger];
+    let coordinates = |running: &Running| {
+        let all = running.world.joints().filter_map(|j| j.coordinates());
+        let ways: Vec<f32> = all.map(|c| c[0].x).collect();
+        [ways[7], ways[8]]
+    };
+    let (mut worst, mut fastest, mut last) = (0.0_f32, 0.0_f32, coordinates(&running));
+    for step in 0..240 {
+        // One finger is pulled along its slider, which is across the hand, and pushed back later.
+        let hand = running.world.body(running.bodies[7]).unwrap().rotation();
+        let way = hand
+            .rotate(Quat::from_axis_angle(Vec3::Z, -core::f32::consts::FRAC_PI_4).rotate(Vec3::Y));
+        let push = way * if step < 120 { 0.1 } else { -0.1 };
+        running.world.body_mut(finger).unwrap().set_lasting_force(push).unwrap();
+        running.step(1.0 / 60.0).unwrap();
+        let now = coordinates(&running);
+        worst = worst.max(running.world.joint(id).unwrap().error());
+        fastest = fastest.max(60.0 * (now[0] - last[0]).abs());
+        last = now;
+        if step == 119 {
+            assert!((now[0] - 0.04).abs() < 1.0e-3 && (now[1] - 0.04).abs() < 1.0e-3, "{now:?}");
+        }
+    }
+    println!("fingers off by up to {worst} m, {fastest} m/s, at {last:?} in the end");
+    // Each goes its way alone for a substep at most when the other strikes its limit.
+    assert!(fastest > 0.05 && worst < 2.0 * fastest / 480.0, "{worst} m, {fastest} m/s");
+    assert!(last[0].abs() < 1.0e-3 && last[1].abs() < 1.0e-3, "{last:?}");
+}
+
+#[test]
+fn what_is_coupled_counts_as_the_file_does() {
+    let inside = format!(
+        r#"{BASE}<link name="a"><inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1"/></inertial></link>
+        <link name="b"><inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1"/></inertial></link>
+        <joint name="j" type="continuous"><axis xyz="0 0 1"/><parent link="base"/><child link="a"/></joint>
+        <joint name="k" type="continuous"><axis xyz="0 0 -1"/><parent link="base"/><child link="b"/>
+          <mimic joint="j" multiplier="-3" offset="0.25"/></joint>"#
+    );
+    let options = Options { base: Base::Fixed, ground: None };
+    let text = format!("<robot name=\"r\">{inside}</robot>");
+    let scene = urdf::from_text(&text, Path::new(""), &options).unwrap();
+    let mut running = scene.build().unwrap();
+    let a = running.bodies[1];
+    running.world.body_mut(a).unwrap().apply_angular_impulse([0.0, 0.0, 1.0]).unwrap();
+    for _ in 0..120 {
+        running.step(1.0 / 60.0).unwrap();
+    }
+    let turn =
+        |i: usize| running.world.joint(running.joints[i]).unwrap().coordinates().unwrap()[1].x;
+    assert!((turn(1) + 3.0 * turn(0) - 0.25).abs() < 1.0e-3, "{} {}", turn(0), turn(1));
+    // 1 N m s on 1 kg m² and nine times that through the coupling, less what its offset turned at first.
+    assert!(turn(0) > 0.1, "{}", turn(0));
+    for (part, wrong) in [("joint=\"j\"", "joint=\"x\""), ("joint=\"j\"", "joint=\"k\"")] {
+        assert!(read(&inside.replace(part, wrong)).unwrap_err().to_string().contains("it mimics"));
+    }
 }
 
 #[test]

@@ -3,13 +3,17 @@
 use egui::{Color32, FontId, Mesh, Pos2, Rect, Sense, Shape, Stroke, Ui, pos2, vec2};
 
 const HEIGHT: f32 = 44.0;
+
+/// How many stages a step has.
+const STAGES: usize = drystone::Stage::ALL.len();
 const BACK: Color32 = Color32::from_black_alpha(60);
 
 /// Colors of the engine's stages, in their order.
-pub(crate) const STAGE_COLORS: [Color32; 8] = [
+pub(crate) const STAGE_COLORS: [Color32; STAGES] = [
     Color32::from_rgb(111, 143, 168),
     Color32::from_rgb(222, 196, 148),
     Color32::from_rgb(143, 169, 139),
+    Color32::from_rgb(120, 190, 180),
     Color32::from_rgb(226, 122, 82),
     Color32::from_rgb(107, 154, 190),
     Color32::from_rgb(201, 155, 74),
@@ -30,7 +34,7 @@ pub(crate) fn plot(ui: &mut Ui, text: &str, values: impl Iterator<Item = f32> + 
 pub(crate) fn stacked(
     ui: &mut Ui,
     text: &str,
-    columns: impl ExactSizeIterator<Item = [f32; 8]> + Clone,
+    columns: impl ExactSizeIterator<Item = [f32; STAGES]> + Clone,
 ) {
     let rect = back(ui);
     let most = columns.clone().map(|c| c.iter().sum::<f32>()).fold(1.0e-6, f32::max);

@@ -566,7 +566,7 @@ pub(crate) mod tests {
         let scene = drystone_scene::named("hello").unwrap();
         let mut running = scene.build().unwrap();
         let mut motion =
-            Motion { times: Vec::new(), poses: vec![Vec::new(); running.bodies.len()] };
+            Motion { poses: vec![Vec::new(); running.bodies.len()], ..Motion::default() };
         for step in 0..=30_u8 {
             motion.times.push(f32::from(step) / 60.0);
             for (number, id) in running.bodies.iter().enumerate() {
@@ -575,7 +575,7 @@ pub(crate) mod tests {
             running.step(1.0 / 60.0).unwrap();
         }
         let path = std::env::temp_dir().join(format!("drystone-film-{}.glb", std::process::id()));
-        bake::write_scene(&path, &scene, &motion).unwrap();
+        bake::write_scene(&path, &scene, &[], &motion).unwrap();
         let film = gltf::film(gltf::load(&path, &gltf::Options::default()).unwrap()).unwrap();
         std::fs::remove_file(path).unwrap();
         let opened = Opened { name: "film".to_owned(), running: film.build().unwrap(), hz: 60.0 };

@@ -23,7 +23,7 @@
 //! removed. Definitions are checked when they are given: nothing a user passes can panic, and
 //! [`World::step`] cannot fail.
 //!
-//! The step is eight stages over tables; `ARCHITECTURE.md` of the repository shows them.
+//! The step is nine stages over tables; `ARCHITECTURE.md` of the repository shows them.
 
 mod base;
 mod geometry;
@@ -34,7 +34,7 @@ mod world;
 
 pub use base::aabb::Aabb;
 pub use base::collision::ImpactKind;
-pub use base::id::{BodyId, JointId, ShapeId};
+pub use base::id::{BodyId, JointId, LinkId, ParticleId, ShapeId};
 pub use base::jobs::{Executor, Inline};
 pub use base::math::{Mat3, Vec3, vec3};
 pub use base::pose::Pose;
@@ -56,25 +56,28 @@ pub use query::stiffness::PenaltyLimit;
 pub use query::why_awake::{AwakeCause, WhyAwake};
 pub use query::{Query, RayHit};
 pub use state::config::{
-    BreakageConfig, ContactConfig, InertiaConfig, JointConfig, PenaltyConfig, SleepConfig,
-    WorldConfig,
+    BreakageConfig, ContactConfig, InertiaConfig, JointConfig, ParticleConfig, ParticleForm,
+    PenaltyConfig, SleepConfig, WorldConfig,
 };
+pub use state::coupling::CouplingDef;
 pub use state::def::{
     AxisLocks, BodyDef, BodyKind, Bond, BondStrength, DefError, Fatigue, Fracture, Glue, JointDef,
-    JointKind, JointStrength, MassDef, ShapeDef, Spring,
+    JointKind, JointStrength, MassDef, Pulley, ShapeDef, Spring,
 };
 pub use state::events::{
     BondBreak, ContactEvent, Events, Fault, FaultKind, FractureCause, FractureEvent, HitEvent,
-    JointBreak, JointLimit, SensorEvent,
+    JointBreak, JointLimit, LinkTear, SensorEvent,
 };
 pub use state::material::{Combine, Filter, Material};
 pub use state::method::{Method, Pass};
 pub use state::options::{
     Damping, Integration, MethodOptions, Order, Overlap, Persistence, Rest, Shock,
 };
+pub use state::particle_def::{LinkDef, LinkKind, LinkSpring, ParticleDef};
 pub use state::sixdof::{JointAxis, JointCone, JointDrive, JointMotion, JointSpring, SixDof};
 pub use step::Stage;
 pub use world::{
-    BodyMut, BodyRef, BondRef, ContactPoint, ContactRef, Impact, ImpactBody, ImpactSurface,
-    JointRef, ShapeMut, ShapeRef, World, WorldCounts, impact,
+    BodyMut, BodyRef, BondRef, ClothDef, ContactPoint, ContactRef, Impact, ImpactBody,
+    ImpactSurface, JointRef, LinkRef, ParticleMut, ParticleRef, RopeDef, ShapeMut, ShapeRef,
+    Strand, World, WorldCounts, impact,
 };

@@ -5,8 +5,17 @@ use super::{Tree, finding, line_of};
 
 const STEP: &str = "crates/drystone/src/step/mod.rs";
 const PAGE: &str = "ARCHITECTURE.md";
-const STAGES: [&str; 8] =
-    ["broadphase", "narrowphase", "partition", "solver", "finalize", "sweep", "sensor", "sleep"];
+const STAGES: [&str; 9] = [
+    "broadphase",
+    "narrowphase",
+    "partition",
+    "particles",
+    "solver",
+    "finalize",
+    "sweep",
+    "sensor",
+    "sleep",
+];
 
 pub fn check(tree: &Tree) -> Vec<String> {
     let called = tree.text(STEP).ok_or("no such file").and_then(calls);

@@ -22,6 +22,7 @@ pub(crate) fn step(tables: &mut Tables) {
     broadphase::find_pairs(tables);
     narrowphase::update(tables);
     partition::apply(tables, |x| { x });
+    particles::meet(tables);
     solver::prepare(tables);
     solver::solve(tables);
     finalize::advance_poses(tables);
@@ -38,11 +39,12 @@ const PAGE: &str = "# Architecture
 1. **broadphase**: pairs
 2. **narrowphase**: manifolds
 3. `partition`: islands
-4. solver
-5. finalize
-6. sweep
-7. sensor
-8. sleep
+4. particles
+5. solver
+6. finalize
+7. sweep
+8. sensor
+9. sleep
 ## Other
 1. base
 ";
@@ -101,14 +103,14 @@ fn stages_in_the_listed_order_pass() {
 
 #[test]
 fn swapped_missing_or_absent_stages_are_found() {
-    let swapped = PAGE.replace("7. sensor", "7. sleep").replace("8. sleep", "8. sensor");
+    let swapped = PAGE.replace("8. sensor", "8. sleep").replace("9. sleep", "9. sensor");
     let found = stage_findings(STEP, &swapped);
     assert!(found.len() == 1 && found[0].contains("sensor, sleep, but"), "{found:?}");
     let found = stage_findings(&STEP.replace("sweep::stop(tables);", ""), PAGE);
     assert_eq!(found, ["crates/drystone/src/step/mod.rs:1: the stage `sweep` is missing"]);
-    assert_eq!(stage_findings(STEP, &PAGE.replace("6. sweep\n", "")).len(), 1);
+    assert_eq!(stage_findings(STEP, &PAGE.replace("7. sweep\n", "")).len(), 1);
     assert_eq!(stage_findings(&STEP.replace("sleep::rest(", "sleep::REST; ("), PAGE).len(), 1);
-    assert_eq!(stage_findings(STEP, &PAGE.replace("8. sleep", "8. sleep\n9. draw")).len(), 1);
+    assert_eq!(stage_findings(STEP, &PAGE.replace("9. sleep", "9. sleep\n10. draw")).len(), 1);
     assert_eq!(stage_findings("fn step() {}", "# Nothing").len(), 2);
     assert_eq!(stages::check(&tree(&[])).len(), 2);
 }

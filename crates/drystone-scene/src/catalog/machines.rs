@@ -1,14 +1,14 @@
 //! Bodies on joints of six axes: a mattress, a vehicle, people.
 
 use drystone::{
-    BodyDef, Filter, JointAxis, JointCone, JointDrive, JointKind, JointSpring, Mat3, Pose, Quat,
-    ShapeDef, SixDof, Vec3, vec3,
+    BodyDef, Filter, JointAxis, JointCone, JointDrive, JointKind, JointSpring, Mat3, Pose, Pulley,
+    Quat, ShapeDef, SixDof, Vec3, vec3,
 };
 
 use super::parameters::{CatalogError, Values};
 use super::parts::{Lcg, add_ground, box_at, radians, real, yaw};
 use super::person::{Flesh, PERSON, Part};
-use crate::scene::{Scene, SceneJoint};
+use crate::scene::{Scene, SceneCoupling, SceneJoint};
 
 /// Joins two bodies as they stand by a joint at this point with these axes [world].
 fn join(scene: &mut Scene, bodies: [usize; 2], point: Vec3, frames: [Quat; 2], axes: SixDof) {
@@ -127,6 +127,122 @@ pub(super) fn vehicle(mut scene: Scene, values: &Values) -> Result<Scene, Catalo
             join(&mut scene, [chassis, wheel], at, [axle; 2], SixDof::wheel(suspension, motor));
         }
     }
+    Ok(scene)
+}
+
+/// How thick wheels are, half [m].
+const THICK: f32 = 0.05;
+
+/// Wheels of growing size in a row, each driven by the one before, and a rack that the last one lifts.
+pub(super) fn gears(mut scene: Scene, values: &Values) -> Result<Scene, CatalogError> {
+    let (count, load) = (values.whole("n"), values.number("load"));
+    let base = scene.add("frame", BodyDef::fixed());
+    let along = Quat::from_arc(Vec3::X, Vec3::Z);
+    let radius = |i: usize| 0.2 + 0.1 * real(i % 3);
+    let mut x = 0.0;
+    let pass = |def: BodyDef| BodyDef {
+        shapes: def
+            .shapes
+            .into_iter()
+            // Teeth are not shapes here: the wheels hold each other by couplings alone.
+            .map(|s| s.with_filter(Filter::layers(1, 0)))
+            .collect(),
+        ..def
+    };
+    for i in 0..count {
+        let at = vec3(x, 2.0, 0.0);
+        let wheel =
+            BodyDef::dynamic()
+                .with_position(at)
+                .with_shape(ShapeDef::cylinder(THICK, radius(i)).with_pose(Pose::new(
+                    Vec3::ZERO,
+                    Quat::from_axis_angle(Vec3::X, radians(90.0)),
+                )))
+                .with_shape(ShapeDef::box_half(vec3(0.04, 0.04, 1.5 * THICK)).with_position(vec3(
+                    0.7 * radius(i),
+                    0.0,
+                    0.0,
+                )))
+                .with_mass(5.0);
+        let wheel = scene.add(format!("wheel {i}"), pass(wheel));
+        let axis = if i == 0 {
+            JointAxis::driven(JointDrive::motor(values.number("speed"), 200.0))
+        } else {
+            JointAxis::FREE
+        };
+        join(&mut scene, [base, wheel], at, [along; 2], SixDof::hinge(axis));
+        if i > 0 {
+            scene.couplings.push(SceneCoupling {
+                joint_a: i - 1,
+                axis_a: 3,
+                joint_b: i,
+                axis_b: 3,
+                ratio: -radius(i - 1) / radius(i),
+                offset: 0.0,
+            });
+        }
+        x += radius(i) + radius(i + 1);
+    }
+    // Beside the last wheel, which turns one way or the other: down is where it begins.
+    let last = count - 1;
+    let side = if last.is_multiple_of(2) { 1.0 } else { -1.0 };
+    let end = scene.bodies[last + 1].def.position;
+    let at = end + vec3(radius(last) + 0.05, 0.0, 0.0);
+    let rack = box_at(vec3(0.05, 1.0, THICK), at).with_mass(load);
+    let rack = scene.add("rack", pass(rack));
+    let up = Quat::from_arc(Vec3::X, Vec3::Y);
+    let slider = SixDof::slider(JointAxis::FREE);
+    join(&mut scene, [base, rack], at, [up; 2], slider);
+    scene.couplings.push(SceneCoupling {
+        joint_a: last,
+        axis_a: 3,
+        joint_b: count,
+        axis_b: 0,
+        ratio: radius(last),
+        offset: 0.0,
+    });
+    if let JointKind::SixDof(first) = &mut scene.joints[0].kind
+        && let Some(drive) = &mut first.angular[0].drive
+    {
+        drive.velocity *= side;
+    }
+    Ok(scene)
+}
+
+/// Two boxes on a rope over two points; the second may hang on several strands.
+pub(super) fn pulley(mut scene: Scene, values: &Values) -> Result<Scene, CatalogError> {
+    add_ground(&mut scene, 0.6);
+    let (half, high) = (0.2, 6.0);
+    let masses = [values.number("mass"), values.number("load")];
+    let ratio = values.number("strands");
+    let points = [vec3(-1.0, high, 0.0), vec3(1.0, high, 0.0)];
+    for (point, side) in points.iter().zip(["left", "right"]) {
+        let axle = ShapeDef::cylinder(0.1, 0.15).with_pose(Pose::new(
+            vec3(0.0, 0.2, 0.0),
+            Quat::from_axis_angle(Vec3::X, radians(90.0)),
+        ));
+        let wheel = BodyDef::fixed().with_position(*point).with_shape(axle);
+        scene.add(format!("{side} wheel"), wheel);
+    }
+    let heights = [3.0, half];
+    let bodies = [0, 1].map(|i| {
+        let at = vec3(points[i].x, heights[i], 0.0);
+        let name = ["weight", "load"][i];
+        scene.add(name, box_at(Vec3::splat(half), at).with_mass(masses[i]))
+    });
+    let reach = heights.map(|y| high - y - half);
+    let rope = Pulley { ratio, ..Pulley::rope(points, reach[0] + ratio * reach[1]) };
+    let anchor = vec3(0.0, half, 0.0);
+    scene.joints.push(SceneJoint {
+        body_a: bodies[0],
+        body_b: bodies[1],
+        anchor_a: anchor,
+        anchor_b: anchor,
+        kind: JointKind::Pulley(rope),
+        collide_connected: true,
+        strength: None,
+        articulated: false,
+    });
     Ok(scene)
 }
 

@@ -14,6 +14,7 @@ mod person;
 mod rain;
 mod steady;
 mod survey;
+mod threads;
 
 pub use parameters::{CatalogError, Parameter, Range, Values};
 
@@ -78,7 +79,7 @@ pub fn named(spec: &str) -> Result<Scene, CatalogError> {
 }
 
 /// Sizes are limited so that no scene has more than about 1.1 million bodies.
-static CATALOG: [Entry; 58] = [
+static CATALOG: [Entry; 64] = [
     Entry::new("hello", "A box and a ball fall on the ground", first::hello),
     Entry::new("stack", "A column of cubes, the top one as heavy as you like", first::stack).with(
         &[
@@ -398,6 +399,26 @@ static CATALOG: [Entry; 58] = [
         machines::vehicle,
     )
     .with(&[Parameter::number("speed", 8.0, (0.0, 30.0), "speed its motors hold [m/s]")]),
+    Entry::new(
+        "gears",
+        "A motor drives a row of gear wheels, the last of which lifts a rack",
+        machines::gears,
+    )
+    .with(&[
+        Parameter::whole("n", 5, (1, 500), "wheels"),
+        Parameter::number("speed", 2.0, (-20.0, 20.0), "speed of the first wheel [rad/s]"),
+        Parameter::number("load", 20.0, (0.1, 200.0), "mass of the rack [kg]"),
+    ]),
+    Entry::new(
+        "pulley",
+        "A weight lifts a load on a rope over two wheels, as on a block and tackle",
+        machines::pulley,
+    )
+    .with(&[
+        Parameter::number("mass", 30.0, (0.1, 10_000.0), "mass of the weight [kg]"),
+        Parameter::number("load", 50.0, (0.1, 10_000.0), "mass of the load [kg]"),
+        Parameter::number("strands", 2.0, (0.5, 20.0), "strands that the load hangs on"),
+    ]),
     Entry::new("ragdolls", "Limp people of 23 parts fall on a heap", machines::ragdolls)
         .with(&[Parameter::whole("n", 16, (1, 10_000), "people")]),
     Entry::new(
@@ -481,4 +502,26 @@ static CATALOG: [Entry; 58] = [
         jolt::high_speed,
     )
     .with(&[Parameter::whole("n", 5000, (1, 100_000), "bodies")]),
+    Entry::new(
+        "rope",
+        "A rope with a ball at its end falls from level, and wraps round a bar",
+        threads::rope,
+    )
+    .with(&[
+        Parameter::whole("links", 40, (1, 10_000), "links"),
+        Parameter::number("length", 4.0, (0.1, 1000.0), "of the rope [m]"),
+        Parameter::number("ball", 0.5, (0.001, 1.0e4), "mass of the ball [kg]"),
+    ]),
+    Entry::new("cloth", "A cloth falls over a ball; hang=1: it hangs, and a ball flies into it", threads::cloth)
+        .with(&[
+            Parameter::whole("n", 40, (1, 1000), "squares along a side"),
+            Parameter::whole("hang", 0, (0, 1), "1: it hangs by two corners"),
+            Parameter::number("tear", 0.0, (0.0, 1.0e6), "force that tears a thread [N]; 0: none does"),
+        ]),
+    Entry::new("dust", "Points fall on stones of five shapes and on the ground", threads::dust)
+        .with(&[Parameter::whole("n", 100_000, (1, 10_000_000), "points")]),
+    Entry::new("hail", "Points fall on a field of loose cubes, four high", threads::hail).with(&[
+        Parameter::whole("n", 10_000, (1, 1_000_000), "points"),
+        Parameter::whole("bodies", 2000, (1, 100_000), "cubes"),
+    ]),
 ];

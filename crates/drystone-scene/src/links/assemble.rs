@@ -1,6 +1,6 @@
 //! From links to bodies and joints.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 use drystone::{
@@ -11,7 +11,7 @@ use super::compose::stages;
 use super::{Hold, Link, Weight};
 use crate::error::SceneError;
 use crate::gltf::of_shapes;
-use crate::scene::{Scene, SceneFrame, SceneJoint};
+use crate::scene::{Scene, SceneCoupling, SceneFrame, SceneJoint};
 
 /// Of a link that several joints hold, this part of its mass stands between each two of them that cannot be
 /// one joint: a body without a mass is none, and a much lighter one would make the joints soft.
@@ -29,8 +29,33 @@ pub(crate) enum Anchored {
 pub(crate) struct Assembled {
     /// The body of each link, as a number in the scene, and the link's place on it.
     pub(crate) place: Vec<(usize, Pose)>,
-    /// The first joint of the last stage of each link that joints hold.
-    pub(crate) joint: Vec<Option<usize>>,
+    /// Coordinates of joints, by the joints' names in the file.
+    pub(crate) coordinates: BTreeMap<String, Coordinate>,
+}
+
+/// A coordinate of a joint of the file.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Coordinate {
+    /// Number of the joint in the scene.
+    joint: usize,
+    axis: usize,
+    /// The file's own is this times the scene's, plus the reference.
+    sign: f32,
+    reference: f32,
+}
+
+impl Coordinate {
+    /// Lets the coordinate be `ratio` times another one plus `offset`, as the file counts both.
+    pub(crate) fn follow(&self, other: &Self, ratio: f32, offset: f32) -> SceneCoupling {
+        SceneCoupling {
+            joint_a: other.joint,
+            axis_a: other.axis,
+            joint_b: self.joint,
+            axis_b: self.axis,
+            ratio: ratio * self.sign * other.sign,
+            offset: self.sign * (offset + ratio * other.reference - self.reference),
+        }
+    }
 }
 
 impl Assembled {
@@ -115,7 +140,7 @@ pub(crate) fn assemble(
     let mut names = Names::default();
     let mut body_of = vec![0; groups.len()];
     let mut out =
-        Assembled { place: vec![(0, Pose::IDENTITY); links.len()], joint: vec![None; links.len()] };
+        Assembled { place: vec![(0, Pose::IDENTITY); links.len()], coordinates: BTreeMap::new() };
     for (g, group) in groups.iter().enumerate() {
         let link = &links[group.head];
         let mut def = body(links, group, &mut scene.notes)?;
@@ -227,8 +252,11 @@ impl Chain<'_> {
                 strength: None,
                 articulated: false,
             };
-            if k == between {
-                self.out.joint[group.head] = Some(scene.joints.len());
+            for (of, axis, sign, reference) in &stage.coordinates {
+                let (axis, sign, reference) = (*axis, *sign, *reference);
+                let joint = scene.joints.len();
+                let at = Coordinate { joint, axis, sign, reference };
+                self.out.coordinates.insert(of.clone(), at);
             }
             scene.joints.push(joint(stage.kind));
             if let Some(friction) = stage.friction {

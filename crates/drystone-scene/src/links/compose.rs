@@ -23,6 +23,8 @@ pub(crate) struct Stage {
     pub(crate) friction: Option<JointKind>,
     /// Name of the last of them.
     pub(crate) last: String,
+    /// Axis and sign of the coordinate of each of them, by its name: 0 to 2 motions, 3 to 5 turns. None of balls.
+    pub(crate) coordinates: Vec<(String, usize, f32, f32)>,
 }
 
 /// The stages of a link's joints; what is approximated goes to `notes`.
@@ -102,12 +104,13 @@ fn frame(dofs: &[Dof]) -> Option<Mat3> {
 fn stage(dofs: &[Dof], notes: &mut Vec<String>) -> Stage {
     let last = &dofs[dofs.len() - 1];
     let (anchor, name) = (last.anchor, last.name.clone());
+    let mut coordinates = Vec::new();
     let made = match last.way {
         Way::Ball => ball(last, notes),
         Way::Planar => planar(last),
-        Way::Hinge | Way::Slide => aligned(dofs, notes),
+        Way::Hinge | Way::Slide => aligned(dofs, notes, &mut coordinates),
     };
-    Stage { anchor, kind: made.0, friction: made.1, last: name }
+    Stage { anchor, kind: made.0, friction: made.1, last: name, coordinates }
 }
 
 const FREE: SixDof =
@@ -123,7 +126,11 @@ fn along(axis: Vec3) -> Quat {
 }
 
 /// Hinges and slides along the axes of one frame.
-fn aligned(dofs: &[Dof], notes: &mut Vec<String>) -> (JointKind, Option<JointKind>) {
+fn aligned(
+    dofs: &[Dof],
+    notes: &mut Vec<String>,
+    coordinates: &mut Vec<(String, usize, f32, f32)>,
+) -> (JointKind, Option<JointKind>) {
     let last = &dofs[dofs.len() - 1];
     let axes = frame(dofs);
     let turn = axes.map_or_else(|| along(last.axis), |m| Quat::from_mat3(m).normalized());
@@ -136,6 +143,8 @@ fn aligned(dofs: &[Dof], notes: &mut Vec<String>) -> (JointKind, Option<JointKin
         let i = (0..3).max_by(|&a, &b| dots[a].abs().total_cmp(&dots[b].abs())).unwrap_or(0);
         let sign = if dots[i] < 0.0 { -1.0 } else { 1.0 };
         let is_turn = dof.way == Way::Hinge;
+        let number = if is_turn { i + 3 } else { i };
+        coordinates.push((dof.name.clone(), number, sign, dof.reference));
         let motion = match dof.range {
             None => JointMotion::Free,
             Some([min, max]) => {

@@ -86,13 +86,24 @@ pub(crate) struct Dof {
     pub(crate) spring: [f32; 3],
     /// Greatest force of dry friction [N; N m].
     pub(crate) friction: f32,
+    /// What the coordinate is at rest in the file's own count, 0 unless it says so [m; rad].
+    pub(crate) reference: f32,
 }
 
 impl Dof {
     /// A joint that moves freely.
     pub(crate) fn new(name: &str, way: Way, axis: Vec3, anchor: Vec3) -> Self {
         let name = name.to_owned();
-        Self { name, way, axis, anchor, range: None, spring: [0.0; 3], friction: 0.0 }
+        Self {
+            name,
+            way,
+            axis,
+            anchor,
+            range: None,
+            spring: [0.0; 3],
+            friction: 0.0,
+            reference: 0.0,
+        }
     }
 
     fn is_sprung(&self) -> bool {

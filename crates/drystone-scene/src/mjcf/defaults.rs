@@ -86,6 +86,7 @@ impl<'a> Defaults<'a> {
             let Class { parent, elements } = &self.classes[number];
             let tag = match element.tag() {
                 "connect" | "weld" => "equality",
+                "joint" if element.get("joint1").is_some() => "equality",
                 "spatial" | "fixed" => "tendon",
                 other => other,
             };

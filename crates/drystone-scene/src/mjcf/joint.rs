@@ -38,6 +38,7 @@ pub(super) fn read<'a>(
     let mut dof = Dof::new(name, way, pose.direction(axis), anchor);
     let turns = |x: f32| if way == Way::Slide { x } else { model.radians(x) };
     let rest = turns(view.number("ref")?.unwrap_or(0.0));
+    dof.reference = rest;
     let range = view.numbers::<2>("range")?;
     if view.is_limited(model.settings.autolimits)? && option.limits {
         let Some([min, max]) = range else {

@@ -51,6 +51,7 @@ impl<'a> Relations<'_, 'a> {
                 match element.tag() {
                     _ if is_off => {}
                     "connect" | "weld" => self.equality(&view, scene)?,
+                    "joint" if element.get("joint2").is_some() => self.couple(&view, scene)?,
                     other => self.ignore(&format!("<{other}> of equalities: not read")),
                 }
             }
@@ -148,6 +149,29 @@ impl<'a> Relations<'_, 'a> {
                 self.ignore("relpose of welds: the pose of the file is held");
             }
             self.hold(a, b, kind, scene);
+        }
+        Ok(())
+    }
+
+    /// One joint follows another: of its polynomial the straight part.
+    fn couple(&mut self, view: &View<'a>, scene: &mut Scene) -> Result<(), SceneError> {
+        let element = *view.element();
+        let names = [element.need("joint1")?, element.need("joint2")?];
+        let terms = view.list("polycoef", 5)?;
+        let at = |i: usize| terms.get(i).copied();
+        let (offset, ratio) = (at(0).unwrap_or(0.0), at(1).unwrap_or(1.0));
+        if (2..5).any(|i| at(i).is_some_and(|t| t.abs() > 0.0)) {
+            self.ignore("<joint> of equalities: of the polynomial the straight part is read");
+        }
+        for set in self.sets(&element, &names, &self.instance.joints, "joint")? {
+            let [own, other] = [set[0], set[1]]
+                .map(|n| self.assembled.coordinates.get(&self.walk.joint_names[n]).copied());
+            match (own, other) {
+                (Some(own), Some(other)) if (1.0e-6..=1.0e6).contains(&ratio.abs()) => {
+                    scene.couplings.push(own.follow(&other, ratio, offset));
+                }
+                _ => self.ignore("<joint> of equalities: only hinges and slides follow each other"),
+            }
         }
         Ok(())
     }

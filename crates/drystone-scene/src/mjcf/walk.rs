@@ -28,6 +28,8 @@ pub(super) type Named<T> = BTreeMap<String, Vec<(String, T)>>;
 pub(super) struct Instance {
     pub(super) model: usize,
     pub(super) bodies: Named<usize>,
+    /// Hinges and slides: numbers in [`Walk::joint_names`].
+    pub(super) joints: Named<usize>,
     /// Sites: the link, and the point on it.
     pub(super) sites: Named<(usize, Vec3)>,
 }
@@ -73,6 +75,8 @@ pub(super) struct Walk<'a> {
     pub(super) notes: Vec<String>,
     /// Things of a kind that are left out, counted.
     pub(super) ignored: BTreeMap<String, usize>,
+    /// Names of joints as they are in the scene.
+    pub(super) joint_names: Vec<String>,
     things: usize,
     stack: Vec<Task<'a>>,
 }
@@ -96,6 +100,7 @@ impl<'a> Walk<'a> {
             instances: Vec::new(),
             notes: Vec::new(),
             ignored: BTreeMap::new(),
+            joint_names: Vec::new(),
             things: 0,
             stack: Vec::new(),
         }
@@ -250,7 +255,17 @@ impl<'a> Walk<'a> {
             match child.tag() {
                 "joint" | "freejoint" => {
                     let view = model.defaults.view(child, class)?;
-                    let name = here.name(child.get("name").unwrap_or("joint"));
+                    let raw = child.get("name").unwrap_or_default();
+                    let name = if raw.is_empty() {
+                        format!("joint of #{}.{}", self.links.len(), dofs.len())
+                    } else {
+                        here.name(raw)
+                    };
+                    if !raw.is_empty() {
+                        let known = &mut self.instances[here.instance].joints;
+                        register(known, raw, &here.inner, self.joint_names.len());
+                        self.joint_names.push(name.clone());
+                    }
                     match joint::read(&view, model, &self.option, &Pose::IDENTITY, &name)? {
                         Read::Free => is_free = true,
                         Read::Joint(dof) => dofs.push(dof),

@@ -31,6 +31,8 @@ pub(super) struct Joint<'a> {
     pub(super) origin: Pose,
     pub(super) hold: Hold,
     pub(super) note: Option<String>,
+    /// The joint that it follows: its name, multiplier and offset.
+    pub(super) mimic: Option<(&'a str, f32, f32)>,
     /// True if effort or velocity is bounded.
     pub(super) has_motor_limits: bool,
 }
@@ -249,6 +251,11 @@ pub(super) fn joint<'a>(
         JointType::Floating => Hold::Free,
         _ => Hold::Joints(vec![dof]),
     };
+    let mut mimic = None;
+    if let Some(at) = element.child("mimic") {
+        let ratio = at.number("multiplier")?.unwrap_or(1.0);
+        mimic = Some((at.need("joint")?, ratio, at.number("offset")?.unwrap_or(0.0)));
+    }
     let origin = origin(element)?;
-    Ok(Joint { name, kind, parent, child, origin, hold, note, has_motor_limits })
+    Ok(Joint { name, kind, parent, child, origin, hold, note, mimic, has_motor_limits })
 }

@@ -15,7 +15,7 @@ use drystone::{BodyDef, Pose, ShapeDef, Vec3, vec3};
 
 use self::element::{Joint, JointType};
 use crate::error::SceneError;
-use crate::links::{Anchored, Hold, Link, Weight, assemble};
+use crate::links::{Anchored, Assembled, Hold, Link, Weight, assemble};
 use crate::scene::Scene;
 use crate::xml::{self, Element};
 
@@ -69,6 +69,7 @@ pub fn from_text(text: &str, folder: &Path, options: &Options) -> Result<Scene, 
         notes: Vec::new(),
         ignored: BTreeMap::new(),
         unused_limits: false,
+        mimics: Vec::new(),
     };
     let links = reader.tree(&robot, options)?;
     scene.notes.append(&mut reader.notes);
@@ -81,28 +82,61 @@ pub fn from_text(text: &str, folder: &Path, options: &Options) -> Result<Scene, 
     }
     let first = scene.bodies.len();
     let assembled = assemble(&links, Anchored::Passes, &mut scene)?;
+    for mimic in &reader.mimics {
+        mimic.couple(&assembled, &mut scene)?;
+    }
     overlap::exclude(&links, &assembled, first, &mut scene);
     let joints = links.iter().filter(|l| matches!(l.hold, Hold::Joints(_))).count();
     scene.summary = format!("a robot of {} links and {joints} joints that move", links.len());
     Ok(scene)
 }
 
+/// A joint that follows another.
+struct Mimic<'a> {
+    element: Element<'a>,
+    name: &'a str,
+    of: &'a str,
+    ratio: f32,
+    offset: f32,
+}
+
+impl Mimic<'_> {
+    fn couple(&self, assembled: &Assembled, scene: &mut Scene) -> Result<(), SceneError> {
+        let Self { name, of, ratio, offset, .. } = *self;
+        let (own, other) = (assembled.coordinates.get(name), assembled.coordinates.get(of));
+        let (Some(own), Some(other)) = (own, other) else {
+            let problem = format!("it mimics '{of}', which is no joint that turns or slides");
+            return Err(self.element.error(problem, "revolute, continuous and prismatic joints"));
+        };
+        if name == of {
+            return Err(self.element.error("it mimics itself", "another joint"));
+        }
+        if !(1.0e-6..=1.0e6).contains(&ratio.abs()) {
+            scene.notes.push(format!("joint {name}: a multiplier of {ratio} is not followed"));
+            return Ok(());
+        }
+        scene.couplings.push(own.follow(other, ratio, offset));
+        Ok(())
+    }
+}
+
 /// Reads elements, and keeps what is to be told.
-struct Reader {
+struct Reader<'a> {
     folder: PathBuf,
     notes: Vec<String>,
     /// Things of a kind that are left out, counted.
     ignored: BTreeMap<String, usize>,
     unused_limits: bool,
+    mimics: Vec<Mimic<'a>>,
 }
 
-impl Reader {
+impl<'a> Reader<'a> {
     fn ignore(&mut self, what: &str) {
         *self.ignored.entry(what.to_owned()).or_default() += 1;
     }
 
     /// The links from the first one on, each behind its parent.
-    fn tree<'a>(
+    fn tree(
         &mut self,
         robot: &Element<'a>,
         options: &Options,
@@ -207,7 +241,7 @@ impl Reader {
         if is_fixed { Hold::World } else { Hold::Free }
     }
 
-    fn link<'a>(&mut self, element: &Element<'a>) -> Result<Link<'a>, SceneError> {
+    fn link(&mut self, element: &Element<'a>) -> Result<Link<'a>, SceneError> {
         let name = element.need("name")?.to_owned();
         let weight = match element.child("inertial") {
             Some(inertial) => Weight::Given(element::inertial(&inertial)?),
@@ -244,7 +278,7 @@ impl Reader {
         })
     }
 
-    fn joint<'a>(
+    fn joint(
         &mut self,
         element: &Element<'a>,
         number: &BTreeMap<&str, usize>,
@@ -253,15 +287,15 @@ impl Reader {
         self.notes.extend(read.note.iter().cloned());
         self.unused_limits |= read.has_motor_limits;
         for child in element.children() {
-            let known = ["origin", "parent", "child", "axis", "limit", "dynamics"];
-            if child.tag() == "mimic" && read.kind != JointType::Fixed {
-                self.notes.push(format!(
-                    "joint {}: it does not follow another: mimic is not read",
-                    read.name
-                ));
-            } else if !known.contains(&child.tag()) {
+            let known = ["origin", "parent", "child", "axis", "limit", "dynamics", "mimic"];
+            if !known.contains(&child.tag()) {
                 self.ignore(&format!("<{}> of joints: not read", child.tag()));
             }
+        }
+        if let Some((of, ratio, offset)) = read.mimic
+            && read.kind != JointType::Fixed
+        {
+            self.mimics.push(Mimic { element: *element, name: read.name, of, ratio, offset });
         }
         Ok(read)
     }

@@ -15,6 +15,7 @@ const DEPTH: f32 = 1.0e-3;
 pub(super) fn exclude(links: &[Link<'_>], assembled: &Assembled, first: usize, scene: &mut Scene) {
     let mut alone = scene.clone();
     alone.joints.clear();
+    alone.couplings.clear();
     alone.config.gravity = drystone::Vec3::ZERO;
     let Ok(mut running) = alone.build() else { return };
     running.world.step(1.0e-6);

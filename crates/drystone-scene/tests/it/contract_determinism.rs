@@ -11,6 +11,9 @@ fn moderate(name: &'static str) -> Option<&'static str> {
         "large_world" => Some("tiles=30"),
         "high_speed" => Some("n=300"),
         "rain" => Some("rows=3"),
+        "cloth" => Some("n=20"),
+        "dust" => Some("n=3000"),
+        "hail" => Some("n=1000,bodies=60"),
         "large_pyramid" | "many_pyramids" | "convex_pile" | "joint_grid" | "junkyard"
         | "washer" | "trees50" | "trees25" => None,
         _ => Some(""),

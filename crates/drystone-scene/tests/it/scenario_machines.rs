@@ -1,4 +1,4 @@
-//! A mattress, a vehicle and limp people: bodies on joints of six axes.
+//! A mattress, a vehicle, gears, a pulley and limp people: bodies on joints of six axes.
 
 use std::sync::Arc;
 
@@ -40,6 +40,50 @@ fn mattress_bends_carries_balls_and_comes_to_rest() {
     // It lay at 0.9 m and sags between its beams, but not to the ground.
     assert!(middle > 0.6 && middle < 0.89, "{middle}");
     assert!(audit.non_finite.is_empty());
+}
+
+#[test]
+fn gears_turn_by_their_radii_and_lift_the_rack() {
+    let mut running = start("gears", 1);
+    let mut worst = 0.0_f32;
+    for _ in 0..300 {
+        running.step(1.0 / 60.0).unwrap();
+        for id in &running.couplings {
+            let joint = running.world.joint(*id).unwrap();
+            worst = worst.max(joint.error().max(joint.angular_error()));
+        }
+    }
+    // The rim of the first wheel goes 2 rad/s of 0.2 m, and so do all and the rack; the motor's 200 N m have
+    // 4 N m of load, so it is at speed at once.
+    let rise = position(&running, "rack").y - 2.0;
+    assert!((rise / 2.0 - 1.0).abs() < 0.02, "{rise} m");
+    // A motor holds a wheel far harder than its coupling knows; that must not make the rack tremble.
+    let rack = running.names.iter().position(|n| n == "rack").unwrap();
+    let (mut least, mut most) = (f32::MAX, f32::MIN);
+    for _ in 0..120 {
+        running.step(1.0 / 60.0).unwrap();
+        let speed = running.world.body(running.bodies[rack]).unwrap().linear_velocity().y;
+        (least, most) = (least.min(speed), most.max(speed));
+    }
+    println!("rack {rise} m, {least} to {most} m/s, worst {worst} rad or m");
+    assert!((least / 0.4 - 1.0).abs() < 0.02 && (most / 0.4 - 1.0).abs() < 0.02, "{least} {most}");
+    // The load's 196 N are up to 79 N m at a wheel of 0.4 m; couplings give way by load × inverse masses ÷ (2πf)²,
+    // here of at most 1/0.1 + (0.4/0.2)²/0.1 with f = 60 Hz.
+    let give = 79.0 * 50.0 / (377.0_f32 * 377.0);
+    assert!(worst < give, "{worst} {give}");
+}
+
+#[test]
+fn a_weight_on_two_strands_lifts_a_heavier_load() {
+    let mut running = start("pulley", 1);
+    // a = g (4 m - 2 M)/(4 m + M) of the weight; it has 2.8 m to fall.
+    let fall = 9.81 * (4.0 * 30.0 - 2.0 * 50.0) / (4.0 * 30.0 + 50.0);
+    for _ in 0..60 {
+        running.step(1.0 / 60.0).unwrap();
+    }
+    let (weight, load) = (position(&running, "weight").y, position(&running, "load").y);
+    assert!(((3.0 - weight) / (0.5 * fall) - 1.0).abs() < 0.02, "{weight} m, {fall} m/s²");
+    assert!((2.0 * (load - 0.2) - (3.0 - weight)).abs() < 2.0e-3, "{load} m, {weight} m");
 }
 
 #[test]

@@ -78,3 +78,11 @@ id! {
     /// Names a joint of a world.
     JointId
 }
+id! {
+    /// Names a particle of a world.
+    ParticleId
+}
+id! {
+    /// Names a distance constraint between two particles of a world.
+    LinkId
+}

@@ -82,6 +82,10 @@ impl<Id: From<RawId> + Into<RawId> + Copy, T> SlotMap<Id, T> {
         self.len
     }
 
+    pub(crate) const fn is_empty(&self) -> bool {
+        self.len == 0
+    }
+
     /// All slots, for stages that lend rows to workers.
     pub(crate) fn values_mut(&mut self) -> &mut [Option<T>] {
         &mut self.values

@@ -167,7 +167,6 @@ impl Bvh {
     }
 
     /// Calls `visit` with every item whose box overlaps `bounds`; stops when it answers false.
-    #[cfg(test)]
     pub(crate) fn query(&self, bounds: &Aabb, mut visit: impl FnMut(u32) -> bool) {
         self.walk(|b| b.overlaps(bounds), &mut visit);
     }

@@ -16,3 +16,4 @@ pub(crate) mod clip;
 pub(crate) mod gjk;
 pub(crate) mod epa;
 pub(crate) mod cast;
+pub(crate) mod nearest;

@@ -15,6 +15,7 @@ pub(crate) use self::ledger::Books;
 
 use self::contacts::ContactAudit;
 use crate::base::id::{BodyId, JointId};
+use crate::state::joints::Link;
 use crate::state::tables::Tables;
 
 /// How far joints are from what they ask.
@@ -109,13 +110,17 @@ pub(crate) fn worst_constraint(tables: &Tables) -> Option<WorstConstraint> {
 fn joint_errors(tables: &Tables) -> JointErrors {
     let mut errors = JointErrors::default();
     for (id, joint) in tables.joints.rows.iter() {
-        let error = joint.error(&tables.bodies);
+        let (mut error, mut angle) =
+            (joint.error(&tables.bodies), joint.angular_error(&tables.bodies));
+        if let Link::Coupling(coupling) = &joint.link {
+            let off = coupling.error(&tables.joints, &tables.bodies).abs();
+            *(if coupling.def.axis_b > 2 { &mut angle } else { &mut error }) = off;
+        }
         if error > errors.linear {
             (errors.linear, errors.linear_joint) = (error, Some(id));
         }
-        let error = joint.angular_error(&tables.bodies);
-        if error > errors.angular {
-            (errors.angular, errors.angular_joint) = (error, Some(id));
+        if angle > errors.angular {
+            (errors.angular, errors.angular_joint) = (angle, Some(id));
         }
     }
     errors

@@ -1,6 +1,7 @@
 //! Sibling of step: answers questions about a world, and never writes.
 
 pub(crate) mod audit;
+pub(crate) mod particles;
 pub(crate) mod stiffness;
 pub(crate) mod why_awake;
 

@@ -22,6 +22,8 @@ pub(crate) struct Body {
     /// So fast that its boxes serve for one step: finalize makes them anew, so it looks for pairs in every
     /// step.
     pub(crate) flies: bool,
+    /// Particles hold it or touch it in this step: it has a line in the solver.
+    pub(crate) dragged: bool,
     /// Place in [`Bodies::awake`], or [`NONE`].
     pub(crate) awake_row: u32,
     /// Center of mass [m, world].

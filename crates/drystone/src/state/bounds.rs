@@ -15,11 +15,14 @@ pub(crate) struct Bounds {
     pub(crate) moved: Vec<u32>,
     /// The same of the fixed tree.
     pub(crate) placed: Vec<u32>,
+    /// How often the fixed tree changed.
+    pub(crate) fixed_changes: u64,
 }
 
 impl Bounds {
     fn tree(&mut self, fixed: bool) -> (&mut RTree, &mut Vec<u32>) {
         if fixed {
+            self.fixed_changes += 1;
             (&mut self.fixed, &mut self.placed)
         } else {
             (&mut self.moving, &mut self.moved)

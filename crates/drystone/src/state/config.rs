@@ -59,6 +59,51 @@ pub struct JointConfig {
     pub tree_ratio: f32,
 }
 
+/// How links and contacts of particles are solved.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum ParticleForm {
+    /// As the method has it: `Verlet` of `verlet`, else `Soft`.
+    #[default]
+    Own,
+    /// Velocities; soft rows that keep their impulses from substep to substep.
+    Soft,
+    /// Velocities, with all of the error taken out in every substep (bias 1/h); no impulses are kept.
+    Aim,
+    /// Positions are projected, and velocity is the way moved [Jakobsen01]. The same as `Aim`, but for rounding.
+    Verlet,
+}
+
+impl ParticleForm {
+    /// The words for its values.
+    pub const WORDS: [&'static str; 4] = ["own", "soft", "aim", "verlet"];
+
+    /// The word for it.
+    #[must_use]
+    pub const fn word(self) -> &'static str {
+        Self::WORDS[self as usize]
+    }
+
+    /// The value of this word.
+    #[must_use]
+    pub fn named(word: &str) -> Option<Self> {
+        [Self::Own, Self::Soft, Self::Aim, Self::Verlet].into_iter().find(|f| f.word() == word)
+    }
+}
+
+/// Particle behavior.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ParticleConfig {
+    /// How their links and contacts are solved; default as the method has it.
+    pub form: ParticleForm,
+    /// Sweeps over them in a substep, at most 1000; 0 (the default): 2 of the soft form, 10 of the others.
+    pub sweeps: u32,
+    /// Stiffness of rods and threads of the soft form as a frequency [Hz]; 0 (the default) takes 1 per substep
+    /// time.
+    pub hertz: f32,
+    /// Damping ratio of those; at least 0; default 2.
+    pub damping_ratio: f32,
+}
+
 /// Contacts as springs, of the penalty methods.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PenaltyConfig {
@@ -104,6 +149,8 @@ pub struct WorldConfig {
     pub inertia: InertiaConfig,
     /// Joints.
     pub joint: JointConfig,
+    /// Particles.
+    pub particle: ParticleConfig,
     /// Springs of the penalty methods.
     pub penalty: PenaltyConfig,
     /// Sleep.
@@ -130,6 +177,12 @@ impl Default for WorldConfig {
             },
             inertia: InertiaConfig { most: 0.0, threshold: 30.0, refine: 1 },
             joint: JointConfig { hertz: 0.0, damping_ratio: 2.0, tree_ratio: 20.0 },
+            particle: ParticleConfig {
+                form: ParticleForm::Own,
+                sweeps: 0,
+                hertz: 0.0,
+                damping_ratio: 2.0,
+            },
             penalty: PenaltyConfig { hertz: 30.0, damping_ratio: 0.5 },
             sleep: SleepConfig { enabled: true, speed: 0.05, time: 0.5 },
             breakage: BreakageConfig { max_pieces: 4096 },
@@ -146,7 +199,7 @@ const AT_MOST_64: &str = "0 (the method's own), or 1 to 64";
 
 impl WorldConfig {
     /// Paths that [`Self::set`] knows.
-    pub const PATHS: [&'static str; 31] = [
+    pub const PATHS: [&'static str; 35] = [
         "gravity",
         "method",
         "method.order",
@@ -172,6 +225,10 @@ impl WorldConfig {
         "joint.hertz",
         "joint.damping_ratio",
         "joint.tree_ratio",
+        "particle.form",
+        "particle.sweeps",
+        "particle.hertz",
+        "particle.damping_ratio",
         "penalty.hertz",
         "penalty.damping_ratio",
         "sleep.enabled",
@@ -180,9 +237,10 @@ impl WorldConfig {
         "breakage.max_pieces",
     ];
 
-    fn scalars(&mut self) -> [Scalar<'_>; 17] {
+    fn scalars(&mut self) -> [Scalar<'_>; 19] {
         let (c, i) = (&mut self.contact, &mut self.inertia);
         let (j, s, p) = (&mut self.joint, &mut self.sleep, &mut self.penalty);
+        let particle = &mut self.particle;
         [
             ("contact.hertz", AT_LEAST_ZERO, &mut c.hertz),
             ("contact.damping_ratio", AT_LEAST_ZERO, &mut c.damping_ratio),
@@ -197,6 +255,8 @@ impl WorldConfig {
             ("joint.hertz", AT_LEAST_ZERO, &mut j.hertz),
             ("joint.damping_ratio", AT_LEAST_ZERO, &mut j.damping_ratio),
             ("joint.tree_ratio", AT_LEAST_ZERO, &mut j.tree_ratio),
+            ("particle.hertz", AT_LEAST_ZERO, &mut particle.hertz),
+            ("particle.damping_ratio", AT_LEAST_ZERO, &mut particle.damping_ratio),
             ("penalty.hertz", ABOVE_ZERO, &mut p.hertz),
             ("penalty.damping_ratio", AT_LEAST_ZERO, &mut p.damping_ratio),
             ("sleep.speed", AT_LEAST_ZERO, &mut s.speed),
@@ -218,6 +278,9 @@ impl WorldConfig {
         self.method.settle()?;
         if !(1..=8).contains(&self.inertia.refine) {
             return Err(DefError::new("inertia.refine", self.inertia.refine, "1 to 8"));
+        }
+        if self.particle.sweeps > 1000 {
+            return Err(DefError::new("particle.sweeps", self.particle.sweeps, "0 to 1000"));
         }
         for (path, allowed, value) in self.clone().scalars() {
             let inside = match allowed {
@@ -267,6 +330,16 @@ impl WorldConfig {
                     .parse()
                     .map_err(|_| DefError::new("inertia.refine", text, "a whole number, 1 to 8"))?;
             }
+            "particle.form" => {
+                next.particle.form = ParticleForm::named(text).ok_or_else(|| {
+                    DefError::new("particle.form", text, &ParticleForm::WORDS.join(", "))
+                })?;
+            }
+            "particle.sweeps" => {
+                next.particle.sweeps = text.parse().map_err(|_| {
+                    DefError::new("particle.sweeps", text, "a whole number from 0 to 1000")
+                })?;
+            }
             "breakage.max_pieces" => {
                 let allowed = "a whole number of at least 0";
                 next.breakage.max_pieces =
@@ -313,6 +386,7 @@ mod tests {
                 "method.sweeps" => "0",
                 _ if path.starts_with("method.") => "own",
                 "sleep.enabled" => "false",
+                "particle.form" => "aim",
                 _ => "3",
             };
             config.set(path, good).unwrap();

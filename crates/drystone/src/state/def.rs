@@ -7,7 +7,7 @@ pub(crate) use super::check::{
 };
 pub use super::fracture::Fracture;
 pub use super::glue::{Bond, BondStrength, Glue};
-pub use super::joint_def::{Fatigue, JointDef, JointKind, JointStrength, Spring};
+pub use super::joint_def::{Fatigue, JointDef, JointKind, JointStrength, Pulley, Spring};
 use super::material::{Filter, Material};
 use crate::base::math::Vec3;
 use crate::base::pose::Pose;

@@ -1,6 +1,6 @@
 //! What happened in the last step, in lists of a defined order.
 
-use crate::base::id::{BodyId, JointId, ShapeId};
+use crate::base::id::{BodyId, JointId, LinkId, ParticleId, ShapeId};
 use crate::base::math::Vec3;
 
 /// Two shapes began or ceased to touch.
@@ -125,12 +125,27 @@ pub struct FractureEvent {
     pub(crate) pieces: [u32; 2],
 }
 
+/// A link between two particles was stretched too far or pulled too hard, and was removed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LinkTear {
+    /// Its id, stale now.
+    pub link: LinkId,
+    /// Its first particle.
+    pub a: ParticleId,
+    /// Its second particle.
+    pub b: ParticleId,
+    /// What it pulled with in the last substep [N]; below 0: it pushed.
+    pub force: f32,
+    /// How far it was stretched, as a part of its length.
+    pub strain: f32,
+}
+
 /// What was wrong in a step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum FaultKind {
-    /// A body's state became infinite or NaN: it was put back to its last good pose, stopped, and
-    /// takes no further part until the user sets its pose or velocity.
+    /// The state of a body or a particle became infinite or NaN: it was put back to its last good pose,
+    /// stopped, and takes no further part until the user sets its pose or velocity.
     NotFinite,
     /// The time step given was not a finite number above 0: nothing was stepped.
     BadTimeStep,
@@ -141,6 +156,8 @@ pub enum FaultKind {
 pub struct Fault {
     /// The body, if it is about one.
     pub body: Option<BodyId>,
+    /// The particle, if it is about one.
+    pub particle: Option<ParticleId>,
     /// What was wrong.
     pub kind: FaultKind,
     /// Number of the step, the first is 1.
@@ -167,6 +184,10 @@ pub struct Events {
     pub wake: Vec<BodyId>,
     /// Joints that broke, and are no more.
     pub joint_break: Vec<JointBreak>,
+    /// Links between particles that tore, and are no more.
+    pub link_tear: Vec<LinkTear>,
+    /// Particles whose attachment ended because its body was removed.
+    pub detached: Vec<ParticleId>,
     /// Bonds of glued bodies that broke.
     pub bond_break: Vec<BondBreak>,
     /// Bodies that came apart; what they broke into: [`Self::pieces_of`].
@@ -194,6 +215,8 @@ impl Events {
         self.sleep.clear();
         self.wake.clear();
         self.joint_break.clear();
+        self.link_tear.clear();
+        self.detached.clear();
         self.bond_break.clear();
         self.fractures.clear();
         self.pieces.clear();

@@ -1,6 +1,7 @@
 //! What a user says of a joint, and how it is checked.
 
 use super::check::{above_zero, at_least_zero, position};
+use super::coupling::CouplingDef;
 use super::def::DefError;
 use super::sixdof::SixDof;
 use crate::base::id::BodyId;
@@ -25,6 +26,48 @@ pub enum JointKind {
     /// Each of six axes is free, locked, limited, sprung or driven. Its anchors are the origins of its
     /// frames.
     SixDof(SixDof),
+    /// A rope over fixed points.
+    Pulley(Pulley),
+    /// A coordinate of one joint follows one of another; made by [`crate::World::add_coupling`] only.
+    Coupling(CouplingDef),
+}
+
+/// A rope from the first body over two fixed points to the second: `length_a + ratio · length_b` is no more than
+/// its length, where the lengths are those from each anchor to its point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pulley {
+    /// The points it goes over, that of the first body first [m, world].
+    pub points: [Vec3; 2],
+    /// Length of the rope [m]; above 0.
+    pub length: f32,
+    /// How many times the rope goes to the second body, as in a block and tackle; 1e-3 to 1e3.
+    pub ratio: f32,
+    /// It cannot go slack: a chain of rods. Default false.
+    pub is_rigid: bool,
+}
+
+impl Pulley {
+    /// A rope of this length [m] over these points [m, world].
+    #[must_use]
+    pub fn rope(points: [impl Into<Vec3>; 2], length: f32) -> Self {
+        Self { points: points.map(Into::into), length, ratio: 1.0, is_rigid: false }
+    }
+
+    /// How much longer the way is than the rope [m], its anchors being here [m, world].
+    pub(crate) fn excess(&self, anchors: [Vec3; 2]) -> f32 {
+        let [a, b] = [0, 1].map(|i| (anchors[i] - self.points[i]).length());
+        a + self.ratio * b - self.length
+    }
+
+    fn validate(&self) -> Result<(), DefError> {
+        position("points[0]", self.points[0])?;
+        position("points[1]", self.points[1])?;
+        above_zero("length", self.length)?;
+        if (1.0e-3..=1.0e3).contains(&self.ratio) {
+            return Ok(());
+        }
+        Err(DefError::new("ratio", self.ratio, "1e-3 to 1e3"))
+    }
 }
 
 /// A damped spring.
@@ -196,6 +239,20 @@ impl JointDef {
         Self { kind, ..Self::ball(body_a, anchor_a, body_b, anchor_b) }
     }
 
+    /// A rope between these anchors [m, each in the frame of its body's origin], over fixed points.
+    #[must_use]
+    pub fn pulley(
+        body_a: BodyId,
+        anchor_a: impl Into<Vec3>,
+        body_b: BodyId,
+        anchor_b: impl Into<Vec3>,
+        pulley: Pulley,
+    ) -> Self {
+        let kind = JointKind::Pulley(pulley);
+        let ball = Self::ball(body_a, anchor_a, body_b, anchor_b);
+        Self { kind, collide_connected: true, ..ball }
+    }
+
     /// A joint of six axes, whose frames are at these anchors [m, each in the frame of its body's origin].
     #[must_use]
     pub fn six_dof(
@@ -217,6 +274,12 @@ impl JointDef {
         position("anchor_b", self.anchor_b)?;
         if self.body_a == self.body_b {
             return Err(DefError::new("body_b", "the same as body_a", "another body"));
+        }
+        if let JointKind::Coupling(_) = self.kind {
+            return Err(DefError::new("kind", "a coupling", "what World::add_coupling is given"));
+        }
+        if let JointKind::Pulley(pulley) = self.kind {
+            pulley.validate().map_err(|e| e.within("pulley"))?;
         }
         if let JointKind::SixDof(six) = self.kind {
             six.validate()?;

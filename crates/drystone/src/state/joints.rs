@@ -2,7 +2,8 @@
 
 use super::bodies::Bodies;
 use super::colors::Place;
-use super::def::{JointKind, JointStrength, Spring};
+use super::coupling::Coupling;
+use super::def::{JointKind, JointStrength, Pulley, Spring};
 use super::sixdof::Six;
 use crate::base::id::JointId;
 use crate::base::math::{Vec3, vec3};
@@ -14,6 +15,8 @@ pub(crate) enum Link {
     Ball,
     Distance { min: f32, max: f32, spring: Option<Spring> },
     Six(Box<Six>),
+    Coupling(Box<Coupling>),
+    Pulley(Box<Pulley>),
 }
 
 impl Link {
@@ -22,6 +25,8 @@ impl Link {
             JointKind::Ball => Self::Ball,
             JointKind::Distance { min, max, spring } => Self::Distance { min, max, spring },
             JointKind::SixDof(def) => Self::Six(Box::new(Six::new(def))),
+            JointKind::Pulley(def) => Self::Pulley(Box::new(def)),
+            JointKind::Coupling(def) => Self::Coupling(Box::new(Coupling { def, impulse: 0.0 })),
         }
     }
 
@@ -32,6 +37,8 @@ impl Link {
                 JointKind::Distance { min: *min, max: *max, spring: *spring }
             }
             Self::Six(six) => JointKind::SixDof(six.def),
+            Self::Pulley(pulley) => JointKind::Pulley(**pulley),
+            Self::Coupling(coupling) => JointKind::Coupling(coupling.def),
         }
     }
 }
@@ -47,7 +54,7 @@ pub(crate) struct Joint {
     pub(crate) link: Link,
     pub(crate) collide_connected: bool,
     /// Accumulated impulse of a substep: a ball's vector [N s, world]; a distance's lower limit, upper
-    /// limit and spring.
+    /// limit and spring; of a pulley, x along its length, below 0 where it pulls.
     pub(crate) impulse: Vec3,
     /// It is solved with its whole tree: now; and if its definition asks for that.
     pub(crate) is_direct: bool,
@@ -74,6 +81,12 @@ impl Joint {
                 six.def.linear_excess(gap)
             }
             Link::Distance { min, max, .. } => (min - distance).max(distance - max).max(0.0),
+            Link::Pulley(pulley) => {
+                let excess = pulley.excess([p_a, p_b]);
+                if pulley.is_rigid { excess.abs() } else { excess.max(0.0) }
+            }
+            // What it asks is of other joints: see Coupling::error.
+            Link::Coupling(_) => 0.0,
         }
     }
 

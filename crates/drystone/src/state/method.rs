@@ -373,6 +373,11 @@ impl Method {
         self.family != Family::Wide
     }
 
+    /// True if it projects positions.
+    pub(crate) fn is_verlet(&self) -> bool {
+        self.family == Family::Verlet
+    }
+
     /// Whether impulses of the last step are where the next one starts.
     pub(crate) fn persists(&self) -> bool {
         match self.options.persistence {

@@ -9,6 +9,7 @@ use super::contacts::Contacts;
 use super::events::Events;
 use super::islands::Islands;
 use super::joints::Joints;
+use super::particles::Particles;
 use super::shapes::Shapes;
 
 /// Everything that lives from step to step.
@@ -18,6 +19,7 @@ pub(crate) struct Tables {
     pub(crate) bodies: Bodies,
     pub(crate) shapes: Shapes,
     pub(crate) joints: Joints,
+    pub(crate) particles: Particles,
     pub(crate) contacts: Contacts,
     pub(crate) bounds: Bounds,
     pub(crate) islands: Islands,

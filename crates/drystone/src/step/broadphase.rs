@@ -47,7 +47,7 @@ pub(crate) fn find_pairs(
     jobs: &dyn Executor,
 ) {
     bounds.tidy(jobs);
-    let Bounds { fixed, moving, moved, placed } = bounds;
+    let Bounds { fixed, moving, moved, placed, .. } = bounds;
     let Scratch { found, pairs, rows, looks } = scratch;
     // Not what was removed again, nor what a row that was used again stands for.
     moved.retain(|row| moving.leaf(*row) != NONE);

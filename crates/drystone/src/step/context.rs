@@ -31,6 +31,8 @@ pub(crate) struct StepContext {
     pub(crate) soft: Softness,
     pub(crate) soft_fixed: Softness,
     pub(crate) soft_joint: Softness,
+    /// Of couplings and pulleys: at half the frequency, see docs/derivations/joints.md.
+    pub(crate) soft_coupling: Softness,
     /// Joints of trees that are solved directly, and which those are.
     pub(crate) soft_tree: Compliance,
     pub(crate) tree_ratio: f32,
@@ -108,6 +110,7 @@ impl StepContext {
                 threshold: config.inertia.threshold,
             },
             soft_joint: Softness::new(joint_hertz, config.joint.damping_ratio, h),
+            soft_coupling: Softness::new(0.5 * joint_hertz, config.joint.damping_ratio, h),
             penalty: config.penalty,
             soft_tree: Compliance::new(joint_hertz, config.joint.damping_ratio, h),
             tree_ratio: config.joint.tree_ratio,

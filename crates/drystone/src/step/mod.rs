@@ -1,9 +1,10 @@
-//! One time step: eight stages over the world's tables, always in this order. Read this first.
+//! One time step: nine stages over the world's tables, always in this order. Read this first.
 
 pub(crate) mod context;
 pub(crate) mod broadphase;
 pub(crate) mod narrowphase;
 pub(crate) mod partition;
+pub(crate) mod particles;
 pub(crate) mod solver;
 pub(crate) mod finalize;
 pub(crate) mod sweep;
@@ -12,6 +13,8 @@ pub(crate) mod sleep;
 
 use self::context::StepContext;
 use self::finalize::Note;
+use self::particles::pace::Pace;
+use self::particles::settle::settle;
 use crate::base::jobs::Executor;
 use crate::state::config::SleepConfig;
 use crate::state::events::{Fault, FaultKind};
@@ -27,6 +30,8 @@ pub enum Stage {
     Narrowphase,
     /// Islands and colors.
     Partition,
+    /// What particles meet, and free ones.
+    Particles,
     /// Velocities and impulses.
     Solver,
     /// Poses and bounds.
@@ -41,10 +46,11 @@ pub enum Stage {
 
 impl Stage {
     /// All stages, in order.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 9] = [
         Self::Broadphase,
         Self::Narrowphase,
         Self::Partition,
+        Self::Particles,
         Self::Solver,
         Self::Finalize,
         Self::Sweep,
@@ -59,6 +65,7 @@ impl Stage {
             Self::Broadphase => "broadphase",
             Self::Narrowphase => "narrowphase",
             Self::Partition => "partition",
+            Self::Particles => "particles",
             Self::Solver => "solver",
             Self::Finalize => "finalize",
             Self::Sweep => "sweep",
@@ -74,6 +81,7 @@ pub(crate) struct Scratch {
     broadphase: broadphase::Scratch,
     narrowphase: narrowphase::Scratch,
     levels: partition::Levels,
+    particles: particles::Scratch,
     solver: solver::Scratch,
     finalize: finalize::Scratch,
     sweep: sweep::Scratch,
@@ -114,6 +122,7 @@ pub(crate) fn step(
         bodies,
         shapes,
         joints,
+        particles,
         contacts,
         bounds,
         islands,
@@ -132,12 +141,16 @@ pub(crate) fn step(
     partition::apply_touch_changes(&s.narrowphase, shapes, &mut sets);
     partition::relax_levels(tables.steps, &mut sets, &mut s.levels);
     after(Stage::Partition);
+    particles::meet_shapes(ctx, particles, shapes, bounds, &mut sets, &mut s.particles, jobs);
+    after(Stage::Particles);
     let Sets { bodies, joints, contacts, islands, colors, events } = sets;
     let method = &config.method;
     let breakage = joints.breakable > 0 || breakage.any();
     let read = solver::Input { bodies, shapes, islands, breakage };
     let contexts = [ctx, &ctx.refined(config)];
-    solver::solve(contexts, method, read, joints, contacts, colors, &mut s.solver, jobs);
+    let pace = Pace::new(ctx, config, particles.last_h);
+    let mut tied = s.particles.tied(pace, particles);
+    solver::solve(contexts, method, read, joints, contacts, colors, &mut s.solver, &mut tied, jobs);
     after(Stage::Solver);
     let rest = SleepConfig { enabled: config.sleep.enabled && method.sleeps(), ..config.sleep };
     let rest_rule = (&rest, islands.wake_alone);
@@ -154,6 +167,9 @@ pub(crate) fn step(
     after(Stage::Finalize);
     sweep::stop_fast_bodies(ctx, s.finalize.notes(), bodies, shapes, bounds, &mut s.sweep, jobs);
     after(Stage::Sweep);
+    let around = (&*shapes, &*bounds);
+    let ends = (&mut *events, tables.steps + 1, pace.h);
+    settle(ctx, &rest, particles, bodies, around, ends, &mut s.particles, jobs);
     let mut sets = Sets { bodies, joints, contacts, islands, colors, events };
     sensor::report_touches(s.solver.begun(), ctx.hit_speed, shapes, &mut sets);
     quarantine(&mut sets, s.finalize.notes(), tables.steps + 1);
@@ -170,7 +186,12 @@ fn quarantine(sets: &mut Sets<'_>, notes: impl Iterator<Item = Note>, step: u64)
             sets.rest(&[row]);
             sets.bodies.at_mut(row).faulted = true;
             let body = Some(sets.bodies.id(row));
-            sets.events.faults.push(Fault { body, kind: FaultKind::NotFinite, step });
+            sets.events.faults.push(Fault {
+                body,
+                particle: None,
+                kind: FaultKind::NotFinite,
+                step,
+            });
         }
     }
 }

@@ -9,7 +9,8 @@ use crate::base::quat::Quat;
 use crate::geometry::shape::Shape;
 use crate::state::bodies::{Body, NONE};
 use crate::state::colors::Place;
-use crate::state::def::{BodyDef, BodyKind, DefError, JointDef, ShapeDef, shape_suits};
+use crate::state::coupling::{CouplingDef, check_axis};
+use crate::state::def::{BodyDef, BodyKind, DefError, JointDef, JointKind, ShapeDef, shape_suits};
 use crate::state::joints::{Joint, Link};
 use crate::state::shapes::ShapeRow;
 use crate::step::context::StepContext;
@@ -66,6 +67,7 @@ impl World {
             level: if def.kind == BodyKind::Dynamic { NONE } else { 0 },
             faulted: false,
             flies: false,
+            dragged: false,
             breaks: def.glue.is_some() || def.fracture.is_some(),
             is_piece: false,
             user_data: def.user_data,
@@ -227,7 +229,8 @@ impl World {
         }
     }
 
-    /// Removes a body with its shapes and joints, and wakes what it touched. False if there is no such
+    /// Removes a body with its shapes and joints, lets go of the particles that it holds, and wakes what it
+    /// touched. False if there is no such
     /// body.
     pub fn remove_body(&mut self, id: BodyId) -> bool {
         let Some(row) = self.tables.bodies.rows.row(id) else { return false };
@@ -236,6 +239,7 @@ impl World {
                 self.remove_joint(joint);
             }
         }
+        self.detach_all(row);
         self.end_contacts_of(row, None);
         for shape in self.tables.bodies.at(row).shapes.clone() {
             let tables = &mut self.tables;
@@ -307,17 +311,94 @@ impl World {
             place: Place::NOWHERE,
         };
         self.tables.joints.breakable += usize::from(def.strength.is_some());
-        let id = self.tables.joints.rows.insert(joint);
-        self.tables.bodies.at_mut(a).joints.push(id.index());
-        self.tables.bodies.at_mut(b).joints.push(id.index());
         if !def.collide_connected {
             self.end_contacts_between(a, b);
         }
+        Ok(self.insert_joint(joint))
+    }
+
+    /// Adds a coupling of two joints, as a joint of its own, and wakes their bodies. It goes when one of them goes.
+    ///
+    /// # Errors
+    /// A joint does not exist or is not of six axes, an axis is locked or behind a cone, or a field is out of
+    /// range; then nothing is added.
+    pub fn add_coupling(&mut self, def: CouplingDef) -> Result<JointId, DefError> {
+        def.validate()?;
+        let joints = &self.tables.joints;
+        let find = |name: &str, axis_name: &str, id: JointId, axis: usize| {
+            let joint = joints.rows.row(id).map(|row| joints.at(row));
+            match joint.map(|j| (j, &j.link)) {
+                Some((joint, Link::Six(six))) => {
+                    check_axis(axis_name, six, axis)?;
+                    Ok([joint.body_a, joint.body_b])
+                }
+                _ => Err(DefError::new(name, id.index(), "a joint of six axes of this world")),
+            }
+        };
+        let [a1, b1] = find("joint_a", "axis_a", def.joint_a, def.axis_a)?;
+        let [a2, b2] = find("joint_b", "axis_b", def.joint_b, def.axis_b)?;
+        // It stands between two bodies of which one moves, one of each joint: so islands know of it.
+        let bodies = &self.tables.bodies;
+        let moves = |row: u32| bodies.at(row).is_dynamic();
+        let mut pairs =
+            [(b1, b2), (b1, a2), (a1, b2), (a1, a2)].into_iter().filter(|(a, b)| a != b);
+        let both = pairs.clone().find(|(a, b)| moves(*a) && moves(*b));
+        let Some((a, b)) = both.or_else(|| pairs.find(|(a, b)| moves(*a) || moves(*b))) else {
+            return Err(DefError::new(
+                "joint_b",
+                "of the same bodies",
+                "two joints between bodies",
+            ));
+        };
+        let anchor = Vec3::ZERO;
+        let joint = Joint {
+            body_a: a,
+            body_b: b,
+            anchor_a: anchor,
+            anchor_b: anchor,
+            link: Link::new(JointKind::Coupling(def)),
+            collide_connected: true,
+            impulse: Vec3::ZERO,
+            is_direct: false,
+            given: [Vec3::ZERO; 2],
+            damage: 0.0,
+            articulated: false,
+            strength: None,
+            place: Place::NOWHERE,
+        };
+        Ok(self.insert_joint(joint))
+    }
+
+    fn insert_joint(&mut self, joint: Joint) -> JointId {
+        let (a, b) = (joint.body_a, joint.body_b);
+        let id = self.tables.joints.rows.insert(joint);
+        self.tables.bodies.at_mut(a).joints.push(id.index());
+        self.tables.bodies.at_mut(b).joints.push(id.index());
         let mut sets = self.sets();
         sets.wake(a);
         sets.wake(b);
         sets.color_joint(id.index());
-        Ok(id)
+        id
+    }
+
+    /// Removes the couplings of a joint that goes.
+    fn remove_couplings(&mut self, id: JointId) {
+        let Some(row) = self.tables.joints.rows.row(id) else { return };
+        let tables = &self.tables;
+        let joint = tables.joints.at(row);
+        if matches!(joint.link, Link::Coupling(_)) {
+            return;
+        }
+        let of = |body: u32| tables.bodies.at(body).joints.iter().copied();
+        let names = |row: &u32| match &tables.joints.at(*row).link {
+            Link::Coupling(c) => c.def.joint_a == id || c.def.joint_b == id,
+            _ => false,
+        };
+        let found = of(joint.body_a).chain(of(joint.body_b)).filter(names);
+        let gone: Vec<JointId> = found.filter_map(|row| tables.joints.rows.id_at(row)).collect();
+        for id in gone {
+            self.remove_joint(id);
+        }
     }
 
     fn end_contacts_between(&mut self, a: u32, b: u32) {
@@ -344,6 +425,7 @@ impl World {
 
     /// Removes a joint and wakes its bodies. False if there is no such joint.
     pub fn remove_joint(&mut self, id: JointId) -> bool {
+        self.remove_couplings(id);
         let Some(row) = self.tables.joints.rows.row(id) else { return false };
         let (a, b) = (self.tables.joints.at(row).body_a, self.tables.joints.at(row).body_b);
         let mut sets = self.sets();

@@ -78,7 +78,7 @@ impl<'w> JointRef<'w> {
     }
 
     /// Force of the joint on its second body, in the last substep [N, world]; the first one gets the
-    /// opposite. It acts at the second anchor. Zero before the first step.
+    /// opposite, but of a pulley, the tension toward its own point. It acts at the second anchor. Zero before the first step.
     #[must_use]
     pub fn force(&self) -> Vec3 {
         let impulse = match &self.joint.link {
@@ -88,6 +88,12 @@ impl<'w> JointRef<'w> {
                 (self.anchor_b() - self.anchor_a()).normalize_or(Vec3::Y) * (p.x - p.y + p.z)
             }
             Link::Six(six) => six.force,
+            Link::Pulley(pulley) => {
+                let [_, point] = pulley.points;
+                let along = (self.anchor_b() - point).normalize_or(Vec3::Y);
+                along * (pulley.ratio * self.joint.impulse.x)
+            }
+            Link::Coupling(_) => Vec3::ZERO,
         };
         self.per_time(impulse)
     }
@@ -104,6 +110,30 @@ impl<'w> JointRef<'w> {
 
     fn per_time(&self, impulse: Vec3) -> Vec3 {
         if self.h > 0.0 { impulse * (1.0 / self.h) } else { Vec3::ZERO }
+    }
+
+    /// Tension of a pulley's rope in the last substep [N]; below 0 where a rigid one is pushed. `None` for
+    /// other joints.
+    #[must_use]
+    pub fn tension(&self) -> Option<f32> {
+        let is_pulley = matches!(self.joint.link, Link::Pulley(_));
+        is_pulley.then(|| -self.per_time(self.joint.impulse).x)
+    }
+
+    /// Force of a coupling along the coordinate that follows, in the last substep [N; N m]; the one that is
+    /// followed gets -ratio times as much. `None` for other joints.
+    #[must_use]
+    pub fn coupling_force(&self) -> Option<f32> {
+        let Link::Coupling(coupling) = &self.joint.link else { return None };
+        Some(if self.h > 0.0 { coupling.impulse / self.h } else { 0.0 })
+    }
+
+    /// Of a coupling, how far the coordinate that follows is from where it should be: a length [m] and an angle
+    /// [rad], one of them 0.
+    fn coupling_error(&self) -> Option<[f32; 2]> {
+        let Link::Coupling(coupling) = &self.joint.link else { return None };
+        let error = coupling.error(&self.tables.joints, &self.tables.bodies).abs();
+        Some(if coupling.def.axis_b > 2 { [0.0, error] } else { [error, 0.0] })
     }
 
     /// Where the second frame is in the first one of a joint of six axes: along x, y, z [m, frame of the
@@ -124,15 +154,23 @@ impl<'w> JointRef<'w> {
     }
 
     /// How far it is from what it asks [m]: the gap of a ball joint, the excess of a distance, the excess
-    /// over what the motions of a joint of six axes allow.
+    /// over what the motions of a joint of six axes allow, how far a coupled slider is from its place, how much
+    /// longer a pulley's way is than its rope.
     #[must_use]
     pub fn error(&self) -> f32 {
+        if let Some([length, _]) = self.coupling_error() {
+            return length;
+        }
         self.joint.error(&self.tables.bodies)
     }
 
-    /// How far the turns of a joint of six axes are from what they are allowed [rad]; 0 for other joints.
+    /// How far the turns of a joint of six axes are from what they are allowed, or a coupled hinge from its angle
+    /// [rad]; 0 for other joints.
     #[must_use]
     pub fn angular_error(&self) -> f32 {
+        if let Some([_, angle]) = self.coupling_error() {
+            return angle;
+        }
         self.joint.angular_error(&self.tables.bodies)
     }
 }

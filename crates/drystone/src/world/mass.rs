@@ -111,6 +111,9 @@ impl World {
                 joint.anchor_b -= shift;
             }
         }
+        for held in tables.particles.attachments.iter_mut().filter(|held| held.body == row) {
+            held.anchor -= shift;
+        }
         let links: Vec<(u32, u32)> = tables.contacts.of_body(&tables.bodies, row).collect();
         for (contact, side) in links {
             tables.contacts.shift_center(contact, side, shift);

@@ -8,14 +8,18 @@ mod breakage;
 mod impact;
 mod joint;
 mod mass;
+mod particle;
 mod shape;
+mod strand;
 mod view;
 
 pub use self::body::{BodyMut, BodyRef};
 pub use self::breakage::BondRef;
 pub use self::impact::{Impact, ImpactBody, ImpactSurface, impact};
 pub use self::joint::JointRef;
+pub use self::particle::{LinkRef, ParticleMut, ParticleRef};
 pub use self::shape::{ShapeMut, ShapeRef};
+pub use self::strand::{ClothDef, RopeDef, Strand};
 pub use self::view::{ContactPoint, ContactRef, WorldCounts};
 
 use std::sync::Arc;
@@ -27,6 +31,7 @@ use crate::base::math::Vec3;
 use crate::base::wide::SimdLevel;
 use crate::query::Query;
 use crate::query::audit::Books;
+use crate::query::particles::particle_sums;
 use crate::state::config::WorldConfig;
 use crate::state::def::DefError;
 use crate::state::events::{Events, Fault, FaultKind};
@@ -140,12 +145,13 @@ impl World {
         self.set_config(WorldConfig { gravity: gravity.into(), ..self.tables.config.clone() })
     }
 
-    /// Wakes all bodies.
+    /// Wakes all bodies and particles.
     pub fn wake_all(&mut self) {
         let rows: Vec<u32> = self.tables.bodies.rows.iter().map(|(id, _)| id.index()).collect();
         for row in rows {
             self.sets().wake(row);
         }
+        self.tables.particles.wake_all();
     }
 
     /// Advances time by `dt` [s]. Cannot fail: a body that becomes non-finite is stopped, left out of
@@ -163,10 +169,11 @@ impl World {
         core::mem::swap(&mut events.wake, &mut pending.wake);
         core::mem::swap(&mut events.contact_end, &mut pending.contact_end);
         core::mem::swap(&mut events.sensor_exit, &mut pending.sensor_exit);
+        core::mem::swap(&mut events.detached, &mut pending.detached);
         pending.clear();
         if !(dt > 0.0 && dt <= 10.0) {
             let step = self.tables.steps + 1;
-            let fault = Fault { body: None, kind: FaultKind::BadTimeStep, step };
+            let fault = Fault { body: None, particle: None, kind: FaultKind::BadTimeStep, step };
             self.tables.events.faults.push(fault);
             return;
         }
@@ -265,7 +272,7 @@ impl World {
         view::counts(&self.tables)
     }
 
-    /// 64 bits over the bits of pose and velocity of every body in slot order.
+    /// 64 bits over the bits of pose and velocity of every body in slot order, then of every particle.
     #[must_use]
     pub fn state_hash(&self) -> u64 {
         let mut hash = StateHash::default();
@@ -276,25 +283,35 @@ impl World {
             hash.floats(&body.v.to_array());
             hash.floats(&body.w.to_array());
         }
+        for (slot, x, v) in self.tables.particles.words() {
+            hash.word(slot);
+            hash.floats(&x.to_array());
+            hash.floats(&v.to_array());
+        }
         hash.finish()
     }
 
-    /// Kinetic energy of all dynamic bodies [J].
+    /// Kinetic energy of all dynamic bodies and particles [J].
     #[must_use]
     pub fn kinetic_energy(&self) -> f64 {
-        self.bodies().map(|b| f64::from(b.kinetic_energy())).sum()
+        let bodies: f64 = self.bodies().map(|b| f64::from(b.kinetic_energy())).sum();
+        bodies + particle_sums(&self.tables).linear
     }
 
-    /// Potential energy of all dynamic bodies in the world's gravity [J], zero at the origin.
+    /// Potential energy of all dynamic bodies and particles in the world's gravity [J], zero at the origin.
     #[must_use]
     pub fn potential_energy(&self) -> f64 {
-        self.bodies().map(|b| f64::from(b.potential_energy())).sum()
+        let bodies: f64 = self.bodies().map(|b| f64::from(b.potential_energy())).sum();
+        bodies + particle_sums(&self.tables).potential
     }
 
-    /// Linear momentum of all dynamic bodies [kg m/s, world].
+    /// Linear momentum of all dynamic bodies and particles [kg m/s, world].
     #[must_use]
     pub fn momentum(&self) -> Vec3 {
-        self.bodies().fold(Vec3::ZERO, |sum, b| sum + b.linear_velocity() * b.mass())
+        let free = self.particles().filter(|p| !p.is_pinned());
+        let particles = free.fold(Vec3::ZERO, |sum, p| sum + p.velocity() * p.mass());
+        let bodies = self.bodies();
+        bodies.fold(particles, |sum, b| sum + b.linear_velocity() * b.mass())
     }
 
     fn sets(&mut self) -> Sets<'_> {

@@ -102,6 +102,12 @@ pub struct WorldCounts {
     pub shapes: usize,
     /// Joints.
     pub joints: usize,
+    /// Particles.
+    pub particles: usize,
+    /// Particles that are asleep.
+    pub particles_asleep: usize,
+    /// Links between particles.
+    pub links: usize,
     /// Pairs of shapes whose boxes overlap, sleeping ones too.
     pub pairs: usize,
     /// Contacts with points that are solved.
@@ -114,6 +120,9 @@ pub(super) fn counts(tables: &Tables) -> WorldCounts {
     let mut counts = WorldCounts {
         shapes: tables.shapes.rows.len(),
         joints: tables.joints.rows.len(),
+        particles: tables.particles.rows.len(),
+        particles_asleep: tables.particles.rows.iter().filter(|(_, p)| p.frozen).count(),
+        links: tables.particles.links.len(),
         pairs: tables.contacts.iter().filter(|(_, c)| !c.is_part).count(),
         contacts: tables.colors.contacts.len() + tables.colors.contacts_fixed.len(),
         ..WorldCounts::default()

@@ -188,6 +188,38 @@ fn bodies_that_roll_over_a_mesh_allocate_nothing() {
     assert!(calls.iter().filter(|n| **n == 0).count() >= 3, "{calls:?}");
 }
 
+/// A cloth and dust on loose boxes that an arm stirs, ropes that hold others; links tear now and then.
+#[test]
+fn particles_allocate_nothing() {
+    let mut world = world(true);
+    let bodies = pile(&mut world, 40);
+    let arm = ShapeDef::box_half([3.8, 0.4, 0.3]);
+    let arm = BodyDef { kind: drystone::BodyKind::Kinematic, ..BodyDef::dynamic() }
+        .with_position([0.0, 1.0, 0.0])
+        .with_angular_velocity([0.0, 2.0, 0.0])
+        .with_shape(arm);
+    world.add_body(arm).unwrap();
+    let sides = [drystone::vec3(4.0, 0.0, 0.0), drystone::vec3(0.0, 0.0, 4.0)];
+    let mut cloth = drystone::ClothDef::new([-2.0, 5.0, -2.0], sides, [20, 20]);
+    cloth.tear_strain = Some(0.5);
+    world.add_cloth(&cloth).unwrap();
+    for (i, body) in (0_u16..).zip(bodies.iter().take(6)) {
+        let x = f32::from(i) - 3.0;
+        let mut rope = drystone::RopeDef::between([x, 6.0, 0.0], [x, 3.0, 0.0], 10);
+        rope.pinned = [true, false];
+        let rope = world.add_rope(&rope).unwrap();
+        world.attach_particle(rope.particles[10], *body, [0.0; 3]).unwrap();
+    }
+    let points = (0..2000_u16).map(|i| {
+        let (x, z) = (f32::from(i % 40), f32::from(i / 40));
+        drystone::vec3(0.18 * x - 3.5, 6.0, 0.14 * z - 3.5)
+    });
+    world.add_cloud(points, &drystone::ParticleDef::default()).unwrap();
+    steps(&mut world, 600);
+    let calls: Vec<u64> = (0..6).map(|_| calls_of(&mut world, 100)).collect();
+    assert!(calls.iter().filter(|n| **n == 0).count() >= 3, "{calls:?}");
+}
+
 #[test]
 fn falling_asleep_and_waking_allocate_nothing() {
     let mut world = world(true);

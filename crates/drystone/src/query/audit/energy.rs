@@ -5,11 +5,12 @@ use super::springs;
 use crate::base::double::DVec3;
 use crate::base::math::Vec3;
 use crate::base::sym3::Sym3;
+use crate::query::particles::particle_sums;
 use crate::state::bodies::{Bodies, Body, NONE};
 use crate::state::joints::{Joint, Link};
 use crate::state::tables::Tables;
 
-/// Mechanical energy of all dynamic bodies [J].
+/// Mechanical energy of all dynamic bodies and particles [J].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Energy {
     /// Kinetic, of the centers' motion: ½ m v².
@@ -18,7 +19,7 @@ pub struct Energy {
     pub angular: f64,
     /// Potential in the world's gravity, zero at the origin.
     pub potential: f64,
-    /// Elastic, of the springs of distance joints: ½ k x². What contacts give way is not in it.
+    /// Elastic, of the springs of joints and of links between particles: ½ k x². What contacts give way is not in it.
     pub elastic: f64,
 }
 
@@ -59,11 +60,17 @@ impl Energy {
         for (_, joint) in tables.joints.rows.iter() {
             sum.elastic += elastic(joint, &tables.bodies);
         }
+        if !tables.particles.is_empty() {
+            let particles = particle_sums(tables);
+            sum.linear += particles.linear;
+            sum.potential += particles.potential;
+            sum.elastic += particles.elastic;
+        }
         sum
     }
 }
 
-/// Mass and momentum of all dynamic bodies.
+/// Mass and momentum of all dynamic bodies, and particles that are not pinned.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Momentum {
     /// Sum of masses [kg].
@@ -90,12 +97,22 @@ impl Momentum {
             linear = linear + p;
             origin = origin + c.cross(p) + spin(body);
         }
+        for (m, c, v) in particles(tables) {
+            let p = v * m;
+            mass += m;
+            first = first + c * m;
+            linear = linear + p;
+            origin = origin + c.cross(p);
+        }
         let center = if mass > 0.0 { first * (1.0 / mass) } else { DVec3::ZERO };
         // Not as a difference of the two others: far from the origin little would be left of it.
         let mut own = DVec3::ZERO;
         for body in dynamic(tables) {
             let arm = DVec3::from(body.center) - center;
             own = own + arm.cross(DVec3::from(body.v) * f64::from(body.mass)) + spin(body);
+        }
+        for (m, c, v) in particles(tables) {
+            own = own + (c - center).cross(v * m);
         }
         Self {
             mass,
@@ -120,6 +137,17 @@ fn dynamic(tables: &Tables) -> impl Iterator<Item = &Body> {
         let body = bodies.at(at);
         at = body.island_next;
         Some(body)
+    })
+}
+
+/// Mass [kg], place [m] and velocity [m/s] of the particles that are not pinned.
+fn particles(tables: &Tables) -> impl Iterator<Item = (f64, DVec3, DVec3)> {
+    let table = &tables.particles;
+    let free = table.rows.iter().filter(|(_, particle)| !particle.pinned);
+    free.map(|(id, particle)| {
+        let line = id.index() + 1;
+        let v = table.lines[line as usize].velocity();
+        (f64::from(particle.mass), DVec3::from(table.position(line)), DVec3::from(v))
     })
 }
 

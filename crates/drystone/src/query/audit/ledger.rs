@@ -182,6 +182,15 @@ fn through_joint(body: &Body, joint: &Joint, row: u32, tables: &Tables) -> f64 {
     let (ra, rb) = (a.rotation.rotate(joint.anchor_a), b.rotation.rotate(joint.anchor_b));
     let impulse = match &joint.link {
         Link::Ball => joint.impulse,
+        Link::Pulley(pulley) => {
+            let i = usize::from(joint.body_a != row);
+            let (of, r) = [(a, ra), (b, rb)][i];
+            let along = (of.center + r - pulley.points[i]).normalize_or(Vec3::Y);
+            let force = joint.impulse.x * [1.0, pulley.ratio][i];
+            return -f64::from((along * force).dot(body.velocity_at(r)));
+        }
+        // It pushes by way of the joints that it couples.
+        Link::Coupling(_) => return 0.0,
         Link::Six(six) => {
             // The force acts at anchor B on both.
             let is_a = joint.body_a == row;

@@ -17,6 +17,7 @@ mod spring;
 pub(crate) mod inertia;
 pub(crate) mod integrate;
 mod classic;
+mod coupling;
 mod impact;
 mod pack;
 mod pack_extra;
@@ -24,9 +25,11 @@ mod pack_joint;
 mod pack_sixdof;
 mod plan;
 mod forest;
+mod strokes;
 mod swing;
 mod tally;
 mod six;
+mod together;
 mod tree;
 mod tree_six;
 mod touch;
@@ -39,6 +42,7 @@ use core::sync::atomic::{AtomicBool, Ordering};
 use fearless_simd::dispatch;
 
 use self::contact::Sweep;
+use self::coupling::CouplingRow;
 use self::impact::Impacts;
 use self::inertia::{Frame, Squeeze};
 use self::integrate::Aux;
@@ -47,6 +51,7 @@ use self::plan::{Group, Plan};
 use self::rows::{ContactBlock, Extra, JointBlock, Line, Whitening};
 use self::sixdof::SixBlock;
 use self::softness::Softness;
+use self::strokes::Progress;
 use self::tally::{ContactTally, JointTally};
 use self::tree::{TreeBody, TreeRow};
 use super::context::StepContext;
@@ -62,6 +67,7 @@ use crate::state::islands::Islands;
 use crate::state::joints::{Joint, Joints};
 use crate::state::method::{Method, Pass};
 use crate::state::shapes::Shapes;
+use crate::step::particles::pace::Tied;
 
 /// The solver's memory, kept from step to step so that a warm step allocates nothing.
 #[derive(Clone, Debug, Default)]
@@ -79,6 +85,7 @@ pub(crate) struct Scratch {
     extras: Vec<Extra>,
     joints: Vec<JointBlock>,
     sixdofs: Vec<SixBlock>,
+    couplings: Vec<CouplingRow>,
     tree_gains: Vec<f64>,
     tree_bodies: Vec<TreeBody>,
     tree_rows: Vec<TreeRow>,
@@ -88,12 +95,13 @@ pub(crate) struct Scratch {
     free: Vec<bool>,
     /// A bit for each lane of a block whose touch is new.
     begun: Vec<u8>,
+    /// How far groups are that keep pace with particles.
+    progress: Vec<Progress>,
     /// One for each block, while something can break.
     tallies: Vec<ContactTally>,
     joint_tallies: Vec<JointTally>,
     six_tallies: Vec<JointTally>,
-    /// Sum, and what was there after the last sweep.
-    tree_tallies: Vec<[Vec3; 2]>,
+    tree_tallies: Vec<[[Vec3; 2]; 2]>,
     /// Of the methods that run over rows one by one.
     classic: classic::Scratch,
     /// Sweeps over the contacts in the last step.
@@ -145,6 +153,7 @@ struct Solver<'a> {
     has_extras: bool,
     joints: Rows<'a, JointBlock>,
     sixdofs: Rows<'a, SixBlock>,
+    couplings: Rows<'a, CouplingRow>,
     tree_gains: Rows<'a, f64>,
     tree_bodies: Rows<'a, TreeBody>,
     tree_rows: Rows<'a, TreeRow>,
@@ -152,12 +161,13 @@ struct Solver<'a> {
     impacts: Rows<'a, Impacts>,
     free: Rows<'a, bool>,
     begun: Rows<'a, u8>,
+    progress: Rows<'a, Progress>,
     /// Empty unless something can break.
     has_tallies: bool,
     tallies: Rows<'a, ContactTally>,
     joint_tallies: Rows<'a, JointTally>,
     six_tallies: Rows<'a, JointTally>,
-    tree_tallies: Rows<'a, [Vec3; 2]>,
+    tree_tallies: Rows<'a, [[Vec3; 2]; 2]>,
     contacts: Rows<'a, Option<Contact>>,
     joint_slots: Rows<'a, Option<Joint>>,
 }
@@ -182,6 +192,7 @@ pub(crate) fn solve(
     contacts: &mut Contacts,
     colors: &mut Colors,
     scratch: &mut Scratch,
+    tied: &mut Tied<'_>,
     jobs: &dyn Executor,
 ) {
     let s = scratch;
@@ -198,6 +209,7 @@ pub(crate) fn solve(
             colors,
             s,
         );
+        together::follow(ctx, bodies, s, tied, jobs);
         return;
     }
     s.classic.leave(&mut s.line_of);
@@ -228,9 +240,12 @@ pub(crate) fn solve(
     }
     s.joints.resize_with(s.plan.joints.owners.len(), JointBlock::default);
     s.sixdofs.resize_with(s.plan.sixdofs.owners.len(), SixBlock::default);
+    s.couplings.resize(s.plan.couplings.len(), CouplingRow::default());
     s.tree_gains.resize(s.plan.forest.trees.last().map_or(0, |tree| tree.gains.end), 0.0);
     s.tree_bodies.resize(s.plan.forest.bodies.len(), TreeBody::default());
     s.tree_rows.resize(s.plan.forest.joints.len(), TreeRow::default());
+    together::find_groups(&s.plan, &s.line_of, tied.scratch);
+    s.progress.resize(tied.scratch.groups.len(), Progress::default());
     s.make_tallies(breakage);
     let (slots, _) = contacts.slots_mut();
     let plan = &s.plan;
@@ -252,12 +267,14 @@ pub(crate) fn solve(
         has_extras,
         joints: Rows::new(&mut s.joints),
         sixdofs: Rows::new(&mut s.sixdofs),
+        couplings: Rows::new(&mut s.couplings),
         tree_gains: Rows::new(&mut s.tree_gains),
         tree_bodies: Rows::new(&mut s.tree_bodies),
         tree_rows: Rows::new(&mut s.tree_rows),
         impacts: Rows::new(&mut s.impacts),
         free: Rows::new(&mut s.free),
         begun: Rows::new(&mut s.begun),
+        progress: Rows::new(&mut s.progress),
         has_tallies: breakage,
         tallies: Rows::new(&mut s.tallies),
         joint_tallies: Rows::new(&mut s.joint_tallies),
@@ -268,62 +285,21 @@ pub(crate) fn solve(
     };
     let solver_of =
         |number: usize| Solver { ctx: if plan.groups[number].fine { fine } else { ctx }, ..solver };
-    for number in 0..plan.shared {
+    solver.solve_together(tied, jobs);
+    let groups = &tied.scratch.groups;
+    for number in (0..plan.shared).filter(|number| groups.binary_search(number).is_err()) {
         solver_of(number).solve(number, jobs);
     }
     for_ranges(jobs, plan.groups.len() - plan.shared, 1, |range| {
-        for number in range {
-            solver_of(plan.shared + number).solve(plan.shared + number, &Inline);
+        for number in range.map(|number| plan.shared + number) {
+            if groups.binary_search(&number).is_err() {
+                solver_of(number).solve(number, &Inline);
+            }
         }
     });
 }
 
 impl Solver<'_> {
-    /// Takes a group through the whole step.
-    fn solve(&self, number: usize, jobs: &dyn Executor) {
-        let (ctx, group) = (self.ctx, &self.plan.groups[number]);
-        self.prepare_lines(group, jobs);
-        self.prepare_joints(group, jobs);
-        self.prepare_trees(group);
-        self.prepare_contacts(group, jobs);
-        self.begin_tallies(group);
-        if self.has_extras {
-            let blocks = self.plan.contacts.blocks_of(&group.contacts);
-            self.impacts.row(number).begin(&self.impact_source(group), blocks, group.lines.len());
-        }
-        let locked = group.lines.clone().any(|i| self.aux.read(i).is_locked());
-        let (body, finish) = (self.method.substep(), self.method.finish());
-        let steps = (0..ctx.substeps).flat_map(|substep| body.iter().map(move |p| (substep, *p)));
-        let mut passes = steps.chain(finish.iter().map(|p| (ctx.substeps, *p))).peekable();
-        // Substeps that positions have advanced, and whether velocities have the forces of the next one.
-        let (mut done, mut kicked) = (0, true);
-        while let Some((substep, pass)) = passes.next() {
-            match pass {
-                Pass::Velocities if substep == 0 => self.accelerate(group, jobs, true),
-                Pass::Velocities => self.accelerate(group, jobs, false),
-                Pass::Positions => {
-                    // Positions and the velocities after them are one walk over the bodies.
-                    if passes.next_if(|(_, next)| *next == Pass::Velocities).is_some() {
-                        self.advance(group, jobs);
-                        (done, kicked) = (done + 1, true);
-                    } else {
-                        self.drift(group, jobs);
-                        (done, kicked) = (done + 1, false);
-                    }
-                }
-                Pass::Impacts if self.has_extras => self.collide(number, done, kicked),
-                _ => self.sweep(group, pass, substep, jobs),
-            }
-            if locked {
-                self.hold_locked(group);
-            }
-        }
-        if self.has_extras {
-            self.find_free(group);
-        }
-        self.store(group, jobs);
-    }
-
     fn impact_source(&self, group: &Group) -> touch::Source<'_> {
         touch::Source {
             blocks: &self.blocks,
@@ -400,6 +376,8 @@ impl Solver<'_> {
                     back: 0.0,
                     is_relax: false,
                 };
+                let coupled = JointSweep { softness: ctx.soft_coupling, ..joints };
+                self.sweep_couplings(group, &coupled);
                 self.sweep_joints(group, &joints, jobs);
                 self.sweep_sixdofs(group, &joints, jobs);
                 self.sweep_trees(group, &joints, jobs);
@@ -416,6 +394,7 @@ impl Solver<'_> {
                     back: 0.5 * ctx.h,
                     is_relax: true,
                 };
+                self.sweep_couplings(group, &joints);
                 self.sweep_joints(group, &joints, jobs);
                 self.sweep_sixdofs(group, &joints, jobs);
                 self.sweep_trees(group, &joints, jobs);
@@ -587,7 +566,6 @@ impl Solver<'_> {
                 }
             });
         });
-        // Before a joint whose body swings says what it gave.
         self.store_tallies(group);
         let joints = self.plan.joints.blocks_of(&group.joints);
         let n = joints.len();
@@ -596,6 +574,7 @@ impl Solver<'_> {
                 self.store_joints(i);
             }
         });
+        self.store_couplings(group);
         self.store_trees(group);
         self.store_sixdofs(group, jobs);
     }

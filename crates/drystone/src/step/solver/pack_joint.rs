@@ -103,7 +103,7 @@ impl Solver<'_> {
         put(&mut block.impulse, lane, impulse);
         // The linear impulse along the gap (a distance) or in the world (a ball).
         let linear = match joint.link {
-            Link::Six(_) => return,
+            Link::Six(_) | Link::Coupling(_) | Link::Pulley(_) => return,
             Link::Ball => impulse,
             Link::Distance { min, max, spring } => {
                 let rest = spring.map_or(0.0, |s| s.rest_length);

@@ -39,6 +39,8 @@ pub(super) struct Group {
     pub(super) contacts: Range<usize>,
     pub(super) joints: Range<usize>,
     pub(super) sixdofs: Range<usize>,
+    /// In [`Plan::couplings`].
+    pub(super) couplings: Range<usize>,
     /// In [`Forest::order`].
     pub(super) trees: Range<usize>,
     /// Takes every substep in parts.
@@ -76,6 +78,8 @@ pub(super) struct Plan {
     pub(super) contacts: Layout,
     pub(super) joints: Layout,
     pub(super) sixdofs: Layout,
+    /// Group and row of each coupling and pulley, in this order.
+    pub(super) couplings: Vec<(u64, u32)>,
     pub(super) forest: Forest,
     workers: usize,
     /// Of each island, whether it takes every substep in parts: now, and in the last step.
@@ -94,6 +98,9 @@ const CLASS: u32 = 32;
 
 /// Class of the joints of trees.
 const TREE: u64 = 2;
+
+/// Class of couplings and pulleys, which are in no batch either.
+const COUPLED: u64 = 3;
 
 /// First class of joints of six axes; 1 more if a motion, 2 if a turn has a drive or a limit, 4 if a tree holds
 /// what is locked.
@@ -118,6 +125,12 @@ impl Plan {
             for body in bodies.awake.iter().map(|row| bodies.at(*row)) {
                 if inertia.wants_refining(body) && has_line(body) {
                     fine[body.island as usize] = true;
+                }
+            }
+            // Particles keep pace with the world's substeps.
+            for body in bodies.awake.iter().map(|row| bodies.at(*row)) {
+                if body.dragged && has_line(body) {
+                    fine[body.island as usize] = false;
                 }
             }
         }
@@ -180,6 +193,7 @@ impl Plan {
             }
         }
         self.joints.runs.clear();
+        self.couplings.clear();
         for (fixed, coloring) in [(false, &mut colors.joints), (true, &mut colors.joints_fixed)] {
             for (index, color) in coloring.colors.iter_mut().enumerate() {
                 keys.clear();
@@ -189,6 +203,7 @@ impl Plan {
                         Link::Ball if j.is_direct => TREE,
                         Link::Ball => 0,
                         Link::Distance { .. } => 1,
+                        Link::Coupling(_) | Link::Pulley(_) => COUPLED,
                         Link::Six(six) => {
                             let [moves, turns] = six.def.scalars();
                             let direct = if j.is_direct { SIX_DIRECT } else { 0 };
@@ -200,9 +215,12 @@ impl Plan {
                 sort_members(&mut color.members, keys, index, |row, place| {
                     joints.at_mut(row).place = place;
                 });
+                let coupled = keys.iter().filter(|(key, _)| key >> CLASS & 0xff == COUPLED);
+                self.couplings.extend(coupled.map(|(key, row)| (key >> GROUP, *row)));
                 self.joints.find_runs(keys, CLASS, fixed, index);
             }
         }
+        self.couplings.sort_unstable();
         self.sixdofs.runs.clear();
         self.sixdofs.runs.extend(self.joints.runs.iter().filter(|run| run.class >= SIX));
         self.joints.runs.retain(|run| run.class < TREE);
@@ -214,7 +232,14 @@ impl Plan {
             group.contacts = self.contacts.batches_of(number);
             group.joints = self.joints.batches_of(number);
             group.sixdofs = self.sixdofs.batches_of(number);
+            let first = self.couplings.partition_point(|(of, _)| *of < number);
+            group.couplings = first..self.couplings.partition_point(|(of, _)| *of <= number);
         }
+    }
+
+    /// The group of a line.
+    pub(super) fn group_of(&self, line: u32) -> usize {
+        self.group_of_line[line as usize] as usize
     }
 
     /// Islands to groups.
@@ -237,7 +262,8 @@ impl Plan {
                 self.group_of[island] = number(self.islands.len());
                 self.islands.push((body.island, 0));
             }
-            let ends = body.constraints as usize;
+            // What only particles act on takes a place too.
+            let ends = body.constraints.max(1) as usize;
             self.islands[self.group_of[island] as usize].1 += ends;
             total += ends;
         }
@@ -352,9 +378,9 @@ impl Layout {
     }
 }
 
-/// Dynamic bodies that some constraint acts on have a line; the others fly (finalize).
+/// Dynamic bodies that some constraint acts on, or a particle, have a line; the others fly (finalize).
 fn has_line(body: &Body) -> bool {
-    body.is_dynamic() && body.constraints > 0
+    body.is_dynamic() && (body.constraints > 0 || body.dragged)
 }
 
 fn number(n: usize) -> u32 {

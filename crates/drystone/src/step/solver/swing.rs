@@ -65,6 +65,7 @@ impl Solver<'_> {
 fn is_free(body: &Body) -> bool {
     let locks = &body.locks;
     body.constraints == 1
+        && !body.dragged
         && body.joints.len() == 1
         && locks.linear == [false; 3]
         && locks.angular == [false; 3]

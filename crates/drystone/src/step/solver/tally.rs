@@ -84,14 +84,15 @@ pub(crate) struct Given {
 }
 
 impl super::Scratch {
-    /// Room for the sums of a step in which something can break; none in another.
+    /// Room for the sums of a step in which something can break; none in another. Those of trees are force and
+    /// torque, then what was there after the last sweep.
     pub(super) fn make_tallies(&mut self, breakage: bool) {
         let room = |n: usize| if breakage { n } else { 0 };
         self.tallies.resize_with(room(self.plan.contacts.owners.len()), ContactTally::default);
         let none = JointTally::default();
         self.joint_tallies.resize(room(self.plan.joints.owners.len()), none);
         self.six_tallies.resize(room(self.plan.sixdofs.owners.len()), none);
-        self.tree_tallies.resize(room(self.plan.forest.joints.len()), [Vec3::ZERO; 2]);
+        self.tree_tallies.resize(room(self.plan.forest.joints.len()), Default::default());
     }
 
     /// What contacts with bodies that can break gave in the last step; in no order. `None` after a step of a
@@ -139,7 +140,7 @@ impl Solver<'_> {
         }
         for tree in self.trees(group) {
             for (i, _) in self.tree_joints(tree) {
-                *self.tree_tallies.row(i) = [Vec3::ZERO; 2];
+                *self.tree_tallies.row(i) = Default::default();
             }
         }
     }
@@ -172,16 +173,19 @@ impl Solver<'_> {
         }
         for tree in self.trees(group) {
             for (i, joint) in self.tree_joints(tree).filter(|(_, joint)| joint.six == NONE) {
-                let impulse = self.tree_rows.read(i).impulse.single();
-                let now = if joint.is_child_a { -impulse } else { impulse };
+                let row = self.tree_rows.read(i);
+                let impulse = row.impulse.single();
+                let force = if joint.is_child_a { -impulse } else { impulse };
                 let [sum, last] = self.tree_tallies.row(i);
-                *sum += if is_relax { now - *last } else { now };
-                *last = now;
+                for (k, now) in [force, row.six.torque.single()].into_iter().enumerate() {
+                    sum[k] += if is_relax { now - last[k] } else { now };
+                    last[k] = now;
+                }
             }
         }
     }
 
-    /// Gives the joints their sums.
+    /// Gives the joints their sums; before a joint whose body swings says what it gave.
     pub(super) fn store_tallies(&self, group: &Group) {
         if !self.has_tallies {
             return;
@@ -207,7 +211,7 @@ impl Solver<'_> {
         }
         for tree in self.trees(group) {
             for (i, joint) in self.tree_joints(tree).filter(|(_, joint)| joint.six == NONE) {
-                give(joint.row, [self.tree_tallies.read(i)[0], Vec3::ZERO]);
+                give(joint.row, self.tree_tallies.read(i)[0]);
             }
         }
     }

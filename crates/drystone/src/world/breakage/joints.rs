@@ -22,6 +22,8 @@ impl Borne {
                 [(joint.impulse.x - joint.impulse.y + joint.impulse.z).abs(), 0.0]
             }
             Link::Six(six) => six.peak,
+            Link::Pulley(_) => [joint.impulse.x.abs(), 0.0],
+            Link::Coupling(_) => [0.0; 2],
         };
         let impulse = joint.given[0].length();
         Self { force: force * inv_h, torque: torque * inv_h, impulse }

@@ -56,7 +56,7 @@ impl Link {
                 let length = gap.length();
                 along * self.solve_distance(&k, along, u, h, [min, max], length, spring)
             }
-            JointKind::SixDof(_) => return,
+            JointKind::SixDof(_) | JointKind::Coupling(_) | JointKind::Pulley(_) => return,
         };
         if j.is_finite() {
             movers[self.a as usize].take(r_a, -j);
@@ -103,7 +103,7 @@ impl Link {
 
     /// The impulses of the last step, if they are kept.
     pub(super) fn warm_start(&self, movers: &mut [Mover]) {
-        if matches!(self.kind, JointKind::SixDof(_)) {
+        if !matches!(self.kind, JointKind::Ball | JointKind::Distance { .. }) {
             return;
         }
         let j = self.linear();

@@ -1,0 +1,87 @@
+//! What is told of particles: energy, overlaps.
+
+use crate::base::aabb::Aabb;
+use crate::base::double::DVec3;
+use crate::geometry::nearest::nearest;
+use crate::query::audit::Energy;
+use crate::state::particle_def::{LinkKind, LinkSpring};
+use crate::state::particles::{LaneKind, Link, LinkBlock, Particles};
+use crate::state::tables::Tables;
+
+/// What a lane's link does.
+pub(crate) fn link_kind(block: &LinkBlock, lane: usize) -> LinkKind {
+    let (stiffness, damping) = (block.stiffness[lane], block.damping[lane]);
+    match block.kinds[lane] {
+        LaneKind::AtMost => LinkKind::AtMost,
+        LaneKind::Rate => LinkKind::Spring(LinkSpring::Rate { stiffness, damping }),
+        LaneKind::Frequency => {
+            let (hertz, damping_ratio) = (stiffness, damping);
+            LinkKind::Spring(LinkSpring::Frequency { hertz, damping_ratio })
+        }
+        LaneKind::Idle | LaneKind::Equal => LinkKind::Equal,
+    }
+}
+
+/// ½ k x² of a link that is a spring [J].
+pub(crate) fn link_energy(particles: &Particles, link: &Link) -> f64 {
+    let (block, lane) = particles.block_of(link);
+    let (a, b) = (block.row_a[lane], block.row_b[lane]);
+    let stiffness = match link_kind(block, lane) {
+        LinkKind::Spring(LinkSpring::Rate { stiffness, .. }) => f64::from(stiffness),
+        LinkKind::Spring(LinkSpring::Frequency { hertz, .. }) => {
+            let give = |line: u32| f64::from(particles.lines[line as usize].inverse_mass());
+            let give = give(a) + give(b);
+            let omega = 2.0 * core::f64::consts::PI * f64::from(hertz);
+            if give > 0.0 { omega * omega / give } else { 0.0 }
+        }
+        _ => return 0.0,
+    };
+    let gap = DVec3::from(particles.position(b)) - DVec3::from(particles.position(a));
+    let stretch = gap.length() - f64::from(block.length[lane]);
+    0.5 * stiffness * stretch * stretch
+}
+
+/// Kinetic and potential energy of all particles, and of their springs [J]. Pinned ones have none.
+pub(crate) fn particle_sums(tables: &Tables) -> Energy {
+    let (particles, mut sum) = (&tables.particles, Energy::default());
+    let gravity = DVec3::from(tables.config.gravity);
+    for (id, particle) in particles.rows.iter() {
+        if particle.pinned {
+            continue;
+        }
+        let line = id.index() + 1;
+        let (mass, v) = (f64::from(particle.mass), particles.lines[line as usize].velocity());
+        let (v, x) = (DVec3::from(v), DVec3::from(particles.position(line)));
+        sum.linear += 0.5 * mass * v.dot(v);
+        sum.potential -= mass * f64::from(particle.gravity_scale) * gravity.dot(x);
+    }
+    for (_, link) in particles.links.iter() {
+        sum.elastic += link_energy(particles, link);
+    }
+    sum
+}
+
+/// Deepest overlap of a particle's ball with a shape [m].
+pub(crate) fn penetration(tables: &Tables) -> f32 {
+    let (particles, mut deepest) = (&tables.particles, 0.0_f32);
+    for (id, particle) in particles.rows.iter() {
+        let line = id.index() + 1;
+        let (x, radius) = (particles.position(line), particles.x[line as usize][3]);
+        let held = particle.attachment.checked_sub(1);
+        let held = held.map(|i| particles.attachments[i as usize].body);
+        let around = Aabb::new(x, x).grown(radius);
+        for tree in [&tables.bounds.fixed, &tables.bounds.moving] {
+            tree.query(&around, |row| {
+                let shape = tables.shapes.at(row);
+                let meets = !shape.sensor && particle.filter.collides_with(shape.filter);
+                if meets && held != Some(shape.body) {
+                    let pose = shape.placed(tables.bodies.at(shape.body));
+                    let found = nearest(&shape.solid, pose.local_point(x), radius);
+                    deepest = found.map_or(deepest, |f| deepest.max(radius - f.distance));
+                }
+                true
+            });
+        }
+    }
+    deepest
+}

@@ -1,0 +1,120 @@
+//! Couplings: one coordinate of a joint follows one of another, as gears, racks and mimicking fingers do.
+
+use super::bodies::Bodies;
+use super::check::finite;
+use super::def::DefError;
+use super::joints::{Joint, Joints, Link};
+use super::sixdof::{JointMotion, Six};
+use crate::base::id::JointId;
+
+/// Holds `coordinate b = ratio · coordinate a + offset` between coordinates of joints of six axes
+/// ([`crate::JointRef::coordinates`]). Axes 0 to 2 are motions along x, y, z [m], 3 to 5 turns about them
+/// [rad]; both joints push all their bodies, the first ones too.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CouplingDef {
+    /// The joint that is followed.
+    pub joint_a: JointId,
+    /// Its axis; 0 to 5.
+    pub axis_a: usize,
+    /// The joint that follows; may be the same one with another axis, which makes a screw.
+    pub joint_b: JointId,
+    /// Its axis; 0 to 5.
+    pub axis_b: usize,
+    /// How far b goes for each unit of a [m or rad, per m or rad]; not 0, and 1e-6 to 1e6 either way.
+    pub ratio: f32,
+    /// Where b is with a at 0 [m or rad].
+    pub offset: f32,
+}
+
+impl CouplingDef {
+    /// Gears: hinge b turns `ratio` times as far as hinge a. Wheels that meet at their rims turn against each
+    /// other: with both axes the same way, -radius a / radius b.
+    #[must_use]
+    pub const fn gear(joint_a: JointId, joint_b: JointId, ratio: f32) -> Self {
+        Self { joint_a, axis_a: 3, joint_b, axis_b: 3, ratio, offset: 0.0 }
+    }
+
+    /// Rack and pinion: the slider moves this far for each radian of the hinge [m], the pinion's radius.
+    #[must_use]
+    pub const fn rack(hinge: JointId, slider: JointId, radius: f32) -> Self {
+        Self { joint_a: hinge, axis_a: 3, joint_b: slider, axis_b: 0, ratio: radius, offset: 0.0 }
+    }
+
+    /// Checks every field; whether the joints exist and have such axes is checked by the world.
+    ///
+    /// # Errors
+    /// The first field that is out of range.
+    pub fn validate(&self) -> Result<(), DefError> {
+        for (name, axis) in [("axis_a", self.axis_a), ("axis_b", self.axis_b)] {
+            if axis > 5 {
+                return Err(DefError::new(name, axis, "0 to 5"));
+            }
+        }
+        if self.joint_a == self.joint_b && self.axis_a == self.axis_b {
+            return Err(DefError::new("axis_b", self.axis_b, "another axis or joint than a's"));
+        }
+        if !(1.0e-6..=1.0e6).contains(&self.ratio.abs()) {
+            return Err(DefError::new("ratio", self.ratio, "1e-6 to 1e6, or the negative of it"));
+        }
+        finite("offset", self.offset)
+    }
+}
+
+/// A coupling in the tables.
+#[derive(Clone, Debug)]
+pub(crate) struct Coupling {
+    pub(crate) def: CouplingDef,
+    /// Impulse of a substep along b [N s; N m s].
+    pub(crate) impulse: f32,
+}
+
+impl CouplingDef {
+    /// C of these coordinates [m or rad]. In f64: of gears that ran for a while the angles are hundreds of
+    /// radians, and their rounding in f32 would be felt as a load.
+    pub(crate) fn excess(&self, a: f64, b: f64) -> f32 {
+        let c = b - f64::from(self.ratio) * a - f64::from(self.offset);
+        #[expect(clippy::cast_possible_truncation, reason = "a small difference")]
+        let c = c as f32;
+        c
+    }
+}
+
+impl Coupling {
+    /// How far b is from where a wants it [m or rad].
+    pub(crate) fn error(&self, joints: &Joints, bodies: &Bodies) -> f32 {
+        let at = |id: JointId, axis: usize| {
+            let joint = joints.at(joints.rows.row(id)?);
+            let Link::Six(six) = &joint.link else { return None };
+            Some(coordinate(joint, six, bodies, axis))
+        };
+        let (a, b) = (at(self.def.joint_a, self.def.axis_a), at(self.def.joint_b, self.def.axis_b));
+        a.zip(b).map_or(0.0, |(a, b)| self.def.excess(a, b))
+    }
+}
+
+/// A coordinate of a joint [m or rad], full turns exactly.
+pub(crate) fn coordinate(joint: &Joint, six: &Six, bodies: &Bodies, axis: usize) -> f64 {
+    let (a, b) = (bodies.at(joint.body_a), bodies.at(joint.body_b));
+    if axis < 3 {
+        let gap = (b.center + b.rotation.rotate(joint.anchor_b))
+            - (a.center + a.rotation.rotate(joint.anchor_a));
+        let gap = (a.rotation * six.def.frame_a).unrotate(gap);
+        return f64::from([gap.x, gap.y, gap.z][axis]);
+    }
+    let wound = six.turns(a.rotation, b.rotation).angles[axis - 3];
+    let frames = [a.rotation * six.def.frame_a, b.rotation * six.def.frame_b];
+    let within = six.def.turns(frames[0], frames[1], [0.0; 3]).angles[axis - 3];
+    let turn = 2.0 * core::f64::consts::PI;
+    f64::from(within) + turn * ((f64::from(wound) - f64::from(within)) / turn).round()
+}
+
+/// Checks that a joint can move along an axis that a coupling names.
+pub(crate) fn check_axis(name: &str, six: &Six, axis: usize) -> Result<(), DefError> {
+    let all = six.def.axes();
+    let allowed = "an axis that is not locked, of a joint without a cone";
+    let is_free = all[axis].held().is_none() && all[axis].motion != JointMotion::Locked;
+    if is_free && (axis < 4 || six.def.cone.is_none()) {
+        return Ok(());
+    }
+    Err(DefError::new(name, axis, allowed))
+}

@@ -1,0 +1,448 @@
+//! Particles: one row each, in a table of their own, beside the bodies; links between them in blocks of
+//! eight, and attachments to bodies. Velocity and position are written by the particle passes of the solver
+//! and by the world only.
+
+use super::material::{Filter, Material};
+use super::particle_def::{LinkKind, LinkSpring};
+use crate::base::grow;
+use crate::base::id::{LinkId, ParticleId};
+use crate::base::math::{Vec3, vec3};
+use crate::base::slot_map::SlotMap;
+use crate::base::wide::{LANES, Lanes};
+
+/// What is read of a particle once a step at most.
+#[derive(Clone, Debug)]
+pub(crate) struct Particle {
+    pub(crate) mass: f32,
+    pub(crate) gravity_scale: f32,
+    pub(crate) damping: f32,
+    /// Where it can be without a look at shapes that stay where they are: this far from `x` [m]; 0:
+    /// unknown.
+    pub(crate) room: f32,
+    /// How long it has been still [s].
+    pub(crate) still_time: f32,
+    pub(crate) pinned: bool,
+    /// Rests and is left out of steps until something wakes it.
+    pub(crate) frozen: bool,
+    /// Its state became non-finite: it takes no part in steps.
+    pub(crate) faulted: bool,
+    /// Links that end at it.
+    pub(crate) links: u32,
+    /// Least line of its strand, which is what links hold together; true unless
+    /// [`Particles::strands_changed`].
+    pub(crate) strand: u32,
+    /// Number of its attachment + 1, or 0.
+    pub(crate) attachment: u32,
+    pub(crate) material: Material,
+    pub(crate) filter: Filter,
+    /// Colors of its links, a bit each.
+    pub(crate) colors: u64,
+}
+
+/// What passes over substeps read and write of a particle. Line 0 is nobody's: idle lanes are bound to it.
+#[derive(Clone, Copy, Debug, Default)]
+#[repr(C, align(32))]
+pub(crate) struct ParticleLine {
+    /// Velocity [m/s, world], and 1/mass [1/kg], 0 if it is pinned.
+    pub(crate) v: [f32; 4],
+    /// Way since the step's start [m], and 1 if it moves in this step.
+    pub(crate) x: [f32; 4],
+}
+
+impl ParticleLine {
+    pub(crate) const fn velocity(&self) -> Vec3 {
+        vec3(self.v[0], self.v[1], self.v[2])
+    }
+
+    pub(crate) const fn way(&self) -> Vec3 {
+        vec3(self.x[0], self.x[1], self.x[2])
+    }
+
+    pub(crate) const fn inverse_mass(&self) -> f32 {
+        self.v[3]
+    }
+
+    pub(crate) const fn set_velocity(&mut self, v: Vec3) {
+        self.v = [v.x, v.y, v.z, self.v[3]];
+    }
+}
+
+/// Eight links. Lengths, limits and impulses live from step to step; the rest is made when a step begins.
+#[derive(Clone, Debug)]
+#[repr(C, align(64))]
+pub(crate) struct LinkBlock {
+    /// Lines of the particles; 0 for an idle lane.
+    pub(crate) row_a: [u32; LANES],
+    pub(crate) row_b: [u32; LANES],
+    pub(crate) length: Lanes,
+    /// Spring: stiffness [N/m] and damping [N s/m], or the frequency [Hz] and damping ratio.
+    pub(crate) stiffness: Lanes,
+    pub(crate) damping: Lanes,
+    /// Impulse of a substep along `n` on B [N s]; below 0: it pulls.
+    pub(crate) impulse: Lanes,
+    /// B less A at the step's start [m].
+    pub(crate) gap: [Lanes; 3],
+    /// Unit, from A to B, along which `impulse` was applied.
+    pub(crate) n: [Lanes; 3],
+    /// Effective mass [kg]; 0 where nothing moves.
+    pub(crate) mass: Lanes,
+    /// Impulse for each m/s, for each m, and part of the impulse given back.
+    pub(crate) gain: Lanes,
+    pub(crate) rate: Lanes,
+    pub(crate) leak: Lanes,
+    /// Effective mass in sweeps without bias: 0 for springs.
+    pub(crate) rigid: Lanes,
+    /// 1 where it can go slack.
+    pub(crate) slack: Lanes,
+    pub(crate) kinds: [LaneKind; LANES],
+}
+
+/// What a lane of links is.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) enum LaneKind {
+    #[default]
+    Idle,
+    Equal,
+    AtMost,
+    Rate,
+    Frequency,
+}
+
+impl Default for LinkBlock {
+    fn default() -> Self {
+        let zero = [0.0; LANES];
+        Self {
+            row_a: [0; LANES],
+            row_b: [0; LANES],
+            length: zero,
+            stiffness: zero,
+            damping: zero,
+            impulse: zero,
+            gap: [zero; 3],
+            n: [zero, [1.0; LANES], zero],
+            mass: zero,
+            gain: zero,
+            rate: zero,
+            leak: zero,
+            rigid: zero,
+            slack: zero,
+            kinds: [LaneKind::Idle; LANES],
+        }
+    }
+}
+
+/// A link: where it stands among the blocks, and when it tears.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Link {
+    pub(crate) color: u32,
+    pub(crate) block: u32,
+    pub(crate) lane: u8,
+    /// Infinite: never.
+    pub(crate) tear_strain: f32,
+    pub(crate) tear_force: f32,
+}
+
+impl Link {
+    pub(crate) const fn can_tear(&self) -> bool {
+        self.tear_strain.is_finite() || self.tear_force.is_finite()
+    }
+}
+
+/// Links that share no particle, but for the last color, [`CROWD`].
+#[derive(Clone, Debug, Default)]
+pub(crate) struct LinkColor {
+    pub(crate) blocks: Vec<LinkBlock>,
+    /// Lanes that links left, last first.
+    free: Vec<(u32, u8)>,
+    /// Lanes in use of the last block.
+    filled: usize,
+}
+
+/// Colors; what finds none (a particle with more than 63 links) is in the last one, whose links are solved
+/// one after the other.
+pub(crate) const COLORS: usize = 64;
+pub(crate) const CROWD: usize = COLORS - 1;
+
+/// A particle held at a point of a body.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Attachment {
+    /// Line of the particle.
+    pub(crate) line: u32,
+    pub(crate) body: u32,
+    /// Where [m, frame of the body's center of mass].
+    pub(crate) anchor: Vec3,
+    /// On the particle in a substep [N s, world].
+    pub(crate) impulse: Vec3,
+}
+
+/// What a particle that is solved with substeps touched in the last step.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Touch {
+    pub(crate) line: u32,
+    pub(crate) shape: u32,
+    /// Impulse along the normal on the particle in a substep, and along the surface [N s].
+    pub(crate) press: f32,
+    pub(crate) rub: Vec3,
+}
+
+/// All particles. Line `slot + 1` belongs to the particle in `slot`.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Particles {
+    pub(crate) rows: SlotMap<ParticleId, Particle>,
+    /// Empty, or one more than there are slots.
+    pub(crate) lines: Vec<ParticleLine>,
+    /// Position [m, world] and radius [m], by line.
+    pub(crate) x: Vec<[f32; 4]>,
+    pub(crate) links: SlotMap<LinkId, Link>,
+    pub(crate) colors: Vec<LinkColor>,
+    pub(crate) attachments: Vec<Attachment>,
+    /// In the order of lines, then of shapes.
+    pub(crate) touches: Vec<Touch>,
+    /// Some link can tear.
+    pub(crate) can_tear: bool,
+    /// Length of the substeps of their last step [s]; 0 before the first.
+    pub(crate) last_h: f32,
+    /// Links came or went since strands were found.
+    pub(crate) strands_changed: bool,
+    /// Changes of the tree of fixed shapes when `room` was last known.
+    pub(crate) fixed_seen: u64,
+}
+
+impl Particles {
+    pub(crate) const fn is_empty(&self) -> bool {
+        self.rows.is_empty()
+    }
+
+    pub(crate) fn position(&self, line: u32) -> Vec3 {
+        let x = &self.x[line as usize];
+        vec3(x[0], x[1], x[2])
+    }
+
+    pub(crate) fn at(&self, line: u32) -> &Particle {
+        self.rows.at(line - 1).expect("tables name living particles only")
+    }
+
+    pub(crate) fn at_mut(&mut self, line: u32) -> &mut Particle {
+        self.rows.at_mut(line - 1).expect("tables name living particles only")
+    }
+
+    /// Adds a particle.
+    pub(crate) fn insert(
+        &mut self,
+        particle: Particle,
+        x: Vec3,
+        v: Vec3,
+        radius: f32,
+    ) -> ParticleId {
+        let inverse_mass = if particle.pinned { 0.0 } else { 1.0 / particle.mass };
+        let id = self.rows.insert(particle);
+        let line = id.index() as usize + 1;
+        if self.lines.is_empty() {
+            grow::push(&mut self.lines, ParticleLine::default());
+            grow::push(&mut self.x, [0.0; 4]);
+        }
+        if self.lines.len() <= line {
+            grow::push(&mut self.lines, ParticleLine::default());
+            grow::push(&mut self.x, [0.0; 4]);
+        }
+        self.lines[line] = ParticleLine { v: [v.x, v.y, v.z, inverse_mass], x: [0.0; 4] };
+        self.x[line] = [x.x, x.y, x.z, radius];
+        self.at_mut(id.index() + 1).strand = id.index() + 1;
+        id
+    }
+
+    /// Takes out a particle that has neither links nor an attachment.
+    pub(crate) fn remove(&mut self, id: ParticleId) {
+        let line = id.index() + 1;
+        // Its links are gone: it is a strand of its own, or strands are to be found anew.
+        self.rows.remove(id);
+        self.lines[line as usize] = ParticleLine::default();
+        self.touches.retain(|t| t.line != line);
+    }
+
+    /// Finds anew which particles are held together by links, if that has changed.
+    pub(crate) fn find_strands(&mut self) {
+        if !core::mem::take(&mut self.strands_changed) {
+            return;
+        }
+        for (slot, row) in (0_u32..).zip(self.rows.values_mut()) {
+            if let Some(p) = row {
+                p.strand = slot + 1;
+            }
+        }
+        for color in 0..self.colors.len() {
+            for block in 0..self.colors[color].blocks.len() {
+                for lane in 0..LANES {
+                    let b = &self.colors[color].blocks[block];
+                    let (x, y) = (b.row_a[lane], b.row_b[lane]);
+                    if x != 0 {
+                        let (x, y) = (self.first_of(x), self.first_of(y));
+                        self.at_mut(x.max(y)).strand = x.min(y);
+                    }
+                }
+            }
+        }
+        for slot in 0..self.rows.slot_count() {
+            let line = number(slot) + 1;
+            if self.rows.at(line - 1).is_some() {
+                // What comes before it has its strand already, so this is a step or two.
+                self.at_mut(line).strand = self.first_of(line);
+            }
+        }
+    }
+
+    /// The end of the chain of `strand`s while strands are found.
+    fn first_of(&mut self, mut line: u32) -> u32 {
+        loop {
+            let up = self.at(line).strand;
+            if up == line {
+                return line;
+            }
+            let next = self.at(up).strand;
+            self.at_mut(line).strand = next;
+            line = next;
+        }
+    }
+
+    /// Adds a link between two lines.
+    pub(crate) fn insert_link(
+        &mut self,
+        [a, b]: [u32; 2],
+        kind: LinkKind,
+        length: f32,
+        [tear_strain, tear_force]: [f32; 2],
+    ) -> LinkId {
+        let used = self.at(a).colors | self.at(b).colors;
+        let color = ((!used).trailing_zeros() as usize).min(CROWD);
+        let bit = if color < CROWD { 1 << color } else { 0 };
+        for line in [a, b] {
+            let particle = self.at_mut(line);
+            particle.colors |= bit;
+            particle.links += 1;
+        }
+        self.strands_changed = true;
+        if self.colors.len() <= color {
+            self.colors.resize_with(color + 1, LinkColor::default);
+        }
+        let (block, lane) = self.colors[color].take_lane(color == CROWD);
+        let (lane_kind, stiffness, damping) = match kind {
+            LinkKind::Equal => (LaneKind::Equal, 0.0, 0.0),
+            LinkKind::AtMost => (LaneKind::AtMost, 0.0, 0.0),
+            LinkKind::Spring(LinkSpring::Rate { stiffness, damping }) => {
+                (LaneKind::Rate, stiffness, damping)
+            }
+            LinkKind::Spring(LinkSpring::Frequency { hertz, damping_ratio }) => {
+                (LaneKind::Frequency, hertz, damping_ratio)
+            }
+        };
+        let (to, l) = (&mut self.colors[color].blocks[block as usize], usize::from(lane));
+        (to.row_a[l], to.row_b[l], to.length[l]) = (a, b, length);
+        (to.stiffness[l], to.damping[l]) = (stiffness, damping);
+        (to.impulse[l], to.kinds[l]) = (0.0, lane_kind);
+        self.can_tear |= tear_strain.is_finite() || tear_force.is_finite();
+        let color = u32::try_from(color).expect("64 colors");
+        self.links.insert(Link { color, block, lane, tear_strain, tear_force })
+    }
+
+    /// Takes a link out.
+    pub(crate) fn remove_link(&mut self, id: LinkId) -> bool {
+        let Some(link) = self.links.remove(id) else { return false };
+        let lane = usize::from(link.lane);
+        let color = &mut self.colors[link.color as usize];
+        let block = &mut color.blocks[link.block as usize];
+        let ends = [block.row_a[lane], block.row_b[lane]];
+        (block.row_a[lane], block.row_b[lane]) = (0, 0);
+        (block.impulse[lane], block.kinds[lane]) = (0.0, LaneKind::Idle);
+        color.free.push((link.block, link.lane));
+        self.strands_changed = true;
+        let bit = if (link.color as usize) < CROWD { 1_u64 << link.color } else { 0 };
+        for line in ends {
+            let particle = self.at_mut(line);
+            particle.colors &= !bit;
+            particle.links -= 1;
+        }
+        true
+    }
+
+    pub(crate) fn block_of(&self, link: &Link) -> (&LinkBlock, usize) {
+        let block = &self.colors[link.color as usize].blocks[link.block as usize];
+        (block, usize::from(link.lane))
+    }
+
+    /// Holds a particle at a point of a body.
+    pub(crate) fn attach(&mut self, attachment: Attachment) {
+        let at = match self.at(attachment.line).attachment {
+            0 => {
+                self.attachments.push(attachment);
+                number(self.attachments.len())
+            }
+            old => {
+                self.attachments[old as usize - 1] = attachment;
+                old
+            }
+        };
+        self.at_mut(attachment.line).attachment = at;
+    }
+
+    /// Lets a particle go; false if it was not held. Later ones move up: their order stays.
+    pub(crate) fn detach(&mut self, line: u32) -> bool {
+        let at = core::mem::take(&mut self.at_mut(line).attachment);
+        if at == 0 {
+            return false;
+        }
+        self.attachments.remove(at as usize - 1);
+        for i in at as usize - 1..self.attachments.len() {
+            let line = self.attachments[i].line;
+            self.at_mut(line).attachment -= 1;
+        }
+        true
+    }
+
+    /// Wakes the strand of a particle.
+    pub(crate) fn wake(&mut self, line: u32) {
+        if !self.at(line).frozen {
+            self.wake_one(line);
+            return;
+        }
+        self.find_strands();
+        let strand = self.at(line).strand;
+        for particle in self.rows.values_mut().iter_mut().flatten() {
+            if particle.strand == strand {
+                (particle.frozen, particle.still_time) = (false, 0.0);
+            }
+        }
+    }
+
+    pub(crate) fn wake_one(&mut self, line: u32) {
+        let particle = self.at_mut(line);
+        (particle.frozen, particle.still_time) = (false, 0.0);
+    }
+
+    /// Wakes all, and forgets what they know of what is around them.
+    pub(crate) fn wake_all(&mut self) {
+        for particle in self.rows.values_mut().iter_mut().flatten() {
+            (particle.frozen, particle.still_time, particle.room) = (false, 0.0, 0.0);
+        }
+    }
+}
+
+fn number(n: usize) -> u32 {
+    u32::try_from(n).expect("fewer than 2^32 particles")
+}
+
+impl LinkColor {
+    /// A lane for one more link. Of the crowd each has a block of its own.
+    fn take_lane(&mut self, alone: bool) -> (u32, u8) {
+        if let Some(lane) = self.free.pop() {
+            return lane;
+        }
+        if self.blocks.is_empty() || alone || self.filled == LANES {
+            grow::push(&mut self.blocks, LinkBlock::default());
+            self.filled = 0;
+        }
+        let block = u32::try_from(self.blocks.len() - 1).expect("fewer than 2^32 links");
+        let lane = u8::try_from(self.filled).expect("eight lanes");
+        self.filled += 1;
+        (block, lane)
+    }
+}

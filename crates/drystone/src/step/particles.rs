@@ -1,0 +1,272 @@
+//! Stage 4: what particles meet; those that nothing ties to others or to moving bodies fly at once.
+//!
+//! Reads: bodies, shapes, bounds. Writes: particles; wakes bodies that particles touch or hold. Runs:
+//! parallel over particles; what is found is put together in the order of their lines. Links, attachments
+//! and contacts with moving bodies are solved in the solver's substeps (`pace`, `links`, `rows`), and
+//! [`settle`](settle::settle) ends the step of those. Invariants: a color of links touches a
+//! particle once; every other particle is written by its own chunk only.
+//! References: docs/particles.md, [Jakobsen01], [Macklin19].
+
+pub(crate) mod meet;
+mod fly;
+pub(crate) mod links;
+pub(crate) mod pace;
+pub(crate) mod rows;
+pub(crate) mod settle;
+
+use self::meet::{Around, Meeting, Near};
+use self::pace::{Pace, Tied};
+use super::context::StepContext;
+use crate::base::disjoint::Rows;
+use crate::base::jobs::{Executor, collect_ranges, grain};
+use crate::state::bodies::Bodies;
+use crate::state::bounds::Bounds;
+use crate::state::particles::{Particle, Particles};
+use crate::state::sets::Sets;
+use crate::state::shapes::Shapes;
+
+/// What a chunk of particles found, in the order of their lines.
+#[derive(Clone, Copy, Debug)]
+enum Found {
+    /// This line is solved with substeps.
+    Tied(u32),
+    /// It meets this: follows its `Tied`.
+    Meets(Meeting),
+    /// A body to wake.
+    Wakes(u32),
+    /// A frozen particle whose strand is to wake.
+    Thaws(u32),
+    /// Its state became non-finite.
+    Fault(u32),
+}
+
+/// Memory kept from step to step.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Scratch {
+    found: Vec<Vec<Found>>,
+    /// Lines that are solved with substeps, ascending.
+    pub(crate) tied: Vec<u32>,
+    /// What they meet, in the order of lines, then of shapes.
+    pub(crate) meetings: Vec<Meeting>,
+    /// Lines that were put aside in this step.
+    faults: Vec<u32>,
+    thawed: Vec<u32>,
+    pub(crate) pace: pace::Scratch,
+    settle: settle::Scratch,
+}
+
+impl Scratch {
+    /// The tied particles, for the solver.
+    pub(crate) fn tied<'a>(&'a mut self, pace: Pace, particles: &'a mut Particles) -> Tied<'a> {
+        let Self { tied, meetings, pace: scratch, .. } = self;
+        Tied { pace, particles, tied, meetings, scratch }
+    }
+}
+
+/// Finds what particles meet, moves those that are free, and wakes what is touched.
+pub(crate) fn meet_shapes(
+    ctx: &StepContext,
+    particles: &mut Particles,
+    shapes: &Shapes,
+    bounds: &Bounds,
+    sets: &mut Sets<'_>,
+    scratch: &mut Scratch,
+    jobs: &dyn Executor,
+) {
+    let s = scratch;
+    s.tied.clear();
+    s.meetings.clear();
+    s.faults.clear();
+    for row in s.pace.dragged.drain(..) {
+        // Of the last step; who is still dragged is told below.
+        match sets.bodies.rows.at_mut(row) {
+            Some(body) => {
+                body.dragged = false;
+                s.pace.released.push(row);
+            }
+            // Its line must go with it.
+            None => sets.colors.bodies_changed = true,
+        }
+    }
+    if particles.is_empty() {
+        release(sets, s);
+        return;
+    }
+    particles.find_strands();
+    if particles.fixed_seen != bounds.fixed_changes {
+        particles.fixed_seen = bounds.fixed_changes;
+        particles.wake_all();
+    }
+    thaw(particles, sets.bodies, bounds, shapes, ctx, s, jobs);
+    for i in 0..particles.attachments.len() {
+        let held = particles.attachments[i];
+        let particle = particles.at(held.line);
+        // One that is still lets the body sleep, and then freezes.
+        let moving = moves(particle) && particle.still_time <= 0.0;
+        if moving && sets.bodies.at(held.body).is_dynamic() {
+            sets.wake(held.body);
+        }
+    }
+    search(ctx, particles, shapes, bounds, sets.bodies, s, jobs);
+    // A body that wakes pushes: what rests against it is found again, as against what moves.
+    let mut woke = false;
+    for list in &s.found {
+        for found in list {
+            if let Found::Wakes(row) = found
+                && !sets.bodies.at(*row).active()
+            {
+                sets.wake(*row);
+                woke = true;
+            }
+        }
+    }
+    gather(s);
+    if woke {
+        for meeting in &mut s.meetings {
+            meeting.pushes =
+                sets.bodies.at(meeting.body).active() && sets.bodies.at(meeting.body).is_dynamic();
+        }
+    }
+    mark_dragged(particles, sets, s);
+    release(sets, s);
+}
+
+/// Frozen strands that an awake body is at, or holds.
+fn thaw(
+    particles: &mut Particles,
+    bodies: &Bodies,
+    bounds: &Bounds,
+    shapes: &Shapes,
+    ctx: &StepContext,
+    s: &mut Scratch,
+    jobs: &dyn Executor,
+) {
+    s.thawed.clear();
+    if bodies.awake.is_empty() {
+        return;
+    }
+    let around = Around { ctx, bodies, shapes, bounds, x: &particles.x };
+    let rows = &particles.rows;
+    let n = rows.slot_count();
+    collect_ranges(jobs, n, grain(jobs, n, 256), &mut s.found, |range, out| {
+        for slot in range {
+            let line = number(slot) + 1;
+            if let Some(particle) = rows.at(line - 1)
+                && particle.frozen
+                && around.is_disturbed(line, particle)
+            {
+                out.push(Found::Thaws(line));
+            }
+        }
+    });
+    s.thawed.extend(s.found.iter().flatten().filter_map(|found| match found {
+        Found::Thaws(line) => Some(*line),
+        _ => None,
+    }));
+    for held in &particles.attachments {
+        if particles.at(held.line).frozen && bodies.at(held.body).active() {
+            s.thawed.push(held.line);
+        }
+    }
+    for line in &s.thawed {
+        if particles.at(*line).frozen {
+            particles.wake(*line);
+        }
+    }
+}
+
+/// Looks around every particle that moves; free ones are done with it.
+fn search(
+    ctx: &StepContext,
+    particles: &mut Particles,
+    shapes: &Shapes,
+    bounds: &Bounds,
+    bodies: &Bodies,
+    s: &mut Scratch,
+    jobs: &dyn Executor,
+) {
+    let attachments = &particles.attachments;
+    let lines = Rows::new(&mut particles.lines);
+    let n = particles.rows.slot_count();
+    let rows = Rows::new(particles.rows.values_mut());
+    let x = Rows::new(&mut particles.x);
+    let around = Around { ctx, bodies, shapes, bounds, x: &[] };
+    collect_ranges(jobs, n, grain(jobs, n, 256), &mut s.found, |range, out| {
+        let mut near = Near::default();
+        for slot in range {
+            let Some(particle) = rows.row(slot) else { continue };
+            let number = number(slot) + 1;
+            let line = lines.row(slot + 1);
+            line.x = [0.0; 4];
+            if particle.frozen || particle.faulted {
+                continue;
+            }
+            let place = x.row(slot + 1);
+            let held = particle.attachment.checked_sub(1).map(|i| attachments[i as usize].body);
+            let path = fly::path(ctx, particle, line);
+            around.look(number, place, particle, path.way, held, &mut near);
+            let free = particle.links == 0 && held.is_none();
+            let pushes = near.meetings().iter().any(|m| m.pushes || (m.asleep && !m.rests));
+            if free && !pushes {
+                if !fly::fly(ctx, particle, line, place, &path, &near, &around) {
+                    out.push(Found::Fault(number));
+                }
+                continue;
+            }
+            line.x[3] = 1.0;
+            out.push(Found::Tied(number));
+            for meeting in near.meetings() {
+                out.push(Found::Meets(*meeting));
+                if meeting.asleep && !meeting.rests {
+                    out.push(Found::Wakes(meeting.body));
+                }
+            }
+        }
+    });
+}
+
+fn gather(s: &mut Scratch) {
+    for found in s.found.iter().flatten() {
+        match found {
+            Found::Tied(line) => s.tied.push(*line),
+            Found::Meets(meeting) => s.meetings.push(*meeting),
+            Found::Fault(line) => s.faults.push(*line),
+            Found::Wakes(_) | Found::Thaws(_) => {}
+        }
+    }
+}
+
+/// Bodies that particles push need lines in the solver.
+fn mark_dragged(particles: &Particles, sets: &mut Sets<'_>, s: &mut Scratch) {
+    let met = s.meetings.iter().filter(|m| m.pushes).map(|m| m.body);
+    let held = particles.attachments.iter().filter(|a| !particles.at(a.line).frozen);
+    for row in met.chain(held.map(|a| a.body)) {
+        let body = sets.bodies.at_mut(row);
+        if body.is_dynamic() && body.active() && !body.dragged {
+            body.dragged = true;
+            s.pace.dragged.push(row);
+            // It may have had no line.
+            sets.colors.bodies_changed |=
+                body.constraints == 0 && s.pace.released.binary_search(&row).is_err();
+        }
+    }
+    s.pace.dragged.sort_unstable();
+}
+
+/// Bodies that are dragged no more: those that nothing else acts on give their line back.
+fn release(sets: &mut Sets<'_>, s: &mut Scratch) {
+    for row in s.pace.released.drain(..) {
+        if let Some(body) = sets.bodies.rows.at(row) {
+            sets.colors.bodies_changed |= !body.dragged && body.constraints == 0;
+        }
+    }
+}
+
+fn number(n: usize) -> u32 {
+    u32::try_from(n).expect("fewer than 2^32 particles")
+}
+
+/// Moves in this step.
+pub(super) const fn moves(particle: &Particle) -> bool {
+    !particle.frozen && !particle.faulted
+}

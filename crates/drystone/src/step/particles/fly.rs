@@ -1,0 +1,148 @@
+//! Particles that nothing ties: their whole step at once.
+//!
+//! Each is alone with what does not give way, so no substeps are needed: the parabola as far as it is free,
+//! planes where it is not. Of one plane the bounce is exact: the time of the hit by the quadratic, what is
+//! left of the step after it.
+
+use super::meet::{Around, Meeting, Near};
+use crate::base::math::{Vec3, greater, vec3};
+use crate::state::particles::{Particle, ParticleLine};
+use crate::step::context::StepContext;
+use crate::step::solver::softness::decay;
+
+/// Most rounds over the planes; each leaves of an overlap of two of them the square of their cosine.
+const ROUNDS: usize = 40;
+
+/// What is left of an overlap when the rounds end [m].
+const LEFT: f32 = 1.0e-6;
+
+/// A step as it would be if nothing were in the way.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Path {
+    /// Acceleration [m/s²].
+    acceleration: Vec3,
+    /// Velocity at the end [m/s].
+    v: Vec3,
+    /// Displacement [m].
+    pub(super) way: Vec3,
+}
+
+/// The free path of a particle.
+pub(super) fn path(ctx: &StepContext, particle: &Particle, line: &ParticleLine) -> Path {
+    let start = line.velocity();
+    if line.inverse_mass() <= 0.0 {
+        return Path { acceleration: Vec3::ZERO, v: start, way: start * ctx.dt };
+    }
+    let acceleration = ctx.gravity * particle.gravity_scale;
+    let v = (start + acceleration * ctx.dt) * decay(particle.damping, ctx.dt);
+    Path { acceleration, v, way: (start + v) * (0.5 * ctx.dt) }
+}
+
+/// Moves a free particle; false if its state became non-finite, then it is put aside where it was.
+pub(super) fn fly(
+    ctx: &StepContext,
+    particle: &mut Particle,
+    line: &mut ParticleLine,
+    place: &mut [f32; 4],
+    path: &Path,
+    near: &Near,
+    around: &Around<'_>,
+) -> bool {
+    let x = vec3(place[0], place[1], place[2]);
+    let (mut v, mut way) = (path.v, path.way);
+    // One that is pinned goes where its velocity says.
+    if line.inverse_mass() > 0.0 && !near.meetings().is_empty() {
+        (v, way) = deflected(ctx, line.velocity(), path, near.meetings());
+        // Another way than that on which shapes were looked for.
+        if way.length() > place[3]
+            && let Some((part, n)) = around.crossing(x, way, particle, None)
+        {
+            let slower = n * v.dot(n);
+            way = way * part + n * (0.5 * place[3]);
+            v = if v.dot(n) < 0.0 { v - slower } else { v };
+            particle.room = 0.0;
+        }
+    }
+    let end = x + way;
+    if !(end.abs().max_element() < 1.0e9 && v.is_finite()) {
+        put_aside(particle, line);
+        return false;
+    }
+    *place = [end.x, end.y, end.z, place[3]];
+    line.set_velocity(v);
+    particle.room -= way.length();
+    true
+}
+
+/// Stops a particle whose state became non-finite.
+pub(super) fn put_aside(particle: &mut Particle, line: &mut ParticleLine) {
+    particle.faulted = true;
+    line.set_velocity(Vec3::ZERO);
+    line.x = [0.0; 4];
+}
+
+/// Velocity at the end, and displacement, with planes in the way.
+fn deflected(ctx: &StepContext, start: Vec3, path: &Path, meetings: &[Meeting]) -> (Vec3, Vec3) {
+    let dt = ctx.dt;
+    let (mut v, mut way) = (path.v, path.way);
+    for _ in 0..ROUNDS {
+        let mut changed = false;
+        for m in meetings {
+            let (n, s) = (m.n, m.separation);
+            let moved = n.dot(way - m.drift * dt);
+            let from = n.dot(start - m.drift);
+            if s + moved >= -LEFT {
+                continue;
+            }
+            let end = n.dot(v - m.drift);
+            let (to_s, to_v) = landing(ctx, s, from, n.dot(path.acceleration), m.restitution);
+            if to_s - s - moved <= 0.0 && to_v <= end {
+                continue;
+            }
+            changed = true;
+            let push = greater(to_v - end, 0.0);
+            way += n * (to_s - s - moved);
+            v += n * push;
+            // Coulomb: what the surface takes of the velocity along it, up to μ times what it pushed.
+            let slide = v - m.drift - n * n.dot(v - m.drift);
+            let speed = slide.length();
+            if speed > 0.0 && push > 0.0 {
+                let taken = slide * ((m.friction * push).min(speed) / speed);
+                v -= taken;
+                // The same force all along the step, or as long as it slid.
+                let was = way - m.drift * dt;
+                let along = was - n * n.dot(was);
+                let far = along.length();
+                let back = (0.5 * m.friction * push * dt).min(far);
+                if far > 0.0 {
+                    way -= along * (back / far);
+                }
+            }
+        }
+        if !changed {
+            break;
+        }
+    }
+    (v, way)
+}
+
+/// Distance and velocity along the normal at the end of a step in which the plane is met: `s` away [m],
+/// with velocity `v` and acceleration `a` along the normal.
+fn landing(ctx: &StepContext, s: f32, v: f32, a: f32, restitution: f32) -> (f32, f32) {
+    let dt = ctx.dt;
+    if s < 0.0 {
+        // Overlap: out, no faster than the push speed, and at no velocity.
+        return ((s + ctx.push_speed * dt).min(0.0), 0.0);
+    }
+    // What forces alone make in a step is no arrival: it is what rests.
+    let slow = greater(ctx.restitution_speed, 2.0 * a.abs() * dt);
+    if restitution <= 0.0 || !(-v > slow) {
+        return (0.0, 0.0);
+    }
+    // s + v t + a t²/2 = 0; v² - 2 a s is the square of the speed there.
+    let hit = greater(v * v - 2.0 * a * s, 0.0).sqrt();
+    let rest = greater(dt - 2.0 * s / (hit - v), 0.0);
+    let back = restitution * hit;
+    let (to_s, to_v) = (back * rest + 0.5 * a * rest * rest, back + a * rest);
+    if to_s < 0.0 { (0.0, 0.0) } else { (to_s, to_v) }
+}

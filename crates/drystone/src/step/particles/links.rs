@@ -1,0 +1,317 @@
+//! The link kernels: eight at a time.
+//!
+//! Symbols: w = 1/m; n the unit vector from A to B; λ the impulse along n on B, in one substep.
+//! As with joints, the impulses of the last substep are carried by the particles, along the directions that
+//! the links had; a sweep turns them into those of now, `(n - n_last) λ`, before it solves. A relax sweep turns
+//! nothing, and takes its directions in the middle of the substep's motion
+//! (docs/decisions/016-joint-energy.md).
+
+use fearless_simd::{Simd, SimdBase, f32x4};
+
+use super::pace::{Form, Pace};
+use crate::base::disjoint::Rows;
+use crate::base::wide::{
+    LANES, Vec3w, Wide, above, gather4, load, min, scatter4, select, splat, sqrt,
+};
+use crate::state::particles::{LaneKind, LinkBlock, ParticleLine};
+use crate::step::solver::rows::read_lanes;
+use crate::step::solver::softness::Softness;
+
+/// Velocities, ways and inverse masses of a block's particles.
+struct Ends<S: Simd> {
+    va: Vec3w<S>,
+    vb: Vec3w<S>,
+    xa: Vec3w<S>,
+    xb: Vec3w<S>,
+    wa: Wide<S>,
+    wb: Wide<S>,
+    /// 1 where the particle moves.
+    ma: Wide<S>,
+    mb: Wide<S>,
+}
+
+#[inline(always)]
+fn read<S: Simd>(simd: S, lines: &Rows<'_, ParticleLine>, block: &LinkBlock) -> Ends<S> {
+    let (a, b) = (read_lanes(lines, &block.row_a), read_lanes(lines, &block.row_b));
+    let (mut v, mut x) = ([&a[0].v; LANES], [&a[0].x; LANES]);
+    let (mut u, mut y) = ([&b[0].v; LANES], [&b[0].x; LANES]);
+    for lane in 1..LANES {
+        (v[lane], x[lane], u[lane], y[lane]) = (&a[lane].v, &a[lane].x, &b[lane].v, &b[lane].x);
+    }
+    let [vax, vay, vaz, wa] = gather4(simd, v);
+    let [vbx, vby, vbz, wb] = gather4(simd, u);
+    let [xax, xay, xaz, ma] = gather4(simd, x);
+    let [xbx, xby, xbz, mb] = gather4(simd, y);
+    Ends {
+        va: Vec3w { x: vax, y: vay, z: vaz },
+        vb: Vec3w { x: vbx, y: vby, z: vbz },
+        xa: Vec3w { x: xax, y: xay, z: xaz },
+        xb: Vec3w { x: xbx, y: xby, z: xbz },
+        wa,
+        wb,
+        ma,
+        mb,
+    }
+}
+
+/// Writes velocities back. Line 0 is everyone's, and is never written.
+#[inline(always)]
+fn write_velocities<S: Simd>(
+    lines: &Rows<'_, ParticleLine>,
+    rows: &[u32; LANES],
+    v: Vec3w<S>,
+    w: Wide<S>,
+) {
+    let v: [f32x4<S>; LANES] = scatter4([v.x, v.y, v.z, w]);
+    for i in 0..LANES {
+        if rows[i] != 0 {
+            v[i].store_array(&mut lines.row(rows[i] as usize).v);
+        }
+    }
+}
+
+#[inline(always)]
+fn write_ways<S: Simd>(
+    lines: &Rows<'_, ParticleLine>,
+    rows: &[u32; LANES],
+    x: Vec3w<S>,
+    moves: Wide<S>,
+) {
+    let x: [f32x4<S>; LANES] = scatter4([x.x, x.y, x.z, moves]);
+    for i in 0..LANES {
+        if rows[i] != 0 {
+            x[i].store_array(&mut lines.row(rows[i] as usize).x);
+        }
+    }
+}
+
+/// Length of `d`, and `d` over it; `n` where it has none.
+#[inline(always)]
+fn direction<S: Simd>(simd: S, d: Vec3w<S>, n: Vec3w<S>) -> (Wide<S>, Vec3w<S>) {
+    let length = sqrt(d.dot(d));
+    let apart = above(length, splat(simd, 1.0e-9));
+    let unit = d * (splat(simd, 1.0) / length);
+    (length, Vec3w::select(apart, unit, n))
+}
+
+/// The numbers of a block for this step, and its stored impulses to the particles.
+#[inline(always)]
+pub(crate) fn prepare<S: Simd>(
+    simd: S,
+    block: &mut LinkBlock,
+    places: &[[f32; 4]],
+    lines: &Rows<'_, ParticleLine>,
+    pace: &Pace,
+) {
+    for lane in 0..LANES {
+        let (a, b) = (block.row_a[lane] as usize, block.row_b[lane] as usize);
+        for i in 0..3 {
+            block.gap[i][lane] = places[b][i] - places[a][i];
+        }
+    }
+    let q = read(simd, lines, block);
+    let old = Vec3w::load(simd, &block.n);
+    let (_, n) = direction(simd, Vec3w::load(simd, &block.gap), old);
+    n.store(&mut block.n);
+    let k = q.wa + q.wb;
+    let zero = splat(simd, 0.0);
+    let moves = above(q.ma + q.mb, zero);
+    let mass = select(moves, select(above(k, zero), splat(simd, 1.0) / k, zero), zero);
+    mass.store_array(&mut block.mass);
+    for lane in 0..LANES {
+        let (mass, kind) = (block.mass[lane], block.kinds[lane]);
+        let is_spring = matches!(kind, LaneKind::Rate | LaneKind::Frequency);
+        let soft = if pace.form == Form::Soft {
+            softness(block, lane, pace)
+        } else {
+            compliance(block, lane, pace)
+        };
+        block.rate[lane] = mass * soft.rate;
+        block.gain[lane] = mass * soft.mass;
+        block.leak[lane] = if mass > 0.0 { soft.impulse } else { 0.0 };
+        block.rigid[lane] = if is_spring { 0.0 } else { mass };
+        block.slack[lane] = if kind == LaneKind::AtMost { 1.0 } else { 0.0 };
+    }
+    if pace.impulse_scale <= 0.0 {
+        block.impulse = [0.0; LANES];
+        return;
+    }
+    // Of what does not move, the impulse is kept for when it does.
+    let scale = select(moves, splat(simd, pace.impulse_scale), splat(simd, 1.0));
+    let impulse = load(simd, &block.impulse) * scale;
+    impulse.store_array(&mut block.impulse);
+    let p = select(moves, impulse, zero);
+    write_velocities(lines, &block.row_a, q.va - n * (p * q.wa), q.wa);
+    write_velocities(lines, &block.row_b, q.vb + n * (p * q.wb), q.wb);
+}
+
+/// A spring without stiffness: what it had of an impulse goes.
+const LIMP: Softness = Softness { rate: 0.0, mass: 0.0, impulse: 1.0 };
+
+fn softness(block: &LinkBlock, lane: usize, pace: &Pace) -> Softness {
+    let (stiffness, damping) = (block.stiffness[lane], block.damping[lane]);
+    match block.kinds[lane] {
+        LaneKind::Equal | LaneKind::AtMost => pace.softness,
+        LaneKind::Frequency if stiffness > 0.0 => Softness::new(stiffness, damping, pace.h),
+        LaneKind::Rate => by_rate(stiffness, damping, block.mass[lane], pace.h),
+        LaneKind::Idle | LaneKind::Frequency => LIMP,
+    }
+}
+
+/// A spring of `k` [N/m] and `c` [N s/m] as [`Softness`]: with s = h² k + h c, the impulse is that of the force
+/// at the substep's end.
+fn by_rate(k: f32, c: f32, mass: f32, h: f32) -> Softness {
+    let s = h * (h * k + c);
+    if !(s > 0.0 && mass > 0.0) {
+        return LIMP;
+    }
+    let gain = s / (mass + s);
+    Softness { rate: h * k / s * gain, mass: gain, impulse: mass / (mass + s) }
+}
+
+/// Of the forms that project: all of the error of rods and threads, and of springs without their damping
+/// the part that a compliance 1/(k h²) leaves.
+fn compliance(block: &LinkBlock, lane: usize, pace: &Pace) -> Softness {
+    let mass = block.mass[lane];
+    let stiffness = match block.kinds[lane] {
+        LaneKind::Idle => 0.0,
+        LaneKind::Equal | LaneKind::AtMost => return Softness::RIGID,
+        LaneKind::Rate => block.stiffness[lane],
+        LaneKind::Frequency => {
+            let omega = 2.0 * core::f32::consts::PI * block.stiffness[lane];
+            omega * omega * mass
+        }
+    };
+    let s = stiffness * (pace.h * pace.h);
+    if !(s > 0.0 && mass > 0.0) {
+        return LIMP;
+    }
+    Softness { rate: 0.0, mass: s / (mass + s), impulse: mass / (mass + s) }
+}
+
+/// Solves one block once, with bias.
+#[inline(always)]
+pub(crate) fn solve<S: Simd>(
+    simd: S,
+    block: &mut LinkBlock,
+    lines: &Rows<'_, ParticleLine>,
+    pace: &Pace,
+    first: bool,
+) {
+    let mut q = read(simd, lines, block);
+    let last = Vec3w::load(simd, &block.n);
+    let zero = splat(simd, 0.0);
+    let now = Vec3w::load(simd, &block.gap) + q.xb - q.xa;
+    let length = sqrt(now.dot(now));
+    let (_, n) = direction(simd, now + (q.vb - q.va) * splat(simd, pace.h), last);
+    let old = load(simd, &block.impulse) * splat(simd, if first { pace.keep } else { 1.0 });
+    let turn = (n - last) * old;
+    q.va = q.va - turn * q.wa;
+    q.vb = q.vb + turn * q.wb;
+    let end = now + (q.vb - q.va) * splat(simd, pace.h);
+    let vn = (n.dot(end) - length) * splat(simd, pace.inv_h);
+    let error = length - load(simd, &block.length);
+    let can_slack = above(load(simd, &block.slack), zero);
+    let mass = load(simd, &block.mass);
+    // What is slack may lengthen as far as it is slack.
+    let open = above(zero, error);
+    let rate = select(open, mass * splat(simd, pace.inv_h), load(simd, &block.rate));
+    let gain = select(open, mass, load(simd, &block.gain));
+    let leak = select(open, zero, load(simd, &block.leak));
+    let rate = select(can_slack, rate, load(simd, &block.rate));
+    let gain = select(can_slack, gain, load(simd, &block.gain));
+    let leak = select(can_slack, leak, load(simd, &block.leak));
+    let new = old - (gain * vn + rate * error) - leak * old;
+    let new = select(can_slack, min(new, zero), new);
+    n.store(&mut block.n);
+    new.store_array(&mut block.impulse);
+    let d = new - old;
+    write_velocities(lines, &block.row_a, q.va - n * (d * q.wa), q.wa);
+    write_velocities(lines, &block.row_b, q.vb + n * (d * q.wb), q.wb);
+}
+
+/// Solves one block once, without bias: springs stay as they are.
+#[inline(always)]
+pub(crate) fn relax<S: Simd>(
+    simd: S,
+    block: &mut LinkBlock,
+    lines: &Rows<'_, ParticleLine>,
+    pace: &Pace,
+) {
+    let q = read(simd, lines, block);
+    let half = splat(simd, 0.5 * pace.h);
+    let ahead = Vec3w::load(simd, &block.gap) + q.xb - q.xa;
+    let last = Vec3w::load(simd, &block.n);
+    let (length, _) = direction(simd, ahead, last);
+    let (_, n) = direction(simd, ahead - (q.vb - q.va) * half, last);
+    let (zero, vn) = (splat(simd, 0.0), n.dot(q.vb - q.va));
+    let old = load(simd, &block.impulse);
+    let can_slack = above(load(simd, &block.slack), zero);
+    let mass = load(simd, &block.rigid);
+    let slack = min(length - load(simd, &block.length), zero) * splat(simd, pace.inv_h);
+    let slack = select(can_slack, slack, zero);
+    let new = old - mass * (vn + slack);
+    let new = select(can_slack, min(new, zero), new);
+    new.store_array(&mut block.impulse);
+    let d = new - old;
+    write_velocities(lines, &block.row_a, q.va - n * (d * q.wa), q.wa);
+    write_velocities(lines, &block.row_b, q.vb + n * (d * q.wb), q.wb);
+}
+
+/// Solves one block so that lengths are right at the substep's end: bias 1/h, impulses of this substep alone,
+/// at the positions that the velocities lead to. `first`: the substep's first sweep.
+#[inline(always)]
+pub(crate) fn aim<S: Simd>(
+    simd: S,
+    block: &mut LinkBlock,
+    lines: &Rows<'_, ParticleLine>,
+    pace: &Pace,
+    first: bool,
+) {
+    let q = read(simd, lines, block);
+    let h = splat(simd, pace.h);
+    let end = Vec3w::load(simd, &block.gap) + (q.xb + q.vb * h) - (q.xa + q.va * h);
+    let (length, n) = direction(simd, end, Vec3w::load(simd, &block.n));
+    let d = correction(simd, block, length, pace, first);
+    n.store(&mut block.n);
+    write_velocities(lines, &block.row_a, q.va - n * (d * q.wa), q.wa);
+    write_velocities(lines, &block.row_b, q.vb + n * (d * q.wb), q.wb);
+}
+
+/// As [`aim`], of positions: Jakobsen's projection [Jakobsen01].
+#[inline(always)]
+pub(crate) fn project<S: Simd>(
+    simd: S,
+    block: &mut LinkBlock,
+    lines: &Rows<'_, ParticleLine>,
+    pace: &Pace,
+    first: bool,
+) {
+    let q = read(simd, lines, block);
+    let end = Vec3w::load(simd, &block.gap) + q.xb - q.xa;
+    let (length, n) = direction(simd, end, Vec3w::load(simd, &block.n));
+    let d = correction(simd, block, length, pace, first) * splat(simd, pace.h);
+    n.store(&mut block.n);
+    write_ways(lines, &block.row_a, q.xa - n * (d * q.wa), q.ma);
+    write_ways(lines, &block.row_b, q.xb + n * (d * q.wb), q.mb);
+}
+
+/// The impulse that takes the error at the substep's end out; of springs the rest that they leave of it,
+/// which goes by all of their impulse in this substep [Macklin16].
+#[inline(always)]
+fn correction<S: Simd>(
+    simd: S,
+    block: &mut LinkBlock,
+    length: Wide<S>,
+    pace: &Pace,
+    first: bool,
+) -> Wide<S> {
+    let zero = splat(simd, 0.0);
+    let old = if first { zero } else { load(simd, &block.impulse) };
+    let error = (length - load(simd, &block.length)) * splat(simd, pace.inv_h);
+    let new = old - load(simd, &block.gain) * error - load(simd, &block.leak) * old;
+    let can_slack = above(load(simd, &block.slack), zero);
+    let new = select(can_slack, min(new, zero), new);
+    new.store_array(&mut block.impulse);
+    new - old
+}

@@ -1,0 +1,285 @@
+//! What is near a particle, or on its way.
+
+use crate::base::aabb::Aabb;
+use crate::base::math::{Vec3, vec3};
+use crate::geometry::cast;
+use crate::geometry::nearest::nearest;
+use crate::state::bodies::Bodies;
+use crate::state::bounds::Bounds;
+use crate::state::particles::Particle;
+use crate::state::shapes::{ShapeRow, Shapes};
+use crate::step::context::StepContext;
+
+/// Most shapes that a particle meets in a step; of more, the nearest.
+const MOST: usize = 6;
+
+/// How far around what moves little is looked for fixed shapes [m], so that the next steps need not.
+const AHEAD: f32 = 0.25;
+
+/// A shape near a particle, or on its way.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Meeting {
+    /// Line of the particle.
+    pub(crate) line: u32,
+    pub(crate) shape: u32,
+    pub(crate) body: u32,
+    /// Unit, from the shape to the particle [world].
+    pub(crate) n: Vec3,
+    /// Where, from the body's center of mass [m, world].
+    pub(crate) r: Vec3,
+    /// Distance of the surfaces along the normal [m].
+    pub(crate) separation: f32,
+    /// Velocity of the surface there, of bodies that cannot be pushed and of belts [m/s].
+    pub(crate) drift: Vec3,
+    pub(crate) friction: f32,
+    pub(crate) restitution: f32,
+    /// The body is dynamic and awake.
+    pub(crate) pushes: bool,
+    /// The body is dynamic and asleep.
+    pub(crate) asleep: bool,
+    /// The particle is so slow that it wakes nobody.
+    pub(crate) rests: bool,
+}
+
+const NOWHERE: Meeting = Meeting {
+    line: 0,
+    shape: 0,
+    body: 0,
+    n: Vec3::Y,
+    r: Vec3::ZERO,
+    separation: 0.0,
+    drift: Vec3::ZERO,
+    friction: 0.0,
+    restitution: 0.0,
+    pushes: false,
+    asleep: false,
+    rests: false,
+};
+
+/// What a particle meets, in the order of the shapes' rows.
+#[derive(Clone, Debug)]
+pub(crate) struct Near {
+    list: [Meeting; MOST],
+    count: usize,
+    /// Least distance of a fixed shape from the particle's center, as far as was looked [m].
+    clear: f32,
+}
+
+impl Default for Near {
+    fn default() -> Self {
+        Self { list: [NOWHERE; MOST], count: 0, clear: 0.0 }
+    }
+}
+
+impl Near {
+    pub(crate) fn meetings(&self) -> &[Meeting] {
+        &self.list[..self.count]
+    }
+
+    fn add(&mut self, meeting: Meeting) {
+        if self.count < MOST {
+            self.list[self.count] = meeting;
+            self.count += 1;
+            return;
+        }
+        // The farthest goes, of two the one of the higher row, in whatever order they came.
+        let later = |a: &Meeting, b: &Meeting| {
+            a.separation > b.separation || (a.separation >= b.separation && a.shape > b.shape)
+        };
+        let mut last = 0;
+        for i in 1..MOST {
+            if later(&self.list[i], &self.list[last]) {
+                last = i;
+            }
+        }
+        if later(&self.list[last], &meeting) {
+            self.list[last] = meeting;
+        }
+    }
+}
+
+/// What can be met.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Around<'a> {
+    pub(crate) ctx: &'a StepContext,
+    pub(crate) bodies: &'a Bodies,
+    pub(crate) shapes: &'a Shapes,
+    pub(crate) bounds: &'a Bounds,
+    /// Places of particles, by line.
+    pub(crate) x: &'a [[f32; 4]],
+}
+
+fn point(place: &[f32; 4]) -> Vec3 {
+    vec3(place[0], place[1], place[2])
+}
+
+impl Around<'_> {
+    /// Finds what the particle meets on its way; `held`: the body that it is attached to, which it does not
+    /// meet.
+    pub(crate) fn look(
+        &self,
+        line: u32,
+        place: &[f32; 4],
+        particle: &mut Particle,
+        way: Vec3,
+        held: Option<u32>,
+        near: &mut Near,
+    ) {
+        near.count = 0;
+        let (x, radius) = (point(place), place[3]);
+        let length = way.length();
+        if !length.is_finite() || length > 1.0e9 {
+            return;
+        }
+        let reach = length + radius + self.ctx.margin;
+        let seeker = Seeker { line, x, radius, way, held };
+        if particle.room <= reach {
+            let ahead = if particle.still_time > 0.0 { 0.0 } else { AHEAD };
+            near.clear = reach + ahead;
+            let bounds = Aabb::new(x, x).grown(near.clear);
+            self.bounds.fixed.query(&bounds, |row| {
+                self.meet(&seeker, particle, row, near);
+                true
+            });
+            particle.room = near.clear;
+        }
+        if self.bounds.moving.len() > 0 {
+            let end = x + way;
+            let bounds = Aabb::new(x.min(end), x.max(end)).grown(radius + self.ctx.margin);
+            self.bounds.moving.query(&bounds, |row| {
+                self.meet(&seeker, particle, row, near);
+                true
+            });
+        }
+        near.list[..near.count].sort_unstable_by_key(|m| m.shape);
+    }
+
+    fn meet(&self, seeker: &Seeker, particle: &Particle, row: u32, near: &mut Near) {
+        let shape = self.shapes.at(row);
+        let skipped = shape.sensor || seeker.held == Some(shape.body);
+        if skipped || !particle.filter.collides_with(shape.filter) {
+            return;
+        }
+        let body = self.bodies.at(shape.body);
+        let (pose, margin) = (shape.placed(body), self.ctx.margin);
+        let p = pose.local_point(seeker.x);
+        // The shape moves too: what counts is the way relative to it.
+        let dt = self.ctx.dt;
+        let way = seeker.way - body.velocity_at(seeker.x - body.center) * dt;
+        let length = way.length();
+        let reach = seeker.radius + margin + length;
+        let Some(found) = nearest(&shape.solid, p, reach.max(near.clear)) else { return };
+        if shape.fixed {
+            near.clear = near.clear.min(found.distance.max(0.0));
+        }
+        let (n, separation) = if found.distance <= seeker.radius + margin {
+            (pose.direction(found.normal), found.distance - seeker.radius)
+        } else if found.distance <= reach {
+            // What is far is met where the way leads, not where the shape is nearest: what flies past would
+            // meet a wall that is not there.
+            let ahead = 1.0 + (seeker.radius + margin) / length;
+            let ray = pose.local_direction(way * ahead);
+            let Some(hit) = cast::ray(&shape.solid, p, ray, 1.0) else { return };
+            let n = pose.direction(hit.normal);
+            (n, -n.dot(way * (ahead * hit.fraction)) - seeker.radius)
+        } else {
+            return;
+        };
+        let r = seeker.x - n * (separation + seeker.radius) - body.center;
+        near.add(self.meeting(seeker, particle, row, shape, n, r, separation));
+    }
+
+    fn meeting(
+        &self,
+        seeker: &Seeker,
+        particle: &Particle,
+        row: u32,
+        shape: &ShapeRow,
+        n: Vec3,
+        r: Vec3,
+        separation: f32,
+    ) -> Meeting {
+        let body = self.bodies.at(shape.body);
+        let dynamic = body.is_dynamic();
+        let mut drift = if dynamic { Vec3::ZERO } else { body.velocity_at(r) };
+        if shape.is_belt() {
+            let pose = shape.placed(body);
+            let at = pose.local_point(body.center + r);
+            drift += pose.direction(shape.surface_velocity + shape.surface_spin.cross(at));
+        }
+        let (a, b) = (&particle.material, &shape.material);
+        let rub = a.friction_combine.apply(b.friction_combine, a.friction, b.friction);
+        let bounce =
+            a.restitution_combine.apply(b.restitution_combine, a.restitution, b.restitution);
+        Meeting {
+            line: seeker.line,
+            shape: row,
+            body: shape.body,
+            n,
+            r,
+            separation,
+            drift,
+            friction: rub,
+            restitution: bounce,
+            pushes: dynamic && body.active(),
+            asleep: dynamic && !body.active() && !body.faulted,
+            rests: particle.still_time > 0.0,
+        }
+    }
+
+    /// True if a body that is awake is at a frozen particle.
+    pub(crate) fn is_disturbed(&self, line: u32, particle: &Particle) -> bool {
+        let place = &self.x[line as usize];
+        let (x, radius) = (point(place), place[3]);
+        let mut disturbed = false;
+        let bounds = Aabb::new(x, x).grown(radius + self.ctx.margin);
+        self.bounds.moving.query(&bounds, |row| {
+            let shape = self.shapes.at(row);
+            let body = self.bodies.at(shape.body);
+            if body.active() && !shape.sensor && particle.filter.collides_with(shape.filter) {
+                let p = shape.placed(body).local_point(x);
+                disturbed |= nearest(&shape.solid, p, radius + self.ctx.margin).is_some();
+            }
+            !disturbed
+        });
+        disturbed
+    }
+
+    /// Where the way from `x` first crosses the surface of a fixed shape: part of the way, and the normal
+    /// there.
+    pub(crate) fn crossing(
+        &self,
+        x: Vec3,
+        way: Vec3,
+        particle: &Particle,
+        held: Option<u32>,
+    ) -> Option<(f32, Vec3)> {
+        let mut best: Option<(f32, u32, Vec3)> = None;
+        self.bounds.fixed.ray(x, way, 1.0, |row| {
+            let shape = self.shapes.at(row);
+            let limit = best.map_or(1.0, |b| b.0);
+            let skipped = shape.sensor || held == Some(shape.body);
+            if skipped || !particle.filter.collides_with(shape.filter) {
+                return limit;
+            }
+            let pose = shape.placed(self.bodies.at(shape.body));
+            let (o, d) = (pose.local_point(x), pose.local_direction(way));
+            if let Some(hit) = cast::ray(&shape.solid, o, d, limit)
+                && best.is_none_or(|(f, r, _)| (hit.fraction, row) < (f, r))
+            {
+                best = Some((hit.fraction, row, pose.direction(hit.normal)));
+            }
+            best.map_or(1.0, |b| b.0)
+        });
+        best.map(|(fraction, _, normal)| (fraction, normal))
+    }
+}
+
+/// A particle that looks around.
+struct Seeker {
+    line: u32,
+    x: Vec3,
+    radius: f32,
+    way: Vec3,
+    held: Option<u32>,
+}

@@ -1,0 +1,470 @@
+//! Tied particles through the substeps, in step with the bodies.
+//!
+//! Three forms of the same thing. *Soft*: velocities, soft rows that keep their impulses, a relax sweep at the
+//! end of the step. *Aim*: velocities, bias 1/h, nothing kept, no relax sweep. *Verlet*: positions are
+//! projected, velocity is the way moved [Jakobsen01]; equal to *aim* but for rounding.
+
+use fearless_simd::{Level, dispatch};
+
+use super::links;
+use super::meet::Meeting;
+use super::rows::{Ground, HoldRow, Partner, PointRow};
+use crate::base::disjoint::Rows;
+use crate::base::jobs::{Executor, for_ranges, grain};
+use crate::base::math::{Vec3, vec3};
+use crate::state::bodies::Bodies;
+use crate::state::config::{ParticleForm, WorldConfig};
+use crate::state::particles::{CROWD, LinkBlock, ParticleLine, Particles, Touch};
+use crate::step::context::StepContext;
+use crate::step::solver::rows::{Line, Whitening};
+use crate::step::solver::softness::{Softness, decay};
+
+/// Stiffness of links for a substep's rate, and their damping ratio, unless the configuration says
+/// otherwise (docs/decisions/020-particles.md).
+const HERTZ: f32 = 1.0;
+
+/// Part of a substep's impulses that the next one begins with. All of them were a tenth of the error, until a
+/// rope snapped taut: the blow was repeated, and the rope never came to rest.
+const KEEP: f32 = 0.5;
+
+/// Sweeps of a substep of the soft form, unless the configuration says otherwise.
+const SWEEPS: u32 = 2;
+
+/// Fewest substeps of soft links beside a method that takes fewer.
+const LEAST_SUBSTEPS: u32 = 8;
+
+/// Sweeps of a substep of the forms that project, unless the configuration says otherwise.
+const PROJECTIONS: u32 = 10;
+
+/// How links and contacts of particles are solved.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Form {
+    Soft,
+    Aim,
+    Verlet,
+}
+
+/// Numbers of the step of tied particles.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Pace {
+    pub(crate) form: Form,
+    pub(crate) h: f32,
+    pub(crate) inv_h: f32,
+    pub(crate) substeps: u32,
+    sweeps: u32,
+    pub(crate) softness: Softness,
+    /// Factor of the last step's impulses.
+    pub(crate) impulse_scale: f32,
+    /// Part of a substep's impulses that the next one begins with.
+    pub(crate) keep: f32,
+    /// Lines of bodies repeat what pushed them in the last substep.
+    pub(crate) bodies_repeat: bool,
+    pub(crate) push_speed: f32,
+    restitution_speed: f32,
+    gravity: Vec3,
+    level: Level,
+}
+
+impl Pace {
+    pub(crate) fn new(ctx: &StepContext, config: &WorldConfig, last_h: f32) -> Self {
+        let particle = &config.particle;
+        let form = match particle.form {
+            ParticleForm::Own if config.method.is_verlet() => Form::Verlet,
+            ParticleForm::Own | ParticleForm::Soft => Form::Soft,
+            ParticleForm::Aim => Form::Aim,
+            ParticleForm::Verlet => Form::Verlet,
+        };
+        let lone = config.method.is_classic() && form == Form::Soft;
+        let substeps = if lone { ctx.substeps.max(LEAST_SUBSTEPS) } else { ctx.substeps };
+        #[expect(clippy::cast_precision_loss, reason = "at most 256")]
+        let h = ctx.dt / substeps as f32;
+        let keeps = form == Form::Soft && last_h > 0.0;
+        let own = if form == Form::Soft { SWEEPS } else { PROJECTIONS };
+        let hertz = if particle.hertz > 0.0 { particle.hertz } else { HERTZ / h };
+        Self {
+            form,
+            h,
+            inv_h: 1.0 / h,
+            substeps,
+            sweeps: if particle.sweeps > 0 { particle.sweeps } else { own },
+            softness: Softness::new(hertz, particle.damping_ratio, h),
+            impulse_scale: if keeps { (h / last_h).min(4.0) * KEEP } else { 0.0 },
+            keep: if form == Form::Soft { KEEP } else { 0.0 },
+            bodies_repeat: !config.method.is_classic(),
+            push_speed: ctx.push_speed,
+            restitution_speed: ctx.restitution_speed,
+            gravity: ctx.gravity,
+            level: ctx.level,
+        }
+    }
+}
+
+/// Memory kept from step to step.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Scratch {
+    /// By line: of the soft form the velocity before any impulse of the substep, of the form of positions the
+    /// way at its start.
+    before: Vec<[f32; 4]>,
+    /// By number of the tied particle: velocity that forces add in a substep, and what damping leaves.
+    forces: Vec<[f32; 4]>,
+    /// Against what cannot be pushed, and where those of each particle begin.
+    fixed: Vec<PointRow>,
+    starts: Vec<u32>,
+    /// Against bodies.
+    free: Vec<PointRow>,
+    holds: Vec<HoldRow>,
+    /// Rows of the bodies that particles push or are held by in this step, ascending; and in the last one.
+    pub(crate) dragged: Vec<u32>,
+    pub(crate) released: Vec<u32>,
+    /// Of each dragged body beside a classic method: what it moves in a substep beyond its velocity.
+    own: Vec<Line>,
+    /// Groups of the solver with such bodies, ascending.
+    pub(crate) groups: Vec<usize>,
+}
+
+/// The solver's lines, as lent to the particles.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct BodyLines<'a> {
+    pub(crate) line_of: &'a [u32],
+    pub(crate) lines: Rows<'a, Line>,
+    pub(crate) whitening: Rows<'a, Whitening>,
+}
+
+/// Particles that links, attachments or bodies tie, on their way through a step.
+#[derive(Debug)]
+pub(crate) struct Tied<'a> {
+    pub(crate) pace: Pace,
+    pub(crate) particles: &'a mut Particles,
+    /// Their lines.
+    pub(crate) tied: &'a [u32],
+    pub(crate) meetings: &'a [Meeting],
+    pub(crate) scratch: &'a mut Scratch,
+}
+
+/// A sweep over all rows.
+#[derive(Clone, Copy, Debug)]
+enum Sweep {
+    /// With bias; the first of a substep that another came before, or of one of the forms that project.
+    Solve {
+        first: bool,
+    },
+    Relax,
+}
+
+impl Tied<'_> {
+    /// True if there is nothing to do.
+    pub(crate) const fn is_idle(&self) -> bool {
+        self.tied.is_empty()
+    }
+
+    /// Rows of this step, and the stored impulses.
+    pub(crate) fn begin(&mut self, bodies: &Bodies, to: &BodyLines<'_>, jobs: &dyn Executor) {
+        let pace = self.pace;
+        let s = &mut *self.scratch;
+        s.before.resize(self.particles.lines.len(), [0.0; 4]);
+        s.forces.clear();
+        for line in self.tied {
+            let (p, row) = (self.particles.at(*line), &self.particles.lines[*line as usize]);
+            let free = row.inverse_mass() > 0.0;
+            let a = if free { pace.gravity * (p.gravity_scale * pace.h) } else { Vec3::ZERO };
+            let left = if free { decay(p.damping, pace.h) } else { 1.0 };
+            s.forces.push([a.x, a.y, a.z, left]);
+            s.before[*line as usize] = row.v;
+        }
+        {
+            let Particles { colors, x, lines, .. } = &mut *self.particles;
+            let lines = Rows::new(lines);
+            for (number, color) in colors.iter_mut().enumerate() {
+                for_blocks(&mut color.blocks, number == CROWD, jobs, &|blocks| {
+                    dispatch!(pace.level, simd => {
+                        for block in blocks {
+                            links::prepare(simd, block, x, &lines, &pace);
+                        }
+                    });
+                });
+            }
+        }
+        self.begin_holds(bodies, to);
+        self.begin_contacts(bodies, to);
+    }
+
+    fn begin_holds(&mut self, bodies: &Bodies, to: &BodyLines<'_>) {
+        let s = &mut *self.scratch;
+        s.holds.clear();
+        for i in 0..self.particles.attachments.len() {
+            let held = self.particles.attachments[i];
+            if !super::moves(self.particles.at(held.line)) {
+                continue;
+            }
+            let body = bodies.at(held.body);
+            let r = body.rotation.rotate(held.anchor);
+            let gap = self.particles.position(held.line) - (body.center + r);
+            let drift = if body.is_dynamic() { Vec3::ZERO } else { body.velocity_at(r) };
+            let impulse = held.impulse * self.pace.impulse_scale;
+            let ground = Ground {
+                pace: &self.pace,
+                particles: Rows::new(&mut self.particles.lines),
+                before: Rows::new(&mut s.before),
+                bodies: to.lines,
+                elapsed: 0.0,
+            };
+            let number = u32::try_from(i).expect("fewer than 2^32 particles");
+            let partner = Partner::new(to.line_of[held.body as usize], &to.whitening);
+            let vectors = [r, gap, drift, impulse];
+            s.holds.push(HoldRow::new((held.line, number), partner, vectors, &ground));
+        }
+    }
+
+    fn begin_contacts(&mut self, bodies: &Bodies, to: &BodyLines<'_>) {
+        let s = &mut *self.scratch;
+        s.fixed.clear();
+        s.free.clear();
+        s.starts.clear();
+        let (mut next, touches) = (0, &self.particles.touches);
+        let mut last = 0;
+        for m in self.meetings {
+            let key = (m.line, m.shape);
+            while touches.get(next).is_some_and(|t| (t.line, t.shape) < key) {
+                next += 1;
+            }
+            let known = touches.get(next).filter(|t| (t.line, t.shape) == key);
+            let scale = self.pace.impulse_scale;
+            let kept = known.map_or((0.0, Vec3::ZERO), |t| (t.press * scale, t.rub * scale));
+            let body = bodies.at(m.body);
+            let line = if m.pushes { to.line_of[m.body as usize] } else { 0 };
+            let partner = Partner::new(line, &to.whitening);
+            let of_body = if m.pushes { body.velocity_at(m.r) } else { Vec3::ZERO };
+            let arrival = arrival(&self.pace, m, of_body, &s.before);
+            let ground = Ground {
+                pace: &self.pace,
+                particles: Rows::new(&mut self.particles.lines),
+                before: Rows::new(&mut s.before),
+                bodies: to.lines,
+                elapsed: 0.0,
+            };
+            let row = PointRow::new(m, partner, &ground, kept, arrival);
+            if line == 0 {
+                if m.line != last {
+                    s.starts.push(u32::try_from(s.fixed.len()).expect("fewer than 2^32 contacts"));
+                    last = m.line;
+                }
+                s.fixed.push(row);
+            } else {
+                s.free.push(row);
+            }
+        }
+        s.starts.push(u32::try_from(s.fixed.len()).expect("fewer than 2^32 contacts"));
+    }
+
+    /// Forces, and what is carried of the last substep's impulses.
+    pub(crate) fn velocities(&mut self, first: bool, jobs: &dyn Executor) {
+        let (pace, tied, forces) = (self.pace, self.tied, &self.scratch.forces);
+        let lines = Rows::new(&mut self.particles.lines);
+        let before = Rows::new(&mut self.scratch.before);
+        for_ranges(jobs, tied.len(), grain(jobs, tied.len(), 256), |range| {
+            for i in range {
+                let [x, y, z, left] = forces[i];
+                let (add, row) = ([x, y, z], tied[i] as usize);
+                let (line, was) = (lines.row(row), before.row(row));
+                for k in 0..3 {
+                    match pace.form {
+                        Form::Soft => {
+                            let keep = if first { 1.0 } else { pace.keep };
+                            let impulse = (line.v[k] - was[k]) * keep;
+                            let from = if first { was[k] } else { line.v[k] };
+                            was[k] = (from + add[k]) * left;
+                            line.v[k] = was[k] + impulse;
+                        }
+                        Form::Aim => line.v[k] = (line.v[k] + add[k]) * left,
+                        Form::Verlet => {
+                            was[k] = line.x[k];
+                            line.x[k] += (line.v[k] * pace.h + add[k] * pace.h) * left;
+                        }
+                    }
+                }
+            }
+        });
+    }
+
+    /// Sweeps of a substep, with bias.
+    pub(crate) fn solve(&mut self, substep: u32, bodies: Rows<'_, Line>, jobs: &dyn Executor) {
+        #[expect(clippy::cast_precision_loss, reason = "at most 256")]
+        let elapsed = substep as f32 * self.pace.h;
+        // Particles that nothing ties to each other have no use for more than one.
+        let tied = !self.particles.links.is_empty() || !self.scratch.holds.is_empty();
+        for sweep in 0..if tied { self.pace.sweeps } else { 1 } {
+            let first = sweep == 0 && (substep > 0 || self.pace.form != Form::Soft);
+            self.sweep(Sweep::Solve { first }, elapsed, bodies, jobs);
+        }
+    }
+
+    /// The sweep without bias after `moved` [s] of the step.
+    pub(crate) fn relax(&mut self, moved: f32, bodies: Rows<'_, Line>, jobs: &dyn Executor) {
+        if self.pace.form == Form::Soft {
+            self.sweep(Sweep::Relax, moved, bodies, jobs);
+        }
+    }
+
+    fn sweep(&mut self, kind: Sweep, elapsed: f32, bodies: Rows<'_, Line>, jobs: &dyn Executor) {
+        let pace = &self.pace;
+        let (is_relax, first) =
+            (matches!(kind, Sweep::Relax), matches!(kind, Sweep::Solve { first: true }));
+        let Particles { colors, lines, .. } = &mut *self.particles;
+        let lines = Rows::new(lines);
+        let s = &mut *self.scratch;
+        let ground =
+            Ground { pace, particles: lines, before: Rows::new(&mut s.before), bodies, elapsed };
+        for hold in &mut s.holds {
+            hold.solve(&ground, is_relax, first);
+        }
+        for (number, color) in colors.iter_mut().enumerate() {
+            for_blocks(&mut color.blocks, number == CROWD, jobs, &|blocks| {
+                sweep_links(blocks, &lines, pace, kind);
+            });
+        }
+        for row in &mut s.free {
+            row.solve(&ground, is_relax, first);
+        }
+        let (starts, fixed) = (&s.starts, Rows::new(&mut s.fixed));
+        let n = starts.len().saturating_sub(1);
+        for_ranges(jobs, n, grain(jobs, n, 128), |range| {
+            for i in range {
+                for row in fixed.slice(starts[i] as usize..starts[i + 1] as usize) {
+                    row.solve(&ground, is_relax, first);
+                }
+            }
+        });
+    }
+
+    /// Ways follow velocities for one substep, or velocities the ways.
+    pub(crate) fn positions(&mut self, jobs: &dyn Executor) {
+        let (pace, tied) = (self.pace, self.tied);
+        let lines = Rows::new(&mut self.particles.lines);
+        let before = Rows::new(&mut self.scratch.before);
+        for_ranges(jobs, tied.len(), grain(jobs, tied.len(), 256), |range| {
+            for i in range {
+                let line = lines.row(tied[i] as usize);
+                for k in 0..3 {
+                    if pace.form == Form::Verlet {
+                        line.v[k] = (line.x[k] - before.read(tied[i] as usize)[k]) * pace.inv_h;
+                    } else {
+                        line.x[k] += pace.h * line.v[k];
+                    }
+                }
+            }
+        });
+    }
+
+    /// Bounces, and the impulses that are kept.
+    pub(crate) fn end(&mut self, bodies: Rows<'_, Line>) {
+        let s = &mut *self.scratch;
+        let particles = &mut *self.particles;
+        let ground = Ground {
+            pace: &self.pace,
+            particles: Rows::new(&mut particles.lines),
+            before: Rows::new(&mut s.before),
+            bodies,
+            elapsed: 0.0,
+        };
+        for row in s.free.iter_mut().chain(&mut s.fixed) {
+            row.bounce(&ground);
+        }
+        for hold in &s.holds {
+            particles.attachments[hold.number as usize].impulse = hold.impulse;
+        }
+        particles.touches.clear();
+        let (mut a, mut b) = (s.fixed.iter().peekable(), s.free.iter().peekable());
+        // Both in the order of lines, then of shapes.
+        while let Some(row) = match (a.peek(), b.peek()) {
+            (Some(x), Some(y)) if (x.line, x.shape) < (y.line, y.shape) => a.next(),
+            (_, Some(_)) => b.next(),
+            (_, None) => a.next(),
+        } {
+            let PointRow { line, shape, press, rub, .. } = *row;
+            particles.touches.push(Touch { line, shape, press, rub });
+        }
+    }
+
+    /// The whole step beside bodies that have done theirs: what particles do to these comes on top of their
+    /// motion. `lines` are whitened.
+    pub(crate) fn follow(&mut self, bodies: &Bodies, to: &BodyLines<'_>, jobs: &dyn Executor) {
+        let (dragged, n) = (self.scratch.dragged.len(), self.pace.substeps);
+        // Of each dragged body: what it moves in a substep of itself, beyond its velocity.
+        let mut own = core::mem::take(&mut self.scratch.own);
+        own.clear();
+        #[expect(clippy::cast_precision_loss, reason = "at most 256")]
+        let part = 1.0 / n as f32;
+        for i in 0..dragged {
+            let line = to.lines.row(to.line_of[self.scratch.dragged[i] as usize] as usize);
+            let mut of = Line::default();
+            for k in 0..4 {
+                of.x[k] = line.x[k] * part - self.pace.h * line.v[k];
+                of.t[k] = line.t[k] * part - self.pace.h * line.w[k];
+            }
+            (line.x, line.t) = ([0.0; 4], [0.0; 4]);
+            own.push(of);
+        }
+        self.begin(bodies, to, jobs);
+        for substep in 0..n {
+            self.velocities(substep == 0, jobs);
+            self.solve(substep, to.lines, jobs);
+            self.positions(jobs);
+            for (i, of) in own.iter().enumerate() {
+                let line = to.lines.row(to.line_of[self.scratch.dragged[i] as usize] as usize);
+                for k in 0..4 {
+                    line.x[k] += of.x[k] + self.pace.h * line.v[k];
+                    line.t[k] += of.t[k] + self.pace.h * line.w[k];
+                }
+            }
+        }
+        #[expect(clippy::cast_precision_loss, reason = "at most 256")]
+        let dt = self.pace.h * n as f32;
+        self.relax(dt, to.lines, jobs);
+        self.end(to.lines);
+        self.scratch.own = own;
+    }
+}
+
+/// Normal velocity of a meeting if it can bounce, else 0.
+fn arrival(pace: &Pace, m: &Meeting, of_body: Vec3, before: &[[f32; 4]]) -> f32 {
+    if m.restitution <= 0.0 || pace.form == Form::Verlet {
+        return 0.0;
+    }
+    let v = before[m.line as usize];
+    let arrival = m.n.dot(vec3(v[0], v[1], v[2]) - of_body - m.drift);
+    // What forces alone make in a step is no arrival: it is what a particle at rest has.
+    #[expect(clippy::cast_precision_loss, reason = "at most 256")]
+    let dt = pace.h * pace.substeps as f32;
+    let slow = (2.0 * pace.gravity.length() * dt).max(pace.restitution_speed);
+    if -arrival > slow { arrival } else { 0.0 }
+}
+
+/// Calls `f` with all blocks; of a crowd, which may share particles, in one piece.
+fn for_blocks(
+    blocks: &mut [LinkBlock],
+    crowd: bool,
+    jobs: &dyn Executor,
+    f: &(dyn Fn(&mut [LinkBlock]) + Sync),
+) {
+    let n = blocks.len();
+    let blocks = Rows::new(blocks);
+    let least = if crowd { n } else { grain(jobs, n, 32) };
+    for_ranges(jobs, n, least, |range| f(blocks.slice(range)));
+}
+
+fn sweep_links(blocks: &mut [LinkBlock], lines: &Rows<'_, ParticleLine>, pace: &Pace, kind: Sweep) {
+    dispatch!(pace.level, simd => {
+        for block in blocks {
+            match (kind, pace.form) {
+                (Sweep::Relax, _) => links::relax(simd, block, lines, pace),
+                (Sweep::Solve { first }, Form::Soft) => {
+                    links::solve(simd, block, lines, pace, first);
+                }
+                (Sweep::Solve { first }, Form::Aim) => links::aim(simd, block, lines, pace, first),
+                (Sweep::Solve { first }, Form::Verlet) => {
+                    links::project(simd, block, lines, pace, first);
+                }
+            }
+        }
+    });
+}

@@ -1,0 +1,199 @@
+//! The end of a step of tied particles: ways become positions; what passed through a fixed shape is put
+//! back; timers, faults, tears; what came to rest freezes.
+
+use super::fly::put_aside;
+use super::meet::Around;
+use super::{Scratch as Stage, moves};
+use crate::base::disjoint::Rows;
+use crate::base::id::LinkId;
+use crate::base::jobs::{Executor, collect_ranges, grain};
+use crate::base::math::{Vec3, vec3};
+use crate::state::bodies::Bodies;
+use crate::state::bounds::Bounds;
+use crate::state::config::SleepConfig;
+use crate::state::events::{Events, Fault, FaultKind, LinkTear};
+use crate::state::particles::{LaneKind, Particles};
+use crate::state::shapes::Shapes;
+use crate::step::context::StepContext;
+
+/// Memory kept from step to step.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Scratch {
+    /// Lines that became non-finite.
+    faults: Vec<Vec<u32>>,
+    /// Least still time of each strand, by the line that names it.
+    still: Vec<f32>,
+    torn: Vec<LinkId>,
+}
+
+/// Ends the step of all particles. `step`: its number; `h`: the length of their substeps [s].
+pub(crate) fn settle(
+    ctx: &StepContext,
+    rest: &SleepConfig,
+    particles: &mut Particles,
+    bodies: &mut Bodies,
+    (shapes, bounds): (&Shapes, &Bounds),
+    (events, step, h): (&mut Events, u64, f32),
+    stage: &mut Stage,
+    jobs: &dyn Executor,
+) {
+    if particles.is_empty() {
+        return;
+    }
+    advance(ctx, particles, bodies, (shapes, bounds), stage, jobs);
+    stage.faults.extend(stage.settle.faults.iter().flatten());
+    stage.faults.sort_unstable();
+    for line in &stage.faults {
+        let particle = particles.rows.id_at(line - 1);
+        events.faults.push(Fault { body: None, particle, kind: FaultKind::NotFinite, step });
+    }
+    keep_awake(ctx, rest, particles, bodies, stage);
+    tear(particles, events, h, &mut stage.settle.torn);
+    freeze(ctx, rest, particles, bodies, stage);
+    particles.last_h = h;
+}
+
+/// Ways to positions.
+fn advance(
+    ctx: &StepContext,
+    particles: &mut Particles,
+    bodies: &Bodies,
+    (shapes, bounds): (&Shapes, &Bounds),
+    stage: &mut Stage,
+    jobs: &dyn Executor,
+) {
+    let tied = &stage.tied;
+    let Particles { rows, lines, x, attachments, .. } = particles;
+    let (rows, lines, x) = (Rows::new(rows.values_mut()), Rows::new(lines), Rows::new(x));
+    let around = Around { ctx, bodies, shapes, bounds, x: &[] };
+    let least = grain(jobs, tied.len(), 256);
+    collect_ranges(jobs, tied.len(), least, &mut stage.settle.faults, |range, out| {
+        for line in &tied[range] {
+            let Some(particle) = rows.row(*line as usize - 1) else { continue };
+            let (row, place) = (lines.row(*line as usize), x.row(*line as usize));
+            let from = vec3(place[0], place[1], place[2]);
+            let mut way = row.way();
+            let far = way.length();
+            particle.room -= far;
+            if row.inverse_mass() > 0.0 && far > 0.5 * place[3] && particle.room <= 0.0 {
+                let held = particle.attachment.checked_sub(1);
+                let held = held.map(|i| attachments[i as usize].body);
+                if let Some((part, n)) = around.crossing(from, way, particle, held) {
+                    way = way * part + n * (0.5 * place[3]);
+                    let v = row.velocity();
+                    row.set_velocity(v - n * v.dot(n).min(0.0));
+                }
+            }
+            let end = from + way;
+            if !(end.abs().max_element() < 1.0e9 && row.velocity().is_finite()) {
+                put_aside(particle, row);
+                out.push(*line);
+                continue;
+            }
+            *place = [end.x, end.y, end.z, place[3]];
+        }
+    });
+}
+
+/// Timers of all that moved; bodies that are with particles which are not still are not still either.
+fn keep_awake(
+    ctx: &StepContext,
+    rest: &SleepConfig,
+    particles: &mut Particles,
+    bodies: &mut Bodies,
+    stage: &Stage,
+) {
+    let dt = ctx.dt;
+    let Particles { rows, lines, .. } = particles;
+    for (row, line) in rows.values_mut().iter_mut().zip(&lines[1..]) {
+        if let Some(particle) = row
+            && moves(particle)
+        {
+            let still = line.velocity().length() < rest.speed;
+            particle.still_time = if still { particle.still_time + dt } else { 0.0 };
+        }
+    }
+    let met = stage.meetings.iter().filter(|m| m.pushes && m.separation <= ctx.margin);
+    let held = particles.attachments.iter().map(|a| (a.line, a.body));
+    for (line, body) in met.map(|m| (m.line, m.body)).chain(held) {
+        let particle = particles.at(line);
+        if moves(particle) && particle.still_time < rest.time {
+            let body = bodies.at_mut(body);
+            body.still_time = if body.is_dynamic() { 0.0 } else { body.still_time };
+        }
+    }
+}
+
+/// Takes out the links that were stretched too far or pulled too hard, in the order of their slots.
+fn tear(particles: &mut Particles, events: &mut Events, h: f32, torn: &mut Vec<LinkId>) {
+    if !particles.can_tear {
+        return;
+    }
+    torn.clear();
+    for (id, link) in particles.links.iter() {
+        if !link.can_tear() {
+            continue;
+        }
+        let (block, lane) = particles.block_of(link);
+        let (a, b) = (block.row_a[lane], block.row_b[lane]);
+        let distance = (particles.position(b) - particles.position(a)).length();
+        let strain = distance / block.length[lane] - 1.0;
+        let force = -block.impulse[lane] / h;
+        debug_assert!(block.kinds[lane] != LaneKind::Idle, "links stand in lanes of theirs");
+        if strain > link.tear_strain || force > link.tear_force {
+            let id_of = |line: u32| particles.rows.id_at(line - 1).expect("ends live");
+            events.link_tear.push(LinkTear { link: id, a: id_of(a), b: id_of(b), force, strain });
+            torn.push(id);
+        }
+    }
+    for id in torn.iter() {
+        particles.remove_link(*id);
+    }
+}
+
+/// Strands that were still for long enough, with nothing awake at them, rest.
+fn freeze(
+    ctx: &StepContext,
+    rest: &SleepConfig,
+    particles: &mut Particles,
+    bodies: &Bodies,
+    stage: &mut Stage,
+) {
+    if !rest.enabled {
+        return;
+    }
+    particles.find_strands();
+    let still = &mut stage.settle.still;
+    still.clear();
+    still.resize(particles.lines.len(), f32::INFINITY);
+    let mut any = false;
+    for (id, particle) in particles.rows.iter() {
+        let line = &particles.lines[id.index() as usize + 1];
+        if moves(particle) {
+            let least = &mut still[particle.strand as usize];
+            let moved = line.inverse_mass() <= 0.0 && line.velocity() != Vec3::ZERO;
+            *least = least.min(if moved { 0.0 } else { particle.still_time });
+            any |= particle.still_time >= rest.time;
+        }
+    }
+    if !any {
+        return;
+    }
+    let met = stage.meetings.iter().filter(|m| m.separation <= ctx.margin);
+    let held = particles.attachments.iter().map(|a| (a.line, a.body));
+    for (line, body) in met.map(|m| (m.line, m.body)).chain(held) {
+        if bodies.at(body).active() {
+            still[particles.at(line).strand as usize] = 0.0;
+        }
+    }
+    let Particles { rows, lines, .. } = particles;
+    for (row, line) in rows.values_mut().iter_mut().zip(&mut lines[1..]) {
+        if let Some(particle) = row
+            && moves(particle)
+            && still[particle.strand as usize] >= rest.time
+        {
+            particle.frozen = true;
+            line.set_velocity(Vec3::ZERO);
+        }
+    }
+}

@@ -1,0 +1,373 @@
+//! Couplings: one row over the bodies of two joints, up to four. Pulleys: one over two bodies and fixed points.
+//!
+//! Few scenes have any, and their bodies are more than a block's two; so they are solved one by one, in the order
+//! of their rows, by one worker of the group, before the joints that they push through.
+//!
+//! Symbols: x are the coordinates, C = x_b - ratio x_a - offset, J its row, λ its impulse. Coordinates go on from the
+//! step's start, and the warm start is turned, as those of joints are: see sixdof.rs and joint.rs.
+
+use super::Solver;
+use super::joint::JointSweep;
+use super::plan::Group;
+use crate::base::disjoint::Rows;
+use crate::base::id::JointId;
+use crate::base::math::Vec3;
+use crate::base::sym3::Sym3;
+use crate::state::bodies::Body;
+use crate::state::coupling::{Coupling, CouplingDef, coordinate};
+use crate::state::def::Pulley;
+use crate::state::joints::{Joint, Link};
+
+use super::rows::Line;
+
+/// What a row is of one body: v̂ and ŵ.
+#[derive(Clone, Copy, Debug, Default)]
+struct Part {
+    line: usize,
+    v: Vec3,
+    w: Vec3,
+}
+
+/// A coordinate of a joint at the step's start.
+#[derive(Clone, Copy, Debug, Default)]
+struct End {
+    lines: [usize; 2],
+    /// α and S of both bodies.
+    alpha: [f32; 2],
+    s: [Sym3; 2],
+    /// Arms.
+    r: [Vec3; 2],
+    gap: Vec3,
+    /// The axis [world].
+    axis: Vec3,
+    is_turn: bool,
+    /// Of a motion, its coordinate.
+    start: f32,
+    /// How C grows with it.
+    factor: f32,
+    /// Velocities of kinematic bodies: B's less A's, and angular ones.
+    drift: Vec3,
+    spin: [Vec3; 2],
+}
+
+/// A rope at the step's start.
+#[derive(Clone, Copy, Debug, Default)]
+struct Rope {
+    lines: [usize; 2],
+    alpha: [f32; 2],
+    s: [Sym3; 2],
+    /// Arms.
+    r: [Vec3; 2],
+    /// Anchors less the points that it goes over.
+    way: [Vec3; 2],
+    /// How C grows with each length.
+    factor: [f32; 2],
+    /// Velocities of kinematic bodies' anchors, and angular ones.
+    drift: [Vec3; 2],
+    spin: [Vec3; 2],
+}
+
+/// What a row is of.
+#[derive(Clone, Copy, Debug, Default)]
+enum Source {
+    #[default]
+    Nothing,
+    Joints([End; 2]),
+    Rope(Rope),
+}
+
+/// A coupling or pulley in a step.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct CouplingRow {
+    source: Source,
+    /// C at the step's start; of a rope, less its length.
+    c: f32,
+    /// It pulls only: λ is at most 0.
+    is_slack: bool,
+    impulse: f32,
+    /// What the bodies carry of the warm start.
+    carried: [Part; 4],
+}
+
+/// C, its rate by kinematic bodies, and J, with parts of one body in one.
+struct Now {
+    c: f32,
+    drift: f32,
+    parts: [Part; 4],
+}
+
+fn vector(four: [f32; 4]) -> Vec3 {
+    Vec3::from([four[0], four[1], four[2]])
+}
+
+/// `r` turned by the rotation vector `t`, to second order.
+fn turned(r: Vec3, t: Vec3) -> Vec3 {
+    let once = t.cross(r);
+    r + once + t.cross(once) * 0.5
+}
+
+impl End {
+    /// How far the coordinate has come since, its rate by kinematic bodies, and its row.
+    fn now(&self, lines: &Rows<'_, Line>, sweep: &JointSweep) -> (f32, f32, [Part; 2]) {
+        let moved = |i: usize| {
+            let line = lines.read(self.lines[i]);
+            let back = if sweep.is_relax { sweep.back } else { 0.0 };
+            let x = vector(line.x) - vector(line.v) * back;
+            let t = vector(line.t) - vector(line.w) * back;
+            (x * self.alpha[i], self.s[i].mul(t) + self.spin[i] * sweep.elapsed)
+        };
+        let ((shift_a, turn_a), (shift_b, turn_b)) = (moved(0), moved(1));
+        let axis = turned(self.axis, turn_a);
+        let part = |i: usize, v: Vec3, w: Vec3| Part {
+            line: self.lines[i],
+            v: v * self.factor,
+            w: w * self.factor,
+        };
+        if self.is_turn {
+            let turn = turn_b - turn_a - turn_a.cross(turn_b) * 0.5;
+            let x = self.axis.dot(turn);
+            let drift = axis.dot(self.spin[1] - self.spin[0]);
+            let parts = [
+                part(0, Vec3::ZERO, -self.s[0].mul(axis)),
+                part(1, Vec3::ZERO, self.s[1].mul(axis)),
+            ];
+            return (x, drift, parts);
+        }
+        let (ra, rb) = (turned(self.r[0], turn_a), turned(self.r[1], turn_b));
+        let gap = self.gap
+            + (shift_b - shift_a + self.drift * sweep.elapsed)
+            + ((rb - self.r[1]) - (ra - self.r[0]));
+        let arm = ra + gap;
+        let drift = self.drift + self.spin[1].cross(rb) - self.spin[0].cross(arm);
+        let parts = [
+            part(0, -axis * self.alpha[0], -self.s[0].mul(arm.cross(axis))),
+            part(1, axis * self.alpha[1], self.s[1].mul(rb.cross(axis))),
+        ];
+        (axis.dot(gap) - self.start, axis.dot(drift), parts)
+    }
+}
+
+impl Rope {
+    fn add(&self, now: &mut Now, lines: &Rows<'_, Line>, sweep: &JointSweep) {
+        for i in 0..2 {
+            let line = lines.read(self.lines[i]);
+            let back = if sweep.is_relax { sweep.back } else { 0.0 };
+            let x = vector(line.x) - vector(line.v) * back;
+            let t = vector(line.t) - vector(line.w) * back;
+            let turn = self.s[i].mul(t) + self.spin[i] * sweep.elapsed;
+            let r = turned(self.r[i], turn);
+            let moved = x * self.alpha[i] + self.drift[i] * sweep.elapsed + (r - self.r[i]);
+            let way = self.way[i] + moved;
+            let length = way.length();
+            // At the point itself the rope has no direction, and pulls nowhere.
+            let along = if length > 1.0e-9 { way * (1.0 / length) } else { Vec3::ZERO };
+            let along = along * self.factor[i];
+            now.c += self.factor[i] * length;
+            now.drift += along.dot(self.drift[i] + self.spin[i].cross(r));
+            let (v, w) = (along * self.alpha[i], self.s[i].mul(r.cross(along)));
+            now.parts[i] = Part { line: self.lines[i], v, w };
+        }
+    }
+}
+
+impl CouplingRow {
+    fn now(&self, lines: &Rows<'_, Line>, sweep: &JointSweep) -> Now {
+        let mut now = Now { c: self.c, drift: 0.0, parts: [Part::default(); 4] };
+        let ends = match &self.source {
+            Source::Nothing => return now,
+            Source::Joints(ends) => ends,
+            Source::Rope(rope) => {
+                rope.add(&mut now, lines, sweep);
+                return now;
+            }
+        };
+        for (i, end) in ends.iter().enumerate() {
+            let (x, drift, parts) = end.now(lines, sweep);
+            now.c += end.factor * x;
+            now.drift += end.factor * drift;
+            for (j, part) in parts.into_iter().enumerate() {
+                let before = now.parts[..2 * i].iter().position(|p| p.line == part.line);
+                match before {
+                    _ if part.line == 0 => {}
+                    Some(k) => {
+                        now.parts[k].v += part.v;
+                        now.parts[k].w += part.w;
+                    }
+                    None => now.parts[2 * i + j] = part,
+                }
+            }
+        }
+        now
+    }
+
+    fn solve(&mut self, lines: &Rows<'_, Line>, sweep: &JointSweep) {
+        let now = self.now(lines, sweep);
+        let old = self.impulse;
+        if !sweep.is_relax {
+            for (part, carried) in now.parts.iter().zip(&self.carried) {
+                push(lines, part.line, part.v * old - carried.v, part.w * old - carried.w);
+            }
+        }
+        let (mut k, mut speed) = (0.0, now.drift);
+        for part in now.parts.iter().filter(|p| p.line != 0) {
+            let line = lines.read(part.line);
+            k += part.v.length_squared() + part.w.length_squared();
+            speed += part.v.dot(vector(line.v)) + part.w.dot(vector(line.w));
+        }
+        if !(k > 0.0) {
+            return;
+        }
+        let s = &sweep.softness;
+        // A slack rope lets its ends part as far as it reaches.
+        let is_open = self.is_slack && now.c < 0.0;
+        let (gain, bias, give) = if is_open {
+            (1.0, now.c * sweep.inv_h, 0.0)
+        } else {
+            (s.mass, s.rate * now.c, s.impulse)
+        };
+        let new = old - (gain * speed + bias) / k - give * old;
+        let new = if self.is_slack { new.min(0.0) } else { new };
+        let d = new - old;
+        self.impulse = new;
+        for (part, carried) in now.parts.iter().zip(&mut self.carried) {
+            push(lines, part.line, part.v * d, part.w * d);
+            let (v, w) = if sweep.is_relax {
+                (carried.v + part.v * d, carried.w + part.w * d)
+            } else {
+                (part.v * self.impulse, part.w * self.impulse)
+            };
+            *carried = Part { line: part.line, v, w };
+        }
+    }
+}
+
+/// Adds to a line's velocity; line 0 is everyone's, and is never written.
+fn push(lines: &Rows<'_, Line>, line: usize, v: Vec3, w: Vec3) {
+    if line == 0 {
+        return;
+    }
+    let line = lines.row(line);
+    for (i, (v, w)) in v.to_array().into_iter().zip(w.to_array()).enumerate() {
+        line.v[i] += v;
+        line.w[i] += w;
+    }
+}
+
+impl Solver<'_> {
+    pub(super) fn prepare_couplings(&self, group: &Group) {
+        for i in group.couplings.clone() {
+            let row = self.couplings.row(i);
+            *row = CouplingRow::default();
+            let Some(joint) = self.joint_slots.read(self.plan.couplings[i].1 as usize) else {
+                continue;
+            };
+            let impulse = match &joint.link {
+                Link::Coupling(coupling) => {
+                    let Coupling { def, impulse } = coupling.as_ref();
+                    let CouplingDef { joint_a, axis_a, joint_b, axis_b, ratio, .. } = *def;
+                    let ends =
+                        (self.end_of(joint_a, axis_a, -ratio), self.end_of(joint_b, axis_b, 1.0));
+                    let (Some((a, x_a)), Some((b, x_b))) = ends else { continue };
+                    row.source = Source::Joints([a, b]);
+                    row.c = def.excess(x_a, x_b);
+                    *impulse
+                }
+                Link::Pulley(pulley) => {
+                    row.source = Source::Rope(self.rope(joint, pulley));
+                    row.c = -pulley.length;
+                    row.is_slack = !pulley.is_rigid;
+                    joint.impulse.x
+                }
+                _ => continue,
+            };
+            row.impulse = impulse * self.ctx.impulse_scale;
+            let start = JointSweep {
+                inv_h: self.ctx.inv_h,
+                softness: self.ctx.soft_joint,
+                elapsed: 0.0,
+                back: 0.0,
+                is_relax: false,
+            };
+            let now = row.now(&self.lines, &start);
+            for (part, carried) in now.parts.iter().zip(&mut row.carried) {
+                let (v, w) = (part.v * row.impulse, part.w * row.impulse);
+                *carried = Part { line: part.line, v, w };
+                push(&self.lines, part.line, v, w);
+            }
+        }
+    }
+
+    pub(super) fn sweep_couplings(&self, group: &Group, sweep: &JointSweep) {
+        for i in group.couplings.clone() {
+            self.couplings.row(i).solve(&self.lines, sweep);
+        }
+    }
+
+    pub(super) fn store_couplings(&self, group: &Group) {
+        for i in group.couplings.clone() {
+            let Some(joint) = self.joint_slots.row(self.plan.couplings[i].1 as usize) else {
+                continue;
+            };
+            let impulse = self.couplings.read(i).impulse * self.ctx.store_scale;
+            match &mut joint.link {
+                Link::Coupling(coupling) => coupling.impulse = impulse,
+                _ => joint.impulse.x = impulse,
+            }
+        }
+    }
+
+    fn rope(&self, joint: &Joint, pulley: &Pulley) -> Rope {
+        let of = [joint.body_a, joint.body_b];
+        let bodies = of.map(|row| self.bodies.at(row));
+        let lines = of.map(|row| self.line_of[row as usize] as usize);
+        let whitening = lines.map(|line| *self.whitening.read(line));
+        let anchors = [joint.anchor_a, joint.anchor_b];
+        let r = [0, 1].map(|i| bodies[i].rotation.rotate(anchors[i]));
+        let is_moved = |body: &Body| !body.is_dynamic() && body.active();
+        Rope {
+            lines,
+            alpha: whitening.map(|w| w.alpha()),
+            s: whitening.map(|w| w.s()),
+            r,
+            way: [0, 1].map(|i| bodies[i].center + r[i] - pulley.points[i]),
+            factor: [1.0, pulley.ratio],
+            drift: bodies.map(|body| if is_moved(body) { body.v } else { Vec3::ZERO }),
+            spin: bodies.map(|body| if is_moved(body) { body.w } else { Vec3::ZERO }),
+        }
+    }
+
+    /// The coordinate of a joint that a coupling names, and where it is.
+    fn end_of(&self, joint: JointId, axis: usize, factor: f32) -> Option<(End, f64)> {
+        let joint = self.joint_slots.read(joint.index() as usize).as_ref()?;
+        let Link::Six(six) = &joint.link else { return None };
+        let of = [joint.body_a, joint.body_b];
+        let bodies = of.map(|row| self.bodies.at(row));
+        let lines = of.map(|row| self.line_of[row as usize] as usize);
+        let whitening = lines.map(|line| *self.whitening.read(line));
+        let [a, b] = bodies;
+        let r = [a.rotation.rotate(joint.anchor_a), b.rotation.rotate(joint.anchor_b)];
+        let axes = (a.rotation * six.def.frame_a).to_mat3();
+        let turns = six.turns(a.rotation, b.rotation);
+        let is_moved = |body: &Body| !body.is_dynamic() && body.active();
+        let velocity = |body: &Body| if is_moved(body) { body.v } else { Vec3::ZERO };
+        let spin = |body: &Body| if is_moved(body) { body.w } else { Vec3::ZERO };
+        let is_turn = axis > 2;
+        let direction = if is_turn { turns.rows[axis - 3] } else { [axes.x, axes.y, axes.z][axis] };
+        let gap = (b.center - a.center) + (r[1] - r[0]);
+        let x = coordinate(joint, six, self.bodies, axis);
+        let end = End {
+            lines,
+            alpha: whitening.map(|w| w.alpha()),
+            s: whitening.map(|w| w.s()),
+            r,
+            gap,
+            axis: direction,
+            is_turn,
+            start: if is_turn { 0.0 } else { direction.dot(gap) },
+            factor,
+            drift: velocity(b) - velocity(a),
+            spin: [spin(a), spin(b)],
+        };
+        Some((end, x))
+    }
+}

@@ -1,0 +1,104 @@
+//! A group's way through the step, pass by pass.
+
+use super::Solver;
+use crate::base::jobs::Executor;
+use crate::state::method::Pass;
+
+/// How far a group is in its step.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Progress {
+    /// Substeps that positions have advanced.
+    done: u16,
+    /// Velocities have the forces of the next one.
+    kicked: bool,
+    /// A translation of one of its bodies is locked.
+    locked: bool,
+}
+
+/// A pass in a substep.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Stroke {
+    pub(super) substep: u32,
+    pub(super) pass: Pass,
+    /// The velocities of the next substep follow at once.
+    pub(super) kicks: bool,
+}
+
+impl Solver<'_> {
+    /// Takes a group through the whole step.
+    pub(super) fn solve(&self, number: usize, jobs: &dyn Executor) {
+        let mut way = self.begin(number, jobs);
+        for stroke in self.strokes() {
+            self.stroke(number, stroke, &mut way, jobs);
+        }
+        self.end(number, jobs);
+    }
+
+    /// Rows of a group, and its stored impulses.
+    pub(super) fn begin(&self, number: usize, jobs: &dyn Executor) -> Progress {
+        let group = &self.plan.groups[number];
+        self.prepare_lines(group, jobs);
+        self.prepare_joints(group, jobs);
+        self.prepare_couplings(group);
+        self.prepare_trees(group);
+        self.prepare_contacts(group, jobs);
+        self.begin_tallies(group);
+        if self.has_extras {
+            let blocks = self.plan.contacts.blocks_of(&group.contacts);
+            self.impacts.row(number).begin(&self.impact_source(group), blocks, group.lines.len());
+        }
+        let locked = group.lines.clone().any(|i| self.aux.read(i).is_locked());
+        Progress { done: 0, kicked: true, locked }
+    }
+
+    /// The passes of a step, in their order.
+    pub(super) fn strokes(&self) -> impl Iterator<Item = Stroke> {
+        let (body, finish) = (self.method.substep(), self.method.finish());
+        let substeps = self.ctx.substeps;
+        let steps = (0..substeps).flat_map(|substep| body.iter().map(move |p| (substep, *p)));
+        let mut passes = steps.chain(finish.iter().map(move |p| (substeps, *p))).peekable();
+        core::iter::from_fn(move || {
+            let (substep, pass) = passes.next()?;
+            // Positions and the velocities after them are one walk over the bodies.
+            let kicks = pass == Pass::Positions
+                && passes.next_if(|(_, next)| *next == Pass::Velocities).is_some();
+            Some(Stroke { substep, pass, kicks })
+        })
+    }
+
+    /// A pass over a group.
+    pub(super) fn stroke(
+        &self,
+        number: usize,
+        stroke: Stroke,
+        way: &mut Progress,
+        jobs: &dyn Executor,
+    ) {
+        let group = &self.plan.groups[number];
+        match stroke.pass {
+            Pass::Velocities => self.accelerate(group, jobs, stroke.substep == 0),
+            Pass::Positions => {
+                if stroke.kicks {
+                    self.advance(group, jobs);
+                } else {
+                    self.drift(group, jobs);
+                }
+                (way.done, way.kicked) = (way.done + 1, stroke.kicks);
+            }
+            Pass::Impacts if self.has_extras => self.collide(number, way.done, way.kicked),
+            pass => self.sweep(group, pass, stroke.substep, jobs),
+        }
+        if way.locked {
+            self.hold_locked(group);
+        }
+    }
+
+    /// Impulses to the tables.
+    pub(super) fn end(&self, number: usize, jobs: &dyn Executor) {
+        let group = &self.plan.groups[number];
+        if self.has_extras {
+            self.find_free(group);
+        }
+        self.store(group, jobs);
+    }
+}

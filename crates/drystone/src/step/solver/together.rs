@@ -1,0 +1,125 @@
+//! Bodies and particles in step.
+//!
+//! Groups with a body that particles touch or hold take each pass together with the particles; a group's result
+//! is the same as alone. Beside a classic method particles come after the bodies' whole step.
+
+use super::integrate;
+use super::plan::Plan;
+use super::strokes::Stroke;
+use super::{Scratch, Solver};
+use crate::base::disjoint::Rows;
+use crate::base::jobs::{Executor, Inline, for_ranges};
+use crate::base::math::vec3;
+use crate::state::bodies::Bodies;
+use crate::state::method::Pass;
+use crate::step::context::StepContext;
+use crate::step::particles::pace::{self, BodyLines, Tied};
+
+/// The groups with a dragged body.
+pub(super) fn find_groups(plan: &Plan, line_of: &[u32], tied: &mut pace::Scratch) {
+    tied.groups.clear();
+    for row in &tied.dragged {
+        let line = line_of[*row as usize];
+        debug_assert!(line != 0, "dragged bodies have lines");
+        if line != 0 {
+            tied.groups.push(plan.group_of(line));
+        }
+    }
+    tied.groups.sort_unstable();
+    tied.groups.dedup();
+}
+
+impl Solver<'_> {
+    /// Takes the groups of dragged bodies and the particles through the step.
+    pub(super) fn solve_together(&self, tied: &mut Tied<'_>, jobs: &dyn Executor) {
+        if tied.is_idle() {
+            tied.particles.touches.clear();
+            tied.scratch.groups.clear();
+            return;
+        }
+        let groups = core::mem::take(&mut tied.scratch.groups);
+        self.for_groups(&groups, jobs, &|i, number, jobs| {
+            *self.progress.row(i) = self.begin(number, jobs);
+        });
+        let to = BodyLines { line_of: self.line_of, lines: self.lines, whitening: self.whitening };
+        tied.begin(self.bodies, &to, jobs);
+        for stroke in self.strokes() {
+            self.for_groups(&groups, jobs, &|i, number, jobs| {
+                self.stroke(number, stroke, self.progress.row(i), jobs);
+            });
+            self.stroke_particles(stroke, tied, jobs);
+        }
+        tied.end(self.lines);
+        self.for_groups(&groups, jobs, &|_, number, jobs| self.end(number, jobs));
+        tied.scratch.groups = groups;
+    }
+
+    /// Calls `f` with each group's place in the list and its number: shared ones one after the other.
+    fn for_groups(
+        &self,
+        groups: &[usize],
+        jobs: &dyn Executor,
+        f: &(dyn Fn(usize, usize, &dyn Executor) + Sync),
+    ) {
+        let shared = groups.partition_point(|number| *number < self.plan.shared);
+        for (i, number) in groups[..shared].iter().enumerate() {
+            f(i, *number, jobs);
+        }
+        for_ranges(jobs, groups.len() - shared, 1, |range| {
+            for i in range {
+                f(shared + i, groups[shared + i], &Inline);
+            }
+        });
+    }
+
+    fn stroke_particles(&self, stroke: Stroke, tied: &mut Tied<'_>, jobs: &dyn Executor) {
+        let Stroke { substep, pass, kicks } = stroke;
+        match pass {
+            Pass::Velocities => tied.velocities(substep == 0, jobs),
+            Pass::Solve { .. } => tied.solve(substep, self.lines, jobs),
+            Pass::Positions => {
+                tied.positions(jobs);
+                if kicks {
+                    tied.velocities(false, jobs);
+                }
+            }
+            Pass::Relax => {
+                #[expect(clippy::cast_precision_loss, reason = "at most 256")]
+                let moved = (substep + 1).min(self.ctx.substeps) as f32 * self.ctx.h;
+                tied.relax(moved, self.lines, jobs);
+            }
+            _ => {}
+        }
+    }
+}
+
+/// Particles after the step of a classic method, whose lines of dragged bodies are whitened for it.
+pub(super) fn follow(
+    ctx: &StepContext,
+    bodies: &Bodies,
+    s: &mut Scratch,
+    tied: &mut Tied<'_>,
+    jobs: &dyn Executor,
+) {
+    if tied.is_idle() {
+        tied.particles.touches.clear();
+        return;
+    }
+    for row in &tied.scratch.dragged {
+        let (line, body) = (s.line_of[*row as usize] as usize, bodies.at(*row));
+        let three = |v: [f32; 4]| vec3(v[0], v[1], v[2]);
+        let was = s.lines[line];
+        let velocity = (three(was.v), three(was.w));
+        let (mut to, whitening, ..) = integrate::whiten(ctx, body, 1.0, velocity);
+        let motion = (three(was.x), three(was.t));
+        let (way, ..) = integrate::whiten(ctx, body, 1.0, motion);
+        (to.x, to.t) = (way.v, way.w);
+        (s.lines[line], s.whitening[line], s.free[line]) = (to, whitening, false);
+    }
+    let to = BodyLines {
+        line_of: &s.line_of,
+        lines: Rows::new(&mut s.lines),
+        whitening: Rows::new(&mut s.whitening),
+    };
+    tied.follow(bodies, &to, jobs);
+}

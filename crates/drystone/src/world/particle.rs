@@ -1,0 +1,475 @@
+//! Particles, their links and attachments, as the user sees and changes them.
+
+use super::World;
+use crate::base::id::{BodyId, LinkId, ParticleId};
+use crate::base::math::Vec3;
+use crate::query::particles::{link_energy, link_kind};
+use crate::state::check::{finite_vec, position, velocity};
+use crate::state::def::DefError;
+use crate::state::particle_def::{LinkDef, LinkKind, ParticleDef, check_length, check_mass};
+use crate::state::particles::{Attachment, Link, Particle, Particles};
+use crate::state::tables::Tables;
+
+/// A particle, to read.
+#[derive(Clone, Copy, Debug)]
+pub struct ParticleRef<'w> {
+    tables: &'w Tables,
+    particle: &'w Particle,
+    id: ParticleId,
+    /// Length of the last substep [s]; 0 before the first.
+    h: f32,
+}
+
+impl ParticleRef<'_> {
+    const fn line(&self) -> usize {
+        self.id.index() as usize + 1
+    }
+
+    /// Its id.
+    #[must_use]
+    pub const fn id(&self) -> ParticleId {
+        self.id
+    }
+
+    /// Where it is [m, world].
+    #[must_use]
+    pub fn position(&self) -> Vec3 {
+        self.tables.particles.position(self.id.index() + 1)
+    }
+
+    /// Its velocity [m/s, world].
+    #[must_use]
+    pub fn velocity(&self) -> Vec3 {
+        self.tables.particles.lines[self.line()].velocity()
+    }
+
+    /// Its mass [kg], pinned or not.
+    #[must_use]
+    pub const fn mass(&self) -> f32 {
+        self.particle.mass
+    }
+
+    /// How far its center keeps from shapes [m].
+    #[must_use]
+    pub fn radius(&self) -> f32 {
+        self.tables.particles.x[self.line()][3]
+    }
+
+    /// Whether nothing but its own velocity moves it.
+    #[must_use]
+    pub const fn is_pinned(&self) -> bool {
+        self.particle.pinned
+    }
+
+    /// Whether it rests, and is left out of steps until something wakes it.
+    #[must_use]
+    pub const fn is_asleep(&self) -> bool {
+        self.particle.frozen
+    }
+
+    /// Links that end at it.
+    #[must_use]
+    pub const fn link_count(&self) -> u32 {
+        self.particle.links
+    }
+
+    fn held(&self) -> Option<&Attachment> {
+        let number = self.particle.attachment.checked_sub(1)?;
+        self.tables.particles.attachments.get(number as usize)
+    }
+
+    /// The body that holds it, and where [m, frame of the body's origin].
+    #[must_use]
+    pub fn attachment(&self) -> Option<(BodyId, Vec3)> {
+        let held = self.held()?;
+        let body = self.tables.bodies.at(held.body);
+        Some((self.tables.bodies.id(held.body), held.anchor + body.local_center))
+    }
+
+    /// Force of its attachment on the particle in the last substep [N, world]; the body gets the opposite.
+    /// Zero if it is not attached.
+    #[must_use]
+    pub fn attachment_force(&self) -> Vec3 {
+        match self.held() {
+            Some(held) if self.h > 0.0 => held.impulse * (1.0 / self.h),
+            _ => Vec3::ZERO,
+        }
+    }
+
+    /// ½ m v² [J]; 0 if it is pinned.
+    #[must_use]
+    pub fn kinetic_energy(&self) -> f32 {
+        if self.particle.pinned {
+            0.0
+        } else {
+            0.5 * self.particle.mass * self.velocity().length_squared()
+        }
+    }
+}
+
+/// A link, to read.
+#[derive(Clone, Copy, Debug)]
+pub struct LinkRef<'w> {
+    tables: &'w Tables,
+    link: &'w Link,
+    id: LinkId,
+    h: f32,
+}
+
+impl LinkRef<'_> {
+    /// Its id.
+    #[must_use]
+    pub const fn id(&self) -> LinkId {
+        self.id
+    }
+
+    fn ends(&self) -> [u32; 2] {
+        let (block, lane) = self.tables.particles.block_of(self.link);
+        [block.row_a[lane], block.row_b[lane]]
+    }
+
+    /// Its particles.
+    #[must_use]
+    pub fn particles(&self) -> [ParticleId; 2] {
+        let [a, b] = self.ends();
+        let id = |line: u32| self.tables.particles.rows.id_at(line - 1).expect("ends live");
+        [id(a), id(b)]
+    }
+
+    /// What it does.
+    #[must_use]
+    pub fn kind(&self) -> LinkKind {
+        let (block, lane) = self.tables.particles.block_of(self.link);
+        link_kind(block, lane)
+    }
+
+    /// Its length [m]: what it keeps, allows or is drawn to.
+    #[must_use]
+    pub fn length(&self) -> f32 {
+        let (block, lane) = self.tables.particles.block_of(self.link);
+        block.length[lane]
+    }
+
+    /// Distance of its particles [m].
+    #[must_use]
+    pub fn distance(&self) -> f32 {
+        let [a, b] = self.ends();
+        let particles = &self.tables.particles;
+        (particles.position(b) - particles.position(a)).length()
+    }
+
+    /// How far it is from what it asks [m]: of a rod either way, of a thread what it is too long. 0 of a
+    /// spring.
+    #[must_use]
+    pub fn error(&self) -> f32 {
+        let excess = self.distance() - self.length();
+        match self.kind() {
+            LinkKind::Equal => excess.abs(),
+            LinkKind::AtMost => excess.max(0.0),
+            LinkKind::Spring(_) => 0.0,
+        }
+    }
+
+    /// What it pulled with in the last substep [N]; below 0: it pushed.
+    #[must_use]
+    pub fn tension(&self) -> f32 {
+        let (block, lane) = self.tables.particles.block_of(self.link);
+        if self.h > 0.0 { -block.impulse[lane] / self.h } else { 0.0 }
+    }
+
+    /// ½ k x² of a spring [J]; else 0.
+    #[must_use]
+    pub fn elastic_energy(&self) -> f64 {
+        link_energy(&self.tables.particles, self.link)
+    }
+}
+
+/// A particle, to change. What is changed wakes it, and all that links hold to it.
+#[derive(Debug)]
+pub struct ParticleMut<'w> {
+    world: &'w mut World,
+    line: u32,
+}
+
+impl ParticleMut<'_> {
+    fn touch(&mut self) -> &mut Particle {
+        let particles = &mut self.world.tables.particles;
+        particles.wake(self.line);
+        let particle = particles.at_mut(self.line);
+        (particle.faulted, particle.room) = (false, 0.0);
+        particle
+    }
+
+    /// Puts it somewhere else [m, world], at the velocity it has.
+    ///
+    /// # Errors
+    /// A number that is not finite, or beyond 1e7 m.
+    pub fn set_position(&mut self, x: impl Into<Vec3>) -> Result<(), DefError> {
+        let x = x.into();
+        position("position", x)?;
+        self.touch();
+        let place = &mut self.world.tables.particles.x[self.line as usize];
+        *place = [x.x, x.y, x.z, place[3]];
+        Ok(())
+    }
+
+    /// Gives it a velocity [m/s, world].
+    ///
+    /// # Errors
+    /// A number that is not finite, or beyond 1e6 m/s.
+    pub fn set_velocity(&mut self, v: impl Into<Vec3>) -> Result<(), DefError> {
+        let v = v.into();
+        velocity("velocity", v)?;
+        self.touch();
+        self.world.tables.particles.lines[self.line as usize].set_velocity(v);
+        Ok(())
+    }
+
+    /// Adds an impulse [N s, world]. Does nothing to one that is pinned.
+    ///
+    /// # Errors
+    /// A number that is not finite, or a velocity beyond 1e6 m/s.
+    pub fn apply_impulse(&mut self, impulse: impl Into<Vec3>) -> Result<(), DefError> {
+        let impulse = impulse.into();
+        finite_vec("impulse", impulse)?;
+        let line = &self.world.tables.particles.lines[self.line as usize];
+        let v = line.velocity() + impulse * line.inverse_mass();
+        velocity("velocity", v)?;
+        self.set_velocity(v)
+    }
+
+    /// Gives it another mass [kg].
+    ///
+    /// # Errors
+    /// A mass that is not from 1e-9 to 1e9 kg.
+    pub fn set_mass(&mut self, mass: f32) -> Result<(), DefError> {
+        check_mass(mass)?;
+        let particle = self.touch();
+        particle.mass = mass;
+        let inverse = if particle.pinned { 0.0 } else { 1.0 / mass };
+        self.world.tables.particles.lines[self.line as usize].v[3] = inverse;
+        Ok(())
+    }
+
+    /// Pins it, or lets it go. One that was pinned goes on at its velocity.
+    pub fn set_pinned(&mut self, pinned: bool) {
+        let particle = self.touch();
+        particle.pinned = pinned;
+        let inverse = if pinned { 0.0 } else { 1.0 / particle.mass };
+        self.world.tables.particles.lines[self.line as usize].v[3] = inverse;
+    }
+}
+
+impl World {
+    /// Adds a particle.
+    ///
+    /// # Errors
+    /// The first field that is out of range; then nothing is added.
+    pub fn add_particle(&mut self, def: &ParticleDef) -> Result<ParticleId, DefError> {
+        def.validate()?;
+        let particle = Particle {
+            mass: def.mass,
+            gravity_scale: def.gravity_scale,
+            damping: def.damping,
+            room: 0.0,
+            still_time: 0.0,
+            pinned: def.pinned,
+            frozen: false,
+            faulted: false,
+            links: 0,
+            strand: 0,
+            attachment: 0,
+            material: def.material,
+            filter: def.filter,
+            colors: 0,
+        };
+        Ok(self.tables.particles.insert(particle, def.position, def.velocity, def.radius))
+    }
+
+    /// Removes a particle with its links and its attachment, and wakes what it was linked to. False if there
+    /// is no such particle.
+    pub fn remove_particle(&mut self, id: ParticleId) -> bool {
+        let particles = &mut self.tables.particles;
+        let Some(slot) = particles.rows.row(id) else { return false };
+        let line = slot + 1;
+        particles.wake(line);
+        if particles.at(line).links > 0 {
+            let ends_here = |link: &Link| {
+                let (block, lane) = particles.block_of(link);
+                block.row_a[lane] == line || block.row_b[lane] == line
+            };
+            let links = particles.links.iter().filter(|(_, link)| ends_here(link));
+            let links: Vec<LinkId> = links.map(|(id, _)| id).collect();
+            for link in links {
+                self.remove_link(link);
+            }
+        }
+        self.detach_particle(id);
+        self.tables.particles.remove(id);
+        true
+    }
+
+    /// Adds a link, and wakes its particles.
+    ///
+    /// # Errors
+    /// A particle that is not of this world, or the same one twice; a field that is out of range; no length
+    /// given and the particles at one point. Then nothing is added.
+    pub fn add_link(&mut self, def: LinkDef) -> Result<LinkId, DefError> {
+        def.validate()?;
+        let particles = &mut self.tables.particles;
+        let find = |name: &str, id: ParticleId| {
+            let row = particles.rows.row(id);
+            row.ok_or_else(|| DefError::new(name, id.index(), "a particle of this world"))
+        };
+        let (a, b) = (find("a", def.a)? + 1, find("b", def.b)? + 1);
+        if a == b {
+            return Err(DefError::new("b", "the same particle", "another particle than a"));
+        }
+        let apart = (particles.position(b) - particles.position(a)).length();
+        let length = def.length.unwrap_or(apart);
+        check_length(length)?;
+        particles.wake(a);
+        particles.wake(b);
+        let tears = [def.tear_strain, def.tear_force].map(|limit| limit.unwrap_or(f32::INFINITY));
+        Ok(particles.insert_link([a, b], def.kind, length, tears))
+    }
+
+    /// Removes a link, and wakes its particles. False if there is no such link.
+    pub fn remove_link(&mut self, id: LinkId) -> bool {
+        let particles = &mut self.tables.particles;
+        let Some(row) = particles.links.row(id) else { return false };
+        let link = particles.links.at(row).expect("the row of an id lives");
+        let (block, lane) = particles.block_of(link);
+        for line in [block.row_a[lane], block.row_b[lane]] {
+            particles.wake(line);
+        }
+        particles.remove_link(id)
+    }
+
+    /// Gives a link another length [m], and wakes its particles: a rope that is reeled in. False if there is
+    /// no such link.
+    ///
+    /// # Errors
+    /// A length that is not from 1e-5 to 1e7 m.
+    pub fn set_link_length(&mut self, id: LinkId, length: f32) -> Result<bool, DefError> {
+        check_length(length)?;
+        let particles = &mut self.tables.particles;
+        let Some(row) = particles.links.row(id) else { return Ok(false) };
+        let link = *particles.links.at(row).expect("the row of an id lives");
+        let block = &mut particles.colors[link.color as usize].blocks[link.block as usize];
+        let lane = usize::from(link.lane);
+        block.length[lane] = length;
+        let line = block.row_a[lane];
+        particles.wake(line);
+        Ok(true)
+    }
+
+    /// Holds a particle at a point of a body [m, frame of the body's origin], wherever it is now: it is
+    /// drawn there. It does not touch the shapes of that body. An attachment that it has is replaced.
+    ///
+    /// # Errors
+    /// A particle or body that is not of this world; a point that is not finite.
+    pub fn attach_particle(
+        &mut self,
+        particle: ParticleId,
+        body: BodyId,
+        point: impl Into<Vec3>,
+    ) -> Result<(), DefError> {
+        let point = point.into();
+        position("point", point)?;
+        let Some(slot) = self.tables.particles.rows.row(particle) else {
+            let allowed = "a particle of this world";
+            return Err(DefError::new("particle", particle.index(), allowed));
+        };
+        let Some(row) = self.tables.bodies.rows.row(body) else {
+            return Err(DefError::new("body", body.index(), "a body of this world"));
+        };
+        let anchor = point - self.tables.bodies.at(row).local_center;
+        let line = slot + 1;
+        self.tables.particles.wake(line);
+        self.tables.particles.attach(Attachment { line, body: row, anchor, impulse: Vec3::ZERO });
+        self.sets().wake(row);
+        Ok(())
+    }
+
+    /// Lets a particle go that a body holds, and wakes both. False if no body holds it.
+    pub fn detach_particle(&mut self, id: ParticleId) -> bool {
+        let particles = &mut self.tables.particles;
+        let Some(slot) = particles.rows.row(id) else { return false };
+        let Some(number) = particles.at(slot + 1).attachment.checked_sub(1) else { return false };
+        let body = particles.attachments[number as usize].body;
+        particles.wake(slot + 1);
+        particles.detach(slot + 1);
+        self.sets().wake(body);
+        true
+    }
+
+    /// Ends the attachments of a body that goes.
+    pub(super) fn detach_all(&mut self, body: u32) {
+        let particles = &mut self.tables.particles;
+        let mut i = 0;
+        while let Some(held) = particles.attachments.get(i) {
+            let line = held.line;
+            if held.body != body {
+                i += 1;
+                continue;
+            }
+            particles.wake(line);
+            particles.detach(line);
+            let id = particles.rows.id_at(line - 1).expect("attachments are of living particles");
+            self.pending.detached.push(id);
+        }
+    }
+
+    /// The particle, unless it was removed.
+    #[must_use]
+    pub fn particle(&self, id: ParticleId) -> Option<ParticleRef<'_>> {
+        let tables = &self.tables;
+        let particle = tables.particles.rows.at(tables.particles.rows.row(id)?)?;
+        Some(ParticleRef { tables, particle, id, h: tables.particles.last_h })
+    }
+
+    /// The particle, to change it, unless it was removed.
+    #[must_use]
+    pub fn particle_mut(&mut self, id: ParticleId) -> Option<ParticleMut<'_>> {
+        let line = self.tables.particles.rows.row(id)? + 1;
+        Some(ParticleMut { world: self, line })
+    }
+
+    /// All particles in the order of their slots.
+    pub fn particles(&self) -> impl Iterator<Item = ParticleRef<'_>> {
+        let (tables, h) = (&self.tables, self.tables.particles.last_h);
+        let rows = tables.particles.rows.iter();
+        rows.map(move |(id, particle)| ParticleRef { tables, particle, id, h })
+    }
+
+    /// The link, unless it was removed or torn.
+    #[must_use]
+    pub fn link(&self, id: LinkId) -> Option<LinkRef<'_>> {
+        let tables = &self.tables;
+        let link = tables.particles.links.at(tables.particles.links.row(id)?)?;
+        Some(LinkRef { tables, link, id, h: tables.particles.last_h })
+    }
+
+    /// All links in the order of their slots.
+    pub fn links(&self) -> impl Iterator<Item = LinkRef<'_>> {
+        let (tables, h) = (&self.tables, self.tables.particles.last_h);
+        tables.particles.links.iter().map(move |(id, link)| LinkRef { tables, link, id, h })
+    }
+
+    /// Deepest that the ball of a particle is in a shape now [m], in double what f32 rounds: 0 if none is.
+    #[must_use]
+    pub fn particle_penetration(&self) -> f32 {
+        crate::query::particles::penetration(&self.tables)
+    }
+}
+
+impl Particles {
+    /// For the hash of a state.
+    pub(super) fn words(&self) -> impl Iterator<Item = (u32, Vec3, Vec3)> {
+        self.rows.iter().map(|(id, _)| {
+            let line = id.index() + 1;
+            (id.index(), self.position(line), self.lines[line as usize].velocity())
+        })
+    }
+}
