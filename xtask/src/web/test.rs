@@ -55,7 +55,6 @@ type Part = (&'static str, fn(&mut Test) -> Outcome);
 
 const PARTS: &[Part] = &[
     ("the page opens", opens),
-    ("fingers pull a body, and move the view", fingers),
     ("files that are dropped open or say why not", files),
     ("a film is played", film),
     ("hashes are those of the command", hashes),
@@ -199,25 +198,6 @@ fn pulls(test: &mut Test) -> Outcome {
     test.picture("held.png")?;
     test.browser.mouse("mouseReleased", At(x + 150.0, y - 200.0), false)?;
     test.browser.wait_for("the cube is let go", |s| s["held"].is_null()).map(drop)
-}
-
-fn fingers(test: &mut Test) -> Outcome {
-    let At(x, y) = middle(test)?;
-    test.browser.touch("touchStart", &[At(x, y)])?;
-    // The browser takes up to 15 px for a finger that stands still.
-    test.browser.touch("touchMove", &[At(x, y - 40.0)])?;
-    let state = test.browser.wait_for("the cube is held", |s| s["held"].is_object())?;
-    let start = height(&state, "from");
-    for i in 3..=10 {
-        test.browser.touch("touchMove", &[At(x, y - 20.0 * f64::from(i))])?;
-    }
-    follows(test, start)?;
-    // A second finger: the view moves, the cube is let go.
-    let second = At(x - 100.0, y);
-    test.browser.touch("touchStart", &[At(x, y - 200.0), second])?;
-    test.browser.touch("touchMove", &[At(x + 20.0, y - 220.0), At(x - 120.0, y + 20.0)])?;
-    test.browser.wait_for("the cube is let go", |s| s["held"].is_null())?;
-    test.browser.touch("touchEnd", &[])
 }
 
 fn method(test: &mut Test) -> Outcome {
