@@ -69,7 +69,6 @@ impl Browser {
         let attach = json!({ "targetId": target["targetId"], "flatten": true });
         let session = browser.call("Target.attachToTarget", attach)?;
         session["sessionId"].as_str().unwrap_or_default().clone_into(&mut browser.session);
-        browser.call("Emulation.setTouchEmulationEnabled", json!({ "enabled": true }))?;
         for domain in ["Page.enable", "Runtime.enable", "Log.enable"] {
             browser.call(domain, json!({}))?;
         }
@@ -231,13 +230,6 @@ impl Browser {
     fn wheel(&mut self, At(x, y): At, down: f64) -> Outcome {
         let event = json!({ "type": "mouseWheel", "x": x, "y": y, "deltaX": 0, "deltaY": down });
         self.call("Input.dispatchMouseEvent", event)?;
-        self.frame()
-    }
-
-    /// An event of fingers; those that are down after it.
-    pub(super) fn touch(&mut self, kind: &str, fingers: &[At]) -> Outcome {
-        let points: Vec<Value> = fingers.iter().map(|At(x, y)| json!({ "x": x, "y": y })).collect();
-        self.call("Input.dispatchTouchEvent", json!({ "type": kind, "touchPoints": points }))?;
         self.frame()
     }
 

@@ -55,14 +55,13 @@ type Part = (&'static str, fn(&mut Test) -> Outcome);
 
 const PARTS: &[Part] = &[
     ("the page opens", opens),
+    ("files that are dropped open or say why not", files),
+    ("a film is played", film),
     ("hashes are those of the command", hashes),
-    ("fingers pull a body, and move the view", fingers),
     ("a click opens a scene of the catalog", catalog),
     ("buttons and keys stop, step and go back", time),
     ("the mouse pulls a body", pulls),
     ("the method changes as it runs", method),
-    ("files that are dropped open or say why not", files),
-    ("a film is played", film),
     ("a small page has its panel aside", small),
 ];
 
@@ -201,24 +200,6 @@ fn pulls(test: &mut Test) -> Outcome {
     test.browser.wait_for("the cube is let go", |s| s["held"].is_null()).map(drop)
 }
 
-fn fingers(test: &mut Test) -> Outcome {
-    let At(x, y) = middle(test)?;
-    test.browser.touch("touchStart", &[At(x, y)])?;
-    test.browser.touch("touchMove", &[At(x, y - 15.0)])?;
-    let state = test.browser.wait_for("the cube is held", |s| s["held"].is_object())?;
-    let start = height(&state, "from");
-    for i in 1..=10 {
-        test.browser.touch("touchMove", &[At(x, y - 20.0 * f64::from(i))])?;
-    }
-    follows(test, start)?;
-    // A second finger: the view moves, the cube is let go.
-    let second = At(x - 100.0, y);
-    test.browser.touch("touchStart", &[At(x, y - 200.0), second])?;
-    test.browser.touch("touchMove", &[At(x + 20.0, y - 220.0), At(x - 120.0, y + 20.0)])?;
-    test.browser.wait_for("the cube is let go", |s| s["held"].is_null())?;
-    test.browser.touch("touchEnd", &[])
-}
-
 fn method(test: &mut Test) -> Outcome {
     test.scene("pyramid:base=6")?;
     test.browser.value("drystone_play(true)")?;
@@ -308,7 +289,10 @@ fn film(test: &mut Test) -> Outcome {
     test.browser.wait_for("the moment", |s| s["step"] == 60 && s["playing"] == false)?;
     test.picture("film.png")?;
     let at = test.browser.place("time")?;
-    test.browser.click_at(at)?;
+    // A slider follows a button that is down in a picture.
+    test.browser.mouse("mouseMoved", at, false)?;
+    test.browser.mouse("mousePressed", at, true)?;
+    test.browser.mouse("mouseReleased", at, false)?;
     let middle = |s: &Value| s["step"].as_u64().is_some_and(|step| (40..=50).contains(&step));
     test.browser.wait_for("half of the film by the time line", middle)?;
     test.browser.value("drystone_seek(90); drystone_play(true)")?;
