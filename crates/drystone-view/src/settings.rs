@@ -1,7 +1,8 @@
 //! Every field of a world's configuration, to change while it runs.
 
 use drystone::{
-    Damping, Integration, Method, Order, Overlap, Persistence, Rest, Shock, WorldConfig,
+    Damping, Integration, Method, Order, Overlap, ParticleForm, Persistence, Rest, Shock,
+    WorldConfig,
 };
 use egui::{ComboBox, DragValue, Grid, Ui};
 
@@ -36,6 +37,14 @@ pub(crate) fn show(ui: &mut Ui, config: &mut WorldConfig) -> Option<String> {
         }
         ui.end_row();
         row(ui, "inertia.refine", "", DragValue::new(&mut config.inertia.refine).range(1..=8));
+        row(
+            ui,
+            "particle.sweeps",
+            OWN,
+            DragValue::new(&mut config.particle.sweeps).range(0..=1000),
+        );
+        let most = &mut config.breakage.max_pieces;
+        row(ui, "breakage.max_pieces", "", DragValue::new(most));
         ui.label("sleep.enabled");
         ui.checkbox(&mut config.sleep.enabled, "");
         ui.end_row();
@@ -55,6 +64,7 @@ fn options(ui: &mut Ui, config: &mut WorldConfig) -> Option<String> {
         ("method.rest", o.rest.word(), Rest::WORDS),
         ("method.integration", o.integration.word(), Integration::WORDS),
         ("method.damping", o.damping.word(), Damping::WORDS),
+        ("particle.form", config.particle.form.word(), &ParticleForm::WORDS),
     ] {
         ui.label(path);
         let mut chosen = word;
@@ -93,6 +103,8 @@ fn numbers(ui: &mut Ui, config: &mut WorldConfig) {
         ("joint.hertz", HERTZ, &mut j.hertz, 0.0, 0.5),
         ("joint.damping_ratio", "", &mut j.damping_ratio, 0.0, 0.05),
         ("joint.tree_ratio", "", &mut j.tree_ratio, 0.0, 0.1),
+        ("particle.hertz", HERTZ, &mut config.particle.hertz, 0.0, 0.5),
+        ("particle.damping_ratio", "", &mut config.particle.damping_ratio, 0.0, 0.05),
         ("penalty.hertz", "Hz", &mut p.hertz, 1.0e-3, 0.5),
         ("penalty.damping_ratio", "", &mut p.damping_ratio, 0.0, 0.05),
         ("sleep.speed", "m/s", &mut s.speed, 0.0, 1.0e-3),

@@ -66,9 +66,12 @@ pub(super) fn add(
     for (body, &node) in node_of_body.iter().enumerate() {
         body_of_node[node] = Some(body);
     }
-    let mut tracks = Vec::new();
+    let (mut tracks, mut absent) = (Vec::new(), Vec::new());
     for (body, &node) in node_of_body.iter().enumerate() {
         if motion.poses[body].is_empty() {
+            if frames > 0 {
+                absent.push(node);
+            }
             continue;
         }
         let reparent = !parent_is_simple(&tree, node);
@@ -80,11 +83,11 @@ pub(super) fn add(
             tracks.push(track);
         }
     }
-    if tracks.is_empty() {
+    if tracks.is_empty() && absent.is_empty() {
         return Ok(());
     }
     release(&mut output.json, &tracks);
-    write_tracks(output, &motion.times, &tracks);
+    write_tracks(output, &motion.times, &tracks, &absent);
     Ok(())
 }
 
@@ -267,7 +270,8 @@ fn move_to_scene(json: &mut Value, tree: &Tree, node: usize) {
     }
 }
 
-fn write_tracks(output: &mut Output, all_times: &[f32], tracks: &[Track]) {
+/// Nodes that are `absent` have no size at any time.
+fn write_tracks(output: &mut Output, all_times: &[f32], tracks: &[Track], absent: &[usize]) {
     let mut key_times = Pool::default();
     let mut vectors = Pool::default();
     let mut turns = Pool::default();
@@ -317,6 +321,11 @@ fn write_tracks(output: &mut Output, all_times: &[f32], tracks: &[Track]) {
                 object.insert("scale".to_owned(), json!(track.scale.to_array()));
             }
         }
+    }
+    for node in absent {
+        let input = key_times.add([all_times[0]].into_iter(), 1);
+        let keys = vectors.add([0.0; 3].into_iter(), 3);
+        channels.push((*node, "scale", "STEP", input, keys));
     }
     let inputs = key_times.write(output, "SCALAR", 1);
     let vectors = vectors.write(output, "VEC3", 3);

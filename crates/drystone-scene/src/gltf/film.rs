@@ -188,7 +188,7 @@ impl Link {
         (Affine { linear, translation: vector(&keys.translation, translation) }, turn)
     }
 
-    /// When it gets a size, if it has none at first [s].
+    /// When it gets a size, if it has none at first [s]; never is at infinity.
     fn appears(&self) -> Option<f32> {
         let scale = self.keys.as_ref()?.scale.as_ref()?;
         let size =
@@ -196,7 +196,8 @@ impl Link {
         if scale.between != Between::Step || size(0) {
             return None;
         }
-        (1..scale.times.len()).find(|&key| size(key)).map(|key| scale.times[key])
+        let first = (1..scale.times.len()).find(|&key| size(key));
+        Some(first.map_or(f32::INFINITY, |key| scale.times[key]))
     }
 }
 

@@ -2,8 +2,8 @@
 
 use std::collections::BTreeSet;
 
-use drystone::{BodyKind, Shape, vec3};
-use drystone_scene::{CatalogError, Range, Scene, Script, catalog, named};
+use drystone::{BodyKind, JointKind, Shape, vec3};
+use drystone_scene::{CatalogError, Range, Scene, SceneJoint, Script, catalog, named};
 
 fn shapes(scene: &Scene) -> usize {
     scene.bodies.iter().map(|b| b.def.shapes.len()).sum()
@@ -41,7 +41,9 @@ fn every_scene_is_valid_and_its_names_are_unique() {
 #[test]
 fn joints_start_closed() {
     for scene in default_scenes() {
-        for joint in &scene.joints {
+        // The anchors of a pulley are apart.
+        let is_pulley = |joint: &&SceneJoint| matches!(joint.kind, JointKind::Pulley(_));
+        for joint in scene.joints.iter().filter(|joint| !is_pulley(joint)) {
             let (a, b) = (&scene.bodies[joint.body_a].def, &scene.bodies[joint.body_b].def);
             let at_a = a.position + a.rotation.rotate(joint.anchor_a);
             let at_b = b.position + b.rotation.rotate(joint.anchor_b);
