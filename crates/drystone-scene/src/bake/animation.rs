@@ -323,8 +323,8 @@ fn write_tracks(output: &mut Output, all_times: &[f32], tracks: &[Track], absent
         }
     }
     for node in absent {
-        let input = key_times.add([all_times[0]].into_iter(), 1);
-        let keys = vectors.add([0.0; 3].into_iter(), 3);
+        let input = key_times.add([all_times[0]], 1);
+        let keys = vectors.add([0.0; 3], 3);
         channels.push((*node, "scale", "STEP", input, keys));
     }
     let inputs = key_times.write(output, "SCALAR", 1);
