@@ -100,7 +100,7 @@ pub(crate) struct Scratch {
     tallies: Vec<ContactTally>,
     joint_tallies: Vec<JointTally>,
     six_tallies: Vec<JointTally>,
-    tree_tallies: Vec<[[Vec3; 2]; 2]>,
+    tree_tallies: Vec<[Vec3; 2]>,
     /// Of the methods that run over rows one by one.
     classic: classic::Scratch,
     /// Sweeps over the contacts in the last step.
@@ -166,7 +166,7 @@ struct Solver<'a> {
     tallies: Rows<'a, ContactTally>,
     joint_tallies: Rows<'a, JointTally>,
     six_tallies: Rows<'a, JointTally>,
-    tree_tallies: Rows<'a, [[Vec3; 2]; 2]>,
+    tree_tallies: Rows<'a, [Vec3; 2]>,
     contacts: Rows<'a, Option<Contact>>,
     joint_slots: Rows<'a, Option<Joint>>,
 }

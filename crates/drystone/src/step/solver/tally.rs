@@ -92,7 +92,7 @@ impl super::Scratch {
         let none = JointTally::default();
         self.joint_tallies.resize(room(self.plan.joints.owners.len()), none);
         self.six_tallies.resize(room(self.plan.sixdofs.owners.len()), none);
-        self.tree_tallies.resize(room(self.plan.forest.joints.len()), Default::default());
+        self.tree_tallies.resize(room(self.plan.forest.joints.len()), [Vec3::ZERO; 2]);
     }
 
     /// What contacts with bodies that can break gave in the last step; in no order. `None` after a step of a
@@ -140,7 +140,7 @@ impl Solver<'_> {
         }
         for tree in self.trees(group) {
             for (i, _) in self.tree_joints(tree) {
-                *self.tree_tallies.row(i) = Default::default();
+                *self.tree_tallies.row(i) = [Vec3::ZERO; 2];
             }
         }
     }
@@ -173,14 +173,11 @@ impl Solver<'_> {
         }
         for tree in self.trees(group) {
             for (i, joint) in self.tree_joints(tree).filter(|(_, joint)| joint.six == NONE) {
-                let row = self.tree_rows.read(i);
-                let impulse = row.impulse.single();
-                let force = if joint.is_child_a { -impulse } else { impulse };
+                let impulse = self.tree_rows.read(i).impulse.single();
+                let now = if joint.is_child_a { -impulse } else { impulse };
                 let [sum, last] = self.tree_tallies.row(i);
-                for (k, now) in [force, row.six.torque.single()].into_iter().enumerate() {
-                    sum[k] += if is_relax { now - last[k] } else { now };
-                    last[k] = now;
-                }
+                *sum += if is_relax { now - *last } else { now };
+                *last = now;
             }
         }
     }
@@ -211,7 +208,7 @@ impl Solver<'_> {
         }
         for tree in self.trees(group) {
             for (i, joint) in self.tree_joints(tree).filter(|(_, joint)| joint.six == NONE) {
-                give(joint.row, self.tree_tallies.read(i)[0]);
+                give(joint.row, [self.tree_tallies.read(i)[0], Vec3::ZERO]);
             }
         }
     }

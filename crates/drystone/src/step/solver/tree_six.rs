@@ -45,7 +45,7 @@ pub(super) struct SixRow {
     limit: [f32; 6],
     /// Impulse of all rows on body B: force, and torque about its anchor [N s; N m s, world].
     force: DVec3,
-    pub(super) torque: DVec3,
+    torque: DVec3,
     /// Greatest so far.
     peak: [f64; 2],
     /// Compliance of a turn over that of a motion [1/m²].
