@@ -141,8 +141,8 @@ impl Forest {
             let (a, b) = (end(joint.body_a), end(joint.body_b));
             // Bodies that were put aside may still be named by a joint.
             if (a, b) != (NONE, NONE) {
-                let fits = matches!(joint.link, Link::Ball | Link::Six(_));
                 if connects(&joint.link) {
+                    let fits = matches!(joint.link, Link::Ball | Link::Six(_));
                     self.connect(a, b, fits, joint.articulated);
                 }
             }

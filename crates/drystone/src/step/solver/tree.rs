@@ -49,7 +49,6 @@ pub(super) struct Sweep {
     pub(super) elapsed: f64,
     /// Gaps are closed no faster than this [m/s].
     pub(super) push_speed: f64,
-    pub(super) is_relax: bool,
     pub(super) joints: JointSweep,
 }
 
@@ -253,7 +252,9 @@ impl Solver<'_> {
                     ..TreeBody::default()
                 };
             }
-            let ease = self.turn_ease(tree);
+            // Balls hold no turns.
+            let has_six = self.tree_joints(tree).any(|(_, joint)| joint.six != NONE);
+            let ease = if has_six { self.turn_ease(tree) } else { 0.0 };
             for (i, joint) in self.tree_joints(tree) {
                 if joint.six == NONE {
                     self.prepare_tree_joint(joint, i);
@@ -348,7 +349,6 @@ impl Solver<'_> {
             // single joints take, made a chain fly apart.
             elapsed: f64::from(joints.elapsed + joints.back),
             push_speed: f64::from(self.ctx.push_speed),
-            is_relax: joints.is_relax,
             joints: *joints,
         };
         let forest = &self.plan.forest;
@@ -369,9 +369,9 @@ impl Solver<'_> {
             let (v, x) = (wide(line.v, line.w), wide(line.x, line.t));
             body.motion = x;
             for c in 0..6 {
-                body.u[c] = if sweep.is_relax { v[c] } else { v[c] - body.carried[c] };
+                body.u[c] = if sweep.joints.is_relax { v[c] } else { v[c] - body.carried[c] };
             }
-            if !sweep.is_relax {
+            if !sweep.joints.is_relax {
                 body.turning = 0.0;
             }
         }
@@ -387,7 +387,7 @@ impl Solver<'_> {
         for i in tree.bodies.clone() {
             self.tree_bodies.row(i).begin();
         }
-        if !sweep.is_relax {
+        if !sweep.joints.is_relax {
             self.push_scalars(tree);
         }
         self.factor_tree(tree);
@@ -396,7 +396,7 @@ impl Solver<'_> {
             let row = self.tree_rows.row(i);
             for c in 0..row.count {
                 row.lambda[c] =
-                    if sweep.is_relax { row.lambda[c] + row.rhs[c] } else { row.rhs[c] };
+                    if sweep.joints.is_relax { row.lambda[c] + row.rhs[c] } else { row.rhs[c] };
             }
         }
         self.solve_scalars(tree, sweep);
@@ -413,7 +413,7 @@ impl Solver<'_> {
             let body = self.tree_bodies.row(i);
             let before = body.carried;
             self.put_velocity(body);
-            if sweep.is_relax {
+            if sweep.joints.is_relax {
                 for c in 0..6 {
                     body.carried[c] += before[c];
                 }
@@ -494,7 +494,7 @@ impl Solver<'_> {
                 y: dot(&row.child[1], u),
                 z: dot(&row.child[2], u),
             };
-        if !sweep.is_relax {
+        if !sweep.joints.is_relax {
             child.stiffen(sweep.h, row.impulse, r);
         }
         if joint.parent != NONE {
@@ -510,7 +510,7 @@ impl Solver<'_> {
                     y: dot(&row.parent[1], u),
                     z: dot(&row.parent[2], u),
                 };
-            if !sweep.is_relax {
+            if !sweep.joints.is_relax {
                 parent.stiffen(sweep.h, -row.impulse, r);
             }
         }

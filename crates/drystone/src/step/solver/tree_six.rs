@@ -219,7 +219,7 @@ impl Solver<'_> {
             let body = self.tree_bodies.row(i);
             body.sum = body.x;
         }
-        if !sweep.is_relax && sweep.elapsed == 0.0 {
+        if !sweep.joints.is_relax && sweep.elapsed == 0.0 {
             self.find_gains(tree);
         }
         for (i, joint) in self.tree_joints(tree) {
@@ -308,12 +308,13 @@ impl Solver<'_> {
         for (i, joint) in self.tree_joints(tree) {
             for k in self.tree_rows.read(i).count..self.tree_rows.read(i).all() {
                 let gains = &gains[of * n..(of + 1) * n];
-                let given = self.solve_scalar(joint, self.tree_rows.row(i), k, gains[of], sweep);
+                let own = gains[of];
                 of += 1;
+                let given = self.solve_scalar(joint, self.tree_rows.row(i), k, own, sweep);
                 if given == 0.0 {
                     continue;
                 }
-                greatest = greater((given * gains[of - 1]).abs(), greatest);
+                greatest = greater((given * own).abs(), greatest);
                 let mut to = 0;
                 for (i, _) in self.tree_joints(tree) {
                     let row = self.tree_rows.row(i);
@@ -378,7 +379,7 @@ impl Solver<'_> {
         let world = TreeBody::default();
         let child = self.tree_bodies.row(joint.child as usize);
         let mut parent = &world;
-        let stiff = sweep.filter(|sweep| !sweep.is_relax);
+        let stiff = sweep.filter(|sweep| !sweep.joints.is_relax);
         if let Some(sweep) = stiff {
             child.stiffen(sweep.h, row.impulse, row.r_child);
         }
