@@ -46,13 +46,12 @@ pub(crate) fn stop_fast_bodies(
         Note::Fast(row, from, stood) => Some((row, from, stood)),
         _ => None,
     }));
-    let (table, solids, trees) = (&*bodies, &*shapes, &*bounds);
+    let around = Around { bodies, shapes, bounds };
     collect_ranges(jobs, fast.len(), grain(jobs, fast.len(), 32), stopped, |range, out| {
         for (row, from, stood) in &fast[range] {
-            let body = table.at(*row);
+            let body = around.bodies.at(*row);
             let delta = body.center - *from;
-            if let Some(stop) = first_stop(body, *row, (*from, *stood), delta, table, solids, trees)
-            {
+            if let Some(stop) = first_stop(body, *row, (*from, *stood), delta, &around) {
                 out.push((*row, *from + delta * stop.max(0.0)));
             }
         }
@@ -73,6 +72,13 @@ pub(crate) fn stop_fast_bodies(
     }
 }
 
+/// What stands around.
+struct Around<'a> {
+    bodies: &'a Bodies,
+    shapes: &'a Shapes,
+    bounds: &'a Bounds,
+}
+
 /// What is swept: a body, or a part of one.
 struct Swept<'a> {
     body: &'a Body,
@@ -91,23 +97,21 @@ fn first_stop(
     row: u32,
     (from, stood): (Vec3, Quat),
     delta: Vec3,
-    bodies: &Bodies,
-    shapes: &Shapes,
-    bounds: &Bounds,
+    around: &Around<'_>,
 ) -> Option<f32> {
-    if !is_hollow(body, shapes) {
+    if !is_hollow(body, around.shapes) {
         let whole = Swept { body, shapes: &body.shapes, middle: Vec3::ZERO, extent: body.extent };
-        return first_stop_of(&whole, row, (from, stood), delta, bodies, shapes, bounds);
+        return first_stop_of(&whole, row, (from, stood), delta, around);
     }
     let mut first: Option<f32> = None;
     for shape in &body.shapes {
-        let s = shapes.at(*shape);
+        let s = around.shapes.at(*shape);
         let (middle, extent) = s.solid.ball();
         let middle = s.centered.point(middle);
         let begin = from + stood.rotate(middle);
         let way = body.center + body.rotation.rotate(middle) - begin;
         let part = Swept { body, shapes: core::slice::from_ref(shape), middle, extent };
-        let stop = first_stop_of(&part, row, (begin, stood), way, bodies, shapes, bounds);
+        let stop = first_stop_of(&part, row, (begin, stood), way, around);
         first = match (first, stop) {
             (Some(a), Some(b)) => Some(a.min(b)),
             (a, b) => a.or(b),
@@ -131,13 +135,12 @@ fn first_stop_of(
     row: u32,
     (from, stood): (Vec3, Quat),
     delta: Vec3,
-    bodies: &Bodies,
-    shapes: &Shapes,
-    bounds: &Bounds,
+    around: &Around<'_>,
 ) -> Option<f32> {
     if delta == Vec3::ZERO {
         return None;
     }
+    let Around { bodies, shapes, bounds } = around;
     let meets = |other: &ShapeRow| {
         swept
             .shapes
