@@ -140,11 +140,9 @@ impl Forest {
             joint.is_direct = false;
             let (a, b) = (end(joint.body_a), end(joint.body_b));
             // Bodies that were put aside may still be named by a joint.
-            if (a, b) != (NONE, NONE) {
-                if connects(&joint.link) {
-                    let fits = matches!(joint.link, Link::Ball | Link::Six(_));
-                    self.connect(a, b, fits, joint.articulated);
-                }
+            if (a, b) != (NONE, NONE) && connects(&joint.link) {
+                let fits = matches!(joint.link, Link::Ball | Link::Six(_));
+                self.connect(a, b, fits, joint.articulated);
             }
         }
         for row in all() {
