@@ -237,30 +237,12 @@ mod tests {
     use crate::base::math::{Vec3, vec3};
     use crate::geometry::hull::Hull;
     use crate::geometry::mesh::Mesh;
+    use crate::geometry::oracle::{Numbers, grid, parry};
     use crate::geometry::shape::Shape;
     use crate::geometry::solid::Solid;
-    use parry3d::math::Vector;
     use parry3d::query::{Ray, RayCast};
     use parry3d::shape;
     use std::sync::Arc;
-
-    /// Numbers from -1 to 1.
-    struct Numbers(u32);
-
-    impl Numbers {
-        fn next(&mut self) -> f32 {
-            self.0 = self.0.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-            (self.0 >> 8) as f32 / 8_388_608.0 - 1.0
-        }
-
-        fn point(&mut self) -> Vec3 {
-            vec3(self.next(), self.next(), self.next())
-        }
-    }
-
-    fn parry(v: Vec3) -> Vector {
-        Vector::from(v.to_array())
-    }
 
     /// Random rays, about half of which hit; those that start inside are left out.
     fn compare(shape: &Shape, reference: &impl RayCast, inside: impl Fn(Vec3) -> bool) {
@@ -323,24 +305,6 @@ mod tests {
         compare(&Shape::Hull(Arc::new(hull)), &reference.unwrap(), |p| {
             planes.iter().all(|q| q.distance(p) < 0.0)
         });
-    }
-
-    fn grid() -> (Vec<Vec3>, Vec<[u32; 3]>) {
-        let mut vertices = Vec::new();
-        for i in 0..=20_u8 {
-            for k in 0..=20_u8 {
-                let (x, z) = (f32::from(i) * 0.2 - 2.0, f32::from(k) * 0.2 - 2.0);
-                vertices.push(vec3(x, 0.3 * (x * x - z), z));
-            }
-        }
-        let mut triangles = Vec::new();
-        for i in 0..20 {
-            for k in 0..20 {
-                let a = i * 21 + k;
-                triangles.extend([[a, a + 1, a + 22], [a, a + 22, a + 21]]);
-            }
-        }
-        (vertices, triangles)
     }
 
     #[test]

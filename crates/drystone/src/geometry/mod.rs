@@ -17,3 +17,5 @@ pub(crate) mod gjk;
 pub(crate) mod epa;
 pub(crate) mod cast;
 pub(crate) mod nearest;
+#[cfg(test)]
+pub(crate) mod oracle;

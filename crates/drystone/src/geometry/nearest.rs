@@ -162,30 +162,12 @@ mod tests {
     use crate::base::math::{Vec3, vec3};
     use crate::geometry::hull::Hull;
     use crate::geometry::mesh::Mesh;
+    use crate::geometry::oracle::{Numbers, grid, parry};
     use crate::geometry::shape::Shape;
     use crate::geometry::solid::Solid;
-    use parry3d::math::Vector;
     use parry3d::query::PointQuery;
     use parry3d::shape;
     use std::sync::Arc;
-
-    /// Numbers from -1 to 1.
-    struct Numbers(u32);
-
-    impl Numbers {
-        fn next(&mut self) -> f32 {
-            self.0 = self.0.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-            (self.0 >> 8) as f32 / 8_388_608.0 - 1.0
-        }
-
-        fn point(&mut self) -> Vec3 {
-            vec3(self.next(), self.next(), self.next())
-        }
-    }
-
-    fn parry(v: Vec3) -> Vector {
-        Vector::from(v.to_array())
-    }
 
     /// Distances of points around the shape, and the point of the surface that they lead to.
     fn compare(shape: &Shape, reference: &impl PointQuery, solid: bool) {
@@ -257,20 +239,7 @@ mod tests {
 
     #[test]
     fn points_are_as_far_from_a_mesh_as_parry_says() {
-        let mut vertices = Vec::new();
-        for i in 0..=20_u8 {
-            for k in 0..=20_u8 {
-                let (x, z) = (f32::from(i) * 0.2 - 2.0, f32::from(k) * 0.2 - 2.0);
-                vertices.push(vec3(x, 0.3 * (x * x - z), z));
-            }
-        }
-        let mut triangles = Vec::new();
-        for i in 0..20 {
-            for k in 0..20 {
-                let a = i * 21 + k;
-                triangles.extend([[a, a + 1, a + 22], [a, a + 22, a + 21]]);
-            }
-        }
+        let (vertices, triangles) = grid();
         let theirs = vertices.iter().map(|v| parry(*v)).collect();
         let reference = shape::TriMesh::new(theirs, triangles.clone()).unwrap();
         let mesh = Shape::Mesh(Arc::new(Mesh::new(vertices, triangles).unwrap()));
