@@ -4,8 +4,8 @@
 use std::sync::Arc;
 
 use drystone::{
-    BodyDef, ClothDef, JointKind, JointStrength, ParticleDef, Pose, RopeDef, Vec3, WorldConfig,
-    trig, vec3,
+    BodyDef, ClothDef, JointKind, JointStrength, ParticleDef, Pose, Quat, RopeDef, SixDof, Vec3,
+    WorldConfig, trig, vec3,
 };
 
 use crate::gltf::Film;
@@ -104,6 +104,34 @@ pub struct SceneStrand {
     pub pins: Vec<usize>,
     /// Its particles that bodies hold.
     pub holds: Vec<SceneHold>,
+}
+
+impl SceneJoint {
+    /// A joint of two bodies, each with its number and anchor [m, its frame]: they do not collide, and it
+    /// bears anything.
+    #[must_use]
+    pub const fn new(a: (usize, Vec3), b: (usize, Vec3), kind: JointKind) -> Self {
+        Self {
+            body_a: a.0,
+            body_b: b.0,
+            anchor_a: a.1,
+            anchor_b: b.1,
+            kind,
+            collide_connected: false,
+            strength: None,
+            articulated: false,
+        }
+    }
+
+    /// A joint of six axes at a point, of bodies that stand so, with these frames [world].
+    #[must_use]
+    pub fn at(ends: [(usize, Pose); 2], point: Vec3, frames: [Quat; 2], axes: SixDof) -> Self {
+        let [(a, at_a), (b, at_b)] = ends;
+        let in_frame = |at: Pose, frame: Quat| (at.rotation.conjugate() * frame).normalized();
+        let (frame_a, frame_b) = (in_frame(at_a, frames[0]), in_frame(at_b, frames[1]));
+        let kind = JointKind::SixDof(SixDof { frame_a, frame_b, ..axes });
+        Self::new((a, at_a.local_point(point)), (b, at_b.local_point(point)), kind)
+    }
 }
 
 /// What happens to the bodies while the scene runs, besides physics.

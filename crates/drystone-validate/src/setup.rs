@@ -166,16 +166,6 @@ fn join(
         Ok::<_, EngineError>(narrow(rotate(def.rotation.conjugate(), from)))
     };
     let (anchor_a, anchor_b) = (anchor(a)?, anchor(b)?);
-    let joint = SceneJoint {
-        body_a: a,
-        body_b: b,
-        anchor_a,
-        anchor_b,
-        kind,
-        collide_connected: false,
-        strength: None,
-        articulated: false,
-    };
-    scene.joints.push(joint);
+    scene.joints.push(SceneJoint::new((a, anchor_a), (b, anchor_b), kind));
     Ok(())
 }

@@ -108,24 +108,15 @@ pub(super) fn joint_grid(mut scene: Scene, _: &Values) -> Result<Scene, CatalogE
                 def.with_position(vec3(real(column), -real(row), 0.0)).with_shape(ball.clone());
             let this = scene.add(format!("ball {column}/{row}"), def);
             if row > 0 {
-                join.push((this - 1, this, vec3(0.0, -0.5, 0.0), vec3(0.0, 0.5, 0.0)));
+                join.push(((this - 1, vec3(0.0, -0.5, 0.0)), (this, vec3(0.0, 0.5, 0.0))));
             }
             // The balls of the top row are fixed.
             if column > 0 && row > 0 {
-                join.push((this - SIDE, this, vec3(0.5, 0.0, 0.0), vec3(-0.5, 0.0, 0.0)));
+                join.push(((this - SIDE, vec3(0.5, 0.0, 0.0)), (this, vec3(-0.5, 0.0, 0.0))));
             }
         }
     }
-    let joint = |(body_a, body_b, anchor_a, anchor_b)| SceneJoint {
-        body_a,
-        body_b,
-        anchor_a,
-        anchor_b,
-        kind: JointKind::Ball,
-        collide_connected: false,
-        strength: None,
-        articulated: false,
-    };
+    let joint = |(a, b)| SceneJoint::new(a, b, JointKind::Ball);
     scene.joints = join.into_iter().map(joint).collect();
     Ok(scene)
 }

@@ -95,15 +95,10 @@ pub(super) fn add_bonded_wall(
         let force = MORTAR * bond.area;
         let torque = force * bond.area.sqrt() / 6.0;
         let [a, b] = bond.shapes;
+        let end = |brick: usize| (first + brick, bond.point - bricks[brick].pose.position);
         scene.joints.push(SceneJoint {
-            body_a: first + a,
-            body_b: first + b,
-            anchor_a: bond.point - bricks[a].pose.position,
-            anchor_b: bond.point - bricks[b].pose.position,
-            kind: JointKind::SixDof(SixDof::FIXED),
-            collide_connected: false,
             strength: Some(JointStrength { force, torque, ..JointStrength::default() }),
-            articulated: false,
+            ..SceneJoint::new(end(a), end(b), JointKind::SixDof(SixDof::FIXED))
         });
     }
     Ok(())

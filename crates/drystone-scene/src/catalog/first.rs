@@ -105,16 +105,8 @@ pub(super) fn cradle(mut scene: Scene, values: &Values) -> Result<Scene, Catalog
             .with_rotation(Quat::from_axis_angle(Vec3::Z, angle))
             .with_shape(ShapeDef::sphere(0.5).with_material(steel));
         let body_b = scene.add(format!("ball {i}"), ball);
-        scene.joints.push(SceneJoint {
-            body_a: 0,
-            body_b,
-            anchor_a: vec3(x, 0.0, 0.0),
-            anchor_b: vec3(0.0, STRING, 0.0),
-            kind: JointKind::Ball,
-            collide_connected: false,
-            strength: None,
-            articulated: false,
-        });
+        let ends = ((0, vec3(x, 0.0, 0.0)), (body_b, vec3(0.0, STRING, 0.0)));
+        scene.joints.push(SceneJoint::new(ends.0, ends.1, JointKind::Ball));
     }
     Ok(scene)
 }

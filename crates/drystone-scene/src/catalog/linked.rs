@@ -8,20 +8,6 @@ use super::parameters::{CatalogError, Values};
 use super::parts::{add_ground, box_at, cos_sin, radians, real};
 use crate::scene::{Scene, SceneJoint};
 
-fn ball_joint((body_a, anchor_a): (usize, Vec3), (body_b, anchor_b): (usize, Vec3)) -> SceneJoint {
-    let kind = JointKind::Ball;
-    SceneJoint {
-        body_a,
-        body_b,
-        anchor_a,
-        anchor_b,
-        kind,
-        collide_connected: false,
-        strength: None,
-        articulated: false,
-    }
-}
-
 /// A straight chain that hangs from a fixed block, with a ball at its end.
 struct Chain {
     /// Where it is held [m].
@@ -56,7 +42,7 @@ fn add_chain(scene: &mut Scene, chain: &Chain) {
             .with_shape(ShapeDef::capsule(0.5 * LINK - 0.06, 0.06));
         let this = scene.add(format!("link {i}"), link);
         let up = vec3(0.0, 0.5 * LINK, 0.0);
-        scene.joints.push(ball_joint((above, anchor), (this, up)));
+        scene.joints.push(SceneJoint::new((above, anchor), (this, up), JointKind::Ball));
         (above, anchor) = (this, -up);
     }
     let reach = LINK * real(chain.links) + chain.ball_radius;
@@ -66,7 +52,11 @@ fn add_chain(scene: &mut Scene, chain: &Chain) {
         .with_mass(chain.ball_mass)
         .with_shape(ShapeDef::sphere(chain.ball_radius));
     let this = scene.add("ball", ball);
-    scene.joints.push(ball_joint((above, anchor), (this, vec3(0.0, chain.ball_radius, 0.0))));
+    scene.joints.push(SceneJoint::new(
+        (above, anchor),
+        (this, vec3(0.0, chain.ball_radius, 0.0)),
+        JointKind::Ball,
+    ));
 }
 
 pub(super) fn chain(mut scene: Scene, values: &Values) -> Result<Scene, CatalogError> {
@@ -125,7 +115,11 @@ pub(super) fn bridge(mut scene: Scene, values: &Values) -> Result<Scene, Catalog
     let join = |a: (usize, Vec3), b: (usize, Vec3), scene: &mut Scene| {
         for z in sides {
             let side = vec3(0.0, 0.0, z);
-            scene.joints.push(ball_joint((a.0, a.1 + side), (b.0, b.1 + side)));
+            scene.joints.push(SceneJoint::new(
+                (a.0, a.1 + side),
+                (b.0, b.1 + side),
+                JointKind::Ball,
+            ));
         }
     };
     let mut previous = (left, vec3(0.5, 0.5 * height, 0.0));

@@ -16,19 +16,8 @@ fn join(scene: &mut Scene, bodies: [usize; 2], point: Vec3, frames: [Quat; 2], a
         let def = &scene.bodies[number].def;
         Pose::new(def.position, def.rotation)
     };
-    let [a, b] = bodies.map(pose);
-    let [frame_a, frame_b] = [(a, frames[0]), (b, frames[1])]
-        .map(|(body, frame)| (body.rotation.conjugate() * frame).normalized());
-    scene.joints.push(SceneJoint {
-        body_a: bodies[0],
-        body_b: bodies[1],
-        anchor_a: a.local_point(point),
-        anchor_b: b.local_point(point),
-        kind: JointKind::SixDof(SixDof { frame_a, frame_b, ..axes }),
-        collide_connected: false,
-        strength: None,
-        articulated: false,
-    });
+    let ends = bodies.map(|number| (number, pose(number)));
+    scene.joints.push(SceneJoint::at(ends, point, frames, axes));
 }
 
 pub(super) fn mattress(mut scene: Scene, values: &Values) -> Result<Scene, CatalogError> {
@@ -234,14 +223,8 @@ pub(super) fn pulley(mut scene: Scene, values: &Values) -> Result<Scene, Catalog
     let rope = Pulley { ratio, ..Pulley::rope(points, reach[0] + ratio * reach[1]) };
     let anchor = vec3(0.0, half, 0.0);
     scene.joints.push(SceneJoint {
-        body_a: bodies[0],
-        body_b: bodies[1],
-        anchor_a: anchor,
-        anchor_b: anchor,
-        kind: JointKind::Pulley(rope),
         collide_connected: true,
-        strength: None,
-        articulated: false,
+        ..SceneJoint::new((bodies[0], anchor), (bodies[1], anchor), JointKind::Pulley(rope))
     });
     Ok(scene)
 }

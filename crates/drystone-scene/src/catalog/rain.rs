@@ -4,8 +4,8 @@ use core::f32::consts::TAU;
 use std::sync::Arc;
 
 use drystone::{
-    BodyDef, Filter, JointAxis, JointCone, JointDrive, JointKind, JointSpring, Material, Mesh,
-    Pose, Quat, Shape, ShapeDef, SixDof, Vec3, vec3,
+    BodyDef, Filter, JointAxis, JointCone, JointDrive, JointSpring, Material, Mesh, Pose, Quat,
+    Shape, ShapeDef, SixDof, Vec3, vec3,
 };
 
 use super::parameters::{CatalogError, Values};
@@ -129,12 +129,13 @@ fn add_person(
         let ends = [(first + b.parent, places[b.parent]), (first + i, places[i])];
         let point = b.at + shift;
         let (axes, axis, free) = axes_of(socket, 5.0 * b.friction);
-        wave.joints.push(join(ends, point, axis, axes));
+        let frames = [Quat::from_arc(Vec3::X, axis); 2];
+        wave.joints.push(SceneJoint::at(ends, point, frames, axes));
         if springs {
             let spring = JointDrive::servo(0.0, JointSpring::hertz(1.0, 0.7), f32::INFINITY);
             let angular = free.map(|f| if f { JointAxis::driven(spring) } else { JointAxis::FREE });
             let axes = SixDof { linear: [JointAxis::FREE; 3], angular, ..SixDof::FIXED };
-            wave.joints.push(join(ends, point, axis, axes));
+            wave.joints.push(SceneJoint::at(ends, point, frames, axes));
         }
     }
 }
@@ -153,22 +154,6 @@ fn axes_of(socket: Socket, friction: f32) -> (SixDof, Vec3, [bool; 3]) {
             let turn = JointAxis::limited(0.0, radians(bend)).with_drive(friction);
             (SixDof::hinge(turn), axis, [true, false, false])
         }
-    }
-}
-
-fn join(ends: [(usize, Pose); 2], point: Vec3, axis: Vec3, axes: SixDof) -> SceneJoint {
-    let [(body_a, a), (body_b, b)] = ends;
-    let frame = Quat::from_arc(Vec3::X, axis);
-    let [frame_a, frame_b] = [a, b].map(|p| (p.rotation.conjugate() * frame).normalized());
-    SceneJoint {
-        body_a,
-        body_b,
-        anchor_a: a.local_point(point),
-        anchor_b: b.local_point(point),
-        kind: JointKind::SixDof(SixDof { frame_a, frame_b, ..axes }),
-        collide_connected: false,
-        strength: None,
-        articulated: false,
     }
 }
 

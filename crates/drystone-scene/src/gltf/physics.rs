@@ -165,16 +165,9 @@ fn join(
             frames[i] = tree.nodes[held].pose.relative(&tree.nodes[end].pose);
         }
         for kind in &description.kinds {
-            joints.push(SceneJoint {
-                body_a: numbers[0],
-                body_b: numbers[1],
-                anchor_a: frames[0].position,
-                anchor_b: frames[1].position,
-                kind: description.in_frames(*kind, frames[0].rotation, frames[1].rotation),
-                collide_connected,
-                strength: None,
-                articulated: false,
-            });
+            let kind = description.in_frames(*kind, frames[0].rotation, frames[1].rotation);
+            let [a, b] = [0, 1].map(|i| (numbers[i], frames[i].position));
+            joints.push(SceneJoint { collide_connected, ..SceneJoint::new(a, b, kind) });
         }
     }
     Ok(joints)

@@ -4,10 +4,10 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 use drystone::{
-    BodyDef, BodyKind, JointAxis, JointKind, MassDef, MassProperties, Pose, Quat, ShapeDef, SixDof,
+    BodyDef, BodyKind, JointKind, MassDef, MassProperties, Pose, Quat, ShapeDef, SixDof, Vec3,
 };
 
-use super::compose::stages;
+use super::compose::{self, stages};
 use super::{Hold, Link, Weight};
 use crate::error::SceneError;
 use crate::gltf::of_shapes;
@@ -83,25 +83,8 @@ fn keeps_apart(scene: &Scene, a: usize, b: usize) -> bool {
 
 /// Adds a joint that holds nothing and keeps its bodies from colliding.
 fn tie(scene: &mut Scene, a: usize, b: usize) {
-    let center = |i: usize| match scene.bodies[i].def.mass {
-        MassDef::Exact { center, .. } => center,
-        _ => drystone::Vec3::ZERO,
-    };
-    let (anchor_a, anchor_b) = (center(a), center(b));
-    scene.joints.push(SceneJoint {
-        body_a: a,
-        body_b: b,
-        anchor_a,
-        anchor_b,
-        kind: JointKind::SixDof(SixDof {
-            linear: [JointAxis::FREE; 3],
-            angular: [JointAxis::FREE; 3],
-            ..SixDof::FIXED
-        }),
-        collide_connected: false,
-        strength: None,
-        articulated: false,
-    });
+    let free = JointKind::SixDof(compose::FREE);
+    scene.joints.push(SceneJoint::new((a, Vec3::ZERO), (b, Vec3::ZERO), free));
 }
 
 /// Links that are one body.
@@ -242,15 +225,10 @@ impl Chain<'_> {
             } else {
                 scene.add(name.clone(), def.clone())
             };
+            let ends = ((above, on_above.point(stage.anchor)), (number, stage.anchor));
             let joint = |kind: JointKind| SceneJoint {
-                body_a: above,
-                body_b: number,
-                anchor_a: on_above.point(stage.anchor),
-                anchor_b: stage.anchor,
-                kind: on_first(kind, on_above.rotation),
                 collide_connected: collides && k == 0,
-                strength: None,
-                articulated: false,
+                ..SceneJoint::new(ends.0, ends.1, on_first(kind, on_above.rotation))
             };
             for (of, axis, sign, reference) in &stage.coordinates {
                 let (axis, sign, reference) = (*axis, *sign, *reference);

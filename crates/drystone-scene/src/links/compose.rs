@@ -113,7 +113,7 @@ fn stage(dofs: &[Dof], notes: &mut Vec<String>) -> Stage {
     Stage { anchor, kind: made.0, friction: made.1, last: name, coordinates }
 }
 
-const FREE: SixDof =
+pub(super) const FREE: SixDof =
     SixDof { linear: [JointAxis::FREE; 3], angular: [JointAxis::FREE; 3], ..SixDof::FIXED };
 
 fn with_frame(axes: SixDof, frame: Quat) -> JointKind {

@@ -199,14 +199,8 @@ impl<'a> Relations<'_, 'a> {
             other => other,
         };
         scene.joints.push(SceneJoint {
-            body_a,
-            body_b,
-            anchor_a,
-            anchor_b,
-            kind,
             collide_connected: true,
-            strength: None,
-            articulated: false,
+            ..SceneJoint::new((body_a, anchor_a), (body_b, anchor_b), kind)
         });
     }
 

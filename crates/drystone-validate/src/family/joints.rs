@@ -98,16 +98,11 @@ fn swing(lab: &Lab, hold: Hold, angle: f64, seconds: f64) -> Result<Swing, Engin
     let post = scene.add("post", BodyDef::fixed());
     match hold {
         Hold::Ball => add_ball_joint(&mut scene, post, bob, [0.0; 3])?,
-        Hold::Rod => scene.joints.push(SceneJoint {
-            body_a: post,
-            body_b: bob,
-            anchor_a: drystone::Vec3::ZERO,
-            anchor_b: drystone::Vec3::ZERO,
-            kind: JointKind::Distance { min: 1.0, max: 1.0, spring: None },
-            collide_connected: false,
-            strength: None,
-            articulated: false,
-        }),
+        Hold::Rod => {
+            let kind = JointKind::Distance { min: 1.0, max: 1.0, spring: None };
+            let ends = [post, bob].map(|number| (number, drystone::Vec3::ZERO));
+            scene.joints.push(SceneJoint::new(ends[0], ends[1], kind));
+        }
     }
     let mut run = lab.start(scene)?;
     let (e0, size) = (run.energy(), run.matter(bob).mass * G * (1.0 - angle.cos()));
