@@ -22,7 +22,8 @@ const USAGE: &str = "usage: cargo xtask COMMAND
   instructions [--bless]          count the instructions of the runs of instructions.txt by callgrind
   gallery                         draw the pictures of docs/gallery
   stability                       long runs of what must stand or fall, into docs/stability.md (a quarter of an hour)
-  web [build|test|serve [PORT]]   build the viewer for browsers into target/web, and test it in one (many minutes at first)
+  web [build|test [PART…]|serve [PORT]]
+                                  build the viewer for browsers into target/web, and test it in one (many minutes at first)
   roofline                        bandwidth and arithmetic of this machine (run xtask with --release)";
 
 /// What a command returns: nothing, or the lines that say what is wrong.

@@ -13,13 +13,13 @@ use crate::{Outcome, root};
 /// Builds and tests; or only one of them; or serves the folder.
 pub fn run(words: &[&str]) -> Outcome {
     match words {
-        [] => build::run().and_then(|()| test::run()),
+        [] => build::run().and_then(|()| test::run(&[])),
         ["build"] => build::run(),
-        ["test"] => test::run(),
+        ["test", names @ ..] => test::run(names),
         ["serve"] => serve("8080"),
         ["serve", port] => serve(port),
         _ => Err(format!(
-            "cargo xtask web {}: allowed are build, test, serve [PORT]",
+            "cargo xtask web {}: allowed are build, test [PART…], serve [PORT]",
             words.join(" ")
         )),
     }

@@ -86,7 +86,7 @@ impl Stage {
         let painter =
             egui_wgpu::Renderer::new(&device, config.format, egui_wgpu::RendererOptions::default());
         let side = device.limits().max_texture_dimension_2d as usize;
-        let context = egui::Context::default();
+        let context = context();
         let mut visuals = egui::Visuals::dark();
         visuals.override_text_color = Some(Color32::from_gray(222));
         context.set_visuals(visuals);
@@ -237,6 +237,15 @@ impl Stage {
     }
 }
 
+/// What lays out the panel and tells clicks from drags.
+fn context() -> egui::Context {
+    let context = egui::Context::default();
+    // A finger that has rested for longer than a click may last asks for a menu, and can drag nothing from then on. There
+    // is no such menu here, and whoever pulls a body rests on it first. A drag is what has moved, however long it took.
+    context.options_mut(|options| options.input_options.max_click_duration = f64::INFINITY);
+    context
+}
+
 /// Points of the picture from points of the screen.
 fn area(part: Rect, scale: f32) -> Area {
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped")]
@@ -308,7 +317,7 @@ fn arrange(
 mod tests {
     use egui::{Event, Key, Modifiers, PointerButton, Pos2, RawInput, pos2, vec2};
 
-    use super::{Control, Overlays, Panel, Rect, Shown, arrange};
+    use super::{Control, Overlays, Panel, Rect, Shown, arrange, context};
     use crate::sim::tests::simulation;
     use crate::sim::{Command, Simulation};
 
@@ -326,7 +335,7 @@ mod tests {
             let mut simulation = simulation("stack:n=1");
             let shown = simulation.shown();
             let panel = Panel::new(Overlays::default(), None);
-            let context = egui::Context::default();
+            let context = context();
             let mut desk = Self { context, control: Control::new(), panel, simulation, shown };
             // Sizes are known after the first pictures.
             desk.frame(vec![]);
@@ -376,6 +385,36 @@ mod tests {
         let sent = desk.frame(vec![Desk::button(MIDDLE, false)]);
         assert!(matches!(sent.as_slice(), [.., Command::Release]), "{sent:?}");
         assert!(desk.shown.held.is_none());
+    }
+
+    #[test]
+    fn a_finger_pulls_a_body_however_long_it_rested() {
+        let mut desk = Desk::new();
+        let touch = |phase, at| Event::Touch {
+            device_id: egui::TouchDeviceId(1),
+            id: egui::TouchId(1),
+            phase,
+            pos: at,
+            force: None,
+        };
+        // As the window has it: each event of the first finger is one of the mouse too.
+        let down = touch(egui::TouchPhase::Start, MIDDLE);
+        desk.frame(vec![down, Event::PointerMoved(MIDDLE), Desk::button(MIDDLE, true)]);
+        // Each picture is a sixtieth of a second later: two seconds.
+        for _ in 0..120 {
+            desk.frame(vec![]);
+        }
+        for i in 1..12_u8 {
+            let at = MIDDLE + vec2(0.0, -10.0 * f32::from(i));
+            desk.frame(vec![touch(egui::TouchPhase::Move, at), Event::PointerMoved(at)]);
+        }
+        let (from, to) = desk.shown.held.unwrap();
+        assert!(to.y > from.y + 0.1, "{from:?} {to:?}");
+        let at = MIDDLE + vec2(0.0, -110.0);
+        let up = touch(egui::TouchPhase::End, at);
+        let sent = desk.frame(vec![up, Desk::button(at, false), Event::PointerGone]);
+        assert!(sent.iter().any(|c| matches!(c, Command::Release)), "{sent:?}");
+        assert!(!sent.iter().any(|c| matches!(c, Command::Pick(..))), "{sent:?}");
     }
 
     #[test]
