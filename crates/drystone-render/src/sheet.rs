@@ -1,7 +1,5 @@
 //! Cloths as surfaces: wherever four threads make a square, it is filled.
 
-use std::collections::BTreeSet;
-
 use drystone::{LinkKind, ParticleId, Vec3, World};
 
 use crate::form::Vertex;
@@ -21,8 +19,8 @@ pub(crate) struct Sheets {
     pub(crate) list: Vec<(u32, Sheet)>,
     /// Particles of squares, by their slots.
     covered: Vec<bool>,
-    /// Threads that are a side of a square: slots, the lower one first.
-    sides: BTreeSet<[u32; 2]>,
+    /// Threads that are a side of a square, in order: slots, the lower one first.
+    sides: Vec<[u32; 2]>,
 }
 
 /// The corners of a square, one after the other around it.
@@ -59,7 +57,7 @@ impl Sheets {
 
     /// Whether a square shows the thread between these particles.
     pub(crate) fn cover_thread(&self, ends: [ParticleId; 2]) -> bool {
-        self.sides.contains(&in_order(ends.map(ParticleId::index)))
+        self.sides.binary_search(&in_order(ends.map(ParticleId::index))).is_ok()
     }
 
     fn fill(squares: &[Square], places: &[Option<Vec3>]) -> Self {
@@ -67,12 +65,11 @@ impl Sheets {
         // The piece that a particle belongs to: squares join their corners.
         let mut root: Vec<usize> = (0..places.len()).collect();
         for square in squares {
-            let first = find(&mut root, square[0] as usize);
             for &corner in &square[1..] {
-                let (a, b) = (find(&mut root, square[0] as usize), find(&mut root, corner as usize));
+                let (a, b) =
+                    (find(&mut root, square[0] as usize), find(&mut root, corner as usize));
                 root[a.max(b)] = a.min(b);
             }
-            debug_assert!(find(&mut root, first) <= first);
         }
         let mut sheet_of: Vec<Option<usize>> = vec![None; places.len()];
         let mut vertex_of: Vec<Option<u32>> = vec![None; places.len()];
@@ -103,9 +100,11 @@ impl Sheets {
             }
             for i in 0..4 {
                 sheets.covered[square[i] as usize] = true;
-                sheets.sides.insert(in_order([square[i], square[(i + 1) % 4]]));
+                sheets.sides.push(in_order([square[i], square[(i + 1) % 4]]));
             }
         }
+        sheets.sides.sort_unstable();
+        sheets.sides.dedup();
         for ((_, sheet), normals) in sheets.list.iter_mut().zip(&normals) {
             for (vertex, normal) in sheet.vertices.iter_mut().zip(normals) {
                 vertex.set_normal(normal.normalize_or(Vec3::Y));
@@ -186,7 +185,7 @@ mod tests {
         let sheets = Sheets::of(&world, Vec3::ZERO);
         let indices: Vec<usize> = sheets.list.iter().map(|(_, s)| s.indices.len()).collect();
         assert_eq!(indices, [6, 6], "the square between has lost a side");
-        let [.., below] = [cloth.links[1], cloth.links[4]];
+        let below = cloth.links[4];
         let ends = world.link(below).unwrap().particles();
         assert!(!sheets.cover_thread(ends), "what is left of the torn square is a thread");
     }

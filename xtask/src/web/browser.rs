@@ -274,6 +274,19 @@ impl Browser {
         Ok(())
     }
 
+    /// Has a script on the page drop a file that the server has, under another name.
+    pub(super) fn drop_by_script(&mut self, file: &str, name: &str) -> Outcome {
+        let script = format!(
+            "fetch({file:?}).then(answer => answer.arrayBuffer()).then(bytes => {{
+                const data = new DataTransfer();
+                data.items.add(new File([bytes], {name:?}));
+                const options = {{ dataTransfer: data, bubbles: true, cancelable: true }};
+                document.getElementById('canvas').dispatchEvent(new DragEvent('drop', options));
+            }})"
+        );
+        self.value(&script).map(drop)
+    }
+
     /// Until the page has drawn a picture.
     pub(super) fn frame(&mut self) -> Outcome {
         let wait = "new Promise(done => requestAnimationFrame(() => requestAnimationFrame(() => done(1))))";

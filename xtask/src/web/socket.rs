@@ -112,6 +112,7 @@ const PONG: u8 = 10;
 mod tests {
     use std::io::{Read, Write};
     use std::net::TcpListener;
+    use std::time::Duration;
 
     use super::Socket;
 
@@ -137,8 +138,8 @@ mod tests {
             assert_eq!(sent, [0x81, 0xFE, 0, 200, 0, 0, 0, 0]);
         });
         let mut socket = Socket::open(&url).unwrap();
-        assert_eq!(socket.receive().unwrap(), "abc");
-        assert_eq!(socket.receive().unwrap(), "z".repeat(256));
+        assert_eq!(socket.receive(Duration::from_secs(10)).unwrap(), "abc");
+        assert_eq!(socket.receive(Duration::from_secs(10)).unwrap(), "z".repeat(256));
         socket.send(&"y".repeat(200)).unwrap();
         other.join().unwrap();
         assert!(Socket::open("http://x").is_err());

@@ -6,7 +6,7 @@ use drystone_render::wgpu;
 use drystone_render::{Area, RenderError, Renderer, limits};
 use egui::{Color32, Frame, Id, Rect, Sense, ViewportId};
 use web_time::Instant;
-use winit::event::WindowEvent;
+use winit::event::{DeviceId, Touch, WindowEvent};
 use winit::event_loop::ActiveEventLoop;
 use winit::window::{Window, WindowAttributes};
 
@@ -144,7 +144,8 @@ impl Stage {
             self.surface.configure(self.renderer.device(), &self.config);
             self.window.request_redraw();
         }
-        if self.egui.on_window_event(&self.window, event).repaint {
+        let together = of_one_screen(event);
+        if self.egui.on_window_event(&self.window, together.as_ref().unwrap_or(event)).repaint {
             self.window.request_redraw();
         }
     }
@@ -237,6 +238,13 @@ impl Stage {
     }
 }
 
+/// A finger's event as one of the only screen there is. In a browser each finger counts as a device of its own, and fingers
+/// of different devices make no gesture.
+fn of_one_screen(event: &WindowEvent) -> Option<WindowEvent> {
+    let WindowEvent::Touch(touch) = event else { return None };
+    Some(WindowEvent::Touch(Touch { device_id: DeviceId::dummy(), ..*touch }))
+}
+
 /// What lays out the panel and tells clicks from drags.
 fn context() -> egui::Context {
     let context = egui::Context::default();
@@ -315,7 +323,7 @@ fn arrange(
 
 #[cfg(test)]
 mod tests {
-    use egui::{Event, Key, Modifiers, PointerButton, Pos2, RawInput, pos2, vec2};
+    use egui::{Event, Key, Modifiers, PointerButton, Pos2, RawInput, TouchPhase, pos2, vec2};
 
     use super::{Control, Overlays, Panel, Rect, Shown, arrange, context};
     use crate::sim::tests::simulation;
@@ -387,34 +395,53 @@ mod tests {
         assert!(desk.shown.held.is_none());
     }
 
-    #[test]
-    fn a_finger_pulls_a_body_however_long_it_rested() {
+    fn touch(finger: u64, phase: TouchPhase, at: Pos2) -> Event {
+        let (device_id, id) = (egui::TouchDeviceId(1), egui::TouchId(finger));
+        Event::Touch { device_id, id, phase, pos: at, force: None }
+    }
+
+    /// A finger takes hold of the cube, after two seconds of rest, and pulls it up. As the window has it, each event of the
+    /// first finger is one of the mouse too.
+    fn pulled_by_finger() -> (Desk, Pos2) {
         let mut desk = Desk::new();
-        let touch = |phase, at| Event::Touch {
-            device_id: egui::TouchDeviceId(1),
-            id: egui::TouchId(1),
-            phase,
-            pos: at,
-            force: None,
-        };
-        // As the window has it: each event of the first finger is one of the mouse too.
-        let down = touch(egui::TouchPhase::Start, MIDDLE);
+        let down = touch(1, TouchPhase::Start, MIDDLE);
         desk.frame(vec![down, Event::PointerMoved(MIDDLE), Desk::button(MIDDLE, true)]);
-        // Each picture is a sixtieth of a second later: two seconds.
+        // Each picture is a sixtieth of a second later.
         for _ in 0..120 {
             desk.frame(vec![]);
         }
-        for i in 1..12_u8 {
-            let at = MIDDLE + vec2(0.0, -10.0 * f32::from(i));
-            desk.frame(vec![touch(egui::TouchPhase::Move, at), Event::PointerMoved(at)]);
+        let mut at = MIDDLE;
+        for _ in 0..11 {
+            at -= vec2(0.0, 10.0);
+            desk.frame(vec![touch(1, TouchPhase::Move, at), Event::PointerMoved(at)]);
         }
+        (desk, at)
+    }
+
+    #[test]
+    fn a_finger_pulls_a_body_however_long_it_rested() {
+        let (mut desk, at) = pulled_by_finger();
         let (from, to) = desk.shown.held.unwrap();
         assert!(to.y > from.y + 0.1, "{from:?} {to:?}");
-        let at = MIDDLE + vec2(0.0, -110.0);
-        let up = touch(egui::TouchPhase::End, at);
+        let up = touch(1, TouchPhase::End, at);
         let sent = desk.frame(vec![up, Desk::button(at, false), Event::PointerGone]);
         assert!(sent.iter().any(|c| matches!(c, Command::Release)), "{sent:?}");
         assert!(!sent.iter().any(|c| matches!(c, Command::Pick(..))), "{sent:?}");
+    }
+
+    #[test]
+    fn a_second_finger_lets_go_and_both_move_the_view() {
+        let (mut desk, at) = pulled_by_finger();
+        let before = desk.control.camera.unwrap();
+        let other = at + vec2(-80.0, 60.0);
+        desk.frame(vec![touch(2, TouchPhase::Start, other)]);
+        assert!(desk.shown.held.is_none());
+        let apart = vec2(30.0, -20.0);
+        let moves =
+            [touch(1, TouchPhase::Move, at + apart), touch(2, TouchPhase::Move, other - apart)];
+        desk.frame(moves.to_vec());
+        let after = desk.control.camera.unwrap();
+        assert!(after.distance() < 0.9 * before.distance(), "fingers that part bring it nearer");
     }
 
     #[test]
