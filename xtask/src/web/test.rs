@@ -117,7 +117,7 @@ impl Test {
     /// Runs a part on a fresh page; a picture is left of one that fails.
     fn go_through(&mut self, part: &Part) -> Outcome {
         self.browser.limit(Duration::from_secs(part.seconds));
-        let outcome = self.browser.resize(960, 540).and_then(|()| (part.run)(self));
+        let outcome = self.browser.resize(720, 480).and_then(|()| (part.run)(self));
         let complaints = self.browser.complaints();
         let outcome = outcome.and_then(|()| match complaints.as_slice() {
             [] => Ok(()),
@@ -285,10 +285,11 @@ fn fingers(test: &mut Test) -> Outcome {
 }
 
 fn method(test: &mut Test) -> Outcome {
-    test.go_to("?scene=pyramid:base=6")?;
+    test.go_to("?scene=pyramid:base=6&paused")?;
     // The settings stand below: the panel is scrolled to them.
     let At(x, y) = test.browser.place("hide")?;
     test.browser.scroll_to("method", At(x, y + 300.0))?;
+    test.browser.value("drystone_play(true)")?;
     let before = test.browser.wait_for("it runs", |s| s["step"].as_u64() > Some(10))?;
     test.browser.click("method")?;
     test.browser.place("method soft-step-relax")?;
@@ -410,7 +411,7 @@ fn small(test: &mut Test) -> Outcome {
     test.picture("small-panel.png")?;
     test.browser.click("hide")?;
     test.browser.place("panel")?;
-    test.browser.resize(960, 540)?;
+    test.browser.resize(720, 480)?;
     test.picture("pyramid.png")
 }
 
