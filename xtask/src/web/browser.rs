@@ -222,18 +222,23 @@ impl Browser {
 
     /// Turns the wheel over a place until what has this name is seen.
     pub(super) fn scroll_to(&mut self, name: &str, at: At) -> Outcome {
+        // What is scrolled is what the pointer is over, and a wheel alone moves no pointer.
+        self.mouse("mouseMoved", at, false)?;
+        let height = self.value("innerHeight")?.as_f64().unwrap_or(0.0);
         for _ in 0..60 {
-            if place(&self.state()?, name).is_some() {
+            // What is laid out below the page has a place too.
+            if place(&self.state()?, name).is_some_and(|At(_, y)| y < height - 20.0) {
                 return Ok(());
             }
-            self.wheel(at, 100.0)?;
+            self.wheel(at, 200.0)?;
         }
         Err(format!("{name}: nowhere in the list"))
     }
 
     fn wheel(&mut self, At(x, y): At, down: f64) -> Outcome {
         let event = json!({ "type": "mouseWheel", "x": x, "y": y, "deltaX": 0, "deltaY": down });
-        self.call("Input.dispatchMouseEvent", event)?;
+        // What it returns may come only after the next wheel.
+        self.send("Input.dispatchMouseEvent", event)?;
         self.frame()
     }
 

@@ -156,6 +156,11 @@ impl Stage {
         &mut self,
         send: &mut dyn FnMut(Command),
     ) -> Result<Option<Instant>, RenderError> {
+        if self.window.inner_size().width == 0 {
+            // A page's canvas has no size at first: what is laid out then would take the screen for a vast one, and the
+            // panel would open however small the page is. The event that tells the size asks for a picture.
+            return Ok(None);
+        }
         let input = self.egui.take_egui_input(&self.window);
         let context = self.egui.egui_ctx().clone();
         let (control, panel, shown) = (&mut self.control, &mut self.panel, self.shown.as_ref());
