@@ -1,4 +1,4 @@
-//! Lists that grow by a quarter instead of doubling: the large tables, whose unused half would be half
+//! Lists that grow by an eighth instead of doubling: the large tables, whose unused half would be half
 //! of what a world takes.
 
 /// Adds a value.
@@ -12,6 +12,6 @@ pub(crate) fn push<T>(list: &mut Vec<T>, value: T) {
 #[inline]
 pub(crate) fn make_room<T>(list: &mut Vec<T>, more: usize) {
     if list.capacity() - list.len() < more {
-        list.reserve_exact(more.max(list.len() / 4).max(8));
+        list.reserve_exact(more.max(list.len() / 8).max(8));
     }
 }

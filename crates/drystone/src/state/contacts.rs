@@ -304,7 +304,7 @@ impl Contacts {
             let bounces = restitution > 0.0;
             let Parked { gap, rotation_a, rotation_b } = contact.parked;
             let probe = Probe { row, body_a, body_b, gap, offset, rotation_a, rotation_b, bounces };
-            self.awake.push(probe);
+            grow::push(&mut self.awake, probe);
             self.at_mut(row).awake_row = place;
         } else {
             let probe = self.awake.swap_remove(at as usize);

@@ -273,10 +273,11 @@ fn what_can_break_and_does_not_allocates_nothing() {
     assert!(world.bodies().flat_map(|b| b.bonds()).any(|b| b.load > 0.0));
 }
 
-/// The goal is two kilobytes. What a body of the pyramid takes, with its 2.9 contacts: contacts 1.1 KB,
-/// the solver's blocks 1.1, bodies 0.4, probes 0.3, shapes 0.2, lines 0.2, pairs 0.1, the rest 0.4.
+/// The goal is two kilobytes. What a body of the pyramid takes, with its 2.9 contacts: contacts 0.94 KB,
+/// the solver's blocks 1.06, bodies 0.38, shapes 0.26, lines 0.21, probes 0.19; the rest is what lists have to spare,
+/// the set of pairs and the trees.
 #[test]
-fn a_body_with_its_contacts_takes_less_than_five_kilobytes() {
+fn a_body_with_its_contacts_takes_less_than_four_kilobytes() {
     let mut made = Vec::new();
     for scene in ["pyramid", "pile"] {
         let before = BYTES.get();
@@ -292,5 +293,5 @@ fn a_body_with_its_contacts_takes_less_than_five_kilobytes() {
         made.push((scene, bytes, counts.contacts));
     }
     println!("bytes a body, contacts: {made:?}");
-    assert!(made.iter().all(|(_, bytes, _)| *bytes <= 5000), "bytes a body, contacts: {made:?}");
+    assert!(made.iter().all(|(_, bytes, _)| *bytes <= 4000), "bytes a body, contacts: {made:?}");
 }
