@@ -284,12 +284,12 @@ fn fill_analytic(world: &mut World, scene: &str) {
     }
 }
 
-/// Of 300 steps: greatest number of points, and greatest residual.
+/// Of 300 steps, of 120 where all is at rest: greatest number of points, and greatest residual.
 fn analytic_run(scene: &str) -> (usize, f64) {
     let mut world = world_of("analytic", own());
     fill_analytic(&mut world, scene);
     let (mut points, mut worst) = (0, 0.0_f64);
-    for _ in 0..300 {
+    for _ in 0..if scene.ends_with("pile") { 300 } else { 120 } {
         world.step(DT);
         let residual = world.contact_residual();
         assert_eq!(world.warnings(DT).is_empty(), residual <= 1.0e-6, "{scene}");

@@ -24,11 +24,6 @@ const ENERGY: f32 = 0.1;
 const CARRIED: f32 = 0.5;
 const CHANGE: f32 = 0.3;
 
-/// The same where all awake bodies that touch it have not moved since their own load woke them. In a pile at
-/// rest forces find another answer whenever a body stops to take part in them, and each such change woke others:
-/// the pile was awake for 20 s. A support that goes, and a load that comes, move.
-const CALM: f32 = 0.6;
-
 /// Part of the time of sleep after which what was woken by its load may freeze again, if it has not moved: it was
 /// still before, and the longer it is awake the more of its neighbors it wakes.
 const AGAIN: f32 = 0.2;
@@ -105,13 +100,12 @@ pub(super) fn thaw(ctx: &StepContext, config: &SleepConfig, sets: &mut Sets<'_>,
         let (row, moves) = s.touched[i];
         let (now, old) = (load(ctx, row, sets), sets.bodies.frozen_load(row));
         let body = sets.bodies.at(row);
-        let limit = if moves { CHANGE } else { CALM };
-        let unit = weight(ctx, config, body).max(old.size);
-        let most = limit * unit;
+        let most = CHANGE * weight(ctx, config, body).max(old.size);
         let changed = (now.force - old.force).length() > most
             || (now.torque - old.torque).length() > most * body.extent;
-        // That next to nothing carries it any more is told by a little of the load deep in a pile: from what is
-        // at rest that says nothing.
+        // Deep in a pile a little of the load is all of the weight: there, that the weight is not carried says
+        // something only where a support can have gone. Asked of what is at rest too, cubes of a pile woke each
+        // other for 20 s.
         let lost = moves && !is_carried(ctx, CARRIED - CHANGE, row, sets, |_| true);
         if changed || lost {
             sets.wake(row);
