@@ -16,7 +16,12 @@ use crate::state::shapes::Shapes;
 pub(crate) fn apply_touch_changes(scratch: &Scratch, shapes: &Shapes, sets: &mut Sets<'_>) {
     for change in scratch.changes() {
         match change {
-            Change::Apart(row) => end_contact(row, shapes, sets),
+            Change::Apart(row) => {
+                if sets.islands.wake_alone {
+                    wake_held(row, sets);
+                }
+                end_contact(row, shapes, sets);
+            }
             Change::Count(row) => recount(row, shapes, sets),
             Change::Made(_) => {}
         }
@@ -71,6 +76,22 @@ pub(crate) fn relax_levels(step: u64, sets: &mut Sets<'_>, scratch: &mut Levels)
         }
     }
     sets.colors.levels_dirty = changed;
+}
+
+/// Wakes a frozen body that this contact held in the last step: what held it went so fast that there is no step
+/// in which the load shows that it is gone.
+fn wake_held(first: u32, sets: &mut Sets<'_>) {
+    let mut row = first;
+    while row != NONE {
+        let c = sets.contacts.at(row);
+        let (held, bodies) = (c.count > 0 && !c.sensor, [c.body_a, c.body_b]);
+        row = c.next_part;
+        for body in bodies {
+            if held && sets.bodies.at(body).is_dynamic() && !sets.bodies.at(body).active() {
+                sets.wake(body);
+            }
+        }
+    }
 }
 
 /// Removes a contact with all its parts; reports the end if it was touching.

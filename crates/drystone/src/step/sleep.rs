@@ -82,6 +82,9 @@ pub(crate) fn rest_still_islands(
             }
         } else {
             let members = sets.islands.members(island, sets.bodies);
+            if sets.islands.wake_alone {
+                freeze::note_loads(ctx, &members, sets);
+            }
             sets.rest(&members);
             sets.islands.give_back(members);
         }

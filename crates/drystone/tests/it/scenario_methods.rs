@@ -270,10 +270,11 @@ fn fill_analytic(world: &mut World, scene: &str) {
             }
         }
         // They fall on each other, slide and tumble.
-        "pile" => {
+        "pile" | "other pile" => {
             for i in 0..25 {
-                let turn = Quat::from_axis_angle(vec3(1.0, 0.3, 0.2), 0.4 * i as f32);
-                let at = vec3(0.2 * (i % 5) as f32, 1.0 + 0.9 * i as f32, 0.1 * (i % 3) as f32);
+                let k = if scene == "pile" { i } else { i + 7 };
+                let turn = Quat::from_axis_angle(vec3(1.0, 0.3, 0.2), 0.4 * k as f32);
+                let at = vec3(0.2 * (k % 5) as f32, 1.0 + 0.9 * i as f32, 0.1 * (k % 3) as f32);
                 let shape = ShapeDef::box_half([0.5, 0.3, 0.4]).with_restitution(0.3);
                 let def = BodyDef::dynamic().with_position(at).with_rotation(turn);
                 world.add_body(def.with_shape(shape)).unwrap();
@@ -283,33 +284,30 @@ fn fill_analytic(world: &mut World, scene: &str) {
     }
 }
 
-/// Of 240 steps: greatest number of points, greatest residual, steps above 1e-6.
-fn analytic_run(scene: &str) -> (usize, f64, u32) {
+/// Of 300 steps, of 120 where all is at rest: greatest number of points, and greatest residual.
+fn analytic_run(scene: &str) -> (usize, f64) {
     let mut world = world_of("analytic", own());
     fill_analytic(&mut world, scene);
-    let (mut points, mut worst, mut above) = (0, 0.0_f64, 0);
-    for _ in 0..240 {
+    let (mut points, mut worst) = (0, 0.0_f64);
+    for _ in 0..if scene.ends_with("pile") { 300 } else { 120 } {
         world.step(DT);
         let residual = world.contact_residual();
-        above += u32::from(residual > 1.0e-6);
         assert_eq!(world.warnings(DT).is_empty(), residual <= 1.0e-6, "{scene}");
         worst = worst.max(residual);
         points = points.max(world.contacts().map(|c| c.points().count()).sum());
     }
-    (points, worst, above)
+    (points, worst)
 }
 
 #[test]
-fn the_analytic_method_reaches_its_residual_up_to_two_hundred_contacts() {
-    for (scene, least) in [("wall", 150), ("column", 200), ("heavy on light", 40)] {
-        let (points, worst, _) = analytic_run(scene);
-        assert!((least..=200).contains(&points), "{points} points");
+fn the_analytic_method_reaches_its_residual_in_every_step_up_to_two_hundred_contacts() {
+    let scenes =
+        [("wall", 150), ("column", 200), ("heavy on light", 40), ("pile", 90), ("other pile", 90)];
+    for (scene, least) in scenes {
+        let (points, worst) = analytic_run(scene);
+        assert!((least..=200).contains(&points), "{scene}: {points} points");
         assert!(worst <= 1.0e-6, "{scene}: residual {worst}");
     }
-    // Bodies that tumble over each other may have no solution near, or none: Coulomb's law with rigid bodies does
-    // not promise one [Baraff91]. It has to say so, and that has to be rare.
-    let (points, _, above) = analytic_run("pile");
-    assert!(points > 50 && above <= 240 / 40, "{points} points, {above} steps above 1e-6");
 }
 
 #[test]

@@ -32,8 +32,12 @@ const AGAIN: f32 = 0.2;
 #[derive(Clone, Debug, Default)]
 pub(super) struct Scratch {
     rows: Vec<u32>,
-    /// Of each body, whether it may freeze in this step.
+    /// Frozen bodies that awake ones touch, and whether one of those moves.
+    touched: Vec<(u32, bool)>,
+    /// Of each body, whether it may freeze in this step, and whether it waits to be looked at again.
     may: Vec<bool>,
+    waits: Vec<bool>,
+    queue: Vec<u32>,
 }
 
 /// The speed [m/s] that a body without spin has at the limit of rest; `least` is the world's for sleep.
@@ -71,30 +75,41 @@ fn load(ctx: &StepContext, row: u32, sets: &Sets<'_>) -> Load {
     Load { force: force * per, torque: torque * per, size: size * per }
 }
 
+/// How long a body has been still that its load has just woken [s].
+fn still_after_load(config: &SleepConfig) -> f32 {
+    (1.0 - AGAIN) * config.time
+}
+
 /// Wakes frozen bodies on which the load has changed. Only those that touch an awake one can have changed.
 pub(super) fn thaw(ctx: &StepContext, config: &SleepConfig, sets: &mut Sets<'_>, s: &mut Scratch) {
-    s.rows.clear();
-    for [a, b] in sets.contacts.awake_pairs() {
-        for row in [a, b] {
+    s.touched.clear();
+    let settled = still_after_load(config);
+    for pair in sets.contacts.awake_pairs() {
+        for (row, other) in [(pair[0], pair[1]), (pair[1], pair[0])] {
             let body = sets.bodies.at(row);
             if !body.active() && body.is_dynamic() && !body.faulted {
-                s.rows.push(row);
+                let other = sets.bodies.at(other);
+                s.touched.push((row, !other.is_dynamic() || other.still_time < settled));
             }
         }
     }
-    s.rows.sort_unstable();
-    s.rows.dedup();
-    for i in 0..s.rows.len() {
-        let row = s.rows[i];
+    // Of each body whether one that moves touches it: true comes first.
+    s.touched.sort_unstable_by_key(|(row, moves)| (*row, !*moves));
+    s.touched.dedup_by_key(|(row, _)| *row);
+    for i in 0..s.touched.len() {
+        let (row, moves) = s.touched[i];
         let (now, old) = (load(ctx, row, sets), sets.bodies.frozen_load(row));
         let body = sets.bodies.at(row);
         let most = CHANGE * weight(ctx, config, body).max(old.size);
         let changed = (now.force - old.force).length() > most
             || (now.torque - old.torque).length() > most * body.extent;
-        // What fell asleep with its island may have had no load to compare with.
-        if changed || !is_carried(ctx, CARRIED - CHANGE, row, sets, |_| true) {
+        // Deep in a pile a little of the load is all of the weight: there, that the weight is not carried says
+        // something only where a support can have gone. Asked of what is at rest too, cubes of a pile woke each
+        // other for 20 s.
+        let lost = moves && !is_carried(ctx, CARRIED - CHANGE, row, sets, |_| true);
+        if changed || lost {
             sets.wake(row);
-            sets.bodies.at_mut(row).still_time = (1.0 - AGAIN) * config.time;
+            sets.bodies.at_mut(row).still_time = settled;
         }
     }
 }
@@ -112,38 +127,55 @@ pub(super) fn freeze(
     sets: &mut Sets<'_>,
     s: &mut Scratch,
 ) {
-    s.may.clear();
-    s.may.resize(sets.bodies.rows.slot_count(), false);
+    for list in [&mut s.may, &mut s.waits] {
+        list.clear();
+        list.resize(sets.bodies.rows.slot_count(), false);
+    }
     s.rows.clear();
     for row in &sets.bodies.awake {
         let body = sets.bodies.at(*row);
         let still = body.is_dynamic() && body.can_sleep && body.still_time >= config.time;
         if still && body.joints.is_empty() && is_carried(ctx, CARRIED, *row, sets, |_| true) {
-            s.may[*row as usize] = true;
+            (s.may[*row as usize], s.waits[*row as usize]) = (true, true);
             s.rows.push(*row);
         }
     }
     // What stands on something that moves does not freeze, nor what stands on that.
-    loop {
-        let before = s.rows.len();
-        let Scratch { rows, may } = &mut *s;
-        rows.retain(|row| {
-            let stays = is_carried(ctx, CARRIED, *row, sets, |other| {
-                !sets.bodies.at(other).active() || may[other as usize]
-            });
-            may[*row as usize] = stays;
-            stays
+    s.queue.clone_from(&s.rows);
+    while let Some(row) = s.queue.pop() {
+        s.waits[row as usize] = false;
+        let may = &s.may;
+        let stands = is_carried(ctx, CARRIED, row, sets, |other| {
+            !sets.bodies.at(other).active() || may[other as usize]
         });
-        if rows.len() == before {
-            break;
+        if stands {
+            continue;
+        }
+        s.may[row as usize] = false;
+        // Each waits once: what left can no longer carry the others.
+        for (contact, side) in sets.contacts.of_body(sets.bodies, row) {
+            let c = sets.contacts.at(contact);
+            let other = if side == 0 { c.body_b } else { c.body_a };
+            if c.count > 0 && s.may[other as usize] && !s.waits[other as usize] {
+                s.waits[other as usize] = true;
+                s.queue.push(other);
+            }
         }
     }
-    for i in 0..s.rows.len() {
-        let row = s.rows[i];
-        let load = load(ctx, row, sets);
-        sets.bodies.set_frozen_load(row, load);
-    }
+    let may = &s.may;
+    s.rows.retain(|row| may[*row as usize]);
+    note_loads(ctx, &s.rows, sets);
     sets.rest(&s.rows);
+}
+
+/// Takes down what awake bodies of these bear: they are about to rest.
+pub(super) fn note_loads(ctx: &StepContext, rows: &[u32], sets: &mut Sets<'_>) {
+    for row in rows {
+        if sets.bodies.at(*row).active() {
+            let load = load(ctx, *row, sets);
+            sets.bodies.set_frozen_load(*row, load);
+        }
+    }
 }
 
 /// True if the contacts with those bodies carry at least this part of its weight.

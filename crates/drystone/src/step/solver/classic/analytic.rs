@@ -10,12 +10,14 @@
 //! `½ |v - v₀|²_M + Σ ½/ρ |P(λ - ρ (u - u* n + s n))|²`, P onto K
 //!
 //! which Newton's method with a line search finds; the next λ is that projection, as in the augmented
-//! Lagrangian [Alart91]. Sweeps alone take the fourth power of the height of a column (19,000 a step for ten
+//! Lagrangian [Alart91]. Where rounds do not settle, slips are unknowns like the velocities (`implicit`). Sweeps alone take the fourth power of the height of a column (19,000 a step for ten
 //! cubes); some ten rounds do here.
 
+mod implicit;
 mod mixing;
 mod skyline;
 
+use self::implicit::Whole;
 use self::mixing::Mixing;
 use self::skyline::{SIX, Skyline};
 use super::rows::{Mover, Pair};
@@ -104,6 +106,7 @@ pub(super) struct Analytic {
     slips: Vec<f64>,
     changes: Vec<f64>,
     mixing: Mixing,
+    whole: Whole,
 }
 
 impl Analytic {
@@ -137,26 +140,32 @@ impl Analytic {
         outcome
     }
 
-    /// With friction there may be several solutions, and the rounds may circle between two or creep
-    /// towards one that is far: then sweeps choose another neighborhood, from here and from nothing.
+    /// With friction there may be several solutions, and the rounds may circle between two, creep towards one
+    /// that is far or be driven away from one: then slips become unknowns too, and where that fails as well,
+    /// sweeps choose another neighborhood, from here and from nothing.
     fn search(&mut self, scale: f64) -> Outcome {
-        let mut outcome = self.take_rounds(scale);
+        let mut outcome = Outcome::default();
+        let mut add = |next: Outcome| {
+            outcome.residual = next.residual;
+            outcome.sweeps += next.sweeps;
+            next.residual <= TOLERANCE
+        };
+        if add(self.take_rounds(scale)) || add(self.take_implicit(scale)) {
+            return outcome;
+        }
         for (i, sweeps) in RESTARTS.into_iter().enumerate() {
-            if outcome.residual <= TOLERANCE {
-                break;
-            }
             if i % 2 == 1 {
                 self.y.clone_from(&self.free);
                 self.points.iter_mut().flat_map(|p| &mut p.rows).for_each(|r| r.impulse = 0.0);
             }
             let swept = self.take_sweeps(sweeps, scale);
-            if swept.residual <= TOLERANCE {
-                outcome.residual = swept.residual;
+            // Direct solves are what is counted.
+            if add(Outcome { sweeps: 0, ..swept })
+                || add(self.take_implicit(scale))
+                || add(self.take_rounds(scale))
+            {
                 break;
             }
-            let next = self.take_rounds(scale);
-            outcome.residual = next.residual;
-            outcome.sweeps += next.sweeps;
         }
         outcome
     }

@@ -1,0 +1,267 @@
+//! Velocities with slips as unknowns, for where the rounds over slips of the analytic method do not settle: a
+//! solution from which those are driven away may be a regular one all the same, and Newton's method finds it
+//! from near by.
+//!
+//! `y - y₀ - Σ Gᵀ P(λ - ρ (u - u* n + μ |u_t| n)) = 0`, u = G y + u₀ [Alart91]
+//!
+//! As friction is not the derivative of any energy, the matrix is not symmetric: it is kept whole.
+
+use super::skyline::SIX;
+use super::{Analytic, LEAST_STIFFNESS, Outcome, Point, STIFFNESS, TOLERANCE, along, onto_cone};
+
+/// Rounds of impulses, steps of Newton's method in one, halvings of such a step.
+const ROUNDS: u32 = 12;
+const NEWTON: u32 = 40;
+const HALVINGS: u32 = 12;
+
+/// Unknowns beyond which it is not tried: a factorization of a tenth of a second.
+const MOST_UNKNOWNS: usize = 600;
+
+/// Memory kept from step to step.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Whole {
+    /// Row after row.
+    matrix: Vec<f64>,
+    /// What impulses would do, less what was done; the step that Newton's method takes from there.
+    error: Vec<f64>,
+    step: Vec<f64>,
+    start: Vec<[f64; SIX]>,
+}
+
+impl Analytic {
+    /// Newton's method for velocities and slips together, from where it stands.
+    pub(super) fn take_implicit(&mut self, scale: f64) -> Outcome {
+        let mut outcome = Outcome { residual: self.residual() / scale, ..Outcome::default() };
+        if SIX * self.y.len() > MOST_UNKNOWNS {
+            return outcome;
+        }
+        let mut stiffness = STIFFNESS;
+        self.whole.start.clone_from(&self.y);
+        for _ in 0..ROUNDS {
+            for p in &mut self.points {
+                p.mu = p.alone(&self.y).2;
+            }
+            let (solves, done) = self.settle(stiffness, 0.01 * TOLERANCE * scale);
+            outcome.sweeps += solves;
+            if !done && stiffness > LEAST_STIFFNESS {
+                stiffness *= 0.1;
+                self.y.clone_from(&self.whole.start);
+                continue;
+            }
+            let Self { points, y, free, .. } = self;
+            for p in &mut *points {
+                let next = pressed(p, y, stiffness);
+                for (row, impulse) in p.rows.iter_mut().zip(next) {
+                    row.impulse = impulse;
+                }
+            }
+            y.clone_from(free);
+            for p in &*points {
+                p.push(p.rows.map(|r| r.impulse), y);
+            }
+            outcome.residual = self.residual() / scale;
+            if outcome.residual <= TOLERANCE {
+                break;
+            }
+        }
+        outcome
+    }
+
+    /// One round; returns the number of solves, and whether the velocities are found.
+    fn settle(&mut self, stiffness: f64, tolerance: f64) -> (u32, bool) {
+        let Self { points, y, free, trial, whole, step, .. } = self;
+        for solves in 0..NEWTON {
+            let error = whole.rate(points, y, free, stiffness);
+            step.clone_from(y);
+            for (s, e) in step.iter_mut().flatten().zip(&whole.error) {
+                *s = *e;
+            }
+            let left = points
+                .iter()
+                .flat_map(|p| p.rows.map(|r| along(&r, p.bodies, step).abs()))
+                .fold(0.0, f64::max);
+            if left <= tolerance {
+                return (solves, true);
+            }
+            whole.fill(points, y, stiffness);
+            if !whole.solve() {
+                return (solves, false);
+            }
+            let mut part = 1.0;
+            let mut shrinks = false;
+            for _ in 0..HALVINGS {
+                trial.clone_from(y);
+                for (t, s) in trial.iter_mut().flatten().zip(&whole.step) {
+                    *t += part * s;
+                }
+                if whole.rate(points, trial, free, stiffness) <= (1.0 - 1.0e-4 * part) * error {
+                    shrinks = true;
+                    break;
+                }
+                part *= 0.5;
+            }
+            if !shrinks {
+                return (solves + 1, false);
+            }
+            core::mem::swap(y, trial);
+        }
+        (NEWTON, false)
+    }
+}
+
+/// What is projected, with the slip of these velocities; the velocity along the surface; the stiffness.
+fn reach(p: &Point, y: &[[f64; SIX]], stiffness: f64) -> ([f64; 3], [f64; 2], f64) {
+    let ([n, a, b], rho) = p.reach(y, stiffness);
+    let [_, x, z] = p.velocities(y);
+    let slip = p.mu * (x * x + z * z).sqrt();
+    ([n + rho * (p.slip - slip), a, b], [x, z], rho)
+}
+
+fn pressed(p: &Point, y: &[[f64; SIX]], stiffness: f64) -> [f64; 3] {
+    onto_cone(p.mu, reach(p, y, stiffness).0)
+}
+
+/// Row of the first unknown of a body; what does not move has none.
+fn first_row(body: u32, bodies: usize) -> Option<usize> {
+    ((body as usize) < bodies).then_some(SIX * body as usize)
+}
+
+impl Whole {
+    /// What is left to do, into `error`, and its size.
+    fn rate(
+        &mut self,
+        points: &[Point],
+        y: &[[f64; SIX]],
+        free: &[[f64; SIX]],
+        stiffness: f64,
+    ) -> f64 {
+        self.error.clear();
+        self.error.extend(free.iter().flatten().zip(y.iter().flatten()).map(|(f, y)| f - y));
+        for p in points {
+            let impulse = pressed(p, y, stiffness);
+            for side in 0..2 {
+                let Some(at) = first_row(p.bodies[side], y.len()) else { continue };
+                let part = &mut self.error[at..at + SIX];
+                for (row, j) in p.rows.iter().zip(impulse) {
+                    for (e, g) in part.iter_mut().zip(&row.g[side]) {
+                        *e += j * g;
+                    }
+                }
+            }
+        }
+        self.error.iter().map(|e| e * e).sum::<f64>().sqrt()
+    }
+
+    /// The matrix of the step: I + Σ Gᵀ P' ρ (1 + μ n tᵀ) G.
+    fn fill(&mut self, points: &[Point], y: &[[f64; SIX]], stiffness: f64) {
+        let n = self.error.len();
+        self.matrix.clear();
+        self.matrix.resize(n * n, 0.0);
+        for i in 0..n {
+            self.matrix[i * n + i] = 1.0;
+        }
+        for p in points {
+            let (at, slide, rho) = reach(p, y, stiffness);
+            let Some(slope) = slope_of_cone(p.mu, at) else { continue };
+            let speed = (slide[0] * slide[0] + slide[1] * slide[1]).sqrt();
+            let along = if speed > 0.0 { slide.map(|x| p.mu * x / speed) } else { [0.0; 2] };
+            let weight = slope.map(|row| {
+                [
+                    rho * row[0],
+                    rho * (row[1] + row[0] * along[0]),
+                    rho * (row[2] + row[0] * along[1]),
+                ]
+            });
+            for by in 0..2 {
+                let Some(column) = first_row(p.bodies[by], y.len()) else { continue };
+                let mut through = [[0.0; SIX]; 3];
+                for (to, w) in through.iter_mut().zip(&weight) {
+                    for (row, w) in p.rows.iter().zip(w) {
+                        for (t, g) in to.iter_mut().zip(&row.g[by]) {
+                            *t += w * g;
+                        }
+                    }
+                }
+                for of in 0..2 {
+                    let Some(first) = first_row(p.bodies[of], y.len()) else { continue };
+                    for i in 0..SIX {
+                        let line = &mut self.matrix[(first + i) * n + column..][..SIX];
+                        for (row, through) in p.rows.iter().zip(&through) {
+                            let g = row.g[of][i];
+                            for (value, t) in line.iter_mut().zip(through) {
+                                *value += g * t;
+                            }
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    /// Gauss's elimination with row pivots: `step` from `error`. False if a pivot is zero.
+    fn solve(&mut self) -> bool {
+        let Self { matrix, error, step, .. } = self;
+        let n = error.len();
+        step.clone_from(error);
+        for k in 0..n {
+            let mut best = k;
+            for i in k + 1..n {
+                if matrix[i * n + k].abs() > matrix[best * n + k].abs() {
+                    best = i;
+                }
+            }
+            if best != k {
+                let (upper, lower) = matrix.split_at_mut(best * n);
+                upper[k * n..][..n].swap_with_slice(&mut lower[..n]);
+                step.swap(best, k);
+            }
+            let (upper, lower) = matrix.split_at_mut((k + 1) * n);
+            let row = &upper[k * n..];
+            let pivot = row[k];
+            if !(pivot.abs() > 0.0 && pivot.is_finite()) {
+                return false;
+            }
+            for (i, other) in lower.chunks_exact_mut(n).enumerate() {
+                let part = other[k] / pivot;
+                if part != 0.0 {
+                    for (x, y) in other[k..].iter_mut().zip(&row[k..]) {
+                        *x -= part * y;
+                    }
+                    step[k + 1 + i] -= part * step[k];
+                }
+            }
+        }
+        for k in (0..n).rev() {
+            let row = &matrix[k * n..][..n];
+            let mut sum = step[k];
+            for j in k + 1..n {
+                sum -= row[j] * step[j];
+            }
+            step[k] = sum / row[k];
+        }
+        step.iter().all(|x| x.is_finite())
+    }
+}
+
+/// Derivatives of the projection onto the cone; none where it is constant.
+fn slope_of_cone(mu: f64, [n, x, z]: [f64; 3]) -> Option<[[f64; 3]; 3]> {
+    let size = (x * x + z * z).sqrt();
+    if size <= mu * n {
+        return Some([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]);
+    }
+    if mu * size <= -n {
+        return None;
+    }
+    let (c, s) = (x / size, z / size);
+    let share = 1.0 / (1.0 + mu * mu);
+    let around = mu * (n + mu * size) * share / size;
+    let edge = [1.0, mu * c, mu * s];
+    let turn = [0.0, -s, c];
+    let mut slope = [[0.0; 3]; 3];
+    for (i, row) in slope.iter_mut().enumerate() {
+        for (j, value) in row.iter_mut().enumerate() {
+            *value = share * edge[i] * edge[j] + around * turn[i] * turn[j];
+        }
+    }
+    Some(slope)
+}
