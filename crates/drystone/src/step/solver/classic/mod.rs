@@ -377,7 +377,7 @@ impl Scratch {
                 coupling.impulse = row.impulse;
             }
             if let (JointLink::Six(six), Some(axes)) = (&mut joint.link, &link.axes) {
-                (six.force, six.torque) = (axes.force, axes.torque);
+                (six.force, six.torque, six.angles) = (axes.force, axes.torque, axes.angles);
                 joint.given = [axes.force * n, axes.torque * n];
             }
         }
