@@ -300,12 +300,12 @@ fn what_is_apart_says_how_far() {
                 if near.count > 0 {
                     continue;
                 }
-                // Two hulls say how far apart they are along one axis, which may be less.
+                // What is said may be less: along one axis, or from one plane.
                 assert!(near.gap > 0.02, "{a:?} {b:?} {pose:?}: {}", near.gap);
                 if !(is_hull(&a) && is_hull(&b)) {
                     let far = least(&touch(&a, &b, &pose, 100.0));
                     // A normal that is snapped to a flat side may cost a thousandth of the size.
-                    assert!((near.gap - far).abs() < 1.0e-3, "{a:?} {b:?}: {} {far}", near.gap);
+                    assert!(near.gap < far + 1.0e-3, "{a:?} {b:?}: {} {far}", near.gap);
                     seen += 1;
                 }
             }
