@@ -135,7 +135,7 @@ impl Frustum {
         if distance <= margin {
             Manifold::single(outward, p - outward * (0.5 * distance), distance, 0)
         } else {
-            Manifold::default()
+            Manifold::apart(distance)
         }
     }
 }

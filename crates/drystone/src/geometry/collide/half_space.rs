@@ -1,7 +1,7 @@
 //! Half-space (A) against any convex core (B): the lowest points of B.
 
 use super::convex::Convex;
-use crate::base::math::{Vec3, vec3};
+use crate::base::math::{Vec3, lesser, vec3};
 use crate::base::pose::Pose;
 use crate::geometry::clip::{Polygon, reduce};
 use crate::geometry::manifold::{Manifold, ManifoldPoint};
@@ -16,8 +16,8 @@ pub(super) fn collide(
     b_in_a: &Pose,
     margin: f32,
 ) -> Manifold {
-    let mut lowest =
-        Lowest { normal, offset, margin, points: [ManifoldPoint::default(); BATCH], count: 0 };
+    let points = [ManifoldPoint::default(); BATCH];
+    let mut lowest = Lowest { normal, offset, margin, least: f32::INFINITY, points, count: 0 };
     match b {
         Convex::Point => lowest.add(b_in_a.position, 0),
         Convex::Segment { half_height } => {
@@ -38,6 +38,9 @@ pub(super) fn collide(
             }
         }
     }
+    if lowest.count == 0 {
+        return Manifold::apart(lowest.least);
+    }
     reduce(&lowest.points[..lowest.count], normal)
 }
 
@@ -45,6 +48,8 @@ struct Lowest {
     normal: Vec3,
     offset: f32,
     margin: f32,
+    /// Of all points.
+    least: f32,
     points: [ManifoldPoint; BATCH],
     count: usize,
 }
@@ -52,6 +57,7 @@ struct Lowest {
 impl Lowest {
     fn add(&mut self, p: Vec3, feature: u32) {
         let separation = self.normal.dot(p) - self.offset;
+        self.least = lesser(self.least, separation);
         let is_near = separation <= self.margin;
         if !is_near {
             return;

@@ -22,7 +22,7 @@ fn between(a: Vec3, b: Vec3, margin: f32, otherwise: Vec3) -> Manifold {
     if distance <= margin {
         Manifold::single(apart.normalize_or(otherwise), (a + b) * 0.5, distance, 0)
     } else {
-        Manifold::default()
+        Manifold::apart(distance)
     }
 }
 
@@ -53,7 +53,7 @@ pub(super) fn point_face(hull: &Hull, b_in_a: &Pose, margin: f32) -> Option<Mani
         }
     }
     if distance > margin {
-        return Some(Manifold::default());
+        return Some(Manifold::apart(distance));
     }
     let n = hull.planes.get(face)?.normal;
     if distance > 0.0 {

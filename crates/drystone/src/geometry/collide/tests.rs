@@ -288,6 +288,33 @@ fn the_cache_changes_no_answer() {
 }
 
 #[test]
+fn what_is_apart_says_how_far() {
+    let mut random = Random(33);
+    let mut seen = 0;
+    for a in bounded().into_iter().chain([Shape::HalfSpace { normal: Vec3::Y, offset: 0.1 }]) {
+        for b in bounded() {
+            let is_hull = |x: &Shape| matches!(Solid::of(x).core, Core::Hull(_));
+            for _ in 0..60 {
+                let pose = near_pose(&mut random, 3.0);
+                let near = touch(&a, &b, &pose, 0.02);
+                if near.count > 0 {
+                    continue;
+                }
+                // What is said may be less: along one axis, or from one plane.
+                assert!(near.gap > 0.02, "{a:?} {b:?} {pose:?}: {}", near.gap);
+                if !(is_hull(&a) && is_hull(&b)) {
+                    let far = least(&touch(&a, &b, &pose, 100.0));
+                    // A normal that is snapped to a flat side may cost a thousandth of the size.
+                    assert!(near.gap < far + 1.0e-3, "{a:?} {b:?}: {} {far}", near.gap);
+                    seen += 1;
+                }
+            }
+        }
+    }
+    assert!(seen > 1000, "{seen}");
+}
+
+#[test]
 fn rounded_boxes_touch_by_their_corners_at_the_true_distance() {
     let cube = Arc::new(Hull::cuboid(Vec3::splat(0.5)));
     let solid = Solid { core: Core::Hull(cube), radius: 0.1 };

@@ -13,7 +13,7 @@ use crate::base::disjoint::Rows;
 use crate::base::id::JointId;
 use crate::base::math::Vec3;
 use crate::base::sym3::Sym3;
-use crate::state::bodies::Body;
+use crate::state::bodies::{Bodies, Body};
 use crate::state::coupling::{Coupling, CouplingDef, coordinate};
 use crate::state::def::Pulley;
 use crate::state::joints::{Joint, Link};
@@ -22,15 +22,15 @@ use super::rows::Line;
 
 /// What a row is of one body: v̂ and ŵ.
 #[derive(Clone, Copy, Debug, Default)]
-struct Part {
-    line: usize,
-    v: Vec3,
-    w: Vec3,
+pub(super) struct Part {
+    pub(super) line: usize,
+    pub(super) v: Vec3,
+    pub(super) w: Vec3,
 }
 
 /// A coordinate of a joint at the step's start.
 #[derive(Clone, Copy, Debug, Default)]
-struct End {
+pub(super) struct End {
     lines: [usize; 2],
     /// α and S of both bodies.
     alpha: [f32; 2],
@@ -52,7 +52,7 @@ struct End {
 
 /// A rope at the step's start.
 #[derive(Clone, Copy, Debug, Default)]
-struct Rope {
+pub(super) struct Rope {
     lines: [usize; 2],
     alpha: [f32; 2],
     s: [Sym3; 2],
@@ -69,7 +69,7 @@ struct Rope {
 
 /// What a row is of.
 #[derive(Clone, Copy, Debug, Default)]
-enum Source {
+pub(super) enum Source {
     #[default]
     Nothing,
     Joints([End; 2]),
@@ -90,10 +90,10 @@ pub(super) struct CouplingRow {
 }
 
 /// C, its rate by kinematic bodies, and J, with parts of one body in one.
-struct Now {
-    c: f32,
+pub(super) struct Now {
+    pub(super) c: f32,
     drift: f32,
-    parts: [Part; 4],
+    pub(super) parts: [Part; 4],
 }
 
 fn vector(four: [f32; 4]) -> Vec3 {
@@ -108,13 +108,10 @@ fn turned(r: Vec3, t: Vec3) -> Vec3 {
 
 impl End {
     /// How far the coordinate has come since, its rate by kinematic bodies, and its row.
-    fn now(&self, lines: &Rows<'_, Line>, sweep: &JointSweep) -> (f32, f32, [Part; 2]) {
+    fn now(&self, motion: impl Fn(usize) -> [Vec3; 2], elapsed: f32) -> (f32, f32, [Part; 2]) {
         let moved = |i: usize| {
-            let line = lines.read(self.lines[i]);
-            let back = if sweep.is_relax { sweep.back } else { 0.0 };
-            let x = vector(line.x) - vector(line.v) * back;
-            let t = vector(line.t) - vector(line.w) * back;
-            (x * self.alpha[i], self.s[i].mul(t) + self.spin[i] * sweep.elapsed)
+            let [x, t] = motion(self.lines[i]);
+            (x * self.alpha[i], self.s[i].mul(t) + self.spin[i] * elapsed)
         };
         let ((shift_a, turn_a), (shift_b, turn_b)) = (moved(0), moved(1));
         let axis = turned(self.axis, turn_a);
@@ -135,7 +132,7 @@ impl End {
         }
         let (ra, rb) = (turned(self.r[0], turn_a), turned(self.r[1], turn_b));
         let gap = self.gap
-            + (shift_b - shift_a + self.drift * sweep.elapsed)
+            + (shift_b - shift_a + self.drift * elapsed)
             + ((rb - self.r[1]) - (ra - self.r[0]));
         let arm = ra + gap;
         let drift = self.drift + self.spin[1].cross(rb) - self.spin[0].cross(arm);
@@ -148,15 +145,12 @@ impl End {
 }
 
 impl Rope {
-    fn add(&self, now: &mut Now, lines: &Rows<'_, Line>, sweep: &JointSweep) {
+    fn add(&self, now: &mut Now, motion: impl Fn(usize) -> [Vec3; 2], elapsed: f32) {
         for i in 0..2 {
-            let line = lines.read(self.lines[i]);
-            let back = if sweep.is_relax { sweep.back } else { 0.0 };
-            let x = vector(line.x) - vector(line.v) * back;
-            let t = vector(line.t) - vector(line.w) * back;
-            let turn = self.s[i].mul(t) + self.spin[i] * sweep.elapsed;
+            let [x, t] = motion(self.lines[i]);
+            let turn = self.s[i].mul(t) + self.spin[i] * elapsed;
             let r = turned(self.r[i], turn);
-            let moved = x * self.alpha[i] + self.drift[i] * sweep.elapsed + (r - self.r[i]);
+            let moved = x * self.alpha[i] + self.drift[i] * elapsed + (r - self.r[i]);
             let way = self.way[i] + moved;
             let length = way.length();
             // At the point itself the rope has no direction, and pulls nowhere.
@@ -170,19 +164,20 @@ impl Rope {
     }
 }
 
-impl CouplingRow {
-    fn now(&self, lines: &Rows<'_, Line>, sweep: &JointSweep) -> Now {
-        let mut now = Now { c: self.c, drift: 0.0, parts: [Part::default(); 4] };
-        let ends = match &self.source {
-            Source::Nothing => return now,
-            Source::Joints(ends) => ends,
-            Source::Rope(rope) => {
-                rope.add(&mut now, lines, sweep);
+impl Source {
+    /// What it asks of bodies that moved so far since the step's start, `c` being what was amiss then.
+    pub(super) fn now(&self, c: f32, motion: impl Fn(usize) -> [Vec3; 2], elapsed: f32) -> Now {
+        let mut now = Now { c, drift: 0.0, parts: [Part::default(); 4] };
+        let ends = match self {
+            Self::Nothing => return now,
+            Self::Joints(ends) => ends,
+            Self::Rope(rope) => {
+                rope.add(&mut now, motion, elapsed);
                 return now;
             }
         };
         for (i, end) in ends.iter().enumerate() {
-            let (x, drift, parts) = end.now(lines, sweep);
+            let (x, drift, parts) = end.now(&motion, elapsed);
             now.c += end.factor * x;
             now.drift += end.factor * drift;
             for (j, part) in parts.into_iter().enumerate() {
@@ -198,6 +193,17 @@ impl CouplingRow {
             }
         }
         now
+    }
+}
+
+impl CouplingRow {
+    fn now(&self, lines: &Rows<'_, Line>, sweep: &JointSweep) -> Now {
+        let back = if sweep.is_relax { sweep.back } else { 0.0 };
+        let motion = |line: usize| {
+            let line = lines.read(line);
+            [vector(line.x) - vector(line.v) * back, vector(line.t) - vector(line.w) * back]
+        };
+        self.source.now(self.c, motion, sweep.elapsed)
     }
 
     fn solve(&mut self, lines: &Rows<'_, Line>, sweep: &JointSweep) {
@@ -261,25 +267,15 @@ impl Solver<'_> {
             let Some(joint) = self.joint_slots.read(self.plan.couplings[i].1 as usize) else {
                 continue;
             };
-            let impulse = match &joint.link {
-                Link::Coupling(coupling) => {
-                    let Coupling { def, impulse } = coupling.as_ref();
-                    let CouplingDef { joint_a, axis_a, joint_b, axis_b, ratio, .. } = *def;
-                    let ends =
-                        (self.end_of(joint_a, axis_a, -ratio), self.end_of(joint_b, axis_b, 1.0));
-                    let (Some((a, x_a)), Some((b, x_b))) = ends else { continue };
-                    row.source = Source::Joints([a, b]);
-                    row.c = def.excess(x_a, x_b);
-                    *impulse
-                }
-                Link::Pulley(pulley) => {
-                    row.source = Source::Rope(self.rope(joint, pulley));
-                    row.c = -pulley.length;
-                    row.is_slack = !pulley.is_rigid;
-                    joint.impulse.x
-                }
-                _ => continue,
+            let mass = |body: u32| {
+                let line = self.line_of[body as usize] as usize;
+                let whitening = self.whitening.read(line);
+                (line, whitening.alpha(), whitening.s())
             };
+            let look = |id: JointId| self.joint_slots.read(id.index() as usize).as_ref();
+            let Some(start) = Start::new(joint, look, self.bodies, mass) else { continue };
+            (row.source, row.c, row.is_slack) = (start.source, start.c, start.is_slack);
+            let impulse = start.impulse;
             row.impulse = impulse * self.ctx.impulse_scale;
             let start = JointSweep {
                 inv_h: self.ctx.inv_h,
@@ -315,58 +311,108 @@ impl Solver<'_> {
             }
         }
     }
+}
 
-    fn rope(&self, joint: &Joint, pulley: &Pulley) -> Rope {
+/// A coupling or pulley at the step's start: C, of a rope less its length, and the last impulse.
+pub(super) struct Start {
+    pub(super) source: Source,
+    pub(super) c: f32,
+    pub(super) is_slack: bool,
+    impulse: f32,
+}
+
+impl Start {
+    /// `None` for other joints. `look` finds a joint; `mass` says of a body its line, α and S.
+    pub(super) fn new<'a>(
+        joint: &Joint,
+        look: impl Fn(JointId) -> Option<&'a Joint>,
+        bodies: &Bodies,
+        mass: impl Fn(u32) -> (usize, f32, Sym3),
+    ) -> Option<Self> {
+        match &joint.link {
+            Link::Coupling(coupling) => {
+                let Coupling { def, impulse } = coupling.as_ref();
+                let CouplingDef { joint_a, axis_a, joint_b, axis_b, ratio, .. } = *def;
+                let (a, x_a) = End::new(look(joint_a)?, axis_a, -ratio, bodies, &mass)?;
+                let (b, x_b) = End::new(look(joint_b)?, axis_b, 1.0, bodies, &mass)?;
+                let (source, c) = (Source::Joints([a, b]), def.excess(x_a, x_b));
+                Some(Self { source, c, is_slack: false, impulse: *impulse })
+            }
+            Link::Pulley(pulley) => Some(Self {
+                source: Source::Rope(Rope::new(joint, pulley, bodies, mass)),
+                c: -pulley.length,
+                is_slack: !pulley.is_rigid,
+                impulse: joint.impulse.x,
+            }),
+            _ => None,
+        }
+    }
+}
+
+/// Velocities of a body that moves by itself.
+fn driven(body: &Body) -> [Vec3; 2] {
+    let is_moved = !body.is_dynamic() && body.active();
+    if is_moved { [body.v, body.w] } else { [Vec3::ZERO; 2] }
+}
+
+impl Rope {
+    fn new(
+        joint: &Joint,
+        pulley: &Pulley,
+        bodies: &Bodies,
+        mass: impl Fn(u32) -> (usize, f32, Sym3),
+    ) -> Self {
         let of = [joint.body_a, joint.body_b];
-        let bodies = of.map(|row| self.bodies.at(row));
-        let lines = of.map(|row| self.line_of[row as usize] as usize);
-        let whitening = lines.map(|line| *self.whitening.read(line));
+        let masses = of.map(mass);
+        let bodies = of.map(|row| bodies.at(row));
         let anchors = [joint.anchor_a, joint.anchor_b];
         let r = [0, 1].map(|i| bodies[i].rotation.rotate(anchors[i]));
-        let is_moved = |body: &Body| !body.is_dynamic() && body.active();
-        Rope {
-            lines,
-            alpha: whitening.map(|w| w.alpha()),
-            s: whitening.map(|w| w.s()),
+        Self {
+            lines: masses.map(|(line, ..)| line),
+            alpha: masses.map(|(_, alpha, _)| alpha),
+            s: masses.map(|(.., s)| s),
             r,
             way: [0, 1].map(|i| bodies[i].center + r[i] - pulley.points[i]),
             factor: [1.0, pulley.ratio],
-            drift: bodies.map(|body| if is_moved(body) { body.v } else { Vec3::ZERO }),
-            spin: bodies.map(|body| if is_moved(body) { body.w } else { Vec3::ZERO }),
+            drift: bodies.map(|body| driven(body)[0]),
+            spin: bodies.map(|body| driven(body)[1]),
         }
     }
+}
 
+impl End {
     /// The coordinate of a joint that a coupling names, and where it is.
-    fn end_of(&self, joint: JointId, axis: usize, factor: f32) -> Option<(End, f64)> {
-        let joint = self.joint_slots.read(joint.index() as usize).as_ref()?;
+    fn new(
+        joint: &Joint,
+        axis: usize,
+        factor: f32,
+        bodies: &Bodies,
+        mass: &impl Fn(u32) -> (usize, f32, Sym3),
+    ) -> Option<(Self, f64)> {
         let Link::Six(six) = &joint.link else { return None };
         let of = [joint.body_a, joint.body_b];
-        let bodies = of.map(|row| self.bodies.at(row));
-        let lines = of.map(|row| self.line_of[row as usize] as usize);
-        let whitening = lines.map(|line| *self.whitening.read(line));
-        let [a, b] = bodies;
+        let masses = of.map(mass);
+        let [a, b] = of.map(|row| bodies.at(row));
         let r = [a.rotation.rotate(joint.anchor_a), b.rotation.rotate(joint.anchor_b)];
         let axes = (a.rotation * six.def.frame_a).to_mat3();
         let turns = six.turns(a.rotation, b.rotation);
-        let is_moved = |body: &Body| !body.is_dynamic() && body.active();
-        let velocity = |body: &Body| if is_moved(body) { body.v } else { Vec3::ZERO };
-        let spin = |body: &Body| if is_moved(body) { body.w } else { Vec3::ZERO };
         let is_turn = axis > 2;
         let direction = if is_turn { turns.rows[axis - 3] } else { [axes.x, axes.y, axes.z][axis] };
         let gap = (b.center - a.center) + (r[1] - r[0]);
-        let x = coordinate(joint, six, self.bodies, axis);
-        let end = End {
-            lines,
-            alpha: whitening.map(|w| w.alpha()),
-            s: whitening.map(|w| w.s()),
+        let x = coordinate(joint, six, bodies, axis);
+        let ([v_a, w_a], [v_b, w_b]) = (driven(a), driven(b));
+        let end = Self {
+            lines: masses.map(|(line, ..)| line),
+            alpha: masses.map(|(_, alpha, _)| alpha),
+            s: masses.map(|(.., s)| s),
             r,
             gap,
             axis: direction,
             is_turn,
             start: if is_turn { 0.0 } else { direction.dot(gap) },
             factor,
-            drift: velocity(b) - velocity(a),
-            spin: [spin(a), spin(b)],
+            drift: v_b - v_a,
+            spin: [w_a, w_b],
         };
         Some((end, x))
     }

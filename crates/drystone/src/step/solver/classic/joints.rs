@@ -1,5 +1,6 @@
 //! Joints of the classic methods: rows with a velocity bias, swept between the contacts.
 
+use super::couplings::Coupled;
 use super::rows::Mover;
 use super::sixdof::Axes;
 use crate::base::math::Vec3;
@@ -24,6 +25,7 @@ pub(super) struct Link {
     pub(super) kind: JointKind,
     /// Of a joint of six axes.
     pub(super) axes: Option<Axes>,
+    pub(super) coupled: Option<Coupled>,
     /// As [`crate::state::joints::Joint::impulse`].
     pub(super) impulse: Vec3,
 }
@@ -31,6 +33,11 @@ pub(super) struct Link {
 impl Link {
     /// One visit.
     pub(super) fn solve(&mut self, h: f32, movers: &mut [Mover]) {
+        if let Some(coupled) = &mut self.coupled {
+            coupled.solve(h, movers);
+            self.impulse.x = coupled.impulse;
+            return;
+        }
         let (a, b) = (&movers[self.a as usize], &movers[self.b as usize]);
         let turned = |t: Vec3, r: Vec3| {
             let once = t.cross(r);
@@ -56,6 +63,7 @@ impl Link {
                 let length = gap.length();
                 along * self.solve_distance(&k, along, u, h, [min, max], length, spring)
             }
+            // By what stands in their own fields.
             JointKind::SixDof(_) | JointKind::Coupling(_) | JointKind::Pulley(_) => return,
         };
         if j.is_finite() {
@@ -118,7 +126,8 @@ impl Link {
                 let i = self.impulse;
                 self.gap.normalize_or(Vec3::Y) * (i.x - i.y + i.z)
             }
-            _ => self.impulse,
+            JointKind::Ball => self.impulse,
+            JointKind::SixDof(_) | JointKind::Coupling(_) | JointKind::Pulley(_) => Vec3::ZERO,
         }
     }
 }

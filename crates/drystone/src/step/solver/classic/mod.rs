@@ -7,6 +7,7 @@
 
 mod accumulate;
 mod analytic;
+mod couplings;
 mod joints;
 mod levels;
 mod rows;
@@ -16,6 +17,7 @@ mod sweeps;
 
 use self::accumulate::Law;
 use self::analytic::Analytic;
+use self::couplings::Coupled;
 use self::joints::Link;
 use self::levels::Graph;
 use self::rows::{Mover, Pair, PairPoint};
@@ -227,8 +229,13 @@ impl Scratch {
                 pair.points[i] = p;
             }
         }
-        for axes in self.links.iter_mut().filter_map(|link| link.axes.as_mut()) {
-            axes.begin();
+        for link in &mut self.links {
+            if let Some(axes) = &mut link.axes {
+                axes.begin();
+            }
+            if let Some(coupled) = &mut link.coupled {
+                coupled.impulse = 0.0;
+            }
         }
         if substep > 0 && !settings.persistence {
             self.links.iter_mut().for_each(|link| link.impulse = Vec3::ZERO);
@@ -308,6 +315,7 @@ impl Scratch {
                         JointLink::Six(six) => Some(Axes::new(six, a, b)),
                         _ => None,
                     },
+                    coupled: Coupled::new(joint, joints, input.bodies, row_of),
                     impulse: joint.impulse * ctx.impulse_scale,
                 });
             }
@@ -365,8 +373,11 @@ impl Scratch {
             let joint = joints.at_mut(link.row);
             joint.impulse = link.impulse;
             joint.given = [link.linear() * n, Vec3::ZERO];
+            if let (JointLink::Coupling(coupling), Some(row)) = (&mut joint.link, &link.coupled) {
+                coupling.impulse = row.impulse;
+            }
             if let (JointLink::Six(six), Some(axes)) = (&mut joint.link, &link.axes) {
-                (six.force, six.torque) = (axes.force, axes.torque);
+                (six.force, six.torque, six.angles) = (axes.force, axes.torque, axes.angles);
                 joint.given = [axes.force * n, axes.torque * n];
             }
         }

@@ -14,7 +14,8 @@ const BAUMGARTE: f32 = 0.2;
 pub(super) struct Axes {
     along: [Vec3; 3],
     about: [Vec3; 3],
-    angles: [f32; 3],
+    /// Full turns counted.
+    pub(super) angles: [f32; 3],
     axes: [JointAxis; 6],
     /// Impulse of each axis in this substep: lock or drive, limit.
     given: [[f32; 2]; 6],

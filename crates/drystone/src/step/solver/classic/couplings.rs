@@ -1,0 +1,73 @@
+//! Couplings and pulleys in the classic methods: the rows of the default one, with mass and inertia one; what a
+//! kinematic body does is in its mover.
+
+use super::rows::Mover;
+use crate::base::collision::push;
+use crate::base::id::JointId;
+use crate::base::math::Vec3;
+use crate::base::sym3::Sym3;
+use crate::state::bodies::Bodies;
+use crate::state::joints::{Joint, Joints};
+use crate::step::solver::coupling::{Part, Source, Start};
+
+/// Part of an error that is removed in a substep.
+const BAUMGARTE: f32 = 0.2;
+
+/// A coupling or pulley.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Coupled {
+    source: Source,
+    /// What is amiss at the step's start; of a rope, less its length [m or rad].
+    c: f32,
+    /// It pulls only.
+    is_slack: bool,
+    /// Of this substep; a rope's is at most 0.
+    pub(super) impulse: f32,
+}
+
+impl Coupled {
+    /// `None` for other joints.
+    pub(super) fn new(
+        joint: &Joint,
+        joints: &Joints,
+        bodies: &Bodies,
+        row_of: &[u32],
+    ) -> Option<Self> {
+        let look = |id: JointId| Some(joints.at(joints.rows.row(id)?));
+        let one = Sym3::diagonal(Vec3::ONE);
+        let mass = |body: u32| (row_of[body as usize] as usize, 1.0, one);
+        let start = Start::new(joint, look, bodies, mass)?;
+        Some(Self { source: start.source, c: start.c, is_slack: start.is_slack, impulse: 0.0 })
+    }
+
+    /// One visit.
+    pub(super) fn solve(&mut self, h: f32, movers: &mut [Mover]) {
+        // Kinematic bodies have moved as their movers say: no time has passed besides.
+        let now = self.source.now(self.c, |row| [movers[row].x, movers[row].t], 0.0);
+        let (mut k, mut speed) = (0.0, 0.0);
+        for Part { line, v, w } in &now.parts {
+            let mover = &movers[*line];
+            let (along, about) = (push(mover.inv_mass, *v), mover.turns_by(*w));
+            k += if mover.frozen { 0.0 } else { v.dot(along) + w.dot(about) };
+            speed += v.dot(mover.v) + w.dot(mover.w);
+        }
+        if !(k > 0.0) {
+            return;
+        }
+        // A slack rope lets its ends part as far as it reaches.
+        let is_open = self.is_slack && now.c < 0.0;
+        let rate = if is_open { 1.0 / h } else { BAUMGARTE / h };
+        let new = self.impulse - (speed + rate * now.c) / k;
+        let new = if self.is_slack { new.min(0.0) } else { new };
+        let d = new - self.impulse;
+        if !d.is_finite() {
+            return;
+        }
+        self.impulse = new;
+        for Part { line, v, w } in &now.parts {
+            let mover = &mut movers[*line];
+            mover.take(Vec3::ZERO, *v * d);
+            mover.take_turn(*w * d);
+        }
+    }
+}
