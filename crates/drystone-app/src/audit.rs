@@ -11,8 +11,8 @@ use crate::events::Names;
 use crate::output::one_line;
 use crate::report::{Page, si};
 
-/// Of so many awake bodies at most it is asked why.
-const ASKED: usize = 100;
+/// Of so many awake bodies at most it is asked why, evenly over all: each answer goes through a whole island.
+const ASKED: usize = 20;
 
 /// So many different answers are told.
 const TOLD: usize = 5;
@@ -298,9 +298,9 @@ fn worst(audit: &Audit, world: &World, names: &Names) -> Option<Worst> {
 /// Why bodies are awake: one for each that keeps others so.
 fn awake(world: &World, names: &Names) -> Vec<Awake> {
     let mut told: Vec<(BodyId, Awake)> = Vec::new();
-    let bodies = world.bodies();
-    let awake = bodies.filter(|b| b.kind() == BodyKind::Dynamic && !b.is_asleep());
-    for body in awake.take(ASKED) {
+    let awake = || world.bodies().filter(|b| b.kind() == BodyKind::Dynamic && !b.is_asleep());
+    let stride = awake().count().div_ceil(ASKED).max(1);
+    for body in awake().step_by(stride) {
         let Some(why) = world.why_awake(body.id()) else { continue };
         let everywhere = why.cause == AwakeCause::SleepDisabled;
         if told.len() < TOLD && told.iter().all(|(culprit, _)| *culprit != why.body) {

@@ -19,7 +19,7 @@ const BOX3D: [&str; 10] = [
 ];
 
 /// Scenes that Jolt's performance test has: all steps are timed.
-const JOLT: [&str; 3] = ["jolt_pyramid", "convex_vs_mesh", "high_speed"];
+const JOLT: [&str; 4] = ["jolt_pyramid", "convex_vs_mesh", "large_mesh", "high_speed"];
 
 /// Scenes that tell how well an engine does it, more than how fast.
 const QUALITY: [&str; 10] = [

@@ -69,6 +69,38 @@ pub(super) fn convex_vs_mesh(mut scene: Scene, _: &Values) -> Result<Scene, Cata
     Ok(scene)
 }
 
+/// The mesh is a parameter: the original searches for the largest one that it can hold.
+pub(super) fn large_mesh(mut scene: Scene, values: &Values) -> Result<Scene, CatalogError> {
+    jolt_settings(&mut scene);
+    let bouncy = Material { friction: 0.5, restitution: 0.6, ..Material::default() };
+    let n = values.whole("n");
+    let turn = 50.0 / real(n);
+    let cells = u32::try_from(n).unwrap_or(u32::MAX);
+    let terrain = grid_mesh((cells, cells), |i, j| {
+        let (x, z) = (i as f32, j as f32);
+        let ((sin_x, _), (_, cos_z)) = (trig::sin_cos(turn * x), trig::sin_cos(turn * z));
+        vec3(x, 50.0 * sin_x * cos_z, z)
+    })?;
+    let middle = -0.5 * real(n);
+    let ground = BodyDef::fixed()
+        .with_position(vec3(middle, 0.0, middle))
+        .with_shape(ShapeDef::new(terrain).with_material(bouncy));
+    scene.add(GROUND, ground);
+    let shape = ShapeDef::box_half(vec3(0.5, 0.75, 1.0)).with_material(bouncy);
+    for ix in 0..21 {
+        for iy in 0..10 {
+            for iz in 0..21 {
+                let (x, z) = (7.5 * (real(ix) - 10.0), 7.5 * (real(iz) - 10.0));
+                let def = damped()
+                    .with_position(vec3(x, 55.0 + 2.0 * real(iy), z))
+                    .with_shape(shape.clone());
+                scene.add(format!("box {ix}/{iy}/{iz}"), def);
+            }
+        }
+    }
+    Ok(scene)
+}
+
 pub(super) fn high_speed(mut scene: Scene, values: &Values) -> Result<Scene, CatalogError> {
     jolt_settings(&mut scene);
     let walls = [

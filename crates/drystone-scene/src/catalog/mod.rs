@@ -79,7 +79,7 @@ pub fn named(spec: &str) -> Result<Scene, CatalogError> {
 }
 
 /// Sizes are limited so that no scene has more than about 1.1 million bodies.
-static CATALOG: [Entry; 64] = [
+static CATALOG: [Entry; 65] = [
     Entry::new("hello", "A box and a ball fall on the ground", first::hello),
     Entry::new("stack", "A column of cubes, the top one as heavy as you like", first::stack).with(
         &[
@@ -496,6 +496,12 @@ static CATALOG: [Entry; 64] = [
         "1,764 boxes, balls, capsules and hulls bounce into the dents of a mesh",
         jolt::convex_vs_mesh,
     ),
+    Entry::new(
+        "large_mesh",
+        "4,410 boxes fall on hills of half a million triangles",
+        jolt::large_mesh,
+    )
+    .with(&[Parameter::whole("n", 500, (150, 2000), "cells of 1 m along a side")]),
     Entry::new(
         "high_speed",
         "Small bodies at 250 m/s inside a closed room with thin walls: nothing may get out",

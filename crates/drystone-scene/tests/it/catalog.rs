@@ -67,6 +67,7 @@ fn benchmark_scenes_have_the_bodies_of_their_originals() {
         ("trees100", 51, 50, 1_101, 0),
         ("jolt_pyramid", 1_241, 1_240, 1_241, 0),
         ("convex_vs_mesh", 1_765, 1_764, 1_765, 0),
+        ("large_mesh:n=150", 4_411, 4_410, 4_411, 0),
         ("high_speed", 5_006, 5_000, 5_006 + 1_666, 0),
         ("stack", 11, 10, 11, 0),
         ("card_house", 41, 40, 41, 0),

@@ -144,15 +144,21 @@ pub(crate) fn most<S: Simd>(a: Wide<S>) -> f32 {
 /// Asks for the cache lines of an item that will be needed soon. Changes nothing but time.
 #[inline(always)]
 pub(crate) fn prefetch<T>(item: &T) {
+    prefetch_lines(item, size_of::<T>().div_ceil(64));
+}
+
+/// Asks for the first cache lines of an item.
+#[inline(always)]
+pub(crate) fn prefetch_lines<T>(item: &T, lines: usize) {
     #[cfg(target_arch = "x86_64")]
-    for k in 0..size_of::<T>().div_ceil(64) {
+    for k in 0..lines {
         use core::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
         let line = core::ptr::from_ref(item).cast::<i8>().wrapping_add(64 * k);
         // SAFETY: a prefetch reads nothing and faults at no address; SSE is there on every x86-64.
         unsafe { _mm_prefetch::<_MM_HINT_T0>(line) };
     }
     #[cfg(not(target_arch = "x86_64"))]
-    let _ = item;
+    let _ = (item, lines);
 }
 
 /// `a > b`, lane by lane.

@@ -22,8 +22,6 @@ pub(crate) struct Body {
     /// So fast that its boxes serve for one step: finalize makes them anew, so it looks for pairs in every
     /// step.
     pub(crate) flies: bool,
-    /// Particles hold it or touch it in this step: it has a line in the solver.
-    pub(crate) dragged: bool,
     /// Place in [`Bodies::awake`], or [`NONE`].
     pub(crate) awake_row: u32,
     /// Center of mass [m, world].
@@ -36,6 +34,8 @@ pub(crate) struct Body {
     /// Greatest distance of a point of it from the center of mass [m].
     pub(crate) extent: f32,
 
+    /// Particles hold it or touch it in this step: it has a line in the solver.
+    pub(crate) dragged: bool,
     /// Center of mass [m, frame of the origin].
     pub(crate) local_center: Vec3,
     /// Mass [kg]; 0 for static and kinematic bodies.
@@ -97,6 +97,8 @@ pub(crate) struct Body {
     pub(crate) is_piece: bool,
     pub(crate) user_data: u64,
 }
+
+const _: () = assert!(core::mem::offset_of!(Body, extent) == 60);
 
 impl Body {
     /// Pose of the origin.

@@ -148,6 +148,11 @@ pub(crate) struct Contact {
 const _: () = assert!(size_of::<Option<Contact>>() == 320);
 
 impl Contact {
+    /// Cache lines that the solver reads.
+    pub(crate) const SOLVER_LINES: usize = 3;
+    /// All of them.
+    pub(crate) const CACHE_LINES: usize = size_of::<Self>() / 64;
+
     /// Normal and friction; friction's impulses: the rows that the solver loads.
     #[inline(always)]
     pub(crate) const fn rows(&self) -> [[f32; 4]; 2] {

@@ -13,33 +13,37 @@ use crate::geometry::hull::Hull;
 use crate::geometry::shape::Shape;
 use crate::geometry::solid::{Core, Solid};
 
-/// A shape of a body.
+/// A shape of a body. What the narrowphase reads of it stands in the first two cache lines.
 #[derive(Clone, Debug)]
+#[repr(C, align(64))]
 pub(crate) struct ShapeRow {
-    pub(crate) body: u32,
-    pub(crate) shape: Shape,
     pub(crate) solid: Solid,
-    /// Where it sits [frame of the body's origin].
-    pub(crate) local: Pose,
+    /// Box in the tree: the shape's, grown [m, world].
+    pub(crate) fat: Aabb,
     /// Where it sits [frame of the body's center of mass].
     pub(crate) centered: Pose,
-    pub(crate) density: f32,
-    pub(crate) material: Material,
-    pub(crate) filter: Filter,
+    pub(crate) body: u32,
     pub(crate) sensor: bool,
     /// In the tree of what does not move by itself.
     pub(crate) fixed: bool,
-    /// Box in the tree: the shape's, grown [m, world].
-    pub(crate) fat: Aabb,
+    /// It is a hull, a half-space or a mesh: its manifolds may be recycled.
+    pub(crate) flat: bool,
+
+    pub(crate) shape: Shape,
+    /// Where it sits [frame of the body's origin].
+    pub(crate) local: Pose,
+    pub(crate) density: f32,
+    pub(crate) material: Material,
+    pub(crate) filter: Filter,
     /// How its surface moves over it [m/s and rad/s about its origin, frame of the shape].
     pub(crate) surface_velocity: Vec3,
     pub(crate) surface_spin: Vec3,
     /// Radius for rolling and spinning resistance [m]; 0: does not roll.
     pub(crate) rolling_radius: f32,
-    /// It is a hull, a half-space or a mesh: its manifolds may be recycled.
-    pub(crate) flat: bool,
     pub(crate) user_data: u64,
 }
+
+const _: () = assert!(size_of::<Option<ShapeRow>>() == 256);
 
 impl ShapeRow {
     /// Where it is, as a shape of `body` [world].

@@ -130,10 +130,13 @@ impl Finder<'_> {
 
     /// Lists a pair whose boxes overlap if it is new and may meet.
     fn list(&self, row: u32, shape: &ShapeRow, other: u32, out: &mut Vec<u64>) {
+        // Most are known already, which the set tells by itself.
+        if self.contacts.has_pair(row, other) {
+            return;
+        }
         let second = self.shapes.at(other);
         if shape.body != second.body
             && !self.pass(shape, second)
-            && !self.contacts.has_pair(row, other)
             && may_meet(self.bodies, self.joints, shape, second)
         {
             out.push(pair_key(row, other));

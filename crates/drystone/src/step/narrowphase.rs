@@ -22,6 +22,10 @@ use crate::state::bodies::{Bodies, Body, NONE};
 use crate::state::contacts::{Contact, Contacts, Point, Probe};
 use crate::state::shapes::Shapes;
 
+/// So many probes are looked at before those of them that are due are tested: what the next ones need is
+/// on its way from memory meanwhile.
+const GROUP: usize = 16;
+
 /// What became of a contact.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Change {
@@ -67,14 +71,37 @@ pub(crate) fn update_manifolds(
     let meshes = Rows::new(meshes);
     collect_ranges(jobs, count, least, changes, |range, out| {
         let scratch = meshes.row(range.start / least);
-        for probe in probes.slice(range) {
-            let (a, b) = (bodies.at(probe.body_a), bodies.at(probe.body_b));
-            let reach = speculative_margin(ctx, a, b, probe.bounces);
-            if probe.gap > reach && moved(probe, a, b) < probe.gap - reach {
-                continue;
+        let probes = probes.slice(range);
+        for first in (0..probes.len()).step_by(GROUP) {
+            let size = GROUP.min(probes.len() - first);
+            let (group, rest) = probes[first..].split_at_mut(size);
+            for probe in rest.iter().take(GROUP) {
+                bodies.rows.prefetch(probe.body_a, 1);
+                bodies.rows.prefetch(probe.body_b, 1);
             }
-            if let Some(contact) = slots.row(probe.row as usize) {
-                update(ctx, [a, b], reach, shapes, contact, probe, &slots, out, scratch);
+            let mut due = [(0, 0.0); GROUP];
+            let mut count = 0;
+            for (k, probe) in group.iter().enumerate() {
+                let (a, b) = (bodies.at(probe.body_a), bodies.at(probe.body_b));
+                let reach = speculative_margin(ctx, a, b, probe.bounces);
+                if !(probe.gap > reach && moved(probe, a, b) < probe.gap - reach) {
+                    slots.prefetch(probe.row as usize, Contact::CACHE_LINES);
+                    due[count] = (k, reach);
+                    count += 1;
+                }
+            }
+            for &(k, _) in &due[..count] {
+                if let Some(contact) = slots.read(group[k].row as usize) {
+                    shapes.rows.prefetch(contact.shape_a, 2);
+                    shapes.rows.prefetch(contact.shape_b, 2);
+                }
+            }
+            for &(k, reach) in &due[..count] {
+                let probe = &mut group[k];
+                let between = [bodies.at(probe.body_a), bodies.at(probe.body_b)];
+                if let Some(contact) = slots.row(probe.row as usize) {
+                    update(ctx, between, reach, shapes, contact, probe, &slots, out, scratch);
+                }
             }
         }
     });

@@ -477,6 +477,7 @@ impl Solver<'_> {
                 dispatch!(self.ctx.level, simd => {
                     for i in batch.blocks.start + part.start..batch.blocks.start + part.end {
                         let owners = &self.plan.contacts.owners[i];
+                        self.prefetch_contacts(i + 1);
                         let block = self.blocks.row(i);
                         let extra = if self.has_extras { Some(self.extras.row(i)) } else { None };
                         if batch.fixed {
@@ -487,6 +488,18 @@ impl Solver<'_> {
                     }
                 });
             });
+        }
+    }
+
+    /// Asks for the contacts of a block, if there is such a block: for what the solver reads and writes of
+    /// them.
+    #[inline(always)]
+    fn prefetch_contacts(&self, block: usize) {
+        let Some(owners) = self.plan.contacts.owners.get(block) else { return };
+        for &owner in owners {
+            if owner != u32::MAX {
+                self.contacts.prefetch(owner as usize, Contact::SOLVER_LINES);
+            }
         }
     }
 
@@ -539,6 +552,7 @@ impl Solver<'_> {
                 for i in blocks.start + part.start..blocks.start + part.end {
                     let extra = if self.has_extras { Some(self.extras.read(i)) } else { None };
                     let owners = &self.plan.contacts.owners[i];
+                    self.prefetch_contacts(i + 1);
                     let block = self.blocks.read(i);
                     *self.begun.row(i) = unpack::store(simd, block, extra, owners, &self.contacts, scale);
                 }
