@@ -36,7 +36,7 @@ const ROUNDS: usize = 4;
 /// Give of a link, as a part of the inverse masses at its ends: what is over-determined, a straight chain between two
 /// pins, has a solution by it. Under a thousand times the mass of a particle a link is longer by 20 µm with the
 /// substeps of a sixtieth of a second.
-const GIVE: f32 = 1.0e-4;
+pub(super) const GIVE: f32 = 1.0e-4;
 
 /// Least pivot, as a part of the diagonal.
 const PIVOT: f32 = 1.0e-5;
@@ -141,7 +141,7 @@ pub(crate) fn solve<S: Simd>(
         (vn + rate * error).store_array(&mut a.work.error);
     }
     system(simd, rows, ends);
-    pull(simd, rows, true);
+    pull(simd, rows, pace.chain_give, pace.chain_give);
     let pulled = push(simd, rows, ends);
     write(simd, rows, lines);
     [turned[0] + pulled[0], turned[1] + pulled[1]]
@@ -170,7 +170,7 @@ pub(crate) fn relax<S: Simd>(
         (n.dot(u) + slack).store_array(&mut a.work.error);
     }
     system(simd, rows, ends);
-    pull(simd, rows, false);
+    pull(simd, rows, GIVE, 0.0);
     let pulled = push(simd, rows, ends);
     write(simd, rows, lines);
     pulled
@@ -329,10 +329,10 @@ fn system<S: Simd>(simd: S, rows: &mut [ChainRow], ends: Option<&Ends>) {
     }
 }
 
-/// Solves the system; changes impulses, and puts what they change by, along the links, into `turn`. `gives`: with the
-/// give of the links.
+/// Solves the system; changes impulses, and puts what they change by, along the links, into `turn`. `give`: of the
+/// links, as a part of the diagonal; `leak`: the same, of the impulses that are there.
 #[inline(always)]
-fn pull<S: Simd>(simd: S, rows: &mut [ChainRow], gives: bool) {
+fn pull<S: Simd>(simd: S, rows: &mut [ChainRow], give: f32, leak: f32) {
     let (n, zero, one) = (rows.len() - 1, splat(simd, 0.0), splat(simd, 1.0));
     for row in &mut rows[..n] {
         let taut = above(max(load(simd, &row.work.error), -load(simd, &row.impulse)), zero);
@@ -341,7 +341,7 @@ fn pull<S: Simd>(simd: S, rows: &mut [ChainRow], gives: bool) {
         (active * load(simd, &row.live)).store_array(&mut row.work.active);
     }
     for round in 0..ROUNDS {
-        eliminate(simd, rows, gives);
+        eliminate(simd, rows, give, leak);
         if round + 1 == ROUNDS || !reconsider(simd, rows) {
             break;
         }
@@ -358,15 +358,15 @@ fn pull<S: Simd>(simd: S, rows: &mut [ChainRow], gives: bool) {
 
 /// Gauss's elimination of a tridiagonal matrix. A slack link's row says that its impulse goes.
 #[inline(always)]
-fn eliminate<S: Simd>(simd: S, rows: &mut [ChainRow], gives: bool) {
+fn eliminate<S: Simd>(simd: S, rows: &mut [ChainRow], give: f32, leak: f32) {
     let (n, zero, one) = (rows.len() - 1, splat(simd, 0.0), splat(simd, 1.0));
-    let leak = splat(simd, if gives { GIVE } else { 0.0 });
+    let (give, leak) = (splat(simd, give), splat(simd, leak));
     let (mut beside, mut up, mut change) = (zero, zero, zero);
     for row in &mut rows[..n] {
         let active = above(load(simd, &row.work.active), zero);
         let (k, old) = (load(simd, &row.work.k), load(simd, &row.impulse));
         let next = load(simd, &row.work.beside);
-        let diagonal = select(active, k + k * splat(simd, GIVE), one);
+        let diagonal = select(active, k + k * give, one);
         let (lower, upper) = (select(active, beside, zero), select(active, next, zero));
         let wanted = select(active, -load(simd, &row.work.error) - leak * k * old, -old);
         let pivot = one / max(diagonal - lower * up, diagonal * splat(simd, PIVOT));

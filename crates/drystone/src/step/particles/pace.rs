@@ -58,6 +58,8 @@ pub(crate) struct Pace {
     pub(crate) softness: Softness,
     /// Part of the error of a chain's link that a substep takes out, over the substep [1/s].
     pub(crate) chain_rate: f32,
+    /// What its links yield, as a part of what they answer.
+    pub(crate) chain_give: f32,
     /// Factor of the last step's impulses.
     pub(crate) impulse_scale: f32,
     /// Part of a substep's impulses that the next one begins with.
@@ -87,6 +89,8 @@ impl Pace {
         let own = if form == Form::Soft { SWEEPS } else { PROJECTIONS };
         let hertz = if particle.hertz > 0.0 { particle.hertz } else { HERTZ / h };
         let softness = Softness::new(hertz, particle.damping_ratio, h);
+        // As soft as the user wants them; of themselves they hardly yield.
+        let soft = if particle.hertz > 0.0 { softness.impulse / softness.mass } else { 0.0 };
         Self {
             form,
             h,
@@ -95,6 +99,7 @@ impl Pace {
             sweeps: if particle.sweeps > 0 { particle.sweeps } else { own },
             softness,
             chain_rate: softness.rate / softness.mass,
+            chain_give: soft.max(chain::GIVE),
             impulse_scale: if keeps { (h / last_h).min(4.0) * KEEP } else { 0.0 },
             keep: if form == Form::Soft { KEEP } else { 0.0 },
             bodies_repeat: !config.method.is_classic(),
