@@ -1,9 +1,9 @@
-//! Pictures: the software renderer that tests draw with, and `cargo xtask gallery`.
+//! The software renderer that tests draw with.
 
 use std::path::Path;
-use std::process::{Command, Stdio};
+use std::process::Command;
 
-use crate::{Outcome, cargo, root, run_to_end};
+use crate::{Outcome, run_to_end};
 
 /// Debian's packages: a Vulkan driver that needs no GPU, a display in memory, and what draws windows
 /// reads them and moves their mouse.
@@ -35,40 +35,6 @@ pub fn prepare() -> Outcome {
     install.args(["install", "--yes", "--quiet", "--no-install-recommends"]).args(PACKAGES);
     if let Err(why) = run_to_end(&mut install) {
         println!("   {why}; tests of pictures and windows will be left out where they cannot run");
-    }
-    Ok(())
-}
-
-/// The gallery: file, and the run that it shows.
-const GALLERY: [(&str, &str); 11] = [
-    ("wall.png", "wall:ball=1 --seconds 1.6"),
-    ("pyramid.png", "pyramid:base=20 --seconds 2"),
-    ("arch.png", "arch --seconds 4"),
-    ("card_house.png", "card_house --seconds 4"),
-    ("jenga.png", "jenga --seconds 3"),
-    ("pile.png", "pile:n=500 --seconds 5"),
-    ("washer.png", "washer --seconds 4"),
-    ("cradle.png", "cradle --seconds 0.55"),
-    ("bridge.png", "bridge --seconds 4"),
-    ("junkyard.png", "junkyard --seconds 5"),
-    ("wall.gif", "wall:ball=1 --seconds 2.4 --fps 12.5 --camera eye=3.6:2.9:8.6,at=-0.1:1.5:0"),
-];
-
-/// Sizes of what the gallery holds [px]: it is part of every clone.
-const PICTURE: &str = "640x360";
-const FILM: &str = "400x225";
-
-/// Draws the pictures of `docs/gallery`.
-pub fn gallery() -> Outcome {
-    let folder = root().join("docs/gallery");
-    std::fs::create_dir_all(&folder).map_err(|e| format!("{}: {e}", folder.display()))?;
-    for (name, run) in GALLERY {
-        println!("   {name}");
-        let size = if name.ends_with(".gif") { FILM } else { PICTURE };
-        let mut command = cargo();
-        command.args(["run", "--quiet", "--release", "--package", "drystone-app", "--"]);
-        command.arg("simulate").args(run.split(' ')).args(["--size", size, "--render"]);
-        run_to_end(command.arg(folder.join(name)).stdout(Stdio::null()))?;
     }
     Ok(())
 }

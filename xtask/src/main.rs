@@ -1,6 +1,7 @@
 //! The project's chores, run as `cargo xtask COMMAND`.
 
 mod ci;
+mod gallery;
 mod golden;
 mod graphics;
 mod instructions;
@@ -20,9 +21,10 @@ const USAGE: &str = "usage: cargo xtask COMMAND
   golden [--release]              run the scenes of golden.txt and compare their hashes
   golden [--release] --bless WHY  write the new hashes, and old, new and WHY into CHANGELOG.md
   instructions [--bless]          count the instructions of the runs of instructions.txt by callgrind
-  gallery                         draw the pictures of docs/gallery
+  gallery [SCENE…]                draw the pictures and films of docs/gallery, and write its page
   stability                       long runs of what must stand or fall, into docs/stability.md (a quarter of an hour)
-  web [build|test|serve [PORT]]   build the viewer for browsers into target/web, and test it in one (many minutes at first)
+  web [build|test [PART…]|serve [PORT]]
+                                  build the viewer for browsers into target/web, and test it in one (many minutes at first)
   roofline                        bandwidth and arithmetic of this machine (run xtask with --release)";
 
 /// What a command returns: nothing, or the lines that say what is wrong.
@@ -35,7 +37,7 @@ fn main() -> ExitCode {
         ["ci", stages @ ..] => ci::run(stages),
         ["tidy"] => tidy::run(),
         ["determinism"] => determinism(),
-        ["gallery"] => graphics::gallery(),
+        ["gallery", names @ ..] => gallery::run(names),
         ["instructions"] => instructions::run(false),
         ["instructions", "--bless"] => instructions::run(true),
         ["stability"] => stability::run(),
@@ -70,6 +72,12 @@ fn determinism() -> Outcome {
             test,
         ]),
     )
+}
+
+/// Where cargo puts what it builds.
+fn target() -> PathBuf {
+    let set = std::env::var_os("CARGO_TARGET_DIR").filter(|folder| !folder.is_empty());
+    set.map_or_else(|| root().join("target"), |folder| root().join(folder))
 }
 
 /// The repository's root. Read when run, not when built: a target folder may serve two checkouts.

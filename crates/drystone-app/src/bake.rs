@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use drystone::{BodyDef, BodyId, BodyKind, BodyRef, Pose, ShapeDef, World};
+use drystone::{BodyDef, BodyId, BodyRef, Pose, ShapeDef, World};
 use drystone_scene::bake::{self, Motion};
 use drystone_scene::{Running, SceneBody};
 
@@ -27,7 +27,7 @@ struct Follow {
     shapes: usize,
 }
 
-/// Poses of the moving bodies over the run; 28 bytes a body and step.
+/// Poses of the bodies over the run; 28 bytes a body and step.
 #[derive(Debug)]
 pub(crate) struct Bake {
     path: PathBuf,
@@ -53,7 +53,7 @@ impl Bake {
         })
     }
 
-    /// Adds the poses at `time` [s]. Static bodies have none.
+    /// Adds the poses at `time` [s]; of static bodies too: one without any is taken for one that never came.
     pub(crate) fn add(&mut self, time: f64, running: &Running) {
         let time = seconds(time);
         if self.times.last().is_some_and(|&last| last >= time) {
@@ -64,7 +64,7 @@ impl Bake {
         self.times.push(time);
         let bodies = running.bodies.iter().zip(&running.names).enumerate();
         for (number, (&id, name)) in bodies {
-            let body = running.world.body(id).filter(|b| b.kind() != BodyKind::Static);
+            let body = running.world.body(id);
             let shapes = body.map_or(0, |b| b.shapes().count());
             if number == self.follow.len() {
                 self.meet(running, id, name, shapes);

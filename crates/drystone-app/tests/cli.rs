@@ -410,6 +410,23 @@ fn bodies_that_join_late_are_traced_and_baked() {
     assert!(rows("0") < rows("40"), "{} rows, then {}", rows("0"), rows("40"));
 }
 
+#[test]
+fn what_stands_still_is_seen_in_a_baked_file() {
+    let folder = folder("still");
+    succeed(&folder, &["simulate", "hello", "--steps", "5", "--bake", "b.glb"]);
+    let read = |bytes: &[u8], film: bool| {
+        let options = drystone_scene::gltf::Options::default();
+        let loaded =
+            drystone_scene::gltf::from_slice(bytes, "b.glb", Path::new(""), &options).unwrap();
+        if film { drystone_scene::gltf::film(loaded).unwrap() } else { loaded.scene }
+    };
+    let bytes = fs::read(folder.join("b.glb")).unwrap();
+    // What a film brings later than at its beginning is none of its bodies.
+    let (film, scene) = (read(&bytes, true), read(&bytes, false));
+    assert!(scene.bodies.len() >= 3, "a ground and two that fall");
+    assert_eq!(film.bodies.len(), scene.bodies.len());
+}
+
 #[cfg(unix)]
 #[test]
 fn a_reader_that_has_gone_is_no_failure() {

@@ -1,6 +1,7 @@
 //! What is to be drawn of a world: forms with their places, rods, lines. Knows no graphics device.
 
 use std::borrow::Cow;
+use std::sync::Arc;
 
 use bytemuck::{Pod, Zeroable};
 use drystone::{
@@ -10,6 +11,7 @@ use drystone::{
 use crate::color::{Color, DUST, GROUND, ROD, THREAD, body_color};
 use crate::form::{Fit, Form};
 use crate::framing::Subject;
+use crate::sheet::Sheets;
 
 /// Edges of boxes look rounded.
 const BEVEL: u32 = 1;
@@ -137,9 +139,13 @@ impl Drawing {
         drawing
     }
 
-    /// Particles as balls, rods and threads between them; springs only where nothing else links, as bends and
-    /// shears of a cloth would hide its threads.
+    /// Cloths as surfaces, other particles as balls, rods and threads between them; springs only where nothing else
+    /// links.
     fn add_particles(&self, batches: &mut Batches, world: &World) {
+        if world.particles().next().is_none() {
+            return;
+        }
+        let sheets = Sheets::of(world, self.origin);
         let mut threaded = std::collections::BTreeSet::new();
         let is_spring = |link: &LinkRef<'_>| matches!(link.kind(), LinkKind::Spring(_));
         for link in world.links().filter(|link| !is_spring(link)) {
@@ -147,18 +153,27 @@ impl Drawing {
         }
         for link in world.links() {
             let ends = link.particles();
-            if is_spring(&link) && ends.iter().all(|end| threaded.contains(end)) {
+            if is_spring(&link) && ends.iter().all(|end| threaded.contains(end))
+                || sheets.cover_thread(ends)
+            {
                 continue;
             }
             let [Some(a), Some(b)] = ends.map(|end| world.particle(end)) else { continue };
             let thick = 0.6 * a.radius().min(b.radius());
             self.add_cylinder(batches, [a.position(), b.position()], thick, THREAD);
         }
-        for particle in world.particles().filter(|p| p.position().is_finite()) {
+        let bare = world.particles().filter(|p| p.position().is_finite() && !sheets.cover(p.id()));
+        for particle in bare {
             let fit = Fit { scale: Vec3::splat(particle.radius()), end: 0.0 };
             let pose = Pose::at(particle.position());
             let color = if particle.link_count() > 0 { THREAD } else { DUST };
             batches.push(Form::Sphere, self.instance(&pose, fit, color, 0));
+        }
+        for (first, sheet) in sheets.list {
+            let fit = Fit { scale: Vec3::splat(1.0), end: 0.0 };
+            let color = body_color(BodyKind::Dynamic, first);
+            let instance = self.instance(&Pose::at(self.origin), fit, color, 0);
+            batches.push(Form::Sheet(Arc::new(sheet)), instance);
         }
     }
 

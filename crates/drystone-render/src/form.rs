@@ -6,6 +6,8 @@ use bytemuck::{Pod, Zeroable};
 use drystone::{Hull, Mesh, Shape, Vec3};
 use drystone_scene::bake::solids::{self, Surface};
 
+use crate::sheet::Sheet;
+
 /// A corner of a triangle.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C)]
@@ -15,6 +17,22 @@ pub(crate) struct Vertex {
     /// Which end of a capsule it belongs to: −1 or 1, else 0.
     end: f32,
     normal: [f32; 3],
+}
+
+impl Vertex {
+    /// A corner that belongs to no capsule.
+    pub(crate) fn new(place: Vec3, normal: Vec3) -> Self {
+        Self { place: place.to_array(), end: 0.0, normal: normal.to_array() }
+    }
+
+    pub(crate) fn set_normal(&mut self, normal: Vec3) {
+        self.normal = normal.to_array();
+    }
+
+    #[cfg(test)]
+    pub(crate) fn normal(&self) -> [f32; 3] {
+        self.normal
+    }
 }
 
 /// What is drawn once and then placed many times.
@@ -36,6 +54,8 @@ pub(crate) enum Form {
     Hull(Arc<Hull>),
     /// In meters.
     Mesh(Arc<Mesh>),
+    /// In meters from the drawing's origin.
+    Sheet(Arc<Sheet>),
     /// A shape of a kind that has no form of its own, in meters.
     Other,
 }
@@ -72,7 +92,7 @@ impl Form {
         }
     }
 
-    /// Tells forms apart. An address stands for a hull or a mesh: who keeps the key keeps the form
+    /// Tells forms apart. An address stands for a hull, a mesh or a sheet: who keeps the key keeps the form
     /// too, and keys are looked up, never put in order.
     pub(crate) fn key(&self) -> [usize; 3] {
         let bits = |x: f32| x.to_bits() as usize;
@@ -86,6 +106,7 @@ impl Form {
             Self::Hull(hull) => [6, Arc::as_ptr(hull).addr(), 0],
             Self::Mesh(mesh) => [7, Arc::as_ptr(mesh).addr(), 0],
             Self::Other => [8, 0, 0],
+            Self::Sheet(sheet) => [9, Arc::as_ptr(sheet).addr(), 0],
         }
     }
 
@@ -94,6 +115,7 @@ impl Form {
         /// Half the distance of the ends as the capsule's form is made.
         const APART: f32 = 2.0;
         let surface = match self {
+            Self::Sheet(sheet) => return (sheet.vertices.clone(), sheet.indices.clone()),
             Self::Sphere => solids::of(&Shape::sphere(1.0)),
             Self::Capsule => solids::of(&Shape::capsule(APART, 1.0)),
             Self::Box => solids::of(&Shape::box_half([1.0; 3])),
@@ -135,13 +157,8 @@ fn square() -> Surface {
 /// point whose normals have at least the cosine `crease` with the corner's own.
 fn shaded(surface: &Surface, crease: f32) -> (Vec<Vertex>, Vec<u32>) {
     let Surface { points, normals, triangles } = surface;
-    let vertex = |place: Vec3, normal: Vec3| Vertex {
-        place: place.to_array(),
-        end: 0.0,
-        normal: normal.to_array(),
-    };
     if normals.len() == points.len() {
-        let vertices = points.iter().zip(normals).map(|(p, n)| vertex(*p, *n)).collect();
+        let vertices = points.iter().zip(normals).map(|(p, n)| Vertex::new(*p, *n)).collect();
         return (vertices, triangles.iter().flatten().copied().collect());
     }
     let corner = |t: &[u32; 3]| t.map(|i| points.get(i as usize).copied().unwrap_or(Vec3::ZERO));
@@ -167,7 +184,7 @@ fn shaded(surface: &Surface, crease: f32) -> (Vec<Vertex>, Vec<u32>) {
             let alike = |other: &&usize| flat[**other].normalize_or(Vec3::ZERO).dot(unit) >= crease;
             let near = around.get(i as usize).into_iter().flatten().filter(alike);
             let sum = near.fold(Vec3::ZERO, |sum, other| sum + flat[*other]);
-            vertices.push(vertex(place, sum.normalize_or(unit)));
+            vertices.push(Vertex::new(place, sum.normalize_or(unit)));
         }
     }
     let indices = (0_u32..).take(vertices.len()).collect();

@@ -32,6 +32,7 @@ mod error;
 mod form;
 mod framing;
 mod renderer;
+mod sheet;
 
 pub use camera::{Camera, FIELD_OF_VIEW};
 #[cfg(not(target_arch = "wasm32"))]

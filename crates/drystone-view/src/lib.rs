@@ -5,6 +5,7 @@
 //! thread, and physics runs between the pictures.
 
 pub mod history;
+mod limits;
 pub mod overlay;
 pub mod places;
 pub mod sim;

@@ -3,6 +3,8 @@
 use drystone::{Aabb, BodyId, BodyKind, ContactRef, JointKind, Vec3, World};
 use drystone_render::{Color, Drawing, body_color};
 
+use crate::limits;
+
 /// What is shown.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[expect(clippy::struct_excessive_bools, reason = "switches that do not depend on each other")]
@@ -19,6 +21,8 @@ pub struct Overlays {
     pub velocities: bool,
     /// Joints: from the middle of each body to its anchor, and limits of lengths.
     pub joints: bool,
+    /// Limits of joints of six axes: arcs for turns, bars for ways, and where the joint is.
+    pub limits: bool,
     /// Boxes around shapes.
     pub bounds: bool,
     /// Bodies that sleep are dim.
@@ -74,6 +78,9 @@ pub fn add(drawing: &mut Drawing, world: &World, overlays: Overlays, scale: f32)
             }
             add_cross(drawing, a, 0.008 * scale, JOINT);
         }
+    }
+    if overlays.limits {
+        limits::add(drawing, world, 0.06 * scale);
     }
     if overlays.contacts || overlays.friction || overlays.colors {
         add_contacts(drawing, world, overlays, scale);

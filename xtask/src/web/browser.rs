@@ -14,8 +14,8 @@ use crate::Outcome;
 
 pub(super) const PROGRAM: &str = "chromium";
 
-/// How long something on the page may take. Pictures are drawn in software, on a machine that may be busy.
-const PATIENCE: Duration = Duration::from_secs(90);
+/// How long the browser may take to start.
+const START: Duration = Duration::from_secs(60);
 
 /// A place on the page [px].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -29,6 +29,8 @@ pub(super) struct Browser {
     number: u64,
     /// What the page complained of by itself.
     complaints: Vec<String>,
+    /// When all that it is asked for must be done.
+    end: Instant,
 }
 
 impl Drop for Browser {
@@ -63,8 +65,8 @@ impl Browser {
             return Err(format!("{PROGRAM} does not start"));
         };
         let socket = Socket::open(&url).map_err(|e| e.to_string())?;
-        let (session, complaints) = (String::new(), Vec::new());
-        let mut browser = Self { child, socket, session, number: 0, complaints };
+        let (session, complaints, end) = (String::new(), Vec::new(), Instant::now() + START);
+        let mut browser = Self { child, socket, session, number: 0, complaints, end };
         let target = browser.call("Target.createTarget", json!({ "url": "about:blank" }))?;
         let attach = json!({ "targetId": target["targetId"], "flatten": true });
         let session = browser.call("Target.attachToTarget", attach)?;
@@ -75,11 +77,17 @@ impl Browser {
         Ok(browser)
     }
 
+    /// What is asked for from now on must be done within this time.
+    pub(super) fn limit(&mut self, time: Duration) {
+        self.end = Instant::now() + time;
+    }
+
     /// Calls a method and waits for what it returns.
     pub(super) fn call(&mut self, method: &str, params: Value) -> Result<Value, String> {
         self.send(method, params)?;
         loop {
-            let text = self.socket.receive().map_err(|e| format!("{method}: {e}"))?;
+            let left = self.end.saturating_duration_since(Instant::now());
+            let text = self.socket.receive(left).map_err(|e| format!("{method}: {e}"))?;
             let mut message: Value = serde_json::from_str(&text).map_err(|e| e.to_string())?;
             if message["id"] == self.number {
                 return match message.get("error") {
@@ -153,19 +161,16 @@ impl Browser {
         what: &str,
         mut is_so: impl FnMut(&Value) -> bool,
     ) -> Result<Value, String> {
-        let begin = Instant::now();
         loop {
-            let state = self.state()?;
+            let state = self.state().map_err(|why| format!("{what}: {why}"))?;
             if is_so(&state) {
                 return Ok(state);
             }
-            if begin.elapsed() > PATIENCE {
+            if Instant::now() > self.end {
+                self.limit(Duration::from_secs(20));
                 let note = self.value("document.getElementById('note')?.textContent")?;
-                let (complaints, seconds) = (self.complaints(), PATIENCE.as_secs());
-                let state = short(&state.to_string());
-                return Err(format!(
-                    "not within {seconds} s: {what}\n{state}\n{note}\n{complaints:?}"
-                ));
+                let (complaints, state) = (self.complaints(), short(&state.to_string()));
+                return Err(format!("not in time: {what}\n{state}\n{note}\n{complaints:?}"));
             }
             thread::sleep(Duration::from_millis(30));
         }
@@ -173,14 +178,13 @@ impl Browser {
 
     /// Waits until the text that an expression gives is so.
     pub(super) fn wait_until(&mut self, expression: &str, is_so: impl Fn(&str) -> bool) -> Outcome {
-        let begin = Instant::now();
         loop {
             let text = self.value(expression)?;
             if text.as_str().is_some_and(&is_so) {
                 return Ok(());
             }
-            if begin.elapsed() > PATIENCE {
-                return Err(format!("{expression}: {text}"));
+            if Instant::now() > self.end {
+                return Err(format!("not in time: {expression}: {text}"));
             }
             thread::sleep(Duration::from_millis(30));
         }
@@ -218,18 +222,37 @@ impl Browser {
 
     /// Turns the wheel over a place until what has this name is seen.
     pub(super) fn scroll_to(&mut self, name: &str, at: At) -> Outcome {
+        // What is scrolled is what the pointer is over, and a wheel alone moves no pointer.
+        self.mouse("mouseMoved", at, false)?;
+        let height = self.value("innerHeight")?.as_f64().unwrap_or(0.0);
         for _ in 0..60 {
-            if place(&self.state()?, name).is_some() {
+            // What is laid out below the page has a place too.
+            if place(&self.state()?, name).is_some_and(|At(_, y)| y < height - 20.0) {
                 return Ok(());
             }
-            self.wheel(at, 100.0)?;
+            self.wheel(at, 200.0)?;
         }
         Err(format!("{name}: nowhere in the list"))
     }
 
     fn wheel(&mut self, At(x, y): At, down: f64) -> Outcome {
         let event = json!({ "type": "mouseWheel", "x": x, "y": y, "deltaX": 0, "deltaY": down });
-        self.call("Input.dispatchMouseEvent", event)?;
+        // What it returns may come only after the next wheel.
+        self.send("Input.dispatchMouseEvent", event)?;
+        self.frame()
+    }
+
+    /// The page is told that there is a screen to touch.
+    pub(super) fn fingers(&mut self) -> Outcome {
+        let touch = json!({ "enabled": true, "maxTouchPoints": 5 });
+        self.call("Emulation.setTouchEmulationEnabled", touch).map(drop)
+    }
+
+    /// An event of fingers; those that are down after it.
+    pub(super) fn touch(&mut self, kind: &str, fingers: &[At]) -> Outcome {
+        let points: Vec<Value> =
+            (0..).zip(fingers).map(|(id, At(x, y))| json!({ "x": x, "y": y, "id": id })).collect();
+        self.call("Input.dispatchTouchEvent", json!({ "type": kind, "touchPoints": points }))?;
         self.frame()
     }
 
@@ -254,6 +277,19 @@ impl Browser {
             self.call("Input.dispatchDragEvent", event)?;
         }
         Ok(())
+    }
+
+    /// Has a script on the page drop a file that the server has, under another name.
+    pub(super) fn drop_by_script(&mut self, file: &str, name: &str) -> Outcome {
+        let script = format!(
+            "fetch({file:?}).then(answer => answer.arrayBuffer()).then(bytes => {{
+                const data = new DataTransfer();
+                data.items.add(new File([bytes], {name:?}));
+                const options = {{ dataTransfer: data, bubbles: true, cancelable: true }};
+                document.getElementById('canvas').dispatchEvent(new DragEvent('drop', options));
+            }})"
+        );
+        self.value(&script).map(drop)
     }
 
     /// Until the page has drawn a picture.

@@ -4,8 +4,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-use super::{folder, target};
-use crate::{Outcome, root, run_to_end};
+use super::folder;
+use crate::{Outcome, root, run_to_end, target};
 
 /// All files together, compressed as a web server sends them [bytes].
 const MOST_BYTES: usize = 5_000_000;

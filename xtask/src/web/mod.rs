@@ -8,18 +8,18 @@ mod test;
 
 use std::path::PathBuf;
 
-use crate::{Outcome, root};
+use crate::{Outcome, target};
 
 /// Builds and tests; or only one of them; or serves the folder.
 pub fn run(words: &[&str]) -> Outcome {
     match words {
-        [] => build::run().and_then(|()| test::run()),
+        [] => build::run().and_then(|()| test::run(&[])),
         ["build"] => build::run(),
-        ["test"] => test::run(),
+        ["test", names @ ..] => test::run(names),
         ["serve"] => serve("8080"),
         ["serve", port] => serve(port),
         _ => Err(format!(
-            "cargo xtask web {}: allowed are build, test, serve [PORT]",
+            "cargo xtask web {}: allowed are build, test [PART…], serve [PORT]",
             words.join(" ")
         )),
     }
@@ -44,12 +44,6 @@ fn serve(port: &str) -> Outcome {
     println!("http://{}/", server.address());
     server.wait();
     Ok(())
-}
-
-/// Where cargo puts what it builds.
-fn target() -> PathBuf {
-    let set = std::env::var_os("CARGO_TARGET_DIR").filter(|folder| !folder.is_empty());
-    set.map_or_else(|| root().join("target"), |folder| root().join(folder))
 }
 
 /// What a web server has to serve.

@@ -20,7 +20,6 @@ impl Socket {
         let (host, path) = rest.split_once('/').ok_or_else(|| bad("no path"))?;
         let stream = TcpStream::connect(host)?;
         stream.set_nodelay(true)?;
-        stream.set_read_timeout(Some(Duration::from_secs(300)))?;
         let mut stream = BufReader::new(stream);
         // The key is there to keep caches out, of which there are none.
         write!(
@@ -63,8 +62,11 @@ impl Socket {
         self.stream.get_mut().write_all(&frame)
     }
 
-    /// The next text that the other side sends.
-    pub(super) fn receive(&mut self) -> io::Result<String> {
+    /// The next text that the other side sends, if it comes within this time.
+    pub(super) fn receive(&mut self, within: Duration) -> io::Result<String> {
+        // No time at all would be refused.
+        let within = within.max(Duration::from_millis(1));
+        self.stream.get_ref().set_read_timeout(Some(within))?;
         let mut text = Vec::new();
         loop {
             let [first, second] = self.bytes()?;
@@ -110,6 +112,7 @@ const PONG: u8 = 10;
 mod tests {
     use std::io::{Read, Write};
     use std::net::TcpListener;
+    use std::time::Duration;
 
     use super::Socket;
 
@@ -135,8 +138,8 @@ mod tests {
             assert_eq!(sent, [0x81, 0xFE, 0, 200, 0, 0, 0, 0]);
         });
         let mut socket = Socket::open(&url).unwrap();
-        assert_eq!(socket.receive().unwrap(), "abc");
-        assert_eq!(socket.receive().unwrap(), "z".repeat(256));
+        assert_eq!(socket.receive(Duration::from_secs(10)).unwrap(), "abc");
+        assert_eq!(socket.receive(Duration::from_secs(10)).unwrap(), "z".repeat(256));
         socket.send(&"y".repeat(200)).unwrap();
         other.join().unwrap();
         assert!(Socket::open("http://x").is_err());

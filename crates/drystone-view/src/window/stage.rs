@@ -6,7 +6,7 @@ use drystone_render::wgpu;
 use drystone_render::{Area, RenderError, Renderer, limits};
 use egui::{Color32, Frame, Id, Rect, Sense, ViewportId};
 use web_time::Instant;
-use winit::event::WindowEvent;
+use winit::event::{DeviceId, Touch, WindowEvent};
 use winit::event_loop::ActiveEventLoop;
 use winit::window::{Window, WindowAttributes};
 
@@ -86,7 +86,7 @@ impl Stage {
         let painter =
             egui_wgpu::Renderer::new(&device, config.format, egui_wgpu::RendererOptions::default());
         let side = device.limits().max_texture_dimension_2d as usize;
-        let context = egui::Context::default();
+        let context = context();
         let mut visuals = egui::Visuals::dark();
         visuals.override_text_color = Some(Color32::from_gray(222));
         context.set_visuals(visuals);
@@ -144,7 +144,8 @@ impl Stage {
             self.surface.configure(self.renderer.device(), &self.config);
             self.window.request_redraw();
         }
-        if self.egui.on_window_event(&self.window, event).repaint {
+        let together = of_one_screen(event);
+        if self.egui.on_window_event(&self.window, together.as_ref().unwrap_or(event)).repaint {
             self.window.request_redraw();
         }
     }
@@ -155,6 +156,11 @@ impl Stage {
         &mut self,
         send: &mut dyn FnMut(Command),
     ) -> Result<Option<Instant>, RenderError> {
+        if self.window.inner_size().width == 0 {
+            // A page's canvas has no size at first: what is laid out then would take the screen for a vast one, and the
+            // panel would open however small the page is. The event that tells the size asks for a picture.
+            return Ok(None);
+        }
         let input = self.egui.take_egui_input(&self.window);
         let context = self.egui.egui_ctx().clone();
         let (control, panel, shown) = (&mut self.control, &mut self.panel, self.shown.as_ref());
@@ -237,6 +243,22 @@ impl Stage {
     }
 }
 
+/// A finger's event as one of the only screen there is. In a browser each finger counts as a device of its own, and fingers
+/// of different devices make no gesture.
+fn of_one_screen(event: &WindowEvent) -> Option<WindowEvent> {
+    let WindowEvent::Touch(touch) = event else { return None };
+    Some(WindowEvent::Touch(Touch { device_id: DeviceId::dummy(), ..*touch }))
+}
+
+/// What lays out the panel and tells clicks from drags.
+fn context() -> egui::Context {
+    let context = egui::Context::default();
+    // A finger that has rested for longer than a click may last asks for a menu, and can drag nothing from then on. There
+    // is no such menu here, and whoever pulls a body rests on it first. A drag is what has moved, however long it took.
+    context.options_mut(|options| options.input_options.max_click_duration = f64::INFINITY);
+    context
+}
+
 /// Points of the picture from points of the screen.
 fn area(part: Rect, scale: f32) -> Area {
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped")]
@@ -306,9 +328,9 @@ fn arrange(
 
 #[cfg(test)]
 mod tests {
-    use egui::{Event, Key, Modifiers, PointerButton, Pos2, RawInput, pos2, vec2};
+    use egui::{Event, Key, Modifiers, PointerButton, Pos2, RawInput, TouchPhase, pos2, vec2};
 
-    use super::{Control, Overlays, Panel, Rect, Shown, arrange};
+    use super::{Control, Overlays, Panel, Rect, Shown, arrange, context};
     use crate::sim::tests::simulation;
     use crate::sim::{Command, Simulation};
 
@@ -326,7 +348,7 @@ mod tests {
             let mut simulation = simulation("stack:n=1");
             let shown = simulation.shown();
             let panel = Panel::new(Overlays::default(), None);
-            let context = egui::Context::default();
+            let context = context();
             let mut desk = Self { context, control: Control::new(), panel, simulation, shown };
             // Sizes are known after the first pictures.
             desk.frame(vec![]);
@@ -376,6 +398,55 @@ mod tests {
         let sent = desk.frame(vec![Desk::button(MIDDLE, false)]);
         assert!(matches!(sent.as_slice(), [.., Command::Release]), "{sent:?}");
         assert!(desk.shown.held.is_none());
+    }
+
+    fn touch(finger: u64, phase: TouchPhase, at: Pos2) -> Event {
+        let (device_id, id) = (egui::TouchDeviceId(1), egui::TouchId(finger));
+        Event::Touch { device_id, id, phase, pos: at, force: None }
+    }
+
+    /// A finger takes hold of the cube, after two seconds of rest, and pulls it up. As the window has it, each event of the
+    /// first finger is one of the mouse too.
+    fn pulled_by_finger() -> (Desk, Pos2) {
+        let mut desk = Desk::new();
+        let down = touch(1, TouchPhase::Start, MIDDLE);
+        desk.frame(vec![down, Event::PointerMoved(MIDDLE), Desk::button(MIDDLE, true)]);
+        // Each picture is a sixtieth of a second later.
+        for _ in 0..120 {
+            desk.frame(vec![]);
+        }
+        let mut at = MIDDLE;
+        for _ in 0..11 {
+            at -= vec2(0.0, 10.0);
+            desk.frame(vec![touch(1, TouchPhase::Move, at), Event::PointerMoved(at)]);
+        }
+        (desk, at)
+    }
+
+    #[test]
+    fn a_finger_pulls_a_body_however_long_it_rested() {
+        let (mut desk, at) = pulled_by_finger();
+        let (from, to) = desk.shown.held.unwrap();
+        assert!(to.y > from.y + 0.1, "{from:?} {to:?}");
+        let up = touch(1, TouchPhase::End, at);
+        let sent = desk.frame(vec![up, Desk::button(at, false), Event::PointerGone]);
+        assert!(sent.iter().any(|c| matches!(c, Command::Release)), "{sent:?}");
+        assert!(!sent.iter().any(|c| matches!(c, Command::Pick(..))), "{sent:?}");
+    }
+
+    #[test]
+    fn a_second_finger_lets_go_and_both_move_the_view() {
+        let (mut desk, at) = pulled_by_finger();
+        let before = desk.control.camera.unwrap();
+        let other = at + vec2(-80.0, 60.0);
+        desk.frame(vec![touch(2, TouchPhase::Start, other)]);
+        assert!(desk.shown.held.is_none());
+        let apart = vec2(30.0, -20.0);
+        let moves =
+            [touch(1, TouchPhase::Move, at + apart), touch(2, TouchPhase::Move, other - apart)];
+        desk.frame(moves.to_vec());
+        let after = desk.control.camera.unwrap();
+        assert!(after.distance() < 0.9 * before.distance(), "fingers that part bring it nearer");
     }
 
     #[test]

@@ -128,7 +128,7 @@ impl Touch {
             lines: entry.lines,
             block: entry.block,
             lane: entry.lane,
-            count: block.count.min(4),
+            count: 0,
             next: NONE,
             seen: 0,
             bounced: false,
@@ -163,8 +163,12 @@ impl Touch {
             touch.drift_t[i] = extra.drift_t[i][lane];
             touch.driven |= touch.drift_t[i] != 0.0;
         }
-        for j in 0..usize::from(touch.count) {
-            let p = &block.points[j];
+        let points = block.points.iter().take(usize::from(block.count));
+        for ((number, j), p) in (1..).zip(0..).zip(points) {
+            // The block has as many as its fullest lane: which that is must not show.
+            if p.mass[lane] > 0.0 {
+                touch.count = number;
+            }
             touch.points[j] = PointRow {
                 a: of_a(&p.a),
                 b: lane3(&p.b, lane),

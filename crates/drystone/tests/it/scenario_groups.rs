@@ -1,0 +1,86 @@
+//! Many small islands of unlike contacts: how they are put together into the workers' groups, and with whom
+//! a contact shares a block, must not show.
+
+use std::sync::Arc;
+
+use drystone::{BodyDef, Material, Mesh, Shape, ShapeDef, Team, Vec3, World, vec3};
+
+const DT: f32 = 1.0 / 60.0;
+
+/// Material number `i`: bouncing, rolling, spinning, slippery when it slides, or plain.
+fn material(i: u32) -> Material {
+    let plain = Material::default();
+    match i % 5 {
+        0 | 4 => Material { restitution: 0.6, ..plain },
+        1 => Material { restitution: 0.9, rolling_resistance: 0.05, ..plain },
+        2 => Material { kinetic_friction: Some(0.2), ..plain },
+        3 => Material { spinning_resistance: 0.02, restitution: 0.3, ..plain },
+        _ => plain,
+    }
+}
+
+/// Waves of triangles, 1 m wide.
+fn waves(cells: u32) -> Shape {
+    let height = |i: u32, j: u32| if (i + j).is_multiple_of(2) { 0.0 } else { 0.3 };
+    let mut vertices: Vec<Vec3> = Vec::new();
+    for j in 0..=cells {
+        for i in 0..=cells {
+            vertices.push(vec3(i as f32, height(i, j), j as f32));
+        }
+    }
+    let at = |i: u32, j: u32| j * (cells + 1) + i;
+    let mut triangles = Vec::new();
+    for j in 0..cells {
+        for i in 0..cells {
+            triangles.push([at(i, j), at(i, j + 1), at(i + 1, j)]);
+            triangles.push([at(i + 1, j), at(i, j + 1), at(i + 1, j + 1)]);
+        }
+    }
+    Shape::Mesh(Arc::new(Mesh::new(vertices, triangles).unwrap()))
+}
+
+/// 16 × 16 columns of five that fall fast, half of them onto a mesh and half onto a floor with a belt.
+fn heaps(workers: usize) -> World {
+    let mut world = World::default().with_executor(Arc::new(Team::with_threads(workers)));
+    let bouncy = Material { restitution: 0.6, ..Material::default() };
+    let mesh = ShapeDef::new(waves(60)).with_material(bouncy);
+    world.add_body(BodyDef::fixed().with_shape(mesh)).unwrap();
+    let floor = ShapeDef::box_half([30.0, 1.0, 30.0]).with_surface_velocity([0.5, 0.0, 0.0]);
+    let floor = floor.with_position([-31.0, -1.0, 30.0]);
+    world.add_body(BodyDef::fixed().with_shape(floor)).unwrap();
+    for heap in 0..256_u32 {
+        let (i, j) = (heap % 16, heap / 16);
+        let at = vec3(3.6 * i as f32 - 27.0, 0.0, 3.6 * j as f32 + 2.0);
+        for k in 0..5_u32 {
+            let shape = match (heap + 3 * k) % 7 {
+                0 | 1 => ShapeDef::sphere(0.4),
+                2 => ShapeDef::capsule(0.3, 0.3),
+                3 => ShapeDef::cylinder(0.3, 0.35),
+                _ => ShapeDef::box_half([0.35, 0.3, 0.4]),
+            };
+            let tilt = 0.13 * ((heap + k) % 11) as f32;
+            let body = BodyDef::dynamic()
+                .with_position(at + vec3(0.1 * (k % 2) as f32, 0.9 + 0.8 * k as f32, 0.07))
+                .with_angular_velocity([tilt, 0.5 - tilt, 1.0])
+                .with_linear_velocity([0.0, -15.0 - tilt, 0.3])
+                .with_shape(shape.with_material(material(heap / 3 + k)));
+            world.add_body(body).unwrap();
+        }
+    }
+    world
+}
+
+#[test]
+fn how_islands_are_grouped_does_not_show() {
+    let mut worlds: Vec<World> = [1, 2, 4].map(heaps).into();
+    for step in 0..40 {
+        for world in &mut worlds {
+            world.step(DT);
+        }
+        let hashes: Vec<u64> = worlds.iter().map(World::state_hash).collect();
+        assert!(hashes.iter().all(|hash| *hash == hashes[0]), "step {step}: {hashes:x?}");
+    }
+    // Enough that one worker's groups are not those of two: those take 600 contacts of two bodies at least.
+    let contacts = worlds[0].counts().contacts;
+    assert!(contacts > 800, "{contacts}");
+}
