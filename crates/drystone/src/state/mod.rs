@@ -16,6 +16,7 @@ pub(crate) mod bodies;
 pub(crate) mod shapes;
 pub(crate) mod joints;
 pub(crate) mod particle_def;
+pub(crate) mod chains;
 pub(crate) mod particles;
 pub(crate) mod contacts;
 pub(crate) mod coupling;

@@ -2,6 +2,7 @@
 //! eight, and attachments to bodies. Velocity and position are written by the particle passes of the solver
 //! and by the world only.
 
+use super::chains::{self, Chains};
 use super::material::{Filter, Material};
 use super::particle_def::{LinkKind, LinkSpring};
 use crate::base::grow;
@@ -95,6 +96,8 @@ pub(crate) struct LinkBlock {
     /// 1 where it can go slack.
     pub(crate) slack: Lanes,
     pub(crate) kinds: [LaneKind; LANES],
+    /// Solved with the chain that the link is of.
+    pub(crate) chained: [bool; LANES],
 }
 
 /// What a lane of links is.
@@ -127,6 +130,7 @@ impl Default for LinkBlock {
             rigid: zero,
             slack: zero,
             kinds: [LaneKind::Idle; LANES],
+            chained: [false; LANES],
         }
     }
 }
@@ -140,6 +144,8 @@ pub(crate) struct Link {
     /// Infinite: never.
     pub(crate) tear_strain: f32,
     pub(crate) tear_force: f32,
+    /// Number of the line of a cloth that it is of; 0: of none.
+    pub(crate) thread: u32,
 }
 
 impl Link {
@@ -195,6 +201,11 @@ pub(crate) struct Particles {
     pub(crate) x: Vec<[f32; 4]>,
     pub(crate) links: SlotMap<LinkId, Link>,
     pub(crate) colors: Vec<LinkColor>,
+    pub(crate) chains: Chains,
+    /// Links or attachments came or went since chains were found.
+    pub(crate) chains_changed: bool,
+    /// Lines of cloths so far.
+    pub(crate) threads: u32,
     pub(crate) attachments: Vec<Attachment>,
     /// In the order of lines, then of shapes.
     pub(crate) touches: Vec<Touch>,
@@ -291,6 +302,13 @@ impl Particles {
         }
     }
 
+    /// Finds anew which links are of one chain, if that has changed.
+    pub(crate) fn find_chains(&mut self) {
+        if core::mem::take(&mut self.chains_changed) {
+            chains::find(self);
+        }
+    }
+
     /// The end of the chain of `strand`s while strands are found.
     fn first_of(&mut self, mut line: u32) -> u32 {
         loop {
@@ -311,6 +329,7 @@ impl Particles {
         kind: LinkKind,
         length: f32,
         [tear_strain, tear_force]: [f32; 2],
+        thread: u32,
     ) -> LinkId {
         let used = self.at(a).colors | self.at(b).colors;
         let color = ((!used).trailing_zeros() as usize).min(CROWD);
@@ -321,6 +340,7 @@ impl Particles {
             particle.links += 1;
         }
         self.strands_changed = true;
+        self.chains_changed = true;
         if self.colors.len() <= color {
             self.colors.resize_with(color + 1, LinkColor::default);
         }
@@ -341,7 +361,7 @@ impl Particles {
         (to.impulse[l], to.kinds[l]) = (0.0, lane_kind);
         self.can_tear |= tear_strain.is_finite() || tear_force.is_finite();
         let color = u32::try_from(color).expect("64 colors");
-        self.links.insert(Link { color, block, lane, tear_strain, tear_force })
+        self.links.insert(Link { color, block, lane, tear_strain, tear_force, thread })
     }
 
     /// Takes a link out.
@@ -355,6 +375,7 @@ impl Particles {
         (block.impulse[lane], block.kinds[lane]) = (0.0, LaneKind::Idle);
         color.free.push((link.block, link.lane));
         self.strands_changed = true;
+        self.chains_changed = true;
         let bit = if (link.color as usize) < CROWD { 1_u64 << link.color } else { 0 };
         for line in ends {
             let particle = self.at_mut(line);
@@ -371,6 +392,7 @@ impl Particles {
 
     /// Holds a particle at a point of a body.
     pub(crate) fn attach(&mut self, attachment: Attachment) {
+        self.chains_changed = true;
         let at = match self.at(attachment.line).attachment {
             0 => {
                 self.attachments.push(attachment);
@@ -390,6 +412,7 @@ impl Particles {
         if at == 0 {
             return false;
         }
+        self.chains_changed = true;
         self.attachments.remove(at as usize - 1);
         for i in at as usize - 1..self.attachments.len() {
             let line = self.attachments[i].line;

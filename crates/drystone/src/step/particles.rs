@@ -7,6 +7,7 @@
 //! particle once; every other particle is written by its own chunk only.
 //! References: docs/particles.md, [Jakobsen01], [Macklin19].
 
+pub(crate) mod chain;
 pub(crate) mod meet;
 mod fly;
 pub(crate) mod links;
@@ -93,6 +94,7 @@ pub(crate) fn meet_shapes(
         return;
     }
     particles.find_strands();
+    particles.find_chains();
     if particles.fixed_seen != bounds.fixed_changes {
         particles.fixed_seen = bounds.fixed_changes;
         particles.wake_all();

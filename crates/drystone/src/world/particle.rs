@@ -315,6 +315,11 @@ impl World {
     /// A particle that is not of this world, or the same one twice; a field that is out of range; no length
     /// given and the particles at one point. Then nothing is added.
     pub fn add_link(&mut self, def: LinkDef) -> Result<LinkId, DefError> {
+        self.add_link_of(def, 0)
+    }
+
+    /// Adds a link of a line of a cloth; 0: of none.
+    pub(super) fn add_link_of(&mut self, def: LinkDef, thread: u32) -> Result<LinkId, DefError> {
         def.validate()?;
         let particles = &mut self.tables.particles;
         let find = |name: &str, id: ParticleId| {
@@ -331,7 +336,7 @@ impl World {
         particles.wake(a);
         particles.wake(b);
         let tears = [def.tear_strain, def.tear_force].map(|limit| limit.unwrap_or(f32::INFINITY));
-        Ok(particles.insert_link([a, b], def.kind, length, tears))
+        Ok(particles.insert_link([a, b], def.kind, length, tears, thread))
     }
 
     /// Removes a link, and wakes its particles. False if there is no such link.

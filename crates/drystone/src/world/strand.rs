@@ -117,6 +117,10 @@ const fn real(n: usize) -> f32 {
     n as f32
 }
 
+fn number(n: usize) -> u32 {
+    u32::try_from(n).expect("at most 4,000 squares a side")
+}
+
 impl World {
     /// Adds a rope.
     ///
@@ -177,6 +181,10 @@ impl World {
                     strand.particles.push(world.add_particle(&particle)?);
                 }
             }
+            // Its lines are solved as chains.
+            let rows = world.tables.particles.threads.wrapping_add(1);
+            let columns = rows.wrapping_add(number(m + 1));
+            world.tables.particles.threads = columns.wrapping_add(number(n));
             // Each offset by its kind; one color after the other fills up.
             let tears = (def.tear_strain, def.tear_force);
             let threads = [(1, 0, Some(def.stretch), tears), (0, 1, Some(def.stretch), tears)];
@@ -195,7 +203,12 @@ impl World {
                         let at = |i: usize, k: usize| strand.particles[k * (n + 1) + i];
                         let link = LinkDef::new(at(i, k), at(i2, k2), kind);
                         let link = LinkDef { tear_strain, tear_force, ..link };
-                        strand.links.push(world.add_link(link)?);
+                        let thread = match (di, dk) {
+                            (1, 0) => rows.wrapping_add(number(k)),
+                            (0, 1) => columns.wrapping_add(number(i)),
+                            _ => 0,
+                        };
+                        strand.links.push(world.add_link_of(link, thread)?);
                     }
                 }
             }

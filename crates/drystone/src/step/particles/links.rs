@@ -87,7 +87,7 @@ fn write_ways<S: Simd>(
 
 /// Length of `d`, and `d` over it; `n` where it has none.
 #[inline(always)]
-fn direction<S: Simd>(simd: S, d: Vec3w<S>, n: Vec3w<S>) -> (Wide<S>, Vec3w<S>) {
+pub(super) fn direction<S: Simd>(simd: S, d: Vec3w<S>, n: Vec3w<S>) -> (Wide<S>, Vec3w<S>) {
     let length = sqrt(d.dot(d));
     let apart = above(length, splat(simd, 1.0e-9));
     let unit = d * (splat(simd, 1.0) / length);

@@ -6,13 +6,16 @@
 
 use fearless_simd::{Level, dispatch};
 
-use super::links;
 use super::meet::Meeting;
 use super::rows::{Ground, HoldRow, Partner, PointRow};
+use super::{chain, links};
 use crate::base::disjoint::Rows;
 use crate::base::jobs::{Executor, for_ranges, grain};
 use crate::base::math::{Vec3, vec3};
+use crate::base::sym3::Sym3;
+use crate::base::wide::LANES;
 use crate::state::bodies::Bodies;
+use crate::state::chains::{ChainBlock, ChainRow};
 use crate::state::config::{ParticleForm, WorldConfig};
 use crate::state::particles::{CROWD, LinkBlock, ParticleLine, Particles, Touch};
 use crate::step::context::StepContext;
@@ -53,6 +56,10 @@ pub(crate) struct Pace {
     pub(crate) substeps: u32,
     sweeps: u32,
     pub(crate) softness: Softness,
+    /// Part of the error of a chain's link that a substep takes out, over the substep [1/s].
+    pub(crate) chain_rate: f32,
+    /// What its links yield, as a part of what they answer.
+    pub(crate) chain_give: f32,
     /// Factor of the last step's impulses.
     pub(crate) impulse_scale: f32,
     /// Part of a substep's impulses that the next one begins with.
@@ -81,13 +88,18 @@ impl Pace {
         let keeps = form == Form::Soft && last_h > 0.0;
         let own = if form == Form::Soft { SWEEPS } else { PROJECTIONS };
         let hertz = if particle.hertz > 0.0 { particle.hertz } else { HERTZ / h };
+        let softness = Softness::new(hertz, particle.damping_ratio, h);
+        // As soft as the user wants them; of themselves they hardly yield.
+        let soft = if particle.hertz > 0.0 { softness.impulse / softness.mass } else { 0.0 };
         Self {
             form,
             h,
             inv_h: 1.0 / h,
             substeps,
             sweeps: if particle.sweeps > 0 { particle.sweeps } else { own },
-            softness: Softness::new(hertz, particle.damping_ratio, h),
+            softness,
+            chain_rate: softness.rate / softness.mass,
+            chain_give: soft.max(chain::GIVE),
             impulse_scale: if keeps { (h / last_h).min(4.0) * KEEP } else { 0.0 },
             keep: if form == Form::Soft { KEEP } else { 0.0 },
             bodies_repeat: !config.method.is_classic(),
@@ -113,6 +125,8 @@ pub(crate) struct Scratch {
     /// Against bodies.
     free: Vec<PointRow>,
     holds: Vec<HoldRow>,
+    /// Number of the row of each attachment + 1, or 0.
+    hold_of: Vec<u32>,
     /// Rows of the bodies that particles push or are held by in this step, ascending; and in the last one.
     pub(crate) dragged: Vec<u32>,
     pub(crate) released: Vec<u32>,
@@ -185,12 +199,15 @@ impl Tied<'_> {
             }
         }
         self.begin_holds(bodies, to);
+        self.begin_chains();
         self.begin_contacts(bodies, to);
     }
 
     fn begin_holds(&mut self, bodies: &Bodies, to: &BodyLines<'_>) {
         let s = &mut *self.scratch;
         s.holds.clear();
+        s.hold_of.clear();
+        s.hold_of.resize(self.particles.attachments.len(), 0);
         for i in 0..self.particles.attachments.len() {
             let held = self.particles.attachments[i];
             if !super::moves(self.particles.at(held.line)) {
@@ -212,6 +229,18 @@ impl Tied<'_> {
             let partner = Partner::new(to.line_of[held.body as usize], &to.whitening);
             let vectors = [r, gap, drift, impulse];
             s.holds.push(HoldRow::new((held.line, number), partner, vectors, &ground));
+            s.hold_of[i] = u32::try_from(s.holds.len()).expect("fewer than 2^32 particles");
+        }
+    }
+
+    /// Chains with the impulses of their links, which themselves rest.
+    fn begin_chains(&mut self) {
+        if self.pace.form != Form::Soft {
+            return;
+        }
+        let Particles { chains, colors, .. } = &mut *self.particles;
+        for block in chains.blocks_mut() {
+            chain::begin(block, colors);
         }
     }
 
@@ -309,13 +338,27 @@ impl Tied<'_> {
         let pace = &self.pace;
         let (is_relax, first) =
             (matches!(kind, Sweep::Relax), matches!(kind, Sweep::Solve { first: true }));
-        let Particles { colors, lines, .. } = &mut *self.particles;
+        let Particles { colors, chains, lines, .. } = &mut *self.particles;
         let lines = Rows::new(lines);
         let s = &mut *self.scratch;
         let ground =
             Ground { pace, particles: lines, before: Rows::new(&mut s.before), bodies, elapsed };
         for hold in &mut s.holds {
             hold.solve(&ground, is_relax, first);
+        }
+        if pace.form == Form::Soft {
+            for block in &mut chains.held {
+                sweep_held(block, (&mut s.holds, &s.hold_of), &ground, kind);
+            }
+            for color in &mut chains.colors {
+                let n = color.len();
+                let blocks = Rows::new(color);
+                for_ranges(jobs, n, grain(jobs, n, 1), |range| {
+                    for block in blocks.slice(range) {
+                        sweep_chains(&mut block.rows, None, &lines, pace, kind);
+                    }
+                });
+            }
         }
         for (number, color) in colors.iter_mut().enumerate() {
             for_blocks(&mut color.blocks, number == CROWD, jobs, &|blocks| {
@@ -369,6 +412,12 @@ impl Tied<'_> {
         for row in s.free.iter_mut().chain(&mut s.fixed) {
             row.bounce(&ground);
         }
+        if self.pace.form == Form::Soft {
+            let Particles { chains, colors, .. } = &mut *particles;
+            for block in chains.blocks_mut() {
+                chain::end(block, colors);
+            }
+        }
         for hold in &s.holds {
             particles.attachments[hold.number as usize].impulse = hold.impulse;
         }
@@ -380,8 +429,8 @@ impl Tied<'_> {
             (_, Some(_)) => b.next(),
             (_, None) => a.next(),
         } {
-            let PointRow { line, shape, press, rub, .. } = *row;
-            particles.touches.push(Touch { line, shape, press, rub });
+            let PointRow { line, shape, press, .. } = *row;
+            particles.touches.push(Touch { line, shape, press, rub: row.rub() });
         }
     }
 
@@ -405,6 +454,7 @@ impl Tied<'_> {
             own.push(of);
         }
         self.begin(bodies, to, jobs);
+        self.tally(0.0);
         for substep in 0..n {
             self.velocities(substep == 0, jobs);
             self.solve(substep, to.lines, jobs);
@@ -416,12 +466,45 @@ impl Tied<'_> {
                     line.t[k] += of.t[k] + self.pace.h * line.w[k];
                 }
             }
+            if substep + 1 < n {
+                self.tally(1.0);
+            }
         }
         #[expect(clippy::cast_precision_loss, reason = "at most 256")]
         let dt = self.pace.h * n as f32;
         self.relax(dt, to.lines, jobs);
+        self.tally(1.0);
+        self.average(part);
         self.end(to.lines);
         self.scratch.own = own;
+    }
+
+    /// Adds up the impulses of holds and chains; with 0 it begins anew. Bodies that have done their step bring all of
+    /// their gravity along, so that the first substep pulls for the others: what is told of a pull is the mean.
+    fn tally(&mut self, factor: f32) {
+        for hold in &mut self.scratch.holds {
+            hold.total = (hold.total + hold.impulse) * factor;
+        }
+        for row in self.particles.chains.blocks_mut().flat_map(|block| &mut block.rows) {
+            for (total, impulse) in row.total.iter_mut().zip(row.impulse) {
+                *total = (*total + impulse) * factor;
+            }
+        }
+    }
+
+    /// The mean impulse in place of the last one: `part` of what was added up.
+    fn average(&mut self, part: f32) {
+        if self.pace.form != Form::Soft {
+            return;
+        }
+        for hold in &mut self.scratch.holds {
+            hold.impulse = hold.total * part;
+        }
+        for row in self.particles.chains.blocks_mut().flat_map(|block| &mut block.rows) {
+            for (total, impulse) in row.total.iter().zip(&mut row.impulse) {
+                *impulse = total * part;
+            }
+        }
     }
 }
 
@@ -452,9 +535,51 @@ fn for_blocks(
     for_ranges(jobs, n, least, |range| f(blocks.slice(range)));
 }
 
+/// A chain that bodies hold, after its ends.
+fn sweep_held(
+    block: &mut ChainBlock,
+    (holds, hold_of): (&mut [HoldRow], &[u32]),
+    ground: &Ground<'_>,
+    kind: Sweep,
+) {
+    let mut ends = [Sym3::ZERO; 2];
+    let mut rows = [None; 2];
+    for (side, number) in block.holds.iter().enumerate() {
+        rows[side] = number.and_then(|n| hold_of[n as usize].checked_sub(1));
+        if let Some(row) = rows[side] {
+            // Another chain may have moved the body since it was solved with the others.
+            let hold = &mut holds[row as usize];
+            hold.solve(ground, matches!(kind, Sweep::Relax), false);
+            ends[side] = hold.less();
+        }
+    }
+    let given = sweep_chains(&mut block.rows, Some(&ends), &ground.particles, ground.pace, kind);
+    for (row, p) in rows.into_iter().zip(given) {
+        if let Some(row) = row {
+            holds[row as usize].hand_on(&ground.bodies, p);
+        }
+    }
+}
+
+fn sweep_chains(
+    rows: &mut [ChainRow],
+    ends: Option<&chain::Ends>,
+    lines: &Rows<'_, ParticleLine>,
+    pace: &Pace,
+    kind: Sweep,
+) -> [Vec3; 2] {
+    dispatch!(pace.level, simd => match kind {
+        Sweep::Solve { first } => chain::solve(simd, rows, ends, lines, pace, first),
+        Sweep::Relax => chain::relax(simd, rows, ends, lines, pace),
+    })
+}
+
 fn sweep_links(blocks: &mut [LinkBlock], lines: &Rows<'_, ParticleLine>, pace: &Pace, kind: Sweep) {
     dispatch!(pace.level, simd => {
         for block in blocks {
+            if pace.form == Form::Soft && block.chained == [true; LANES] {
+                continue;
+            }
             match (kind, pace.form) {
                 (Sweep::Relax, _) => links::relax(simd, block, lines, pace),
                 (Sweep::Solve { first }, Form::Soft) => {

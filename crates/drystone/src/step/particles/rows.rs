@@ -66,12 +66,6 @@ impl Partner {
             line.w[i] += dw;
         }
     }
-
-    /// Speed along `n` of the point at `r` for an impulse along it there.
-    fn response(&self, r: Vec3, n: Vec3) -> f32 {
-        let a = self.s.mul(r.cross(n));
-        self.alpha * self.alpha + a.dot(a)
-    }
 }
 
 const fn three(v: [f32; 4]) -> Vec3 {
@@ -92,6 +86,7 @@ pub(crate) struct Ground<'a> {
 
 impl Ground<'_> {
     /// Velocity of a particle, and its way at the substep's end as far as it is known.
+    #[inline]
     fn state(&self, line: u32) -> (Vec3, Vec3) {
         let p = self.particles.read(line as usize);
         match self.pace.form {
@@ -105,6 +100,7 @@ impl Ground<'_> {
     }
 
     /// Changes a particle's velocity.
+    #[inline]
     fn kick(&self, line: u32, dv: Vec3) {
         let p = self.particles.row(line as usize);
         let (to, scale) = match self.pace.form {
@@ -134,15 +130,21 @@ impl Ground<'_> {
     }
 }
 
-/// A particle against a shape.
+/// A particle against a shape. Along each of its directions d the body has the row (α d, a = S (r × d)) of the
+/// whitened solver, so a sweep multiplies no matrix.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PointRow {
     pub(crate) line: u32,
     pub(crate) shape: u32,
-    partner: Partner,
-    n: Vec3,
-    r: Vec3,
-    drift: Vec3,
+    /// Line of the body in the solver; 0: it cannot be pushed.
+    body: u32,
+    alpha: f32,
+    /// The normal, and two directions along the surface.
+    axes: [Vec3; 3],
+    /// S (r × d) of each.
+    turns: [Vec3; 3],
+    /// Velocity of the surface itself along each [m/s].
+    drift: [f32; 3],
     separation: f32,
     w: f32,
     mass: f32,
@@ -153,7 +155,7 @@ pub(crate) struct PointRow {
     arrival: f32,
     /// Impulses of a substep on the particle: along the normal, and along the surface.
     pub(crate) press: f32,
-    pub(crate) rub: Vec3,
+    rub: [f32; 2],
     /// Greatest `press` in the step.
     most: f32,
 }
@@ -170,18 +172,20 @@ impl PointRow {
         let w = ground.particles.read(m.line as usize).inverse_mass();
         let t1 = m.n.any_perpendicular();
         let t2 = m.n.cross(t1);
-        let k = w + partner.response(m.r, m.n);
+        let turn = |d: Vec3| partner.s.mul(m.r.cross(d));
+        let (alpha, turns) = (partner.alpha, [turn(m.n), turn(t1), turn(t2)]);
+        let k = w + alpha * alpha + turns[0].dot(turns[0]);
         // Of both directions together: at least the greater of the two.
-        let turn = partner.response(m.r, t1) + partner.response(m.r, t2);
-        let k_slide = w + turn - partner.alpha * partner.alpha;
+        let k_slide = w + alpha * alpha + turns[1].dot(turns[1]) + turns[2].dot(turns[2]);
         let each = |k: f32| if k > 0.0 { 1.0 / k } else { 0.0 };
         let row = Self {
             line: m.line,
             shape: m.shape,
-            partner,
-            n: m.n,
-            r: m.r,
-            drift: m.drift,
+            body: partner.line,
+            alpha,
+            axes: [m.n, t1, t2],
+            turns,
+            drift: [m.n.dot(m.drift), t1.dot(m.drift), t2.dot(m.drift)],
             separation: m.separation,
             w,
             mass: each(k),
@@ -190,23 +194,73 @@ impl PointRow {
             restitution: m.restitution,
             arrival,
             press,
-            rub: rub - m.n * m.n.dot(rub),
+            rub: [t1.dot(rub), t2.dot(rub)],
             most: 0.0,
         };
         if press > 0.0 || rub != Vec3::ZERO {
-            row.apply(ground, row.n * row.press + row.rub);
+            row.apply(ground, [row.press, row.rub[0], row.rub[1]]);
         }
         row
     }
 
-    fn velocity(&self, ground: &Ground<'_>) -> Vec3 {
-        let (v, _) = ground.state(self.line);
-        v - self.partner.velocity(&ground.bodies, self.r) - self.drift
+    /// Impulse on the particle along the surface [N s, world].
+    pub(crate) fn rub(&self) -> Vec3 {
+        self.axes[1] * self.rub[0] + self.axes[2] * self.rub[1]
     }
 
-    fn apply(&self, ground: &Ground<'_>, p: Vec3) {
-        ground.kick(self.line, p * self.w);
-        self.partner.push(&ground.bodies, -p, -self.r.cross(p));
+    /// Impulses along the three directions.
+    fn apply(&self, ground: &Ground<'_>, p: [f32; 3]) {
+        let whole = self.axes[0] * p[0] + self.axes[1] * p[1] + self.axes[2] * p[2];
+        ground.kick(self.line, whole * self.w);
+        self.push_body(ground, whole, p);
+    }
+
+    /// The body's part of them.
+    #[inline]
+    fn push_body(&self, ground: &Ground<'_>, whole: Vec3, p: [f32; 3]) {
+        if self.body == 0 {
+            return;
+        }
+        let turn = self.turns[0] * p[0] + self.turns[1] * p[1] + self.turns[2] * p[2];
+        let line = ground.bodies.row(self.body as usize);
+        let (dv, dw) = ((whole * self.alpha).to_array(), turn.to_array());
+        for i in 0..3 {
+            line.v[i] -= dv[i];
+            line.w[i] -= dw[i];
+        }
+    }
+
+    /// Velocity of the particle less that of the body's center, and the whitened spin of that.
+    #[inline]
+    fn motion(&self, ground: &Ground<'_>) -> (Vec3, Vec3, Vec3) {
+        let (v, way) = ground.state(self.line);
+        if self.body == 0 {
+            return (v, Vec3::ZERO, way);
+        }
+        let line = ground.bodies.read(self.body as usize);
+        (v - three(line.v) * self.alpha, three(line.w), way)
+    }
+
+    /// Velocity along a direction.
+    #[inline]
+    fn along(&self, axis: usize, u: Vec3, spin: Vec3) -> f32 {
+        self.axes[axis].dot(u) - self.turns[axis].dot(spin) - self.drift[axis]
+    }
+
+    /// How far the body's surface went along the normal since the step's start, without its drift.
+    #[inline]
+    fn went(&self, ground: &Ground<'_>) -> f32 {
+        if self.body == 0 {
+            return 0.0;
+        }
+        let line = ground.bodies.read(self.body as usize);
+        let (mut x, mut t) = (three(line.x), three(line.t));
+        if ground.pace.form != Form::Soft {
+            // At the moment that the particle's state tells of.
+            x += three(line.v) * ground.pace.h;
+            t += three(line.w) * ground.pace.h;
+        }
+        self.axes[0].dot(x) * self.alpha + self.turns[0].dot(t)
     }
 
     /// Solves the row once; without bias in a relax sweep.
@@ -214,17 +268,18 @@ impl PointRow {
         let pace = ground.pace;
         let soft = pace.form == Form::Soft;
         if first {
-            let p = self.n * self.press + self.rub;
-            let back = p * ground.repeat();
-            self.partner.push(&ground.bodies, back, self.r.cross(back));
-            (self.press, self.rub) = (self.press * pace.keep, self.rub * pace.keep);
+            let back = -ground.repeat();
+            let p = [self.press * back, self.rub[0] * back, self.rub[1] * back];
+            let whole = self.axes[0] * p[0] + self.axes[1] * p[1] + self.axes[2] * p[2];
+            self.push_body(ground, whole, p);
+            self.press *= pace.keep;
+            self.rub = [self.rub[0] * pace.keep, self.rub[1] * pace.keep];
         }
-        let (v, way) = ground.state(self.line);
-        let (x, t) = ground.ahead(&self.partner);
+        let (mut u, mut spin, way) = self.motion(ground);
         let time = if soft { ground.elapsed } else { ground.elapsed + pace.h };
-        let gap = self.separation + self.n.dot(way - x - t.cross(self.r) - self.drift * time);
-        let u = v - self.partner.velocity(&ground.bodies, self.r) - self.drift;
-        let vn = self.n.dot(u);
+        let moved = self.axes[0].dot(way) - self.went(ground) - self.drift[0] * time;
+        let gap = self.separation + moved;
+        let vn = self.along(0, u, spin);
         let speed = if !soft {
             // The gap is that of the substep's end: velocity is in it.
             gap * pace.inv_h
@@ -235,27 +290,36 @@ impl PointRow {
         } else {
             vn + (PUSH_OUT * gap * pace.inv_h).max(-pace.push_speed)
         };
-        let (old, rubbed) = (self.press, self.rub);
-        let press = greater(old - self.mass * speed, 0.0);
-        self.apply(ground, self.n * (press - old));
+        let press = greater(self.press - self.mass * speed, 0.0);
+        if press <= 0.0 && self.press <= 0.0 {
+            // Near, and not touched: most rows of what lies beside edges.
+            return;
+        }
+        let dn = press - self.press;
         self.press = press;
         self.most = greater(self.most, press);
 
-        let (v, _) = ground.state(self.line);
-        let u = v - self.partner.velocity(&ground.bodies, self.r) - self.drift;
-        let wanted = rubbed - (u - self.n * self.n.dot(u)) * self.mass_slide;
-        let (size, limit) = (wanted.length(), self.friction * press);
-        let rub = if size > limit { wanted * (limit / size) } else { wanted };
-        self.apply(ground, rub - rubbed);
+        u += self.axes[0] * (dn * (self.w + self.alpha * self.alpha));
+        spin -= self.turns[0] * dn;
+        let wanted = [
+            self.rub[0] - self.along(1, u, spin) * self.mass_slide,
+            self.rub[1] - self.along(2, u, spin) * self.mass_slide,
+        ];
+        let size = (wanted[0] * wanted[0] + wanted[1] * wanted[1]).sqrt();
+        let limit = self.friction * press;
+        let part = if size > limit { limit / size } else { 1.0 };
+        let rub = [wanted[0] * part, wanted[1] * part];
+        self.apply(ground, [dn, rub[0] - self.rub[0], rub[1] - self.rub[1]]);
         self.rub = rub;
     }
 
     /// What arrived bounces.
     pub(crate) fn bounce(&mut self, ground: &Ground<'_>) {
         if self.arrival < 0.0 && self.most > 0.0 {
-            let vn = self.n.dot(self.velocity(ground));
+            let (u, spin, _) = self.motion(ground);
+            let vn = self.along(0, u, spin);
             let p = greater(-self.mass * (vn + self.restitution * self.arrival), 0.0);
-            self.apply(ground, self.n * p);
+            self.apply(ground, [p, 0.0, 0.0]);
         }
     }
 }
@@ -275,6 +339,8 @@ pub(crate) struct HoldRow {
     w: f32,
     /// On the particle in a substep [N s].
     pub(crate) impulse: Vec3,
+    /// Its sum over substeps, beside a classic method.
+    pub(crate) total: Vec3,
 }
 
 impl HoldRow {
@@ -285,7 +351,8 @@ impl HoldRow {
         ground: &Ground<'_>,
     ) -> Self {
         let w = ground.particles.read(line as usize).inverse_mass();
-        let row = Self { line, number, partner, r0: r, r, gap, drift, w, impulse };
+        let row =
+            Self { line, number, partner, r0: r, r, gap, drift, w, impulse, total: Vec3::ZERO };
         row.apply(ground, impulse, r.cross(impulse));
         row
     }
@@ -325,6 +392,20 @@ impl HoldRow {
         };
         let d = -self.matrix(r).map_or(Vec3::ZERO, |m| m.mul(wanted));
         self.apply(ground, d, r.cross(d));
+        self.impulse += d;
+    }
+
+    /// What the particle answers less to an impulse than it would without the body: B = w² A, with the inverse A of
+    /// what an impulse does to the velocity of the two against each other.
+    pub(crate) fn less(&self) -> Sym3 {
+        let Some(a) = self.matrix(self.r) else { return Sym3::ZERO };
+        a.scaled(self.w * self.w)
+    }
+
+    /// Hands on to the body what it gets of an impulse on the particle, which has got its own part.
+    pub(crate) fn hand_on(&mut self, lines: &Rows<'_, Line>, p: Vec3) {
+        let d = -self.matrix(self.r).map_or(Vec3::ZERO, |a| a.mul(p * self.w));
+        self.partner.push(lines, -d, -self.r.cross(d));
         self.impulse += d;
     }
 

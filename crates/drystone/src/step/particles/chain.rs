@@ -1,0 +1,411 @@
+//! Chains of rods and threads: all links of a chain at once, eight chains side by side.
+//!
+//! Symbols: w = 1/m; n of a link, λ and h as with single links. Of the links of a chain, with the velocities v of its
+//! particles at the substep's end,
+//!
+//! ```text
+//! n_i · (v_{i+1} − v_i) + β C_i = −γ_i λ_i,     m_i Δv_i = n_{i−1} λ_{i−1} − n_i λ_i
+//! ```
+//!
+//! is a tridiagonal system for the changes of λ. Two things more are needed. *Threads only pull*: those whose λ
+//! would push are left out, those that are left out and would be too long are taken in, and the system is
+//! solved again, some times; what pushes even then is cut off, and the next pass goes on from there. *Directions*:
+//! the impulses that are there turn with the links. A taut chain of light particles under a heavy load is so stiff
+//! across itself that to turn them by the directions of now overshoots; so where the links will
+//! point is foreseen by a system of its own, implicit in the stiffness tension over length [Tournier15].
+//!
+//! The particle at an end may be held by a body: then it answers an impulse p by w p − B p, with what both are together.
+
+use fearless_simd::{Simd, SimdBase, f32x4};
+
+use super::links::direction;
+use super::pace::Pace;
+use crate::base::disjoint::Rows;
+use crate::base::math::{Vec3, vec3};
+use crate::base::sym3::Sym3;
+use crate::base::wide::{
+    LANES, Vec3w, Wide, above, bits, gather4, load, max, min, scatter4, select, splat, sqrt,
+};
+use crate::state::chains::{ChainBlock, ChainRow};
+use crate::state::particles::{LinkColor, ParticleLine};
+use crate::step::solver::rows::read_lanes;
+
+/// Most times that a pass looks anew which threads are slack.
+const ROUNDS: usize = 4;
+
+/// Give of a link, as a part of the inverse masses at its ends: what is over-determined, a straight chain between two
+/// pins, has a solution by it. Under a thousand times the mass of a particle a link is longer by 20 µm with the
+/// substeps of a sixtieth of a second.
+pub(super) const GIVE: f32 = 1.0e-4;
+
+/// Least pivot, as a part of the diagonal.
+const PIVOT: f32 = 1.0e-5;
+
+/// A link whose ends answer with less than this part of their particles' inverse masses is held at both: nothing can be
+/// done about it.
+const NOTHING: f32 = 1.0e-6;
+
+/// What a held end answers less: see the head. Zero where no body holds.
+pub(crate) type Ends = [Sym3; 2];
+
+/// The chain's links as they stand among the blocks, whose lanes rest for this step.
+pub(crate) fn begin(block: &mut ChainBlock, colors: &mut [LinkColor]) {
+    for (row, spots) in block.rows.iter_mut().zip(&block.spots) {
+        for (lane, spot) in spots.iter().enumerate() {
+            let Some(spot) = spot else { continue };
+            let from = &mut colors[spot.color as usize].blocks[spot.block as usize];
+            let l = usize::from(spot.lane);
+            let sign = if spot.turned { -1.0 } else { 1.0 };
+            let live = from.mass[l] > 0.0;
+            row.live[lane] = if live { 1.0 } else { 0.0 };
+            row.length[lane] = from.length[l];
+            row.slack[lane] = from.slack[l];
+            row.impulse[lane] = if live { from.impulse[l] } else { 0.0 };
+            for k in 0..3 {
+                row.gap[k][lane] = sign * from.gap[k][l];
+                row.n[k][lane] = sign * from.n[k][l];
+            }
+            (from.mass[l], from.gain[l], from.rate[l]) = (0.0, 0.0, 0.0);
+            (from.leak[l], from.rigid[l]) = (0.0, 0.0);
+            if live {
+                from.impulse[l] = 0.0;
+            }
+        }
+    }
+}
+
+/// Impulses back to the blocks.
+pub(crate) fn end(block: &ChainBlock, colors: &mut [LinkColor]) {
+    for (row, spots) in block.rows.iter().zip(&block.spots) {
+        for (lane, spot) in spots.iter().enumerate() {
+            if let Some(spot) = spot
+                && row.live[lane] > 0.0
+            {
+                let to = &mut colors[spot.color as usize].blocks[spot.block as usize];
+                to.impulse[usize::from(spot.lane)] = row.impulse[lane];
+            }
+        }
+    }
+}
+
+/// Solves the chains once, with bias. Returns the impulses on the first and the last particle of the first
+/// chain.
+#[inline(always)]
+pub(crate) fn solve<S: Simd>(
+    simd: S,
+    rows: &mut [ChainRow],
+    ends: Option<&Ends>,
+    lines: &Rows<'_, ParticleLine>,
+    pace: &Pace,
+    first: bool,
+) -> [Vec3; 2] {
+    let (zero, h) = (splat(simd, 0.0), splat(simd, pace.h));
+    let keep = splat(simd, if first { pace.keep } else { 1.0 });
+    read(simd, rows, lines);
+    for i in 1..rows.len() {
+        let (a, b) = pair(rows, i);
+        let old = load(simd, &a.impulse) * keep;
+        old.store_array(&mut a.impulse);
+        let now = Vec3w::load(simd, &a.work.now);
+        let u = Vec3w::load(simd, &b.work.v) - Vec3w::load(simd, &a.work.v);
+        let last = Vec3w::load(simd, &a.n);
+        let (length, n) = direction(simd, now + u * h, last);
+        ((n - last) * old).store(&mut a.work.turn);
+        // Tension over length, in a substep; only what pulls holds a chain straight.
+        let across = h * max(-old, zero) / max(length, splat(simd, 1.0e-9));
+        across.store_array(&mut a.work.beside);
+    }
+    foresee(simd, rows, ends);
+    for i in 1..rows.len() {
+        let (a, b) = pair(rows, i);
+        let (now, last) = (Vec3w::load(simd, &a.work.now), Vec3w::load(simd, &a.n));
+        let u = Vec3w::load(simd, &b.work.v) - Vec3w::load(simd, &a.work.v);
+        let bend = Vec3w::load(simd, &b.work.bend) - Vec3w::load(simd, &a.work.bend);
+        let (_, n) = direction(simd, now + (u + bend) * h, last);
+        ((n - last) * load(simd, &a.impulse)).store(&mut a.work.turn);
+        n.store(&mut a.n);
+        n.store(&mut a.work.along);
+    }
+    let turned = push(simd, rows, ends);
+    for i in 1..rows.len() {
+        let (a, b) = pair(rows, i);
+        let (now, n) = (Vec3w::load(simd, &a.work.now), Vec3w::load(simd, &a.n));
+        let u = Vec3w::load(simd, &b.work.v) - Vec3w::load(simd, &a.work.v);
+        let length = sqrt(now.dot(now));
+        let inv_h = splat(simd, pace.inv_h);
+        let vn = (n.dot(now + u * h) - length) * inv_h;
+        let error = length - load(simd, &a.length);
+        // What is slack may lengthen as far as it is slack.
+        let open = above(load(simd, &a.slack) * -error, zero);
+        let rate = select(open, inv_h, splat(simd, pace.chain_rate));
+        (vn + rate * error).store_array(&mut a.work.error);
+    }
+    system(simd, rows, ends);
+    pull(simd, rows, pace.chain_give, pace.chain_give);
+    let pulled = push(simd, rows, ends);
+    write(simd, rows, lines);
+    [turned[0] + pulled[0], turned[1] + pulled[1]]
+}
+
+/// Solves the chains once, without bias.
+#[inline(always)]
+pub(crate) fn relax<S: Simd>(
+    simd: S,
+    rows: &mut [ChainRow],
+    ends: Option<&Ends>,
+    lines: &Rows<'_, ParticleLine>,
+    pace: &Pace,
+) -> [Vec3; 2] {
+    let (zero, half) = (splat(simd, 0.0), splat(simd, 0.5 * pace.h));
+    read(simd, rows, lines);
+    for i in 1..rows.len() {
+        let (a, b) = pair(rows, i);
+        let now = Vec3w::load(simd, &a.work.now);
+        let u = Vec3w::load(simd, &b.work.v) - Vec3w::load(simd, &a.work.v);
+        let (_, n) = direction(simd, now - u * half, Vec3w::load(simd, &a.n));
+        let slack = min(sqrt(now.dot(now)) - load(simd, &a.length), zero);
+        let can_slack = above(load(simd, &a.slack), zero);
+        let slack = select(can_slack, slack * splat(simd, pace.inv_h), zero);
+        n.store(&mut a.work.along);
+        (n.dot(u) + slack).store_array(&mut a.work.error);
+    }
+    system(simd, rows, ends);
+    pull(simd, rows, GIVE, 0.0);
+    let pulled = push(simd, rows, ends);
+    write(simd, rows, lines);
+    pulled
+}
+
+/// A row and the next one.
+#[inline(always)]
+fn pair(rows: &mut [ChainRow], i: usize) -> (&mut ChainRow, &mut ChainRow) {
+    let (a, b) = rows.split_at_mut(i);
+    (&mut a[i - 1], &mut b[0])
+}
+
+/// Velocities, and vectors from particle to particle.
+#[inline(always)]
+fn read<S: Simd>(simd: S, rows: &mut [ChainRow], lines: &Rows<'_, ParticleLine>) {
+    let mut before = Vec3w::zero(simd);
+    for i in 0..rows.len() {
+        let of = read_lanes(lines, &rows[i].line);
+        let (mut v, mut x) = ([&of[0].v; LANES], [&of[0].x; LANES]);
+        for lane in 1..LANES {
+            (v[lane], x[lane]) = (&of[lane].v, &of[lane].x);
+        }
+        let [vx, vy, vz, w] = gather4(simd, v);
+        let [x, y, z, _] = gather4(simd, x);
+        let way = Vec3w { x, y, z };
+        Vec3w { x: vx, y: vy, z: vz }.store(&mut rows[i].work.v);
+        w.store_array(&mut rows[i].work.w);
+        if i > 0 {
+            let gap = Vec3w::load(simd, &rows[i - 1].gap);
+            (gap + way - before).store(&mut rows[i - 1].work.now);
+        }
+        before = way;
+    }
+}
+
+/// Velocities back. Line 0 is everyone's, and is never written.
+#[inline(always)]
+fn write<S: Simd>(simd: S, rows: &[ChainRow], lines: &Rows<'_, ParticleLine>) {
+    for row in rows {
+        let v = Vec3w::load(simd, &row.work.v);
+        let v: [f32x4<S>; LANES] = scatter4([v.x, v.y, v.z, load(simd, &row.work.w)]);
+        for lane in 0..LANES {
+            if row.line[lane] != 0 {
+                v[lane].store_array(&mut lines.row(row.line[lane] as usize).v);
+            }
+        }
+    }
+}
+
+/// What the particle of row `i` of `n` answers to the impulse `p`.
+#[inline(always)]
+fn answer<S: Simd>(
+    simd: S,
+    ends: Option<&Ends>,
+    (i, n): (usize, usize),
+    w: Wide<S>,
+    p: Vec3w<S>,
+) -> Vec3w<S> {
+    let free = p * w;
+    let Some(ends) = ends else { return free };
+    let less = if i == 0 {
+        &ends[0]
+    } else if i + 1 == n {
+        &ends[1]
+    } else {
+        return free;
+    };
+    free - Vec3w {
+        x: Vec3w::splat(simd, vec3(less.xx, less.xy, less.xz)).dot(p),
+        y: Vec3w::splat(simd, vec3(less.xy, less.yy, less.yz)).dot(p),
+        z: Vec3w::splat(simd, vec3(less.xz, less.yz, less.zz)).dot(p),
+    }
+}
+
+/// Gives the particles the impulses `turn` of their links, and returns those on the first and on the last.
+#[inline(always)]
+fn push<S: Simd>(simd: S, rows: &mut [ChainRow], ends: Option<&Ends>) -> [Vec3; 2] {
+    let n = rows.len();
+    let mut before = Vec3w::zero(simd);
+    let mut out = [Vec3::ZERO; 2];
+    for i in 0..n {
+        let own = if i + 1 < n { Vec3w::load(simd, &rows[i].work.turn) } else { Vec3w::zero(simd) };
+        let p = before - own;
+        let w = load(simd, &rows[i].work.w);
+        let v = Vec3w::load(simd, &rows[i].work.v) + answer(simd, ends, (i, n), w, p);
+        v.store(&mut rows[i].work.v);
+        if ends.is_some() && (i == 0 || i + 1 == n) {
+            let mut lanes = [[0.0; LANES]; 3];
+            p.store(&mut lanes);
+            out[usize::from(i > 0)] = vec3(lanes[0][0], lanes[1][0], lanes[2][0]);
+        }
+        before = own;
+    }
+    out
+}
+
+/// How velocities change by turning, implicit in the stiffness across the links (in `beside`, with a mass for each
+/// particle): `bend`.
+#[inline(always)]
+fn foresee<S: Simd>(simd: S, rows: &mut [ChainRow], ends: Option<&Ends>) {
+    let (n, zero, one) = (rows.len(), splat(simd, 0.0), splat(simd, 1.0));
+    let (mut stiff, mut turn) = (zero, Vec3w::zero(simd));
+    let (mut up, mut bend) = (zero, Vec3w::zero(simd));
+    for i in 0..n {
+        let mut w = load(simd, &rows[i].work.w);
+        if let Some(ends) = ends
+            && (i == 0 || i + 1 == n)
+        {
+            let less = &ends[usize::from(i > 0)];
+            let third = (less.xx + less.yy + less.zz) * (1.0 / 3.0);
+            w = max(w - splat(simd, third), zero);
+        }
+        let last = i + 1 == n;
+        let next = if last { zero } else { load(simd, &rows[i].work.beside) };
+        let own = if last { Vec3w::zero(simd) } else { Vec3w::load(simd, &rows[i].work.turn) };
+        let back = w * stiff;
+        let pivot = one / (one + back + w * next - back * up);
+        bend = ((turn - own) * w + bend * back) * pivot;
+        up = w * next * pivot;
+        bend.store(&mut rows[i].work.bend);
+        up.store_array(&mut rows[i].work.up);
+        (stiff, turn) = (next, own);
+    }
+    for i in (1..n).rev() {
+        let (a, b) = pair(rows, i);
+        let after = Vec3w::load(simd, &b.work.bend) * load(simd, &a.work.up);
+        (Vec3w::load(simd, &a.work.bend) + after).store(&mut a.work.bend);
+    }
+}
+
+/// The matrix: what the impulses along the links do to the velocities along them.
+#[inline(always)]
+fn system<S: Simd>(simd: S, rows: &mut [ChainRow], ends: Option<&Ends>) {
+    let (size, zero) = (rows.len(), splat(simd, 0.0));
+    let mut before = Vec3w::zero(simd);
+    for i in 0..size {
+        let w = load(simd, &rows[i].work.w);
+        let last = i + 1 == size;
+        // What the particle answers to its link before: beside the diagonal of that link, and on it.
+        if i > 0 {
+            let answered = answer(simd, ends, (i, size), w, before);
+            let k = load(simd, &rows[i - 1].work.k) + before.dot(answered);
+            k.store_array(&mut rows[i - 1].work.k);
+            let least = (w + load(simd, &rows[i - 1].work.w)) * splat(simd, NOTHING);
+            let live = select(above(k, least), load(simd, &rows[i - 1].live), zero);
+            live.store_array(&mut rows[i - 1].live);
+            let next =
+                if last { zero } else { Vec3w::load(simd, &rows[i].work.along).dot(answered) };
+            (-next).store_array(&mut rows[i - 1].work.beside);
+        }
+        if !last {
+            let n = Vec3w::load(simd, &rows[i].work.along);
+            n.dot(answer(simd, ends, (i, size), w, n)).store_array(&mut rows[i].work.k);
+            before = n;
+        }
+    }
+}
+
+/// Solves the system; changes impulses, and puts what they change by, along the links, into `turn`. `give`: of the
+/// links, as a part of the diagonal; `leak`: the same, of the impulses that are there.
+#[inline(always)]
+fn pull<S: Simd>(simd: S, rows: &mut [ChainRow], give: f32, leak: f32) {
+    let (n, zero, one) = (rows.len() - 1, splat(simd, 0.0), splat(simd, 1.0));
+    for row in &mut rows[..n] {
+        let taut = above(max(load(simd, &row.work.error), -load(simd, &row.impulse)), zero);
+        let can_slack = above(load(simd, &row.slack), zero);
+        let active = select(can_slack, select(taut, one, zero), one);
+        (active * load(simd, &row.live)).store_array(&mut row.work.active);
+    }
+    for round in 0..ROUNDS {
+        eliminate(simd, rows, give, leak);
+        if round + 1 == ROUNDS || !reconsider(simd, rows) {
+            break;
+        }
+    }
+    for row in &mut rows[..n] {
+        let old = load(simd, &row.impulse);
+        let new = old + load(simd, &row.work.change);
+        let can_slack = above(load(simd, &row.slack), zero);
+        let new = select(can_slack, min(new, zero), new);
+        new.store_array(&mut row.impulse);
+        (Vec3w::load(simd, &row.work.along) * (new - old)).store(&mut row.work.turn);
+    }
+}
+
+/// Gauss's elimination of a tridiagonal matrix. A slack link's row says that its impulse goes.
+#[inline(always)]
+fn eliminate<S: Simd>(simd: S, rows: &mut [ChainRow], give: f32, leak: f32) {
+    let (n, zero, one) = (rows.len() - 1, splat(simd, 0.0), splat(simd, 1.0));
+    let (give, leak) = (splat(simd, give), splat(simd, leak));
+    let (mut beside, mut up, mut change) = (zero, zero, zero);
+    for row in &mut rows[..n] {
+        let active = above(load(simd, &row.work.active), zero);
+        let (k, old) = (load(simd, &row.work.k), load(simd, &row.impulse));
+        let next = load(simd, &row.work.beside);
+        let diagonal = select(active, k + k * give, one);
+        let (lower, upper) = (select(active, beside, zero), select(active, next, zero));
+        let wanted = select(active, -load(simd, &row.work.error) - leak * k * old, -old);
+        let pivot = one / max(diagonal - lower * up, diagonal * splat(simd, PIVOT));
+        up = upper * pivot;
+        change = (wanted - lower * change) * pivot;
+        up.store_array(&mut row.work.up);
+        change.store_array(&mut row.work.change);
+        beside = next;
+    }
+    let mut after = zero;
+    for row in rows[..n].iter_mut().rev() {
+        after = load(simd, &row.work.change) - load(simd, &row.work.up) * after;
+        after.store_array(&mut row.work.change);
+    }
+}
+
+/// Leaves out what pushes, takes in what would be too long; false if there was neither.
+#[inline(always)]
+fn reconsider<S: Simd>(simd: S, rows: &mut [ChainRow]) -> bool {
+    let (n, zero, one) = (rows.len() - 1, splat(simd, 0.0), splat(simd, 1.0));
+    let mut changed = 0;
+    let (mut beside, mut before) = (zero, zero);
+    for i in 0..n {
+        let after = if i + 1 < n { load(simd, &rows[i + 1].work.change) } else { zero };
+        let row = &mut rows[i];
+        let (active, change) = (load(simd, &row.work.active), load(simd, &row.work.change));
+        let next = load(simd, &row.work.beside);
+        let left = load(simd, &row.work.error)
+            + load(simd, &row.work.k) * change
+            + beside * before
+            + next * after;
+        let new = load(simd, &row.impulse) + change;
+        let is_active = above(active, zero);
+        let can = load(simd, &row.slack) * load(simd, &row.live);
+        // The sign of what is wrong: a push where it is solved, a length where it is left out.
+        let wrong = above(select(is_active, new, left) * can, zero);
+        changed |= bits(wrong);
+        select(wrong, one - active, active).store_array(&mut row.work.active);
+        (beside, before) = (next, change);
+    }
+    changed != 0
+}
