@@ -223,6 +223,8 @@ pub(crate) enum Overlay {
     Levels,
     /// Joints
     Joints,
+    /// Limits of joints of six axes
+    Limits,
     /// Boxes around shapes
     Bounds,
     /// Sleeping bodies dim

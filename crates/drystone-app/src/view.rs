@@ -32,6 +32,7 @@ pub(crate) fn view(args: &View) -> Outcome {
         friction: on(Overlay::Friction),
         colors: on(Overlay::Colors),
         joints: on(Overlay::Joints),
+        limits: on(Overlay::Limits),
         bounds: on(Overlay::Bounds),
         centers: on(Overlay::Centers),
         velocities: on(Overlay::Velocities),
