@@ -72,6 +72,45 @@ fn a_rope_hangs_as_its_chain_of_links_does() {
     }
 }
 
+/// As `verlet` has it: each link's error is taken out by itself, so sweeps are what it takes.
+#[test]
+fn ropes_and_cloths_of_projected_positions_hang_as_their_chains_of_links_do() {
+    for width in [0, 3] {
+        let mut config = WorldConfig::default();
+        (config.particle.form, config.particle.sweeps) = (ParticleForm::Verlet, 32);
+        config.sleep.enabled = false;
+        let mut world = World::new(config).unwrap();
+        let particle = ParticleDef { damping: 2.0, ..ParticleDef::default() };
+        let particles = if width == 0 {
+            let mut def = RopeDef::between(Vec3::ZERO, [2.0, 0.0, 0.0], 20);
+            (def.length, def.pinned, def.particle) = (Some(3.0), [true, true], particle);
+            world.add_rope(&def).unwrap().particles
+        } else {
+            let sides = [Vec3::X * 3.0, Vec3::Z * 0.45];
+            let mut def = ClothDef::new(Vec3::ZERO, sides, [20, width]);
+            (def.particle, def.bend) = (particle, None);
+            let cloth = world.add_cloth(&def).unwrap().particles;
+            for (i, id) in cloth.iter().enumerate().filter(|(i, _)| i % 21 == 0 || i % 21 == 20) {
+                let mut held = world.particle_mut(*id).unwrap();
+                held.set_pinned(true);
+                let (x, z) = (if i % 21 == 0 { 0.0 } else { 2.0 }, 0.15 * (i / 21) as f32);
+                held.set_position([x, 0.0, z]).unwrap();
+            }
+            cloth
+        };
+        seconds(&mut world, 20);
+        let expected = hanging_chain(20, 3.0, 2.0);
+        let sag = expected.iter().map(|p| -p.1).fold(0.0, f64::max);
+        let mut worst = 0.0_f64;
+        for (id, (x, y)) in particles.iter().zip(expected.iter().cycle()) {
+            let p = at(&world, *id);
+            worst = worst.max((f64::from(p.x) - x).hypot(f64::from(p.y) - y));
+        }
+        println!("{width} squares wide: {worst} of a sag of {sag}");
+        assert!(worst < 0.01 * sag, "{width} squares wide: {worst} of a sag of {sag}");
+    }
+}
+
 #[test]
 fn a_cloth_by_two_corners_hangs_by_its_threads_and_does_not_stretch() {
     let mut config = WorldConfig::default();
