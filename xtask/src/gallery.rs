@@ -38,7 +38,7 @@ const GALLERY: [Exhibit; 17] = [
     exhibit("drape", "A cloth over a ball", "cloth:n=30", Some(2.0), None),
     exhibit("domino", "A spiral of dominoes", "domino", None, Some(4.0)),
     exhibit("bridge", "A bridge of planks on joints", "bridge", Some(4.0), Some(3.0)),
-    exhibit("ragdolls", "Limp people of 23 parts", "ragdolls:n=8", None, Some(3.0)),
+    exhibit("ragdolls", "Limp people of 23 parts", "ragdolls:n=8", None, Some(2.4)),
     exhibit("fracture", "What breaks", "fracture", None, Some(2.4)),
     exhibit("wrecking_ball", "A ball on a chain", "wrecking_ball", None, Some(3.0)),
     exhibit("rings", "Rings over pegs", "rings:rings=60", None, Some(3.0)),
