@@ -9,8 +9,6 @@ pub type Color = [u8; 4];
 pub(crate) const STATIC: Color = [176, 173, 166, 255];
 /// The ground.
 pub(crate) const GROUND: Color = [178, 176, 170, 255];
-/// What is moved by its script.
-pub(crate) const KINEMATIC: Color = [92, 104, 120, 255];
 /// Rods and ropes of joints.
 pub(crate) const ROD: Color = [84, 80, 76, 255];
 /// Particles of ropes and cloths, and what links them.
@@ -30,22 +28,35 @@ const PALETTE: [[u8; 3]; 8] = [
     [201, 155, 74],
 ];
 
+/// What is moved by its script, or by a film: slate, calmer than what moves by itself.
+const SLATE: [[u8; 3]; 8] = [
+    [92, 104, 120],
+    [126, 134, 142],
+    [104, 96, 112],
+    [138, 126, 116],
+    [84, 112, 118],
+    [112, 122, 108],
+    [122, 106, 98],
+    [150, 148, 140],
+];
+
 /// The color of the body with this number: the same in every picture.
 #[must_use]
 pub fn body_color(kind: BodyKind, number: u32) -> Color {
     match kind {
         BodyKind::Static => STATIC,
-        BodyKind::Kinematic => KINEMATIC,
-        BodyKind::Dynamic => {
-            // Scattered, so that rows of equal bodies show no stripes.
-            let mixed = number.wrapping_add(1).wrapping_mul(0x9E37_79B9);
-            let mixed = (mixed ^ (mixed >> 15)).wrapping_mul(0x85EB_CA6B);
-            let [r, g, b] = PALETTE[(mixed >> 29) as usize];
-            // And no two of one hue quite alike.
-            let lighter = |c: u8| c.saturating_sub(9).saturating_add((mixed >> 9 & 15) as u8);
-            [lighter(r), lighter(g), lighter(b), 255]
-        }
+        BodyKind::Kinematic => scattered(&SLATE, number),
+        BodyKind::Dynamic => scattered(&PALETTE, number),
     }
+}
+
+/// One of eight colors, scattered so that rows of equal bodies show no stripes, and no two of one hue quite alike.
+fn scattered(colors: &[[u8; 3]; 8], number: u32) -> Color {
+    let mixed = number.wrapping_add(1).wrapping_mul(0x9E37_79B9);
+    let mixed = (mixed ^ (mixed >> 15)).wrapping_mul(0x85EB_CA6B);
+    let [r, g, b] = colors[(mixed >> 29) as usize];
+    let lighter = |c: u8| c.saturating_sub(9).saturating_add((mixed >> 9 & 15) as u8);
+    [lighter(r), lighter(g), lighter(b), 255]
 }
 
 #[cfg(test)]
@@ -56,8 +67,10 @@ mod tests {
 
     #[test]
     fn neighbors_differ_and_colors_stay() {
-        let colors: BTreeSet<_> = (0..64).map(|n| body_color(BodyKind::Dynamic, n)).collect();
-        assert!(colors.len() > 32);
-        assert_eq!(body_color(BodyKind::Dynamic, 7), body_color(BodyKind::Dynamic, 7));
+        for kind in [BodyKind::Dynamic, BodyKind::Kinematic] {
+            let colors: BTreeSet<_> = (0..64).map(|n| body_color(kind, n)).collect();
+            assert!(colors.len() > 32);
+            assert_eq!(body_color(kind, 7), body_color(kind, 7));
+        }
     }
 }

@@ -1,5 +1,7 @@
 //! A camera that shows what matters of a scene without being told where to stand.
 
+use std::ops::Range;
+
 use drystone::{Aabb, BodyKind, Pose, Vec3, World};
 
 use crate::camera::{Camera, FIELD_OF_VIEW, horizontal_axes, spherical};
@@ -38,11 +40,24 @@ impl Subject {
     pub fn of(world: &World) -> Self {
         let up = (-world.config().gravity).normalize_or(Vec3::Y);
         let (mut moving, mut fixed) = (Vec::new(), Vec::new());
+        let mut fastest: Option<(Range<usize>, f32)> = None;
         for body in world.bodies() {
-            let list = if body.kind() == BodyKind::Static { &mut fixed } else { &mut moving };
             let shapes = body.shapes().filter_map(|id| world.shape(id));
             let boxes = shapes.filter(|s| !s.is_sensor()).map(|s| s.bounds());
-            list.extend(boxes.filter(|b| size(b) < 1.0e5));
+            let boxes = boxes.filter(|b| size(b) < 1.0e5);
+            if body.kind() == BodyKind::Static {
+                fixed.extend(boxes);
+                continue;
+            }
+            let first = moving.len();
+            moving.extend(boxes);
+            let speed = body.linear_velocity().length();
+            if moving.len() > first && fastest.as_ref().is_none_or(|(_, most)| speed > *most) {
+                fastest = Some((first..moving.len(), speed));
+            }
+        }
+        if let Some((shot, speed)) = fastest {
+            leave_out_shot(&mut moving, shot, speed);
         }
         // Of a cloud some say where it is.
         let every = 1 + world.counts().particles / 2000;
@@ -187,6 +202,19 @@ fn ball_box(subject: &Subject) -> Aabb {
     Aabb::new(center - reach, center + reach)
 }
 
+/// Takes the boxes of the fastest body out if it is a shot that is still, or again, on its way: small, outside of all else, and
+/// fast enough to cross it within a second. What it hits matters, and its way is long.
+fn leave_out_shot(boxes: &mut Vec<Aabb>, shot: Range<usize>, speed: f32) {
+    let own = union(&boxes[shot.clone()]);
+    let rest = union(&boxes[..shot.start]).union(&union(&boxes[shot.end..]));
+    let radius = rest.half_extents().length();
+    let away = (own.center() - rest.center()).length();
+    let several = boxes.len() - shot.len() >= 2;
+    if several && speed > radius && away > 1.2 * radius && size(&own) < 0.2 * radius {
+        boxes.drain(shot);
+    }
+}
+
 /// The boxes that are not far off from the others.
 fn together(boxes: Vec<Aabb>) -> Vec<Aabb> {
     if boxes.len() < 3 {
@@ -269,6 +297,22 @@ mod tests {
         world.add_body(far.with_shape(ShapeDef::sphere(0.5))).unwrap();
         assert_eq!(Subject::of(&world).bounds, bounds);
         assert_eq!(Subject::of(&World::default()).bounds.center(), Vec3::ZERO);
+    }
+
+    #[test]
+    fn a_shot_is_in_the_picture_when_it_arrives() {
+        let mut world = stack(4);
+        let bounds = Subject::of(&world).bounds;
+        let ball = BodyDef::dynamic().with_shape(ShapeDef::sphere(0.1));
+        let ball = ball.with_position([0.0, 1.0, 12.0]).with_linear_velocity([0.0, 0.0, -15.0]);
+        let ball = world.add_body(ball).unwrap();
+        assert_eq!(Subject::of(&world).bounds, bounds);
+        world.body_mut(ball).unwrap().set_linear_velocity(Vec3::ZERO).unwrap();
+        assert!(Subject::of(&world).bounds.max.z > 12.0, "what rests there is part of the scene");
+        let near = drystone::Pose::at(vec3(0.0, 1.0, 1.5));
+        world.body_mut(ball).unwrap().set_pose(near).unwrap();
+        world.body_mut(ball).unwrap().set_linear_velocity(vec3(0.0, 0.0, -15.0)).unwrap();
+        assert!(Subject::of(&world).bounds.max.z > 1.5);
     }
 
     #[test]
