@@ -227,6 +227,8 @@ pub(crate) enum Overlay {
     Limits,
     /// Boxes around shapes
     Bounds,
+    /// Collision shapes, also of bodies that a glTF file gives another look
+    Colliders,
     /// Sleeping bodies dim
     Asleep,
     /// A color for each island
@@ -501,6 +503,10 @@ pub(crate) struct Rendering {
         hide_default_value = true
     )]
     pub(crate) camera: CameraSpec,
+
+    /// Draw collision shapes, also of bodies that a glTF file gives another look
+    #[arg(long, requires = "render")]
+    pub(crate) colliders: bool,
 
     /// Frames a second of a film, at most one a step [default: 30, of a GIF 25]
     #[arg(long, value_name = "F", value_parser = fps, requires = "render")]

@@ -68,7 +68,8 @@ const LISTED: usize = 40;
 
 /// Tells what was understood of a scene.
 pub(crate) fn info(args: &Info) -> Outcome {
-    let loaded = load(&args.source, None)?;
+    let mut loaded = load(&args.source, None)?;
+    loaded.read_visuals();
     let scene = loaded.scene();
     let running = build(scene, &args.source.scene)?;
     let mut page = Page::default();
@@ -106,6 +107,12 @@ pub(crate) fn info(args: &Info) -> Outcome {
         page.row("", &format!("{sensors} of them are sensors"));
     }
     page.row("joints", &scene.joints.len().to_string());
+    if !scene.visuals.is_empty() {
+        let v = &scene.visuals;
+        let (parts, materials) =
+            (count(v.meshes.len(), "visible part"), count(v.materials.len(), "material"));
+        page.row("shown", &format!("{parts}, {materials}, {}", count(v.images.len(), "image")));
+    }
     if !scene.couplings.is_empty() {
         page.row("", &format!("{} of them follow another", scene.couplings.len()));
     }

@@ -36,6 +36,13 @@ impl Loaded {
         }
     }
 
+    /// Reads what a file shows, for pictures.
+    pub(crate) fn read_visuals(&mut self) {
+        if let Self::Gltf(loaded) = self {
+            loaded.read_visuals();
+        }
+    }
+
     /// The scene, to change it.
     pub(crate) fn scene_mut(&mut self) -> &mut Scene {
         match self {

@@ -4,9 +4,12 @@ mod camera;
 mod encode;
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use drystone::World;
-use drystone_render::{Canvas, Drawing, Follow, Look, Picture, RenderError, Subject};
+use drystone_render::{Canvas, Follow, Gatherer, Look, Picture, RenderError, Subject};
+use drystone_scene::Running;
+use drystone_scene::visual::Visuals;
 
 pub(crate) use self::camera::CameraSpec;
 pub(crate) use self::encode::Kind as RenderKind;
@@ -19,6 +22,7 @@ pub(crate) struct Render {
     path: PathBuf,
     camera: CameraSpec,
     canvas: Canvas,
+    gatherer: Gatherer,
     /// What the picture is about at the start, which a film never loses.
     start: Subject,
     follow: Follow,
@@ -28,15 +32,17 @@ pub(crate) struct Render {
     frames: u64,
     /// Length of the run [s].
     seconds: f64,
+    /// What bodies look like, and whether collision shapes are drawn in its place.
+    look: (Arc<Visuals>, bool),
 }
 
 impl Render {
-    /// Opens the device and the file. `world` is as the run begins, `seconds` how long it will be, `hz`
+    /// Opens the device and the file. `running` is as the run begins, `seconds` how long it will be, `hz`
     /// its steps a second.
     pub(crate) fn create(
         path: &Path,
         args: &Rendering,
-        world: &World,
+        running: &Running,
         seconds: f64,
         hz: f32,
     ) -> Result<Self, Failure> {
@@ -45,7 +51,8 @@ impl Render {
         let failed = |e: RenderError| failure(path, &e);
         let canvas = Canvas::new(width, height).map_err(failed)?;
         let camera = args.camera;
-        let start = Subject::of(world);
+        let start = Subject::of(&running.world);
+        let (visuals, colliders) = (Arc::clone(&running.visuals), args.colliders);
         let aspect = aspect(&canvas);
         let follow = Follow::new(start.clone(), camera.angles(&start), aspect);
         let film = if kind == Kind::Still {
@@ -56,7 +63,9 @@ impl Render {
             let fps = args.fps.unwrap_or_else(|| kind.usual_fps()).min(f64::from(hz)).max(0.1);
             Some((fps, Encoder::create(path, kind, (width, height), fps)?))
         };
-        Ok(Self { path: path.to_owned(), camera, canvas, start, follow, film, frames: 0, seconds })
+        let (path, frames) = (path.to_owned(), 0);
+        let (look, gatherer) = ((visuals, colliders), Gatherer::default());
+        Ok(Self { path, camera, canvas, gatherer, start, follow, film, frames, seconds, look })
     }
 
     /// Adds the world at `time` [s] to the film, if it is time for another frame.
@@ -107,7 +116,9 @@ impl Render {
         subject: &Subject,
         camera: &drystone_render::Camera,
     ) -> Result<Picture, Failure> {
-        let drawing = Drawing::of(world, subject, &Look::default());
+        let (visuals, colliders) = (Some(&self.look.0), self.look.1);
+        let look = Look { visuals, colliders, ..Look::default() };
+        let drawing = self.gatherer.gather(world, subject, &look);
         self.canvas.draw(&drawing, camera).map_err(|e| failure(&self.path, &e))
     }
 }

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use drystone::World;
+use drystone_scene::Running;
 
 use crate::cli::Rendering;
 use crate::output::Failure;
@@ -40,7 +41,7 @@ impl Render {
     pub(crate) fn create(
         path: &Path,
         _: &Rendering,
-        _: &World,
+        _: &Running,
         _: f64,
         _: f32,
     ) -> Result<Self, Failure> {

@@ -33,6 +33,9 @@ pub(crate) fn simulate(args: &Simulate) -> Outcome {
     }
     let mut loaded = load(&args.source, args.settings.gravity()?)?;
     args.settings.apply(&mut loaded.scene_mut().config)?;
+    if args.rendering.render.is_some() {
+        loaded.read_visuals();
+    }
     let scene = loaded.scene();
     let hz = args.settings.hz.unwrap_or(scene.hz);
     let steps = args.length.steps(scene.seconds, hz);
@@ -45,7 +48,7 @@ pub(crate) fn simulate(args: &Simulate) -> Outcome {
     if args.audit {
         running.world.begin_ledger();
     }
-    let mut outputs = Outputs::create(args, &running.world, time_of(steps, hz), hz)?;
+    let mut outputs = Outputs::create(args, &running, time_of(steps, hz), hz)?;
 
     let stop = stop_on_interrupt();
     let bar = progress(steps, "{wide_bar} step {pos} of {len}, {eta} left");
@@ -153,8 +156,8 @@ struct Outputs {
 
 impl Outputs {
     /// Opens them all, so that a bad path is found before the run, not after it.
-    /// `world` is as the run begins, `seconds` how long it is to be, `hz` its steps a second.
-    fn create(args: &Simulate, world: &World, seconds: f64, hz: f32) -> Result<Self, Failure> {
+    /// `running` is as the run begins, `seconds` how long it is to be, `hz` its steps a second.
+    fn create(args: &Simulate, running: &Running, seconds: f64, hz: f32) -> Result<Self, Failure> {
         let trace = args.trace.as_deref();
         let Rendering { render, .. } = &args.rendering;
         let render = render.as_deref();
@@ -164,7 +167,7 @@ impl Outputs {
             events: args.events.as_deref().map(EventLog::create).transpose()?,
             bake: args.bake.as_deref().map(Bake::create).transpose()?,
             render: render
-                .map(|path| Render::create(path, &args.rendering, world, seconds, hz))
+                .map(|path| Render::create(path, &args.rendering, running, seconds, hz))
                 .transpose()?,
             report: args.report.as_deref().map(Output::create).transpose()?,
         })

@@ -34,6 +34,7 @@ pub(crate) fn view(args: &View) -> Outcome {
         joints: on(Overlay::Joints),
         limits: on(Overlay::Limits),
         bounds: on(Overlay::Bounds),
+        colliders: on(Overlay::Colliders),
         centers: on(Overlay::Centers),
         velocities: on(Overlay::Velocities),
         sleeping: on(Overlay::Asleep),
@@ -72,7 +73,9 @@ fn open(args: &View, source: &Source, executor: &Arc<dyn Executor>) -> Result<Op
     }
     let mut loaded = load(source, args.settings.gravity()?)?;
     args.settings.apply(&mut loaded.scene_mut().config)?;
-    if args.film {
+    if !args.film {
+        loaded.read_visuals();
+    } else {
         loaded = match loaded {
             Loaded::Gltf(file) => {
                 Loaded::BuiltIn(Box::new(gltf::film(*file).map_err(Failure::failed)?))

@@ -385,3 +385,137 @@ fn a_window_is_driven_by_mouse_and_keys_on_a_display_in_memory() {
         });
     }
 }
+
+fn base64_of(bytes: &[u8]) -> String {
+    const LETTERS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    let mut text = String::new();
+    for chunk in bytes.chunks(3) {
+        let word = (0..3).fold(0, |w, i| w << 8 | usize::from(*chunk.get(i).unwrap_or(&0)));
+        for i in 0..=chunk.len() {
+            text.push(char::from(LETTERS[word >> (18 - 6 * i) & 63]));
+        }
+    }
+    text
+}
+
+/// A glTF file of a plate that stands at rest and faces +z, with an image of four colors on it: red, green in the upper row,
+/// blue, white in the lower one. `image` is the image's URI, if it is to be another one; `material` goes into the material.
+fn plate(image: Option<&str>, material: &str) -> String {
+    let numbers: [f32; 20] = [
+        -1.0, 0.0, 0.5, 1.0, 0.0, 0.5, 1.0, 2.0, 0.5, -1.0, 2.0, 0.5, // places
+        0.0, 1.0, 1.0, 1.0, 1.0, 0.0, 0.0, 0.0, // texture coordinates
+    ];
+    let mut bytes: Vec<u8> = numbers.iter().flat_map(|x| x.to_le_bytes()).collect();
+    bytes.extend([0, 1, 2, 0, 2, 3]);
+    let mut png = Vec::new();
+    let mut encoder = png::Encoder::new(&mut png, 2, 2);
+    encoder.set_color(png::ColorType::Rgb);
+    let points = [200, 0, 0, 0, 200, 0, 0, 0, 200, 200, 200, 200];
+    encoder.write_header().unwrap().write_image_data(&points).unwrap();
+    let image =
+        image.map_or_else(|| format!("data:image/png;base64,{}", base64_of(&png)), str::to_owned);
+    let physics = "KHR_physics_rigid_bodies";
+    format!(
+        r#"{{"asset": {{"version": "2.0", "extras": {{"gravity": [0, 0, 0]}}}},
+        "buffers": [{{"byteLength": 86, "uri": "data:a/b;base64,{}"}}],
+        "bufferViews": [{{"buffer": 0, "byteLength": 48}}, {{"buffer": 0, "byteOffset": 48, "byteLength": 32}},
+            {{"buffer": 0, "byteOffset": 80, "byteLength": 6}}],
+        "accessors": [{{"bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3"}},
+            {{"bufferView": 1, "componentType": 5126, "count": 4, "type": "VEC2"}},
+            {{"bufferView": 2, "componentType": 5121, "count": 6, "type": "SCALAR"}}],
+        "images": [{{"uri": "{image}"}}], "samplers": [{{"magFilter": 9728}}],
+        "textures": [{{"source": 0, "sampler": 0}}],
+        "materials": [{{"pbrMetallicRoughness": {{"baseColorTexture": {{"index": 0}}, "metallicFactor": 0}} {material}}}],
+        "meshes": [{{"primitives": [{{"attributes": {{"POSITION": 0, "TEXCOORD_0": 1}}, "indices": 2, "material": 0}}]}}],
+        "extensionsUsed": ["KHR_implicit_shapes", "{physics}"],
+        "extensions": {{"KHR_implicit_shapes": {{"shapes": [{{"type": "box", "box": {{"size": [2, 2, 1]}}}}]}}, "{physics}": {{}}}},
+        "nodes": [{{"mesh": 0, "children": [1], "extensions": {{"{physics}": {{"motion": {{}}}}}}}},
+            {{"translation": [0, 1, 0], "extensions": {{"{physics}": {{"collider": {{"geometry": {{"shape": 0}}}}}}}}}}],
+        "scene": 0, "scenes": [{{"nodes": [0]}}]}}"#,
+        base64_of(&bytes)
+    )
+}
+
+/// The middles of the quarters of the plate in a picture from its front: upper row first.
+fn quarters(path: &Path) -> [[f64; 3]; 4] {
+    let picture = read_png(path);
+    [(0.46, 0.4), (0.54, 0.4), (0.46, 0.6), (0.54, 0.6)]
+        .map(|(x, y)| mean(&picture, [x - 0.01, x + 0.01], [y - 0.02, y + 0.02]))
+}
+
+#[test]
+fn a_gltf_scene_is_drawn_with_its_own_meshes_and_images() {
+    let folder = folder("render_visuals");
+    fs::write(folder.join("plate.gltf"), plate(None, "")).unwrap();
+    let line = "simulate plate.gltf --steps 1 --size 320x180 --camera eye=0:1:8,at=0:1:0 --render";
+    for name in ["a.png", "b.png"] {
+        if drawn(&folder, &format!("{line} {name}")).is_none() {
+            return;
+        }
+    }
+    assert_eq!(read_png(&folder.join("a.png")), read_png(&folder.join("b.png")));
+    let [red, green, blue, white] = quarters(&folder.join("a.png"));
+    // Light is warm above and cold below, and never turns one of these into another.
+    for (name, color, most) in [("red", red, 0), ("green", green, 1), ("blue", blue, 2)] {
+        let others = color.iter().enumerate().filter(|(i, _)| *i != most).map(|(_, c)| *c);
+        assert!(others.fold(0.0, f64::max) + 60.0 < color[most], "{name} is {color:?}");
+    }
+    let (low, high) =
+        (white.iter().copied().fold(255.0, f64::min), white.iter().copied().fold(0.0, f64::max));
+    assert!(low > 100.0 && high - low < 60.0, "white is {white:?}");
+    // With its collision shape in place of the mesh there is one color.
+    drawn(&folder, &format!("{line} c.png --colliders"));
+    let shape = quarters(&folder.join("c.png"));
+    let apart =
+        |a: &[f64; 3], b: &[f64; 3]| (0..3).map(|i| (a[i] - b[i]).abs()).fold(0.0, f64::max);
+    assert!(shape.iter().all(|color| apart(color, &shape[0]) < 12.0), "{shape:?}");
+}
+
+#[test]
+fn the_opacity_and_the_sides_of_materials_are_seen() {
+    let folder = folder("render_opacity");
+    let line = "--steps 1 --size 320x180 --render";
+    let (front, back) = ("--camera eye=0:1:8,at=0:1:0", "--camera eye=0:1:-8,at=0:1:0");
+    let mut pictures = Vec::new();
+    for (name, material, camera) in [
+        ("solid", "", front),
+        (
+            "masked",
+            r#", "alphaMode": "MASK", "alphaCutoff": 1.0, "emissiveFactor": [0, 0, 0]"#,
+            front,
+        ),
+        ("behind", "", back),
+        ("both", r#", "doubleSided": true"#, back),
+        ("bright", r#", "emissiveFactor": [1, 1, 1]"#, front),
+    ] {
+        fs::write(folder.join(format!("{name}.gltf")), plate(None, material)).unwrap();
+        let png = format!("{name}.png");
+        if drawn(&folder, &format!("simulate {name}.gltf {camera} {line} {png}")).is_none() {
+            return;
+        }
+        pictures.push(quarters(&folder.join(png)));
+    }
+    let [solid, masked, behind, both, bright] = pictures.try_into().unwrap();
+    let is_red = |c: [f64; 3]| c[0] > c[1] + 60.0 && c[0] > c[2] + 60.0;
+    assert!(is_red(solid[0]) && is_red(masked[0]), "an opacity of 1 is not below 1");
+    assert!(!is_red(behind[0]) && !is_red(behind[1]), "from behind there is nothing: {behind:?}");
+    assert!(is_red(both[1]), "the other way around from behind: {both:?}");
+    assert!(bright.iter().all(|c| c.iter().all(|c| *c > 240.0)), "it shines: {bright:?}");
+}
+
+#[test]
+fn a_broken_image_is_told_of_and_the_plate_is_plain() {
+    let folder = folder("render_broken_image");
+    fs::write(folder.join("plate.gltf"), plate(Some("data:image/png;base64,iVBORw0KGgo"), ""))
+        .unwrap();
+    let info = drystone(&folder, "info plate.gltf").output().unwrap();
+    let told = String::from_utf8_lossy(&info.stdout).into_owned();
+    assert!(told.contains("images[0].uri: is a broken PNG image"), "{told}");
+    let line =
+        "simulate plate.gltf --steps 1 --size 320x180 --camera eye=0:1:8,at=0:1:0 --render a.png";
+    if drawn(&folder, line).is_none() {
+        return;
+    }
+    let plain = quarters(&folder.join("a.png"));
+    assert!(plain.iter().flatten().all(|c| *c > 100.0), "white: {plain:?}");
+}

@@ -7,6 +7,7 @@ use bytemuck::{Pod, Zeroable};
 use drystone::{
     Aabb, BodyKind, BodyRef, JointKind, LinkKind, LinkRef, Pose, Quat, Shape, ShapeRef, Vec3, World,
 };
+use drystone_scene::visual::{PlacedMesh, Visuals};
 
 use crate::color::{Color, DUST, GROUND, ROD, THREAD, body_color};
 use crate::form::{Fit, Form};
@@ -21,6 +22,8 @@ const GRID: u32 = 2;
 const DIM: u32 = 4;
 /// Drawn as picked.
 const HIGHLIGHT: u32 = 8;
+/// The color tells something: it covers that of a material.
+const TINT: u32 = 16;
 
 /// A level static plate with half edges of this part of what is framed is floor: it has a grid.
 const FLOOR: f32 = 0.5;
@@ -77,6 +80,10 @@ pub struct Look<'a> {
     pub colors: Option<&'a [Color]>,
     /// Where a body is drawn instead of where it is, by its slot: between two steps.
     pub poses: Option<&'a [Pose]>,
+    /// What bodies and surroundings look like, if a file says it.
+    pub visuals: Option<&'a Arc<Visuals>>,
+    /// Collision shapes are drawn all the same.
+    pub colliders: bool,
 }
 
 /// What is to be drawn of a world.
@@ -98,11 +105,29 @@ pub struct Drawing {
     pub(crate) core: Aabb,
 }
 
+/// Gathers what is to be drawn for picture after picture, and keeps what does not change between them.
+#[derive(Debug, Default)]
+pub struct Gatherer {
+    sheets: Sheets,
+}
+
+impl Gatherer {
+    /// What [`Drawing::of`] gives; the world may be another one each time.
+    #[must_use]
+    pub fn gather(&mut self, world: &World, subject: &Subject, look: &Look<'_>) -> Drawing {
+        Drawing::gather(world, subject, look, &mut self.sheets)
+    }
+}
+
 impl Drawing {
     /// What is to be drawn of a world as it is now; `subject` says what the picture is about. Sensors
-    /// are not drawn.
+    /// are not drawn. A [`Gatherer`] is faster for many pictures.
     #[must_use]
     pub fn of(world: &World, subject: &Subject, look: &Look<'_>) -> Self {
+        Gatherer::default().gather(world, subject, look)
+    }
+
+    fn gather(world: &World, subject: &Subject, look: &Look<'_>, sheets: &mut Sheets) -> Self {
         let middle = subject.bounds.center();
         let mut drawing = Self {
             origin: middle,
@@ -115,14 +140,29 @@ impl Drawing {
             core: Aabb::new(subject.core.min - middle, subject.core.max - middle),
         };
         let mut batches = Batches::default();
+        let visuals = look.visuals.filter(|v| !v.is_empty() && !look.colliders);
+        let dress = visuals.map(|visuals| Dress::new(world, visuals));
+        if let Some(visuals) = visuals {
+            let (color, seat) = (body_color(BodyKind::Static, 0), Pose::IDENTITY);
+            drawing.add_meshes(&mut batches, visuals, &visuals.scenery, &seat, (color, 0));
+        }
         for body in world.bodies().filter(|b| b.pose().is_finite()) {
+            if let Some(dress) = &dress {
+                let worn = dress.visuals.of(body.user_data());
+                let (color, finish) = body_look(&body, look);
+                let pose = pose_of(&body, look);
+                drawing.add_meshes(&mut batches, dress.visuals, worn, &pose, (color, finish));
+                if !worn.is_empty() || dress.hides(&body) {
+                    continue;
+                }
+            }
             for shape in body.shapes().filter_map(|id| world.shape(id)) {
                 if !shape.is_sensor() {
                     drawing.add(&mut batches, &body, &shape, look);
                 }
             }
         }
-        for joint in world.joints() {
+        for joint in world.joints().filter(|_| dress.is_none()) {
             let (a, b) = (joint.anchor_a(), joint.anchor_b());
             if matches!(joint.kind(), JointKind::Distance { .. }) {
                 drawing.add_rod(&mut batches, a, b);
@@ -134,26 +174,22 @@ impl Drawing {
                 }
             }
         }
-        drawing.add_particles(&mut batches, world);
+        drawing.add_particles(&mut batches, world, sheets);
         drawing.batches = batches.list;
         drawing
     }
 
     /// Cloths as surfaces, other particles as balls, rods and threads between them; springs only where nothing else
     /// links.
-    fn add_particles(&self, batches: &mut Batches, world: &World) {
+    fn add_particles(&self, batches: &mut Batches, world: &World, sheets: &mut Sheets) {
         if world.particles().next().is_none() {
             return;
         }
-        let sheets = Sheets::of(world, self.origin);
-        let mut threaded = std::collections::BTreeSet::new();
+        sheets.look(world, self.origin);
         let is_spring = |link: &LinkRef<'_>| matches!(link.kind(), LinkKind::Spring(_));
-        for link in world.links().filter(|link| !is_spring(link)) {
-            threaded.extend(link.particles());
-        }
         for link in world.links() {
             let ends = link.particles();
-            if is_spring(&link) && ends.iter().all(|end| threaded.contains(end))
+            if is_spring(&link) && ends.iter().all(|end| sheets.is_threaded(*end))
                 || sheets.cover_thread(ends)
             {
                 continue;
@@ -169,11 +205,27 @@ impl Drawing {
             let color = if particle.link_count() > 0 { THREAD } else { DUST };
             batches.push(Form::Sphere, self.instance(&pose, fit, color, 0));
         }
-        for (first, sheet) in sheets.list {
+        for (first, sheet) in sheets.surfaces() {
             let fit = Fit { scale: Vec3::splat(1.0), end: 0.0 };
             let color = body_color(BodyKind::Dynamic, first);
             let instance = self.instance(&Pose::at(self.origin), fit, color, 0);
             batches.push(Form::Sheet(Arc::new(sheet)), instance);
+        }
+    }
+
+    /// Meshes of a file at a place.
+    fn add_meshes(
+        &self,
+        batches: &mut Batches,
+        visuals: &Arc<Visuals>,
+        meshes: &[PlacedMesh],
+        seat: &Pose,
+        (color, finish): (Color, u32),
+    ) {
+        for placed in meshes {
+            let fit = Fit { scale: Vec3::ONE, end: 0.0 };
+            let instance = self.instance(&seat.compose(&placed.pose), fit, color, finish);
+            batches.push(Form::Visual(Arc::clone(visuals), placed.mesh), instance);
         }
     }
 
@@ -190,21 +242,12 @@ impl Drawing {
         shape: &ShapeRef<'_>,
         look: &Look<'_>,
     ) {
-        let (form, fit) = Form::of(shape.shape());
-        let mut finish = 0;
-        let mut color = body_color(body.kind(), body.id().index());
-        if let Some(own) = look.colors.and_then(|c| c.get(body.id().index() as usize)) {
-            color = *own;
-        }
-        if look.dim_asleep && body.is_asleep() {
-            finish |= DIM;
-        }
-        if look.picked == Some(body.id()) {
-            finish |= HIGHLIGHT;
-        }
-        let between = look.poses.and_then(|p| p.get(body.id().index() as usize));
-        let (mut pose, mut fit) =
-            (between.map_or_else(|| shape.pose(), |p| p.compose(&shape.local_pose())), fit);
+        let (form, mut fit) = Form::of(shape.shape());
+        let (mut color, mut finish) = body_look(body, look);
+        let mut pose = match look.poses {
+            Some(_) => pose_of(body, look).compose(&shape.local_pose()),
+            None => shape.pose(),
+        };
         match shape.shape() {
             Shape::HalfSpace { normal, offset } => {
                 (pose, fit) = self.square(&pose, *normal, *offset);
@@ -307,6 +350,49 @@ impl Drawing {
         let fit = Fit { scale, end: 0.0 };
         batches.push(Form::Cylinder, self.instance(&pose, fit, color, 0));
     }
+}
+
+/// What a file's meshes leave of collision shapes.
+struct Dress<'a> {
+    visuals: &'a Arc<Visuals>,
+    /// The file shows what stands fast: what it does not show of it is meant to be unseen.
+    surroundings: bool,
+}
+
+impl<'a> Dress<'a> {
+    fn new(world: &World, visuals: &'a Arc<Visuals>) -> Self {
+        let shown =
+            |b: BodyRef<'_>| b.kind() == BodyKind::Static && !visuals.of(b.user_data()).is_empty();
+        let surroundings = !visuals.scenery.is_empty() || world.bodies().any(shown);
+        Self { visuals, surroundings }
+    }
+
+    /// Whether a body without meshes is not drawn.
+    fn hides(&self, body: &BodyRef<'_>) -> bool {
+        self.surroundings && body.kind() == BodyKind::Static
+    }
+}
+
+/// Color and finish of a body.
+fn body_look(body: &BodyRef<'_>, look: &Look<'_>) -> (Color, u32) {
+    let mut finish = 0;
+    let mut color = body_color(body.kind(), body.id().index());
+    if let Some(own) = look.colors.and_then(|c| c.get(body.id().index() as usize)) {
+        (color, finish) = (*own, TINT);
+    }
+    if look.dim_asleep && body.is_asleep() {
+        finish |= DIM;
+    }
+    if look.picked == Some(body.id()) {
+        finish |= HIGHLIGHT;
+    }
+    (color, finish)
+}
+
+/// Where a body is drawn.
+fn pose_of(body: &BodyRef<'_>, look: &Look<'_>) -> Pose {
+    let between = look.poses.and_then(|p| p.get(body.id().index() as usize));
+    between.copied().unwrap_or_else(|| body.pose())
 }
 
 /// Whether a place is outside of all shapes of a dynamic body.

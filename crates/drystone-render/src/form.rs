@@ -5,6 +5,7 @@ use std::sync::Arc;
 use bytemuck::{Pod, Zeroable};
 use drystone::{Hull, Mesh, Shape, Vec3};
 use drystone_scene::bake::solids::{self, Surface};
+use drystone_scene::visual::{VisualVertex, Visuals};
 
 use crate::sheet::Sheet;
 
@@ -25,14 +26,21 @@ impl Vertex {
         Self { place: place.to_array(), end: 0.0, normal: normal.to_array() }
     }
 
-    pub(crate) fn set_normal(&mut self, normal: Vec3) {
-        self.normal = normal.to_array();
-    }
-
     #[cfg(test)]
     pub(crate) fn normal(&self) -> [f32; 3] {
         self.normal
     }
+}
+
+/// A corner of a triangle of a file's mesh.
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[repr(C)]
+pub(crate) struct VisualCorner {
+    place: [f32; 3],
+    end: f32,
+    normal: [f32; 3],
+    uv: [f32; 2],
+    color: [f32; 4],
 }
 
 /// What is drawn once and then placed many times.
@@ -56,6 +64,8 @@ pub(crate) enum Form {
     Mesh(Arc<Mesh>),
     /// In meters from the drawing's origin.
     Sheet(Arc<Sheet>),
+    /// A mesh of a file, by its number, in meters.
+    Visual(Arc<Visuals>, usize),
     /// A shape of a kind that has no form of its own, in meters.
     Other,
 }
@@ -92,7 +102,7 @@ impl Form {
         }
     }
 
-    /// Tells forms apart. An address stands for a hull, a mesh or a sheet: who keeps the key keeps the form
+    /// Tells forms apart. An address stands for a hull, a mesh, a sheet or a file's meshes: who keeps the key keeps the form
     /// too, and keys are looked up, never put in order.
     pub(crate) fn key(&self) -> [usize; 3] {
         let bits = |x: f32| x.to_bits() as usize;
@@ -107,15 +117,34 @@ impl Form {
             Self::Mesh(mesh) => [7, Arc::as_ptr(mesh).addr(), 0],
             Self::Other => [8, 0, 0],
             Self::Sheet(sheet) => [9, Arc::as_ptr(sheet).addr(), 0],
+            Self::Visual(visuals, number) => [10, Arc::as_ptr(visuals).addr(), *number],
         }
     }
 
-    /// Its triangles.
-    pub(crate) fn triangles(&self) -> (Vec<Vertex>, Vec<u32>) {
+    /// Bytes of its corners and the triangles of them, as the device has them.
+    pub(crate) fn bytes(&self) -> (Vec<u8>, Vec<u32>) {
+        let Self::Visual(visuals, number) = self else {
+            let (vertices, indices) = self.triangles();
+            return (bytemuck::cast_slice(&vertices).to_vec(), indices);
+        };
+        let Some(mesh) = visuals.meshes.get(*number) else { return Default::default() };
+        let corner = |v: &VisualVertex| VisualCorner {
+            place: v.place,
+            end: 0.0,
+            normal: v.normal,
+            uv: v.uv,
+            color: v.color,
+        };
+        let corners: Vec<VisualCorner> = mesh.vertices.iter().map(corner).collect();
+        (bytemuck::cast_slice(&corners).to_vec(), mesh.indices.clone())
+    }
+
+    /// Its triangles; those of a file's mesh have other corners.
+    fn triangles(&self) -> (Vec<Vertex>, Vec<u32>) {
         /// Half the distance of the ends as the capsule's form is made.
         const APART: f32 = 2.0;
         let surface = match self {
-            Self::Sheet(sheet) => return (sheet.vertices.clone(), sheet.indices.clone()),
+            Self::Sheet(sheet) => return (sheet.vertices.clone(), sheet.indices.to_vec()),
             Self::Sphere => solids::of(&Shape::sphere(1.0)),
             Self::Capsule => solids::of(&Shape::capsule(APART, 1.0)),
             Self::Box => solids::of(&Shape::box_half([1.0; 3])),
@@ -128,7 +157,7 @@ impl Form {
             Self::Square => square(),
             Self::Hull(hull) => solids::of(&Shape::Hull(Arc::clone(hull))),
             Self::Mesh(mesh) => solids::of(&Shape::Mesh(Arc::clone(mesh))),
-            Self::Other => Surface::default(),
+            Self::Other | Self::Visual(..) => Surface::default(),
         };
         // A hull has true edges; the triangles of a mesh often stand for something smooth.
         let crease = if matches!(self, Self::Mesh(_)) { 0.8 } else { 0.999 };

@@ -38,7 +38,7 @@ pub use camera::{Camera, FIELD_OF_VIEW};
 #[cfg(not(target_arch = "wasm32"))]
 pub use canvas::{Canvas, Picture};
 pub use color::{Color, body_color};
-pub use drawing::{Drawing, Look};
+pub use drawing::{Drawing, Gatherer, Look};
 pub use error::RenderError;
 pub use framing::{Follow, Subject, ViewAngles};
 pub use renderer::{Area, Renderer, limits};

@@ -3,15 +3,20 @@
 mod frame;
 mod pipelines;
 mod targets;
+mod texture;
+mod visuals;
 
 use std::collections::BTreeMap;
+use std::ops::Range;
 use std::sync::{Arc, Mutex, PoisonError};
 
+use drystone::Vec3;
 use wgpu::util::DeviceExt;
 
 use self::frame::Frame;
 use self::pipelines::{Pipelines, SHADOW_FORMAT};
 use self::targets::Targets;
+use self::visuals::{LoadedVisuals, Manner, VisualPipelines};
 use crate::camera::Camera;
 use crate::drawing::{Batch, Drawing, Instance, Line};
 use crate::error::RenderError;
@@ -76,6 +81,9 @@ pub struct Renderer {
     instances: wgpu::Buffer,
     lines: wgpu::Buffer,
     forms: BTreeMap<[usize; 3], LoadedForm>,
+    /// Made when the first mesh of a file is drawn.
+    visual_pipelines: Option<VisualPipelines>,
+    visuals: Option<LoadedVisuals>,
     targets: Option<Targets>,
     encode: bool,
     failure: Arc<Mutex<Option<String>>>,
@@ -138,6 +146,8 @@ impl Renderer {
             instances,
             lines,
             forms: BTreeMap::new(),
+            visual_pipelines: None,
+            visuals: None,
             targets: None,
             encode: !format.is_srgb(),
             failure,
@@ -202,7 +212,9 @@ impl Renderer {
             if let Some(targets) = &self.targets {
                 let last = number + 1 == drawings.len();
                 let target = last.then_some(target);
-                self.draw_picture(&mut encoder, drawing, targets, target, area, number == 0);
+                // From where it is seen, and whether it is the first area.
+                let eye = (number == 0, camera.eye - drawing.origin);
+                self.draw_picture(&mut encoder, drawing, targets, target, area, eye);
             }
             self.queue.submit([encoder.finish()]);
         }
@@ -227,6 +239,7 @@ impl Renderer {
             forms.insert(key, kept.unwrap_or_else(|| load_form(&self.device, &batch.form)));
         }
         self.forms = forms;
+        self.load_visuals(drawing);
         let count: usize = drawing.batches.iter().map(|b| b.instances.len()).sum();
         grow(&self.device, &mut self.instances, count * size_of::<Instance>());
         let mut at = 0;
@@ -240,6 +253,22 @@ impl Renderer {
         self.queue.write_buffer(&self.lines, 0, bytes);
     }
 
+    /// Brings the materials of the file that is drawn onto the device; those of another one are let go.
+    fn load_visuals(&mut self, drawing: &Drawing) {
+        let of = drawing.batches.iter().find_map(|batch| match &batch.form {
+            Form::Visual(visuals, _) => Some(visuals),
+            _ => None,
+        });
+        let Some(visuals) = of else { return };
+        if self.visuals.as_ref().is_some_and(|loaded| loaded.are_of(visuals)) {
+            return;
+        }
+        let (device, plain) = (&self.device, &self.pipelines);
+        let pipelines =
+            self.visual_pipelines.get_or_insert_with(|| VisualPipelines::new(device, plain));
+        self.visuals = Some(LoadedVisuals::new(device, &self.queue, pipelines, visuals));
+    }
+
     fn draw_shadows(&self, encoder: &mut wgpu::CommandEncoder, drawing: &Drawing) {
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("shadows"),
@@ -250,6 +279,9 @@ impl Renderer {
         pass.set_bind_group(0, &self.frame_group, &[]);
         // The ground throws no shadow on anything.
         self.draw_batches(&mut pass, drawing, |batch| !matches!(batch.form, Form::Square));
+        self.draw_visuals(&mut pass, drawing, |pipelines, manner| {
+            (!manner.blend).then(|| pipelines.in_shadow_map(manner))
+        });
     }
 
     fn draw_picture(
@@ -259,7 +291,7 @@ impl Renderer {
         targets: &Targets,
         target: Option<&wgpu::TextureView>,
         area: Area,
-        first: bool,
+        (first, eye): (bool, Vec3),
     ) {
         let color = wgpu::RenderPassColorAttachment {
             view: &targets.color,
@@ -289,8 +321,12 @@ impl Renderer {
         pass.set_bind_group(1, &self.shadow_group, &[]);
         pass.set_pipeline(&self.pipelines.body);
         self.draw_batches(&mut pass, drawing, |_| true);
+        self.draw_visuals(&mut pass, drawing, |pipelines, manner| {
+            (!manner.blend).then(|| pipelines.in_picture(manner))
+        });
         pass.set_pipeline(&self.pipelines.sky);
         pass.draw(0..3, 0..1);
+        self.draw_blended(&mut pass, drawing, eye);
         if !drawing.lines.is_empty() {
             pass.set_pipeline(&self.pipelines.line);
             pass.set_vertex_buffer(0, self.lines.slice(..));
@@ -305,20 +341,74 @@ impl Renderer {
         wanted: impl Fn(&Batch) -> bool,
     ) {
         pass.set_vertex_buffer(1, self.instances.slice(..));
-        let mut first = 0;
-        for batch in &drawing.batches {
-            let instances = first..first + count_of(batch.instances.len());
-            first = instances.end;
-            let Some(form) = self.forms.get(&batch.form.key()).filter(|_| wanted(batch)) else {
-                continue;
-            };
-            if form.count > 0 {
-                pass.set_vertex_buffer(0, form.vertices.slice(..));
-                pass.set_index_buffer(form.indices.slice(..), wgpu::IndexFormat::Uint32);
-                pass.draw_indexed(0..form.count, 0, instances);
+        for (batch, instances) in numbered(drawing) {
+            if !matches!(batch.form, Form::Visual(..)) && wanted(batch) {
+                self.draw_form(pass, batch, instances);
             }
         }
     }
+
+    /// Draws the meshes of a file, each with the pipeline that `wanted` gives for it.
+    fn draw_visuals<'a>(
+        &'a self,
+        pass: &mut wgpu::RenderPass<'_>,
+        drawing: &Drawing,
+        wanted: impl Fn(&'a VisualPipelines, Manner) -> Option<&'a wgpu::RenderPipeline>,
+    ) {
+        let (Some(pipelines), Some(visuals)) = (&self.visual_pipelines, &self.visuals) else {
+            return;
+        };
+        for (batch, instances) in numbered(drawing) {
+            let Form::Visual(_, mesh) = batch.form else { continue };
+            let (manner, group) = visuals.material(mesh);
+            let Some(pipeline) = wanted(pipelines, *manner) else { continue };
+            pass.set_pipeline(pipeline);
+            pass.set_bind_group(2, group, &[]);
+            self.draw_form(pass, batch, instances);
+        }
+    }
+
+    /// Draws what is seen through, the farthest first.
+    fn draw_blended(&self, pass: &mut wgpu::RenderPass<'_>, drawing: &Drawing, eye: Vec3) {
+        let (Some(pipelines), Some(visuals)) = (&self.visual_pipelines, &self.visuals) else {
+            return;
+        };
+        let mut all = Vec::new();
+        for (batch, instances) in numbered(drawing) {
+            let Form::Visual(_, mesh) = batch.form else { continue };
+            let (manner, group) = visuals.material(mesh);
+            if manner.blend {
+                for (number, instance) in instances.zip(&batch.instances) {
+                    let distance = (Vec3::from(instance.position) - eye).length_squared();
+                    all.push((distance, number, batch, manner, group));
+                }
+            }
+        }
+        all.sort_by(|a, b| b.0.total_cmp(&a.0));
+        for (_, number, batch, manner, group) in all {
+            pass.set_pipeline(pipelines.in_picture(*manner));
+            pass.set_bind_group(2, group, &[]);
+            self.draw_form(pass, batch, number..number + 1);
+        }
+    }
+
+    fn draw_form(&self, pass: &mut wgpu::RenderPass<'_>, batch: &Batch, instances: Range<u32>) {
+        let form = self.forms.get(&batch.form.key());
+        if let Some(form) = form.filter(|form| form.count > 0) {
+            pass.set_vertex_buffer(0, form.vertices.slice(..));
+            pass.set_index_buffer(form.indices.slice(..), wgpu::IndexFormat::Uint32);
+            pass.draw_indexed(0..form.count, 0, instances);
+        }
+    }
+}
+
+/// The batches of a drawing, with the numbers of their places among all.
+fn numbered(drawing: &Drawing) -> impl Iterator<Item = (&Batch, Range<u32>)> {
+    drawing.batches.iter().scan(0, |first, batch| {
+        let instances = *first..*first + count_of(batch.instances.len());
+        *first = instances.end;
+        Some((batch, instances))
+    })
 }
 
 /// Whether the device can draw a picture of this size.
@@ -340,7 +430,7 @@ pub(crate) fn check_size(
 }
 
 fn load_form(device: &wgpu::Device, form: &Form) -> LoadedForm {
-    let (vertices, indices) = form.triangles();
+    let (vertices, indices) = form.bytes();
     let buffer = |label, bytes: &[u8], usage| {
         // A buffer cannot be empty.
         let contents = if bytes.is_empty() { &[0; 4] } else { bytes };
@@ -351,7 +441,7 @@ fn load_form(device: &wgpu::Device, form: &Form) -> LoadedForm {
         })
     };
     LoadedForm {
-        vertices: buffer("form", bytemuck::cast_slice(&vertices), wgpu::BufferUsages::VERTEX),
+        vertices: buffer("form", &vertices, wgpu::BufferUsages::VERTEX),
         indices: buffer("form", bytemuck::cast_slice(&indices), wgpu::BufferUsages::INDEX),
         count: count_of(indices.len()),
         _form: form.clone(),

@@ -1,53 +1,101 @@
 //! Cloths as surfaces: wherever four threads make a square, it is filled.
 
+use std::sync::Arc;
+
 use drystone::{LinkKind, ParticleId, Vec3, World};
 
 use crate::form::Vertex;
 
 /// A surface that is another one in every picture.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(crate) struct Sheet {
     /// Relative to the drawing's origin [m].
     pub(crate) vertices: Vec<Vertex>,
-    pub(crate) indices: Vec<u32>,
+    /// The same list while no thread comes or goes.
+    pub(crate) indices: Arc<[u32]>,
 }
 
-/// The surfaces among the particles of a world. A square with a torn thread is a hole.
+/// The surfaces among the particles of a world. A square with a torn thread is a hole. Which threads make squares is kept from
+/// picture to picture and looked for again only where a thread came or went.
 #[derive(Debug, Default)]
 pub(crate) struct Sheets {
-    /// One for each piece of cloth, with the slot of its first particle.
-    pub(crate) list: Vec<(u32, Sheet)>,
+    /// All threads as the world gives them: slots.
+    threads: Vec<[u32; 2]>,
+    /// Those of the last look; kept for its memory.
+    looked: Vec<[u32; 2]>,
+    /// Where particles are, by their slots [m, relative to the drawing's origin]; none where there is none.
+    places: Vec<Option<Vec3>>,
+    /// Some square was left out because a corner of it is nowhere.
+    incomplete: bool,
+    pieces: Vec<Piece>,
     /// Particles of squares, by their slots.
     covered: Vec<bool>,
+    /// Particles at an end of a thread, by their slots.
+    threaded: Vec<bool>,
     /// Threads that are a side of a square, in order: slots, the lower one first.
     sides: Vec<[u32; 2]>,
+}
+
+/// A piece of cloth.
+#[derive(Debug, Default)]
+struct Piece {
+    /// Slot of its first particle.
+    first: u32,
+    /// Slots of its vertices.
+    slots: Vec<u32>,
+    /// Corners of its squares, as numbers of vertices.
+    squares: Vec<[u32; 4]>,
+    /// Two triangles a square.
+    indices: Arc<[u32]>,
 }
 
 /// The corners of a square, one after the other around it.
 type Square = [u32; 4];
 
 impl Sheets {
-    /// What the threads of a world make; places are relative to `origin` [m, world].
-    pub(crate) fn of(world: &World, origin: Vec3) -> Self {
-        let mut threads: Vec<[u32; 2]> = Vec::new();
+    /// Looks at the particles of a world, which may be another one than the last; places are relative to `origin` [m, world].
+    pub(crate) fn look(&mut self, world: &World, origin: Vec3) {
+        self.looked.clear();
         for link in world.links().filter(|link| !matches!(link.kind(), LinkKind::Spring(_))) {
-            let [a, b] = link.particles().map(ParticleId::index);
-            threads.extend([[a, b], [b, a]]);
+            self.looked.push(link.particles().map(ParticleId::index));
         }
-        threads.sort_unstable();
-        threads.dedup();
-        let mut places: Vec<Option<Vec3>> = Vec::new();
+        self.places.clear();
         for particle in world.particles().filter(|p| p.position().is_finite()) {
             let slot = particle.id().index() as usize;
-            if slot >= places.len() {
-                places.resize(slot + 1, None);
+            if slot >= self.places.len() {
+                self.places.resize(slot + 1, None);
             }
-            places[slot] = Some(particle.position() - origin);
+            self.places[slot] = Some(particle.position() - origin);
         }
-        let there = |slot: u32| places.get(slot as usize).is_some_and(Option::is_some);
-        let squares: Vec<Square> =
-            squares(&threads).into_iter().filter(|s| s.iter().all(|&slot| there(slot))).collect();
-        Self::fill(&squares, &places)
+        let there = |slot: &u32| self.places.get(*slot as usize).is_some_and(Option::is_some);
+        let all_there = self.pieces.iter().all(|piece| piece.slots.iter().all(there));
+        if self.looked != self.threads || self.incomplete || !all_there {
+            std::mem::swap(&mut self.looked, &mut self.threads);
+            self.find();
+        }
+    }
+
+    /// One surface for each piece of cloth, with the slot of its first particle.
+    pub(crate) fn surfaces(&self) -> impl Iterator<Item = (u32, Sheet)> {
+        self.pieces.iter().map(|piece| {
+            let place = |slot: &u32| {
+                let place = self.places.get(*slot as usize).copied().flatten();
+                place.unwrap_or(Vec3::ZERO)
+            };
+            let mut normals = vec![Vec3::ZERO; piece.slots.len()];
+            let places: Vec<Vec3> = piece.slots.iter().map(place).collect();
+            for square in &piece.squares {
+                let [a, b, c, d] = square.map(|vertex| places[vertex as usize]);
+                // Of a square that is not flat: across its diagonals; larger ones count more.
+                let across = (c - a).cross(d - b);
+                for vertex in square {
+                    normals[*vertex as usize] += across;
+                }
+            }
+            let vertex = |(p, n): (&Vec3, &Vec3)| Vertex::new(*p, n.normalize_or(Vec3::Y));
+            let vertices = places.iter().zip(&normals).map(vertex).collect();
+            (piece.first, Sheet { vertices, indices: Arc::clone(&piece.indices) })
+        })
     }
 
     /// Whether a square shows this particle.
@@ -55,62 +103,74 @@ impl Sheets {
         self.covered.get(particle.index() as usize).copied().unwrap_or(false)
     }
 
+    /// Whether a thread ends at this particle.
+    pub(crate) fn is_threaded(&self, particle: ParticleId) -> bool {
+        self.threaded.get(particle.index() as usize).copied().unwrap_or(false)
+    }
+
     /// Whether a square shows the thread between these particles.
     pub(crate) fn cover_thread(&self, ends: [ParticleId; 2]) -> bool {
         self.sides.binary_search(&in_order(ends.map(ParticleId::index))).is_ok()
     }
 
-    fn fill(squares: &[Square], places: &[Option<Vec3>]) -> Self {
-        let mut sheets = Self { covered: vec![false; places.len()], ..Self::default() };
+    /// Finds the squares among the threads, and the pieces that they make.
+    fn find(&mut self) {
+        let mut threads: Vec<[u32; 2]> =
+            self.threads.iter().flat_map(|&[a, b]| [[a, b], [b, a]]).collect();
+        threads.sort_unstable();
+        threads.dedup();
+        let count = threads.last().map_or(0, |[highest, _]| *highest as usize + 1);
+        self.threaded.clear();
+        self.threaded.resize(count, false);
+        for [slot, _] in &threads {
+            self.threaded[*slot as usize] = true;
+        }
+        let mut squares = squares(&threads);
+        let all = squares.len();
+        let there = |slot: &u32| self.places.get(*slot as usize).is_some_and(Option::is_some);
+        squares.retain(|square| square.iter().all(there));
+        self.incomplete = squares.len() < all;
+        self.covered.clear();
+        self.covered.resize(count, false);
+        self.sides.clear();
+        self.pieces.clear();
         // The piece that a particle belongs to: squares join their corners.
-        let mut root: Vec<usize> = (0..places.len()).collect();
-        for square in squares {
+        let mut root: Vec<usize> = (0..count).collect();
+        for square in &squares {
             for &corner in &square[1..] {
                 let (a, b) =
                     (find(&mut root, square[0] as usize), find(&mut root, corner as usize));
                 root[a.max(b)] = a.min(b);
             }
         }
-        let mut sheet_of: Vec<Option<usize>> = vec![None; places.len()];
-        let mut vertex_of: Vec<Option<u32>> = vec![None; places.len()];
-        let mut normals: Vec<Vec<Vec3>> = Vec::new();
-        for square in squares {
-            let piece = find(&mut root, square[0] as usize);
-            let number = *sheet_of[piece].get_or_insert_with(|| {
+        let mut piece_of: Vec<Option<usize>> = vec![None; count];
+        let mut vertex_of: Vec<Option<u32>> = vec![None; count];
+        for square in &squares {
+            let first = find(&mut root, square[0] as usize);
+            let number = *piece_of[first].get_or_insert_with(|| {
                 // Slots are below 2^32: they came as such.
-                sheets.list.push((u32::try_from(piece).unwrap_or(0), Sheet::default()));
-                normals.push(Vec::new());
-                sheets.list.len() - 1
+                let first = u32::try_from(first).unwrap_or(0);
+                self.pieces.push(Piece { first, ..Piece::default() });
+                self.pieces.len() - 1
             });
-            let (sheet, normals) = (&mut sheets.list[number].1, &mut normals[number]);
-            let corners = square.map(|slot| places[slot as usize].unwrap_or(Vec3::ZERO));
-            let vertices = std::array::from_fn::<u32, 4, _>(|i| {
-                *vertex_of[square[i] as usize].get_or_insert_with(|| {
-                    sheet.vertices.push(Vertex::new(corners[i], Vec3::ZERO));
-                    normals.push(Vec3::ZERO);
-                    u32::try_from(sheet.vertices.len() - 1).unwrap_or(u32::MAX)
+            let piece = &mut self.pieces[number];
+            piece.squares.push(square.map(|slot| {
+                *vertex_of[slot as usize].get_or_insert_with(|| {
+                    piece.slots.push(slot);
+                    u32::try_from(piece.slots.len() - 1).unwrap_or(u32::MAX)
                 })
-            });
-            let [a, b, c, d] = vertices;
-            sheet.indices.extend([a, b, c, a, c, d]);
-            // Of a square that is not flat: across its diagonals; larger ones count more.
-            let across = (corners[2] - corners[0]).cross(corners[3] - corners[1]);
-            for vertex in vertices {
-                normals[vertex as usize] += across;
-            }
+            }));
             for i in 0..4 {
-                sheets.covered[square[i] as usize] = true;
-                sheets.sides.push(in_order([square[i], square[(i + 1) % 4]]));
+                self.covered[square[i] as usize] = true;
+                self.sides.push(in_order([square[i], square[(i + 1) % 4]]));
             }
         }
-        sheets.sides.sort_unstable();
-        sheets.sides.dedup();
-        for ((_, sheet), normals) in sheets.list.iter_mut().zip(&normals) {
-            for (vertex, normal) in sheet.vertices.iter_mut().zip(normals) {
-                vertex.set_normal(normal.normalize_or(Vec3::Y));
-            }
+        self.sides.sort_unstable();
+        self.sides.dedup();
+        for piece in &mut self.pieces {
+            let triangles = |[a, b, c, d]: &[u32; 4]| [*a, *b, *c, *a, *c, *d];
+            piece.indices = piece.squares.iter().flat_map(triangles).collect();
         }
-        sheets
     }
 }
 
@@ -156,7 +216,12 @@ fn find(root: &mut [usize], mut at: usize) -> usize {
 mod tests {
     use drystone::{ClothDef, RopeDef, Vec3, World, vec3};
 
-    use super::Sheets;
+    use super::{Sheet, Sheets};
+
+    fn look(sheets: &mut Sheets, world: &World) -> Vec<Sheet> {
+        sheets.look(world, Vec3::ZERO);
+        sheets.surfaces().map(|(_, sheet)| sheet).collect()
+    }
 
     #[test]
     fn a_cloth_is_one_surface_that_faces_one_way_and_a_rope_is_none() {
@@ -165,9 +230,10 @@ mod tests {
         let cloth = world.add_cloth(&ClothDef::new(Vec3::ZERO, sides, [3, 2])).unwrap();
         let rope = RopeDef::between(vec3(0.0, 5.0, 0.0), vec3(1.0, 5.0, 0.0), 4);
         let rope = world.add_rope(&rope).unwrap();
-        let sheets = Sheets::of(&world, Vec3::ZERO);
-        assert_eq!(sheets.list.len(), 1);
-        let sheet = &sheets.list[0].1;
+        let mut sheets = Sheets::default();
+        let list = look(&mut sheets, &world);
+        assert_eq!(list.len(), 1);
+        let sheet = &list[0];
         assert_eq!((sheet.vertices.len(), sheet.indices.len()), (4 * 3, 3 * 2 * 6));
         // x toward z: down.
         assert!(
@@ -182,13 +248,37 @@ mod tests {
         let mut world = World::default();
         let sides = [vec3(3.0, 0.0, 0.0), vec3(0.0, 0.0, 1.0)];
         let cloth = world.add_cloth(&ClothDef::new(Vec3::ZERO, sides, [3, 1])).unwrap();
+        let mut sheets = Sheets::default();
+        assert_eq!(look(&mut sheets, &world).len(), 1);
         // Threads along the first side come first, three in each of two rows; then those along the second.
         world.remove_link(cloth.links[1]);
-        let sheets = Sheets::of(&world, Vec3::ZERO);
-        let indices: Vec<usize> = sheets.list.iter().map(|(_, s)| s.indices.len()).collect();
+        let list = look(&mut sheets, &world);
+        let indices: Vec<usize> = list.iter().map(|s| s.indices.len()).collect();
         assert_eq!(indices, [6, 6], "the square between has lost a side");
         let below = cloth.links[4];
         let ends = world.link(below).unwrap().particles();
         assert!(!sheets.cover_thread(ends), "what is left of the torn square is a thread");
+    }
+
+    #[test]
+    fn a_cloth_that_moves_keeps_its_triangles_and_another_world_has_its_own() {
+        let mut world = World::default();
+        let sides = [vec3(1.0, 0.0, 0.0), vec3(0.0, 0.0, 1.0)];
+        world.add_cloth(&ClothDef::new(Vec3::ZERO, sides, [4, 4])).unwrap();
+        let mut sheets = Sheets::default();
+        let before = look(&mut sheets, &world).remove(0);
+        world.step(1.0 / 60.0);
+        let after = look(&mut sheets, &world).remove(0);
+        assert!(std::sync::Arc::ptr_eq(&before.indices, &after.indices));
+        assert!(
+            bytemuck::cast_slice::<_, u8>(&before.vertices)
+                != bytemuck::cast_slice(&after.vertices)
+        );
+        let anew = look(&mut Sheets::default(), &world).remove(0);
+        assert_eq!(
+            bytemuck::cast_slice::<_, u8>(&anew.vertices),
+            bytemuck::cast_slice::<_, u8>(&after.vertices)
+        );
+        assert!(look(&mut sheets, &World::default()).is_empty());
     }
 }

@@ -1,6 +1,7 @@
 //! A scene as a world that runs, with its script.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use drystone::{
     BodyDef, BodyId, BodyKind, CouplingDef, DefError, JointDef, JointId, Pose, Strand, World,
@@ -10,6 +11,7 @@ use crate::scene::{
     Scene, SceneBody, SceneCoupling, SceneFrame, SceneJoint, SceneStrand, Script, ScriptAction,
     StrandDef, Wave,
 };
+use crate::visual::Visuals;
 
 /// The engine refused something of a scene.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -107,6 +109,8 @@ pub struct Running {
     pub strands: Vec<Strand>,
     /// Named places on its bodies, as the scene has them.
     pub frames: Vec<SceneFrame>,
+    /// What it looks like, as the scene has it.
+    pub visuals: Arc<Visuals>,
     /// Those that scene and script brought.
     brought: Vec<BodyId>,
     /// Number of the body that a piece came from at first.
@@ -132,6 +136,7 @@ impl Scene {
             couplings: Vec::with_capacity(self.couplings.len()),
             strands: Vec::with_capacity(self.strands.len()),
             frames: self.frames.clone(),
+            visuals: Arc::clone(&self.visuals),
             brought: Vec::with_capacity(self.bodies.len()),
             origins: BTreeMap::new(),
             pieces: BTreeMap::new(),

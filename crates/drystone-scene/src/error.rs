@@ -71,11 +71,13 @@ fn line(text: &str, limit: usize) -> String {
 
 impl Display for SceneError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}", line(&self.file, 300))?;
-        if !self.place.is_empty() {
-            write!(f, ": {}", line(&self.place, 200))?;
+        // What is only noted of a file does not name it.
+        for (text, limit) in [(&self.file, 300), (&self.place, 200)] {
+            if !text.is_empty() {
+                write!(f, "{}: ", line(text, limit))?;
+            }
         }
-        write!(f, ": {}", line(&self.problem, 300))?;
+        write!(f, "{}", line(&self.problem, 300))?;
         if !self.allowed.is_empty() {
             write!(f, ", allowed is {}", line(&self.allowed, 200))?;
         }

@@ -11,6 +11,7 @@ pub mod obj;
 mod scene;
 mod stl;
 pub mod urdf;
+pub mod visual;
 mod xml;
 
 pub use build::{BuildError, Running};

@@ -9,6 +9,7 @@ use drystone::{
 };
 
 use crate::gltf::Film;
+use crate::visual::Visuals;
 
 /// A body of a scene.
 #[derive(Clone, Debug)]
@@ -292,6 +293,8 @@ pub struct Scene {
     pub frames: Vec<SceneFrame>,
     /// What happens besides.
     pub script: Script,
+    /// What it looks like, if a file says it and it was read.
+    pub visuals: Arc<Visuals>,
     /// What of a file was left out, changed or approximated, and why; a line each.
     pub notes: Vec<String>,
 }
@@ -312,6 +315,7 @@ impl Scene {
             strands: Vec::new(),
             frames: Vec::new(),
             script: Script::None,
+            visuals: Arc::default(),
             notes: Vec::new(),
         }
     }

@@ -209,6 +209,8 @@ fn apply(running: &mut Running, input: &Input) {
             let shape = ShapeDef { density: 3000.0, ..shape };
             let mut def = BodyDef::dynamic().with_position(from).with_shape(shape);
             def.linear_velocity = velocity;
+            // It is none of a file's, and looks like none.
+            def.user_data = u64::MAX;
             let _ = world.add_body(def);
         }
         Input::Remove(body) => {
@@ -239,7 +241,8 @@ fn apply(running: &mut Running, input: &Input) {
 fn duplicate(world: &World, id: BodyId) -> Option<BodyDef> {
     let body = world.body(id)?;
     let up = (-world.config().gravity).normalize_or(Vec3::Y);
-    let mut def = BodyDef { kind: body.kind(), ..BodyDef::default() };
+    let (kind, user_data) = (body.kind(), body.user_data());
+    let mut def = BodyDef { kind, user_data, ..BodyDef::default() };
     let (mut low, mut high) = (f32::INFINITY, f32::NEG_INFINITY);
     for shape in body.shapes().filter_map(|id| world.shape(id)) {
         let bounds = shape.bounds();

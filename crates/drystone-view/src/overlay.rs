@@ -25,6 +25,8 @@ pub struct Overlays {
     pub limits: bool,
     /// Boxes around shapes.
     pub bounds: bool,
+    /// Collision shapes, also of bodies that a file gives another look.
+    pub colliders: bool,
     /// Bodies that sleep are dim.
     pub sleeping: bool,
     /// What the color of a body tells.

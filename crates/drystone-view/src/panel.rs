@@ -223,6 +223,7 @@ impl Panel {
             columns[0].checkbox(&mut o.colors, "colors");
             columns[0].checkbox(&mut o.joints, "joints");
             columns[0].checkbox(&mut o.limits, "limits of joints");
+            columns[1].checkbox(&mut o.colliders, "collision shapes");
             columns[1].checkbox(&mut o.bounds, "bounds");
             columns[1].checkbox(&mut o.centers, "centers");
             columns[1].checkbox(&mut o.velocities, "velocities");

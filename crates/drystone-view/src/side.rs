@@ -2,6 +2,7 @@
 
 use drystone::{BodyId, ContactRef, Pose, Quat, Stage, WorldCounts};
 
+use drystone_render::Gatherer;
 use web_time::Instant;
 
 use crate::history::History;
@@ -36,12 +37,14 @@ pub(crate) struct Side {
     pub(crate) counts: WorldCounts,
     /// Deepest overlap at the last look [m].
     pub(crate) overlap: f32,
+    pub(crate) gatherer: Gatherer,
 }
 
 impl Side {
     pub(crate) fn new(history: History) -> Self {
         let counts = history.now().world.counts();
-        Self { history, samples: Vec::new(), before: Vec::new(), counts, overlap: 0.0 }
+        let (samples, before, gatherer) = (Vec::new(), Vec::new(), Gatherer::default());
+        Self { history, samples, before, counts, overlap: 0.0, gatherer }
     }
 
     /// Whether a look at every contact is due: after each step of a small world, now and then in a

@@ -341,24 +341,29 @@ impl Simulation {
         if !self.playing || side.is_time_to_look() {
             side.counts = side.history.now().world.counts();
         }
-        let side = &self.sides[number];
-        let world = &side.history.now().world;
+        let held = self.held(&self.sides[number].history.now().world);
+        let side = &mut self.sides[number];
+        let (counts, poses) = (side.counts, (part < 1.0).then(|| side.poses(part)));
+        let Side { history, gatherer, .. } = side;
+        let running = history.now();
+        let world = &running.world;
         let colors = overlay::body_colors(world, self.overlays.tint);
-        let poses = (part < 1.0).then(|| side.poses(part));
         let look = Look {
             dim_asleep: self.overlays.sleeping,
             picked: self.grab.map(|g| g.body).or(self.picked),
             colors: colors.as_deref(),
             poses: poses.as_deref(),
+            visuals: Some(&running.visuals),
+            colliders: self.overlays.colliders,
         };
-        let mut drawing = Drawing::of(world, &self.subject, &look);
+        let mut drawing = gatherer.gather(world, &self.subject, &look);
         overlay::add(&mut drawing, world, self.overlays, self.subject.radius());
-        if let Some((from, to)) = self.held(world) {
+        if let Some((from, to)) = held {
             drawing.add_line(from, to, 3.0, [255, 176, 0, 255]);
         }
         View {
             drawing,
-            counts: side.counts,
+            counts,
             config: world.config().clone(),
             samples,
             hash: (!self.playing).then(|| world.state_hash()),

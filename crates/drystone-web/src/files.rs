@@ -47,6 +47,10 @@ fn read(name: &str, bytes: &[u8], film: bool) -> Result<drystone_scene::Scene, S
     } else {
         gltf::from_slice(bytes, name, Path::new(""), &options)
     };
-    let scene = if film { read.and_then(gltf::film) } else { read.map(|loaded| loaded.scene) };
+    let seen = |mut loaded: gltf::LoadedGltf| {
+        loaded.read_visuals();
+        loaded.scene
+    };
+    let scene = if film { read.and_then(gltf::film) } else { read.map(seen) };
     scene.map_err(|e| e.to_string())
 }

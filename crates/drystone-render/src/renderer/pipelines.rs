@@ -1,4 +1,4 @@
-//! The four ways to draw: shadows, bodies, sky, lines.
+//! The four ways to draw: shadows, bodies, sky, lines; `visuals` has those of meshes of files.
 
 use wgpu::{BlendState, CompareFunction, Face, PrimitiveTopology};
 
@@ -10,7 +10,7 @@ pub(super) const DEPTH_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Depth3
 pub(super) const SHADOW_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
 
 const VERTEX: [wgpu::VertexAttribute; 2] = wgpu::vertex_attr_array![0 => Float32x4, 1 => Float32x3];
-const INSTANCE: [wgpu::VertexAttribute; 5] = wgpu::vertex_attr_array![
+pub(super) const INSTANCE: [wgpu::VertexAttribute; 5] = wgpu::vertex_attr_array![
     2 => Float32x4, 3 => Float32x4, 4 => Float32x3, 5 => Unorm8x4, 6 => Uint32];
 const LINE: [wgpu::VertexAttribute; 3] =
     wgpu::vertex_attr_array![0 => Float32x4, 1 => Float32x3, 2 => Unorm8x4];
@@ -28,17 +28,20 @@ pub(super) struct Pipelines {
 }
 
 /// What tells the ways to draw apart.
-struct Way<'a> {
-    label: &'a str,
-    vertex: &'a str,
-    fragment: Option<&'a str>,
-    buffers: &'a [Option<wgpu::VertexBufferLayout<'a>>],
-    layout: &'a wgpu::PipelineLayout,
-    topology: PrimitiveTopology,
-    cull: Option<Face>,
+#[derive(Clone, Copy)]
+pub(super) struct Way<'a> {
+    pub(super) label: &'a str,
+    pub(super) vertex: &'a str,
+    pub(super) fragment: Option<&'a str>,
+    pub(super) buffers: &'a [Option<wgpu::VertexBufferLayout<'a>>],
+    pub(super) layout: &'a wgpu::PipelineLayout,
+    pub(super) topology: PrimitiveTopology,
+    pub(super) cull: Option<Face>,
     /// How depths are compared, and whether they are kept.
-    depth: (CompareFunction, bool),
-    blend: Option<BlendState>,
+    pub(super) depth: (CompareFunction, bool),
+    pub(super) blend: Option<BlendState>,
+    /// Draws depths for shadows, no colors.
+    pub(super) in_shadow_map: bool,
 }
 
 impl Pipelines {
@@ -75,6 +78,7 @@ impl Pipelines {
             cull: None,
             depth: (CompareFunction::Greater, true),
             blend: None,
+            in_shadow_map: false,
         };
         let shadow = Way {
             label: "shadows",
@@ -82,6 +86,7 @@ impl Pipelines {
             fragment: None,
             layout: &lone,
             depth: (CompareFunction::Less, true),
+            in_shadow_map: true,
             ..body
         };
         let sky = Way {
@@ -116,7 +121,7 @@ impl Pipelines {
     }
 }
 
-fn buffer(
+pub(super) fn buffer(
     attributes: &[wgpu::VertexAttribute],
     stride: usize,
     step_mode: wgpu::VertexStepMode,
@@ -163,7 +168,7 @@ fn shadow_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
     })
 }
 
-fn pipeline(
+pub(super) fn pipeline(
     device: &wgpu::Device,
     module: &wgpu::ShaderModule,
     format: wgpu::TextureFormat,
@@ -179,12 +184,10 @@ fn pipeline(
         module,
         entry_point: Some(entry),
         compilation_options: wgpu::PipelineCompilationOptions::default(),
-        targets: &targets,
+        targets: if way.in_shadow_map { &[] } else { &targets },
     });
-    let (depth, samples) = match &fragment {
-        Some(_) => (DEPTH_FORMAT, SAMPLES),
-        None => (SHADOW_FORMAT, 1),
-    };
+    let (depth, samples) =
+        if way.in_shadow_map { (SHADOW_FORMAT, 1) } else { (DEPTH_FORMAT, SAMPLES) };
     device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
         label: Some(way.label),
         layout: Some(way.layout),

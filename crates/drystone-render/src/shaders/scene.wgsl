@@ -31,6 +31,7 @@ const BEVEL: u32 = 1u;
 const GRID: u32 = 2u;
 const DIM: u32 = 4u;
 const HIGHLIGHT: u32 = 8u;
+const TINT: u32 = 16u;
 
 struct Vertex {
     // In the form's units; -1, 0 or 1: the end of a capsule it belongs to.
@@ -146,6 +147,22 @@ fn tone(c: vec3f) -> vec3f {
     return c * (1.0 + c * 0.12) / (1.0 + c * 0.55);
 }
 
+// Light of the sun.
+const SUN: vec3f = vec3f(1.62, 1.50, 1.32);
+
+// Light from all around on a surface.
+fn ambient_light(n: vec3f) -> vec3f {
+    let height = dot(n, frame.up.xyz);
+    return mix(vec3f(0.34, 0.31, 0.28), vec3f(0.62, 0.70, 0.80), 0.5 + 0.5 * height);
+}
+
+// A color behind the fog of the way to it; `v` is toward the eye.
+fn faded(color: vec3f, v: vec3f, range: f32) -> vec3f {
+    let fog = 1.0 - exp(-max(range - frame.fog.x, 0.0) / frame.fog.y);
+    let far = sky(-v + frame.up.xyz * max(0.0, dot(v, frame.up.xyz)));
+    return mix(color, far, fog);
+}
+
 // Strength of grid lines at a place of a plane [cells], antialiased.
 fn lines(at: vec2f, width: f32) -> f32 {
     let pixel = max(fwidth(at), vec2f(1.0e-6));
@@ -216,23 +233,19 @@ fn body_fragment(in: Point, @builtin(front_facing) front: bool) -> @location(0) 
         let side = select(-face, face, front);
         lit = sunlight(in.world, side, clamp(dot(side, sun), 0.0, 1.0));
     }
-    let height = dot(n, frame.up.xyz);
-    let ambient = mix(vec3f(0.34, 0.31, 0.28), vec3f(0.62, 0.70, 0.80), 0.5 + 0.5 * height);
+    let ambient = ambient_light(n);
     // A little light from behind the camera keeps shaded sides apart.
     let fill = 0.16 * clamp(dot(n, v), 0.0, 1.0);
     let h = normalize(v + sun);
     let shine = 0.10 * pow(clamp(dot(n, h), 0.0, 1.0), 40.0) * facing;
     let rim = 0.10 * pow(1.0 - clamp(dot(n, v), 0.0, 1.0), 4.0);
     let matte = select(1.0, 0.0, (in.finish & GRID) != 0u);
-    let warm = vec3f(1.62, 1.50, 1.32);
-    var color = albedo * (warm * facing * lit + (ambient + fill) * open);
-    color += matte * (warm * shine * lit + ambient * rim * 0.6);
+    var color = albedo * (SUN * facing * lit + (ambient + fill) * open);
+    color += matte * (SUN * shine * lit + ambient * rim * 0.6);
     if (in.finish & HIGHLIGHT) != 0u {
         color = mix(color, vec3f(1.0, 0.75, 0.2), 0.35);
     }
-    let fog = 1.0 - exp(-max(range - frame.fog.x, 0.0) / frame.fog.y);
-    let far = sky(-v + frame.up.xyz * max(0.0, dot(v, frame.up.xyz)));
-    return vec4f(shown(mix(tone(color), far, fog)), 1.0);
+    return vec4f(shown(faded(tone(color), v, range)), 1.0);
 }
 
 struct SkyPoint {

@@ -55,16 +55,8 @@ fn view<'a>(
     let count_at = at.need("count")?;
     let count = count_at.size()?;
     let view_at = &root.entry("bufferViews", &at.need("bufferView")?)?;
-    let buffer = view_at.need("buffer")?.index(document.buffers.len(), "buffers")?;
+    let (bytes, length) = window(document, view_at)?;
     let number = |at: &At<'_>, key: &str| at.get(key).map_or(Ok(0), |at| at.size());
-    let begin = number(view_at, "byteOffset")?;
-    let length = view_at.need("byteLength")?.size()?;
-    let whole = document.buffers[buffer].as_slice();
-    let bytes =
-        begin.checked_add(length).and_then(|end| whole.get(begin..end)).ok_or_else(|| {
-            let problem = format!("bytes {begin} to {begin} + {length}");
-            view_at.error(problem, &format!("a part of the buffer's {} bytes", whole.len()))
-        })?;
     let element = size * width;
     let stride = match view_at.get("byteStride") {
         None => element,
@@ -85,6 +77,42 @@ fn view<'a>(
         count_at.error(problem, &format!("what the buffer view's {length} bytes hold"))
     })?;
     Ok(View { bytes, count, stride, component, normalized: at.flag("normalized")? })
+}
+
+/// The part of a buffer that a buffer view is, and its length [bytes].
+fn window<'a>(document: &'a Document, view_at: &At<'_>) -> Result<(&'a [u8], usize), SceneError> {
+    let buffer = view_at.need("buffer")?.index(document.buffers.len(), "buffers")?;
+    let begin = view_at.get("byteOffset").map_or(Ok(0), |at| at.size())?;
+    let length = view_at.need("byteLength")?.size()?;
+    let whole = document.buffers[buffer].as_slice();
+    let bytes =
+        begin.checked_add(length).and_then(|end| whole.get(begin..end)).ok_or_else(|| {
+            let problem = format!("bytes {begin} to {begin} + {length}");
+            view_at.error(problem, &format!("a part of the buffer's {} bytes", whole.len()))
+        })?;
+    Ok((bytes, length))
+}
+
+/// The bytes of the buffer view that `reference` names.
+pub(crate) fn bytes<'a>(
+    document: &'a Document,
+    reference: &At<'_>,
+) -> Result<&'a [u8], SceneError> {
+    let view_at = At::root(&document.json).entry("bufferViews", reference)?;
+    Ok(window(document, &view_at)?.0)
+}
+
+/// How many numbers the elements of an accessor have: 3 or 4, as colors may.
+pub(crate) fn width_of_colors(
+    document: &Document,
+    reference: &At<'_>,
+) -> Result<(&'static str, usize), SceneError> {
+    let type_ = At::root(&document.json).entry("accessors", reference)?.need("type")?;
+    match type_.text()? {
+        "VEC3" => Ok(("VEC3", 3)),
+        "VEC4" => Ok(("VEC4", 4)),
+        _ => Err(type_.wrong("\"VEC3\" or \"VEC4\"")),
+    }
 }
 
 impl View<'_> {

@@ -3,12 +3,12 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use drystone::{BodyKind, Mat3, Pose, Quat, Vec3, vec3};
+use drystone::{BodyDef, BodyKind, Mat3, Pose, Quat, Vec3, vec3};
 
 use super::accessor;
 use super::json::At;
 use super::nodes::{Affine, Tree, split};
-use super::{LoadedGltf, read_tree};
+use super::{LoadedGltf, read_tree, visual};
 use crate::bake::slerp;
 use crate::error::SceneError;
 use crate::scene::{Scene, SceneBody, Script};
@@ -67,7 +67,7 @@ pub fn film(loaded: LoadedGltf) -> Result<Scene, SceneError> {
 }
 
 fn play(loaded: LoadedGltf) -> Result<Scene, SceneError> {
-    let LoadedGltf { mut scene, document, node_of_body } = loaded;
+    let LoadedGltf { mut scene, document, mut node_of_body } = loaded;
     let root = At::root(&document.json);
     let tree = read_tree(&root)?;
     let list = root.list("nodes")?;
@@ -106,6 +106,10 @@ fn play(loaded: LoadedGltf) -> Result<Scene, SceneError> {
     if seconds <= 0.0 {
         return Err(root.error("it has no animation of nodes", "a film: keys for nodes over time"));
     }
+    add_moving_meshes(&list, &tree, &keys, &mut scene, &mut node_of_body);
+    let (visuals, notes) = visual::read(&document, &node_of_body);
+    scene.visuals = Arc::new(visuals);
+    scene.notes.extend(notes);
     let mut there = Vec::new();
     let mut late = Vec::new();
     for (mut body, node) in std::mem::take(&mut scene.bodies).into_iter().zip(node_of_body) {
@@ -140,6 +144,40 @@ fn play(loaded: LoadedGltf) -> Result<Scene, SceneError> {
     scene.summary = format!("a film of {seconds} s");
     scene.script = Script::Film(Arc::new(film));
     Ok(scene)
+}
+
+/// Adds bodies without shapes for nodes that move and show something, but are part of no body.
+fn add_moving_meshes(
+    list: &[At<'_>],
+    tree: &Tree,
+    keys: &BTreeMap<usize, Keys>,
+    scene: &mut Scene,
+    node_of_body: &mut Vec<usize>,
+) {
+    let mut held = vec![false; tree.nodes.len()];
+    let mut moved = vec![false; tree.nodes.len()];
+    for &node in &*node_of_body {
+        held[node] = true;
+    }
+    for &node in &tree.order {
+        if let Some(parent) = tree.nodes[node].parent {
+            held[node] |= held[parent];
+            moved[node] |= moved[parent];
+        }
+        moved[node] |= keys.contains_key(&node);
+        let shows = tree.nodes[node].in_scene && list[node].get("mesh").is_some();
+        if shows && moved[node] && !held[node] {
+            let pose = tree.nodes[node].pose;
+            let def = BodyDef { user_data: node as u64, ..BodyDef::kinematic() };
+            let def = def.with_position(pose.position).with_rotation(pose.rotation);
+            // Of the document's numbers no two are alike.
+            scene
+                .bodies
+                .push(SceneBody { name: format!("{} (node {node})", tree.name(node)), def });
+            node_of_body.push(node);
+            held[node] = true;
+        }
+    }
 }
 
 impl Film {

@@ -11,6 +11,17 @@ use super::nodes::{Affine, Tree};
 use super::read::Document;
 use crate::error::SceneError;
 
+/// The corners of each triangle, as places in a list of `count` of them; `mode` is 4 for triangles, 5 for strips, 6 for fans.
+pub(super) fn corners(mode: usize, count: usize) -> impl Iterator<Item = [usize; 3]> {
+    let triangles = if mode == 4 { count / 3 } else { count.saturating_sub(2) };
+    (0..triangles).map(move |t| match mode {
+        4 => [3 * t, 3 * t + 1, 3 * t + 2],
+        5 if t.is_multiple_of(2) => [t, t + 1, t + 2],
+        5 => [t + 1, t, t + 2],
+        _ => [0, t + 1, t + 2],
+    })
+}
+
 /// Points and triangles [m].
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Triangles {
@@ -69,26 +80,8 @@ impl Triangles {
             .filter(|b| b.checked_add(u32::try_from(points.len()).unwrap_or(u32::MAX)).is_some())
             .ok_or_else(|| position.error("there are too many vertices", "below 2³²"))?;
         self.points.extend(points.iter().map(|p| map.point(*p)));
-        let corner = |i: usize| base + list[i];
-        match mode {
-            4 => {
-                let whole = list.len() / 3;
-                self.triangles.extend(
-                    (0..whole).map(|t| [corner(3 * t), corner(3 * t + 1), corner(3 * t + 2)]),
-                );
-            }
-            5 => {
-                let turned = |i: usize| if i.is_multiple_of(2) { (i, i + 1) } else { (i + 1, i) };
-                self.triangles.extend((0..list.len().saturating_sub(2)).map(|i| {
-                    let (a, b) = turned(i);
-                    [corner(a), corner(b), corner(i + 2)]
-                }));
-            }
-            _ => {
-                let fan = 1..list.len().saturating_sub(1);
-                self.triangles.extend(fan.map(|i| [corner(0), corner(i), corner(i + 1)]));
-            }
-        }
+        let moved = |t: [usize; 3]| t.map(|i| base + list[i]);
+        self.triangles.extend(corners(mode, list.len()).map(moved));
         Ok(())
     }
 

@@ -9,16 +9,20 @@ mod accessor;
 mod auto;
 mod film;
 mod geometry;
+mod image;
 mod info;
 mod joints;
 mod json;
+mod material;
 mod mesh;
 mod nodes;
 mod physics;
 mod read;
 mod surface;
+mod visual;
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use drystone::{BodyDef, BodyKind, Vec3};
 
@@ -65,21 +69,29 @@ pub struct LoadedGltf {
     pub node_of_body: Vec<usize>,
 }
 
+impl LoadedGltf {
+    /// Reads what its nodes show into [`Scene::visuals`]: meshes, materials, images. What is broken is left out, with a line
+    /// among the scene's notes; nothing of it concerns the simulation.
+    pub fn read_visuals(&mut self) {
+        let (visuals, notes) = visual::read(&self.document, &self.node_of_body);
+        self.scene.visuals = Arc::new(visuals);
+        self.scene.notes.extend(notes);
+    }
+}
+
 /// Extensions that may be required: those read here, and those that only concern pictures.
-const KNOWN: [&str; 4] = [
+const KNOWN: [&str; 8] = [
     "KHR_implicit_shapes",
     "KHR_collision_shapes",
     "KHR_physics_rigid_bodies",
     "KHR_mesh_quantization",
-];
-const PICTURES: [&str; 6] = [
-    "KHR_materials_",
-    "KHR_texture_",
-    "KHR_lights_punctual",
+    "KHR_materials_unlit",
+    "KHR_materials_emissive_strength",
     "KHR_node_visibility",
-    "KHR_xmp",
-    "EXT_texture_",
+    "KHR_texture_transform",
 ];
+const PICTURES: [&str; 5] =
+    ["KHR_materials_", "KHR_texture_", "KHR_lights_punctual", "KHR_xmp", "EXT_texture_"];
 
 /// Reads a `.gltf` or `.glb` file.
 ///

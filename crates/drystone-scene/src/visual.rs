@@ -1,0 +1,156 @@
+//! What bodies and their surroundings look like, where a file says it: meshes, materials, images. Knows no graphics.
+
+use std::collections::BTreeMap;
+
+use drystone::Pose;
+
+/// What is to be seen of a scene beside, or in place of, its collision shapes.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Visuals {
+    /// All meshes.
+    pub meshes: Vec<VisualMesh>,
+    /// All materials.
+    pub materials: Vec<VisualMaterial>,
+    /// All images.
+    pub images: Vec<Image>,
+    /// What bodies wear, by the [`drystone::BodyDef::user_data`] that a body has from its file.
+    pub worn: BTreeMap<u64, Vec<PlacedMesh>>,
+    /// What stands fast and is no body; poses in the world.
+    pub scenery: Vec<PlacedMesh>,
+}
+
+/// A mesh at a place.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PlacedMesh {
+    /// Number of the mesh.
+    pub mesh: usize,
+    /// Where it is [m, frame of the body, or the world].
+    pub pose: Pose,
+}
+
+/// Triangles of one material.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct VisualMesh {
+    /// Corners.
+    pub vertices: Vec<VisualVertex>,
+    /// Three vertices a triangle, counter-clockwise as seen from its front.
+    pub indices: Vec<u32>,
+    /// Number of the material; none: as its body is colored.
+    pub material: Option<usize>,
+}
+
+/// A corner of a triangle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct VisualVertex {
+    /// Place [m].
+    pub place: [f32; 3],
+    /// Direction that the surface faces: unit.
+    pub normal: [f32; 3],
+    /// Place in the textures: right and down, 0 to 1 over an image.
+    pub uv: [f32; 2],
+    /// Factor of the material's color: linear red, green, blue, opacity.
+    pub color: [f32; 4],
+}
+
+/// How a surface reflects light, by metallic and roughness factors.
+#[derive(Clone, Debug, PartialEq)]
+pub struct VisualMaterial {
+    /// Linear red, green, blue, opacity.
+    pub base_color: [f32; 4],
+    /// Times this one, sRGB.
+    pub base_texture: Option<Texture>,
+    /// 0 to 1.
+    pub metallic: f32,
+    /// 0 to 1.
+    pub roughness: f32,
+    /// Roughness times its green, metallic times its blue, linear.
+    pub surface_texture: Option<Texture>,
+    /// Light of its own: linear red, green, blue.
+    pub emissive: [f32; 3],
+    /// Times this one, sRGB.
+    pub emissive_texture: Option<Texture>,
+    /// What opacity means.
+    pub alpha: Alpha,
+    /// Seen from behind too.
+    pub double_sided: bool,
+    /// Its color is shown as it is, whatever light falls on it.
+    pub unlit: bool,
+}
+
+/// What the opacity of a material means.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Alpha {
+    /// Nothing.
+    #[default]
+    Opaque,
+    /// What is below this is not there.
+    Mask(f32),
+    /// What is behind shines through.
+    Blend,
+}
+
+/// An image on a surface.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Texture {
+    /// Number of the image.
+    pub image: usize,
+    /// What is beyond its edges, right and down.
+    pub wrap: [Wrap; 2],
+    /// Points are seen as squares where they are large.
+    pub nearest: bool,
+}
+
+/// What is beyond the edges of an image.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Wrap {
+    /// The image again.
+    #[default]
+    Repeat,
+    /// The image again, every other one mirrored.
+    Mirror,
+    /// Its edge.
+    Clamp,
+}
+
+/// An image: rows from the top, red, green, blue and opacity of each point.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Image {
+    /// Points across, at least 1.
+    pub width: u32,
+    /// Points down, at least 1.
+    pub height: u32,
+    /// Four bytes a point.
+    pub rgba: Vec<u8>,
+}
+
+impl Visuals {
+    /// What a body wears, by its user data.
+    #[must_use]
+    pub fn of(&self, user_data: u64) -> &[PlacedMesh] {
+        self.worn.get(&user_data).map_or(&[], Vec::as_slice)
+    }
+
+    /// Whether there is nothing to see.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.worn.is_empty() && self.scenery.is_empty()
+    }
+}
+
+impl Default for VisualMaterial {
+    /// White and rough.
+    fn default() -> Self {
+        Self {
+            base_color: [1.0; 4],
+            base_texture: None,
+            metallic: 0.0,
+            roughness: 1.0,
+            surface_texture: None,
+            emissive: [0.0; 3],
+            emissive_texture: None,
+            alpha: Alpha::Opaque,
+            double_sided: false,
+            unlit: false,
+        }
+    }
+}
