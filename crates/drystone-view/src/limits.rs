@@ -2,7 +2,10 @@
 
 use core::f32::consts::TAU;
 
-use drystone::{JointKind, JointMotion, JointRef, Pose, Quat, SixDof, Vec3, World, trig};
+use drystone::{
+    Aabb, BodyKind, BodyRef, JointKind, JointMotion, JointRef, Pose, Quat, SixDof, Vec3, World,
+    trig,
+};
 use drystone_render::{Color, Drawing};
 
 const LIMIT: Color = [190, 30, 120, 255];
@@ -14,15 +17,29 @@ const PARTS: f32 = 48.0;
 /// A line [m, world], its width [px] and color.
 type Segment = (Vec3, Vec3, f32, Color);
 
-/// Adds lines for the limits of all joints; `size` is the radius of an arc [m].
+/// Adds lines for the limits of all joints; `size` is the radius of the largest arc [m].
 pub(crate) fn add(drawing: &mut Drawing, world: &World, size: f32) {
     let mut lines = Vec::new();
     for joint in world.joints() {
-        add_joint(&mut lines, world, &joint, size);
+        add_joint(&mut lines, world, &joint, fitting(world, &joint, size));
     }
     for (a, b, width, color) in lines {
         drawing.add_line(a, b, width, color);
     }
+}
+
+/// A radius at which arcs of neighbors, such as those of a spine, stay apart: no more than most of the smaller body's, and not so
+/// small that nothing is seen [m].
+fn fitting(world: &World, joint: &JointRef<'_>, most: f32) -> f32 {
+    let bodies = [joint.body_a(), joint.body_b()].into_iter().filter_map(|id| world.body(id));
+    let radius = |body: BodyRef<'_>| {
+        let shapes = body.shapes().filter_map(|id| world.shape(id));
+        let bounds = shapes.fold(Aabb::EMPTY, |all, shape| all.union(&shape.bounds()));
+        bounds.half_extents().max_element()
+    };
+    let dynamic = bodies.filter(|body| body.kind() == BodyKind::Dynamic);
+    let least = dynamic.map(radius).filter(|r| *r > 0.0).fold(f32::INFINITY, f32::min);
+    (0.7 * least).max(0.25 * most).min(most)
 }
 
 fn add_joint(lines: &mut Vec<Segment>, world: &World, joint: &JointRef<'_>, size: f32) {
