@@ -404,6 +404,10 @@ impl Running {
                     self.add(name, def.clone())?;
                 }
                 for (number, id) in self.bodies.iter().enumerate() {
+                    if film.is_gone(number, time) {
+                        self.world.remove_body(*id);
+                        continue;
+                    }
                     let Some(mut body) = self.world.body_mut(*id) else { continue };
                     if body.get().kind() == BodyKind::Kinematic {
                         body.set_pose(film.pose(number, time))

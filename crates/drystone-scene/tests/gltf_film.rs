@@ -95,6 +95,38 @@ fn bodies_that_come_later_join_the_film_later() {
 }
 
 #[test]
+fn pieces_of_a_body_come_when_it_goes() {
+    let scene = drystone_scene::named("hello").unwrap();
+    let (count, piece) = (scene.bodies.len(), BodyDef::dynamic().with_shape(ShapeDef::sphere(0.1)));
+    let pieces = [SceneBody { name: "piece".to_owned(), def: piece }];
+    let still = |n: usize| vec![Pose::at(drystone::vec3(0.0, 2.0, 0.0)); n];
+    let times = (0..=10_u8).map(|step| f32::from(step) * DT).collect();
+    let mut motion = Motion { times, poses: vec![still(11); count], gone: vec![0; count] };
+    // The last body is there for the first six times, the piece for the other five.
+    motion.poses[count - 1].truncate(6);
+    motion.gone[count - 1] = 5;
+    motion.poses.push(still(5));
+    motion.gone.push(0);
+    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join("film-pieces.glb");
+    bake::write_scene(&path, &scene, &pieces, &motion).unwrap();
+    let mut loaded = gltf::load(&path, &Options::default()).unwrap();
+    loaded.read_visuals();
+    assert!(loaded.scene.visuals.is_empty(), "in physics there is no piece");
+    let film = gltf::film(loaded).unwrap();
+    let mut running = film.build().unwrap();
+    let there = |running: &Running| {
+        let bodies = running.world.bodies();
+        let pieces = bodies.filter(|b| !running.visuals.of(b.user_data()).is_empty()).count();
+        (running.world.bodies().count() - pieces, pieces)
+    };
+    for step in 0..=10 {
+        let expected = if step < 6 { (count, 0) } else { (count - 1, 1) };
+        assert_eq!(there(&running), expected, "step {step}");
+        running.step(DT).unwrap();
+    }
+}
+
+#[test]
 fn curves_steps_and_what_is_wrong_with_them() {
     let film = |interpolation: &str, output: &str| {
         // Times 0 and 1; then the points (0, 0, 0) and (8, 0, 0), and zeros.

@@ -21,6 +21,8 @@ pub struct Film {
     /// Bodies that are without size at first and from when on they are there [s], in the order of their times;
     /// after those of the scene.
     late: Vec<(f32, SceneBody)>,
+    /// From when on each body is gone [s]; at infinity if it stays.
+    gone: Vec<f32>,
     seconds: f32,
 }
 
@@ -127,11 +129,14 @@ fn play(loaded: LoadedGltf) -> Result<Scene, SceneError> {
         }
     }
     late.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let mut film = Film { chains: there, late: Vec::with_capacity(late.len()), seconds };
+    let (count, gone) = (late.len(), Vec::new());
+    let mut film = Film { chains: there, late: Vec::with_capacity(count), gone, seconds };
     for (from, body, chain) in late {
         film.late.push((from, body));
         film.chains.push(chain);
     }
+    let vanishes = |chain: &Vec<Link>| chain.last().and_then(Link::vanishes);
+    film.gone = film.chains.iter().map(|c| vanishes(c).unwrap_or(f32::INFINITY)).collect();
     for number in 0..scene.bodies.len() {
         let pose = film.pose(number, 0.0);
         let def = &mut scene.bodies[number].def;
@@ -201,6 +206,11 @@ impl Film {
         Pose::new(world.translation, rotation)
     }
 
+    /// Whether a body that was there is gone at a time [s], by its number.
+    pub(crate) fn is_gone(&self, body: usize, time: f32) -> bool {
+        self.gone.get(body).is_some_and(|from| *from <= time)
+    }
+
     /// The late body of a number among all that is to be there at a time [s].
     pub(crate) fn late(&self, number: usize, time: f32) -> Option<&SceneBody> {
         let first = self.chains.len() - self.late.len();
@@ -236,6 +246,18 @@ impl Link {
         }
         let first = (1..scale.times.len()).find(|&key| size(key));
         Some(first.map_or(f32::INFINITY, |key| scale.times[key]))
+    }
+
+    /// When it loses its size for good, if it has one before [s].
+    fn vanishes(&self) -> Option<f32> {
+        let scale = self.keys.as_ref()?.scale.as_ref()?;
+        let size =
+            |key: &usize| scale.values.get(*key).is_some_and(|v| v.iter().any(|x| x.abs() > 0.0));
+        if scale.between != Between::Step {
+            return None;
+        }
+        let last = (0..scale.times.len()).rev().find(size)?;
+        scale.times.get(last + 1).copied()
     }
 }
 
