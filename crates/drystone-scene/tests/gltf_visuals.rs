@@ -78,6 +78,11 @@ fn square() -> Value {
     })
 }
 
+/// Adds to a list of the file.
+fn push(file: &mut Value, list: &str, item: Value) {
+    file[list].as_array_mut().unwrap().push(item);
+}
+
 fn read(file: &Value) -> LoadedGltf {
     let bytes = serde_json::to_vec(file).unwrap();
     let mut loaded =
@@ -119,10 +124,8 @@ fn images_are_found_in_buffers_and_beside_the_file_as_jpeg_too() {
     let mut file = square();
     file["images"][0] = json!({"bufferView": 4});
     let png = png_of(1, 1, &[9, 8, 7, 255]);
-    file["bufferViews"][4] = json!({"buffer": 1, "byteLength": png.len()});
-    let whole = file["bufferViews"].as_array().unwrap().len();
-    assert_eq!(whole, 5);
-    file["buffers"][1] = json!({"byteLength": png.len(), "uri": uri("a/b", &png)});
+    push(&mut file, "bufferViews", json!({"buffer": 1, "byteLength": png.len()}));
+    push(&mut file, "buffers", json!({"byteLength": png.len(), "uri": uri("a/b", &png)}));
     assert_eq!(read(&file).scene.visuals.images[0].rgba, [9, 8, 7, 255]);
 
     let folder = std::env::temp_dir().join(format!("drystone-images-{}", std::process::id()));
@@ -149,7 +152,7 @@ fn what_is_broken_is_told_and_left_out() {
     let cut = uri("image/png", &cut[..cut.len() / 2]);
     let cases: [(&str, Break); 12] = [
         ("neither a PNG nor a JPEG", |f| {
-            f["images"][0]["uri"] = json!("data:image/png;base64,AAAA")
+            f["images"][0]["uri"] = json!("data:image/png;base64,AAAA");
         }),
         ("broken base64", |f| f["images"][0]["uri"] = json!("data:image/png;base64,A?")),
         ("no-such.png", |f| f["images"][0]["uri"] = json!("no-such.png")),
@@ -188,10 +191,13 @@ fn meshes_follow_the_body_above_them_and_others_stand() {
         json!([0.0, 0.0, std::f32::consts::FRAC_1_SQRT_2, std::f32::consts::FRAC_1_SQRT_2]);
     file["nodes"][0]["children"] = json!([1]);
     file["nodes"][0]["translation"] = json!([5, 0, 0]);
-    file["nodes"][1] = json!({"mesh": 0, "translation": [0, 2, 0], "rotation": turned});
-    file["nodes"][2] = json!({"mesh": 0, "translation": [0, 0, -4], "scale": [-2, 1, 1]});
-    file["nodes"][3] =
-        json!({"mesh": 0, "extensions": {"KHR_node_visibility": {"visible": false}}});
+    push(&mut file, "nodes", json!({"mesh": 0, "translation": [0, 2, 0], "rotation": turned}));
+    push(&mut file, "nodes", json!({"mesh": 0, "translation": [0, 0, -4], "scale": [-2, 1, 1]}));
+    push(
+        &mut file,
+        "nodes",
+        json!({"mesh": 0, "extensions": {"KHR_node_visibility": {"visible": false}}}),
+    );
     file["scenes"][0]["nodes"] = json!([0, 2, 3]);
     let loaded = read(&file);
     let visuals = &loaded.scene.visuals;
