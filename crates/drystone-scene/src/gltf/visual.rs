@@ -98,10 +98,10 @@ impl Reader<'_> {
     fn mesh(&mut self, mesh: &At<'_>, tree: &Tree, node: usize) -> Result<Vec<usize>, SceneError> {
         let number = mesh.size()?;
         let at = At::root(&self.document.json).entry("meshes", mesh)?;
-        let map = stretch(&tree.nodes[node]);
-        let l = map.linear;
-        let bits = [l.x.x, l.x.y, l.x.z, l.y.x, l.y.y, l.y.z, l.z.x, l.z.y, l.z.z];
-        let bits = bits.map(f32::to_bits);
+        let l = stretch(&tree.nodes[node]).linear;
+        let [x, y, z] = [l.x, l.y, l.z].map(|column| Vec3::from(column.to_array().map(rounded)));
+        let map = Affine { linear: Mat3 { x, y, z }, translation: Vec3::ZERO };
+        let bits = [x.x, x.y, x.z, y.x, y.y, y.z, z.x, z.y, z.z].map(f32::to_bits);
         let mut numbers = Vec::new();
         for (part, primitive) in at.need("primitives")?.items()?.iter().enumerate() {
             let key = (number, part, bits);
@@ -280,6 +280,12 @@ fn flat(vertices: &[VisualVertex], triangles: &[[u32; 3]], material: Option<usiz
     }
     let indices = (0_u32..).take(all.len()).collect();
     VisualMesh { vertices: all, indices, material }
+}
+
+/// A number to 16 bits of its fraction: turned nodes of one size have sizes that differ by their rounding, and share their meshes
+/// all the same.
+fn rounded(x: f32) -> f32 {
+    f32::from_bits(((x + 0.0).to_bits() + 0x80) & !0xFF)
 }
 
 fn determinant(m: &Mat3) -> f32 {
