@@ -55,6 +55,11 @@ pub(crate) fn points(text: &str) -> Result<Vec<Vec3>, SceneError> {
     Ok(parse(text)?.into_iter().flat_map(|part| part.points).collect())
 }
 
+/// Vertices and triangles of each object of a file's text.
+pub(crate) fn surfaces(text: &str) -> Result<Vec<(Vec<Vec3>, Vec<[u32; 3]>)>, SceneError> {
+    Ok(parse(text)?.into_iter().map(|part| (part.points, part.triangles)).collect())
+}
+
 /// Objects with their own vertices.
 fn parse(text: &str) -> Result<Vec<MeshPart>, SceneError> {
     let mut points: Vec<Vec3> = Vec::new();
