@@ -142,7 +142,8 @@ fn ignored(root: &At<'_>, problem: &At<'_>, bodies: &[At<'_>], notes: &mut Vec<S
             }
         }
         for (key, n) in unknown {
-            notes.push(format!("{place}{key}: not used, {n} times"));
+            let often = if n > 1 { format!(", {n} times") } else { String::new() };
+            notes.push(format!("{place}{key}: not used{often}"));
         }
     };
     count(&mut core::iter::once(root), &ROOT, "");
@@ -262,13 +263,7 @@ impl Reader<'_> {
         })?;
         let inner = |e: SceneError| at.error(format!("{file}: {} {}", e.place(), e.problem()), "");
         let text = text(&path).map_err(inner)?;
-        let mut triangles = Triangles::default();
-        for (points, corners) in obj::surfaces(&text).map_err(inner)? {
-            let base = u32::try_from(triangles.points.len()).unwrap_or(u32::MAX);
-            triangles.points.extend(points);
-            triangles.triangles.extend(corners.iter().map(|t| t.map(|i| i.saturating_add(base))));
-        }
-        Ok(triangles)
+        obj::surface(&text).map_err(inner)
     }
 
     /// A mesh file beside the scene, or in a folder `meshes` beside or above it.
