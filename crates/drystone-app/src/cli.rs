@@ -76,7 +76,7 @@ instruction set, machine, or on which outputs were asked for.";
 #[derive(Args, Clone, Debug)]
 pub(crate) struct Source {
     /// A built-in scene (`drystone scenes`) with parameters such as pyramid:base=40, or a .gltf,
-    /// .glb, .obj, .urdf or .xml (MJCF) file
+    /// .glb, .obj, .urdf, .xml (MJCF) or .json (Rigid-IPC) file
     pub(crate) scene: String,
 
     /// For files without physics: every mesh becomes a dynamic body with this collider, the lowest

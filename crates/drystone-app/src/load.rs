@@ -5,16 +5,16 @@ use std::path::Path;
 
 use drystone::Vec3;
 use drystone_scene::gltf::{self, LoadedGltf};
-use drystone_scene::{BuildError, Running, Scene, SceneError, mjcf, obj, urdf};
+use drystone_scene::{BuildError, Running, Scene, SceneError, mjcf, obj, rigid_ipc, urdf};
 
 use crate::cli::{AutoColliders, Base, Source, has_extension};
 use crate::output::Failure;
 
 /// Endings that mean a file even where there is none.
-const FILES: [&str; 5] = ["gltf", "glb", "obj", "urdf", "xml"];
+const FILES: [&str; 6] = ["gltf", "glb", "obj", "urdf", "xml", "json"];
 
 /// What a user can give, beside a built-in scene.
-const ALLOWED: &str = "a .gltf, .glb, .obj, .urdf or .xml (MJCF) file";
+const ALLOWED: &str = "a .gltf, .glb, .obj, .urdf, .xml (MJCF) or .json (Rigid-IPC) file";
 
 /// A scene, and the file it came from.
 #[derive(Debug)]
@@ -101,7 +101,7 @@ fn file(path: &Path, source: &Source, gravity: Option<Vec3>) -> Result<Loaded, F
         )));
     }
     let is_robot = has_extension(path, &["urdf"]);
-    if is_robot || has_extension(path, &["xml"]) {
+    if is_robot || has_extension(path, &["xml", "json"]) {
         if auto_colliders.is_some() {
             return Err(Failure::usage("--auto-colliders is for files without physics"));
         }
@@ -139,12 +139,12 @@ fn robot(path: &Path, source: &Source) -> Result<Scene, SceneError> {
     urdf::load(path, &urdf::Options { base, ground: source.ground })
 }
 
-/// A scene of MuJoCo, which says itself what its bodies stand on.
+/// A scene of MuJoCo or Rigid-IPC, which says itself what its bodies stand on.
 fn described(path: &Path, source: &Source) -> Result<Result<Scene, SceneError>, Failure> {
     if source.base.is_some() || source.ground.is_some() {
         return Err(not_a_robot());
     }
-    Ok(mjcf::load(path))
+    Ok(if has_extension(path, &["json"]) { rigid_ipc::load(path) } else { mjcf::load(path) })
 }
 
 /// The scene as a world; `source` is what the user called it.

@@ -1,7 +1,7 @@
 //! What an engine is to the benchmark, and what it gives back.
 
 use drystone::{BodyDef, MassDef, Pose, Vec3, World};
-use drystone_scene::{Scene, SceneBody, Wave};
+use drystone_scene::{Load, Scene, SceneBody, Wave};
 
 use crate::row::Stages;
 
@@ -38,7 +38,7 @@ pub trait Engine: Sized {
     ///
     /// # Errors
     /// The engine has no such force.
-    fn pull(&mut self, _body: usize, _force: Vec3) -> Result<(), EngineError> {
+    fn pull(&mut self, _load: &Load) -> Result<(), EngineError> {
         Err(EngineError("lasting forces are not translated".to_owned()))
     }
 

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use drystone::{Inline, Pose, Quat, Team, Vec3};
-use drystone_scene::{Running, Scene, SceneBody, Wave};
+use drystone_scene::{Load, Running, Scene, SceneBody, Wave};
 
 use crate::engine::{BodyState, Engine, EngineError};
 use crate::row::Stages;
@@ -56,12 +56,14 @@ impl Engine for Own {
         Ok(())
     }
 
-    fn pull(&mut self, body: usize, force: Vec3) -> Result<(), EngineError> {
-        let id = self.running.brought().get(body).copied();
-        if let Some(mut pulled) = id.and_then(|id| self.running.world.body_mut(id)) {
-            pulled.set_lasting_force(force).map_err(|e| EngineError(e.to_string()))?;
-        }
-        Ok(())
+    fn pull(&mut self, load: &Load) -> Result<(), EngineError> {
+        let id = self.running.brought().get(load.body).copied();
+        let Some(mut body) = id.and_then(|id| self.running.world.body_mut(id)) else {
+            return Ok(());
+        };
+        body.set_lasting_force(load.force)
+            .and_then(|()| body.set_lasting_torque(load.torque))
+            .map_err(|e| EngineError(e.to_string()))
     }
 
     fn push(&mut self, body: usize, force: Vec3, _: f32) -> Result<(), EngineError> {

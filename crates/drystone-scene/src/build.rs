@@ -4,12 +4,12 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use drystone::{
-    BodyDef, BodyId, BodyKind, CouplingDef, DefError, JointDef, JointId, Pose, Strand, World,
+    BodyDef, BodyId, BodyKind, CouplingDef, DefError, JointDef, JointId, Pose, Strand, Vec3, World,
 };
 
 use crate::scene::{
-    Scene, SceneBody, SceneCoupling, SceneFrame, SceneJoint, SceneStrand, Script, ScriptAction,
-    StrandDef, Wave,
+    Load, Scene, SceneBody, SceneCoupling, SceneFrame, SceneJoint, SceneStrand, Script,
+    ScriptAction, StrandDef, Wave,
 };
 use crate::visual::Visuals;
 
@@ -162,6 +162,11 @@ impl Scene {
             Script::None | Script::Film(_) => {}
             Script::Orbit { body, .. } | Script::Pull { body, .. } => {
                 running.at("the script", *body)?;
+            }
+            Script::Loads(loads) => {
+                for load in loads {
+                    running.at("the script", load.body)?;
+                }
             }
             Script::Drop { .. } | Script::Waves(_) => {
                 for SceneBody { name, def } in self.script.joining() {
@@ -371,6 +376,14 @@ impl Running {
         }
     }
 
+    fn load(&mut self, load: &Load) -> Result<(), BuildError> {
+        let id = self.at("the script", load.body)?;
+        let Some(mut body) = self.world.body_mut(id) else { return Ok(()) };
+        body.set_lasting_force(load.force)
+            .and_then(|()| body.set_lasting_torque(load.torque))
+            .map_err(|e| body_error(&self.names[load.body], e))
+    }
+
     fn act(&mut self, action: ScriptAction<'_>, dt: f32) -> Result<(), BuildError> {
         match action {
             ScriptAction::None => {}
@@ -383,13 +396,9 @@ impl Running {
                 }
             }
             ScriptAction::Pull { body, force } => {
-                let id = self.at("the script", body)?;
-                if let Some(mut pulled) = self.world.body_mut(id) {
-                    pulled
-                        .set_lasting_force(force)
-                        .map_err(|e| body_error(&self.names[body], e))?;
-                }
+                self.load(&Load { body, force, torque: Vec3::ZERO })?;
             }
+            ScriptAction::Loads(loads) => loads.iter().try_for_each(|load| self.load(load))?,
             ScriptAction::Add(body) => {
                 let SceneBody { name, def } = body.clone();
                 self.add(&name, def)?;

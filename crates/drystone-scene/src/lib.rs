@@ -8,6 +8,7 @@ pub mod gltf;
 mod links;
 pub mod mjcf;
 pub mod obj;
+pub mod rigid_ipc;
 mod scene;
 mod stl;
 pub mod urdf;
@@ -18,6 +19,6 @@ pub use build::{BuildError, Running};
 pub use catalog::{CatalogError, Entry, Parameter, Range, Values, catalog, named};
 pub use error::SceneError;
 pub use scene::{
-    Scene, SceneBody, SceneCoupling, SceneFrame, SceneHold, SceneJoint, SceneStrand, Script,
+    Load, Scene, SceneBody, SceneCoupling, SceneFrame, SceneHold, SceneJoint, SceneStrand, Script,
     ScriptAction, StrandDef, Wave,
 };

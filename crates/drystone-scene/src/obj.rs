@@ -8,6 +8,7 @@ use serde_json::json;
 
 use crate::bake::{MeshPart, document_of_meshes};
 use crate::error::SceneError;
+use crate::gltf::mesh::Triangles;
 use crate::gltf::{self, LoadedGltf, Options, open};
 
 /// Reads the objects (`o`, `g`) of a file as nodes with a mesh each. Which bodies are made of them is
@@ -53,6 +54,17 @@ fn interpret(bytes: &[u8], name: &str, options: &Options) -> Result<LoadedGltf, 
 /// The corners of all faces of a file's text.
 pub(crate) fn points(text: &str) -> Result<Vec<Vec3>, SceneError> {
     Ok(parse(text)?.into_iter().flat_map(|part| part.points).collect())
+}
+
+/// The triangles of all objects of a file's text.
+pub(crate) fn surface(text: &str) -> Result<Triangles, SceneError> {
+    let mut all = Triangles::default();
+    for part in parse(text)? {
+        let base = u32::try_from(all.points.len()).unwrap_or(u32::MAX);
+        all.points.extend(part.points);
+        all.triangles.extend(part.triangles.iter().map(|t| t.map(|i| i.saturating_add(base))));
+    }
+    Ok(all)
 }
 
 /// Objects with their own vertices.

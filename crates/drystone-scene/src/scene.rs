@@ -173,10 +173,23 @@ pub enum Script {
         /// The force [N, world].
         force: Vec3,
     },
+    /// Lasting forces and torques act from the start.
+    Loads(Vec<Load>),
     /// The bodies, none of which is dynamic, are where a film has them.
     Film(Arc<Film>),
     /// Groups of bodies come, and go, before certain steps.
     Waves(Vec<Wave>),
+}
+
+/// A force that acts on a dynamic body in every step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Load {
+    /// Number of the body.
+    pub body: usize,
+    /// At its center of mass [N, world].
+    pub force: Vec3,
+    /// About it [N m, world].
+    pub torque: Vec3,
 }
 
 /// Bodies that leave and bodies with their joints that join before a step. The numbers of bodies go on from those
@@ -217,6 +230,8 @@ pub enum ScriptAction<'a> {
         /// The force [N, world].
         force: Vec3,
     },
+    /// From now on these act.
+    Loads(&'a [Load]),
     /// Every body is where this film has it after the step.
     Film(&'a Film),
 }
@@ -249,6 +264,8 @@ impl Script {
             }
             &Self::Pull { body, from, force } if step == from => ScriptAction::Pull { body, force },
             Self::Pull { .. } => ScriptAction::None,
+            Self::Loads(loads) if step == 0 => ScriptAction::Loads(loads),
+            Self::Loads(_) => ScriptAction::None,
             Self::Film(film) => ScriptAction::Film(film),
             Self::Waves(waves) => {
                 let wave = waves.binary_search_by_key(&step, |w| w.step).ok();

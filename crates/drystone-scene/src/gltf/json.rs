@@ -42,6 +42,11 @@ impl<'a> At<'a> {
         self.error(describe(self.value), allowed)
     }
 
+    /// The names of the members of an object.
+    pub(crate) fn keys(&self) -> impl Iterator<Item = &'a str> + use<'a> {
+        self.value.as_object().into_iter().flatten().map(|(key, _)| key.as_str())
+    }
+
     /// The member `key`, if it is there.
     pub(crate) fn get(&self, key: &str) -> Option<At<'a>> {
         let value = self.value.get(key)?;

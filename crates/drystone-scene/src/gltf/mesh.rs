@@ -150,6 +150,12 @@ impl Triangles {
         Ok((parts, note))
     }
 
+    /// As a hull, if the surface is convex and closed.
+    pub(crate) fn convex(&self) -> Option<Shape> {
+        let hull = Hull::from_points(&self.points).ok().filter(|hull| self.is_surface_of(hull))?;
+        Some(Shape::Hull(Arc::new(hull)))
+    }
+
     /// True if all triangles lie on the surface of `hull` and cover nearly all of it.
     fn is_surface_of(&self, hull: &Hull) -> bool {
         let size = hull.bounds().half_extents().max_element();

@@ -7,6 +7,7 @@ use crate::base::grow;
 use crate::base::math::Vec3;
 use crate::base::pair_set::{PairSet, pair_key};
 use crate::base::quat::Quat;
+use crate::base::wide::prefetch_lines;
 use crate::geometry::manifold::PairCache;
 
 /// A point of a contact: half a cache line, a row of four numbers as the solver loads it first.
@@ -202,6 +203,14 @@ impl Contacts {
     #[inline]
     pub(crate) fn at_mut(&mut self, row: u32) -> &mut Contact {
         self.rows[row as usize].as_mut().expect("tables name living contacts only")
+    }
+
+    /// Asks for the first cache lines of a contact; one tells the bodies, four the shapes too.
+    #[inline]
+    pub(crate) fn prefetch(&self, row: u32, lines: usize) {
+        if let Some(slot) = self.rows.get(row as usize) {
+            prefetch_lines(slot, lines);
+        }
     }
 
     /// All rows, empty ones too; for stages that lend rows to workers.

@@ -8,6 +8,9 @@
 
 mod mesh;
 mod seams;
+mod waits;
+
+use fearless_simd::dispatch;
 
 use super::context::StepContext;
 use crate::base::disjoint::Rows;
@@ -15,6 +18,7 @@ use crate::base::jobs::{Executor, collect_ranges, grain};
 use crate::base::math::Vec3;
 use crate::base::pose::Pose;
 use crate::base::quat::Quat;
+use crate::base::wide::LANES;
 use crate::geometry::collide::{MeshScratch, collide};
 use crate::geometry::manifold::Manifold;
 use crate::geometry::solid::Core;
@@ -35,6 +39,8 @@ pub(crate) enum Change {
     Count(u32),
     /// It has points, and may be a ghost of the seam of two shapes; no change by itself.
     Made(u32),
+    /// It has points, and is of a mesh: it may make others ghosts, but is none. No change by itself.
+    Carries(u32),
 }
 
 /// Memory kept from step to step.
@@ -81,12 +87,16 @@ pub(crate) fn update_manifolds(
             }
             let mut due = [(0, 0.0); GROUP];
             let mut count = 0;
-            for (k, probe) in group.iter().enumerate() {
-                let (a, b) = (bodies.at(probe.body_a), bodies.at(probe.body_b));
-                let reach = speculative_margin(ctx, a, b, probe.bounces);
-                if !(probe.gap > reach && moved(probe, a, b) < probe.gap - reach) {
-                    slots.prefetch(probe.row as usize, Contact::CACHE_LINES);
-                    due[count] = (k, reach);
+            for (first, probes) in (0..GROUP).step_by(LANES).zip(group.chunks(LANES)) {
+                let mut reach = [0.0; LANES];
+                let mut left = dispatch!(ctx.level, simd => {
+                    waits::due(simd, ctx, bodies, probes, &mut reach)
+                });
+                while left != 0 {
+                    let lane = left.trailing_zeros() as usize;
+                    left &= left - 1;
+                    slots.prefetch(probes[lane].row as usize, Contact::CACHE_LINES);
+                    due[count] = (first + lane, reach[lane]);
                     count += 1;
                 }
             }
@@ -167,25 +177,6 @@ pub(crate) fn speculative_margin(ctx: &StepContext, a: &Body, b: &Body, bounces:
     let speed = speed + a.w.length() * a.extent + b.w.length() * b.extent;
     let size = |body: &Body| if body.is_dynamic() { body.extent } else { f32::INFINITY };
     ctx.margin.max((1.1 * speed * ctx.dt).min(size(a).min(size(b))))
-}
-
-/// How far a point of one of the bodies may have come nearer to the other since the reference [m]: the
-/// motion of the smaller one in the frame of the larger or unpushable one.
-fn moved(r: &Probe, a: &Body, b: &Body) -> f32 {
-    let seen_from_a = !a.is_dynamic() || (b.is_dynamic() && b.extent <= a.extent);
-    let (offset, before, extent) = if seen_from_a {
-        let offset = a.rotation.unrotate(b.center - a.center) - r.rotation_a.unrotate(r.offset);
-        (offset, r.rotation_a.conjugate() * r.rotation_b, b.extent)
-    } else {
-        let offset = b.rotation.unrotate(a.center - b.center) - r.rotation_b.unrotate(-r.offset);
-        (offset, r.rotation_b.conjugate() * r.rotation_a, a.extent)
-    };
-    let now = if seen_from_a {
-        a.rotation.conjugate() * b.rotation
-    } else {
-        b.rotation.conjugate() * a.rotation
-    };
-    offset.length() + chord(&now, &before) * extent
 }
 
 /// Twice the chord of two unit quaternions: the angle between the rotations where that is small, and no

@@ -78,6 +78,7 @@ pub(super) fn update(
         && may_recycle(ctx, contact, a, slots, &motion, ahead)
         && recycle(ctx, contact, probe, a, b, slots)
     {
+        list_parts(probe.row, contact, slots, out);
         return;
     }
     let pose_a = shape_a.placed(a);
@@ -113,6 +114,7 @@ pub(super) fn update(
         if !idle && rebuild(contact, &manifold, &pose_a, last, a, b) {
             out.push(Change::Count(probe.row));
         }
+        list_parts(probe.row, contact, slots, out);
         return;
     }
     let order = continue_parts(contact, &made[..count], &pose_a, slots);
@@ -126,7 +128,25 @@ pub(super) fn update(
         if !idle && rebuild(contact, &manifold, &pose_a, last, a, b) {
             out.push(Change::Count(row));
         }
+        if contact.count > 0 && !contact.sensor {
+            out.push(Change::Carries(row));
+        }
         slot += 1;
+        part = next(contact, slots);
+    }
+}
+
+/// Lists the parts that have points, of a pair whose first part is `first`.
+fn list_parts(row: u32, first: &Contact, slots: &Rows<'_, Option<Contact>>, out: &mut Vec<Change>) {
+    if first.sensor || first.count == 0 {
+        return;
+    }
+    out.push(Change::Carries(row));
+    let mut part = if first.others > 0 { next(first, slots) } else { None };
+    while let Some((row, contact)) = part {
+        if contact.count > 0 {
+            out.push(Change::Carries(row));
+        }
         part = next(contact, slots);
     }
 }

@@ -7,8 +7,9 @@
 //!
 //! Symbols: n1 normal of the contact that carries, towards the carried body, and P its plane, through the
 //! surface of what carries; n2 that of the contact in doubt.
-//! Reads: bodies, shapes, contacts. Writes: contacts (manifolds). Runs: parallel over contacts in doubt, which
-//! are only read; then serially over what is taken away.
+//! Reads: bodies, shapes, contacts. Writes: contacts (manifolds). Runs: serially over what may be a ghost or
+//! make one, body by body; parallel over contacts in doubt, which are only read; then serially over what is
+//! taken away.
 
 use super::Change;
 use crate::base::jobs::{Executor, collect_ranges, grain};
@@ -16,7 +17,7 @@ use crate::base::math::{Vec3, greater, lesser};
 use crate::base::pose::Pose;
 use crate::base::quat::Quat;
 use crate::geometry::collide::convex::Convex;
-use crate::state::bodies::{Bodies, Body};
+use crate::state::bodies::{Bodies, Body, NONE};
 use crate::state::contacts::{Contact, Contacts};
 use crate::state::shapes::{ShapeRow, Shapes};
 use crate::step::context::StepContext;
@@ -31,11 +32,39 @@ const SAME_NORMAL: f32 = 5.0e-7;
 /// what tips over the end of a shape does come down on the next one.
 const DIP: f32 = 4.0e-3;
 
+/// So many changes ahead of the one that is looked at its contact is asked for from memory.
+const AHEAD: usize = 8;
+
 /// Memory kept from step to step.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Scratch {
     doubted: Vec<u32>,
     hidden: Vec<Vec<u32>>,
+    held: Held,
+}
+
+/// What holds each body past which another shape may carry it. (Its list of contacts has all that come near it
+/// too: in a heap of limp people a walk through those was half of the narrowphase.)
+#[derive(Clone, Debug, Default)]
+struct Held {
+    /// First of each body row, or [`NONE`].
+    first: Vec<u32>,
+    holds: Vec<Hold>,
+}
+
+/// A contact with points, seen from a body that it carries.
+#[derive(Clone, Copy, Debug)]
+struct Hold {
+    row: u32,
+    /// 0: A is carried; 1: B is.
+    side: u32,
+    body: u32,
+    shape: u32,
+    under: u32,
+    /// What carries stands.
+    stands: bool,
+    /// The next one of the body, or [`NONE`].
+    next: u32,
 }
 
 /// True if another shape may carry one of the bodies past this contact.
@@ -65,7 +94,7 @@ pub(super) fn hide(
     scratch: &mut Scratch,
     jobs: &dyn Executor,
 ) {
-    let Scratch { doubted, hidden } = scratch;
+    let Scratch { doubted, hidden, held } = scratch;
     doubted.clear();
     for change in changes.iter().flatten() {
         if let Change::Made(row) = change {
@@ -76,14 +105,15 @@ pub(super) fn hide(
     if n == 0 {
         return;
     }
-    let seen = Seen { ctx, bodies, shapes, contacts };
+    held.list(changes, bodies, contacts);
+    let seen = Seen { ctx, bodies, shapes, contacts, held };
     collect_ranges(jobs, n, grain(jobs, n, 32), hidden, |range, out| {
         // What is hidden itself hides nothing: so the order does not matter, and of two that hide each
         // other both stay.
         out.extend(
             doubted[range]
                 .iter()
-                .filter(|row| seen.hider(**row, |by| seen.hider(by, |_| true).is_none()).is_some()),
+                .filter(|row| seen.is_hidden(**row, |by| !seen.is_hidden(by, |_| true))),
         );
     });
     for row in hidden.iter().flatten() {
@@ -101,6 +131,52 @@ pub(super) fn hide(
     }
 }
 
+impl Held {
+    /// Lists what the changes name.
+    fn list(&mut self, changes: &[Vec<Change>], bodies: &Bodies, contacts: &Contacts) {
+        for hold in self.holds.drain(..) {
+            self.first[hold.body as usize] = NONE;
+        }
+        self.first.resize(bodies.rows.slot_count(), NONE);
+        for changes in changes {
+            for (i, change) in changes.iter().enumerate() {
+                if let Some(Change::Made(row) | Change::Carries(row)) = changes.get(i + AHEAD) {
+                    contacts.prefetch(*row, 4);
+                }
+                if let Change::Made(row) | Change::Carries(row) = change {
+                    self.add(*row, bodies, contacts);
+                }
+            }
+        }
+    }
+
+    fn add(&mut self, row: u32, bodies: &Bodies, contacts: &Contacts) {
+        let c = contacts.at(row);
+        for (side, body, under, shape) in
+            [(0, c.body_a, c.body_b, c.shape_a), (1, c.body_b, c.body_a, c.shape_b)]
+        {
+            let below = bodies.at(under);
+            if !carries(below, bodies.at(body)) {
+                continue;
+            }
+            let number = u32::try_from(self.holds.len()).expect("fewer than 2^31 contacts");
+            let next = core::mem::replace(&mut self.first[body as usize], number);
+            let stands = stands(below);
+            self.holds.push(Hold { row, side, body, shape, under, stands, next });
+        }
+    }
+
+    /// What holds a body.
+    fn of(&self, body: u32) -> impl Iterator<Item = &Hold> {
+        let mut at = self.first[body as usize];
+        core::iter::from_fn(move || {
+            let hold = self.holds.get(at as usize)?;
+            at = hold.next;
+            Some(hold)
+        })
+    }
+}
+
 /// The tables, as they are after all manifolds are made.
 #[derive(Clone, Copy)]
 struct Seen<'a> {
@@ -108,6 +184,7 @@ struct Seen<'a> {
     bodies: &'a Bodies,
     shapes: &'a Shapes,
     contacts: &'a Contacts,
+    held: &'a Held,
 }
 
 /// A contact seen from the body that it carries.
@@ -155,33 +232,28 @@ impl<'a> Seen<'a> {
         }
     }
 
-    /// A contact that `may` hide others and hides this one.
-    fn hider(&self, row: u32, may: impl Fn(u32) -> bool) -> Option<u32> {
+    /// True if a contact that `may` hide others hides this one.
+    fn is_hidden(&self, row: u32, may: impl Fn(u32) -> bool) -> bool {
         let contact = self.contacts.at(row);
         for (side, body) in [(0, contact.body_a), (1, contact.body_b)] {
-            let doubted = self.side(row, side);
-            if !carries(doubted.under, doubted.body) {
+            let Some(past) = self.held.of(body).find(|hold| hold.row == row && hold.side == side)
+            else {
                 continue;
-            }
-            let under = if side == 0 { contact.body_b } else { contact.body_a };
-            let fixed = stands(doubted.under);
-            let found = self.contacts.of_body(self.bodies, body).find(|(other, side)| {
-                let c = self.contacts.at(*other);
-                let (shape, other_under) =
-                    if *side == 0 { (c.shape_a, c.body_b) } else { (c.shape_b, c.body_a) };
-                c.count > 0
-                    && shape == doubted.shape
-                    && *other != row
-                    && (other_under == under || (fixed && stands(self.bodies.at(other_under))))
-                    && !c.sensor
-                    && self.hides(*other, &self.side(*other, *side), &doubted)
-                    && may(*other)
+            };
+            let doubted = self.side(row, side);
+            let found = self.held.of(body).any(|on| {
+                on.shape == past.shape
+                    && on.row != row
+                    && (on.under == past.under || (past.stands && on.stands))
+                    && !self.contacts.at(on.row).sensor
+                    && self.hides(on.row, &self.side(on.row, on.side), &doubted)
+                    && may(on.row)
             });
-            if let Some((other, _)) = found {
-                return Some(other);
+            if found {
+                return true;
             }
         }
-        None
+        false
     }
 
     /// True if `on`, which carries the shape, makes `past` a ghost. What carries is one body, or two that stand.

@@ -89,6 +89,8 @@ pub(super) struct Plan {
     /// Islands that have lines, with their constraints' ends.
     islands: Vec<(u32, usize)>,
     group_of_line: Vec<u32>,
+    /// `members` and `group_of_line` of the last update.
+    before: [Vec<u32>; 2],
     keys: Vec<(u64, u32)>,
 }
 
@@ -160,20 +162,35 @@ impl Plan {
             line_of[*row as usize] = 0;
         }
         self.form_groups(bodies);
+        let [members, groups] = &mut self.before;
+        core::mem::swap(&mut self.members, members);
+        core::mem::swap(&mut self.group_of_line, groups);
         self.place_bodies(bodies, line_of);
         if joints_changed {
             self.forest.form(bodies, joints, colors, line_of, ratio);
         }
         self.forest.place(&self.group_of_line, line_of, &mut self.groups);
 
+        self.place_contacts(contacts, colors, line_of);
+        // Contacts come and go in every step, joints do not.
+        let moved = self.before[0] != self.members || self.before[1] != self.group_of_line;
+        if joints_changed || moved {
+            self.place_joints(joints, colors, line_of);
+        }
+        self.forest.locate(&self.sixdofs);
+        for (number, group) in (0..).zip(&mut self.groups) {
+            group.contacts = self.contacts.batches_of(number);
+            group.joints = self.joints.batches_of(number);
+            group.sixdofs = self.sixdofs.batches_of(number);
+            let first = self.couplings.partition_point(|(of, _)| *of < number);
+            group.couplings = first..self.couplings.partition_point(|(of, _)| *of <= number);
+        }
+    }
+
+    /// Contacts to blocks.
+    fn place_contacts(&mut self, contacts: &mut Contacts, colors: &mut Colors, line_of: &[u32]) {
         let keys = &mut self.keys;
-        let group_of_line = &self.group_of_line;
-        // By number of points, so that blocks are even, then by body, so that lines are near each other.
-        let key = |a: u32, b: u32, class: u64| {
-            let line = line_of[a as usize].max(line_of[b as usize]);
-            let group = u64::from(group_of_line[line as usize]);
-            group << GROUP | class << CLASS | u64::from(line)
-        };
+        let key = line_key(line_of, &self.group_of_line);
         self.contacts.runs.clear();
         for (fixed, coloring) in [(false, &mut colors.contacts), (true, &mut colors.contacts_fixed)]
         {
@@ -192,6 +209,13 @@ impl Plan {
                 self.contacts.find_runs(keys, GROUP, fixed, index);
             }
         }
+        self.contacts.lay_out([&colors.contacts, &colors.contacts_fixed]);
+    }
+
+    /// Joints to blocks.
+    fn place_joints(&mut self, joints: &mut Joints, colors: &mut Colors, line_of: &[u32]) {
+        let keys = &mut self.keys;
+        let key = line_key(line_of, &self.group_of_line);
         self.joints.runs.clear();
         self.couplings.clear();
         for (fixed, coloring) in [(false, &mut colors.joints), (true, &mut colors.joints_fixed)] {
@@ -224,17 +248,8 @@ impl Plan {
         self.sixdofs.runs.clear();
         self.sixdofs.runs.extend(self.joints.runs.iter().filter(|run| run.class >= SIX));
         self.joints.runs.retain(|run| run.class < TREE);
-        self.contacts.lay_out([&colors.contacts, &colors.contacts_fixed]);
         self.joints.lay_out([&colors.joints, &colors.joints_fixed]);
         self.sixdofs.lay_out([&colors.joints, &colors.joints_fixed]);
-        self.forest.locate(&self.sixdofs);
-        for (number, group) in (0..).zip(&mut self.groups) {
-            group.contacts = self.contacts.batches_of(number);
-            group.joints = self.joints.batches_of(number);
-            group.sixdofs = self.sixdofs.batches_of(number);
-            let first = self.couplings.partition_point(|(of, _)| *of < number);
-            group.couplings = first..self.couplings.partition_point(|(of, _)| *of <= number);
-        }
     }
 
     /// The group of a line.
@@ -375,6 +390,16 @@ impl Layout {
     fn batches_of(&self, group: u64) -> Range<usize> {
         let first = self.runs.partition_point(|run| run.group < group);
         first..self.runs.partition_point(|run| run.group <= group)
+    }
+}
+
+/// The sort key of a constraint of two bodies: by group, then by class (of contacts the number of points, so
+/// that blocks are even), then by body, so that lines are near each other.
+fn line_key<'a>(line_of: &'a [u32], group_of_line: &'a [u32]) -> impl Fn(u32, u32, u64) -> u64 {
+    move |a, b, class| {
+        let line = line_of[a as usize].max(line_of[b as usize]);
+        let group = u64::from(group_of_line[line as usize]);
+        group << GROUP | class << CLASS | u64::from(line)
     }
 }
 

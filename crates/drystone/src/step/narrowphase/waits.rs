@@ -1,0 +1,259 @@
+//! Which pairs can still not touch, eight at a time: most pairs in a heap only come near each other, and
+//! whether one must be tested is then all the work that it makes.
+//!
+//! A pair waits while a point of the smaller body cannot have come across the gap that its last test found,
+//! less what the two may come nearer in this step. Lanes decide bit by bit as the formulas of one pair do.
+
+use fearless_simd::{Simd, SimdBase};
+
+use crate::base::wide::{
+    LANES, Lanes, Mask, Vec3w, Wide, above, bits, load, max, min, select, splat, sqrt,
+};
+use crate::state::bodies::{Bodies, Body};
+use crate::state::contacts::Probe;
+use crate::step::context::StepContext;
+
+/// What is read of eight pairs. P is the body that is larger or cannot be pushed, in whose frame Q is seen.
+#[derive(Clone, Debug, Default)]
+#[repr(C, align(64))]
+struct Pairs {
+    gap: Lanes,
+    /// Center of Q less that of P, now and at the reference [world].
+    offset: [Lanes; 3],
+    offset_then: [Lanes; 3],
+    rotation_p: [Lanes; 4],
+    rotation_p_then: [Lanes; 4],
+    rotation_q: [Lanes; 4],
+    rotation_q_then: [Lanes; 4],
+    extent_q: Lanes,
+    v_a: [Lanes; 3],
+    v_b: [Lanes; 3],
+    w_a: [Lanes; 3],
+    w_b: [Lanes; 3],
+    extent_a: Lanes,
+    extent_b: Lanes,
+    /// The smaller size of the dynamic ones.
+    size: Lanes,
+    /// 1 where either may be stopped by an impact within the step.
+    bounces: Lanes,
+}
+
+/// Of up to eight pairs how far contacts are looked for [m], and a bit for each that must be tested.
+#[inline(always)]
+pub(super) fn due<S: Simd>(
+    simd: S,
+    ctx: &StepContext,
+    bodies: &Bodies,
+    probes: &[Probe],
+    reach: &mut Lanes,
+) -> u32 {
+    let mut pairs = Pairs::default();
+    for (lane, probe) in probes.iter().enumerate().take(LANES) {
+        pairs.fill(lane, probe, bodies.at(probe.body_a), bodies.at(probe.body_b));
+    }
+    let margin = pairs.margin(simd, ctx);
+    margin.store_array(reach);
+    bits(pairs.wait(simd, margin)) ^ ((1 << probes.len().min(LANES)) - 1)
+}
+
+impl Pairs {
+    #[inline(always)]
+    fn fill(&mut self, lane: usize, probe: &Probe, a: &Body, b: &Body) {
+        let (dynamic_a, dynamic_b) = (a.is_dynamic(), b.is_dynamic());
+        let seen_from_a = !dynamic_a || (dynamic_b && b.extent <= a.extent);
+        let (p, q) = if seen_from_a { (a, b) } else { (b, a) };
+        let then = if seen_from_a { probe.offset } else { -probe.offset };
+        let (p_then, q_then) = if seen_from_a {
+            (probe.rotation_a, probe.rotation_b)
+        } else {
+            (probe.rotation_b, probe.rotation_a)
+        };
+        let now = q.center - p.center;
+        self.gap[lane] = probe.gap;
+        for (to, v) in [
+            (&mut self.offset, now),
+            (&mut self.offset_then, then),
+            (&mut self.v_a, a.v),
+            (&mut self.v_b, b.v),
+            (&mut self.w_a, a.w),
+            (&mut self.w_b, b.w),
+        ] {
+            (to[0][lane], to[1][lane], to[2][lane]) = (v.x, v.y, v.z);
+        }
+        for (to, r) in [
+            (&mut self.rotation_p, p.rotation),
+            (&mut self.rotation_p_then, p_then),
+            (&mut self.rotation_q, q.rotation),
+            (&mut self.rotation_q_then, q_then),
+        ] {
+            (to[0][lane], to[1][lane], to[2][lane], to[3][lane]) = (r.x, r.y, r.z, r.w);
+        }
+        self.extent_q[lane] = q.extent;
+        (self.extent_a[lane], self.extent_b[lane]) = (a.extent, b.extent);
+        let size_a = if dynamic_a { a.extent } else { f32::INFINITY };
+        let size_b = if dynamic_b { b.extent } else { f32::INFINITY };
+        self.size[lane] = if size_a < size_b { size_a } else { size_b };
+        self.bounces[lane] = if probe.bounces && dynamic_a && dynamic_b { 1.0 } else { 0.0 };
+    }
+
+    /// As [`super::speculative_margin`].
+    #[inline(always)]
+    fn margin<S: Simd>(&self, simd: S, ctx: &StepContext) -> Wide<S> {
+        let (v_a, v_b) = (Vec3w::load(simd, &self.v_a), Vec3w::load(simd, &self.v_b));
+        let speed = length(v_b - v_a);
+        let either = max(max(speed, length(v_a)), length(v_b));
+        let bounces = above(load(simd, &self.bounces), splat(simd, 0.0));
+        let speed = select(bounces, either, speed);
+        let spin_a = length(Vec3w::load(simd, &self.w_a)) * load(simd, &self.extent_a);
+        let spin_b = length(Vec3w::load(simd, &self.w_b)) * load(simd, &self.extent_b);
+        let speed = speed + spin_a + spin_b;
+        let way = splat(simd, 1.1) * speed * splat(simd, ctx.dt);
+        max(splat(simd, ctx.margin), min(way, load(simd, &self.size)))
+    }
+
+    /// True where the pair cannot touch yet.
+    #[inline(always)]
+    fn wait<S: Simd>(&self, simd: S, reach: Wide<S>) -> Mask<S> {
+        let p = Turned::load(simd, &self.rotation_p);
+        let p_then = Turned::load(simd, &self.rotation_p_then);
+        let q = Turned::load(simd, &self.rotation_q);
+        let q_then = Turned::load(simd, &self.rotation_q_then);
+        let shift = p.unrotate(simd, Vec3w::load(simd, &self.offset))
+            - p_then.unrotate(simd, Vec3w::load(simd, &self.offset_then));
+        let chord = p.to(q).chord(simd, p_then.to(q_then));
+        let moved = length(shift) + chord * load(simd, &self.extent_q);
+        let gap = load(simd, &self.gap);
+        // Where nothing is known, the gap is 0.
+        let room = select(above(gap, reach), gap - reach, splat(simd, 0.0));
+        above(room, moved)
+    }
+}
+
+#[inline(always)]
+fn length<S: Simd>(v: Vec3w<S>) -> Wide<S> {
+    sqrt(v.dot(v))
+}
+
+/// Eight unit quaternions.
+#[derive(Clone, Copy)]
+struct Turned<S: Simd> {
+    v: Vec3w<S>,
+    w: Wide<S>,
+}
+
+impl<S: Simd> Turned<S> {
+    #[inline(always)]
+    fn load(simd: S, from: &[Lanes; 4]) -> Self {
+        let v = Vec3w { x: load(simd, &from[0]), y: load(simd, &from[1]), z: load(simd, &from[2]) };
+        Self { v, w: load(simd, &from[3]) }
+    }
+
+    /// As [`crate::base::quat::Quat::unrotate`].
+    #[inline(always)]
+    fn unrotate(self, simd: S, v: Vec3w<S>) -> Vec3w<S> {
+        let u = -self.v;
+        let t = u.cross(v) * splat(simd, 2.0);
+        v + t * self.w + u.cross(t)
+    }
+
+    /// The rotation `o` seen from this one: the conjugate of this times `o`.
+    #[inline(always)]
+    fn to(self, o: Self) -> Self {
+        let c = -self.v;
+        let v = Vec3w {
+            x: self.w * o.v.x + c.x * o.w + c.y * o.v.z - c.z * o.v.y,
+            y: self.w * o.v.y - c.x * o.v.z + c.y * o.w + c.z * o.v.x,
+            z: self.w * o.v.z + c.x * o.v.y - c.y * o.v.x + c.z * o.w,
+        };
+        Self { v, w: self.w * o.w - c.x * o.v.x - c.y * o.v.y - c.z * o.v.z }
+    }
+
+    /// As [`super::chord`].
+    #[inline(always)]
+    fn chord(self, simd: S, o: Self) -> Wide<S> {
+        let (d, w) = (self.v - o.v, self.w - o.w);
+        splat(simd, 2.0) * sqrt(d.x * d.x + d.y * d.y + d.z * d.z + w * w)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use fearless_simd::dispatch;
+
+    use super::due;
+    use crate::base::math::{Vec3, vec3};
+    use crate::base::wide::LANES;
+    use crate::base::wide::SimdLevel;
+    use crate::state::bodies::Body;
+    use crate::state::config::WorldConfig;
+    use crate::state::contacts::Probe;
+    use crate::state::def::{BodyDef, ShapeDef};
+    use crate::step::context::StepContext;
+    use crate::step::narrowphase::{chord, speculative_margin};
+    use crate::world::World;
+
+    /// How far a point of one of the bodies may have come nearer to the other since the reference [m]: the
+    /// motion of the smaller one in the frame of the larger or unpushable one.
+    fn moved(r: &Probe, a: &Body, b: &Body) -> f32 {
+        let seen_from_a = !a.is_dynamic() || (b.is_dynamic() && b.extent <= a.extent);
+        let (p, q) = if seen_from_a { (a, b) } else { (b, a) };
+        let (offset, p0, q0) = if seen_from_a {
+            (r.offset, r.rotation_a, r.rotation_b)
+        } else {
+            (-r.offset, r.rotation_b, r.rotation_a)
+        };
+        let shift = p.rotation.unrotate(q.center - p.center) - p0.unrotate(offset);
+        let turn = chord(&(p.rotation.conjugate() * q.rotation), &(p0.conjugate() * q0));
+        shift.length() + turn * q.extent
+    }
+
+    /// Boxes of two sizes and balls that fall, spin and bounce on a ground.
+    fn heap() -> World {
+        let mut world = World::default();
+        world.add_body(BodyDef::fixed().with_shape(ShapeDef::half_space(Vec3::Y, 0.0))).unwrap();
+        for i in 0..48_u8 {
+            let at = |k: u8| f32::from(k % 4) * 0.5;
+            let shape = match i % 3 {
+                0 => ShapeDef::box_half(vec3(0.1, 0.2, 0.3)),
+                1 => ShapeDef::box_half(vec3(0.2, 0.2, 0.2)),
+                _ => ShapeDef::sphere(0.2).with_restitution(0.8),
+            };
+            let body = BodyDef::dynamic()
+                .with_position(vec3(at(i), 0.4 + 0.5 * f32::from(i / 16), at(i / 4)))
+                .with_angular_velocity(vec3(f32::from(i % 5) - 2.0, 1.0, f32::from(i % 7) - 3.0))
+                .with_shape(shape);
+            world.add_body(body).unwrap();
+        }
+        world
+    }
+
+    #[test]
+    fn lanes_decide_as_one_pair_does() {
+        let mut world = heap();
+        let dt = 1.0 / 60.0;
+        let ctx = StepContext::new(&WorldConfig::default(), dt, dt, SimdLevel::best().0);
+        let (mut tested, mut waited) = (0, 0);
+        for _ in 0..90 {
+            world.step(dt);
+            let mut now = world.clone();
+            let tables = now.tables_mut();
+            let (bodies, (_, probes)) = (&tables.bodies, tables.contacts.slots_mut());
+            for probes in probes.chunks(LANES) {
+                let mut reach = [0.0; LANES];
+                let bits =
+                    dispatch!(ctx.level, simd => due(simd, &ctx, bodies, probes, &mut reach));
+                assert_eq!(bits >> probes.len(), 0);
+                for (lane, probe) in probes.iter().enumerate() {
+                    let (a, b) = (bodies.at(probe.body_a), bodies.at(probe.body_b));
+                    let margin = speculative_margin(&ctx, a, b, probe.bounces);
+                    let waits = probe.gap > margin && moved(probe, a, b) < probe.gap - margin;
+                    assert_eq!(reach[lane].to_bits(), margin.to_bits());
+                    assert_eq!(bits >> lane & 1 == 0, waits);
+                    tested += u32::from(!waits);
+                    waited += u32::from(waits);
+                }
+            }
+        }
+        assert!(tested > 1000 && waited > 1000, "{tested} {waited}");
+    }
+}
