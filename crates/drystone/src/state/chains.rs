@@ -3,6 +3,9 @@
 //! Where exactly two rods or threads meet at a particle that no body holds, they are of one chain; in a
 //! cloth, those of one line of it.
 
+use core::cmp::Reverse;
+use core::ops::Range;
+
 use super::particles::{LaneKind, Particles};
 use crate::base::wide::{LANES, Lanes};
 
@@ -116,6 +119,36 @@ pub(crate) struct Chains {
     pub(crate) colors: Vec<Vec<ChainBlock>>,
     /// Those that bodies hold, each alone.
     pub(crate) held: Vec<ChainBlock>,
+    search: Search,
+}
+
+/// Memory kept from search to search: threads tear in steps, and a warm step allocates nothing.
+#[derive(Clone, Debug, Default)]
+struct Search {
+    members: Vec<Member>,
+    /// Members of each line; and line, thread and number of each member's ends.
+    degree: Vec<u32>,
+    ends: Vec<(u32, u32, u32)>,
+    /// Of all runs one after the other: members, each with whether it is run through from its second end.
+    steps: Vec<(u32, bool)>,
+    runs: Vec<Run>,
+    /// Colors that have a chain at the line, a bit each.
+    used: Vec<u64>,
+    spare: Vec<ChainBlock>,
+}
+
+/// A chain while it is found: a range of steps.
+#[derive(Clone, Copy, Debug)]
+struct Run {
+    first: u32,
+    end: u32,
+    color: u32,
+}
+
+impl Run {
+    const fn range(&self) -> Range<usize> {
+        self.first as usize..self.end as usize
+    }
 }
 
 impl Chains {
@@ -126,10 +159,10 @@ impl Chains {
 }
 
 /// Most colors of chains; what finds none is solved link by link.
-const COLORS: usize = 64;
+const COLORS: u32 = 64;
 
 /// A rod or thread while chains are found.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 struct Member {
     thread: u32,
     ends: [u32; 2],
@@ -139,59 +172,72 @@ struct Member {
     taken: bool,
 }
 
-/// A chain: members, each with whether it is run through from its second end.
-type Run = Vec<(u32, bool)>;
-
 /// Finds the chains of all particles.
 pub(crate) fn find(particles: &mut Particles) {
-    let mut members = members(particles);
-    join(&mut members, particles);
-    let runs = runs(&mut members);
-    let mut chains = Chains::default();
-    let mut sorted: Vec<Vec<Run>> = Vec::new();
-    // Colors that have a chain at the particle, a bit each.
-    let mut used = vec![0_u64; particles.lines.len()];
-    for mut run in runs {
-        if first_line(&members, &run) == last_line(&members, &run) {
+    let mut chains = core::mem::take(&mut particles.chains);
+    let Chains { colors, held, search } = &mut chains;
+    // Taken from the end in the order in which they stood: a search finds much of what the last one did.
+    let idle = search.spare.len();
+    search.spare.append(held);
+    search.spare.extend(colors.iter_mut().flat_map(|color| color.drain(..)));
+    search.spare[idle..].reverse();
+    find_members(particles, &mut search.members);
+    join(search, particles);
+    find_runs(search);
+    search.used.clear();
+    search.used.resize(particles.lines.len(), 0);
+    let mut count = 0;
+    for i in 0..search.runs.len() {
+        let mut run = search.runs[i];
+        if first_line(search, &run) == last_line(search, &run) {
             // A noose: its last link is solved by itself.
-            run.pop();
+            run.end = run.end.saturating_sub(1).max(run.first);
         }
-        let ends = [first_line(&members, &run), last_line(&members, &run)];
-        let holds = [hold_of(particles, ends[0]), hold_of(particles, ends[1])];
+        if run.range().is_empty() {
+            continue;
+        }
+        let holds = [first_line(search, &run), last_line(search, &run)];
+        let holds = [hold_of(particles, holds[0]), hold_of(particles, holds[1])];
         if holds != [None, None] {
-            let mut block = block_of(&members, &[run]);
+            let mut block = block_of(search, &[run]);
             block.holds = holds;
-            chains.held.push(block);
-            continue;
+            held.push(block);
+        } else if run.range().len() >= 2
+            && let Some(color) = take_color(search, &run)
+        {
+            search.runs[count] = Run { color, ..run };
+            count += 1;
         }
-        if run.len() < 2 {
-            continue;
-        }
-        let taken = run.iter().fold(0, |bits, (i, _)| {
-            let [a, b] = members[*i as usize].ends;
-            bits | used[a as usize] | used[b as usize]
-        });
-        let color = (!taken).trailing_zeros() as usize;
-        if color >= COLORS {
-            continue;
-        }
-        for (i, _) in &run {
-            for line in members[*i as usize].ends {
-                used[line as usize] |= 1 << color;
-            }
-        }
-        if sorted.len() <= color {
-            sorted.resize_with(color + 1, Vec::new);
-        }
-        sorted[color].push(run);
     }
-    for mut color in sorted {
-        // Eight of about one length; the sort is stable.
-        color.sort_by_key(|run| core::cmp::Reverse(run.len()));
-        chains.colors.push(color.chunks(LANES).map(|runs| block_of(&members, runs)).collect());
+    search.runs.truncate(count);
+    // Eight of about one length.
+    search.runs.sort_unstable_by_key(|r| (r.color, Reverse(r.range().len()), r.first));
+    let runs = core::mem::take(&mut search.runs);
+    for runs in runs.chunk_by(|a, b| a.color == b.color) {
+        let color = runs[0].color as usize;
+        if colors.len() <= color {
+            colors.resize_with(color + 1, Vec::new);
+        }
+        colors[color].extend(runs.chunks(LANES).map(|runs| block_of(search, runs)));
     }
+    search.runs = runs;
     particles.chains = chains;
     mark(particles);
+}
+
+/// A color that no chain at the run's lines has.
+fn take_color(search: &mut Search, run: &Run) -> Option<u32> {
+    let Search { members, steps, used, .. } = search;
+    let ends = || steps[run.range()].iter().flat_map(|(i, _)| members[*i as usize].ends);
+    let taken = ends().fold(0, |bits, line| bits | used[line as usize]);
+    let color = (!taken).trailing_zeros();
+    if color >= COLORS {
+        return None;
+    }
+    for line in ends() {
+        used[line as usize] |= 1 << color;
+    }
+    Some(color)
 }
 
 /// Blocks of links that have nothing but links of chains need no sweep of their own.
@@ -210,17 +256,19 @@ fn hold_of(particles: &Particles, line: u32) -> Option<u32> {
     particles.at(line).attachment.checked_sub(1)
 }
 
-fn first_line(members: &[Member], run: &[(u32, bool)]) -> u32 {
-    run.first().map_or(0, |(i, turned)| members[*i as usize].ends[usize::from(*turned)])
+fn first_line(search: &Search, run: &Run) -> u32 {
+    let first = search.steps[run.range()].first();
+    first.map_or(0, |(i, turned)| search.members[*i as usize].ends[usize::from(*turned)])
 }
 
-fn last_line(members: &[Member], run: &[(u32, bool)]) -> u32 {
-    run.last().map_or(0, |(i, turned)| members[*i as usize].ends[usize::from(!*turned)])
+fn last_line(search: &Search, run: &Run) -> u32 {
+    let last = search.steps[run.range()].last();
+    last.map_or(0, |(i, turned)| search.members[*i as usize].ends[usize::from(!*turned)])
 }
 
 /// Rods and threads, in the order of their slots.
-fn members(particles: &Particles) -> Vec<Member> {
-    let mut members = Vec::new();
+fn find_members(particles: &Particles, members: &mut Vec<Member>) {
+    members.clear();
     for (_, link) in particles.links.iter() {
         let (block, lane) = particles.block_of(link);
         if matches!(block.kinds[lane], LaneKind::Equal | LaneKind::AtMost) {
@@ -233,21 +281,22 @@ fn members(particles: &Particles) -> Vec<Member> {
             });
         }
     }
-    members
 }
 
 /// Finds which members follow each other.
-fn join(members: &mut [Member], particles: &Particles) {
-    let mut degree = vec![0_u32; particles.lines.len()];
-    let mut at: Vec<(u32, u32, u32)> = Vec::with_capacity(2 * members.len());
+fn join(search: &mut Search, particles: &Particles) {
+    let Search { members, degree, ends, .. } = search;
+    degree.clear();
+    degree.resize(particles.lines.len(), 0);
+    ends.clear();
     for (i, member) in (0_u32..).zip(members.iter()) {
         for line in member.ends {
             degree[line as usize] += 1;
-            at.push((line, member.thread, i));
+            ends.push((line, member.thread, i));
         }
     }
-    at.sort_unstable();
-    for group in at.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)) {
+    ends.sort_unstable();
+    for group in ends.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)) {
         let [(line, thread, i), (_, _, k)] = *group else { continue };
         let alone = thread != 0 || degree[line as usize] == 2;
         if !alone || particles.at(line).attachment != 0 {
@@ -261,11 +310,12 @@ fn join(members: &mut [Member], particles: &Particles) {
 }
 
 /// Walks along what was joined. Of a ring the last link stays out.
-fn runs(members: &mut [Member]) -> Vec<Run> {
-    let mut runs = Vec::new();
+fn find_runs(search: &mut Search) {
+    search.steps.clear();
+    search.runs.clear();
     for rings in [false, true] {
-        for start in 0..members.len() {
-            let member = &members[start];
+        for start in 0..search.members.len() {
+            let member = &search.members[start];
             let end = if member.next[0].is_none() {
                 false
             } else if rings || member.next[1].is_none() {
@@ -274,19 +324,19 @@ fn runs(members: &mut [Member]) -> Vec<Run> {
                 continue;
             };
             if !member.taken {
-                runs.push(walk(members, start, end && !rings, rings));
+                walk(search, start, end && !rings, rings);
             }
         }
     }
-    runs
 }
 
-fn walk(members: &mut [Member], start: usize, turned: bool, ring: bool) -> Run {
-    let mut run = Run::new();
+fn walk(search: &mut Search, start: usize, turned: bool, ring: bool) {
+    let Search { members, steps, runs, .. } = search;
+    let first = number(steps.len());
     let (mut i, mut turned) = (start, turned);
     loop {
         members[i].taken = true;
-        run.push((u32::try_from(i).expect("fewer than 2^32 links"), turned));
+        steps.push((number(i), turned));
         let (line, next) = {
             let far = usize::from(!turned);
             (members[i].ends[far], members[i].next[far])
@@ -295,27 +345,29 @@ fn walk(members: &mut [Member], start: usize, turned: bool, ring: bool) -> Run {
         turned = members[next].ends[1] == line;
         i = next;
     }
-    if ring {
-        run.pop();
-    }
-    run
+    runs.push(Run { first, end: number(steps.len()) - u32::from(ring), color: 0 });
+}
+
+fn number(n: usize) -> u32 {
+    u32::try_from(n).expect("fewer than 2^32 links")
 }
 
 /// Chains side by side.
-fn block_of(members: &[Member], runs: &[Run]) -> ChainBlock {
-    let longest = runs.iter().map(Vec::len).max().unwrap_or(0);
-    let mut block = ChainBlock {
-        rows: vec![ChainRow::default(); longest + 1],
-        spots: vec![[None; LANES]; longest],
-        holds: [None; 2],
-    };
+fn block_of(search: &mut Search, runs: &[Run]) -> ChainBlock {
+    let mut block = search.spare.pop().unwrap_or_default();
+    let longest = runs.iter().map(|run| run.range().len()).max().unwrap_or(0);
+    block.rows.clear();
+    block.rows.resize(longest + 1, ChainRow::default());
+    block.spots.clear();
+    block.spots.resize(longest, [None; LANES]);
+    block.holds = [None; 2];
     for (lane, run) in runs.iter().enumerate() {
-        for (row, (i, turned)) in run.iter().enumerate() {
-            let member = &members[*i as usize];
+        for (row, (i, turned)) in search.steps[run.range()].iter().enumerate() {
+            let member = &search.members[*i as usize];
             block.rows[row].line[lane] = member.ends[usize::from(*turned)];
             block.spots[row][lane] = Some(Spot { turned: *turned, ..member.spot });
         }
-        block.rows[run.len()].line[lane] = last_line(members, run);
+        block.rows[run.range().len()].line[lane] = last_line(search, run);
     }
     block
 }

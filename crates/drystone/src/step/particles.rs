@@ -2,7 +2,7 @@
 //!
 //! Reads: bodies, shapes, bounds. Writes: particles; wakes bodies that particles touch or hold. Runs:
 //! parallel over particles; what is found is put together in the order of their lines. Links, attachments
-//! and contacts with moving bodies are solved in the solver's substeps (`pace`, `links`, `rows`), and
+//! and contacts with moving bodies are solved in the solver's substeps (`pace`, `links`, `chain`, `points`, `rows`), and
 //! [`settle`](settle::settle) ends the step of those. Invariants: a color of links touches a
 //! particle once; every other particle is written by its own chunk only.
 //! References: docs/particles.md, [Jakobsen01], [Macklin19].
@@ -12,6 +12,7 @@ pub(crate) mod meet;
 mod fly;
 pub(crate) mod links;
 pub(crate) mod pace;
+mod points;
 pub(crate) mod rows;
 pub(crate) mod settle;
 

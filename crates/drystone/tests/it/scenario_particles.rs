@@ -226,6 +226,46 @@ fn a_particle_that_hits_a_free_body_shares_its_momentum() {
 }
 
 #[test]
+fn more_particles_than_there_are_colors_share_their_momentum_with_one_body() {
+    // 12 × 12 in one step, on a plate that may be hit by 63 in lanes.
+    let mut world = weightless();
+    let plate = ShapeDef::box_half([1.0, 0.1, 1.0]).with_friction(0.0);
+    let plate = world.add_body(BodyDef::dynamic().with_mass(2.0).with_shape(plate)).unwrap();
+    let def = ParticleDef { mass: 0.01, ..ParticleDef::default() };
+    let mut points = Vec::new();
+    for i in 0..144_u16 {
+        let (x, z) = (f32::from(i % 12), f32::from(i / 12));
+        let at = vec3(0.15 * x - 0.825, 0.5, 0.15 * z - 0.825);
+        points.push(world.add_particle(&ParticleDef { position: at, ..def }).unwrap());
+    }
+    for id in &points {
+        world.particle_mut(*id).unwrap().set_velocity([0.0, -5.0, 0.0]).unwrap();
+    }
+    for _ in 0..60 {
+        world.step(DT);
+    }
+    let body = world.body(plate).unwrap();
+    let plate = body.linear_velocity().y;
+    // A rounding of each of 144 blows.
+    assert!((world.momentum().y + 7.2).abs() < 144.0 * 7.2 * 6.0e-8, "{:?}", world.momentum());
+    // If all go on with the plate it has 7.2/3.44; if each hits once, one after the other, each takes 0.01/2.01 of
+    // what is left of the speed between them.
+    let together = -7.2 / 3.44;
+    let one_by_one = -5.0 * (1.0 - (2.0_f32 / 2.01).powi(144));
+    assert!(one_by_one < plate && plate < together + 1.0e-4, "{one_by_one} {plate} {together}");
+    // Blows are symmetric: all together they turn it by less than the outermost alone would.
+    assert!(
+        body.angular_velocity().length() < 0.05 * 0.825 / 0.67,
+        "{:?}",
+        body.angular_velocity()
+    );
+    for id in points {
+        // What touches does not go on into it.
+        assert!(velocity(&world, id).y > plate - 1.0e-3, "{}", velocity(&world, id).y);
+    }
+}
+
+#[test]
 fn a_particle_that_hits_a_box_off_center_turns_it() {
     // Momentum and angular momentum of the two together stay: nothing else is there.
     let mut world = weightless();

@@ -215,7 +215,7 @@ fn particles_allocate_nothing() {
         drystone::vec3(0.18 * x - 3.5, 6.0, 0.14 * z - 3.5)
     });
     world.add_cloud(points, &drystone::ParticleDef::default()).unwrap();
-    steps(&mut world, 600);
+    steps(&mut world, 1200);
     let calls: Vec<u64> = (0..6).map(|_| calls_of(&mut world, 100)).collect();
     assert!(calls.iter().filter(|n| **n == 0).count() >= 3, "{calls:?}");
 }

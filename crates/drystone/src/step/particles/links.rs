@@ -54,7 +54,25 @@ fn read<S: Simd>(simd: S, lines: &Rows<'_, ParticleLine>, block: &LinkBlock) -> 
     }
 }
 
-/// Writes velocities back. Line 0 is everyone's, and is never written.
+/// Writes velocities back, with the number that stands beside them; or ways. Line 0 is everyone's, and is never
+/// written.
+#[inline(always)]
+pub(super) fn write_ends<S: Simd>(
+    lines: &Rows<'_, ParticleLine>,
+    rows: &[u32; LANES],
+    vectors: Vec3w<S>,
+    beside: Wide<S>,
+    are_ways: bool,
+) {
+    let all: [f32x4<S>; LANES] = scatter4([vectors.x, vectors.y, vectors.z, beside]);
+    for i in 0..LANES {
+        if rows[i] != 0 {
+            let line = lines.row(rows[i] as usize);
+            all[i].store_array(if are_ways { &mut line.x } else { &mut line.v });
+        }
+    }
+}
+
 #[inline(always)]
 fn write_velocities<S: Simd>(
     lines: &Rows<'_, ParticleLine>,
@@ -62,27 +80,7 @@ fn write_velocities<S: Simd>(
     v: Vec3w<S>,
     w: Wide<S>,
 ) {
-    let v: [f32x4<S>; LANES] = scatter4([v.x, v.y, v.z, w]);
-    for i in 0..LANES {
-        if rows[i] != 0 {
-            v[i].store_array(&mut lines.row(rows[i] as usize).v);
-        }
-    }
-}
-
-#[inline(always)]
-fn write_ways<S: Simd>(
-    lines: &Rows<'_, ParticleLine>,
-    rows: &[u32; LANES],
-    x: Vec3w<S>,
-    moves: Wide<S>,
-) {
-    let x: [f32x4<S>; LANES] = scatter4([x.x, x.y, x.z, moves]);
-    for i in 0..LANES {
-        if rows[i] != 0 {
-            x[i].store_array(&mut lines.row(rows[i] as usize).x);
-        }
-    }
+    write_ends(lines, rows, v, w, false);
 }
 
 /// Length of `d`, and `d` over it; `n` where it has none.
@@ -292,8 +290,8 @@ pub(crate) fn project<S: Simd>(
     let (length, n) = direction(simd, end, Vec3w::load(simd, &block.n));
     let d = correction(simd, block, length, pace, first) * splat(simd, pace.h);
     n.store(&mut block.n);
-    write_ways(lines, &block.row_a, q.xa - n * (d * q.wa), q.ma);
-    write_ways(lines, &block.row_b, q.xb + n * (d * q.wb), q.mb);
+    write_ends(lines, &block.row_a, q.xa - n * (d * q.wa), q.ma, true);
+    write_ends(lines, &block.row_b, q.xb + n * (d * q.wb), q.mb, true);
 }
 
 /// The impulse that takes the error at the substep's end out; of springs the rest that they leave of it,

@@ -11,7 +11,7 @@ use crate::state::shapes::{ShapeRow, Shapes};
 use crate::step::context::StepContext;
 
 /// Most shapes that a particle meets in a step; of more, the nearest.
-const MOST: usize = 6;
+pub(super) const MOST: usize = 6;
 
 /// How far around what moves little is looked for fixed shapes [m], so that the next steps need not.
 const AHEAD: f32 = 0.25;

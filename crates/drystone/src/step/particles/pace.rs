@@ -7,17 +7,18 @@
 use fearless_simd::{Level, dispatch};
 
 use super::meet::Meeting;
-use super::rows::{Ground, HoldRow, Partner, PointRow};
+use super::points::Contacts;
+use super::rows::{Ground, HoldRow, Partner};
 use super::{chain, links};
 use crate::base::disjoint::Rows;
 use crate::base::jobs::{Executor, for_ranges, grain};
-use crate::base::math::{Vec3, vec3};
+use crate::base::math::Vec3;
 use crate::base::sym3::Sym3;
 use crate::base::wide::LANES;
 use crate::state::bodies::Bodies;
 use crate::state::chains::{ChainBlock, ChainRow};
 use crate::state::config::{ParticleForm, WorldConfig};
-use crate::state::particles::{CROWD, LinkBlock, ParticleLine, Particles, Touch};
+use crate::state::particles::{CROWD, LinkBlock, ParticleLine, Particles};
 use crate::step::context::StepContext;
 use crate::step::solver::rows::{Line, Whitening};
 use crate::step::solver::softness::{Softness, decay};
@@ -67,9 +68,9 @@ pub(crate) struct Pace {
     /// Lines of bodies repeat what pushed them in the last substep.
     pub(crate) bodies_repeat: bool,
     pub(crate) push_speed: f32,
-    restitution_speed: f32,
-    gravity: Vec3,
-    level: Level,
+    pub(crate) restitution_speed: f32,
+    pub(crate) gravity: Vec3,
+    pub(crate) level: Level,
 }
 
 impl Pace {
@@ -119,11 +120,7 @@ pub(crate) struct Scratch {
     before: Vec<[f32; 4]>,
     /// By number of the tied particle: velocity that forces add in a substep, and what damping leaves.
     forces: Vec<[f32; 4]>,
-    /// Against what cannot be pushed, and where those of each particle begin.
-    fixed: Vec<PointRow>,
-    starts: Vec<u32>,
-    /// Against bodies.
-    free: Vec<PointRow>,
+    contacts: Contacts,
     holds: Vec<HoldRow>,
     /// Number of the row of each attachment + 1, or 0.
     hold_of: Vec<u32>,
@@ -157,7 +154,7 @@ pub(crate) struct Tied<'a> {
 
 /// A sweep over all rows.
 #[derive(Clone, Copy, Debug)]
-enum Sweep {
+pub(super) enum Sweep {
     /// With bias; the first of a substep that another came before, or of one of the forms that project.
     Solve {
         first: bool,
@@ -200,7 +197,7 @@ impl Tied<'_> {
         }
         self.begin_holds(bodies, to);
         self.begin_chains();
-        self.begin_contacts(bodies, to);
+        self.begin_contacts(bodies, to, jobs);
     }
 
     fn begin_holds(&mut self, bodies: &Bodies, to: &BodyLines<'_>) {
@@ -218,13 +215,8 @@ impl Tied<'_> {
             let gap = self.particles.position(held.line) - (body.center + r);
             let drift = if body.is_dynamic() { Vec3::ZERO } else { body.velocity_at(r) };
             let impulse = held.impulse * self.pace.impulse_scale;
-            let ground = Ground {
-                pace: &self.pace,
-                particles: Rows::new(&mut self.particles.lines),
-                before: Rows::new(&mut s.before),
-                bodies: to.lines,
-                elapsed: 0.0,
-            };
+            let lines = &mut self.particles.lines;
+            let ground = Ground::new(&self.pace, lines, &mut s.before, to.lines, 0.0);
             let number = u32::try_from(i).expect("fewer than 2^32 particles");
             let partner = Partner::new(to.line_of[held.body as usize], &to.whitening);
             let vectors = [r, gap, drift, impulse];
@@ -244,45 +236,11 @@ impl Tied<'_> {
         }
     }
 
-    fn begin_contacts(&mut self, bodies: &Bodies, to: &BodyLines<'_>) {
-        let s = &mut *self.scratch;
-        s.fixed.clear();
-        s.free.clear();
-        s.starts.clear();
-        let (mut next, touches) = (0, &self.particles.touches);
-        let mut last = 0;
-        for m in self.meetings {
-            let key = (m.line, m.shape);
-            while touches.get(next).is_some_and(|t| (t.line, t.shape) < key) {
-                next += 1;
-            }
-            let known = touches.get(next).filter(|t| (t.line, t.shape) == key);
-            let scale = self.pace.impulse_scale;
-            let kept = known.map_or((0.0, Vec3::ZERO), |t| (t.press * scale, t.rub * scale));
-            let body = bodies.at(m.body);
-            let line = if m.pushes { to.line_of[m.body as usize] } else { 0 };
-            let partner = Partner::new(line, &to.whitening);
-            let of_body = if m.pushes { body.velocity_at(m.r) } else { Vec3::ZERO };
-            let arrival = arrival(&self.pace, m, of_body, &s.before);
-            let ground = Ground {
-                pace: &self.pace,
-                particles: Rows::new(&mut self.particles.lines),
-                before: Rows::new(&mut s.before),
-                bodies: to.lines,
-                elapsed: 0.0,
-            };
-            let row = PointRow::new(m, partner, &ground, kept, arrival);
-            if line == 0 {
-                if m.line != last {
-                    s.starts.push(u32::try_from(s.fixed.len()).expect("fewer than 2^32 contacts"));
-                    last = m.line;
-                }
-                s.fixed.push(row);
-            } else {
-                s.free.push(row);
-            }
-        }
-        s.starts.push(u32::try_from(s.fixed.len()).expect("fewer than 2^32 contacts"));
+    fn begin_contacts(&mut self, bodies: &Bodies, to: &BodyLines<'_>, jobs: &dyn Executor) {
+        let Scratch { before, contacts, .. } = &mut *self.scratch;
+        let Particles { lines, touches, .. } = &mut *self.particles;
+        let ground = Ground::new(&self.pace, lines, before, to.lines, 0.0);
+        contacts.begin((self.meetings, touches), bodies, to, &ground, jobs);
     }
 
     /// Forces, and what is carried of the last substep's impulses.
@@ -339,10 +297,9 @@ impl Tied<'_> {
         let (is_relax, first) =
             (matches!(kind, Sweep::Relax), matches!(kind, Sweep::Solve { first: true }));
         let Particles { colors, chains, lines, .. } = &mut *self.particles;
-        let lines = Rows::new(lines);
         let s = &mut *self.scratch;
-        let ground =
-            Ground { pace, particles: lines, before: Rows::new(&mut s.before), bodies, elapsed };
+        let ground = Ground::new(pace, lines, &mut s.before, bodies, elapsed);
+        let lines = ground.particles;
         for hold in &mut s.holds {
             hold.solve(&ground, is_relax, first);
         }
@@ -365,18 +322,7 @@ impl Tied<'_> {
                 sweep_links(blocks, &lines, pace, kind);
             });
         }
-        for row in &mut s.free {
-            row.solve(&ground, is_relax, first);
-        }
-        let (starts, fixed) = (&s.starts, Rows::new(&mut s.fixed));
-        let n = starts.len().saturating_sub(1);
-        for_ranges(jobs, n, grain(jobs, n, 128), |range| {
-            for i in range {
-                for row in fixed.slice(starts[i] as usize..starts[i + 1] as usize) {
-                    row.solve(&ground, is_relax, first);
-                }
-            }
-        });
+        s.contacts.sweep(kind, &ground, jobs);
     }
 
     /// Ways follow velocities for one substep, or velocities the ways.
@@ -399,39 +345,20 @@ impl Tied<'_> {
     }
 
     /// Bounces, and the impulses that are kept.
-    pub(crate) fn end(&mut self, bodies: Rows<'_, Line>) {
+    pub(crate) fn end(&mut self, bodies: Rows<'_, Line>, jobs: &dyn Executor) {
         let s = &mut *self.scratch;
-        let particles = &mut *self.particles;
-        let ground = Ground {
-            pace: &self.pace,
-            particles: Rows::new(&mut particles.lines),
-            before: Rows::new(&mut s.before),
-            bodies,
-            elapsed: 0.0,
-        };
-        for row in s.free.iter_mut().chain(&mut s.fixed) {
-            row.bounce(&ground);
-        }
+        let Particles { lines, chains, colors, attachments, touches, .. } = &mut *self.particles;
+        let ground = Ground::new(&self.pace, lines, &mut s.before, bodies, 0.0);
+        s.contacts.bounce(&ground, jobs);
         if self.pace.form == Form::Soft {
-            let Particles { chains, colors, .. } = &mut *particles;
             for block in chains.blocks_mut() {
                 chain::end(block, colors);
             }
         }
         for hold in &s.holds {
-            particles.attachments[hold.number as usize].impulse = hold.impulse;
+            attachments[hold.number as usize].impulse = hold.impulse;
         }
-        particles.touches.clear();
-        let (mut a, mut b) = (s.fixed.iter().peekable(), s.free.iter().peekable());
-        // Both in the order of lines, then of shapes.
-        while let Some(row) = match (a.peek(), b.peek()) {
-            (Some(x), Some(y)) if (x.line, x.shape) < (y.line, y.shape) => a.next(),
-            (_, Some(_)) => b.next(),
-            (_, None) => a.next(),
-        } {
-            let PointRow { line, shape, press, .. } = *row;
-            particles.touches.push(Touch { line, shape, press, rub: row.rub() });
-        }
+        s.contacts.store(self.meetings, touches);
     }
 
     /// The whole step beside bodies that have done theirs: what particles do to these comes on top of their
@@ -475,7 +402,7 @@ impl Tied<'_> {
         self.relax(dt, to.lines, jobs);
         self.tally(1.0);
         self.average(part);
-        self.end(to.lines);
+        self.end(to.lines, jobs);
         self.scratch.own = own;
     }
 
@@ -506,20 +433,6 @@ impl Tied<'_> {
             }
         }
     }
-}
-
-/// Normal velocity of a meeting if it can bounce, else 0.
-fn arrival(pace: &Pace, m: &Meeting, of_body: Vec3, before: &[[f32; 4]]) -> f32 {
-    if m.restitution <= 0.0 || pace.form == Form::Verlet {
-        return 0.0;
-    }
-    let v = before[m.line as usize];
-    let arrival = m.n.dot(vec3(v[0], v[1], v[2]) - of_body - m.drift);
-    // What forces alone make in a step is no arrival: it is what a particle at rest has.
-    #[expect(clippy::cast_precision_loss, reason = "at most 256")]
-    let dt = pace.h * pace.substeps as f32;
-    let slow = (2.0 * pace.gravity.length() * dt).max(pace.restitution_speed);
-    if -arrival > slow { arrival } else { 0.0 }
 }
 
 /// Calls `f` with all blocks; of a crowd, which may share particles, in one piece.

@@ -49,7 +49,7 @@ impl Solver<'_> {
             });
             self.stroke_particles(stroke, tied, jobs);
         }
-        tied.end(self.lines);
+        tied.end(self.lines, jobs);
         self.for_groups(&groups, jobs, &|_, number, jobs| self.end(number, jobs));
         tied.scratch.groups = groups;
     }

@@ -1,0 +1,504 @@
+//! Particles against shapes: eight contacts at a time, of eight particles and as many bodies.
+//!
+//! Symbols: w = 1/m of the particle; α, S, v̂, ŵ of the body as in the solver's rows; n the normal from the
+//! body to the particle, r the arm from the body's center, both of the step's start. Along each of its three
+//! directions d the body has the row (α d, S (r × d)), so a sweep multiplies no matrix.
+//!
+//! Contacts with bodies that can be pushed come first, then those with what cannot; both are colored anew in each
+//! step, in the order of lines and shapes.
+
+use fearless_simd::{Simd, SimdBase, dispatch};
+
+use super::links::write_ends;
+use super::meet::{MOST, Meeting};
+use super::pace::{BodyLines, Form, Sweep};
+use super::rows::Ground;
+use crate::base::disjoint::Rows;
+use crate::base::jobs::{Executor, for_ranges, grain};
+use crate::base::math::{Vec3, vec3};
+use crate::base::wide::{
+    LANES, Lanes, Vec3w, Wide, above, bits, gather, gather4, inverse_or_zero, load, max, select,
+    splat, sqrt,
+};
+use crate::state::bodies::Bodies;
+use crate::state::particles::Touch;
+use crate::step::solver::rows::{
+    Velocity, Whitening, load_motion, load_velocity, read_lanes, store_velocity,
+};
+
+/// Part of an overlap that a substep removes.
+const PUSH_OUT: f32 = 0.2;
+
+/// Colors of the contacts with bodies that can be pushed. The last is a crowd: of a body with more contacts than
+/// there are colors, those beyond go one by one.
+const PUSHING: usize = 64;
+const CROWD: usize = PUSHING - 1;
+
+/// Colors of all contacts: with what cannot be pushed, a particle's first is of the first color, and so on.
+const COLORS: usize = PUSHING + MOST;
+
+/// Eight contacts that share no particle, and no body that can be pushed.
+#[derive(Clone, Debug, Default)]
+#[repr(C, align(64))]
+struct PointBlock {
+    /// Lines of the particles; 0 for an idle lane.
+    line: [u32; LANES],
+    /// Lines of the bodies in the solver; 0: it cannot be pushed.
+    body: [u32; LANES],
+    alpha: Lanes,
+    separation: Lanes,
+    n: [Lanes; 3],
+    /// S (r × d) of the normal and of the two directions along the surface.
+    turns: [[Lanes; 3]; 3],
+    /// Velocity of the surface itself along each [m/s].
+    drift: [Lanes; 3],
+    mass: Lanes,
+    /// Impulses of a substep on the particle [N s]: along the normal, and along the surface.
+    press: Lanes,
+    rub: [Lanes; 2],
+    mass_slide: Lanes,
+    friction: Lanes,
+    t1: [Lanes; 3],
+    t2: [Lanes; 3],
+    /// Greatest `press` in the step.
+    most: Lanes,
+    /// Normal velocity at the step's start, if that is an arrival; else 0.
+    arrival: Lanes,
+    restitution: Lanes,
+    seed: Seed,
+    bounces: bool,
+}
+
+/// What a block is made of, as vectors [world].
+#[derive(Clone, Debug, Default)]
+struct Seed {
+    r: [Lanes; 3],
+    drift: [Lanes; 3],
+    rub: [Lanes; 3],
+}
+
+/// The contacts of a step.
+#[derive(Clone, Debug)]
+pub(crate) struct Contacts {
+    /// By color.
+    blocks: Vec<PointBlock>,
+    /// Where the blocks of each color begin, and where the last ones end.
+    starts: [usize; COLORS + 1],
+    /// Of each meeting: its color, and its number among those of the color.
+    seats: Vec<(u32, u32)>,
+    /// Colors of each body, by row.
+    of_body: Vec<u64>,
+}
+
+impl Default for Contacts {
+    fn default() -> Self {
+        Self { blocks: Vec::new(), starts: [0; COLORS + 1], seats: Vec::new(), of_body: Vec::new() }
+    }
+}
+
+impl Contacts {
+    /// Contacts of these meetings, with the impulses that `touches`, in the same order, tell of the last step;
+    /// particles and bodies get them.
+    pub(super) fn begin(
+        &mut self,
+        (meetings, touches): (&[Meeting], &[Touch]),
+        bodies: &Bodies,
+        to: &BodyLines<'_>,
+        ground: &Ground<'_>,
+        jobs: &dyn Executor,
+    ) {
+        self.color(meetings, bodies.rows.slot_count());
+        let mut next = 0;
+        for (i, m) in meetings.iter().enumerate() {
+            let key = (m.line, m.shape);
+            while touches.get(next).is_some_and(|t| (t.line, t.shape) < key) {
+                next += 1;
+            }
+            let known = touches.get(next).filter(|t| (t.line, t.shape) == key);
+            let scale = ground.pace.impulse_scale;
+            let kept = known.map_or((0.0, Vec3::ZERO), |t| (t.press * scale, t.rub * scale));
+            let body = if m.pushes { to.line_of[m.body as usize] } else { 0 };
+            let arrival = arrival(ground, m, bodies);
+            let (block, lane) = self.place(i);
+            self.blocks[block].sit(lane, m, body, kept, arrival);
+        }
+        self.each(jobs, &|blocks, pushes| {
+            dispatch!(ground.pace.level, simd => {
+                for block in blocks {
+                    prepare(simd, block, &to.whitening, ground, pushes);
+                }
+            });
+        });
+    }
+
+    /// A color for each contact, and empty blocks for all.
+    fn color(&mut self, meetings: &[Meeting], bodies: usize) {
+        self.seats.clear();
+        self.of_body.clear();
+        self.of_body.resize(bodies, 0);
+        let mut counts = [0_u32; COLORS];
+        let (mut line, mut of_line, mut fixed) = (0, 0_u64, PUSHING);
+        for m in meetings {
+            if line != m.line {
+                (line, of_line, fixed) = (m.line, 0, PUSHING);
+            }
+            let color = if m.pushes {
+                let of_body = &mut self.of_body[m.body as usize];
+                let color = ((!(of_line | *of_body)).trailing_zeros() as usize).min(CROWD);
+                if color < CROWD {
+                    of_line |= 1 << color;
+                    *of_body |= 1 << color;
+                }
+                color
+            } else {
+                fixed += 1;
+                fixed - 1
+            };
+            self.seats.push((small(color), counts[color]));
+            counts[color] += 1;
+        }
+        for (color, count) in counts.iter().enumerate() {
+            let lanes = if color == CROWD { 1 } else { LANES };
+            self.starts[color + 1] = self.starts[color] + (*count as usize).div_ceil(lanes);
+        }
+        self.blocks.clear();
+        self.blocks.resize(self.starts[COLORS], PointBlock::default());
+    }
+
+    /// Block and lane of a meeting.
+    fn place(&self, meeting: usize) -> (usize, usize) {
+        let (color, number) = self.seats[meeting];
+        let (start, number) = (self.starts[color as usize], number as usize);
+        if color as usize == CROWD {
+            (start + number, 0)
+        } else {
+            (start + number / LANES, number % LANES)
+        }
+    }
+
+    /// Calls `f` with all blocks, color by color, and whether their bodies can be pushed.
+    fn each(&mut self, jobs: &dyn Executor, f: &(dyn Fn(&mut [PointBlock], bool) + Sync)) {
+        let blocks = Rows::new(&mut self.blocks);
+        for color in 0..COLORS {
+            let (start, end) = (self.starts[color], self.starts[color + 1]);
+            let n = end - start;
+            // A crowd shares bodies.
+            let least = if color == CROWD { n } else { grain(jobs, n, 32) };
+            for_ranges(jobs, n, least, |range| {
+                f(blocks.slice(start + range.start..start + range.end), color < PUSHING);
+            });
+        }
+    }
+
+    /// Solves each contact once.
+    pub(super) fn sweep(&mut self, kind: Sweep, ground: &Ground<'_>, jobs: &dyn Executor) {
+        self.each(jobs, &|blocks, pushes| {
+            dispatch!(ground.pace.level, simd => {
+                for block in blocks {
+                    solve(simd, block, ground, kind, pushes);
+                }
+            });
+        });
+    }
+
+    /// What arrived bounces.
+    pub(super) fn bounce(&mut self, ground: &Ground<'_>, jobs: &dyn Executor) {
+        self.each(jobs, &|blocks, pushes| {
+            dispatch!(ground.pace.level, simd => {
+                for block in blocks {
+                    if block.bounces {
+                        bounce(simd, block, ground, pushes);
+                    }
+                }
+            });
+        });
+    }
+
+    /// Writes down the impulses of contacts that touch, in the order of their meetings.
+    pub(super) fn store(&self, meetings: &[Meeting], touches: &mut Vec<Touch>) {
+        touches.clear();
+        for (i, m) in meetings.iter().enumerate() {
+            let (block, lane) = self.place(i);
+            let block = &self.blocks[block];
+            let press = block.press[lane];
+            if press > 0.0 {
+                let [t1, t2] = [at(&block.t1, lane), at(&block.t2, lane)];
+                let rub = t1 * block.rub[0][lane] + t2 * block.rub[1][lane];
+                touches.push(Touch { line: m.line, shape: m.shape, press, rub });
+            }
+        }
+    }
+}
+
+fn small(color: usize) -> u32 {
+    u32::try_from(color).expect("colors are few")
+}
+
+fn at(v: &[Lanes; 3], lane: usize) -> Vec3 {
+    vec3(v[0][lane], v[1][lane], v[2][lane])
+}
+
+fn put(v: &mut [Lanes; 3], lane: usize, value: Vec3) {
+    (v[0][lane], v[1][lane], v[2][lane]) = (value.x, value.y, value.z);
+}
+
+impl PointBlock {
+    fn sit(&mut self, lane: usize, m: &Meeting, body: u32, kept: (f32, Vec3), arrival: f32) {
+        (self.line[lane], self.body[lane]) = (m.line, body);
+        put(&mut self.n, lane, m.n);
+        put(&mut self.seed.r, lane, m.r);
+        put(&mut self.seed.drift, lane, m.drift);
+        put(&mut self.seed.rub, lane, kept.1);
+        self.press[lane] = kept.0;
+        self.separation[lane] = m.separation;
+        self.friction[lane] = m.friction;
+        self.arrival[lane] = arrival;
+        self.restitution[lane] = m.restitution;
+        self.bounces |= arrival < 0.0;
+    }
+}
+
+/// Normal velocity of a meeting if it can bounce, else 0.
+fn arrival(ground: &Ground<'_>, m: &Meeting, bodies: &Bodies) -> f32 {
+    let pace = ground.pace;
+    if m.restitution <= 0.0 || pace.form == Form::Verlet {
+        return 0.0;
+    }
+    let of_body = if m.pushes { bodies.at(m.body).velocity_at(m.r) } else { Vec3::ZERO };
+    let v = ground.before.read(m.line as usize);
+    let arrival = m.n.dot(vec3(v[0], v[1], v[2]) - of_body - m.drift);
+    // What forces alone make in a step is no arrival: it is what a particle at rest has.
+    #[expect(clippy::cast_precision_loss, reason = "at most 256")]
+    let dt = pace.h * pace.substeps as f32;
+    let slow = (2.0 * pace.gravity.length() * dt).max(pace.restitution_speed);
+    if -arrival > slow { arrival } else { 0.0 }
+}
+
+/// A block's particles and bodies.
+struct Both<S: Simd> {
+    /// Of the particles, and their way as far as it is known.
+    v: Vec3w<S>,
+    x: Vec3w<S>,
+    w: Wide<S>,
+    moves: Wide<S>,
+    /// Of the bodies: v̂ and ŵ.
+    body: Velocity<S>,
+    alpha: Wide<S>,
+}
+
+#[inline(always)]
+fn read<S: Simd>(simd: S, block: &PointBlock, ground: &Ground<'_>, pushes: bool) -> Both<S> {
+    let lines = read_lanes(&ground.particles, &block.line);
+    let (mut v, mut x) = ([&lines[0].v; LANES], [&lines[0].x; LANES]);
+    for lane in 1..LANES {
+        (v[lane], x[lane]) = (&lines[lane].v, &lines[lane].x);
+    }
+    let [vx, vy, vz, w] = gather4(simd, v);
+    let [xx, xy, xz, moves] = gather4(simd, x);
+    let (mut v, x) = (Vec3w { x: vx, y: vy, z: vz }, Vec3w { x: xx, y: xy, z: xz });
+    if ground.pace.form == Form::Verlet {
+        let before = gather(simd, read_lanes(&ground.before, &block.line));
+        v = (x - before) * splat(simd, ground.pace.inv_h);
+    }
+    let (mut body, mut alpha) = (Velocity::zero(simd), splat(simd, 0.0));
+    if pushes {
+        body = load_velocity(simd, &ground.bodies, &block.body);
+        alpha = load(simd, &block.alpha);
+    }
+    Both { v, x, w, moves, body, alpha }
+}
+
+impl<S: Simd> Both<S> {
+    /// Velocity of the particles against the surfaces, along a direction.
+    #[inline(always)]
+    fn along(&self, simd: S, block: &PointBlock, (axis, d): (usize, Vec3w<S>)) -> Wide<S> {
+        let turn = Vec3w::load(simd, &block.turns[axis]);
+        d.dot(self.v - self.body.v * self.alpha)
+            - turn.dot(self.body.w)
+            - load(simd, &block.drift[axis])
+    }
+
+    /// The bodies' part of impulses `p` on the particles along a direction.
+    #[inline(always)]
+    fn push_body(&mut self, simd: S, block: &PointBlock, (axis, d): (usize, Vec3w<S>), p: Wide<S>) {
+        self.body.v = self.body.v - d * (p * self.alpha);
+        self.body.w = self.body.w - Vec3w::load(simd, &block.turns[axis]) * p;
+    }
+
+    /// Impulses `p` along a direction.
+    #[inline(always)]
+    fn push(
+        &mut self,
+        simd: S,
+        block: &PointBlock,
+        ground: &Ground<'_>,
+        (axis, d): (usize, Vec3w<S>),
+        p: Wide<S>,
+        pushes: bool,
+    ) {
+        let dv = d * (p * self.w);
+        self.v = self.v + dv;
+        if ground.pace.form == Form::Verlet {
+            self.x = self.x + dv * splat(simd, ground.pace.h);
+        }
+        if pushes {
+            self.push_body(simd, block, (axis, d), p);
+        }
+    }
+
+    #[inline(always)]
+    fn write(self, simd: S, block: &PointBlock, ground: &Ground<'_>, pushes: bool) {
+        let is_verlet = ground.pace.form == Form::Verlet;
+        let (row, last) = if is_verlet { (self.x, self.moves) } else { (self.v, self.w) };
+        write_ends(&ground.particles, &block.line, row, last, is_verlet);
+        if pushes {
+            store_velocity(simd, &ground.bodies, &block.body, self.body);
+        }
+    }
+}
+
+/// The numbers of a block for this step, and its stored impulses to particles and bodies.
+#[inline(always)]
+fn prepare<S: Simd>(
+    simd: S,
+    block: &mut PointBlock,
+    whitening: &Rows<'_, Whitening>,
+    ground: &Ground<'_>,
+    pushes: bool,
+) {
+    let n = Vec3w::load(simd, &block.n);
+    let t1 = n.any_perpendicular(simd);
+    let t2 = n.cross(t1);
+    t1.store(&mut block.t1);
+    t2.store(&mut block.t2);
+    let axes = [n, t1, t2];
+    let drift = Vec3w::load(simd, &block.seed.drift);
+    let mut squares = [splat(simd, 0.0); 3];
+    if pushes {
+        let (alpha, s) = Whitening::gather(simd, read_lanes(whitening, &block.body));
+        alpha.store_array(&mut block.alpha);
+        let r = Vec3w::load(simd, &block.seed.r);
+        for axis in 0..3 {
+            let turn = s.mul(r.cross(axes[axis]));
+            turn.store(&mut block.turns[axis]);
+            squares[axis] = alpha * alpha + turn.dot(turn);
+        }
+    }
+    for axis in 0..3 {
+        axes[axis].dot(drift).store_array(&mut block.drift[axis]);
+    }
+    let mut q = read(simd, block, ground, pushes);
+    inverse_or_zero(simd, q.w + squares[0]).store_array(&mut block.mass);
+    // Of both directions together: at least the greater of the two.
+    let slide = q.w + squares[1] + squares[2] - q.alpha * q.alpha;
+    inverse_or_zero(simd, slide).store_array(&mut block.mass_slide);
+    let rub = Vec3w::load(simd, &block.seed.rub);
+    let press = load(simd, &block.press);
+    let p = [press, t1.dot(rub), t2.dot(rub)];
+    p[1].store_array(&mut block.rub[0]);
+    p[2].store_array(&mut block.rub[1]);
+    if bits(above(press, splat(simd, 0.0))) != 0 {
+        for axis in 0..3 {
+            q.push(simd, block, ground, (axis, axes[axis]), p[axis], pushes);
+        }
+        q.write(simd, block, ground, pushes);
+    }
+}
+
+/// Solves eight contacts once; without bias in a relax sweep.
+#[inline(always)]
+fn solve<S: Simd>(simd: S, block: &mut PointBlock, ground: &Ground<'_>, kind: Sweep, pushes: bool) {
+    let pace = ground.pace;
+    let soft = pace.form == Form::Soft;
+    let zero = splat(simd, 0.0);
+    let (h, inv_h) = (splat(simd, pace.h), splat(simd, pace.inv_h));
+    let mut q = read(simd, block, ground, pushes);
+    let n = Vec3w::load(simd, &block.n);
+    let mut old = load(simd, &block.press);
+    let was_pressed = bits(above(old, zero)) != 0;
+    if matches!(kind, Sweep::Solve { first: true }) && was_pressed {
+        let (t1, t2) = (Vec3w::load(simd, &block.t1), Vec3w::load(simd, &block.t2));
+        let rub = [load(simd, &block.rub[0]), load(simd, &block.rub[1])];
+        if pushes {
+            let back = splat(simd, -ground.repeat());
+            q.push_body(simd, block, (0, n), old * back);
+            q.push_body(simd, block, (1, t1), rub[0] * back);
+            q.push_body(simd, block, (2, t2), rub[1] * back);
+        }
+        let keep = splat(simd, pace.keep);
+        old *= keep;
+        (rub[0] * keep).store_array(&mut block.rub[0]);
+        (rub[1] * keep).store_array(&mut block.rub[1]);
+    }
+    // How far particle and surface went toward each other since the step's start.
+    let time = if soft { ground.elapsed } else { ground.elapsed + pace.h };
+    let mut way = q.x;
+    if pace.form == Form::Aim {
+        way = way + q.v * h;
+    }
+    let mut went = load(simd, &block.drift[0]) * splat(simd, time);
+    if pushes {
+        let mut body = load_motion(simd, &ground.bodies, &block.body);
+        if !soft {
+            // At the moment that the particle's way tells of.
+            body.v = body.v + q.body.v * h;
+            body.w = body.w + q.body.w * h;
+        }
+        let turn = Vec3w::load(simd, &block.turns[0]);
+        went = went + n.dot(body.v) * q.alpha + turn.dot(body.w);
+    }
+    let gap = load(simd, &block.separation) + (n.dot(way) - went);
+    let vn = q.along(simd, block, (0, n));
+    let close = gap * inv_h;
+    let speed = if soft {
+        let least = splat(simd, -pace.push_speed);
+        let deep = match kind {
+            Sweep::Relax => vn,
+            Sweep::Solve { .. } => vn + max(close * splat(simd, PUSH_OUT), least),
+        };
+        select(above(gap, zero), vn + close, deep)
+    } else {
+        // The gap is that of the substep's end: velocity is in it.
+        close
+    };
+    let press = max(old - load(simd, &block.mass) * speed, zero);
+    if !was_pressed && bits(above(press, zero)) == 0 {
+        // Near, and not touched: most of what lies beside edges.
+        return;
+    }
+    press.store_array(&mut block.press);
+    max(load(simd, &block.most), press).store_array(&mut block.most);
+    q.push(simd, block, ground, (0, n), press - old, pushes);
+    // Friction is that of the velocity after the normal's impulse.
+    let (t1, t2) = (Vec3w::load(simd, &block.t1), Vec3w::load(simd, &block.t2));
+    let slide = load(simd, &block.mass_slide);
+    let rub = [load(simd, &block.rub[0]), load(simd, &block.rub[1])];
+    let wanted = [
+        rub[0] - q.along(simd, block, (1, t1)) * slide,
+        rub[1] - q.along(simd, block, (2, t2)) * slide,
+    ];
+    let size = sqrt(wanted[0] * wanted[0] + wanted[1] * wanted[1]);
+    let limit = load(simd, &block.friction) * press;
+    let part = select(above(size, limit), limit / size, splat(simd, 1.0));
+    let new = [wanted[0] * part, wanted[1] * part];
+    new[0].store_array(&mut block.rub[0]);
+    new[1].store_array(&mut block.rub[1]);
+    q.push(simd, block, ground, (1, t1), new[0] - rub[0], pushes);
+    q.push(simd, block, ground, (2, t2), new[1] - rub[1], pushes);
+    q.write(simd, block, ground, pushes);
+}
+
+/// Gives those that arrived, and were pressed, the velocity that restitution asks.
+#[inline(always)]
+fn bounce<S: Simd>(simd: S, block: &mut PointBlock, ground: &Ground<'_>, pushes: bool) {
+    let mut q = read(simd, block, ground, pushes);
+    let (zero, n) = (splat(simd, 0.0), Vec3w::load(simd, &block.n));
+    let arrival = load(simd, &block.arrival);
+    let vn = q.along(simd, block, (0, n));
+    let p = load(simd, &block.mass) * (vn + load(simd, &block.restitution) * arrival);
+    let p = max(-p, zero);
+    let p = select(above(zero, arrival), p, zero);
+    let p = select(above(load(simd, &block.most), zero), p, zero);
+    q.push(simd, block, ground, (0, n), p, pushes);
+    q.write(simd, block, ground, pushes);
+}
