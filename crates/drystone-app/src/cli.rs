@@ -417,7 +417,7 @@ pub(crate) struct Format {
     #[arg(long, conflicts_with = "sweep")]
     pub(crate) csv: bool,
     /// Print a Markdown page
-    #[arg(long, conflicts_with = "sweep")]
+    #[arg(long)]
     pub(crate) markdown: bool,
     /// Print the rows that fail, as --known reads them
     #[arg(long, conflicts_with = "sweep")]

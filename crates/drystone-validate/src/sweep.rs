@@ -186,17 +186,18 @@ mod tests {
             Part::new("", &tables(errors), &names, 8.0).summary()
         };
         assert!(ends(&[0.8, 0.1]).starts_with("Of 1 rows 1 fall"));
-        assert!(ends(&[2.0e-5, 1.0e-5]).contains("0 fall") && ends(&[2.0e-5, 1.0e-5]).contains("1 others"));
+        assert!(
+            ends(&[2.0e-5, 1.0e-5]).contains("0 fall")
+                && ends(&[2.0e-5, 1.0e-5]).contains("1 others")
+        );
         assert!(ends(&[0.5, 0.4]).contains("1 do neither"));
         assert!(ends(&[0.5, f64::NAN]).contains("1 do neither"));
     }
 
     #[test]
     fn the_page_has_a_column_for_each_setting_and_one_for_the_order() {
-        let sweep = Sweep {
-            substeps: tables(&[0.8, 0.4, 0.2, 0.1]),
-            rates: tables(&[0.4, 0.2, 0.1]),
-        };
+        let sweep =
+            Sweep { substeps: tables(&[0.8, 0.4, 0.2, 0.1]), rates: tables(&[0.4, 0.2, 0.1]) };
         let page = sweep.markdown();
         assert!(page.contains("| A0 | x | 80 % | 40 % | 20 % | 10 % | 1.0 |\n"), "{page}");
         assert!(page.contains("| A0 | x | 40 % | 20 % | 10 % | 1.0 |\n"), "{page}");

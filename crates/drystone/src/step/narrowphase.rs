@@ -212,8 +212,8 @@ fn may_recycle(ctx: &StepContext, contact: &Contact, r: &Probe, a: &Body, b: &Bo
     let limit = ctx.recycle_distance.min(limit(a)).min(limit(b));
     // Corners that were far when a tilted box met the ground on an edge must not be overlooked.
     let moved = shift + turns;
-    let near = moved < 0.2 * limit
-        || moved < limit && contact.count >= 3 && !topples(ctx, contact, a, b);
+    let near =
+        moved < 0.2 * limit || moved < limit && contact.count >= 3 && !topples(ctx, contact, a, b);
     near && !carried(a) && !carried(b)
 }
 
