@@ -278,6 +278,7 @@ fn a_plate_topples_over_its_edge_in_the_time_of_a_pendulum_whatever_its_size() {
         let mut world = World::default();
         let ground = ShapeDef::half_space([0.0, 1.0, 0.0], 0.0).with_friction(1.0);
         world.add_body(BodyDef::fixed().with_shape(ground)).unwrap();
+        #[expect(clippy::cast_possible_truncation, reason = "the nearest f32 is what is wanted")]
         let narrow = |v: [f64; 3]| v.map(|x| x as f32);
         let plate = ShapeDef::box_full(narrow([thick, h, 0.5 * h])).with_friction(1.0);
         let plate = BodyDef::dynamic()
