@@ -357,6 +357,7 @@ Examples:
   drystone validate --only A16,A17 --substeps 4
   drystone validate --only S1 --sweep
   drystone validate --markdown > docs/accuracy.md
+  drystone validate --sweep --markdown > docs/convergence.md
 
 Exit status:
   0  every test is within what it must
@@ -376,7 +377,7 @@ pub(crate) struct Validate {
     pub(crate) short: bool,
 
     /// Run the tests whose error should fall with the step at 1, 2, 4 and 8 substeps and at 30, 60 and
-    /// 120 Hz, and print the errors and the order in which they fall
+    /// 120 Hz, and print the errors and the order in which they fall (as text, or with --markdown)
     #[arg(long)]
     pub(crate) sweep: bool,
 
@@ -418,7 +419,7 @@ pub(crate) struct Format {
     #[arg(long, conflicts_with = "sweep")]
     pub(crate) csv: bool,
     /// Print a Markdown page
-    #[arg(long, conflicts_with = "sweep")]
+    #[arg(long)]
     pub(crate) markdown: bool,
     /// Print the rows that fail, as --known reads them
     #[arg(long, conflicts_with = "sweep")]

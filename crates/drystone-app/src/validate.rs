@@ -28,7 +28,8 @@ pub(crate) fn validate(args: &Validate) -> Outcome {
     if args.sweep {
         let sweep = sweep(&lab, &tests, tell);
         bar.finish_and_clear();
-        output::print(&sweep.text())?;
+        let page = if args.format.markdown { sweep.markdown() } else { sweep.text() };
+        output::print(&page)?;
         return Ok(ExitCode::SUCCESS);
     }
     let table = run(&lab, &tests, tell);

@@ -193,7 +193,7 @@ Simulations whose result is known, and how far off the engine is. Written by `dr
 the gate `cargo xtask ci validate` runs the short ones.
 
 *Must* is what the engine promises, *great* what it aims at. Rows with **fail** are known defects. `drystone
-validate --only A16` runs one test, `--sweep` shows how errors fall with the step. Ids A are the acceptance list,
+validate --only A16` runs one test; [convergence.md](convergence.md) shows how errors fall with the step. Ids A are the acceptance list,
 G the solver's list, S the published SimBenchmark tests, SP the boxes of scpeters/benchmark; what others published
 stands beside those tests in `crates/drystone-validate`.";
 
