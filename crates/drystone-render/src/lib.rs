@@ -31,6 +31,7 @@ mod drawing;
 mod error;
 mod form;
 mod framing;
+mod groups;
 mod renderer;
 mod sheet;
 
@@ -41,5 +42,6 @@ pub use color::{Color, body_color};
 pub use drawing::{Drawing, Gatherer, Look};
 pub use error::RenderError;
 pub use framing::{Follow, Subject, ViewAngles};
+pub use groups::Groups;
 pub use renderer::{Area, Renderer, limits};
 pub use wgpu;

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use drystone::{LinkKind, ParticleId, Vec3, World};
 
 use crate::form::Vertex;
+use crate::groups::Groups;
 
 /// A surface that is another one in every picture.
 #[derive(Debug)]
@@ -135,18 +136,16 @@ impl Sheets {
         self.sides.clear();
         self.pieces.clear();
         // The piece that a particle belongs to: squares join their corners.
-        let mut root: Vec<usize> = (0..count).collect();
+        let mut groups = Groups::new(count);
         for square in &squares {
             for &corner in &square[1..] {
-                let (a, b) =
-                    (find(&mut root, square[0] as usize), find(&mut root, corner as usize));
-                root[a.max(b)] = a.min(b);
+                groups.join(square[0] as usize, corner as usize);
             }
         }
         let mut piece_of: Vec<Option<usize>> = vec![None; count];
         let mut vertex_of: Vec<Option<u32>> = vec![None; count];
         for square in &squares {
-            let first = find(&mut root, square[0] as usize);
+            let first = groups.leader(square[0] as usize);
             let number = *piece_of[first].get_or_insert_with(|| {
                 // Slots are below 2^32: they came as such.
                 let first = u32::try_from(first).unwrap_or(0);
@@ -202,14 +201,6 @@ fn squares(threads: &[[u32; 2]]) -> Vec<Square> {
 
 fn in_order([a, b]: [u32; 2]) -> [u32; 2] {
     [a.min(b), a.max(b)]
-}
-
-fn find(root: &mut [usize], mut at: usize) -> usize {
-    while root[at] != at {
-        root[at] = root[root[at]];
-        at = root[at];
-    }
-    at
 }
 
 #[cfg(test)]

@@ -1,7 +1,7 @@
 //! What is drawn over bodies to show what the engine knows of them.
 
 use drystone::{Aabb, BodyId, BodyKind, ContactRef, JointKind, Vec3, World};
-use drystone_render::{Color, Drawing, body_color};
+use drystone_render::{Color, Drawing, Groups, body_color};
 
 use crate::limits;
 
@@ -186,28 +186,19 @@ fn island_colors(world: &World) -> Vec<Color> {
     let slot = |id: BodyId| id.index() as usize;
     let count = world.bodies().map(|b| slot(b.id()) + 1).max().unwrap_or(0);
     let dynamic = |id: BodyId| world.body(id).is_some_and(|b| b.kind() == BodyKind::Dynamic);
-    let mut root: Vec<usize> = (0..count).collect();
+    // The lowest slot leads, so that an island keeps its color as it grows at its end.
+    let mut islands = Groups::new(count);
     let contacts = world.contacts().map(|c| (c.body_a(), c.body_b()));
     let joints = world.joints().map(|j| (j.body_a(), j.body_b()));
     for (a, b) in contacts.chain(joints).filter(|(a, b)| dynamic(*a) && dynamic(*b)) {
-        let (a, b) = (find(&mut root, slot(a)), find(&mut root, slot(b)));
-        // The lower slot leads, so that an island keeps its color as it grows at its end.
-        root[a.max(b)] = a.min(b);
+        islands.join(slot(a), slot(b));
     }
     let mut colors = vec![[0; 4]; count];
     for body in world.bodies() {
-        let leader = u32::try_from(find(&mut root, slot(body.id()))).unwrap_or(0);
+        let leader = u32::try_from(islands.leader(slot(body.id()))).unwrap_or(0);
         colors[slot(body.id())] = body_color(body.kind(), leader);
     }
     colors
-}
-
-fn find(root: &mut [usize], mut at: usize) -> usize {
-    while root[at] != at {
-        root[at] = root[root[at]];
-        at = root[at];
-    }
-    at
 }
 
 #[cfg(test)]

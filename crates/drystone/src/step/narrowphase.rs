@@ -209,7 +209,7 @@ fn may_recycle(ctx: &StepContext, contact: &Contact, r: &Probe, a: &Body, b: &Bo
 }
 
 /// Square of the speed r w of what topples, at least, as a part of g r.
-const TOPPLING: f32 = 0.005;
+const TOPPLING: f32 = 0.02;
 
 /// True if one of the bodies turns over an edge of the contact: at most two of its points are pressed, and it
 /// turns as fast as what topples. Arms of the pivot that stay as they were would hold it up: a wave of dominoes

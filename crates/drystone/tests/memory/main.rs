@@ -120,8 +120,17 @@ fn a_settled_world_allocates_nothing() {
     assert_eq!(calls_of(&mut world, 100), 0);
 }
 
-/// Lists still grow when a scene reaches a new maximum, ever more rarely. What is allocated by every
-/// step, or whenever something begins or ends, would be seen in every window.
+/// Lists still grow when a scene reaches a new maximum, ever more rarely: in fewer than one of ten of each hundred
+/// steps. What is allocated by every step, or whenever something begins or ends, would be seen in most of them.
+fn grows_rarely(steps_of_100: &[usize]) -> bool {
+    steps_of_100.iter().all(|n| *n < 10)
+}
+
+/// How many of a hundred steps allocate.
+fn steps_that_allocate(world: &mut World) -> usize {
+    (0..100).filter(|_| calls_of(world, 1) > 0).count()
+}
+
 #[test]
 fn a_stirred_pile_allocates_nothing() {
     let mut world = world(false);
@@ -132,7 +141,7 @@ fn a_stirred_pile_allocates_nothing() {
         .with_angular_velocity([0.0, 3.0, 0.0])
         .with_shape(arm);
     world.add_body(arm).unwrap();
-    steps(&mut world, 600);
+    steps(&mut world, 1200);
     let changes = |w: &World| w.events().contact_begin.len() + w.events().contact_end.len();
     let mut changed = 0;
     for _ in 0..60 {
@@ -140,8 +149,8 @@ fn a_stirred_pile_allocates_nothing() {
         changed += changes(&world);
     }
     assert!(changed > 60, "the pile is stirred: {changed}");
-    let calls: Vec<u64> = (0..6).map(|_| calls_of(&mut world, 100)).collect();
-    assert!(calls.iter().filter(|n| **n == 0).count() >= 3, "{calls:?}");
+    let steps: Vec<usize> = (0..6).map(|_| steps_that_allocate(&mut world)).collect();
+    assert!(grows_rarely(&steps), "{steps:?}");
 }
 
 /// A bowl of triangles, each smaller than what rolls about in it; gravity swings around.
@@ -175,17 +184,17 @@ fn bodies_that_roll_over_a_mesh_allocate_nothing() {
         world.add_body(BodyDef::dynamic().with_position(at).with_shape(shape)).unwrap();
     }
     let mut swing = |steps: u32| {
-        let mut calls = 0;
+        let mut allocating = 0;
         for i in 0..steps {
             let side = [[2.0, 0.0], [0.0, 2.0], [-2.0, 0.0], [0.0, -2.0]][(i / 25 % 4) as usize];
             world.set_gravity([side[0], -9.81, side[1]]).unwrap();
-            calls += calls_of(&mut world, 1);
+            allocating += usize::from(calls_of(&mut world, 1) > 0);
         }
-        calls
+        allocating
     };
     swing(600);
-    let calls: Vec<u64> = (0..6).map(|_| swing(100)).collect();
-    assert!(calls.iter().filter(|n| **n == 0).count() >= 3, "{calls:?}");
+    let steps: Vec<usize> = (0..6).map(|_| swing(100)).collect();
+    assert!(grows_rarely(&steps), "{steps:?}");
 }
 
 /// A cloth and dust on loose boxes that an arm stirs, ropes that hold others; links tear now and then.
@@ -216,8 +225,8 @@ fn particles_allocate_nothing() {
     });
     world.add_cloud(points, &drystone::ParticleDef::default()).unwrap();
     steps(&mut world, 1200);
-    let calls: Vec<u64> = (0..6).map(|_| calls_of(&mut world, 100)).collect();
-    assert!(calls.iter().filter(|n| **n == 0).count() >= 3, "{calls:?}");
+    let steps: Vec<usize> = (0..6).map(|_| steps_that_allocate(&mut world)).collect();
+    assert!(grows_rarely(&steps), "{steps:?}");
 }
 
 #[test]

@@ -6,6 +6,7 @@
 
 use fearless_simd::{Simd, SimdBase};
 
+use super::speculative_margin;
 use crate::base::wide::{
     LANES, Lanes, Mask, Vec3w, Wide, above, bits, load, max, min, select, splat, sqrt,
 };
@@ -47,13 +48,22 @@ pub(super) fn due<S: Simd>(
     probes: &[Probe],
     reach: &mut Lanes,
 ) -> u32 {
+    let all = (1 << probes.len().min(LANES)) - 1;
+    // No reach is less than the margin: what stands on each other has no pair that could wait.
+    if probes.iter().all(|probe| probe.gap <= ctx.margin) {
+        for (reach, probe) in reach.iter_mut().zip(probes) {
+            let (a, b) = (bodies.at(probe.body_a), bodies.at(probe.body_b));
+            *reach = speculative_margin(ctx, a, b, probe.bounces);
+        }
+        return all;
+    }
     let mut pairs = Pairs::default();
     for (lane, probe) in probes.iter().enumerate().take(LANES) {
         pairs.fill(lane, probe, bodies.at(probe.body_a), bodies.at(probe.body_b));
     }
     let margin = pairs.margin(simd, ctx);
     margin.store_array(reach);
-    bits(pairs.wait(simd, margin)) ^ ((1 << probes.len().min(LANES)) - 1)
+    bits(pairs.wait(simd, margin)) ^ all
 }
 
 impl Pairs {
