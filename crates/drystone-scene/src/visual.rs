@@ -123,6 +123,28 @@ pub struct Image {
     pub rgba: Vec<u8>,
 }
 
+impl Image {
+    /// Half as many points on each side, rounded down; `mean` tells the byte in place of four, by its channel 0 to 3.
+    /// Bytes that are missing count as 0.
+    #[must_use]
+    pub fn halved(&self, mean: impl Fn(usize, [u8; 4]) -> u8) -> Self {
+        let (width, height) = ((self.width / 2).max(1), (self.height / 2).max(1));
+        let byte = |x: u32, y: u32, channel: usize| {
+            let x = x.min(self.width.saturating_sub(1)) as usize;
+            let y = y.min(self.height.saturating_sub(1)) as usize;
+            self.rgba.get(4 * (y * self.width as usize + x) + channel).copied().unwrap_or(0)
+        };
+        let mut rgba = Vec::with_capacity(4 * width as usize * height as usize);
+        for (x, y) in (0..height).flat_map(|y| (0..width).map(move |x| (2 * x, 2 * y))) {
+            for channel in 0..4 {
+                let corners = [(0, 0), (1, 0), (0, 1), (1, 1)];
+                rgba.push(mean(channel, corners.map(|(i, j)| byte(x + i, y + j, channel))));
+            }
+        }
+        Self { width, height, rgba }
+    }
+}
+
 impl Visuals {
     /// What a body wears, by its user data.
     #[must_use]

@@ -53,29 +53,18 @@ pub(super) fn white() -> Image {
 /// Half as many points on each side, rounded down; each is the mean of four, of colors as light.
 fn halved(image: &Image, srgb: bool) -> Image {
     let light = light_of_bytes();
-    let (width, height) = ((image.width / 2).max(1), (image.height / 2).max(1));
-    let mut rgba = Vec::with_capacity(4 * width as usize * height as usize);
-    let at = |x: u32, y: u32| {
-        let (x, y) = (x.min(image.width - 1) as usize, y.min(image.height - 1) as usize);
-        4 * (y * image.width as usize + x)
-    };
-    for (x, y) in (0..height).flat_map(|y| (0..width).map(move |x| (x, y))) {
-        let corners = [(0, 0), (1, 0), (0, 1), (1, 1)].map(|(i, j)| at(2 * x + i, 2 * y + j));
-        for c in 0..4 {
-            let bytes = corners.map(|at| image.rgba[at + c]);
-            let mean = if srgb && c < 3 {
-                let mean = bytes.iter().map(|b| light[usize::from(*b)]).sum::<f32>() / 4.0;
-                let above = light.partition_point(|l| *l < mean).min(255);
-                let below = above.saturating_sub(1);
-                let nearer = mean - light[below] < light[above] - mean;
-                if nearer { below } else { above }
-            } else {
-                (bytes.iter().map(|b| usize::from(*b)).sum::<usize>() + 2) / 4
-            };
-            rgba.push(u8::try_from(mean).unwrap_or(u8::MAX));
-        }
-    }
-    Image { width, height, rgba }
+    image.halved(|channel, bytes| {
+        let mean = if srgb && channel < 3 {
+            let mean = bytes.iter().map(|b| light[usize::from(*b)]).sum::<f32>() / 4.0;
+            let above = light.partition_point(|l| *l < mean).min(255);
+            let below = above.saturating_sub(1);
+            let nearer = mean - light[below] < light[above] - mean;
+            if nearer { below } else { above }
+        } else {
+            (bytes.iter().map(|b| usize::from(*b)).sum::<usize>() + 2) / 4
+        };
+        u8::try_from(mean).unwrap_or(u8::MAX)
+    })
 }
 
 /// The light that a byte of an sRGB color stands for, 0 to 1.

@@ -92,27 +92,12 @@ fn jpeg(bytes: &[u8]) -> Result<Image, String> {
 /// The image, halved until it has no more than [`MOST_SIDE`] points on a side.
 fn fitted(mut image: Image) -> Image {
     while image.width.max(image.height) > MOST_SIDE {
-        image = halved(&image);
+        image = image.halved(|_, bytes| {
+            let sum: u16 = bytes.map(u16::from).iter().sum();
+            u8::try_from(sum / 4).unwrap_or(u8::MAX)
+        });
     }
     image
-}
-
-/// Half as many points on each side; each is the mean of four.
-fn halved(image: &Image) -> Image {
-    let (width, height) = ((image.width / 2).max(1), (image.height / 2).max(1));
-    let mut rgba = Vec::with_capacity(4 * width as usize * height as usize);
-    let at = |x: u32, y: u32| {
-        let (x, y) = (x.min(image.width - 1) as usize, y.min(image.height - 1) as usize);
-        4 * (y * image.width as usize + x)
-    };
-    for (x, y) in (0..height).flat_map(|y| (0..width).map(move |x| (x, y))) {
-        let corners = [(0, 0), (1, 0), (0, 1), (1, 1)].map(|(i, j)| at(2 * x + i, 2 * y + j));
-        for c in 0..4 {
-            let sum: u16 = corners.iter().map(|at| u16::from(image.rgba[at + c])).sum();
-            rgba.push(u8::try_from(sum / 4).unwrap_or(u8::MAX));
-        }
-    }
-    Image { width, height, rgba }
 }
 
 #[cfg(test)]
