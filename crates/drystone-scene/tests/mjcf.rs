@@ -8,6 +8,9 @@ use drystone::{BodyKind, JointKind, JointMotion, MassDef, Pose, Quat, Shape, Six
 use drystone_scene::{Running, Scene, SceneError, mjcf};
 
 mod damage;
+mod running;
+
+use running::run;
 
 fn folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/mujoco")
@@ -19,18 +22,6 @@ fn load(name: &str) -> Scene {
 
 fn read(inside: &str) -> Result<Scene, SceneError> {
     mjcf::from_text(&format!("<mujoco>{inside}</mujoco>"), &folder())
-}
-
-fn run(scene: &Scene, seconds: f32, mut each: impl FnMut(&Running)) -> Running {
-    let mut running = scene.build().unwrap();
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a small number")]
-    let steps = (seconds * scene.hz).round() as u32;
-    for _ in 0..steps {
-        running.step(scene.hz.recip()).unwrap();
-        assert!(running.world.events().faults.is_empty());
-        each(&running);
-    }
-    running
 }
 
 fn body(running: &Running, name: &str) -> Pose {

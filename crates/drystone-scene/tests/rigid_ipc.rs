@@ -7,6 +7,10 @@ use std::path::{Path, PathBuf};
 use drystone::{BodyKind, Shape, Vec3, vec3};
 use drystone_scene::{Load, Running, Scene, SceneError, Script, rigid_ipc};
 
+mod running;
+
+use running::run;
+
 fn folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/rigid-ipc")
 }
@@ -19,18 +23,6 @@ fn load(name: &str) -> Scene {
 fn read(problem: &str) -> Result<Scene, SceneError> {
     let text = format!("{{\"rigid_body_problem\": {{{problem}}}}}");
     rigid_ipc::from_text(&text, "scene", &folder().join("fixtures"))
-}
-
-fn run(scene: &Scene, seconds: f32, mut each: impl FnMut(&Running)) -> Running {
-    let mut running = scene.build().unwrap();
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a small number")]
-    let steps = (seconds * scene.hz).round() as u32;
-    for _ in 0..steps {
-        running.step(scene.hz.recip()).unwrap();
-        assert!(running.world.events().faults.is_empty());
-        each(&running);
-    }
-    running
 }
 
 fn velocity(running: &Running, body: usize) -> Vec3 {

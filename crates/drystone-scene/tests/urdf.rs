@@ -9,6 +9,9 @@ use drystone_scene::urdf::{self, Base, Options};
 use drystone_scene::{Running, Scene, SceneError};
 
 mod damage;
+mod running;
+
+use running::run;
 
 fn data(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/robots").join(name)
@@ -25,17 +28,6 @@ fn load(path: &Path) -> Scene {
 fn read(inside: &str) -> Result<Scene, SceneError> {
     let text = format!("<robot name=\"r\">{inside}</robot>");
     urdf::from_text(&text, Path::new(""), &Options::default())
-}
-
-fn run(scene: &Scene, seconds: f32) -> Running {
-    let mut running = scene.build().unwrap();
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a small number")]
-    let steps = (seconds * scene.hz).round() as u32;
-    for _ in 0..steps {
-        running.step(scene.hz.recip()).unwrap();
-        assert!(running.world.events().faults.is_empty());
-    }
-    running
 }
 
 /// A box of 1 kg on which something hangs.
@@ -229,7 +221,7 @@ fn anymal_falls_onto_the_ground_and_comes_to_rest_in_one_piece() {
     let scene = urdf::load(&anymal(), &options).unwrap();
     let links = scene.bodies.len() + scene.frames.len() - 1;
     assert_eq!(links, 23, "every link has a name");
-    let running = run(&scene, 10.0);
+    let running = run(&scene, 10.0, |_| {});
     for (name, id) in running.names.iter().zip(&running.bodies).skip(1) {
         let body = running.world.body(*id).unwrap();
         assert!(body.position().z > -1.01, "{name} at {:?}", body.position());
@@ -308,7 +300,7 @@ fn what_is_coupled_counts_as_the_file_does() {
 #[test]
 fn all_robots_run_for_ten_seconds() {
     for path in [data("double_pendulum_simple.urdf"), data("panda_collision.urdf"), anymal()] {
-        let running = run(&load(&path), 10.0);
+        let running = run(&load(&path), 10.0, |_| {});
         let finite = |p: Vec3| p.is_finite();
         assert!(running.world.bodies().all(|b| finite(b.position())), "{}", path.display());
     }
