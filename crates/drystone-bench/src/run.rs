@@ -2,8 +2,8 @@
 
 use std::time::Instant;
 
-use drystone::{BodyKind, Vec3};
-use drystone_scene::{Load, Scene, SceneBody, ScriptAction};
+use drystone::BodyKind;
+use drystone_scene::{Scene, SceneBody, ScriptAction};
 
 use crate::check::Checker;
 use crate::engine::{BodyState, Engine, EngineError, hash_states};
@@ -71,9 +71,6 @@ pub fn measure<E: Engine>(order: &Order<'_>) -> Result<Row, EngineError> {
             // A film asks nothing of physics.
             ScriptAction::None | ScriptAction::Film(_) => {}
             ScriptAction::Aim { body, position } => engine.aim(body, position, dt)?,
-            ScriptAction::Pull { body, force } => {
-                engine.pull(&Load { body, force, torque: Vec3::ZERO })?;
-            }
             ScriptAction::Loads(loads) => loads.iter().try_for_each(|load| engine.pull(load))?,
             ScriptAction::Add(body) => {
                 engine.add(body)?;

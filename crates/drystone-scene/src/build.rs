@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use drystone::{
-    BodyDef, BodyId, BodyKind, CouplingDef, DefError, JointDef, JointId, Pose, Strand, Vec3, World,
+    BodyDef, BodyId, BodyKind, CouplingDef, DefError, JointDef, JointId, Pose, Strand, World,
 };
 
 use crate::scene::{
@@ -160,10 +160,10 @@ impl Scene {
         }
         match &self.script {
             Script::None | Script::Film(_) => {}
-            Script::Orbit { body, .. } | Script::Pull { body, .. } => {
+            Script::Orbit { body, .. } => {
                 running.at("the script", *body)?;
             }
-            Script::Loads(loads) => {
+            Script::Loads { loads, .. } => {
                 for load in loads {
                     running.at("the script", load.body)?;
                 }
@@ -394,9 +394,6 @@ impl Running {
                     let pose = Pose::new(position, mover.get().rotation());
                     mover.move_to(pose, dt).map_err(|e| body_error(&self.names[body], e))?;
                 }
-            }
-            ScriptAction::Pull { body, force } => {
-                self.load(&Load { body, force, torque: Vec3::ZERO })?;
             }
             ScriptAction::Loads(loads) => loads.iter().try_for_each(|load| self.load(load))?,
             ScriptAction::Add(body) => {

@@ -73,7 +73,7 @@ pub fn from_text(text: &str, name: &str, folder: &Path) -> Result<Scene, SceneEr
         scene.add(format!("#{i}"), def);
     }
     if !loads.is_empty() {
-        scene.script = Script::Loads(loads);
+        scene.script = Script::Loads { from: 0, loads };
     }
     ignored(&root, &problem, &bodies, &mut scene.notes);
     let moving = scene.bodies.iter().filter(|b| b.def.kind == BodyKind::Dynamic).count();

@@ -163,18 +163,13 @@ pub enum Script {
         /// The bodies.
         bodies: Vec<SceneBody>,
     },
-    /// Body `body` (dynamic) is pulled by a lasting force at its center of mass, from step `from` on
-    /// (counted from 0).
-    Pull {
-        /// Number of the body.
-        body: usize,
-        /// The first step with the force.
+    /// Lasting forces and torques act on dynamic bodies.
+    Loads {
+        /// The first step with them, counted from 0.
         from: u64,
-        /// The force [N, world].
-        force: Vec3,
+        /// What acts.
+        loads: Vec<Load>,
     },
-    /// Lasting forces and torques act from the start.
-    Loads(Vec<Load>),
     /// The bodies, none of which is dynamic, are where a film has them.
     Film(Arc<Film>),
     /// Groups of bodies come, and go, before certain steps.
@@ -223,13 +218,6 @@ pub enum ScriptAction<'a> {
     Add(&'a SceneBody),
     /// Bodies leave and join.
     Wave(&'a Wave),
-    /// From now on this lasting force acts on the body `body`, at its center of mass.
-    Pull {
-        /// Number of the body.
-        body: usize,
-        /// The force [N, world].
-        force: Vec3,
-    },
     /// From now on these act.
     Loads(&'a [Load]),
     /// Every body is where this film has it after the step.
@@ -262,10 +250,8 @@ impl Script {
                 let body = number.and_then(|n| bodies.get(usize::try_from(n).ok()?));
                 body.map_or(ScriptAction::None, ScriptAction::Add)
             }
-            &Self::Pull { body, from, force } if step == from => ScriptAction::Pull { body, force },
-            Self::Pull { .. } => ScriptAction::None,
-            Self::Loads(loads) if step == 0 => ScriptAction::Loads(loads),
-            Self::Loads(_) => ScriptAction::None,
+            Self::Loads { from, loads } if step == *from => ScriptAction::Loads(loads),
+            Self::Loads { .. } => ScriptAction::None,
             Self::Film(film) => ScriptAction::Film(film),
             Self::Waves(waves) => {
                 let wave = waves.binary_search_by_key(&step, |w| w.step).ok();

@@ -86,7 +86,9 @@ fn sheets_forces_and_groups_are_read() {
     assert_eq!(plate.locks.angular, [true; 3]);
     // 10 m by 10 m, a hundredth of that thick.
     assert!(matches!(plate.shapes[0].shape, Shape::Hull(_) | Shape::Box { .. }));
-    let Script::Loads(loads) = &scene.script else { unreachable!("{:?}", scene.script) };
+    let Script::Loads { from: 0, loads } = &scene.script else {
+        unreachable!("{:?}", scene.script)
+    };
     let force = vec3(-1.0e6, 0.0, 0.0);
     assert_eq!(loads.len(), 4);
     assert_eq!(loads[1], Load { body: 1, force, torque: Vec3::ZERO });

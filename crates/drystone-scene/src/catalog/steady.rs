@@ -5,7 +5,7 @@ use drystone::{BodyDef, Material, Quat, ShapeDef, Vec3, vec3};
 
 use super::parameters::{CatalogError, Values};
 use super::parts::{GROUND, add_ground, add_ground_box, box_at, gravity_10, hull, radians, real};
-use crate::scene::{Scene, Script};
+use crate::scene::{Load, Scene, Script};
 
 /// Ground of friction 0.6 under 10 m/s², without sleep: what creeps shall be seen to.
 fn wakeful(scene: &mut Scene, seconds: f32) {
@@ -157,7 +157,8 @@ pub(super) fn pull(mut scene: Scene, values: &Values) -> Result<Scene, CatalogEr
     // They settle first: friction is limited by what the contact carries now, and that is not the weight
     // before the contact has been pressed together.
     let force = vec3(limit * values.number("factor"), 0.0, 0.0);
-    scene.script = Script::Pull { body, from: PULL_FROM, force };
+    let load = Load { body, force, torque: Vec3::ZERO };
+    scene.script = Script::Loads { from: PULL_FROM, loads: vec![load] };
     Ok(scene)
 }
 
