@@ -37,6 +37,7 @@ pub(crate) fn show(ui: &mut Ui, config: &mut WorldConfig) -> Option<String> {
         }
         ui.end_row();
         row(ui, "inertia.refine", "", DragValue::new(&mut config.inertia.refine).range(1..=8));
+        row(ui, "joint.refine", "", DragValue::new(&mut config.joint.refine).range(1..=8));
         row(
             ui,
             "particle.sweeps",

@@ -10,6 +10,18 @@ use crate::base::slot_map::SlotMap;
 /// No row.
 pub(crate) const NONE: u32 = u32::MAX;
 
+/// In what parts an island takes the world's substeps.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) enum Fineness {
+    /// Whole.
+    #[default]
+    Whole,
+    /// In those of [`crate::InertiaConfig::refine`]: what it carries squeezes it as far as can be carried.
+    Loaded,
+    /// In those of [`crate::JointConfig::refine`]: joints of it go round fast.
+    Whirling,
+}
+
 /// A body. What every stage reads stands in the first cache line, the kind too, by which an empty slot
 /// is told.
 #[derive(Clone, Debug)]
@@ -77,8 +89,8 @@ pub(crate) struct Body {
     /// What the solver multiplied its mass and inertia by in the last step, and the load from which that
     /// follows: the force that squeezes it from both sides [N].
     pub(crate) inertia_factor: f32,
-    /// Its island took every substep in parts in the last step.
-    pub(crate) refined: bool,
+    /// In what parts its island took the last step's substeps.
+    pub(crate) fineness: Fineness,
     pub(crate) load: f32,
     /// How long it has been still [s].
     pub(crate) still_time: f32,

@@ -57,6 +57,9 @@ pub struct JointConfig {
     /// carries at least this many times its own mass: a chain under a heavy load then keeps
     /// its length; at least 0; default 20. It takes longer than joint by joint.
     pub tree_ratio: f32,
+    /// An island of at most 64 bodies in which a joint goes round fast, by more than a tenth of a radian in a substep, gets
+    /// this many times the substeps, 1 to 8; default 4; 1: none.
+    pub refine: u32,
 }
 
 /// How links and contacts of particles are solved.
@@ -176,7 +179,7 @@ impl Default for WorldConfig {
                 hit_speed: 1.0,
             },
             inertia: InertiaConfig { most: 0.0, threshold: 30.0, refine: 1 },
-            joint: JointConfig { hertz: 0.0, damping_ratio: 2.0, tree_ratio: 20.0 },
+            joint: JointConfig { hertz: 0.0, damping_ratio: 2.0, tree_ratio: 20.0, refine: 4 },
             particle: ParticleConfig {
                 form: ParticleForm::Own,
                 sweeps: 0,
@@ -199,7 +202,7 @@ const AT_MOST_64: &str = "0 (the method's own), or 1 to 64";
 
 impl WorldConfig {
     /// Paths that [`Self::set`] knows.
-    pub const PATHS: [&'static str; 35] = [
+    pub const PATHS: [&'static str; 36] = [
         "gravity",
         "method",
         "method.order",
@@ -225,6 +228,7 @@ impl WorldConfig {
         "joint.hertz",
         "joint.damping_ratio",
         "joint.tree_ratio",
+        "joint.refine",
         "particle.form",
         "particle.sweeps",
         "particle.hertz",
@@ -276,8 +280,12 @@ impl WorldConfig {
             return Err(DefError::new("substeps", self.substeps, "0 (the method's own) to 256"));
         }
         self.method.settle()?;
-        if !(1..=8).contains(&self.inertia.refine) {
-            return Err(DefError::new("inertia.refine", self.inertia.refine, "1 to 8"));
+        for (path, parts) in
+            [("inertia.refine", self.inertia.refine), ("joint.refine", self.joint.refine)]
+        {
+            if !(1..=8).contains(&parts) {
+                return Err(DefError::new(path, parts, "1 to 8"));
+            }
         }
         if self.particle.sweeps > 1000 {
             return Err(DefError::new("particle.sweeps", self.particle.sweeps, "0 to 1000"));
@@ -325,11 +333,8 @@ impl WorldConfig {
                     .parse()
                     .map_err(|_| DefError::new("substeps", text, "a whole number from 0 to 256"))?;
             }
-            "inertia.refine" => {
-                next.inertia.refine = text
-                    .parse()
-                    .map_err(|_| DefError::new("inertia.refine", text, "a whole number, 1 to 8"))?;
-            }
+            "inertia.refine" => next.inertia.refine = parts_of("inertia.refine", text)?,
+            "joint.refine" => next.joint.refine = parts_of("joint.refine", text)?,
             "particle.form" => {
                 next.particle.form = ParticleForm::named(text).ok_or_else(|| {
                     DefError::new("particle.form", text, &ParticleForm::WORDS.join(", "))
@@ -370,6 +375,11 @@ impl WorldConfig {
         *field = text.parse().map_err(|_| DefError::new(name, text, allowed))?;
         Ok(())
     }
+}
+
+/// Parts of a substep.
+fn parts_of(path: &'static str, text: &str) -> Result<u32, DefError> {
+    text.parse().map_err(|_| DefError::new(path, text, "a whole number, 1 to 8"))
 }
 
 #[cfg(test)]

@@ -5,6 +5,7 @@ use fearless_simd::Level;
 use super::solver::inertia::LoadInertia;
 use super::solver::softness::{Compliance, Softness};
 use crate::base::math::Vec3;
+use crate::state::bodies::Fineness;
 use crate::state::config::{PenaltyConfig, WorldConfig};
 
 /// Fastest push-out of an island that takes its substeps in parts [m/s]. As it begins to, its contacts get
@@ -44,7 +45,7 @@ pub(crate) struct StepContext {
     /// Factor to the impulses that are kept, which are those of the world's substep, whatever parts
     /// an island takes it in.
     pub(crate) store_scale: f32,
-    pub(crate) is_refined: bool,
+    pub(crate) fineness: Fineness,
     pub(crate) level: Level,
 }
 
@@ -59,14 +60,21 @@ impl StepContext {
         Self::with(config, dt, [substeps, 1], impulse_scale, level)
     }
 
-    /// For islands that take every substep in parts.
-    pub(crate) fn refined(&self, config: &WorldConfig) -> Self {
-        let parts = config.inertia.refine.clamp(1, 8);
-        let substeps = [self.substeps, parts];
-        let mut ctx = Self::with(config, self.dt, substeps, self.impulse_scale, self.level);
+    /// For islands that take every substep in parts, by their [`Fineness`].
+    pub(crate) fn finer(&self, config: &WorldConfig) -> [Self; 2] {
+        let in_parts = |parts: u32| {
+            let substeps = [self.substeps, parts.clamp(1, 8)];
+            Self::with(config, self.dt, substeps, self.impulse_scale, self.level)
+        };
+        let mut loaded = in_parts(config.inertia.refine);
+        loaded.fineness = Fineness::Loaded;
         // What had sunk into softer contacts is not thrown up.
-        ctx.push_speed = ctx.push_speed.min(REFINED_PUSH_SPEED);
-        ctx
+        loaded.push_speed = loaded.push_speed.min(REFINED_PUSH_SPEED);
+        let mut whirling = in_parts(config.joint.refine);
+        whirling.fineness = Fineness::Whirling;
+        // Contacts give as before: joints alone get stiffer.
+        [whirling.soft, whirling.soft_fixed] = contact_springs(config, self.inv_h, whirling.h);
+        [loaded, whirling]
     }
 
     #[expect(clippy::cast_precision_loss, reason = "at most 256 by 8")]
@@ -80,9 +88,7 @@ impl StepContext {
         let h = dt / (substeps * parts) as f32;
         let inv_h = 1.0 / h;
         let c = &config.contact;
-        // The stiffest contact that stays stable is tied to the substep: f h <= 0.11 to 0.125
-        // (docs/derivations/soft-step.md).
-        let hertz = if c.hertz > 0.0 { c.hertz.min(0.25 * inv_h) } else { 0.1125 * inv_h };
+        let [soft, soft_fixed] = contact_springs(config, inv_h, h);
         let joint_hertz = if config.joint.hertz > 0.0 {
             config.joint.hertz.min(0.25 * inv_h)
         } else {
@@ -102,8 +108,8 @@ impl StepContext {
             restitution_speed: c.restitution_speed,
             hit_speed: c.hit_speed,
             push_speed: c.push_speed,
-            soft: Softness::new(hertz, c.damping_ratio, h),
-            soft_fixed: Softness::new(2.0 * hertz, 0.5 * c.damping_ratio, h),
+            soft,
+            soft_fixed,
             inertia: LoadInertia {
                 most,
                 goes_beyond: config.inertia.refine == 1,
@@ -116,8 +122,18 @@ impl StepContext {
             tree_ratio: config.joint.tree_ratio,
             impulse_scale: impulse_scale / parts as f32,
             store_scale: parts as f32,
-            is_refined: parts > 1,
+            fineness: Fineness::Whole,
             level,
         }
     }
+}
+
+/// Contacts of two dynamic bodies, and with static ones, as stiff as substeps of a rate [1/s] bear, for those of `h` [s].
+fn contact_springs(config: &WorldConfig, rate: f32, h: f32) -> [Softness; 2] {
+    let c = &config.contact;
+    // The stiffest contact that stays stable is tied to the substep: f h <= 0.11 to 0.125
+    // (docs/derivations/soft-step.md).
+    let hertz = if c.hertz > 0.0 { c.hertz.min(0.25 * rate) } else { 0.1125 * rate };
+    let fixed = Softness::new(2.0 * hertz, 0.5 * c.damping_ratio, h);
+    [Softness::new(hertz, c.damping_ratio, h), fixed]
 }

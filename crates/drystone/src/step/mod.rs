@@ -147,7 +147,8 @@ pub(crate) fn step(
     let method = &config.method;
     let breakage = joints.breakable > 0 || breakage.any();
     let read = solver::Input { bodies, shapes, islands, breakage };
-    let contexts = [ctx, &ctx.refined(config)];
+    let [loaded, whirling] = &ctx.finer(config);
+    let contexts = [ctx, loaded, whirling];
     let pace = Pace::new(ctx, config, particles.last_h);
     let mut tied = s.particles.tied(pace, particles);
     solver::solve(contexts, method, read, joints, contacts, colors, &mut s.solver, &mut tied, jobs);

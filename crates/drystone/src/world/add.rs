@@ -7,7 +7,7 @@ use crate::base::math::Vec3;
 use crate::base::pose::Pose;
 use crate::base::quat::Quat;
 use crate::geometry::shape::Shape;
-use crate::state::bodies::{Body, NONE};
+use crate::state::bodies::{Body, Fineness, NONE};
 use crate::state::colors::Place;
 use crate::state::coupling::{CouplingDef, check_axis};
 use crate::state::def::{BodyDef, BodyKind, DefError, JointDef, JointKind, ShapeDef, shape_suits};
@@ -56,7 +56,7 @@ impl World {
             island_next: NONE,
             w_rest: Vec3::ZERO,
             inertia_factor: 1.0,
-            refined: false,
+            fineness: Fineness::Whole,
             load: 0.0,
             still_time: 0.0,
             can_sleep: def.can_sleep,

@@ -12,7 +12,7 @@
 use super::Solver;
 use super::plan::Group;
 use crate::base::math::Vec3;
-use crate::state::bodies::{Body, NONE};
+use crate::state::bodies::{Body, Fineness, NONE};
 use crate::state::contacts::Contact;
 
 /// Bodies that turn faster than this get their own inertia back [rad/s]: toppling keeps its time. What is
@@ -62,7 +62,8 @@ impl LoadInertia {
     /// be beyond what that can carry, until it falls below a fifth. (With one limit for both a stack near it
     /// would never rest: contacts become four times as stiff, so it hops, is not loaded, and goes back.)
     pub(crate) fn wants_refining(&self, body: &Body) -> bool {
-        body.inertia_factor >= self.most * if body.refined { 0.2 } else { 0.75 }
+        body.inertia_factor
+            >= self.most * if body.fineness == Fineness::Loaded { 0.2 } else { 0.75 }
     }
 
     /// The factor for a load that is so many times the threshold: the load itself, then `most`, and beyond
@@ -101,8 +102,8 @@ impl LoadInertia {
 pub(crate) struct Squeeze {
     /// What its mass and inertia are multiplied by in this step.
     pub(crate) factor: f32,
-    /// Its island takes every substep in parts.
-    pub(crate) refined: bool,
+    /// In what parts its island takes the substeps.
+    pub(crate) fineness: Fineness,
     /// The normal impulses on it in the last substep: their vector sum, and the sum of their sizes
     /// [N s].
     pub(crate) impulse: [f32; 4],
@@ -110,7 +111,7 @@ pub(crate) struct Squeeze {
 
 impl Default for Squeeze {
     fn default() -> Self {
-        Self { factor: 1.0, refined: false, impulse: [0.0; 4] }
+        Self { factor: 1.0, fineness: Fineness::Whole, impulse: [0.0; 4] }
     }
 }
 

@@ -9,7 +9,7 @@ use crate::base::double::{DQuat, DVec3};
 use crate::base::math::{Vec3, vec3};
 use crate::base::quat::Quat;
 use crate::base::sym3::Sym3;
-use crate::state::bodies::Body;
+use crate::state::bodies::{Body, Fineness};
 use crate::step::context::StepContext;
 
 /// What a line needs between sweeps.
@@ -306,16 +306,16 @@ pub(crate) fn note_load(ctx: &StepContext, squeeze: &Squeeze, before: Vec3, body
     // What an impact sends off does not rest: with a mass that is not its own it would hit others with
     // energy that it does not have.
     if (body.v - before).length() * ctx.dt > JOLT * body.extent {
-        (body.inertia_factor, body.load, body.refined) = (1.0, 0.0, false);
+        (body.inertia_factor, body.load, body.fineness) = (1.0, 0.0, Fineness::Whole);
         return;
     }
-    (body.inertia_factor, body.refined) = (squeeze.factor, squeeze.refined);
+    (body.inertia_factor, body.fineness) = (squeeze.factor, squeeze.fineness);
     body.load = squeeze.pressure() * ctx.inv_h;
 }
 
 /// A body that nothing touches: its parabola exactly, its free rotation by symplectic splitting.
 pub(crate) fn fly(ctx: &StepContext, body: &mut Body) {
-    (body.inertia_factor, body.load, body.refined) = (1.0, 0.0, false);
+    (body.inertia_factor, body.load, body.fineness) = (1.0, 0.0, Fineness::Whole);
     let acc = acceleration(ctx, body);
     let decay_v = super::softness::exact_decay(body.linear_damping, ctx.dt);
     let next = (body.v + acc * ctx.dt) * decay_v;

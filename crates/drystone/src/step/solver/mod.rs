@@ -34,6 +34,7 @@ mod tree;
 mod tree_six;
 mod touch;
 mod unpack;
+mod whirl;
 
 pub(crate) use self::tally::Given;
 
@@ -184,7 +185,7 @@ pub(crate) struct Input<'a> {
 /// Runs the method's passes. Poses are written by finalize, from the lines. The second context is for the
 /// islands that take every substep in parts.
 pub(crate) fn solve(
-    [ctx, fine]: [&StepContext; 2],
+    contexts: [&StepContext; 3],
     method: &Method,
     Input { bodies, shapes, islands, breakage }: Input<'_>,
     joints: &mut Joints,
@@ -195,6 +196,7 @@ pub(crate) fn solve(
     jobs: &dyn Executor,
 ) {
     let s = scratch;
+    let ctx = contexts[0];
     // Blocks that no group takes, those of bodies that were put aside, would keep what they said before.
     s.begun.clear();
     s.tallies.clear();
@@ -213,8 +215,7 @@ pub(crate) fn solve(
     }
     s.classic.leave(&mut s.line_of);
     s.sweeps = method.wide_sweeps(ctx.substeps);
-    let inertia = (fine.substeps > ctx.substeps && ctx.inertia.is_on()).then_some(&ctx.inertia);
-    s.plan.choose_fine(bodies, islands.rows.len(), inertia);
+    s.plan.choose_fineness(bodies, joints, islands, contexts);
     let workers = jobs.workers().max(1);
     s.plan.update(bodies, joints, contacts, colors, &mut s.line_of, ctx.tree_ratio, workers);
     let n = s.plan.members.len() + 1;
@@ -283,7 +284,7 @@ pub(crate) fn solve(
         joint_slots: Rows::new(joints.rows.values_mut()),
     };
     let solver_of =
-        |number: usize| Solver { ctx: if plan.groups[number].fine { fine } else { ctx }, ..solver };
+        |number: usize| Solver { ctx: contexts[plan.groups[number].fineness as usize], ..solver };
     solver.solve_together(tied, jobs);
     let groups = &tied.scratch.groups;
     for number in (0..plan.shared).filter(|number| groups.binary_search(number).is_err()) {
@@ -451,7 +452,8 @@ impl Solver<'_> {
         *self.whitening.row(i) = whitening;
         *self.aux.row(i) = aux;
         *self.acceleration.row(i) = acc;
-        *self.squeezes.row(i) = Squeeze { factor, refined: self.ctx.is_refined, impulse: [0.0; 4] };
+        let fineness = self.ctx.fineness;
+        *self.squeezes.row(i) = Squeeze { factor, fineness, impulse: [0.0; 4] };
     }
 
     /// Locked translations are taken out again: a projection after every pass.

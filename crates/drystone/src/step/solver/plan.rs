@@ -9,18 +9,24 @@
 use core::ops::Range;
 
 use super::forest::Forest;
-use super::inertia::LoadInertia;
+use super::whirl::whirls;
 use crate::base::wide::LANES;
-use crate::state::bodies::{Bodies, Body, NONE};
+use crate::state::bodies::{Bodies, Body, Fineness, NONE};
 use crate::state::colors::{Coloring, Colors, Place};
 use crate::state::contacts::Contacts;
+use crate::state::islands::Islands;
 use crate::state::joints::{Joints, Link};
+use crate::step::context::StepContext;
 
 /// Most constraint ends of a group of islands: 1,200 contacts and their bodies, 0.5 MB.
 const MOST_ENDS: usize = 2400;
 
 /// Fewest constraint ends for which it pays that workers share a color.
 const LEAST_SHARED: usize = 1024;
+
+/// Most bodies of an island that takes its substeps in parts because joints of it go round fast: what one limb does is
+/// no reason to solve a whole pile finely.
+const MOST_WHIRLING: u32 = 64;
 
 /// Blocks of one color of a group.
 #[derive(Clone, Debug)]
@@ -43,8 +49,7 @@ pub(super) struct Group {
     pub(super) couplings: Range<usize>,
     /// In [`Forest::order`].
     pub(super) trees: Range<usize>,
-    /// Takes every substep in parts.
-    pub(super) fine: bool,
+    pub(super) fineness: Fineness,
 }
 
 /// Blocks of contacts or of joints.
@@ -82,8 +87,8 @@ pub(super) struct Plan {
     pub(super) couplings: Vec<(u64, u32)>,
     pub(super) forest: Forest,
     workers: usize,
-    /// Of each island, whether it takes every substep in parts: now, and in the last step.
-    fine: [Vec<bool>; 2],
+    /// Of each island, now and in the last step; what is not there is [`Fineness::Whole`].
+    fineness: [Vec<Fineness>; 2],
     /// Number in `islands`, then group, of each island that has lines.
     group_of: Vec<u32>,
     /// Islands that have lines, with their constraints' ends.
@@ -113,28 +118,38 @@ pub(super) const SIX_DIRECT: u64 = 4;
 
 impl Plan {
     /// Chooses the islands that take every substep in parts.
-    pub(super) fn choose_fine(
+    pub(super) fn choose_fineness(
         &mut self,
         bodies: &Bodies,
-        islands: usize,
-        inertia: Option<&LoadInertia>,
+        joints: &Joints,
+        islands: &Islands,
+        [ctx, loaded, whirling]: [&StepContext; 3],
     ) {
-        self.fine.swap(0, 1);
-        let fine = &mut self.fine[0];
-        fine.clear();
-        if let Some(inertia) = inertia {
-            fine.resize(islands, false);
-            for body in bodies.awake.iter().map(|row| bodies.at(*row)) {
-                if inertia.wants_refining(body) && has_line(body) {
-                    fine[body.island as usize] = true;
+        self.fineness.swap(0, 1);
+        let chosen = &mut self.fineness[0];
+        chosen.clear();
+        let by_load = loaded.substeps > ctx.substeps && ctx.inertia.is_on();
+        let by_turn = whirling.substeps > ctx.substeps && !joints.rows.is_empty();
+        if !by_load && !by_turn {
+            return;
+        }
+        chosen.resize(islands.rows.len(), Fineness::Whole);
+        let lined = || bodies.awake.iter().map(|row| bodies.at(*row)).filter(|b| has_line(b));
+        if by_load {
+            for body in lined().filter(|body| ctx.inertia.wants_refining(body)) {
+                chosen[body.island as usize] = Fineness::Loaded;
+            }
+        }
+        if by_turn {
+            for (island, chosen) in islands.rows.iter().zip(&mut *chosen) {
+                if island.len <= MOST_WHIRLING && whirls(island, bodies, joints, ctx.h) {
+                    *chosen = Fineness::Whirling;
                 }
             }
-            // Particles keep pace with the world's substeps.
-            for body in bodies.awake.iter().map(|row| bodies.at(*row)) {
-                if body.dragged && has_line(body) {
-                    fine[body.island as usize] = false;
-                }
-            }
+        }
+        // Particles keep pace with the world's substeps.
+        for body in lined().filter(|body| body.dragged) {
+            chosen[body.island as usize] = Fineness::Whole;
         }
     }
 
@@ -154,7 +169,7 @@ impl Plan {
         }
         let joints_changed = take_joint_changes(colors) || !self.forest.is_by(ratio);
         let changed = take_contact_changes(colors) || joints_changed;
-        if !changed && self.fine[0] == self.fine[1] && self.workers == workers {
+        if !changed && self.fineness[0] == self.fineness[1] && self.workers == workers {
             return;
         }
         self.workers = workers;
@@ -296,10 +311,11 @@ impl Plan {
             }
         }
         let (mut group, mut filled) = (self.shared, 0);
-        let is_fine = |island: u32| self.fine[0].get(island as usize).is_some_and(|fine| *fine);
-        for fine in [false, true] {
+        let fineness =
+            |island: u32| self.fineness[0].get(island as usize).copied().unwrap_or_default();
+        for of in [Fineness::Whole, Fineness::Loaded, Fineness::Whirling] {
             for (island, ends) in &self.islands {
-                if is_shared(*ends) || is_fine(*island) != fine {
+                if is_shared(*ends) || fineness(*island) != of {
                     continue;
                 }
                 if filled > 0 && filled + ends > most {
@@ -313,7 +329,8 @@ impl Plan {
         self.groups.clear();
         self.groups.resize_with(group, Group::default);
         for (island, _) in &self.islands {
-            self.groups[self.group_of[*island as usize] as usize].fine = is_fine(*island);
+            let group = &mut self.groups[self.group_of[*island as usize] as usize];
+            group.fineness = fineness(*island);
         }
     }
 

@@ -4,7 +4,7 @@ use super::glue::nearest;
 use crate::base::math::Vec3;
 use crate::base::pose::Pose;
 use crate::geometry::mass::MassProperties;
-use crate::state::bodies::{Body, NONE};
+use crate::state::bodies::{Body, Fineness, NONE};
 use crate::state::def::MassDef;
 use crate::state::tables::Tables;
 use crate::world::World;
@@ -84,7 +84,7 @@ impl World {
             island_previous: NONE,
             island_next: NONE,
             inertia_factor: 1.0,
-            refined: false,
+            fineness: Fineness::Whole,
             load: 0.0,
             still_time: 0.0,
             room: 0.0,
