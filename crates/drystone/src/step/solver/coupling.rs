@@ -9,6 +9,7 @@
 use super::Solver;
 use super::joint::JointSweep;
 use super::plan::Group;
+use super::six;
 use crate::base::disjoint::Rows;
 use crate::base::id::JointId;
 use crate::base::math::Vec3;
@@ -100,10 +101,9 @@ fn vector(four: [f32; 4]) -> Vec3 {
     Vec3::from([four[0], four[1], four[2]])
 }
 
-/// `r` turned by the rotation vector `t`, to second order.
-fn turned(r: Vec3, t: Vec3) -> Vec3 {
-    let once = t.cross(r);
-    r + once + t.cross(once) * 0.5
+/// How far the rotation vector `t`, of up to 2.8 rad, moves `r`.
+fn shift(r: Vec3, t: Vec3) -> Vec3 {
+    six::shift(t.into(), r.into()).single()
 }
 
 impl End {
@@ -114,7 +114,7 @@ impl End {
             (x * self.alpha[i], self.s[i].mul(t) + self.spin[i] * elapsed)
         };
         let ((shift_a, turn_a), (shift_b, turn_b)) = (moved(0), moved(1));
-        let axis = turned(self.axis, turn_a);
+        let axis = self.axis + shift(self.axis, turn_a);
         let part = |i: usize, v: Vec3, w: Vec3| Part {
             line: self.lines[i],
             v: v * self.factor,
@@ -130,10 +130,9 @@ impl End {
             ];
             return (x, drift, parts);
         }
-        let (ra, rb) = (turned(self.r[0], turn_a), turned(self.r[1], turn_b));
-        let gap = self.gap
-            + (shift_b - shift_a + self.drift * elapsed)
-            + ((rb - self.r[1]) - (ra - self.r[0]));
+        let (turn_a, turn_b) = (shift(self.r[0], turn_a), shift(self.r[1], turn_b));
+        let (ra, rb) = (self.r[0] + turn_a, self.r[1] + turn_b);
+        let gap = self.gap + (shift_b - shift_a + self.drift * elapsed) + (turn_b - turn_a);
         let arm = ra + gap;
         let drift = self.drift + self.spin[1].cross(rb) - self.spin[0].cross(arm);
         let parts = [
@@ -149,8 +148,9 @@ impl Rope {
         for i in 0..2 {
             let [x, t] = motion(self.lines[i]);
             let turn = self.s[i].mul(t) + self.spin[i] * elapsed;
-            let r = turned(self.r[i], turn);
-            let moved = x * self.alpha[i] + self.drift[i] * elapsed + (r - self.r[i]);
+            let turned = shift(self.r[i], turn);
+            let r = self.r[i] + turned;
+            let moved = x * self.alpha[i] + self.drift[i] * elapsed + turned;
             let way = self.way[i] + moved;
             let length = way.length();
             // At the point itself the rope has no direction, and pulls nowhere.

@@ -22,29 +22,31 @@ pub(crate) const fn push(axis: usize) -> f32 {
 /// A rotation by a vector of up to 2.8 rad.
 #[derive(Clone, Copy)]
 pub(crate) struct Turn<S: Simd> {
-    /// Twice the tangent of half the angle, along the axis; over 1 + that of the half squared.
-    once: Vec3w<S>,
+    /// Half the vector, and what its product with an arm, and that with this product, are multiplied by.
     half: Vec3w<S>,
+    once: Wide<S>,
+    twice: Wide<S>,
 }
 
 impl<S: Simd> Turn<S> {
-    /// tan y = y (945 - 105 y² + y⁴)/(945 - 420 y² + 15 y⁴), wrong by 1e-6 at 1 rad.
+    /// tan y = y a/b, a = 1 - y²/9 + y⁴/945, b = 1 - 4 y²/9 + y⁴/63, wrong by 1e-6 at 1 rad; of that Rodrigues' formula.
+    /// (With whole numbers in a and b small turns would be rounded.)
     #[inline(always)]
     pub(crate) fn new(simd: S, t: Vec3w<S>) -> Self {
-        let (one, half) = (splat(simd, 1.0), splat(simd, 0.5));
-        let y = t * half;
-        let q = min(y.dot(y), splat(simd, 2.0));
-        let above = splat(simd, 945.0) - (splat(simd, 105.0) - q) * q;
-        let below = splat(simd, 945.0) - (splat(simd, 420.0) - splat(simd, 15.0) * q) * q;
-        let half = y * (above / below);
-        let scale = splat(simd, 2.0) / (one + half.dot(half));
-        Self { once: half * scale, half }
+        let half = t * splat(simd, 0.5);
+        let q = min(half.dot(half), splat(simd, 2.0));
+        let one = splat(simd, 1.0);
+        let a = one - (splat(simd, 1.0 / 9.0) - splat(simd, 1.0 / 945.0) * q) * q;
+        let b = one - (splat(simd, 4.0 / 9.0) - splat(simd, 1.0 / 63.0) * q) * q;
+        let scale = (a + a) / (b * b + q * (a * a));
+        Self { half, once: scale * b, twice: scale * a }
     }
 
     /// How far it moves `r`.
     #[inline(always)]
     pub(crate) fn shift(&self, r: Vec3w<S>) -> Vec3w<S> {
-        self.once.cross(r + self.half.cross(r))
+        let once = self.half.cross(r);
+        once * self.once + self.half.cross(once) * self.twice
     }
 
     #[inline(always)]

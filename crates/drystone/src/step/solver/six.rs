@@ -1,6 +1,6 @@
 //! Vectors of six numbers, rows of them, and Cholesky factors of up to six rows: the algebra of trees.
 
-use crate::base::double::DVec3;
+use crate::base::double::{DVec3, lesser};
 
 pub(super) type Six = [f64; 6];
 
@@ -67,4 +67,18 @@ pub(super) fn push(x: &mut Six, rows: &Jacobian, p: &Six, n: usize) {
         let sum = (0..n).fold(0.0, |sum, i| sum + rows[i][c] * p[i]);
         x[c] += sum;
     }
+}
+
+/// By how much a turn by the vector `t`, of up to 2.8 rad, moves `r`. See [`super::held::Turn`].
+pub(super) fn shift(t: DVec3, r: DVec3) -> DVec3 {
+    let y = t * 0.5;
+    let q = lesser(y.dot(y), 2.0);
+    let half = y * ((945.0 - (105.0 - q) * q) / (945.0 - (420.0 - 15.0 * q) * q));
+    (half * (2.0 / (1.0 + half.dot(half)))).cross(r + half.cross(r))
+}
+
+/// By how much the end of an arm leaves its tangent in a substep, over its length: see joint.rs.
+pub(super) fn curve(w: DVec3, r: DVec3, h: f64) -> DVec3 {
+    let half = 0.5 * h;
+    w.cross(w.cross(r)) * (half / (1.0 + half * half * w.dot(w)))
 }

@@ -16,7 +16,7 @@
 use fearless_simd::{Simd, SimdBase};
 
 use super::held::{Held, Pair, Row, Turn, push};
-use super::joint::JointSweep;
+use super::joint::{JointSweep, bend};
 use super::rows::{Line, store_velocity};
 use super::spring::{Law, Push};
 use crate::base::disjoint::Rows;
@@ -151,15 +151,6 @@ struct State<S: Simd> {
     locked: [Wide<S>; 6],
 }
 
-/// By how much the end of an arm leaves its tangent in a substep, over its length: w × (w × r) h/2, and no more than
-/// a chord for a fast turn. Without it the joints of a crank at ten turns a second stand open by centimeters.
-#[inline(always)]
-fn curve<S: Simd>(simd: S, w: Vec3w<S>, r: Vec3w<S>, h: Wide<S>) -> Vec3w<S> {
-    let half = h * splat(simd, 0.5);
-    let turn = half * half * w.dot(w);
-    w.cross(w.cross(r)) * (half / (splat(simd, 1.0) + turn))
-}
-
 #[inline(always)]
 fn read<S: Simd>(
     simd: S,
@@ -202,13 +193,13 @@ fn read<S: Simd>(
         locked[i + 3] = load(simd, &block.locked[i + 3]);
     }
     let drift = drift + spin_b.cross(rb) - spin_a.cross(arm_a);
-    let mut bend = Vec3w::zero(simd);
+    let mut curve = Vec3w::zero(simd);
     if !sweep.is_relax {
         let h = splat(simd, 1.0) / splat(simd, sweep.inv_h);
         let (wa, wb) = (sa.mul(va.w) + spin_a, sb.mul(vb.w) + spin_b);
         let slip =
             vb.v * beta - va.v * alpha + drift + sb.mul(vb.w).cross(rb) - sa.mul(va.w).cross(arm_a);
-        bend = curve(simd, wb, rb, h) - curve(simd, wa, arm_a, h) - wa.cross(slip) * h;
+        curve = bend(simd, [wa, wb], [arm_a, rb], h) - wa.cross(slip) * h;
     }
     let pair = Pair {
         alpha,
@@ -218,7 +209,7 @@ fn read<S: Simd>(
         va,
         vb,
         drift,
-        bend,
+        bend: curve,
         spin: spin_b - spin_a,
         arm_a,
         arm_b: rb,

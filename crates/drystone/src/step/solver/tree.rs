@@ -25,7 +25,9 @@ use super::Solver;
 use super::forest::{Tree, TreeJoint};
 use super::joint::JointSweep;
 use super::plan::Group;
-use super::six::{Jacobian, Six, backward, dot, factor, forward, halves, mul, push, wide};
+use super::six::{
+    Jacobian, Six, backward, curve, dot, factor, forward, halves, mul, push, shift, wide,
+};
 use super::tree_six::SixRow;
 use crate::base::double::DVec3;
 use crate::base::jobs::{Executor, for_ranges};
@@ -96,12 +98,6 @@ pub(crate) struct TreeRow {
     w: Jacobian,
     /// Right side, then impulses.
     pub(super) rhs: Six,
-}
-
-/// As in [`super::joint`]: an arm after a rotation by `t`, to second order.
-fn turned(r: DVec3, t: DVec3) -> DVec3 {
-    let first = t.cross(r);
-    r + first + t.cross(first) * 0.5
 }
 
 /// The rows of a ball: velocity at the arm `r`, times `sign`, which is S (r × e).
@@ -484,8 +480,9 @@ impl Solver<'_> {
     fn form_rows(&self, joint: &TreeJoint, row: &mut TreeRow, sweep: &Sweep, compliance: f64) {
         let child = self.tree_bodies.row(joint.child as usize);
         let (x, t) = halves(&child.motion);
-        let r = turned(row.r_child, mul(&child.s, t));
-        let mut gap = row.gap + row.drift * sweep.elapsed + x * child.alpha + (r - row.r_child);
+        let moved = shift(mul(&child.s, t), row.r_child);
+        let r = row.r_child + moved;
+        let mut gap = row.gap + row.drift * sweep.elapsed + x * child.alpha + moved;
         put_ball(&mut row.child, 1.0, child, r);
         let u = &child.u;
         let mut speed = row.drift
@@ -495,13 +492,15 @@ impl Solver<'_> {
                 z: dot(&row.child[2], u),
             };
         if !sweep.joints.is_relax {
+            speed = speed + curve(mul(&child.s, halves(&child.u).1), r, sweep.h);
             child.stiffen(sweep.h, row.impulse, r);
         }
         if joint.parent != NONE {
             let parent = self.tree_bodies.row(joint.parent as usize);
             let (x, t) = halves(&parent.motion);
-            let r = turned(row.r_parent, mul(&parent.s, t));
-            gap = gap - x * parent.alpha - (r - row.r_parent);
+            let moved = shift(mul(&parent.s, t), row.r_parent);
+            let r = row.r_parent + moved;
+            gap = gap - x * parent.alpha - moved;
             put_ball(&mut row.parent, -1.0, parent, r);
             let u = &parent.u;
             speed = speed
@@ -511,6 +510,7 @@ impl Solver<'_> {
                     z: dot(&row.parent[2], u),
                 };
             if !sweep.joints.is_relax {
+                speed = speed - curve(mul(&parent.s, halves(&parent.u).1), r, sweep.h);
                 parent.stiffen(sweep.h, -row.impulse, r);
             }
         }

@@ -12,10 +12,10 @@ use super::Solver;
 use super::forest::{Tree, TreeJoint};
 use super::held::push;
 use super::pack_joint::put;
-use super::six::{Six, dot, halves, mul};
+use super::six::{Six, curve, dot, halves, mul, shift};
 use super::sixdof::{Felt, SixBlock, drive_and_limit};
 use super::tree::{FASTER, Sweep, TreeBody, TreeRow};
-use crate::base::double::{DVec3, greater, lesser};
+use crate::base::double::{DVec3, greater};
 use crate::base::wide::{LANES, Lanes, splat};
 use crate::state::bodies::NONE;
 
@@ -58,14 +58,6 @@ fn vector(lanes: &[Lanes; 3], lane: usize) -> DVec3 {
     DVec3 { x: f64::from(x[lane]), y: f64::from(y[lane]), z: f64::from(z[lane]) }
 }
 
-/// By how much a turn by the vector `t`, of up to 2.8 rad, moves `r`. See [`super::held::Turn`].
-fn shift(t: DVec3, r: DVec3) -> DVec3 {
-    let y = t * 0.5;
-    let q = lesser(y.dot(y), 2.0);
-    let half = y * ((945.0 - (105.0 - q) * q) / (945.0 - (420.0 - 15.0 * q) * q));
-    (half * (2.0 / (1.0 + half.dot(half)))).cross(r + half.cross(r))
-}
-
 /// A body of the joint in this sweep.
 struct Side<'a> {
     body: &'a TreeBody,
@@ -100,12 +92,6 @@ impl<'a> Side<'a> {
         let w = mul(&self.body.s, n) * sign;
         [0.0, 0.0, 0.0, w.x, w.y, w.z]
     }
-}
-
-/// By how much the end of an arm leaves its tangent in a substep, over its length: see sixdof.rs.
-fn curve(w: DVec3, r: DVec3, h: f64) -> DVec3 {
-    let half = 0.5 * h;
-    w.cross(w.cross(r)) * (half / (1.0 + half * half * w.dot(w)))
 }
 
 impl Solver<'_> {
