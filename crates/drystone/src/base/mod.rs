@@ -19,3 +19,4 @@ pub(crate) mod jobs;
 pub(crate) mod team;
 pub(crate) mod disjoint;
 pub(crate) mod wide;
+pub(crate) mod double_wide;

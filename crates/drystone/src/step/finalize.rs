@@ -7,6 +7,7 @@ use super::context::StepContext;
 use super::sleep::freeze;
 use super::solver;
 use super::solver::integrate;
+use super::solver::spin::Spins;
 use crate::base::aabb::Aabb;
 use crate::base::disjoint::Rows;
 use crate::base::jobs::{Executor, collect_ranges, grain};
@@ -65,27 +66,29 @@ pub(crate) fn advance_poses(
     let least = grain(jobs, awake.len(), 64);
     collect_ranges(jobs, awake.len(), least, notes, |range, out| {
         let mut still = false;
-        for row in &awake[range] {
-            let Some(body) = bodies.row(*row as usize) else { continue };
-            let (center, rotation) = (body.center, body.rotation);
-            if !advance(ctx, body, *row, lines, out) {
-                continue;
-            }
-            rate_stillness(ctx, sleep.speed, by_energy, body);
-            still |= body.can_sleep && body.still_time >= sleep.time;
-            spend_room(body, center, rotation);
-            // Most bodies that rest or creep end here, without a look at their shapes.
-            let flew = body.flies;
-            if !flew && body.room > reach(body, ctx).length() {
-                continue;
-            }
-            body.flies = body.is_dynamic() && flies(body, ctx);
-            body.room = f32::INFINITY;
-            for i in 0..body.shapes.len() {
-                if let Some(shape) = table.row(body.shapes[i] as usize)
-                    && fit(shape, body, flew, ctx)
-                {
-                    out.push(Note::Escaped(body.shapes[i]));
+        for flock in awake[range].chunks(FLOCK) {
+            let before = advance(ctx, flock, &bodies, lines);
+            for (row, (center, rotation)) in flock.iter().zip(before) {
+                let Some(body) = bodies.row(*row as usize) else { continue };
+                if !arrive(body, *row, (center, rotation), out) {
+                    continue;
+                }
+                rate_stillness(ctx, sleep.speed, by_energy, body);
+                still |= body.can_sleep && body.still_time >= sleep.time;
+                spend_room(body, center, rotation);
+                // Most bodies that rest or creep end here, without a look at their shapes.
+                let flew = body.flies;
+                if !flew && body.room > reach(body, ctx).length() {
+                    continue;
+                }
+                body.flies = body.is_dynamic() && flies(body, ctx);
+                body.room = f32::INFINITY;
+                for i in 0..body.shapes.len() {
+                    if let Some(shape) = table.row(body.shapes[i] as usize)
+                        && fit(shape, body, flew, ctx)
+                    {
+                        out.push(Note::Escaped(body.shapes[i]));
+                    }
                 }
             }
         }
@@ -185,27 +188,54 @@ pub(crate) fn fat_box(fits: &Aabb, body: &Body, ctx: &StepContext) -> Aabb {
     fits.union(&Aabb::new(fits.min + step, fits.max + step)).grown(room)
 }
 
-/// Moves a body; false if its state became non-finite.
+/// So many bodies are moved before they are looked at: enough to turn what flies eight at a time.
+const FLOCK: usize = 64;
+
+/// Moves bodies; gives where their centers were and how they stood.
 fn advance(
     ctx: &StepContext,
-    body: &mut Body,
-    row: u32,
+    flock: &[u32],
+    bodies: &Rows<'_, Option<Body>>,
     lines: &solver::Scratch,
-    out: &mut Vec<Note>,
-) -> bool {
-    let (center, rotation) = (body.center, body.rotation);
+) -> [(Vec3, Quat); FLOCK] {
+    let mut before = [(Vec3::ZERO, Quat::IDENTITY); FLOCK];
+    let mut spins = Spins::default();
+    for (row, before) in flock.iter().zip(&mut before) {
+        let Some(body) = bodies.row(*row as usize) else { continue };
+        *before = (body.center, body.rotation);
+        if move_body(ctx, body, *row, lines) {
+            spins.add(ctx, *row, body.moments, bodies);
+        }
+    }
+    spins.finish(ctx, bodies);
+    before
+}
+
+/// Moves a body; true if its free rotation is still to be done.
+fn move_body(ctx: &StepContext, body: &mut Body, row: u32, lines: &solver::Scratch) -> bool {
     let line = lines.line_of[row as usize] as usize;
     if body.kind == BodyKind::Kinematic {
         body.center += body.v * ctx.dt;
         body.rotation = body.rotation.turned_by(body.w * ctx.dt);
-    } else if line == 0 || lines.flew(line) {
-        integrate::fly(ctx, body);
-    } else {
-        let (before, squeeze) = (body.v, &lines.squeezes[line]);
-        let aux = (&lines.aux[line], squeeze.factor);
-        integrate::unwhiten(ctx, &lines.lines[line], &lines.whitening[line], aux, body);
-        integrate::note_load(ctx, squeeze, before, body);
+        return false;
     }
+    if line == 0 || lines.flew(line) {
+        return integrate::fly(ctx, body);
+    }
+    let (before, squeeze) = (body.v, &lines.squeezes[line]);
+    let aux = (&lines.aux[line], squeeze.factor);
+    integrate::unwhiten(ctx, &lines.lines[line], &lines.whitening[line], aux, body);
+    integrate::note_load(ctx, squeeze, before, body);
+    false
+}
+
+/// Looks at where a body came to; false if its state became non-finite.
+fn arrive(
+    body: &mut Body,
+    row: u32,
+    (center, rotation): (Vec3, Quat),
+    out: &mut Vec<Note>,
+) -> bool {
     body.step_force = Vec3::ZERO;
     body.step_torque = Vec3::ZERO;
     let pose_ok = body.center.is_finite() && body.rotation.is_finite();

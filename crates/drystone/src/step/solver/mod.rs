@@ -25,6 +25,7 @@ mod pack_joint;
 mod pack_sixdof;
 mod plan;
 mod forest;
+pub(crate) mod spin;
 mod strokes;
 mod swing;
 mod tally;

@@ -8,8 +8,9 @@
 //! at 0.4 to 14 times its rate by them (A6 in docs/accuracy.md).
 
 use super::Solver;
-use super::integrate::{Spin, acceleration, rotate_freely};
+use super::integrate::acceleration;
 use super::softness::exact_decay;
+use super::spin::{Spin, rotate_freely};
 use crate::base::double::{DQuat, DVec3};
 use crate::base::math::Vec3;
 use crate::base::quat::Quat;
