@@ -62,6 +62,17 @@ pub(crate) fn for_ranges(
     jobs.run(chunks, &|_, chunk| f(range_of(chunk, grain, n)));
 }
 
+/// Calls `f(worker, index)` for every index below `n`, each a chunk of its own.
+pub(crate) fn for_each(jobs: &dyn Executor, n: usize, f: impl Fn(usize, usize) + Sync) {
+    if n <= 1 || jobs.workers() <= 1 {
+        for i in 0..n {
+            f(0, i);
+        }
+        return;
+    }
+    jobs.run(n, &f);
+}
+
 /// Calls `f(first index, items)` with every run of at most `grain` items.
 pub(crate) fn for_items<T: Send>(
     jobs: &dyn Executor,

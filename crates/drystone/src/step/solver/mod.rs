@@ -24,6 +24,7 @@ mod pack_extra;
 mod pack_joint;
 mod pack_sixdof;
 mod plan;
+mod rooms;
 mod forest;
 pub(crate) mod spin;
 mod strokes;
@@ -50,6 +51,7 @@ use self::inertia::{Frame, Squeeze};
 use self::integrate::Aux;
 use self::joint::JointSweep;
 use self::plan::{Group, Plan};
+use self::rooms::{Blocks, Rooms};
 use self::rows::{ContactBlock, Extra, JointBlock, Line, Whitening};
 use self::sixdof::SixBlock;
 use self::softness::Softness;
@@ -58,8 +60,7 @@ use self::tally::{ContactTally, JointTally};
 use self::tree::{TreeBody, TreeRow};
 use super::context::StepContext;
 use crate::base::disjoint::Rows;
-use crate::base::grow;
-use crate::base::jobs::{Executor, Inline, for_ranges, grain};
+use crate::base::jobs::{Executor, Inline, for_each, for_ranges, grain};
 use crate::base::math::Vec3;
 use crate::state::bodies::{Bodies, Body};
 use crate::state::colors::Colors;
@@ -148,7 +149,7 @@ struct Solver<'a> {
     acceleration: Rows<'a, Vec3>,
     squeezes: Rows<'a, Squeeze>,
     frames: Rows<'a, Frame>,
-    blocks: Rows<'a, ContactBlock>,
+    blocks: Blocks<'a>,
     /// Empty, or one for each block.
     extras: Rows<'a, Extra>,
     has_extras: bool,
@@ -227,9 +228,6 @@ pub(crate) fn solve(
     s.squeezes.resize(n, Squeeze::default());
     s.frames.resize(islands.rows.len(), Frame::default());
     let n = s.plan.contacts.owners.len();
-    let more = n.saturating_sub(s.blocks.len());
-    grow::make_room(&mut s.blocks, more);
-    s.blocks.resize_with(n, ContactBlock::default);
     s.begun.resize(n, 0);
     let has_extras = colors.special > 0;
     s.extras.resize_with(if has_extras { n } else { 0 }, Extra::default);
@@ -250,6 +248,8 @@ pub(crate) fn solve(
     s.make_tallies(breakage);
     let (slots, _) = contacts.slots_mut();
     let plan = &s.plan;
+    let keep = breakage || !tied.scratch.groups.is_empty();
+    let rooms = Rooms::new(plan, &mut s.blocks, workers, keep);
     let solver = Solver {
         ctx,
         method,
@@ -263,7 +263,7 @@ pub(crate) fn solve(
         acceleration: Rows::new(&mut s.acceleration),
         squeezes: Rows::new(&mut s.squeezes),
         frames: Rows::new(&mut s.frames),
-        blocks: Rows::new(&mut s.blocks),
+        blocks: rooms.own(),
         extras: Rows::new(&mut s.extras),
         has_extras,
         joints: Rows::new(&mut s.joints),
@@ -291,11 +291,11 @@ pub(crate) fn solve(
     for number in (0..plan.shared).filter(|number| groups.binary_search(number).is_err()) {
         solver_of(number).solve(number, jobs);
     }
-    for_ranges(jobs, plan.groups.len() - plan.shared, 1, |range| {
-        for number in range.map(|number| plan.shared + number) {
-            if groups.binary_search(&number).is_err() {
-                solver_of(number).solve(number, &Inline);
-            }
+    for_each(jobs, plan.groups.len() - plan.shared, |worker, number| {
+        let number = plan.shared + number;
+        if groups.binary_search(&number).is_err() {
+            let blocks = rooms.of(worker, plan, number);
+            Solver { blocks, ..solver_of(number) }.solve(number, &Inline);
         }
     });
 }

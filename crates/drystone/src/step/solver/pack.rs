@@ -149,7 +149,11 @@ pub(super) fn pack<S: Simd, const FIXED: bool>(
     extra: Option<&mut Extra>,
     lines: &Rows<'_, Line>,
 ) {
-    let Some(raw) = Raw::load::<FIXED>(source, owners) else { return };
+    let Some(raw) = Raw::load::<FIXED>(source, owners) else {
+        // Other groups have been in the room: what they left must push nothing.
+        (block.row_a, block.row_b) = ([0; LANES], [0; LANES]);
+        return;
+    };
     (block.row_a, block.row_b) = (raw.row_a, raw.row_b);
     block.count = 0;
     for c in raw.contacts {

@@ -2,7 +2,8 @@
 //! how an impulse acts on its bodies. See [`super::impact`].
 
 use super::integrate::Aux;
-use super::rows::{ContactBlock, Extra, Line, Whitening};
+use super::rooms::Blocks;
+use super::rows::{Extra, Line, Whitening};
 use super::tally::ContactTally;
 use crate::base::disjoint::Rows;
 use crate::base::math::{Vec3, vec3};
@@ -15,7 +16,7 @@ const STILL: f32 = 1.0e-4;
 /// The solver's rows that impacts read and write.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Source<'a> {
-    pub(super) blocks: &'a Rows<'a, ContactBlock>,
+    pub(super) blocks: &'a Blocks<'a>,
     pub(super) extras: &'a Rows<'a, Extra>,
     pub(super) tallies: Option<&'a Rows<'a, ContactTally>>,
     pub(super) owners: &'a [[u32; LANES]],

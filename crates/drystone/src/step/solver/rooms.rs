@@ -1,0 +1,90 @@
+//! Where blocks of contacts stand. A group that one worker takes through the whole step needs its blocks only
+//! meanwhile, so all groups of a worker use one room, as large as the largest of them asks for: many small islands
+//! take no more of memory than one, and their blocks stay in the worker's cache. What several workers share, or
+//! takes its passes in turn with particles, or is asked for after the step, has blocks of its own.
+
+use super::plan::Plan;
+use super::rows::ContactBlock;
+use crate::base::disjoint::Rows;
+use crate::base::grow;
+
+/// Blocks by their numbers in the plan: all, or those of a group that is in a room.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Blocks<'a> {
+    rows: Rows<'a, ContactBlock>,
+    /// Number of the first one.
+    first: usize,
+}
+
+impl Blocks<'_> {
+    /// Block `i`.
+    #[inline(always)]
+    #[expect(clippy::mut_from_ref, reason = "as of rows: groups and colors keep them apart")]
+    pub(super) fn row(&self, i: usize) -> &mut ContactBlock {
+        self.rows.row(i - self.first)
+    }
+
+    /// Block `i`, to read.
+    #[inline(always)]
+    pub(super) fn read(&self, i: usize) -> &ContactBlock {
+        self.rows.read(i - self.first)
+    }
+
+    /// Asks for the first `lines` cache lines of block `i`, if there is such a block.
+    #[inline(always)]
+    pub(super) fn prefetch(&self, i: usize, lines: usize) {
+        self.rows.prefetch(i - self.first, lines);
+    }
+}
+
+/// Which blocks have a place of their own, and how large the workers' rooms are.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Rooms<'a> {
+    rows: Rows<'a, ContactBlock>,
+    /// So many of the first blocks; after them the rooms begin.
+    own: usize,
+    /// Blocks in a room.
+    size: usize,
+}
+
+impl<'a> Rooms<'a> {
+    /// Makes room in `blocks` for the groups of `plan` and this many workers. `keep`: all blocks keep what they
+    /// say until the next step.
+    pub(super) fn new(
+        plan: &Plan,
+        blocks: &'a mut Vec<ContactBlock>,
+        workers: usize,
+        keep: bool,
+    ) -> Self {
+        let (shared, single) = plan.groups.split_at(plan.shared);
+        let layout = &plan.contacts;
+        let own = shared.iter().map(|group| layout.blocks_of(&group.contacts).end).max();
+        let size = single.iter().map(|group| layout.blocks_of(&group.contacts).len()).max();
+        let (own, size) =
+            if keep { (layout.owners.len(), 0) } else { (own.unwrap_or(0), size.unwrap_or(0)) };
+        let n = own + size * workers.min(single.len());
+        // What is there is not taken back: rooms grow and shrink from step to step.
+        if blocks.len() < n {
+            let more = n - blocks.len();
+            grow::make_room(blocks, more);
+            blocks.resize_with(n, ContactBlock::default);
+        }
+        Self { rows: Rows::new(blocks), own, size }
+    }
+
+    /// Blocks that have their own place.
+    pub(super) fn own(&self) -> Blocks<'a> {
+        Blocks { rows: self.rows, first: 0 }
+    }
+
+    /// The blocks of a group that `worker` is to solve alone.
+    pub(super) fn of(&self, worker: usize, plan: &Plan, number: usize) -> Blocks<'_> {
+        let blocks = plan.contacts.blocks_of(&plan.groups[number].contacts);
+        if blocks.end <= self.own {
+            return self.own();
+        }
+        let room = self.own + worker * self.size;
+        let rows = Rows::new(self.rows.slice(room..room + blocks.len()));
+        Blocks { rows, first: blocks.start }
+    }
+}
