@@ -10,7 +10,6 @@
 //! slower. See docs/decisions/015-load-adaptive-inertia.md for what each number below does.
 
 use super::Solver;
-use super::plan::Group;
 use crate::base::math::Vec3;
 use crate::state::bodies::{Body, Fineness, NONE};
 use crate::state::contacts::Contact;
@@ -185,17 +184,46 @@ impl Frame {
     }
 }
 
+/// How the islands of a group move, in a step in which one of their bodies grows heavier.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Frames {
+    /// In order.
+    islands: Vec<u32>,
+    frames: Vec<Frame>,
+}
+
+impl Frames {
+    /// Nothing is known of these islands, which may be named several times.
+    fn begin(&mut self, islands: impl Iterator<Item = u32>) {
+        self.islands.clear();
+        for island in islands {
+            if self.islands.last() != Some(&island) {
+                self.islands.push(island);
+            }
+        }
+        self.islands.sort_unstable();
+        self.islands.dedup();
+        self.frames.clear();
+        self.frames.resize(self.islands.len(), Frame::default());
+    }
+
+    fn of(&mut self, island: u32) -> &mut Frame {
+        let at =
+            self.islands.binary_search(&island).expect("the group's bodies are in its islands");
+        &mut self.frames[at]
+    }
+}
+
 impl Solver<'_> {
     /// Bodies that grow heavier join the motion of their island. Sums are made in the order of bodies,
     /// which no grouping changes.
-    pub(super) fn slow_heavier(&self, group: &Group) {
+    pub(super) fn slow_heavier(&self, number: usize) {
+        let (group, frames) = (&self.plan.groups[number], self.frames.row(number));
         let body_of = |i: usize| self.bodies.at(self.plan.members[i - 1]);
-        for i in group.lines.clone() {
-            *self.frames.row(body_of(i).island as usize) = Frame::default();
-        }
+        frames.begin(group.lines.clone().map(|i| body_of(i).island));
         for i in group.lines.clone() {
             let body = body_of(i);
-            let frame = self.frames.row(body.island as usize);
+            let frame = frames.of(body.island);
             frame.island.add(body.mass, body.v, body.w);
             frame.held |= body.joints.iter().any(|row| self.is_to_fixed(*row));
         }
@@ -205,7 +233,7 @@ impl Solver<'_> {
                 let contact =
                     if *row == NONE { None } else { self.contacts.read(*row as usize).as_ref() };
                 if let Some(contact) = contact {
-                    self.add_support(contact);
+                    self.add_support(contact, frames);
                 }
             }
         }
@@ -213,7 +241,7 @@ impl Solver<'_> {
             let body = body_of(i);
             let factor = self.squeezes.read(i).factor;
             if factor > body.inertia_factor {
-                let frame = self.frames.read(body.island as usize);
+                let frame = frames.of(body.island);
                 if frame.held {
                     self.put_line(i, body, factor, frame.slowed(body, factor));
                 } else {
@@ -231,7 +259,7 @@ impl Solver<'_> {
     }
 
     /// Enters the motion of the fixed side of a contact in its island's frame.
-    fn add_support(&self, c: &Contact) {
+    fn add_support(&self, c: &Contact, frames: &mut Frames) {
         let (a, b) = (self.bodies.at(c.body_a), self.bodies.at(c.body_b));
         let (support, island) = match [c.body_a, c.body_b].map(|row| self.line_of[row as usize]) {
             // A body that was put aside may still be named by a contact.
@@ -239,7 +267,7 @@ impl Solver<'_> {
             [0, _] => (a, b.island),
             _ => (b, a.island),
         };
-        let frame = self.frames.row(island as usize);
+        let frame = frames.of(island);
         for p in c.points() {
             let r = a.center + p.r_a - support.center;
             frame.support.add(p.impulse, support.velocity_at(r), support.w);

@@ -47,7 +47,7 @@ use fearless_simd::dispatch;
 use self::contact::Sweep;
 use self::coupling::CouplingRow;
 use self::impact::Impacts;
-use self::inertia::{Frame, Squeeze};
+use self::inertia::{Frames, Squeeze};
 use self::integrate::Aux;
 use self::joint::JointSweep;
 use self::plan::{Group, Plan};
@@ -81,8 +81,8 @@ pub(crate) struct Scratch {
     pub(crate) aux: Vec<Aux>,
     acceleration: Vec<Vec3>,
     pub(crate) squeezes: Vec<Squeeze>,
-    /// Of each island, in a step in which one of its bodies grows heavier.
-    frames: Vec<Frame>,
+    /// Of each group.
+    frames: Vec<Frames>,
     blocks: Vec<ContactBlock>,
     extras: Vec<Extra>,
     joints: Vec<JointBlock>,
@@ -148,7 +148,7 @@ struct Solver<'a> {
     aux: Rows<'a, Aux>,
     acceleration: Rows<'a, Vec3>,
     squeezes: Rows<'a, Squeeze>,
-    frames: Rows<'a, Frame>,
+    frames: Rows<'a, Frames>,
     blocks: Blocks<'a>,
     /// Empty, or one for each block.
     extras: Rows<'a, Extra>,
@@ -226,7 +226,7 @@ pub(crate) fn solve(
     s.aux.resize(n, Aux::default());
     s.acceleration.resize(n, Vec3::ZERO);
     s.squeezes.resize(n, Squeeze::default());
-    s.frames.resize(islands.rows.len(), Frame::default());
+    s.frames.resize_with(s.plan.groups.len().max(s.frames.len()), Frames::default);
     let n = s.plan.contacts.owners.len();
     s.begun.resize(n, 0);
     let has_extras = colors.special > 0;
@@ -427,7 +427,8 @@ impl Solver<'_> {
         });
     }
 
-    fn prepare_lines(&self, group: &Group, jobs: &dyn Executor) {
+    fn prepare_lines(&self, number: usize, jobs: &dyn Executor) {
+        let group = &self.plan.groups[number];
         let n = group.lines.len();
         let heavier = AtomicBool::new(false);
         for_ranges(jobs, n, grain(jobs, n, 64), |part| {
@@ -443,7 +444,7 @@ impl Solver<'_> {
             }
         });
         if heavier.into_inner() {
-            self.slow_heavier(group);
+            self.slow_heavier(number);
         }
     }
 

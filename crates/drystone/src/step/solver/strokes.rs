@@ -37,7 +37,7 @@ impl Solver<'_> {
     /// Rows of a group, and its stored impulses.
     pub(super) fn begin(&self, number: usize, jobs: &dyn Executor) -> Progress {
         let group = &self.plan.groups[number];
-        self.prepare_lines(group, jobs);
+        self.prepare_lines(number, jobs);
         self.prepare_joints(group, jobs);
         self.prepare_couplings(group);
         self.prepare_trees(group);
