@@ -22,6 +22,26 @@ pub(crate) enum Fineness {
     Whirling,
 }
 
+/// Where a body's mass came from: as [`MassDef`] says, but for what the body itself knows.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum MassSource {
+    Shapes,
+    /// Its mass [kg] was given.
+    Mass(f32),
+    /// All was given.
+    Exact,
+}
+
+impl From<MassDef> for MassSource {
+    fn from(def: MassDef) -> Self {
+        match def {
+            MassDef::FromShapes => Self::Shapes,
+            MassDef::Mass(mass) => Self::Mass(mass),
+            MassDef::Exact { .. } => Self::Exact,
+        }
+    }
+}
+
 /// A body. What every stage reads stands in the first cache line, the kind too, by which an empty slot
 /// is told.
 #[derive(Clone, Debug)]
@@ -52,8 +72,7 @@ pub(crate) struct Body {
     pub(crate) local_center: Vec3,
     /// Mass [kg]; 0 for static and kinematic bodies.
     pub(crate) mass: f32,
-    /// Where the mass came from.
-    pub(crate) mass_def: MassDef,
+    pub(crate) mass_source: MassSource,
     /// Principal moments of inertia [kg m²]; 0 along an axis that cannot turn.
     pub(crate) moments: Vec3,
     /// Principal axes [body].
@@ -111,6 +130,7 @@ pub(crate) struct Body {
 }
 
 const _: () = assert!(core::mem::offset_of!(Body, extent) == 60);
+const _: () = assert!(size_of::<Option<Body>>() == 320);
 
 impl Body {
     /// Pose of the origin.

@@ -35,7 +35,7 @@ impl World {
             w: def.angular_velocity,
             local_center: mass.center,
             mass: mass.mass,
-            mass_def: def.mass,
+            mass_source: def.mass.into(),
             moments,
             principal,
             locks: def.locks,

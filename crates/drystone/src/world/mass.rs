@@ -6,6 +6,7 @@ use crate::base::pose::Pose;
 use crate::base::quat::Quat;
 use crate::geometry::mass::MassProperties;
 use crate::geometry::solid::Solid;
+use crate::state::bodies::MassSource;
 use crate::state::def::{BodyDef, BodyKind, DefError, MassDef};
 
 /// What the definition's mass and shapes come to.
@@ -66,7 +67,7 @@ impl World {
     pub(super) fn refresh_mass(&mut self, row: u32) {
         let tables = &mut self.tables;
         let body = tables.bodies.at(row);
-        let exact = matches!(body.mass_def, MassDef::Exact { .. });
+        let exact = body.mass_source == MassSource::Exact;
         if body.kind == BodyKind::Dynamic && !exact {
             let solid = body.shapes.iter().map(|s| tables.shapes.at(*s));
             let parts: Vec<(Pose, MassProperties)> = solid
@@ -75,7 +76,7 @@ impl World {
                 .collect();
             let mut total = MassProperties::combine(&parts);
             if total.mass > 0.0 && total.mass.is_finite() {
-                if let MassDef::Mass(mass) = body.mass_def {
+                if let MassSource::Mass(mass) = body.mass_source {
                     total = total.scaled_to(mass);
                 }
                 self.set_mass(row, &total);

@@ -8,8 +8,9 @@ use crate::base::math::Vec3;
 use crate::base::pose::Pose;
 use crate::base::quat::Quat;
 use crate::geometry::mass::MassProperties;
+use crate::state::bodies::MassSource;
 use crate::state::breakage::{GlueBond, Glued};
-use crate::state::def::{BondStrength, DefError, Glue, MassDef};
+use crate::state::def::{BondStrength, DefError, Glue};
 use crate::state::events::{BondBreak, FractureCause, FractureEvent};
 use crate::state::joints::{Joint, Link};
 use crate::state::tables::Tables;
@@ -225,7 +226,7 @@ fn load_pieces(tables: &Tables, row: u32, glued: &Glued, scratch: &mut Scratch) 
         lumps.push(lump(&own, &s.local));
     }
     // Of a body whose mass was given, each has its share.
-    if let MassDef::Mass(mass) = body.mass_def {
+    if let MassSource::Mass(mass) = body.mass_source {
         let scale = f64::from(mass) / total;
         for l in lumps.iter_mut() {
             l.mass *= scale;

@@ -11,8 +11,8 @@ use crate::base::random::Random;
 use crate::geometry::cells::HullPiece;
 use crate::geometry::hull::Hull;
 use crate::geometry::shape::Shape;
-use crate::state::bodies::Body;
-use crate::state::def::{BodyDef, DefError, Fracture, MassDef, ShapeDef};
+use crate::state::bodies::{Body, MassSource};
+use crate::state::def::{BodyDef, DefError, Fracture, ShapeDef};
 use crate::state::events::{FractureCause, FractureEvent};
 use crate::state::shapes::ShapeRow;
 use crate::world::World;
@@ -103,7 +103,7 @@ impl World {
             return Err(DefError::new("body", id.index(), "a body of this world"));
         };
         let body = self.tables.bodies.at(row);
-        let exact = matches!(body.mass_def, MassDef::Exact { .. });
+        let exact = body.mass_source == MassSource::Exact;
         let one = self.solid_shape(row).is_some();
         if !body.is_dynamic() || exact || !one || self.tables.breakage.glued.contains_key(&row) {
             let allowed = "a dynamic body of one box or hull, no glue, and no mass given in full";

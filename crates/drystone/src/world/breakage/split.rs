@@ -4,8 +4,7 @@ use super::glue::nearest;
 use crate::base::math::Vec3;
 use crate::base::pose::Pose;
 use crate::geometry::mass::MassProperties;
-use crate::state::bodies::{Body, Fineness, NONE};
-use crate::state::def::MassDef;
+use crate::state::bodies::{Body, Fineness, MassSource, NONE};
 use crate::state::tables::Tables;
 use crate::world::World;
 use crate::world::mass::principal_moments;
@@ -56,8 +55,8 @@ impl World {
     /// A body of some of another's shapes, that moves as its matter does. `whole`: mass of all shapes.
     fn part_of(&self, old: &Body, shapes: &[u32], whole: f32) -> Body {
         let mut total = mass_of(&self.tables, shapes);
-        let mass_def = share(old.mass_def, total.mass, whole);
-        if let MassDef::Mass(mass) = mass_def {
+        let mass_source = share(old.mass_source, total.mass, whole);
+        if let MassSource::Mass(mass) = mass_source {
             total = total.scaled_to(mass);
         }
         let arm = old.rotation.rotate(total.center - old.local_center);
@@ -67,7 +66,7 @@ impl World {
             v: old.velocity_at(arm),
             local_center: total.center,
             mass: total.mass,
-            mass_def,
+            mass_source,
             moments,
             principal,
             w_rest: Vec3::ZERO,
@@ -98,12 +97,12 @@ impl World {
     /// The body keeps these shapes only.
     fn shrink(&mut self, row: u32, old: &Body, kept: Vec<u32>, whole: f32) {
         let mut total = mass_of(&self.tables, &kept);
-        let mass_def = share(old.mass_def, total.mass, whole);
-        if let MassDef::Mass(mass) = mass_def {
+        let mass_source = share(old.mass_source, total.mass, whole);
+        if let MassSource::Mass(mass) = mass_source {
             total = total.scaled_to(mass);
         }
         let body = self.tables.bodies.at_mut(row);
-        (body.shapes, body.mass_def) = (kept, mass_def);
+        (body.shapes, body.mass_source) = (kept, mass_source);
         body.w_rest = Vec3::ZERO;
         self.set_mass(row, &total);
         self.refresh_extent(row);
@@ -161,9 +160,9 @@ fn mass_of(tables: &Tables, shapes: &[u32]) -> MassProperties {
 }
 
 /// Of a mass that was given the part that some of its shapes have.
-fn share(mass: MassDef, part: f32, whole: f32) -> MassDef {
+fn share(mass: MassSource, part: f32, whole: f32) -> MassSource {
     match mass {
-        MassDef::Mass(mass) => MassDef::Mass(mass * (part / whole)),
+        MassSource::Mass(mass) => MassSource::Mass(mass * (part / whole)),
         other => other,
     }
 }
