@@ -242,6 +242,9 @@ impl Spins {
 
     fn turn(&mut self, ctx: &StepContext, list: usize, bodies: &Rows<'_, Option<Body>>) {
         let count = core::mem::take(&mut self.counts[list]);
+        if count == 0 {
+            return;
+        }
         let rows = &self.rows[list][..count];
         let mut tops = Tops::default();
         for lane in 0..LANES {
@@ -250,9 +253,6 @@ impl Spins {
             if let Some(body) = row.and_then(|row| bodies.read(*row as usize).as_ref()) {
                 tops.fill(lane, body);
             }
-        }
-        if count == 0 {
-            return;
         }
         let mut ends = Ends::default();
         dispatch!(ctx.level, simd => turn_eight(simd, &tops, ctx.dt, ctx.substeps, &mut ends));
@@ -526,8 +526,10 @@ mod tests {
             let speed = [0.01, 1.0, 30.0, 3_000.0][usize::from(i % 4)];
             let w = vec3(between(-1.0, 1.0), between(-1.0, 1.0), between(-1.0, 1.0)) * speed;
             let w = if i % 7 == 0 { vec3(0.0, w.y, 0.0) } else { w };
-            let body =
-                BodyDef::dynamic().with_angular_velocity(w).with_shape(ShapeDef::box_half(half));
+            let body = BodyDef::dynamic()
+                .with_position(vec3(10.0 * f32::from(i), 0.0, 0.0))
+                .with_angular_velocity(w)
+                .with_shape(ShapeDef::box_half(half));
             world.add_body(body).unwrap();
         }
         // Some steps later they stand askew, and rounding has left something.
