@@ -19,7 +19,6 @@ pub(super) struct Blocks<'a> {
 impl Blocks<'_> {
     /// Block `i`.
     #[inline(always)]
-    #[expect(clippy::mut_from_ref, reason = "as of rows: groups and colors keep them apart")]
     pub(super) fn row(&self, i: usize) -> &mut ContactBlock {
         self.rows.row(i - self.first)
     }
@@ -60,9 +59,13 @@ impl<'a> Rooms<'a> {
         let layout = &plan.contacts;
         let own = shared.iter().map(|group| layout.blocks_of(&group.contacts).end).max();
         let size = single.iter().map(|group| layout.blocks_of(&group.contacts).len()).max();
-        let (own, size) =
-            if keep { (layout.owners.len(), 0) } else { (own.unwrap_or(0), size.unwrap_or(0)) };
-        let n = own + size * workers.min(single.len());
+        // Any worker may take any group: no more groups than workers would not need less.
+        let (own, size) = if keep || single.len() <= workers {
+            (layout.owners.len(), 0)
+        } else {
+            (own.unwrap_or(0), size.unwrap_or(0))
+        };
+        let n = own + size * workers;
         // What is there is not taken back: rooms grow and shrink from step to step.
         if blocks.len() < n {
             let more = n - blocks.len();
