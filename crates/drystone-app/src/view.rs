@@ -11,7 +11,7 @@ use drystone_view::sim::Opened;
 use drystone_view::{Options, show};
 
 use crate::Outcome;
-use crate::cli::{Overlay, Source, View, has_extension};
+use crate::cli::{AutoColliders, Overlay, Source, View, has_extension};
 use crate::load::{Loaded, build, load};
 use crate::output::Failure;
 use crate::render::quiet_driver;
@@ -46,10 +46,12 @@ pub(crate) fn view(args: &View) -> Outcome {
     };
     let again = args.clone();
     let open = Box::new(move |scene: &str| {
-        // What is said of files says nothing of the catalog.
-        let file = drystone_scene::named(scene).is_err();
-        let auto_colliders = again.source.auto_colliders.filter(|_| file);
-        let robot = has_extension(Path::new(scene), &["urdf"]);
+        let is = |endings: &[&str]| has_extension(Path::new(scene), endings);
+        // A file that is dropped and has no physics falls, as it does in a browser.
+        let hulls = AutoColliders::Hull;
+        let auto_colliders =
+            is(&["gltf", "glb", "obj"]).then(|| again.source.auto_colliders.unwrap_or(hulls));
+        let robot = is(&["urdf"]);
         let (base, ground) =
             if robot { (again.source.base, again.source.ground) } else { (None, None) };
         let source = Source { scene: scene.to_owned(), auto_colliders, base, ground };
@@ -97,5 +99,6 @@ fn open(args: &View, source: &Source, executor: &Arc<dyn Executor>) -> Result<Op
         Loaded::BuiltIn(_) => source.scene.trim().to_owned(),
         Loaded::Read(_) | Loaded::Gltf(_) => scene.name.clone(),
     };
-    Ok(Opened { name, running, hz })
+    let notes = scene.notes.clone();
+    Ok(Opened { name, running, hz, notes })
 }

@@ -363,9 +363,15 @@ fn a_window_is_driven_by_mouse_and_keys_on_a_display_in_memory() {
         title.ends_with(" | soft-step-relax - drystone") && !title.contains("relax | ")
     });
 
-    // Other scenes by the menu: one that is not there gives a message, and all stays.
+    // Other scenes by the menu: a broken file gives a message, and all stays; one with a broken image opens, with a note.
     fs::write(folder.join("broken.glb"), b"glTF\x02\0\0\0 and then nothing").unwrap();
-    for (typed, expected) in [("broken.glb", "stack:n=1 -"), ("arch", "arch -")] {
+    let broken = plate(Some("data:image/png;base64,iVBORw0KGgo"), "");
+    fs::write(folder.join("noted.gltf"), broken).unwrap();
+    for (typed, expected, told) in [
+        ("broken.glb", "stack:n=1 -", true),
+        ("noted.gltf", "noted -", true),
+        ("arch", "arch -", false),
+    ] {
         w.hands("mousemove 1010 22");
         w.hands("click 1");
         w.look("menu.png");
@@ -378,10 +384,9 @@ fn a_window_is_driven_by_mouse_and_keys_on_a_display_in_memory() {
         w.hands(&format!("type --delay 60 {typed}"));
         w.hands("key Return");
         let orange = [255, 140, 90];
-        let broken = typed.ends_with("glb");
         w.wait("no answer", |w| {
             let message = points_of(&w.look(&format!("{typed}.png")), orange) > 20;
-            message == broken && w.title().starts_with(expected)
+            message == told && w.title().starts_with(expected)
         });
     }
 }

@@ -16,7 +16,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let name = std::env::args().nth(1).unwrap_or_else(|| "many_pyramids".to_owned());
     let scene = drystone_scene::named(&name)?;
     let mut bare = scene.build()?;
-    let opened = Opened { name, running: scene.build()?, hz: 60.0 };
+    let opened = Opened { name, running: scene.build()?, hz: 60.0, notes: Vec::new() };
     let mut simulation = Simulation::new(opened, Box::new(|_| Err(String::new())), false);
     let mut canvas = Canvas::new(1280, 720)?;
     // The clock of a thread is coarse: it is read around many of each.

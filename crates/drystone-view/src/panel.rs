@@ -5,8 +5,8 @@ use std::collections::VecDeque;
 use drystone::{Stage, WorldConfig};
 use egui::containers::menu::{MenuButton, MenuConfig};
 use egui::{
-    Align, Align2, Area, Color32, Context, Frame, Id, Layout, PopupCloseBehavior, RichText,
-    ScrollArea, Slider, TextEdit, Ui,
+    Align, Align2, Area, CollapsingHeader, Color32, Context, Frame, Id, Layout, PopupCloseBehavior,
+    RichText, ScrollArea, Slider, TextEdit, Ui,
 };
 
 use crate::overlay::{Overlays, Tint};
@@ -39,6 +39,8 @@ pub(crate) struct Panel {
     typed: String,
     /// Whether keys are explained.
     pub(crate) help: bool,
+    /// What was read over the picture and closed: the scene's number, the message.
+    read: Option<(u64, Option<String>)>,
     /// Whether it is seen; at first a narrow window leaves it out.
     pub(crate) open: Option<bool>,
 }
@@ -88,6 +90,7 @@ impl Panel {
         }
         ui.separator();
         ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+            notes(ui, shown);
             if let Some(picked) = &shown.picked {
                 look_at(ui, picked, send);
                 ui.separator();
@@ -129,12 +132,39 @@ impl Panel {
                 }
             });
         });
-        if let Some(message) = &shown.message {
-            let below = Area::new(Id::unique("message")).anchor(Align2::CENTER_BOTTOM, [0.0, -6.0]);
-            below.show(context, |ui| {
-                Frame::popup(ui.style()).show(ui, |ui| ui.colored_label(WARNING, message));
-            });
+        let said = (shown.scene, shown.message.clone());
+        let any = shown.message.is_some() || !shown.notes.is_empty();
+        if any && self.read.as_ref() != Some(&said) && self.below(context, shown) {
+            self.read = Some(said);
         }
+    }
+
+    /// Messages over the picture while the panel is closed; whether they were closed.
+    fn below(&mut self, context: &Context, shown: &Shown) -> bool {
+        let mut closed = false;
+        let area = Area::new(Id::unique("message")).anchor(Align2::CENTER_BOTTOM, [0.0, -6.0]);
+        area.show(context, |ui| {
+            Frame::popup(ui.style()).show(ui, |ui| {
+                // Half the picture is left to see.
+                ui.set_max_width((context.content_rect().width() - 40.0).clamp(80.0, 560.0));
+                if let Some(message) = &shown.message {
+                    ui.colored_label(WARNING, message);
+                }
+                if let Some(first) = shown.notes.first() {
+                    ui.label(RichText::new(first).small().color(WARNING));
+                }
+                ui.horizontal(|ui| {
+                    let close = ui.small_button("close");
+                    places::note(ui, "close", &close);
+                    closed = close.clicked();
+                    let more = shown.notes.len().saturating_sub(1);
+                    if more > 0 && ui.small_button(format!("{more} more")).clicked() {
+                        self.open = Some(true);
+                    }
+                });
+            });
+        });
+        closed
     }
 
     fn scenes(&mut self, ui: &mut Ui, shown: &Shown, send: &mut dyn FnMut(Command)) {
@@ -257,6 +287,25 @@ impl Panel {
             self.asked[side] = Some(config);
         }
     }
+}
+
+/// What of the scene's file was left out.
+fn notes(ui: &mut Ui, shown: &Shown) {
+    if shown.notes.is_empty() {
+        return;
+    }
+    let title = match shown.notes.len() {
+        1 => "a note on this file".to_owned(),
+        count => format!("{count} notes on this file"),
+    };
+    let header = CollapsingHeader::new(RichText::new(title).color(WARNING));
+    let header = header.id_salt(("notes", shown.scene)).default_open(true).show(ui, |ui| {
+        for note in shown.notes.iter() {
+            ui.label(RichText::new(note).small());
+        }
+    });
+    places::note(ui, "notes", &header.header_response);
+    ui.separator();
 }
 
 fn look_at(ui: &mut Ui, picked: &Picked, send: &mut dyn FnMut(Command)) {

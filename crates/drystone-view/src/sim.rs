@@ -104,6 +104,8 @@ pub struct Shown {
     pub picked: Option<Picked>,
     /// What the user should know.
     pub message: Option<String>,
+    /// What of the scene's file was left out, a line each.
+    pub notes: Arc<[String]>,
 }
 
 /// A scene that was opened.
@@ -115,6 +117,8 @@ pub struct Opened {
     pub running: Running,
     /// Steps a second.
     pub hz: f32,
+    /// What of its file was left out, a line each.
+    pub notes: Vec<String>,
 }
 
 /// Opens a scene: a name of the catalog, or a path. An error is a line for the user.
@@ -127,6 +131,11 @@ pub type Slot = Arc<Mutex<Option<Shown>>>;
 const GRAB_HERTZ: f32 = 3.0;
 /// Time in which the grip takes most of the turning from what is held [s].
 const GRIP_TIME: f32 = 0.3;
+
+/// Notes on a file that are shown.
+const MOST_NOTES: usize = 30;
+/// Letters of a line that is shown.
+const MOST_LETTERS: usize = 400;
 
 /// What is held by the mouse.
 #[derive(Clone, Copy, Debug)]
@@ -155,6 +164,7 @@ pub struct Simulation {
     grabs: (u64, bool),
     picked: Option<BodyId>,
     message: Option<String>,
+    notes: Arc<[String]>,
 }
 
 impl fmt::Debug for Simulation {
@@ -182,6 +192,7 @@ impl Simulation {
             grabs: (0, false),
             picked: None,
             message: None,
+            notes: shown_notes(opened.notes),
         }
     }
 
@@ -269,13 +280,14 @@ impl Simulation {
         let opened = catch_unwind(AssertUnwindSafe(|| (self.open)(what)))
             .unwrap_or_else(|_| Err(format!("{what}: the loader failed; please report this file")));
         match opened {
-            Ok(Opened { name, running, hz }) => {
+            Ok(Opened { name, running, hz, notes }) => {
+                self.notes = shown_notes(notes);
                 self.subject = Arc::new(Subject::of(&running.world));
                 self.sides = vec![Side::new(History::new(running, hz.recip()))];
                 (self.name, self.scene) = (name, self.scene + 1);
                 (self.grab, self.picked) = (None, None);
             }
-            Err(why) => self.message = Some(why),
+            Err(why) => self.message = Some(shortened(why)),
         }
     }
 
@@ -332,6 +344,7 @@ impl Simulation {
             grabs: self.grabs,
             picked: self.picked.and_then(|id| picked::look(self.history().now(), id)),
             message: self.message.clone(),
+            notes: Arc::clone(&self.notes),
         }
     }
 
@@ -471,20 +484,44 @@ impl Simulation {
     }
 }
 
+/// The first notes on a file, each short enough for a window. A file may have any number of faults.
+fn shown_notes(notes: Vec<String>) -> Arc<[String]> {
+    let more = notes.len().saturating_sub(MOST_NOTES);
+    let mut shown: Vec<String> = notes.into_iter().take(MOST_NOTES).map(shortened).collect();
+    if more > 0 {
+        shown.push(format!("and {more} more: `drystone info` lists them"));
+    }
+    shown.into()
+}
+
+/// A text without its end if it is long.
+fn shortened(text: String) -> String {
+    match text.char_indices().nth(MOST_LETTERS) {
+        Some((end, _)) => format!("{} …", &text[..end]),
+        None => text,
+    }
+}
+
 #[cfg(test)]
 pub(crate) mod tests {
     use drystone::{BodyKind, Quat, vec3};
     use drystone_scene::bake::{self, Motion};
     use drystone_scene::gltf;
 
-    use super::{Command, Deed, Opened, Simulation, Vec3};
+    use super::{
+        Command, Deed, MOST_LETTERS, MOST_NOTES, Opened, Running, Simulation, Vec3, shown_notes,
+    };
     use crate::side::mix;
 
     /// Opens scenes of the catalog.
     pub(crate) fn open(name: &str) -> Result<Opened, String> {
         let scene = drystone_scene::named(name).map_err(|e| e.to_string())?;
         let running = scene.build().map_err(|e| e.to_string())?;
-        Ok(Opened { name: name.to_owned(), running, hz: 60.0 })
+        Ok(opened(name, running))
+    }
+
+    fn opened(name: &str, running: Running) -> Opened {
+        Opened { name: name.to_owned(), running, hz: 60.0, notes: Vec::new() }
     }
 
     pub(crate) fn simulation(scene: &str) -> Simulation {
@@ -583,7 +620,7 @@ pub(crate) mod tests {
         bake::write_scene(&path, &scene, &[], &motion).unwrap();
         let film = gltf::film(gltf::load(&path, &gltf::Options::default()).unwrap()).unwrap();
         std::fs::remove_file(path).unwrap();
-        let opened = Opened { name: "film".to_owned(), running: film.build().unwrap(), hz: 60.0 };
+        let opened = opened("film", film.build().unwrap());
         let mut s = Simulation::new(opened, Box::new(open), false);
         s.obey(Command::Seek(1000));
         let shown = s.shown();
@@ -634,6 +671,29 @@ pub(crate) mod tests {
         s.open = Box::new(|_| panic!("a loader's defect"));
         s.obey(Command::Open("hello".to_owned()));
         assert!(s.shown().message.unwrap().contains("the loader failed"));
+    }
+
+    #[test]
+    fn notes_on_a_file_go_with_it_and_are_no_longer_than_a_window() {
+        let mut s = simulation("hello");
+        assert!(s.shown().notes.is_empty());
+        s.open = Box::new(|name| {
+            let mut opened = open("hello")?;
+            opened.notes = vec!["é".repeat(10_000); name.len()];
+            Ok(opened)
+        });
+        s.obey(Command::Open("ab".to_owned()));
+        let notes = s.shown().notes;
+        assert_eq!(notes.len(), 2);
+        assert_eq!(notes[0].chars().count(), MOST_LETTERS + 2, "{}", notes[0]);
+        s.open = Box::new(open);
+        s.obey(Command::Open("nonsense".to_owned()));
+        assert_eq!(s.shown().notes.len(), 2, "the scene stays, and what is known of it");
+        s.obey(Command::Open("hello".to_owned()));
+        assert!(s.shown().notes.is_empty());
+        let many = shown_notes(vec!["no".to_owned(); 1_000_000]);
+        assert_eq!(many.len(), MOST_NOTES + 1);
+        assert!(many[MOST_NOTES].contains(&(1_000_000 - MOST_NOTES).to_string()));
     }
 
     #[test]

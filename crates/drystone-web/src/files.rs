@@ -35,7 +35,7 @@ pub(crate) fn open(name: &str) -> Result<Opened, String> {
         _ => drystone_scene::named(name).map_err(|e| e.to_string())?,
     };
     let running = scene.build().map_err(|e| format!("{name}: {e}"))?;
-    Ok(Opened { name: name.to_owned(), running, hz: scene.hz })
+    Ok(Opened { name: name.to_owned(), running, hz: scene.hz, notes: scene.notes })
 }
 
 fn read(name: &str, bytes: &[u8], film: bool) -> Result<drystone_scene::Scene, String> {

@@ -39,6 +39,7 @@ pub(crate) fn json(shown: &Shown, places: &[Place]) -> String {
         "held": shown.held.map(|(from, to)| json!({ "from": vec(from), "to": vec(to) })),
         "picked": shown.picked.as_ref().map(|p| p.title.clone()),
         "message": shown.message,
+        "notes": shown.notes.as_ref(),
         "places": places,
     })
     .to_string()
