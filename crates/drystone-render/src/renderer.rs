@@ -29,11 +29,14 @@ const MOST_POINTS: u64 = 1 << 26;
 /// Samples of a point of the picture.
 pub(crate) const SAMPLES: u32 = 4;
 
-/// What a renderer needs of a graphics device: what a browser with WebGL 2 has, and textures as large
+/// What a renderer needs of a graphics device: what a browser with WebGL 2 has, and textures and meshes as large
 /// as the device has them.
 #[must_use]
 pub fn limits(adapter: &wgpu::Adapter) -> wgpu::Limits {
-    wgpu::Limits::downlevel_webgl2_defaults().using_resolution(adapter.limits())
+    let most = adapter.limits();
+    let max_buffer_size = most.max_buffer_size;
+    let usual = wgpu::Limits::downlevel_webgl2_defaults().using_resolution(most);
+    wgpu::Limits { max_buffer_size, ..usual }
 }
 
 /// A part of a picture [px].

@@ -9,36 +9,44 @@ const MOST_POINTS: u64 = 1 << 26;
 /// Points on a side of the largest image that is kept; larger ones are halved until they fit.
 pub(super) const MOST_SIDE: u32 = 4096;
 
-/// The image in the bytes of a file, told apart by content.
+/// The image in the bytes of a file, told apart by content; `room` is how many points may be kept of it.
 ///
 /// # Errors
 /// What is wrong with it.
-pub(super) fn decode(bytes: &[u8]) -> Result<Image, String> {
+pub(super) fn decode(bytes: &[u8], room: u64) -> Result<Image, String> {
     let image = if bytes.starts_with(b"\x89PNG") {
-        png(bytes)?
+        png(bytes, room)?
     } else if bytes.starts_with(b"\xFF\xD8\xFF") {
-        jpeg(bytes)?
+        jpeg(bytes, room)?
     } else {
         return Err("is neither a PNG nor a JPEG image".to_owned());
     };
     Ok(fitted(image))
 }
 
-fn check_size(width: u64, height: u64) -> Result<(), String> {
+/// Looks at the size before anything is unpacked.
+fn check_size(width: u64, height: u64, room: u64) -> Result<(), String> {
     if width == 0 || height == 0 || width.saturating_mul(height) > MOST_POINTS {
         return Err(format!("has {width}x{height} points, allowed are {MOST_POINTS} in all"));
+    }
+    let (mut across, mut down) = (width, height);
+    while across.max(down) > u64::from(MOST_SIDE) {
+        (across, down) = ((across / 2).max(1), (down / 2).max(1));
+    }
+    if across * down > room {
+        return Err(format!("has {width}x{height} points, the images before it leave {room}"));
     }
     Ok(())
 }
 
-fn png(bytes: &[u8]) -> Result<Image, String> {
+fn png(bytes: &[u8], room: u64) -> Result<Image, String> {
     let broken = |e: png::DecodingError| format!("is a broken PNG image: {e}");
     let limits = png::Limits { bytes: 1 << 29 };
     let mut decoder = png::Decoder::new_with_limits(Cursor::new(bytes), limits);
     decoder.set_transformations(png::Transformations::normalize_to_color8());
     let mut reader = decoder.read_info().map_err(broken)?;
     let (width, height) = reader.info().size();
-    check_size(u64::from(width), u64::from(height))?;
+    check_size(u64::from(width), u64::from(height), room)?;
     let size = reader.output_buffer_size().ok_or("is a PNG image that is too large")?;
     let mut points = vec![0; size];
     let info = reader.next_frame(&mut points).map_err(broken)?;
@@ -61,7 +69,7 @@ fn png(bytes: &[u8]) -> Result<Image, String> {
     Ok(Image { width, height, rgba })
 }
 
-fn jpeg(bytes: &[u8]) -> Result<Image, String> {
+fn jpeg(bytes: &[u8], room: u64) -> Result<Image, String> {
     use zune_jpeg::JpegDecoder;
     use zune_jpeg::zune_core::bytestream::ZCursor;
     use zune_jpeg::zune_core::colorspace::ColorSpace;
@@ -76,7 +84,7 @@ fn jpeg(bytes: &[u8]) -> Result<Image, String> {
     let mut decoder = JpegDecoder::new_with_options(ZCursor::new(bytes), options);
     decoder.decode_headers().map_err(broken)?;
     let (width, height) = decoder.dimensions().ok_or("is a JPEG image without a size")?;
-    check_size(width as u64, height as u64)?;
+    check_size(width as u64, height as u64, room)?;
     let rgba = decoder.decode().map_err(broken)?;
     let (width, height) = (u32::try_from(width), u32::try_from(height));
     match (width, height) {
@@ -102,7 +110,7 @@ fn fitted(mut image: Image) -> Image {
 
 #[cfg(test)]
 mod tests {
-    use super::{Image, decode, fitted};
+    use super::{Image, MOST_POINTS, check_size, decode, fitted};
 
     #[test]
     fn a_long_image_is_halved_until_it_fits() {
@@ -114,10 +122,18 @@ mod tests {
 
     #[test]
     fn what_is_no_image_is_told() {
-        let why = |bytes: &[u8]| decode(bytes).unwrap_err();
+        let why = |bytes: &[u8]| decode(bytes, MOST_POINTS).unwrap_err();
         assert!(why(b"GIF89a").contains("neither"));
         assert!(why(b"\x89PNG\r\n\x1a\n").contains("broken PNG"));
         assert!(why(b"\xFF\xD8\xFF\xE0").contains("JPEG"));
         assert!(why(b"").contains("neither"));
+    }
+
+    #[test]
+    fn what_is_kept_of_an_image_must_have_room() {
+        assert!(check_size(1 << 13, 1 << 13, 1 << 24).is_ok(), "a quarter of it is kept");
+        assert!(check_size(1 << 13, 1 << 13, (1 << 24) - 1).is_err());
+        assert!(check_size(1 << 14, 1 << 14, u64::MAX).is_err());
+        assert!(check_size(0, 1, u64::MAX).is_err());
     }
 }

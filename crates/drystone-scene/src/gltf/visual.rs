@@ -17,8 +17,8 @@ use super::read_tree;
 use crate::error::SceneError;
 use crate::visual::{PlacedMesh, VisualMesh, VisualVertex, Visuals};
 
-/// Vertices of all meshes together; what is beyond them is left out.
-const MOST_VERTICES: usize = 1 << 24;
+/// Vertices of all meshes together; what is beyond them is left out. A page in a browser has less memory.
+const MOST_VERTICES: usize = if cfg!(target_arch = "wasm32") { 1 << 22 } else { 1 << 24 };
 
 /// A primitive of a mesh as it is stretched: numbers of both, bits of the linear map.
 type Key = (usize, usize, [u32; 9]);
@@ -139,6 +139,8 @@ impl Reader<'_> {
             Some(i) => accessor::indices(self.document, &i, count)?,
             None => (0..u32::try_from(count).unwrap_or(0)).collect(),
         };
+        // Before it takes memory.
+        self.check_room(at, size(count, list.len()))?;
         let (material, mapping) = self.material(at);
         let mut vertices: Vec<VisualVertex> = points
             .iter()
@@ -158,24 +160,29 @@ impl Reader<'_> {
         let turned = |t: [usize; 3]| if mirrored { [t[0], t[2], t[1]] } else { t };
         let triangles: Vec<[u32; 3]> =
             corners(mode, list.len()).map(|t| turned(t).map(|i| list[i])).collect();
+        if triangles.is_empty() {
+            return Ok(None);
+        }
         let smooth = self.normals(&attributes, map, &mut vertices);
         let mesh = if smooth {
             let indices = triangles.into_iter().flatten().collect();
             VisualMesh { vertices, indices, material }
         } else {
+            self.check_room(at, 3 * triangles.len())?;
             flat(&vertices, &triangles, material)
         };
-        if mesh.indices.is_empty() {
-            return Ok(None);
-        }
-        self.vertices += mesh.vertices.len();
-        if self.vertices > MOST_VERTICES {
-            self.vertices -= mesh.vertices.len();
-            let problem = format!("brings all meshes to more than {MOST_VERTICES} vertices");
-            return Err(at.error(problem, ""));
-        }
+        self.vertices += size(mesh.vertices.len(), mesh.indices.len());
         self.meshes.push(mesh);
         Ok(Some(self.meshes.len() - 1))
+    }
+
+    /// Whether so many more vertices may come.
+    fn check_room(&self, at: &At<'_>, more: usize) -> Result<(), SceneError> {
+        if self.vertices.saturating_add(more) <= MOST_VERTICES {
+            return Ok(());
+        }
+        let problem = format!("brings all meshes to more than {MOST_VERTICES} vertices");
+        Err(at.error(problem, "fewer or simpler meshes"))
     }
 
     /// The material of a primitive; none if it has none that can be read.
@@ -280,6 +287,11 @@ fn flat(vertices: &[VisualVertex], triangles: &[[u32; 3]], material: Option<usiz
     }
     let indices = (0_u32..).take(all.len()).collect();
     VisualMesh { vertices: all, indices, material }
+}
+
+/// As how many vertices a mesh counts: few vertices may have many triangles, two for each are usual.
+fn size(vertices: usize, indices: usize) -> usize {
+    vertices.max(indices / 6)
 }
 
 /// A number to 16 bits of its fraction: turned nodes of one size have sizes that differ by their rounding, and share their meshes
