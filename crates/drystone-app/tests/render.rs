@@ -524,3 +524,29 @@ fn a_broken_image_is_told_of_and_the_plate_is_plain() {
     let plain = quarters(&folder.join("a.png"));
     assert!(plain.iter().flatten().all(|c| *c > 100.0), "white: {plain:?}");
 }
+
+#[test]
+fn normal_textures_bend_the_light_and_occlusion_textures_keep_it_off() {
+    let folder = folder("render_relief");
+    // The sun stands at the front, to the left and above. How bright the plate is, of an image of one color.
+    let bright = |color: [u8; 3], material: &str| {
+        let mut png = Vec::new();
+        let mut encoder = png::Encoder::new(&mut png, 1, 1);
+        encoder.set_color(png::ColorType::Rgb);
+        encoder.write_header().unwrap().write_image_data(&color).unwrap();
+        let image = format!("data:image/png;base64,{}", base64_of(&png));
+        fs::write(folder.join("plate.gltf"), plate(Some(&image), material)).unwrap();
+        let line = "simulate plate.gltf --steps 1 --size 320x180 --camera eye=0:1:8,at=0:1:0 --render a.png";
+        drawn(&folder, line)?;
+        Some(quarters(&folder.join("a.png")).iter().flatten().sum::<f64>() / 12.0)
+    };
+    let normal = |scale: f32| format!(r#", "normalTexture": {{"index": 0, "scale": {scale}}}"#);
+    for (what, color, toward) in [("right", [218, 128, 218], -1.0), ("up", [128, 218, 218], 1.0)] {
+        let Some(plain) = bright(color, "") else { return };
+        let [lit, unlit] = [toward, -toward].map(|scale| bright(color, &normal(scale)).unwrap());
+        assert!(lit > unlit + 20.0 && lit > plain, "{what}: {lit} {plain} {unlit}");
+    }
+    let open = bright([100, 200, 200], "").unwrap();
+    let kept_off = bright([100, 200, 200], r#", "occlusionTexture": {"index": 0}"#).unwrap();
+    assert!(kept_off < open - 8.0 && kept_off > 0.5 * open, "{kept_off} {open}");
+}

@@ -65,6 +65,14 @@ pub struct VisualMaterial {
     pub roughness: f32,
     /// Roughness times its green, metallic times its blue, linear.
     pub surface_texture: Option<Texture>,
+    /// Where the surface faces beside its normal: red along the image's rows, green up, blue out, linear.
+    pub normal_texture: Option<Texture>,
+    /// Factor of its red and green.
+    pub normal_scale: f32,
+    /// Light from around that reaches the surface: its red, linear.
+    pub occlusion_texture: Option<Texture>,
+    /// How much of it is followed, 0 to 1.
+    pub occlusion_strength: f32,
     /// Light of its own: linear red, green, blue.
     pub emissive: [f32; 3],
     /// Times this one, sRGB.
@@ -168,6 +176,10 @@ impl Default for VisualMaterial {
             metallic: 0.0,
             roughness: 1.0,
             surface_texture: None,
+            normal_texture: None,
+            normal_scale: 1.0,
+            occlusion_texture: None,
+            occlusion_strength: 1.0,
             emissive: [0.0; 3],
             emissive_texture: None,
             alpha: Alpha::Opaque,

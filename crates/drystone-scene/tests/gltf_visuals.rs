@@ -62,6 +62,7 @@ fn square() -> Value {
                 "baseColorFactor": [0.5, 1.0, 1.0, 1.0], "baseColorTexture": {"index": 0},
                 "metallicFactor": 0.25, "roughnessFactor": 0.75,
             },
+            "normalTexture": {"index": 0, "scale": 0.5}, "occlusionTexture": {"index": 0, "strength": 0.75},
             "emissiveFactor": [0.0, 0.5, 0.0], "alphaMode": "MASK", "alphaCutoff": 0.25, "doubleSided": true,
         }],
         "meshes": [{"primitives": [{
@@ -112,6 +113,9 @@ fn a_square_is_read_with_all_that_makes_its_look() {
     assert!(close(&[material.metallic, material.roughness], &[0.25, 0.75]));
     assert!(close(&material.emissive, &[0.0, 0.5, 0.0]) && material.double_sided);
     assert_eq!(material.alpha, Alpha::Mask(0.25));
+    assert!(close(&[material.normal_scale, material.occlusion_strength], &[0.5, 0.75]));
+    assert_eq!(material.normal_texture, material.base_texture);
+    assert_eq!(material.occlusion_texture, material.base_texture);
     let texture = material.base_texture.unwrap();
     assert_eq!((texture.wrap, texture.nearest), ([Wrap::Clamp, Wrap::Mirror], true));
     let image = &visuals.images[texture.image];
@@ -150,7 +154,11 @@ fn what_is_broken_is_told_and_left_out() {
     type Break = fn(&mut Value);
     let cut = png_of(64, 64, &[77; 4 * 64 * 64]);
     let cut = uri("image/png", &cut[..cut.len() / 2]);
-    let cases: [(&str, Break); 12] = [
+    let cases: [(&str, Break); 14] = [
+        ("occlusionTexture: not drawn: it has texture coordinates of its own", |f| {
+            f["materials"][0]["occlusionTexture"]["texCoord"] = json!(1);
+        }),
+        ("normalTexture.scale", |f| f["materials"][0]["normalTexture"]["scale"] = json!("much")),
         ("neither a PNG nor a JPEG", |f| {
             f["images"][0]["uri"] = json!("data:image/png;base64,AAAA");
         }),

@@ -118,6 +118,7 @@ struct Uniform {
     base: [f32; 4],
     emissive: [f32; 4],
     surface: [f32; 4],
+    relief: [f32; 4],
 }
 
 /// The materials of a file on the device.
@@ -181,11 +182,13 @@ impl LoadedVisuals {
 }
 
 /// The textures of a material, and whether their numbers are colors.
-const fn textures(material: &VisualMaterial) -> [(Option<Texture>, bool); 3] {
+const fn textures(material: &VisualMaterial) -> [(Option<Texture>, bool); 5] {
     [
         (material.base_texture, true),
         (material.surface_texture, false),
         (material.emissive_texture, true),
+        (material.normal_texture, false),
+        (material.occlusion_texture, false),
     ]
 }
 
@@ -193,7 +196,7 @@ fn group(
     device: &wgpu::Device,
     pipelines: &VisualPipelines,
     material: &VisualMaterial,
-    textures: &[(&wgpu::TextureView, wgpu::Sampler); 3],
+    textures: &[(&wgpu::TextureView, wgpu::Sampler); 5],
     plain: bool,
 ) -> wgpu::BindGroup {
     let [r, g, b] = material.emissive;
@@ -204,7 +207,12 @@ fn group(
         Alpha::Blend => -1.0,
     };
     let surface = [material.metallic, material.roughness, material.unlit.into(), plain.into()];
-    let uniform = Uniform { base: material.base_color, emissive: [r, g, b, cutoff], surface };
+    // Without its texture there is nothing to follow.
+    let scale = material.normal_texture.map_or(0.0, |_| material.normal_scale);
+    let strength = material.occlusion_texture.map_or(0.0, |_| material.occlusion_strength);
+    let relief = [scale, strength, 0.0, 0.0];
+    let (base, emissive) = (material.base_color, [r, g, b, cutoff]);
+    let uniform = Uniform { base, emissive, surface, relief };
     let uniform = device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
         label: Some("material"),
         contents: bytemuck::bytes_of(&uniform),
@@ -272,6 +280,10 @@ fn material_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
             entry(4, sampler),
             entry(5, image),
             entry(6, sampler),
+            entry(7, image),
+            entry(8, sampler),
+            entry(9, image),
+            entry(10, sampler),
         ],
     })
 }

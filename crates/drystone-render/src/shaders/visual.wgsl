@@ -7,6 +7,8 @@ struct Material {
     emissive: vec4f,
     // Metallic, roughness, 1 if it is shown as it is, 1 if it has the color of its body.
     surface: vec4f,
+    // Scale of the normal texture, strength of the occlusion texture.
+    relief: vec4f,
 }
 
 @group(2) @binding(0) var<uniform> material: Material;
@@ -16,6 +18,10 @@ struct Material {
 @group(2) @binding(4) var surface_sampler: sampler;
 @group(2) @binding(5) var emissive_map: texture_2d<f32>;
 @group(2) @binding(6) var emissive_sampler: sampler;
+@group(2) @binding(7) var normal_map: texture_2d<f32>;
+@group(2) @binding(8) var normal_sampler: sampler;
+@group(2) @binding(9) var occlusion_map: texture_2d<f32>;
+@group(2) @binding(10) var occlusion_sampler: sampler;
 
 struct VisualVertex {
     @location(0) place: vec4f,
@@ -100,10 +106,36 @@ fn mirrored(n: vec3f, v: vec3f, l: vec3f, rough: f32, f0: vec3f) -> vec3f {
     return facets * hidden * nl * fresnel;
 }
 
+// How the texture's coordinates change from point to point of the picture: the place on the surface, its coordinates.
+struct Slope {
+    across: vec3f,
+    down: vec3f,
+    uv_across: vec2f,
+    uv_down: vec2f,
+}
+
+// A unit normal, turned as the normal texture says. Directions along the image come from the picture itself, so a mesh
+// needs no tangents.
+fn bent(n: vec3f, slope: Slope, texel: vec3f) -> vec3f {
+    let down = cross(slope.down, n);
+    let across = cross(n, slope.across);
+    // Its sign is that of the picture's axes as seen from the normal's side.
+    let side = sign(dot(slope.across, down));
+    let along_u = side * (down * slope.uv_across.x + across * slope.uv_down.x);
+    let along_v = side * (down * slope.uv_across.y + across * slope.uv_down.y);
+    let size = inverseSqrt(max(max(dot(along_u, along_u), dot(along_v, along_v)), 1.0e-30));
+    let at = (texel * 2.0 - 1.0) * vec3f(material.relief.x, material.relief.x, 1.0);
+    // v goes down the image, green up.
+    return normalize(n * max(at.z, 0.01) + (along_u * at.x - along_v * at.y) * size);
+}
+
 @fragment
 fn visual_fragment(in: VisualPoint, @builtin(front_facing) front: bool) -> @location(0) vec4f {
     let surface = textureSample(surface_map, surface_sampler, in.uv);
     let glow = textureSample(emissive_map, emissive_sampler, in.uv).rgb * material.emissive.rgb;
+    let texel = textureSample(normal_map, normal_sampler, in.uv).rgb;
+    let seen = textureSample(occlusion_map, occlusion_sampler, in.uv).r;
+    let slope = Slope(dpdx(in.world), dpdy(in.world), dpdx(in.uv), dpdy(in.uv));
     let base = textureSample(base_map, base_sampler, in.uv) * material.base * in.shade;
     if base.a < material.emissive.w {
         discard;
@@ -120,7 +152,11 @@ fn visual_fragment(in: VisualPoint, @builtin(front_facing) front: bool) -> @loca
         albedo = mix(albedo, vec3f(grey), 0.6) * 0.7;
     }
     let face = normalize(in.normal);
-    let n = select(-face, face, front);
+    let side = select(-face, face, front);
+    var n = side;
+    if material.relief.x != 0.0 {
+        n = bent(side, slope, texel);
+    }
     let to_eye = frame.eye.xyz - in.world;
     let range = length(to_eye);
     let v = to_eye / range;
@@ -130,18 +166,20 @@ fn visual_fragment(in: VisualPoint, @builtin(front_facing) front: bool) -> @loca
         let facing = clamp(dot(n, sun), 0.0, 1.0);
         var lit = 0.0;
         if facing > 0.0 {
-            lit = sunlight(in.world, n, facing);
+            lit = sunlight(in.world, side, clamp(dot(side, sun), 0.0, 1.0));
         }
         let metallic = material.surface.x * surface.b;
         // A mirror would show the sun as a point too bright for a screen.
         let rough = clamp(material.surface.y * surface.g, 0.08, 1.0);
         let f0 = mix(vec3f(0.04), albedo, metallic);
-        let around = ambient_light(n);
+        // Only what comes from all around is kept off, not the sun.
+        let open = 1.0 + material.relief.y * (seen - 1.0);
+        let around = ambient_light(n) * open;
         let fill = 0.16 * clamp(dot(n, v), 0.0, 1.0);
         color = albedo * (1.0 - metallic) * (SUN * facing * lit + around + fill);
         color += mirrored(n, v, sun, rough, f0) * SUN * lit;
         // What is mirrored of the sky, the more blurred the rougher the surface is.
-        let behind = mix(sky(reflect(-v, n)), around, rough);
+        let behind = mix(sky(reflect(-v, n)) * open, around, rough);
         let edge = pow(1.0 - clamp(dot(n, v), 0.0, 1.0), 5.0);
         color += (f0 + (max(vec3f(1.0 - rough), f0) - f0) * edge) * behind;
         color = tone(color * EXPOSURE);

@@ -77,25 +77,40 @@ impl<'a> Materials<'a> {
         });
         let pbr = at.get("pbrMetallicRoughness");
         let inner = |key: &str| pbr.as_ref().and_then(|pbr| pbr.get(key));
-        let mut texture = |at: Option<At<'_>>| {
-            let at = at?;
-            match self.texture(&at, &mut mapping, notes) {
-                Ok(texture) => texture,
-                Err(e) => {
-                    notes.push(format!("{e}: drawn without this texture"));
-                    None
-                }
+        let mut texture =
+            |at, notes: &mut Vec<String>| self.texture_or_note(at, &mut mapping, notes);
+        material.base_texture = texture(inner("baseColorTexture"), notes);
+        material.surface_texture = texture(inner("metallicRoughnessTexture"), notes);
+        material.emissive_texture = texture(at.get("emissiveTexture"), notes);
+        material.normal_texture = texture(at.get("normalTexture"), notes);
+        // Often it has coordinates of its own: with others it would darken the wrong places.
+        let occlusion = at.get("occlusionTexture");
+        let (other, fitting) = match (occlusion, mapping) {
+            (Some(at), Some(used)) if own_mapping(&at).is_ok_and(|own| own != used) => {
+                (Some(at), None)
             }
+            (at, _) => (None, at),
         };
-        material.base_texture = texture(inner("baseColorTexture"));
-        material.surface_texture = texture(inner("metallicRoughnessTexture"));
-        material.emissive_texture = texture(at.get("emissiveTexture"));
-        for key in ["normalTexture", "occlusionTexture"] {
-            if let Some(unused) = at.get(key) {
-                notes.push(format!("{}: not drawn", unused.place()));
-            }
+        if let Some(other) = other {
+            let why = "it has texture coordinates of its own";
+            notes.push(format!("{}: not drawn: {why}", other.place()));
         }
+        material.occlusion_texture = self.texture_or_note(fitting, &mut mapping, notes);
         (material, mapping)
+    }
+
+    /// A texture; none, and a note, if it is broken.
+    fn texture_or_note(
+        &mut self,
+        at: Option<At<'_>>,
+        mapping: &mut Option<Mapping>,
+        notes: &mut Vec<String>,
+    ) -> Option<Texture> {
+        let found = self.texture(&at?, mapping, notes);
+        found.unwrap_or_else(|e| {
+            notes.push(format!("{e}: drawn without this texture"));
+            None
+        })
     }
 
     /// A texture; none if its image cannot be shown, which was noted.
@@ -205,6 +220,10 @@ fn factors(at: &At<'_>) -> Result<VisualMaterial, SceneError> {
         roughness: part(inner("roughnessFactor"), 1.0)?,
         emissive: at.get("emissiveFactor").map_or(Ok([0.0; 3]), |at| at.numbers())?,
         double_sided: at.flag("doubleSided")?,
+        normal_scale: at
+            .dig(&["normalTexture", "scale"])
+            .map_or(Ok(1.0), |at| at.f32().map(|x| x.clamp(-1.0e3, 1.0e3)))?,
+        occlusion_strength: part(at.dig(&["occlusionTexture", "strength"]), 1.0)?,
         unlit: at.dig(&["extensions", "KHR_materials_unlit"]).is_some(),
         ..VisualMaterial::default()
     };
