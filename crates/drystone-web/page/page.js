@@ -76,6 +76,16 @@ async function openAddress(url) {
   await open(name, Number(answer.headers.get("Content-Length") ?? 0), () => answer.arrayBuffer());
 }
 
+// What takes more memory than a page has ends the viewer without a word of its own.
+for (const kind of ["error", "unhandledrejection"]) {
+  addEventListener(kind, (event) => {
+    const why = event.error ?? event.reason;
+    if (why instanceof WebAssembly.RuntimeError && note.className !== "failed") {
+      fail(`The viewer has stopped (${why.message}), perhaps for want of memory. Reload the page to go on.`);
+    }
+  });
+}
+
 addEventListener("dragover", (event) => event.preventDefault());
 addEventListener("drop", (event) => {
   event.preventDefault();

@@ -12,6 +12,12 @@ const MOST_BYTES: usize = 5_000_000;
 
 const TRIPLE: &str = "wasm32-unknown-unknown";
 
+/// Sees to it that the tools are there.
+pub(super) fn prepare() -> Outcome {
+    packages()?;
+    bindgen().map(drop)
+}
+
 pub(super) fn run() -> Outcome {
     packages()?;
     let bindgen = bindgen()?;
@@ -76,7 +82,10 @@ fn packages() -> Outcome {
     }
     println!("   scripts/web-packages.sh");
     run_to_end(&mut Command::new(root().join("scripts/web-packages.sh")))?;
-    if compiler() { Ok(()) } else { Err("the packages hold no compiler for the web".to_owned()) }
+    if !compiler() {
+        return Err("the packages hold no compiler for the web".to_owned());
+    }
+    if browser() { Ok(()) } else { Err("the packages hold no browser".to_owned()) }
 }
 
 /// The command wasm-bindgen in the version of the lock file; compiled once into the target folder.

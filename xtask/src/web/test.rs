@@ -10,6 +10,7 @@ use serde_json::Value;
 use super::browser::{At, Browser};
 use super::folder;
 use super::server::Server;
+use super::textured;
 use crate::{Outcome, WITHOUT_GRAPHICS, cargo, root, run_to_end, target};
 
 /// Scenes that the page steps to the same bits as the command, and how many steps.
@@ -75,7 +76,7 @@ const COMMAND: &str = "DRYSTONE_COMMAND";
 const PATIENCE: &str = "DRYSTONE_PATIENCE";
 
 /// The parts that need the command beside the page.
-const WITH_COMMAND: [&str; 3] = ["files", "film", "hashes"];
+const WITH_COMMAND: [&str; 4] = ["files", "textures", "film", "hashes"];
 
 /// A part of the test.
 struct Part {
@@ -101,6 +102,12 @@ const PARTS: &[Part] = &[
     part("opens", 120, "the page shows a scene", opens),
     part("fingers", 240, "a finger pulls a body, two move the view", fingers),
     part("files", 400, "files that are dropped open, or say why not", files),
+    part(
+        "textures",
+        300,
+        "a file's meshes have their textures, and its broken image a note",
+        textures,
+    ),
     part("film", 300, "a film is played", film),
     part("hashes", 600, "hashes are those of the command", hashes),
     part("catalog", 180, "a click opens a scene of the catalog", catalog),
@@ -181,6 +188,23 @@ impl Test {
     fn picture(&mut self, name: &str) -> Outcome {
         let size = self.browser.picture(&self.work.join(name))?;
         if size > 20_000 { Ok(()) } else { Err(format!("{name} has {size} bytes: it is empty")) }
+    }
+
+    /// How many points of a picture that was taken have red, green and blue within these.
+    fn points(&mut self, name: &str, ranges: [[u8; 2]; 3]) -> Result<f64, String> {
+        let script = format!(
+            "fetch({name:?}).then(answer => answer.blob()).then(createImageBitmap).then(image => {{
+                const pen = new OffscreenCanvas(image.width, image.height).getContext('2d');
+                pen.drawImage(image, 0, 0);
+                const {{ data }} = pen.getImageData(0, 0, image.width, image.height);
+                const ranges = {ranges:?};
+                let count = 0;
+                for (let i = 0; i < data.length; i += 4)
+                    count += ranges.every(([low, high], c) => low <= data[i + c] && data[i + c] <= high);
+                return count;
+            }})"
+        );
+        self.browser.value(&script)?.as_f64().ok_or_else(|| format!("{name}: no count of points"))
     }
 }
 
@@ -376,6 +400,47 @@ fn refused(test: &mut Test, path: &Path, says: &str, at: At) -> Outcome {
         |s: &Value| s["message"].as_str().is_some_and(|m| m.contains(&name) && m.contains(says));
     let state = test.browser.wait_for(&format!("{name}: a message with \"{says}\""), told)?;
     check(state["scene"] == before["scene"], &state)
+}
+
+/// How many points of a picture that was taken are red, green, blue, yellow, magenta: how dark and how bright each part
+/// must be for that.
+const COLORS: [(&str, [[u8; 2]; 3]); 5] = [
+    ("red", [[110, 255], [0, 80], [0, 80]]),
+    ("green", [[0, 90], [90, 255], [0, 90]]),
+    ("blue", [[0, 80], [0, 110], [110, 255]]),
+    ("yellow", [[120, 255], [100, 255], [0, 90]]),
+    ("magenta", [[120, 255], [0, 110], [120, 255]]),
+];
+
+fn textures(test: &mut Test) -> Outcome {
+    let file = test.work.join("textured.gltf");
+    fs::write(&file, textured::file()).map_err(|e| e.to_string())?;
+    test.go_to("?scene=hello&paused&bare")?;
+    let at = test.browser.place("picture")?;
+    test.browser.drop_file(&file, at)?;
+    let state = test.browser.wait_for("the file is open", |s| s["scene"] == "textured.gltf")?;
+    let notes = state["notes"].to_string();
+    check(state["message"].is_null() && notes.contains("images[2].uri: is a broken PNG"), &state)?;
+    test.picture("textures-note.png")?;
+    // The note is over the picture until it is read.
+    test.browser.click("close")?;
+    test.browser.wait_for("the note is gone", |s| s["places"]["close"].is_null())?;
+    let page = test.hash_after(60)?;
+    let command = test.hash_of_command(&file.display().to_string(), 60, &[])?;
+    if page != command {
+        return Err(format!("textured.gltf: the page has {page}, the command {command}"));
+    }
+    test.picture("textures.png")?;
+    for (name, ranges) in COLORS {
+        let count = test.points("textures.png", ranges)?;
+        println!("     {name}: {count} points");
+        if count < 150.0 {
+            return Err(format!(
+                "{name}: {count} points of textures.png, expected are 150 or more"
+            ));
+        }
+    }
+    Ok(())
 }
 
 fn film(test: &mut Test) -> Outcome {
