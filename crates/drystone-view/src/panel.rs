@@ -41,7 +41,7 @@ pub(crate) struct Panel {
     pub(crate) help: bool,
     /// What was read over the picture and closed: the scene's number, the message.
     read: Option<(u64, Option<String>)>,
-    /// Whether it is seen; at first a narrow window leaves it out.
+    /// Whether it is seen, if the user said so; else a narrow window leaves it out.
     pub(crate) open: Option<bool>,
 }
 

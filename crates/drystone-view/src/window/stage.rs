@@ -285,7 +285,7 @@ fn arrange(
     let frame = Frame::new().fill(Color32::from_rgb(30, 33, 37));
     let frame = frame.inner_margin(egui::Margin::symmetric(10, 6));
     let width = ui.available_width();
-    if *panel.open.get_or_insert(width >= 2.0 * PANEL) {
+    if panel.open.unwrap_or(width >= 2.0 * PANEL) {
         // The frame's margins and its line come on top.
         let side = egui::Panel::right("panel").resizable(false).exact_size(PANEL.min(width - 24.0));
         side.frame(frame).show(ui, |ui| panel.show(ui, shown, send));
@@ -330,7 +330,7 @@ fn arrange(
 mod tests {
     use egui::{Event, Key, Modifiers, PointerButton, Pos2, RawInput, TouchPhase, pos2, vec2};
 
-    use super::{Control, Overlays, Panel, Rect, Shown, arrange, context};
+    use super::{Control, Overlays, Panel, Rect, Shown, arrange, context, places};
     use crate::sim::tests::simulation;
     use crate::sim::{Command, Simulation};
 
@@ -341,6 +341,7 @@ mod tests {
         panel: Panel,
         simulation: Simulation,
         shown: Shown,
+        size: egui::Vec2,
     }
 
     impl Desk {
@@ -349,7 +350,8 @@ mod tests {
             let shown = simulation.shown();
             let panel = Panel::new(Overlays::default(), None);
             let context = context();
-            let mut desk = Self { context, control: Control::new(), panel, simulation, shown };
+            let (control, size) = (Control::new(), vec2(1000.0, 600.0));
+            let mut desk = Self { context, control, panel, simulation, shown, size };
             // Sizes are known after the first pictures.
             desk.frame(vec![]);
             desk.frame(vec![]);
@@ -358,7 +360,7 @@ mod tests {
 
         /// One picture; what it sends is obeyed at once.
         fn frame(&mut self, events: Vec<Event>) -> Vec<Command> {
-            let rect = Rect::from_min_size(Pos2::ZERO, vec2(1000.0, 600.0));
+            let rect = Rect::from_min_size(Pos2::ZERO, self.size);
             let input = RawInput { screen_rect: Some(rect), events, ..RawInput::default() };
             let mut sent = Vec::new();
             let (control, panel, shown) = (&mut self.control, &mut self.panel, &self.shown);
@@ -534,6 +536,21 @@ mod tests {
             assert!(desk.shown.picked.as_ref().is_some_and(|p| p.title.contains("cube 0")));
             desk.frame(vec![Event::PointerMoved(pos2(5.0, 5.0))]);
         }
+    }
+
+    #[test]
+    fn a_window_that_shrinks_closes_its_panel_unless_its_user_opened_it() {
+        let mut desk = Desk::new();
+        let is_open = |desk: &mut Desk| {
+            drop(places::take(&desk.context));
+            desk.frame(vec![]);
+            places::take(&desk.context).iter().any(|(name, _)| name == "hide")
+        };
+        assert!(is_open(&mut desk));
+        desk.size = vec2(400.0, 300.0);
+        assert!(!is_open(&mut desk));
+        desk.panel.open = Some(true);
+        assert!(is_open(&mut desk));
     }
 
     #[test]
