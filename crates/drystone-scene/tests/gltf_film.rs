@@ -48,7 +48,10 @@ fn a_baked_motion_is_played_as_it_was() {
     for scene in ["wall:ball=1", "wrecking_ball", "hello"] {
         let (path, motion) = baked(&drystone_scene::named(scene).unwrap(), 60);
         let loaded = gltf::load(&path, &Options::default()).unwrap();
+        let says = |scene: &Scene| scene.notes.iter().any(|note| note.contains("animations"));
+        assert!(says(&loaded.scene), "physics does not play them");
         let scene = gltf::film(loaded).unwrap();
+        assert!(!says(&scene), "{:?}", scene.notes);
         assert!((scene.seconds - 1.0).abs() < 1.0e-6);
         assert!(scene.bodies.iter().all(|b| b.def.kind != BodyKind::Dynamic));
         let mut running = scene.build().unwrap();

@@ -142,7 +142,9 @@ impl Panel {
     /// Messages over the picture while the panel is closed; whether they were closed.
     fn below(&mut self, context: &Context, shown: &Shown) -> bool {
         let mut closed = false;
-        let area = Area::new(Id::unique("message")).anchor(Align2::CENTER_BOTTOM, [0.0, -6.0]);
+        // Above the time of a film.
+        let up = if shown.film.is_some() { 46.0 } else { 6.0 };
+        let area = Area::new(Id::unique("message")).anchor(Align2::CENTER_BOTTOM, [0.0, -up]);
         area.show(context, |ui| {
             Frame::popup(ui.style()).show(ui, |ui| {
                 // Half the picture is left to see.

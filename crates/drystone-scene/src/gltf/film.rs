@@ -111,7 +111,14 @@ fn play(loaded: LoadedGltf) -> Result<Scene, SceneError> {
     add_moving_meshes(&list, &tree, &keys, &mut scene, &mut node_of_body);
     let (visuals, notes) = visual::read(&document, &node_of_body);
     scene.visuals = Arc::new(visuals);
-    scene.notes.extend(notes);
+    // Animations are what is played here, and materials had been read before.
+    let unplayed = super::unplayed(root.list("animations")?.len());
+    scene.notes.retain(|note| *note != unplayed);
+    for note in notes {
+        if !scene.notes.contains(&note) {
+            scene.notes.push(note);
+        }
+    }
     let mut there = Vec::new();
     let mut late = Vec::new();
     for (mut body, node) in std::mem::take(&mut scene.bodies).into_iter().zip(node_of_body) {

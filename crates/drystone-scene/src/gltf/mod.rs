@@ -195,11 +195,16 @@ fn extensions(root: &At<'_>, notes: &mut Vec<String>) -> Result<(), SceneError> 
     Ok(())
 }
 
+/// The note on animations that do not move bodies.
+fn unplayed(animations: usize) -> String {
+    format!("{animations} animations: not applied to the bodies, kept when baking")
+}
+
 /// Notes what of the document has no part in the simulation.
 fn unread(root: &At<'_>, tree: &Tree, notes: &mut Vec<String>) -> Result<(), SceneError> {
     let animations = root.list("animations")?.len();
     if animations > 0 {
-        notes.push(format!("{animations} animations: not applied to the bodies, kept when baking"));
+        notes.push(unplayed(animations));
     }
     let skins = root.list("skins")?.len();
     if skins > 0 {
