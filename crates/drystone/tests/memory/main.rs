@@ -77,10 +77,14 @@ fn fixed_box(world: &mut World, half: [f32; 3], at: [f32; 3]) {
 /// A flat pyramid of unit cubes.
 fn pyramid(world: &mut World, base: u32) {
     fixed_box(world, [400.0, 1.0, 400.0], [0.0, -1.0, 0.0]);
+    pyramid_at(world, base, 0.0);
+}
+
+fn pyramid_at(world: &mut World, base: u32, z: f32) {
     for row in 0..base {
         for k in 0..base - row {
             let x = (0.5 * row as f32) + k as f32 - 0.5 * base as f32;
-            let at = [x, row as f32 + 0.5, 0.0];
+            let at = [x, row as f32 + 0.5, z];
             let cube = BodyDef::dynamic().with_position(at);
             world.add_body(cube.with_shape(ShapeDef::box_half([0.5; 3]))).unwrap();
         }
@@ -284,24 +288,28 @@ fn what_can_break_and_does_not_allocates_nothing() {
 }
 
 /// The goal is two kilobytes. What a body of the pyramid takes, with its 2.9 contacts: contacts 0.94 KB,
-/// the solver's blocks 1.06, bodies 0.38, shapes 0.26, lines 0.21, probes 0.19; the rest is what lists have to spare,
-/// the set of pairs and the trees.
+/// the solver's blocks 1.06, bodies 0.32, shapes 0.26, lines 0.21, probes 0.19; the rest is what lists have to spare,
+/// the set of pairs and the trees. Of small pyramids the blocks are those of a worker's largest group. The limits are what it
+/// is, and a twentieth.
 #[test]
-fn a_body_with_its_contacts_takes_less_than_four_kilobytes() {
+fn a_body_with_its_contacts_takes_as_little_as_it_did() {
     let mut made = Vec::new();
-    for scene in ["pyramid", "pile"] {
+    for (scene, most) in [("pyramid", 3740), ("pile", 2270), ("small pyramids", 2790)] {
         let before = BYTES.get();
         let mut world = world(false);
         if scene == "pyramid" {
             pyramid(&mut world, 60);
-        } else {
+        } else if scene == "pile" {
             pile(&mut world, 1000);
+        } else {
+            fixed_box(&mut world, [400.0, 1.0, 400.0], [0.0, -1.0, 0.0]);
+            (0..40).for_each(|i| pyramid_at(&mut world, 10, 5.0 * i as f32));
         }
         steps(&mut world, 240);
         let counts = world.counts();
         let bytes = (BYTES.get() - before) / i64::try_from(counts.dynamic).unwrap();
-        made.push((scene, bytes, counts.contacts));
+        made.push((scene, bytes, counts.contacts, most));
     }
-    println!("bytes a body, contacts: {made:?}");
-    assert!(made.iter().all(|(_, bytes, _)| *bytes <= 4000), "bytes a body, contacts: {made:?}");
+    println!("bytes a body, contacts, limit: {made:?}");
+    assert!(made.iter().all(|(_, bytes, _, most)| bytes <= most), "bytes a body: {made:?}");
 }
