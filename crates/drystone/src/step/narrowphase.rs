@@ -202,28 +202,8 @@ fn may_recycle(ctx: &StepContext, contact: &Contact, r: &Probe, a: &Body, b: &Bo
     let limit = |body: &Body| if body.is_dynamic() { 0.25 * body.extent } else { f32::INFINITY };
     let limit = ctx.recycle_distance.min(limit(a)).min(limit(b));
     // Corners that were far when a tilted box met the ground on an edge must not be overlooked.
-    let moved = shift + turns;
-    let near =
-        moved < 0.2 * limit || moved < limit && contact.count >= 3 && !topples(ctx, contact, a, b);
-    near && !carried(a) && !carried(b)
-}
-
-/// Square of the speed of what topples, at its reach r, at least, as a part of g r: that of a fall by a twentieth of r.
-const TOPPLING: f32 = 0.1;
-
-/// True if one of the bodies turns over an edge of the contact: at most two of its points are pressed, and it
-/// turns as fast as what topples. Arms of the pivot that stay as they were would hold it up: a wave of dominoes
-/// of 10 cm, whose arm is 6 mm, went 8 % too slow. (Cards that lean on an edge for good must keep theirs, or
-/// their house falls: docs/decisions/004-recycling-distance.md.)
-fn topples(ctx: &StepContext, contact: &Contact, a: &Body, b: &Body) -> bool {
-    let least = TOPPLING * ctx.gravity.length();
-    let turns = |body: &Body| body.is_dynamic() && body.w.length_squared() * body.extent > least;
-    if !turns(a) && !turns(b) {
-        return false;
-    }
-    let pressed = contact.points().iter().filter(|p| p.impulse > 0.0).count();
-    // None is before the first step of a contact; of several manifolds others may be pressed.
-    (1..3).contains(&pressed) && contact.others == 0
+    let limit = if contact.count < 3 { 0.2 * limit } else { limit };
+    shift + turns < limit && !carried(a) && !carried(b)
 }
 
 /// Keeps points, anchors and normal, and works out the separations anew; false if that is not enough.

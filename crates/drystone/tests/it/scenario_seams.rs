@@ -342,10 +342,8 @@ fn what_tips_over_a_seam_comes_down_on_the_next_tile() {
                         *most = most.max(world.audit().penetration.max);
                     }
                 }
-                // A separation errs by r θ²/2 within a step (docs/derivations/soft-step.md): here of an arm of 1 m
-                // that comes down with ω² = w² + 3 g/h, 2 to 3.3 mm. On one box the same body leaves 0.9 mm at most.
-                let turn_squared = (w * w + 3.0 * 9.81 / 2.0) * DT * DT;
-                assert!(most[0] < most[1] + 0.5 * turn_squared, "{one_body} {edge} {w}: {most:?}");
+                // On one box the same body leaves 0.9 mm at most.
+                assert!(most[0] < most[1] + 1e-3, "{one_body} {edge} {w}: {most:?}");
             }
         }
     }
