@@ -319,11 +319,11 @@ fn the_slider_crank_closes_its_loop() {
 #[test]
 fn the_energy_of_the_pendulum_of_hinge_slide_ball_and_hinge_is_kept() {
     let mut drift = Vec::new();
-    for hz in [240.0_f32, 960.0] {
+    for hz in [120.0_f32, 480.0, 1920.0] {
         let mut scene = load("energy_conserving_pendulum.xml");
         scene.hz = hz;
         scene.config.sleep.enabled = false;
-        // Parts of substeps would take away at 240 Hz what the rate is to.
+        // Parts of substeps would take away at 120 Hz what the rate is to.
         scene.config.joint.refine = 1;
         assert_eq!((scene.bodies.len(), scene.joints.len()), (5, 4));
         let energy = |running: &Running| {
@@ -347,7 +347,9 @@ fn the_energy_of_the_pendulum_of_hinge_slide_ball_and_hinge_is_kept() {
         assert!(off < angle * motion, "{hz} Hz: {off} J, {angle} rad");
         drift.push(off / motion);
     }
-    assert!(drift[1] < 0.5 * drift[0], "{drift:?}");
+    // A sixteenth of the step: a sixteenth of the error if all were of first order. Rates beside each other are in no order, for errors
+    // of either sign add up (240 Hz is better than 480).
+    assert!(drift[2] < 0.25 * drift[0], "{drift:?}");
 }
 
 #[test]
