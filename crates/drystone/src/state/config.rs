@@ -333,8 +333,8 @@ impl WorldConfig {
                     .parse()
                     .map_err(|_| DefError::new("substeps", text, "a whole number from 0 to 256"))?;
             }
-            "inertia.refine" => next.inertia.refine = parts_of("inertia.refine", text)?,
-            "joint.refine" => next.joint.refine = parts_of("joint.refine", text)?,
+            "inertia.refine" => next.inertia.refine = parts_of(path, text)?,
+            "joint.refine" => next.joint.refine = parts_of(path, text)?,
             "particle.form" => {
                 next.particle.form = ParticleForm::named(text).ok_or_else(|| {
                     DefError::new("particle.form", text, &ParticleForm::WORDS.join(", "))
@@ -378,7 +378,7 @@ impl WorldConfig {
 }
 
 /// Parts of a substep.
-fn parts_of(path: &'static str, text: &str) -> Result<u32, DefError> {
+fn parts_of(path: &str, text: &str) -> Result<u32, DefError> {
     text.parse().map_err(|_| DefError::new(path, text, "a whole number, 1 to 8"))
 }
 

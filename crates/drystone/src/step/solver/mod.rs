@@ -184,8 +184,8 @@ pub(crate) struct Input<'a> {
     pub(crate) breakage: bool,
 }
 
-/// Runs the method's passes. Poses are written by finalize, from the lines. The second context is for the
-/// islands that take every substep in parts.
+/// Runs the method's passes. Poses are written by finalize, from the lines. There is a context for each
+/// [`Fineness`](crate::state::bodies::Fineness) of islands.
 pub(crate) fn solve(
     contexts: [&StepContext; 3],
     method: &Method,

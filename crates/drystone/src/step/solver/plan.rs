@@ -24,10 +24,6 @@ const MOST_ENDS: usize = 2400;
 /// Fewest constraint ends for which it pays that workers share a color.
 const LEAST_SHARED: usize = 1024;
 
-/// Most bodies of an island that takes its substeps in parts because joints of it go round fast: what one limb does is
-/// no reason to solve a whole pile finely.
-const MOST_WHIRLING: u32 = 64;
-
 /// Blocks of one color of a group.
 #[derive(Clone, Debug)]
 pub(super) struct Batch {
@@ -142,10 +138,13 @@ impl Plan {
         }
         if by_turn {
             for (island, chosen) in islands.rows.iter().zip(&mut *chosen) {
-                if island.len <= MOST_WHIRLING && whirls(island, bodies, joints, ctx.h) {
+                if whirls(island, bodies, joints, ctx.h) {
                     *chosen = Fineness::Whirling;
                 }
             }
+        }
+        if chosen.iter().all(|fineness| *fineness == Fineness::Whole) {
+            return;
         }
         // Particles keep pace with the world's substeps.
         for body in lined().filter(|body| body.dragged) {

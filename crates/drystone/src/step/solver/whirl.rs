@@ -6,6 +6,9 @@ use crate::state::bodies::{Bodies, Body, Fineness, NONE};
 use crate::state::islands::Island;
 use crate::state::joints::Joints;
 
+/// Most bodies of an island that takes its substeps in parts: what one limb does is no reason to solve a whole pile finely.
+const MOST_BODIES: u32 = 64;
+
 /// From this part of its size on that a joint's anchor is off its tangent after a substep, times two: a tenth of a radian for
 /// one at the body's end.
 const ENTER: f32 = 0.01;
@@ -13,8 +16,11 @@ const ENTER: f32 = 0.01;
 /// Until it falls below this: a mechanism at the limit does not change its stiffness in each step.
 const LEAVE: f32 = 0.005;
 
-/// True if some joint of the island, one that is awake, goes round so fast that substeps of `h` [s] are too long.
+/// True if some joint of the island, one that is small and awake, goes round so fast that substeps of `h` [s] are too long.
 pub(super) fn whirls(island: &Island, bodies: &Bodies, joints: &Joints, h: f32) -> bool {
+    if island.len > MOST_BODIES {
+        return false;
+    }
     let mut row = island.first;
     while row != NONE {
         let body = bodies.at(row);
