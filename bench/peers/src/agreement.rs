@@ -5,12 +5,17 @@
 
 use drystone::{Vec3, vec3};
 use drystone_bench::{Engine, Own};
-use drystone_scene::named;
+use drystone_scene::{Script, named};
 
 /// Checks the start, and a tenth of a second of free motion, against drystone.
 fn agrees<E: Engine>(spec: &str) {
-    let scene = named(spec).unwrap();
+    let mut scene = named(spec).unwrap();
     let (mut own, mut peer) = (Own::build(&scene, 1).unwrap(), E::build(&scene, 1).unwrap());
+    if let Script::Waves(waves) = &scene.script {
+        own.bring(&waves[0]).unwrap();
+        peer.bring(&waves[0]).unwrap();
+        scene.bodies.extend(waves[0].bodies.iter().cloned());
+    }
     let name = E::NAME;
     let near = |a: Vec3, b: Vec3, tolerance: f32, what: &str| {
         assert!((b - a).length() <= tolerance, "{spec}, {name}, {what}: {a:?} and {b:?}");
@@ -41,7 +46,7 @@ fn agrees<E: Engine>(spec: &str) {
 #[cfg(feature = "rapier")]
 #[test]
 fn rapier_has_the_same_bodies() {
-    for spec in ["trees100", "convex_vs_mesh"] {
+    for spec in ["trees100", "convex_vs_mesh", "rain:rows=1"] {
         agrees::<crate::rapier::Rapier>(spec);
     }
 }
@@ -49,7 +54,7 @@ fn rapier_has_the_same_bodies() {
 #[cfg(feature = "box3d")]
 #[test]
 fn box3d_has_the_same_bodies() {
-    for spec in ["trees100", "convex_vs_mesh"] {
+    for spec in ["trees100", "convex_vs_mesh", "rain:rows=1"] {
         agrees::<crate::box3d::Box3d>(spec);
     }
 }

@@ -3,12 +3,13 @@
 
 #![expect(unsafe_code, reason = "a C library")]
 
+use core::f32::consts::FRAC_PI_2;
+
 use drystone::{
-    BodyKind, Combine, Hull, JointKind, Material, Mesh, Pose, Quat, Shape, ShapeDef, SleepConfig,
-    Vec3, vec3,
+    BodyKind, Combine, Hull, Material, Mesh, Pose, Quat, Shape, ShapeDef, SleepConfig, Vec3, vec3,
 };
-use drystone_bench::{BodyState, Engine, EngineError, density_factor};
-use drystone_scene::{Scene, SceneBody};
+use drystone_bench::{BodyState, Engine, EngineError, Linkage, Turn, density_factor, linkages};
+use drystone_scene::{Scene, SceneBody, Wave};
 
 use box3d_sys as b3;
 
@@ -74,21 +75,7 @@ impl Engine for Box3d {
         for body in &scene.bodies {
             this.add(body)?;
         }
-        for joint in &scene.joints {
-            if joint.kind != JointKind::Ball {
-                let what = "joints other than ball joints are not translated";
-                return Err(EngineError(what.to_owned()));
-            }
-            // SAFETY: takes nothing.
-            let mut def = unsafe { b3::b3DefaultSphericalJointDef() };
-            def.base.bodyIdA = this.bodies[joint.body_a];
-            def.base.bodyIdB = this.bodies[joint.body_b];
-            def.base.localFrameA = transform(&Pose::at(joint.anchor_a));
-            def.base.localFrameB = transform(&Pose::at(joint.anchor_b));
-            def.base.collideConnected = joint.collide_connected;
-            // SAFETY: the world and its bodies live; the definition outlives the call.
-            unsafe { b3::b3CreateSphericalJoint(world, &raw const def) };
-        }
+        linkages(&scene.joints)?.iter().for_each(|linkage| this.link(linkage));
         // SAFETY: the world lives. Static trees are made balanced before time is taken, as the other
         // engines' are.
         unsafe { b3::b3World_RebuildStaticTree(world) };
@@ -140,6 +127,16 @@ impl Engine for Box3d {
         Ok(())
     }
 
+    fn bring(&mut self, wave: &Wave) -> Result<(), EngineError> {
+        for id in &self.bodies[wave.removed.clone()] {
+            // SAFETY: the body lives: what left is not named again.
+            unsafe { b3::b3DestroyBody(*id) };
+        }
+        wave.bodies.iter().try_for_each(|body| self.add(body))?;
+        linkages(&wave.joints)?.iter().for_each(|linkage| self.link(linkage));
+        Ok(())
+    }
+
     fn push(&mut self, body: usize, force: Vec3, _: f32) -> Result<(), EngineError> {
         // SAFETY: the body lives. The force acts in the next step only.
         unsafe { b3::b3Body_ApplyForceToCenter(self.bodies[body], vector(force), true) };
@@ -177,6 +174,51 @@ impl Engine for Box3d {
 }
 
 impl Box3d {
+    fn link(&mut self, linkage: &Linkage) {
+        // Its axes are z.
+        let axes = Quat::from_axis_angle(Vec3::Y, FRAC_PI_2);
+        let frame = |pose: &Pose| transform(&Pose::new(pose.position, pose.rotation * axes));
+        let base = |mut base: b3::b3JointDef| {
+            base.bodyIdA = self.bodies[linkage.bodies[0]];
+            base.bodyIdB = self.bodies[linkage.bodies[1]];
+            base.localFrameA = frame(&linkage.frames[0]);
+            base.localFrameB = frame(&linkage.frames[1]);
+            base.collideConnected = linkage.collide_connected;
+            base
+        };
+        let (hertz, ratio) = linkage.spring.unwrap_or_default();
+        match linkage.turn {
+            Turn::Ball { cone, twist } => {
+                // SAFETY: takes nothing.
+                let mut def = unsafe { b3::b3DefaultSphericalJointDef() };
+                def.base = base(def.base);
+                def.enableConeLimit = cone.is_some();
+                def.coneAngle = cone.unwrap_or_default();
+                def.enableTwistLimit = twist.is_some();
+                [def.lowerTwistAngle, def.upperTwistAngle] = twist.unwrap_or_default();
+                def.enableMotor = linkage.friction > 0.0;
+                def.maxMotorTorque = linkage.friction;
+                def.enableSpring = linkage.spring.is_some();
+                (def.hertz, def.dampingRatio) = (hertz, ratio);
+                // SAFETY: the world and its bodies live; the definition outlives the call.
+                unsafe { b3::b3CreateSphericalJoint(self.world, &raw const def) };
+            }
+            Turn::Hinge { limits } => {
+                // SAFETY: takes nothing.
+                let mut def = unsafe { b3::b3DefaultRevoluteJointDef() };
+                def.base = base(def.base);
+                def.enableLimit = limits.is_some();
+                [def.lowerAngle, def.upperAngle] = limits.unwrap_or_default();
+                def.enableMotor = linkage.friction > 0.0;
+                def.maxMotorTorque = linkage.friction;
+                def.enableSpring = linkage.spring.is_some();
+                (def.hertz, def.dampingRatio) = (hertz, ratio);
+                // SAFETY: as above.
+                unsafe { b3::b3CreateRevoluteJoint(self.world, &raw const def) };
+            }
+        }
+    }
+
     fn add_shape(
         &mut self,
         body: b3::b3BodyId,

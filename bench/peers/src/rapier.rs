@@ -1,12 +1,15 @@
 //! rapier3d: its own default solver settings; the coefficients, masses and sleep settings of the scene.
 
-use drystone::{BodyKind, Combine, JointKind, Material, Pose, Quat, Shape, ShapeDef, Vec3};
-use drystone_bench::{BodyState, Engine, EngineError, density_factor};
-use drystone_scene::{Scene, SceneBody};
+use drystone::{BodyKind, Combine, Material, Pose, Quat, Shape, ShapeDef, Vec3};
+use drystone_bench::{BodyState, Engine, EngineError, Linkage, Turn, density_factor, linkages};
+use drystone_scene::{Scene, SceneBody, Wave};
 use rapier3d::prelude as rapier;
 use rapier3d::prelude::CoefficientCombineRule as Rule;
 
 use crate::hulls::Shared;
+
+/// Torque over speed of what is to be held still by friction [1/s]: far above what a step can tell from it.
+const STIFF: f32 = 1.0e6;
 
 /// rapier3d.
 pub(crate) struct Rapier {
@@ -43,22 +46,7 @@ impl Engine for Rapier {
         for body in &scene.bodies {
             this.add(body)?;
         }
-        for joint in &scene.joints {
-            let (a, b) = (this.bodies[joint.body_a], this.bodies[joint.body_b]);
-            match joint.kind {
-                JointKind::Ball => {}
-                _ => {
-                    return Err(EngineError(
-                        "joints other than ball joints are not translated".to_owned(),
-                    ));
-                }
-            }
-            let ball = rapier::SphericalJointBuilder::new()
-                .local_anchor1(vector(joint.anchor_a))
-                .local_anchor2(vector(joint.anchor_b))
-                .contacts_enabled(joint.collide_connected);
-            this.world.insert_impulse_joint(a, b, ball);
-        }
+        linkages(&scene.joints)?.iter().for_each(|linkage| this.link(linkage));
         Ok(this)
     }
 
@@ -109,6 +97,15 @@ impl Engine for Rapier {
         Ok(())
     }
 
+    fn bring(&mut self, wave: &Wave) -> Result<(), EngineError> {
+        for handle in &self.bodies[wave.removed.clone()] {
+            self.world.remove_body(*handle);
+        }
+        wave.bodies.iter().try_for_each(|body| self.add(body))?;
+        linkages(&wave.joints)?.iter().for_each(|linkage| self.link(linkage));
+        Ok(())
+    }
+
     fn push(&mut self, body: usize, force: Vec3, _: f32) -> Result<(), EngineError> {
         let handle = self.bodies[body];
         if let Some(body) = self.world.bodies.get_mut(handle) {
@@ -145,6 +142,55 @@ impl Engine for Rapier {
 }
 
 impl Rapier {
+    /// A limit, and one drive, an axis: a spring is a joint of its own. It has no cone, so that each swing has its
+    /// own limit.
+    fn link(&mut self, linkage: &Linkage) {
+        use rapier::JointAxis::{AngX, AngY, AngZ};
+        let (locked, free) = match linkage.turn {
+            Turn::Ball { .. } => {
+                (rapier::JointAxesMask::LOCKED_SPHERICAL_AXES, &[AngX, AngY, AngZ][..])
+            }
+            Turn::Hinge { .. } => (rapier::JointAxesMask::LOCKED_REVOLUTE_AXES, &[AngX][..]),
+        };
+        let joint = |locked| {
+            rapier::GenericJointBuilder::new(locked)
+                .local_frame1(pose(&linkage.frames[0]))
+                .local_frame2(pose(&linkage.frames[1]))
+                .contacts_enabled(linkage.collide_connected)
+        };
+        let mut held = joint(locked);
+        let about_x = match linkage.turn {
+            Turn::Ball { cone, twist } => {
+                if let Some(cone) = cone {
+                    held = held.limits(AngY, [-cone, cone]).limits(AngZ, [-cone, cone]);
+                }
+                twist
+            }
+            Turn::Hinge { limits } => limits,
+        };
+        if let Some(limits) = about_x {
+            held = held.limits(AngX, limits);
+        }
+        if linkage.friction > 0.0 {
+            for axis in free {
+                held =
+                    held.motor_velocity(*axis, 0.0, STIFF).motor_max_force(*axis, linkage.friction);
+            }
+        }
+        let [a, b] = linkage.bodies.map(|number| self.bodies[number]);
+        self.world.insert_impulse_joint(a, b, held.build());
+        if let Some((hertz, ratio)) = linkage.spring {
+            let omega = core::f32::consts::TAU * hertz;
+            let mut spring = joint(rapier::JointAxesMask::empty());
+            for axis in free {
+                spring = spring
+                    .motor_model(*axis, rapier::MotorModel::AccelerationBased)
+                    .motor_position(*axis, 0.0, omega * omega, 2.0 * ratio * omega);
+            }
+            self.world.insert_impulse_joint(a, b, spring.build());
+        }
+    }
+
     fn collider(&mut self, def: &ShapeDef, factor: f32) -> Result<rapier::Collider, EngineError> {
         let mut place = def.pose;
         let shape = match &def.shape {

@@ -21,7 +21,7 @@ const MOMENT: f32 = 1.0e-6;
 pub struct Checker<'a> {
     world: World,
     bodies: Vec<(&'a SceneBody, BodyId)>,
-    joints: &'a [SceneJoint],
+    joints: Vec<&'a SceneJoint>,
     /// Pairs held together by a joint that lets them overlap.
     may_overlap: BTreeSet<(BodyId, BodyId)>,
     max_penetration: f32,
@@ -41,7 +41,7 @@ impl<'a> Checker<'a> {
         let mut checker = Self {
             world,
             bodies: Vec::with_capacity(scene.bodies.len()),
-            joints: &scene.joints,
+            joints: Vec::new(),
             may_overlap: BTreeSet::new(),
             max_penetration: 0.0,
             max_joint_error: 0.0,
@@ -49,14 +49,18 @@ impl<'a> Checker<'a> {
         for body in &scene.bodies {
             checker.add(body)?;
         }
-        for joint in &scene.joints {
-            if let (Some(a), Some(b), false) =
-                (checker.id(joint.body_a), checker.id(joint.body_b), joint.collide_connected)
-            {
-                checker.may_overlap.insert((a.min(b), a.max(b)));
-            }
-        }
+        scene.joints.iter().for_each(|joint| checker.join(joint));
         Ok(checker)
+    }
+
+    /// One more joint, between bodies that it knows.
+    pub fn join(&mut self, joint: &'a SceneJoint) {
+        if let (Some(a), Some(b), false) =
+            (self.id(joint.body_a), self.id(joint.body_b), joint.collide_connected)
+        {
+            self.may_overlap.insert((a.min(b), a.max(b)));
+        }
+        self.joints.push(joint);
     }
 
     /// One more body.
@@ -80,21 +84,32 @@ impl<'a> Checker<'a> {
         self.bodies.get(number).map(|(_, id)| *id)
     }
 
-    /// Looks at the bodies of these numbers in these states. Bodies that are not there yet are put out of
-    /// the way; what is no number, or too far away for one, stays where it was.
+    /// Looks at the bodies of these numbers, which are all that move and are there, in these states. Others that
+    /// move are put out of the way; what is no number, or too far away for one, stays where it was.
     pub fn look(&mut self, numbers: &[usize], states: &[BodyState]) {
-        for (i, number) in numbers.iter().enumerate() {
-            let Some(id) = self.id(*number) else { continue };
-            let Some(mut body) = self.world.body_mut(id) else { continue };
-            let away = || Pose::at([0.0, 1.0e6 + 1.0e3 * small(i), 0.0]);
-            let pose = states.get(i).map_or_else(away, |state| state.pose);
+        let mut poses: Vec<Option<Pose>> = vec![None; self.bodies.len()];
+        for (&number, state) in numbers.iter().zip(states) {
+            if let Some(pose) = poses.get_mut(number) {
+                *pose = Some(state.pose);
+            }
+        }
+        for (number, ((from, id), pose)) in self.bodies.iter().zip(&mut poses).enumerate() {
+            if from.def.kind == BodyKind::Static {
+                *pose = Some(Pose::new(from.def.position, from.def.rotation));
+                continue;
+            }
+            let Some(mut body) = self.world.body_mut(*id) else { continue };
+            let away = || Pose::at([0.0, 1.0e6 + 1.0e3 * small(number), 0.0]);
             // A pose that is refused is one that `lost` in the row tells of.
-            let _ = body.set_pose(pose);
+            let _ = body.set_pose(pose.unwrap_or_else(away));
             let _ = body.set_linear_velocity(Vec3::ZERO);
             let _ = body.set_angular_velocity(Vec3::ZERO);
         }
-        for joint in self.joints {
-            self.max_joint_error = self.max_joint_error.max(self.joint_error(joint));
+        let there = |number: usize| poses.get(number).is_some_and(Option::is_some);
+        for joint in &self.joints {
+            if there(joint.body_a) && there(joint.body_b) {
+                self.max_joint_error = self.max_joint_error.max(self.joint_error(joint));
+            }
         }
         self.world.step(MOMENT);
         for contact in self.world.contacts() {

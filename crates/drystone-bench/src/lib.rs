@@ -8,6 +8,7 @@
 
 mod check;
 mod engine;
+mod linkage;
 mod listing;
 mod own;
 mod row;
@@ -18,6 +19,7 @@ mod standing;
 
 pub use check::Checker;
 pub use engine::{BodyState, Engine, EngineError, density_factor, hash_states};
+pub use linkage::{Linkage, Turn, linkages};
 pub use listing::listing;
 pub use own::Own;
 pub use row::{Deviation, MsPerStep, Row, Stages};

@@ -1,9 +1,10 @@
 //! A run: every step timed by itself, poses copied at some steps, judged after the last.
 
+use std::ops::Range;
 use std::time::Instant;
 
 use drystone::BodyKind;
-use drystone_scene::{Scene, SceneBody, ScriptAction};
+use drystone_scene::{Scene, SceneBody, SceneJoint, ScriptAction};
 
 use crate::check::Checker;
 use crate::engine::{BodyState, Engine, EngineError, hash_states};
@@ -29,11 +30,20 @@ pub struct Order<'a> {
     pub steps: u64,
 }
 
-/// The bodies that move, by number, and their states.
+/// The bodies that are there and move, by number.
 #[derive(Debug, Default)]
 struct Movers {
     numbers: Vec<usize>,
+    /// How many came, and how many of them left.
     bodies: usize,
+    gone: usize,
+}
+
+/// Bodies that moved and were there after a step, and their states.
+#[derive(Debug, Default)]
+struct Sample {
+    numbers: Vec<usize>,
+    states: Vec<BodyState>,
 }
 
 impl Movers {
@@ -44,8 +54,14 @@ impl Movers {
         self.bodies += 1;
     }
 
-    fn states<E: Engine>(&self, engine: &E) -> Vec<BodyState> {
-        self.numbers.iter().map(|&number| engine.state(number)).collect()
+    fn remove(&mut self, leaving: &Range<usize>) {
+        self.numbers.retain(|number| !leaving.contains(number));
+        self.gone += leaving.len();
+    }
+
+    fn sample<E: Engine>(&self, engine: &E) -> Sample {
+        let states = self.numbers.iter().map(|&number| engine.state(number)).collect();
+        Sample { numbers: self.numbers.clone(), states }
     }
 }
 
@@ -64,7 +80,8 @@ pub fn measure<E: Engine>(order: &Order<'_>) -> Result<Row, EngineError> {
     let mut movers = Movers::default();
     scene.bodies.iter().for_each(|body| movers.add(body));
     let mut added: Vec<&SceneBody> = Vec::new();
-    let mut samples: Vec<Vec<BodyState>> = Vec::new();
+    let mut joined: Vec<&SceneJoint> = Vec::new();
+    let mut samples: Vec<Sample> = Vec::new();
     let mut ms = Series::default();
     for step in 0..order.steps {
         match scene.script.action(step) {
@@ -79,10 +96,12 @@ pub fn measure<E: Engine>(order: &Order<'_>) -> Result<Row, EngineError> {
             }
             ScriptAction::Wave(wave) => {
                 engine.bring(wave)?;
+                movers.remove(&wave.removed);
                 for body in &wave.bodies {
                     movers.add(body);
                     added.push(body);
                 }
+                joined.extend(&wave.joints);
             }
         }
         let start = Instant::now();
@@ -94,7 +113,7 @@ pub fn measure<E: Engine>(order: &Order<'_>) -> Result<Row, EngineError> {
             engine.restart_clock();
         }
         if is_sample(step + 1, order.steps) {
-            samples.push(movers.states(&engine));
+            samples.push(movers.sample(&engine));
         }
     }
 
@@ -102,10 +121,11 @@ pub fn measure<E: Engine>(order: &Order<'_>) -> Result<Row, EngineError> {
     for body in added {
         checker.add(body)?;
     }
-    for states in &samples {
-        checker.look(&movers.numbers, states);
+    joined.into_iter().for_each(|joint| checker.join(joint));
+    for sample in &samples {
+        checker.look(&sample.numbers, &sample.states);
     }
-    let end = samples.last().map_or(&[][..], Vec::as_slice);
+    let end = samples.last().map_or(&[][..], |sample| sample.states.as_slice());
     let bodies: Vec<&SceneBody> =
         movers.numbers.iter().filter_map(|&number| checker.body(number)).collect();
     Ok(Row {
@@ -115,7 +135,7 @@ pub fn measure<E: Engine>(order: &Order<'_>) -> Result<Row, EngineError> {
         threads: order.threads,
         simd: engine.simd(),
         steps: order.steps,
-        bodies: movers.bodies,
+        bodies: movers.bodies - movers.gone,
         ms_per_step: MsPerStep { min: ms.mean(), median: ms.mean(), p99: ms.percentile(99) },
         hash: format!("{:016x}", engine.hash().unwrap_or_else(|| hash_states(end))),
         max_penetration: checker.max_penetration(),
@@ -171,7 +191,7 @@ mod tests {
 
     #[test]
     fn scripts_run_as_in_the_scene() {
-        for (spec, steps) in [("large_world:tiles=4", 12), ("junkyard", 3)] {
+        for (spec, steps) in [("large_world:tiles=4", 12), ("junkyard", 3), ("rain:rows=1", 20)] {
             let scene = named(spec).unwrap();
             let order = Order { spec, scene: &scene, threads: 1, steps };
             let row = measure::<Own>(&order).unwrap();

@@ -5,13 +5,14 @@ use std::path::Path;
 use drystone_scene::{CatalogError, Scene, gltf, mjcf, named, urdf};
 
 /// Scenes that Box3D's benchmark has: the first step is not timed.
-const BOX3D: [&str; 10] = [
+const BOX3D: [&str; 11] = [
     "large_pyramid",
     "many_pyramids",
     "convex_pile",
     "joint_grid",
     "junkyard",
     "washer",
+    "rain",
     "trees100",
     "trees50",
     "trees25",

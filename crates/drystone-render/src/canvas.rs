@@ -33,7 +33,16 @@ impl Canvas {
     /// # Errors
     /// There is no device, or it cannot draw pictures of this size.
     pub fn new(width: u32, height: u32) -> Result<Self, RenderError> {
-        let (adapter, device, queue) = pollster::block_on(open())?;
+        Self::within(width, height, limits)
+    }
+
+    /// As [`Self::new`], on a device that may use so much.
+    fn within(
+        width: u32,
+        height: u32,
+        limits: impl Fn(&wgpu::Adapter) -> wgpu::Limits,
+    ) -> Result<Self, RenderError> {
+        let (adapter, device, queue) = pollster::block_on(open(limits))?;
         check_size(&device, width, height)?;
         let info = adapter.get_info();
         // First of all: it keeps errors of the device from ending the program.
@@ -133,7 +142,9 @@ const fn stride(width: u32) -> u32 {
     (4 * width).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT)
 }
 
-async fn open() -> Result<(wgpu::Adapter, wgpu::Device, wgpu::Queue), RenderError> {
+async fn open(
+    limits: impl Fn(&wgpu::Adapter) -> wgpu::Limits,
+) -> Result<(wgpu::Adapter, wgpu::Device, wgpu::Queue), RenderError> {
     let instance = wgpu::Instance::new(wgpu::InstanceDescriptor {
         flags: wgpu::InstanceFlags::empty(),
         ..wgpu::InstanceDescriptor::new_without_display_handle()
@@ -151,4 +162,35 @@ async fn open() -> Result<(wgpu::Adapter, wgpu::Device, wgpu::Queue), RenderErro
     };
     let (device, queue) = adapter.request_device(&device).await.map_err(|e| none(e.to_string()))?;
     Ok((adapter, device, queue))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Canvas, limits};
+    use crate::{Drawing, Look, RenderError, Subject};
+
+    #[test]
+    fn a_scene_too_large_for_the_device_is_an_error_and_the_next_one_is_drawn() {
+        // Room for 3,800 bodies of 68 bytes.
+        let small =
+            |adapter: &wgpu::Adapter| wgpu::Limits { max_buffer_size: 1 << 18, ..limits(adapter) };
+        let mut canvas = match Canvas::within(64, 64, small) {
+            Err(RenderError::NoDevice { reason }) => {
+                println!("SKIPPED: {reason}");
+                return;
+            }
+            canvas => canvas.unwrap(),
+        };
+        let draw = |scene: &str, canvas: &mut Canvas| {
+            let running = drystone_scene::named(scene).unwrap().build().unwrap();
+            let subject = Subject::of(&running.world);
+            let drawing = Drawing::of(&running.world, &subject, &Look::default());
+            canvas.draw(&drawing, &subject.camera(subject.angles(), 1.0))
+        };
+        let hello = draw("hello", &mut canvas).unwrap();
+        let why = draw("many_pyramids", &mut canvas).unwrap_err();
+        assert!(matches!(&why, RenderError::Device(text) if !text.is_empty()), "{why}");
+        canvas.renderer.forget();
+        assert_eq!(draw("hello", &mut canvas).unwrap(), hello);
+    }
 }

@@ -11,7 +11,6 @@ use std::ops::Range;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use drystone::Vec3;
-use wgpu::util::DeviceExt;
 
 use self::frame::Frame;
 use self::pipelines::{Pipelines, SHADOW_FORMAT};
@@ -137,7 +136,7 @@ impl Renderer {
                 },
             ],
         });
-        let (instances, lines) = (vertex_buffer(&device, 1 << 12), vertex_buffer(&device, 1 << 10));
+        let (instances, lines) = small_buffers(&device);
         Self {
             device,
             queue,
@@ -224,6 +223,15 @@ impl Renderer {
         self.check()
     }
 
+    /// Lets go of all that it has on the device for what it drew last: room for another drawing, after one that was too
+    /// much for the device.
+    pub fn forget(&mut self) {
+        self.forms.clear();
+        self.visuals = None;
+        self.targets = None;
+        (self.instances, self.lines) = small_buffers(&self.device);
+    }
+
     /// The first failure of the device since the last call.
     ///
     /// # Errors
@@ -239,7 +247,10 @@ impl Renderer {
         for batch in &drawing.batches {
             let key = batch.form.key();
             let kept = self.forms.remove(&key);
-            forms.insert(key, kept.unwrap_or_else(|| load_form(&self.device, &batch.form)));
+            forms.insert(
+                key,
+                kept.unwrap_or_else(|| load_form(&self.device, &self.queue, &batch.form)),
+            );
         }
         self.forms = forms;
         self.load_visuals(drawing);
@@ -432,23 +443,40 @@ pub(crate) fn check_size(
     }
 }
 
-fn load_form(device: &wgpu::Device, form: &Form) -> LoadedForm {
+fn load_form(device: &wgpu::Device, queue: &wgpu::Queue, form: &Form) -> LoadedForm {
     let (vertices, indices) = form.bytes();
-    let buffer = |label, bytes: &[u8], usage| {
-        // A buffer cannot be empty.
-        let contents = if bytes.is_empty() { &[0; 4] } else { bytes };
-        device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
-            label: Some(label),
-            contents,
-            usage,
-        })
-    };
     LoadedForm {
-        vertices: buffer("form", &vertices, wgpu::BufferUsages::VERTEX),
-        indices: buffer("form", bytemuck::cast_slice(&indices), wgpu::BufferUsages::INDEX),
+        vertices: filled(device, queue, "form", &vertices, wgpu::BufferUsages::VERTEX),
+        indices: filled(
+            device,
+            queue,
+            "form",
+            bytemuck::cast_slice(&indices),
+            wgpu::BufferUsages::INDEX,
+        ),
         count: count_of(indices.len()),
         _form: form.clone(),
     }
+}
+
+/// A buffer with something in it. It is not mapped: one that there is no memory for would have nothing to write to, and
+/// end the program.
+fn filled(
+    device: &wgpu::Device,
+    queue: &wgpu::Queue,
+    label: &str,
+    bytes: &[u8],
+    usage: wgpu::BufferUsages,
+) -> wgpu::Buffer {
+    let buffer = device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some(label),
+        // A buffer cannot be empty.
+        size: (bytes.len() as u64).max(4),
+        usage: usage | wgpu::BufferUsages::COPY_DST,
+        mapped_at_creation: false,
+    });
+    queue.write_buffer(&buffer, 0, bytes);
+    buffer
 }
 
 fn count_of(n: usize) -> u32 {
@@ -468,8 +496,14 @@ fn vertex_buffer(device: &wgpu::Device, size: u64) -> wgpu::Buffer {
 fn grow(device: &wgpu::Device, buffer: &mut wgpu::Buffer, bytes: usize) {
     let needed = bytes as u64;
     if buffer.size() < needed {
-        *buffer = vertex_buffer(device, needed.next_power_of_two());
+        let most = device.limits().max_buffer_size;
+        *buffer = vertex_buffer(device, needed.next_power_of_two().min(most).max(needed));
     }
+}
+
+/// For the places of bodies, and for lines.
+fn small_buffers(device: &wgpu::Device) -> (wgpu::Buffer, wgpu::Buffer) {
+    (vertex_buffer(device, 1 << 12), vertex_buffer(device, 1 << 10))
 }
 
 fn shadow_map(device: &wgpu::Device) -> wgpu::TextureView {

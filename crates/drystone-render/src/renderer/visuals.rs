@@ -5,7 +5,6 @@ use std::sync::Arc;
 
 use bytemuck::{Pod, Zeroable};
 use drystone_scene::visual::{Alpha, Texture, VisualMaterial, Visuals, Wrap};
-use wgpu::util::DeviceExt;
 use wgpu::{BlendState, CompareFunction, Face, PrimitiveTopology};
 
 use super::pipelines::{INSTANCE, Pipelines, Way, buffer, pipeline};
@@ -160,7 +159,7 @@ impl LoadedVisuals {
                 blend: material.alpha == Alpha::Blend,
                 masked: matches!(material.alpha, Alpha::Mask(_)),
             };
-            (manner, group(device, pipelines, material, &found, plain))
+            (manner, group((device, queue), pipelines, material, &found, plain))
         };
         Self {
             of: Arc::clone(visuals),
@@ -193,7 +192,7 @@ const fn textures(material: &VisualMaterial) -> [(Option<Texture>, bool); 5] {
 }
 
 fn group(
-    device: &wgpu::Device,
+    (device, queue): (&wgpu::Device, &wgpu::Queue),
     pipelines: &VisualPipelines,
     material: &VisualMaterial,
     textures: &[(&wgpu::TextureView, wgpu::Sampler); 5],
@@ -213,11 +212,8 @@ fn group(
     let relief = [scale, strength, 0.0, 0.0];
     let (base, emissive) = (material.base_color, [r, g, b, cutoff]);
     let uniform = Uniform { base, emissive, surface, relief };
-    let uniform = device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
-        label: Some("material"),
-        contents: bytemuck::bytes_of(&uniform),
-        usage: wgpu::BufferUsages::UNIFORM,
-    });
+    let bytes: &[u8] = bytemuck::bytes_of(&uniform);
+    let uniform = super::filled(device, queue, "material", bytes, wgpu::BufferUsages::UNIFORM);
     let mut entries =
         vec![wgpu::BindGroupEntry { binding: 0, resource: uniform.as_entire_binding() }];
     for (binding, (view, sampler)) in (1..).step_by(2).zip(textures) {

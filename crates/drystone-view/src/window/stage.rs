@@ -30,6 +30,8 @@ pub(super) struct Stage {
     control: Control,
     panel: Panel,
     shown: Option<Shown>,
+    /// Number of the scene that the device failed to draw, and why. It is not tried again.
+    undrawn: Option<(u64, RenderError)>,
     title: String,
     places: Vec<Place>,
 }
@@ -109,6 +111,7 @@ impl Stage {
             control: Control::new(),
             panel: Panel::new(overlays, panel),
             shown: None,
+            undrawn: None,
             title: String::new(),
             places: Vec::new(),
         })
@@ -121,7 +124,11 @@ impl Stage {
     }
 
     /// Takes over what is to be shown.
-    pub(super) fn learn(&mut self, shown: Shown) {
+    pub(super) fn learn(&mut self, mut shown: Shown) {
+        if let Some((_, why)) = self.undrawn.as_ref().filter(|(scene, _)| *scene == shown.scene) {
+            let message = || format!("this scene is too much to draw, open another one: {why}");
+            shown.message.get_or_insert_with(message);
+        }
         self.panel.learn(&shown);
         if self.shown.as_ref().is_none_or(|old| old.scene != shown.scene) {
             self.control.camera = None;
@@ -148,6 +155,23 @@ impl Stage {
         if self.egui.on_window_event(&self.window, together.as_ref().unwrap_or(event)).repaint {
             self.window.request_redraw();
         }
+    }
+
+    /// Keeps from drawing a scene that the device failed at, and lets go of what it has of it. The picture is black from
+    /// then on, and a message tells why.
+    ///
+    /// # Errors
+    /// It failed without a scene: it will fail again.
+    fn give_up(&mut self, why: RenderError) -> Result<(), RenderError> {
+        let Some(shown) = self.shown.take() else { return Err(why) };
+        if self.undrawn.as_ref().is_some_and(|(scene, _)| *scene == shown.scene) {
+            return Err(why);
+        }
+        self.undrawn = Some((shown.scene, why));
+        self.renderer.forget();
+        self.learn(shown);
+        self.window.request_redraw();
+        Ok(())
     }
 
     /// Draws; returns when to draw again even if nothing happens.
@@ -181,7 +205,7 @@ impl Stage {
         }
         // What is dropped with something in it counts as forgotten.
         textures.clear();
-        presented?;
+        presented.or_else(|why| self.give_up(why))?;
         Ok(wait.and_then(|wait| Instant::now().checked_add(wait)))
     }
 
@@ -210,10 +234,14 @@ impl Stage {
         };
         let view = surface.texture.create_view(&wgpu::TextureViewDescriptor::default());
         let size = (self.config.width, self.config.height);
-        if let (Some(shown), Some(camera)) = (&self.shown, &self.control.camera) {
+        let undrawn = self.undrawn.as_ref().map(|(scene, _)| *scene);
+        let shown = self.shown.as_ref().filter(|shown| undrawn != Some(shown.scene));
+        let mut load = wgpu::LoadOp::Clear(wgpu::Color::BLACK);
+        if let (Some(shown), Some(camera)) = (shown, &self.control.camera) {
             let areas = self.control.parts.iter().map(|part| area(*part, scale));
             let drawings: Vec<_> = shown.views.iter().map(|v| &v.drawing).zip(areas).collect();
             self.renderer.draw_beside(&drawings, camera, &view, size)?;
+            load = wgpu::LoadOp::Load;
         }
         let screen = egui_wgpu::ScreenDescriptor {
             size_in_pixels: [size.0, size.1],
@@ -229,7 +257,7 @@ impl Stage {
                     view: &view,
                     depth_slice: None,
                     resolve_target: None,
-                    ops: wgpu::Operations { load: wgpu::LoadOp::Load, store: wgpu::StoreOp::Store },
+                    ops: wgpu::Operations { load, store: wgpu::StoreOp::Store },
                 })],
                 ..wgpu::RenderPassDescriptor::default()
             });
