@@ -327,9 +327,15 @@ impl SixDof {
         self.linear.iter().all(|axis| axis.held().is_some())
     }
 
+    /// True if a motion is held, and if a turn is.
+    pub(crate) fn holds(&self) -> [bool; 2] {
+        let any = |axes: &[JointAxis]| axes.iter().any(|axis| axis.held().is_some());
+        [any(&self.linear), any(&self.angular)]
+    }
+
     /// True if some axis is held.
     pub(crate) fn holds_any(&self) -> bool {
-        self.axes().iter().any(|axis| axis.held().is_some())
+        self.holds() != [false; 2]
     }
 
     /// How many axes are not held, of the motions if one of them has a drive or a limit, and of the turns.

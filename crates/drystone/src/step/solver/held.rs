@@ -170,8 +170,12 @@ fn couplings<S: Simd>(rows: &[Row<S>; 3], row: &Row<S>) -> Vec3w<S> {
     Vec3w { x: rows[0].coupling(row), y: rows[1].coupling(row), z: rows[2].coupling(row) }
 }
 
-/// The locked axes of a joint together.
+/// The locked axes of a joint together. Where no joint of the block locks a motion, or a turn, its part is left out.
 pub(crate) struct Held<S: Simd> {
+    motions: bool,
+    turns: bool,
+    /// What stands for a part that is left out.
+    none: Vec3w<S>,
     pub(crate) along: [Row<S>; 3],
     about: [Row<S>; 3],
     /// L⁻¹, columns of C and of L⁻¹ C, (A - Cᵀ L⁻¹ C)⁻¹.
@@ -189,39 +193,74 @@ impl<S: Simd> Held<S> {
         about: &[Row<S>; 3],
         locked: &[Wide<S>; 6],
         linear: Wide<S>,
+        [motions, turns]: [bool; 2],
     ) -> Self {
         let (zero, one) = (splat(simd, 0.0), splat(simd, 1.0));
         let [l0, l1, l2, k0, k1, k2] = *locked;
         let along = [along[0].masked(l0), along[1].masked(l1), along[2].masked(l2)];
         let about = [about[0].masked(k0), about[1].masked(k1), about[2].masked(k2)];
-        // Axes that are not locked have ones on the diagonal.
-        let own = [
-            select(above(l0, zero), linear, one),
-            select(above(l1, zero), linear, one),
-            select(above(l2, zero), linear, one),
-        ];
-        let l = inverse(simd, &matrix(&along, own));
-        let c = [
-            couplings(&along, &about[0]),
-            couplings(&along, &about[1]),
-            couplings(&along, &about[2]),
-        ];
-        let lc = [l.mul(c[0]), l.mul(c[1]), l.mul(c[2])];
-        let a = matrix(&about, [one - k0, one - k1, one - k2]);
-        let a = Sym3w {
-            xx: a.xx - c[0].dot(lc[0]),
-            yy: a.yy - c[1].dot(lc[1]),
-            zz: a.zz - c[2].dot(lc[2]),
-            xy: a.xy - c[0].dot(lc[1]),
-            xz: a.xz - c[0].dot(lc[2]),
-            yz: a.yz - c[1].dot(lc[2]),
+        let none = Vec3w::zero(simd);
+        let nothing = Sym3w { xx: zero, yy: zero, zz: zero, xy: zero, xz: zero, yz: zero };
+        let mut held = Self {
+            motions,
+            turns,
+            none,
+            along,
+            about,
+            l: nothing,
+            c: [none; 3],
+            lc: [none; 3],
+            a: nothing,
         };
-        Self { along, about, l, c, lc, a: inverse(simd, &a) }
+        if motions {
+            // Axes that are not locked have ones on the diagonal.
+            let own = [
+                select(above(l0, zero), linear, one),
+                select(above(l1, zero), linear, one),
+                select(above(l2, zero), linear, one),
+            ];
+            held.l = inverse(simd, &matrix(&along, own));
+        }
+        if !turns {
+            return held;
+        }
+        let mut a = matrix(&about, [one - k0, one - k1, one - k2]);
+        if motions {
+            let c = [
+                couplings(&along, &about[0]),
+                couplings(&along, &about[1]),
+                couplings(&along, &about[2]),
+            ];
+            let lc = [held.l.mul(c[0]), held.l.mul(c[1]), held.l.mul(c[2])];
+            a = Sym3w {
+                xx: a.xx - c[0].dot(lc[0]),
+                yy: a.yy - c[1].dot(lc[1]),
+                zz: a.zz - c[2].dot(lc[2]),
+                xy: a.xy - c[0].dot(lc[1]),
+                xz: a.xz - c[0].dot(lc[2]),
+                yz: a.yz - c[1].dot(lc[2]),
+            };
+            (held.c, held.lc) = (c, lc);
+        }
+        held.a = inverse(simd, &a);
+        held
+    }
+
+    /// Whether this axis of some joint is locked.
+    #[inline(always)]
+    const fn holds(&self, axis: usize) -> bool {
+        if axis < 3 { self.motions } else { self.turns }
     }
 
     /// What impulses of the locked axes make these speeds of theirs.
     #[inline(always)]
     fn impulses(&self, along: Vec3w<S>, about: Vec3w<S>) -> [Vec3w<S>; 2] {
+        if !self.turns {
+            return [self.l.mul(along), about];
+        }
+        if !self.motions {
+            return [along, self.a.mul(about)];
+        }
         let first = self.l.mul(along);
         let rest = Vec3w {
             x: about.x - self.c[0].dot(first),
@@ -236,9 +275,22 @@ impl<S: Simd> Held<S> {
     /// are under one of its own.
     #[inline(always)]
     pub(crate) fn behind(&self, row: &Row<S>) -> (Wide<S>, [Vec3w<S>; 2]) {
-        let (kl, ka) = (couplings(&self.along, row), couplings(&self.about, row));
+        let (mut kl, mut ka) = (self.none, self.none);
+        let mut k = row.coupling(row);
+        if self.motions {
+            kl = couplings(&self.along, row);
+        }
+        if self.turns {
+            ka = couplings(&self.about, row);
+        }
         let back = self.impulses(kl, ka);
-        (row.coupling(row) - kl.dot(back[0]) - ka.dot(back[1]), back)
+        if self.motions {
+            k = k - kl.dot(back[0]);
+        }
+        if self.turns {
+            k = k - ka.dot(back[1]);
+        }
+        (k, back)
     }
 
     /// Gives the locked axes what answers an impulse `d`.
@@ -252,6 +304,9 @@ impl<S: Simd> Held<S> {
     ) {
         let parts = [along.x, along.y, along.z, about.x, about.y, about.z];
         for i in 0..6 {
+            if !self.holds(i) {
+                continue;
+            }
             let p = -(parts[i] * d);
             given[i] += p;
             if i < 3 {
@@ -280,6 +335,9 @@ impl<S: Simd> Held<S> {
         let (rate, leak) = (splat(simd, softness.rate), splat(simd, softness.impulse));
         let mut miss = [splat(simd, 0.0); 6];
         for i in 0..6 {
+            if !self.holds(i) {
+                continue;
+            }
             let locked = load(simd, &block.locked[i]);
             let off = (x[i] - load(simd, &block.place[i])) * locked;
             let speed = if i < 3 {
@@ -297,6 +355,9 @@ impl<S: Simd> Held<S> {
         let solved = [along.x, along.y, along.z, about.x, about.y, about.z];
         let mut given = [splat(simd, 0.0); 6];
         for i in 0..6 {
+            if !self.holds(i) {
+                continue;
+            }
             let locked = load(simd, &block.locked[i]);
             let d = -(solved[i] + leak * loads[i]) * locked;
             given[i] = d;

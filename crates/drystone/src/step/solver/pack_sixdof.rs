@@ -5,7 +5,7 @@ use fearless_simd::dispatch;
 use super::Solver;
 use super::joint::JointSweep;
 use super::pack_joint::put;
-use super::plan::{Group, SIX, SIX_DIRECT};
+use super::plan::{Group, SIX_ACTS, SIX_DIRECT, SIX_HOLDS};
 use super::sixdof::{self, Axis, SixBlock};
 use super::spring::Push;
 use crate::base::jobs::{Executor, for_ranges, grain};
@@ -26,10 +26,10 @@ impl Solver<'_> {
     pub(super) fn prepare_sixdofs(&self, group: &Group, jobs: &dyn Executor) {
         for batch in &self.plan.sixdofs.batches[group.sixdofs.clone()] {
             let n = batch.blocks.len();
-            let class = batch.class - SIX;
+            let class = batch.class;
             for_ranges(jobs, n, grain(jobs, n, 8), |part| {
                 for i in batch.blocks.start + part.start..batch.blocks.start + part.end {
-                    self.pack_block(i, [class & 1 != 0, class & 2 != 0, class & 4 != 0]);
+                    self.pack_block(i, class);
                 }
             });
         }
@@ -37,7 +37,7 @@ impl Solver<'_> {
 
     pub(super) fn sweep_sixdofs(&self, group: &Group, sweep: &JointSweep, jobs: &dyn Executor) {
         for batch in &self.plan.sixdofs.batches[group.sixdofs.clone()] {
-            if batch.class >= SIX + SIX_DIRECT {
+            if batch.class & SIX_DIRECT != 0 {
                 // The trees do it.
                 continue;
             }
@@ -62,15 +62,16 @@ impl Solver<'_> {
         });
     }
 
-    /// Builds a block and applies its impulses to the lines; what its class says is whether motions and turns
-    /// have drives or limits, and whether a tree holds the rest.
-    fn pack_block(&self, block: usize, [moves, turns, is_direct]: [bool; 3]) {
+    /// Builds a block of this class and applies its impulses to the lines.
+    fn pack_block(&self, block: usize, class: u64) {
         let owners = &self.plan.sixdofs.owners[block];
         let block = self.sixdofs.row(block);
         if owners[LANES - 1] == NONE {
             *block = SixBlock::default();
         }
-        (block.moves, block.turns, block.is_direct) = (moves, turns, is_direct);
+        block.holds = SIX_HOLDS.map(|bit| class & bit != 0);
+        block.acts = SIX_ACTS.map(|bit| class & bit != 0);
+        block.is_direct = class & SIX_DIRECT != 0;
         for (lane, row) in owners.iter().enumerate() {
             if *row != NONE
                 && let Some(joint) = self.joint_slots.read(*row as usize)
@@ -169,7 +170,9 @@ impl Solver<'_> {
             let scale = if acts { ctx.impulse_scale } else { 0.0 };
             block.held[i][lane] = kept[i] * scale;
             block.limit[i][lane] = six.limit[i] * scale;
-            fill_axis(axis, ctx.h, &mut block.axes[i], lane);
+            if block.acts[i / 3] && held.is_none() {
+                fill_axis(axis, ctx.h, &mut block.axes[i], lane);
+            }
         }
         (block.peak[0][lane], block.peak[1][lane]) = (0.0, 0.0);
         let (mut force, mut torque) = (Vec3::ZERO, Vec3::ZERO);

@@ -105,12 +105,17 @@ const TREE: u64 = 2;
 /// Class of couplings and pulleys, which are in no batch either.
 const COUPLED: u64 = 3;
 
-/// First class of joints of six axes; 1 more if a motion, 2 if a turn has a drive or a limit, 4 if a tree holds
-/// what is locked.
-pub(super) const SIX: u64 = 8;
+/// Bit of the classes of joints of six axes.
+const SIX: u64 = 8;
 
-/// See [`SIX`].
+/// Bits of those whose motions, and whose turns, have a drive or a limit.
+pub(super) const SIX_ACTS: [u64; 2] = [1, 2];
+
+/// Bit of those whose locked axes a tree holds.
 pub(super) const SIX_DIRECT: u64 = 4;
+
+/// Bits of those that lock a motion, and a turn: a spring does neither, and what holds need not be worked out for it.
+pub(super) const SIX_HOLDS: [u64; 2] = [16, 32];
 
 impl Plan {
     /// Chooses the islands that take every substep in parts.
@@ -243,9 +248,12 @@ impl Plan {
                         Link::Distance { .. } => 1,
                         Link::Coupling(_) | Link::Pulley(_) => COUPLED,
                         Link::Six(six) => {
-                            let [moves, turns] = six.def.scalars();
+                            let bits = |has: [bool; 2], bits: [u64; 2]| {
+                                u64::from(has[0]) * bits[0] + u64::from(has[1]) * bits[1]
+                            };
                             let direct = if j.is_direct { SIX_DIRECT } else { 0 };
-                            SIX + u64::from(moves) + 2 * u64::from(turns) + direct
+                            let (acts, holds) = (six.def.scalars(), six.def.holds());
+                            SIX + bits(acts, SIX_ACTS) + bits(holds, SIX_HOLDS) + direct
                         }
                     };
                     (key(j.body_a, j.body_b, class), *row)
@@ -260,7 +268,7 @@ impl Plan {
         }
         self.couplings.sort_unstable();
         self.sixdofs.runs.clear();
-        self.sixdofs.runs.extend(self.joints.runs.iter().filter(|run| run.class >= SIX));
+        self.sixdofs.runs.extend(self.joints.runs.iter().filter(|run| run.class & SIX != 0));
         self.joints.runs.retain(|run| run.class < TREE);
         self.joints.lay_out([&colors.joints, &colors.joints_fixed]);
         self.sixdofs.lay_out([&colors.joints, &colors.joints_fixed]);

@@ -77,9 +77,10 @@ pub(crate) struct SixBlock {
     pub(crate) torque: [Lanes; 3],
     /// Greatest of a sweep so far, squared: force, torque.
     pub(crate) peak: [Lanes; 2],
+    /// Some axis of motion is locked, and some turn.
+    pub(crate) holds: [bool; 2],
     /// Some axis of motion has a drive or limit, and some turn.
-    pub(crate) moves: bool,
-    pub(crate) turns: bool,
+    pub(crate) acts: [bool; 2],
     /// A tree solves all there is: see tree_six.rs.
     pub(crate) is_direct: bool,
     pub(crate) axes: [Axis; 6],
@@ -289,7 +290,7 @@ fn solve_axes<S: Simd>(simd: S, block: &mut SixBlock, state: &mut State<S>, swee
     let (zero, one) = (splat(simd, 0.0), splat(simd, 1.0));
     let State { pair: q, along, about, x, locked } = state;
     let linear = q.alpha * q.alpha + q.beta * q.beta;
-    let held = Held::form(simd, along, about, locked, linear);
+    let held = Held::form(simd, along, about, locked, linear, block.holds);
     // Of each drive and limit its inverse mass, and how the locked axes answer it.
     let none = Vec3w::zero(simd);
     let (mut give, mut back) = ([zero; 6], [[none; 2]; 6]);
@@ -298,7 +299,7 @@ fn solve_axes<S: Simd>(simd: S, block: &mut SixBlock, state: &mut State<S>, swee
         loads[i] = load(simd, &block.held[i]);
     }
     for i in 0..6 {
-        if !(if i < 3 { block.moves } else { block.turns }) {
+        if !block.acts[i / 3] {
             continue;
         }
         let row = if i < 3 { &along[i] } else { &about[i - 3] };
@@ -312,14 +313,16 @@ fn solve_axes<S: Simd>(simd: S, block: &mut SixBlock, state: &mut State<S>, swee
         let [a, b] = [back[i][0] * pushes, back[i][1] * pushes];
         let parts = [a.x, a.y, a.z, b.x, b.y, b.z];
         for j in 0..6 {
-            loads[j] += parts[j];
+            if block.holds[j / 3] {
+                loads[j] += parts[j];
+            }
         }
     }
     let mut given = held.solve(simd, block, q, x, &loads, sweep);
     let pull = Vec3w::load(simd, &block.pull);
     let pulls = [pull.dot(held.along[0].n), pull.dot(held.along[1].n), pull.dot(held.along[2].n)];
     for i in 0..6 {
-        if !(if i < 3 { block.moves } else { block.turns }) {
+        if !block.acts[i / 3] {
             continue;
         }
         let row = if i < 3 { &along[i] } else { &about[i - 3] };

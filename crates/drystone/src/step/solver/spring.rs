@@ -2,7 +2,7 @@
 
 use fearless_simd::Simd;
 
-use crate::base::wide::{Lanes, Wide, above, load, max, select, splat};
+use crate::base::wide::{Lanes, Wide, above, load, max, min, select, splat};
 
 /// A spring and damper of an axis.
 #[derive(Clone, Copy, Debug, Default)]
@@ -44,13 +44,6 @@ impl Push {
         let m = select(above(per_mass, zero), one, k) * h;
         let c = load(simd, &self.damping) * m;
         let p = load(simd, &self.stiffness) * m * h;
-        let q = one / (n144 + n72 * c + n12 * (c * c + p) + n6 * p * c + p * p);
-        let slow = Law {
-            gain: n12 * c * (n12 + p) * q,
-            rate: n144 * p * q * inv_h,
-            bias: (n12 * p + p * p + n12 * c * c - n72 * c - n6 * p * c) * q * h * pull
-                - n144 * c * q * load(simd, &self.speed),
-        };
         let w = one / (one + c + p);
         let fast = Law {
             gain: (c + p) * w,
@@ -58,6 +51,15 @@ impl Push {
             bias: -(c * w * load(simd, &self.speed)),
         };
         let is_fast = above(max(c, p), one);
+        // The damping of a motor, squared, has a reciprocal so small that processors take a hundred times as long for it.
+        let (c, p) = (min(c, one), min(p, one));
+        let q = one / (n144 + n72 * c + n12 * (c * c + p) + n6 * p * c + p * p);
+        let slow = Law {
+            gain: n12 * c * (n12 + p) * q,
+            rate: n144 * p * q * inv_h,
+            bias: (n12 * p + p * p + n12 * c * c - n72 * c - n6 * p * c) * q * h * pull
+                - n144 * c * q * load(simd, &self.speed),
+        };
         Law {
             gain: select(is_fast, fast.gain, slow.gain),
             rate: select(is_fast, fast.rate, slow.rate),

@@ -453,7 +453,7 @@ impl<'a> Now<'a> {
             for axis in 0..6 {
                 let (i, is_motion) = (axis % 3, axis < 3);
                 let is_locked = block.locked[axis][lane] > 0.0;
-                let acts = if is_motion { block.moves } else { block.turns };
+                let acts = block.acts[axis / 3];
                 if is_locked != wants_locked || !(is_locked || acts) {
                     continue;
                 }

@@ -31,7 +31,10 @@ pub(super) fn whirls(island: &Island, bodies: &Bodies, joints: &Joints, h: f32) 
         for joint in body.joints.iter().map(|joint| joints.at(*joint)) {
             let sides = [(joint.body_a, joint.anchor_a), (joint.body_b, joint.anchor_b)];
             let is_bent = |end: u32, arm: Vec3| {
-                bend(bodies.at(end), arm, h) > limit * body.extent.max(arm.length())
+                let end = bodies.at(end);
+                // Most turn so slowly that no arm could be: an arm's end is off by no more than this, and rounding.
+                let most = end.w.length_squared() * (h * h);
+                most > 0.99 * limit && bend(end, arm, h) > limit * body.extent.max(arm.length())
             };
             if sides.iter().any(|(end, arm)| is_bent(*end, *arm)) {
                 return true;
