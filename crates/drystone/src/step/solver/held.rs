@@ -285,10 +285,10 @@ impl<S: Simd> Held<S> {
         }
         let back = self.impulses(kl, ka);
         if self.motions {
-            k = k - kl.dot(back[0]);
+            k -= kl.dot(back[0]);
         }
         if self.turns {
-            k = k - ka.dot(back[1]);
+            k -= ka.dot(back[1]);
         }
         (k, back)
     }
