@@ -388,6 +388,10 @@ fn a_window_is_driven_by_mouse_and_keys_on_a_display_in_memory() {
             let message = points_of(&w.look(&format!("{typed}.png")), orange) > 20;
             message == told && w.title().starts_with(expected)
         });
+        // That it opens is told in the same color, and no longer than that takes.
+        sleep(Duration::from_millis(1000));
+        let told_still = points_of(&w.look(&format!("{typed}.png")), orange) > 20;
+        assert_eq!(told_still, told, "{typed}");
     }
 }
 
