@@ -7,8 +7,13 @@ use drystone::{Vec3, vec3};
 use drystone_bench::{Engine, Own};
 use drystone_scene::{Script, named};
 
+/// Scenes, and whether their bodies fall freely at first: a person's pelvis and spine overlap by 5 mm, which each
+/// engine undoes in its own way.
+const SCENES: [(&str, bool); 3] =
+    [("trees100", true), ("convex_vs_mesh", true), ("rain:rows=1", false)];
+
 /// Checks the start, and a tenth of a second of free motion, against drystone.
-fn agrees<E: Engine>(spec: &str) {
+fn agrees<E: Engine>((spec, is_free): (&str, bool)) {
     let mut scene = named(spec).unwrap();
     let (mut own, mut peer) = (Own::build(&scene, 1).unwrap(), E::build(&scene, 1).unwrap());
     if let Script::Waves(waves) = &scene.script {
@@ -34,6 +39,9 @@ fn agrees<E: Engine>(spec: &str) {
     };
     // Numbers up to 300 m have steps of 3e-5 m.
     compare(&own, &peer, 5.0e-5, 1.0e-5, 1.0e-5);
+    if !is_free {
+        return;
+    }
     for _ in 0..6 {
         own.step(1.0 / 60.0);
         peer.step(1.0 / 60.0);
@@ -46,15 +54,11 @@ fn agrees<E: Engine>(spec: &str) {
 #[cfg(feature = "rapier")]
 #[test]
 fn rapier_has_the_same_bodies() {
-    for spec in ["trees100", "convex_vs_mesh", "rain:rows=1"] {
-        agrees::<crate::rapier::Rapier>(spec);
-    }
+    SCENES.into_iter().for_each(agrees::<crate::rapier::Rapier>);
 }
 
 #[cfg(feature = "box3d")]
 #[test]
 fn box3d_has_the_same_bodies() {
-    for spec in ["trees100", "convex_vs_mesh", "rain:rows=1"] {
-        agrees::<crate::box3d::Box3d>(spec);
-    }
+    SCENES.into_iter().for_each(agrees::<crate::box3d::Box3d>);
 }
