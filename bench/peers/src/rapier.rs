@@ -146,11 +146,14 @@ impl Rapier {
     /// own limit.
     fn link(&mut self, linkage: &Linkage) {
         use rapier::JointAxis::{AngX, AngY, AngZ};
-        let (locked, free) = match linkage.turn {
-            Turn::Ball { .. } => {
-                (rapier::JointAxesMask::LOCKED_SPHERICAL_AXES, &[AngX, AngY, AngZ][..])
+        let (locked, free, about_x, cone) = match linkage.turn {
+            Turn::Ball { cone, twist } => {
+                let locked = rapier::JointAxesMask::LOCKED_SPHERICAL_AXES;
+                (locked, &[AngX, AngY, AngZ][..], twist, cone)
             }
-            Turn::Hinge { .. } => (rapier::JointAxesMask::LOCKED_REVOLUTE_AXES, &[AngX][..]),
+            Turn::Hinge { limits } => {
+                (rapier::JointAxesMask::LOCKED_REVOLUTE_AXES, &[AngX][..], limits, None)
+            }
         };
         let joint = |locked| {
             rapier::GenericJointBuilder::new(locked)
@@ -159,15 +162,9 @@ impl Rapier {
                 .contacts_enabled(linkage.collide_connected)
         };
         let mut held = joint(locked);
-        let about_x = match linkage.turn {
-            Turn::Ball { cone, twist } => {
-                if let Some(cone) = cone {
-                    held = held.limits(AngY, [-cone, cone]).limits(AngZ, [-cone, cone]);
-                }
-                twist
-            }
-            Turn::Hinge { limits } => limits,
-        };
+        if let Some(cone) = cone {
+            held = held.limits(AngY, [-cone, cone]).limits(AngZ, [-cone, cone]);
+        }
         if let Some(limits) = about_x {
             held = held.limits(AngX, limits);
         }

@@ -93,19 +93,22 @@ impl<'a> Checker<'a> {
                 *pose = Some(state.pose);
             }
         }
-        for (number, ((from, id), pose)) in self.bodies.iter().zip(&mut poses).enumerate() {
-            if from.def.kind == BodyKind::Static {
-                *pose = Some(Pose::new(from.def.position, from.def.rotation));
+        let stays = |from: &SceneBody| from.def.kind == BodyKind::Static;
+        for (number, (&(from, id), pose)) in self.bodies.iter().zip(&poses).enumerate() {
+            if stays(from) {
                 continue;
             }
-            let Some(mut body) = self.world.body_mut(*id) else { continue };
+            let Some(mut body) = self.world.body_mut(id) else { continue };
             let away = || Pose::at([0.0, 1.0e6 + 1.0e3 * small(number), 0.0]);
             // A pose that is refused is one that `lost` in the row tells of.
             let _ = body.set_pose(pose.unwrap_or_else(away));
             let _ = body.set_linear_velocity(Vec3::ZERO);
             let _ = body.set_angular_velocity(Vec3::ZERO);
         }
-        let there = |number: usize| poses.get(number).is_some_and(Option::is_some);
+        let bodies = &self.bodies;
+        let there = |number: usize| {
+            bodies.get(number).is_some_and(|(from, _)| stays(from) || poses[number].is_some())
+        };
         for joint in &self.joints {
             if there(joint.body_a) && there(joint.body_b) {
                 self.max_joint_error = self.max_joint_error.max(self.joint_error(joint));

@@ -1,6 +1,6 @@
 //! Joints as engines have them that know ball joints and hinges.
 
-use drystone::{JointAxis, JointDrive, JointKind, JointMotion, JointSpring, Pose, Quat, SixDof};
+use drystone::{JointAxis, JointDrive, JointKind, JointMotion, JointSpring, Pose, SixDof};
 use drystone_scene::SceneJoint;
 
 use crate::engine::EngineError;
@@ -137,8 +137,7 @@ fn spring(axes: &SixDof) -> Option<(f32, f32)> {
 }
 
 fn frames(joint: &SceneJoint, axes: &SixDof) -> [Pose; 2] {
-    let frame = |at, turn: Quat| Pose::new(at, turn);
-    [frame(joint.anchor_a, axes.frame_a), frame(joint.anchor_b, axes.frame_b)]
+    [Pose::new(joint.anchor_a, axes.frame_a), Pose::new(joint.anchor_b, axes.frame_b)]
 }
 
 /// Whether a spring's joint is where this one is.

@@ -40,7 +40,7 @@ struct Movers {
 }
 
 /// Bodies that moved and were there after a step, and their states.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 struct Sample {
     numbers: Vec<usize>,
     states: Vec<BodyState>,

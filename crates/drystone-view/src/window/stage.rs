@@ -30,8 +30,8 @@ pub(super) struct Stage {
     control: Control,
     panel: Panel,
     shown: Option<Shown>,
-    /// Number of the scene that the device failed to draw, and why. It is not tried again.
-    undrawn: Option<(u64, RenderError)>,
+    /// Why the device failed to draw this scene. It is not tried again.
+    undrawn: Option<RenderError>,
     title: String,
     places: Vec<Place>,
 }
@@ -125,13 +125,13 @@ impl Stage {
 
     /// Takes over what is to be shown.
     pub(super) fn learn(&mut self, mut shown: Shown) {
-        if let Some((_, why)) = self.undrawn.as_ref().filter(|(scene, _)| *scene == shown.scene) {
-            let message = || format!("this scene is too much to draw, open another one: {why}");
-            shown.message.get_or_insert_with(message);
-        }
         self.panel.learn(&shown);
         if self.shown.as_ref().is_none_or(|old| old.scene != shown.scene) {
             self.control.camera = None;
+            self.undrawn = None;
+        }
+        if let Some(why) = &self.undrawn {
+            tell_undrawn(&mut shown, why);
         }
         let methods: Vec<&str> = shown.views.iter().map(|v| v.config.method.name()).collect();
         let title = format!("{} - {} - drystone", shown.name, methods.join(" | "));
@@ -163,13 +163,12 @@ impl Stage {
     /// # Errors
     /// It failed without a scene: it will fail again.
     fn give_up(&mut self, why: RenderError) -> Result<(), RenderError> {
-        let Some(shown) = self.shown.take() else { return Err(why) };
-        if self.undrawn.as_ref().is_some_and(|(scene, _)| *scene == shown.scene) {
+        let Some(shown) = self.shown.as_mut().filter(|_| self.undrawn.is_none()) else {
             return Err(why);
-        }
-        self.undrawn = Some((shown.scene, why));
+        };
+        tell_undrawn(shown, &why);
+        self.undrawn = Some(why);
         self.renderer.forget();
-        self.learn(shown);
         self.window.request_redraw();
         Ok(())
     }
@@ -234,8 +233,7 @@ impl Stage {
         };
         let view = surface.texture.create_view(&wgpu::TextureViewDescriptor::default());
         let size = (self.config.width, self.config.height);
-        let undrawn = self.undrawn.as_ref().map(|(scene, _)| *scene);
-        let shown = self.shown.as_ref().filter(|shown| undrawn != Some(shown.scene));
+        let shown = self.shown.as_ref().filter(|_| self.undrawn.is_none());
         let mut load = wgpu::LoadOp::Clear(wgpu::Color::BLACK);
         if let (Some(shown), Some(camera)) = (shown, &self.control.camera) {
             let areas = self.control.parts.iter().map(|part| area(*part, scale));
@@ -269,6 +267,12 @@ impl Stage {
         queue.present(surface);
         self.renderer.check()
     }
+}
+
+/// Has the window say why a scene is not drawn, if it has nothing else to say.
+fn tell_undrawn(shown: &mut Shown, why: &RenderError) {
+    let message = || format!("this scene is too much to draw, open another one: {why}");
+    shown.message.get_or_insert_with(message);
 }
 
 /// A finger's event as one of the only screen there is. In a browser each finger counts as a device of its own, and fingers

@@ -172,8 +172,8 @@ fn couplings<S: Simd>(rows: &[Row<S>; 3], row: &Row<S>) -> Vec3w<S> {
 
 /// The locked axes of a joint together. Where no joint of the block locks a motion, or a turn, its part is left out.
 pub(crate) struct Held<S: Simd> {
-    motions: bool,
-    turns: bool,
+    /// Whether some motion is locked, and some turn.
+    holds: [bool; 2],
     /// What stands for a part that is left out.
     none: Vec3w<S>,
     pub(crate) along: [Row<S>; 3],
@@ -193,25 +193,17 @@ impl<S: Simd> Held<S> {
         about: &[Row<S>; 3],
         locked: &[Wide<S>; 6],
         linear: Wide<S>,
-        [motions, turns]: [bool; 2],
+        holds: [bool; 2],
     ) -> Self {
+        let [motions, turns] = holds;
         let (zero, one) = (splat(simd, 0.0), splat(simd, 1.0));
         let [l0, l1, l2, k0, k1, k2] = *locked;
         let along = [along[0].masked(l0), along[1].masked(l1), along[2].masked(l2)];
         let about = [about[0].masked(k0), about[1].masked(k1), about[2].masked(k2)];
         let none = Vec3w::zero(simd);
         let nothing = Sym3w { xx: zero, yy: zero, zz: zero, xy: zero, xz: zero, yz: zero };
-        let mut held = Self {
-            motions,
-            turns,
-            none,
-            along,
-            about,
-            l: nothing,
-            c: [none; 3],
-            lc: [none; 3],
-            a: nothing,
-        };
+        let mut held =
+            Self { holds, none, along, about, l: nothing, c: [none; 3], lc: [none; 3], a: nothing };
         if motions {
             // Axes that are not locked have ones on the diagonal.
             let own = [
@@ -246,19 +238,14 @@ impl<S: Simd> Held<S> {
         held
     }
 
-    /// Whether this axis of some joint is locked.
-    #[inline(always)]
-    const fn holds(&self, axis: usize) -> bool {
-        if axis < 3 { self.motions } else { self.turns }
-    }
-
     /// What impulses of the locked axes make these speeds of theirs.
     #[inline(always)]
     fn impulses(&self, along: Vec3w<S>, about: Vec3w<S>) -> [Vec3w<S>; 2] {
-        if !self.turns {
+        let [motions, turns] = self.holds;
+        if !turns {
             return [self.l.mul(along), about];
         }
-        if !self.motions {
+        if !motions {
             return [along, self.a.mul(about)];
         }
         let first = self.l.mul(along);
@@ -275,19 +262,15 @@ impl<S: Simd> Held<S> {
     /// are under one of its own.
     #[inline(always)]
     pub(crate) fn behind(&self, row: &Row<S>) -> (Wide<S>, [Vec3w<S>; 2]) {
-        let (mut kl, mut ka) = (self.none, self.none);
-        let mut k = row.coupling(row);
-        if self.motions {
-            kl = couplings(&self.along, row);
-        }
-        if self.turns {
-            ka = couplings(&self.about, row);
-        }
+        let [motions, turns] = self.holds;
+        let kl = if motions { couplings(&self.along, row) } else { self.none };
+        let ka = if turns { couplings(&self.about, row) } else { self.none };
         let back = self.impulses(kl, ka);
-        if self.motions {
+        let mut k = row.coupling(row);
+        if motions {
             k -= kl.dot(back[0]);
         }
-        if self.turns {
+        if turns {
             k -= ka.dot(back[1]);
         }
         (k, back)
@@ -304,7 +287,7 @@ impl<S: Simd> Held<S> {
     ) {
         let parts = [along.x, along.y, along.z, about.x, about.y, about.z];
         for i in 0..6 {
-            if !self.holds(i) {
+            if !self.holds[i / 3] {
                 continue;
             }
             let p = -(parts[i] * d);
@@ -335,7 +318,7 @@ impl<S: Simd> Held<S> {
         let (rate, leak) = (splat(simd, softness.rate), splat(simd, softness.impulse));
         let mut miss = [splat(simd, 0.0); 6];
         for i in 0..6 {
-            if !self.holds(i) {
+            if !self.holds[i / 3] {
                 continue;
             }
             let locked = load(simd, &block.locked[i]);
@@ -355,7 +338,7 @@ impl<S: Simd> Held<S> {
         let solved = [along.x, along.y, along.z, about.x, about.y, about.z];
         let mut given = [splat(simd, 0.0); 6];
         for i in 0..6 {
-            if !self.holds(i) {
+            if !self.holds[i / 3] {
                 continue;
             }
             let locked = load(simd, &block.locked[i]);

@@ -26,10 +26,9 @@ impl Solver<'_> {
     pub(super) fn prepare_sixdofs(&self, group: &Group, jobs: &dyn Executor) {
         for batch in &self.plan.sixdofs.batches[group.sixdofs.clone()] {
             let n = batch.blocks.len();
-            let class = batch.class;
             for_ranges(jobs, n, grain(jobs, n, 8), |part| {
                 for i in batch.blocks.start + part.start..batch.blocks.start + part.end {
-                    self.pack_block(i, class);
+                    self.pack_block(i, batch.class);
                 }
             });
         }

@@ -117,6 +117,11 @@ pub(super) const SIX_DIRECT: u64 = 4;
 /// Bits of those that lock a motion, and a turn: a spring does neither, and what holds need not be worked out for it.
 pub(super) const SIX_HOLDS: [u64; 2] = [16, 32];
 
+/// Those of two bits that are wanted.
+fn chosen(bits: [u64; 2], wanted: [bool; 2]) -> u64 {
+    bits.into_iter().zip(wanted).fold(0, |all, (bit, wanted)| if wanted { all | bit } else { all })
+}
+
 impl Plan {
     /// Chooses the islands that take every substep in parts.
     pub(super) fn choose_fineness(
@@ -248,12 +253,10 @@ impl Plan {
                         Link::Distance { .. } => 1,
                         Link::Coupling(_) | Link::Pulley(_) => COUPLED,
                         Link::Six(six) => {
-                            let bits = |has: [bool; 2], bits: [u64; 2]| {
-                                u64::from(has[0]) * bits[0] + u64::from(has[1]) * bits[1]
-                            };
                             let direct = if j.is_direct { SIX_DIRECT } else { 0 };
-                            let (acts, holds) = (six.def.scalars(), six.def.holds());
-                            SIX + bits(acts, SIX_ACTS) + bits(holds, SIX_HOLDS) + direct
+                            SIX | direct
+                                | chosen(SIX_ACTS, six.def.scalars())
+                                | chosen(SIX_HOLDS, six.def.holds())
                         }
                     };
                     (key(j.body_a, j.body_b, class), *row)
