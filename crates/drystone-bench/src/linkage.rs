@@ -39,50 +39,31 @@ pub enum Turn {
     },
 }
 
-/// What these joints are. A spring is a joint of its own in a scene: one that does nothing else is a part of the
-/// joint before it, if that is at the same place.
+/// What these joints are.
 ///
 /// # Errors
 /// One of them is neither a ball joint nor a hinge, or has limits or drives that not all engines have.
 pub fn linkages(joints: &[SceneJoint]) -> Result<Vec<Linkage>, EngineError> {
-    let mut made: Vec<Linkage> = Vec::with_capacity(joints.len());
-    for joint in joints {
+    let made = joints.iter().map(|joint| {
         if joint.strength.is_some() {
             return Err(EngineError("joints that break are not translated".to_owned()));
         }
-        let linkage = linkage(joint).ok_or_else(|| {
-            let what = "joints other than balls and hinges, some with limits, are not translated";
+        linkage(joint).ok_or_else(|| {
+            let what = "joints other than balls and hinges, some with limits and springs, are not \
+                        translated";
             EngineError(what.to_owned())
-        })?;
-        match (linkage, made.last_mut()) {
-            (Part::Joint(linkage), _) => made.push(linkage),
-            (Part::Spring(spring), Some(last)) if is_at(joint, last) && last.spring.is_none() => {
-                last.spring = Some(spring);
-            }
-            (Part::Spring(_), _) => {
-                let what = "a spring without a joint before it is not translated";
-                return Err(EngineError(what.to_owned()));
-            }
-        }
-    }
-    Ok(made)
-}
-
-enum Part {
-    Joint(Linkage),
-    Spring((f32, f32)),
+        })
+    });
+    made.collect()
 }
 
 /// Nothing if it is something else.
-fn linkage(joint: &SceneJoint) -> Option<Part> {
+fn linkage(joint: &SceneJoint) -> Option<Linkage> {
     let axes = match joint.kind {
         JointKind::Ball => SixDof { angular: [JointAxis::FREE; 3], ..SixDof::FIXED },
         JointKind::SixDof(axes) => axes,
         _ => return None,
     };
-    if axes.linear == [JointAxis::FREE; 3] {
-        return spring(&axes).map(Part::Spring);
-    }
     if axes.linear != [JointAxis::LOCKED; 3] {
         return None;
     }
@@ -106,44 +87,36 @@ fn linkage(joint: &SceneJoint) -> Option<Part> {
         }
         _ => return None,
     };
-    let friction = axes.angular[0].drive.map_or(0.0, |drive| drive.max_force);
-    let expected = (friction > 0.0).then(|| JointDrive::friction(friction));
-    if axes.angular[..free].iter().any(|axis| axis.drive != expected) {
+    let JointAxis { drive, friction, .. } = axes.angular[0];
+    let acted = |axis: &JointAxis| axis.drive == drive && same(axis.friction, friction);
+    if !axes.angular[..free].iter().all(acted) {
         return None;
     }
-    Some(Part::Joint(Linkage {
+    let spring = match drive {
+        None => None,
+        Some(drive) => Some(spring(&drive)?),
+    };
+    let [anchor_a, anchor_b] = [joint.anchor_a, joint.anchor_b];
+    Some(Linkage {
         bodies: [joint.body_a, joint.body_b],
-        frames: frames(joint, &axes),
+        frames: [Pose::new(anchor_a, axes.frame_a), Pose::new(anchor_b, axes.frame_b)],
         turn,
         friction,
-        spring: None,
+        spring,
         collide_connected: joint.collide_connected,
-    }))
+    })
 }
 
-/// Frequency [Hz] and damping ratio of a joint that does nothing but pull its frames together.
-fn spring(axes: &SixDof) -> Option<(f32, f32)> {
-    let JointSpring { stiffness, damping, .. } = axes.angular[0].drive?.spring;
-    if axes.cone.is_some() || !(stiffness > 0.0 && damping >= 0.0) {
+/// Frequency [Hz] and damping ratio of a drive that does nothing but pull its frames together.
+fn spring(drive: &JointDrive) -> Option<(f32, f32)> {
+    let JointSpring { stiffness, damping, .. } = drive.spring;
+    if !(stiffness > 0.0 && damping >= 0.0) {
         return None;
     }
     let omega = stiffness.sqrt();
-    let found = (omega / core::f32::consts::TAU, 0.5 * damping / omega);
     let law = JointSpring { stiffness, damping, per_mass: true };
-    let pulled = JointAxis::driven(JointDrive::servo(0.0, law, f32::INFINITY));
-    let rest = [axes.angular[1], axes.angular[2]];
-    let all = rest == [pulled; 2] || rest == [JointAxis::FREE; 2];
-    (axes.angular[0] == pulled && all).then_some(found)
-}
-
-fn frames(joint: &SceneJoint, axes: &SixDof) -> [Pose; 2] {
-    [Pose::new(joint.anchor_a, axes.frame_a), Pose::new(joint.anchor_b, axes.frame_b)]
-}
-
-/// Whether a spring's joint is where this one is.
-fn is_at(joint: &SceneJoint, linkage: &Linkage) -> bool {
-    let JointKind::SixDof(axes) = joint.kind else { return false };
-    [joint.body_a, joint.body_b] == linkage.bodies && frames(joint, &axes) == linkage.frames
+    let pulls = *drive == JointDrive::servo(0.0, law, f32::INFINITY);
+    pulls.then(|| (omega / core::f32::consts::TAU, 0.5 * damping / omega))
 }
 
 const fn same(a: f32, b: f32) -> bool {
@@ -152,7 +125,7 @@ const fn same(a: f32, b: f32) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use drystone::{JointKind, SixDof};
+    use drystone::{JointDrive, JointKind, SixDof};
     use drystone_scene::{Script, named};
 
     use super::{Turn, linkages};
@@ -183,8 +156,13 @@ mod tests {
         assert_eq!(made[0].turn, Turn::Ball { cone: None, twist: None });
         joint.kind = JointKind::SixDof(SixDof::FIXED);
         assert!(linkages(&[joint]).is_err());
-        let Script::Waves(waves) = named("rain:rows=1").unwrap().script else { unreachable!() };
-        // A spring, and no joint before it.
-        assert!(linkages(&waves[0].joints[1..2]).is_err());
+        let Script::Waves(mut waves) = named("rain:rows=1").unwrap().script else { unreachable!() };
+        assert!(linkages(&waves[0].joints).is_ok());
+        let JointKind::SixDof(axes) = &mut waves[0].joints[0].kind else { unreachable!() };
+        // A brake instead of a spring; the same about all axes, as the other engines want it.
+        for axis in &mut axes.angular {
+            axis.drive = Some(JointDrive::motor(0.0, 1.0));
+        }
+        assert!(linkages(&waves[0].joints).is_err());
     }
 }

@@ -269,10 +269,9 @@ fn add_person(scene: &mut Scene, number: usize, pose: &Pose) {
             let z = (z - x * z.dot(x)).normalize_or(Vec3::Z);
             Quat::from_mat3(Mat3 { x, y: z.cross(x), z }).normalized()
         });
-        let friction = Some(JointDrive::friction(socket.friction));
-        let loose = JointAxis { drive: friction, ..JointAxis::FREE };
+        let loose = JointAxis::FREE.with_friction(socket.friction);
         let [min, max] = socket.twist;
-        let twist = JointAxis { drive: friction, ..JointAxis::limited(min, max) };
+        let twist = JointAxis::limited(min, max).with_friction(socket.friction);
         let axes = SixDof {
             angular: [twist, loose, loose],
             cone: Some(JointCone { swing: socket.swing, spring: None }),

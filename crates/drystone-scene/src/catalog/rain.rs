@@ -68,7 +68,7 @@ const fn at(x: f32, y: f32) -> Vec3 {
 const BONES: [Bone; 14] = [
     bone("pelvis", wide(0.07, 0.95), 0.13),
     ball(bone("spine_01", wide(0.06, 1.08), 0.12), 0, at(0.0, 1.02), Vec3::Y, 15.0, 15.0),
-    ball(bone("spine_02", wide(0.06, 1.2), 0.125), 1, at(0.0, 1.14), Vec3::Y, 15.0, 15.0),
+    ball(bone("spine_02", wide(0.06, 1.2), 0.115), 1, at(0.0, 1.14), Vec3::Y, 15.0, 15.0),
     ball(bone("spine_03", wide(0.08, 1.34), 0.13), 2, at(0.0, 1.27), Vec3::Y, 15.0, 15.0),
     Bone {
         friction: 0.8,
@@ -128,31 +128,26 @@ fn add_person(
         let Some(socket) = b.socket else { continue };
         let ends = [(first + b.parent, places[b.parent]), (first + i, places[i])];
         let point = b.at + shift;
-        let (axes, axis, free) = axes_of(socket, 5.0 * b.friction);
+        let (axes, axis) = axes_of(socket, 5.0 * b.friction, springs);
         let frames = [Quat::from_arc(Vec3::X, axis); 2];
         wave.joints.push(SceneJoint::at(ends, point, frames, axes));
-        if springs {
-            let spring = JointDrive::servo(0.0, JointSpring::hertz(1.0, 0.7), f32::INFINITY);
-            let angular = free.map(|f| if f { JointAxis::driven(spring) } else { JointAxis::FREE });
-            let axes = SixDof { linear: [JointAxis::FREE; 3], angular, ..SixDof::FIXED };
-            wave.joints.push(SceneJoint::at(ends, point, frames, axes));
-        }
     }
 }
 
-/// Limits and friction of a socket, its axis, and which turns it allows.
-fn axes_of(socket: Socket, friction: f32) -> (SixDof, Vec3, [bool; 3]) {
-    let friction = JointDrive::friction(friction);
+/// What a socket lets a bone do, and its axis.
+fn axes_of(socket: Socket, friction: f32, springs: bool) -> (SixDof, Vec3) {
+    let spring = JointDrive::servo(0.0, JointSpring::hertz(1.0, 0.7), f32::INFINITY);
+    let drive = springs.then_some(spring);
+    let acted = |axis: JointAxis| JointAxis { drive, friction, ..axis };
     match socket {
         Socket::Ball { axis, swing, twist } => {
-            let twist = JointAxis::limited(-radians(twist), radians(twist)).with_drive(friction);
-            let loose = JointAxis::driven(friction);
+            let twist = acted(JointAxis::limited(-radians(twist), radians(twist)));
+            let angular = [twist, acted(JointAxis::FREE), acted(JointAxis::FREE)];
             let cone = Some(JointCone { swing: [radians(swing); 2], spring: None });
-            (SixDof { angular: [twist, loose, loose], cone, ..SixDof::FIXED }, axis, [true; 3])
+            (SixDof { angular, cone, ..SixDof::FIXED }, axis)
         }
         Socket::Hinge { axis, bend } => {
-            let turn = JointAxis::limited(0.0, radians(bend)).with_drive(friction);
-            (SixDof::hinge(turn), axis, [true, false, false])
+            (SixDof::hinge(acted(JointAxis::limited(0.0, radians(bend)))), axis)
         }
     }
 }

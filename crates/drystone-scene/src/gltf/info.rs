@@ -19,7 +19,8 @@ fn axes_of(axes: &SixDof) -> String {
                 format!("{} to {}{}", min, max, if spring.is_some() { " (spring)" } else { "" })
             }
         };
-        let what = motion + if axis.drive.is_some() { ", driven" } else { "" };
+        let driven = if axis.drive.is_some() { ", driven" } else { "" };
+        let what = motion + driven + if axis.friction > 0.0 { ", with friction" } else { "" };
         match groups.iter_mut().find(|(said, _)| *said == what) {
             Some((_, names)) => names.push_str(&format!(", {name}")),
             None => groups.push((what, name.to_owned())),

@@ -237,9 +237,6 @@ impl Chain<'_> {
                 self.out.coordinates.insert(of.clone(), at);
             }
             scene.joints.push(joint(stage.kind));
-            if let Some(friction) = stage.friction {
-                scene.joints.push(joint(friction));
-            }
             (above, on_above) = (number, Pose::IDENTITY);
         }
         if between > 0 && !collides {

@@ -19,8 +19,6 @@ pub(crate) struct Stage {
     pub(crate) anchor: Vec3,
     /// What they do, with both frames as seen from the link at rest.
     pub(crate) kind: JointKind,
-    /// Friction beside springs, which is a joint of its own.
-    pub(crate) friction: Option<JointKind>,
     /// Name of the last of them.
     pub(crate) last: String,
     /// Axis and sign of the coordinate of each of them, by its name: 0 to 2 motions, 3 to 5 turns. None of balls.
@@ -105,12 +103,12 @@ fn stage(dofs: &[Dof], notes: &mut Vec<String>) -> Stage {
     let last = &dofs[dofs.len() - 1];
     let (anchor, name) = (last.anchor, last.name.clone());
     let mut coordinates = Vec::new();
-    let made = match last.way {
+    let kind = match last.way {
         Way::Ball => ball(last, notes),
         Way::Planar => planar(last),
         Way::Hinge | Way::Slide => aligned(dofs, notes, &mut coordinates),
     };
-    Stage { anchor, kind: made.0, friction: made.1, last: name, coordinates }
+    Stage { anchor, kind, last: name, coordinates }
 }
 
 pub(super) const FREE: SixDof =
@@ -130,14 +128,13 @@ fn aligned(
     dofs: &[Dof],
     notes: &mut Vec<String>,
     coordinates: &mut Vec<(String, usize, f32, f32)>,
-) -> (JointKind, Option<JointKind>) {
+) -> JointKind {
     let last = &dofs[dofs.len() - 1];
     let axes = frame(dofs);
     let turn = axes.map_or_else(|| along(last.axis), |m| Quat::from_mat3(m).normalized());
     let m = turn.to_mat3();
     let hinges = dofs.iter().filter(|d| d.way == Way::Hinge).count();
     let mut six = SixDof::FIXED;
-    let (mut rubbing, mut rubs) = (FREE, false);
     for dof in dofs {
         let dots = [m.x, m.y, m.z].map(|a| a.dot(dof.axis));
         let i = (0..3).max_by(|&a, &b| dots[a].abs().total_cmp(&dots[b].abs())).unwrap_or(0);
@@ -152,13 +149,8 @@ fn aligned(
                 JointMotion::Limited { min, max, spring: None }
             }
         };
-        let axis = JointAxis { motion, drive: dof.drive(sign) };
+        let axis = JointAxis { motion, drive: dof.drive(sign), friction: dof.friction };
         *(if is_turn { &mut six.angular[i] } else { &mut six.linear[i] }) = axis;
-        if dof.friction > 0.0 && dof.is_sprung() {
-            let rub = JointAxis::driven(JointDrive::friction(dof.friction));
-            *(if is_turn { &mut rubbing.angular[i] } else { &mut rubbing.linear[i] }) = rub;
-            rubs = true;
-        }
     }
     if hinges == 3 {
         let names: Vec<&str> = dofs.iter().map(|d| d.name.as_str()).collect();
@@ -168,15 +160,15 @@ fn aligned(
             names.join(", ")
         ));
     }
-    (with_frame(six, turn), rubs.then(|| with_frame(rubbing, turn)))
+    with_frame(six, turn)
 }
 
-fn ball(dof: &Dof, notes: &mut Vec<String>) -> (JointKind, Option<JointKind>) {
+fn ball(dof: &Dof, notes: &mut Vec<String>) -> JointKind {
     let drive = dof.drive(1.0).map(|d| JointDrive { position: 0.0, ..d });
-    if drive.is_none() && dof.range.is_none() {
-        return (JointKind::Ball, None);
+    let axis = JointAxis { motion: JointMotion::Free, drive, friction: dof.friction };
+    if axis == JointAxis::FREE && dof.range.is_none() {
+        return JointKind::Ball;
     }
-    let axis = JointAxis { motion: JointMotion::Free, drive };
     let mut six = SixDof { angular: [axis; 3], ..SixDof::FIXED };
     if let Some([_, max]) = dof.range
         && max < PI
@@ -188,13 +180,10 @@ fn ball(dof: &Dof, notes: &mut Vec<String>) -> (JointKind, Option<JointKind>) {
         six.cone = Some(drystone::JointCone { swing: [max; 2], spring: None });
         six.angular[0].motion = JointMotion::Limited { min: -max, max, spring: None };
     }
-    let rubs = dof.friction > 0.0 && dof.is_sprung();
-    let rub = JointAxis::driven(JointDrive::friction(dof.friction));
-    let rubbing = with_frame(SixDof { angular: [rub; 3], ..FREE }, Quat::IDENTITY);
-    (with_frame(six, along(dof.axis)), rubs.then_some(rubbing))
+    with_frame(six, along(dof.axis))
 }
 
-fn planar(dof: &Dof) -> (JointKind, Option<JointKind>) {
+fn planar(dof: &Dof) -> JointKind {
     let mut six = SixDof::planar();
     let [_, _, damping] = dof.spring;
     if damping > 0.0 {
@@ -206,5 +195,5 @@ fn planar(dof: &Dof) -> (JointKind, Option<JointKind>) {
         six.linear = [JointAxis::LOCKED, damped, damped];
         six.angular[0] = damped;
     }
-    (with_frame(six, along(dof.axis)), None)
+    with_frame(six, along(dof.axis))
 }

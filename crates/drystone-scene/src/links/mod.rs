@@ -106,17 +106,11 @@ impl Dof {
         }
     }
 
-    fn is_sprung(&self) -> bool {
-        self.spring[1] > 0.0 || self.spring[2] > 0.0
-    }
-
     /// What its spring and damper do to a coordinate that counts along `sign` times its own.
     fn drive(&self, sign: f32) -> Option<JointDrive> {
         let [rest, stiffness, damping] = self.spring;
         let spring = JointSpring::new(stiffness, damping);
-        if self.is_sprung() {
-            return Some(JointDrive::servo(sign * rest, spring, f32::INFINITY));
-        }
-        (self.friction > 0.0).then_some(JointDrive::friction(self.friction))
+        let is_sprung = stiffness > 0.0 || damping > 0.0;
+        is_sprung.then(|| JointDrive::servo(sign * rest, spring, f32::INFINITY))
     }
 }

@@ -73,17 +73,11 @@ pub struct JointDrive {
 }
 
 impl JointDrive {
-    /// Holds this speed [m/s; rad/s] with at most this force [N; N m]. With speed 0 it is friction.
+    /// Holds this speed [m/s; rad/s] with at most this force [N; N m]. With speed 0 it is a brake.
     #[must_use]
     pub const fn motor(velocity: f32, max_force: f32) -> Self {
         let spring = JointSpring::new(0.0, f32::INFINITY);
         Self { position: 0.0, velocity, spring, max_force }
-    }
-
-    /// Friction: at most this force [N; N m] against any motion.
-    #[must_use]
-    pub const fn friction(max_force: f32) -> Self {
-        Self::motor(0.0, max_force)
     }
 
     /// Pulls toward this coordinate [m; rad].
@@ -110,30 +104,39 @@ pub struct JointAxis {
     pub motion: JointMotion,
     /// What moves them; nothing on a locked axis.
     pub drive: Option<JointDrive>,
+    /// Greatest force of dry friction against any motion [N; N m], beside the drive; at least 0; may be ∞. None
+    /// on a locked axis.
+    pub friction: f32,
 }
 
 impl JointAxis {
     /// Nothing acts.
-    pub const FREE: Self = Self { motion: JointMotion::Free, drive: None };
+    pub const FREE: Self = Self { motion: JointMotion::Free, drive: None, friction: 0.0 };
     /// No motion.
-    pub const LOCKED: Self = Self { motion: JointMotion::Locked, drive: None };
+    pub const LOCKED: Self = Self { motion: JointMotion::Locked, ..Self::FREE };
 
     /// Motion between two hard stops [m; rad].
     #[must_use]
     pub const fn limited(min: f32, max: f32) -> Self {
-        Self { motion: JointMotion::Limited { min, max, spring: None }, drive: None }
+        Self { motion: JointMotion::Limited { min, max, spring: None }, ..Self::FREE }
     }
 
     /// Free but for this drive.
     #[must_use]
     pub const fn driven(drive: JointDrive) -> Self {
-        Self { motion: JointMotion::Free, drive: Some(drive) }
+        Self { drive: Some(drive), ..Self::FREE }
     }
 
     /// With this drive.
     #[must_use]
     pub const fn with_drive(self, drive: JointDrive) -> Self {
         Self { drive: Some(drive), ..self }
+    }
+
+    /// With dry friction of at most this force [N; N m].
+    #[must_use]
+    pub const fn with_friction(self, friction: f32) -> Self {
+        Self { friction, ..self }
     }
 
     /// Where the axis is held if it is held [m; rad].
@@ -145,9 +148,10 @@ impl JointAxis {
         }
     }
 
-    /// True if a limit or a drive acts on it.
+    /// True if a limit, a drive or friction acts on it.
     pub(crate) fn is_scalar(&self) -> bool {
-        self.held().is_none() && (self.motion != JointMotion::Free || self.drive.is_some())
+        let acts = self.motion != JointMotion::Free || self.drive.is_some() || self.friction > 0.0;
+        self.held().is_none() && acts
     }
 
     /// How far a coordinate is from where the axis may be; springs may be stretched [m; rad].
@@ -170,6 +174,9 @@ impl JointAxis {
             if let Some(spring) = spring {
                 spring.validate().map_err(|e| e.within("spring"))?;
             }
+        }
+        if self.friction != f32::INFINITY {
+            at_least_zero("friction", self.friction)?;
         }
         self.drive.map_or(Ok(()), |drive| drive.validate().map_err(|e| e.within("drive")))
     }
@@ -199,9 +206,10 @@ impl JointCone {
             })
         };
         let motion = JointMotion::Limited { min: f32::NEG_INFINITY, max, spring: self.spring };
+        let friction = y.friction;
         [
-            JointAxis { motion, drive: at(c, s) },
-            JointAxis { motion: JointMotion::Free, drive: at(-s, c) },
+            JointAxis { motion, drive: at(c, s), friction },
+            JointAxis { motion: JointMotion::Free, drive: at(-s, c), friction },
         ]
     }
 }
@@ -222,8 +230,8 @@ pub struct SixDof {
     pub linear: [JointAxis; 3],
     /// Turns about x, y, z.
     pub angular: [JointAxis; 3],
-    /// A limit of both swings together. The swings themselves must be free then, and if they are driven, by
-    /// the same law toward their two places.
+    /// A limit of both swings together. The swings themselves must be free then, of the same friction, and if
+    /// they are driven, by the same law toward their two places.
     pub cone: Option<JointCone>,
 }
 
@@ -338,7 +346,7 @@ impl SixDof {
         self.holds() != [false; 2]
     }
 
-    /// How many axes are not held, of the motions if one of them has a drive or a limit, and of the turns.
+    /// How many axes are not held, of the motions if something acts on one of them, and of the turns.
     pub(crate) fn scalar_count(&self) -> usize {
         let free = |axes: &[JointAxis]| axes.iter().filter(|axis| axis.held().is_none()).count();
         let [moves, turns] = self.scalars();
@@ -346,7 +354,7 @@ impl SixDof {
         count(moves, &self.linear) + count(turns, &self.angular)
     }
 
-    /// True if a motion has a drive or a limit, and if a turn has.
+    /// True if a drive, a limit or friction acts on a motion, and if on a turn.
     pub(crate) fn scalars(&self) -> [bool; 2] {
         let any = |axes: &[JointAxis]| axes.iter().any(JointAxis::is_scalar);
         [any(&self.linear), any(&self.angular) || self.cone.is_some()]
@@ -381,6 +389,10 @@ impl SixDof {
         if law(y) != law(z) {
             return Err(DefError::new("angular[2].drive", "another than angular[1]'s", SAME));
         }
+        if y.friction.to_bits() != z.friction.to_bits() {
+            let same = "that of angular[1], as there is a cone";
+            return Err(DefError::new("angular[2].friction", z.friction, same));
+        }
         Ok(())
     }
 }
@@ -392,8 +404,9 @@ const SAME: &str = "the same law, as there is a cone";
 #[derive(Clone, Debug)]
 pub(crate) struct Six {
     pub(crate) def: SixDof,
-    /// Impulse of a substep of each axis: what holds or drives it, and its limit [N s; N m s].
+    /// Impulse of a substep of each axis: what holds or drives it, its friction, its limit [N s; N m s].
     pub(crate) held: [f32; 6],
+    pub(crate) friction: [f32; 6],
     pub(crate) limit: [f32; 6],
     /// Coordinates of the angles when last solved [rad].
     pub(crate) angles: [f32; 3],
@@ -413,6 +426,7 @@ impl Six {
                 ..def
             },
             held: [0.0; 6],
+            friction: [0.0; 6],
             limit: [0.0; 6],
             angles: [0.0; 3],
             force: Vec3::ZERO,

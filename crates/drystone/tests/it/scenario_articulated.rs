@@ -175,7 +175,7 @@ fn trees_give_the_same_bits_by_any_threads_and_lanes() {
         let ground = ShapeDef::box_half([50.0, 0.5, 50.0]);
         let ground = BodyDef::fixed().with_position([0.0, -1.0, 0.0]).with_shape(ground);
         world.add_body(ground).unwrap();
-        let limit = JointAxis::limited(-0.5, 0.5).with_drive(JointDrive::friction(2.0));
+        let limit = JointAxis::limited(-0.5, 0.5).with_friction(2.0);
         for i in 0..20_u8 {
             let at = vec3(0.0, 0.2 + 0.1 * f32::from(i % 3), f32::from(i));
             let mut last = link(&mut world, at, 3.0);

@@ -49,7 +49,7 @@ fn gears(ratio: f32) -> (World, [JointId; 3]) {
     let base = world.add_body(BodyDef::fixed()).unwrap();
     let (a, b) = (wheel(&mut world, 0.0), wheel(&mut world, 1.0));
     let motor = JointAxis::driven(JointDrive::motor(12.0, 2.0));
-    let brake = JointAxis::driven(JointDrive::friction(0.3));
+    let brake = JointAxis::FREE.with_friction(0.3);
     let first = hinge(&mut world, base, a, motor);
     let second = hinge(&mut world, base, b, brake);
     let coupling = world.add_coupling(CouplingDef::gear(first, second, ratio)).unwrap();

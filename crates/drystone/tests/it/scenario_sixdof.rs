@@ -447,6 +447,51 @@ fn every_kind_gives_the_same_bits_for_any_threads_and_width() {
     }
 }
 
+/// A bar on a spring beside friction swings half a period at a time about where the two are in balance, so that
+/// every swing ends 2 F / k nearer, and it stays where the spring is weaker than friction.
+#[test]
+fn friction_beside_a_spring_takes_as_much_from_every_swing() {
+    const K: f32 = 10.0;
+    const F: f32 = 0.2;
+    for articulated in [false, true] {
+        for (start, swings) in [(0.21, 5), (0.015, 0)] {
+            let mut world = within(Vec3::ZERO);
+            let [post, bar] = bar(&mut world);
+            let spring = JointDrive::servo(start, JointSpring::new(K, 0.0), f32::INFINITY);
+            let axes = SixDof::slider(JointAxis::driven(spring).with_friction(F));
+            let def = world.joint_along(post, bar, Vec3::ZERO, Vec3::X, axes).unwrap();
+            let joint = world.add_joint(JointDef { articulated, ..def }).unwrap();
+            let mut ends = vec![-start];
+            let mut way = 1.0;
+            let mut last = -start;
+            for _ in 0..600 {
+                world.step(DT);
+                let x = coordinates(&world, joint)[0].x - start;
+                // What is at rest may tremble in its last bits.
+                if (x - last) * way < -1.0e-6 {
+                    ends.push(last);
+                    way = -way;
+                }
+                last = x;
+            }
+            if swings > 0 {
+                ends.push(last);
+            } else {
+                assert!((last + start).abs() < 1.0e-6, "{articulated} {last}");
+            }
+            println!("{articulated}: {ends:?}");
+            assert_eq!(ends.len(), swings + 1, "{ends:?}");
+            // Each end is looked at within half a step of it: a dt² / 8 short, two of them; as much again for
+            // the substep in which the bar turns, of which friction takes the whole.
+            let within = (K * start + F) * DT * DT / 2.0;
+            for pair in ends.windows(2) {
+                let nearer = pair[0].abs() - pair[1].abs();
+                assert!((nearer - 2.0 * F / K).abs() < within, "{articulated} {nearer} {ends:?}");
+            }
+        }
+    }
+}
+
 #[test]
 fn joints_that_make_no_sense_are_refused() {
     let mut world = World::default();
@@ -465,6 +510,11 @@ fn joints_that_make_no_sense_are_refused() {
     assert_eq!(refused, "linear[0].drive.stiffness");
     let motor = JointAxis::driven(JointDrive::motor(1.0, f32::NAN));
     assert_eq!(field(six(SixDof::slider(motor))), "linear[0].drive.max_force");
+    let rough = JointAxis::FREE.with_friction(-1.0);
+    assert_eq!(field(six(SixDof::hinge(rough))), "angular[0].friction");
+    let cone = SixDof::cone_twist(JointAxis::FREE, [0.5; 2]);
+    let angular = [JointAxis::FREE, rough.with_friction(1.0), JointAxis::FREE];
+    assert_eq!(field(six(SixDof { angular, ..cone })), "angular[2].friction");
     let itself = JointDef { body_b: post, ..six(SixDof::FIXED) };
     assert_eq!(field(itself), "body_b");
     assert_eq!(field(JointDef { body_b: other, ..six(SixDof::FIXED) }), "body_b");
@@ -492,5 +542,29 @@ fn every_method_holds_them() {
         // solve each row by itself: some steps' fall.
         assert!(gap.length() < 0.05, "{name}: {gap:?}");
         assert!((turns.x + 0.5).abs() < 0.1, "{name}: {turns:?}");
+    }
+}
+
+/// A weight of 4.9 N m is held by friction of 6, and falls from 4.
+#[test]
+fn every_method_holds_by_friction() {
+    for name in Method::NAMES {
+        for (friction, holds) in [(6.0, true), (4.0, false)] {
+            let gravity = vec3(0.0, -9.81, 0.0);
+            let method = Method::named(name).unwrap();
+            let mut world =
+                World::new(WorldConfig { gravity, method, ..WorldConfig::default() }).unwrap();
+            let ids = bar(&mut world);
+            let axes = SixDof::hinge(JointAxis::FREE.with_friction(friction));
+            let joint = add(&mut world, ids, Vec3::ZERO, Vec3::Z, axes);
+            for _ in 0..30 {
+                world.step(DT);
+            }
+            let [_, turns] = coordinates(&world, joint);
+            println!("{name}: {turns:?}");
+            // Falling freely against 4 N m it turns by 0.9 N m / END · 0.25 s² / 2 = 0.34 rad. The coarsest takes
+            // rows by themselves, so that the joint's own sweeps leave some turn: see above.
+            assert_eq!(turns.x.abs() < 0.05, holds, "{name} {friction}: {turns:?}");
+        }
     }
 }

@@ -71,6 +71,9 @@ impl Solver<'_> {
         block.holds = SIX_HOLDS.map(|bit| class & bit != 0);
         block.acts = SIX_ACTS.map(|bit| class & bit != 0);
         block.is_direct = class & SIX_DIRECT != 0;
+        for axis in &mut block.axes {
+            (axis.acts, axis.drives, axis.limits, axis.yields) = (false, false, false, false);
+        }
         for (lane, row) in owners.iter().enumerate() {
             if *row != NONE
                 && let Some(joint) = self.joint_slots.read(*row as usize)
@@ -93,6 +96,7 @@ impl Solver<'_> {
             {
                 for i in 0..6 {
                     six.held[i] = block.held[i][lane] * scale;
+                    six.friction[i] = block.friction[i][lane] * scale;
                     six.limit[i] = block.limit[i][lane] * scale;
                 }
                 if six.def.cone.is_some() {
@@ -102,8 +106,10 @@ impl Solver<'_> {
                     let [x, y, z] = &block.n[1];
                     let row = vec3(x[lane], y[lane], z[lane]);
                     let (c, s) = (row.dot(axes.y), row.dot(axes.z));
-                    let [along, across] = [six.held[4], six.held[5]];
-                    (six.held[4], six.held[5]) = (c * along - s * across, s * along + c * across);
+                    for of in [&mut six.held, &mut six.friction] {
+                        let [along, across] = [of[4], of[5]];
+                        (of[4], of[5]) = (c * along - s * across, s * along + c * across);
+                    }
                 }
                 for i in 0..3 {
                     six.angles[i] = block.angles[i][lane];
@@ -149,10 +155,12 @@ impl Solver<'_> {
         let axes = (a.rotation * six.def.frame_a).to_mat3();
         let axes = [axes.x, axes.y, axes.z];
         let turns = six.turns(a.rotation, b.rotation);
-        let mut kept = six.held;
+        let (mut kept, mut rubbed) = (six.held, six.friction);
         if six.def.cone.is_some() {
-            let ([c, s], [.., y, z]) = (turns.swing, six.held);
-            (kept[4], kept[5]) = (c * y + s * z, c * z - s * y);
+            for of in [&mut kept, &mut rubbed] {
+                let ([c, s], [.., y, z]) = (turns.swing, *of);
+                (of[4], of[5]) = (c * y + s * z, c * z - s * y);
+            }
         }
         if six.def.holds_all_motions() {
             // As in the kernel: the force stays as it is in the world.
@@ -164,10 +172,11 @@ impl Solver<'_> {
             let held = axis.held();
             block.locked[i][lane] = if held.is_some() { 1.0 } else { 0.0 };
             block.place[i][lane] = held.unwrap_or(0.0);
-            // What a drive or limit that is no more has left is not carried on.
+            // What is no more has left nothing that is carried on.
             let acts = held.is_some() || axis.is_scalar();
             let scale = if acts { ctx.impulse_scale } else { 0.0 };
             block.held[i][lane] = kept[i] * scale;
+            block.friction[i][lane] = rubbed[i] * scale;
             block.limit[i][lane] = six.limit[i] * scale;
             if block.acts[i / 3] && held.is_none() {
                 fill_axis(axis, ctx.h, &mut block.axes[i], lane);
@@ -179,8 +188,10 @@ impl Solver<'_> {
             put(&mut block.u[i], lane, axes[i]);
             put(&mut block.n[i], lane, turns.rows[i]);
             block.angles[i][lane] = turns.angles[i];
-            force += axes[i] * (block.held[i][lane] + block.limit[i][lane]);
-            torque += turns.rows[i] * (block.held[i + 3][lane] + block.limit[i + 3][lane]);
+            let given =
+                |i: usize| block.held[i][lane] + block.friction[i][lane] + block.limit[i][lane];
+            force += axes[i] * given(i);
+            torque += turns.rows[i] * given(i + 3);
         }
         let moments = [(ra + gap).cross(force) + torque, rb.cross(force) + torque];
         put(&mut block.carried, lane, force);
@@ -202,12 +213,16 @@ impl Solver<'_> {
 }
 
 fn fill_axis(axis: &JointAxis, h: f32, out: &mut Axis, lane: usize) {
+    out.acts |= axis.is_scalar();
+    out.drives |= axis.drive.is_some();
+    out.limits |= axis.motion != JointMotion::Free;
     let (mut low, mut high, mut hard) = (-FAR, FAR, 0.0);
     let mut limit = None;
     if let JointMotion::Limited { min, max, spring } = axis.motion {
         (low, high) = (min.max(-FAR), max.min(FAR));
         hard = if spring.is_none() { 1.0 } else { 0.0 };
         limit = spring;
+        out.yields |= spring.is_some();
     }
     (out.low[lane], out.high[lane], out.hard[lane]) = (low, high, hard);
     fill_push(limit, 0.0, 0.0, &mut out.limit, lane);
@@ -215,6 +230,7 @@ fn fill_axis(axis: &JointAxis, h: f32, out: &mut Axis, lane: usize) {
     let (position, velocity) = axis.drive.map_or((0.0, 0.0), |d| (d.position, d.velocity));
     fill_push(drive, position, velocity, &mut out.drive, lane);
     out.most[lane] = axis.drive.map_or(0.0, |d| (d.max_force * h).min(FAR));
+    out.friction[lane] = (axis.friction * h).min(FAR);
 }
 
 fn fill_push(spring: Option<JointSpring>, place: f32, speed: f32, out: &mut Push, lane: usize) {

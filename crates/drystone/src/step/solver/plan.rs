@@ -108,7 +108,7 @@ const COUPLED: u64 = 3;
 /// Bit of the classes of joints of six axes.
 const SIX: u64 = 8;
 
-/// Bits of those whose motions, and whose turns, have a drive or a limit.
+/// Bits of those on whose motions, and on whose turns, something acts: a drive, friction, a limit.
 pub(super) const SIX_ACTS: [u64; 2] = [1, 2];
 
 /// Bit of those whose locked axes a tree holds.

@@ -6,7 +6,7 @@
 //! ε = θ_b - θ_a - θ_a × θ_b / 2, the turn of B against A to second order: no trigonometry here.
 //!
 //! All locked axes come first, at once: their 6 × 6 matrix by blocks, L over the locked motions, C over both,
-//! A over the turns; the turns are solved with A - Cᵀ L⁻¹ C. Then drives and limits, one axis after the
+//! A over the turns; the turns are solved with A - Cᵀ L⁻¹ C. Then drive, friction and limit, one axis after the
 //! other. Each is felt through the locked axes: with K the coupling of its row to theirs, its inverse mass
 //! is less by Kᵀ M K, M their inverse matrix, and along with its impulse they get -M K of it, which leaves
 //! them at rest. So a hinge's limit is that of a body about its anchor, and a slider's spring is one on the
@@ -17,25 +17,33 @@ use fearless_simd::{Simd, SimdBase};
 
 use super::held::{Held, Pair, Row, Turn, push};
 use super::joint::{JointSweep, bend};
-use super::rows::{Line, store_velocity};
+use super::rows::{Line, Velocity, store_velocity};
 use super::spring::{Law, Push};
 use crate::base::disjoint::Rows;
 use crate::base::wide::{
     LANES, Lanes, Sym3w, Vec3w, Wide, above, inverse_or_zero, load, max, min, select, splat,
 };
 
-/// Drive and limit of an axis.
+/// Drive, friction and limit of an axis.
 #[derive(Clone, Copy, Debug, Default)]
 #[repr(C)]
 pub(crate) struct Axis {
     pub(crate) drive: Push,
     /// Greatest impulse of the drive; 0: none.
     pub(crate) most: Lanes,
+    /// Greatest impulse of friction; 0: none.
+    pub(crate) friction: Lanes,
     pub(crate) limit: Push,
     /// 1 where the limit is as hard as the joint.
     pub(crate) hard: Lanes,
     pub(crate) low: Lanes,
     pub(crate) high: Lanes,
+    /// Whether some of the eight have any of it: a drive, a limit, a limit that is a spring.
+    pub(crate) drives: bool,
+    pub(crate) limits: bool,
+    pub(crate) yields: bool,
+    /// Or anything at all that acts on the axis.
+    pub(crate) acts: bool,
 }
 
 /// Eight joints of six axes.
@@ -66,8 +74,9 @@ pub(crate) struct SixBlock {
     /// 1 where an axis is locked, and the place where it is.
     pub(crate) locked: [Lanes; 6],
     pub(crate) place: [Lanes; 6],
-    /// Impulse of lock or drive, and of the limit.
+    /// Impulse of lock or drive, of friction, and of the limit.
     pub(crate) held: [Lanes; 6],
+    pub(crate) friction: [Lanes; 6],
     pub(crate) limit: [Lanes; 6],
     /// What the bodies carry of the warm start: linear; the moments on A and B.
     pub(crate) carried: [Lanes; 3],
@@ -79,14 +88,31 @@ pub(crate) struct SixBlock {
     pub(crate) peak: [Lanes; 2],
     /// Some axis of motion is locked, and some turn.
     pub(crate) holds: [bool; 2],
-    /// Some axis of motion has a drive or limit, and some turn.
+    /// Something acts on some axis of motion, and on some turn.
     pub(crate) acts: [bool; 2],
     /// A tree solves all there is: see tree_six.rs.
     pub(crate) is_direct: bool,
     pub(crate) axes: [Axis; 6],
 }
 
-/// What a drive or limit feels: inverse mass, coordinate, speed, and acceleration by gravity and forces.
+impl SixBlock {
+    /// True if something acts on an axis of one of the joints. (What is known of an axis is not filled in where
+    /// nothing acts on any motion, or on any turn.)
+    #[inline(always)]
+    fn acts_on(&self, axis: usize) -> bool {
+        self.acts[axis / 3] && self.axes[axis].acts
+    }
+
+    /// Impulse of all that acts on an axis.
+    #[inline(always)]
+    fn pushes<S: Simd>(&self, simd: S, axis: usize) -> Wide<S> {
+        load(simd, &self.held[axis])
+            + load(simd, &self.friction[axis])
+            + load(simd, &self.limit[axis])
+    }
+}
+
+/// What drive, friction and limit feel: inverse mass, coordinate, speed, and acceleration by gravity and forces.
 #[derive(Clone, Copy)]
 pub(super) struct Felt<S: Simd> {
     pub(super) k: Wide<S>,
@@ -95,51 +121,66 @@ pub(super) struct Felt<S: Simd> {
     pub(super) pull: Wide<S>,
 }
 
-/// Solves drive and limit of an axis, whose impulses so far are `old`; returns them anew. In a relax sweep
-/// springs do not push: they go by where the bodies were.
+/// Solves what acts on an axis, whose impulses so far are `old`, drive, friction and limit; returns them anew. In
+/// a relax sweep springs do not push: they go by where the bodies were.
 #[inline(always)]
-pub(super) fn drive_and_limit<S: Simd>(
+pub(super) fn act<S: Simd>(
     simd: S,
     block: &SixBlock,
     axis: usize,
-    [old, old_limit]: [Wide<S>; 2],
+    [old, old_friction, old_limit]: [Wide<S>; 3],
     felt: Felt<S>,
     sweep: &JointSweep,
-) -> [Wide<S>; 2] {
+) -> [Wide<S>; 3] {
     let (zero, inv_h) = (splat(simd, 0.0), splat(simd, sweep.inv_h));
     let is_locked = above(load(simd, &block.locked[axis]), zero);
     let most_back = splat(simd, push(axis));
     let axis = &block.axes[axis];
     let Felt { k, x, v, pull } = felt;
     let inverse = inverse_or_zero(simd, k);
-    let most = load(simd, &axis.most);
-    let law = axis.drive.law(simd, k, pull, inv_h);
-    let new = law.impulse(inverse, v, x - load(simd, &axis.drive.place), old);
-    let new = max(min(new, most), -most);
-    let new = if sweep.is_relax { select(above(law.rate, zero), old, new) } else { new };
-    let drive = select(is_locked, old, new);
+    let mut drive = zero;
+    if axis.drives {
+        let most = load(simd, &axis.most);
+        let law = axis.drive.law(simd, k, pull, inv_h);
+        let new = law.impulse(inverse, v, x - load(simd, &axis.drive.place), old);
+        drive = max(min(new, most), -most);
+        if sweep.is_relax {
+            drive = select(above(law.rate, zero), old, drive);
+        }
+    }
+    let drive = select(is_locked, old, drive);
     let v = v + k * (drive - old);
 
+    let most = load(simd, &axis.friction);
+    let friction = max(min(old_friction - v * inverse, most), -most);
+    let v = v + k * (friction - old_friction);
+
+    if !axis.limits {
+        return [drive, friction, zero];
+    }
     let old = old_limit;
     let (low, high) = (load(simd, &axis.low), load(simd, &axis.high));
     let (over_low, over_high) = (x - low, x - high);
     let is_low = above(-over_high, over_low);
     let error = select(is_low, over_low, over_high);
     let open = above(select(is_low, error, -error), zero);
-    let is_hard = above(load(simd, &axis.hard), zero);
-    let soft = axis.limit.law(simd, k, pull, inv_h);
     let s = &sweep.softness;
     let bias = max(min(splat(simd, s.rate) * error, most_back), -most_back);
     let hard = Law { gain: splat(simd, s.mass), rate: zero, bias };
     let shut = hard.impulse(inverse, v, error, old);
     let ahead = old - (v + error * inv_h) * inverse;
-    let sprung = soft.impulse(inverse, v, error, old);
-    // Without room between them, both hold: a spring about one place.
-    let tight = above(splat(simd, 1.0e-9), high - low);
-    let new = select(is_hard, select(open, ahead, shut), select(open, zero, sprung));
-    let new = select(tight, sprung, select(is_low, max(new, zero), min(new, zero)));
-    let new = if sweep.is_relax { select(is_hard, new, old) } else { new };
-    [drive, select(is_locked, zero, new)]
+    let one_way = |new: Wide<S>| select(is_low, max(new, zero), min(new, zero));
+    let mut limit = one_way(select(open, ahead, shut));
+    if axis.yields {
+        let is_hard = above(load(simd, &axis.hard), zero);
+        let law = axis.limit.law(simd, k, pull, inv_h);
+        let sprung = law.impulse(inverse, v, error, old);
+        // Without room between them, both hold: a spring about one place.
+        let tight = above(splat(simd, 1.0e-9), high - low);
+        let soft = select(tight, sprung, one_way(select(open, zero, sprung)));
+        limit = select(is_hard, limit, if sweep.is_relax { old } else { soft });
+    }
+    [drive, friction, select(is_locked, zero, limit)]
 }
 
 /// The joints of a block as they are in this sweep.
@@ -242,10 +283,7 @@ pub(crate) fn solve<S: Simd>(
     // The warm start, in the rows of now.
     let (mut p, mut t) = (Vec3w::zero(simd), Vec3w::zero(simd));
     for i in 0..3 {
-        let (lambda, mu) = (
-            load(simd, &block.held[i]) + load(simd, &block.limit[i]),
-            load(simd, &block.held[i + 3]) + load(simd, &block.limit[i + 3]),
-        );
+        let (lambda, mu) = (block.pushes(simd, i), block.pushes(simd, i + 3));
         p = p + state.along[i].n * lambda;
         t = t + state.about[i].n * mu;
     }
@@ -280,8 +318,22 @@ pub(crate) fn solve<S: Simd>(
         (moment_a + more_a).store(&mut block.carried_a);
         (moment_b + more_b).store(&mut block.carried_b);
     }
-    store_velocity(simd, lines, &block.row_a, q.va);
-    store_velocity(simd, lines, &block.row_b, q.vb);
+    store_velocity(simd, lines, &block.row_a, shown(simd, q.va));
+    store_velocity(simd, lines, &block.row_b, shown(simd, q.vb));
+}
+
+/// A velocity without what is so small that it never shows. Where all axes hold, by friction for one, every visit
+/// leaves but 1e-7 of a speed, which would end as a subnormal number, and turns with it: those take a processor
+/// up to a hundred times as long.
+#[inline(always)]
+fn shown<S: Simd>(simd: S, velocity: Velocity<S>) -> Velocity<S> {
+    let (zero, least) = (splat(simd, 0.0), splat(simd, 1.0e-15));
+    let part = |x: Wide<S>| select(above(least, max(x, -x)), zero, x);
+    let Velocity { v, w } = velocity;
+    Velocity {
+        v: Vec3w { x: part(v.x), y: part(v.y), z: part(v.z) },
+        w: Vec3w { x: part(w.x), y: part(w.y), z: part(w.z) },
+    }
 }
 
 /// The locked axes, then drives and limits behind them.
@@ -299,7 +351,7 @@ fn solve_axes<S: Simd>(simd: S, block: &mut SixBlock, state: &mut State<S>, swee
         loads[i] = load(simd, &block.held[i]);
     }
     for i in 0..6 {
-        if !block.acts[i / 3] {
+        if !block.acts_on(i) {
             continue;
         }
         let row = if i < 3 { &along[i] } else { &about[i - 3] };
@@ -309,7 +361,7 @@ fn solve_axes<S: Simd>(simd: S, block: &mut SixBlock, state: &mut State<S>, swee
         // What is left of a turn that the locked axes allow not at all is rounding.
         let least = row.coupling(&row) * splat(simd, 1.0e-5);
         give[i] = if i < 3 { max(linear + k, linear) } else { select(above(k, least), k, zero) };
-        let pushes = load(simd, &block.held[i]) + load(simd, &block.limit[i]);
+        let pushes = block.pushes(simd, i);
         let [a, b] = [back[i][0] * pushes, back[i][1] * pushes];
         let parts = [a.x, a.y, a.z, b.x, b.y, b.z];
         for j in 0..6 {
@@ -322,7 +374,7 @@ fn solve_axes<S: Simd>(simd: S, block: &mut SixBlock, state: &mut State<S>, swee
     let pull = Vec3w::load(simd, &block.pull);
     let pulls = [pull.dot(held.along[0].n), pull.dot(held.along[1].n), pull.dot(held.along[2].n)];
     for i in 0..6 {
-        if !block.acts[i / 3] {
+        if !block.acts_on(i) {
             continue;
         }
         let row = if i < 3 { &along[i] } else { &about[i - 3] };
@@ -332,11 +384,13 @@ fn solve_axes<S: Simd>(simd: S, block: &mut SixBlock, state: &mut State<S>, swee
         let own = if i < 3 { pull.dot(row.n) } else { zero };
         let pull = own - (p0 * pulls[0] + p1 * pulls[1] + p2 * pulls[2]);
         let felt = Felt { k: give[i], x: x[i], v, pull };
-        let old = [load(simd, &block.held[i]), load(simd, &block.limit[i])];
-        let new = drive_and_limit(simd, block, i, old, felt, sweep);
+        let (drive, friction) = (load(simd, &block.held[i]), load(simd, &block.friction[i]));
+        let old = [drive, friction, load(simd, &block.limit[i])];
+        let new = act(simd, block, i, old, felt, sweep);
         new[0].store_array(&mut block.held[i]);
-        new[1].store_array(&mut block.limit[i]);
-        let d = (new[0] - old[0]) + (new[1] - old[1]);
+        new[1].store_array(&mut block.friction[i]);
+        new[2].store_array(&mut block.limit[i]);
+        let d = (new[0] - old[0]) + (new[1] - old[1]) + (new[2] - old[2]);
         if i < 3 {
             q.push_along(&row, d);
         } else {

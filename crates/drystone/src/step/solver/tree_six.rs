@@ -13,7 +13,7 @@ use super::forest::{Tree, TreeJoint};
 use super::held::push;
 use super::pack_joint::put;
 use super::six::{Six, curve, dot, halves, mul, shift};
-use super::sixdof::{Felt, SixBlock, drive_and_limit};
+use super::sixdof::{Felt, SixBlock, act};
 use super::tree::{FASTER, Sweep, TreeBody, TreeRow};
 use crate::base::double::{DVec3, greater};
 use crate::base::wide::{LANES, Lanes, splat};
@@ -40,9 +40,8 @@ pub(super) struct SixRow {
     pull: Six,
     /// And its impulse of this sweep.
     given: Six,
-    /// Of each axis, the impulses of its drive and of its limit [N s; N m s].
-    held: [f32; 6],
-    limit: [f32; 6],
+    /// Of each axis, the impulses of its drive, friction and limit [N s; N m s].
+    acting: [[f32; 3]; 6],
     /// Impulse of all rows on body B: force, and torque about its anchor [N s; N m s, world].
     force: DVec3,
     torque: DVec3,
@@ -56,6 +55,11 @@ pub(super) struct SixRow {
 fn vector(lanes: &[Lanes; 3], lane: usize) -> DVec3 {
     let [x, y, z] = lanes;
     DVec3 { x: f64::from(x[lane]), y: f64::from(y[lane]), z: f64::from(z[lane]) }
+}
+
+/// Impulse of drive, friction and limit together.
+fn whole(acting: [f32; 3]) -> f64 {
+    acting.into_iter().map(f64::from).sum()
 }
 
 /// A body of the joint in this sweep.
@@ -128,9 +132,9 @@ impl Solver<'_> {
         let (block, lane) = self.six_of(tree);
         for i in 0..row.all() {
             let axis = row.six.axes[i];
-            let (held, limit) = (block.held[axis][lane], block.limit[axis][lane]);
-            (row.six.held[axis], row.six.limit[axis]) = (held, limit);
-            row.lambda[i] = f64::from(held) + f64::from(limit);
+            let acting = [&block.held, &block.friction, &block.limit].map(|of| of[axis][lane]);
+            row.six.acting[axis] = acting;
+            row.lambda[i] = whole(acting);
         }
         row.note_six(tree.is_child_a);
         row.six.peak = [0.0; 2];
@@ -329,7 +333,7 @@ impl Solver<'_> {
         let give = if give > own * 1.0e-9 { give } else { 0.0 };
         let axis = row.six.axes[k];
         let felt = [give, row.six.place[k], row.six.speed[k], row.six.pull[k]].map(|x| x as f32);
-        let old = [row.six.held[axis], row.six.limit[axis]];
+        let old = row.six.acting[axis];
         let (block, lane) = self.six_of(joint);
         let new = dispatch!(self.ctx.level, simd => {
             let [k, x, v, pull] = felt;
@@ -339,17 +343,16 @@ impl Solver<'_> {
                 v: splat(simd, v),
                 pull: splat(simd, pull),
             };
-            let old = [splat(simd, old[0]), splat(simd, old[1])];
-            let new = drive_and_limit(simd, block, axis, old, felt, &sweep.joints);
-            let mut lanes = [[0.0; LANES]; 2];
-            new[0].store_array(&mut lanes[0]);
-            new[1].store_array(&mut lanes[1]);
-            [lanes[0][lane], lanes[1][lane]]
+            let old = old.map(|p| splat(simd, p));
+            act(simd, block, axis, old, felt, &sweep.joints).map(|new| {
+                let mut lanes = [0.0; LANES];
+                new.store_array(&mut lanes);
+                lanes[lane]
+            })
         });
-        (row.six.held[axis], row.six.limit[axis]) = (new[0], new[1]);
-        let whole = f64::from(new[0]) + f64::from(new[1]);
-        let given = whole - row.lambda[k];
-        row.lambda[k] = whole;
+        row.six.acting[axis] = new;
+        let given = whole(new) - row.lambda[k];
+        row.lambda[k] = whole(new);
         given
     }
 
@@ -520,8 +523,10 @@ impl TreeRow {
         for i in 0..self.all() {
             let axis = six.axes[i];
             let is_held = i < self.count;
-            block.held[axis][lane] = if is_held { self.lambda[i] as f32 } else { six.held[axis] };
-            block.limit[axis][lane] = if is_held { 0.0 } else { six.limit[axis] };
+            let acting = if is_held { [self.lambda[i] as f32, 0.0, 0.0] } else { six.acting[axis] };
+            block.held[axis][lane] = acting[0];
+            block.friction[axis][lane] = acting[1];
+            block.limit[axis][lane] = acting[2];
         }
         self.put_six(block, place);
         for (to, peak) in block.peak.iter_mut().zip(six.peak) {

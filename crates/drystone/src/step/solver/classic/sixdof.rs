@@ -17,8 +17,8 @@ pub(super) struct Axes {
     /// Full turns counted.
     pub(super) angles: [f32; 3],
     axes: [JointAxis; 6],
-    /// Impulse of each axis in this substep: lock or drive, limit.
-    given: [[f32; 2]; 6],
+    /// Impulse of each axis in this substep: drive, friction, limit.
+    given: [[f32; 3]; 6],
     /// On B at its anchor, in this substep.
     pub(super) force: Vec3,
     pub(super) torque: Vec3,
@@ -33,7 +33,7 @@ impl Axes {
             about: turns.rows,
             angles: turns.angles,
             axes: six.def.acting(turns.swing),
-            given: [[0.0; 2]; 6],
+            given: [[0.0; 3]; 6],
             force: Vec3::ZERO,
             torque: Vec3::ZERO,
         }
@@ -41,7 +41,7 @@ impl Axes {
 
     /// Before a substep.
     pub(super) fn begin(&mut self) {
-        self.given = [[0.0; 2]; 6];
+        self.given = [[0.0; 3]; 6];
         (self.force, self.torque) = (Vec3::ZERO, Vec3::ZERO);
     }
 
@@ -96,7 +96,7 @@ impl Axes {
 }
 
 /// The impulse that an axis gives at the coordinate `x`, speed `u`, inverse mass `k`.
-fn pushed(axis: &JointAxis, given: &mut [f32; 2], [x, u, k, h]: [f32; 4]) -> f32 {
+fn pushed(axis: &JointAxis, given: &mut [f32; 3], [x, u, k, h]: [f32; 4]) -> f32 {
     if let Some(place) = axis.held() {
         return -(u + (x - place) * BAUMGARTE / h) / k;
     }
@@ -109,22 +109,28 @@ fn pushed(axis: &JointAxis, given: &mut [f32; 2], [x, u, k, h]: [f32; 4]) -> f32
         sum += new - given[0];
         given[0] = new;
     }
+    if axis.friction > 0.0 {
+        let most = axis.friction * h;
+        let new = (given[1] - (u + k * sum) / k).clamp(-most, most);
+        sum += new - given[1];
+        given[1] = new;
+    }
     if let JointMotion::Limited { min, max, spring } = axis.motion {
         let u = u + k * sum;
         let (low, sign) = if x - min < max - x { (x - min, 1.0) } else { (max - x, -1.0) };
         let new = match spring {
             Some(spring) if low < 0.0 => {
-                let d = sprung(&spring, sign * low, u, 0.0, k, h, given[1]);
-                sign * (sign * (given[1] + d)).max(0.0)
+                let d = sprung(&spring, sign * low, u, 0.0, k, h, given[2]);
+                sign * (sign * (given[2] + d)).max(0.0)
             }
             Some(_) => 0.0,
             None => {
                 let rate = if low > 0.0 { 1.0 / h } else { BAUMGARTE / h };
-                sign * (sign * given[1] - (sign * u + rate * low) / k).max(0.0)
+                sign * (sign * given[2] - (sign * u + rate * low) / k).max(0.0)
             }
         };
-        sum += new - given[1];
-        given[1] = new;
+        sum += new - given[2];
+        given[2] = new;
     }
     sum
 }
