@@ -85,6 +85,7 @@ pub(super) fn bend<S: Simd>(
 fn read<S: Simd>(
     simd: S,
     block: &JointBlock,
+    fixed: bool,
     lines: &Rows<'_, Line>,
     sweep: &JointSweep,
 ) -> State<S> {
@@ -97,10 +98,12 @@ fn read<S: Simd>(
     let (to_a, to_b) = (Turn::new(simd, sa.mul(xa.w)), Turn::new(simd, sb.mul(xb.w)));
     let (shift_a, shift_b) = (to_a.shift(r0a), to_b.shift(r0b));
     let (ra, rb) = (r0a + shift_a, r0b + shift_b);
-    let drift = Vec3w::load(simd, &block.drift);
-    let gap = Vec3w::load(simd, &block.gap) + xb.v * beta - xa.v * alpha
-        + (shift_b - shift_a)
-        + drift * splat(simd, sweep.elapsed);
+    let mut gap = Vec3w::load(simd, &block.gap) + xb.v * beta - xa.v * alpha + (shift_b - shift_a);
+    let mut drift = Vec3w::zero(simd);
+    if fixed {
+        drift = Vec3w::load(simd, &block.drift);
+        gap = gap + drift * splat(simd, sweep.elapsed);
+    }
     State { alpha, beta, sa, sb, ra, rb, gap, drift, va, vb }
 }
 
@@ -124,23 +127,19 @@ impl<S: Simd> State<S> {
         (bend(simd, [wa, wb], [self.ra, self.rb], h), h)
     }
 
-    /// Adds an impulse `p` at the arms of now less the one that the bodies carry, for both bodies: `p`
-    /// of the last sweep is then as if applied now.
+    /// Adds the moments of an impulse `p` at the arms of now less those that the bodies carry: with the linear part,
+    /// `p` of the last sweep is then as if applied now.
     #[inline(always)]
-    fn turn_impulse(&mut self, simd: S, block: &JointBlock, p: Vec3w<S>) {
-        let d = p - Vec3w::load(simd, &block.carried);
+    fn turn_moments(&mut self, simd: S, block: &JointBlock, p: Vec3w<S>) {
         let da = self.ra.cross(p) - Vec3w::load(simd, &block.carried_a);
         let db = self.rb.cross(p) - Vec3w::load(simd, &block.carried_b);
-        self.va.v = self.va.v - d * self.alpha;
-        self.vb.v = self.vb.v + d * self.beta;
         self.va.w = self.va.w - self.sa.mul(da);
         self.vb.w = self.vb.w + self.sb.mul(db);
     }
 
-    /// Notes what the bodies carry after this sweep: `p` at the arms of now.
+    /// Notes the moments that the bodies carry after this sweep: of `p` at the arms of now.
     #[inline(always)]
     fn carry(&self, block: &mut JointBlock, p: Vec3w<S>) {
-        p.store(&mut block.carried);
         self.ra.cross(p).store(&mut block.carried_a);
         self.rb.cross(p).store(&mut block.carried_b);
     }
@@ -148,9 +147,7 @@ impl<S: Simd> State<S> {
     /// As [`Self::carry`], for an impulse `d` more than they do.
     #[inline(always)]
     fn carry_more(&self, simd: S, block: &mut JointBlock, d: Vec3w<S>) {
-        let [p, a, b] = [&block.carried, &block.carried_a, &block.carried_b];
-        let (p, a, b) = (Vec3w::load(simd, p), Vec3w::load(simd, a), Vec3w::load(simd, b));
-        (p + d).store(&mut block.carried);
+        let (a, b) = (Vec3w::load(simd, &block.carried_a), Vec3w::load(simd, &block.carried_b));
         (a + self.ra.cross(d)).store(&mut block.carried_a);
         (b + self.rb.cross(d)).store(&mut block.carried_b);
     }
@@ -183,13 +180,15 @@ fn axes<S: Simd>(s: Sym3w<S>, r: Vec3w<S>) -> [Vec3w<S>; 3] {
 pub(crate) fn solve_ball<S: Simd>(
     simd: S,
     block: &mut JointBlock,
+    fixed: bool,
     lines: &Rows<'_, Line>,
     sweep: &JointSweep,
 ) {
-    let mut q = read(simd, block, lines, sweep);
+    let mut q = read(simd, block, fixed, lines, sweep);
     let old = Vec3w::load(simd, &block.impulse);
     if !sweep.is_relax {
-        q.turn_impulse(simd, block, old);
+        // Its linear part is as it was: the bodies carry it.
+        q.turn_moments(simd, block, old);
     }
     let bend = q.bend(simd, sweep).0;
     let (a, b) = (axes(q.sa, q.ra), axes(q.sb, q.rb));
@@ -231,10 +230,11 @@ pub(crate) fn solve_ball<S: Simd>(
 pub(crate) fn solve_distance<S: Simd>(
     simd: S,
     block: &mut JointBlock,
+    fixed: bool,
     lines: &Rows<'_, Line>,
     sweep: &JointSweep,
 ) {
-    let mut q = read(simd, block, lines, sweep);
+    let mut q = read(simd, block, fixed, lines, sweep);
     let (zero, one) = (splat(simd, 0.0), splat(simd, 1.0));
     let length = sqrt(q.gap.dot(q.gap));
     let apart = above(length, splat(simd, 1.0e-9));
@@ -246,8 +246,12 @@ pub(crate) fn solve_distance<S: Simd>(
     let k = q.alpha * q.alpha + q.beta * q.beta + a.dot(a) + b.dot(b);
     let mass = select(above(k, zero), one / k, zero);
     let Vec3w { x: i0, y: i1, z: i2 } = Vec3w::load(simd, &block.impulse);
+    let carried = Vec3w::load(simd, &block.carried);
     if !sweep.is_relax {
-        q.turn_impulse(simd, block, n * (i0 - i1 + i2));
+        let p = n * (i0 - i1 + i2);
+        q.va.v = q.va.v - (p - carried) * q.alpha;
+        q.vb.v = q.vb.v + (p - carried) * q.beta;
+        q.turn_moments(simd, block, p);
     }
     let (bend, h) = q.bend(simd, sweep);
     let slip = q.slip();
@@ -295,8 +299,10 @@ pub(crate) fn solve_distance<S: Simd>(
     pushed -= n1 - i1;
 
     if sweep.is_relax {
+        (carried + n * pushed).store(&mut block.carried);
         q.carry_more(simd, block, n * pushed);
     } else {
+        (n * (n0 - n1 + n2)).store(&mut block.carried);
         q.carry(block, n * (n0 - n1 + n2));
     }
     n0.store_array(&mut block.impulse[0]);

@@ -4,7 +4,7 @@ use fearless_simd::dispatch;
 
 use super::Solver;
 use super::joint::{self, JointSweep};
-use super::plan::Group;
+use super::plan::{DISTANCE, Group};
 use super::rows::JointBlock;
 use super::softness::Softness;
 use crate::base::jobs::{Executor, for_ranges, grain};
@@ -20,7 +20,7 @@ impl Solver<'_> {
             let n = batch.blocks.len();
             for_ranges(jobs, n, grain(jobs, n, 8), |part| {
                 for i in batch.blocks.start + part.start..batch.blocks.start + part.end {
-                    self.pack_joints(i, batch.class == 1);
+                    self.pack_joints(i);
                 }
             });
         }
@@ -35,10 +35,10 @@ impl Solver<'_> {
                     for i in batch.blocks.start + part.start..batch.blocks.start + part.end {
                         let block = self.joints.row(i);
                         self.joints.prefetch(i + 1, JointBlock::CACHE_LINES);
-                        if block.is_distance {
-                            joint::solve_distance(simd, block, &self.lines, sweep);
+                        if batch.class == DISTANCE {
+                            joint::solve_distance(simd, block, batch.fixed, &self.lines, sweep);
                         } else {
-                            joint::solve_ball(simd, block, &self.lines, sweep);
+                            joint::solve_ball(simd, block, batch.fixed, &self.lines, sweep);
                         }
                     }
                 });
@@ -47,13 +47,12 @@ impl Solver<'_> {
     }
 
     /// Builds a block of joints and applies their impulses to the lines.
-    pub(super) fn pack_joints(&self, block: usize, is_distance: bool) {
+    pub(super) fn pack_joints(&self, block: usize) {
         let owners = &self.plan.joints.owners[block];
         let block = self.joints.row(block);
         if owners[LANES - 1] == u32::MAX {
             *block = JointBlock::default();
         }
-        block.is_distance = is_distance;
         for (lane, row) in owners.iter().enumerate() {
             if *row != u32::MAX
                 && let Some(joint) = self.joint_slots.read(*row as usize)
@@ -113,10 +112,11 @@ impl Solver<'_> {
                     vec3(soft.rate, soft.mass, soft.impulse)
                 });
                 put(&mut block.spring, lane, soft);
-                gap.normalize_or(Vec3::Y) * (impulse.x - impulse.y + impulse.z)
+                let linear = gap.normalize_or(Vec3::Y) * (impulse.x - impulse.y + impulse.z);
+                put(&mut block.carried, lane, linear);
+                linear
             }
         };
-        put(&mut block.carried, lane, linear);
         put(&mut block.carried_a, lane, ra.cross(linear));
         put(&mut block.carried_b, lane, rb.cross(linear));
         for (line, w, r, sign) in [(la, wa, ra, -1.0), (lb, wb, rb, 1.0)] {

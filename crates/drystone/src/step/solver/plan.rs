@@ -30,7 +30,7 @@ pub(super) struct Batch {
     pub(super) blocks: Range<usize>,
     /// One side of every constraint cannot be pushed.
     pub(super) fixed: bool,
-    /// What the key's class says: of joints, 1 for distances; 2 (balls of trees) are in no batch.
+    /// What the key's class says.
     pub(super) class: u64,
 }
 
@@ -98,6 +98,9 @@ pub(super) struct Plan {
 /// Group, class and line in a sort key.
 const GROUP: u32 = 40;
 const CLASS: u32 = 32;
+
+/// Class of distances; balls have 0.
+pub(super) const DISTANCE: u64 = 1;
 
 /// Class of the joints of trees.
 const TREE: u64 = 2;
@@ -250,7 +253,7 @@ impl Plan {
                     let class = match &j.link {
                         Link::Ball if j.is_direct => TREE,
                         Link::Ball => 0,
-                        Link::Distance { .. } => 1,
+                        Link::Distance { .. } => DISTANCE,
                         Link::Coupling(_) | Link::Pulley(_) => COUPLED,
                         Link::Six(six) => {
                             let direct = if j.is_direct { SIX_DIRECT } else { 0 };

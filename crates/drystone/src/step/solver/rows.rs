@@ -238,21 +238,20 @@ pub(crate) struct JointBlock {
     pub(crate) r_b: [Lanes; 3],
     /// Anchor B less anchor A at the step's start.
     pub(crate) gap: [Lanes; 3],
-    /// Velocity of the gap that comes from kinematic bodies.
-    pub(crate) drift: [Lanes; 3],
     pub(crate) impulse: [Lanes; 3],
-    /// The part of the warm start that the bodies carry, as it was applied: linear, and r × p of each
-    /// body.
-    pub(crate) carried: [Lanes; 3],
+    /// The part of the warm start that the bodies carry, as it was applied: r × p of each body.
     pub(crate) carried_a: [Lanes; 3],
     pub(crate) carried_b: [Lanes; 3],
+    /// Velocity of the gap that comes from kinematic bodies, where one of the bodies cannot be pushed.
+    pub(crate) drift: [Lanes; 3],
+    /// Distances: the linear part of the warm start; of balls it is their impulse.
+    pub(crate) carried: [Lanes; 3],
     /// Distances: least, greatest, rest length; spring rate, mass, impulse (all 0: no spring).
     pub(crate) limits: [Lanes; 3],
     pub(crate) spring: [Lanes; 3],
-    pub(crate) is_distance: bool,
 }
 
 impl JointBlock {
-    /// How much of a block a sweep over balls reads.
-    pub(crate) const CACHE_LINES: usize = 20;
+    /// How much of a block a sweep over balls between bodies that can be pushed reads.
+    pub(crate) const CACHE_LINES: usize = 17;
 }

@@ -37,13 +37,14 @@ impl Solver<'_> {
     /// Moves the body of a joint that swings by its line; true if it does. The line then holds the end of the
     /// step, see [`super::integrate::Aux::swung`].
     pub(super) fn swing(&self, joint: &mut Joint) -> bool {
-        let (a, b) = (self.bodies.at(joint.body_a), self.bodies.at(joint.body_b));
-        let (la, lb) = (self.line_of[joint.body_a as usize], self.line_of[joint.body_b as usize]);
-        let (line, body, r, other, at, sign) = match (la, lb) {
-            (0, 1..) => (lb, b, joint.anchor_b, a, joint.anchor_a, 1.0),
-            (1.., 0) => (la, a, joint.anchor_a, b, joint.anchor_b, -1.0),
-            _ => return false,
-        };
+        let Joint { body_a, body_b, anchor_a, anchor_b, .. } = *joint;
+        let (line, body, r, other, at, sign) =
+            match (self.line_of[body_a as usize], self.line_of[body_b as usize]) {
+                (0, line @ 1..) => (line, body_b, anchor_b, body_a, anchor_a, 1.0),
+                (line @ 1.., 0) => (line, body_a, anchor_a, body_b, anchor_b, -1.0),
+                _ => return false,
+            };
+        let (body, other) = (self.bodies.at(body), self.bodies.at(other));
         if !matches!(joint.link, Link::Ball) || other.active() || !is_free(body) {
             return false;
         }

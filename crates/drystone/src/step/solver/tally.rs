@@ -7,7 +7,7 @@
 use fearless_simd::dispatch;
 
 use super::Solver;
-use super::plan::Group;
+use super::plan::{DISTANCE, Group};
 use super::rows::ContactBlock;
 use crate::base::math::{Vec3, vec3};
 use crate::base::wide::{LANES, Lanes};
@@ -157,9 +157,13 @@ impl Solver<'_> {
                 }
             }
         });
-        for i in self.plan.joints.blocks_of(&group.joints) {
-            let force = &self.joints.read(i).carried;
-            self.joint_tallies.row(i).add(force, &[[0.0; LANES]; 3], is_relax);
+        for batch in &self.plan.joints.batches[group.joints.clone()] {
+            for i in batch.blocks.clone() {
+                let block = self.joints.read(i);
+                let is_distance = batch.class == DISTANCE;
+                let force = if is_distance { &block.carried } else { &block.impulse };
+                self.joint_tallies.row(i).add(force, &[[0.0; LANES]; 3], is_relax);
+            }
         }
         for tree in self.trees(group) {
             for (i, joint) in self.tree_joints(tree).filter(|(_, joint)| joint.six != NONE) {
