@@ -1,11 +1,13 @@
 //! `cargo xtask ci`: everything a change must pass, cheapest first; the first failure ends it.
 
-use std::process::Stdio;
+use std::path::PathBuf;
+use std::process::{Command, Stdio};
 use std::time::Instant;
 
 use crate::tidy::is_reference_key;
 use crate::{
-    Outcome, WITHOUT_GRAPHICS, cargo, golden, graphics, instructions, root, run_to_end, tidy, web,
+    Outcome, WITHOUT_GRAPHICS, cargo, golden, graphics, instructions, root, run_to_end, target,
+    tidy, web,
 };
 
 type Stage = (&'static str, fn() -> Outcome);
@@ -16,13 +18,13 @@ const STAGES: &[Stage] = &[
     ("clippy", clippy),
     ("doc", doc),
     ("graphics", graphics::prepare),
-    ("test", || run_to_end(cargo().args(["test", "--quiet", "--workspace"]))),
-    ("test-release", test_release),
+    ("test", || run_to_end(&mut tests(false))),
+    ("test-release", || run_to_end(&mut tests(true))),
     ("examples", examples),
     ("validate", validate),
-    ("golden", || golden::run(&golden::Options { release: false, bless: None })),
-    ("golden-release", || golden::run(&golden::Options { release: true, bless: None })),
-    ("instructions", || instructions::run(false)),
+    ("golden", || golden_hashes(false)),
+    ("golden-release", || golden_hashes(true)),
+    ("instructions", || instructions::run(false, &programs(true)?.join("drystone"))),
     ("web", web::check),
 ];
 
@@ -86,19 +88,34 @@ fn is_unit_or_key(message: &str) -> bool {
     name.is_some_and(|name| UNITS.contains(&name) || is_reference_key(name))
 }
 
-/// Once more optimized, for the hashes: pictures have none, and to optimize the graphics stack would take longer
-/// than all tests.
-fn test_release() -> Outcome {
+/// All tests; or once more optimized, for the hashes: pictures have none, and to optimize the graphics stack would
+/// take longer than all tests.
+fn tests(release: bool) -> Command {
     let mut command = cargo();
-    command.args(["test", "--quiet", "--workspace", "--release"]).args(WITHOUT_GRAPHICS);
-    run_to_end(command.args(["--exclude", "drystone-render", "--exclude", "drystone-view"]))
+    command.args(["test", "--quiet", "--workspace"]);
+    if release {
+        command.arg("--release").args(WITHOUT_GRAPHICS);
+        command.args(["--exclude", "drystone-render", "--exclude", "drystone-view"]);
+    }
+    command
+}
+
+/// The folder of the programs that the tests are built with, the command and the examples. After the tests this builds
+/// nothing; chosen in any other way they would have other features, and much would be built again.
+fn programs(release: bool) -> Result<PathBuf, String> {
+    run_to_end(tests(release).arg("--no-run"))?;
+    Ok(target().join(if release { "release" } else { "debug" }))
+}
+
+fn golden_hashes(release: bool) -> Outcome {
+    let command = Some(programs(release)?.join("drystone"));
+    golden::run(&golden::Options { release, bless: None, command })
 }
 
 /// The short simulations with a known answer: none may be worse than what its list of known failures says.
 fn validate() -> Outcome {
-    let mut command = cargo();
-    command.args(["run", "--quiet", "--release", "--package", "drystone-app"]);
-    command.args(WITHOUT_GRAPHICS).args(["--", "validate", "--short", "--failures"]);
+    let mut command = Command::new(programs(true)?.join("drystone"));
+    command.current_dir(root()).args(["validate", "--short", "--failures"]);
     let list = ["--known", "crates/drystone-validate/known-failures.txt"];
     run_to_end(command.args(list))
 }
@@ -114,10 +131,10 @@ fn examples() -> Outcome {
         .filter_map(|path| Some(path.file_stem()?.to_str()?.to_owned()))
         .collect();
     names.sort();
+    let built = programs(true)?.join("examples");
     for name in &names {
         println!("   {name}");
-        let run = ["run", "--quiet", "--release", "--package", "drystone", "--example"];
-        run_to_end(cargo().args(run).arg(name))?;
+        run_to_end(Command::new(built.join(name)).current_dir(root()))?;
     }
     Ok(())
 }

@@ -1,8 +1,9 @@
 //! `cargo xtask golden`: the hashes of whole runs. They move only on purpose, with a reason.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
+use std::process::Command;
 
-use crate::{Outcome, WITHOUT_GRAPHICS, cargo, root, run_to_end};
+use crate::{Outcome, WITHOUT_GRAPHICS, cargo, root, run_to_end, target};
 
 /// What a scene has in golden.txt until its first bless.
 const PENDING: &str = "pending";
@@ -11,11 +12,13 @@ pub struct Options {
     pub release: bool,
     /// The reason for writing new hashes; `None` compares.
     pub bless: Option<String>,
+    /// The command, if it is built already.
+    pub command: Option<PathBuf>,
 }
 
 impl Options {
     pub fn parse(words: &[&str]) -> Result<Self, String> {
-        let mut options = Self { release: false, bless: None };
+        let mut options = Self { release: false, bless: None, command: None };
         let mut words = words.iter();
         while let Some(&word) = words.next() {
             match word {
@@ -52,7 +55,7 @@ pub fn run(options: &Options) -> Outcome {
     let goldens = parse(&text)?;
     let mut changes = Vec::new();
     for golden in &goldens {
-        let hash = hash_of_run(golden, options.release)?;
+        let hash = hash_of_run(golden, options)?;
         println!("   {hash}  {} ({} steps)", golden.scene, golden.steps);
         if hash != golden.hash {
             changes.push((golden.clone(), hash));
@@ -96,22 +99,31 @@ fn is_entry(line: &str) -> bool {
 }
 
 /// Builds the command where needed, runs the scene and reads the hash from its report.
-fn hash_of_run(golden: &Golden, release: bool) -> Result<String, String> {
-    let folder = root().join("target/golden");
+fn hash_of_run(golden: &Golden, options: &Options) -> Result<String, String> {
+    let folder = target().join("golden");
     std::fs::create_dir_all(&folder).map_err(|e| format!("{}: {e}", folder.display()))?;
     let file = folder.join(golden.scene.replace([':', '=', ','], "_") + ".json");
-    let mut command = cargo();
-    command.args(["run", "--quiet", "--package", "drystone-app", "--bin", "drystone"]);
-    if release {
-        command.arg("--release").args(WITHOUT_GRAPHICS);
-    }
-    command.args(["--", "simulate", &golden.scene, "--steps", &golden.steps.to_string()]);
+    let mut command = match &options.command {
+        Some(built) => Command::new(built),
+        None => built_by_cargo(options.release),
+    };
+    command.args(["simulate", &golden.scene, "--steps", &golden.steps.to_string()]);
     command.args(["--threads", "2", "--report"]).arg(&file).stdout(std::process::Stdio::null());
     // A report left by an earlier run must not pass for this one.
     drop(std::fs::remove_file(&file));
     run_to_end(&mut command)?;
     let report = std::fs::read_to_string(&file).map_err(|e| format!("{}: {e}", file.display()))?;
     hash_in(&report).ok_or_else(|| format!("{}: no field `hash` of 16 hex digits", file.display()))
+}
+
+fn built_by_cargo(release: bool) -> Command {
+    let mut command = cargo();
+    command.args(["run", "--quiet", "--package", "drystone-app", "--bin", "drystone"]);
+    if release {
+        command.arg("--release").args(WITHOUT_GRAPHICS);
+    }
+    command.arg("--");
+    command
 }
 
 fn hash_in(report: &str) -> Option<String> {

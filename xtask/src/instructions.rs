@@ -4,7 +4,7 @@
 use std::path::Path;
 use std::process::Command;
 
-use crate::{Outcome, WITHOUT_GRAPHICS, cargo, root, run_to_end};
+use crate::{Outcome, root, run_to_end};
 
 /// How far a count may grow, as a part of it: other versions of the C library differ by less.
 const TOLERANCE: f64 = 0.02;
@@ -20,18 +20,14 @@ struct Row {
 }
 
 /// Counts the runs of instructions.txt; a larger count than the one there fails, `bless` rewrites it.
-pub fn run(bless: bool) -> Outcome {
+pub fn run(bless: bool, binary: &Path) -> Outcome {
     let path = root().join("instructions.txt");
     let text = std::fs::read_to_string(&path).map_err(|e| format!("instructions.txt: {e}"))?;
     let rows = parse(&text)?;
     valgrind()?;
-    let build = ["build", "--quiet", "--release", "--package", "drystone-app"];
-    run_to_end(cargo().args(build).args(WITHOUT_GRAPHICS))?;
-    let target = std::env::var_os("CARGO_TARGET_DIR").unwrap_or_else(|| "target".into());
-    let binary = root().join(target).join("release/drystone");
     let mut counted = Vec::new();
     for row in &rows {
-        let millions = count(&binary, row)?;
+        let millions = count(binary, row)?;
         let change = 100.0 * (millions / row.millions - 1.0);
         println!(
             "   {millions:10.1} million  {change:+5.1} %  {} ({} steps)",

@@ -38,8 +38,10 @@ fn main() -> ExitCode {
         ["tidy"] => tidy::run(),
         ["determinism"] => determinism(),
         ["gallery", names @ ..] => gallery::run(names),
-        ["instructions"] => instructions::run(false),
-        ["instructions", "--bless"] => instructions::run(true),
+        ["instructions"] => release_command().and_then(|built| instructions::run(false, &built)),
+        ["instructions", "--bless"] => {
+            release_command().and_then(|built| instructions::run(true, &built))
+        }
         ["stability"] => stability::run(),
         ["web", words @ ..] => web::run(words),
         ["roofline"] => {
@@ -78,6 +80,13 @@ fn determinism() -> Outcome {
 fn target() -> PathBuf {
     let set = std::env::var_os("CARGO_TARGET_DIR").filter(|folder| !folder.is_empty());
     set.map_or_else(|| root().join("target"), |folder| root().join(folder))
+}
+
+/// The engine's command, optimized; built first.
+fn release_command() -> Result<PathBuf, String> {
+    let build = ["build", "--quiet", "--release", "--package", "drystone-app"];
+    run_to_end(cargo().args(build).args(WITHOUT_GRAPHICS))?;
+    Ok(target().join("release/drystone"))
 }
 
 /// The repository's root. Read when run, not when built: a target folder may serve two checkouts.

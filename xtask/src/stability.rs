@@ -8,7 +8,7 @@ use std::process::Command;
 
 use serde_json::Value;
 
-use crate::{Outcome, WITHOUT_GRAPHICS, cargo, root, run_to_end};
+use crate::{Outcome, release_command, root, target};
 
 /// Scene, seconds, further flags, and whether it must stand.
 type Case = (&'static str, u32, &'static [&'static str], bool);
@@ -85,11 +85,7 @@ impl Figures {
 
 /// Runs all cases and writes the page. Fails if something stands that must fall, or falls that must stand.
 pub fn run() -> Outcome {
-    let build = ["build", "--quiet", "--release", "--package", "drystone-app"];
-    run_to_end(cargo().args(build).args(WITHOUT_GRAPHICS))?;
-    let target = std::env::var_os("CARGO_TARGET_DIR").unwrap_or_else(|| "target".into());
-    let target = root().join(target);
-    let binary = target.join("release/drystone");
+    let (binary, target) = (release_command()?, target());
     let mut page = String::from(HEAD);
     let mut wrong = Vec::new();
     for (scene, seconds, flags, must_stand) in CASES {
