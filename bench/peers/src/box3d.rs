@@ -193,7 +193,8 @@ impl Box3d {
                 let mut def = unsafe { b3::b3DefaultSphericalJointDef() };
                 def.base = base(def.base);
                 def.enableConeLimit = cone.is_some();
-                def.coneAngle = cone.unwrap_or_default();
+                // Its cones are round: as wide as ours where that is widest.
+                def.coneAngle = cone.map_or(0.0, |[y, z]| y.max(z));
                 def.enableTwistLimit = twist.is_some();
                 [def.lowerTwistAngle, def.upperTwistAngle] = twist.unwrap_or_default();
                 def.enableMotor = linkage.friction > 0.0;

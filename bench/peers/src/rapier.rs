@@ -162,8 +162,8 @@ impl Rapier {
                 .contacts_enabled(linkage.collide_connected)
         };
         let mut held = joint(locked);
-        if let Some(cone) = cone {
-            held = held.limits(AngY, [-cone, cone]).limits(AngZ, [-cone, cone]);
+        if let Some([y, z]) = cone {
+            held = held.limits(AngY, [-y, y]).limits(AngZ, [-z, z]);
         }
         if let Some(limits) = about_x {
             held = held.limits(AngX, limits);

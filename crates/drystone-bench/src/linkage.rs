@@ -27,8 +27,8 @@ pub struct Linkage {
 pub enum Turn {
     /// In every way, or within a cone [rad] and least and greatest twist [rad].
     Ball {
-        /// Half the opening of the cone of the x axes.
-        cone: Option<f32>,
+        /// How far the x axes may swing apart about y and about z.
+        cone: Option<[f32; 2]>,
         /// About x.
         twist: Option<[f32; 2]>,
     },
@@ -74,9 +74,7 @@ fn linkage(joint: &SceneJoint) -> Option<Linkage> {
     };
     let cone = match axes.cone {
         None => None,
-        Some(cone) if cone.spring.is_none() && same(cone.swing[0], cone.swing[1]) => {
-            Some(cone.swing[0])
-        }
+        Some(cone) if cone.spring.is_none() => Some(cone.swing),
         Some(_) => return None,
     };
     let swings = axes.angular.map(|axis| axis.motion);
