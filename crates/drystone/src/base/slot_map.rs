@@ -38,7 +38,7 @@ impl<Id: From<RawId> + Into<RawId> + Copy, T> SlotMap<Id, T> {
         }
         let index = u32::try_from(self.values.len()).expect("fewer than 2^32 rows fit in memory");
         grow::push(&mut self.values, Some(value));
-        self.generations.push(NonZeroU32::MIN);
+        grow::push(&mut self.generations, NonZeroU32::MIN);
         RawId::new(index, NonZeroU32::MIN).into()
     }
 

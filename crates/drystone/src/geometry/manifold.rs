@@ -69,6 +69,4 @@ pub(crate) struct PairCache {
     /// Feature numbers of A and B of that axis.
     pub(crate) a: u16,
     pub(crate) b: u16,
-    /// For axes that are not features: the axis [frame of A].
-    pub(crate) axis: Vec3,
 }

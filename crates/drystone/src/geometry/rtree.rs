@@ -11,6 +11,7 @@ mod order;
 
 use crate::base::aabb::Aabb;
 use crate::base::disjoint::Rows;
+use crate::base::grow;
 use crate::base::jobs::{Executor, for_items, for_ranges, grain};
 use crate::base::math::{Vec3, greater, lesser};
 use crate::base::wide::bits_up_to_zero;
@@ -234,7 +235,7 @@ impl RTree {
                     self.levels[k].push(root);
                 }
             }
-            self.levels[k].resize(n, Block::EMPTY);
+            grow::resize(&mut self.levels[k], n, Block::EMPTY);
             k += 1;
         }
         self.levels.truncate(k);
@@ -283,6 +284,7 @@ impl RTree {
 
     /// Puts the tree in order where it needs it. To be called before many queries.
     pub(crate) fn tidy(&mut self, jobs: &dyn Executor) {
+        self.scratch.settle();
         let holes = self.items.len() - self.len;
         if holes > 64 && holes > self.len {
             self.build(0, jobs);

@@ -24,14 +24,17 @@ pub(crate) struct Point {
     /// Separation less that of the anchors along the normal, when the manifold was made [m].
     pub(crate) base: f32,
     pub(crate) feature: u32,
-    spare: u32,
+    /// A number of the contact, which has four of these: see [`Contact::approach`].
+    word: f32,
 }
 
 impl Point {
+    /// A new point in its place.
     #[inline]
-    pub(crate) const fn new(r_a: Vec3, separation: f32, impulse: f32, feature: u32) -> Self {
+    pub(crate) fn renew(&mut self, r_a: Vec3, separation: f32, impulse: f32, feature: u32) {
         // The anchors are one point when the manifold is made, so all of the separation is the base.
-        Self { r_a, separation, impulse, base: separation, feature, spare: 0 }
+        let base = separation;
+        *self = Self { r_a, separation, impulse, base, feature, word: self.word };
     }
 
     /// `r_a` with the separation.
@@ -61,14 +64,6 @@ pub(crate) struct Probe {
     pub(crate) rotation_b: Quat,
     /// The contact has restitution: within a step an impact can send one body into the other.
     pub(crate) bounces: bool,
-}
-
-/// What a contact that is not awake keeps of its [`Probe`], besides the offset.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Parked {
-    pub(crate) gap: f32,
-    pub(crate) rotation_a: Quat,
-    pub(crate) rotation_b: Quat,
 }
 
 impl Probe {
@@ -124,29 +119,23 @@ pub(crate) struct Contact {
     pub(crate) shape_b: u32,
     /// Rolling resistance times radius [m].
     pub(crate) rolling: f32,
-    /// Rolling impulse of a substep [N m s, world].
-    pub(crate) rolling_impulse: Vec3,
     pub(crate) restitution: f32,
     /// Kinetic friction as a part of static friction, at most 1.
     pub(crate) kinetic: f32,
-    /// Speed at which the shapes approach each other before they touch [m/s].
-    pub(crate) approach: f32,
     pub(crate) links: [Link; 2],
-    /// Place in the awake list, or [`NONE`].
-    pub(crate) awake_row: u32,
     /// Where it stands among the colors; nowhere while it has no points.
     pub(crate) place: Place,
+    /// Where its [`Probe`] stands; of a part that is not the first, which has none, the row of the first.
+    pub(crate) probe: u32,
     /// The next manifold of the same pair (meshes), or [`NONE`].
     pub(crate) next_part: u32,
-    /// The first manifold of its pair: itself, unless it is another part.
-    pub(crate) first: u32,
+    /// Of pairs with a mesh: how far was looked for points when the manifolds were made [m].
+    pub(crate) looked: f32,
     pub(crate) cache: PairCache,
-    /// While the contact is not awake.
-    pub(crate) parked: Parked,
 }
 
 // A table of these is what a world of many contacts takes.
-const _: () = assert!(size_of::<Option<Contact>>() == 320);
+const _: () = assert!(size_of::<Option<Contact>>() == 256);
 
 impl Contact {
     /// Cache lines that the solver reads.
@@ -161,14 +150,35 @@ impl Contact {
         [[n.x, n.y, n.z, self.friction], [p.x, p.y, p.z, self.twist_impulse]]
     }
 
-    /// Of pairs with a mesh: how far was looked for points when the manifolds were made [m]. It has the
-    /// room of the axis in the cache, for such pairs have none.
-    pub(crate) const fn looked(&self) -> f32 {
-        self.cache.axis.x
+    /// The first manifold of its pair: itself, unless it is another part. `row` is its own.
+    #[inline]
+    pub(crate) const fn first(&self, row: u32) -> u32 {
+        if self.is_part { self.probe } else { row }
     }
 
-    pub(crate) const fn set_looked(&mut self, distance: f32) {
-        self.cache.axis.x = distance;
+    /// Rolling impulse of a substep [N m s, world].
+    #[inline]
+    pub(crate) const fn rolling_impulse(&self) -> Vec3 {
+        let [x, y, z, _] = &self.points;
+        Vec3 { x: x.word, y: y.word, z: z.word }
+    }
+
+    #[inline]
+    pub(crate) const fn set_rolling_impulse(&mut self, impulse: Vec3) {
+        let [x, y, z, _] = &mut self.points;
+        (x.word, y.word, z.word) = (impulse.x, impulse.y, impulse.z);
+    }
+
+    /// Speed at which the shapes approach each other before they touch [m/s]. Like the rolling impulse it
+    /// has the room that points leave in their cache lines, in use or not.
+    #[inline]
+    pub(crate) const fn approach(&self) -> f32 {
+        self.points[3].word
+    }
+
+    #[inline]
+    pub(crate) const fn set_approach(&mut self, speed: f32) {
+        self.points[3].word = speed;
     }
 
     /// From B's center of mass to a point of it [m, world], as `r_a` is.
@@ -190,8 +200,10 @@ pub(crate) struct Contacts {
     rows: Vec<Option<Contact>>,
     free: Vec<u32>,
     pairs: PairSet,
-    /// Contacts with an active body; of pairs with several parts the first only.
-    awake: Vec<Probe>,
+    /// Of each contact, of pairs with several parts of the first only. Those with an active body come first.
+    probes: Vec<Probe>,
+    /// How many of them have an active body.
+    awake: usize,
 }
 
 impl Contacts {
@@ -215,12 +227,12 @@ impl Contacts {
 
     /// All rows, empty ones too; for stages that lend rows to workers.
     pub(crate) fn slots_mut(&mut self) -> (&mut [Option<Contact>], &mut [Probe]) {
-        (&mut self.rows, &mut self.awake)
+        (&mut self.rows, &mut self.probes[..self.awake])
     }
 
     /// Bodies of each pair that is awake.
     pub(crate) fn awake_pairs(&self) -> impl Iterator<Item = [u32; 2]> {
-        self.awake.iter().map(|probe| [probe.body_a, probe.body_b])
+        self.probes[..self.awake].iter().map(|probe| [probe.body_a, probe.body_b])
     }
 
     /// Rows in order.
@@ -253,13 +265,16 @@ impl Contacts {
         })
     }
 
-    /// Links a filled row into its bodies' lists; its links, awake row and what is parked are set here.
+    /// Links a filled row into its bodies' lists; its links are set here and it gets a probe, not awake.
     pub(crate) fn enter(&mut self, row: u32, bodies: &mut Bodies) {
+        let place = u32::try_from(self.probes.len()).expect("fewer than 2^31 contacts");
         let contact = self.at_mut(row);
-        let sides = [contact.body_a, contact.body_b];
+        let sides @ [body_a, body_b] = [contact.body_a, contact.body_b];
         let (is_part, key) = (contact.is_part, pair_key(contact.shape_a, contact.shape_b));
-        contact.awake_row = NONE;
-        contact.parked = Parked::default();
+        if !is_part {
+            contact.probe = place;
+            grow::push(&mut self.probes, Probe { row, body_a, body_b, ..Probe::default() });
+        }
         for (side, body) in (0_u32..).zip(sides) {
             let body = bodies.at_mut(body);
             let me = row * 2 + side;
@@ -278,6 +293,12 @@ impl Contacts {
     /// Takes a row out of the lists; it must be in no color. Gives its bodies.
     pub(crate) fn remove(&mut self, row: u32, bodies: &mut Bodies) -> [u32; 2] {
         self.set_awake(row, false);
+        let contact = self.at(row);
+        if !contact.is_part {
+            let place = contact.probe;
+            self.probes.swap_remove(place as usize);
+            self.place_probe(place);
+        }
         let contact = self.at(row);
         let (links, sides) = (contact.links, [contact.body_a, contact.body_b]);
         let key = pair_key(contact.shape_a, contact.shape_b);
@@ -300,50 +321,47 @@ impl Contacts {
         sides
     }
 
-    /// Enters a row into the awake list or takes it out. Parts other than the first are never in it.
+    /// Moves a contact's probe to those that are awake or away from them. Other parts than the first have
+    /// none.
     pub(crate) fn set_awake(&mut self, row: u32, awake: bool) {
         let contact = self.at(row);
-        let at = contact.awake_row;
-        if awake == (at != NONE) || contact.is_part {
+        let (place, bounces) = (contact.probe as usize, contact.restitution > 0.0);
+        if contact.is_part || awake == (place < self.awake) {
             return;
         }
-        if awake {
-            let place = u32::try_from(self.awake.len()).expect("fewer than 2^31 contacts");
-            let &Contact { body_a, body_b, offset, restitution, .. } = contact;
-            let bounces = restitution > 0.0;
-            let Parked { gap, rotation_a, rotation_b } = contact.parked;
-            let probe = Probe { row, body_a, body_b, gap, offset, rotation_a, rotation_b, bounces };
-            grow::push(&mut self.awake, probe);
-            self.at_mut(row).awake_row = place;
-        } else {
-            let probe = self.awake.swap_remove(at as usize);
-            if let Some(moved) = self.awake.get(at as usize) {
-                let moved = moved.row;
-                self.at_mut(moved).awake_row = at;
-            }
-            let Probe { gap, offset, rotation_a, rotation_b, .. } = probe;
-            let contact = self.at_mut(row);
-            contact.awake_row = NONE;
-            contact.offset = offset;
-            contact.parked = Parked { gap, rotation_a, rotation_b };
+        self.awake -= usize::from(!awake);
+        let border = self.awake;
+        self.awake += usize::from(awake);
+        self.probes[place].bounces = bounces;
+        self.probes.swap(place, border);
+        for moved in [place, border] {
+            self.place_probe(u32::try_from(moved).expect("fewer than 2^31 contacts"));
         }
+    }
+
+    /// Tells the contact of the probe at `place` that it stands there.
+    fn place_probe(&mut self, place: u32) {
+        if let Some(probe) = self.probes.get(place as usize) {
+            let row = probe.row;
+            self.at_mut(row).probe = place;
+        }
+    }
+
+    fn probe_of(&self, row: u32) -> &Probe {
+        let first = self.at(row).first(row);
+        &self.probes[self.at(first).probe as usize]
     }
 
     /// Rotations of the bodies when the contact's manifold was made: of parts that of the first one's.
     pub(crate) fn rotations_of(&self, row: u32) -> [Quat; 2] {
-        let first = self.at(self.at(row).first);
-        match self.awake.get(first.awake_row as usize) {
-            Some(probe) => [probe.rotation_a, probe.rotation_b],
-            None => [first.parked.rotation_a, first.parked.rotation_b],
-        }
+        let probe = self.probe_of(row);
+        [probe.rotation_a, probe.rotation_b]
     }
 
     /// The center of mass of one of a contact's bodies was put elsewhere, `shift` [m, body]: anchors are
     /// told from there now, and stay where they are.
     pub(crate) fn shift_center(&mut self, row: u32, side: u32, shift: Vec3) {
         // Of parts, the reference is that of the first one.
-        let first = self.at(row).first;
-        let place = self.at(first).awake_row;
         let moved = self.rotations_of(row)[side as usize].rotate(shift);
         let contact = self.at_mut(row);
         if side == 0 {
@@ -353,10 +371,9 @@ impl Contacts {
         }
         let by = if side == 0 { -moved } else { moved };
         contact.offset += by;
-        if row == first
-            && let Some(probe) = self.awake.get_mut(place as usize)
-        {
-            probe.offset += by;
+        if !contact.is_part {
+            let place = contact.probe as usize;
+            self.probes[place].offset += by;
         }
     }
 

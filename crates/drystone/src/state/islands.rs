@@ -3,6 +3,7 @@
 //! bodies' rows, so that merging and splitting take no memory.
 
 use super::bodies::{Bodies, NONE};
+use crate::base::grow;
 
 /// Bodies that sleep and wake together.
 #[derive(Clone, Copy, Debug)]
@@ -55,7 +56,7 @@ impl Islands {
     /// A new island of one body.
     pub(crate) fn create(&mut self, body: u32, bodies: &mut Bodies) -> u32 {
         let island = self.free.pop().unwrap_or_else(|| {
-            self.rows.push(Island::FREE);
+            grow::push(&mut self.rows, Island::FREE);
             u32::try_from(self.rows.len() - 1).expect("fewer islands than bodies")
         });
         self.push(island, body, bodies);

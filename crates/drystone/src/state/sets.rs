@@ -71,7 +71,7 @@ impl Sets<'_> {
         (c.rolling, c.spinning) = (surface.rolling, surface.spinning);
         (c.belt, c.round_patch) = (surface.belt, surface.round_patch);
         if c.rolling <= 0.0 {
-            c.rolling_impulse = Vec3::ZERO;
+            c.set_rolling_impulse(Vec3::ZERO);
         }
         let after = colored && self.is_special(row);
         self.colors.special = self.colors.special + usize::from(after) - usize::from(before);

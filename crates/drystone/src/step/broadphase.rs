@@ -8,6 +8,7 @@ use super::context::StepContext;
 use super::narrowphase::speculative_margin;
 use crate::base::bit_set::BitSet;
 use crate::base::disjoint::Rows;
+use crate::base::grow::Slack;
 use crate::base::jobs::{Executor, collect_ranges, for_ranges, grain};
 use crate::base::math::Vec3;
 use crate::base::pair_set::pair_key;
@@ -19,7 +20,7 @@ use crate::state::bodies::{Bodies, Body, NONE};
 use crate::state::bounds::Bounds;
 use crate::state::colors::Place;
 use crate::state::contacts::Point;
-use crate::state::contacts::{Contact, Contacts, Link, Parked};
+use crate::state::contacts::{Contact, Contacts, Link};
 use crate::state::def::BodyKind;
 use crate::state::joints::Joints;
 use crate::state::shapes::{PairSurface, ShapeRow, Shapes};
@@ -33,6 +34,7 @@ pub(crate) struct Scratch {
     pairs: Vec<u64>,
     /// Of each pair: the row of its contact.
     rows: Vec<u32>,
+    slack: Slack,
 }
 
 /// Finds the pairs and makes their contacts.
@@ -48,7 +50,7 @@ pub(crate) fn find_pairs(
 ) {
     bounds.tidy(jobs);
     let Bounds { fixed, moving, moved, placed, .. } = bounds;
-    let Scratch { found, pairs, rows, looks } = scratch;
+    let Scratch { found, pairs, rows, looks, slack } = scratch;
     // Not what was removed again, nor what a row that was used again stands for.
     moved.retain(|row| moving.leaf(*row) != NONE);
     placed.retain(|row| fixed.leaf(*row) != NONE);
@@ -90,6 +92,11 @@ pub(crate) fn find_pairs(
     placed.clear();
     pairs.clear();
     pairs.extend(found.iter().flatten());
+    if let Some(enough) = slack.look(pairs.len()) {
+        pairs.shrink_to(enough);
+        rows.shrink_to(enough);
+        found.iter_mut().for_each(|list| list.shrink_to(enough));
+    }
     pairs.sort_unstable();
     pairs.dedup();
     create_all(pairs, rows, bodies, shapes, contacts, jobs);
@@ -202,7 +209,7 @@ fn create_all(
         for (key, row) in pairs[range.clone()].iter().zip(&rows[range]) {
             #[expect(clippy::cast_possible_truncation, reason = "the halves of a pair key")]
             let (a, b) = ((key >> 32) as u32, *key as u32);
-            *slots.row(*row as usize) = Some(Contact { first: *row, ..contact_of(a, b, shapes) });
+            *slots.row(*row as usize) = Some(contact_of(a, b, shapes));
         }
     });
     for row in rows.iter() {
@@ -221,8 +228,9 @@ fn create_all(
 fn add_parts(first: u32, bodies: &mut Bodies, contacts: &mut Contacts) {
     let mut last = first;
     for _ in 1..MAX_PARTS {
-        // The first is in the awake list and begins the chain; a part does neither.
-        let part = Contact { is_part: true, next_part: NONE, ..contacts.at(first).clone() };
+        // The first has the probe and begins the chain; a part does neither.
+        let contact = contacts.at(first).clone();
+        let part = Contact { is_part: true, probe: first, next_part: NONE, ..contact };
         let row = contacts.insert(part, bodies);
         contacts.at_mut(last).next_part = row;
         last = row;
@@ -250,12 +258,11 @@ fn contact_of(a: u32, b: u32, shapes: &Shapes) -> Contact {
         body_a: shape_a.body,
         body_b: shape_b.body,
         links: [Link { previous: NONE, next: NONE }; 2],
-        awake_row: NONE,
+        probe: NONE,
         place: Place::NOWHERE,
         next_part: NONE,
-        first: NONE,
+        looked: 0.0,
         is_part: false,
-        approach: 0.0,
         sensor,
         touching: false,
         recyclable: shape_a.flat && shape_b.flat && !sensor,
@@ -272,9 +279,7 @@ fn contact_of(a: u32, b: u32, shapes: &Shapes) -> Contact {
         points: [Point::default(); 4],
         tangent_impulse: Vec3::ZERO,
         twist_impulse: 0.0,
-        rolling_impulse: Vec3::ZERO,
         cache: PairCache::default(),
-        parked: Parked::default(),
         offset: Vec3::ZERO,
     }
 }

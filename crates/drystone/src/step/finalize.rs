@@ -10,6 +10,7 @@ use super::solver::integrate;
 use super::solver::spin::Spins;
 use crate::base::aabb::Aabb;
 use crate::base::disjoint::Rows;
+use crate::base::grow::Slack;
 use crate::base::jobs::{Executor, collect_ranges, grain};
 use crate::base::math::{Vec3, vec3};
 use crate::base::quat::Quat;
@@ -39,6 +40,7 @@ pub(crate) enum Note {
 pub(crate) struct Scratch {
     notes: Vec<Vec<Note>>,
     boxes: Vec<(u32, Aabb)>,
+    slack: Slack,
 }
 
 impl Scratch {
@@ -59,7 +61,7 @@ pub(crate) fn advance_poses(
     scratch: &mut Scratch,
     jobs: &dyn Executor,
 ) {
-    let Scratch { notes, boxes } = scratch;
+    let Scratch { notes, boxes, slack } = scratch;
     let Bodies { rows, awake, .. } = bodies;
     let bodies = Rows::new(rows.values_mut());
     let table = Rows::new(shapes.rows.values_mut());
@@ -104,6 +106,12 @@ pub(crate) fn advance_poses(
         }
     }
     bounds.moving.replace_all(boxes, jobs);
+    // Where all fly, each has several notes.
+    if let Some(enough) = slack.look(boxes.len().max(notes.iter().map(Vec::len).sum())) {
+        boxes.shrink_to(enough);
+        bounds.moved.shrink_to(enough);
+        notes.iter_mut().for_each(|list| list.shrink_to(enough));
+    }
 }
 
 /// Takes what the body moved in this step from its room: no point of it moved farther.

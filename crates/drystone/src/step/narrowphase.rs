@@ -261,7 +261,7 @@ fn rebuild(
     contact.offset = offset;
     if count == 0 {
         contact.tangent_impulse = Vec3::ZERO;
-        contact.rolling_impulse = Vec3::ZERO;
+        contact.set_rolling_impulse(Vec3::ZERO);
         contact.twist_impulse = 0.0;
         return before != 0;
     }
@@ -273,11 +273,11 @@ fn rebuild(
         let r_a = pose_a.direction(made.position) + origin;
         let r_b = r_a - offset;
         let impulse = inherit(&mut old[..usize::from(before)], made.feature, r_a, last, a, b);
-        *new = Point::new(r_a, made.separation, impulse, made.feature);
+        new.renew(r_a, made.separation, impulse, made.feature);
         approach = approach.max(-normal.dot(b.velocity_at(r_b) - a.velocity_at(r_a)));
     }
     if !contact.touching {
-        contact.approach = approach;
+        contact.set_approach(approach);
     }
     before != count
 }

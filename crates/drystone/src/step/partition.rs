@@ -125,7 +125,7 @@ fn set_touching(first: u32, touching: bool, sets: &mut Sets<'_>) {
 
 fn recount(row: u32, shapes: &Shapes, sets: &mut Sets<'_>) {
     let c = sets.contacts.at(row);
-    let (first, count, sensor) = (c.first, c.count, c.sensor);
+    let (first, count, sensor) = (c.first(row), c.count, c.sensor);
     if sensor {
         let touching = count > 0;
         if c.touching != touching {
@@ -183,8 +183,8 @@ pub(crate) fn report_begun(
         if c.touching {
             continue;
         }
-        let first = c.first;
-        if c.approach > hit_speed {
+        let first = c.first(row);
+        if c.approach() > hit_speed {
             let body = sets.bodies.at(c.body_a);
             let deepest = c.points().iter().min_by(|p, q| p.separation.total_cmp(&q.separation));
             let hit = crate::state::events::HitEvent {
@@ -194,7 +194,7 @@ pub(crate) fn report_begun(
                 body_b: sets.bodies.id(c.body_b),
                 point: body.center + deepest.map(|p| p.r_a).unwrap_or_default(),
                 normal: c.normal,
-                speed: c.approach,
+                speed: c.approach(),
             };
             sets.events.hits.push(hit);
         }

@@ -8,6 +8,7 @@
 use super::context::StepContext;
 use super::finalize::{Note, fat_box, shape_box};
 use crate::base::aabb::Aabb;
+use crate::base::grow::Slack;
 use crate::base::jobs::{Executor, collect_ranges, grain};
 use crate::base::math::Vec3;
 use crate::base::pose::Pose;
@@ -28,6 +29,7 @@ pub(crate) struct Scratch {
     fast: Vec<(u32, Vec3, Quat)>,
     /// Row and where the center is to be.
     stopped: Vec<Vec<(u32, Vec3)>>,
+    slack: Slack,
 }
 
 /// Pulls fast bodies back to the first fixed shape on their way.
@@ -40,12 +42,15 @@ pub(crate) fn stop_fast_bodies(
     scratch: &mut Scratch,
     jobs: &dyn Executor,
 ) {
-    let Scratch { fast, stopped } = scratch;
+    let Scratch { fast, stopped, slack } = scratch;
     fast.clear();
     fast.extend(notes.filter_map(|note| match note {
         Note::Fast(row, from, stood) => Some((row, from, stood)),
         _ => None,
     }));
+    if let Some(enough) = slack.look(fast.len()) {
+        fast.shrink_to(enough);
+    }
     let around = Around { bodies, shapes, bounds };
     collect_ranges(jobs, fast.len(), grain(jobs, fast.len(), 32), stopped, |range, out| {
         for (row, from, stood) in &fast[range] {

@@ -24,6 +24,7 @@ pub use self::view::{ContactPoint, ContactRef, WorldCounts};
 
 use std::sync::Arc;
 
+use crate::base::grow::Slack;
 use crate::base::hash::StateHash;
 use crate::base::id::{BodyId, JointId, ShapeId};
 use crate::base::jobs::{Executor, Inline};
@@ -54,6 +55,8 @@ pub struct World {
     last_h: f32,
     /// What the user's calls since the last step caused: part of the next step's events.
     pending: Events,
+    /// Of the lists of contacts that began and ended.
+    slack: Slack,
     breaking: breakage::Scratch,
     /// Open since [`World::begin_ledger`].
     books: Option<Box<Books>>,
@@ -69,6 +72,7 @@ impl Default for World {
             level: SimdLevel::best(),
             last_h: 0.0,
             pending: Events::default(),
+            slack: Slack::default(),
             breaking: breakage::Scratch::default(),
             books: None,
         }
@@ -163,7 +167,13 @@ impl World {
 
     /// Like [`Self::step`]; calls `after` as each stage is done, for example to take the time.
     pub fn step_observed(&mut self, dt: f32, after: &mut dyn FnMut(Stage)) {
-        self.tables.events.clear();
+        let events = &mut self.tables.events;
+        let most = events.contact_begin.len().max(events.contact_end.len());
+        events.clear();
+        if let Some(enough) = self.slack.look(most) {
+            events.contact_begin.shrink_to(enough);
+            events.contact_end.shrink_to(enough);
+        }
         // Swapped, not taken: the lists keep their memory.
         let (events, pending) = (&mut self.tables.events, &mut self.pending);
         core::mem::swap(&mut events.wake, &mut pending.wake);

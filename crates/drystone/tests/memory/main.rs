@@ -120,7 +120,8 @@ fn pile(world: &mut World, n: u32) -> Vec<BodyId> {
 fn a_settled_world_allocates_nothing() {
     let mut world = world(false);
     pyramid(&mut world, 30);
-    steps(&mut world, 60);
+    // By then lists that the first step filled have given back what no other needs.
+    steps(&mut world, 140);
     assert_eq!(calls_of(&mut world, 100), 0);
 }
 
@@ -287,14 +288,14 @@ fn what_can_break_and_does_not_allocates_nothing() {
     assert!(world.bodies().flat_map(|b| b.bonds()).any(|b| b.load > 0.0));
 }
 
-/// The goal is two kilobytes. What a body of the pyramid takes, with its 2.9 contacts: contacts 0.94 KB,
-/// the solver's blocks 1.06, bodies 0.32, shapes 0.26, lines 0.21, probes 0.19; the rest is what lists have to spare,
-/// the set of pairs and the trees. Of small pyramids the blocks are those of a worker's largest group. The limits are what it
-/// is, and a twentieth.
+/// The goal is two kilobytes, which a body takes in a pile and in a field of small pyramids, where the solver's blocks are
+/// those of a worker's largest group. In one large pyramid it takes more: of its 2.9 contacts 0.75 KB,
+/// the solver's blocks 1.06, bodies 0.32, shapes 0.26, lines 0.21, probes 0.19; the rest is what lists have to
+/// spare, the set of pairs and the trees. There the limit is what it is, and a twentieth.
 #[test]
 fn a_body_with_its_contacts_takes_as_little_as_it_did() {
     let mut made = Vec::new();
-    for (scene, most) in [("pyramid", 3740), ("pile", 2270), ("small pyramids", 2790)] {
+    for (scene, most) in [("pyramid", 3290), ("pile", 2048), ("small pyramids", 2048)] {
         let before = BYTES.get();
         let mut world = world(false);
         if scene == "pyramid" {
@@ -302,8 +303,8 @@ fn a_body_with_its_contacts_takes_as_little_as_it_did() {
         } else if scene == "pile" {
             pile(&mut world, 1000);
         } else {
-            fixed_box(&mut world, [400.0, 1.0, 400.0], [0.0, -1.0, 0.0]);
-            (0..40).for_each(|i| pyramid_at(&mut world, 10, 5.0 * i as f32));
+            fixed_box(&mut world, [400.0, 1.0, 500.0], [0.0, -1.0, 0.0]);
+            (0..182).for_each(|i| pyramid_at(&mut world, 10, 5.0 * (i as f32 - 91.0)));
         }
         steps(&mut world, 240);
         let counts = world.counts();

@@ -3,6 +3,7 @@
 use super::in_parts;
 use crate::base::aabb::Aabb;
 use crate::base::disjoint::Rows;
+use crate::base::grow::Slack;
 use crate::base::jobs::Executor;
 use crate::base::math::Vec3;
 
@@ -25,6 +26,7 @@ pub(super) struct Scratch {
     boxes: Vec<(u32, Aabb)>,
     keys: Vec<u64>,
     merged: Vec<u64>,
+    slack: Slack,
 }
 
 impl Scratch {
@@ -35,6 +37,20 @@ impl Scratch {
             if *item != super::NONE {
                 self.boxes.push((*item, bounds(leaf)));
             }
+        }
+    }
+
+    /// Forgets the last build, and gives back room that only few builds need.
+    pub(super) fn settle(&mut self) {
+        let Self { boxes, keys, merged, slack } = self;
+        let enough = slack.look(boxes.len());
+        boxes.clear();
+        keys.clear();
+        merged.clear();
+        if let Some(enough) = enough {
+            boxes.shrink_to(enough);
+            keys.shrink_to(enough);
+            merged.shrink_to(enough);
         }
     }
 
@@ -50,7 +66,7 @@ impl Scratch {
 
     /// Works out the order.
     pub(super) fn sort(&mut self, jobs: &dyn Executor) {
-        let Self { boxes, keys, merged } = self;
+        let Self { boxes, keys, merged, .. } = self;
         let n = boxes.len();
         keys.clear();
         keys.resize(n, 0);

@@ -172,7 +172,7 @@ fn through_contact(body: &Body, c: &Contact, side: u32) -> f64 {
     // Friction meets the mean velocity of the points, as in the solver.
     let v = middle * (1.0 / f32::from(c.count.max(1)));
     work += f64::from(c.tangent_impulse.dot(v));
-    let turn = c.normal * c.twist_impulse + c.rolling_impulse;
+    let turn = c.normal * c.twist_impulse + c.rolling_impulse();
     work += f64::from(turn.dot(body.w));
     if side == 0 { work } else { -work }
 }

@@ -107,7 +107,7 @@ pub(super) fn update(
     if count == 0 {
         probe.gap = made[0].gap;
     }
-    contact.set_looked(margin);
+    contact.looked = margin;
     if count <= 1 && contact.others == 0 {
         let idle = count == 0 && contact.count == 0;
         let manifold = if count == 0 { Manifold::default() } else { made[0] };
@@ -182,7 +182,7 @@ fn may_recycle(
     // Corners that were far when a tilted box met the ground on an edge must not be overlooked.
     let limit = if points < 3 { 0.2 * limit } else { limit };
     // Nor what a fast shape was too far from.
-    let seen = ahead < 0.5 * ctx.margin || motion.since + ahead < contact.looked();
+    let seen = ahead < 0.5 * ctx.margin || motion.since + ahead < contact.looked;
     motion.since < limit && seen
 }
 

@@ -120,7 +120,7 @@ pub(super) fn hide(
         let contact = contacts.at_mut(*row);
         contact.count = 0;
         contact.tangent_impulse = Vec3::ZERO;
-        contact.rolling_impulse = Vec3::ZERO;
+        contact.set_rolling_impulse(Vec3::ZERO);
         contact.twist_impulse = 0.0;
         if contact.place.is_somewhere()
             // After all others: where lists begin depends on the workers.

@@ -45,7 +45,7 @@ pub(super) fn pack_extra<const FIXED: bool>(
         }
         let s = source.whitening.read(raw.row_b[lane] as usize).s();
         put_sym(&mut extra.s_b, lane, s, raw.sign[lane]);
-        let impulse = c.rolling_impulse * source.ctx.impulse_scale;
+        let impulse = c.rolling_impulse() * source.ctx.impulse_scale;
         put(&mut extra.rolling_impulse, lane, impulse);
     }
     if c.kinetic < 1.0 {

@@ -89,7 +89,7 @@ pub(super) fn store<S: Simd>(
             && extra.rolls
         {
             let [x, y, z] = &extra.rolling_impulse;
-            c.rolling_impulse = Vec3 { x: x[lane], y: y[lane], z: z[lane] } * scale;
+            c.set_rolling_impulse(Vec3 { x: x[lane], y: y[lane], z: z[lane] } * scale);
         }
         begun |= u8::from(pressed && !c.touching) << lane;
     }
