@@ -176,6 +176,13 @@ pub(crate) struct Vec3w<S: Simd> {
 }
 
 impl<S: Simd> Vec3w<S> {
+    /// Of rows x, y, z and a number that is left out.
+    #[inline(always)]
+    pub(crate) fn of_rows(simd: S, r: &[[f32; 4]; LANES]) -> Self {
+        let [x, y, z, _] = gather_rows(simd, r);
+        Self { x, y, z }
+    }
+
     #[inline(always)]
     pub(crate) fn load(simd: S, from: &[Lanes; 3]) -> Self {
         Self { x: load(simd, &from[0]), y: load(simd, &from[1]), z: load(simd, &from[2]) }
@@ -298,6 +305,15 @@ impl<S: Simd> Sym3w<S> {
     }
 
     #[inline(always)]
+    pub(crate) fn store(self, to: &mut [Lanes; 6]) {
+        for (lanes, out) in
+            [self.xx, self.yy, self.zz, self.xy, self.xz, self.yz].into_iter().zip(to)
+        {
+            lanes.store_array(out);
+        }
+    }
+
+    #[inline(always)]
     pub(crate) fn scaled(self, k: Wide<S>) -> Self {
         Self {
             xx: self.xx * k,
@@ -339,6 +355,31 @@ impl<S: Simd> Sym3w<S> {
     }
 }
 
+/// Eight rotations as unit quaternions.
+#[derive(Clone, Copy)]
+pub(crate) struct Quatw<S: Simd> {
+    /// Coefficients of i, j and k.
+    u: Vec3w<S>,
+    /// Real part.
+    w: Wide<S>,
+}
+
+impl<S: Simd> Quatw<S> {
+    /// Of rows x, y, z, w.
+    #[inline(always)]
+    pub(crate) fn of_rows(simd: S, r: &[[f32; 4]; LANES]) -> Self {
+        let [x, y, z, w] = gather_rows(simd, r);
+        Self { u: Vec3w { x, y, z }, w }
+    }
+
+    /// As [`crate::base::quat::Quat::rotate`], bit by bit.
+    #[inline(always)]
+    pub(crate) fn rotate(self, simd: S, v: Vec3w<S>) -> Vec3w<S> {
+        let t = self.u.cross(v) * splat(simd, 2.0);
+        v + t * self.w + self.u.cross(t)
+    }
+}
+
 /// The lower halves of `a` and `b` interleaved, within each half of four: a0 b0 a1 b1, a4 b4 a5 b5.
 /// The compiler makes one instruction of it wherever there is one.
 #[inline(always)]
@@ -366,6 +407,16 @@ pub(crate) fn gather4<S: Simd>(simd: S, r: [&[f32; 4]; LANES]) -> [Wide<S>; 4] {
     let (p, q) = (unpack_low(a, c), unpack_low(b, d));
     let (s, t) = (unpack_high(a, c), unpack_high(b, d));
     [unpack_low(p, q), unpack_high(p, q), unpack_low(s, t), unpack_high(s, t)]
+}
+
+/// As [`gather4`], of rows that lie side by side.
+#[inline(always)]
+pub(crate) fn gather_rows<S: Simd>(simd: S, r: &[[f32; 4]; LANES]) -> [Wide<S>; 4] {
+    let mut rows = [&r[0]; LANES];
+    for lane in 1..LANES {
+        rows[lane] = &r[lane];
+    }
+    gather4(simd, rows)
 }
 
 /// Eight 16-byte rows to vectors; the fourth number of a row is left out.

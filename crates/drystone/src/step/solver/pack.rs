@@ -11,8 +11,8 @@ use super::rows::{
 use crate::base::disjoint::Rows;
 use crate::base::math::Vec3;
 use crate::base::wide::{
-    LANES, Lanes, Sym3w, Vec3w, Wide, above, gather4, inverse_or_zero, load, max, min, select,
-    splat, sqrt,
+    LANES, Lanes, Sym3w, Vec3w, Wide, above, gather_rows, gather4, inverse_or_zero, load, max, min,
+    select, splat, sqrt,
 };
 use crate::state::bodies::Bodies;
 use crate::state::contacts::Contact;
@@ -127,15 +127,6 @@ impl<'a> Raw<'a> {
         }
         (gather4(simd, arm), load(simd, &impulse))
     }
-}
-
-#[inline(always)]
-fn gather_rows<S: Simd>(simd: S, r: &[[f32; 4]; LANES]) -> [Wide<S>; 4] {
-    let mut rows = [&r[0]; LANES];
-    for lane in 1..LANES {
-        rows[lane] = &r[lane];
-    }
-    gather4(simd, rows)
 }
 
 /// Fills a block from up to eight contacts and applies their impulses to the lines. `FIXED`: only one

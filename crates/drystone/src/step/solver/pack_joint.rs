@@ -1,17 +1,16 @@
 //! Joints to blocks and back.
 
-use fearless_simd::dispatch;
+use fearless_simd::{Simd, SimdBase, dispatch};
 
 use super::Solver;
 use super::joint::{self, JointSweep};
-use super::plan::{DISTANCE, Group};
-use super::rows::JointBlock;
+use super::plan::{Batch, DISTANCE, Group};
+use super::rows::{JointBlock, Whitening, load_velocity, read_lanes, store_velocity};
 use super::softness::Softness;
 use crate::base::jobs::{Executor, for_ranges, grain};
 use crate::base::math::{Vec3, vec3};
-use crate::base::sym3::Sym3;
-use crate::base::wide::{LANES, Lanes};
-use crate::state::bodies::Body;
+use crate::base::wide::{LANES, Lanes, Quatw, Vec3w};
+use crate::state::bodies::NONE;
 use crate::state::joints::{Joint, Link};
 
 impl Solver<'_> {
@@ -19,9 +18,11 @@ impl Solver<'_> {
         for batch in &self.plan.joints.batches[group.joints.clone()] {
             let n = batch.blocks.len();
             for_ranges(jobs, n, grain(jobs, n, 8), |part| {
-                for i in batch.blocks.start + part.start..batch.blocks.start + part.end {
-                    self.pack_joints(i);
-                }
+                dispatch!(self.ctx.level, simd => {
+                    for i in batch.blocks.start + part.start..batch.blocks.start + part.end {
+                        self.pack_joints(simd, i, batch);
+                    }
+                });
             });
         }
         self.prepare_sixdofs(group, jobs);
@@ -47,18 +48,106 @@ impl Solver<'_> {
     }
 
     /// Builds a block of joints and applies their impulses to the lines.
-    pub(super) fn pack_joints(&self, block: usize) {
-        let owners = &self.plan.joints.owners[block];
-        let block = self.joints.row(block);
-        if owners[LANES - 1] == u32::MAX {
-            *block = JointBlock::default();
+    #[inline(always)]
+    fn pack_joints<S: Simd>(&self, simd: S, i: usize, batch: &Batch) {
+        let owners = &self.plan.joints.owners[i];
+        let block = self.joints.row(i);
+        let raw = self.read_joints(owners, block);
+        let (ra, rb) = raw.arms(simd);
+        let impulse = Vec3w::of_rows(simd, &raw.impulses);
+        let gap = raw.between(simd) + (rb - ra);
+        ra.store(&mut block.r_a);
+        rb.store(&mut block.r_b);
+        gap.store(&mut block.gap);
+        impulse.store(&mut block.impulse);
+        let (alpha, sa) = Whitening::gather(simd, read_lanes(&self.whitening, &block.row_a));
+        let (beta, sb) = Whitening::gather(simd, read_lanes(&self.whitening, &block.row_b));
+        alpha.store_array(&mut block.alpha);
+        beta.store_array(&mut block.beta);
+        sa.store(&mut block.s_a);
+        sb.store(&mut block.s_b);
+        if batch.fixed {
+            self.fill_drift(owners, block);
         }
+        // The linear impulse along the gap (a distance) or in the world (a ball).
+        let linear = if batch.class == DISTANCE {
+            self.fill_distances(owners, block);
+            Vec3w::load(simd, &block.carried)
+        } else {
+            impulse
+        };
+        let (da, db) = (ra.cross(linear), rb.cross(linear));
+        da.store(&mut block.carried_a);
+        db.store(&mut block.carried_b);
+        let mut a = load_velocity(simd, &self.lines, &block.row_a);
+        (a.v, a.w) = (a.v - linear * alpha, a.w - sa.mul(da));
+        store_velocity(simd, &self.lines, &block.row_a, a);
+        let mut b = load_velocity(simd, &self.lines, &block.row_b);
+        (b.v, b.w) = (b.v + linear * beta, b.w + sb.mul(db));
+        store_velocity(simd, &self.lines, &block.row_b, b);
+    }
+
+    /// The joint of a lane: of a row or of [`NONE`].
+    fn joint(&self, row: u32) -> Option<&Joint> {
+        if row == NONE { None } else { self.joint_slots.read(row as usize).as_ref() }
+    }
+
+    /// What a block's joints and their bodies have, and the lines of these; lanes without a joint are all 0.
+    fn read_joints(&self, owners: &[u32; LANES], block: &mut JointBlock) -> Raw {
+        let mut raw = Raw::default();
         for (lane, row) in owners.iter().enumerate() {
-            if *row != u32::MAX
-                && let Some(joint) = self.joint_slots.read(*row as usize)
-            {
-                self.fill(joint, lane, block);
+            let lines = if let Some(joint) = self.joint(*row) {
+                let rows = [joint.body_a, joint.body_b];
+                let bodies = [self.bodies.at(rows[0]), self.bodies.at(rows[1])];
+                raw.centers[0][lane] = four(bodies[0].center);
+                raw.centers[1][lane] = four(bodies[1].center);
+                raw.turns[0][lane] = bytemuck::cast(bodies[0].rotation);
+                raw.turns[1][lane] = bytemuck::cast(bodies[1].rotation);
+                raw.anchors[0][lane] = four(joint.anchor_a);
+                raw.anchors[1][lane] = four(joint.anchor_b);
+                raw.impulses[lane] = four(joint.impulse * self.ctx.impulse_scale);
+                [self.line_of[rows[0] as usize], self.line_of[rows[1] as usize]]
+            } else {
+                [0; 2]
+            };
+            [block.row_a[lane], block.row_b[lane]] = lines;
+        }
+        raw
+    }
+
+    /// How fast kinematic bodies move the anchors apart.
+    fn fill_drift(&self, owners: &[u32; LANES], block: &mut JointBlock) {
+        let speed = |row: u32, anchor: Vec3| {
+            let body = self.bodies.at(row);
+            let moves = !body.is_dynamic() && body.active();
+            if moves { body.velocity_at(body.rotation.rotate(anchor)) } else { Vec3::ZERO }
+        };
+        for (lane, row) in owners.iter().enumerate() {
+            let joint = self.joint(*row);
+            let drift = joint
+                .as_ref()
+                .map_or(Vec3::ZERO, |j| speed(j.body_b, j.anchor_b) - speed(j.body_a, j.anchor_a));
+            put(&mut block.drift, lane, drift);
+        }
+    }
+
+    /// What distances have beside arms and gap.
+    fn fill_distances(&self, owners: &[u32; LANES], block: &mut JointBlock) {
+        for (lane, row) in owners.iter().enumerate() {
+            let joint = self.joint(*row);
+            let (mut limits, mut soft, mut linear) = (Vec3::ZERO, Vec3::ZERO, Vec3::ZERO);
+            if let Some(Joint { link: Link::Distance { min, max, spring }, .. }) = joint {
+                let [gap, impulse] = [take(&block.gap, lane), take(&block.impulse, lane)];
+                limits = vec3(*min, *max, spring.map_or(0.0, |s| s.rest_length));
+                soft = spring.map_or(Vec3::ZERO, |s| {
+                    let soft = Softness::new(s.hertz, s.damping_ratio, self.ctx.h);
+                    vec3(soft.rate, soft.mass, soft.impulse)
+                });
+                linear = gap.normalize_or(Vec3::Y) * (impulse.x - impulse.y + impulse.z);
             }
+            put(&mut block.limits, lane, limits);
+            put(&mut block.spring, lane, soft);
+            put(&mut block.carried, lane, linear);
         }
     }
 
@@ -67,7 +156,7 @@ impl Solver<'_> {
         let owners = &self.plan.joints.owners[block];
         let [x, y, z] = &self.joints.read(block).impulse;
         for (lane, row) in owners.iter().enumerate() {
-            if *row != u32::MAX
+            if *row != NONE
                 && let Some(joint) = self.joint_slots.row(*row as usize)
                 && !self.swing(joint)
             {
@@ -75,66 +164,46 @@ impl Solver<'_> {
             }
         }
     }
+}
 
-    fn fill(&self, joint: &Joint, lane: usize, block: &mut JointBlock) {
-        let (ctx, bodies, line_of) = (self.ctx, self.bodies, self.line_of);
-        let (a, b) = (bodies.at(joint.body_a), bodies.at(joint.body_b));
-        let (la, lb) = (line_of[joint.body_a as usize], line_of[joint.body_b as usize]);
-        let (wa, wb) = (*self.whitening.read(la as usize), *self.whitening.read(lb as usize));
-        let (ra, rb) = (a.rotation.rotate(joint.anchor_a), b.rotation.rotate(joint.anchor_b));
-        let gap = (b.center - a.center) + (rb - ra);
-        let moves = |body: &Body, r: Vec3| {
-            if !body.is_dynamic() && body.active() { body.velocity_at(r) } else { Vec3::ZERO }
-        };
-        let impulse = joint.impulse * ctx.impulse_scale;
+/// Eight joints and their bodies A and B, a row each.
+#[derive(Default)]
+struct Raw {
+    centers: [[[f32; 4]; LANES]; 2],
+    turns: [[[f32; 4]; LANES]; 2],
+    anchors: [[[f32; 4]; LANES]; 2],
+    impulses: [[f32; 4]; LANES],
+}
 
-        (block.row_a[lane], block.row_b[lane]) = (la, lb);
-        (block.alpha[lane], block.beta[lane]) = (wa.alpha(), wb.alpha());
-        let (sa, sb) = (wa.s(), wb.s());
-        let six = |s: Sym3| [s.xx, s.yy, s.zz, s.xy, s.xz, s.yz];
-        for (i, (sa, sb)) in six(sa).into_iter().zip(six(sb)).enumerate() {
-            (block.s_a[i][lane], block.s_b[i][lane]) = (sa, sb);
-        }
-        put(&mut block.r_a, lane, ra);
-        put(&mut block.r_b, lane, rb);
-        put(&mut block.gap, lane, gap);
-        put(&mut block.drift, lane, moves(b, rb) - moves(a, ra));
-        put(&mut block.impulse, lane, impulse);
-        // The linear impulse along the gap (a distance) or in the world (a ball).
-        let linear = match joint.link {
-            Link::Six(_) | Link::Coupling(_) | Link::Pulley(_) => return,
-            Link::Ball => impulse,
-            Link::Distance { min, max, spring } => {
-                let rest = spring.map_or(0.0, |s| s.rest_length);
-                put(&mut block.limits, lane, vec3(min, max, rest));
-                let soft = spring.map_or(Vec3::ZERO, |s| {
-                    let soft = Softness::new(s.hertz, s.damping_ratio, ctx.h);
-                    vec3(soft.rate, soft.mass, soft.impulse)
-                });
-                put(&mut block.spring, lane, soft);
-                let linear = gap.normalize_or(Vec3::Y) * (impulse.x - impulse.y + impulse.z);
-                put(&mut block.carried, lane, linear);
-                linear
-            }
-        };
-        put(&mut block.carried_a, lane, ra.cross(linear));
-        put(&mut block.carried_b, lane, rb.cross(linear));
-        for (line, w, r, sign) in [(la, wa, ra, -1.0), (lb, wb, rb, 1.0)] {
-            if line == 0 {
-                continue;
-            }
-            let line = self.lines.row(line as usize);
-            let (v, t) = (linear * (sign * w.alpha()), w.s().mul(r.cross(linear)) * sign);
-            for i in 0..3 {
-                line.v[i] += v[i];
-                line.w[i] += t[i];
-            }
-        }
+impl Raw {
+    /// From the bodies' centers to the anchors [m, world].
+    #[inline(always)]
+    fn arms<S: Simd>(&self, simd: S) -> (Vec3w<S>, Vec3w<S>) {
+        let [turn_a, turn_b] = &self.turns;
+        let [anchor_a, anchor_b] = &self.anchors;
+        let ra = Quatw::of_rows(simd, turn_a).rotate(simd, Vec3w::of_rows(simd, anchor_a));
+        let rb = Quatw::of_rows(simd, turn_b).rotate(simd, Vec3w::of_rows(simd, anchor_b));
+        (ra, rb)
     }
+
+    /// Centers of B less those of A [m].
+    #[inline(always)]
+    fn between<S: Simd>(&self, simd: S) -> Vec3w<S> {
+        let [a, b] = &self.centers;
+        Vec3w::of_rows(simd, b) - Vec3w::of_rows(simd, a)
+    }
+}
+
+const fn four(v: Vec3) -> [f32; 4] {
+    [v.x, v.y, v.z, 0.0]
 }
 
 pub(super) fn put(lanes: &mut [Lanes; 3], lane: usize, v: Vec3) {
     lanes[0][lane] = v.x;
     lanes[1][lane] = v.y;
     lanes[2][lane] = v.z;
+}
+
+fn take(lanes: &[Lanes; 3], lane: usize) -> Vec3 {
+    vec3(lanes[0][lane], lanes[1][lane], lanes[2][lane])
 }
