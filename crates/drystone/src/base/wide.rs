@@ -355,6 +355,18 @@ impl<S: Simd> Sym3w<S> {
     }
 }
 
+/// The vector in one lane.
+#[inline(always)]
+pub(crate) const fn at(lanes: &[Lanes; 3], lane: usize) -> Vec3 {
+    Vec3 { x: lanes[0][lane], y: lanes[1][lane], z: lanes[2][lane] }
+}
+
+/// Writes the vector of one lane.
+#[inline(always)]
+pub(crate) const fn put(lanes: &mut [Lanes; 3], lane: usize, v: Vec3) {
+    (lanes[0][lane], lanes[1][lane], lanes[2][lane]) = (v.x, v.y, v.z);
+}
+
 /// Eight rotations as unit quaternions.
 #[derive(Clone, Copy)]
 pub(crate) struct Quatw<S: Simd> {

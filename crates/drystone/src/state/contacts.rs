@@ -329,9 +329,9 @@ impl Contacts {
         if contact.is_part || awake == (place < self.awake) {
             return;
         }
-        self.awake -= usize::from(!awake);
-        let border = self.awake;
-        self.awake += usize::from(awake);
+        // The first that is not awake, or the last that is: the border runs on its other side then.
+        let border = if awake { self.awake } else { self.awake - 1 };
+        self.awake = if awake { border + 1 } else { border };
         self.probes[place].bounces = bounces;
         self.probes.swap(place, border);
         for moved in [place, border] {
@@ -347,14 +347,10 @@ impl Contacts {
         }
     }
 
-    fn probe_of(&self, row: u32) -> &Probe {
-        let first = self.at(row).first(row);
-        &self.probes[self.at(first).probe as usize]
-    }
-
     /// Rotations of the bodies when the contact's manifold was made: of parts that of the first one's.
     pub(crate) fn rotations_of(&self, row: u32) -> [Quat; 2] {
-        let probe = self.probe_of(row);
+        let first = self.at(row).first(row);
+        let probe = &self.probes[self.at(first).probe as usize];
         [probe.rotation_a, probe.rotation_b]
     }
 

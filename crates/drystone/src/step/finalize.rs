@@ -106,8 +106,8 @@ pub(crate) fn advance_poses(
         }
     }
     bounds.moving.replace_all(boxes, jobs);
-    // Where all fly, each has several notes.
-    if let Some(enough) = slack.look(boxes.len().max(notes.iter().map(Vec::len).sum())) {
+    // Each box has a note.
+    if let Some(enough) = slack.look(notes.iter().map(Vec::len).sum()) {
         boxes.shrink_to(enough);
         bounds.moved.shrink_to(enough);
         notes.iter_mut().for_each(|list| list.shrink_to(enough));

@@ -5,7 +5,7 @@
 
 use crate::base::aabb::Aabb;
 use crate::base::math::Vec3;
-use crate::base::wide::{LANES, Lanes};
+use crate::base::wide::{LANES, Lanes, at};
 
 /// Up to eight triangles that lie near each other. Lanes that are not in use repeat the last triangle.
 #[derive(Clone, Debug)]
@@ -53,8 +53,7 @@ impl Pack {
     /// Corner `k` of the triangle in `lane` [m, local].
     #[inline]
     fn corner(&self, k: usize, lane: usize) -> Vec3 {
-        let [x, y, z] = &self.corners[k];
-        Vec3 { x: x[lane], y: y[lane], z: z[lane] }
+        at(&self.corners[k], lane)
     }
 
     /// The box around all its triangles [m, local].

@@ -17,8 +17,8 @@ use crate::base::disjoint::Rows;
 use crate::base::jobs::{Executor, for_ranges, grain};
 use crate::base::math::{Vec3, vec3};
 use crate::base::wide::{
-    LANES, Lanes, Vec3w, Wide, above, bits, gather, gather4, inverse_or_zero, load, max, select,
-    splat, sqrt,
+    LANES, Lanes, Vec3w, Wide, above, at, bits, gather, gather4, inverse_or_zero, load, max, put,
+    select, splat, sqrt,
 };
 use crate::state::bodies::Bodies;
 use crate::state::particles::Touch;
@@ -232,14 +232,6 @@ impl Contacts {
 
 fn small(color: usize) -> u32 {
     u32::try_from(color).expect("colors are few")
-}
-
-fn at(v: &[Lanes; 3], lane: usize) -> Vec3 {
-    vec3(v[0][lane], v[1][lane], v[2][lane])
-}
-
-fn put(v: &mut [Lanes; 3], lane: usize, value: Vec3) {
-    (v[0][lane], v[1][lane], v[2][lane]) = (value.x, value.y, value.z);
 }
 
 impl PointBlock {

@@ -120,7 +120,7 @@ fn same(a: f32, b: f32) -> bool {
     a == b
 }
 
-const fn four(v: Vec3) -> [f32; 4] {
+pub(super) const fn four(v: Vec3) -> [f32; 4] {
     [v.x, v.y, v.z, 0.0]
 }
 

@@ -5,17 +5,10 @@ use super::pack::{Raw, Source};
 use super::rows::Extra;
 use crate::base::math::Vec3;
 use crate::base::sym3::Sym3;
-use crate::base::wide::Lanes;
+use crate::base::wide::{Lanes, put};
 use crate::state::bodies::Body;
 use crate::state::contacts::Contact;
 use crate::state::shapes::ShapeRow;
-
-#[inline(always)]
-fn put(lanes: &mut [Lanes; 3], lane: usize, v: Vec3) {
-    lanes[0][lane] = v.x;
-    lanes[1][lane] = v.y;
-    lanes[2][lane] = v.z;
-}
 
 #[inline(always)]
 fn put_sym(lanes: &mut [Lanes; 6], lane: usize, s: Sym3, sign: f32) {

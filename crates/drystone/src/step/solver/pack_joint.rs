@@ -3,13 +3,14 @@
 use fearless_simd::{Simd, SimdBase, dispatch};
 
 use super::Solver;
+use super::integrate::four;
 use super::joint::{self, JointSweep};
 use super::plan::{Batch, DISTANCE, Group};
 use super::rows::{JointBlock, Whitening, load_velocity, read_lanes, store_velocity};
 use super::softness::Softness;
 use crate::base::jobs::{Executor, for_ranges, grain};
 use crate::base::math::{Vec3, vec3};
-use crate::base::wide::{LANES, Lanes, Quatw, Vec3w};
+use crate::base::wide::{LANES, Quatw, Vec3w, at, put};
 use crate::state::bodies::NONE;
 use crate::state::joints::{Joint, Link};
 
@@ -53,7 +54,7 @@ impl Solver<'_> {
         let owners = &self.plan.joints.owners[i];
         let block = self.joints.row(i);
         let raw = self.read_joints(owners, block);
-        let (ra, rb) = raw.arms(simd);
+        let (ra, rb) = (raw.arm(simd, 0), raw.arm(simd, 1));
         let impulse = Vec3w::of_rows(simd, &raw.impulses);
         let gap = raw.between(simd) + (rb - ra);
         ra.store(&mut block.r_a);
@@ -125,7 +126,6 @@ impl Solver<'_> {
         for (lane, row) in owners.iter().enumerate() {
             let joint = self.joint(*row);
             let drift = joint
-                .as_ref()
                 .map_or(Vec3::ZERO, |j| speed(j.body_b, j.anchor_b) - speed(j.body_a, j.anchor_a));
             put(&mut block.drift, lane, drift);
         }
@@ -137,7 +137,7 @@ impl Solver<'_> {
             let joint = self.joint(*row);
             let (mut limits, mut soft, mut linear) = (Vec3::ZERO, Vec3::ZERO, Vec3::ZERO);
             if let Some(Joint { link: Link::Distance { min, max, spring }, .. }) = joint {
-                let [gap, impulse] = [take(&block.gap, lane), take(&block.impulse, lane)];
+                let [gap, impulse] = [at(&block.gap, lane), at(&block.impulse, lane)];
                 limits = vec3(*min, *max, spring.map_or(0.0, |s| s.rest_length));
                 soft = spring.map_or(Vec3::ZERO, |s| {
                     let soft = Softness::new(s.hertz, s.damping_ratio, self.ctx.h);
@@ -154,13 +154,13 @@ impl Solver<'_> {
     /// Writes the impulses of a block back.
     pub(super) fn store_joints(&self, block: usize) {
         let owners = &self.plan.joints.owners[block];
-        let [x, y, z] = &self.joints.read(block).impulse;
+        let impulse = &self.joints.read(block).impulse;
         for (lane, row) in owners.iter().enumerate() {
             if *row != NONE
                 && let Some(joint) = self.joint_slots.row(*row as usize)
                 && !self.swing(joint)
             {
-                joint.impulse = vec3(x[lane], y[lane], z[lane]) * self.ctx.store_scale;
+                joint.impulse = at(impulse, lane) * self.ctx.store_scale;
             }
         }
     }
@@ -176,14 +176,11 @@ struct Raw {
 }
 
 impl Raw {
-    /// From the bodies' centers to the anchors [m, world].
+    /// From the centers of bodies A (`side` 0) or B (1) to the anchors [m, world].
     #[inline(always)]
-    fn arms<S: Simd>(&self, simd: S) -> (Vec3w<S>, Vec3w<S>) {
-        let [turn_a, turn_b] = &self.turns;
-        let [anchor_a, anchor_b] = &self.anchors;
-        let ra = Quatw::of_rows(simd, turn_a).rotate(simd, Vec3w::of_rows(simd, anchor_a));
-        let rb = Quatw::of_rows(simd, turn_b).rotate(simd, Vec3w::of_rows(simd, anchor_b));
-        (ra, rb)
+    fn arm<S: Simd>(&self, simd: S, side: usize) -> Vec3w<S> {
+        let anchor = Vec3w::of_rows(simd, &self.anchors[side]);
+        Quatw::of_rows(simd, &self.turns[side]).rotate(simd, anchor)
     }
 
     /// Centers of B less those of A [m].
@@ -192,18 +189,4 @@ impl Raw {
         let [a, b] = &self.centers;
         Vec3w::of_rows(simd, b) - Vec3w::of_rows(simd, a)
     }
-}
-
-const fn four(v: Vec3) -> [f32; 4] {
-    [v.x, v.y, v.z, 0.0]
-}
-
-pub(super) fn put(lanes: &mut [Lanes; 3], lane: usize, v: Vec3) {
-    lanes[0][lane] = v.x;
-    lanes[1][lane] = v.y;
-    lanes[2][lane] = v.z;
-}
-
-fn take(lanes: &[Lanes; 3], lane: usize) -> Vec3 {
-    vec3(lanes[0][lane], lanes[1][lane], lanes[2][lane])
 }

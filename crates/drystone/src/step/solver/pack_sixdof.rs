@@ -4,14 +4,13 @@ use fearless_simd::dispatch;
 
 use super::Solver;
 use super::joint::JointSweep;
-use super::pack_joint::put;
 use super::plan::{Group, SIX_ACTS, SIX_DIRECT, SIX_HOLDS};
 use super::sixdof::{self, Axis, SixBlock};
 use super::spring::Push;
 use crate::base::jobs::{Executor, for_ranges, grain};
-use crate::base::math::{Vec3, vec3};
+use crate::base::math::Vec3;
 use crate::base::sym3::Sym3;
-use crate::base::wide::LANES;
+use crate::base::wide::{LANES, at, put};
 use crate::state::bodies::{Body, NONE};
 use crate::state::joints::{Joint, Link};
 use crate::state::sixdof::{JointAxis, JointMotion, JointSpring, Six};
@@ -103,8 +102,7 @@ impl Solver<'_> {
                     // The rows of the swings turn from step to step: kept along y and z.
                     let a = self.bodies.at(joint.body_a);
                     let axes = (a.rotation * six.def.frame_a).to_mat3();
-                    let [x, y, z] = &block.n[1];
-                    let row = vec3(x[lane], y[lane], z[lane]);
+                    let row = at(&block.n[1], lane);
                     let (c, s) = (row.dot(axes.y), row.dot(axes.z));
                     for of in [&mut six.held, &mut six.friction] {
                         let [along, across] = [of[4], of[5]];
@@ -114,10 +112,9 @@ impl Solver<'_> {
                 for i in 0..3 {
                     six.angles[i] = block.angles[i][lane];
                 }
-                let ([x, y, z], [tx, ty, tz]) = (&block.carried, &block.torque);
                 six.peak = [0, 1].map(|i| block.peak[i][lane].sqrt() * scale);
-                six.force = vec3(x[lane], y[lane], z[lane]) * scale;
-                six.torque = vec3(tx[lane], ty[lane], tz[lane]) * scale;
+                six.force = at(&block.carried, lane) * scale;
+                six.torque = at(&block.torque, lane) * scale;
             }
         }
     }

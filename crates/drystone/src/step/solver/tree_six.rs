@@ -11,12 +11,11 @@ use fearless_simd::{SimdBase, dispatch};
 use super::Solver;
 use super::forest::{Tree, TreeJoint};
 use super::held::push;
-use super::pack_joint::put;
 use super::six::{Six, curve, dot, halves, mul, shift};
 use super::sixdof::{Felt, SixBlock, act};
 use super::tree::{FASTER, Sweep, TreeBody, TreeRow};
 use crate::base::double::{DVec3, greater};
-use crate::base::wide::{LANES, Lanes, splat};
+use crate::base::wide::{LANES, Lanes, put, splat};
 use crate::state::bodies::NONE;
 
 /// Most rounds over the drives and limits of a tree in a sweep; they begin with the impulses of the last one.

@@ -8,7 +8,7 @@ use super::rows::{ContactBlock, Extra};
 use super::{Solver, integrate};
 use crate::base::disjoint::Rows;
 use crate::base::math::Vec3;
-use crate::base::wide::{LANES, Vec3w, above, load, scatter4, splat};
+use crate::base::wide::{LANES, Vec3w, above, at, load, scatter4, splat};
 use crate::state::contacts::Contact;
 
 /// Adds a block's normal impulses, times `scale`, to what is known of how its bodies are squeezed.
@@ -88,8 +88,7 @@ pub(super) fn store<S: Simd>(
         if let Some(extra) = extra
             && extra.rolls
         {
-            let [x, y, z] = &extra.rolling_impulse;
-            c.set_rolling_impulse(Vec3 { x: x[lane], y: y[lane], z: z[lane] } * scale);
+            c.set_rolling_impulse(at(&extra.rolling_impulse, lane) * scale);
         }
         begun |= u8::from(pressed && !c.touching) << lane;
     }
