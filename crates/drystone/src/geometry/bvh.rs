@@ -1,7 +1,6 @@
 //! A binary tree of boxes that stay: those of a mesh's triangles.
 
 use crate::base::aabb::Aabb;
-use crate::base::math::Vec3;
 
 const NONE: u32 = u32::MAX;
 
@@ -165,62 +164,6 @@ impl Bvh {
         let middle = partition(leaves, |leaf| bin_of(leaf) <= best);
         if middle == 0 || middle == leaves.len() { leaves.len() / 2 } else { middle }
     }
-
-    /// Calls `visit` with every item whose box overlaps `bounds`; stops when it answers false.
-    pub(crate) fn query(&self, bounds: &Aabb, mut visit: impl FnMut(u32) -> bool) {
-        self.walk(|b| b.overlaps(bounds), &mut visit);
-    }
-
-    /// Calls `visit` with every item whose box the segment `origin + t delta`, t in [0, max], may
-    /// meet. `visit` answers the new max: smaller to shorten the ray, negative to stop.
-    pub(crate) fn ray(
-        &self,
-        origin: Vec3,
-        delta: Vec3,
-        max_fraction: f32,
-        mut visit: impl FnMut(u32) -> f32,
-    ) {
-        let inv = Vec3 { x: 1.0 / delta.x, y: 1.0 / delta.y, z: 1.0 / delta.z };
-        let max = core::cell::Cell::new(max_fraction);
-        self.walk(|b| b.meets_ray(origin, inv, max.get()), &mut |item| {
-            max.set(visit(item));
-            max.get() >= 0.0
-        });
-    }
-
-    #[inline]
-    fn walk(&self, enter: impl Fn(&Aabb) -> bool, visit: &mut impl FnMut(u32) -> bool) {
-        if self.root == NONE {
-            return;
-        }
-        // Depth is bounded by the tree, not by a constant: the stack may spill to the heap.
-        let mut small = [NONE; 64];
-        let mut spill: Vec<u32> = Vec::new();
-        let mut depth = 1;
-        small[0] = self.root;
-        while depth > 0 {
-            depth -= 1;
-            let at = if depth >= 64 { spill.pop().unwrap_or(NONE) } else { small[depth] };
-            let node = &self.nodes[at as usize];
-            if !enter(&node.bounds) {
-                continue;
-            }
-            if node.left == NONE {
-                if !visit(node.right) {
-                    return;
-                }
-                continue;
-            }
-            for child in [node.right, node.left] {
-                if depth >= 64 {
-                    spill.push(child);
-                } else {
-                    small[depth] = child;
-                }
-                depth += 1;
-            }
-        }
-    }
 }
 
 /// Moves the items that satisfy `first` to the front, keeping order on both sides.
@@ -235,41 +178,4 @@ fn partition(items: &mut [u32], first: impl Fn(u32) -> bool) -> usize {
     }
     items[n..].copy_from_slice(&rest);
     n
-}
-
-#[cfg(test)]
-mod tests {
-    use super::Bvh;
-    use crate::base::aabb::Aabb;
-    use crate::base::math::{Vec3, vec3};
-
-    fn boxes(n: u32) -> Vec<Aabb> {
-        let mut s = 12345_u32;
-        let mut next = || {
-            s = s.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-            (s >> 8) as f32 / 16_777_216.0 * 20.0
-        };
-        (0..n)
-            .map(|_| {
-                let p = vec3(next(), next(), next());
-                Aabb::new(p, p + Vec3::splat(0.1 + 0.1 * next()))
-            })
-            .collect()
-    }
-
-    #[test]
-    fn a_query_finds_what_brute_force_finds() {
-        let all = boxes(300);
-        let tree = Bvh::build(&all);
-        for probe in boxes(30) {
-            let mut found = Vec::new();
-            tree.query(&probe, |i| {
-                found.push(i);
-                true
-            });
-            found.sort_unstable();
-            let brute = (0_u32..).zip(&all).filter(|(_, b)| b.overlaps(&probe)).map(|(i, _)| i);
-            assert_eq!(found, brute.collect::<Vec<u32>>());
-        }
-    }
 }

@@ -5,7 +5,6 @@
 use super::hull::Hull;
 use super::mesh::Mesh;
 use super::solid::{Core, Solid};
-use crate::base::aabb::Aabb;
 use crate::base::double::{DVec3, lesser};
 use crate::base::math::{Vec3, vec3};
 
@@ -189,13 +188,14 @@ fn nearest_triangle(mesh: &Mesh, origin: Vec3, delta: Vec3, max_fraction: f32) -
     let mut max = max_fraction;
     let mut best = None;
     let inv = vec3(1.0 / delta.x, 1.0 / delta.y, 1.0 / delta.z);
-    mesh.bvh().ray(origin, delta, max_fraction, |item| {
-        for &number in mesh.pack(item).numbers() {
-            let corners = mesh.corners(number);
-            if !Aabb::of_points(corners).meets_ray(origin, inv, max) {
+    mesh.tree().ray(origin, delta, max_fraction, |item| {
+        let pack = mesh.pack(item);
+        let near = pack.boxes().entries(origin, inv, max);
+        for (lane, &number) in pack.numbers().iter().enumerate() {
+            if near[lane].is_infinite() {
                 continue;
             }
-            if let Some((t, normal)) = triangle(line, corners) {
+            if let Some((t, normal)) = triangle(line, pack.triangle(lane)) {
                 let fraction = single(t);
                 // Of two triangles at one distance (a shared edge) the one of lower number, whatever
                 // order the tree visits them in.

@@ -40,7 +40,6 @@ pub struct Mesh {
     faces: Vec<Face>,
     packs: Vec<Pack>,
     /// Over the packs: for rays, and for boxes.
-    bvh: Bvh,
     tree: Tree,
     bounds: Aabb,
 }
@@ -131,9 +130,8 @@ impl Mesh {
                 }))
             })
             .collect();
-        let bvh = Bvh::build(&packs.iter().map(Pack::bounds).collect::<Vec<_>>());
-        let tree = Tree::new(&bvh);
-        Ok(Self { vertices, triangles: kept, faces, packs, bvh, tree, bounds })
+        let tree = Tree::new(&Bvh::build(&packs.iter().map(Pack::bounds).collect::<Vec<_>>()));
+        Ok(Self { vertices, triangles: kept, faces, packs, tree, bounds })
     }
 
     /// The vertices [m, local].
@@ -154,14 +152,9 @@ impl Mesh {
         self.bounds
     }
 
-    /// The tree over [`Self::pack`]s for boxes.
+    /// The tree over [`Self::pack`]s.
     pub(crate) const fn tree(&self) -> &Tree {
         &self.tree
-    }
-
-    /// The tree over [`Self::pack`]s for rays.
-    pub(crate) const fn bvh(&self) -> &Bvh {
-        &self.bvh
     }
 
     /// An item of the tree.

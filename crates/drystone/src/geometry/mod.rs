@@ -7,6 +7,7 @@ pub(crate) mod hull;
 pub(crate) mod cells;
 pub(crate) mod flush;
 pub(crate) mod mesh;
+pub(crate) mod boxes;
 pub(crate) mod bvh;
 pub(crate) mod rtree;
 pub(crate) mod manifold;

@@ -105,15 +105,15 @@ fn polytope(hull: &Hull, p: Vec3, reach: f32) -> Option<Nearest> {
 fn triangles(mesh: &Mesh, p: Vec3, reach: f32) -> Option<Nearest> {
     let around = Aabb::new(p, p).grown(reach);
     let mut best: Option<(f32, u32, Vec3)> = None;
-    mesh.bvh().query(&around, |item| {
-        for &number in mesh.pack(item).numbers() {
-            let away = p - on_triangle(mesh.corners(number), p);
+    mesh.tree().query(&around, &mut |item| {
+        let pack = mesh.pack(item);
+        for (lane, &number) in pack.numbers().iter().enumerate() {
+            let away = p - on_triangle(pack.triangle(lane), p);
             let square = away.length_squared();
             if best.is_none_or(|(s, n, _)| square < s || (square <= s && number < n)) {
                 best = Some((square, number, away));
             }
         }
-        true
     });
     let (square, number, away) = best?;
     let distance = square.sqrt();

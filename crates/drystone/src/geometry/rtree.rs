@@ -13,105 +13,19 @@ use crate::base::aabb::Aabb;
 use crate::base::disjoint::Rows;
 use crate::base::grow;
 use crate::base::jobs::{Executor, for_items, for_ranges, grain};
-use crate::base::math::{Vec3, greater, lesser};
-use crate::base::wide::bits_up_to_zero;
+use crate::base::math::Vec3;
+use crate::base::wide::LANES;
+use crate::geometry::boxes::{Boxes, nearest_first};
 
 const NONE: u32 = u32::MAX;
-/// Boxes of a block.
-const WIDTH: usize = 8;
 /// The order is made anew when the blocks are this much larger than when it was made. Queries slow down
 /// about in proportion; at 1.2 rebuilding costs more than it saves, at 3 the queries do.
 const WORN: f64 = 1.6;
-/// The allowance of [`Aabb::meets_ray`].
-const ROUNDING: f32 = 1.0 + 4.0 * f32::EPSILON;
-
-/// Eight boxes; a free place holds the empty box, which nothing overlaps.
-#[derive(Clone, Copy, Debug)]
-struct Block {
-    min: [[f32; WIDTH]; 3],
-    max: [[f32; WIDTH]; 3],
-}
-
-impl Block {
-    const EMPTY: Self =
-        Self { min: [[f32::INFINITY; WIDTH]; 3], max: [[f32::NEG_INFINITY; WIDTH]; 3] };
-
-    #[inline]
-    fn set(&mut self, lane: usize, b: &Aabb) {
-        for i in 0..3 {
-            self.min[i][lane] = b.min[i];
-            self.max[i][lane] = b.max[i];
-        }
-    }
-
-    #[inline]
-    fn get(&self, lane: usize) -> Aabb {
-        let at = |m: &[[f32; WIDTH]; 3]| Vec3 { x: m[0][lane], y: m[1][lane], z: m[2][lane] };
-        Aabb::new(at(&self.min), at(&self.max))
-    }
-
-    /// The box around all eight.
-    #[inline]
-    fn bounds(&self) -> Aabb {
-        let mut all = Aabb::EMPTY;
-        for i in 0..3 {
-            let (mut low, mut high) = (self.min[i], self.max[i]);
-            for half in [4, 2, 1] {
-                for l in 0..half {
-                    low[l] = lesser(low[l], low[l + half]);
-                    high[l] = greater(high[l], high[l + half]);
-                }
-            }
-            (all.min[i], all.max[i]) = (low[0], high[0]);
-        }
-        all
-    }
-
-    /// Where a ray enters each box, infinite where it does not meet it within `max`: the same answers as
-    /// [`Aabb::meets_ray`].
-    #[inline]
-    fn entries(&self, origin: Vec3, inv: Vec3, max: f32) -> [f32; WIDTH] {
-        let (mut near, mut high) = ([0.0; WIDTH], [max; WIDTH]);
-        for i in 0..3 {
-            let (o, k) = (origin[i], inv[i]);
-            for l in 0..WIDTH {
-                let (from, to) = (self.min[i][l], self.max[i][l]);
-                if k.is_infinite() {
-                    high[l] = if o < from || o > to { -1.0 } else { high[l] };
-                    continue;
-                }
-                let (a, b) = ((from - o) * k, (to - o) * k);
-                near[l] = greater(near[l], lesser(a, b));
-                high[l] = lesser(high[l], greater(a, b));
-            }
-        }
-        for l in 0..WIDTH {
-            // Not of free places: infinity less infinity.
-            let met = self.min[0][l] <= self.max[0][l] && near[l] <= high[l] * ROUNDING;
-            near[l] = if met { near[l] } else { f32::INFINITY };
-        }
-        near
-    }
-
-    /// One bit for each box that overlaps `b`.
-    #[inline]
-    fn overlaps(&self, b: &Aabb) -> u32 {
-        let mut apart = [f32::NEG_INFINITY; WIDTH];
-        for i in 0..3 {
-            let (low, high) = (b.min[i], b.max[i]);
-            for l in 0..WIDTH {
-                apart[l] = greater(greater(self.min[i][l] - high, low - self.max[i][l]), apart[l]);
-            }
-        }
-        bits_up_to_zero(&apart)
-    }
-}
-
 /// Boxes of items; an item is a small number of the user's.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct RTree {
     /// `levels[0]` holds the leaves, the last level is one block.
-    levels: Vec<Vec<Block>>,
+    levels: Vec<Vec<Boxes>>,
     /// The item of each leaf, [`NONE`] where there is none.
     items: Vec<u32>,
     /// The leaf of each item.
@@ -157,10 +71,10 @@ impl RTree {
         self.fit_levels();
         let mut at = leaf as usize;
         for level in &mut self.levels {
-            let block = &mut level[at / WIDTH];
-            let grown = block.get(at % WIDTH).union(bounds);
-            block.set(at % WIDTH, &grown);
-            at /= WIDTH;
+            let block = &mut level[at / LANES];
+            let grown = block.get(at % LANES).union(bounds);
+            block.set(at % LANES, &grown);
+            at /= LANES;
         }
     }
 
@@ -176,7 +90,7 @@ impl RTree {
     /// Gives an item another box.
     pub(crate) fn replace(&mut self, item: u32, bounds: &Aabb) {
         let leaf = self.leaf_of[item as usize];
-        let old = self.levels[0][leaf as usize / WIDTH].get(leaf as usize % WIDTH);
+        let old = self.levels[0][leaf as usize / LANES].get(leaf as usize % LANES);
         if old.overlaps(bounds) {
             self.stirred += 1;
             self.set_leaf(leaf, bounds);
@@ -199,7 +113,7 @@ impl RTree {
         }
         for (item, bounds) in boxes {
             let leaf = self.leaf_of[*item as usize] as usize;
-            self.levels[0][leaf / WIDTH].set(leaf % WIDTH, bounds);
+            self.levels[0][leaf / LANES].set(leaf % LANES, bounds);
         }
         self.stirred += boxes.len();
         self.refit(1, 0, jobs);
@@ -209,13 +123,13 @@ impl RTree {
         let mut at = leaf as usize;
         let mut bounds = *bounds;
         for level in &mut self.levels {
-            let block = &mut level[at / WIDTH];
-            if block.get(at % WIDTH) == bounds {
+            let block = &mut level[at / LANES];
+            if block.get(at % LANES) == bounds {
                 return;
             }
-            block.set(at % WIDTH, &bounds);
+            block.set(at % LANES, &bounds);
             bounds = block.bounds();
-            at /= WIDTH;
+            at /= LANES;
         }
     }
 
@@ -224,18 +138,18 @@ impl RTree {
         let mut n = self.items.len();
         let mut k = 0;
         while n > 1 || k == 0 {
-            n = n.div_ceil(WIDTH);
+            n = n.div_ceil(LANES);
             if k == self.levels.len() {
                 self.levels.push(Vec::new());
                 if k > 0 && n > 0 {
                     // A new root: what was one block is its first child.
                     let below = self.levels[k - 1][0].bounds();
-                    let mut root = Block::EMPTY;
+                    let mut root = Boxes::EMPTY;
                     root.set(0, &below);
                     self.levels[k].push(root);
                 }
             }
-            grow::resize(&mut self.levels[k], n, Block::EMPTY);
+            grow::resize(&mut self.levels[k], n, Boxes::EMPTY);
             k += 1;
         }
         self.levels.truncate(k);
@@ -245,18 +159,18 @@ impl RTree {
     fn refit(&mut self, from: usize, first: usize, jobs: &dyn Executor) {
         let mut start = first;
         for k in 1..self.levels.len() {
-            start /= WIDTH;
+            start /= LANES;
             if k < from {
                 continue;
             }
             let (below, above) = self.levels.split_at_mut(k);
-            let (below, blocks) = (&below[k - 1], &mut above[0][start / WIDTH..]);
-            let offset = start / WIDTH;
+            let (below, blocks) = (&below[k - 1], &mut above[0][start / LANES..]);
+            let offset = start / LANES;
             for_items(jobs, blocks, grain(jobs, below.len(), 512), |at, blocks| {
                 for (b, block) in blocks.iter_mut().enumerate() {
-                    let first = (offset + at + b) * WIDTH;
-                    *block = Block::EMPTY;
-                    for (lane, child) in below[first..].iter().take(WIDTH).enumerate() {
+                    let first = (offset + at + b) * LANES;
+                    *block = Boxes::EMPTY;
+                    for (lane, child) in below[first..].iter().take(LANES).enumerate() {
                         block.set(lane, &child.bounds());
                     }
                 }
@@ -269,7 +183,7 @@ impl RTree {
         let Some(parents) = self.levels.get(1) else { return 0.0 };
         let mut sum = 0.0;
         for parent in parents {
-            for lane in 0..WIDTH {
+            for lane in 0..LANES {
                 let b = parent.get(lane);
                 // Half-spaces are boxes without end: they wear nothing.
                 if b.min.x <= b.max.x && b.half_area() < 1.0e20 {
@@ -288,10 +202,10 @@ impl RTree {
         let holes = self.items.len() - self.len;
         if holes > 64 && holes > self.len {
             self.build(0, jobs);
-        } else if self.items.len() - self.sorted >= WIDTH {
+        } else if self.items.len() - self.sorted >= LANES {
             self.sort_in(jobs);
         }
-        if self.stirred * 4 > self.len && self.len > 4 * WIDTH {
+        if self.stirred * 4 > self.len && self.len > 4 * LANES {
             self.stirred = 0;
             if self.wear() > WORN * self.fresh {
                 self.build(0, jobs);
@@ -317,23 +231,23 @@ impl RTree {
     fn build(&mut self, start: usize, jobs: &dyn Executor) {
         // Sections begin with a block of their own but for the rest of the one before.
         self.scratch
-            .collect(&self.items, start, |leaf| self.levels[0][leaf / WIDTH].get(leaf % WIDTH));
+            .collect(&self.items, start, |leaf| self.levels[0][leaf / LANES].get(leaf % LANES));
         self.scratch.sort(jobs);
         let n = start + self.scratch.len();
         self.items.truncate(start);
         self.items.resize(n, NONE);
-        let fewer = n.div_ceil(WIDTH);
+        let fewer = n.div_ceil(LANES);
         self.levels[0].truncate(fewer);
         self.fit_levels();
         let (sorted, blocks) = (&self.scratch, &mut self.levels[0]);
         let items = Rows::new(&mut self.items);
         let leaf_of = Rows::new(&mut self.leaf_of);
-        let first = start / WIDTH;
+        let first = start / LANES;
         let blocks = &mut blocks[first..];
         for_items(jobs, blocks, grain(jobs, blocks.len(), 256), |at, blocks| {
             for (b, block) in blocks.iter_mut().enumerate() {
-                let base = (first + at + b) * WIDTH;
-                for lane in 0..WIDTH {
+                let base = (first + at + b) * LANES;
+                for lane in 0..LANES {
                     let leaf = base + lane;
                     if leaf < start {
                         continue;
@@ -381,7 +295,7 @@ impl RTree {
         let Some(block) = self.levels[level].get(index) else { return true };
         let mut mask = block.overlaps(bounds);
         while mask != 0 {
-            let child = index * WIDTH + mask.trailing_zeros() as usize;
+            let child = index * LANES + mask.trailing_zeros() as usize;
             mask &= mask - 1;
             let go_on = if level > 0 {
                 self.query_block(level - 1, child, bounds, visit)
@@ -411,10 +325,10 @@ impl RTree {
                 visit(a, b);
             }
         };
-        for lane in 0..WIDTH - 1 {
+        for lane in 0..LANES - 1 {
             let mut mask = own.overlaps(&own.get(lane)) & (u32::MAX << (lane + 1));
             while mask != 0 {
-                see(block * WIDTH + lane, block * WIDTH + mask.trailing_zeros() as usize);
+                see(block * LANES + lane, block * LANES + mask.trailing_zeros() as usize);
                 mask &= mask - 1;
             }
         }
@@ -429,7 +343,7 @@ impl RTree {
         level: usize,
         index: usize,
         block: usize,
-        own: &Block,
+        own: &Boxes,
         bounds: &Aabb,
         visit: &mut impl FnMut(usize, usize),
     ) {
@@ -439,7 +353,7 @@ impl RTree {
         let mut mask = above.overlaps(bounds);
         while mask != 0 {
             let lane = mask.trailing_zeros() as usize;
-            let child = index * WIDTH + lane;
+            let child = index * LANES + lane;
             mask &= mask - 1;
             if level > 1 {
                 if child >= own_child {
@@ -457,7 +371,7 @@ impl RTree {
                 mine &= mine - 1;
                 let mut theirs = other.overlaps(&own.get(a));
                 while theirs != 0 {
-                    visit(block * WIDTH + a, child * WIDTH + theirs.trailing_zeros() as usize);
+                    visit(block * LANES + a, child * LANES + theirs.trailing_zeros() as usize);
                     theirs &= theirs - 1;
                 }
             }
@@ -491,19 +405,8 @@ impl RTree {
         visit: &mut impl FnMut(u32) -> f32,
     ) {
         let Some(block) = self.levels[level].get(index) else { return };
-        let mut near = block.entries(origin, inv, *max);
-        while *max >= 0.0 {
-            let mut first = 0;
-            for lane in 1..WIDTH {
-                if near[lane] < near[first] {
-                    first = lane;
-                }
-            }
-            if !(near[first] <= *max * ROUNDING) {
-                return;
-            }
-            near[first] = f32::INFINITY;
-            let child = index * WIDTH + first;
+        nearest_first(block.entries(origin, inv, *max), max, |lane, max| {
+            let child = index * LANES + lane;
             if level > 0 {
                 self.ray_block(level - 1, child, origin, inv, max, visit);
             } else if let Some(&item) = self.items.get(child)
@@ -511,7 +414,7 @@ impl RTree {
             {
                 *max = visit(item);
             }
-        }
+        });
     }
 }
 

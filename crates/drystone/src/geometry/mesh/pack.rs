@@ -4,8 +4,9 @@
 //! target has, and the result is the same everywhere.
 
 use crate::base::aabb::Aabb;
-use crate::base::math::Vec3;
-use crate::base::wide::{LANES, Lanes, at};
+use crate::base::math::{Vec3, greater, lesser};
+use crate::base::wide::{LANES, Lanes, at, put};
+use crate::geometry::boxes::Boxes;
 
 /// Up to eight triangles that lie near each other. Lanes that are not in use repeat the last triangle.
 #[derive(Clone, Debug)]
@@ -30,13 +31,9 @@ impl Pack {
         for (number, corners, normal) in triangles.take(LANES) {
             for lane in pack.count..LANES {
                 for (to, corner) in pack.corners.iter_mut().zip(corners) {
-                    for axis in 0..3 {
-                        to[axis][lane] = corner[axis];
-                    }
+                    put(to, lane, corner);
                 }
-                for axis in 0..3 {
-                    pack.normals[axis][lane] = normal[axis];
-                }
+                put(&mut pack.normals, lane, normal);
                 pack.numbers[lane] = number;
             }
             pack.count += 1;
@@ -48,6 +45,26 @@ impl Pack {
     #[inline]
     pub(crate) fn numbers(&self) -> &[u32] {
         &self.numbers[..self.count]
+    }
+
+    /// The corners of the triangle in `lane` [m, local].
+    #[inline]
+    pub(crate) fn triangle(&self, lane: usize) -> [Vec3; 3] {
+        [0, 1, 2].map(|k| self.corner(k, lane))
+    }
+
+    /// The boxes around its triangles, one a lane [m, local].
+    #[inline]
+    pub(crate) fn boxes(&self) -> Boxes {
+        let [a, b, c] = &self.corners;
+        let mut boxes = Boxes::EMPTY;
+        for i in 0..3 {
+            for l in 0..LANES {
+                boxes.min[i][l] = lesser(lesser(a[i][l], b[i][l]), c[i][l]);
+                boxes.max[i][l] = greater(greater(a[i][l], b[i][l]), c[i][l]);
+            }
+        }
+        boxes
     }
 
     /// Corner `k` of the triangle in `lane` [m, local].

@@ -1,12 +1,11 @@
-//! A tree over the packs of a mesh, eight boxes a node, for queries with a turned box.
+//! A tree over the packs of a mesh, eight boxes a node, for queries with boxes, turned boxes and rays.
 
 use fearless_simd::{Simd, SimdBase};
 
 use crate::base::aabb::Aabb;
 use crate::base::math::Vec3;
-use crate::base::wide::{
-    LANES, Lanes, Wide, above, bits, least, load, max, min, prefetch, select, splat,
-};
+use crate::base::wide::{LANES, Wide, above, bits, least, load, max, min, prefetch, select, splat};
+use crate::geometry::boxes::{Boxes, nearest_first};
 use crate::geometry::bvh::{Bvh, Children};
 
 /// Marks a child that is a pack, not a node.
@@ -14,9 +13,8 @@ const LEAF: u32 = 1 << 31;
 
 #[derive(Clone, Debug)]
 struct Node {
-    /// Coordinate, child [m, local].
-    min: [Lanes; 3],
-    max: [Lanes; 3],
+    /// Those of the children [m, local].
+    boxes: Boxes,
     children: [u32; LANES],
     count: usize,
 }
@@ -66,12 +64,7 @@ impl Tree {
             }
         }
         let number = u32::try_from(self.nodes.len()).unwrap_or(LEAF - 1);
-        self.nodes.push(Node {
-            min: [[f32::INFINITY; LANES]; 3],
-            max: [[f32::NEG_INFINITY; LANES]; 3],
-            children: [0; LANES],
-            count: below.len(),
-        });
+        self.nodes.push(Node { boxes: Boxes::EMPTY, children: [0; LANES], count: below.len() });
         for (lane, &child) in below.iter().enumerate() {
             let bounds = packs.bounds(child);
             let name = match packs.children(child) {
@@ -80,10 +73,7 @@ impl Tree {
             };
             let node = &mut self.nodes[number as usize];
             node.children[lane] = name;
-            for axis in 0..3 {
-                node.min[axis][lane] = bounds.min[axis];
-                node.max[axis][lane] = bounds.max[axis];
-            }
+            node.boxes.set(lane, bounds);
         }
         number
     }
@@ -125,6 +115,57 @@ impl Tree {
         }
         least(others)
     }
+
+    /// Calls `visit` with every pack whose box the segment `origin + t delta`, t in [0, max], may meet, near
+    /// ones first. `visit` answers the new max: smaller to shorten the ray, negative to stop.
+    pub(crate) fn ray(
+        &self,
+        origin: Vec3,
+        delta: Vec3,
+        max_fraction: f32,
+        mut visit: impl FnMut(u32) -> f32,
+    ) {
+        let inv = Vec3 { x: 1.0 / delta.x, y: 1.0 / delta.y, z: 1.0 / delta.z };
+        let mut max = max_fraction;
+        self.ray_below(0, (origin, inv), &mut max, &mut visit);
+    }
+
+    fn ray_below(
+        &self,
+        node: u32,
+        ray: (Vec3, Vec3),
+        max: &mut f32,
+        visit: &mut impl FnMut(u32) -> f32,
+    ) {
+        let Some(node) = self.nodes.get(node as usize) else { return };
+        nearest_first(node.boxes.entries(ray.0, ray.1, *max), max, |lane, max| {
+            let name = node.children[lane];
+            if name & LEAF == 0 {
+                self.ray_below(name, ray, max, visit);
+            } else {
+                *max = visit(name & !LEAF);
+            }
+        });
+    }
+
+    /// Calls `visit` with every pack whose box overlaps `bounds`.
+    pub(crate) fn query(&self, bounds: &Aabb, visit: &mut impl FnMut(u32)) {
+        self.query_below(0, bounds, visit);
+    }
+
+    fn query_below(&self, node: u32, bounds: &Aabb, visit: &mut impl FnMut(u32)) {
+        let Some(node) = self.nodes.get(node as usize) else { return };
+        let mut met = node.boxes.overlaps(bounds);
+        while met != 0 {
+            let name = node.children[met.trailing_zeros() as usize];
+            met &= met - 1;
+            if name & LEAF == 0 {
+                self.query_below(name, bounds, visit);
+            } else {
+                visit(name & !LEAF);
+            }
+        }
+    }
 }
 
 impl Node {
@@ -137,7 +178,8 @@ impl Node {
         let mut halves = [apart; 3];
         let a_half = splat(simd, 0.5);
         for axis in 0..3 {
-            let (low, high) = (load(simd, &self.min[axis]), load(simd, &self.max[axis]));
+            let (low, high) =
+                (load(simd, &self.boxes.min[axis]), load(simd, &self.boxes.max[axis]));
             let above = low - splat(simd, window.bounds.max[axis]);
             let below = splat(simd, window.bounds.min[axis]) - high;
             apart = max(apart, max(above, below));
@@ -156,5 +198,65 @@ impl Node {
             apart = max(apart, middle.abs() - half - splat(simd, reach));
         }
         apart
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Tree;
+    use crate::base::aabb::Aabb;
+    use crate::base::math::{Vec3, vec3};
+    use crate::geometry::bvh::Bvh;
+
+    fn boxes(n: u32) -> Vec<Aabb> {
+        let mut s = 12345_u32;
+        let mut next = || {
+            s = s.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            (s >> 8) as f32 / 16_777_216.0 * 20.0
+        };
+        (0..n)
+            .map(|_| {
+                let p = vec3(next(), next(), next());
+                Aabb::new(p, p + Vec3::splat(0.1 + 0.1 * next()))
+            })
+            .collect()
+    }
+
+    #[test]
+    fn a_query_finds_what_brute_force_finds() {
+        let all = boxes(300);
+        let tree = Tree::new(&Bvh::build(&all));
+        for probe in boxes(30) {
+            let mut found = Vec::new();
+            tree.query(&probe, &mut |i| found.push(i));
+            found.sort_unstable();
+            let brute = (0_u32..).zip(&all).filter(|(_, b)| b.overlaps(&probe)).map(|(i, _)| i);
+            assert_eq!(found, brute.collect::<Vec<u32>>());
+        }
+    }
+
+    #[test]
+    fn a_ray_meets_what_brute_force_meets() {
+        let all = boxes(300);
+        let tree = Tree::new(&Bvh::build(&all));
+        for probe in boxes(100) {
+            let (from, way) = (probe.min, (probe.min - probe.max) * 10.0);
+            let mut found = Vec::new();
+            tree.ray(from, way, 1.0, |i| {
+                found.push(i);
+                1.0
+            });
+            found.sort_unstable();
+            let inv = vec3(1.0 / way.x, 1.0 / way.y, 1.0 / way.z);
+            let meets = |b: &Aabb| b.meets_ray(from, inv, 1.0);
+            let brute = (0_u32..).zip(&all).filter(|(_, b)| meets(b)).map(|(i, _)| i);
+            assert_eq!(found, brute.collect::<Vec<u32>>());
+            let mut calls = 0;
+            tree.ray(from, way, 1.0, |_| {
+                calls += 1;
+                -1.0
+            });
+            assert_eq!(calls, found.len().min(1), "a negative answer stops the ray");
+        }
     }
 }

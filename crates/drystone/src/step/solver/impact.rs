@@ -16,7 +16,7 @@
 
 use super::integrate::Carried;
 use super::rows::Extra;
-use super::touch::{Entry, Moment, Source, Touch};
+use super::touch::{Blow, Entry, Moment, Source, Touch};
 use crate::base::wide::LANES;
 use crate::state::bodies::NONE;
 
@@ -50,15 +50,16 @@ pub(super) struct Impacts {
     /// First and last touch of each island.
     runs: Vec<[u32; 2]>,
     hits: Vec<Hit>,
+    /// Touches that the next round looks at.
+    looks: Vec<u32>,
     /// Lines of the touches, and while velocities are without the carried impulses, those.
     met: Vec<u32>,
     carried: Vec<Carried>,
     lifted: bool,
-    clock: u32,
 }
 
 /// A line, as an end of contacts.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 struct End {
     first: u32,
     count: u32,
@@ -66,10 +67,14 @@ struct End {
     live: bool,
     /// It is a line of a touch.
     met: bool,
-    /// When an impact last changed its velocity.
-    changed: u32,
     /// Greatest restitution of the points that approach it in this round.
     most: f32,
+    /// The last hit on it while hits are linked.
+    hit: u32,
+}
+
+impl End {
+    const NEW: Self = Self { first: 0, count: 0, live: false, met: false, most: 0.0, hit: NONE };
 }
 
 /// One point that approaches.
@@ -82,8 +87,8 @@ struct Hit {
     gain: f32,
     speed: f32,
     impulse: f32,
-    /// No other on its bodies has a greater restitution.
-    first: bool,
+    /// Hits that bodies link have the same: the number of the first of them.
+    part: u32,
 }
 
 /// Number of a row.
@@ -97,6 +102,20 @@ const fn small(i: usize) -> u8 {
     i as u8
 }
 
+/// The ends among a contact's lines.
+fn ends_of(source: &Source<'_>, lines: [u32; 2]) -> impl Iterator<Item = usize> {
+    lines.into_iter().filter(|line| *line != 0).map(|line| line as usize - source.first_line)
+}
+
+/// The first hit of the set that a hit is in.
+fn root(hits: &[Hit], of: u32) -> u32 {
+    let mut at = of;
+    while hits[at as usize].part != at {
+        at = hits[at as usize].part;
+    }
+    at
+}
+
 impl Impacts {
     /// At the step's start: finds what arrives in it, and the contacts around.
     pub(super) fn begin(&mut self, source: &Source<'_>, blocks: core::ops::Range<usize>, n: usize) {
@@ -108,9 +127,8 @@ impl Impacts {
         self.arrivals.clear();
         self.touches.clear();
         self.met.clear();
-        self.clock = 0;
         self.ends.clear();
-        self.ends.resize(n, End::default());
+        self.ends.resize(n, End::NEW);
         for i in blocks {
             let extra = source.extras.read(i);
             if extra.bounces {
@@ -170,7 +188,7 @@ impl Impacts {
                 }
             }
             let (block, lane) = (index(i), small(lane));
-            self.entries.push(Entry { lines, block, lane, taken: false });
+            self.entries.push(Entry { lines, block, lane, touch: NONE });
         }
     }
 
@@ -189,9 +207,11 @@ impl Impacts {
             source.aux.row(line as usize).calm(whitening, body, source.dt, source.h);
             for k in end.first..end.first + end.count {
                 let entry = &mut self.entries[self.around[k as usize] as usize];
-                if core::mem::replace(&mut entry.taken, true) {
+                if entry.touch != NONE {
                     continue;
                 }
+                let number = index(self.touches.len());
+                entry.touch = number;
                 for line in entry.lines {
                     if line == 0 {
                         continue;
@@ -206,7 +226,6 @@ impl Impacts {
                         }
                     }
                 }
-                let number = index(self.touches.len());
                 self.touches.push(Touch::load(source, entry));
                 let [head, tail] = &mut self.runs[run];
                 if *tail == NONE {
@@ -247,15 +266,25 @@ impl Impacts {
 
     fn reflect_all(&mut self, source: &Source<'_>, moment: &Moment) {
         for run in 0..self.runs.len() {
+            self.looks.clear();
             let mut placed = NONE;
             for _ in 0..ROUNDS {
-                self.clock += 1;
                 placed = self.place_from(source, moment, run, placed);
-                self.find_hits(source, moment, run);
+                self.find_hits(source, moment);
                 if self.hits.is_empty() {
                     break;
                 }
-                self.reflect(source);
+                self.link_hits(source);
+                let mut first = 0;
+                while first < self.hits.len() {
+                    let part = self.hits[first].part;
+                    let count = self.hits[first..].partition_point(|hit| hit.part == part);
+                    let hits = &mut self.hits[first..first + count];
+                    let alone = hits[0].touch == hits[count - 1].touch;
+                    let (touches, blow) = (&mut self.touches[..], Blow::default());
+                    Part { source, touches, hits, alone, blow }.reflect();
+                    first += count;
+                }
                 self.settle(source, run);
             }
         }
@@ -268,120 +297,169 @@ impl Impacts {
         while at != NONE {
             let touch = &mut self.touches[at as usize];
             touch.place(source, f32::from(moment.done) * moment.h);
+            self.looks.push(at);
             at = touch.next;
         }
         tail
     }
 
-    /// The points that approach and meet in this substep. Of several on a body those of the greatest
-    /// restitution are first: with unlike ones reflected together energy could grow.
-    fn find_hits(&mut self, source: &Source<'_>, moment: &Moment, run: usize) {
+    /// The points that approach and meet in this substep, of the touches to look at. Of several on a body those
+    /// of the greatest restitution are first: with unlike ones reflected together energy could grow.
+    fn find_hits(&mut self, source: &Source<'_>, moment: &Moment) {
         self.hits.clear();
-        let Self { ends, touches, hits, clock, .. } = self;
-        let mut at = self.runs[run][0];
-        while at != NONE {
-            let number = at;
-            let touch = &mut touches[at as usize];
-            at = touch.next;
-            let mut changed = 1;
-            for line in touch.lines {
-                if line != 0 {
-                    changed = changed.max(ends[line as usize - source.first_line].changed);
-                }
-            }
-            if touch.seen >= changed || touch.hits >= HITS[usize::from(touch.count > 1)] {
+        let Self { ends, touches, hits, looks, .. } = self;
+        looks.sort_unstable();
+        looks.dedup();
+        for number in looks.drain(..) {
+            let touch = &touches[number as usize];
+            if touch.hits >= HITS[usize::from(touch.count > 1)] {
                 continue;
             }
-            touch.seen = *clock;
-            let least = touch.least(moment);
-            for j in 0..usize::from(touch.count) {
-                let p = &touch.points[j];
-                if p.mass <= 0.0 {
+            let speeds = touch.speeds(source);
+            let met = touch.meets(&speeds, moment);
+            for (j, speed) in speeds.into_iter().enumerate().take(4) {
+                if met >> j & 1 == 0 {
                     continue;
                 }
-                let speed = touch.speed(j, source.lines);
-                if speed < -least && p.s + speed * moment.h < 0.0 {
-                    let gain = touch.gain(j, speed, moment);
-                    let hit = Hit {
-                        touch: number,
-                        point: small(j),
-                        e: touch.e,
-                        gain,
-                        speed,
-                        impulse: 0.0,
-                        first: true,
-                    };
-                    hits.push(hit);
-                    for line in touch.lines {
-                        if line != 0 {
-                            let end = &mut ends[line as usize - source.first_line];
-                            end.most = end.most.max(touch.e);
-                        }
-                    }
+                let (gain, e) = (touch.gain(j, speed, moment), touch.e);
+                let (point, impulse, part) = (small(j), 0.0, 0);
+                hits.push(Hit { touch: number, point, e, gain, speed, impulse, part });
+                for end in ends_of(source, touch.lines) {
+                    ends[end].most = ends[end].most.max(e);
                 }
             }
         }
-        for hit in hits.iter_mut() {
-            let touch = &mut touches[hit.touch as usize];
-            for line in touch.lines {
-                if line != 0 {
-                    hit.first &= ends[line as usize - source.first_line].most <= hit.e;
-                }
+        hits.retain(|hit| {
+            let lines = touches[hit.touch as usize].lines;
+            let first = ends_of(source, lines).all(|end| ends[end].most <= hit.e);
+            if !first {
+                looks.push(hit.touch);
             }
-            if !hit.first {
-                touch.seen = 0;
-            }
-        }
-        for hit in hits.iter() {
-            for line in touches[hit.touch as usize].lines {
-                if line != 0 {
-                    ends[line as usize - source.first_line].most = 0.0;
-                }
+            first
+        });
+        for number in hits.iter().map(|hit| hit.touch).chain(looks.iter().copied()) {
+            for end in ends_of(source, touches[number as usize].lines) {
+                ends[end].most = 0.0;
             }
         }
-        hits.retain(|hit| hit.first);
+    }
+
+    /// Hits that bodies link, one set after the other.
+    fn link_hits(&mut self, source: &Source<'_>) {
+        let Self { ends, touches, hits, .. } = self;
+        // A set is a tree of hits, each above one of a lower number.
+        for i in 0..hits.len() {
+            let number = index(i);
+            hits[i].part = number;
+            for end in ends_of(source, touches[hits[i].touch as usize].lines) {
+                let last = core::mem::replace(&mut ends[end].hit, number);
+                if last != NONE {
+                    let (one, other) = (root(hits, last), root(hits, number));
+                    hits[one.max(other) as usize].part = one.min(other);
+                }
+            }
+        }
+        for i in 0..hits.len() {
+            hits[i].part = hits[hits[i].part as usize].part;
+            for end in ends_of(source, touches[hits[i].touch as usize].lines) {
+                ends[end].hit = NONE;
+            }
+        }
+        hits.sort_unstable_by_key(|hit| (hit.part, hit.touch, hit.point));
+    }
+
+    /// What follows from a round: whose speed has changed, and who is looked at.
+    fn settle(&mut self, source: &Source<'_>, run: usize) {
+        for i in 0..self.hits.len() {
+            let number = self.hits[i].touch;
+            if i > 0 && self.hits[i - 1].touch == number {
+                continue;
+            }
+            let touch = &mut self.touches[number as usize];
+            let lines = touch.lines;
+            for end in ends_of(source, lines) {
+                let End { first, count, .. } = self.ends[end];
+                let around = &self.around[first as usize..(first + count) as usize];
+                let numbers = around.iter().map(|entry| self.entries[*entry as usize].touch);
+                self.looks.extend(numbers.filter(|number| *number != NONE));
+            }
+            touch.bounced = true;
+            touch.hits += 1;
+            source.extras.row(touch.block as usize).hit |= 1 << touch.lane;
+            self.wake(source, lines, run);
+        }
+    }
+}
+
+/// Hits that bodies link.
+struct Part<'a> {
+    source: &'a Source<'a>,
+    touches: &'a mut [Touch],
+    hits: &'a mut [Hit],
+    /// They are of one touch, which may keep the blow to itself until it is over.
+    alone: bool,
+    blow: Blow,
+}
+
+impl Part<'_> {
+    /// Calls `f` with each touch and its hits; gives what it answers, in sum.
+    #[inline]
+    fn each(&mut self, mut f: impl FnMut(&mut Touch, &mut Blow, &mut [Hit]) -> f32) -> f32 {
+        let mut sum = 0.0;
+        for hits in self.hits.chunk_by_mut(|one, next| one.touch == next.touch) {
+            let touch = &mut self.touches[hits[0].touch as usize];
+            if !self.alone {
+                self.blow = touch.blow(self.source);
+            }
+            sum += f(touch, &mut self.blow, hits);
+            if !self.alone {
+                touch.deliver(&self.blow, self.source);
+            }
+        }
+        sum
     }
 
     /// Stops all hits together, with friction; then gives their impulses once more, times what they gain,
     /// but no more energy than the stop took [Poisson's hypothesis], and friction again.
-    fn reflect(&mut self, source: &Source<'_>) {
-        let Self { touches, hits, .. } = self;
-        let mut fastest = 0.0_f32;
-        for hit in hits.iter() {
+    fn reflect(&mut self) {
+        let (mut fastest, mut driven) = (0.0_f32, false);
+        for hit in self.hits.iter() {
+            let touch = &mut self.touches[hit.touch as usize];
             fastest = fastest.max(-hit.speed);
+            driven |= touch.driven;
+            touch.couple();
+        }
+        let first = self.hits[0].touch as usize;
+        if self.alone {
+            self.blow = self.touches[first].blow(self.source);
         }
         let mut work = 0.0;
         for _ in 0..SWEEPS {
             let mut change = 0.0_f32;
-            for i in 0..hits.len() {
-                let last = hits.get(i + 1).is_none_or(|next| next.touch != hits[i].touch);
-                let hit = &mut hits[i];
-                let (touch, j) = (&mut touches[hit.touch as usize], usize::from(hit.point));
-                let mass = touch.points[j].mass;
-                let speed = touch.speed(j, source.lines);
-                let new = (hit.impulse - mass * speed).max(0.0);
-                let d = new - hit.impulse;
-                hit.impulse = new;
-                work += touch.push(j, d, source);
-                change = change.max(d.abs() / mass);
-                if last {
-                    work += touch.rub(source);
+            work += self.each(|touch, blow, hits| {
+                let mut work = 0.0;
+                for hit in hits {
+                    let j = usize::from(hit.point);
+                    let new = (hit.impulse - touch.mass[j] * blow.speed[j]).max(0.0);
+                    let d = new - hit.impulse;
+                    hit.impulse = new;
+                    work += touch.push(blow, j, d);
+                    change = change.max(d.abs() / touch.mass[j]);
                 }
-            }
+                work + touch.rub(blow)
+            });
             if change <= PRECISION * fastest {
                 break;
             }
         }
-        let (mut rate, mut returned, mut driven) = (0.0, 0.0, false);
-        for hit in hits.iter() {
-            let touch = &touches[hit.touch as usize];
-            driven |= touch.driven;
-            rate += hit.e * hit.impulse * touch.speed(usize::from(hit.point), source.lines);
-        }
-        for hit in hits.iter() {
-            let touch = &mut touches[hit.touch as usize];
-            returned += touch.push(usize::from(hit.point), hit.e * hit.impulse, source);
-        }
+        let rate = self.each(|_, blow, hits| {
+            hits.iter().map(|hit| hit.e * hit.impulse * blow.speed[usize::from(hit.point)]).sum()
+        });
+        let returned = self.each(|touch, blow, hits| {
+            let push =
+                |hit: &mut Hit| touch.push(blow, usize::from(hit.point), hit.e * hit.impulse);
+            hits.iter_mut().map(push).sum()
+        });
         // Where friction and normals work on each other, all of the impulse can be too much (Kane).
         // What a kinematic body does is not limited.
         let mut part = 1.0;
@@ -390,36 +468,14 @@ impl Impacts {
             let root = (rate * rate - 4.0 * square * work).max(0.0).sqrt();
             part = ((root - rate) / (2.0 * square)).clamp(0.0, 1.0);
         }
-        for i in 0..hits.len() {
-            let last = hits.get(i + 1).is_none_or(|next| next.touch != hits[i].touch);
-            let hit = &hits[i];
-            let touch = &mut touches[hit.touch as usize];
-            touch.push(usize::from(hit.point), hit.impulse * (hit.gain * part - hit.e), source);
-            if last {
-                touch.rub(source);
+        self.each(|touch, blow, hits| {
+            for hit in hits {
+                touch.push(blow, usize::from(hit.point), hit.impulse * (hit.gain * part - hit.e));
             }
-        }
-    }
-
-    /// What follows from a round: whose speed has changed, and who is looked at.
-    fn settle(&mut self, source: &Source<'_>, run: usize) {
-        for i in 0..self.hits.len() {
-            let number = self.hits[i].touch;
-            let touch = &mut self.touches[number as usize];
-            let lines = touch.lines;
-            for line in lines {
-                if line != 0 {
-                    let end = &mut self.ends[line as usize - source.first_line];
-                    end.changed = self.clock + 1;
-                }
-            }
-            if i > 0 && self.hits[i - 1].touch == number {
-                continue;
-            }
-            touch.bounced = true;
-            touch.hits += 1;
-            source.extras.row(touch.block as usize).hit |= 1 << touch.lane;
-            self.wake(source, lines, run);
+            touch.rub(blow)
+        });
+        if self.alone {
+            self.touches[first].deliver(&self.blow, self.source);
         }
     }
 }

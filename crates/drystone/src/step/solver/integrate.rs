@@ -77,10 +77,9 @@ impl Aux {
         self.locked != [false; 3]
     }
 
-    /// An impact on the line; gives its work [J]. It is no impulse that the next substep repeats.
+    /// An impact on the line; no impulse that the next substep repeats.
     #[inline]
-    pub(crate) fn strike(&mut self, line: &mut Line, dv: Vec3, dw: Vec3) -> f32 {
-        let work = dv.dot(three(line.v) + dv * 0.5) + dw.dot(three(line.w) + dw * 0.5);
+    pub(crate) fn strike(&mut self, line: &mut Line, dv: Vec3, dw: Vec3) {
         let (dv, dw) = (four(dv), four(dw));
         for i in 0..4 {
             line.v[i] += dv[i];
@@ -88,7 +87,6 @@ impl Aux {
             self.before_v[i] += dv[i];
             self.before_w[i] += dw[i];
         }
-        work
     }
 
     /// True if nothing but forces and damping moved the body's center in `substeps` substeps of `h`. (Every

@@ -7,7 +7,7 @@ use super::rows::{Extra, Line, Whitening};
 use super::tally::ContactTally;
 use crate::base::disjoint::Rows;
 use crate::base::math::{Vec3, vec3};
-use crate::base::wide::{LANES, Lanes};
+use crate::base::wide::{LANES, Lanes, at, put};
 use crate::state::bodies::{Bodies, NONE};
 
 /// Below this a point does not approach [m/s]: a hundred roundings of speeds of 10 m/s.
@@ -52,21 +52,13 @@ pub(super) struct Entry {
     pub(super) lines: [u32; 2],
     pub(super) block: u32,
     pub(super) lane: u8,
-    pub(super) taken: bool,
+    /// Its touch, once it has one.
+    pub(super) touch: u32,
 }
 
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct PointRow {
-    pub(super) a: Vec3,
-    pub(super) b: Vec3,
-    pub(super) mass: f32,
-    pub(super) s0: f32,
-    pub(super) drift: f32,
-    /// Separation now.
-    pub(super) s: f32,
-    /// Impulse of this substep's impacts.
-    pub(super) given: f32,
-}
+/// Rows of a touch, one a lane: the normals of up to four points, friction along two tangents, twist.
+const FRICTION: usize = 4;
+const ROWS: usize = 7;
 
 /// A contact that can bounce, out of its block.
 #[derive(Clone, Copy, Debug)]
@@ -77,44 +69,71 @@ pub(super) struct Touch {
     pub(super) count: u8,
     /// The next touch of the island.
     pub(super) next: u32,
-    /// When it was last looked at.
-    pub(super) seen: u32,
     /// It was hit in this step, and how often in this substep.
     pub(super) bounced: bool,
     pub(super) hits: u8,
     /// One of the bodies is kinematic and moves.
     pub(super) driven: bool,
-    pub(super) n: Vec3,
-    pub(super) alpha: f32,
-    pub(super) beta: f32,
-    pub(super) mu: f32,
+    /// `answer` is known.
+    coupled: bool,
+    n: Vec3,
+    t: [Vec3; 2],
+    alpha: f32,
+    beta: f32,
+    mu: f32,
     pub(super) e: f32,
     /// Relative acceleration along the normal, and a speed that gravity alone makes in a step.
-    pub(super) fall: f32,
-    pub(super) slow: f32,
+    fall: f32,
+    slow: f32,
     /// Speed that the contact's load makes in a substep.
-    pub(super) load: f32,
-    pub(super) points: [PointRow; 4],
-    pub(super) t: [Vec3; 2],
-    pub(super) a_t: [Vec3; 3],
-    pub(super) b_t: [Vec3; 3],
+    load: f32,
+    /// How the rows turn A and B, and the speed that kinematic bodies give them: component, row.
+    a: [Lanes; 3],
+    b: [Lanes; 3],
+    drift: Lanes,
+    /// Inverse masses of the points' rows are above 0 where there is a point.
+    pub(super) mass: [f32; 4],
+    s0: [f32; 4],
+    /// Separations now.
+    s: [f32; 4],
+    /// Impulses of this substep's impacts: normal and friction.
+    given: [f32; 4],
+    rubbed: [f32; 3],
     /// Inverse of the matrix of friction's rows, as in the block, and the step of what slides.
-    pub(super) mass_t: [f32; 6],
-    pub(super) mass_slide: f32,
+    mass_t: [f32; 6],
+    mass_slide: f32,
     /// Kinetic friction as a part of static friction.
-    pub(super) kinetic: f32,
-    pub(super) drift_t: [f32; 3],
-    pub(super) rubbed: [f32; 3],
+    kinetic: f32,
+    /// What an impulse along a row adds to the speeds of all.
+    answer: [Lanes; ROWS],
+}
+
+/// Speeds of a touch's rows in a blow, and the impulses along them that its bodies did not yet get.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Blow {
+    pub(super) speed: Lanes,
+    impulse: Lanes,
 }
 
 #[inline(always)]
-fn lane3(lanes: &[Lanes; 3], lane: usize) -> Vec3 {
-    vec3(lanes[0][lane], lanes[1][lane], lanes[2][lane])
-}
-
-#[inline(always)]
-fn three(v: &[f32; 4]) -> Vec3 {
+const fn three(v: &[f32; 4]) -> Vec3 {
     vec3(v[0], v[1], v[2])
+}
+
+/// The products of rows with a vector.
+#[inline(always)]
+fn along(rows: &[Lanes; 3], v: Vec3) -> Lanes {
+    core::array::from_fn(|l| rows[0][l] * v.x + rows[1][l] * v.y + rows[2][l] * v.z)
+}
+
+/// The sum of a row's vectors, each times a factor.
+#[inline(always)]
+fn combine(rows: &[Lanes; 3], factors: &Lanes) -> Vec3 {
+    let sum = |row: &Lanes| {
+        let p: Lanes = core::array::from_fn(|l| row[l] * factors[l]);
+        ((p[0] + p[4]) + (p[1] + p[5])) + ((p[2] + p[6]) + (p[3] + p[7]))
+    };
+    vec3(sum(&rows[0]), sum(&rows[1]), sum(&rows[2]))
 }
 
 impl Touch {
@@ -122,64 +141,70 @@ impl Touch {
         let block = source.blocks.read(entry.block as usize);
         let extra = source.extras.read(entry.block as usize);
         let lane = usize::from(entry.lane);
-        // Of a contact with a fixed body the rows of A are not filled.
-        let free = entry.lines[0] != 0;
-        let of_a = |lanes: &[Lanes; 3]| if free { lane3(lanes, lane) } else { Vec3::ZERO };
         let mut touch = Self {
             lines: entry.lines,
             block: entry.block,
             lane: entry.lane,
             count: 0,
             next: NONE,
-            seen: 0,
             bounced: false,
             hits: 0,
             driven: false,
-            n: lane3(&block.n, lane),
-            alpha: if free { block.alpha[lane] } else { 0.0 },
-            beta: block.beta[lane],
+            coupled: false,
+            n: at(&block.n, lane),
+            t: [at(&block.t1, lane), at(&block.t2, lane)],
+            alpha: 0.0,
+            beta: 0.0,
             mu: block.mu[lane],
             e: extra.restitution[lane],
             fall: extra.fall[lane],
             slow: extra.slow[lane],
             load: 0.0,
-            points: [PointRow::default(); 4],
-            t: [lane3(&block.t1, lane), lane3(&block.t2, lane)],
-            a_t: [of_a(&block.a_t[0]), of_a(&block.a_t[1]), of_a(&block.a_t[2])],
-            b_t: [
-                lane3(&block.b_t[0], lane),
-                lane3(&block.b_t[1], lane),
-                lane3(&block.b_t[2], lane),
-            ],
-            mass_t: [0.0; 6],
+            a: [[0.0; LANES]; 3],
+            b: [[0.0; LANES]; 3],
+            drift: [0.0; LANES],
+            mass: [0.0; 4],
+            s0: [0.0; 4],
+            s: [0.0; 4],
+            given: [0.0; 4],
+            rubbed: [0.0; 3],
+            mass_t: core::array::from_fn(|i| block.mass_t[i][lane]),
             mass_slide: block.mass_slide[lane],
             kinetic: if extra.slips { extra.kinetic[lane] } else { 1.0 },
-            drift_t: [0.0; 3],
-            rubbed: [0.0; 3],
+            answer: [[0.0; LANES]; ROWS],
         };
-        for i in 0..6 {
-            touch.mass_t[i] = block.mass_t[i][lane];
+        // Of a contact with a fixed body its rows are not filled.
+        let free = entry.lines.map(|line| line != 0);
+        if free[0] {
+            touch.alpha = block.alpha[lane];
         }
+        if free[1] {
+            touch.beta = block.beta[lane];
+        }
+        let mut row = |i: usize, a: &[Lanes; 3], b: &[Lanes; 3], drift: f32| {
+            if free[0] {
+                put(&mut touch.a, i, at(a, lane));
+            }
+            if free[1] {
+                put(&mut touch.b, i, at(b, lane));
+            }
+            touch.drift[i] = drift;
+            touch.driven |= drift != 0.0;
+        };
         for i in 0..3 {
-            touch.drift_t[i] = extra.drift_t[i][lane];
-            touch.driven |= touch.drift_t[i] != 0.0;
+            row(FRICTION + i, &block.a_t[i], &block.b_t[i], extra.drift_t[i][lane]);
         }
-        let points = block.points.iter().take(usize::from(block.count));
-        for ((number, j), p) in (1..).zip(0..).zip(points) {
+        for (j, p) in block.points.iter().take(usize::from(block.count)).enumerate() {
+            row(j, &p.a, &p.b, extra.drift[j][lane]);
+        }
+        for ((number, j), p) in
+            (1..).zip(0..).zip(block.points.iter().take(usize::from(block.count)))
+        {
             // The block has as many as its fullest lane: which that is must not show.
             if p.mass[lane] > 0.0 {
                 touch.count = number;
             }
-            touch.points[j] = PointRow {
-                a: of_a(&p.a),
-                b: lane3(&p.b, lane),
-                mass: p.mass[lane],
-                s0: p.s0[lane],
-                drift: extra.drift[j][lane],
-                s: 0.0,
-                given: 0.0,
-            };
-            touch.driven |= touch.points[j].drift != 0.0;
+            (touch.mass[j], touch.s0[j]) = (p.mass[lane], p.s0[lane]);
         }
         touch
     }
@@ -188,31 +213,55 @@ impl Touch {
     pub(super) fn place(&mut self, source: &Source<'_>, elapsed: f32) {
         let [a, b] = self.lines.map(|line| source.lines.read(line as usize));
         let moved = self.n.dot(three(&b.x) * self.beta - three(&a.x) * self.alpha);
-        let (ta, tb) = (three(&a.t), three(&b.t));
+        let (turned_a, turned_b) = (along(&self.a, three(&a.t)), along(&self.b, three(&b.t)));
+        for j in 0..4 {
+            self.s[j] = self.s0[j] + moved + turned_b[j] - turned_a[j] + self.drift[j] * elapsed;
+        }
         let block = source.blocks.read(self.block as usize);
         let mut load = 0.0;
-        for (p, rows) in self.points[..usize::from(self.count)].iter_mut().zip(&block.points) {
-            p.s = p.s0 + moved + p.b.dot(tb) - p.a.dot(ta) + p.drift * elapsed;
-            p.given = 0.0;
+        for rows in &block.points[..usize::from(self.count)] {
             load += rows.impulse[usize::from(self.lane)];
         }
         self.load = load * (self.alpha * self.alpha + self.beta * self.beta);
-        self.rubbed = [0.0; 3];
-        (self.seen, self.hits) = (0, 0);
+        (self.given, self.rubbed, self.hits) = ([0.0; 4], [0.0; 3], 0);
     }
 
-    /// Speed of point `j` along the normal, negative while it approaches.
+    /// Speeds of the rows: of points along the normal, negative while they approach.
     #[inline]
-    pub(super) fn speed(&self, j: usize, lines: &Rows<'_, Line>) -> f32 {
-        let [a, b] = self.lines.map(|line| lines.read(line as usize));
-        let p = &self.points[j];
-        let u = self.n.dot(three(&b.v) * self.beta - three(&a.v) * self.alpha);
-        u + p.b.dot(three(&b.w)) - p.a.dot(three(&a.w)) + p.drift
+    pub(super) fn speeds(&self, source: &Source<'_>) -> Lanes {
+        let [a, b] = self.lines.map(|line| source.lines.read(line as usize));
+        let slip = three(&b.v) * self.beta - three(&a.v) * self.alpha;
+        let (u, u1, u2) = (self.n.dot(slip), self.t[0].dot(slip), self.t[1].dot(slip));
+        let straight = [u, u, u, u, u1, u2, 0.0, 0.0];
+        let (turn_a, turn_b) = (along(&self.a, three(&a.w)), along(&self.b, three(&b.w)));
+        core::array::from_fn(|l| straight[l] + turn_b[l] - turn_a[l] + self.drift[l])
+    }
+
+    /// Nothing given yet.
+    pub(super) fn blow(&self, source: &Source<'_>) -> Blow {
+        Blow { speed: self.speeds(source), impulse: [0.0; LANES] }
+    }
+
+    /// The points that approach and meet within the substep: bits.
+    #[inline]
+    pub(super) fn meets(&self, speed: &Lanes, moment: &Moment) -> u32 {
+        let mut met = 0;
+        for j in 0..4 {
+            let soon = self.s[j] + speed[j] * moment.h < 0.0;
+            met |= u32::from(self.mass[j] > 0.0 && speed[j] < -STILL && soon) << j;
+        }
+        if met != 0 {
+            let least = self.least(moment);
+            for j in 0..4 {
+                met &= !(u32::from(speed[j] >= -least) << j);
+            }
+        }
+        met
     }
 
     /// Least speed at which it bounces. What carries a load rests, and its neighbors' push-out and the
     /// weight above it may move it.
-    pub(super) fn least(&self, moment: &Moment) -> f32 {
+    fn least(&self, moment: &Moment) -> f32 {
         let carried = (self.load * f32::from(moment.substeps)).min(moment.push);
         moment.least.max(self.slow).max(STILL) + carried
     }
@@ -222,12 +271,11 @@ impl Touch {
     pub(super) fn gain(&self, j: usize, w: f32, moment: &Moment) -> f32 {
         // What rests is held against gravity.
         let fall = if self.load > 0.0 { 0.0 } else { self.fall };
-        let p = &self.points[j];
         // In every velocity of the substep, of what bounced and was sent back too.
         let kick = if moment.kicked { fall * moment.h } else { 0.0 };
         let lost = if self.bounced { 0.0 } else { (fall * moment.h) * (fall * moment.h) };
         // What came in deep was not seen before; no deeper than it moves in a step.
-        let s = p.s.max(w * moment.h * f32::from(moment.substeps));
+        let s = self.s[j].max(w * moment.h * f32::from(moment.substeps));
         let height = 2.0 * fall * s;
         let before = (w - kick) * (w - kick) - height + lost * f32::from(moment.done);
         let after = self.e * self.e * before.max(0.0)
@@ -237,47 +285,48 @@ impl Touch {
         if s < 0.0 { gain.min(1.0) } else { gain }
     }
 
-    /// An impulse `d` along the normal at point `j`; gives its work [J].
-    pub(super) fn push(&mut self, j: usize, d: f32, source: &Source<'_>) -> f32 {
-        let p = &mut self.points[j];
-        p.given += d;
-        let (a, b) = (p.a, p.b);
-        if let Some(tallies) = source.tallies {
-            tallies.row(self.block as usize).points[j][usize::from(self.lane)] += d;
+    /// Makes known what its rows answer: the products of each with all, whitened.
+    pub(super) fn couple(&mut self) {
+        if core::mem::replace(&mut self.coupled, true) {
+            return;
         }
-        self.apply(self.n * d, a * d, b * d, source)
+        let straight = self.alpha * self.alpha + self.beta * self.beta;
+        for (i, answer) in self.answer.iter_mut().enumerate() {
+            let (of_a, of_b) = (along(&self.a, at(&self.a, i)), along(&self.b, at(&self.b, i)));
+            for (l, k) in answer.iter_mut().enumerate() {
+                let same = if i < FRICTION { l < FRICTION } else { l == i && l < ROWS - 1 };
+                *k = of_a[l] + of_b[l] + if same { straight } else { 0.0 };
+            }
+        }
     }
 
-    /// A linear impulse, and what turns A and B; gives its work [J]. No later substep repeats it.
-    fn apply(&self, linear: Vec3, turn_a: Vec3, turn_b: Vec3, source: &Source<'_>) -> f32 {
-        let [a, b] = self.lines.map(|line| line as usize);
-        let mut work = 0.0;
-        if a != 0 {
-            work += source.aux.row(a).strike(source.lines.row(a), linear * -self.alpha, -turn_a);
+    /// An impulse along a row, in the blow alone.
+    #[inline]
+    fn act(&self, blow: &mut Blow, row: usize, d: f32) {
+        blow.impulse[row] += d;
+        for (speed, k) in blow.speed.iter_mut().zip(&self.answer[row]) {
+            *speed += k * d;
         }
-        if b != 0 {
-            work += source.aux.row(b).strike(source.lines.row(b), linear * self.beta, turn_b);
-        }
-        work
+    }
+
+    /// An impulse `d` along the normal at point `j`; gives its work [J].
+    #[inline]
+    pub(super) fn push(&mut self, blow: &mut Blow, j: usize, d: f32) -> f32 {
+        let before = blow.speed[j];
+        self.given[j] += d;
+        self.act(blow, j, d);
+        0.5 * d * (before + blow.speed[j])
     }
 
     /// Friction and twist in one limit, as in the sweep: that of the whole impulse of the bounce; gives their
     /// work [J].
-    pub(super) fn rub(&mut self, source: &Source<'_>) -> f32 {
-        let mut limit = 0.0;
-        for p in &self.points[..usize::from(self.count)] {
-            limit += self.mu * p.given;
-        }
+    pub(super) fn rub(&mut self, blow: &mut Blow) -> f32 {
+        let [g1, g2, g3, g4] = self.given;
+        let limit = self.mu * (g1 + g2 + g3 + g4);
         if limit <= 0.0 {
             return 0.0;
         }
-        let [a, b] = self.lines.map(|line| source.lines.read(line as usize));
-        let slip = three(&b.v) * self.beta - three(&a.v) * self.alpha;
-        let (wa, wb) = (three(&a.w), three(&b.w));
-        let turn = |i: usize| self.b_t[i].dot(wb) - self.a_t[i].dot(wa) + self.drift_t[i];
-        let s1 = self.t[0].dot(slip) + turn(0);
-        let s2 = self.t[1].dot(slip) + turn(1);
-        let s3 = turn(2);
+        let [.., s1, s2, s3, _] = blow.speed;
         let ([m11, m12, m22, m13, m23, m33], [f1, f2, f3]) = (self.mass_t, self.rubbed);
         let mut g1 = f1 - (m11 * s1 + m12 * s2 + m13 * s3);
         let mut g2 = f2 - (m12 * s1 + m22 * s2 + m23 * s3);
@@ -291,15 +340,40 @@ impl Touch {
                 (g1, g2, g3) = (g1 * back, g2 * back, g3 * back);
             }
         }
-        let (d1, d2, d3) = (g1 - f1, g2 - f2, g3 - f3);
         self.rubbed = [g1, g2, g3];
+        let d = [g1 - f1, g2 - f2, g3 - f3];
+        for (i, d) in d.into_iter().enumerate() {
+            self.act(blow, FRICTION + i, d);
+        }
+        let [.., r1, r2, r3, _] = blow.speed;
+        0.5 * (d[0] * (s1 + r1) + d[1] * (s2 + r2) + d[2] * (s3 + r3))
+    }
+
+    /// Gives the impulses of a blow to the bodies. No later substep repeats them.
+    pub(super) fn deliver(&self, blow: &Blow, source: &Source<'_>) {
+        let d = &blow.impulse;
+        if d.iter().all(|d| *d == 0.0) {
+            return;
+        }
         if let Some(tallies) = source.tallies {
-            for (sum, d) in tallies.row(self.block as usize).rub.iter_mut().zip([d1, d2]) {
-                sum[usize::from(self.lane)] += d;
+            let (tally, lane) = (tallies.row(self.block as usize), usize::from(self.lane));
+            for j in 0..4 {
+                tally.points[j][lane] += d[j];
+            }
+            for (i, sum) in tally.rub.iter_mut().enumerate() {
+                sum[lane] += d[FRICTION + i];
             }
         }
-        let turn = |rows: &[Vec3; 3]| rows[0] * d1 + rows[1] * d2 + rows[2] * d3;
-        let linear = self.t[0] * d1 + self.t[1] * d2;
-        self.apply(linear, turn(&self.a_t), turn(&self.b_t), source)
+        let normal = (d[0] + d[1]) + (d[2] + d[3]);
+        let linear = self.n * normal + (self.t[0] * d[4] + self.t[1] * d[5]);
+        let [a, b] = self.lines.map(|line| line as usize);
+        if a != 0 {
+            let turn = -combine(&self.a, d);
+            source.aux.row(a).strike(source.lines.row(a), linear * -self.alpha, turn);
+        }
+        if b != 0 {
+            let turn = combine(&self.b, d);
+            source.aux.row(b).strike(source.lines.row(b), linear * self.beta, turn);
+        }
     }
 }

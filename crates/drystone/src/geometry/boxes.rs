@@ -1,0 +1,108 @@
+//! Eight boxes, tested at once. Plain arrays: a lane never depends on its neighbor, so the compiler makes of
+//! each loop what the target has, and the result is the same everywhere.
+
+use crate::base::aabb::Aabb;
+use crate::base::math::{Vec3, greater, lesser};
+use crate::base::wide::{LANES, Lanes, at, bits_up_to_zero, put};
+
+/// The allowance of [`Aabb::meets_ray`].
+const ROUNDING: f32 = 1.0 + 4.0 * f32::EPSILON;
+
+/// Boxes side by side; a free place holds the empty box, which nothing overlaps.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Boxes {
+    /// Coordinate, box [m].
+    pub(crate) min: [Lanes; 3],
+    pub(crate) max: [Lanes; 3],
+}
+
+impl Boxes {
+    pub(crate) const EMPTY: Self =
+        Self { min: [[f32::INFINITY; LANES]; 3], max: [[f32::NEG_INFINITY; LANES]; 3] };
+
+    #[inline]
+    pub(crate) fn set(&mut self, lane: usize, b: &Aabb) {
+        put(&mut self.min, lane, b.min);
+        put(&mut self.max, lane, b.max);
+    }
+
+    #[inline]
+    pub(crate) fn get(&self, lane: usize) -> Aabb {
+        Aabb::new(at(&self.min, lane), at(&self.max, lane))
+    }
+
+    /// The box around all eight.
+    #[inline]
+    pub(crate) fn bounds(&self) -> Aabb {
+        let mut all = Aabb::EMPTY;
+        for i in 0..3 {
+            let (mut low, mut high) = (self.min[i], self.max[i]);
+            for half in [4, 2, 1] {
+                for l in 0..half {
+                    low[l] = lesser(low[l], low[l + half]);
+                    high[l] = greater(high[l], high[l + half]);
+                }
+            }
+            (all.min[i], all.max[i]) = (low[0], high[0]);
+        }
+        all
+    }
+
+    /// Where a ray enters each box, infinite where it does not meet it within `max`: the same answers as
+    /// [`Aabb::meets_ray`].
+    #[inline]
+    pub(crate) fn entries(&self, origin: Vec3, inv: Vec3, max: f32) -> Lanes {
+        let (mut near, mut high) = ([0.0; LANES], [max; LANES]);
+        for i in 0..3 {
+            let (o, k) = (origin[i], inv[i]);
+            for l in 0..LANES {
+                let (from, to) = (self.min[i][l], self.max[i][l]);
+                if k.is_infinite() {
+                    high[l] = if o < from || o > to { -1.0 } else { high[l] };
+                    continue;
+                }
+                let (a, b) = ((from - o) * k, (to - o) * k);
+                near[l] = greater(near[l], lesser(a, b));
+                high[l] = lesser(high[l], greater(a, b));
+            }
+        }
+        for l in 0..LANES {
+            // Not of free places: infinity less infinity.
+            let met = self.min[0][l] <= self.max[0][l] && near[l] <= high[l] * ROUNDING;
+            near[l] = if met { near[l] } else { f32::INFINITY };
+        }
+        near
+    }
+
+    /// One bit for each box that overlaps `b`.
+    #[inline]
+    pub(crate) fn overlaps(&self, b: &Aabb) -> u32 {
+        let mut apart = [f32::NEG_INFINITY; LANES];
+        for i in 0..3 {
+            let (low, high) = (b.min[i], b.max[i]);
+            for l in 0..LANES {
+                apart[l] = greater(greater(self.min[i][l] - high, low - self.max[i][l]), apart[l]);
+            }
+        }
+        bits_up_to_zero(&apart)
+    }
+}
+
+/// Calls `f` with each lane that a ray enters (`near`: where, infinite where it does not), the nearest first, as
+/// long as that is not beyond `max`, which `f` may shorten; negative: stop.
+#[inline]
+pub(crate) fn nearest_first(mut near: Lanes, max: &mut f32, mut f: impl FnMut(usize, &mut f32)) {
+    while *max >= 0.0 {
+        let mut first = 0;
+        for lane in 1..LANES {
+            if near[lane] < near[first] {
+                first = lane;
+            }
+        }
+        if !(near[first] <= *max * ROUNDING) {
+            return;
+        }
+        near[first] = f32::INFINITY;
+        f(first, max);
+    }
+}
