@@ -1,12 +1,13 @@
 //! Impacts: pairs that meet within a substep bounce before the sweep sees them.
 //!
 //! Reads: blocks, extras (restitution), motion. Writes: lines (velocity), extras (which contacts were
-//! hit). Runs: serial over the islands of a group in which a pair arrives in this step, over contacts
-//! around bodies that take part; other groups pay for a look at one flag a block. Invariant: islands
-//! do not see each other, so neither grouping nor the number of workers shows.
+//! hit). Runs: over the islands of a group in which a pair arrives in this step, over contacts
+//! around bodies that take part; other groups pay for a look at one flag a block. In an island of its own group
+//! parallel over touches that are looked at, and over sets of hits that bodies link. Invariant: neither islands nor
+//! sets see each other, so neither grouping nor the number of workers shows.
 //!
-//! In an island, rounds of reflections [Smith12]: all points that approach are stopped together, by
-//! impulses that only push, and then get e times the same impulses once more. That
+//! In an island, rounds of reflections [Smith12]: points that approach, of bodies that other such points link,
+//! are stopped together, by impulses that only push, and then get e times the same impulses once more. That
 //! keeps energy for e = 1 and never adds any, treats what is symmetric symmetrically, and sends an
 //! impact through a row of touching balls one by one. Friction follows under the impulses of the round.
 //! What still approaches after the last round, or too slowly, is left to the sweep, which stops it.
@@ -17,16 +18,13 @@
 use super::integrate::Carried;
 use super::rows::Extra;
 use super::touch::{Blow, Entry, Moment, Source, Touch};
+use crate::base::disjoint::Rows;
+use crate::base::jobs::{Executor, Inline, for_ranges, grain};
 use crate::base::wide::LANES;
 use crate::state::bodies::NONE;
 
 /// Most rounds in a substep: an impact runs through a row of as many bodies.
 const ROUNDS: u32 = 64;
-
-/// Most rounds that hit the same contact of one point, and of several: as many touching bodies can come
-/// in to a row. More of them go to boxes that rattle on two edges, where friction and bounce feed each
-/// other.
-const HITS: [u8; 2] = [8, 3];
 
 /// Most sweeps over the points of one round. One point needs one; two balls side by side come nearer
 /// to their common stop by 16 in each.
@@ -47,11 +45,17 @@ pub(super) struct Impacts {
     /// Island and entry of what arrives in this step.
     arrivals: Vec<(u32, u32)>,
     touches: Vec<Touch>,
+    /// The touch of the same island that follows each.
+    next: Vec<u32>,
     /// First and last touch of each island.
     runs: Vec<[u32; 2]>,
     hits: Vec<Hit>,
+    /// First hit of each set that bodies link.
+    parts: Vec<usize>,
     /// Touches that the next round looks at.
     looks: Vec<u32>,
+    /// Number of the pass.
+    pass: u32,
     /// Lines of the touches, and while velocities are without the carried impulses, those.
     met: Vec<u32>,
     carried: Vec<Carried>,
@@ -126,6 +130,8 @@ impl Impacts {
         self.entries.clear();
         self.arrivals.clear();
         self.touches.clear();
+        self.next.clear();
+        self.pass = 0;
         self.met.clear();
         self.ends.clear();
         self.ends.resize(n, End::NEW);
@@ -226,12 +232,13 @@ impl Impacts {
                         }
                     }
                 }
-                self.touches.push(Touch::load(source, entry));
+                self.touches.push(Touch::new(entry));
+                self.next.push(NONE);
                 let [head, tail] = &mut self.runs[run];
                 if *tail == NONE {
                     *head = number;
                 } else {
-                    self.touches[*tail as usize].next = number;
+                    self.next[*tail as usize] = number;
                 }
                 *tail = number;
             }
@@ -244,7 +251,7 @@ impl Impacts {
     /// are a guess that the sweep corrects, and may be the stop of something at 250 m/s that is over:
     /// another contact of the body would reflect that, and return energy that nothing had. So impacts see
     /// velocities without them.
-    pub(super) fn collide(&mut self, source: &Source<'_>, moment: &Moment) {
+    pub(super) fn collide(&mut self, source: &Source<'_>, moment: &Moment, jobs: &dyn Executor) {
         if self.runs.is_empty() {
             return;
         }
@@ -256,7 +263,10 @@ impl Impacts {
                 self.carried.push(source.aux.read(row).lift(source.lines.row(row)));
             }
         }
-        self.reflect_all(source, moment);
+        self.pass += 1;
+        for run in 0..self.runs.len() {
+            self.reflect_all(source, moment, run, jobs);
+        }
         for (line, carried) in self.met.iter().zip(&self.carried) {
             let row = *line as usize;
             source.aux.read(row).put_back(source.lines.row(row), carried);
@@ -264,61 +274,72 @@ impl Impacts {
         self.lifted = false;
     }
 
-    fn reflect_all(&mut self, source: &Source<'_>, moment: &Moment) {
-        for run in 0..self.runs.len() {
-            self.looks.clear();
-            let mut placed = NONE;
-            for _ in 0..ROUNDS {
-                placed = self.place_from(source, moment, run, placed);
-                self.find_hits(source, moment);
-                if self.hits.is_empty() {
-                    break;
-                }
-                self.link_hits(source);
-                let mut first = 0;
-                while first < self.hits.len() {
-                    let part = self.hits[first].part;
-                    let count = self.hits[first..].partition_point(|hit| hit.part == part);
-                    let hits = &mut self.hits[first..first + count];
-                    let alone = hits[0].touch == hits[count - 1].touch;
-                    let (touches, blow) = (&mut self.touches[..], Blow::default());
-                    Part { source, touches, hits, alone, blow }.reflect();
-                    first += count;
-                }
-                self.settle(source, run);
-            }
-        }
-    }
-
-    /// Places the touches of a run after `last`; all if that is none. Returns the last one.
-    fn place_from(&mut self, source: &Source<'_>, moment: &Moment, run: usize, last: u32) -> u32 {
-        let [head, tail] = self.runs[run];
-        let mut at = if last == NONE { head } else { self.touches[last as usize].next };
+    /// All rounds of an island.
+    fn reflect_all(
+        &mut self,
+        source: &Source<'_>,
+        moment: &Moment,
+        run: usize,
+        jobs: &dyn Executor,
+    ) {
+        self.looks.clear();
+        let mut at = self.runs[run][0];
         while at != NONE {
-            let touch = &mut self.touches[at as usize];
-            touch.place(source, f32::from(moment.done) * moment.h);
             self.looks.push(at);
-            at = touch.next;
+            at = self.next[at as usize];
         }
-        tail
+        for _ in 0..ROUNDS {
+            self.look(source, moment, jobs);
+            self.find_hits(source, moment);
+            if self.hits.is_empty() {
+                break;
+            }
+            self.link_hits(source);
+            self.reflect(source, jobs);
+            self.settle(source, run);
+        }
     }
 
-    /// The points that approach and meet in this substep, of the touches to look at. Of several on a body those
-    /// of the greatest restitution are first: with unlike ones reflected together energy could grow.
+    /// Which points of the touches to look at approach.
+    fn look(&mut self, source: &Source<'_>, moment: &Moment, jobs: &dyn Executor) {
+        let Self { touches, looks, pass, .. } = self;
+        looks.sort_unstable();
+        looks.dedup();
+        let touches = Rows::new(touches);
+        for_ranges(jobs, looks.len(), grain(jobs, looks.len(), 64), |range| {
+            for number in &looks[range] {
+                touches.row(*number as usize).look(source, moment, *pass);
+            }
+        });
+    }
+
+    /// All sets of hits: what bodies link is in one.
+    fn reflect(&mut self, source: &Source<'_>, jobs: &dyn Executor) {
+        let Self { touches, hits, parts, .. } = self;
+        let n = hits.len();
+        let (touches, hits) = (Rows::new(touches), Rows::new(hits));
+        // Tallies are of blocks, whose lanes may be in several sets.
+        let jobs = if source.tallies.is_some() { &Inline } else { jobs };
+        for_ranges(jobs, parts.len(), grain(jobs, parts.len(), 16), |range| {
+            for i in range {
+                let end = parts.get(i + 1).map_or(n, |next| *next);
+                let hits = hits.slice(parts[i]..end);
+                let alone = hits[0].touch == hits[hits.len() - 1].touch;
+                let blow = Blow::default();
+                Part { source, touches: &touches, hits, alone, blow }.reflect();
+            }
+        });
+    }
+
+    /// The points that approach and meet in this substep, of the touches that were looked at. Of several on a
+    /// body those of the greatest restitution are first: with unlike ones reflected together energy could grow.
     fn find_hits(&mut self, source: &Source<'_>, moment: &Moment) {
         self.hits.clear();
         let Self { ends, touches, hits, looks, .. } = self;
-        looks.sort_unstable();
-        looks.dedup();
         for number in looks.drain(..) {
             let touch = &touches[number as usize];
-            if touch.hits >= HITS[usize::from(touch.count > 1)] {
-                continue;
-            }
-            let speeds = touch.speeds(source);
-            let met = touch.meets(&speeds, moment);
-            for (j, speed) in speeds.into_iter().enumerate().take(4) {
-                if met >> j & 1 == 0 {
+            for (j, speed) in touch.speed.into_iter().enumerate() {
+                if touch.met >> j & 1 == 0 {
                     continue;
                 }
                 let (gain, e) = (touch.gain(j, speed, moment), touch.e);
@@ -346,7 +367,7 @@ impl Impacts {
 
     /// Hits that bodies link, one set after the other.
     fn link_hits(&mut self, source: &Source<'_>) {
-        let Self { ends, touches, hits, .. } = self;
+        let Self { ends, touches, hits, parts, .. } = self;
         // A set is a tree of hits, each above one of a lower number.
         for i in 0..hits.len() {
             let number = index(i);
@@ -366,6 +387,8 @@ impl Impacts {
             }
         }
         hits.sort_unstable_by_key(|hit| (hit.part, hit.touch, hit.point));
+        parts.clear();
+        parts.extend((0..hits.len()).filter(|i| *i == 0 || hits[i - 1].part != hits[*i].part));
     }
 
     /// What follows from a round: whose speed has changed, and who is looked at.
@@ -377,16 +400,16 @@ impl Impacts {
             }
             let touch = &mut self.touches[number as usize];
             let lines = touch.lines;
+            touch.bounced = true;
+            touch.hits += 1;
+            source.extras.row(touch.block as usize).hit |= 1 << touch.lane;
+            self.wake(source, lines, run);
             for end in ends_of(source, lines) {
                 let End { first, count, .. } = self.ends[end];
                 let around = &self.around[first as usize..(first + count) as usize];
                 let numbers = around.iter().map(|entry| self.entries[*entry as usize].touch);
                 self.looks.extend(numbers.filter(|number| *number != NONE));
             }
-            touch.bounced = true;
-            touch.hits += 1;
-            source.extras.row(touch.block as usize).hit |= 1 << touch.lane;
-            self.wake(source, lines, run);
         }
     }
 }
@@ -394,7 +417,7 @@ impl Impacts {
 /// Hits that bodies link.
 struct Part<'a> {
     source: &'a Source<'a>,
-    touches: &'a mut [Touch],
+    touches: &'a Rows<'a, Touch>,
     hits: &'a mut [Hit],
     /// They are of one touch, which may keep the blow to itself until it is over.
     alone: bool,
@@ -407,7 +430,7 @@ impl Part<'_> {
     fn each(&mut self, mut f: impl FnMut(&mut Touch, &mut Blow, &mut [Hit]) -> f32) -> f32 {
         let mut sum = 0.0;
         for hits in self.hits.chunk_by_mut(|one, next| one.touch == next.touch) {
-            let touch = &mut self.touches[hits[0].touch as usize];
+            let touch = self.touches.row(hits[0].touch as usize);
             if !self.alone {
                 self.blow = touch.blow(self.source);
             }
@@ -424,14 +447,14 @@ impl Part<'_> {
     fn reflect(&mut self) {
         let (mut fastest, mut driven) = (0.0_f32, false);
         for hit in self.hits.iter() {
-            let touch = &mut self.touches[hit.touch as usize];
+            let touch = self.touches.row(hit.touch as usize);
             fastest = fastest.max(-hit.speed);
             driven |= touch.driven;
             touch.couple();
         }
         let first = self.hits[0].touch as usize;
         if self.alone {
-            self.blow = self.touches[first].blow(self.source);
+            self.blow = self.touches.read(first).blow(self.source);
         }
         let mut work = 0.0;
         for _ in 0..SWEEPS {
@@ -475,7 +498,7 @@ impl Part<'_> {
             touch.rub(blow)
         });
         if self.alone {
-            self.touches[first].deliver(&self.blow, self.source);
+            self.touches.read(first).deliver(&self.blow, self.source);
         }
     }
 }

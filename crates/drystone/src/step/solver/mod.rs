@@ -319,7 +319,7 @@ impl Solver<'_> {
         }
     }
 
-    fn collide(&self, number: usize, done: u16, kicked: bool) {
+    fn collide(&self, number: usize, done: u16, kicked: bool, jobs: &dyn Executor) {
         let ctx = self.ctx;
         let moment = touch::Moment {
             done,
@@ -330,7 +330,7 @@ impl Solver<'_> {
             push: ctx.push_speed,
         };
         let source = self.impact_source(&self.plan.groups[number]);
-        self.impacts.row(number).collide(&source, &moment);
+        self.impacts.row(number).collide(&source, &moment, jobs);
     }
 
     /// A pass over the colors.

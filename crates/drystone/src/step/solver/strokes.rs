@@ -85,7 +85,7 @@ impl Solver<'_> {
                 }
                 (way.done, way.kicked) = (way.done + 1, stroke.kicks);
             }
-            Pass::Impacts if self.has_extras => self.collide(number, way.done, way.kicked),
+            Pass::Impacts if self.has_extras => self.collide(number, way.done, way.kicked, jobs),
             pass => self.sweep(group, pass, stroke.substep, jobs),
         }
         if way.locked {

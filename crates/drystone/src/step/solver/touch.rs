@@ -8,7 +8,7 @@ use super::tally::ContactTally;
 use crate::base::disjoint::Rows;
 use crate::base::math::{Vec3, vec3};
 use crate::base::wide::{LANES, Lanes, at, put};
-use crate::state::bodies::{Bodies, NONE};
+use crate::state::bodies::Bodies;
 
 /// Below this a point does not approach [m/s]: a hundred roundings of speeds of 10 m/s.
 const STILL: f32 = 1.0e-4;
@@ -56,22 +56,30 @@ pub(super) struct Entry {
     pub(super) touch: u32,
 }
 
+/// Most rounds that hit the same contact of one point, and of several: as many touching bodies can come
+/// in to a row. More of them go to boxes that rattle on two edges, where friction and bounce feed each
+/// other.
+const HITS: [u8; 2] = [8, 3];
+
 /// Rows of a touch, one a lane: the normals of up to four points, friction along two tangents, twist.
 const FRICTION: usize = 4;
 const ROWS: usize = 7;
 
-/// A contact that can bounce, out of its block.
-#[derive(Clone, Copy, Debug)]
+/// A contact that can bounce, out of its block once it is looked at.
+#[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Touch {
     pub(super) lines: [u32; 2],
     pub(super) block: u32,
     pub(super) lane: u8,
-    pub(super) count: u8,
-    /// The next touch of the island.
-    pub(super) next: u32,
+    count: u8,
     /// It was hit in this step, and how often in this substep.
     pub(super) bounced: bool,
     pub(super) hits: u8,
+    /// Points that approach and meet within the substep, bits, and the speeds of all.
+    pub(super) met: u8,
+    pub(super) speed: [f32; 4],
+    /// The pass that it was last placed in, counted from 1.
+    placed: u32,
     /// One of the bodies is kinematic and moves.
     pub(super) driven: bool,
     /// `answer` is known.
@@ -137,80 +145,73 @@ fn combine(rows: &[Lanes; 3], factors: &Lanes) -> Vec3 {
 }
 
 impl Touch {
-    pub(super) fn load(source: &Source<'_>, entry: &Entry) -> Self {
-        let block = source.blocks.read(entry.block as usize);
-        let extra = source.extras.read(entry.block as usize);
-        let lane = usize::from(entry.lane);
-        let mut touch = Self {
-            lines: entry.lines,
-            block: entry.block,
-            lane: entry.lane,
-            count: 0,
-            next: NONE,
-            bounced: false,
-            hits: 0,
-            driven: false,
-            coupled: false,
-            n: at(&block.n, lane),
-            t: [at(&block.t1, lane), at(&block.t2, lane)],
-            alpha: 0.0,
-            beta: 0.0,
-            mu: block.mu[lane],
-            e: extra.restitution[lane],
-            fall: extra.fall[lane],
-            slow: extra.slow[lane],
-            load: 0.0,
-            a: [[0.0; LANES]; 3],
-            b: [[0.0; LANES]; 3],
-            drift: [0.0; LANES],
-            mass: [0.0; 4],
-            s0: [0.0; 4],
-            s: [0.0; 4],
-            given: [0.0; 4],
-            rubbed: [0.0; 3],
-            mass_t: core::array::from_fn(|i| block.mass_t[i][lane]),
-            mass_slide: block.mass_slide[lane],
-            kinetic: if extra.slips { extra.kinetic[lane] } else { 1.0 },
-            answer: [[0.0; LANES]; ROWS],
-        };
+    /// Not yet looked at.
+    pub(super) fn new(entry: &Entry) -> Self {
+        Self { lines: entry.lines, block: entry.block, lane: entry.lane, ..Self::default() }
+    }
+
+    fn load(&mut self, source: &Source<'_>) {
+        let block = source.blocks.read(self.block as usize);
+        let extra = source.extras.read(self.block as usize);
+        let lane = usize::from(self.lane);
+        (self.n, self.t) = (at(&block.n, lane), [at(&block.t1, lane), at(&block.t2, lane)]);
+        (self.mu, self.e) = (block.mu[lane], extra.restitution[lane]);
+        (self.fall, self.slow) = (extra.fall[lane], extra.slow[lane]);
+        (self.mass_t, self.mass_slide) = (block.mass_t.map(|m| m[lane]), block.mass_slide[lane]);
+        self.kinetic = if extra.slips { extra.kinetic[lane] } else { 1.0 };
         // Of a contact with a fixed body its rows are not filled.
-        let free = entry.lines.map(|line| line != 0);
+        let free = self.lines.map(|line| line != 0);
         if free[0] {
-            touch.alpha = block.alpha[lane];
+            self.alpha = block.alpha[lane];
         }
         if free[1] {
-            touch.beta = block.beta[lane];
+            self.beta = block.beta[lane];
         }
         let mut row = |i: usize, a: &[Lanes; 3], b: &[Lanes; 3], drift: f32| {
             if free[0] {
-                put(&mut touch.a, i, at(a, lane));
+                put(&mut self.a, i, at(a, lane));
             }
             if free[1] {
-                put(&mut touch.b, i, at(b, lane));
+                put(&mut self.b, i, at(b, lane));
             }
-            touch.drift[i] = drift;
-            touch.driven |= drift != 0.0;
+            self.drift[i] = drift;
+            self.driven |= drift != 0.0;
         };
         for i in 0..3 {
             row(FRICTION + i, &block.a_t[i], &block.b_t[i], extra.drift_t[i][lane]);
         }
-        for (j, p) in block.points.iter().take(usize::from(block.count)).enumerate() {
+        let points = block.points.iter().take(usize::from(block.count));
+        for (j, p) in points.clone().enumerate() {
             row(j, &p.a, &p.b, extra.drift[j][lane]);
         }
-        for ((number, j), p) in
-            (1..).zip(0..).zip(block.points.iter().take(usize::from(block.count)))
-        {
+        for ((number, j), p) in (1..).zip(0..).zip(points) {
             // The block has as many as its fullest lane: which that is must not show.
             if p.mass[lane] > 0.0 {
-                touch.count = number;
+                self.count = number;
             }
-            (touch.mass[j], touch.s0[j]) = (p.mass[lane], p.s0[lane]);
+            (self.mass[j], self.s0[j]) = (p.mass[lane], p.s0[lane]);
         }
-        touch
+    }
+
+    /// Which of its points approach and meet within the substep, in this pass.
+    pub(super) fn look(&mut self, source: &Source<'_>, moment: &Moment, pass: u32) {
+        if self.placed == 0 {
+            self.load(source);
+        }
+        if self.placed != pass {
+            self.placed = pass;
+            self.place(source, f32::from(moment.done) * moment.h);
+        }
+        self.met = 0;
+        if self.hits < HITS[usize::from(self.count > 1)] {
+            let [s0, s1, s2, s3, ..] = self.speeds(source);
+            self.speed = [s0, s1, s2, s3];
+            self.met = self.meets(moment);
+        }
     }
 
     /// Separations and load at the start of a substep.
-    pub(super) fn place(&mut self, source: &Source<'_>, elapsed: f32) {
+    fn place(&mut self, source: &Source<'_>, elapsed: f32) {
         let [a, b] = self.lines.map(|line| source.lines.read(line as usize));
         let moved = self.n.dot(three(&b.x) * self.beta - three(&a.x) * self.alpha);
         let (turned_a, turned_b) = (along(&self.a, three(&a.t)), along(&self.b, three(&b.t)));
@@ -228,7 +229,7 @@ impl Touch {
 
     /// Speeds of the rows: of points along the normal, negative while they approach.
     #[inline]
-    pub(super) fn speeds(&self, source: &Source<'_>) -> Lanes {
+    fn speeds(&self, source: &Source<'_>) -> Lanes {
         let [a, b] = self.lines.map(|line| source.lines.read(line as usize));
         let slip = three(&b.v) * self.beta - three(&a.v) * self.alpha;
         let (u, u1, u2) = (self.n.dot(slip), self.t[0].dot(slip), self.t[1].dot(slip));
@@ -244,16 +245,16 @@ impl Touch {
 
     /// The points that approach and meet within the substep: bits.
     #[inline]
-    pub(super) fn meets(&self, speed: &Lanes, moment: &Moment) -> u32 {
+    fn meets(&self, moment: &Moment) -> u8 {
         let mut met = 0;
         for j in 0..4 {
-            let soon = self.s[j] + speed[j] * moment.h < 0.0;
-            met |= u32::from(self.mass[j] > 0.0 && speed[j] < -STILL && soon) << j;
+            let soon = self.s[j] + self.speed[j] * moment.h < 0.0;
+            met |= u8::from(self.mass[j] > 0.0 && self.speed[j] < -STILL && soon) << j;
         }
         if met != 0 {
             let least = self.least(moment);
             for j in 0..4 {
-                met &= !(u32::from(speed[j] >= -least) << j);
+                met &= !(u8::from(self.speed[j] >= -least) << j);
             }
         }
         met
