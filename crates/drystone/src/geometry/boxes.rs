@@ -8,6 +8,20 @@ use crate::base::wide::{LANES, Lanes, at, bits_up_to_zero, put};
 /// The allowance of [`Aabb::meets_ray`].
 const ROUNDING: f32 = 1.0 + 4.0 * f32::EPSILON;
 
+/// A segment `origin + t delta` from `t = 0` [m], as tests with boxes take it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Ray {
+    origin: Vec3,
+    /// 1/delta per component, infinite where that is zero.
+    inv: Vec3,
+}
+
+impl Ray {
+    pub(crate) fn new(origin: Vec3, delta: Vec3) -> Self {
+        Self { origin, inv: Vec3 { x: 1.0 / delta.x, y: 1.0 / delta.y, z: 1.0 / delta.z } }
+    }
+}
+
 /// Boxes side by side; a free place holds the empty box, which nothing overlaps.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Boxes {
@@ -51,10 +65,10 @@ impl Boxes {
     /// Where a ray enters each box, infinite where it does not meet it within `max`: the same answers as
     /// [`Aabb::meets_ray`].
     #[inline]
-    pub(crate) fn entries(&self, origin: Vec3, inv: Vec3, max: f32) -> Lanes {
+    pub(crate) fn entries(&self, ray: &Ray, max: f32) -> Lanes {
         let (mut near, mut high) = ([0.0; LANES], [max; LANES]);
         for i in 0..3 {
-            let (o, k) = (origin[i], inv[i]);
+            let (o, k) = (ray.origin[i], ray.inv[i]);
             for l in 0..LANES {
                 let (from, to) = (self.min[i][l], self.max[i][l]);
                 if k.is_infinite() {

@@ -2,11 +2,12 @@
 //!
 //! In double precision: the discriminant of a distant ray is a small difference of large squares.
 
+use super::boxes::Ray;
 use super::hull::Hull;
 use super::mesh::Mesh;
 use super::solid::{Core, Solid};
 use crate::base::double::{DVec3, lesser};
-use crate::base::math::{Vec3, vec3};
+use crate::base::math::Vec3;
 
 /// Where a ray meets a solid.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -187,10 +188,10 @@ fn nearest_triangle(mesh: &Mesh, origin: Vec3, delta: Vec3, max_fraction: f32) -
     let line = Line { o: DVec3::from(origin), d: DVec3::from(delta) };
     let mut max = max_fraction;
     let mut best = None;
-    let inv = vec3(1.0 / delta.x, 1.0 / delta.y, 1.0 / delta.z);
-    mesh.tree().ray(origin, delta, max_fraction, |item| {
+    let ray = Ray::new(origin, delta);
+    mesh.tree().ray(&ray, max_fraction, |item| {
         let pack = mesh.pack(item);
-        let near = pack.boxes().entries(origin, inv, max);
+        let near = pack.boxes().entries(&ray, max);
         for (lane, &number) in pack.numbers().iter().enumerate() {
             if near[lane].is_infinite() {
                 continue;

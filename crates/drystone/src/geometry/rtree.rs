@@ -15,7 +15,7 @@ use crate::base::grow;
 use crate::base::jobs::{Executor, for_items, for_ranges, grain};
 use crate::base::math::Vec3;
 use crate::base::wide::LANES;
-use crate::geometry::boxes::{Boxes, nearest_first};
+use crate::geometry::boxes::{Boxes, Ray, nearest_first};
 
 const NONE: u32 = u32::MAX;
 /// The order is made anew when the blocks are this much larger than when it was made. Queries slow down
@@ -388,10 +388,9 @@ impl RTree {
         max_fraction: f32,
         mut visit: impl FnMut(u32) -> f32,
     ) {
-        let inv = Vec3 { x: 1.0 / delta.x, y: 1.0 / delta.y, z: 1.0 / delta.z };
         let mut max = max_fraction;
         if let Some(top) = self.levels.len().checked_sub(1) {
-            self.ray_block(top, 0, origin, inv, &mut max, &mut visit);
+            self.ray_block(top, 0, &Ray::new(origin, delta), &mut max, &mut visit);
         }
     }
 
@@ -399,16 +398,15 @@ impl RTree {
         &self,
         level: usize,
         index: usize,
-        origin: Vec3,
-        inv: Vec3,
+        ray: &Ray,
         max: &mut f32,
         visit: &mut impl FnMut(u32) -> f32,
     ) {
         let Some(block) = self.levels[level].get(index) else { return };
-        nearest_first(block.entries(origin, inv, *max), max, |lane, max| {
+        nearest_first(block.entries(ray, *max), max, |lane, max| {
             let child = index * LANES + lane;
             if level > 0 {
-                self.ray_block(level - 1, child, origin, inv, max, visit);
+                self.ray_block(level - 1, child, ray, max, visit);
             } else if let Some(&item) = self.items.get(child)
                 && item != NONE
             {

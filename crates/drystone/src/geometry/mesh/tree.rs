@@ -5,7 +5,7 @@ use fearless_simd::{Simd, SimdBase};
 use crate::base::aabb::Aabb;
 use crate::base::math::Vec3;
 use crate::base::wide::{LANES, Wide, above, bits, least, load, max, min, prefetch, select, splat};
-use crate::geometry::boxes::{Boxes, nearest_first};
+use crate::geometry::boxes::{Boxes, Ray, nearest_first};
 use crate::geometry::bvh::{Bvh, Children};
 
 /// Marks a child that is a pack, not a node.
@@ -116,29 +116,16 @@ impl Tree {
         least(others)
     }
 
-    /// Calls `visit` with every pack whose box the segment `origin + t delta`, t in [0, max], may meet, near
-    /// ones first. `visit` answers the new max: smaller to shorten the ray, negative to stop.
-    pub(crate) fn ray(
-        &self,
-        origin: Vec3,
-        delta: Vec3,
-        max_fraction: f32,
-        mut visit: impl FnMut(u32) -> f32,
-    ) {
-        let inv = Vec3 { x: 1.0 / delta.x, y: 1.0 / delta.y, z: 1.0 / delta.z };
+    /// Calls `visit` with every pack whose box the segment up to `t = max_fraction` may meet, near ones first. `visit`
+    /// answers the new max: smaller to shorten the ray, negative to stop.
+    pub(crate) fn ray(&self, ray: &Ray, max_fraction: f32, mut visit: impl FnMut(u32) -> f32) {
         let mut max = max_fraction;
-        self.ray_below(0, (origin, inv), &mut max, &mut visit);
+        self.ray_below(0, ray, &mut max, &mut visit);
     }
 
-    fn ray_below(
-        &self,
-        node: u32,
-        ray: (Vec3, Vec3),
-        max: &mut f32,
-        visit: &mut impl FnMut(u32) -> f32,
-    ) {
+    fn ray_below(&self, node: u32, ray: &Ray, max: &mut f32, visit: &mut impl FnMut(u32) -> f32) {
         let Some(node) = self.nodes.get(node as usize) else { return };
-        nearest_first(node.boxes.entries(ray.0, ray.1, *max), max, |lane, max| {
+        nearest_first(node.boxes.entries(ray, *max), max, |lane, max| {
             let name = node.children[lane];
             if name & LEAF == 0 {
                 self.ray_below(name, ray, max, visit);
@@ -203,7 +190,7 @@ impl Node {
 
 #[cfg(test)]
 mod tests {
-    use super::Tree;
+    use super::{Ray, Tree};
     use crate::base::aabb::Aabb;
     use crate::base::math::{Vec3, vec3};
     use crate::geometry::bvh::Bvh;
@@ -242,7 +229,7 @@ mod tests {
         for probe in boxes(100) {
             let (from, way) = (probe.min, (probe.min - probe.max) * 10.0);
             let mut found = Vec::new();
-            tree.ray(from, way, 1.0, |i| {
+            tree.ray(&Ray::new(from, way), 1.0, |i| {
                 found.push(i);
                 1.0
             });
@@ -252,7 +239,7 @@ mod tests {
             let brute = (0_u32..).zip(&all).filter(|(_, b)| meets(b)).map(|(i, _)| i);
             assert_eq!(found, brute.collect::<Vec<u32>>());
             let mut calls = 0;
-            tree.ray(from, way, 1.0, |_| {
+            tree.ray(&Ray::new(from, way), 1.0, |_| {
                 calls += 1;
                 -1.0
             });

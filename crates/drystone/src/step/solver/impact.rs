@@ -149,12 +149,10 @@ impl Impacts {
         self.around.clear();
         self.around.resize(first as usize, NONE);
         for (number, entry) in (0..).zip(&self.entries) {
-            for line in entry.lines {
-                if line != 0 {
-                    let end = &mut self.ends[line as usize - source.first_line];
-                    self.around[(end.first + end.count) as usize] = number;
-                    end.count += 1;
-                }
+            for end in ends_of(source, entry.lines) {
+                let end = &mut self.ends[end];
+                self.around[(end.first + end.count) as usize] = number;
+                end.count += 1;
             }
         }
         // Islands one after the other, and in each what arrives in the order of the colors.
@@ -188,10 +186,8 @@ impl Impacts {
                 let body = source.members[line as usize - 1];
                 self.arrivals.push((source.bodies.at(body).island, number));
             }
-            for line in lines {
-                if line != 0 {
-                    self.ends[line as usize - source.first_line].count += 1;
-                }
+            for end in ends_of(source, lines) {
+                self.ends[end].count += 1;
             }
             let (block, lane) = (index(i), small(lane));
             self.entries.push(Entry { lines, block, lane, touch: NONE });

@@ -3,13 +3,12 @@
 //! Groups with a body that particles touch or hold take each pass together with the particles; a group's result
 //! is the same as alone. Beside a classic method particles come after the bodies' whole step.
 
-use super::integrate;
+use super::integrate::{self, three};
 use super::plan::Plan;
 use super::strokes::Stroke;
 use super::{Scratch, Solver};
 use crate::base::disjoint::Rows;
 use crate::base::jobs::{Executor, Inline, for_ranges};
-use crate::base::math::vec3;
 use crate::state::bodies::Bodies;
 use crate::state::method::Pass;
 use crate::step::context::StepContext;
@@ -107,7 +106,6 @@ pub(super) fn follow(
     }
     for row in &tied.scratch.dragged {
         let (line, body) = (s.line_of[*row as usize] as usize, bodies.at(*row));
-        let three = |v: [f32; 4]| vec3(v[0], v[1], v[2]);
         let was = s.lines[line];
         let velocity = (three(was.v), three(was.w));
         let (mut to, whitening, ..) = integrate::whiten(ctx, body, 1.0, velocity);

@@ -1,7 +1,7 @@
 //! One contact that may bounce, out of its block: where it is, how fast it approaches, what it wants and
 //! how an impulse acts on its bodies. See [`super::impact`].
 
-use super::integrate::Aux;
+use super::integrate::{Aux, three};
 use super::rooms::Blocks;
 use super::rows::{Extra, Line, Whitening};
 use super::tally::ContactTally;
@@ -99,7 +99,7 @@ pub(super) struct Touch {
     a: [Lanes; 3],
     b: [Lanes; 3],
     drift: Lanes,
-    /// Inverse masses of the points' rows are above 0 where there is a point.
+    /// Masses that the points' rows feel, 0 where there is no point.
     pub(super) mass: [f32; 4],
     s0: [f32; 4],
     /// Separations now.
@@ -121,11 +121,6 @@ pub(super) struct Touch {
 pub(super) struct Blow {
     pub(super) speed: Lanes,
     impulse: Lanes,
-}
-
-#[inline(always)]
-const fn three(v: &[f32; 4]) -> Vec3 {
-    vec3(v[0], v[1], v[2])
 }
 
 /// The products of rows with a vector.
@@ -213,8 +208,8 @@ impl Touch {
     /// Separations and load at the start of a substep.
     fn place(&mut self, source: &Source<'_>, elapsed: f32) {
         let [a, b] = self.lines.map(|line| source.lines.read(line as usize));
-        let moved = self.n.dot(three(&b.x) * self.beta - three(&a.x) * self.alpha);
-        let (turned_a, turned_b) = (along(&self.a, three(&a.t)), along(&self.b, three(&b.t)));
+        let moved = self.n.dot(three(b.x) * self.beta - three(a.x) * self.alpha);
+        let (turned_a, turned_b) = (along(&self.a, three(a.t)), along(&self.b, three(b.t)));
         for j in 0..4 {
             self.s[j] = self.s0[j] + moved + turned_b[j] - turned_a[j] + self.drift[j] * elapsed;
         }
@@ -231,10 +226,10 @@ impl Touch {
     #[inline]
     fn speeds(&self, source: &Source<'_>) -> Lanes {
         let [a, b] = self.lines.map(|line| source.lines.read(line as usize));
-        let slip = three(&b.v) * self.beta - three(&a.v) * self.alpha;
+        let slip = three(b.v) * self.beta - three(a.v) * self.alpha;
         let (u, u1, u2) = (self.n.dot(slip), self.t[0].dot(slip), self.t[1].dot(slip));
         let straight = [u, u, u, u, u1, u2, 0.0, 0.0];
-        let (turn_a, turn_b) = (along(&self.a, three(&a.w)), along(&self.b, three(&b.w)));
+        let (turn_a, turn_b) = (along(&self.a, three(a.w)), along(&self.b, three(b.w)));
         core::array::from_fn(|l| straight[l] + turn_b[l] - turn_a[l] + self.drift[l])
     }
 
