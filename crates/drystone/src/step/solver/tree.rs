@@ -23,7 +23,7 @@
 
 use super::Solver;
 use super::forest::{Tree, TreeJoint};
-use super::joint::JointSweep;
+use super::joint::{FASTER, JointSweep};
 use super::plan::Group;
 use super::six::{
     Jacobian, Six, backward, curve, dot, factor, forward, halves, mul, push, shift, wide,
@@ -38,9 +38,6 @@ use crate::state::bodies::{Body, NONE};
 
 /// Part of the compliance in a relax sweep.
 const RELAX: f64 = 0.01;
-
-/// A wide gap closes faster: by half in a tenth of a second [1/s].
-pub(super) const FASTER: f64 = 7.0;
 
 /// What the tree's joints have in common in one sweep: see [`JointSweep`].
 #[derive(Clone, Copy, Debug)]
@@ -515,7 +512,7 @@ impl Solver<'_> {
             }
         }
         let size = gap.length();
-        let fastest = sweep.push_speed + FASTER * size;
+        let fastest = sweep.push_speed + f64::from(FASTER) * size;
         let rate = if sweep.rate * size > fastest { fastest / size } else { sweep.rate };
         let wanted = -(speed + gap * rate);
         row.rhs = [wanted.x, wanted.y, wanted.z, 0.0, 0.0, 0.0];
