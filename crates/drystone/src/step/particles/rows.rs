@@ -8,6 +8,7 @@ use crate::base::disjoint::Rows;
 use crate::base::math::{Vec3, vec3};
 use crate::base::sym3::Sym3;
 use crate::state::particles::ParticleLine;
+use crate::step::solver::integrate::three;
 use crate::step::solver::rows::{Line, Whitening};
 
 /// Part of the gap of an attachment that a substep takes out.
@@ -61,10 +62,6 @@ impl Partner {
             line.w[i] += dw;
         }
     }
-}
-
-const fn three(v: [f32; 4]) -> Vec3 {
-    vec3(v[0], v[1], v[2])
 }
 
 /// The rows that a sweep writes.

@@ -122,7 +122,7 @@ pub(super) const fn four(v: Vec3) -> [f32; 4] {
     [v.x, v.y, v.z, 0.0]
 }
 
-pub(super) const fn three(v: [f32; 4]) -> Vec3 {
+pub(crate) const fn three(v: [f32; 4]) -> Vec3 {
     vec3(v[0], v[1], v[2])
 }
 

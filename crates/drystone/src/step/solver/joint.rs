@@ -178,9 +178,9 @@ fn axes<S: Simd>(s: Sym3w<S>, r: Vec3w<S>) -> [Vec3w<S>; 3] {
 /// A wide gap closes faster than others may: by half in a tenth of a second [1/s].
 pub(super) const FASTER: f32 = 7.0;
 
-/// At what speed an axis that is open by `gap` closes, if by `rate` [1/s], then no faster than joints of six axes and trees do. (A ball
-/// that a floor stopped while the one on its joint went on for 0.16 m was thrown up at 15 m/s: what closes a joint presses
-/// a body on what bears it, and that pushes both.)
+/// At what speed an axis that is open by `gap` closes: by `rate` [1/s], but no faster than at [`push`] and by [`FASTER`] besides, each
+/// axis by itself. (A ball that a floor stopped while the one on its joint went on for 0.16 m was thrown up at 15 m/s: what
+/// closes a joint presses a body on what bears it, and that pushes both.)
 #[inline(always)]
 fn closing<S: Simd>(simd: S, gap: Wide<S>, rate: Wide<S>) -> Wide<S> {
     let most = splat(simd, push(0)) + max(gap, -gap) * splat(simd, FASTER);

@@ -43,12 +43,20 @@ const RELAX: f64 = 0.01;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Sweep {
     pub(super) h: f64,
-    pub(super) rate: f64,
+    rate: f64,
     compliance: f64,
     pub(super) elapsed: f64,
     /// Gaps are closed no faster than this [m/s].
     pub(super) push_speed: f64,
     pub(super) joints: JointSweep,
+}
+
+impl Sweep {
+    /// By which rate [1/s] a gap of this size closes: no faster than at `fastest`, and wide ones by [`FASTER`] besides.
+    pub(super) fn closing_rate(&self, size: f64, fastest: f64) -> f64 {
+        let fastest = fastest + f64::from(FASTER) * size;
+        if self.rate * size > fastest { fastest / size } else { self.rate }
+    }
 }
 
 /// A body of a tree.
@@ -511,9 +519,7 @@ impl Solver<'_> {
                 parent.stiffen(sweep.h, -row.impulse, r);
             }
         }
-        let size = gap.length();
-        let fastest = sweep.push_speed + f64::from(FASTER) * size;
-        let rate = if sweep.rate * size > fastest { fastest / size } else { sweep.rate };
+        let rate = sweep.closing_rate(gap.length(), sweep.push_speed);
         let wanted = -(speed + gap * rate);
         row.rhs = [wanted.x, wanted.y, wanted.z, 0.0, 0.0, 0.0];
         for i in 0..3 {

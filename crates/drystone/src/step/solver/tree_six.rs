@@ -11,7 +11,6 @@ use fearless_simd::{SimdBase, dispatch};
 use super::Solver;
 use super::forest::{Tree, TreeJoint};
 use super::held::push;
-use super::joint::FASTER;
 use super::six::{Six, curve, dot, halves, mul, shift};
 use super::sixdof::{Felt, SixBlock, act};
 use super::tree::{Sweep, TreeBody, TreeRow};
@@ -394,11 +393,9 @@ impl Solver<'_> {
             let x = row.six.place[i] - f64::from(block.place[axis][lane]);
             let speed =
                 row.six.speed[i] + dot(&row.child[i], &child.u) + dot(&row.parent[i], &parent.u);
-            let size = greater(x, -x);
             let is_motion = axis < 3;
             let fastest = if is_motion { sweep.push_speed } else { f64::from(push(axis)) };
-            let fastest = fastest + f64::from(FASTER) * size;
-            let rate = if sweep.rate * size > fastest { fastest / size } else { sweep.rate };
+            let rate = sweep.closing_rate(greater(x, -x), fastest);
             row.rhs[i] = -(speed + x * rate);
             row.k[i][i] = if is_motion { compliance } else { compliance * row.six.ease };
         }
