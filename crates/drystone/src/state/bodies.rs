@@ -18,8 +18,10 @@ pub(crate) enum Fineness {
     Whole,
     /// In those of [`crate::InertiaConfig::refine`]: what it carries squeezes it as far as can be carried.
     Loaded,
-    /// In those of [`crate::JointConfig::refine`]: joints of it go round fast.
-    Whirling,
+    /// In those of [`crate::JointConfig::refine`]: it has joints, and they go round fast.
+    Jointed,
+    /// In the same: it has joints, and is hit. The impulses that it keeps are taken back in the next step, those of a blow.
+    Struck,
 }
 
 /// Where a body's mass came from: as [`MassDef`] says, but for what the body itself knows.

@@ -57,8 +57,9 @@ pub struct JointConfig {
     /// carries at least this many times its own mass: a chain under a heavy load then keeps
     /// its length; at least 0; default 20. It takes longer than joint by joint.
     pub tree_ratio: f32,
-    /// An island of at most 64 bodies in which a joint goes round fast, by more than a tenth of a radian in a substep, gets
-    /// this many times the substeps, 1 to 8; default 4; 1: none.
+    /// An island of at most 64 bodies that has joints gets this many times the substeps, 1 to 8, where a joint goes round fast, by
+    /// more than a tenth of a radian in a substep, or a body is hit, by more than three hundredths of the thinner body's half
+    /// thickness in a substep; default 4; 1: none.
     pub refine: u32,
 }
 

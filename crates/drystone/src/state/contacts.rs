@@ -169,6 +169,16 @@ impl Contact {
         (x.word, y.word, z.word) = (impulse.x, impulse.y, impulse.z);
     }
 
+    /// Multiplies all impulses.
+    pub(crate) fn scale_impulses(&mut self, factor: f32) {
+        for point in &mut self.points {
+            point.impulse *= factor;
+        }
+        self.tangent_impulse *= factor;
+        self.twist_impulse *= factor;
+        self.set_rolling_impulse(self.rolling_impulse() * factor);
+    }
+
     /// Speed at which the shapes approach each other before they touch [m/s]. Like the rolling impulse it
     /// has the room that points leave in their cache lines, in use or not.
     #[inline]

@@ -61,7 +61,7 @@ impl StepContext {
     }
 
     /// For islands that take every substep in parts, by their [`Fineness`].
-    pub(crate) fn finer(&self, config: &WorldConfig) -> [Self; 2] {
+    pub(crate) fn finer(&self, config: &WorldConfig) -> [Self; 3] {
         let in_parts = |parts: u32| {
             let substeps = [self.substeps, parts.clamp(1, 8)];
             Self::with(config, self.dt, substeps, self.impulse_scale, self.level)
@@ -70,11 +70,13 @@ impl StepContext {
         loaded.fineness = Fineness::Loaded;
         // What had sunk into softer contacts is not thrown up.
         loaded.push_speed = loaded.push_speed.min(REFINED_PUSH_SPEED);
-        let mut whirling = in_parts(config.joint.refine);
-        whirling.fineness = Fineness::Whirling;
-        // Contacts give as before: joints alone get stiffer.
-        [whirling.soft, whirling.soft_fixed] = contact_springs(config, self.inv_h, whirling.h);
-        [loaded, whirling]
+        let mut jointed = in_parts(config.joint.refine);
+        jointed.fineness = Fineness::Jointed;
+        // Contacts give as before: joints alone get stiffer. (Stiffer ones, too, threw limbs that were caught out of their
+        // joints: docs/decisions/023-hits-on-joints.md.)
+        [jointed.soft, jointed.soft_fixed] = contact_springs(config, self.inv_h, jointed.h);
+        let struck = Self { fineness: Fineness::Struck, ..jointed };
+        [loaded, jointed, struck]
     }
 
     #[expect(clippy::cast_precision_loss, reason = "at most 256 by 8")]

@@ -146,9 +146,10 @@ pub(crate) fn step(
     let Sets { bodies, joints, contacts, islands, colors, events } = sets;
     let method = &config.method;
     let breakage = joints.breakable > 0 || breakage.any();
-    let read = solver::Input { bodies, shapes, islands, breakage };
-    let [loaded, whirling] = &ctx.finer(config);
-    let contexts = [ctx, loaded, whirling];
+    let closing = &s.narrowphase;
+    let read = solver::Input { bodies, shapes, islands, closing, breakage };
+    let [loaded, jointed, struck] = &ctx.finer(config);
+    let contexts = [ctx, loaded, jointed, struck];
     let pace = Pace::new(ctx, config, particles.last_h);
     let mut tied = s.particles.tied(pace, particles);
     solver::solve(contexts, method, read, joints, contacts, colors, &mut s.solver, &mut tied, jobs);

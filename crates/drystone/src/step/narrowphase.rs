@@ -30,6 +30,9 @@ use crate::state::shapes::Shapes;
 /// on its way from memory meanwhile.
 const GROUP: usize = 16;
 
+/// A contact closes fast if it does by more than this part of the thinner body's half thickness in a substep.
+const CLOSES: f32 = 0.03;
+
 /// What became of a contact.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Change {
@@ -37,6 +40,8 @@ pub(crate) enum Change {
     Apart(u32),
     /// The number of its points changed.
     Count(u32),
+    /// It has points that have not touched yet, and which close fast ([`CLOSES`]). No change by itself.
+    Closes(u32),
     /// It has points, and may be a ghost of the seam of two shapes; no change by itself.
     Made(u32),
     /// It has points, and is of a mesh: it may make others ghosts, but is none. No change by itself.
@@ -55,6 +60,14 @@ pub(crate) struct Scratch {
 impl Scratch {
     pub(crate) fn changes(&self) -> impl Iterator<Item = Change> {
         self.changes.iter().flatten().copied()
+    }
+
+    /// The contacts that close fast.
+    pub(crate) fn closing(&self) -> impl Iterator<Item = u32> {
+        self.changes().filter_map(|change| match change {
+            Change::Closes(row) => Some(row),
+            _ => None,
+        })
     }
 }
 
@@ -158,9 +171,7 @@ fn update(
     probe.restart(a, b);
     let m = collide(&shape_a.solid, &shape_b.solid, &b_in_a, margin, &mut contact.cache);
     probe.gap = m.gap;
-    if rebuild(contact, &m, &pose_a, before, a, b) {
-        out.push(Change::Count(row));
-    }
+    rebuild(ctx, (row, contact), &m, (&pose_a, before), [a, b], out);
     if contact.count > 0 && !contact.sensor && seams::is_in_doubt(a, b) {
         out.push(Change::Made(row));
     }
@@ -241,16 +252,15 @@ fn recycle(
     true
 }
 
-/// Takes over a new manifold; true if the number of points changed. `last` is how A stood when the last
-/// one was made.
+/// Takes over a new manifold, and lists what that changed. `last` is how A stood when the last one was made.
 fn rebuild(
-    contact: &mut Contact,
+    ctx: &StepContext,
+    (row, contact): (u32, &mut Contact),
     manifold: &Manifold,
-    pose_a: &Pose,
-    last: Quat,
-    a: &Body,
-    b: &Body,
-) -> bool {
+    (pose_a, last): (&Pose, Quat),
+    [a, b]: [&Body; 2],
+    out: &mut Vec<Change>,
+) {
     let before = contact.count;
     let mut old = contact.points;
     let normal = pose_a.direction(manifold.normal);
@@ -263,7 +273,10 @@ fn rebuild(
         contact.tangent_impulse = Vec3::ZERO;
         contact.set_rolling_impulse(Vec3::ZERO);
         contact.twist_impulse = 0.0;
-        return before != 0;
+        if before != 0 {
+            out.push(Change::Count(row));
+        }
+        return;
     }
     contact.normal = normal;
     // Arms from A's center in the frame of A's shape keep their precision far from the origin.
@@ -276,10 +289,17 @@ fn rebuild(
         new.renew(r_a, made.separation, impulse, made.feature);
         approach = approach.max(-normal.dot(b.velocity_at(r_b) - a.velocity_at(r_a)));
     }
-    if !contact.touching {
-        contact.set_approach(approach);
+    if before != count {
+        out.push(Change::Count(row));
     }
-    before != count
+    if contact.touching {
+        return;
+    }
+    contact.set_approach(approach);
+    let thickness = |body: &Body| if body.is_dynamic() { body.inner } else { f32::INFINITY };
+    if !contact.sensor && approach * ctx.h > CLOSES * thickness(a).min(thickness(b)) {
+        out.push(Change::Closes(row));
+    }
 }
 
 /// The impulse of the old point that a new one continues, and takes it away from it: the one of the same

@@ -23,7 +23,7 @@ pub(crate) fn apply_touch_changes(scratch: &Scratch, shapes: &Shapes, sets: &mut
                 end_contact(row, shapes, sets);
             }
             Change::Count(row) => recount(row, shapes, sets),
-            Change::Made(_) | Change::Carries(_) => {}
+            Change::Made(_) | Change::Carries(_) | Change::Closes(_) => {}
         }
     }
 }

@@ -111,8 +111,8 @@ pub(super) fn update(
     if count <= 1 && contact.others == 0 {
         let idle = count == 0 && contact.count == 0;
         let manifold = if count == 0 { Manifold::default() } else { made[0] };
-        if !idle && rebuild(contact, &manifold, &pose_a, last, a, b) {
-            out.push(Change::Count(probe.row));
+        if !idle {
+            rebuild(ctx, (probe.row, contact), &manifold, (&pose_a, last), [a, b], out);
         }
         list_parts(probe.row, contact, slots, out);
         return;
@@ -125,8 +125,8 @@ pub(super) fn update(
         let manifold = order[slot].map_or(Manifold::default(), |k| made[k]);
         // Empty rows that stay so need no writing.
         let idle = manifold.count == 0 && contact.count == 0;
-        if !idle && rebuild(contact, &manifold, &pose_a, last, a, b) {
-            out.push(Change::Count(row));
+        if !idle {
+            rebuild(ctx, (row, contact), &manifold, (&pose_a, last), [a, b], out);
         }
         if contact.count > 0 && !contact.sensor {
             out.push(Change::Carries(row));

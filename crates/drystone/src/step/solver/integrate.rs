@@ -305,7 +305,11 @@ pub(crate) fn note_load(ctx: &StepContext, squeeze: &Squeeze, before: Vec3, body
     // What an impact sends off does not rest: with a mass that is not its own it would hit others with
     // energy that it does not have.
     if (body.v - before).length() * ctx.dt > JOLT * body.extent {
-        (body.inertia_factor, body.load, body.fineness) = (1.0, 0.0, Fineness::Whole);
+        (body.inertia_factor, body.load) = (1.0, 0.0);
+        body.fineness = match squeeze.fineness {
+            Fineness::Struck => Fineness::Struck,
+            _ => Fineness::Whole,
+        };
         return;
     }
     (body.inertia_factor, body.fineness) = (squeeze.factor, squeeze.fineness);

@@ -18,6 +18,7 @@ pub(crate) mod inertia;
 pub(crate) mod integrate;
 mod classic;
 mod coupling;
+mod fineness;
 mod impact;
 mod pack;
 mod pack_extra;
@@ -36,7 +37,6 @@ mod tree;
 mod tree_six;
 mod touch;
 mod unpack;
-mod whirl;
 
 pub(crate) use self::tally::Given;
 
@@ -70,6 +70,7 @@ use crate::state::islands::Islands;
 use crate::state::joints::{Joint, Joints};
 use crate::state::method::{Method, Pass};
 use crate::state::shapes::Shapes;
+use crate::step::narrowphase;
 use crate::step::particles::pace::Tied;
 
 /// The solver's memory, kept from step to step so that a warm step allocates nothing.
@@ -181,6 +182,8 @@ pub(crate) struct Input<'a> {
     pub(crate) bodies: &'a Bodies,
     pub(crate) shapes: &'a Shapes,
     pub(crate) islands: &'a Islands,
+    /// Which contacts close fast.
+    pub(crate) closing: &'a narrowphase::Scratch,
     /// Some body or joint can break: what contacts and joints give is summed up.
     pub(crate) breakage: bool,
 }
@@ -188,9 +191,9 @@ pub(crate) struct Input<'a> {
 /// Runs the method's passes. Poses are written by finalize, from the lines. There is a context for each
 /// [`Fineness`](crate::state::bodies::Fineness) of islands.
 pub(crate) fn solve(
-    contexts: [&StepContext; 3],
+    contexts: [&StepContext; 4],
     method: &Method,
-    Input { bodies, shapes, islands, breakage }: Input<'_>,
+    input: Input<'_>,
     joints: &mut Joints,
     contacts: &mut Contacts,
     colors: &mut Colors,
@@ -200,25 +203,19 @@ pub(crate) fn solve(
 ) {
     let s = scratch;
     let ctx = contexts[0];
+    let Input { bodies, shapes, islands, closing, breakage } = input;
     // Blocks that no group takes, those of bodies that were put aside, would keep what they said before.
     s.begun.clear();
     s.tallies.clear();
     if method.is_classic() {
-        classic::solve(
-            ctx,
-            method,
-            Input { bodies, shapes, islands, breakage },
-            joints,
-            contacts,
-            colors,
-            s,
-        );
+        classic::solve(ctx, method, input, joints, contacts, colors, s);
         together::follow(ctx, bodies, s, tied, jobs);
         return;
     }
     s.classic.leave(&mut s.line_of);
     s.sweeps = method.wide_sweeps(ctx.substeps);
-    s.plan.choose_fineness(bodies, joints, islands, contexts);
+    s.plan.choose_fineness(bodies, joints, contacts, islands, closing.closing(), contexts);
+    s.plan.take_back(bodies, joints, contacts, contexts);
     let workers = jobs.workers().max(1);
     s.plan.update(bodies, joints, contacts, colors, &mut s.line_of, ctx.tree_ratio, workers);
     let n = s.plan.members.len() + 1;

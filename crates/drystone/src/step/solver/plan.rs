@@ -8,8 +8,8 @@
 
 use core::ops::Range;
 
+use super::fineness::{is_jointed, struck, take_back, whirls};
 use super::forest::Forest;
-use super::whirl::whirls;
 use crate::base::wide::LANES;
 use crate::state::bodies::{Bodies, Body, Fineness, NONE};
 use crate::state::colors::{Coloring, Colors, Place};
@@ -131,15 +131,17 @@ impl Plan {
         &mut self,
         bodies: &Bodies,
         joints: &Joints,
+        contacts: &Contacts,
         islands: &Islands,
-        [ctx, loaded, whirling]: [&StepContext; 3],
+        closing: impl Iterator<Item = u32>,
+        [ctx, loaded, jointed, _]: [&StepContext; 4],
     ) {
         self.fineness.swap(0, 1);
         let chosen = &mut self.fineness[0];
         chosen.clear();
         let by_load = loaded.substeps > ctx.substeps && ctx.inertia.is_on();
-        let by_turn = whirling.substeps > ctx.substeps && !joints.rows.is_empty();
-        if !by_load && !by_turn {
+        let by_joints = jointed.substeps > ctx.substeps && !joints.rows.is_empty();
+        if !by_load && !by_joints {
             return;
         }
         chosen.resize(islands.rows.len(), Fineness::Whole);
@@ -149,10 +151,20 @@ impl Plan {
                 chosen[body.island as usize] = Fineness::Loaded;
             }
         }
-        if by_turn {
+        if by_joints {
             for (island, chosen) in islands.rows.iter().zip(&mut *chosen) {
                 if whirls(island, bodies, joints, ctx.h) {
-                    *chosen = Fineness::Whirling;
+                    *chosen = Fineness::Jointed;
+                }
+            }
+            for island in struck(closing, bodies, contacts) {
+                let (Some(chosen), Some(island)) =
+                    (chosen.get_mut(island as usize), islands.rows.get(island as usize))
+                else {
+                    continue;
+                };
+                if *chosen != Fineness::Struck && is_jointed(island, bodies, joints) {
+                    *chosen = Fineness::Struck;
                 }
             }
         }
@@ -162,6 +174,28 @@ impl Plan {
         // Particles keep pace with the world's substeps.
         for body in lined().filter(|body| body.dragged) {
             chosen[body.island as usize] = Fineness::Whole;
+        }
+    }
+
+    /// What is kept of a step in parts are the impulses of its last part times the parts: right for a load, and that many times
+    /// too much of a blow that came in it. Where an island that was hit goes on in whole substeps they are taken back.
+    pub(super) fn take_back(
+        &self,
+        bodies: &Bodies,
+        joints: &mut Joints,
+        contacts: &mut Contacts,
+        [ctx, _, jointed, _]: [&StepContext; 4],
+    ) {
+        if !self.fineness[1].contains(&Fineness::Struck) {
+            return;
+        }
+        let factor = ctx.store_scale / jointed.store_scale;
+        for row in &bodies.awake {
+            let body = bodies.at(*row);
+            let goes_on = self.fineness[0].get(body.island as usize).copied().unwrap_or_default();
+            if body.fineness == Fineness::Struck && goes_on == Fineness::Whole {
+                take_back(*row, bodies, joints, contacts, factor);
+            }
         }
     }
 
@@ -326,7 +360,7 @@ impl Plan {
         let (mut group, mut filled) = (self.shared, 0);
         let fineness =
             |island: u32| self.fineness[0].get(island as usize).copied().unwrap_or_default();
-        for of in [Fineness::Whole, Fineness::Loaded, Fineness::Whirling] {
+        for of in [Fineness::Whole, Fineness::Loaded, Fineness::Jointed, Fineness::Struck] {
             for (island, ends) in &self.islands {
                 if is_shared(*ends) || fineness(*island) != of {
                     continue;

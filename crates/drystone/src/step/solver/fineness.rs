@@ -1,0 +1,130 @@
+//! Islands with joints that take substeps in parts: those whose joints go round fast, for what frozen rows and soft joints make
+//! wrong of them grows as the square of the angle of a substep (docs/derivations/joints.md), and those that are hit, for a blow
+//! runs through one joint after the other, one a sweep (docs/decisions/023-hits-on-joints.md).
+
+use crate::base::math::Vec3;
+use crate::state::bodies::{Bodies, Body, Fineness, NONE};
+use crate::state::contacts::Contacts;
+use crate::state::islands::Island;
+use crate::state::joints::{Joint, Joints, Link};
+
+/// Most bodies of an island that takes its substeps in parts: what one limb does is no reason to solve a whole pile finely.
+const MOST_BODIES: u32 = 64;
+
+/// From this part of its size on that a joint's anchor is off its tangent after a substep, times two: a tenth of a radian for
+/// one at the body's end.
+const ENTER: f32 = 0.01;
+
+/// Until it falls below this: a mechanism at the limit does not change its stiffness in each step.
+const LEAVE: f32 = 0.005;
+
+/// True if some joint of the island, one that is small and awake, goes round so fast that substeps of `h` [s] are too long.
+pub(super) fn whirls(island: &Island, bodies: &Bodies, joints: &Joints, h: f32) -> bool {
+    if island.len > MOST_BODIES {
+        return false;
+    }
+    let mut row = island.first;
+    while row != NONE {
+        let body = bodies.at(row);
+        if !body.active() {
+            return false;
+        }
+        let limit = if body.fineness == Fineness::Jointed { LEAVE } else { ENTER };
+        for joint in body.joints.iter().map(|joint| joints.at(*joint)) {
+            let sides = [(joint.body_a, joint.anchor_a), (joint.body_b, joint.anchor_b)];
+            let is_bent = |end: u32, arm: Vec3| {
+                let end = bodies.at(end);
+                // Most turn so slowly that no arm could be: an arm's end is off by no more than this, and rounding.
+                let most = end.w.length_squared() * (h * h);
+                most > 0.99 * limit && bend(end, arm, h) > limit * body.extent.max(arm.length())
+            };
+            if sides.iter().any(|(end, arm)| is_bent(*end, *arm)) {
+                return true;
+            }
+        }
+        row = body.island_next;
+    }
+    false
+}
+
+/// Twice what the end of an arm is off its tangent after `h` [m].
+fn bend(body: &Body, arm: Vec3, h: f32) -> f32 {
+    let arm = body.rotation.rotate(arm);
+    body.w.cross(body.w.cross(arm)).length() * (h * h)
+}
+
+/// True if an island is small and has joints, and no trees: those hand a blow on at once.
+pub(super) fn is_jointed(island: &Island, bodies: &Bodies, joints: &Joints) -> bool {
+    if island.len > MOST_BODIES {
+        return false;
+    }
+    let mut has_joints = false;
+    let mut row = island.first;
+    while row != NONE {
+        let body = bodies.at(row);
+        if body.joints.iter().any(|joint| joints.at(*joint).is_direct) {
+            return false;
+        }
+        has_joints |= !body.joints.is_empty();
+        row = body.island_next;
+    }
+    has_joints
+}
+
+/// The islands in which contacts that `closing` lists are about to touch, as often as that.
+pub(super) fn struck(
+    closing: impl Iterator<Item = u32>,
+    bodies: &Bodies,
+    contacts: &Contacts,
+) -> impl Iterator<Item = u32> {
+    closing.filter_map(|row| {
+        let c = contacts.at(row);
+        let ends = [c.body_a, c.body_b].map(|body| bodies.at(body));
+        // It may have turned out to be a ghost since.
+        let dynamic = ends.into_iter().find(|body| body.is_dynamic() && body.active());
+        dynamic.filter(|_| c.count > 0).map(|body| body.island)
+    })
+}
+
+/// Takes the impulses of a body that was hit, and which goes on in whole substeps, back to those of a part.
+pub(super) fn take_back(
+    row: u32,
+    bodies: &Bodies,
+    joints: &mut Joints,
+    contacts: &mut Contacts,
+    factor: f32,
+) {
+    // A constraint of two such bodies is of the one that stands first.
+    let is_mine = |ends: [u32; 2]| {
+        let other = if ends[0] == row { ends[1] } else { ends[0] };
+        row <= other || bodies.at(other).fineness != Fineness::Struck
+    };
+    let mut at = bodies.at(row).contacts;
+    while at != NONE {
+        let contact = contacts.at_mut(at / 2);
+        at = contact.links[(at & 1) as usize].next;
+        if is_mine([contact.body_a, contact.body_b]) {
+            contact.scale_impulses(factor);
+        }
+    }
+    for joint in &bodies.at(row).joints {
+        let joint = joints.at_mut(*joint);
+        if is_mine([joint.body_a, joint.body_b]) {
+            scale(joint, factor);
+        }
+    }
+}
+
+fn scale(joint: &mut Joint, factor: f32) {
+    joint.impulse *= factor;
+    match &mut joint.link {
+        Link::Six(six) => {
+            for impulse in [&mut six.held, &mut six.friction, &mut six.limit].into_iter().flatten()
+            {
+                *impulse *= factor;
+            }
+        }
+        Link::Coupling(coupling) => coupling.impulse *= factor,
+        Link::Ball | Link::Distance { .. } | Link::Pulley(_) => {}
+    }
+}
