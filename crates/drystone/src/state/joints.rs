@@ -62,6 +62,8 @@ pub(crate) struct Joint {
     pub(crate) strength: Option<JointStrength>,
     /// What it gave in the last step, on B [N s, N m s, world]; known while something can break.
     pub(crate) given: [Vec3; 2],
+    /// The greatest of a substep of the last step, by their sizes [N s, N m s]; known while something can break.
+    pub(crate) peak: [f32; 2],
     /// How far it is worn out: 1 breaks.
     pub(crate) damage: f32,
     pub(crate) place: Place,

@@ -413,8 +413,6 @@ pub(crate) struct Six {
     /// Impulses of a substep on body B at its anchor [N s; N m s, world].
     pub(crate) force: Vec3,
     pub(crate) torque: Vec3,
-    /// Greatest of a substep of the last step, by their sizes [N s; N m s].
-    pub(crate) peak: [f32; 2],
 }
 
 impl Six {
@@ -431,7 +429,6 @@ impl Six {
             angles: [0.0; 3],
             force: Vec3::ZERO,
             torque: Vec3::ZERO,
-            peak: [0.0; 2],
         }
     }
 

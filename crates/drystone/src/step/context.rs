@@ -45,6 +45,8 @@ pub(crate) struct StepContext {
     /// Factor to the impulses that are kept, which are those of the world's substep, whatever parts
     /// an island takes it in.
     pub(crate) store_scale: f32,
+    /// Those parts.
+    pub(crate) parts: u32,
     pub(crate) fineness: Fineness,
     pub(crate) level: Level,
 }
@@ -124,6 +126,7 @@ impl StepContext {
             tree_ratio: config.joint.tree_ratio,
             impulse_scale: impulse_scale / parts as f32,
             store_scale: parts as f32,
+            parts,
             fineness: Fineness::Whole,
             level,
         }

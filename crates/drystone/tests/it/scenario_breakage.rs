@@ -238,6 +238,40 @@ fn a_joint_breaks_by_the_impulse_of_a_blow_in_whichever_substep_it_comes() {
 }
 
 #[test]
+fn the_force_of_a_blow_is_that_of_a_substep_in_whatever_parts_it_is_solved() {
+    // A ball of 1 kg at 5 m/s hits a held cube. Force is the mean of a substep of the world, so times that it is no more than
+    // what an elastic blow gives, 2 m v, and no less than an eighth of a plastic one's. By parts it was up to so many times that.
+    for (parts, kind) in [1, 2, 4, 8].into_iter().flat_map(|parts| [0, 1, 2].map(|k| (parts, k))) {
+        let mut config = WorldConfig { gravity: Vec3::ZERO, ..WorldConfig::default() };
+        config.joint.refine = parts;
+        let mut world = World::new(config).unwrap();
+        let post = world.add_body(BodyDef::fixed()).unwrap();
+        let block = cube(&mut world, Vec3::ZERO, 2.0);
+        let def = match kind {
+            0 => JointDef::ball(post, Vec3::ZERO, block, Vec3::ZERO),
+            1 => JointDef::rod(post, vec3(-2.0, 0.0, 0.0), block, Vec3::ZERO, 2.0),
+            _ => JointDef::six_dof(post, Vec3::ZERO, block, Vec3::ZERO, SixDof::FIXED),
+        };
+        let joint = world.add_joint(def.with_impulse_limit(1.0)).unwrap();
+        let ball = BodyDef::dynamic()
+            .with_position([0.64, 0.0, 0.0])
+            .with_linear_velocity([-5.0, 0.0, 0.0])
+            .with_mass(1.0)
+            .with_shape(ShapeDef::sphere(0.1));
+        world.add_body(ball).unwrap();
+        let event = loop {
+            world.step(DT);
+            if let Some(event) = world.events().joint_break.first() {
+                break *event;
+            }
+        };
+        assert_eq!(event.joint, joint);
+        let of_a_substep = event.force * DT / 8.0;
+        assert!((5.0 / 8.0..10.0).contains(&of_a_substep), "{parts} {kind}: {of_a_substep}");
+    }
+}
+
+#[test]
 fn a_joint_wears_out_by_the_power_of_its_load_and_is_as_new_when_replaced() {
     // Half of its limit: 1/8 of its life a second with the power 3, so it lasts 8 s: 480 steps.
     let run = |strength: JointStrength, renew: Option<u32>| {

@@ -56,7 +56,7 @@ use self::rows::{ContactBlock, Extra, JointBlock, Line, Whitening};
 use self::sixdof::SixBlock;
 use self::softness::Softness;
 use self::strokes::Progress;
-use self::tally::{ContactTally, JointTally};
+use self::tally::{ContactTally, JointTally, TreeTally, When};
 use self::tree::{TreeBody, TreeRow};
 use super::context::StepContext;
 use crate::base::disjoint::Rows;
@@ -105,7 +105,7 @@ pub(crate) struct Scratch {
     tallies: Vec<ContactTally>,
     joint_tallies: Vec<JointTally>,
     six_tallies: Vec<JointTally>,
-    tree_tallies: Vec<[Vec3; 2]>,
+    tree_tallies: Vec<TreeTally>,
     /// Of the methods that run over rows one by one.
     classic: classic::Scratch,
     /// Sweeps over the contacts in the last step.
@@ -171,7 +171,7 @@ struct Solver<'a> {
     tallies: Rows<'a, ContactTally>,
     joint_tallies: Rows<'a, JointTally>,
     six_tallies: Rows<'a, JointTally>,
-    tree_tallies: Rows<'a, [Vec3; 2]>,
+    tree_tallies: Rows<'a, TreeTally>,
     contacts: Rows<'a, Option<Contact>>,
     joint_slots: Rows<'a, Option<Joint>>,
 }
@@ -362,7 +362,7 @@ impl Solver<'_> {
                 let sweeps =
                     [sweep(ctx.soft, inner, elapsed), sweep(ctx.soft_fixed, inner, elapsed)];
                 self.sweep_contacts(group, &sweeps, jobs);
-                self.add_to_tallies(group, false);
+                self.add_to_tallies(group, When::solved(substep, ctx.parts));
             }
             Pass::Relax => {
                 let joints = JointSweep {
@@ -378,7 +378,7 @@ impl Solver<'_> {
                 self.sweep_trees(group, &joints, jobs);
                 let rigid = sweep(Softness::RIGID, 1, moved);
                 self.sweep_contacts(group, &[rigid, rigid], jobs);
-                self.add_to_tallies(group, true);
+                self.add_to_tallies(group, When::relaxed());
             }
             // Passes over bodies or islands, and those of the classic methods.
             _ => {}

@@ -112,7 +112,6 @@ impl Solver<'_> {
                 for i in 0..3 {
                     six.angles[i] = block.angles[i][lane];
                 }
-                six.peak = [0, 1].map(|i| block.peak[i][lane].sqrt() * scale);
                 six.force = at(&block.carried, lane) * scale;
                 six.torque = at(&block.torque, lane) * scale;
             }
@@ -179,7 +178,6 @@ impl Solver<'_> {
                 fill_axis(axis, ctx.h, &mut block.axes[i], lane);
             }
         }
-        (block.peak[0][lane], block.peak[1][lane]) = (0.0, 0.0);
         let (mut force, mut torque) = (Vec3::ZERO, Vec3::ZERO);
         for i in 0..3 {
             put(&mut block.u[i], lane, axes[i]);

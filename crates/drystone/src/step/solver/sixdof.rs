@@ -84,8 +84,6 @@ pub(crate) struct SixBlock {
     pub(crate) carried_b: [Lanes; 3],
     /// Impulse about B's anchor.
     pub(crate) torque: [Lanes; 3],
-    /// Greatest of a sweep so far, squared: force, torque.
-    pub(crate) peak: [Lanes; 2],
     /// Some axis of motion is locked, and some turn.
     pub(crate) holds: [bool; 2],
     /// Something acts on some axis of motion, and on some turn.
@@ -302,11 +300,7 @@ pub(crate) fn solve<S: Simd>(
     solve_axes(simd, block, &mut state, sweep);
 
     let q = &state.pair;
-    let (now, turn) = (p + q.force, t + q.torque);
-    turn.store(&mut block.torque);
-    for (peak, size) in block.peak.iter_mut().zip([now.dot(now), turn.dot(turn)]) {
-        max(load(simd, peak), size).store_array(peak);
-    }
+    (t + q.torque).store(&mut block.torque);
     let more_a = q.arm_a.cross(q.force) + q.torque;
     let more_b = q.arm_b.cross(q.force) + q.torque;
     if sweep.is_relax {

@@ -58,6 +58,7 @@ impl Solver<'_> {
         #[expect(clippy::cast_precision_loss, reason = "at most 256 by 8")]
         let substeps = self.ctx.substeps as f32;
         joint.given = [end.impulse * (sign * substeps), Vec3::ZERO];
+        joint.peak = [joint.impulse.length(), 0.0];
         self.aux.row(line as usize).put_swung(self.lines.row(line as usize), &end);
         true
     }

@@ -3,6 +3,9 @@
 //!
 //! Impulses of a substep are summed after its sweep; a relax sweep adds what it changes. Impacts add theirs as they give
 //! them. Only blocks with a body that can break are looked at, and joints only while something can.
+//!
+//! Joints break by force as well: that of the substep of the step in which it was greatest. That is a substep of the world, in
+//! whatever parts an island takes it, or a blow would weigh as many times as much on a joint of a small island.
 
 use fearless_simd::dispatch;
 
@@ -53,26 +56,106 @@ impl ContactTally {
     }
 }
 
+/// Which sweep left the impulses.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct When {
+    pub(super) is_relax: bool,
+    /// It begins, and it ends, a substep of the world.
+    begins: bool,
+    ends: bool,
+}
+
+impl When {
+    /// `part` of a step in which each substep is taken in `parts`; a relax sweep at the step's end is of the last one.
+    pub(super) fn solved(part: u32, parts: u32) -> Self {
+        let parts = parts.max(1);
+        Self {
+            is_relax: false,
+            begins: part.is_multiple_of(parts),
+            ends: (part + 1).is_multiple_of(parts),
+        }
+    }
+
+    pub(super) const fn relaxed() -> Self {
+        Self { is_relax: true, begins: false, ends: true }
+    }
+}
+
 /// The sums of a block of joints.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct JointTally {
     /// Force, then torque.
     sum: [Lanes; 6],
     last: [Lanes; 6],
+    /// What the sums were as the substep began.
+    start: [Lanes; 6],
+    /// Greatest of a substep so far, squared: force, torque.
+    peak: [Lanes; 2],
 }
 
 impl JointTally {
-    fn add(&mut self, force: &[Lanes; 3], turn: &[Lanes; 3], is_relax: bool) {
+    fn add(&mut self, force: &[Lanes; 3], turn: &[Lanes; 3], when: When) {
+        if when.begins {
+            self.start = self.sum;
+        }
         let now = force.iter().chain(turn);
         for ((now, sum), last) in now.zip(&mut self.sum).zip(&mut self.last) {
-            add(sum, last, now, is_relax);
+            add(sum, last, now, when.is_relax);
+        }
+        if when.ends {
+            for (i, peak) in self.peak.iter_mut().enumerate() {
+                for lane in 0..LANES {
+                    let of = |k: usize| self.sum[3 * i + k][lane] - self.start[3 * i + k][lane];
+                    peak[lane] = larger(vec3(of(0), of(1), of(2)).length_squared(), peak[lane]);
+                }
+            }
         }
     }
 
-    pub(super) fn of(&self, lane: usize) -> [Vec3; 2] {
+    fn of(&self, lane: usize) -> Borne {
         let [fx, fy, fz, tx, ty, tz] = &self.sum;
-        [vec3(fx[lane], fy[lane], fz[lane]), vec3(tx[lane], ty[lane], tz[lane])]
+        Borne {
+            given: [vec3(fx[lane], fy[lane], fz[lane]), vec3(tx[lane], ty[lane], tz[lane])],
+            peak: self.peak.map(|peak| peak[lane].sqrt()),
+        }
     }
+}
+
+/// The sums of a ball joint of a tree.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct TreeTally {
+    sum: Vec3,
+    last: Vec3,
+    start: Vec3,
+    peak: f32,
+}
+
+impl TreeTally {
+    fn add(&mut self, now: Vec3, when: When) {
+        if when.begins {
+            self.start = self.sum;
+        }
+        self.sum += if when.is_relax { now - self.last } else { now };
+        self.last = now;
+        if when.ends {
+            self.peak = larger((self.sum - self.start).length(), self.peak);
+        }
+    }
+
+    const fn borne(&self) -> Borne {
+        Borne { given: [self.sum, Vec3::ZERO], peak: [self.peak, 0.0] }
+    }
+}
+
+fn larger(a: f32, b: f32) -> f32 {
+    if a > b { a } else { b }
+}
+
+/// What a joint gave in a step, and the greatest of a substep [N s, N m s].
+#[derive(Clone, Copy, Debug)]
+struct Borne {
+    given: [Vec3; 2],
+    peak: [f32; 2],
 }
 
 /// What a contact gave in a step: along its normal at each of its points, and friction [N s, world], on B.
@@ -84,15 +167,15 @@ pub(crate) struct Given {
 }
 
 impl super::Scratch {
-    /// Room for the sums of a step in which something can break; none in another. Those of trees are force and
-    /// torque, then what was there after the last sweep.
+    /// Room for the sums of a step in which something can break; none in another.
     pub(super) fn make_tallies(&mut self, breakage: bool) {
         let room = |n: usize| if breakage { n } else { 0 };
         self.tallies.resize_with(room(self.plan.contacts.owners.len()), ContactTally::default);
         let none = JointTally::default();
         self.joint_tallies.resize(room(self.plan.joints.owners.len()), none);
         self.six_tallies.resize(room(self.plan.sixdofs.owners.len()), none);
-        self.tree_tallies.resize(room(self.plan.forest.joints.len()), [Vec3::ZERO; 2]);
+        let none = TreeTally::default();
+        self.tree_tallies.resize(room(self.plan.forest.joints.len()), none);
     }
 
     /// What contacts with bodies that can break gave in the last step; in no order. `None` after a step of a
@@ -140,20 +223,20 @@ impl Solver<'_> {
         }
         for tree in self.trees(group) {
             for (i, _) in self.tree_joints(tree) {
-                *self.tree_tallies.row(i) = [Vec3::ZERO; 2];
+                *self.tree_tallies.row(i) = TreeTally::default();
             }
         }
     }
 
     /// Adds what a sweep left of impulses.
-    pub(super) fn add_to_tallies(&self, group: &Group, is_relax: bool) {
+    pub(super) fn add_to_tallies(&self, group: &Group, when: When) {
         if !self.has_tallies {
             return;
         }
         dispatch!(self.ctx.level, _simd => {
             for i in self.plan.contacts.blocks_of(&group.contacts) {
                 if self.tallies.read(i).wanted {
-                    self.tallies.row(i).add(self.blocks.read(i), is_relax);
+                    self.tallies.row(i).add(self.blocks.read(i), when.is_relax);
                 }
             }
         });
@@ -162,7 +245,7 @@ impl Solver<'_> {
                 let block = self.joints.read(i);
                 let is_distance = batch.class == DISTANCE;
                 let force = if is_distance { &block.carried } else { &block.impulse };
-                self.joint_tallies.row(i).add(force, &[[0.0; LANES]; 3], is_relax);
+                self.joint_tallies.row(i).add(force, &[[0.0; LANES]; 3], when);
             }
         }
         for tree in self.trees(group) {
@@ -173,15 +256,13 @@ impl Solver<'_> {
         }
         for i in self.plan.sixdofs.blocks_of(&group.sixdofs) {
             let block = self.sixdofs.read(i);
-            self.six_tallies.row(i).add(&block.carried, &block.torque, is_relax);
+            self.six_tallies.row(i).add(&block.carried, &block.torque, when);
         }
         for tree in self.trees(group) {
             for (i, joint) in self.tree_joints(tree).filter(|(_, joint)| joint.six == NONE) {
                 let impulse = self.tree_rows.read(i).impulse.single();
                 let now = if joint.is_child_a { -impulse } else { impulse };
-                let [sum, last] = self.tree_tallies.row(i);
-                *sum += if is_relax { now - *last } else { now };
-                *last = now;
+                self.tree_tallies.row(i).add(now, when);
             }
         }
     }
@@ -191,11 +272,11 @@ impl Solver<'_> {
         if !self.has_tallies {
             return;
         }
-        let give = |row: u32, given: [Vec3; 2]| {
+        let give = |row: u32, borne: Borne| {
             if row != u32::MAX
                 && let Some(joint) = self.joint_slots.row(row as usize)
             {
-                joint.given = given;
+                (joint.given, joint.peak) = (borne.given, borne.peak);
             }
         };
         let joints = &self.plan.joints;
@@ -212,7 +293,7 @@ impl Solver<'_> {
         }
         for tree in self.trees(group) {
             for (i, joint) in self.tree_joints(tree).filter(|(_, joint)| joint.six == NONE) {
-                give(joint.row, [self.tree_tallies.read(i)[0], Vec3::ZERO]);
+                give(joint.row, self.tree_tallies.read(i).borne());
             }
         }
     }

@@ -44,8 +44,6 @@ pub(super) struct SixRow {
     /// Impulse of all rows on body B: force, and torque about its anchor [N s; N m s, world].
     force: DVec3,
     torque: DVec3,
-    /// Greatest so far.
-    peak: [f64; 2],
     /// Compliance of a turn over that of a motion [1/m²].
     ease: f64,
 }
@@ -136,7 +134,6 @@ impl Solver<'_> {
             row.lambda[i] = whole(acting);
         }
         row.note_six(tree.is_child_a);
-        row.six.peak = [0.0; 2];
     }
 
     fn six_of(&self, tree: &TreeJoint) -> (&SixBlock, usize) {
@@ -501,9 +498,6 @@ impl TreeRow {
         }
         (self.six.force, self.six.torque) = (force, torque);
         self.impulse = if is_child_a { -force } else { force };
-        for (peak, now) in self.six.peak.iter_mut().zip([force, torque]) {
-            *peak = greater(now.length(), *peak);
-        }
     }
 
     /// Writes what the rows' impulses are together to a block and lane.
@@ -526,8 +520,5 @@ impl TreeRow {
             block.limit[axis][lane] = acting[2];
         }
         self.put_six(block, place);
-        for (to, peak) in block.peak.iter_mut().zip(six.peak) {
-            to[lane] = (peak * peak) as f32;
-        }
     }
 }

@@ -17,11 +17,7 @@ impl Borne {
     /// `inv_h`: substeps a second.
     fn by(joint: &Joint, inv_h: f32) -> Self {
         let [force, torque] = match &joint.link {
-            Link::Ball => [joint.impulse.length(), 0.0],
-            Link::Distance { .. } => {
-                [(joint.impulse.x - joint.impulse.y + joint.impulse.z).abs(), 0.0]
-            }
-            Link::Six(six) => six.peak,
+            Link::Ball | Link::Distance { .. } | Link::Six(_) => joint.peak,
             Link::Pulley(_) => [joint.impulse.x.abs(), 0.0],
             Link::Coupling(_) => [0.0; 2],
         };

@@ -373,12 +373,14 @@ impl Scratch {
             let joint = joints.at_mut(link.row);
             joint.impulse = link.impulse;
             joint.given = [link.linear() * n, Vec3::ZERO];
+            joint.peak = [link.linear().length(), 0.0];
             if let (JointLink::Coupling(coupling), Some(row)) = (&mut joint.link, &link.coupled) {
                 coupling.impulse = row.impulse;
             }
             if let (JointLink::Six(six), Some(axes)) = (&mut joint.link, &link.axes) {
                 (six.force, six.torque, six.angles) = (axes.force, axes.torque, axes.angles);
                 joint.given = [axes.force * n, axes.torque * n];
+                joint.peak = [axes.force.length(), axes.torque.length()];
             }
         }
     }
