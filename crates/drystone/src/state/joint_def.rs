@@ -106,8 +106,8 @@ pub struct JointDef {
 }
 
 /// What a joint can bear. It breaks at the end of a step in which it had to bear more: it is removed, and
-/// [`crate::Events::joint_break`] tells of it. Force and torque are those of each substep of a joint of six axes, and
-/// of the last one of another kind.
+/// [`crate::Events::joint_break`] tells of it. Force and torque are the means of each substep of the
+/// step, in whatever parts an island takes it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct JointStrength {
     /// Greatest force [N]; above 0; may be infinite, as by default.
