@@ -192,9 +192,19 @@ fn joints_that_make_no_sense_are_refused_by_name() {
     }
 }
 
+/// A cube of 2 kg, and one of three joints to hold it.
+fn held_cube(world: &mut World, kind: u8) -> JointDef {
+    let post = world.add_body(BodyDef::fixed()).unwrap();
+    let block = cube(world, Vec3::ZERO, 2.0);
+    match kind {
+        0 => JointDef::ball(post, Vec3::ZERO, block, Vec3::ZERO),
+        1 => JointDef::rod(post, vec3(-2.0, 0.0, 0.0), block, Vec3::ZERO, 2.0),
+        _ => JointDef::six_dof(post, Vec3::ZERO, block, Vec3::ZERO, SixDof::FIXED),
+    }
+}
+
 #[test]
 fn a_joint_breaks_by_the_impulse_of_a_blow_in_whichever_substep_it_comes() {
-    // A ball of 1 kg at 5 m/s hits a held cube: 5 N s go through the joint, whatever it is. In one step, or where the
     // A ball of 1 kg at 5 m/s hits a held cube: 5 N s go through the joint, whatever it is, in one step, or where the
     // blow comes at a step's end in two, half of it at least in one. What a joint gave is what the two bodies'
     // momentum changed by.
@@ -203,13 +213,7 @@ fn a_joint_breaks_by_the_impulse_of_a_blow_in_whichever_substep_it_comes() {
     {
         let config = WorldConfig { gravity: Vec3::ZERO, ..WorldConfig::default() };
         let mut world = World::new(config).unwrap();
-        let post = world.add_body(BodyDef::fixed()).unwrap();
-        let block = cube(&mut world, Vec3::ZERO, 2.0);
-        let def = match kind {
-            0 => JointDef::ball(post, Vec3::ZERO, block, Vec3::ZERO),
-            1 => JointDef::rod(post, vec3(-2.0, 0.0, 0.0), block, Vec3::ZERO, 2.0),
-            _ => JointDef::six_dof(post, Vec3::ZERO, block, Vec3::ZERO, SixDof::FIXED),
-        };
+        let def = held_cube(&mut world, kind);
         let joint = world.add_joint(def.with_impulse_limit(limit)).unwrap();
         let ball = BodyDef::dynamic()
             .with_position([0.6 + 0.0104 * f32::from(phase), 0.0, 0.0])
@@ -245,13 +249,7 @@ fn the_force_of_a_blow_is_that_of_a_substep_in_whatever_parts_it_is_solved() {
         let mut config = WorldConfig { gravity: Vec3::ZERO, ..WorldConfig::default() };
         config.joint.refine = parts;
         let mut world = World::new(config).unwrap();
-        let post = world.add_body(BodyDef::fixed()).unwrap();
-        let block = cube(&mut world, Vec3::ZERO, 2.0);
-        let def = match kind {
-            0 => JointDef::ball(post, Vec3::ZERO, block, Vec3::ZERO),
-            1 => JointDef::rod(post, vec3(-2.0, 0.0, 0.0), block, Vec3::ZERO, 2.0),
-            _ => JointDef::six_dof(post, Vec3::ZERO, block, Vec3::ZERO, SixDof::FIXED),
-        };
+        let def = held_cube(&mut world, kind);
         let joint = world.add_joint(def.with_impulse_limit(1.0)).unwrap();
         let ball = BodyDef::dynamic()
             .with_position([0.64, 0.0, 0.0])
