@@ -2,7 +2,7 @@
 //! connection is made, split only when one of them wants to sleep. Their bodies are chained in the
 //! bodies' rows, so that merging and splitting take no memory.
 
-use super::bodies::{Bodies, NONE};
+use super::bodies::{Bodies, Body, NONE};
 use crate::base::grow;
 
 /// Bodies that sleep and wake together.
@@ -20,6 +20,19 @@ pub(crate) struct Island {
 
 impl Island {
     const FREE: Self = Self { first: NONE, last: NONE, len: 0, cut: false, wait_until: 0 };
+
+    /// Its bodies, in the order of their chain.
+    pub(crate) fn bodies<'b>(
+        &self,
+        bodies: &'b Bodies,
+    ) -> impl Iterator<Item = &'b Body> + use<'b> {
+        let mut at = self.first;
+        core::iter::from_fn(move || {
+            let body = (at != NONE).then(|| bodies.at(at))?;
+            at = body.island_next;
+            Some(body)
+        })
+    }
 }
 
 /// All islands; every dynamic body is in one.

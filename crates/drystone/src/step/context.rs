@@ -42,10 +42,7 @@ pub(crate) struct StepContext {
     pub(crate) impulse_scale: f32,
     /// Springs of the penalty methods.
     pub(crate) penalty: PenaltyConfig,
-    /// Factor to the impulses that are kept, which are those of the world's substep, whatever parts
-    /// an island takes it in.
-    pub(crate) store_scale: f32,
-    /// Those parts.
+    /// Parts in which it takes each of the world's substeps, 1 to 8.
     pub(crate) parts: u32,
     pub(crate) fineness: Fineness,
     pub(crate) level: Level,
@@ -79,6 +76,13 @@ impl StepContext {
         [jointed.soft, jointed.soft_fixed] = contact_springs(config, self.inv_h, jointed.h);
         let struck = Self { fineness: Fineness::Struck, ..jointed };
         [loaded, jointed, struck]
+    }
+
+    /// Factor to the impulses that are kept, which are those of the world's substep, whatever parts
+    /// an island takes it in.
+    #[expect(clippy::cast_precision_loss, reason = "at most 8")]
+    pub(crate) const fn store_scale(&self) -> f32 {
+        self.parts as f32
     }
 
     #[expect(clippy::cast_precision_loss, reason = "at most 256 by 8")]
@@ -125,7 +129,6 @@ impl StepContext {
             soft_tree: Compliance::new(joint_hertz, config.joint.damping_ratio, h),
             tree_ratio: config.joint.tree_ratio,
             impulse_scale: impulse_scale / parts as f32,
-            store_scale: parts as f32,
             parts,
             fineness: Fineness::Whole,
             level,

@@ -6,7 +6,7 @@ use crate::base::double::DVec3;
 use crate::base::math::Vec3;
 use crate::base::sym3::Sym3;
 use crate::query::particles::particle_sums;
-use crate::state::bodies::{Bodies, Body, NONE};
+use crate::state::bodies::{Bodies, Body};
 use crate::state::joints::{Joint, Link};
 use crate::state::tables::Tables;
 
@@ -127,17 +127,7 @@ impl Momentum {
 /// All dynamic bodies, island by island: every one is in an island, and a large world has more static bodies
 /// than it pays to walk over.
 fn dynamic(tables: &Tables) -> impl Iterator<Item = &Body> {
-    let bodies = &tables.bodies;
-    let mut islands = tables.islands.rows.iter();
-    let mut at = NONE;
-    core::iter::from_fn(move || {
-        while at == NONE {
-            at = islands.next()?.first;
-        }
-        let body = bodies.at(at);
-        at = body.island_next;
-        Some(body)
-    })
+    tables.islands.rows.iter().flat_map(|island| island.bodies(&tables.bodies))
 }
 
 /// Mass [kg], place [m] and velocity [m/s] of the particles that are not pinned.

@@ -304,7 +304,7 @@ impl Solver<'_> {
             let Some(joint) = self.joint_slots.row(self.plan.couplings[i].1 as usize) else {
                 continue;
             };
-            let impulse = self.couplings.read(i).impulse * self.ctx.store_scale;
+            let impulse = self.couplings.read(i).impulse * self.ctx.store_scale();
             match &mut joint.link {
                 Link::Coupling(coupling) => coupling.impulse = impulse,
                 _ => joint.impulse.x = impulse,

@@ -23,9 +23,7 @@ pub(super) fn whirls(island: &Island, bodies: &Bodies, joints: &Joints, h: f32) 
     if island.len > MOST_BODIES {
         return false;
     }
-    let mut row = island.first;
-    while row != NONE {
-        let body = bodies.at(row);
+    for body in island.bodies(bodies) {
         if !body.active() {
             return false;
         }
@@ -42,7 +40,6 @@ pub(super) fn whirls(island: &Island, bodies: &Bodies, joints: &Joints, h: f32) 
                 return true;
             }
         }
-        row = body.island_next;
     }
     false
 }
@@ -59,14 +56,11 @@ pub(super) fn is_jointed(island: &Island, bodies: &Bodies, joints: &Joints) -> b
         return false;
     }
     let mut has_joints = false;
-    let mut row = island.first;
-    while row != NONE {
-        let body = bodies.at(row);
+    for body in island.bodies(bodies) {
         if body.joints.iter().any(|joint| joints.at(*joint).is_direct) {
             return false;
         }
         has_joints |= !body.joints.is_empty();
-        row = body.island_next;
     }
     has_joints
 }

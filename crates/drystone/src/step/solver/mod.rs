@@ -215,7 +215,8 @@ pub(crate) fn solve(
     s.classic.leave(&mut s.line_of);
     s.sweeps = method.wide_sweeps(ctx.substeps);
     s.plan.choose_fineness(bodies, joints, contacts, islands, closing.closing(), contexts);
-    s.plan.take_back(bodies, joints, contacts, contexts);
+    let [.., struck] = contexts;
+    s.plan.take_back(bodies, joints, contacts, struck);
     let workers = jobs.workers().max(1);
     s.plan.update(bodies, joints, contacts, colors, &mut s.line_of, ctx.tree_ratio, workers);
     let n = s.plan.members.len() + 1;
@@ -529,7 +530,7 @@ impl Solver<'_> {
 
     /// Sums up how each body is squeezed.
     fn weigh(&self, group: &Group, jobs: &dyn Executor) {
-        let scale = self.ctx.store_scale;
+        let scale = self.ctx.store_scale();
         for batch in &self.plan.contacts.batches[group.contacts.clone()] {
             let n = batch.blocks.len();
             for_ranges(jobs, n, grain(jobs, n, 64), |part| {
@@ -543,7 +544,7 @@ impl Solver<'_> {
     }
 
     fn store(&self, group: &Group, jobs: &dyn Executor) {
-        let scale = self.ctx.store_scale;
+        let scale = self.ctx.store_scale();
         if self.ctx.inertia.is_on() {
             self.weigh(group, jobs);
         }

@@ -87,7 +87,7 @@ impl Solver<'_> {
     fn store_block(&self, block: usize) {
         let owners = &self.plan.sixdofs.owners[block];
         let block = self.sixdofs.read(block);
-        let scale = self.ctx.store_scale;
+        let scale = self.ctx.store_scale();
         for (lane, row) in owners.iter().enumerate() {
             if *row != NONE
                 && let Some(joint) = self.joint_slots.row(*row as usize)

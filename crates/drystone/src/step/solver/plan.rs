@@ -125,6 +125,11 @@ fn chosen(bits: [u64; 2], wanted: [bool; 2]) -> u64 {
     bits.into_iter().zip(wanted).fold(0, |all, (bit, wanted)| if wanted { all | bit } else { all })
 }
 
+/// That of an island, among those that were chosen.
+fn fineness_of(island: u32, chosen: &[Fineness]) -> Fineness {
+    chosen.get(island as usize).copied().unwrap_or_default()
+}
+
 impl Plan {
     /// Chooses the islands that take every substep in parts.
     pub(super) fn choose_fineness(
@@ -184,16 +189,17 @@ impl Plan {
         bodies: &Bodies,
         joints: &mut Joints,
         contacts: &mut Contacts,
-        [ctx, _, jointed, _]: [&StepContext; 4],
+        struck: &StepContext,
     ) {
         if !self.fineness[1].contains(&Fineness::Struck) {
             return;
         }
-        let factor = ctx.store_scale / jointed.store_scale;
+        let factor = 1.0 / struck.store_scale();
         for row in &bodies.awake {
             let body = bodies.at(*row);
-            let goes_on = self.fineness[0].get(body.island as usize).copied().unwrap_or_default();
-            if body.fineness == Fineness::Struck && goes_on == Fineness::Whole {
+            if body.fineness == Fineness::Struck
+                && fineness_of(body.island, &self.fineness[0]) == Fineness::Whole
+            {
                 take_back(*row, bodies, joints, contacts, factor);
             }
         }
@@ -358,11 +364,9 @@ impl Plan {
             }
         }
         let (mut group, mut filled) = (self.shared, 0);
-        let fineness =
-            |island: u32| self.fineness[0].get(island as usize).copied().unwrap_or_default();
         for of in [Fineness::Whole, Fineness::Loaded, Fineness::Jointed, Fineness::Struck] {
             for (island, ends) in &self.islands {
-                if is_shared(*ends) || fineness(*island) != of {
+                if is_shared(*ends) || fineness_of(*island, &self.fineness[0]) != of {
                     continue;
                 }
                 if filled > 0 && filled + ends > most {
@@ -377,7 +381,7 @@ impl Plan {
         self.groups.resize_with(group, Group::default);
         for (island, _) in &self.islands {
             let group = &mut self.groups[self.group_of[*island as usize] as usize];
-            group.fineness = fineness(*island);
+            group.fineness = fineness_of(*island, &self.fineness[0]);
         }
     }
 

@@ -54,7 +54,7 @@ impl Solver<'_> {
             return false;
         }
         let Some(end) = swung(self.ctx, body, pivot, r) else { return false };
-        joint.impulse = end.impulse * (sign * self.ctx.store_scale);
+        joint.impulse = end.impulse * (sign * self.ctx.store_scale());
         #[expect(clippy::cast_precision_loss, reason = "at most 256 by 8")]
         let substeps = self.ctx.substeps as f32;
         joint.given = [end.impulse * (sign * substeps), Vec3::ZERO];

@@ -12,7 +12,7 @@ use fearless_simd::dispatch;
 use super::Solver;
 use super::plan::{DISTANCE, Group};
 use super::rows::ContactBlock;
-use crate::base::math::{Vec3, vec3};
+use crate::base::math::{Vec3, greater, vec3};
 use crate::base::wide::{LANES, Lanes};
 use crate::state::bodies::{Bodies, NONE};
 use crate::state::contacts::Contact;
@@ -68,7 +68,6 @@ pub(super) struct When {
 impl When {
     /// `part` of a step in which each substep is taken in `parts`; a relax sweep at the step's end is of the last one.
     pub(super) fn solved(part: u32, parts: u32) -> Self {
-        let parts = parts.max(1);
         Self {
             is_relax: false,
             begins: part.is_multiple_of(parts),
@@ -106,15 +105,15 @@ impl JointTally {
             for (i, peak) in self.peak.iter_mut().enumerate() {
                 for lane in 0..LANES {
                     let of = |k: usize| self.sum[3 * i + k][lane] - self.start[3 * i + k][lane];
-                    peak[lane] = larger(vec3(of(0), of(1), of(2)).length_squared(), peak[lane]);
+                    peak[lane] = greater(vec3(of(0), of(1), of(2)).length_squared(), peak[lane]);
                 }
             }
         }
     }
 
-    fn of(&self, lane: usize) -> Borne {
+    fn of(&self, lane: usize) -> Totals {
         let [fx, fy, fz, tx, ty, tz] = &self.sum;
-        Borne {
+        Totals {
             given: [vec3(fx[lane], fy[lane], fz[lane]), vec3(tx[lane], ty[lane], tz[lane])],
             peak: self.peak.map(|peak| peak[lane].sqrt()),
         }
@@ -138,22 +137,18 @@ impl TreeTally {
         self.sum += if when.is_relax { now - self.last } else { now };
         self.last = now;
         if when.ends {
-            self.peak = larger((self.sum - self.start).length(), self.peak);
+            self.peak = greater((self.sum - self.start).length(), self.peak);
         }
     }
 
-    const fn borne(&self) -> Borne {
-        Borne { given: [self.sum, Vec3::ZERO], peak: [self.peak, 0.0] }
+    const fn totals(&self) -> Totals {
+        Totals { given: [self.sum, Vec3::ZERO], peak: [self.peak, 0.0] }
     }
-}
-
-fn larger(a: f32, b: f32) -> f32 {
-    if a > b { a } else { b }
 }
 
 /// What a joint gave in a step, and the greatest of a substep [N s, N m s].
 #[derive(Clone, Copy, Debug)]
-struct Borne {
+struct Totals {
     given: [Vec3; 2],
     peak: [f32; 2],
 }
@@ -272,11 +267,11 @@ impl Solver<'_> {
         if !self.has_tallies {
             return;
         }
-        let give = |row: u32, borne: Borne| {
+        let give = |row: u32, totals: Totals| {
             if row != u32::MAX
                 && let Some(joint) = self.joint_slots.row(row as usize)
             {
-                (joint.given, joint.peak) = (borne.given, borne.peak);
+                (joint.given, joint.peak) = (totals.given, totals.peak);
             }
         };
         let joints = &self.plan.joints;
@@ -293,7 +288,7 @@ impl Solver<'_> {
         }
         for tree in self.trees(group) {
             for (i, joint) in self.tree_joints(tree).filter(|(_, joint)| joint.six == NONE) {
-                give(joint.row, self.tree_tallies.read(i).borne());
+                give(joint.row, self.tree_tallies.read(i).totals());
             }
         }
     }
