@@ -202,7 +202,7 @@ fn driver(tables: &Tables, row: u32) -> Option<BodyId> {
 /// Calls `meet` for every body that touches one or is joined to it; maybe several times for one.
 fn for_neighbors(tables: &Tables, row: u32, mut meet: impl FnMut(u32)) {
     let bodies: &Bodies = &tables.bodies;
-    for (contact, side) in tables.contacts.of_body(bodies, row) {
+    for (contact, side) in tables.contacts.of_body(bodies.at(row)) {
         let c = tables.contacts.at(contact);
         if c.count > 0 && !c.sensor {
             meet(if side == 0 { c.body_b } else { c.body_a });

@@ -22,6 +22,14 @@ pub(crate) enum Fineness {
     Jointed,
     /// In the same: it has joints, and is hit. The impulses that it keeps are taken back in the next step, those of a blow.
     Struck,
+    /// Of those that go round fast, what touches nothing: in parts, and each of the world's substeps is a round of its own.
+    Tumbling,
+}
+
+impl Fineness {
+    /// All there are.
+    pub(crate) const ALL: [Self; 5] =
+        [Self::Whole, Self::Loaded, Self::Jointed, Self::Struck, Self::Tumbling];
 }
 
 /// Where a body's mass came from: as [`MassDef`] says, but for what the body itself knows.

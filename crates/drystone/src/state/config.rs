@@ -59,7 +59,8 @@ pub struct JointConfig {
     pub tree_ratio: f32,
     /// An island of at most 64 bodies that has joints gets this many times the substeps, 1 to 8, where a joint goes round fast, by
     /// more than a tenth of a radian in a substep, or a body is hit, by more than three hundredths of the thinner body's half
-    /// thickness in a substep; default 4; 1: none.
+    /// thickness in a substep; default 4; 1: none. What tumbles on joints and touches nothing, turning by some tenths of a radian in a
+    /// step about no principal axis of its own, is besides solved anew in each substep.
     pub refine: u32,
 }
 

@@ -384,8 +384,8 @@ impl Contacts {
     }
 
     /// The contacts of a body: (row, side it is on).
-    pub(crate) fn of_body(&self, bodies: &Bodies, body: u32) -> impl Iterator<Item = (u32, u32)> {
-        let mut at = bodies.at(body).contacts;
+    pub(crate) fn of_body(&self, body: &Body) -> impl Iterator<Item = (u32, u32)> {
+        let mut at = body.contacts;
         core::iter::from_fn(move || {
             (at != NONE).then(|| {
                 let (row, side) = (at / 2, at & 1);

@@ -45,6 +45,8 @@ pub(crate) struct StepContext {
     /// Parts in which it takes each of the world's substeps, 1 to 8.
     pub(crate) parts: u32,
     pub(crate) fineness: Fineness,
+    /// How many times its `dt` is done, of islands that are solved anew in each of the world's substeps.
+    pub(crate) rounds: u32,
     pub(crate) level: Level,
 }
 
@@ -60,7 +62,8 @@ impl StepContext {
     }
 
     /// For islands that take every substep in parts, by their [`Fineness`].
-    pub(crate) fn finer(&self, config: &WorldConfig) -> [Self; 3] {
+    #[expect(clippy::cast_precision_loss, reason = "at most 256")]
+    pub(crate) fn finer(&self, config: &WorldConfig) -> [Self; 4] {
         let in_parts = |parts: u32| {
             let substeps = [self.substeps, parts.clamp(1, 8)];
             Self::with(config, self.dt, substeps, self.impulse_scale, self.level)
@@ -75,7 +78,11 @@ impl StepContext {
         // joints: docs/decisions/023-hits-on-joints.md.)
         [jointed.soft, jointed.soft_fixed] = contact_springs(config, self.inv_h, jointed.h);
         let struck = Self { fineness: Fineness::Struck, ..jointed };
-        [loaded, jointed, struck]
+        let (rounds, dt) = (self.substeps, self.dt / self.substeps as f32);
+        let parts = jointed.parts;
+        let tumbling = Self::with(config, dt, [1, parts], self.impulse_scale, self.level);
+        let tumbling = Self { fineness: Fineness::Tumbling, rounds, ..tumbling };
+        [loaded, jointed, struck, tumbling]
     }
 
     /// Factor to the impulses that are kept, which are those of the world's substep, whatever parts
@@ -131,6 +138,7 @@ impl StepContext {
             impulse_scale: impulse_scale / parts as f32,
             parts,
             fineness: Fineness::Whole,
+            rounds: 1,
             level,
         }
     }

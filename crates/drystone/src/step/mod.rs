@@ -148,8 +148,8 @@ pub(crate) fn step(
     let breakage = joints.breakable > 0 || breakage.any();
     let closing = &s.narrowphase;
     let read = solver::Input { bodies, shapes, islands, closing, breakage };
-    let [loaded, jointed, struck] = &ctx.finer(config);
-    let contexts = [ctx, loaded, jointed, struck];
+    let [loaded, jointed, struck, tumbling] = &ctx.finer(config);
+    let contexts = [ctx, loaded, jointed, struck, tumbling];
     let pace = Pace::new(ctx, config, particles.last_h);
     let mut tied = s.particles.tied(pace, particles);
     solver::solve(contexts, method, read, joints, contacts, colors, &mut s.solver, &mut tied, jobs);

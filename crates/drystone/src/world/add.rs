@@ -202,7 +202,7 @@ impl World {
         let tables = &self.tables;
         let rows: Vec<u32> = tables
             .contacts
-            .of_body(&tables.bodies, body)
+            .of_body(tables.bodies.at(body))
             .map(|(row, _)| row)
             .filter(|row| {
                 let c = tables.contacts.at(*row);
@@ -407,7 +407,7 @@ impl World {
         let tables = &mut self.tables;
         let rows: Vec<u32> = tables
             .contacts
-            .of_body(&tables.bodies, a)
+            .of_body(tables.bodies.at(a))
             .map(|(row, _)| row)
             .filter(|row| {
                 let c = tables.contacts.at(*row);

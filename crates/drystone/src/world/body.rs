@@ -203,7 +203,7 @@ impl<'w> BodyMut<'w> {
         let tables = &self.world.tables;
         let others: Vec<u32> = tables
             .contacts
-            .of_body(&tables.bodies, self.row)
+            .of_body(tables.bodies.at(self.row))
             .map(|(row, side)| {
                 let c = tables.contacts.at(row);
                 if side == 0 { c.body_b } else { c.body_a }

@@ -115,7 +115,7 @@ impl World {
         for held in tables.particles.attachments.iter_mut().filter(|held| held.body == row) {
             held.anchor -= shift;
         }
-        let links: Vec<(u32, u32)> = tables.contacts.of_body(&tables.bodies, row).collect();
+        let links: Vec<(u32, u32)> = tables.contacts.of_body(tables.bodies.at(row)).collect();
         for (contact, side) in links {
             tables.contacts.shift_center(contact, side, shift);
         }

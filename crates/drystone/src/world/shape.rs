@@ -162,7 +162,7 @@ impl<'w> ShapeMut<'w> {
             let c = tables.contacts.at(*row);
             c.shape_a == self.row || c.shape_b == self.row
         };
-        let rows = tables.contacts.of_body(&tables.bodies, body).map(|(row, _)| row);
+        let rows = tables.contacts.of_body(tables.bodies.at(body)).map(|(row, _)| row);
         let rows: Vec<u32> = rows.filter(of_shape).collect();
         self.world.sets().wake(body);
         for row in rows {

@@ -20,6 +20,7 @@ mod scenario_motion;
 mod scenario_particles;
 mod scenario_groups;
 mod scenario_threads;
+mod scenario_tumble;
 mod scenario_whirl;
 mod scenario_seams;
 mod scenario_sixdof;

@@ -144,7 +144,7 @@ fn work_of(row: u32, tables: &Tables) -> f64 {
     let (bodies, contacts) = (&tables.bodies, &tables.contacts);
     let body = bodies.at(row);
     let mut work = 0.0;
-    for (contact, side) in contacts.of_body(bodies, row) {
+    for (contact, side) in contacts.of_body(bodies.at(row)) {
         let c = contacts.at(contact);
         if c.count > 0 && c.place.is_somewhere() {
             work += through_contact(body, c, side);

@@ -57,7 +57,7 @@ pub(crate) fn rests(ctx: &StepContext, speed: f32, body: &Body) -> bool {
 /// What the contacts did to a body in the last step.
 fn load(ctx: &StepContext, row: u32, sets: &Sets<'_>) -> Load {
     let (mut force, mut torque, mut size) = (Vec3::ZERO, Vec3::ZERO, 0.0);
-    for (contact, side) in sets.contacts.of_body(sets.bodies, row) {
+    for (contact, side) in sets.contacts.of_body(sets.bodies.at(row)) {
         let c = sets.contacts.at(contact);
         if c.count == 0 || c.sensor {
             continue;
@@ -153,7 +153,7 @@ pub(super) fn freeze(
         }
         s.may[row as usize] = false;
         // Each waits once: what left can no longer carry the others.
-        for (contact, side) in sets.contacts.of_body(sets.bodies, row) {
+        for (contact, side) in sets.contacts.of_body(sets.bodies.at(row)) {
             let c = sets.contacts.at(contact);
             let other = if side == 0 { c.body_b } else { c.body_a };
             if c.count > 0 && s.may[other as usize] && !s.waits[other as usize] {
@@ -190,7 +190,7 @@ fn is_carried(
     let pull = integrate::acceleration(ctx, body);
     let Some(down) = pull.try_normalize() else { return true };
     let mut up = 0.0;
-    for (contact, side) in sets.contacts.of_body(sets.bodies, row) {
+    for (contact, side) in sets.contacts.of_body(sets.bodies.at(row)) {
         let c = sets.contacts.at(contact);
         let (other, sign) = if side == 0 { (c.body_b, -1.0) } else { (c.body_a, 1.0) };
         if c.count == 0 || c.sensor || !by(other) {

@@ -2,7 +2,7 @@
 //! wrong of them grows as the square of the angle of a substep (docs/derivations/joints.md), and those that are hit, for a blow
 //! runs through one joint after the other, one a sweep (docs/decisions/023-hits-on-joints.md).
 
-use crate::base::math::Vec3;
+use crate::base::math::{Vec3, vec3};
 use crate::state::bodies::{Bodies, Body, Fineness, NONE};
 use crate::state::contacts::Contacts;
 use crate::state::islands::Island;
@@ -17,6 +17,11 @@ const ENTER: f32 = 0.01;
 
 /// Until it falls below this: a mechanism at the limit does not change its stiffness in each step.
 const LEAVE: f32 = 0.005;
+
+/// From here on a body tumbles: how far its angular velocity would turn within a step if nothing held it, times the step [rad]; a rod that
+/// turns about an axis at 45 degrees to it does by a seventh of a radian in a step. And until it falls below the second.
+const TUMBLES: f32 = 0.01;
+const TUMBLES_ON: f32 = 0.005;
 
 /// True if some joint of the island, one that is small and awake, goes round so fast that substeps of `h` [s] are too long.
 pub(super) fn whirls(island: &Island, bodies: &Bodies, joints: &Joints, h: f32) -> bool {
@@ -42,6 +47,57 @@ pub(super) fn whirls(island: &Island, bodies: &Bodies, joints: &Joints, h: f32) 
         }
     }
     false
+}
+
+/// True if some body of the island, one that is small and awake, tumbles in steps of `dt` [s], and nothing touches it, so that it can be
+/// taken in rounds: see rounds.rs.
+pub(super) fn tumbles(
+    island: &Island,
+    bodies: &Bodies,
+    joints: &Joints,
+    contacts: &Contacts,
+    dt: f32,
+) -> bool {
+    let is_fast = |body: &Body| {
+        let limit = if body.fineness == Fineness::Tumbling { TUMBLES_ON } else { TUMBLES };
+        let limit = limit / (dt * dt);
+        // By its shape's nature it can be no more than the square of the speed.
+        body.w.length_squared() > limit && precession(body) > limit
+    };
+    island.len <= MOST_BODIES
+        && island.bodies(bodies).any(is_fast)
+        && hangs(island, bodies, joints, contacts)
+}
+
+/// How fast the angular velocity of a body turns if nothing holds it [rad/s²].
+fn precession(body: &Body) -> f32 {
+    let m = body.moments;
+    if !(m.min_element() > 0.0) || body.locks.angular != [false; 3] {
+        return 0.0;
+    }
+    let w = (body.rotation * body.principal).unrotate(body.w);
+    let torque = vec3(m.x * w.x, m.y * w.y, m.z * w.z).cross(w);
+    vec3(torque.x / m.x, torque.y / m.y, torque.z / m.z).length()
+}
+
+/// True if joints between two bodies hold it, and nothing touches it.
+fn hangs(island: &Island, bodies: &Bodies, joints: &Joints, contacts: &Contacts) -> bool {
+    let is_of_two = |joint: &u32| {
+        matches!(joints.at(*joint).link, Link::Ball | Link::Distance { .. } | Link::Six(_))
+    };
+    let presses = |(row, _): (u32, u32)| {
+        let contact = contacts.at(row);
+        contact.count > 0 && !contact.sensor
+    };
+    // A body alone on a ball joint swings: see swing.rs.
+    let is_ball = |joint: &u32| matches!(joints.at(*joint).link, Link::Ball);
+    let swings = |body: &Body| island.len == 1 && body.joints.iter().all(is_ball);
+    island.bodies(bodies).all(|body| {
+        body.active()
+            && body.joints.iter().all(is_of_two)
+            && !contacts.of_body(body).any(presses)
+            && !swings(body)
+    })
 }
 
 /// Twice what the end of an arm is off its tangent after `h` [m].

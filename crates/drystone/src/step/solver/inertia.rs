@@ -10,6 +10,7 @@
 //! slower. See docs/decisions/015-load-adaptive-inertia.md for what each number below does.
 
 use super::Solver;
+use super::rounds::BodyState;
 use crate::base::math::Vec3;
 use crate::state::bodies::{Body, Fineness, NONE};
 use crate::state::contacts::Contact;
@@ -243,9 +244,10 @@ impl Solver<'_> {
             if factor > body.inertia_factor {
                 let frame = frames.of(body.island);
                 if frame.held {
-                    self.put_line(i, body, factor, frame.slowed(body, factor));
+                    let (v, w) = frame.slowed(body, factor);
+                    self.put_line(i, body, factor, &BodyState { v, w, ..BodyState::of(body) });
                 } else {
-                    self.put_line(i, body, body.inertia_factor, (body.v, body.w));
+                    self.put_line(i, body, body.inertia_factor, &BodyState::of(body));
                 }
             }
         }

@@ -2,10 +2,10 @@
 //! sweep, positions after it, and free rotation.
 
 use super::inertia::Squeeze;
+use super::rounds::BodyState;
 use super::rows::{Line, Whitening};
 use super::softness::decay;
 use super::spin::{Spin, rotate_freely};
-use super::swing::Swung;
 use crate::base::double::DVec3;
 use crate::base::math::{Vec3, vec3};
 use crate::base::quat::Quat;
@@ -30,7 +30,7 @@ pub(crate) struct Aux {
     calm: bool,
     /// The line holds the body at the step's end: velocity, angular velocity (`before_w` what rounding took
     /// from it), center, rotation.
-    swung: bool,
+    ended: bool,
 }
 
 /// A line's velocity with the carried impulses, and before them.
@@ -65,11 +65,11 @@ impl Aux {
         }
     }
 
-    /// Puts the end of the step of a body that swings in its line.
-    pub(super) fn put_swung(&mut self, line: &mut Line, end: &Swung) {
+    /// Puts the end of the step of a body in its line, and what rounding took from its angular velocity.
+    pub(super) fn put_end(&mut self, line: &mut Line, end: &BodyState, w_rest: Vec3) {
         (line.v, line.w) = (four(end.v), four(end.w));
         (line.x, line.t) = (four(end.center), end.rotation.to_array());
-        (self.before_w, self.swung) = (four(end.w_rest), true);
+        (self.before_w, self.ended) = (four(w_rest), true);
     }
 
     /// True if a translation is locked.
@@ -128,9 +128,9 @@ pub(crate) const fn three(v: [f32; 4]) -> Vec3 {
 
 /// S = R diag(1/√I) Rᵀ and S⁻¹ = R diag(√I) Rᵀ, restricted to the axes that are not locked [world]. A
 /// moment of 0 is an axis that cannot turn: 0 in both.
-pub(super) fn roots_of_inertia(body: &Body) -> (Sym3, Sym3) {
+pub(super) fn roots_of_inertia(body: &Body, rotation: Quat) -> (Sym3, Sym3) {
     if body.locks.angular != [false; 3] {
-        let rotation = body.rotation * body.principal;
+        let rotation = rotation * body.principal;
         return (locked_root(body, rotation, true), locked_root(body, rotation, false));
     }
     let m = body.moments;
@@ -142,7 +142,7 @@ pub(super) fn roots_of_inertia(body: &Body) -> (Sym3, Sym3) {
         return (round(each(root.x)), round(root.x));
     }
     let inverse = vec3(each(root.x), each(root.y), each(root.z));
-    let rotation = body.rotation * body.principal;
+    let rotation = rotation * body.principal;
     (Sym3::rotated_diagonal(rotation, inverse), Sym3::rotated_diagonal(rotation, root))
 }
 
@@ -182,16 +182,16 @@ pub(crate) fn whitened(body: &Body, alpha: f32) -> [f32; 4] {
     four(body.v * (1.0 / alpha))
 }
 
-/// A dynamic body as a line: with this velocity and angular velocity, and `factor` times its inertia under
-/// the same forces.
-pub(crate) fn whiten(
+/// A dynamic body as a line, from this motion on: with `factor` times its inertia under the same forces.
+pub(super) fn whiten(
     ctx: &StepContext,
     body: &Body,
     factor: f32,
-    (v, w): (Vec3, Vec3),
+    start: &BodyState,
 ) -> (Line, Whitening, Aux, Vec3) {
+    let (v, w) = (start.v, start.w);
     let alpha = 1.0 / (body.mass * factor).sqrt();
-    let (mut s, mut s_inv) = roots_of_inertia(body);
+    let (mut s, mut s_inv) = roots_of_inertia(body, start.rotation);
     let mut acc = acceleration(ctx, body);
     if factor > 1.0 {
         let root = factor.sqrt();
@@ -201,13 +201,13 @@ pub(crate) fn whiten(
     let line = Line { v: four(v * (1.0 / alpha)), w: four(s_inv.mul(w)), x: [0.0; 4], t: [0.0; 4] };
     let torque = body.torque + body.step_torque;
     #[expect(clippy::cast_precision_loss, reason = "at most 256 substeps")]
-    let spin = s_inv.mul(gyration(ctx, body)) * (1.0 / ctx.substeps as f32);
+    let spin = s_inv.mul(gyration(ctx, body, start)) * (1.0 / ctx.substeps as f32);
     let aux = Aux {
         before_v: line.v,
         before_w: line.w,
         locked: body.locks.linear,
         calm: false,
-        swung: false,
+        ended: false,
         add_v: four(acc * (ctx.h / alpha)),
         add_w: four(s.mul(torque) * ctx.h + spin),
         decay_v: decay(body.linear_damping, ctx.h),
@@ -217,17 +217,18 @@ pub(crate) fn whiten(
 }
 
 /// Change of angular velocity in a whole step by free rotation alone: L stays, the inertia turns.
-pub(super) fn gyration(ctx: &StepContext, body: &Body) -> Vec3 {
+pub(super) fn gyration(ctx: &StepContext, body: &Body, start: &BodyState) -> Vec3 {
     let m = body.moments;
     let round = m.max_element() - m.min_element() <= 1.0e-3 * m.max_element();
     if round || m.min_element() <= 0.0 || body.locks.angular != [false; 3] {
         return Vec3::ZERO;
     }
-    if body.w.length_squared() * ctx.dt * ctx.dt < 1.0e-6 {
+    let w = start.w;
+    if w.length_squared() * ctx.dt * ctx.dt < 1.0e-6 {
         return Vec3::ZERO;
     }
-    let turned = rotate_freely(&Spin::of(body), DVec3::from(body.w), ctx.dt, ctx.substeps);
-    turned.w - body.w
+    let spin = Spin { rotation: start.rotation, ..Spin::of(body) };
+    rotate_freely(&spin, DVec3::from(w), ctx.dt, ctx.substeps).w - w
 }
 
 /// Forces, and in all substeps but the first the warm start: what the body's impulses did to it in the
@@ -262,16 +263,14 @@ pub(crate) fn unwhiten(
     (aux, factor): (&Aux, f32),
     body: &mut Body,
 ) {
-    if aux.swung {
+    if aux.ended {
         (body.v, body.w, body.w_rest) = (three(line.v), three(line.w), three(aux.before_w));
         (body.center, body.rotation) = (three(line.x), Quat::from(line.t));
         return;
     }
-    let (alpha, s) = (whitening.alpha(), whitening.s());
-    body.v = three(line.v) * alpha;
-    (body.w, body.w_rest) = (s.mul(three(line.w)), Vec3::ZERO);
-    body.center += three(line.x) * alpha;
-    body.rotation = body.rotation.turned_by(s.mul(three(line.t)));
+    let end = BodyState::of(body).after(line, whitening);
+    (body.center, body.rotation) = (end.center, end.rotation);
+    (body.v, body.w, body.w_rest) = (end.v, end.w, Vec3::ZERO);
     if aux.calm && body.w.length_squared() * (ctx.dt * ctx.dt) > FAR_TURN * FAR_TURN {
         keep_turning_energy(body, factor, three(line.w));
     }
@@ -335,14 +334,14 @@ pub(crate) fn fly(ctx: &StepContext, body: &mut Body) -> bool {
 
     let torque = body.torque + body.step_torque;
     if torque != Vec3::ZERO {
-        let (s, _) = roots_of_inertia(body);
+        let (s, _) = roots_of_inertia(body, body.rotation);
         body.w += s.mul(s.mul(torque)) * ctx.dt;
     }
     body.w *= super::softness::exact_decay(body.angular_damping, ctx.dt);
     let m = body.moments;
     let round = m.max_element() - m.min_element() <= 1.0e-3 * m.max_element();
     if m.min_element() <= 0.0 || body.locks.angular != [false; 3] {
-        let (s, s_inv) = roots_of_inertia(body);
+        let (s, s_inv) = roots_of_inertia(body, body.rotation);
         body.w = s.mul(s_inv.mul(body.w));
         body.rotation = body.rotation.turned_by(body.w * ctx.dt);
     } else if round {

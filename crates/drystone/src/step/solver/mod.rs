@@ -26,6 +26,7 @@ mod pack_joint;
 mod pack_sixdof;
 mod plan;
 mod rooms;
+mod rounds;
 mod forest;
 pub(crate) mod spin;
 mod strokes;
@@ -52,6 +53,7 @@ use self::integrate::Aux;
 use self::joint::JointSweep;
 use self::plan::{Group, Plan};
 use self::rooms::{Blocks, Rooms};
+use self::rounds::BodyState;
 use self::rows::{ContactBlock, Extra, JointBlock, Line, Whitening};
 use self::sixdof::SixBlock;
 use self::softness::Softness;
@@ -63,7 +65,7 @@ use crate::base::disjoint::Rows;
 use crate::base::grow;
 use crate::base::jobs::{Executor, Inline, for_each, for_ranges, grain};
 use crate::base::math::Vec3;
-use crate::state::bodies::{Bodies, Body};
+use crate::state::bodies::{Bodies, Body, Fineness};
 use crate::state::colors::Colors;
 use crate::state::contacts::{Contact, Contacts};
 use crate::state::islands::Islands;
@@ -83,6 +85,8 @@ pub(crate) struct Scratch {
     pub(crate) aux: Vec<Aux>,
     acceleration: Vec<Vec3>,
     pub(crate) squeezes: Vec<Squeeze>,
+    /// Of bodies whose step is taken in rounds.
+    states: Vec<BodyState>,
     /// Of each group.
     frames: Vec<Frames>,
     blocks: Vec<ContactBlock>,
@@ -150,6 +154,9 @@ struct Solver<'a> {
     aux: Rows<'a, Aux>,
     acceleration: Rows<'a, Vec3>,
     squeezes: Rows<'a, Squeeze>,
+    /// Empty unless some group takes its step in rounds, and which one this is.
+    states: Rows<'a, BodyState>,
+    round: u32,
     frames: Rows<'a, Frames>,
     blocks: Blocks<'a>,
     /// Empty, or one for each block.
@@ -191,7 +198,7 @@ pub(crate) struct Input<'a> {
 /// Runs the method's passes. Poses are written by finalize, from the lines. There is a context for each
 /// [`Fineness`](crate::state::bodies::Fineness) of islands.
 pub(crate) fn solve(
-    contexts: [&StepContext; 4],
+    contexts: [&StepContext; 5],
     method: &Method,
     input: Input<'_>,
     joints: &mut Joints,
@@ -215,7 +222,7 @@ pub(crate) fn solve(
     s.classic.leave(&mut s.line_of);
     s.sweeps = method.wide_sweeps(ctx.substeps);
     s.plan.choose_fineness(bodies, joints, contacts, islands, closing.closing(), contexts);
-    let [.., struck] = contexts;
+    let [.., struck, _] = contexts;
     s.plan.take_back(bodies, joints, contacts, struck);
     let workers = jobs.workers().max(1);
     s.plan.update(bodies, joints, contacts, colors, &mut s.line_of, ctx.tree_ratio, workers);
@@ -225,6 +232,8 @@ pub(crate) fn solve(
     grow::resize(&mut s.aux, n, Aux::default());
     grow::resize(&mut s.acceleration, n, Vec3::ZERO);
     grow::resize(&mut s.squeezes, n, Squeeze::default());
+    let in_rounds = s.plan.groups.iter().any(|group| group.fineness == Fineness::Tumbling);
+    s.states.resize(if in_rounds { n } else { 0 }, BodyState::default());
     s.frames.resize_with(s.plan.groups.len().max(s.frames.len()), Frames::default);
     let n = s.plan.contacts.owners.len();
     s.begun.resize(n, 0);
@@ -261,6 +270,8 @@ pub(crate) fn solve(
         aux: Rows::new(&mut s.aux),
         acceleration: Rows::new(&mut s.acceleration),
         squeezes: Rows::new(&mut s.squeezes),
+        states: Rows::new(&mut s.states),
+        round: 0,
         frames: Rows::new(&mut s.frames),
         blocks: rooms.own(),
         extras: Rows::new(&mut s.extras),
@@ -433,10 +444,12 @@ impl Solver<'_> {
         for_ranges(jobs, n, grain(jobs, n, 64), |part| {
             let mut any = false;
             for i in group.lines.start + part.start..group.lines.start + part.end {
-                let body = self.bodies.at(self.plan.members[i - 1]);
-                let factor = self.ctx.inertia.factor(body);
+                let row = self.plan.members[i - 1];
+                let body = self.bodies.at(row);
+                // What no contact squeezes is as heavy as it is.
+                let factor = if self.ctx.rounds > 1 { 1.0 } else { self.ctx.inertia.factor(body) };
                 any |= factor > body.inertia_factor;
-                self.put_line(i, body, factor, (body.v, body.w));
+                self.put_line(i, body, factor, &self.at_start(row));
             }
             if any {
                 heavier.store(true, Ordering::Relaxed);
@@ -447,8 +460,8 @@ impl Solver<'_> {
         }
     }
 
-    fn put_line(&self, i: usize, body: &Body, factor: f32, velocity: (Vec3, Vec3)) {
-        let (line, whitening, aux, acc) = integrate::whiten(self.ctx, body, factor, velocity);
+    fn put_line(&self, i: usize, body: &Body, factor: f32, start: &BodyState) {
+        let (line, whitening, aux, acc) = integrate::whiten(self.ctx, body, factor, start);
         *self.lines.row(i) = line;
         *self.whitening.row(i) = whitening;
         *self.aux.row(i) = aux;

@@ -99,7 +99,7 @@ impl Solver<'_> {
         for (lane, row) in owners.iter().enumerate() {
             let lines = if let Some(joint) = self.joint(*row) {
                 let rows = [joint.body_a, joint.body_b];
-                let bodies = [self.bodies.at(rows[0]), self.bodies.at(rows[1])];
+                let bodies = rows.map(|row| self.at_start(row));
                 raw.centers[0][lane] = four(bodies[0].center);
                 raw.centers[1][lane] = four(bodies[1].center);
                 raw.turns[0][lane] = bytemuck::cast(bodies[0].rotation);
@@ -121,7 +121,8 @@ impl Solver<'_> {
         let speed = |row: u32, anchor: Vec3| {
             let body = self.bodies.at(row);
             let moves = !body.is_dynamic() && body.active();
-            if moves { body.velocity_at(body.rotation.rotate(anchor)) } else { Vec3::ZERO }
+            let arm = || self.at_start(row).rotation.rotate(anchor);
+            if moves { body.velocity_at(arm()) } else { Vec3::ZERO }
         };
         for (lane, row) in owners.iter().enumerate() {
             let joint = self.joint(*row);

@@ -11,7 +11,7 @@ use crate::base::jobs::{Executor, for_ranges, grain};
 use crate::base::math::Vec3;
 use crate::base::sym3::Sym3;
 use crate::base::wide::{LANES, at, put};
-use crate::state::bodies::{Body, NONE};
+use crate::state::bodies::NONE;
 use crate::state::joints::{Joint, Link};
 use crate::state::sixdof::{JointAxis, JointMotion, JointSpring, Six};
 
@@ -100,7 +100,7 @@ impl Solver<'_> {
                 }
                 if six.def.cone.is_some() {
                     // The rows of the swings turn from step to step: kept along y and z.
-                    let a = self.bodies.at(joint.body_a);
+                    let a = self.at_start(joint.body_a);
                     let axes = (a.rotation * six.def.frame_a).to_mat3();
                     let row = at(&block.n[1], lane);
                     let (c, s) = (row.dot(axes.y), row.dot(axes.z));
@@ -119,17 +119,18 @@ impl Solver<'_> {
     }
 
     fn fill_six(&self, joint: &Joint, six: &Six, lane: usize, block: &mut SixBlock) {
-        let (ctx, bodies, line_of) = (self.ctx, self.bodies, self.line_of);
-        let (a, b) = (bodies.at(joint.body_a), bodies.at(joint.body_b));
+        let (ctx, line_of) = (self.ctx, self.line_of);
+        let (a, b) = (self.at_start(joint.body_a), self.at_start(joint.body_b));
         let (la, lb) = (line_of[joint.body_a as usize], line_of[joint.body_b as usize]);
         let (wa, wb) = (*self.whitening.read(la as usize), *self.whitening.read(lb as usize));
         let (ra, rb) = (a.rotation.rotate(joint.anchor_a), b.rotation.rotate(joint.anchor_b));
         let gap = (b.center - a.center) + (rb - ra);
-        let motion = |body: &Body| {
+        let motion = |row: u32| {
+            let body = self.bodies.at(row);
             let is_moved = !body.is_dynamic() && body.active();
             if is_moved { (body.v, body.w) } else { (Vec3::ZERO, Vec3::ZERO) }
         };
-        let ((va, spin_a), (vb, spin_b)) = (motion(a), motion(b));
+        let ((va, spin_a), (vb, spin_b)) = (motion(joint.body_a), motion(joint.body_b));
 
         (block.row_a[lane], block.row_b[lane]) = (la, lb);
         (block.alpha[lane], block.beta[lane]) = (wa.alpha(), wb.alpha());

@@ -8,7 +8,7 @@
 
 use core::ops::Range;
 
-use super::fineness::{is_jointed, struck, take_back, whirls};
+use super::fineness::{is_jointed, struck, take_back, tumbles, whirls};
 use super::forest::Forest;
 use crate::base::wide::LANES;
 use crate::state::bodies::{Bodies, Body, Fineness, NONE};
@@ -139,7 +139,7 @@ impl Plan {
         contacts: &Contacts,
         islands: &Islands,
         closing: impl Iterator<Item = u32>,
-        [ctx, loaded, jointed, _]: [&StepContext; 4],
+        [ctx, loaded, jointed, ..]: [&StepContext; 5],
     ) {
         self.fineness.swap(0, 1);
         let chosen = &mut self.fineness[0];
@@ -158,7 +158,9 @@ impl Plan {
         }
         if by_joints {
             for (island, chosen) in islands.rows.iter().zip(&mut *chosen) {
-                if whirls(island, bodies, joints, ctx.h) {
+                if tumbles(island, bodies, joints, contacts, ctx.dt) {
+                    *chosen = Fineness::Tumbling;
+                } else if whirls(island, bodies, joints, ctx.h) {
                     *chosen = Fineness::Jointed;
                 }
             }
@@ -364,7 +366,7 @@ impl Plan {
             }
         }
         let (mut group, mut filled) = (self.shared, 0);
-        for of in [Fineness::Whole, Fineness::Loaded, Fineness::Jointed, Fineness::Struck] {
+        for of in Fineness::ALL {
             for (island, ends) in &self.islands {
                 if is_shared(*ends) || fineness_of(*island, &self.fineness[0]) != of {
                     continue;

@@ -268,6 +268,7 @@ pub(crate) fn solve<S: Simd>(
     sweep: &JointSweep,
 ) {
     let mut state = read(simd, block, lines, sweep);
+    let (from_a, from_b) = (state.pair.va, state.pair.vb);
     let carried = Vec3w::load(simd, &block.carried);
     if !sweep.is_relax {
         // Where no motion is free the force stays as it is in the world; else each stays along its axis.
@@ -301,19 +302,26 @@ pub(crate) fn solve<S: Simd>(
 
     let q = &state.pair;
     (t + q.torque).store(&mut block.torque);
-    let more_a = q.arm_a.cross(q.force) + q.torque;
-    let more_b = q.arm_b.cross(q.force) + q.torque;
+    let mut force = q.force;
+    let mut more_a = q.arm_a.cross(q.force) + q.torque;
+    let mut more_b = q.arm_b.cross(q.force) + q.torque;
     if sweep.is_relax {
-        (carried + q.force).store(&mut block.carried);
+        (carried + force).store(&mut block.carried);
         (carried_a + more_a).store(&mut block.carried_a);
         (carried_b + more_b).store(&mut block.carried_b);
     } else {
-        (p + q.force).store(&mut block.carried);
+        (p + force).store(&mut block.carried);
         (moment_a + more_a).store(&mut block.carried_a);
         (moment_b + more_b).store(&mut block.carried_b);
+        force = force + (p - carried);
+        more_a = more_a + (moment_a - carried_a);
+        more_b = more_b + (moment_b - carried_b);
     }
-    store_velocity(simd, lines, &block.row_a, shown(simd, q.va));
-    store_velocity(simd, lines, &block.row_b, shown(simd, q.vb));
+    // All at once: what an addition rounds off a velocity is done again in every substep that follows.
+    let a = Velocity { v: from_a.v - force * q.alpha, w: from_a.w - q.sa.mul(more_a) };
+    let b = Velocity { v: from_b.v + force * q.beta, w: from_b.w + q.sb.mul(more_b) };
+    store_velocity(simd, lines, &block.row_a, shown(simd, a));
+    store_velocity(simd, lines, &block.row_b, shown(simd, b));
 }
 
 /// A velocity without what is so small that it never shows. Where all axes hold, by friction for one, every visit

@@ -2,6 +2,7 @@
 
 use super::Solver;
 use crate::base::jobs::Executor;
+use crate::state::bodies::Fineness;
 use crate::state::method::Pass;
 
 /// How far a group is in its step.
@@ -27,6 +28,15 @@ pub(super) struct Stroke {
 impl Solver<'_> {
     /// Takes a group through the whole step.
     pub(super) fn solve(&self, number: usize, jobs: &dyn Executor) {
+        if self.ctx.rounds > 1 {
+            self.solve_in_rounds(number, jobs);
+        } else {
+            self.solve_once(number, jobs);
+        }
+    }
+
+    /// Takes a group through the substeps of its context.
+    pub(super) fn solve_once(&self, number: usize, jobs: &dyn Executor) {
         let mut way = self.begin(number, jobs);
         for stroke in self.strokes() {
             self.stroke(number, stroke, &mut way, jobs);
@@ -42,7 +52,9 @@ impl Solver<'_> {
         self.prepare_couplings(group);
         self.prepare_trees(group);
         self.prepare_contacts(group, jobs);
-        self.begin_tallies(group);
+        if self.round == 0 {
+            self.begin_tallies(group);
+        }
         if self.has_extras {
             let blocks = self.plan.contacts.blocks_of(&group.contacts);
             self.impacts.row(number).begin(&self.impact_source(group), blocks, group.lines.len());
@@ -55,7 +67,10 @@ impl Solver<'_> {
     pub(super) fn strokes(&self) -> impl Iterator<Item = Stroke> {
         let (body, finish) = (self.method.substep(), self.method.finish());
         let substeps = self.ctx.substeps;
-        let steps = (0..substeps).flat_map(|substep| body.iter().map(move |p| (substep, *p)));
+        let relaxes = self.ctx.fineness == Fineness::Struck && !body.contains(&Pass::Relax);
+        let relax: &[Pass] = if relaxes { &[Pass::Impacts, Pass::Relax] } else { &[] };
+        let passes = move |substep| body.iter().chain(relax).map(move |p| (substep, *p));
+        let steps = (0..substeps).flat_map(passes);
         let mut passes = steps.chain(finish.iter().map(move |p| (substeps, *p))).peekable();
         core::iter::from_fn(move || {
             let (substep, pass) = passes.next()?;

@@ -9,6 +9,7 @@
 
 use super::Solver;
 use super::integrate::acceleration;
+use super::rounds::BodyState;
 use super::softness::exact_decay;
 use super::spin::{Spin, rotate_freely};
 use crate::base::double::{DQuat, DVec3};
@@ -24,10 +25,7 @@ const OPEN: f32 = 1.0e-3;
 
 /// A body at the end of a step.
 pub(super) struct Swung {
-    pub(super) center: Vec3,
-    pub(super) rotation: Quat,
-    pub(super) v: Vec3,
-    pub(super) w: Vec3,
+    pub(super) state: BodyState,
     pub(super) w_rest: Vec3,
     /// Mean impulse of the joint on it in a substep [N s].
     pub(super) impulse: Vec3,
@@ -59,7 +57,7 @@ impl Solver<'_> {
         let substeps = self.ctx.substeps as f32;
         joint.given = [end.impulse * (sign * substeps), Vec3::ZERO];
         joint.peak = [joint.impulse.length(), 0.0];
-        self.aux.row(line as usize).put_swung(self.lines.row(line as usize), &end);
+        self.aux.row(line as usize).put_end(self.lines.row(line as usize), &end.state, end.w_rest);
         true
     }
 }
@@ -124,7 +122,8 @@ fn swung(ctx: &StepContext, body: &Body, pivot: Vec3, anchor: Vec3) -> Option<Sw
     let v = v.single();
     let single = w.single();
     let w_rest = (w - DVec3::from(single)).single();
-    Some(Swung { center, rotation: spin.rotation, v, w: single, w_rest, impulse })
+    let state = BodyState { center, rotation: spin.rotation, v, w: single };
+    Some(Swung { state, w_rest, impulse })
 }
 
 /// The angular velocity that a momentum gives.

@@ -5,6 +5,7 @@
 
 use super::integrate::{self, three};
 use super::plan::Plan;
+use super::rounds::BodyState;
 use super::strokes::Stroke;
 use super::{Scratch, Solver};
 use crate::base::disjoint::Rows;
@@ -107,10 +108,11 @@ pub(super) fn follow(
     for row in &tied.scratch.dragged {
         let (line, body) = (s.line_of[*row as usize] as usize, bodies.at(*row));
         let was = s.lines[line];
-        let velocity = (three(was.v), three(was.w));
-        let (mut to, whitening, ..) = integrate::whiten(ctx, body, 1.0, velocity);
-        let motion = (three(was.x), three(was.t));
-        let (way, ..) = integrate::whiten(ctx, body, 1.0, motion);
+        let start = BodyState::of(body);
+        let velocity = BodyState { v: three(was.v), w: three(was.w), ..start };
+        let (mut to, whitening, ..) = integrate::whiten(ctx, body, 1.0, &velocity);
+        let motion = BodyState { v: three(was.x), w: three(was.t), ..start };
+        let (way, ..) = integrate::whiten(ctx, body, 1.0, &motion);
         (to.x, to.t) = (way.v, way.w);
         (s.lines[line], s.whitening[line], s.free[line]) = (to, whitening, false);
     }

@@ -34,7 +34,7 @@ use crate::base::jobs::{Executor, for_ranges};
 use crate::base::math::Vec3;
 use crate::base::sym3::Sym3;
 use crate::base::wide::LANES;
-use crate::state::bodies::{Body, NONE};
+use crate::state::bodies::NONE;
 
 /// Part of the compliance in a relax sweep.
 const RELAX: f64 = 0.01;
@@ -269,13 +269,14 @@ impl Solver<'_> {
 
     fn prepare_tree_joint(&self, tree: &TreeJoint, i: usize) {
         let Some(joint) = self.joint_slots.read(tree.row as usize) else { return };
-        let (a, b) = (self.bodies.at(joint.body_a), self.bodies.at(joint.body_b));
+        let (a, b) = (self.at_start(joint.body_a), self.at_start(joint.body_b));
         let (ra, rb) = (a.rotation.rotate(joint.anchor_a), b.rotation.rotate(joint.anchor_b));
         let gap = (b.center - a.center) + (rb - ra);
-        let moves = |body: &Body, r: Vec3| {
+        let moves = |row: u32, r: Vec3| {
+            let body = self.bodies.at(row);
             if !body.is_dynamic() && body.active() { body.velocity_at(r) } else { Vec3::ZERO }
         };
-        let drift = moves(b, rb) - moves(a, ra);
+        let drift = moves(joint.body_b, rb) - moves(joint.body_a, ra);
         let impulse = joint.impulse * self.ctx.impulse_scale;
         let (sign, child, parent) = if tree.is_child_a { (-1.0, ra, rb) } else { (1.0, rb, ra) };
         let impulse = DVec3::from(impulse * sign);

@@ -102,7 +102,7 @@ impl Solver<'_> {
         let bodies = || {
             tree.bodies.clone().map(|i| {
                 let body = self.tree_bodies.read(i);
-                let center = self.bodies.at(self.plan.forest.bodies[i]).center;
+                let center = self.at_start(self.plan.forest.bodies[i]).center;
                 let own = (0..3).fold(0.0, |sum, i| sum + body.s[i].dot(body.s[i]));
                 let inertia = if own > 0.0 { 3.0 / own } else { 0.0 };
                 (1.0 / (body.alpha * body.alpha), DVec3::from(center), inertia)

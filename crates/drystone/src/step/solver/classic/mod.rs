@@ -27,6 +27,7 @@ use self::sweeps::Turns;
 use super::Input;
 use super::inertia::Squeeze;
 use super::integrate::{self, Aux};
+use super::rounds::BodyState;
 use super::rows::{Line, Whitening};
 use super::softness::{Softness, decay, exact_decay};
 use crate::base::double::greater;
@@ -409,7 +410,7 @@ fn mover_of(ctx: &StepContext, settings: &Settings, body: &Body) -> Mover {
     if !body.is_dynamic() {
         return still;
     }
-    let (root, _) = integrate::roots_of_inertia(body);
+    let (root, _) = integrate::roots_of_inertia(body, body.rotation);
     // The root of the inverse inertia times itself.
     let column = |axis: Vec3| root.mul(root.mul(axis));
     let (x, y, z) = (column(Vec3::X), column(Vec3::Y), column(Vec3::Z));
@@ -427,7 +428,7 @@ fn mover_of(ctx: &StepContext, settings: &Settings, body: &Body) -> Mover {
         Damping::Own | Damping::Pade => decay(rate, ctx.h),
     };
     #[expect(clippy::cast_precision_loss, reason = "at most 256 substeps")]
-    let spin = integrate::gyration(ctx, body) * (1.0 / ctx.substeps as f32);
+    let spin = integrate::gyration(ctx, body, &BodyState::of(body)) * (1.0 / ctx.substeps as f32);
     Mover {
         inv_mass,
         inv_inertia,
