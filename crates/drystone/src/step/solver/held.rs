@@ -64,6 +64,18 @@ pub(crate) struct Row<S: Simd> {
 }
 
 impl<S: Simd> Row<S> {
+    /// Of a motion along `u` at these arms.
+    #[inline(always)]
+    pub(crate) fn along(u: Vec3w<S>, arms: [Vec3w<S>; 2], [sa, sb]: [&Sym3w<S>; 2]) -> Self {
+        Self { n: u, a: sa.mul(arms[0].cross(u)), b: sb.mul(arms[1].cross(u)) }
+    }
+
+    /// Of a turn about `n`.
+    #[inline(always)]
+    pub(crate) fn about(n: Vec3w<S>, [sa, sb]: [&Sym3w<S>; 2]) -> Self {
+        Self { n, a: sa.mul(n), b: sb.mul(n) }
+    }
+
     #[inline(always)]
     pub(crate) fn masked(self, m: Wide<S>) -> Self {
         Self { n: self.n * m, a: self.a * m, b: self.b * m }
@@ -114,6 +126,14 @@ impl<S: Simd> Pair<S> {
         self.force = self.force + p;
         self.va.v = self.va.v - p * self.alpha;
         self.vb.v = self.vb.v + p * self.beta;
+        self.va.w = self.va.w - row.a * d;
+        self.vb.w = self.vb.w + row.b * d;
+    }
+
+    /// The same for rows of turns that are solved next, which do not ask for linear velocities.
+    #[inline(always)]
+    fn push_along_unseen(&mut self, row: &Row<S>, d: Wide<S>) {
+        self.force = self.force + row.n * d;
         self.va.w = self.va.w - row.a * d;
         self.vb.w = self.vb.w + row.b * d;
     }
@@ -170,10 +190,10 @@ fn couplings<S: Simd>(rows: &[Row<S>; 3], row: &Row<S>) -> Vec3w<S> {
     Vec3w { x: rows[0].coupling(row), y: rows[1].coupling(row), z: rows[2].coupling(row) }
 }
 
-/// The locked axes of a joint together. Where no joint of the block locks a motion, or a turn, its part is left out.
-pub(crate) struct Held<S: Simd> {
-    /// Whether some motion is locked, and some turn.
-    holds: [bool; 2],
+/// The locked axes of a joint together. Where no joint of the block locks a motion, or a turn (`TURNS`), its part is left out.
+pub(crate) struct Held<S: Simd, const TURNS: bool> {
+    /// Whether some motion is locked.
+    motions: bool,
     /// What stands for a part that is left out.
     none: Vec3w<S>,
     pub(crate) along: [Row<S>; 3],
@@ -185,45 +205,51 @@ pub(crate) struct Held<S: Simd> {
     a: Sym3w<S>,
 }
 
-impl<S: Simd> Held<S> {
+impl<S: Simd, const TURNS: bool> Held<S, TURNS> {
+    /// The rows alone.
     #[inline(always)]
-    pub(crate) fn form(
+    pub(crate) fn of(
         simd: S,
         along: &[Row<S>; 3],
         about: &[Row<S>; 3],
         locked: &[Wide<S>; 6],
-        linear: Wide<S>,
-        holds: [bool; 2],
+        motions: bool,
     ) -> Self {
-        let [motions, turns] = holds;
-        let (zero, one) = (splat(simd, 0.0), splat(simd, 1.0));
+        let zero = splat(simd, 0.0);
         let [l0, l1, l2, k0, k1, k2] = *locked;
         let along = [along[0].masked(l0), along[1].masked(l1), along[2].masked(l2)];
         let about = [about[0].masked(k0), about[1].masked(k1), about[2].masked(k2)];
         let none = Vec3w::zero(simd);
         let nothing = Sym3w { xx: zero, yy: zero, zz: zero, xy: zero, xz: zero, yz: zero };
-        let mut held =
-            Self { holds, none, along, about, l: nothing, c: [none; 3], lc: [none; 3], a: nothing };
-        if motions {
+        let (l, a, c, lc) = (nothing, nothing, [none; 3], [none; 3]);
+        Self { motions, none, along, about, l, c, lc, a }
+    }
+
+    /// The inverse matrix. (In place: a kernel's structs are kilobytes, and were copied.)
+    #[inline(always)]
+    pub(crate) fn invert(&mut self, simd: S, locked: &[Wide<S>; 6], linear: Wide<S>) {
+        let (zero, one) = (splat(simd, 0.0), splat(simd, 1.0));
+        let [l0, l1, l2, k0, k1, k2] = *locked;
+        if self.motions {
             // Axes that are not locked have ones on the diagonal.
             let own = [
                 select(above(l0, zero), linear, one),
                 select(above(l1, zero), linear, one),
                 select(above(l2, zero), linear, one),
             ];
-            held.l = inverse(simd, &matrix(&along, own));
+            self.l = inverse(simd, &matrix(&self.along, own));
         }
-        if !turns {
-            return held;
+        if !TURNS {
+            return;
         }
-        let mut a = matrix(&about, [one - k0, one - k1, one - k2]);
-        if motions {
+        let mut a = matrix(&self.about, [one - k0, one - k1, one - k2]);
+        if self.motions {
             let c = [
-                couplings(&along, &about[0]),
-                couplings(&along, &about[1]),
-                couplings(&along, &about[2]),
+                couplings(&self.along, &self.about[0]),
+                couplings(&self.along, &self.about[1]),
+                couplings(&self.along, &self.about[2]),
             ];
-            let lc = [held.l.mul(c[0]), held.l.mul(c[1]), held.l.mul(c[2])];
+            let lc = [self.l.mul(c[0]), self.l.mul(c[1]), self.l.mul(c[2])];
             a = Sym3w {
                 xx: a.xx - c[0].dot(lc[0]),
                 yy: a.yy - c[1].dot(lc[1]),
@@ -232,20 +258,18 @@ impl<S: Simd> Held<S> {
                 xz: a.xz - c[0].dot(lc[2]),
                 yz: a.yz - c[1].dot(lc[2]),
             };
-            (held.c, held.lc) = (c, lc);
+            (self.c, self.lc) = (c, lc);
         }
-        held.a = inverse(simd, &a);
-        held
+        self.a = inverse(simd, &a);
     }
 
     /// What impulses of the locked axes make these speeds of theirs.
     #[inline(always)]
     fn impulses(&self, along: Vec3w<S>, about: Vec3w<S>) -> [Vec3w<S>; 2] {
-        let [motions, turns] = self.holds;
-        if !turns {
+        if !TURNS {
             return [self.l.mul(along), about];
         }
-        if !motions {
+        if !self.motions {
             return [along, self.a.mul(about)];
         }
         let first = self.l.mul(along);
@@ -262,40 +286,44 @@ impl<S: Simd> Held<S> {
     /// are under one of its own.
     #[inline(always)]
     pub(crate) fn behind(&self, row: &Row<S>) -> (Wide<S>, [Vec3w<S>; 2]) {
-        let [motions, turns] = self.holds;
-        let kl = if motions { couplings(&self.along, row) } else { self.none };
-        let ka = if turns { couplings(&self.about, row) } else { self.none };
+        let kl = if self.motions { couplings(&self.along, row) } else { self.none };
+        let ka = if TURNS { couplings(&self.about, row) } else { self.none };
         let back = self.impulses(kl, ka);
         let mut k = row.coupling(row);
-        if motions {
+        if self.motions {
             k -= kl.dot(back[0]);
         }
-        if turns {
+        if TURNS {
             k -= ka.dot(back[1]);
         }
         (k, back)
     }
 
-    /// Gives the locked axes what answers an impulse `d`.
+    /// Gives the locked axes what answers an impulse `d`, of a turn or (`MOTION`) a motion.
     #[inline(always)]
-    pub(crate) fn answer(
+    pub(crate) fn answer<const MOTION: bool>(
         &self,
         q: &mut Pair<S>,
         d: Wide<S>,
         [along, about]: &[Vec3w<S>; 2],
         given: &mut [Wide<S>; 6],
     ) {
-        let parts = [along.x, along.y, along.z, about.x, about.y, about.z];
-        for i in 0..6 {
-            if !self.holds[i / 3] {
-                continue;
+        if self.motions {
+            let p = [-(along.x * d), -(along.y * d), -(along.z * d)];
+            for i in 0..3 {
+                given[i] += p[i];
+                if MOTION {
+                    q.push_along(&self.along[i], p[i]);
+                } else {
+                    q.push_along_unseen(&self.along[i], p[i]);
+                }
             }
-            let p = -(parts[i] * d);
-            given[i] += p;
-            if i < 3 {
-                q.push_along(&self.along[i], p);
-            } else {
-                q.push_about(&self.about[i - 3], p);
+        }
+        if TURNS {
+            let p = [-(about.x * d), -(about.y * d), -(about.z * d)];
+            for i in 0..3 {
+                given[i + 3] += p[i];
+                q.push_about(&self.about[i], p[i]);
             }
         }
     }
@@ -316,9 +344,10 @@ impl<S: Simd> Held<S> {
         let softness = &sweep.softness;
         let mass = splat(simd, softness.mass);
         let (rate, leak) = (splat(simd, softness.rate), splat(simd, softness.impulse));
+        let parts = [self.motions, TURNS];
         let mut miss = [splat(simd, 0.0); 6];
         for i in 0..6 {
-            if !self.holds[i / 3] {
+            if !parts[i / 3] {
                 continue;
             }
             let locked = load(simd, &block.locked[i]);
@@ -338,7 +367,7 @@ impl<S: Simd> Held<S> {
         let solved = [along.x, along.y, along.z, about.x, about.y, about.z];
         let mut given = [splat(simd, 0.0); 6];
         for i in 0..6 {
-            if !self.holds[i / 3] {
+            if !parts[i / 3] {
                 continue;
             }
             let locked = load(simd, &block.locked[i]);

@@ -198,7 +198,6 @@ fn read<S: Simd>(
     lines: &Rows<'_, Line>,
     sweep: &JointSweep,
 ) -> State<S> {
-    let zero = splat(simd, 0.0);
     let (alpha, beta) = (load(simd, &block.alpha), load(simd, &block.beta));
     let (sa, sb) = (Sym3w::load(simd, &block.s_a), Sym3w::load(simd, &block.s_b));
     let (va, xa) = sweep.read(simd, lines, &block.row_a);
@@ -219,19 +218,35 @@ fn read<S: Simd>(
     let turn = turn_b - turn_a - turn_a.cross(turn_b) * splat(simd, 0.5);
 
     let (u0, n0) = (Vec3w::load3(simd, &block.u), Vec3w::load3(simd, &block.n));
-    let none = Row { n: gap, a: gap, b: gap };
-    let (mut along, mut about) = ([none; 3], [none; 3]);
-    let (mut x, mut locked) = ([zero; 6], [zero; 6]);
-    for i in 0..3 {
-        let u = to_a.apply(u0[i]);
-        along[i] = Row { n: u, a: sa.mul(arm_a.cross(u)), b: sb.mul(rb.cross(u)) };
-        let n = to_a.apply(n0[i]);
-        about[i] = Row { n, a: sa.mul(n), b: sb.mul(n) };
-        x[i] = u.dot(gap);
-        x[i + 3] = load(simd, &block.angles[i]) + n0[i].dot(turn);
-        locked[i] = load(simd, &block.locked[i]);
-        locked[i + 3] = load(simd, &block.locked[i + 3]);
-    }
+    let (arms, roots) = ([arm_a, rb], [&sa, &sb]);
+    // No loops: what is indexed by one lives in memory, and was copied from there.
+    let along = [
+        Row::along(to_a.apply(u0[0]), arms, roots),
+        Row::along(to_a.apply(u0[1]), arms, roots),
+        Row::along(to_a.apply(u0[2]), arms, roots),
+    ];
+    let about = [
+        Row::about(to_a.apply(n0[0]), roots),
+        Row::about(to_a.apply(n0[1]), roots),
+        Row::about(to_a.apply(n0[2]), roots),
+    ];
+    let x = [
+        along[0].n.dot(gap),
+        along[1].n.dot(gap),
+        along[2].n.dot(gap),
+        load(simd, &block.angles[0]) + n0[0].dot(turn),
+        load(simd, &block.angles[1]) + n0[1].dot(turn),
+        load(simd, &block.angles[2]) + n0[2].dot(turn),
+    ];
+    let [l0, l1, l2, k0, k1, k2] = &block.locked;
+    let locked = [
+        load(simd, l0),
+        load(simd, l1),
+        load(simd, l2),
+        load(simd, k0),
+        load(simd, k1),
+        load(simd, k2),
+    ];
     let drift = drift + spin_b.cross(rb) - spin_a.cross(arm_a);
     let mut curve = Vec3w::zero(simd);
     if !sweep.is_relax {
@@ -298,7 +313,11 @@ pub(crate) fn solve<S: Simd>(
         q.vb.w = q.vb.w + q.sb.mul(moment_b - carried_b);
     }
 
-    solve_axes(simd, block, &mut state, sweep);
+    if block.holds[1] {
+        solve_axes::<S, true>(simd, block, &mut state, sweep);
+    } else {
+        solve_axes::<S, false>(simd, block, &mut state, sweep);
+    }
 
     let q = &state.pair;
     (t + q.torque).store(&mut block.torque);
@@ -338,16 +357,30 @@ fn shown<S: Simd>(simd: S, velocity: Velocity<S>) -> Velocity<S> {
     }
 }
 
-/// The locked axes, then drives and limits behind them.
+/// What the locked axes have to do with drive, friction and limit of an axis.
+#[derive(Clone, Copy)]
+struct Behind<S: Simd> {
+    /// Its inverse mass behind them.
+    give: Wide<S>,
+    /// Their answer to an impulse of it.
+    back: [Vec3w<S>; 2],
+}
+
+/// The locked axes, then drives and limits behind them. `TURNS`: some joint of the block locks a turn.
 #[inline(always)]
-fn solve_axes<S: Simd>(simd: S, block: &mut SixBlock, state: &mut State<S>, sweep: &JointSweep) {
+fn solve_axes<S: Simd, const TURNS: bool>(
+    simd: S,
+    block: &mut SixBlock,
+    state: &mut State<S>,
+    sweep: &JointSweep,
+) {
     let (zero, one) = (splat(simd, 0.0), splat(simd, 1.0));
     let State { pair: q, along, about, x, locked } = state;
     let linear = q.alpha * q.alpha + q.beta * q.beta;
-    let held = Held::form(simd, along, about, locked, linear, block.holds);
-    // Of each drive and limit its inverse mass, and how the locked axes answer it.
+    let mut held = Held::<S, TURNS>::of(simd, along, about, locked, block.holds[0]);
+    held.invert(simd, locked, linear);
     let none = Vec3w::zero(simd);
-    let (mut give, mut back) = ([zero; 6], [[none; 2]; 6]);
+    let mut behind = [Behind { give: zero, back: [none; 2] }; 6];
     let mut loads = [zero; 6];
     for i in 0..6 {
         loads[i] = load(simd, &block.held[i]);
@@ -356,53 +389,77 @@ fn solve_axes<S: Simd>(simd: S, block: &mut SixBlock, state: &mut State<S>, swee
         if !block.acts_on(i) {
             continue;
         }
-        let row = if i < 3 { &along[i] } else { &about[i - 3] };
-        let row = row.masked(one - locked[i]);
-        let k;
-        (k, back[i]) = held.behind(&row);
+        let row = if i < 3 {
+            along[i].masked(one - locked[i])
+        } else if TURNS {
+            about[i - 3].masked(one - locked[i])
+        } else {
+            about[i - 3]
+        };
+        let (k, back) = held.behind(&row);
         // What is left of a turn that the locked axes allow not at all is rounding.
         let least = row.coupling(&row) * splat(simd, 1.0e-5);
-        give[i] = if i < 3 { max(linear + k, linear) } else { select(above(k, least), k, zero) };
+        let give = if i < 3 { max(linear + k, linear) } else { select(above(k, least), k, zero) };
+        behind[i] = Behind { give, back };
         let pushes = block.pushes(simd, i);
-        let [a, b] = [back[i][0] * pushes, back[i][1] * pushes];
-        let parts = [a.x, a.y, a.z, b.x, b.y, b.z];
-        for j in 0..6 {
-            if block.holds[j / 3] {
-                loads[j] += parts[j];
-            }
+        let [a, b] = [back[0] * pushes, back[1] * pushes];
+        if block.holds[0] {
+            (loads[0], loads[1], loads[2]) = (loads[0] + a.x, loads[1] + a.y, loads[2] + a.z);
+        }
+        if TURNS {
+            (loads[3], loads[4], loads[5]) = (loads[3] + b.x, loads[4] + b.y, loads[5] + b.z);
         }
     }
     let mut given = held.solve(simd, block, q, x, &loads, sweep);
     let pull = Vec3w::load(simd, &block.pull);
     let pulls = [pull.dot(held.along[0].n), pull.dot(held.along[1].n), pull.dot(held.along[2].n)];
-    for i in 0..6 {
+    for i in 0..3 {
         if !block.acts_on(i) {
             continue;
         }
-        let row = if i < 3 { &along[i] } else { &about[i - 3] };
-        let row = row.masked(one - locked[i]);
-        let v = if i < 3 { q.speed_along(&row) } else { q.speed_about(&row) };
-        let Vec3w { x: p0, y: p1, z: p2 } = back[i][0];
-        let own = if i < 3 { pull.dot(row.n) } else { zero };
-        let pull = own - (p0 * pulls[0] + p1 * pulls[1] + p2 * pulls[2]);
-        let felt = Felt { k: give[i], x: x[i], v, pull };
-        let (drive, friction) = (load(simd, &block.held[i]), load(simd, &block.friction[i]));
-        let old = [drive, friction, load(simd, &block.limit[i])];
-        let new = act(simd, block, i, old, felt, sweep);
-        new[0].store_array(&mut block.held[i]);
-        new[1].store_array(&mut block.friction[i]);
-        new[2].store_array(&mut block.limit[i]);
-        let d = (new[0] - old[0]) + (new[1] - old[1]) + (new[2] - old[2]);
-        if i < 3 {
-            q.push_along(&row, d);
-        } else {
-            q.push_about(&row, d);
+        let row = along[i].masked(one - locked[i]);
+        let Behind { give, back } = behind[i];
+        let Vec3w { x: p0, y: p1, z: p2 } = back[0];
+        let pull = pull.dot(row.n) - (p0 * pulls[0] + p1 * pulls[1] + p2 * pulls[2]);
+        let felt = Felt { k: give, x: x[i], v: q.speed_along(&row), pull };
+        let d = act_on(simd, block, i, felt, sweep);
+        q.push_along(&row, d);
+        held.answer::<true>(q, d, &back, &mut given);
+    }
+    for i in 3..6 {
+        if !block.acts_on(i) {
+            continue;
         }
-        held.answer(q, d, &back[i], &mut given);
+        let row = if TURNS { about[i - 3].masked(one - locked[i]) } else { about[i - 3] };
+        let Behind { give, back } = behind[i];
+        let Vec3w { x: p0, y: p1, z: p2 } = back[0];
+        let pull = zero - (p0 * pulls[0] + p1 * pulls[1] + p2 * pulls[2]);
+        let felt = Felt { k: give, x: x[i], v: q.speed_about(&row), pull };
+        let d = act_on(simd, block, i, felt, sweep);
+        q.push_about(&row, d);
+        held.answer::<false>(q, d, &back, &mut given);
     }
     for i in 0..6 {
         // Those of a drive are stored already.
         let lock = load(simd, &block.held[i]) + given[i] * locked[i];
         lock.store_array(&mut block.held[i]);
     }
+}
+
+/// Solves and stores what acts on an axis; returns what was added to its impulse.
+#[inline(always)]
+fn act_on<S: Simd>(
+    simd: S,
+    block: &mut SixBlock,
+    i: usize,
+    felt: Felt<S>,
+    sweep: &JointSweep,
+) -> Wide<S> {
+    let (drive, friction) = (load(simd, &block.held[i]), load(simd, &block.friction[i]));
+    let old = [drive, friction, load(simd, &block.limit[i])];
+    let new = act(simd, block, i, old, felt, sweep);
+    new[0].store_array(&mut block.held[i]);
+    new[1].store_array(&mut block.friction[i]);
+    new[2].store_array(&mut block.limit[i]);
+    (new[0] - old[0]) + (new[1] - old[1]) + (new[2] - old[2])
 }
