@@ -422,7 +422,7 @@ fn solve_axes<S: Simd, const TURNS: bool>(
         let Vec3w { x: p0, y: p1, z: p2 } = back[0];
         let pull = pull.dot(row.n) - (p0 * pulls[0] + p1 * pulls[1] + p2 * pulls[2]);
         let felt = Felt { k: give, x: x[i], v: q.speed_along(&row), pull };
-        let d = act_on(simd, block, i, felt, sweep);
+        let d = solve_axis(simd, block, i, felt, sweep);
         q.push_along(&row, d);
         held.answer::<true>(q, d, &back, &mut given);
     }
@@ -435,7 +435,7 @@ fn solve_axes<S: Simd, const TURNS: bool>(
         let Vec3w { x: p0, y: p1, z: p2 } = back[0];
         let pull = zero - (p0 * pulls[0] + p1 * pulls[1] + p2 * pulls[2]);
         let felt = Felt { k: give, x: x[i], v: q.speed_about(&row), pull };
-        let d = act_on(simd, block, i, felt, sweep);
+        let d = solve_axis(simd, block, i, felt, sweep);
         q.push_about(&row, d);
         held.answer::<false>(q, d, &back, &mut given);
     }
@@ -448,7 +448,7 @@ fn solve_axes<S: Simd, const TURNS: bool>(
 
 /// Solves and stores what acts on an axis; returns what was added to its impulse.
 #[inline(always)]
-fn act_on<S: Simd>(
+fn solve_axis<S: Simd>(
     simd: S,
     block: &mut SixBlock,
     i: usize,
