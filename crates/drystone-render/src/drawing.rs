@@ -334,9 +334,10 @@ impl Drawing {
         cell
     }
 
-    /// A rod or rope between two places [m, world].
+    /// A rod or rope between two places [m, world]. A short one is no disc, however large the scene is.
     fn add_rod(&self, batches: &mut Batches, a: Vec3, b: Vec3) {
-        self.add_cylinder(batches, [a, b], 0.004 * self.radius, ROD);
+        let thick = (0.004 * self.radius).min(0.1 * (b - a).length());
+        self.add_cylinder(batches, [a, b], thick, ROD);
     }
 
     fn add_cylinder(&self, batches: &mut Batches, [a, b]: [Vec3; 2], thick: f32, color: Color) {
@@ -466,9 +467,9 @@ impl Batches {
 
 #[cfg(test)]
 mod tests {
-    use drystone::{BodyDef, ShapeDef, World};
+    use drystone::{BodyDef, JointDef, ShapeDef, Vec3, World, vec3};
 
-    use super::{Drawing, GRID, Look, Subject};
+    use super::{Drawing, GRID, Look, ROD, Subject};
 
     #[test]
     fn equal_forms_are_one_batch_and_ground_has_a_grid() {
@@ -501,5 +502,25 @@ mod tests {
         let seen = drawing.seen_from(drystone::vec3(1.0, 2.0, 20.0));
         assert_eq!((seen.batches.len(), seen.lines.len()), (2, 12));
         assert!(seen.batches[1].instances[0].position[2] < 0.0);
+    }
+
+    /// Two balls 200 m apart, one of which hangs by a joint 0.3 m beside its middle.
+    #[test]
+    fn a_short_rod_in_a_large_scene_is_no_disc() {
+        let mut world = World::default();
+        let mut add = |x: f32| {
+            let ball = BodyDef::dynamic().with_shape(ShapeDef::sphere(0.1));
+            world.add_body(ball.with_position([x, 0.0, 0.0])).unwrap()
+        };
+        let (ball, _) = (add(0.0), add(200.0));
+        let ground = world.add_body(BodyDef::fixed()).unwrap();
+        let beside = vec3(0.0, 0.3, 0.0);
+        world.add_joint(JointDef::ball(ground, beside, ball, beside)).unwrap();
+        let drawing = Drawing::of(&world, &Subject::of(&world), &Look::default());
+        let mut all = drawing.batches.iter().flat_map(|batch| &batch.instances);
+        let rod = all.find(|instance| instance.color == ROD).unwrap();
+        let [thick, half, _] = rod.scale;
+        assert!((half - 0.15).abs() < 1.0e-6 && thick < 0.2 * half + 1.0e-6, "{thick} by {half}");
+        assert!(Vec3::from(rod.scale).is_finite());
     }
 }
