@@ -499,7 +499,7 @@ mod tests {
         }
         let drawing = Drawing::of(&world, &Subject::of(&world), &Look::default());
         assert_eq!(drawing.walls.len(), 2);
-        let seen = drawing.seen_from(drystone::vec3(1.0, 2.0, 20.0));
+        let seen = drawing.seen_from(vec3(1.0, 2.0, 20.0));
         assert_eq!((seen.batches.len(), seen.lines.len()), (2, 12));
         assert!(seen.batches[1].instances[0].position[2] < 0.0);
     }
