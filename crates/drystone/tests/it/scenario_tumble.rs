@@ -2,18 +2,11 @@
 
 use std::sync::Arc;
 
-use drystone::{
-    BodyDef, Filter, JointDef, ShapeDef, SimdLevel, Team, Vec3, World, WorldConfig, vec3,
-};
+use drystone::{BodyDef, Filter, JointDef, ShapeDef, SimdLevel, Team, Vec3, World, vec3};
+
+use super::scenario_whirl::weightless;
 
 const DT: f32 = 1.0 / 60.0;
-
-/// A world without gravity, whose small islands of fast joints take substeps in so many parts.
-fn weightless(parts: u16) -> World {
-    let mut config = WorldConfig { gravity: Vec3::ZERO, ..WorldConfig::default() };
-    config.joint.refine = parts.into();
-    World::new(config).unwrap()
-}
 
 /// Three bricks on ball joints at their corners, in nothing, the outer ones turning at half and at one and a half `speed` [rad/s], the one between
 /// at it, about an axis that is none of theirs. They do not collide.

@@ -6,7 +6,8 @@ use drystone::{
 
 const DT: f32 = 1.0 / 60.0;
 
-fn weightless(parts: u16) -> World {
+/// A world without gravity, whose small islands of fast joints take substeps in so many parts.
+pub(super) fn weightless(parts: u16) -> World {
     let mut config = WorldConfig { gravity: Vec3::ZERO, ..WorldConfig::default() };
     config.joint.refine = parts.into();
     World::new(config).unwrap()

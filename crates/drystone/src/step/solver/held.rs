@@ -123,24 +123,27 @@ impl<S: Simd> Pair<S> {
     #[inline(always)]
     pub(crate) fn push_along(&mut self, row: &Row<S>, d: Wide<S>) {
         let p = row.n * d;
-        self.force = self.force + p;
         self.va.v = self.va.v - p * self.alpha;
         self.vb.v = self.vb.v + p * self.beta;
-        self.va.w = self.va.w - row.a * d;
-        self.vb.w = self.vb.w + row.b * d;
+        self.push_along_unseen(row, d);
     }
 
     /// The same for rows of turns that are solved next, which do not ask for linear velocities.
     #[inline(always)]
     fn push_along_unseen(&mut self, row: &Row<S>, d: Wide<S>) {
         self.force = self.force + row.n * d;
-        self.va.w = self.va.w - row.a * d;
-        self.vb.w = self.vb.w + row.b * d;
+        self.spin_by(row, d);
     }
 
     #[inline(always)]
     pub(crate) fn push_about(&mut self, row: &Row<S>, d: Wide<S>) {
         self.torque = self.torque + row.n * d;
+        self.spin_by(row, d);
+    }
+
+    /// What an impulse of any row does to the angular velocities.
+    #[inline(always)]
+    fn spin_by(&mut self, row: &Row<S>, d: Wide<S>) {
         self.va.w = self.va.w - row.a * d;
         self.vb.w = self.vb.w + row.b * d;
     }

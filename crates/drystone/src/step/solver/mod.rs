@@ -233,7 +233,7 @@ pub(crate) fn solve(
     grow::resize(&mut s.acceleration, n, Vec3::ZERO);
     grow::resize(&mut s.squeezes, n, Squeeze::default());
     let in_rounds = s.plan.groups.iter().any(|group| group.fineness == Fineness::Tumbling);
-    s.states.resize(if in_rounds { n } else { 0 }, BodyState::default());
+    grow::resize(&mut s.states, if in_rounds { n } else { 0 }, BodyState::default());
     s.frames.resize_with(s.plan.groups.len().max(s.frames.len()), Frames::default);
     let n = s.plan.contacts.owners.len();
     s.begun.resize(n, 0);

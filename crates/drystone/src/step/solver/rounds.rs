@@ -76,10 +76,9 @@ impl Solver<'_> {
         }
         #[expect(clippy::cast_precision_loss, reason = "at most 256")]
         let elapsed = self.round as f32 * self.ctx.dt;
-        let (center, rotation) = (body.v * elapsed, body.w * elapsed);
         BodyState {
-            center: start.center + center,
-            rotation: start.rotation.turned_by(rotation),
+            center: start.center + start.v * elapsed,
+            rotation: start.rotation.turned_by(start.w * elapsed),
             ..start
         }
     }

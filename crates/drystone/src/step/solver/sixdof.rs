@@ -357,13 +357,19 @@ fn shown<S: Simd>(simd: S, velocity: Velocity<S>) -> Velocity<S> {
     }
 }
 
-/// What the locked axes have to do with drive, friction and limit of an axis.
-#[derive(Clone, Copy)]
-struct Behind<S: Simd> {
-    /// Its inverse mass behind them.
-    give: Wide<S>,
-    /// Their answer to an impulse of it.
-    back: [Vec3w<S>; 2],
+impl<S: Simd> State<S> {
+    /// The row of an axis where it is not locked. `TURNS`: some joint of the block locks a turn.
+    #[inline(always)]
+    fn free_row<const TURNS: bool>(&self, simd: S, axis: usize) -> Row<S> {
+        let free = splat(simd, 1.0) - self.locked[axis];
+        if axis < 3 {
+            self.along[axis].masked(free)
+        } else if TURNS {
+            self.about[axis - 3].masked(free)
+        } else {
+            self.about[axis - 3]
+        }
+    }
 }
 
 /// The locked axes, then drives and limits behind them. `TURNS`: some joint of the block locks a turn.
@@ -374,13 +380,14 @@ fn solve_axes<S: Simd, const TURNS: bool>(
     state: &mut State<S>,
     sweep: &JointSweep,
 ) {
-    let (zero, one) = (splat(simd, 0.0), splat(simd, 1.0));
-    let State { pair: q, along, about, x, locked } = state;
-    let linear = q.alpha * q.alpha + q.beta * q.beta;
-    let mut held = Held::<S, TURNS>::of(simd, along, about, locked, block.holds[0]);
-    held.invert(simd, locked, linear);
+    let zero = splat(simd, 0.0);
+    let linear = state.pair.alpha * state.pair.alpha + state.pair.beta * state.pair.beta;
+    let locked = state.locked;
+    let mut held = Held::<S, TURNS>::of(simd, &state.along, &state.about, &locked, block.holds[0]);
+    held.invert(simd, &locked, linear);
+    // Of each drive and limit its inverse mass, and how the locked axes answer it.
     let none = Vec3w::zero(simd);
-    let mut behind = [Behind { give: zero, back: [none; 2] }; 6];
+    let (mut give, mut back) = ([zero; 6], [[none; 2]; 6]);
     let mut loads = [zero; 6];
     for i in 0..6 {
         loads[i] = load(simd, &block.held[i]);
@@ -389,77 +396,53 @@ fn solve_axes<S: Simd, const TURNS: bool>(
         if !block.acts_on(i) {
             continue;
         }
-        let row = if i < 3 {
-            along[i].masked(one - locked[i])
-        } else if TURNS {
-            about[i - 3].masked(one - locked[i])
-        } else {
-            about[i - 3]
-        };
-        let (k, back) = held.behind(&row);
+        let row = state.free_row::<TURNS>(simd, i);
+        let k;
+        (k, back[i]) = held.behind(&row);
         // What is left of a turn that the locked axes allow not at all is rounding.
         let least = row.coupling(&row) * splat(simd, 1.0e-5);
-        let give = if i < 3 { max(linear + k, linear) } else { select(above(k, least), k, zero) };
-        behind[i] = Behind { give, back };
+        give[i] = if i < 3 { max(linear + k, linear) } else { select(above(k, least), k, zero) };
         let pushes = block.pushes(simd, i);
-        let [a, b] = [back[0] * pushes, back[1] * pushes];
-        if block.holds[0] {
-            (loads[0], loads[1], loads[2]) = (loads[0] + a.x, loads[1] + a.y, loads[2] + a.z);
-        }
-        if TURNS {
-            (loads[3], loads[4], loads[5]) = (loads[3] + b.x, loads[4] + b.y, loads[5] + b.z);
+        let [a, b] = [back[i][0] * pushes, back[i][1] * pushes];
+        let parts = [a.x, a.y, a.z, b.x, b.y, b.z];
+        for j in 0..6 {
+            if block.holds[j / 3] {
+                loads[j] += parts[j];
+            }
         }
     }
-    let mut given = held.solve(simd, block, q, x, &loads, sweep);
+    let mut given = held.solve(simd, block, &mut state.pair, &state.x, &loads, sweep);
     let pull = Vec3w::load(simd, &block.pull);
     let pulls = [pull.dot(held.along[0].n), pull.dot(held.along[1].n), pull.dot(held.along[2].n)];
-    for i in 0..3 {
+    for i in 0..6 {
         if !block.acts_on(i) {
             continue;
         }
-        let row = along[i].masked(one - locked[i]);
-        let Behind { give, back } = behind[i];
-        let Vec3w { x: p0, y: p1, z: p2 } = back[0];
-        let pull = pull.dot(row.n) - (p0 * pulls[0] + p1 * pulls[1] + p2 * pulls[2]);
-        let felt = Felt { k: give, x: x[i], v: q.speed_along(&row), pull };
-        let d = solve_axis(simd, block, i, felt, sweep);
-        q.push_along(&row, d);
-        held.answer::<true>(q, d, &back, &mut given);
-    }
-    for i in 3..6 {
-        if !block.acts_on(i) {
-            continue;
+        let row = state.free_row::<TURNS>(simd, i);
+        let q = &mut state.pair;
+        let v = if i < 3 { q.speed_along(&row) } else { q.speed_about(&row) };
+        let Vec3w { x: p0, y: p1, z: p2 } = back[i][0];
+        let own = if i < 3 { pull.dot(row.n) } else { zero };
+        let pull = own - (p0 * pulls[0] + p1 * pulls[1] + p2 * pulls[2]);
+        let felt = Felt { k: give[i], x: state.x[i], v, pull };
+        let (drive, friction) = (load(simd, &block.held[i]), load(simd, &block.friction[i]));
+        let old = [drive, friction, load(simd, &block.limit[i])];
+        let new = act(simd, block, i, old, felt, sweep);
+        new[0].store_array(&mut block.held[i]);
+        new[1].store_array(&mut block.friction[i]);
+        new[2].store_array(&mut block.limit[i]);
+        let d = (new[0] - old[0]) + (new[1] - old[1]) + (new[2] - old[2]);
+        if i < 3 {
+            q.push_along(&row, d);
+            held.answer::<true>(q, d, &back[i], &mut given);
+        } else {
+            q.push_about(&row, d);
+            held.answer::<false>(q, d, &back[i], &mut given);
         }
-        let row = if TURNS { about[i - 3].masked(one - locked[i]) } else { about[i - 3] };
-        let Behind { give, back } = behind[i];
-        let Vec3w { x: p0, y: p1, z: p2 } = back[0];
-        let pull = zero - (p0 * pulls[0] + p1 * pulls[1] + p2 * pulls[2]);
-        let felt = Felt { k: give, x: x[i], v: q.speed_about(&row), pull };
-        let d = solve_axis(simd, block, i, felt, sweep);
-        q.push_about(&row, d);
-        held.answer::<false>(q, d, &back, &mut given);
     }
     for i in 0..6 {
         // Those of a drive are stored already.
         let lock = load(simd, &block.held[i]) + given[i] * locked[i];
         lock.store_array(&mut block.held[i]);
     }
-}
-
-/// Solves and stores what acts on an axis; returns what was added to its impulse.
-#[inline(always)]
-fn solve_axis<S: Simd>(
-    simd: S,
-    block: &mut SixBlock,
-    i: usize,
-    felt: Felt<S>,
-    sweep: &JointSweep,
-) -> Wide<S> {
-    let (drive, friction) = (load(simd, &block.held[i]), load(simd, &block.friction[i]));
-    let old = [drive, friction, load(simd, &block.limit[i])];
-    let new = act(simd, block, i, old, felt, sweep);
-    new[0].store_array(&mut block.held[i]);
-    new[1].store_array(&mut block.friction[i]);
-    new[2].store_array(&mut block.limit[i]);
-    (new[0] - old[0]) + (new[1] - old[1]) + (new[2] - old[2])
 }
