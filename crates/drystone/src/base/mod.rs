@@ -18,5 +18,6 @@ pub(crate) mod grow;
 pub(crate) mod jobs;
 pub(crate) mod team;
 pub(crate) mod disjoint;
+pub(crate) mod pieces;
 pub(crate) mod wide;
 pub(crate) mod double_wide;

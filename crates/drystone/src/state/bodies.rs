@@ -1,6 +1,7 @@
 //! Bodies: one row each. Velocity and pose are written by the solver's finish and by the world only.
 
 use super::def::{AxisLocks, BodyKind, MassDef};
+use crate::base::grow;
 use crate::base::id::BodyId;
 use crate::base::math::Vec3;
 use crate::base::pose::Pose;
@@ -199,10 +200,47 @@ pub(crate) struct Load {
     pub(crate) torque: Vec3,
 }
 
+/// What tells that two bodies are still apart without a look at them: how far they have come and may come, in
+/// whole [`Track::UNIT`]s, so that sums go round without a loss however long a world lives.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Track {
+    /// No point of the body has come farther than what this grew by; goes round.
+    pub(crate) way: u32,
+    /// How far contacts are looked for in this step on its account.
+    pub(crate) ahead: u32,
+}
+
+impl Track {
+    /// A micrometer [m].
+    const UNIT: f32 = 1.0 / 1_048_576.0;
+    /// Farther than this a body never comes at once, nor is a gap ever wider: 256 m. Sums of two ways, what lies ahead
+    /// and a margin stay below half of all numbers.
+    const MOST: u32 = 1 << 28;
+
+    /// A distance [m] in units, no less than it is, for ways; what is no number is the greatest.
+    #[inline]
+    pub(crate) fn at_least(distance: f32) -> u32 {
+        let units = distance / Self::UNIT;
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "in range")]
+        if units < 0.99 * Self::MOST as f32 { units.max(0.0) as u32 + 1 } else { Self::MOST }
+    }
+
+    /// And no more than it is, for gaps.
+    #[inline]
+    pub(crate) fn at_most(distance: f32) -> u32 {
+        let units = (distance / Self::UNIT).clamp(0.0, 0.99 * Self::MOST as f32);
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "in range")]
+        let units = units as u32;
+        units
+    }
+}
+
 /// All bodies.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Bodies {
     pub(crate) rows: SlotMap<BodyId, Body>,
+    /// Of each row.
+    pub(crate) tracks: Vec<Track>,
     /// Rows of the active bodies.
     pub(crate) awake: Vec<u32>,
     /// Of each row when it froze; as far as bodies ever did.
@@ -210,6 +248,16 @@ pub(crate) struct Bodies {
 }
 
 impl Bodies {
+    /// Adds a body.
+    pub(crate) fn insert(&mut self, body: Body) -> BodyId {
+        let id = self.rows.insert(body);
+        if self.tracks.len() < self.rows.slot_count() {
+            grow::resize(&mut self.tracks, self.rows.slot_count(), Track::default());
+        }
+        self.tracks[id.index() as usize].ahead = 0;
+        id
+    }
+
     /// The body in a row that is known to be in use.
     #[inline]
     pub(crate) fn at(&self, row: u32) -> &Body {

@@ -1,11 +1,12 @@
 //! Contacts: one row a pair of shapes whose boxes overlap; a pair with a mesh has several rows, one a
 //! manifold. Rows are made by broadphase, manifolds written by narrowphase, impulses by the solver.
 
-use super::bodies::{Bodies, Body, NONE};
+use super::bodies::{Bodies, Body, NONE, Track};
 use super::colors::Place;
 use crate::base::grow;
 use crate::base::math::Vec3;
 use crate::base::pair_set::{PairSet, pair_key};
+use crate::base::pieces::{PieceRows, Pieces};
 use crate::base::quat::Quat;
 use crate::base::wide::prefetch_lines;
 use crate::geometry::manifold::PairCache;
@@ -45,16 +46,54 @@ impl Point {
     }
 }
 
-/// What tells whether a pair must be tested again: the motion of its two bodies when the manifold was
-/// made. One cache line a contact and these in a row, so that the many pairs that only come near each
-/// other cost little.
+/// What tells whether a pair may be near enough to be looked at: how far its bodies may come. Small and in a row, for
+/// in a heap most pairs wait in most steps, and this is then all that is read of them.
 #[derive(Clone, Copy, Debug, Default)]
-#[repr(C, align(64))]
-pub(crate) struct Probe {
-    /// The contact.
-    pub(crate) row: u32,
+pub(crate) struct Watch {
+    /// The contact's row × 2, + 1 if it has restitution: within a step an impact can send one body into the other.
+    row: u32,
     pub(crate) body_a: u32,
     pub(crate) body_b: u32,
+    /// What the ways of both together must come to before the pair can touch: see [`Track`]. Goes round as they do.
+    limit: u32,
+}
+
+impl Watch {
+    /// The contact.
+    #[inline]
+    pub(crate) const fn row(&self) -> u32 {
+        self.row / 2
+    }
+
+    #[inline]
+    pub(crate) const fn bounces(&self) -> bool {
+        self.row & 1 != 0
+    }
+
+    /// The shapes are as far apart now, at least [m].
+    #[inline]
+    pub(crate) fn open(&mut self, gap: f32, tracks: &[Track]) {
+        let way = |body: u32| tracks[body as usize].way;
+        let ways = way(self.body_a).wrapping_add(way(self.body_b));
+        self.limit = ways.wrapping_add(Track::at_most(gap));
+    }
+
+    /// True if the pair cannot come as near as `margin` (in [`Track`]'s units) in this step.
+    #[inline]
+    pub(crate) fn waits(&self, margin: u32, tracks: &[Track]) -> bool {
+        let (a, b) = (tracks[self.body_a as usize], tracks[self.body_b as usize]);
+        let left = self.limit.wrapping_sub(a.way.wrapping_add(b.way));
+        // The upper half of all numbers are those below 0.
+        let needed = margin + a.ahead + b.ahead;
+        left > needed && left < 1 << 31
+    }
+}
+
+/// What tells more closely whether a pair must be tested again: the poses of its two bodies against each other when
+/// the manifold was made.
+#[derive(Clone, Copy, Debug, Default)]
+#[repr(C, align(16))]
+pub(crate) struct Probe {
     /// How far apart the shapes were then, at least [m]; 0 if the pair has points or that is not
     /// known; infinite for a part that its first manifold takes care of.
     pub(crate) gap: f32,
@@ -62,15 +101,13 @@ pub(crate) struct Probe {
     pub(crate) offset: Vec3,
     pub(crate) rotation_a: Quat,
     pub(crate) rotation_b: Quat,
-    /// The contact has restitution: within a step an impact can send one body into the other.
-    pub(crate) bounces: bool,
 }
 
 impl Probe {
-    /// Counts motion from here on; the gap is not known.
+    /// Counts motion from here on, where the shapes are so far apart [m], 0 if that is not known.
     #[inline]
-    pub(crate) fn restart(&mut self, a: &Body, b: &Body) {
-        self.gap = 0.0;
+    pub(crate) fn restart(&mut self, gap: f32, a: &Body, b: &Body) {
+        self.gap = gap;
         self.offset = b.center - a.center;
         (self.rotation_a, self.rotation_b) = (a.rotation, b.rotation);
     }
@@ -134,7 +171,8 @@ pub(crate) struct Contact {
     pub(crate) cache: PairCache,
 }
 
-// A table of these is what a world of many contacts takes.
+// Tables of these are what a world of many contacts takes.
+const _: () = assert!(size_of::<Watch>() + size_of::<Probe>() == 64);
 const _: () = assert!(size_of::<Option<Contact>>() == 256);
 
 impl Contact {
@@ -204,13 +242,18 @@ impl Contact {
     }
 }
 
+/// All rows of the table, lent to workers.
+pub(crate) type Slots<'a> = PieceRows<'a, Option<Contact>>;
+
 /// All contacts.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Contacts {
-    rows: Vec<Option<Contact>>,
+    rows: Pieces<Option<Contact>>,
     free: Vec<u32>,
     pairs: PairSet,
     /// Of each contact, of pairs with several parts of the first only. Those with an active body come first.
+    watches: Vec<Watch>,
+    /// In the same order.
     probes: Vec<Probe>,
     /// How many of them have an active body.
     awake: usize,
@@ -219,12 +262,18 @@ pub(crate) struct Contacts {
 impl Contacts {
     #[inline]
     pub(crate) fn at(&self, row: u32) -> &Contact {
-        self.rows[row as usize].as_ref().expect("tables name living contacts only")
+        self.rows
+            .get(row as usize)
+            .and_then(Option::as_ref)
+            .expect("tables name living contacts only")
     }
 
     #[inline]
     pub(crate) fn at_mut(&mut self, row: u32) -> &mut Contact {
-        self.rows[row as usize].as_mut().expect("tables name living contacts only")
+        self.rows
+            .get_mut(row as usize)
+            .and_then(Option::as_mut)
+            .expect("tables name living contacts only")
     }
 
     /// Asks for the first cache lines of a contact; one tells the bodies, four the shapes too.
@@ -236,18 +285,23 @@ impl Contacts {
     }
 
     /// All rows, empty ones too; for stages that lend rows to workers.
-    pub(crate) fn slots_mut(&mut self) -> (&mut [Option<Contact>], &mut [Probe]) {
-        (&mut self.rows, &mut self.probes[..self.awake])
+    pub(crate) fn slots_mut(&mut self) -> Slots<'_> {
+        self.rows.lend()
+    }
+
+    /// The same, and what is watched.
+    pub(crate) fn watched_mut(&mut self) -> (Slots<'_>, &mut [Watch], &mut [Probe]) {
+        (self.rows.lend(), &mut self.watches[..self.awake], &mut self.probes[..self.awake])
     }
 
     /// Bodies of each pair that is awake.
     pub(crate) fn awake_pairs(&self) -> impl Iterator<Item = [u32; 2]> {
-        self.probes[..self.awake].iter().map(|probe| [probe.body_a, probe.body_b])
+        self.watches[..self.awake].iter().map(|watch| [watch.body_a, watch.body_b])
     }
 
     /// Rows in order.
     pub(crate) fn iter(&self) -> impl Iterator<Item = (u32, &Contact)> {
-        (0_u32..).zip(&self.rows).filter_map(|(i, c)| c.as_ref().map(|c| (i, c)))
+        (0_u32..).zip(self.rows.iter()).filter_map(|(i, c)| c.as_ref().map(|c| (i, c)))
     }
 
     pub(crate) fn has_pair(&self, shape_a: u32, shape_b: u32) -> bool {
@@ -257,33 +311,43 @@ impl Contacts {
     /// Adds a row, see [`Self::enter`].
     pub(crate) fn insert(&mut self, contact: Contact, bodies: &mut Bodies) -> u32 {
         let row = self.take_row();
-        self.rows[row as usize] = Some(contact);
+        self.put(row, Some(contact));
         self.enter(row, bodies);
         row
     }
 
     /// Makes room for `n` more at once: growing step by step would copy the table several times.
     pub(crate) fn make_room(&mut self, n: usize) {
-        grow::make_room(&mut self.rows, n.saturating_sub(self.free.len()));
+        self.rows.make_room(n.saturating_sub(self.free.len()));
     }
 
     /// An empty row, to be filled and then entered.
     pub(crate) fn take_row(&mut self) -> u32 {
         self.free.pop().unwrap_or_else(|| {
-            grow::push(&mut self.rows, None);
+            self.rows.push_default();
             u32::try_from(self.rows.len() - 1).expect("fewer than 2^31 contacts fit in memory")
         })
     }
 
+    fn put(&mut self, row: u32, contact: Option<Contact>) {
+        if let Some(slot) = self.rows.get_mut(row as usize) {
+            *slot = contact;
+        }
+    }
+
     /// Links a filled row into its bodies' lists; its links are set here and it gets a probe, not awake.
     pub(crate) fn enter(&mut self, row: u32, bodies: &mut Bodies) {
-        let place = u32::try_from(self.probes.len()).expect("fewer than 2^31 contacts");
+        let place = u32::try_from(self.watches.len()).expect("fewer than 2^31 contacts");
         let contact = self.at_mut(row);
         let sides @ [body_a, body_b] = [contact.body_a, contact.body_b];
         let (is_part, key) = (contact.is_part, pair_key(contact.shape_a, contact.shape_b));
         if !is_part {
             contact.probe = place;
-            grow::push(&mut self.probes, Probe { row, body_a, body_b, ..Probe::default() });
+            let bounces = u32::from(contact.restitution > 0.0);
+            let mut watch = Watch { row: row * 2 + bounces, body_a, body_b, limit: 0 };
+            watch.open(0.0, &bodies.tracks);
+            grow::push(&mut self.watches, watch);
+            grow::push(&mut self.probes, Probe::default());
         }
         for (side, body) in (0_u32..).zip(sides) {
             let body = bodies.at_mut(body);
@@ -306,6 +370,7 @@ impl Contacts {
         let contact = self.at(row);
         if !contact.is_part {
             let place = contact.probe;
+            self.watches.swap_remove(place as usize);
             self.probes.swap_remove(place as usize);
             self.place_probe(place);
         }
@@ -315,7 +380,7 @@ impl Contacts {
         if !contact.is_part {
             self.pairs.remove(key);
         }
-        self.rows[row as usize] = None;
+        self.put(row, None);
         for side in 0..2_usize {
             let Link { previous, next } = links[side];
             if previous == NONE {
@@ -335,14 +400,14 @@ impl Contacts {
     /// none.
     pub(crate) fn set_awake(&mut self, row: u32, awake: bool) {
         let contact = self.at(row);
-        let (place, bounces) = (contact.probe as usize, contact.restitution > 0.0);
+        let place = contact.probe as usize;
         if contact.is_part || awake == (place < self.awake) {
             return;
         }
         // The first that is not awake, or the last that is: the border runs on its other side then.
         let border = if awake { self.awake } else { self.awake - 1 };
         self.awake = if awake { border + 1 } else { border };
-        self.probes[place].bounces = bounces;
+        self.watches.swap(place, border);
         self.probes.swap(place, border);
         for moved in [place, border] {
             self.place_probe(u32::try_from(moved).expect("fewer than 2^31 contacts"));
@@ -351,9 +416,26 @@ impl Contacts {
 
     /// Tells the contact of the probe at `place` that it stands there.
     fn place_probe(&mut self, place: u32) {
-        if let Some(probe) = self.probes.get(place as usize) {
-            let row = probe.row;
-            self.at_mut(row).probe = place;
+        if let Some(watch) = self.watches.get(place as usize) {
+            self.at_mut(watch.row()).probe = place;
+        }
+    }
+
+    /// The contact has another restitution.
+    pub(crate) fn follow_restitution(&mut self, row: u32) {
+        let contact = self.at(row);
+        if !contact.is_part {
+            let (place, bounces) = (contact.probe as usize, contact.restitution > 0.0);
+            self.watches[place].row = row * 2 + u32::from(bounces);
+        }
+    }
+
+    /// One of the contact's bodies was put elsewhere: how far apart they are is not known.
+    pub(crate) fn forget_gap(&mut self, row: u32, tracks: &[Track]) {
+        let contact = self.at(row);
+        if !contact.is_part {
+            let place = contact.probe as usize;
+            self.watches[place].open(0.0, tracks);
         }
     }
 

@@ -73,6 +73,7 @@ impl Sets<'_> {
         if c.rolling <= 0.0 {
             c.set_rolling_impulse(Vec3::ZERO);
         }
+        self.contacts.follow_restitution(row);
         let after = colored && self.is_special(row);
         self.colors.special = self.colors.special + usize::from(after) - usize::from(before);
     }

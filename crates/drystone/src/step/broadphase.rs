@@ -7,7 +7,6 @@
 use super::context::StepContext;
 use super::narrowphase::speculative_margin;
 use crate::base::bit_set::BitSet;
-use crate::base::disjoint::Rows;
 use crate::base::grow::Slack;
 use crate::base::jobs::{Executor, collect_ranges, for_ranges, grain};
 use crate::base::math::Vec3;
@@ -203,8 +202,7 @@ fn create_all(
     contacts.make_room(pairs.len());
     rows.clear();
     rows.extend(pairs.iter().map(|_| contacts.take_row()));
-    let (slots, _) = contacts.slots_mut();
-    let slots = Rows::new(slots);
+    let slots = contacts.slots_mut();
     for_ranges(jobs, pairs.len(), grain(jobs, pairs.len(), 64), |range| {
         for (key, row) in pairs[range.clone()].iter().zip(&rows[range]) {
             #[expect(clippy::cast_possible_truncation, reason = "the halves of a pair key")]

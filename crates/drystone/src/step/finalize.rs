@@ -1,6 +1,6 @@
 //! Stage 5: lines become poses; bounds, sleep timers and faults follow.
 //!
-//! Reads: solver lines. Writes: bodies (pose, velocity, timers), shapes and bounds (boxes). Runs:
+//! Reads: solver lines. Writes: bodies (pose, velocity, timers, ways), shapes and bounds (boxes). Runs:
 //! parallel over awake bodies; the tree is refitted in parallel when much has moved.
 
 use super::context::StepContext;
@@ -14,7 +14,7 @@ use crate::base::grow::Slack;
 use crate::base::jobs::{Executor, collect_ranges, grain};
 use crate::base::math::{Vec3, vec3};
 use crate::base::quat::Quat;
-use crate::state::bodies::{Bodies, Body};
+use crate::state::bodies::{Bodies, Body, Track};
 use crate::state::bounds::Bounds;
 use crate::state::config::SleepConfig;
 use crate::state::def::BodyKind;
@@ -62,7 +62,8 @@ pub(crate) fn advance_poses(
     jobs: &dyn Executor,
 ) {
     let Scratch { notes, boxes, slack } = scratch;
-    let Bodies { rows, awake, .. } = bodies;
+    let Bodies { rows, awake, tracks, .. } = bodies;
+    let tracks = Rows::new(tracks);
     let bodies = Rows::new(rows.values_mut());
     let table = Rows::new(shapes.rows.values_mut());
     let least = grain(jobs, awake.len(), 64);
@@ -77,7 +78,10 @@ pub(crate) fn advance_poses(
                 }
                 rate_stillness(ctx, sleep.speed, by_energy, body);
                 still |= body.can_sleep && body.still_time >= sleep.time;
-                spend_room(body, center, rotation);
+                let moved = most_moved(body, center, rotation);
+                body.room -= moved;
+                let way = &mut tracks.row(*row as usize).way;
+                *way = way.wrapping_add(Track::at_least(moved));
                 // Most bodies that rest or creep end here, without a look at their shapes.
                 let flew = body.flies;
                 if !flew && body.room > reach(body, ctx).length() {
@@ -114,14 +118,14 @@ pub(crate) fn advance_poses(
     }
 }
 
-/// Takes what the body moved in this step from its room: no point of it moved farther.
-fn spend_room(body: &mut Body, center: Vec3, rotation: Quat) {
+/// No point of the body moved farther in this step [m].
+fn most_moved(body: &Body, center: Vec3, rotation: Quat) -> f32 {
     let (q, p) = (body.rotation, rotation);
     let d = [q.x - p.x, q.y - p.y, q.z - p.z, q.w - p.w];
     let chord = (d[0] * d[0] + d[1] * d[1] + d[2] * d[2] + d[3] * d[3]).sqrt();
     // The chord of two unit quaternions is 2 sin(angle/4), and asin(x) <= 1.05 x up to 1/2: beyond, the
     // room of any body is spent.
-    body.room -= (body.center - center).length() + 2.1 * chord * body.extent;
+    (body.center - center).length() + 2.1 * chord * body.extent
 }
 
 /// Gives a shape a new box if it may leave the one it has in this step or the next, or it was one for a

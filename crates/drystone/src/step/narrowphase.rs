@@ -14,7 +14,7 @@ use fearless_simd::dispatch;
 
 use super::context::StepContext;
 use crate::base::disjoint::Rows;
-use crate::base::jobs::{Executor, collect_ranges, grain};
+use crate::base::jobs::{Executor, collect_ranges, for_ranges, grain};
 use crate::base::math::Vec3;
 use crate::base::pose::Pose;
 use crate::base::quat::Quat;
@@ -22,12 +22,12 @@ use crate::base::wide::LANES;
 use crate::geometry::collide::{MeshScratch, collide};
 use crate::geometry::manifold::Manifold;
 use crate::geometry::solid::Core;
-use crate::state::bodies::{Bodies, Body, NONE};
-use crate::state::contacts::{Contact, Contacts, Point, Probe};
+use crate::state::bodies::{Bodies, Body, NONE, Track};
+use crate::state::contacts::{Contact, Contacts, Point, Probe, Slots, Watch};
 use crate::state::shapes::Shapes;
 
-/// So many probes are looked at before those of them that are due are tested: what the next ones need is
-/// on its way from memory meanwhile.
+/// So many pairs are looked at closely before those of them that are due are tested: what the next ones need
+/// is on its way from memory meanwhile.
 const GROUP: usize = 16;
 
 /// A contact closes fast if it does by more than this part of the thinner body's half thickness in a substep.
@@ -74,106 +74,196 @@ impl Scratch {
 /// Updates all awake contacts.
 pub(crate) fn update_manifolds(
     ctx: &StepContext,
-    bodies: &Bodies,
+    bodies: &mut Bodies,
     shapes: &Shapes,
     contacts: &mut Contacts,
     scratch: &mut Scratch,
     jobs: &dyn Executor,
 ) {
-    let (slots, probes) = contacts.slots_mut();
+    look_ahead(ctx, bodies, jobs);
+    let bodies = &*bodies;
+    let (slots, watches, probes) = contacts.watched_mut();
     let Scratch { changes, meshes, seams } = scratch;
-    let count = probes.len();
-    let (slots, probes) = (Rows::new(slots), Rows::new(probes));
+    let count = watches.len();
     let least = grain(jobs, count, 32);
     let chunks = count.div_ceil(least);
     meshes.resize_with(meshes.len().max(chunks), MeshScratch::default);
     let meshes = Rows::new(meshes);
+    let (watches, probes) = (Rows::new(watches), Rows::new(probes));
+    let pairs = Pairs { ctx, bodies, shapes, slots, watches, probes };
+    let margin = Track::at_least(ctx.margin);
     collect_ranges(jobs, count, least, changes, |range, out| {
         let scratch = meshes.row(range.start / least);
-        let probes = probes.slice(range);
-        for first in (0..probes.len()).step_by(GROUP) {
-            let size = GROUP.min(probes.len() - first);
-            let (group, rest) = probes[first..].split_at_mut(size);
-            for probe in rest.iter().take(GROUP) {
-                bodies.rows.prefetch(probe.body_a, 1);
-                bodies.rows.prefetch(probe.body_b, 1);
+        // While one group is looked at, what the next one needs is on its way from memory.
+        let mut groups = [Group::default(); 2];
+        for k in range {
+            let watch = watches.read(k);
+            if watch.waits(margin, &bodies.tracks) {
+                continue;
             }
-            let mut due = [(0, 0.0); GROUP];
-            let mut count = 0;
-            for (first, probes) in (0..GROUP).step_by(LANES).zip(group.chunks(LANES)) {
-                let mut reach = [0.0; LANES];
-                let mut left = dispatch!(ctx.level, simd => {
-                    waits::due(simd, ctx, bodies, probes, &mut reach)
-                });
-                while left != 0 {
-                    let lane = left.trailing_zeros() as usize;
-                    left &= left - 1;
-                    slots.prefetch(probes[lane].row as usize, Contact::CACHE_LINES);
-                    due[count] = (first + lane, reach[lane]);
-                    count += 1;
-                }
+            probes.prefetch(k, 1);
+            bodies.rows.prefetch(watch.body_a, 1);
+            bodies.rows.prefetch(watch.body_b, 1);
+            let [ready, coming] = &mut groups;
+            coming.add(k);
+            if coming.is_full() {
+                pairs.visit(ready, out, scratch);
+                groups = [*coming, Group::default()];
             }
-            for &(k, _) in &due[..count] {
-                if let Some(contact) = slots.read(group[k].row as usize) {
-                    shapes.rows.prefetch(contact.shape_a, 2);
-                    shapes.rows.prefetch(contact.shape_b, 2);
-                }
-            }
-            for &(k, reach) in &due[..count] {
-                let probe = &mut group[k];
-                let between = [bodies.at(probe.body_a), bodies.at(probe.body_b)];
-                if let Some(contact) = slots.row(probe.row as usize) {
-                    update(ctx, between, reach, shapes, contact, probe, &slots, out, scratch);
-                }
-            }
+        }
+        for group in &groups {
+            pairs.visit(group, out, scratch);
         }
     });
     seams::hide(ctx, bodies, shapes, contacts, changes, seams, jobs);
 }
 
-fn update(
-    ctx: &StepContext,
-    [a, b]: [&Body; 2],
-    reach: f32,
-    shapes: &Shapes,
-    contact: &mut Contact,
-    probe: &mut Probe,
-    slots: &Rows<'_, Option<Contact>>,
-    out: &mut Vec<Change>,
-    scratch: &mut MeshScratch,
-) {
-    let row = probe.row;
-    let (shape_a, shape_b) = (shapes.at(contact.shape_a), shapes.at(contact.shape_b));
-    if let Core::Mesh(mesh) = &shape_a.solid.core {
-        let (a, b) = ((a, shape_a), (b, shape_b));
-        mesh::update(ctx, mesh, a, b, (contact, probe), slots, out, scratch);
-        return;
+/// Takes down how far contacts are looked for on account of each body that is awake, at most: see [`speculative_margin`].
+fn look_ahead(ctx: &StepContext, bodies: &mut Bodies, jobs: &dyn Executor) {
+    let Bodies { rows, awake, tracks, .. } = bodies;
+    let tracks = Rows::new(tracks);
+    for_ranges(jobs, awake.len(), grain(jobs, awake.len(), 256), |range| {
+        for row in &awake[range] {
+            if let Some(body) = rows.at(*row) {
+                let speed = body.v.length() + body.w.length() * body.extent;
+                tracks.row(*row as usize).ahead = Track::at_least(1.1 * speed * ctx.dt);
+            }
+        }
+    });
+}
+
+/// Some pairs of a chunk that may be near.
+#[derive(Clone, Copy, Default)]
+struct Group {
+    places: [usize; GROUP],
+    len: usize,
+}
+
+impl Group {
+    fn add(&mut self, place: usize) {
+        self.places[self.len] = place;
+        self.len += 1;
     }
-    if !shape_a.fat.overlaps(&shape_b.fat) {
-        out.push(Change::Apart(row));
-        return;
+
+    const fn is_full(&self) -> bool {
+        self.len == GROUP
     }
-    if contact.recyclable
-        && may_recycle(ctx, contact, probe, a, b)
-        && recycle(ctx, contact, probe, a, b, slots)
-    {
-        // A ghost that was made before what carries the body was there would block it for ever.
-        if seams::is_in_doubt(a, b) {
+}
+
+/// All pairs that are awake, lent to the workers, and what they are read by.
+struct Pairs<'a> {
+    ctx: &'a StepContext,
+    bodies: &'a Bodies,
+    shapes: &'a Shapes,
+    slots: Slots<'a>,
+    watches: Rows<'a, Watch>,
+    probes: Rows<'a, Probe>,
+}
+
+impl Pairs<'_> {
+    /// Looks closely at the pairs of a group, and tests those that are due.
+    fn visit(&self, group: &Group, out: &mut Vec<Change>, scratch: &mut MeshScratch) {
+        let tracks = &self.bodies.tracks;
+        let mut due = [(0, 0.0); GROUP];
+        let mut count = 0;
+        for places in group.places[..group.len].chunks(LANES) {
+            let found = dispatch!(self.ctx.level, simd => {
+                let pairs = places.iter().map(|k| (self.watches.read(*k), self.probes.read(*k)));
+                waits::look(simd, self.ctx, self.bodies, pairs)
+            });
+            for (lane, k) in places.iter().enumerate() {
+                let watch = self.watches.row(*k);
+                if found.due >> lane & 1 == 0 {
+                    watch.open(found.gap[lane], tracks);
+                    continue;
+                }
+                watch.open(0.0, tracks);
+                self.slots.prefetch(watch.row() as usize, Contact::CACHE_LINES);
+                due[count] = (*k, found.reach[lane]);
+                count += 1;
+            }
+        }
+        for &(k, _) in &due[..count] {
+            if let Some(contact) = self.slots.read(self.watches.read(k).row() as usize) {
+                self.shapes.rows.prefetch(contact.shape_a, 2);
+                self.shapes.rows.prefetch(contact.shape_b, 2);
+            }
+        }
+        for &(k, reach) in &due[..count] {
+            let watch = self.watches.row(k);
+            let row = watch.row();
+            if let Some(contact) = self.slots.row(row as usize) {
+                let look = Look { row, reach, watch, probe: self.probes.row(k), tracks };
+                self.update(contact, look, out, scratch);
+            }
+        }
+    }
+
+    fn update(
+        &self,
+        contact: &mut Contact,
+        mut look: Look<'_>,
+        out: &mut Vec<Change>,
+        scratch: &mut MeshScratch,
+    ) {
+        let Self { ctx, shapes, slots, .. } = self;
+        let row = look.row;
+        let [a, b] = [self.bodies.at(look.watch.body_a), self.bodies.at(look.watch.body_b)];
+        let (shape_a, shape_b) = (shapes.at(contact.shape_a), shapes.at(contact.shape_b));
+        if let Core::Mesh(mesh) = &shape_a.solid.core {
+            let (a, b) = ((a, shape_a), (b, shape_b));
+            mesh::update(ctx, mesh, a, b, (contact, &mut look), slots, out, scratch);
+            return;
+        }
+        if !shape_a.fat.overlaps(&shape_b.fat) {
+            out.push(Change::Apart(row));
+            return;
+        }
+        if contact.recyclable
+            && may_recycle(ctx, contact, look.probe, a, b)
+            && recycle(ctx, contact, look.probe, a, b, slots)
+        {
+            // A ghost that was made before what carries the body was there would block it for ever.
+            if seams::is_in_doubt(a, b) {
+                out.push(Change::Made(row));
+            }
+            return;
+        }
+        // In the frame of A, so that far from the world's origin nothing is lost.
+        let pose_a = shape_a.placed(a);
+        let b_in_a = pose_a.relative(&shape_b.placed(b));
+        let margin = if contact.sensor { 0.0 } else { look.reach };
+        let before = look.probe.rotation_a;
+        let m = collide(&shape_a.solid, &shape_b.solid, &b_in_a, margin, &mut contact.cache);
+        look.restart(m.gap, a, b);
+        rebuild(ctx, (row, contact), &m, (&pose_a, before), [a, b], out);
+        if contact.count > 0 && !contact.sensor && seams::is_in_doubt(a, b) {
             out.push(Change::Made(row));
         }
-        return;
     }
-    // In the frame of A, so that far from the world's origin nothing is lost.
-    let pose_a = shape_a.placed(a);
-    let b_in_a = pose_a.relative(&shape_b.placed(b));
-    let margin = if contact.sensor { 0.0 } else { reach };
-    let before = probe.rotation_a;
-    probe.restart(a, b);
-    let m = collide(&shape_a.solid, &shape_b.solid, &b_in_a, margin, &mut contact.cache);
-    probe.gap = m.gap;
-    rebuild(ctx, (row, contact), &m, (&pose_a, before), [a, b], out);
-    if contact.count > 0 && !contact.sensor && seams::is_in_doubt(a, b) {
-        out.push(Change::Made(row));
+}
+
+/// A pair that is tested.
+struct Look<'a> {
+    /// Of the contact.
+    row: u32,
+    /// How far contacts are looked for [m].
+    reach: f32,
+    watch: &'a mut Watch,
+    probe: &'a mut Probe,
+    tracks: &'a [Track],
+}
+
+impl Look<'_> {
+    /// The shapes are as far apart now [m], 0 if that is not known; motion counts from here on.
+    fn restart(&mut self, gap: f32, a: &Body, b: &Body) {
+        self.probe.restart(gap, a, b);
+        self.open(gap);
+    }
+
+    /// The shapes are as far apart now, at least [m].
+    fn open(&mut self, gap: f32) {
+        self.watch.open(gap, self.tracks);
     }
 }
 
@@ -225,7 +315,7 @@ fn recycle(
     probe: &Probe,
     a: &Body,
     b: &Body,
-    slots: &Rows<'_, Option<Contact>>,
+    slots: &Slots<'_>,
 ) -> bool {
     // Rows of a pair lie apart: those without points are not visited.
     let several = contact.others > 0;

@@ -73,7 +73,7 @@ impl World {
             user_data: def.user_data,
         };
         let still = body.v == Vec3::ZERO && body.w == Vec3::ZERO;
-        let id = self.tables.bodies.rows.insert(body);
+        let id = self.tables.bodies.insert(body);
         let row = id.index();
         for shape in def.shapes {
             self.insert_shape(row, shape);
@@ -455,6 +455,11 @@ impl World {
         let body = self.tables.bodies.at_mut(row);
         body.set_pose(&Pose { position, rotation });
         body.faulted = false;
+        let tables = &mut self.tables;
+        let links: Vec<(u32, u32)> = tables.contacts.of_body(tables.bodies.at(row)).collect();
+        for (contact, _) in links {
+            tables.contacts.forget_gap(contact, &tables.bodies.tracks);
+        }
         self.refresh_bounds(row);
     }
 }

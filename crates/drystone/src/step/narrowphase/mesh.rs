@@ -3,15 +3,14 @@
 //! Whether a pair must be tested is told by the motion of the shape, not of its body: a long body of
 //! many shapes turns little where it stands and much at its tip.
 
-use super::{Change, chord, rebuild, recycle};
-use crate::base::disjoint::Rows;
+use super::{Change, Look, chord, rebuild, recycle};
 use crate::base::math::Vec3;
 use crate::base::pose::Pose;
 use crate::geometry::collide::{MAX_PARTS, MeshScratch, Reach, collide_mesh};
 use crate::geometry::manifold::Manifold;
 use crate::geometry::mesh::Mesh;
 use crate::state::bodies::{Body, NONE};
-use crate::state::contacts::{Contact, Probe};
+use crate::state::contacts::{Contact, Probe, Slots};
 use crate::state::shapes::ShapeRow;
 use crate::step::context::StepContext;
 
@@ -58,27 +57,29 @@ pub(super) fn update(
     mesh: &Mesh,
     (a, shape_a): (&Body, &ShapeRow),
     (b, shape_b): (&Body, &ShapeRow),
-    (contact, probe): (&mut Contact, &mut Probe),
-    slots: &Rows<'_, Option<Contact>>,
+    (contact, look): (&mut Contact, &mut Look<'_>),
+    slots: &Slots<'_>,
     out: &mut Vec<Change>,
     scratch: &mut MeshScratch,
 ) {
-    let motion = Motion::of(probe, a, b, shape_b);
+    let motion = Motion::of(look.probe, a, b, shape_b);
     // Farther than its own size a shape need not look: what is fast is stopped at the surface.
     let ahead = 1.1 * ctx.dt * (motion.velocity.length() + motion.spin);
     let margin = if contact.sensor { 0.0 } else { ctx.margin.max(ahead.min(2.0 * motion.radius)) };
-    if contact.count == 0 && probe.gap > margin && motion.since < probe.gap - margin {
+    let gap = look.probe.gap;
+    if contact.count == 0 && gap > margin && motion.since < gap - margin {
+        look.open(gap - motion.since);
         return;
     }
     if !shape_a.fat.overlaps(&shape_b.fat) {
-        out.push(Change::Apart(probe.row));
+        out.push(Change::Apart(look.row));
         return;
     }
     if contact.recyclable
         && may_recycle(ctx, contact, a, slots, &motion, ahead)
-        && recycle(ctx, contact, probe, a, b, slots)
+        && recycle(ctx, contact, look.probe, a, b, slots)
     {
-        list_parts(probe.row, contact, slots, out);
+        list_parts(look.row, contact, slots, out);
         return;
     }
     let pose_a = shape_a.placed(a);
@@ -101,25 +102,22 @@ pub(super) fn update(
     let mut made = [Manifold::default(); MAX_PARTS];
     let solid = &shape_b.solid;
     let count = collide_mesh(ctx.level, mesh, solid, &b_in_a, &reach, scratch, &mut made);
-    let last = probe.rotation_a;
-    probe.restart(a, b);
-    contact.offset = probe.offset;
-    if count == 0 {
-        probe.gap = made[0].gap;
-    }
+    let last = look.probe.rotation_a;
+    look.restart(if count == 0 { made[0].gap } else { 0.0 }, a, b);
+    contact.offset = look.probe.offset;
     contact.looked = margin;
     if count <= 1 && contact.others == 0 {
         let idle = count == 0 && contact.count == 0;
         let manifold = if count == 0 { Manifold::default() } else { made[0] };
         if !idle {
-            rebuild(ctx, (probe.row, contact), &manifold, (&pose_a, last), [a, b], out);
+            rebuild(ctx, (look.row, contact), &manifold, (&pose_a, last), [a, b], out);
         }
-        list_parts(probe.row, contact, slots, out);
+        list_parts(look.row, contact, slots, out);
         return;
     }
     let order = continue_parts(contact, &made[..count], &pose_a, slots);
     contact.others = order[1..].iter().fold(0, |n, k| n + u8::from(k.is_some()));
-    let mut part = Some((probe.row, contact));
+    let mut part = Some((look.row, contact));
     let mut slot = 0;
     while let Some((row, contact)) = part {
         let manifold = order[slot].map_or(Manifold::default(), |k| made[k]);
@@ -137,7 +135,7 @@ pub(super) fn update(
 }
 
 /// Lists the parts that have points, of a pair whose first part is `first`.
-fn list_parts(row: u32, first: &Contact, slots: &Rows<'_, Option<Contact>>, out: &mut Vec<Change>) {
+fn list_parts(row: u32, first: &Contact, slots: &Slots<'_>, out: &mut Vec<Change>) {
     if first.sensor || first.count == 0 {
         return;
     }
@@ -152,10 +150,7 @@ fn list_parts(row: u32, first: &Contact, slots: &Rows<'_, Option<Contact>>, out:
 }
 
 /// The row of the next part of a pair.
-fn next<'a>(
-    contact: &Contact,
-    slots: &'a Rows<'_, Option<Contact>>,
-) -> Option<(u32, &'a mut Contact)> {
+fn next<'a>(contact: &Contact, slots: &'a Slots<'_>) -> Option<(u32, &'a mut Contact)> {
     let row = contact.next_part;
     (row != NONE).then(|| slots.row(row as usize).as_mut().map(|c| (row, c))).flatten()
 }
@@ -165,7 +160,7 @@ fn may_recycle(
     ctx: &StepContext,
     contact: &Contact,
     a: &Body,
-    slots: &Rows<'_, Option<Contact>>,
+    slots: &Slots<'_>,
     motion: &Motion,
     ahead: f32,
 ) -> bool {
@@ -193,7 +188,7 @@ fn continue_parts(
     contact: &Contact,
     made: &[Manifold],
     pose_a: &Pose,
-    slots: &Rows<'_, Option<Contact>>,
+    slots: &Slots<'_>,
 ) -> [Option<usize>; MAX_PARTS] {
     let mut old = [None; MAX_PARTS];
     old[0] = (contact.count > 0).then_some(contact.normal);

@@ -8,10 +8,10 @@ use fearless_simd::{Simd, SimdBase};
 
 use super::speculative_margin;
 use crate::base::wide::{
-    LANES, Lanes, Mask, Vec3w, Wide, above, bits, load, max, min, select, splat, sqrt,
+    LANES, Lanes, Vec3w, Wide, above, bits, load, max, min, select, splat, sqrt,
 };
 use crate::state::bodies::{Bodies, Body};
-use crate::state::contacts::Probe;
+use crate::state::contacts::{Probe, Watch};
 use crate::step::context::StepContext;
 
 /// What is read of eight pairs. P is the body that is larger or cannot be pushed, in whose frame Q is seen.
@@ -39,36 +39,53 @@ struct Pairs {
     bounces: Lanes,
 }
 
-/// Of up to eight pairs how far contacts are looked for [m], and a bit for each that must be tested.
+/// What is found out of eight pairs.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Found {
+    /// How far contacts are looked for [m].
+    pub(super) reach: Lanes,
+    /// How far apart those are that wait, at least [m].
+    pub(super) gap: Lanes,
+    /// A bit for each that must be tested.
+    pub(super) due: u32,
+}
+
+/// Looks at up to eight pairs.
 #[inline(always)]
-pub(super) fn due<S: Simd>(
+pub(super) fn look<'a, S: Simd>(
     simd: S,
     ctx: &StepContext,
     bodies: &Bodies,
-    probes: &[Probe],
-    reach: &mut Lanes,
-) -> u32 {
-    let all = (1 << probes.len().min(LANES)) - 1;
+    pairs: impl ExactSizeIterator<Item = (&'a Watch, &'a Probe)> + Clone,
+) -> Found {
+    let mut found = Found { due: (1 << pairs.len().min(LANES)) - 1, ..Found::default() };
+    let ends = |watch: &Watch| (bodies.at(watch.body_a), bodies.at(watch.body_b));
     // No reach is less than the margin: what stands on each other has no pair that could wait.
-    if probes.iter().all(|probe| probe.gap <= ctx.margin) {
-        for (reach, probe) in reach.iter_mut().zip(probes) {
-            let (a, b) = (bodies.at(probe.body_a), bodies.at(probe.body_b));
-            *reach = speculative_margin(ctx, a, b, probe.bounces);
+    if pairs.clone().all(|(_, probe)| probe.gap <= ctx.margin) {
+        for (reach, (watch, _)) in found.reach.iter_mut().zip(pairs) {
+            let (a, b) = ends(watch);
+            *reach = speculative_margin(ctx, a, b, watch.bounces());
         }
-        return all;
+        return found;
     }
-    let mut pairs = Pairs::default();
-    for (lane, probe) in probes.iter().enumerate().take(LANES) {
-        pairs.fill(lane, probe, bodies.at(probe.body_a), bodies.at(probe.body_b));
+    let mut wide = Pairs::default();
+    for (lane, (watch, probe)) in pairs.enumerate().take(LANES) {
+        let (a, b) = ends(watch);
+        wide.fill(lane, probe, watch.bounces(), a, b);
     }
-    let margin = pairs.margin(simd, ctx);
-    margin.store_array(reach);
-    bits(pairs.wait(simd, margin)) ^ all
+    let margin = wide.margin(simd, ctx);
+    margin.store_array(&mut found.reach);
+    let (moved, gap) = (wide.moved(simd), load(simd, &wide.gap));
+    (gap - moved).store_array(&mut found.gap);
+    // Where nothing is known, the gap is 0.
+    let room = select(above(gap, margin), gap - margin, splat(simd, 0.0));
+    found.due ^= bits(above(room, moved));
+    found
 }
 
 impl Pairs {
     #[inline(always)]
-    fn fill(&mut self, lane: usize, probe: &Probe, a: &Body, b: &Body) {
+    fn fill(&mut self, lane: usize, probe: &Probe, bounces: bool, a: &Body, b: &Body) {
         let (dynamic_a, dynamic_b) = (a.is_dynamic(), b.is_dynamic());
         let seen_from_a = !dynamic_a || (dynamic_b && b.extent <= a.extent);
         let (p, q) = if seen_from_a { (a, b) } else { (b, a) };
@@ -103,7 +120,7 @@ impl Pairs {
         let size_a = if dynamic_a { a.extent } else { f32::INFINITY };
         let size_b = if dynamic_b { b.extent } else { f32::INFINITY };
         self.size[lane] = if size_a < size_b { size_a } else { size_b };
-        self.bounces[lane] = if probe.bounces && dynamic_a && dynamic_b { 1.0 } else { 0.0 };
+        self.bounces[lane] = if bounces && dynamic_a && dynamic_b { 1.0 } else { 0.0 };
     }
 
     /// As [`super::speculative_margin`].
@@ -121,9 +138,9 @@ impl Pairs {
         max(splat(simd, ctx.margin), min(way, load(simd, &self.size)))
     }
 
-    /// True where the pair cannot touch yet.
+    /// How far a point of Q may have come in the frame of P since the reference [m].
     #[inline(always)]
-    fn wait<S: Simd>(&self, simd: S, reach: Wide<S>) -> Mask<S> {
+    fn moved<S: Simd>(&self, simd: S) -> Wide<S> {
         let p = Turned::load(simd, &self.rotation_p);
         let p_then = Turned::load(simd, &self.rotation_p_then);
         let q = Turned::load(simd, &self.rotation_q);
@@ -131,11 +148,7 @@ impl Pairs {
         let shift = p.unrotate(simd, Vec3w::load(simd, &self.offset))
             - p_then.unrotate(simd, Vec3w::load(simd, &self.offset_then));
         let chord = p.to(q).chord(simd, p_then.to(q_then));
-        let moved = length(shift) + chord * load(simd, &self.extent_q);
-        let gap = load(simd, &self.gap);
-        // Where nothing is known, the gap is 0.
-        let room = select(above(gap, reach), gap - reach, splat(simd, 0.0));
-        above(room, moved)
+        length(shift) + chord * load(simd, &self.extent_q)
     }
 }
 
@@ -190,16 +203,21 @@ impl<S: Simd> Turned<S> {
 mod tests {
     use fearless_simd::dispatch;
 
-    use super::due;
+    use super::look;
+    use crate::base::jobs::Inline;
     use crate::base::math::{Vec3, vec3};
+    use crate::base::pose::Pose;
+    use crate::base::quat::Quat;
     use crate::base::wide::LANES;
     use crate::base::wide::SimdLevel;
-    use crate::state::bodies::Body;
+    use crate::geometry::collide::collide;
+    use crate::geometry::manifold::PairCache;
+    use crate::state::bodies::{Body, Track};
     use crate::state::config::WorldConfig;
     use crate::state::contacts::Probe;
     use crate::state::def::{BodyDef, ShapeDef};
     use crate::step::context::StepContext;
-    use crate::step::narrowphase::{chord, speculative_margin};
+    use crate::step::narrowphase::{chord, look_ahead, speculative_margin};
     use crate::world::World;
 
     /// How far a point of one of the bodies may have come nearer to the other since the reference [m]: the
@@ -247,23 +265,74 @@ mod tests {
             world.step(dt);
             let mut now = world.clone();
             let tables = now.tables_mut();
-            let (bodies, (_, probes)) = (&tables.bodies, tables.contacts.slots_mut());
-            for probes in probes.chunks(LANES) {
-                let mut reach = [0.0; LANES];
-                let bits =
-                    dispatch!(ctx.level, simd => due(simd, &ctx, bodies, probes, &mut reach));
-                assert_eq!(bits >> probes.len(), 0);
-                for (lane, probe) in probes.iter().enumerate() {
-                    let (a, b) = (bodies.at(probe.body_a), bodies.at(probe.body_b));
-                    let margin = speculative_margin(&ctx, a, b, probe.bounces);
-                    let waits = probe.gap > margin && moved(probe, a, b) < probe.gap - margin;
-                    assert_eq!(reach[lane].to_bits(), margin.to_bits());
-                    assert_eq!(bits >> lane & 1 == 0, waits);
+            let (bodies, (_, watches, probes)) = (&tables.bodies, tables.contacts.watched_mut());
+            for (watches, probes) in watches.chunks(LANES).zip(probes.chunks(LANES)) {
+                let pairs = watches.iter().zip(probes.iter());
+                let found = dispatch!(ctx.level, simd => look(simd, &ctx, bodies, pairs.clone()));
+                assert_eq!(found.due >> probes.len(), 0);
+                for (lane, (watch, probe)) in pairs.enumerate() {
+                    let (a, b) = (bodies.at(watch.body_a), bodies.at(watch.body_b));
+                    let margin = speculative_margin(&ctx, a, b, watch.bounces());
+                    let moved = moved(probe, a, b);
+                    let waits = probe.gap > margin && moved < probe.gap - margin;
+                    assert_eq!(found.reach[lane].to_bits(), margin.to_bits());
+                    assert_eq!(found.due >> lane & 1 == 0, waits);
+                    assert!(!waits || found.gap[lane].to_bits() == (probe.gap - moved).to_bits());
                     tested += u32::from(!waits);
                     waited += u32::from(waits);
                 }
             }
         }
         assert!(tested > 1000 && waited > 1000, "{tested} {waited}");
+    }
+
+    /// The heap, which a long arm sweeps through that turns about its end, and a plate above it.
+    fn swept_heap() -> (World, crate::BodyId) {
+        let mut world = heap();
+        let arm = ShapeDef::box_half(vec3(1.5, 0.05, 0.05)).with_position(vec3(1.5, 0.0, 0.0));
+        let arm = BodyDef::kinematic()
+            .with_position(vec3(-1.0, 0.3, -1.0))
+            .with_angular_velocity(vec3(0.0, -3.0, 0.0))
+            .with_shape(arm);
+        world.add_body(arm).unwrap();
+        let plate = BodyDef::fixed().with_shape(ShapeDef::box_half(vec3(2.0, 0.02, 2.0)));
+        let plate = world.add_body(plate.with_position(vec3(0.0, 5.0, 0.0))).unwrap();
+        (world, plate)
+    }
+
+    #[test]
+    fn what_waits_has_nothing_within_reach() {
+        let (mut world, plate) = swept_heap();
+        let dt = 1.0 / 60.0;
+        let ctx = StepContext::new(&WorldConfig::default(), dt, dt, SimdLevel::best().0);
+        let (mut near, mut waited) = (0, 0);
+        for step in 0..150_u8 {
+            world.step(dt);
+            if step % 5 == 4 {
+                // By jumps, down on the heap.
+                let pose = Pose::new(vec3(0.5, 1.5 - 0.006 * f32::from(step), 0.5), Quat::IDENTITY);
+                world.body_mut(plate).unwrap().set_pose(pose).unwrap();
+            }
+            let mut now = world.clone();
+            let tables = now.tables_mut();
+            look_ahead(&ctx, &mut tables.bodies, &Inline);
+            let (bodies, shapes) = (&tables.bodies, &tables.shapes);
+            let margin = Track::at_least(ctx.margin);
+            let (contacts, watches, _) = tables.contacts.watched_mut();
+            for watch in watches {
+                let contact = contacts.read(watch.row() as usize).as_ref().unwrap();
+                let (a, b) = (bodies.at(watch.body_a), bodies.at(watch.body_b));
+                let (x, y) = (shapes.at(contact.shape_a), shapes.at(contact.shape_b));
+                let reach = speculative_margin(&ctx, a, b, watch.bounces());
+                let b_in_a = x.placed(a).relative(&y.placed(b));
+                let cache = &mut PairCache::default();
+                let is_near = collide(&x.solid, &y.solid, &b_in_a, reach, cache).count > 0;
+                let waits = watch.waits(margin, &bodies.tracks);
+                assert!(!(waits && is_near), "{step}: {watch:?}");
+                near += u32::from(is_near);
+                waited += u32::from(waits);
+            }
+        }
+        assert!(near > 1000 && waited > 1000, "{near} {waited}");
     }
 }

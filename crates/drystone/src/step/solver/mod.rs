@@ -67,7 +67,7 @@ use crate::base::jobs::{Executor, Inline, for_each, for_ranges, grain};
 use crate::base::math::Vec3;
 use crate::state::bodies::{Bodies, Body, Fineness};
 use crate::state::colors::Colors;
-use crate::state::contacts::{Contact, Contacts};
+use crate::state::contacts::{Contact, Contacts, Slots};
 use crate::state::islands::Islands;
 use crate::state::joints::{Joint, Joints};
 use crate::state::method::{Method, Pass};
@@ -179,7 +179,7 @@ struct Solver<'a> {
     joint_tallies: Rows<'a, JointTally>,
     six_tallies: Rows<'a, JointTally>,
     tree_tallies: Rows<'a, TreeTally>,
-    contacts: Rows<'a, Option<Contact>>,
+    contacts: Slots<'a>,
     joint_slots: Rows<'a, Option<Joint>>,
 }
 
@@ -254,7 +254,7 @@ pub(crate) fn solve(
     together::find_groups(&s.plan, &s.line_of, tied.scratch);
     s.progress.resize(tied.scratch.groups.len(), Progress::default());
     s.make_tallies(breakage);
-    let (slots, _) = contacts.slots_mut();
+    let slots = contacts.slots_mut();
     let plan = &s.plan;
     let keep = breakage || !tied.scratch.groups.is_empty();
     let rooms = Rooms::new(plan, &mut s.blocks, workers, keep);
@@ -291,7 +291,7 @@ pub(crate) fn solve(
         joint_tallies: Rows::new(&mut s.joint_tallies),
         six_tallies: Rows::new(&mut s.six_tallies),
         tree_tallies: Rows::new(&mut s.tree_tallies),
-        contacts: Rows::new(slots),
+        contacts: slots,
         joint_slots: Rows::new(joints.rows.values_mut()),
     };
     let solver_of =

@@ -15,7 +15,7 @@ use crate::base::wide::{
     select, splat, sqrt,
 };
 use crate::state::bodies::Bodies;
-use crate::state::contacts::Contact;
+use crate::state::contacts::{Contact, Slots};
 use crate::state::shapes::Shapes;
 use crate::step::context::StepContext;
 
@@ -35,7 +35,7 @@ pub(super) struct Source<'a> {
     pub(super) whitening: &'a Rows<'a, Whitening>,
     /// Acceleration of each line [m/s²].
     pub(super) acceleration: &'a Rows<'a, Vec3>,
-    pub(super) contacts: &'a Rows<'a, Option<Contact>>,
+    pub(super) contacts: &'a Slots<'a>,
     pub(super) shapes: &'a Shapes,
 }
 

@@ -9,7 +9,7 @@ use super::{Solver, integrate};
 use crate::base::disjoint::Rows;
 use crate::base::math::Vec3;
 use crate::base::wide::{LANES, Vec3w, above, at, load, scatter4, splat};
-use crate::state::contacts::Contact;
+use crate::state::contacts::Slots;
 
 /// Adds a block's normal impulses, times `scale`, to what is known of how its bodies are squeezed.
 #[inline(always)]
@@ -54,7 +54,7 @@ pub(super) fn store<S: Simd>(
     block: &ContactBlock,
     extra: Option<&Extra>,
     owners: &[u32; LANES],
-    contacts: &Rows<'_, Option<Contact>>,
+    contacts: &Slots<'_>,
     scale: f32,
 ) -> u8 {
     let wide = splat(simd, scale);

@@ -24,7 +24,7 @@ impl World {
             let body = self.part_of(&old, shapes, whole);
             let local_center = body.local_center;
             let tables = &mut self.tables;
-            let new = tables.bodies.rows.insert(body).index();
+            let new = tables.bodies.insert(body).index();
             for shape in shapes {
                 let s = tables.shapes.at_mut(*shape);
                 s.body = new;
