@@ -70,12 +70,18 @@ impl Watch {
         self.row & 1 != 0
     }
 
+    /// How far apart the shapes are is not known: it waits no more.
+    #[inline]
+    pub(crate) fn close(&mut self, tracks: &[Track]) {
+        let way = |body: u32| tracks[body as usize].way;
+        self.limit = way(self.body_a).wrapping_add(way(self.body_b));
+    }
+
     /// The shapes are as far apart now, at least [m].
     #[inline]
     pub(crate) fn open(&mut self, gap: f32, tracks: &[Track]) {
-        let way = |body: u32| tracks[body as usize].way;
-        let ways = way(self.body_a).wrapping_add(way(self.body_b));
-        self.limit = ways.wrapping_add(Track::at_most(gap));
+        self.close(tracks);
+        self.limit = self.limit.wrapping_add(Track::at_most(gap));
     }
 
     /// True if the pair cannot come as near as `margin` (in [`Track`]'s units) in this step.
@@ -345,7 +351,7 @@ impl Contacts {
             contact.probe = place;
             let bounces = u32::from(contact.restitution > 0.0);
             let mut watch = Watch { row: row * 2 + bounces, body_a, body_b, limit: 0 };
-            watch.open(0.0, &bodies.tracks);
+            watch.close(&bodies.tracks);
             grow::push(&mut self.watches, watch);
             grow::push(&mut self.probes, Probe::default());
         }
@@ -435,7 +441,7 @@ impl Contacts {
         let contact = self.at(row);
         if !contact.is_part {
             let place = contact.probe as usize;
-            self.watches[place].open(0.0, tracks);
+            self.watches[place].close(tracks);
         }
     }
 

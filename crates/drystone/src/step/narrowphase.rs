@@ -164,7 +164,7 @@ impl Pairs<'_> {
     /// Looks closely at the pairs of a group, and tests those that are due.
     fn visit(&self, group: &Group, out: &mut Vec<Change>, scratch: &mut MeshScratch) {
         let tracks = &self.bodies.tracks;
-        let mut due = [(0, 0.0); GROUP];
+        let mut due = [(0, None); GROUP];
         let mut count = 0;
         for places in group.places[..group.len].chunks(LANES) {
             let found = dispatch!(self.ctx.level, simd => {
@@ -177,9 +177,9 @@ impl Pairs<'_> {
                     watch.open(found.gap[lane], tracks);
                     continue;
                 }
-                watch.open(0.0, tracks);
+                watch.close(tracks);
                 self.slots.prefetch(watch.row() as usize, Contact::CACHE_LINES);
-                due[count] = (*k, found.reach[lane]);
+                due[count] = (*k, found.reach.map(|reach| reach[lane]));
                 count += 1;
             }
         }
@@ -232,7 +232,8 @@ impl Pairs<'_> {
         // In the frame of A, so that far from the world's origin nothing is lost.
         let pose_a = shape_a.placed(a);
         let b_in_a = pose_a.relative(&shape_b.placed(b));
-        let margin = if contact.sensor { 0.0 } else { look.reach };
+        let far = || speculative_margin(ctx, a, b, look.watch.bounces());
+        let margin = if contact.sensor { 0.0 } else { look.reach.unwrap_or_else(far) };
         let before = look.probe.rotation_a;
         let m = collide(&shape_a.solid, &shape_b.solid, &b_in_a, margin, &mut contact.cache);
         look.restart(m.gap, a, b);
@@ -247,8 +248,8 @@ impl Pairs<'_> {
 struct Look<'a> {
     /// Of the contact.
     row: u32,
-    /// How far contacts are looked for [m].
-    reach: f32,
+    /// How far contacts are looked for [m], if that was asked.
+    reach: Option<f32>,
     watch: &'a mut Watch,
     probe: &'a mut Probe,
     tracks: &'a [Track],

@@ -240,8 +240,8 @@ impl World {
         let Link::Six(six) = &mut joint.link else {
             return Err(DefError::new("joint", id.index(), "a joint of six axes"));
         };
-        // Which blocks a joint is in goes by what acts on it.
-        let changed = six.def.scalars() != axes.scalars();
+        // Which blocks a joint is in goes by what acts on it and what it holds.
+        let changed = [six.def.scalars(), six.def.holds()] != [axes.scalars(), axes.holds()];
         six.def = Six::new(axes).def;
         let (a, b) = (joint.body_a, joint.body_b);
         self.tables.colors.bodies_changed |= changed;

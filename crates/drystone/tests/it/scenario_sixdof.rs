@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use drystone::{
-    BodyDef, BodyId, JointAxis, JointDef, JointDrive, JointId, JointMotion, JointSpring, Method,
-    Quat, ShapeDef, SimdLevel, SixDof, Team, Vec3, World, WorldConfig, trig, vec3,
+    BodyDef, BodyId, JointAxis, JointDef, JointDrive, JointId, JointKind, JointMotion, JointSpring,
+    Method, Quat, ShapeDef, SimdLevel, SixDof, Team, Vec3, World, WorldConfig, trig, vec3,
 };
 
 const DT: f32 = 1.0 / 60.0;
@@ -37,6 +37,30 @@ fn add(world: &mut World, [a, b]: [BodyId; 2], at: Vec3, axis: Vec3, axes: SixDo
 
 fn coordinates(world: &World, joint: JointId) -> [Vec3; 2] {
     world.joint(joint).unwrap().coordinates().unwrap()
+}
+
+#[test]
+fn a_joint_that_held_nothing_holds_when_it_is_told_to() {
+    let mut world = within(vec3(0.0, -9.81, 0.0));
+    let ids = bar(&mut world);
+    let free =
+        SixDof { linear: [JointAxis::FREE; 3], angular: [JointAxis::FREE; 3], ..SixDof::FIXED };
+    let joint = add(&mut world, ids, Vec3::ZERO, Vec3::X, free);
+    for _ in 0..6 {
+        world.step(DT);
+    }
+    // Falling: g t²/2, 0.05 m.
+    let fallen = coordinates(&world, joint)[0].length();
+    assert!((fallen - 0.5 * 9.81 * 0.01).abs() < 0.01, "{fallen}");
+    let JointKind::SixDof(axes) = world.joint(joint).unwrap().kind() else { panic!("six axes") };
+    let SixDof { linear, angular, .. } = SixDof::FIXED;
+    assert!(world.set_joint_axes(joint, SixDof { linear, angular, ..axes }).unwrap());
+    for _ in 0..120 {
+        world.step(DT);
+    }
+    // What joints hold they pull back by half in a tenth of a second: to rounding in two.
+    let [gap, turn] = coordinates(&world, joint);
+    assert!(gap.length() < 1.0e-3 && turn.length() < 1.0e-3, "{gap:?} {turn:?}");
 }
 
 #[test]

@@ -6,7 +6,6 @@
 
 use fearless_simd::{Simd, SimdBase};
 
-use super::speculative_margin;
 use crate::base::wide::{
     LANES, Lanes, Vec3w, Wide, above, bits, load, max, min, select, splat, sqrt,
 };
@@ -42,8 +41,8 @@ struct Pairs {
 /// What is found out of eight pairs.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Found {
-    /// How far contacts are looked for [m].
-    pub(super) reach: Lanes,
+    /// How far contacts are looked for [m]; of what stands on each other, which is mostly recycled, it was not asked.
+    pub(super) reach: Option<Lanes>,
     /// How far apart those are that wait, at least [m].
     pub(super) gap: Lanes,
     /// A bit for each that must be tested.
@@ -59,22 +58,17 @@ pub(super) fn look<'a, S: Simd>(
     pairs: impl ExactSizeIterator<Item = (&'a Watch, &'a Probe)> + Clone,
 ) -> Found {
     let mut found = Found { due: (1 << pairs.len().min(LANES)) - 1, ..Found::default() };
-    let ends = |watch: &Watch| (bodies.at(watch.body_a), bodies.at(watch.body_b));
     // No reach is less than the margin: what stands on each other has no pair that could wait.
     if pairs.clone().all(|(_, probe)| probe.gap <= ctx.margin) {
-        for (reach, (watch, _)) in found.reach.iter_mut().zip(pairs) {
-            let (a, b) = ends(watch);
-            *reach = speculative_margin(ctx, a, b, watch.bounces());
-        }
         return found;
     }
     let mut wide = Pairs::default();
     for (lane, (watch, probe)) in pairs.enumerate().take(LANES) {
-        let (a, b) = ends(watch);
+        let (a, b) = (bodies.at(watch.body_a), bodies.at(watch.body_b));
         wide.fill(lane, probe, watch.bounces(), a, b);
     }
     let margin = wide.margin(simd, ctx);
-    margin.store_array(&mut found.reach);
+    margin.store_array(found.reach.insert([0.0; LANES]));
     let (moved, gap) = (wide.moved(simd), load(simd, &wide.gap));
     (gap - moved).store_array(&mut found.gap);
     // Where nothing is known, the gap is 0.
@@ -123,7 +117,7 @@ impl Pairs {
         self.bounces[lane] = if bounces && dynamic_a && dynamic_b { 1.0 } else { 0.0 };
     }
 
-    /// As [`super::speculative_margin`].
+    /// As [`speculative_margin`](super::speculative_margin).
     #[inline(always)]
     fn margin<S: Simd>(&self, simd: S, ctx: &StepContext) -> Wide<S> {
         let (v_a, v_b) = (Vec3w::load(simd, &self.v_a), Vec3w::load(simd, &self.v_b));
@@ -275,7 +269,8 @@ mod tests {
                     let margin = speculative_margin(&ctx, a, b, watch.bounces());
                     let moved = moved(probe, a, b);
                     let waits = probe.gap > margin && moved < probe.gap - margin;
-                    assert_eq!(found.reach[lane].to_bits(), margin.to_bits());
+                    let reach = found.reach.map_or(margin, |reach| reach[lane]);
+                    assert_eq!(reach.to_bits(), margin.to_bits());
                     assert_eq!(found.due >> lane & 1 == 0, waits);
                     assert!(!waits || found.gap[lane].to_bits() == (probe.gap - moved).to_bits());
                     tested += u32::from(!waits);

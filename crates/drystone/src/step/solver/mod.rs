@@ -221,11 +221,12 @@ pub(crate) fn solve(
     }
     s.classic.leave(&mut s.line_of);
     s.sweeps = method.wide_sweeps(ctx.substeps);
-    s.plan.choose_fineness(bodies, joints, contacts, islands, closing.closing(), contexts);
+    s.plan.choose_fineness(bodies, joints, contacts, islands, closing.closing(), contexts, jobs);
     let [.., struck, _] = contexts;
     s.plan.take_back(bodies, joints, contacts, struck);
     let workers = jobs.workers().max(1);
-    s.plan.update(bodies, joints, contacts, colors, &mut s.line_of, ctx.tree_ratio, workers);
+    let parts = contexts.map(|ctx| ctx.parts);
+    s.plan.update(bodies, joints, contacts, colors, &mut s.line_of, ctx.tree_ratio, workers, parts);
     let n = s.plan.members.len() + 1;
     grow::resize(&mut s.lines, n, Line::default());
     grow::resize(&mut s.whitening, n, Whitening::default());

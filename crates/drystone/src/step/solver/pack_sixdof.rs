@@ -61,7 +61,7 @@ impl Solver<'_> {
     }
 
     /// Builds a block of this class and applies its impulses to the lines.
-    fn pack_block(&self, block: usize, class: u64) {
+    fn pack_block(&self, block: usize, class: u8) {
         let owners = &self.plan.sixdofs.owners[block];
         let block = self.sixdofs.row(block);
         if owners[LANES - 1] == NONE {

@@ -10,12 +10,14 @@ use core::ops::Range;
 
 use super::fineness::{is_jointed, struck, take_back, tumbles, whirls};
 use super::forest::Forest;
+use crate::base::grow;
+use crate::base::jobs::{Executor, for_items, grain};
 use crate::base::wide::LANES;
 use crate::state::bodies::{Bodies, Body, Fineness, NONE};
 use crate::state::colors::{Coloring, Colors, Place};
 use crate::state::contacts::Contacts;
 use crate::state::islands::Islands;
-use crate::state::joints::{Joints, Link};
+use crate::state::joints::{Joint, Joints, Link};
 use crate::step::context::StepContext;
 
 /// Most constraint ends of a group of islands: 1,200 contacts and their bodies, 0.5 MB.
@@ -31,7 +33,7 @@ pub(super) struct Batch {
     /// One side of every constraint cannot be pushed.
     pub(super) fixed: bool,
     /// What the key's class says.
-    pub(super) class: u64,
+    pub(super) class: u8,
 }
 
 /// Islands that are solved together.
@@ -61,7 +63,7 @@ pub(super) struct Layout {
 #[derive(Clone, Copy, Debug)]
 struct Run {
     group: u64,
-    class: u64,
+    class: u8,
     fixed: bool,
     color: usize,
     first: usize,
@@ -90,6 +92,8 @@ pub(super) struct Plan {
     /// Islands that have lines, with their constraints' ends.
     islands: Vec<(u32, usize)>,
     group_of_line: Vec<u32>,
+    /// Of each joint's row, from when one came or went.
+    joint_classes: Vec<u8>,
     /// `members` and `group_of_line` of the last update.
     before: [Vec<u32>; 2],
     keys: Vec<(u64, u32)>,
@@ -100,28 +104,43 @@ const GROUP: u32 = 40;
 const CLASS: u32 = 32;
 
 /// Class of distances; balls have 0.
-pub(super) const DISTANCE: u64 = 1;
+pub(super) const DISTANCE: u8 = 1;
 
 /// Class of the joints of trees.
-const TREE: u64 = 2;
+const TREE: u8 = 2;
 
 /// Class of couplings and pulleys, which are in no batch either.
-const COUPLED: u64 = 3;
+const COUPLED: u8 = 3;
 
 /// Bit of the classes of joints of six axes.
-const SIX: u64 = 8;
+const SIX: u8 = 8;
 
 /// Bits of those on whose motions, and on whose turns, something acts: a drive, friction, a limit.
-pub(super) const SIX_ACTS: [u64; 2] = [1, 2];
+pub(super) const SIX_ACTS: [u8; 2] = [1, 2];
 
 /// Bit of those whose locked axes a tree holds.
-pub(super) const SIX_DIRECT: u64 = 4;
+pub(super) const SIX_DIRECT: u8 = 4;
 
 /// Bits of those that lock a motion, and a turn: a spring does neither, and what holds need not be worked out for it.
-pub(super) const SIX_HOLDS: [u64; 2] = [16, 32];
+pub(super) const SIX_HOLDS: [u8; 2] = [16, 32];
+
+/// The class of a joint: what kernel solves it, and what of it there is to solve.
+fn class_of(joint: &Joint) -> u8 {
+    match &joint.link {
+        Link::Ball if joint.is_direct => TREE,
+        Link::Ball => 0,
+        Link::Distance { .. } => DISTANCE,
+        Link::Coupling(_) | Link::Pulley(_) => COUPLED,
+        Link::Six(six) => {
+            let direct = if joint.is_direct { SIX_DIRECT } else { 0 };
+            let (acts, holds) = (six.def.scalars(), six.def.holds());
+            SIX | direct | chosen(SIX_ACTS, acts) | chosen(SIX_HOLDS, holds)
+        }
+    }
+}
 
 /// Those of two bits that are wanted.
-fn chosen(bits: [u64; 2], wanted: [bool; 2]) -> u64 {
+fn chosen(bits: [u8; 2], wanted: [bool; 2]) -> u8 {
     bits.into_iter().zip(wanted).fold(0, |all, (bit, wanted)| if wanted { all | bit } else { all })
 }
 
@@ -140,6 +159,7 @@ impl Plan {
         islands: &Islands,
         closing: impl Iterator<Item = u32>,
         [ctx, loaded, jointed, ..]: [&StepContext; 5],
+        jobs: &dyn Executor,
     ) {
         self.fineness.swap(0, 1);
         let chosen = &mut self.fineness[0];
@@ -157,13 +177,15 @@ impl Plan {
             }
         }
         if by_joints {
-            for (island, chosen) in islands.rows.iter().zip(&mut *chosen) {
-                if tumbles(island, bodies, joints, contacts, ctx.dt) {
-                    *chosen = Fineness::Tumbling;
-                } else if whirls(island, bodies, joints, ctx.h) {
-                    *chosen = Fineness::Jointed;
+            for_items(jobs, chosen, grain(jobs, islands.rows.len(), 16), |first, chosen| {
+                for (island, chosen) in islands.rows[first..].iter().zip(chosen) {
+                    if tumbles(island, bodies, joints, contacts, ctx.dt) {
+                        *chosen = Fineness::Tumbling;
+                    } else if whirls(island, bodies, joints, ctx.h) {
+                        *chosen = Fineness::Jointed;
+                    }
                 }
-            }
+            });
             for island in struck(closing, bodies, contacts) {
                 let (Some(chosen), Some(island)) =
                     (chosen.get_mut(island as usize), islands.rows.get(island as usize))
@@ -217,6 +239,7 @@ impl Plan {
         line_of: &mut Vec<u32>,
         ratio: f32,
         workers: usize,
+        parts: [u32; 5],
     ) {
         if line_of.len() < bodies.rows.slot_count() {
             line_of.resize(bodies.rows.slot_count(), 0);
@@ -230,7 +253,7 @@ impl Plan {
         for row in &self.members {
             line_of[*row as usize] = 0;
         }
-        self.form_groups(bodies);
+        self.form_groups(bodies, parts.map(|parts| parts as usize));
         let [members, groups] = &mut self.before;
         core::mem::swap(&mut self.members, members);
         core::mem::swap(&mut self.group_of_line, groups);
@@ -244,7 +267,7 @@ impl Plan {
         // Contacts come and go in every step, joints do not.
         let moved = self.before[0] != self.members || self.before[1] != self.group_of_line;
         if joints_changed || moved {
-            self.place_joints(joints, colors, line_of);
+            self.place_joints(joints, colors, line_of, joints_changed);
         }
         self.forest.locate(&self.sixdofs);
         for (number, group) in (0..).zip(&mut self.groups) {
@@ -281,9 +304,16 @@ impl Plan {
         self.contacts.lay_out([&colors.contacts, &colors.contacts_fixed]);
     }
 
-    /// Joints to blocks.
-    fn place_joints(&mut self, joints: &mut Joints, colors: &mut Colors, line_of: &[u32]) {
-        let keys = &mut self.keys;
+    /// Joints to blocks. `anew`: what kinds they are is not known from the last time.
+    fn place_joints(
+        &mut self,
+        joints: &mut Joints,
+        colors: &mut Colors,
+        line_of: &[u32],
+        anew: bool,
+    ) {
+        let (keys, classes) = (&mut self.keys, &mut self.joint_classes);
+        grow::resize(classes, joints.rows.slot_count(), 0);
         let key = line_key(line_of, &self.group_of_line);
         self.joints.runs.clear();
         self.couplings.clear();
@@ -292,24 +322,16 @@ impl Plan {
                 keys.clear();
                 keys.extend(color.members.iter().map(|row| {
                     let j = joints.at(*row);
-                    let class = match &j.link {
-                        Link::Ball if j.is_direct => TREE,
-                        Link::Ball => 0,
-                        Link::Distance { .. } => DISTANCE,
-                        Link::Coupling(_) | Link::Pulley(_) => COUPLED,
-                        Link::Six(six) => {
-                            let direct = if j.is_direct { SIX_DIRECT } else { 0 };
-                            SIX | direct
-                                | chosen(SIX_ACTS, six.def.scalars())
-                                | chosen(SIX_HOLDS, six.def.holds())
-                        }
-                    };
-                    (key(j.body_a, j.body_b, class), *row)
+                    let class = &mut classes[*row as usize];
+                    if anew {
+                        *class = class_of(j);
+                    }
+                    (key(j.body_a, j.body_b, u64::from(*class)), *row)
                 }));
                 sort_members(&mut color.members, keys, index, |row, place| {
                     joints.at_mut(row).place = place;
                 });
-                let coupled = keys.iter().filter(|(key, _)| key >> CLASS & 0xff == COUPLED);
+                let coupled = keys.iter().filter(|(key, _)| class_in(*key) == COUPLED);
                 self.couplings.extend(coupled.map(|(key, row)| (key >> GROUP, *row)));
                 self.joints.find_runs(keys, CLASS, fixed, index);
             }
@@ -327,8 +349,8 @@ impl Plan {
         self.group_of_line[line as usize] as usize
     }
 
-    /// Islands to groups.
-    fn form_groups(&mut self, bodies: &Bodies) {
+    /// Islands to groups. `parts`: in which each [`Fineness`] takes a substep.
+    fn form_groups(&mut self, bodies: &Bodies, parts: [usize; 5]) {
         for (island, _) in self.islands.drain(..) {
             self.group_of[island as usize] = NONE;
         }
@@ -357,7 +379,11 @@ impl Plan {
             ends > 2 * MOST_ENDS
                 || (workers > 1 && ends > LEAST_SHARED && 2 * workers * ends > total)
         };
-        let most = MOST_ENDS.min(total / (4 * workers)).max(LEAST_SHARED / 2);
+        let work_of = |island: u32, ends: usize| {
+            ends * parts[fineness_of(island, &self.fineness[0]) as usize]
+        };
+        let work: usize = self.islands.iter().map(|(island, ends)| work_of(*island, *ends)).sum();
+        let most = (work / (4 * workers)).max(LEAST_SHARED / 2);
         self.shared = 0;
         for (island, ends) in &self.islands {
             if is_shared(*ends) {
@@ -365,19 +391,21 @@ impl Plan {
                 self.shared += 1;
             }
         }
-        let (mut group, mut filled) = (self.shared, 0);
-        for of in Fineness::ALL {
+        // What takes longest first: else one worker has it when the others are done.
+        let (mut group, mut filled, mut begun) = (self.shared, 0, 0);
+        for of in Fineness::ALL.into_iter().rev() {
             for (island, ends) in &self.islands {
                 if is_shared(*ends) || fineness_of(*island, &self.fineness[0]) != of {
                     continue;
                 }
-                if filled > 0 && filled + ends > most {
-                    (group, filled) = (group + 1, 0);
+                let work = work_of(*island, *ends);
+                if filled > 0 && (filled + ends > MOST_ENDS || begun + work > most) {
+                    (group, filled, begun) = (group + 1, 0, 0);
                 }
                 self.group_of[*island as usize] = number(group);
-                filled += ends;
+                (filled, begun) = (filled + ends, begun + work);
             }
-            (group, filled) = (group + usize::from(filled > 0), 0);
+            (group, filled, begun) = (group + usize::from(filled > 0), 0, 0);
         }
         self.groups.clear();
         self.groups.resize_with(group, Group::default);
@@ -421,7 +449,7 @@ impl Layout {
         let mut first = 0;
         while let Some((key, _)) = keys.get(first) {
             let n = keys[first..].partition_point(|(k, _)| k >> shift == key >> shift);
-            let class = key >> CLASS & 0xff;
+            let class = class_in(*key);
             let (group, end) = (key >> GROUP, first + n);
             self.runs.push(Run { group, class, fixed, color, first, end });
             first = end;
@@ -471,6 +499,11 @@ fn line_key<'a>(line_of: &'a [u32], group_of_line: &'a [u32]) -> impl Fn(u32, u3
         let group = u64::from(group_of_line[line as usize]);
         group << GROUP | class << CLASS | u64::from(line)
     }
+}
+
+/// The class in a sort key.
+const fn class_in(key: u64) -> u8 {
+    (key >> CLASS).to_le_bytes()[0]
 }
 
 /// Dynamic bodies that some constraint acts on, or a particle, have a line; the others fly (finalize).
