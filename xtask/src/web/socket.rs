@@ -122,9 +122,13 @@ mod tests {
         let url = format!("ws://{}/x", listener.local_addr().unwrap());
         let other = std::thread::spawn(move || {
             let (mut stream, _) = listener.accept().unwrap();
-            let mut request = vec![0; 1 << 12];
-            let read = stream.read(&mut request).unwrap();
-            assert!(request[..read].starts_with(b"GET /x HTTP/1.1\r\n"));
+            let mut request = Vec::new();
+            while !request.ends_with(b"\r\n\r\n") {
+                let mut byte = [0];
+                stream.read_exact(&mut byte).unwrap();
+                request.extend(byte);
+            }
+            assert!(request.starts_with(b"GET /x HTTP/1.1\r\n"));
             stream.write_all(b"HTTP/1.1 101 Switching Protocols\r\nA: b\r\n\r\n").unwrap();
             stream.write_all(&[0x01, 2, b'a', b'b', 0x89, 1, b'!', 0x80, 1, b'c']).unwrap();
             let mut long = vec![0x81, 126, 0x01, 0x00];

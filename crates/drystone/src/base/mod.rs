@@ -20,4 +20,5 @@ pub(crate) mod team;
 pub(crate) mod disjoint;
 pub(crate) mod pieces;
 pub(crate) mod wide;
+pub(crate) mod wide_quat;
 pub(crate) mod double_wide;

@@ -367,31 +367,6 @@ pub(crate) const fn put(lanes: &mut [Lanes; 3], lane: usize, v: Vec3) {
     (lanes[0][lane], lanes[1][lane], lanes[2][lane]) = (v.x, v.y, v.z);
 }
 
-/// Eight rotations as unit quaternions.
-#[derive(Clone, Copy)]
-pub(crate) struct Quatw<S: Simd> {
-    /// Coefficients of i, j and k.
-    u: Vec3w<S>,
-    /// Real part.
-    w: Wide<S>,
-}
-
-impl<S: Simd> Quatw<S> {
-    /// Of rows x, y, z, w.
-    #[inline(always)]
-    pub(crate) fn of_rows(simd: S, r: &[[f32; 4]; LANES]) -> Self {
-        let [x, y, z, w] = gather_rows(simd, r);
-        Self { u: Vec3w { x, y, z }, w }
-    }
-
-    /// As [`crate::base::quat::Quat::rotate`], bit by bit.
-    #[inline(always)]
-    pub(crate) fn rotate(self, simd: S, v: Vec3w<S>) -> Vec3w<S> {
-        let t = self.u.cross(v) * splat(simd, 2.0);
-        v + t * self.w + self.u.cross(t)
-    }
-}
-
 /// The lower halves of `a` and `b` interleaved, within each half of four: a0 b0 a1 b1, a4 b4 a5 b5.
 /// The compiler makes one instruction of it wherever there is one.
 #[inline(always)]

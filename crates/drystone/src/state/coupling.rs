@@ -4,7 +4,8 @@ use super::bodies::Bodies;
 use super::check::finite;
 use super::def::DefError;
 use super::joints::{Joint, Joints, Link};
-use super::sixdof::{JointMotion, Six};
+use super::six::Six;
+use super::sixdof::JointMotion;
 use crate::base::id::JointId;
 
 /// Holds `coordinate b = ratio · coordinate a + offset` between coordinates of joints of six axes

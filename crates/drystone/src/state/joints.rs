@@ -4,7 +4,7 @@ use super::bodies::Bodies;
 use super::colors::Place;
 use super::coupling::Coupling;
 use super::def::{JointKind, JointStrength, Pulley, Spring};
-use super::sixdof::Six;
+use super::six::Six;
 use crate::base::id::JointId;
 use crate::base::math::{Vec3, vec3};
 use crate::base::slot_map::SlotMap;

@@ -9,6 +9,7 @@ pub(crate) mod joint_def;
 pub(crate) mod glue;
 pub(crate) mod fracture;
 pub(crate) mod breakage;
+pub(crate) mod six;
 pub(crate) mod sixdof;
 pub(crate) mod material;
 pub(crate) mod events;

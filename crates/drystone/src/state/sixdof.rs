@@ -330,9 +330,13 @@ impl SixDof {
         axes
     }
 
-    /// True if no motion is left free.
-    pub(crate) fn holds_all_motions(&self) -> bool {
-        self.linear.iter().all(|axis| axis.held().is_some())
+    /// What of it there is to solve.
+    pub(crate) fn parts(&self) -> SixParts {
+        SixParts {
+            acts: self.scalars(),
+            holds: self.holds(),
+            holds_all_motions: self.linear.iter().all(|axis| axis.held().is_some()),
+        }
     }
 
     /// True if a motion is held, and if a turn is.
@@ -397,159 +401,16 @@ impl SixDof {
     }
 }
 
+/// What of a joint of six axes there is to solve.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct SixParts {
+    /// Something acts on a motion, and on a turn: a drive, friction, a limit.
+    pub(crate) acts: [bool; 2],
+    /// A motion is held, and a turn.
+    pub(crate) holds: [bool; 2],
+    /// No motion is left.
+    pub(crate) holds_all_motions: bool,
+}
+
 const FREE: &str = "a free swing, as there is a cone";
 const SAME: &str = "the same law, as there is a cone";
-
-/// A joint of six axes in the tables.
-#[derive(Clone, Debug)]
-pub(crate) struct Six {
-    pub(crate) def: SixDof,
-    /// Impulse of a substep of each axis: what holds or drives it, its friction, its limit [N s; N m s].
-    pub(crate) held: [f32; 6],
-    pub(crate) friction: [f32; 6],
-    pub(crate) limit: [f32; 6],
-    /// Coordinates of the angles when last solved [rad].
-    pub(crate) angles: [f32; 3],
-    /// Impulses of a substep on body B at its anchor [N s; N m s, world].
-    pub(crate) force: Vec3,
-    pub(crate) torque: Vec3,
-}
-
-impl Six {
-    pub(crate) fn new(def: SixDof) -> Self {
-        Self {
-            def: SixDof {
-                frame_a: def.frame_a.normalized(),
-                frame_b: def.frame_b.normalized(),
-                ..def
-            },
-            held: [0.0; 6],
-            friction: [0.0; 6],
-            limit: [0.0; 6],
-            angles: [0.0; 3],
-            force: Vec3::ZERO,
-            torque: Vec3::ZERO,
-        }
-    }
-
-    /// The turns between bodies with these rotations.
-    pub(crate) fn turns(&self, a: Quat, b: Quat) -> Turns {
-        self.def.turns(a * self.def.frame_a, b * self.def.frame_b, self.angles)
-    }
-}
-
-/// Axes about which the bodies turn, and how far they are from no turn.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Turns {
-    /// World; what the angles' rates are of the relative angular velocity.
-    pub(crate) rows: [Vec3; 3],
-    pub(crate) angles: [f32; 3],
-    /// With a cone, y and z of the swing's direction; its rows are along that and across.
-    pub(crate) swing: [f32; 2],
-}
-
-impl SixDof {
-    /// What the angles are, and their rows, with the joint's frames turned so. Angles of a single free axis
-    /// count on from `last`.
-    pub(crate) fn turns(&self, frame_a: Quat, frame_b: Quat, last: [f32; 3]) -> Turns {
-        use crate::base::trig::atan2;
-        let (a, b) = (frame_a.to_mat3(), frame_b.to_mat3());
-        let (a, b) = ([a.x, a.y, a.z], [b.x, b.y, b.z]);
-        let q = frame_a.conjugate() * frame_b;
-        let q = if q.w < 0.0 { Quat::new(-q.x, -q.y, -q.z, -q.w) } else { q };
-        let v = [q.x, q.y, q.z];
-        let is_held = |i: usize| self.angular[i].motion == JointMotion::Locked;
-        let free = (0..3).filter(|i| !is_held(*i)).count();
-        let swing = [1.0, 0.0];
-        match if self.cone.is_some() { 3 } else { free } {
-            0 => Turns { rows: a, angles: [2.0 * q.x, 2.0 * q.y, 2.0 * q.z], swing },
-            1 => {
-                let i = (0..3).find(|i| !is_held(*i)).unwrap_or(0);
-                let off = a[i].cross(b[i]);
-                let mut angles = [off.dot(a[0]), off.dot(a[1]), off.dot(a[2])];
-                let turn = 2.0 * core::f32::consts::PI;
-                let angle = 2.0 * atan2(v[i], q.w);
-                angles[i] = angle + turn * ((last[i] - angle) / turn).round();
-                Turns { rows: a, angles, swing }
-            }
-            2 => {
-                let k = (0..3).find(|i| is_held(*i)).unwrap_or(0);
-                let (i, j) = [(1, 2), (0, 2), (0, 1)][k];
-                // i × j is k or its opposite.
-                let sign = if k == 1 { -1.0 } else { 1.0 };
-                let (mut rows, mut angles) = (a, [0.0; 3]);
-                rows[j] = b[j];
-                rows[k] = a[i].cross(b[j]).normalize_or(a[k]) * sign;
-                angles[k] = -sign * a[i].dot(b[j]);
-                angles[i] = atan2(sign * b[j].dot(a[k]), b[j].dot(a[j]));
-                angles[j] = atan2(sign * a[i].dot(b[k]), a[i].dot(b[i]));
-                Turns { rows, angles, swing }
-            }
-            _ => {
-                let twist = 2.0 * atan2(q.x, q.w);
-                let turn = (q * Quat::from_axis_angle(Vec3::X, -twist)).to_rotation_vector();
-                let middle = a[0] + b[0];
-                // Opposite x axes have no twist, and near that it goes round with no turn to speak of.
-                let close = 0.5 * middle.length_squared();
-                let row = middle * (1.0 / close.max(0.2));
-                if self.cone.is_none() {
-                    return Turns {
-                        rows: [row, a[1], a[2]],
-                        angles: [twist, turn.y, turn.z],
-                        swing,
-                    };
-                }
-                let size = (turn.y * turn.y + turn.z * turn.z).sqrt();
-                let [y, z] =
-                    if size > 1.0e-6 { [turn.y / size, turn.z / size] } else { [1.0, 0.0] };
-                let rows = [row, a[1] * y + a[2] * z, a[2] * y - a[1] * z];
-                Turns { rows, angles: [twist, size, 0.0], swing: [y, z] }
-            }
-        }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::{JointAxis, Quat, SixDof, Vec3};
-
-    /// Rates of the angles by differences against what the rows say.
-    fn rates_agree(def: &SixDof, at: Quat, ways: &[Vec3], tolerance: f32) {
-        let a = Quat::from_axis_angle([1.0, 2.0, -1.0], 0.7);
-        let b = a * at;
-        let here = def.turns(a, b, [0.0; 3]);
-        for way in ways {
-            let step = 2.0e-3;
-            let way = a.rotate(*way);
-            let there = def.turns(a, b.turned_by(way * step), [0.0; 3]);
-            let before = def.turns(a, b.turned_by(way * -step), [0.0; 3]);
-            for i in 0..3 {
-                let rate = (there.angles[i] - before.angles[i]) / (2.0 * step);
-                let said = here.rows[i].dot(way);
-                assert!((rate - said).abs() < tolerance, "{i} of {at:?}: {rate} {said}");
-            }
-        }
-    }
-
-    #[test]
-    fn rows_are_the_rates_of_the_angles() {
-        let all = [Vec3::X, Vec3::Y, Vec3::Z];
-        // Differences of f32 angles: 2 · 6e-8 · 3 / 4e-3 = 1e-4.
-        rates_agree(&SixDof::FIXED, Quat::IDENTITY, &all, 1.0e-3);
-        for angle in [-2.0, 0.0, 0.4, 3.0] {
-            let hinge = SixDof::hinge(JointAxis::FREE);
-            rates_agree(&hinge, Quat::from_axis_angle(Vec3::X, angle), &all, 1.0e-3);
-            for k in 0..3 {
-                let mut angular = [JointAxis::FREE; 3];
-                angular[k] = JointAxis::LOCKED;
-                let universal = SixDof { angular, ..SixDof::FIXED };
-                let (i, j) = [(1, 2), (0, 2), (0, 1)][k];
-                let first = Quat::from_axis_angle(all[i], angle);
-                let at = first * Quat::from_axis_angle(all[j], 0.3);
-                rates_agree(&universal, at, &[all[i], at.rotate(all[j])], 1.0e-3);
-            }
-        }
-        let ball = SixDof { angular: [JointAxis::FREE; 3], ..SixDof::FIXED };
-        rates_agree(&ball, Quat::from_axis_angle(Vec3::X, 0.8), &[Vec3::X], 1.0e-3);
-    }
-}

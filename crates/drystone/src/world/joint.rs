@@ -6,7 +6,7 @@ use crate::base::quat::Quat;
 use crate::state::check::{finite_vec, unit};
 use crate::state::def::{DefError, JointDef, JointKind, JointStrength};
 use crate::state::joints::{Joint, Link};
-use crate::state::sixdof::{JointDrive, Six, SixDof};
+use crate::state::sixdof::{JointDrive, SixDof};
 use crate::state::tables::Tables;
 
 use super::World;
@@ -87,7 +87,7 @@ impl<'w> JointRef<'w> {
                 let p = self.joint.impulse;
                 (self.anchor_b() - self.anchor_a()).normalize_or(Vec3::Y) * (p.x - p.y + p.z)
             }
-            Link::Six(six) => six.force,
+            Link::Six(six) => six.state.force,
             Link::Pulley(pulley) => {
                 let [_, point] = pulley.points;
                 let along = (self.anchor_b() - point).normalize_or(Vec3::Y);
@@ -103,7 +103,7 @@ impl<'w> JointRef<'w> {
     #[must_use]
     pub fn torque(&self) -> Vec3 {
         match &self.joint.link {
-            Link::Six(six) => self.per_time(six.torque),
+            Link::Six(six) => self.per_time(six.state.torque),
             _ => Vec3::ZERO,
         }
     }
@@ -240,9 +240,9 @@ impl World {
         let Link::Six(six) = &mut joint.link else {
             return Err(DefError::new("joint", id.index(), "a joint of six axes"));
         };
-        // Which blocks a joint is in goes by what acts on it and what it holds.
-        let changed = [six.def.scalars(), six.def.holds()] != [axes.scalars(), axes.holds()];
-        six.def = Six::new(axes).def;
+        // Which blocks a joint is in goes by that.
+        let changed = six.def.parts() != axes.parts();
+        six.set(axes);
         let (a, b) = (joint.body_a, joint.body_b);
         self.tables.colors.bodies_changed |= changed;
         let mut sets = self.sets();

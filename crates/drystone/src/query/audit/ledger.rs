@@ -195,8 +195,8 @@ fn through_joint(body: &Body, joint: &Joint, row: u32, tables: &Tables) -> f64 {
             // The force acts at anchor B on both.
             let is_a = joint.body_a == row;
             let r = if is_a { b.center + rb - a.center } else { rb };
-            let work =
-                f64::from(six.force.dot(body.velocity_at(r))) + f64::from(six.torque.dot(body.w));
+            let work = f64::from(six.state.force.dot(body.velocity_at(r)))
+                + f64::from(six.state.torque.dot(body.w));
             return if is_a { work } else { -work };
         }
         Link::Distance { .. } => {

@@ -5,7 +5,8 @@ use crate::base::math::Vec3;
 use crate::base::sym3::Sym3;
 use crate::state::bodies::{Bodies, Body};
 use crate::state::joints::Joint;
-use crate::state::sixdof::{JointMotion, JointSpring, Six};
+use crate::state::six::Six;
+use crate::state::sixdof::{JointMotion, JointSpring};
 
 /// Energy [J] in the springs of drives and limits. A drive at its greatest force pulls with that from there
 /// on: F x - F²/(2 k).

@@ -168,12 +168,7 @@ pub(super) fn take_back(
 fn scale(joint: &mut Joint, factor: f32) {
     joint.impulse *= factor;
     match &mut joint.link {
-        Link::Six(six) => {
-            for impulse in [&mut six.held, &mut six.friction, &mut six.limit].into_iter().flatten()
-            {
-                *impulse *= factor;
-            }
-        }
+        Link::Six(six) => six.state.scale_impulses(factor),
         Link::Coupling(coupling) => coupling.impulse *= factor,
         Link::Ball | Link::Distance { .. } | Link::Pulley(_) => {}
     }

@@ -152,7 +152,7 @@ impl<S: Simd> Pair<S> {
 /// The inverse of a positive semidefinite matrix, by L D Lᵀ. What has no inverse mass of its own (a body
 /// whose rotation is locked) is left out.
 #[inline(always)]
-fn inverse<S: Simd>(simd: S, m: &Sym3w<S>) -> Sym3w<S> {
+pub(super) fn inverse<S: Simd>(simd: S, m: &Sym3w<S>) -> Sym3w<S> {
     let part = splat(simd, 1.0e-6);
     let zero = splat(simd, 0.0);
     let ix = inverse_or_zero(simd, m.xx);
@@ -174,9 +174,22 @@ fn inverse<S: Simd>(simd: S, m: &Sym3w<S>) -> Sym3w<S> {
     }
 }
 
+/// `a` less the products of two sets of columns that make a symmetric matrix: a Schur complement.
+#[inline(always)]
+pub(super) fn less<S: Simd>(a: &Sym3w<S>, c: &[Vec3w<S>; 3], lc: &[Vec3w<S>; 3]) -> Sym3w<S> {
+    Sym3w {
+        xx: a.xx - c[0].dot(lc[0]),
+        yy: a.yy - c[1].dot(lc[1]),
+        zz: a.zz - c[2].dot(lc[2]),
+        xy: a.xy - c[0].dot(lc[1]),
+        xz: a.xz - c[0].dot(lc[2]),
+        yz: a.yz - c[1].dot(lc[2]),
+    }
+}
+
 /// The matrix of three rows, with `own` more on its diagonal.
 #[inline(always)]
-fn matrix<S: Simd>(r: &[Row<S>; 3], own: [Wide<S>; 3]) -> Sym3w<S> {
+pub(super) fn matrix<S: Simd>(r: &[Row<S>; 3], own: [Wide<S>; 3]) -> Sym3w<S> {
     Sym3w {
         xx: own[0] + r[0].coupling(&r[0]),
         yy: own[1] + r[1].coupling(&r[1]),
@@ -189,7 +202,7 @@ fn matrix<S: Simd>(r: &[Row<S>; 3], own: [Wide<S>; 3]) -> Sym3w<S> {
 
 /// Couplings of a row to three.
 #[inline(always)]
-fn couplings<S: Simd>(rows: &[Row<S>; 3], row: &Row<S>) -> Vec3w<S> {
+pub(super) fn couplings<S: Simd>(rows: &[Row<S>; 3], row: &Row<S>) -> Vec3w<S> {
     Vec3w { x: rows[0].coupling(row), y: rows[1].coupling(row), z: rows[2].coupling(row) }
 }
 
@@ -253,14 +266,7 @@ impl<S: Simd, const TURNS: bool> Held<S, TURNS> {
                 couplings(&self.along, &self.about[2]),
             ];
             let lc = [self.l.mul(c[0]), self.l.mul(c[1]), self.l.mul(c[2])];
-            a = Sym3w {
-                xx: a.xx - c[0].dot(lc[0]),
-                yy: a.yy - c[1].dot(lc[1]),
-                zz: a.zz - c[2].dot(lc[2]),
-                xy: a.xy - c[0].dot(lc[1]),
-                xz: a.xz - c[0].dot(lc[2]),
-                yz: a.yz - c[1].dot(lc[2]),
-            };
+            a = less(&a, &c, &lc);
             (self.c, self.lc) = (c, lc);
         }
         self.a = inverse(simd, &a);

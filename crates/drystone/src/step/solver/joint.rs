@@ -155,7 +155,7 @@ impl<S: Simd> State<S> {
 
 /// The rows S (r × x), S (r × y), S (r × z) along the world's axes; r × x = (0, z, -y), and so on.
 #[inline(always)]
-fn axes<S: Simd>(s: Sym3w<S>, r: Vec3w<S>) -> [Vec3w<S>; 3] {
+pub(super) fn axes<S: Simd>(s: Sym3w<S>, r: Vec3w<S>) -> [Vec3w<S>; 3] {
     [
         Vec3w {
             x: s.xy * r.z - s.xz * r.y,

@@ -6,11 +6,13 @@ use super::Solver;
 use super::integrate::four;
 use super::joint::{self, JointSweep};
 use super::plan::{Batch, DISTANCE, Group};
+use super::rounds::BodyState;
 use super::rows::{JointBlock, Whitening, load_velocity, read_lanes, store_velocity};
 use super::softness::Softness;
 use crate::base::jobs::{Executor, for_ranges, grain};
 use crate::base::math::{Vec3, vec3};
-use crate::base::wide::{LANES, Quatw, Vec3w, at, put};
+use crate::base::wide::{LANES, Vec3w, at, put};
+use crate::base::wide_quat::Quatw;
 use crate::state::bodies::NONE;
 use crate::state::joints::{Joint, Link};
 
@@ -53,9 +55,9 @@ impl Solver<'_> {
     fn pack_joints<S: Simd>(&self, simd: S, i: usize, batch: &Batch) {
         let owners = &self.plan.joints.owners[i];
         let block = self.joints.row(i);
-        let raw = self.read_joints(owners, block);
+        let (raw, impulses) = self.read_joints(owners, block);
         let (ra, rb) = (raw.arm(simd, 0), raw.arm(simd, 1));
-        let impulse = Vec3w::of_rows(simd, &raw.impulses);
+        let impulse = Vec3w::of_rows(simd, &impulses);
         let gap = raw.between(simd) + (rb - ra);
         ra.store(&mut block.r_a);
         rb.store(&mut block.r_b);
@@ -89,31 +91,31 @@ impl Solver<'_> {
     }
 
     /// The joint of a lane: of a row or of [`NONE`].
-    fn joint(&self, row: u32) -> Option<&Joint> {
+    #[inline(always)]
+    pub(super) fn joint(&self, row: u32) -> Option<&Joint> {
         if row == NONE { None } else { self.joint_slots.read(row as usize).as_ref() }
     }
 
-    /// What a block's joints and their bodies have, and the lines of these; lanes without a joint are all 0.
-    fn read_joints(&self, owners: &[u32; LANES], block: &mut JointBlock) -> Raw {
-        let mut raw = Raw::default();
+    /// What a block's joints and their bodies have, the impulses, and the lines of the bodies; lanes without a joint are all 0.
+    fn read_joints(
+        &self,
+        owners: &[u32; LANES],
+        block: &mut JointBlock,
+    ) -> (Raw, [[f32; 4]; LANES]) {
+        let (mut raw, mut impulses) = (Raw::default(), [[0.0; 4]; LANES]);
         for (lane, row) in owners.iter().enumerate() {
             let lines = if let Some(joint) = self.joint(*row) {
                 let rows = [joint.body_a, joint.body_b];
                 let bodies = rows.map(|row| self.at_start(row));
-                raw.centers[0][lane] = four(bodies[0].center);
-                raw.centers[1][lane] = four(bodies[1].center);
-                raw.turns[0][lane] = bytemuck::cast(bodies[0].rotation);
-                raw.turns[1][lane] = bytemuck::cast(bodies[1].rotation);
-                raw.anchors[0][lane] = four(joint.anchor_a);
-                raw.anchors[1][lane] = four(joint.anchor_b);
-                raw.impulses[lane] = four(joint.impulse * self.ctx.impulse_scale);
+                raw.put(lane, joint, bodies);
+                impulses[lane] = four(joint.impulse * self.ctx.impulse_scale);
                 [self.line_of[rows[0] as usize], self.line_of[rows[1] as usize]]
             } else {
                 [0; 2]
             };
             [block.row_a[lane], block.row_b[lane]] = lines;
         }
-        raw
+        (raw, impulses)
     }
 
     /// How fast kinematic bodies move the anchors apart.
@@ -169,24 +171,32 @@ impl Solver<'_> {
 
 /// Eight joints and their bodies A and B, a row each.
 #[derive(Default)]
-struct Raw {
+pub(super) struct Raw {
     centers: [[[f32; 4]; LANES]; 2],
-    turns: [[[f32; 4]; LANES]; 2],
+    pub(super) turns: [[[f32; 4]; LANES]; 2],
     anchors: [[[f32; 4]; LANES]; 2],
-    impulses: [[f32; 4]; LANES],
 }
 
 impl Raw {
+    #[inline(always)]
+    pub(super) fn put(&mut self, lane: usize, joint: &Joint, [a, b]: [BodyState; 2]) {
+        (self.centers[0][lane], self.centers[1][lane]) = (four(a.center), four(b.center));
+        self.turns[0][lane] = bytemuck::cast(a.rotation);
+        self.turns[1][lane] = bytemuck::cast(b.rotation);
+        self.anchors[0][lane] = four(joint.anchor_a);
+        self.anchors[1][lane] = four(joint.anchor_b);
+    }
+
     /// From the centers of bodies A (`side` 0) or B (1) to the anchors [m, world].
     #[inline(always)]
-    fn arm<S: Simd>(&self, simd: S, side: usize) -> Vec3w<S> {
+    pub(super) fn arm<S: Simd>(&self, simd: S, side: usize) -> Vec3w<S> {
         let anchor = Vec3w::of_rows(simd, &self.anchors[side]);
         Quatw::of_rows(simd, &self.turns[side]).rotate(simd, anchor)
     }
 
     /// Centers of B less those of A [m].
     #[inline(always)]
-    fn between<S: Simd>(&self, simd: S) -> Vec3w<S> {
+    pub(super) fn between<S: Simd>(&self, simd: S) -> Vec3w<S> {
         let [a, b] = &self.centers;
         Vec3w::of_rows(simd, b) - Vec3w::of_rows(simd, a)
     }

@@ -1,34 +1,57 @@
 //! Joints of six axes to blocks and back.
 
-use fearless_simd::dispatch;
+use fearless_simd::{Simd, SimdBase, dispatch};
 
 use super::Solver;
+use super::integrate::four;
 use super::joint::JointSweep;
-use super::plan::{Group, SIX_ACTS, SIX_DIRECT, SIX_HOLDS};
-use super::sixdof::{self, Axis, SixBlock};
-use super::spring::Push;
+use super::pack_joint::Raw;
+use super::plan::{Group, SIX_ACTS, SIX_DIRECT, SIX_HOLDS, SIX_PINNED};
+use super::rows::{Velocity, Whitening, load_velocity, read_lanes, store_velocity};
+use super::sixdof::{self, SixBlock};
+use super::turns::Turns;
 use crate::base::jobs::{Executor, for_ranges, grain};
 use crate::base::math::Vec3;
-use crate::base::sym3::Sym3;
-use crate::base::wide::{LANES, at, put};
+use crate::base::wide::{
+    LANES, Vec3w, Wide, above, gather4, load, min, scatter4, select, splat, sqrt,
+};
+use crate::base::wide_quat::Quatw;
 use crate::state::bodies::NONE;
 use crate::state::joints::{Joint, Link};
-use crate::state::sixdof::{JointAxis, JointMotion, JointSpring, Six};
+use crate::state::six::{FAR, Flags, SixLaws, SixState};
 
-/// Farther than anything is: a limit that is none.
-const FAR: f32 = 1.0e30;
+/// What an idle lane is filled with.
+static IDLE: (SixLaws, SixState) = (SixLaws::IDLE, SixState::IDLE);
 
-/// Stiffer than a substep can tell from rigid.
-const STIFF: f32 = 1.0e20;
+/// No turn.
+const UNTURNED: [f32; 4] = [0.0, 0.0, 0.0, 1.0];
+
+/// Rows of four numbers in what a joint keeps.
+const ROWS: usize = size_of::<SixState>() / size_of::<[f32; 4]>();
+
+/// Eight joints as they lie in the tables.
+struct Joints<'a> {
+    raw: Raw,
+    laws: [&'a SixLaws; LANES],
+    states: [&'a SixState; LANES],
+    frames: [[&'a [f32; 4]; LANES]; 2],
+    flags: Flags,
+    /// Velocities and angular velocities of kinematic bodies, if there are any.
+    driven: Option<[[[[f32; 4]; LANES]; 2]; 2]>,
+    /// Accelerations of B less those of A.
+    pulls: [[f32; 4]; LANES],
+}
 
 impl Solver<'_> {
     pub(super) fn prepare_sixdofs(&self, group: &Group, jobs: &dyn Executor) {
         for batch in &self.plan.sixdofs.batches[group.sixdofs.clone()] {
             let n = batch.blocks.len();
             for_ranges(jobs, n, grain(jobs, n, 8), |part| {
-                for i in batch.blocks.start + part.start..batch.blocks.start + part.end {
-                    self.pack_block(i, batch.class);
-                }
+                dispatch!(self.ctx.level, simd => {
+                    for i in batch.blocks.start + part.start..batch.blocks.start + part.end {
+                        self.pack_block(simd, i, batch.class);
+                    }
+                });
             });
         }
     }
@@ -54,186 +77,322 @@ impl Solver<'_> {
         let blocks = self.plan.sixdofs.blocks_of(&group.sixdofs);
         let n = blocks.len();
         for_ranges(jobs, n, grain(jobs, n, 32), |part| {
-            for i in blocks.start + part.start..blocks.start + part.end {
-                self.store_block(i);
-            }
+            dispatch!(self.ctx.level, simd => {
+                for i in blocks.start + part.start..blocks.start + part.end {
+                    self.store_block(simd, i);
+                }
+            });
         });
     }
 
     /// Builds a block of this class and applies its impulses to the lines.
-    fn pack_block(&self, block: usize, class: u8) {
+    #[inline(always)]
+    fn pack_block<S: Simd>(&self, simd: S, block: usize, class: u8) {
         let owners = &self.plan.sixdofs.owners[block];
         let block = self.sixdofs.row(block);
-        if owners[LANES - 1] == NONE {
-            *block = SixBlock::default();
-        }
         block.holds = SIX_HOLDS.map(|bit| class & bit != 0);
         block.acts = SIX_ACTS.map(|bit| class & bit != 0);
         block.is_direct = class & SIX_DIRECT != 0;
-        for axis in &mut block.axes {
-            (axis.acts, axis.drives, axis.limits, axis.yields) = (false, false, false, false);
+        block.is_pinned = class & SIX_PINNED != 0;
+        let joints = self.read_sixdofs(owners, block);
+        let (alpha, sa) = Whitening::gather(simd, read_lanes(&self.whitening, &block.row_a));
+        let (beta, sb) = Whitening::gather(simd, read_lanes(&self.whitening, &block.row_b));
+        alpha.store_array(&mut block.alpha);
+        beta.store_array(&mut block.beta);
+        sa.store(&mut block.s_a);
+        sb.store(&mut block.s_b);
+        joints.put_velocities(simd, block);
+
+        let [given_along, given_about] = joints.put_axes(simd, block, self.ctx.impulse_scale);
+        joints.put_laws(simd, block, self.ctx.h);
+        let (mut force, mut torque) = (Vec3w::zero(simd), Vec3w::zero(simd));
+        for i in 0..3 {
+            force = force + Vec3w::load(simd, &block.u[i]) * given_along[i];
+            torque = torque + Vec3w::load(simd, &block.n[i]) * given_about[i];
         }
+        let (ra, rb) = (Vec3w::load(simd, &block.r_a), Vec3w::load(simd, &block.r_b));
+        let moment_a = (ra + Vec3w::load(simd, &block.gap)).cross(force) + torque;
+        let moment_b = rb.cross(force) + torque;
+        force.store(&mut block.carried);
+        moment_a.store(&mut block.carried_a);
+        moment_b.store(&mut block.carried_b);
+        torque.store(&mut block.torque);
+        if block.is_direct {
+            return;
+        }
+        let a = load_velocity(simd, &self.lines, &block.row_a);
+        let a = Velocity { v: a.v - force * alpha, w: a.w - sa.mul(moment_a) };
+        store_velocity(simd, &self.lines, &block.row_a, a);
+        let b = load_velocity(simd, &self.lines, &block.row_b);
+        let b = Velocity { v: b.v + force * beta, w: b.w + sb.mul(moment_b) };
+        store_velocity(simd, &self.lines, &block.row_b, b);
+    }
+
+    /// What a block's joints and their bodies have, and the lines of these; lanes without a joint have none.
+    #[inline(always)]
+    fn read_sixdofs(&self, owners: &[u32; LANES], block: &mut SixBlock) -> Joints<'_> {
+        let mut joints = Joints {
+            raw: Raw::default(),
+            laws: [&IDLE.0; LANES],
+            states: [&IDLE.1; LANES],
+            frames: [[&UNTURNED; LANES]; 2],
+            flags: Flags::default(),
+            driven: None,
+            pulls: [[0.0; 4]; LANES],
+        };
+        (block.row_a, block.row_b) = ([0; LANES], [0; LANES]);
         for (lane, row) in owners.iter().enumerate() {
-            if *row != NONE
-                && let Some(joint) = self.joint_slots.read(*row as usize)
+            if let Some(joint) = self.joint(*row)
                 && let Link::Six(six) = &joint.link
             {
-                self.fill_six(joint, six, lane, block);
+                joints.laws[lane] = &six.laws;
+                joints.states[lane] = &six.state;
+                joints.frames[0][lane] = bytemuck::cast_ref(&six.def.frame_a);
+                joints.frames[1][lane] = bytemuck::cast_ref(&six.def.frame_b);
+                joints.flags |= six.laws.flags;
+                let rows = [joint.body_a, joint.body_b];
+                joints.raw.put(lane, joint, rows.map(|row| self.at_start(row)));
+                let lines = rows.map(|row| self.line_of[row as usize]);
+                [block.row_a[lane], block.row_b[lane]] = lines;
+                let [pull_a, pull_b] = lines.map(|line| self.pulled(line));
+                joints.pulls[lane] = four(pull_b - pull_a);
+                if lines[0] == 0 || lines[1] == 0 {
+                    self.read_driven(joint, lane, &mut joints.driven);
+                }
+            }
+        }
+        joints
+    }
+
+    #[inline(always)]
+    fn pulled(&self, line: u32) -> Vec3 {
+        if line == 0 { Vec3::ZERO } else { *self.acceleration.read(line as usize) }
+    }
+
+    /// How the kinematic bodies of a joint move.
+    fn read_driven(
+        &self,
+        joint: &Joint,
+        lane: usize,
+        driven: &mut Option<[[[[f32; 4]; LANES]; 2]; 2]>,
+    ) {
+        for (side, row) in [joint.body_a, joint.body_b].into_iter().enumerate() {
+            let body = self.bodies.at(row);
+            if !body.is_dynamic() && body.active() {
+                let [v, w] = driven.get_or_insert_default();
+                (v[side][lane], w[side][lane]) = (four(body.v), four(body.w));
             }
         }
     }
 
     /// Writes the impulses of a block back.
-    fn store_block(&self, block: usize) {
+    #[inline(always)]
+    fn store_block<S: Simd>(&self, simd: S, block: usize) {
         let owners = &self.plan.sixdofs.owners[block];
         let block = self.sixdofs.read(block);
-        let scale = self.ctx.store_scale();
-        for (lane, row) in owners.iter().enumerate() {
+        let scale = splat(simd, self.ctx.store_scale());
+        let mut columns = [splat(simd, 0.0); 4 * ROWS];
+        for i in 0..6 {
+            columns[i] = load(simd, &block.held[i]) * scale;
+            columns[i + 6] = load(simd, &block.friction[i]) * scale;
+            columns[i + 12] = load(simd, &block.limit[i]) * scale;
+        }
+        for i in 0..3 {
+            columns[i + 18] = load(simd, &block.angles[i]);
+            columns[i + 21] = load(simd, &block.carried[i]) * scale;
+            columns[i + 24] = load(simd, &block.torque[i]) * scale;
+        }
+        // The rows of the swings turn from step to step: kept along y and z.
+        let [c, s] = [load(simd, &block.swing[0]), load(simd, &block.swing[1])];
+        for i in [4, 10] {
+            let (along, across) = (columns[i], columns[i + 1]);
+            columns[i] = c * along - s * across;
+            columns[i + 1] = s * along + c * across;
+        }
+        let mut states = [[[0.0; 4]; ROWS]; LANES];
+        for row in 0..ROWS {
+            let i = 4 * row;
+            let rows = scatter4([columns[i], columns[i + 1], columns[i + 2], columns[i + 3]]);
+            for lane in 0..LANES {
+                rows[lane].store_array(&mut states[lane][row]);
+            }
+        }
+        for (row, state) in owners.iter().zip(states) {
             if *row != NONE
                 && let Some(joint) = self.joint_slots.row(*row as usize)
                 && let Link::Six(six) = &mut joint.link
             {
-                for i in 0..6 {
-                    six.held[i] = block.held[i][lane] * scale;
-                    six.friction[i] = block.friction[i][lane] * scale;
-                    six.limit[i] = block.limit[i][lane] * scale;
-                }
-                if six.def.cone.is_some() {
-                    // The rows of the swings turn from step to step: kept along y and z.
-                    let a = self.at_start(joint.body_a);
-                    let axes = (a.rotation * six.def.frame_a).to_mat3();
-                    let row = at(&block.n[1], lane);
-                    let (c, s) = (row.dot(axes.y), row.dot(axes.z));
-                    for of in [&mut six.held, &mut six.friction] {
-                        let [along, across] = [of[4], of[5]];
-                        (of[4], of[5]) = (c * along - s * across, s * along + c * across);
-                    }
-                }
-                for i in 0..3 {
-                    six.angles[i] = block.angles[i][lane];
-                }
-                six.force = at(&block.carried, lane) * scale;
-                six.torque = at(&block.torque, lane) * scale;
+                six.state = bytemuck::cast(state);
             }
         }
     }
+}
 
-    fn fill_six(&self, joint: &Joint, six: &Six, lane: usize, block: &mut SixBlock) {
-        let (ctx, line_of) = (self.ctx, self.line_of);
-        let (a, b) = (self.at_start(joint.body_a), self.at_start(joint.body_b));
-        let (la, lb) = (line_of[joint.body_a as usize], line_of[joint.body_b as usize]);
-        let (wa, wb) = (*self.whitening.read(la as usize), *self.whitening.read(lb as usize));
-        let (ra, rb) = (a.rotation.rotate(joint.anchor_a), b.rotation.rotate(joint.anchor_b));
-        let gap = (b.center - a.center) + (rb - ra);
-        let motion = |row: u32| {
-            let body = self.bodies.at(row);
-            let is_moved = !body.is_dynamic() && body.active();
-            if is_moved { (body.v, body.w) } else { (Vec3::ZERO, Vec3::ZERO) }
-        };
-        let ((va, spin_a), (vb, spin_b)) = (motion(joint.body_a), motion(joint.body_b));
-
-        (block.row_a[lane], block.row_b[lane]) = (la, lb);
-        (block.alpha[lane], block.beta[lane]) = (wa.alpha(), wb.alpha());
-        let numbers = |s: Sym3| [s.xx, s.yy, s.zz, s.xy, s.xz, s.yz];
-        for (i, (sa, sb)) in numbers(wa.s()).into_iter().zip(numbers(wb.s())).enumerate() {
-            (block.s_a[i][lane], block.s_b[i][lane]) = (sa, sb);
+impl Joints<'_> {
+    #[inline(always)]
+    fn put_velocities<S: Simd>(&self, simd: S, block: &mut SixBlock) {
+        Vec3w::of_rows(simd, &self.pulls).store(&mut block.pull);
+        let (mut drift, mut spins) = (Vec3w::zero(simd), [Vec3w::zero(simd); 2]);
+        if let Some([v, [a, b]]) = &self.driven {
+            drift = Vec3w::of_rows(simd, &v[1]) - Vec3w::of_rows(simd, &v[0]);
+            spins = [Vec3w::of_rows(simd, a), Vec3w::of_rows(simd, b)];
         }
-        put(&mut block.r_a, lane, ra);
-        put(&mut block.r_b, lane, rb);
-        put(&mut block.gap, lane, gap);
-        put(&mut block.drift, lane, vb - va);
-        put(&mut block.spin_a, lane, spin_a);
-        put(&mut block.spin_b, lane, spin_b);
+        drift.store(&mut block.drift);
+        spins[0].store(&mut block.spin_a);
+        spins[1].store(&mut block.spin_b);
+    }
 
-        let pulled = |line: u32| {
-            if line == 0 { Vec3::ZERO } else { *self.acceleration.read(line as usize) }
-        };
-        put(&mut block.pull, lane, pulled(lb) - pulled(la));
-        let axes = (a.rotation * six.def.frame_a).to_mat3();
-        let axes = [axes.x, axes.y, axes.z];
-        let turns = six.turns(a.rotation, b.rotation);
-        let (mut kept, mut rubbed) = (six.held, six.friction);
-        if six.def.cone.is_some() {
-            for of in [&mut kept, &mut rubbed] {
-                let ([c, s], [.., y, z]) = (turns.swing, *of);
-                (of[4], of[5]) = (c * y + s * z, c * z - s * y);
+    /// Arms, axes, angles and what is locked; impulses. Returns what these are along each motion and about each
+    /// turn.
+    #[inline(always)]
+    fn put_axes<S: Simd>(&self, simd: S, block: &mut SixBlock, scale: f32) -> [[Wide<S>; 3]; 2] {
+        let mut columns = [splat(simd, 0.0); 4 * ROWS];
+        let rows: [&[[f32; 4]; ROWS]; LANES] = self.rows();
+        for row in 0..ROWS {
+            let mut of = [&rows[0][row]; LANES];
+            for lane in 1..LANES {
+                of[lane] = &rows[lane][row];
+            }
+            let four = gather4(simd, of);
+            for i in 0..4 {
+                columns[4 * row + i] = four[i];
             }
         }
-        if six.def.holds_all_motions() {
-            // As in the kernel: the force stays as it is in the world.
-            for i in 0..3 {
-                kept[i] = axes[i].dot(six.force);
-            }
+        let (mut ra, rb) = (self.raw.arm(simd, 0), self.raw.arm(simd, 1));
+        let mut gap = self.raw.between(simd) + (rb - ra);
+        let frame_a =
+            Quatw::of_rows(simd, &self.raw.turns[0]).after(Quatw::gather(simd, self.frames[0]));
+        let frame_b =
+            Quatw::of_rows(simd, &self.raw.turns[1]).after(Quatw::gather(simd, self.frames[1]));
+        let axes = frame_a.axes(simd);
+        let last = [columns[18], columns[19], columns[20]];
+        let turns =
+            Turns::new(simd, &self.laws, self.flags.turnings, [frame_a, frame_b], axes, last);
+        let [c, s] = turns.swing;
+        for i in [4, 10] {
+            let (y, z) = (columns[i], columns[i + 1]);
+            columns[i] = c * y + s * z;
+            columns[i + 1] = c * z - s * y;
         }
-        for (i, axis) in six.def.acting(turns.swing).iter().enumerate() {
-            let held = axis.held();
-            block.locked[i][lane] = if held.is_some() { 1.0 } else { 0.0 };
-            block.place[i][lane] = held.unwrap_or(0.0);
+        let force = Vec3w { x: columns[21], y: columns[22], z: columns[23] };
+        let mut given = [splat(simd, 0.0); 6];
+        for i in 0..6 {
+            let [locked, mut place, carries, friction] = self.law(simd, i, 0);
+            if block.is_pinned && i < 3 {
+                // As in the kernel: the force stays as it is in the world, and anchor A stands where B's is to be.
+                columns[i] = axes[i].dot(force);
+                let way = axes[i] * place;
+                (ra, gap) = (ra + way, gap - way);
+                place = splat(simd, 0.0);
+            }
+            locked.store_array(&mut block.locked[i]);
+            place.store_array(&mut block.place[i]);
+            friction.store_array(&mut block.axes[i].friction);
             // What is no more has left nothing that is carried on.
-            let acts = held.is_some() || axis.is_scalar();
-            let scale = if acts { ctx.impulse_scale } else { 0.0 };
-            block.held[i][lane] = kept[i] * scale;
-            block.friction[i][lane] = rubbed[i] * scale;
-            block.limit[i][lane] = six.limit[i] * scale;
-            if block.acts[i / 3] && held.is_none() {
-                fill_axis(axis, ctx.h, &mut block.axes[i], lane);
-            }
+            let scale = carries * splat(simd, scale);
+            let [held, rubbed, limit] =
+                [columns[i] * scale, columns[i + 6] * scale, columns[i + 12] * scale];
+            held.store_array(&mut block.held[i]);
+            rubbed.store_array(&mut block.friction[i]);
+            limit.store_array(&mut block.limit[i]);
+            given[i] = held + rubbed + limit;
         }
-        let (mut force, mut torque) = (Vec3::ZERO, Vec3::ZERO);
+        ra.store(&mut block.r_a);
+        rb.store(&mut block.r_b);
+        gap.store(&mut block.gap);
         for i in 0..3 {
-            put(&mut block.u[i], lane, axes[i]);
-            put(&mut block.n[i], lane, turns.rows[i]);
-            block.angles[i][lane] = turns.angles[i];
-            let given =
-                |i: usize| block.held[i][lane] + block.friction[i][lane] + block.limit[i][lane];
-            force += axes[i] * given(i);
-            torque += turns.rows[i] * given(i + 3);
+            axes[i].store(&mut block.u[i]);
+            turns.rows[i].store(&mut block.n[i]);
+            turns.angles[i].store_array(&mut block.angles[i]);
         }
-        let moments = [(ra + gap).cross(force) + torque, rb.cross(force) + torque];
-        put(&mut block.carried, lane, force);
-        put(&mut block.carried_a, lane, moments[0]);
-        put(&mut block.carried_b, lane, moments[1]);
-        put(&mut block.torque, lane, torque);
-        for (line, w, moment, sign) in [(la, wa, moments[0], -1.0), (lb, wb, moments[1], 1.0)] {
-            if line == 0 || block.is_direct {
+        c.store_array(&mut block.swing[0]);
+        s.store_array(&mut block.swing[1]);
+        let [x, y, z, a, b, c] = given;
+        [[x, y, z], [a, b, c]]
+    }
+
+    /// What acts on the axes.
+    #[inline(always)]
+    fn put_laws<S: Simd>(&self, simd: S, block: &mut SixBlock, h: f32) {
+        let flags = self.flags;
+        let (h, far) = (splat(simd, h), splat(simd, FAR));
+        for i in 0..6 {
+            let has = |bits: u8| bits >> i & 1 != 0;
+            let axis = &mut block.axes[i];
+            axis.acts = has(flags.acts);
+            axis.drives = has(flags.drives);
+            axis.limits = has(flags.limits);
+            axis.yields = has(flags.yields);
+            if !block.acts[i / 3] {
                 continue;
             }
-            let line = self.lines.row(line as usize);
-            let (v, t) = (force * (sign * w.alpha()), w.s().mul(moment) * sign);
-            for i in 0..3 {
-                line.v[i] += v[i];
-                line.w[i] += t[i];
+            min(load(simd, &axis.friction) * h, far).store_array(&mut axis.friction);
+            let [low, high, hard, most] = self.law(simd, i, 1);
+            low.store_array(&mut axis.low);
+            high.store_array(&mut axis.high);
+            hard.store_array(&mut axis.hard);
+            min(most * h, far).store_array(&mut axis.most);
+            if axis.drives || axis.yields {
+                let [stiffness, damping, per_mass, place] = self.law(simd, i, 2);
+                stiffness.store_array(&mut axis.drive.stiffness);
+                damping.store_array(&mut axis.drive.damping);
+                per_mass.store_array(&mut axis.drive.per_mass);
+                place.store_array(&mut axis.drive.place);
+                let [stiffness, damping, per_mass, speed] = self.law(simd, i, 3);
+                stiffness.store_array(&mut axis.limit.stiffness);
+                damping.store_array(&mut axis.limit.damping);
+                per_mass.store_array(&mut axis.limit.per_mass);
+                speed.store_array(&mut axis.drive.speed);
+            }
+        }
+        if flags.cones {
+            self.put_cones(simd, block);
+        }
+    }
+
+    /// What follows the direction of the swing: how wide the cone is there, and to where drives pull.
+    #[inline(always)]
+    fn put_cones<S: Simd>(&self, simd: S, block: &mut SixBlock) {
+        let mut of = [&self.laws[0].cone; LANES];
+        for lane in 1..LANES {
+            of[lane] = &self.laws[lane].cone;
+        }
+        let [wide, high, cone, _] = gather4(simd, of);
+        let [c, s] = [load(simd, &block.swing[0]), load(simd, &block.swing[1])];
+        let (p, q) = (c / wide, s / high);
+        let reach = splat(simd, 1.0) / sqrt(p * p + q * q);
+        let [.., along, across] = &mut block.axes;
+        let is_cone = above(cone, splat(simd, 0.5));
+        select(is_cone, reach, load(simd, &along.high)).store_array(&mut along.high);
+        if along.drives || across.drives {
+            for (y, z) in [
+                (&mut along.drive.place, &mut across.drive.place),
+                (&mut along.drive.speed, &mut across.drive.speed),
+            ] {
+                let (on_y, on_z) = (load(simd, y), load(simd, z));
+                (c * on_y + s * on_z).store_array(y);
+                (c * on_z - s * on_y).store_array(z);
             }
         }
     }
-}
 
-fn fill_axis(axis: &JointAxis, h: f32, out: &mut Axis, lane: usize) {
-    out.acts |= axis.is_scalar();
-    out.drives |= axis.drive.is_some();
-    out.limits |= axis.motion != JointMotion::Free;
-    let (mut low, mut high, mut hard) = (-FAR, FAR, 0.0);
-    let mut limit = None;
-    if let JointMotion::Limited { min, max, spring } = axis.motion {
-        (low, high) = (min.max(-FAR), max.min(FAR));
-        hard = if spring.is_none() { 1.0 } else { 0.0 };
-        limit = spring;
-        out.yields |= spring.is_some();
+    /// A row of the laws of an axis.
+    #[inline(always)]
+    fn law<S: Simd>(&self, simd: S, axis: usize, row: usize) -> [Wide<S>; 4] {
+        let mut of = [&self.laws[0].axes[axis].0[row]; LANES];
+        for lane in 1..LANES {
+            of[lane] = &self.laws[lane].axes[axis].0[row];
+        }
+        gather4(simd, of)
     }
-    (out.low[lane], out.high[lane], out.hard[lane]) = (low, high, hard);
-    fill_push(limit, 0.0, 0.0, &mut out.limit, lane);
-    let drive = axis.drive.map(|d| d.spring);
-    let (position, velocity) = axis.drive.map_or((0.0, 0.0), |d| (d.position, d.velocity));
-    fill_push(drive, position, velocity, &mut out.drive, lane);
-    out.most[lane] = axis.drive.map_or(0.0, |d| (d.max_force * h).min(FAR));
-    out.friction[lane] = (axis.friction * h).min(FAR);
-}
 
-fn fill_push(spring: Option<JointSpring>, place: f32, speed: f32, out: &mut Push, lane: usize) {
-    let spring = spring.unwrap_or(JointSpring::new(0.0, 0.0));
-    out.stiffness[lane] = spring.stiffness.min(STIFF);
-    // An infinite damping is a motor.
-    out.damping[lane] = spring.damping.min(STIFF);
-    out.per_mass[lane] = if spring.per_mass { 1.0 } else { 0.0 };
-    (out.place[lane], out.speed[lane]) = (place, speed);
+    /// What the joints keep, in rows.
+    #[inline(always)]
+    fn rows(&self) -> [&[[f32; 4]; ROWS]; LANES] {
+        let mut rows: [&[[f32; 4]; ROWS]; LANES] = [bytemuck::cast_ref(self.states[0]); LANES];
+        for lane in 1..LANES {
+            rows[lane] = bytemuck::cast_ref(self.states[lane]);
+        }
+        rows
+    }
 }

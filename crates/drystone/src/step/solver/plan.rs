@@ -124,6 +124,9 @@ pub(super) const SIX_DIRECT: u8 = 4;
 /// Bits of those that lock a motion, and a turn: a spring does neither, and what holds need not be worked out for it.
 pub(super) const SIX_HOLDS: [u8; 2] = [16, 32];
 
+/// Bit of those that lock all motions.
+pub(super) const SIX_PINNED: u8 = 64;
+
 /// The class of a joint: what kernel solves it, and what of it there is to solve.
 fn class_of(joint: &Joint) -> u8 {
     match &joint.link {
@@ -133,8 +136,9 @@ fn class_of(joint: &Joint) -> u8 {
         Link::Coupling(_) | Link::Pulley(_) => COUPLED,
         Link::Six(six) => {
             let direct = if joint.is_direct { SIX_DIRECT } else { 0 };
-            let (acts, holds) = (six.def.scalars(), six.def.holds());
-            SIX | direct | chosen(SIX_ACTS, acts) | chosen(SIX_HOLDS, holds)
+            let parts = six.def.parts();
+            let pinned = if parts.holds_all_motions { SIX_PINNED } else { 0 };
+            SIX | direct | pinned | chosen(SIX_ACTS, parts.acts) | chosen(SIX_HOLDS, parts.holds)
         }
     }
 }

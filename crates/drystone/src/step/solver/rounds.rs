@@ -7,7 +7,7 @@
 //! is solved in one round.)
 
 use super::Solver;
-use super::integrate::three;
+use super::integrate::{three, unwhitened};
 use super::plan::Group;
 use super::rows::{Line, Whitening};
 use crate::base::jobs::Executor;
@@ -35,7 +35,7 @@ impl BodyState {
         Self {
             center: self.center + three(line.x) * alpha,
             rotation: self.rotation.turned_by(s.mul(three(line.t))),
-            v: three(line.v) * alpha,
+            v: unwhitened(self.v, line, alpha),
             w: s.mul(three(line.w)),
         }
     }

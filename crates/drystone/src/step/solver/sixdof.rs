@@ -17,6 +17,7 @@ use fearless_simd::{Simd, SimdBase};
 
 use super::held::{Held, Pair, Row, Turn, push};
 use super::joint::{JointSweep, bend};
+use super::pinned;
 use super::rows::{Line, Velocity, store_velocity};
 use super::spring::{Law, Push};
 use crate::base::disjoint::Rows;
@@ -71,6 +72,8 @@ pub(crate) struct SixBlock {
     pub(crate) n: [[Lanes; 3]; 3],
     /// Angles at the step's start.
     pub(crate) angles: [Lanes; 3],
+    /// Direction of the swing at the step's start where there is a cone: along y, and along z.
+    pub(crate) swing: [Lanes; 2],
     /// 1 where an axis is locked, and the place where it is.
     pub(crate) locked: [Lanes; 6],
     pub(crate) place: [Lanes; 6],
@@ -90,6 +93,8 @@ pub(crate) struct SixBlock {
     pub(crate) acts: [bool; 2],
     /// A tree solves all there is: see tree_six.rs.
     pub(crate) is_direct: bool,
+    /// All motions are locked, and what is to be of the gap is none: see pinned.rs.
+    pub(crate) is_pinned: bool,
     pub(crate) axes: [Axis; 6],
 }
 
@@ -97,13 +102,13 @@ impl SixBlock {
     /// True if something acts on an axis of one of the joints. (What is known of an axis is not filled in where
     /// nothing acts on any motion, or on any turn.)
     #[inline(always)]
-    fn acts_on(&self, axis: usize) -> bool {
+    pub(super) fn acts_on(&self, axis: usize) -> bool {
         self.acts[axis / 3] && self.axes[axis].acts
     }
 
     /// Impulse of all that acts on an axis.
     #[inline(always)]
-    fn pushes<S: Simd>(&self, simd: S, axis: usize) -> Wide<S> {
+    pub(super) fn pushes<S: Simd>(&self, simd: S, axis: usize) -> Wide<S> {
         load(simd, &self.held[axis])
             + load(simd, &self.friction[axis])
             + load(simd, &self.limit[axis])
@@ -191,53 +196,89 @@ struct State<S: Simd> {
     locked: [Wide<S>; 6],
 }
 
-#[inline(always)]
-fn read<S: Simd>(
-    simd: S,
-    block: &SixBlock,
-    lines: &Rows<'_, Line>,
-    sweep: &JointSweep,
-) -> State<S> {
-    let (alpha, beta) = (load(simd, &block.alpha), load(simd, &block.beta));
-    let (sa, sb) = (Sym3w::load(simd, &block.s_a), Sym3w::load(simd, &block.s_b));
-    let (va, xa) = sweep.read(simd, lines, &block.row_a);
-    let (vb, xb) = sweep.read(simd, lines, &block.row_b);
-    let elapsed = splat(simd, sweep.elapsed);
-    let (spin_a, spin_b) = (Vec3w::load(simd, &block.spin_a), Vec3w::load(simd, &block.spin_b));
-    let turn_a = sa.mul(xa.w) + spin_a * elapsed;
-    let turn_b = sb.mul(xb.w) + spin_b * elapsed;
-    let (to_a, to_b) = (Turn::new(simd, turn_a), Turn::new(simd, turn_b));
-    let (r0a, r0b) = (Vec3w::load(simd, &block.r_a), Vec3w::load(simd, &block.r_b));
-    // Shifts by themselves: arms of meters would round away what a gap is.
-    let (shift_a, shift_b) = (to_a.shift(r0a), to_b.shift(r0b));
-    let (ra, rb) = (r0a + shift_a, r0b + shift_b);
-    let drift = Vec3w::load(simd, &block.drift);
-    let moved = xb.v * beta - xa.v * alpha + drift * elapsed;
-    let gap = Vec3w::load(simd, &block.gap) + (moved + (shift_b - shift_a));
-    let arm_a = ra + gap;
-    let turn = turn_b - turn_a - turn_a.cross(turn_b) * splat(simd, 0.5);
+/// The bodies of a block's joints at the place of this sweep's rows.
+pub(super) struct Placed<S: Simd> {
+    pub(super) alpha: Wide<S>,
+    pub(super) beta: Wide<S>,
+    pub(super) sa: Sym3w<S>,
+    pub(super) sb: Sym3w<S>,
+    pub(super) va: Velocity<S>,
+    pub(super) vb: Velocity<S>,
+    /// Angular velocities of kinematic bodies.
+    spin_a: Vec3w<S>,
+    spin_b: Vec3w<S>,
+    /// How A turned since the step's start, and B against A.
+    to_a: Turn<S>,
+    turn: Vec3w<S>,
+    pub(super) arm_a: Vec3w<S>,
+    pub(super) arm_b: Vec3w<S>,
+    pub(super) gap: Vec3w<S>,
+    /// Velocity of B's anchor less that of A's by kinematic bodies.
+    drift: Vec3w<S>,
+}
 
-    let (u0, n0) = (Vec3w::load3(simd, &block.u), Vec3w::load3(simd, &block.n));
-    let (arms, roots) = ([arm_a, rb], [&sa, &sb]);
+impl<S: Simd> Placed<S> {
+    #[inline(always)]
+    fn read(simd: S, block: &SixBlock, lines: &Rows<'_, Line>, sweep: &JointSweep) -> Self {
+        let (alpha, beta) = (load(simd, &block.alpha), load(simd, &block.beta));
+        let (sa, sb) = (Sym3w::load(simd, &block.s_a), Sym3w::load(simd, &block.s_b));
+        let (va, xa) = sweep.read(simd, lines, &block.row_a);
+        let (vb, xb) = sweep.read(simd, lines, &block.row_b);
+        let elapsed = splat(simd, sweep.elapsed);
+        let (spin_a, spin_b) = (Vec3w::load(simd, &block.spin_a), Vec3w::load(simd, &block.spin_b));
+        let turn_a = sa.mul(xa.w) + spin_a * elapsed;
+        let turn_b = sb.mul(xb.w) + spin_b * elapsed;
+        let (to_a, to_b) = (Turn::new(simd, turn_a), Turn::new(simd, turn_b));
+        let (r0a, r0b) = (Vec3w::load(simd, &block.r_a), Vec3w::load(simd, &block.r_b));
+        // Shifts by themselves: arms of meters would round away what a gap is.
+        let (shift_a, shift_b) = (to_a.shift(r0a), to_b.shift(r0b));
+        let (ra, arm_b) = (r0a + shift_a, r0b + shift_b);
+        let drift = Vec3w::load(simd, &block.drift);
+        let moved = xb.v * beta - xa.v * alpha + drift * elapsed;
+        let gap = Vec3w::load(simd, &block.gap) + (moved + (shift_b - shift_a));
+        let arm_a = ra + gap;
+        let turn = turn_b - turn_a - turn_a.cross(turn_b) * splat(simd, 0.5);
+        let drift = drift + spin_b.cross(arm_b) - spin_a.cross(arm_a);
+        Self { alpha, beta, sa, sb, va, vb, spin_a, spin_b, to_a, turn, arm_a, arm_b, gap, drift }
+    }
+
+    /// The row of a turn, and its angle.
+    #[inline(always)]
+    pub(super) fn about(&self, simd: S, block: &SixBlock, i: usize) -> (Row<S>, Wide<S>) {
+        let n = Vec3w::load(simd, &block.n[i]);
+        let row = Row::about(self.to_a.apply(n), [&self.sa, &self.sb]);
+        (row, load(simd, &block.angles[i]) + n.dot(self.turn))
+    }
+
+    /// Angular velocities.
+    #[inline(always)]
+    pub(super) fn spins(&self) -> [Vec3w<S>; 2] {
+        [self.sa.mul(self.va.w) + self.spin_a, self.sb.mul(self.vb.w) + self.spin_b]
+    }
+
+    /// Velocity of B's anchor less that of A's.
+    #[inline(always)]
+    pub(super) fn slip(&self) -> Vec3w<S> {
+        let (wa, wb) = (self.sa.mul(self.va.w), self.sb.mul(self.vb.w));
+        self.vb.v * self.beta - self.va.v * self.alpha + self.drift + wb.cross(self.arm_b)
+            - wa.cross(self.arm_a)
+    }
+}
+
+#[inline(always)]
+fn state_of<S: Simd>(simd: S, block: &SixBlock, at: &Placed<S>, sweep: &JointSweep) -> State<S> {
+    let u0 = Vec3w::load3(simd, &block.u);
+    let (arms, roots) = ([at.arm_a, at.arm_b], [&at.sa, &at.sb]);
     // No loops: what is indexed by one lives in memory, and was copied from there.
     let along = [
-        Row::along(to_a.apply(u0[0]), arms, roots),
-        Row::along(to_a.apply(u0[1]), arms, roots),
-        Row::along(to_a.apply(u0[2]), arms, roots),
+        Row::along(at.to_a.apply(u0[0]), arms, roots),
+        Row::along(at.to_a.apply(u0[1]), arms, roots),
+        Row::along(at.to_a.apply(u0[2]), arms, roots),
     ];
-    let about = [
-        Row::about(to_a.apply(n0[0]), roots),
-        Row::about(to_a.apply(n0[1]), roots),
-        Row::about(to_a.apply(n0[2]), roots),
-    ];
-    let x = [
-        along[0].n.dot(gap),
-        along[1].n.dot(gap),
-        along[2].n.dot(gap),
-        load(simd, &block.angles[0]) + n0[0].dot(turn),
-        load(simd, &block.angles[1]) + n0[1].dot(turn),
-        load(simd, &block.angles[2]) + n0[2].dot(turn),
-    ];
+    let [(n0, x0), (n1, x1), (n2, x2)] =
+        [at.about(simd, block, 0), at.about(simd, block, 1), at.about(simd, block, 2)];
+    let gap = at.gap;
+    let x = [along[0].n.dot(gap), along[1].n.dot(gap), along[2].n.dot(gap), x0, x1, x2];
     let [l0, l1, l2, k0, k1, k2] = &block.locked;
     let locked = [
         load(simd, l0),
@@ -247,31 +288,35 @@ fn read<S: Simd>(
         load(simd, k1),
         load(simd, k2),
     ];
-    let drift = drift + spin_b.cross(rb) - spin_a.cross(arm_a);
     let mut curve = Vec3w::zero(simd);
     if !sweep.is_relax {
         let h = splat(simd, 1.0) / splat(simd, sweep.inv_h);
-        let (wa, wb) = (sa.mul(va.w) + spin_a, sb.mul(vb.w) + spin_b);
-        let slip =
-            vb.v * beta - va.v * alpha + drift + sb.mul(vb.w).cross(rb) - sa.mul(va.w).cross(arm_a);
-        curve = bend(simd, [wa, wb], [arm_a, rb], h) - wa.cross(slip) * h;
+        let [wa, wb] = at.spins();
+        curve = bend(simd, [wa, wb], arms, h) - wa.cross(at.slip()) * h;
     }
     let pair = Pair {
-        alpha,
-        beta,
-        sa,
-        sb,
-        va,
-        vb,
-        drift,
+        alpha: at.alpha,
+        beta: at.beta,
+        sa: at.sa,
+        sb: at.sb,
+        va: at.va,
+        vb: at.vb,
+        drift: at.drift,
         bend: curve,
-        spin: spin_b - spin_a,
-        arm_a,
-        arm_b: rb,
+        spin: at.spin_b - at.spin_a,
+        arm_a: at.arm_a,
+        arm_b: at.arm_b,
         force: Vec3w::zero(simd),
         torque: Vec3w::zero(simd),
     };
-    State { pair, along, about, x, locked }
+    State { pair, along, about: [n0, n1, n2], x, locked }
+}
+
+/// The warm start of a block in the rows of now, and what a sweep gave beside it: linear impulses, and those about
+/// anchor B.
+pub(super) struct Given<S: Simd> {
+    pub(super) old: [Vec3w<S>; 2],
+    pub(super) new: [Vec3w<S>; 2],
 }
 
 /// Solves one block once.
@@ -282,53 +327,27 @@ pub(crate) fn solve<S: Simd>(
     lines: &Rows<'_, Line>,
     sweep: &JointSweep,
 ) {
-    let mut state = read(simd, block, lines, sweep);
-    let (from_a, from_b) = (state.pair.va, state.pair.vb);
+    let at = Placed::read(simd, block, lines, sweep);
+    let given = match (block.is_pinned, block.holds[1]) {
+        (true, true) => pinned::solve::<S, true>(simd, block, &at, sweep),
+        (true, false) => pinned::solve::<S, false>(simd, block, &at, sweep),
+        (false, true) => solve_loose::<S, true>(simd, block, &at, sweep),
+        (false, false) => solve_loose::<S, false>(simd, block, &at, sweep),
+    };
+    let [p, t] = given.old;
+    let [mut force, torque] = given.new;
+    (t + torque).store(&mut block.torque);
+    let mut more_a = at.arm_a.cross(force) + torque;
+    let mut more_b = at.arm_b.cross(force) + torque;
     let carried = Vec3w::load(simd, &block.carried);
-    if !sweep.is_relax {
-        // Where no motion is free the force stays as it is in the world; else each stays along its axis.
-        let [l0, l1, l2, ..] = state.locked;
-        let all = above(l0 * l1 * l2, splat(simd, 0.0));
-        for i in 0..3 {
-            let stays = state.along[i].n.dot(carried);
-            select(all, stays, load(simd, &block.held[i])).store_array(&mut block.held[i]);
-        }
-    }
-    // The warm start, in the rows of now.
-    let (mut p, mut t) = (Vec3w::zero(simd), Vec3w::zero(simd));
-    for i in 0..3 {
-        let (lambda, mu) = (block.pushes(simd, i), block.pushes(simd, i + 3));
-        p = p + state.along[i].n * lambda;
-        t = t + state.about[i].n * mu;
-    }
-    let moment_a = state.pair.arm_a.cross(p) + t;
-    let moment_b = state.pair.arm_b.cross(p) + t;
     let carried_a = Vec3w::load(simd, &block.carried_a);
     let carried_b = Vec3w::load(simd, &block.carried_b);
-    if !sweep.is_relax {
-        let q = &mut state.pair;
-        q.va.v = q.va.v - (p - carried) * q.alpha;
-        q.vb.v = q.vb.v + (p - carried) * q.beta;
-        q.va.w = q.va.w - q.sa.mul(moment_a - carried_a);
-        q.vb.w = q.vb.w + q.sb.mul(moment_b - carried_b);
-    }
-
-    if block.holds[1] {
-        solve_axes::<S, true>(simd, block, &mut state, sweep);
-    } else {
-        solve_axes::<S, false>(simd, block, &mut state, sweep);
-    }
-
-    let q = &state.pair;
-    (t + q.torque).store(&mut block.torque);
-    let mut force = q.force;
-    let mut more_a = q.arm_a.cross(q.force) + q.torque;
-    let mut more_b = q.arm_b.cross(q.force) + q.torque;
     if sweep.is_relax {
         (carried + force).store(&mut block.carried);
         (carried_a + more_a).store(&mut block.carried_a);
         (carried_b + more_b).store(&mut block.carried_b);
     } else {
+        let (moment_a, moment_b) = (at.arm_a.cross(p) + t, at.arm_b.cross(p) + t);
         (p + force).store(&mut block.carried);
         (moment_a + more_a).store(&mut block.carried_a);
         (moment_b + more_b).store(&mut block.carried_b);
@@ -337,10 +356,40 @@ pub(crate) fn solve<S: Simd>(
         more_b = more_b + (moment_b - carried_b);
     }
     // All at once: what an addition rounds off a velocity is done again in every substep that follows.
-    let a = Velocity { v: from_a.v - force * q.alpha, w: from_a.w - q.sa.mul(more_a) };
-    let b = Velocity { v: from_b.v + force * q.beta, w: from_b.w + q.sb.mul(more_b) };
+    let a = Velocity { v: at.va.v - force * at.alpha, w: at.va.w - at.sa.mul(more_a) };
+    let b = Velocity { v: at.vb.v + force * at.beta, w: at.vb.w + at.sb.mul(more_b) };
     store_velocity(simd, lines, &block.row_a, shown(simd, a));
     store_velocity(simd, lines, &block.row_b, shown(simd, b));
+}
+
+/// Joints that leave some motion free, or only spring it. `TURNS`: some joint of the block locks a turn.
+#[inline(always)]
+fn solve_loose<S: Simd, const TURNS: bool>(
+    simd: S,
+    block: &mut SixBlock,
+    at: &Placed<S>,
+    sweep: &JointSweep,
+) -> Given<S> {
+    let mut state = state_of(simd, block, at, sweep);
+    // The warm start, each impulse along its axis.
+    let (mut p, mut t) = (Vec3w::zero(simd), Vec3w::zero(simd));
+    for i in 0..3 {
+        let (lambda, mu) = (block.pushes(simd, i), block.pushes(simd, i + 3));
+        p = p + state.along[i].n * lambda;
+        t = t + state.about[i].n * mu;
+    }
+    if !sweep.is_relax {
+        let q = &mut state.pair;
+        let more = p - Vec3w::load(simd, &block.carried);
+        let more_a = q.arm_a.cross(p) + t - Vec3w::load(simd, &block.carried_a);
+        let more_b = q.arm_b.cross(p) + t - Vec3w::load(simd, &block.carried_b);
+        q.va.v = q.va.v - more * q.alpha;
+        q.vb.v = q.vb.v + more * q.beta;
+        q.va.w = q.va.w - q.sa.mul(more_a);
+        q.vb.w = q.vb.w + q.sb.mul(more_b);
+    }
+    solve_axes::<S, TURNS>(simd, block, &mut state, sweep);
+    Given { old: [p, t], new: [state.pair.force, state.pair.torque] }
 }
 
 /// A velocity without what is so small that it never shows. Where all axes hold, by friction for one, every visit

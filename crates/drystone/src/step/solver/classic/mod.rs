@@ -379,7 +379,8 @@ impl Scratch {
                 coupling.impulse = row.impulse;
             }
             if let (JointLink::Six(six), Some(axes)) = (&mut joint.link, &link.axes) {
-                (six.force, six.torque, six.angles) = (axes.force, axes.torque, axes.angles);
+                six.state.angles = axes.angles;
+                (six.state.force, six.state.torque) = (axes.force, axes.torque);
                 joint.given = [axes.force * n, axes.torque * n];
                 joint.peak = [axes.force.length(), axes.torque.length()];
             }

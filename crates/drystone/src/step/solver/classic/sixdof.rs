@@ -4,7 +4,8 @@
 use super::rows::Mover;
 use crate::base::math::Vec3;
 use crate::state::bodies::Body;
-use crate::state::sixdof::{JointAxis, JointMotion, JointSpring, Six};
+use crate::state::six::Six;
+use crate::state::sixdof::{JointAxis, JointMotion, JointSpring};
 
 /// Part of an error that is removed in a substep.
 const BAUMGARTE: f32 = 0.2;

@@ -1,0 +1,338 @@
+//! Joints of six axes in the tables.
+
+use super::sixdof::{JointAxis, JointMotion, JointSpring, SixDof};
+use crate::base::math::Vec3;
+use crate::base::quat::Quat;
+use crate::base::trig::atan2;
+
+/// Farther than anything is: a limit that is none.
+pub(crate) const FAR: f32 = 1.0e30;
+
+/// Stiffer than a substep can tell from rigid.
+const STIFF: f32 = 1.0e20;
+
+/// Below this sine the direction of a swing is rounding.
+pub(crate) const NO_SWING: f32 = 0.5e-6;
+
+/// Least square of half of what two x axes are together: opposite ones have no twist, and near that it goes round
+/// with no turn to speak of.
+pub(crate) const LEAST_TWIST: f32 = 0.2;
+
+/// A joint of six axes.
+#[derive(Clone, Debug)]
+pub(crate) struct Six {
+    pub(crate) def: SixDof,
+    pub(crate) laws: SixLaws,
+    pub(crate) state: SixState,
+}
+
+/// What a joint of six axes keeps from step to step, written by the solver; packed as rows of four numbers.
+#[derive(Clone, Copy, Debug, Default, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(C)]
+pub(crate) struct SixState {
+    /// Impulse of a substep of each axis: what holds or drives it, its friction, its limit [N s; N m s].
+    pub(crate) held: [f32; 6],
+    pub(crate) friction: [f32; 6],
+    pub(crate) limit: [f32; 6],
+    /// Coordinates of the angles when last solved [rad].
+    pub(crate) angles: [f32; 3],
+    /// Impulses of a substep on body B at its anchor [N s; N m s, world].
+    pub(crate) force: Vec3,
+    pub(crate) torque: Vec3,
+    rest: f32,
+}
+
+impl SixState {
+    /// Of no joint.
+    pub(crate) const IDLE: Self = Self {
+        held: [0.0; 6],
+        friction: [0.0; 6],
+        limit: [0.0; 6],
+        angles: [0.0; 3],
+        force: Vec3::ZERO,
+        torque: Vec3::ZERO,
+        rest: 0.0,
+    };
+
+    pub(crate) fn scale_impulses(&mut self, factor: f32) {
+        let Self { held, friction, limit, force, torque, .. } = self;
+        for impulse in [held, friction, limit].into_iter().flatten() {
+            *impulse *= factor;
+        }
+        (*force, *torque) = (*force * factor, *torque * factor);
+    }
+}
+
+/// Which turns a joint allows, and by that how they are told.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Turning {
+    /// None.
+    Still,
+    /// About this axis.
+    Hinge(usize),
+    /// About all but this axis.
+    Universal(usize),
+    /// A twist about x and a swing.
+    Swing,
+}
+
+impl SixDof {
+    pub(crate) fn turning(&self) -> Turning {
+        let is_held = |i: usize| self.angular[i].motion == JointMotion::Locked;
+        if self.cone.is_some() {
+            return Turning::Swing;
+        }
+        match [0, 1, 2].map(is_held) {
+            [true, true, true] => Turning::Still,
+            [false, true, true] => Turning::Hinge(0),
+            [true, false, true] => Turning::Hinge(1),
+            [true, true, false] => Turning::Hinge(2),
+            [true, false, false] => Turning::Universal(0),
+            [false, true, false] => Turning::Universal(1),
+            [false, false, true] => Turning::Universal(2),
+            [false, false, false] => Turning::Swing,
+        }
+    }
+}
+
+/// What the solver asks of a joint's definition, as rows of four numbers.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct SixLaws {
+    pub(crate) axes: [AxisLaw; 6],
+    /// Greatest swings about y and z, 1 where they are limited together, 0.
+    pub(crate) cone: [f32; 4],
+    /// 1 at the axis of a hinge, or at that which a universal joint does not turn about; and what of those it is:
+    /// see [`SixLaws::HINGE`].
+    pub(crate) turning: [f32; 4],
+    pub(crate) flags: Flags,
+}
+
+/// What is true of some axis of one or several joints: a bit for each axis.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Flags {
+    /// Something acts on it; a drive does; a limit; one that is a spring.
+    pub(crate) acts: u8,
+    pub(crate) drives: u8,
+    pub(crate) limits: u8,
+    pub(crate) yields: u8,
+    /// Bits of [`SixLaws::turning`]'s last numbers, and whether there are cones.
+    pub(crate) turnings: u8,
+    pub(crate) cones: bool,
+}
+
+impl core::ops::BitOrAssign for Flags {
+    fn bitor_assign(&mut self, o: Self) {
+        self.acts |= o.acts;
+        self.drives |= o.drives;
+        self.limits |= o.limits;
+        self.yields |= o.yields;
+        self.turnings |= o.turnings;
+        self.cones |= o.cones;
+    }
+}
+
+/// What acts on an axis.
+///
+/// 0. 1 where it is held, the place where it is, 1 where its impulses carry on, its friction [N; N m];
+/// 1. least and greatest coordinate, 1 where these are as hard as the joint, greatest force of its drive [N; N m];
+/// 2. of the drive stiffness and damping, 1 where these count per mass, and the place that it pulls to;
+/// 3. the same three of the limit, and the drive's speed.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct AxisLaw(pub(crate) [[f32; 4]; 4]);
+
+impl AxisLaw {
+    fn new(axis: &JointAxis) -> Self {
+        let held = axis.held();
+        let carries = held.is_some() || axis.is_scalar();
+        let one = |yes: bool| if yes { 1.0 } else { 0.0 };
+        let hold = [one(held.is_some()), held.unwrap_or(0.0), one(carries), axis.friction];
+        let (low, high, spring) = match axis.motion {
+            JointMotion::Limited { min, max, spring } => (min.max(-FAR), max.min(FAR), spring),
+            JointMotion::Free | JointMotion::Locked => (-FAR, FAR, None),
+        };
+        let numbers = |spring: Option<JointSpring>, last: f32| {
+            let spring = spring.unwrap_or(JointSpring::new(0.0, 0.0));
+            // An infinite damping is a motor.
+            let (stiffness, damping) = (spring.stiffness.min(STIFF), spring.damping.min(STIFF));
+            [stiffness, damping, one(spring.per_mass), last]
+        };
+        let drive = axis.drive;
+        Self([
+            hold,
+            [low, high, one(spring.is_none()), drive.map_or(0.0, |d| d.max_force)],
+            numbers(drive.map(|d| d.spring), drive.map_or(0.0, |d| d.position)),
+            numbers(spring, drive.map_or(0.0, |d| d.velocity)),
+        ])
+    }
+}
+
+impl SixLaws {
+    /// Of no joint.
+    pub(crate) const IDLE: Self = Self {
+        axes: [AxisLaw([[0.0; 4]; 4]); 6],
+        cone: [1.0, 1.0, 0.0, 0.0],
+        turning: [0.0; 4],
+        flags: Flags { acts: 0, drives: 0, limits: 0, yields: 0, turnings: 0, cones: false },
+    };
+
+    /// Last number of [`Self::turning`], and its bit in [`Flags::turnings`].
+    pub(crate) const HINGE: u8 = 1;
+    pub(crate) const UNIVERSAL: u8 = 2;
+    pub(crate) const SWING: u8 = 4;
+
+    pub(crate) fn new(def: &SixDof) -> Self {
+        // The swing goes along y for now: places and the cone's width follow it.
+        let acting = def.acting([1.0, 0.0]);
+        let mut laws = Self { axes: acting.each_ref().map(AxisLaw::new), ..Self::IDLE };
+        for (i, axis) in acting.iter().enumerate().filter(|(_, axis)| axis.held().is_none()) {
+            let bit = |yes: bool| if yes { 1 << i } else { 0 };
+            laws.flags.acts |= bit(axis.is_scalar());
+            laws.flags.drives |= bit(axis.drive.is_some());
+            if let JointMotion::Limited { spring, .. } = axis.motion {
+                laws.flags.limits |= bit(true);
+                laws.flags.yields |= bit(spring.is_some());
+            }
+        }
+        if let Some(cone) = &def.cone {
+            laws.cone = [cone.swing[0], cone.swing[1], 1.0, 0.0];
+            laws.flags.cones = true;
+        }
+        let (axis, kind) = match def.turning() {
+            Turning::Still => (3, 0),
+            Turning::Hinge(axis) => (axis, Self::HINGE),
+            Turning::Universal(axis) => (axis, Self::UNIVERSAL),
+            Turning::Swing => (3, Self::SWING),
+        };
+        laws.turning[axis] = 1.0;
+        laws.turning[3] = f32::from(kind);
+        laws.flags.turnings = kind;
+        laws
+    }
+}
+
+impl Six {
+    pub(crate) fn new(def: SixDof) -> Self {
+        let (frame_a, frame_b) = (def.frame_a.normalized(), def.frame_b.normalized());
+        let def = SixDof { frame_a, frame_b, ..def };
+        Self { def, laws: SixLaws::new(&def), state: SixState::default() }
+    }
+
+    /// The same joint with other axes.
+    pub(crate) fn set(&mut self, def: SixDof) {
+        *self = Self { state: self.state, ..Self::new(def) };
+    }
+
+    /// The turns between bodies with these rotations.
+    pub(crate) fn turns(&self, a: Quat, b: Quat) -> Turns {
+        self.def.turns(a * self.def.frame_a, b * self.def.frame_b, self.state.angles)
+    }
+}
+
+/// Axes about which the bodies turn, and how far they are from no turn.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Turns {
+    /// World; what the angles' rates are of the relative angular velocity.
+    pub(crate) rows: [Vec3; 3],
+    pub(crate) angles: [f32; 3],
+    /// With a cone, y and z of the swing's direction; its rows are along that and across.
+    pub(crate) swing: [f32; 2],
+}
+
+impl SixDof {
+    /// What the angles are, and their rows, with the joint's frames turned so. Angles of a single free axis
+    /// count on from `last`. (Of eight joints at a time: step/solver/turns.rs.)
+    pub(crate) fn turns(&self, frame_a: Quat, frame_b: Quat, last: [f32; 3]) -> Turns {
+        let (a, b) = (frame_a.to_mat3(), frame_b.to_mat3());
+        let (a, b) = ([a.x, a.y, a.z], [b.x, b.y, b.z]);
+        let q = frame_a.conjugate() * frame_b;
+        let q = if q.w < 0.0 { Quat::new(-q.x, -q.y, -q.z, -q.w) } else { q };
+        let swing = [1.0, 0.0];
+        match self.turning() {
+            Turning::Still => Turns { rows: a, angles: [2.0 * q.x, 2.0 * q.y, 2.0 * q.z], swing },
+            Turning::Hinge(i) => {
+                let off = a[i].cross(b[i]);
+                let mut angles = [off.dot(a[0]), off.dot(a[1]), off.dot(a[2])];
+                let turn = 2.0 * core::f32::consts::PI;
+                let angle = 2.0 * atan2([q.x, q.y, q.z][i], q.w);
+                angles[i] = angle + turn * ((last[i] - angle) / turn).round();
+                Turns { rows: a, angles, swing }
+            }
+            Turning::Universal(k) => {
+                let (i, j) = [(1, 2), (0, 2), (0, 1)][k];
+                // i × j is k or its opposite.
+                let sign = if k == 1 { -1.0 } else { 1.0 };
+                let (mut rows, mut angles) = (a, [0.0; 3]);
+                rows[j] = b[j];
+                rows[k] = a[i].cross(b[j]).normalize_or(a[k]) * sign;
+                angles[k] = -sign * a[i].dot(b[j]);
+                angles[i] = atan2(sign * b[j].dot(a[k]), b[j].dot(a[j]));
+                angles[j] = atan2(sign * a[i].dot(b[k]), a[i].dot(b[i]));
+                Turns { rows, angles, swing }
+            }
+            Turning::Swing => {
+                // q is a swing after a twist: half the twist has the cosine w / r and the sine x / r.
+                let r = (q.w * q.w + q.x * q.x).sqrt();
+                let (c, s) = if r > 0.0 { (q.w / r, q.x / r) } else { (1.0, 0.0) };
+                let (y, z) = (q.y * c - q.z * s, q.y * s + q.z * c);
+                let sine = (y * y + z * z).sqrt();
+                let (twist, size) = (2.0 * atan2(q.x, q.w), 2.0 * atan2(sine, r));
+                let middle = a[0] + b[0];
+                let close = 0.5 * middle.length_squared();
+                let row = middle * (1.0 / close.max(LEAST_TWIST));
+                let [y, z] = if sine > NO_SWING { [y / sine, z / sine] } else { [1.0, 0.0] };
+                if self.cone.is_none() {
+                    let angles = [twist, y * size, z * size];
+                    return Turns { rows: [row, a[1], a[2]], angles, swing };
+                }
+                let rows = [row, a[1] * y + a[2] * z, a[2] * y - a[1] * z];
+                Turns { rows, angles: [twist, size, 0.0], swing: [y, z] }
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Quat, Vec3};
+    use crate::state::sixdof::{JointAxis, SixDof};
+
+    /// Rates of the angles by differences against what the rows say.
+    fn rates_agree(def: &SixDof, at: Quat, ways: &[Vec3], tolerance: f32) {
+        let a = Quat::from_axis_angle([1.0, 2.0, -1.0], 0.7);
+        let b = a * at;
+        let here = def.turns(a, b, [0.0; 3]);
+        for way in ways {
+            let step = 2.0e-3;
+            let way = a.rotate(*way);
+            let there = def.turns(a, b.turned_by(way * step), [0.0; 3]);
+            let before = def.turns(a, b.turned_by(way * -step), [0.0; 3]);
+            for i in 0..3 {
+                let rate = (there.angles[i] - before.angles[i]) / (2.0 * step);
+                let said = here.rows[i].dot(way);
+                assert!((rate - said).abs() < tolerance, "{i} of {at:?}: {rate} {said}");
+            }
+        }
+    }
+
+    #[test]
+    fn rows_are_the_rates_of_the_angles() {
+        let all = [Vec3::X, Vec3::Y, Vec3::Z];
+        // Differences of f32 angles: 2 · 6e-8 · 3 / 4e-3 = 1e-4.
+        rates_agree(&SixDof::FIXED, Quat::IDENTITY, &all, 1.0e-3);
+        for angle in [-2.0, 0.0, 0.4, 3.0] {
+            let hinge = SixDof::hinge(JointAxis::FREE);
+            rates_agree(&hinge, Quat::from_axis_angle(Vec3::X, angle), &all, 1.0e-3);
+            for k in 0..3 {
+                let mut angular = [JointAxis::FREE; 3];
+                angular[k] = JointAxis::LOCKED;
+                let universal = SixDof { angular, ..SixDof::FIXED };
+                let (i, j) = [(1, 2), (0, 2), (0, 1)][k];
+                let first = Quat::from_axis_angle(all[i], angle);
+                let at = first * Quat::from_axis_angle(all[j], 0.3);
+                rates_agree(&universal, at, &[all[i], at.rotate(all[j])], 1.0e-3);
+            }
+        }
+        let ball = SixDof { angular: [JointAxis::FREE; 3], ..SixDof::FIXED };
+        rates_agree(&ball, Quat::from_axis_angle(Vec3::X, 0.8), &[Vec3::X], 1.0e-3);
+    }
+}
