@@ -55,7 +55,8 @@ impl Solver<'_> {
     fn pack_joints<S: Simd>(&self, simd: S, i: usize, batch: &Batch) {
         let owners = &self.plan.joints.owners[i];
         let block = self.joints.row(i);
-        let (raw, impulses) = self.read_joints(owners, block);
+        let (mut raw, mut impulses) = (Raw::default(), [[0.0; 4]; LANES]);
+        self.read_joints(owners, block, &mut raw, &mut impulses);
         let (ra, rb) = (raw.arm(simd, 0), raw.arm(simd, 1));
         let impulse = Vec3w::of_rows(simd, &impulses);
         let gap = raw.between(simd) + (rb - ra);
@@ -96,13 +97,14 @@ impl Solver<'_> {
         if row == NONE { None } else { self.joint_slots.read(row as usize).as_ref() }
     }
 
-    /// What a block's joints and their bodies have, the impulses, and the lines of the bodies; lanes without a joint are all 0.
+    /// Reads what a block's joints and their bodies have, the impulses, and the lines of the bodies; lanes without a joint stay 0.
     fn read_joints(
         &self,
         owners: &[u32; LANES],
         block: &mut JointBlock,
-    ) -> (Raw, [[f32; 4]; LANES]) {
-        let (mut raw, mut impulses) = (Raw::default(), [[0.0; 4]; LANES]);
+        raw: &mut Raw,
+        impulses: &mut [[f32; 4]; LANES],
+    ) {
         for (lane, row) in owners.iter().enumerate() {
             let lines = if let Some(joint) = self.joint(*row) {
                 let rows = [joint.body_a, joint.body_b];
@@ -115,7 +117,6 @@ impl Solver<'_> {
             };
             [block.row_a[lane], block.row_b[lane]] = lines;
         }
-        (raw, impulses)
     }
 
     /// How fast kinematic bodies move the anchors apart.
