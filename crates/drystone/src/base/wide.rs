@@ -334,6 +334,16 @@ impl<S: Simd> Sym3w<S> {
         }
     }
 
+    /// True if each is a multiple of the identity.
+    #[inline(always)]
+    pub(crate) fn is_round(&self, simd: S) -> bool {
+        let zero = splat(simd, 0.0);
+        let most = max(max(self.xx, self.yy), self.zz);
+        let least = min(min(self.xx, self.yy), self.zz);
+        let off = max(max(self.xy.abs(), self.xz.abs()), self.yz.abs());
+        !above(max(most - least, off), zero).any_true()
+    }
+
     /// The solution of `self x = v`; zero where the matrix is singular.
     #[inline(always)]
     pub(crate) fn solve(self, simd: S, v: Vec3w<S>) -> Vec3w<S> {

@@ -39,6 +39,7 @@ pub(crate) struct SixState {
     /// Impulses of a substep on body B at its anchor [N s; N m s, world].
     pub(crate) force: Vec3,
     pub(crate) torque: Vec3,
+    /// Makes the last row whole.
     rest: f32,
 }
 

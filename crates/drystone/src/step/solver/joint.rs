@@ -14,6 +14,7 @@
 use fearless_simd::{Simd, SimdBase};
 
 use super::held::{Turn, push};
+use super::root::{Root, RootRows};
 use super::rows::{JointBlock, Line, Velocity, load_motion, load_velocity, store_velocity};
 use super::softness::Softness;
 use crate::base::disjoint::Rows;
@@ -51,11 +52,11 @@ impl JointSweep {
 }
 
 /// Arms, gap and velocities of eight joints now.
-struct State<S: Simd> {
+struct State<S: Simd, R: Root<S>> {
     alpha: Wide<S>,
     beta: Wide<S>,
-    sa: Sym3w<S>,
-    sb: Sym3w<S>,
+    sa: R,
+    sb: R,
     ra: Vec3w<S>,
     rb: Vec3w<S>,
     gap: Vec3w<S>,
@@ -82,15 +83,15 @@ pub(super) fn bend<S: Simd>(
 }
 
 #[inline(always)]
-fn read<S: Simd>(
+fn read<S: Simd, R: Root<S>>(
     simd: S,
     block: &JointBlock,
     fixed: bool,
     lines: &Rows<'_, Line>,
     sweep: &JointSweep,
-) -> State<S> {
+) -> State<S, R> {
     let (alpha, beta) = (load(simd, &block.alpha), load(simd, &block.beta));
-    let (sa, sb) = (Sym3w::load(simd, &block.s_a), Sym3w::load(simd, &block.s_b));
+    let (sa, sb) = (R::load(simd, &block.s_a), R::load(simd, &block.s_b));
     let (va, xa) = sweep.read(simd, lines, &block.row_a);
     let (vb, xb) = sweep.read(simd, lines, &block.row_b);
     let (r0a, r0b) = (Vec3w::load(simd, &block.r_a), Vec3w::load(simd, &block.r_b));
@@ -107,7 +108,7 @@ fn read<S: Simd>(
     State { alpha, beta, sa, sb, ra, rb, gap, drift, va, vb }
 }
 
-impl<S: Simd> State<S> {
+impl<S: Simd, R: Root<S>> State<S, R> {
     /// Speed of anchor B against anchor A.
     #[inline(always)]
     fn slip(&self) -> Vec3w<S> {
@@ -153,28 +154,6 @@ impl<S: Simd> State<S> {
     }
 }
 
-/// The rows S (r × x), S (r × y), S (r × z) along the world's axes; r × x = (0, z, -y), and so on.
-#[inline(always)]
-pub(super) fn axes<S: Simd>(s: Sym3w<S>, r: Vec3w<S>) -> [Vec3w<S>; 3] {
-    [
-        Vec3w {
-            x: s.xy * r.z - s.xz * r.y,
-            y: s.yy * r.z - s.yz * r.y,
-            z: s.yz * r.z - s.zz * r.y,
-        },
-        Vec3w {
-            x: s.xz * r.x - s.xx * r.z,
-            y: s.yz * r.x - s.xy * r.z,
-            z: s.zz * r.x - s.xz * r.z,
-        },
-        Vec3w {
-            x: s.xx * r.y - s.xy * r.x,
-            y: s.xy * r.y - s.yy * r.x,
-            z: s.xz * r.y - s.yz * r.x,
-        },
-    ]
-}
-
 /// A wide gap closes faster than others may: by half in a tenth of a second [1/s].
 pub(super) const FASTER: f32 = 7.0;
 
@@ -189,37 +168,27 @@ fn closing<S: Simd>(simd: S, gap: Wide<S>, rate: Wide<S>) -> Wide<S> {
 
 /// Solves one block of balls once.
 #[inline(always)]
-pub(crate) fn solve_ball<S: Simd>(
+pub(crate) fn solve_ball<S: Simd, R: Root<S>>(
     simd: S,
     block: &mut JointBlock,
     fixed: bool,
     lines: &Rows<'_, Line>,
     sweep: &JointSweep,
 ) {
-    let mut q = read(simd, block, fixed, lines, sweep);
+    let mut q = read::<S, R>(simd, block, fixed, lines, sweep);
     let old = Vec3w::load(simd, &block.impulse);
     if !sweep.is_relax {
         // Its linear part is as it was: the bodies carry it.
         q.turn_moments(simd, block, old);
     }
     let bend = q.bend(simd, sweep).0;
-    let (a, b) = (axes(q.sa, q.ra), axes(q.sb, q.rb));
+    let (a, b) = (q.sa.rows(q.ra), q.sb.rows(q.rb));
     let linear = q.alpha * q.alpha + q.beta * q.beta;
-    let k = Sym3w {
-        xx: linear + a[0].dot(a[0]) + b[0].dot(b[0]),
-        yy: linear + a[1].dot(a[1]) + b[1].dot(b[1]),
-        zz: linear + a[2].dot(a[2]) + b[2].dot(b[2]),
-        xy: a[0].dot(a[1]) + b[0].dot(b[1]),
-        xz: a[0].dot(a[2]) + b[0].dot(b[2]),
-        yz: a[1].dot(a[2]) + b[1].dot(b[2]),
-    };
-    let speed = q.vb.v * q.beta - q.va.v * q.alpha
-        + (q.drift + bend)
-        + Vec3w {
-            x: b[0].dot(q.vb.w) - a[0].dot(q.va.w),
-            y: b[1].dot(q.vb.w) - a[1].dot(q.va.w),
-            z: b[2].dot(q.vb.w) - a[2].dot(q.va.w),
-        };
+    let zero = splat(simd, 0.0);
+    let k = Sym3w { xx: linear, yy: linear, zz: linear, xy: zero, xz: zero, yz: zero };
+    let k = b.add_products(a.add_products(k));
+    let speed =
+        q.vb.v * q.beta - q.va.v * q.alpha + (q.drift + bend) + (b.dot(q.vb.w) - a.dot(q.va.w));
     let rate = splat(simd, sweep.softness.rate);
     let bias = Vec3w {
         x: closing(simd, q.gap.x, rate),
@@ -236,8 +205,8 @@ pub(crate) fn solve_ball<S: Simd>(
     }
     q.va.v = q.va.v - d * q.alpha;
     q.vb.v = q.vb.v + d * q.beta;
-    q.va.w = q.va.w - a[0] * d.x - a[1] * d.y - a[2] * d.z;
-    q.vb.w = q.vb.w + b[0] * d.x + b[1] * d.y + b[2] * d.z;
+    q.va.w = a.take(q.va.w, d);
+    q.vb.w = b.add(q.vb.w, d);
     store_velocity(simd, lines, &block.row_a, q.va);
     store_velocity(simd, lines, &block.row_b, q.vb);
 }
@@ -251,7 +220,7 @@ pub(crate) fn solve_distance<S: Simd>(
     lines: &Rows<'_, Line>,
     sweep: &JointSweep,
 ) {
-    let mut q = read(simd, block, fixed, lines, sweep);
+    let mut q = read::<S, Sym3w<S>>(simd, block, fixed, lines, sweep);
     let (zero, one) = (splat(simd, 0.0), splat(simd, 1.0));
     let length = sqrt(q.gap.dot(q.gap));
     let apart = above(length, splat(simd, 1.0e-9));

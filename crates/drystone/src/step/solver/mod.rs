@@ -25,6 +25,7 @@ mod pack_extra;
 mod pack_joint;
 mod pack_sixdof;
 mod pinned;
+mod root;
 mod plan;
 mod rooms;
 mod rounds;

@@ -6,12 +6,13 @@ use super::Solver;
 use super::integrate::four;
 use super::joint::{self, JointSweep};
 use super::plan::{Batch, DISTANCE, Group};
+use super::root::Roundw;
 use super::rounds::BodyState;
 use super::rows::{JointBlock, Whitening, load_velocity, read_lanes, store_velocity};
 use super::softness::Softness;
 use crate::base::jobs::{Executor, for_ranges, grain};
 use crate::base::math::{Vec3, vec3};
-use crate::base::wide::{LANES, Vec3w, at, put};
+use crate::base::wide::{LANES, Sym3w, Vec3w, at, put};
 use crate::base::wide_quat::Quatw;
 use crate::state::bodies::NONE;
 use crate::state::joints::{Joint, Link};
@@ -39,10 +40,13 @@ impl Solver<'_> {
                     for i in batch.blocks.start + part.start..batch.blocks.start + part.end {
                         let block = self.joints.row(i);
                         self.joints.prefetch(i + 1, JointBlock::CACHE_LINES);
+                        let (fixed, lines) = (batch.fixed, &self.lines);
                         if batch.class == DISTANCE {
-                            joint::solve_distance(simd, block, batch.fixed, &self.lines, sweep);
+                            joint::solve_distance(simd, block, fixed, lines, sweep);
+                        } else if block.is_round.0 {
+                            joint::solve_ball::<_, Roundw<_>>(simd, block, fixed, lines, sweep);
                         } else {
-                            joint::solve_ball(simd, block, batch.fixed, &self.lines, sweep);
+                            joint::solve_ball::<_, Sym3w<_>>(simd, block, fixed, lines, sweep);
                         }
                     }
                 });
@@ -70,6 +74,7 @@ impl Solver<'_> {
         beta.store_array(&mut block.beta);
         sa.store(&mut block.s_a);
         sb.store(&mut block.s_b);
+        block.is_round.0 = sa.is_round(simd) && sb.is_round(simd);
         if batch.fixed {
             self.fill_drift(owners, block);
         }

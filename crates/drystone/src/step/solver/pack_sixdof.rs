@@ -30,7 +30,7 @@ const UNTURNED: [f32; 4] = [0.0, 0.0, 0.0, 1.0];
 const ROWS: usize = size_of::<SixState>() / size_of::<[f32; 4]>();
 
 /// Eight joints as they lie in the tables.
-struct Joints<'a> {
+struct Gathered<'a> {
     raw: Raw,
     laws: [&'a SixLaws; LANES],
     states: [&'a SixState; LANES],
@@ -130,8 +130,8 @@ impl Solver<'_> {
 
     /// What a block's joints and their bodies have, and the lines of these; lanes without a joint have none.
     #[inline(always)]
-    fn read_sixdofs(&self, owners: &[u32; LANES], block: &mut SixBlock) -> Joints<'_> {
-        let mut joints = Joints {
+    fn read_sixdofs(&self, owners: &[u32; LANES], block: &mut SixBlock) -> Gathered<'_> {
+        let mut joints = Gathered {
             raw: Raw::default(),
             laws: [&IDLE.0; LANES],
             states: [&IDLE.1; LANES],
@@ -228,7 +228,7 @@ impl Solver<'_> {
     }
 }
 
-impl Joints<'_> {
+impl Gathered<'_> {
     #[inline(always)]
     fn put_velocities<S: Simd>(&self, simd: S, block: &mut SixBlock) {
         Vec3w::of_rows(simd, &self.pulls).store(&mut block.pull);

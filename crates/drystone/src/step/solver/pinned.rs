@@ -10,7 +10,8 @@
 use fearless_simd::{Simd, SimdBase};
 
 use super::held::{Row, couplings, inverse, less, matrix, push};
-use super::joint::{JointSweep, axes, bend};
+use super::joint::{JointSweep, bend};
+use super::root::axes;
 use super::sixdof::{Felt, Given, Placed, SixBlock, act};
 use crate::base::wide::{Sym3w, Vec3w, Wide, above, load, max, min, select, splat};
 

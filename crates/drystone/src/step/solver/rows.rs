@@ -223,6 +223,11 @@ pub(crate) struct Extra {
     pub(crate) rolling_impulse: [Lanes; 3],
 }
 
+/// Something small on a cache line of its own.
+#[derive(Clone, Copy, Debug, Default)]
+#[repr(C, align(64))]
+pub(crate) struct OnLine<T>(pub(crate) T);
+
 /// Eight joints, balls or distances. As in [`ContactBlock`], lanes do not straddle cache lines.
 #[derive(Clone, Debug, Default)]
 #[repr(C, align(64))]
@@ -231,6 +236,8 @@ pub(crate) struct JointBlock {
     pub(crate) row_b: [u32; LANES],
     pub(crate) alpha: Lanes,
     pub(crate) beta: Lanes,
+    /// The inertia of all its bodies is the same about every axis.
+    pub(crate) is_round: OnLine<bool>,
     pub(crate) s_a: [Lanes; 6],
     pub(crate) s_b: [Lanes; 6],
     /// Arms at the step's start.
@@ -253,5 +260,5 @@ pub(crate) struct JointBlock {
 
 impl JointBlock {
     /// How much of a block a sweep over balls between bodies that can be pushed reads.
-    pub(crate) const CACHE_LINES: usize = 17;
+    pub(crate) const CACHE_LINES: usize = 18;
 }
