@@ -141,7 +141,9 @@ impl Vec3 {
     #[must_use]
     #[inline]
     pub fn is_finite(self) -> bool {
-        self.x.is_finite() && self.y.is_finite() && self.z.is_finite()
+        // What is infinite or NaN is NaN times 0.
+        let Self { x, y, z } = self * 0.0;
+        x + y + z == 0.0
     }
 
     /// A unit vector at right angles to this unit vector; depends on it alone, so that the tangents

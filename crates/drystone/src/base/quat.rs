@@ -176,7 +176,8 @@ impl Quat {
     /// True if no component is infinite or NaN.
     #[must_use]
     pub fn is_finite(self) -> bool {
-        self.x.is_finite() && self.y.is_finite() && self.z.is_finite() && self.w.is_finite()
+        // What is infinite or NaN is NaN times 0.
+        (self.x * 0.0 + self.y * 0.0) + (self.z * 0.0 + self.w * 0.0) == 0.0
     }
 
     /// The components `[x, y, z, w]`.

@@ -242,6 +242,7 @@ fn move_body(ctx: &StepContext, body: &mut Body, row: u32, lines: &solver::Scrat
 }
 
 /// Looks at where a body came to; false if its state became non-finite.
+#[inline(always)]
 fn arrive(
     body: &mut Body,
     row: u32,

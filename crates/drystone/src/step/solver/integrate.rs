@@ -134,13 +134,14 @@ pub(super) fn roots_of_inertia(body: &Body, rotation: Quat) -> (Sym3, Sym3) {
         return (locked_root(body, rotation, true), locked_root(body, rotation, false));
     }
     let m = body.moments;
-    let root = vec3(m.x.sqrt(), m.y.sqrt(), m.z.sqrt());
     let each = |r: f32| if r > 0.0 { 1.0 / r } else { 0.0 };
     if m.min_element() >= m.max_element() {
         // A ball's inertia, and a cube's, is the same about every axis.
         let round = |r: f32| Sym3::diagonal(vec3(r, r, r));
-        return (round(each(root.x)), round(root.x));
+        let root = m.x.sqrt();
+        return (round(each(root)), round(root));
     }
+    let root = vec3(m.x.sqrt(), m.y.sqrt(), m.z.sqrt());
     let inverse = vec3(each(root.x), each(root.y), each(root.z));
     let rotation = rotation * body.principal;
     (Sym3::rotated_diagonal(rotation, inverse), Sym3::rotated_diagonal(rotation, root))
@@ -196,6 +197,7 @@ pub(super) fn unwhitened(v: Vec3, line: &Line, alpha: f32) -> Vec3 {
 }
 
 /// A dynamic body as a line, from this motion on: with `factor` times its inertia under the same forces.
+#[inline(always)]
 pub(super) fn whiten(
     ctx: &StepContext,
     body: &Body,
@@ -269,6 +271,7 @@ pub(crate) fn positions(line: &mut Line, h: f32) {
 }
 
 /// Writes a line back into its body.
+#[inline(always)]
 pub(crate) fn unwhiten(
     ctx: &StepContext,
     line: &Line,

@@ -24,6 +24,7 @@ impl Solver<'_> {
             for_ranges(jobs, n, grain(jobs, n, 8), |part| {
                 dispatch!(self.ctx.level, simd => {
                     for i in batch.blocks.start + part.start..batch.blocks.start + part.end {
+                        self.prefetch_joints(i + 1);
                         self.pack_joints(simd, i, batch);
                     }
                 });
@@ -96,6 +97,16 @@ impl Solver<'_> {
         store_velocity(simd, &self.lines, &block.row_b, b);
     }
 
+    /// Asks for the joints of a block, if there is such a block.
+    #[inline(always)]
+    fn prefetch_joints(&self, block: usize) {
+        for &owner in self.plan.joints.owners.get(block).into_iter().flatten() {
+            if owner != NONE {
+                self.joint_slots.prefetch(owner as usize, size_of::<Joint>() / 64);
+            }
+        }
+    }
+
     /// The joint of a lane: of a row or of [`NONE`].
     #[inline(always)]
     pub(super) fn joint(&self, row: u32) -> Option<&Joint> {
@@ -112,11 +123,10 @@ impl Solver<'_> {
     ) {
         for (lane, row) in owners.iter().enumerate() {
             let lines = if let Some(joint) = self.joint(*row) {
-                let rows = [joint.body_a, joint.body_b];
-                let bodies = rows.map(|row| self.at_start(row));
-                raw.put(lane, joint, bodies);
+                raw.put(0, lane, joint.anchor_a, &self.at_start(joint.body_a));
+                raw.put(1, lane, joint.anchor_b, &self.at_start(joint.body_b));
                 impulses[lane] = four(joint.impulse * self.ctx.impulse_scale);
-                [self.line_of[rows[0] as usize], self.line_of[rows[1] as usize]]
+                [self.line_of[joint.body_a as usize], self.line_of[joint.body_b as usize]]
             } else {
                 [0; 2]
             };
@@ -185,12 +195,10 @@ pub(super) struct Raw {
 
 impl Raw {
     #[inline(always)]
-    pub(super) fn put(&mut self, lane: usize, joint: &Joint, [a, b]: [BodyState; 2]) {
-        (self.centers[0][lane], self.centers[1][lane]) = (four(a.center), four(b.center));
-        self.turns[0][lane] = bytemuck::cast(a.rotation);
-        self.turns[1][lane] = bytemuck::cast(b.rotation);
-        self.anchors[0][lane] = four(joint.anchor_a);
-        self.anchors[1][lane] = four(joint.anchor_b);
+    pub(super) fn put(&mut self, side: usize, lane: usize, anchor: Vec3, body: &BodyState) {
+        self.centers[side][lane] = four(body.center);
+        self.turns[side][lane] = bytemuck::cast(body.rotation);
+        self.anchors[side][lane] = four(anchor);
     }
 
     /// From the centers of bodies A (`side` 0) or B (1) to the anchors [m, world].

@@ -150,9 +150,9 @@ impl Solver<'_> {
                 joints.frames[0][lane] = bytemuck::cast_ref(&six.def.frame_a);
                 joints.frames[1][lane] = bytemuck::cast_ref(&six.def.frame_b);
                 joints.flags |= six.laws.flags;
-                let rows = [joint.body_a, joint.body_b];
-                joints.raw.put(lane, joint, rows.map(|row| self.at_start(row)));
-                let lines = rows.map(|row| self.line_of[row as usize]);
+                joints.raw.put(0, lane, joint.anchor_a, &self.at_start(joint.body_a));
+                joints.raw.put(1, lane, joint.anchor_b, &self.at_start(joint.body_b));
+                let lines = [joint.body_a, joint.body_b].map(|row| self.line_of[row as usize]);
                 [block.row_a[lane], block.row_b[lane]] = lines;
                 let [pull_a, pull_b] = lines.map(|line| self.pulled(line));
                 joints.pulls[lane] = four(pull_b - pull_a);

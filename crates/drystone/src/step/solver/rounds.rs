@@ -30,6 +30,7 @@ impl BodyState {
     }
 
     /// What a line that was begun here made of it.
+    #[inline(always)]
     pub(super) fn after(&self, line: &Line, whitening: &Whitening) -> Self {
         let (alpha, s) = (whitening.alpha(), whitening.s());
         Self {
