@@ -9,6 +9,7 @@ mod family;
 mod known;
 mod lab;
 mod numeric;
+mod published;
 mod row;
 mod setup;
 mod sweep;

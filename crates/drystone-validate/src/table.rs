@@ -5,6 +5,7 @@ use core::fmt::Write as _;
 use serde::{Deserialize, Serialize};
 
 use crate::lab::Lab;
+use crate::published;
 use crate::row::{Row, Skipped, Unit};
 use crate::test::{FAMILIES, Family, WAITING};
 
@@ -142,6 +143,7 @@ impl Table {
         for family in FAMILIES {
             self.family(family, &mut text);
         }
+        text.push_str(&published::section(&self.rows));
         if !self.skipped.is_empty() {
             text.push_str("\n## Did not run\n\n");
             for skipped in &self.skipped {
@@ -194,8 +196,8 @@ the gate `cargo xtask ci validate` runs the short ones.
 
 *Must* is what the engine promises, *great* what it aims at. Rows with **fail** are known defects. `drystone
 validate --only A16` runs one test; [convergence.md](convergence.md) shows how errors fall with the step. Ids A are the acceptance list,
-G the solver's list, S the published SimBenchmark tests, SP the boxes of scpeters/benchmark; what others published
-stands beside those tests in `crates/drystone-validate`.";
+G the solver's list, S the published SimBenchmark tests, SP the boxes of scpeters/benchmark; [what others published](#beside-published-figures) stands below,
+and [how rapier and Box3D do](accuracy-peers.md) on a page of its own.";
 
 const HEADER: &str = "\
 | id | test | closed form | case | expected | measured | error | must | great | |

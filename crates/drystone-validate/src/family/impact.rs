@@ -136,7 +136,6 @@ fn follow_energy(run: &mut Run, seconds: f64) -> [f64; 3] {
     [(sum / count).sqrt(), above, below]
 }
 
-/// Root mean square errors, published at 4 ms: RaiSim 0.009 %, ODE 0.23 %, Bullet 4.6 %, DART 4.5 %.
 fn bouncing(lab: &Lab, rows: &mut Rows) -> Result<(), EngineError> {
     let mut scene = empty("bouncing");
     add_floor(&mut scene, Surface::bouncy(1.0));
@@ -321,7 +320,6 @@ pub(super) fn add_666(scene: &mut Scene, first: f64, e: f64) {
     }
 }
 
-/// Root mean square errors, published at 4 ms: RaiSim 0.047 %, ODE 0.12 %, Bullet 2.7 %, DART 7.5 %.
 fn elastic_666(lab: &Lab, rows: &mut Rows) -> Result<(), EngineError> {
     let mut scene = empty("elastic 666");
     add_666(&mut scene, 1.101, 1.0);

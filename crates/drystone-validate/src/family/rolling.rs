@@ -268,8 +268,6 @@ fn fixed_center(lab: &Lab, rows: &mut Rows) -> Result<(), EngineError> {
     Ok(())
 }
 
-/// Mean square errors, published at 1 ms: Bullet 5.7e-9, RaiSim 4.1e-7, MuJoCo 2.4e-3 to 8.1e-3, ODE and DART
-/// 3.145 (stuck) along (0.5, 0.866).
 fn plate_on_balls(lab: &Lab, rows: &mut Rows) -> Result<(), EngineError> {
     for (case, way) in [("y", [0.0, 0.0, 1.0]), ("(0.5, 0.866)", [0.5, 0.0, 0.75_f64.sqrt()])] {
         let error = pushed_plate(lab, way, 0.0)?;

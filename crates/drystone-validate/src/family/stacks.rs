@@ -274,7 +274,6 @@ fn kapla(lab: &Lab, rows: &mut Rows) -> Result<(), EngineError> {
     Ok(())
 }
 
-/// Errors published at 4 ms [m²]: RaiSim 2.1e-3, ODE 2.1e-3 to 2.4e-3, MuJoCo 0.37, Bullet 5.8, DART 9293.
 fn balls_666(lab: &Lab, rows: &mut Rows) -> Result<(), EngineError> {
     let mut scene = empty("666");
     add_666(&mut scene, 0.101, 0.0);

@@ -41,6 +41,11 @@ const GREATEST: f32 = 3.0;
 const GONE: f32 = 0.1;
 const RELEASE: f32 = 0.5;
 
+/// A load below this part of the threshold asks for no factor, and what a passing peak left of one goes by this part in
+/// a step. (Within the hysteresis it would stay for good, and what is pushed would be too heavy for ever.)
+const LIGHT: f32 = 1.0 / (1.0 + HYSTERESIS);
+const EASE: f32 = 0.4;
+
 /// The numbers of a step.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct LoadInertia {
@@ -89,6 +94,8 @@ impl LoadInertia {
             wanted
         } else if raw < GONE * s {
             s + RELEASE * (wanted - s)
+        } else if raw < LIGHT {
+            s + EASE * (wanted - s)
         } else if wanted < (1.0 - HYSTERESIS) * s {
             s + FALL * (wanted - s)
         } else {
