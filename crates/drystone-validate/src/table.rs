@@ -204,10 +204,20 @@ const HEADER: &str = "\
 |---|---|---|---|---|---|---|---|---|---|
 ";
 
-/// The same tests of several engines: a Markdown table of their errors.
+const BESIDE: &str = "\
+# Accuracy, beside other engines
+
+The tests of [accuracy.md](accuracy.md) on other engines: the error of each. Every engine runs with its own default settings, 60 steps a
+second, sleep off. A dash: the test asks for what an engine does not have, or for what its translation leaves out; which, is said below the table. Written by
+
+    cargo run --release --manifest-path bench/Cargo.toml -- validate --engine self,rapier,box3d --short > docs/accuracy-peers.md
+
+| id | test | case | must | great |";
+
+/// The same tests of several engines: a Markdown page of their errors.
 #[must_use]
 pub fn side_by_side(tables: &[Table]) -> String {
-    let mut text = "| id | test | case | must | great |".to_owned();
+    let mut text = BESIDE.to_owned();
     for table in tables {
         let _ = write!(text, " {} |", table.engine);
     }

@@ -53,6 +53,7 @@ pub use query::audit::{
     Momentum, Penetration, WorstConstraint,
 };
 pub use query::stiffness::PenaltyLimit;
+pub use query::sweep::{NearestShape, ShapeHit};
 pub use query::why_awake::{AwakeCause, WhyAwake};
 pub use query::{Query, RayHit};
 pub use state::config::{

@@ -49,6 +49,13 @@ pub(crate) const TESTS: &[Test] = &[
         rays,
     ),
     Test::new(
+        "A42b",
+        "6,000 casts of boxes and hulls at each other, and how far apart they stand",
+        "shape",
+        "the planes that are between polytopes in f64; closest points and a plane that prove each other",
+        super::casts::casts,
+    ),
+    Test::new(
         "A43",
         "manifolds of 600 random pairs of boxes and of hulls",
         "shape",
@@ -57,7 +64,7 @@ pub(crate) const TESTS: &[Test] = &[
     ),
 ];
 
-fn refused(e: impl core::fmt::Display) -> EngineError {
+pub(super) fn refused(e: impl core::fmt::Display) -> EngineError {
     EngineError(e.to_string())
 }
 
@@ -224,7 +231,7 @@ fn slide_all(lab: &Lab, rows: &mut Rows, name: &str, ground: &BodyDef) -> Result
 }
 
 /// A hull of random points in a box of random shape around a random place.
-fn random_hull(random: &mut Random, off: f64) -> Option<Hull> {
+pub(super) fn random_hull(random: &mut Random, off: f64) -> Option<Hull> {
     let count = crate::numeric::whole(random.between(4.0, 60.0));
     let size = [0; 3].map(|_| random.between(0.1, 1.0));
     let center = scale(random.direction(), off);

@@ -1,5 +1,6 @@
 //! The tests, a file a family.
 
+pub(crate) mod casts;
 pub(crate) mod flight;
 pub(crate) mod friction;
 pub(crate) mod geometry;

@@ -8,17 +8,24 @@ use crate::base::wide::{LANES, Lanes, at, bits_up_to_zero, put};
 /// The allowance of [`Aabb::meets_ray`].
 const ROUNDING: f32 = 1.0 + 4.0 * f32::EPSILON;
 
-/// A segment `origin + t delta` from `t = 0` [m], as tests with boxes take it.
+/// A segment `origin + t delta` from `t = 0` [m], or a box that moves so, as tests with boxes take it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Ray {
-    origin: Vec3,
+    /// The corners of the moving box at the start: one for a segment.
+    low: Vec3,
+    high: Vec3,
     /// 1/delta per component, infinite where that is zero.
     inv: Vec3,
 }
 
 impl Ray {
     pub(crate) fn new(origin: Vec3, delta: Vec3) -> Self {
-        Self { origin, inv: Vec3 { x: 1.0 / delta.x, y: 1.0 / delta.y, z: 1.0 / delta.z } }
+        Self::of_box(&Aabb::new(origin, origin), delta)
+    }
+
+    pub(crate) fn of_box(bounds: &Aabb, delta: Vec3) -> Self {
+        let inv = Vec3 { x: 1.0 / delta.x, y: 1.0 / delta.y, z: 1.0 / delta.z };
+        Self { low: bounds.min, high: bounds.max, inv }
     }
 }
 
@@ -68,14 +75,14 @@ impl Boxes {
     pub(crate) fn entries(&self, ray: &Ray, max: f32) -> Lanes {
         let (mut near, mut high) = ([0.0; LANES], [max; LANES]);
         for i in 0..3 {
-            let (o, k) = (ray.origin[i], ray.inv[i]);
+            let (first, last, k) = (ray.low[i], ray.high[i], ray.inv[i]);
             for l in 0..LANES {
                 let (from, to) = (self.min[i][l], self.max[i][l]);
                 if k.is_infinite() {
-                    high[l] = if o < from || o > to { -1.0 } else { high[l] };
+                    high[l] = if last < from || first > to { -1.0 } else { high[l] };
                     continue;
                 }
-                let (a, b) = ((from - o) * k, (to - o) * k);
+                let (a, b) = ((from - last) * k, (to - first) * k);
                 near[l] = greater(near[l], lesser(a, b));
                 high[l] = lesser(high[l], greater(a, b));
             }

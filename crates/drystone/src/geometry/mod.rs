@@ -17,6 +17,7 @@ pub(crate) mod clip;
 pub(crate) mod gjk;
 pub(crate) mod epa;
 pub(crate) mod cast;
+pub(crate) mod approach;
 pub(crate) mod nearest;
 #[cfg(test)]
 pub(crate) mod oracle;

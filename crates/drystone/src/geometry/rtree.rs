@@ -13,7 +13,6 @@ use crate::base::aabb::Aabb;
 use crate::base::disjoint::Rows;
 use crate::base::grow;
 use crate::base::jobs::{Executor, for_items, for_ranges, grain};
-use crate::base::math::Vec3;
 use crate::base::wide::LANES;
 use crate::geometry::boxes::{Boxes, Ray, nearest_first};
 
@@ -378,19 +377,13 @@ impl RTree {
         }
     }
 
-    /// Calls `visit` with every item whose box the segment `origin + t delta`, t in [0, max], may
+    /// Calls `visit` with every item whose box the segment or moving box, up to `max` of its way, may
     /// meet, near blocks first. `visit` answers the new max: smaller to shorten the ray, negative to
     /// stop.
-    pub(crate) fn ray(
-        &self,
-        origin: Vec3,
-        delta: Vec3,
-        max_fraction: f32,
-        mut visit: impl FnMut(u32) -> f32,
-    ) {
+    pub(crate) fn ray(&self, ray: &Ray, max_fraction: f32, mut visit: impl FnMut(u32) -> f32) {
         let mut max = max_fraction;
         if let Some(top) = self.levels.len().checked_sub(1) {
-            self.ray_block(top, 0, &Ray::new(origin, delta), &mut max, &mut visit);
+            self.ray_block(top, 0, ray, &mut max, &mut visit);
         }
     }
 

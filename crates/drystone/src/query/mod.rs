@@ -3,6 +3,7 @@
 pub(crate) mod audit;
 pub(crate) mod particles;
 pub(crate) mod stiffness;
+pub(crate) mod sweep;
 pub(crate) mod why_awake;
 
 use crate::base::aabb::Aabb;
@@ -10,6 +11,7 @@ use crate::base::id::{BodyId, ShapeId};
 use crate::base::math::Vec3;
 use crate::base::pose::Pose;
 use crate::base::wide::SimdLevel;
+use crate::geometry::boxes::Ray;
 use crate::geometry::cast;
 use crate::geometry::collide::{MAX_PARTS, MeshScratch, Reach, collide, collide_mesh};
 use crate::geometry::manifold::{Manifold, PairCache};
@@ -82,7 +84,7 @@ impl<'w> Query<'w> {
         let mut best: Option<(f32, u32, Vec3)> = None;
         for tree in [&self.tables.bounds.fixed, &self.tables.bounds.moving] {
             let start = best.map_or(1.0, |b| b.0);
-            tree.ray(origin, delta, start, |row| {
+            tree.ray(&Ray::new(origin, delta), start, |row| {
                 let limit = best.map_or(1.0, |b| b.0);
                 let shape = self.tables.shapes.at(row);
                 if shape.sensor || !filter.collides_with(shape.filter) {
@@ -132,13 +134,7 @@ impl<'w> Query<'w> {
         pose: Pose,
         filter: Filter,
     ) -> Result<Vec<ShapeId>, DefError> {
-        shape.validate()?;
-        position("pose.position", pose.position)?;
-        unit("pose.rotation", pose.rotation)?;
-        if matches!(shape, Shape::Mesh(_) | Shape::HalfSpace { .. }) {
-            return Err(DefError::new("shape", shape.kind(), "a convex shape"));
-        }
-        let solid = Solid::of(shape);
+        let solid = convex(shape, pose)?;
         let found = self.candidates(&solid.aabb(&pose), filter);
         let hits = found.into_iter().filter(|row| {
             let other = self.tables.shapes.at(*row);
@@ -160,6 +156,17 @@ impl<'w> Query<'w> {
         let shape = Shape::sphere(1.0e-5);
         self.overlap_shape(&shape, Pose::at(point), filter)
     }
+}
+
+/// A convex shape at a place, both checked.
+fn convex(shape: &Shape, pose: Pose) -> Result<Solid, DefError> {
+    shape.validate()?;
+    position("pose.position", pose.position)?;
+    unit("pose.rotation", pose.rotation)?;
+    if matches!(shape, Shape::Mesh(_) | Shape::HalfSpace { .. }) {
+        return Err(DefError::new("shape", shape.kind(), "a convex shape"));
+    }
+    Ok(Solid::of(shape))
 }
 
 fn overlap(a: &ShapeRow, b: &Solid, b_in_a: &Pose) -> bool {

@@ -13,6 +13,7 @@ use crate::base::jobs::{Executor, collect_ranges, grain};
 use crate::base::math::Vec3;
 use crate::base::pose::Pose;
 use crate::base::quat::Quat;
+use crate::geometry::boxes::Ray;
 use crate::geometry::cast;
 use crate::state::bodies::{Bodies, Body};
 use crate::state::bounds::Bounds;
@@ -155,7 +156,7 @@ fn first_stop_of(
     };
     let ahead = AHEAD * swept.extent / delta.length();
     let mut first = None;
-    bounds.fixed.ray(from, delta, 1.0 + ahead, |item| {
+    bounds.fixed.ray(&Ray::new(from, delta), 1.0 + ahead, |item| {
         // What is farther than that behind the first stop stops the body no earlier.
         let limit = first.unwrap_or(1.0) + ahead;
         let shape = shapes.at(item);

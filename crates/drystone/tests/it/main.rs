@@ -19,6 +19,7 @@ mod scenario_methods;
 mod scenario_motion;
 mod scenario_particles;
 mod scenario_pinned;
+mod scenario_queries;
 mod scenario_groups;
 mod scenario_threads;
 mod scenario_tumble;

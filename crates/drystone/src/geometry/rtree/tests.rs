@@ -5,6 +5,7 @@ use crate::base::aabb::Aabb;
 use crate::base::jobs::{Executor, Inline};
 use crate::base::math::{Vec3, vec3};
 use crate::base::team::Team;
+use crate::geometry::boxes::Ray;
 
 fn boxes(n: u32, seed: u32) -> Vec<Aabb> {
     let mut s = seed;
@@ -39,7 +40,7 @@ fn check(tree: &RTree, boxes: &[Option<Aabb>]) {
         let (origin, delta) = (probe.min - Vec3::splat(5.0), vec3(12.0, 11.0, 9.0));
         let inv = vec3(1.0 / delta.x, 1.0 / delta.y, 1.0 / delta.z);
         let mut met = Vec::new();
-        tree.ray(origin, delta, 1.0, |i| {
+        tree.ray(&Ray::new(origin, delta), 1.0, |i| {
             met.push(i);
             1.0
         });
@@ -148,7 +149,8 @@ fn a_ray_meets_near_boxes_first() {
     }
     tree.tidy(&Inline);
     let mut visits = 0;
-    tree.ray(vec3(-1.0, 0.5, 0.5), vec3(3000.0, 0.0, 0.0), 1.0, |item| {
+    let ray = Ray::new(vec3(-1.0, 0.5, 0.5), vec3(3000.0, 0.0, 0.0));
+    tree.ray(&ray, 1.0, |item| {
         visits += 1;
         (item as f32 * 2.0 + 1.0) / 3000.0
     });

@@ -2,6 +2,7 @@
 
 use crate::base::aabb::Aabb;
 use crate::base::math::{Vec3, vec3};
+use crate::geometry::boxes::Ray;
 use crate::geometry::cast;
 use crate::geometry::nearest::nearest;
 use crate::state::bodies::Bodies;
@@ -255,7 +256,7 @@ impl Around<'_> {
         held: Option<u32>,
     ) -> Option<(f32, Vec3)> {
         let mut best: Option<(f32, u32, Vec3)> = None;
-        self.bounds.fixed.ray(x, way, 1.0, |row| {
+        self.bounds.fixed.ray(&Ray::new(x, way), 1.0, |row| {
             let shape = self.shapes.at(row);
             let limit = best.map_or(1.0, |b| b.0);
             let skipped = shape.sensor || held == Some(shape.body);
