@@ -2,6 +2,7 @@
 
 use drystone::{BodyDef, DefError, Filter, Pose, Shape, ShapeDef, World};
 
+#[expect(clippy::print_stdout, reason = "an example shows what it does")]
 fn main() -> Result<(), DefError> {
     let mut world = World::default();
     world.add_body(BodyDef::fixed().with_shape(ShapeDef::half_space([0.0, 1.0, 0.0], 0.0)))?;

@@ -1,8 +1,8 @@
 //! Bodies on joints of six axes: a mattress, a vehicle, people.
 
 use drystone::{
-    BodyDef, Filter, JointAxis, JointCone, JointDrive, JointKind, JointSpring, Mat3, Pose, Pulley,
-    Quat, ShapeDef, SixDof, Vec3, vec3,
+    BodyDef, Filter, JointAxis, JointCone, JointDrive, JointKind, JointMotion, JointSpring, Mat3,
+    Pose, Pulley, Quat, ShapeDef, SixDof, Vec3, vec3,
 };
 
 use super::parameters::{CatalogError, Values};
@@ -237,8 +237,17 @@ fn is_trunk(part: &Part) -> bool {
     ["hips", "spine", "clavicle", "neck", "head", "arm 0"].iter().any(|n| part.name.contains(n))
 }
 
-/// Adds a person, limp, who stood at the origin, moved there by `pose`.
-fn add_person(scene: &mut Scene, number: usize, pose: &Pose) {
+/// What holds people in the pose of their table, beside their sockets' friction: a spring about each axis of a joint, which
+/// pushes by at most so much [N m] and does so from a tenth of a radian on. (Of springs by frequency those at hands and feet,
+/// on which all may lie, would be as weak as these are light.)
+fn muscles(strength: f32) -> Option<JointDrive> {
+    let stiffness = 10.0 * strength;
+    let spring = JointSpring::new(stiffness, 0.05 * stiffness);
+    (strength > 0.0).then(|| JointDrive::servo(0.0, spring, strength))
+}
+
+/// Adds a person who stood at the origin, moved there by `pose`; limp without muscles.
+fn add_person(scene: &mut Scene, number: usize, pose: &Pose, muscles: Option<JointDrive>) {
     let first = scene.bodies.len();
     let layer = 2_u64 << (number % TRUNKS);
     for part in &PERSON {
@@ -269,9 +278,10 @@ fn add_person(scene: &mut Scene, number: usize, pose: &Pose) {
             let z = (z - x * z.dot(x)).normalize_or(Vec3::Z);
             Quat::from_mat3(Mat3 { x, y: z.cross(x), z }).normalized()
         });
-        let loose = JointAxis::FREE.with_friction(socket.friction);
+        let axis = |motion| JointAxis { motion, drive: muscles, friction: socket.friction };
+        let loose = axis(JointMotion::Free);
         let [min, max] = socket.twist;
-        let twist = JointAxis::limited(min, max).with_friction(socket.friction);
+        let twist = axis(JointMotion::Limited { min, max, spring: None });
         let axes = SixDof {
             angular: [twist, loose, loose],
             cone: Some(JointCone { swing: socket.swing, spring: None }),
@@ -285,13 +295,14 @@ fn add_person(scene: &mut Scene, number: usize, pose: &Pose) {
 pub(super) fn ragdolls(mut scene: Scene, values: &Values) -> Result<Scene, CatalogError> {
     add_ground(&mut scene, 0.6);
     let mut random = Lcg::new(7);
+    let muscles = muscles(values.number("muscles"));
     for i in 0..values.whole("n") {
         // Four by four a layer, every one turned otherwise.
         let (x, z) = (real(i % 4) - 1.5, real(i / 4 % 4) - 1.5);
         let at = vec3(1.2 * x, 1.6 + 1.4 * real(i / 16), 1.2 * z);
         let turn = random.rotation();
         let middle = turn.rotate(vec3(0.0, 0.93, 0.0));
-        add_person(&mut scene, i, &Pose::new(at - middle, turn));
+        add_person(&mut scene, i, &Pose::new(at - middle, turn), muscles);
     }
     Ok(scene)
 }

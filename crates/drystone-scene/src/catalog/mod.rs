@@ -419,8 +419,20 @@ static CATALOG: [Entry; 65] = [
         Parameter::number("load", 50.0, (0.1, 10_000.0), "mass of the load [kg]"),
         Parameter::number("strands", 2.0, (0.5, 20.0), "strands that the load hangs on"),
     ]),
-    Entry::new("ragdolls", "Limp people of 23 parts fall on a heap", machines::ragdolls)
-        .with(&[Parameter::whole("n", 16, (1, 10_000), "people")]),
+    Entry::new(
+        "ragdolls",
+        "People of 23 parts fall on a heap, limp or held in their pose",
+        machines::ragdolls,
+    )
+    .with(&[
+        Parameter::whole("n", 16, (1, 10_000), "people"),
+        Parameter::number(
+            "muscles",
+            0.0,
+            (0.0, 300.0),
+            "greatest torque that pulls a joint to the pose [N m]; 0: limp, 300: strong",
+        ),
+    ]),
     Entry::new(
         "rain",
         "People of 14 bones fall on meshes, column after column; the oldest ones leave",

@@ -125,3 +125,25 @@ fn people_on_a_heap_stay_whole_and_lie_still_the_same_for_any_threads() {
     };
     assert_eq!(run(1), run(3));
 }
+
+#[test]
+fn muscles_hold_people_in_their_pose_and_weak_ones_give_way() {
+    // The mean turn of joints away from the pose, once a person lies on the ground.
+    let bent = |muscles: u32| {
+        let mut running = start(&format!("ragdolls:n=1,muscles={muscles}"), 1);
+        let mut worst = 0.0_f32;
+        for _ in 0..300 {
+            running.step(1.0 / 60.0).unwrap();
+            worst = running.world.joints().map(|j| j.error()).fold(worst, f32::max);
+        }
+        assert!(worst < 0.05, "{worst} m");
+        let turns = running.world.joints().filter_map(|j| j.coordinates());
+        let turns: Vec<f32> = turns.map(|[_, turn]| turn.length()).collect();
+        turns.iter().sum::<f32>() / 22.0
+    };
+    let (limp, weak, strong) = (bent(0), bent(20), bent(300));
+    println!("{limp} {weak} {strong}");
+    // A joint bears no more than all 65 kg at a meter, 640 N m, where the spring has 3,000 N m/rad.
+    assert!(strong < 640.0 / 3000.0, "{strong}");
+    assert!(limp > 2.0 * strong && weak > strong && weak < limp, "{limp} {weak} {strong}");
+}

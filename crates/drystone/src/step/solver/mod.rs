@@ -229,7 +229,7 @@ pub(crate) fn solve(
     s.plan.take_back(bodies, joints, contacts, struck);
     let workers = jobs.workers().max(1);
     let parts = contexts.map(|ctx| ctx.parts);
-    s.plan.update(bodies, joints, contacts, colors, &mut s.line_of, ctx.tree_ratio, workers, parts);
+    s.plan.update(bodies, joints, contacts, colors, &mut s.line_of, ctx.tree_ratio, parts, jobs);
     let n = s.plan.members.len() + 1;
     grow::resize(&mut s.lines, n, Line::default());
     grow::resize(&mut s.whitening, n, Whitening::default());

@@ -10,8 +10,9 @@ use core::ops::Range;
 
 use super::fineness::{is_jointed, struck, take_back, tumbles, whirls};
 use super::forest::Forest;
+use crate::base::disjoint::Rows;
 use crate::base::grow;
-use crate::base::jobs::{Executor, for_items, grain};
+use crate::base::jobs::{Executor, for_each, for_items, grain};
 use crate::base::wide::LANES;
 use crate::state::bodies::{Bodies, Body, Fineness, NONE};
 use crate::state::colors::{Coloring, Colors, Place};
@@ -96,8 +97,14 @@ pub(super) struct Plan {
     joint_classes: Vec<u8>,
     /// `members` and `group_of_line` of the last update.
     before: [Vec<u32>; 2],
-    keys: Vec<(u64, u32)>,
+    /// One list for each worker.
+    keys: Vec<Vec<(u64, u32)>>,
+    /// Of the contacts of each color.
+    runs: Vec<Vec<Run>>,
 }
+
+/// So many contacts are asked for ahead, while the keys of those before are made: each is a cache line elsewhere.
+const AHEAD: usize = 8;
 
 /// Group, class and line in a sort key.
 const GROUP: u32 = 40;
@@ -242,9 +249,10 @@ impl Plan {
         colors: &mut Colors,
         line_of: &mut Vec<u32>,
         ratio: f32,
-        workers: usize,
         parts: [u32; 5],
+        jobs: &dyn Executor,
     ) {
+        let workers = jobs.workers().max(1);
         if line_of.len() < bodies.rows.slot_count() {
             line_of.resize(bodies.rows.slot_count(), 0);
         }
@@ -267,7 +275,7 @@ impl Plan {
         }
         self.forest.place(&self.group_of_line, line_of, &mut self.groups);
 
-        self.place_contacts(contacts, colors, line_of);
+        self.place_contacts(contacts, colors, line_of, jobs);
         // Contacts come and go in every step, joints do not.
         let moved = self.before[0] != self.members || self.before[1] != self.group_of_line;
         if joints_changed || moved {
@@ -283,27 +291,48 @@ impl Plan {
         }
     }
 
-    /// Contacts to blocks.
-    fn place_contacts(&mut self, contacts: &mut Contacts, colors: &mut Colors, line_of: &[u32]) {
-        let keys = &mut self.keys;
+    /// Contacts to blocks, all colors side by side.
+    fn place_contacts(
+        &mut self,
+        contacts: &mut Contacts,
+        colors: &mut Colors,
+        line_of: &[u32],
+        jobs: &dyn Executor,
+    ) {
         let key = line_key(line_of, &self.group_of_line);
+        let slots = contacts.slots_mut();
+        self.keys.resize_with(self.workers.max(self.keys.len()), Vec::new);
+        let all_keys = Rows::new(&mut self.keys);
         self.contacts.runs.clear();
         for (fixed, coloring) in [(false, &mut colors.contacts), (true, &mut colors.contacts_fixed)]
         {
-            for (index, color) in coloring.colors.iter_mut().enumerate() {
+            let n = coloring.colors.len();
+            self.runs.resize_with(n.max(self.runs.len()), Vec::new);
+            let (all_runs, colors) = (Rows::new(&mut self.runs), Rows::new(&mut coloring.colors));
+            for_each(jobs, n, |worker, index| {
+                let (keys, runs) = (all_keys.row(worker), all_runs.row(index));
+                let members = &mut colors.row(index).members;
                 keys.clear();
-                keys.extend(color.members.iter().map(|row| {
-                    let c = contacts.at(*row);
-                    (key(c.body_a, c.body_b, u64::from(4 - c.count.min(4))), *row)
-                }));
-                sort_members(&mut color.members, keys, index, |row, place| {
-                    let c = contacts.at_mut(row);
-                    if c.place != place {
+                for (k, row) in members.iter().enumerate() {
+                    if let Some(soon) = members.get(k + AHEAD) {
+                        slots.prefetch(*soon as usize, 1);
+                    }
+                    if let Some(c) = slots.read(*row as usize) {
+                        let class = u64::from(4 - c.count.min(4));
+                        keys.push((key(c.body_a, c.body_b, class), *row));
+                    }
+                }
+                sort_members(members, keys, index, |row, place| {
+                    if let Some(c) = slots.row(row as usize)
+                        && c.place != place
+                    {
                         c.place = place;
                     }
                 });
-                self.contacts.find_runs(keys, GROUP, fixed, index);
-            }
+                runs.clear();
+                find_runs(keys, GROUP, fixed, index, runs);
+            });
+            self.contacts.runs.extend(self.runs[..n].iter().flatten());
         }
         self.contacts.lay_out([&colors.contacts, &colors.contacts_fixed]);
     }
@@ -316,7 +345,8 @@ impl Plan {
         line_of: &[u32],
         anew: bool,
     ) {
-        let (keys, classes) = (&mut self.keys, &mut self.joint_classes);
+        self.keys.resize_with(self.keys.len().max(1), Vec::new);
+        let (keys, classes) = (&mut self.keys[0], &mut self.joint_classes);
         grow::resize(classes, joints.rows.slot_count(), 0);
         let key = line_key(line_of, &self.group_of_line);
         self.joints.runs.clear();
@@ -337,7 +367,7 @@ impl Plan {
                 });
                 let coupled = keys.iter().filter(|(key, _)| class_in(*key) == COUPLED);
                 self.couplings.extend(coupled.map(|(key, row)| (key >> GROUP, *row)));
-                self.joints.find_runs(keys, CLASS, fixed, index);
+                find_runs(keys, CLASS, fixed, index, &mut self.joints.runs);
             }
         }
         self.couplings.sort_unstable();
@@ -448,18 +478,6 @@ impl Plan {
 }
 
 impl Layout {
-    /// Cuts a sorted color where the key's bits from `shift` on change.
-    fn find_runs(&mut self, keys: &[(u64, u32)], shift: u32, fixed: bool, color: usize) {
-        let mut first = 0;
-        while let Some((key, _)) = keys.get(first) {
-            let n = keys[first..].partition_point(|(k, _)| k >> shift == key >> shift);
-            let class = class_in(*key);
-            let (group, end) = (key >> GROUP, first + n);
-            self.runs.push(Run { group, class, fixed, color, first, end });
-            first = end;
-        }
-    }
-
     /// Runs to batches of blocks, those of a group side by side.
     fn lay_out(&mut self, [free, fixed]: [&Coloring; 2]) {
         // Within a group the colors keep their order. (A stable sort would allocate.)
@@ -492,6 +510,18 @@ impl Layout {
     fn batches_of(&self, group: u64) -> Range<usize> {
         let first = self.runs.partition_point(|run| run.group < group);
         first..self.runs.partition_point(|run| run.group <= group)
+    }
+}
+
+/// Cuts a sorted color where the key's bits from `shift` on change.
+fn find_runs(keys: &[(u64, u32)], shift: u32, fixed: bool, color: usize, runs: &mut Vec<Run>) {
+    let mut first = 0;
+    while let Some((key, _)) = keys.get(first) {
+        let n = keys[first..].partition_point(|(k, _)| k >> shift == key >> shift);
+        let class = class_in(*key);
+        let (group, end) = (key >> GROUP, first + n);
+        runs.push(Run { group, class, fixed, color, first, end });
+        first = end;
     }
 }
 
