@@ -86,6 +86,10 @@ impl LoadInertia {
     /// The body's factor in this step.
     pub(crate) fn factor(&self, body: &Body) -> f32 {
         let s = body.inertia_factor;
+        // Most bodies: without a factor, and without a load that asks for one.
+        if s <= 1.0 && body.load <= body.mass * self.threshold {
+            return 1.0;
+        }
         let raw = body.load / (body.mass * self.threshold);
         let size = (body.extent * (1.0 / SIZE)).max(1.0);
         let turning = body.w.length_squared() * (size / (TURNING * TURNING));
