@@ -7,7 +7,7 @@ use drystone_bench::EngineError;
 use drystone_scene::Scene;
 
 use super::impact::add_666;
-use crate::lab::{Lab, Run};
+use crate::lab::{Lab, Protocol, Run};
 use crate::numeric::{Random, narrow, single, turn, worst};
 use crate::row::{Rows, Unit, limits};
 use crate::setup::{G, Slope, Surface, add_floor, ball, block, empty};
@@ -60,6 +60,13 @@ pub(crate) const TESTS: &[Test] = &[
         "offset 3 % below and above",
         "stands if N d < w; harmonic offsets w/(2 k) are the limit",
         overhang,
+    ),
+    Test::new(
+        "G22",
+        "leaning column of 10 cubes: when its top is below 7/10 of its height",
+        "offset of each",
+        "the same with 64 substeps, and every cube's own inertia",
+        falling_columns,
     ),
     Test::new("H1", "column of unit cubes, 600 s", "cubes", "at rest", tall_column),
     Test::new(
@@ -361,6 +368,35 @@ fn overhang(lab: &Lab, rows: &mut Rows) -> Result<(), EngineError> {
         rows.holds(format!("{name}, falls"), above, above);
     }
     Ok(())
+}
+
+fn falling_columns(lab: &Lab, rows: &mut Rows) -> Result<(), EngineError> {
+    lab.own("a reference of 64 substeps")?;
+    let mut set = lab.protocol.set.clone();
+    set.push(("inertia.most".to_owned(), "1".to_owned()));
+    let fine = lab.with(Protocol { substeps: 64, set, ..lab.protocol.clone() });
+    for lean in [0.15, 0.12, 0.105] {
+        let (exact, found) = (fall_time(&fine, lean)?, fall_time(lab, lean)?);
+        rows.relative(format!("{lean} m"), exact, found, limits(0.15, 0.05));
+    }
+    let stands = fall_time(lab, 0.09)?.is_infinite();
+    rows.holds("0.09 m, stands", stands, stands);
+    Ok(())
+}
+
+/// When the top of a leaning column is below 7/10 of its height [s]; infinite if it is not within 12 s.
+fn fall_time(lab: &Lab, lean: f64) -> Result<f64, EngineError> {
+    let scene = lab.named(&format!("leaning_stack:n=10,lean={lean}"))?;
+    let top = scene.bodies.len() - 1;
+    let mut run = lab.start(scene)?;
+    let height = run.body(top).center[1];
+    while run.time() < 12.0 {
+        run.step();
+        if run.body(top).center[1] < 0.7 * height {
+            return Ok(run.time());
+        }
+    }
+    Ok(f64::INFINITY)
 }
 
 fn tall_column(lab: &Lab, rows: &mut Rows) -> Result<(), EngineError> {
