@@ -512,7 +512,7 @@ fn validate_prints_its_table_and_its_exit_status_is_the_verdict() {
     }
     for usage in [
         &["validate", "--only", "A999"][..],
-        &["validate", "--only", "A42b"],
+        &["validate", "--only", "A44b"],
         &["validate", "--set", "gravity=x"],
         &["validate", "--json", "--csv"],
         &["validate", "--sweep", "--csv"],
