@@ -80,5 +80,5 @@ pub use step::Stage;
 pub use world::{
     BodyMut, BodyRef, BondRef, ClothDef, ContactPoint, ContactRef, Impact, ImpactBody,
     ImpactSurface, JointRef, LinkRef, ParticleMut, ParticleRef, RopeDef, ShapeMut, ShapeRef,
-    Strand, World, WorldCounts, impact,
+    SnapshotError, Strand, World, WorldCounts, impact,
 };

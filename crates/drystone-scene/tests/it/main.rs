@@ -3,6 +3,7 @@
 
 mod catalog;
 mod contract_determinism;
+mod contract_snapshot;
 mod scenario_machines;
 mod scenario_slopes_and_joints;
 mod scenario_standing;

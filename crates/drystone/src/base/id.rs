@@ -2,8 +2,10 @@
 
 use core::num::NonZeroU32;
 
+use serde::{Deserialize, Serialize};
+
 /// What every id is made of: a slot and the generation of what lives in it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub(crate) struct RawId {
     index: u32,
     generation: NonZeroU32,
@@ -34,7 +36,7 @@ impl RawId {
 macro_rules! id {
     ($(#[$doc:meta])* $name:ident) => {
         $(#[$doc])*
-        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
         pub struct $name(pub(crate) RawId);
 
         impl $name {

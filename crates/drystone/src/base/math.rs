@@ -1,10 +1,12 @@
 //! Vectors and matrices. Plain `repr(C)` structs of `f32`; every operation is a fixed sequence of
 //! IEEE `+ - * /` and `sqrt`, so results are the same bits on every target.
 
+use serde::{Deserialize, Serialize};
+
 use core::ops::{Add, AddAssign, Div, Index, IndexMut, Mul, MulAssign, Neg, Sub, SubAssign};
 
 /// A vector of three components.
-#[derive(Clone, Copy, Debug, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable, Serialize, Deserialize)]
 #[repr(C)]
 pub struct Vec3 {
     /// First component.

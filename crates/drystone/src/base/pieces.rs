@@ -5,6 +5,9 @@
 
 use core::cell::UnsafeCell;
 
+use serde::ser::SerializeSeq;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
 use super::wide::prefetch_lines;
 
 /// Rows of a piece. The first is shorter while the table is.
@@ -29,6 +32,30 @@ impl<T: Clone> Clone for Pieces<T> {
         };
         let pieces = self.pieces.iter().map(|piece| piece.iter().map(copy).collect()).collect();
         Self { pieces, len: self.len }
+    }
+}
+
+/// As a list of its rows.
+impl<T: Default + Serialize> Serialize for Pieces<T> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut list = serializer.serialize_seq(Some(self.len))?;
+        self.iter().try_for_each(|row| list.serialize_element(row))?;
+        list.end()
+    }
+}
+
+impl<'de, T: Default + Deserialize<'de>> Deserialize<'de> for Pieces<T> {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let rows = Vec::<T>::deserialize(deserializer)?;
+        let mut table = Self::default();
+        table.make_room(rows.len());
+        for (i, row) in rows.into_iter().enumerate() {
+            table.push_default();
+            if let Some(place) = table.get_mut(i) {
+                *place = row;
+            }
+        }
+        Ok(table)
     }
 }
 

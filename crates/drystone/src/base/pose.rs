@@ -1,10 +1,12 @@
 //! A rigid transform.
 
+use serde::{Deserialize, Serialize};
+
 use super::math::Vec3;
 use super::quat::Quat;
 
 /// A rotation followed by a translation.
-#[derive(Clone, Copy, Debug, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable, Serialize, Deserialize)]
 #[repr(C)]
 pub struct Pose {
     /// Translation [m].

@@ -2,11 +2,13 @@
 
 use core::ops::Mul;
 
+use serde::{Deserialize, Serialize};
+
 use super::math::{Mat3, Vec3, vec3};
 use super::trig;
 
 /// A rotation as a unit quaternion `x i + y j + z k + w`.
-#[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+#[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable, Serialize, Deserialize)]
 #[repr(C)]
 pub struct Quat {
     /// Coefficient of i.

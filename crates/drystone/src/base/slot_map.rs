@@ -3,17 +3,21 @@
 use core::marker::PhantomData;
 use core::num::NonZeroU32;
 
+use serde::{Deserialize, Serialize};
+
 use super::grow;
 use super::id::RawId;
 use super::wide::prefetch_lines;
 
 /// Rows of `T` named by `Id`. A freed slot is reused, last freed first.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(bound(serialize = "T: Serialize", deserialize = "T: Deserialize<'de>"))]
 pub(crate) struct SlotMap<Id, T> {
     values: Vec<Option<T>>,
     generations: Vec<NonZeroU32>,
     free: Vec<u32>,
     len: usize,
+    #[serde(skip)]
     id: PhantomData<fn() -> Id>,
 }
 
@@ -26,6 +30,13 @@ impl<Id, T> Default for SlotMap<Id, T> {
             len: 0,
             id: PhantomData,
         }
+    }
+}
+
+impl<Id, T> SlotMap<Id, T> {
+    /// What it is made of: slots, their generations, free ones, how many are in use.
+    pub(crate) fn parts(&self) -> (&[Option<T>], &[NonZeroU32], &[u32], usize) {
+        (&self.values, &self.generations, &self.free, self.len)
     }
 }
 

@@ -1,6 +1,8 @@
 //! Eight boxes, tested at once. Plain arrays: a lane never depends on its neighbor, so the compiler makes of
 //! each loop what the target has, and the result is the same everywhere.
 
+use serde::{Deserialize, Serialize};
+
 use crate::base::aabb::Aabb;
 use crate::base::math::{Vec3, greater, lesser};
 use crate::base::wide::{LANES, Lanes, at, bits_up_to_zero, put};
@@ -30,7 +32,7 @@ impl Ray {
 }
 
 /// Boxes side by side; a free place holds the empty box, which nothing overlaps.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub(crate) struct Boxes {
     /// Coordinate, box [m].
     pub(crate) min: [Lanes; 3],

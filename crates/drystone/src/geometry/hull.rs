@@ -6,12 +6,14 @@ pub(crate) mod lanes;
 mod quickhull;
 
 use self::lanes::HullLanes;
+use serde::{Deserialize, Serialize};
+
 use super::mass::MassProperties;
 use crate::base::aabb::Aabb;
 use crate::base::math::{Vec3, greater, lesser, vec3};
 
 /// A plane: points with `normal · p = offset`.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Plane {
     /// Unit normal, outward [local].
     pub normal: Vec3,
@@ -40,7 +42,8 @@ pub(crate) struct HalfEdge {
 }
 
 /// A convex polytope.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(try_from = "Parts", into = "Parts")]
 pub struct Hull {
     pub(crate) vertices: Vec<Vec3>,
     /// One plane a face.
@@ -61,6 +64,50 @@ pub struct Hull {
     /// Half extents, if it is a box along its own axes [m].
     pub(crate) cuboid: Option<Vec3>,
     bounds: Aabb,
+}
+
+/// A hull as it is saved: what it was made from.
+#[derive(Serialize, Deserialize)]
+struct Parts {
+    vertices: Vec<Vec3>,
+    planes: Vec<Plane>,
+    /// Vertex numbers of each face, from its first half-edge on.
+    faces: Vec<Vec<u16>>,
+    cuboid: Option<Vec3>,
+}
+
+impl From<Hull> for Parts {
+    fn from(hull: Hull) -> Self {
+        let faces = (0..hull.face_count()).map(|f| hull.face(f)).collect();
+        Self { faces, vertices: hull.vertices, planes: hull.planes, cuboid: hull.cuboid }
+    }
+}
+
+impl TryFrom<Parts> for Hull {
+    type Error = HullError;
+
+    fn try_from(parts: Parts) -> Result<Self, HullError> {
+        let Parts { vertices, planes, faces, cuboid } = parts;
+        if vertices.len() < 4 {
+            return Err(HullError::TooFewPoints(vertices.len()));
+        }
+        if let Some(i) = vertices.iter().position(|v| !v.is_finite()) {
+            return Err(HullError::NotFinite(i));
+        }
+        if let Some(i) = vertices.iter().position(|v| v.abs().max_element() > build::MAX_COORDINATE) {
+            return Err(HullError::TooLarge(i));
+        }
+        let is_face = |f: &Vec<u16>| f.len() >= 3 && f.iter().all(|v| usize::from(*v) < vertices.len());
+        let sound = planes.iter().all(|p| p.normal.is_finite() && p.offset.is_finite());
+        if !sound || planes.len() != faces.len() || !faces.iter().all(is_face) {
+            return Err(HullError::Numerical);
+        }
+        let (face_edges, edges) = link_loops(&faces).ok_or(HullError::Numerical)?;
+        if vertices.len() + faces.len() != edges.len() / 2 + 2 {
+            return Err(HullError::Numerical);
+        }
+        Ok(Self { cuboid, ..Self::from_parts(vertices, planes, face_edges, edges) })
+    }
 }
 
 /// Why some points have no hull.

@@ -1,5 +1,7 @@
 //! Contact manifolds. **The normal points from A to B; separation < 0 is overlap.**
 
+use serde::{Deserialize, Serialize};
+
 use crate::base::math::Vec3;
 
 /// Names the features that made a point, stable while the same features touch: impulses are carried
@@ -62,7 +64,7 @@ impl Manifold {
 
 /// What a pair remembers from its last test, to begin the next one there. Any value is valid: it
 /// only changes how long the test takes.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct PairCache {
     /// Which kind of axis separated the pair or carried the contact; 0 = nothing known.
     pub(crate) kind: u8,

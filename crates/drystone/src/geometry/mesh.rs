@@ -6,6 +6,8 @@ mod tree;
 
 use std::collections::BTreeSet;
 
+use serde::{Deserialize, Serialize};
+
 pub(crate) use adjacency::Bend;
 pub(crate) use pack::Pack;
 pub(crate) use tree::{Tree, Window};
@@ -33,7 +35,8 @@ pub(crate) struct Face {
 }
 
 /// A triangle mesh that does not deform. Any winding; both sides are solid.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(try_from = "Parts", into = "Parts")]
 pub struct Mesh {
     vertices: Vec<Vec3>,
     triangles: Vec<[u32; 3]>,
@@ -42,6 +45,27 @@ pub struct Mesh {
     /// Over the packs: for rays, and for boxes.
     tree: Tree,
     bounds: Aabb,
+}
+
+/// A mesh as it is saved: what it was made from, less what was left out then.
+#[derive(Serialize, Deserialize)]
+struct Parts {
+    vertices: Vec<Vec3>,
+    triangles: Vec<[u32; 3]>,
+}
+
+impl From<Mesh> for Parts {
+    fn from(mesh: Mesh) -> Self {
+        Self { vertices: mesh.vertices, triangles: mesh.triangles }
+    }
+}
+
+impl TryFrom<Parts> for Mesh {
+    type Error = MeshError;
+
+    fn try_from(parts: Parts) -> Result<Self, MeshError> {
+        Self::new(parts.vertices, parts.triangles)
+    }
 }
 
 /// Why a mesh was refused.

@@ -9,6 +9,8 @@
 
 mod order;
 
+use serde::{Deserialize, Serialize};
+
 use crate::base::aabb::Aabb;
 use crate::base::disjoint::Rows;
 use crate::base::grow;
@@ -21,7 +23,7 @@ const NONE: u32 = u32::MAX;
 /// about in proportion; at 1.2 rebuilding costs more than it saves, at 3 the queries do.
 const WORN: f64 = 1.6;
 /// Boxes of items; an item is a small number of the user's.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct RTree {
     /// `levels[0]` holds the leaves, the last level is one block.
     levels: Vec<Vec<Boxes>>,
@@ -37,6 +39,7 @@ pub(crate) struct RTree {
     stirred: usize,
     /// Surface of the lowest blocks for each leaf when they were made.
     fresh: f64,
+    #[serde(skip)]
     scratch: order::Scratch,
 }
 
@@ -55,6 +58,24 @@ impl RTree {
     #[inline]
     pub(crate) fn leaf(&self, item: u32) -> u32 {
         self.leaf_of.get(item as usize).copied().unwrap_or(NONE)
+    }
+
+    /// True if items and leaves name each other, and every level has the blocks that the one below needs.
+    pub(crate) fn is_sound(&self) -> bool {
+        let leaves = self.items.len();
+        let is_leaf = |(leaf, item): (u32, &u32)| *item == NONE || self.leaf(*item) == leaf;
+        let named = self.leaf_of.iter().filter(|leaf| **leaf != NONE).count();
+        let mut blocks = leaves;
+        let mut is_level = |level: &Vec<Boxes>| {
+            blocks = blocks.div_ceil(LANES);
+            level.len() == blocks
+        };
+        let levels = self.levels.iter().all(&mut is_level) && blocks <= 1;
+        let sections = self.sections.is_sorted_by(|a, b| a < b)
+            && self.sections.last().is_none_or(|last| (*last as usize) < self.sorted);
+        let items = (0..).zip(&self.items).all(is_leaf);
+        let count = self.items().count();
+        levels && sections && items && self.sorted <= leaves && count == self.len && named == count
     }
 
     /// Adds a box for `item`.

@@ -153,6 +153,11 @@ impl Shape {
         }
     }
 
+    /// True if all its faces are flat: its manifolds may be recycled.
+    pub(crate) const fn is_flat(&self) -> bool {
+        matches!(self, Self::Box { .. } | Self::Hull(_) | Self::Mesh(_) | Self::HalfSpace { .. })
+    }
+
     /// Checks every number.
     ///
     /// # Errors

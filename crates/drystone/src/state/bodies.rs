@@ -1,5 +1,7 @@
 //! Bodies: one row each. Velocity and pose are written by the solver's finish and by the world only.
 
+use serde::{Deserialize, Serialize};
+
 use super::def::{AxisLocks, BodyKind, MassDef};
 use crate::base::grow;
 use crate::base::id::BodyId;
@@ -12,7 +14,7 @@ use crate::base::slot_map::SlotMap;
 pub(crate) const NONE: u32 = u32::MAX;
 
 /// In what parts an island takes the world's substeps.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) enum Fineness {
     /// Whole.
     #[default]
@@ -34,7 +36,7 @@ impl Fineness {
 }
 
 /// Where a body's mass came from: as [`MassDef`] says, but for what the body itself knows.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) enum MassSource {
     Shapes,
     /// Its mass [kg] was given.
@@ -55,7 +57,7 @@ impl From<MassDef> for MassSource {
 
 /// A body. What every stage reads stands in the first cache line, the kind too, by which an empty slot
 /// is told.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 #[repr(C, align(64))]
 pub(crate) struct Body {
     pub(crate) kind: BodyKind,
@@ -78,6 +80,7 @@ pub(crate) struct Body {
     pub(crate) extent: f32,
 
     /// Particles hold it or touch it in this step: it has a line in the solver.
+    #[serde(skip)]
     pub(crate) dragged: bool,
     /// Center of mass [m, frame of the origin].
     pub(crate) local_center: Vec3,
@@ -191,7 +194,7 @@ impl Body {
 }
 
 /// What contacts do to a body.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct Load {
     /// Sum of the forces [N, world], and of their sizes.
     pub(crate) force: Vec3,
@@ -202,7 +205,7 @@ pub(crate) struct Load {
 
 /// What tells that two bodies are still apart without a look at them: how far they have come and may come, in
 /// whole [`Track::UNIT`]s, so that sums go round without a loss however long a world lives.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct Track {
     /// No point of the body has come farther than what this grew by; goes round.
     pub(crate) way: u32,
@@ -236,7 +239,7 @@ impl Track {
 }
 
 /// All bodies.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct Bodies {
     pub(crate) rows: SlotMap<BodyId, Body>,
     /// Of each row.

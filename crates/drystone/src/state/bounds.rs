@@ -1,12 +1,14 @@
 //! Boxes of all shapes in two trees: what stays where it is, and what may move.
 
+use serde::{Deserialize, Serialize};
+
 use super::shapes::Shapes;
 use crate::base::aabb::Aabb;
 use crate::base::jobs::Executor;
 use crate::geometry::rtree::RTree;
 
 /// The trees, and which shapes must look for new pairs.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct Bounds {
     pub(crate) fixed: RTree,
     pub(crate) moving: RTree,

@@ -3,12 +3,14 @@
 
 use std::collections::BTreeMap;
 
+use serde::{Deserialize, Serialize};
+
 use super::fracture::Fracture;
 use super::glue::BondStrength;
 use crate::base::math::Vec3;
 
 /// A bond of a glued body.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub(crate) struct GlueBond {
     /// Numbers of its two pieces in [`Glued::pieces`].
     pub(crate) pieces: [usize; 2],
@@ -24,7 +26,7 @@ pub(crate) struct GlueBond {
 }
 
 /// A body whose shapes are glued together.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct Glued {
     /// Rows of the shapes, one a piece.
     pub(crate) pieces: Vec<u32>,
@@ -57,7 +59,7 @@ impl Glued {
 }
 
 /// All that breaks, besides joints. By the rows of bodies, in their order.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct Breakage {
     pub(crate) glued: BTreeMap<u32, Glued>,
     pub(crate) fractures: BTreeMap<u32, Fracture>,

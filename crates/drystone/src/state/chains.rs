@@ -6,11 +6,13 @@
 use core::cmp::Reverse;
 use core::ops::Range;
 
+use serde::{Deserialize, Serialize};
+
 use super::particles::{LaneKind, Particles};
 use crate::base::wide::{LANES, Lanes};
 
 /// Where a link of a chain stands among the blocks of links.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub(crate) struct Spot {
     pub(crate) color: u32,
     pub(crate) block: u32,
@@ -20,7 +22,7 @@ pub(crate) struct Spot {
 }
 
 /// One particle of each of eight chains, and the links to their next ones.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 #[repr(C, align(64))]
 pub(crate) struct ChainRow {
     /// Lines of the particles; 0 for an idle lane.
@@ -43,7 +45,7 @@ pub(crate) struct ChainRow {
 }
 
 /// Of a row, in a pass.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 #[repr(C, align(32))]
 pub(crate) struct ChainWork {
     /// Velocity [m/s], and 1/mass [1/kg].
@@ -102,7 +104,7 @@ impl Default for ChainRow {
 }
 
 /// Up to eight chains side by side; of those that bodies hold, one.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct ChainBlock {
     /// A row more than the longest has links.
     pub(crate) rows: Vec<ChainRow>,
@@ -113,12 +115,13 @@ pub(crate) struct ChainBlock {
 }
 
 /// All chains.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct Chains {
     /// Those that no body holds, by color: of one color no two share a particle.
     pub(crate) colors: Vec<Vec<ChainBlock>>,
     /// Those that bodies hold, each alone.
     pub(crate) held: Vec<ChainBlock>,
+    #[serde(skip)]
     search: Search,
 }
 

@@ -1,10 +1,12 @@
 //! The constraint graph: constraints of one color share no dynamic body, so they can be solved side
 //! by side in any grouping with the same result.
 
+use serde::{Deserialize, Serialize};
+
 use crate::base::bit_set::BitSet;
 
 /// Where a constraint stands.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) struct Place {
     /// Number of the color; `u32::MAX` if it is in none.
     pub(crate) color: u32,
@@ -22,17 +24,30 @@ impl Place {
 }
 
 /// Constraints that share no dynamic body.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct Color {
     bodies: BitSet,
     /// Rows of the constraints.
     pub(crate) members: Vec<u32>,
     /// The list changed since it was last put in order.
+    #[serde(skip, default = "unknown")]
     pub(crate) dirty: bool,
 }
 
+impl Color {
+    /// True if a constraint of it is on this body.
+    pub(super) fn holds(&self, body: u32) -> bool {
+        self.bodies.contains(body)
+    }
+
+    /// How many bodies its constraints are on.
+    pub(super) fn count(&self) -> usize {
+        self.bodies.len()
+    }
+}
+
 /// Colors of one kind of constraint. As many as it takes: nothing overflows.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct Coloring {
     pub(crate) colors: Vec<Color>,
 }
@@ -72,9 +87,14 @@ impl Coloring {
     }
 }
 
+/// What changed is not saved, for what was made of it is not: it is to be made again.
+const fn unknown() -> bool {
+    true
+}
+
 /// All colors. What is solved last is satisfied best: joints, then contacts of two dynamic bodies, then
 /// contacts with what cannot be moved.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct Colors {
     pub(crate) joints: Coloring,
     pub(crate) joints_fixed: Coloring,
@@ -83,6 +103,7 @@ pub(crate) struct Colors {
     /// Colored contacts that bounce, resist rolling or have a kinematic body.
     pub(crate) special: usize,
     /// A body that some constraint acts on became active or ceased to be.
+    #[serde(skip, default = "unknown")]
     pub(crate) bodies_changed: bool,
     /// Contacts came or went, or the last relaxation still changed a level.
     pub(crate) levels_dirty: bool,

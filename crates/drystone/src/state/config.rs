@@ -1,11 +1,13 @@
 //! The configuration of a world: every knob, its unit, range and default.
 
+use serde::{Deserialize, Serialize};
+
 use super::def::DefError;
 use super::method::Method;
 use crate::base::math::{Vec3, vec3};
 
 /// Contact behavior.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ContactConfig {
     /// Stiffness of contacts as a frequency [Hz]; 0 (the default) takes 0.1125 per substep time:
     /// 54 Hz at 60 steps of 8 substeps a second. Contacts with static bodies have twice as much.
@@ -32,7 +34,7 @@ pub struct ContactConfig {
 
 /// Load-adaptive inertia: a body that is squeezed hard answers slowly, so that tall stacks and heavy loads
 /// do not sink into what carries them. Loads, limits of friction and tipping stay exact.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct InertiaConfig {
     /// Mass and inertia of a squeezed body are multiplied by up to this in the solver, 1 to 64; 1: off.
     /// 0 (the default) takes the method's own: 8 for `soft-step`, 1 for `soft-step-relax`. Under loads of more
@@ -47,7 +49,7 @@ pub struct InertiaConfig {
 }
 
 /// Joint behavior.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct JointConfig {
     /// Stiffness of joints as a frequency [Hz]; 0 (the default) takes 0.25 per substep time.
     pub hertz: f32,
@@ -65,7 +67,7 @@ pub struct JointConfig {
 }
 
 /// How links and contacts of particles are solved.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum ParticleForm {
     /// As the method has it: `Verlet` of `verlet`, else `Soft`.
     #[default]
@@ -96,7 +98,7 @@ impl ParticleForm {
 }
 
 /// Particle behavior.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ParticleConfig {
     /// How their links and contacts are solved; default as the method has it.
     pub form: ParticleForm,
@@ -110,7 +112,7 @@ pub struct ParticleConfig {
 }
 
 /// Contacts as springs, of the penalty methods.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PenaltyConfig {
     /// Stiffness of a contact point as a frequency, k = m (2πf)² with the effective mass m of the point [Hz];
     /// above 0; default 30.
@@ -120,7 +122,7 @@ pub struct PenaltyConfig {
 }
 
 /// Bodies that come apart.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct BreakageConfig {
     /// Most pieces of fractured bodies at a time; default 4096. What would go beyond breaks into fewer pieces, or not
     /// at all.
@@ -128,7 +130,7 @@ pub struct BreakageConfig {
 }
 
 /// When bodies fall asleep.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SleepConfig {
     /// Whether still islands fall asleep at all; default true.
     pub enabled: bool,
@@ -140,7 +142,7 @@ pub struct SleepConfig {
 }
 
 /// Everything a world is configured by.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct WorldConfig {
     /// Acceleration of free bodies [m/s², world]; default (0, -9.81, 0).
     pub gravity: Vec3,

@@ -1,8 +1,11 @@
 //! Contacts: one row a pair of shapes whose boxes overlap; a pair with a mesh has several rows, one a
 //! manifold. Rows are made by broadphase, manifolds written by narrowphase, impulses by the solver.
 
+use serde::{Deserialize, Serialize};
+
 use super::bodies::{Bodies, Body, NONE, Track};
 use super::colors::Place;
+use super::def::BodyKind;
 use crate::base::grow;
 use crate::base::math::Vec3;
 use crate::base::pair_set::{PairSet, pair_key};
@@ -12,7 +15,7 @@ use crate::base::wide::prefetch_lines;
 use crate::geometry::manifold::PairCache;
 
 /// A point of a contact: half a cache line, a row of four numbers as the solver loads it first.
-#[derive(Clone, Copy, Debug, Default, bytemuck::Pod, bytemuck::Zeroable)]
+#[derive(Clone, Copy, Debug, Default, bytemuck::Pod, bytemuck::Zeroable, Serialize, Deserialize)]
 #[repr(C)]
 pub(crate) struct Point {
     /// From A's center of mass to the point [m, world], as it was when the manifold was made. That from
@@ -48,7 +51,7 @@ impl Point {
 
 /// What tells whether a pair may be near enough to be looked at: how far its bodies may come. Small and in a row, for
 /// in a heap most pairs wait in most steps, and this is then all that is read of them.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct Watch {
     /// The contact's row × 2, + 1 if it has restitution: within a step an impact can send one body into the other.
     row: u32,
@@ -97,7 +100,7 @@ impl Watch {
 
 /// What tells more closely whether a pair must be tested again: the poses of its two bodies against each other when
 /// the manifold was made.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 #[repr(C, align(16))]
 pub(crate) struct Probe {
     /// How far apart the shapes were then, at least [m]; 0 if the pair has points or that is not
@@ -120,14 +123,14 @@ impl Probe {
 }
 
 /// A link in a body's list of contacts: contact row × 2 + side.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub(crate) struct Link {
     pub(crate) previous: u32,
     pub(crate) next: u32,
 }
 
 /// A contact. What the solver reads of it stands first, a cache line and half of one for each point.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 #[repr(C, align(64))]
 pub(crate) struct Contact {
     /// From A to B [world].
@@ -235,6 +238,14 @@ impl Contact {
         self.points[3].word = speed;
     }
 
+    /// True if it needs more than normal and friction.
+    pub(crate) fn is_special(&self, bodies: &Bodies) -> bool {
+        let kinematic = |body: u32| bodies.at(body).kind == BodyKind::Kinematic;
+        let surface =
+            self.restitution > 0.0 || self.rolling > 0.0 || self.kinetic < 1.0 || self.belt;
+        surface || kinematic(self.body_a) || kinematic(self.body_b)
+    }
+
     /// From B's center of mass to a point of it [m, world], as `r_a` is.
     #[inline(always)]
     pub(crate) fn r_b(&self, p: &Point) -> Vec3 {
@@ -252,10 +263,12 @@ impl Contact {
 pub(crate) type Slots<'a> = PieceRows<'a, Option<Contact>>;
 
 /// All contacts.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct Contacts {
     rows: Pieces<Option<Contact>>,
     free: Vec<u32>,
+    /// Follows from the rows.
+    #[serde(skip)]
     pairs: PairSet,
     /// Of each contact, of pairs with several parts of the first only. Those with an active body come first.
     watches: Vec<Watch>,
@@ -268,10 +281,7 @@ pub(crate) struct Contacts {
 impl Contacts {
     #[inline]
     pub(crate) fn at(&self, row: u32) -> &Contact {
-        self.rows
-            .get(row as usize)
-            .and_then(Option::as_ref)
-            .expect("tables name living contacts only")
+        self.get(row).expect("tables name living contacts only")
     }
 
     #[inline]
@@ -280,6 +290,27 @@ impl Contacts {
             .get_mut(row as usize)
             .and_then(Option::as_mut)
             .expect("tables name living contacts only")
+    }
+
+    /// The contact in a row, if there is one.
+    pub(crate) fn get(&self, row: u32) -> Option<&Contact> {
+        self.rows.get(row as usize)?.as_ref()
+    }
+
+    /// Number of rows, free ones, what is watched, how many are probed, how many of those have an active body.
+    pub(crate) fn parts(&self) -> (usize, &[u32], &[Watch], usize, usize) {
+        (self.rows.len(), &self.free, &self.watches, self.probes.len(), self.awake)
+    }
+
+    /// Finds the pairs that rows are of; false if two are of the same.
+    pub(crate) fn find_pairs(&mut self) -> bool {
+        let mut pairs = PairSet::default();
+        let firsts = self.iter().filter(|(_, c)| !c.is_part);
+        let all = firsts.map(|(_, c)| pair_key(c.shape_a, c.shape_b)).fold(true, |all, key| {
+            pairs.insert(key) && all
+        });
+        self.pairs = pairs;
+        all
     }
 
     /// Asks for the first cache lines of a contact; one tells the bodies, four the shapes too.

@@ -1,5 +1,7 @@
 //! Couplings: one coordinate of a joint follows one of another, as gears, racks and mimicking fingers do.
 
+use serde::{Deserialize, Serialize};
+
 use super::bodies::Bodies;
 use super::check::finite;
 use super::def::DefError;
@@ -11,7 +13,7 @@ use crate::base::id::JointId;
 /// Holds `coordinate b = ratio · coordinate a + offset` between coordinates of joints of six axes
 /// ([`crate::JointRef::coordinates`]). Axes 0 to 2 are motions along x, y, z [m], 3 to 5 turns about them
 /// [rad]; both joints push all their bodies, the first ones too.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CouplingDef {
     /// The joint that is followed.
     pub joint_a: JointId,
@@ -62,7 +64,7 @@ impl CouplingDef {
 }
 
 /// A coupling in the tables.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Coupling {
     pub(crate) def: CouplingDef,
     /// Impulse of a substep along b [N s; N m s].

@@ -2,6 +2,8 @@
 
 use core::fmt::{self, Display};
 
+use serde::{Deserialize, Serialize};
+
 pub(crate) use super::check::{
     above_zero, at_least_zero, finite, finite_vec, position, unit, velocity,
 };
@@ -68,7 +70,7 @@ impl From<ShapeError> for DefError {
 }
 
 /// What moves a body.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum BodyKind {
     /// Nothing: it stays where it is put.
     Static,
@@ -100,7 +102,7 @@ pub enum MassDef {
 }
 
 /// Axes along or about which a body cannot move [world].
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct AxisLocks {
     /// No translation along x, y, z.
     pub linear: [bool; 3],

@@ -1,10 +1,12 @@
 //! What happened in the last step, in lists of a defined order.
 
+use serde::{Deserialize, Serialize};
+
 use crate::base::id::{BodyId, JointId, LinkId, ParticleId, ShapeId};
 use crate::base::math::Vec3;
 
 /// Two shapes began or ceased to touch.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ContactEvent {
     /// First shape.
     pub shape_a: ShapeId,
@@ -17,7 +19,7 @@ pub struct ContactEvent {
 }
 
 /// Two shapes met at speed.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct HitEvent {
     /// First shape.
     pub shape_a: ShapeId,
@@ -36,7 +38,7 @@ pub struct HitEvent {
 }
 
 /// A shape entered or left a sensor.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct SensorEvent {
     /// The sensor.
     pub sensor: ShapeId,
@@ -49,7 +51,7 @@ pub struct SensorEvent {
 }
 
 /// A joint had to bear more than its strength, and was removed.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct JointBreak {
     /// Its id, stale now.
     pub joint: JointId,
@@ -70,7 +72,7 @@ pub struct JointBreak {
 }
 
 /// What broke a joint.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum JointLimit {
     /// Its force.
     Force,
@@ -83,7 +85,7 @@ pub enum JointLimit {
 }
 
 /// A bond of a glued body broke.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct BondBreak {
     /// The body, as it was called before.
     pub body: BodyId,
@@ -98,7 +100,7 @@ pub struct BondBreak {
 }
 
 /// Why a body came apart.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum FractureCause {
     /// Its bonds broke: it goes on as the largest part, and the pieces are the others.
     Glue,
@@ -109,7 +111,7 @@ pub enum FractureCause {
 }
 
 /// A body came apart.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FractureEvent {
     /// The body; its id is stale now unless glue broke.
     pub body: BodyId,
@@ -126,7 +128,7 @@ pub struct FractureEvent {
 }
 
 /// A link between two particles was stretched too far or pulled too hard, and was removed.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LinkTear {
     /// Its id, stale now.
     pub link: LinkId,
@@ -141,7 +143,7 @@ pub struct LinkTear {
 }
 
 /// What was wrong in a step.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub enum FaultKind {
     /// The state of a body or a particle became infinite or NaN: it was put back to its last good pose,
@@ -152,7 +154,7 @@ pub enum FaultKind {
 }
 
 /// Something went wrong in a step.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Fault {
     /// The body, if it is about one.
     pub body: Option<BodyId>,
@@ -166,7 +168,7 @@ pub struct Fault {
 
 /// What happened in the last step; cleared when the next begins. Every list is in the order of the
 /// contacts' or bodies' slots, the same for any number of threads.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Events {
     /// Shapes that began to touch.
     pub contact_begin: Vec<ContactEvent>,

@@ -1,5 +1,7 @@
 //! What a user says of a body that breaks where it is hit, and how it is checked.
 
+use serde::{Deserialize, Serialize};
+
 use super::check::above_zero;
 use super::def::DefError;
 use crate::base::double::DVec3;
@@ -12,7 +14,7 @@ use crate::geometry::cells::MOST_SITES;
 /// mass, momentum and spin.
 ///
 /// A blow is what one other body gave in a step through contacts.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Fracture {
     /// Greatest impulse of a blow [N s]; above 0; default infinite: the impulse does not count.
     pub impulse: f32,

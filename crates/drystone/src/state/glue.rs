@@ -1,5 +1,7 @@
 //! What a user says of shapes glued together, and how it is checked.
 
+use serde::{Deserialize, Serialize};
+
 use super::check::{above_zero, finite_vec};
 use super::def::{DefError, ShapeDef};
 use crate::base::math::Vec3;
@@ -9,7 +11,7 @@ use crate::geometry::solid::{Core, Solid};
 
 /// How much glue bears. Stress is force over area; it goes by the mean force over a step, so a blow that is
 /// shorter than a step counts as if it took all of it.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct BondStrength {
     /// Greatest tension across the face, that of bending included [Pa]; above 0; may be infinite. Pressure
     /// breaks no bond.

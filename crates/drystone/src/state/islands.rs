@@ -2,11 +2,13 @@
 //! connection is made, split only when one of them wants to sleep. Their bodies are chained in the
 //! bodies' rows, so that merging and splitting take no memory.
 
+use serde::{Deserialize, Serialize};
+
 use super::bodies::{Bodies, Body, NONE};
 use crate::base::grow;
 
 /// Bodies that sleep and wake together.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub(crate) struct Island {
     /// First and last of its bodies; [`NONE`] while the row is free.
     pub(crate) first: u32,
@@ -20,6 +22,10 @@ pub(crate) struct Island {
 
 impl Island {
     const FREE: Self = Self { first: NONE, last: NONE, len: 0, cut: false, wait_until: 0 };
+
+    pub(super) const fn last(&self) -> u32 {
+        self.last
+    }
 
     /// Its bodies, in the order of their chain.
     pub(crate) fn bodies<'b>(
@@ -36,7 +42,7 @@ impl Island {
 }
 
 /// All islands; every dynamic body is in one.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct Islands {
     pub(crate) rows: Vec<Island>,
     free: Vec<u32>,
@@ -45,10 +51,16 @@ pub(crate) struct Islands {
     /// Then a touch below this speed wakes nothing [m/s].
     pub(crate) gentle_speed: f32,
     /// Memory for the list of an island, see [`Self::members`].
+    #[serde(skip)]
     spare: Vec<u32>,
 }
 
 impl Islands {
+    /// Rows that are free.
+    pub(super) fn free(&self) -> &[u32] {
+        &self.free
+    }
+
     /// A list of an island's bodies, for who changes islands on the way; to be given back.
     pub(crate) fn members(&mut self, island: u32, bodies: &Bodies) -> Vec<u32> {
         let mut list = core::mem::take(&mut self.spare);

@@ -1,5 +1,7 @@
 //! What a user says of a joint, and how it is checked.
 
+use serde::{Deserialize, Serialize};
+
 use super::check::{above_zero, at_least_zero, position};
 use super::coupling::CouplingDef;
 use super::def::DefError;
@@ -34,7 +36,7 @@ pub enum JointKind {
 
 /// A rope from the first body over two fixed points to the second: `length_a + ratio · length_b` is no more than
 /// its length, where the lengths are those from each anchor to its point.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Pulley {
     /// The points it goes over, that of the first body first [m, world].
     pub points: [Vec3; 2],
@@ -71,7 +73,7 @@ impl Pulley {
 }
 
 /// A damped spring.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Spring {
     /// Length without force [m]; at least 0.
     pub rest_length: f32,
@@ -108,7 +110,7 @@ pub struct JointDef {
 /// What a joint can bear. It breaks at the end of a step in which it had to bear more: it is removed, and
 /// [`crate::Events::joint_break`] tells of it. Force and torque are the means of each substep of the
 /// step, in whatever parts an island takes it.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct JointStrength {
     /// Greatest force [N]; above 0; may be infinite, as by default.
     pub force: f32,
@@ -125,7 +127,7 @@ pub struct JointStrength {
 /// ratio, the largest of force and torque, is at least `endurance`, and the joint breaks when it reaches 1.
 /// Damage adds up in whatever order loads come [Miner45], at a rate that is a power of the load
 /// [Basquin10]. The impulse has no part in it.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Fatigue {
     /// How long a load as large as the limit is borne [s]; above 0.
     pub life: f32,
@@ -174,6 +176,29 @@ impl Fatigue {
             return 0.0;
         }
         (0..self.exponent).fold(time / self.life, |damage, _| damage * part)
+    }
+}
+
+impl JointKind {
+    /// Checks every field; whether the joints that a coupling names exist is checked by the world.
+    pub(crate) fn validate(&self) -> Result<(), DefError> {
+        match self {
+            Self::Ball => Ok(()),
+            Self::Pulley(pulley) => pulley.validate().map_err(|e| e.within("pulley")),
+            Self::SixDof(six) => six.validate(),
+            Self::Coupling(coupling) => coupling.validate(),
+            Self::Distance { min, max, spring } => {
+                at_least_zero("min", *min)?;
+                at_least_zero("max", *max)?;
+                if max < min {
+                    return Err(DefError::new("max", max, "at least min"));
+                }
+                let Some(s) = spring else { return Ok(()) };
+                at_least_zero("spring.rest_length", s.rest_length)?;
+                above_zero("spring.hertz", s.hertz)?;
+                at_least_zero("spring.damping_ratio", s.damping_ratio)
+            }
+        }
     }
 }
 
@@ -278,26 +303,9 @@ impl JointDef {
         if let JointKind::Coupling(_) = self.kind {
             return Err(DefError::new("kind", "a coupling", "what World::add_coupling is given"));
         }
-        if let JointKind::Pulley(pulley) = self.kind {
-            pulley.validate().map_err(|e| e.within("pulley"))?;
-        }
-        if let JointKind::SixDof(six) = self.kind {
-            six.validate()?;
-        }
+        self.kind.validate()?;
         if let Some(strength) = self.strength {
             strength.validate().map_err(|e| e.within("strength"))?;
-        }
-        if let JointKind::Distance { min, max, spring } = self.kind {
-            at_least_zero("min", min)?;
-            at_least_zero("max", max)?;
-            if max < min {
-                return Err(DefError::new("max", max, "at least min"));
-            }
-            if let Some(s) = spring {
-                at_least_zero("spring.rest_length", s.rest_length)?;
-                above_zero("spring.hertz", s.hertz)?;
-                at_least_zero("spring.damping_ratio", s.damping_ratio)?;
-            }
         }
         Ok(())
     }

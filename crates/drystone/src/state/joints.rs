@@ -1,5 +1,7 @@
 //! Joints: one row each. Impulses are written by the solver.
 
+use serde::{Deserialize, Serialize};
+
 use super::bodies::Bodies;
 use super::colors::Place;
 use super::coupling::Coupling;
@@ -10,7 +12,7 @@ use crate::base::math::{Vec3, vec3};
 use crate::base::slot_map::SlotMap;
 
 /// What a joint does. The many numbers of a joint of six axes stand elsewhere.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) enum Link {
     Ball,
     Distance { min: f32, max: f32, spring: Option<Spring> },
@@ -44,7 +46,7 @@ impl Link {
 }
 
 /// A joint.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Joint {
     pub(crate) body_a: u32,
     pub(crate) body_b: u32,
@@ -104,7 +106,7 @@ impl Joint {
 }
 
 /// All joints.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct Joints {
     pub(crate) rows: SlotMap<JointId, Joint>,
     /// How many can break.

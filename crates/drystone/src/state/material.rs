@@ -1,11 +1,13 @@
 //! What a surface is made of, how two surfaces combine, and what may collide with what.
 
+use serde::{Deserialize, Serialize};
+
 use super::check::at_least_zero;
 use super::def::DefError;
 
 /// How the coefficients of two surfaces become one. Where two surfaces ask for different rules the
 /// one listed later here wins; the order of the last four is that of `KHR_physics_rigid_bodies`.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub enum Combine {
     /// √(a b): friction's default.
     #[default]
@@ -35,7 +37,7 @@ impl Combine {
 }
 
 /// A surface.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Material {
     /// Coulomb friction coefficient, at least 0; default 0.6. Of what sticks, and of what slides if
     /// [`kinetic_friction`](Self::kinetic_friction) is not given.
@@ -95,7 +97,7 @@ impl Default for Material {
 }
 
 /// Who collides with whom: two shapes collide if each lets the other through its filter.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Filter {
     /// The layers this shape is in, one bit each; default layer 0.
     pub layers: u64,

@@ -1,5 +1,8 @@
 //! A stepping method as data: which passes run over the rows, in which order.
 
+use serde::de::Error;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
 use super::def::DefError;
 use super::options::{
     Damping, Integration, MethodOptions, Order, Overlap, Persistence, Rest, Shock,
@@ -526,6 +529,21 @@ impl Method {
     /// Sets an option from text; `None` if there is none of this path.
     pub(crate) fn set_option(&mut self, path: &str, text: &str) -> Option<Result<(), DefError>> {
         self.options.set(path, text)
+    }
+}
+
+/// By its name, with its options.
+impl Serialize for Method {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        (self.name, self.options).serialize(serializer)
+    }
+}
+
+impl<'de> Deserialize<'de> for Method {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let (name, options) = <(String, MethodOptions)>::deserialize(deserializer)?;
+        let unknown = || D::Error::custom(format!("there is no method '{name}'"));
+        Self::named(&name).ok_or_else(unknown)?.with_options(options).map_err(D::Error::custom)
     }
 }
 

@@ -26,3 +26,4 @@ pub(crate) mod colors;
 pub(crate) mod islands;
 pub(crate) mod sets;
 pub(crate) mod tables;
+pub(crate) mod sound;

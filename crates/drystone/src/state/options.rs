@@ -1,13 +1,15 @@
 //! What can be switched of a stepping method, one technique at a time; each has a value that leaves it to
 //! the method.
 
+use serde::{Deserialize, Serialize};
+
 use super::def::DefError;
 
 /// Declares an option: its values with the words they are written as. The first is the method's own.
 macro_rules! option {
     ($(#[$doc:meta])* $name:ident { $($(#[$of:meta])* $value:ident = $word:literal,)+ }) => {
         $(#[$doc])*
-        #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+        #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
         pub enum $name {
             /// As the method has it.
             #[default]
@@ -132,7 +134,7 @@ option! {
 }
 
 /// What is switched of a method.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct MethodOptions {
     /// Order of rows.
     pub order: Order,

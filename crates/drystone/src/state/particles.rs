@@ -2,6 +2,8 @@
 //! eight, and attachments to bodies. Velocity and position are written by the particle passes of the solver
 //! and by the world only.
 
+use serde::{Deserialize, Serialize};
+
 use super::chains::{self, Chains};
 use super::material::{Filter, Material};
 use super::particle_def::{LinkKind, LinkSpring};
@@ -12,7 +14,7 @@ use crate::base::slot_map::SlotMap;
 use crate::base::wide::{LANES, Lanes};
 
 /// What is read of a particle once a step at most.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Particle {
     pub(crate) mass: f32,
     pub(crate) gravity_scale: f32,
@@ -41,7 +43,7 @@ pub(crate) struct Particle {
 }
 
 /// What passes over substeps read and write of a particle. Line 0 is nobody's: idle lanes are bound to it.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 #[repr(C, align(32))]
 pub(crate) struct ParticleLine {
     /// Velocity [m/s, world], and 1/mass [1/kg], 0 if it is pinned.
@@ -69,7 +71,7 @@ impl ParticleLine {
 }
 
 /// Eight links. Lengths, limits and impulses live from step to step; the rest is made when a step begins.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 #[repr(C, align(64))]
 pub(crate) struct LinkBlock {
     /// Lines of the particles; 0 for an idle lane.
@@ -101,7 +103,7 @@ pub(crate) struct LinkBlock {
 }
 
 /// What a lane of links is.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) enum LaneKind {
     #[default]
     Idle,
@@ -136,7 +138,7 @@ impl Default for LinkBlock {
 }
 
 /// A link: where it stands among the blocks, and when it tears.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub(crate) struct Link {
     pub(crate) color: u32,
     pub(crate) block: u32,
@@ -155,7 +157,7 @@ impl Link {
 }
 
 /// Links that share no particle, but for the last color, [`CROWD`].
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct LinkColor {
     pub(crate) blocks: Vec<LinkBlock>,
     /// Lanes that links left, last first.
@@ -170,7 +172,7 @@ pub(crate) const COLORS: usize = 64;
 pub(crate) const CROWD: usize = COLORS - 1;
 
 /// A particle held at a point of a body.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub(crate) struct Attachment {
     /// Line of the particle.
     pub(crate) line: u32,
@@ -182,7 +184,7 @@ pub(crate) struct Attachment {
 }
 
 /// What a particle that is solved with substeps touched in the last step.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub(crate) struct Touch {
     pub(crate) line: u32,
     pub(crate) shape: u32,
@@ -192,7 +194,7 @@ pub(crate) struct Touch {
 }
 
 /// All particles. Line `slot + 1` belongs to the particle in `slot`.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct Particles {
     pub(crate) rows: SlotMap<ParticleId, Particle>,
     /// Empty, or one more than there are slots.
@@ -454,6 +456,20 @@ fn number(n: usize) -> u32 {
 }
 
 impl LinkColor {
+    /// True if every lane is either in use, free or not yet used.
+    pub(super) fn is_sound(&self) -> bool {
+        let lanes = self.blocks.iter().flat_map(|block| block.kinds);
+        let idle = lanes.filter(|kind| *kind == LaneKind::Idle).count();
+        let mut free = self.free.clone();
+        free.sort_unstable();
+        free.dedup();
+        let is_idle = |(block, lane): &(u32, u8)| {
+            let block = self.blocks.get(*block as usize);
+            block.and_then(|b| b.kinds.get(usize::from(*lane))) == Some(&LaneKind::Idle)
+        };
+        self.filled <= LANES && free.len() <= idle && free.len() == self.free.len() && free.iter().all(is_idle)
+    }
+
     /// A lane for one more link. Of the crowd each has a block of its own.
     fn take_lane(&mut self, alone: bool) -> (u32, u8) {
         if let Some(lane) = self.free.pop() {

@@ -53,12 +53,8 @@ impl Sets<'_> {
         }
     }
 
-    /// True if the contact needs more than normal and friction.
     fn is_special(&self, row: u32) -> bool {
-        let c = self.contacts.at(row);
-        let kinematic = |b: u32| self.bodies.at(b).kind == BodyKind::Kinematic;
-        let surface = c.restitution > 0.0 || c.rolling > 0.0 || c.kinetic < 1.0 || c.belt;
-        surface || kinematic(c.body_a) || kinematic(c.body_b)
+        self.contacts.at(row).is_special(self.bodies)
     }
 
     /// Gives a contact another surface, wherever it stands.

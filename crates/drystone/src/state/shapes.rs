@@ -2,6 +2,8 @@
 
 use std::sync::Arc;
 
+use serde::{Deserialize, Serialize};
+
 use super::bodies::Body;
 use super::material::{Filter, Material};
 use crate::base::aabb::Aabb;
@@ -14,9 +16,10 @@ use crate::geometry::shape::Shape;
 use crate::geometry::solid::{Core, Solid};
 
 /// A shape of a body. What the narrowphase reads of it stands in the first two cache lines.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 #[repr(C, align(64))]
 pub(crate) struct ShapeRow {
+    #[serde(skip, default = "no_solid")]
     pub(crate) solid: Solid,
     /// Box in the tree: the shape's, grown [m, world].
     pub(crate) fat: Aabb,
@@ -29,6 +32,7 @@ pub(crate) struct ShapeRow {
     /// It is a hull, a half-space or a mesh: its manifolds may be recycled.
     pub(crate) flat: bool,
 
+    #[serde(skip, default = "no_shape")]
     pub(crate) shape: Shape,
     /// Where it sits [frame of the body's origin].
     pub(crate) local: Pose,
@@ -65,6 +69,15 @@ impl ShapeRow {
     pub(crate) fn is_mesh(&self) -> bool {
         matches!(self.solid.core, Core::Mesh(_))
     }
+}
+
+/// Shapes are saved beside their rows, for they share hulls and meshes: see `world::snapshot`.
+const fn no_shape() -> Shape {
+    Shape::sphere(1.0)
+}
+
+fn no_solid() -> Solid {
+    Solid::of(&no_shape())
 }
 
 /// What the surfaces of two shapes do together.
@@ -106,10 +119,11 @@ impl PairSurface {
 }
 
 /// All shapes.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct Shapes {
     pub(crate) rows: SlotMap<ShapeId, ShapeRow>,
     /// The hull of the box that was added last: boxes of one size share theirs.
+    #[serde(skip)]
     last_box: Option<Arc<Hull>>,
 }
 

@@ -1,5 +1,7 @@
 //! Joints of six axes in the tables.
 
+use serde::{Deserialize, Serialize};
+
 use super::sixdof::{JointAxis, JointMotion, JointSpring, SixDof};
 use crate::base::math::Vec3;
 use crate::base::quat::Quat;
@@ -19,7 +21,8 @@ pub(crate) const NO_SWING: f32 = 0.5e-6;
 pub(crate) const LEAST_TWIST: f32 = 0.2;
 
 /// A joint of six axes.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(from = "(SixDof, SixState)", into = "(SixDof, SixState)")]
 pub(crate) struct Six {
     pub(crate) def: SixDof,
     pub(crate) laws: SixLaws,
@@ -27,7 +30,7 @@ pub(crate) struct Six {
 }
 
 /// What a joint of six axes keeps from step to step, written by the solver; packed as rows of four numbers.
-#[derive(Clone, Copy, Debug, Default, bytemuck::Pod, bytemuck::Zeroable)]
+#[derive(Clone, Copy, Debug, Default, bytemuck::Pod, bytemuck::Zeroable, Serialize, Deserialize)]
 #[repr(C)]
 pub(crate) struct SixState {
     /// Impulse of a substep of each axis: what holds or drives it, its friction, its limit [N s; N m s].
@@ -226,6 +229,19 @@ impl Six {
     /// The turns between bodies with these rotations.
     pub(crate) fn turns(&self, a: Quat, b: Quat) -> Turns {
         self.def.turns(a * self.def.frame_a, b * self.def.frame_b, self.state.angles)
+    }
+}
+
+/// As it is saved: what the solver asks follows from the definition, whose frames are of unit length.
+impl From<(SixDof, SixState)> for Six {
+    fn from((def, state): (SixDof, SixState)) -> Self {
+        Self { def, laws: SixLaws::new(&def), state }
+    }
+}
+
+impl From<Six> for (SixDof, SixState) {
+    fn from(six: Six) -> Self {
+        (six.def, six.state)
     }
 }
 

@@ -1,12 +1,14 @@
 //! Joints of six axes: what each axis of a joint's frame may do, and what a user says of it.
 
+use serde::{Deserialize, Serialize};
+
 use super::check::{above_zero, at_least_zero, unit};
 use super::def::DefError;
 use crate::base::math::{Vec3, vec3};
 use crate::base::quat::Quat;
 
 /// A damped spring along or about an axis.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct JointSpring {
     /// Force per displacement [N/m; N m/rad; 1/s² if `per_mass`]; at least 0.
     pub stiffness: f32,
@@ -41,7 +43,7 @@ impl JointSpring {
 }
 
 /// How far an axis lets the second body move or turn against the first.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub enum JointMotion {
     /// Any way.
     #[default]
@@ -60,7 +62,7 @@ pub enum JointMotion {
 }
 
 /// A spring toward a moving place, or a motor.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct JointDrive {
     /// Coordinate without force [m; rad].
     pub position: f32,
@@ -98,7 +100,7 @@ impl JointDrive {
 }
 
 /// One axis of a joint.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct JointAxis {
     /// How far it lets the bodies move.
     pub motion: JointMotion,
@@ -183,7 +185,7 @@ impl JointAxis {
 }
 
 /// How far the x axis of the second frame may swing from that of the first.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct JointCone {
     /// Greatest swing about y, and about z [rad]; above 0. Between them the limit is an ellipse.
     pub swing: [f32; 2],
@@ -220,7 +222,7 @@ impl JointCone {
 /// Of the angles: where one axis is not locked it is the turn about that axis, counted on over full turns;
 /// where two are not locked the first stays with body A, the second with body B, and they are always at
 /// right angles (a universal joint); where none is locked, or with a cone, x is the twist, y and z the swing.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SixDof {
     /// The joint's axes [frame of the first body]; unit.
     pub frame_a: Quat,

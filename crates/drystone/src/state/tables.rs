@@ -1,5 +1,7 @@
 //! All tables of a world.
 
+use serde::{Deserialize, Serialize};
+
 use super::bodies::Bodies;
 use super::bounds::Bounds;
 use super::breakage::Breakage;
@@ -13,7 +15,7 @@ use super::particles::Particles;
 use super::shapes::Shapes;
 
 /// Everything that lives from step to step.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct Tables {
     pub(crate) config: WorldConfig,
     pub(crate) bodies: Bodies,

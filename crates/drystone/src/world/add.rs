@@ -131,10 +131,7 @@ impl World {
             Shape::Cone { radius_bottom, radius_top, .. } => radius_bottom.max(radius_top),
             _ => 0.0,
         };
-        let flat = matches!(
-            def.shape,
-            Shape::Box { .. } | Shape::Hull(_) | Shape::Mesh(_) | Shape::HalfSpace { .. }
-        );
+        let flat = def.shape.is_flat();
         let b = self.tables.bodies.at(body);
         let centered = Pose { position: local.position - b.local_center, rotation: local.rotation };
         let fixed = b.kind == BodyKind::Static;

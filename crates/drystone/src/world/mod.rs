@@ -10,6 +10,7 @@ mod joint;
 mod mass;
 mod particle;
 mod shape;
+mod snapshot;
 mod strand;
 mod view;
 
@@ -18,6 +19,7 @@ pub use self::breakage::BondRef;
 pub use self::impact::{Impact, ImpactBody, ImpactSurface, impact};
 pub use self::joint::JointRef;
 pub use self::particle::{LinkRef, ParticleMut, ParticleRef};
+pub use self::snapshot::SnapshotError;
 pub use self::shape::{ShapeMut, ShapeRef};
 pub use self::strand::{ClothDef, RopeDef, Strand};
 pub use self::view::{ContactPoint, ContactRef, WorldCounts};

@@ -8,7 +8,7 @@ use crate::base::double::{DVec3, greater, lesser};
 use crate::base::math::Vec3;
 
 /// Coordinates beyond it are refused [m]: their products leave f32.
-const MAX_COORDINATE: f32 = 1.0e7;
+pub(super) const MAX_COORDINATE: f32 = 1.0e7;
 
 /// A closed surface of triangles with n vertices has 6n - 12 half-edges, numbered in 16 bits.
 const MOST_VERTICES: usize = 10_000;

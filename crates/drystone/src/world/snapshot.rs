@@ -1,0 +1,427 @@
+//! Snapshots: a whole world as bytes, and a world from them.
+
+use std::borrow::Cow;
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use serde::{Deserialize, Serialize};
+
+use super::World;
+use crate::base::hash::StateHash;
+use crate::base::math::Vec3;
+use crate::geometry::hull::Hull;
+use crate::geometry::mesh::Mesh;
+use crate::geometry::shape::Shape;
+use crate::state::events::Events;
+use crate::state::shapes::Shapes;
+use crate::state::sound::Unsound;
+use crate::state::tables::Tables;
+
+/// First bytes of a snapshot.
+const MAGIC: [u8; 8] = *b"drystone";
+/// Of the layout; goes up whenever anything that is saved changes.
+const VERSION: u32 = 1;
+/// Magic, version, checksum.
+const HEADER: usize = 8 + 4 + 8;
+
+/// Why bytes are no world.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum SnapshotError {
+    /// They are not a snapshot.
+    NotASnapshot,
+    /// They are a snapshot of another version of the layout: theirs, and the one that is read.
+    Version {
+        /// Theirs.
+        found: u32,
+        /// The one that is read.
+        read: u32,
+    },
+    /// They were cut off or changed since they were written.
+    Damaged,
+    /// They say what no world can be.
+    Unsound(&'static str),
+}
+
+impl core::fmt::Display for SnapshotError {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        match self {
+            Self::NotASnapshot => write!(f, "this is no snapshot of a world"),
+            Self::Version { found, read } => {
+                write!(f, "the snapshot has version {found}, allowed is version {read}")
+            }
+            Self::Damaged => write!(f, "the snapshot was cut off or changed"),
+            Self::Unsound(what) => write!(f, "the snapshot is of no world: {what}"),
+        }
+    }
+}
+
+impl core::error::Error for SnapshotError {}
+
+/// What is saved of a world: all that outlives a step.
+#[derive(Serialize, Deserialize)]
+struct Saved<'a> {
+    tables: Cow<'a, Tables>,
+    last_h: f32,
+    pending: Cow<'a, Events>,
+    /// Each once, however many shapes share it.
+    hulls: Vec<Cow<'a, Hull>>,
+    meshes: Vec<Cow<'a, Mesh>>,
+    /// In the order of their rows.
+    shapes: Vec<SavedShape>,
+}
+
+/// A [`Shape`] with the number of its hull or mesh.
+#[derive(Clone, Copy, Serialize, Deserialize)]
+enum SavedShape {
+    Sphere { radius: f32 },
+    Capsule { half_height: f32, radius: f32 },
+    Box { half_extents: Vec3 },
+    Cylinder { half_height: f32, radius: f32 },
+    Cone { half_height: f32, radius_bottom: f32, radius_top: f32 },
+    Hull(u32),
+    HalfSpace { normal: Vec3, offset: f32 },
+    Mesh(u32),
+}
+
+/// What shapes share, in the order in which it is met.
+struct Pool<'a, T: Clone> {
+    items: Vec<Cow<'a, T>>,
+    /// By where it is in memory, which only tells what is the same.
+    numbers: BTreeMap<usize, u32>,
+}
+
+impl<'a, T: Clone> Pool<'a, T> {
+    const fn new() -> Self {
+        Self { items: Vec::new(), numbers: BTreeMap::new() }
+    }
+
+    fn number(&mut self, item: &'a Arc<T>) -> u32 {
+        let next = u32::try_from(self.items.len()).expect("fewer than 2^32 shapes");
+        let place = Arc::as_ptr(item).addr();
+        *self.numbers.entry(place).or_insert_with(|| {
+            self.items.push(Cow::Borrowed(item));
+            next
+        })
+    }
+}
+
+impl SavedShape {
+    fn of<'a>(shape: &'a Shape, hulls: &mut Pool<'a, Hull>, meshes: &mut Pool<'a, Mesh>) -> Self {
+        match *shape {
+            Shape::Sphere { radius } => Self::Sphere { radius },
+            Shape::Capsule { half_height, radius } => Self::Capsule { half_height, radius },
+            Shape::Box { half_extents } => Self::Box { half_extents },
+            Shape::Cylinder { half_height, radius } => Self::Cylinder { half_height, radius },
+            Shape::Cone { half_height, radius_bottom, radius_top } => {
+                Self::Cone { half_height, radius_bottom, radius_top }
+            }
+            Shape::Hull(ref hull) => Self::Hull(hulls.number(hull)),
+            Shape::HalfSpace { normal, offset } => Self::HalfSpace { normal, offset },
+            Shape::Mesh(ref mesh) => Self::Mesh(meshes.number(mesh)),
+        }
+    }
+
+    fn load(self, hulls: &[Arc<Hull>], meshes: &[Arc<Mesh>]) -> Option<Shape> {
+        Some(match self {
+            Self::Sphere { radius } => Shape::Sphere { radius },
+            Self::Capsule { half_height, radius } => Shape::Capsule { half_height, radius },
+            Self::Box { half_extents } => Shape::Box { half_extents },
+            Self::Cylinder { half_height, radius } => Shape::Cylinder { half_height, radius },
+            Self::Cone { half_height, radius_bottom, radius_top } => {
+                Shape::Cone { half_height, radius_bottom, radius_top }
+            }
+            Self::Hull(number) => Shape::Hull(Arc::clone(hulls.get(number as usize)?)),
+            Self::HalfSpace { normal, offset } => Shape::HalfSpace { normal, offset },
+            Self::Mesh(number) => Shape::Mesh(Arc::clone(meshes.get(number as usize)?)),
+        })
+    }
+}
+
+/// Gives rows their shapes back.
+fn load_shapes(
+    shapes: &mut Shapes,
+    saved: &[SavedShape],
+    hulls: Vec<Cow<'_, Hull>>,
+    meshes: Vec<Cow<'_, Mesh>>,
+) -> Result<(), Unsound> {
+    let hulls: Vec<Arc<Hull>> = hulls.into_iter().map(|h| Arc::new(h.into_owned())).collect();
+    let meshes: Vec<Arc<Mesh>> = meshes.into_iter().map(|m| Arc::new(m.into_owned())).collect();
+    if saved.len() != shapes.rows.len() {
+        return Err("shapes have not one row each");
+    }
+    let mut saved = saved.iter();
+    for place in 0..shapes.rows.slot_count() {
+        let row = u32::try_from(place).map_err(|_| "there are too many shapes")?;
+        if shapes.rows.at(row).is_none() {
+            continue;
+        }
+        let shape = saved.next().and_then(|s| s.load(&hulls, &meshes));
+        let shape = shape.ok_or("a shape has no hull or mesh")?;
+        shape.validate().map_err(|_| "a shape is out of range")?;
+        let solid = shapes.solid(&shape);
+        let row = shapes.at_mut(row);
+        (row.shape, row.solid) = (shape, solid);
+    }
+    Ok(())
+}
+
+/// The hash of bytes.
+fn checksum(bytes: &[u8]) -> u64 {
+    let mut hash = StateHash::default();
+    let (words, rest) = bytes.as_chunks::<4>();
+    for word in words {
+        hash.word(u32::from_le_bytes(*word));
+    }
+    for byte in rest {
+        hash.word(u32::from(*byte));
+    }
+    hash.finish()
+}
+
+/// Takes the first `N` bytes off.
+fn split<'a, const N: usize>(bytes: &mut &'a [u8]) -> Option<[u8; N]> {
+    let (first, rest) = bytes.split_first_chunk::<N>()?;
+    *bytes = rest;
+    Some(*first)
+}
+
+impl World {
+    /// The whole world as bytes, the same on every machine: from them [`World::restore`] makes one that goes on with
+    /// the same bits, whose ids are those of this one, so that what a user holds stays valid. Hulls and meshes are in
+    /// it once each. Left out are the executor and the SIMD level, which change no result, and the books of
+    /// [`World::begin_ledger`].
+    ///
+    /// ```
+    /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+    /// use drystone::{BodyDef, ShapeDef, World};
+    ///
+    /// let mut world = World::default();
+    /// world.add_body(BodyDef::fixed().with_shape(ShapeDef::half_space([0.0, 1.0, 0.0], 0.0)))?;
+    /// let ball = BodyDef::dynamic().with_position([0.0, 2.0, 0.0]);
+    /// let ball = world.add_body(ball.with_shape(ShapeDef::sphere(0.5)))?;
+    /// world.step(1.0 / 60.0);
+    ///
+    /// let mut later = World::restore(&world.snapshot())?;
+    /// for _ in 0..100 {
+    ///     world.step(1.0 / 60.0);
+    ///     later.step(1.0 / 60.0);
+    ///     assert_eq!(world.state_hash(), later.state_hash());
+    /// }
+    /// assert_eq!(world.body(ball).map(|b| b.position()), later.body(ball).map(|b| b.position()));
+    /// # Ok(())
+    /// # }
+    /// ```
+    #[must_use]
+    pub fn snapshot(&self) -> Vec<u8> {
+        let (mut hulls, mut meshes) = (Pool::new(), Pool::new());
+        let rows = self.tables.shapes.rows.iter();
+        let shapes = rows.map(|(_, s)| SavedShape::of(&s.shape, &mut hulls, &mut meshes)).collect();
+        let saved = Saved {
+            tables: Cow::Borrowed(&self.tables),
+            last_h: self.last_h,
+            pending: Cow::Borrowed(&self.pending),
+            hulls: hulls.items,
+            meshes: meshes.items,
+            shapes,
+        };
+        let body = postcard::to_stdvec(&saved).expect("tables of numbers and lists can be written");
+        let mut bytes = Vec::with_capacity(HEADER + body.len());
+        bytes.extend_from_slice(&MAGIC);
+        bytes.extend_from_slice(&VERSION.to_le_bytes());
+        bytes.extend_from_slice(&checksum(&body).to_le_bytes());
+        bytes.extend_from_slice(&body);
+        bytes
+    }
+
+    /// The world of a [`World::snapshot`], whoever wrote it: what is no world is refused, not trusted. It steps on
+    /// the calling thread until it is given another executor.
+    ///
+    /// # Errors
+    /// Why the bytes are no world.
+    pub fn restore(mut bytes: &[u8]) -> Result<Self, SnapshotError> {
+        if split(&mut bytes) != Some(MAGIC) {
+            return Err(SnapshotError::NotASnapshot);
+        }
+        let found = u32::from_le_bytes(split(&mut bytes).ok_or(SnapshotError::Damaged)?);
+        if found != VERSION {
+            return Err(SnapshotError::Version { found, read: VERSION });
+        }
+        let sum = u64::from_le_bytes(split(&mut bytes).ok_or(SnapshotError::Damaged)?);
+        if sum != checksum(bytes) {
+            return Err(SnapshotError::Damaged);
+        }
+        Self::decode(bytes)
+    }
+
+    /// The world of what follows the header.
+    fn decode(bytes: &[u8]) -> Result<Self, SnapshotError> {
+        let unread = |_| SnapshotError::Unsound("a list or a number is not what it should be");
+        let (saved, rest) = postcard::take_from_bytes::<Saved<'_>>(bytes).map_err(unread)?;
+        if !rest.is_empty() {
+            return Err(SnapshotError::Unsound("there is more than a world"));
+        }
+        let Saved { tables, last_h, pending, hulls, meshes, shapes } = saved;
+        let mut tables = tables.into_owned();
+        let sound = load_shapes(&mut tables.shapes, &shapes, hulls, meshes)
+            .and_then(|()| tables.check())
+            .and_then(|()| tables.contacts.find_pairs().then_some(()).ok_or("two contacts are of one pair"))
+            .and_then(|()| (0.0..=10.0).contains(&last_h).then_some(()).ok_or("its last step is out of range"));
+        sound.map_err(SnapshotError::Unsound)?;
+        Ok(Self { tables, last_h, pending: pending.into_owned(), ..Self::default() })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use super::{HEADER, SnapshotError};
+    use crate::base::random::Random;
+    use crate::{
+        BodyDef, BondStrength, ClothDef, CouplingDef, Fracture, Glue, Hull, JointAxis, JointDef,
+        JointDrive, LinkKind, Mesh, Method, Pulley, Quat, RopeDef, Shape, ShapeDef, SixDof,
+        Vec3, World, WorldConfig, vec3,
+    };
+
+    const DT: f32 = 1.0 / 60.0;
+
+    /// A little of everything, after some steps.
+    fn everything(method: &str) -> World {
+        let method = Method::named(method).unwrap();
+        let mut world = World::new(WorldConfig { method, ..WorldConfig::default() }).unwrap();
+        let corner = |x: f32, z: f32| vec3(x, 0.1 * (x + z), z);
+        let corners = [(-9.0, -9.0), (9.0, -9.0), (9.0, 9.0), (-9.0, 9.0), (0.0, 0.0)];
+        let corners = corners.map(|(x, z)| corner(x, z)).to_vec();
+        let triangles = vec![[0, 1, 4], [1, 2, 4], [2, 3, 4], [3, 0, 4]];
+        let mesh = Arc::new(Mesh::new(corners, triangles).unwrap());
+        let ground = BodyDef::fixed().with_shape(ShapeDef::new(Shape::Mesh(mesh)));
+        let ground = world.add_body(ground).unwrap();
+        let stone: Vec<Vec3> = (0..6_u8)
+            .flat_map(|i| {
+                let (s, c) = (f32::from(i) * 1.1).sin_cos();
+                [vec3(c, 0.4, s), vec3(0.8 * s, -0.5, c)]
+            })
+            .collect();
+        let stone = Arc::new(Hull::from_points(&stone).unwrap());
+        let at = |x: f32, y: f32, z: f32| BodyDef::dynamic().with_position([x, y, z]);
+        let cube = ShapeDef::box_half([0.4; 3]).with_restitution(0.2);
+        for i in 0..4_u8 {
+            let i = f32::from(i);
+            world.add_body(at(0.1 * i, 0.6 + 0.8 * i, 0.0).with_shape(cube.clone())).unwrap();
+            let stone = ShapeDef::new(Shape::Hull(Arc::clone(&stone)));
+            world.add_body(at(-3.0 + 2.0 * i, 3.0, -4.0).with_shape(stone)).unwrap();
+        }
+        world.add_body(at(6.0, 3.0, 6.0).with_shape(ShapeDef::sphere(0.5))).unwrap();
+        let hung = |shape| at(-5.0, 5.0, 2.0).with_shape(shape);
+        let arm = world.add_body(hung(ShapeDef::capsule(0.5, 0.1))).unwrap();
+        let hand = at(-5.0, 4.0, 2.0).with_shape(ShapeDef::cylinder(0.3, 0.1));
+        let hand = world.add_body(hand).unwrap();
+        let mut hinge = |a, b, y: f32| {
+            let axis = JointAxis::driven(JointDrive::motor(1.0, 500.0));
+            let about = SixDof::hinge(axis);
+            let def = world.joint_along(a, b, [-5.0, y, 2.0], Vec3::Z, about).unwrap();
+            world.add_joint(def.with_strength(1.0e6, 1.0e6)).unwrap()
+        };
+        let joints = [hinge(ground, arm, 6.0), hinge(arm, hand, 4.5)];
+        world.add_coupling(CouplingDef::gear(joints[0], joints[1], -2.0)).unwrap();
+        let weight = |x: f32| at(x, 4.0, 5.0).with_shape(ShapeDef::sphere(0.3));
+        let (left, right) = (world.add_body(weight(-2.0)).unwrap(), world.add_body(weight(2.0)).unwrap());
+        let points = [vec3(-2.0, 8.0, 5.0), vec3(2.0, 8.0, 5.0)];
+        let over = Pulley { points, ratio: 1.0, length: 8.0, is_rigid: false };
+        world.add_joint(JointDef::pulley(left, [0.0; 3], right, [0.0; 3], over)).unwrap();
+        let swing = world.add_body(at(-7.0, 4.0, -2.0).with_shape(ShapeDef::sphere(0.3))).unwrap();
+        world.add_joint(JointDef::ball(ground, [-8.0, 5.0, -2.0], swing, [-1.0, 1.0, 0.0])).unwrap();
+        let rope = RopeDef { kind: LinkKind::Equal, ..RopeDef::between([5.0, 6.0, 0.0], [5.0, 4.0, 0.0], 5) };
+        let rope = world.add_rope(&rope).unwrap();
+        let load = world.add_body(at(5.0, 3.7, 0.0).with_shape(ShapeDef::sphere(0.3))).unwrap();
+        world.attach_particle(rope.particles[5], load, [0.0, 0.3, 0.0]).unwrap();
+        world.particle_mut(rope.particles[0]).unwrap().set_pinned(true);
+        let cloth = ClothDef::new([2.0, 3.0, -1.0], [Vec3::X, Vec3::Z], [3, 3]);
+        world.add_cloth(&cloth).unwrap();
+        let piece = |i: u8| ShapeDef::box_half([0.3; 3]).with_position(vec3(0.6 * f32::from(i), 0.0, 0.0));
+        let shapes: Vec<ShapeDef> = (0..3).map(piece).collect();
+        let glue = Glue::touching(&shapes, 1.0e-3, BondStrength::both(1.0e5)).unwrap();
+        let rod = BodyDef { shapes, ..at(-6.0, 3.0, 6.0) };
+        world.add_body(rod.with_glue(glue)).unwrap();
+        let brittle = at(4.0, 3.0, 4.0).with_shape(ShapeDef::box_half([0.4; 3]));
+        let brittle = BodyDef { fracture: Some(Fracture::by_impulse(100.0).with_pieces(4)), ..brittle };
+        world.add_body(brittle).unwrap();
+        let gate = ShapeDef { sensor: true, ..ShapeDef::box_half([2.0, 2.0, 2.0]) };
+        world.add_body(BodyDef::fixed().with_shape(gate)).unwrap();
+        let mill = BodyDef::kinematic().with_position([3.0, 1.0, -6.0]).with_angular_velocity([0.0, 1.0, 0.0]);
+        let mill = mill.with_rotation(Quat::from_axis_angle(Vec3::Y, 0.3));
+        world.add_body(mill.with_shape(ShapeDef::box_half([2.0, 0.2, 0.2]))).unwrap();
+        let gone = world.add_body(at(0.0, 50.0, 0.0).with_shape(ShapeDef::sphere(1.0))).unwrap();
+        world.remove_body(gone);
+        let asleep = BodyDef { asleep: true, ..at(0.0, 90.0, 0.0) };
+        world.add_body(asleep.with_shape(ShapeDef::sphere(1.0))).unwrap();
+        for _ in 0..40 {
+            world.step(DT);
+        }
+        world
+    }
+
+    #[test]
+    fn what_is_no_snapshot_is_refused() {
+        let bytes = everything("soft-step").snapshot();
+        assert_eq!(World::restore(b"").unwrap_err(), SnapshotError::NotASnapshot);
+        assert_eq!(World::restore(b"drystont....").unwrap_err(), SnapshotError::NotASnapshot);
+        for end in [8, 11, 19, HEADER, bytes.len() - 1] {
+            assert_eq!(World::restore(&bytes[..end]).unwrap_err(), SnapshotError::Damaged, "{end}");
+        }
+        let mut later = bytes.clone();
+        later[8] += 1;
+        let error = World::restore(&later).unwrap_err();
+        assert!(matches!(error, SnapshotError::Version { found: 2, read: 1 }), "{error}");
+        let mut changed = bytes;
+        changed[HEADER + 100] ^= 1;
+        assert_eq!(World::restore(&changed).unwrap_err(), SnapshotError::Damaged);
+    }
+
+    /// With the checksum made right: a stranger can do that. What is taken for a world must be one.
+    #[test]
+    fn changed_bytes_are_refused_or_give_a_world_that_steps() {
+        let count = std::env::var("DRYSTONE_FUZZ").ok().and_then(|n| n.parse().ok()).unwrap_or(400);
+        for method in ["soft-step", "guendelman"] {
+            let bytes = everything(method).snapshot().split_off(HEADER);
+            let mut random = Random::new(7);
+            let mut below = |n: usize| usize::try_from(random.next() % n as u64).unwrap();
+            let mut taken = 0;
+            for case in 0..count {
+                let mut changed = bytes.clone();
+                for _ in 0..=below(3) {
+                    let at = below(changed.len());
+                    match below(6) {
+                        0 => changed[at] ^= 1 << below(8),
+                        1 => changed[at] = changed[at].wrapping_add(1),
+                        2 => changed[at] = [0, 1, 0x7f, 0x80, 0xff][below(5)],
+                        3 => {
+                            changed.remove(at);
+                        }
+                        4 => changed.truncate(at),
+                        _ => {
+                            let from = below(changed.len());
+                            let n = below(40).min(changed.len() - from.max(at));
+                            changed.copy_within(from..from + n, at);
+                        }
+                    }
+                    if changed.is_empty() {
+                        break;
+                    }
+                }
+                let run = std::panic::catch_unwind(|| {
+                    let Ok(mut world) = World::decode(&changed) else { return false };
+                    for _ in 0..30 {
+                        world.step(DT);
+                    }
+                    let _ = (world.audit(), world.snapshot());
+                    true
+                });
+                taken += usize::from(run.unwrap_or_else(|_| panic!("{method}, case {case}")));
+            }
+            println!("{method}: {taken} of {count} are worlds");
+            assert!(taken * 20 > count, "{taken} of {count}: hardly any is looked at");
+        }
+    }
+}
