@@ -7,6 +7,7 @@ use std::str::FromStr;
 use clap::builder::PossibleValuesParser;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use drystone::{Method, SimdLevel};
+use serde::{Deserialize, Serialize};
 
 use crate::render::{CameraSpec, RenderKind};
 
@@ -40,6 +41,8 @@ pub(crate) enum Command {
     Simulate(Box<Simulate>),
     /// Open a window on a scene: watch it, stop it, turn time back, pull and shoot at it
     View(View),
+    /// Run again what was recorded, and tell where it comes to something else
+    Replay(Replay),
     /// Measure how long a step takes: the mean of each run, its median over runs
     Bench(Bench),
     /// Run one scene by several methods and settings, side by side
@@ -61,6 +64,8 @@ Examples:
   drystone simulate scene.glb --hz 120 --trace motion.csv --events events.jsonl
   drystone simulate mesh.glb --auto-colliders hull --bake out.glb
   drystone simulate wall:ball=1 --render wall.png
+  drystone simulate wall:ball=1 --seconds 2 --snapshot wall.run
+  drystone simulate --resume wall.run --seconds 3 --trace later.csv
   drystone simulate washer --render washer.mp4 --camera turntable --size 1920x1080
 
 Exit status:
@@ -73,12 +78,20 @@ The result depends on the scene and on --hz, --substeps, --method and --set alon
 instruction set, machine, or on which outputs were asked for.";
 
 /// Which scene.
-#[derive(Args, Clone, Debug)]
+#[derive(Args, Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Source {
     /// A built-in scene (`drystone scenes`) with parameters such as pyramid:base=40, or a .gltf,
     /// .glb, .obj, .urdf, .xml (MJCF) or .json (Rigid-IPC) file
     pub(crate) scene: String,
 
+    /// How it is read.
+    #[command(flatten)]
+    pub(crate) reading: Reading,
+}
+
+/// How a file is read.
+#[derive(Args, Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Reading {
     /// For files without physics: every mesh becomes a dynamic body with this collider, the lowest
     /// a static one
     #[arg(long, value_name = "KIND")]
@@ -95,7 +108,7 @@ pub(crate) struct Source {
 }
 
 /// What a robot's first link hangs on.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
 pub(crate) enum Base {
     /// As its joints look
     Auto,
@@ -111,7 +124,7 @@ fn height(text: &str) -> Result<f32, String> {
 }
 
 /// What a mesh without physics collides as.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
 pub(crate) enum AutoColliders {
     /// Its convex hull
     Hull,
@@ -134,7 +147,7 @@ pub(crate) struct Length {
 }
 
 /// What is said of the world, over what the scene says.
-#[derive(Args, Clone, Debug)]
+#[derive(Args, Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Settings {
     /// Steps per second [default: the scene's own, else 60]
     #[arg(long, value_name = "F", value_parser = hz)]
@@ -430,9 +443,14 @@ pub(crate) struct Format {
 #[derive(Args, Debug)]
 #[command(after_help = SIMULATE_EXAMPLES)]
 pub(crate) struct Simulate {
-    /// Which scene.
+    /// A built-in scene (`drystone scenes`) with parameters such as pyramid:base=40, or a .gltf,
+    /// .glb, .obj, .urdf, .xml (MJCF) or .json (Rigid-IPC) file; with --resume it may be left out
+    #[arg(required_unless_present = "resume")]
+    pub(crate) scene: Option<String>,
+
+    /// How it is read.
     #[command(flatten)]
-    pub(crate) source: Source,
+    pub(crate) reading: Reading,
 
     /// How long.
     #[command(flatten)]
@@ -474,11 +492,52 @@ pub(crate) struct Simulate {
     #[arg(long, value_name = "FILE.json")]
     pub(crate) report: Option<PathBuf>,
 
+    /// Write the whole world as it is at the end, for --resume
+    #[arg(long, value_name = "FILE")]
+    pub(crate) snapshot: Option<PathBuf>,
+
+    /// Go on from a snapshot, for the further --seconds or --steps: every bit is as if the run had not
+    /// been interrupted. SCENE may be left out; it must be the one that the snapshot came from. The
+    /// world is set as it was but for what --hz, --substeps, --method and --set say now
+    #[arg(long, value_name = "FILE")]
+    pub(crate) resume: Option<PathBuf>,
+
+    /// Write a log of the run that `drystone replay` runs again and compares, step by step
+    #[arg(long, value_name = "FILE")]
+    pub(crate) record: Option<PathBuf>,
+
     /// Tell how right the world is at the end: where energy came from and went, momentum, overlaps,
     /// friction, what contacts left unsolved, what is awake and why. Steps take longer with the ledger
     /// that this needs
     #[arg(long)]
     pub(crate) audit: bool,
+}
+
+const REPLAY_EXAMPLES: &str = "\
+Examples:
+  drystone simulate wrecking_ball --record run.log
+  drystone replay run.log
+  drystone replay run.log --threads 1 --simd scalar
+
+Exit status:
+  0  every step came to the same bits
+  1  one did not: its number, the stage and the body are told; or the log cannot be read
+  2  wrong usage";
+
+/// `drystone replay`.
+#[derive(Args, Debug)]
+#[command(after_help = REPLAY_EXAMPLES)]
+pub(crate) struct Replay {
+    /// What `simulate --record` wrote
+    pub(crate) log: PathBuf,
+
+    /// Worker threads, the caller included [default: all cores]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=256))]
+    pub(crate) threads: Option<u16>,
+
+    /// Instruction set to use [default: the machine's best]
+    #[arg(long, value_name = "LEVEL", value_parser = simd_levels())]
+    pub(crate) simd: Option<String>,
 }
 
 /// `--render` and what belongs to it.
@@ -623,7 +682,7 @@ mod tests {
             "--simd x",
             "--bake x.obj",
             "--seconds 1 --steps 1",
-            "--snapshot x",
+            "--every 2 --snapshot",
         ] {
             let line = format!("drystone simulate hello {bad}");
             let result = Cli::try_parse_from(line.split(' '));

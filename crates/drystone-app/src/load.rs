@@ -62,13 +62,15 @@ pub(crate) fn load(source: &Source, gravity: Option<Vec3>) -> Result<Loaded, Fai
     let looks_like_a_file = has_extension(path, &FILES) || path.components().count() > 1;
     if !looks_like_a_file {
         match drystone_scene::named(&source.scene) {
-            Ok(_) if source.auto_colliders.is_some() => {
+            Ok(_) if source.reading.auto_colliders.is_some() => {
                 return Err(Failure::usage(format_args!(
                     "--auto-colliders is for files; {} is a built-in scene",
                     source.scene
                 )));
             }
-            Ok(_) if source.base.is_some() || source.ground.is_some() => return Err(not_a_robot()),
+            Ok(_) if source.reading.base.is_some() || source.reading.ground.is_some() => {
+                return Err(not_a_robot());
+            }
             Ok(scene) => return Ok(Loaded::BuiltIn(Box::new(scene))),
             Err(e) if !path.exists() => {
                 return Err(Failure::failed(format_args!("{}: {e}", source.scene)));
@@ -80,7 +82,7 @@ pub(crate) fn load(source: &Source, gravity: Option<Vec3>) -> Result<Loaded, Fai
 }
 
 fn file(path: &Path, source: &Source, gravity: Option<Vec3>) -> Result<Loaded, Failure> {
-    let auto_colliders = source.auto_colliders;
+    let auto_colliders = source.reading.auto_colliders;
     let shown = path.display();
     let metadata = match std::fs::metadata(path) {
         Err(e) if e.kind() == ErrorKind::NotFound => {
@@ -110,7 +112,7 @@ fn file(path: &Path, source: &Source, gravity: Option<Vec3>) -> Result<Loaded, F
         scene.config.gravity = gravity.unwrap_or(scene.config.gravity);
         return Ok(Loaded::Read(Box::new(scene)));
     }
-    if source.base.is_some() || source.ground.is_some() {
+    if source.reading.base.is_some() || source.reading.ground.is_some() {
         return Err(not_a_robot());
     }
     let options = gltf::Options {
@@ -131,17 +133,17 @@ fn not_a_robot() -> Failure {
 }
 
 fn robot(path: &Path, source: &Source) -> Result<Scene, SceneError> {
-    let base = match source.base {
+    let base = match source.reading.base {
         None | Some(Base::Auto) => urdf::Base::Auto,
         Some(Base::Fixed) => urdf::Base::Fixed,
         Some(Base::Floating) => urdf::Base::Floating,
     };
-    urdf::load(path, &urdf::Options { base, ground: source.ground })
+    urdf::load(path, &urdf::Options { base, ground: source.reading.ground })
 }
 
 /// A scene of MuJoCo or Rigid-IPC, which says itself what its bodies stand on.
 fn described(path: &Path, source: &Source) -> Result<Result<Scene, SceneError>, Failure> {
-    if source.base.is_some() || source.ground.is_some() {
+    if source.reading.base.is_some() || source.reading.ground.is_some() {
         return Err(not_a_robot());
     }
     Ok(if has_extension(path, &["json"]) { rigid_ipc::load(path) } else { mjcf::load(path) })

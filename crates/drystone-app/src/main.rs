@@ -1,11 +1,12 @@
 //! The command `drystone`: simulates scenes, writes what happened, and tells what it knows.
 //!
-//! `cli` says what may be asked, `settings` makes of it what a world is told; `simulate` runs a scene and feeds `trace`, `events`, `bake`, `render`
-//! and `report`; `bench` takes its time; `compare` runs it by several methods; `validate` compares with known results; `info` tells about scenes and methods. Only `output` writes to files and to stdout.
+//! `cli` says what may be asked, `settings` makes of it what a world is told; `simulate` runs a scene and feeds `trace`, `events`, `bake`, `render`,
+//! `record`, `snapshot` and `report`; `replay` runs what was recorded; `bench` takes its time; `compare` runs it by several methods; `validate` compares with known results; `info` tells about scenes and methods. Only `output` writes to files and to stdout.
 
 mod audit;
 mod bake;
 mod bench;
+mod chunk;
 mod cli;
 mod compare;
 mod compare_plot;
@@ -14,14 +15,17 @@ mod info;
 mod load;
 mod measure;
 mod output;
+mod record;
 #[cfg(feature = "render")]
 mod render;
 #[cfg(not(feature = "render"))]
 #[path = "render_absent.rs"]
 mod render;
+mod replay;
 mod report;
 mod settings;
 mod simulate;
+mod snapshot;
 mod trace;
 mod validate;
 #[cfg(feature = "view")]
@@ -49,6 +53,7 @@ fn main() -> ExitCode {
     let result = match &cli.command {
         Command::Simulate(args) => simulate::simulate(args),
         Command::View(args) => view::view(args),
+        Command::Replay(args) => replay::replay(args),
         Command::Bench(args) => bench::bench(args),
         Command::Compare(args) => compare::compare(args),
         Command::Scenes => info::scenes(),

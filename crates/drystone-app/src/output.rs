@@ -1,4 +1,4 @@
-//! All that leaves the program: files, stdout, the line on stderr when something cannot be done.
+//! All that leaves the program: files, stdout, the line on stderr when something cannot be done. And what comes back.
 
 use std::fmt::Display;
 use std::fs::File;
@@ -98,6 +98,12 @@ impl Output {
         self.file.flush().map_err(|e| refused(&self.path, &e))?;
         Ok(self.path)
     }
+}
+
+/// All of a file.
+pub(crate) fn read(path: &Path) -> Result<Vec<u8>, Failure> {
+    std::fs::read(path)
+        .map_err(|e| Failure::failed(format_args!("{}: cannot be read: {e}", path.display())))
 }
 
 /// Finds out now whether a file can be written later, without losing what is in it.

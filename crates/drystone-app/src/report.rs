@@ -27,6 +27,8 @@ pub(crate) struct Run<'a> {
     pub(crate) hz: f32,
     /// Worker threads.
     pub(crate) threads: usize,
+    /// Steps that an earlier run had made, which this one went on from.
+    pub(crate) from: u64,
     /// Steps made.
     pub(crate) steps: u64,
     /// Time simulated [s].
@@ -49,6 +51,9 @@ pub(crate) struct Report {
     threads: usize,
     simd: &'static str,
     steps: u64,
+    /// Steps made before, in a run that goes on from a snapshot.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    from_step: Option<u64>,
     bodies: Bodies,
     shapes: usize,
     joints: usize,
@@ -208,6 +213,7 @@ impl Report {
             threads: run.threads,
             simd: world.simd_level().name(),
             steps: run.steps,
+            from_step: (run.from > 0).then_some(run.from),
             bodies: Bodies {
                 r#static: counts.fixed,
                 kinematic: counts.kinematic,
@@ -338,7 +344,8 @@ impl Report {
         } else {
             String::new()
         };
-        page.row("steps", &format!("{} = {simulated:.3} s{stopped}", self.steps));
+        let after = self.from_step.map_or(String::new(), |from| format!(" after {from} before"));
+        page.row("steps", &format!("{} = {simulated:.3} s{after}{stopped}", self.steps));
         let t = &self.wall_ms;
         let factor = if t.total > 0.0 {
             format!("; {:.1} times real time", simulated * 1000.0 / t.total)

@@ -8,18 +8,20 @@ use std::time::Instant;
 
 use drystone::{SimdLevel, World};
 use drystone_bench::StageClock;
-use drystone_scene::Running;
+use drystone_scene::{Running, Scene};
 
 use crate::Outcome;
 use crate::bake::Bake;
-use crate::cli::{Rendering, Simulate};
+use crate::cli::{Reading, Rendering, Settings, Simulate, Source};
 use crate::events::{EventLog, Names};
-use crate::load::{Loaded, build, load, refused};
+use crate::load::{Loaded, refused};
 use crate::measure::Measure;
 use crate::output::{self, Failure, Output, progress};
+use crate::record::{Header, Record};
 use crate::render::{Render, quiet_driver};
 use crate::report::{Report, Run};
 use crate::settings::{cores_but, executor, time_of};
+use crate::snapshot::{Recipe, Snapshot, SnapshotFile, begin};
 use crate::trace::Trace;
 
 /// Status of a run that finished with a fault.
@@ -31,15 +33,20 @@ pub(crate) fn simulate(args: &Simulate) -> Outcome {
     if args.rendering.render.is_some() {
         quiet_driver();
     }
-    let mut loaded = load(&args.source, args.settings.gravity()?)?;
-    args.settings.apply(&mut loaded.scene_mut().config)?;
+    let saved = args.resume.as_deref().map(Snapshot::read).transpose()?;
+    let recipe = recipe_of(args, saved.as_ref())?;
+    let mut loaded = recipe.load()?;
     if args.rendering.render.is_some() {
         loaded.read_visuals();
     }
     let scene = loaded.scene();
-    let hz = args.settings.hz.unwrap_or(scene.hz);
+    let hz = args.settings.hz.or(saved.as_ref().map(|s| s.hz)).unwrap_or(scene.hz);
     let steps = args.length.steps(scene.seconds, hz);
-    let mut running = build(scene, &args.source.scene)?;
+    let mut running = begin(&recipe, scene, saved.as_ref().zip(args.resume.as_deref()))?;
+    if saved.is_some() {
+        set_again(&mut running, &args.settings)?;
+    }
+    let start = Start::of(&running, saved.as_ref(), hz);
     let threads = args.threads.map_or_else(|| cores_but(0), usize::from);
     running.world.set_executor(executor(threads));
     if let Some(level) = args.simd.as_deref().and_then(SimdLevel::named) {
@@ -48,31 +55,39 @@ pub(crate) fn simulate(args: &Simulate) -> Outcome {
     if args.audit {
         running.world.begin_ledger();
     }
-    let mut outputs = Outputs::create(args, &running, time_of(steps, hz), hz)?;
+    let from = match saved {
+        Some(_) => Some(start.snapshot(&recipe, scene, &running, 0)?),
+        None => None,
+    };
+    let header = Header { recipe, hz, from };
+    let mut outputs = Outputs::create(args, &running, time_of(steps, hz), &header)?;
+    let Header { recipe, .. } = header;
+    let source = &recipe.source.scene;
 
     let stop = stop_on_interrupt();
     let bar = progress(steps, "{wide_bar} step {pos} of {len}, {eta} left");
     let mut measure = Measure::new(&running.world);
     let mut clock = StageClock::new();
     let dt = hz.recip();
-    outputs.add(0, 0.0, &running)?;
+    outputs.add(&start, 0, &running)?;
     let mut done = 0;
     while done < steps && !stop.load(Ordering::Relaxed) {
-        running.before_step(dt).map_err(|e| refused(&args.source.scene, &e))?;
-        let start = Instant::now();
+        running.before_step(dt).map_err(|e| refused(source, &e))?;
+        let began = Instant::now();
         clock.begin();
         running.world.step_observed(dt, &mut |stage| clock.stage(stage.name()));
-        let spent = start.elapsed();
+        let spent = began.elapsed();
         running.after_step();
         done += 1;
-        measure.add(done, spent, &running.world);
-        outputs.add(done, time_of(done, hz), &running)?;
+        measure.add(start.step + done, spent, &running.world);
+        outputs.add(&start, done, &running)?;
         bar.inc(1);
     }
     bar.finish_and_clear();
 
     let run = Run {
-        source: &args.source.scene,
+        source,
+        from: start.step,
         scene,
         running: &running,
         hz,
@@ -84,9 +99,75 @@ pub(crate) fn simulate(args: &Simulate) -> Outcome {
         audit: args.audit,
     };
     let report = Report::new(&run, clock.means(done));
-    let written = outputs.finish(&loaded, &running.world, &report)?;
+    let last = match &args.snapshot {
+        Some(_) => Some(start.snapshot(&recipe, scene, &running, done)?),
+        None => None,
+    };
+    let written = outputs.finish(&loaded, &running.world, last.as_ref(), &report)?;
     output::print(&report.text(&run, &written))?;
     Ok(if measure.faults.is_empty() { ExitCode::SUCCESS } else { ExitCode::from(FAULTED) })
+}
+
+/// What is run: the scene that is asked for, or the one of the snapshot.
+fn recipe_of(args: &Simulate, saved: Option<&Snapshot>) -> Result<Recipe, Failure> {
+    let Some(Snapshot { recipe, .. }) = saved else {
+        let scene = args.scene.clone().unwrap_or_default();
+        let source = Source { scene, reading: args.reading };
+        return Ok(Recipe { source, settings: args.settings.clone() });
+    };
+    if args.reading != Reading::default() {
+        let message = "--auto-colliders, --base and --ground are the snapshot's; leave them out";
+        return Err(Failure::usage(message));
+    }
+    // Settings are checked before any scene is read.
+    args.settings.gravity()?;
+    let scene = args.scene.clone().unwrap_or_else(|| recipe.source.scene.clone());
+    Ok(Recipe { source: Source { scene, ..recipe.source.clone() }, ..recipe.clone() })
+}
+
+/// Changes what is said of a world that goes on.
+fn set_again(running: &mut Running, settings: &Settings) -> Result<(), Failure> {
+    let mut config = running.world.config().clone();
+    settings.apply(&mut config)?;
+    if config == *running.world.config() {
+        return Ok(());
+    }
+    running.world.set_config(config).map_err(Failure::usage)
+}
+
+/// Where a run begins.
+#[derive(Debug)]
+struct Start {
+    /// Steps that were taken before.
+    step: u64,
+    /// How much later it is than so many steps take [s]: 0 unless the length of a step has changed.
+    shift: f64,
+    hz: f32,
+}
+
+impl Start {
+    fn of(running: &Running, saved: Option<&Snapshot>, hz: f32) -> Self {
+        let step = running.step_count();
+        let shift = saved.map_or(0.0, |s| s.time - time_of(step, hz));
+        Self { step, shift, hz }
+    }
+
+    /// Time after so many more steps [s].
+    fn time(&self, done: u64) -> f64 {
+        time_of(self.step + done, self.hz) + self.shift
+    }
+
+    /// The run after so many more steps.
+    fn snapshot(
+        &self,
+        recipe: &Recipe,
+        scene: &Scene,
+        running: &Running,
+        done: u64,
+    ) -> Result<Snapshot, Failure> {
+        Snapshot::of(recipe, scene, running, self.hz, self.time(done))
+            .map_err(|e| refused(&recipe.source.scene, &e))
+    }
 }
 
 /// Two outputs in one file, or an output over the scene itself, are mistakes.
@@ -97,14 +178,22 @@ fn check_paths(args: &Simulate) -> Result<(), Failure> {
         ("--bake", &args.bake),
         ("--render", &args.rendering.render),
         ("--report", &args.report),
+        ("--record", &args.record),
+        ("--snapshot", &args.snapshot),
     ];
-    let scene = Path::new(&args.source.scene).canonicalize().ok();
+    let file = |path: &Path| path.canonicalize().ok();
+    let scene = args.scene.as_ref().and_then(|scene| file(Path::new(scene)));
+    let resumed = args.resume.as_deref().and_then(file);
     let mut seen: Vec<(&str, PathBuf)> = Vec::new();
     for (flag, path) in outputs {
         let Some(path) = path else { continue };
         let full = full_path(path);
         if scene.as_ref() == Some(&full) {
             return Err(Failure::usage(format_args!("{flag} would overwrite the scene itself")));
+        }
+        // A snapshot may take the place of the one that the run went on from.
+        if resumed.as_ref() == Some(&full) && flag != "--snapshot" {
+            return Err(Failure::usage(format_args!("{flag} would overwrite the snapshot")));
         }
         if let Some((other, _)) = seen.iter().find(|(_, p)| *p == full)
             && (path.is_file() || !path.exists())
@@ -151,13 +240,21 @@ struct Outputs {
     events: Option<EventLog>,
     bake: Option<Bake>,
     render: Option<Render>,
+    record: Option<Record>,
+    snapshot: Option<SnapshotFile>,
     report: Option<Output>,
 }
 
 impl Outputs {
     /// Opens them all, so that a bad path is found before the run, not after it.
-    /// `running` is as the run begins, `seconds` how long it is to be, `hz` its steps a second.
-    fn create(args: &Simulate, running: &Running, seconds: f64, hz: f32) -> Result<Self, Failure> {
+    /// `running` is as the run begins, `seconds` how long it is to be, `header` what is run.
+    fn create(
+        args: &Simulate,
+        running: &Running,
+        seconds: f64,
+        header: &Header,
+    ) -> Result<Self, Failure> {
+        let hz = header.hz;
         let trace = args.trace.as_deref();
         let Rendering { render, .. } = &args.rendering;
         let render = render.as_deref();
@@ -169,24 +266,30 @@ impl Outputs {
             render: render
                 .map(|path| Render::create(path, &args.rendering, running, seconds, hz))
                 .transpose()?,
+            record: args.record.as_deref().map(|path| Record::create(path, header)).transpose()?,
+            snapshot: args.snapshot.as_deref().map(SnapshotFile::create).transpose()?,
             report: args.report.as_deref().map(Output::create).transpose()?,
         })
     }
 
-    /// Adds the state after step `step`, at `time` [s].
-    fn add(&mut self, step: u64, time: f64, running: &Running) -> Result<(), Failure> {
+    /// Adds the state after `done` steps of this run.
+    fn add(&mut self, start: &Start, done: u64, running: &Running) -> Result<(), Failure> {
         let Running { world, bodies, names, .. } = running;
+        let (step, time) = (start.step + done, start.time(done));
         if let Some(trace) = &mut self.trace {
             trace.add(step, time, running)?;
         }
         if let Some(events) = &mut self.events {
             self.names.learn(bodies, names);
-            if step > 0 {
+            if done > 0 {
                 events.add(step, time, world.events(), &self.names)?;
             }
         }
         if let Some(bake) = &mut self.bake {
             bake.add(time, running);
+        }
+        if let Some(record) = &mut self.record {
+            record.add(running)?;
         }
         if let Some(render) = &mut self.render {
             render.add(time, world)?;
@@ -199,6 +302,7 @@ impl Outputs {
         self,
         loaded: &Loaded,
         world: &World,
+        snapshot: Option<&Snapshot>,
         report: &Report,
     ) -> Result<Vec<PathBuf>, Failure> {
         let mut written = Vec::new();
@@ -213,6 +317,12 @@ impl Outputs {
         }
         if let Some(render) = self.render {
             written.push(render.finish(world)?);
+        }
+        if let Some(record) = self.record {
+            written.push(record.finish()?);
+        }
+        if let Some((file, snapshot)) = self.snapshot.zip(snapshot) {
+            written.push(file.finish(snapshot)?);
         }
         if let Some(mut file) = self.report {
             file.write(&report.json()?)?;

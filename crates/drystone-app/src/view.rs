@@ -11,7 +11,7 @@ use drystone_view::sim::Opened;
 use drystone_view::{Options, show};
 
 use crate::Outcome;
-use crate::cli::{AutoColliders, Overlay, Source, View, has_extension};
+use crate::cli::{AutoColliders, Overlay, Reading, Source, View, has_extension};
 use crate::load::{Loaded, build, load};
 use crate::output::Failure;
 use crate::render::quiet_driver;
@@ -49,12 +49,16 @@ pub(crate) fn view(args: &View) -> Outcome {
         let is = |endings: &[&str]| has_extension(Path::new(scene), endings);
         // A file that is dropped and has no physics falls, as it does in a browser.
         let hulls = AutoColliders::Hull;
-        let auto_colliders =
-            is(&["gltf", "glb", "obj"]).then(|| again.source.auto_colliders.unwrap_or(hulls));
+        let auto_colliders = is(&["gltf", "glb", "obj"])
+            .then(|| again.source.reading.auto_colliders.unwrap_or(hulls));
         let robot = is(&["urdf"]);
-        let (base, ground) =
-            if robot { (again.source.base, again.source.ground) } else { (None, None) };
-        let source = Source { scene: scene.to_owned(), auto_colliders, base, ground };
+        let (base, ground) = if robot {
+            (again.source.reading.base, again.source.reading.ground)
+        } else {
+            (None, None)
+        };
+        let reading = Reading { auto_colliders, base, ground };
+        let source = Source { scene: scene.to_owned(), reading };
         open(&again, &source, &executor).map_err(|e| e.to_string())
     });
     let options = Options { opened, open, playing: !args.paused, overlays, panel: None };

@@ -1,5 +1,7 @@
 //! A scene as a world that runs, with its script.
 
+mod resume;
+
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -12,6 +14,8 @@ use crate::scene::{
     ScriptAction, StrandDef, Wave,
 };
 use crate::visual::Visuals;
+
+pub use self::resume::{ResumeError, SavedRun};
 
 /// The engine refused something of a scene.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]

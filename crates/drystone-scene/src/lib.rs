@@ -15,7 +15,7 @@ pub mod urdf;
 pub mod visual;
 mod xml;
 
-pub use build::{BuildError, Running};
+pub use build::{BuildError, ResumeError, Running, SavedRun};
 pub use catalog::{CatalogError, Entry, Parameter, Range, Values, catalog, named};
 pub use error::SceneError;
 pub use scene::{

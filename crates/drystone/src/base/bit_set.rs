@@ -1,9 +1,7 @@
 //! A set of small numbers, one bit each.
 
-use serde::{Deserialize, Serialize};
-
 /// Grows on demand.
-#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default)]
 pub(crate) struct BitSet {
     words: Vec<u64>,
 }
@@ -21,10 +19,6 @@ impl BitSet {
             self.words.resize(word + 1, 0);
         }
         self.words[word] |= 1 << (i & 63);
-    }
-
-    pub(crate) fn len(&self) -> usize {
-        self.words.iter().map(|w| w.count_ones() as usize).sum()
     }
 
     #[inline]

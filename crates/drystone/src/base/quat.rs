@@ -8,7 +8,9 @@ use super::math::{Mat3, Vec3, vec3};
 use super::trig;
 
 /// A rotation as a unit quaternion `x i + y j + z k + w`.
-#[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable, Serialize, Deserialize)]
+#[derive(
+    Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable, Serialize, Deserialize,
+)]
 #[repr(C)]
 pub struct Quat {
     /// Coefficient of i.

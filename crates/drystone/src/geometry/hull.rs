@@ -94,10 +94,12 @@ impl TryFrom<Parts> for Hull {
         if let Some(i) = vertices.iter().position(|v| !v.is_finite()) {
             return Err(HullError::NotFinite(i));
         }
-        if let Some(i) = vertices.iter().position(|v| v.abs().max_element() > build::MAX_COORDINATE) {
+        if let Some(i) = vertices.iter().position(|v| v.abs().max_element() > build::MAX_COORDINATE)
+        {
             return Err(HullError::TooLarge(i));
         }
-        let is_face = |f: &Vec<u16>| f.len() >= 3 && f.iter().all(|v| usize::from(*v) < vertices.len());
+        let is_face =
+            |f: &Vec<u16>| f.len() >= 3 && f.iter().all(|v| usize::from(*v) < vertices.len());
         let sound = planes.iter().all(|p| p.normal.is_finite() && p.offset.is_finite());
         if !sound || planes.len() != faces.len() || !faces.iter().all(is_face) {
             return Err(HullError::Numerical);

@@ -11,6 +11,7 @@ pub(crate) struct Place {
     /// Number of the color; `u32::MAX` if it is in none.
     pub(crate) color: u32,
     /// Place in the color's list.
+    #[serde(skip)]
     pub(crate) row: u32,
 }
 
@@ -24,30 +25,37 @@ impl Place {
 }
 
 /// Constraints that share no dynamic body.
-#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default)]
 pub(crate) struct Color {
     bodies: BitSet,
     /// Rows of the constraints.
     pub(crate) members: Vec<u32>,
     /// The list changed since it was last put in order.
-    #[serde(skip, default = "unknown")]
     pub(crate) dirty: bool,
 }
 
 impl Color {
-    /// True if a constraint of it is on this body.
-    pub(super) fn holds(&self, body: u32) -> bool {
-        self.bodies.contains(body)
+    fn is_free_of(&self, bodies: &[u32]) -> bool {
+        !bodies.iter().any(|b| self.bodies.contains(*b))
     }
 
-    /// How many bodies its constraints are on.
-    pub(super) fn count(&self) -> usize {
-        self.bodies.len()
+    /// Enters a constraint on these bodies, which are not there yet; returns its place in the list.
+    fn insert(&mut self, member: u32, bodies: &[u32]) -> u32 {
+        for b in bodies {
+            self.bodies.insert(*b);
+        }
+        self.members.push(member);
+        self.dirty = true;
+        number(self.members.len() - 1)
     }
 }
 
+fn number(n: usize) -> u32 {
+    u32::try_from(n).expect("fewer constraints than 2^32")
+}
+
 /// Colors of one kind of constraint. As many as it takes: nothing overflows.
-#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default)]
 pub(crate) struct Coloring {
     pub(crate) colors: Vec<Color>,
 }
@@ -55,19 +63,21 @@ pub(crate) struct Coloring {
 impl Coloring {
     /// Enters a constraint on these dynamic bodies into the first color that holds none of them.
     pub(crate) fn insert(&mut self, member: u32, bodies: &[u32]) -> Place {
-        let free = |c: &Color| !bodies.iter().any(|b| c.bodies.contains(*b));
-        let index = self.colors.iter().position(free).unwrap_or_else(|| {
+        let index = self.colors.iter().position(|c| c.is_free_of(bodies)).unwrap_or_else(|| {
             self.colors.push(Color::default());
             self.colors.len() - 1
         });
-        let color = &mut self.colors[index];
-        for b in bodies {
-            color.bodies.insert(*b);
+        Place { color: number(index), row: self.colors[index].insert(member, bodies) }
+    }
+
+    /// Enters a constraint into a color of this number; `None` if one of its bodies is there.
+    pub(crate) fn insert_at(&mut self, color: u32, member: u32, bodies: &[u32]) -> Option<Place> {
+        let index = color as usize;
+        if self.colors.len() <= index {
+            self.colors.resize_with(index + 1, Color::default);
         }
-        color.members.push(member);
-        color.dirty = true;
-        let number = |n: usize| u32::try_from(n).expect("fewer constraints than 2^32");
-        Place { color: number(index), row: number(color.members.len() - 1) }
+        let to = &mut self.colors[index];
+        to.is_free_of(bodies).then(|| Place { color, row: to.insert(member, bodies) })
     }
 
     /// Takes a constraint out; returns the one that took its place in the list.
@@ -87,20 +97,26 @@ impl Coloring {
     }
 }
 
-/// What changed is not saved, for what was made of it is not: it is to be made again.
+/// What is made of all colors is not saved: it is to be made again.
 const fn unknown() -> bool {
     true
 }
 
 /// All colors. What is solved last is satisfied best: joints, then contacts of two dynamic bodies, then
-/// contacts with what cannot be moved.
+/// contacts with what cannot be moved. Of constraints their colors are saved, not the lists, whose order follows from
+/// the run.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct Colors {
+    #[serde(skip)]
     pub(crate) joints: Coloring,
+    #[serde(skip)]
     pub(crate) joints_fixed: Coloring,
+    #[serde(skip)]
     pub(crate) contacts: Coloring,
+    #[serde(skip)]
     pub(crate) contacts_fixed: Coloring,
     /// Colored contacts that bounce, resist rolling or have a kinematic body.
+    #[serde(skip)]
     pub(crate) special: usize,
     /// A body that some constraint acts on became active or ceased to be.
     #[serde(skip, default = "unknown")]

@@ -15,7 +15,9 @@ use crate::base::wide::prefetch_lines;
 use crate::geometry::manifold::PairCache;
 
 /// A point of a contact: half a cache line, a row of four numbers as the solver loads it first.
-#[derive(Clone, Copy, Debug, Default, bytemuck::Pod, bytemuck::Zeroable, Serialize, Deserialize)]
+#[derive(
+    Clone, Copy, Debug, Default, bytemuck::Pod, bytemuck::Zeroable, Serialize, Deserialize,
+)]
 #[repr(C)]
 pub(crate) struct Point {
     /// From A's center of mass to the point [m, world], as it was when the manifold was made. That from
@@ -306,9 +308,7 @@ impl Contacts {
     pub(crate) fn find_pairs(&mut self) -> bool {
         let mut pairs = PairSet::default();
         let firsts = self.iter().filter(|(_, c)| !c.is_part);
-        let all = firsts.map(|(_, c)| pair_key(c.shape_a, c.shape_b)).fold(true, |all, key| {
-            pairs.insert(key) && all
-        });
+        let all = firsts.map(|(_, c)| pair_key(c.shape_a, c.shape_b)).all(|key| pairs.insert(key));
         self.pairs = pairs;
         all
     }

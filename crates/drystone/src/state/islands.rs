@@ -23,7 +23,7 @@ pub(crate) struct Island {
 impl Island {
     const FREE: Self = Self { first: NONE, last: NONE, len: 0, cut: false, wait_until: 0 };
 
-    pub(super) const fn last(&self) -> u32 {
+    pub(in crate::state) const fn last(&self) -> u32 {
         self.last
     }
 
@@ -57,7 +57,7 @@ pub(crate) struct Islands {
 
 impl Islands {
     /// Rows that are free.
-    pub(super) fn free(&self) -> &[u32] {
+    pub(in crate::state) fn free(&self) -> &[u32] {
         &self.free
     }
 

@@ -457,7 +457,7 @@ fn number(n: usize) -> u32 {
 
 impl LinkColor {
     /// True if every lane is either in use, free or not yet used.
-    pub(super) fn is_sound(&self) -> bool {
+    pub(in crate::state) fn is_sound(&self) -> bool {
         let lanes = self.blocks.iter().flat_map(|block| block.kinds);
         let idle = lanes.filter(|kind| *kind == LaneKind::Idle).count();
         let mut free = self.free.clone();
@@ -467,7 +467,10 @@ impl LinkColor {
             let block = self.blocks.get(*block as usize);
             block.and_then(|b| b.kinds.get(usize::from(*lane))) == Some(&LaneKind::Idle)
         };
-        self.filled <= LANES && free.len() <= idle && free.len() == self.free.len() && free.iter().all(is_idle)
+        self.filled <= LANES
+            && free.len() <= idle
+            && free.len() == self.free.len()
+            && free.iter().all(is_idle)
     }
 
     /// A lane for one more link. Of the crowd each has a block of its own.

@@ -22,7 +22,7 @@ pub(crate) struct Sets<'a> {
 }
 
 /// The dynamic ones of two bodies, and how many there are.
-fn dynamic_of(bodies: &Bodies, a: u32, b: u32) -> ([u32; 2], usize) {
+pub(super) fn dynamic_of(bodies: &Bodies, a: u32, b: u32) -> ([u32; 2], usize) {
     match (bodies.at(a).is_dynamic(), bodies.at(b).is_dynamic()) {
         (true, true) => ([a, b], 2),
         (true, false) => ([a, NONE], 1),

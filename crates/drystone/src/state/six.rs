@@ -30,7 +30,9 @@ pub(crate) struct Six {
 }
 
 /// What a joint of six axes keeps from step to step, written by the solver; packed as rows of four numbers.
-#[derive(Clone, Copy, Debug, Default, bytemuck::Pod, bytemuck::Zeroable, Serialize, Deserialize)]
+#[derive(
+    Clone, Copy, Debug, Default, bytemuck::Pod, bytemuck::Zeroable, Serialize, Deserialize,
+)]
 #[repr(C)]
 pub(crate) struct SixState {
     /// Impulse of a substep of each axis: what holds or drives it, its friction, its limit [N s; N m s].

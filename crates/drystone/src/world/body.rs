@@ -2,6 +2,8 @@
 
 use super::World;
 use super::breakage::{BondRef, bonds_of};
+use super::hashes::feed_state;
+use crate::base::hash::StateHash;
 use crate::base::id::{BodyId, JointId, ShapeId};
 use crate::base::math::Vec3;
 use crate::base::pose::Pose;
@@ -109,6 +111,14 @@ impl<'w> BodyRef<'w> {
     pub fn potential_energy(&self) -> f32 {
         let g = self.tables.config.gravity * self.body.gravity_scale;
         -self.body.mass * g.dot(self.body.center)
+    }
+
+    /// 64 bits over the bits of its pose and velocity: equal where two runs are equal.
+    #[must_use]
+    pub fn state_hash(&self) -> u64 {
+        let mut hash = StateHash::default();
+        feed_state(&mut hash, self.body);
+        hash.finish()
     }
 
     /// True if it takes no part in steps until something wakes it. Static bodies are not asleep.

@@ -5,6 +5,7 @@ mod add;
 mod audit;
 mod body;
 mod breakage;
+mod hashes;
 mod impact;
 mod joint;
 mod mass;
@@ -19,15 +20,14 @@ pub use self::breakage::BondRef;
 pub use self::impact::{Impact, ImpactBody, ImpactSurface, impact};
 pub use self::joint::JointRef;
 pub use self::particle::{LinkRef, ParticleMut, ParticleRef};
-pub use self::snapshot::SnapshotError;
 pub use self::shape::{ShapeMut, ShapeRef};
+pub use self::snapshot::SnapshotError;
 pub use self::strand::{ClothDef, RopeDef, Strand};
 pub use self::view::{ContactPoint, ContactRef, WorldCounts};
 
 use std::sync::Arc;
 
 use crate::base::grow::Slack;
-use crate::base::hash::StateHash;
 use crate::base::id::{BodyId, JointId, ShapeId};
 use crate::base::jobs::{Executor, Inline};
 use crate::base::math::Vec3;
@@ -282,25 +282,6 @@ impl World {
     #[must_use]
     pub fn counts(&self) -> WorldCounts {
         view::counts(&self.tables)
-    }
-
-    /// 64 bits over the bits of pose and velocity of every body in slot order, then of every particle.
-    #[must_use]
-    pub fn state_hash(&self) -> u64 {
-        let mut hash = StateHash::default();
-        for (id, body) in self.tables.bodies.rows.iter() {
-            hash.word(id.index());
-            hash.floats(&body.center.to_array());
-            hash.floats(&body.rotation.to_array());
-            hash.floats(&body.v.to_array());
-            hash.floats(&body.w.to_array());
-        }
-        for (slot, x, v) in self.tables.particles.words() {
-            hash.word(slot);
-            hash.floats(&x.to_array());
-            hash.floats(&v.to_array());
-        }
-        hash.finish()
     }
 
     /// Kinetic energy of all dynamic bodies and particles [J].

@@ -1,5 +1,7 @@
 //! Ropes, cloths and clouds: many particles and links at once.
 
+use serde::{Deserialize, Serialize};
+
 use super::World;
 use crate::base::id::{LinkId, ParticleId};
 use crate::base::math::Vec3;
@@ -99,7 +101,7 @@ impl ClothDef {
 }
 
 /// Particles and links that were added together.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Strand {
     /// The particles: of a rope from its first end, of a cloth row by row along its first side.
     pub particles: Vec<ParticleId>,

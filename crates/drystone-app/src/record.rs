@@ -1,0 +1,111 @@
+//! `simulate --record`: a log of a run that can be run again, with what each step came to.
+
+use std::path::{Path, PathBuf};
+
+use drystone::Stage;
+use drystone_scene::Running;
+use serde::{Deserialize, Serialize};
+
+use crate::chunk;
+use crate::output::{Failure, Output};
+use crate::snapshot::{Recipe, Snapshot};
+
+/// What such a file begins with.
+pub(crate) const KIND: [u8; 8] = *b"drystlog";
+
+/// The first chunk of a log: what was run. A chunk for the start and one for each step follow.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(crate) struct Header {
+    /// How the scene is made.
+    pub(crate) recipe: Recipe,
+    /// Steps a second.
+    pub(crate) hz: f32,
+    /// Where the run began, if not where its scene does.
+    pub(crate) from: Option<Snapshot>,
+}
+
+/// What a step came to.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct StepHashes {
+    /// A hash for each stage, in the order of [`Stage::ALL`].
+    pub(crate) stages: [u64; Stage::ALL.len()],
+    /// Numbers of the bodies whose hashes are no more what they were after the step before, with the new ones.
+    pub(crate) bodies: Vec<(u32, u32)>,
+}
+
+/// Hashes of all bodies of a run, in the order in which they came.
+#[derive(Debug, Default)]
+pub(crate) struct BodyHashes {
+    hashes: Vec<u32>,
+}
+
+impl BodyHashes {
+    /// What the last step came to.
+    pub(crate) fn step(&mut self, running: &Running) -> StepHashes {
+        let stages = running.world.stage_hashes().map(|(_, hash)| hash);
+        let mut bodies = Vec::new();
+        for (number, id) in (0_u32..).zip(&running.bodies) {
+            // Half of the bits are enough to tell that a body differs; one that is gone has none.
+            #[expect(clippy::cast_possible_truncation, reason = "half of the bits")]
+            let hash = running.world.body(*id).map_or(0, |body| body.state_hash() as u32);
+            if self.hashes.get(number as usize) != Some(&hash) {
+                bodies.push((number, hash));
+            }
+        }
+        self.apply(&bodies);
+        StepHashes { stages, bodies }
+    }
+
+    /// Takes over what a step changed.
+    pub(crate) fn apply(&mut self, bodies: &[(u32, u32)]) {
+        for &(number, hash) in bodies {
+            // Bodies come in the order of their numbers.
+            match self.hashes.get_mut(number as usize) {
+                Some(place) => *place = hash,
+                None => self.hashes.push(hash),
+            }
+        }
+    }
+
+    /// Numbers of the bodies that differ.
+    pub(crate) fn different(&self, other: &Self) -> Vec<usize> {
+        let most = self.hashes.len().max(other.hashes.len());
+        (0..most).filter(|i| self.hashes.get(*i) != other.hashes.get(*i)).collect()
+    }
+}
+
+/// A log being written.
+#[derive(Debug)]
+pub(crate) struct Record {
+    output: Output,
+    path: PathBuf,
+    hashes: BodyHashes,
+}
+
+impl Record {
+    /// Opens the file and writes what is run.
+    pub(crate) fn create(path: &Path, header: &Header) -> Result<Self, Failure> {
+        let mut output = Output::create(path)?;
+        output.write(&chunk::title(KIND))?;
+        let mut record = Self { output, path: path.to_owned(), hashes: BodyHashes::default() };
+        record.put(header)?;
+        Ok(record)
+    }
+
+    fn put(&mut self, value: &impl Serialize) -> Result<(), Failure> {
+        let wrong = |e| Failure::failed(format_args!("{}: {e}", self.path.display()));
+        let bytes = chunk::put(value).map_err(wrong)?;
+        self.output.write(&bytes)
+    }
+
+    /// Adds the start, or a step that was taken.
+    pub(crate) fn add(&mut self, running: &Running) -> Result<(), Failure> {
+        let step = self.hashes.step(running);
+        self.put(&step)
+    }
+
+    /// Writes out what is buffered; returns the path.
+    pub(crate) fn finish(self) -> Result<PathBuf, Failure> {
+        self.output.finish()
+    }
+}

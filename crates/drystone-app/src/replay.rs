@@ -1,0 +1,104 @@
+//! `drystone replay`: runs a log again, and tells where it comes to something else.
+
+use std::process::ExitCode;
+
+use drystone::{SimdLevel, Stage};
+use drystone_scene::Running;
+
+use crate::Outcome;
+use crate::chunk;
+use crate::cli::{Replay, count};
+use crate::load::refused;
+use crate::output::{self, Failure, one_line, progress, read};
+use crate::record::{BodyHashes, Header, KIND, StepHashes};
+use crate::settings::{cores_but, executor};
+use crate::snapshot::begin;
+
+/// Runs it again.
+pub(crate) fn replay(args: &Replay) -> Outcome {
+    let wrong = |e: &str| Failure::failed(format_args!("{}: {e}", args.log.display()));
+    let bytes = read(&args.log)?;
+    let mut rest = chunk::after_title(&bytes, KIND, "log that `simulate --record` wrote")
+        .map_err(|e| wrong(&e))?;
+    let header: Header = chunk::take(&mut rest).ok_or_else(|| wrong("was cut off or changed"))?;
+    if !(1.0e-3..=1.0e6).contains(&header.hz) {
+        return Err(wrong("its steps a second are out of range"));
+    }
+    let loaded = header.recipe.load()?;
+    let from = header.from.as_ref().map(|snapshot| (snapshot, args.log.as_path()));
+    let mut running = begin(&header.recipe, loaded.scene(), from)?;
+    let threads = args.threads.map_or_else(|| cores_but(0), usize::from);
+    running.world.set_executor(executor(threads));
+    if let Some(level) = args.simd.as_deref().and_then(SimdLevel::named) {
+        running.world.set_simd_level(level);
+    }
+
+    let bar = progress(bytes.len() as u64, "{wide_bar} {percent} %, {eta} left");
+    let (mut own, mut recorded) = (BodyHashes::default(), BodyHashes::default());
+    let (first, mut steps) = (running.step_count(), 0_u64);
+    let mut is_cut = false;
+    while !rest.is_empty() {
+        let Some(step) = chunk::take::<StepHashes>(&mut rest) else {
+            is_cut = true;
+            break;
+        };
+        if steps > 0 {
+            running
+                .before_step(header.hz.recip())
+                .map_err(|e| refused(&header.recipe.source.scene, &e))?;
+            running.world.step(header.hz.recip());
+            running.after_step();
+        }
+        let now = own.step(&running);
+        recorded.apply(&step.bodies);
+        if now != step {
+            bar.finish_and_clear();
+            let bodies = own.different(&recorded);
+            let what = difference(&now, &step, &bodies, &running);
+            return Err(wrong(&match steps {
+                0 => format!("the scene is another now: before the first step {what}"),
+                _ => format!("step {}: {what}", first + steps),
+            }));
+        }
+        steps += 1;
+        bar.set_position((bytes.len() - rest.len()) as u64);
+    }
+    bar.finish_and_clear();
+    if steps == 0 {
+        return Err(wrong("was cut off before the first step"));
+    }
+    let taken = count(steps - 1, "step");
+    let hash = running.world.state_hash();
+    let cut = if is_cut { "; the log is cut off there" } else { "" };
+    output::print(&one_line(&format!(
+        "{}: {taken} run again, every bit the same; hash {hash:016x}{cut}",
+        header.recipe.source.scene
+    )))?;
+    output::print("\n")?;
+    Ok(ExitCode::SUCCESS)
+}
+
+/// The stage and the body that differ first.
+fn difference(now: &StepHashes, then: &StepHashes, bodies: &[usize], running: &Running) -> String {
+    let differs = |stage: Stage| {
+        let place = Stage::ALL.iter().position(|s| *s == stage);
+        place.is_some_and(|i| now.stages[i] != then.stages[i])
+    };
+    let mut first = Stage::ALL.into_iter().find(|stage| differs(*stage));
+    // Who falls asleep leaves the colors.
+    let moved = [Stage::Solver, Stage::Finalize].into_iter().any(differs);
+    if first == Some(Stage::Partition) && differs(Stage::Sleep) && !moved {
+        first = Some(Stage::Sleep);
+    }
+    // Of all that is compared only bodies are hashed twice.
+    let stage = first.unwrap_or(Stage::Finalize).name();
+    let Some(number) = bodies.first() else {
+        return format!("stage {stage} comes to something else, at no body yet");
+    };
+    let name = running.names.get(*number).map_or("one that is not there now", String::as_str);
+    let others = match bodies.len() {
+        1 => String::new(),
+        n => format!(", the first of {n} bodies"),
+    };
+    format!("stage {stage} comes to something else, at the body '{name}'{others}")
+}

@@ -1,0 +1,158 @@
+//! Hashes of what is in a world: equal where two runs are equal, and where they are not they tell what differs.
+
+use super::World;
+use crate::base::hash::StateHash;
+use crate::base::math::Vec3;
+use crate::state::bodies::Body;
+use crate::state::joints::Link;
+use crate::step::Stage;
+
+impl StateHash {
+    fn vector(&mut self, v: Vec3) {
+        self.floats(&v.to_array());
+    }
+
+    fn words(&mut self, words: &[u32]) {
+        words.iter().for_each(|w| self.word(*w));
+    }
+
+    fn count(&mut self, n: usize) {
+        // Lists of a world are shorter than 2^32.
+        #[expect(clippy::cast_possible_truncation, reason = "any bits will do for a hash")]
+        self.word(n as u32);
+    }
+}
+
+/// Feeds pose and velocity.
+pub(super) fn feed_state(hash: &mut StateHash, body: &Body) {
+    hash.vector(body.center);
+    hash.floats(&body.rotation.to_array());
+    hash.vector(body.v);
+    hash.vector(body.w);
+}
+
+impl World {
+    /// 64 bits over the bits of pose and velocity of every body in slot order, then of every particle.
+    #[must_use]
+    pub fn state_hash(&self) -> u64 {
+        let mut hash = StateHash::default();
+        for (id, body) in self.tables.bodies.rows.iter() {
+            hash.word(id.index());
+            feed_state(&mut hash, body);
+        }
+        for (slot, x, v) in self.tables.particles.words() {
+            hash.word(slot);
+            hash.vector(x);
+            hash.vector(v);
+        }
+        hash.finish()
+    }
+
+    /// A hash for each stage of the last step of what it left in the tables, in the order of [`Stage::ALL`]: two runs
+    /// that went apart did so in the first stage whose hashes differ. A stage is named by what it alone writes: pairs
+    /// of shapes, manifolds, colors, particles, impulses, poses (of two stages, [`Stage::Finalize`] and
+    /// [`Stage::Sweep`]), events, and who sleeps. Since bodies that fall asleep leave the colors, a difference in
+    /// [`Stage::Partition`] and [`Stage::Sleep`] alone is one of sleep.
+    #[must_use]
+    pub fn stage_hashes(&self) -> [(Stage, u64); 9] {
+        Stage::ALL.map(|stage| {
+            let mut hash = StateHash::default();
+            match stage {
+                Stage::Broadphase => self.feed_pairs(&mut hash),
+                Stage::Narrowphase => self.feed_manifolds(&mut hash),
+                Stage::Partition => self.feed_colors(&mut hash),
+                Stage::Particles => self.feed_particles(&mut hash),
+                Stage::Solver => self.feed_impulses(&mut hash),
+                Stage::Finalize | Stage::Sweep => self.feed_poses(&mut hash),
+                Stage::Sensor => self.feed_events(&mut hash),
+                Stage::Sleep => self.feed_sleep(&mut hash),
+            }
+            (stage, hash.finish())
+        })
+    }
+
+    fn feed_pairs(&self, hash: &mut StateHash) {
+        for (row, c) in self.tables.contacts.iter() {
+            hash.words(&[row, c.shape_a, c.shape_b]);
+        }
+    }
+
+    fn feed_manifolds(&self, hash: &mut StateHash) {
+        for (row, c) in self.tables.contacts.iter() {
+            hash.words(&[row, u32::from(c.count)]);
+            if c.count > 0 {
+                hash.vector(c.normal);
+                hash.vector(c.offset);
+            }
+            for p in c.points() {
+                hash.vector(p.r_a);
+                hash.word(p.base.to_bits());
+                hash.word(p.feature);
+            }
+        }
+    }
+
+    fn feed_colors(&self, hash: &mut StateHash) {
+        let contacts = self.tables.contacts.iter().map(|(row, c)| (row, c.place.color));
+        let joints = self.tables.joints.rows.iter().map(|(id, j)| (id.index(), j.place.color));
+        for (row, color) in contacts.chain(joints) {
+            hash.words(&[row, color]);
+        }
+    }
+
+    fn feed_particles(&self, hash: &mut StateHash) {
+        for (slot, x, v) in self.tables.particles.words() {
+            hash.word(slot);
+            hash.vector(x);
+            hash.vector(v);
+        }
+        for block in self.tables.particles.colors.iter().flat_map(|color| &color.blocks) {
+            hash.floats(&block.impulse);
+        }
+    }
+
+    fn feed_impulses(&self, hash: &mut StateHash) {
+        for (_, c) in self.tables.contacts.iter().filter(|(_, c)| c.count > 0) {
+            c.points().iter().for_each(|p| hash.word(p.impulse.to_bits()));
+            hash.vector(c.tangent_impulse);
+            hash.vector(c.rolling_impulse());
+            hash.word(c.twist_impulse.to_bits());
+        }
+        for (_, joint) in self.tables.joints.rows.iter() {
+            hash.vector(joint.impulse);
+            match &joint.link {
+                Link::Six(six) => hash.words(bytemuck::cast_slice(&[six.state])),
+                Link::Coupling(coupling) => hash.word(coupling.impulse.to_bits()),
+                Link::Ball | Link::Distance { .. } | Link::Pulley(_) => {}
+            }
+        }
+    }
+
+    fn feed_poses(&self, hash: &mut StateHash) {
+        for (id, body) in self.tables.bodies.rows.iter() {
+            hash.word(id.index());
+            hash.vector(body.center);
+            hash.floats(&body.rotation.to_array());
+        }
+    }
+
+    fn feed_events(&self, hash: &mut StateHash) {
+        let e = &self.tables.events;
+        let touches = e.contact_begin.iter().chain(&e.contact_end).map(|t| [t.shape_a, t.shape_b]);
+        let visits = e.sensor_enter.iter().chain(&e.sensor_exit).map(|v| [v.sensor, v.visitor]);
+        touches.chain(visits).flatten().for_each(|shape| hash.word(shape.index()));
+        e.hits.iter().for_each(|hit| hash.vector(hit.point));
+        let counts = [e.contact_begin.len(), e.sensor_enter.len(), e.hits.len(), e.faults.len()];
+        let breaks = [e.joint_break.len(), e.bond_break.len(), e.link_tear.len(), e.pieces.len()];
+        counts.into_iter().chain(breaks).for_each(|n| hash.count(n));
+    }
+
+    fn feed_sleep(&self, hash: &mut StateHash) {
+        for (id, body) in self.tables.bodies.rows.iter() {
+            hash.words(&[id.index(), body.island, u32::from(body.active())]);
+            hash.word(body.still_time.to_bits());
+            hash.vector(body.v);
+            hash.vector(body.w);
+        }
+    }
+}
