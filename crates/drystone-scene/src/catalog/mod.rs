@@ -429,8 +429,8 @@ static CATALOG: [Entry; 65] = [
         Parameter::number(
             "muscles",
             0.0,
-            (0.0, 300.0),
-            "greatest torque that pulls a joint to the pose [N m]; 0: limp, 300: strong",
+            (0.0, 100_000.0),
+            "greatest torque that pulls a joint to the pose [N m]; 0: limp, 300: strong, 100000: of stone",
         ),
     ]),
     Entry::new(

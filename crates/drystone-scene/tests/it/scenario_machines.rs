@@ -127,6 +127,26 @@ fn people_on_a_heap_stay_whole_and_lie_still_the_same_for_any_threads() {
 }
 
 #[test]
+fn people_of_stone_land_as_stones_do() {
+    // Drives of 1e6 N m/rad between links of 0.001 kg m²: a thousand times what a substep can follow. The springs hold
+    // hundreds of kilojoules when people are made, of which nothing may become motion.
+    let mut running = start("ragdolls:n=6,muscles=100000", 1);
+    let fall = running.world.potential_energy();
+    let (mut most, mut worst) = (0.0_f64, 0.0_f32);
+    for _ in 0..360 {
+        running.step(1.0 / 60.0).unwrap();
+        most = most.max(running.world.kinetic_energy());
+        worst = running.world.joints().map(|j| j.error()).fold(worst, f32::max);
+    }
+    let left = running.world.kinetic_energy();
+    println!("fall {fall} J, at most {most} J, joints {worst} m, left {left} J");
+    // They have no more motion than their fall gives, and their joints open no farther than those of people on a heap.
+    assert!(most < fall, "{most} of {fall}");
+    assert!(worst < 0.05, "{worst} m");
+    assert!(left < 2.0, "{left} J");
+}
+
+#[test]
 fn muscles_hold_people_in_their_pose_and_weak_ones_give_way() {
     // The mean turn of joints away from the pose, once a person lies on the ground.
     let bent = |muscles: u32| {

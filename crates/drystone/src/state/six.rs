@@ -11,7 +11,7 @@ use crate::base::trig::atan2;
 pub(crate) const FAR: f32 = 1.0e30;
 
 /// Stiffer than a substep can tell from rigid.
-const STIFF: f32 = 1.0e20;
+pub(crate) const STIFF: f32 = 1.0e20;
 
 /// Below this sine the direction of a swing is rounding.
 pub(crate) const NO_SWING: f32 = 0.5e-6;

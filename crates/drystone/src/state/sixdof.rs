@@ -7,7 +7,8 @@ use super::def::DefError;
 use crate::base::math::{Vec3, vec3};
 use crate::base::quat::Quat;
 
-/// A damped spring along or about an axis.
+/// A damped spring along or about an axis. In the wide methods one that is harder for a substep than a locked axis, with
+/// `c h + k h²` over the effective mass above that of [`crate::JointConfig`], is as hard as that.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct JointSpring {
     /// Force per displacement [N/m; N m/rad; 1/s² if `per_mass`]; at least 0.

@@ -25,6 +25,8 @@ use crate::base::wide::{LANES, Sym3w, Vec3w, Wide, above, load, max, min, select
 pub(crate) struct JointSweep {
     pub(crate) inv_h: f32,
     pub(crate) softness: Softness,
+    /// [`Softness::hardness`] of locked axes: drives and sprung limits are no harder.
+    pub(crate) hardest: f32,
     /// Time of the step that positions have advanced [s].
     pub(crate) elapsed: f32,
     /// A relax sweep: rows as they were this long ago [s], the warm start where it is.

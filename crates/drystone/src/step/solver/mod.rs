@@ -366,6 +366,7 @@ impl Solver<'_> {
                 let joints = JointSweep {
                     inv_h: ctx.inv_h,
                     softness: ctx.soft_joint,
+                    hardest: ctx.soft_joint.hardness(),
                     elapsed,
                     back: 0.0,
                     is_relax: false,
@@ -384,6 +385,7 @@ impl Solver<'_> {
                 let joints = JointSweep {
                     inv_h: ctx.inv_h,
                     softness: Softness::RIGID,
+                    hardest: ctx.soft_joint.hardness(),
                     elapsed: moved - 0.5 * ctx.h,
                     back: 0.5 * ctx.h,
                     is_relax: true,

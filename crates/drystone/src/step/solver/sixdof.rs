@@ -136,6 +136,7 @@ pub(super) fn act<S: Simd>(
     sweep: &JointSweep,
 ) -> [Wide<S>; 3] {
     let (zero, inv_h) = (splat(simd, 0.0), splat(simd, sweep.inv_h));
+    let hardest = splat(simd, sweep.hardest);
     let is_locked = above(load(simd, &block.locked[axis]), zero);
     let most_back = splat(simd, push(axis));
     let axis = &block.axes[axis];
@@ -144,7 +145,7 @@ pub(super) fn act<S: Simd>(
     let mut drive = zero;
     if axis.drives {
         let most = load(simd, &axis.most);
-        let law = axis.drive.law(simd, k, pull, inv_h);
+        let law = axis.drive.law(simd, k, pull, [inv_h, hardest]);
         let new = law.impulse(inverse, v, x - load(simd, &axis.drive.place), old);
         drive = max(min(new, most), -most);
         if sweep.is_relax {
@@ -176,7 +177,7 @@ pub(super) fn act<S: Simd>(
     let mut limit = one_way(select(open, ahead, shut));
     if axis.yields {
         let is_hard = above(load(simd, &axis.hard), zero);
-        let law = axis.limit.law(simd, k, pull, inv_h);
+        let law = axis.limit.law(simd, k, pull, [inv_h, hardest]);
         let sprung = law.impulse(inverse, v, error, old);
         // Without room between them, both hold: a spring about one place.
         let tight = above(splat(simd, 1.0e-9), high - low);

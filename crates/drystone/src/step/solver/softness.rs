@@ -29,6 +29,12 @@ impl Softness {
         let mass = a2 * impulse;
         Self { rate: omega / a1 * mass, mass, impulse }
     }
+
+    /// `c h K + k h² K` of the spring, with K the inverse mass that it is on: how hard it is for a substep. Infinite if
+    /// it is none.
+    pub(crate) const fn hardness(&self) -> f32 {
+        self.mass / self.impulse
+    }
 }
 
 /// A soft constraint in the equations of many that are solved at once, [Catto11]:

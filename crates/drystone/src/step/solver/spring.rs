@@ -3,6 +3,10 @@
 use fearless_simd::Simd;
 
 use crate::base::wide::{Lanes, Wide, above, load, max, min, select, splat};
+use crate::state::six::STIFF;
+
+/// A damper above this [N s/m; N m s/rad] is none, but a motor: it holds its speed whatever comes.
+const MOTOR: f32 = 0.5 * STIFF;
 
 /// A spring and damper of an axis.
 #[derive(Clone, Copy, Debug, Default)]
@@ -27,14 +31,15 @@ impl Push {
     /// Where it is slower than a substep, a spring on the inverse mass `k` under the acceleration `pull`
     /// swings as the exact one does: v' = (1 - B) v - A x has the eigenvalues exp(z h), taken as
     /// (12 + 6 z + z²)/(12 - 6 z + z²), and rests where the exact one does. A faster one, or a motor, is taken
-    /// at the end of the substep, which damps it. See docs/derivations/joints.md.
+    /// at the end of the substep, which damps it; one harder than `hardest` is as hard as that, stiffness and damping in
+    /// their proportion. See docs/derivations/joints.md.
     #[inline(always)]
     pub(crate) fn law<S: Simd>(
         &self,
         simd: S,
         k: Wide<S>,
         pull: Wide<S>,
-        inv_h: Wide<S>,
+        [inv_h, hardest]: [Wide<S>; 2],
     ) -> Law<S> {
         let (zero, one) = (splat(simd, 0.0), splat(simd, 1.0));
         let (n6, n12, n72, n144) =
@@ -42,8 +47,12 @@ impl Push {
         let h = one / inv_h;
         let per_mass = load(simd, &self.per_mass);
         let m = select(above(per_mass, zero), one, k) * h;
-        let c = load(simd, &self.damping) * m;
+        let damping = load(simd, &self.damping);
+        let c = damping * m;
         let p = load(simd, &self.stiffness) * m * h;
+        let part = min(one, hardest / max(c + p, one));
+        let part = select(above(splat(simd, MOTOR), damping), part, one);
+        let (c, p) = (c * part, p * part);
         let w = one / (one + c + p);
         let fast = Law {
             gain: (c + p) * w,
