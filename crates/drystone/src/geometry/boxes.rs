@@ -122,7 +122,8 @@ pub(crate) fn nearest_first(mut near: Lanes, max: &mut f32, mut f: impl FnMut(us
                 first = lane;
             }
         }
-        if !(near[first] <= *max * ROUNDING) {
+        // What is infinite is not met, or was visited; a ray may well be so long that its end is infinite too.
+        if !(near[first] <= *max * ROUNDING) || near[first].is_infinite() {
             return;
         }
         near[first] = f32::INFINITY;

@@ -1,7 +1,7 @@
 //! The sets of bodies (awake, not awake) and of constraints (colored, not): the only place where rows
 //! move between them.
 
-use super::bodies::{Bodies, NONE};
+use super::bodies::{Bodies, Fineness, NONE};
 use super::colors::{Coloring, Colors, Place};
 use super::contacts::Contacts;
 use super::def::BodyKind;
@@ -247,6 +247,10 @@ impl Sets<'_> {
         for m in members {
             let b = self.bodies.at_mut(*m);
             (b.v, b.w) = Default::default();
+            if b.fineness == Fineness::Struck {
+                // The blow is over.
+                b.fineness = Fineness::Whole;
+            }
             if b.active() && b.is_dynamic() {
                 let id = self.bodies.id(*m);
                 self.events.sleep.push(id);

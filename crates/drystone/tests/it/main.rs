@@ -3,6 +3,7 @@
 
 mod contract_world;
 mod property_hull;
+mod property_snapshot;
 mod scenario_articulated;
 mod scenario_audit;
 mod scenario_breakage;

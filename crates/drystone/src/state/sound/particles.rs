@@ -1,15 +1,15 @@
 //! Particles: the rows and their lines, links in their lanes, chains of links.
 
-use super::{Check, Seen, Unsound, at_least_zero, holds, is_near};
+use super::{Check, Seen, Unsound, at_least_zero, holds};
 use crate::base::wide::LANES;
 use crate::state::bodies::Bodies;
 use crate::state::chains::ChainBlock;
 use crate::state::particle_def::{check_length, check_mass};
 use crate::state::particles::{CROWD, LaneKind, LinkColor, Particles};
-use crate::state::shapes::Shapes;
 
-pub(super) fn check_particles(particles: &Particles, bodies: &Bodies, shapes: &Shapes) -> Check {
-    let Particles { rows, lines, x, links, colors, attachments, touches, .. } = particles;
+/// Touches need no look: they are only compared with what is met.
+pub(super) fn check_particles(particles: &Particles, bodies: &Bodies) -> Check {
+    let Particles { rows, lines, x, links, colors, attachments, .. } = particles;
     rows.check()?;
     links.check()?;
     let slots = rows.slot_count();
@@ -19,29 +19,28 @@ pub(super) fn check_particles(particles: &Particles, bodies: &Bodies, shapes: &S
     for (id, p) in rows.iter() {
         let line = id.index() + 1;
         let (at, [.., radius]) = (particles.position(line), x[line as usize]);
-        holds(is_near(at) && (1.0e-4..=1.0e3).contains(&radius), "a particle is nowhere")?;
+        holds(at.is_finite() && (1.0e-4..=1.0e3).contains(&radius), "a particle is nowhere")?;
         check_mass(p.mass).map_err(|_| "a particle has no mass that can be")?;
         p.material.validate().map_err(|_| "a material is out of range")?;
         let own = &lines[line as usize];
         let inverse = if p.pinned { 0.0 } else { 1.0 / p.mass };
         holds(
-            own.inverse_mass().to_bits() == inverse.to_bits() && is_near(own.velocity()),
+            own.inverse_mass().to_bits() == inverse.to_bits() && own.velocity().is_finite(),
             "a particle is too fast",
         )?;
         holds(at_least_zero(&[p.damping, p.still_time]), "a number of a particle is out of range")?;
-        // Where they are found anew they all lead to the first one.
-        holds(lives(p.strand) && p.strand <= line, "a particle is of no strand")?;
+        // Those that will be found anew may be of what is gone.
+        let strand = particles.strands_changed || lives(p.strand) && p.strand <= line;
+        holds(strand, "a particle is of no strand")?;
         let held = p.attachment == 0
             || attachments.get(p.attachment as usize - 1).is_some_and(|a| a.line == line);
         holds(held, "a particle is not held where it says")?;
     }
     for (number, a) in (1..).zip(attachments) {
         let own = lives(a.line) && particles.at(a.line).attachment == number;
-        let body = bodies.rows.at(a.body).is_some() && is_near(a.anchor);
+        let body = bodies.rows.at(a.body).is_some() && a.anchor.is_finite();
         holds(own && body, "an attachment is of nothing")?;
     }
-    let touches = touches.iter().all(|t| lives(t.line) && shapes.rows.at(t.shape).is_some());
-    holds(touches, "a particle touches what is gone")?;
     holds(colors.len() <= CROWD + 1, "links have too many colors")?;
     let mut ends = vec![0_u32; lines.len()];
     let mut count = 0;

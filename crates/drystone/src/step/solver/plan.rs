@@ -226,7 +226,8 @@ impl Plan {
         contacts: &mut Contacts,
         struck: &StepContext,
     ) {
-        if !self.fineness[1].contains(&Fineness::Struck) {
+        // A plan that was never made knows nothing of the last step, which a restored world has had.
+        if self.workers > 0 && !self.fineness[1].contains(&Fineness::Struck) {
             return;
         }
         let factor = 1.0 / struck.store_scale();

@@ -79,6 +79,8 @@ impl World {
             contacts: NONE,
             constraints: 0,
             awake_row: NONE,
+            // Particles hold the old body; the next step tells what they hold of the new ones.
+            dragged: false,
             island: NONE,
             island_previous: NONE,
             island_next: NONE,

@@ -1,0 +1,204 @@
+//! Whatever was called, the world can be saved, and what is restored does what the first one does.
+
+use drystone::{
+    BodyDef, BodyId, BondStrength, Fracture, Glue, JointAxis, JointDef, JointDrive, JointId,
+    JointSpring, LinkId, LinkKind, Material, Method, ParticleId, Pose, RopeDef, ShapeDef, SixDof,
+    Vec3, World, WorldConfig, vec3,
+};
+use proptest::prelude::{Strategy, any, prop, prop_oneof, proptest};
+
+const DT: f32 = 1.0 / 60.0;
+
+/// A call: which, on what, and with what numbers.
+type Call = (u8, [u8; 2], [f32; 3], f32);
+
+fn call() -> impl Strategy<Value = Call> {
+    let number = prop_oneof![
+        12 => -6.0_f32..6.0,
+        1 => prop::sample::select(vec![0.0, f32::NAN, f32::INFINITY, -1.0e30, 3.0e38, 1.0e-30]),
+    ];
+    let vector = prop::array::uniform3(number.clone());
+    (any::<u8>(), any::<[u8; 2]>(), vector, number)
+}
+
+/// What calls know of a world and its twin; ids are the same in both.
+#[derive(Default)]
+struct Known {
+    bodies: Vec<BodyId>,
+    joints: Vec<JointId>,
+    particles: Vec<ParticleId>,
+    links: Vec<LinkId>,
+}
+
+fn pick<T: Copy>(list: &[T], k: u8) -> Option<T> {
+    (!list.is_empty()).then(|| list[usize::from(k) % list.len()])
+}
+
+fn shape_of(k: u8, size: f32) -> ShapeDef {
+    let material = Material { restitution: 0.3, rolling_resistance: 0.1, ..Material::default() };
+    match k % 6 {
+        0 => ShapeDef::sphere(size.abs()),
+        1 => ShapeDef::capsule(0.5, 0.3).with_material(material),
+        2 | 3 => ShapeDef::box_half([0.5, 0.4, size.abs()]),
+        4 => ShapeDef::cylinder(0.4, 0.5),
+        _ => ShapeDef { sensor: true, ..ShapeDef::box_half([1.0; 3]) },
+    }
+}
+
+fn body_of(k: u8, at: [f32; 3], size: f32) -> BodyDef {
+    let row = |n: u8| -> Vec<ShapeDef> {
+        let at = |i: u8| vec3(0.6 * f32::from(i), 0.0, 0.0);
+        (0..n).map(|i| ShapeDef::box_half([0.3; 3]).with_position(at(i))).collect()
+    };
+    let dynamic = BodyDef::dynamic().with_position(at);
+    match k % 8 {
+        0 => BodyDef::fixed().with_position(at).with_shape(shape_of(k / 8, size)),
+        1 => {
+            let moving = BodyDef::kinematic().with_linear_velocity([0.5, 0.0, 0.0]);
+            moving.with_position(at).with_shape(shape_of(k / 8, size))
+        }
+        2 => {
+            let shapes = row(3);
+            let glue = Glue::touching(&shapes, 1.0e-3, BondStrength::both(1.0e5)).unwrap();
+            BodyDef { shapes, glue: Some(glue), ..dynamic }
+        }
+        3 => {
+            let fracture = Fracture { pieces: 3, ..Fracture::by_impulse(500.0) };
+            BodyDef { shapes: row(1), fracture: Some(fracture), ..dynamic }
+        }
+        _ => dynamic.with_shape(shape_of(k / 8, size)),
+    }
+}
+
+/// Makes a call; what was added goes into `added`.
+fn make(world: &mut World, known: &Known, added: &mut Known, (what, [a, b], v, x): Call) {
+    let (first, second) = (pick(&known.bodies, a), pick(&known.bodies, b));
+    let (Some(first), Some(second)) = (first, second) else { return };
+    match what % 20 {
+        0..=3 => added.bodies.extend(world.add_body(body_of(a, v, x))),
+        4 => {
+            let ball = JointDef::ball(first, [0.5; 3], second, [0.0; 3]);
+            let ball = if a % 2 == 0 { ball } else { ball.with_strength(3.0e4, 1.0e4) };
+            added.joints.extend(world.add_joint(ball));
+        }
+        5 => {
+            let drive = JointDrive::servo(x, JointSpring::new(100.0, 10.0), 50.0);
+            let axes = SixDof::hinge(JointAxis::limited(-1.0, 1.0).with_drive(drive));
+            let def = world.joint_along(first, second, v, Vec3::Z, axes);
+            added.joints.extend(def.and_then(|def| world.add_joint(def)));
+        }
+        6 => {
+            world.remove_body(first);
+        }
+        7 => {
+            if let Some(mut body) = world.body_mut(first) {
+                let _ = body.apply_impulse(v);
+                let _ = body.set_angular_velocity(v);
+                let _ = body.set_lasting_force(v);
+            }
+        }
+        8 => {
+            if let Some(mut body) = world.body_mut(first) {
+                let _ = body.set_pose(Pose::at(v));
+            }
+        }
+        9 => {
+            let shape = world.body(first).and_then(|body| body.shapes().next());
+            match (shape, b % 2) {
+                (Some(shape), 0) => {
+                    world.remove_shape(shape);
+                }
+                _ => {
+                    let _ = world.add_shape(first, shape_of(b, x).with_position(v));
+                }
+            }
+        }
+        10 => {
+            let shape = world.body(first).and_then(|body| body.shapes().next());
+            if let Some(mut shape) = shape.and_then(|shape| world.shape_mut(shape)) {
+                let _ = shape.set_material(Material { restitution: x, ..Material::default() });
+                let _ = shape.set_surface_velocity(v);
+            }
+        }
+        11 => {
+            let kind = if a % 2 == 0 { LinkKind::Equal } else { LinkKind::AtMost };
+            let to = [v[0], v[1] + 2.0, v[2]];
+            let rope = RopeDef { kind, ..RopeDef::between(v, to, 3) };
+            let Ok(rope) = world.add_rope(&rope) else { return };
+            let _ = world.attach_particle(rope.particles[0], second, [0.0; 3]);
+            added.particles.extend(rope.particles);
+            added.links.extend(rope.links);
+        }
+        12 => {
+            if let Some(particle) = pick(&known.particles, a) {
+                match b % 3 {
+                    0 => {
+                        world.remove_particle(particle);
+                    }
+                    1 => {
+                        world.detach_particle(particle);
+                    }
+                    _ => {
+                        let _ = world.attach_particle(particle, first, v);
+                    }
+                }
+            }
+        }
+        13 => {
+            if let Some(link) = pick(&known.links, a) {
+                world.remove_link(link);
+            }
+        }
+        14 => {
+            if let Some(joint) = pick(&known.joints, a) {
+                world.remove_joint(joint);
+            }
+        }
+        15 => {
+            let method =
+                Method::named(Method::NAMES[usize::from(a) % Method::NAMES.len()]).unwrap();
+            let config = WorldConfig { method, ..world.config().clone() };
+            let _ = world.set_config(config);
+        }
+        _ => (0..a % 24).for_each(|_| world.step(DT)),
+    }
+}
+
+proptest! {
+    #![proptest_config(proptest::test_runner::Config::with_cases(if cfg!(debug_assertions) { 100 } else { 1500 }))]
+    #[test]
+    fn after_any_calls_the_world_can_be_saved_and_its_twin_does_as_it_does(
+        calls in prop::collection::vec(call(), 1..70),
+        at in 0_usize..40,
+    ) {
+        let mut world = World::default();
+        let ground = ShapeDef::half_space([0.0, 1.0, 0.0], 0.0);
+        let ground = world.add_body(BodyDef::fixed().with_shape(ground)).unwrap();
+        let mut known = Known { bodies: vec![ground], ..Known::default() };
+        let mut twin = None;
+        for (i, call) in calls.into_iter().enumerate() {
+            if i == at {
+                twin = Some(world.clone());
+            }
+            let mut added = Known::default();
+            make(&mut world, &known, &mut added, call);
+            if let Some(twin) = &mut twin {
+                // Saved and restored over and over.
+                *twin = World::restore(&twin.snapshot()).unwrap();
+                let mut same = Known::default();
+                make(twin, &known, &mut same, call);
+                assert_eq!(same.bodies, added.bodies);
+                assert_eq!(twin.state_hash(), world.state_hash(), "after {call:?}");
+                assert_eq!(twin.events(), world.events());
+            }
+            let bytes = world.snapshot();
+            let again = World::restore(&bytes).unwrap_or_else(|e| panic!("after {call:?}: {e}"));
+            assert!(again.snapshot() == bytes, "after {call:?}");
+            known.bodies.extend(added.bodies);
+            known.bodies.extend(&world.events().pieces);
+            known.joints.extend(added.joints);
+            known.particles.extend(added.particles);
+            known.links.extend(added.links);
+        }
+    }
+}
