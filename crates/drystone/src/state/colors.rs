@@ -11,7 +11,6 @@ pub(crate) struct Place {
     /// Number of the color; `u32::MAX` if it is in none.
     pub(crate) color: u32,
     /// Place in the color's list.
-    #[serde(skip)]
     pub(crate) row: u32,
 }
 
@@ -103,8 +102,7 @@ const fn unknown() -> bool {
 }
 
 /// All colors. What is solved last is satisfied best: joints, then contacts of two dynamic bodies, then
-/// contacts with what cannot be moved. Of constraints their colors are saved, not the lists, whose order follows from
-/// the run.
+/// contacts with what cannot be moved. Of constraints their places are saved, not the lists.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct Colors {
     #[serde(skip)]

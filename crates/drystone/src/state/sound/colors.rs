@@ -14,7 +14,9 @@ pub(super) fn find_colors(tables: &mut Tables) -> Check {
     let of_joints =
         joints.rows.iter().map(|(id, j)| (true, id.index(), [j.body_a, j.body_b], j.place));
     let of_contacts = contacts.iter().map(|(row, c)| (false, row, [c.body_a, c.body_b], c.place));
-    let all: Vec<_> = of_joints.chain(of_contacts).filter(|(.., p)| p.is_somewhere()).collect();
+    let mut all: Vec<_> = of_joints.chain(of_contacts).filter(|(.., p)| p.is_somewhere()).collect();
+    // The order within a color shows in the classic methods that go by levels or at random.
+    all.sort_by_key(|(.., place)| (place.color, place.row));
     for (is_joint, row, [a, b], place) in &all {
         let (dynamic, n) = dynamic_of(bodies, *a, *b);
         let dynamic = &dynamic[..n];

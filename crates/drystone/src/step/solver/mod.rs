@@ -222,7 +222,14 @@ pub(crate) fn solve(
         together::follow(ctx, bodies, s, tied, jobs);
         return;
     }
-    s.classic.leave(&mut s.line_of);
+    if s.classic.leave(&mut s.line_of) {
+        // Line 0 is nobody's in blocks, and theirs are another kind.
+        s.lines.clear();
+        s.whitening.clear();
+        s.aux.clear();
+        s.acceleration.clear();
+        s.squeezes.clear();
+    }
     s.sweeps = method.wide_sweeps(ctx.substeps);
     s.plan.choose_fineness(bodies, joints, contacts, islands, closing.closing(), contexts, jobs);
     let [.., struck, _] = contexts;

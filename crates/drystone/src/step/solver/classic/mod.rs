@@ -69,13 +69,15 @@ pub(super) struct Scratch {
 }
 
 impl Scratch {
-    /// Another method makes this step.
-    pub(super) fn leave(&mut self, line_of: &mut [u32]) {
-        if core::mem::take(&mut self.was_here) {
+    /// Another method makes this step; true if the last one was a classic one.
+    pub(super) fn leave(&mut self, line_of: &mut [u32]) -> bool {
+        let was_here = core::mem::take(&mut self.was_here);
+        if was_here {
             (self.residual, self.too_large) = (0.0, false);
             line_of.fill(0);
             self.begun.clear();
         }
+        was_here
     }
 }
 
