@@ -341,7 +341,11 @@ impl RTree {
     pub(crate) fn pairs_of(&self, block: usize, mut visit: impl FnMut(u32, u32)) {
         let Some(own) = self.levels.first().and_then(|leaves| leaves.get(block)) else { return };
         let mut see = |a: usize, b: usize| {
-            if let (Some(&a), Some(&b)) = (self.items.get(a), self.items.get(b)) {
+            if let (Some(&a), Some(&b)) = (self.items.get(a), self.items.get(b))
+                // A box that is not finite may overlap free leaves too.
+                && a != NONE
+                && b != NONE
+            {
                 visit(a, b);
             }
         };
