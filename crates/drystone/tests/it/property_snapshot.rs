@@ -6,6 +6,7 @@ use drystone::{
     Vec3, World, WorldConfig, vec3,
 };
 use proptest::prelude::{Strategy, any, prop, prop_oneof, proptest};
+use proptest::test_runner::{Config, RngSeed};
 
 const DT: f32 = 1.0 / 60.0;
 
@@ -165,7 +166,8 @@ fn make(world: &mut World, known: &Known, added: &mut Known, (what, [a, b], v, x
 }
 
 proptest! {
-    #![proptest_config(proptest::test_runner::Config::with_cases(if cfg!(debug_assertions) { 100 } else { 1500 }))]
+    // The same calls in every run, in debug and release.
+    #![proptest_config(Config { cases: 200, rng_seed: RngSeed::Fixed(1), ..Config::default() })]
     #[test]
     fn after_any_calls_the_world_can_be_saved_and_its_twin_does_as_it_does(
         calls in prop::collection::vec(call(), 1..70),
