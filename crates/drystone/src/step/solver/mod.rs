@@ -223,12 +223,9 @@ pub(crate) fn solve(
         return;
     }
     if s.classic.leave(&mut s.line_of) {
-        // Line 0 is nobody's in blocks, and theirs are another kind.
-        s.lines.clear();
-        s.whitening.clear();
-        s.aux.clear();
-        s.acceleration.clear();
-        s.squeezes.clear();
+        // Line 0 is nobody's in blocks, and theirs are of another kind.
+        (s.lines, s.whitening, s.aux) = Default::default();
+        (s.acceleration, s.squeezes) = Default::default();
     }
     s.sweeps = method.wide_sweeps(ctx.substeps);
     s.plan.choose_fineness(bodies, joints, contacts, islands, closing.closing(), contexts, jobs);
