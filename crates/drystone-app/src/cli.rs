@@ -172,6 +172,18 @@ pub(crate) struct Settings {
     pub(crate) set: Vec<(String, String)>,
 }
 
+/// Who steps a world.
+#[derive(Args, Debug)]
+pub(crate) struct Workers {
+    /// Worker threads, the caller included [default: all cores]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=256))]
+    pub(crate) threads: Option<u16>,
+
+    /// Instruction set to use [default: the machine's best]; the result does not depend on it
+    #[arg(long, value_name = "LEVEL", value_parser = simd_levels())]
+    pub(crate) simd: Option<String>,
+}
+
 /// `drystone info`.
 #[derive(Args, Debug)]
 pub(crate) struct Info {
@@ -273,13 +285,9 @@ pub(crate) struct Simulate {
     #[command(flatten)]
     pub(crate) settings: Settings,
 
-    /// Worker threads, the caller included [default: all cores]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=256))]
-    pub(crate) threads: Option<u16>,
-
-    /// Instruction set to use [default: the machine's best]; the result does not depend on it
-    #[arg(long, value_name = "LEVEL", value_parser = simd_levels())]
-    pub(crate) simd: Option<String>,
+    /// Who steps it.
+    #[command(flatten)]
+    pub(crate) workers: Workers,
 
     /// Write the trajectory, one line a body and step
     #[arg(long, value_name = "FILE.csv")]
@@ -344,13 +352,9 @@ pub(crate) struct Replay {
     /// What `simulate --record` wrote
     pub(crate) log: PathBuf,
 
-    /// Worker threads, the caller included [default: all cores]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=256))]
-    pub(crate) threads: Option<u16>,
-
-    /// Instruction set to use [default: the machine's best]
-    #[arg(long, value_name = "LEVEL", value_parser = simd_levels())]
-    pub(crate) simd: Option<String>,
+    /// Who steps it.
+    #[command(flatten)]
+    pub(crate) workers: Workers,
 }
 
 /// `--render` and what belongs to it.
@@ -401,9 +405,12 @@ fn seconds(text: &str) -> Result<f64, String> {
 }
 
 fn hz(text: &str) -> Result<f32, String> {
-    number(text, "a number of steps per second from 0.001 to 1e6", |hz: &f32| {
-        (1.0e-3..=1.0e6).contains(hz)
-    })
+    number(text, "a number of steps per second from 0.001 to 1e6", |hz: &f32| is_rate(*hz))
+}
+
+/// True if a world can be stepped so often a second.
+pub(crate) fn is_rate(hz: f32) -> bool {
+    (1.0e-3..=1.0e6).contains(&hz)
 }
 
 fn assignment(text: &str) -> Result<(String, String), String> {

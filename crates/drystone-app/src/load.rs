@@ -7,7 +7,7 @@ use drystone::Vec3;
 use drystone_scene::gltf::{self, LoadedGltf};
 use drystone_scene::{BuildError, Running, Scene, SceneError, mjcf, obj, rigid_ipc, urdf};
 
-use crate::cli::{AutoColliders, Base, Source, has_extension};
+use crate::cli::{AutoColliders, Base, Settings, Source, has_extension};
 use crate::output::Failure;
 
 /// Endings that mean a file even where there is none.
@@ -79,6 +79,13 @@ pub(crate) fn load(source: &Source, gravity: Option<Vec3>) -> Result<Loaded, Fai
         }
     }
     file(path, source, gravity)
+}
+
+/// Reads or makes the scene, with what the user says of its world.
+pub(crate) fn load_with(source: &Source, settings: &Settings) -> Result<Loaded, Failure> {
+    let mut loaded = load(source, settings.gravity()?)?;
+    settings.apply(&mut loaded.scene_mut().config)?;
+    Ok(loaded)
 }
 
 fn file(path: &Path, source: &Source, gravity: Option<Vec3>) -> Result<Loaded, Failure> {

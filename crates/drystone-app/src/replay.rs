@@ -2,16 +2,15 @@
 
 use std::process::ExitCode;
 
-use drystone::{SimdLevel, Stage};
+use drystone::Stage;
 use drystone_scene::Running;
 
 use crate::Outcome;
 use crate::chunk;
-use crate::cli::{Replay, count};
+use crate::cli::{Replay, count, is_rate};
 use crate::load::refused;
 use crate::output::{self, Failure, one_line, progress, read};
 use crate::record::{BodyHashes, Header, KIND, StepHashes};
-use crate::settings::{cores_but, executor};
 use crate::snapshot::begin;
 
 /// Runs it again.
@@ -21,17 +20,13 @@ pub(crate) fn replay(args: &Replay) -> Outcome {
     let mut rest = chunk::after_title(&bytes, KIND, "log that `simulate --record` wrote")
         .map_err(|e| wrong(&e))?;
     let header: Header = chunk::take(&mut rest).ok_or_else(|| wrong("was cut off or changed"))?;
-    if !(1.0e-3..=1.0e6).contains(&header.hz) {
+    if !is_rate(header.hz) {
         return Err(wrong("its steps a second are out of range"));
     }
     let loaded = header.recipe.load()?;
     let from = header.from.as_ref().map(|snapshot| (snapshot, args.log.as_path()));
     let mut running = begin(&header.recipe, loaded.scene(), from)?;
-    let threads = args.threads.map_or_else(|| cores_but(0), usize::from);
-    running.world.set_executor(executor(threads));
-    if let Some(level) = args.simd.as_deref().and_then(SimdLevel::named) {
-        running.world.set_simd_level(level);
-    }
+    args.workers.equip(&mut running.world);
 
     let bar = progress(bytes.len() as u64, "{wide_bar} {percent} %, {eta} left");
     let (mut own, mut recorded) = (BodyHashes::default(), BodyHashes::default());

@@ -3,9 +3,9 @@
 use std::sync::Arc;
 use std::thread::available_parallelism;
 
-use drystone::{Executor, Inline, Method, Team, Vec3, WorldConfig};
+use drystone::{Executor, Inline, Method, SimdLevel, Team, Vec3, World, WorldConfig};
 
-use crate::cli::{Length, Settings};
+use crate::cli::{Length, Settings, Workers};
 use crate::output::Failure;
 
 /// Most worker threads that the command line allows.
@@ -75,4 +75,16 @@ pub(crate) fn cores_but(spared: usize) -> usize {
 /// `threads` workers, the caller included.
 pub(crate) fn executor(threads: usize) -> Arc<dyn Executor> {
     if threads > 1 { Arc::new(Team::new(threads)) } else { Arc::new(Inline) }
+}
+
+impl Workers {
+    /// Has a world stepped so; returns the number of threads.
+    pub(crate) fn equip(&self, world: &mut World) -> usize {
+        let threads = self.threads.map_or_else(|| cores_but(0), usize::from);
+        world.set_executor(executor(threads));
+        if let Some(level) = self.simd.as_deref().and_then(SimdLevel::named) {
+            world.set_simd_level(level);
+        }
+        threads
+    }
 }

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
-use drystone::{SimdLevel, World};
+use drystone::World;
 use drystone_bench::StageClock;
 use drystone_scene::{Running, Scene};
 
@@ -20,7 +20,7 @@ use crate::output::{self, Failure, Output, progress};
 use crate::record::{Header, Record};
 use crate::render::{Render, quiet_driver};
 use crate::report::{Report, Run};
-use crate::settings::{cores_but, executor, time_of};
+use crate::settings::time_of;
 use crate::snapshot::{Recipe, Snapshot, SnapshotFile, begin};
 use crate::trace::Trace;
 
@@ -47,17 +47,14 @@ pub(crate) fn simulate(args: &Simulate) -> Outcome {
         set_again(&mut running, &args.settings)?;
     }
     let start = Start::of(&running, saved.as_ref(), hz);
-    let threads = args.threads.map_or_else(|| cores_but(0), usize::from);
-    running.world.set_executor(executor(threads));
-    if let Some(level) = args.simd.as_deref().and_then(SimdLevel::named) {
-        running.world.set_simd_level(level);
-    }
+    let threads = args.workers.equip(&mut running.world);
     if args.audit {
         running.world.begin_ledger();
     }
-    let from = match saved {
-        Some(_) => Some(start.snapshot(&recipe, scene, &running, 0)?),
-        None => None,
+    // Of what is not recorded nobody asks where it began.
+    let from = match (&saved, &args.record) {
+        (Some(_), Some(_)) => Some(start.snapshot(&recipe, scene, &running, 0)?),
+        _ => None,
     };
     let header = Header { recipe, hz, from };
     let mut outputs = Outputs::create(args, &running, time_of(steps, hz), &header)?;

@@ -6,8 +6,8 @@ use drystone_scene::{BuildError, ResumeError, Running, SavedRun, Scene};
 use serde::{Deserialize, Serialize};
 
 use crate::chunk;
-use crate::cli::{Settings, Source};
-use crate::load::{Loaded, build, load, refused};
+use crate::cli::{Settings, Source, is_rate};
+use crate::load::{Loaded, build, load_with, refused};
 use crate::output::{Failure, Output, probe, read};
 
 /// What such a file begins with.
@@ -25,9 +25,7 @@ pub(crate) struct Recipe {
 impl Recipe {
     /// The scene with its settings.
     pub(crate) fn load(&self) -> Result<Loaded, Failure> {
-        let mut loaded = load(&self.source, self.settings.gravity()?)?;
-        self.settings.apply(&mut loaded.scene_mut().config)?;
-        Ok(loaded)
+        load_with(&self.source, &self.settings)
     }
 }
 
@@ -64,8 +62,7 @@ impl Snapshot {
                 .map_err(|e| wrong(&e))?;
         let snapshot: Option<Self> = chunk::take(&mut rest).filter(|_| rest.is_empty());
         let snapshot = snapshot.ok_or_else(|| wrong("the snapshot was cut off or changed"))?;
-        let is_a_rate = (1.0e-3..=1.0e6).contains(&snapshot.hz);
-        if is_a_rate && snapshot.time >= 0.0 && snapshot.time.is_finite() {
+        if is_rate(snapshot.hz) && snapshot.time >= 0.0 && snapshot.time.is_finite() {
             return Ok(snapshot);
         }
         Err(wrong("its time is out of range"))

@@ -12,7 +12,7 @@ use drystone_view::{Options, show};
 
 use crate::Outcome;
 use crate::cli::{AutoColliders, Overlay, Reading, Source, View, has_extension};
-use crate::load::{Loaded, build, load};
+use crate::load::{Loaded, build, load_with};
 use crate::output::Failure;
 use crate::render::quiet_driver;
 use crate::settings::{cores_but, executor};
@@ -77,8 +77,7 @@ fn open(args: &View, source: &Source, executor: &Arc<dyn Executor>) -> Result<Op
             MOST_BYTES >> 20
         )));
     }
-    let mut loaded = load(source, args.settings.gravity()?)?;
-    args.settings.apply(&mut loaded.scene_mut().config)?;
+    let mut loaded = load_with(source, &args.settings)?;
     if !args.film {
         loaded.read_visuals();
     } else {

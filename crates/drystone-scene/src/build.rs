@@ -8,6 +8,7 @@ use std::sync::Arc;
 use drystone::{
     BodyDef, BodyId, BodyKind, CouplingDef, DefError, JointDef, JointId, Pose, Strand, World,
 };
+use serde::{Deserialize, Serialize};
 
 use crate::scene::{
     Load, Scene, SceneBody, SceneCoupling, SceneFrame, SceneJoint, SceneStrand, Script,
@@ -94,10 +95,11 @@ pub enum BuildError {
     },
 }
 
-/// A scene that runs.
-#[derive(Clone, Debug)]
+/// A scene that runs. Serde leaves out its world and what the scene says: [`Scene::save`] keeps both together.
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Running {
     /// The world. Whoever steps it directly leaves the script out.
+    #[serde(skip)]
     pub world: World,
     /// Its bodies in the order in which they came, those that are gone too. Those that others broke into are
     /// among them after [`Self::after_step`].
@@ -112,8 +114,10 @@ pub struct Running {
     /// Its ropes, cloths and clouds in the order of the scene.
     pub strands: Vec<Strand>,
     /// Named places on its bodies, as the scene has them.
+    #[serde(skip)]
     pub frames: Vec<SceneFrame>,
     /// What it looks like, as the scene has it.
+    #[serde(skip)]
     pub visuals: Arc<Visuals>,
     /// Those that scene and script brought.
     brought: Vec<BodyId>,
@@ -121,6 +125,7 @@ pub struct Running {
     origins: BTreeMap<BodyId, usize>,
     /// How many pieces came off a body so far, by its number.
     pieces: BTreeMap<usize, usize>,
+    #[serde(skip)]
     script: Script,
     steps: u64,
 }

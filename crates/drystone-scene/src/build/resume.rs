@@ -1,28 +1,21 @@
 //! A run that is saved, and goes on.
 
 use core::fmt::Write as _;
-use std::collections::BTreeMap;
+use std::sync::Arc;
 
-use drystone::{BodyId, JointId, SnapshotError, Strand, World};
+use drystone::{SnapshotError, World};
 use serde::{Deserialize, Serialize};
 
 use super::{BuildError, Running};
-use crate::scene::Scene;
+use crate::scene::{Scene, Script};
 
 /// A [`Running`] scene without what the scene itself says: for files, in any format of serde.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct SavedRun {
     scene: u32,
     world: Vec<u8>,
-    bodies: Vec<BodyId>,
-    names: Vec<String>,
-    joints: Vec<JointId>,
-    couplings: Vec<JointId>,
-    strands: Vec<Strand>,
-    brought: Vec<BodyId>,
-    origins: BTreeMap<BodyId, usize>,
-    pieces: BTreeMap<usize, usize>,
-    steps: u64,
+    /// With a world, frames, looks and a script that are none.
+    run: Running,
 }
 
 /// Why a run does not go on.
@@ -68,30 +61,35 @@ impl Scene {
     /// # Errors
     /// The scene cannot be built, so that `run` is not of it.
     pub fn save(&self, run: &Running) -> Result<SavedRun, BuildError> {
-        Ok(SavedRun {
-            scene: self.fingerprint(&self.build()?),
-            world: run.world.snapshot(),
+        let bare = Running {
+            world: World::default(),
             bodies: run.bodies.clone(),
             names: run.names.clone(),
             joints: run.joints.clone(),
             couplings: run.couplings.clone(),
             strands: run.strands.clone(),
+            frames: Vec::new(),
+            visuals: Arc::default(),
             brought: run.brought.clone(),
             origins: run.origins.clone(),
             pieces: run.pieces.clone(),
+            script: Script::None,
             steps: run.steps,
-        })
+        };
+        let scene = self.fingerprint(&self.build()?);
+        Ok(SavedRun { scene, world: run.world.snapshot(), run: bare })
     }
 
     /// Goes on with a run that [`Self::save`] saved of this scene.
     ///
     /// # Errors
     /// The run is of another scene, or is none.
-    pub fn resume(&self, run: &SavedRun) -> Result<Running, ResumeError> {
+    pub fn resume(&self, saved: &SavedRun) -> Result<Running, ResumeError> {
         let start = self.build()?;
-        if self.fingerprint(&start) != run.scene {
+        if self.fingerprint(&start) != saved.scene {
             return Err(ResumeError::OtherScene);
         }
+        let run = &saved.run;
         let names = run.names.len();
         if names != run.bodies.len() {
             return Err(ResumeError::Unsound("bodies have not one name each"));
@@ -106,17 +104,11 @@ impl Scene {
             return Err(ResumeError::Unsound("it took more steps than can be"));
         }
         Ok(Running {
-            world: World::restore(&run.world)?,
-            bodies: run.bodies.clone(),
-            names: run.names.clone(),
-            joints: run.joints.clone(),
-            couplings: run.couplings.clone(),
-            strands: run.strands.clone(),
-            brought: run.brought.clone(),
-            origins: run.origins.clone(),
-            pieces: run.pieces.clone(),
-            steps: run.steps,
-            ..start
+            world: World::restore(&saved.world)?,
+            frames: start.frames,
+            visuals: start.visuals,
+            script: start.script,
+            ..run.clone()
         })
     }
 }

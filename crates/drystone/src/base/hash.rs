@@ -1,5 +1,7 @@
 //! The hash of a state: 64 bits over the bits of numbers, in the order they are fed.
 
+use super::math::Vec3;
+
 /// A multiply-and-rotate hash over 32-bit words. Not cryptographic; every input bit reaches every
 /// output bit after [`StateHash::finish`].
 #[derive(Clone, Copy, Debug)]
@@ -24,6 +26,23 @@ impl StateHash {
         for v in values {
             self.word(v.to_bits());
         }
+    }
+
+    /// Feeds the bits of a vector.
+    pub(crate) fn vector(&mut self, v: Vec3) {
+        self.floats(&v.to_array());
+    }
+
+    /// Feeds some words.
+    pub(crate) fn words(&mut self, words: &[u32]) {
+        words.iter().for_each(|w| self.word(*w));
+    }
+
+    /// Feeds how many there are of something.
+    pub(crate) fn count(&mut self, n: usize) {
+        // Lists of a world are shorter than 2^32.
+        #[expect(clippy::cast_possible_truncation, reason = "any bits will do for a hash")]
+        self.word(n as u32);
     }
 
     /// The hash of all that was fed.

@@ -88,16 +88,7 @@ impl TryFrom<Parts> for Hull {
 
     fn try_from(parts: Parts) -> Result<Self, HullError> {
         let Parts { vertices, planes, faces, cuboid } = parts;
-        if vertices.len() < 4 {
-            return Err(HullError::TooFewPoints(vertices.len()));
-        }
-        if let Some(i) = vertices.iter().position(|v| !v.is_finite()) {
-            return Err(HullError::NotFinite(i));
-        }
-        if let Some(i) = vertices.iter().position(|v| v.abs().max_element() > build::MAX_COORDINATE)
-        {
-            return Err(HullError::TooLarge(i));
-        }
+        build::check_points(&vertices)?;
         let is_face =
             |f: &Vec<u16>| f.len() >= 3 && f.iter().all(|v| usize::from(*v) < vertices.len());
         let sound = planes.iter().all(|p| p.normal.is_finite() && p.offset.is_finite());

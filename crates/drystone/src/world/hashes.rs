@@ -2,26 +2,9 @@
 
 use super::World;
 use crate::base::hash::StateHash;
-use crate::base::math::Vec3;
 use crate::state::bodies::Body;
 use crate::state::joints::Link;
 use crate::step::Stage;
-
-impl StateHash {
-    fn vector(&mut self, v: Vec3) {
-        self.floats(&v.to_array());
-    }
-
-    fn words(&mut self, words: &[u32]) {
-        words.iter().for_each(|w| self.word(*w));
-    }
-
-    fn count(&mut self, n: usize) {
-        // Lists of a world are shorter than 2^32.
-        #[expect(clippy::cast_possible_truncation, reason = "any bits will do for a hash")]
-        self.word(n as u32);
-    }
-}
 
 /// Feeds pose and velocity.
 pub(super) fn feed_state(hash: &mut StateHash, body: &Body) {
@@ -40,11 +23,7 @@ impl World {
             hash.word(id.index());
             feed_state(&mut hash, body);
         }
-        for (slot, x, v) in self.tables.particles.words() {
-            hash.word(slot);
-            hash.vector(x);
-            hash.vector(v);
-        }
+        self.feed_points(&mut hash);
         hash.finish()
     }
 
@@ -69,6 +48,14 @@ impl World {
             }
             (stage, hash.finish())
         })
+    }
+
+    fn feed_points(&self, hash: &mut StateHash) {
+        for (slot, x, v) in self.tables.particles.words() {
+            hash.word(slot);
+            hash.vector(x);
+            hash.vector(v);
+        }
     }
 
     fn feed_pairs(&self, hash: &mut StateHash) {
@@ -101,11 +88,7 @@ impl World {
     }
 
     fn feed_particles(&self, hash: &mut StateHash) {
-        for (slot, x, v) in self.tables.particles.words() {
-            hash.word(slot);
-            hash.vector(x);
-            hash.vector(v);
-        }
+        self.feed_points(hash);
         for block in self.tables.particles.colors.iter().flat_map(|color| &color.blocks) {
             hash.floats(&block.impulse);
         }

@@ -8,7 +8,7 @@ use crate::base::double::{DVec3, greater, lesser};
 use crate::base::math::Vec3;
 
 /// Coordinates beyond it are refused [m]: their products leave f32.
-pub(super) const MAX_COORDINATE: f32 = 1.0e7;
+const MAX_COORDINATE: f32 = 1.0e7;
 
 /// A closed surface of triangles with n vertices has 6n - 12 half-edges, numbered in 16 bits.
 const MOST_VERTICES: usize = 10_000;
@@ -28,10 +28,8 @@ const COARSER: [f64; 4] = [1.0, 4.0, 16.0, 64.0];
 /// Planes are pushed out so that all vertices are inside; by at most so many tolerances.
 const MOST_PUSH: f64 = 8.0;
 
-pub(super) fn quickhull(points: &[Vec3], max_vertices: usize) -> Result<Hull, HullError> {
-    if max_vertices < 4 {
-        return Err(HullError::LimitTooSmall(max_vertices));
-    }
+/// Points that a hull can be of, as far as each says by itself.
+pub(super) fn check_points(points: &[Vec3]) -> Result<(), HullError> {
     if let Some(i) = points.iter().position(|p| !p.is_finite()) {
         return Err(HullError::NotFinite(i));
     }
@@ -41,6 +39,14 @@ pub(super) fn quickhull(points: &[Vec3], max_vertices: usize) -> Result<Hull, Hu
     if points.len() < 4 {
         return Err(HullError::TooFewPoints(points.len()));
     }
+    Ok(())
+}
+
+pub(super) fn quickhull(points: &[Vec3], max_vertices: usize) -> Result<Hull, HullError> {
+    if max_vertices < 4 {
+        return Err(HullError::LimitTooSmall(max_vertices));
+    }
+    check_points(points)?;
     let cloud = Cloud::new(points);
     let limit = max_vertices.min(MOST_VERTICES);
     for (k, factor) in COARSER.iter().enumerate() {
