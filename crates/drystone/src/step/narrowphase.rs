@@ -275,17 +275,34 @@ impl Look<'_> {
     }
 }
 
-/// Contacts are looked for as far as the bodies may come nearer in this step, but no farther than
-/// the size of the smaller one: a fast body is then stopped at the surface, not in it. Of two that move
-/// side by side an impact can stop one, and if the pair bounces it takes part in that.
+/// Contacts are looked for as far as the bodies may come nearer in this step: a fast body is then stopped at
+/// the surface, not in it. But no farther than the size of the smaller one, or of both where their bounding
+/// spheres meet if nothing stops them. Of two that move side by side an impact can stop one, and if the pair
+/// bounces it takes part in that.
 pub(crate) fn speculative_margin(ctx: &StepContext, a: &Body, b: &Body, bounces: bool) -> f32 {
-    let mut speed = (b.v - a.v).length();
+    let along = b.v - a.v;
+    let mut speed = along.length();
     if bounces && a.is_dynamic() && b.is_dynamic() {
         speed = speed.max(a.v.length()).max(b.v.length());
     }
     let speed = speed + a.w.length() * a.extent + b.w.length() * b.extent;
     let size = |body: &Body| if body.is_dynamic() { body.extent } else { f32::INFINITY };
-    ctx.margin.max((1.1 * speed * ctx.dt).min(size(a).min(size(b))))
+    let way = 1.1 * speed * ctx.dt;
+    let mut most = size(a).min(size(b));
+    if way > most && a.is_dynamic() && b.is_dynamic() {
+        let apart = b.center - a.center;
+        if will_meet(apart, along * (1.1 * ctx.dt), a.extent + b.extent) {
+            most = a.extent + b.extent;
+        }
+    }
+    ctx.margin.max(way.min(most))
+}
+
+/// True if two points, the second of which is at `apart` from the first and goes by `way`, come as near as `near`.
+fn will_meet(apart: Vec3, way: Vec3, near: f32) -> bool {
+    let nearest = (-apart.dot(way) / way.dot(way).max(f32::MIN_POSITIVE)).clamp(0.0, 1.0);
+    let then = apart + way * nearest;
+    then.dot(then) <= near * near
 }
 
 /// Twice the chord of two unit quaternions: the angle between the rotations where that is small, and no

@@ -7,7 +7,7 @@
 use fearless_simd::{Simd, SimdBase};
 
 use crate::base::wide::{
-    LANES, Lanes, Vec3w, Wide, above, bits, load, max, min, select, splat, sqrt,
+    LANES, Lanes, Mask, Vec3w, Wide, above, bits, load, max, min, select, splat, sqrt,
 };
 use crate::state::bodies::{Bodies, Body};
 use crate::state::contacts::{Probe, Watch};
@@ -26,14 +26,16 @@ struct Pairs {
     rotation_q: [Lanes; 4],
     rotation_q_then: [Lanes; 4],
     extent_q: Lanes,
-    v_a: [Lanes; 3],
-    v_b: [Lanes; 3],
+    v_p: [Lanes; 3],
+    v_q: [Lanes; 3],
     w_a: [Lanes; 3],
     w_b: [Lanes; 3],
     extent_a: Lanes,
     extent_b: Lanes,
     /// The smaller size of the dynamic ones.
     size: Lanes,
+    /// Both sizes together, if both are dynamic.
+    sizes: Lanes,
     /// 1 where either may be stopped by an impact within the step.
     bounces: Lanes,
 }
@@ -94,8 +96,8 @@ impl Pairs {
         for (to, v) in [
             (&mut self.offset, now),
             (&mut self.offset_then, then),
-            (&mut self.v_a, a.v),
-            (&mut self.v_b, b.v),
+            (&mut self.v_p, p.v),
+            (&mut self.v_q, q.v),
             (&mut self.w_a, a.w),
             (&mut self.w_b, b.w),
         ] {
@@ -114,22 +116,39 @@ impl Pairs {
         let size_a = if dynamic_a { a.extent } else { f32::INFINITY };
         let size_b = if dynamic_b { b.extent } else { f32::INFINITY };
         self.size[lane] = if size_a < size_b { size_a } else { size_b };
+        self.sizes[lane] = if dynamic_a && dynamic_b { a.extent + b.extent } else { 0.0 };
         self.bounces[lane] = if bounces && dynamic_a && dynamic_b { 1.0 } else { 0.0 };
     }
 
     /// As [`speculative_margin`](super::speculative_margin).
     #[inline(always)]
     fn margin<S: Simd>(&self, simd: S, ctx: &StepContext) -> Wide<S> {
-        let (v_a, v_b) = (Vec3w::load(simd, &self.v_a), Vec3w::load(simd, &self.v_b));
-        let speed = length(v_b - v_a);
-        let either = max(max(speed, length(v_a)), length(v_b));
+        let (v_p, v_q) = (Vec3w::load(simd, &self.v_p), Vec3w::load(simd, &self.v_q));
+        let along = v_q - v_p;
+        let speed = length(along);
+        let either = max(max(speed, length(v_p)), length(v_q));
         let bounces = above(load(simd, &self.bounces), splat(simd, 0.0));
         let speed = select(bounces, either, speed);
         let spin_a = length(Vec3w::load(simd, &self.w_a)) * load(simd, &self.extent_a);
         let spin_b = length(Vec3w::load(simd, &self.w_b)) * load(simd, &self.extent_b);
         let speed = speed + spin_a + spin_b;
         let way = splat(simd, 1.1) * speed * splat(simd, ctx.dt);
-        max(splat(simd, ctx.margin), min(way, load(simd, &self.size)))
+        let (size, sizes) = (load(simd, &self.size), load(simd, &self.sizes));
+        let meets = self.will_meet(simd, along * splat(simd, 1.1 * ctx.dt), sizes);
+        // Of what cannot be pushed there are no sizes.
+        let most = select(meets, max(size, sizes), size);
+        max(splat(simd, ctx.margin), min(way, most))
+    }
+
+    /// As [`will_meet`](super::will_meet).
+    #[inline(always)]
+    fn will_meet<S: Simd>(&self, simd: S, way: Vec3w<S>, near: Wide<S>) -> Mask<S> {
+        let apart = Vec3w::load(simd, &self.offset);
+        let (zero, one) = (splat(simd, 0.0), splat(simd, 1.0));
+        let ways = max(way.dot(way), splat(simd, f32::MIN_POSITIVE));
+        let nearest = min(max(-apart.dot(way) / ways, zero), one);
+        let then = apart + way * nearest;
+        !above(then.dot(then), near * near)
     }
 
     /// How far a point of Q may have come in the frame of P since the reference [m].
