@@ -1,6 +1,7 @@
 //! Islands: dynamic bodies connected by contacts or joints. Kept from step to step: merged when a
-//! connection is made, split only when one of them wants to sleep. Their bodies are chained in the
-//! bodies' rows, so that merging and splitting take no memory.
+//! connection is made, split when one of them wants to sleep, or when so many were cut that too few are
+//! left to hold it together. Their bodies are chained in the bodies' rows, so that merging and splitting
+//! take no memory.
 
 use serde::{Deserialize, Serialize};
 
@@ -16,12 +17,24 @@ pub(crate) struct Island {
     pub(crate) len: u32,
     /// Connections were cut since it was last known to be connected.
     pub(crate) cut: bool,
+    /// Is in [`Islands::loose`].
+    listed: bool,
+    /// Ends of connections that were cut since what is left was last counted, as far as this counts.
+    cuts: u16,
     /// It is not looked through before this step, see [`Islands::split_again`].
     pub(crate) wait_until: u64,
 }
 
 impl Island {
-    const FREE: Self = Self { first: NONE, last: NONE, len: 0, cut: false, wait_until: 0 };
+    const FREE: Self = Self {
+        first: NONE,
+        last: NONE,
+        len: 0,
+        cut: false,
+        listed: false,
+        cuts: 0,
+        wait_until: 0,
+    };
 
     pub(in crate::state) const fn last(&self) -> u32 {
         self.last
@@ -39,6 +52,22 @@ impl Island {
             Some(body)
         })
     }
+
+    fn was_cut_often(&self) -> bool {
+        self.len > 1 && u32::from(self.cuts) >= self.len.min(u32::from(u16::MAX))
+    }
+
+    /// Its bodies have so few connections that it cannot be one still.
+    fn is_apart(&self, bodies: &Bodies) -> bool {
+        // n bodies are held together by n - 1 connections at least, each of which has two ends. Those to
+        // what cannot be pushed are counted as well.
+        let needed = 2 * u64::from(self.len.saturating_sub(1));
+        let mut ends = 0;
+        self.bodies(bodies).all(|body| {
+            ends += u64::from(body.constraints);
+            ends < needed
+        })
+    }
 }
 
 /// All islands; every dynamic body is in one.
@@ -46,6 +75,9 @@ impl Island {
 pub(crate) struct Islands {
     pub(crate) rows: Vec<Island>,
     free: Vec<u32>,
+    /// Islands of whose connections many were cut: no fewer ends than there are bodies, so that to count what is
+    /// left costs no more than the cuts did. Some may be another by now.
+    loose: Vec<u32>,
     /// A body that is woken wakes alone, not with its island: bodies freeze one by one.
     pub(crate) wake_alone: bool,
     /// Then a touch below this speed wakes nothing [m/s].
@@ -59,6 +91,11 @@ impl Islands {
     /// Rows that are free.
     pub(in crate::state) fn free(&self) -> &[u32] {
         &self.free
+    }
+
+    /// Every island that was cut often is there.
+    pub(in crate::state) fn knows_loose(&self) -> bool {
+        self.loose.iter().all(|island| (*island as usize) < self.rows.len())
     }
 
     /// A list of an island's bodies, for who changes islands on the way; to be given back.
@@ -131,6 +168,7 @@ impl Islands {
         island.last = given.last;
         island.len += given.len;
         island.cut |= given.cut;
+        island.cuts = island.cuts.saturating_add(given.cuts);
         self.dissolve(give);
     }
 
@@ -145,8 +183,32 @@ impl Islands {
     /// A connection of this body was cut.
     pub(crate) fn cut(&mut self, body: u32, bodies: &Bodies) {
         let island = bodies.at(body).island;
-        if island != NONE {
-            self.rows[island as usize].cut = true;
+        if island == NONE {
+            return;
+        }
+        let row = &mut self.rows[island as usize];
+        row.cut = true;
+        row.cuts = row.cuts.saturating_add(1);
+        if row.was_cut_often() && !row.listed {
+            row.listed = true;
+            self.loose.push(island);
+        }
+    }
+
+    /// Takes one out of the list of those that were cut often; `None` at its end.
+    pub(crate) fn next_loose(&mut self, bodies: &Bodies) -> Option<u32> {
+        loop {
+            let island = self.loose.pop()?;
+            let row = &mut self.rows[island as usize];
+            let often = row.listed && row.was_cut_often();
+            row.listed = false;
+            // Only of what is awake the connections are counted.
+            if often && row.first != NONE && bodies.at(row.first).active() {
+                row.cuts = 0;
+                if row.is_apart(bodies) {
+                    return Some(island);
+                }
+            }
         }
     }
 

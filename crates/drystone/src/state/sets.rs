@@ -146,8 +146,11 @@ impl Sets<'_> {
     /// Removes a contact row; reports its end.
     pub(crate) fn remove_contact(&mut self, row: u32) {
         self.uncolor_contact(row);
+        let connects = self.contacts.at(row).count > 0;
         for body in self.contacts.remove(row, self.bodies) {
-            self.islands.cut(body, self.bodies);
+            if connects {
+                self.islands.cut(body, self.bodies);
+            }
         }
     }
 

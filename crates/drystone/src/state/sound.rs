@@ -225,7 +225,8 @@ fn check_islands(islands: &Islands, bodies: &Bodies) -> Check {
     let is_free = |row: &u32| seen.is_new(*row) && islands.rows[*row as usize].len == 0;
     holds(islands.free().iter().all(is_free), "a free island is not free")?;
     let empty = islands.rows.iter().filter(|i| i.len == 0).count();
-    holds(empty == islands.free().len(), "an island is empty")
+    holds(empty == islands.free().len(), "an island is empty")?;
+    holds(islands.knows_loose(), "an island that was cut is not there")
 }
 
 fn check_breakage(breakage: &Breakage, bodies: &Bodies, shapes: &Shapes) -> Check {

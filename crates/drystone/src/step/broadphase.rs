@@ -4,6 +4,8 @@
 //! over moved shapes; rows are taken and entered in the order of the sorted pairs, and filled in
 //! parallel.
 
+use core::ops::Range;
+
 use super::context::StepContext;
 use super::narrowphase::speculative_margin;
 use crate::base::bit_set::BitSet;
@@ -72,16 +74,19 @@ pub(crate) fn find_pairs(
     // Where most look, the tree is met with itself, eight at a time and each pair once.
     let blocks = if 2 * moved.len() > moving.len() { moving.blocks() } else { 0 };
     let trees: &[&RTree] = if blocks > 0 { &[fixed] } else { &[moving, fixed] };
-    let n = moved.len() + few_placed.len() + blocks;
+    let asking = moved.len() + few_placed.len();
+    // A block is much more work than a shape that asks the fixed tree, so each comes with some of those.
+    let n = if blocks > 0 { blocks } else { asking };
     collect_ranges(jobs, n, grain(jobs, n, 32), found, |range, out| {
-        for i in range {
-            if i < blocks {
-                moving.pairs_of(i, |a, b| finder.meet(a, b, out));
-            } else if let Some(row) = moved.get(i - blocks) {
+        for i in share(&range, n, asking) {
+            if let Some(row) = moved.get(i) {
                 finder.find(*row, trees, out);
             } else {
-                finder.find(few_placed[i - blocks - moved.len()], &[moving], out);
+                finder.find(few_placed[i - moved.len()], &[moving], out);
             }
+        }
+        if blocks > 0 {
+            range.for_each(|i| moving.pairs_of(i, |a, b| finder.meet(a, b, out)));
         }
     });
     for row in moved.iter() {
@@ -99,6 +104,11 @@ pub(crate) fn find_pairs(
     pairs.sort_unstable();
     pairs.dedup();
     create_all(pairs, rows, bodies, shapes, contacts, jobs);
+}
+
+/// The part of `all` items that belongs to a range of `n`.
+fn share(range: &Range<usize>, n: usize, all: usize) -> Range<usize> {
+    range.start * all / n..range.end * all / n
 }
 
 /// What the search for pairs reads.

@@ -1,7 +1,8 @@
 //! Stage 8: islands whose bodies have all been still for long enough fall asleep.
 //!
 //! Reads: bodies (timers), contacts, joints. Writes: islands (splits), sets, events. Runs: serially
-//! over awake bodies, and only when one of them was still for long enough; one island a step is split.
+//! over awake bodies, and only when one of them was still for long enough; one island a step is split for
+//! that, and all that were cut so often that they must have come apart.
 //! Where bodies freeze one by one, those touched by awake ones are looked at in every step.
 
 pub(crate) mod freeze;
@@ -52,6 +53,9 @@ pub(crate) fn rest_still_islands(
     if !rows.is_empty() {
         sets.rest(rows);
     }
+    while let Some(island) = sets.islands.next_loose(sets.bodies) {
+        split_island(island, step, sets);
+    }
     if config.enabled && sets.islands.wake_alone {
         freeze::thaw(ctx, config, sets, freeze);
         if still {
@@ -96,8 +100,10 @@ pub(crate) fn rest_still_islands(
             sets.islands.give_back(members);
         }
     }
-    if let Some((island, _)) = split {
-        split_island(island, step, sets, roots);
+    if let Some((island, _)) = split
+        && !is_one(island, step, sets, roots)
+    {
+        split_island(island, step, sets);
     }
 }
 
@@ -122,16 +128,23 @@ fn rate_islands(sets: &Sets<'_>, times: &mut Vec<(f32, f32)>) {
     }
 }
 
-/// Replaces an island by its connected components. A large one is left as it is if it is one still: the walk
-/// through all that is near its bodies takes the time of a step or two (20 ms for 160 limp people).
-fn split_island(island: u32, step: u64, sets: &mut Sets<'_>, roots: &mut Roots) {
+/// True if a large island is one still: to split it, the walk through all that is near its bodies, takes the
+/// time of a step or two (20 ms for 160 limp people). Small ones are not asked.
+fn is_one(island: u32, step: u64, sets: &mut Sets<'_>, roots: &mut Roots) -> bool {
     let members = sets.islands.members(island, sets.bodies);
-    if LARGE * members.len() >= sets.bodies.awake.len() && roots.are_one(&members, sets) {
+    let is_one =
+        LARGE * members.len() >= sets.bodies.awake.len() && roots.are_one(&members, sets);
+    if is_one {
         sets.islands.rows[island as usize].cut = false;
         sets.islands.split_again(island, step);
-        sets.islands.give_back(members);
-        return;
     }
+    sets.islands.give_back(members);
+    is_one
+}
+
+/// Replaces an island of awake bodies by its connected components.
+fn split_island(island: u32, step: u64, sets: &mut Sets<'_>) {
+    let members = sets.islands.members(island, sets.bodies);
     sets.islands.dissolve(island);
     for m in &members {
         sets.bodies.at_mut(*m).island = NONE;
@@ -143,7 +156,9 @@ fn split_island(island: u32, step: u64, sets: &mut Sets<'_>, roots: &mut Roots) 
         let component = sets.islands.create(*start, sets.bodies);
         let mut body = *start;
         while body != NONE {
-            let mut at = sets.bodies.at(body).contacts;
+            let row = sets.bodies.at(body);
+            // What no constraint acts on need not ask all that is near it.
+            let mut at = if row.constraints > 0 { row.contacts } else { NONE };
             while at != NONE {
                 let c = sets.contacts.at(at / 2);
                 let other = if at & 1 == 0 { c.body_b } else { c.body_a };

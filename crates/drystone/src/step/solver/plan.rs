@@ -27,6 +27,9 @@ const MOST_ENDS: usize = 2400;
 /// Fewest constraint ends for which it pays that workers share a color.
 const LEAST_SHARED: usize = 1024;
 
+/// Fewest constraint ends for which it pays that another worker takes them.
+const LEAST_GROUP: usize = 128;
+
 /// Blocks of one color of a group.
 #[derive(Clone, Debug)]
 pub(super) struct Batch {
@@ -418,7 +421,7 @@ impl Plan {
             ends * parts[fineness_of(island, &self.fineness[0]) as usize]
         };
         let work: usize = self.islands.iter().map(|(island, ends)| work_of(*island, *ends)).sum();
-        let most = (work / (4 * workers)).max(LEAST_SHARED / 2);
+        let most = (work / (4 * workers)).max(if workers > 1 { LEAST_GROUP } else { LEAST_SHARED / 2 });
         self.shared = 0;
         for (island, ends) in &self.islands {
             if is_shared(*ends) {
