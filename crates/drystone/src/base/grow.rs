@@ -27,6 +27,16 @@ pub(crate) fn resize<T: Clone>(list: &mut Vec<T>, len: usize, value: T) {
     list.resize(len, value);
 }
 
+/// Makes a list at least this long, with zeros at its end. They are memory that nothing touches, as long as nobody does.
+pub(crate) fn zeros(list: &mut Vec<u32>, len: usize) {
+    if list.len() < len {
+        // A longer list that is written to would touch all of it.
+        let mut longer = vec![0; len + len / 8];
+        longer[..list.len()].copy_from_slice(list);
+        *list = longer;
+    }
+}
+
 /// Watches how much of their room lists need that are filled anew in each step.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Slack {

@@ -10,6 +10,7 @@ pub(crate) mod aabb;
 pub mod trig;
 pub(crate) mod id;
 pub(crate) mod slot_map;
+pub(crate) mod sparse;
 pub(crate) mod bit_set;
 pub(crate) mod pair_set;
 pub(crate) mod hash;

@@ -5,6 +5,7 @@
 //! only.
 
 use super::narrowphase::{Change, Scratch};
+use crate::base::sparse::Sparse;
 use crate::state::bodies::Bodies;
 use crate::state::bodies::NONE;
 use crate::state::contacts::Contact;
@@ -31,7 +32,7 @@ pub(crate) fn apply_touch_changes(scratch: &Scratch, shapes: &Shapes, sets: &mut
 /// Memory kept from step to step: the levels to be.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Levels {
-    next: Vec<u32>,
+    next: Sparse,
 }
 
 /// Levels are for who looks at the world, so they may lag: a relaxation reads every contact.
@@ -41,23 +42,21 @@ const RELAX_EVERY: u64 = 4;
 /// neighbor: converges in as many calls as the graph is deep, and costs nothing while nothing changes.
 /// What is written of bodies that are not awake is never read.
 pub(crate) fn relax_levels(step: u64, sets: &mut Sets<'_>, scratch: &mut Levels) {
+    let next = &mut scratch.next;
+    next.cover(sets.bodies.rows.slot_count());
     if !step.is_multiple_of(RELAX_EVERY) || !core::mem::take(&mut sets.colors.levels_dirty) {
         return;
     }
-    let next = &mut scratch.next;
-    if next.len() < sets.bodies.rows.slot_count() {
-        next.resize(sets.bodies.rows.slot_count(), NONE);
-    }
     for row in &sets.bodies.awake {
-        next[*row as usize] = NONE;
+        next.set(*row, NONE);
     }
     let mut meet = |row: u32| {
         let c = sets.contacts.at(row);
         let (a, b) = (c.body_a, c.body_b);
         let level = |body: u32| sets.bodies.at(body).level.saturating_add(1);
         let (from_a, from_b) = (level(a), level(b));
-        next[a as usize] = next[a as usize].min(from_b);
-        next[b as usize] = next[b as usize].min(from_a);
+        next.set(a, next.get(a).min(from_b));
+        next.set(b, next.get(b).min(from_a));
     };
     for coloring in [&sets.colors.contacts, &sets.colors.contacts_fixed] {
         coloring.colors.iter().flat_map(|c| &c.members).for_each(|row| meet(*row));
@@ -67,7 +66,7 @@ pub(crate) fn relax_levels(step: u64, sets: &mut Sets<'_>, scratch: &mut Levels)
     let most = u32::try_from(sets.bodies.awake.len()).unwrap_or(NONE);
     for i in 0..sets.bodies.awake.len() {
         let row = sets.bodies.awake[i];
-        let level = next[row as usize];
+        let level = next.get(row);
         let body = sets.bodies.at_mut(row);
         if body.is_dynamic() {
             let level = if level > most { NONE } else { level };

@@ -9,6 +9,7 @@ pub(crate) mod freeze;
 
 use super::context::StepContext;
 use super::finalize::Note;
+use crate::base::sparse::Sparse;
 use crate::state::bodies::NONE;
 use crate::state::config::SleepConfig;
 use crate::state::sets::Sets;
@@ -190,16 +191,15 @@ fn join(component: u32, body: u32, sets: &mut Sets<'_>) {
 /// Which bodies are known to be connected: each names another one of its part, up to the part's root.
 #[derive(Clone, Debug, Default)]
 struct Roots {
-    of: Vec<u32>,
+    of: Sparse,
 }
 
 impl Roots {
     /// True if contacts with points and joints connect all these awake bodies.
     fn are_one(&mut self, members: &[u32], sets: &Sets<'_>) -> bool {
-        self.of.clear();
-        self.of.resize(sets.bodies.rows.slot_count(), NONE);
+        self.of.cover(sets.bodies.rows.slot_count());
         for row in members {
-            self.of[*row as usize] = *row;
+            self.of.set(*row, *row);
         }
         // Only what is awake is in a color.
         let mut parts = members.len();
@@ -216,6 +216,9 @@ impl Roots {
                 parts -= usize::from(self.unite(c.body_a, c.body_b));
             }
         }
+        for row in members {
+            self.of.set(*row, NONE);
+        }
         parts <= 1
     }
 
@@ -226,20 +229,20 @@ impl Roots {
             return false;
         }
         // The lower one stays: no order of the list shows.
-        self.of[a.max(b) as usize] = a.min(b);
+        self.of.set(a.max(b), a.min(b));
         true
     }
 
     /// The root of a body's part; [`NONE`] if the body is not in question.
     fn root(&mut self, body: u32) -> u32 {
         let mut at = body;
-        while self.of[at as usize] != NONE {
-            let above = self.of[at as usize];
+        while self.of.get(at) != NONE {
+            let above = self.of.get(at);
             if above == at {
                 return at;
             }
             // Half of the way is shorter for the next one.
-            self.of[at as usize] = self.of[above as usize];
+            self.of.set(at, self.of.get(above));
             at = above;
         }
         NONE

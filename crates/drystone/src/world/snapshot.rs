@@ -20,7 +20,7 @@ use crate::state::tables::Tables;
 /// First bytes of a snapshot.
 const MAGIC: [u8; 8] = *b"drystone";
 /// Of the layout; goes up whenever anything that is saved changes.
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 /// Magic, version, checksum.
 const HEADER: usize = 8 + 4 + 8;
 
@@ -386,7 +386,7 @@ mod tests {
         let mut later = bytes.clone();
         later[8] += 1;
         let error = World::restore(&later).unwrap_err();
-        assert!(matches!(error, SnapshotError::Version { found: 2, read: 1 }), "{error}");
+        assert!(matches!(error, SnapshotError::Version { found: 3, read: 2 }), "{error}");
         let mut changed = bytes;
         changed[HEADER + 100] ^= 1;
         assert_eq!(World::restore(&changed).unwrap_err(), SnapshotError::Damaged);

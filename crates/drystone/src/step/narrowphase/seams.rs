@@ -16,6 +16,7 @@ use crate::base::jobs::{Executor, collect_ranges, grain};
 use crate::base::math::{Vec3, greater, lesser};
 use crate::base::pose::Pose;
 use crate::base::quat::Quat;
+use crate::base::sparse::Sparse;
 use crate::geometry::collide::convex::Convex;
 use crate::state::bodies::{Bodies, Body, NONE};
 use crate::state::contacts::{Contact, Contacts};
@@ -48,7 +49,7 @@ pub(super) struct Scratch {
 #[derive(Clone, Debug, Default)]
 struct Held {
     /// First of each body row, or [`NONE`].
-    first: Vec<u32>,
+    first: Sparse,
     holds: Vec<Hold>,
 }
 
@@ -95,6 +96,8 @@ pub(super) fn hide(
     jobs: &dyn Executor,
 ) {
     let Scratch { doubted, hidden, held } = scratch;
+    // In the first step, which makes all else too, not in that of the first touch.
+    held.first.cover(bodies.rows.slot_count());
     doubted.clear();
     for change in changes.iter().flatten() {
         if let Change::Made(row) = change {
@@ -135,9 +138,8 @@ impl Held {
     /// Lists what the changes name.
     fn list(&mut self, changes: &[Vec<Change>], bodies: &Bodies, contacts: &Contacts) {
         for hold in self.holds.drain(..) {
-            self.first[hold.body as usize] = NONE;
+            self.first.set(hold.body, NONE);
         }
-        self.first.resize(bodies.rows.slot_count(), NONE);
         for changes in changes {
             for (i, change) in changes.iter().enumerate() {
                 if let Some(Change::Made(row) | Change::Carries(row)) = changes.get(i + AHEAD) {
@@ -160,7 +162,7 @@ impl Held {
                 continue;
             }
             let number = u32::try_from(self.holds.len()).expect("fewer than 2^31 contacts");
-            let next = core::mem::replace(&mut self.first[body as usize], number);
+            let next = self.first.set(body, number);
             let stands = stands(below);
             self.holds.push(Hold { row, side, body, shape, under, stands, next });
         }
@@ -168,7 +170,7 @@ impl Held {
 
     /// What holds a body.
     fn of(&self, body: u32) -> impl Iterator<Item = &Hold> {
-        let mut at = self.first[body as usize];
+        let mut at = self.first.get(body);
         core::iter::from_fn(move || {
             let hold = self.holds.get(at as usize)?;
             at = hold.next;
@@ -261,11 +263,13 @@ impl<'a> Seen<'a> {
         if on.under_shape == past.under_shape {
             return false;
         }
-        let plane = self.plane(row, on);
-        let n1 = plane.normal;
+        // Most are told by this: what rests on several tiles of a floor.
+        let turn = self.turn(row, on);
+        let n1 = turn.rotate(on.normal);
         if n1.dot(past.normal) > 1.0 - SAME_NORMAL {
             return false;
         }
+        let plane = self.plane(turn, n1, on);
         let under = self.shapes.at(past.under_shape);
         let Some(core) = Convex::of(&under.solid.core) else { return false };
         // From here on relative to the center of what carries, so that far from the world's origin nothing
@@ -288,17 +292,18 @@ impl<'a> Seen<'a> {
         n1.dot(top) - plane.at <= flush && !self.dips(on, &plane)
     }
 
-    /// As it stands now: a recycled manifold is as old as its probe.
-    fn plane(&self, row: u32, on: &Side<'_>) -> Plane {
-        let turn = if stands(on.under) {
-            Quat::IDENTITY
-        } else {
-            let [a, b] = self.contacts.rotations_of(row);
-            let then =
-                if core::ptr::eq(on.under, self.bodies.at(on.contact.body_a)) { a } else { b };
-            on.under.rotation * then.conjugate()
-        };
-        let normal = turn.rotate(on.normal);
+    /// How far what carries has turned since the manifold was made: a recycled one is as old as its probe.
+    fn turn(&self, row: u32, on: &Side<'_>) -> Quat {
+        if stands(on.under) {
+            return Quat::IDENTITY;
+        }
+        let [a, b] = self.contacts.rotations_of(row);
+        let then = if core::ptr::eq(on.under, self.bodies.at(on.contact.body_a)) { a } else { b };
+        on.under.rotation * then.conjugate()
+    }
+
+    /// As it stands now, turned so far, with this normal.
+    fn plane(&self, turn: Quat, normal: Vec3, on: &Side<'_>) -> Plane {
         let (mut at, mut deepest, mut held) = (f32::NEG_INFINITY, 0.0, 0.0);
         for p in on.contact.points() {
             let r = turn.rotate(p.r_a - on.origin);

@@ -257,9 +257,7 @@ impl Plan {
         jobs: &dyn Executor,
     ) {
         let workers = jobs.workers().max(1);
-        if line_of.len() < bodies.rows.slot_count() {
-            line_of.resize(bodies.rows.slot_count(), 0);
-        }
+        grow::zeros(line_of, bodies.rows.slot_count());
         let joints_changed = take_joint_changes(colors) || !self.forest.is_by(ratio);
         let changed = take_contact_changes(colors) || joints_changed;
         if !changed && self.fineness[0] == self.fineness[1] && self.workers == workers {

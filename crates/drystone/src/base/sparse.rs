@@ -1,0 +1,47 @@
+//! A number for some rows of a table.
+
+use super::grow;
+
+/// A number for each row of a table, where most have none: memory of those is never touched, so that a world of
+/// a million bodies of which a hundred move does not wait for it. [`u32::MAX`] is none.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Sparse {
+    /// The complements: zeroed memory says nothing.
+    inverted: Vec<u32>,
+}
+
+impl Sparse {
+    /// Makes room for the rows of a table.
+    pub(crate) fn cover(&mut self, rows: usize) {
+        grow::zeros(&mut self.inverted, rows);
+    }
+
+    /// The number of a row.
+    #[inline]
+    pub(crate) fn get(&self, row: u32) -> u32 {
+        !self.inverted[row as usize]
+    }
+
+    /// Gives a row a number; answers the one it had.
+    #[inline]
+    pub(crate) fn set(&mut self, row: u32, number: u32) -> u32 {
+        !core::mem::replace(&mut self.inverted[row as usize], !number)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Sparse;
+
+    const NOTHING: u32 = u32::MAX;
+
+    #[test]
+    fn rows_keep_their_numbers_when_there_are_more() {
+        let mut sparse = Sparse::default();
+        sparse.cover(10);
+        assert_eq!((sparse.get(9), sparse.set(9, 7), sparse.set(9, 0)), (NOTHING, NOTHING, 7));
+        sparse.cover(1000);
+        assert_eq!((sparse.get(9), sparse.get(10), sparse.get(999)), (0, NOTHING, NOTHING));
+        assert_eq!((sparse.set(9, NOTHING), sparse.get(9)), (0, NOTHING));
+    }
+}
