@@ -53,7 +53,8 @@ impl Island {
         })
     }
 
-    fn was_cut_often(&self) -> bool {
+    /// Its last cuts have as many ends as it has bodies.
+    pub(crate) fn was_cut_often(&self) -> bool {
         self.len > 1 && u32::from(self.cuts) >= self.len.min(u32::from(u16::MAX))
     }
 
@@ -170,6 +171,7 @@ impl Islands {
         island.cut |= given.cut;
         island.cuts = island.cuts.saturating_add(given.cuts);
         self.dissolve(give);
+        self.list_if_loose(keep);
     }
 
     /// Puts off the next search for components until as many steps have gone by as the island has
@@ -189,6 +191,11 @@ impl Islands {
         let row = &mut self.rows[island as usize];
         row.cut = true;
         row.cuts = row.cuts.saturating_add(1);
+        self.list_if_loose(island);
+    }
+
+    fn list_if_loose(&mut self, island: u32) {
+        let row = &mut self.rows[island as usize];
         if row.was_cut_often() && !row.listed {
             row.listed = true;
             self.loose.push(island);

@@ -248,7 +248,7 @@ mod tests {
         shift.length() + turn * q.extent
     }
 
-    /// Boxes of two sizes and balls that fall, spin and bounce on a ground.
+    /// Boxes of two sizes and balls that fall, spin and bounce on a ground, and balls that are shot into them.
     fn heap() -> World {
         let mut world = World::default();
         world.add_body(BodyDef::fixed().with_shape(ShapeDef::half_space(Vec3::Y, 0.0))).unwrap();
@@ -265,6 +265,11 @@ mod tests {
                 .with_shape(shape);
             world.add_body(body).unwrap();
         }
+        for i in 0..12_u8 {
+            let from = vec3(-2.0 - 3.0 * f32::from(i), 0.3 + 0.1 * f32::from(i), 0.1 * f32::from(i));
+            let shot = BodyDef::dynamic().with_position(from).with_shape(ShapeDef::sphere(0.1));
+            world.add_body(shot.with_linear_velocity(vec3(30.0, 0.0, 0.0))).unwrap();
+        }
         world
     }
 
@@ -273,7 +278,7 @@ mod tests {
         let mut world = heap();
         let dt = 1.0 / 60.0;
         let ctx = StepContext::new(&WorldConfig::default(), dt, dt, SimdLevel::best().0);
-        let (mut tested, mut waited) = (0, 0);
+        let (mut tested, mut waited, mut on_course) = (0, 0, 0);
         for _ in 0..90 {
             world.step(dt);
             let mut now = world.clone();
@@ -294,10 +299,12 @@ mod tests {
                     assert!(!waits || found.gap[lane].to_bits() == (probe.gap - moved).to_bits());
                     tested += u32::from(!waits);
                     waited += u32::from(waits);
+                    let dynamic = a.is_dynamic() && b.is_dynamic();
+                    on_course += u32::from(dynamic && margin > a.extent.min(b.extent));
                 }
             }
         }
-        assert!(tested > 1000 && waited > 1000, "{tested} {waited}");
+        assert!(tested > 1000 && waited > 1000 && on_course > 50, "{tested} {waited} {on_course}");
     }
 
     /// The heap, which a long arm sweeps through that turns about its end, and a plate above it.
