@@ -154,21 +154,6 @@ impl<'a> Checker<'a> {
         f64::from(self.max_penetration)
     }
 
-    /// tmp
-    pub fn deepest(&self) -> Vec<(usize, usize, f32)> {
-        let n = |id| self.bodies.iter().position(|b| b.1 == id).unwrap();
-        let mut v = Vec::new();
-        for contact in self.world.contacts() {
-            let (a, b) = (contact.body_a(), contact.body_b());
-            if !self.may_overlap.contains(&(a.min(b), a.max(b))) {
-                let depth = contact.points().fold(0.0_f32, |d, p| d.max(-p.separation));
-                v.push((n(a), n(b), depth));
-            }
-        }
-        v.sort_by(|a, b| b.2.partial_cmp(&a.2).unwrap());
-        v
-    }
-
     /// Largest joint error so far [m]; nothing without joints.
     #[must_use]
     pub fn max_joint_error(&self) -> Option<f64> {

@@ -26,15 +26,8 @@ pub(crate) struct Island {
 }
 
 impl Island {
-    const FREE: Self = Self {
-        first: NONE,
-        last: NONE,
-        len: 0,
-        cut: false,
-        listed: false,
-        cuts: 0,
-        wait_until: 0,
-    };
+    const FREE: Self =
+        Self { first: NONE, last: NONE, len: 0, cut: false, listed: false, cuts: 0, wait_until: 0 };
 
     pub(in crate::state) const fn last(&self) -> u32 {
         self.last

@@ -133,8 +133,7 @@ fn rate_islands(sets: &Sets<'_>, times: &mut Vec<(f32, f32)>) {
 /// time of a step or two (20 ms for 160 limp people). Small ones are not asked.
 fn is_one(island: u32, step: u64, sets: &mut Sets<'_>, roots: &mut Roots) -> bool {
     let members = sets.islands.members(island, sets.bodies);
-    let is_one =
-        LARGE * members.len() >= sets.bodies.awake.len() && roots.are_one(&members, sets);
+    let is_one = LARGE * members.len() >= sets.bodies.awake.len() && roots.are_one(&members, sets);
     if is_one {
         sets.islands.rows[island as usize].cut = false;
         sets.islands.split_again(island, step);
@@ -252,6 +251,7 @@ impl Roots {
 #[cfg(test)]
 mod tests {
     use crate::base::math::{Vec3, vec3};
+    use crate::base::trig::sin_cos;
     use crate::state::def::{BodyDef, ShapeDef};
     use crate::world::World;
 
@@ -266,11 +266,11 @@ mod tests {
         }
         for i in 0..216_u8 {
             let [x, y, z] = [i % 6, i / 6 % 6, i / 36].map(|k| 1.2 * f32::from(k) - 3.0);
-            let angle = f32::from(i) * 2.4;
+            let (sin, cos) = sin_cos(f32::from(i) * 2.4);
             let ball = ShapeDef::sphere(0.15).with_restitution(1.0).with_friction(0.0);
             let body = BodyDef::dynamic()
                 .with_position(vec3(x, y, z))
-                .with_linear_velocity(vec3(angle.cos(), angle.sin(), (3.0 * angle).cos()) * 5.0)
+                .with_linear_velocity(vec3(cos, sin, sin * cos) * 5.0)
                 .with_shape(ball);
             world.add_body(body).unwrap();
         }

@@ -266,7 +266,8 @@ mod tests {
             world.add_body(body).unwrap();
         }
         for i in 0..12_u8 {
-            let from = vec3(-2.0 - 3.0 * f32::from(i), 0.3 + 0.1 * f32::from(i), 0.1 * f32::from(i));
+            let from =
+                vec3(-2.0 - 3.0 * f32::from(i), 0.3 + 0.1 * f32::from(i), 0.1 * f32::from(i));
             let shot = BodyDef::dynamic().with_position(from).with_shape(ShapeDef::sphere(0.1));
             world.add_body(shot.with_linear_velocity(vec3(30.0, 0.0, 0.0))).unwrap();
         }

@@ -447,37 +447,37 @@ impl Solver<'_> {
         });
     }
 
-    fn prepare_lines(&self, number: usize, jobs: &dyn Executor) {
+    /// True if a translation of one of the bodies is locked.
+    fn prepare_lines(&self, number: usize, jobs: &dyn Executor) -> bool {
         let group = &self.plan.groups[number];
         let n = group.lines.len();
-        let heavier = AtomicBool::new(false);
+        let found = [false; 2].map(AtomicBool::new);
         for_ranges(jobs, n, grain(jobs, n, 64), |part| {
-            let mut any = false;
-            for i in group.lines.start + part.start..group.lines.start + part.end {
+            let mut any = [false; 2];
+            for i in part.start + group.lines.start..part.end + group.lines.start {
                 let row = self.plan.members[i - 1];
                 let body = self.bodies.at(row);
                 // What no contact squeezes is as heavy as it is.
                 let factor = if self.ctx.rounds > 1 { 1.0 } else { self.ctx.inertia.factor(body) };
-                any |= factor > body.inertia_factor;
-                self.put_line(i, body, factor, &self.at_start(row));
+                any[0] |= factor > body.inertia_factor;
+                any[1] |= self.put_line(i, body, factor, &self.at_start(row));
             }
-            if any {
-                heavier.store(true, Ordering::Relaxed);
+            for (found, any) in found.iter().zip(any).filter(|(_, any)| *any) {
+                found.store(any, Ordering::Relaxed);
             }
         });
-        if heavier.into_inner() {
-            self.slow_heavier(number);
-        }
+        let [heavier, locked] = found.map(AtomicBool::into_inner);
+        heavier.then(|| self.slow_heavier(number));
+        locked
     }
 
-    fn put_line(&self, i: usize, body: &Body, factor: f32, start: &BodyState) {
+    fn put_line(&self, i: usize, body: &Body, factor: f32, start: &BodyState) -> bool {
         let (line, whitening, aux, acc) = integrate::whiten(self.ctx, body, factor, start);
-        *self.lines.row(i) = line;
-        *self.whitening.row(i) = whitening;
-        *self.aux.row(i) = aux;
-        *self.acceleration.row(i) = acc;
         let fineness = self.ctx.fineness;
         *self.squeezes.row(i) = Squeeze { factor, fineness, impulse: [0.0; 4] };
+        (*self.lines.row(i), *self.whitening.row(i)) = (line, whitening);
+        (*self.aux.row(i), *self.acceleration.row(i)) = (aux, acc);
+        aux.is_locked()
     }
 
     /// Locked translations are taken out again: a projection after every pass.

@@ -419,7 +419,8 @@ impl Plan {
             ends * parts[fineness_of(island, &self.fineness[0]) as usize]
         };
         let work: usize = self.islands.iter().map(|(island, ends)| work_of(*island, *ends)).sum();
-        let most = (work / (4 * workers)).max(if workers > 1 { LEAST_GROUP } else { LEAST_SHARED / 2 });
+        let most =
+            (work / (4 * workers)).max(if workers > 1 { LEAST_GROUP } else { LEAST_SHARED / 2 });
         self.shared = 0;
         for (island, ends) in &self.islands {
             if is_shared(*ends) {

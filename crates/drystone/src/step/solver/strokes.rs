@@ -47,7 +47,7 @@ impl Solver<'_> {
     /// Rows of a group, and its stored impulses.
     pub(super) fn begin(&self, number: usize, jobs: &dyn Executor) -> Progress {
         let group = &self.plan.groups[number];
-        self.prepare_lines(number, jobs);
+        let locked = self.prepare_lines(number, jobs);
         self.prepare_joints(group, jobs);
         self.prepare_couplings(group);
         self.prepare_trees(group);
@@ -59,7 +59,6 @@ impl Solver<'_> {
             let blocks = self.plan.contacts.blocks_of(&group.contacts);
             self.impacts.row(number).begin(&self.impact_source(group), blocks, group.lines.len());
         }
-        let locked = group.lines.clone().any(|i| self.aux.read(i).is_locked());
         Progress { done: 0, kicked: true, locked }
     }
 
