@@ -277,7 +277,8 @@ impl Look<'_> {
 
 /// Contacts are looked for as far as the bodies may come nearer in this step: a fast body is then stopped at
 /// the surface, not in it. But no farther than the size of the smaller one, or of both where their bounding
-/// spheres meet if nothing stops them. Of two that move side by side an impact can stop one, and if the pair
+/// spheres meet if nothing stops them. (Boxes reach as far as each one's own size: who flies at a larger one
+/// that rests is seen that far only.) Of two that move side by side an impact can stop one, and if the pair
 /// bounces it takes part in that.
 pub(crate) fn speculative_margin(ctx: &StepContext, a: &Body, b: &Body, bounces: bool) -> f32 {
     let along = b.v - a.v;
