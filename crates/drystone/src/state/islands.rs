@@ -202,8 +202,9 @@ impl Islands {
             let row = &mut self.rows[island as usize];
             let often = row.listed && row.was_cut_often();
             row.listed = false;
-            // Only of what is awake the connections are counted.
-            if often && row.first != NONE && bodies.at(row.first).active() {
+            // Only of what is awake the connections are counted, and that is all of an island or none.
+            let counted = !self.wake_alone && row.first != NONE && bodies.at(row.first).active();
+            if often && counted {
                 row.cuts = 0;
                 if row.is_apart(bodies) {
                     return Some(island);

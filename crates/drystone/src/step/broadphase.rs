@@ -108,7 +108,10 @@ pub(crate) fn find_pairs(
 
 /// The part of `all` items that belongs to a range of `n`.
 fn share(range: &Range<usize>, n: usize, all: usize) -> Range<usize> {
-    range.start * all / n..range.end * all / n
+    // Where addresses have 32 bits the products do not fit.
+    #[expect(clippy::cast_possible_truncation, reason = "at most `all`")]
+    let part = |i: usize| (i as u64 * all as u64 / n as u64) as usize;
+    part(range.start)..part(range.end)
 }
 
 /// What the search for pairs reads.
@@ -294,7 +297,7 @@ fn contact_of(a: u32, b: u32, shapes: &Shapes) -> Contact {
 
 #[cfg(test)]
 mod tests {
-    use super::{Scratch, find_pairs, may_meet};
+    use super::{Scratch, find_pairs, may_meet, share};
     use crate::base::jobs::Inline;
     use crate::base::math::{Vec3, vec3};
     use crate::base::wide::SimdLevel;
@@ -305,6 +308,20 @@ mod tests {
     use crate::world::World;
 
     const DT: f32 = 1.0 / 60.0;
+
+    #[test]
+    fn ranges_share_all_items_evenly_and_each_once() {
+        for (n, all) in [(1_usize, 0), (7, 7), (10, 3), (3, 10), (125_000, 1_000_000)] {
+            let mut end = 0;
+            for start in (0..n).step_by(n.div_ceil(8)) {
+                let part = share(&(start..(start + n.div_ceil(8)).min(n)), n, all);
+                assert_eq!(part.start, end);
+                assert!(part.len() <= (all * n.div_ceil(8)).div_ceil(n) + 1, "{n} {all} {part:?}");
+                end = part.end;
+            }
+            assert_eq!(end, all);
+        }
+    }
 
     struct Random(u32);
 

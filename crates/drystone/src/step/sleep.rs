@@ -142,7 +142,7 @@ fn is_one(island: u32, step: u64, sets: &mut Sets<'_>, roots: &mut Roots) -> boo
     is_one
 }
 
-/// Replaces an island of awake bodies by its connected components.
+/// Replaces an island by its connected components.
 fn split_island(island: u32, step: u64, sets: &mut Sets<'_>) {
     let members = sets.islands.members(island, sets.bodies);
     sets.islands.dissolve(island);
@@ -157,8 +157,9 @@ fn split_island(island: u32, step: u64, sets: &mut Sets<'_>) {
         let mut body = *start;
         while body != NONE {
             let row = sets.bodies.at(body);
-            // What no constraint acts on need not ask all that is near it.
-            let mut at = if row.constraints > 0 { row.contacts } else { NONE };
+            // What is awake and no constraint acts on need not ask all that is near it.
+            let alone = row.active() && row.constraints == 0;
+            let mut at = if alone { NONE } else { row.contacts };
             while at != NONE {
                 let c = sets.contacts.at(at / 2);
                 let other = if at & 1 == 0 { c.body_b } else { c.body_a };
