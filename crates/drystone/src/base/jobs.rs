@@ -15,6 +15,12 @@ pub trait Executor: Send + Sync + Debug {
     /// Calls `task(worker, chunk)` once for every chunk below `chunks`, on any worker in any order,
     /// and returns when all calls have returned. Two calls at one time have different workers.
     fn run(&self, chunks: usize, task: &(dyn Fn(usize, usize) + Sync));
+
+    /// The same, for phases that follow one another over the same items: a worker had better get the same part of the chunks in each,
+    /// for what it wrote in the last one is in its own cache. Only the time depends on it.
+    fn run_in_shares(&self, chunks: usize, task: &(dyn Fn(usize, usize) + Sync)) {
+        self.run(chunks, task);
+    }
 }
 
 /// The caller does all the work: no threads, no atomics.
@@ -60,6 +66,27 @@ pub(crate) fn for_ranges(
         return;
     }
     jobs.run(chunks, &|_, chunk| f(range_of(chunk, grain, n)));
+}
+
+/// Calls `f` with ranges of at least `least` indices below `n` (but the last), a few for each worker, the same ones for the same
+/// worker in each phase that has so many.
+///
+/// Only results that do not depend on where ranges begin may use it: it depends on the workers.
+pub(crate) fn for_shares(
+    jobs: &dyn Executor,
+    n: usize,
+    least: usize,
+    f: impl Fn(Range<usize>) + Sync,
+) {
+    let grain = grain(jobs, n, least);
+    let chunks = n.div_ceil(grain);
+    if chunks <= 1 || jobs.workers() <= 1 {
+        if n > 0 {
+            f(0..n);
+        }
+        return;
+    }
+    jobs.run_in_shares(chunks, &|_, chunk| f(range_of(chunk, grain, n)));
 }
 
 /// Calls `f(worker, index)` for every index below `n`, each a chunk of its own.

@@ -233,12 +233,6 @@ impl Solver<'_> {
         let (group, frames) = (&self.plan.groups[number], self.frames.row(number));
         let body_of = |i: usize| self.bodies.at(self.plan.members[i - 1]);
         frames.begin(group.lines.clone().map(|i| body_of(i).island));
-        for i in group.lines.clone() {
-            let body = body_of(i);
-            let frame = frames.of(body.island);
-            frame.island.add(body.mass, body.v, body.w);
-            frame.held |= body.joints.iter().any(|row| self.is_to_fixed(*row));
-        }
         for batch in &self.plan.contacts.batches[group.contacts.clone()] {
             let blocks = if batch.fixed { batch.blocks.clone() } else { 0..0 };
             for row in self.plan.contacts.owners[blocks].iter().flatten() {
@@ -248,6 +242,13 @@ impl Solver<'_> {
                     self.add_support(contact, frames);
                 }
             }
+        }
+        for i in group.lines.clone() {
+            let body = body_of(i);
+            let frame = frames.of(body.island);
+            frame.island.add(body.mass, body.v, body.w);
+            // Joints are far away: they are asked only where no contact carries the island.
+            frame.held = frame.held || body.joints.iter().any(|row| self.is_to_fixed(*row));
         }
         for i in group.lines.clone() {
             let body = body_of(i);

@@ -66,7 +66,7 @@ use self::tree::{TreeBody, TreeRow};
 use super::context::StepContext;
 use crate::base::disjoint::Rows;
 use crate::base::grow;
-use crate::base::jobs::{Executor, Inline, for_each, for_ranges, grain};
+use crate::base::jobs::{Executor, Inline, for_each, for_shares};
 use crate::base::math::Vec3;
 use crate::state::bodies::{Bodies, Body, Fineness};
 use crate::state::colors::Colors;
@@ -441,7 +441,7 @@ impl Solver<'_> {
         f: &(dyn Fn(&mut [Line], &mut [Aux]) + Sync),
     ) {
         let n = group.lines.len();
-        for_ranges(jobs, n, grain(jobs, n, 256), |part| {
+        for_shares(jobs, n, 256, |part| {
             let part = group.lines.start + part.start..group.lines.start + part.end;
             f(self.lines.slice(part.clone()), self.aux.slice(part));
         });
@@ -452,7 +452,7 @@ impl Solver<'_> {
         let group = &self.plan.groups[number];
         let n = group.lines.len();
         let found = [false; 2].map(AtomicBool::new);
-        for_ranges(jobs, n, grain(jobs, n, 64), |part| {
+        for_shares(jobs, n, 64, |part| {
             let mut any = [false; 2];
             for i in part.start + group.lines.start..part.end + group.lines.start {
                 let row = self.plan.members[i - 1];
@@ -499,7 +499,7 @@ impl Solver<'_> {
         };
         for batch in &self.plan.contacts.batches[group.contacts.clone()] {
             let n = batch.blocks.len();
-            for_ranges(jobs, n, grain(jobs, n, 8), |part| {
+            for_shares(jobs, n, 8, |part| {
                 dispatch!(self.ctx.level, simd => {
                     for i in batch.blocks.start + part.start..batch.blocks.start + part.end {
                         let owners = &self.plan.contacts.owners[i];
@@ -534,7 +534,7 @@ impl Solver<'_> {
         for batch in &self.plan.contacts.batches[group.contacts.clone()] {
             let sweep = &sweeps[usize::from(batch.fixed)];
             let n = batch.blocks.len();
-            for_ranges(jobs, n, grain(jobs, n, 8), |part| {
+            for_shares(jobs, n, 8, |part| {
                 dispatch!(self.ctx.level, simd => {
                     for i in batch.blocks.start + part.start..batch.blocks.start + part.end {
                         let block = self.blocks.row(i);
@@ -556,7 +556,7 @@ impl Solver<'_> {
         let scale = self.ctx.store_scale();
         for batch in &self.plan.contacts.batches[group.contacts.clone()] {
             let n = batch.blocks.len();
-            for_ranges(jobs, n, grain(jobs, n, 64), |part| {
+            for_shares(jobs, n, 64, |part| {
                 dispatch!(self.ctx.level, simd => {
                     for i in batch.blocks.start + part.start..batch.blocks.start + part.end {
                         unpack::weigh(simd, self.blocks.read(i), &self.squeezes, scale);
@@ -573,7 +573,7 @@ impl Solver<'_> {
         }
         let blocks = self.plan.contacts.blocks_of(&group.contacts);
         let n = blocks.len();
-        for_ranges(jobs, n, grain(jobs, n, 32), |part| {
+        for_shares(jobs, n, 32, |part| {
             dispatch!(self.ctx.level, simd => {
                 for i in blocks.start + part.start..blocks.start + part.end {
                     let extra = if self.has_extras { Some(self.extras.read(i)) } else { None };
@@ -587,7 +587,7 @@ impl Solver<'_> {
         self.store_tallies(group);
         let joints = self.plan.joints.blocks_of(&group.joints);
         let n = joints.len();
-        for_ranges(jobs, n, grain(jobs, n, 32), |part| {
+        for_shares(jobs, n, 32, |part| {
             for i in joints.start + part.start..joints.start + part.end {
                 self.store_joints(i);
             }

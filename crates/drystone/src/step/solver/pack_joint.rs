@@ -10,7 +10,7 @@ use super::root::Roundw;
 use super::rounds::BodyState;
 use super::rows::{JointBlock, Whitening, load_velocity, read_lanes, store_velocity};
 use super::softness::Softness;
-use crate::base::jobs::{Executor, for_ranges, grain};
+use crate::base::jobs::{Executor, for_shares};
 use crate::base::math::{Vec3, vec3};
 use crate::base::wide::{LANES, Sym3w, Vec3w, at, put};
 use crate::base::wide_quat::Quatw;
@@ -21,7 +21,7 @@ impl Solver<'_> {
     pub(super) fn prepare_joints(&self, group: &Group, jobs: &dyn Executor) {
         for batch in &self.plan.joints.batches[group.joints.clone()] {
             let n = batch.blocks.len();
-            for_ranges(jobs, n, grain(jobs, n, 8), |part| {
+            for_shares(jobs, n, 8, |part| {
                 dispatch!(self.ctx.level, simd => {
                     for i in batch.blocks.start + part.start..batch.blocks.start + part.end {
                         self.prefetch_joints(i + 1);
@@ -36,7 +36,7 @@ impl Solver<'_> {
     pub(super) fn sweep_joints(&self, group: &Group, sweep: &JointSweep, jobs: &dyn Executor) {
         for batch in &self.plan.joints.batches[group.joints.clone()] {
             let n = batch.blocks.len();
-            for_ranges(jobs, n, grain(jobs, n, 8), |part| {
+            for_shares(jobs, n, 8, |part| {
                 dispatch!(self.ctx.level, simd => {
                     for i in batch.blocks.start + part.start..batch.blocks.start + part.end {
                         let block = self.joints.row(i);

@@ -10,7 +10,7 @@ use super::plan::{Group, SIX_ACTS, SIX_DIRECT, SIX_HOLDS, SIX_PINNED};
 use super::rows::{Velocity, Whitening, load_velocity, read_lanes, store_velocity};
 use super::sixdof::{self, SixBlock};
 use super::turns::Turns;
-use crate::base::jobs::{Executor, for_ranges, grain};
+use crate::base::jobs::{Executor, for_shares};
 use crate::base::math::Vec3;
 use crate::base::wide::{
     LANES, Vec3w, Wide, above, gather4, load, min, scatter4, select, splat, sqrt,
@@ -46,7 +46,7 @@ impl Solver<'_> {
     pub(super) fn prepare_sixdofs(&self, group: &Group, jobs: &dyn Executor) {
         for batch in &self.plan.sixdofs.batches[group.sixdofs.clone()] {
             let n = batch.blocks.len();
-            for_ranges(jobs, n, grain(jobs, n, 8), |part| {
+            for_shares(jobs, n, 8, |part| {
                 dispatch!(self.ctx.level, simd => {
                     for i in batch.blocks.start + part.start..batch.blocks.start + part.end {
                         self.pack_block(simd, i, batch.class);
@@ -63,7 +63,7 @@ impl Solver<'_> {
                 continue;
             }
             let n = batch.blocks.len();
-            for_ranges(jobs, n, grain(jobs, n, 4), |part| {
+            for_shares(jobs, n, 4, |part| {
                 dispatch!(self.ctx.level, simd => {
                     for i in batch.blocks.start + part.start..batch.blocks.start + part.end {
                         sixdof::solve(simd, self.sixdofs.row(i), &self.lines, sweep);
@@ -76,7 +76,7 @@ impl Solver<'_> {
     pub(super) fn store_sixdofs(&self, group: &Group, jobs: &dyn Executor) {
         let blocks = self.plan.sixdofs.blocks_of(&group.sixdofs);
         let n = blocks.len();
-        for_ranges(jobs, n, grain(jobs, n, 32), |part| {
+        for_shares(jobs, n, 32, |part| {
             dispatch!(self.ctx.level, simd => {
                 for i in blocks.start + part.start..blocks.start + part.end {
                     self.store_block(simd, i);
