@@ -13,9 +13,17 @@ use crate::state::events::{ContactEvent, Events, SensorEvent};
 use crate::state::sets::Sets;
 use crate::state::shapes::Shapes;
 
+/// So many changes ahead the contact is asked for.
+const AHEAD: usize = 6;
+
 /// Applies the changes that narrowphase listed.
 pub(crate) fn apply_touch_changes(scratch: &Scratch, shapes: &Shapes, sets: &mut Sets<'_>) {
-    for change in scratch.changes() {
+    let changes = || scratch.changes().filter(|c| matches!(c, Change::Apart(_) | Change::Count(_)));
+    let mut soon = changes().skip(AHEAD);
+    for change in changes() {
+        if let Some(Change::Apart(row) | Change::Count(row)) = soon.next() {
+            sets.contacts.prefetch(row, Contact::CACHE_LINES);
+        }
         match change {
             Change::Apart(row) => {
                 if sets.islands.wake_alone {

@@ -20,6 +20,7 @@ mod classic;
 mod coupling;
 mod fineness;
 mod impact;
+mod lined;
 mod pack;
 mod pack_extra;
 mod pack_joint;
