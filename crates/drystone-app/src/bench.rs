@@ -3,7 +3,9 @@
 use std::path::Path;
 use std::process::ExitCode;
 
-use drystone_bench::{Order, Own, Row, default_steps, expand, listing, measure};
+use drystone_bench::{
+    Order, Own, Row, default_steps, expand, listing, measure, scaling, scaling_listing,
+};
 
 use crate::Outcome;
 use crate::cli::Bench;
@@ -11,6 +13,9 @@ use crate::output::{self, Failure, Output, progress};
 
 /// Measures the scenes one after the other.
 pub(crate) fn bench(args: &Bench) -> Outcome {
+    if args.scaling {
+        return gains(args);
+    }
     let scenes = expand(&args.scene).map_err(Failure::failed)?;
     let to_stdout = args.json.as_deref() == Some(Path::new("-"));
     let file = args.json.as_deref().filter(|_| !to_stdout).map(Output::create).transpose()?;
@@ -49,6 +54,34 @@ pub(crate) fn bench(args: &Bench) -> Outcome {
         file.write(&json)?;
         file.finish()?;
     }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// What threads gain in each scene.
+fn gains(args: &Bench) -> Outcome {
+    let scenes = expand(&args.scene).map_err(Failure::failed)?;
+    let mut threads: Vec<usize> = args.threads.iter().map(|&n| usize::from(n)).collect();
+    threads.retain(|&n| n > 1);
+    threads.dedup();
+    if threads.is_empty() {
+        return Err(Failure::failed("--scaling wants a number of threads above 1"));
+    }
+    let bar = progress(
+        (scenes.len() * threads.len()) as u64,
+        "{wide_bar} scene {pos} of {len}, {eta} left",
+    );
+    let mut found = Vec::new();
+    for (spec, scene) in &scenes {
+        let steps = args.steps.unwrap_or_else(|| default_steps(scene));
+        for &threads in &threads {
+            let order = Order { spec, scene, threads, steps };
+            let gain = scaling(&order);
+            found.push(gain.map_err(|e| Failure::failed(format_args!("{spec}: {e}")))?);
+            bar.inc(1);
+        }
+    }
+    bar.finish_and_clear();
+    output::print(&scaling_listing(&found))?;
     Ok(ExitCode::SUCCESS)
 }
 

@@ -481,6 +481,20 @@ fn bench_writes_rows_whose_hash_is_that_of_simulate() {
 }
 
 #[test]
+fn bench_tells_what_threads_gain() {
+    let folder = folder("bench_scaling");
+    let args = ["bench", "--scene", "stack:n=4", "--scaling", "--threads", "2,3", "--steps", "9"];
+    let shown = succeed(&folder, &args);
+    succeed(&folder, &["simulate", "stack:n=4", "--steps", "9", "--report", "report.json"]);
+    let hash = json(&folder.join("report.json"))["hash"].as_str().unwrap().to_owned();
+    assert_eq!(shown.matches(&hash).count(), 2, "{shown}");
+    let line = fail(&folder, &["bench", "--scaling", "--threads", "1"]);
+    assert!(line.contains("above 1"), "{line}");
+    let args = ["bench", "--scaling", "--json", "rows.json"];
+    assert_eq!(drystone(&folder, &args).status.code(), Some(2));
+}
+
+#[test]
 fn bench_refuses_what_it_cannot_measure() {
     let folder = folder("bench_refused");
     let line = fail(&folder, &["bench", "--scene", "stak"]);

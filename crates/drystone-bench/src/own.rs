@@ -1,6 +1,7 @@
 //! drystone itself.
 
 use std::sync::Arc;
+use std::time::{Duration, Instant};
 
 use drystone::{Inline, Pose, Quat, Team, Vec3};
 use drystone_scene::{Load, Running, Scene, SceneBody, Wave};
@@ -14,6 +15,16 @@ use crate::series::StageClock;
 pub struct Own {
     running: Running,
     clock: StageClock,
+}
+
+impl Own {
+    /// A step after what the script says; how long it took without that.
+    pub(crate) fn run(&mut self, dt: f32) -> Result<Duration, EngineError> {
+        self.running.before_step(dt)?;
+        let start = Instant::now();
+        self.step(dt);
+        Ok(start.elapsed())
+    }
 }
 
 impl From<drystone_scene::BuildError> for EngineError {

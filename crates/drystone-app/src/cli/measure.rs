@@ -13,12 +13,17 @@ Examples:
   drystone bench
   drystone bench --scene stack:n=30,top_mass_ratio=100,washer --threads 1,2,4
   drystone bench --scene quality --runs 1 --json rows.json
+  drystone bench --scene joint_grid --scaling
 
 What is timed are the steps alone. A run's figure is the mean over its steps; the first step, in
 which contacts and trees are built, is left out except in the scenes of Jolt's performance test.
 ms/step is the median of the runs' figures, min the smallest, p99 the 99th percentile over steps.
 Penetration is measured from poses copied after eight steps of a run, the last one included. The
 hash is that of `drystone simulate`: a time without it is no result.
+
+--scaling takes one run of a scene for each number of threads above 1: a world on one thread and its
+twin on several take their steps in turn. What a loop without memory gains by the same threads is
+what the machine has to give.
 
 Other engines on the same scenes: bench/README.md in the source tree.
 
@@ -50,6 +55,10 @@ pub(crate) struct Bench {
     /// Write the rows; - writes them to stdout, without the table
     #[arg(long, value_name = "FILE.json")]
     pub(crate) json: Option<PathBuf>,
+
+    /// What threads gain, in steps that one world and its twin take in turn
+    #[arg(long, conflicts_with_all = ["json", "runs"])]
+    pub(crate) scaling: bool,
 }
 
 const COMPARE_EXAMPLES: &str = "\

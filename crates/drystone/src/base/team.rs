@@ -55,7 +55,7 @@ impl Word {
         usize::try_from(self.0 & 0xffff).unwrap_or(0)
     }
 
-    fn from_back(self) -> usize {
+    fn back(self) -> usize {
         usize::try_from(self.0 >> 16 & 0x7fff).unwrap_or(0)
     }
 
@@ -110,7 +110,7 @@ impl Shared {
                 let job = unsafe { &*self.job.get() };
                 // SAFETY: the caller of `run` keeps the task alive until every chunk is done.
                 let task = unsafe { &*job.task };
-                let end = part(job.chunks, job.lists, list).end - word.from_back();
+                let end = part(job.chunks, job.lists, list).end - word.back();
                 task(worker, if back { end - 1 } else { end - word.left() });
             }
         }
