@@ -20,7 +20,6 @@ mod classic;
 mod coupling;
 mod fineness;
 mod impact;
-mod lined;
 mod pack;
 mod pack_extra;
 mod pack_joint;

@@ -10,12 +10,11 @@ use core::ops::Range;
 
 use super::fineness::{is_jointed, struck, take_back, tumbles, whirls};
 use super::forest::Forest;
-use super::lined::{self, Lined, has_line};
 use crate::base::disjoint::Rows;
 use crate::base::grow;
 use crate::base::jobs::{Executor, for_each, for_items, grain};
 use crate::base::wide::LANES;
-use crate::state::bodies::{Bodies, Fineness, NONE};
+use crate::state::bodies::{Bodies, Body, Fineness, NONE};
 use crate::state::colors::{Coloring, Colors, Place};
 use crate::state::contacts::Contacts;
 use crate::state::islands::Islands;
@@ -97,8 +96,6 @@ pub(super) struct Plan {
     /// Islands that have lines, with their constraints' ends.
     islands: Vec<(u32, usize)>,
     group_of_line: Vec<u32>,
-    /// The bodies that have lines, in the order of the awake ones: one list after the other.
-    lined: Vec<Vec<Lined>>,
     /// Of each joint's row, from when one came or went.
     joint_classes: Vec<u8>,
     /// `members` and `group_of_line` of the last update.
@@ -270,12 +267,11 @@ impl Plan {
         for row in &self.members {
             line_of[*row as usize] = 0;
         }
-        lined::find(bodies, &mut self.lined, jobs);
-        self.form_groups(parts.map(|parts| parts as usize));
+        self.form_groups(bodies, parts.map(|parts| parts as usize));
         let [members, groups] = &mut self.before;
         core::mem::swap(&mut self.members, members);
         core::mem::swap(&mut self.group_of_line, groups);
-        self.place_bodies(line_of);
+        self.place_bodies(bodies, line_of);
         if joints_changed {
             self.forest.form(bodies, joints, colors, line_of, ratio);
         }
@@ -390,12 +386,17 @@ impl Plan {
     }
 
     /// Islands to groups. `parts`: in which each [`Fineness`] takes a substep.
-    fn form_groups(&mut self, parts: [usize; 5]) {
+    fn form_groups(&mut self, bodies: &Bodies, parts: [usize; 5]) {
         for (island, _) in self.islands.drain(..) {
             self.group_of[island as usize] = NONE;
         }
         let mut total = 0;
-        for body in self.lined.iter().flatten() {
+        for row in &bodies.awake {
+            let body = bodies.at(*row);
+            if !has_line(body) {
+                continue;
+            }
+            debug_assert!(body.island != NONE, "every dynamic body is in an island");
             let island = body.island as usize;
             if self.group_of.len() <= island {
                 self.group_of.resize(island + 1, NONE);
@@ -404,7 +405,8 @@ impl Plan {
                 self.group_of[island] = number(self.islands.len());
                 self.islands.push((body.island, 0));
             }
-            let ends = body.ends as usize;
+            // What only particles act on takes a place too.
+            let ends = body.constraints.max(1) as usize;
             self.islands[self.group_of[island] as usize].1 += ends;
             total += ends;
         }
@@ -451,9 +453,10 @@ impl Plan {
     }
 
     /// Bodies to lines, group by group; within a group in the order of the awake bodies.
-    fn place_bodies(&mut self, line_of: &mut [u32]) {
-        for body in self.lined.iter().flatten() {
-            let group = self.group_of[body.island as usize];
+    fn place_bodies(&mut self, bodies: &Bodies, line_of: &mut [u32]) {
+        let lined = || bodies.awake.iter().filter(|row| has_line(bodies.at(**row)));
+        for row in lined() {
+            let group = self.group_of[bodies.at(*row).island as usize];
             self.groups[group as usize].lines.end += 1;
         }
         let mut line = 1;
@@ -466,12 +469,12 @@ impl Plan {
         self.members.resize(line - 1, NONE);
         self.group_of_line.clear();
         self.group_of_line.resize(line, 0);
-        for body in self.lined.iter().flatten() {
-            let group = self.group_of[body.island as usize];
+        for row in lined() {
+            let group = self.group_of[bodies.at(*row).island as usize];
             let end = &mut self.groups[group as usize].lines.end;
-            self.members[*end - 1] = body.row;
+            self.members[*end - 1] = *row;
             self.group_of_line[*end] = group;
-            line_of[body.row as usize] = number(*end);
+            line_of[*row as usize] = number(*end);
             *end += 1;
         }
     }
@@ -538,6 +541,11 @@ fn line_key<'a>(line_of: &'a [u32], group_of_line: &'a [u32]) -> impl Fn(u32, u3
 /// The class in a sort key.
 const fn class_in(key: u64) -> u8 {
     (key >> CLASS).to_le_bytes()[0]
+}
+
+/// Dynamic bodies that some constraint acts on, or a particle, have a line; the others fly (finalize).
+fn has_line(body: &Body) -> bool {
+    body.is_dynamic() && (body.constraints > 0 || body.dragged)
 }
 
 fn number(n: usize) -> u32 {
