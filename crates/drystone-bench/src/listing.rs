@@ -27,31 +27,46 @@ pub fn listing(rows: &[Row]) -> String {
             row.bodies.to_string(),
         ]
     };
-    let table: Vec<[String; 10]> =
-        std::iter::once(TITLES.map(str::to_owned)).chain(rows.iter().map(cells)).collect();
-    let width = |column: usize| table.iter().map(|r| r[column].chars().count()).max().unwrap_or(0);
-    let widths: [usize; 10] = std::array::from_fn(width);
+    let (lines, indent) = columns(2, TITLES, rows.iter().map(cells));
     let mut text = String::new();
-    for (i, line) in table.iter().enumerate() {
-        let mut out = String::new();
-        for (column, cell) in line.iter().enumerate() {
-            let width = widths[column];
-            // Writing to a String cannot fail. Names stand left, numbers right.
-            let _ = match column {
-                0 | 1 => write!(out, "{cell:<width$}  "),
-                _ => write!(out, "{cell:>width$}  "),
-            };
-        }
-        text.push_str(out.trim_end());
+    for (i, line) in lines.iter().enumerate() {
+        text.push_str(line);
         text.push('\n');
         let row = i.checked_sub(1).map(|i| &rows[i]);
         if let Some(stages) = row.and_then(|row| row.stages_ms.as_ref()) {
             let stages: Vec<String> =
                 stages.0.iter().map(|(name, ms)| format!("{name} {ms:.3}")).collect();
-            let _ = writeln!(text, "{:>width$}  {}", "", stages.join(", "), width = widths[0]);
+            // Writing to a String cannot fail.
+            let _ = writeln!(text, "{:>indent$}  {}", "", stages.join(", "));
         }
     }
     text
+}
+
+/// Lines of a table, its titles first, and the width of its first column. The first `names` columns stand left, numbers right.
+pub(crate) fn columns<const N: usize>(
+    names: usize,
+    titles: [&str; N],
+    rows: impl Iterator<Item = [String; N]>,
+) -> (Vec<String>, usize) {
+    let table: Vec<[String; N]> = std::iter::once(titles.map(str::to_owned)).chain(rows).collect();
+    let width = |column: usize| table.iter().map(|r| r[column].chars().count()).max().unwrap_or(0);
+    let widths: [usize; N] = std::array::from_fn(width);
+    let line = |cells: &[String; N]| {
+        let mut out = String::new();
+        for (column, cell) in cells.iter().enumerate() {
+            let width = widths[column];
+            // Writing to a String cannot fail.
+            let _ = if column < names {
+                write!(out, "{cell:<width$}  ")
+            } else {
+                write!(out, "{cell:>width$}  ")
+            };
+        }
+        out.truncate(out.trim_end().len());
+        out
+    };
+    (table.iter().map(line).collect(), widths[0])
 }
 
 #[cfg(test)]

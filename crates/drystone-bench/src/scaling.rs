@@ -8,6 +8,7 @@ use std::time::{Duration, Instant};
 use drystone::{Executor, Inline, Team};
 
 use crate::engine::{Engine, EngineError};
+use crate::listing::columns;
 use crate::own::Own;
 use crate::row::Stages;
 use crate::run::Order;
@@ -112,33 +113,32 @@ fn turn(rounds: u32) {
 /// A line for each under a line of titles; what each stage of more than a hundredth of a step gained in a line below.
 #[must_use]
 pub fn scaling_listing(all: &[Scaling]) -> String {
-    let width = all.iter().map(|s| s.scene.chars().count()).max().unwrap_or(0).max(5);
-    let mut text = String::new();
-    // Writing to a String cannot fail.
-    let _ = writeln!(
-        text,
-        "{:<width$}  threads  ms, 1 thread    ms  times faster  a loop without memory  hash",
-        "scene"
-    );
-    for s in all {
+    let titles =
+        ["scene", "threads", "ms, 1 thread", "ms", "times faster", "a loop without memory", "hash"];
+    let cells = |s: &Scaling| {
         let [one, many] = s.ms_per_step;
-        let _ = writeln!(
-            text,
-            "{:<width$}  {:>7}  {one:>12.4}  {many:>8.4}  {:>8.2}  {:>21.2}  {:016x}",
-            s.scene,
-            s.threads,
-            s.gain(),
-            s.machine,
-            s.hash
-        );
+        [
+            s.scene.clone(),
+            s.threads.to_string(),
+            format!("{one:.4}"),
+            format!("{many:.4}"),
+            format!("{:.2}", s.gain()),
+            format!("{:.2}", s.machine),
+            format!("{:016x}", s.hash),
+        ]
+    };
+    let (lines, indent) = columns(1, titles, all.iter().map(cells));
+    let mut text = format!("{}\n", lines[0]);
+    for (line, s) in lines[1..].iter().zip(all) {
         let [a, b] = &s.stages_ms;
         let stages: Vec<String> =
             a.0.iter()
                 .zip(&b.0)
-                .filter(|((_, a), _)| *a > 0.01 * one)
+                .filter(|((_, a), _)| *a > 0.01 * s.ms_per_step[0])
                 .map(|((name, a), (_, b))| format!("{name} {:.2}", a / b))
                 .collect();
-        let _ = writeln!(text, "{:width$}  {}", "", stages.join(", "));
+        // Writing to a String cannot fail.
+        let _ = writeln!(text, "{line}\n{:>indent$}  {}", "", stages.join(", "));
     }
     text
 }
