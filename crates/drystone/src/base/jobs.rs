@@ -51,6 +51,12 @@ pub(crate) fn grain(jobs: &dyn Executor, n: usize, least: usize) -> usize {
     n.div_ceil(jobs.workers() * 4).max(least)
 }
 
+/// The same for items of which one may be a hundred times the work of another: more and smaller pieces, so that no worker
+/// has a last one that takes long.
+pub(crate) fn fine_grain(jobs: &dyn Executor, n: usize, least: usize) -> usize {
+    n.div_ceil(jobs.workers() * 16).max(least)
+}
+
 /// Calls `f` with every range of at most `grain` indices below `n`.
 pub(crate) fn for_ranges(
     jobs: &dyn Executor,

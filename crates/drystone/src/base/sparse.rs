@@ -1,5 +1,6 @@
 //! A number for some rows of a table.
 
+use super::disjoint::Rows;
 use super::grow;
 
 /// A number for each row of a table, where most have none: memory of those is never touched, so that a world of
@@ -26,6 +27,31 @@ impl Sparse {
     #[inline]
     pub(crate) fn set(&mut self, row: u32, number: u32) -> u32 {
         !core::mem::replace(&mut self.inverted[row as usize], !number)
+    }
+
+    /// All numbers, lent to workers.
+    pub(crate) fn lend(&mut self) -> SparseRows<'_> {
+        SparseRows { inverted: Rows::new(&mut self.inverted) }
+    }
+}
+
+/// The numbers of all rows; no row is for two workers of one phase.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct SparseRows<'a> {
+    inverted: Rows<'a, u32>,
+}
+
+impl SparseRows<'_> {
+    /// The number of a row.
+    #[inline]
+    pub(crate) fn get(&self, row: u32) -> u32 {
+        !*self.inverted.read(row as usize)
+    }
+
+    /// Gives a row a number.
+    #[inline]
+    pub(crate) fn set(&self, row: u32, number: u32) {
+        *self.inverted.row(row as usize) = !number;
     }
 }
 

@@ -139,7 +139,7 @@ pub(crate) fn step(
     after(Stage::Narrowphase);
     let mut sets = Sets { bodies, joints, contacts, islands, colors, events };
     partition::apply_touch_changes(&s.narrowphase, shapes, &mut sets);
-    partition::relax_levels(tables.steps, &mut sets, &mut s.levels);
+    partition::relax_levels(tables.steps, &mut sets, &mut s.levels, jobs);
     after(Stage::Partition);
     particles::meet_shapes(ctx, particles, shapes, bounds, &mut sets, &mut s.particles, jobs);
     after(Stage::Particles);

@@ -14,7 +14,7 @@ use fearless_simd::dispatch;
 
 use super::context::StepContext;
 use crate::base::disjoint::Rows;
-use crate::base::jobs::{Executor, collect_ranges, for_ranges, grain};
+use crate::base::jobs::{Executor, collect_ranges, fine_grain, for_ranges, grain};
 use crate::base::math::Vec3;
 use crate::base::pose::Pose;
 use crate::base::quat::Quat;
@@ -87,7 +87,7 @@ pub(crate) fn update_manifolds(
     let (slots, watches, probes) = contacts.watched_mut();
     let Scratch { changes, meshes, seams } = scratch;
     let count = watches.len();
-    let least = grain(jobs, count, 32);
+    let least = fine_grain(jobs, count, 16);
     let chunks = count.div_ceil(least);
     meshes.resize_with(meshes.len().max(chunks), MeshScratch::default);
     let meshes = Rows::new(meshes);

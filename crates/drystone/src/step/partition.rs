@@ -1,10 +1,14 @@
 //! Stage 3: contacts that gained or lost points enter or leave the colors and islands; sleepers that
 //! were met wake; ends are reported.
 //!
-//! Reads: bodies. Writes: colors, islands, sets, contacts (rows), events. Runs: serially, over changes
-//! only.
+//! Reads: bodies. Writes: colors, islands, sets, contacts (rows), events, bodies (levels). Runs: serially, over
+//! changes only; levels in parallel, color after color.
+
+use core::sync::atomic::{AtomicBool, Ordering};
 
 use super::narrowphase::{Change, Scratch};
+use crate::base::disjoint::Rows;
+use crate::base::jobs::{Executor, for_ranges, grain};
 use crate::base::sparse::Sparse;
 use crate::state::bodies::Bodies;
 use crate::state::bodies::NONE;
@@ -49,40 +53,64 @@ const RELAX_EVERY: u64 = 4;
 /// One Jacobi relaxation of the levels of the contact graph, level = 1 + the least level of a touching
 /// neighbor: converges in as many calls as the graph is deep, and costs nothing while nothing changes.
 /// What is written of bodies that are not awake is never read.
-pub(crate) fn relax_levels(step: u64, sets: &mut Sets<'_>, scratch: &mut Levels) {
-    let next = &mut scratch.next;
-    next.cover(sets.bodies.rows.slot_count());
-    if !step.is_multiple_of(RELAX_EVERY) || !core::mem::take(&mut sets.colors.levels_dirty) {
+pub(crate) fn relax_levels(
+    step: u64,
+    sets: &mut Sets<'_>,
+    scratch: &mut Levels,
+    jobs: &dyn Executor,
+) {
+    let Sets { bodies, contacts, colors, .. } = sets;
+    scratch.next.cover(bodies.rows.slot_count());
+    if !step.is_multiple_of(RELAX_EVERY) || !core::mem::take(&mut colors.levels_dirty) {
         return;
     }
-    for row in &sets.bodies.awake {
-        next.set(*row, NONE);
-    }
-    let mut meet = |row: u32| {
-        let c = sets.contacts.at(row);
-        let (a, b) = (c.body_a, c.body_b);
-        let level = |body: u32| sets.bodies.at(body).level.saturating_add(1);
-        let (from_a, from_b) = (level(a), level(b));
-        next.set(a, next.get(a).min(from_b));
-        next.set(b, next.get(b).min(from_a));
-    };
-    for coloring in [&sets.colors.contacts, &sets.colors.contacts_fixed] {
-        coloring.colors.iter().flat_map(|c| &c.members).for_each(|row| meet(*row));
-    }
-    let mut changed = false;
-    // A body above all that is held would count up for ever when its ground is taken away.
-    let most = u32::try_from(sets.bodies.awake.len()).unwrap_or(NONE);
-    for i in 0..sets.bodies.awake.len() {
-        let row = sets.bodies.awake[i];
-        let level = next.get(row);
-        let body = sets.bodies.at_mut(row);
-        if body.is_dynamic() {
-            let level = if level > most { NONE } else { level };
-            changed |= level != body.level;
-            body.level = level;
+    let next = scratch.next.lend();
+    let n = bodies.awake.len();
+    for_ranges(jobs, n, grain(jobs, n, 1024), |range| {
+        bodies.awake[range].iter().for_each(|row| next.set(*row, NONE));
+    });
+    // Of a color's contacts no two have the same dynamic body.
+    for coloring in [&colors.contacts, &colors.contacts_fixed] {
+        for color in &coloring.colors {
+            let members = &color.members;
+            for_ranges(jobs, members.len(), grain(jobs, members.len(), 128), |range| {
+                for k in range {
+                    if let Some(soon) = members.get(k + AHEAD) {
+                        contacts.prefetch(*soon, 1);
+                    }
+                    let c = contacts.at(members[k]);
+                    let ends = [c.body_a, c.body_b];
+                    let [a, b] = ends.map(|row| bodies.at(row));
+                    for (row, body, other) in [(ends[0], a, b), (ends[1], b, a)] {
+                        if body.is_dynamic() {
+                            next.set(row, next.get(row).min(other.level.saturating_add(1)));
+                        }
+                    }
+                }
+            });
         }
     }
-    sets.colors.levels_dirty = changed;
+    // A body above all that is held would count up for ever when its ground is taken away.
+    let most = u32::try_from(n).unwrap_or(NONE);
+    let changed = AtomicBool::new(false);
+    let (awake, rows) = (&bodies.awake, Rows::new(bodies.rows.values_mut()));
+    for_ranges(jobs, n, grain(jobs, n, 256), |range| {
+        let mut any = false;
+        for row in &awake[range] {
+            if let Some(body) = rows.row(*row as usize)
+                && body.is_dynamic()
+            {
+                let level = next.get(*row);
+                let level = if level > most { NONE } else { level };
+                any |= level != body.level;
+                body.level = level;
+            }
+        }
+        if any {
+            changed.store(true, Ordering::Relaxed);
+        }
+    });
+    colors.levels_dirty = changed.into_inner();
 }
 
 /// Wakes a frozen body that this contact held in the last step: what held it went so fast that there is no step

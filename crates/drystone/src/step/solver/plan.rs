@@ -12,7 +12,7 @@ use super::fineness::{is_jointed, struck, take_back, tumbles, whirls};
 use super::forest::Forest;
 use crate::base::disjoint::Rows;
 use crate::base::grow;
-use crate::base::jobs::{Executor, for_each, for_items, grain};
+use crate::base::jobs::{Executor, collect_ranges, for_each, for_items, for_ranges, grain};
 use crate::base::wide::LANES;
 use crate::state::bodies::{Bodies, Body, Fineness, NONE};
 use crate::state::colors::{Coloring, Colors, Place};
@@ -74,6 +74,15 @@ struct Run {
     end: usize,
 }
 
+/// What of the lines is an island's.
+#[derive(Clone, Copy, Debug)]
+struct Share {
+    island: u32,
+    lines: u32,
+    /// Ends of constraints; what only particles act on counts as well.
+    ends: usize,
+}
+
 /// Which bodies and constraints stand where.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Plan {
@@ -91,15 +100,17 @@ pub(super) struct Plan {
     workers: usize,
     /// Of each island, now and in the last step; what is not there is [`Fineness::Whole`].
     fineness: [Vec<Fineness>; 2],
+    /// Bodies of islands that were hit and go on in whole substeps.
+    whole_again: Vec<Vec<u32>>,
     /// Number in `islands`, then group, of each island that has lines.
     group_of: Vec<u32>,
-    /// Islands that have lines, with their constraints' ends.
-    islands: Vec<(u32, usize)>,
+    /// Islands that have lines.
+    islands: Vec<Share>,
     group_of_line: Vec<u32>,
     /// Of each joint's row, from when one came or went.
     joint_classes: Vec<u8>,
-    /// `members` and `group_of_line` of the last update.
-    before: [Vec<u32>; 2],
+    /// Of each awake body its island, or [`NONE`] if it has no line, and its constraints.
+    awake: [Vec<u32>; 2],
     /// One list for each worker.
     keys: Vec<Vec<(u64, u32)>>,
     /// Of the contacts of each color.
@@ -109,9 +120,15 @@ pub(super) struct Plan {
 /// So many contacts are asked for ahead, while the keys of those before are made: each is a cache line elsewhere.
 const AHEAD: usize = 8;
 
+/// Most parts of a shared group that are kept apart: what fits into a class beside the number of points.
+const MOST_PARTS: usize = 32;
+
 /// Group, class and line in a sort key.
 const GROUP: u32 = 40;
 const CLASS: u32 = 32;
+
+/// Bits of the number of points in the class of a contact.
+const COUNT: u32 = 3;
 
 /// Class of distances; balls have 0.
 pub(super) const DISTANCE: u8 = 1;
@@ -223,24 +240,29 @@ impl Plan {
     /// What is kept of a step in parts are the impulses of its last part times the parts: right for a load, and that many times
     /// too much of a blow that came in it. Where an island that was hit goes on in whole substeps they are taken back.
     pub(super) fn take_back(
-        &self,
+        &mut self,
         bodies: &Bodies,
         joints: &mut Joints,
         contacts: &mut Contacts,
         struck: &StepContext,
+        jobs: &dyn Executor,
     ) {
         // A plan that was never made knows nothing of the last step, which a restored world has had.
         if self.workers > 0 && !self.fineness[1].contains(&Fineness::Struck) {
             return;
         }
+        let (awake, chosen) = (&bodies.awake, &self.fineness[0]);
+        let least = grain(jobs, awake.len(), 256);
+        collect_ranges(jobs, awake.len(), least, &mut self.whole_again, |range, out| {
+            out.extend(awake[range].iter().copied().filter(|row| {
+                let body = bodies.at(*row);
+                body.fineness == Fineness::Struck
+                    && fineness_of(body.island, chosen) == Fineness::Whole
+            }));
+        });
         let factor = 1.0 / struck.store_scale();
-        for row in &bodies.awake {
-            let body = bodies.at(*row);
-            if body.fineness == Fineness::Struck
-                && fineness_of(body.island, &self.fineness[0]) == Fineness::Whole
-            {
-                take_back(*row, bodies, joints, contacts, factor);
-            }
+        for row in self.whole_again.iter().flatten() {
+            take_back(*row, bodies, joints, contacts, factor);
         }
     }
 
@@ -267,11 +289,9 @@ impl Plan {
         for row in &self.members {
             line_of[*row as usize] = 0;
         }
-        self.form_groups(bodies, parts.map(|parts| parts as usize));
-        let [members, groups] = &mut self.before;
-        core::mem::swap(&mut self.members, members);
-        core::mem::swap(&mut self.group_of_line, groups);
-        self.place_bodies(bodies, line_of);
+        self.read_bodies(bodies, jobs);
+        self.form_groups(parts.map(|parts| parts as usize));
+        let moved = self.place_bodies(bodies, line_of);
         if joints_changed {
             self.forest.form(bodies, joints, colors, line_of, ratio);
         }
@@ -279,7 +299,6 @@ impl Plan {
 
         self.place_contacts(contacts, colors, line_of, jobs);
         // Contacts come and go in every step, joints do not.
-        let moved = self.before[0] != self.members || self.before[1] != self.group_of_line;
         if joints_changed || moved {
             self.place_joints(joints, colors, line_of, joints_changed);
         }
@@ -301,7 +320,18 @@ impl Plan {
         line_of: &[u32],
         jobs: &dyn Executor,
     ) {
-        let key = line_key(line_of, &self.group_of_line);
+        let key = line_key(&self.group_of_line);
+        let (groups, shared, group_of_line) = (&self.groups, self.shared, &self.group_of_line);
+        let parts = self.workers.min(MOST_PARTS);
+        // Of a shared group each worker begins with its own part of the lines: see `line_key`.
+        let part_of = |line: usize| {
+            let group = group_of_line[line] as usize;
+            let lines = &groups[group].lines;
+            if group >= shared || lines.is_empty() {
+                return 0;
+            }
+            (line - lines.start) * parts / lines.len()
+        };
         let slots = contacts.slots_mut();
         self.keys.resize_with(self.workers.max(self.keys.len()), Vec::new);
         let all_keys = Rows::new(&mut self.keys);
@@ -320,8 +350,10 @@ impl Plan {
                         slots.prefetch(*soon as usize, 1);
                     }
                     if let Some(c) = slots.read(*row as usize) {
-                        let class = u64::from(4 - c.count.min(4));
-                        keys.push((key(c.body_a, c.body_b, class), *row));
+                        let count = u64::from(4 - c.count.min(4));
+                        let line = last_line(line_of, c.body_a, c.body_b);
+                        let class = (part_of(line) as u64) << COUNT | count;
+                        keys.push((key(class, line), *row));
                     }
                 }
                 sort_members(members, keys, index, |row, place| {
@@ -350,7 +382,7 @@ impl Plan {
         self.keys.resize_with(self.keys.len().max(1), Vec::new);
         let (keys, classes) = (&mut self.keys[0], &mut self.joint_classes);
         grow::resize(classes, joints.rows.slot_count(), 0);
-        let key = line_key(line_of, &self.group_of_line);
+        let key = line_key(&self.group_of_line);
         self.joints.runs.clear();
         self.couplings.clear();
         for (fixed, coloring) in [(false, &mut colors.joints), (true, &mut colors.joints_fixed)] {
@@ -362,7 +394,7 @@ impl Plan {
                     if anew {
                         *class = class_of(j);
                     }
-                    (key(j.body_a, j.body_b, u64::from(*class)), *row)
+                    (key(u64::from(*class), last_line(line_of, j.body_a, j.body_b)), *row)
                 }));
                 sort_members(&mut color.members, keys, index, |row, place| {
                     joints.at_mut(row).place = place;
@@ -385,29 +417,41 @@ impl Plan {
         self.group_of_line[line as usize] as usize
     }
 
+    /// Takes down what the awake bodies say: each is a cache line elsewhere.
+    fn read_bodies(&mut self, bodies: &Bodies, jobs: &dyn Executor) {
+        let n = bodies.awake.len();
+        self.awake.iter_mut().for_each(|list| grow::resize(list, n, NONE));
+        let [islands, ends] = self.awake.each_mut().map(|list| Rows::new(list));
+        for_ranges(jobs, n, grain(jobs, n, 256), |range| {
+            for i in range {
+                let body = bodies.at(bodies.awake[i]);
+                debug_assert!(!has_line(body) || body.island != NONE, "it is in an island");
+                *islands.row(i) = if has_line(body) { body.island } else { NONE };
+                *ends.row(i) = body.constraints;
+            }
+        });
+    }
+
     /// Islands to groups. `parts`: in which each [`Fineness`] takes a substep.
-    fn form_groups(&mut self, bodies: &Bodies, parts: [usize; 5]) {
-        for (island, _) in self.islands.drain(..) {
-            self.group_of[island as usize] = NONE;
+    fn form_groups(&mut self, parts: [usize; 5]) {
+        for share in self.islands.drain(..) {
+            self.group_of[share.island as usize] = NONE;
         }
         let mut total = 0;
-        for row in &bodies.awake {
-            let body = bodies.at(*row);
-            if !has_line(body) {
-                continue;
+        let [islands, ends] = &self.awake;
+        for (island, ends) in islands.iter().zip(ends).filter(|(island, _)| **island != NONE) {
+            let at = *island as usize;
+            if self.group_of.len() <= at {
+                self.group_of.resize(at + 1, NONE);
             }
-            debug_assert!(body.island != NONE, "every dynamic body is in an island");
-            let island = body.island as usize;
-            if self.group_of.len() <= island {
-                self.group_of.resize(island + 1, NONE);
-            }
-            if self.group_of[island] == NONE {
-                self.group_of[island] = number(self.islands.len());
-                self.islands.push((body.island, 0));
+            if self.group_of[at] == NONE {
+                self.group_of[at] = number(self.islands.len());
+                self.islands.push(Share { island: *island, lines: 0, ends: 0 });
             }
             // What only particles act on takes a place too.
-            let ends = body.constraints.max(1) as usize;
-            self.islands[self.group_of[island] as usize].1 += ends;
+            let ends = (*ends).max(1) as usize;
+            let share = &mut self.islands[self.group_of[at] as usize];
+            (share.lines, share.ends) = (share.lines + 1, share.ends + ends);
             total += ends;
         }
         let workers = self.workers;
@@ -415,49 +459,42 @@ impl Plan {
             ends > 2 * MOST_ENDS
                 || (workers > 1 && ends > LEAST_SHARED && 2 * workers * ends > total)
         };
-        let work_of = |island: u32, ends: usize| {
-            ends * parts[fineness_of(island, &self.fineness[0]) as usize]
+        let work_of = |share: &Share| {
+            share.ends * parts[fineness_of(share.island, &self.fineness[0]) as usize]
         };
-        let work: usize = self.islands.iter().map(|(island, ends)| work_of(*island, *ends)).sum();
+        let work: usize = self.islands.iter().map(work_of).sum();
         let most =
             (work / (4 * workers)).max(if workers > 1 { LEAST_GROUP } else { LEAST_SHARED / 2 });
         self.shared = 0;
-        for (island, ends) in &self.islands {
-            if is_shared(*ends) {
-                self.group_of[*island as usize] = number(self.shared);
+        for share in &self.islands {
+            if is_shared(share.ends) {
+                self.group_of[share.island as usize] = number(self.shared);
                 self.shared += 1;
             }
         }
         // What takes longest first: else one worker has it when the others are done.
         let (mut group, mut filled, mut begun) = (self.shared, 0, 0);
         for of in Fineness::ALL.into_iter().rev() {
-            for (island, ends) in &self.islands {
-                if is_shared(*ends) || fineness_of(*island, &self.fineness[0]) != of {
+            for share in &self.islands {
+                let ends = share.ends;
+                if is_shared(ends) || fineness_of(share.island, &self.fineness[0]) != of {
                     continue;
                 }
-                let work = work_of(*island, *ends);
+                let work = work_of(share);
                 if filled > 0 && (filled + ends > MOST_ENDS || begun + work > most) {
                     (group, filled, begun) = (group + 1, 0, 0);
                 }
-                self.group_of[*island as usize] = number(group);
+                self.group_of[share.island as usize] = number(group);
                 (filled, begun) = (filled + ends, begun + work);
             }
             (group, filled, begun) = (group + usize::from(filled > 0), 0, 0);
         }
         self.groups.clear();
         self.groups.resize_with(group, Group::default);
-        for (island, _) in &self.islands {
-            let group = &mut self.groups[self.group_of[*island as usize] as usize];
-            group.fineness = fineness_of(*island, &self.fineness[0]);
-        }
-    }
-
-    /// Bodies to lines, group by group; within a group in the order of the awake bodies.
-    fn place_bodies(&mut self, bodies: &Bodies, line_of: &mut [u32]) {
-        let lined = || bodies.awake.iter().filter(|row| has_line(bodies.at(**row)));
-        for row in lined() {
-            let group = self.group_of[bodies.at(*row).island as usize];
-            self.groups[group as usize].lines.end += 1;
+        for share in &self.islands {
+            let group = &mut self.groups[self.group_of[share.island as usize] as usize];
+            group.fineness = fineness_of(share.island, &self.fineness[0]);
+            group.lines.end += share.lines as usize;
         }
         let mut line = 1;
         for group in &mut self.groups {
@@ -465,18 +502,26 @@ impl Plan {
             group.lines = line..line;
             line += n;
         }
-        self.members.clear();
-        self.members.resize(line - 1, NONE);
-        self.group_of_line.clear();
-        self.group_of_line.resize(line, 0);
-        for row in lined() {
-            let group = self.group_of[bodies.at(*row).island as usize];
+    }
+
+    /// Bodies to lines, group by group; within a group in the order of the awake bodies. True if one has another
+    /// line than before.
+    fn place_bodies(&mut self, bodies: &Bodies, line_of: &mut [u32]) -> bool {
+        let n = self.islands.iter().map(|share| share.lines as usize).sum();
+        let mut moved = self.members.len() != n;
+        self.members.resize(n, NONE);
+        self.group_of_line.resize(n + 1, 0);
+        let lined = bodies.awake.iter().zip(&self.awake[0]).filter(|(_, island)| **island != NONE);
+        for (row, island) in lined {
+            let group = self.group_of[*island as usize];
             let end = &mut self.groups[group as usize].lines.end;
-            self.members[*end - 1] = *row;
-            self.group_of_line[*end] = group;
+            let (member, of) = (&mut self.members[*end - 1], &mut self.group_of_line[*end]);
+            moved |= (*member, *of) != (*row, group);
+            (*member, *of) = (*row, group);
             line_of[*row as usize] = number(*end);
             *end += 1;
         }
+        moved
     }
 }
 
@@ -528,14 +573,16 @@ fn find_runs(keys: &[(u64, u32)], shift: u32, fixed: bool, color: usize, runs: &
     }
 }
 
-/// The sort key of a constraint of two bodies: by group, then by class (of contacts the number of points, so
-/// that blocks are even), then by body, so that lines are near each other.
-fn line_key<'a>(line_of: &'a [u32], group_of_line: &'a [u32]) -> impl Fn(u32, u32, u64) -> u64 {
-    move |a, b, class| {
-        let line = line_of[a as usize].max(line_of[b as usize]);
-        let group = u64::from(group_of_line[line as usize]);
-        group << GROUP | class << CLASS | u64::from(line)
-    }
+/// The sort key of a constraint of two bodies: by group, then by class, then by body, so that lines are near each
+/// other. The class of a contact is its part of the lines of a shared group, so that each worker finds lines in its own
+/// cache (a color's blocks are shared out in their order), and in that its number of points, so that blocks are even.
+fn line_key(group_of_line: &[u32]) -> impl Fn(u64, usize) -> u64 {
+    move |class, line| u64::from(group_of_line[line]) << GROUP | class << CLASS | line as u64
+}
+
+/// The later one of the lines of two bodies.
+fn last_line(line_of: &[u32], a: u32, b: u32) -> usize {
+    line_of[a as usize].max(line_of[b as usize]) as usize
 }
 
 /// The class in a sort key.
