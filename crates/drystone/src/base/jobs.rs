@@ -16,10 +16,18 @@ pub trait Executor: Send + Sync + Debug {
     /// and returns when all calls have returned. Two calls at one time have different workers.
     fn run(&self, chunks: usize, task: &(dyn Fn(usize, usize) + Sync));
 
-    /// The same, for phases that follow one another over the same items: a worker had better get the same part of the chunks in each,
-    /// for what it wrote in the last one is in its own cache. Only the time depends on it.
-    fn run_in_shares(&self, chunks: usize, task: &(dyn Fn(usize, usize) + Sync)) {
-        self.run(chunks, task);
+    /// Phases that follow one another over the same items: calls `task(worker, phase, chunk)` once for every chunk below
+    /// `chunks(phase)`, and those of a phase when all calls of the one before have returned. A worker had better get the same part of
+    /// the chunks in each, for what it wrote in the last one is in its own cache. Only the time depends on it.
+    fn run_in_series(
+        &self,
+        phases: usize,
+        chunks: &dyn Fn(usize) -> usize,
+        task: &(dyn Fn(usize, usize, usize) + Sync),
+    ) {
+        for phase in 0..phases {
+            self.run(chunks(phase), &|worker, chunk| task(worker, phase, chunk));
+        }
     }
 }
 
@@ -74,7 +82,7 @@ pub(crate) fn for_ranges(
     jobs.run(chunks, &|_, chunk| f(range_of(chunk, grain, n)));
 }
 
-/// Calls `f` with ranges of at least `least` indices below `n` (but the last), a few for each worker, the same ones for the same
+/// Calls `f` with ranges of about `least` indices below `n` or more, a few for each worker, the same ones for the same
 /// worker in each phase that has so many.
 ///
 /// Only results that do not depend on where ranges begin may use it: it depends on the workers.
@@ -84,15 +92,35 @@ pub(crate) fn for_shares(
     least: usize,
     f: impl Fn(Range<usize>) + Sync,
 ) {
-    let grain = grain(jobs, n, least);
-    let chunks = n.div_ceil(grain);
-    if chunks <= 1 || jobs.workers() <= 1 {
-        if n > 0 {
-            f(0..n);
+    for_series(jobs, 1, |_| n, least, |_, range| f(range));
+}
+
+/// Phases like that one after the other, phase k over `items(k)` indices: `f(k, range)`.
+pub(crate) fn for_series(
+    jobs: &dyn Executor,
+    phases: usize,
+    items: impl Fn(usize) -> usize + Sync,
+    least: usize,
+    f: impl Fn(usize, Range<usize>) + Sync,
+) {
+    let workers = jobs.workers();
+    if workers <= 1 {
+        for phase in (0..phases).filter(|phase| items(*phase) > 0) {
+            f(phase, 0..items(phase));
         }
         return;
     }
-    jobs.run_in_shares(chunks, &|_, chunk| f(range_of(chunk, grain, n)));
+    let chunks = |phase| shares(items(phase), least, workers);
+    jobs.run_in_series(phases, &chunks, &|_, phase, chunk| {
+        let (n, chunks) = (items(phase), chunks(phase));
+        f(phase, n * chunk / chunks..n * (chunk + 1) / chunks);
+    });
+}
+
+/// In how many pieces `n` items are shared out: as many for each worker if there is enough for all.
+fn shares(n: usize, least: usize, workers: usize) -> usize {
+    let pieces = n.div_ceil(least.max(1)).min(8 * workers);
+    if pieces < workers { pieces } else { pieces.next_multiple_of(workers).min(n) }
 }
 
 /// Calls `f(worker, index)` for every index below `n`, each a chunk of its own.

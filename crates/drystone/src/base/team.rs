@@ -2,40 +2,50 @@
 //!
 //! Chunks are claimed one by one from the front of a list, so a worker that sleeps or whose core is taken by another program never
 //! holds up a phase: the caller finishes alone. Or each worker has a list of its own, always the same part of the chunks, and who
-//! is done helps the others from the back. Workers spin for some microseconds between phases, then park.
-#![expect(unsafe_code, reason = "the task's lifetime is erased while its phase runs")]
+//! is done helps the others from the back. Phases that follow one another are told to the workers at once, as a series: a phase
+//! begins for a worker as soon as it sees that all chunks of the one before have returned, which is one cache line from core to core.
+//! Workers spin for some microseconds between series, then park.
+#![expect(unsafe_code, reason = "the task's lifetime is erased while its series runs")]
 
 use core::cell::UnsafeCell;
 use core::hint::spin_loop;
 use core::ops::Range;
-use core::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, AtomicUsize, Ordering};
+use core::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 use std::sync::{Arc, Condvar, Mutex, PoisonError};
 use std::thread::{JoinHandle, yield_now};
 
 use super::jobs::Executor;
 
-type Task = dyn Fn(usize, usize) + Sync;
+/// Worker, phase, chunk.
+type Task = dyn Fn(usize, usize, usize) + Sync;
 
 /// About 20 µs of `spin_loop` before a worker parks.
 const SPINS: u32 = 2000;
 
-struct Job {
-    /// The task of the running phase; dangling between phases.
-    task: *const Task,
-    chunks: usize,
-    /// Lists that the chunks are in, those of the first workers.
-    lists: usize,
-}
+/// So often a phase's end is looked for before the core is offered to others.
+const LOOKS: u32 = 500;
 
-/// A list's [`Word`], alone on its cache lines.
-#[derive(Debug, Default)]
-#[repr(align(128))]
-struct Claims(AtomicU64);
+/// Most phases of a series.
+const PHASES: usize = 32;
 
 /// Most chunks of a phase: counts have 15 bits.
 const MOST: usize = 0x7fff;
 
-/// The chunks of a list that are not yet claimed, in one word: the phase's epoch in the upper half, then whether all take from the
+struct Job {
+    /// The task of the running series; dangling between series.
+    task: *const Task,
+    /// Of each phase.
+    chunks: [u16; PHASES],
+    /// Lists that the chunks are in, those of the first workers.
+    lists: usize,
+}
+
+/// A worker's list in each phase, as [`Word`]s, alone on its cache lines.
+#[derive(Debug, Default)]
+#[repr(align(128))]
+struct Claims([AtomicU64; PHASES]);
+
+/// The chunks of a list that are not yet claimed, in one word: the series' epoch in the upper half, then whether all take from the
 /// front, how many were claimed from the back, and how many are left.
 #[derive(Clone, Copy, Debug)]
 struct Word(u64);
@@ -65,14 +75,24 @@ impl Word {
     }
 }
 
+/// A series' epoch and a number.
+fn tagged(epoch: u32, number: usize) -> u64 {
+    u64::from(epoch) << 32 | number as u64
+}
+
+/// The two again.
+fn untagged(word: u64) -> (u32, usize) {
+    ((word >> 32) as u32, (word & 0xffff_ffff) as usize)
+}
+
 struct Shared {
-    /// One list for each worker.
+    /// One for each worker.
     claims: Box<[Claims]>,
-    /// Number of the phase.
-    epoch: AtomicU32,
+    /// Chunks of each phase that have not returned, [`tagged`].
+    open: Claims,
+    /// Number of the series and of its phases, [`tagged`].
+    series: AtomicU64,
     job: UnsafeCell<Job>,
-    /// Chunks of this phase that have returned.
-    done: AtomicUsize,
     parked: AtomicUsize,
     quit: AtomicBool,
     panicked: AtomicBool,
@@ -80,47 +100,68 @@ struct Shared {
     wake: Condvar,
 }
 
-// SAFETY: `job` is written by the caller between phases only (it holds `Team::busy`), and read by a
-// worker only while it holds a claimed chunk, before which the phase cannot end.
+// SAFETY: `job` is written by the caller between series only (it holds `Team::busy`), and read by a
+// worker only while it holds a claimed chunk, before which the series cannot end.
 unsafe impl Sync for Shared {}
-// SAFETY: the raw task pointer is only followed during its phase, see `Sync`.
+// SAFETY: the raw task pointer is only followed during its series, see `Sync`.
 unsafe impl Send for Shared {}
 
-/// Counts a chunk as done even if its task panics, so that the caller never waits for ever.
-struct Done<'a>(&'a Shared);
+/// Takes down that a worker's chunks of a phase have returned, even if a task panics, so that the caller never waits for
+/// ever.
+struct Returned<'a> {
+    open: &'a AtomicU64,
+    panicked: &'a AtomicBool,
+    chunks: u64,
+}
 
-impl Drop for Done<'_> {
+impl Drop for Returned<'_> {
     fn drop(&mut self) {
         if std::thread::panicking() {
-            self.0.panicked.store(true, Ordering::Relaxed);
+            self.panicked.store(true, Ordering::Relaxed);
         }
-        self.0.done.fetch_add(1, Ordering::Release);
+        if self.chunks > 0 {
+            self.open.fetch_sub(self.chunks, Ordering::AcqRel);
+        }
     }
 }
 
 impl Shared {
-    /// Claims and runs chunks until none is left: those of the worker's own list, then those of the others.
-    fn work(&self, worker: usize) {
+    /// Claims and runs chunks of a series, phase by phase, until none is left: those of the worker's own list, then those of
+    /// the others. Who comes late finds another series, and leaves.
+    fn work(&self, worker: usize, epoch: u32, phases: usize) {
         let n = self.claims.len();
-        for k in 0..n {
-            let list = (worker + k) % n;
-            while let Some((word, back)) = self.claim(list, k > 0) {
-                let _done = Done(self);
-                // SAFETY: this worker holds a claimed chunk, so the job is that of this phase.
-                let job = unsafe { &*self.job.get() };
-                // SAFETY: the caller of `run` keeps the task alive until every chunk is done.
-                let task = unsafe { &*job.task };
-                let end = part(job.chunks, job.lists, list).end - word.back();
-                task(worker, if back { end - 1 } else { end - word.left() });
+        for phase in 0..phases {
+            if phase > 0 && !self.wait(epoch, phase - 1) {
+                return;
+            }
+            let (open, panicked) = (&self.open.0[phase], &self.panicked);
+            let mut returned = Returned { open, panicked, chunks: 0 };
+            for k in 0..n {
+                let list = (worker + k) % n;
+                while let Some((word, back)) = self.claim(epoch, phase, list, k > 0) {
+                    returned.chunks += 1;
+                    // SAFETY: this worker holds a claimed chunk, so the job is that of this series.
+                    let job = unsafe { &*self.job.get() };
+                    // SAFETY: the caller keeps the task alive until every chunk has returned.
+                    let task = unsafe { &*job.task };
+                    let end = part(job.chunks[phase].into(), job.lists, list).end - word.back();
+                    task(worker, phase, if back { end - 1 } else { end - word.left() });
+                }
             }
         }
     }
 
     /// Claims a chunk of a list, if one is left: what was there before, and whether it is the one at the back.
-    fn claim(&self, list: usize, is_others: bool) -> Option<(Word, bool)> {
-        let claims = &self.claims[list].0;
+    fn claim(
+        &self,
+        epoch: u32,
+        phase: usize,
+        list: usize,
+        is_others: bool,
+    ) -> Option<(Word, bool)> {
+        let claims = &self.claims[list].0[phase];
         let mut seen = Word(claims.load(Ordering::Acquire));
-        while seen.left() > 0 {
+        while seen.left() > 0 && untagged(seen.0).0 == epoch {
             let back = is_others && !seen.is_common();
             let next = seen.claimed(back).0;
             let (success, failure) = (Ordering::AcqRel, Ordering::Acquire);
@@ -132,11 +173,25 @@ impl Shared {
         None
     }
 
+    /// Waits until all chunks of a phase have returned; false if the series is over.
+    fn wait(&self, epoch: u32, phase: usize) -> bool {
+        let mut looks = 0_u32;
+        loop {
+            let (now, open) = untagged(self.open.0[phase].load(Ordering::Acquire));
+            if now != epoch || open == 0 {
+                return now == epoch;
+            }
+            looks = looks.saturating_add(1);
+            // A claimed chunk may wait for this very core: let the others run.
+            if looks > LOOKS { yield_now() } else { spin_loop() }
+        }
+    }
+
     fn serve(&self, worker: usize) {
         let mut last = 0;
         loop {
-            let is_idle = |last: u32| {
-                self.epoch.load(Ordering::SeqCst) == last && !self.quit.load(Ordering::SeqCst)
+            let is_idle = |last: u64| {
+                self.series.load(Ordering::SeqCst) == last && !self.quit.load(Ordering::SeqCst)
             };
             let mut spins = 0;
             while is_idle(last) && spins < SPINS {
@@ -155,8 +210,9 @@ impl Shared {
             if self.quit.load(Ordering::SeqCst) {
                 return;
             }
-            last = self.epoch.load(Ordering::SeqCst);
-            self.work(worker);
+            last = self.series.load(Ordering::SeqCst);
+            let (epoch, phases) = untagged(last);
+            self.work(worker, epoch, phases);
         }
     }
 
@@ -168,14 +224,14 @@ impl Shared {
 
 /// The chunks of one of so many lists.
 fn part(chunks: usize, lists: usize, list: usize) -> Range<usize> {
-    chunks * list / lists..chunks * (list + 1) / lists
+    (chunks * list).div_ceil(lists)..(chunks * (list + 1)).div_ceil(lists)
 }
 
 /// A team of threads that lives as long as the value.
 pub struct Team {
     shared: Arc<Shared>,
     threads: Vec<JoinHandle<()>>,
-    /// Held during a phase. A second caller (another world on the same team) works alone.
+    /// Held during a series. A second caller (another world on the same team) works alone.
     busy: Mutex<u32>,
 }
 
@@ -199,13 +255,13 @@ impl Team {
     /// that want every interleaving.
     #[must_use]
     pub fn with_threads(workers: usize) -> Self {
-        let nothing: &'static Task = &|_, _| {};
+        let nothing: &'static Task = &|_, _, _| {};
         let workers = workers.clamp(1, 256);
         let shared = Arc::new(Shared {
             claims: (0..workers).map(|_| Claims::default()).collect(),
-            epoch: AtomicU32::new(0),
-            job: UnsafeCell::new(Job { task: nothing, chunks: 0, lists: 1 }),
-            done: AtomicUsize::new(0),
+            open: Claims::default(),
+            series: AtomicU64::new(0),
+            job: UnsafeCell::new(Job { task: nothing, chunks: [0; PHASES], lists: 1 }),
             parked: AtomicUsize::new(0),
             quit: AtomicBool::new(false),
             panicked: AtomicBool::new(false),
@@ -231,57 +287,74 @@ impl Executor for Team {
     }
 
     fn run(&self, chunks: usize, task: &(dyn Fn(usize, usize) + Sync)) {
-        self.phases(chunks, 1, task);
+        for first in (0..chunks).step_by(MOST) {
+            let n = MOST.min(chunks - first);
+            self.series(0..1, 1, &|_| n, &|worker, _, chunk| task(worker, first + chunk));
+        }
     }
 
-    fn run_in_shares(&self, chunks: usize, task: &(dyn Fn(usize, usize) + Sync)) {
-        self.phases(chunks, self.shared.claims.len(), task);
+    fn run_in_series(
+        &self,
+        phases: usize,
+        chunks: &dyn Fn(usize) -> usize,
+        task: &(dyn Fn(usize, usize, usize) + Sync),
+    ) {
+        let lists = self.workers();
+        for first in (0..phases).step_by(PHASES) {
+            let range = first..phases.min(first + PHASES);
+            if range.clone().all(|phase| chunks(phase) <= MOST) {
+                self.series(range, lists, chunks, task);
+            } else {
+                range.for_each(|phase| self.run(chunks(phase), &|w, chunk| task(w, phase, chunk)));
+            }
+        }
     }
 }
 
 impl Team {
-    /// Runs the chunks, a phase for as many as it can count.
-    fn phases(&self, chunks: usize, lists: usize, task: &(dyn Fn(usize, usize) + Sync)) {
-        let alone = chunks <= 1 || self.threads.is_empty();
+    /// Runs some phases of at most [`MOST`] chunks, at most [`PHASES`] of them.
+    fn series(
+        &self,
+        range: Range<usize>,
+        lists: usize,
+        chunks: &dyn Fn(usize) -> usize,
+        task: &(dyn Fn(usize, usize, usize) + Sync),
+    ) {
+        let alone = self.threads.is_empty() || range.clone().all(|phase| chunks(phase) <= 1);
         let guard = if alone { None } else { self.busy.try_lock().ok() };
         let Some(mut epoch) = guard else {
-            for chunk in 0..chunks {
-                task(0, chunk);
+            for phase in range {
+                (0..chunks(phase)).for_each(|chunk| task(0, phase, chunk));
             }
             return;
         };
-        for first in (0..chunks).step_by(MOST) {
-            *epoch = epoch.wrapping_add(1);
-            let n = MOST.min(chunks - first);
-            self.phase(*epoch, n, lists, &|worker, chunk| task(worker, first + chunk));
-        }
-    }
-
-    /// Runs a phase, of a caller that holds [`Self::busy`].
-    fn phase(&self, epoch: u32, chunks: usize, lists: usize, task: &(dyn Fn(usize, usize) + Sync)) {
+        *epoch = epoch.wrapping_add(1);
+        let (first, phases, epoch) = (range.start, range.len(), *epoch);
+        let numbered = |worker, phase, chunk| task(worker, first + phase, chunk);
+        let numbered: &(dyn Fn(usize, usize, usize) + Sync) = &numbered;
         let shared = &*self.shared;
-        // SAFETY: only the lifetime changes; `phase` returns after the last use of the pointer.
-        let erased =
-            unsafe { core::mem::transmute::<&(dyn Fn(usize, usize) + Sync), &'static Task>(task) };
-        // SAFETY: no chunk is claimed between phases, so nobody reads the job now.
+        // SAFETY: only the lifetime changes; `series` returns after the last use of the pointer.
+        let erased = unsafe {
+            core::mem::transmute::<&(dyn Fn(usize, usize, usize) + Sync), &'static Task>(numbered)
+        };
+        // SAFETY: no chunk is claimed between series, so nobody reads the job now.
         let job = unsafe { &mut *shared.job.get() };
-        *job = Job { task: erased, chunks, lists };
-        shared.done.store(0, Ordering::Relaxed);
-        for (list, claims) in shared.claims.iter().enumerate() {
-            let n = if list < lists { part(chunks, lists, list).len() } else { 0 };
-            claims.0.store(Word::new(epoch, lists == 1, n).0, Ordering::Release);
+        (job.task, job.lists) = (erased, lists);
+        for phase in 0..phases {
+            let n = chunks(first + phase).min(MOST);
+            job.chunks[phase] = u16::try_from(n).unwrap_or(0);
+            shared.open.0[phase].store(tagged(epoch, n), Ordering::Relaxed);
+            for (list, claims) in shared.claims.iter().enumerate() {
+                let n = if list < lists { part(n, lists, list).len() } else { 0 };
+                claims.0[phase].store(Word::new(epoch, lists == 1, n).0, Ordering::Release);
+            }
         }
-        shared.epoch.store(epoch, Ordering::SeqCst);
+        shared.series.store(tagged(epoch, phases), Ordering::SeqCst);
         if shared.parked.load(Ordering::SeqCst) > 0 {
             shared.wake_all();
         }
-        shared.work(0);
-        let mut spins = 0_u32;
-        while shared.done.load(Ordering::Acquire) < chunks {
-            spins += 1;
-            // A claimed chunk may wait for this very core: let the others run.
-            if spins > 500 { yield_now() } else { spin_loop() }
-        }
+        shared.work(0, epoch, phases);
+        shared.wait(epoch, phases - 1);
         assert!(!shared.panicked.load(Ordering::Relaxed), "a worker's task panicked");
     }
 }
@@ -316,7 +389,7 @@ mod tests {
                 if round % 2 == 0 {
                     team.run(chunks, &task);
                 } else {
-                    team.run_in_shares(chunks, &task);
+                    team.run_in_series(1, &|_| chunks, &|worker, _, chunk| task(worker, chunk));
                 }
                 assert!(counts.iter().all(|c| c.load(Ordering::Relaxed) == 1));
             }
@@ -334,10 +407,35 @@ mod tests {
             if round == 1 {
                 team.run(counts.len(), &task);
             } else {
-                team.run_in_shares(counts.len(), &task);
+                team.run_in_series(1, &|_| counts.len(), &|worker, _, chunk| task(worker, chunk));
             }
             assert!(counts.iter().all(|c| c.load(Ordering::Relaxed) == round));
         }
+    }
+
+    #[test]
+    fn a_phase_of_a_series_begins_when_the_one_before_has_ended() {
+        for workers in [2, 3, 8] {
+            let team = Team::with_threads(workers);
+            for round in 0..50 {
+                // More phases than a series has, some without chunks, some with one.
+                let chunks = |phase: usize| (phase * 7 + round) % 11;
+                let phases = 45 + round % 40;
+                let done: Vec<AtomicU32> = (0..phases).map(|_| AtomicU32::new(0)).collect();
+                team.run_in_series(phases, &chunks, &|worker, phase, chunk| {
+                    assert!(worker < workers && chunk < chunks(phase));
+                    let before = phase.checked_sub(1);
+                    let ended = before.is_none_or(|k| is_all(&done[k], chunks(k)));
+                    assert!(ended, "phase {phase} of {phases}");
+                    done[phase].fetch_add(1, Ordering::Relaxed);
+                });
+                assert!((0..phases).all(|k| is_all(&done[k], chunks(k))));
+            }
+        }
+    }
+
+    fn is_all(count: &AtomicU32, chunks: usize) -> bool {
+        count.load(Ordering::Relaxed) as usize == chunks
     }
 
     #[test]

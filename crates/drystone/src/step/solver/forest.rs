@@ -9,7 +9,8 @@
 
 use core::ops::Range;
 
-use super::plan::{Group, Layout, SIX_DIRECT};
+use super::layout::Layout;
+use super::plan::{Group, SIX_DIRECT};
 use crate::base::wide::LANES;
 use crate::state::bodies::{Bodies, NONE};
 use crate::state::colors::Colors;

@@ -26,6 +26,7 @@ mod pack_joint;
 mod pack_sixdof;
 mod pinned;
 mod root;
+mod layout;
 mod plan;
 mod rooms;
 mod rounds;
@@ -497,24 +498,21 @@ impl Solver<'_> {
             contacts: &self.contacts,
             shapes: self.shapes,
         };
-        for batch in &self.plan.contacts.batches[group.contacts.clone()] {
-            let n = batch.blocks.len();
-            for_shares(jobs, n, 8, |part| {
-                dispatch!(self.ctx.level, simd => {
-                    for i in batch.blocks.start + part.start..batch.blocks.start + part.end {
-                        let owners = &self.plan.contacts.owners[i];
-                        self.prefetch_contacts(i + 1);
-                        let block = self.blocks.row(i);
-                        let extra = if self.has_extras { Some(self.extras.row(i)) } else { None };
-                        if batch.fixed {
-                            pack::pack::<_, true>(simd, &source, owners, block, extra, &self.lines);
-                        } else {
-                            pack::pack::<_, false>(simd, &source, owners, block, extra, &self.lines);
-                        }
+        self.plan.contacts.for_blocks(&group.contacts, jobs, 4, |batch, blocks| {
+            dispatch!(self.ctx.level, simd => {
+                for i in blocks {
+                    let owners = &self.plan.contacts.owners[i];
+                    self.prefetch_contacts(i + 1);
+                    let block = self.blocks.row(i);
+                    let extra = if self.has_extras { Some(self.extras.row(i)) } else { None };
+                    if batch.fixed {
+                        pack::pack::<_, true>(simd, &source, owners, block, extra, &self.lines);
+                    } else {
+                        pack::pack::<_, false>(simd, &source, owners, block, extra, &self.lines);
                     }
-                });
+                }
             });
-        }
+        });
     }
 
     /// Asks for the contacts of a block, if there is such a block: for what the solver reads and writes of
@@ -531,39 +529,33 @@ impl Solver<'_> {
 
     /// `sweeps`: of contacts of two bodies, and of those with fixed bodies.
     fn sweep_contacts(&self, group: &Group, sweeps: &[Sweep; 2], jobs: &dyn Executor) {
-        for batch in &self.plan.contacts.batches[group.contacts.clone()] {
+        self.plan.contacts.for_blocks(&group.contacts, jobs, 4, |batch, blocks| {
             let sweep = &sweeps[usize::from(batch.fixed)];
-            let n = batch.blocks.len();
-            for_shares(jobs, n, 8, |part| {
-                dispatch!(self.ctx.level, simd => {
-                    for i in batch.blocks.start + part.start..batch.blocks.start + part.end {
-                        let block = self.blocks.row(i);
-                        self.blocks.prefetch(i + 1, block.cache_lines());
-                        let extra = if self.has_extras { Some(self.extras.row(i)) } else { None };
-                        if batch.fixed {
-                            contact::solve::<_, true>(simd, block, extra, &self.lines, sweep);
-                        } else {
-                            contact::solve::<_, false>(simd, block, extra, &self.lines, sweep);
-                        }
+            dispatch!(self.ctx.level, simd => {
+                for i in blocks {
+                    let block = self.blocks.row(i);
+                    self.blocks.prefetch(i + 1, block.cache_lines());
+                    let extra = if self.has_extras { Some(self.extras.row(i)) } else { None };
+                    if batch.fixed {
+                        contact::solve::<_, true>(simd, block, extra, &self.lines, sweep);
+                    } else {
+                        contact::solve::<_, false>(simd, block, extra, &self.lines, sweep);
                     }
-                });
+                }
             });
-        }
+        });
     }
 
     /// Sums up how each body is squeezed.
     fn weigh(&self, group: &Group, jobs: &dyn Executor) {
         let scale = self.ctx.store_scale();
-        for batch in &self.plan.contacts.batches[group.contacts.clone()] {
-            let n = batch.blocks.len();
-            for_shares(jobs, n, 64, |part| {
-                dispatch!(self.ctx.level, simd => {
-                    for i in batch.blocks.start + part.start..batch.blocks.start + part.end {
-                        unpack::weigh(simd, self.blocks.read(i), &self.squeezes, scale);
-                    }
-                });
+        self.plan.contacts.for_blocks(&group.contacts, jobs, 64, |_, blocks| {
+            dispatch!(self.ctx.level, simd => {
+                for i in blocks {
+                    unpack::weigh(simd, self.blocks.read(i), &self.squeezes, scale);
+                }
             });
-        }
+        });
     }
 
     fn store(&self, group: &Group, jobs: &dyn Executor) {

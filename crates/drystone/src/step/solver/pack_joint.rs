@@ -5,12 +5,13 @@ use fearless_simd::{Simd, SimdBase, dispatch};
 use super::Solver;
 use super::integrate::four;
 use super::joint::{self, JointSweep};
-use super::plan::{Batch, DISTANCE, Group};
+use super::layout::Batch;
+use super::plan::{DISTANCE, Group};
 use super::root::Roundw;
 use super::rounds::BodyState;
 use super::rows::{JointBlock, Whitening, load_velocity, read_lanes, store_velocity};
 use super::softness::Softness;
-use crate::base::jobs::{Executor, for_shares};
+use crate::base::jobs::Executor;
 use crate::base::math::{Vec3, vec3};
 use crate::base::wide::{LANES, Sym3w, Vec3w, at, put};
 use crate::base::wide_quat::Quatw;
@@ -19,40 +20,34 @@ use crate::state::joints::{Joint, Link};
 
 impl Solver<'_> {
     pub(super) fn prepare_joints(&self, group: &Group, jobs: &dyn Executor) {
-        for batch in &self.plan.joints.batches[group.joints.clone()] {
-            let n = batch.blocks.len();
-            for_shares(jobs, n, 8, |part| {
-                dispatch!(self.ctx.level, simd => {
-                    for i in batch.blocks.start + part.start..batch.blocks.start + part.end {
-                        self.prefetch_joints(i + 1);
-                        self.pack_joints(simd, i, batch);
-                    }
-                });
+        self.plan.joints.for_blocks(&group.joints, jobs, 8, |batch, blocks| {
+            dispatch!(self.ctx.level, simd => {
+                for i in blocks {
+                    self.prefetch_joints(i + 1);
+                    self.pack_joints(simd, i, batch);
+                }
             });
-        }
+        });
         self.prepare_sixdofs(group, jobs);
     }
 
     pub(super) fn sweep_joints(&self, group: &Group, sweep: &JointSweep, jobs: &dyn Executor) {
-        for batch in &self.plan.joints.batches[group.joints.clone()] {
-            let n = batch.blocks.len();
-            for_shares(jobs, n, 8, |part| {
-                dispatch!(self.ctx.level, simd => {
-                    for i in batch.blocks.start + part.start..batch.blocks.start + part.end {
-                        let block = self.joints.row(i);
-                        self.joints.prefetch(i + 1, JointBlock::CACHE_LINES);
-                        let (fixed, lines) = (batch.fixed, &self.lines);
-                        if batch.class == DISTANCE {
-                            joint::solve_distance(simd, block, fixed, lines, sweep);
-                        } else if block.is_round.0 {
-                            joint::solve_ball::<_, Roundw<_>>(simd, block, fixed, lines, sweep);
-                        } else {
-                            joint::solve_ball::<_, Sym3w<_>>(simd, block, fixed, lines, sweep);
-                        }
+        self.plan.joints.for_blocks(&group.joints, jobs, 8, |batch, blocks| {
+            dispatch!(self.ctx.level, simd => {
+                for i in blocks {
+                    let block = self.joints.row(i);
+                    self.joints.prefetch(i + 1, JointBlock::CACHE_LINES);
+                    let (fixed, lines) = (batch.fixed, &self.lines);
+                    if batch.class == DISTANCE {
+                        joint::solve_distance(simd, block, fixed, lines, sweep);
+                    } else if block.is_round.0 {
+                        joint::solve_ball::<_, Roundw<_>>(simd, block, fixed, lines, sweep);
+                    } else {
+                        joint::solve_ball::<_, Sym3w<_>>(simd, block, fixed, lines, sweep);
                     }
-                });
+                }
             });
-        }
+        });
     }
 
     /// Builds a block of joints and applies their impulses to the lines.

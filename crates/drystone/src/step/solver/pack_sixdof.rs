@@ -44,33 +44,27 @@ struct Gathered<'a> {
 
 impl Solver<'_> {
     pub(super) fn prepare_sixdofs(&self, group: &Group, jobs: &dyn Executor) {
-        for batch in &self.plan.sixdofs.batches[group.sixdofs.clone()] {
-            let n = batch.blocks.len();
-            for_shares(jobs, n, 8, |part| {
-                dispatch!(self.ctx.level, simd => {
-                    for i in batch.blocks.start + part.start..batch.blocks.start + part.end {
-                        self.pack_block(simd, i, batch.class);
-                    }
-                });
+        self.plan.sixdofs.for_blocks(&group.sixdofs, jobs, 8, |batch, blocks| {
+            dispatch!(self.ctx.level, simd => {
+                for i in blocks {
+                    self.pack_block(simd, i, batch.class);
+                }
             });
-        }
+        });
     }
 
     pub(super) fn sweep_sixdofs(&self, group: &Group, sweep: &JointSweep, jobs: &dyn Executor) {
-        for batch in &self.plan.sixdofs.batches[group.sixdofs.clone()] {
+        self.plan.sixdofs.for_blocks(&group.sixdofs, jobs, 4, |batch, blocks| {
             if batch.class & SIX_DIRECT != 0 {
                 // The trees do it.
-                continue;
+                return;
             }
-            let n = batch.blocks.len();
-            for_shares(jobs, n, 4, |part| {
-                dispatch!(self.ctx.level, simd => {
-                    for i in batch.blocks.start + part.start..batch.blocks.start + part.end {
-                        sixdof::solve(simd, self.sixdofs.row(i), &self.lines, sweep);
-                    }
-                });
+            dispatch!(self.ctx.level, simd => {
+                for i in blocks {
+                    sixdof::solve(simd, self.sixdofs.row(i), &self.lines, sweep);
+                }
             });
-        }
+        });
     }
 
     pub(super) fn store_sixdofs(&self, group: &Group, jobs: &dyn Executor) {

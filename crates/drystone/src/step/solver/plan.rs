@@ -10,12 +10,14 @@ use core::ops::Range;
 
 use super::fineness::{is_jointed, struck, take_back, tumbles, whirls};
 use super::forest::Forest;
+use super::layout::{
+    CLASS, GROUP, Layout, Run, class_in, find_runs, last_line, line_key, sort_members,
+};
 use crate::base::disjoint::Rows;
 use crate::base::grow;
 use crate::base::jobs::{Executor, collect_ranges, for_each, for_items, for_ranges, grain};
-use crate::base::wide::LANES;
 use crate::state::bodies::{Bodies, Body, Fineness, NONE};
-use crate::state::colors::{Coloring, Colors, Place};
+use crate::state::colors::{Coloring, Colors};
 use crate::state::contacts::Contacts;
 use crate::state::islands::Islands;
 use crate::state::joints::{Joint, Joints, Link};
@@ -30,16 +32,6 @@ const LEAST_SHARED: usize = 1024;
 /// Fewest constraint ends for which it pays that another worker takes them.
 const LEAST_GROUP: usize = 128;
 
-/// Blocks of one color of a group.
-#[derive(Clone, Debug)]
-pub(super) struct Batch {
-    pub(super) blocks: Range<usize>,
-    /// One side of every constraint cannot be pushed.
-    pub(super) fixed: bool,
-    /// What the key's class says.
-    pub(super) class: u8,
-}
-
 /// Islands that are solved together.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Group {
@@ -52,26 +44,6 @@ pub(super) struct Group {
     /// In [`Forest::order`].
     pub(super) trees: Range<usize>,
     pub(super) fineness: Fineness,
-}
-
-/// Blocks of contacts or of joints.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Layout {
-    pub(super) batches: Vec<Batch>,
-    /// Rows of the constraints of each block, lane by lane; [`NONE`]: an idle lane.
-    pub(super) owners: Vec<[u32; LANES]>,
-    runs: Vec<Run>,
-}
-
-/// Constraints of one group in a color's list.
-#[derive(Clone, Copy, Debug)]
-struct Run {
-    group: u64,
-    class: u8,
-    fixed: bool,
-    color: usize,
-    first: usize,
-    end: usize,
 }
 
 /// What of the lines is an island's.
@@ -122,10 +94,6 @@ const AHEAD: usize = 8;
 
 /// Most parts of a shared group that are kept apart: what fits into a class beside the number of points.
 const MOST_PARTS: usize = 32;
-
-/// Group, class and line in a sort key.
-const GROUP: u32 = 40;
-const CLASS: u32 = 32;
 
 /// Bits of the number of points in the class of a contact.
 const COUNT: u32 = 3;
@@ -525,71 +493,6 @@ impl Plan {
     }
 }
 
-impl Layout {
-    /// Runs to batches of blocks, those of a group side by side.
-    fn lay_out(&mut self, [free, fixed]: [&Coloring; 2]) {
-        // Within a group the colors keep their order. (A stable sort would allocate.)
-        self.runs.sort_unstable_by_key(|run| (run.group, run.fixed, run.color, run.class));
-        self.batches.clear();
-        self.owners.clear();
-        for run in &self.runs {
-            let coloring = if run.fixed { fixed } else { free };
-            let first = self.owners.len();
-            for members in coloring.colors[run.color].members[run.first..run.end].chunks(LANES) {
-                let mut owners = [NONE; LANES];
-                owners[..members.len()].copy_from_slice(members);
-                self.owners.push(owners);
-            }
-            let blocks = first..self.owners.len();
-            self.batches.push(Batch { blocks, fixed: run.fixed, class: run.class });
-        }
-    }
-
-    /// The blocks of a group's batches: they stand side by side.
-    pub(super) fn blocks_of(&self, batches: &Range<usize>) -> Range<usize> {
-        match &self.batches[batches.clone()] {
-            [] => 0..0,
-            [first, .., last] => first.blocks.start..last.blocks.end,
-            [one] => one.blocks.clone(),
-        }
-    }
-
-    /// The batches of a group.
-    fn batches_of(&self, group: u64) -> Range<usize> {
-        let first = self.runs.partition_point(|run| run.group < group);
-        first..self.runs.partition_point(|run| run.group <= group)
-    }
-}
-
-/// Cuts a sorted color where the key's bits from `shift` on change.
-fn find_runs(keys: &[(u64, u32)], shift: u32, fixed: bool, color: usize, runs: &mut Vec<Run>) {
-    let mut first = 0;
-    while let Some((key, _)) = keys.get(first) {
-        let n = keys[first..].partition_point(|(k, _)| k >> shift == key >> shift);
-        let class = class_in(*key);
-        let (group, end) = (key >> GROUP, first + n);
-        runs.push(Run { group, class, fixed, color, first, end });
-        first = end;
-    }
-}
-
-/// The sort key of a constraint of two bodies: by group, then by class, then by body, so that lines are near each
-/// other. The class of a contact is its part of the lines of a shared group, so that each worker finds lines in its own
-/// cache (a color's blocks are shared out in their order), and in that its number of points, so that blocks are even.
-fn line_key(group_of_line: &[u32]) -> impl Fn(u64, usize) -> u64 {
-    move |class, line| u64::from(group_of_line[line]) << GROUP | class << CLASS | line as u64
-}
-
-/// The later one of the lines of two bodies.
-fn last_line(line_of: &[u32], a: u32, b: u32) -> usize {
-    line_of[a as usize].max(line_of[b as usize]) as usize
-}
-
-/// The class in a sort key.
-const fn class_in(key: u64) -> u8 {
-    (key >> CLASS).to_le_bytes()[0]
-}
-
 /// Dynamic bodies that some constraint acts on, or a particle, have a line; the others fly (finalize).
 fn has_line(body: &Body) -> bool {
     body.is_dynamic() && (body.constraints > 0 || body.dragged)
@@ -617,20 +520,4 @@ fn take_dirty(all: [&mut Coloring; 2]) -> bool {
         changed |= core::mem::take(&mut color.dirty);
     }
     changed
-}
-
-/// Puts a color's list in the order of its keys, and says where each member stands. Order within a color
-/// never shows in the result.
-fn sort_members(
-    members: &mut [u32],
-    keys: &mut [(u64, u32)],
-    color: usize,
-    mut set_place: impl FnMut(u32, Place),
-) {
-    keys.sort_unstable();
-    let color = number(color);
-    for (row, (member, (_, sorted))) in (0..).zip(members.iter_mut().zip(keys)) {
-        *member = *sorted;
-        set_place(*member, Place { color, row });
-    }
 }
