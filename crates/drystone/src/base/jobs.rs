@@ -157,13 +157,13 @@ pub(crate) fn for_items<T: Send>(
 }
 
 /// Like [`for_ranges`], with an output list for each range: `outputs[k]` belongs to range `k`, so
-/// that reading the lists in order gives what a serial loop would have given.
+/// that reading the lists in order gives what a serial loop would have given. Calls `f(worker, range, output)`.
 pub(crate) fn collect_ranges<T: Send>(
     jobs: &dyn Executor,
     n: usize,
     grain: usize,
     outputs: &mut Vec<Vec<T>>,
-    f: impl Fn(Range<usize>, &mut Vec<T>) + Sync,
+    f: impl Fn(usize, Range<usize>, &mut Vec<T>) + Sync,
 ) {
     let grain = grain.max(1);
     let chunks = n.div_ceil(grain);
@@ -173,10 +173,10 @@ pub(crate) fn collect_ranges<T: Send>(
     }
     if jobs.workers() <= 1 {
         for (chunk, list) in outputs.iter_mut().enumerate().take(chunks) {
-            f(range_of(chunk, grain, n), list);
+            f(0, range_of(chunk, grain, n), list);
         }
         return;
     }
     let rows = Rows::new(outputs.as_mut_slice());
-    jobs.run(chunks, &|_, chunk| f(range_of(chunk, grain, n), rows.row(chunk)));
+    jobs.run(chunks, &|worker, chunk| f(worker, range_of(chunk, grain, n), rows.row(chunk)));
 }

@@ -150,15 +150,21 @@ pub(crate) fn prefetch<T>(item: &T) {
 /// Asks for the first cache lines of an item.
 #[inline(always)]
 pub(crate) fn prefetch_lines<T>(item: &T, lines: usize) {
+    (0..lines).for_each(|k| prefetch_line(item, k));
+}
+
+/// Asks for the cache line in which byte 64 k of an item is.
+#[inline(always)]
+pub(crate) fn prefetch_line<T>(item: &T, k: usize) {
     #[cfg(target_arch = "x86_64")]
-    for k in 0..lines {
+    {
         use core::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
         let line = core::ptr::from_ref(item).cast::<i8>().wrapping_add(64 * k);
         // SAFETY: a prefetch reads nothing and faults at no address; SSE is there on every x86-64.
         unsafe { _mm_prefetch::<_MM_HINT_T0>(line) };
     }
     #[cfg(not(target_arch = "x86_64"))]
-    let _ = (item, lines);
+    let _ = (item, k);
 }
 
 /// `a > b`, lane by lane.

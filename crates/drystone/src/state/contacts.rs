@@ -11,7 +11,7 @@ use crate::base::math::Vec3;
 use crate::base::pair_set::{PairSet, pair_key};
 use crate::base::pieces::{PieceRows, Pieces};
 use crate::base::quat::Quat;
-use crate::base::wide::prefetch_lines;
+use crate::base::wide::{prefetch_line, prefetch_lines};
 use crate::geometry::manifold::PairCache;
 
 /// A point of a contact: half a cache line, a row of four numbers as the solver loads it first.
@@ -318,6 +318,28 @@ impl Contacts {
     pub(crate) fn prefetch(&self, row: u32, lines: usize) {
         if let Some(slot) = self.rows.get(row as usize) {
             prefetch_lines(slot, lines);
+        }
+    }
+
+    /// Asks for what [`Self::enter`] will write to for this pair: its place among all, and where its bodies name their
+    /// lists. Changes nothing but time, as what follows.
+    #[inline]
+    pub(crate) fn ask_for_lists(&self, pair: u64, row: u32, bodies: &Bodies) {
+        self.pairs.prefetch(pair);
+        let contact = self.at(row);
+        prefetch_lines(&bodies.at(contact.body_a).contacts, 1);
+        prefetch_lines(&bodies.at(contact.body_b).contacts, 1);
+    }
+
+    /// And, where that has come, for the first contacts of those lists.
+    #[inline]
+    pub(crate) fn ask_for_firsts(&self, row: u32, bodies: &Bodies) {
+        const LINE: usize = core::mem::offset_of!(Contact, links) / 64;
+        let contact = self.at(row);
+        for body in [contact.body_a, contact.body_b] {
+            if let Some(first) = self.rows.get(bodies.at(body).contacts as usize / 2) {
+                prefetch_line(first, LINE);
+            }
         }
     }
 

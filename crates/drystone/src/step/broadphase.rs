@@ -55,10 +55,6 @@ pub(crate) fn find_pairs(
     // Not what was removed again, nor what a row that was used again stands for.
     moved.retain(|row| moving.leaf(*row) != NONE);
     placed.retain(|row| fixed.leaf(*row) != NONE);
-    // Sorted by place, so that neighbors meet the same blocks; the pairs are sorted again, so the order
-    // never shows.
-    moved.sort_unstable_by_key(|row| (moving.leaf(*row), *row));
-    moved.dedup();
     // Of a world's ground a million boxes may be new at once, and nothing that moves: then it is less
     // work to ask for all that moves.
     let many_placed = placed.len() > moving.len();
@@ -69,6 +65,15 @@ pub(crate) fn find_pairs(
     for row in moved.iter() {
         looks.insert(*row);
     }
+    // Each once, and by place, so that neighbors meet the same blocks; the pairs are sorted again, so the order never
+    // shows. The tree has its items in that order: to leave out those that look for nothing is less work than to sort many.
+    if 8 * moved.len() > moving.len() {
+        moved.clear();
+        moved.extend(moving.items().filter(|row| looks.contains(*row)));
+    } else {
+        moved.sort_unstable_by_key(|row| (moving.leaf(*row), *row));
+        moved.dedup();
+    }
     let finder = Finder { ctx, bodies, shapes, joints, contacts, looks };
     let few_placed = if many_placed { &[] } else { placed.as_slice() };
     // Where most look, the tree is met with itself, eight at a time and each pair once.
@@ -77,7 +82,7 @@ pub(crate) fn find_pairs(
     let asking = moved.len() + few_placed.len();
     // A block is much more work than a shape that asks the fixed tree, so each comes with some of those.
     let n = if blocks > 0 { blocks } else { asking };
-    collect_ranges(jobs, n, grain(jobs, n, 32), found, |range, out| {
+    collect_ranges(jobs, n, grain(jobs, n, 32), found, |_, range, out| {
         for i in share(&range, n, asking) {
             if let Some(row) = moved.get(i) {
                 finder.find(*row, trees, out);
@@ -202,6 +207,9 @@ fn may_meet(bodies: &Bodies, joints: &Joints, a: &ShapeRow, b: &ShapeRow) -> boo
     })
 }
 
+/// So many pairs ahead what they write to is asked for.
+const AHEAD: usize = 4;
+
 /// Makes the contacts of some pairs: their rows are taken in order, filled by all workers, and entered
 /// in order.
 fn create_all(
@@ -223,7 +231,13 @@ fn create_all(
             *slots.row(*row as usize) = Some(contact_of(a, b, shapes));
         }
     });
-    for row in rows.iter() {
+    for (k, row) in rows.iter().enumerate() {
+        if let (Some(pair), Some(soon)) = (pairs.get(k + 2 * AHEAD), rows.get(k + 2 * AHEAD)) {
+            contacts.ask_for_lists(*pair, *soon, bodies);
+        }
+        if let Some(soon) = rows.get(k + AHEAD) {
+            contacts.ask_for_firsts(*soon, bodies);
+        }
         contacts.enter(*row, bodies);
         let c = contacts.at(*row);
         let active = bodies.at(c.body_a).active() || bodies.at(c.body_b).active();

@@ -23,8 +23,8 @@ use crate::state::shapes::{ShapeRow, Shapes};
 /// What finalize found out about a body.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Note {
-    /// A shape left its box in the tree, and has a new one.
-    Escaped(u32),
+    /// A shape left its box in the tree, and has this one now.
+    Escaped(u32, Aabb),
     /// The body moved far for its size: row, where its center was and how it stood.
     Fast(u32, Vec3, Quat),
     /// The body's state became non-finite; it was put back.
@@ -67,11 +67,14 @@ pub(crate) fn advance_poses(
     let bodies = Rows::new(rows.values_mut());
     let table = Rows::new(shapes.rows.values_mut());
     let least = grain(jobs, awake.len(), 64);
-    collect_ranges(jobs, awake.len(), least, notes, |range, out| {
+    collect_ranges(jobs, awake.len(), least, notes, |_, range, out| {
         let mut still = false;
         for flock in awake[range].chunks(FLOCK) {
             let before = advance(ctx, flock, &bodies, lines);
-            for (row, (center, rotation)) in flock.iter().zip(before) {
+            for (k, (row, (center, rotation))) in flock.iter().zip(before).enumerate() {
+                if let Some(soon) = flock.get(k + AHEAD) {
+                    ask_for_shapes(*soon, &bodies, &table);
+                }
                 let Some(body) = bodies.row(*row as usize) else { continue };
                 if !arrive(body, *row, (center, rotation), out) {
                     continue;
@@ -93,7 +96,7 @@ pub(crate) fn advance_poses(
                     if let Some(shape) = table.row(body.shapes[i] as usize)
                         && fit(shape, body, flew, ctx)
                     {
-                        out.push(Note::Escaped(body.shapes[i]));
+                        out.push(Note::Escaped(body.shapes[i], shape.fat));
                     }
                 }
             }
@@ -104,8 +107,8 @@ pub(crate) fn advance_poses(
     });
     boxes.clear();
     for note in notes.iter().flatten() {
-        if let Note::Escaped(shape) = note {
-            boxes.push((*shape, shapes.at(*shape).fat));
+        if let Note::Escaped(shape, fat) = note {
+            boxes.push((*shape, *fat));
             bounds.moved.push(*shape);
         }
     }
@@ -202,6 +205,22 @@ pub(crate) fn fat_box(fits: &Aabb, body: &Body, ctx: &StepContext) -> Aabb {
 
 /// So many bodies are moved before they are looked at: enough to turn what flies eight at a time.
 const FLOCK: usize = 64;
+
+/// So many bodies ahead of the one that is looked at its shapes are asked for from memory, if they will get other boxes:
+/// at least the first of them, what is read of it.
+const AHEAD: usize = 4;
+
+/// Asks for the shapes of a body that flies.
+#[inline(always)]
+fn ask_for_shapes(row: u32, bodies: &Rows<'_, Option<Body>>, shapes: &Rows<'_, Option<ShapeRow>>) {
+    if let Some(body) = bodies.read(row as usize)
+        && body.flies
+    {
+        for shape in body.shapes.iter().take(2) {
+            shapes.prefetch(*shape as usize, 2);
+        }
+    }
+}
 
 /// Moves bodies; gives where their centers were and how they stood.
 fn advance(

@@ -52,7 +52,7 @@ pub(crate) enum Change {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Scratch {
     changes: Vec<Vec<Change>>,
-    /// One a chunk of the awake list.
+    /// One a worker.
     meshes: Vec<MeshScratch>,
     seams: seams::Scratch,
 }
@@ -88,14 +88,13 @@ pub(crate) fn update_manifolds(
     let Scratch { changes, meshes, seams } = scratch;
     let count = watches.len();
     let least = fine_grain(jobs, count, 16);
-    let chunks = count.div_ceil(least);
-    meshes.resize_with(meshes.len().max(chunks), MeshScratch::default);
+    meshes.resize_with(meshes.len().max(jobs.workers()), MeshScratch::default);
     let meshes = Rows::new(meshes);
     let (watches, probes) = (Rows::new(watches), Rows::new(probes));
     let pairs = Pairs { ctx, bodies, shapes, slots, watches, probes };
     let margin = Track::at_least(ctx.margin);
-    collect_ranges(jobs, count, least, changes, |range, out| {
-        let scratch = meshes.row(range.start / least);
+    collect_ranges(jobs, count, least, changes, |worker, range, out| {
+        let scratch = meshes.row(worker);
         // While one group is looked at, what the next one needs is on its way from memory.
         let mut groups = [Group::default(); 2];
         for k in range {

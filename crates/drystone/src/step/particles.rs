@@ -151,7 +151,7 @@ fn thaw(
     let around = Around { ctx, bodies, shapes, bounds, x: &particles.x };
     let rows = &particles.rows;
     let n = rows.slot_count();
-    collect_ranges(jobs, n, grain(jobs, n, 256), &mut s.found, |range, out| {
+    collect_ranges(jobs, n, grain(jobs, n, 256), &mut s.found, |_, range, out| {
         for slot in range {
             let line = number(slot) + 1;
             if let Some(particle) = rows.at(line - 1)
@@ -194,7 +194,7 @@ fn search(
     let rows = Rows::new(particles.rows.values_mut());
     let x = Rows::new(&mut particles.x);
     let around = Around { ctx, bodies, shapes, bounds, x: &[] };
-    collect_ranges(jobs, n, grain(jobs, n, 256), &mut s.found, |range, out| {
+    collect_ranges(jobs, n, grain(jobs, n, 256), &mut s.found, |_, range, out| {
         let mut near = Near::default();
         for slot in range {
             let Some(particle) = rows.row(slot) else { continue };

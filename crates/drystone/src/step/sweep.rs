@@ -53,7 +53,7 @@ pub(crate) fn stop_fast_bodies(
         fast.shrink_to(enough);
     }
     let around = Around { bodies, shapes, bounds };
-    collect_ranges(jobs, fast.len(), grain(jobs, fast.len(), 32), stopped, |range, out| {
+    collect_ranges(jobs, fast.len(), grain(jobs, fast.len(), 32), stopped, |_, range, out| {
         for (row, from, stood) in &fast[range] {
             let body = around.bodies.at(*row);
             let delta = body.center - *from;

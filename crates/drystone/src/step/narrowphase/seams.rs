@@ -110,7 +110,7 @@ pub(super) fn hide(
     }
     held.list(changes, bodies, contacts);
     let seen = Seen { ctx, bodies, shapes, contacts, held };
-    collect_ranges(jobs, n, grain(jobs, n, 32), hidden, |range, out| {
+    collect_ranges(jobs, n, grain(jobs, n, 32), hidden, |_, range, out| {
         // What is hidden itself hides nothing: so the order does not matter, and of two that hide each
         // other both stay.
         out.extend(

@@ -67,7 +67,7 @@ fn advance(
     let (rows, lines, x) = (Rows::new(rows.values_mut()), Rows::new(lines), Rows::new(x));
     let around = Around { ctx, bodies, shapes, bounds, x: &[] };
     let least = grain(jobs, tied.len(), 256);
-    collect_ranges(jobs, tied.len(), least, &mut stage.settle.faults, |range, out| {
+    collect_ranges(jobs, tied.len(), least, &mut stage.settle.faults, |_, range, out| {
         for line in &tied[range] {
             let Some(particle) = rows.row(*line as usize - 1) else { continue };
             let (row, place) = (lines.row(*line as usize), x.row(*line as usize));

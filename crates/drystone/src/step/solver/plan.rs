@@ -221,7 +221,7 @@ impl Plan {
         }
         let (awake, chosen) = (&bodies.awake, &self.fineness[0]);
         let least = grain(jobs, awake.len(), 256);
-        collect_ranges(jobs, awake.len(), least, &mut self.whole_again, |range, out| {
+        collect_ranges(jobs, awake.len(), least, &mut self.whole_again, |_, range, out| {
             out.extend(awake[range].iter().copied().filter(|row| {
                 let body = bodies.at(*row);
                 body.fineness == Fineness::Struck
@@ -293,12 +293,10 @@ impl Plan {
         let parts = self.workers.min(MOST_PARTS);
         // Of a shared group each worker begins with its own part of the lines: see `line_key`.
         let part_of = |line: usize| {
-            let group = group_of_line[line] as usize;
-            let lines = &groups[group].lines;
-            if group >= shared || lines.is_empty() {
-                return 0;
-            }
-            (line - lines.start) * parts / lines.len()
+            // Line 0 is of bodies that take no part: they may still be named by a contact.
+            groups[..shared].get(group_of_line[line] as usize).map_or(0, |group| {
+                line.saturating_sub(group.lines.start) * parts / group.lines.len().max(1)
+            })
         };
         let slots = contacts.slots_mut();
         self.keys.resize_with(self.workers.max(self.keys.len()), Vec::new);
