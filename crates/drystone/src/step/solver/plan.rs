@@ -428,9 +428,13 @@ impl Plan {
         let work_of = |share: &Share| {
             share.ends * parts[fineness_of(share.island, &self.fineness[0]) as usize]
         };
-        let work: usize = self.islands.iter().map(work_of).sum();
-        let most =
-            (work / (4 * workers)).max(if workers > 1 { LEAST_GROUP } else { LEAST_SHARED / 2 });
+        let alone = self.islands.iter().filter(|share| !is_shared(share.ends));
+        let all: usize = alone.map(work_of).sum();
+        // Of what is left each worker gets a fourth: groups become smaller, so that all are done at about the same time.
+        let most_of = |left: usize| match workers {
+            1 => (all / 4).max(LEAST_SHARED / 2),
+            _ => (left / (4 * workers)).max(all / (16 * workers)).max(LEAST_GROUP),
+        };
         self.shared = 0;
         for share in &self.islands {
             if is_shared(share.ends) {
@@ -440,6 +444,7 @@ impl Plan {
         }
         // What takes longest first: else one worker has it when the others are done.
         let (mut group, mut filled, mut begun) = (self.shared, 0, 0);
+        let (mut left, mut most) = (all, most_of(all));
         for of in Fineness::ALL.into_iter().rev() {
             for share in &self.islands {
                 let ends = share.ends;
@@ -449,11 +454,13 @@ impl Plan {
                 let work = work_of(share);
                 if filled > 0 && (filled + ends > MOST_ENDS || begun + work > most) {
                     (group, filled, begun) = (group + 1, 0, 0);
+                    most = most_of(left);
                 }
                 self.group_of[share.island as usize] = number(group);
-                (filled, begun) = (filled + ends, begun + work);
+                (filled, begun, left) = (filled + ends, begun + work, left - work);
             }
             (group, filled, begun) = (group + usize::from(filled > 0), 0, 0);
+            most = most_of(left);
         }
         self.groups.clear();
         self.groups.resize_with(group, Group::default);
