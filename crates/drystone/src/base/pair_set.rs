@@ -1,7 +1,7 @@
 //! A set of 64-bit keys: which pairs of shapes have a contact. Never iterated, so its order cannot
 //! be observed.
 
-use super::wide::prefetch_lines;
+use super::wide::prefetch;
 
 /// Open addressing with linear probing; key 0 is reserved.
 #[derive(Clone, Debug, Default)]
@@ -45,7 +45,7 @@ impl PairSet {
     #[inline]
     pub(crate) fn prefetch(&self, key: u64) {
         if !self.keys.is_empty() {
-            prefetch_lines(&self.keys[self.start(key)], 1);
+            prefetch(&self.keys[self.start(key)]);
         }
     }
 

@@ -40,10 +40,10 @@ struct Job {
     lists: usize,
 }
 
-/// A worker's list in each phase, as [`Word`]s, alone on its cache lines.
+/// A number for each phase of a series, [`tagged`], alone on its cache lines.
 #[derive(Debug, Default)]
 #[repr(align(128))]
-struct Claims([AtomicU64; PHASES]);
+struct PerPhase([AtomicU64; PHASES]);
 
 /// The chunks of a list that are not yet claimed, in one word: the series' epoch in the upper half, then whether all take from the
 /// front, how many were claimed from the back, and how many are left.
@@ -54,7 +54,7 @@ impl Word {
     const COMMON: u64 = 1 << 31;
 
     fn new(epoch: u32, is_common: bool, left: usize) -> Self {
-        Self(u64::from(epoch) << 32 | if is_common { Self::COMMON } else { 0 } | left as u64)
+        Self(tagged(epoch, left) | if is_common { Self::COMMON } else { 0 })
     }
 
     fn is_common(self) -> bool {
@@ -86,10 +86,10 @@ fn untagged(word: u64) -> (u32, usize) {
 }
 
 struct Shared {
-    /// One for each worker.
-    claims: Box<[Claims]>,
-    /// Chunks of each phase that have not returned, [`tagged`].
-    open: Claims,
+    /// The list of each worker, as [`Word`]s.
+    claims: Box<[PerPhase]>,
+    /// Chunks that have not returned.
+    open: PerPhase,
     /// Number of the series and of its phases, [`tagged`].
     series: AtomicU64,
     job: UnsafeCell<Job>,
@@ -258,8 +258,8 @@ impl Team {
         let nothing: &'static Task = &|_, _, _| {};
         let workers = workers.clamp(1, 256);
         let shared = Arc::new(Shared {
-            claims: (0..workers).map(|_| Claims::default()).collect(),
-            open: Claims::default(),
+            claims: (0..workers).map(|_| PerPhase::default()).collect(),
+            open: PerPhase::default(),
             series: AtomicU64::new(0),
             job: UnsafeCell::new(Job { task: nothing, chunks: [0; PHASES], lists: 1 }),
             parked: AtomicUsize::new(0),
@@ -342,7 +342,7 @@ impl Team {
         (job.task, job.lists) = (erased, lists);
         for phase in 0..phases {
             let n = chunks(first + phase).min(MOST);
-            job.chunks[phase] = u16::try_from(n).unwrap_or(0);
+            job.chunks[phase] = u16::try_from(n).expect("at most MOST");
             shared.open.0[phase].store(tagged(epoch, n), Ordering::Relaxed);
             for (list, claims) in shared.claims.iter().enumerate() {
                 let n = if list < lists { part(n, lists, list).len() } else { 0 };

@@ -11,7 +11,7 @@ use crate::base::math::Vec3;
 use crate::base::pair_set::{PairSet, pair_key};
 use crate::base::pieces::{PieceRows, Pieces};
 use crate::base::quat::Quat;
-use crate::base::wide::{prefetch_line, prefetch_lines};
+use crate::base::wide::{prefetch, prefetch_line, prefetch_lines};
 use crate::geometry::manifold::PairCache;
 
 /// A point of a contact: half a cache line, a row of four numbers as the solver loads it first.
@@ -327,8 +327,8 @@ impl Contacts {
     pub(crate) fn ask_for_lists(&self, pair: u64, row: u32, bodies: &Bodies) {
         self.pairs.prefetch(pair);
         let contact = self.at(row);
-        prefetch_lines(&bodies.at(contact.body_a).contacts, 1);
-        prefetch_lines(&bodies.at(contact.body_b).contacts, 1);
+        prefetch(&bodies.at(contact.body_a).contacts);
+        prefetch(&bodies.at(contact.body_b).contacts);
     }
 
     /// And, where that has come, for the first contacts of those lists.

@@ -206,11 +206,10 @@ pub(crate) fn fat_box(fits: &Aabb, body: &Body, ctx: &StepContext) -> Aabb {
 /// So many bodies are moved before they are looked at: enough to turn what flies eight at a time.
 const FLOCK: usize = 64;
 
-/// So many bodies ahead of the one that is looked at its shapes are asked for from memory, if they will get other boxes:
-/// at least the first of them, what is read of it.
+/// So many bodies ahead of the one that is looked at its shapes are asked for from memory, if it flies.
 const AHEAD: usize = 4;
 
-/// Asks for the shapes of a body that flies.
+/// Asks for the first two shapes of a body that flies, which all get other boxes: what of them is read for that.
 #[inline(always)]
 fn ask_for_shapes(row: u32, bodies: &Rows<'_, Option<Body>>, shapes: &Rows<'_, Option<ShapeRow>>) {
     if let Some(body) = bodies.read(row as usize)
