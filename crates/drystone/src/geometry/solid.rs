@@ -66,8 +66,11 @@ impl Solid {
 
     /// The smallest box around the solid at `pose`; infinite for a half-space.
     pub(crate) fn aabb(&self, pose: &Pose) -> Aabb {
-        let r = pose.rotation.to_mat3();
         let around = |center: Vec3, half: Vec3| Aabb::new(center - half, center + half);
+        if matches!(self.core, Core::Point) {
+            return around(pose.position, Vec3::ZERO).grown(self.radius);
+        }
+        let r = pose.rotation.to_mat3();
         let sharp = match &self.core {
             Core::Point => around(pose.position, Vec3::ZERO),
             Core::Segment { half_height } => around(pose.position, (r.y * *half_height).abs()),

@@ -1,5 +1,6 @@
 //! Shapes: one row each, owned by a body. Written by the world; bounds by finalize.
 
+use std::collections::VecDeque;
 use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
@@ -122,9 +123,9 @@ impl PairSurface {
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct Shapes {
     pub(crate) rows: SlotMap<ShapeId, ShapeRow>,
-    /// The hull of the box that was added last: boxes of one size share theirs.
+    /// The hulls of the boxes that were added last, [`Self::BOXES`] at most: boxes of one size share theirs.
     #[serde(skip)]
-    last_box: Option<Arc<Hull>>,
+    boxes: VecDeque<Arc<Hull>>,
 }
 
 impl Shapes {
@@ -138,16 +139,20 @@ impl Shapes {
         self.rows.at_mut(row).expect("tables name living shapes only")
     }
 
+    /// So many sizes of boxes are known again: a body has boxes of a few, and many bodies are alike.
+    const BOXES: usize = 32;
+
     /// The solid of a validated shape that is about to be added.
     pub(crate) fn solid(&mut self, shape: &Shape) -> Solid {
-        if let (Shape::Box { half_extents }, Some(last)) = (shape, &self.last_box)
-            && last.cuboid == Some(*half_extents)
+        if let Shape::Box { half_extents } = shape
+            && let Some(same) = self.boxes.iter().find(|hull| hull.cuboid == Some(*half_extents))
         {
-            return Solid { core: Core::Hull(Arc::clone(last)), radius: 0.0 };
+            return Solid { core: Core::Hull(Arc::clone(same)), radius: 0.0 };
         }
         let solid = Solid::of(shape);
         if let (Shape::Box { .. }, Core::Hull(hull)) = (shape, &solid.core) {
-            self.last_box = Some(Arc::clone(hull));
+            self.boxes.truncate(Self::BOXES - 1);
+            self.boxes.push_front(Arc::clone(hull));
         }
         solid
     }

@@ -73,7 +73,7 @@ pub(crate) fn advance_poses(
             let before = advance(ctx, flock, &bodies, lines);
             for (k, (row, (center, rotation))) in flock.iter().zip(before).enumerate() {
                 if let Some(soon) = flock.get(k + AHEAD) {
-                    ask_for_shapes(*soon, &bodies, &table);
+                    ask_for_shapes(ctx, *soon, &bodies, &table);
                 }
                 let Some(body) = bodies.row(*row as usize) else { continue };
                 if !arrive(body, *row, (center, rotation), out) {
@@ -206,14 +206,20 @@ pub(crate) fn fat_box(fits: &Aabb, body: &Body, ctx: &StepContext) -> Aabb {
 /// So many bodies are moved before they are looked at: enough to turn what flies eight at a time.
 const FLOCK: usize = 64;
 
-/// So many bodies ahead of the one that is looked at its shapes are asked for from memory, if it flies.
+/// So many bodies ahead of the one that is looked at its shapes are asked for from memory, if they will be.
 const AHEAD: usize = 4;
 
-/// Asks for the first two shapes of a body that flies, which all get other boxes: what of them is read for that.
+/// Asks for the first two shapes of a body that flies or may have used up its room, which may all get other boxes: what of them is
+/// read for that.
 #[inline(always)]
-fn ask_for_shapes(row: u32, bodies: &Rows<'_, Option<Body>>, shapes: &Rows<'_, Option<ShapeRow>>) {
+fn ask_for_shapes(
+    ctx: &StepContext,
+    row: u32,
+    bodies: &Rows<'_, Option<Body>>,
+    shapes: &Rows<'_, Option<ShapeRow>>,
+) {
     if let Some(body) = bodies.read(row as usize)
-        && body.flies
+        && (body.flies || body.room <= 2.0 * reach(body, ctx).length())
     {
         for shape in body.shapes.iter().take(2) {
             shapes.prefetch(*shape as usize, 2);

@@ -93,7 +93,7 @@ fn read<S: Simd, R: Root<S>>(
     sweep: &JointSweep,
 ) -> State<S, R> {
     let (alpha, beta) = (load(simd, &block.alpha), load(simd, &block.beta));
-    let (sa, sb) = (R::load(simd, &block.s_a), R::load(simd, &block.s_b));
+    let [sa, sb] = R::pair(simd, block);
     let (va, xa) = sweep.read(simd, lines, &block.row_a);
     let (vb, xb) = sweep.read(simd, lines, &block.row_b);
     let (r0a, r0b) = (Vec3w::load(simd, &block.r_a), Vec3w::load(simd, &block.r_b));

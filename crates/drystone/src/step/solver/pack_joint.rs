@@ -36,11 +36,11 @@ impl Solver<'_> {
             dispatch!(self.ctx.level, simd => {
                 for i in blocks {
                     let block = self.joints.row(i);
-                    self.joints.prefetch(i + 1, JointBlock::CACHE_LINES);
+                    self.joints.prefetch(i + 1, block.cache_lines());
                     let (fixed, lines) = (batch.fixed, &self.lines);
                     if batch.class == DISTANCE {
                         joint::solve_distance(simd, block, fixed, lines, sweep);
-                    } else if block.is_round.0 {
+                    } else if block.is_round() {
                         joint::solve_ball::<_, Roundw<_>>(simd, block, fixed, lines, sweep);
                     } else {
                         joint::solve_ball::<_, Sym3w<_>>(simd, block, fixed, lines, sweep);
@@ -68,9 +68,14 @@ impl Solver<'_> {
         let (beta, sb) = Whitening::gather(simd, read_lanes(&self.whitening, &block.row_b));
         alpha.store_array(&mut block.alpha);
         beta.store_array(&mut block.beta);
-        sa.store(&mut block.s_a);
-        sb.store(&mut block.s_b);
-        block.is_round.0 = sa.is_round(simd) && sb.is_round(simd);
+        if sa.is_round(simd) && sb.is_round(simd) {
+            sa.xx.store_array(&mut block.round[0]);
+            sb.xx.store_array(&mut block.round[1]);
+        } else {
+            block.round[0][0] = -1.0;
+            sa.store(&mut block.s_a);
+            sb.store(&mut block.s_b);
+        }
         if batch.fixed {
             self.fill_drift(owners, block);
         }
@@ -94,7 +99,7 @@ impl Solver<'_> {
 
     /// Asks for the joints of a block, if there is such a block.
     #[inline(always)]
-    fn prefetch_joints(&self, block: usize) {
+    pub(super) fn prefetch_joints(&self, block: usize) {
         for &owner in self.plan.joints.owners.get(block).into_iter().flatten() {
             if owner != NONE {
                 self.joint_slots.prefetch(owner as usize, size_of::<Joint>() / 64);

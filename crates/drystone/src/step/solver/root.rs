@@ -3,11 +3,13 @@
 
 use fearless_simd::Simd;
 
-use crate::base::wide::{Lanes, Sym3w, Vec3w, Wide, load};
+use super::rows::JointBlock;
+use crate::base::wide::{Sym3w, Vec3w, Wide, load};
 
 /// S of eight bodies, and what kernels make of it.
 pub(crate) trait Root<S: Simd>: Copy {
-    fn load(simd: S, from: &[Lanes; 6]) -> Self;
+    /// Of the bodies A and B of a block.
+    fn pair(simd: S, block: &JointBlock) -> [Self; 2];
     fn mul(self, v: Vec3w<S>) -> Vec3w<S>;
     /// The rows S (r × x), S (r × y), S (r × z) along the world's axes.
     type Rows: RootRows<S>;
@@ -29,8 +31,8 @@ pub(crate) trait RootRows<S: Simd> {
 impl<S: Simd> Root<S> for Sym3w<S> {
     type Rows = [Vec3w<S>; 3];
     #[inline(always)]
-    fn load(simd: S, from: &[Lanes; 6]) -> Self {
-        Self::load(simd, from)
+    fn pair(simd: S, block: &JointBlock) -> [Self; 2] {
+        [Self::load(simd, &block.s_a), Self::load(simd, &block.s_b)]
     }
     #[inline(always)]
     fn mul(self, v: Vec3w<S>) -> Vec3w<S> {
@@ -80,8 +82,9 @@ pub(crate) struct RoundRows<S: Simd>(Vec3w<S>);
 impl<S: Simd> Root<S> for Roundw<S> {
     type Rows = RoundRows<S>;
     #[inline(always)]
-    fn load(simd: S, from: &[Lanes; 6]) -> Self {
-        Self(load(simd, &from[0]))
+    fn pair(simd: S, block: &JointBlock) -> [Self; 2] {
+        let [a, b] = &block.round;
+        [Self(load(simd, a)), Self(load(simd, b))]
     }
     #[inline(always)]
     fn mul(self, v: Vec3w<S>) -> Vec3w<S> {
@@ -150,9 +153,9 @@ pub(super) fn axes<S: Simd>(s: Sym3w<S>, r: Vec3w<S>) -> [Vec3w<S>; 3] {
 mod tests {
     use fearless_simd::{Simd, dispatch};
 
-    use super::{Lanes, Root, RootRows, Roundw, Sym3w, Vec3w};
+    use super::{JointBlock, Root, RootRows, Roundw, Sym3w, Vec3w};
     use crate::base::random::Random;
-    use crate::base::wide::{LANES, SimdLevel};
+    use crate::base::wide::{LANES, Lanes, SimdLevel};
 
     /// All that a kernel asks of S and its rows.
     fn answers<S: Simd, R: Root<S>>(
@@ -161,7 +164,8 @@ mod tests {
         [r, w, d]: &[[Lanes; 3]; 3],
     ) -> Vec<u32> {
         let [r, w, d] = [r, w, d].map(|v| Vec3w::load(simd, v));
-        let root = R::load(simd, s);
+        let block = JointBlock { round: [s[0]; 2], s_a: *s, s_b: *s, ..JointBlock::default() };
+        let [root, _] = R::pair(simd, &block);
         let rows = root.rows(r);
         let mut out = [[[0.0; LANES]; 3]; 6];
         root.mul(w).store(&mut out[0]);

@@ -223,11 +223,6 @@ pub(crate) struct Extra {
     pub(crate) rolling_impulse: [Lanes; 3],
 }
 
-/// Something small on a cache line of its own.
-#[derive(Clone, Copy, Debug, Default)]
-#[repr(C, align(64))]
-pub(crate) struct OnLine<T>(pub(crate) T);
-
 /// Eight joints, balls or distances. As in [`ContactBlock`], lanes do not straddle cache lines.
 #[derive(Clone, Debug, Default)]
 #[repr(C, align(64))]
@@ -236,10 +231,8 @@ pub(crate) struct JointBlock {
     pub(crate) row_b: [u32; LANES],
     pub(crate) alpha: Lanes,
     pub(crate) beta: Lanes,
-    /// The inertia of all its bodies is the same about every axis.
-    pub(crate) is_round: OnLine<bool>,
-    pub(crate) s_a: [Lanes; 6],
-    pub(crate) s_b: [Lanes; 6],
+    /// The one number of S of each body, if the inertia of all of them is the same about every axis; else the first is below 0.
+    pub(crate) round: [Lanes; 2],
     /// Arms at the step's start.
     pub(crate) r_a: [Lanes; 3],
     pub(crate) r_b: [Lanes; 3],
@@ -249,6 +242,8 @@ pub(crate) struct JointBlock {
     /// The part of the warm start that the bodies carry, as it was applied: r × p of each body.
     pub(crate) carried_a: [Lanes; 3],
     pub(crate) carried_b: [Lanes; 3],
+    pub(crate) s_a: [Lanes; 6],
+    pub(crate) s_b: [Lanes; 6],
     /// Velocity of the gap that comes from kinematic bodies, where one of the bodies cannot be pushed.
     pub(crate) drift: [Lanes; 3],
     /// Distances: the linear part of the warm start; of balls it is their impulse.
@@ -260,5 +255,17 @@ pub(crate) struct JointBlock {
 
 impl JointBlock {
     /// How much of a block a sweep over balls between bodies that can be pushed reads.
-    pub(crate) const CACHE_LINES: usize = 18;
+    const CACHE_LINES: usize = core::mem::offset_of!(Self, drift) / 64;
+    /// And if all of those are round.
+    const ROUND_LINES: usize = core::mem::offset_of!(Self, s_a) / 64;
+
+    /// The inertia of all its bodies is the same about every axis.
+    pub(crate) fn is_round(&self) -> bool {
+        self.round[0][0] >= 0.0
+    }
+
+    /// How much of a block like this one a sweep over balls reads.
+    pub(crate) fn cache_lines(&self) -> usize {
+        if self.is_round() { Self::ROUND_LINES } else { Self::CACHE_LINES }
+    }
 }
