@@ -312,7 +312,7 @@ fn meet_triangle(
             }
             // Seen from the side where B is.
             let touch = || {
-                let face = mesh.face(number).normal;
+                let face = pack.normal(lane);
                 let side = face.dot(b.pose.point(b.convex.center()) - corners[0]);
                 let normal = if side < 0.0 { -face } else { face };
                 Some(b.above(normal, normal.dot(corners[0])))

@@ -8,7 +8,7 @@ use std::collections::BTreeSet;
 
 use serde::{Deserialize, Serialize};
 
-pub(crate) use adjacency::Bend;
+pub(crate) use adjacency::{Bend, Bends};
 pub(crate) use pack::Pack;
 pub(crate) use tree::{Tree, Window};
 
@@ -24,14 +24,23 @@ const MIN_EDGE: f64 = 1.0e-6;
 /// A triangle lower than this part of its longest edge is a line: its normal would be noise.
 const MIN_HEIGHT: f64 = 1.0e-6;
 
-/// What contacts need to know of a triangle beside its corners.
+/// What contacts need to know of a triangle beside what its [`Pack`] has.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Face {
-    /// Unit, by the right-hand rule over the corners [local].
-    pub(crate) normal: Vec3,
     /// How the surface goes on behind edge k (corner k to k + 1), seen from the side the normal
     /// points to (0) and from the other (1).
-    pub(crate) bends: [[Bend; 3]; 2],
+    pub(crate) bends: Bends,
+    /// Unit, in the plane, away from the triangle, one an edge.
+    pub(crate) outward: [Vec3; 3],
+    /// Vertex numbers of the corners.
+    pub(crate) vertices: [u32; 3],
+}
+
+impl Face {
+    fn new([a, b, c]: [Vec3; 3], normal: Vec3, bends: Bends, vertices: [u32; 3]) -> Self {
+        let outward = [b - a, c - b, a - c].map(|e| e.cross(normal).normalize_or(Vec3::ZERO));
+        Self { bends, outward, vertices }
+    }
 }
 
 /// A triangle mesh that does not deform. Any winding; both sides are solid.
@@ -40,8 +49,9 @@ pub(crate) struct Face {
 pub struct Mesh {
     vertices: Vec<Vec3>,
     triangles: Vec<[u32; 3]>,
-    faces: Vec<Face>,
     packs: Vec<Pack>,
+    /// Of each lane of each pack that is in use, and something for the others: what lies near in space lies near in memory.
+    faces: Vec<Face>,
     /// Over the packs: for rays, and for boxes.
     tree: Tree,
     bounds: Aabb,
@@ -140,7 +150,8 @@ impl Mesh {
         if kept.is_empty() {
             return Err(MeshError::NoTriangles);
         }
-        let faces = adjacency::faces(&vertices, &kept, &normals, &welded);
+        let bends = adjacency::bends(&vertices, &kept, &welded);
+        let corners = |t: u32| kept[t as usize].map(|i| vertices[i as usize]);
         let boxes: Vec<Aabb> =
             kept.iter().map(|t| Aabb::of_points(t.map(|i| vertices[i as usize]))).collect();
         let bounds = boxes.iter().fold(Aabb::EMPTY, |all, b| all.union(b));
@@ -148,14 +159,16 @@ impl Mesh {
             .groups(LANES)
             .iter()
             .map(|group| {
-                Pack::new(group.iter().map(|&t| {
-                    let corners = kept[t as usize].map(|i| vertices[i as usize]);
-                    (t, corners, faces[t as usize].normal)
-                }))
+                Pack::new(group.iter().map(|&t| (t, corners(t), normals[t as usize])))
             })
             .collect();
+        let faces = packs.iter().flat_map(Pack::lanes).map(|t| {
+            let row = t as usize;
+            Face::new(corners(t), normals[row], bends[row], kept[row])
+        });
+        let faces = faces.collect();
         let tree = Tree::new(&Bvh::build(&packs.iter().map(Pack::bounds).collect::<Vec<_>>()));
-        Ok(Self { vertices, triangles: kept, faces, packs, tree, bounds })
+        Ok(Self { vertices, triangles: kept, packs, faces, tree, bounds })
     }
 
     /// The vertices [m, local].
@@ -187,15 +200,10 @@ impl Mesh {
         &self.packs[item as usize]
     }
 
-    /// The corners of triangle `t` [m, local].
+    /// Of the triangle in `lane` of [`Self::pack`] `item`.
     #[inline]
-    pub(crate) fn corners(&self, t: u32) -> [Vec3; 3] {
-        self.triangles[t as usize].map(|i| self.vertices[i as usize])
-    }
-
-    #[inline]
-    pub(crate) fn face(&self, t: u32) -> &Face {
-        &self.faces[t as usize]
+    pub(crate) fn face(&self, item: u32, lane: usize) -> &Face {
+        &self.faces[item as usize * LANES + lane]
     }
 }
 
@@ -213,11 +221,19 @@ fn normal_of(corners: [Vec3; 3]) -> Option<Vec3> {
 
 #[cfg(test)]
 mod tests {
-    use super::{Mesh, MeshError};
+    use super::{Face, Mesh, MeshError};
     use crate::base::math::{Vec3, vec3};
 
     fn square() -> Vec<Vec3> {
         vec![Vec3::ZERO, Vec3::X, vec3(1.0, 0.0, 1.0), Vec3::Z]
+    }
+
+    /// Of the triangle with a number.
+    fn face_of(mesh: &Mesh, number: u32) -> (Vec3, &Face) {
+        let packs = (0_u32..).zip(&mesh.packs);
+        let mut all = packs.flat_map(|(item, pack)| (0..).zip(pack.numbers()).map(move |(lane, n)| (item, lane, *n)));
+        let (item, lane, _) = all.find(|(.., n)| *n == number).unwrap();
+        (mesh.pack(item).normal(lane), mesh.face(item, lane))
     }
 
     #[test]
@@ -267,8 +283,8 @@ mod tests {
         {
             let mesh = roof(drop);
             for t in 0..2 {
-                let face = mesh.face(t);
-                let up = usize::from(face.normal.y < 0.0);
+                let (normal, face) = face_of(&mesh, t);
+                let up = usize::from(normal.y < 0.0);
                 assert_eq!(face.bends[up][0].active(), from_above, "{drop} {t}");
                 assert_eq!(face.bends[1 - up][0].active(), from_below, "{drop} {t}");
                 assert!(face.bends[up][1].active() && face.bends[1 - up][2].active());
@@ -280,8 +296,8 @@ mod tests {
     fn a_wall_on_a_floor_leaves_the_floor_flat_from_below_and_concave_from_above() {
         let v = vec![Vec3::ZERO, Vec3::Z, Vec3::X, -Vec3::X, Vec3::Y];
         let mesh = Mesh::new(v, vec![[0, 1, 2], [1, 0, 3], [0, 1, 4]]).unwrap();
-        let floor = mesh.face(0);
-        let up = usize::from(floor.normal.y < 0.0);
+        let (normal, floor) = face_of(&mesh, 0);
+        let up = usize::from(normal.y < 0.0);
         assert!(floor.bends[up][0].concave() && !floor.bends[1 - up][0].active());
         assert!(!floor.bends[1 - up][0].concave());
     }

@@ -104,20 +104,20 @@ fn polytope(hull: &Hull, p: Vec3, reach: f32) -> Option<Nearest> {
 /// them in. A point on the surface is above the side its triangle's normal says.
 fn triangles(mesh: &Mesh, p: Vec3, reach: f32) -> Option<Nearest> {
     let around = Aabb::new(p, p).grown(reach);
-    let mut best: Option<(f32, u32, Vec3)> = None;
+    let mut best: Option<(f32, u32, Vec3, Vec3)> = None;
     mesh.tree().query(&around, &mut |item| {
         let pack = mesh.pack(item);
         for (lane, &number) in pack.numbers().iter().enumerate() {
             let away = p - on_triangle(pack.triangle(lane), p);
             let square = away.length_squared();
-            if best.is_none_or(|(s, n, _)| square < s || (square <= s && number < n)) {
-                best = Some((square, number, away));
+            if best.is_none_or(|(s, n, ..)| square < s || (square <= s && number < n)) {
+                best = Some((square, number, away, pack.normal(lane)));
             }
         }
     });
-    let (square, number, away) = best?;
+    let (square, _, away, face) = best?;
     let distance = square.sqrt();
-    let normal = if distance > 1.0e-6 { away * (1.0 / distance) } else { mesh.face(number).normal };
+    let normal = if distance > 1.0e-6 { away * (1.0 / distance) } else { face };
     (distance <= reach).then_some(Nearest { distance, normal })
 }
 

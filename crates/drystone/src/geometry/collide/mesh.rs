@@ -30,7 +30,7 @@ use clip::Clipper;
 use contacts::{Contacts, Limits};
 use frustum::PlacedFrustum;
 pub(crate) use near::Reach;
-use near::{Discs, Outline};
+use near::{Discs, Near, Outline};
 use placed::{PlacedHull, Row, Space};
 use triangle::Triangle;
 
@@ -48,7 +48,7 @@ enum Placed<'a> {
 pub(crate) struct MeshScratch {
     stack: Vec<u32>,
     packs: Vec<u32>,
-    near: Vec<u32>,
+    near: Vec<Near>,
     space: Space,
     contacts: Contacts,
     clipper: Clipper,
@@ -129,8 +129,8 @@ fn collect<S: Simd>(
         return gap;
     }
     contacts.restart(limits(b, reach));
-    for &number in near.iter() {
-        let triangle = Triangle::new(mesh, number, center);
+    for near in near.iter() {
+        let triangle = Triangle::new(mesh, *near, center);
         match &mut placed {
             Placed::Sphere(at) => round::sphere(&triangle, *at, radius, contacts),
             Placed::Capsule(ends) => round::capsule(&triangle, *ends, radius, contacts, clipper),

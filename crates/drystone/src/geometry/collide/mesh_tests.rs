@@ -428,9 +428,8 @@ fn a_ball_over_rough_ground_is_as_far_as_its_nearest_triangle() {
             let center = vec3(place.x, rng.next(), place.z);
             let point = parry3d::math::Vector::new(center.x, center.y, center.z);
             let mut nearest = f32::INFINITY;
-            for t in 0..mesh.triangles().len() {
-                let [a, b, c] =
-                    mesh.corners(t as u32).map(|v| parry3d::math::Vector::new(v.x, v.y, v.z));
+            for corners in mesh.triangles().iter().map(|t| t.map(|i| mesh.vertices()[i as usize])) {
+                let [a, b, c] = corners.map(|v| parry3d::math::Vector::new(v.x, v.y, v.z));
                 let triangle = parry3d::shape::Triangle::new(a, b, c);
                 nearest = nearest.min(triangle.distance_to_local_point(point, true));
             }

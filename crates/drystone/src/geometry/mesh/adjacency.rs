@@ -2,7 +2,6 @@
 
 use core::ops::{Add, Mul, Sub};
 
-use super::Face;
 use crate::base::math::Vec3;
 use crate::base::trig;
 
@@ -120,15 +119,12 @@ pub(super) fn weld(vertices: &[Vec3]) -> Vec<u32> {
     first
 }
 
-/// The normals with the bends of all edges.
-pub(super) fn faces(
-    vertices: &[Vec3],
-    triangles: &[[u32; 3]],
-    normals: &[Vec3],
-    welded: &[u32],
-) -> Vec<Face> {
-    let mut faces: Vec<Face> =
-        normals.iter().map(|&normal| Face { normal, bends: [[Bend::BORDER; 3]; 2] }).collect();
+/// Of a triangle: by the side it is seen from, and by edge.
+pub(crate) type Bends = [[Bend; 3]; 2];
+
+/// The bends at the edges of all triangles.
+pub(super) fn bends(vertices: &[Vec3], triangles: &[[u32; 3]], welded: &[u32]) -> Vec<Bends> {
+    let mut all = vec![[[Bend::BORDER; 3]; 2]; triangles.len()];
     let mut edges: Vec<([u32; 2], u32, usize)> = Vec::with_capacity(triangles.len() * 3);
     for (t, triangle) in (0_u32..).zip(triangles) {
         for k in 0..3 {
@@ -159,11 +155,11 @@ pub(super) fn faces(
                 }
             }
             for (side, found) in bends.into_iter().enumerate() {
-                faces[t as usize].bends[side][k] = found.unwrap_or(Bend::BORDER);
+                all[t as usize][side][k] = found.unwrap_or(Bend::BORDER);
             }
         }
     }
-    faces
+    all
 }
 
 /// The bend at edge `k` towards a neighbor with the third corner `apex`, on the normal's side.

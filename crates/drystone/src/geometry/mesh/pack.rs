@@ -47,6 +47,17 @@ impl Pack {
         &self.numbers[..self.count]
     }
 
+    /// The numbers of the triangles in all lanes.
+    pub(super) const fn lanes(&self) -> [u32; LANES] {
+        self.numbers
+    }
+
+    /// The unit normal of the triangle in `lane`, by the right-hand rule over its corners [local].
+    #[inline]
+    pub(crate) fn normal(&self, lane: usize) -> Vec3 {
+        at(&self.normals, lane)
+    }
+
     /// The corners of the triangle in `lane` [m, local].
     #[inline]
     pub(crate) fn triangle(&self, lane: usize) -> [Vec3; 3] {

@@ -37,6 +37,30 @@ impl Reach {
     }
 }
 
+/// A triangle that may be reached; in the order of their numbers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) struct Near(u64);
+
+impl Near {
+    fn new(number: u32, item: u32, lane: usize) -> Self {
+        // A mesh has no more than 2^32 triangles, so far fewer packs.
+        Self(u64::from(number) << 32 | u64::from(item) * LANES as u64 | lane as u64)
+    }
+
+    /// Its number.
+    #[expect(clippy::cast_possible_truncation, reason = "the upper half")]
+    pub(super) const fn number(self) -> u32 {
+        (self.0 >> 32) as u32
+    }
+
+    /// Number of its pack, and its lane there.
+    #[expect(clippy::cast_possible_truncation, reason = "the lower half")]
+    pub(super) const fn place(self) -> (u32, usize) {
+        let place = self.0 as u32;
+        (place / LANES as u32, place as usize % LANES)
+    }
+}
+
 /// The rims of a frustum's ends: unit axis, and the radius at each of the two points [m].
 pub(super) type Discs = (Vec3, [f32; 2]);
 
@@ -67,7 +91,7 @@ pub(super) fn find<S: Simd>(
     solid: &Outline<'_>,
     reach: &Reach,
     [stack, packs]: [&mut Vec<u32>; 2],
-    near: &mut Vec<u32>,
+    near: &mut Vec<Near>,
 ) -> f32 {
     near.clear();
     let way = reach.way;
@@ -92,7 +116,10 @@ pub(super) fn find<S: Simd>(
     for &item in packs.iter().take(AHEAD) {
         prefetch(mesh.pack(item));
     }
-    for &item in packs.iter() {
+    for (k, &item) in packs.iter().enumerate() {
+        if let Some(soon) = packs.get(k + AHEAD) {
+            prefetch(mesh.pack(*soon));
+        }
         let pack = mesh.pack(item);
         let (apart, missed) = test(simd, pack, solid, reach);
         // Lanes that are not in use repeat another.
@@ -100,8 +127,10 @@ pub(super) fn find<S: Simd>(
         let numbers = pack.numbers();
         let mut reached = !bits(above(missed, rest)) & ((1 << numbers.len()) - 1);
         while reached != 0 {
-            near.push(numbers[reached.trailing_zeros() as usize]);
+            let lane = reached.trailing_zeros() as usize;
             reached &= reached - 1;
+            prefetch(mesh.face(item, lane));
+            near.push(Near::new(numbers[lane], item, lane));
         }
     }
     near.sort_unstable();

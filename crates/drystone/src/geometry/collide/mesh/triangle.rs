@@ -2,6 +2,7 @@
 
 use fearless_simd::Simd;
 
+use super::near::Near;
 use crate::base::math::{Vec3, greater};
 use crate::base::wide::{Mask, Vec3w, above, splat};
 use crate::geometry::mesh::{Bend, Mesh};
@@ -44,18 +45,17 @@ pub(super) struct Triangle {
 }
 
 impl Triangle {
-    pub(super) fn new(mesh: &Mesh, number: u32, center: Vec3) -> Self {
-        let corners = mesh.corners(number);
-        let face = mesh.face(number);
-        let [a, b, c] = corners;
-        let outward = [b - a, c - b, a - c].map(|e| e.cross(face.normal).normalize_or(Vec3::ZERO));
-        let below = face.normal.dot(center - a) < 0.0;
+    pub(super) fn new(mesh: &Mesh, near: Near, center: Vec3) -> Self {
+        let (item, lane) = near.place();
+        let (pack, face) = (mesh.pack(item), mesh.face(item, lane));
+        let (corners, normal) = (pack.triangle(lane), pack.normal(lane));
+        let below = normal.dot(center - corners[0]) < 0.0;
         Self {
-            number,
+            number: near.number(),
             corners,
-            vertices: mesh.triangles()[number as usize],
-            normal: if below { -face.normal } else { face.normal },
-            outward,
+            vertices: face.vertices,
+            normal: if below { -normal } else { normal },
+            outward: face.outward,
             bends: face.bends[usize::from(below)],
         }
     }
