@@ -321,8 +321,14 @@ impl Contacts {
         }
     }
 
+    /// Asks for what tells whether a pair has a contact. Changes nothing but time, as what follows.
+    #[inline]
+    pub(crate) fn ask_for_pair(&self, (shape_a, shape_b): (u32, u32)) {
+        self.pairs.prefetch(pair_key(shape_a, shape_b));
+    }
+
     /// Asks for what [`Self::enter`] will write to for this pair: its place among all, and where its bodies name their
-    /// lists. Changes nothing but time, as what follows.
+    /// lists.
     #[inline]
     pub(crate) fn ask_for_lists(&self, pair: u64, row: u32, bodies: &Bodies) {
         self.pairs.prefetch(pair);

@@ -83,16 +83,18 @@ pub(crate) fn find_pairs(
     // A block is much more work than a shape that asks the fixed tree, so each comes with some of those.
     let n = if blocks > 0 { blocks } else { asking };
     collect_ranges(jobs, n, grain(jobs, n, 32), found, |_, range, out| {
+        let mut queue = Queue::default();
         for i in share(&range, n, asking) {
             if let Some(row) = moved.get(i) {
-                finder.find(*row, trees, out);
+                finder.find(*row, trees, &mut queue, out);
             } else {
-                finder.find(few_placed[i - moved.len()], &[moving], out);
+                finder.find(few_placed[i - moved.len()], &[moving], &mut queue, out);
             }
         }
         if blocks > 0 {
-            range.for_each(|i| moving.pairs_of(i, |a, b| finder.meet(a, b, out)));
+            range.for_each(|i| moving.pairs_of(i, |a, b| finder.meet(a, b, &mut queue, out)));
         }
+        queue.pairs.iter().for_each(|pair| finder.list(*pair, out));
     });
     for row in moved.iter() {
         looks.remove(*row);
@@ -119,6 +121,27 @@ fn share(range: &Range<usize>, n: usize, all: usize) -> Range<usize> {
     part(range.start)..part(range.end)
 }
 
+/// Pairs whose boxes overlap, and that are looked up a little later: where a pair stands in the set of those that are known is far
+/// from where any other does, and is on its way from memory meanwhile.
+#[derive(Default)]
+struct Queue {
+    /// Nothing: a row with itself.
+    pairs: [(u32, u32); Self::LEN],
+    /// The oldest.
+    next: usize,
+}
+
+impl Queue {
+    const LEN: usize = 16;
+
+    /// Adds a pair; gives the oldest.
+    fn turn(&mut self, pair: (u32, u32)) -> (u32, u32) {
+        let oldest = core::mem::replace(&mut self.pairs[self.next], pair);
+        self.next = (self.next + 1) % Self::LEN;
+        oldest
+    }
+}
+
 /// What the search for pairs reads.
 struct Finder<'a> {
     ctx: &'a StepContext,
@@ -131,14 +154,14 @@ struct Finder<'a> {
 
 impl Finder<'_> {
     /// Lists the new pairs of a shape.
-    fn find(&self, row: u32, trees: &[&RTree], out: &mut Vec<u64>) {
+    fn find(&self, row: u32, trees: &[&RTree], queue: &mut Queue, out: &mut Vec<u64>) {
         let shape = self.shapes.at(row);
         for tree in trees {
             tree.query(&shape.fat, |other| {
                 // Of two that look for each other one is enough.
                 let twice = other <= row && (other == row || self.looks.contains(other));
                 if !twice {
-                    self.list(row, shape, other, out);
+                    self.add((row, other), queue, out);
                 }
                 true
             });
@@ -146,24 +169,31 @@ impl Finder<'_> {
     }
 
     /// Lists a pair of the moving tree, unless neither looks for pairs.
-    fn meet(&self, a: u32, b: u32, out: &mut Vec<u64>) {
+    fn meet(&self, a: u32, b: u32, queue: &mut Queue, out: &mut Vec<u64>) {
         if self.looks.contains(a) || self.looks.contains(b) {
-            self.list(a, self.shapes.at(a), b, out);
+            self.add((a, b), queue, out);
         }
     }
 
+    /// Puts a pair whose boxes overlap into the queue, and looks at the one that leaves it.
+    #[inline]
+    fn add(&self, pair: (u32, u32), queue: &mut Queue, out: &mut Vec<u64>) {
+        self.contacts.ask_for_pair(pair);
+        self.list(queue.turn(pair), out);
+    }
+
     /// Lists a pair whose boxes overlap if it is new and may meet.
-    fn list(&self, row: u32, shape: &ShapeRow, other: u32, out: &mut Vec<u64>) {
+    fn list(&self, (a, b): (u32, u32), out: &mut Vec<u64>) {
         // Most are known already, which the set tells by itself.
-        if self.contacts.has_pair(row, other) {
+        if a == b || self.contacts.has_pair(a, b) {
             return;
         }
-        let second = self.shapes.at(other);
-        if shape.body != second.body
-            && !self.pass(shape, second)
-            && may_meet(self.bodies, self.joints, shape, second)
+        let [first, second] = [a, b].map(|row| self.shapes.at(row));
+        if first.body != second.body
+            && !self.pass(first, second)
+            && may_meet(self.bodies, self.joints, first, second)
         {
-            out.push(pair_key(row, other));
+            out.push(pair_key(a, b));
         }
     }
 
