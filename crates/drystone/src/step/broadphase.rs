@@ -85,6 +85,9 @@ pub(crate) fn find_pairs(
     collect_ranges(jobs, n, grain(jobs, n, 32), found, |_, range, out| {
         let mut queue = Queue::default();
         for i in share(&range, n, asking) {
+            if let Some(soon) = moved.get(i + 2 * AHEAD) {
+                shapes.rows.prefetch(*soon, 1);
+            }
             if let Some(row) = moved.get(i) {
                 finder.find(*row, trees, &mut queue, out);
             } else {
