@@ -158,9 +158,7 @@ impl Mesh {
         let packs: Vec<Pack> = Bvh::build(&boxes)
             .groups(LANES)
             .iter()
-            .map(|group| {
-                Pack::new(group.iter().map(|&t| (t, corners(t), normals[t as usize])))
-            })
+            .map(|group| Pack::new(group.iter().map(|&t| (t, corners(t), normals[t as usize]))))
             .collect();
         let faces = packs.iter().flat_map(Pack::lanes).map(|t| {
             let row = t as usize;
@@ -231,7 +229,9 @@ mod tests {
     /// Of the triangle with a number.
     fn face_of(mesh: &Mesh, number: u32) -> (Vec3, &Face) {
         let packs = (0_u32..).zip(&mesh.packs);
-        let mut all = packs.flat_map(|(item, pack)| (0..).zip(pack.numbers()).map(move |(lane, n)| (item, lane, *n)));
+        let mut all = packs.flat_map(|(item, pack)| {
+            (0..).zip(pack.numbers()).map(move |(lane, n)| (item, lane, *n))
+        });
         let (item, lane, _) = all.find(|(.., n)| *n == number).unwrap();
         (mesh.pack(item).normal(lane), mesh.face(item, lane))
     }

@@ -26,8 +26,7 @@ use crate::state::bodies::{Bodies, Body, NONE, Track};
 use crate::state::contacts::{Contact, Contacts, Point, Probe, Slots, Watch};
 use crate::state::shapes::Shapes;
 
-/// So many pairs are looked at closely before those of them that are due are tested: what the next ones need
-/// is on its way from memory meanwhile.
+/// So many pairs are looked at closely together, and then tested: see [`Line`].
 const GROUP: usize = 16;
 
 /// A contact closes fast if it does by more than this part of the thinner body's half thickness in a substep.
@@ -95,8 +94,7 @@ pub(crate) fn update_manifolds(
     let margin = Track::at_least(ctx.margin);
     collect_ranges(jobs, count, least, changes, |worker, range, out| {
         let scratch = meshes.row(worker);
-        // While one group is looked at, what the next one needs is on its way from memory.
-        let mut groups = [Group::default(); 2];
+        let mut line = Line::default();
         for k in range {
             let watch = watches.read(k);
             if watch.waits(margin, &bodies.tracks) {
@@ -105,15 +103,13 @@ pub(crate) fn update_manifolds(
             probes.prefetch(k, 1);
             bodies.rows.prefetch(watch.body_a, 1);
             bodies.rows.prefetch(watch.body_b, 1);
-            let [ready, coming] = &mut groups;
-            coming.add(k);
-            if coming.is_full() {
-                pairs.visit(ready, out, scratch);
-                groups = [*coming, Group::default()];
+            line.coming.add(k);
+            if line.coming.is_full() {
+                pairs.move_on(&mut line, out, scratch);
             }
         }
-        for group in &groups {
-            pairs.visit(group, out, scratch);
+        for _ in 0..Line::STATIONS {
+            pairs.move_on(&mut line, out, scratch);
         }
     });
     seams::hide(ctx, bodies, shapes, contacts, changes, seams, jobs);
@@ -156,6 +152,40 @@ impl Group {
     }
 }
 
+/// The pairs of a group that are due, and how far contacts of them are looked for [m], if that was asked.
+#[derive(Clone, Copy, Default)]
+struct Due {
+    pairs: [(usize, Option<f32>); GROUP],
+    len: usize,
+}
+
+impl Due {
+    fn add(&mut self, place: usize, reach: Option<f32>) {
+        self.pairs[self.len] = (place, reach);
+        self.len += 1;
+    }
+
+    fn pairs(&self) -> &[(usize, Option<f32>)] {
+        &self.pairs[..self.len]
+    }
+}
+
+/// Groups on their way, one at each station: what a group needs at the next one is on its way from memory while others are seen to.
+#[derive(Clone, Copy, Default)]
+struct Line {
+    /// Its bodies are asked for.
+    coming: Group,
+    ready: Group,
+    /// Those of it that are due are known, and their contacts asked for.
+    due: Due,
+    /// And the shapes of these.
+    at_hand: Due,
+}
+
+impl Line {
+    const STATIONS: usize = 4;
+}
+
 /// All pairs that are awake, lent to the workers, and what they are read by.
 struct Pairs<'a> {
     ctx: &'a StepContext,
@@ -167,11 +197,23 @@ struct Pairs<'a> {
 }
 
 impl Pairs<'_> {
-    /// Looks closely at the pairs of a group, and tests those that are due.
-    fn visit(&self, group: &Group, out: &mut Vec<Change>, scratch: &mut MeshScratch) {
+    /// Moves each group on to the next station; the last are tested.
+    fn move_on(&self, line: &mut Line, out: &mut Vec<Change>, scratch: &mut MeshScratch) {
+        self.test(&line.at_hand, out, scratch);
+        for &(k, _) in line.due.pairs() {
+            if let Some(contact) = self.slots.read(self.watches.read(k).row() as usize) {
+                self.shapes.rows.prefetch(contact.shape_a, 2);
+                self.shapes.rows.prefetch(contact.shape_b, 2);
+            }
+        }
+        let due = self.look_at(&line.ready);
+        *line = Line { coming: Group::default(), ready: line.coming, due, at_hand: line.due };
+    }
+
+    /// Looks closely at the pairs of a group; gives those that are due.
+    fn look_at(&self, group: &Group) -> Due {
         let tracks = &self.bodies.tracks;
-        let mut due = [(0, None); GROUP];
-        let mut count = 0;
+        let mut due = Due::default();
         for places in group.places[..group.len].chunks(LANES) {
             let found = dispatch!(self.ctx.level, simd => {
                 let pairs = places.iter().map(|k| (self.watches.read(*k), self.probes.read(*k)));
@@ -185,17 +227,16 @@ impl Pairs<'_> {
                 }
                 watch.close(tracks);
                 self.slots.prefetch(watch.row() as usize, Contact::CACHE_LINES);
-                due[count] = (*k, found.reach.map(|reach| reach[lane]));
-                count += 1;
+                due.add(*k, found.reach.map(|reach| reach[lane]));
             }
         }
-        for &(k, _) in &due[..count] {
-            if let Some(contact) = self.slots.read(self.watches.read(k).row() as usize) {
-                self.shapes.rows.prefetch(contact.shape_a, 2);
-                self.shapes.rows.prefetch(contact.shape_b, 2);
-            }
-        }
-        for &(k, reach) in &due[..count] {
+        due
+    }
+
+    /// Tests pairs.
+    fn test(&self, due: &Due, out: &mut Vec<Change>, scratch: &mut MeshScratch) {
+        let tracks = &self.bodies.tracks;
+        for &(k, reach) in due.pairs() {
             let watch = self.watches.row(k);
             let row = watch.row();
             if let Some(contact) = self.slots.row(row as usize) {

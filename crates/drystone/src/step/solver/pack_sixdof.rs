@@ -13,7 +13,7 @@ use super::turns::Turns;
 use crate::base::jobs::{Executor, for_shares};
 use crate::base::math::Vec3;
 use crate::base::wide::{
-    LANES, Vec3w, Wide, above, gather4, load, min, scatter4, select, splat, sqrt,
+    LANES, Vec3w, Wide, above, gather4, load, min, prefetch, scatter4, select, splat, sqrt,
 };
 use crate::base::wide_quat::Quatw;
 use crate::state::bodies::NONE;
@@ -47,6 +47,7 @@ impl Solver<'_> {
         self.plan.sixdofs.for_blocks(&group.sixdofs, jobs, 8, |batch, blocks| {
             dispatch!(self.ctx.level, simd => {
                 for i in blocks {
+                    self.ask_for_sixdofs(i);
                     self.pack_block(simd, i, batch.class);
                 }
             });
@@ -120,6 +121,23 @@ impl Solver<'_> {
         let b = load_velocity(simd, &self.lines, &block.row_b);
         let b = Velocity { v: b.v + force * beta, w: b.w + sb.mul(moment_b) };
         store_velocity(simd, &self.lines, &block.row_b, b);
+    }
+
+    /// Asks for the joints of the block after the next one, and for what those of the next one point to.
+    #[inline(always)]
+    fn ask_for_sixdofs(&self, block: usize) {
+        let owners = |block| self.plan.sixdofs.owners.get(block).into_iter().flatten();
+        for owner in owners(block + 2).filter(|owner| **owner != NONE) {
+            self.joint_slots.prefetch(*owner as usize, size_of::<Joint>() / 64);
+        }
+        for owner in owners(block + 1) {
+            if let Some(Joint { link: Link::Six(six), .. }) = self.joint(*owner) {
+                prefetch(&six.laws);
+                prefetch(&six.state);
+                prefetch(&six.def.frame_a);
+                prefetch(&six.def.frame_b);
+            }
+        }
     }
 
     /// What a block's joints and their bodies have, and the lines of these; lanes without a joint have none.
