@@ -161,3 +161,34 @@ impl Shapes {
         self.rows.id_at(row).expect("tables name living shapes only")
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use super::{Core, Hull, Shape, Shapes};
+    use crate::base::math::Vec3;
+
+    fn hull_of(shapes: &mut Shapes, size: f32) -> Arc<Hull> {
+        match shapes.solid(&Shape::Box { half_extents: Vec3::splat(size) }).core {
+            Core::Hull(hull) => hull,
+            _ => panic!("a box is a hull"),
+        }
+    }
+
+    #[test]
+    fn boxes_of_a_few_sizes_share_their_hulls_and_few_sizes_are_kept() {
+        let mut shapes = Shapes::default();
+        let first = [1.0, 2.0].map(|size| hull_of(&mut shapes, size));
+        let again = [1.0, 2.0].map(|size| hull_of(&mut shapes, size));
+        for (a, b) in first.iter().zip(&again) {
+            assert!(Arc::ptr_eq(a, b));
+        }
+        assert!(!Arc::ptr_eq(&first[0], &first[1]));
+        for size in 3..100_u8 {
+            hull_of(&mut shapes, f32::from(size));
+        }
+        assert_eq!(shapes.boxes.len(), Shapes::BOXES);
+        assert!(!Arc::ptr_eq(&first[0], &hull_of(&mut shapes, 1.0)));
+    }
+}

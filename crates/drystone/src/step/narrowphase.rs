@@ -27,7 +27,7 @@ use crate::state::contacts::{Contact, Contacts, Point, Probe, Slots, Watch};
 use crate::state::shapes::Shapes;
 
 /// So many pairs are looked at closely together, and then tested: see [`Line`].
-const GROUP: usize = 16;
+const GROUP: usize = 8;
 
 /// A contact closes fast if it does by more than this part of the thinner body's half thickness in a substep.
 const CLOSES: f32 = 0.03;

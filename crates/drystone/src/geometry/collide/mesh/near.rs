@@ -44,11 +44,10 @@ pub(super) struct Near(u64);
 impl Near {
     fn new(number: u32, item: u32, lane: usize) -> Self {
         // A mesh has no more than 2^32 triangles, so far fewer packs.
-        Self(u64::from(number) << 32 | u64::from(item) * LANES as u64 | lane as u64)
+        Self((u64::from(number) << 32) | (u64::from(item) * LANES as u64 + lane as u64))
     }
 
     /// Its number.
-    #[expect(clippy::cast_possible_truncation, reason = "the upper half")]
     pub(super) const fn number(self) -> u32 {
         (self.0 >> 32) as u32
     }
