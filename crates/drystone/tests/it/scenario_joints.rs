@@ -226,6 +226,39 @@ fn a_chain_too_short_for_its_posts_stays_whole() {
 }
 
 #[test]
+fn two_balls_on_a_rod_at_the_skin_of_one_keep_their_momentum() {
+    // The rod pulls past the middle of the first ball, which it turns: what the second one loses of its turn about both, the first must
+    // gain of its own.
+    let mut world =
+        World::new(WorldConfig { gravity: Vec3::ZERO, ..WorldConfig::default() }).unwrap();
+    let mut ball = |x: f32, v: Vec3| {
+        let def = BodyDef::dynamic()
+            .with_position([x, 0.0, 0.0])
+            .with_linear_velocity(v)
+            .with_shape(ShapeDef::sphere(0.5))
+            .with_mass(1.0);
+        world.add_body(def).unwrap()
+    };
+    let (first, second) = (ball(0.0, Vec3::ZERO), ball(2.0, vec3(0.0, 1.0, 0.0)));
+    let (skin, length) = (vec3(0.0, 0.5, 0.0), 4.25_f32.sqrt());
+    world.add_joint(JointDef::rod(first, skin, second, Vec3::ZERO, length)).unwrap();
+    let before = world.audit();
+    let mut most = 0.0_f32;
+    for _ in 0..600 {
+        world.step(DT);
+        most = most.max(world.body(first).unwrap().angular_velocity().length());
+    }
+    let after = world.audit();
+    let p = (after.momentum.linear - before.momentum.linear).length();
+    let l = (after.momentum.about_center - before.momentum.about_center).length();
+    // 1 N s and 1 N m s, rounded at each of 4800 substeps, all to one side.
+    let part = 4800.0 * 6.0e-8;
+    assert!(p < part && l < part, "{p} {l}");
+    // The first ball has 0.1 kg m², and all of them 0.5 J.
+    assert!(most > 1.0 && most < 10.0_f32.sqrt(), "{most}");
+}
+
+#[test]
 fn a_flying_chain_keeps_its_momentum() {
     // Two balls of 100 kg, 2.2 m apart on ten links, turn about their middle in empty space.
     let mut world =

@@ -68,7 +68,8 @@ impl Solver<'_> {
         let (beta, sb) = Whitening::gather(simd, read_lanes(&self.whitening, &block.row_b));
         alpha.store_array(&mut block.alpha);
         beta.store_array(&mut block.beta);
-        if sa.is_round(simd) && sb.is_round(simd) {
+        // Distances have no kernel of their own for round bodies.
+        if batch.class != DISTANCE && sa.is_round(simd) && sb.is_round(simd) {
             sa.xx.store_array(&mut block.round[0]);
             sb.xx.store_array(&mut block.round[1]);
         } else {

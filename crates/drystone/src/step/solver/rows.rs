@@ -231,7 +231,8 @@ pub(crate) struct JointBlock {
     pub(crate) row_b: [u32; LANES],
     pub(crate) alpha: Lanes,
     pub(crate) beta: Lanes,
-    /// The one number of S of each body, if the inertia of all of them is the same about every axis; else the first is below 0.
+    /// Of balls the one number of S of each body, if the inertia of all of them is the same about every axis, and nothing in `s_a` and
+    /// `s_b` then; else the first is below 0.
     pub(crate) round: [Lanes; 2],
     /// Arms at the step's start.
     pub(crate) r_a: [Lanes; 3],
@@ -259,7 +260,7 @@ impl JointBlock {
     /// And if all of those are round.
     const ROUND_LINES: usize = core::mem::offset_of!(Self, s_a) / 64;
 
-    /// The inertia of all its bodies is the same about every axis.
+    /// It is one of balls, and the inertia of all its bodies is the same about every axis.
     pub(crate) fn is_round(&self) -> bool {
         self.round[0][0] >= 0.0
     }
