@@ -134,12 +134,13 @@ impl Mesh {
                 }
             }
         }
+        let corners_of = |t: [u32; 3]| t.map(|i| vertices[i as usize]);
         let welded = adjacency::weld(&vertices);
         let mut seen = BTreeSet::new();
         let mut kept = Vec::with_capacity(triangles.len());
         let mut normals = Vec::with_capacity(triangles.len());
         for t in triangles {
-            let Some(normal) = normal_of(t.map(|i| vertices[i as usize])) else { continue };
+            let Some(normal) = normal_of(corners_of(t)) else { continue };
             let mut corners = t.map(|i| welded[i as usize]);
             corners.sort_unstable();
             if seen.insert(corners) {
@@ -151,20 +152,20 @@ impl Mesh {
             return Err(MeshError::NoTriangles);
         }
         let bends = adjacency::bends(&vertices, &kept, &welded);
-        let corners = |t: u32| kept[t as usize].map(|i| vertices[i as usize]);
-        let boxes: Vec<Aabb> =
-            kept.iter().map(|t| Aabb::of_points(t.map(|i| vertices[i as usize]))).collect();
+        let boxes: Vec<Aabb> = kept.iter().map(|t| Aabb::of_points(corners_of(*t))).collect();
         let bounds = boxes.iter().fold(Aabb::EMPTY, |all, b| all.union(b));
         let packs: Vec<Pack> = Bvh::build(&boxes)
             .groups(LANES)
             .iter()
-            .map(|group| Pack::new(group.iter().map(|&t| (t, corners(t), normals[t as usize]))))
+            .map(|group| {
+                let rows = group.iter().map(|&t| (t, t as usize));
+                Pack::new(rows.map(|(t, row)| (t, corners_of(kept[row]), normals[row])))
+            })
             .collect();
-        let faces = packs.iter().flat_map(Pack::lanes).map(|t| {
-            let row = t as usize;
-            Face::new(corners(t), normals[row], bends[row], kept[row])
-        });
-        let faces = faces.collect();
+        let lanes = packs.iter().flat_map(Pack::lanes).map(|t| t as usize);
+        let faces = lanes
+            .map(|row| Face::new(corners_of(kept[row]), normals[row], bends[row], kept[row]))
+            .collect();
         let tree = Tree::new(&Bvh::build(&packs.iter().map(Pack::bounds).collect::<Vec<_>>()));
         Ok(Self { vertices, triangles: kept, packs, faces, tree, bounds })
     }

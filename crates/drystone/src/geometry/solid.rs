@@ -67,20 +67,19 @@ impl Solid {
     /// The smallest box around the solid at `pose`; infinite for a half-space.
     pub(crate) fn aabb(&self, pose: &Pose) -> Aabb {
         let around = |center: Vec3, half: Vec3| Aabb::new(center - half, center + half);
-        if matches!(self.core, Core::Point) {
-            return around(pose.position, Vec3::ZERO).grown(self.radius);
-        }
-        let r = pose.rotation.to_mat3();
+        // Of a ball it is not asked.
+        let turn = || pose.rotation.to_mat3();
         let sharp = match &self.core {
             Core::Point => around(pose.position, Vec3::ZERO),
-            Core::Segment { half_height } => around(pose.position, (r.y * *half_height).abs()),
+            Core::Segment { half_height } => around(pose.position, (turn().y * *half_height).abs()),
             Core::Hull(hull) => match hull.cuboid {
                 Some(half) => {
+                    let r = turn();
                     let extent = r.x.abs() * half.x + r.y.abs() * half.y + r.z.abs() * half.z;
                     around(pose.position, extent)
                 }
                 None => {
-                    let rows = r.transpose();
+                    let rows = turn().transpose();
                     // Not an array that is mapped: compilers make calls of that.
                     let (low_x, high_x) = hull.lanes.reach_along(rows.x);
                     let (low_y, high_y) = hull.lanes.reach_along(rows.y);
@@ -92,6 +91,7 @@ impl Solid {
             Core::Frustum { half_height, radius_bottom, radius_top } => {
                 // A disc of radius R with axis y reaches R sqrt(1 - y_i^2) along world axis i.
                 let reach = |y: f32| greater(1.0 - y * y, 0.0).sqrt();
+                let r = turn();
                 let disc = vec3(reach(r.y.x), reach(r.y.y), reach(r.y.z));
                 let axis = r.y * *half_height;
                 around(pose.position - axis, disc * *radius_bottom)
@@ -101,6 +101,7 @@ impl Solid {
             Core::Mesh(mesh) => {
                 let b = mesh.bounds();
                 let half = b.half_extents();
+                let r = turn();
                 let extent = r.x.abs() * half.x + r.y.abs() * half.y + r.z.abs() * half.z;
                 around(pose.point(b.center()), extent)
             }

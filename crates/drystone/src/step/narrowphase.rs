@@ -26,9 +26,6 @@ use crate::state::bodies::{Bodies, Body, NONE, Track};
 use crate::state::contacts::{Contact, Contacts, Point, Probe, Slots, Watch};
 use crate::state::shapes::Shapes;
 
-/// So many pairs are looked at closely together, and then tested: see [`Line`].
-const GROUP: usize = 8;
-
 /// A contact closes fast if it does by more than this part of the thinner body's half thickness in a substep.
 const CLOSES: f32 = 0.03;
 
@@ -134,38 +131,30 @@ fn look_ahead(ctx: &StepContext, bodies: &mut Bodies, jobs: &dyn Executor) {
     });
 }
 
-/// Some pairs of a chunk that may be near.
+/// Some pairs of a chunk: as many as are looked at closely together, at most.
 #[derive(Clone, Copy, Default)]
-struct Group {
-    places: [usize; GROUP],
+struct Group<T> {
+    pairs: [T; LANES],
     len: usize,
 }
 
-impl Group {
-    fn add(&mut self, place: usize) {
-        self.places[self.len] = place;
+/// Places of pairs that may be near.
+type Near = Group<usize>;
+
+/// Those of pairs that are due, and how far contacts of them are looked for [m], if that was asked.
+type Due = Group<(usize, Option<f32>)>;
+
+impl<T> Group<T> {
+    fn add(&mut self, pair: T) {
+        self.pairs[self.len] = pair;
         self.len += 1;
     }
 
     const fn is_full(&self) -> bool {
-        self.len == GROUP
-    }
-}
-
-/// The pairs of a group that are due, and how far contacts of them are looked for [m], if that was asked.
-#[derive(Clone, Copy, Default)]
-struct Due {
-    pairs: [(usize, Option<f32>); GROUP],
-    len: usize,
-}
-
-impl Due {
-    fn add(&mut self, place: usize, reach: Option<f32>) {
-        self.pairs[self.len] = (place, reach);
-        self.len += 1;
+        self.len == LANES
     }
 
-    fn pairs(&self) -> &[(usize, Option<f32>)] {
+    fn pairs(&self) -> &[T] {
         &self.pairs[..self.len]
     }
 }
@@ -174,8 +163,8 @@ impl Due {
 #[derive(Clone, Copy, Default)]
 struct Line {
     /// Its bodies are asked for.
-    coming: Group,
-    ready: Group,
+    coming: Near,
+    ready: Near,
     /// Those of it that are due are known, and their contacts asked for.
     due: Due,
     /// And the shapes of these.
@@ -207,28 +196,26 @@ impl Pairs<'_> {
             }
         }
         let due = self.look_at(&line.ready);
-        *line = Line { coming: Group::default(), ready: line.coming, due, at_hand: line.due };
+        *line = Line { coming: Near::default(), ready: line.coming, due, at_hand: line.due };
     }
 
     /// Looks closely at the pairs of a group; gives those that are due.
-    fn look_at(&self, group: &Group) -> Due {
+    fn look_at(&self, group: &Near) -> Due {
         let tracks = &self.bodies.tracks;
         let mut due = Due::default();
-        for places in group.places[..group.len].chunks(LANES) {
-            let found = dispatch!(self.ctx.level, simd => {
-                let pairs = places.iter().map(|k| (self.watches.read(*k), self.probes.read(*k)));
-                waits::look(simd, self.ctx, self.bodies, pairs)
-            });
-            for (lane, k) in places.iter().enumerate() {
-                let watch = self.watches.row(*k);
-                if found.due >> lane & 1 == 0 {
-                    watch.open(found.gap[lane], tracks);
-                    continue;
-                }
-                watch.close(tracks);
-                self.slots.prefetch(watch.row() as usize, Contact::CACHE_LINES);
-                due.add(*k, found.reach.map(|reach| reach[lane]));
+        let found = dispatch!(self.ctx.level, simd => {
+            let pairs = group.pairs().iter().map(|k| (self.watches.read(*k), self.probes.read(*k)));
+            waits::look(simd, self.ctx, self.bodies, pairs)
+        });
+        for (lane, k) in group.pairs().iter().enumerate() {
+            let watch = self.watches.row(*k);
+            if found.due >> lane & 1 == 0 {
+                watch.open(found.gap[lane], tracks);
+                continue;
             }
+            watch.close(tracks);
+            self.slots.prefetch(watch.row() as usize, Contact::CACHE_LINES);
+            due.add((*k, found.reach.map(|reach| reach[lane])));
         }
         due
     }

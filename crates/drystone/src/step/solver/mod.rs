@@ -581,7 +581,7 @@ impl Solver<'_> {
         let n = joints.len();
         for_shares(jobs, n, 32, |part| {
             for i in joints.start + part.start..joints.start + part.end {
-                self.prefetch_joints(i + 1);
+                self.prefetch_joints(&self.plan.joints, i + 1);
                 self.store_joints(i);
             }
         });

@@ -5,7 +5,7 @@ use fearless_simd::{Simd, SimdBase, dispatch};
 use super::Solver;
 use super::integrate::four;
 use super::joint::{self, JointSweep};
-use super::layout::Batch;
+use super::layout::{Batch, Layout};
 use super::plan::{DISTANCE, Group};
 use super::root::Roundw;
 use super::rounds::BodyState;
@@ -23,7 +23,7 @@ impl Solver<'_> {
         self.plan.joints.for_blocks(&group.joints, jobs, 8, |batch, blocks| {
             dispatch!(self.ctx.level, simd => {
                 for i in blocks {
-                    self.prefetch_joints(i + 1);
+                    self.prefetch_joints(&self.plan.joints, i + 1);
                     self.pack_joints(simd, i, batch);
                 }
             });
@@ -100,8 +100,8 @@ impl Solver<'_> {
 
     /// Asks for the joints of a block, if there is such a block.
     #[inline(always)]
-    pub(super) fn prefetch_joints(&self, block: usize) {
-        for &owner in self.plan.joints.owners.get(block).into_iter().flatten() {
+    pub(super) fn prefetch_joints(&self, of: &Layout, block: usize) {
+        for &owner in of.owners.get(block).into_iter().flatten() {
             if owner != NONE {
                 self.joint_slots.prefetch(owner as usize, size_of::<Joint>() / 64);
             }

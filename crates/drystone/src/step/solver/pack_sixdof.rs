@@ -126,11 +126,8 @@ impl Solver<'_> {
     /// Asks for the joints of the block after the next one, and for what those of the next one point to.
     #[inline(always)]
     fn ask_for_sixdofs(&self, block: usize) {
-        let owners = |block| self.plan.sixdofs.owners.get(block).into_iter().flatten();
-        for owner in owners(block + 2).filter(|owner| **owner != NONE) {
-            self.joint_slots.prefetch(*owner as usize, size_of::<Joint>() / 64);
-        }
-        for owner in owners(block + 1) {
+        self.prefetch_joints(&self.plan.sixdofs, block + 2);
+        for owner in self.plan.sixdofs.owners.get(block + 1).into_iter().flatten() {
             if let Some(Joint { link: Link::Six(six), .. }) = self.joint(*owner) {
                 prefetch(&six.laws);
                 prefetch(&six.state);
