@@ -3,7 +3,7 @@
 
 use std::sync::Arc;
 
-use drystone::{BodyDef, Material, Mesh, Shape, ShapeDef, Team, Vec3, World, vec3};
+use drystone::{BodyDef, Material, Mesh, Shape, ShapeDef, Team, Vec3, World, WorldConfig, vec3};
 
 const DT: f32 = 1.0 / 60.0;
 
@@ -79,8 +79,48 @@ fn how_islands_are_grouped_does_not_show() {
         }
         let hashes: Vec<u64> = worlds.iter().map(World::state_hash).collect();
         assert!(hashes.iter().all(|hash| *hash == hashes[0]), "step {step}: {hashes:x?}");
+        let events = worlds[0].events();
+        assert!(worlds.iter().all(|world| world.events() == events), "step {step}");
     }
     // Enough that one worker's groups are not those of two: those take 600 contacts of two bodies at least.
     let contacts = worlds[0].counts().contacts;
     assert!(contacts > 800, "{contacts}");
+}
+
+/// Balls and boxes side by side that fly at their middle, and bounce: one island that all workers share, in which most
+/// bodies are hit, many at once, at one point and at four.
+fn crush(workers: usize) -> World {
+    let config = WorldConfig { gravity: Vec3::ZERO, ..WorldConfig::default() };
+    let mut world = World::new(config).unwrap().with_executor(Arc::new(Team::with_threads(workers)));
+    for i in 0..512_u32 {
+        let at = vec3((i % 8) as f32, (i / 8 % 8) as f32, (i / 64) as f32) - Vec3::ONE * 3.5;
+        let shape = match i % 3 {
+            0 => ShapeDef::sphere(0.5),
+            _ => ShapeDef::box_half([0.49, 0.5, 0.48]),
+        };
+        let body = BodyDef::dynamic()
+            .with_position(at * 1.002)
+            .with_linear_velocity(at * -(2.0 + 0.1 * (i % 7) as f32))
+            .with_shape(shape.with_material(material(i)));
+        world.add_body(body).unwrap();
+    }
+    world
+}
+
+#[test]
+fn how_many_workers_share_an_island_does_not_show() {
+    let mut worlds: Vec<World> = [1, 2, 3, 4].map(crush).into();
+    let (mut contacts, mut hits) = (0, 0);
+    for step in 0..30 {
+        for world in &mut worlds {
+            world.step(DT);
+        }
+        let hashes: Vec<u64> = worlds.iter().map(World::state_hash).collect();
+        assert!(hashes.iter().all(|hash| *hash == hashes[0]), "step {step}: {hashes:x?}");
+        let events = worlds[0].events();
+        assert!(worlds.iter().all(|world| world.events() == events), "step {step}");
+        (contacts, hits) = (worlds[0].counts().contacts.max(contacts), hits + events.hits.len());
+    }
+    // Workers share an island from 1,024 ends of contacts on.
+    assert!(contacts > 1000 && hits > 500, "{contacts} contacts, {hits} hits");
 }

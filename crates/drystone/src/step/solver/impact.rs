@@ -4,7 +4,8 @@
 //! hit). Runs: over the islands of a group in which a pair arrives in this step, over contacts
 //! around bodies that take part; other groups pay for a look at one flag a block. In an island of its own group
 //! parallel over touches that are looked at, and over sets of hits that bodies link. Invariant: neither islands nor
-//! sets see each other, so neither grouping nor the number of workers shows.
+//! sets see each other, and hits of a set are taken in the order of their contacts' rows, so neither grouping nor the number
+//! of workers shows.
 //!
 //! In an island, rounds of reflections [Smith12]: points that approach, of bodies that other such points link,
 //! are stopped together, by impulses that only push, and then get e times the same impulses once more. That
@@ -85,6 +86,8 @@ impl End {
 #[derive(Clone, Copy, Debug)]
 struct Hit {
     touch: u32,
+    /// Row of the contact.
+    contact: u32,
     point: u8,
     e: f32,
     /// Speed after over speed before.
@@ -155,7 +158,7 @@ impl Impacts {
                 end.count += 1;
             }
         }
-        // Islands one after the other, and in each what arrives in the order of the colors.
+        // Islands one after the other.
         self.arrivals.sort_unstable();
         let mut island = NONE;
         for i in 0..self.arrivals.len() {
@@ -228,7 +231,8 @@ impl Impacts {
                         }
                     }
                 }
-                self.touches.push(Touch::new(entry));
+                let contact = source.owners[entry.block as usize][usize::from(entry.lane)];
+                self.touches.push(Touch::new(entry, contact));
                 self.next.push(NONE);
                 let [head, tail] = &mut self.runs[run];
                 if *tail == NONE {
@@ -339,8 +343,8 @@ impl Impacts {
                     continue;
                 }
                 let (gain, e) = (touch.gain(j, speed, moment), touch.e);
-                let (point, impulse, part) = (small(j), 0.0, 0);
-                hits.push(Hit { touch: number, point, e, gain, speed, impulse, part });
+                let (contact, point, impulse, part) = (touch.contact, small(j), 0.0, 0);
+                hits.push(Hit { touch: number, contact, point, e, gain, speed, impulse, part });
                 for end in ends_of(source, touch.lines) {
                     ends[end].most = ends[end].most.max(e);
                 }
@@ -361,9 +365,11 @@ impl Impacts {
         }
     }
 
-    /// Hits that bodies link, one set after the other.
+    /// Hits that bodies link, one set after the other, and in each in the order of the contacts' rows: that of the
+    /// touches is the order of blocks, which the number of workers changes.
     fn link_hits(&mut self, source: &Source<'_>) {
         let Self { ends, touches, hits, parts, .. } = self;
+        hits.sort_unstable_by_key(|hit| (hit.contact, hit.point));
         // A set is a tree of hits, each above one of a lower number.
         for i in 0..hits.len() {
             let number = index(i);
@@ -382,7 +388,7 @@ impl Impacts {
                 ends[end].hit = NONE;
             }
         }
-        hits.sort_unstable_by_key(|hit| (hit.part, hit.touch, hit.point));
+        hits.sort_unstable_by_key(|hit| (hit.part, hit.contact, hit.point));
         parts.clear();
         parts.extend((0..hits.len()).filter(|i| *i == 0 || hits[i - 1].part != hits[*i].part));
     }

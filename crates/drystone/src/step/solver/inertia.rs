@@ -202,6 +202,8 @@ pub(crate) struct Frames {
     /// In order.
     islands: Vec<u32>,
     frames: Vec<Frame>,
+    /// Rows of the contacts with what cannot be pushed, in order.
+    supports: Vec<u32>,
 }
 
 impl Frames {
@@ -227,22 +229,25 @@ impl Frames {
 }
 
 impl Solver<'_> {
-    /// Bodies that grow heavier join the motion of their island. Sums are made in the order of bodies,
-    /// which no grouping changes.
+    /// Bodies that grow heavier join the motion of their island. Sums are made in the order of bodies and of
+    /// contacts' rows, which neither grouping nor the number of workers changes.
     pub(super) fn slow_heavier(&self, number: usize) {
         let (group, frames) = (&self.plan.groups[number], self.frames.row(number));
         let body_of = |i: usize| self.bodies.at(self.plan.members[i - 1]);
         frames.begin(group.lines.clone().map(|i| body_of(i).island));
-        for batch in &self.plan.contacts.batches[group.contacts.clone()] {
-            let blocks = if batch.fixed { batch.blocks.clone() } else { 0..0 };
-            for row in self.plan.contacts.owners[blocks].iter().flatten() {
-                let contact =
-                    if *row == NONE { None } else { self.contacts.read(*row as usize).as_ref() };
-                if let Some(contact) = contact {
-                    self.add_support(contact, frames);
-                }
+        let mut supports = core::mem::take(&mut frames.supports);
+        supports.clear();
+        for batch in self.plan.contacts.batches[group.contacts.clone()].iter().filter(|b| b.fixed) {
+            let rows = self.plan.contacts.owners[batch.blocks.clone()].iter().flatten();
+            supports.extend(rows.copied().filter(|row| *row != NONE));
+        }
+        supports.sort_unstable();
+        for row in &supports {
+            if let Some(contact) = self.contacts.read(*row as usize) {
+                self.add_support(contact, frames);
             }
         }
+        frames.supports = supports;
         for i in group.lines.clone() {
             let body = body_of(i);
             let frame = frames.of(body.island);

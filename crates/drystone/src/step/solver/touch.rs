@@ -69,6 +69,8 @@ const ROWS: usize = 7;
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Touch {
     pub(super) lines: [u32; 2],
+    /// Its row.
+    pub(super) contact: u32,
     pub(super) block: u32,
     pub(super) lane: u8,
     count: u8,
@@ -141,8 +143,9 @@ fn combine(rows: &[Lanes; 3], factors: &Lanes) -> Vec3 {
 
 impl Touch {
     /// Not yet looked at.
-    pub(super) fn new(entry: &Entry) -> Self {
-        Self { lines: entry.lines, block: entry.block, lane: entry.lane, ..Self::default() }
+    pub(super) fn new(entry: &Entry, contact: u32) -> Self {
+        let Entry { lines, block, lane, .. } = *entry;
+        Self { lines, contact, block, lane, ..Self::default() }
     }
 
     fn load(&mut self, source: &Source<'_>) {
