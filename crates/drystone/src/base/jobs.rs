@@ -13,12 +13,12 @@ pub trait Executor: Send + Sync + Debug {
     fn workers(&self) -> usize;
 
     /// Calls `task(worker, chunk)` once for every chunk below `chunks`, on any worker in any order,
-    /// and returns when all calls have returned. Two calls at one time have different workers.
+    /// and returns when all calls have returned. Two calls at one time have different workers. A worker had better get the same
+    /// part of the chunks each time, for what it wrote in the last step is in its own cache. Only the time depends on it.
     fn run(&self, chunks: usize, task: &(dyn Fn(usize, usize) + Sync));
 
     /// Phases that follow one another over the same items: calls `task(worker, phase, chunk)` once for every chunk below
-    /// `chunks(phase)`, and those of a phase when all calls of the one before have returned. A worker had better get the same part of
-    /// the chunks in each, for what it wrote in the last one is in its own cache. Only the time depends on it.
+    /// `chunks(phase)`, and those of a phase when all calls of the one before have returned.
     fn run_in_series(
         &self,
         phases: usize,

@@ -1,10 +1,10 @@
 //! Our own worker team: a fixed number of threads that claim chunks.
 //!
-//! Chunks are claimed one by one from the front of a list, so a worker that sleeps or whose core is taken by another program never
-//! holds up a phase: the caller finishes alone. Or each worker has a list of its own, always the same part of the chunks, and who
-//! is done helps the others from the back. Phases that follow one another are told to the workers at once, as a series: a phase
-//! begins for a worker as soon as it sees that all chunks of the one before have returned, which is one cache line from core to core.
-//! Workers spin for some microseconds between series, then park.
+//! Each worker has a list of its own, always the same part of the chunks, so that from step to step it finds what it wrote in its own
+//! cache; who is done helps the others from the back. Chunks are claimed one by one, so a worker that sleeps or whose core is
+//! taken by another program never holds up a phase: the caller finishes alone. Phases that follow one another are told to
+//! the workers at once, as a series: a phase begins for a worker as soon as it sees that all chunks of the one before have returned,
+//! which is one cache line from core to core. Workers look out for the next series for some tenths of a millisecond, then park.
 #![expect(unsafe_code, reason = "the task's lifetime is erased while its series runs")]
 
 use core::cell::UnsafeCell;
@@ -19,11 +19,16 @@ use super::jobs::Executor;
 /// Worker, phase, chunk.
 type Task = dyn Fn(usize, usize, usize) + Sync;
 
-/// About 20 µs of `spin_loop` before a worker parks.
-const SPINS: u32 = 2000;
+/// So often a worker looks for the next series before it parks: 0.2 to 0.5 ms of `spin_loop`, longer than the caller is alone within
+/// most steps. To be woken takes as long as a serial stage (docs/decisions/027-shares-of-a-phase.md).
+const SPINS: u32 = 14_000;
+
+/// So often it looks before it offers the core to others, and again after so many more looks.
+const LOOKS: u32 = 2000;
+const AGAIN: u32 = 100;
 
 /// So often a phase's end is looked for before the core is offered to others.
-const LOOKS: u32 = 500;
+const WAITS: u32 = 500;
 
 /// Most phases of a series.
 const PHASES: usize = 32;
@@ -36,8 +41,6 @@ struct Job {
     task: *const Task,
     /// Of each phase.
     chunks: [u16; PHASES],
-    /// Lists that the chunks are in, those of the first workers.
-    lists: usize,
 }
 
 /// A number for each phase of a series, [`tagged`], alone on its cache lines.
@@ -45,20 +48,14 @@ struct Job {
 #[repr(align(128))]
 struct PerPhase([AtomicU64; PHASES]);
 
-/// The chunks of a list that are not yet claimed, in one word: the series' epoch in the upper half, then whether all take from the
-/// front, how many were claimed from the back, and how many are left.
+/// The chunks of a list that are not yet claimed, in one word: the series' epoch in the upper half, then how many were claimed from
+/// the back, and how many are left.
 #[derive(Clone, Copy, Debug)]
 struct Word(u64);
 
 impl Word {
-    const COMMON: u64 = 1 << 31;
-
-    fn new(epoch: u32, is_common: bool, left: usize) -> Self {
-        Self(tagged(epoch, left) | if is_common { Self::COMMON } else { 0 })
-    }
-
-    fn is_common(self) -> bool {
-        self.0 & Self::COMMON != 0
+    fn new(epoch: u32, left: usize) -> Self {
+        Self(tagged(epoch, left))
     }
 
     fn left(self) -> usize {
@@ -138,35 +135,30 @@ impl Shared {
             let mut returned = Returned { open, panicked, chunks: 0 };
             for k in 0..n {
                 let list = (worker + k) % n;
-                while let Some((word, back)) = self.claim(epoch, phase, list, k > 0) {
+                // From the back of the others' lists: what stands at the front they come to soon.
+                let back = k > 0;
+                while let Some(word) = self.claim(epoch, phase, list, back) {
                     returned.chunks += 1;
                     // SAFETY: this worker holds a claimed chunk, so the job is that of this series.
                     let job = unsafe { &*self.job.get() };
                     // SAFETY: the caller keeps the task alive until every chunk has returned.
                     let task = unsafe { &*job.task };
-                    let end = part(job.chunks[phase].into(), job.lists, list).end - word.back();
+                    let end = part(job.chunks[phase].into(), n, list).end - word.back();
                     task(worker, phase, if back { end - 1 } else { end - word.left() });
                 }
             }
         }
     }
 
-    /// Claims a chunk of a list, if one is left: what was there before, and whether it is the one at the back.
-    fn claim(
-        &self,
-        epoch: u32,
-        phase: usize,
-        list: usize,
-        is_others: bool,
-    ) -> Option<(Word, bool)> {
+    /// Claims a chunk from one end of a list, if one is left: gives what was there before.
+    fn claim(&self, epoch: u32, phase: usize, list: usize, back: bool) -> Option<Word> {
         let claims = &self.claims[list].0[phase];
         let mut seen = Word(claims.load(Ordering::Acquire));
         while seen.left() > 0 && untagged(seen.0).0 == epoch {
-            let back = is_others && !seen.is_common();
             let next = seen.claimed(back).0;
             let (success, failure) = (Ordering::AcqRel, Ordering::Acquire);
             match claims.compare_exchange_weak(seen.0, next, success, failure) {
-                Ok(_) => return Some((seen, back)),
+                Ok(_) => return Some(seen),
                 Err(now) => seen = Word(now),
             }
         }
@@ -183,7 +175,7 @@ impl Shared {
             }
             looks = looks.saturating_add(1);
             // A claimed chunk may wait for this very core: let the others run.
-            if looks > LOOKS { yield_now() } else { spin_loop() }
+            if looks > WAITS { yield_now() } else { spin_loop() }
         }
     }
 
@@ -193,10 +185,12 @@ impl Shared {
             let is_idle = |last: u64| {
                 self.series.load(Ordering::SeqCst) == last && !self.quit.load(Ordering::SeqCst)
             };
-            let mut spins = 0;
-            while is_idle(last) && spins < SPINS {
-                spin_loop();
-                spins += 1;
+            let mut looks = 0;
+            while is_idle(last) && looks < SPINS {
+                looks += 1;
+                // The caller itself, or another program, may wait for this very core.
+                let offer = looks >= LOOKS && looks.is_multiple_of(AGAIN);
+                if offer { yield_now() } else { spin_loop() }
             }
             if is_idle(last) {
                 self.parked.fetch_add(1, Ordering::SeqCst);
@@ -261,7 +255,7 @@ impl Team {
             claims: (0..workers).map(|_| PerPhase::default()).collect(),
             open: PerPhase::default(),
             series: AtomicU64::new(0),
-            job: UnsafeCell::new(Job { task: nothing, chunks: [0; PHASES], lists: 1 }),
+            job: UnsafeCell::new(Job { task: nothing, chunks: [0; PHASES] }),
             parked: AtomicUsize::new(0),
             quit: AtomicBool::new(false),
             panicked: AtomicBool::new(false),
@@ -289,7 +283,7 @@ impl Executor for Team {
     fn run(&self, chunks: usize, task: &(dyn Fn(usize, usize) + Sync)) {
         for first in (0..chunks).step_by(MOST) {
             let n = MOST.min(chunks - first);
-            self.series(0..1, 1, &|_| n, &|worker, _, chunk| task(worker, first + chunk));
+            self.series(0..1, &|_| n, &|worker, _, chunk| task(worker, first + chunk));
         }
     }
 
@@ -299,11 +293,10 @@ impl Executor for Team {
         chunks: &dyn Fn(usize) -> usize,
         task: &(dyn Fn(usize, usize, usize) + Sync),
     ) {
-        let lists = self.workers();
         for first in (0..phases).step_by(PHASES) {
             let range = first..phases.min(first + PHASES);
             if range.clone().all(|phase| chunks(phase) <= MOST) {
-                self.series(range, lists, chunks, task);
+                self.series(range, chunks, task);
             } else {
                 range.for_each(|phase| self.run(chunks(phase), &|w, chunk| task(w, phase, chunk)));
             }
@@ -316,7 +309,6 @@ impl Team {
     fn series(
         &self,
         range: Range<usize>,
-        lists: usize,
         chunks: &dyn Fn(usize) -> usize,
         task: &(dyn Fn(usize, usize, usize) + Sync),
     ) {
@@ -339,14 +331,15 @@ impl Team {
         };
         // SAFETY: no chunk is claimed between series, so nobody reads the job now.
         let job = unsafe { &mut *shared.job.get() };
-        (job.task, job.lists) = (erased, lists);
+        job.task = erased;
+        let lists = shared.claims.len();
         for phase in 0..phases {
             let n = chunks(first + phase).min(MOST);
             job.chunks[phase] = u16::try_from(n).expect("at most MOST");
             shared.open.0[phase].store(tagged(epoch, n), Ordering::Relaxed);
             for (list, claims) in shared.claims.iter().enumerate() {
-                let n = if list < lists { part(n, lists, list).len() } else { 0 };
-                claims.0[phase].store(Word::new(epoch, lists == 1, n).0, Ordering::Release);
+                let n = part(n, lists, list).len();
+                claims.0[phase].store(Word::new(epoch, n).0, Ordering::Release);
             }
         }
         shared.series.store(tagged(epoch, phases), Ordering::SeqCst);

@@ -91,7 +91,8 @@ fn how_islands_are_grouped_does_not_show() {
 /// bodies are hit, many at once, at one point and at four.
 fn crush(workers: usize) -> World {
     let config = WorldConfig { gravity: Vec3::ZERO, ..WorldConfig::default() };
-    let mut world = World::new(config).unwrap().with_executor(Arc::new(Team::with_threads(workers)));
+    let mut world =
+        World::new(config).unwrap().with_executor(Arc::new(Team::with_threads(workers)));
     for i in 0..512_u32 {
         let at = vec3((i % 8) as f32, (i / 8 % 8) as f32, (i / 64) as f32) - Vec3::ONE * 3.5;
         let shape = match i % 3 {
