@@ -221,7 +221,8 @@ fn part(chunks: usize, lists: usize, list: usize) -> Range<usize> {
     (chunks * list).div_ceil(lists)..(chunks * (list + 1)).div_ceil(lists)
 }
 
-/// A team of threads that lives as long as the value.
+/// A team of threads that lives as long as the value. When a step is over its workers look out for the next one for up to half a
+/// millisecond, offering their cores to others, and then sleep.
 pub struct Team {
     shared: Arc<Shared>,
     threads: Vec<JoinHandle<()>>,
