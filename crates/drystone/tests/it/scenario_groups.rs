@@ -70,17 +70,22 @@ fn heaps(workers: usize) -> World {
     world
 }
 
+/// A step of each: they are to have the same bits after it, and to report the same.
+fn step_alike(worlds: &mut [World], step: u32) {
+    for world in &mut *worlds {
+        world.step(DT);
+    }
+    let hashes: Vec<u64> = worlds.iter().map(World::state_hash).collect();
+    assert!(hashes.iter().all(|hash| *hash == hashes[0]), "step {step}: {hashes:x?}");
+    let events = worlds[0].events();
+    assert!(worlds.iter().all(|world| world.events() == events), "step {step}");
+}
+
 #[test]
 fn how_islands_are_grouped_does_not_show() {
     let mut worlds: Vec<World> = [1, 2, 4].map(heaps).into();
     for step in 0..40 {
-        for world in &mut worlds {
-            world.step(DT);
-        }
-        let hashes: Vec<u64> = worlds.iter().map(World::state_hash).collect();
-        assert!(hashes.iter().all(|hash| *hash == hashes[0]), "step {step}: {hashes:x?}");
-        let events = worlds[0].events();
-        assert!(worlds.iter().all(|world| world.events() == events), "step {step}");
+        step_alike(&mut worlds, step);
     }
     // Enough that one worker's groups are not those of two: those take 600 contacts of two bodies at least.
     let contacts = worlds[0].counts().contacts;
@@ -113,14 +118,9 @@ fn how_many_workers_share_an_island_does_not_show() {
     let mut worlds: Vec<World> = [1, 2, 3, 4].map(crush).into();
     let (mut contacts, mut hits) = (0, 0);
     for step in 0..30 {
-        for world in &mut worlds {
-            world.step(DT);
-        }
-        let hashes: Vec<u64> = worlds.iter().map(World::state_hash).collect();
-        assert!(hashes.iter().all(|hash| *hash == hashes[0]), "step {step}: {hashes:x?}");
-        let events = worlds[0].events();
-        assert!(worlds.iter().all(|world| world.events() == events), "step {step}");
-        (contacts, hits) = (worlds[0].counts().contacts.max(contacts), hits + events.hits.len());
+        step_alike(&mut worlds, step);
+        contacts = worlds[0].counts().contacts.max(contacts);
+        hits += worlds[0].events().hits.len();
     }
     // Workers share an island from 1,024 ends of contacts on.
     assert!(contacts > 1000 && hits > 500, "{contacts} contacts, {hits} hits");
