@@ -48,16 +48,12 @@ struct Job {
 #[repr(align(128))]
 struct PerPhase([AtomicU64; PHASES]);
 
-/// The chunks of a list that are not yet claimed, in one word: the series' epoch in the upper half, then how many were claimed from
-/// the back, and how many are left.
+/// The chunks of a list that are not yet claimed, in one word, [`tagged`] at first: the series' epoch in the upper half, then how many
+/// were claimed from the back, and how many are left.
 #[derive(Clone, Copy, Debug)]
 struct Word(u64);
 
 impl Word {
-    fn new(epoch: u32, left: usize) -> Self {
-        Self(tagged(epoch, left))
-    }
-
     fn left(self) -> usize {
         usize::try_from(self.0 & 0xffff).unwrap_or(0)
     }
@@ -339,8 +335,8 @@ impl Team {
             job.chunks[phase] = u16::try_from(n).expect("at most MOST");
             shared.open.0[phase].store(tagged(epoch, n), Ordering::Relaxed);
             for (list, claims) in shared.claims.iter().enumerate() {
-                let n = part(n, lists, list).len();
-                claims.0[phase].store(Word::new(epoch, n).0, Ordering::Release);
+                let left = part(n, lists, list).len();
+                claims.0[phase].store(tagged(epoch, left), Ordering::Release);
             }
         }
         shared.series.store(tagged(epoch, phases), Ordering::SeqCst);

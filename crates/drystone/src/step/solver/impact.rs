@@ -175,7 +175,8 @@ impl Impacts {
     fn enter(&mut self, source: &Source<'_>, i: usize, extra: &Extra) {
         let block = source.blocks.read(i);
         for lane in 0..LANES {
-            if source.owners[i][lane] == NONE || !(extra.restitution[lane] > 0.0) {
+            let contact = source.owners[i][lane];
+            if contact == NONE || !(extra.restitution[lane] > 0.0) {
                 continue;
             }
             let lines = [block.row_a[lane], block.row_b[lane]];
@@ -193,7 +194,7 @@ impl Impacts {
                 self.ends[end].count += 1;
             }
             let (block, lane) = (index(i), small(lane));
-            self.entries.push(Entry { lines, block, lane, touch: NONE });
+            self.entries.push(Entry { lines, contact, block, lane, touch: NONE });
         }
     }
 
@@ -231,8 +232,7 @@ impl Impacts {
                         }
                     }
                 }
-                let contact = source.owners[entry.block as usize][usize::from(entry.lane)];
-                self.touches.push(Touch::new(entry, contact));
+                self.touches.push(Touch::new(entry));
                 self.next.push(NONE);
                 let [head, tail] = &mut self.runs[run];
                 if *tail == NONE {

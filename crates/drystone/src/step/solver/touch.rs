@@ -50,6 +50,8 @@ pub(super) struct Moment {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Entry {
     pub(super) lines: [u32; 2],
+    /// Its row.
+    pub(super) contact: u32,
     pub(super) block: u32,
     pub(super) lane: u8,
     /// Its touch, once it has one.
@@ -143,8 +145,8 @@ fn combine(rows: &[Lanes; 3], factors: &Lanes) -> Vec3 {
 
 impl Touch {
     /// Not yet looked at.
-    pub(super) fn new(entry: &Entry, contact: u32) -> Self {
-        let Entry { lines, block, lane, .. } = *entry;
+    pub(super) fn new(entry: &Entry) -> Self {
+        let Entry { lines, contact, block, lane, .. } = *entry;
         Self { lines, contact, block, lane, ..Self::default() }
     }
 
