@@ -58,15 +58,21 @@ impl<'a, T> Rows<'a, T> {
     /// row. Changes nothing but time.
     #[inline(always)]
     pub(crate) fn prefetch(&self, i: usize, lines: usize) {
+        (0..lines).for_each(|line| self.prefetch_line(i, line));
+    }
+
+    /// And for one of them.
+    #[inline(always)]
+    pub(crate) fn prefetch_line(&self, i: usize, line: usize) {
         #[cfg(target_arch = "x86_64")]
-        for k in 0..lines {
+        {
             use core::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
-            let line = self.first.wrapping_add(i).cast::<i8>().wrapping_add(64 * k);
+            let line = self.first.wrapping_add(i).cast::<i8>().wrapping_add(64 * line);
             // SAFETY: a prefetch reads nothing and faults at no address; SSE is there on every x86-64.
             unsafe { _mm_prefetch::<_MM_HINT_T0>(line) };
         }
         #[cfg(not(target_arch = "x86_64"))]
-        let _ = (i, lines);
+        let _ = (i, line);
     }
 
     /// Rows `range`.

@@ -19,6 +19,7 @@ pub(crate) mod grow;
 pub(crate) mod jobs;
 pub(crate) mod team;
 pub(crate) mod disjoint;
+pub(crate) mod shared;
 pub(crate) mod pieces;
 pub(crate) mod wide;
 pub(crate) mod wide_quat;

@@ -1,13 +1,26 @@
 //! A set of 64-bit keys: which pairs of shapes have a contact. Never iterated, so its order cannot
-//! be observed.
+//! be observed: neither can who of several workers was first.
 
+use core::sync::atomic::{AtomicU64, Ordering};
+
+use super::jobs::{Executor, Inline, for_ranges, grain};
 use super::wide::prefetch;
 
+/// So many keys ahead their places are asked for.
+const AHEAD: usize = 8;
+
 /// Open addressing with linear probing; key 0 is reserved.
-#[derive(Clone, Debug, Default)]
+#[derive(Debug, Default)]
 pub(crate) struct PairSet {
-    keys: Vec<u64>,
+    keys: Vec<AtomicU64>,
     len: usize,
+}
+
+impl Clone for PairSet {
+    fn clone(&self) -> Self {
+        let keys = self.keys.iter().map(|key| key.load(Ordering::Relaxed).into()).collect();
+        Self { keys, len: self.len }
+    }
 }
 
 /// The key of an unordered pair of different row numbers.
@@ -26,6 +39,20 @@ impl PairSet {
         h & (self.keys.len() - 1)
     }
 
+    const fn after(&self, place: usize) -> usize {
+        (place + 1) & (self.keys.len() - 1)
+    }
+
+    #[inline]
+    fn at(&self, place: usize) -> u64 {
+        self.keys[place].load(Ordering::Relaxed)
+    }
+
+    #[inline]
+    fn put(&mut self, place: usize, key: u64) {
+        *self.keys[place].get_mut() = key;
+    }
+
     #[inline]
     pub(crate) fn contains(&self, key: u64) -> bool {
         if self.keys.is_empty() {
@@ -33,10 +60,10 @@ impl PairSet {
         }
         let mut i = self.start(key);
         loop {
-            match self.keys[i] {
+            match self.at(i) {
                 0 => return false,
                 k if k == key => return true,
-                _ => i = (i + 1) & (self.keys.len() - 1),
+                _ => i = self.after(i),
             }
         }
     }
@@ -52,70 +79,117 @@ impl PairSet {
     /// Adds `key`; false if it was there.
     pub(crate) fn insert(&mut self, key: u64) -> bool {
         if 2 * (self.len + 1) > self.keys.len() {
-            self.grow();
+            self.grow(self.len + 1, &Inline);
         }
         let mut i = self.start(key);
         loop {
-            match self.keys[i] {
+            match self.at(i) {
                 0 => break,
                 k if k == key => return false,
-                _ => i = (i + 1) & (self.keys.len() - 1),
+                _ => i = self.after(i),
             }
         }
-        self.keys[i] = key;
+        self.put(i, key);
         self.len += 1;
         true
+    }
+
+    /// Adds keys that are not there yet, each once.
+    pub(crate) fn insert_new(&mut self, keys: &[u64], jobs: &dyn Executor) {
+        let len = self.len + keys.len();
+        if 2 * len > self.keys.len() {
+            self.grow(len, jobs);
+        }
+        self.claim_all(keys, |key| *key, jobs);
+        self.len = len;
+    }
+
+    /// Gives each key a place. A world of one thread needs no exchange for that.
+    fn claim_all<T: Sync>(
+        &mut self,
+        keys: &[T],
+        key: impl Fn(&T) -> u64 + Sync,
+        jobs: &dyn Executor,
+    ) {
+        let alone = jobs.workers() == 1;
+        let set = &*self;
+        for_ranges(jobs, keys.len(), grain(jobs, keys.len(), 64), |range| {
+            for k in range {
+                if let Some(soon) = keys.get(k + AHEAD) {
+                    set.prefetch(key(soon));
+                }
+                match key(&keys[k]) {
+                    0 => {}
+                    key => set.claim(key, alone),
+                }
+            }
+        });
+    }
+
+    fn claim(&self, key: u64, alone: bool) {
+        let mut i = self.start(key);
+        loop {
+            if self.at(i) == 0 {
+                if alone {
+                    self.keys[i].store(key, Ordering::Relaxed);
+                    return;
+                }
+                let place = &self.keys[i];
+                if place.compare_exchange(0, key, Ordering::Relaxed, Ordering::Relaxed).is_ok() {
+                    return;
+                }
+            }
+            i = self.after(i);
+        }
     }
 
     pub(crate) fn remove(&mut self, key: u64) {
         if self.keys.is_empty() {
             return;
         }
-        let mask = self.keys.len() - 1;
         let mut hole = self.start(key);
-        while self.keys[hole] != key {
-            if self.keys[hole] == 0 {
+        while self.at(hole) != key {
+            if self.at(hole) == 0 {
                 return;
             }
-            hole = (hole + 1) & mask;
+            hole = self.after(hole);
         }
         self.len -= 1;
         // Close the gap: pull back every later key of the run that may stand in the hole.
         let mut i = hole;
         loop {
-            self.keys[hole] = 0;
+            self.put(hole, 0);
             loop {
-                i = (i + 1) & mask;
-                if self.keys[i] == 0 {
+                i = self.after(i);
+                if self.at(i) == 0 {
                     return;
                 }
-                let home = self.start(self.keys[i]);
+                let home = self.start(self.at(i));
                 let stays =
                     if hole <= i { hole < home && home <= i } else { hole < home || home <= i };
                 if !stays {
                     break;
                 }
             }
-            self.keys[hole] = self.keys[i];
+            self.put(hole, self.at(i));
             hole = i;
         }
     }
 
-    fn grow(&mut self) {
-        let old = core::mem::take(&mut self.keys);
-        self.keys = vec![0; (old.len() * 2).max(64)];
-        self.len = 0;
-        for key in old {
-            if key != 0 {
-                self.insert(key);
-            }
-        }
+    /// Makes room for `len` keys in all.
+    fn grow(&mut self, len: usize, jobs: &dyn Executor) {
+        let room = (2 * len).next_power_of_two().max(64);
+        let new = core::iter::repeat_with(AtomicU64::default).take(room).collect();
+        let old = core::mem::replace(&mut self.keys, new);
+        self.claim_all(&old, |key| key.load(Ordering::Relaxed), jobs);
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::{PairSet, pair_key};
+    use crate::base::jobs::Inline;
+    use crate::base::team::Team;
 
     #[test]
     fn pairs_come_and_go() {
@@ -128,6 +202,36 @@ mod tests {
         }
         for i in 0..500 {
             assert_eq!(set.contains(pair_key(i, i + 7)), i % 3 != 0, "{i}");
+        }
+    }
+
+    #[test]
+    fn many_come_at_once_whoever_adds_them() {
+        let keys =
+            |from: u32| (from..from + 10_000).map(|i| pair_key(i, i * 7 + 1)).collect::<Vec<_>>();
+        for workers in 1..=4 {
+            let (team, mut set) = (Team::new(workers), PairSet::default());
+            set.insert_new(&keys(5), &Inline);
+            // Into a table that has room, and one that grows.
+            for from in [10_005, 20_005, 40_005] {
+                set.insert_new(&keys(from), &team);
+            }
+            assert_eq!(set.len, 40_000);
+            let there = |i: u32| set.contains(pair_key(i, i * 7 + 1));
+            assert!(
+                (0..60_000).all(
+                    |i| there(i) == ((5..30_005).contains(&i) || (40_005..50_005).contains(&i))
+                )
+            );
+            for key in keys(20_005) {
+                set.remove(key);
+            }
+            let there = |i: u32| set.contains(pair_key(i, i * 7 + 1));
+            assert!(
+                (0..60_000).all(
+                    |i| there(i) == ((5..20_005).contains(&i) || (40_005..50_005).contains(&i))
+                )
+            );
         }
     }
 }

@@ -8,7 +8,7 @@ use core::cell::UnsafeCell;
 use serde::ser::SerializeSeq;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-use super::wide::prefetch_lines;
+use super::wide::{prefetch_line, prefetch_lines};
 
 /// Rows of a piece. The first is shorter while the table is.
 const PIECE: usize = 1024;
@@ -157,6 +157,14 @@ impl<T> PieceRows<'_, T> {
     pub(crate) fn prefetch(&self, i: usize, lines: usize) {
         if let Some(cell) = self.pieces.get(i / PIECE).and_then(|piece| piece.get(i % PIECE)) {
             prefetch_lines(cell, lines);
+        }
+    }
+
+    /// And for one of them.
+    #[inline(always)]
+    pub(crate) fn prefetch_line(&self, i: usize, line: usize) {
+        if let Some(cell) = self.pieces.get(i / PIECE).and_then(|piece| piece.get(i % PIECE)) {
+            prefetch_line(cell, line);
         }
     }
 }

@@ -1,17 +1,19 @@
 //! Contacts: one row a pair of shapes whose boxes overlap; a pair with a mesh has several rows, one a
 //! manifold. Rows are made by broadphase, manifolds written by narrowphase, impulses by the solver.
 
+pub(crate) mod enter;
+
 use serde::{Deserialize, Serialize};
 
 use super::bodies::{Bodies, Body, NONE, Track};
 use super::colors::Place;
 use super::def::BodyKind;
-use crate::base::grow;
 use crate::base::math::Vec3;
 use crate::base::pair_set::{PairSet, pair_key};
 use crate::base::pieces::{PieceRows, Pieces};
 use crate::base::quat::Quat;
-use crate::base::wide::{prefetch, prefetch_line, prefetch_lines};
+use crate::base::shared::Shared;
+use crate::base::wide::prefetch_lines;
 use crate::geometry::manifold::PairCache;
 
 /// A point of a contact: half a cache line, a row of four numbers as the solver loads it first.
@@ -124,11 +126,18 @@ impl Probe {
     }
 }
 
-/// A link in a body's list of contacts: contact row × 2 + side.
-#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+/// A link in a body's list of contacts: contact row × 2 + side. It belongs to the body: the two of a contact may be written by
+/// two workers at once.
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Link {
-    pub(crate) previous: u32,
-    pub(crate) next: u32,
+    pub(crate) previous: Shared,
+    pub(crate) next: Shared,
+}
+
+impl Default for Link {
+    fn default() -> Self {
+        Self { previous: Shared::new(NONE), next: Shared::new(NONE) }
+    }
 }
 
 /// A contact. What the solver reads of it stands first, a cache line and half of one for each point.
@@ -327,28 +336,6 @@ impl Contacts {
         self.pairs.prefetch(pair_key(shape_a, shape_b));
     }
 
-    /// Asks for what [`Self::enter`] will write to for this pair: its place among all, and where its bodies name their
-    /// lists.
-    #[inline]
-    pub(crate) fn ask_for_lists(&self, pair: u64, row: u32, bodies: &Bodies) {
-        self.pairs.prefetch(pair);
-        let contact = self.at(row);
-        prefetch(&bodies.at(contact.body_a).contacts);
-        prefetch(&bodies.at(contact.body_b).contacts);
-    }
-
-    /// And, where that has come, for the first contacts of those lists.
-    #[inline]
-    pub(crate) fn ask_for_firsts(&self, row: u32, bodies: &Bodies) {
-        const LINE: usize = core::mem::offset_of!(Contact, links) / 64;
-        let contact = self.at(row);
-        for body in [contact.body_a, contact.body_b] {
-            if let Some(first) = self.rows.get(bodies.at(body).contacts as usize / 2) {
-                prefetch_line(first, LINE);
-            }
-        }
-    }
-
     /// All rows, empty ones too; for stages that lend rows to workers.
     pub(crate) fn slots_mut(&mut self) -> Slots<'_> {
         self.rows.lend()
@@ -373,14 +360,6 @@ impl Contacts {
         self.pairs.contains(pair_key(shape_a, shape_b))
     }
 
-    /// Adds a row, see [`Self::enter`].
-    pub(crate) fn insert(&mut self, contact: Contact, bodies: &mut Bodies) -> u32 {
-        let row = self.take_row();
-        self.put(row, Some(contact));
-        self.enter(row, bodies);
-        row
-    }
-
     /// Makes room for `n` more at once: growing step by step would copy the table several times.
     pub(crate) fn make_room(&mut self, n: usize) {
         self.rows.make_room(n.saturating_sub(self.free.len()));
@@ -400,35 +379,6 @@ impl Contacts {
         }
     }
 
-    /// Links a filled row into its bodies' lists; its links are set here and it gets a probe, not awake.
-    pub(crate) fn enter(&mut self, row: u32, bodies: &mut Bodies) {
-        let place = u32::try_from(self.watches.len()).expect("fewer than 2^31 contacts");
-        let contact = self.at_mut(row);
-        let sides @ [body_a, body_b] = [contact.body_a, contact.body_b];
-        let (is_part, key) = (contact.is_part, pair_key(contact.shape_a, contact.shape_b));
-        if !is_part {
-            contact.probe = place;
-            let bounces = u32::from(contact.restitution > 0.0);
-            let mut watch = Watch { row: row * 2 + bounces, body_a, body_b, limit: 0 };
-            watch.close(&bodies.tracks);
-            grow::push(&mut self.watches, watch);
-            grow::push(&mut self.probes, Probe::default());
-        }
-        for (side, body) in (0_u32..).zip(sides) {
-            let body = bodies.at_mut(body);
-            let me = row * 2 + side;
-            let next = core::mem::replace(&mut body.contacts, me);
-            self.at_mut(row).links[side as usize] = Link { previous: NONE, next };
-            if next != NONE {
-                // The two sides of one contact are on different bodies, so `next` is another row.
-                self.at_mut(next / 2).links[(next & 1) as usize].previous = me;
-            }
-        }
-        if !is_part {
-            self.pairs.insert(key);
-        }
-    }
-
     /// Takes a row out of the lists; it must be in no color. Gives its bodies.
     pub(crate) fn remove(&mut self, row: u32, bodies: &mut Bodies) -> [u32; 2] {
         self.set_awake(row, false);
@@ -440,21 +390,22 @@ impl Contacts {
             self.place_probe(place);
         }
         let contact = self.at(row);
-        let (links, sides) = (contact.links, [contact.body_a, contact.body_b]);
+        let sides = [contact.body_a, contact.body_b];
+        let links = contact.links.each_ref().map(|link| [link.previous.get(), link.next.get()]);
         let key = pair_key(contact.shape_a, contact.shape_b);
         if !contact.is_part {
             self.pairs.remove(key);
         }
         self.put(row, None);
         for side in 0..2_usize {
-            let Link { previous, next } = links[side];
+            let [previous, next] = links[side];
             if previous == NONE {
                 bodies.at_mut(sides[side]).contacts = next;
             } else {
-                self.at_mut(previous / 2).links[(previous & 1) as usize].next = next;
+                self.at(previous / 2).links[(previous & 1) as usize].next.set(next);
             }
             if next != NONE {
-                self.at_mut(next / 2).links[(next & 1) as usize].previous = previous;
+                self.at(next / 2).links[(next & 1) as usize].previous.set(previous);
             }
         }
         self.free.push(row);
@@ -536,7 +487,7 @@ impl Contacts {
         core::iter::from_fn(move || {
             (at != NONE).then(|| {
                 let (row, side) = (at / 2, at & 1);
-                at = self.at(row).links[side as usize].next;
+                at = self.at(row).links[side as usize].next.get();
                 (row, side)
             })
         })

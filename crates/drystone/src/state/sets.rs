@@ -179,7 +179,7 @@ impl Sets<'_> {
         while at != NONE {
             let row = at / 2;
             let c = self.contacts.at(row);
-            at = c.links[(at & 1) as usize].next;
+            at = c.links[(at & 1) as usize].next.get();
             let (a, b) = (self.bodies.at(c.body_a), self.bodies.at(c.body_b));
             let moves = a.active() || b.active();
             let solvable = (a.active() && a.is_dynamic()) || (b.active() && b.is_dynamic());

@@ -1,8 +1,8 @@
 //! Stage 1: shapes whose box in the tree is new or changed find new pairs, which become contacts.
 //!
 //! Reads: shapes, bounds, bodies. Writes: contacts (rows), bounds (move list). Runs: queries parallel
-//! over moved shapes; rows are taken and entered in the order of the sorted pairs, and filled in
-//! parallel.
+//! over moved shapes; contacts are made and entered in parallel too, and come out as one after the other in the
+//! order of the sorted pairs.
 
 use core::ops::Range;
 
@@ -10,18 +10,17 @@ use super::context::StepContext;
 use super::narrowphase::speculative_margin;
 use crate::base::bit_set::BitSet;
 use crate::base::grow::Slack;
-use crate::base::jobs::{Executor, collect_ranges, for_ranges, grain};
+use crate::base::jobs::{Executor, collect_ranges, for_items, grain};
 use crate::base::math::Vec3;
 use crate::base::pair_set::pair_key;
-use crate::geometry::collide::MAX_PARTS;
 use crate::geometry::manifold::PairCache;
 use crate::geometry::rtree::RTree;
 use crate::geometry::solid::Core;
 use crate::state::bodies::{Bodies, Body, NONE};
 use crate::state::bounds::Bounds;
 use crate::state::colors::Place;
-use crate::state::contacts::Point;
-use crate::state::contacts::{Contact, Contacts, Link};
+use crate::state::contacts::enter::Newcomer;
+use crate::state::contacts::{Contact, Contacts, Point};
 use crate::state::def::BodyKind;
 use crate::state::joints::Joints;
 use crate::state::shapes::{PairSurface, ShapeRow, Shapes};
@@ -33,8 +32,8 @@ pub(crate) struct Scratch {
     /// The rows that look for pairs, to be asked quickly.
     looks: BitSet,
     pairs: Vec<u64>,
-    /// Of each pair: the row of its contact.
-    rows: Vec<u32>,
+    /// Of each pair.
+    new: Vec<Newcomer>,
     slack: Slack,
 }
 
@@ -51,7 +50,7 @@ pub(crate) fn find_pairs(
 ) {
     bounds.tidy(jobs);
     let Bounds { fixed, moving, moved, placed, .. } = bounds;
-    let Scratch { found, pairs, rows, looks, slack } = scratch;
+    let Scratch { found, pairs, new, looks, slack } = scratch;
     // Not what was removed again, nor what a row that was used again stands for.
     moved.retain(|row| moving.leaf(*row) != NONE);
     placed.retain(|row| fixed.leaf(*row) != NONE);
@@ -108,12 +107,12 @@ pub(crate) fn find_pairs(
     pairs.extend(found.iter().flatten());
     if let Some(enough) = slack.look(pairs.len()) {
         pairs.shrink_to(enough);
-        rows.shrink_to(enough);
+        new.shrink_to(enough);
         found.iter_mut().for_each(|list| list.shrink_to(enough));
     }
     pairs.sort_unstable();
     pairs.dedup();
-    create_all(pairs, rows, bodies, shapes, contacts, jobs);
+    create_all(pairs, new, bodies, shapes, contacts, jobs);
 }
 
 /// The part of `all` items that belongs to a range of `n`.
@@ -243,56 +242,28 @@ fn may_meet(bodies: &Bodies, joints: &Joints, a: &ShapeRow, b: &ShapeRow) -> boo
 /// So many pairs ahead what they write to is asked for.
 const AHEAD: usize = 4;
 
-/// Makes the contacts of some pairs: their rows are taken in order, filled by all workers, and entered
-/// in order.
+/// Makes the contacts of some pairs.
 fn create_all(
     pairs: &[u64],
-    rows: &mut Vec<u32>,
+    new: &mut Vec<Newcomer>,
     bodies: &mut Bodies,
     shapes: &Shapes,
     contacts: &mut Contacts,
     jobs: &dyn Executor,
 ) {
-    contacts.make_room(pairs.len());
-    rows.clear();
-    rows.extend(pairs.iter().map(|_| contacts.take_row()));
+    contacts.take_rows(pairs.len(), new);
     let slots = contacts.slots_mut();
-    for_ranges(jobs, pairs.len(), grain(jobs, pairs.len(), 64), |range| {
-        for (key, row) in pairs[range.clone()].iter().zip(&rows[range]) {
+    for_items(jobs, new, grain(jobs, pairs.len(), 64), |first, new| {
+        for (key, n) in pairs[first..].iter().zip(new) {
             #[expect(clippy::cast_possible_truncation, reason = "the halves of a pair key")]
-            let (a, b) = ((key >> 32) as u32, *key as u32);
-            *slots.row(*row as usize) = Some(contact_of(a, b, shapes));
+            let contact = contact_of((key >> 32) as u32, *key as u32, shapes);
+            n.bodies = [contact.body_a, contact.body_b];
+            n.awake = n.bodies.iter().any(|body| bodies.at(*body).active());
+            n.has_parts = shapes.at(contact.shape_a).is_mesh();
+            *slots.row(n.row as usize) = Some(contact);
         }
     });
-    for (k, row) in rows.iter().enumerate() {
-        if let (Some(pair), Some(soon)) = (pairs.get(k + 2 * AHEAD), rows.get(k + 2 * AHEAD)) {
-            contacts.ask_for_lists(*pair, *soon, bodies);
-        }
-        if let Some(soon) = rows.get(k + AHEAD) {
-            contacts.ask_for_firsts(*soon, bodies);
-        }
-        contacts.enter(*row, bodies);
-        let c = contacts.at(*row);
-        let active = bodies.at(c.body_a).active() || bodies.at(c.body_b).active();
-        let is_mesh = shapes.at(c.shape_a).is_mesh();
-        contacts.set_awake(*row, active);
-        if is_mesh {
-            add_parts(*row, bodies, contacts);
-        }
-    }
-}
-
-/// The further parts of a contact with a mesh.
-fn add_parts(first: u32, bodies: &mut Bodies, contacts: &mut Contacts) {
-    let mut last = first;
-    for _ in 1..MAX_PARTS {
-        // The first has the probe and begins the chain; a part does neither.
-        let contact = contacts.at(first).clone();
-        let part = Contact { is_part: true, probe: first, next_part: NONE, ..contact };
-        let row = contacts.insert(part, bodies);
-        contacts.at_mut(last).next_part = row;
-        last = row;
-    }
+    contacts.enter(pairs, new, bodies, jobs);
 }
 
 /// Meshes and half-spaces come first: their manifolds are computed from that side.
@@ -315,7 +286,7 @@ fn contact_of(a: u32, b: u32, shapes: &Shapes) -> Contact {
         shape_b: b,
         body_a: shape_a.body,
         body_b: shape_b.body,
-        links: [Link { previous: NONE, next: NONE }; 2],
+        links: Default::default(),
         probe: NONE,
         place: Place::NOWHERE,
         next_part: NONE,

@@ -163,7 +163,7 @@ fn split_island(island: u32, step: u64, sets: &mut Sets<'_>) {
             while at != NONE {
                 let c = sets.contacts.at(at / 2);
                 let other = if at & 1 == 0 { c.body_b } else { c.body_a };
-                at = c.links[(at & 1) as usize].next;
+                at = c.links[(at & 1) as usize].next.get();
                 if c.count > 0 && !c.sensor {
                     join(component, other, sets);
                 }

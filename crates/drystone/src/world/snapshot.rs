@@ -187,7 +187,8 @@ fn split<const N: usize>(bytes: &mut &[u8]) -> Option<[u8; N]> {
 }
 
 impl World {
-    /// The whole world as bytes, the same on every machine: from them [`World::restore`] makes one that goes on with
+    /// The whole world as bytes, the same on every machine of as many threads (with more of them, contacts stand in
+    /// another order, which shows in no result): from them [`World::restore`] makes one that goes on with
     /// the same bits, whose ids are those of this one, so that what a user holds stays valid. Hulls and meshes are in
     /// it once each. Left out are the executor and the SIMD level, which change no result, and the books of
     /// [`World::begin_ledger`].

@@ -85,10 +85,10 @@ fn check_lists(contacts: &Contacts, bodies: &Bodies, living: usize) -> Check {
             let side = (at & 1) as usize;
             let own = [c.body_a, c.body_b][side] == id.index();
             holds(
-                own && c.links[side].previous == previous,
+                own && c.links[side].previous.get() == previous,
                 "a body names a contact that is not its own",
             )?;
-            (previous, at) = (at, c.links[side].next);
+            (previous, at) = (at, c.links[side].next.get());
             listed += 1;
             holds(listed <= 2 * living, "a list of contacts goes round")?;
         }

@@ -152,7 +152,7 @@ pub(super) fn take_back(
     let mut at = bodies.at(row).contacts;
     while at != NONE {
         let contact = contacts.at_mut(at / 2);
-        at = contact.links[(at & 1) as usize].next;
+        at = contact.links[(at & 1) as usize].next.get();
         if is_mine([contact.body_a, contact.body_b]) {
             contact.scale_impulses(factor);
         }

@@ -1,0 +1,33 @@
+//! A number in a row that several workers hold at once.
+
+use core::sync::atomic::{AtomicU32, Ordering};
+
+use serde::{Deserialize, Serialize};
+
+/// In each phase one worker at most writes it, and then no other reads it: to load and store it takes what a plain number
+/// takes.
+#[derive(Debug, Default, Serialize, Deserialize)]
+#[serde(transparent)]
+pub(crate) struct Shared(AtomicU32);
+
+impl Clone for Shared {
+    fn clone(&self) -> Self {
+        Self::new(self.get())
+    }
+}
+
+impl Shared {
+    pub(crate) const fn new(value: u32) -> Self {
+        Self(AtomicU32::new(value))
+    }
+
+    #[inline]
+    pub(crate) fn get(&self) -> u32 {
+        self.0.load(Ordering::Relaxed)
+    }
+
+    #[inline]
+    pub(crate) fn set(&self, value: u32) {
+        self.0.store(value, Ordering::Relaxed);
+    }
+}

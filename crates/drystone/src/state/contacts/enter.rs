@@ -1,0 +1,243 @@
+//! New contacts enter the tables. What is taken in order, rows and places, one worker takes; all put it down. The result is that
+//! of entering one contact after the other.
+
+use super::{Contact, Contacts, Probe, Watch};
+use crate::base::disjoint::Rows;
+use crate::base::grow;
+use crate::base::jobs::{Executor, for_each, for_ranges, grain};
+use crate::geometry::collide::MAX_PARTS;
+use crate::state::bodies::{Bodies, Body, NONE, Track};
+
+/// So many contacts ahead what they write to is asked for.
+const AHEAD: usize = 4;
+
+/// Fewer are not shared out.
+const LEAST: usize = 64;
+
+/// A contact that is new, from when its pair is found until it stands in all lists.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Newcomer {
+    pub(crate) row: u32,
+    pub(crate) bodies: [u32; 2],
+    /// One of its bodies is active.
+    pub(crate) awake: bool,
+    /// It is of a mesh: it has further parts.
+    pub(crate) has_parts: bool,
+    parts: [u32; MAX_PARTS - 1],
+    /// Of its watch and its probe.
+    place: u32,
+}
+
+impl Newcomer {
+    /// Rows of all parts, the first one included.
+    fn rows(&self) -> impl Iterator<Item = u32> {
+        let parts = if self.has_parts { self.parts.as_slice() } else { &[] };
+        core::iter::once(self.row).chain(parts.iter().copied())
+    }
+}
+
+impl Contacts {
+    /// Takes a row for each of `n` new contacts.
+    pub(crate) fn take_rows(&mut self, n: usize, new: &mut Vec<Newcomer>) {
+        self.make_room(n);
+        new.clear();
+        new.extend((0..n).map(|_| Newcomer { row: self.take_row(), ..Newcomer::default() }));
+    }
+
+    /// Enters contacts whose rows are filled: those of pairs that were not there, with their keys.
+    pub(crate) fn enter(
+        &mut self,
+        keys: &[u64],
+        new: &mut [Newcomer],
+        bodies: &mut Bodies,
+        jobs: &dyn Executor,
+    ) {
+        self.make_places(new, jobs);
+        let parts = new.iter().filter(|n| n.has_parts).count() * (MAX_PARTS - 1);
+        self.make_room(parts);
+        for n in new.iter_mut().filter(|n| n.has_parts) {
+            n.parts = core::array::from_fn(|_| self.take_row());
+        }
+        self.fill(new, &bodies.tracks, jobs);
+        self.link(new, bodies, jobs);
+        self.pairs.insert_new(keys, jobs);
+    }
+
+    /// Gives each new contact its place among what is watched: who is awake stands behind the others that are.
+    fn make_places(&mut self, new: &mut [Newcomer], jobs: &dyn Executor) {
+        let active = new.iter().filter(|n| n.awake).count();
+        let (first, len) = (self.awake, self.watches.len());
+        let asleep = len - first;
+        grow::resize(&mut self.watches, len + new.len(), Watch::default());
+        grow::resize(&mut self.probes, len + new.len(), Probe::default());
+        // Who sleeps makes room, as many as it takes.
+        let (moved, to) = (asleep.min(active), first + asleep.max(active));
+        self.watches.copy_within(first..first + moved, to);
+        self.probes.copy_within(first..first + moved, to);
+        let (slots, watches) = (self.rows.lend(), &self.watches);
+        for_ranges(jobs, moved, grain(jobs, moved, LEAST), |range| {
+            for place in range.map(|i| to + i) {
+                if let Some(contact) = slots.row(watches[place].row() as usize) {
+                    contact.probe = number(place);
+                }
+            }
+        });
+        self.awake += active;
+        let mut next = [number(first + asleep + active), number(first)];
+        for n in new {
+            let next = &mut next[usize::from(n.awake)];
+            n.place = *next;
+            *next += 1;
+        }
+    }
+
+    /// Makes the watches and the parts, and tells the contacts of them.
+    fn fill(&mut self, new: &[Newcomer], tracks: &[Track], jobs: &dyn Executor) {
+        let Self { rows, watches, probes, .. } = self;
+        let slots = rows.lend();
+        let (watches, probes) = (Rows::new(watches), Rows::new(probes));
+        for_ranges(jobs, new.len(), grain(jobs, new.len(), LEAST), |range| {
+            for n in &new[range] {
+                let Some(contact) = slots.row(n.row as usize) else { continue };
+                contact.probe = n.place;
+                let bounces = u32::from(contact.restitution > 0.0);
+                let [body_a, body_b] = n.bodies;
+                let watch = watches.row(n.place as usize);
+                *watch = Watch { row: n.row * 2 + bounces, body_a, body_b, limit: 0 };
+                watch.close(tracks);
+                *probes.row(n.place as usize) = Probe::default();
+                if !n.has_parts {
+                    continue;
+                }
+                contact.next_part = n.parts[0];
+                for (k, row) in n.parts.iter().enumerate() {
+                    // The first has the probe and begins the chain; a part does neither.
+                    let next_part = n.parts.get(k + 1).copied().unwrap_or(NONE);
+                    let first = contact.clone();
+                    let part = Contact { is_part: true, probe: n.row, next_part, ..first };
+                    *slots.row(*row as usize) = Some(part);
+                }
+            }
+        });
+    }
+
+    /// Puts the contacts at the heads of their bodies' lists. Every worker goes through all of them and sees to bodies of its own.
+    fn link(&mut self, new: &[Newcomer], bodies: &mut Bodies, jobs: &dyn Executor) {
+        const LINKS: usize = core::mem::offset_of!(Contact, links) / 64;
+        const LIST: usize = core::mem::offset_of!(Body, contacts) / 64;
+        let slots = self.rows.lend();
+        let bodies = Rows::new(bodies.rows.values_mut());
+        let owners = (new.len() / LEAST).clamp(1, jobs.workers());
+        for_each(jobs, owners, |_, owner| {
+            let own = |n: &Newcomer| {
+                let sides = [(0, n.bodies[0]), (1, n.bodies[1])];
+                sides.into_iter().filter(move |(_, body)| *body as usize % owners == owner)
+            };
+            for (k, n) in new.iter().enumerate() {
+                if let Some(soon) = new.get(k + 2 * AHEAD) {
+                    for (_, body) in own(soon) {
+                        bodies.prefetch_line(body as usize, 0);
+                        bodies.prefetch_line(body as usize, LIST);
+                    }
+                }
+                if let Some(soon) = new.get(k + AHEAD) {
+                    for (_, body) in own(soon) {
+                        let first =
+                            bodies.read(body as usize).as_ref().map_or(NONE, |b| b.contacts);
+                        slots.prefetch_line(first as usize / 2, LINKS);
+                    }
+                }
+                for row in n.rows() {
+                    for (side, body) in own(n) {
+                        let Some(body) = bodies.row(body as usize) else { continue };
+                        let me = row * 2 + side;
+                        let next = core::mem::replace(&mut body.contacts, me);
+                        let link = |at: u32| {
+                            let contact = slots.read(at as usize / 2).as_ref();
+                            contact.map(|c| &c.links[(at & 1) as usize])
+                        };
+                        if let Some(link) = link(me) {
+                            link.next.set(next);
+                        }
+                        if next != NONE
+                            && let Some(link) = link(next)
+                        {
+                            link.previous.set(me);
+                        }
+                    }
+                }
+            }
+        });
+    }
+}
+
+fn number(place: usize) -> u32 {
+    u32::try_from(place).expect("fewer than 2^31 contacts")
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use crate::base::team::Team;
+    use crate::geometry::mesh::Mesh;
+    use crate::geometry::shape::Shape;
+    use crate::state::def::{BodyDef, ShapeDef};
+    use crate::state::tables::Tables;
+    use crate::world::World;
+
+    /// A grid of triangles, and on it balls that sleep and, between and above them, as many that come down at once.
+    fn shower(workers: usize) -> World {
+        let mut world = World::default().with_executor(Arc::new(Team::with_threads(workers)));
+        let vertices = (0..441_u16).map(|i| [f32::from(i % 21), 0.0, f32::from(i / 21)].into());
+        let at = (0..20).flat_map(|j| (0..20).map(move |i| 21 * j + i));
+        let triangles = at.flat_map(|k| [[k, k + 21, k + 1], [k + 1, k + 21, k + 22]]);
+        let mesh = Mesh::new(vertices.collect(), triangles.collect()).unwrap();
+        let ground = ShapeDef::new(Shape::Mesh(Arc::new(mesh)));
+        world.add_body(BodyDef::fixed().with_shape(ground)).unwrap();
+        for i in 0..1600_u16 {
+            let [x, z] = [i % 40, i / 40].map(|k| 0.5 * f32::from(k) + 0.2);
+            let ball = BodyDef::dynamic().with_shape(ShapeDef::sphere(0.2));
+            let sleeper = ball.clone().with_position([x, 0.2, z]);
+            world.add_body(BodyDef { asleep: true, ..sleeper }).unwrap();
+            let fall = [0.0, -20.0 - f32::from(i % 7), 0.0];
+            let above = ball.with_position([x + 0.25, 1.4 + 0.1 * f32::from(i % 5), z]);
+            world.add_body(above.with_linear_velocity(fall)).unwrap();
+        }
+        world
+    }
+
+    /// Where everything stands: what is watched, the parts of each, the lists of bodies.
+    fn order(tables: &Tables) -> Vec<Vec<u32>> {
+        let contacts = &tables.contacts;
+        let (rows, free, watches, probes, awake) = contacts.parts();
+        assert_eq!((watches.len(), rows), (probes, contacts.iter().count() + free.len()));
+        let watched = watches[..awake].iter().map(|w| w.row());
+        let parts = contacts.iter().flat_map(|(row, c)| [row, c.probe, c.next_part]);
+        let mut all = vec![free.to_vec(), watched.collect(), parts.collect()];
+        for (_, body) in tables.bodies.rows.iter() {
+            let list = contacts.of_body(body).flat_map(|(row, side)| [row, side]);
+            all.push(list.collect());
+        }
+        all
+    }
+
+    #[test]
+    fn contacts_stand_in_the_same_places_however_many_workers_enter_them() {
+        let mut worlds = [1, 2, 3, 4].map(shower);
+        let (mut most, mut before) = (0, 0);
+        for step in 0..20 {
+            let orders = worlds.each_mut().map(|world| {
+                world.step(1.0 / 60.0);
+                // What is restored is checked.
+                World::restore(&world.snapshot()).unwrap();
+                order(world.tables_mut())
+            });
+            assert!(orders.iter().all(|order| *order == orders[0]), "step {step}");
+            let contacts = worlds[0].counts().contacts;
+            most = most.max(contacts.saturating_sub(before));
+            before = contacts;
+        }
+        assert!(most > 500, "{most} contacts came in a step at most");
+    }
+}
