@@ -134,6 +134,20 @@ pub(crate) fn for_each(jobs: &dyn Executor, n: usize, f: impl Fn(usize, usize) +
     jobs.run(n, &f);
 }
 
+/// Calls each task, and `f(index)` for every index below `n`, side by side.
+pub(crate) fn side_by_side(
+    jobs: &dyn Executor,
+    tasks: &mut [&mut (dyn FnMut() + Send)],
+    n: usize,
+    f: impl Fn(usize) + Sync,
+) {
+    let rows = Rows::new(tasks);
+    for_each(jobs, rows.len() + n, |_, k| match k.checked_sub(rows.len()) {
+        None => rows.row(k)(),
+        Some(index) => f(index),
+    });
+}
+
 /// Calls `f(first index, items)` with every run of at most `grain` items.
 pub(crate) fn for_items<T: Send>(
     jobs: &dyn Executor,

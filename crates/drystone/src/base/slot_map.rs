@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::grow;
 use super::id::RawId;
-use super::wide::prefetch_lines;
+use super::wide::{prefetch_line, prefetch_lines};
 
 /// Rows of `T` named by `Id`. A freed slot is reused, last freed first.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -84,6 +84,14 @@ impl<Id: From<RawId> + Into<RawId> + Copy, T> SlotMap<Id, T> {
     pub(crate) fn prefetch(&self, index: u32, lines: usize) {
         if let Some(slot) = self.values.get(index as usize) {
             prefetch_lines(slot, lines);
+        }
+    }
+
+    /// And for one of them.
+    #[inline(always)]
+    pub(crate) fn prefetch_line(&self, index: u32, line: usize) {
+        if let Some(slot) = self.values.get(index as usize) {
+            prefetch_line(slot, line);
         }
     }
 

@@ -2,9 +2,12 @@
 //! manifold. Rows are made by broadphase, manifolds written by narrowphase, impulses by the solver.
 
 pub(crate) mod enter;
+pub(crate) mod leave;
+mod watched;
 
 use serde::{Deserialize, Serialize};
 
+pub(crate) use self::watched::{Probe, Watch, Watched};
 use super::bodies::{Bodies, Body, NONE, Track};
 use super::colors::Place;
 use super::def::BodyKind;
@@ -50,79 +53,6 @@ impl Point {
     pub(crate) fn arm(&self) -> &[f32; 4] {
         let [arm, _]: &[[f32; 4]; 2] = bytemuck::cast_ref(self);
         arm
-    }
-}
-
-/// What tells whether a pair may be near enough to be looked at: how far its bodies may come. Small and in a row, for
-/// in a heap most pairs wait in most steps, and this is then all that is read of them.
-#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
-pub(crate) struct Watch {
-    /// The contact's row × 2, + 1 if it has restitution: within a step an impact can send one body into the other.
-    row: u32,
-    pub(crate) body_a: u32,
-    pub(crate) body_b: u32,
-    /// What the ways of both together must come to before the pair can touch: see [`Track`]. Goes round as they do.
-    limit: u32,
-}
-
-impl Watch {
-    /// The contact.
-    #[inline]
-    pub(crate) const fn row(&self) -> u32 {
-        self.row / 2
-    }
-
-    #[inline]
-    pub(crate) const fn bounces(&self) -> bool {
-        self.row & 1 != 0
-    }
-
-    /// How far apart the shapes are is not known: it waits no more.
-    #[inline]
-    pub(crate) fn close(&mut self, tracks: &[Track]) {
-        let way = |body: u32| tracks[body as usize].way;
-        self.limit = way(self.body_a).wrapping_add(way(self.body_b));
-    }
-
-    /// The shapes are as far apart now, at least [m].
-    #[inline]
-    pub(crate) fn open(&mut self, gap: f32, tracks: &[Track]) {
-        self.close(tracks);
-        self.limit = self.limit.wrapping_add(Track::at_most(gap));
-    }
-
-    /// True if the pair cannot come as near as `margin` (in [`Track`]'s units) in this step.
-    #[inline]
-    pub(crate) fn waits(&self, margin: u32, tracks: &[Track]) -> bool {
-        let (a, b) = (tracks[self.body_a as usize], tracks[self.body_b as usize]);
-        let left = self.limit.wrapping_sub(a.way.wrapping_add(b.way));
-        // The upper half of all numbers are those below 0.
-        let needed = margin + a.ahead + b.ahead;
-        left > needed && left < 1 << 31
-    }
-}
-
-/// What tells more closely whether a pair must be tested again: the poses of its two bodies against each other when
-/// the manifold was made.
-#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
-#[repr(C, align(16))]
-pub(crate) struct Probe {
-    /// How far apart the shapes were then, at least [m]; 0 if the pair has points or that is not
-    /// known; infinite for a part that its first manifold takes care of.
-    pub(crate) gap: f32,
-    /// Center of B less that of A [m, world].
-    pub(crate) offset: Vec3,
-    pub(crate) rotation_a: Quat,
-    pub(crate) rotation_b: Quat,
-}
-
-impl Probe {
-    /// Counts motion from here on, where the shapes are so far apart [m], 0 if that is not known.
-    #[inline]
-    pub(crate) fn restart(&mut self, gap: f32, a: &Body, b: &Body) {
-        self.gap = gap;
-        self.offset = b.center - a.center;
-        (self.rotation_a, self.rotation_b) = (a.rotation, b.rotation);
     }
 }
 
@@ -182,8 +112,9 @@ pub(crate) struct Contact {
     pub(crate) links: [Link; 2],
     /// Where it stands among the colors; nowhere while it has no points.
     pub(crate) place: Place,
-    /// Where its [`Probe`] stands; of a part that is not the first, which has none, the row of the first.
-    pub(crate) probe: u32,
+    /// Where its [`Probe`] stands; of a part that is not the first, which has none, the row of the first. Who moves probes
+    /// writes it, while others hold the contact.
+    pub(crate) probe: Shared,
     /// The next manifold of the same pair (meshes), or [`NONE`].
     pub(crate) next_part: u32,
     /// Of pairs with a mesh: how far was looked for points when the manifolds were made [m].
@@ -210,8 +141,8 @@ impl Contact {
 
     /// The first manifold of its pair: itself, unless it is another part. `row` is its own.
     #[inline]
-    pub(crate) const fn first(&self, row: u32) -> u32 {
-        if self.is_part { self.probe } else { row }
+    pub(crate) fn first(&self, row: u32) -> u32 {
+        if self.is_part { self.probe.get() } else { row }
     }
 
     /// Rolling impulse of a substep [N m s, world].
@@ -281,12 +212,7 @@ pub(crate) struct Contacts {
     /// Follows from the rows.
     #[serde(skip)]
     pairs: PairSet,
-    /// Of each contact, of pairs with several parts of the first only. Those with an active body come first.
-    watches: Vec<Watch>,
-    /// In the same order.
-    probes: Vec<Probe>,
-    /// How many of them have an active body.
-    awake: usize,
+    watched: Watched,
 }
 
 impl Contacts {
@@ -310,7 +236,8 @@ impl Contacts {
 
     /// Number of rows, free ones, what is watched, how many are probed, how many of those have an active body.
     pub(crate) fn parts(&self) -> (usize, &[u32], &[Watch], usize, usize) {
-        (self.rows.len(), &self.free, &self.watches, self.probes.len(), self.awake)
+        let Watched { watches, probes, awake } = &self.watched;
+        (self.rows.len(), &self.free, watches, probes.len(), *awake)
     }
 
     /// Finds the pairs that rows are of; false if two are of the same.
@@ -343,12 +270,13 @@ impl Contacts {
 
     /// The same, and what is watched.
     pub(crate) fn watched_mut(&mut self) -> (Slots<'_>, &mut [Watch], &mut [Probe]) {
-        (self.rows.lend(), &mut self.watches[..self.awake], &mut self.probes[..self.awake])
+        let Watched { watches, probes, awake } = &mut self.watched;
+        (self.rows.lend(), &mut watches[..*awake], &mut probes[..*awake])
     }
 
     /// Bodies of each pair that is awake.
     pub(crate) fn awake_pairs(&self) -> impl Iterator<Item = [u32; 2]> {
-        self.watches[..self.awake].iter().map(|watch| [watch.body_a, watch.body_b])
+        self.watched.watches[..self.watched.awake].iter().map(|watch| [watch.body_a, watch.body_b])
     }
 
     /// Rows in order.
@@ -373,67 +301,12 @@ impl Contacts {
         })
     }
 
-    fn put(&mut self, row: u32, contact: Option<Contact>) {
-        if let Some(slot) = self.rows.get_mut(row as usize) {
-            *slot = contact;
-        }
-    }
-
-    /// Takes a row out of the lists; it must be in no color. Gives its bodies.
-    pub(crate) fn remove(&mut self, row: u32, bodies: &mut Bodies) -> [u32; 2] {
-        self.set_awake(row, false);
-        let contact = self.at(row);
-        if !contact.is_part {
-            let place = contact.probe;
-            self.watches.swap_remove(place as usize);
-            self.probes.swap_remove(place as usize);
-            self.place_probe(place);
-        }
-        let contact = self.at(row);
-        let sides = [contact.body_a, contact.body_b];
-        let links = contact.links.each_ref().map(|link| [link.previous.get(), link.next.get()]);
-        let key = pair_key(contact.shape_a, contact.shape_b);
-        if !contact.is_part {
-            self.pairs.remove(key);
-        }
-        self.put(row, None);
-        for side in 0..2_usize {
-            let [previous, next] = links[side];
-            if previous == NONE {
-                bodies.at_mut(sides[side]).contacts = next;
-            } else {
-                self.at(previous / 2).links[(previous & 1) as usize].next.set(next);
-            }
-            if next != NONE {
-                self.at(next / 2).links[(next & 1) as usize].previous.set(previous);
-            }
-        }
-        self.free.push(row);
-        sides
-    }
-
-    /// Moves a contact's probe to those that are awake or away from them. Other parts than the first have
-    /// none.
+    /// Moves what is watched of a contact to what is awake or away from it. Other parts than the first are not watched.
     pub(crate) fn set_awake(&mut self, row: u32, awake: bool) {
         let contact = self.at(row);
-        let place = contact.probe as usize;
-        if contact.is_part || awake == (place < self.awake) {
-            return;
-        }
-        // The first that is not awake, or the last that is: the border runs on its other side then.
-        let border = if awake { self.awake } else { self.awake - 1 };
-        self.awake = if awake { border + 1 } else { border };
-        self.watches.swap(place, border);
-        self.probes.swap(place, border);
-        for moved in [place, border] {
-            self.place_probe(u32::try_from(moved).expect("fewer than 2^31 contacts"));
-        }
-    }
-
-    /// Tells the contact of the probe at `place` that it stands there.
-    fn place_probe(&mut self, place: u32) {
-        if let Some(watch) = self.watches.get(place as usize) {
-            self.at_mut(watch.row()).probe = place;
+        if !contact.is_part {
+            let place = contact.probe.get() as usize;
+            self.watched.set_awake(place, awake, self.rows.lend());
         }
     }
 
@@ -441,8 +314,8 @@ impl Contacts {
     pub(crate) fn follow_restitution(&mut self, row: u32) {
         let contact = self.at(row);
         if !contact.is_part {
-            let (place, bounces) = (contact.probe as usize, contact.restitution > 0.0);
-            self.watches[place].row = row * 2 + u32::from(bounces);
+            let (place, bounces) = (contact.probe.get() as usize, contact.restitution > 0.0);
+            self.watched.watches[place].row = row * 2 + u32::from(bounces);
         }
     }
 
@@ -450,15 +323,15 @@ impl Contacts {
     pub(crate) fn forget_gap(&mut self, row: u32, tracks: &[Track]) {
         let contact = self.at(row);
         if !contact.is_part {
-            let place = contact.probe as usize;
-            self.watches[place].close(tracks);
+            let place = contact.probe.get() as usize;
+            self.watched.watches[place].close(tracks);
         }
     }
 
     /// Rotations of the bodies when the contact's manifold was made: of parts that of the first one's.
     pub(crate) fn rotations_of(&self, row: u32) -> [Quat; 2] {
         let first = self.at(row).first(row);
-        let probe = &self.probes[self.at(first).probe as usize];
+        let probe = &self.watched.probes[self.at(first).probe.get() as usize];
         [probe.rotation_a, probe.rotation_b]
     }
 
@@ -476,8 +349,8 @@ impl Contacts {
         let by = if side == 0 { -moved } else { moved };
         contact.offset += by;
         if !contact.is_part {
-            let place = contact.probe as usize;
-            self.probes[place].offset += by;
+            let place = contact.probe.get() as usize;
+            self.watched.probes[place].offset += by;
         }
     }
 

@@ -1,6 +1,9 @@
 //! The sets of bodies (awake, not awake) and of constraints (colored, not): the only place where rows
 //! move between them.
 
+pub(crate) mod turns;
+
+use self::turns::Move;
 use super::bodies::{Bodies, Fineness, NONE};
 use super::colors::{Coloring, Colors, Place};
 use super::contacts::Contacts;
@@ -34,23 +37,12 @@ pub(super) fn dynamic_of(bodies: &Bodies, a: u32, b: u32) -> ([u32; 2], usize) {
 impl Sets<'_> {
     /// Enters a contact that has points into the colors, and links the islands of its bodies.
     pub(crate) fn color_contact(&mut self, row: u32) {
-        let c = self.contacts.at(row);
-        let (a, b) = (c.body_a, c.body_b);
-        let (dynamic, n) = dynamic_of(self.bodies, a, b);
-        if n == 0 || c.place.is_somewhere() {
-            return;
-        }
-        let coloring =
-            if n == 2 { &mut self.colors.contacts } else { &mut self.colors.contacts_fixed };
-        self.contacts.at_mut(row).place = coloring.insert(row, &dynamic[..n]);
-        self.colors.special += usize::from(self.is_special(row));
-        self.colors.levels_dirty = true;
-        for body in &dynamic[..n] {
-            self.bodies.at_mut(*body).constraints += 1;
-        }
-        if n == 2 {
-            self.islands.link(a, b, self.bodies);
-        }
+        self.turn(row, Move::Enters);
+    }
+
+    /// Takes a contact out of the colors; its islands stay linked until they are split.
+    pub(crate) fn uncolor_contact(&mut self, row: u32) {
+        self.turn(row, Move::Leaves);
     }
 
     fn is_special(&self, row: u32) -> bool {
@@ -72,36 +64,6 @@ impl Sets<'_> {
         self.contacts.follow_restitution(row);
         let after = colored && self.is_special(row);
         self.colors.special = self.colors.special + usize::from(after) - usize::from(before);
-    }
-
-    /// Takes a contact out of the colors; its islands stay linked until they are split.
-    pub(crate) fn uncolor_contact(&mut self, row: u32) {
-        let c = self.contacts.at(row);
-        let place = c.place;
-        if !place.is_somewhere() {
-            return;
-        }
-        let (dynamic, n) = dynamic_of(self.bodies, c.body_a, c.body_b);
-        let coloring =
-            if n == 2 { &mut self.colors.contacts } else { &mut self.colors.contacts_fixed };
-        if let Some(moved) = coloring.remove(place, &dynamic[..n]) {
-            self.contacts.at_mut(moved).place = place;
-        }
-        self.contacts.at_mut(row).place = Place::NOWHERE;
-        self.colors.special -= usize::from(self.is_special(row));
-        self.colors.levels_dirty = true;
-        for body in &dynamic[..n] {
-            self.bodies.at_mut(*body).constraints -= 1;
-        }
-    }
-
-    /// The contact's number of points changed: its color must be put in order.
-    pub(crate) fn mark_dirty(&mut self, row: u32) {
-        let c = self.contacts.at(row);
-        let (_, n) = dynamic_of(self.bodies, c.body_a, c.body_b);
-        let coloring =
-            if n == 2 { &mut self.colors.contacts } else { &mut self.colors.contacts_fixed };
-        coloring.colors[c.place.color as usize].dirty = true;
     }
 
     fn joint_coloring(colors: &mut Colors, n: usize) -> &mut Coloring {
@@ -140,17 +102,6 @@ impl Sets<'_> {
         self.joints.at_mut(row).place = Place::NOWHERE;
         for body in &dynamic[..n] {
             self.bodies.at_mut(*body).constraints -= 1;
-        }
-    }
-
-    /// Removes a contact row; reports its end.
-    pub(crate) fn remove_contact(&mut self, row: u32) {
-        self.uncolor_contact(row);
-        let connects = self.contacts.at(row).count > 0;
-        for body in self.contacts.remove(row, self.bodies) {
-            if connects {
-                self.islands.cut(body, self.bodies);
-            }
         }
     }
 

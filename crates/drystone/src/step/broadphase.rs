@@ -13,6 +13,7 @@ use crate::base::grow::Slack;
 use crate::base::jobs::{Executor, collect_ranges, for_items, grain};
 use crate::base::math::Vec3;
 use crate::base::pair_set::pair_key;
+use crate::base::shared::Shared;
 use crate::geometry::manifold::PairCache;
 use crate::geometry::rtree::RTree;
 use crate::geometry::solid::Core;
@@ -287,7 +288,7 @@ fn contact_of(a: u32, b: u32, shapes: &Shapes) -> Contact {
         body_a: shape_a.body,
         body_b: shape_b.body,
         links: Default::default(),
-        probe: NONE,
+        probe: Shared::new(NONE),
         place: Place::NOWHERE,
         next_part: NONE,
         looked: 0.0,

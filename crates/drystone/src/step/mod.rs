@@ -80,7 +80,7 @@ impl Stage {
 pub(crate) struct Scratch {
     broadphase: broadphase::Scratch,
     narrowphase: narrowphase::Scratch,
-    levels: partition::Levels,
+    partition: partition::Scratch,
     particles: particles::Scratch,
     solver: solver::Scratch,
     finalize: finalize::Scratch,
@@ -138,8 +138,8 @@ pub(crate) fn step(
     narrowphase::update_manifolds(ctx, bodies, shapes, contacts, &mut s.narrowphase, jobs);
     after(Stage::Narrowphase);
     let mut sets = Sets { bodies, joints, contacts, islands, colors, events };
-    partition::apply_touch_changes(&s.narrowphase, shapes, &mut sets);
-    partition::relax_levels(tables.steps, &mut sets, &mut s.levels, jobs);
+    partition::apply_touch_changes(&s.narrowphase, shapes, &mut sets, &mut s.partition, jobs);
+    partition::relax_levels(tables.steps, &mut sets, &mut s.partition, jobs);
     after(Stage::Partition);
     particles::meet_shapes(ctx, particles, shapes, bounds, &mut sets, &mut s.particles, jobs);
     after(Stage::Particles);

@@ -24,6 +24,7 @@ use crate::geometry::manifold::Manifold;
 use crate::geometry::solid::Core;
 use crate::state::bodies::{Bodies, Body, NONE, Track};
 use crate::state::contacts::{Contact, Contacts, Point, Probe, Slots, Watch};
+use crate::state::def::BodyKind;
 use crate::state::shapes::Shapes;
 
 /// A contact closes fast if it does by more than this part of the thinner body's half thickness in a substep.
@@ -36,6 +37,8 @@ pub(crate) enum Change {
     Apart(u32),
     /// The number of its points changed.
     Count(u32),
+    /// It has points again, and one of its bodies sleeps.
+    Meets(u32),
     /// It has points that have not touched yet, and which close fast ([`CLOSES`]). No change by itself.
     Closes(u32),
     /// It has points, and may be a ghost of the seam of two shapes; no change by itself.
@@ -48,20 +51,23 @@ pub(crate) enum Change {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Scratch {
     changes: Vec<Vec<Change>>,
+    /// What ghosts of seams lose comes after.
+    ghosts: Vec<Change>,
     /// One a worker.
     meshes: Vec<MeshScratch>,
     seams: seams::Scratch,
 }
 
 impl Scratch {
-    pub(crate) fn changes(&self) -> impl Iterator<Item = Change> {
-        self.changes.iter().flatten().copied()
+    /// In lists of any lengths, which together are in the order of what is watched; then what ghosts lose.
+    pub(crate) fn changes(&self) -> [&[Vec<Change>]; 2] {
+        [&self.changes, core::slice::from_ref(&self.ghosts)]
     }
 
     /// The contacts that close fast.
     pub(crate) fn closing(&self) -> impl Iterator<Item = u32> {
-        self.changes().filter_map(|change| match change {
-            Change::Closes(row) => Some(row),
+        self.changes.iter().flatten().filter_map(|change| match change {
+            Change::Closes(row) => Some(*row),
             _ => None,
         })
     }
@@ -81,7 +87,7 @@ pub(crate) fn update_manifolds(
     }
     let bodies = &*bodies;
     let (slots, watches, probes) = contacts.watched_mut();
-    let Scratch { changes, meshes, seams } = scratch;
+    let Scratch { changes, ghosts, meshes, seams } = scratch;
     let count = watches.len();
     let least = fine_grain(jobs, count, 16);
     meshes.resize_with(meshes.len().max(jobs.workers()), MeshScratch::default);
@@ -109,7 +115,7 @@ pub(crate) fn update_manifolds(
             pairs.move_on(&mut line, out, scratch);
         }
     });
-    seams::hide(ctx, bodies, shapes, contacts, changes, seams, jobs);
+    seams::hide(ctx, bodies, shapes, contacts, (changes, ghosts), seams, jobs);
 }
 
 /// Takes down how far contacts are looked for on account of each body that is awake, at most: see [`speculative_margin`].
@@ -433,6 +439,10 @@ fn rebuild(
         approach = approach.max(-normal.dot(b.velocity_at(r_b) - a.velocity_at(r_a)));
     }
     if before != count {
+        let sleeps = |body: &Body| !body.active() && body.kind != BodyKind::Static;
+        if !contact.place.is_somewhere() && !contact.sensor && (sleeps(a) || sleeps(b)) {
+            out.push(Change::Meets(row));
+        }
         out.push(Change::Count(row));
     }
     if contact.touching {

@@ -6,45 +6,220 @@
 
 use core::sync::atomic::{AtomicBool, Ordering};
 
-use super::narrowphase::{Change, Scratch};
+use super::narrowphase::{self, Change};
 use crate::base::disjoint::Rows;
-use crate::base::jobs::{Executor, for_ranges, grain};
+use crate::base::grow::Slack;
+use crate::base::jobs::{Executor, Inline, for_each, for_ranges, grain};
 use crate::base::sparse::Sparse;
-use crate::state::bodies::Bodies;
-use crate::state::bodies::NONE;
-use crate::state::contacts::Contact;
+use crate::state::bodies::{Bodies, NONE};
+use crate::state::contacts::leave::Leaver;
+use crate::state::contacts::{Contact, Slots};
 use crate::state::events::{ContactEvent, Events, SensorEvent};
+use crate::state::islands::Islands;
 use crate::state::sets::Sets;
+use crate::state::sets::turns::{Move, Turns};
 use crate::state::shapes::Shapes;
 
 /// So many changes ahead the contact is asked for.
 const AHEAD: usize = 6;
 
-/// Applies the changes that narrowphase listed.
-pub(crate) fn apply_touch_changes(scratch: &Scratch, shapes: &Shapes, sets: &mut Sets<'_>) {
-    let changes = || scratch.changes().filter(|c| matches!(c, Change::Apart(_) | Change::Count(_)));
-    let mut soon = changes().skip(AHEAD);
-    for change in changes() {
-        if let Some(Change::Apart(row) | Change::Count(row)) = soon.next() {
-            sets.contacts.prefetch(row, Contact::CACHE_LINES);
-        }
-        match change {
-            Change::Apart(row) => {
-                if sets.islands.wake_alone {
-                    wake_held(row, sets);
-                }
-                end_contact(row, shapes, sets);
-            }
-            Change::Count(row) => recount(row, shapes, sets),
-            Change::Made(_) | Change::Carries(_) | Change::Closes(_) => {}
+/// Fewer changes are not shared out.
+const LEAST: usize = 128;
+
+/// Memory kept from step to step.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Scratch {
+    /// The levels to be.
+    levels: Sparse,
+    /// Of each list of changes: what it comes to.
+    told: Vec<Told>,
+    gone: Vec<Leaver>,
+    slack: Slack,
+}
+
+/// Applies the changes that narrowphase listed: who is met wakes; then all workers look what the changes come to; then the colors of two
+/// bodies, those of one, and the islands are seen to side by side, and last what is over is removed.
+pub(crate) fn apply_touch_changes(
+    found: &narrowphase::Scratch,
+    shapes: &Shapes,
+    sets: &mut Sets<'_>,
+    scratch: &mut Scratch,
+    jobs: &dyn Executor,
+) {
+    let [changes, ghosts] = found.changes();
+    wake_the_met(changes, sets);
+    for lists in [changes, ghosts] {
+        let n: usize = lists.iter().map(Vec::len).sum();
+        if n > 0 {
+            let jobs = if n < LEAST { &Inline } else { jobs };
+            apply(lists, shapes, sets, scratch, jobs);
         }
     }
 }
 
-/// Memory kept from step to step: the levels to be.
+/// Wakes what awake bodies met; where bodies freeze one by one, what was held by a contact that is over.
+fn wake_the_met(changes: &[Vec<Change>], sets: &mut Sets<'_>) {
+    for change in changes.iter().flatten() {
+        match *change {
+            Change::Meets(row) => {
+                let c = sets.contacts.at(row);
+                let (count, [a, b]) = (c.count, [c.body_a, c.body_b]);
+                if count > 0 && !is_gentle(c, sets.islands, sets.bodies) {
+                    sets.wake(a);
+                    sets.wake(b);
+                }
+            }
+            Change::Apart(row) if sets.islands.wake_alone => wake_held(row, sets),
+            _ => {}
+        }
+    }
+}
+
+/// True for a touch that wakes nothing: among bodies that freeze one by one the load that comes with it may.
+fn is_gentle(c: &Contact, islands: &Islands, bodies: &Bodies) -> bool {
+    let speed = |body: u32| bodies.at(body).greatest_speed();
+    islands.wake_alone && speed(c.body_a) + speed(c.body_b) < islands.gentle_speed
+}
+
+fn apply(
+    lists: &[Vec<Change>],
+    shapes: &Shapes,
+    sets: &mut Sets<'_>,
+    scratch: &mut Scratch,
+    jobs: &dyn Executor,
+) {
+    let Scratch { told, gone, slack, .. } = scratch;
+    told.resize_with(told.len().max(lists.len()), Told::default);
+    let slots = sets.contacts.slots_mut();
+    let teller = Teller { shapes, bodies: sets.bodies, islands: sets.islands, slots };
+    let rows = Rows::new(told);
+    for_each(jobs, lists.len(), |_, list| {
+        let told = rows.row(list);
+        told.clear();
+        teller.look_at(&lists[list], told);
+    });
+    let told = &mut told[..lists.len()];
+    sets.carry_out(told.iter().map(|told| &told.turns), gone, jobs);
+    for told in &*told {
+        told.report(sets.events);
+    }
+    if let Some(enough) = slack.look(told.iter().map(|told| told.turns.len()).sum()) {
+        told.iter_mut().for_each(|told| told.turns.shrink_to(enough / lists.len()));
+        gone.shrink_to(enough);
+    }
+}
+
+/// What a list of changes comes to.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Levels {
-    next: Sparse,
+struct Told {
+    turns: Turns,
+    ends: Vec<ContactEvent>,
+    /// Of sensors, and whether something entered.
+    sensed: Vec<(SensorEvent, bool)>,
+}
+
+impl Told {
+    fn clear(&mut self) {
+        self.turns.clear();
+        self.ends.clear();
+        self.sensed.clear();
+    }
+
+    fn report(&self, events: &mut Events) {
+        events.contact_end.extend_from_slice(&self.ends);
+        for (event, enters) in &self.sensed {
+            let list = if *enters { &mut events.sensor_enter } else { &mut events.sensor_exit };
+            list.push(*event);
+        }
+    }
+}
+
+/// Looks what changes come to. Of the contacts it writes only whether they touch: those of a pair are in one list.
+struct Teller<'a> {
+    shapes: &'a Shapes,
+    bodies: &'a Bodies,
+    islands: &'a Islands,
+    slots: Slots<'a>,
+}
+
+impl Teller<'_> {
+    fn look_at(&self, changes: &[Change], told: &mut Told) {
+        for (i, change) in changes.iter().enumerate() {
+            if let Some(Change::Apart(row) | Change::Count(row)) = changes.get(i + AHEAD) {
+                self.slots.prefetch(*row as usize, Contact::CACHE_LINES);
+            }
+            match *change {
+                Change::Apart(row) => self.end(row, told),
+                Change::Count(row) => self.recount(row, told),
+                Change::Meets(_) | Change::Made(_) | Change::Carries(_) | Change::Closes(_) => {}
+            }
+        }
+    }
+
+    /// A contact, that of a row in use.
+    fn at(&self, row: u32) -> &Contact {
+        self.slots.read(row as usize).as_ref().expect("changes name living contacts only")
+    }
+
+    /// The rows of a pair's parts.
+    fn parts(&self, first: u32) -> impl Iterator<Item = u32> {
+        let next = |row: &u32| Some(self.at(*row).next_part).filter(|next| *next != NONE);
+        core::iter::successors(Some(first), next)
+    }
+
+    /// Ends a contact with all its parts.
+    fn end(&self, first: u32, told: &mut Told) {
+        self.report_end(first, told);
+        for row in self.parts(first) {
+            told.turns.remove(row, self.at(row), self.bodies);
+        }
+    }
+
+    /// Reports the end of a pair's touch, if it touched.
+    fn report_end(&self, first: u32, told: &mut Told) {
+        let c = self.at(first);
+        if !c.touching {
+            return;
+        }
+        if c.sensor {
+            told.sensed.push((sensor_event(c, self.shapes, self.bodies), false));
+        } else {
+            told.ends.push(contact_event(c, self.shapes, self.bodies));
+        }
+        self.parts(first).for_each(|row| self.set_touching(row, false));
+    }
+
+    fn set_touching(&self, row: u32, touching: bool) {
+        if let Some(contact) = self.slots.row(row as usize) {
+            contact.touching = touching;
+        }
+    }
+
+    fn recount(&self, row: u32, told: &mut Told) {
+        let c = self.at(row);
+        let has_points = c.count > 0;
+        if c.sensor {
+            if c.touching != has_points {
+                told.sensed.push((sensor_event(c, self.shapes, self.bodies), has_points));
+                self.set_touching(row, has_points);
+            }
+            return;
+        }
+        let what = match (has_points, c.place.is_somewhere()) {
+            (true, true) => Move::Changes,
+            (true, false) if is_gentle(c, self.islands, self.bodies) => Move::Enters,
+            (true, false) => Move::Rouses,
+            (false, true) => Move::Leaves,
+            // It had points for a moment only: it was a ghost.
+            (false, false) if !c.touching => return,
+            (false, false) => Move::Stays,
+        };
+        told.turns.add(row, c, what, !has_points, self.bodies);
+        let first = c.first(row);
+        if !has_points && self.parts(first).all(|part| self.at(part).count == 0) {
+            self.report_end(first, told);
+        }
+    }
 }
 
 /// Levels are for who looks at the world, so they may lag: a relaxation reads every contact.
@@ -56,15 +231,15 @@ const RELAX_EVERY: u64 = 4;
 pub(crate) fn relax_levels(
     step: u64,
     sets: &mut Sets<'_>,
-    scratch: &mut Levels,
+    scratch: &mut Scratch,
     jobs: &dyn Executor,
 ) {
     let Sets { bodies, contacts, colors, .. } = sets;
-    scratch.next.cover(bodies.rows.slot_count());
+    scratch.levels.cover(bodies.rows.slot_count());
     if !step.is_multiple_of(RELAX_EVERY) || !core::mem::take(&mut colors.levels_dirty) {
         return;
     }
-    let next = scratch.next.lend();
+    let next = scratch.levels.lend();
     let n = bodies.awake.len();
     for_ranges(jobs, n, grain(jobs, n, 1024), |range| {
         bodies.awake[range].iter().for_each(|row| next.set(*row, NONE));
@@ -131,79 +306,21 @@ fn wake_held(first: u32, sets: &mut Sets<'_>) {
 
 /// Removes a contact with all its parts; reports the end if it was touching.
 pub(crate) fn end_contact(first: u32, shapes: &Shapes, sets: &mut Sets<'_>) {
-    report_end(first, shapes, sets);
-    let mut row = first;
-    while row != NONE {
-        let next = sets.contacts.at(row).next_part;
-        sets.remove_contact(row);
-        row = next;
-    }
+    let mut told = Told::default();
+    let slots = sets.contacts.slots_mut();
+    Teller { shapes, bodies: sets.bodies, islands: sets.islands, slots }.end(first, &mut told);
+    sets.carry_out(core::iter::once(&told.turns), &mut Vec::new(), &Inline);
+    told.report(sets.events);
 }
 
-fn report_end(first: u32, shapes: &Shapes, sets: &mut Sets<'_>) {
-    let c = sets.contacts.at_mut(first);
-    if core::mem::take(&mut c.touching) {
-        let c = sets.contacts.at(first);
-        push(c, false, shapes, sets.bodies, sets.events);
-    }
-}
-
-/// Sets or clears the touch of a pair on all its parts.
-fn set_touching(first: u32, touching: bool, sets: &mut Sets<'_>) {
+/// Sets the touch of a pair on all its parts.
+fn set_touching(first: u32, sets: &mut Sets<'_>) {
     let mut row = first;
     while row != NONE {
         let c = sets.contacts.at_mut(row);
-        c.touching = touching;
+        c.touching = true;
         row = c.next_part;
     }
-}
-
-fn recount(row: u32, shapes: &Shapes, sets: &mut Sets<'_>) {
-    let c = sets.contacts.at(row);
-    let (first, count, sensor) = (c.first(row), c.count, c.sensor);
-    if sensor {
-        let touching = count > 0;
-        if c.touching != touching {
-            sets.contacts.at_mut(row).touching = touching;
-            push(sets.contacts.at(row), touching, shapes, sets.bodies, sets.events);
-        }
-        return;
-    }
-    if count == 0 {
-        if !c.place.is_somewhere() && !c.touching {
-            // It had points for a moment only: it was a ghost.
-            return;
-        }
-        let (a, b) = (c.body_a, c.body_b);
-        sets.uncolor_contact(row);
-        sets.islands.cut(a, sets.bodies);
-        sets.islands.cut(b, sets.bodies);
-        let mut left = 0;
-        let mut part = first;
-        while part != NONE {
-            let c = sets.contacts.at(part);
-            left += u32::from(c.count);
-            part = c.next_part;
-        }
-        if left == 0 {
-            report_end(first, shapes, sets);
-            set_touching(first, false, sets);
-        }
-        return;
-    }
-    if c.place.is_somewhere() {
-        sets.mark_dirty(row);
-        return;
-    }
-    let (a, b) = (c.body_a, c.body_b);
-    // Among bodies that freeze one by one a gentle touch wakes nothing: the load that comes with it may.
-    let speed = |body: u32| sets.bodies.at(body).greatest_speed();
-    let gentle = sets.islands.wake_alone && speed(a) + speed(b) < sets.islands.gentle_speed;
-    if !gentle {
-        sets.wake(a);
-        sets.wake(b);
-    }
-    sets.color_contact(row);
 }
 
 /// Reports contacts that the solver found pressed together for the first time, and hits.
@@ -233,33 +350,28 @@ pub(crate) fn report_begun(
             };
             sets.events.hits.push(hit);
         }
-        push(sets.contacts.at(first), true, shapes, sets.bodies, sets.events);
-        set_touching(first, true, sets);
+        let event = contact_event(sets.contacts.at(first), shapes, sets.bodies);
+        sets.events.contact_begin.push(event);
+        set_touching(first, sets);
     }
 }
 
-fn push(c: &Contact, begin: bool, shapes: &Shapes, bodies: &Bodies, events: &mut Events) {
-    let (shape_a, shape_b) = (shapes.id(c.shape_a), shapes.id(c.shape_b));
-    let (body_a, body_b) = (bodies.id(c.body_a), bodies.id(c.body_b));
-    if c.sensor {
-        let event = if shapes.at(c.shape_a).sensor {
-            SensorEvent {
-                sensor: shape_a,
-                visitor: shape_b,
-                sensor_body: body_a,
-                visitor_body: body_b,
-            }
-        } else {
-            SensorEvent {
-                sensor: shape_b,
-                visitor: shape_a,
-                sensor_body: body_b,
-                visitor_body: body_a,
-            }
-        };
-        if begin { events.sensor_enter.push(event) } else { events.sensor_exit.push(event) }
-    } else {
-        let event = ContactEvent { shape_a, shape_b, body_a, body_b };
-        if begin { events.contact_begin.push(event) } else { events.contact_end.push(event) }
+fn contact_event(c: &Contact, shapes: &Shapes, bodies: &Bodies) -> ContactEvent {
+    ContactEvent {
+        shape_a: shapes.id(c.shape_a),
+        shape_b: shapes.id(c.shape_b),
+        body_a: bodies.id(c.body_a),
+        body_b: bodies.id(c.body_b),
+    }
+}
+
+fn sensor_event(c: &Contact, shapes: &Shapes, bodies: &Bodies) -> SensorEvent {
+    let (a, b) = ((c.shape_a, c.body_a), (c.shape_b, c.body_b));
+    let (sensor, visitor) = if shapes.at(c.shape_a).sensor { (a, b) } else { (b, a) };
+    SensorEvent {
+        sensor: shapes.id(sensor.0),
+        visitor: shapes.id(visitor.0),
+        sensor_body: bodies.id(sensor.1),
+        visitor_body: bodies.id(visitor.1),
     }
 }

@@ -5,6 +5,7 @@ use super::{Contact, Contacts, Probe, Watch};
 use crate::base::disjoint::Rows;
 use crate::base::grow;
 use crate::base::jobs::{Executor, for_each, for_ranges, grain};
+use crate::base::shared::Shared;
 use crate::geometry::collide::MAX_PARTS;
 use crate::state::bodies::{Bodies, Body, NONE, Track};
 
@@ -66,23 +67,20 @@ impl Contacts {
     /// Gives each new contact its place among what is watched: who is awake stands behind the others that are.
     fn make_places(&mut self, new: &mut [Newcomer], jobs: &dyn Executor) {
         let active = new.iter().filter(|n| n.awake).count();
-        let (first, len) = (self.awake, self.watches.len());
+        let Self { rows, watched, .. } = self;
+        let (first, len) = (watched.awake, watched.watches.len());
         let asleep = len - first;
-        grow::resize(&mut self.watches, len + new.len(), Watch::default());
-        grow::resize(&mut self.probes, len + new.len(), Probe::default());
+        grow::resize(&mut watched.watches, len + new.len(), Watch::default());
+        grow::resize(&mut watched.probes, len + new.len(), Probe::default());
         // Who sleeps makes room, as many as it takes.
         let (moved, to) = (asleep.min(active), first + asleep.max(active));
-        self.watches.copy_within(first..first + moved, to);
-        self.probes.copy_within(first..first + moved, to);
-        let (slots, watches) = (self.rows.lend(), &self.watches);
+        watched.watches.copy_within(first..first + moved, to);
+        watched.probes.copy_within(first..first + moved, to);
+        watched.awake += active;
+        let (slots, watched) = (rows.lend(), &*watched);
         for_ranges(jobs, moved, grain(jobs, moved, LEAST), |range| {
-            for place in range.map(|i| to + i) {
-                if let Some(contact) = slots.row(watches[place].row() as usize) {
-                    contact.probe = number(place);
-                }
-            }
+            range.for_each(|i| watched.tell(to + i, slots));
         });
-        self.awake += active;
         let mut next = [number(first + asleep + active), number(first)];
         for n in new {
             let next = &mut next[usize::from(n.awake)];
@@ -93,13 +91,14 @@ impl Contacts {
 
     /// Makes the watches and the parts, and tells the contacts of them.
     fn fill(&mut self, new: &[Newcomer], tracks: &[Track], jobs: &dyn Executor) {
-        let Self { rows, watches, probes, .. } = self;
+        let Self { rows, watched, .. } = self;
         let slots = rows.lend();
-        let (watches, probes) = (Rows::new(watches), Rows::new(probes));
+        let watches = Rows::new(&mut watched.watches);
+        let probes = Rows::new(&mut watched.probes);
         for_ranges(jobs, new.len(), grain(jobs, new.len(), LEAST), |range| {
             for n in &new[range] {
                 let Some(contact) = slots.row(n.row as usize) else { continue };
-                contact.probe = n.place;
+                contact.probe.set(n.place);
                 let bounces = u32::from(contact.restitution > 0.0);
                 let [body_a, body_b] = n.bodies;
                 let watch = watches.row(n.place as usize);
@@ -114,7 +113,8 @@ impl Contacts {
                     // The first has the probe and begins the chain; a part does neither.
                     let next_part = n.parts.get(k + 1).copied().unwrap_or(NONE);
                     let first = contact.clone();
-                    let part = Contact { is_part: true, probe: n.row, next_part, ..first };
+                    let part =
+                        Contact { is_part: true, probe: Shared::new(n.row), next_part, ..first };
                     *slots.row(*row as usize) = Some(part);
                 }
             }
@@ -213,7 +213,7 @@ mod tests {
         let (rows, free, watches, probes, awake) = contacts.parts();
         assert_eq!((watches.len(), rows), (probes, contacts.iter().count() + free.len()));
         let watched = watches[..awake].iter().map(|w| w.row());
-        let parts = contacts.iter().flat_map(|(row, c)| [row, c.probe, c.next_part]);
+        let parts = contacts.iter().flat_map(|(row, c)| [row, c.probe.get(), c.next_part]);
         let mut all = vec![free.to_vec(), watched.collect(), parts.collect()];
         for (_, body) in tables.bodies.rows.iter() {
             let list = contacts.of_body(body).flat_map(|(row, side)| [row, side]);

@@ -19,7 +19,7 @@ pub(super) fn check_contacts(contacts: &Contacts, bodies: &Bodies, shapes: &Shap
     let living = contacts.iter().count();
     holds(living + free.len() == slots, "a contact is neither free nor in use")?;
     for (place, watch) in (0..).zip(watches) {
-        let c = contacts.get(watch.row()).filter(|c| !c.is_part && c.probe == place);
+        let c = contacts.get(watch.row()).filter(|c| !c.is_part && c.probe.get() == place);
         let is_right = c.is_some_and(|c| {
             [c.body_a, c.body_b] == [watch.body_a, watch.body_b]
                 && watch.bounces() == (c.restitution > 0.0)
@@ -32,13 +32,16 @@ pub(super) fn check_contacts(contacts: &Contacts, bodies: &Bodies, shapes: &Shap
         if c.is_part {
             continue;
         }
-        let is_watched = watches.get(c.probe as usize).is_some_and(|w| w.row() == row);
+        let is_watched = watches.get(c.probe.get() as usize).is_some_and(|w| w.row() == row);
         holds(is_watched, "a contact is not watched")?;
         let moves = [c.body_a, c.body_b].iter().any(|body| bodies.at(*body).active());
-        holds(moves == ((c.probe as usize) < awake), "a contact sleeps where its bodies do not")?;
+        holds(
+            moves == ((c.probe.get() as usize) < awake),
+            "a contact sleeps where its bodies do not",
+        )?;
         let (mut at, mut with_points) = (c.next_part, 0);
         while at != NONE {
-            let part = contacts.get(at).filter(|p| p.is_part && p.probe == row);
+            let part = contacts.get(at).filter(|p| p.is_part && p.probe.get() == row);
             let Some(part) = part else { return Err("a manifold is not of its contact") };
             let same = [part.shape_a, part.shape_b] == [c.shape_a, c.shape_b];
             holds(same && part.sensor == c.sensor, "a manifold is not of its contact")?;

@@ -91,7 +91,7 @@ pub(super) fn hide(
     bodies: &Bodies,
     shapes: &Shapes,
     contacts: &mut Contacts,
-    changes: &mut [Vec<Change>],
+    (changes, ghosts): (&[Vec<Change>], &mut Vec<Change>),
     scratch: &mut Scratch,
     jobs: &dyn Executor,
 ) {
@@ -99,6 +99,7 @@ pub(super) fn hide(
     // In the first step, which makes all else too, not in that of the first touch.
     held.first.cover(bodies.rows.slot_count());
     doubted.clear();
+    ghosts.clear();
     for change in changes.iter().flatten() {
         if let Change::Made(row) = change {
             doubted.push(*row);
@@ -125,11 +126,8 @@ pub(super) fn hide(
         contact.tangent_impulse = Vec3::ZERO;
         contact.set_rolling_impulse(Vec3::ZERO);
         contact.twist_impulse = 0.0;
-        if contact.place.is_somewhere()
-            // After all others: where lists begin depends on the workers.
-            && let Some(list) = changes.last_mut()
-        {
-            list.push(Change::Count(*row));
+        if contact.place.is_somewhere() {
+            ghosts.push(Change::Count(*row));
         }
     }
 }

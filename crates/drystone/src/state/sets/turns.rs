@@ -1,0 +1,235 @@
+//! What contacts do among the sets: told beforehand, contact by contact, so that of the tables each can be seen to by itself, in
+//! the order of the list.
+
+use super::{Sets, dynamic_of};
+use crate::base::jobs::{Executor, side_by_side};
+use crate::state::bodies::{Bodies, Body};
+use crate::state::colors::{Coloring, Colors, Place};
+use crate::state::contacts::leave::Leaver;
+use crate::state::contacts::{Contact, Slots};
+use crate::state::def::BodyKind;
+use crate::state::islands::Islands;
+
+/// So many ahead, what is written of a contact or a body is asked for.
+const AHEAD: usize = 6;
+
+/// What becomes of a contact in the colors.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Move {
+    /// Nothing.
+    Stays,
+    /// It stays in its color, which is to be put in order: it has another number of points.
+    Changes,
+    /// It gets a color.
+    Enters,
+    /// The same, and its bodies are no longer still.
+    Rouses,
+    /// It loses its color.
+    Leaves,
+}
+
+/// What a contact does.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Turn {
+    row: u32,
+    /// The dynamic ones first.
+    bodies: [u32; 2],
+    /// How many of them are dynamic.
+    dynamic: u8,
+    what: Move,
+    /// It no longer connects its bodies.
+    cuts: bool,
+}
+
+const _: () = assert!(size_of::<Turn>() == 16);
+
+impl Turn {
+    pub(crate) fn new(row: u32, c: &Contact, what: Move, cuts: bool, bodies: &Bodies) -> Self {
+        let is_dynamic = |body: u32| bodies.at(body).is_dynamic();
+        let (a, b) = (is_dynamic(c.body_a), is_dynamic(c.body_b));
+        let ends = if b && !a { [c.body_b, c.body_a] } else { [c.body_a, c.body_b] };
+        Self { row, bodies: ends, dynamic: u8::from(a) + u8::from(b), what, cuts }
+    }
+
+    fn dynamic(&self) -> &[u32] {
+        &self.bodies[..usize::from(self.dynamic)]
+    }
+
+    /// Sees to the colors of contacts with so many dynamic bodies.
+    pub(super) fn color(&self, coloring: &mut Coloring, slots: Slots<'_>) {
+        let Some(contact) = slots.row(self.row as usize) else { return };
+        match self.what {
+            Move::Stays => {}
+            Move::Changes => coloring.colors[contact.place.color as usize].dirty = true,
+            Move::Enters | Move::Rouses => {
+                contact.place = coloring.insert(self.row, self.dynamic());
+            }
+            Move::Leaves => {
+                let place = core::mem::replace(&mut contact.place, Place::NOWHERE);
+                let moved = coloring.remove(place, self.dynamic());
+                if let Some(moved) = moved.and_then(|row| slots.row(row as usize).as_mut()) {
+                    moved.place = place;
+                }
+            }
+        }
+    }
+
+    /// Sees to the bodies and their islands.
+    pub(super) fn tie(&self, islands: &mut Islands, bodies: &mut Bodies) {
+        if self.what == Move::Rouses {
+            for body in self.bodies {
+                let body = bodies.at_mut(body);
+                if !body.faulted && body.kind != BodyKind::Static {
+                    body.still_time = 0.0;
+                }
+            }
+        }
+        for body in self.dynamic() {
+            let constraints = &mut bodies.at_mut(*body).constraints;
+            match self.what {
+                Move::Stays | Move::Changes => {}
+                Move::Enters | Move::Rouses => *constraints += 1,
+                Move::Leaves => *constraints -= 1,
+            }
+        }
+        if let (Move::Enters | Move::Rouses, [a, b]) = (self.what, self.dynamic()) {
+            islands.link(*a, *b, bodies);
+        }
+        if self.cuts {
+            self.dynamic().iter().for_each(|body| islands.cut(*body, bodies));
+        }
+    }
+}
+
+/// What some contacts do, in order.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Turns {
+    list: Vec<Turn>,
+    /// How many more contacts in the colors are special.
+    special: isize,
+    /// Some get a color or lose it.
+    recolors: bool,
+    /// What is removed when all of this is done.
+    pub(crate) gone: Vec<Leaver>,
+}
+
+impl Turns {
+    pub(crate) fn clear(&mut self) {
+        self.list.clear();
+        (self.special, self.recolors) = (0, false);
+        self.gone.clear();
+    }
+
+    pub(crate) fn shrink_to(&mut self, enough: usize) {
+        self.list.shrink_to(enough);
+        self.gone.shrink_to(enough);
+    }
+
+    pub(crate) const fn len(&self) -> usize {
+        self.list.len()
+    }
+
+    /// A contact does this, and ceases to connect its bodies or not.
+    pub(crate) fn add(&mut self, row: u32, c: &Contact, what: Move, cuts: bool, bodies: &Bodies) {
+        self.list.push(Turn::new(row, c, what, cuts, bodies));
+        let more = match what {
+            Move::Stays | Move::Changes => return,
+            Move::Enters | Move::Rouses => 1,
+            Move::Leaves => -1,
+        };
+        self.recolors = true;
+        if c.is_special(bodies) {
+            self.special += more;
+        }
+    }
+
+    /// A contact is removed.
+    pub(crate) fn remove(&mut self, row: u32, c: &Contact, bodies: &Bodies) {
+        let what = if c.place.is_somewhere() { Move::Leaves } else { Move::Stays };
+        let cuts = c.count > 0;
+        if what != Move::Stays || cuts {
+            self.add(row, c, what, cuts, bodies);
+        }
+        self.gone.push(Leaver::new(row, c));
+    }
+}
+
+impl Sets<'_> {
+    /// Carries out what was told of contacts. `gone` is memory.
+    pub(crate) fn carry_out<'t>(
+        &mut self,
+        told: impl Iterator<Item = &'t Turns> + Clone + Sync,
+        gone: &mut Vec<Leaver>,
+        jobs: &dyn Executor,
+    ) {
+        let Self { bodies, contacts, islands, colors, .. } = self;
+        let slots = contacts.slots_mut();
+        let all = || told.clone().flat_map(|turns| &turns.list);
+        let Colors { contacts: of_two, contacts_fixed: of_one, .. } = &mut **colors;
+        let mut ties = || tie_all(all(), islands, bodies);
+        let mut twos = || color_all(all().filter(|turn| turn.dynamic == 2), of_two, slots);
+        let mut ones = || color_all(all().filter(|turn| turn.dynamic == 1), of_one, slots);
+        side_by_side(jobs, &mut [&mut ties, &mut twos, &mut ones], 0, |_| {});
+        for turns in told.clone() {
+            colors.special = colors.special.wrapping_add_signed(turns.special);
+            colors.levels_dirty |= turns.recolors;
+        }
+        gone.clear();
+        gone.extend(told.flat_map(|turns| &turns.gone));
+        contacts.leave(gone, bodies, jobs);
+    }
+
+    /// One contact gets a color or loses it.
+    pub(super) fn turn(&mut self, row: u32, what: Move) {
+        let contact = self.contacts.at(row);
+        let leaves = what == Move::Leaves;
+        let (_, n) = dynamic_of(self.bodies, contact.body_a, contact.body_b);
+        if leaves != contact.place.is_somewhere() || n == 0 {
+            return;
+        }
+        let turn = Turn::new(row, contact, what, false, self.bodies);
+        let special = usize::from(self.is_special(row));
+        let special = if leaves { special.wrapping_neg() } else { special };
+        self.colors.special = self.colors.special.wrapping_add(special);
+        self.colors.levels_dirty = true;
+        let colors = &mut *self.colors;
+        let coloring = if n == 2 { &mut colors.contacts } else { &mut colors.contacts_fixed };
+        turn.color(coloring, self.contacts.slots_mut());
+        turn.tie(self.islands, self.bodies);
+    }
+}
+
+fn color_all<'t>(
+    turns: impl Iterator<Item = &'t Turn> + Clone,
+    coloring: &mut Coloring,
+    slots: Slots<'_>,
+) {
+    const PLACE: usize = core::mem::offset_of!(Contact, place) / 64;
+    let mut soon = turns.clone().skip(AHEAD);
+    for turn in turns {
+        if let Some(soon) = soon.next() {
+            slots.prefetch_line(soon.row as usize, PLACE);
+        }
+        turn.color(coloring, slots);
+    }
+}
+
+fn tie_all<'t>(
+    turns: impl Iterator<Item = &'t Turn> + Clone,
+    islands: &mut Islands,
+    bodies: &mut Bodies,
+) {
+    const COUNTS: usize = core::mem::offset_of!(Body, constraints) / 64;
+    const STILL: usize = core::mem::offset_of!(Body, still_time) / 64;
+    let mut soon = turns.clone().skip(AHEAD);
+    for turn in turns {
+        if let Some(soon) = soon.next() {
+            for body in soon.bodies {
+                for line in [0, COUNTS, STILL] {
+                    bodies.rows.prefetch_line(body, line);
+                }
+            }
+        }
+        turn.tie(islands, bodies);
+    }
+}
