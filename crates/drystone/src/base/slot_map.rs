@@ -106,6 +106,12 @@ impl<Id: From<RawId> + Into<RawId> + Copy, T> SlotMap<Id, T> {
         Some(RawId::new(index, self.generations[index as usize]).into())
     }
 
+    /// The id of a slot that is known to be in use, without a look at it.
+    #[inline]
+    pub(crate) fn id_of(&self, index: u32) -> Id {
+        RawId::new(index, self.generations[index as usize]).into()
+    }
+
     pub(crate) const fn len(&self) -> usize {
         self.len
     }

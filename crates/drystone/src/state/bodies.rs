@@ -285,6 +285,6 @@ impl Bodies {
     }
 
     pub(crate) fn id(&self, row: u32) -> BodyId {
-        self.rows.id_at(row).expect("tables name living bodies only")
+        self.rows.id_of(row)
     }
 }

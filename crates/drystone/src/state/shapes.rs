@@ -158,7 +158,7 @@ impl Shapes {
     }
 
     pub(crate) fn id(&self, row: u32) -> ShapeId {
-        self.rows.id_at(row).expect("tables name living shapes only")
+        self.rows.id_of(row)
     }
 }
 

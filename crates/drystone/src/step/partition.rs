@@ -145,8 +145,13 @@ struct Teller<'a> {
 impl Teller<'_> {
     fn look_at(&self, changes: &[Change], told: &mut Told) {
         for (i, change) in changes.iter().enumerate() {
-            if let Some(Change::Apart(row) | Change::Count(row)) = changes.get(i + AHEAD) {
+            if let Some(Change::Apart(row) | Change::Count(row)) = changes.get(i + 2 * AHEAD) {
                 self.slots.prefetch(*row as usize, Contact::CACHE_LINES);
+            }
+            if let Some(Change::Apart(row) | Change::Count(row)) = changes.get(i + AHEAD) {
+                let c = self.at(*row);
+                self.bodies.rows.prefetch(c.body_a, 1);
+                self.bodies.rows.prefetch(c.body_b, 1);
             }
             match *change {
                 Change::Apart(row) => self.end(row, told),
@@ -325,12 +330,16 @@ fn set_touching(first: u32, sets: &mut Sets<'_>) {
 
 /// Reports contacts that the solver found pressed together for the first time, and hits.
 pub(crate) fn report_begun(
-    begun: impl Iterator<Item = u32>,
+    begun: impl Iterator<Item = u32> + Clone,
     hit_speed: f32,
     shapes: &Shapes,
     sets: &mut Sets<'_>,
 ) {
+    let mut soon = begun.clone().skip(AHEAD);
     for row in begun {
+        if let Some(soon) = soon.next() {
+            sets.contacts.prefetch(soon, Contact::CACHE_LINES);
+        }
         let c = sets.contacts.at(row);
         if c.touching {
             continue;

@@ -11,7 +11,7 @@ use crate::state::shapes::Shapes;
 /// Reports new touches and hits, and sorts every list of events by the ids in it, so that its order is
 /// the same whatever the order of discovery.
 pub(crate) fn report_touches(
-    begun: impl Iterator<Item = u32>,
+    begun: impl Iterator<Item = u32> + Clone,
     hit_speed: f32,
     shapes: &Shapes,
     sets: &mut Sets<'_>,

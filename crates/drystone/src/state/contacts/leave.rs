@@ -58,8 +58,11 @@ impl Contacts {
 /// Takes contacts out of what is watched.
 fn unwatch(gone: &[Leaver], slots: Slots<'_>, watched: &mut Watched) {
     for (k, g) in gone.iter().enumerate() {
-        if let Some(soon) = gone.get(k + AHEAD) {
+        if let Some(soon) = gone.get(k + 2 * AHEAD) {
             slots.prefetch_line(soon.row as usize, PROBE);
+        }
+        if let Some(soon) = gone.get(k + AHEAD) {
+            watched.ask_for(soon.row, AHEAD, slots);
         }
         if let Some(contact) = slots.read(g.row as usize).as_ref().filter(|c| !c.is_part) {
             watched.remove(contact.probe.get() as usize, slots);

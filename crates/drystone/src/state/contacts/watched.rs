@@ -2,9 +2,10 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::Slots;
+use super::{Contact, Slots};
 use crate::base::math::Vec3;
 use crate::base::quat::Quat;
+use crate::base::wide::prefetch;
 use crate::state::bodies::{Body, Track};
 
 /// What tells whether a pair may be near enough to be looked at: how far its bodies may come. Small and in a row, for
@@ -104,6 +105,21 @@ impl Watched {
         self.tell(place, slots);
         self.tell(border, slots);
         border
+    }
+
+    /// Asks for what [`Self::remove`] will write to for a contact, `ahead` others before.
+    pub(super) fn ask_for(&self, row: u32, ahead: usize, slots: Slots<'_>) {
+        const PROBE: usize = core::mem::offset_of!(Contact, probe) / 64;
+        let place = slots.read(row as usize).as_ref().map_or(0, |c| c.probe.get() as usize);
+        if let (Some(watch), Some(probe)) = (self.watches.get(place), self.probes.get(place)) {
+            prefetch(watch);
+            prefetch(probe);
+        }
+        for end in [self.awake, self.watches.len()] {
+            if let Some(last) = self.watches.get(end.wrapping_sub(ahead + 1)) {
+                slots.prefetch_line(last.row() as usize, PROBE);
+            }
+        }
     }
 
     /// Takes out what stands at `place`.

@@ -134,7 +134,7 @@ impl Scratch {
     }
 
     /// Contact rows that were pressed together for the first time.
-    pub(crate) fn begun(&self) -> impl Iterator<Item = u32> {
+    pub(crate) fn begun(&self) -> impl Iterator<Item = u32> + Clone {
         let pressed =
             self.begun.iter().zip(&self.plan.contacts.owners).filter(|(bits, _)| **bits != 0);
         let blocks = pressed.flat_map(|(bits, owners)| {
