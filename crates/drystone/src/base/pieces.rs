@@ -134,7 +134,7 @@ impl<T> Clone for PieceRows<'_, T> {
 
 impl<T> Copy for PieceRows<'_, T> {}
 
-impl<T> PieceRows<'_, T> {
+impl<'a, T> PieceRows<'a, T> {
     /// Row `i`.
     #[inline(always)]
     #[expect(clippy::mut_from_ref, reason = "rows are kept apart by the caller, see the type")]
@@ -146,7 +146,7 @@ impl<T> PieceRows<'_, T> {
 
     /// Row `i`, to read: one of the caller's own, or one that nobody writes in this phase.
     #[inline(always)]
-    pub(crate) fn read(&self, i: usize) -> &T {
+    pub(crate) fn read(&self, i: usize) -> &'a T {
         let cell = &self.pieces[i / PIECE][i % PIECE];
         // SAFETY: nobody writes row `i` now: the type's rule, upheld by chunks and colors.
         unsafe { &*cell.get() }

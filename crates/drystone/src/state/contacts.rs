@@ -3,6 +3,7 @@
 
 pub(crate) mod enter;
 pub(crate) mod leave;
+mod lists;
 mod watched;
 
 use serde::{Deserialize, Serialize};

@@ -1,7 +1,8 @@
 //! New contacts enter the tables. What is taken in order, rows and places, one worker takes; all put it down. The result is that
 //! of entering one contact after the other.
 
-use super::{Contact, Contacts, Probe, Watch};
+use super::lists::{LINKS, LIST, Links, Owners};
+use super::{Contact, Contacts, Probe, Slots, Watch};
 use crate::base::disjoint::Rows;
 use crate::base::grow;
 use crate::base::jobs::{Executor, for_each, for_ranges, grain};
@@ -121,53 +122,53 @@ impl Contacts {
         });
     }
 
-    /// Puts the contacts at the heads of their bodies' lists. Every worker goes through all of them and sees to bodies of its own.
+    /// Puts the contacts at the heads of their bodies' lists. Every owner of lists goes through all of them.
     fn link(&mut self, new: &[Newcomer], bodies: &mut Bodies, jobs: &dyn Executor) {
-        const LINKS: usize = core::mem::offset_of!(Contact, links) / 64;
-        const LIST: usize = core::mem::offset_of!(Body, contacts) / 64;
         let slots = self.rows.lend();
         let bodies = Rows::new(bodies.rows.values_mut());
-        let owners = (new.len() / LEAST).clamp(1, jobs.workers());
-        for_each(jobs, owners, |_, owner| {
-            let own = |n: &Newcomer| {
-                let sides = [(0, n.bodies[0]), (1, n.bodies[1])];
-                sides.into_iter().filter(move |(_, body)| *body as usize % owners == owner)
-            };
-            for (k, n) in new.iter().enumerate() {
-                if let Some(soon) = new.get(k + 2 * AHEAD) {
-                    for (_, body) in own(soon) {
-                        bodies.prefetch_line(body as usize, 0);
-                        bodies.prefetch_line(body as usize, LIST);
-                    }
+        let owners = Owners::of(new.len(), jobs);
+        for_each(jobs, owners.len(), |_, owner| {
+            link(new, slots, bodies, |body| owners.owns(owner, body));
+        });
+    }
+}
+
+fn link(
+    new: &[Newcomer],
+    slots: Slots<'_>,
+    bodies: Rows<'_, Option<Body>>,
+    owns: impl Fn(u32) -> bool,
+) {
+    let links = Links(slots);
+    for (k, n) in new.iter().enumerate() {
+        if let Some(soon) = new.get(k + 2 * AHEAD) {
+            for body in soon.bodies.into_iter().filter(|body| owns(*body)) {
+                bodies.prefetch_line(body as usize, 0);
+                bodies.prefetch_line(body as usize, LIST);
+            }
+        }
+        if let Some(soon) = new.get(k + AHEAD) {
+            for body in soon.bodies.into_iter().filter(|body| owns(*body)) {
+                let first = bodies.read(body as usize).as_ref().map_or(NONE, |b| b.contacts);
+                slots.prefetch_line(first as usize / 2, LINKS);
+            }
+        }
+        for (side, body) in (0..).zip(n.bodies) {
+            if !owns(body) {
+                continue;
+            }
+            let Some(body) = bodies.row(body as usize) else { continue };
+            for row in n.rows() {
+                let me = row * 2 + side;
+                let next = core::mem::replace(&mut body.contacts, me);
+                if let Some(link) = links.at(me) {
+                    link.next.set(next);
                 }
-                if let Some(soon) = new.get(k + AHEAD) {
-                    for (_, body) in own(soon) {
-                        let first =
-                            bodies.read(body as usize).as_ref().map_or(NONE, |b| b.contacts);
-                        slots.prefetch_line(first as usize / 2, LINKS);
-                    }
-                }
-                for row in n.rows() {
-                    for (side, body) in own(n) {
-                        let Some(body) = bodies.row(body as usize) else { continue };
-                        let me = row * 2 + side;
-                        let next = core::mem::replace(&mut body.contacts, me);
-                        let link = |at: u32| {
-                            let contact = slots.read(at as usize / 2).as_ref();
-                            contact.map(|c| &c.links[(at & 1) as usize])
-                        };
-                        if let Some(link) = link(me) {
-                            link.next.set(next);
-                        }
-                        if next != NONE
-                            && let Some(link) = link(next)
-                        {
-                            link.previous.set(me);
-                        }
-                    }
+                if let Some(link) = links.at(next) {
+                    link.previous.set(me);
                 }
             }
-        });
+        }
     }
 }
 

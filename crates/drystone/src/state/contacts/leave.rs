@@ -1,19 +1,16 @@
 //! Contacts leave the tables: the lists of bodies, what is watched, the pairs. The result is that of taking out one after the
 //! other.
 
+use super::lists::{LINKS, LIST, Links, Owners};
 use super::{Contact, Contacts, Slots, Watched};
 use crate::base::disjoint::Rows;
-use crate::base::jobs::{Executor, for_ranges, grain, side_by_side};
-use crate::base::pair_set::pair_key;
-use crate::state::bodies::{Bodies, Body, NONE};
+use crate::base::jobs::{Executor, side_by_side};
+use crate::base::pair_set::{PairSet, pair_key};
+use crate::state::bodies::{Bodies, Body};
 
 /// So many contacts ahead what is written of one is asked for.
 const AHEAD: usize = 4;
 
-/// Fewer are not shared out.
-const LEAST: usize = 64;
-
-const LINKS: usize = core::mem::offset_of!(Contact, links) / 64;
 const PROBE: usize = core::mem::offset_of!(Contact, probe) / 64;
 
 /// A row to be taken out.
@@ -38,20 +35,16 @@ impl Contacts {
         let Self { rows, free, pairs, watched } = self;
         let slots = rows.lend();
         let bodies = Rows::new(bodies.rows.values_mut());
-        let owners = (gone.len() / LEAST).clamp(1, jobs.workers());
+        let owners = Owners::of(gone.len(), jobs);
         let mut unwatch = || unwatch(gone, slots, watched);
-        let mut forget = || {
-            for g in gone.iter().filter(|g| !g.is_part) {
-                pairs.remove(pair_key(g.shapes[0], g.shapes[1]));
-            }
-        };
-        side_by_side(jobs, &mut [&mut unwatch, &mut forget], owners, |owner| {
-            unlink(gone, slots, bodies, (owner, owners));
+        let mut forget = || forget(gone, pairs);
+        side_by_side(jobs, &mut [&mut unwatch, &mut forget], owners.len(), |owner| {
+            unlink(gone, slots, bodies, |body| owners.owns(owner, body));
         });
-        for_ranges(jobs, gone.len(), grain(jobs, gone.len(), LEAST), |range| {
-            gone[range].iter().for_each(|g| *slots.row(g.row as usize) = None);
-        });
-        free.extend(gone.iter().map(|g| g.row));
+        for g in gone {
+            *slots.row(g.row as usize) = None;
+            free.push(g.row);
+        }
     }
 }
 
@@ -70,48 +63,57 @@ fn unwatch(gone: &[Leaver], slots: Slots<'_>, watched: &mut Watched) {
     }
 }
 
-/// Takes contacts out of the lists of an owner's bodies. Every owner goes through all of them.
+/// Takes them out of the set of pairs.
+fn forget(gone: &[Leaver], pairs: &mut PairSet) {
+    for (k, g) in gone.iter().enumerate() {
+        if let Some(soon) = gone.get(k + 2 * AHEAD) {
+            pairs.prefetch(pair_key(soon.shapes[0], soon.shapes[1]));
+        }
+        if !g.is_part {
+            pairs.remove(pair_key(g.shapes[0], g.shapes[1]));
+        }
+    }
+}
+
+/// Takes them out of the lists of an owner's bodies. Every owner goes through all of them.
 fn unlink(
     gone: &[Leaver],
     slots: Slots<'_>,
     bodies: Rows<'_, Option<Body>>,
-    (owner, owners): (usize, usize),
+    owns: impl Fn(u32) -> bool,
 ) {
-    const LIST: usize = core::mem::offset_of!(Body, contacts) / 64;
-    let link = |at: u32| {
-        let contact = slots.read(at as usize / 2).as_ref();
-        contact.map(|c| &c.links[(at & 1) as usize])
-    };
-    let own = |g: &Leaver| {
-        let sides = [(2 * g.row, g.bodies[0]), (2 * g.row + 1, g.bodies[1])];
-        sides.into_iter().filter(move |(_, body)| *body as usize % owners == owner)
-    };
+    let links = Links(slots);
     for (k, g) in gone.iter().enumerate() {
         if let Some(soon) = gone.get(k + 2 * AHEAD) {
-            for (at, body) in own(soon) {
-                slots.prefetch_line(at as usize / 2, LINKS);
+            slots.prefetch_line(soon.row as usize, LINKS);
+            for body in soon.bodies.into_iter().filter(|body| owns(*body)) {
                 bodies.prefetch_line(body as usize, 0);
                 bodies.prefetch_line(body as usize, LIST);
             }
         }
         if let Some(soon) = gone.get(k + AHEAD) {
-            for link in own(soon).filter_map(|(at, _)| link(at)) {
-                slots.prefetch_line(link.previous.get() as usize / 2, LINKS);
-                slots.prefetch_line(link.next.get() as usize / 2, LINKS);
+            for (side, body) in (0..).zip(soon.bodies) {
+                if owns(body)
+                    && let Some(link) = links.at(2 * soon.row + side)
+                {
+                    slots.prefetch_line(link.previous.get() as usize / 2, LINKS);
+                    slots.prefetch_line(link.next.get() as usize / 2, LINKS);
+                }
             }
         }
-        for (at, body) in own(g) {
-            let (Some(me), Some(body)) = (link(at), bodies.row(body as usize)) else { continue };
-            let (previous, next) = (me.previous.get(), me.next.get());
-            if previous == NONE {
-                body.contacts = next;
-            } else if let Some(link) = link(previous) {
-                link.next.set(next);
-            }
-            if next != NONE
-                && let Some(link) = link(next)
+        for (side, body) in (0..).zip(g.bodies) {
+            if owns(body)
+                && let Some(me) = links.at(2 * g.row + side)
+                && let Some(body) = bodies.row(body as usize)
             {
-                link.previous.set(previous);
+                let (previous, next) = (me.previous.get(), me.next.get());
+                match links.at(previous) {
+                    Some(link) => link.next.set(next),
+                    None => body.contacts = next,
+                }
+                if let Some(link) = links.at(next) {
+                    link.previous.set(previous);
+                }
             }
         }
     }
