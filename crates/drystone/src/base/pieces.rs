@@ -160,10 +160,11 @@ impl<'a, T> PieceRows<'a, T> {
         }
     }
 
-    /// And for one of them.
+    /// And for the first and another one of them: an empty row is told by the first.
     #[inline(always)]
     pub(crate) fn prefetch_line(&self, i: usize, line: usize) {
         if let Some(cell) = self.pieces.get(i / PIECE).and_then(|piece| piece.get(i % PIECE)) {
+            prefetch_line(cell, 0);
             prefetch_line(cell, line);
         }
     }
