@@ -126,10 +126,13 @@ pub(crate) struct Contact {
 // Tables of these are what a world of many contacts takes.
 const _: () = assert!(size_of::<Watch>() + size_of::<Probe>() == 64);
 const _: () = assert!(size_of::<Option<Contact>>() == 256);
+const _: () = assert!(core::mem::offset_of!(Contact, next_part) / 64 == Contact::LISTS_LINE);
 
 impl Contact {
     /// Cache lines that the solver reads.
     pub(crate) const SOLVER_LINES: usize = 3;
+    /// In which its links and places are. What tells that a row is empty is in the first.
+    pub(crate) const LISTS_LINE: usize = core::mem::offset_of!(Self, links) / 64;
     /// All of them.
     pub(crate) const CACHE_LINES: usize = size_of::<Self>() / 64;
 

@@ -146,7 +146,7 @@ impl Teller<'_> {
     fn look_at(&self, changes: &[Change], told: &mut Told) {
         for (i, change) in changes.iter().enumerate() {
             if let Some(Change::Apart(row) | Change::Count(row)) = changes.get(i + 2 * AHEAD) {
-                self.slots.prefetch(*row as usize, Contact::CACHE_LINES);
+                self.slots.prefetch_line(*row as usize, Contact::LISTS_LINE);
             }
             if let Some(Change::Apart(row) | Change::Count(row)) = changes.get(i + AHEAD) {
                 let c = self.at(*row);

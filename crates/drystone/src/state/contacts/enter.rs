@@ -1,7 +1,7 @@
 //! New contacts enter the tables. What is taken in order, rows and places, one worker takes; all put it down. The result is that
 //! of entering one contact after the other.
 
-use super::lists::{LINKS, LIST, Links, Owners};
+use super::lists::{LIST, Links, Owners};
 use super::{Contact, Contacts, Probe, Slots, Watch};
 use crate::base::disjoint::Rows;
 use crate::base::grow;
@@ -150,7 +150,7 @@ fn link(
         if let Some(soon) = new.get(k + AHEAD) {
             for body in soon.bodies.into_iter().filter(|body| owns(*body)) {
                 let first = bodies.read(body as usize).as_ref().map_or(NONE, |b| b.contacts);
-                slots.prefetch_line(first as usize / 2, LINKS);
+                slots.prefetch_line(first as usize / 2, Contact::LISTS_LINE);
             }
         }
         for (side, body) in (0..).zip(n.bodies) {

@@ -1,7 +1,7 @@
 //! Contacts leave the tables: the lists of bodies, what is watched, the pairs. The result is that of taking out one after the
 //! other.
 
-use super::lists::{LINKS, LIST, Links, Owners};
+use super::lists::{LIST, Links, Owners};
 use super::{Contact, Contacts, Slots, Watched};
 use crate::base::disjoint::Rows;
 use crate::base::jobs::{Executor, side_by_side};
@@ -10,8 +10,6 @@ use crate::state::bodies::{Bodies, Body};
 
 /// So many contacts ahead what is written of one is asked for.
 const AHEAD: usize = 4;
-
-const PROBE: usize = core::mem::offset_of!(Contact, probe) / 64;
 
 /// A row to be taken out.
 #[derive(Clone, Copy, Debug)]
@@ -52,7 +50,7 @@ impl Contacts {
 fn unwatch(gone: &[Leaver], slots: Slots<'_>, watched: &mut Watched) {
     for (k, g) in gone.iter().enumerate() {
         if let Some(soon) = gone.get(k + 2 * AHEAD) {
-            slots.prefetch_line(soon.row as usize, PROBE);
+            slots.prefetch_line(soon.row as usize, Contact::LISTS_LINE);
         }
         if let Some(soon) = gone.get(k + AHEAD) {
             watched.ask_for(soon.row, AHEAD, slots);
@@ -85,7 +83,7 @@ fn unlink(
     let links = Links(slots);
     for (k, g) in gone.iter().enumerate() {
         if let Some(soon) = gone.get(k + 2 * AHEAD) {
-            slots.prefetch_line(soon.row as usize, LINKS);
+            slots.prefetch_line(soon.row as usize, Contact::LISTS_LINE);
             for body in soon.bodies.into_iter().filter(|body| owns(*body)) {
                 bodies.prefetch_line(body as usize, 0);
                 bodies.prefetch_line(body as usize, LIST);
@@ -96,8 +94,8 @@ fn unlink(
                 if owns(body)
                     && let Some(link) = links.at(2 * soon.row + side)
                 {
-                    slots.prefetch_line(link.previous.get() as usize / 2, LINKS);
-                    slots.prefetch_line(link.next.get() as usize / 2, LINKS);
+                    slots.prefetch_line(link.previous.get() as usize / 2, Contact::LISTS_LINE);
+                    slots.prefetch_line(link.next.get() as usize / 2, Contact::LISTS_LINE);
                 }
             }
         }

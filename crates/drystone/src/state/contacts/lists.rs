@@ -1,11 +1,10 @@
 //! The lists of bodies' contacts, which several workers change at once: each list has an owner.
 
-use super::{Contact, Link, Slots};
+use super::{Link, Slots};
 use crate::base::jobs::Executor;
 use crate::state::bodies::{Body, NONE};
 
-/// The cache lines in which links and the heads of lists are.
-pub(super) const LINKS: usize = core::mem::offset_of!(Contact, links) / 64;
+/// The cache line of a body in which the head of its list is.
 pub(super) const LIST: usize = core::mem::offset_of!(Body, contacts) / 64;
 
 /// For so many changes of lists another owner is worth it.

@@ -109,7 +109,6 @@ impl Watched {
 
     /// Asks for what [`Self::remove`] will write to for a contact, `ahead` others before.
     pub(super) fn ask_for(&self, row: u32, ahead: usize, slots: Slots<'_>) {
-        const PROBE: usize = core::mem::offset_of!(Contact, probe) / 64;
         let place = slots.read(row as usize).as_ref().map_or(0, |c| c.probe.get() as usize);
         if let (Some(watch), Some(probe)) = (self.watches.get(place), self.probes.get(place)) {
             prefetch(watch);
@@ -117,7 +116,7 @@ impl Watched {
         }
         for end in [self.awake, self.watches.len()] {
             if let Some(last) = self.watches.get(end.wrapping_sub(ahead + 1)) {
-                slots.prefetch_line(last.row() as usize, PROBE);
+                slots.prefetch_line(last.row() as usize, Contact::LISTS_LINE);
             }
         }
     }

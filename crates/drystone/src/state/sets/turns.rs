@@ -204,11 +204,10 @@ fn color_all<'t>(
     coloring: &mut Coloring,
     slots: Slots<'_>,
 ) {
-    const PLACE: usize = core::mem::offset_of!(Contact, place) / 64;
     let mut soon = turns.clone().skip(AHEAD);
     for turn in turns {
         if let Some(soon) = soon.next() {
-            slots.prefetch_line(soon.row as usize, PLACE);
+            slots.prefetch_line(soon.row as usize, Contact::LISTS_LINE);
         }
         turn.color(coloring, slots);
     }
