@@ -27,6 +27,15 @@ impl BitSet {
             *w &= !(1 << (i & 63));
         }
     }
+
+    /// Takes out all that there are.
+    pub(crate) fn remove_all(&mut self, all: &[u32]) {
+        if all.len() > self.words.len() {
+            self.words.fill(0);
+        } else {
+            all.iter().for_each(|i| self.remove(*i));
+        }
+    }
 }
 
 #[cfg(test)]
@@ -42,5 +51,11 @@ mod tests {
         s.remove(64);
         assert!(s.contains(200) && !s.contains(64) && !s.contains(9999));
         assert!(s.contains(3) && s.contains(63));
+        for more in [0, 10] {
+            let all: Vec<u32> = [200, 3, 63].into_iter().chain(300..300 + more).collect();
+            all.iter().for_each(|i| s.insert(*i));
+            s.remove_all(&all);
+            assert!(all.iter().all(|i| !s.contains(*i)));
+        }
     }
 }

@@ -53,7 +53,13 @@ pub(crate) fn find_pairs(
     let Bounds { fixed, moving, moved, placed, .. } = bounds;
     let Scratch { found, pairs, new, looks, slack } = scratch;
     // Not what was removed again, nor what a row that was used again stands for.
-    moved.retain(|row| moving.leaf(*row) != NONE);
+    moved.retain(|row| {
+        let is_there = moving.leaf(*row) != NONE;
+        if is_there {
+            looks.insert(*row);
+        }
+        is_there
+    });
     placed.retain(|row| fixed.leaf(*row) != NONE);
     // Of a world's ground a million boxes may be new at once, and nothing that moves: then it is less
     // work to ask for all that moves.
@@ -61,9 +67,7 @@ pub(crate) fn find_pairs(
     if many_placed {
         moved.clear();
         moved.extend(moving.items());
-    }
-    for row in moved.iter() {
-        looks.insert(*row);
+        moved.iter().for_each(|row| looks.insert(*row));
     }
     // Each once, and by place, so that neighbors meet the same blocks; the pairs are sorted again, so the order never
     // shows. The tree has its items in that order: to leave out those that look for nothing is less work than to sort many.
@@ -99,9 +103,7 @@ pub(crate) fn find_pairs(
         }
         queue.pairs.iter().for_each(|pair| finder.list(*pair, out));
     });
-    for row in moved.iter() {
-        looks.remove(*row);
-    }
+    looks.remove_all(moved);
     moved.clear();
     placed.clear();
     pairs.clear();

@@ -124,10 +124,16 @@ fn root(hits: &[Hit], of: u32) -> u32 {
 }
 
 impl Impacts {
-    /// At the step's start: finds what arrives in it, and the contacts around.
-    pub(super) fn begin(&mut self, source: &Source<'_>, blocks: core::ops::Range<usize>, n: usize) {
+    /// At the step's start: finds what arrives in it, if anything does, and the contacts around.
+    pub(super) fn begin(
+        &mut self,
+        source: &Source<'_>,
+        arrives: bool,
+        blocks: core::ops::Range<usize>,
+        n: usize,
+    ) {
         self.runs.clear();
-        if !blocks.clone().any(|i| source.extras.read(i).arrives != 0) {
+        if !arrives {
             return;
         }
         self.entries.clear();

@@ -488,7 +488,8 @@ impl Solver<'_> {
         }
     }
 
-    fn prepare_contacts(&self, group: &Group, jobs: &dyn Executor) {
+    /// Fills the blocks; true if a contact that bounces arrives in this step.
+    fn prepare_contacts(&self, group: &Group, jobs: &dyn Executor) -> bool {
         let source = pack::Source {
             ctx: self.ctx,
             bodies: self.bodies,
@@ -498,7 +499,9 @@ impl Solver<'_> {
             contacts: &self.contacts,
             shapes: self.shapes,
         };
+        let arrives = AtomicBool::new(false);
         self.plan.contacts.for_blocks(&group.contacts, jobs, 4, |batch, blocks| {
+            let mut any = false;
             dispatch!(self.ctx.level, simd => {
                 for i in blocks {
                     let owners = &self.plan.contacts.owners[i];
@@ -510,9 +513,14 @@ impl Solver<'_> {
                     } else {
                         pack::pack::<_, false>(simd, &source, owners, block, extra, &self.lines);
                     }
+                    any |= self.has_extras && self.extras.read(i).arrives != 0;
                 }
             });
+            if any {
+                arrives.store(true, Ordering::Relaxed);
+            }
         });
+        arrives.into_inner()
     }
 
     /// Asks for the contacts of a block, if there is such a block: for what the solver reads and writes of

@@ -51,13 +51,14 @@ impl Solver<'_> {
         self.prepare_joints(group, jobs);
         self.prepare_couplings(group);
         self.prepare_trees(group);
-        self.prepare_contacts(group, jobs);
+        let arrives = self.prepare_contacts(group, jobs);
         if self.round == 0 {
             self.begin_tallies(group);
         }
         if self.has_extras {
             let blocks = self.plan.contacts.blocks_of(&group.contacts);
-            self.impacts.row(number).begin(&self.impact_source(group), blocks, group.lines.len());
+            let impacts = self.impacts.row(number);
+            impacts.begin(&self.impact_source(group), arrives, blocks, group.lines.len());
         }
         Progress { done: 0, kicked: true, locked }
     }
