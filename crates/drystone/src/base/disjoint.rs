@@ -33,10 +33,6 @@ impl<'a, T> Rows<'a, T> {
         Self { first: items.as_mut_ptr(), len: items.len(), lent: PhantomData }
     }
 
-    pub(crate) const fn len(&self) -> usize {
-        self.len
-    }
-
     /// Row `i`.
     #[inline(always)]
     #[expect(clippy::mut_from_ref, reason = "rows are kept apart by the caller, see the type")]

@@ -141,9 +141,10 @@ pub(crate) fn side_by_side(
     n: usize,
     f: impl Fn(usize) + Sync,
 ) {
-    let rows = Rows::new(tasks);
-    for_each(jobs, rows.len() + n, |_, k| match k.checked_sub(rows.len()) {
-        None => rows.row(k)(),
+    let count = tasks.len();
+    let tasks = Rows::new(tasks);
+    for_each(jobs, count + n, |_, k| match k.checked_sub(count) {
+        None => tasks.row(k)(),
         Some(index) => f(index),
     });
 }

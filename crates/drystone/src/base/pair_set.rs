@@ -187,8 +187,9 @@ impl PairSet {
 
 #[cfg(test)]
 mod tests {
+    use core::ops::Range;
+
     use super::{PairSet, pair_key};
-    use crate::base::jobs::Inline;
     use crate::base::team::Team;
 
     #[test]
@@ -207,31 +208,21 @@ mod tests {
 
     #[test]
     fn many_come_at_once_whoever_adds_them() {
-        let keys =
-            |from: u32| (from..from + 10_000).map(|i| pair_key(i, i * 7 + 1)).collect::<Vec<_>>();
+        let key = |i: u32| pair_key(i, i * 7 + 1);
+        let keys = |range: Range<u32>| range.map(key).collect::<Vec<_>>();
+        let holds = |set: &PairSet, ranges: [Range<u32>; 2]| {
+            let there = |i| ranges.iter().any(|range| range.contains(&i));
+            (0..60_000).all(|i| set.contains(key(i)) == there(i))
+        };
         for workers in 1..=4 {
             let (team, mut set) = (Team::new(workers), PairSet::default());
-            set.insert_new(&keys(5), &Inline);
-            // Into a table that has room, and one that grows.
-            for from in [10_005, 20_005, 40_005] {
-                set.insert_new(&keys(from), &team);
+            // Into a table that grows, and one that has room.
+            for range in [1..10_000, 10_000..15_000, 15_000..30_000, 40_000..41_000] {
+                set.insert_new(&keys(range), &team);
             }
-            assert_eq!(set.len, 40_000);
-            let there = |i: u32| set.contains(pair_key(i, i * 7 + 1));
-            assert!(
-                (0..60_000).all(
-                    |i| there(i) == ((5..30_005).contains(&i) || (40_005..50_005).contains(&i))
-                )
-            );
-            for key in keys(20_005) {
-                set.remove(key);
-            }
-            let there = |i: u32| set.contains(pair_key(i, i * 7 + 1));
-            assert!(
-                (0..60_000).all(
-                    |i| there(i) == ((5..20_005).contains(&i) || (40_005..50_005).contains(&i))
-                )
-            );
+            assert!(holds(&set, [1..30_000, 40_000..41_000]));
+            keys(15_000..40_000).into_iter().for_each(|key| set.remove(key));
+            assert!(holds(&set, [1..15_000, 40_000..41_000]));
         }
     }
 }
