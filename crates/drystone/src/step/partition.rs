@@ -1,8 +1,9 @@
 //! Stage 3: contacts that gained or lost points enter or leave the colors and islands; sleepers that
 //! were met wake; ends are reported.
 //!
-//! Reads: bodies. Writes: colors, islands, sets, contacts (rows), events, bodies (levels). Runs: serially, over
-//! changes only; levels in parallel, color after color.
+//! Reads: bodies. Writes: colors, islands, sets, contacts (rows), events, bodies (levels). Runs: what wakes serially; over
+//! lists of changes in parallel, then over tables side by side, each in the order of the changes; levels in parallel, color
+//! after color.
 
 use core::sync::atomic::{AtomicBool, Ordering};
 
@@ -37,8 +38,8 @@ pub(crate) struct Scratch {
     slack: Slack,
 }
 
-/// Applies the changes that narrowphase listed: who is met wakes; then all workers look what the changes come to; then the colors of two
-/// bodies, those of one, and the islands are seen to side by side, and last what is over is removed.
+/// Applies the changes that narrowphase listed: who is met wakes; then all workers look what the changes come to; then that is
+/// carried out.
 pub(crate) fn apply_touch_changes(
     found: &narrowphase::Scratch,
     shapes: &Shapes,
@@ -48,12 +49,19 @@ pub(crate) fn apply_touch_changes(
 ) {
     let [changes, ghosts] = found.changes();
     wake_the_met(changes, sets);
+    let mut most = 0;
     for lists in [changes, ghosts] {
         let n: usize = lists.iter().map(Vec::len).sum();
         if n > 0 {
             let jobs = if n < LEAST { &Inline } else { jobs };
-            apply(lists, shapes, sets, scratch, jobs);
+            most = most.max(apply(lists, shapes, sets, scratch, jobs));
         }
+    }
+    let Scratch { told, gone, slack, .. } = scratch;
+    if let Some(enough) = slack.look(most) {
+        let each = enough / told.len().max(1);
+        told.iter_mut().for_each(|told| told.turns.shrink_to(each));
+        gone.shrink_to(enough);
     }
 }
 
@@ -81,14 +89,15 @@ fn is_gentle(c: &Contact, islands: &Islands, bodies: &Bodies) -> bool {
     islands.wake_alone && speed(c.body_a) + speed(c.body_b) < islands.gentle_speed
 }
 
+/// Applies some lists of changes; gives how many memory was needed for.
 fn apply(
     lists: &[Vec<Change>],
     shapes: &Shapes,
     sets: &mut Sets<'_>,
     scratch: &mut Scratch,
     jobs: &dyn Executor,
-) {
-    let Scratch { told, gone, slack, .. } = scratch;
+) -> usize {
+    let Scratch { told, gone, .. } = scratch;
     told.resize_with(told.len().max(lists.len()), Told::default);
     let slots = sets.contacts.slots_mut();
     let teller = Teller { shapes, bodies: sets.bodies, islands: sets.islands, slots };
@@ -98,15 +107,12 @@ fn apply(
         told.clear();
         teller.look_at(&lists[list], told);
     });
-    let told = &mut told[..lists.len()];
+    let told = &told[..lists.len()];
     sets.carry_out(told.iter().map(|told| &told.turns), gone, jobs);
-    for told in &*told {
+    for told in told {
         told.report(sets.events);
     }
-    if let Some(enough) = slack.look(told.iter().map(|told| told.turns.len()).sum()) {
-        told.iter_mut().for_each(|told| told.turns.shrink_to(enough / lists.len()));
-        gone.shrink_to(enough);
-    }
+    gone.len().max(told.iter().map(|told| told.turns.len()).sum())
 }
 
 /// What a list of changes comes to.

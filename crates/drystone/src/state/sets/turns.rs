@@ -131,11 +131,12 @@ impl Turns {
 
     /// A contact does this, and ceases to connect its bodies or not.
     pub(crate) fn add(&mut self, row: u32, c: &Contact, what: Move, cuts: bool, bodies: &Bodies) {
-        self.list.push(Turn::new(row, c, what, cuts, bodies));
+        let turn = Turn::new(row, c, what, cuts, bodies);
+        self.list.push(turn);
         let more = match what {
-            Move::Stays | Move::Changes => return,
-            Move::Enters | Move::Rouses => 1,
-            Move::Leaves => -1,
+            Move::Enters | Move::Rouses if turn.dynamic > 0 => 1,
+            Move::Leaves if turn.dynamic > 0 => -1,
+            _ => return,
         };
         self.recolors = true;
         if c.is_special(bodies) {
