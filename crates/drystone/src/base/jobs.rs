@@ -9,7 +9,7 @@ use super::disjoint::Rows;
 ///
 /// The result of a step never depends on the executor: chunks write only what is theirs.
 pub trait Executor: Send + Sync + Debug {
-    /// Number of workers, the caller included; at least 1. Worker numbers are below it.
+    /// Number of workers, the caller included; at least 1 (with 0 the caller does all the work). Worker numbers are below it.
     fn workers(&self) -> usize;
 
     /// Calls `task(worker, chunk)` once for every chunk below `chunks`, on any worker in any order,

@@ -60,7 +60,7 @@ pub(crate) fn apply_touch_changes(
     let Scratch { told, gone, slack, .. } = scratch;
     if let Some(enough) = slack.look(most) {
         let each = enough / told.len().max(1);
-        told.iter_mut().for_each(|told| told.turns.shrink_to(each));
+        told.iter_mut().for_each(|told| told.shrink_to(each));
         gone.shrink_to(enough);
     }
 }
@@ -129,6 +129,12 @@ impl Told {
         self.turns.clear();
         self.ends.clear();
         self.sensed.clear();
+    }
+
+    fn shrink_to(&mut self, enough: usize) {
+        self.turns.shrink_to(enough);
+        self.ends.shrink_to(enough);
+        self.sensed.shrink_to(enough);
     }
 
     fn report(&self, events: &mut Events) {

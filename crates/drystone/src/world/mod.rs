@@ -193,7 +193,9 @@ impl World {
         if let Some(books) = &mut self.books {
             books.before_step(&self.tables);
         }
-        step::step(&ctx, &mut self.tables, &mut self.scratch, &*self.jobs, after);
+        // With no workers at all, the caller is one.
+        let jobs = if self.jobs.workers() == 0 { &Inline } else { &*self.jobs };
+        step::step(&ctx, &mut self.tables, &mut self.scratch, jobs, after);
         self.break_joints(ctx.inv_h, dt);
         self.tables.steps += 1;
         self.last_h = ctx.h;

@@ -2,8 +2,8 @@
 //! panics, events come as they should.
 
 use drystone::{
-    Aabb, AxisLocks, BodyDef, BodyId, FaultKind, Filter, JointDef, MassDef, Material, Pose, Quat,
-    Shape, ShapeDef, Sym3, Team, Vec3, World, WorldConfig, vec3,
+    Aabb, AxisLocks, BodyDef, BodyId, Executor, FaultKind, Filter, JointDef, MassDef, Material,
+    Pose, Quat, Shape, ShapeDef, Sym3, Team, Vec3, World, WorldConfig, vec3,
 };
 use proptest::prelude::{Strategy, any, prop, prop_oneof, proptest};
 use std::sync::Arc;
@@ -100,6 +100,29 @@ fn a_bad_time_step_is_a_fault_and_steps_nothing() {
         assert_eq!(world.events().faults[0].kind, FaultKind::BadTimeStep);
     }
     assert_eq!((world.state_hash(), world.step_count()), (before, 0));
+}
+
+/// An executor that says it has no workers, and so does nothing.
+#[derive(Debug)]
+struct Nobody;
+
+impl Executor for Nobody {
+    fn workers(&self) -> usize {
+        0
+    }
+
+    fn run(&self, _: usize, _: &(dyn Fn(usize, usize) + Sync)) {}
+}
+
+#[test]
+fn where_nobody_works_the_caller_does() {
+    let [mut one, mut other] = [World::default(), World::default().with_executor(Arc::new(Nobody))];
+    for world in [&mut one, &mut other] {
+        ground(world);
+        world.add_body(cube_at([0.0, 1.0, 0.0])).unwrap();
+        run(world, 1.0);
+    }
+    assert_eq!(one.state_hash(), other.state_hash());
 }
 
 #[test]
