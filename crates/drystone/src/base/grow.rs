@@ -2,7 +2,7 @@
 //! of what a world takes. And lists that give back what a burst filled, such as the first step of a world.
 
 /// Lists may keep this much room whatever they need.
-const LEAST: usize = 1024;
+const LEAST: usize = 512;
 /// How often a list is looked at before it gives room back.
 const PERIOD: u32 = 64;
 
