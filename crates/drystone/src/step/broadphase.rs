@@ -89,7 +89,7 @@ pub(crate) fn find_pairs(
     collect_ranges(jobs, n, grain(jobs, n, 32), found, |_, range, out| {
         let mut queue = Queue::default();
         for i in share(&range, n, asking) {
-            if let Some(soon) = moved.get(i + 2 * AHEAD) {
+            if let Some(soon) = moved.get(i + AHEAD) {
                 shapes.rows.prefetch(*soon, 1);
             }
             if let Some(row) = moved.get(i) {
@@ -242,8 +242,8 @@ fn may_meet(bodies: &Bodies, joints: &Joints, a: &ShapeRow, b: &ShapeRow) -> boo
     })
 }
 
-/// So many pairs ahead what they write to is asked for.
-const AHEAD: usize = 4;
+/// So many shapes ahead the one that looks is asked for.
+const AHEAD: usize = 8;
 
 /// Makes the contacts of some pairs.
 fn create_all(

@@ -1,7 +1,7 @@
 //! New contacts enter the tables. What is taken in order, rows and places, one worker takes; all put it down. The result is that
 //! of entering one contact after the other.
 
-use super::lists::{LIST, Links, Owners};
+use super::lists::{Links, Owners, ask_for_heads};
 use super::{Contact, Contacts, Probe, Slots, Watch};
 use crate::base::disjoint::Rows;
 use crate::base::grow;
@@ -142,10 +142,7 @@ fn link(
     let links = Links(slots);
     for (k, n) in new.iter().enumerate() {
         if let Some(soon) = new.get(k + 2 * AHEAD) {
-            for body in soon.bodies.into_iter().filter(|body| owns(*body)) {
-                bodies.prefetch_line(body as usize, 0);
-                bodies.prefetch_line(body as usize, LIST);
-            }
+            ask_for_heads(bodies, soon.bodies, &owns);
         }
         if let Some(soon) = new.get(k + AHEAD) {
             for body in soon.bodies.into_iter().filter(|body| owns(*body)) {

@@ -1,7 +1,7 @@
 //! Contacts leave the tables: the lists of bodies, what is watched, the pairs. The result is that of taking out one after the
 //! other.
 
-use super::lists::{LIST, Links, Owners};
+use super::lists::{Links, Owners, ask_for_heads};
 use super::{Contact, Contacts, Slots, Watched};
 use crate::base::disjoint::Rows;
 use crate::base::jobs::{Executor, side_by_side};
@@ -84,10 +84,7 @@ fn unlink(
     for (k, g) in gone.iter().enumerate() {
         if let Some(soon) = gone.get(k + 2 * AHEAD) {
             slots.prefetch_line(soon.row as usize, Contact::LISTS_LINE);
-            for body in soon.bodies.into_iter().filter(|body| owns(*body)) {
-                bodies.prefetch_line(body as usize, 0);
-                bodies.prefetch_line(body as usize, LIST);
-            }
+            ask_for_heads(bodies, soon.bodies, &owns);
         }
         if let Some(soon) = gone.get(k + AHEAD) {
             for (side, body) in (0..).zip(soon.bodies) {

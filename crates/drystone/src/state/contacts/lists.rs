@@ -1,16 +1,14 @@
 //! The lists of bodies' contacts, which several workers change at once: each list has an owner.
 
 use super::{Link, Slots};
+use crate::base::disjoint::Rows;
 use crate::base::jobs::Executor;
 use crate::state::bodies::{Body, NONE};
-
-/// The cache line of a body in which the head of its list is.
-pub(super) const LIST: usize = core::mem::offset_of!(Body, contacts) / 64;
 
 /// For so many changes of lists another owner is worth it.
 const LEAST: usize = 64;
 
-/// Who changes which lists: a power of two of owners, each with every so manieth body.
+/// Who changes which lists: a power of two of owners, who share the bodies by the last bits of their rows.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Owners {
     mask: u32,
@@ -30,6 +28,21 @@ impl Owners {
     #[inline(always)]
     pub(super) const fn owns(self, owner: usize, body: u32) -> bool {
         (body & self.mask) as usize == owner
+    }
+}
+
+/// Asks for the heads of the lists of those of two bodies that are one's own.
+#[inline(always)]
+pub(super) fn ask_for_heads(
+    bodies: Rows<'_, Option<Body>>,
+    of: [u32; 2],
+    owns: impl Fn(u32) -> bool,
+) {
+    const HEAD: usize = core::mem::offset_of!(Body, contacts) / 64;
+    for body in of.into_iter().filter(|body| owns(*body)) {
+        // An empty row is told by the first line.
+        bodies.prefetch_line(body as usize, 0);
+        bodies.prefetch_line(body as usize, HEAD);
     }
 }
 

@@ -1,7 +1,7 @@
 //! What contacts do among the sets: told beforehand, contact by contact, so that of the tables each can be seen to by itself, in
 //! the order of the list.
 
-use super::{Sets, dynamic_of};
+use super::Sets;
 use crate::base::jobs::{Executor, side_by_side};
 use crate::state::bodies::{Bodies, Body};
 use crate::state::colors::{Coloring, Colors, Place};
@@ -53,6 +53,20 @@ impl Turn {
 
     fn dynamic(&self) -> &[u32] {
         &self.bodies[..usize::from(self.dynamic)]
+    }
+
+    /// How many more contacts are in the colors.
+    const fn more(&self) -> isize {
+        match self.what {
+            Move::Enters | Move::Rouses if self.dynamic > 0 => 1,
+            Move::Leaves if self.dynamic > 0 => -1,
+            _ => 0,
+        }
+    }
+
+    /// And how many of those are special; `c` is the contact.
+    fn more_special(&self, c: &Contact, bodies: &Bodies) -> isize {
+        if self.more() != 0 && c.is_special(bodies) { self.more() } else { 0 }
     }
 
     /// Sees to the colors of contacts with so many dynamic bodies.
@@ -133,15 +147,8 @@ impl Turns {
     pub(crate) fn add(&mut self, row: u32, c: &Contact, what: Move, cuts: bool, bodies: &Bodies) {
         let turn = Turn::new(row, c, what, cuts, bodies);
         self.list.push(turn);
-        let more = match what {
-            Move::Enters | Move::Rouses if turn.dynamic > 0 => 1,
-            Move::Leaves if turn.dynamic > 0 => -1,
-            _ => return,
-        };
-        self.recolors = true;
-        if c.is_special(bodies) {
-            self.special += more;
-        }
+        self.recolors |= turn.more() != 0;
+        self.special += turn.more_special(c, bodies);
     }
 
     /// A contact is removed.
@@ -183,18 +190,16 @@ impl Sets<'_> {
     /// One contact gets a color or loses it.
     pub(super) fn turn(&mut self, row: u32, what: Move) {
         let contact = self.contacts.at(row);
-        let leaves = what == Move::Leaves;
-        let (_, n) = dynamic_of(self.bodies, contact.body_a, contact.body_b);
-        if leaves != contact.place.is_somewhere() || n == 0 {
+        let turn = Turn::new(row, contact, what, false, self.bodies);
+        if (what == Move::Leaves) != contact.place.is_somewhere() || turn.dynamic == 0 {
             return;
         }
-        let turn = Turn::new(row, contact, what, false, self.bodies);
-        let special = usize::from(self.is_special(row));
-        let special = if leaves { special.wrapping_neg() } else { special };
-        self.colors.special = self.colors.special.wrapping_add(special);
-        self.colors.levels_dirty = true;
+        let special = turn.more_special(contact, self.bodies);
         let colors = &mut *self.colors;
-        let coloring = if n == 2 { &mut colors.contacts } else { &mut colors.contacts_fixed };
+        colors.special = colors.special.wrapping_add_signed(special);
+        colors.levels_dirty = true;
+        let is_of_two = turn.dynamic == 2;
+        let coloring = if is_of_two { &mut colors.contacts } else { &mut colors.contacts_fixed };
         turn.color(coloring, self.contacts.slots_mut());
         turn.tie(self.islands, self.bodies);
     }
