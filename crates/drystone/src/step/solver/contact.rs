@@ -6,6 +6,7 @@
 
 use fearless_simd::{Simd, SimdBase, SimdMask, mask32x8};
 
+use super::rooms::Next;
 use super::rows::{
     ContactBlock, Extra, Line, Velocity, load_motion, load_velocity, store_velocity,
 };
@@ -47,13 +48,14 @@ pub(crate) fn solve<S: Simd, const FIXED: bool>(
     simd: S,
     block: &mut ContactBlock,
     extra: Option<&mut Extra>,
+    next: Next<'_>,
     lines: &Rows<'_, Line>,
     sweep: &Sweep,
 ) {
     match block.count {
-        1 => solve_points::<S, FIXED, 1>(simd, block, extra, lines, sweep),
-        2 => solve_points::<S, FIXED, 2>(simd, block, extra, lines, sweep),
-        _ => solve_points::<S, FIXED, 4>(simd, block, extra, lines, sweep),
+        1 => solve_points::<S, FIXED, 1>(simd, block, extra, next, lines, sweep),
+        2 => solve_points::<S, FIXED, 2>(simd, block, extra, next, lines, sweep),
+        _ => solve_points::<S, FIXED, 4>(simd, block, extra, next, lines, sweep),
     }
 }
 
@@ -94,9 +96,15 @@ fn solve_points<S: Simd, const FIXED: bool, const N: usize>(
     simd: S,
     block: &mut ContactBlock,
     mut extra: Option<&mut Extra>,
+    next: Next<'_>,
     lines: &Rows<'_, Line>,
     sweep: &Sweep,
 ) {
+    // The next block is asked for in pieces of two to eight cache lines: as it is needed there, and as many as come
+    // while what stands between two pieces is done.
+    let (asked, last) = (5 + 6 * N, ContactBlock::cache_lines(N));
+    let half = asked + (last - asked) / 2;
+    next.ask(0..5);
     let zero = splat(simd, 0.0);
     let n = Vec3w::load(simd, &block.n);
     let (beta, mut vb) = (load(simd, &block.beta), load_velocity(simd, lines, &block.row_b));
@@ -125,6 +133,7 @@ fn solve_points<S: Simd, const FIXED: bool, const N: usize>(
     let mut bias = Bias { target: [zero; N], leak: [zero; N], floor: [zero; N] };
     let mut lambda = [zero; N];
     for j in 0..N {
+        next.ask(5 + 4 * j..9 + 4 * j);
         let point = &block.points[j];
         let b = Vec3w::load(simd, &point.b);
         vn[j] = u + b.dot(vb.w);
@@ -155,6 +164,7 @@ fn solve_points<S: Simd, const FIXED: bool, const N: usize>(
     let mut z = [zero; N];
     let mut response = [[zero; N]; N];
     for j in 0..N {
+        next.ask(5 + 4 * N + 2 * j..7 + 4 * N + 2 * j);
         z[j] = gain[j] * vn[j];
         for i in 0..N {
             response[i][j] = gain[i] * load(simd, &block.k[K[i][j]]);
@@ -187,12 +197,21 @@ fn solve_points<S: Simd, const FIXED: bool, const N: usize>(
         let mut lanes = [0.0; LANES];
         (zero - eager).store_array(&mut lanes);
         if bits_up_to_zero(&lanes) != 0xff {
-            let eager = above(zero, eager);
-            for _ in 0..EAGER_ROUNDS {
-                solve_normals(&bias, &response, Some((eager, zero)), &mut lambda, &mut z);
+            // What had no impulse and got none in a round gets none in the next one: most contacts of
+            // things that stand side by side.
+            let mut loaded = max(entry[0], lambda[0]);
+            for j in 1..N {
+                loaded = max(loaded, max(entry[j], lambda[j]));
+            }
+            let eager = above(min(loaded, -eager), zero);
+            if eager.any_true() {
+                for _ in 0..EAGER_ROUNDS {
+                    solve_normals(&bias, &response, Some((eager, zero)), &mut lambda, &mut z);
+                }
             }
         }
     }
+    next.ask(asked..half);
     let mut total = zero;
     let mut pushed = zero;
     let (mut turn_a, mut turn_b) = ([Vec3w::zero(simd); N], [Vec3w::zero(simd); N]);
@@ -217,6 +236,7 @@ fn solve_points<S: Simd, const FIXED: bool, const N: usize>(
         resist_rolling(simd, extra, &mut va, &mut vb, total);
     }
 
+    next.ask(half..last);
     let limit = load(simd, &block.mu) * total;
     let of = extra.as_deref().map(|extra| (extra, elapsed));
     rub::<S, FIXED>(simd, block, of, &mut va, &mut vb, (n, pushed), limit);

@@ -541,13 +541,12 @@ impl Solver<'_> {
             let sweep = &sweeps[usize::from(batch.fixed)];
             dispatch!(self.ctx.level, simd => {
                 for i in blocks {
-                    let block = self.blocks.row(i);
-                    self.blocks.prefetch(i + 1, block.cache_lines());
+                    let (block, next) = (self.blocks.row(i), self.blocks.next(i));
                     let extra = if self.has_extras { Some(self.extras.row(i)) } else { None };
                     if batch.fixed {
-                        contact::solve::<_, true>(simd, block, extra, &self.lines, sweep);
+                        contact::solve::<_, true>(simd, block, extra, next, &self.lines, sweep);
                     } else {
-                        contact::solve::<_, false>(simd, block, extra, &self.lines, sweep);
+                        contact::solve::<_, false>(simd, block, extra, next, &self.lines, sweep);
                     }
                 }
             });

@@ -182,11 +182,11 @@ pub(crate) struct ContactBlock {
 }
 
 impl ContactBlock {
-    /// How much of a block like this one a sweep reads.
+    /// How much of a block a sweep reads whose contacts have so many points.
     #[inline(always)]
-    pub(crate) fn cache_lines(&self) -> usize {
+    pub(crate) const fn cache_lines(points: usize) -> usize {
         // 42 lanes, then 9 a point.
-        if self.count > 2 { size_of::<Self>() / 64 } else { (43 + 9 * usize::from(self.count)) / 2 }
+        if points > 2 { size_of::<Self>() / 64 } else { (43 + 9 * points) / 2 }
     }
 }
 
