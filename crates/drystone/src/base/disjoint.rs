@@ -75,6 +75,12 @@ impl<'a, T> Rows<'a, T> {
         let _ = (i, line);
     }
 
+    /// What stands behind row `i`.
+    #[inline(always)]
+    pub(crate) const fn after(&self, i: usize) -> Next<'a, T> {
+        Next { rows: *self, row: i + 1 }
+    }
+
     /// Rows `range`.
     #[inline]
     #[expect(clippy::mut_from_ref, reason = "rows are kept apart by the caller, see the type")]
@@ -84,5 +90,29 @@ impl<'a, T> Rows<'a, T> {
         let first = unsafe { self.first.add(range.start) };
         // SAFETY: nobody else holds these rows: the type's rule, upheld by chunks and colors.
         unsafe { core::slice::from_raw_parts_mut(first, range.len()) }
+    }
+}
+
+/// The row that is seen to next, if there is one, to be asked for piece by piece: a core waits for no more than ten to
+/// twenty cache lines at a time, and stands still with more until they are there.
+#[derive(Debug)]
+pub(crate) struct Next<'a, T> {
+    rows: Rows<'a, T>,
+    row: usize,
+}
+
+impl<T> Clone for Next<'_, T> {
+    fn clone(&self) -> Self {
+        *self
+    }
+}
+
+impl<T> Copy for Next<'_, T> {}
+
+impl<T> Next<'_, T> {
+    /// Asks for some of its cache lines. Changes nothing but time.
+    #[inline(always)]
+    pub(crate) fn ask(&self, lines: Range<usize>) {
+        lines.for_each(|line| self.rows.prefetch_line(self.row, line));
     }
 }

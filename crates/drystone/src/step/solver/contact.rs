@@ -6,12 +6,11 @@
 
 use fearless_simd::{Simd, SimdBase, SimdMask, mask32x8};
 
-use super::rooms::Next;
 use super::rows::{
     ContactBlock, Extra, Line, Velocity, load_motion, load_velocity, store_velocity,
 };
 use super::softness::Softness;
-use crate::base::disjoint::Rows;
+use crate::base::disjoint::{Next, Rows};
 use crate::base::wide::{
     LANES, Sym3w, Vec3w, Wide, above, bits_up_to_zero, load, max, min, select, splat, sqrt,
 };
@@ -48,7 +47,7 @@ pub(crate) fn solve<S: Simd, const FIXED: bool>(
     simd: S,
     block: &mut ContactBlock,
     extra: Option<&mut Extra>,
-    next: Next<'_>,
+    next: Next<'_, ContactBlock>,
     lines: &Rows<'_, Line>,
     sweep: &Sweep,
 ) {
@@ -96,7 +95,7 @@ fn solve_points<S: Simd, const FIXED: bool, const N: usize>(
     simd: S,
     block: &mut ContactBlock,
     mut extra: Option<&mut Extra>,
-    next: Next<'_>,
+    next: Next<'_, ContactBlock>,
     lines: &Rows<'_, Line>,
     sweep: &Sweep,
 ) {

@@ -17,7 +17,7 @@ use super::held::{Turn, push};
 use super::root::{Root, RootRows};
 use super::rows::{JointBlock, Line, Velocity, load_motion, load_velocity, store_velocity};
 use super::softness::Softness;
-use crate::base::disjoint::Rows;
+use crate::base::disjoint::{Next, Rows};
 use crate::base::wide::{LANES, Sym3w, Vec3w, Wide, above, load, max, min, select, splat, sqrt};
 
 /// What one sweep over joints does.
@@ -173,16 +173,21 @@ fn closing<S: Simd>(simd: S, gap: Wide<S>, rate: Wide<S>) -> Wide<S> {
 pub(crate) fn solve_ball<S: Simd, R: Root<S>>(
     simd: S,
     block: &mut JointBlock,
+    next: Next<'_, JointBlock>,
     fixed: bool,
     lines: &Rows<'_, Line>,
     sweep: &JointSweep,
 ) {
+    // In three pieces, as it is needed there.
+    let (first, second) = (R::BLOCK_LINES / 3, 2 * R::BLOCK_LINES / 3);
+    next.ask(0..first);
     let mut q = read::<S, R>(simd, block, fixed, lines, sweep);
     let old = Vec3w::load(simd, &block.impulse);
     if !sweep.is_relax {
         // Its linear part is as it was: the bodies carry it.
         q.turn_moments(simd, block, old);
     }
+    next.ask(first..second);
     let bend = q.bend(simd, sweep).0;
     let (a, b) = (q.sa.rows(q.ra), q.sb.rows(q.rb));
     let linear = q.alpha * q.alpha + q.beta * q.beta;
@@ -191,6 +196,7 @@ pub(crate) fn solve_ball<S: Simd, R: Root<S>>(
     let k = b.add_products(a.add_products(k));
     let speed =
         q.vb.v * q.beta - q.va.v * q.alpha + (q.drift + bend) + (b.dot(q.vb.w) - a.dot(q.va.w));
+    next.ask(second..R::BLOCK_LINES);
     let rate = splat(simd, sweep.softness.rate);
     let bias = Vec3w {
         x: closing(simd, q.gap.x, rate),
@@ -218,10 +224,12 @@ pub(crate) fn solve_ball<S: Simd, R: Root<S>>(
 pub(crate) fn solve_distance<S: Simd>(
     simd: S,
     block: &mut JointBlock,
+    next: Next<'_, JointBlock>,
     fixed: bool,
     lines: &Rows<'_, Line>,
     sweep: &JointSweep,
 ) {
+    next.ask(0..JointBlock::CACHE_LINES);
     let mut q = read::<S, Sym3w<S>>(simd, block, fixed, lines, sweep);
     let (zero, one) = (splat(simd, 0.0), splat(simd, 1.0));
     let length = sqrt(q.gap.dot(q.gap));

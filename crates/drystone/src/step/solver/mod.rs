@@ -541,7 +541,7 @@ impl Solver<'_> {
             let sweep = &sweeps[usize::from(batch.fixed)];
             dispatch!(self.ctx.level, simd => {
                 for i in blocks {
-                    let (block, next) = (self.blocks.row(i), self.blocks.next(i));
+                    let (block, next) = (self.blocks.row(i), self.blocks.after(i));
                     let extra = if self.has_extras { Some(self.extras.row(i)) } else { None };
                     if batch.fixed {
                         contact::solve::<_, true>(simd, block, extra, next, &self.lines, sweep);

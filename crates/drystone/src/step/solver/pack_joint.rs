@@ -35,15 +35,14 @@ impl Solver<'_> {
         self.plan.joints.for_blocks(&group.joints, jobs, 8, |batch, blocks| {
             dispatch!(self.ctx.level, simd => {
                 for i in blocks {
-                    let block = self.joints.row(i);
-                    self.joints.prefetch(i + 1, block.cache_lines());
+                    let (block, next) = (self.joints.row(i), self.joints.after(i));
                     let (fixed, lines) = (batch.fixed, &self.lines);
                     if batch.class == DISTANCE {
-                        joint::solve_distance(simd, block, fixed, lines, sweep);
+                        joint::solve_distance(simd, block, next, fixed, lines, sweep);
                     } else if block.is_round() {
-                        joint::solve_ball::<_, Roundw<_>>(simd, block, fixed, lines, sweep);
+                        joint::solve_ball::<_, Roundw<_>>(simd, block, next, fixed, lines, sweep);
                     } else {
-                        joint::solve_ball::<_, Sym3w<_>>(simd, block, fixed, lines, sweep);
+                        joint::solve_ball::<_, Sym3w<_>>(simd, block, next, fixed, lines, sweep);
                     }
                 }
             });

@@ -3,11 +3,9 @@
 //! take no more of memory than one, and their blocks stay in the worker's cache. What several workers share, or
 //! takes its passes in turn with particles, or is asked for after the step, has blocks of its own.
 
-use core::ops::Range;
-
 use super::plan::Plan;
 use super::rows::ContactBlock;
-use crate::base::disjoint::Rows;
+use crate::base::disjoint::{Next, Rows};
 use crate::base::grow;
 
 /// Blocks by their numbers in the plan: all, or those of a group that is in a room.
@@ -33,24 +31,8 @@ impl Blocks<'_> {
 
     /// What stands behind block `i`.
     #[inline(always)]
-    pub(super) fn next(&self, i: usize) -> Next<'_> {
-        Next { rows: self.rows, row: i + 1 - self.first }
-    }
-}
-
-/// The block that is solved next, if there is one, to be asked for piece by piece: a core waits for no more than ten
-/// to twenty cache lines at a time, and with more stands still until they are there.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Next<'a> {
-    rows: Rows<'a, ContactBlock>,
-    row: usize,
-}
-
-impl Next<'_> {
-    /// Asks for some of its cache lines.
-    #[inline(always)]
-    pub(super) fn ask(&self, lines: Range<usize>) {
-        lines.for_each(|line| self.rows.prefetch_line(self.row, line));
+    pub(super) fn after(&self, i: usize) -> Next<'_, ContactBlock> {
+        self.rows.after(i - self.first)
     }
 }
 

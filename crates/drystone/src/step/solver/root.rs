@@ -8,6 +8,8 @@ use crate::base::wide::{Sym3w, Vec3w, Wide, load};
 
 /// S of eight bodies, and what kernels make of it.
 pub(crate) trait Root<S: Simd>: Copy {
+    /// Cache lines that a sweep over balls reads of a block.
+    const BLOCK_LINES: usize;
     /// Of the bodies A and B of a block.
     fn pair(simd: S, block: &JointBlock) -> [Self; 2];
     fn mul(self, v: Vec3w<S>) -> Vec3w<S>;
@@ -29,6 +31,7 @@ pub(crate) trait RootRows<S: Simd> {
 }
 
 impl<S: Simd> Root<S> for Sym3w<S> {
+    const BLOCK_LINES: usize = JointBlock::CACHE_LINES;
     type Rows = [Vec3w<S>; 3];
     #[inline(always)]
     fn pair(simd: S, block: &JointBlock) -> [Self; 2] {
@@ -80,6 +83,7 @@ pub(crate) struct Roundw<S: Simd>(Wide<S>);
 pub(crate) struct RoundRows<S: Simd>(Vec3w<S>);
 
 impl<S: Simd> Root<S> for Roundw<S> {
+    const BLOCK_LINES: usize = JointBlock::ROUND_LINES;
     type Rows = RoundRows<S>;
     #[inline(always)]
     fn pair(simd: S, block: &JointBlock) -> [Self; 2] {

@@ -256,17 +256,12 @@ pub(crate) struct JointBlock {
 
 impl JointBlock {
     /// How much of a block a sweep over balls between bodies that can be pushed reads.
-    const CACHE_LINES: usize = core::mem::offset_of!(Self, drift) / 64;
+    pub(super) const CACHE_LINES: usize = core::mem::offset_of!(Self, drift) / 64;
     /// And if all of those are round.
-    const ROUND_LINES: usize = core::mem::offset_of!(Self, s_a) / 64;
+    pub(super) const ROUND_LINES: usize = core::mem::offset_of!(Self, s_a) / 64;
 
     /// It is one of balls, and the inertia of all its bodies is the same about every axis.
     pub(crate) fn is_round(&self) -> bool {
         self.round[0][0] >= 0.0
-    }
-
-    /// How much of a block like this one a sweep over balls reads.
-    pub(crate) fn cache_lines(&self) -> usize {
-        if self.is_round() { Self::ROUND_LINES } else { Self::CACHE_LINES }
     }
 }
