@@ -8,7 +8,9 @@ use core::f32::consts::FRAC_PI_2;
 use drystone::{
     BodyKind, Combine, Hull, Material, Mesh, Pose, Quat, Shape, ShapeDef, SleepConfig, Vec3, vec3,
 };
-use drystone_bench::{BodyState, Engine, EngineError, Linkage, Turn, density_factor, linkages};
+use drystone_bench::{
+    BodyState, Engine, EngineError, Linkage, Stages, Turn, count_as_f64, density_factor, linkages,
+};
 use drystone_scene::{Scene, SceneBody, Wave};
 
 use box3d_sys as b3;
@@ -27,7 +29,12 @@ pub(crate) struct Box3d {
     hulls: Shared<*mut b3::b3HullData>,
     meshes: Shared<*mut b3::b3MeshData>,
     sleep: SleepConfig,
+    /// Times of its stages since the clock was started, by its own clock [ms].
+    spent: [f64; STAGES.len()],
 }
+
+/// The stages that it is asked for. `solver` is what ours is: the plan and all that works on constraints.
+const STAGES: [&str; 5] = ["pairs", "collide", "solver", "transforms", "refit"];
 
 impl Drop for Box3d {
     fn drop(&mut self) {
@@ -71,6 +78,7 @@ impl Engine for Box3d {
             hulls: Shared::default(),
             meshes: Shared::default(),
             sleep: scene.config.sleep,
+            spent: [0.0; STAGES.len()],
         };
         for body in &scene.bodies {
             this.add(body)?;
@@ -146,6 +154,13 @@ impl Engine for Box3d {
     fn step(&mut self, dt: f32) {
         // SAFETY: the world lives.
         unsafe { b3::b3World_Step(self.world, dt, SUBSTEPS) };
+        // SAFETY: as above; what it says is copied.
+        let told = unsafe { b3::b3World_GetProfile(self.world) };
+        let solver = told.solverSetup + told.constraints;
+        let stages = [told.pairs, told.collide, solver, told.transforms, told.refit];
+        for (sum, ms) in self.spent.iter_mut().zip(stages) {
+            *sum += f64::from(ms);
+        }
     }
 
     fn state(&self, body: usize) -> BodyState {
@@ -166,6 +181,17 @@ impl Engine for Box3d {
             linear_velocity: own(v),
             angular_velocity: own(w),
         }
+    }
+
+    fn restart_clock(&mut self) {
+        self.spent = [0.0; STAGES.len()];
+    }
+
+    fn stages_ms(&self, steps: u64) -> Option<Stages> {
+        let steps = count_as_f64(usize::try_from(steps.max(1)).unwrap_or(usize::MAX));
+        Some(Stages(
+            STAGES.map(str::to_owned).into_iter().zip(self.spent.map(|ms| ms / steps)).collect(),
+        ))
     }
 
     fn simd(&self) -> String {

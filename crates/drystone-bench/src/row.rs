@@ -55,7 +55,7 @@ pub struct Row {
     /// Runs that this row is made of.
     #[serde(default = "one")]
     pub runs: usize,
-    /// Times of the stages, their medians over the runs; only drystone tells them.
+    /// Times of the stages, their medians over the runs; of peers only Box3D tells some, by its own clock and names.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stages_ms: Option<Stages>,
 }
