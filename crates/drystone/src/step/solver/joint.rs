@@ -15,7 +15,9 @@ use fearless_simd::{Simd, SimdBase};
 
 use super::held::{Turn, push};
 use super::root::{Root, RootRows};
-use super::rows::{JointBlock, Line, Velocity, load_motion, load_velocity, store_velocity};
+use super::rows::{
+    JointBlock, JointRest, Line, Velocity, load_motion, load_velocity, store_velocity,
+};
 use super::softness::Softness;
 use crate::base::disjoint::{Next, Rows};
 use crate::base::wide::{LANES, Sym3w, Vec3w, Wide, above, load, max, min, select, splat, sqrt};
@@ -53,6 +55,23 @@ impl JointSweep {
     }
 }
 
+/// The block that comes next.
+#[derive(Clone, Copy)]
+pub(crate) struct Ahead<'a> {
+    pub(crate) block: Next<'a, JointBlock>,
+    pub(crate) rest: Next<'a, JointRest>,
+}
+
+impl Ahead<'_> {
+    /// Asks for half of it, the first or the second one.
+    #[inline(always)]
+    fn ask<S: Simd, R: Root<S>>(&self, half: usize) {
+        const LINES: usize = size_of::<JointBlock>() / 64;
+        self.block.ask(half * LINES / 2..(half + 1) * LINES / 2);
+        self.rest.ask(half * R::REST_LINES / 2..(half + 1) * R::REST_LINES / 2);
+    }
+}
+
 /// Arms, gap and velocities of eight joints now.
 struct State<S: Simd, R: Root<S>> {
     alpha: Wide<S>,
@@ -87,13 +106,13 @@ pub(super) fn bend<S: Simd>(
 #[inline(always)]
 fn read<S: Simd, R: Root<S>>(
     simd: S,
-    block: &JointBlock,
+    (block, rest): (&JointBlock, &JointRest),
     fixed: bool,
     lines: &Rows<'_, Line>,
     sweep: &JointSweep,
 ) -> State<S, R> {
     let (alpha, beta) = (load(simd, &block.alpha), load(simd, &block.beta));
-    let [sa, sb] = R::pair(simd, block);
+    let [sa, sb] = R::pair(simd, block, rest);
     let (va, xa) = sweep.read(simd, lines, &block.row_a);
     let (vb, xb) = sweep.read(simd, lines, &block.row_b);
     let (r0a, r0b) = (Vec3w::load(simd, &block.r_a), Vec3w::load(simd, &block.r_b));
@@ -104,7 +123,7 @@ fn read<S: Simd, R: Root<S>>(
     let mut gap = Vec3w::load(simd, &block.gap) + xb.v * beta - xa.v * alpha + (shift_b - shift_a);
     let mut drift = Vec3w::zero(simd);
     if fixed {
-        drift = Vec3w::load(simd, &block.drift);
+        drift = Vec3w::load(simd, &rest.drift);
         gap = gap + drift * splat(simd, sweep.elapsed);
     }
     State { alpha, beta, sa, sb, ra, rb, gap, drift, va, vb }
@@ -172,22 +191,20 @@ fn closing<S: Simd>(simd: S, gap: Wide<S>, rate: Wide<S>) -> Wide<S> {
 #[inline(always)]
 pub(crate) fn solve_ball<S: Simd, R: Root<S>>(
     simd: S,
-    block: &mut JointBlock,
-    next: Next<'_, JointBlock>,
+    (block, rest): (&mut JointBlock, &JointRest),
+    next: Ahead<'_>,
     fixed: bool,
     lines: &Rows<'_, Line>,
     sweep: &JointSweep,
 ) {
-    // In three pieces, as it is needed there.
-    let (first, second) = (R::BLOCK_LINES / 3, 2 * R::BLOCK_LINES / 3);
-    next.ask(0..first);
-    let mut q = read::<S, R>(simd, block, fixed, lines, sweep);
+    next.ask::<S, R>(0);
+    let mut q = read::<S, R>(simd, (block, rest), fixed, lines, sweep);
     let old = Vec3w::load(simd, &block.impulse);
     if !sweep.is_relax {
         // Its linear part is as it was: the bodies carry it.
         q.turn_moments(simd, block, old);
     }
-    next.ask(first..second);
+    next.ask::<S, R>(1);
     let bend = q.bend(simd, sweep).0;
     let (a, b) = (q.sa.rows(q.ra), q.sb.rows(q.rb));
     let linear = q.alpha * q.alpha + q.beta * q.beta;
@@ -196,7 +213,6 @@ pub(crate) fn solve_ball<S: Simd, R: Root<S>>(
     let k = b.add_products(a.add_products(k));
     let speed =
         q.vb.v * q.beta - q.va.v * q.alpha + (q.drift + bend) + (b.dot(q.vb.w) - a.dot(q.va.w));
-    next.ask(second..R::BLOCK_LINES);
     let rate = splat(simd, sweep.softness.rate);
     let bias = Vec3w {
         x: closing(simd, q.gap.x, rate),
@@ -223,14 +239,15 @@ pub(crate) fn solve_ball<S: Simd, R: Root<S>>(
 #[inline(always)]
 pub(crate) fn solve_distance<S: Simd>(
     simd: S,
-    block: &mut JointBlock,
-    next: Next<'_, JointBlock>,
+    (block, rest): (&mut JointBlock, &mut JointRest),
+    next: Ahead<'_>,
     fixed: bool,
     lines: &Rows<'_, Line>,
     sweep: &JointSweep,
 ) {
-    next.ask(0..JointBlock::CACHE_LINES);
-    let mut q = read::<S, Sym3w<S>>(simd, block, fixed, lines, sweep);
+    next.ask::<S, Sym3w<S>>(0);
+    next.ask::<S, Sym3w<S>>(1);
+    let mut q = read::<S, Sym3w<S>>(simd, (block, rest), fixed, lines, sweep);
     let (zero, one) = (splat(simd, 0.0), splat(simd, 1.0));
     let length = sqrt(q.gap.dot(q.gap));
     let apart = above(length, splat(simd, 1.0e-9));
@@ -242,7 +259,7 @@ pub(crate) fn solve_distance<S: Simd>(
     let k = q.alpha * q.alpha + q.beta * q.beta + a.dot(a) + b.dot(b);
     let mass = select(above(k, zero), one / k, zero);
     let Vec3w { x: i0, y: i1, z: i2 } = Vec3w::load(simd, &block.impulse);
-    let carried = Vec3w::load(simd, &block.carried);
+    let carried = Vec3w::load(simd, &rest.carried);
     if !sweep.is_relax {
         let p = n * (i0 - i1 + i2);
         q.va.v = q.va.v - (p - carried) * q.alpha;
@@ -256,15 +273,15 @@ pub(crate) fn solve_distance<S: Simd>(
     let across = h * splat(simd, 0.5) * (slip.dot(slip) - along * along) * scale;
     let across = across / (one + across * h * splat(simd, 0.5) * scale);
     let mut vn = along + n.dot(bend) + across;
-    let Vec3w { x: least, y: most, z: rest } = Vec3w::load(simd, &block.limits);
-    let Vec3w { x: rate, y: soft, z: leak } = Vec3w::load(simd, &block.spring);
+    let Vec3w { x: least, y: most, z: unstrained } = Vec3w::load(simd, &rest.limits);
+    let Vec3w { x: rate, y: soft, z: leak } = Vec3w::load(simd, &rest.spring);
     let s = &sweep.softness;
     let (rigid_rate, rigid_mass, rigid_leak) =
         (splat(simd, s.rate), splat(simd, s.mass), splat(simd, s.impulse));
     let inv_h = splat(simd, sweep.inv_h);
 
     // Spring.
-    let d = -(mass * (soft * vn + rate * (length - rest))) - leak * i2;
+    let d = -(mass * (soft * vn + rate * (length - unstrained))) - leak * i2;
     let n2 = i2 + d;
     vn += k * d;
     let mut pushed = d;
@@ -295,10 +312,10 @@ pub(crate) fn solve_distance<S: Simd>(
     pushed -= n1 - i1;
 
     if sweep.is_relax {
-        (carried + n * pushed).store(&mut block.carried);
+        (carried + n * pushed).store(&mut rest.carried);
         q.carry_more(simd, block, n * pushed);
     } else {
-        (n * (n0 - n1 + n2)).store(&mut block.carried);
+        (n * (n0 - n1 + n2)).store(&mut rest.carried);
         q.carry(block, n * (n0 - n1 + n2));
     }
     n0.store_array(&mut block.impulse[0]);

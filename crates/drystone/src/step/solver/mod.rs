@@ -58,7 +58,7 @@ use self::joint::JointSweep;
 use self::plan::{Group, Plan};
 use self::rooms::{Blocks, Rooms};
 use self::rounds::BodyState;
-use self::rows::{ContactBlock, Extra, JointBlock, Line, Whitening};
+use self::rows::{ContactBlock, Extra, JointBlock, JointRest, Line, Whitening};
 use self::sixdof::SixBlock;
 use self::softness::Softness;
 use self::strokes::Progress;
@@ -96,6 +96,7 @@ pub(crate) struct Scratch {
     blocks: Vec<ContactBlock>,
     extras: Vec<Extra>,
     joints: Vec<JointBlock>,
+    joint_rests: Vec<JointRest>,
     sixdofs: Vec<SixBlock>,
     couplings: Vec<CouplingRow>,
     tree_gains: Vec<f64>,
@@ -167,6 +168,7 @@ struct Solver<'a> {
     extras: Rows<'a, Extra>,
     has_extras: bool,
     joints: Rows<'a, JointBlock>,
+    joint_rests: Rows<'a, JointRest>,
     sixdofs: Rows<'a, SixBlock>,
     couplings: Rows<'a, CouplingRow>,
     tree_gains: Rows<'a, f64>,
@@ -255,6 +257,7 @@ pub(crate) fn solve(
         s.impacts.resize_with(groups, Impacts::default);
     }
     s.joints.resize_with(s.plan.joints.owners.len(), JointBlock::default);
+    s.joint_rests.resize_with(s.plan.joints.owners.len(), JointRest::default);
     s.sixdofs.resize_with(s.plan.sixdofs.owners.len(), SixBlock::default);
     s.couplings.resize(s.plan.couplings.len(), CouplingRow::default());
     s.tree_gains.resize(s.plan.forest.trees.last().map_or(0, |tree| tree.gains.end), 0.0);
@@ -286,6 +289,7 @@ pub(crate) fn solve(
         extras: Rows::new(&mut s.extras),
         has_extras,
         joints: Rows::new(&mut s.joints),
+        joint_rests: Rows::new(&mut s.joint_rests),
         sixdofs: Rows::new(&mut s.sixdofs),
         couplings: Rows::new(&mut s.couplings),
         tree_gains: Rows::new(&mut s.tree_gains),

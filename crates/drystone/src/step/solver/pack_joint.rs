@@ -4,12 +4,12 @@ use fearless_simd::{Simd, SimdBase, dispatch};
 
 use super::Solver;
 use super::integrate::four;
-use super::joint::{self, JointSweep};
+use super::joint::{self, Ahead, JointSweep};
 use super::layout::{Batch, Layout};
 use super::plan::{DISTANCE, Group};
 use super::root::Roundw;
 use super::rounds::BodyState;
-use super::rows::{JointBlock, Whitening, load_velocity, read_lanes, store_velocity};
+use super::rows::{JointBlock, JointRest, Whitening, load_velocity, read_lanes, store_velocity};
 use super::softness::Softness;
 use crate::base::jobs::Executor;
 use crate::base::math::{Vec3, vec3};
@@ -35,14 +35,15 @@ impl Solver<'_> {
         self.plan.joints.for_blocks(&group.joints, jobs, 8, |batch, blocks| {
             dispatch!(self.ctx.level, simd => {
                 for i in blocks {
-                    let (block, next) = (self.joints.row(i), self.joints.after(i));
+                    let (block, rest) = (self.joints.row(i), self.joint_rests.row(i));
+                    let next = Ahead { block: self.joints.after(i), rest: self.joint_rests.after(i) };
                     let (fixed, lines) = (batch.fixed, &self.lines);
                     if batch.class == DISTANCE {
-                        joint::solve_distance(simd, block, next, fixed, lines, sweep);
+                        joint::solve_distance(simd, (block, rest), next, fixed, lines, sweep);
                     } else if block.is_round() {
-                        joint::solve_ball::<_, Roundw<_>>(simd, block, next, fixed, lines, sweep);
+                        joint::solve_ball::<_, Roundw<_>>(simd, (block, rest), next, fixed, lines, sweep);
                     } else {
-                        joint::solve_ball::<_, Sym3w<_>>(simd, block, next, fixed, lines, sweep);
+                        joint::solve_ball::<_, Sym3w<_>>(simd, (block, rest), next, fixed, lines, sweep);
                     }
                 }
             });
@@ -53,7 +54,7 @@ impl Solver<'_> {
     #[inline(always)]
     fn pack_joints<S: Simd>(&self, simd: S, i: usize, batch: &Batch) {
         let owners = &self.plan.joints.owners[i];
-        let block = self.joints.row(i);
+        let (block, rest) = (self.joints.row(i), self.joint_rests.row(i));
         let (mut raw, mut impulses) = (Raw::default(), [[0.0; 4]; LANES]);
         self.read_joints(owners, block, &mut raw, &mut impulses);
         let (ra, rb) = (raw.arm(simd, 0), raw.arm(simd, 1));
@@ -73,16 +74,16 @@ impl Solver<'_> {
             sb.xx.store_array(&mut block.round[1]);
         } else {
             block.round[0][0] = -1.0;
-            sa.store(&mut block.s_a);
-            sb.store(&mut block.s_b);
+            sa.store(&mut rest.s_a);
+            sb.store(&mut rest.s_b);
         }
         if batch.fixed {
-            self.fill_drift(owners, block);
+            self.fill_drift(owners, rest);
         }
         // The linear impulse along the gap (a distance) or in the world (a ball).
         let linear = if batch.class == DISTANCE {
-            self.fill_distances(owners, block);
-            Vec3w::load(simd, &block.carried)
+            self.fill_distances(owners, block, rest);
+            Vec3w::load(simd, &rest.carried)
         } else {
             impulse
         };
@@ -135,7 +136,7 @@ impl Solver<'_> {
     }
 
     /// How fast kinematic bodies move the anchors apart.
-    fn fill_drift(&self, owners: &[u32; LANES], block: &mut JointBlock) {
+    fn fill_drift(&self, owners: &[u32; LANES], rest: &mut JointRest) {
         let speed = |row: u32, anchor: Vec3| {
             let body = self.bodies.at(row);
             let moves = !body.is_dynamic() && body.active();
@@ -146,12 +147,12 @@ impl Solver<'_> {
             let joint = self.joint(*row);
             let drift = joint
                 .map_or(Vec3::ZERO, |j| speed(j.body_b, j.anchor_b) - speed(j.body_a, j.anchor_a));
-            put(&mut block.drift, lane, drift);
+            put(&mut rest.drift, lane, drift);
         }
     }
 
     /// What distances have beside arms and gap.
-    fn fill_distances(&self, owners: &[u32; LANES], block: &mut JointBlock) {
+    fn fill_distances(&self, owners: &[u32; LANES], block: &JointBlock, rest: &mut JointRest) {
         for (lane, row) in owners.iter().enumerate() {
             let joint = self.joint(*row);
             let (mut limits, mut soft, mut linear) = (Vec3::ZERO, Vec3::ZERO, Vec3::ZERO);
@@ -164,9 +165,9 @@ impl Solver<'_> {
                 });
                 linear = gap.normalize_or(Vec3::Y) * (impulse.x - impulse.y + impulse.z);
             }
-            put(&mut block.limits, lane, limits);
-            put(&mut block.spring, lane, soft);
-            put(&mut block.carried, lane, linear);
+            put(&mut rest.limits, lane, limits);
+            put(&mut rest.spring, lane, soft);
+            put(&mut rest.carried, lane, linear);
         }
     }
 

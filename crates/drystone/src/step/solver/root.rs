@@ -3,15 +3,15 @@
 
 use fearless_simd::Simd;
 
-use super::rows::JointBlock;
+use super::rows::{JointBlock, JointRest};
 use crate::base::wide::{Sym3w, Vec3w, Wide, load};
 
 /// S of eight bodies, and what kernels make of it.
 pub(crate) trait Root<S: Simd>: Copy {
-    /// Cache lines that a sweep over balls reads of a block.
-    const BLOCK_LINES: usize;
+    /// Cache lines that a sweep reads of what stands beside a block.
+    const REST_LINES: usize;
     /// Of the bodies A and B of a block.
-    fn pair(simd: S, block: &JointBlock) -> [Self; 2];
+    fn pair(simd: S, block: &JointBlock, rest: &JointRest) -> [Self; 2];
     fn mul(self, v: Vec3w<S>) -> Vec3w<S>;
     /// The rows S (r × x), S (r × y), S (r × z) along the world's axes.
     type Rows: RootRows<S>;
@@ -31,11 +31,11 @@ pub(crate) trait RootRows<S: Simd> {
 }
 
 impl<S: Simd> Root<S> for Sym3w<S> {
-    const BLOCK_LINES: usize = JointBlock::CACHE_LINES;
+    const REST_LINES: usize = core::mem::offset_of!(JointRest, drift) / 64;
     type Rows = [Vec3w<S>; 3];
     #[inline(always)]
-    fn pair(simd: S, block: &JointBlock) -> [Self; 2] {
-        [Self::load(simd, &block.s_a), Self::load(simd, &block.s_b)]
+    fn pair(simd: S, _: &JointBlock, rest: &JointRest) -> [Self; 2] {
+        [Self::load(simd, &rest.s_a), Self::load(simd, &rest.s_b)]
     }
     #[inline(always)]
     fn mul(self, v: Vec3w<S>) -> Vec3w<S> {
@@ -83,10 +83,10 @@ pub(crate) struct Roundw<S: Simd>(Wide<S>);
 pub(crate) struct RoundRows<S: Simd>(Vec3w<S>);
 
 impl<S: Simd> Root<S> for Roundw<S> {
-    const BLOCK_LINES: usize = JointBlock::ROUND_LINES;
+    const REST_LINES: usize = 0;
     type Rows = RoundRows<S>;
     #[inline(always)]
-    fn pair(simd: S, block: &JointBlock) -> [Self; 2] {
+    fn pair(simd: S, block: &JointBlock, _: &JointRest) -> [Self; 2] {
         let [a, b] = &block.round;
         [Self(load(simd, a)), Self(load(simd, b))]
     }
@@ -157,7 +157,7 @@ pub(super) fn axes<S: Simd>(s: Sym3w<S>, r: Vec3w<S>) -> [Vec3w<S>; 3] {
 mod tests {
     use fearless_simd::{Simd, dispatch};
 
-    use super::{JointBlock, Root, RootRows, Roundw, Sym3w, Vec3w};
+    use super::{JointBlock, JointRest, Root, RootRows, Roundw, Sym3w, Vec3w};
     use crate::base::random::Random;
     use crate::base::wide::{LANES, Lanes, SimdLevel};
 
@@ -168,8 +168,9 @@ mod tests {
         [r, w, d]: &[[Lanes; 3]; 3],
     ) -> Vec<u32> {
         let [r, w, d] = [r, w, d].map(|v| Vec3w::load(simd, v));
-        let block = JointBlock { round: [s[0]; 2], s_a: *s, s_b: *s, ..JointBlock::default() };
-        let [root, _] = R::pair(simd, &block);
+        let block = JointBlock { round: [s[0]; 2], ..JointBlock::default() };
+        let rest = JointRest { s_a: *s, s_b: *s, ..JointRest::default() };
+        let [root, _] = R::pair(simd, &block, &rest);
         let rows = root.rows(r);
         let mut out = [[[0.0; LANES]; 3]; 6];
         root.mul(w).store(&mut out[0]);

@@ -231,8 +231,8 @@ pub(crate) struct JointBlock {
     pub(crate) row_b: [u32; LANES],
     pub(crate) alpha: Lanes,
     pub(crate) beta: Lanes,
-    /// Of balls the one number of S of each body, if the inertia of all of them is the same about every axis, and nothing in `s_a` and
-    /// `s_b` then; else the first is below 0.
+    /// Of balls the one number of S of each body, if the inertia of all of them is the same about every axis, and nothing in
+    /// [`JointRest::s_a`] and `s_b` then; else the first is below 0.
     pub(crate) round: [Lanes; 2],
     /// Arms at the step's start.
     pub(crate) r_a: [Lanes; 3],
@@ -243,6 +243,12 @@ pub(crate) struct JointBlock {
     /// The part of the warm start that the bodies carry, as it was applied: r × p of each body.
     pub(crate) carried_a: [Lanes; 3],
     pub(crate) carried_b: [Lanes; 3],
+}
+
+/// What only some blocks of joints need, beside them: so that the others lie closer together.
+#[derive(Clone, Debug, Default)]
+#[repr(C, align(64))]
+pub(crate) struct JointRest {
     pub(crate) s_a: [Lanes; 6],
     pub(crate) s_b: [Lanes; 6],
     /// Velocity of the gap that comes from kinematic bodies, where one of the bodies cannot be pushed.
@@ -255,11 +261,6 @@ pub(crate) struct JointBlock {
 }
 
 impl JointBlock {
-    /// How much of a block a sweep over balls between bodies that can be pushed reads.
-    pub(super) const CACHE_LINES: usize = core::mem::offset_of!(Self, drift) / 64;
-    /// And if all of those are round.
-    pub(super) const ROUND_LINES: usize = core::mem::offset_of!(Self, s_a) / 64;
-
     /// It is one of balls, and the inertia of all its bodies is the same about every axis.
     pub(crate) fn is_round(&self) -> bool {
         self.round[0][0] >= 0.0

@@ -237,9 +237,9 @@ impl Solver<'_> {
         });
         for batch in &self.plan.joints.batches[group.joints.clone()] {
             for i in batch.blocks.clone() {
-                let block = self.joints.read(i);
                 let is_distance = batch.class == DISTANCE;
-                let force = if is_distance { &block.carried } else { &block.impulse };
+                let (block, rest) = (self.joints.read(i), self.joint_rests.read(i));
+                let force = if is_distance { &rest.carried } else { &block.impulse };
                 self.joint_tallies.row(i).add(force, &[[0.0; LANES]; 3], when);
             }
         }
