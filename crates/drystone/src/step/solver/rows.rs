@@ -133,7 +133,7 @@ pub(crate) fn store_velocity<S: Simd>(
 
 /// What a contact has for each of its points.
 #[derive(Clone, Copy, Debug, Default)]
-#[repr(C)]
+#[repr(C, align(32))]
 pub(crate) struct PointRows {
     pub(crate) b: [Lanes; 3],
     /// Separation at the step's start.
@@ -148,8 +148,7 @@ pub(crate) struct PointRows {
 /// Eight contacts. Where only one body can be pushed, it is B, whichever it is in the contact (signs of
 /// its rows and of β are turned if it is A): `row_a`, `alpha` and the rows `a` are zero then, and unread.
 ///
-/// Lanes must not straddle cache lines: every field before the last is a whole number of them. (With
-/// a single `u32` in between, the sweeps took half as long again.)
+/// Lanes must not straddle cache lines. (With a single `u32` in between, the sweeps took half as long again.)
 #[derive(Clone, Debug, Default)]
 #[repr(C, align(64))]
 pub(crate) struct ContactBlock {
@@ -169,7 +168,6 @@ pub(crate) struct ContactBlock {
     pub(crate) row_a: [u32; LANES],
     pub(crate) alpha: Lanes,
     pub(crate) a_t: [[Lanes; 3]; 3],
-    pub(crate) points: [PointRows; 4],
     /// K_ij, the upper triangle by columns: 00, 01 11, 02 12 22, 03 13 23 33.
     pub(crate) k: [Lanes; 10],
     /// 1 where the contact had no impulse when the step began: it gets more rounds.
@@ -179,14 +177,16 @@ pub(crate) struct ContactBlock {
     pub(crate) is_mixed: bool,
     /// Most points of a contact in it.
     pub(crate) count: u8,
+    /// Last, so that with fewer points less is read.
+    pub(crate) points: [PointRows; 4],
 }
 
 impl ContactBlock {
     /// How much of a block a sweep reads whose contacts have so many points.
     #[inline(always)]
     pub(crate) const fn cache_lines(points: usize) -> usize {
-        // 42 lanes, then 9 a point.
-        if points > 2 { size_of::<Self>() / 64 } else { (43 + 9 * points) / 2 }
+        let points = if points > 2 { 4 } else { points };
+        (core::mem::offset_of!(Self, points) + points * size_of::<PointRows>()).div_ceil(64)
     }
 }
 
