@@ -236,9 +236,12 @@ fn may_meet(bodies: &Bodies, joints: &Joints, a: &ShapeRow, b: &ShapeRow) -> boo
     if !body_a.is_dynamic() && !body_b.is_dynamic() {
         return false;
     }
-    !body_a.joints.iter().any(|row| {
+    // A joint is one of both.
+    let swap = body_b.joints.len() < body_a.joints.len();
+    let (body, other) = if swap { (body_b, a.body) } else { (body_a, b.body) };
+    !body.joints.iter().any(|row| {
         let joint = joints.at(*row);
-        !joint.collide_connected && (joint.body_a == b.body || joint.body_b == b.body)
+        !joint.collide_connected && (joint.body_a == other || joint.body_b == other)
     })
 }
 
