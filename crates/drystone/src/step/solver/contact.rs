@@ -90,6 +90,56 @@ fn solve_normals<S: Simd, const N: usize>(
     }
 }
 
+/// How an impact spreads over the points is not known yet to a fresh contact, nor to one that is hit: without more
+/// rounds the first point would take too much of it, and the body would turn. Lane by lane, so that it does not
+/// matter which contacts share a block.
+///
+/// A point that is not there, of a contact beside ones with more, has no gain: it does not count, nor is a lone point
+/// eager. What had no impulse at `entry` and got none in a round gets none in the next one: most contacts of things
+/// that stand side by side.
+#[inline(always)]
+fn solve_eagerly<S: Simd, const N: usize>(
+    simd: S,
+    block: &ContactBlock,
+    bias: &Bias<S, N>,
+    response: &[[Wide<S>; N]; N],
+    [vn, gain, entry]: [&[Wide<S>; N]; 3],
+    lambda: &mut [Wide<S>; N],
+    z: &mut [Wide<S>; N],
+) {
+    let zero = splat(simd, 0.0);
+    let mut fastest = vn[0];
+    if block.is_mixed {
+        for j in 1..N {
+            fastest = min(fastest, select(above(gain[j], zero), vn[j], zero));
+        }
+        fastest = select(above(gain[1], zero), fastest, zero);
+    } else {
+        for speed in &vn[1..] {
+            fastest = min(fastest, *speed);
+        }
+    }
+    let mut eager = min(fastest + splat(simd, HIT_SPEED), zero);
+    if block.any_fresh {
+        eager -= load(simd, &block.fresh);
+    }
+    let mut lanes = [0.0; LANES];
+    (zero - eager).store_array(&mut lanes);
+    if bits_up_to_zero(&lanes) == 0xff {
+        return;
+    }
+    let mut loaded = max(entry[0], lambda[0]);
+    for j in 1..N {
+        loaded = max(loaded, max(entry[j], lambda[j]));
+    }
+    let eager = above(min(loaded, -eager), zero);
+    if eager.any_true() {
+        for _ in 0..EAGER_ROUNDS {
+            solve_normals(bias, response, Some((eager, zero)), lambda, z);
+        }
+    }
+}
+
 #[inline(always)]
 fn solve_points<S: Simd, const FIXED: bool, const N: usize>(
     simd: S,
@@ -172,43 +222,8 @@ fn solve_points<S: Simd, const FIXED: bool, const N: usize>(
     for _ in 0..sweep.inner {
         solve_normals(&bias, &response, None, &mut lambda, &mut z);
     }
-    // How an impact spreads over the points is not known yet to a fresh contact, nor to one that is hit:
-    // without more rounds the first point would take too much of it, and the body would turn. Lane by
-    // lane, so that it does not matter which contacts share a block.
-    // A point that is not there, of a contact beside ones with more, has no gain: it does not count, nor is
-    // a lone point eager.
     if N > 1 {
-        let mut fastest = vn[0];
-        if block.is_mixed {
-            for j in 1..N {
-                fastest = min(fastest, select(above(gain[j], zero), vn[j], zero));
-            }
-            fastest = select(above(gain[1], zero), fastest, zero);
-        } else {
-            for speed in &vn[1..] {
-                fastest = min(fastest, *speed);
-            }
-        }
-        let mut eager = min(fastest + splat(simd, HIT_SPEED), zero);
-        if block.any_fresh {
-            eager -= load(simd, &block.fresh);
-        }
-        let mut lanes = [0.0; LANES];
-        (zero - eager).store_array(&mut lanes);
-        if bits_up_to_zero(&lanes) != 0xff {
-            // What had no impulse and got none in a round gets none in the next one: most contacts of
-            // things that stand side by side.
-            let mut loaded = max(entry[0], lambda[0]);
-            for j in 1..N {
-                loaded = max(loaded, max(entry[j], lambda[j]));
-            }
-            let eager = above(min(loaded, -eager), zero);
-            if eager.any_true() {
-                for _ in 0..EAGER_ROUNDS {
-                    solve_normals(&bias, &response, Some((eager, zero)), &mut lambda, &mut z);
-                }
-            }
-        }
+        solve_eagerly(simd, block, &bias, &response, [&vn, &gain, &entry], &mut lambda, &mut z);
     }
     next.ask(asked..half);
     let mut total = zero;

@@ -588,14 +588,7 @@ impl Solver<'_> {
             });
         });
         self.store_tallies(group);
-        let joints = self.plan.joints.blocks_of(&group.joints);
-        let n = joints.len();
-        for_shares(jobs, n, 32, |part| {
-            for i in joints.start + part.start..joints.start + part.end {
-                self.prefetch_joints(&self.plan.joints, i + 1);
-                self.store_joints(i);
-            }
-        });
+        self.store_joints(group, jobs);
         self.store_couplings(group);
         self.store_trees(group);
         self.store_sixdofs(group, jobs);

@@ -11,7 +11,7 @@ use super::root::Roundw;
 use super::rounds::BodyState;
 use super::rows::{JointBlock, JointRest, Whitening, load_velocity, read_lanes, store_velocity};
 use super::softness::Softness;
-use crate::base::jobs::Executor;
+use crate::base::jobs::{Executor, for_shares};
 use crate::base::math::{Vec3, vec3};
 use crate::base::wide::{LANES, Sym3w, Vec3w, at, put};
 use crate::base::wide_quat::Quatw;
@@ -171,8 +171,18 @@ impl Solver<'_> {
         }
     }
 
-    /// Writes the impulses of a block back.
-    pub(super) fn store_joints(&self, block: usize) {
+    /// Writes the impulses of balls and distances back.
+    pub(super) fn store_joints(&self, group: &Group, jobs: &dyn Executor) {
+        let blocks = self.plan.joints.blocks_of(&group.joints);
+        for_shares(jobs, blocks.len(), 32, |part| {
+            for i in blocks.start + part.start..blocks.start + part.end {
+                self.prefetch_joints(&self.plan.joints, i + 1);
+                self.store_one(i);
+            }
+        });
+    }
+
+    fn store_one(&self, block: usize) {
         let owners = &self.plan.joints.owners[block];
         let impulse = &self.joints.read(block).impulse;
         for (lane, row) in owners.iter().enumerate() {
