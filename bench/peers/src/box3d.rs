@@ -4,12 +4,13 @@
 #![expect(unsafe_code, reason = "a C library")]
 
 use core::f32::consts::FRAC_PI_2;
+use core::time::Duration;
 
 use drystone::{
     BodyKind, Combine, Hull, Material, Mesh, Pose, Quat, Shape, ShapeDef, SleepConfig, Vec3, vec3,
 };
 use drystone_bench::{
-    BodyState, Engine, EngineError, Linkage, Stages, Turn, count_as_f64, density_factor, linkages,
+    BodyState, Engine, EngineError, Linkage, StageClock, Stages, Turn, density_factor, linkages,
 };
 use drystone_scene::{Scene, SceneBody, Wave};
 
@@ -29,12 +30,9 @@ pub(crate) struct Box3d {
     hulls: Shared<*mut b3::b3HullData>,
     meshes: Shared<*mut b3::b3MeshData>,
     sleep: SleepConfig,
-    /// Times of its stages since the clock was started, by its own clock [ms].
-    spent: [f64; STAGES.len()],
+    /// Of what it says that its stages took.
+    clock: StageClock,
 }
-
-/// The stages that it is asked for. `solver` is what ours is: the plan and all that works on constraints.
-const STAGES: [&str; 5] = ["pairs", "collide", "solver", "transforms", "refit"];
 
 impl Drop for Box3d {
     fn drop(&mut self) {
@@ -78,7 +76,7 @@ impl Engine for Box3d {
             hulls: Shared::default(),
             meshes: Shared::default(),
             sleep: scene.config.sleep,
-            spent: [0.0; STAGES.len()],
+            clock: StageClock::new(),
         };
         for body in &scene.bodies {
             this.add(body)?;
@@ -156,10 +154,16 @@ impl Engine for Box3d {
         unsafe { b3::b3World_Step(self.world, dt, SUBSTEPS) };
         // SAFETY: as above; what it says is copied.
         let told = unsafe { b3::b3World_GetProfile(self.world) };
-        let solver = told.solverSetup + told.constraints;
-        let stages = [told.pairs, told.collide, solver, told.transforms, told.refit];
-        for (sum, ms) in self.spent.iter_mut().zip(stages) {
-            *sum += f64::from(ms);
+        // `solver` is what ours is: the plan and all that works on constraints.
+        let stages = [
+            ("pairs", told.pairs),
+            ("collide", told.collide),
+            ("solver", told.solverSetup + told.constraints),
+            ("transforms", told.transforms),
+            ("refit", told.refit),
+        ];
+        for (name, ms) in stages {
+            self.clock.add(name, Duration::from_secs_f64(1.0e-3 * f64::from(ms).max(0.0)));
         }
     }
 
@@ -184,14 +188,11 @@ impl Engine for Box3d {
     }
 
     fn restart_clock(&mut self) {
-        self.spent = [0.0; STAGES.len()];
+        self.clock = StageClock::new();
     }
 
     fn stages_ms(&self, steps: u64) -> Option<Stages> {
-        let steps = count_as_f64(usize::try_from(steps.max(1)).unwrap_or(usize::MAX));
-        Some(Stages(
-            STAGES.map(str::to_owned).into_iter().zip(self.spent.map(|ms| ms / steps)).collect(),
-        ))
+        Some(self.clock.stages(steps))
     }
 
     fn simd(&self) -> String {

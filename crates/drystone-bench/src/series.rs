@@ -2,6 +2,8 @@
 
 use std::time::{Duration, Instant};
 
+use crate::row::Stages;
+
 /// Values of each step, for maximum, mean and percentiles.
 #[derive(Clone, Debug, Default)]
 pub struct Series {
@@ -95,8 +97,12 @@ impl StageClock {
     /// A stage has ended.
     pub fn stage(&mut self, name: &'static str) {
         let now = Instant::now();
-        let spent = now - self.last;
+        self.add(name, now - self.last);
         self.last = now;
+    }
+
+    /// A stage took this long, by whatever clock.
+    pub fn add(&mut self, name: &'static str, spent: Duration) {
         match self.totals.iter_mut().find(|(known, _)| *known == name) {
             Some((_, total)) => *total += spent,
             None => self.totals.push((name, spent)),
@@ -108,6 +114,12 @@ impl StageClock {
     pub fn means(&self, steps: u64) -> Vec<(&'static str, f64)> {
         let steps = count_as_f64(usize::try_from(steps.max(1)).unwrap_or(usize::MAX));
         self.totals.iter().map(|&(name, total)| (name, milliseconds(total) / steps)).collect()
+    }
+
+    /// The same, as a row has them.
+    #[must_use]
+    pub fn stages(&self, steps: u64) -> Stages {
+        Stages(self.means(steps).into_iter().map(|(name, ms)| (name.to_owned(), ms)).collect())
     }
 }
 

@@ -185,7 +185,6 @@ impl ContactBlock {
     /// How much of a block a sweep reads whose contacts have so many points.
     #[inline(always)]
     pub(crate) const fn cache_lines(points: usize) -> usize {
-        let points = if points > 2 { 4 } else { points };
         (core::mem::offset_of!(Self, points) + points * size_of::<PointRows>()).div_ceil(64)
     }
 }
