@@ -2,9 +2,10 @@
 //! wrong of them grows as the square of the angle of a substep (docs/derivations/joints.md), and those that are hit, for a blow
 //! runs through one joint after the other, one a sweep (docs/decisions/023-hits-on-joints.md).
 
+use crate::base::disjoint::Rows;
 use crate::base::math::{Vec3, vec3};
 use crate::state::bodies::{Bodies, Body, Fineness, NONE};
-use crate::state::contacts::Contacts;
+use crate::state::contacts::{Contacts, Slots};
 use crate::state::islands::Island;
 use crate::state::joints::{Joint, Joints, Link};
 
@@ -140,31 +141,44 @@ pub(super) fn struck(
     })
 }
 
-/// Takes the impulses of a body that was hit, and which goes on in whole substeps, back to those of a part.
+/// A blow came to its island in the last step.
+pub(super) fn was_struck(body: &Body) -> bool {
+    body.active() && body.fineness == Fineness::Struck
+}
+
+/// Takes the impulses of an island that was hit, and which goes on in whole substeps, back to those of a part.
 pub(super) fn take_back(
-    row: u32,
+    island: &Island,
     bodies: &Bodies,
-    joints: &mut Joints,
-    contacts: &mut Contacts,
+    joints: &Rows<'_, Option<Joint>>,
+    contacts: &Slots<'_>,
     factor: f32,
 ) {
-    // A constraint of two such bodies is of the one that stands first.
-    let is_mine = |ends: [u32; 2]| {
-        let other = if ends[0] == row { ends[1] } else { ends[0] };
-        row <= other || bodies.at(other).fineness != Fineness::Struck
-    };
-    let mut at = bodies.at(row).contacts;
+    let mut at = island.first;
     while at != NONE {
-        let contact = contacts.at_mut(at / 2);
-        at = contact.links[(at & 1) as usize].next.get();
-        if is_mine([contact.body_a, contact.body_b]) {
-            contact.scale_impulses(factor);
+        let (row, body) = (at, bodies.at(at));
+        at = body.island_next;
+        // Of what came to the island since nothing was kept in parts.
+        if !was_struck(body) {
+            continue;
         }
-    }
-    for joint in &bodies.at(row).joints {
-        let joint = joints.at_mut(*joint);
-        if is_mine([joint.body_a, joint.body_b]) {
-            scale(joint, factor);
+        // A constraint of two such bodies is of the one that stands first.
+        let is_mine = |ends: [u32; 2]| {
+            let other = if ends[0] == row { ends[1] } else { ends[0] };
+            row <= other || !was_struck(bodies.at(other))
+        };
+        let mut at = body.contacts;
+        while at != NONE {
+            let Some(contact) = contacts.row((at / 2) as usize) else { break };
+            at = contact.links[(at & 1) as usize].next.get();
+            if is_mine([contact.body_a, contact.body_b]) {
+                contact.scale_impulses(factor);
+            }
+        }
+        for joint in body.joints.iter().filter_map(|joint| joints.row(*joint as usize).as_mut()) {
+            if is_mine([joint.body_a, joint.body_b]) {
+                scale(joint, factor);
+            }
         }
     }
 }

@@ -5,7 +5,8 @@
 
 use core::ops::Range;
 
-use crate::base::jobs::{Executor, for_series};
+use crate::base::disjoint::Rows;
+use crate::base::jobs::{Executor, for_each, for_series};
 use crate::base::wide::LANES;
 use crate::state::bodies::NONE;
 use crate::state::colors::{Coloring, Place};
@@ -36,7 +37,7 @@ pub(super) struct Layout {
 /// Constraints of one group in a color's list.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Run {
-    group: u64,
+    pub(super) group: u64,
     pub(super) class: u8,
     fixed: bool,
     color: usize,
@@ -44,17 +45,24 @@ pub(super) struct Run {
     end: usize,
 }
 
+impl Run {
+    /// The rows of its constraints.
+    pub(super) fn members<'c>(&self, [free, fixed]: [&'c Coloring; 2]) -> &'c [u32] {
+        let coloring = if self.fixed { fixed } else { free };
+        &coloring.colors[self.color].members[self.first..self.end]
+    }
+}
+
 impl Layout {
     /// Runs to batches of blocks, those of a group side by side.
-    pub(super) fn lay_out(&mut self, [free, fixed]: [&Coloring; 2]) {
+    pub(super) fn lay_out(&mut self, colorings: [&Coloring; 2]) {
         // Within a group the colors keep their order. (A stable sort would allocate.)
         self.runs.sort_unstable_by_key(|run| (run.group, run.fixed, run.color, run.class));
         self.batches.clear();
         self.owners.clear();
         for run in &self.runs {
-            let coloring = if run.fixed { fixed } else { free };
             let first = self.owners.len();
-            for members in coloring.colors[run.color].members[run.first..run.end].chunks(LANES) {
+            for members in run.members(colorings).chunks(LANES) {
                 let mut owners = [NONE; LANES];
                 owners[..members.len()].copy_from_slice(members);
                 self.owners.push(owners);
@@ -101,24 +109,6 @@ impl Layout {
     }
 }
 
-/// Cuts a sorted color where the key's bits from `shift` on change.
-pub(super) fn find_runs(
-    keys: &[(u64, u32)],
-    shift: u32,
-    fixed: bool,
-    color: usize,
-    runs: &mut Vec<Run>,
-) {
-    let mut first = 0;
-    while let Some((key, _)) = keys.get(first) {
-        let n = keys[first..].partition_point(|(k, _)| k >> shift == key >> shift);
-        let class = class_in(*key);
-        let (group, end) = (key >> GROUP, first + n);
-        runs.push(Run { group, class, fixed, color, first, end });
-        first = end;
-    }
-}
-
 /// The sort key of a constraint of two bodies: by group, then by class, then by body, so that lines are near each
 /// other. The class of a contact is its part of the lines of a shared group, so that each worker finds lines in its own
 /// cache (a color's blocks are shared out in their order), and in that its number of points, so that blocks are even.
@@ -132,13 +122,80 @@ pub(super) fn last_line(line_of: &[u32], a: u32, b: u32) -> usize {
 }
 
 /// The class in a sort key.
-pub(super) const fn class_in(key: u64) -> u8 {
+const fn class_in(key: u64) -> u8 {
     (key >> CLASS).to_le_bytes()[0]
+}
+
+/// So many constraints are asked for ahead, while the keys of those before are made: each is a cache line elsewhere.
+const AHEAD: usize = 8;
+
+/// Sorts all colors of a kind of constraint, side by side.
+#[derive(Debug)]
+pub(super) struct Sorter<'a> {
+    /// One list for each worker, or none yet.
+    pub(super) keys: &'a mut Vec<Vec<(u64, u32)>>,
+    /// One list for each color, or none yet.
+    pub(super) runs: &'a mut Vec<Vec<Run>>,
+    /// Another run begins where a key's bits from here on change.
+    pub(super) shift: u32,
+}
+
+impl Sorter<'_> {
+    /// Puts the lists of all colors in the order of their keys, says where each member stands, and cuts them into runs. Order within
+    /// a color never shows in the result. `ask` asks for what `key_of` reads.
+    pub(super) fn sort(
+        self,
+        colorings: [&mut Coloring; 2],
+        ask: impl Fn(u32) + Sync,
+        key_of: impl Fn(u32) -> Option<u64> + Sync,
+        set_place: impl Fn(u32, Place) + Sync,
+        out: &mut Vec<Run>,
+        jobs: &dyn Executor,
+    ) {
+        let [free, fixed] = colorings;
+        let (firsts, n) = (free.colors.len(), free.colors.len() + fixed.colors.len());
+        self.keys.resize_with(jobs.workers().max(self.keys.len()).max(1), Vec::new);
+        self.runs.resize_with(n.max(self.runs.len()), Vec::new);
+        let (all_keys, all_runs) = (Rows::new(self.keys), Rows::new(self.runs));
+        let [free, fixed] = [free, fixed].map(|coloring| Rows::new(&mut coloring.colors));
+        for_each(jobs, n, |worker, k| {
+            let (colors, is_fixed, index) = match k.checked_sub(firsts) {
+                None => (&free, false, k),
+                Some(index) => (&fixed, true, index),
+            };
+            let (keys, runs) = (all_keys.row(worker), all_runs.row(k));
+            let members = &mut colors.row(index).members;
+            keys.clear();
+            for (k, row) in members.iter().enumerate() {
+                if let Some(soon) = members.get(k + AHEAD) {
+                    ask(*soon);
+                }
+                keys.extend(key_of(*row).map(|key| (key, *row)));
+            }
+            sort_members(members, keys, index, &set_place);
+            runs.clear();
+            find_runs(keys, self.shift, is_fixed, index, runs);
+        });
+        out.clear();
+        out.extend(self.runs[..n].iter().flatten());
+    }
+}
+
+/// Cuts a sorted color where the key's bits from `shift` on change.
+fn find_runs(keys: &[(u64, u32)], shift: u32, fixed: bool, color: usize, runs: &mut Vec<Run>) {
+    let mut first = 0;
+    while let Some((key, _)) = keys.get(first) {
+        let n = keys[first..].partition_point(|(k, _)| k >> shift == key >> shift);
+        let class = class_in(*key);
+        let (group, end) = (key >> GROUP, first + n);
+        runs.push(Run { group, class, fixed, color, first, end });
+        first = end;
+    }
 }
 
 /// Puts a color's list in the order of its keys, and says where each member stands. Order within a color
 /// never shows in the result.
-pub(super) fn sort_members(
+fn sort_members(
     members: &mut [u32],
     keys: &mut [(u64, u32)],
     color: usize,

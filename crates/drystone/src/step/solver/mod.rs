@@ -233,7 +233,7 @@ pub(crate) fn solve(
     s.sweeps = method.wide_sweeps(ctx.substeps);
     s.plan.choose_fineness(bodies, joints, contacts, islands, closing.closing(), contexts, jobs);
     let [.., struck, _] = contexts;
-    s.plan.take_back(bodies, joints, contacts, struck, jobs);
+    s.plan.take_back(bodies, joints, contacts, islands, struck, jobs);
     let workers = jobs.workers().max(1);
     let parts = contexts.map(|ctx| ctx.parts);
     s.plan.update(bodies, joints, contacts, colors, &mut s.line_of, ctx.tree_ratio, parts, jobs);

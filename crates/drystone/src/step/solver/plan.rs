@@ -8,14 +8,12 @@
 
 use core::ops::Range;
 
-use super::fineness::{is_jointed, struck, take_back, tumbles, whirls};
+use super::fineness::{is_jointed, struck, take_back, tumbles, was_struck, whirls};
 use super::forest::Forest;
-use super::layout::{
-    CLASS, GROUP, Layout, Run, class_in, find_runs, last_line, line_key, sort_members,
-};
+use super::layout::{CLASS, GROUP, Layout, Run, Sorter, last_line, line_key};
 use crate::base::disjoint::Rows;
 use crate::base::grow;
-use crate::base::jobs::{Executor, collect_ranges, for_each, for_items, for_ranges, grain};
+use crate::base::jobs::{Executor, collect_ranges, for_each, for_items, grain};
 use crate::state::bodies::{Bodies, Body, Fineness, NONE};
 use crate::state::colors::{Coloring, Colors};
 use crate::state::contacts::Contacts;
@@ -72,8 +70,8 @@ pub(super) struct Plan {
     workers: usize,
     /// Of each island, now and in the last step; what is not there is [`Fineness::Whole`].
     fineness: [Vec<Fineness>; 2],
-    /// Bodies of islands that were hit and go on in whole substeps.
-    whole_again: Vec<Vec<u32>>,
+    /// Islands that were hit and go on in whole substeps.
+    whole_again: Vec<u32>,
     /// Number in `islands`, then group, of each island that has lines.
     group_of: Vec<u32>,
     /// Islands that have lines.
@@ -83,14 +81,13 @@ pub(super) struct Plan {
     joint_classes: Vec<u8>,
     /// Of each awake body its island, or [`NONE`] if it has no line, and its constraints.
     awake: [Vec<u32>; 2],
+    /// Awake bodies on which it depends how an island takes its substeps, a list for each range of bodies.
+    marked: Vec<Vec<u32>>,
     /// One list for each worker.
     keys: Vec<Vec<(u64, u32)>>,
-    /// Of the contacts of each color.
+    /// Of each color.
     runs: Vec<Vec<Run>>,
 }
-
-/// So many contacts are asked for ahead, while the keys of those before are made: each is a cache line elsewhere.
-const AHEAD: usize = 8;
 
 /// Most parts of a shared group that are kept apart: what fits into a class beside the number of points.
 const MOST_PARTS: usize = 32;
@@ -169,11 +166,12 @@ impl Plan {
             return;
         }
         chosen.resize(islands.rows.len(), Fineness::Whole);
-        let lined = || bodies.awake.iter().map(|row| bodies.at(*row)).filter(|b| has_line(b));
-        if by_load {
-            for body in lined().filter(|body| ctx.inertia.wants_refining(body)) {
-                chosen[body.island as usize] = Fineness::Loaded;
-            }
+        let wants = |body: &Body| by_load && ctx.inertia.wants_refining(body);
+        self.read_bodies(bodies, wants, jobs);
+        let chosen = &mut self.fineness[0];
+        let marked = || self.marked.iter().flatten().map(|row| bodies.at(*row));
+        for body in marked().filter(|body| has_line(body) && wants(body)) {
+            chosen[body.island as usize] = Fineness::Loaded;
         }
         if by_joints {
             for_items(jobs, chosen, grain(jobs, islands.rows.len(), 16), |first, chosen| {
@@ -200,7 +198,7 @@ impl Plan {
             return;
         }
         // Particles keep pace with the world's substeps.
-        for body in lined().filter(|body| body.dragged) {
+        for body in marked().filter(|body| has_line(body) && body.dragged) {
             chosen[body.island as usize] = Fineness::Whole;
         }
     }
@@ -212,6 +210,7 @@ impl Plan {
         bodies: &Bodies,
         joints: &mut Joints,
         contacts: &mut Contacts,
+        islands: &Islands,
         struck: &StepContext,
         jobs: &dyn Executor,
     ) {
@@ -219,19 +218,28 @@ impl Plan {
         if self.workers > 0 && !self.fineness[1].contains(&Fineness::Struck) {
             return;
         }
-        let (awake, chosen) = (&bodies.awake, &self.fineness[0]);
-        let least = grain(jobs, awake.len(), 256);
-        collect_ranges(jobs, awake.len(), least, &mut self.whole_again, |_, range, out| {
-            out.extend(awake[range].iter().copied().filter(|row| {
-                let body = bodies.at(*row);
-                body.fineness == Fineness::Struck
-                    && fineness_of(body.island, chosen) == Fineness::Whole
-            }));
-        });
-        let factor = 1.0 / struck.store_scale();
-        for row in self.whole_again.iter().flatten() {
-            take_back(*row, bodies, joints, contacts, factor);
+        // Who was hit but for steps in parts no longer wanted has no marks.
+        if self.fineness[0].is_empty() {
+            self.read_bodies(bodies, |_| false, jobs);
         }
+        let chosen = &self.fineness[0];
+        let marked = self.marked.iter().flatten().map(|row| bodies.at(*row));
+        let goes_on = |body: &&Body| {
+            was_struck(body)
+                && body.island != NONE
+                && fineness_of(body.island, chosen) == Fineness::Whole
+        };
+        self.whole_again.clear();
+        self.whole_again.extend(marked.filter(goes_on).map(|body| body.island));
+        self.whole_again.sort_unstable();
+        self.whole_again.dedup();
+        let factor = 1.0 / struck.store_scale();
+        let (contacts, joints) = (contacts.slots_mut(), Rows::new(joints.rows.values_mut()));
+        for_each(jobs, self.whole_again.len(), |_, k| {
+            // Two bodies on which one constraint acts are in one island.
+            let island = &islands.rows[self.whole_again[k] as usize];
+            take_back(island, bodies, &joints, &contacts, factor);
+        });
     }
 
     /// Brings the plan up to date, and `line_of` with it.
@@ -257,7 +265,10 @@ impl Plan {
         for row in &self.members {
             line_of[*row as usize] = 0;
         }
-        self.read_bodies(bodies, jobs);
+        // It was done if any island may take its substeps in parts.
+        if self.fineness[0].is_empty() {
+            self.read_bodies(bodies, |_| false, jobs);
+        }
         self.form_groups(parts.map(|parts| parts as usize));
         let moved = self.place_bodies(bodies, line_of);
         if joints_changed {
@@ -268,7 +279,7 @@ impl Plan {
         self.place_contacts(contacts, colors, line_of, jobs);
         // Contacts come and go in every step, joints do not.
         if joints_changed || moved {
-            self.place_joints(joints, colors, line_of, joints_changed);
+            self.place_joints(joints, colors, line_of, joints_changed, jobs);
         }
         self.forest.locate(&self.sixdofs);
         for (number, group) in (0..).zip(&mut self.groups) {
@@ -299,41 +310,23 @@ impl Plan {
             })
         };
         let slots = contacts.slots_mut();
-        self.keys.resize_with(self.workers.max(self.keys.len()), Vec::new);
-        let all_keys = Rows::new(&mut self.keys);
-        self.contacts.runs.clear();
-        for (fixed, coloring) in [(false, &mut colors.contacts), (true, &mut colors.contacts_fixed)]
-        {
-            let n = coloring.colors.len();
-            self.runs.resize_with(n.max(self.runs.len()), Vec::new);
-            let (all_runs, colors) = (Rows::new(&mut self.runs), Rows::new(&mut coloring.colors));
-            for_each(jobs, n, |worker, index| {
-                let (keys, runs) = (all_keys.row(worker), all_runs.row(index));
-                let members = &mut colors.row(index).members;
-                keys.clear();
-                for (k, row) in members.iter().enumerate() {
-                    if let Some(soon) = members.get(k + AHEAD) {
-                        slots.prefetch(*soon as usize, 1);
-                    }
-                    if let Some(c) = slots.read(*row as usize) {
-                        let count = u64::from(4 - c.count.min(4));
-                        let line = last_line(line_of, c.body_a, c.body_b);
-                        let class = (part_of(line) as u64) << COUNT | count;
-                        keys.push((key(class, line), *row));
-                    }
-                }
-                sort_members(members, keys, index, |row, place| {
-                    if let Some(c) = slots.row(row as usize)
-                        && c.place != place
-                    {
-                        c.place = place;
-                    }
-                });
-                runs.clear();
-                find_runs(keys, GROUP, fixed, index, runs);
-            });
-            self.contacts.runs.extend(self.runs[..n].iter().flatten());
-        }
+        let key_of = |row: u32| {
+            let c = slots.read(row as usize).as_ref()?;
+            let count = u64::from(4 - c.count.min(4));
+            let line = last_line(line_of, c.body_a, c.body_b);
+            Some(key((part_of(line) as u64) << COUNT | count, line))
+        };
+        let set_place = |row: u32, place| {
+            if let Some(c) = slots.row(row as usize)
+                && c.place != place
+            {
+                c.place = place;
+            }
+        };
+        let colorings = [&mut colors.contacts, &mut colors.contacts_fixed];
+        let sorter = Sorter { keys: &mut self.keys, runs: &mut self.runs, shift: GROUP };
+        let ask = |row: u32| slots.prefetch(row as usize, 1);
+        sorter.sort(colorings, ask, key_of, set_place, &mut self.contacts.runs, jobs);
         self.contacts.lay_out([&colors.contacts, &colors.contacts_fixed]);
     }
 
@@ -344,38 +337,40 @@ impl Plan {
         colors: &mut Colors,
         line_of: &[u32],
         anew: bool,
+        jobs: &dyn Executor,
     ) {
-        self.keys.resize_with(self.keys.len().max(1), Vec::new);
-        let (keys, classes) = (&mut self.keys[0], &mut self.joint_classes);
-        grow::resize(classes, joints.rows.slot_count(), 0);
+        grow::resize(&mut self.joint_classes, joints.rows.slot_count(), 0);
+        let classes = Rows::new(&mut self.joint_classes);
+        let slots = Rows::new(joints.rows.values_mut());
         let key = line_key(&self.group_of_line);
-        self.joints.runs.clear();
-        self.couplings.clear();
-        for (fixed, coloring) in [(false, &mut colors.joints), (true, &mut colors.joints_fixed)] {
-            for (index, color) in coloring.colors.iter_mut().enumerate() {
-                keys.clear();
-                keys.extend(color.members.iter().map(|row| {
-                    let j = joints.at(*row);
-                    let class = &mut classes[*row as usize];
-                    if anew {
-                        *class = class_of(j);
-                    }
-                    (key(u64::from(*class), last_line(line_of, j.body_a, j.body_b)), *row)
-                }));
-                sort_members(&mut color.members, keys, index, |row, place| {
-                    joints.at_mut(row).place = place;
-                });
-                let coupled = keys.iter().filter(|(key, _)| class_in(*key) == COUPLED);
-                self.couplings.extend(coupled.map(|(key, row)| (key >> GROUP, *row)));
-                find_runs(keys, CLASS, fixed, index, &mut self.joints.runs);
+        let key_of = |row: u32| {
+            let j = slots.read(row as usize).as_ref()?;
+            let class = classes.row(row as usize);
+            if anew {
+                *class = class_of(j);
             }
+            Some(key(u64::from(*class), last_line(line_of, j.body_a, j.body_b)))
+        };
+        let set_place = |row: u32, place| {
+            if let Some(j) = slots.row(row as usize) {
+                j.place = place;
+            }
+        };
+        let colorings = [&mut colors.joints, &mut colors.joints_fixed];
+        let sorter = Sorter { keys: &mut self.keys, runs: &mut self.runs, shift: CLASS };
+        let ask = |row: u32| slots.prefetch(row as usize, 2);
+        sorter.sort(colorings, ask, key_of, set_place, &mut self.joints.runs, jobs);
+        let colorings = [&colors.joints, &colors.joints_fixed];
+        self.couplings.clear();
+        for run in self.joints.runs.iter().filter(|run| run.class == COUPLED) {
+            self.couplings.extend(run.members(colorings).iter().map(|row| (run.group, *row)));
         }
         self.couplings.sort_unstable();
         self.sixdofs.runs.clear();
         self.sixdofs.runs.extend(self.joints.runs.iter().filter(|run| run.class & SIX != 0));
         self.joints.runs.retain(|run| run.class < TREE);
-        self.joints.lay_out([&colors.joints, &colors.joints_fixed]);
-        self.sixdofs.lay_out([&colors.joints, &colors.joints_fixed]);
+        self.joints.lay_out(colorings);
+        self.sixdofs.lay_out(colorings);
     }
 
     /// The group of a line.
@@ -383,19 +378,29 @@ impl Plan {
         self.group_of_line[line as usize] as usize
     }
 
-    /// Takes down what the awake bodies say: each is a cache line elsewhere.
-    fn read_bodies(&mut self, bodies: &Bodies, jobs: &dyn Executor) {
+    /// Takes down what the awake bodies say, each a cache line elsewhere, and marks those that `wants` wants, that particles act
+    /// on, or that were hit.
+    fn read_bodies(
+        &mut self,
+        bodies: &Bodies,
+        wants: impl Fn(&Body) -> bool + Sync,
+        jobs: &dyn Executor,
+    ) {
         let n = bodies.awake.len();
         self.awake.iter_mut().for_each(|list| grow::resize(list, n, NONE));
         let [islands, ends] = self.awake.each_mut().map(|list| Rows::new(list));
-        for_ranges(jobs, n, grain(jobs, n, 256), |range| {
+        let read = |_, range: Range<usize>, marked: &mut Vec<u32>| {
             for i in range {
                 let body = bodies.at(bodies.awake[i]);
                 debug_assert!(!has_line(body) || body.island != NONE, "it is in an island");
                 *islands.row(i) = if has_line(body) { body.island } else { NONE };
                 *ends.row(i) = body.constraints;
+                if body.dragged || was_struck(body) || wants(body) {
+                    marked.push(bodies.awake[i]);
+                }
             }
-        });
+        };
+        collect_ranges(jobs, n, grain(jobs, n, 256), &mut self.marked, read);
     }
 
     /// Islands to groups. `parts`: in which each [`Fineness`] takes a substep.
@@ -430,10 +435,12 @@ impl Plan {
         };
         let alone = self.islands.iter().filter(|share| !is_shared(share.ends));
         let all: usize = alone.map(work_of).sum();
-        // Of what is left each worker gets a fourth: groups become smaller, so that all are done at about the same time.
+        // Of what is left each worker gets one part: few groups at first, for in each the last block of a color is not full,
+        // then smaller ones, so that all workers are done at about the same time (guided self-scheduling: Polychronopoulos
+        // and Kuck 1987).
         let most_of = |left: usize| match workers {
             1 => (all / 4).max(LEAST_SHARED / 2),
-            _ => (left / (4 * workers)).max(all / (16 * workers)).max(LEAST_GROUP),
+            _ => (left / workers).max(all / (8 * workers)).max(LEAST_GROUP),
         };
         self.shared = 0;
         for share in &self.islands {
