@@ -33,6 +33,7 @@ mod rounds;
 mod forest;
 pub(crate) mod spin;
 mod strokes;
+mod survey;
 mod swing;
 mod tally;
 mod six;

@@ -11,9 +11,10 @@ use core::ops::Range;
 use super::fineness::{is_jointed, struck, take_back, tumbles, was_struck, whirls};
 use super::forest::Forest;
 use super::layout::{CLASS, GROUP, Layout, Run, Sorter, last_line, line_key};
+use super::survey::Survey;
 use crate::base::disjoint::Rows;
 use crate::base::grow;
-use crate::base::jobs::{Executor, collect_ranges, for_each, for_items, grain};
+use crate::base::jobs::{Executor, for_each, for_items, grain};
 use crate::state::bodies::{Bodies, Body, Fineness, NONE};
 use crate::state::colors::{Coloring, Colors};
 use crate::state::contacts::Contacts;
@@ -79,10 +80,7 @@ pub(super) struct Plan {
     group_of_line: Vec<u32>,
     /// Of each joint's row, from when one came or went.
     joint_classes: Vec<u8>,
-    /// Of each awake body its island, or [`NONE`] if it has no line, and its constraints.
-    awake: [Vec<u32>; 2],
-    /// Awake bodies on which it depends how an island takes its substeps, a list for each range of bodies.
-    marked: Vec<Vec<u32>>,
+    survey: Survey,
     /// One list for each worker.
     keys: Vec<Vec<(u64, u32)>>,
     /// Of each color.
@@ -157,6 +155,7 @@ impl Plan {
         [ctx, loaded, jointed, ..]: [&StepContext; 5],
         jobs: &dyn Executor,
     ) {
+        self.survey.begin();
         self.fineness.swap(0, 1);
         let chosen = &mut self.fineness[0];
         chosen.clear();
@@ -166,12 +165,12 @@ impl Plan {
             return;
         }
         chosen.resize(islands.rows.len(), Fineness::Whole);
-        let wants = |body: &Body| by_load && ctx.inertia.wants_refining(body);
-        self.read_bodies(bodies, wants, jobs);
-        let chosen = &mut self.fineness[0];
-        let marked = || self.marked.iter().flatten().map(|row| bodies.at(*row));
-        for body in marked().filter(|body| has_line(body) && wants(body)) {
-            chosen[body.island as usize] = Fineness::Loaded;
+        if by_load {
+            let wants = |body: &Body| ctx.inertia.wants_refining(body);
+            self.survey.make(bodies, wants, jobs);
+            for body in self.survey.marked(bodies).filter(|body| wants(body)) {
+                chosen[body.island as usize] = Fineness::Loaded;
+            }
         }
         if by_joints {
             for_items(jobs, chosen, grain(jobs, islands.rows.len(), 16), |first, chosen| {
@@ -198,7 +197,8 @@ impl Plan {
             return;
         }
         // Particles keep pace with the world's substeps.
-        for body in marked().filter(|body| has_line(body) && body.dragged) {
+        self.survey.make(bodies, |_| false, jobs);
+        for body in self.survey.marked(bodies).filter(|body| body.dragged) {
             chosen[body.island as usize] = Fineness::Whole;
         }
     }
@@ -218,17 +218,11 @@ impl Plan {
         if self.workers > 0 && !self.fineness[1].contains(&Fineness::Struck) {
             return;
         }
-        // Who was hit but for steps in parts no longer wanted has no marks.
-        if self.fineness[0].is_empty() {
-            self.read_bodies(bodies, |_| false, jobs);
-        }
+        self.survey.make(bodies, |_| false, jobs);
         let chosen = &self.fineness[0];
-        let marked = self.marked.iter().flatten().map(|row| bodies.at(*row));
-        let goes_on = |body: &&Body| {
-            was_struck(body)
-                && body.island != NONE
-                && fineness_of(body.island, chosen) == Fineness::Whole
-        };
+        let marked = self.survey.marked(bodies);
+        let goes_on =
+            |body: &&Body| was_struck(body) && fineness_of(body.island, chosen) == Fineness::Whole;
         self.whole_again.clear();
         self.whole_again.extend(marked.filter(goes_on).map(|body| body.island));
         self.whole_again.sort_unstable();
@@ -265,10 +259,7 @@ impl Plan {
         for row in &self.members {
             line_of[*row as usize] = 0;
         }
-        // It was done if any island may take its substeps in parts.
-        if self.fineness[0].is_empty() {
-            self.read_bodies(bodies, |_| false, jobs);
-        }
+        self.survey.make(bodies, |_| false, jobs);
         self.form_groups(parts.map(|parts| parts as usize));
         let moved = self.place_bodies(bodies, line_of);
         if joints_changed {
@@ -378,39 +369,14 @@ impl Plan {
         self.group_of_line[line as usize] as usize
     }
 
-    /// Takes down what the awake bodies say, each a cache line elsewhere, and marks those that `wants` wants, that particles act
-    /// on, or that were hit.
-    fn read_bodies(
-        &mut self,
-        bodies: &Bodies,
-        wants: impl Fn(&Body) -> bool + Sync,
-        jobs: &dyn Executor,
-    ) {
-        let n = bodies.awake.len();
-        self.awake.iter_mut().for_each(|list| grow::resize(list, n, NONE));
-        let [islands, ends] = self.awake.each_mut().map(|list| Rows::new(list));
-        let read = |_, range: Range<usize>, marked: &mut Vec<u32>| {
-            for i in range {
-                let body = bodies.at(bodies.awake[i]);
-                debug_assert!(!has_line(body) || body.island != NONE, "it is in an island");
-                *islands.row(i) = if has_line(body) { body.island } else { NONE };
-                *ends.row(i) = body.constraints;
-                if body.dragged || was_struck(body) || wants(body) {
-                    marked.push(bodies.awake[i]);
-                }
-            }
-        };
-        collect_ranges(jobs, n, grain(jobs, n, 256), &mut self.marked, read);
-    }
-
     /// Islands to groups. `parts`: in which each [`Fineness`] takes a substep.
     fn form_groups(&mut self, parts: [usize; 5]) {
         for share in self.islands.drain(..) {
             self.group_of[share.island as usize] = NONE;
         }
         let mut total = 0;
-        let [islands, ends] = &self.awake;
-        for (island, ends) in islands.iter().zip(ends).filter(|(island, _)| **island != NONE) {
+        let all = self.survey.islands.iter().zip(&self.survey.ends);
+        for (island, ends) in all.filter(|(island, _)| **island != NONE) {
             let at = *island as usize;
             if self.group_of.len() <= at {
                 self.group_of.resize(at + 1, NONE);
@@ -491,7 +457,8 @@ impl Plan {
         let mut moved = self.members.len() != n;
         self.members.resize(n, NONE);
         self.group_of_line.resize(n + 1, 0);
-        let lined = bodies.awake.iter().zip(&self.awake[0]).filter(|(_, island)| **island != NONE);
+        let lined =
+            bodies.awake.iter().zip(&self.survey.islands).filter(|(_, island)| **island != NONE);
         for (row, island) in lined {
             let group = self.group_of[*island as usize];
             let end = &mut self.groups[group as usize].lines.end;
@@ -503,11 +470,6 @@ impl Plan {
         }
         moved
     }
-}
-
-/// Dynamic bodies that some constraint acts on, or a particle, have a line; the others fly (finalize).
-fn has_line(body: &Body) -> bool {
-    body.is_dynamic() && (body.constraints > 0 || body.dragged)
 }
 
 fn number(n: usize) -> u32 {
