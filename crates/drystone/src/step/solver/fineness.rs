@@ -5,6 +5,7 @@
 use crate::base::disjoint::Rows;
 use crate::base::math::{Vec3, vec3};
 use crate::state::bodies::{Bodies, Body, Fineness, NONE};
+use crate::state::colors::Place;
 use crate::state::contacts::{Contacts, Slots};
 use crate::state::islands::Island;
 use crate::state::joints::{Joint, Joints, Link};
@@ -151,7 +152,7 @@ pub(super) fn take_back(
     island: &Island,
     bodies: &Bodies,
     joints: &Rows<'_, Option<Joint>>,
-    contacts: &Slots<'_>,
+    slots: &Slots<'_>,
     factor: f32,
 ) {
     let mut at = island.first;
@@ -162,21 +163,27 @@ pub(super) fn take_back(
         if !was_struck(body) {
             continue;
         }
-        // A constraint of two such bodies is of the one that stands first.
-        let is_mine = |ends: [u32; 2]| {
+        // A constraint of two such bodies is of the one that stands first. What acts on nothing now may be of two islands.
+        let is_mine = |ends: [u32; 2], place: Place| {
             let other = if ends[0] == row { ends[1] } else { ends[0] };
-            row <= other || !was_struck(bodies.at(other))
+            place.is_somewhere() && (row <= other || !was_struck(bodies.at(other)))
         };
         let mut at = body.contacts;
         while at != NONE {
-            let Some(contact) = contacts.row((at / 2) as usize) else { break };
-            at = contact.links[(at & 1) as usize].next.get();
-            if is_mine([contact.body_a, contact.body_b]) {
+            let (row, side) = ((at / 2) as usize, (at & 1) as usize);
+            let Some(contact) = slots.read(row) else { break };
+            at = contact.links[side].next.get();
+            if is_mine([contact.body_a, contact.body_b], contact.place)
+                && let Some(contact) = slots.row(row)
+            {
                 contact.scale_impulses(factor);
             }
         }
-        for joint in body.joints.iter().filter_map(|joint| joints.row(*joint as usize).as_mut()) {
-            if is_mine([joint.body_a, joint.body_b]) {
+        for row in &body.joints {
+            if let Some(joint) = joints.read(*row as usize)
+                && is_mine([joint.body_a, joint.body_b], joint.place)
+                && let Some(joint) = joints.row(*row as usize)
+            {
                 scale(joint, factor);
             }
         }
