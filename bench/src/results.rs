@@ -206,10 +206,24 @@ fn kept(cells: &[String]) -> Option<Kept> {
 /// A name for this machine: its processor and the number of its cores.
 fn machine() -> String {
     let info = fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
-    let model = info.lines().find(|line| line.starts_with("model name"));
-    let model = model.and_then(|line| line.split(':').nth(1));
     let cores = available_parallelism().map_or(1, std::num::NonZero::get);
-    machine_name(model.unwrap_or(std::env::consts::ARCH), cores)
+    machine_in(&info, cores)
+}
+
+/// The machine that `/proc/cpuinfo` tells of.
+fn machine_in(info: &str, cores: usize) -> String {
+    let said = |name: &str| {
+        let mut lines = info.lines().filter_map(|line| line.split_once(':'));
+        lines.find(|(key, _)| key.trim() == name).map(|(_, value)| value.trim())
+    };
+    let model = said("model name").unwrap_or(std::env::consts::ARCH);
+    match [said("cpu family"), said("model")] {
+        // A virtual machine may say no more than a brand that has had five generations.
+        [Some(family), Some(number)] if !model.contains(|c: char| c.is_ascii_digit()) => {
+            machine_name(&format!("{model} family {family} model {number}"), cores)
+        }
+        _ => machine_name(model, cores),
+    }
 }
 
 /// Lower case, letters and digits with `-` between words, without what says nothing.
@@ -278,7 +292,7 @@ pub(crate) mod tests {
 
     use drystone_bench::{MsPerStep, Row, Stages};
 
-    use super::{HEADER, Kept, cells, line, machine_name, read, utc};
+    use super::{HEADER, Kept, cells, line, machine_in, machine_name, read, utc};
 
     pub(crate) fn row(scene: &str, engine: &str, threads: usize, ms: f64) -> Row {
         Row {
@@ -324,6 +338,10 @@ pub(crate) mod tests {
         assert_eq!(machine_name(" AMD EPYC 9B45", 2), "amd-epyc-9b45-2c");
         let intel = "Intel(R) Xeon(R) CPU E5-2680 v4 @ 2.40GHz";
         assert_eq!(machine_name(intel, 28), "intel-xeon-e5-2680-v4-28c");
+        let info = "processor\t: 0\ncpu family\t: 26\nmodel\t\t: 2\nmodel name\t: ";
+        assert_eq!(machine_in(&format!("{info}AMD EPYC\n"), 2), "amd-epyc-family-26-model-2-2c");
+        assert_eq!(machine_in(&format!("{info}AMD EPYC 9B45\n"), 2), "amd-epyc-9b45-2c");
+        assert_eq!(machine_in("", 4), machine_name(std::env::consts::ARCH, 4));
         let long = "AMD Ryzen 9 7950X 16-Core Processor with Radeon Graphics";
         assert_eq!(machine_name(long, 32), "amd-ryzen-9-7950x-16-core-32c");
     }
