@@ -130,21 +130,20 @@ const fn class_in(key: u64) -> u8 {
 const AHEAD: usize = 8;
 
 /// Sorts all colors of a kind of constraint, side by side.
-#[derive(Debug)]
-pub(super) struct Sorter<'a> {
-    /// One list for each worker, or none yet.
-    pub(super) keys: &'a mut Vec<Vec<(u64, u32)>>,
-    /// One list for each color, or none yet.
-    pub(super) runs: &'a mut Vec<Vec<Run>>,
-    /// Another run begins where a key's bits from here on change.
-    pub(super) shift: u32,
+#[derive(Clone, Debug, Default)]
+pub(super) struct Sorter {
+    /// One list for each worker.
+    keys: Vec<Vec<(u64, u32)>>,
+    /// One list for each color.
+    runs: Vec<Vec<Run>>,
 }
 
-impl Sorter<'_> {
-    /// Puts the lists of all colors in the order of their keys, says where each member stands, and cuts them into runs. Order within
-    /// a color never shows in the result. `ask` asks for what `key_of` reads.
+impl Sorter {
+    /// Puts the lists of all colors in the order of their keys, says where each member stands, and cuts them into runs where a key's
+    /// bits from `shift` on change. Order within a color never shows in the result. `ask` asks for what `key_of` reads.
     pub(super) fn sort(
-        self,
+        &mut self,
+        shift: u32,
         colorings: [&mut Coloring; 2],
         ask: impl Fn(u32) + Sync,
         key_of: impl Fn(u32) -> Option<u64> + Sync,
@@ -156,7 +155,7 @@ impl Sorter<'_> {
         let (firsts, n) = (free.colors.len(), free.colors.len() + fixed.colors.len());
         self.keys.resize_with(jobs.workers().max(self.keys.len()).max(1), Vec::new);
         self.runs.resize_with(n.max(self.runs.len()), Vec::new);
-        let (all_keys, all_runs) = (Rows::new(self.keys), Rows::new(self.runs));
+        let (all_keys, all_runs) = (Rows::new(&mut self.keys), Rows::new(&mut self.runs));
         let [free, fixed] = [free, fixed].map(|coloring| Rows::new(&mut coloring.colors));
         for_each(jobs, n, |worker, k| {
             let (colors, is_fixed, index) = match k.checked_sub(firsts) {
@@ -174,7 +173,7 @@ impl Sorter<'_> {
             }
             sort_members(members, keys, index, &set_place);
             runs.clear();
-            find_runs(keys, self.shift, is_fixed, index, runs);
+            find_runs(keys, shift, is_fixed, index, runs);
         });
         out.clear();
         out.extend(self.runs[..n].iter().flatten());

@@ -10,7 +10,7 @@ use core::ops::Range;
 
 use super::fineness::{is_jointed, struck, take_back, tumbles, was_struck, whirls};
 use super::forest::Forest;
-use super::layout::{CLASS, GROUP, Layout, Run, Sorter, last_line, line_key};
+use super::layout::{CLASS, GROUP, Layout, Sorter, last_line, line_key};
 use super::survey::Survey;
 use crate::base::disjoint::Rows;
 use crate::base::grow;
@@ -81,10 +81,7 @@ pub(super) struct Plan {
     /// Of each joint's row, from when one came or went.
     joint_classes: Vec<u8>,
     survey: Survey,
-    /// One list for each worker.
-    keys: Vec<Vec<(u64, u32)>>,
-    /// Of each color.
-    runs: Vec<Vec<Run>>,
+    sorter: Sorter,
 }
 
 /// Most parts of a shared group that are kept apart: what fits into a class beside the number of points.
@@ -315,9 +312,9 @@ impl Plan {
             }
         };
         let colorings = [&mut colors.contacts, &mut colors.contacts_fixed];
-        let sorter = Sorter { keys: &mut self.keys, runs: &mut self.runs, shift: GROUP };
         let ask = |row: u32| slots.prefetch(row as usize, 1);
-        sorter.sort(colorings, ask, key_of, set_place, &mut self.contacts.runs, jobs);
+        let runs = &mut self.contacts.runs;
+        self.sorter.sort(GROUP, colorings, ask, key_of, set_place, runs, jobs);
         self.contacts.lay_out([&colors.contacts, &colors.contacts_fixed]);
     }
 
@@ -348,9 +345,9 @@ impl Plan {
             }
         };
         let colorings = [&mut colors.joints, &mut colors.joints_fixed];
-        let sorter = Sorter { keys: &mut self.keys, runs: &mut self.runs, shift: CLASS };
         let ask = |row: u32| slots.prefetch(row as usize, 2);
-        sorter.sort(colorings, ask, key_of, set_place, &mut self.joints.runs, jobs);
+        let runs = &mut self.joints.runs;
+        self.sorter.sort(CLASS, colorings, ask, key_of, set_place, runs, jobs);
         let colorings = [&colors.joints, &colors.joints_fixed];
         self.couplings.clear();
         for run in self.joints.runs.iter().filter(|run| run.class == COUPLED) {
