@@ -3,8 +3,8 @@
 //! Whether a pair must be tested is told by the motion of the shape, not of its body: a long body of
 //! many shapes turns little where it stands and much at its tip.
 
-use super::{Change, Look, chord, rebuild, recycle};
-use crate::base::math::Vec3;
+use super::{Change, Look, rebuild, recycle};
+use crate::base::math::{Vec3, greater};
 use crate::base::pose::Pose;
 use crate::geometry::collide::{MAX_PARTS, MeshScratch, Reach, collide_mesh};
 use crate::geometry::manifold::Manifold;
@@ -18,37 +18,55 @@ use crate::step::context::StepContext;
 /// another becomes the deepest, and would start without their impulses.
 const SAME_PART: f32 = 0.9;
 
-/// A ball around the convex shape and how it moves against the mesh.
+/// How the convex shape moves against the mesh: that of the box around its core, in which each point is
+/// between corners, and so is its motion. (Its rounding moves as the core does: a ball that turns stays
+/// where it is.)
 struct Motion {
-    /// Radius of the ball [m].
+    /// Radius of a ball around the shape [m].
     radius: f32,
-    /// Velocity of its center against the mesh's body [m/s, world].
+    /// Velocity of the box's center against the mesh's body [m/s, world].
     velocity: Vec3,
-    /// Fastest that a point of it moves relative to the center [m/s].
+    /// Fastest that a point of the core moves, and the fastest relative to the center [m/s].
+    speed: f32,
     spin: f32,
-    /// How far a point of it has moved since the reference, in the frame of the mesh, at most [m].
+    /// How far a point of the core has moved since the reference, in the frame of the mesh, at most [m].
     since: f32,
 }
 
 impl Motion {
     fn of(r: &Probe, a: &Body, b: &Body, shape_b: &ShapeRow) -> Self {
-        let (center, radius) = shape_b.solid.ball();
-        let center = shape_b.centered.point(center);
+        let (core, placed) = (shape_b.solid.core_box(), &shape_b.centered);
+        let (center, half) = (placed.point(core.center()), core.half_extents());
+        let turn = placed.rotation.to_mat3();
+        let half = [turn.x * half.x, turn.y * half.y, turn.z * half.z];
         let arm = b.rotation.rotate(center);
         let between = b.center - a.center + arm;
         let now = a.rotation.unrotate(between);
         let before = r.rotation_a.unrotate(r.offset + r.rotation_b.rotate(center));
-        let turned = chord(
-            &(a.rotation.conjugate() * b.rotation),
-            &(r.rotation_a.conjugate() * r.rotation_b),
-        );
+        let turned = a.rotation.conjugate() * b.rotation;
+        let turned_before = r.rotation_a.conjugate() * r.rotation_b;
+        let velocity = b.velocity_at(arm) - a.velocity_at(between);
+        let w = b.w - a.w;
+        let rates = half.map(|h| w.cross(b.rotation.rotate(h)));
         Self {
-            radius,
-            velocity: b.velocity_at(arm) - a.velocity_at(between),
-            spin: (b.w - a.w).length() * radius,
-            since: (now - before).length() + turned * radius,
+            radius: core.half_extents().length() + shape_b.solid.radius,
+            velocity,
+            speed: farthest(velocity, rates),
+            spin: farthest(Vec3::ZERO, rates),
+            since: farthest(now - before, half.map(|h| turned.rotate(h) - turned_before.rotate(h))),
         }
     }
+}
+
+/// The longest of the vectors `middle` ± `x` ± `y` ± `z`.
+fn farthest(middle: Vec3, [x, y, z]: [Vec3; 3]) -> f32 {
+    let mut most = 0.0;
+    for side in [x + y + z, x + y - z, x - y + z, x - y - z] {
+        // Of the two opposite ones the one that leans to the middle.
+        let square = middle.dot(middle) + side.dot(side) + 2.0 * middle.dot(side).abs();
+        most = greater(most, square);
+    }
+    most.sqrt()
 }
 
 /// Updates all rows of a pair whose first is `contact`.
@@ -64,7 +82,7 @@ pub(super) fn update(
 ) {
     let motion = Motion::of(look.probe, a, b, shape_b);
     // Farther than its own size a shape need not look: what is fast is stopped at the surface.
-    let ahead = 1.1 * ctx.dt * (motion.velocity.length() + motion.spin);
+    let ahead = 1.1 * ctx.dt * motion.speed;
     let margin = if contact.sensor { 0.0 } else { ctx.margin.max(ahead.min(2.0 * motion.radius)) };
     let gap = look.probe.gap;
     if contact.count == 0 && gap > margin && motion.since < gap - margin {
