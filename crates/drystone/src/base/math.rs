@@ -387,6 +387,14 @@ impl Mul for Mat3 {
     }
 }
 
+impl Sub for Mat3 {
+    type Output = Self;
+
+    fn sub(self, o: Self) -> Self {
+        Self { x: self.x - o.x, y: self.y - o.y, z: self.z - o.z }
+    }
+}
+
 impl Add for Mat3 {
     type Output = Self;
     #[inline]

@@ -4,7 +4,7 @@
 //! many shapes turns little where it stands and much at its tip.
 
 use super::{Change, Look, rebuild, recycle};
-use crate::base::math::{Vec3, greater};
+use crate::base::math::{Mat3, Vec3, greater};
 use crate::base::pose::Pose;
 use crate::geometry::collide::{MAX_PARTS, MeshScratch, Reach, collide_mesh};
 use crate::geometry::manifold::Manifold;
@@ -34,39 +34,67 @@ struct Motion {
 }
 
 impl Motion {
+    #[inline(always)]
     fn of(r: &Probe, a: &Body, b: &Body, shape_b: &ShapeRow) -> Self {
         let (core, placed) = (shape_b.solid.core_box(), &shape_b.centered);
         let (center, half) = (placed.point(core.center()), core.half_extents());
         let turn = placed.rotation.to_mat3();
-        let half = [turn.x * half.x, turn.y * half.y, turn.z * half.z];
+        let corners = Corners::of([turn.x * half.x, turn.y * half.y, turn.z * half.z]);
+        // In the frame of the mesh.
+        let now = (a.rotation.conjugate() * b.rotation).to_mat3();
+        let before = (r.rotation_a.conjugate() * r.rotation_b).to_mat3();
+        let apart = b.center - a.center;
+        let turned = now - before;
+        let shift = a.rotation.unrotate(apart) - r.rotation_a.unrotate(r.offset);
+        let since = corners.turned(turned).farthest(shift + turned * center);
+        // In the frame of the shape's body.
         let arm = b.rotation.rotate(center);
-        let between = b.center - a.center + arm;
-        let now = a.rotation.unrotate(between);
-        let before = r.rotation_a.unrotate(r.offset + r.rotation_b.rotate(center));
-        let turned = a.rotation.conjugate() * b.rotation;
-        let turned_before = r.rotation_a.conjugate() * r.rotation_b;
-        let velocity = b.velocity_at(arm) - a.velocity_at(between);
-        let w = b.w - a.w;
-        let rates = half.map(|h| w.cross(b.rotation.rotate(h)));
+        let velocity = b.velocity_at(arm) - a.velocity_at(apart + arm);
+        let rates = corners.rates(b.rotation.unrotate(b.w - a.w));
         Self {
-            radius: core.half_extents().length() + shape_b.solid.radius,
+            radius: half.length() + shape_b.solid.radius,
             velocity,
-            speed: farthest(velocity, rates),
-            spin: farthest(Vec3::ZERO, rates),
-            since: farthest(now - before, half.map(|h| turned.rotate(h) - turned_before.rotate(h))),
+            speed: rates.farthest(b.rotation.unrotate(velocity)),
+            spin: rates.farthest(Vec3::ZERO),
+            since,
         }
     }
 }
 
-/// The longest of the vectors `middle` ± `x` ± `y` ± `z`.
-fn farthest(middle: Vec3, [x, y, z]: [Vec3; 3]) -> f32 {
-    let mut most = 0.0;
-    for side in [x + y + z, x + y - z, x - y + z, x - y - z] {
-        // Of the two opposite ones the one that leans to the middle.
-        let square = middle.dot(middle) + side.dot(side) + 2.0 * middle.dot(side).abs();
-        most = greater(most, square);
+/// Four corners of a box, from its center; the others are opposite to them.
+#[derive(Clone, Copy)]
+struct Corners([Vec3; 4]);
+
+impl Corners {
+    #[inline(always)]
+    fn of([x, y, z]: [Vec3; 3]) -> Self {
+        Self([x + y + z, x + y - z, x - y + z, x - y - z])
     }
-    most.sqrt()
+
+    #[inline(always)]
+    fn turned(self, by: Mat3) -> Self {
+        let [a, b, c, d] = self.0;
+        Self([by * a, by * b, by * c, by * d])
+    }
+
+    /// How they move if the box turns with the angular velocity `w`.
+    #[inline(always)]
+    fn rates(self, w: Vec3) -> Self {
+        let [a, b, c, d] = self.0;
+        Self([w.cross(a), w.cross(b), w.cross(c), w.cross(d)])
+    }
+
+    /// How far the farthest of all eight is from the origin if the center is at `middle`.
+    #[inline(always)]
+    fn farthest(self, middle: Vec3) -> f32 {
+        let mut most = 0.0;
+        for side in self.0 {
+            // Of two opposite ones the one that leans to the middle.
+            let square = side.dot(side) + 2.0 * middle.dot(side).abs();
+            most = greater(most, square);
+        }
+        (most + middle.dot(middle)).sqrt()
+    }
 }
 
 /// Updates all rows of a pair whose first is `contact`.
