@@ -107,36 +107,37 @@ fn collect<S: Simd>(
     let core = (b_in_mesh.point(core.center()), [turn.x, turn.y, turn.z], core.half_extents());
     let (ends, caps);
     let (center, points, discs, planes): (Vec3, &[Row], Option<Discs>, &[Row]) = match &placed {
-        Placed::Sphere(center) => {
-            ends = [row(*center, 0.0); 2];
+        Placed::Sphere(_) => {
+            ends = [row(Vec3::ZERO, 0.0); 2];
             (at, &ends[..1], None, &[])
         }
         Placed::Capsule([a, b]) => {
-            ends = [row(*a, 0.0), row(*b, 0.0)];
+            ends = [row(*a - at, 0.0), row(*b - at, 0.0)];
             (at, &ends, None, &[])
         }
-        Placed::Hull(hull) => (hull.center, hull.vertices(), None, hull.planes()),
+        Placed::Hull(hull) => (hull.center, hull.arms(), None, hull.planes()),
         Placed::Frustum(frustum) => {
             let ([a, b], discs, [c, d]) = frustum.outline();
-            ends = [row(a, 0.0), row(b, 0.0)];
+            ends = [row(a - at, 0.0), row(b - at, 0.0)];
             caps = [row(c.normal, c.offset), row(d.normal, d.offset)];
             (at, &ends, Some(discs), &caps)
         }
     };
     let outline = Outline { bounds, core, center, points, discs, planes, radius };
-    let gap = near::find(simd, mesh, &outline, reach, [stack, packs], near);
+    let mut gap = near::find(simd, mesh, &outline, reach, [stack, packs], near);
     if near.is_empty() {
         return gap;
     }
     contacts.restart(limits(b, reach));
     for near in near.iter() {
         let triangle = Triangle::new(mesh, *near, center);
-        match &mut placed {
+        let apart = match &mut placed {
             Placed::Sphere(at) => round::sphere(&triangle, *at, radius, contacts),
             Placed::Capsule(ends) => round::capsule(&triangle, *ends, radius, contacts, clipper),
             Placed::Hull(body) => hull::hull(simd, &triangle, body, contacts, clipper),
             Placed::Frustum(body) => frustum::frustum(&triangle, body, contacts, clipper),
-        }
+        };
+        gap = lesser(gap, greater(near.apart, apart.unwrap_or(0.0)));
     }
     gap
 }

@@ -148,18 +148,19 @@ impl PlacedFrustum {
     }
 }
 
-/// Adds the contact of `body` with `triangle`.
+/// Adds the contact of `body` with `triangle`; if an axis shows that they are too far apart for one, says how far
+/// they are at least [m].
 pub(super) fn frustum(
     triangle: &Triangle,
     body: &PlacedFrustum,
     contacts: &mut Contacts,
     clipper: &mut Clipper,
-) {
+) -> Option<f32> {
     let limits = contacts.limits;
     let reach = limits.margin + body.radius;
     let over = -body.reach(-triangle.normal) - triangle.normal.dot(triangle.corners[0]);
     if over > reach {
-        return;
+        return Some(over - body.radius);
     }
     let mut best: Option<Best> = None;
     let mut refused: Option<Best> = None;
@@ -175,19 +176,21 @@ pub(super) fn frustum(
         if fits && separation > slot.map_or(least, |b| b.separation) {
             *slot = Some(Best { axis, normal, part, separation });
         }
-        separation > reach
+        (separation > reach).then_some(separation - body.radius)
     };
     for cap in 0..2 {
-        if body.radii[cap] > 0.0 && consider(Axis::Cap(cap), &body.cap_plane(cap)) {
-            return;
+        if body.radii[cap] > 0.0
+            && let Some(apart) = consider(Axis::Cap(cap), &body.cap_plane(cap))
+        {
+            return Some(apart);
         }
     }
     for (i, corner) in triangle.corners.into_iter().enumerate() {
         let away = body.away(corner - body.center);
         let normal = away * body.side.0 + body.axis * body.side.1;
         let offset = normal.dot(body.generator(away)[0]);
-        if consider(Axis::Side(i), &Plane { normal, offset }) {
-            return;
+        if let Some(apart) = consider(Axis::Side(i), &Plane { normal, offset }) {
+            return Some(apart);
         }
     }
     for k in 0..3 {
@@ -204,7 +207,7 @@ pub(super) fn frustum(
         }
         let (normal, separation) = best_over_edge(triangle, k, body);
         if separation > reach {
-            return;
+            return Some(separation - body.radius);
         }
         if separation > best.map_or(least, |b| b.separation + limits.bias)
             && triangle.allows(Part::Edge(k), normal)
@@ -216,7 +219,7 @@ pub(super) fn frustum(
         && best.is_none_or(|b| r.separation > b.separation)
         && triangle.is_behind_neighbor(r.part, r.normal, body.center)
     {
-        return;
+        return None;
     }
     let done = match best {
         Some(Best { axis: Axis::Cap(cap), .. }) => {
@@ -245,6 +248,7 @@ pub(super) fn frustum(
         contacts
             .add_spare(b.normal, point(lowest, b.normal, separation, body.radius, mix(9, 0, 0)));
     }
+    None
 }
 
 /// The normal over edge `k`, from the face's to that of the neighbor (or straight outward, if that

@@ -9,7 +9,7 @@ use super::placed::{EdgeAxis, PlacedHull, Separated};
 use super::round::point;
 use super::triangle::{Part, Triangle, closest_on_segments};
 use crate::base::math::{Vec3, lesser};
-use crate::base::wide::{LANES, above, bits, splat};
+use crate::base::wide::{LANES, above, bits, most, splat};
 use crate::geometry::hull::Plane;
 use crate::geometry::manifold::ManifoldPoint;
 
@@ -29,7 +29,8 @@ struct Best {
     separation: f32,
 }
 
-/// Adds the contact of `hull` with `triangle`.
+/// Adds the contact of `hull` with `triangle`; if an axis shows that they are too far apart for one, says how far
+/// they are at least [m].
 #[inline(always)]
 pub(super) fn hull<S: Simd>(
     simd: S,
@@ -37,12 +38,12 @@ pub(super) fn hull<S: Simd>(
     hull: &mut PlacedHull<'_>,
     contacts: &mut Contacts,
     clipper: &mut Clipper,
-) {
+) -> Option<f32> {
     let limits = contacts.limits;
     let reach = limits.margin + hull.radius;
     let over = hull.least_along(simd, triangle.normal, triangle.corners[0]);
     if over > reach {
-        return;
+        return Some(over - hull.radius);
     }
     let mut best: Option<Best> = None;
     let mut refused: Option<Best> = None;
@@ -50,7 +51,7 @@ pub(super) fn hull<S: Simd>(
     for group in 0..hull.face_groups() {
         let heights = hull.heights(simd, group, triangle);
         if bits(above(heights, splat(simd, reach))) != 0 {
-            return;
+            return Some(most(heights) - hull.radius);
         }
         let mut higher = bits(above(heights, splat(simd, least))) & hull.faces_in(group);
         if higher == 0 {
@@ -82,7 +83,7 @@ pub(super) fn hull<S: Simd>(
             continue;
         }
         match hull.best_edge(simd, (triangle, k), least, reach) {
-            Err(Separated) => return,
+            Err(Separated(by)) => return Some(by - hull.radius),
             Ok(Some(EdgeAxis { edge, normal, separation })) => {
                 let (axis, part) = (Axis::Edges(k, edge), Part::Edge(k));
                 best = Some(Best { axis, normal, part, separation });
@@ -94,7 +95,7 @@ pub(super) fn hull<S: Simd>(
         && best.is_none_or(|b| r.separation > b.separation)
         && triangle.is_behind_neighbor(r.part, r.normal, hull.center)
     {
-        return;
+        return None;
     }
     let face_axis = contacts::Axis { normal: triangle.normal, separation: over - hull.radius };
     if limits.corners {
@@ -104,11 +105,11 @@ pub(super) fn hull<S: Simd>(
     let refused = match best {
         Some(Best { axis: Axis::Face(face), .. }) => {
             on_hull_face(triangle, hull, face, contacts, clipper);
-            return;
+            return None;
         }
         Some(found @ Best { axis: Axis::Edges(k, edge), .. }) => {
             if on_edges(triangle, (k, edge), hull, &found, contacts) {
-                return;
+                return None;
             }
             None
         }
@@ -116,6 +117,7 @@ pub(super) fn hull<S: Simd>(
     };
     let lowest = hull.face_against(simd, triangle.normal);
     on_triangle(triangle, (hull, lowest), (face_axis, refused), contacts, clipper);
+    None
 }
 
 /// Takes the axis of a face of the polytope, if it is better than what was found before.

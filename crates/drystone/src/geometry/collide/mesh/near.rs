@@ -1,7 +1,7 @@
 //! Which triangles of a mesh a solid may touch before the step ends: eight at a time, by the axes
 //! that cost least. What is left of them is tested one by one.
 
-use fearless_simd::Simd;
+use fearless_simd::{Simd, SimdBase};
 
 use super::placed::Row;
 use crate::base::aabb::Aabb;
@@ -37,25 +37,31 @@ impl Reach {
     }
 }
 
-/// A triangle that may be reached; in the order of their numbers.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) struct Near(u64);
+/// A triangle that may be reached.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Near {
+    /// Its number, above its pack and lane.
+    key: u64,
+    /// How far apart it and the solid are, at least [m]; below 0: not known.
+    pub(super) apart: f32,
+}
 
 impl Near {
-    fn new(number: u32, item: u32, lane: usize) -> Self {
+    fn new(number: u32, item: u32, lane: usize, apart: f32) -> Self {
         // A mesh has no more than 2^32 triangles, so far fewer packs.
-        Self((u64::from(number) << 32) | (u64::from(item) * LANES as u64 + lane as u64))
+        let place = u64::from(item) * LANES as u64 + lane as u64;
+        Self { key: (u64::from(number) << 32) | place, apart }
     }
 
     /// Its number.
     pub(super) const fn number(self) -> u32 {
-        (self.0 >> 32) as u32
+        (self.key >> 32) as u32
     }
 
     /// Number of its pack, and its lane there.
     #[expect(clippy::cast_possible_truncation, reason = "the lower half")]
     pub(super) const fn place(self) -> (u32, usize) {
-        let place = self.0 as u32;
+        let place = self.key as u32;
         (place / LANES as u32, place as usize % LANES)
     }
 }
@@ -72,7 +78,7 @@ pub(super) struct Outline<'a> {
     pub(super) core: (Vec3, [Vec3; 3], Vec3),
     /// What decides on which side of a triangle it is.
     pub(super) center: Vec3,
-    /// Its corners.
+    /// Its corners, from the center.
     pub(super) points: &'a [Row],
     pub(super) discs: Option<Discs>,
     /// Its faces: normals and offsets.
@@ -82,7 +88,7 @@ pub(super) struct Outline<'a> {
 }
 
 /// Lists the triangles that may be reached, in the order of their numbers; returns a distance [m] that
-/// the solid is at least away from all triangles (below 0: not known).
+/// the solid is at least away from all others.
 #[inline(always)]
 pub(super) fn find<S: Simd>(
     simd: S,
@@ -122,17 +128,23 @@ pub(super) fn find<S: Simd>(
         let pack = mesh.pack(item);
         let (apart, missed) = test(simd, pack, solid, reach);
         // Lanes that are not in use repeat another.
-        gap = min(gap, apart);
+        let left_out = above(missed, rest);
+        gap = select(left_out, min(gap, apart), gap);
         let numbers = pack.numbers();
-        let mut reached = !bits(above(missed, rest)) & ((1 << numbers.len()) - 1);
+        let mut reached = !bits(left_out) & ((1 << numbers.len()) - 1);
+        if reached == 0 {
+            continue;
+        }
+        let mut distances = [0.0; LANES];
+        apart.store_array(&mut distances);
         while reached != 0 {
             let lane = reached.trailing_zeros() as usize;
             reached &= reached - 1;
             prefetch(mesh.face(item, lane));
-            near.push(Near::new(numbers[lane], item, lane));
+            near.push(Near::new(numbers[lane], item, lane, distances[lane]));
         }
     }
-    near.sort_unstable();
+    near.sort_unstable_by_key(|n| n.key);
     least(gap)
 }
 
@@ -160,31 +172,23 @@ fn test<S: Simd>(simd: S, pack: &Pack, solid: &Outline<'_>, reach: &Reach) -> (W
     }
     let [p, q, r] = Vec3w::load3(simd, &pack.corners);
     let normal = Vec3w::load(simd, &pack.normals);
-    // The solid's extent along the normal, from the plane.
+    let height = normal.dot(Vec3w::splat(simd, solid.center) - p);
+    // Seen from the side where the solid is.
+    let normal = Vec3w::select(above(zero, height), -normal, normal);
     let mut low = splat(simd, f32::INFINITY);
-    let mut high = splat(simd, f32::NEG_INFINITY);
     if let Some((axis, radii)) = &solid.discs {
         let along = normal.dot(Vec3w::splat(simd, *axis));
         let across = sqrt(max(splat(simd, 1.0) - along * along, zero));
         for (v, radius) in solid.points.iter().zip(radii) {
-            let height = normal.dot(across_lanes(simd, v) - p);
-            let rim = splat(simd, *radius) * across;
-            low = min(low, height - rim);
-            high = max(high, height + rim);
+            low = min(low, normal.dot(across_lanes(simd, v)) - splat(simd, *radius) * across);
         }
     } else {
         for v in solid.points {
-            let height = normal.dot(across_lanes(simd, v) - p);
-            low = min(low, height);
-            high = max(high, height);
+            low = min(low, normal.dot(across_lanes(simd, v)));
         }
     }
-    let height = normal.dot(Vec3w::splat(simd, solid.center) - p);
-    let rising = normal.dot(Vec3w::splat(simd, reach.way));
-    let below = above(zero, height);
-    let radius = splat(simd, solid.radius);
-    let over = select(below, -high, low) - radius;
-    let closing = min(select(below, -rising, rising), zero);
+    let over = height.abs() + low - splat(simd, solid.radius);
+    let closing = min(normal.dot(Vec3w::splat(simd, reach.way)), zero);
     apart = max(apart, over);
     missed = max(missed, over + closing);
     if bits(above(missed, rest)) == ALL {

@@ -21,8 +21,9 @@ pub(super) type Row = [f32; 4];
 /// Memory for a placed polytope.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Space {
-    /// Vertices [m], and normals with offsets of the faces [m], one by one.
+    /// Vertices, from the origin and from the center [m], and normals with offsets of the faces [m], one by one.
     vertices: Vec<Row>,
+    arms: Vec<Row>,
     planes: Vec<Row>,
     /// The same in lanes.
     corners: Vec<[Lanes; 3]>,
@@ -60,8 +61,8 @@ pub(super) struct EdgeAxis {
     pub(super) separation: f32,
 }
 
-/// The two are farther apart than contacts reach.
-pub(super) struct Separated;
+/// The two are farther apart than contacts reach: by so much at least [m].
+pub(super) struct Separated(pub(super) f32);
 
 impl<'a> PlacedHull<'a> {
     /// Uses `space` as memory.
@@ -78,7 +79,10 @@ impl<'a> PlacedHull<'a> {
         let x = Vec3w::splat(simd, turn.x);
         let y = Vec3w::splat(simd, turn.y);
         let z = Vec3w::splat(simd, turn.z);
+        let center = turn * hull.center + pose.position;
+        let middle = Vec3w::splat(simd, center);
         space.vertices.clear();
+        space.arms.clear();
         space.planes.clear();
         space.corners.clear();
         for v in hull.lanes.vertices() {
@@ -89,8 +93,11 @@ impl<'a> PlacedHull<'a> {
             space.corners.push(to);
             let zero = splat(simd, 0.0);
             push_rows(&mut space.vertices, scatter4([placed.x, placed.y, placed.z, zero]));
+            let arm = placed - middle;
+            push_rows(&mut space.arms, scatter4([arm.x, arm.y, arm.z, zero]));
         }
         space.vertices.truncate(hull.vertices.len());
+        space.arms.truncate(hull.vertices.len());
         space.normals.clear();
         space.offsets.clear();
         for (n, offset) in hull.lanes.planes() {
@@ -107,7 +114,6 @@ impl<'a> PlacedHull<'a> {
         }
         space.planes.truncate(hull.planes.len());
         space.edges.clear();
-        let center = turn * hull.center + pose.position;
         Self { hull, turn, position: pose.position, space, center, radius }
     }
 
@@ -116,9 +122,9 @@ impl<'a> PlacedHull<'a> {
         self.hull.cuboid.is_some()
     }
 
-    /// Places of the vertices [m].
-    pub(super) fn vertices(&self) -> &[Row] {
-        &self.space.vertices
+    /// Places of the vertices, from the center [m].
+    pub(super) fn arms(&self) -> &[Row] {
+        &self.space.arms
     }
 
     /// Normals and offsets of the faces [m].
@@ -342,7 +348,7 @@ impl<'a> PlacedHull<'a> {
             }
             let open = open & supports(simd, axis, (u, v, d));
             if bits(open & above(separation, reach)) != 0 {
-                return Err(Separated);
+                return Err(Separated(most(select(open, separation, nothing))));
             }
             let open = open & triangle.allows_at_edge(simd, k, axis);
             if bits(open) == 0 {

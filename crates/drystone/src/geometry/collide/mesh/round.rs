@@ -24,14 +24,19 @@ pub(super) fn point(
     ManifoldPoint { position, separation, feature }
 }
 
-/// A sphere.
-pub(super) fn sphere(triangle: &Triangle, center: Vec3, radius: f32, contacts: &mut Contacts) {
+/// Adds the contact of a sphere; if it is too far away for one, says how far it is at least [m].
+pub(super) fn sphere(
+    triangle: &Triangle,
+    center: Vec3,
+    radius: f32,
+    contacts: &mut Contacts,
+) -> Option<f32> {
     let (nearest, part) = triangle.closest(center);
     let offset = center - nearest;
     let distance = offset.length();
     let separation = distance - radius;
     if separation > contacts.limits.margin {
-        return;
+        return Some(separation);
     }
     let feature = |normal| mix(1, direction_class(normal), 0);
     if part != Part::Face
@@ -40,31 +45,34 @@ pub(super) fn sphere(triangle: &Triangle, center: Vec3, radius: f32, contacts: &
         if triangle.allows(part, normal) {
             let p = point(center, normal, separation, radius, feature(normal));
             contacts.add(triangle, Axis { normal, separation }, [p]);
-            return;
+            return None;
         }
         if triangle.outside(center) > contacts.limits.slack {
             contacts.add_spare(normal, point(center, normal, separation, radius, feature(normal)));
-            return;
+            return None;
         }
     }
     let normal = triangle.normal;
     let separation = triangle.height(center) - radius;
     let p = point(center, normal, separation, radius, feature(normal));
     contacts.add(triangle, Axis { normal, separation }, [p]);
+    None
 }
 
-/// A capsule with its core from `ends[0]` to `ends[1]`.
+/// Adds the contact of a capsule with its core from `ends[0]` to `ends[1]`; if it is too far away for one, says how
+/// far it is at least [m].
 pub(super) fn capsule(
     triangle: &Triangle,
     ends: [Vec3; 2],
     radius: f32,
     contacts: &mut Contacts,
     clipper: &mut Clipper,
-) {
+) -> Option<f32> {
     let limits = contacts.limits;
     let heights = ends.map(|e| triangle.height(e));
-    if heights[0] > radius + limits.margin && heights[1] > radius + limits.margin {
-        return;
+    let lowest = lesser(heights[0], heights[1]) - radius;
+    if lowest > limits.margin {
+        return Some(lowest);
     }
     let crosses = (heights[0] > 0.0) != (heights[1] > 0.0) && {
         let t = heights[0] / (heights[0] - heights[1]);
@@ -76,7 +84,7 @@ pub(super) fn capsule(
         let offset = core - nearest;
         let separation = offset.length() - radius;
         if separation > limits.margin {
-            return;
+            return Some(separation);
         }
         if part != Part::Face
             && let Some(normal) = offset.try_normalize()
@@ -85,15 +93,14 @@ pub(super) fn capsule(
             if triangle.allows(part, normal) {
                 let axis = Axis { normal, separation };
                 if limits.corners {
-                    let over = lesser(heights[0], heights[1]) - radius;
-                    contacts.add_corners(triangle, &ends, (over, radius));
+                    contacts.add_corners(triangle, &ends, (lowest, radius));
                 }
                 along_edge(triangle, part, axis, (ends, core), (separation, radius), contacts);
-                return;
+                return None;
             }
             let center = ends[0].lerp(ends[1], 0.5);
             if triangle.is_behind_neighbor(part, normal, center) {
-                return;
+                return None;
             }
             refused = Some(normal);
             let class = direction_class(normal);
@@ -111,8 +118,9 @@ pub(super) fn capsule(
         .points
         .iter()
         .map(|c| point(c.position, normal, over(c.position), radius, c.feature));
-    let axis = Axis { normal, separation: lesser(heights[0], heights[1]) - radius };
+    let axis = Axis { normal, separation: lowest };
     contacts.add_instead(triangle, axis, refused, points);
+    None
 }
 
 /// The nearest points of segment and triangle, which do not cross, and the part of the triangle.
