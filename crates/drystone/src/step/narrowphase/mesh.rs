@@ -3,9 +3,12 @@
 //! Whether a pair must be tested is told by the motion of the shape, not of its body: a long body of
 //! many shapes turns little where it stands and much at its tip.
 
+use fearless_simd::{Level, Simd, dispatch};
+
 use super::{Change, Look, rebuild, recycle};
-use crate::base::math::{Mat3, Vec3, greater};
+use crate::base::math::{Mat3, Vec3};
 use crate::base::pose::Pose;
+use crate::base::wide::{Lanes, Vec3w, load, most, splat};
 use crate::geometry::collide::{MAX_PARTS, MeshScratch, Reach, collide_mesh};
 use crate::geometry::manifold::Manifold;
 use crate::geometry::mesh::Mesh;
@@ -18,84 +21,77 @@ use crate::step::context::StepContext;
 /// another becomes the deepest, and would start without their impulses.
 const SAME_PART: f32 = 0.9;
 
-/// How the convex shape moves against the mesh: that of the box around its core, in which each point is
-/// between corners, and so is its motion. (Its rounding moves as the core does: a ball that turns stays
-/// where it is.)
+/// How the convex shape moves against the mesh: that of the corners of the box around its core, between which each of its
+/// points is, and so is its motion. (Its rounding moves as the core does: a ball that turns stays where it is.)
 struct Motion {
     /// Radius of a ball around the shape [m].
     radius: f32,
-    /// Velocity of the box's center against the mesh's body [m/s, world].
+    /// Velocity of the box's center against the mesh [m/s, frame of the shape's body].
     velocity: Vec3,
-    /// Fastest that a point of the core moves, and the fastest relative to the center [m/s].
+    /// Fastest that a corner moves, and the fastest relative to the center [m/s].
     speed: f32,
     spin: f32,
-    /// How far a point of the core has moved since the reference, in the frame of the mesh, at most [m].
+    /// How far a corner has moved since the reference, in the frame of the mesh, at most [m].
     since: f32,
 }
 
 impl Motion {
+    fn of(level: Level, r: &Probe, a: &Body, b: &Body, shape_b: &ShapeRow) -> Self {
+        dispatch!(level, simd => Self::by_corners(simd, r, a, b, shape_b))
+    }
+
+    /// With a lane for each corner.
     #[inline(always)]
-    fn of(r: &Probe, a: &Body, b: &Body, shape_b: &ShapeRow) -> Self {
+    fn by_corners<S: Simd>(simd: S, r: &Probe, a: &Body, b: &Body, shape_b: &ShapeRow) -> Self {
         let (core, placed) = (shape_b.solid.core_box(), &shape_b.centered);
-        let (center, half) = (placed.point(core.center()), core.half_extents());
-        let turn = placed.rotation.to_mat3();
-        let corners = Corners::of([turn.x * half.x, turn.y * half.y, turn.z * half.z]);
-        // In the frame of the mesh.
+        let (center, half) = (core.center(), core.half_extents());
+        let side = |k: usize| load(simd, &CORNERS[k]);
+        let arm = Vec3w {
+            x: side(0) * splat(simd, half.x),
+            y: side(1) * splat(simd, half.y),
+            z: side(2) * splat(simd, half.z),
+        };
+        // From here on in the frame of the shape's body.
+        let arm = turned(simd, &placed.rotation.to_mat3(), arm);
+        let center = placed.point(center);
         let now = (a.rotation.conjugate() * b.rotation).to_mat3();
         let before = (r.rotation_a.conjugate() * r.rotation_b).to_mat3();
         let apart = b.center - a.center;
-        let turned = now - before;
         let shift = a.rotation.unrotate(apart) - r.rotation_a.unrotate(r.offset);
-        let since = corners.turned(turned).farthest(shift + turned * center);
-        // In the frame of the shape's body.
-        let arm = b.rotation.rotate(center);
-        let velocity = b.velocity_at(arm) - a.velocity_at(apart + arm);
-        let rates = corners.rates(b.rotation.unrotate(b.w - a.w));
+        let moved = turned(simd, &(now - before), arm + Vec3w::splat(simd, center))
+            + Vec3w::splat(simd, shift);
+        let w = b.rotation.unrotate(b.w - a.w);
+        let v = b.rotation.unrotate(b.v - a.velocity_at(apart));
+        let velocity = v + w.cross(center);
+        let rates = Vec3w::splat(simd, w).cross(arm);
+        let speeds = rates + Vec3w::splat(simd, velocity);
         Self {
             radius: half.length() + shape_b.solid.radius,
             velocity,
-            speed: rates.farthest(b.rotation.unrotate(velocity)),
-            spin: rates.farthest(Vec3::ZERO),
-            since,
+            speed: longest(speeds),
+            spin: longest(rates),
+            since: longest(moved),
         }
     }
 }
 
-/// Four corners of a box, from its center; the others are opposite to them.
-#[derive(Clone, Copy)]
-struct Corners([Vec3; 4]);
-
-impl Corners {
-    #[inline(always)]
-    fn of([x, y, z]: [Vec3; 3]) -> Self {
-        Self([x + y + z, x + y - z, x - y + z, x - y - z])
-    }
-
-    #[inline(always)]
-    fn turned(self, by: Mat3) -> Self {
-        let [a, b, c, d] = self.0;
-        Self([by * a, by * b, by * c, by * d])
-    }
-
-    /// How they move if the box turns with the angular velocity `w`.
-    #[inline(always)]
-    fn rates(self, w: Vec3) -> Self {
-        let [a, b, c, d] = self.0;
-        Self([w.cross(a), w.cross(b), w.cross(c), w.cross(d)])
-    }
-
-    /// How far the farthest of all eight is from the origin if the center is at `middle`.
-    #[inline(always)]
-    fn farthest(self, middle: Vec3) -> f32 {
-        let mut most = 0.0;
-        for side in self.0 {
-            // Of two opposite ones the one that leans to the middle.
-            let square = side.dot(side) + 2.0 * middle.dot(side).abs();
-            most = greater(most, square);
-        }
-        (most + middle.dot(middle)).sqrt()
-    }
+#[inline(always)]
+fn turned<S: Simd>(simd: S, by: &Mat3, v: Vec3w<S>) -> Vec3w<S> {
+    let (x, y) = (Vec3w::splat(simd, by.x), Vec3w::splat(simd, by.y));
+    x * v.x + y * v.y + Vec3w::splat(simd, by.z) * v.z
 }
+
+#[inline(always)]
+fn longest<S: Simd>(v: Vec3w<S>) -> f32 {
+    most(v.dot(v)).sqrt()
+}
+
+/// The corners of a cube: coordinate, lane.
+const CORNERS: [Lanes; 3] = [
+    [-1.0, 1.0, -1.0, 1.0, -1.0, 1.0, -1.0, 1.0],
+    [-1.0, -1.0, 1.0, 1.0, -1.0, -1.0, 1.0, 1.0],
+    [-1.0, -1.0, -1.0, -1.0, 1.0, 1.0, 1.0, 1.0],
+];
 
 /// Updates all rows of a pair whose first is `contact`.
 pub(super) fn update(
@@ -108,7 +104,7 @@ pub(super) fn update(
     out: &mut Vec<Change>,
     scratch: &mut MeshScratch,
 ) {
-    let motion = Motion::of(look.probe, a, b, shape_b);
+    let motion = Motion::of(ctx.level, look.probe, a, b, shape_b);
     // Farther than its own size a shape need not look: what is fast is stopped at the surface.
     let ahead = 1.1 * ctx.dt * motion.speed;
     let margin = if contact.sensor { 0.0 } else { ctx.margin.max(ahead.min(2.0 * motion.radius)) };
@@ -133,7 +129,7 @@ pub(super) fn update(
     let reach = if contact.sensor {
         Reach::still(0.0)
     } else {
-        let way = pose_a.local_direction(motion.velocity * (1.1 * ctx.dt));
+        let way = pose_a.local_direction(b.rotation.rotate(motion.velocity) * (1.1 * ctx.dt));
         let length = way.length();
         let most = 2.0 * motion.radius;
         Reach {
