@@ -64,6 +64,8 @@ struct Hold {
     under: u32,
     /// What carries stands.
     stands: bool,
+    /// Unit, towards the body, when the manifold was made [world].
+    normal: Vec3,
     /// The next one of the body, or [`NONE`].
     next: u32,
 }
@@ -162,7 +164,8 @@ impl Held {
             let number = u32::try_from(self.holds.len()).expect("fewer than 2^31 contacts");
             let next = self.first.set(body, number);
             let stands = stands(below);
-            self.holds.push(Hold { row, side, body, shape, under, stands, next });
+            let normal = if side == 0 { -c.normal } else { c.normal };
+            self.holds.push(Hold { row, side, body, shape, under, stands, normal, next });
         }
     }
 
@@ -245,6 +248,8 @@ impl<'a> Seen<'a> {
                 on.shape == past.shape
                     && on.row != row
                     && (on.under == past.under || (past.stands && on.stands))
+                    // Most are told by this: what rests on several tiles of a floor.
+                    && !(on.stands && on.normal.dot(past.normal) > 1.0 - SAME_NORMAL)
                     && !self.contacts.at(on.row).sensor
                     && self.hides(on.row, &self.side(on.row, on.side), &doubted)
                     && may(on.row)
@@ -261,7 +266,6 @@ impl<'a> Seen<'a> {
         if on.under_shape == past.under_shape {
             return false;
         }
-        // Most are told by this: what rests on several tiles of a floor.
         let turn = self.turn(row, on);
         let n1 = turn.rotate(on.normal);
         if n1.dot(past.normal) > 1.0 - SAME_NORMAL {
