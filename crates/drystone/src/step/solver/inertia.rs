@@ -10,6 +10,7 @@
 //! slower. See docs/decisions/015-load-adaptive-inertia.md for what each number below does.
 
 use super::Solver;
+use super::integrate;
 use super::rounds::BodyState;
 use crate::base::math::Vec3;
 use crate::state::bodies::{Body, Fineness, NONE};
@@ -262,12 +263,16 @@ impl Solver<'_> {
                 let frame = frames.of(body.island);
                 if frame.held {
                     let (v, w) = frame.slowed(body, factor);
-                    self.put_line(i, body, factor, &BodyState { v, w, ..BodyState::of(body) });
+                    self.put_slowed(i, body, factor, &BodyState { v, w, ..BodyState::of(body) });
                 } else {
-                    self.put_line(i, body, body.inertia_factor, &BodyState::of(body));
+                    self.put_slowed(i, body, body.inertia_factor, &BodyState::of(body));
                 }
             }
         }
+    }
+
+    fn put_slowed(&self, i: usize, body: &Body, factor: f32, start: &BodyState) {
+        self.put_line(i, body, factor, start, integrate::gyration(self.ctx, body, start));
     }
 
     /// True for a joint to what cannot be pushed.

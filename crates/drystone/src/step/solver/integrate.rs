@@ -5,11 +5,12 @@ use super::inertia::Squeeze;
 use super::rounds::BodyState;
 use super::rows::{Line, Whitening};
 use super::softness::decay;
-use super::spin::{Spin, rotate_freely};
+use super::spin::{Spin, turned_eight};
 use crate::base::double::DVec3;
 use crate::base::math::{Vec3, vec3};
 use crate::base::quat::Quat;
 use crate::base::sym3::Sym3;
+use crate::base::wide::LANES;
 use crate::state::bodies::{Body, Fineness};
 use crate::step::context::StepContext;
 
@@ -196,13 +197,15 @@ pub(super) fn unwhitened(v: Vec3, line: &Line, alpha: f32) -> Vec3 {
     end
 }
 
-/// A dynamic body as a line, from this motion on: with `factor` times its inertia under the same forces.
+/// A dynamic body as a line, from this motion on: with `factor` times its inertia under the same forces, and what
+/// free rotation adds to its angular velocity.
 #[inline(always)]
 pub(super) fn whiten(
     ctx: &StepContext,
     body: &Body,
     factor: f32,
     start: &BodyState,
+    gyration: Vec3,
 ) -> (Line, Whitening, Aux, Vec3) {
     let (v, w) = (start.v, start.w);
     let alpha = 1.0 / (body.mass * factor).sqrt();
@@ -216,7 +219,7 @@ pub(super) fn whiten(
     let line = Line { v: whitened(v, alpha), w: four(s_inv.mul(w)), x: [0.0; 4], t: [0.0; 4] };
     let torque = body.torque + body.step_torque;
     #[expect(clippy::cast_precision_loss, reason = "at most 256 substeps")]
-    let spin = s_inv.mul(gyration(ctx, body, start)) * (1.0 / ctx.substeps as f32);
+    let spin = s_inv.mul(gyration) * (1.0 / ctx.substeps as f32);
     let aux = Aux {
         before_v: line.v,
         before_w: line.w,
@@ -231,19 +234,36 @@ pub(super) fn whiten(
     (line, Whitening::new(alpha, &s), aux, acc)
 }
 
-/// Change of angular velocity in a whole step by free rotation alone: L stays, the inertia turns.
+/// Change of angular velocity in a whole step by free rotation alone: L stays, the inertia turns [rad/s].
 pub(super) fn gyration(ctx: &StepContext, body: &Body, start: &BodyState) -> Vec3 {
+    gyrations(ctx, [(body, start)])[0]
+}
+
+/// The same of up to eight bodies.
+pub(super) fn gyrations<'a>(
+    ctx: &StepContext,
+    bodies: impl IntoIterator<Item = (&'a Body, &'a BodyState)>,
+) -> [Vec3; LANES] {
+    let mut spins = [const { None }; LANES];
+    for (spin, (body, start)) in spins.iter_mut().zip(bodies) {
+        let gyrates = gyrates(ctx, body, start.w);
+        *spin = gyrates.then(|| (Spin { rotation: start.rotation, ..Spin::of(body) }, start.w));
+    }
+    let mut changes = turned_eight(ctx, &spins);
+    for (change, spin) in changes.iter_mut().zip(&spins) {
+        if let Some((_, w)) = spin {
+            *change = *change - *w;
+        }
+    }
+    changes
+}
+
+/// True if free rotation changes the angular velocity `w` in a step.
+fn gyrates(ctx: &StepContext, body: &Body, w: Vec3) -> bool {
     let m = body.moments;
     let round = m.max_element() - m.min_element() <= 1.0e-3 * m.max_element();
-    if round || m.min_element() <= 0.0 || body.locks.angular != [false; 3] {
-        return Vec3::ZERO;
-    }
-    let w = start.w;
-    if w.length_squared() * ctx.dt * ctx.dt < 1.0e-6 {
-        return Vec3::ZERO;
-    }
-    let spin = Spin { rotation: start.rotation, ..Spin::of(body) };
-    rotate_freely(&spin, DVec3::from(w), ctx.dt, ctx.substeps).w - w
+    !(round || m.min_element() <= 0.0 || body.locks.angular != [false; 3])
+        && !(w.length_squared() * ctx.dt * ctx.dt < 1.0e-6)
 }
 
 /// Forces, and in all substeps but the first the warm start: what the body's impulses did to it in the

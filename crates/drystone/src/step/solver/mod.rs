@@ -70,6 +70,7 @@ use crate::base::disjoint::Rows;
 use crate::base::grow;
 use crate::base::jobs::{Executor, Inline, for_each, for_shares};
 use crate::base::math::Vec3;
+use crate::base::wide::LANES;
 use crate::state::bodies::{Bodies, Body, Fineness};
 use crate::state::colors::Colors;
 use crate::state::contacts::{Contact, Contacts, Slots};
@@ -460,13 +461,18 @@ impl Solver<'_> {
         let found = [false; 2].map(AtomicBool::new);
         for_shares(jobs, n, 64, |part| {
             let mut any = [false; 2];
-            for i in part.start + group.lines.start..part.end + group.lines.start {
-                let row = self.plan.members[i - 1];
-                let body = self.bodies.at(row);
-                // What no contact squeezes is as heavy as it is.
-                let factor = if self.ctx.rounds > 1 { 1.0 } else { self.ctx.inertia.factor(body) };
-                any[0] |= factor > body.inertia_factor;
-                any[1] |= self.put_line(i, body, factor, &self.at_start(row));
+            let (first, end) = (part.start + group.lines.start, part.end + group.lines.start);
+            for eight in (first..end).step_by(LANES) {
+                let rows = &self.plan.members[eight - 1..(eight + LANES).min(end) - 1];
+                let starts: [BodyState; LANES] = core::array::from_fn(|lane| self.at_start(rows[lane.min(rows.len() - 1)]));
+                let bodies = rows.iter().map(|row| self.bodies.at(*row));
+                let gyrations = integrate::gyrations(self.ctx, bodies.clone().zip(&starts));
+                for (lane, body) in bodies.enumerate() {
+                    // What no contact squeezes is as heavy as it is.
+                    let factor = if self.ctx.rounds > 1 { 1.0 } else { self.ctx.inertia.factor(body) };
+                    any[0] |= factor > body.inertia_factor;
+                    any[1] |= self.put_line(eight + lane, body, factor, &starts[lane], gyrations[lane]);
+                }
             }
             for (found, any) in found.iter().zip(any).filter(|(_, any)| *any) {
                 found.store(any, Ordering::Relaxed);
@@ -477,8 +483,16 @@ impl Solver<'_> {
         locked
     }
 
-    fn put_line(&self, i: usize, body: &Body, factor: f32, start: &BodyState) -> bool {
-        let (line, whitening, aux, acc) = integrate::whiten(self.ctx, body, factor, start);
+    fn put_line(
+        &self,
+        i: usize,
+        body: &Body,
+        factor: f32,
+        start: &BodyState,
+        gyration: Vec3,
+    ) -> bool {
+        let (line, whitening, aux, acc) =
+            integrate::whiten(self.ctx, body, factor, start, gyration);
         let fineness = self.ctx.fineness;
         *self.squeezes.row(i) = Squeeze { factor, fineness, impulse: [0.0; 4] };
         (*self.lines.row(i), *self.whitening.row(i)) = (line, whitening);

@@ -251,7 +251,8 @@ impl Spins {
             // Idle lanes do what the first one does.
             let row = rows.get(lane).or(rows.first());
             if let Some(body) = row.and_then(|row| bodies.read(*row as usize).as_ref()) {
-                tops.fill(lane, body);
+                let w = DVec3::from(body.w) + DVec3::from(body.w_rest);
+                tops.fill(lane, &Spin::of(body), w);
             }
         }
         let mut ends = Ends::default();
@@ -262,6 +263,35 @@ impl Spins {
             }
         }
     }
+}
+
+/// What free rotation makes of the angular velocities [rad/s] of up to eight bodies; 0 where there is none.
+pub(super) fn turned_eight(ctx: &StepContext, spins: &[Option<(Spin, Vec3)>; LANES]) -> [Vec3; LANES] {
+    let mut turned = [Vec3::ZERO; LANES];
+    let Some(first) = spins.iter().flatten().next() else { return turned };
+    // Of few, lanes are no faster.
+    if spins.iter().flatten().count() <= 2 {
+        for (turned, spin) in turned.iter_mut().zip(spins) {
+            if let Some((spin, w)) = spin {
+                *turned = rotate_freely(spin, DVec3::from(*w), ctx.dt, ctx.substeps).w;
+            }
+        }
+        return turned;
+    }
+    let mut tops = Tops::default();
+    for (lane, spin) in spins.iter().enumerate() {
+        // Idle lanes do what the first one does.
+        let (spin, w) = spin.as_ref().unwrap_or(first);
+        tops.fill(lane, spin, DVec3::from(*w));
+    }
+    let mut ends = Ends::default();
+    dispatch!(ctx.level, simd => turn_eight(simd, &tops, ctx.dt, ctx.substeps, &mut ends));
+    for (lane, (turned, spin)) in turned.iter_mut().zip(spins).enumerate() {
+        if spin.is_some() {
+            *turned = ends.w(lane).single();
+        }
+    }
+    turned
 }
 
 /// What is read of eight bodies that turn freely.
@@ -279,16 +309,15 @@ struct Tops {
 
 impl Tops {
     #[inline(always)]
-    fn fill(&mut self, lane: usize, body: &Body) {
-        let (q, p) = (body.rotation.to_array(), body.principal.to_array());
+    fn fill(&mut self, lane: usize, spin: &Spin, w: DVec3) {
+        let (q, p) = (spin.rotation.to_array(), spin.principal.to_array());
         for i in 0..4 {
             (self.rotation[i][lane], self.principal[i][lane]) = (q[i], p[i]);
         }
-        let w = DVec3::from(body.w) + DVec3::from(body.w_rest);
         (self.w[0][lane], self.w[1][lane], self.w[2][lane]) = (w.x, w.y, w.z);
-        let m = body.moments.to_array();
+        let m = spin.moments.to_array();
         // Moments are above 0, and of different `f32` the inverse is different too.
-        let order = Order::of(-DVec3::from(body.moments));
+        let order = Order::of(-DVec3::from(spin.moments));
         for i in 0..3 {
             self.moments[i][lane] = m[i];
             self.axes[i][lane] = [0.0, 1.0, 2.0][order.axes[i]];
@@ -306,11 +335,15 @@ struct Ends {
 }
 
 impl Ends {
+    fn w(&self, lane: usize) -> DVec3 {
+        DVec3 { x: self.w[0][lane], y: self.w[1][lane], z: self.w[2][lane] }
+    }
+
     #[inline(always)]
     fn put(&self, lane: usize, body: &mut Body) {
         let [x, y, z, w] = &self.rotation;
         body.rotation = Quat::new(x[lane], y[lane], z[lane], w[lane]);
-        let exact = DVec3 { x: self.w[0][lane], y: self.w[1][lane], z: self.w[2][lane] };
+        let exact = self.w(lane);
         body.w = exact.single();
         body.w_rest = (exact - DVec3::from(body.w)).single();
     }
@@ -500,12 +533,12 @@ impl<S: Simd> Topw<S> {
 
 #[cfg(test)]
 mod tests {
-    use super::{Spin, Spins, rotate_freely};
+    use super::{Spin, Spins, rotate_freely, turned_eight};
     use crate::base::disjoint::Rows;
     use crate::base::double::DVec3;
     use crate::base::math::{Vec3, vec3};
     use crate::base::random::Random;
-    use crate::base::wide::SimdLevel;
+    use crate::base::wide::{LANES, SimdLevel};
     use crate::state::bodies::Body;
     use crate::state::config::WorldConfig;
     use crate::state::def::{BodyDef, ShapeDef};
@@ -563,6 +596,28 @@ mod tests {
                 rested += usize::from(a.w_rest != Vec3::ZERO);
             }
             assert!(rested > 30, "{rested}");
+        }
+    }
+
+    #[test]
+    fn what_gyrates_together_gyrates_as_each_does_alone() {
+        for level in SimdLevel::available() {
+            let dt = 1.0 / 60.0;
+            let ctx = StepContext::new(&WorldConfig::default(), dt, dt, level.0);
+            let bodies = spinning();
+            for (n, eight) in bodies.chunks(LANES).enumerate() {
+                let some = |k: usize| eight.get(k)?.as_ref().filter(|_| (n + k) % 3 > 0);
+                let spins = core::array::from_fn(|k| some(k).map(|b| (Spin::of(b), b.w)));
+                let together = turned_eight(&ctx, &spins);
+                for k in 0..LANES {
+                    let alone = some(k).map_or(Vec3::ZERO, |body| {
+                        let w = DVec3::from(body.w);
+                        rotate_freely(&Spin::of(body), w, ctx.dt, ctx.substeps).w
+                    });
+                    let bits = |v: Vec3| v.to_array().map(f32::to_bits);
+                    assert_eq!(bits(together[k]), bits(alone), "{n} {k}");
+                }
+            }
         }
     }
 }

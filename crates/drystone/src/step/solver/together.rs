@@ -10,6 +10,7 @@ use super::strokes::Stroke;
 use super::{Scratch, Solver};
 use crate::base::disjoint::Rows;
 use crate::base::jobs::{Executor, Inline, for_ranges};
+use crate::base::math::Vec3;
 use crate::state::bodies::Bodies;
 use crate::state::method::Pass;
 use crate::step::context::StepContext;
@@ -110,9 +111,9 @@ pub(super) fn follow(
         let was = s.lines[line];
         let start = BodyState::of(body);
         let velocity = BodyState { v: three(was.v), w: three(was.w), ..start };
-        let (mut to, whitening, ..) = integrate::whiten(ctx, body, 1.0, &velocity);
+        let (mut to, whitening, ..) = integrate::whiten(ctx, body, 1.0, &velocity, Vec3::ZERO);
         let motion = BodyState { v: three(was.x), w: three(was.t), ..start };
-        let (way, ..) = integrate::whiten(ctx, body, 1.0, &motion);
+        let (way, ..) = integrate::whiten(ctx, body, 1.0, &motion, Vec3::ZERO);
         (to.x, to.t) = (way.v, way.w);
         (s.lines[line], s.whitening[line], s.free[line]) = (to, whitening, false);
     }
