@@ -28,9 +28,10 @@ struct Motion {
     radius: f32,
     /// Velocity of the box's center against the mesh [m/s, frame of the shape's body].
     velocity: Vec3,
-    /// Fastest that a corner moves, and the fastest relative to the center [m/s].
-    speed: f32,
+    /// Fastest that a corner moves relative to the center, and that added to the speed of the center: an impact at
+    /// another end may stop one of the two and leave the other [m/s].
     spin: f32,
+    speed: f32,
     /// How far a corner has moved since the reference, in the frame of the mesh, at most [m].
     since: f32,
 }
@@ -63,13 +64,12 @@ impl Motion {
         let w = b.rotation.unrotate(b.w - a.w);
         let v = b.rotation.unrotate(b.v - a.velocity_at(apart));
         let velocity = v + w.cross(center);
-        let rates = Vec3w::splat(simd, w).cross(arm);
-        let speeds = rates + Vec3w::splat(simd, velocity);
+        let spin = longest(Vec3w::splat(simd, w).cross(arm));
         Self {
             radius: half.length() + shape_b.solid.radius,
             velocity,
-            speed: longest(speeds),
-            spin: longest(rates),
+            spin,
+            speed: velocity.length() + spin,
             since: longest(moved),
         }
     }
@@ -272,4 +272,175 @@ fn continue_parts(
         order.swap(0, slot);
     }
     order
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use super::Motion;
+    use crate::base::math::{Vec3, vec3};
+    use crate::base::quat::Quat;
+    use crate::base::random::Random;
+    use crate::base::trig;
+    use crate::base::wide::SimdLevel;
+    use crate::geometry::collide::{MAX_PARTS, MeshScratch, Reach, collide_mesh};
+    use crate::geometry::manifold::Manifold;
+    use crate::geometry::mesh::Mesh;
+    use crate::geometry::shape::Shape;
+    use crate::geometry::solid::Core;
+    use crate::state::bodies::Body;
+    use crate::state::contacts::Probe;
+    use crate::state::def::{BodyDef, ShapeDef};
+    use crate::world::World;
+
+    const DT: f32 = 1.0 / 60.0;
+
+    /// A hilly sheet of 20 m by 20 m.
+    fn hills() -> Shape {
+        let (mut corners, mut triangles) = (Vec::new(), Vec::new());
+        let at = |i: u8| 0.5 * f32::from(i) - 10.0;
+        for i in 0..=40 {
+            for k in 0..=40 {
+                let (x, z) = (at(i), at(k));
+                let (wave, _) = trig::sin_cos(0.3 * x * z);
+                corners.push(vec3(x, 0.02 * (x * x + z * z) + 0.2 * wave, z));
+            }
+        }
+        for i in 0..40_u32 {
+            for k in 0..40_u32 {
+                let a = i * 41 + k;
+                triangles.extend([[a, a + 1, a + 41], [a + 1, a + 42, a + 41]]);
+            }
+        }
+        Shape::Mesh(Arc::new(Mesh::new(corners, triangles).unwrap()))
+    }
+
+    /// Long compounds of prisms and single ones over hills, at any angle, fast and slow.
+    fn avalanche(random: &mut Random) -> World {
+        #[expect(clippy::cast_possible_truncation, reason = "any number will do")]
+        let mut between = |least: f32, most: f32| least + (most - least) * random.unit() as f32;
+        let mut world = World::default();
+        world.add_body(BodyDef::fixed().with_shape(ShapeDef::new(hills()))).unwrap();
+        for i in 0..40_u8 {
+            let turn = vec3(between(-3.0, 3.0), between(-3.0, 3.0), between(-3.0, 3.0));
+            let at = vec3(between(-6.0, 6.0), between(2.5, 6.0), between(-6.0, 6.0));
+            let w = vec3(between(-1.0, 1.0), between(-1.0, 1.0), between(-1.0, 1.0));
+            let mut body = BodyDef::dynamic()
+                .with_position(at)
+                .with_rotation(Quat::from_rotation_vector(turn))
+                .with_angular_velocity(w * if i % 4 == 0 { 20.0 } else { 2.0 });
+            for part in 0..=i % 3 {
+                let prism = ShapeDef::new(Shape::cylinder(0.4, 0.2)).with_density(500.0);
+                let block = ShapeDef::box_half(vec3(0.2, 0.4, 0.15));
+                let shape = if i % 2 == 0 { prism } else { block };
+                body = body.with_shape(shape.with_position(vec3(0.0, 0.8 * f32::from(part), 0.0)));
+            }
+            world.add_body(body).unwrap();
+        }
+        world
+    }
+
+    /// Where a point of B's frame is in that of A.
+    fn seen(point: Vec3, [a, b]: [Quat; 2], apart: Vec3) -> Vec3 {
+        a.unrotate(apart + b.rotate(point))
+    }
+
+    #[test]
+    fn motion_is_that_of_the_farthest_corner() {
+        let mut random = Random::new(3);
+        let mut world = avalanche(&mut random);
+        let mut reached = 0;
+        for _ in 0..20 {
+            let mut then = world.clone();
+            for _ in 0..3 {
+                world.step(DT);
+            }
+            let (then, now) = (&then.tables_mut().bodies, world.tables_mut());
+            for (_, shape) in now.shapes.rows.iter().filter(|(_, s)| !s.is_mesh()) {
+                let b: &Body = now.bodies.at(shape.body);
+                // A mesh that turns and drifts.
+                let mut a = now.bodies.at(0).clone();
+                a.rotation = Quat::from_rotation_vector(vec3(0.1, 0.5, -0.3));
+                (a.center, a.v, a.w) = (vec3(0.3, 0.1, 0.0), Vec3::X, vec3(0.0, 0.5, 1.0));
+                let b_then = then.at(shape.body);
+                let probe = Probe {
+                    gap: 0.0,
+                    offset: b_then.center,
+                    rotation_a: Quat::IDENTITY,
+                    rotation_b: b_then.rotation,
+                };
+                let motion = Motion::of(SimdLevel::best().0, &probe, &a, b, shape);
+                let core = shape.solid.core_box();
+                let (mut moved, mut speed, mut spin) = (0.0_f32, 0.0_f32, 0.0_f32);
+                for k in 0..8_u8 {
+                    let side = |axis: u8| if k >> axis & 1 == 0 { -1.0 } else { 1.0 };
+                    let half = core.half_extents();
+                    let arm = vec3(side(0) * half.x, side(1) * half.y, side(2) * half.z);
+                    let p = shape.centered.point(core.center() + arm);
+                    let here = seen(p, [a.rotation, b.rotation], b.center - a.center);
+                    let there = seen(p, [probe.rotation_a, probe.rotation_b], probe.offset);
+                    moved = moved.max((here - there).length());
+                    let arm = b.rotation.rotate(p);
+                    let against = a.velocity_at(b.center + arm - a.center);
+                    speed = speed.max((b.velocity_at(arm) - against).length());
+                    let arm = b.rotation.rotate(p - shape.centered.point(core.center()));
+                    spin = spin.max((b.w - a.w).cross(arm).length());
+                }
+                // Some roundings of numbers of 10 m and 50 m/s.
+                assert!((motion.since - moved).abs() < 1.0e-5, "{} {moved}", motion.since);
+                assert!((motion.spin - spin).abs() < 1.0e-4, "{} {spin}", motion.spin);
+                assert!(motion.speed > speed - 1.0e-4, "{} {speed}", motion.speed);
+                reached += 1;
+            }
+        }
+        assert!(reached > 1000, "{reached}");
+    }
+
+    #[test]
+    fn what_is_in_a_mesh_was_seen_before_it_came_in() {
+        let mut random = Random::new(11);
+        let mut world = avalanche(&mut random);
+        let level = SimdLevel::best().0;
+        let mut scratch = MeshScratch::default();
+        let (mut inside, mut waited) = (0, 0);
+        let mut unseen = Vec::new();
+        for step in 0..240 {
+            world.step(DT);
+            let mut new = Vec::new();
+            let mut now = world.clone();
+            let tables = now.tables_mut();
+            let (bodies, shapes) = (&tables.bodies, &tables.shapes);
+            let (contacts, watches, _) = tables.contacts.watched_mut();
+            for watch in watches {
+                let contact = contacts.read(watch.row() as usize).as_ref().unwrap();
+                let (x, y) = (shapes.at(contact.shape_a), shapes.at(contact.shape_b));
+                let Core::Mesh(mesh) = &x.solid.core else { continue };
+                let (a, b) = (bodies.at(watch.body_a), bodies.at(watch.body_b));
+                let b_in_a = x.placed(a).relative(&y.placed(b));
+                let mut made = [Manifold::default(); MAX_PARTS];
+                let still = Reach::still(0.0);
+                let solid = &y.solid;
+                let n = collide_mesh(level, mesh, solid, &b_in_a, &still, &mut scratch, &mut made);
+                let points = made[..n].iter().flat_map(Manifold::points);
+                let depth = -points.map(|p| p.separation).fold(0.0, f32::min);
+                let deep = depth > 1.0e-3;
+                // What an impact at another end sends in within a step is seen in the next one.
+                if deep && contact.count == 0 {
+                    let way = DT * (b.v.length() + b.w.length() * b.extent);
+                    assert!(depth < way, "step {step}, shape {}: {depth} m", contact.shape_b);
+                    assert!(
+                        !unseen.contains(&watch.row()),
+                        "step {step}, shape {}",
+                        contact.shape_b
+                    );
+                    new.push(watch.row());
+                }
+                inside += usize::from(deep);
+                waited += usize::from(contact.count == 0);
+            }
+            unseen = new;
+        }
+        assert!(inside > 200 && waited > 2000, "{inside} {waited}");
+    }
 }

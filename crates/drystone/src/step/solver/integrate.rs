@@ -252,7 +252,7 @@ pub(super) fn gyrations<'a>(
     let mut changes = turned_eight(ctx, &spins);
     for (change, spin) in changes.iter_mut().zip(&spins) {
         if let Some((_, w)) = spin {
-            *change = *change - *w;
+            *change -= *w;
         }
     }
     changes
@@ -262,8 +262,8 @@ pub(super) fn gyrations<'a>(
 fn gyrates(ctx: &StepContext, body: &Body, w: Vec3) -> bool {
     let m = body.moments;
     let round = m.max_element() - m.min_element() <= 1.0e-3 * m.max_element();
-    !(round || m.min_element() <= 0.0 || body.locks.angular != [false; 3])
-        && !(w.length_squared() * ctx.dt * ctx.dt < 1.0e-6)
+    let slow = w.length_squared() * ctx.dt * ctx.dt < 1.0e-6;
+    !(round || slow || m.min_element() <= 0.0 || body.locks.angular != [false; 3])
 }
 
 /// Forces, and in all substeps but the first the warm start: what the body's impulses did to it in the

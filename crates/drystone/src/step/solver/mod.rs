@@ -27,6 +27,7 @@ mod pack_sixdof;
 mod pinned;
 mod root;
 mod layout;
+mod lines;
 mod plan;
 mod rooms;
 mod rounds;
@@ -70,8 +71,7 @@ use crate::base::disjoint::Rows;
 use crate::base::grow;
 use crate::base::jobs::{Executor, Inline, for_each, for_shares};
 use crate::base::math::Vec3;
-use crate::base::wide::LANES;
-use crate::state::bodies::{Bodies, Body, Fineness};
+use crate::state::bodies::{Bodies, Fineness};
 use crate::state::colors::Colors;
 use crate::state::contacts::{Contact, Contacts, Slots};
 use crate::state::islands::Islands;
@@ -452,59 +452,6 @@ impl Solver<'_> {
             let part = group.lines.start + part.start..group.lines.start + part.end;
             f(self.lines.slice(part.clone()), self.aux.slice(part));
         });
-    }
-
-    /// True if a translation of one of the bodies is locked.
-    fn prepare_lines(&self, number: usize, jobs: &dyn Executor) -> bool {
-        let group = &self.plan.groups[number];
-        let n = group.lines.len();
-        let found = [false; 2].map(AtomicBool::new);
-        for_shares(jobs, n, 64, |part| {
-            let mut any = [false; 2];
-            let (first, end) = (part.start + group.lines.start, part.end + group.lines.start);
-            for eight in (first..end).step_by(LANES) {
-                let rows = &self.plan.members[eight - 1..(eight + LANES).min(end) - 1];
-                let starts: [BodyState; LANES] = core::array::from_fn(|lane| self.at_start(rows[lane.min(rows.len() - 1)]));
-                let bodies = rows.iter().map(|row| self.bodies.at(*row));
-                let gyrations = integrate::gyrations(self.ctx, bodies.clone().zip(&starts));
-                for (lane, body) in bodies.enumerate() {
-                    // What no contact squeezes is as heavy as it is.
-                    let factor = if self.ctx.rounds > 1 { 1.0 } else { self.ctx.inertia.factor(body) };
-                    any[0] |= factor > body.inertia_factor;
-                    any[1] |= self.put_line(eight + lane, body, factor, &starts[lane], gyrations[lane]);
-                }
-            }
-            for (found, any) in found.iter().zip(any).filter(|(_, any)| *any) {
-                found.store(any, Ordering::Relaxed);
-            }
-        });
-        let [heavier, locked] = found.map(AtomicBool::into_inner);
-        heavier.then(|| self.slow_heavier(number));
-        locked
-    }
-
-    fn put_line(
-        &self,
-        i: usize,
-        body: &Body,
-        factor: f32,
-        start: &BodyState,
-        gyration: Vec3,
-    ) -> bool {
-        let (line, whitening, aux, acc) =
-            integrate::whiten(self.ctx, body, factor, start, gyration);
-        let fineness = self.ctx.fineness;
-        *self.squeezes.row(i) = Squeeze { factor, fineness, impulse: [0.0; 4] };
-        (*self.lines.row(i), *self.whitening.row(i)) = (line, whitening);
-        (*self.aux.row(i), *self.acceleration.row(i)) = (aux, acc);
-        aux.is_locked()
-    }
-
-    /// Locked translations are taken out again: a projection after every pass.
-    fn hold_locked(&self, group: &Group) {
-        for i in group.lines.clone() {
-            self.aux.read(i).hold_locked(self.lines.row(i));
-        }
     }
 
     /// Fills the blocks; true if a contact that bounces arrives in this step.

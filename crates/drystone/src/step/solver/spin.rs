@@ -266,7 +266,10 @@ impl Spins {
 }
 
 /// What free rotation makes of the angular velocities [rad/s] of up to eight bodies; 0 where there is none.
-pub(super) fn turned_eight(ctx: &StepContext, spins: &[Option<(Spin, Vec3)>; LANES]) -> [Vec3; LANES] {
+pub(super) fn turned_eight(
+    ctx: &StepContext,
+    spins: &[Option<(Spin, Vec3)>; LANES],
+) -> [Vec3; LANES] {
     let mut turned = [Vec3::ZERO; LANES];
     let Some(first) = spins.iter().flatten().next() else { return turned };
     // Of few, lanes are no faster.
@@ -606,7 +609,7 @@ mod tests {
             let ctx = StepContext::new(&WorldConfig::default(), dt, dt, level.0);
             let bodies = spinning();
             for (n, eight) in bodies.chunks(LANES).enumerate() {
-                let some = |k: usize| eight.get(k)?.as_ref().filter(|_| (n + k) % 3 > 0);
+                let some = |k: usize| eight.get(k)?.as_ref().filter(|_| !(n + k).is_multiple_of(3));
                 let spins = core::array::from_fn(|k| some(k).map(|b| (Spin::of(b), b.w)));
                 let together = turned_eight(&ctx, &spins);
                 for k in 0..LANES {
