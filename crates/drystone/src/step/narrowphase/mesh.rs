@@ -5,7 +5,7 @@
 
 use fearless_simd::{Level, Simd, dispatch};
 
-use super::{Change, Look, chord, rebuild, recycle};
+use super::{Change, Look, rebuild, recycle};
 use crate::base::math::{Mat3, Vec3};
 use crate::base::pose::Pose;
 use crate::base::wide::{Lanes, Vec3w, load, most, splat};
@@ -34,8 +34,6 @@ struct Motion {
     speed: f32,
     /// How far a corner has moved since the reference, in the frame of the mesh, at most [m].
     since: f32,
-    /// How far its rounding has turned about the core: points on it are no longer where they touched [m].
-    rolled: f32,
 }
 
 impl Motion {
@@ -57,25 +55,22 @@ impl Motion {
         // From here on in the frame of the shape's body.
         let arm = turned(simd, &placed.rotation.to_mat3(), arm);
         let center = placed.point(center);
-        let now = a.rotation.conjugate() * b.rotation;
-        let before = r.rotation_a.conjugate() * r.rotation_b;
-        let turn = now.to_mat3() - before.to_mat3();
-        let radius = shape_b.solid.radius;
+        let now = (a.rotation.conjugate() * b.rotation).to_mat3();
+        let before = (r.rotation_a.conjugate() * r.rotation_b).to_mat3();
         let apart = b.center - a.center;
         let shift = a.rotation.unrotate(apart) - r.rotation_a.unrotate(r.offset);
-        let moved =
-            turned(simd, &turn, arm + Vec3w::splat(simd, center)) + Vec3w::splat(simd, shift);
+        let moved = turned(simd, &(now - before), arm + Vec3w::splat(simd, center))
+            + Vec3w::splat(simd, shift);
         let w = b.rotation.unrotate(b.w - a.w);
         let v = b.rotation.unrotate(b.v - a.velocity_at(apart));
         let velocity = v + w.cross(center);
         let spin = longest(Vec3w::splat(simd, w).cross(arm));
         Self {
-            radius: half.length() + radius,
+            radius: half.length() + shape_b.solid.radius,
             velocity,
             spin,
             speed: velocity.length() + spin,
             since: longest(moved),
-            rolled: if radius > 0.0 { chord(&now, &before) * radius } else { 0.0 },
         }
     }
 }
@@ -225,7 +220,7 @@ fn may_recycle(
     let limit = if points < 3 { 0.2 * limit } else { limit };
     // Nor what a fast shape was too far from.
     let seen = ahead < 0.5 * ctx.margin || motion.since + ahead < contact.looked;
-    motion.since + motion.rolled < limit && seen
+    motion.since < limit && seen
 }
 
 /// Which of the new manifolds goes to which row: to that of the old one with nearly the same normal, so
