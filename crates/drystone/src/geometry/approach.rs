@@ -118,11 +118,12 @@ fn deepest(a: &Solid, b: &Solid, b_in_a: &Pose) -> Option<Nearby> {
     let own = if matches!(a.core, Core::Mesh(_)) { 0.0 } else { a.max_extent(Vec3::ZERO) };
     let size = own + b.max_extent(Vec3::ZERO) + b_in_a.position.abs().max_element();
     let margin = 2.0 * MET * size;
+    let level = SimdLevel::best().0;
     if let Core::Mesh(mesh) = &a.core {
-        let (reach, level) = (Reach::still(margin), SimdLevel::best().0);
+        let reach = Reach::still(margin);
         collide_mesh(level, mesh, b, b_in_a, &reach, &mut MeshScratch::default(), &mut made);
     } else {
-        made[0] = collide(a, b, b_in_a, margin, &mut PairCache::default());
+        made[0] = collide(level, a, b, b_in_a, margin, &mut PairCache::default());
     }
     let points = made.iter().flat_map(|m| m.points().iter().map(|p| (m.normal, p)));
     let by_depth = |x: &(Vec3, &ManifoldPoint), y: &(Vec3, &ManifoldPoint)| {

@@ -12,6 +12,8 @@ mod rest_tests;
 #[cfg(test)]
 pub(super) mod tests;
 
+use fearless_simd::Level;
+
 use self::convex::Convex;
 pub(crate) use self::mesh::{MeshScratch, Reach, collide_mesh};
 use super::clip::flip;
@@ -27,6 +29,7 @@ pub(crate) const MAX_PARTS: usize = 4;
 /// The manifold of two convex solids (half-spaces included, meshes not), in the frame of A. Points
 /// farther apart than `margin` [m] are left out; no points: no contact.
 pub(crate) fn collide(
+    level: Level,
     a: &Solid,
     b: &Solid,
     b_in_a: &Pose,
@@ -51,7 +54,9 @@ pub(crate) fn collide(
             None => Manifold::default(),
         },
         (core_a, core_b) => match (Convex::of(core_a), Convex::of(core_b)) {
-            (Some(x), Some(y)) => collide_convex(&x, &y, b_in_a, reach, reach > margin, cache),
+            (Some(x), Some(y)) => {
+                collide_convex(level, &x, &y, b_in_a, reach, reach > margin, cache)
+            }
             _ => Manifold::default(),
         },
     };
@@ -61,6 +66,7 @@ pub(crate) fn collide(
 /// Two bounded convex cores; each pair of kinds has one order, the other one is flipped. Hulls that
 /// are rounded touch by their corners and edges too, so their distance must be the true one.
 pub(crate) fn collide_convex(
+    level: Level,
     a: &Convex<'_>,
     b: &Convex<'_>,
     b_in_a: &Pose,
@@ -70,7 +76,7 @@ pub(crate) fn collide_convex(
 ) -> Manifold {
     if kind_order(a) > kind_order(b) {
         // The cache holds features of hulls: only pairs of hulls read it, and these keep their order.
-        let m = collide_convex(b, a, &b_in_a.inverse(), margin, is_rounded, cache);
+        let m = collide_convex(level, b, a, &b_in_a.inverse(), margin, is_rounded, cache);
         return flip(&m, b_in_a);
     }
     match (a, b) {
@@ -97,7 +103,7 @@ pub(crate) fn collide_convex(
             {
                 return m;
             }
-            sat::collide_hulls(x, y, b_in_a, margin, cache)
+            sat::collide_hulls(level, x, y, b_in_a, margin, cache)
         }
         _ => general::collide(a, b, b_in_a, margin),
     }

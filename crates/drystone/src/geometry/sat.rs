@@ -3,6 +3,8 @@
 mod edges;
 mod search;
 
+use fearless_simd::{Level, dispatch};
+
 use self::edges::EdgeAxis;
 pub(super) use self::edges::PARALLEL;
 use self::search::{Pair, Verdict};
@@ -19,6 +21,7 @@ pub(super) const PREFERENCE: f32 = 1.0e-3;
 
 /// The manifold of two hulls in the frame of A. Points farther apart than `margin` [m] are left out.
 pub(crate) fn collide_hulls(
+    level: Level,
     a: &Hull,
     b: &Hull,
     b_in_a: &Pose,
@@ -26,7 +29,9 @@ pub(crate) fn collide_hulls(
     cache: &mut PairCache,
 ) -> Manifold {
     let slack = PREFERENCE * thinness(a, b);
-    let axes = match Pair::new(a, b, b_in_a).search(margin, slack, cache) {
+    let found =
+        dispatch!(level, simd => Pair::new(a, b, b_in_a).search(simd, margin, slack, cache));
+    let axes = match found {
         Verdict::Apart(gap) => return Manifold::apart(gap),
         Verdict::Axes(axes) => axes,
     };

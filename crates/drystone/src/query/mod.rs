@@ -171,10 +171,10 @@ fn convex(shape: &Shape, pose: Pose) -> Result<Solid, DefError> {
 
 fn overlap(a: &ShapeRow, b: &Solid, b_in_a: &Pose) -> bool {
     let mut made = [Manifold::default(); MAX_PARTS];
+    let level = SimdLevel::best().0;
     if let Core::Mesh(mesh) = &a.solid.core {
         let (reach, mut scratch) = (Reach::still(0.0), MeshScratch::default());
-        let level = SimdLevel::best().0;
         return collide_mesh(level, mesh, b, b_in_a, &reach, &mut scratch, &mut made) > 0;
     }
-    collide(&a.solid, b, b_in_a, 0.0, &mut PairCache::default()).count > 0
+    collide(level, &a.solid, b, b_in_a, 0.0, &mut PairCache::default()).count > 0
 }

@@ -275,7 +275,8 @@ impl Pairs<'_> {
         let far = || speculative_margin(ctx, a, b, look.watch.bounces());
         let margin = if contact.sensor { 0.0 } else { look.reach.unwrap_or_else(far) };
         let before = look.probe.rotation_a;
-        let m = collide(&shape_a.solid, &shape_b.solid, &b_in_a, margin, &mut contact.cache);
+        let (solid_a, solid_b) = (&shape_a.solid, &shape_b.solid);
+        let m = collide(ctx.level, solid_a, solid_b, &b_in_a, margin, &mut contact.cache);
         look.restart(m.gap, a, b);
         rebuild(ctx, (row, contact), &m, (&pose_a, before), [a, b], out);
         if contact.count > 0 && !contact.sensor && seams::is_in_doubt(a, b) {

@@ -1,6 +1,6 @@
 //! Bodies at rest: the number of points, their spread, and that nothing jumps when poses tremble.
 
-use super::tests::{Random, least, touch};
+use super::tests::{Random, best, least, touch};
 use super::{PairCache, collide};
 use crate::base::math::{Vec3, vec3};
 use crate::base::pose::Pose;
@@ -190,14 +190,14 @@ fn a_box_at_rest_keeps_its_feature_ids() {
     let mut random = Random(4);
     let mut cache = PairCache::default();
     let ids = |m: &Manifold| m.points().iter().map(|p| p.feature).collect::<Vec<_>>();
-    let first = collide(&a, &b, &Pose::at([0.0, 0.999, 0.0]), 0.02, &mut cache);
+    let first = collide(best(), &a, &b, &Pose::at([0.0, 0.999, 0.0]), 0.02, &mut cache);
     assert_eq!(first.count, 4);
     for _ in 0..300 {
         let pose = Pose::new(
             vec3(0.0, 0.999, 0.0) + random.vector() * 5.0e-5,
             Quat::from_rotation_vector(random.vector() * 5.0e-5),
         );
-        let m = collide(&a, &b, &pose, 0.02, &mut cache);
+        let m = collide(best(), &a, &b, &pose, 0.02, &mut cache);
         assert_eq!(ids(&m), ids(&first), "{m:?}");
     }
 }
@@ -234,20 +234,27 @@ fn a_triangle_is_a_polytope_of_two_faces() {
     for _ in 0..200 {
         let turn = Quat::from_axis_angle(Vec3::Y, random.signed());
         let pose = Pose::new([0.2 * random.signed(), 0.24, 0.2 * random.signed()], turn);
-        let m = collide_hulls(triangle, &hull, &pose, 0.02, &mut PairCache::default());
+        let m = collide_hulls(best(), triangle, &hull, &pose, 0.02, &mut PairCache::default());
         assert_eq!((m.count, m.normal), (4, Vec3::Y), "{m:?}");
         assert!((least(&m) + 0.01).abs() < 1.0e-5);
-        let w = collide_hulls(&hull, triangle, &pose.inverse(), 0.02, &mut PairCache::default());
+        let w = collide_hulls(
+            best(),
+            &hull,
+            triangle,
+            &pose.inverse(),
+            0.02,
+            &mut PairCache::default(),
+        );
         assert_eq!(w.count, 4);
         // Beside the triangle there is nothing.
         let beside = Pose::new([4.0, 0.0, 0.0], turn);
-        let none = collide_hulls(triangle, &hull, &beside, 0.02, &mut PairCache::default());
+        let none = collide_hulls(best(), triangle, &hull, &beside, 0.02, &mut PairCache::default());
         assert_eq!(none.count, 0);
     }
     // A corner of the box against an edge of the triangle, in its plane.
     let turn = Quat::from_axis_angle(Vec3::Y, QUARTER / 2.0);
     let pose = Pose::new([0.0, 0.0, -2.0 - 0.25 * 2.0_f32.sqrt() + 0.01], turn);
-    let m = collide_hulls(triangle, &hull, &pose, 0.02, &mut PairCache::default());
+    let m = collide_hulls(best(), triangle, &hull, &pose, 0.02, &mut PairCache::default());
     assert!(m.count > 0 && (m.normal + Vec3::Z).length() < 1.0e-3, "{m:?}");
 }
 
@@ -283,7 +290,7 @@ fn time_of_pairs() {
                 if !keep {
                     *cache = PairCache::default();
                 }
-                points += collide(&a, &b, pose, 0.02, cache).count;
+                points += collide(best(), &a, &b, pose, 0.02, cache).count;
             }
         }
         let ns = begin.elapsed().as_secs_f64() * 1.0e9 / (200.0 * poses.len() as f64);
@@ -308,6 +315,7 @@ fn time_of_pairs() {
             let mut points = 0;
             for _ in 0..50_000 {
                 points = std::hint::black_box(collide(
+                    best(),
                     &a,
                     &b,
                     std::hint::black_box(&pose),

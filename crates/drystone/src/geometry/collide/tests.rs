@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use fearless_simd::Level;
 use parry3d::math::{Pose as PeerPose, Rotation as PeerRotation, Vector as PeerVector};
 use parry3d::query;
 use parry3d::shape::{Ball, Capsule, Cone, ConvexPolyhedron, Cuboid, Cylinder, Shape as PeerShape};
@@ -11,6 +12,7 @@ use super::{PairCache, collide};
 use crate::base::math::{Vec3, vec3};
 use crate::base::pose::Pose;
 use crate::base::quat::Quat;
+use crate::base::wide::SimdLevel;
 use crate::geometry::hull::Hull;
 use crate::geometry::manifold::Manifold;
 use crate::geometry::shape::Shape;
@@ -44,8 +46,12 @@ impl Random {
     }
 }
 
+pub(super) fn best() -> Level {
+    SimdLevel::best().0
+}
+
 pub(super) fn touch(a: &Shape, b: &Shape, b_in_a: &Pose, margin: f32) -> Manifold {
-    collide(&Solid::of(a), &Solid::of(b), b_in_a, margin, &mut PairCache::default())
+    collide(best(), &Solid::of(a), &Solid::of(b), b_in_a, margin, &mut PairCache::default())
 }
 
 pub(super) fn least(m: &Manifold) -> f32 {
@@ -274,8 +280,8 @@ fn the_cache_changes_no_answer() {
     let mut cache = PairCache::default();
     for _ in 0..5000 {
         let pose = near_pose(&mut random, 1.6);
-        let fresh = collide(&a, &b, &pose, 0.02, &mut PairCache::default());
-        let mut again = collide(&a, &b, &pose, 0.02, &mut cache);
+        let fresh = collide(best(), &a, &b, &pose, 0.02, &mut PairCache::default());
+        let mut again = collide(best(), &a, &b, &pose, 0.02, &mut cache);
         // Another axis proves another gap; both are less than the distance.
         assert!((again.gap > 0.02) == (fresh.gap > 0.02));
         again.gap = fresh.gap;
@@ -283,7 +289,7 @@ fn the_cache_changes_no_answer() {
     }
     for kind in 0..=255 {
         let mut any = PairCache { kind, a: 65_535, b: 60_000 };
-        collide(&a, &b, &Pose::IDENTITY, 0.02, &mut any);
+        collide(best(), &a, &b, &Pose::IDENTITY, 0.02, &mut any);
     }
 }
 
@@ -320,7 +326,7 @@ fn rounded_boxes_touch_by_their_corners_at_the_true_distance() {
     let solid = Solid { core: Core::Hull(cube), radius: 0.1 };
     // Corner against corner: the cores are sqrt(3) 0.1 = 0.173 apart.
     let pose = Pose::at([1.1, 1.1, 1.1]);
-    let m = collide(&solid, &solid, &pose, 0.01, &mut PairCache::default());
+    let m = collide(best(), &solid, &solid, &pose, 0.01, &mut PairCache::default());
     assert_eq!(m.count, 1);
     assert!((least(&m) - (0.03_f32.sqrt() - 0.2)).abs() < 1.0e-5);
     assert!((m.points[0].position - Vec3::splat(0.55)).length() < 1.0e-5);

@@ -1,13 +1,15 @@
 //! A hull's vertices, planes and edges laid out for the search of separating axes: eight at a time.
 //!
-//! Plain arrays, not the wide vocabulary: a lane never depends on its neighbour, so the compiler makes
+//! What is asked outside of a kernel is plain arrays: a lane never depends on its neighbour, so the compiler makes
 //! of each loop what the target has, and the result is the same everywhere.
 
 use fearless_simd::Simd;
 
 use super::{HalfEdge, Plane};
 use crate::base::math::{Mat3, Vec3, greater, lesser, vec3};
-use crate::base::wide::{LANES, Lanes, Vec3w, least, load, max, min, most, splat};
+use crate::base::wide::{
+    LANES, Lanes, Vec3w, above, bits, least, load, max, min, most, select, splat,
+};
 
 /// Three coordinates, eight of each.
 #[derive(Clone, Copy, Debug)]
@@ -21,6 +23,11 @@ impl Vectors {
     #[inline(always)]
     pub(crate) fn load<S: Simd>(&self, simd: S) -> Vec3w<S> {
         Vec3w { x: load(simd, &self.x), y: load(simd, &self.y), z: load(simd, &self.z) }
+    }
+
+    #[inline(always)]
+    fn at(&self, lane: usize) -> Vec3 {
+        vec3(self.x[lane], self.y[lane], self.z[lane])
     }
 
     #[inline]
@@ -40,6 +47,57 @@ pub(crate) struct EdgeLanes {
     pub(crate) normals: [Vectors; 2],
 }
 
+/// What bounds how far eight edges can separate: the offsets of their two faces [m], and 1 / cos of half the angle
+/// between the normals of these, infinite for opposite ones.
+#[derive(Clone, Copy, Debug)]
+struct EdgeBounds {
+    offsets: [Lanes; 2],
+    bulge: Lanes,
+}
+
+/// An edge: its tail and how it runs [m], and the normals of its two faces.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Edge {
+    pub(crate) tail: Vec3,
+    pub(crate) d: Vec3,
+    pub(crate) normals: [Vec3; 2],
+}
+
+/// Most edges that are listed.
+const LISTED: usize = 64;
+
+/// Some edges of a hull, by their first half-edges; too many are not listed.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct EdgeList {
+    numbers: [u16; LISTED],
+    count: usize,
+}
+
+impl EdgeList {
+    pub(crate) const EMPTY: Self = Self { numbers: [0; LISTED], count: 0 };
+
+    #[inline(always)]
+    fn add(&mut self, number: u16) {
+        if let Some(to) = self.numbers.get_mut(self.count) {
+            *to = number;
+        }
+        self.count += 1;
+    }
+
+    pub(crate) const fn is_empty(&self) -> bool {
+        self.count == 0
+    }
+
+    /// `None`: all of them.
+    #[inline(always)]
+    pub(crate) fn numbers(&self) -> Option<&[u16]> {
+        self.numbers.get(..self.count)
+    }
+}
+
+/// One bit for each lane.
+const ALL: u32 = (1 << LANES) - 1;
+
 /// See the module.
 #[derive(Clone, Debug)]
 pub(crate) struct HullLanes {
@@ -50,9 +108,10 @@ pub(crate) struct HullLanes {
     offsets: Vec<Lanes>,
     /// Edges; the last group is filled up with the last edge.
     edges: Vec<EdgeLanes>,
-    /// Per edge, 1 / cos of half the angle between the normals of its two faces.
-    bulges: Vec<f32>,
+    edge_bounds: Vec<EdgeBounds>,
     widest_bulge: f32,
+    /// How many vertices, faces and edges there are.
+    counts: [usize; 3],
 }
 
 impl HullLanes {
@@ -72,6 +131,14 @@ impl HullLanes {
         };
         let normals: Vec<Vec3> = planes.iter().map(|p| p.normal).collect();
         let bulges: Vec<f32> = edges.chunks_exact(2).map(bulge).collect();
+        let offset = |e: HalfEdge| planes[usize::from(e.face)].offset;
+        let bounds = |(pairs, bulges): (&[HalfEdge], &[f32])| {
+            let pair = |lane: usize| pairs.chunks_exact(2).nth(lane.min(bulges.len() - 1));
+            let side = |k: usize| core::array::from_fn(|l| pair(l).map_or(0.0, |p| offset(p[k])));
+            let bulge = core::array::from_fn(|l| bulges[l.min(bulges.len() - 1)]);
+            EdgeBounds { offsets: [side(0), side(1)], bulge }
+        };
+        let edge_bounds = edges.chunks(2 * LANES).zip(bulges.chunks(LANES)).map(bounds).collect();
         let one_by_one = |side: usize| edges.iter().skip(side).step_by(2);
         let ends = |side| {
             let ends: Vec<Vec3> =
@@ -93,7 +160,8 @@ impl HullLanes {
             vertices: groups(vertices),
             normals: groups(&normals),
             offsets: planes.chunks(LANES).map(group).collect(),
-            bulges,
+            edge_bounds,
+            counts: [vertices.len(), planes.len(), bulges.len()],
         }
     }
 
@@ -134,17 +202,108 @@ impl HullLanes {
         (low, vec3(most(high.x), most(high.y), most(high.z)))
     }
 
+    /// Edge number `k`.
+    #[inline(always)]
+    pub(crate) fn edge(&self, k: usize) -> Edge {
+        let (group, i) = (&self.edges[k / LANES], k % LANES);
+        let tail = group.ends[0].at(i);
+        let normals = [group.normals[0].at(i), group.normals[1].at(i)];
+        Edge { tail, d: group.ends[1].at(i) - tail, normals }
+    }
+
     /// The least of `n` · v over the vertices.
-    #[inline]
-    pub(crate) fn least_along(&self, n: Vec3) -> f32 {
-        let mut least = [f32::INFINITY; LANES];
+    #[inline(always)]
+    pub(crate) fn least_along<S: Simd>(&self, simd: S, n: Vec3) -> f32 {
+        let n = Vec3w::splat(simd, n);
+        let mut low = splat(simd, f32::INFINITY);
         for v in &self.vertices {
-            let along = v.dot(n);
-            for i in 0..LANES {
-                least[i] = lesser(along[i], least[i]);
+            low = min(n.dot(v.load(simd)), low);
+        }
+        least(low)
+    }
+
+    /// The first vertex whose `n` · v is `least`, as [`Self::least_along`] found it.
+    #[inline(always)]
+    pub(crate) fn lowest_at<S: Simd>(&self, simd: S, n: Vec3, least: f32) -> usize {
+        let (n, least) = (Vec3w::splat(simd, n), splat(simd, least));
+        for (group, v) in self.vertices.iter().enumerate() {
+            let lowest = ALL & !bits(above(n.dot(v.load(simd)), least));
+            if lowest != 0 {
+                return group * LANES + lowest.trailing_zeros() as usize;
             }
         }
-        smallest(&least)
+        0
+    }
+
+    /// The face from which `p` is farthest [local], the first of several, and how far it is [m]; negative inside.
+    #[inline(always)]
+    pub(crate) fn farthest_face<S: Simd>(&self, simd: S, p: Vec3) -> (usize, f32) {
+        let farthest = self.outside(simd, p);
+        let (p, reach) = (Vec3w::splat(simd, p), splat(simd, farthest));
+        for (group, (n, offset)) in self.planes().enumerate() {
+            let d = n.load(simd).dot(p) - load(simd, offset);
+            let first = ALL & !bits(above(reach, d));
+            if first != 0 {
+                return (group * LANES + first.trailing_zeros() as usize, farthest);
+            }
+        }
+        (0, farthest)
+    }
+
+    /// How far `p` is from the face from which it is farthest [m]; negative inside.
+    #[inline(always)]
+    pub(crate) fn outside<S: Simd>(&self, simd: S, p: Vec3) -> f32 {
+        let p = Vec3w::splat(simd, p);
+        let mut far = splat(simd, f32::NEG_INFINITY);
+        for (n, offset) in self.planes() {
+            far = max(n.load(simd).dot(p) - load(simd, offset), far);
+        }
+        most(far)
+    }
+
+    /// Lists the half-edges, the first of each edge, along which a body that contains `p` may be separated by at
+    /// least `floor`, up to `rounding` [m].
+    ///
+    /// (n · p − the hull's reach along n) over the directions n between the normals of the two faces at an edge is a
+    /// cosine along that arc, so it exceeds the nearer face's distance by no more than the bulge where it is above
+    /// zero, and not at all below.
+    #[inline(always)]
+    pub(crate) fn find_edges<S: Simd>(
+        &self,
+        simd: S,
+        p: Vec3,
+        (floor, rounding): (f32, f32),
+        out: &mut EdgeList,
+    ) {
+        // Where no edge bulges by more than the largest, one of an edge's two faces must reach this.
+        let widest = self.widest_bulge;
+        let least = if floor > 0.0 { floor / widest } else { floor } - 2.0 * rounding;
+        let (floor, least) = (splat(simd, floor), splat(simd, least));
+        let (rounding, zero) = (splat(simd, rounding), splat(simd, 0.0));
+        let p = Vec3w::splat(simd, p);
+        let mut left = self.counts[2];
+        out.count = 0;
+        for (group, (edges, bounds)) in self.edges.iter().zip(&self.edge_bounds).enumerate() {
+            let d = edges.normals[0].load(simd).dot(p) - load(simd, &bounds.offsets[0]);
+            let e = edges.normals[1].load(simd).dot(p) - load(simd, &bounds.offsets[1]);
+            let (nearer, bulge) = (max(d, e), load(simd, &bounds.bulge));
+            let reach = nearer + rounding;
+            let bound = select(above(reach, zero), reach * bulge, reach);
+            // Opposite normals (a flat body) bulge without bound.
+            let flat = above(bulge, splat(simd, f32::MAX));
+            let mut found = bits(!above(least, nearer) & (!above(floor, bound) | flat));
+            if left < LANES {
+                found &= (1 << left) - 1;
+            }
+            left = left.saturating_sub(LANES);
+            while found != 0 {
+                let edge = group * LANES + found.trailing_zeros() as usize;
+                found &= found - 1;
+                #[expect(clippy::cast_possible_truncation, reason = "half-edges have u16 numbers")]
+                let half_edge = (2 * edge) as u16;
+                out.add(half_edge);
+            }
+        }
     }
 
     /// The least and the greatest of `n` · v over the vertices.
@@ -161,22 +320,6 @@ impl HullLanes {
         (smallest(&least), greatest(&most))
     }
 
-    /// The first vertex whose `n` · v is `least`, as [`Self::least_along`] found it.
-    #[inline]
-    pub(crate) fn lowest_at(&self, n: Vec3, least: f32) -> usize {
-        for (g, v) in self.vertices.iter().enumerate() {
-            let mut below = [0.0; LANES];
-            let along = v.dot(n);
-            for i in 0..LANES {
-                below[i] = -along[i];
-            }
-            if let Some(i) = first_reaching(&below, -least) {
-                return g * LANES + i;
-            }
-        }
-        0
-    }
-
     /// The vertex number farthest along `n`, the first of several.
     #[inline]
     pub(crate) fn farthest_along(&self, n: Vec3) -> usize {
@@ -187,39 +330,6 @@ impl HullLanes {
     #[inline]
     pub(crate) fn face_along(&self, n: Vec3) -> usize {
         most_along(&self.normals, n)
-    }
-
-    /// Signed distances of `p` from the planes, in groups of eight; as many as `out` has room for.
-    #[inline]
-    pub(crate) fn distances(&self, p: Vec3, out: &mut [Lanes]) {
-        for ((n, offset), out) in self.normals.iter().zip(&self.offsets).zip(out) {
-            for i in 0..LANES {
-                out[i] = n.x[i] * p.x + n.y[i] * p.y + n.z[i] * p.z - offset[i];
-            }
-        }
-    }
-
-    /// The largest 1 / cos of half the angle between the normals at an edge; infinite if some are
-    /// opposite.
-    #[inline]
-    pub(crate) const fn widest_bulge(&self) -> f32 {
-        self.widest_bulge
-    }
-
-    /// An upper bound of (n · p − the hull's reach along n) over the directions n between the normals
-    /// of the two faces at edge `edge`, if `d` and `e` are the distances of p from these faces. The
-    /// quantity is a cosine along that arc, so it exceeds the nearer end's by no more than the bulge
-    /// where it is above zero, and not at all below.
-    #[inline]
-    pub(crate) fn edge_bound(&self, edge: usize, d: f32, e: f32) -> f32 {
-        let (most, bulge) = (greater(d, e), self.bulges[edge]);
-        if bulge == f32::INFINITY {
-            bulge
-        } else if most > 0.0 {
-            most * bulge
-        } else {
-            most
-        }
     }
 }
 
@@ -254,37 +364,14 @@ fn most_along(vectors: &[Vectors], n: Vec3) -> usize {
     0
 }
 
-/// The place of the largest number, the first of several; 0 if nothing compares.
-pub(crate) fn largest(groups: &[Lanes]) -> usize {
-    let mut most = [f32::NEG_INFINITY; LANES];
-    for group in groups {
-        for i in 0..LANES {
-            most[i] = greater(group[i], most[i]);
-        }
-    }
-    let most = greatest(&most);
-    for (g, group) in groups.iter().enumerate() {
-        if let Some(i) = first_reaching(group, most) {
-            return g * LANES + i;
-        }
-    }
-    0
-}
-
 /// The first lane that is at least `least`.
 #[inline]
 fn first_reaching(group: &Lanes, least: f32) -> Option<usize> {
-    any_reaches(group, least).then(|| group.iter().position(|d| *d >= least)).flatten()
-}
-
-/// True if some lane is at least `least`.
-#[inline]
-pub(crate) fn any_reaches(group: &Lanes, least: f32) -> bool {
     let mut any = false;
     for d in group {
         any |= *d >= least;
     }
-    any
+    any.then(|| group.iter().position(|d| *d >= least)).flatten()
 }
 
 /// The largest lane. Not inlined: the loops before it would be laid out for it, not for themselves.

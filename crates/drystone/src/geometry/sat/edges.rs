@@ -3,8 +3,10 @@
 //! Symbols: u, v normals of the two faces at an edge, d the edge's direction; R, t rotation and
 //! position of one body in the frame of the other.
 
+use fearless_simd::Simd;
+
 use crate::base::math::{Mat3, Vec3};
-use crate::base::wide::{LANES, Lanes};
+use crate::base::wide::{LANES, Lanes, Vec3w, above, at, bits, most, put, select, splat, sqrt};
 use crate::geometry::hull::{HalfEdge, Hull};
 
 /// Squared sine below which two edges count as parallel (0.3°): the axes of faces serve there.
@@ -91,45 +93,95 @@ impl EdgeOf {
     }
 }
 
-/// Eight edges of B: normals of both faces and the edge itself.
+/// Up to eight edges of one hull, in the frame of B. Lanes without one hold zeros, which nothing crosses.
 pub(super) struct EdgeGroup {
+    numbers: [usize; LANES],
+    count: usize,
+    tail: [Lanes; 3],
+    d: [Lanes; 3],
+    /// Normals of the two faces.
     u: [Lanes; 3],
     v: [Lanes; 3],
-    d: [Lanes; 3],
 }
 
 impl EdgeGroup {
-    pub(super) const fn new() -> Self {
+    /// Some of the edges `list`, given by their half-edges, or of all of them: from the `first` on.
+    #[inline(always)]
+    pub(super) fn of(hull: &Hull, list: Option<&[u16]>, first: usize) -> Self {
         let none = [[0.0; LANES]; 3];
-        Self { u: none, v: none, d: none }
+        let mut group =
+            Self { numbers: [0; LANES], count: 0, tail: none, d: none, u: none, v: none };
+        let all = list.map_or(hull.edges.len() / 2, <[u16]>::len);
+        group.count = LANES.min(all - first);
+        for lane in 0..group.count {
+            let number = list.map_or(2 * (first + lane), |l| usize::from(l[first + lane]));
+            let edge = hull.lanes.edge(number / 2);
+            group.numbers[lane] = number;
+            put(&mut group.tail, lane, edge.tail);
+            put(&mut group.d, lane, edge.d);
+            put(&mut group.u, lane, edge.normals[0]);
+            put(&mut group.v, lane, edge.normals[1]);
+        }
+        group
     }
 
-    #[inline]
-    pub(super) fn put(&mut self, lane: usize, b: &Hull, edge: usize) {
-        let (e, twin) = (b.edges[edge], b.edges[edge + 1]);
-        let (u, v) = (normal_of(b, e), normal_of(b, twin));
-        let d = b.vertices[usize::from(twin.origin)] - b.vertices[usize::from(e.origin)];
-        for k in 0..3 {
-            (self.u[k][lane], self.v[k][lane], self.d[k][lane]) = (u[k], v[k], d[k]);
+    /// Moves those of A into the frame of B.
+    #[inline(always)]
+    pub(super) fn place<S: Simd>(&mut self, simd: S, frames: &Frames) {
+        let x = Vec3w::splat(simd, frames.r.x);
+        let y = Vec3w::splat(simd, frames.r.y);
+        let z = Vec3w::splat(simd, frames.r.z);
+        let tail = Vec3w::load(simd, &self.tail);
+        let t = Vec3w::splat(simd, frames.t);
+        (x * tail.x + y * tail.y + z * tail.z + t).store(&mut self.tail);
+        for v in [&mut self.d, &mut self.u, &mut self.v] {
+            let w = Vec3w::load(simd, v);
+            (x * w.x + y * w.y + z * w.z).store(v);
         }
     }
 
-    /// Which of the arcs are crossed by that of `edge`: the first test of [`EdgeOf::against`].
-    #[inline]
-    pub(super) fn crossed_by(&self, edge: &EdgeOf) -> [bool; LANES] {
-        let dot = |a: &[Lanes; 3], v: Vec3| {
-            let mut sum = [0.0; LANES];
-            for i in 0..LANES {
-                sum[i] = a[0][i] * v.x + a[1][i] * v.y + a[2][i] * v.z;
-            }
-            sum
-        };
-        let (p, q) = (dot(&self.u, edge.d), dot(&self.v, edge.d));
-        let (r, s) = (dot(&self.d, edge.u), dot(&self.d, edge.v));
-        let mut crossed = [false; LANES];
-        for i in 0..LANES {
-            crossed[i] = (p[i] * q[i] < 0.0) & (r[i] * s[i] < 0.0) & (p[i] * r[i] > 0.0);
+    pub(super) const fn len(&self) -> usize {
+        self.count
+    }
+
+    /// The best axis of edge `i` of A with these edges of B, if it separates more than `floor`: as by
+    /// [`EdgeOf::against`], the first of equal ones.
+    #[inline(always)]
+    pub(super) fn against<S: Simd>(
+        &self,
+        simd: S,
+        a: &Self,
+        i: usize,
+        floor: f32,
+    ) -> Option<EdgeAxis> {
+        let d = Vec3w::splat(simd, at(&a.d, i));
+        let zero = splat(simd, 0.0);
+        let theirs = Vec3w::load(simd, &self.d);
+        let p = Vec3w::load(simd, &self.u).dot(d);
+        let q = Vec3w::load(simd, &self.v).dot(d);
+        let r = Vec3w::splat(simd, at(&a.u, i)).dot(theirs);
+        let s = Vec3w::splat(simd, at(&a.v, i)).dot(theirs);
+        let crossed = above(zero, p * q) & above(zero, r * s) & above(p * r, zero);
+        if bits(crossed) == 0 {
+            return None;
         }
-        crossed
+        let axis = d.cross(theirs);
+        let square = axis.dot(axis);
+        let parallel = splat(simd, PARALLEL) * d.dot(d) * theirs.dot(theirs);
+        let k = splat(simd, 1.0) / sqrt(square);
+        let normal = axis * select(above(r, zero), k, -k);
+        let from = Vec3w::splat(simd, at(&a.tail, i));
+        let separation = normal.dot(Vec3w::load(simd, &self.tail) - from);
+        let better = crossed & above(square, parallel) & above(separation, splat(simd, floor));
+        if bits(better) == 0 {
+            return None;
+        }
+        let values = select(better, separation, splat(simd, f32::NEG_INFINITY));
+        let separation = most(values);
+        let lane = bits(!above(splat(simd, separation), values)).trailing_zeros() as usize;
+        let mut lanes = [[0.0; LANES]; 3];
+        normal.store(&mut lanes);
+        let normal = at(&lanes, lane);
+        Some(EdgeAxis { a: a.numbers[i], b: self.numbers[lane], separation, normal })
     }
 }

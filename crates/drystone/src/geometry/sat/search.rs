@@ -8,13 +8,15 @@
 //! Symbols: u, v normals of the two faces at an edge, d the edge's direction; R, t rotation and
 //! position of one body in the frame of the other.
 
+use fearless_simd::Simd;
+
 use super::edges::{EdgeAxis, EdgeGroup, EdgeOf, Frames};
-use crate::base::math::{Vec3, greater, lesser};
+use crate::base::math::{Vec3, greater};
 use crate::base::pose::Pose;
-use crate::base::wide::{LANES, Lanes};
+use crate::base::wide::{LANES, Vec3w, above, bits, load, max, min, most, splat};
 use crate::geometry::clip::closest_of_segments;
 use crate::geometry::hull::Hull;
-use crate::geometry::hull::lanes::{any_reaches, largest};
+use crate::geometry::hull::lanes::EdgeList;
 use crate::geometry::manifold::PairCache;
 
 const FACE_A: u8 = 1;
@@ -24,11 +26,6 @@ const EDGES: u8 = 3;
 /// Rounding of a distance, as a part of the lengths that go into it: 2^-24 for each of about ten
 /// operations.
 const ROUNDING: f32 = 1.0e-6;
-
-/// Groups of eight planes for which bounds are kept; larger hulls are searched in full.
-const NEAR_GROUPS: usize = 16;
-/// Most edges that are listed.
-const CANDIDATES: usize = 64;
 
 /// Two hulls, each seen from the other.
 pub(super) struct Pair<'a> {
@@ -53,22 +50,33 @@ pub(super) struct FaceAxis {
 }
 
 impl FaceAxis {
-    const NONE: Self = Self { face: 0, separation: f32::NEG_INFINITY, witness: Vec3::ZERO };
+    const NONE: Self = Self::floor(f32::NEG_INFINITY);
+
+    /// Stands for any axis that separates by no more than this.
+    const fn floor(separation: f32) -> Self {
+        Self { face: 0, separation, witness: Vec3::ZERO }
+    }
 }
 
-/// The best axes of each kind.
+/// The best axes of each kind; those that cannot win may be missing.
 pub(super) struct Axes {
     pub(super) face_a: FaceAxis,
-    /// Only if it is better than that of A.
     pub(super) face_b: FaceAxis,
     /// Only if it is better than both by the slack.
     pub(super) edges: Option<EdgeAxis>,
 }
 
-/// The best faces; those that cannot win may be missing.
+/// The best faces of both, and of each hull a point of the other near the contact [its frame].
 struct Faces {
-    face_a: FaceAxis,
-    face_b: FaceAxis,
+    of: [FaceAxis; 2],
+    near: [Vec3; 2],
+}
+
+/// What the search begins with.
+enum Start {
+    /// A face of A or, if so, of B.
+    Face(bool, usize),
+    Edges(EdgeOf, EdgeAxis),
 }
 
 /// What [`Pair::search`] was asked for.
@@ -85,6 +93,7 @@ pub(super) enum Verdict {
 }
 
 impl<'a> Pair<'a> {
+    #[inline(always)]
     pub(super) fn new(a: &'a Hull, b: &'a Hull, b_in_a: &Pose) -> Self {
         let r = b_in_a.rotation.to_mat3();
         let rt = r.transpose();
@@ -98,28 +107,23 @@ impl<'a> Pair<'a> {
     /// The best axes, or the first that separates by more than `margin`. A pair of edges counts only
     /// if it is better than all faces by `slack` [m]. Begins with the axis that the last search ended
     /// with: what is below it is left out from the start, and it shows where the bodies meet.
-    pub(super) fn search(&self, margin: f32, slack: f32, cache: &mut PairCache) -> Verdict {
-        let mut near = [Near::new(), Near::new()];
+    #[inline(always)]
+    pub(super) fn search<S: Simd>(
+        &self,
+        simd: S,
+        margin: f32,
+        slack: f32,
+        cache: &mut PairCache,
+    ) -> Verdict {
         let limits = Limits { margin, slack };
-        let (i, j) = (usize::from(cache.a), usize::from(cache.b));
-        let (a, b) = (self.a.hull, self.b.hull);
-        let mut first_edges = None;
-        if cache.kind == EDGES && (i | 1) < a.edges.len() && (j | 1) < b.edges.len() {
-            let edge = EdgeOf::new(a, &self.b.frames, i & !1);
-            first_edges = edge.against(b, j & !1).map(|axis| (edge, axis));
-        }
-        let faces = match &first_edges {
-            Some((_, axis)) if axis.separation > margin => return Verdict::Apart(axis.separation),
-            Some((edge, axis)) => self.faces_from_edges(edge, axis, limits, &mut near),
-            None if cache.kind == FACE_B && j < b.planes.len() => {
-                self.faces_from_b(j, limits, &mut near)
+        let (start, known) = match self.start(simd, cache) {
+            Start::Edges(_, axis) if axis.separation > margin => {
+                return Verdict::Apart(axis.separation);
             }
-            None => {
-                let last = (cache.kind == FACE_A && i < a.planes.len()).then_some(i);
-                self.faces_from_a(last, limits, &mut near)
-            }
+            Start::Edges(edge, axis) => (Start::Edges(edge, axis), Some(axis)),
+            start @ Start::Face(..) => (start, None),
         };
-        let Faces { face_a, face_b } = faces;
+        let Faces { of: [face_a, face_b], near } = self.faces(simd, start, limits);
         if face_a.separation > margin {
             remember(cache, FACE_A, face_a.face, 0);
             return Verdict::Apart(face_a.separation);
@@ -129,21 +133,7 @@ impl<'a> Pair<'a> {
             return Verdict::Apart(face_b.separation);
         }
         let least = greater(face_a.separation, face_b.separation) + slack;
-        let known = first_edges.map(|(_, axis)| axis);
-        let floor = known.map_or(least, |x| greater(least, x.separation - self.rounding));
-        let [near_a, near_b] = &near;
-        let edges_a = near_a.edges(a, floor, self.rounding);
-        let mut edges = None;
-        if edges_a.count > 0 {
-            let edges_b = near_b.edges(b, floor, self.rounding);
-            edges = self.best_edges(margin, [edges_a.numbers(), edges_b.numbers()]);
-        }
-        if let Some(x) = known
-            && edges.is_none_or(|e| x.separation > e.separation)
-        {
-            edges = known;
-        }
-        let edges = edges.filter(|e| e.separation > least);
+        let edges = self.edges(simd, (margin, least), known, near);
         if let Some(e) = edges {
             remember(cache, EDGES, e.a, e.b);
             if e.separation > margin {
@@ -157,141 +147,155 @@ impl<'a> Pair<'a> {
         Verdict::Axes(Axes { face_a, face_b, edges })
     }
 
-    /// The best faces, beginning with a face of A: the last one, or the one that looks at B's center.
-    /// Where a face is beyond the margin the search ends. Leaves in `near` how far points of the bodies
-    /// near the contact are from the planes of the other.
-    fn faces_from_a(&self, last: Option<usize>, limits: Limits, near: &mut [Near; 2]) -> Faces {
-        let [near_a, near_b] = near;
-        let start = last.unwrap_or_else(|| {
-            near_a.measure(self.a.hull, self.a.frames.point(self.b.hull.center));
-            near_a.farthest(self.a.hull)
-        });
-        let first = self.a.first_face(start, limits.margin);
-        if first.separation > limits.margin {
-            return Faces { face_a: first, face_b: FaceAxis::NONE };
-        }
-        near_a.measure(self.a.hull, first.witness);
-        let low = [first.witness; 2];
-        let face_a = self.a.best_face(near_a, first, low, limits.margin, self.rounding);
-        if face_a.separation > limits.margin {
-            return Faces { face_a, face_b: FaceAxis::NONE };
-        }
-        if face_a.face != first.face {
-            near_a.measure(self.a.hull, face_a.witness);
-        }
-        let in_a = self.b.frames.point(self.a.own_witness(near_a, &face_a, self.rounding));
-        near_b.measure(self.b.hull, in_a);
-        let floor = FaceAxis { separation: face_a.separation, ..FaceAxis::NONE };
-        let mut face_b = self.b.best_face(near_b, floor, [in_a; 2], limits.margin, self.rounding);
-        if face_b.separation > face_a.separation {
-            // Its witnesses are nearer to the contact.
-            near_b.measure(self.b.hull, face_b.witness);
-            let in_b = self.b.own_witness(near_b, &face_b, self.rounding);
-            near_a.measure(self.a.hull, self.a.frames.point(in_b));
-        } else {
-            face_b = FaceAxis::NONE;
-        }
-        Faces { face_a, face_b }
-    }
-
-    /// The same, beginning with a face of B: only faces of A that it does not beat by the slack count.
-    fn faces_from_b(&self, last: usize, limits: Limits, near: &mut [Near; 2]) -> Faces {
-        let [near_a, near_b] = near;
-        let first = self.b.first_face(last, limits.margin);
-        if first.separation > limits.margin {
-            return Faces { face_a: FaceAxis::NONE, face_b: first };
-        }
-        near_b.measure(self.b.hull, first.witness);
-        let low = [first.witness; 2];
-        let face_b = self.b.best_face(near_b, first, low, limits.margin, self.rounding);
-        if face_b.separation > limits.margin {
-            return Faces { face_a: FaceAxis::NONE, face_b };
-        }
-        if face_b.face != first.face {
-            near_b.measure(self.b.hull, face_b.witness);
-        }
-        let in_b = self.a.frames.point(self.b.own_witness(near_b, &face_b, self.rounding));
-        near_a.measure(self.a.hull, in_b);
-        let floor = FaceAxis { separation: face_b.separation - limits.slack, ..FaceAxis::NONE };
-        let face_a = self.a.best_face(near_a, floor, [in_b; 2], limits.margin, self.rounding);
-        if face_a.separation <= floor.separation {
-            return Faces { face_a: FaceAxis::NONE, face_b };
-        }
-        if face_a.separation < face_b.separation {
-            return Faces { face_a, face_b };
-        }
-        near_a.measure(self.a.hull, face_a.witness);
-        let in_a = self.a.own_witness(near_a, &face_a, self.rounding);
-        near_b.measure(self.b.hull, self.b.frames.point(in_a));
-        Faces { face_a, face_b: FaceAxis::NONE }
-    }
-
-    /// The same, beginning with a pair of edges: only faces that it does not beat by the slack count, and
-    /// where the edges are nearest is the contact.
-    fn faces_from_edges(
-        &self,
-        edge: &EdgeOf,
-        axis: &EdgeAxis,
-        limits: Limits,
-        near: &mut [Near; 2],
-    ) -> Faces {
-        let [near_a, near_b] = near;
+    /// The axis of the last search, or else the face of A that looks at B's center.
+    #[inline(always)]
+    fn start<S: Simd>(&self, simd: S, cache: &PairCache) -> Start {
         let (a, b) = (self.a.hull, self.b.hull);
-        let ends_b =
-            [b.edges[axis.b], b.edges[axis.b + 1]].map(|e| b.vertices[usize::from(e.origin)]);
-        let ends_a = [edge.tail, edge.tail + edge.d];
-        let (on_a, on_b) = closest_of_segments(ends_a, ends_b);
-        near_a.measure(a, self.a.frames.point(on_b));
-        near_b.measure(b, on_a);
-        let floor = FaceAxis { separation: axis.separation - limits.slack, ..FaceAxis::NONE };
-        let low = [self.a.frames.point(ends_b[0]), self.a.frames.point(ends_b[1])];
-        let mut face_a = self.a.best_face(near_a, floor, low, limits.margin, self.rounding);
-        let mut face_b = FaceAxis::NONE;
-        if face_a.separation <= limits.margin {
-            let floor = FaceAxis { separation: face_a.separation, ..FaceAxis::NONE };
-            face_b = self.b.best_face(near_b, floor, ends_a, limits.margin, self.rounding);
-            if face_b.separation <= floor.separation {
-                face_b = FaceAxis::NONE;
+        let (i, j) = (usize::from(cache.a), usize::from(cache.b));
+        match cache.kind {
+            FACE_A if i < a.planes.len() => return Start::Face(false, i),
+            FACE_B if j < b.planes.len() => return Start::Face(true, j),
+            EDGES if (i | 1) < a.edges.len() && (j | 1) < b.edges.len() => {
+                let edge = EdgeOf::new(a, &self.b.frames, i & !1);
+                if let Some(axis) = edge.against(b, j & !1) {
+                    return Start::Edges(edge, axis);
+                }
+            }
+            _ => {}
+        }
+        let towards = self.a.frames.point(b.center);
+        Start::Face(false, a.lanes.farthest_face(simd, towards).0)
+    }
+
+    /// The best faces. Of the hull whose face the search begins with all count, of the other one those that beat
+    /// that; after a pair of edges, those that it does not beat by the slack. Where a face is beyond the margin the
+    /// search ends.
+    #[inline(always)]
+    fn faces<S: Simd>(&self, simd: S, start: Start, limits: Limits) -> Faces {
+        let Limits { margin, slack } = limits;
+        let of_b = matches!(start, Start::Face(true, _));
+        let (x, y) = if of_b { (&self.b, &self.a) } else { (&self.a, &self.b) };
+        let in_order = |x: FaceAxis, y: FaceAxis, near_x: Vec3, near_y: Vec3| {
+            let (of, near) = ([x, y], [near_x, near_y]);
+            if of_b {
+                Faces { of: [of[1], of[0]], near: [near[1], near[0]] }
+            } else {
+                Faces { of, near }
+            }
+        };
+        // A point of the other hull near each, the least that counts, and where lowest points may be.
+        let (mut near_x, near_y, first, low);
+        match &start {
+            Start::Face(_, face) => {
+                first = x.first_face(simd, *face, margin);
+                if first.separation > margin {
+                    return in_order(first, FaceAxis::NONE, Vec3::ZERO, Vec3::ZERO);
+                }
+                (near_x, near_y, low) = (first.witness, None, [first.witness; 2]);
+            }
+            Start::Edges(edge, axis) => {
+                let b = self.b.hull;
+                let [p, q] = [b.edges[axis.b], b.edges[axis.b + 1]];
+                let ends_b = [b.vertices[usize::from(p.origin)], b.vertices[usize::from(q.origin)]];
+                let ends_a = [edge.tail, edge.tail + edge.d];
+                let (on_a, on_b) = closest_of_segments(ends_a, ends_b);
+                near_x = x.frames.point(on_b);
+                first = FaceAxis::floor(axis.separation - slack);
+                low = [x.frames.point(ends_b[0]), x.frames.point(ends_b[1])];
+                near_y = Some((on_a, ends_a));
             }
         }
-        if face_a.separation <= floor.separation {
-            face_a = FaceAxis::NONE;
+        let (mut face_x, mut outside) =
+            x.best_face(simd, near_x, (first, low), margin, self.rounding);
+        if face_x.separation > margin {
+            return in_order(face_x, FaceAxis::NONE, near_x, Vec3::ZERO);
         }
-        Faces { face_a, face_b }
+        let handicap = if of_b { slack } else { 0.0 };
+        let floor = FaceAxis::floor(face_x.separation - handicap);
+        let (near_y, low) = near_y.unwrap_or_else(
+            #[inline(always)]
+            || {
+                if face_x.face != first.face {
+                    near_x = face_x.witness;
+                    outside = x.hull.lanes.outside(simd, near_x);
+                }
+                let own = x.own_witness(simd, (near_x, outside), &face_x, self.rounding);
+                let own = y.frames.point(own);
+                (own, [own; 2])
+            },
+        );
+        let (face_y, _) = y.best_face(simd, near_y, (floor, low), margin, self.rounding);
+        let is_better = face_y.separation > face_x.separation;
+        if matches!(start, Start::Edges(..)) {
+            if face_x.separation <= first.separation {
+                face_x = FaceAxis::NONE;
+            }
+        } else if is_better && face_y.separation <= margin {
+            // Its witnesses are nearer to the contact.
+            let near_y = face_y.witness;
+            let outside = y.hull.lanes.outside(simd, near_y);
+            let own = y.own_witness(simd, (near_y, outside), &face_y, self.rounding);
+            return in_order(face_x, face_y, x.frames.point(own), near_y);
+        }
+        let is_any = face_y.separation > floor.separation;
+        in_order(face_x, if is_any { face_y } else { FaceAxis::NONE }, near_x, near_y)
     }
 
-    /// The pair of edges that separates most; the search ends at the first beyond `margin`. `numbers`
-    /// are the half-edges of A and of B that count; `None`: all.
-    fn best_edges(&self, margin: f32, numbers: [Option<&[u16]>; 2]) -> Option<EdgeAxis> {
+    /// The pair of edges that separates most, if that is more than `least`. `known` is one of them, `near` what
+    /// decides which of them may be better.
+    #[inline(always)]
+    fn edges<S: Simd>(
+        &self,
+        simd: S,
+        (margin, least): (f32, f32),
+        known: Option<EdgeAxis>,
+        near: [Vec3; 2],
+    ) -> Option<EdgeAxis> {
+        let (a, b) = (&self.a.hull.lanes, &self.b.hull.lanes);
+        let floor = known.map_or(least, |x| greater(least, x.separation - self.rounding));
+        let bounds = (floor, self.rounding);
+        let known = known.filter(|x| x.separation > least);
+        let (mut of_a, mut of_b) = (EdgeList::EMPTY, EdgeList::EMPTY);
+        a.find_edges(simd, near[0], bounds, &mut of_a);
+        if of_a.is_empty() {
+            return known;
+        }
+        b.find_edges(simd, near[1], bounds, &mut of_b);
+        if of_b.is_empty() {
+            return known;
+        }
+        let best = self.best_edges(simd, (margin, least), [of_a.numbers(), of_b.numbers()]);
+        match (best, known) {
+            (Some(e), Some(x)) if x.separation > e.separation => known,
+            (None, _) => known,
+            _ => best,
+        }
+    }
+
+    /// The pair of edges that separates most and by more than `floor`; the search ends at the first beyond
+    /// `margin`. `lists` are the half-edges of A and of B that count; `None`: all.
+    #[inline(always)]
+    fn best_edges<S: Simd>(
+        &self,
+        simd: S,
+        (margin, floor): (f32, f32),
+        lists: [Option<&[u16]>; 2],
+    ) -> Option<EdgeAxis> {
         let (a, b) = (self.a.hull, self.b.hull);
         let count = |x: &Hull, list: Option<&[u16]>| list.map_or(x.edges.len() / 2, <[u16]>::len);
-        let number = |list: Option<&[u16]>, k: usize| list.map_or(2 * k, |l| usize::from(l[k]));
-        let [count_a, count_b] = [count(a, numbers[0]), count(b, numbers[1])];
+        let [count_a, count_b] = [count(a, lists[0]), count(b, lists[1])];
         let mut best: Option<EdgeAxis> = None;
-        if count_a == 0 {
-            return best;
-        }
-        let mut group = EdgeGroup::new();
-        for from in (0..count_b).step_by(LANES) {
-            let lanes = LANES.min(count_b - from);
-            for lane in 0..lanes {
-                group.put(lane, b, number(numbers[1], from + lane));
-            }
-            for i in 0..count_a {
-                let edge = EdgeOf::new(a, &self.b.frames, number(numbers[0], i));
-                let crossing = group.crossed_by(&edge);
-                for (lane, crosses) in crossing.into_iter().enumerate().take(lanes) {
-                    if !crosses {
-                        continue;
-                    }
-                    let Some(axis) = edge.against(b, number(numbers[1], from + lane)) else {
-                        continue;
-                    };
-                    if best.is_none_or(|x| axis.separation > x.separation) {
-                        best = Some(axis);
-                        if axis.separation > margin {
-                            return best;
-                        }
+        let mut floor = floor;
+        for from_a in (0..count_a).step_by(LANES) {
+            let mut of_a = EdgeGroup::of(a, lists[0], from_a);
+            of_a.place(simd, &self.b.frames);
+            for from_b in (0..count_b).step_by(LANES) {
+                let of_b = EdgeGroup::of(b, lists[1], from_b);
+                for i in 0..of_a.len() {
+                    let Some(axis) = of_b.against(simd, &of_a, i, floor) else { continue };
+                    (best, floor) = (Some(axis), axis.separation);
+                    if floor > margin {
+                        return best;
                     }
                 }
             }
@@ -303,206 +307,122 @@ impl<'a> Pair<'a> {
 impl Side<'_> {
     /// Separation along the normal of a face, the normal seen from the other hull, and the least of it over
     /// that one's vertices.
-    #[inline]
-    fn separation(&self, face: usize) -> (f32, Vec3, f32) {
+    #[inline(always)]
+    fn separation<S: Simd>(&self, simd: S, face: usize) -> (f32, Vec3, f32) {
         let plane = self.hull.planes[face];
         let n = self.frames.r.transpose_mul(plane.normal);
-        let least = self.other.lanes.least_along(n);
+        let least = self.other.lanes.least_along(simd, n);
         (least + plane.normal.dot(self.frames.t) - plane.offset, n, least)
     }
 
     /// The axis of a face, with the vertex that gave the least.
-    #[inline]
-    fn with_witness(&self, face: usize, separation: f32, n: Vec3, least: f32) -> FaceAxis {
-        let lowest = self.other.vertices[self.other.lanes.lowest_at(n, least)];
+    #[inline(always)]
+    fn with_witness<S: Simd>(
+        &self,
+        simd: S,
+        (face, separation): (usize, f32),
+        n: Vec3,
+        least: f32,
+    ) -> FaceAxis {
+        let lowest = self.other.vertices[self.other.lanes.lowest_at(simd, n, least)];
         FaceAxis { face, separation, witness: self.frames.point(lowest) }
     }
 
     /// The axis of the face to begin with; the witness only if that is not beyond the margin.
-    #[inline]
-    fn first_face(&self, face: usize, margin: f32) -> FaceAxis {
-        let (separation, n, least) = self.separation(face);
+    #[inline(always)]
+    fn first_face<S: Simd>(&self, simd: S, face: usize, margin: f32) -> FaceAxis {
+        let (separation, n, least) = self.separation(simd, face);
         if separation > margin {
-            return FaceAxis { face, separation, witness: Vec3::ZERO };
+            return FaceAxis { face, ..FaceAxis::floor(separation) };
         }
-        self.with_witness(face, separation, n, least)
+        self.with_witness(simd, (face, separation), n, least)
     }
 
     /// The face that separates more than `start`, most of all; else `start`. The search ends at the
-    /// first beyond `margin`. `near` holds the distances of some point of the other hull, `low` are two more.
-    fn best_face(
+    /// first beyond `margin`. `p` is some point of the other hull, `low` are two more. Also gives how far `p` is
+    /// outside the hull, if the search came to its end.
+    #[inline(always)]
+    fn best_face<S: Simd>(
         &self,
-        near: &Near,
-        start: FaceAxis,
-        low: [Vec3; 2],
+        simd: S,
+        p: Vec3,
+        (start, low): (FaceAxis, [Vec3; 2]),
         margin: f32,
         rounding: f32,
-    ) -> FaceAxis {
-        let mut best = start;
-        let mut low = low;
-        near.for_faces(self.hull, start.separation - rounding, |face, d| {
-            if d + rounding < best.separation {
-                return true;
+    ) -> (FaceAxis, f32) {
+        let (mut best, mut low) = (start, low);
+        let mut far = splat(simd, f32::NEG_INFINITY);
+        let at = Vec3w::splat(simd, p);
+        let mut left = self.hull.planes.len();
+        for (group, (n, offset)) in self.hull.lanes.planes().enumerate() {
+            let (n, offset) = (n.load(simd), load(simd, offset));
+            let d = n.dot(at) - offset;
+            far = max(d, far);
+            let floor = splat(simd, best.separation - rounding);
+            let mut near = !bits(above(floor, d)) & ((1 << left.min(LANES)) - 1);
+            left = left.saturating_sub(LANES);
+            while near != 0 {
+                // The body is no farther than any of its points.
+                let floor = splat(simd, best.separation - rounding);
+                let (v, w) = (Vec3w::splat(simd, low[0]), Vec3w::splat(simd, low[1]));
+                let bound = min(d, min(n.dot(v), n.dot(w)) - offset);
+                near &= !bits(above(floor, bound));
+                while near != 0 {
+                    let face = group * LANES + near.trailing_zeros() as usize;
+                    near &= near - 1;
+                    let (separation, n, least) = self.separation(simd, face);
+                    // Of equal ones the first, wherever the search began.
+                    if separation > best.separation
+                        || (separation >= best.separation && face < best.face)
+                    {
+                        best = self.with_witness(simd, (face, separation), n, least);
+                        low = [best.witness, low[0]];
+                        if separation > margin {
+                            return (best, f32::INFINITY);
+                        }
+                        break;
+                    }
+                }
             }
-            let plane = &self.hull.planes[face];
-            if lesser(plane.distance(low[0]), plane.distance(low[1])) + rounding < best.separation {
-                return true;
-            }
-            let (separation, n, least) = self.separation(face);
-            // Of equal ones the first, wherever the search began.
-            if separation > best.separation || (separation >= best.separation && face < best.face) {
-                best = self.with_witness(face, separation, n, least);
-                low = [best.witness, low[0]];
-            }
-            best.separation <= margin
-        });
-        best
+        }
+        (best, most(far))
     }
 
-    /// A point of the hull near the contact along a face axis: below the other's witness, which is
-    /// known by its distances `near`.
-    fn own_witness(&self, near: &Near, axis: &FaceAxis, rounding: f32) -> Vec3 {
-        let w = axis.witness;
-        if near.is_inside(self.hull, rounding) {
-            return w;
+    /// A point of the hull near the contact along a face axis: below a point of the other near it, `near`, of which
+    /// is known how far outside it is.
+    #[inline(always)]
+    fn own_witness<S: Simd>(
+        &self,
+        simd: S,
+        (near, outside): (Vec3, f32),
+        axis: &FaceAxis,
+        rounding: f32,
+    ) -> Vec3 {
+        if outside <= rounding {
+            return near;
         }
-        let below = w - self.hull.planes[axis.face].normal * axis.separation;
-        let mut at = Near::new();
-        at.measure(self.hull, below);
-        if at.is_inside(self.hull, rounding) {
+        let below = near - self.hull.planes[axis.face].normal * axis.separation;
+        if self.hull.lanes.outside(simd, below) <= rounding {
             return below;
         }
-        self.hull.vertices[self.hull.lanes.farthest_along(w - self.hull.center)]
-    }
-}
-
-/// The distances of a point of one hull from the planes of another: upper bounds of what the planes'
-/// normals can separate.
-struct Near {
-    distances: [Lanes; NEAR_GROUPS],
-    /// The planes do not fit: nothing is known.
-    overflow: bool,
-}
-
-/// The edges that may carry a contact.
-struct Candidates {
-    numbers: [u16; CANDIDATES],
-    count: usize,
-}
-
-impl Candidates {
-    /// `None`: all of them.
-    fn numbers(&self) -> Option<&[u16]> {
-        self.numbers.get(..self.count)
-    }
-}
-
-impl Near {
-    const fn new() -> Self {
-        Self { distances: [[0.0; LANES]; NEAR_GROUPS], overflow: false }
-    }
-
-    fn measure(&mut self, of: &Hull, point: Vec3) {
-        self.overflow = of.planes.len() > NEAR_GROUPS * LANES;
-        if !self.overflow {
-            of.lanes.distances(point, &mut self.distances);
-        }
-    }
-
-    /// The face of `of` farthest from the center, the first of several.
-    fn farthest(&self, of: &Hull) -> usize {
-        if self.overflow {
-            return 0;
-        }
-        largest(&self.distances[..of.planes.len().div_ceil(LANES)])
-    }
-
-    /// True if the measured point is in `of`, up to rounding.
-    fn is_inside(&self, of: &Hull, rounding: f32) -> bool {
-        let mut outside = self.overflow;
-        for group in &self.distances[..of.planes.len().div_ceil(LANES).min(NEAR_GROUPS)] {
-            for d in group {
-                outside |= *d > rounding;
-            }
-        }
-        !outside
-    }
-
-    /// Of plane `i`; infinite if not known.
-    #[inline]
-    fn at(&self, i: usize) -> f32 {
-        if self.overflow { f32::INFINITY } else { self.distances[i / LANES][i % LANES] }
-    }
-
-    /// Calls `f` for the faces of `of` whose distance is at least `floor`, in order, until it says no.
-    #[inline]
-    fn for_faces(&self, of: &Hull, floor: f32, mut f: impl FnMut(usize, f32) -> bool) {
-        let count = of.planes.len();
-        if self.overflow {
-            let _ = (0..count).all(|face| f(face, f32::INFINITY));
-            return;
-        }
-        for (g, group) in self.distances[..count.div_ceil(LANES)].iter().enumerate() {
-            if !any_reaches(group, floor) {
-                continue;
-            }
-            for (i, d) in group.iter().enumerate() {
-                let face = g * LANES + i;
-                if *d >= floor && face < count && !f(face, *d) {
-                    return;
-                }
-            }
-        }
-    }
-
-    /// Edges of `of` along which a body that contains the measured point may be separated by more than
-    /// `floor`.
-    fn edges(&self, of: &Hull, floor: f32, rounding: f32) -> Candidates {
-        let mut found = Candidates { numbers: [0; CANDIDATES], count: 0 };
-        if self.overflow {
-            found.count = CANDIDATES + 1;
-            return found;
-        }
-        // Where no edge bulges by more than the largest, one of an edge's two faces must reach this.
-        let widest = of.lanes.widest_bulge();
-        let least = if floor > 0.0 { floor / widest } else { floor } - 2.0 * rounding;
-        self.for_faces(of, least, |face, d| {
-            let first = of.face_edges[face];
-            let mut e = first;
-            loop {
-                let edge = of.edges[usize::from(e)];
-                let other = usize::from(of.edges[usize::from(e ^ 1)].face);
-                let across = self.at(other);
-                // Each edge once: at the nearer of its faces.
-                if (d > across || (d >= across && face < other))
-                    && of.lanes.edge_bound(usize::from(e / 2), d + rounding, across + rounding)
-                        >= floor
-                {
-                    if let Some(number) = found.numbers.get_mut(found.count) {
-                        *number = e & !1;
-                    }
-                    found.count += 1;
-                }
-                e = edge.next;
-                if e == first {
-                    return true;
-                }
-            }
-        });
-        found
+        self.hull.vertices[self.hull.lanes.farthest_along(near - self.hull.center)]
     }
 }
 
 #[expect(clippy::cast_possible_truncation, reason = "hulls have fewer than 2^16 features")]
+#[inline(always)]
 fn remember(cache: &mut PairCache, kind: u8, a: usize, b: usize) {
     (cache.kind, cache.a, cache.b) = (kind, a as u16, b as u16);
 }
 
 #[cfg(test)]
 mod tests {
+    use fearless_simd::dispatch;
+
     use super::{Pair, Side, Verdict};
     use crate::base::math::{Vec3, greater};
     use crate::base::pose::Pose;
+    use crate::base::wide::SimdLevel;
     use crate::geometry::collide::tests::Random;
     use crate::geometry::hull::Hull;
     use crate::geometry::manifold::PairCache;
@@ -518,6 +438,11 @@ mod tests {
             all.push(cloud(random, n, [1.0, 0.3, 0.05].into()));
         }
         all
+    }
+
+    fn search(pair: &Pair<'_>, margin: f32, slack: f32, cache: &mut PairCache) -> Verdict {
+        let level = SimdLevel::best().0;
+        dispatch!(level, simd => pair.search(simd, margin, slack, cache))
     }
 
     #[test]
@@ -542,12 +467,14 @@ mod tests {
             let t = random.direction() * ((a.reach + b.reach) * random.signed().abs());
             let pair = Pair::new(a, b, &Pose::new(t, turn));
             let everywhere = f32::INFINITY;
-            let Verdict::Axes(found) = pair.search(everywhere, 0.0, &mut PairCache::default())
-            else {
+            let found = search(&pair, everywhere, 0.0, &mut PairCache::default());
+            let Verdict::Axes(found) = found else {
                 panic!("nothing is farther apart than that");
             };
+            let level = SimdLevel::best().0;
             let most = |side: &Side<'_>| {
-                let all = (0..side.hull.planes.len()).map(|i| side.separation(i).0);
+                let all = (0..side.hull.planes.len())
+                    .map(|i| dispatch!(level, simd => side.separation(simd, i)).0);
                 all.fold(f32::NEG_INFINITY, greater)
             };
             let (of_a, of_b) = (most(&pair.a), most(&pair.b));
@@ -556,7 +483,9 @@ mod tests {
                 assert_eq!(found.face_b.separation.to_bits(), of_b.to_bits());
             }
             let of_faces = greater(of_a, of_b);
-            if let Some(best) = pair.best_edges(everywhere, [None, None])
+            let all = [None, None];
+            let limits = (everywhere, f32::NEG_INFINITY);
+            if let Some(best) = dispatch!(level, simd => pair.best_edges(simd, limits, all))
                 && best.separation > of_faces
             {
                 with_edges += 1;
@@ -596,10 +525,10 @@ mod tests {
             let by = [0.0, 0.02, 1.0][i % 3];
             let before = Pose::new(t + random.direction() * by, turn);
             let mut cache = PairCache::default();
-            let _ = Pair::new(a, b, &before).search(f32::INFINITY, slack, &mut cache);
+            let _ = search(&Pair::new(a, b, &before), f32::INFINITY, slack, &mut cache);
             let pair = Pair::new(a, b, &Pose::new(t, turn));
-            let cold = pair.search(margin, slack, &mut PairCache::default());
-            let warm = pair.search(margin, slack, &mut cache);
+            let cold = search(&pair, margin, slack, &mut PairCache::default());
+            let warm = search(&pair, margin, slack, &mut cache);
             let ((kind, separation), (other, same)) = (winner(&cold, slack), winner(&warm, slack));
             kinds[usize::from(kind)] += 1;
             if kind != 0 && other == 0 {

@@ -348,7 +348,8 @@ mod tests {
                 let reach = speculative_margin(&ctx, a, b, watch.bounces());
                 let b_in_a = x.placed(a).relative(&y.placed(b));
                 let cache = &mut PairCache::default();
-                let is_near = collide(&x.solid, &y.solid, &b_in_a, reach, cache).count > 0;
+                let is_near =
+                    collide(ctx.level, &x.solid, &y.solid, &b_in_a, reach, cache).count > 0;
                 let waits = watch.waits(margin, &bodies.tracks);
                 assert!(!(waits && is_near), "{step}: {watch:?}");
                 near += u32::from(is_near);
