@@ -1,6 +1,7 @@
 //! Bodies: one row each. Velocity and pose are written by the solver's finish and by the world only.
 
 use serde::{Deserialize, Serialize};
+use smallvec::SmallVec;
 
 use super::def::{AxisLocks, BodyKind, MassDef};
 use crate::base::grow;
@@ -37,6 +38,7 @@ impl Fineness {
 
 /// Where a body's mass came from: as [`MassDef`] says, but for what the body itself knows.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[repr(u8)]
 pub(crate) enum MassSource {
     Shapes,
     /// Its mass [kg] was given.
@@ -55,8 +57,12 @@ impl From<MassDef> for MassSource {
     }
 }
 
-/// A body. What every stage reads stands in the first cache line, the kind too, by which an empty slot
-/// is told.
+/// Rows of a body's shapes or joints. Most bodies have a few, which need no memory of their own.
+pub(crate) type Few = SmallVec<[u32; 4]>;
+
+/// A body. What every stage reads stands in the first cache line, and what tells an empty slot of the table: the
+/// compiler takes the values that one of its fields cannot have for that, of the first field with the most of them.
+/// That is [`Self::can_sleep`] as long as none has more than a `bool`: no `Vec`, no enum larger than a byte.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[repr(C, align(64))]
 pub(crate) struct Body {
@@ -107,9 +113,9 @@ pub(crate) struct Body {
     pub(crate) torque: Vec3,
 
     /// Rows of its shapes.
-    pub(crate) shapes: Vec<u32>,
+    pub(crate) shapes: Few,
     /// Rows of its joints.
-    pub(crate) joints: Vec<u32>,
+    pub(crate) joints: Few,
     /// First of its contacts: contact row × 2 + side.
     pub(crate) contacts: u32,
     /// Constraints (contacts with points, joints) that act on it; 0 is free flight.

@@ -16,10 +16,21 @@ use crate::geometry::hull::Hull;
 use crate::geometry::shape::Shape;
 use crate::geometry::solid::{Core, Solid};
 
+/// Tells a row that is there from an empty slot. Of all fields it leaves most values unused, so the compiler takes
+/// those for the slot, and not some of a field in a cache line that is not read otherwise.
+#[derive(Clone, Copy, Debug, Default)]
+#[repr(u64)]
+pub(crate) enum Here {
+    #[default]
+    Yes = 1,
+}
+
 /// A shape of a body. What the narrowphase reads of it stands in the first two cache lines.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[repr(C, align(64))]
 pub(crate) struct ShapeRow {
+    #[serde(skip)]
+    pub(crate) here: Here,
     #[serde(skip, default = "no_solid")]
     pub(crate) solid: Solid,
     /// Box in the tree: the shape's, grown [m, world].

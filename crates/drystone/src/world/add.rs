@@ -7,12 +7,12 @@ use crate::base::math::Vec3;
 use crate::base::pose::Pose;
 use crate::base::quat::Quat;
 use crate::geometry::shape::Shape;
-use crate::state::bodies::{Body, Fineness, NONE};
+use crate::state::bodies::{Body, Few, Fineness, NONE};
 use crate::state::colors::Place;
 use crate::state::coupling::{CouplingDef, check_axis};
 use crate::state::def::{BodyDef, BodyKind, DefError, JointDef, JointKind, ShapeDef, shape_suits};
 use crate::state::joints::{Joint, Link};
-use crate::state::shapes::ShapeRow;
+use crate::state::shapes::{Here, ShapeRow};
 use crate::step::context::StepContext;
 use crate::step::finalize::{fat_box, shape_box};
 use crate::step::partition;
@@ -46,8 +46,8 @@ impl World {
             step_torque: Vec3::ZERO,
             force: Vec3::ZERO,
             torque: Vec3::ZERO,
-            shapes: Vec::new(),
-            joints: Vec::new(),
+            shapes: Few::new(),
+            joints: Few::new(),
             contacts: NONE,
             constraints: 0,
             awake_row: NONE,
@@ -138,6 +138,7 @@ impl World {
         let thickness = solid.aabb(&Pose::IDENTITY).half_extents().min_element();
         let extent = solid.max_extent(centered.local_point(Vec3::ZERO));
         let id = self.tables.shapes.rows.insert(ShapeRow {
+            here: Here::Yes,
             body,
             shape: def.shape,
             solid,

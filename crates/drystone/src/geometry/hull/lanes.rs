@@ -7,9 +7,7 @@ use fearless_simd::Simd;
 
 use super::{HalfEdge, Plane};
 use crate::base::math::{Mat3, Vec3, greater, lesser, vec3};
-use crate::base::wide::{
-    LANES, Lanes, Vec3w, above, bits, least, load, max, min, most, select, splat,
-};
+use crate::base::wide::{LANES, Lanes, Vec3w, above, bits, least, load, max, min, most, splat};
 
 /// Three coordinates, eight of each.
 #[derive(Clone, Copy, Debug)]
@@ -47,12 +45,12 @@ pub(crate) struct EdgeLanes {
     pub(crate) normals: [Vectors; 2],
 }
 
-/// What bounds how far eight edges can separate: the offsets of their two faces [m], and 1 / cos of half the angle
-/// between the normals of these, infinite for opposite ones.
+/// What bounds how far eight edges can separate: the offsets of their two faces [m], and the cosine of half the angle
+/// between the normals of these.
 #[derive(Clone, Copy, Debug)]
 struct EdgeBounds {
     offsets: [Lanes; 2],
-    bulge: Lanes,
+    cos: Lanes,
 }
 
 /// An edge: its tail and how it runs [m], and the normals of its two faces.
@@ -109,18 +107,14 @@ pub(crate) struct HullLanes {
     /// Edges; the last group is filled up with the last edge.
     edges: Vec<EdgeLanes>,
     edge_bounds: Vec<EdgeBounds>,
-    widest_bulge: f32,
-    /// How many vertices, faces and edges there are.
-    counts: [usize; 3],
+    edge_count: usize,
 }
 
 impl HullLanes {
-    pub(crate) fn new(vertices: &[Vec3], planes: &[Plane], edges: &[HalfEdge]) -> Self {
-        let bulge = |pair: &[HalfEdge]| {
+    pub(crate) fn new(vertices: &[Vec3], planes: &[Plane], half_edges: &[HalfEdge]) -> Self {
+        let half_angle = |pair: &[HalfEdge]| {
             let [m, n] = [pair[0], pair[1]].map(|e| planes[usize::from(e.face)].normal);
-            // cos² of half the angle; opposite normals (a flat body) bulge without bound.
-            let square = 0.5 + 0.5 * m.dot(n);
-            if square > 1.0e-5 { 1.0 / square.sqrt() } else { f32::INFINITY }
+            greater(0.5 + 0.5 * m.dot(n), 0.0).sqrt()
         };
         let group = |chunk: &[Plane]| {
             let mut offsets = [chunk[chunk.len() - 1].offset; LANES];
@@ -130,16 +124,15 @@ impl HullLanes {
             offsets
         };
         let normals: Vec<Vec3> = planes.iter().map(|p| p.normal).collect();
-        let bulges: Vec<f32> = edges.chunks_exact(2).map(bulge).collect();
         let offset = |e: HalfEdge| planes[usize::from(e.face)].offset;
-        let bounds = |(pairs, bulges): (&[HalfEdge], &[f32])| {
-            let pair = |lane: usize| pairs.chunks_exact(2).nth(lane.min(bulges.len() - 1));
-            let side = |k: usize| core::array::from_fn(|l| pair(l).map_or(0.0, |p| offset(p[k])));
-            let bulge = core::array::from_fn(|l| bulges[l.min(bulges.len() - 1)]);
-            EdgeBounds { offsets: [side(0), side(1)], bulge }
+        let bounds = |pairs: &[HalfEdge]| {
+            // The last one fills up its group.
+            let pair = |lane: usize| &pairs[2 * lane.min(pairs.len() / 2 - 1)..][..2];
+            let side = |k: usize| core::array::from_fn(|lane| offset(pair(lane)[k]));
+            let cos = core::array::from_fn(|lane| half_angle(pair(lane)));
+            EdgeBounds { offsets: [side(0), side(1)], cos }
         };
-        let edge_bounds = edges.chunks(2 * LANES).zip(bulges.chunks(LANES)).map(bounds).collect();
-        let one_by_one = |side: usize| edges.iter().skip(side).step_by(2);
+        let one_by_one = |side: usize| half_edges.iter().skip(side).step_by(2);
         let ends = |side| {
             let ends: Vec<Vec3> =
                 one_by_one(side).map(|e| vertices[usize::from(e.origin)]).collect();
@@ -156,12 +149,11 @@ impl HullLanes {
             .collect();
         Self {
             edges,
-            widest_bulge: bulges.iter().copied().fold(1.0, greater),
             vertices: groups(vertices),
             normals: groups(&normals),
             offsets: planes.chunks(LANES).map(group).collect(),
-            edge_bounds,
-            counts: [vertices.len(), planes.len(), bulges.len()],
+            edge_bounds: half_edges.chunks(2 * LANES).map(bounds).collect(),
+            edge_count: half_edges.len() / 2,
         }
     }
 
@@ -265,8 +257,8 @@ impl HullLanes {
     /// least `floor`, up to `rounding` [m].
     ///
     /// (n · p − the hull's reach along n) over the directions n between the normals of the two faces at an edge is a
-    /// cosine along that arc, so it exceeds the nearer face's distance by no more than the bulge where it is above
-    /// zero, and not at all below.
+    /// cosine along that arc. So where it is above zero it is no more than the nearer face's distance divided by the
+    /// cosine of half the arc, and elsewhere no more than that distance.
     #[inline(always)]
     pub(crate) fn find_edges<S: Simd>(
         &self,
@@ -275,23 +267,16 @@ impl HullLanes {
         (floor, rounding): (f32, f32),
         out: &mut EdgeList,
     ) {
-        // Where no edge bulges by more than the largest, one of an edge's two faces must reach this.
-        let widest = self.widest_bulge;
-        let least = if floor > 0.0 { floor / widest } else { floor } - 2.0 * rounding;
-        let (floor, least) = (splat(simd, floor), splat(simd, least));
-        let (rounding, zero) = (splat(simd, rounding), splat(simd, 0.0));
+        let positive = splat(simd, greater(floor, 0.0));
+        let rest = splat(simd, lesser(floor, 0.0) - rounding);
         let p = Vec3w::splat(simd, p);
-        let mut left = self.counts[2];
+        let mut left = self.edge_count;
         out.count = 0;
         for (group, (edges, bounds)) in self.edges.iter().zip(&self.edge_bounds).enumerate() {
             let d = edges.normals[0].load(simd).dot(p) - load(simd, &bounds.offsets[0]);
             let e = edges.normals[1].load(simd).dot(p) - load(simd, &bounds.offsets[1]);
-            let (nearer, bulge) = (max(d, e), load(simd, &bounds.bulge));
-            let reach = nearer + rounding;
-            let bound = select(above(reach, zero), reach * bulge, reach);
-            // Opposite normals (a flat body) bulge without bound.
-            let flat = above(bulge, splat(simd, f32::MAX));
-            let mut found = bits(!above(least, nearer) & (!above(floor, bound) | flat));
+            let least = positive * load(simd, &bounds.cos) + rest;
+            let mut found = ALL & !bits(above(least, max(d, e)));
             if left < LANES {
                 found &= (1 << left) - 1;
             }

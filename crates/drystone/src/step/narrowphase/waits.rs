@@ -6,38 +6,58 @@
 
 use fearless_simd::{Simd, SimdBase};
 
+use crate::base::math::Vec3;
 use crate::base::wide::{
-    LANES, Lanes, Mask, Vec3w, Wide, above, bits, load, max, min, select, splat, sqrt,
+    LANES, Lanes, Mask, Vec3w, Wide, above, bits, gather_rows, load, max, min, select, splat, sqrt,
 };
 use crate::state::bodies::{Bodies, Body};
 use crate::state::contacts::{Probe, Watch};
 use crate::step::context::StepContext;
 
-/// What is read of eight pairs. P is the body that is larger or cannot be pushed, in whose frame Q is seen.
+/// Four numbers of each of eight pairs.
+type Rows = [[f32; 4]; LANES];
+
+/// What is read of eight pairs, as it lies in bodies: lanes transpose it. P is the body that is larger or cannot be
+/// pushed, in whose frame Q is seen.
 #[derive(Clone, Debug, Default)]
 #[repr(C, align(64))]
 struct Pairs {
-    gap: Lanes,
-    /// Center of Q less that of P, now and at the reference [world].
-    offset: [Lanes; 3],
-    offset_then: [Lanes; 3],
-    rotation_p: [Lanes; 4],
-    rotation_p_then: [Lanes; 4],
-    rotation_q: [Lanes; 4],
-    rotation_q_then: [Lanes; 4],
-    extent_q: Lanes,
-    v_p: [Lanes; 3],
-    v_q: [Lanes; 3],
-    w_a: [Lanes; 3],
-    w_b: [Lanes; 3],
-    extent_a: Lanes,
-    extent_b: Lanes,
-    /// The smaller size of the dynamic ones.
-    size: Lanes,
-    /// Both sizes together, if both are dynamic.
-    sizes: Lanes,
+    /// Center of Q less that of P, now and at the reference [world]; the gap, and the extent of Q.
+    offset: Rows,
+    offset_then: Rows,
+    rotation_p: Rows,
+    rotation_p_then: Rows,
+    rotation_q: Rows,
+    rotation_q_then: Rows,
+    /// Velocities, and the extents of A and B.
+    v_p: Rows,
+    v_q: Rows,
+    /// Angular velocities; the smaller size of the dynamic ones, and both sizes together, if both are dynamic.
+    w_a: Rows,
+    w_b: Rows,
     /// 1 where either may be stopped by an impact within the step.
     bounces: Lanes,
+}
+
+/// What [`Pairs`] has, in lanes.
+struct Seen<S: Simd> {
+    gap: Wide<S>,
+    offset: Vec3w<S>,
+    offset_then: Vec3w<S>,
+    extent_q: Wide<S>,
+    rotation_p: Turned<S>,
+    rotation_p_then: Turned<S>,
+    rotation_q: Turned<S>,
+    rotation_q_then: Turned<S>,
+    v_p: Vec3w<S>,
+    v_q: Vec3w<S>,
+    extent_a: Wide<S>,
+    extent_b: Wide<S>,
+    w_a: Vec3w<S>,
+    w_b: Vec3w<S>,
+    size: Wide<S>,
+    sizes: Wide<S>,
+    bounces: Mask<S>,
 }
 
 /// What is found out of eight pairs.
@@ -69,9 +89,10 @@ pub(super) fn look<'a, S: Simd>(
         let (a, b) = (bodies.at(watch.body_a), bodies.at(watch.body_b));
         wide.fill(lane, probe, watch.bounces(), a, b);
     }
-    let margin = wide.margin(simd, ctx);
+    let seen = wide.seen(simd);
+    let margin = seen.margin(simd, ctx);
     margin.store_array(found.reach.insert([0.0; LANES]));
-    let (moved, gap) = (wide.moved(simd), load(simd, &wide.gap));
+    let (moved, gap) = (seen.moved(simd), seen.gap);
     (gap - moved).store_array(&mut found.gap);
     // Where nothing is known, the gap is 0.
     let room = select(above(gap, margin), gap - margin, splat(simd, 0.0));
@@ -91,49 +112,80 @@ impl Pairs {
         } else {
             (probe.rotation_b, probe.rotation_a)
         };
-        let now = q.center - p.center;
-        self.gap[lane] = probe.gap;
-        for (to, v) in [
-            (&mut self.offset, now),
-            (&mut self.offset_then, then),
-            (&mut self.v_p, p.v),
-            (&mut self.v_q, q.v),
-            (&mut self.w_a, a.w),
-            (&mut self.w_b, b.w),
-        ] {
-            (to[0][lane], to[1][lane], to[2][lane]) = (v.x, v.y, v.z);
-        }
-        for (to, r) in [
-            (&mut self.rotation_p, p.rotation),
-            (&mut self.rotation_p_then, p_then),
-            (&mut self.rotation_q, q.rotation),
-            (&mut self.rotation_q_then, q_then),
-        ] {
-            (to[0][lane], to[1][lane], to[2][lane], to[3][lane]) = (r.x, r.y, r.z, r.w);
-        }
-        self.extent_q[lane] = q.extent;
-        (self.extent_a[lane], self.extent_b[lane]) = (a.extent, b.extent);
         let size_a = if dynamic_a { a.extent } else { f32::INFINITY };
         let size_b = if dynamic_b { b.extent } else { f32::INFINITY };
-        self.size[lane] = if size_a < size_b { size_a } else { size_b };
-        self.sizes[lane] = if dynamic_a && dynamic_b { a.extent + b.extent } else { 0.0 };
-        self.bounces[lane] = if bounces && dynamic_a && dynamic_b { 1.0 } else { 0.0 };
+        let size = if size_a < size_b { size_a } else { size_b };
+        let both = dynamic_a && dynamic_b;
+        self.offset[lane] = with(q.center - p.center, probe.gap);
+        self.offset_then[lane] = with(then, q.extent);
+        self.rotation_p[lane] = bytemuck::cast(p.rotation);
+        self.rotation_p_then[lane] = bytemuck::cast(p_then);
+        self.rotation_q[lane] = bytemuck::cast(q.rotation);
+        self.rotation_q_then[lane] = bytemuck::cast(q_then);
+        self.v_p[lane] = with(p.v, a.extent);
+        self.v_q[lane] = with(q.v, b.extent);
+        self.w_a[lane] = with(a.w, size);
+        self.w_b[lane] = with(b.w, if both { a.extent + b.extent } else { 0.0 });
+        self.bounces[lane] = if bounces && both { 1.0 } else { 0.0 };
     }
 
+    #[inline(always)]
+    fn seen<S: Simd>(&self, simd: S) -> Seen<S> {
+        let (offset, gap) = columns(simd, &self.offset);
+        let (offset_then, extent_q) = columns(simd, &self.offset_then);
+        let (v_p, extent_a) = columns(simd, &self.v_p);
+        let (v_q, extent_b) = columns(simd, &self.v_q);
+        let (w_a, size) = columns(simd, &self.w_a);
+        let (w_b, sizes) = columns(simd, &self.w_b);
+        Seen {
+            gap,
+            offset,
+            offset_then,
+            extent_q,
+            rotation_p: Turned::of_rows(simd, &self.rotation_p),
+            rotation_p_then: Turned::of_rows(simd, &self.rotation_p_then),
+            rotation_q: Turned::of_rows(simd, &self.rotation_q),
+            rotation_q_then: Turned::of_rows(simd, &self.rotation_q_then),
+            v_p,
+            v_q,
+            extent_a,
+            extent_b,
+            w_a,
+            w_b,
+            size,
+            sizes,
+            bounces: above(load(simd, &self.bounces), splat(simd, 0.0)),
+        }
+    }
+}
+
+/// A vector and a number.
+#[inline(always)]
+const fn with(v: Vec3, w: f32) -> [f32; 4] {
+    [v.x, v.y, v.z, w]
+}
+
+/// Eight of both.
+#[inline(always)]
+fn columns<S: Simd>(simd: S, rows: &Rows) -> (Vec3w<S>, Wide<S>) {
+    let [x, y, z, w] = gather_rows(simd, rows);
+    (Vec3w { x, y, z }, w)
+}
+
+impl<S: Simd> Seen<S> {
     /// As [`speculative_margin`](super::speculative_margin).
     #[inline(always)]
-    fn margin<S: Simd>(&self, simd: S, ctx: &StepContext) -> Wide<S> {
-        let (v_p, v_q) = (Vec3w::load(simd, &self.v_p), Vec3w::load(simd, &self.v_q));
+    fn margin(&self, simd: S, ctx: &StepContext) -> Wide<S> {
+        let (v_p, v_q) = (self.v_p, self.v_q);
         let along = v_q - v_p;
         let speed = length(along);
         let either = max(max(speed, length(v_p)), length(v_q));
-        let bounces = above(load(simd, &self.bounces), splat(simd, 0.0));
-        let speed = select(bounces, either, speed);
-        let spin_a = length(Vec3w::load(simd, &self.w_a)) * load(simd, &self.extent_a);
-        let spin_b = length(Vec3w::load(simd, &self.w_b)) * load(simd, &self.extent_b);
+        let speed = select(self.bounces, either, speed);
+        let spin_a = length(self.w_a) * self.extent_a;
+        let spin_b = length(self.w_b) * self.extent_b;
         let speed = speed + spin_a + spin_b;
         let way = splat(simd, 1.1) * speed * splat(simd, ctx.dt);
-        let (size, sizes) = (load(simd, &self.size), load(simd, &self.sizes));
+        let (size, sizes) = (self.size, self.sizes);
         let meets = self.will_meet(simd, along * splat(simd, 1.1 * ctx.dt), sizes);
         // Of what cannot be pushed there are no sizes.
         let most = select(meets, max(size, sizes), size);
@@ -142,8 +194,8 @@ impl Pairs {
 
     /// As [`will_meet`](super::will_meet).
     #[inline(always)]
-    fn will_meet<S: Simd>(&self, simd: S, way: Vec3w<S>, near: Wide<S>) -> Mask<S> {
-        let apart = Vec3w::load(simd, &self.offset);
+    fn will_meet(&self, simd: S, way: Vec3w<S>, near: Wide<S>) -> Mask<S> {
+        let apart = self.offset;
         let (zero, one) = (splat(simd, 0.0), splat(simd, 1.0));
         let ways = max(way.dot(way), splat(simd, f32::MIN_POSITIVE));
         let nearest = min(max(-apart.dot(way) / ways, zero), one);
@@ -153,15 +205,12 @@ impl Pairs {
 
     /// How far a point of Q may have come in the frame of P since the reference [m].
     #[inline(always)]
-    fn moved<S: Simd>(&self, simd: S) -> Wide<S> {
-        let p = Turned::load(simd, &self.rotation_p);
-        let p_then = Turned::load(simd, &self.rotation_p_then);
-        let q = Turned::load(simd, &self.rotation_q);
-        let q_then = Turned::load(simd, &self.rotation_q_then);
-        let shift = p.unrotate(simd, Vec3w::load(simd, &self.offset))
-            - p_then.unrotate(simd, Vec3w::load(simd, &self.offset_then));
+    fn moved(&self, simd: S) -> Wide<S> {
+        let (p, p_then) = (self.rotation_p, self.rotation_p_then);
+        let (q, q_then) = (self.rotation_q, self.rotation_q_then);
+        let shift = p.unrotate(simd, self.offset) - p_then.unrotate(simd, self.offset_then);
         let chord = p.to(q).chord(simd, p_then.to(q_then));
-        length(shift) + chord * load(simd, &self.extent_q)
+        length(shift) + chord * self.extent_q
     }
 }
 
@@ -179,9 +228,9 @@ struct Turned<S: Simd> {
 
 impl<S: Simd> Turned<S> {
     #[inline(always)]
-    fn load(simd: S, from: &[Lanes; 4]) -> Self {
-        let v = Vec3w { x: load(simd, &from[0]), y: load(simd, &from[1]), z: load(simd, &from[2]) };
-        Self { v, w: load(simd, &from[3]) }
+    fn of_rows(simd: S, rows: &Rows) -> Self {
+        let (v, w) = columns(simd, rows);
+        Self { v, w }
     }
 
     /// As [`crate::base::quat::Quat::unrotate`].

@@ -4,7 +4,7 @@ use super::glue::nearest;
 use crate::base::math::Vec3;
 use crate::base::pose::Pose;
 use crate::geometry::mass::MassProperties;
-use crate::state::bodies::{Body, Fineness, MassSource, NONE};
+use crate::state::bodies::{Body, Few, Fineness, MassSource, NONE};
 use crate::state::tables::Tables;
 use crate::world::World;
 use crate::world::mass::principal_moments;
@@ -74,8 +74,8 @@ impl World {
             step_torque: Vec3::ZERO,
             force: Vec3::ZERO,
             torque: Vec3::ZERO,
-            shapes: shapes.to_vec(),
-            joints: Vec::new(),
+            shapes: shapes.into(),
+            joints: Few::new(),
             contacts: NONE,
             constraints: 0,
             awake_row: NONE,
@@ -104,7 +104,7 @@ impl World {
             total = total.scaled_to(mass);
         }
         let body = self.tables.bodies.at_mut(row);
-        (body.shapes, body.mass_source) = (kept, mass_source);
+        (body.shapes, body.mass_source) = (kept.into(), mass_source);
         body.w_rest = Vec3::ZERO;
         self.set_mass(row, &total);
         self.refresh_extent(row);
