@@ -1,5 +1,7 @@
 //! Polygons and lines cut against a reference polygon, and the choice of four points.
 
+use smallvec::SmallVec;
+
 use super::manifold::{FeatureId, Manifold, ManifoldPoint};
 use crate::base::math::{Vec3, greater, lesser};
 use crate::base::pose::Pose;
@@ -26,41 +28,44 @@ pub(crate) struct Corner {
 }
 
 /// A convex polygon, counter-clockwise seen from outside; two corners: a line.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct Polygon {
-    corners: [Corner; MAX_CORNERS],
-    count: usize,
+    /// At most as many as have room in place: memory that nobody clears before.
+    corners: SmallVec<[Corner; MAX_CORNERS]>,
 }
 
 impl Polygon {
-    pub(crate) const fn empty() -> Self {
-        const NOTHING: Corner = Corner { p: Vec3::ZERO, id: 0, edge: 0 };
-        Self { corners: [NOTHING; MAX_CORNERS], count: 0 }
+    /// Most corners of a face.
+    pub(crate) const MOST: usize = MAX_FACE_CORNERS;
+
+    #[inline]
+    pub(crate) fn empty() -> Self {
+        Self { corners: SmallVec::new() }
     }
 
+    #[inline]
     pub(crate) fn corners(&self) -> &[Corner] {
-        &self.corners[..self.count]
+        &self.corners
     }
 
+    #[inline]
     pub(crate) fn clear(&mut self) {
-        self.count = 0;
+        self.corners.clear();
     }
 
     /// Adds corner number `number` of a face; ignored if there is no room.
     #[inline]
     pub(crate) fn add(&mut self, p: Vec3, number: u32) {
-        if self.count < MAX_FACE_CORNERS {
+        if self.corners.len() < MAX_FACE_CORNERS {
             let n = number & (PLANE - 1);
-            self.corners[self.count] = Corner { p, id: 0x00ff_f000 | n, edge: n };
-            self.count += 1;
+            self.corners.push(Corner { p, id: 0x00ff_f000 | n, edge: n });
         }
     }
 
     #[inline]
     fn push(&mut self, corner: Corner) {
-        if self.count < MAX_CORNERS {
-            self.corners[self.count] = corner;
-            self.count += 1;
+        if self.corners.len() < MAX_CORNERS {
+            self.corners.push(corner);
         }
     }
 
@@ -70,7 +75,7 @@ impl Polygon {
     }
 
     pub(crate) fn transform(&mut self, pose: &Pose) {
-        for c in &mut self.corners[..self.count] {
+        for c in &mut self.corners {
             c.p = pose.point(c.p);
         }
     }
@@ -142,7 +147,7 @@ pub(crate) fn clip(
             let length = along.length();
             let offset = side.dot(tail) + SIDE_SLACK * length * lesser(length, extent);
             let k = k & (PLANE - 1);
-            if incident.count == 2 && !in_spare {
+            if incident.corners.len() == 2 && !in_spare {
                 incident.cut_line(side, offset, k);
             } else if in_spare {
                 spare.cut(side, offset, k, incident);
@@ -155,17 +160,15 @@ pub(crate) fn clip(
         }
     }
     let kept = if in_spare { &spare } else { incident };
-    let mut points = [ManifoldPoint::default(); MAX_CORNERS];
-    let mut count = 0;
+    let mut points: SmallVec<[ManifoldPoint; MAX_CORNERS]> = SmallVec::new();
     for c in kept.corners() {
         let separation = n.dot(c.p) - reference.offset;
         if separation <= margin {
             let position = c.p - n * (0.5 * separation);
-            points[count] = ManifoldPoint { position, separation, feature: flag | c.id };
-            count += 1;
+            points.push(ManifoldPoint { position, separation, feature: flag | c.id });
         }
     }
-    reduce(&points[..count], n)
+    reduce(&points, n)
 }
 
 /// Four of many points: the deepest, the one farthest from it, and on both sides of the line

@@ -120,6 +120,9 @@ const fn kind_order(x: &Convex<'_>) -> u8 {
 
 /// The manifold of the cores with the radii added.
 fn rounded(mut m: Manifold, radius_a: f32, radius_b: f32) -> Manifold {
+    if radius_a + radius_b <= 0.0 {
+        return m;
+    }
     let middle = m.normal * (0.5 * (radius_a - radius_b));
     for p in &mut m.points[..m.count] {
         p.separation -= radius_a + radius_b;

@@ -58,6 +58,8 @@ pub struct Hull {
     pub(crate) inner: f32,
     /// Greatest distance of a vertex from the origin [m].
     pub(crate) reach: f32,
+    /// Corners of the face that has most.
+    pub(crate) longest_face: usize,
     /// The same vertices and planes eight at a time, and by how much edges bulge: for the search of
     /// separating axes.
     pub(crate) lanes: HullLanes,
@@ -175,7 +177,7 @@ impl Hull {
         let inner = planes.iter().map(|p| -p.distance(center)).fold(f32::INFINITY, lesser);
         let reach = vertices.iter().map(|v| v.length()).fold(0.0, greater);
         let lanes = HullLanes::new(&vertices, &planes, &edges);
-        Self {
+        let mut hull = Self {
             vertices,
             planes,
             face_edges,
@@ -186,7 +188,23 @@ impl Hull {
             lanes,
             cuboid: None,
             bounds,
+            longest_face: 0,
+        };
+        hull.longest_face =
+            (0..hull.face_edges.len()).map(|f| hull.corners_of(f)).max().unwrap_or(0);
+        hull
+    }
+
+    /// How many corners a face has.
+    pub(crate) fn corners_of(&self, face: usize) -> usize {
+        let first = self.face_edges[face];
+        let mut count = 1;
+        let mut e = self.edges[usize::from(first)].next;
+        while e != first && count < self.edges.len() {
+            count += 1;
+            e = self.edges[usize::from(e)].next;
         }
+        count
     }
 
     /// The box of these half extents [m].

@@ -41,9 +41,9 @@ pub(crate) fn collide_hulls(
     let of_faces = greater(axes.face_a.separation, axes.face_b.separation);
     let m = if axes.face_b.separation > axes.face_a.separation + slack {
         let a_in_b = b_in_a.inverse();
-        flip(&face_contact(b, a, &a_in_b, axes.face_b.face, margin, REFERENCE_B), b_in_a)
+        flip(&face_contact(level, b, a, &a_in_b, axes.face_b.face, margin, REFERENCE_B), b_in_a)
     } else {
-        face_contact(a, b, b_in_a, axes.face_a.face, margin, 0)
+        face_contact(level, a, b, b_in_a, axes.face_a.face, margin, 0)
     };
     if m.count > 0 { m } else { beside_the_face(a, b, b_in_a, margin, m.normal, of_faces) }
 }
@@ -58,22 +58,22 @@ fn thinness(a: &Hull, b: &Hull) -> f32 {
 pub(crate) fn face_polygon(x: &Hull, face: usize, out: &mut Polygon) {
     out.clear();
     let Some(&first) = x.face_edges.get(face) else { return };
-    let mut count = 0;
-    let mut e = first;
-    while count < x.edges.len() {
-        count += 1;
-        e = x.edges[usize::from(e)].next;
-        if e == first {
-            break;
-        }
+    let mut count = x.longest_face;
+    let mut stride = 1;
+    if count > Polygon::MOST {
+        count = x.corners_of(face);
+        stride = Polygon::stride(count);
     }
-    let stride = Polygon::stride(count);
+    let mut e = first;
     for k in 0..count {
         let edge = x.edges[usize::from(e)];
         if k % stride == 0 {
             out.add(x.vertices[usize::from(edge.origin)], u32::from(edge.origin));
         }
         e = edge.next;
+        if e == first {
+            break;
+        }
     }
 }
 
@@ -85,6 +85,7 @@ pub(crate) fn face_along(x: &Hull, direction: Vec3) -> usize {
 
 /// Contact of face `face` of A with the face of B that looks at it most.
 fn face_contact(
+    level: Level,
     a: &Hull,
     b: &Hull,
     b_in_a: &Pose,
@@ -94,7 +95,8 @@ fn face_contact(
 ) -> Manifold {
     let plane = a.planes[face];
     let n = plane.normal;
-    let incident_face = face_along(b, -b_in_a.local_direction(n));
+    let against = -b_in_a.local_direction(n);
+    let incident_face = dispatch!(level, simd => b.lanes.face_along_in(simd, against));
     let (mut reference, mut incident) = (Polygon::empty(), Polygon::empty());
     face_polygon(a, face, &mut reference);
     face_polygon(b, incident_face, &mut incident);

@@ -311,6 +311,24 @@ impl HullLanes {
         most_along(&self.vertices, n)
     }
 
+    /// As [`Self::face_along`], in a kernel.
+    #[inline(always)]
+    pub(crate) fn face_along_in<S: Simd>(&self, simd: S, n: Vec3) -> usize {
+        let n = Vec3w::splat(simd, n);
+        let mut far = splat(simd, f32::NEG_INFINITY);
+        for v in &self.normals {
+            far = max(n.dot(v.load(simd)), far);
+        }
+        let far = splat(simd, most(far));
+        for (group, v) in self.normals.iter().enumerate() {
+            let first = ALL & !bits(above(far, n.dot(v.load(simd))));
+            if first != 0 {
+                return group * LANES + first.trailing_zeros() as usize;
+            }
+        }
+        0
+    }
+
     /// The face whose normal is most along `n`, the first of several.
     #[inline]
     pub(crate) fn face_along(&self, n: Vec3) -> usize {
