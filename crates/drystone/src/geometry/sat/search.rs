@@ -511,6 +511,31 @@ mod tests {
     }
 
     #[test]
+    fn every_simd_level_finds_the_same_bits() {
+        let mut random = Random(5);
+        let hulls = hulls(&mut random);
+        let mut kinds = [0; 4];
+        for i in 0..2000_usize {
+            let (a, b) = (&hulls[i % hulls.len()], &hulls[(i / hulls.len()) % hulls.len()]);
+            let turn = random.rotation();
+            let t = random.direction() * ((a.reach + b.reach) * random.signed().abs());
+            let pair = Pair::new(a, b, &Pose::new(t, turn));
+            let found = SimdLevel::available().into_iter().map(|SimdLevel(level)| {
+                let mut cache = PairCache::default();
+                let found = dispatch!(level, simd => pair.search(simd, 0.02, 1.0e-3, &mut cache));
+                let gap = if let Verdict::Apart(gap) = found { gap } else { 0.0 };
+                let (kind, separation) = winner(&found, 1.0e-3);
+                (kind, separation.to_bits(), gap.to_bits(), cache.kind, cache.a, cache.b)
+            });
+            let mut found: Vec<_> = found.collect();
+            kinds[usize::from(found[0].0)] += 1;
+            found.dedup();
+            assert_eq!(found.len(), 1, "{i}: {found:?}");
+        }
+        assert!(kinds.iter().all(|n| *n > 100), "{kinds:?}");
+    }
+
+    #[test]
     fn where_the_search_begins_does_not_show_in_what_it_finds() {
         let mut random = Random(31);
         let hulls = hulls(&mut random);
