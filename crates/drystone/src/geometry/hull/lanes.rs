@@ -227,19 +227,19 @@ impl HullLanes {
         0
     }
 
-    /// The face from which `p` is farthest [local], the first of several, and how far it is [m]; negative inside.
+    /// The face from which `p` is farthest [local], the first of several.
     #[inline(always)]
-    pub(crate) fn farthest_face<S: Simd>(&self, simd: S, p: Vec3) -> (usize, f32) {
-        let farthest = self.outside(simd, p);
-        let (p, reach) = (Vec3w::splat(simd, p), splat(simd, farthest));
+    pub(crate) fn farthest_face<S: Simd>(&self, simd: S, p: Vec3) -> usize {
+        let reach = splat(simd, self.outside(simd, p));
+        let p = Vec3w::splat(simd, p);
         for (group, (n, offset)) in self.planes().enumerate() {
             let d = n.load(simd).dot(p) - load(simd, offset);
             let first = ALL & !bits(above(reach, d));
             if first != 0 {
-                return (group * LANES + first.trailing_zeros() as usize, farthest);
+                return group * LANES + first.trailing_zeros() as usize;
             }
         }
-        (0, farthest)
+        0
     }
 
     /// How far `p` is from the face from which it is farthest [m]; negative inside.

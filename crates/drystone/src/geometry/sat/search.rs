@@ -164,7 +164,7 @@ impl<'a> Pair<'a> {
             _ => {}
         }
         let towards = self.a.frames.point(b.center);
-        Start::Face(false, a.lanes.farthest_face(simd, towards).0)
+        Start::Face(false, a.lanes.farthest_face(simd, towards))
     }
 
     /// The best faces. Of the hull whose face the search begins with all count, of the other one those that beat
