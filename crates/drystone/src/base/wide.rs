@@ -109,6 +109,15 @@ pub(crate) fn bits_up_to_zero(numbers: &Lanes) -> u32 {
     numbers.iter().enumerate().fold(0, |bits, (i, x)| bits | u32::from(*x <= 0.0) << i)
 }
 
+/// One bit for each lane.
+pub(crate) const ALL: u32 = (1 << LANES) - 1;
+
+/// One bit for each lane in use of group `group`, where `count` items stand in groups of lanes.
+#[inline(always)]
+pub(crate) fn lanes_in_use(count: usize, group: usize) -> u32 {
+    (1 << (count - group * LANES).min(LANES)) - 1
+}
+
 /// One bit for each lane that is set, lane 0 the lowest.
 #[inline(always)]
 pub(crate) fn bits<S: Simd>(mask: Mask<S>) -> u32 {

@@ -35,9 +35,6 @@ pub(crate) struct Polygon {
 }
 
 impl Polygon {
-    /// Most corners of a face.
-    pub(crate) const MOST: usize = MAX_FACE_CORNERS;
-
     #[inline]
     pub(crate) fn empty() -> Self {
         Self { corners: SmallVec::new() }

@@ -59,8 +59,8 @@ pub(crate) fn face_polygon(x: &Hull, face: usize, out: &mut Polygon) {
     out.clear();
     let Some(&first) = x.face_edges.get(face) else { return };
     let mut count = x.longest_face;
-    let mut stride = 1;
-    if count > Polygon::MOST {
+    let mut stride = Polygon::stride(count);
+    if stride > 1 {
         count = x.corners_of(face);
         stride = Polygon::stride(count);
     }
@@ -95,8 +95,8 @@ fn face_contact(
 ) -> Manifold {
     let plane = a.planes[face];
     let n = plane.normal;
-    let against = -b_in_a.local_direction(n);
-    let incident_face = dispatch!(level, simd => b.lanes.face_along_in(simd, against));
+    let seen = b_in_a.local_direction(n);
+    let incident_face = dispatch!(level, simd => b.lanes.face_against(simd, seen));
     let (mut reference, mut incident) = (Polygon::empty(), Polygon::empty());
     face_polygon(a, face, &mut reference);
     face_polygon(b, incident_face, &mut incident);

@@ -7,7 +7,9 @@ use fearless_simd::Simd;
 
 use super::{HalfEdge, Plane};
 use crate::base::math::{Mat3, Vec3, greater, lesser, vec3};
-use crate::base::wide::{LANES, Lanes, Vec3w, above, bits, least, load, max, min, most, splat};
+use crate::base::wide::{
+    ALL, LANES, Lanes, Vec3w, above, bits, lanes_in_use, least, load, max, min, most, splat,
+};
 
 /// Three coordinates, eight of each.
 #[derive(Clone, Copy, Debug)]
@@ -92,9 +94,6 @@ impl EdgeList {
         self.numbers.get(..self.count)
     }
 }
-
-/// One bit for each lane.
-const ALL: u32 = (1 << LANES) - 1;
 
 /// See the module.
 #[derive(Clone, Debug)]
@@ -206,25 +205,25 @@ impl HullLanes {
     /// The least of `n` · v over the vertices.
     #[inline(always)]
     pub(crate) fn least_along<S: Simd>(&self, simd: S, n: Vec3) -> f32 {
-        let n = Vec3w::splat(simd, n);
-        let mut low = splat(simd, f32::INFINITY);
-        for v in &self.vertices {
-            low = min(n.dot(v.load(simd)), low);
-        }
-        least(low)
+        least_along(simd, &self.vertices, n)
     }
 
     /// The first vertex whose `n` · v is `least`, as [`Self::least_along`] found it.
     #[inline(always)]
     pub(crate) fn lowest_at<S: Simd>(&self, simd: S, n: Vec3, least: f32) -> usize {
-        let (n, least) = (Vec3w::splat(simd, n), splat(simd, least));
-        for (group, v) in self.vertices.iter().enumerate() {
-            let lowest = ALL & !bits(above(n.dot(v.load(simd)), least));
-            if lowest != 0 {
-                return group * LANES + lowest.trailing_zeros() as usize;
-            }
-        }
-        0
+        lowest_at(simd, &self.vertices, n, least)
+    }
+
+    /// The vertex that is least along `n`, the first of several.
+    #[inline(always)]
+    pub(crate) fn lowest_vertex<S: Simd>(&self, simd: S, n: Vec3) -> usize {
+        self.lowest_at(simd, n, self.least_along(simd, n))
+    }
+
+    /// The face whose normal is most opposite to `n`, the first of several.
+    #[inline(always)]
+    pub(crate) fn face_against<S: Simd>(&self, simd: S, n: Vec3) -> usize {
+        lowest_at(simd, &self.normals, n, least_along(simd, &self.normals, n))
     }
 
     /// The face from which `p` is farthest [local], the first of several.
@@ -270,17 +269,12 @@ impl HullLanes {
         let positive = splat(simd, greater(floor, 0.0));
         let rest = splat(simd, lesser(floor, 0.0) - rounding);
         let p = Vec3w::splat(simd, p);
-        let mut left = self.edge_count;
         out.count = 0;
         for (group, (edges, bounds)) in self.edges.iter().zip(&self.edge_bounds).enumerate() {
             let d = edges.normals[0].load(simd).dot(p) - load(simd, &bounds.offsets[0]);
             let e = edges.normals[1].load(simd).dot(p) - load(simd, &bounds.offsets[1]);
             let least = positive * load(simd, &bounds.cos) + rest;
-            let mut found = ALL & !bits(above(least, max(d, e)));
-            if left < LANES {
-                found &= (1 << left) - 1;
-            }
-            left = left.saturating_sub(LANES);
+            let mut found = !bits(above(least, max(d, e))) & lanes_in_use(self.edge_count, group);
             while found != 0 {
                 let edge = group * LANES + found.trailing_zeros() as usize;
                 found &= found - 1;
@@ -311,29 +305,35 @@ impl HullLanes {
         most_along(&self.vertices, n)
     }
 
-    /// As [`Self::face_along`], in a kernel.
-    #[inline(always)]
-    pub(crate) fn face_along_in<S: Simd>(&self, simd: S, n: Vec3) -> usize {
-        let n = Vec3w::splat(simd, n);
-        let mut far = splat(simd, f32::NEG_INFINITY);
-        for v in &self.normals {
-            far = max(n.dot(v.load(simd)), far);
-        }
-        let far = splat(simd, most(far));
-        for (group, v) in self.normals.iter().enumerate() {
-            let first = ALL & !bits(above(far, n.dot(v.load(simd))));
-            if first != 0 {
-                return group * LANES + first.trailing_zeros() as usize;
-            }
-        }
-        0
-    }
-
     /// The face whose normal is most along `n`, the first of several.
     #[inline]
     pub(crate) fn face_along(&self, n: Vec3) -> usize {
         most_along(&self.normals, n)
     }
+}
+
+/// The least of `n` · v.
+#[inline(always)]
+fn least_along<S: Simd>(simd: S, vectors: &[Vectors], n: Vec3) -> f32 {
+    let n = Vec3w::splat(simd, n);
+    let mut low = splat(simd, f32::INFINITY);
+    for v in vectors {
+        low = min(n.dot(v.load(simd)), low);
+    }
+    least(low)
+}
+
+/// The first whose `n` · v is `least`, as [`least_along`] found it.
+#[inline(always)]
+fn lowest_at<S: Simd>(simd: S, vectors: &[Vectors], n: Vec3, least: f32) -> usize {
+    let (n, least) = (Vec3w::splat(simd, n), splat(simd, least));
+    for (group, v) in vectors.iter().enumerate() {
+        let lowest = ALL & !bits(above(n.dot(v.load(simd)), least));
+        if lowest != 0 {
+            return group * LANES + lowest.trailing_zeros() as usize;
+        }
+    }
+    0
 }
 
 fn groups(vectors: &[Vec3]) -> Vec<Vectors> {

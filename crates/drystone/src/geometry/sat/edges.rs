@@ -7,7 +7,8 @@ use fearless_simd::Simd;
 
 use crate::base::math::{Mat3, Vec3};
 use crate::base::wide::{LANES, Lanes, Vec3w, above, at, bits, most, put, select, splat, sqrt};
-use crate::geometry::hull::{HalfEdge, Hull};
+use crate::geometry::hull::Hull;
+use crate::geometry::hull::lanes::Edge;
 
 /// Squared sine below which two edges count as parallel (0.3°): the axes of faces serve there.
 pub(in crate::geometry) const PARALLEL: f32 = 2.5e-5;
@@ -36,10 +37,6 @@ pub(super) struct EdgeAxis {
     pub(super) normal: Vec3,
 }
 
-fn normal_of(x: &Hull, e: HalfEdge) -> Vec3 {
-    x.planes[usize::from(e.face)].normal
-}
-
 /// An edge of A with what the test against edges of B needs, in the frame of B.
 pub(super) struct EdgeOf {
     edge: usize,
@@ -52,15 +49,13 @@ pub(super) struct EdgeOf {
 impl EdgeOf {
     #[inline]
     pub(super) fn new(a: &Hull, a_frames: &Frames, edge: usize) -> Self {
-        let (e, twin) = (a.edges[edge], a.edges[edge + 1]);
-        let tail = a.vertices[usize::from(e.origin)];
-        let head = a.vertices[usize::from(twin.origin)];
+        let Edge { tail, d, normals: [u, v] } = a.lanes.edge(edge / 2);
         Self {
             edge,
-            tail: a_frames.r * tail + a_frames.t,
-            d: a_frames.r * (head - tail),
-            u: a_frames.r * normal_of(a, e),
-            v: a_frames.r * normal_of(a, twin),
+            tail: a_frames.point(tail),
+            d: a_frames.r * d,
+            u: a_frames.r * u,
+            v: a_frames.r * v,
         }
     }
 
@@ -69,14 +64,11 @@ impl EdgeOf {
     /// arcs cross iff pq < 0, (u·d')(v·d') < 0 and p (u·d') > 0; then A's outward axis is
     /// sign(u·d') d × d'.
     pub(super) fn against(&self, b: &Hull, edge_b: usize) -> Option<EdgeAxis> {
-        let (e, twin) = (b.edges[edge_b], b.edges[edge_b + 1]);
-        let p = normal_of(b, e).dot(self.d);
-        let q = normal_of(b, twin).dot(self.d);
+        let Edge { tail, d, normals: [u, v] } = b.lanes.edge(edge_b / 2);
+        let (p, q) = (u.dot(self.d), v.dot(self.d));
         if p * q >= 0.0 {
             return None;
         }
-        let tail = b.vertices[usize::from(e.origin)];
-        let d = b.vertices[usize::from(twin.origin)] - tail;
         let (r, s) = (self.u.dot(d), self.v.dot(d));
         if !(r * s < 0.0 && p * r > 0.0) {
             return None;

@@ -13,7 +13,7 @@ use fearless_simd::Simd;
 use super::edges::{EdgeAxis, EdgeGroup, EdgeOf, Frames};
 use crate::base::math::{Vec3, greater};
 use crate::base::pose::Pose;
-use crate::base::wide::{LANES, Vec3w, above, bits, load, max, min, most, splat};
+use crate::base::wide::{LANES, Vec3w, above, bits, lanes_in_use, load, max, min, most, splat};
 use crate::geometry::clip::closest_of_segments;
 use crate::geometry::hull::Hull;
 use crate::geometry::hull::lanes::EdgeList;
@@ -353,14 +353,13 @@ impl Side<'_> {
         let (mut best, mut low) = (start, low);
         let mut far = splat(simd, f32::NEG_INFINITY);
         let at = Vec3w::splat(simd, p);
-        let mut left = self.hull.planes.len();
         for (group, (n, offset)) in self.hull.lanes.planes().enumerate() {
             let (n, offset) = (n.load(simd), load(simd, offset));
             let d = n.dot(at) - offset;
             far = max(d, far);
             let floor = splat(simd, best.separation - rounding);
-            let mut near = !bits(above(floor, d)) & ((1 << left.min(LANES)) - 1);
-            left = left.saturating_sub(LANES);
+            let in_use = lanes_in_use(self.hull.planes.len(), group);
+            let mut near = !bits(above(floor, d)) & in_use;
             while near != 0 {
                 // The body is no farther than any of its points.
                 let floor = splat(simd, best.separation - rounding);
@@ -405,7 +404,7 @@ impl Side<'_> {
         if self.hull.lanes.outside(simd, below) <= rounding {
             return below;
         }
-        self.hull.vertices[self.hull.lanes.farthest_along(near - self.hull.center)]
+        self.hull.vertices[self.hull.lanes.lowest_vertex(simd, self.hull.center - near)]
     }
 }
 

@@ -7,7 +7,7 @@ use super::placed::Row;
 use crate::base::aabb::Aabb;
 use crate::base::math::{Vec3, greater, lesser};
 use crate::base::wide::{
-    LANES, Vec3w, Wide, above, bits, least, load, max, min, prefetch, select, splat, sqrt,
+    ALL, LANES, Vec3w, Wide, above, bits, least, load, max, min, prefetch, select, splat, sqrt,
 };
 use crate::geometry::mesh::{Mesh, Pack, Window};
 
@@ -152,7 +152,6 @@ pub(super) fn find<S: Simd>(
 /// apart along the solid's way.
 #[inline(always)]
 fn test<S: Simd>(simd: S, pack: &Pack, solid: &Outline<'_>, reach: &Reach) -> (Wide<S>, Wide<S>) {
-    const ALL: u32 = (1 << LANES) - 1;
     let zero = splat(simd, 0.0);
     let rest = splat(simd, reach.rest);
     let mut apart = splat(simd, f32::NEG_INFINITY);

@@ -7,8 +7,8 @@ use crate::base::aabb::Aabb;
 use crate::base::math::{Mat3, Vec3, greater, vec3};
 use crate::base::pose::Pose;
 use crate::base::wide::{
-    LANES, Lanes, Mask, Vec3w, Wide, above, bits, least, load, max, min, most, scatter4, select,
-    splat, sqrt,
+    ALL, LANES, Lanes, Mask, Vec3w, Wide, above, bits, lanes_in_use, least, load, max, min, most,
+    scatter4, select, splat, sqrt,
 };
 use crate::geometry::hull::{HalfEdge, Hull, Plane};
 
@@ -192,7 +192,7 @@ impl<'a> PlacedHull<'a> {
             let (height, beyond) = (up.dot(to), outward.dot(to));
             low = min(low, max(height, height * cos) + max(beyond, zero) * sin);
         }
-        bits(above(low, splat(simd, limit))) != (1 << LANES) - 1
+        bits(above(low, splat(simd, limit))) != ALL
     }
 
     /// Groups of faces.
@@ -202,8 +202,7 @@ impl<'a> PlacedHull<'a> {
 
     /// One bit for each face of a group.
     pub(super) fn faces_in(&self, group: usize) -> u32 {
-        let count = self.space.planes.len() - group * LANES;
-        (1 << count.min(LANES)) - 1
+        lanes_in_use(self.space.planes.len(), group)
     }
 
     /// How far the triangle is from each of eight faces [m].
@@ -252,7 +251,7 @@ impl<'a> PlacedHull<'a> {
                 let d = outward.dot(v - Vec3w::splat(simd, triangle.corners[k]));
                 outside = max(outside, d);
             }
-            let mut over = !bits(above(zero, apart) | above(outside, zero)) & ((1 << LANES) - 1);
+            let mut over = !bits(above(zero, apart) | above(outside, zero)) & ALL;
             if over == 0 {
                 continue;
             }
@@ -330,7 +329,7 @@ impl<'a> PlacedHull<'a> {
             let v = Vec3w::load(simd, &edges.normals[1]);
             // Opposite the normals at right angles to `along` lies none of those at this edge.
             let aside = above(u.dot(along) * v.dot(along), zero);
-            if bits(aside) == (1 << LANES) - 1 {
+            if bits(aside) == ALL {
                 continue;
             }
             let d = Vec3w::load(simd, &edges.along);
