@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use fearless_simd::{Level, dispatch};
+use fearless_simd::Simd;
 
 use super::hull::Hull;
 use super::mesh::Mesh;
@@ -109,12 +109,13 @@ impl Solid {
         sharp.grown(self.radius)
     }
 
-    /// As [`Self::aabb`], bit by bit, with the lanes of `level`.
-    pub(crate) fn aabb_with(&self, level: Level, pose: &Pose) -> Aabb {
+    /// As [`Self::aabb`], bit by bit, with the lanes of the machine.
+    #[inline(always)]
+    pub(crate) fn aabb_with<S: Simd>(&self, simd: S, pose: &Pose) -> Aabb {
         match &self.core {
             Core::Hull(hull) if hull.cuboid.is_none() => {
                 let turn = pose.rotation.to_mat3();
-                let (min, max) = dispatch!(level, simd => hull.lanes.turned_bounds(simd, &turn));
+                let (min, max) = hull.lanes.turned_bounds(simd, &turn);
                 Aabb::new(pose.position + min, pose.position + max).grown(self.radius)
             }
             _ => self.aabb(pose),

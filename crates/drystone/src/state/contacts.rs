@@ -319,7 +319,7 @@ impl Contacts {
         let contact = self.at(row);
         if !contact.is_part {
             let (place, bounces) = (contact.probe.get() as usize, contact.restitution > 0.0);
-            self.watched.watches[place].row = row * 2 + u32::from(bounces);
+            self.watched.watches[place].set_bounces(bounces);
         }
     }
 

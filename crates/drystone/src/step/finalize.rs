@@ -3,6 +3,8 @@
 //! Reads: solver lines. Writes: bodies (pose, velocity, timers, ways), shapes and bounds (boxes). Runs:
 //! parallel over awake bodies; the tree is refitted in parallel when much has moved.
 
+use fearless_simd::{Simd, dispatch};
+
 use super::context::StepContext;
 use super::sleep::freeze;
 use super::solver;
@@ -64,9 +66,11 @@ pub(crate) fn advance_poses(
     let Scratch { notes, boxes, slack } = scratch;
     let Bodies { rows, awake, tracks, .. } = bodies;
     let tracks = Rows::new(tracks);
-    let bodies = Rows::new(rows.values_mut());
-    let table = Rows::new(shapes.rows.values_mut());
-    let least = grain(jobs, awake.len(), 64);
+    let (rows, table) = (rows.values_mut(), shapes.rows.values_mut());
+    // Fewer bodies are as much work, if they have many shapes.
+    let each = table.len() / rows.len().max(1);
+    let (bodies, table) = (Rows::new(rows), Rows::new(table));
+    let least = grain(jobs, awake.len(), FLOCK / each.clamp(1, 4));
     collect_ranges(jobs, awake.len(), least, notes, |_, range, out| {
         let mut still = false;
         for flock in awake[range].chunks(FLOCK) {
@@ -91,14 +95,7 @@ pub(crate) fn advance_poses(
                     continue;
                 }
                 body.flies = body.is_dynamic() && flies(body, ctx);
-                body.room = f32::INFINITY;
-                for i in 0..body.shapes.len() {
-                    if let Some(shape) = table.row(body.shapes[i] as usize)
-                        && fit(shape, body, flew, ctx)
-                    {
-                        out.push(Note::Escaped(body.shapes[i], shape.fat));
-                    }
-                }
+                dispatch!(ctx.level, simd => fit_all(simd, body, flew, ctx, &table, out));
             }
         }
         if still {
@@ -131,18 +128,30 @@ fn most_moved(body: &Body, center: Vec3, rotation: Quat) -> f32 {
     (body.center - center).length() + 2.1 * chord * body.extent
 }
 
-/// Gives a shape a new box if it may leave the one it has in this step or the next, or it was one for a
-/// step only; true if so. Takes down how much room there is.
-fn fit(shape: &mut ShapeRow, body: &mut Body, flew: bool, ctx: &StepContext) -> bool {
-    let tight = tight_box(shape, body, ctx);
-    let fits = ahead(&tight, body, ctx);
-    let escaped = flew || !shape.fat.contains(&fits);
-    if escaped {
-        shape.fat = fat_box(&fits, body, ctx);
+/// Sees to it that the shapes of a body fit into their boxes, and works out how much room all of them have.
+#[inline(always)]
+fn fit_all<S: Simd>(
+    simd: S,
+    body: &mut Body,
+    flew: bool,
+    ctx: &StepContext,
+    shapes: &Rows<'_, Option<ShapeRow>>,
+    out: &mut Vec<Note>,
+) {
+    let mut room = f32::INFINITY;
+    for row in &body.shapes {
+        let Some(shape) = shapes.row(*row as usize) else { continue };
+        let tight = tight_box(simd, shape, body, ctx);
+        let fits = ahead(&tight, body, ctx);
+        // It may leave its box in this step or the next, or that was one for a step only.
+        if flew || !shape.fat.contains(&fits) {
+            shape.fat = fat_box(&fits, body, ctx);
+            out.push(Note::Escaped(*row, shape.fat));
+        }
+        let (low, high) = (tight.min - shape.fat.min, shape.fat.max - tight.max);
+        room = room.min(low.min(high).min_element());
     }
-    let (low, high) = (tight.min - shape.fat.min, shape.fat.max - tight.max);
-    body.room = body.room.min(low.min(high).min_element());
-    escaped
+    body.room = room;
 }
 
 /// How far a body moves in a step [m], but no farther along an axis than its size: contacts are not looked
@@ -156,9 +165,10 @@ fn reach(body: &Body, ctx: &StepContext) -> Vec3 {
 
 /// The box of a shape with the contact margin; of one that turns far in the step the box of all that it
 /// may sweep.
-fn tight_box(shape: &ShapeRow, body: &Body, ctx: &StepContext) -> Aabb {
+#[inline(always)]
+fn tight_box<S: Simd>(simd: S, shape: &ShapeRow, body: &Body, ctx: &StepContext) -> Aabb {
     let pose = shape.placed(body);
-    let tight = shape.solid.aabb_with(ctx.level, &pose).grown(0.5 * ctx.margin);
+    let tight = shape.solid.aabb_with(simd, &pose).grown(0.5 * ctx.margin);
     if body.w.length_squared() * (ctx.dt * ctx.dt) < FAR_TURN * FAR_TURN {
         return tight;
     }
@@ -170,6 +180,7 @@ fn tight_box(shape: &ShapeRow, body: &Body, ctx: &StepContext) -> Aabb {
 const FAR_TURN: f32 = 0.5;
 
 /// A box and where it will be in a step.
+#[inline(always)]
 fn ahead(tight: &Aabb, body: &Body, ctx: &StepContext) -> Aabb {
     let step = reach(body, ctx);
     tight.union(&Aabb::new(tight.min + step, tight.max + step))
@@ -177,7 +188,8 @@ fn ahead(tight: &Aabb, body: &Body, ctx: &StepContext) -> Aabb {
 
 /// The box that a shape needs: its own with the contact margin, reaching as far as it moves in a step.
 pub(crate) fn shape_box(shapes: &Shapes, shape: u32, body: &Body, ctx: &StepContext) -> Aabb {
-    ahead(&tight_box(shapes.at(shape), body, ctx), body, ctx)
+    let tight = dispatch!(ctx.level, simd => tight_box(simd, shapes.at(shape), body, ctx));
+    ahead(&tight, body, ctx)
 }
 
 /// Room around a box [m].

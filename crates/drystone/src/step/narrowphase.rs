@@ -205,23 +205,38 @@ impl Pairs<'_> {
         *line = Line { coming: Near::default(), ready: line.coming, due, at_hand: line.due };
     }
 
-    /// Looks closely at the pairs of a group; gives those that are due.
+    /// Looks closely at the pairs of a group, but for those of meshes, of which the shape's motion tells more than that of
+    /// its body; gives those that are due.
     fn look_at(&self, group: &Near) -> Due {
         let tracks = &self.bodies.tracks;
+        let mut close = Near::default();
+        for k in group.pairs() {
+            if !self.watches.read(*k).has_parts() {
+                close.add(*k);
+            }
+        }
+        let mut found = waits::Found::default();
+        if close.len > 0 {
+            found = dispatch!(self.ctx.level, simd => {
+                let pairs = close.pairs().iter().map(|k| (self.watches.read(*k), self.probes.read(*k)));
+                waits::look(simd, self.ctx, self.bodies, pairs)
+            });
+        }
         let mut due = Due::default();
-        let found = dispatch!(self.ctx.level, simd => {
-            let pairs = group.pairs().iter().map(|k| (self.watches.read(*k), self.probes.read(*k)));
-            waits::look(simd, self.ctx, self.bodies, pairs)
-        });
-        for (lane, k) in group.pairs().iter().enumerate() {
+        let mut lanes = 0..LANES;
+        for k in group.pairs() {
             let watch = self.watches.row(*k);
-            if found.due >> lane & 1 == 0 {
+            let lane = if watch.has_parts() { None } else { lanes.next() };
+            if let Some(lane) = lane
+                && found.due >> lane & 1 == 0
+            {
                 watch.open(found.gap[lane], tracks);
                 continue;
             }
             watch.close(tracks);
             self.slots.prefetch(watch.row() as usize, Contact::CACHE_LINES);
-            due.add((*k, found.reach.map(|reach| reach[lane])));
+            let reach = lane.and_then(|lane| found.reach.map(|reach| reach[lane]));
+            due.add((*k, reach));
         }
         due
     }

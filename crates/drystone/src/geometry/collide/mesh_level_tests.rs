@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use fearless_simd::Level;
+use fearless_simd::{Level, dispatch};
 
 use super::{MeshScratch, Reach, Rng, collide_mesh, cone, cuboid, grid};
 use crate::base::math::{Vec3, vec3};
@@ -53,7 +53,8 @@ fn the_box_from_lanes_is_the_box_from_supports() {
         let solid = pebble(&mut rng, 0.7);
         let pose = Pose::new(rng.vector(50.0), rng.rotation());
         for level in SimdLevel::available() {
-            assert_eq!(solid.aabb_with(level.0, &pose), solid.aabb(&pose));
+            let bounds = dispatch!(level.0, simd => solid.aabb_with(simd, &pose));
+            assert_eq!(bounds, solid.aabb(&pose));
         }
     }
 }

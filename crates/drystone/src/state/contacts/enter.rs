@@ -100,10 +100,9 @@ impl Contacts {
             for n in &new[range] {
                 let Some(contact) = slots.row(n.row as usize) else { continue };
                 contact.probe.set(n.place);
-                let bounces = u32::from(contact.restitution > 0.0);
-                let [body_a, body_b] = n.bodies;
                 let watch = watches.row(n.place as usize);
-                *watch = Watch { row: n.row * 2 + bounces, body_a, body_b, limit: 0 };
+                *watch = Watch::new(n.row, n.bodies, n.has_parts);
+                watch.set_bounces(contact.restitution > 0.0);
                 watch.close(tracks);
                 *probes.row(n.place as usize) = Probe::default();
                 if !n.has_parts {

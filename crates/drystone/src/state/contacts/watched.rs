@@ -12,24 +12,43 @@ use crate::state::bodies::{Body, Track};
 /// in a heap most pairs wait in most steps, and this is then all that is read of them.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct Watch {
-    /// The contact's row × 2, + 1 if it has restitution: within a step an impact can send one body into the other.
-    pub(super) row: u32,
+    /// The contact's row × 4, + 2 if it has parts, + 1 if it has restitution: within a step an impact can send one body
+    /// into the other.
+    row: u32,
     pub(crate) body_a: u32,
     pub(crate) body_b: u32,
     /// What the ways of both together must come to before the pair can touch: see [`Track`]. Goes round as they do.
-    pub(super) limit: u32,
+    limit: u32,
 }
 
 impl Watch {
+    const BOUNCES: u32 = 1;
+    const HAS_PARTS: u32 = 2;
+
+    /// Of a contact whose shapes may be anywhere.
+    pub(super) fn new(row: u32, [body_a, body_b]: [u32; 2], has_parts: bool) -> Self {
+        Self { row: row * 4 + u32::from(has_parts) * Self::HAS_PARTS, body_a, body_b, limit: 0 }
+    }
+
     /// The contact.
     #[inline]
     pub(crate) const fn row(&self) -> u32 {
-        self.row / 2
+        self.row / 4
     }
 
     #[inline]
     pub(crate) const fn bounces(&self) -> bool {
-        self.row & 1 != 0
+        self.row & Self::BOUNCES != 0
+    }
+
+    pub(super) fn set_bounces(&mut self, bounces: bool) {
+        self.row = self.row & !Self::BOUNCES | u32::from(bounces) * Self::BOUNCES;
+    }
+
+    /// One of the shapes is a mesh.
+    #[inline]
+    pub(crate) const fn has_parts(&self) -> bool {
+        self.row & Self::HAS_PARTS != 0
     }
 
     /// How far apart the shapes are is not known: it waits no more.
@@ -134,7 +153,7 @@ impl Watched {
         if let Some(watch) = self.watches.get(place)
             && let Some(contact) = slots.read(watch.row() as usize)
         {
-            contact.probe.set(u32::try_from(place).expect("fewer than 2^31 contacts"));
+            contact.probe.set(u32::try_from(place).expect("fewer than 2^30 contacts"));
         }
     }
 }

@@ -23,6 +23,7 @@ pub(super) fn check_contacts(contacts: &Contacts, bodies: &Bodies, shapes: &Shap
         let is_right = c.is_some_and(|c| {
             [c.body_a, c.body_b] == [watch.body_a, watch.body_b]
                 && watch.bounces() == (c.restitution > 0.0)
+                && watch.has_parts() == (c.next_part != NONE)
         });
         holds(is_right, "a contact is not the one that is watched")?;
     }
