@@ -109,6 +109,17 @@ impl Solid {
         sharp.grown(self.radius)
     }
 
+    /// The lower end of [`Self::aabb`] along x [m].
+    pub(crate) fn least_x(&self, pose: &Pose) -> f32 {
+        match &self.core {
+            Core::Hull(hull) if hull.cuboid.is_none() => {
+                let row = pose.rotation.to_mat3().transpose().x;
+                pose.position.x + hull.lanes.reach_along(row).0 - self.radius
+            }
+            _ => self.aabb(pose).min.x,
+        }
+    }
+
     /// As [`Self::aabb`], bit by bit, with the lanes of the machine.
     #[inline(always)]
     pub(crate) fn aabb_with<S: Simd>(&self, simd: S, pose: &Pose) -> Aabb {

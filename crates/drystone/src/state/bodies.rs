@@ -146,6 +146,8 @@ pub(crate) struct Body {
     pub(crate) breaks: bool,
     /// It came from a fracture.
     pub(crate) is_piece: bool,
+    /// None of its shapes reaches around its center of mass.
+    pub(crate) hollow: bool,
     pub(crate) user_data: u64,
 }
 

@@ -68,6 +68,11 @@ impl ShapeRow {
         Pose { position: body.center, rotation: body.rotation }.compose(&self.centered)
     }
 
+    /// Whether the box around it is around its body's center of mass.
+    pub(crate) fn is_around_center(&self) -> bool {
+        self.solid.aabb(&self.centered).contains(&Aabb::new(Vec3::ZERO, Vec3::ZERO))
+    }
+
     /// Whether its surface moves over it.
     pub(crate) fn is_belt(&self) -> bool {
         self.surface_velocity != Vec3::ZERO || self.surface_spin != Vec3::ZERO

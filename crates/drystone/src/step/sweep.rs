@@ -7,7 +7,6 @@
 
 use super::context::StepContext;
 use super::finalize::{Note, fat_box, shape_box};
-use crate::base::aabb::Aabb;
 use crate::base::grow::Slack;
 use crate::base::jobs::{Executor, collect_ranges, grain};
 use crate::base::math::Vec3;
@@ -53,7 +52,7 @@ pub(crate) fn stop_fast_bodies(
         fast.shrink_to(enough);
     }
     let around = Around { bodies, shapes, bounds };
-    collect_ranges(jobs, fast.len(), grain(jobs, fast.len(), 32), stopped, |_, range, out| {
+    collect_ranges(jobs, fast.len(), grain(jobs, fast.len(), 8), stopped, |_, range, out| {
         for (row, from, stood) in &fast[range] {
             let body = around.bodies.at(*row);
             let delta = body.center - *from;
@@ -105,7 +104,7 @@ fn first_stop(
     delta: Vec3,
     around: &Around<'_>,
 ) -> Option<f32> {
-    if !is_hollow(body, around.shapes) {
+    if !body.hollow || body.shapes.len() < 2 {
         let whole = Swept { body, shapes: &body.shapes, middle: Vec3::ZERO, extent: body.extent };
         return first_stop_of(&whole, row, (from, stood), delta, around);
     }
@@ -124,16 +123,6 @@ fn first_stop(
         };
     }
     first
-}
-
-/// True if none of a body's shapes reaches around its center of mass.
-fn is_hollow(body: &Body, shapes: &Shapes) -> bool {
-    let center = Aabb::new(Vec3::ZERO, Vec3::ZERO);
-    let reaches = |shape: &u32| {
-        let s = shapes.at(*shape);
-        s.solid.aabb(&s.centered).contains(&center)
-    };
-    body.shapes.len() > 1 && !body.shapes.iter().any(reaches)
 }
 
 fn first_stop_of(
@@ -217,7 +206,7 @@ fn reach_against(swept: &Swept<'_>, rotation: Quat, normal: Vec3, shapes: &Shape
         let (center, radius) = shape.solid.ball();
         let ball = middle + 1.001 * radius - turned.direction(shape.centered.point(center)).x;
         if !shape.sensor && ball > reach {
-            let low = shape.solid.aabb(&turned.compose(&shape.centered)).min.x;
+            let low = shape.solid.least_x(&turned.compose(&shape.centered));
             reach = reach.max(middle - low);
         }
     }

@@ -70,6 +70,7 @@ impl World {
             dragged: false,
             breaks: def.glue.is_some() || def.fracture.is_some(),
             is_piece: false,
+            hollow: true,
             user_data: def.user_data,
         };
         let still = body.v == Vec3::ZERO && body.w == Vec3::ZERO;
@@ -156,10 +157,12 @@ impl World {
             flat,
             user_data: def.user_data,
         });
+        let around = self.tables.shapes.at(id.index()).is_around_center();
         let b = self.tables.bodies.at_mut(body);
         b.shapes.push(id.index());
         b.extent = b.extent.max(extent);
         b.inner = b.inner.min(thickness);
+        b.hollow &= !around;
         b.room = 0.0;
         self.enter_bounds(id.index());
         id
