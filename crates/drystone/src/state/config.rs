@@ -19,7 +19,8 @@ pub struct ContactConfig {
     /// Bodies at rest are held this far apart [m]; at least 0; default 5e-5: a lone body then does not
     /// sink below the surface it lies on by the give of its contacts (2e-5 m).
     pub rest_offset: f32,
-    /// Contact points are made from this distance on [m]; above 0; default 0.02.
+    /// Contact points are made from this distance on [m]; above 0; default 0.02. A shape that comes near to
+    /// a mesh may get them only at half of it, if it does not come there within a step.
     pub margin: f32,
     /// While the bodies of a contact have moved against each other less than this [m], and less than a
     /// quarter of the smaller one's size, its points and normal stay as they are and only the distances
