@@ -4,7 +4,7 @@ use core::ops::Neg;
 
 use fearless_simd::{Simd, SimdBase};
 
-use super::wide::{LANES, Vec3w, Wide, above, gather_rows, gather4, max, min, select, splat};
+use super::wide::{LANES, Vec3w, Wide, above, gather_rows, gather4, max, min, select, splat, sqrt};
 
 /// Eight rotations as unit quaternions.
 #[derive(Clone, Copy)]
@@ -35,6 +35,32 @@ impl<S: Simd> Quatw<S> {
     pub(crate) fn rotate(self, simd: S, v: Vec3w<S>) -> Vec3w<S> {
         let t = self.u.cross(v) * splat(simd, 2.0);
         v + t * self.w + self.u.cross(t)
+    }
+
+    /// As [`crate::base::quat::Quat::unrotate`].
+    #[inline(always)]
+    pub(crate) fn unrotate(self, simd: S, v: Vec3w<S>) -> Vec3w<S> {
+        self.conjugate().rotate(simd, v)
+    }
+
+    /// The rotation `o` seen from this one: the conjugate of this times `o`, bit by bit as
+    /// [`crate::base::quat::Quat`] multiplies.
+    #[inline(always)]
+    pub(crate) fn to(self, o: Self) -> Self {
+        let c = -self.u;
+        let u = Vec3w {
+            x: self.w * o.u.x + c.x * o.w + c.y * o.u.z - c.z * o.u.y,
+            y: self.w * o.u.y - c.x * o.u.z + c.y * o.w + c.z * o.u.x,
+            z: self.w * o.u.z + c.x * o.u.y - c.y * o.u.x + c.z * o.w,
+        };
+        Self { u, w: self.w * o.w - c.x * o.u.x - c.y * o.u.y - c.z * o.u.z }
+    }
+
+    /// Twice the chord of two unit quaternions: no less than the angle between the rotations, where that is small.
+    #[inline(always)]
+    pub(crate) fn chord(self, simd: S, o: Self) -> Wide<S> {
+        let (d, w) = (self.u - o.u, self.w - o.w);
+        splat(simd, 2.0) * sqrt(d.x * d.x + d.y * d.y + d.z * d.z + w * w)
     }
 
     #[inline(always)]

@@ -7,11 +7,13 @@
 //! References: [Gregorius13].
 
 mod mesh;
+mod motion;
 mod seams;
 mod waits;
 
 use fearless_simd::dispatch;
 
+use self::motion::Motions;
 use super::context::StepContext;
 use crate::base::disjoint::Rows;
 use crate::base::jobs::{Executor, collect_ranges, fine_grain, for_ranges, grain};
@@ -53,9 +55,16 @@ pub(crate) struct Scratch {
     changes: Vec<Vec<Change>>,
     /// What ghosts of seams lose comes after.
     ghosts: Vec<Change>,
-    /// One a worker.
-    meshes: Vec<MeshScratch>,
+    workers: Vec<Worker>,
     seams: seams::Scratch,
+}
+
+/// What a worker needs.
+#[derive(Clone, Debug, Default)]
+struct Worker {
+    mesh: MeshScratch,
+    moving: motion::Pairs,
+    motions: Motions,
 }
 
 impl Scratch {
@@ -87,16 +96,16 @@ pub(crate) fn update_manifolds(
     }
     let bodies = &*bodies;
     let (slots, watches, probes) = contacts.watched_mut();
-    let Scratch { changes, ghosts, meshes, seams } = scratch;
+    let Scratch { changes, ghosts, workers, seams } = scratch;
     let count = watches.len();
     let least = fine_grain(jobs, count, 16);
-    meshes.resize_with(meshes.len().max(jobs.workers()), MeshScratch::default);
-    let meshes = Rows::new(meshes);
+    workers.resize_with(workers.len().max(jobs.workers()), Worker::default);
+    let workers = Rows::new(workers);
     let (watches, probes) = (Rows::new(watches), Rows::new(probes));
     let pairs = Pairs { ctx, bodies, shapes, slots, watches, probes };
     let margin = Track::at_least(ctx.margin);
     collect_ranges(jobs, count, least, changes, |worker, range, out| {
-        let scratch = meshes.row(worker);
+        let worker = workers.row(worker);
         let mut line = Line::default();
         for k in range {
             let watch = watches.read(k);
@@ -108,11 +117,11 @@ pub(crate) fn update_manifolds(
             bodies.rows.prefetch(watch.body_b, 1);
             line.coming.add(k);
             if line.coming.is_full() {
-                pairs.move_on(&mut line, out, scratch);
+                pairs.move_on(&mut line, out, worker);
             }
         }
         for _ in 0..Line::STATIONS {
-            pairs.move_on(&mut line, out, scratch);
+            pairs.move_on(&mut line, out, worker);
         }
     });
     seams::hide(ctx, bodies, shapes, contacts, (changes, ghosts), seams, jobs);
@@ -193,8 +202,8 @@ struct Pairs<'a> {
 
 impl Pairs<'_> {
     /// Moves each group on to the next station; the last are tested.
-    fn move_on(&self, line: &mut Line, out: &mut Vec<Change>, scratch: &mut MeshScratch) {
-        self.test(&line.at_hand, out, scratch);
+    fn move_on(&self, line: &mut Line, out: &mut Vec<Change>, worker: &mut Worker) {
+        self.test(&line.at_hand, out, worker);
         for &(k, _) in line.due.pairs() {
             if let Some(contact) = self.slots.read(self.watches.read(k).row() as usize) {
                 self.shapes.rows.prefetch(contact.shape_a, 2);
@@ -242,15 +251,35 @@ impl Pairs<'_> {
     }
 
     /// Tests pairs.
-    fn test(&self, due: &Due, out: &mut Vec<Change>, scratch: &mut MeshScratch) {
+    fn test(&self, due: &Due, out: &mut Vec<Change>, worker: &mut Worker) {
         let tracks = &self.bodies.tracks;
-        for &(k, reach) in due.pairs() {
+        let Worker { mesh, moving, motions } = worker;
+        self.look_at_motions(due, moving, motions);
+        for (lane, &(k, reach)) in due.pairs().iter().enumerate() {
             let watch = self.watches.row(k);
             let row = watch.row();
             if let Some(contact) = self.slots.row(row as usize) {
                 let look = Look { row, reach, watch, probe: self.probes.row(k), tracks };
-                self.update(contact, look, out, scratch);
+                self.update(contact, look, (motions, lane), out, mesh);
             }
+        }
+    }
+
+    /// Finds out how the shapes of those pairs that are of a mesh move against it; a lane for each pair.
+    fn look_at_motions(&self, due: &Due, moving: &mut motion::Pairs, motions: &mut Motions) {
+        let mut any = false;
+        for (lane, &(k, _)) in due.pairs().iter().enumerate() {
+            let watch = self.watches.read(k);
+            if watch.has_parts()
+                && let Some(contact) = self.slots.read(watch.row() as usize)
+            {
+                let [a, b] = [self.bodies.at(watch.body_a), self.bodies.at(watch.body_b)];
+                moving.fill(lane, self.probes.read(k), a, b, self.shapes.at(contact.shape_b));
+                any = true;
+            }
+        }
+        if any {
+            dispatch!(self.ctx.level, simd => moving.find(simd, motions));
         }
     }
 
@@ -258,6 +287,7 @@ impl Pairs<'_> {
         &self,
         contact: &mut Contact,
         mut look: Look<'_>,
+        (motions, lane): (&Motions, usize),
         out: &mut Vec<Change>,
         scratch: &mut MeshScratch,
     ) {
@@ -267,7 +297,8 @@ impl Pairs<'_> {
         let (shape_a, shape_b) = (shapes.at(contact.shape_a), shapes.at(contact.shape_b));
         if let Core::Mesh(mesh) = &shape_a.solid.core {
             let (a, b) = ((a, shape_a), (b, shape_b));
-            mesh::update(ctx, mesh, a, b, (contact, &mut look), slots, out, scratch);
+            let (motion, pair) = (motions.at(lane), (contact, &mut look));
+            mesh::update(ctx, mesh, a, b, &motion, pair, slots, out, scratch);
             return;
         }
         if !shape_a.fat.overlaps(&shape_b.fat) {

@@ -1,19 +1,14 @@
 //! Pairs of a mesh and a convex shape: several manifolds, each in a row of its own.
-//!
-//! Whether a pair must be tested is told by the motion of the shape, not of its body: a long body of
-//! many shapes turns little where it stands and much at its tip.
 
-use fearless_simd::{Level, Simd, dispatch};
-
+use super::motion::Motion;
 use super::{Change, Look, rebuild, recycle};
-use crate::base::math::{Mat3, Vec3};
+use crate::base::math::Vec3;
 use crate::base::pose::Pose;
-use crate::base::wide::{Lanes, Vec3w, load, most, splat};
 use crate::geometry::collide::{MAX_PARTS, MeshScratch, Reach, collide_mesh};
 use crate::geometry::manifold::Manifold;
 use crate::geometry::mesh::Mesh;
 use crate::state::bodies::{Body, NONE};
-use crate::state::contacts::{Contact, Probe, Slots};
+use crate::state::contacts::{Contact, Slots};
 use crate::state::shapes::ShapeRow;
 use crate::step::context::StepContext;
 
@@ -21,90 +16,18 @@ use crate::step::context::StepContext;
 /// another becomes the deepest, and would start without their impulses.
 const SAME_PART: f32 = 0.9;
 
-/// How the convex shape moves against the mesh: that of the corners of the box around its core, between which each of its
-/// points is, and so is its motion. (Its rounding moves as the core does: a ball that turns stays where it is.)
-struct Motion {
-    /// Radius of a ball around the shape [m].
-    radius: f32,
-    /// Velocity of the box's center against the mesh [m/s, frame of the shape's body].
-    velocity: Vec3,
-    /// Fastest that a corner moves relative to the center, and that added to the speed of the center: an impact at
-    /// another end may stop one of the two and leave the other [m/s].
-    spin: f32,
-    speed: f32,
-    /// How far a corner has moved since the reference, in the frame of the mesh, at most [m].
-    since: f32,
-}
-
-impl Motion {
-    fn of(level: Level, r: &Probe, a: &Body, b: &Body, shape_b: &ShapeRow) -> Self {
-        dispatch!(level, simd => Self::by_corners(simd, r, a, b, shape_b))
-    }
-
-    /// With a lane for each corner.
-    #[inline(always)]
-    fn by_corners<S: Simd>(simd: S, r: &Probe, a: &Body, b: &Body, shape_b: &ShapeRow) -> Self {
-        let (core, placed) = (shape_b.solid.core_box(), &shape_b.centered);
-        let (center, half) = (core.center(), core.half_extents());
-        let side = |k: usize| load(simd, &CORNERS[k]);
-        let arm = Vec3w {
-            x: side(0) * splat(simd, half.x),
-            y: side(1) * splat(simd, half.y),
-            z: side(2) * splat(simd, half.z),
-        };
-        // From here on in the frame of the shape's body.
-        let arm = turned(simd, &placed.rotation.to_mat3(), arm);
-        let center = placed.point(center);
-        let now = (a.rotation.conjugate() * b.rotation).to_mat3();
-        let before = (r.rotation_a.conjugate() * r.rotation_b).to_mat3();
-        let apart = b.center - a.center;
-        let shift = a.rotation.unrotate(apart) - r.rotation_a.unrotate(r.offset);
-        let moved = turned(simd, &(now - before), arm + Vec3w::splat(simd, center))
-            + Vec3w::splat(simd, shift);
-        let w = b.rotation.unrotate(b.w - a.w);
-        let v = b.rotation.unrotate(b.v - a.velocity_at(apart));
-        let velocity = v + w.cross(center);
-        let spin = longest(Vec3w::splat(simd, w).cross(arm));
-        Self {
-            radius: half.length() + shape_b.solid.radius,
-            velocity,
-            spin,
-            speed: velocity.length() + spin,
-            since: longest(moved),
-        }
-    }
-}
-
-#[inline(always)]
-fn turned<S: Simd>(simd: S, by: &Mat3, v: Vec3w<S>) -> Vec3w<S> {
-    let (x, y) = (Vec3w::splat(simd, by.x), Vec3w::splat(simd, by.y));
-    x * v.x + y * v.y + Vec3w::splat(simd, by.z) * v.z
-}
-
-#[inline(always)]
-fn longest<S: Simd>(v: Vec3w<S>) -> f32 {
-    most(v.dot(v)).sqrt()
-}
-
-/// The corners of a cube: coordinate, lane.
-const CORNERS: [Lanes; 3] = [
-    [-1.0, 1.0, -1.0, 1.0, -1.0, 1.0, -1.0, 1.0],
-    [-1.0, -1.0, 1.0, 1.0, -1.0, -1.0, 1.0, 1.0],
-    [-1.0, -1.0, -1.0, -1.0, 1.0, 1.0, 1.0, 1.0],
-];
-
 /// Updates all rows of a pair whose first is `contact`.
 pub(super) fn update(
     ctx: &StepContext,
     mesh: &Mesh,
     (a, shape_a): (&Body, &ShapeRow),
     (b, shape_b): (&Body, &ShapeRow),
+    motion: &Motion,
     (contact, look): (&mut Contact, &mut Look<'_>),
     slots: &Slots<'_>,
     out: &mut Vec<Change>,
     scratch: &mut MeshScratch,
 ) {
-    let motion = Motion::of(ctx.level, look.probe, a, b, shape_b);
     // Farther than its own size a shape need not look: what is fast is stopped at the surface.
     let ahead = 1.1 * ctx.dt * motion.speed;
     let margin = if contact.sensor { 0.0 } else { ctx.margin.max(ahead.min(2.0 * motion.radius)) };
@@ -122,7 +45,7 @@ pub(super) fn update(
         return;
     }
     if contact.recyclable
-        && may_recycle(ctx, contact, a, slots, &motion, ahead)
+        && may_recycle(ctx, contact, a, slots, motion, ahead)
         && recycle(ctx, contact, look.probe, a, b, slots)
     {
         list_parts(look.row, contact, slots, out);
@@ -282,12 +205,13 @@ fn continue_parts(
 mod tests {
     use std::sync::Arc;
 
-    use super::Motion;
+    use fearless_simd::dispatch;
+
     use crate::base::math::{Vec3, vec3};
     use crate::base::quat::Quat;
     use crate::base::random::Random;
     use crate::base::trig;
-    use crate::base::wide::SimdLevel;
+    use crate::base::wide::{LANES, SimdLevel};
     use crate::geometry::collide::{MAX_PARTS, MeshScratch, Reach, collide_mesh};
     use crate::geometry::manifold::Manifold;
     use crate::geometry::mesh::Mesh;
@@ -296,6 +220,7 @@ mod tests {
     use crate::state::bodies::Body;
     use crate::state::contacts::Probe;
     use crate::state::def::{BodyDef, ShapeDef};
+    use crate::step::narrowphase::motion::{Motions, Pairs};
     use crate::world::World;
 
     const DT: f32 = 1.0 / 60.0;
@@ -354,7 +279,8 @@ mod tests {
     fn motion_is_that_of_the_farthest_corner() {
         let mut random = Random::new(3);
         let mut world = avalanche(&mut random);
-        let mut reached = 0;
+        let (mut reached, mut lane) = (0, 0);
+        let (mut pairs, mut motions) = (Pairs::default(), Motions::default());
         for _ in 0..20 {
             let mut then = world.clone();
             for _ in 0..3 {
@@ -374,7 +300,10 @@ mod tests {
                     rotation_a: Quat::IDENTITY,
                     rotation_b: b_then.rotation,
                 };
-                let motion = Motion::of(SimdLevel::best().0, &probe, &a, b, shape);
+                pairs.fill(lane, &probe, &a, b, shape);
+                dispatch!(SimdLevel::best().0, simd => pairs.find(simd, &mut motions));
+                let motion = motions.at(lane);
+                lane = (lane + 1) % LANES;
                 let core = shape.solid.core_box();
                 let (mut moved, mut speed, mut spin) = (0.0_f32, 0.0_f32, 0.0_f32);
                 for k in 0..8_u8 {

@@ -10,12 +10,13 @@ use crate::base::math::Vec3;
 use crate::base::wide::{
     LANES, Lanes, Mask, Vec3w, Wide, above, bits, gather_rows, load, max, min, select, splat, sqrt,
 };
+use crate::base::wide_quat::Quatw;
 use crate::state::bodies::{Bodies, Body};
 use crate::state::contacts::{Probe, Watch};
 use crate::step::context::StepContext;
 
 /// Four numbers of each of eight pairs.
-type Rows = [[f32; 4]; LANES];
+pub(super) type Rows = [[f32; 4]; LANES];
 
 /// What is read of eight pairs, as it lies in bodies: lanes transpose it. P is the body that is larger or cannot be
 /// pushed, in whose frame Q is seen.
@@ -45,10 +46,10 @@ struct Seen<S: Simd> {
     offset: Vec3w<S>,
     offset_then: Vec3w<S>,
     extent_q: Wide<S>,
-    rotation_p: Turned<S>,
-    rotation_p_then: Turned<S>,
-    rotation_q: Turned<S>,
-    rotation_q_then: Turned<S>,
+    rotation_p: Quatw<S>,
+    rotation_p_then: Quatw<S>,
+    rotation_q: Quatw<S>,
+    rotation_q_then: Quatw<S>,
     v_p: Vec3w<S>,
     v_q: Vec3w<S>,
     extent_a: Wide<S>,
@@ -142,10 +143,10 @@ impl Pairs {
             offset,
             offset_then,
             extent_q,
-            rotation_p: Turned::of_rows(simd, &self.rotation_p),
-            rotation_p_then: Turned::of_rows(simd, &self.rotation_p_then),
-            rotation_q: Turned::of_rows(simd, &self.rotation_q),
-            rotation_q_then: Turned::of_rows(simd, &self.rotation_q_then),
+            rotation_p: Quatw::of_rows(simd, &self.rotation_p),
+            rotation_p_then: Quatw::of_rows(simd, &self.rotation_p_then),
+            rotation_q: Quatw::of_rows(simd, &self.rotation_q),
+            rotation_q_then: Quatw::of_rows(simd, &self.rotation_q_then),
             v_p,
             v_q,
             extent_a,
@@ -161,13 +162,13 @@ impl Pairs {
 
 /// A vector and a number.
 #[inline(always)]
-const fn with(v: Vec3, w: f32) -> [f32; 4] {
+pub(super) const fn with(v: Vec3, w: f32) -> [f32; 4] {
     [v.x, v.y, v.z, w]
 }
 
 /// Eight of both.
 #[inline(always)]
-fn columns<S: Simd>(simd: S, rows: &Rows) -> (Vec3w<S>, Wide<S>) {
+pub(super) fn columns<S: Simd>(simd: S, rows: &Rows) -> (Vec3w<S>, Wide<S>) {
     let [x, y, z, w] = gather_rows(simd, rows);
     (Vec3w { x, y, z }, w)
 }
@@ -217,48 +218,6 @@ impl<S: Simd> Seen<S> {
 #[inline(always)]
 fn length<S: Simd>(v: Vec3w<S>) -> Wide<S> {
     sqrt(v.dot(v))
-}
-
-/// Eight unit quaternions.
-#[derive(Clone, Copy)]
-struct Turned<S: Simd> {
-    v: Vec3w<S>,
-    w: Wide<S>,
-}
-
-impl<S: Simd> Turned<S> {
-    #[inline(always)]
-    fn of_rows(simd: S, rows: &Rows) -> Self {
-        let (v, w) = columns(simd, rows);
-        Self { v, w }
-    }
-
-    /// As [`crate::base::quat::Quat::unrotate`].
-    #[inline(always)]
-    fn unrotate(self, simd: S, v: Vec3w<S>) -> Vec3w<S> {
-        let u = -self.v;
-        let t = u.cross(v) * splat(simd, 2.0);
-        v + t * self.w + u.cross(t)
-    }
-
-    /// The rotation `o` seen from this one: the conjugate of this times `o`.
-    #[inline(always)]
-    fn to(self, o: Self) -> Self {
-        let c = -self.v;
-        let v = Vec3w {
-            x: self.w * o.v.x + c.x * o.w + c.y * o.v.z - c.z * o.v.y,
-            y: self.w * o.v.y - c.x * o.v.z + c.y * o.w + c.z * o.v.x,
-            z: self.w * o.v.z + c.x * o.v.y - c.y * o.v.x + c.z * o.w,
-        };
-        Self { v, w: self.w * o.w - c.x * o.v.x - c.y * o.v.y - c.z * o.v.z }
-    }
-
-    /// As [`super::chord`].
-    #[inline(always)]
-    fn chord(self, simd: S, o: Self) -> Wide<S> {
-        let (d, w) = (self.v - o.v, self.w - o.w);
-        splat(simd, 2.0) * sqrt(d.x * d.x + d.y * d.y + d.z * d.z + w * w)
-    }
 }
 
 #[cfg(test)]

@@ -1,0 +1,153 @@
+//! How convex shapes move against meshes, eight at a time: whether such a pair must be tested, and how far it is looked,
+//! is told by the motion of the shape, not of its body. A long body of many shapes turns little where it stands and much at
+//! its tip.
+
+use fearless_simd::{Simd, SimdBase};
+
+use super::waits::{Rows, columns, with};
+use crate::base::math::{Vec3, vec3};
+use crate::base::wide::{Lanes, Vec3w, Wide, max, splat, sqrt};
+use crate::base::wide_quat::Quatw;
+use crate::state::bodies::Body;
+use crate::state::contacts::Probe;
+use crate::state::shapes::ShapeRow;
+
+/// How a convex shape moves against a mesh: that of the corners of the box around its core, between which each of its
+/// points is, and so is its motion. (Its rounding moves as the core does: a ball that turns stays where it is.)
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Motion {
+    /// Radius of a ball around the shape [m].
+    pub(super) radius: f32,
+    /// Velocity of the box's center against the mesh [m/s, frame of the shape's body].
+    pub(super) velocity: Vec3,
+    /// Fastest that a corner moves relative to the center, and that added to the speed of the center: an impact at
+    /// another end may stop one of the two and leave the other [m/s].
+    pub(super) spin: f32,
+    pub(super) speed: f32,
+    /// How far a corner has moved since the reference, in the frame of the mesh, at most [m].
+    pub(super) since: f32,
+}
+
+/// Those of eight shapes.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Motions {
+    radius: Lanes,
+    velocity: [Lanes; 3],
+    spin: Lanes,
+    speed: Lanes,
+    since: Lanes,
+}
+
+impl Motions {
+    #[inline]
+    pub(super) fn at(&self, lane: usize) -> Motion {
+        let [x, y, z] = &self.velocity;
+        Motion {
+            radius: self.radius[lane],
+            velocity: vec3(x[lane], y[lane], z[lane]),
+            spin: self.spin[lane],
+            speed: self.speed[lane],
+            since: self.since[lane],
+        }
+    }
+}
+
+/// What is read of eight pairs of a mesh of body A and a shape of body B, as it lies in the tables. What is in lanes that are
+/// not filled does not matter.
+#[derive(Clone, Debug, Default)]
+#[repr(C, align(64))]
+pub(super) struct Pairs {
+    /// Center of B less that of A, now and at the reference [world]; the rounding of the shape.
+    offset: Rows,
+    offset_then: Rows,
+    rotation_a: Rows,
+    rotation_a_then: Rows,
+    rotation_b: Rows,
+    rotation_b_then: Rows,
+    v_a: Rows,
+    v_b: Rows,
+    w_a: Rows,
+    w_b: Rows,
+    /// Where the shape sits [frame of B's center of mass].
+    position: Rows,
+    rotation: Rows,
+    /// The box around its core [frame of the shape].
+    center: Rows,
+    half: Rows,
+}
+
+impl Pairs {
+    #[inline]
+    pub(super) fn fill(&mut self, lane: usize, r: &Probe, a: &Body, b: &Body, shape_b: &ShapeRow) {
+        let (core, placed) = (shape_b.solid.core_box(), &shape_b.centered);
+        self.offset[lane] = with(b.center - a.center, shape_b.solid.radius);
+        self.offset_then[lane] = with(r.offset, 0.0);
+        self.rotation_a[lane] = bytemuck::cast(a.rotation);
+        self.rotation_a_then[lane] = bytemuck::cast(r.rotation_a);
+        self.rotation_b[lane] = bytemuck::cast(b.rotation);
+        self.rotation_b_then[lane] = bytemuck::cast(r.rotation_b);
+        self.v_a[lane] = with(a.v, 0.0);
+        self.v_b[lane] = with(b.v, 0.0);
+        self.w_a[lane] = with(a.w, 0.0);
+        self.w_b[lane] = with(b.w, 0.0);
+        self.position[lane] = with(placed.position, 0.0);
+        self.rotation[lane] = bytemuck::cast(placed.rotation);
+        self.center[lane] = with(core.center(), 0.0);
+        self.half[lane] = with(core.half_extents(), 0.0);
+    }
+
+    /// Finds out how they move.
+    #[inline(always)]
+    pub(super) fn find<S: Simd>(&self, simd: S, motions: &mut Motions) {
+        let (apart, rounding) = columns(simd, &self.offset);
+        let rotation_a = Quatw::of_rows(simd, &self.rotation_a);
+        let rotation_b = Quatw::of_rows(simd, &self.rotation_b);
+        let rotation_a_then = Quatw::of_rows(simd, &self.rotation_a_then);
+        let rotation_b_then = Quatw::of_rows(simd, &self.rotation_b_then);
+        let placed = Quatw::of_rows(simd, &self.rotation);
+        let half = vectors(simd, &self.half);
+        // From here on in the frame of the shape's body.
+        let axes = placed.axes(simd);
+        let (x, y, z) = (axes[0] * half.x, axes[1] * half.y, axes[2] * half.z);
+        let center =
+            placed.rotate(simd, vectors(simd, &self.center)) + vectors(simd, &self.position);
+        let now = rotation_a.to(rotation_b).axes(simd);
+        let before = rotation_a_then.to(rotation_b_then).axes(simd);
+        let turn = [now[0] - before[0], now[1] - before[1], now[2] - before[2]];
+        let shift = rotation_a.unrotate(simd, apart)
+            - rotation_a_then.unrotate(simd, vectors(simd, &self.offset_then));
+        let (w_a, v_a) = (vectors(simd, &self.w_a), vectors(simd, &self.v_a));
+        let w = rotation_b.unrotate(simd, vectors(simd, &self.w_b) - w_a);
+        let v = rotation_b.unrotate(simd, vectors(simd, &self.v_b) - (v_a + w_a.cross(apart)));
+        let velocity = v + w.cross(center);
+        let (mut moved, mut spin) = (splat(simd, 0.0), splat(simd, 0.0));
+        // Of each corner and the one that is opposite.
+        for arm in [x + y + z, x + y - z, x - y + z, x - y - z] {
+            for corner in [center + arm, center - arm] {
+                moved = max(moved, square(turned(&turn, corner) + shift));
+            }
+            spin = max(spin, square(w.cross(arm)));
+        }
+        let spin = sqrt(spin);
+        (sqrt(square(half)) + rounding).store_array(&mut motions.radius);
+        velocity.store(&mut motions.velocity);
+        spin.store_array(&mut motions.spin);
+        (sqrt(square(velocity)) + spin).store_array(&mut motions.speed);
+        sqrt(moved).store_array(&mut motions.since);
+    }
+}
+
+#[inline(always)]
+fn vectors<S: Simd>(simd: S, rows: &Rows) -> Vec3w<S> {
+    columns(simd, rows).0
+}
+
+#[inline(always)]
+fn turned<S: Simd>([x, y, z]: &[Vec3w<S>; 3], v: Vec3w<S>) -> Vec3w<S> {
+    *x * v.x + *y * v.y + *z * v.z
+}
+
+#[inline(always)]
+fn square<S: Simd>(v: Vec3w<S>) -> Wide<S> {
+    v.dot(v)
+}
