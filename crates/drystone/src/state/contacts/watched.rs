@@ -42,7 +42,7 @@ impl Watch {
     }
 
     pub(super) fn set_bounces(&mut self, bounces: bool) {
-        self.row = self.row & !Self::BOUNCES | u32::from(bounces) * Self::BOUNCES;
+        self.row = (self.row & !Self::BOUNCES) | (u32::from(bounces) * Self::BOUNCES);
     }
 
     /// One of the shapes is a mesh.
