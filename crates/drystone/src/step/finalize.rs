@@ -70,7 +70,7 @@ pub(crate) fn advance_poses(
     // Fewer bodies are as much work, if they have many shapes.
     let each = table.len() / rows.len().max(1);
     let (bodies, table) = (Rows::new(rows), Rows::new(table));
-    let least = grain(jobs, awake.len(), FLOCK / each.clamp(1, 4));
+    let least = grain(jobs, awake.len(), FLOCK / each.clamp(1, 8));
     collect_ranges(jobs, awake.len(), least, notes, |_, range, out| {
         let mut still = false;
         for flock in awake[range].chunks(FLOCK) {
