@@ -21,15 +21,18 @@ pub(super) struct Clipper {
 
 impl Clipper {
     /// Begins a polygon.
+    #[inline(always)]
     pub(super) fn restart(&mut self) {
         self.points.clear();
     }
 
+    #[inline(always)]
     pub(super) fn push(&mut self, position: Vec3, feature: FeatureId) {
         self.points.push(ClipPoint { position, feature });
     }
 
     /// Keeps what lies where `normal · (p - at) <= slack` (Sutherland & Hodgman 1974).
+    #[inline(always)]
     pub(super) fn cut(&mut self, normal: Vec3, at: Vec3, slack: f32, plane: u32) {
         let Some(&last) = self.points.last() else { return };
         self.spare.clear();
@@ -54,6 +57,7 @@ impl Clipper {
     }
 
     /// Keeps what lies over the triangle.
+    #[inline(always)]
     pub(super) fn cut_by_prism(&mut self, triangle: &Triangle, slack: f32) {
         for (k, plane) in (0..3).zip(triangle.number.wrapping_mul(4)..) {
             self.cut(triangle.outward[k], triangle.corners[k], slack, plane);

@@ -74,6 +74,7 @@ impl Contacts {
 
     /// Takes those of `points` that lie within the margin as the contact of one triangle; false if
     /// there are none.
+    #[inline(always)]
     pub(super) fn add(
         &mut self,
         triangle: &Triangle,
@@ -85,6 +86,7 @@ impl Contacts {
 
     /// Like [`Self::add`], for a contact that stands in for one along `refused`: it is dropped if
     /// another triangle has that normal.
+    #[inline(always)]
     pub(super) fn add_instead(
         &mut self,
         triangle: &Triangle,
@@ -134,6 +136,7 @@ impl Contacts {
     }
 
     /// The same, of corners that are over the triangle: number, place, and how far apart.
+    #[inline(always)]
     pub(super) fn add_vertices(
         &mut self,
         triangle: &Triangle,
@@ -309,6 +312,7 @@ fn largest<'a>(
 }
 
 /// One number from three: the features that make a point.
+#[inline(always)]
 pub(super) fn mix(a: u32, b: u32, c: u32) -> FeatureId {
     let mut h = 0x811c_9dc5_u32;
     for w in [a, b, c] {
@@ -321,6 +325,7 @@ pub(super) fn mix(a: u32, b: u32, c: u32) -> FeatureId {
 
 /// A number for a direction, the same for all triangles of a plane: a vertex that slides over a flat
 /// floor keeps its feature from triangle to triangle, and has different ones on floor and wall.
+#[inline(always)]
 pub(super) fn direction_class(normal: Vec3) -> u32 {
     let class = |x: f32| {
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 to 9")]

@@ -121,6 +121,7 @@ pub(super) fn hull<S: Simd>(
 }
 
 /// Takes the axis of a face of the polytope, if it is better than what was found before.
+#[inline(always)]
 fn try_face(
     triangle: &Triangle,
     hull: &PlacedHull<'_>,
@@ -137,6 +138,7 @@ fn try_face(
 }
 
 /// The normal is the triangle's: the polytope's lowest face is cut to what lies over the triangle.
+#[inline(always)]
 fn on_triangle(
     triangle: &Triangle,
     (hull, lowest): (&PlacedHull<'_>, usize),
@@ -159,6 +161,7 @@ fn on_triangle(
 }
 
 /// The normal is that of a face of the polytope, which an edge or a corner of the triangle touches.
+#[inline(always)]
 fn on_hull_face(
     triangle: &Triangle,
     hull: &PlacedHull<'_>,
@@ -181,6 +184,7 @@ fn on_hull_face(
 }
 
 /// Begins with the triangle as polygon.
+#[inline(always)]
 pub(super) fn push_corners(triangle: &Triangle, clipper: &mut Clipper) {
     for (corner, vertex) in triangle.corners.iter().zip(triangle.vertices) {
         clipper.push(*corner, mix(6, vertex, 0));
@@ -188,6 +192,7 @@ pub(super) fn push_corners(triangle: &Triangle, clipper: &mut Clipper) {
 }
 
 /// What is left of the triangle, as contact with the flat face on `plane`.
+#[inline(always)]
 pub(super) fn add_clipped_triangle(
     triangle: &Triangle,
     plane: &Plane,
@@ -206,6 +211,7 @@ pub(super) fn add_clipped_triangle(
 }
 
 /// Two edges touch; false if the axis separates them but no points near each other lie along it.
+#[inline(always)]
 fn on_edges(
     triangle: &Triangle,
     (k, edge): (usize, usize),

@@ -133,11 +133,13 @@ impl<'a> PlacedHull<'a> {
     }
 
     /// A face's plane.
+    #[inline(always)]
     pub(super) fn plane(&self, face: usize) -> Plane {
         let [x, y, z, offset] = self.space.planes[face];
         Plane { normal: vec3(x, y, z), offset }
     }
 
+    #[inline(always)]
     fn vertex(&self, number: usize) -> Vec3 {
         let [x, y, z, _] = self.space.vertices[number];
         vec3(x, y, z)
@@ -368,11 +370,13 @@ impl<'a> PlacedHull<'a> {
     }
 
     /// Both ends of the edge that begins with half-edge `edge`.
+    #[inline(always)]
     pub(super) fn ends(&self, edge: usize) -> [Vec3; 2] {
         [edge, edge ^ 1].map(|e| self.origin(self.hull.edges[e]))
     }
 
     /// Calls `f` with the half-edges of a face.
+    #[inline(always)]
     pub(super) fn around(&self, face: usize, mut f: impl FnMut(HalfEdge)) {
         let first = self.hull.face_edges[face];
         let mut e = first;
@@ -387,11 +391,13 @@ impl<'a> PlacedHull<'a> {
     }
 
     /// The vertex a half-edge starts at.
+    #[inline(always)]
     pub(super) fn origin(&self, edge: HalfEdge) -> Vec3 {
         self.vertex(usize::from(edge.origin))
     }
 
     /// The half-edge after `edge`.
+    #[inline(always)]
     pub(super) fn next(&self, edge: HalfEdge) -> HalfEdge {
         self.hull.edges[usize::from(edge.next)]
     }

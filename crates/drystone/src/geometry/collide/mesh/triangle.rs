@@ -21,6 +21,7 @@ pub(super) enum Part {
 
 impl Part {
     /// The edges that meet in this part.
+    #[inline(always)]
     fn edges(self) -> ([usize; 2], usize) {
         match self {
             Self::Face => ([0, 0], 0),
@@ -45,6 +46,7 @@ pub(super) struct Triangle {
 }
 
 impl Triangle {
+    #[inline(always)]
     pub(super) fn new(mesh: &Mesh, near: Near, center: Vec3) -> Self {
         let (item, lane) = near.place();
         let (pack, face) = (mesh.pack(item), mesh.face(item, lane));
@@ -61,31 +63,31 @@ impl Triangle {
     }
 
     /// Both ends of edge `k`.
-    #[inline]
+    #[inline(always)]
     pub(super) fn edge(&self, k: usize) -> [Vec3; 2] {
         [self.corners[k], self.corners[(k + 1) % 3]]
     }
 
     /// True if contacts at edge `k` may have normals other than the face's.
-    #[inline]
+    #[inline(always)]
     pub(super) fn is_active(&self, k: usize) -> bool {
         self.bends[k].active()
     }
 
     /// True if the surface turns towards the side it is seen from at edge `k`.
-    #[inline]
+    #[inline(always)]
     pub(super) fn is_concave(&self, k: usize) -> bool {
         self.bends[k].concave()
     }
 
     /// How the surface turns behind edge `k`.
-    #[inline]
+    #[inline(always)]
     pub(super) fn bend(&self, k: usize) -> Bend {
         self.bends[k]
     }
 
     /// Signed distance from the plane [m].
-    #[inline]
+    #[inline(always)]
     pub(super) fn height(&self, p: Vec3) -> f32 {
         self.normal.dot(p - self.corners[0])
     }
@@ -97,6 +99,7 @@ impl Triangle {
     }
 
     /// The part that reaches farthest along the unit vector `axis`.
+    #[inline(always)]
     pub(super) fn support(&self, axis: Vec3) -> Part {
         let reach = self.corners.map(|c| axis.dot(c));
         let mut far = 0;
@@ -121,6 +124,7 @@ impl Triangle {
     /// True if the surface has the unit normal `axis` at `part`, an edge or a corner: at each edge
     /// it leans to, it lies between the normals of the two faces. All other normals are ghosts of
     /// the way the surface is cut into triangles.
+    #[inline(always)]
     pub(super) fn allows(&self, part: Part, axis: Vec3) -> bool {
         let (edges, n) = part.edges();
         let mut leans = false;
@@ -153,6 +157,7 @@ impl Triangle {
     /// True if `axis` at `part` leans over a concave edge and `center` lies behind the face that
     /// rises there: the other solid is on the far side of that face, which keeps it out; this
     /// triangle, seen from within, would pull it in.
+    #[inline(always)]
     pub(super) fn is_behind_neighbor(&self, part: Part, axis: Vec3, center: Vec3) -> bool {
         let (edges, n) = part.edges();
         edges[..n].iter().any(|&k| {
@@ -193,6 +198,7 @@ impl Triangle {
 
 /// The points of two segments nearest to each other, as parts of their lengths, 0 to 1
 /// (Ericson 2005, §5.1.9).
+#[inline(always)]
 pub(super) fn closest_on_segments(p: [Vec3; 2], q: [Vec3; 2]) -> (f32, f32) {
     let (u, v, w) = (p[1] - p[0], q[1] - q[0], p[0] - q[0]);
     let (a, e, f) = (u.length_squared(), v.length_squared(), v.dot(w));
