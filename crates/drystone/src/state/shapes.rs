@@ -68,9 +68,15 @@ impl ShapeRow {
         Pose { position: body.center, rotation: body.rotation }.compose(&self.centered)
     }
 
-    /// Whether the box around it is around its body's center of mass.
-    pub(crate) fn is_around_center(&self) -> bool {
-        self.solid.aabb(&self.centered).contains(&Aabb::new(Vec3::ZERO, Vec3::ZERO))
+    /// Tells the body of which it is how far it reaches from the center of mass, how thin it is, and whether it reaches
+    /// around the center.
+    pub(crate) fn widen(&self, body: &mut Body) {
+        let center = Aabb::new(Vec3::ZERO, Vec3::ZERO);
+        let thickness = self.solid.aabb(&Pose::IDENTITY).half_extents().min_element();
+        let extent = self.solid.max_extent(self.centered.local_point(Vec3::ZERO));
+        body.extent = body.extent.max(extent);
+        body.inner = body.inner.min(thickness);
+        body.hollow &= !self.solid.aabb(&self.centered).contains(&center);
     }
 
     /// Whether its surface moves over it.

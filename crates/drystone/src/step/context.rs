@@ -21,6 +21,8 @@ pub(crate) struct StepContext {
     pub(crate) inv_h: f32,
     pub(crate) substeps: u32,
     pub(crate) gravity: Vec3,
+    /// What gravity adds to a way in a step, and a tenth more [m].
+    pub(crate) fall: f32,
     /// Speculative distance [m].
     pub(crate) margin: f32,
     pub(crate) rest_offset: f32,
@@ -117,6 +119,7 @@ impl StepContext {
             inv_h,
             substeps: substeps * parts,
             gravity: config.gravity,
+            fall: 1.1 * config.gravity.length() * dt * dt,
             margin: c.margin,
             rest_offset: c.rest_offset,
             recycle_distance: c.recycle_distance,

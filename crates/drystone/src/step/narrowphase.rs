@@ -218,34 +218,23 @@ impl Pairs<'_> {
     /// its body; gives those that are due.
     fn look_at(&self, group: &Near) -> Due {
         let tracks = &self.bodies.tracks;
-        let mut close = Near::default();
-        for k in group.pairs() {
-            if !self.watches.read(*k).has_parts() {
-                close.add(*k);
-            }
-        }
         let mut found = waits::Found::default();
-        if close.len > 0 {
+        if group.pairs().iter().any(|k| !self.watches.read(*k).has_parts()) {
             found = dispatch!(self.ctx.level, simd => {
-                let pairs = close.pairs().iter().map(|k| (self.watches.read(*k), self.probes.read(*k)));
+                let pairs = group.pairs().iter().map(|k| (self.watches.read(*k), self.probes.read(*k)));
                 waits::look(simd, self.ctx, self.bodies, pairs)
             });
         }
         let mut due = Due::default();
-        let mut lanes = 0..LANES;
-        for k in group.pairs() {
+        for (lane, k) in group.pairs().iter().enumerate() {
             let watch = self.watches.row(*k);
-            let lane = if watch.has_parts() { None } else { lanes.next() };
-            if let Some(lane) = lane
-                && found.due >> lane & 1 == 0
-            {
+            if !watch.has_parts() && found.due >> lane & 1 == 0 {
                 watch.open(found.gap[lane], tracks);
                 continue;
             }
             watch.close(tracks);
             self.slots.prefetch(watch.row() as usize, Contact::CACHE_LINES);
-            let reach = lane.and_then(|lane| found.reach.map(|reach| reach[lane]));
-            due.add((*k, reach));
+            due.add((*k, found.reach.map(|reach| reach[lane])));
         }
         due
     }

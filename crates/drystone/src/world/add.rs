@@ -136,8 +136,6 @@ impl World {
         let b = self.tables.bodies.at(body);
         let centered = Pose { position: local.position - b.local_center, rotation: local.rotation };
         let fixed = b.kind == BodyKind::Static;
-        let thickness = solid.aabb(&Pose::IDENTITY).half_extents().min_element();
-        let extent = solid.max_extent(centered.local_point(Vec3::ZERO));
         let id = self.tables.shapes.rows.insert(ShapeRow {
             here: Here::Yes,
             body,
@@ -157,12 +155,9 @@ impl World {
             flat,
             user_data: def.user_data,
         });
-        let around = self.tables.shapes.at(id.index()).is_around_center();
         let b = self.tables.bodies.at_mut(body);
         b.shapes.push(id.index());
-        b.extent = b.extent.max(extent);
-        b.inner = b.inner.min(thickness);
-        b.hollow &= !around;
+        self.tables.shapes.at(id.index()).widen(b);
         b.room = 0.0;
         self.enter_bounds(id.index());
         id

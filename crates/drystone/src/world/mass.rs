@@ -124,14 +124,10 @@ impl World {
     /// How far a body reaches from its center of mass, how thin it is, and whether it is hollow.
     pub(super) fn refresh_extent(&mut self, row: u32) {
         let tables = &mut self.tables;
-        let (mut extent, mut inner, mut hollow) = (0.0_f32, f32::INFINITY, true);
-        for shape in &tables.bodies.at(row).shapes {
-            let s = tables.shapes.at(*shape);
-            extent = extent.max(s.solid.max_extent(s.centered.local_point(Vec3::ZERO)));
-            inner = inner.min(s.solid.aabb(&Pose::IDENTITY).half_extents().min_element());
-            hollow &= !s.is_around_center();
-        }
         let body = tables.bodies.at_mut(row);
-        (body.extent, body.inner, body.hollow) = (extent, inner, hollow);
+        (body.extent, body.inner, body.hollow) = (0.0, f32::INFINITY, true);
+        for shape in body.shapes.clone() {
+            tables.shapes.at(shape).widen(body);
+        }
     }
 }

@@ -33,8 +33,7 @@ pub(super) fn update(
     let margin = if contact.sensor { 0.0 } else { ctx.margin.max(ahead.min(2.0 * motion.radius)) };
     // What has no points gets them when it may be half as near as they are made from, or come that near in this step: most
     // of what hovers over a surface goes along it.
-    let fall = 1.1 * ctx.gravity.length() * ctx.dt * ctx.dt;
-    let near = margin.min((0.5 * ctx.margin).max(ahead + fall));
+    let near = margin.min((0.5 * ctx.margin).max(ahead + ctx.fall));
     let gap = look.probe.gap;
     if contact.count == 0 && gap > near && motion.since < gap - near {
         look.open(gap - motion.since);
