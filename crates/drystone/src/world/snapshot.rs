@@ -279,7 +279,7 @@ impl World {
 mod tests {
     use std::sync::Arc;
 
-    use super::{HEADER, SnapshotError, VERSION};
+    use super::{HEADER, SnapshotError};
     use crate::base::random::Random;
     use crate::base::trig;
     use crate::{
@@ -387,7 +387,7 @@ mod tests {
         let mut later = bytes.clone();
         later[8] += 1;
         let error = World::restore(&later).unwrap_err();
-        assert_eq!(error, SnapshotError::Version { found: VERSION + 1, read: VERSION });
+        assert!(matches!(error, SnapshotError::Version { found: 4, read: 3 }), "{error}");
         let mut changed = bytes;
         changed[HEADER + 100] ^= 1;
         assert_eq!(World::restore(&changed).unwrap_err(), SnapshotError::Damaged);
