@@ -16,9 +16,12 @@
 //! Symbols as in the contact kernel; w = speed of a point along the normal, u = that speed at the
 //! surface, kick = what gravity adds in a substep. See docs/derivations/impacts.md.
 
+use fearless_simd::{Simd, dispatch};
+
+use super::blow::{Blow, Response};
 use super::integrate::Carried;
 use super::rows::Extra;
-use super::touch::{Blow, Entry, Moment, Source, Touch};
+use super::touch::{Entry, Moment, Source, Touch};
 use crate::base::disjoint::Rows;
 use crate::base::jobs::{Executor, Inline, for_ranges, grain};
 use crate::base::wide::LANES;
@@ -46,6 +49,8 @@ pub(super) struct Impacts {
     /// Island and entry of what arrives in this step.
     arrivals: Vec<(u32, u32)>,
     touches: Vec<Touch>,
+    /// Of the touches that were hit.
+    responses: Vec<Response>,
     /// The touch of the same island that follows each.
     next: Vec<u32>,
     /// First and last touch of each island.
@@ -56,7 +61,7 @@ pub(super) struct Impacts {
     /// Touches that the next round looks at.
     looks: Vec<u32>,
     /// Number of the pass.
-    pass: u32,
+    pass: u16,
     /// Lines of the touches, and while velocities are without the carried impulses, those.
     met: Vec<u32>,
     carried: Vec<Carried>,
@@ -86,6 +91,7 @@ impl End {
 #[derive(Clone, Copy, Debug)]
 struct Hit {
     touch: u32,
+    response: u32,
     /// Row of the contact.
     contact: u32,
     point: u8,
@@ -139,6 +145,7 @@ impl Impacts {
         self.entries.clear();
         self.arrivals.clear();
         self.touches.clear();
+        self.responses.clear();
         self.next.clear();
         self.pass = 0;
         self.met.clear();
@@ -200,7 +207,7 @@ impl Impacts {
                 self.ends[end].count += 1;
             }
             let (block, lane) = (index(i), small(lane));
-            self.entries.push(Entry { lines, contact, block, lane, touch: NONE });
+            self.entries.push(Entry { lines, block, lane, touch: NONE });
         }
     }
 
@@ -321,19 +328,22 @@ impl Impacts {
 
     /// All sets of hits: what bodies link is in one.
     fn reflect(&mut self, source: &Source<'_>, jobs: &dyn Executor) {
-        let Self { touches, hits, parts, .. } = self;
+        let Self { responses, hits, parts, pass, .. } = self;
         let n = hits.len();
-        let (touches, hits) = (Rows::new(touches), Rows::new(hits));
+        let (responses, hits) = (Rows::new(responses), Rows::new(hits));
         // Tallies are of blocks, whose lanes may be in several sets.
         let jobs = if source.tallies.is_some() { &Inline } else { jobs };
         for_ranges(jobs, parts.len(), grain(jobs, parts.len(), 16), |range| {
-            for i in range {
-                let end = parts.get(i + 1).map_or(n, |next| *next);
-                let hits = hits.slice(parts[i]..end);
-                let alone = hits[0].touch == hits[hits.len() - 1].touch;
-                let blow = Blow::default();
-                Part { source, touches: &touches, hits, alone, blow }.reflect();
-            }
+            dispatch!(source.level, simd => {
+                for i in range {
+                    let end = parts.get(i + 1).map_or(n, |next| *next);
+                    let hits = hits.slice(parts[i]..end);
+                    let alone = hits[0].touch == hits[hits.len() - 1].touch;
+                    let blow = Blow::none(simd);
+                    let part = Part { simd, source, responses: &responses, hits, alone, blow };
+                    part.reflect(*pass);
+                }
+            });
         });
     }
 
@@ -341,16 +351,30 @@ impl Impacts {
     /// body those of the greatest restitution are first: with unlike ones reflected together energy could grow.
     fn find_hits(&mut self, source: &Source<'_>, moment: &Moment) {
         self.hits.clear();
-        let Self { ends, touches, hits, looks, .. } = self;
+        let Self { ends, touches, responses, hits, looks, .. } = self;
         for number in looks.drain(..) {
             let touch = &touches[number as usize];
+            if touch.met == 0 {
+                continue;
+            }
+            let (block, lane) = (touch.block as usize, usize::from(touch.lane));
+            let e = source.extras.read(block).restitution[lane];
+            let contact = source.owners[block][lane];
             for (j, speed) in touch.speed.into_iter().enumerate() {
                 if touch.met >> j & 1 == 0 {
                     continue;
                 }
-                let (gain, e) = (touch.gain(j, speed, moment), touch.e);
-                let (contact, point, impulse, part) = (touch.contact, small(j), 0.0, 0);
-                hits.push(Hit { touch: number, contact, point, e, gain, speed, impulse, part });
+                hits.push(Hit {
+                    touch: number,
+                    response: NONE,
+                    contact,
+                    point: small(j),
+                    e,
+                    gain: touch.gain(source, moment, e, j),
+                    speed,
+                    impulse: 0.0,
+                    part: 0,
+                });
                 for end in ends_of(source, touch.lines) {
                     ends[end].most = ends[end].most.max(e);
                 }
@@ -368,6 +392,14 @@ impl Impacts {
             for end in ends_of(source, touches[number as usize].lines) {
                 ends[end].most = 0.0;
             }
+        }
+        for hit in hits {
+            let touch = &mut touches[hit.touch as usize];
+            if touch.response == NONE {
+                touch.response = index(responses.len());
+                responses.push(Response::new(touch));
+            }
+            hit.response = touch.response;
         }
     }
 
@@ -408,7 +440,6 @@ impl Impacts {
             }
             let touch = &mut self.touches[number as usize];
             let lines = touch.lines;
-            touch.bounced = true;
             touch.hits += 1;
             source.extras.row(touch.block as usize).hit |= 1 << touch.lane;
             self.wake(source, lines, run);
@@ -423,28 +454,29 @@ impl Impacts {
 }
 
 /// Hits that bodies link.
-struct Part<'a> {
+struct Part<'a, S: Simd> {
+    simd: S,
     source: &'a Source<'a>,
-    touches: &'a Rows<'a, Touch>,
+    responses: &'a Rows<'a, Response>,
     hits: &'a mut [Hit],
-    /// They are of one touch, which may keep the blow to itself until it is over.
+    /// They are of one contact, which may keep the blow to itself until it is over.
     alone: bool,
-    blow: Blow,
+    blow: Blow<S>,
 }
 
-impl Part<'_> {
-    /// Calls `f` with each touch and its hits; gives what it answers, in sum.
-    #[inline]
-    fn each(&mut self, mut f: impl FnMut(&mut Touch, &mut Blow, &mut [Hit]) -> f32) -> f32 {
+impl<S: Simd> Part<'_, S> {
+    /// Calls `f` with each response and its hits; gives what it answers, in sum.
+    #[inline(always)]
+    fn each(&mut self, mut f: impl FnMut(&mut Response, &mut Blow<S>, &mut [Hit]) -> f32) -> f32 {
         let mut sum = 0.0;
         for hits in self.hits.chunk_by_mut(|one, next| one.touch == next.touch) {
-            let touch = self.touches.row(hits[0].touch as usize);
+            let response = self.responses.row(hits[0].response as usize);
             if !self.alone {
-                self.blow = touch.blow(self.source);
+                self.blow = response.blow(self.simd, self.source);
             }
-            sum += f(touch, &mut self.blow, hits);
+            sum += f(response, &mut self.blow, hits);
             if !self.alone {
-                touch.deliver(&self.blow, self.source);
+                response.deliver(self.simd, &self.blow, self.source);
             }
         }
         sum
@@ -452,44 +484,54 @@ impl Part<'_> {
 
     /// Stops all hits together, with friction; then gives their impulses once more, times what they gain,
     /// but no more energy than the stop took [Poisson's hypothesis], and friction again.
-    fn reflect(&mut self) {
+    #[inline(always)]
+    fn reflect(mut self, pass: u16) {
+        let simd = self.simd;
         let (mut fastest, mut driven) = (0.0_f32, false);
         for hit in self.hits.iter() {
-            let touch = self.touches.row(hit.touch as usize);
+            let response = self.responses.row(hit.response as usize);
+            response.couple(simd, self.source, pass);
             fastest = fastest.max(-hit.speed);
-            driven |= touch.driven;
-            touch.couple();
+            driven |= response.driven;
         }
-        let first = self.hits[0].touch as usize;
+        let first = self.hits[0].response as usize;
         if self.alone {
-            self.blow = self.touches.read(first).blow(self.source);
+            self.blow = self.responses.read(first).blow(simd, self.source);
         }
         let mut work = 0.0;
         for _ in 0..SWEEPS {
             let mut change = 0.0_f32;
-            work += self.each(|touch, blow, hits| {
+            work += self.each(|response, blow, hits| {
                 let mut work = 0.0;
                 for hit in hits {
                     let j = usize::from(hit.point);
-                    let new = (hit.impulse - touch.mass[j] * blow.speed[j]).max(0.0);
+                    let mass = response.mass[j];
+                    let new = (hit.impulse - mass * blow.speeds()[j]).max(0.0);
                     let d = new - hit.impulse;
                     hit.impulse = new;
-                    work += touch.push(blow, j, d);
-                    change = change.max(d.abs() / touch.mass[j]);
+                    work += response.push(simd, blow, j, d);
+                    change = change.max(d.abs() / mass);
                 }
-                work + touch.rub(blow)
+                work + response.rub(simd, blow)
             });
             if change <= PRECISION * fastest {
                 break;
             }
         }
         let rate = self.each(|_, blow, hits| {
-            hits.iter().map(|hit| hit.e * hit.impulse * blow.speed[usize::from(hit.point)]).sum()
+            let mut rate = 0.0;
+            for hit in hits {
+                rate += hit.e * hit.impulse * blow.speeds()[usize::from(hit.point)];
+            }
+            rate
         });
-        let returned = self.each(|touch, blow, hits| {
-            let push =
-                |hit: &mut Hit| touch.push(blow, usize::from(hit.point), hit.e * hit.impulse);
-            hits.iter_mut().map(push).sum()
+        let returned = self.each(|response, blow, hits| {
+            let mut returned = 0.0;
+            for hit in hits {
+                let d = hit.e * hit.impulse;
+                returned += response.push(simd, blow, usize::from(hit.point), d);
+            }
+            returned
         });
         // Where friction and normals work on each other, all of the impulse can be too much (Kane).
         // What a kinematic body does is not limited.
@@ -499,14 +541,15 @@ impl Part<'_> {
             let root = (rate * rate - 4.0 * square * work).max(0.0).sqrt();
             part = ((root - rate) / (2.0 * square)).clamp(0.0, 1.0);
         }
-        self.each(|touch, blow, hits| {
+        self.each(|response, blow, hits| {
             for hit in hits {
-                touch.push(blow, usize::from(hit.point), hit.impulse * (hit.gain * part - hit.e));
+                let d = hit.impulse * (hit.gain * part - hit.e);
+                response.push(simd, blow, usize::from(hit.point), d);
             }
-            touch.rub(blow)
+            response.rub(simd, blow)
         });
         if self.alone {
-            self.touches.read(first).deliver(&self.blow, self.source);
+            self.responses.read(first).deliver(simd, &self.blow, self.source);
         }
     }
 }

@@ -17,6 +17,7 @@ mod spring;
 pub(crate) mod inertia;
 pub(crate) mod integrate;
 mod classic;
+mod blow;
 mod coupling;
 mod fineness;
 mod impact;
@@ -328,6 +329,7 @@ pub(crate) fn solve(
 impl Solver<'_> {
     fn impact_source(&self, group: &Group) -> touch::Source<'_> {
         touch::Source {
+            level: self.ctx.level,
             blocks: &self.blocks,
             extras: &self.extras,
             tallies: self.has_tallies.then_some(&self.tallies),
