@@ -43,6 +43,8 @@ const PRECISION: f32 = 1.0e-5;
 pub(super) struct Impacts {
     /// Contacts of the group that can bounce.
     entries: Vec<Entry>,
+    /// Their touches, once they have one.
+    touch_of: Vec<u32>,
     ends: Vec<End>,
     /// Entries around each line, line after line.
     around: Vec<u32>,
@@ -58,8 +60,12 @@ pub(super) struct Impacts {
     hits: Vec<Hit>,
     /// First hit of each set that bodies link.
     parts: Vec<usize>,
-    /// Touches that the next round looks at.
+    /// Touches that the next round looks at, and which of their points approach and meet in the substep, bits.
     looks: Vec<u32>,
+    met_points: Vec<u8>,
+    /// The round in which each touch was last put among the looks, all rounds of the step counted from 1.
+    looked: Vec<u32>,
+    round: u32,
     /// Number of the pass.
     pass: u16,
     /// Lines of the touches, and while velocities are without the carried impulses, those.
@@ -146,6 +152,8 @@ impl Impacts {
         self.arrivals.clear();
         self.touches.clear();
         self.responses.clear();
+        self.looked.clear();
+        self.round = 0;
         self.next.clear();
         self.pass = 0;
         self.met.clear();
@@ -157,6 +165,8 @@ impl Impacts {
                 self.enter(source, i, extra);
             }
         }
+        self.touch_of.clear();
+        self.touch_of.resize(self.entries.len(), NONE);
         let mut first = 0;
         for end in &mut self.ends {
             end.first = first;
@@ -207,7 +217,7 @@ impl Impacts {
                 self.ends[end].count += 1;
             }
             let (block, lane) = (index(i), small(lane));
-            self.entries.push(Entry { lines, block, lane, touch: NONE });
+            self.entries.push(Entry { lines, block, lane });
         }
     }
 
@@ -225,12 +235,13 @@ impl Impacts {
             let whitening = source.whitening.read(line as usize);
             source.aux.row(line as usize).calm(whitening, body, source.dt, source.h);
             for k in end.first..end.first + end.count {
-                let entry = &mut self.entries[self.around[k as usize] as usize];
-                if entry.touch != NONE {
+                let entry = self.around[k as usize] as usize;
+                if self.touch_of[entry] != NONE {
                     continue;
                 }
                 let number = index(self.touches.len());
-                entry.touch = number;
+                self.touch_of[entry] = number;
+                let entry = &self.entries[entry];
                 for line in entry.lines {
                     if line == 0 {
                         continue;
@@ -246,6 +257,7 @@ impl Impacts {
                     }
                 }
                 self.touches.push(Touch::new(entry));
+                self.looked.push(0);
                 self.next.push(NONE);
                 let [head, tail] = &mut self.runs[run];
                 if *tail == NONE {
@@ -307,6 +319,7 @@ impl Impacts {
             if self.hits.is_empty() {
                 break;
             }
+            self.round += 1;
             self.link_hits(source);
             self.reflect(source, jobs);
             self.settle(source, run);
@@ -315,13 +328,16 @@ impl Impacts {
 
     /// Which points of the touches to look at approach.
     fn look(&mut self, source: &Source<'_>, moment: &Moment, jobs: &dyn Executor) {
-        let Self { touches, looks, pass, .. } = self;
-        looks.sort_unstable();
-        looks.dedup();
-        let touches = Rows::new(touches);
+        let Self { touches, looks, met_points, pass, .. } = self;
+        met_points.clear();
+        met_points.resize(looks.len(), 0);
+        let (touches, met_points) = (Rows::new(touches), Rows::new(met_points));
         for_ranges(jobs, looks.len(), grain(jobs, looks.len(), 64), |range| {
-            for number in &looks[range] {
-                touches.row(*number as usize).look(source, moment, *pass);
+            for k in range {
+                if let Some(next) = looks.get(k + 2) {
+                    touches.prefetch(*next as usize, size_of::<Touch>() / 64);
+                }
+                *met_points.row(k) = touches.row(looks[k] as usize).look(source, moment, *pass);
             }
         });
     }
@@ -339,9 +355,12 @@ impl Impacts {
                     let end = parts.get(i + 1).map_or(n, |next| *next);
                     let hits = hits.slice(parts[i]..end);
                     let alone = hits[0].touch == hits[hits.len() - 1].touch;
-                    let blow = Blow::none(simd);
-                    let part = Part { simd, source, responses: &responses, hits, alone, blow };
-                    part.reflect(*pass);
+                    let part = Part { simd, source, responses: &responses, hits };
+                    if alone {
+                        part.reflect::<true>(*pass);
+                    } else {
+                        part.reflect::<false>(*pass);
+                    }
                 }
             });
         });
@@ -351,17 +370,14 @@ impl Impacts {
     /// body those of the greatest restitution are first: with unlike ones reflected together energy could grow.
     fn find_hits(&mut self, source: &Source<'_>, moment: &Moment) {
         self.hits.clear();
-        let Self { ends, touches, responses, hits, looks, .. } = self;
-        for number in looks.drain(..) {
+        let Self { ends, touches, responses, hits, looks, met_points, looked, round, .. } = self;
+        for (number, met) in looks.drain(..).zip(met_points.iter()).filter(|(_, met)| **met != 0) {
             let touch = &touches[number as usize];
-            if touch.met == 0 {
-                continue;
-            }
             let (block, lane) = (touch.block as usize, usize::from(touch.lane));
             let e = source.extras.read(block).restitution[lane];
             let contact = source.owners[block][lane];
             for (j, speed) in touch.speed.into_iter().enumerate() {
-                if touch.met >> j & 1 == 0 {
+                if met >> j & 1 == 0 {
                     continue;
                 }
                 hits.push(Hit {
@@ -383,7 +399,7 @@ impl Impacts {
         hits.retain(|hit| {
             let lines = touches[hit.touch as usize].lines;
             let first = ends_of(source, lines).all(|end| ends[end].most <= hit.e);
-            if !first {
+            if !first && core::mem::replace(&mut looked[hit.touch as usize], *round + 1) <= *round {
                 looks.push(hit.touch);
             }
             first
@@ -446,8 +462,14 @@ impl Impacts {
             for end in ends_of(source, lines) {
                 let End { first, count, .. } = self.ends[end];
                 let around = &self.around[first as usize..(first + count) as usize];
-                let numbers = around.iter().map(|entry| self.entries[*entry as usize].touch);
-                self.looks.extend(numbers.filter(|number| *number != NONE));
+                for entry in around {
+                    let number = self.touch_of[*entry as usize];
+                    if let Some(looked) = self.looked.get_mut(number as usize)
+                        && core::mem::replace(looked, self.round) < self.round
+                    {
+                        self.looks.push(number);
+                    }
+                }
             }
         }
     }
@@ -459,25 +481,27 @@ struct Part<'a, S: Simd> {
     source: &'a Source<'a>,
     responses: &'a Rows<'a, Response>,
     hits: &'a mut [Hit],
-    /// They are of one contact, which may keep the blow to itself until it is over.
-    alone: bool,
-    blow: Blow<S>,
 }
 
 impl<S: Simd> Part<'_, S> {
-    /// Calls `f` with each response and its hits; gives what it answers, in sum.
+    /// Calls `f` with each response and its hits; gives what it answers, in sum. If the hits are of one contact, it
+    /// may keep the blow to itself until that is over.
     #[inline(always)]
-    fn each(&mut self, mut f: impl FnMut(&mut Response, &mut Blow<S>, &mut [Hit]) -> f32) -> f32 {
+    fn each<const ALONE: bool>(
+        &mut self,
+        kept: &mut Blow<S>,
+        mut f: impl FnMut(&mut Response, &mut Blow<S>, &mut [Hit]) -> f32,
+    ) -> f32 {
+        if ALONE {
+            let response = self.responses.row(self.hits[0].response as usize);
+            return f(response, kept, self.hits);
+        }
         let mut sum = 0.0;
         for hits in self.hits.chunk_by_mut(|one, next| one.touch == next.touch) {
             let response = self.responses.row(hits[0].response as usize);
-            if !self.alone {
-                self.blow = response.blow(self.simd, self.source);
-            }
-            sum += f(response, &mut self.blow, hits);
-            if !self.alone {
-                response.deliver(self.simd, &self.blow, self.source);
-            }
+            let mut blow = response.blow(self.simd, self.source);
+            sum += f(response, &mut blow, hits);
+            response.deliver(self.simd, &blow, self.source);
         }
         sum
     }
@@ -485,7 +509,7 @@ impl<S: Simd> Part<'_, S> {
     /// Stops all hits together, with friction; then gives their impulses once more, times what they gain,
     /// but no more energy than the stop took [Poisson's hypothesis], and friction again.
     #[inline(always)]
-    fn reflect(mut self, pass: u16) {
+    fn reflect<const ALONE: bool>(mut self, pass: u16) {
         let simd = self.simd;
         let (mut fastest, mut driven) = (0.0_f32, false);
         for hit in self.hits.iter() {
@@ -495,13 +519,12 @@ impl<S: Simd> Part<'_, S> {
             driven |= response.driven;
         }
         let first = self.hits[0].response as usize;
-        if self.alone {
-            self.blow = self.responses.read(first).blow(simd, self.source);
-        }
+        let mut kept =
+            if ALONE { self.responses.read(first).blow(simd, self.source) } else { Blow::none(simd) };
         let mut work = 0.0;
         for _ in 0..SWEEPS {
             let mut change = 0.0_f32;
-            work += self.each(|response, blow, hits| {
+            work += self.each::<ALONE>(&mut kept, |response, blow, hits| {
                 let mut work = 0.0;
                 for hit in hits {
                     let j = usize::from(hit.point);
@@ -518,14 +541,14 @@ impl<S: Simd> Part<'_, S> {
                 break;
             }
         }
-        let rate = self.each(|_, blow, hits| {
+        let rate = self.each::<ALONE>(&mut kept, |_, blow, hits| {
             let mut rate = 0.0;
             for hit in hits {
                 rate += hit.e * hit.impulse * blow.speeds()[usize::from(hit.point)];
             }
             rate
         });
-        let returned = self.each(|response, blow, hits| {
+        let returned = self.each::<ALONE>(&mut kept, |response, blow, hits| {
             let mut returned = 0.0;
             for hit in hits {
                 let d = hit.e * hit.impulse;
@@ -541,15 +564,15 @@ impl<S: Simd> Part<'_, S> {
             let root = (rate * rate - 4.0 * square * work).max(0.0).sqrt();
             part = ((root - rate) / (2.0 * square)).clamp(0.0, 1.0);
         }
-        self.each(|response, blow, hits| {
+        self.each::<ALONE>(&mut kept, |response, blow, hits| {
             for hit in hits {
                 let d = hit.impulse * (hit.gain * part - hit.e);
                 response.push(simd, blow, usize::from(hit.point), d);
             }
             response.rub(simd, blow)
         });
-        if self.alone {
-            self.responses.read(first).deliver(simd, &self.blow, self.source);
+        if ALONE {
+            self.responses.read(first).deliver(simd, &kept, self.source);
         }
     }
 }

@@ -55,8 +55,6 @@ pub(super) struct Entry {
     pub(super) lines: [u32; 2],
     pub(super) block: u32,
     pub(super) lane: u8,
-    /// Its touch, once it has one.
-    pub(super) touch: u32,
 }
 
 /// Most rounds that hit the same contact of one point, and of several: as many touching bodies can come
@@ -75,8 +73,7 @@ pub(super) struct Touch {
     points: u8,
     /// How often it was hit in this substep.
     pub(super) hits: u8,
-    /// Points that approach and meet within the substep, bits, and the speeds of all.
-    pub(super) met: u8,
+    /// Speeds of all points along the normal when it was last looked at.
     pub(super) speed: [f32; 4],
     /// Separations at the step's start, and now.
     s0: [f32; 4],
@@ -113,7 +110,6 @@ impl Touch {
             lane,
             points: 0,
             hits: 0,
-            met: 0,
             speed: [0.0; 4],
             s0: [0.0; 4],
             s: [0.0; 4],
@@ -167,8 +163,8 @@ impl Touch {
         }
     }
 
-    /// Which of its points approach and meet within the substep, in this pass.
-    pub(super) fn look(&mut self, source: &Source<'_>, moment: &Moment, pass: u16) {
+    /// Which of its points approach and meet within the substep, in this pass: bits.
+    pub(super) fn look(&mut self, source: &Source<'_>, moment: &Moment, pass: u16) -> u8 {
         if self.placed == 0 {
             self.load(source);
         }
@@ -176,11 +172,11 @@ impl Touch {
             self.placed = pass;
             self.place(source, f32::from(moment.done) * moment.h);
         }
-        self.met = 0;
-        if self.hits < HITS[usize::from(self.points > 1)] {
-            self.speed = self.speeds(source);
-            self.met = self.meets(source, moment);
+        if self.hits >= HITS[usize::from(self.points > 1)] {
+            return 0;
         }
+        self.speed = self.speeds(source);
+        self.meets(source, moment)
     }
 
     /// Separations at the start of a substep.
