@@ -147,8 +147,7 @@ impl Response {
             let of_a = along(simd, &self.a, at(&self.a, i));
             let of_b = along(simd, &self.b, at(&self.b, i));
             let same = |l| if i < FRICTION { l < FRICTION } else { l == i && l < ROWS - 1 };
-            let straight: Lanes =
-                core::array::from_fn(|l| if same(l) { straight } else { 0.0 });
+            let straight: Lanes = core::array::from_fn(|l| if same(l) { straight } else { 0.0 });
             (of_a + of_b + load(simd, &straight)).store_array(answer);
         }
     }
@@ -160,8 +159,7 @@ impl Response {
         let slip = three(b.v) * self.beta - three(a.v) * self.alpha;
         let (u, u1, u2) = (self.n.dot(slip), self.t[0].dot(slip), self.t[1].dot(slip));
         let straight = load(simd, &[u, u, u, u, u1, u2, 0.0, 0.0]);
-        let (turn_a, turn_b) =
-            (along(simd, &self.a, three(a.w)), along(simd, &self.b, three(b.w)));
+        let (turn_a, turn_b) = (along(simd, &self.a, three(a.w)), along(simd, &self.b, three(b.w)));
         let speeds = straight + turn_b - turn_a + load(simd, &self.drift);
         Blow { speeds, impulse: [0.0; LANES] }
     }
@@ -170,7 +168,7 @@ impl Response {
     #[inline(always)]
     fn act<S: Simd>(&self, simd: S, blow: &mut Blow<S>, row: usize, d: f32) {
         blow.impulse[row] += d;
-        blow.speeds = blow.speeds + load(simd, &self.answer[row]) * splat(simd, d);
+        blow.speeds += load(simd, &self.answer[row]) * splat(simd, d);
     }
 
     /// An impulse `d` along the normal at point `j`; gives its work [J].

@@ -21,9 +21,9 @@ use fearless_simd::{Simd, dispatch};
 use super::blow::{Blow, Response};
 use super::integrate::Carried;
 use super::rows::Extra;
-use super::touch::{Entry, Moment, Source, Touch};
+use super::touch::{Entry, Hit, Moment, Source, Touch};
 use crate::base::disjoint::Rows;
-use crate::base::jobs::{Executor, Inline, for_ranges, grain};
+use crate::base::jobs::{Executor, Inline, for_items, for_ranges, grain};
 use crate::base::wide::LANES;
 use crate::state::bodies::NONE;
 
@@ -91,23 +91,6 @@ struct End {
 
 impl End {
     const NEW: Self = Self { first: 0, count: 0, live: false, met: false, most: 0.0, hit: NONE };
-}
-
-/// One point that approaches.
-#[derive(Clone, Copy, Debug)]
-struct Hit {
-    touch: u32,
-    response: u32,
-    /// Row of the contact.
-    contact: u32,
-    point: u8,
-    e: f32,
-    /// Speed after over speed before.
-    gain: f32,
-    speed: f32,
-    impulse: f32,
-    /// Hits that bodies link have the same: the number of the first of them.
-    part: u32,
 }
 
 /// Number of a row.
@@ -190,8 +173,20 @@ impl Impacts {
                 island = of;
                 self.runs.push([NONE; 2]);
             }
-            let lines = self.entries[entry as usize].lines;
-            self.wake(source, lines, self.runs.len() - 1);
+            for line in self.entries[entry as usize].lines {
+                let run = index(self.runs.len() - 1);
+                for k in self.liven(source, line) {
+                    let of = &mut self.touch_of[self.around[k] as usize];
+                    *of = run.min(*of);
+                }
+            }
+        }
+        // In the order of the blocks, for lanes of one block are next to each other.
+        for entry in 0..self.entries.len() {
+            let run = core::mem::replace(&mut self.touch_of[entry], NONE);
+            if run != NONE {
+                self.add(source, entry, run as usize);
+            }
         }
     }
 
@@ -224,50 +219,56 @@ impl Impacts {
     /// Looks at all contacts of two bodies from now on.
     fn wake(&mut self, source: &Source<'_>, lines: [u32; 2], run: usize) {
         for line in lines {
-            if line == 0 {
-                continue;
-            }
-            let end = &mut self.ends[line as usize - source.first_line];
-            if core::mem::replace(&mut end.live, true) {
-                continue;
-            }
-            let body = source.bodies.at(source.members[line as usize - 1]);
-            let whitening = source.whitening.read(line as usize);
-            source.aux.row(line as usize).calm(whitening, body, source.dt, source.h);
-            for k in end.first..end.first + end.count {
-                let entry = self.around[k as usize] as usize;
-                if self.touch_of[entry] != NONE {
-                    continue;
+            for k in self.liven(source, line) {
+                let entry = self.around[k] as usize;
+                if self.touch_of[entry] == NONE {
+                    self.add(source, entry, run);
                 }
-                let number = index(self.touches.len());
-                self.touch_of[entry] = number;
-                let entry = &self.entries[entry];
-                for line in entry.lines {
-                    if line == 0 {
-                        continue;
-                    }
-                    let met = &mut self.ends[line as usize - source.first_line].met;
-                    if !core::mem::replace(met, true) {
-                        self.met.push(line);
-                        if self.lifted {
-                            let row = line as usize;
-                            let carried = source.aux.read(row).lift(source.lines.row(row));
-                            self.carried.push(carried);
-                        }
-                    }
-                }
-                self.touches.push(Touch::new(entry));
-                self.looked.push(0);
-                self.next.push(NONE);
-                let [head, tail] = &mut self.runs[run];
-                if *tail == NONE {
-                    *head = number;
-                } else {
-                    self.next[*tail as usize] = number;
-                }
-                *tail = number;
             }
         }
+    }
+
+    /// A line takes part in impacts from now on: where its entries stand in `around`, if it did not before.
+    fn liven(&mut self, source: &Source<'_>, line: u32) -> core::ops::Range<usize> {
+        if line == 0 {
+            return 0..0;
+        }
+        let row = line as usize;
+        let end = &mut self.ends[row - source.first_line];
+        if core::mem::replace(&mut end.live, true) {
+            return 0..0;
+        }
+        let body = source.bodies.at(source.members[row - 1]);
+        source.aux.row(row).calm(source.whitening.read(row), body, source.dt, source.h);
+        end.first as usize..(end.first + end.count) as usize
+    }
+
+    /// Makes a touch of an entry.
+    fn add(&mut self, source: &Source<'_>, entry: usize, run: usize) {
+        let number = index(self.touches.len());
+        self.touch_of[entry] = number;
+        let entry = &self.entries[entry];
+        for line in entry.lines.into_iter().filter(|line| *line != 0) {
+            let row = line as usize;
+            let met = &mut self.ends[row - source.first_line].met;
+            if !core::mem::replace(met, true) {
+                self.met.push(line);
+                if self.lifted {
+                    let carried = source.aux.read(row).lift(source.lines.row(row));
+                    self.carried.push(carried);
+                }
+            }
+        }
+        self.touches.push(Touch::new(entry));
+        self.looked.push(0);
+        self.next.push(NONE);
+        let [head, tail] = &mut self.runs[run];
+        if *tail == NONE {
+            *head = number;
+        } else {
+            self.next[*tail as usize] = number;
+        }
+        *tail = number;
     }
 
     /// All impacts of a substep.
@@ -315,7 +316,7 @@ impl Impacts {
         }
         for _ in 0..ROUNDS {
             self.look(source, moment, jobs);
-            self.find_hits(source, moment);
+            self.find_hits(source, moment, jobs);
             if self.hits.is_empty() {
                 break;
             }
@@ -368,52 +369,43 @@ impl Impacts {
 
     /// The points that approach and meet in this substep, of the touches that were looked at. Of several on a
     /// body those of the greatest restitution are first: with unlike ones reflected together energy could grow.
-    fn find_hits(&mut self, source: &Source<'_>, moment: &Moment) {
-        self.hits.clear();
+    fn find_hits(&mut self, source: &Source<'_>, moment: &Moment, jobs: &dyn Executor) {
         let Self { ends, touches, responses, hits, looks, met_points, looked, round, .. } = self;
-        for (number, met) in looks.drain(..).zip(met_points.iter()).filter(|(_, met)| **met != 0) {
-            let touch = &touches[number as usize];
-            let (block, lane) = (touch.block as usize, usize::from(touch.lane));
-            let e = source.extras.read(block).restitution[lane];
-            let contact = source.owners[block][lane];
-            for (j, speed) in touch.speed.into_iter().enumerate() {
-                if met >> j & 1 == 0 {
-                    continue;
-                }
-                hits.push(Hit {
-                    touch: number,
-                    response: NONE,
-                    contact,
-                    point: small(j),
-                    e,
-                    gain: touch.gain(source, moment, e, j),
-                    speed,
-                    impulse: 0.0,
-                    part: 0,
-                });
-                for end in ends_of(source, touch.lines) {
-                    ends[end].most = ends[end].most.max(e);
-                }
-            }
+        hits.clear();
+        for (touch, met) in looks.drain(..).zip(met_points.iter()) {
+            let points = (0..4).filter(|point| met >> point & 1 == 1);
+            hits.extend(points.map(|point| Hit { touch, point, ..Hit::default() }));
         }
-        hits.retain(|hit| {
-            let lines = touches[hit.touch as usize].lines;
-            let first = ends_of(source, lines).all(|end| ends[end].most <= hit.e);
-            if !first && core::mem::replace(&mut looked[hit.touch as usize], *round + 1) <= *round {
-                looks.push(hit.touch);
+        let piece = grain(jobs, hits.len(), 32);
+        for_items(jobs, hits, piece, |_, hits| {
+            for hit in hits {
+                touches[hit.touch as usize].tell(source, moment, hit);
             }
-            first
         });
-        for number in hits.iter().map(|hit| hit.touch).chain(looks.iter().copied()) {
-            for end in ends_of(source, touches[number as usize].lines) {
-                ends[end].most = 0.0;
+        if hits.iter().any(|hit| hit.e.to_bits() != hits[0].e.to_bits()) {
+            let ends_of = |hit: &Hit| ends_of(source, touches[hit.touch as usize].lines);
+            for hit in hits.iter() {
+                ends_of(hit).for_each(|end| ends[end].most = ends[end].most.max(hit.e));
             }
+            for hit in hits.iter_mut() {
+                hit.first = ends_of(hit).all(|end| ends[end].most <= hit.e);
+            }
+            for hit in hits.iter() {
+                ends_of(hit).for_each(|end| ends[end].most = 0.0);
+                if !hit.first
+                    && core::mem::replace(&mut looked[hit.touch as usize], *round + 1) <= *round
+                {
+                    looks.push(hit.touch);
+                }
+            }
+            hits.retain(|hit| hit.first);
         }
         for hit in hits {
             let touch = &mut touches[hit.touch as usize];
             if touch.response == NONE {
                 touch.response = index(responses.len());
                 responses.push(Response::new(touch));
+                source.extras.row(touch.block as usize).hit |= 1 << touch.lane;
             }
             hit.response = touch.response;
         }
@@ -423,7 +415,6 @@ impl Impacts {
     /// touches is the order of blocks, which the number of workers changes.
     fn link_hits(&mut self, source: &Source<'_>) {
         let Self { ends, touches, hits, parts, .. } = self;
-        hits.sort_unstable_by_key(|hit| (hit.contact, hit.point));
         // A set is a tree of hits, each above one of a lower number.
         for i in 0..hits.len() {
             let number = index(i);
@@ -457,7 +448,6 @@ impl Impacts {
             let touch = &mut self.touches[number as usize];
             let lines = touch.lines;
             touch.hits += 1;
-            source.extras.row(touch.block as usize).hit |= 1 << touch.lane;
             self.wake(source, lines, run);
             for end in ends_of(source, lines) {
                 let End { first, count, .. } = self.ends[end];
@@ -519,8 +509,11 @@ impl<S: Simd> Part<'_, S> {
             driven |= response.driven;
         }
         let first = self.hits[0].response as usize;
-        let mut kept =
-            if ALONE { self.responses.read(first).blow(simd, self.source) } else { Blow::none(simd) };
+        let mut kept = if ALONE {
+            self.responses.read(first).blow(simd, self.source)
+        } else {
+            Blow::none(simd)
+        };
         let mut work = 0.0;
         for _ in 0..SWEEPS {
             let mut change = 0.0_f32;

@@ -49,6 +49,25 @@ pub(super) struct Moment {
     pub(super) push: f32,
 }
 
+/// One point that approaches.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Hit {
+    pub(super) touch: u32,
+    pub(super) response: u32,
+    /// Row of the contact.
+    pub(super) contact: u32,
+    pub(super) point: u8,
+    /// No point that approaches one of its bodies has a greater e.
+    pub(super) first: bool,
+    pub(super) e: f32,
+    /// Speed after over speed before.
+    pub(super) gain: f32,
+    pub(super) speed: f32,
+    pub(super) impulse: f32,
+    /// Hits that bodies link have the same: the number of the first of them.
+    pub(super) part: u32,
+}
+
 /// A contact that can bounce: where it stands.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Entry {
@@ -74,7 +93,7 @@ pub(super) struct Touch {
     /// How often it was hit in this substep.
     pub(super) hits: u8,
     /// Speeds of all points along the normal when it was last looked at.
-    pub(super) speed: [f32; 4],
+    speed: [f32; 4],
     /// Separations at the step's start, and now.
     s0: [f32; 4],
     s: [f32; 4],
@@ -86,7 +105,7 @@ pub(super) struct Touch {
     beta: f32,
     /// Its response, once it was hit in this step.
     pub(super) response: u32,
-    /// Least speed at which it bounces in this pass; below 0 while it is not known.
+    /// Least speed at which it bounces without a load.
     least: f32,
     /// The pass that it was last placed in, counted from 1.
     placed: u16,
@@ -125,7 +144,7 @@ impl Touch {
         }
     }
 
-    fn load(&mut self, source: &Source<'_>) {
+    fn load(&mut self, source: &Source<'_>, moment: &Moment) {
         let block = source.blocks.read(self.block as usize);
         let lane = usize::from(self.lane);
         self.n = at(&block.n, lane);
@@ -151,7 +170,9 @@ impl Touch {
                 }
             }
         }
-        self.drifts = source.extras.read(self.block as usize).drifts;
+        let extra = source.extras.read(self.block as usize);
+        self.drifts = extra.drifts;
+        self.least = moment.least.max(extra.slow[lane]).max(STILL);
     }
 
     /// Speed of point `j` along the normal that comes from kinematic bodies.
@@ -166,7 +187,7 @@ impl Touch {
     /// Which of its points approach and meet within the substep, in this pass: bits.
     pub(super) fn look(&mut self, source: &Source<'_>, moment: &Moment, pass: u16) -> u8 {
         if self.placed == 0 {
-            self.load(source);
+            self.load(source, moment);
         }
         if self.placed != pass {
             self.placed = pass;
@@ -188,7 +209,7 @@ impl Touch {
             self.s[j] = self.s0[j] + moved + turned_b[j] - turned_a[j];
             self.s[j] += self.drift(source, j) * elapsed;
         }
-        (self.hits, self.least) = (0, -1.0);
+        self.hits = 0;
     }
 
     /// Speeds of the points along the normal, negative while they approach.
@@ -206,32 +227,24 @@ impl Touch {
         speeds
     }
 
-    /// The points that approach and meet within the substep: bits.
+    /// The points that approach and meet within the substep, faster than what rests: bits.
     #[inline]
-    fn meets(&mut self, source: &Source<'_>, moment: &Moment) -> u8 {
-        let mut met = 0;
-        for j in 0..4 {
-            let soon = self.s[j] + self.speed[j] * moment.h < 0.0;
-            met |= u8::from(self.speed[j] < -STILL && soon) << j;
-        }
-        met &= self.points;
-        if met != 0 {
-            if self.least < 0.0 {
-                self.least = self.least(source, moment);
-            }
+    fn meets(&self, source: &Source<'_>, moment: &Moment) -> u8 {
+        let faster = |least: f32| {
+            let mut met = 0;
             for j in 0..4 {
-                met &= !(u8::from(self.speed[j] >= -self.least) << j);
+                let soon = self.s[j] + self.speed[j] * moment.h < 0.0;
+                met |= u8::from(self.speed[j] < -least && soon) << j;
             }
+            met & self.points
+        };
+        let met = faster(self.least);
+        if met == 0 {
+            return 0;
         }
-        met
-    }
-
-    /// Least speed at which it bounces. What carries a load rests, and its neighbors' push-out and the
-    /// weight above it may move it.
-    fn least(&self, source: &Source<'_>, moment: &Moment) -> f32 {
-        let slow = source.extras.read(self.block as usize).slow[usize::from(self.lane)];
+        // What carries a load rests, and its neighbors' push-out and the weight above it may move it.
         let carried = (self.carried(source) * f32::from(moment.substeps)).min(moment.push);
-        moment.least.max(slow).max(STILL) + carried
+        faster(self.least + carried)
     }
 
     /// Speed that the contact's load makes in a substep.
@@ -244,9 +257,19 @@ impl Touch {
         load * (self.alpha * self.alpha + self.beta * self.beta)
     }
 
+    /// Fills in what a hit of one of its points needs.
+    pub(super) fn tell(&self, source: &Source<'_>, moment: &Moment, hit: &mut Hit) {
+        let (block, lane) = (self.block as usize, usize::from(self.lane));
+        let point = usize::from(hit.point);
+        hit.contact = source.owners[block][lane];
+        hit.e = source.extras.read(block).restitution[lane];
+        hit.speed = self.speed[point];
+        hit.gain = self.gain(source, moment, hit.e, point);
+    }
+
     /// Speed of a point after the bounce over the one before: its energy at the surface, times e², less
     /// what it has at the place where it is, and what the substeps of this step lose of it.
-    pub(super) fn gain(&self, source: &Source<'_>, moment: &Moment, e: f32, j: usize) -> f32 {
+    fn gain(&self, source: &Source<'_>, moment: &Moment, e: f32, j: usize) -> f32 {
         let w = self.speed[j];
         let fall = source.extras.read(self.block as usize).fall[usize::from(self.lane)];
         // What rests is held against gravity.
