@@ -335,8 +335,11 @@ impl Impacts {
         let (touches, met_points) = (Rows::new(touches), Rows::new(met_points));
         for_ranges(jobs, looks.len(), grain(jobs, looks.len(), 64), |range| {
             for k in range {
-                if let Some(next) = looks.get(k + 2) {
+                if let Some(next) = looks.get(k + 6) {
                     touches.prefetch(*next as usize, size_of::<Touch>() / 64);
+                }
+                if let Some(next) = looks.get(k + 3) {
+                    touches.read(*next as usize).ask(source);
                 }
                 *met_points.row(k) = touches.row(looks[k] as usize).look(source, moment, *pass);
             }

@@ -107,8 +107,8 @@ pub(crate) struct Scratch {
     tree_rows: Vec<TreeRow>,
     /// One for each group, while some contact can bounce.
     impacts: Vec<Impacts>,
-    /// Lines that nothing pushed in this step, or empty: see [`Self::flew`].
-    free: Vec<bool>,
+    /// Whether nothing pushed a line in this step, where that is known; or empty: see [`Self::flew`].
+    free: Vec<Option<bool>>,
     /// A bit for each lane of a block whose touch is new.
     begun: Vec<u8>,
     /// How far groups are that keep pace with particles.
@@ -128,7 +128,7 @@ impl Scratch {
     /// True if nothing pushed the body of this line though something was near that it can bounce off: it
     /// flew, and must keep its energy.
     pub(crate) fn flew(&self, line: usize) -> bool {
-        self.free.get(line).copied().unwrap_or(false)
+        matches!(self.free.get(line), Some(Some(true)))
     }
 
     /// Relative residual of the contacts in the last step, of the analytic method, and whether they were
@@ -179,7 +179,7 @@ struct Solver<'a> {
     tree_rows: Rows<'a, TreeRow>,
     /// Empty where `extras` is, as are `free`.
     impacts: Rows<'a, Impacts>,
-    free: Rows<'a, bool>,
+    free: Rows<'a, Option<bool>>,
     begun: Rows<'a, u8>,
     progress: Rows<'a, Progress>,
     /// Empty unless something can break.
@@ -254,7 +254,7 @@ pub(crate) fn solve(
     let has_extras = colors.special > 0;
     s.extras.resize_with(if has_extras { n } else { 0 }, Extra::default);
     s.free.clear();
-    s.free.resize(if has_extras { s.plan.members.len() + 1 } else { 0 }, false);
+    s.free.resize(if has_extras { s.plan.members.len() + 1 } else { 0 }, None);
     if has_extras {
         let groups = s.plan.groups.len().max(s.impacts.len());
         s.impacts.resize_with(groups, Impacts::default);

@@ -115,7 +115,7 @@ pub(super) fn follow(
         let motion = BodyState { v: three(was.x), w: three(was.t), ..start };
         let (way, ..) = integrate::whiten(ctx, body, 1.0, &motion, Vec3::ZERO);
         (to.x, to.t) = (way.v, way.w);
-        (s.lines[line], s.whitening[line], s.free[line]) = (to, whitening, false);
+        (s.lines[line], s.whitening[line], s.free[line]) = (to, whitening, Some(false));
     }
     let to = BodyLines {
         line_of: &s.line_of,

@@ -184,6 +184,12 @@ impl Touch {
         }
     }
 
+    /// Asks for the lines that a look reads.
+    #[inline]
+    pub(super) fn ask(&self, source: &Source<'_>) {
+        self.lines.into_iter().for_each(|line| source.lines.prefetch(line as usize, 1));
+    }
+
     /// Which of its points approach and meet within the substep, in this pass: bits.
     pub(super) fn look(&mut self, source: &Source<'_>, moment: &Moment, pass: u16) -> u8 {
         if self.placed == 0 {

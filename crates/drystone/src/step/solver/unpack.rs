@@ -105,12 +105,13 @@ impl Solver<'_> {
             }
             for lane in 0..LANES {
                 for line in [block.row_a[lane] as usize, block.row_b[lane] as usize] {
-                    if line != 0 && extra.restitution[lane] > 0.0 {
+                    let bounces = line != 0 && extra.restitution[lane] > 0.0;
+                    if bounces && self.free.read(line).is_none() {
                         let body = self.bodies.at(self.plan.members[line - 1]);
                         let start = integrate::whitened(body.v, self.whitening.read(line).alpha());
                         let (aux, end) = (self.aux.read(line), self.lines.read(line));
                         let ctx = self.ctx;
-                        *self.free.row(line) = aux.flew(end, start, ctx.substeps, ctx.h);
+                        *self.free.row(line) = Some(aux.flew(end, start, ctx.substeps, ctx.h));
                     }
                 }
             }

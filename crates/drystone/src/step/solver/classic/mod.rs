@@ -403,7 +403,7 @@ impl Scratch {
             s.whitening.push(one);
             s.aux.push(Aux::default());
             s.squeezes.push(Squeeze { factor: 1.0, ..Squeeze::default() });
-            s.free.push(i > 0 && settings.integration == Integration::Exact && !m.pushed);
+            s.free.push(Some(i > 0 && settings.integration == Integration::Exact && !m.pushed));
         }
     }
 }
