@@ -125,14 +125,11 @@ impl Response {
         }
         for (j, p) in block.points.iter().take(usize::from(block.count)).enumerate() {
             row(j, &p.a, &p.b, extra.drift[j][lane]);
-        }
-        for (j, p) in block.points.iter().take(usize::from(block.count)).enumerate() {
             self.mass[j] = p.mass[lane];
         }
     }
 
-    /// What its rows answer is known after it, the products of each with all, whitened; and nothing has been given yet in a pass
-    /// that is new.
+    /// Makes known what its rows answer, the products of each with all, whitened. In a new pass nothing has been given yet.
     #[inline(always)]
     pub(super) fn couple<S: Simd>(&mut self, simd: S, source: &Source<'_>, pass: u16) {
         if core::mem::replace(&mut self.pass, pass) != pass {
@@ -152,7 +149,7 @@ impl Response {
         }
     }
 
-    /// Nothing given yet.
+    /// A blow that begins: the speeds that the bodies have, and no impulse.
     #[inline(always)]
     pub(super) fn blow<S: Simd>(&self, simd: S, source: &Source<'_>) -> Blow<S> {
         let [a, b] = self.lines.map(|line| source.lines.read(line as usize));

@@ -3,7 +3,7 @@
 //! Reads: blocks, extras (restitution), motion. Writes: lines (velocity), extras (which contacts were
 //! hit). Runs: over the islands of a group in which a pair arrives in this step, over contacts
 //! around bodies that take part; other groups pay for a look at one flag a block. In an island of its own group
-//! parallel over touches that are looked at, and over sets of hits that bodies link. Invariant: neither islands nor
+//! parallel over touches that are looked at, over hits, and over sets of hits that bodies link. Invariant: neither islands nor
 //! sets see each other, and hits of a set are taken in the order of their contacts' rows, so neither grouping nor the number
 //! of workers shows.
 //!
@@ -334,14 +334,15 @@ impl Impacts {
         met_points.resize(looks.len(), 0);
         let (touches, met_points) = (Rows::new(touches), Rows::new(met_points));
         for_ranges(jobs, looks.len(), grain(jobs, looks.len(), 64), |range| {
-            for k in range {
+            let (looks, met_points) = (&looks[range.clone()], met_points.slice(range));
+            for (k, met) in met_points.iter_mut().enumerate() {
                 if let Some(next) = looks.get(k + 6) {
                     touches.prefetch(*next as usize, size_of::<Touch>() / 64);
                 }
                 if let Some(next) = looks.get(k + 3) {
                     touches.read(*next as usize).ask(source);
                 }
-                *met_points.row(k) = touches.row(looks[k] as usize).look(source, moment, *pass);
+                *met = touches.row(looks[k] as usize).look(source, moment, *pass);
             }
         });
     }
