@@ -21,7 +21,7 @@ pub(super) struct Response {
     lane: u8,
     /// One of the bodies is kinematic and moves.
     pub(super) driven: bool,
-    /// The rows are known.
+    /// All rows are known.
     loaded: bool,
     /// The pass in which the impulses below were given.
     pass: u16,
@@ -89,44 +89,36 @@ fn combine<S: Simd>(simd: S, rows: &[Lanes; 3], factors: Wide<S>) -> Vec3 {
 }
 
 impl Response {
-    /// Its rows not yet known.
+    /// With the points' rows of a touch; the others are not yet known.
     pub(super) fn new(touch: &Touch) -> Self {
-        Self { lines: touch.lines, block: touch.block, lane: touch.lane, ..Self::default() }
+        let rows =
+            |of: [[f32; 4]; 3]| of.map(|[r1, r2, r3, r4]| [r1, r2, r3, r4, 0.0, 0.0, 0.0, 0.0]);
+        let Touch { lines, block, lane, n, alpha, beta, a, b, .. } = *touch;
+        Self { lines, block, lane, n, alpha, beta, a: rows(a), b: rows(b), ..Self::default() }
     }
 
     fn load(&mut self, source: &Source<'_>) {
         let block = source.blocks.read(self.block as usize);
         let extra = source.extras.read(self.block as usize);
         let lane = usize::from(self.lane);
-        (self.n, self.t) = (at(&block.n, lane), [at(&block.t1, lane), at(&block.t2, lane)]);
+        self.t = [at(&block.t1, lane), at(&block.t2, lane)];
         self.mu = block.mu[lane];
         (self.mass_t, self.mass_slide) = (block.mass_t.map(|m| m[lane]), block.mass_slide[lane]);
         self.kinetic = if extra.slips { extra.kinetic[lane] } else { 1.0 };
-        // Of a contact with a fixed body its rows are not filled.
-        let free = self.lines.map(|line| line != 0);
-        if free[0] {
-            self.alpha = block.alpha[lane];
-        }
-        if free[1] {
-            self.beta = block.beta[lane];
-        }
-        let mut row = |i: usize, a: &[Lanes; 3], b: &[Lanes; 3], drift: f32| {
-            if free[0] {
-                put(&mut self.a, i, at(a, lane));
-            }
-            if free[1] {
-                put(&mut self.b, i, at(b, lane));
-            }
-            self.drift[i] = drift;
-            self.driven |= drift != 0.0;
-        };
         for i in 0..3 {
-            row(FRICTION + i, &block.a_t[i], &block.b_t[i], extra.drift_t[i][lane]);
+            // Of a contact with a fixed body its rows are not filled.
+            if self.lines[0] != 0 {
+                put(&mut self.a, FRICTION + i, at(&block.a_t[i], lane));
+            }
+            if self.lines[1] != 0 {
+                put(&mut self.b, FRICTION + i, at(&block.b_t[i], lane));
+            }
+            self.drift[FRICTION + i] = extra.drift_t[i][lane];
         }
         for (j, p) in block.points.iter().take(usize::from(block.count)).enumerate() {
-            row(j, &p.a, &p.b, extra.drift[j][lane]);
-            self.mass[j] = p.mass[lane];
+            (self.mass[j], self.drift[j]) = (p.mass[lane], extra.drift[j][lane]);
         }
+        self.driven = self.drift.iter().any(|drift| *drift != 0.0);
     }
 
     /// Makes known what its rows answer, the products of each with all, whitened. In a new pass nothing has been given yet.

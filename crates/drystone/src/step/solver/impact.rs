@@ -98,7 +98,7 @@ fn index(i: usize) -> u32 {
     u32::try_from(i).expect("fewer than 2^32 contacts")
 }
 
-/// Number of a lane or a point.
+/// Number of a lane.
 #[expect(clippy::cast_possible_truncation, reason = "below 8")]
 const fn small(i: usize) -> u8 {
     i as u8
@@ -387,22 +387,21 @@ impl Impacts {
             }
         });
         if hits.iter().any(|hit| hit.e.to_bits() != hits[0].e.to_bits()) {
-            let ends_of = |hit: &Hit| ends_of(source, touches[hit.touch as usize].lines);
+            let ends_of = |touch: u32| ends_of(source, touches[touch as usize].lines);
             for hit in hits.iter() {
-                ends_of(hit).for_each(|end| ends[end].most = ends[end].most.max(hit.e));
+                ends_of(hit.touch).for_each(|end| ends[end].most = ends[end].most.max(hit.e));
             }
-            for hit in hits.iter_mut() {
-                hit.first = ends_of(hit).all(|end| ends[end].most <= hit.e);
-            }
-            for hit in hits.iter() {
-                ends_of(hit).for_each(|end| ends[end].most = 0.0);
-                if !hit.first
-                    && core::mem::replace(&mut looked[hit.touch as usize], *round + 1) <= *round
-                {
+            hits.retain(|hit| {
+                let first = ends_of(hit.touch).all(|end| ends[end].most <= hit.e);
+                let round = *round + 1;
+                if !first && core::mem::replace(&mut looked[hit.touch as usize], round) < round {
                     looks.push(hit.touch);
                 }
+                first
+            });
+            for touch in hits.iter().map(|hit| hit.touch).chain(looks.iter().copied()) {
+                ends_of(touch).for_each(|end| ends[end].most = 0.0);
             }
-            hits.retain(|hit| hit.first);
         }
         for hit in hits {
             let touch = &mut touches[hit.touch as usize];

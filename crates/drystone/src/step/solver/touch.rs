@@ -57,8 +57,6 @@ pub(super) struct Hit {
     /// Row of the contact.
     pub(super) contact: u32,
     pub(super) point: u8,
-    /// No point that approaches one of its bodies has a greater e.
-    pub(super) first: bool,
     pub(super) e: f32,
     /// Speed after over speed before.
     pub(super) gain: f32,
@@ -82,7 +80,7 @@ pub(super) struct Entry {
 const HITS: [u8; 2] = [8, 3];
 
 /// A contact that can bounce, out of its block once it is looked at: what a look reads, in three cache lines.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 #[repr(C, align(64))]
 pub(super) struct Touch {
     pub(super) lines: [u32; 2],
@@ -98,11 +96,11 @@ pub(super) struct Touch {
     s0: [f32; 4],
     s: [f32; 4],
     /// How the points' rows turn A and B: component, point.
-    a: [[f32; 4]; 3],
-    b: [[f32; 4]; 3],
-    n: Vec3,
-    alpha: f32,
-    beta: f32,
+    pub(super) a: [[f32; 4]; 3],
+    pub(super) b: [[f32; 4]; 3],
+    pub(super) n: Vec3,
+    pub(super) alpha: f32,
+    pub(super) beta: f32,
     /// Its response, once it was hit in this step.
     pub(super) response: u32,
     /// Least speed at which it bounces without a load.
@@ -121,27 +119,9 @@ fn along(rows: &[[f32; 4]; 3], v: Vec3) -> [f32; 4] {
 
 impl Touch {
     /// Not yet looked at.
-    pub(super) const fn new(entry: &Entry) -> Self {
-        let Entry { lines, block, lane, .. } = *entry;
-        Self {
-            lines,
-            block,
-            lane,
-            points: 0,
-            hits: 0,
-            speed: [0.0; 4],
-            s0: [0.0; 4],
-            s: [0.0; 4],
-            a: [[0.0; 4]; 3],
-            b: [[0.0; 4]; 3],
-            n: Vec3::ZERO,
-            alpha: 0.0,
-            beta: 0.0,
-            response: NONE,
-            least: 0.0,
-            placed: 0,
-            drifts: false,
-        }
+    pub(super) fn new(entry: &Entry) -> Self {
+        let Entry { lines, block, lane } = *entry;
+        Self { lines, block, lane, response: NONE, ..Self::default() }
     }
 
     fn load(&mut self, source: &Source<'_>, moment: &Moment) {
@@ -175,13 +155,13 @@ impl Touch {
         self.least = moment.least.max(extra.slow[lane]).max(STILL);
     }
 
-    /// Speed of point `j` along the normal that comes from kinematic bodies.
-    fn drift(&self, source: &Source<'_>, j: usize) -> f32 {
-        if self.drifts {
-            source.extras.read(self.block as usize).drift[j][usize::from(self.lane)]
-        } else {
-            0.0
+    /// Speeds of the points along the normal that come from kinematic bodies.
+    fn drift(&self, source: &Source<'_>) -> [f32; 4] {
+        if !self.drifts {
+            return [0.0; 4];
         }
+        let extra = source.extras.read(self.block as usize);
+        extra.drift.map(|drift| drift[usize::from(self.lane)])
     }
 
     /// Asks for the lines that a look reads.
@@ -211,9 +191,9 @@ impl Touch {
         let [a, b] = self.lines.map(|line| source.lines.read(line as usize));
         let moved = self.n.dot(three(b.x) * self.beta - three(a.x) * self.alpha);
         let (turned_a, turned_b) = (along(&self.a, three(a.t)), along(&self.b, three(b.t)));
+        let drift = self.drift(source);
         for j in 0..4 {
-            self.s[j] = self.s0[j] + moved + turned_b[j] - turned_a[j];
-            self.s[j] += self.drift(source, j) * elapsed;
+            self.s[j] = self.s0[j] + moved + turned_b[j] - turned_a[j] + drift[j] * elapsed;
         }
         self.hits = 0;
     }
@@ -224,13 +204,8 @@ impl Touch {
         let [a, b] = self.lines.map(|line| source.lines.read(line as usize));
         let u = self.n.dot(three(b.v) * self.beta - three(a.v) * self.alpha);
         let (turn_a, turn_b) = (along(&self.a, three(a.w)), along(&self.b, three(b.w)));
-        let mut speeds = core::array::from_fn(|l| u + turn_b[l] - turn_a[l]);
-        if self.drifts {
-            for (j, speed) in speeds.iter_mut().enumerate() {
-                *speed += self.drift(source, j);
-            }
-        }
-        speeds
+        let drift = self.drift(source);
+        core::array::from_fn(|l| u + turn_b[l] - turn_a[l] + drift[l])
     }
 
     /// The points that approach and meet within the substep, faster than what rests: bits.
