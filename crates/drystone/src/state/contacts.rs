@@ -118,8 +118,8 @@ pub(crate) struct Contact {
     pub(crate) probe: Shared,
     /// The next manifold of the same pair (meshes), or [`NONE`].
     pub(crate) next_part: u32,
-    /// Of pairs with a mesh: how far was looked for points when the manifolds were made [m].
-    pub(crate) looked: f32,
+    /// Of pairs with a mesh: how far all was apart, at least, that got no points when the manifolds were made [m].
+    pub(crate) clear: f32,
     pub(crate) cache: PairCache,
 }
 

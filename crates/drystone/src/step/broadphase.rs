@@ -296,7 +296,7 @@ fn contact_of(a: u32, b: u32, shapes: &Shapes) -> Contact {
         probe: Shared::new(NONE),
         place: Place::NOWHERE,
         next_part: NONE,
-        looked: 0.0,
+        clear: 0.0,
         is_part: false,
         sensor,
         touching: false,

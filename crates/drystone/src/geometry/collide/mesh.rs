@@ -15,6 +15,7 @@ mod hull;
 mod near;
 mod placed;
 mod round;
+mod select;
 mod triangle;
 
 #[cfg(test)]
@@ -59,7 +60,7 @@ pub(crate) struct MeshScratch {
 
 /// The manifolds of a mesh A and a convex solid B (no half-space, no mesh), in the frame of A: at most
 /// [`MAX_PARTS`], each with a normal of its own, the deepest first. Returns how many were written to
-/// `out`; if none, the first of `out` tells how far apart the two are.
+/// `out`. The first of `out` tells how far apart the two are, or all that has no points.
 pub(crate) fn collide_mesh(
     level: Level,
     mesh: &Mesh,
@@ -69,13 +70,20 @@ pub(crate) fn collide_mesh(
     scratch: &mut MeshScratch,
     out: &mut [Manifold; MAX_PARTS],
 ) -> usize {
-    let gap = dispatch!(level, simd => collect(simd, mesh, b, b_in_mesh, reach, scratch));
-    out[0] = Manifold::apart(greater(gap, 0.0));
-    if scratch.near.is_empty() { 0 } else { scratch.contacts.reduce(out) }
+    dispatch!(level, simd => {
+        let [gap, unseen] = collect(simd, mesh, b, b_in_mesh, reach, scratch);
+        let count = scratch.contacts.reduce(simd, out);
+        if count == 0 {
+            out[0] = Manifold::apart(greater(gap, 0.0));
+        } else {
+            out[0].gap = unseen;
+        }
+        count
+    })
 }
 
-/// Collects the contacts of the triangles near the solid; returns how far apart it is from all triangles,
-/// at least [m].
+/// Collects the contacts of the triangles near the solid; returns how far apart it is from all triangles, at least, and from
+/// what has no points [m].
 #[inline(always)]
 fn collect<S: Simd>(
     simd: S,
@@ -84,10 +92,11 @@ fn collect<S: Simd>(
     b_in_mesh: &Pose,
     reach: &Reach,
     scratch: &mut MeshScratch,
-) -> f32 {
+) -> [f32; 2] {
     let MeshScratch { stack, packs, near, space, contacts, clipper } = scratch;
     let (radius, at) = (b.radius, b_in_mesh.position);
     near.clear();
+    contacts.restart(limits(b, reach));
     let mut placed = match &b.core {
         Core::Point => Placed::Sphere(at),
         Core::Segment { half_height } => {
@@ -99,7 +108,7 @@ fn collect<S: Simd>(
             let radii = [*radius_bottom, *radius_top];
             Placed::Frustum(PlacedFrustum::new(b_in_mesh, *half_height, radii, radius))
         }
-        Core::HalfSpace { .. } | Core::Mesh(_) => return 0.0,
+        Core::HalfSpace { .. } | Core::Mesh(_) => return [0.0; 2],
     };
     let bounds = match &placed {
         Placed::Hull(hull) if !hull.is_cuboid() => hull.bounds(simd),
@@ -128,10 +137,7 @@ fn collect<S: Simd>(
     };
     let outline = Outline { bounds, core, center, points, discs, planes, radius };
     let mut gap = near::find(simd, mesh, &outline, reach, [stack, packs], near);
-    if near.is_empty() {
-        return gap;
-    }
-    contacts.restart(limits(b, reach));
+    let mut unseen = gap;
     for near in near.iter() {
         let triangle = Triangle::new(mesh, *near, center);
         let apart = match &mut placed {
@@ -140,9 +146,16 @@ fn collect<S: Simd>(
             Placed::Hull(body) => hull::hull(simd, &triangle, body, contacts, clipper),
             Placed::Frustum(body) => frustum::frustum(&triangle, body, contacts, clipper),
         };
-        gap = lesser(gap, greater(near.apart, apart.unwrap_or(0.0)));
+        let known = greater(near.apart, apart.unwrap_or(0.0));
+        gap = lesser(gap, known);
+        let next = match (apart, &placed) {
+            (None, Placed::Hull(body)) => body.next_above(simd, &triangle, reach.margin),
+            (None, _) => reach.margin,
+            (Some(_), _) => known,
+        };
+        unseen = lesser(unseen, next);
     }
-    gap
+    [gap, unseen]
 }
 
 fn row(v: Vec3, w: f32) -> Row {

@@ -73,7 +73,7 @@ pub(super) fn update(
     let last = look.probe.rotation_a;
     look.restart(if count == 0 { made[0].gap } else { 0.0 }, a, b);
     contact.offset = look.probe.offset;
-    contact.looked = margin;
+    contact.clear = if count == 0 { margin } else { margin.max(made[0].gap) };
     if count <= 1 && contact.others == 0 {
         let idle = count == 0 && contact.count == 0;
         let manifold = if count == 0 { Manifold::default() } else { made[0] };
@@ -143,10 +143,10 @@ fn may_recycle(
     }
     let limit = ctx.recycle_distance.min(0.25 * motion.radius);
     // Corners that were far when a tilted box met the ground on an edge must not be overlooked.
-    let limit = if points < 3 { 0.2 * limit } else { limit };
+    let seen = motion.since + ahead < contact.clear;
+    let limit = if points < 3 && !seen { 0.2 * limit } else { limit };
     // Nor what a fast shape was too far from.
-    let seen = ahead < 0.5 * ctx.margin || motion.since + ahead < contact.looked;
-    motion.since < limit && seen
+    motion.since < limit && (seen || ahead < 0.5 * ctx.margin)
 }
 
 /// Which of the new manifolds goes to which row: to that of the old one with nearly the same normal, so

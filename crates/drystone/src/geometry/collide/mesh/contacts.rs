@@ -1,7 +1,10 @@
 //! Contacts of single triangles, collected and reduced to a few manifolds.
 
+use fearless_simd::Simd;
+
 use super::MAX_PARTS;
 use super::round::point;
+use super::select::Members;
 use super::triangle::Triangle;
 use crate::base::math::{Vec3, greater, lesser};
 use crate::geometry::manifold::{FeatureId, Manifold, ManifoldPoint};
@@ -52,13 +55,23 @@ struct Patch {
     end: usize,
 }
 
+/// A patch among the others: what decides on its place, and its number.
+#[derive(Clone, Copy, Debug)]
+struct Place {
+    stands_in: bool,
+    due: f32,
+    triangle: u32,
+    patch: u32,
+}
+
 /// The contacts of all triangles, and memory that is kept from one solid to the next.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Contacts {
     pub(super) limits: Limits,
     points: Vec<ManifoldPoint>,
     patches: Vec<Patch>,
-    members: [Vec<ManifoldPoint>; MAX_PARTS],
+    order: Vec<Place>,
+    members: [Members; MAX_PARTS],
     /// The deepest overlap whose normal no triangle allows.
     spare: Option<Manifold>,
 }
@@ -184,28 +197,21 @@ impl Contacts {
     }
 
     /// Writes the manifolds, the one with the deepest point first.
-    pub(super) fn reduce(&mut self, out: &mut [Manifold; MAX_PARTS]) -> usize {
+    #[inline(always)]
+    pub(super) fn reduce<S: Simd>(&mut self, simd: S, out: &mut [Manifold; MAX_PARTS]) -> usize {
         if let Some(spare) = self.spare
             && self.patches.iter().all(|p| p.deepest > 0.0)
         {
             out[0] = spare;
             return 1;
         }
-        let order = |a: &Patch, b: &Patch| {
-            a.due.total_cmp(&b.due).then(a.triangle.cmp(&b.triangle)).then(a.first.cmp(&b.first))
-        };
-        // Stand-ins last: what they stand in for is known then.
-        self.patches.sort_unstable_by(|a, b| {
-            a.refused.is_some().cmp(&b.refused.is_some()).then(order(a, b))
-        });
-        let mut leads: [Option<Patch>; MAX_PARTS] = [None; MAX_PARTS];
+        self.sort();
+        let mut leads: [Option<&Patch>; MAX_PARTS] = [None; MAX_PARTS];
         let mut members = core::mem::take(&mut self.members);
-        for list in &mut members {
-            list.clear();
-        }
         let mut proper = 0;
         let mut count = 0;
-        for patch in &self.patches {
+        for place in &self.order {
+            let patch = &self.patches[place.patch as usize];
             let near = |normal: Vec3, n: usize| {
                 leads[..n]
                     .iter()
@@ -220,7 +226,8 @@ impl Contacts {
             let at = match near(patch.axis.normal, count) {
                 Some(at) => at,
                 None if count < MAX_PARTS => {
-                    leads[count] = Some(*patch);
+                    leads[count] = Some(patch);
+                    members[count].clear();
                     count += 1;
                     count - 1
                 }
@@ -229,86 +236,42 @@ impl Contacts {
             if patch.refused.is_none() {
                 proper = count;
             }
-            members[at].extend_from_slice(&self.points[patch.first..patch.end]);
+            for point in &self.points[patch.first..patch.end] {
+                members[at].push(point);
+            }
         }
-        let deepest = |points: &[ManifoldPoint]| {
-            points.iter().map(|p| p.separation).fold(f32::INFINITY, lesser)
-        };
         let mut parts: [(f32, usize); MAX_PARTS] = [(f32::INFINITY, MAX_PARTS); MAX_PARTS];
         for at in 0..count {
-            parts[at] = (deepest(&members[at]), at);
+            parts[at] = (members[at].deepest(simd), at);
         }
         parts.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-        for (slot, (_, at)) in out.iter_mut().zip(&parts[..count]) {
-            if let Some(lead) = &leads[*at] {
-                *slot = select(lead.axis.normal, &members[*at], &self.limits);
+        for (slot, (deepest, at)) in out.iter_mut().zip(&parts[..count]) {
+            if let Some(lead) = leads[*at] {
+                *slot = members[*at].select(simd, lead.axis.normal, *deepest, &self.limits);
             }
         }
         self.members = members;
         count
     }
-}
 
-/// At most four of `points` that carry the same: the deepest, and those that span the largest area.
-fn select(normal: Vec3, points: &[ManifoldPoint], limits: &Limits) -> Manifold {
-    let mut manifold = Manifold { normal, ..Manifold::default() };
-    let deepest = points.iter().map(|p| p.separation).fold(f32::INFINITY, lesser);
-    // Points of equal depth up to rounding: the outermost in a fixed direction, not the one that
-    // noise favors. The direction is along no axis, so that a square has one outermost corner.
-    let across = normal.any_perpendicular();
-    let tangent = across + normal.cross(across) * 0.37;
-    let level = |p: &ManifoldPoint| p.separation <= deepest + 0.1 * limits.bias;
-    let Some(a) = largest(points.iter().filter(|p| level(p)), |p| tangent.dot(p)) else {
-        return manifold;
-    };
-    manifold.push(*a);
-    let merge = limits.merge;
-    let flat = |v: Vec3| v - normal * normal.dot(v);
-    let distance = |p: Vec3| flat(p - a.position).length_squared();
-    let Some(b) = largest(points.iter(), distance).filter(|p| distance(p.position) > merge * merge)
-    else {
-        return manifold;
-    };
-    manifold.push(*b);
-    let span = b.position - a.position;
-    let least = merge * span.length();
-    let area = |p: Vec3| normal.dot(span.cross(p - a.position));
-    let Some(c) =
-        largest(points.iter(), |p| area(p).abs()).filter(|p| area(p.position).abs() > least)
-    else {
-        return manifold;
-    };
-    manifold.push(*c);
-    // Counter-clockwise about the normal, so that what lies outside has a positive area.
-    let corners = if area(c.position) > 0.0 {
-        [a.position, b.position, c.position]
-    } else {
-        [b.position, a.position, c.position]
-    };
-    let gain = |p: Vec3| {
-        (0..3)
-            .map(|k| normal.dot((p - corners[k]).cross(corners[(k + 1) % 3] - corners[k])))
-            .fold(0.0, greater)
-    };
-    if let Some(d) = largest(points.iter(), gain).filter(|p| gain(p.position) > least) {
-        manifold.push(*d);
+    /// Brings the patches in order: what is due first, and stand-ins last, for what they stand in for is known then.
+    fn sort(&mut self) {
+        self.order.clear();
+        self.order.extend((0..).zip(&self.patches).map(|(patch, of)| Place {
+            stands_in: of.refused.is_some(),
+            due: of.due,
+            triangle: of.triangle,
+            patch,
+        }));
+        // Patches of a triangle are in the order in which they came.
+        self.order.sort_unstable_by(|a, b| {
+            a.stands_in
+                .cmp(&b.stands_in)
+                .then(a.due.total_cmp(&b.due))
+                .then(a.triangle.cmp(&b.triangle))
+                .then(a.patch.cmp(&b.patch))
+        });
     }
-    manifold
-}
-
-/// The point with the largest value; the first of equal ones.
-fn largest<'a>(
-    points: impl Iterator<Item = &'a ManifoldPoint>,
-    value: impl Fn(Vec3) -> f32,
-) -> Option<&'a ManifoldPoint> {
-    let mut best: Option<(&ManifoldPoint, f32)> = None;
-    for p in points {
-        let v = value(p.position);
-        if best.is_none_or(|(_, b)| v > b) {
-            best = Some((p, v));
-        }
-    }
-    best.map(|(p, _)| p)
 }
 
 /// One number from three: the features that make a point.

@@ -171,6 +171,21 @@ impl<'a> PlacedHull<'a> {
         least(low)
     }
 
+    /// How far the lowest of its vertices that are farther than `limit` over the plane of a triangle is [m].
+    #[inline(always)]
+    pub(super) fn next_above<S: Simd>(&self, simd: S, triangle: &Triangle, limit: f32) -> f32 {
+        let infinite = splat(simd, f32::INFINITY);
+        let limit = limit + self.radius;
+        let (n, at) = (triangle.normal, triangle.corners[0]);
+        let (n, at) = (Vec3w::splat(simd, n), Vec3w::splat(simd, at));
+        let mut next = infinite;
+        for v in &self.space.corners {
+            let height = n.dot(Vec3w::load(simd, v) - at);
+            next = min(next, select(above(height, splat(simd, limit)), height, infinite));
+        }
+        least(next) - self.radius
+    }
+
     /// True if no normal over edge `k`, from the triangle's to that of the neighbor, separates more than
     /// `limit`: every vertex bounds that, by its height over the plane and its way beyond the edge.
     #[inline(always)]
