@@ -163,3 +163,96 @@ impl Members {
         manifold
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use fearless_simd::dispatch;
+
+    use super::super::contacts::Limits;
+    use super::Members;
+    use crate::base::math::{Vec3, lesser, vec3};
+    use crate::base::random::Random;
+    use crate::base::wide::SimdLevel;
+    use crate::geometry::manifold::ManifoldPoint;
+
+    /// The first of the largest by `value`.
+    fn largest(points: &[ManifoldPoint], value: impl Fn(&ManifoldPoint) -> f32) -> (Vec3, f32) {
+        let mut best = (Vec3::ZERO, f32::NEG_INFINITY);
+        for p in points {
+            let v = value(p);
+            if v > best.1 {
+                best = (p.position, v);
+            }
+        }
+        best
+    }
+
+    /// What is said of [`Members::select`], point by point.
+    fn places(normal: Vec3, points: &[ManifoldPoint], limits: &Limits) -> Vec<Vec3> {
+        let deepest = points.iter().map(|p| p.separation).fold(f32::INFINITY, lesser);
+        let across = normal.any_perpendicular();
+        let tangent = across + normal.cross(across) * 0.37;
+        let (a, _) = largest(points, |p| {
+            let level = p.separation <= deepest + 0.1 * limits.bias;
+            if level { tangent.dot(p.position) } else { f32::NEG_INFINITY }
+        });
+        let (b, far) = largest(points, |p| {
+            let arm = p.position - a;
+            (arm - normal * normal.dot(arm)).length_squared()
+        });
+        if far <= limits.merge * limits.merge {
+            return vec![a];
+        }
+        let least = limits.merge * (b - a).length();
+        let area = |p: Vec3| normal.dot((b - a).cross(p - a));
+        let (c, wide) = largest(points, |p| area(p.position).abs());
+        if wide <= least {
+            return vec![a, b];
+        }
+        let [p, q] = if area(c) > 0.0 { [a, b] } else { [b, a] };
+        let (d, more) = largest(points, |x| {
+            [(p, q), (q, c), (c, p)]
+                .map(|(from, to)| normal.dot((x.position - from).cross(to - from)))
+                .into_iter()
+                .fold(0.0, f32::max)
+        });
+        if more > least { vec![a, b, c, d] } else { vec![a, b, c] }
+    }
+
+    #[test]
+    fn eight_at_a_time_are_chosen_as_one_by_one() {
+        let mut random = Random::new(1);
+        #[expect(clippy::cast_possible_truncation, reason = "any number will do")]
+        let mut any = || random.unit() as f32;
+        let limits = Limits { merge: 0.05, bias: 0.01, ..Limits::default() };
+        let mut sizes = [0; 5];
+        for round in 0..2000_u16 {
+            let normal = vec3(any() - 0.5, 1.0, any() - 0.5).normalize_or(Vec3::Y);
+            // Some so near that they are one, some on a line, some of one depth.
+            let size = [0.01, 0.2, 2.0][usize::from(round % 3)];
+            let line = round % 5 == 0;
+            let points: Vec<ManifoldPoint> = (0..=round % 37)
+                .map(|feature| {
+                    let z = if line { 0.0 } else { any() * size };
+                    let position = vec3(any() * size, 0.01 * any(), z);
+                    let separation = if round % 7 == 0 { 0.0 } else { 0.02 * any() };
+                    ManifoldPoint { position, separation, feature: feature.into() }
+                })
+                .collect();
+            let mut members = Members::default();
+            points.iter().for_each(|p| members.push(p));
+            let expected = places(normal, &points, &limits);
+            for level in SimdLevel::available() {
+                let manifold = dispatch!(level.0, simd => {
+                    let deepest = members.deepest(simd);
+                    members.select(simd, normal, deepest, &limits)
+                });
+                let found: Vec<Vec3> = manifold.points().iter().map(|p| p.position).collect();
+                assert_eq!(found, expected, "round {round}");
+                assert!(manifold.points().iter().all(|p| points.contains(p)));
+            }
+            sizes[expected.len()] += 1;
+        }
+        assert!(sizes[1..].iter().all(|n| *n > 50), "{sizes:?}");
+    }
+}
