@@ -29,8 +29,8 @@ pub(crate) struct Manifold {
     pub(crate) normal: Vec3,
     pub(crate) points: [ManifoldPoint; 4],
     pub(crate) count: usize,
-    /// Without points: the solids are at least so far apart [m]; 0 if that was not worked out. The first of a mesh that have
-    /// points: all that has none is, and what of the solid is farther over a triangle with points than the margin.
+    /// Without points: the solids are at least so far apart [m]; 0 if that was not worked out. With points, of the first with a
+    /// mesh only: how far all triangles are that got none, and all vertices over those with some that are beyond the margin.
     pub(crate) gap: f32,
 }
 

@@ -142,10 +142,10 @@ fn may_recycle(
         part = next(contact, slots);
     }
     let limit = ctx.recycle_distance.min(0.25 * motion.radius);
-    // Corners that were far when a tilted box met the ground on an edge must not be overlooked.
+    // All that had no points is farther than the shape comes in this step: else what is fast must look again, and corners
+    // that were far when a tilted box met the ground on an edge must not be overlooked.
     let seen = motion.since + ahead < contact.clear;
     let limit = if points < 3 && !seen { 0.2 * limit } else { limit };
-    // Nor what a fast shape was too far from.
     motion.since < limit && (seen || ahead < 0.5 * ctx.margin)
 }
 
