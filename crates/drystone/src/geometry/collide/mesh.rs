@@ -72,7 +72,7 @@ pub(crate) fn collide_mesh(
 ) -> usize {
     dispatch!(level, simd => {
         let [gap, unseen] = collect(simd, mesh, b, b_in_mesh, reach, scratch);
-        let count = scratch.contacts.reduce(simd, out);
+        let count = if scratch.near.is_empty() { 0 } else { scratch.contacts.reduce(simd, out) };
         if count == 0 {
             out[0] = Manifold::apart(greater(gap, 0.0));
         } else {
@@ -96,7 +96,6 @@ fn collect<S: Simd>(
     let MeshScratch { stack, packs, near, space, contacts, clipper } = scratch;
     let (radius, at) = (b.radius, b_in_mesh.position);
     near.clear();
-    contacts.restart(limits(b, reach));
     let mut placed = match &b.core {
         Core::Point => Placed::Sphere(at),
         Core::Segment { half_height } => {
@@ -137,6 +136,10 @@ fn collect<S: Simd>(
     };
     let outline = Outline { bounds, core, center, points, discs, planes, radius };
     let mut gap = near::find(simd, mesh, &outline, reach, [stack, packs], near);
+    if near.is_empty() {
+        return [gap; 2];
+    }
+    contacts.restart(limits(b, reach));
     let mut unseen = gap;
     for near in near.iter() {
         let triangle = Triangle::new(mesh, *near, center);

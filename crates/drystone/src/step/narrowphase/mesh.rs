@@ -73,7 +73,7 @@ pub(super) fn update(
     let last = look.probe.rotation_a;
     look.restart(if count == 0 { made[0].gap } else { 0.0 }, a, b);
     contact.offset = look.probe.offset;
-    contact.clear = if count == 0 { margin } else { margin.max(made[0].gap) };
+    contact.clear = margin.max(made[0].gap);
     if count <= 1 && contact.others == 0 {
         let idle = count == 0 && contact.count == 0;
         let manifold = if count == 0 { Manifold::default() } else { made[0] };

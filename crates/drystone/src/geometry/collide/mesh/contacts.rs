@@ -49,7 +49,6 @@ struct Patch {
     deepest: f32,
     /// Deepest point when the solid has gone its way: what has no place is what matters least then.
     due: f32,
-    triangle: u32,
     corners: [Vec3; 3],
     first: usize,
     end: usize,
@@ -60,7 +59,6 @@ struct Patch {
 struct Place {
     stands_in: bool,
     due: f32,
-    triangle: u32,
     patch: u32,
 }
 
@@ -124,7 +122,6 @@ impl Contacts {
                 refused,
                 deepest,
                 due: deepest + axis.normal.dot(self.limits.way),
-                triangle: triangle.number,
                 corners: triangle.corners,
                 first,
                 end,
@@ -260,16 +257,11 @@ impl Contacts {
         self.order.extend((0..).zip(&self.patches).map(|(patch, of)| Place {
             stands_in: of.refused.is_some(),
             due: of.due,
-            triangle: of.triangle,
             patch,
         }));
-        // Patches of a triangle are in the order in which they came.
+        // Those that are due alike in the order in which they came, which is that of the triangles' numbers.
         self.order.sort_unstable_by(|a, b| {
-            a.stands_in
-                .cmp(&b.stands_in)
-                .then(a.due.total_cmp(&b.due))
-                .then(a.triangle.cmp(&b.triangle))
-                .then(a.patch.cmp(&b.patch))
+            a.stands_in.cmp(&b.stands_in).then(a.due.total_cmp(&b.due)).then(a.patch.cmp(&b.patch))
         });
     }
 }

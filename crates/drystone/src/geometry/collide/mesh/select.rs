@@ -3,7 +3,7 @@
 use fearless_simd::{Simd, SimdBase};
 
 use super::contacts::Limits;
-use crate::base::math::Vec3;
+use crate::base::math::{Vec3, lesser};
 use crate::base::wide::{
     LANES, Lanes, Vec3w, Wide, above, at, bits, least, load, max, most, put, select, splat,
 };
@@ -80,10 +80,7 @@ impl Members {
     pub(super) fn deepest<S: Simd>(&self, simd: S) -> f32 {
         let mut low = f32::INFINITY;
         for group in &self.groups {
-            let depth = least(load(simd, &group.separation));
-            if depth < low {
-                low = depth;
-            }
+            low = lesser(least(load(simd, &group.separation)), low);
         }
         low
     }
