@@ -46,10 +46,12 @@ pub(super) struct Impacts {
     /// Their touches, once they have one.
     touch_of: Vec<u32>,
     ends: Vec<End>,
-    /// Entries around each line, line after line.
+    /// Entries around each line, line after line, and their touches.
     around: Vec<u32>,
+    near: Vec<u32>,
     /// Island and entry of what arrives in this step.
     arrivals: Vec<(u32, u32)>,
+    /// As many as there are numbers in `looked`; what follows is of steps before.
     touches: Vec<Touch>,
     /// Of the touches that were hit.
     responses: Vec<Response>,
@@ -133,7 +135,6 @@ impl Impacts {
         }
         self.entries.clear();
         self.arrivals.clear();
-        self.touches.clear();
         self.responses.clear();
         self.looked.clear();
         self.round = 0;
@@ -157,10 +158,13 @@ impl Impacts {
         }
         self.around.clear();
         self.around.resize(first as usize, NONE);
-        for (number, entry) in (0..).zip(&self.entries) {
-            for end in ends_of(source, entry.lines) {
+        self.near.clear();
+        self.near.resize(first as usize, NONE);
+        for (number, entry) in (0..).zip(&mut self.entries) {
+            for (end, place) in ends_of(source, entry.lines).zip(&mut entry.places) {
                 let end = &mut self.ends[end];
-                self.around[(end.first + end.count) as usize] = number;
+                *place = end.first + end.count;
+                self.around[*place as usize] = number;
                 end.count += 1;
             }
         }
@@ -212,7 +216,7 @@ impl Impacts {
                 self.ends[end].count += 1;
             }
             let (block, lane) = (index(i), small(lane));
-            self.entries.push(Entry { lines, block, lane });
+            self.entries.push(Entry { lines, block, lane, places: [NONE; 2] });
         }
     }
 
@@ -245,9 +249,15 @@ impl Impacts {
 
     /// Makes a touch of an entry.
     fn add(&mut self, source: &Source<'_>, entry: usize, run: usize) {
-        let number = index(self.touches.len());
+        let place = self.looked.len();
+        let number = index(place);
         self.touch_of[entry] = number;
         let entry = &self.entries[entry];
+        for place in entry.places {
+            if let Some(near) = self.near.get_mut(place as usize) {
+                *near = number;
+            }
+        }
         for line in entry.lines.into_iter().filter(|line| *line != 0) {
             let row = line as usize;
             let met = &mut self.ends[row - source.first_line].met;
@@ -259,7 +269,10 @@ impl Impacts {
                 }
             }
         }
-        self.touches.push(Touch::new(entry));
+        match self.touches.get_mut(place) {
+            Some(touch) => touch.restart(entry),
+            None => self.touches.push(Touch::new(entry)),
+        }
         self.looked.push(0);
         self.next.push(NONE);
         let [head, tail] = &mut self.runs[run];
@@ -284,20 +297,30 @@ impl Impacts {
         self.lifted = moment.kicked;
         self.carried.clear();
         if self.lifted {
-            for line in &self.met {
-                let row = *line as usize;
-                self.carried.push(source.aux.read(row).lift(source.lines.row(row)));
-            }
+            self.carried.resize(self.met.len(), Carried::default());
+            self.for_met(jobs, |row, carried| {
+                *carried = source.aux.read(row).lift(source.lines.row(row));
+            });
         }
         self.pass += 1;
         for run in 0..self.runs.len() {
             self.reflect_all(source, moment, run, jobs);
         }
-        for (line, carried) in self.met.iter().zip(&self.carried) {
-            let row = *line as usize;
+        self.for_met(jobs, |row, carried| {
             source.aux.read(row).put_back(source.lines.row(row), carried);
-        }
+        });
         self.lifted = false;
+    }
+
+    /// Calls `f` with each line that was met and what is carried for it, if anything is.
+    fn for_met(&mut self, jobs: &dyn Executor, f: impl Fn(usize, &mut Carried) + Sync) {
+        let (met, carried) = (&self.met, &mut self.carried);
+        let piece = grain(jobs, carried.len(), 128);
+        for_items(jobs, carried, piece, |first, carried| {
+            for (line, carried) in met[first..].iter().zip(carried) {
+                f(*line as usize, carried);
+            }
+        });
     }
 
     /// All rounds of an island.
@@ -349,8 +372,9 @@ impl Impacts {
 
     /// All sets of hits: what bodies link is in one.
     fn reflect(&mut self, source: &Source<'_>, jobs: &dyn Executor) {
-        let Self { responses, hits, parts, pass, .. } = self;
+        let Self { touches, responses, hits, parts, pass, .. } = self;
         let n = hits.len();
+        let touches = Rows::new(touches);
         let (responses, hits) = (Rows::new(responses), Rows::new(hits));
         // Tallies are of blocks, whose lanes may be in several sets.
         let jobs = if source.tallies.is_some() { &Inline } else { jobs };
@@ -359,6 +383,9 @@ impl Impacts {
                 for i in range {
                     let end = parts.get(i + 1).map_or(n, |next| *next);
                     let hits = hits.slice(parts[i]..end);
+                    for of_one in hits.chunk_by(|one, next| one.touch == next.touch) {
+                        touches.row(of_one[0].touch as usize).hits += 1;
+                    }
                     let alone = hits[0].touch == hits[hits.len() - 1].touch;
                     let part = Part { simd, source, responses: &responses, hits };
                     if alone {
@@ -376,7 +403,7 @@ impl Impacts {
     fn find_hits(&mut self, source: &Source<'_>, moment: &Moment, jobs: &dyn Executor) {
         let Self { ends, touches, responses, hits, looks, met_points, looked, round, .. } = self;
         hits.clear();
-        for (touch, met) in looks.drain(..).zip(met_points.iter()) {
+        for (touch, met) in looks.drain(..).zip(met_points.iter()).filter(|(_, met)| **met != 0) {
             let points = (0..4).filter(|point| met >> point & 1 == 1);
             hits.extend(points.map(|point| Hit { touch, point, ..Hit::default() }));
         }
@@ -387,23 +414,24 @@ impl Impacts {
             }
         });
         if hits.iter().any(|hit| hit.e.to_bits() != hits[0].e.to_bits()) {
-            let ends_of = |touch: u32| ends_of(source, touches[touch as usize].lines);
             for hit in hits.iter() {
-                ends_of(hit.touch).for_each(|end| ends[end].most = ends[end].most.max(hit.e));
+                ends_of(source, hit.lines)
+                    .for_each(|end| ends[end].most = ends[end].most.max(hit.e));
             }
             hits.retain(|hit| {
-                let first = ends_of(hit.touch).all(|end| ends[end].most <= hit.e);
+                let first = ends_of(source, hit.lines).all(|end| ends[end].most <= hit.e);
                 let round = *round + 1;
                 if !first && core::mem::replace(&mut looked[hit.touch as usize], round) < round {
                     looks.push(hit.touch);
                 }
                 first
             });
-            for touch in hits.iter().map(|hit| hit.touch).chain(looks.iter().copied()) {
-                ends_of(touch).for_each(|end| ends[end].most = 0.0);
+            let left = looks.iter().map(|touch| touches[*touch as usize].lines);
+            for lines in hits.iter().map(|hit| hit.lines).chain(left) {
+                ends_of(source, lines).for_each(|end| ends[end].most = 0.0);
             }
         }
-        for hit in hits {
+        for hit in hits.iter_mut().filter(|hit| hit.response == NONE) {
             let touch = &mut touches[hit.touch as usize];
             if touch.response == NONE {
                 touch.response = index(responses.len());
@@ -417,12 +445,12 @@ impl Impacts {
     /// Hits that bodies link, one set after the other, and in each in the order of the contacts' rows: that of the
     /// touches is the order of blocks, which the number of workers changes.
     fn link_hits(&mut self, source: &Source<'_>) {
-        let Self { ends, touches, hits, parts, .. } = self;
+        let Self { ends, hits, parts, .. } = self;
         // A set is a tree of hits, each above one of a lower number.
         for i in 0..hits.len() {
             let number = index(i);
             hits[i].part = number;
-            for end in ends_of(source, touches[hits[i].touch as usize].lines) {
+            for end in ends_of(source, hits[i].lines) {
                 let last = core::mem::replace(&mut ends[end].hit, number);
                 if last != NONE {
                     let (one, other) = (root(hits, last), root(hits, number));
@@ -432,7 +460,7 @@ impl Impacts {
         }
         for i in 0..hits.len() {
             hits[i].part = hits[hits[i].part as usize].part;
-            for end in ends_of(source, touches[hits[i].touch as usize].lines) {
+            for end in ends_of(source, hits[i].lines) {
                 ends[end].hit = NONE;
             }
         }
@@ -444,23 +472,18 @@ impl Impacts {
     /// What follows from a round: whose speed has changed, and who is looked at.
     fn settle(&mut self, source: &Source<'_>, run: usize) {
         for i in 0..self.hits.len() {
-            let number = self.hits[i].touch;
-            if i > 0 && self.hits[i - 1].touch == number {
+            let Hit { touch, lines, .. } = self.hits[i];
+            if i > 0 && self.hits[i - 1].touch == touch {
                 continue;
             }
-            let touch = &mut self.touches[number as usize];
-            let lines = touch.lines;
-            touch.hits += 1;
             self.wake(source, lines, run);
             for end in ends_of(source, lines) {
                 let End { first, count, .. } = self.ends[end];
-                let around = &self.around[first as usize..(first + count) as usize];
-                for entry in around {
-                    let number = self.touch_of[*entry as usize];
-                    if let Some(looked) = self.looked.get_mut(number as usize)
+                for number in &self.near[first as usize..(first + count) as usize] {
+                    if let Some(looked) = self.looked.get_mut(*number as usize)
                         && core::mem::replace(looked, self.round) < self.round
                     {
-                        self.looks.push(number);
+                        self.looks.push(*number);
                     }
                 }
             }

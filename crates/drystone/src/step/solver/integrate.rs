@@ -35,7 +35,7 @@ pub(crate) struct Aux {
 }
 
 /// A line's velocity with the carried impulses, and before them.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Carried {
     v: [[f32; 4]; 2],
     w: [[f32; 4]; 2],

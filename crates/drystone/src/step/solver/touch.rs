@@ -53,6 +53,8 @@ pub(super) struct Moment {
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Hit {
     pub(super) touch: u32,
+    pub(super) lines: [u32; 2],
+    /// Once the touch has one.
     pub(super) response: u32,
     /// Row of the contact.
     pub(super) contact: u32,
@@ -72,6 +74,8 @@ pub(super) struct Entry {
     pub(super) lines: [u32; 2],
     pub(super) block: u32,
     pub(super) lane: u8,
+    /// Where it stands among the contacts around its lines; of one that is none there is no place.
+    pub(super) places: [u32; 2],
 }
 
 /// Most rounds that hit the same contact of one point, and of several: as many touching bodies can come
@@ -120,11 +124,21 @@ fn along(rows: &[[f32; 4]; 3], v: Vec3) -> [f32; 4] {
 impl Touch {
     /// Not yet looked at.
     pub(super) fn new(entry: &Entry) -> Self {
-        let Entry { lines, block, lane } = *entry;
-        Self { lines, block, lane, response: NONE, ..Self::default() }
+        let mut touch = Self::default();
+        touch.restart(entry);
+        touch
+    }
+
+    /// Becomes that of another contact, not yet looked at: of what [`Self::load`] sets nothing is touched.
+    pub(super) fn restart(&mut self, entry: &Entry) {
+        let Entry { lines, block, lane, .. } = *entry;
+        (self.lines, self.block, self.lane) = (lines, block, lane);
+        (self.response, self.placed, self.hits) = (NONE, 0, 0);
     }
 
     fn load(&mut self, source: &Source<'_>, moment: &Moment) {
+        let Self { lines, block, lane, .. } = *self;
+        *self = Self { lines, block, lane, response: NONE, ..Self::default() };
         let block = source.blocks.read(self.block as usize);
         let lane = usize::from(self.lane);
         self.n = at(&block.n, lane);
@@ -242,6 +256,7 @@ impl Touch {
     pub(super) fn tell(&self, source: &Source<'_>, moment: &Moment, hit: &mut Hit) {
         let (block, lane) = (self.block as usize, usize::from(self.lane));
         let point = usize::from(hit.point);
+        (hit.lines, hit.response) = (self.lines, self.response);
         hit.contact = source.owners[block][lane];
         hit.e = source.extras.read(block).restitution[lane];
         hit.speed = self.speed[point];
