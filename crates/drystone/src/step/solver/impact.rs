@@ -16,27 +16,24 @@
 //! Symbols as in the contact kernel; w = speed of a point along the normal, u = that speed at the
 //! surface, kick = what gravity adds in a substep. See docs/derivations/impacts.md.
 
-use fearless_simd::{Simd, dispatch};
+use fearless_simd::dispatch;
 
-use super::blow::{Blow, Response};
+use super::blow::Response;
 use super::integrate::Carried;
+use super::reflect::Part;
 use super::rows::Extra;
 use super::touch::{Entry, Hit, Moment, Source, Touch};
 use crate::base::disjoint::Rows;
-use crate::base::jobs::{Executor, Inline, for_items, for_ranges, grain};
+use crate::base::jobs::{Executor, Inline, collect_ranges, for_items, for_ranges, grain};
 use crate::base::wide::LANES;
 use crate::state::bodies::NONE;
 
 /// Most rounds in a substep: an impact runs through a row of as many bodies.
 const ROUNDS: u32 = 64;
 
-/// Most sweeps over the points of one round. One point needs one; two balls side by side come nearer
-/// to their common stop by 16 in each.
-const SWEEPS: u32 = 24;
-
-/// A round has converged when no impulse changes a speed by more than this part of the greatest one:
-/// what it leaves of speed and energy is of that order.
-const PRECISION: f32 = 1.0e-5;
+/// If more than this part of all touches is hit in a round, all are asked whether one of their lines was; else the
+/// contacts around each of the lines are.
+const FEW: usize = 16;
 
 /// Memory of one group's impacts, kept from step to step.
 #[derive(Clone, Debug, Default)]
@@ -53,8 +50,11 @@ pub(super) struct Impacts {
     arrivals: Vec<(u32, u32)>,
     /// As many as there are numbers in `looked`; what follows is of steps before.
     touches: Vec<Touch>,
-    /// Of the touches that were hit.
+    /// Of the touches that were hit: as many as are given out, and those of steps before.
     responses: Vec<Response>,
+    answered: u32,
+    /// Lines of each touch.
+    lines_of: Vec<[u32; 2]>,
     /// The touch of the same island that follows each.
     next: Vec<u32>,
     /// First and last touch of each island.
@@ -62,12 +62,17 @@ pub(super) struct Impacts {
     hits: Vec<Hit>,
     /// First hit of each set that bodies link.
     parts: Vec<usize>,
+    /// Memory to put the hits of a set next to each other.
+    spare: Vec<Hit>,
+    places: Vec<u32>,
     /// Touches that the next round looks at, and which of their points approach and meet in the substep, bits.
     looks: Vec<u32>,
     met_points: Vec<u8>,
     /// The round in which each touch was last put among the looks, all rounds of the step counted from 1.
     looked: Vec<u32>,
     round: u32,
+    /// Touches that are found to be looked at, by ranges of all.
+    found: Vec<Vec<u32>>,
     /// Number of the pass.
     pass: u16,
     /// Lines of the touches, and while velocities are without the carried impulses, those.
@@ -89,10 +94,13 @@ struct End {
     most: f32,
     /// The last hit on it while hits are linked.
     hit: u32,
+    /// The last round in which it was hit.
+    struck: u32,
 }
 
 impl End {
-    const NEW: Self = Self { first: 0, count: 0, live: false, met: false, most: 0.0, hit: NONE };
+    const NEW: Self =
+        Self { first: 0, count: 0, live: false, met: false, most: 0.0, hit: NONE, struck: 0 };
 }
 
 /// Number of a row.
@@ -135,7 +143,8 @@ impl Impacts {
         }
         self.entries.clear();
         self.arrivals.clear();
-        self.responses.clear();
+        self.answered = 0;
+        self.lines_of.clear();
         self.looked.clear();
         self.round = 0;
         self.next.clear();
@@ -273,6 +282,7 @@ impl Impacts {
             Some(touch) => touch.restart(entry),
             None => self.touches.push(Touch::new(entry)),
         }
+        self.lines_of.push(entry.lines);
         self.looked.push(0);
         self.next.push(NONE);
         let [head, tail] = &mut self.runs[run];
@@ -346,7 +356,7 @@ impl Impacts {
             self.round += 1;
             self.link_hits(source);
             self.reflect(source, jobs);
-            self.settle(source, run);
+            self.settle(source, run, jobs);
         }
     }
 
@@ -379,15 +389,20 @@ impl Impacts {
         // Tallies are of blocks, whose lanes may be in several sets.
         let jobs = if source.tallies.is_some() { &Inline } else { jobs };
         for_ranges(jobs, parts.len(), grain(jobs, parts.len(), 16), |range| {
+            let of = |i: usize| hits.slice(parts[i]..parts.get(i + 1).map_or(n, |next| *next));
+            // In the order of the contacts' rows: that of the touches is the order of blocks, which the number of workers
+            // changes.
+            for i in range.clone() {
+                of(i).sort_unstable_by_key(|hit| (hit.contact, hit.point));
+            }
             dispatch!(source.level, simd => {
                 for i in range {
-                    let end = parts.get(i + 1).map_or(n, |next| *next);
-                    let hits = hits.slice(parts[i]..end);
+                    let hits = of(i);
                     for of_one in hits.chunk_by(|one, next| one.touch == next.touch) {
                         touches.row(of_one[0].touch as usize).hits += 1;
                     }
                     let alone = hits[0].touch == hits[hits.len() - 1].touch;
-                    let part = Part { simd, source, responses: &responses, hits };
+                    let part = Part { simd, source, touches: &touches, responses: &responses, hits };
                     if alone {
                         part.reflect::<true>(*pass);
                     } else {
@@ -401,7 +416,9 @@ impl Impacts {
     /// The points that approach and meet in this substep, of the touches that were looked at. Of several on a
     /// body those of the greatest restitution are first: with unlike ones reflected together energy could grow.
     fn find_hits(&mut self, source: &Source<'_>, moment: &Moment, jobs: &dyn Executor) {
-        let Self { ends, touches, responses, hits, looks, met_points, looked, round, .. } = self;
+        let Self {
+            ends, touches, responses, answered, hits, looks, met_points, looked, round, ..
+        } = self;
         hits.clear();
         for (touch, met) in looks.drain(..).zip(met_points.iter()).filter(|(_, met)| **met != 0) {
             let points = (0..4).filter(|point| met >> point & 1 == 1);
@@ -434,18 +451,21 @@ impl Impacts {
         for hit in hits.iter_mut().filter(|hit| hit.response == NONE) {
             let touch = &mut touches[hit.touch as usize];
             if touch.response == NONE {
-                touch.response = index(responses.len());
-                responses.push(Response::new(touch));
+                touch.response = *answered;
+                *answered += 1;
+                hit.fresh = true;
                 source.extras.row(touch.block as usize).hit |= 1 << touch.lane;
             }
             hit.response = touch.response;
         }
+        if responses.len() < *answered as usize {
+            responses.resize(*answered as usize, Response::default());
+        }
     }
 
-    /// Hits that bodies link, one set after the other, and in each in the order of the contacts' rows: that of the
-    /// touches is the order of blocks, which the number of workers changes.
+    /// Puts hits that bodies link in one set, one set after the other.
     fn link_hits(&mut self, source: &Source<'_>) {
-        let Self { ends, hits, parts, .. } = self;
+        let Self { ends, hits, parts, spare, places, .. } = self;
         // A set is a tree of hits, each above one of a lower number.
         for i in 0..hits.len() {
             let number = index(i);
@@ -458,19 +478,33 @@ impl Impacts {
                 }
             }
         }
+        places.clear();
+        places.resize(hits.len(), 0);
         for i in 0..hits.len() {
-            hits[i].part = hits[hits[i].part as usize].part;
+            let part = hits[hits[i].part as usize].part;
+            hits[i].part = part;
+            places[part as usize] += 1;
             for end in ends_of(source, hits[i].lines) {
                 ends[end].hit = NONE;
             }
         }
-        hits.sort_unstable_by_key(|hit| (hit.part, hit.contact, hit.point));
         parts.clear();
-        parts.extend((0..hits.len()).filter(|i| *i == 0 || hits[i - 1].part != hits[*i].part));
+        let mut first = 0;
+        for place in places.iter_mut().filter(|size| **size > 0) {
+            parts.push(first as usize);
+            first += core::mem::replace(place, first);
+        }
+        spare.clone_from(hits);
+        for hit in spare.iter() {
+            let place = &mut places[hit.part as usize];
+            hits[*place as usize] = *hit;
+            *place += 1;
+        }
     }
 
-    /// What follows from a round: whose speed has changed, and who is looked at.
-    fn settle(&mut self, source: &Source<'_>, run: usize) {
+    /// What follows from a round: who is looked at.
+    fn settle(&mut self, source: &Source<'_>, run: usize, jobs: &dyn Executor) {
+        let many = self.hits.len() * FEW >= self.looked.len();
         for i in 0..self.hits.len() {
             let Hit { touch, lines, .. } = self.hits[i];
             if i > 0 && self.hits[i - 1].touch == touch {
@@ -478,8 +512,11 @@ impl Impacts {
             }
             self.wake(source, lines, run);
             for end in ends_of(source, lines) {
-                let End { first, count, .. } = self.ends[end];
-                for number in &self.near[first as usize..(first + count) as usize] {
+                let End { first, count, struck, .. } = &mut self.ends[end];
+                if core::mem::replace(struck, self.round) == self.round || many {
+                    continue;
+                }
+                for number in &self.near[*first as usize..(*first + *count) as usize] {
                     if let Some(looked) = self.looked.get_mut(*number as usize)
                         && core::mem::replace(looked, self.round) < self.round
                     {
@@ -488,110 +525,26 @@ impl Impacts {
                 }
             }
         }
-    }
-}
-
-/// Hits that bodies link.
-struct Part<'a, S: Simd> {
-    simd: S,
-    source: &'a Source<'a>,
-    responses: &'a Rows<'a, Response>,
-    hits: &'a mut [Hit],
-}
-
-impl<S: Simd> Part<'_, S> {
-    /// Calls `f` with each response and its hits; gives what it answers, in sum. If the hits are of one contact, it
-    /// may keep the blow to itself until that is over.
-    #[inline(always)]
-    fn each<const ALONE: bool>(
-        &mut self,
-        kept: &mut Blow<S>,
-        mut f: impl FnMut(&mut Response, &mut Blow<S>, &mut [Hit]) -> f32,
-    ) -> f32 {
-        if ALONE {
-            let response = self.responses.row(self.hits[0].response as usize);
-            return f(response, kept, self.hits);
+        if many {
+            self.find_struck(source, jobs);
         }
-        let mut sum = 0.0;
-        for hits in self.hits.chunk_by_mut(|one, next| one.touch == next.touch) {
-            let response = self.responses.row(hits[0].response as usize);
-            let mut blow = response.blow(self.simd, self.source);
-            sum += f(response, &mut blow, hits);
-            response.deliver(self.simd, &blow, self.source);
-        }
-        sum
     }
 
-    /// Stops all hits together, with friction; then gives their impulses once more, times what they gain,
-    /// but no more energy than the stop took [Poisson's hypothesis], and friction again.
-    #[inline(always)]
-    fn reflect<const ALONE: bool>(mut self, pass: u16) {
-        let simd = self.simd;
-        let (mut fastest, mut driven) = (0.0_f32, false);
-        for hit in self.hits.iter() {
-            let response = self.responses.row(hit.response as usize);
-            response.couple(simd, self.source, pass);
-            fastest = fastest.max(-hit.speed);
-            driven |= response.driven;
-        }
-        let first = self.hits[0].response as usize;
-        let mut kept = if ALONE {
-            self.responses.read(first).blow(simd, self.source)
-        } else {
-            Blow::none(simd)
-        };
-        let mut work = 0.0;
-        for _ in 0..SWEEPS {
-            let mut change = 0.0_f32;
-            work += self.each::<ALONE>(&mut kept, |response, blow, hits| {
-                let mut work = 0.0;
-                for hit in hits {
-                    let j = usize::from(hit.point);
-                    let mass = response.mass[j];
-                    let new = (hit.impulse - mass * blow.speeds()[j]).max(0.0);
-                    let d = new - hit.impulse;
-                    hit.impulse = new;
-                    work += response.push(simd, blow, j, d);
-                    change = change.max(d.abs() / mass);
+    /// Lists the touches of lines that were hit in this round.
+    fn find_struck(&mut self, source: &Source<'_>, jobs: &dyn Executor) {
+        let Self { looked, lines_of, ends, found, looks, round, .. } = self;
+        let n = looked.len();
+        let looked = Rows::new(looked);
+        collect_ranges(jobs, n, grain(jobs, n, 256), found, |_, range, found| {
+            for number in range {
+                let is_struck = |end: usize| ends[end].struck == *round;
+                if ends_of(source, lines_of[number]).any(is_struck)
+                    && core::mem::replace(looked.row(number), *round) < *round
+                {
+                    found.push(index(number));
                 }
-                work + response.rub(simd, blow)
-            });
-            if change <= PRECISION * fastest {
-                break;
             }
-        }
-        let rate = self.each::<ALONE>(&mut kept, |_, blow, hits| {
-            let mut rate = 0.0;
-            for hit in hits {
-                rate += hit.e * hit.impulse * blow.speeds()[usize::from(hit.point)];
-            }
-            rate
         });
-        let returned = self.each::<ALONE>(&mut kept, |response, blow, hits| {
-            let mut returned = 0.0;
-            for hit in hits {
-                let d = hit.e * hit.impulse;
-                returned += response.push(simd, blow, usize::from(hit.point), d);
-            }
-            returned
-        });
-        // Where friction and normals work on each other, all of the impulse can be too much (Kane).
-        // What a kinematic body does is not limited.
-        let mut part = 1.0;
-        let square = returned - rate;
-        if !driven && work + returned > -PRECISION * work && square > 0.0 {
-            let root = (rate * rate - 4.0 * square * work).max(0.0).sqrt();
-            part = ((root - rate) / (2.0 * square)).clamp(0.0, 1.0);
-        }
-        self.each::<ALONE>(&mut kept, |response, blow, hits| {
-            for hit in hits {
-                let d = hit.impulse * (hit.gain * part - hit.e);
-                response.push(simd, blow, usize::from(hit.point), d);
-            }
-            response.rub(simd, blow)
-        });
-        if ALONE {
-            self.responses.read(first).deliver(simd, &kept, self.source);
-        }
+        looks.extend(found.iter().flatten());
     }
 }

@@ -12,6 +12,8 @@
 use super::Solver;
 use super::integrate;
 use super::rounds::BodyState;
+use crate::base::disjoint::Rows;
+use crate::base::jobs::{Executor, for_shares};
 use crate::base::math::Vec3;
 use crate::state::bodies::{Body, Fineness, NONE};
 use crate::state::contacts::Contact;
@@ -197,9 +199,22 @@ impl Frame {
     }
 }
 
+/// What of a body counts for the motion of its island.
+#[derive(Clone, Copy, Debug, Default)]
+struct Mover {
+    island: u32,
+    mass: f32,
+    v: Vec3,
+    w: Vec3,
+    /// It grows heavier in this step.
+    heavier: bool,
+}
+
 /// How the islands of a group move, in a step in which one of their bodies grows heavier.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Frames {
+    /// Of each line.
+    movers: Vec<Mover>,
     /// In order.
     islands: Vec<u32>,
     frames: Vec<Frame>,
@@ -208,23 +223,30 @@ pub(crate) struct Frames {
 }
 
 impl Frames {
-    /// Nothing is known of these islands, which may be named several times.
-    fn begin(&mut self, islands: impl Iterator<Item = u32>) {
+    /// Sums up how the movers' islands move.
+    fn begin(&mut self) {
         self.islands.clear();
-        for island in islands {
-            if self.islands.last() != Some(&island) {
-                self.islands.push(island);
+        for mover in &self.movers {
+            if self.islands.last() != Some(&mover.island) {
+                self.islands.push(mover.island);
             }
         }
         self.islands.sort_unstable();
         self.islands.dedup();
         self.frames.clear();
         self.frames.resize(self.islands.len(), Frame::default());
+        for mover in &self.movers {
+            let at = self.place(mover.island);
+            self.frames[at].island.add(mover.mass, mover.v, mover.w);
+        }
+    }
+
+    fn place(&self, island: u32) -> usize {
+        self.islands.binary_search(&island).expect("the group's bodies are in its islands")
     }
 
     fn of(&mut self, island: u32) -> &mut Frame {
-        let at =
-            self.islands.binary_search(&island).expect("the group's bodies are in its islands");
+        let at = self.place(island);
         &mut self.frames[at]
     }
 }
@@ -232,10 +254,27 @@ impl Frames {
 impl Solver<'_> {
     /// Bodies that grow heavier join the motion of their island. Sums are made in the order of bodies and of
     /// contacts' rows, which neither grouping nor the number of workers changes.
-    pub(super) fn slow_heavier(&self, number: usize) {
+    pub(super) fn slow_heavier(&self, number: usize, jobs: &dyn Executor) {
         let (group, frames) = (&self.plan.groups[number], self.frames.row(number));
+        let (first, n) = (group.lines.start, group.lines.len());
         let body_of = |i: usize| self.bodies.at(self.plan.members[i - 1]);
-        frames.begin(group.lines.clone().map(|i| body_of(i).island));
+        frames.movers.clear();
+        frames.movers.resize(n, Mover::default());
+        let movers = Rows::new(&mut frames.movers);
+        // Bodies are far from each other, what is summed up of them is not.
+        for_shares(jobs, n, 64, |part| {
+            for k in part {
+                let body = body_of(first + k);
+                *movers.row(k) = Mover {
+                    island: body.island,
+                    mass: body.mass,
+                    v: body.v,
+                    w: body.w,
+                    heavier: self.squeezes.read(first + k).factor > body.inertia_factor,
+                };
+            }
+        });
+        frames.begin();
         let mut supports = core::mem::take(&mut frames.supports);
         supports.clear();
         for batch in self.plan.contacts.batches[group.contacts.clone()].iter().filter(|b| b.fixed) {
@@ -249,18 +288,20 @@ impl Solver<'_> {
             }
         }
         frames.supports = supports;
-        for i in group.lines.clone() {
-            let body = body_of(i);
-            let frame = frames.of(body.island);
-            frame.island.add(body.mass, body.v, body.w);
-            // Joints are far away: they are asked only where no contact carries the island.
-            frame.held = frame.held || body.joints.iter().any(|row| self.is_to_fixed(*row));
+        // Joints are far away: they are asked only where no contact carries the island.
+        for k in 0..n {
+            let island = frames.movers[k].island;
+            let frame = frames.of(island);
+            if !frame.held {
+                let joints = &body_of(first + k).joints;
+                frame.held = joints.iter().any(|row| self.is_to_fixed(*row));
+            }
         }
-        for i in group.lines.clone() {
-            let body = body_of(i);
-            let factor = self.squeezes.read(i).factor;
-            if factor > body.inertia_factor {
-                let frame = frames.of(body.island);
+        for_shares(jobs, n, 64, |part| {
+            for k in part.filter(|k| frames.movers[*k].heavier) {
+                let i = first + k;
+                let (body, factor) = (body_of(i), self.squeezes.read(i).factor);
+                let frame = &frames.frames[frames.place(body.island)];
                 if frame.held {
                     let (v, w) = frame.slowed(body, factor);
                     self.put_slowed(i, body, factor, &BodyState { v, w, ..BodyState::of(body) });
@@ -268,7 +309,7 @@ impl Solver<'_> {
                     self.put_slowed(i, body, body.inertia_factor, &BodyState::of(body));
                 }
             }
-        }
+        });
     }
 
     fn put_slowed(&self, i: usize, body: &Body, factor: f32, start: &BodyState) {

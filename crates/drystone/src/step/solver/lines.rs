@@ -44,7 +44,7 @@ impl Solver<'_> {
             }
         });
         let [heavier, locked] = found.map(AtomicBool::into_inner);
-        heavier.then(|| self.slow_heavier(number));
+        heavier.then(|| self.slow_heavier(number, jobs));
         locked
     }
 

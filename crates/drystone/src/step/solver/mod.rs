@@ -30,6 +30,7 @@ mod root;
 mod layout;
 mod lines;
 mod plan;
+mod reflect;
 mod rooms;
 mod rounds;
 mod forest;

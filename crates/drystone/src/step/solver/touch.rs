@@ -54,8 +54,9 @@ pub(super) struct Moment {
 pub(super) struct Hit {
     pub(super) touch: u32,
     pub(super) lines: [u32; 2],
-    /// Once the touch has one.
+    /// Once the touch has one, and whether this hit is the first for which it has.
     pub(super) response: u32,
+    pub(super) fresh: bool,
     /// Row of the contact.
     pub(super) contact: u32,
     pub(super) point: u8,
