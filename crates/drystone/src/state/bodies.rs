@@ -217,7 +217,7 @@ pub(crate) struct Load {
 pub(crate) struct Track {
     /// No point of the body has come farther than what this grew by; goes round.
     pub(crate) way: u32,
-    /// How far contacts are looked for in this step on its account.
+    /// How far contacts are looked for in this step on its account; 0 of what is static, never of what is awake.
     pub(crate) ahead: u32,
 }
 
@@ -234,6 +234,11 @@ impl Track {
         let units = distance / Self::UNIT;
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "in range")]
         if units < 0.99 * Self::MOST as f32 { units.max(0.0) as u32 + 1 } else { Self::MOST }
+    }
+
+    /// It is that of a static body, or of one that has not yet moved.
+    pub(crate) const fn is_static(self) -> bool {
+        self.ahead == 0
     }
 
     /// And no more than it is, for gaps.

@@ -278,9 +278,14 @@ impl Contacts {
         (self.rows.lend(), &mut watches[..*awake], &mut probes[..*awake])
     }
 
+    /// Of all pairs that are awake.
+    pub(crate) fn awake_watches(&self) -> &[Watch] {
+        &self.watched.watches[..self.watched.awake]
+    }
+
     /// Bodies of each pair that is awake.
     pub(crate) fn awake_pairs(&self) -> impl Iterator<Item = [u32; 2]> {
-        self.watched.watches[..self.watched.awake].iter().map(|watch| [watch.body_a, watch.body_b])
+        self.awake_watches().iter().map(|watch| [watch.body_a, watch.body_b])
     }
 
     /// Rows in order.

@@ -27,14 +27,25 @@ use crate::state::shapes::{ShapeRow, Shapes};
 pub(crate) enum Note {
     /// A shape left its box in the tree, and has this one now.
     Escaped(u32, Aabb),
-    /// The body moved far for its size: row, where its center was and how it stood.
-    Fast(u32, Vec3, Quat),
+    /// The body moved far for its size.
+    Fast(Flight),
     /// The body's state became non-finite; it was put back.
     Fault(u32),
     /// A kinematic body that does not move.
     Idle(u32),
     /// Some body has been still for long enough to sleep.
     Still,
+}
+
+/// How a body moved that moved far for its size.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Flight {
+    pub(crate) row: u32,
+    /// Where its center was, and how it stood.
+    pub(crate) from: Vec3,
+    pub(crate) stood: Quat,
+    /// No shape left the box that it had in the tree: with all that they may have met they are pairs.
+    pub(crate) in_boxes: bool,
 }
 
 /// Memory kept from step to step.
@@ -89,13 +100,19 @@ pub(crate) fn advance_poses(
                 body.room -= moved;
                 let way = &mut tracks.row(*row as usize).way;
                 *way = way.wrapping_add(Track::at_least(moved));
-                // Most bodies that rest or creep end here, without a look at their shapes.
+                // Most bodies that rest or creep have room for more, without a look at their shapes.
                 let flew = body.flies;
-                if !flew && body.room > reach(body, ctx).length() {
-                    continue;
+                let mut in_boxes = true;
+                if flew || !(body.room > reach(body, ctx).length()) {
+                    body.flies = body.is_dynamic() && flies(body, ctx);
+                    dispatch!(ctx.level, simd => {
+                        in_boxes = fit_all(simd, body, flew, ctx, &table, out);
+                    });
                 }
-                body.flies = body.is_dynamic() && flies(body, ctx);
-                dispatch!(ctx.level, simd => fit_all(simd, body, flew, ctx, &table, out));
+                if body.is_dynamic() && (body.center - center).length() > 0.5 * body.inner {
+                    let flight = Flight { row: *row, from: center, stood: rotation, in_boxes };
+                    out.push(Note::Fast(flight));
+                }
             }
         }
         if still {
@@ -128,7 +145,8 @@ fn most_moved(body: &Body, center: Vec3, rotation: Quat) -> f32 {
     (body.center - center).length() + 2.1 * chord * body.extent
 }
 
-/// Sees to it that the shapes of a body fit into their boxes, and works out how much room all of them have.
+/// Sees to it that the shapes of a body fit into their boxes, and works out how much room all of them have. False if one
+/// has left the box that it had.
 #[inline(always)]
 fn fit_all<S: Simd>(
     simd: S,
@@ -137,12 +155,13 @@ fn fit_all<S: Simd>(
     ctx: &StepContext,
     shapes: &Rows<'_, Option<ShapeRow>>,
     out: &mut Vec<Note>,
-) {
-    let mut room = f32::INFINITY;
+) -> bool {
+    let (mut room, mut in_boxes) = (f32::INFINITY, true);
     for row in &body.shapes {
         let Some(shape) = shapes.row(*row as usize) else { continue };
         let tight = tight_box(simd, shape, body, ctx);
         let fits = ahead(&tight, body, ctx);
+        in_boxes &= shape.fat.contains(&tight);
         // It may leave its box in this step or the next, or that was one for a step only.
         if flew || !shape.fat.contains(&fits) {
             shape.fat = fat_box(&fits, body, ctx);
@@ -152,6 +171,7 @@ fn fit_all<S: Simd>(
         room = room.min(low.min(high).min_element());
     }
     body.room = room;
+    in_boxes
 }
 
 /// How far a body moves in a step [m], but no farther along an axis than its size: contacts are not looked
@@ -295,10 +315,6 @@ fn arrive(
         (body.v, body.w) = (Vec3::ZERO, Vec3::ZERO);
         out.push(Note::Fault(row));
         return false;
-    }
-    let moved = (body.center - center).length();
-    if body.is_dynamic() && moved > 0.5 * body.inner {
-        out.push(Note::Fast(row, center, rotation));
     }
     if body.kind == BodyKind::Kinematic && body.v == Vec3::ZERO && body.w == Vec3::ZERO {
         out.push(Note::Idle(row));

@@ -167,7 +167,8 @@ pub(crate) fn step(
         jobs,
     );
     after(Stage::Finalize);
-    sweep::stop_fast_bodies(ctx, s.finalize.notes(), bodies, shapes, bounds, &mut s.sweep, jobs);
+    let fast = (s.finalize.notes(), contacts.awake_watches());
+    sweep::stop_fast_bodies(ctx, fast, bodies, shapes, bounds, &mut s.sweep, jobs);
     after(Stage::Sweep);
     let around = (&*shapes, &*bounds);
     let ends = (&mut *events, tables.steps + 1, pace.h);

@@ -271,9 +271,15 @@ impl Roots {
 
 #[cfg(test)]
 mod tests {
+    use super::{Roots, split_island};
     use crate::base::math::{Vec3, vec3};
+    use crate::base::random::Random;
     use crate::base::trig::sin_cos;
+    use crate::state::bodies::NONE;
     use crate::state::def::{BodyDef, ShapeDef};
+    use crate::state::joint_def::JointDef;
+    use crate::state::sets::Sets;
+    use crate::state::tables::Tables;
     use crate::world::World;
 
     /// Balls that bounce without loss in a room without gravity, and so thin that most touch none: of 216 in
@@ -315,5 +321,83 @@ mod tests {
         }
         // Never taken apart, they would all be one in the end: most touches are with walls, a fifth with others.
         assert!(met > 1000 && largest < 20, "{met} touches, {largest} bodies");
+    }
+
+    /// Balls in clumps that touch, and some that fly.
+    fn clumps(random: &mut Random) -> World {
+        let mut world = World::default();
+        world.set_gravity(Vec3::ZERO).unwrap();
+        #[expect(clippy::cast_possible_truncation, reason = "any number will do")]
+        let mut side = || (random.unit() as f32 - 0.5) * 8.0;
+        for i in 0..160_u8 {
+            let at = vec3(side(), side(), side());
+            let at = if i % 4 == 0 { at + Vec3::X * 40.0 } else { at };
+            let ball = ShapeDef::sphere(0.5);
+            let mut body = BodyDef::dynamic().with_position(at).with_shape(ball);
+            if i % 5 == 0 {
+                // Two that nothing but a joint connects.
+                body = body.with_linear_velocity(Vec3::Y * 0.1);
+            }
+            let body = world.add_body(body).unwrap();
+            if i % 5 == 0 {
+                let far = BodyDef::dynamic().with_position(at + Vec3::Z * 30.0);
+                let far = world.add_body(far.with_shape(ShapeDef::sphere(0.5))).unwrap();
+                world.add_joint(JointDef::ball(body, Vec3::ZERO, far, Vec3::Z * -30.0)).unwrap();
+            }
+        }
+        world
+    }
+
+    /// For each dynamic body the lowest row of its island.
+    fn parts(tables: &Tables) -> Vec<(u32, u32)> {
+        let mut parts = Vec::new();
+        for (id, body) in tables.bodies.rows.iter().filter(|(_, body)| body.is_dynamic()) {
+            let island = &tables.islands.rows[body.island as usize];
+            let mut rows = Vec::new();
+            let mut at = island.first;
+            while at != NONE {
+                rows.push(at);
+                at = tables.bodies.at(at).island_next;
+            }
+            assert_eq!(rows.len(), island.len as usize);
+            parts.push((id.index(), rows.into_iter().min().unwrap()));
+        }
+        parts
+    }
+
+    #[test]
+    fn a_large_island_comes_apart_as_a_walk_finds_it_connected() {
+        let mut random = Random::new(5);
+        for _ in 0..10 {
+            let mut world = clumps(&mut random);
+            world.step(1.0 / 60.0);
+            // All in one, as if what connected them was cut since.
+            let tables = world.tables_mut();
+            let rows: Vec<u32> = tables.bodies.rows.iter().map(|(id, _)| id.index()).collect();
+            for pair in rows.windows(2) {
+                tables.islands.link(pair[0], pair[1], &mut tables.bodies);
+            }
+            let island = tables.bodies.at(rows[0]).island;
+            let split = |roots: Option<&mut Roots>| {
+                let mut world = world.clone();
+                let tables = world.tables_mut();
+                let Tables { bodies, joints, contacts, islands, colors, events, .. } = tables;
+                let mut sets = Sets { bodies, joints, contacts, islands, colors, events };
+                match roots {
+                    Some(roots) => assert!(roots.split(island, 7, &mut sets)),
+                    None => split_island(island, 7, &mut sets),
+                }
+                parts(tables)
+            };
+            let mut roots = Roots::default();
+            let (walked, known) = (split(None), split(Some(&mut roots)));
+            assert_eq!(walked, known);
+            // Nothing is left of it for the next one.
+            assert!(rows.iter().all(|row| roots.of.get(*row) == NONE));
+            let mut firsts: Vec<u32> = known.iter().map(|(_, first)| *first).collect();
+            firsts.sort_unstable();
+            firsts.dedup();
+            assert!(firsts.len() > 20 && firsts.len() < rows.len() - 40, "{}", firsts.len());
+        }
     }
 }

@@ -69,10 +69,20 @@ impl Watch {
     #[inline]
     pub(crate) fn waits(&self, margin: u32, tracks: &[Track]) -> bool {
         let (a, b) = (tracks[self.body_a as usize], tracks[self.body_b as usize]);
+        self.is_farther_than(margin + a.ahead + b.ahead, [a, b])
+    }
+
+    /// True if one of the bodies is static and may have come to the other on the way that this went.
+    #[inline]
+    pub(crate) fn meets_static(&self, tracks: &[Track]) -> bool {
+        let (a, b) = (tracks[self.body_a as usize], tracks[self.body_b as usize]);
+        (a.is_static() || b.is_static()) && !self.is_farther_than(0, [a, b])
+    }
+
+    fn is_farther_than(&self, distance: u32, [a, b]: [Track; 2]) -> bool {
         let left = self.limit.wrapping_sub(a.way.wrapping_add(b.way));
         // The upper half of all numbers are those below 0.
-        let needed = margin + a.ahead + b.ahead;
-        left > needed && left < 1 << 31
+        left > distance && left < 1 << 31
     }
 }
 
