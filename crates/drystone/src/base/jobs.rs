@@ -171,18 +171,29 @@ pub(crate) fn for_items<T: Send>(
     });
 }
 
-/// Like [`for_ranges`], with an output list for each range: `outputs[k]` belongs to range `k`, so
+/// What is found in a range of indices; kept, emptied, for the next time.
+pub(crate) trait Output: Default + Send {
+    fn clear(&mut self);
+}
+
+impl<T: Send> Output for Vec<T> {
+    fn clear(&mut self) {
+        self.clear();
+    }
+}
+
+/// Like [`for_ranges`], with an output for each range: `outputs[k]` belongs to range `k`, so
 /// that reading the lists in order gives what a serial loop would have given. Calls `f(worker, range, output)`.
-pub(crate) fn collect_ranges<T: Send>(
+pub(crate) fn collect_ranges<O: Output>(
     jobs: &dyn Executor,
     n: usize,
     grain: usize,
-    outputs: &mut Vec<Vec<T>>,
-    f: impl Fn(usize, Range<usize>, &mut Vec<T>) + Sync,
+    outputs: &mut Vec<O>,
+    f: impl Fn(usize, Range<usize>, &mut O) + Sync,
 ) {
     let grain = grain.max(1);
     let chunks = n.div_ceil(grain);
-    outputs.resize_with(outputs.len().max(chunks), Vec::new);
+    outputs.resize_with(outputs.len().max(chunks), O::default);
     for list in outputs.iter_mut() {
         list.clear();
     }

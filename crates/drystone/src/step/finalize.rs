@@ -13,7 +13,7 @@ use super::solver::spin::Spins;
 use crate::base::aabb::Aabb;
 use crate::base::disjoint::Rows;
 use crate::base::grow::Slack;
-use crate::base::jobs::{Executor, collect_ranges, grain};
+use crate::base::jobs::{Executor, Output, collect_ranges, grain};
 use crate::base::math::{Vec3, vec3};
 use crate::base::quat::Quat;
 use crate::state::bodies::{Bodies, Body, Track};
@@ -22,13 +22,9 @@ use crate::state::config::SleepConfig;
 use crate::state::def::BodyKind;
 use crate::state::shapes::{ShapeRow, Shapes};
 
-/// What finalize found out about a body.
+/// What finalize found out about a body, beside how it moved.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Note {
-    /// A shape left its box in the tree, and has this one now.
-    Escaped(u32, Aabb),
-    /// The body moved far for its size.
-    Fast(Flight),
     /// The body's state became non-finite; it was put back.
     Fault(u32),
     /// A kinematic body that does not move.
@@ -48,10 +44,28 @@ pub(crate) struct Flight {
     pub(crate) in_boxes: bool,
 }
 
+/// What was found out about some bodies, in their order.
+#[derive(Clone, Debug, Default)]
+struct Found {
+    /// Shapes that left their boxes in the tree, and those that they have now.
+    escaped: Vec<(u32, Aabb)>,
+    /// Bodies that moved far for their size.
+    fast: Vec<Flight>,
+    notes: Vec<Note>,
+}
+
+impl Output for Found {
+    fn clear(&mut self) {
+        self.escaped.clear();
+        self.fast.clear();
+        self.notes.clear();
+    }
+}
+
 /// Memory kept from step to step.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Scratch {
-    notes: Vec<Vec<Note>>,
+    found: Vec<Found>,
     boxes: Vec<(u32, Aabb)>,
     slack: Slack,
 }
@@ -59,7 +73,12 @@ pub(crate) struct Scratch {
 impl Scratch {
     /// In the order of the awake bodies.
     pub(crate) fn notes(&self) -> impl Iterator<Item = Note> {
-        self.notes.iter().flatten().copied()
+        self.found.iter().flat_map(|found| &found.notes).copied()
+    }
+
+    /// Bodies that moved far, in the same order, part by part.
+    pub(crate) fn flights(&self) -> impl Iterator<Item = &[Flight]> {
+        self.found.iter().map(|found| found.fast.as_slice())
     }
 }
 
@@ -74,7 +93,7 @@ pub(crate) fn advance_poses(
     scratch: &mut Scratch,
     jobs: &dyn Executor,
 ) {
-    let Scratch { notes, boxes, slack } = scratch;
+    let Scratch { found, boxes, slack } = scratch;
     let Bodies { rows, awake, tracks, .. } = bodies;
     let tracks = Rows::new(tracks);
     let (rows, table) = (rows.values_mut(), shapes.rows.values_mut());
@@ -82,7 +101,7 @@ pub(crate) fn advance_poses(
     let each = table.len() / rows.len().max(1);
     let (bodies, table) = (Rows::new(rows), Rows::new(table));
     let least = grain(jobs, awake.len(), FLOCK / each.clamp(1, 8));
-    collect_ranges(jobs, awake.len(), least, notes, |_, range, out| {
+    collect_ranges(jobs, awake.len(), least, found, |_, range, out| {
         let mut still = false;
         for flock in awake[range].chunks(FLOCK) {
             let before = advance(ctx, flock, &bodies, lines);
@@ -91,7 +110,7 @@ pub(crate) fn advance_poses(
                     ask_for_shapes(ctx, *soon, &bodies, &table);
                 }
                 let Some(body) = bodies.row(*row as usize) else { continue };
-                if !arrive(body, *row, (center, rotation), out) {
+                if !arrive(body, *row, (center, rotation), &mut out.notes) {
                     continue;
                 }
                 rate_stillness(ctx, sleep.speed, by_energy, body);
@@ -106,32 +125,34 @@ pub(crate) fn advance_poses(
                 if flew || !(body.room > reach(body, ctx).length()) {
                     body.flies = body.is_dynamic() && flies(body, ctx);
                     dispatch!(ctx.level, simd => {
-                        in_boxes = fit_all(simd, body, flew, ctx, &table, out);
+                        in_boxes = fit_all(simd, body, flew, ctx, &table, &mut out.escaped);
                     });
                 }
                 if body.is_dynamic() && (body.center - center).length() > 0.5 * body.inner {
                     let flight = Flight { row: *row, from: center, stood: rotation, in_boxes };
-                    out.push(Note::Fast(flight));
+                    out.fast.push(flight);
                 }
             }
         }
         if still {
-            out.push(Note::Still);
+            out.notes.push(Note::Still);
         }
     });
     boxes.clear();
-    for note in notes.iter().flatten() {
-        if let Note::Escaped(shape, fat) = note {
-            boxes.push((*shape, *fat));
-            bounds.moved.push(*shape);
-        }
+    for Found { escaped, .. } in found.iter() {
+        boxes.extend_from_slice(escaped);
+        bounds.moved.extend(escaped.iter().map(|(shape, _)| shape));
     }
     bounds.moving.replace_all(boxes, jobs);
-    // Each box has a note.
-    if let Some(enough) = slack.look(notes.iter().map(Vec::len).sum()) {
+    let flights = found.iter().map(|found| found.fast.len()).sum();
+    if let Some(enough) = slack.look(boxes.len().max(flights)) {
         boxes.shrink_to(enough);
         bounds.moved.shrink_to(enough);
-        notes.iter_mut().for_each(|list| list.shrink_to(enough));
+        for found in found {
+            found.escaped.shrink_to(enough);
+            found.fast.shrink_to(enough);
+            found.notes.shrink_to(enough);
+        }
     }
 }
 
@@ -154,7 +175,7 @@ fn fit_all<S: Simd>(
     flew: bool,
     ctx: &StepContext,
     shapes: &Rows<'_, Option<ShapeRow>>,
-    out: &mut Vec<Note>,
+    escaped: &mut Vec<(u32, Aabb)>,
 ) -> bool {
     let (mut room, mut in_boxes) = (f32::INFINITY, true);
     for row in &body.shapes {
@@ -165,7 +186,7 @@ fn fit_all<S: Simd>(
         // It may leave its box in this step or the next, or that was one for a step only.
         if flew || !shape.fat.contains(&fits) {
             shape.fat = fat_box(&fits, body, ctx);
-            out.push(Note::Escaped(*row, shape.fat));
+            escaped.push((*row, shape.fat));
         }
         let (low, high) = (tight.min - shape.fat.min, shape.fat.max - tight.max);
         room = room.min(low.min(high).min_element());
@@ -303,7 +324,7 @@ fn arrive(
     body: &mut Body,
     row: u32,
     (center, rotation): (Vec3, Quat),
-    out: &mut Vec<Note>,
+    notes: &mut Vec<Note>,
 ) -> bool {
     body.step_force = Vec3::ZERO;
     body.step_torque = Vec3::ZERO;
@@ -313,11 +334,11 @@ fn arrive(
     if !(pose_ok && near && body.v.is_finite() && body.w.is_finite()) {
         (body.center, body.rotation) = (center, rotation);
         (body.v, body.w) = (Vec3::ZERO, Vec3::ZERO);
-        out.push(Note::Fault(row));
+        notes.push(Note::Fault(row));
         return false;
     }
     if body.kind == BodyKind::Kinematic && body.v == Vec3::ZERO && body.w == Vec3::ZERO {
-        out.push(Note::Idle(row));
+        notes.push(Note::Idle(row));
     }
     true
 }

@@ -167,7 +167,7 @@ pub(crate) fn step(
         jobs,
     );
     after(Stage::Finalize);
-    let fast = (s.finalize.notes(), contacts.awake_watches());
+    let fast = (s.finalize.flights(), contacts.awake_watches());
     sweep::stop_fast_bodies(ctx, fast, bodies, shapes, bounds, &mut s.sweep, jobs);
     after(Stage::Sweep);
     let around = (&*shapes, &*bounds);

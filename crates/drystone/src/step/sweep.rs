@@ -6,7 +6,7 @@
 //! for bodies that move farther than half their inner size in a step.
 
 use super::context::StepContext;
-use super::finalize::{Flight, Note, fat_box, shape_box};
+use super::finalize::{Flight, fat_box, shape_box};
 use crate::base::bit_set::BitSet;
 use crate::base::grow::Slack;
 use crate::base::jobs::{Executor, collect_ranges, grain};
@@ -41,9 +41,9 @@ pub(crate) struct Scratch {
 }
 
 /// Pulls fast bodies back to the first fixed shape on their way. `watches`: of all pairs that are awake.
-pub(crate) fn stop_fast_bodies(
+pub(crate) fn stop_fast_bodies<'a>(
     ctx: &StepContext,
-    (notes, watches): (impl Iterator<Item = Note>, &[Watch]),
+    (flights, watches): (impl Iterator<Item = &'a [Flight]>, &[Watch]),
     bodies: &mut Bodies,
     shapes: &mut Shapes,
     bounds: &mut Bounds,
@@ -52,10 +52,7 @@ pub(crate) fn stop_fast_bodies(
 ) {
     let Scratch { fast, near, lists, stopped, slack } = scratch;
     fast.clear();
-    fast.extend(notes.filter_map(|note| match note {
-        Note::Fast(flight) => Some(flight),
-        _ => None,
-    }));
+    flights.for_each(|some| fast.extend_from_slice(some));
     if let Some(enough) = slack.look(fast.len()) {
         fast.shrink_to(enough);
     }

@@ -31,8 +31,8 @@ use crate::state::bodies::NONE;
 /// Most rounds in a substep: an impact runs through a row of as many bodies.
 const ROUNDS: u32 = 64;
 
-/// If more than this part of all touches is hit in a round, all are asked whether one of their lines was; else the
-/// contacts around each of the lines are.
+/// If a round has a hit for so many touches, all touches are asked whether one of their lines was hit; else the contacts
+/// around each of those lines are listed.
 const FEW: usize = 16;
 
 /// Memory of one group's impacts, kept from step to step.

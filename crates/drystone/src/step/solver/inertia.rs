@@ -201,7 +201,7 @@ impl Frame {
 
 /// What of a body counts for the motion of its island.
 #[derive(Clone, Copy, Debug, Default)]
-struct Mover {
+struct MemberMotion {
     island: u32,
     mass: f32,
     v: Vec3,
@@ -214,7 +214,7 @@ struct Mover {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Frames {
     /// Of each line.
-    movers: Vec<Mover>,
+    members: Vec<MemberMotion>,
     /// In order.
     islands: Vec<u32>,
     frames: Vec<Frame>,
@@ -223,21 +223,21 @@ pub(crate) struct Frames {
 }
 
 impl Frames {
-    /// Sums up how the movers' islands move.
+    /// Sums up how their islands move.
     fn begin(&mut self) {
         self.islands.clear();
-        for mover in &self.movers {
-            if self.islands.last() != Some(&mover.island) {
-                self.islands.push(mover.island);
+        for member in &self.members {
+            if self.islands.last() != Some(&member.island) {
+                self.islands.push(member.island);
             }
         }
         self.islands.sort_unstable();
         self.islands.dedup();
         self.frames.clear();
         self.frames.resize(self.islands.len(), Frame::default());
-        for mover in &self.movers {
-            let at = self.place(mover.island);
-            self.frames[at].island.add(mover.mass, mover.v, mover.w);
+        for member in &self.members {
+            let at = self.place(member.island);
+            self.frames[at].island.add(member.mass, member.v, member.w);
         }
     }
 
@@ -258,14 +258,14 @@ impl Solver<'_> {
         let (group, frames) = (&self.plan.groups[number], self.frames.row(number));
         let (first, n) = (group.lines.start, group.lines.len());
         let body_of = |i: usize| self.bodies.at(self.plan.members[i - 1]);
-        frames.movers.clear();
-        frames.movers.resize(n, Mover::default());
-        let movers = Rows::new(&mut frames.movers);
+        frames.members.clear();
+        frames.members.resize(n, MemberMotion::default());
+        let members = Rows::new(&mut frames.members);
         // Bodies are far from each other, what is summed up of them is not.
         for_shares(jobs, n, 64, |part| {
             for k in part {
                 let body = body_of(first + k);
-                *movers.row(k) = Mover {
+                *members.row(k) = MemberMotion {
                     island: body.island,
                     mass: body.mass,
                     v: body.v,
@@ -290,7 +290,7 @@ impl Solver<'_> {
         frames.supports = supports;
         // Joints are far away: they are asked only where no contact carries the island.
         for k in 0..n {
-            let island = frames.movers[k].island;
+            let island = frames.members[k].island;
             let frame = frames.of(island);
             if !frame.held {
                 let joints = &body_of(first + k).joints;
@@ -298,7 +298,7 @@ impl Solver<'_> {
             }
         }
         for_shares(jobs, n, 64, |part| {
-            for k in part.filter(|k| frames.movers[*k].heavier) {
+            for k in part.filter(|k| frames.members[*k].heavier) {
                 let i = first + k;
                 let (body, factor) = (body_of(i), self.squeezes.read(i).factor);
                 let frame = &frames.frames[frames.place(body.island)];
