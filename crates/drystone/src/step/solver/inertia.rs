@@ -213,7 +213,7 @@ struct MemberMotion {
 /// How the islands of a group move, in a step in which one of their bodies grows heavier.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Frames {
-    /// Of each line.
+    /// Of each line, where several workers make them.
     members: Vec<MemberMotion>,
     /// In order.
     islands: Vec<u32>,
@@ -223,21 +223,22 @@ pub(crate) struct Frames {
 }
 
 impl Frames {
-    /// Sums up how their islands move.
-    fn begin(&mut self) {
+    /// Sums up how the islands of so many members move.
+    fn begin(&mut self, n: usize, member: impl Fn(&Self, usize) -> MemberMotion) {
         self.islands.clear();
-        for member in &self.members {
-            if self.islands.last() != Some(&member.island) {
-                self.islands.push(member.island);
+        for k in 0..n {
+            let island = member(self, k).island;
+            if self.islands.last() != Some(&island) {
+                self.islands.push(island);
             }
         }
         self.islands.sort_unstable();
         self.islands.dedup();
         self.frames.clear();
         self.frames.resize(self.islands.len(), Frame::default());
-        for member in &self.members {
-            let at = self.place(member.island);
-            self.frames[at].island.add(member.mass, member.v, member.w);
+        for k in 0..n {
+            let MemberMotion { island, mass, v, w, .. } = member(self, k);
+            self.of(island).island.add(mass, v, w);
         }
     }
 
@@ -258,23 +259,25 @@ impl Solver<'_> {
         let (group, frames) = (&self.plan.groups[number], self.frames.row(number));
         let (first, n) = (group.lines.start, group.lines.len());
         let body_of = |i: usize| self.bodies.at(self.plan.members[i - 1]);
-        frames.members.clear();
-        frames.members.resize(n, MemberMotion::default());
-        let members = Rows::new(&mut frames.members);
-        // Bodies are far from each other, what is summed up of them is not.
-        for_shares(jobs, n, 64, |part| {
-            for k in part {
-                let body = body_of(first + k);
-                *members.row(k) = MemberMotion {
-                    island: body.island,
-                    mass: body.mass,
-                    v: body.v,
-                    w: body.w,
-                    heavier: self.squeezes.read(first + k).factor > body.inertia_factor,
-                };
+        let read = |k: usize| {
+            let body = body_of(first + k);
+            MemberMotion {
+                island: body.island,
+                mass: body.mass,
+                v: body.v,
+                w: body.w,
+                heavier: self.squeezes.read(first + k).factor > body.inertia_factor,
             }
-        });
-        frames.begin();
+        };
+        // Bodies are far from each other. One worker would gain nothing by a copy of what is summed up of them.
+        let copies = jobs.workers() > 1;
+        if copies {
+            frames.members.resize(n, MemberMotion::default());
+            let members = Rows::new(&mut frames.members);
+            for_shares(jobs, n, 64, |part| part.for_each(|k| *members.row(k) = read(k)));
+        }
+        let member = |frames: &Frames, k: usize| if copies { frames.members[k] } else { read(k) };
+        frames.begin(n, member);
         let mut supports = core::mem::take(&mut frames.supports);
         supports.clear();
         for batch in self.plan.contacts.batches[group.contacts.clone()].iter().filter(|b| b.fixed) {
@@ -290,7 +293,7 @@ impl Solver<'_> {
         frames.supports = supports;
         // Joints are far away: they are asked only where no contact carries the island.
         for k in 0..n {
-            let island = frames.members[k].island;
+            let island = member(frames, k).island;
             let frame = frames.of(island);
             if !frame.held {
                 let joints = &body_of(first + k).joints;
@@ -298,7 +301,7 @@ impl Solver<'_> {
             }
         }
         for_shares(jobs, n, 64, |part| {
-            for k in part.filter(|k| frames.members[*k].heavier) {
+            for k in part.filter(|k| member(frames, *k).heavier) {
                 let i = first + k;
                 let (body, factor) = (body_of(i), self.squeezes.read(i).factor);
                 let frame = &frames.frames[frames.place(body.island)];
