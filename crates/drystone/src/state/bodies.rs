@@ -228,17 +228,17 @@ impl Track {
     /// and a margin stay below half of all numbers.
     const MOST: u32 = 1 << 28;
 
+    /// It is that of a static body, or of one that has not yet moved.
+    pub(crate) const fn is_static(self) -> bool {
+        self.ahead == 0
+    }
+
     /// A distance [m] in units, no less than it is, for ways; what is no number is the greatest.
     #[inline]
     pub(crate) fn at_least(distance: f32) -> u32 {
         let units = distance / Self::UNIT;
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "in range")]
         if units < 0.99 * Self::MOST as f32 { units.max(0.0) as u32 + 1 } else { Self::MOST }
-    }
-
-    /// It is that of a static body, or of one that has not yet moved.
-    pub(crate) const fn is_static(self) -> bool {
-        self.ahead == 0
     }
 
     /// And no more than it is, for gaps.

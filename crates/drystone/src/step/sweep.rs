@@ -24,8 +24,8 @@ use crate::state::shapes::{ShapeRow, Shapes};
 /// less than its size toward the surface in a step of five, and has contacts before it is there.
 const AHEAD: f32 = 5.0;
 
-/// So many pairs are asked whether they came near for each ray that may be saved by it: a ray into a mesh takes as long as
-/// a hundred of them.
+/// So many pairs at most are asked whether they came near for each ray that may be saved by it: they stand in a row, and a
+/// ray goes through the trees of shapes and of a mesh.
 const ASKED: usize = 32;
 
 /// Memory kept from step to step.
@@ -55,10 +55,6 @@ pub(crate) fn stop_fast_bodies<'a>(
     flights.for_each(|some| fast.extend_from_slice(some));
     if let Some(enough) = slack.look(fast.len()) {
         fast.shrink_to(enough);
-    }
-    if fast.is_empty() {
-        stopped.iter_mut().for_each(Vec::clear);
-        return;
     }
     let asks = watches.len() <= ASKED * fast.len();
     if asks {

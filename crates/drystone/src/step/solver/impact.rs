@@ -53,7 +53,7 @@ pub(super) struct Impacts {
     /// Of the touches that were hit: as many as are given out, and those of steps before.
     responses: Vec<Response>,
     answered: u32,
-    /// Lines of each touch.
+    /// Lines of each touch, in a row: touches are far from each other.
     lines_of: Vec<[u32; 2]>,
     /// The touch of the same island that follows each.
     next: Vec<u32>,
@@ -278,10 +278,10 @@ impl Impacts {
                 }
             }
         }
-        match self.touches.get_mut(place) {
-            Some(touch) => touch.restart(entry),
-            None => self.touches.push(Touch::new(entry)),
+        if place == self.touches.len() {
+            self.touches.push(Touch::default());
         }
+        self.touches[place].restart(entry);
         self.lines_of.push(entry.lines);
         self.looked.push(0);
         self.next.push(NONE);
@@ -417,7 +417,17 @@ impl Impacts {
     /// body those of the greatest restitution are first: with unlike ones reflected together energy could grow.
     fn find_hits(&mut self, source: &Source<'_>, moment: &Moment, jobs: &dyn Executor) {
         let Self {
-            ends, touches, responses, answered, hits, looks, met_points, looked, round, ..
+            ends,
+            touches,
+            lines_of,
+            responses,
+            answered,
+            hits,
+            looks,
+            met_points,
+            looked,
+            round,
+            ..
         } = self;
         hits.clear();
         for (touch, met) in looks.drain(..).zip(met_points.iter()).filter(|(_, met)| **met != 0) {
@@ -443,7 +453,7 @@ impl Impacts {
                 }
                 first
             });
-            let left = looks.iter().map(|touch| touches[*touch as usize].lines);
+            let left = looks.iter().map(|touch| lines_of[*touch as usize]);
             for lines in hits.iter().map(|hit| hit.lines).chain(left) {
                 ends_of(source, lines).for_each(|end| ends[end].most = 0.0);
             }

@@ -123,18 +123,10 @@ fn along(rows: &[[f32; 4]; 3], v: Vec3) -> [f32; 4] {
 }
 
 impl Touch {
-    /// Not yet looked at.
-    pub(super) fn new(entry: &Entry) -> Self {
-        let mut touch = Self::default();
-        touch.restart(entry);
-        touch
-    }
-
-    /// Becomes that of another contact, not yet looked at: of what [`Self::load`] sets nothing is touched.
+    /// Becomes that of a contact that is not yet looked at: what is left of another one goes with [`Self::load`].
     pub(super) fn restart(&mut self, entry: &Entry) {
         let Entry { lines, block, lane, .. } = *entry;
-        (self.lines, self.block, self.lane) = (lines, block, lane);
-        (self.response, self.placed, self.hits) = (NONE, 0, 0);
+        (self.lines, self.block, self.lane, self.placed) = (lines, block, lane, 0);
     }
 
     fn load(&mut self, source: &Source<'_>, moment: &Moment) {
