@@ -8,7 +8,7 @@ use super::hull::Hull;
 use super::mesh::Mesh;
 use super::shape::Shape;
 use crate::base::aabb::Aabb;
-use crate::base::math::{Vec3, greater, vec3};
+use crate::base::math::{Mat3, Vec3, greater, vec3};
 use crate::base::pose::Pose;
 
 /// The sharp part of a solid, in its own frame.
@@ -120,12 +120,12 @@ impl Solid {
         }
     }
 
-    /// As [`Self::aabb`], bit by bit, with the lanes of the machine.
+    /// As [`Self::aabb`], bit by bit, with the lanes of the machine. `turn`: the pose's rotation, if somebody has it.
     #[inline(always)]
-    pub(crate) fn aabb_with<S: Simd>(&self, simd: S, pose: &Pose) -> Aabb {
+    pub(crate) fn aabb_with<S: Simd>(&self, simd: S, pose: &Pose, turn: Option<Mat3>) -> Aabb {
         match &self.core {
             Core::Hull(hull) if hull.cuboid.is_none() => {
-                let turn = pose.rotation.to_mat3();
+                let turn = turn.unwrap_or_else(|| pose.rotation.to_mat3());
                 let (min, max) = hull.lanes.turned_bounds(simd, &turn);
                 Aabb::new(pose.position + min, pose.position + max).grown(self.radius)
             }

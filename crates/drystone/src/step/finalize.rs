@@ -14,7 +14,8 @@ use crate::base::aabb::Aabb;
 use crate::base::disjoint::Rows;
 use crate::base::grow::Slack;
 use crate::base::jobs::{Executor, Output, collect_ranges, grain};
-use crate::base::math::{Vec3, vec3};
+use crate::base::math::{Mat3, Vec3, vec3};
+use crate::base::pose::Pose;
 use crate::base::quat::Quat;
 use crate::state::bodies::{Bodies, Body, Track};
 use crate::state::bounds::Bounds;
@@ -122,7 +123,7 @@ pub(crate) fn advance_poses(
                 // Most bodies that rest or creep have room for more, without a look at their shapes.
                 let flew = body.flies;
                 let mut in_boxes = true;
-                if flew || !(body.room > reach(body, ctx).length()) {
+                if flew || !(body.room > reach_of_all(body, ctx)) {
                     body.flies = body.is_dynamic() && flies(body, ctx);
                     dispatch!(ctx.level, simd => {
                         in_boxes = fit_all(simd, body, flew, ctx, &table, &mut out.escaped);
@@ -178,14 +179,15 @@ fn fit_all<S: Simd>(
     escaped: &mut Vec<(u32, Aabb)>,
 ) -> bool {
     let (mut room, mut in_boxes) = (f32::INFINITY, true);
+    let turn = Need::turn_of(body);
     for row in &body.shapes {
         let Some(shape) = shapes.row(*row as usize) else { continue };
-        let tight = tight_box(simd, shape, body, ctx);
-        let fits = ahead(&tight, body, ctx);
+        let need = Need::of(simd, shape, (body, turn), ctx);
+        let (tight, fits) = (need.tight, need.fits());
         in_boxes &= shape.fat.contains(&tight);
         // It may leave its box in this step or the next, or that was one for a step only.
         if flew || !shape.fat.contains(&fits) {
-            shape.fat = fat_box(&fits, body, ctx);
+            shape.fat = need.add_room(&fits, body, ctx);
             escaped.push((*row, shape.fat));
         }
         let (low, high) = (tight.min - shape.fat.min, shape.fat.max - tight.max);
@@ -195,42 +197,96 @@ fn fit_all<S: Simd>(
     in_boxes
 }
 
-/// How far a body moves in a step [m], but no farther along an axis than its size: contacts are not looked
-/// for beyond that (narrowphase), only rays are cast (sweep). (Cut along its way instead, what flies along a
-/// wall would come into it unseen.)
-fn reach(body: &Body, ctx: &StepContext) -> Vec3 {
-    let step = body.v * ctx.dt;
-    let most = if body.extent > 0.0 { body.extent } else { f32::INFINITY };
-    vec3(step.x.clamp(-most, most), step.y.clamp(-most, most), step.z.clamp(-most, most))
-}
-
-/// The box of a shape with the contact margin; of one that turns far in the step the box of all that it
-/// may sweep.
-#[inline(always)]
-fn tight_box<S: Simd>(simd: S, shape: &ShapeRow, body: &Body, ctx: &StepContext) -> Aabb {
-    let pose = shape.placed(body);
-    let tight = shape.solid.aabb_with(simd, &pose).grown(0.5 * ctx.margin);
-    if body.w.length_squared() * (ctx.dt * ctx.dt) < FAR_TURN * FAR_TURN {
-        return tight;
-    }
-    let around = vec3(body.extent, body.extent, body.extent);
-    tight.union(&Aabb::new(body.center - around, body.center + around))
+/// The box that a shape needs in the tree.
+pub(crate) struct Need {
+    /// Its own with the contact margin; of one that turns far in the step the box of all that it may sweep.
+    tight: Aabb,
+    /// How far it moves in a step [m].
+    step: Vec3,
 }
 
 /// A turn in a step that takes a shape out of its box [rad].
 const FAR_TURN: f32 = 0.5;
 
-/// A box and where it will be in a step.
-#[inline(always)]
-fn ahead(tight: &Aabb, body: &Body, ctx: &StepContext) -> Aabb {
-    let step = reach(body, ctx);
-    tight.union(&Aabb::new(tight.min + step, tight.max + step))
+impl Need {
+    /// The rotation of a body of several shapes.
+    fn turn_of(body: &Body) -> Option<Mat3> {
+        (body.shapes.len() > 1).then(|| body.rotation.to_mat3())
+    }
+
+    /// `turn`: the body's rotation, for what is one of several shapes.
+    #[inline(always)]
+    fn of<S: Simd>(
+        simd: S,
+        shape: &ShapeRow,
+        (body, turn): (&Body, Option<Mat3>),
+        ctx: &StepContext,
+    ) -> Self {
+        let stands = turn.filter(|_| shape.centered.rotation == Quat::IDENTITY);
+        let pose = match stands {
+            Some(turn) => {
+                Pose::new(turn * shape.centered.position + body.center, body.rotation)
+            }
+            None => shape.placed(body),
+        };
+        let tight = shape.solid.aabb_with(simd, &pose, stands).grown(0.5 * ctx.margin);
+        let velocity = match turn {
+            Some(_) => body.velocity_at(tight.center() - body.center),
+            None => body.v,
+        };
+        let step = reach(velocity, body, ctx);
+        if body.w.length_squared() * (ctx.dt * ctx.dt) < FAR_TURN * FAR_TURN {
+            return Self { tight, step };
+        }
+        let around = vec3(body.extent, body.extent, body.extent);
+        let tight = tight.union(&Aabb::new(body.center - around, body.center + around));
+        Self { tight, step }
+    }
+
+    pub(crate) fn of_shape(shapes: &Shapes, shape: u32, body: &Body, ctx: &StepContext) -> Self {
+        dispatch!(ctx.level, simd => Self::of(simd, shapes.at(shape), (body, Self::turn_of(body)), ctx))
+    }
+
+    /// The box that reaches as far as the shape moves in a step.
+    #[inline(always)]
+    pub(crate) fn fits(&self) -> Aabb {
+        swept(&self.tight, self.step)
+    }
+
+    /// That with room to move, so that the tree is not changed every step; none for what will leave it
+    /// all the same.
+    pub(crate) fn with_room(&self, body: &Body, ctx: &StepContext) -> Aabb {
+        self.add_room(&self.fits(), body, ctx)
+    }
+
+    fn add_room(&self, fits: &Aabb, body: &Body, ctx: &StepContext) -> Aabb {
+        if flies(body, ctx) {
+            return *fits;
+        }
+        swept(fits, self.step).grown(spare(body, ctx))
+    }
 }
 
-/// The box that a shape needs: its own with the contact margin, reaching as far as it moves in a step.
-pub(crate) fn shape_box(shapes: &Shapes, shape: u32, body: &Body, ctx: &StepContext) -> Aabb {
-    let tight = dispatch!(ctx.level, simd => tight_box(simd, shapes.at(shape), body, ctx));
-    ahead(&tight, body, ctx)
+/// Around a box and where it comes by `step`.
+#[inline(always)]
+fn swept(fits: &Aabb, step: Vec3) -> Aabb {
+    fits.union(&Aabb::new(fits.min + step, fits.max + step))
+}
+
+/// How far what has this velocity moves in a step [m], but no farther along an axis than the body's size: contacts
+/// are not looked for beyond that (narrowphase), only rays are cast (sweep). (Cut along its way instead, what
+/// flies along a wall would come into it unseen.)
+fn reach(velocity: Vec3, body: &Body, ctx: &StepContext) -> Vec3 {
+    let step = velocity * ctx.dt;
+    let most = if body.extent > 0.0 { body.extent } else { f32::INFINITY };
+    vec3(step.x.clamp(-most, most), step.y.clamp(-most, most), step.z.clamp(-most, most))
+}
+
+/// That of all shapes of a body, at most [m].
+fn reach_of_all(body: &Body, ctx: &StepContext) -> f32 {
+    let turning =
+        if body.shapes.len() > 1 { body.w.length() * (body.extent * ctx.dt) } else { 0.0 };
+    reach(body.v, body, ctx).length() + turning
 }
 
 /// Room around a box [m].
@@ -242,18 +298,7 @@ fn spare(body: &Body, ctx: &StepContext) -> f32 {
 /// (Of a diagonal way each axis sees 1/√3 at least.)
 fn flies(body: &Body, ctx: &StepContext) -> bool {
     let step = body.v * ctx.dt;
-    step.length() - reach(body, ctx).length() > 2.0 * spare(body, ctx)
-}
-
-/// That box with room to move, so that the tree is not changed every step; none for what will leave it
-/// all the same.
-pub(crate) fn fat_box(fits: &Aabb, body: &Body, ctx: &StepContext) -> Aabb {
-    if flies(body, ctx) {
-        return *fits;
-    }
-    let step = reach(body, ctx);
-    let room = spare(body, ctx);
-    fits.union(&Aabb::new(fits.min + step, fits.max + step)).grown(room)
+    step.length() - reach(body.v, body, ctx).length() > 2.0 * spare(body, ctx)
 }
 
 /// So many bodies are moved before they are looked at: enough to turn what flies eight at a time.
@@ -272,7 +317,7 @@ fn ask_for_shapes(
     shapes: &Rows<'_, Option<ShapeRow>>,
 ) {
     if let Some(body) = bodies.read(row as usize)
-        && (body.flies || body.room <= 2.0 * reach(body, ctx).length())
+        && (body.flies || body.room <= 2.0 * reach_of_all(body, ctx))
     {
         for shape in body.shapes.iter().take(2) {
             shapes.prefetch(*shape as usize, 2);

@@ -6,7 +6,7 @@
 //! for bodies that move farther than half their inner size in a step.
 
 use super::context::StepContext;
-use super::finalize::{Flight, fat_box, shape_box};
+use super::finalize::{Flight, Need};
 use crate::base::bit_set::BitSet;
 use crate::base::grow::Slack;
 use crate::base::jobs::{Executor, collect_ranges, grain};
@@ -84,9 +84,9 @@ pub(crate) fn stop_fast_bodies<'a>(
         for i in 0..bodies.at(*row).shapes.len() {
             let body = bodies.at(*row);
             let shape = body.shapes[i];
-            let fits = shape_box(shapes, shape, body, ctx);
-            if !shapes.at(shape).fat.contains(&fits) {
-                let fat = fat_box(&fits, body, ctx);
+            let need = Need::of_shape(shapes, shape, body, ctx);
+            if !shapes.at(shape).fat.contains(&need.fits()) {
+                let fat = need.with_room(body, ctx);
                 bounds.replace(shape, fat, shapes);
             }
         }
@@ -219,9 +219,13 @@ fn stop_at(
         // It ends higher than it can reach.
         return None;
     }
-    if closing > 0.0 && fraction * closing >= reach_against(swept, stood, normal, shapes) {
+    let far = fraction * closing;
+    let is_clear =
+        || far >= swept.extent || far >= reach_against(swept, stood, (normal, far), shapes);
+    if closing > 0.0 && is_clear() {
         // It was clear of the surface when the step began.
-        let reach = reach_against(swept, swept.body.rotation, normal, shapes);
+        let direction = (normal, f32::INFINITY);
+        let reach = reach_against(swept, swept.body.rotation, direction, shapes);
         let height = (fraction - 1.0) * closing;
         // To less than that a contact answers, by the energy it has at the surface; to be taken back is
         // to be lifted.
@@ -232,8 +236,15 @@ fn stop_at(
     (fraction <= 1.0).then(|| fraction - 0.95 * swept.body.inner / delta.length())
 }
 
-/// How far what is swept stands out from its middle against a direction [m].
-fn reach_against(swept: &Swept<'_>, rotation: Quat, normal: Vec3, shapes: &Shapes) -> f32 {
+/// How far what is swept stands out from its middle against a direction [m]. If that is more than `enough`, something
+/// between the two may be the answer.
+fn reach_against(
+    swept: &Swept<'_>,
+    rotation: Quat,
+    (normal, enough): (Vec3, f32),
+    shapes: &Shapes,
+) -> f32 {
+    let seen = rotation.unrotate(normal);
     let rotation = Quat::from_arc(normal, Vec3::X) * rotation;
     let turned = Pose { position: Vec3::ZERO, rotation };
     let middle = turned.direction(swept.middle).x;
@@ -242,10 +253,13 @@ fn reach_against(swept: &Swept<'_>, rotation: Quat, normal: Vec3, shapes: &Shape
         let shape = shapes.at(*row);
         // A body of many shapes reaches by one.
         let (center, radius) = shape.solid.ball();
-        let ball = middle + 1.001 * radius - turned.direction(shape.centered.point(center)).x;
+        let ball = middle + 1.001 * radius - seen.dot(shape.centered.point(center));
         if !shape.sensor && ball > reach {
             let low = shape.solid.least_x(&turned.compose(&shape.centered));
             reach = reach.max(middle - low);
+            if reach > enough {
+                break;
+            }
         }
     }
     reach.min(swept.extent)

@@ -14,7 +14,7 @@ use crate::state::def::{BodyDef, BodyKind, DefError, JointDef, JointKind, ShapeD
 use crate::state::joints::{Joint, Link};
 use crate::state::shapes::{Here, ShapeRow};
 use crate::step::context::StepContext;
-use crate::step::finalize::{fat_box, shape_box};
+use crate::step::finalize::Need;
 use crate::step::partition;
 
 impl World {
@@ -169,8 +169,8 @@ impl World {
         let tables = &mut self.tables;
         let row = tables.shapes.at(shape);
         let (fixed, body) = (row.fixed, tables.bodies.at(row.body));
-        let fits = shape_box(&tables.shapes, shape, body, &ctx);
-        let fat = if fixed { fits } else { fat_box(&fits, body, &ctx) };
+        let need = Need::of_shape(&tables.shapes, shape, body, &ctx);
+        let fat = if fixed { need.fits() } else { need.with_room(body, &ctx) };
         tables.bounds.insert(shape, fixed, fat, &mut tables.shapes);
     }
 
@@ -187,8 +187,9 @@ impl World {
         for i in 0..tables.bodies.at(body).shapes.len() {
             let b = tables.bodies.at(body);
             let shape = b.shapes[i];
-            let fits = shape_box(&tables.shapes, shape, b, &ctx);
-            let fat = if tables.shapes.at(shape).fixed { fits } else { fat_box(&fits, b, &ctx) };
+            let need = Need::of_shape(&tables.shapes, shape, b, &ctx);
+            let fixed = tables.shapes.at(shape).fixed;
+            let fat = if fixed { need.fits() } else { need.with_room(b, &ctx) };
             tables.bounds.replace(shape, fat, &mut tables.shapes);
         }
     }

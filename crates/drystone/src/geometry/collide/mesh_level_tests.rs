@@ -53,7 +53,7 @@ fn the_box_from_lanes_is_the_box_from_supports() {
         let solid = pebble(&mut rng, 0.7);
         let pose = Pose::new(rng.vector(50.0), rng.rotation());
         for level in SimdLevel::available() {
-            let bounds = dispatch!(level.0, simd => solid.aabb_with(simd, &pose));
+            let bounds = dispatch!(level.0, simd => solid.aabb_with(simd, &pose, None));
             assert_eq!(bounds, solid.aabb(&pose));
         }
     }
