@@ -224,9 +224,7 @@ impl Need {
     ) -> Self {
         let stands = turn.filter(|_| shape.centered.rotation == Quat::IDENTITY);
         let pose = match stands {
-            Some(turn) => {
-                Pose::new(turn * shape.centered.position + body.center, body.rotation)
-            }
+            Some(turn) => Pose::new(turn * shape.centered.position + body.center, body.rotation),
             None => shape.placed(body),
         };
         let tight = shape.solid.aabb_with(simd, &pose, stands).grown(0.5 * ctx.margin);

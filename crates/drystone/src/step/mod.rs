@@ -178,7 +178,7 @@ pub(crate) fn step(
     quarantine(&mut sets, s.finalize.notes(), tables.steps + 1);
     after(Stage::Sensor);
     let still = s.finalize.notes();
-    sleep::rest_still_islands(ctx, &rest, still, tables.steps, &mut sets, &mut s.sleep);
+    sleep::rest_still_islands(ctx, &rest, still, tables.steps, &mut sets, &mut s.sleep, jobs);
     after(Stage::Sleep);
 }
 

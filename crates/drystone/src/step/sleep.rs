@@ -1,14 +1,16 @@
 //! Stage 8: islands whose bodies have all been still for long enough fall asleep.
 //!
-//! Reads: bodies (timers), contacts, joints. Writes: islands (splits), sets, events. Runs: serially
-//! over awake bodies, and only when one of them was still for long enough; one island a step is split for
-//! that, and all that were cut so often that they must have come apart.
+//! Reads: bodies (timers), contacts, joints. Writes: islands (splits), sets, events. Runs: only when an awake body
+//! was still for long enough; times and ends of contacts are read in parallel, what follows from them is serial over
+//! islands and contacts. One island a step is split for that, and all that were cut so often that they must have come
+//! apart.
 //! Where bodies freeze one by one, those touched by awake ones are looked at in every step.
 
 pub(crate) mod freeze;
 
 use super::context::StepContext;
 use super::finalize::Note;
+use crate::base::jobs::{Executor, collect_ranges, grain};
 use crate::base::sparse::Sparse;
 use crate::state::bodies::NONE;
 use crate::state::config::SleepConfig;
@@ -21,14 +23,27 @@ const LARGE: usize = 32;
 /// So many contacts ahead of the one that is looked at are asked for from memory.
 const AHEAD: usize = 16;
 
-/// The times of an island without bodies.
-const UNRATED: (f32, f32) = (f32::INFINITY, 0.0);
+/// Still times of some bodies [s].
+#[derive(Clone, Copy, Debug)]
+struct Times {
+    least: f32,
+    most: f32,
+}
+
+impl Times {
+    /// Of no body.
+    const NONE: Self = Self { least: f32::INFINITY, most: 0.0 };
+
+    fn add(&mut self, other: Self) {
+        self.least = self.least.min(other.least);
+        self.most = self.most.max(other.most);
+    }
+}
 
 /// Memory kept from step to step.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Scratch {
-    /// Of each island with an awake body, while islands are rated: the least still time of its bodies, and the greatest.
-    times: Vec<(f32, f32)>,
+    rates: Rates,
     /// Islands that may rest or be split, and the greatest still time of their bodies.
     ripe: Vec<(u32, f32)>,
     /// Kinematic bodies that do not move.
@@ -46,8 +61,9 @@ pub(crate) fn rest_still_islands(
     step: u64,
     sets: &mut Sets<'_>,
     scratch: &mut Scratch,
+    jobs: &dyn Executor,
 ) {
-    let Scratch { times, ripe, idle, roots, freeze } = scratch;
+    let Scratch { rates, ripe, idle, roots, freeze } = scratch;
     let mut still = false;
     idle.clear();
     for note in notes {
@@ -72,20 +88,14 @@ pub(crate) fn rest_still_islands(
     if !still || !config.enabled {
         return;
     }
-    rate_islands(sets, times);
     ripe.clear();
-    for row in &sets.bodies.awake {
-        let island = sets.bodies.at(*row).island;
-        let Some(time) = times.get_mut(island as usize) else { continue };
-        // Listed once, in the order of their numbers.
-        let (least, most) = core::mem::replace(time, UNRATED);
-        if least < f32::INFINITY && most >= config.time {
-            let of = &sets.islands.rows[island as usize];
-            if (least >= config.time || of.cut) && of.wait_until <= step {
-                ripe.push((island, most));
-            }
+    rates.rate(sets, jobs, |island, Times { least, most }| {
+        let of = &sets.islands.rows[island as usize];
+        let is_still = most >= config.time && (least >= config.time || of.cut);
+        if is_still && of.wait_until <= step {
+            ripe.push((island, most));
         }
-    }
+    });
     ripe.sort_unstable_by_key(|(island, _)| *island);
     // The island to split: it was cut, and some body of it could sleep if it were alone. The one
     // that has waited longest; the lowest number among equals.
@@ -106,27 +116,52 @@ pub(crate) fn rest_still_islands(
     }
     if let Some((island, _)) = split {
         let len = sets.islands.rows[island as usize].len as usize;
-        let known = LARGE * len >= sets.bodies.awake.len() && roots.split(island, step, sets);
+        let known = LARGE * len >= sets.bodies.awake.len() && roots.split(island, step, sets, jobs);
         if !known {
             split_island(island, step, sets);
         }
     }
 }
 
-/// Enters the least and the greatest still time of each island with an awake body; those of others are not looked at.
-fn rate_islands(sets: &Sets<'_>, times: &mut Vec<(f32, f32)>) {
-    if times.len() < sets.islands.rows.len() {
-        times.resize(sets.islands.rows.len(), UNRATED);
-    }
-    for row in &sets.bodies.awake {
-        let body = sets.bodies.at(*row);
-        if body.island == NONE {
-            continue;
+/// How long the bodies of islands have been still.
+#[derive(Clone, Debug, Default)]
+struct Rates {
+    /// Of awake bodies one after another of the same island.
+    runs: Vec<Vec<(u32, Times)>>,
+    /// Of each island, while islands are rated; of others [`Times::NONE`].
+    of: Vec<Times>,
+}
+
+impl Rates {
+    /// Calls `visit` with each island that has an awake body.
+    fn rate(&mut self, sets: &Sets<'_>, jobs: &dyn Executor, mut visit: impl FnMut(u32, Times)) {
+        let (runs, awake) = (&mut self.runs, &sets.bodies.awake);
+        collect_ranges(jobs, awake.len(), grain(jobs, awake.len(), 512), runs, |_, range, out| {
+            let out: &mut Vec<(u32, Times)> = out;
+            for row in &awake[range] {
+                let body = sets.bodies.at(*row);
+                let still = if body.can_sleep { body.still_time } else { 0.0 };
+                let times = Times { least: still, most: still };
+                match out.last_mut() {
+                    Some((island, of)) if *island == body.island => of.add(times),
+                    _ => out.push((body.island, times)),
+                }
+            }
+        });
+        if self.of.len() < sets.islands.rows.len() {
+            self.of.resize(sets.islands.rows.len(), Times::NONE);
         }
-        let still = if body.can_sleep { body.still_time } else { 0.0 };
-        let (least, most) = &mut times[body.island as usize];
-        *least = least.min(still);
-        *most = most.max(still);
+        let in_islands = || runs.iter().flatten().filter(|(island, _)| *island != NONE);
+        for (island, times) in in_islands() {
+            self.of[*island as usize].add(*times);
+        }
+        for (island, _) in in_islands() {
+            let times = core::mem::replace(&mut self.of[*island as usize], Times::NONE);
+            // Once each.
+            if times.least < f32::INFINITY {
+                visit(*island, times);
+            }
+        }
     }
 }
 
@@ -180,14 +215,16 @@ fn join(component: u32, body: u32, sets: &mut Sets<'_>) {
 #[derive(Clone, Debug, Default)]
 struct Roots {
     of: Sparse,
+    /// The bodies that contacts connect.
+    ends: Vec<Vec<[u32; 2]>>,
 }
 
 impl Roots {
     /// Replaces an island by what contacts with points and joints connect of it, if that is not all; false if it is not
     /// known, for some of its bodies may have frozen.
-    fn split(&mut self, island: u32, step: u64, sets: &mut Sets<'_>) -> bool {
+    fn split(&mut self, island: u32, step: u64, sets: &mut Sets<'_>, jobs: &dyn Executor) -> bool {
         let members = sets.islands.members(island, sets.bodies);
-        let is_one = self.unite_all(&members, sets) == 1;
+        let is_one = self.unite_all(&members, sets, jobs) == 1;
         if is_one {
             sets.islands.rows[island as usize].cut = false;
             sets.islands.split_again(island, step);
@@ -218,7 +255,7 @@ impl Roots {
     }
 
     /// Makes one part of what contacts with points and joints connect of these awake bodies; returns how many there are.
-    fn unite_all(&mut self, members: &[u32], sets: &Sets<'_>) -> usize {
+    fn unite_all(&mut self, members: &[u32], sets: &Sets<'_>, jobs: &dyn Executor) -> usize {
         self.of.cover(sets.bodies.rows.slot_count());
         for row in members {
             self.of.set(*row, *row);
@@ -229,15 +266,29 @@ impl Roots {
             let joint = sets.joints.at(*row);
             parts -= usize::from(self.unite(joint.body_a, joint.body_b));
         }
+        let mut ends = core::mem::take(&mut self.ends);
         for color in &sets.colors.contacts.colors {
-            for (i, row) in color.members.iter().enumerate() {
-                if let Some(next) = color.members.get(i + AHEAD) {
-                    sets.contacts.prefetch(*next, 1);
-                }
-                let c = sets.contacts.at(*row);
-                parts -= usize::from(self.unite(c.body_a, c.body_b));
+            let rows = &color.members;
+            collect_ranges(
+                jobs,
+                rows.len(),
+                grain(jobs, rows.len(), 512),
+                &mut ends,
+                |_, range, out| {
+                    for i in range {
+                        if let Some(next) = rows.get(i + AHEAD) {
+                            sets.contacts.prefetch(*next, 1);
+                        }
+                        let c = sets.contacts.at(rows[i]);
+                        out.push([c.body_a, c.body_b]);
+                    }
+                },
+            );
+            for [a, b] in ends.iter().flatten() {
+                parts -= usize::from(self.unite(*a, *b));
             }
         }
+        self.ends = ends;
         parts
     }
 
@@ -271,6 +322,7 @@ impl Roots {
 #[cfg(test)]
 mod tests {
     use super::{Roots, split_island};
+    use crate::base::jobs::Inline;
     use crate::base::math::{Vec3, vec3};
     use crate::base::random::Random;
     use crate::base::trig::sin_cos;
@@ -383,7 +435,7 @@ mod tests {
                 let Tables { bodies, joints, contacts, islands, colors, events, .. } = tables;
                 let mut sets = Sets { bodies, joints, contacts, islands, colors, events };
                 match roots {
-                    Some(roots) => assert!(roots.split(island, 7, &mut sets)),
+                    Some(roots) => assert!(roots.split(island, 7, &mut sets, &Inline)),
                     None => split_island(island, 7, &mut sets),
                 }
                 parts(tables)

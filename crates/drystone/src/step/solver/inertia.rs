@@ -49,6 +49,9 @@ const RELEASE: f32 = 0.5;
 const LIGHT: f32 = 1.0 / (1.0 + HYSTERESIS);
 const EASE: f32 = 0.4;
 
+/// So many contacts ahead of the one that is looked at are asked for from memory.
+const AHEAD: usize = 8;
+
 /// The numbers of a step.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct LoadInertia {
@@ -285,14 +288,18 @@ impl Solver<'_> {
             supports.extend(rows.copied().filter(|row| *row != NONE));
         }
         supports.sort_unstable();
-        for row in &supports {
+        for (k, row) in supports.iter().enumerate() {
+            if let Some(soon) = supports.get(k + AHEAD) {
+                self.contacts.prefetch(*soon as usize, 4);
+            }
             if let Some(contact) = self.contacts.read(*row as usize) {
                 self.add_support(contact, frames);
             }
         }
         frames.supports = supports;
         // Joints are far away: they are asked only where no contact carries the island.
-        for k in 0..n {
+        let members = if frames.frames.iter().all(|frame| frame.held) { 0 } else { n };
+        for k in 0..members {
             let island = member(frames, k).island;
             let frame = frames.of(island);
             if !frame.held {
