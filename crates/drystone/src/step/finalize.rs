@@ -228,17 +228,16 @@ impl Need {
             None => shape.placed(body),
         };
         let tight = shape.solid.aabb_with(simd, &pose, stands).grown(0.5 * ctx.margin);
+        if body.w.length_squared() * (ctx.dt * ctx.dt) >= FAR_TURN * FAR_TURN {
+            let around = vec3(body.extent, body.extent, body.extent);
+            let around = Aabb::new(body.center - around, body.center + around);
+            return Self { tight: tight.union(&around), step: reach(body.v, body, ctx) };
+        }
         let velocity = match turn {
             Some(_) => body.velocity_at(tight.center() - body.center),
             None => body.v,
         };
-        let step = reach(velocity, body, ctx);
-        if body.w.length_squared() * (ctx.dt * ctx.dt) < FAR_TURN * FAR_TURN {
-            return Self { tight, step };
-        }
-        let around = vec3(body.extent, body.extent, body.extent);
-        let tight = tight.union(&Aabb::new(body.center - around, body.center + around));
-        Self { tight, step }
+        Self { tight, step: reach(velocity, body, ctx) }
     }
 
     pub(crate) fn of_shape(shapes: &Shapes, shape: u32, body: &Body, ctx: &StepContext) -> Self {
