@@ -187,7 +187,7 @@ fn fit_all<S: Simd>(
         in_boxes &= shape.fat.contains(&tight);
         // It may leave its box in this step or the next, or that was one for a step only.
         if flew || !shape.fat.contains(&fits) {
-            shape.fat = need.add_room(&fits, body, ctx);
+            shape.fat = need.with_room(&fits, body, ctx);
             escaped.push((*row, shape.fat));
         }
         let (low, high) = (tight.min - shape.fat.min, shape.fat.max - tight.max);
@@ -250,13 +250,9 @@ impl Need {
         swept(&self.tight, self.step)
     }
 
-    /// That with room to move, so that the tree is not changed every step; none for what will leave it
+    /// That box, `fits`, with room to move, so that the tree is not changed every step; none for what will leave it
     /// all the same.
-    pub(crate) fn with_room(&self, body: &Body, ctx: &StepContext) -> Aabb {
-        self.add_room(&self.fits(), body, ctx)
-    }
-
-    fn add_room(&self, fits: &Aabb, body: &Body, ctx: &StepContext) -> Aabb {
+    pub(crate) fn with_room(&self, fits: &Aabb, body: &Body, ctx: &StepContext) -> Aabb {
         if flies(body, ctx) {
             return *fits;
         }

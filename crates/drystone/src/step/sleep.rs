@@ -137,7 +137,6 @@ impl Rates {
     fn rate(&mut self, sets: &Sets<'_>, jobs: &dyn Executor, mut visit: impl FnMut(u32, Times)) {
         let (runs, awake) = (&mut self.runs, &sets.bodies.awake);
         collect_ranges(jobs, awake.len(), grain(jobs, awake.len(), 512), runs, |_, range, out| {
-            let out: &mut Vec<(u32, Times)> = out;
             for row in &awake[range] {
                 let body = sets.bodies.at(*row);
                 let still = if body.can_sleep { body.still_time } else { 0.0 };

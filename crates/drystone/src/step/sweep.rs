@@ -85,8 +85,9 @@ pub(crate) fn stop_fast_bodies<'a>(
             let body = bodies.at(*row);
             let shape = body.shapes[i];
             let need = Need::of_shape(shapes, shape, body, ctx);
-            if !shapes.at(shape).fat.contains(&need.fits()) {
-                let fat = need.with_room(body, ctx);
+            let fits = need.fits();
+            if !shapes.at(shape).fat.contains(&fits) {
+                let fat = need.with_room(&fits, body, ctx);
                 bounds.replace(shape, fat, shapes);
             }
         }

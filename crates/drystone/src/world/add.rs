@@ -2,6 +2,7 @@
 
 use super::World;
 use super::mass::{mass_of, principal_moments};
+use crate::base::aabb::Aabb;
 use crate::base::id::{BodyId, JointId, ShapeId};
 use crate::base::math::Vec3;
 use crate::base::pose::Pose;
@@ -13,6 +14,7 @@ use crate::state::coupling::{CouplingDef, check_axis};
 use crate::state::def::{BodyDef, BodyKind, DefError, JointDef, JointKind, ShapeDef, shape_suits};
 use crate::state::joints::{Joint, Link};
 use crate::state::shapes::{Here, ShapeRow};
+use crate::state::tables::Tables;
 use crate::step::context::StepContext;
 use crate::step::finalize::Need;
 use crate::step::partition;
@@ -148,7 +150,7 @@ impl World {
             filter: def.filter,
             sensor: def.sensor,
             fixed,
-            fat: crate::base::aabb::Aabb::EMPTY,
+            fat: Aabb::EMPTY,
             rolling_radius,
             surface_velocity: def.surface_velocity,
             surface_spin: def.surface_spin,
@@ -167,10 +169,8 @@ impl World {
     fn enter_bounds(&mut self, shape: u32) {
         let ctx = self.context();
         let tables = &mut self.tables;
-        let row = tables.shapes.at(shape);
-        let (fixed, body) = (row.fixed, tables.bodies.at(row.body));
-        let need = Need::of_shape(&tables.shapes, shape, body, &ctx);
-        let fat = if fixed { need.fits() } else { need.with_room(body, &ctx) };
+        let fixed = tables.shapes.at(shape).fixed;
+        let fat = tree_box(tables, shape, &ctx);
         tables.bounds.insert(shape, fixed, fat, &mut tables.shapes);
     }
 
@@ -185,11 +185,8 @@ impl World {
         let tables = &mut self.tables;
         tables.bodies.at_mut(body).room = 0.0;
         for i in 0..tables.bodies.at(body).shapes.len() {
-            let b = tables.bodies.at(body);
-            let shape = b.shapes[i];
-            let need = Need::of_shape(&tables.shapes, shape, b, &ctx);
-            let fixed = tables.shapes.at(shape).fixed;
-            let fat = if fixed { need.fits() } else { need.with_room(b, &ctx) };
+            let shape = tables.bodies.at(body).shapes[i];
+            let fat = tree_box(tables, shape, &ctx);
             tables.bounds.replace(shape, fat, &mut tables.shapes);
         }
     }
@@ -210,15 +207,7 @@ impl World {
             let c = self.tables.contacts.at(row);
             let other = if c.body_a == body { c.body_b } else { c.body_a };
             self.sets().wake(other);
-            let crate::state::tables::Tables {
-                bodies,
-                joints,
-                contacts,
-                islands,
-                colors,
-                shapes,
-                ..
-            } = &mut self.tables;
+            let Tables { bodies, joints, contacts, islands, colors, shapes, .. } = &mut self.tables;
             let events = &mut self.pending;
             let mut sets =
                 crate::state::sets::Sets { bodies, joints, contacts, islands, colors, events };
@@ -411,9 +400,7 @@ impl World {
                 !c.is_part && (c.body_a == b || c.body_b == b)
             })
             .collect();
-        let crate::state::tables::Tables {
-            bodies, joints, contacts, islands, colors, shapes, ..
-        } = tables;
+        let Tables { bodies, joints, contacts, islands, colors, shapes, .. } = tables;
         let events = &mut self.pending;
         let mut sets =
             crate::state::sets::Sets { bodies, joints, contacts, islands, colors, events };
@@ -459,4 +446,13 @@ impl World {
         }
         self.refresh_bounds(row);
     }
+}
+
+/// The box of a shape in its tree, where the shape is now: what is fixed needs no room.
+fn tree_box(tables: &Tables, shape: u32, ctx: &StepContext) -> Aabb {
+    let row = tables.shapes.at(shape);
+    let body = tables.bodies.at(row.body);
+    let need = Need::of_shape(&tables.shapes, shape, body, ctx);
+    let fits = need.fits();
+    if row.fixed { fits } else { need.with_room(&fits, body, ctx) }
 }
