@@ -36,6 +36,7 @@ pub use base::aabb::Aabb;
 pub use base::collision::ImpactKind;
 pub use base::id::{BodyId, JointId, LinkId, ParticleId, ShapeId};
 pub use base::jobs::{Executor, Inline};
+pub use base::limits;
 pub use base::math::{Mat3, Vec3, vec3};
 pub use base::pose::Pose;
 pub use base::quat::Quat;

@@ -34,6 +34,13 @@ pub const fn vec3(x: f32, y: f32, z: f32) -> Vec3 {
     Vec3 { x, y, z }
 }
 
+/// The nearest number that f32 has: what is beyond its range becomes its greatest number, what is no number 0. For
+/// results that are told to a user.
+#[must_use]
+pub(crate) fn bounded(value: f32) -> f32 {
+    if value.is_nan() { 0.0 } else { value.clamp(-f32::MAX, f32::MAX) }
+}
+
 impl Vec3 {
     /// (0, 0, 0).
     pub const ZERO: Self = vec3(0.0, 0.0, 0.0);
@@ -98,6 +105,12 @@ impl Vec3 {
     #[inline]
     pub fn normalize_or(self, fallback: Self) -> Self {
         self.try_normalize().unwrap_or(fallback)
+    }
+
+    /// With each component as [`bounded`] gives it.
+    #[must_use]
+    pub(crate) fn bounded(self) -> Self {
+        vec3(bounded(self.x), bounded(self.y), bounded(self.z))
     }
 
     /// Component-wise product.

@@ -1,5 +1,6 @@
 //! Layer 0: numbers, ids, containers, lanes, the worker team. Knows nothing of physics.
 
+pub mod limits;
 pub(crate) mod math;
 pub(crate) mod double;
 pub(crate) mod quat;

@@ -8,6 +8,7 @@ pub(crate) mod why_awake;
 
 use crate::base::aabb::Aabb;
 use crate::base::id::{BodyId, ShapeId};
+use crate::base::limits;
 use crate::base::math::Vec3;
 use crate::base::pose::Pose;
 use crate::base::wide::SimdLevel;
@@ -17,7 +18,7 @@ use crate::geometry::collide::{MAX_PARTS, MeshScratch, Reach, collide, collide_m
 use crate::geometry::manifold::{Manifold, PairCache};
 use crate::geometry::shape::Shape;
 use crate::geometry::solid::{Core, Solid};
-use crate::state::def::{DefError, finite_vec, position, unit};
+use crate::state::def::{DefError, all_within, position, unit};
 use crate::state::material::Filter;
 use crate::state::shapes::ShapeRow;
 use crate::state::tables::Tables;
@@ -71,7 +72,7 @@ impl<'w> Query<'w> {
     /// collides with. Sensors are passed through; so is a convex shape in which the ray starts.
     ///
     /// # Errors
-    /// A number is not finite.
+    /// A number is not finite, or beyond 1e9 m.
     pub fn cast_ray(
         &self,
         origin: impl Into<Vec3>,
@@ -79,8 +80,8 @@ impl<'w> Query<'w> {
         filter: Filter,
     ) -> Result<Option<RayHit>, DefError> {
         let (origin, delta) = (origin.into(), delta.into());
-        finite_vec("origin", origin)?;
-        finite_vec("delta", delta)?;
+        all_within("origin", origin, &limits::WAY)?;
+        all_within("delta", delta, &limits::WAY)?;
         let mut best: Option<(f32, u32, Vec3)> = None;
         for tree in [&self.tables.bounds.fixed, &self.tables.bounds.moving] {
             let start = best.map_or(1.0, |b| b.0);

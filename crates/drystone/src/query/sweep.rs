@@ -3,13 +3,14 @@
 use super::{Query, convex};
 use crate::base::aabb::Aabb;
 use crate::base::id::{BodyId, ShapeId};
-use crate::base::math::Vec3;
+use crate::base::limits;
+use crate::base::math::{Vec3, greater};
 use crate::base::pose::Pose;
 use crate::geometry::approach::{self, Meeting, Nearby};
 use crate::geometry::boxes::Ray;
 use crate::geometry::shape::Shape;
 use crate::geometry::solid::Solid;
-use crate::state::check::{at_least_zero, finite_vec};
+use crate::state::check::{all_within, at_least_zero, within};
 use crate::state::def::DefError;
 use crate::state::material::Filter;
 
@@ -51,7 +52,7 @@ impl Query<'_> {
     /// touches and moves away from, or along, it does not meet.
     ///
     /// # Errors
-    /// The shape, the pose or `delta` is invalid, or the shape is a mesh or a half-space.
+    /// The shape, the pose or `delta` (up to 1e9 m) is invalid, or the shape is a mesh or a half-space.
     pub fn cast_shape(
         &self,
         shape: &Shape,
@@ -60,7 +61,7 @@ impl Query<'_> {
         filter: Filter,
     ) -> Result<Option<ShapeHit>, DefError> {
         let (solid, delta) = (convex(shape, pose)?, delta.into());
-        finite_vec("delta", delta)?;
+        all_within("delta", delta, &limits::WAY)?;
         let ray = Ray::of_box(&solid.aabb(&pose), delta);
         let mut best: Option<(u32, Meeting)> = None;
         for tree in [&self.tables.bounds.fixed, &self.tables.bounds.moving] {
@@ -98,7 +99,7 @@ impl Query<'_> {
     /// with, sensors left out. Of several that overlap it the one that does so most.
     ///
     /// # Errors
-    /// The shape or the pose is invalid, the shape is a mesh or a half-space, or `reach` is negative or not finite.
+    /// The shape or the pose is invalid, the shape is a mesh or a half-space, or `reach` is not from 0 to 1e9 m.
     pub fn nearest_shape(
         &self,
         shape: &Shape,
@@ -108,9 +109,12 @@ impl Query<'_> {
     ) -> Result<Option<NearestShape>, DefError> {
         let solid = convex(shape, pose)?;
         at_least_zero("reach", reach)?;
+        within("reach", reach, &limits::WAY)?;
         let around = solid.aabb(&pose);
-        // Wider and wider: what is near is found among few.
-        let mut look = reach.min(around.half_extents().max_element());
+        // Wider and wider: what is near is found among few. Far from the origin the box of a small shape has no size,
+        // so the first look is no smaller than the least shape: 24 rounds are the most there are.
+        let size = around.half_extents().max_element();
+        let mut look = reach.min(greater(size, limits::LENGTH.least));
         let best = loop {
             let best = self.nearest_within(&solid, &pose, &around, look, filter);
             if best.is_some() || look >= reach {

@@ -6,10 +6,11 @@ use smallvec::SmallVec;
 use super::def::{AxisLocks, BodyKind, MassDef};
 use crate::base::grow;
 use crate::base::id::BodyId;
-use crate::base::math::Vec3;
+use crate::base::math::{Vec3, vec3};
 use crate::base::pose::Pose;
 use crate::base::quat::Quat;
 use crate::base::slot_map::SlotMap;
+use crate::base::sym3::Sym3;
 
 /// No row.
 pub(crate) const NONE: u32 = u32::MAX;
@@ -192,6 +193,20 @@ impl Body {
     #[inline]
     pub(crate) const fn still_speed(&self, speed: f32) -> f32 {
         if self.sleep_speed >= 0.0 { self.sleep_speed } else { speed }
+    }
+
+    /// How an angular impulse [N m s, world] changes its angular velocity [rad/s, world], as far as its locks allow.
+    pub(crate) fn turn_by(&self, impulse: Vec3) -> Vec3 {
+        let m = self.moments;
+        let inverse = |i: f32| if i > 0.0 { 1.0 / i } else { 0.0 };
+        let d = vec3(inverse(m.x), inverse(m.y), inverse(m.z));
+        let mut dw = Sym3::rotated_diagonal(self.rotation * self.principal, d).mul(impulse);
+        for i in 0..3 {
+            if self.locks.angular[i] {
+                dw[i] = 0.0;
+            }
+        }
+        dw
     }
 
     /// Velocity of the point at `r` from the center of mass [m/s, world].

@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::bodies::NONE;
 use super::shapes::Shapes;
 use crate::base::aabb::Aabb;
 use crate::base::jobs::Executor;
@@ -40,9 +41,13 @@ impl Bounds {
         changed.push(row);
     }
 
-    /// Takes a shape out.
+    /// Takes a shape out, if it is in: those of bodies that were put aside are not.
     pub(crate) fn remove(&mut self, row: u32, shapes: &Shapes) {
-        self.tree(shapes.at(row).fixed).0.remove(row);
+        let fixed = shapes.at(row).fixed;
+        let tree = if fixed { &self.fixed } else { &self.moving };
+        if tree.leaf(row) != NONE {
+            self.tree(fixed).0.remove(row);
+        }
     }
 
     /// Gives a shape another box.

@@ -274,10 +274,12 @@ fn find_members(particles: &Particles, members: &mut Vec<Member>) {
     members.clear();
     for (_, link) in particles.links.iter() {
         let (block, lane) = particles.block_of(link);
-        if matches!(block.kinds[lane], LaneKind::Equal | LaneKind::AtMost) {
+        let ends = [block.row_a[lane], block.row_b[lane]];
+        let acts = ends.iter().all(|line| !particles.at(*line).faulted);
+        if acts && matches!(block.kinds[lane], LaneKind::Equal | LaneKind::AtMost) {
             members.push(Member {
                 thread: link.thread,
-                ends: [block.row_a[lane], block.row_b[lane]],
+                ends,
                 spot: Spot { color: link.color, block: link.block, lane: link.lane, turned: false },
                 next: [None; 2],
                 taken: false,

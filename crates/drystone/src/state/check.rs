@@ -1,12 +1,9 @@
 //! Checks of what a user passes: each names the field, its value and what is allowed.
 
 use super::def::DefError;
+use crate::base::limits::{self, Limit};
 use crate::base::math::Vec3;
 use crate::base::quat::Quat;
-
-pub(crate) fn finite(field: &str, value: f32) -> Result<(), DefError> {
-    if value.is_finite() { Ok(()) } else { Err(DefError::new(field, value, "a finite number")) }
-}
 
 pub(crate) fn finite_vec(field: &str, v: Vec3) -> Result<(), DefError> {
     if v.is_finite() {
@@ -15,20 +12,25 @@ pub(crate) fn finite_vec(field: &str, v: Vec3) -> Result<(), DefError> {
     Err(DefError::new(field, format!("({}, {}, {})", v.x, v.y, v.z), "finite numbers"))
 }
 
-fn bounded(field: &str, v: Vec3, limit: f32, allowed: &str) -> Result<(), DefError> {
-    finite_vec(field, v)?;
-    if v.abs().max_element() <= limit {
+/// A number in its range.
+pub(crate) fn within(field: &str, value: f32, limit: &Limit) -> Result<(), DefError> {
+    if limit.admits(value) { Ok(()) } else { Err(DefError::new(field, value, limit.allowed)) }
+}
+
+/// All components in a range.
+pub(crate) fn all_within(field: &str, v: Vec3, limit: &Limit) -> Result<(), DefError> {
+    if v.to_array().into_iter().all(|x| limit.admits(x)) {
         return Ok(());
     }
-    Err(DefError::new(field, format!("({}, {}, {})", v.x, v.y, v.z), allowed))
+    Err(DefError::new(field, format!("({}, {}, {})", v.x, v.y, v.z), limit.allowed))
 }
 
 pub(crate) fn position(field: &str, v: Vec3) -> Result<(), DefError> {
-    bounded(field, v, 1.0e7, "numbers up to 1e7 m")
+    all_within(field, v, &limits::POSITION)
 }
 
 pub(crate) fn velocity(field: &str, v: Vec3) -> Result<(), DefError> {
-    bounded(field, v, 1.0e6, "numbers up to 1e6")
+    all_within(field, v, &limits::SPEED)
 }
 
 pub(crate) fn at_least_zero(field: &str, value: f32) -> Result<(), DefError> {

@@ -2,8 +2,10 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::check::{all_within, within};
 use super::def::DefError;
 use super::method::Method;
+use crate::base::limits::{self, Limit};
 use crate::base::math::{Vec3, vec3};
 
 /// Contact behavior.
@@ -198,12 +200,8 @@ impl Default for WorldConfig {
     }
 }
 
-/// A scalar field of the configuration: path, what is allowed, a reference to it.
-type Scalar<'a> = (&'static str, &'static str, &'a mut f32);
-
-const AT_LEAST_ZERO: &str = "a finite number of at least 0";
-const ABOVE_ZERO: &str = "a finite number above 0";
-const AT_MOST_64: &str = "0 (the method's own), or 1 to 64";
+/// A scalar field of the configuration: path, its range, a reference to it.
+type Scalar<'a> = (&'static str, Limit, &'a mut f32);
 
 impl WorldConfig {
     /// Paths that [`Self::set`] knows.
@@ -251,25 +249,25 @@ impl WorldConfig {
         let (j, s, p) = (&mut self.joint, &mut self.sleep, &mut self.penalty);
         let particle = &mut self.particle;
         [
-            ("contact.hertz", AT_LEAST_ZERO, &mut c.hertz),
-            ("contact.damping_ratio", AT_LEAST_ZERO, &mut c.damping_ratio),
-            ("contact.push_speed", ABOVE_ZERO, &mut c.push_speed),
-            ("contact.rest_offset", AT_LEAST_ZERO, &mut c.rest_offset),
-            ("contact.margin", ABOVE_ZERO, &mut c.margin),
-            ("contact.recycle_distance", AT_LEAST_ZERO, &mut c.recycle_distance),
-            ("contact.restitution_speed", AT_LEAST_ZERO, &mut c.restitution_speed),
-            ("contact.hit_speed", AT_LEAST_ZERO, &mut c.hit_speed),
-            ("inertia.most", AT_MOST_64, &mut i.most),
-            ("inertia.threshold", ABOVE_ZERO, &mut i.threshold),
-            ("joint.hertz", AT_LEAST_ZERO, &mut j.hertz),
-            ("joint.damping_ratio", AT_LEAST_ZERO, &mut j.damping_ratio),
-            ("joint.tree_ratio", AT_LEAST_ZERO, &mut j.tree_ratio),
-            ("particle.hertz", AT_LEAST_ZERO, &mut particle.hertz),
-            ("particle.damping_ratio", AT_LEAST_ZERO, &mut particle.damping_ratio),
-            ("penalty.hertz", ABOVE_ZERO, &mut p.hertz),
-            ("penalty.damping_ratio", AT_LEAST_ZERO, &mut p.damping_ratio),
-            ("sleep.speed", AT_LEAST_ZERO, &mut s.speed),
-            ("sleep.time", AT_LEAST_ZERO, &mut s.time),
+            ("contact.hertz", limits::FREQUENCY, &mut c.hertz),
+            ("contact.damping_ratio", limits::DAMPING_RATIO, &mut c.damping_ratio),
+            ("contact.push_speed", limits::PUSH_SPEED, &mut c.push_speed),
+            ("contact.rest_offset", limits::CONTACT_DISTANCE, &mut c.rest_offset),
+            ("contact.margin", limits::MARGIN, &mut c.margin),
+            ("contact.recycle_distance", limits::CONTACT_DISTANCE, &mut c.recycle_distance),
+            ("contact.restitution_speed", limits::THRESHOLD, &mut c.restitution_speed),
+            ("contact.hit_speed", limits::THRESHOLD, &mut c.hit_speed),
+            ("inertia.most", limits::INERTIA_FACTOR, &mut i.most),
+            ("inertia.threshold", limits::THRESHOLD_ABOVE_ZERO, &mut i.threshold),
+            ("joint.hertz", limits::FREQUENCY, &mut j.hertz),
+            ("joint.damping_ratio", limits::DAMPING_RATIO, &mut j.damping_ratio),
+            ("joint.tree_ratio", limits::THRESHOLD, &mut j.tree_ratio),
+            ("particle.hertz", limits::FREQUENCY, &mut particle.hertz),
+            ("particle.damping_ratio", limits::DAMPING_RATIO, &mut particle.damping_ratio),
+            ("penalty.hertz", limits::PENALTY_FREQUENCY, &mut p.hertz),
+            ("penalty.damping_ratio", limits::DAMPING_RATIO, &mut p.damping_ratio),
+            ("sleep.speed", limits::THRESHOLD, &mut s.speed),
+            ("sleep.time", limits::THRESHOLD, &mut s.time),
         ]
     }
 
@@ -278,9 +276,7 @@ impl WorldConfig {
     /// # Errors
     /// The first field that is out of range.
     pub fn validate(&self) -> Result<(), DefError> {
-        if !self.gravity.is_finite() {
-            return Err(DefError::new("gravity", format!("{:?}", self.gravity), "finite numbers"));
-        }
+        all_within("gravity", self.gravity, &limits::GRAVITY)?;
         if self.substeps > 256 {
             return Err(DefError::new("substeps", self.substeps, "0 (the method's own) to 256"));
         }
@@ -295,15 +291,8 @@ impl WorldConfig {
         if self.particle.sweeps > 1000 {
             return Err(DefError::new("particle.sweeps", self.particle.sweeps, "0 to 1000"));
         }
-        for (path, allowed, value) in self.clone().scalars() {
-            let inside = match allowed {
-                ABOVE_ZERO => *value > 0.0,
-                AT_MOST_64 => *value == 0.0 || (1.0..=64.0).contains(value),
-                _ => *value >= 0.0,
-            };
-            if !(inside && value.is_finite()) {
-                return Err(DefError::new(path, *value, allowed));
-            }
+        for (path, limit, value) in self.clone().scalars() {
+            within(path, *value, &limit)?;
         }
         Ok(())
     }
@@ -372,12 +361,12 @@ impl WorldConfig {
 
     fn set_scalar(&mut self, path: &str, text: &str) -> Result<(), DefError> {
         let known = Self::PATHS.join(", ");
-        let (name, allowed, field) = self
+        let (name, limit, field) = self
             .scalars()
             .into_iter()
             .find(|(p, _, _)| *p == path)
             .ok_or_else(|| DefError::new("path", path, &known))?;
-        *field = text.parse().map_err(|_| DefError::new(name, text, allowed))?;
+        *field = text.parse().map_err(|_| DefError::new(name, text, limit.allowed))?;
         Ok(())
     }
 }

@@ -3,12 +3,13 @@
 use serde::{Deserialize, Serialize};
 
 use super::bodies::Bodies;
-use super::check::finite;
+use super::check::within;
 use super::def::DefError;
 use super::joints::{Joint, Joints, Link};
 use super::six::Six;
-use super::sixdof::JointMotion;
+use super::sixdof::{JointMotion, SixDof};
 use crate::base::id::JointId;
+use crate::base::limits;
 
 /// Holds `coordinate b = ratio · coordinate a + offset` between coordinates of joints of six axes
 /// ([`crate::JointRef::coordinates`]). Axes 0 to 2 are motions along x, y, z [m], 3 to 5 turns about them
@@ -59,7 +60,7 @@ impl CouplingDef {
         if !(1.0e-6..=1.0e6).contains(&self.ratio.abs()) {
             return Err(DefError::new("ratio", self.ratio, "1e-6 to 1e6, or the negative of it"));
         }
-        finite("offset", self.offset)
+        within("offset", self.offset, &limits::TARGET)
     }
 }
 
@@ -112,11 +113,11 @@ pub(crate) fn coordinate(joint: &Joint, six: &Six, bodies: &Bodies, axis: usize)
 }
 
 /// Checks that a joint can move along an axis that a coupling names.
-pub(crate) fn check_axis(name: &str, six: &Six, axis: usize) -> Result<(), DefError> {
-    let all = six.def.axes();
+pub(crate) fn check_axis(name: &str, def: &SixDof, axis: usize) -> Result<(), DefError> {
+    let all = def.axes();
     let allowed = "an axis that is not locked, of a joint without a cone";
     let is_free = all[axis].held().is_none() && all[axis].motion != JointMotion::Locked;
-    if is_free && (axis < 4 || six.def.cone.is_none()) {
+    if is_free && (axis < 4 || def.cone.is_none()) {
         return Ok(());
     }
     Err(DefError::new(name, axis, allowed))

@@ -5,12 +5,13 @@ use core::fmt::{self, Display};
 use serde::{Deserialize, Serialize};
 
 pub(crate) use super::check::{
-    above_zero, at_least_zero, finite, finite_vec, position, unit, velocity,
+    all_within, at_least_zero, finite_vec, position, unit, velocity, within,
 };
 pub use super::fracture::Fracture;
 pub use super::glue::{Bond, BondStrength, Glue};
 pub use super::joint_def::{Fatigue, JointDef, JointKind, JointStrength, Pulley, Spring};
 use super::material::{Filter, Material};
+use crate::base::limits;
 use crate::base::math::Vec3;
 use crate::base::pose::Pose;
 use crate::base::quat::Quat;
@@ -284,9 +285,9 @@ impl ShapeDef {
         {
             return Err(DefError::new("normal", "zero", "a direction"));
         }
-        finite_vec("pose.position", self.pose.position)?;
+        position("pose.position", self.pose.position)?;
         unit("pose.rotation", self.pose.rotation)?;
-        at_least_zero("density", self.density)?;
+        within("density", self.density, &limits::DENSITY)?;
         velocity("surface_velocity", self.surface_velocity)?;
         velocity("surface_spin", self.surface_spin)?;
         self.material.validate().map_err(|e| e.within("material"))
@@ -435,18 +436,18 @@ impl BodyDef {
         unit("rotation", self.rotation)?;
         velocity("linear_velocity", self.linear_velocity)?;
         velocity("angular_velocity", self.angular_velocity)?;
-        finite("gravity_scale", self.gravity_scale)?;
-        at_least_zero("linear_damping", self.linear_damping)?;
-        at_least_zero("angular_damping", self.angular_damping)?;
+        within("gravity_scale", self.gravity_scale, &limits::GRAVITY_SCALE)?;
+        within("linear_damping", self.linear_damping, &limits::DAMPING)?;
+        within("angular_damping", self.angular_damping, &limits::DAMPING)?;
         if let Some(speed) = self.sleep_speed {
             at_least_zero("sleep_speed", speed)?;
         }
         match self.mass {
             MassDef::FromShapes => {}
-            MassDef::Mass(mass) => above_zero("mass", mass)?,
+            MassDef::Mass(mass) => within("mass", mass, &limits::MASS)?,
             MassDef::Exact { mass, center, inertia } => {
-                above_zero("mass", mass)?;
-                finite_vec("center", center)?;
+                within("mass", mass, &limits::MASS)?;
+                position("center", center)?;
                 let (d, _) = inertia.eigen();
                 let tolerance = -1.0e-5 * d.max_element();
                 if !(inertia.is_finite() && d.min_element() >= tolerance && d.max_element() >= 0.0)

@@ -2,9 +2,10 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::check::above_zero;
+use super::check::{above_zero, within};
 use super::def::DefError;
 use crate::base::double::DVec3;
+use crate::base::limits;
 use crate::base::random::Random;
 use crate::geometry::cells::MOST_SITES;
 
@@ -85,7 +86,7 @@ impl Fracture {
                 above_zero(name, value)?;
             }
         }
-        above_zero("min_size", self.min_size)?;
+        within("min_size", self.min_size, &limits::LENGTH)?;
         let whole = |name: &str, value: u32, low: u32, high: u32| {
             if (low..=high).contains(&value) {
                 return Ok(());

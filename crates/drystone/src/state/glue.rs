@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::check::{above_zero, finite_vec};
+use super::check::{above_zero, finite_vec, position};
 use super::def::{DefError, ShapeDef};
 use crate::base::math::Vec3;
 use crate::base::pose::Pose;
@@ -142,7 +142,7 @@ impl Bond {
         if self.shapes[0] == self.shapes[1] {
             return Err(DefError::new("shapes[1]", self.shapes[1], "another shape"));
         }
-        finite_vec("point", self.point)?;
+        position("point", self.point)?;
         finite_vec("normal", self.normal)?;
         if self.normal.try_normalize().is_none() {
             return Err(DefError::new("normal", "zero", "a direction"));

@@ -2,11 +2,12 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::check::{above_zero, at_least_zero, position};
+use super::check::{above_zero, position, within};
 use super::coupling::CouplingDef;
 use super::def::DefError;
 use super::sixdof::SixDof;
 use crate::base::id::BodyId;
+use crate::base::limits;
 use crate::base::math::Vec3;
 
 /// What a joint does.
@@ -64,7 +65,7 @@ impl Pulley {
     fn validate(&self) -> Result<(), DefError> {
         position("points[0]", self.points[0])?;
         position("points[1]", self.points[1])?;
-        above_zero("length", self.length)?;
+        within("length", self.length, &limits::LENGTH)?;
         if (1.0e-3..=1.0e3).contains(&self.ratio) {
             return Ok(());
         }
@@ -188,15 +189,16 @@ impl JointKind {
             Self::SixDof(six) => six.validate(),
             Self::Coupling(coupling) => coupling.validate(),
             Self::Distance { min, max, spring } => {
-                at_least_zero("min", *min)?;
-                at_least_zero("max", *max)?;
+                within("min", *min, &limits::DISTANCE)?;
+                within("max", *max, &limits::DISTANCE)?;
                 if max < min {
                     return Err(DefError::new("max", max, "at least min"));
                 }
                 let Some(s) = spring else { return Ok(()) };
-                at_least_zero("spring.rest_length", s.rest_length)?;
+                within("spring.rest_length", s.rest_length, &limits::DISTANCE)?;
                 above_zero("spring.hertz", s.hertz)?;
-                at_least_zero("spring.damping_ratio", s.damping_ratio)
+                within("spring.hertz", s.hertz, &limits::FREQUENCY)?;
+                within("spring.damping_ratio", s.damping_ratio, &limits::DAMPING_RATIO)
             }
         }
     }

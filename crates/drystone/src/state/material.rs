@@ -2,8 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::check::at_least_zero;
+use super::check::within;
 use super::def::DefError;
+use crate::base::limits;
 
 /// How the coefficients of two surfaces become one. Where two surfaces ask for different rules the
 /// one listed later here wins; the order of the last four is that of `KHR_physics_rigid_bodies`.
@@ -69,16 +70,13 @@ impl Material {
     /// # Errors
     /// The first field that is out of range.
     pub fn validate(&self) -> Result<(), DefError> {
-        at_least_zero("friction", self.friction)?;
+        within("friction", self.friction, &limits::FRICTION)?;
         if let Some(kinetic) = self.kinetic_friction {
-            at_least_zero("kinetic_friction", kinetic)?;
+            within("kinetic_friction", kinetic, &limits::FRICTION)?;
         }
-        at_least_zero("rolling_resistance", self.rolling_resistance)?;
-        at_least_zero("spinning_resistance", self.spinning_resistance)?;
-        if (0.0..=1.0).contains(&self.restitution) {
-            return Ok(());
-        }
-        Err(DefError::new("restitution", self.restitution, "0 to 1"))
+        within("rolling_resistance", self.rolling_resistance, &limits::RESISTANCE)?;
+        within("spinning_resistance", self.spinning_resistance, &limits::RESISTANCE)?;
+        within("restitution", self.restitution, &limits::RESTITUTION)
     }
 }
 

@@ -1,9 +1,10 @@
 //! Definitions of particles and their links, and how they are checked.
 
-use super::check::{above_zero, at_least_zero, finite, position, velocity};
+use super::check::{above_zero, at_least_zero, position, velocity, within};
 use super::def::DefError;
 use super::material::{Filter, Material};
 use crate::base::id::ParticleId;
+use crate::base::limits;
 use crate::base::math::Vec3;
 
 /// A point mass.
@@ -91,19 +92,15 @@ impl ParticleDef {
         if !(1.0e-4..=1.0e3).contains(&self.radius) {
             return Err(DefError::new("radius", self.radius, "a length from 1e-4 to 1e3 m"));
         }
-        finite("gravity_scale", self.gravity_scale)?;
-        at_least_zero("damping", self.damping)?;
+        within("gravity_scale", self.gravity_scale, &limits::GRAVITY_SCALE)?;
+        within("damping", self.damping, &limits::DAMPING)?;
         self.material.validate().map_err(|e| e.within("material"))
     }
 }
 
 /// Masses whose inverse, and products of four of which, are normal numbers.
 pub(crate) fn check_mass(mass: f32) -> Result<(), DefError> {
-    above_zero("mass", mass)?;
-    if (1.0e-9..=1.0e9).contains(&mass) {
-        return Ok(());
-    }
-    Err(DefError::new("mass", mass, "a mass from 1e-9 to 1e9 kg"))
+    within("mass", mass, &limits::PARTICLE_MASS)
 }
 
 /// How stiff a spring between two particles is.
@@ -184,10 +181,7 @@ impl LinkDef {
 }
 
 pub(crate) fn check_length(length: f32) -> Result<(), DefError> {
-    if (1.0e-5..=1.0e7).contains(&length) {
-        return Ok(());
-    }
-    Err(DefError::new("length", length, "a length from 1e-5 to 1e7 m"))
+    within("length", length, &limits::LENGTH)
 }
 
 pub(crate) fn check_spring(spring: &LinkSpring) -> Result<(), DefError> {

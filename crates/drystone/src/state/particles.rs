@@ -48,11 +48,14 @@ pub(crate) struct Particle {
 pub(crate) struct ParticleLine {
     /// Velocity [m/s, world], and 1/mass [1/kg], 0 if it is pinned.
     pub(crate) v: [f32; 4],
-    /// Way since the step's start [m], and 1 if it moves in this step.
+    /// Way since the step's start [m], and 1 if it moves in this step; -1 if it was put aside: no link of it acts.
     pub(crate) x: [f32; 4],
 }
 
 impl ParticleLine {
+    /// The way of a particle that was put aside.
+    pub(crate) const OUT: [f32; 4] = [0.0, 0.0, 0.0, -1.0];
+
     pub(crate) const fn velocity(&self) -> Vec3 {
         vec3(self.v[0], self.v[1], self.v[2])
     }
@@ -322,6 +325,25 @@ impl Particles {
             self.at_mut(line).strand = next;
             line = next;
         }
+    }
+
+    /// Takes a particle that was put aside out of what its links, chains and attachment do, without what they had of
+    /// impulses.
+    pub(crate) fn take_out(&mut self, line: u32) {
+        for block in self.colors.iter_mut().flat_map(|color| &mut color.blocks) {
+            for lane in 0..LANES {
+                if block.row_a[lane] == line || block.row_b[lane] == line {
+                    block.impulse[lane] = 0.0;
+                    let n = [0.0, 1.0, 0.0];
+                    (0..3).for_each(|k| (block.n[k][lane], block.gap[k][lane]) = (n[k], 0.0));
+                }
+            }
+        }
+        if let Some(number) = self.at(line).attachment.checked_sub(1) {
+            self.attachments[number as usize].impulse = Vec3::ZERO;
+        }
+        self.touches.retain(|touch| touch.line != line);
+        self.chains_changed = true;
     }
 
     /// Adds a link between two lines.

@@ -10,7 +10,7 @@ use super::contacts::Contacts;
 use super::def::BodyKind;
 use super::events::Events;
 use super::islands::Islands;
-use super::joints::Joints;
+use super::joints::{Joints, Link};
 use super::shapes::PairSurface;
 use crate::base::math::Vec3;
 
@@ -75,8 +75,18 @@ impl Sets<'_> {
         let joint = self.joints.at(row);
         let (a, b) = (joint.body_a, joint.body_b);
         let (dynamic, n) = dynamic_of(self.bodies, a, b);
-        if n == 0 || joint.place.is_somewhere() {
+        // Joints of what was put aside do not act, nor do couplings of those.
+        let is_out = |body: u32| self.bodies.at(body).faulted;
+        if n == 0 || joint.place.is_somewhere() || is_out(a) || is_out(b) {
             return;
+        }
+        if let Link::Coupling(coupling) = &joint.link {
+            let def = &coupling.def;
+            let joints = [def.joint_a, def.joint_b].map(|id| self.joints.rows.row(id));
+            let of = |row: u32| [self.joints.at(row).body_a, self.joints.at(row).body_b];
+            if joints.into_iter().flatten().flat_map(of).any(is_out) {
+                return;
+            }
         }
         self.joints.at_mut(row).place =
             Self::joint_coloring(self.colors, n).insert(row, &dynamic[..n]);

@@ -60,6 +60,13 @@ impl SixState {
         rest: 0.0,
     };
 
+    pub(crate) fn is_finite(&self) -> bool {
+        let Self { held, friction, limit, angles, force, torque, .. } = self;
+        let impulses = [held, friction, limit].into_iter().flatten();
+        let numbers = impulses.chain(angles).all(|x| x.is_finite());
+        numbers && force.is_finite() && torque.is_finite()
+    }
+
     pub(crate) fn scale_impulses(&mut self, factor: f32) {
         let Self { held, friction, limit, force, torque, .. } = self;
         for impulse in [held, friction, limit].into_iter().flatten() {

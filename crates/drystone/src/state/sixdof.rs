@@ -2,8 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::check::{above_zero, at_least_zero, unit};
+use super::check::{above_zero, at_least_zero, unit, within};
 use super::def::DefError;
+use crate::base::limits;
 use crate::base::math::{Vec3, vec3};
 use crate::base::quat::Quat;
 
@@ -90,8 +91,8 @@ impl JointDrive {
     }
 
     pub(crate) fn validate(&self) -> Result<(), DefError> {
-        super::check::finite("position", self.position)?;
-        super::check::finite("velocity", self.velocity)?;
+        within("position", self.position, &limits::TARGET)?;
+        within("velocity", self.velocity, &limits::TARGET)?;
         self.spring.validate()?;
         if self.max_force == f32::INFINITY {
             return Ok(());

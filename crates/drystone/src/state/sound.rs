@@ -16,7 +16,7 @@ use super::coupling::check_axis;
 use super::def::{BodyKind, shape_suits};
 use super::islands::Islands;
 use super::joints::{Joints, Link};
-use super::shapes::Shapes;
+use super::shapes::{ShapeRow, Shapes};
 use super::tables::Tables;
 use crate::base::pose::Pose;
 use crate::base::quat::Quat;
@@ -33,6 +33,10 @@ fn holds(sound: bool, what: Unsound) -> Check {
 
 fn at_least_zero(numbers: &[f32]) -> bool {
     numbers.iter().all(|x| *x >= 0.0)
+}
+
+fn all_finite<'a>(numbers: impl IntoIterator<Item = &'a f32>) -> bool {
+    numbers.into_iter().all(|x| x.is_finite())
 }
 
 fn is_unit(q: Quat) -> bool {
@@ -103,12 +107,17 @@ impl Tables {
 
     /// The trees hold every shape where it says, and nothing else.
     fn check_bounds(&self) -> Check {
-        let Self { shapes, bounds, .. } = self;
+        let Self { shapes, bounds, bodies, .. } = self;
         for (tree, fixed) in [(&bounds.fixed, true), (&bounds.moving, false)] {
             holds(tree.is_sound(), "a tree of boxes is broken")?;
-            let is_right = |row: u32| shapes.rows.at(row).is_some_and(|s| s.fixed == fixed);
+            let is_right = |row: u32| {
+                let shape = shapes.rows.at(row);
+                shape.is_some_and(|s| s.fixed == fixed && !bodies.at(s.body).faulted)
+            };
             holds(tree.items().all(is_right), "a tree has a box of no shape")?;
-            let count = shapes.rows.iter().filter(|(_, s)| s.fixed == fixed).count();
+            // Those of bodies that were put aside are in no tree.
+            let is_in = |s: &ShapeRow| !bodies.at(s.body).faulted;
+            let count = shapes.rows.iter().filter(|(_, s)| s.fixed == fixed && is_in(s)).count();
             holds(tree.len() == count, "a shape is in no tree")?;
         }
         Ok(())
@@ -130,7 +139,10 @@ fn check_bodies(bodies: &Bodies) -> Check {
     for (_, b) in bodies.rows.iter() {
         let placed = b.center.is_finite() && is_unit(b.rotation) && b.local_center.is_finite();
         holds(placed, "a body is nowhere")?;
-        // Velocities may be anything: the next step puts aside what is not finite.
+        let pushed = [b.step_force, b.step_torque, b.force, b.torque];
+        let moved = [b.v, b.w, b.w_rest];
+        let finite = moved.iter().chain(&pushed).all(|v| v.is_finite());
+        holds(finite && all_finite(&[b.load, b.inertia_factor]), "a body moves by no number")?;
         let moments = [b.moments.x, b.moments.y, b.moments.z];
         let has_mass = at_least_zero(&[b.mass]) && at_least_zero(&moments) && is_unit(b.principal);
         holds(has_mass && (b.mass > 0.0) == b.is_dynamic(), "a body has no mass that can be")?;
@@ -186,16 +198,24 @@ fn check_joints(joints: &Joints, bodies: &Bodies) -> Check {
         let twice = named[id.index() as usize] == 2 && joint.body_a != joint.body_b;
         holds(moves && twice, "a joint is not between two bodies")?;
         holds(joint.anchor_a.is_finite() && joint.anchor_b.is_finite(), "a joint is nowhere")?;
+        let kept = [joint.impulse, joint.given[0], joint.given[1]];
+        let kept = kept.iter().all(|v| v.is_finite()) && all_finite(&joint.peak);
+        holds(kept && joint.damage.is_finite(), "a joint has an impulse that is no number")?;
         joint.link.kind().validate().map_err(|_| "a joint is out of range")?;
         if let Some(strength) = &joint.strength {
             strength.validate().map_err(|_| "the strength of a joint is out of range")?;
         }
+        if let Link::Six(six) = &joint.link {
+            holds(six.state.is_finite(), "a joint has an impulse that is no number")?;
+        }
         if let Link::Coupling(coupling) = &joint.link {
             let def = &coupling.def;
+            let kept = coupling.impulse.is_finite();
+            holds(kept, "a joint has an impulse that is no number")?;
             for (id, axis) in [(def.joint_a, def.axis_a), (def.joint_b, def.axis_b)] {
                 let other = joints.rows.row(id).map(|row| &joints.at(row).link);
                 let Some(Link::Six(six)) = other else { return Err("a coupling is of no joint") };
-                check_axis("", six, axis).map_err(|_| "a coupling is of an axis that is held")?;
+                check_axis("", &six.def, axis).map_err(|_| "a coupling is of an axis that is held")?;
             }
         }
     }

@@ -2,6 +2,7 @@
 
 use fearless_simd::Level;
 
+use super::solver::closing::SHORTEST;
 use super::solver::inertia::LoadInertia;
 use super::solver::softness::{Compliance, Softness};
 use crate::base::math::Vec3;
@@ -106,10 +107,11 @@ impl StepContext {
         let inv_h = 1.0 / h;
         let c = &config.contact;
         let [soft, soft_fixed] = contact_springs(config, inv_h, h);
+        let stiffest = 0.25 * inv_h.min(1.0 / SHORTEST);
         let joint_hertz = if config.joint.hertz > 0.0 {
-            config.joint.hertz.min(0.25 * inv_h)
+            config.joint.hertz.min(stiffest)
         } else {
-            0.25 * inv_h
+            stiffest
         };
         let most = config.inertia.most;
         let most = if most > 0.0 { most } else { config.method.inertia() };
@@ -152,6 +154,7 @@ fn contact_springs(config: &WorldConfig, rate: f32, h: f32) -> [Softness; 2] {
     let c = &config.contact;
     // The stiffest contact that stays stable is tied to the substep: f h <= 0.11 to 0.125
     // (docs/derivations/soft-step.md).
+    let rate = rate.min(1.0 / SHORTEST);
     let hertz = if c.hertz > 0.0 { c.hertz.min(0.25 * rate) } else { 0.1125 * rate };
     let fixed = Softness::new(2.0 * hertz, 0.5 * c.damping_ratio, h);
     [Softness::new(hertz, c.damping_ratio, h), fixed]

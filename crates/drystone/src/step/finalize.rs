@@ -14,7 +14,8 @@ use crate::base::aabb::Aabb;
 use crate::base::disjoint::Rows;
 use crate::base::grow::Slack;
 use crate::base::jobs::{Executor, Output, collect_ranges, grain};
-use crate::base::math::{Mat3, Vec3, vec3};
+use crate::base::limits;
+use crate::base::math::{Mat3, Vec3, greater, vec3};
 use crate::base::pose::Pose;
 use crate::base::quat::Quat;
 use crate::state::bodies::{Bodies, Body, Track};
@@ -367,9 +368,11 @@ fn arrive(
     body.step_force = Vec3::ZERO;
     body.step_torque = Vec3::ZERO;
     let pose_ok = body.center.is_finite() && body.rotation.is_finite();
-    // Beyond this no box or distance is meaningful in f32; it is as good as infinite.
-    let near = body.center.abs().max_element() < 1.0e9;
-    if !(pose_ok && near && body.v.is_finite() && body.w.is_finite()) {
+    // Beyond these no box, distance or product is meaningful in f32; they are as good as infinite.
+    let near = body.center.abs().max_element() < limits::POSITION_KEPT.most;
+    let speed = greater(body.v.abs().max_element(), body.w.abs().max_element());
+    let computable = body.v.is_finite() && body.w.is_finite() && speed < limits::SPEED_KEPT.most;
+    if !(pose_ok && near && computable) {
         (body.center, body.rotation) = (center, rotation);
         (body.v, body.w) = (Vec3::ZERO, Vec3::ZERO);
         notes.push(Note::Fault(row));

@@ -23,7 +23,7 @@ use crate::base::disjoint::Rows;
 use crate::base::jobs::{Executor, collect_ranges, grain};
 use crate::state::bodies::Bodies;
 use crate::state::bounds::Bounds;
-use crate::state::particles::{Particle, Particles};
+use crate::state::particles::{Particle, ParticleLine, Particles};
 use crate::state::sets::Sets;
 use crate::state::shapes::Shapes;
 
@@ -200,7 +200,7 @@ fn search(
             let Some(particle) = rows.row(slot) else { continue };
             let number = number(slot) + 1;
             let line = lines.row(slot + 1);
-            line.x = [0.0; 4];
+            line.x = if particle.faulted { ParticleLine::OUT } else { [0.0; 4] };
             if particle.frozen || particle.faulted {
                 continue;
             }

@@ -1,7 +1,7 @@
 //! Adding and removing bodies, shapes and joints.
 
 use super::World;
-use super::mass::{mass_of, principal_moments};
+use super::mass::{check_energy, check_mass, mass_of, principal_moments};
 use crate::base::aabb::Aabb;
 use crate::base::id::{BodyId, JointId, ShapeId};
 use crate::base::math::Vec3;
@@ -28,13 +28,18 @@ impl World {
         def.validate()?;
         let mass = mass_of(&def)?;
         let (moments, principal) = principal_moments(&mass);
+        if def.kind == BodyKind::Dynamic {
+            check_mass(&mass)?;
+            check_energy(mass.mass, moments, [def.linear_velocity, def.angular_velocity])?;
+        }
         let rotation = def.rotation.normalized();
         let body = Body {
             kind: def.kind,
             center: def.position + rotation.rotate(mass.center),
             rotation,
-            v: def.linear_velocity,
-            w: def.angular_velocity,
+            // What is static stays where it is, whatever its definition says of velocities.
+            v: if def.kind == BodyKind::Static { Vec3::ZERO } else { def.linear_velocity },
+            w: if def.kind == BodyKind::Static { Vec3::ZERO } else { def.angular_velocity },
             local_center: mass.center,
             mass: mass.mass,
             mass_source: def.mass.into(),
@@ -111,13 +116,16 @@ impl World {
     /// mass that was given in full stays. The body keeps its place, and every point of it its velocity.
     ///
     /// # Errors
-    /// The body does not exist, or a field is out of range; then nothing is added.
+    /// The body does not exist, a field is out of range, or the body's mass would be; then nothing is added.
     pub fn add_shape(&mut self, body: BodyId, def: ShapeDef) -> Result<ShapeId, DefError> {
         def.validate()?;
         let Some(row) = self.tables.bodies.rows.row(body) else {
             return Err(DefError::new("body", body.index(), "a body of this world"));
         };
         shape_suits(self.tables.bodies.at(row).kind, &def.shape)?;
+        if let Some(mass) = self.mass_with(row, Some(&def)) {
+            check_mass(&mass)?;
+        }
         let id = self.insert_shape(row, def);
         self.refresh_mass(row);
         self.sets().wake(row);
@@ -161,12 +169,14 @@ impl World {
         b.shapes.push(id.index());
         self.tables.shapes.at(id.index()).widen(b);
         b.room = 0.0;
-        self.enter_bounds(id.index());
+        if !b.faulted {
+            self.enter_bounds(id.index());
+        }
         id
     }
 
     /// Puts a shape's box into its tree.
-    fn enter_bounds(&mut self, shape: u32) {
+    pub(super) fn enter_bounds(&mut self, shape: u32) {
         let ctx = self.context();
         let tables = &mut self.tables;
         let fixed = tables.shapes.at(shape).fixed;
@@ -184,6 +194,9 @@ impl World {
         let ctx = self.context();
         let tables = &mut self.tables;
         tables.bodies.at_mut(body).room = 0.0;
+        if tables.bodies.at(body).faulted {
+            return;
+        }
         for i in 0..tables.bodies.at(body).shapes.len() {
             let shape = tables.bodies.at(body).shapes[i];
             let fat = tree_box(tables, shape, &ctx);
@@ -316,7 +329,7 @@ impl World {
             let joint = joints.rows.row(id).map(|row| joints.at(row));
             match joint.map(|j| (j, &j.link)) {
                 Some((joint, Link::Six(six))) => {
-                    check_axis(axis_name, six, axis)?;
+                    check_axis(axis_name, &six.def, axis)?;
                     Ok([joint.body_a, joint.body_b])
                 }
                 _ => Err(DefError::new(name, id.index(), "a joint of six axes of this world")),
@@ -369,21 +382,23 @@ impl World {
         id
     }
 
-    /// Removes the couplings of a joint that goes.
-    fn remove_couplings(&mut self, id: JointId) {
-        let Some(row) = self.tables.joints.rows.row(id) else { return };
+    /// Rows of the couplings that name a joint; some twice.
+    pub(super) fn couplings_of(&self, id: JointId) -> impl Iterator<Item = u32> {
         let tables = &self.tables;
-        let joint = tables.joints.at(row);
-        if matches!(joint.link, Link::Coupling(_)) {
-            return;
-        }
-        let of = |body: u32| tables.bodies.at(body).joints.iter().copied();
-        let names = |row: &u32| match &tables.joints.at(*row).link {
+        let joint = tables.joints.rows.row(id).map(|row| tables.joints.at(row));
+        let bodies = joint.into_iter().flat_map(|joint| [joint.body_a, joint.body_b]);
+        let rows = bodies.flat_map(|body| tables.bodies.at(body).joints.iter().copied());
+        rows.filter(move |row| match &tables.joints.at(*row).link {
             Link::Coupling(c) => c.def.joint_a == id || c.def.joint_b == id,
             _ => false,
-        };
-        let found = of(joint.body_a).chain(of(joint.body_b)).filter(names);
-        let gone: Vec<JointId> = found.filter_map(|row| tables.joints.rows.id_at(row)).collect();
+        })
+    }
+
+    /// Removes the couplings of a joint that goes.
+    fn remove_couplings(&mut self, id: JointId) {
+        let joints = &self.tables.joints;
+        let gone: Vec<JointId> =
+            self.couplings_of(id).filter_map(|row| joints.rows.id_at(row)).collect();
         for id in gone {
             self.remove_joint(id);
         }
@@ -438,7 +453,7 @@ impl World {
     pub(super) fn put_body(&mut self, row: u32, position: Vec3, rotation: Quat) {
         let body = self.tables.bodies.at_mut(row);
         body.set_pose(&Pose { position, rotation });
-        body.faulted = false;
+        self.bring_back(row);
         let tables = &mut self.tables;
         let links: Vec<(u32, u32)> = tables.contacts.of_body(tables.bodies.at(row)).collect();
         for (contact, _) in links {

@@ -5,14 +5,15 @@ use super::breakage::{BondRef, bonds_of};
 use super::hashes::feed_state;
 use crate::base::hash::StateHash;
 use crate::base::id::{BodyId, JointId, ShapeId};
-use crate::base::math::Vec3;
+use crate::base::limits;
+use crate::base::math::{Vec3, bounded};
 use crate::base::pose::Pose;
 use crate::base::quat::Quat;
 use crate::base::sym3::Sym3;
 use crate::state::bodies::{Body, NONE};
 use crate::state::def::{
-    AxisLocks, BodyKind, DefError, Fracture, at_least_zero, finite, finite_vec, position, unit,
-    velocity,
+    AxisLocks, BodyKind, DefError, Fracture, all_within, finite_vec, position, unit, velocity,
+    within,
 };
 use crate::state::tables::Tables;
 
@@ -81,7 +82,7 @@ impl<'w> BodyRef<'w> {
     /// Velocity of the body's matter at a point [m/s, world; point in m, world].
     #[must_use]
     pub fn velocity_at(&self, point: impl Into<Vec3>) -> Vec3 {
-        self.body.velocity_at(point.into() - self.body.center)
+        self.body.velocity_at(point.into() - self.body.center).bounded()
     }
 
     /// Its mass [kg]; 0 unless it is dynamic.
@@ -96,21 +97,21 @@ impl<'w> BodyRef<'w> {
         Sym3::rotated_diagonal(self.body.rotation * self.body.principal, self.body.moments)
     }
 
-    /// Its kinetic energy [J]; 0 unless it is dynamic.
+    /// Its kinetic energy [J]; 0 unless it is dynamic. What is beyond f32 is given as its greatest number.
     #[must_use]
     pub fn kinetic_energy(&self) -> f32 {
         if !self.body.is_dynamic() {
             return 0.0;
         }
         let (v, w) = (self.body.v, self.body.w);
-        0.5 * (self.body.mass * v.length_squared() + w.dot(self.inertia().mul(w)))
+        bounded(0.5 * (self.body.mass * v.length_squared() + w.dot(self.inertia().mul(w))))
     }
 
     /// Its potential energy in the world's gravity [J], zero at the origin; 0 unless it is dynamic.
     #[must_use]
     pub fn potential_energy(&self) -> f32 {
         let g = self.tables.config.gravity * self.body.gravity_scale;
-        -self.body.mass * g.dot(self.body.center)
+        bounded(-self.body.mass * g.dot(self.body.center))
     }
 
     /// 64 bits over the bits of its pose and velocity: equal where two runs are equal.
@@ -268,8 +269,8 @@ impl<'w> BodyMut<'w> {
         if body.kind == BodyKind::Static {
             return;
         }
-        body.faulted = false;
         (body.v, body.w, body.w_rest) = (v, w, Vec3::ZERO);
+        self.world.bring_back(self.row);
         if v != Vec3::ZERO || w != Vec3::ZERO {
             if self.body().kind == BodyKind::Kinematic {
                 self.wake_neighbors();
@@ -282,11 +283,12 @@ impl<'w> BodyMut<'w> {
     /// kinds of bodies nothing is changed.
     ///
     /// # Errors
-    /// A number is not finite or too large, or `dt` is not above 0; then nothing is changed.
+    /// A number is not finite or too large, `dt` is not from 1e-6 to 10 s, or the velocity would be beyond 1e6 m/s or
+    /// rad/s; then nothing is changed.
     pub fn move_to(&mut self, pose: Pose, dt: f32) -> Result<(), DefError> {
         position("position", pose.position)?;
         unit("rotation", pose.rotation)?;
-        crate::state::def::above_zero("dt", dt)?;
+        within("dt", dt, &limits::TIME_STEP)?;
         let body = self.body();
         if body.kind != BodyKind::Kinematic {
             return Ok(());
@@ -295,6 +297,8 @@ impl<'w> BodyMut<'w> {
         let target = pose.position + rotation.rotate(body.local_center);
         let turn = (rotation * body.rotation.conjugate()).to_rotation_vector();
         let (v, w) = ((target - body.center) * (1.0 / dt), turn * (1.0 / dt));
+        velocity("velocity to the pose", v)?;
+        velocity("angular velocity to the pose", w)?;
         self.set_velocities(v, w);
         Ok(())
     }
@@ -305,26 +309,41 @@ impl<'w> BodyMut<'w> {
         body.is_dynamic() && !body.faulted
     }
 
+    /// What these impulses [N s, N m s, world] make of its velocities.
+    ///
+    /// # Errors
+    /// The result is beyond what a velocity may be.
+    fn after_impulses(&mut self, linear: Vec3, angular: Vec3) -> Result<[Vec3; 2], DefError> {
+        let body = self.body();
+        let v = body.v + linear * (1.0 / body.mass);
+        // A blow without a turn leaves the spin its bits.
+        let turns = angular != Vec3::ZERO;
+        let w = if turns { body.w + body.turn_by(angular) } else { body.w };
+        let fits = |v: Vec3| v.to_array().into_iter().all(|x| limits::SPEED.admits(x));
+        if fits(v) && fits(w) {
+            return Ok([v, w]);
+        }
+        let impulse = if fits(v) { angular } else { linear };
+        let value = format!("({}, {}, {})", impulse.x, impulse.y, impulse.z);
+        let allowed = "what leaves the body at speeds up to 1e6 m/s and 1e6 rad/s";
+        Err(DefError::new("impulse", value, allowed))
+    }
+
     /// Changes the velocity of the center of mass at once by an impulse [N s, world]. Dynamic bodies
     /// only.
     ///
     /// # Errors
-    /// A number is not finite; then nothing is changed.
+    /// A number is not finite, or the velocity would be beyond 1e6 m/s; then nothing is changed.
     pub fn apply_impulse(&mut self, impulse: impl Into<Vec3>) -> Result<(), DefError> {
         let impulse = impulse.into();
         finite_vec("impulse", impulse)?;
-        if self.pushable() {
-            let body = self.body();
-            body.v += impulse * (1.0 / body.mass);
-            self.wake();
-        }
-        Ok(())
+        self.apply_impulses(impulse, Vec3::ZERO)
     }
 
     /// An impulse [N s, world] at a point [m, world]: changes linear and angular velocity at once.
     ///
     /// # Errors
-    /// A number is not finite; then nothing is changed.
+    /// A number is not finite, or a velocity would be beyond 1e6 m/s or rad/s; then nothing is changed.
     pub fn apply_impulse_at(
         &mut self,
         impulse: impl Into<Vec3>,
@@ -332,54 +351,54 @@ impl<'w> BodyMut<'w> {
     ) -> Result<(), DefError> {
         let (impulse, point) = (impulse.into(), point.into());
         finite_vec("impulse", impulse)?;
-        finite_vec("point", point)?;
+        position("point", point)?;
         let arm = point - self.body().center;
-        self.apply_impulse(impulse)?;
-        self.apply_angular_impulse(arm.cross(impulse))
+        self.apply_impulses(impulse, arm.cross(impulse))
     }
 
     /// Changes the angular velocity at once by an angular impulse [N m s, world]. Dynamic bodies only.
     ///
     /// # Errors
-    /// A number is not finite; then nothing is changed.
+    /// A number is not finite, or the angular velocity would be beyond 1e6 rad/s; then nothing is changed.
     pub fn apply_angular_impulse(&mut self, impulse: impl Into<Vec3>) -> Result<(), DefError> {
         let impulse = impulse.into();
         finite_vec("impulse", impulse)?;
+        self.apply_impulses(Vec3::ZERO, impulse)
+    }
+
+    fn apply_impulses(&mut self, linear: Vec3, angular: Vec3) -> Result<(), DefError> {
         if self.pushable() {
+            let [v, w] = self.after_impulses(linear, angular)?;
             let body = self.body();
-            let m = body.moments;
-            let inverse = |i: f32| if i > 0.0 { 1.0 / i } else { 0.0 };
-            let d = Vec3 { x: inverse(m.x), y: inverse(m.y), z: inverse(m.z) };
-            let mut dw = Sym3::rotated_diagonal(body.rotation * body.principal, d).mul(impulse);
-            for i in 0..3 {
-                if body.locks.angular[i] {
-                    dw[i] = 0.0;
-                }
-            }
-            body.w += dw;
+            (body.v, body.w) = (v, w);
             self.wake();
         }
         Ok(())
+    }
+
+    /// Checks that a force [N] and a torque [N m] accelerate it no more than can be computed with.
+    fn check_forces(&mut self, force: Vec3, torque: Vec3) -> Result<(), DefError> {
+        let body = self.body();
+        let (linear, angular) = (force * (1.0 / body.mass), body.turn_by(torque));
+        all_within("force over mass", linear, &limits::ACCELERATION)?;
+        all_within("torque over moment of inertia", angular, &limits::ACCELERATION)
     }
 
     /// Adds a force [N, world] at the center of mass for the next step only. Dynamic bodies only.
     ///
     /// # Errors
-    /// A number is not finite; then nothing is changed.
+    /// A number is not finite, or all forces for the step together accelerate it by more than 1e10 m/s²; then
+    /// nothing is changed.
     pub fn add_step_force(&mut self, force: impl Into<Vec3>) -> Result<(), DefError> {
         let force = force.into();
         finite_vec("force", force)?;
-        if self.pushable() {
-            self.body().step_force += force;
-            self.wake();
-        }
-        Ok(())
+        self.add_step_forces(force, Vec3::ZERO)
     }
 
     /// Adds a force [N, world] at a point [m, world] for the next step only. Dynamic bodies only.
     ///
     /// # Errors
-    /// A number is not finite; then nothing is changed.
+    /// As of [`Self::add_step_force`] and [`Self::add_step_torque`]; then nothing is changed.
     pub fn add_step_force_at(
         &mut self,
         force: impl Into<Vec3>,
@@ -387,21 +406,29 @@ impl<'w> BodyMut<'w> {
     ) -> Result<(), DefError> {
         let (force, point) = (force.into(), point.into());
         finite_vec("force", force)?;
-        finite_vec("point", point)?;
+        position("point", point)?;
         let arm = point - self.body().center;
-        self.add_step_force(force)?;
-        self.add_step_torque(arm.cross(force))
+        self.add_step_forces(force, arm.cross(force))
     }
 
     /// Adds a torque [N m, world] for the next step only. Dynamic bodies only.
     ///
     /// # Errors
-    /// A number is not finite; then nothing is changed.
+    /// A number is not finite, or all torques for the step together accelerate it by more than 1e10 rad/s²;
+    /// then nothing is changed.
     pub fn add_step_torque(&mut self, torque: impl Into<Vec3>) -> Result<(), DefError> {
         let torque = torque.into();
         finite_vec("torque", torque)?;
+        self.add_step_forces(Vec3::ZERO, torque)
+    }
+
+    fn add_step_forces(&mut self, force: Vec3, torque: Vec3) -> Result<(), DefError> {
         if self.pushable() {
-            self.body().step_torque += torque;
+            let body = self.body();
+            let (force, torque) = (body.step_force + force, body.step_torque + torque);
+            self.check_forces(force, torque)?;
+            let body = self.body();
+            (body.step_force, body.step_torque) = (force, torque);
             self.wake();
         }
         Ok(())
@@ -411,11 +438,12 @@ impl<'w> BodyMut<'w> {
     /// anew. Dynamic bodies only.
     ///
     /// # Errors
-    /// A number is not finite; then nothing is changed.
+    /// A number is not finite, or accelerates it by more than 1e10 m/s²; then nothing is changed.
     pub fn set_lasting_force(&mut self, force: impl Into<Vec3>) -> Result<(), DefError> {
         let force = force.into();
         finite_vec("force", force)?;
         if self.pushable() {
+            self.check_forces(force, Vec3::ZERO)?;
             self.body().force = force;
             self.wake();
         }
@@ -425,11 +453,12 @@ impl<'w> BodyMut<'w> {
     /// Sets the lasting torque [N m, world]. Dynamic bodies only.
     ///
     /// # Errors
-    /// A number is not finite; then nothing is changed.
+    /// A number is not finite, or accelerates it by more than 1e10 rad/s²; then nothing is changed.
     pub fn set_lasting_torque(&mut self, torque: impl Into<Vec3>) -> Result<(), DefError> {
         let torque = torque.into();
         finite_vec("torque", torque)?;
         if self.pushable() {
+            self.check_forces(Vec3::ZERO, torque)?;
             self.body().torque = torque;
             self.wake();
         }
@@ -439,9 +468,9 @@ impl<'w> BodyMut<'w> {
     /// How many times gravity counts.
     ///
     /// # Errors
-    /// The number is not finite; then nothing is changed.
+    /// The number is not within -1000 to 1000; then nothing is changed.
     pub fn set_gravity_scale(&mut self, scale: f32) -> Result<(), DefError> {
-        finite("gravity_scale", scale)?;
+        within("gravity_scale", scale, &limits::GRAVITY_SCALE)?;
         self.body().gravity_scale = scale;
         self.wake();
         Ok(())
@@ -450,10 +479,10 @@ impl<'w> BodyMut<'w> {
     /// Rates at which linear and angular velocity decay [1/s].
     ///
     /// # Errors
-    /// A number is negative or not finite; then nothing is changed.
+    /// A number is not within 0 to 1e9 1/s; then nothing is changed.
     pub fn set_damping(&mut self, linear: f32, angular: f32) -> Result<(), DefError> {
-        at_least_zero("linear_damping", linear)?;
-        at_least_zero("angular_damping", angular)?;
+        within("linear_damping", linear, &limits::DAMPING)?;
+        within("angular_damping", angular, &limits::DAMPING)?;
         let body = self.body();
         (body.linear_damping, body.angular_damping) = (linear, angular);
         Ok(())

@@ -1,9 +1,10 @@
 //! A joint as the user sees it.
 
 use crate::base::id::{BodyId, JointId};
-use crate::base::math::Vec3;
+use crate::base::math::{Vec3, bounded};
 use crate::base::quat::Quat;
-use crate::state::check::{finite_vec, unit};
+use crate::state::check::{finite_vec, position, unit};
+use crate::state::coupling::check_axis;
 use crate::state::def::{DefError, JointDef, JointKind, JointStrength};
 use crate::state::joints::{Joint, Link};
 use crate::state::sixdof::{JointDrive, SixDof};
@@ -109,7 +110,7 @@ impl<'w> JointRef<'w> {
     }
 
     fn per_time(&self, impulse: Vec3) -> Vec3 {
-        if self.h > 0.0 { impulse * (1.0 / self.h) } else { Vec3::ZERO }
+        if self.h > 0.0 { (impulse * (1.0 / self.h)).bounded() } else { Vec3::ZERO }
     }
 
     /// Tension of a pulley's rope in the last substep [N]; below 0 where a rigid one is pushed. `None` for
@@ -125,7 +126,7 @@ impl<'w> JointRef<'w> {
     #[must_use]
     pub fn coupling_force(&self) -> Option<f32> {
         let Link::Coupling(coupling) = &self.joint.link else { return None };
-        Some(if self.h > 0.0 { coupling.impulse / self.h } else { 0.0 })
+        Some(if self.h > 0.0 { bounded(coupling.impulse / self.h) } else { 0.0 })
     }
 
     /// Of a coupling, how far the coordinate that follows is from where it should be: a length [m] and an angle
@@ -211,7 +212,7 @@ impl World {
         axes: SixDof,
     ) -> Result<JointDef, DefError> {
         let anchor = anchor.into();
-        finite_vec("anchor", anchor)?;
+        position("anchor", anchor)?;
         unit("frame", frame)?;
         let find = |name: &str, id: BodyId| {
             let body = self.body(id);
@@ -232,16 +233,28 @@ impl World {
     /// there is no such joint.
     ///
     /// # Errors
-    /// The first field that is out of range; a joint of another kind.
+    /// The first field that is out of range; a joint of another kind; an axis that becomes locked, or comes behind a
+    /// cone, while a coupling names it.
     pub fn set_joint_axes(&mut self, id: JointId, axes: SixDof) -> Result<bool, DefError> {
         let Some(row) = self.tables.joints.rows.row(id) else { return Ok(false) };
         axes.validate()?;
+        for coupling in self.couplings_of(id) {
+            let Link::Coupling(coupling) = &self.tables.joints.at(coupling).link else { continue };
+            let def = &coupling.def;
+            for (joint, axis) in [(def.joint_a, def.axis_a), (def.joint_b, def.axis_b)] {
+                if joint == id {
+                    let (list, i) = if axis < 3 { ("linear", axis) } else { ("angular", axis - 3) };
+                    check_axis(&format!("{list}[{i}], which a coupling names,"), &axes, axis)?;
+                }
+            }
+        }
         let joint = self.tables.joints.at_mut(row);
         let Link::Six(six) = &mut joint.link else {
             return Err(DefError::new("joint", id.index(), "a joint of six axes"));
         };
-        // Which blocks a joint is in goes by that.
-        let changed = six.def.parts() != axes.parts();
+        // Which blocks a joint is in goes by the one, how many rows a tree has by the other.
+        let changed = six.def.parts() != axes.parts()
+            || six.def.scalar_count() != axes.scalar_count();
         six.set(axes);
         let (a, b) = (joint.body_a, joint.body_b);
         self.tables.colors.bodies_changed |= changed;

@@ -1,13 +1,15 @@
 //! Mass properties of bodies: when they are made, and when their shapes come and go.
 
 use super::World;
+use crate::base::double::DVec3;
+use crate::base::limits;
 use crate::base::math::{Vec3, vec3};
 use crate::base::pose::Pose;
 use crate::base::quat::Quat;
 use crate::geometry::mass::MassProperties;
 use crate::geometry::solid::Solid;
 use crate::state::bodies::MassSource;
-use crate::state::def::{BodyDef, BodyKind, DefError, MassDef};
+use crate::state::def::{BodyDef, BodyKind, DefError, MassDef, ShapeDef, all_within, within};
 
 /// What the definition's mass and shapes come to.
 pub(super) fn mass_of(def: &BodyDef) -> Result<MassProperties, DefError> {
@@ -61,29 +63,72 @@ pub(super) fn principal_moments(mass: &MassProperties) -> (Vec3, Quat) {
     (vec3(moment(moments.x), moment(moments.y), moment(moments.z)), principal)
 }
 
+/// Checks the mass and the inertia of a dynamic body, wherever they came from.
+pub(super) fn check_mass(mass: &MassProperties) -> Result<(), DefError> {
+    within("mass", mass.mass, &limits::MASS)?;
+    let (moments, _) = principal_moments(mass);
+    all_within("inertia", moments, &limits::MOMENT)
+}
+
+/// Checks what a body's velocities come to with its mass [kg] and its principal moments [kg m²].
+pub(super) fn check_energy(
+    mass: f32,
+    moments: Vec3,
+    [linear, angular]: [Vec3; 2],
+) -> Result<(), DefError> {
+    let squared = |v: Vec3| {
+        let v = DVec3::from(v);
+        v.dot(v)
+    };
+    let largest = f64::from(moments.max_element());
+    for (field, inertia, velocity) in [
+        ("linear_velocity", f64::from(mass), linear),
+        ("angular_velocity", largest, angular),
+    ] {
+        if !(0.5 * inertia * squared(velocity) <= f64::from(limits::ENERGY.most)) {
+            let value = format!("({}, {}, {})", velocity.x, velocity.y, velocity.z);
+            return Err(DefError::new(field, value, limits::ENERGY.allowed));
+        }
+    }
+    Ok(())
+}
+
 impl World {
     /// Center of mass and inertia of a dynamic body whose shapes came or went, and its mass unless that was
     /// given. Nothing changes if the mass was given in full, or if no shape with a mass is left.
     pub(super) fn refresh_mass(&mut self, row: u32) {
-        let tables = &mut self.tables;
-        let body = tables.bodies.at(row);
-        let exact = body.mass_source == MassSource::Exact;
-        if body.kind == BodyKind::Dynamic && !exact {
-            let solid = body.shapes.iter().map(|s| tables.shapes.at(*s));
-            let parts: Vec<(Pose, MassProperties)> = solid
-                .filter(|s| !s.sensor && s.density > 0.0)
-                .map(|s| (s.local, MassProperties::of(&s.shape, s.density)))
-                .collect();
-            let mut total = MassProperties::combine(&parts);
-            if total.mass > 0.0 && total.mass.is_finite() {
-                if let MassSource::Mass(mass) = body.mass_source {
-                    total = total.scaled_to(mass);
-                }
-                self.set_mass(row, &total);
-            }
+        // Where little is left of a body, the mass may be less than what can be computed with.
+        if let Some(mass) = self.mass_with(row, None).filter(|mass| check_mass(mass).is_ok()) {
+            self.set_mass(row, &mass);
         }
         self.refresh_extent(row);
         self.refresh_bounds(row);
+    }
+
+    /// What the mass of a dynamic body comes to by its shapes and one more. `None` if it does not follow them:
+    /// it was given in full, or no shape has a mass.
+    pub(super) fn mass_with(&self, row: u32, more: Option<&ShapeDef>) -> Option<MassProperties> {
+        let body = self.tables.bodies.at(row);
+        if body.kind != BodyKind::Dynamic || body.mass_source == MassSource::Exact {
+            return None;
+        }
+        let solid = body.shapes.iter().map(|s| self.tables.shapes.at(*s));
+        let mut parts: Vec<(Pose, MassProperties)> = solid
+            .filter(|s| !s.sensor && s.density > 0.0)
+            .map(|s| (s.local, MassProperties::of(&s.shape, s.density)))
+            .collect();
+        if let Some(def) = more.filter(|def| !def.sensor && def.density > 0.0) {
+            let pose = Pose { rotation: def.pose.rotation.normalized(), ..def.pose };
+            parts.push((pose, MassProperties::of(&def.shape, def.density)));
+        }
+        let total = MassProperties::combine(&parts);
+        if !(total.mass > 0.0 && total.mass.is_finite()) {
+            return None;
+        }
+        match body.mass_source {
+            MassSource::Mass(mass) => Some(total.scaled_to(mass)),
+            MassSource::Shapes | MassSource::Exact => Some(total),
+        }
     }
 
     /// Gives a body another mass and center; its shapes, joints and contacts stay where they are in the

@@ -5,6 +5,7 @@ mod add;
 mod audit;
 mod body;
 mod breakage;
+mod faults;
 mod hashes;
 mod impact;
 mod joint;
@@ -30,6 +31,7 @@ use std::sync::Arc;
 use crate::base::grow::Slack;
 use crate::base::id::{BodyId, JointId, ShapeId};
 use crate::base::jobs::{Executor, Inline};
+use crate::base::limits;
 use crate::base::math::Vec3;
 use crate::base::wide::SimdLevel;
 use crate::query::Query;
@@ -146,7 +148,7 @@ impl World {
     /// Replaces gravity [m/s², world] and wakes all bodies.
     ///
     /// # Errors
-    /// A component is not finite; then nothing is changed.
+    /// A component is not finite or beyond 1e6 m/s²; then nothing is changed.
     pub fn set_gravity(&mut self, gravity: impl Into<Vec3>) -> Result<(), DefError> {
         self.set_config(WorldConfig { gravity: gravity.into(), ..self.tables.config.clone() })
     }
@@ -161,8 +163,8 @@ impl World {
     }
 
     /// Advances time by `dt` [s]. Cannot fail: a body that becomes non-finite is stopped, left out of
-    /// further steps and reported in [`Events::faults`], and so is a `dt` that is not a finite number
-    /// above 0 (up to 10 s).
+    /// further steps and reported in [`Events::faults`], and so is a `dt` that is not from 1e-6 to 10 s: then no time
+    /// passes.
     pub fn step(&mut self, dt: f32) {
         self.step_observed(dt, &mut |_| {});
     }
@@ -183,7 +185,7 @@ impl World {
         core::mem::swap(&mut events.sensor_exit, &mut pending.sensor_exit);
         core::mem::swap(&mut events.detached, &mut pending.detached);
         pending.clear();
-        if !(dt > 0.0 && dt <= 10.0) {
+        if !limits::TIME_STEP.admits(dt) {
             let step = self.tables.steps + 1;
             let fault = Fault { body: None, particle: None, kind: FaultKind::BadTimeStep, step };
             self.tables.events.faults.push(fault);
@@ -196,6 +198,7 @@ impl World {
         // With no workers at all, the caller is one.
         let jobs = if self.jobs.workers() == 0 { &Inline } else { &*self.jobs };
         step::step(&ctx, &mut self.tables, &mut self.scratch, jobs, after);
+        self.take_out_faulted();
         self.break_joints(ctx.inv_h, dt);
         self.tables.steps += 1;
         self.last_h = ctx.h;

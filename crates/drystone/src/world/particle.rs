@@ -2,7 +2,7 @@
 
 use super::World;
 use crate::base::id::{BodyId, LinkId, ParticleId};
-use crate::base::math::Vec3;
+use crate::base::math::{Vec3, bounded};
 use crate::query::particles::{link_energy, link_kind};
 use crate::state::check::{finite_vec, position, velocity};
 use crate::state::def::DefError;
@@ -67,6 +67,13 @@ impl ParticleRef<'_> {
         self.particle.frozen
     }
 
+    /// True if its state became non-finite and it waits for a new place or velocity: until then no link or attachment
+    /// of it acts.
+    #[must_use]
+    pub const fn is_faulted(&self) -> bool {
+        self.particle.faulted
+    }
+
     /// Links that end at it.
     #[must_use]
     pub const fn link_count(&self) -> u32 {
@@ -91,7 +98,7 @@ impl ParticleRef<'_> {
     #[must_use]
     pub fn attachment_force(&self) -> Vec3 {
         match self.held() {
-            Some(held) if self.h > 0.0 => held.impulse * (1.0 / self.h),
+            Some(held) if self.h > 0.0 => (held.impulse * (1.0 / self.h)).bounded(),
             _ => Vec3::ZERO,
         }
     }
@@ -102,7 +109,7 @@ impl ParticleRef<'_> {
         if self.particle.pinned {
             0.0
         } else {
-            0.5 * self.particle.mass * self.velocity().length_squared()
+            bounded(0.5 * self.particle.mass * self.velocity().length_squared())
         }
     }
 }
@@ -174,7 +181,7 @@ impl LinkRef<'_> {
     #[must_use]
     pub fn tension(&self) -> f32 {
         let (block, lane) = self.tables.particles.block_of(self.link);
-        if self.h > 0.0 { -block.impulse[lane] / self.h } else { 0.0 }
+        if self.h > 0.0 { bounded(-block.impulse[lane] / self.h) } else { 0.0 }
     }
 
     /// ½ k x² of a spring [J]; else 0.
@@ -195,6 +202,7 @@ impl ParticleMut<'_> {
     fn touch(&mut self) -> &mut Particle {
         let particles = &mut self.world.tables.particles;
         particles.wake(self.line);
+        particles.chains_changed |= particles.at(self.line).faulted;
         let particle = particles.at_mut(self.line);
         (particle.faulted, particle.room) = (false, 0.0);
         particle

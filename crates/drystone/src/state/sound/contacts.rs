@@ -74,6 +74,11 @@ fn check_contact(c: &Contact, bodies: &Bodies, shapes: &Shapes) -> Check {
     let surface = [c.friction, c.kinetic, c.restitution, c.rolling, c.spinning];
     holds(at_least_zero(&surface), "a surface is out of range")?;
     holds(usize::from(c.count) <= c.points.len(), "a contact has too many points")?;
+    let points = c.points().iter();
+    let pressed = points.flat_map(|p| [p.r_a.x, p.r_a.y, p.r_a.z, p.separation, p.impulse, p.base]);
+    let vectors = [c.normal, c.offset, c.tangent_impulse, c.rolling_impulse()];
+    let kept = pressed.chain([c.twist_impulse]).all(f32::is_finite);
+    holds(kept && vectors.iter().all(|v| v.is_finite()), "a contact has a part that is no number")?;
     holds(!c.recyclable || a.flat && b.flat, "a contact is not as flat as it says")
 }
 

@@ -1,6 +1,6 @@
 //! Particles: the rows and their lines, links in their lanes, chains of links.
 
-use super::{Check, Seen, Unsound, at_least_zero, holds};
+use super::{Check, Seen, Unsound, all_finite, at_least_zero, holds};
 use crate::base::wide::LANES;
 use crate::state::bodies::Bodies;
 use crate::state::chains::ChainBlock;
@@ -22,7 +22,9 @@ pub(super) fn check_particles(particles: &Particles, bodies: &Bodies) -> Check {
         holds(at.is_finite() && (1.0e-4..=1.0e3).contains(&radius), "a particle is nowhere")?;
         check_mass(p.mass).map_err(|_| "a particle has no mass that can be")?;
         p.material.validate().map_err(|_| "a material is out of range")?;
-        let inverse = lines[line as usize].inverse_mass();
+        let row = &lines[line as usize];
+        holds(all_finite(row.v.iter().chain(&row.x)), "a particle moves by no number")?;
+        let inverse = row.inverse_mass();
         holds(inverse.is_finite() && inverse >= 0.0, "a particle has no mass that can be")?;
         holds(at_least_zero(&[p.damping, p.still_time]), "a number of a particle is out of range")?;
         // Those that will be found anew may be of what is gone.
@@ -35,7 +37,7 @@ pub(super) fn check_particles(particles: &Particles, bodies: &Bodies) -> Check {
     for (number, a) in (1..).zip(attachments) {
         let own = lives(a.line) && particles.at(a.line).attachment == number;
         let body = bodies.rows.at(a.body).is_some() && a.anchor.is_finite();
-        holds(own && body, "an attachment is of nothing")?;
+        holds(own && body && a.impulse.is_finite(), "an attachment is of nothing")?;
     }
     holds(colors.len() <= CROWD + 1, "links have too many colors")?;
     let mut ends = vec![0_u32; lines.len()];
@@ -82,6 +84,9 @@ fn check_links(
                 "a link has no ends",
             )?;
             check_length(block.length[lane]).map_err(|_| "a link has no length that can be")?;
+            let along = [0, 1, 2].map(|k| block.n[k][lane]);
+            let kept = all_finite(along.iter().chain([&block.impulse[lane]]));
+            holds(kept, "a link has an impulse that is no number")?;
             let spring = [block.stiffness[lane], block.damping[lane]];
             holds(at_least_zero(&spring), "a link is out of range")?;
             for line in both {

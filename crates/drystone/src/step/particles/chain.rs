@@ -28,6 +28,7 @@ use crate::base::wide::{
 };
 use crate::state::chains::{ChainBlock, ChainRow};
 use crate::state::particles::{LinkColor, ParticleLine};
+use crate::step::solver::closing::closing_link;
 use crate::step::solver::rows::read_lanes;
 
 /// Most times that a pass looks anew which threads are slack.
@@ -137,8 +138,8 @@ pub(crate) fn solve<S: Simd>(
         let error = length - load(simd, &a.length);
         // What is slack may lengthen as far as it is slack.
         let open = above(load(simd, &a.slack) * -error, zero);
-        let rate = select(open, inv_h, splat(simd, pace.chain_rate));
-        (vn + rate * error).store_array(&mut a.work.error);
+        let closed = closing_link(simd, splat(simd, pace.chain_rate) * error, error);
+        (vn + select(open, inv_h * error, closed)).store_array(&mut a.work.error);
     }
     system(simd, rows, ends);
     pull(simd, rows, pace.chain_give, pace.chain_give);

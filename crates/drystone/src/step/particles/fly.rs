@@ -5,6 +5,7 @@
 //! left of the step after it.
 
 use super::meet::{Around, Meeting, Near};
+use crate::base::limits;
 use crate::base::math::{Vec3, greater, vec3};
 use crate::state::particles::{Particle, ParticleLine};
 use crate::step::context::StepContext;
@@ -64,7 +65,7 @@ pub(super) fn fly(
         }
     }
     let end = x + way;
-    if !(end.abs().max_element() < 1.0e9 && v.is_finite()) {
+    if !is_computable(end, v) {
         put_aside(particle, line);
         return false;
     }
@@ -74,11 +75,18 @@ pub(super) fn fly(
     true
 }
 
+/// False if a place [m] or a velocity [m/s] is beyond what can be computed with.
+pub(super) fn is_computable(x: Vec3, v: Vec3) -> bool {
+    let (far, speed) = (x.abs().max_element(), v.abs().max_element());
+    let finite = x.is_finite() && v.is_finite();
+    finite && far < limits::POSITION_KEPT.most && speed < limits::SPEED_KEPT.most
+}
+
 /// Stops a particle whose state became non-finite.
 pub(super) fn put_aside(particle: &mut Particle, line: &mut ParticleLine) {
     particle.faulted = true;
     line.set_velocity(Vec3::ZERO);
-    line.x = [0.0; 4];
+    line.x = ParticleLine::OUT;
 }
 
 /// Velocity at the end, and displacement, with planes in the way.

@@ -11,9 +11,10 @@ use fearless_simd::{Simd, SimdBase, f32x4};
 use super::pace::{Form, Pace};
 use crate::base::disjoint::Rows;
 use crate::base::wide::{
-    LANES, Vec3w, Wide, above, gather4, load, min, scatter4, select, splat, sqrt,
+    LANES, Vec3w, Wide, above, gather4, load, max, min, scatter4, select, splat, sqrt,
 };
 use crate::state::particles::{LaneKind, LinkBlock, ParticleLine};
+use crate::step::solver::closing::{closing_link, fastest_link};
 use crate::step::solver::rows::read_lanes;
 use crate::step::solver::softness::Softness;
 
@@ -211,15 +212,18 @@ pub(crate) fn solve<S: Simd>(
     let error = length - load(simd, &block.length);
     let can_slack = above(load(simd, &block.slack), zero);
     let mass = load(simd, &block.mass);
+    // Springs are as strong as they are; what is rigid closes no faster than may be.
+    let rigid = load(simd, &block.rigid);
+    let (bias, gain) = (load(simd, &block.rate) * error, load(simd, &block.gain));
+    let leak = load(simd, &block.leak);
+    let most = rigid * fastest_link(simd, error);
+    let bias = select(above(rigid, zero), max(min(bias, most), -most), bias);
     // What is slack may lengthen as far as it is slack.
-    let open = above(zero, error);
-    let rate = select(open, mass * splat(simd, pace.inv_h), load(simd, &block.rate));
-    let gain = select(open, mass, load(simd, &block.gain));
-    let leak = select(open, zero, load(simd, &block.leak));
-    let rate = select(can_slack, rate, load(simd, &block.rate));
-    let gain = select(can_slack, gain, load(simd, &block.gain));
-    let leak = select(can_slack, leak, load(simd, &block.leak));
-    let new = old - (gain * vn + rate * error) - leak * old;
+    let is_slack = above(min(load(simd, &block.slack), -error), zero);
+    let bias = select(is_slack, mass * splat(simd, pace.inv_h) * error, bias);
+    let gain = select(is_slack, mass, gain);
+    let leak = select(is_slack, zero, leak);
+    let new = old - (gain * vn + bias) - leak * old;
     let new = select(can_slack, min(new, zero), new);
     n.store(&mut block.n);
     new.store_array(&mut block.impulse);
@@ -306,7 +310,10 @@ fn correction<S: Simd>(
 ) -> Wide<S> {
     let zero = splat(simd, 0.0);
     let old = if first { zero } else { load(simd, &block.impulse) };
-    let error = (length - load(simd, &block.length)) * splat(simd, pace.inv_h);
+    let gap = length - load(simd, &block.length);
+    let speed = gap * splat(simd, pace.inv_h);
+    let is_rigid = above(load(simd, &block.rigid), zero);
+    let error = select(is_rigid, closing_link(simd, speed, gap), speed);
     let new = old - load(simd, &block.gain) * error - load(simd, &block.leak) * old;
     let can_slack = above(load(simd, &block.slack), zero);
     let new = select(can_slack, min(new, zero), new);

@@ -20,6 +20,7 @@ use crate::state::chains::{ChainBlock, ChainRow};
 use crate::state::config::{ParticleForm, WorldConfig};
 use crate::state::particles::{CROWD, LinkBlock, ParticleLine, Particles};
 use crate::step::context::StepContext;
+use crate::step::solver::closing::SHORTEST;
 use crate::step::solver::rows::{Line, Whitening};
 use crate::step::solver::softness::{Softness, decay};
 
@@ -88,7 +89,7 @@ impl Pace {
         let h = ctx.dt / substeps as f32;
         let keeps = form == Form::Soft && last_h > 0.0;
         let own = if form == Form::Soft { SWEEPS } else { PROJECTIONS };
-        let hertz = if particle.hertz > 0.0 { particle.hertz } else { HERTZ / h };
+        let hertz = if particle.hertz > 0.0 { particle.hertz } else { HERTZ / h.max(SHORTEST) };
         let softness = Softness::new(hertz, particle.damping_ratio, h);
         // As soft as the user wants them; of themselves they hardly yield.
         let soft = if particle.hertz > 0.0 { softness.impulse / softness.mass } else { 0.0 };
@@ -207,10 +208,10 @@ impl Tied<'_> {
         s.hold_of.resize(self.particles.attachments.len(), 0);
         for i in 0..self.particles.attachments.len() {
             let held = self.particles.attachments[i];
-            if !super::moves(self.particles.at(held.line)) {
+            let body = bodies.at(held.body);
+            if !super::moves(self.particles.at(held.line)) || body.faulted {
                 continue;
             }
-            let body = bodies.at(held.body);
             let r = body.rotation.rotate(held.anchor);
             let gap = self.particles.position(held.line) - (body.center + r);
             let drift = if body.is_dynamic() { Vec3::ZERO } else { body.velocity_at(r) };

@@ -8,6 +8,7 @@ use crate::base::disjoint::Rows;
 use crate::base::math::{Vec3, vec3};
 use crate::base::sym3::Sym3;
 use crate::state::particles::ParticleLine;
+use crate::step::solver::closing::{SHORTEST, closing_row};
 use crate::step::solver::integrate::three;
 use crate::step::solver::rows::{Line, Whitening};
 
@@ -192,12 +193,17 @@ impl HoldRow {
         }
         let (v, _) = ground.state(self.line);
         let u = v - self.partner.velocity(&ground.bodies, r) - self.drift;
+        let inv_h = pace.inv_h.min(1.0 / SHORTEST);
+        let close = |part: f32| {
+            let speed = |gap: f32| closing_row(gap * (part * inv_h), gap);
+            vec3(speed(gap.x), speed(gap.y), speed(gap.z))
+        };
         let wanted = if !soft {
-            gap * pace.inv_h
+            close(1.0)
         } else if is_relax {
             u
         } else {
-            u + gap * (CLOSE * pace.inv_h)
+            u + close(CLOSE)
         };
         let d = -self.matrix(r).map_or(Vec3::ZERO, |m| m.mul(wanted));
         self.apply(ground, d, r.cross(d));

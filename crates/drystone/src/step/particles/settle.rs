@@ -1,7 +1,7 @@
 //! The end of a step of tied particles: ways become positions; what passed through a fixed shape is put
 //! back; timers, faults, tears; what came to rest freezes.
 
-use super::fly::put_aside;
+use super::fly::{is_computable, put_aside};
 use super::meet::Around;
 use super::{Scratch as Stage, moves};
 use crate::base::disjoint::Rows;
@@ -46,6 +46,7 @@ pub(crate) fn settle(
     for line in &stage.faults {
         let particle = particles.rows.id_at(line - 1);
         events.faults.push(Fault { body: None, particle, kind: FaultKind::NotFinite, step });
+        particles.take_out(*line);
     }
     keep_awake(ctx, rest, particles, bodies, stage);
     tear(particles, events, h, &mut stage.settle.torn);
@@ -85,7 +86,7 @@ fn advance(
                 }
             }
             let end = from + way;
-            if !(end.abs().max_element() < 1.0e9 && row.velocity().is_finite()) {
+            if !is_computable(end, row.velocity()) {
                 put_aside(particle, row);
                 out.push(*line);
                 continue;

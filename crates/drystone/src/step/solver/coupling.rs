@@ -7,6 +7,7 @@
 //! step's start, and the warm start is turned, as those of joints are: see sixdof.rs and joint.rs.
 
 use super::Solver;
+use super::closing::closing_row;
 use super::joint::JointSweep;
 use super::plan::Group;
 use super::six;
@@ -229,7 +230,7 @@ impl CouplingRow {
         let (gain, bias, give) = if is_open {
             (1.0, now.c * sweep.inv_h, 0.0)
         } else {
-            (s.mass, s.rate * now.c, s.impulse)
+            (s.mass, closing_row(s.rate * now.c, now.c), s.impulse)
         };
         let new = old - (gain * speed + bias) / k - give * old;
         let new = if self.is_slack { new.min(0.0) } else { new };

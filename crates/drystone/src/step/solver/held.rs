@@ -2,22 +2,13 @@
 
 use fearless_simd::Simd;
 
+use super::closing::push;
 use super::joint::JointSweep;
 use super::rows::Velocity;
 use super::sixdof::SixBlock;
 use crate::base::wide::{
     Sym3w, Vec3w, Wide, above, inverse_or_zero, load, max, min, select, splat,
 };
-
-/// Greatest speed at which what is open closes [m/s; rad/s]. An angle that jumps, where a swing passes through
-/// 180 degrees, must not throw bodies; 0.75 rad/s left limbs of a heap of people beyond their limits, which a load
-/// of 4,000 rad/s² then held there.
-const PUSH: [f32; 2] = [3.0, 9.0];
-
-/// See [`PUSH`]; of an axis.
-pub(crate) const fn push(axis: usize) -> f32 {
-    PUSH[axis / 3]
-}
 
 /// A rotation by a vector of up to 2.8 rad.
 #[derive(Clone, Copy)]

@@ -13,14 +13,15 @@
 
 use fearless_simd::{Simd, SimdBase};
 
-use super::held::{Turn, push};
+use super::closing::closing;
+use super::held::Turn;
 use super::root::{Root, RootRows};
 use super::rows::{
     JointBlock, JointRest, Line, Velocity, load_motion, load_velocity, store_velocity,
 };
 use super::softness::Softness;
 use crate::base::disjoint::{Next, Rows};
-use crate::base::wide::{LANES, Sym3w, Vec3w, Wide, above, load, max, min, select, splat, sqrt};
+use crate::base::wide::{LANES, Sym3w, Vec3w, Wide, above, load, max, select, splat, sqrt};
 
 /// What one sweep over joints does.
 #[derive(Clone, Copy, Debug)]
@@ -173,18 +174,6 @@ impl<S: Simd, R: Root<S>> State<S, R> {
         (a + self.ra.cross(d)).store(&mut block.carried_a);
         (b + self.rb.cross(d)).store(&mut block.carried_b);
     }
-}
-
-/// A wide gap closes faster than others may: by half in a tenth of a second [1/s].
-pub(super) const FASTER: f32 = 7.0;
-
-/// At what speed an axis that is open by `gap` closes: by `rate` [1/s], but no faster than at [`push`] and by [`FASTER`] besides, each
-/// axis by itself. (A ball that a floor stopped while the one on its joint went on for 0.16 m was thrown up at 15 m/s: what
-/// closes a joint presses a body on what bears it, and that pushes both.)
-#[inline(always)]
-fn closing<S: Simd>(simd: S, gap: Wide<S>, rate: Wide<S>) -> Wide<S> {
-    let most = splat(simd, push(0)) + max(gap, -gap) * splat(simd, FASTER);
-    min(max(gap * rate, -most), most)
 }
 
 /// Solves one block of balls once.

@@ -8,6 +8,7 @@
 //! References: docs/derivations/soft-step.md, [Catto24], [Macklin19].
 
 pub(crate) mod softness;
+pub(crate) mod closing;
 pub(crate) mod rows;
 pub(crate) mod contact;
 pub(crate) mod joint;

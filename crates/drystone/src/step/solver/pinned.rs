@@ -9,7 +9,8 @@
 
 use fearless_simd::{Simd, SimdBase};
 
-use super::held::{Row, couplings, inverse, less, matrix, push};
+use super::closing::push;
+use super::held::{Row, couplings, inverse, less, matrix};
 use super::joint::{JointSweep, bend};
 use super::root::axes;
 use super::sixdof::{Felt, Given, Placed, SixBlock, act};

@@ -15,7 +15,8 @@
 
 use fearless_simd::{Simd, SimdBase};
 
-use super::held::{Held, Pair, Row, Turn, push};
+use super::closing::push;
+use super::held::{Held, Pair, Row, Turn};
 use super::joint::{JointSweep, bend};
 use super::pinned;
 use super::rows::{Line, Velocity, store_velocity};

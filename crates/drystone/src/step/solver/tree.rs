@@ -23,7 +23,8 @@
 
 use super::Solver;
 use super::forest::{Tree, TreeJoint};
-use super::joint::{FASTER, JointSweep};
+use super::closing::beyond;
+use super::joint::JointSweep;
 use super::plan::Group;
 use super::six::{
     Jacobian, Six, backward, curve, dot, factor, forward, halves, mul, push, shift, wide,
@@ -52,9 +53,9 @@ pub(super) struct Sweep {
 }
 
 impl Sweep {
-    /// By which rate [1/s] a gap of this size closes: no faster than at `fastest`, and wide ones by [`FASTER`] besides.
+    /// By which rate [1/s] a gap of this size closes: no faster than at `fastest`, and wide ones by what is [`beyond`] it.
     pub(super) fn closing_rate(&self, size: f64, fastest: f64) -> f64 {
-        let fastest = fastest + f64::from(FASTER) * size;
+        let fastest = fastest + beyond(size);
         if self.rate * size > fastest { fastest / size } else { self.rate }
     }
 }

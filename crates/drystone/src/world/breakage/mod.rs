@@ -65,7 +65,10 @@ impl World {
         let (bodies, contacts) = (&self.tables.bodies, &self.tables.contacts);
         if let Some(given) = self.scratch.given() {
             for g in given {
-                add_blows(bodies, g.contact, contacts.at(g.contact), &g.points, g.rub, blows);
+                // Contacts of what was put aside in this step are gone.
+                if let Some(contact) = contacts.get(g.contact) {
+                    add_blows(bodies, g.contact, contact, &g.points, g.rub, blows);
+                }
             }
         } else {
             // The last substep stands for all.
@@ -95,7 +98,7 @@ fn add_blows(
     #[expect(clippy::cast_precision_loss, reason = "at most 4")]
     let even = 1.0 / count.max(1) as f32;
     for (side, body) in [c.body_a, c.body_b].into_iter().enumerate() {
-        if !bodies.at(body).breaks {
+        if !bodies.at(body).breaks || bodies.at(body).faulted {
             continue;
         }
         let (shape, other) = if side == 0 { (c.shape_a, c.body_b) } else { (c.shape_b, c.body_a) };

@@ -72,7 +72,7 @@ impl World {
     ) -> Result<Vec<BodyId>, DefError> {
         how.validate()?;
         let point = point.into();
-        crate::state::def::finite_vec("point", point)?;
+        crate::state::def::position("point", point)?;
         let row = self.breakable(id)?;
         Ok(self.shatter(row, how, point).unwrap_or_default())
     }

@@ -44,6 +44,14 @@ const LEAST_STIFFNESS: f64 = 1.0;
 const SWEEPS: u32 = 500;
 const RESTARTS: [u32; 6] = [100, 100, 300, 300, 3000, 3000];
 
+/// Multiplications of a substep after which it gives up, where rounds, slips as unknowns and sweeps circle without an
+/// end in sight: some seconds. Piles of 60 bodies take a tenth of that in their worst steps.
+const MOST_WORK: f64 = 4.0e9;
+
+/// Multiplications for a point in a step of Newton's method with its line search, and in a sweep.
+const POINT_SOLVE: f64 = 400.0;
+const POINT_SWEEP: f64 = 120.0;
+
 /// Part of an overlap that is removed in a substep, and overlap that is left alone [m].
 const BAUMGARTE: f64 = 0.2;
 const SLOP: f64 = 5.0e-3;
@@ -107,6 +115,8 @@ pub(super) struct Analytic {
     changes: Vec<f64>,
     mixing: Mixing,
     whole: Whole,
+    /// Multiplications in this substep, about.
+    work: f64,
 }
 
 impl Analytic {
@@ -119,6 +129,7 @@ impl Analytic {
         movers: &mut [Mover],
         pairs: &mut [Pair],
     ) -> Outcome {
+        self.work = 0.0;
         self.gather(turns, h, bias, movers, pairs);
         let scale = self.points.iter().map(Point::speed).fold(0.0, f64::max);
         // At rest the impulses of the last step have taken the speed away already.
@@ -138,6 +149,14 @@ impl Analytic {
         };
         self.hand_back(movers, pairs);
         outcome
+    }
+
+    /// Counts a number of multiplications for each point, and others; false when it is to give up.
+    fn goes_on(&mut self, each: f64, more: f64) -> bool {
+        #[expect(clippy::cast_precision_loss, reason = "far below 2^52")]
+        let points = self.points.len() as f64;
+        self.work += each * points + more;
+        self.work <= MOST_WORK
     }
 
     /// With friction there may be several solutions, and the rounds may circle between two, creep towards one
@@ -160,6 +179,11 @@ impl Analytic {
             }
             let swept = self.take_sweeps(sweeps, scale);
             // Direct solves are what is counted.
+            let gives_up = !self.goes_on(0.0, 0.0);
+            if gives_up {
+                add(Outcome { sweeps: 0, ..swept });
+                break;
+            }
             if add(Outcome { sweeps: 0, ..swept })
                 || add(self.take_implicit(scale))
                 || add(self.take_rounds(scale))
@@ -175,6 +199,9 @@ impl Analytic {
         let mut stiffness = STIFFNESS;
         self.mixing.forget();
         for _ in 0..ROUNDS {
+            if !self.goes_on(POINT_SWEEP, 0.0) {
+                break;
+            }
             self.set_slips();
             let (solves, left) = self.minimize(stiffness, 0.01 * TOLERANCE * scale);
             outcome.sweeps += solves;
@@ -202,6 +229,10 @@ impl Analytic {
             if outcome.residual > 0.5 * before {
                 stiffness = (10.0 * stiffness).min(MOST_STIFFNESS);
             }
+        }
+        if outcome.residual.is_infinite() {
+            // No round came to its end.
+            outcome.residual = self.residual() / scale;
         }
         outcome
     }
@@ -233,6 +264,9 @@ impl Analytic {
     fn minimize(&mut self, stiffness: f64, tolerance: f64) -> (u32, f64) {
         let mut left = f64::INFINITY;
         for solves in 0..NEWTON {
+            if !self.goes_on(POINT_SOLVE, self.matrix.work()) {
+                return (solves, left);
+            }
             let Self { points, y, free, step, downhill, trial, flat, matrix, .. } = self;
             // Downhill: what impulses would do, less what was done.
             step.clone_from(free);
@@ -281,8 +315,13 @@ impl Analytic {
 
     /// Projected Gauss-Seidel, there and back.
     fn take_sweeps(&mut self, sweeps: u32, scale: f64) -> Outcome {
-        let Self { points, y, .. } = self;
+        let mut done = 0;
         for sweep in 0..sweeps {
+            if !self.goes_on(POINT_SWEEP, 0.0) {
+                break;
+            }
+            done += 1;
+            let Self { points, y, .. } = self;
             let mut visit = |p: &mut Point| {
                 let (next, ..) = p.alone(y);
                 let change = [0, 1, 2].map(|i| next[i] - p.rows[i].impulse);
@@ -297,7 +336,7 @@ impl Analytic {
                 points.iter_mut().rev().for_each(&mut visit);
             }
         }
-        Outcome { sweeps, residual: self.residual() / scale, too_large: false }
+        Outcome { sweeps: done, residual: self.residual() / scale, too_large: false }
     }
 
     fn gather(&mut self, turns: &Turns, h: f32, bias: bool, movers: &[Mover], pairs: &[Pair]) {

@@ -7,7 +7,10 @@
 //! As friction is not the derivative of any energy, the matrix is not symmetric: it is kept whole.
 
 use super::skyline::SIX;
-use super::{Analytic, LEAST_STIFFNESS, Outcome, Point, STIFFNESS, TOLERANCE, along, onto_cone};
+use super::{
+    Analytic, LEAST_STIFFNESS, Outcome, POINT_SOLVE, POINT_SWEEP, Point, STIFFNESS, TOLERANCE, along,
+    onto_cone,
+};
 
 /// Rounds of impulses, steps of Newton's method in one, halvings of such a step.
 const ROUNDS: u32 = 12;
@@ -38,6 +41,9 @@ impl Analytic {
         let mut stiffness = STIFFNESS;
         self.whole.start.clone_from(&self.y);
         for _ in 0..ROUNDS {
+            if !self.goes_on(POINT_SWEEP, 0.0) {
+                break;
+            }
             for p in &mut self.points {
                 p.mu = p.alone(&self.y).2;
             }
@@ -69,8 +75,14 @@ impl Analytic {
 
     /// One round; returns the number of solves, and whether the velocities are found.
     fn settle(&mut self, stiffness: f64, tolerance: f64) -> (u32, bool) {
-        let Self { points, y, free, trial, whole, step, .. } = self;
+        // A factorization of a matrix without symmetry, row by row.
+        #[expect(clippy::cast_precision_loss, reason = "at most 600")]
+        let unknowns = (SIX * self.y.len()) as f64;
         for solves in 0..NEWTON {
+            if !self.goes_on(POINT_SOLVE, unknowns * unknowns * unknowns / 3.0) {
+                return (solves, false);
+            }
+            let Self { points, y, free, trial, whole, step, .. } = self;
             let error = whole.rate(points, y, free, stiffness);
             step.clone_from(y);
             for (s, e) in step.iter_mut().flatten().zip(&whole.error) {

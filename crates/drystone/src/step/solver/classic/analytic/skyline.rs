@@ -24,6 +24,8 @@ pub(super) struct Skyline {
     queue: Vec<u32>,
     seen: Vec<bool>,
     by_degree: Vec<u32>,
+    /// Multiplications of a factorization.
+    work: f64,
 }
 
 impl Skyline {
@@ -64,11 +66,17 @@ impl Skyline {
                 work += width * width;
             }
         }
+        self.work = work;
         if work > MOST_WORK {
             return false;
         }
         self.values.resize(size, 0.0);
         true
+    }
+
+    /// Multiplications of a factorization.
+    pub(super) const fn work(&self) -> f64 {
+        self.work
     }
 
     /// Bodies from the outside to the middle, so that neighbors get near each other: Cuthill and McKee's order,

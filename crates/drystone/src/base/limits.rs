@@ -1,0 +1,212 @@
+//! The ranges of all numbers that a user may give: one table, used by every check and shown in `docs/limits.md`.
+//!
+//! The bounds are chosen so that products that the engine forms of numbers within them stay normal numbers of
+//! f32: squares of speeds times masses, moments of inertia and their inverses.
+
+/// The range of one kind of number.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Limit {
+    /// What it is a limit of.
+    pub quantity: &'static str,
+    /// Its unit.
+    pub unit: &'static str,
+    /// Least value; of numbers that may have a sign, the negative of the greatest.
+    pub least: f32,
+    /// Greatest value.
+    pub most: f32,
+    /// 0 is allowed too, below the least value.
+    pub zero: bool,
+    /// The range in words, as errors give it.
+    pub allowed: &'static str,
+}
+
+impl Limit {
+    const fn range(
+        quantity: &'static str,
+        unit: &'static str,
+        [least, most]: [f32; 2],
+        allowed: &'static str,
+    ) -> Self {
+        Self { quantity, unit, least, most, zero: false, allowed }
+    }
+
+    const fn signed(
+        quantity: &'static str,
+        unit: &'static str,
+        most: f32,
+        allowed: &'static str,
+    ) -> Self {
+        Self::range(quantity, unit, [-most, most], allowed)
+    }
+
+    const fn or_zero(self) -> Self {
+        Self { zero: true, ..self }
+    }
+
+    /// True if the value is within the range. NaN never is.
+    #[must_use]
+    pub fn admits(&self, value: f32) -> bool {
+        (self.least <= value && value <= self.most) || (self.zero && value == 0.0)
+    }
+}
+
+/// Length of a step.
+pub const TIME_STEP: Limit = Limit::range("time step", "s", [1.0e-6, 10.0], "1e-6 to 10 s");
+/// Coordinates of positions, anchors, centers of mass, and of shapes in their body's frame.
+pub const POSITION: Limit = Limit::signed("position", "m", 1.0e7, "numbers up to 1e7 m");
+/// Lengths of shapes and of links.
+pub const LENGTH: Limit = Limit::range("length", "m", [1.0e-5, 1.0e7], "a length from 1e-5 to 1e7 m");
+/// Ways of rays and casts, and the reach of queries.
+pub const WAY: Limit = Limit::signed("way of a query", "m", 1.0e9, "numbers up to 1e9 m");
+/// Lengths that a joint keeps its anchors apart, and rest lengths of its spring.
+pub const DISTANCE: Limit = Limit::range("distance of a joint", "m", [0.0, 1.0e9], "0 to 1e9 m");
+/// Components of velocities, linear and angular.
+pub const SPEED: Limit = Limit::signed("speed", "m/s, rad/s", 1.0e6, "numbers up to 1e6");
+/// Beyond this speed at the end of a step a body or particle is put aside.
+pub const SPEED_KEPT: Limit =
+    Limit::signed("speed that is kept", "m/s, rad/s", 1.0e8, "numbers up to 1e8");
+/// Beyond this place at the end of a step a body or particle is put aside.
+pub const POSITION_KEPT: Limit =
+    Limit::signed("position that is kept", "m", 1.0e9, "numbers up to 1e9 m");
+/// Mass of a dynamic body.
+pub const MASS: Limit = Limit::range("mass of a body", "kg", [1.0e-15, 1.0e15], "1e-15 to 1e15 kg");
+/// Principal moments of inertia of a dynamic body; 0 locks the turn.
+pub const MOMENT: Limit =
+    Limit::range("moment of inertia", "kg m²", [1.0e-30, 1.0e30], "0, or 1e-30 to 1e30 kg m²").or_zero();
+/// Density of a shape; 0 has no mass.
+pub const DENSITY: Limit =
+    Limit::range("density", "kg/m³", [1.0e-9, 1.0e12], "0, or 1e-9 to 1e12 kg/m³").or_zero();
+/// Mass of a particle.
+pub const PARTICLE_MASS: Limit =
+    Limit::range("mass of a particle", "kg", [1.0e-9, 1.0e9], "a mass from 1e-9 to 1e9 kg");
+/// Components of gravity.
+pub const GRAVITY: Limit = Limit::signed("gravity", "m/s²", 1.0e6, "numbers up to 1e6 m/s²");
+/// How many times gravity counts.
+pub const GRAVITY_SCALE: Limit = Limit::signed("gravity scale", "1", 1.0e3, "-1000 to 1000");
+/// What forces on a body may add to its velocity: force over mass, torque over moment of inertia.
+pub const ACCELERATION: Limit = Limit::signed(
+    "acceleration by forces",
+    "m/s², rad/s²",
+    1.0e10,
+    "what accelerates the body by up to 1e10 m/s² or rad/s²",
+);
+/// Rates at which velocities decay.
+pub const DAMPING: Limit =
+    Limit::range("damping", "1/s", [0.0, 1.0e9], "0 to 1e9 1/s");
+/// Coefficients of friction, static and kinetic.
+pub const FRICTION: Limit = Limit::range("friction", "1", [0.0, 1.0e6], "0 to 1e6");
+/// Coefficients of restitution.
+pub const RESTITUTION: Limit = Limit::range("restitution", "1", [0.0, 1.0], "0 to 1");
+/// Coefficients of rolling and spinning resistance.
+pub const RESISTANCE: Limit =
+    Limit::range("rolling and spinning resistance", "1", [0.0, 1.0e6], "0 to 1e6");
+/// Kinetic energy of a body as it is given: half its mass times the square of its speed, and the same of its turn.
+pub const ENERGY: Limit = Limit::range(
+    "kinetic energy of a body that is given",
+    "J",
+    [0.0, 1.0e33],
+    "a velocity that gives the body up to 1e33 J",
+);
+/// Frequencies of springs and of softness; 0 where a default is meant.
+pub const FREQUENCY: Limit = Limit::range("frequency", "Hz", [0.0, 1.0e6], "0 to 1e6 Hz");
+/// Damping ratios.
+pub const DAMPING_RATIO: Limit = Limit::range("damping ratio", "1", [0.0, 1.0e6], "0 to 1e6");
+/// Coordinates and speeds that drives aim at, and offsets of couplings.
+pub const TARGET: Limit =
+    Limit::signed("target of a drive", "m, rad, m/s, rad/s", 1.0e6, "numbers up to 1e6");
+
+/// Fastest push out of an overlap.
+pub const PUSH_SPEED: Limit = Limit::range("push speed", "m/s", [1.0e-9, 1.0e6], "1e-9 to 1e6 m/s");
+/// Distances that the configuration gives contacts.
+pub const CONTACT_DISTANCE: Limit =
+    Limit::range("rest offset, recycling distance", "m", [0.0, 1.0e3], "0 to 1000 m");
+/// Distance within which contacts are looked for.
+pub const MARGIN: Limit = Limit::range("contact margin", "m", [1.0e-6, 1.0e3], "1e-6 to 1000 m");
+/// Numbers that are only compared with: speeds of rest, of a hit, of a bounce, time to sleep, ratios of mass.
+pub const THRESHOLD: Limit =
+    Limit::range("threshold", "any", [0.0, f32::MAX], "a finite number of at least 0");
+/// The same, above 0.
+pub const THRESHOLD_ABOVE_ZERO: Limit = Limit::range(
+    "threshold of load",
+    "1",
+    [f32::MIN_POSITIVE, f32::MAX],
+    "a finite number above 0",
+);
+/// Greatest factor of load-adaptive inertia; 0: the method's own.
+pub const INERTIA_FACTOR: Limit = Limit::range(
+    "factor of load-adaptive inertia",
+    "1",
+    [1.0, 64.0],
+    "0 (the method's own), or 1 to 64",
+)
+.or_zero();
+/// Frequency of the springs of the penalty methods.
+pub const PENALTY_FREQUENCY: Limit =
+    Limit::range("frequency of penalty springs", "Hz", [1.0e-6, 1.0e6], "1e-6 to 1e6 Hz");
+
+/// All ranges, in the order of `docs/limits.md`.
+pub const ALL: [Limit; 30] = [
+    TIME_STEP,
+    POSITION,
+    LENGTH,
+    DISTANCE,
+    WAY,
+    SPEED,
+    POSITION_KEPT,
+    SPEED_KEPT,
+    MASS,
+    MOMENT,
+    DENSITY,
+    PARTICLE_MASS,
+    GRAVITY,
+    GRAVITY_SCALE,
+    ACCELERATION,
+    ENERGY,
+    DAMPING,
+    FRICTION,
+    RESTITUTION,
+    RESISTANCE,
+    FREQUENCY,
+    DAMPING_RATIO,
+    TARGET,
+    PUSH_SPEED,
+    CONTACT_DISTANCE,
+    MARGIN,
+    THRESHOLD,
+    THRESHOLD_ABOVE_ZERO,
+    INERTIA_FACTOR,
+    PENALTY_FREQUENCY,
+];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bounds_are_inside_and_what_is_no_number_is_outside() {
+        for limit in ALL {
+            assert!(limit.admits(limit.least) && limit.admits(limit.most), "{}", limit.quantity);
+            let beyond = f32::from_bits(limit.most.to_bits() + 1);
+            assert!(!limit.admits(beyond) && !limit.admits(f32::NAN) && !limit.admits(f32::INFINITY));
+            assert_eq!(limit.admits(0.0), limit.zero || limit.least <= 0.0, "{}", limit.quantity);
+        }
+    }
+
+    /// What the module's text promises: squares of what is allowed together are normal numbers.
+    #[test]
+    fn products_of_what_is_allowed_are_normal_numbers() {
+        for product in [
+            MASS.most * SPEED_KEPT.most * SPEED_KEPT.most,
+            1.0 / MASS.least,
+            1.0 / MASS.most,
+            1.0 / MOMENT.least,
+            1.0 / MOMENT.most,
+            POSITION_KEPT.most * POSITION_KEPT.most * POSITION_KEPT.most,
+            GRAVITY.most * GRAVITY_SCALE.most * TIME_STEP.most,
+            ACCELERATION.most * TIME_STEP.most,
+        ] {
+            assert!(product.is_normal(), "{product}");
+        }
+    }
+}

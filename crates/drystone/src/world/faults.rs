@@ -1,0 +1,87 @@
+//! What was put aside because its state became non-finite is out of the world whole: it touches nothing, no joint,
+//! link or attachment of it acts, and no sum has a part of it. It comes back when it gets a pose or a velocity.
+
+use super::World;
+use crate::base::math::Vec3;
+use crate::state::bodies::Fineness;
+use crate::state::joints::Link;
+use crate::state::six::SixState;
+
+impl World {
+    /// Takes the bodies that the last step put aside out of the world. What touched them or hung on them wakes.
+    pub(super) fn take_out_faulted(&mut self) {
+        if self.tables.events.faults.is_empty() {
+            return;
+        }
+        let bodies: Vec<u32> = self
+            .tables
+            .events
+            .faults
+            .iter()
+            .filter_map(|fault| self.tables.bodies.rows.row(fault.body?))
+            .collect();
+        for row in bodies {
+            self.take_out(row);
+        }
+    }
+
+    fn take_out(&mut self, row: u32) {
+        self.end_contacts_of(row, None);
+        let joints: Vec<u32> = self.tables.bodies.at(row).joints.to_vec();
+        for joint in joints {
+            self.take_out_joint(joint);
+        }
+        let tables = &mut self.tables;
+        for held in tables.particles.attachments.iter_mut().filter(|held| held.body == row) {
+            held.impulse = Vec3::ZERO;
+        }
+        let body = tables.bodies.at_mut(row);
+        (body.step_force, body.step_torque) = (Vec3::ZERO, Vec3::ZERO);
+        (body.w_rest, body.load, body.inertia_factor) = (Vec3::ZERO, 0.0, 1.0);
+        (body.still_time, body.room, body.fineness) = (0.0, 0.0, Fineness::Whole);
+        for i in 0..tables.bodies.at(row).shapes.len() {
+            let shape = tables.bodies.at(row).shapes[i];
+            tables.bounds.remove(shape, &tables.shapes);
+        }
+    }
+
+    /// Takes a joint of a body that was put aside out of the colors, without what it had of impulses.
+    fn take_out_joint(&mut self, row: u32) {
+        let (a, b) = (self.tables.joints.at(row).body_a, self.tables.joints.at(row).body_b);
+        let id = self.tables.joints.rows.id_at(row);
+        let couplings: Vec<u32> = id.into_iter().flat_map(|id| self.couplings_of(id)).collect();
+        for row in couplings.into_iter().chain([row]) {
+            self.sets().uncolor_joint(row);
+            let joint = self.tables.joints.at_mut(row);
+            (joint.impulse, joint.given, joint.peak) = (Vec3::ZERO, [Vec3::ZERO; 2], [0.0; 2]);
+            match &mut joint.link {
+                Link::Six(six) => six.state = SixState::IDLE,
+                Link::Coupling(coupling) => coupling.impulse = 0.0,
+                Link::Ball | Link::Distance { .. } | Link::Pulley(_) => {}
+            }
+        }
+        self.tables.islands.cut(a, &self.tables.bodies);
+        self.tables.islands.cut(b, &self.tables.bodies);
+        let mut sets = self.sets();
+        sets.wake(a);
+        sets.wake(b);
+    }
+
+    /// Brings a body back that was put aside: it got a pose or a velocity.
+    pub(super) fn bring_back(&mut self, row: u32) {
+        if !core::mem::replace(&mut self.tables.bodies.at_mut(row).faulted, false) {
+            return;
+        }
+        for i in 0..self.tables.bodies.at(row).shapes.len() {
+            self.enter_bounds(self.tables.bodies.at(row).shapes[i]);
+        }
+        let others: Vec<u32> = self.tables.bodies.at(row).joints.to_vec();
+        for joint in others {
+            let (a, b) = (self.tables.joints.at(joint).body_a, self.tables.joints.at(joint).body_b);
+            let mut sets = self.sets();
+            sets.wake(a);
+            sets.wake(b);
+            sets.color_joint(joint);
+        }
+    }
+}
