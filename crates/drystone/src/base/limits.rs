@@ -56,7 +56,8 @@ pub const TIME_STEP: Limit = Limit::range("time step", "s", [1.0e-6, 10.0], "1e-
 /// Coordinates of positions, anchors, centers of mass, and of shapes in their body's frame.
 pub const POSITION: Limit = Limit::signed("position", "m", 1.0e7, "numbers up to 1e7 m");
 /// Lengths of shapes and of links.
-pub const LENGTH: Limit = Limit::range("length", "m", [1.0e-5, 1.0e7], "a length from 1e-5 to 1e7 m");
+pub const LENGTH: Limit =
+    Limit::range("length", "m", [1.0e-5, 1.0e7], "a length from 1e-5 to 1e7 m");
 /// Ways of rays and casts, and the reach of queries.
 pub const WAY: Limit = Limit::signed("way of a query", "m", 1.0e9, "numbers up to 1e9 m");
 /// Lengths that a joint keeps its anchors apart, and rest lengths of its spring.
@@ -73,7 +74,8 @@ pub const POSITION_KEPT: Limit =
 pub const MASS: Limit = Limit::range("mass of a body", "kg", [1.0e-15, 1.0e15], "1e-15 to 1e15 kg");
 /// Principal moments of inertia of a dynamic body; 0 locks the turn.
 pub const MOMENT: Limit =
-    Limit::range("moment of inertia", "kg m²", [1.0e-30, 1.0e30], "0, or 1e-30 to 1e30 kg m²").or_zero();
+    Limit::range("moment of inertia", "kg m²", [1.0e-30, 1.0e30], "0, or 1e-30 to 1e30 kg m²")
+        .or_zero();
 /// Density of a shape; 0 has no mass.
 pub const DENSITY: Limit =
     Limit::range("density", "kg/m³", [1.0e-9, 1.0e12], "0, or 1e-9 to 1e12 kg/m³").or_zero();
@@ -92,8 +94,7 @@ pub const ACCELERATION: Limit = Limit::signed(
     "what accelerates the body by up to 1e10 m/s² or rad/s²",
 );
 /// Rates at which velocities decay.
-pub const DAMPING: Limit =
-    Limit::range("damping", "1/s", [0.0, 1.0e9], "0 to 1e9 1/s");
+pub const DAMPING: Limit = Limit::range("damping", "1/s", [0.0, 1.0e9], "0 to 1e9 1/s");
 /// Coefficients of friction, static and kinetic.
 pub const FRICTION: Limit = Limit::range("friction", "1", [0.0, 1.0e6], "0 to 1e6");
 /// Coefficients of restitution.
@@ -188,7 +189,9 @@ mod tests {
         for limit in ALL {
             assert!(limit.admits(limit.least) && limit.admits(limit.most), "{}", limit.quantity);
             let beyond = f32::from_bits(limit.most.to_bits() + 1);
-            assert!(!limit.admits(beyond) && !limit.admits(f32::NAN) && !limit.admits(f32::INFINITY));
+            assert!(
+                !limit.admits(beyond) && !limit.admits(f32::NAN) && !limit.admits(f32::INFINITY)
+            );
             assert_eq!(limit.admits(0.0), limit.zero || limit.least <= 0.0, "{}", limit.quantity);
         }
     }

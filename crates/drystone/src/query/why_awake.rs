@@ -4,7 +4,7 @@ use core::fmt;
 use std::collections::VecDeque;
 
 use crate::base::id::BodyId;
-use crate::base::math::Vec3;
+use crate::base::math::{Vec3, bounded};
 use crate::state::bodies::{Bodies, NONE};
 use crate::state::def::BodyKind;
 use crate::state::tables::Tables;
@@ -103,7 +103,8 @@ pub(crate) fn why_awake(tables: &Tables, row: u32) -> WhyAwake {
         BodyKind::Static => return about_itself(AwakeCause::Static),
         _ if body.faulted => return about_itself(AwakeCause::Faulted),
         BodyKind::Kinematic if body.active() => {
-            return about_itself(AwakeCause::Driven { speed: body.greatest_speed() });
+            let speed = bounded(body.greatest_speed());
+            return about_itself(AwakeCause::Driven { speed });
         }
         BodyKind::Kinematic => return about_itself(AwakeCause::Idle),
         BodyKind::Dynamic if !body.active() => return about_itself(AwakeCause::Asleep),
@@ -132,7 +133,7 @@ pub(crate) fn why_awake(tables: &Tables, row: u32) -> WhyAwake {
         });
     };
     let other = bodies.at(found[place].0);
-    let (speed, limit) = (other.greatest_speed(), other.still_speed(config.sleep.speed));
+    let (speed, limit) = (bounded(other.greatest_speed()), other.still_speed(config.sleep.speed));
     let cause = if !other.can_sleep {
         AwakeCause::CannotSleep
     } else if speed < limit {

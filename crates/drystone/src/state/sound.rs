@@ -215,7 +215,8 @@ fn check_joints(joints: &Joints, bodies: &Bodies) -> Check {
             for (id, axis) in [(def.joint_a, def.axis_a), (def.joint_b, def.axis_b)] {
                 let other = joints.rows.row(id).map(|row| &joints.at(row).link);
                 let Some(Link::Six(six)) = other else { return Err("a coupling is of no joint") };
-                check_axis("", &six.def, axis).map_err(|_| "a coupling is of an axis that is held")?;
+                check_axis("", &six.def, axis)
+                    .map_err(|_| "a coupling is of an axis that is held")?;
             }
         }
     }

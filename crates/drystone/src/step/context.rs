@@ -108,11 +108,8 @@ impl StepContext {
         let c = &config.contact;
         let [soft, soft_fixed] = contact_springs(config, inv_h, h);
         let stiffest = 0.25 * inv_h.min(1.0 / SHORTEST);
-        let joint_hertz = if config.joint.hertz > 0.0 {
-            config.joint.hertz.min(stiffest)
-        } else {
-            stiffest
-        };
+        let joint_hertz =
+            if config.joint.hertz > 0.0 { config.joint.hertz.min(stiffest) } else { stiffest };
         let most = config.inertia.most;
         let most = if most > 0.0 { most } else { config.method.inertia() };
         Self {

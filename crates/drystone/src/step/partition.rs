@@ -216,9 +216,12 @@ impl Teller<'_> {
         let c = self.at(row);
         let has_points = c.count > 0;
         if c.sensor {
-            if c.touching != has_points {
-                told.sensed.push((sensor_event(c, self.shapes, self.bodies), has_points));
-                self.set_touching(row, has_points);
+            // A mesh has several manifolds: the pair overlaps while one of them has points.
+            let first = c.first(row);
+            let overlaps = self.parts(first).any(|part| self.at(part).count > 0);
+            if self.at(first).touching != overlaps {
+                told.sensed.push((sensor_event(c, self.shapes, self.bodies), overlaps));
+                self.parts(first).for_each(|part| self.set_touching(part, overlaps));
             }
             return;
         }

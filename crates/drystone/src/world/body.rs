@@ -490,6 +490,8 @@ impl<'w> BodyMut<'w> {
 
     /// Locks axes [world]; velocity along them is taken out.
     pub fn set_locks(&mut self, locks: AxisLocks) {
+        // Which joints are solved as a tree goes by locks.
+        self.world.tables.colors.bodies_changed = true;
         let body = self.body();
         body.locks = locks;
         for i in 0..3 {

@@ -253,8 +253,8 @@ impl World {
             return Err(DefError::new("joint", id.index(), "a joint of six axes"));
         };
         // Which blocks a joint is in goes by the one, how many rows a tree has by the other.
-        let changed = six.def.parts() != axes.parts()
-            || six.def.scalar_count() != axes.scalar_count();
+        let changed =
+            six.def.parts() != axes.parts() || six.def.scalar_count() != axes.scalar_count();
         six.set(axes);
         let (a, b) = (joint.body_a, joint.body_b);
         self.tables.colors.bodies_changed |= changed;

@@ -81,10 +81,9 @@ pub(super) fn check_energy(
         v.dot(v)
     };
     let largest = f64::from(moments.max_element());
-    for (field, inertia, velocity) in [
-        ("linear_velocity", f64::from(mass), linear),
-        ("angular_velocity", largest, angular),
-    ] {
+    for (field, inertia, velocity) in
+        [("linear_velocity", f64::from(mass), linear), ("angular_velocity", largest, angular)]
+    {
         if !(0.5 * inertia * squared(velocity) <= f64::from(limits::ENERGY.most)) {
             let value = format!("({}, {}, {})", velocity.x, velocity.y, velocity.z);
             return Err(DefError::new(field, value, limits::ENERGY.allowed));

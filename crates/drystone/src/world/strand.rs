@@ -114,6 +114,9 @@ pub struct Strand {
 const MOST_LINKS: usize = 1_000_000;
 const MOST_SQUARES: usize = 4000;
 
+/// Most squares of a cloth in all: some hundred megabytes.
+const MOST_SQUARES_IN_ALL: usize = 1_000_000;
+
 #[expect(clippy::cast_precision_loss, reason = "far below 2^24")]
 const fn real(n: usize) -> f32 {
     n as f32
@@ -166,8 +169,10 @@ impl World {
     /// The first field that is out of range; then nothing is added.
     pub fn add_cloth(&mut self, def: &ClothDef) -> Result<Strand, DefError> {
         let [n, m] = def.squares;
-        if !((1..=MOST_SQUARES).contains(&n) && (1..=MOST_SQUARES).contains(&m)) {
-            return Err(DefError::new("squares", format!("{n} by {m}"), "1 to 4,000 a side"));
+        let fits = (1..=MOST_SQUARES).contains(&n) && (1..=MOST_SQUARES).contains(&m);
+        if !(fits && n * m <= MOST_SQUARES_IN_ALL) {
+            let allowed = "1 to 4,000 a side, 1,000,000 in all";
+            return Err(DefError::new("squares", format!("{n} by {m}"), allowed));
         }
         position("corner", def.corner)?;
         position("sides[0]", def.sides[0])?;

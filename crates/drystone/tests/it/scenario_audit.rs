@@ -299,11 +299,9 @@ fn a_body_that_leaves_the_numbers_is_named() {
     let mut world = World::default();
     let wild = world.add_body(cube_at(vec3(0.0, 5.0, 0.0))).unwrap();
     world.add_body(cube_at(vec3(5.0, 5.0, 0.0))).unwrap();
-    for _ in 0..2 {
-        world.body_mut(wild).unwrap().apply_impulse([3.0e38, 0.0, 0.0]).unwrap();
-        world.body_mut(wild).unwrap().add_step_force([3.0e38, 3.0e38, 0.0]).unwrap();
-        world.step(DT);
-    }
+    let mass = world.body(wild).unwrap().mass();
+    world.body_mut(wild).unwrap().add_step_force([9.0e9 * mass, 9.0e9 * mass, 0.0]).unwrap();
+    world.step(DT);
     assert_eq!(world.audit().non_finite, [wild]);
     assert_eq!(world.why_awake(wild).unwrap().cause, AwakeCause::Faulted);
 }

@@ -1,7 +1,7 @@
 //! What contacts owe: overlaps, friction cones, and what the step left unsolved.
 
 use crate::base::id::{BodyId, ShapeId};
-use crate::base::math::Vec3;
+use crate::base::math::{Vec3, bounded};
 use crate::base::quat::Quat;
 use crate::state::bodies::Body;
 use crate::state::contacts::{Contact, Point};
@@ -39,7 +39,7 @@ pub struct Penetration {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ConeUse {
     /// Friction impulse over friction coefficient times normal impulse: at most 1 if Coulomb's law is
-    /// kept, 1 where the contact slides; infinite for friction without normal impulse.
+    /// kept, 1 where the contact slides; `f32::MAX` for friction without normal impulse.
     pub ratio: f32,
     /// The contact.
     pub at: ContactPair,
@@ -150,7 +150,7 @@ impl ContactAudit {
         if !(limit > 0.0 || friction > 0.0) {
             return;
         }
-        let ratio = if limit > 0.0 { friction / limit } else { f32::INFINITY };
+        let ratio = if limit > 0.0 { bounded(friction / limit) } else { f32::MAX };
         if self.cone.is_none_or(|worst| ratio > worst.ratio) {
             self.cone = Some(ConeUse { ratio, at });
         }

@@ -20,7 +20,7 @@ use crate::state::chains::{ChainBlock, ChainRow};
 use crate::state::config::{ParticleForm, WorldConfig};
 use crate::state::particles::{CROWD, LinkBlock, ParticleLine, Particles};
 use crate::step::context::StepContext;
-use crate::step::solver::closing::SHORTEST;
+use crate::step::solver::closing::SHORTEST_OF_PARTICLES;
 use crate::step::solver::rows::{Line, Whitening};
 use crate::step::solver::softness::{Softness, decay};
 
@@ -89,7 +89,11 @@ impl Pace {
         let h = ctx.dt / substeps as f32;
         let keeps = form == Form::Soft && last_h > 0.0;
         let own = if form == Form::Soft { SWEEPS } else { PROJECTIONS };
-        let hertz = if particle.hertz > 0.0 { particle.hertz } else { HERTZ / h.max(SHORTEST) };
+        let hertz = if particle.hertz > 0.0 {
+            particle.hertz
+        } else {
+            HERTZ / h.max(SHORTEST_OF_PARTICLES)
+        };
         let softness = Softness::new(hertz, particle.damping_ratio, h);
         // As soft as the user wants them; of themselves they hardly yield.
         let soft = if particle.hertz > 0.0 { softness.impulse / softness.mass } else { 0.0 };
@@ -100,7 +104,8 @@ impl Pace {
             substeps,
             sweeps: if particle.sweeps > 0 { particle.sweeps } else { own },
             softness,
-            chain_rate: softness.rate / softness.mass,
+            // Chains are solved at once: nothing but this holds their rate down.
+            chain_rate: (softness.rate / softness.mass).min(1.0 / SHORTEST_OF_PARTICLES),
             chain_give: soft.max(chain::GIVE),
             impulse_scale: if keeps { (h / last_h).min(4.0) * KEEP } else { 0.0 },
             keep: if form == Form::Soft { KEEP } else { 0.0 },

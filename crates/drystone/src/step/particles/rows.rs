@@ -8,7 +8,7 @@ use crate::base::disjoint::Rows;
 use crate::base::math::{Vec3, vec3};
 use crate::base::sym3::Sym3;
 use crate::state::particles::ParticleLine;
-use crate::step::solver::closing::{SHORTEST, closing_row};
+use crate::step::solver::closing::{SHORTEST_OF_PARTICLES, closing_row};
 use crate::step::solver::integrate::three;
 use crate::step::solver::rows::{Line, Whitening};
 
@@ -193,7 +193,7 @@ impl HoldRow {
         }
         let (v, _) = ground.state(self.line);
         let u = v - self.partner.velocity(&ground.bodies, r) - self.drift;
-        let inv_h = pace.inv_h.min(1.0 / SHORTEST);
+        let inv_h = pace.inv_h.min(1.0 / SHORTEST_OF_PARTICLES);
         let close = |part: f32| {
             let speed = |gap: f32| closing_row(gap * (part * inv_h), gap);
             vec3(speed(gap.x), speed(gap.y), speed(gap.z))

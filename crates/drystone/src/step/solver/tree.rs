@@ -22,8 +22,8 @@
 //! See docs/decisions/017-direct-joint-trees.md.
 
 use super::Solver;
-use super::forest::{Tree, TreeJoint};
 use super::closing::beyond;
+use super::forest::{Tree, TreeJoint};
 use super::joint::JointSweep;
 use super::plan::Group;
 use super::six::{

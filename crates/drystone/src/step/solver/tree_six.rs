@@ -9,8 +9,8 @@
 use fearless_simd::{SimdBase, dispatch};
 
 use super::Solver;
-use super::forest::{Tree, TreeJoint};
 use super::closing::push;
+use super::forest::{Tree, TreeJoint};
 use super::six::{Six, curve, dot, halves, mul, shift};
 use super::sixdof::{Felt, SixBlock, act};
 use super::tree::{Sweep, TreeBody, TreeRow};

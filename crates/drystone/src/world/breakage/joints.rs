@@ -1,6 +1,7 @@
 //! Joints that had to bear more than they can, and how they wear out.
 
 use crate::base::id::JointId;
+use crate::base::math::bounded;
 use crate::state::def::{DefError, JointStrength};
 use crate::state::events::{JointBreak, JointLimit};
 use crate::state::joints::{Joint, Link};
@@ -22,7 +23,8 @@ impl Borne {
             Link::Coupling(_) => [0.0; 2],
         };
         let impulse = joint.given[0].length();
-        Self { force: force * inv_h, torque: torque * inv_h, impulse }
+        let [force, torque] = [force, torque].map(|impulse| bounded(impulse * inv_h));
+        Self { force, torque, impulse: bounded(impulse) }
     }
 
     /// Wears the joint out; what broke it, if anything.
@@ -30,7 +32,7 @@ impl Borne {
         let strength = joint.strength?;
         if let Some(fatigue) = strength.fatigue {
             let part = (self.force / strength.force).max(self.torque / strength.torque);
-            joint.damage += fatigue.damage(part, dt);
+            joint.damage = bounded(joint.damage + fatigue.damage(part, dt));
         }
         if self.force > strength.force {
             Some(JointLimit::Force)

@@ -8,8 +8,8 @@
 
 use super::skyline::SIX;
 use super::{
-    Analytic, LEAST_STIFFNESS, Outcome, POINT_SOLVE, POINT_SWEEP, Point, STIFFNESS, TOLERANCE, along,
-    onto_cone,
+    Analytic, LEAST_STIFFNESS, Outcome, POINT_SOLVE, POINT_SWEEP, Point, STIFFNESS, TOLERANCE,
+    along, onto_cone,
 };
 
 /// Rounds of impulses, steps of Newton's method in one, halvings of such a step.

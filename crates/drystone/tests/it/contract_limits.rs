@@ -1,0 +1,468 @@
+//! What a user passes is computed with or refused by name, and what is put aside is out of the world whole.
+
+use drystone::{
+    BodyDef, BodyId, BodyKind, CouplingDef, DefError, FaultKind, Filter, JointAxis, JointDef,
+    JointDrive, JointKind, LinkDef, LinkKind, LinkSpring, MassDef, Material, ParticleDef, Pose,
+    RopeDef, Shape, ShapeDef, SimdLevel, SixDof, Spring, Sym3, Vec3, World, WorldConfig, limits,
+    vec3,
+};
+
+const DT: f32 = 1.0 / 60.0;
+
+fn ground(world: &mut World) -> BodyId {
+    let plane = ShapeDef::half_space([0.0, 1.0, 0.0], 0.0);
+    world.add_body(BodyDef::fixed().with_shape(plane)).unwrap()
+}
+
+fn ball(world: &mut World, at: impl Into<Vec3>) -> BodyId {
+    let def = BodyDef::dynamic().with_position(at);
+    world.add_body(def.with_shape(ShapeDef::sphere(0.5))).unwrap()
+}
+
+fn speed(world: &World, body: BodyId) -> f32 {
+    world.body(body).unwrap().linear_velocity().length()
+}
+
+/// Every number that can be asked for.
+fn all_finite(world: &World) -> bool {
+    let bodies = world.bodies().all(|b| {
+        let vectors = [
+            b.position(),
+            b.center_of_mass(),
+            b.linear_velocity(),
+            b.angular_velocity(),
+            b.velocity_at([1.0, 2.0, 3.0]),
+        ];
+        let numbers = [b.mass(), b.kinetic_energy(), b.potential_energy()];
+        vectors.iter().all(|v| v.is_finite()) && numbers.iter().all(|x| x.is_finite())
+    });
+    let joints = world.joints().all(|j| {
+        let vectors = [j.anchor_a(), j.anchor_b(), j.force(), j.torque()];
+        vectors.iter().all(|v| v.is_finite())
+            && j.error().is_finite()
+            && j.angular_error().is_finite()
+    });
+    let particles = world.particles().all(|p| {
+        let vectors = [p.position(), p.velocity(), p.attachment_force()];
+        vectors.iter().all(|v| v.is_finite()) && p.kinetic_energy().is_finite()
+    });
+    let links = world.links().all(|l| {
+        [l.tension(), l.distance(), l.error()].iter().all(|x| x.is_finite())
+            && l.elastic_energy().is_finite()
+    });
+    let contacts = world.contacts().all(|c| {
+        let points = c
+            .points()
+            .all(|p| p.position.is_finite() && p.separation.is_finite() && p.impulse.is_finite());
+        c.normal().is_finite() && c.friction_impulse().is_finite() && points
+    });
+    let sums = world.kinetic_energy().is_finite() && world.potential_energy().is_finite();
+    bodies && joints && particles && links && contacts && sums && world.momentum().is_finite()
+}
+
+#[test]
+fn a_joint_of_a_tree_takes_other_axes_while_it_moves() {
+    let limited = JointAxis::limited(-1.0, 1.0);
+    let motor = JointAxis::driven(JointDrive::motor(1.0, 100.0));
+    let changes = [
+        (SixDof::hinge(limited), SixDof::universal(limited, limited)),
+        (SixDof::universal(limited, limited), SixDof::hinge(limited)),
+        (SixDof::hinge(motor), SixDof::universal(motor, JointAxis::FREE)),
+    ];
+    for (from, to) in changes {
+        let mut world = World::default();
+        let mut last = world.add_body(BodyDef::fixed()).unwrap();
+        let mut joints = Vec::new();
+        for i in [0.0, 1.0, 2.0] {
+            let def = BodyDef::dynamic().with_position([0.0, -1.0 - i, 0.0]);
+            let body = def.with_shape(ShapeDef::box_half([0.1, 0.4, 0.1]));
+            let body = world.add_body(body).unwrap();
+            let joint = world.joint_along(last, body, [0.0, -0.5 - i, 0.0], Vec3::X, from).unwrap();
+            joints.push(world.add_joint(joint.with_articulated(true)).unwrap());
+            last = body;
+        }
+        (0..5).for_each(|_| world.step(DT));
+        let JointKind::SixDof(old) = world.joint(joints[1]).unwrap().kind() else { unreachable!() };
+        let to = SixDof { frame_a: old.frame_a, frame_b: old.frame_b, ..to };
+        assert_eq!(world.set_joint_axes(joints[1], to), Ok(true));
+        for _ in 0..60 {
+            world.step(DT);
+            assert!(world.joints().all(|j| j.error() < 1.0e-3));
+        }
+        assert!(all_finite(&world) && world.events().faults.is_empty());
+    }
+}
+
+#[test]
+fn the_search_for_the_nearest_shape_ends_however_small_the_shape_is_for_its_place() {
+    let mut world = World::default();
+    let sphere = ShapeDef::sphere(1.0);
+    let def = BodyDef::fixed().with_position([1003.0, 1000.0, 1000.0]);
+    let body = world.add_body(def.with_shape(sphere)).unwrap();
+    let pose = Pose::at([1000.0, 1000.0, 1000.0]);
+    // An ulp of 1000 m is 6e-5 m: the shape's box has no size there.
+    let tiny = Shape::sphere(1.0e-5);
+    let nearest = world.query().nearest_shape(&tiny, pose, 10.0, Filter::default());
+    let nearest = nearest.unwrap().unwrap();
+    assert_eq!(nearest.body, body);
+    assert!((nearest.distance - 2.0).abs() < 2.0e-4, "{}", nearest.distance);
+    let empty = World::default();
+    let far = limits::WAY.most;
+    let none = empty.query().nearest_shape(&tiny, Pose::IDENTITY, far, Filter::default());
+    assert_eq!(none, Ok(None));
+}
+
+#[test]
+fn what_would_undo_a_coupling_is_refused_and_the_world_can_be_saved() {
+    let mut world = World::default();
+    let base = world.add_body(BodyDef::fixed()).unwrap();
+    let hinge = |world: &mut World, x: f32| {
+        let body = ball(world, [x, 1.0, 0.0]);
+        let axes = SixDof::hinge(JointAxis::FREE);
+        let def = world.joint_along(base, body, [x, 1.0, 0.0], Vec3::X, axes).unwrap();
+        world.add_joint(def).unwrap()
+    };
+    let (a, b) = (hinge(&mut world, 0.0), hinge(&mut world, 3.0));
+    world.add_coupling(CouplingDef::gear(a, b, 2.0)).unwrap();
+    world.step(DT);
+    for joint in [a, b] {
+        let error = world.set_joint_axes(joint, SixDof::FIXED).unwrap_err();
+        assert!(error.field().contains("angular[0]"), "{error}");
+    }
+    let mut again = World::restore(&world.snapshot()).unwrap();
+    for _ in 0..30 {
+        world.step(DT);
+        again.step(DT);
+    }
+    assert_eq!(world.state_hash(), again.state_hash());
+}
+
+#[test]
+fn a_step_too_short_to_compute_with_passes_no_time() {
+    let mut world = World::default();
+    ground(&mut world);
+    ball(&mut world, [0.0, 3.0, 0.0]);
+    world.step(DT);
+    let before = world.state_hash();
+    for dt in [0.0, -1.0, f32::NAN, f32::INFINITY, 9.9e-7, 1.0e-12, 1.0e-38, 1.0e-45, 10.1] {
+        world.step(dt);
+        assert_eq!(world.events().faults[0].kind, FaultKind::BadTimeStep, "{dt}");
+        assert_eq!(world.state_hash(), before, "{dt}");
+    }
+    for dt in [limits::TIME_STEP.least, limits::TIME_STEP.most] {
+        world.step(dt);
+        assert!(world.events().faults.is_empty(), "{dt}");
+    }
+}
+
+/// At rest the errors of links are micrometers. A short step is no reason to turn them into speed: no more than what
+/// gravity gives in a step of 1/60 s.
+#[test]
+fn one_short_step_gives_what_rests_no_speed() {
+    for dt in [1.0e-3, 1.0e-4, 1.0e-5, 1.0e-6] {
+        let mut world = World::default();
+        ground(&mut world);
+        for i in [0.0, 1.0, 2.0] {
+            let cube = ShapeDef::box_half([0.5; 3]);
+            let def = BodyDef::dynamic().with_position([0.0, 0.5 + i, 0.0]);
+            world.add_body(def.with_shape(cube)).unwrap();
+        }
+        let mut rope = RopeDef::between([-5.0, 5.0, 0.0], [-5.0, 2.0, 0.0], 10);
+        rope.pinned = [true, false];
+        world.add_rope(&rope).unwrap();
+        (0..900).for_each(|_| world.step(DT));
+        let speeds = |world: &World| -> Vec<Vec3> {
+            let bodies = world.bodies().map(|b| b.linear_velocity());
+            bodies.chain(world.particles().map(|p| p.velocity())).collect()
+        };
+        let before = speeds(&world);
+        world.step(dt);
+        for (v, before) in speeds(&world).into_iter().zip(before) {
+            let jump = (v - before).length();
+            assert!(jump < 9.81 * DT, "{dt}: {jump} m/s");
+        }
+        // And it rests on.
+        (0..60).for_each(|_| world.step(DT));
+        assert!(all_finite(&world) && world.events().faults.is_empty());
+    }
+}
+
+/// A particle that gravity takes beyond what can be computed with; a weak spring ties it to another.
+#[test]
+fn a_particle_that_is_put_aside_is_out_of_the_world() {
+    let config = WorldConfig { gravity: vec3(0.0, -1.0e6, 0.0), ..WorldConfig::default() };
+    let mut world = World::new(config).unwrap();
+    let add = |world: &mut World, x: f32, scale: f32| {
+        let def = ParticleDef { gravity_scale: scale, ..ParticleDef::at([x, 0.0, 0.0]) };
+        world.add_particle(&def).unwrap()
+    };
+    let (lost, near) = (add(&mut world, 0.0, 1.0e3), add(&mut world, 1.0, 0.0));
+    let weak = LinkSpring::Rate { stiffness: 1.0e-3, damping: 0.0 };
+    let link = world.add_link(LinkDef::new(lost, near, LinkKind::Spring(weak))).unwrap();
+    // 1e9 m/s² for 0.2 s.
+    world.step(0.2);
+    assert_eq!(world.events().faults.iter().filter_map(|f| f.particle).collect::<Vec<_>>(), [lost]);
+    assert!(world.particle(lost).unwrap().is_faulted());
+    assert!(!world.particle(near).unwrap().is_faulted());
+    for _ in 0..20 {
+        let before = world.particle(near).unwrap().velocity();
+        world.step(DT);
+        assert!(world.events().faults.is_empty() && all_finite(&world));
+        // The link does not act, so nothing does.
+        assert_eq!(world.particle(near).unwrap().velocity(), before);
+    }
+    assert!(world.link(link).unwrap().tension().abs() < f32::MIN_POSITIVE);
+    let mut other = World::restore(&world.snapshot()).unwrap();
+    other.set_simd_level(SimdLevel::available()[0]);
+    world.set_gravity(Vec3::ZERO).unwrap();
+    other.set_gravity(Vec3::ZERO).unwrap();
+    for w in [&mut world, &mut other] {
+        w.particle_mut(lost).unwrap().set_position([3.0, 0.0, 0.0]).unwrap();
+        (0..5).for_each(|_| w.step(DT));
+        assert!(!w.particle(lost).unwrap().is_faulted());
+        // It is back, and its spring with it: 1e-3 N/m on 2 m more or less.
+        assert!(w.particle(lost).unwrap().velocity() != Vec3::ZERO);
+    }
+    assert_eq!(world.state_hash(), other.state_hash());
+}
+
+/// One of two balls on a weak spring is lost: the other goes on, and nothing of the lost one is met.
+#[test]
+fn a_body_that_is_put_aside_is_out_of_the_world() {
+    let mut world = World::default();
+    ground(&mut world);
+    let (lost, near) = (ball(&mut world, [0.0, 5.0, 0.0]), ball(&mut world, [4.0, 5.0, 0.0]));
+    let spring = Spring { rest_length: 4.0, hertz: 0.01, damping_ratio: 0.0 };
+    let kind = JointKind::Distance { min: 0.0, max: 1.0e9, spring: Some(spring) };
+    let joint = JointDef { kind, ..JointDef::ball(lost, [0.0; 3], near, [0.0; 3]) };
+    let joint = world.add_joint(joint).unwrap();
+    world.step(DT);
+    // 1e9 m/s² for 0.2 s.
+    world.set_gravity([0.0, 1.0e6, 0.0]).unwrap();
+    world.body_mut(lost).unwrap().set_gravity_scale(1.0e3).unwrap();
+    world.body_mut(near).unwrap().set_gravity_scale(0.0).unwrap();
+    world.step(0.2);
+    assert!(world.body(lost).unwrap().is_faulted());
+    world.set_gravity(Vec3::ZERO).unwrap();
+    for body in [lost, near] {
+        world.body_mut(body).unwrap().set_gravity_scale(1.0).unwrap();
+    }
+    assert!(all_finite(&world) && !world.body(near).unwrap().is_faulted());
+    let at = world.body(lost).unwrap().position();
+    let up = Vec3::Y * 2.0;
+    let ray = world.query().cast_ray(at - up, up * 2.0, Filter::default()).unwrap();
+    assert!(ray.is_none_or(|hit| hit.body != lost), "a ray does not meet it");
+    world.body_mut(near).unwrap().set_linear_velocity([1.0, 0.0, 0.0]).unwrap();
+    for _ in 0..60 {
+        world.step(DT);
+        // Its spring does not act: it flies on.
+        assert!((speed(&world, near) - 1.0).abs() < 1.0e-5 && all_finite(&world));
+    }
+    assert_eq!(world.joint(joint).unwrap().force(), Vec3::ZERO);
+    let mut other = World::restore(&world.snapshot()).unwrap();
+    for w in [&mut world, &mut other] {
+        w.body_mut(near).unwrap().set_pose(Pose::at([4.0, 0.5, 0.0])).unwrap();
+        w.body_mut(near).unwrap().set_linear_velocity(Vec3::ZERO).unwrap();
+        w.set_gravity([0.0, -9.81, 0.0]).unwrap();
+        w.body_mut(lost).unwrap().set_pose(Pose::at([4.0, 3.0, 0.0])).unwrap();
+        (0..240).for_each(|_| w.step(DT));
+        assert!(!w.body(lost).unwrap().is_faulted());
+        let height = w.body(lost).unwrap().position().y;
+        assert!((0.4..1.6).contains(&height), "it lies on the other or on the ground: {height}");
+    }
+    assert_eq!(world.state_hash(), other.state_hash());
+}
+
+#[test]
+fn a_contact_with_what_is_put_aside_ends() {
+    let mut world = World::default();
+    ground(&mut world);
+    let lost = ball(&mut world, [0.0, 0.5, 0.0]);
+    let top = ball(&mut world, [0.0, 1.5, 0.0]);
+    let (mut begun, mut ended) = (0, 0);
+    let count = |world: &World, begun: &mut usize, ended: &mut usize| {
+        *begun += world.events().contact_begin.len();
+        *ended += world.events().contact_end.len();
+    };
+    for _ in 0..60 {
+        world.step(DT);
+        count(&world, &mut begun, &mut ended);
+    }
+    assert_eq!(world.contacts().count(), 2);
+    // Beyond what is kept, in one step: 1e6 m/s for 10 s from 1e7 m is not, so gravity helps.
+    world.set_gravity([1.0e6, 0.0, 0.0]).unwrap();
+    world.body_mut(lost).unwrap().set_gravity_scale(1.0e3).unwrap();
+    world.body_mut(top).unwrap().set_gravity_scale(0.0).unwrap();
+    world.step(0.2);
+    count(&world, &mut begun, &mut ended);
+    assert!(world.body(lost).unwrap().is_faulted());
+    world.step(DT);
+    count(&world, &mut begun, &mut ended);
+    assert_eq!(world.contacts().filter(|c| c.body_a() == lost || c.body_b() == lost).count(), 0);
+    assert!(all_finite(&world));
+    assert!(world.remove_body(lost));
+    world.step(DT);
+    count(&world, &mut begun, &mut ended);
+    let left = world.contacts().count();
+    assert_eq!(begun, ended + left, "events come in pairs");
+}
+
+fn refused<T: core::fmt::Debug>(what: &str, result: Result<T, DefError>, field: &str) {
+    let error = result.map(|_| what).unwrap_err();
+    assert!(error.field().contains(field), "{what}: {error}");
+    assert!(!error.allowed().is_empty(), "{what}");
+}
+
+#[test]
+fn numbers_beyond_what_can_be_computed_with_are_refused_by_name() {
+    let sphere = || BodyDef::dynamic().with_shape(ShapeDef::sphere(0.5));
+    let exact = |mass: f32, center: Vec3, inertia: f32| BodyDef {
+        mass: MassDef::Exact { mass, center, inertia: Sym3::diagonal(Vec3::splat(inertia)) },
+        ..BodyDef::dynamic()
+    };
+    let resisting =
+        Material { rolling_resistance: 3.4e38, spinning_resistance: 3.4e38, ..Material::default() };
+    let far = ShapeDef::sphere(0.5).with_position([0.0, 3.4e38, 0.0]);
+    let cases = [
+        (
+            "shape",
+            BodyDef::dynamic().with_mass(1.0).with_shape(far.clone()),
+            "shapes[0].pose.position",
+        ),
+        ("static shape", BodyDef::fixed().with_shape(far), "shapes[0].pose.position"),
+        ("center", exact(1.0, vec3(0.0, 3.4e38, 0.0), 1.0), "center"),
+        ("center", exact(1.0, vec3(1.0e20, 1.0e20, 0.0), 1.0), "center"),
+        ("inertia", exact(1.0, Vec3::ZERO, 3.4e38), "inertia"),
+        ("inertia", exact(1.0, Vec3::ZERO, 1.0e-40), "inertia"),
+        ("mass", sphere().with_mass(3.4e38), "mass"),
+        ("mass", sphere().with_mass(1.0e-45), "mass"),
+        (
+            "density",
+            BodyDef::dynamic().with_shape(ShapeDef::sphere(0.5).with_density(3.4e38)),
+            "density",
+        ),
+        (
+            "density",
+            BodyDef::dynamic().with_shape(ShapeDef::sphere(0.5).with_density(1.0e-40)),
+            "density",
+        ),
+        (
+            "both legal",
+            BodyDef::dynamic().with_shape(ShapeDef::sphere(1.0e7).with_density(1.0e12)),
+            "mass",
+        ),
+        ("gravity", BodyDef { gravity_scale: 3.4e38, ..sphere() }, "gravity_scale"),
+        ("damping", BodyDef { linear_damping: 3.4e38, ..sphere() }, "linear_damping"),
+        (
+            "friction",
+            BodyDef::dynamic().with_shape(ShapeDef::sphere(0.5).with_friction(3.4e38)),
+            "friction",
+        ),
+        (
+            "rolling",
+            BodyDef::dynamic().with_shape(ShapeDef::sphere(0.5).with_material(resisting)),
+            "rolling_resistance",
+        ),
+        (
+            "legal alone",
+            exact(1.0e15, Vec3::ZERO, 1.0e30).with_angular_velocity([1.0e6, 0.0, 0.0]),
+            "angular_velocity",
+        ),
+    ];
+    let mut world = World::default();
+    let empty = world.state_hash();
+    for (what, def, field) in cases {
+        refused(what, world.add_body(def), field);
+    }
+    assert_eq!(world.state_hash(), empty);
+    assert_eq!(world.bodies().count(), 0);
+}
+
+#[test]
+fn calls_that_would_lead_beyond_are_refused_and_change_nothing() {
+    let mut world = World::default();
+    let carrier = BodyDef::kinematic().with_position([0.0, 5.0, 0.0]);
+    let carrier = world.add_body(carrier.with_shape(ShapeDef::sphere(0.5))).unwrap();
+    let body = ball(&mut world, [3.0, 3.0, 0.0]);
+    let particle = world.add_particle(&ParticleDef::at([0.0, 3.0, 0.0])).unwrap();
+    let before = world.state_hash();
+    let pose = Pose::at([0.0, 6.0, 0.0]);
+    let huge = [3.0e38, 0.0, 0.0];
+    let on = |world: &mut World,
+              what: &str,
+              field: &str,
+              call: &dyn Fn(&mut World) -> Result<(), DefError>| {
+        refused(what, call(world), field);
+    };
+    on(&mut world, "dt", "dt", &|w| w.body_mut(carrier).unwrap().move_to(pose, 1.0e-42));
+    on(&mut world, "dt", "dt", &|w| w.body_mut(carrier).unwrap().move_to(pose, 1.0e-20));
+    let far = Pose::at([0.0, 9.0e6, 0.0]);
+    on(&mut world, "speed", "velocity", &|w| w.body_mut(carrier).unwrap().move_to(far, 1.0e-3));
+    on(&mut world, "impulse", "impulse", &|w| w.body_mut(body).unwrap().apply_impulse(huge));
+    on(&mut world, "turn", "impulse", &|w| w.body_mut(body).unwrap().apply_angular_impulse(huge));
+    on(&mut world, "arm", "impulse", &|w| {
+        w.body_mut(body).unwrap().apply_impulse_at([1.0e6, 0.0, 0.0], [0.0, 1.0e7, 0.0])
+    });
+    on(&mut world, "force", "force", &|w| w.body_mut(body).unwrap().add_step_force(huge));
+    on(&mut world, "torque", "torque", &|w| w.body_mut(body).unwrap().add_step_torque(huge));
+    on(&mut world, "force", "force", &|w| w.body_mut(body).unwrap().set_lasting_force(huge));
+    on(&mut world, "torque", "torque", &|w| w.body_mut(body).unwrap().set_lasting_torque(huge));
+    on(&mut world, "impulse", "velocity", &|w| {
+        w.particle_mut(particle).unwrap().apply_impulse([3.0e38; 3])
+    });
+    on(&mut world, "gravity", "gravity", &|w| w.set_gravity([0.0, -3.4e38, 0.0]));
+    let ray = world.query().cast_ray([0.0, 1.0, 0.0], [0.0, -3.0e38, 0.0], Filter::default());
+    refused("ray", ray, "delta");
+    assert_eq!(world.state_hash(), before);
+    assert!(all_finite(&world));
+    world.step(DT);
+    assert!(world.events().faults.is_empty());
+}
+
+#[test]
+fn what_is_static_has_no_velocity_whatever_was_said() {
+    let mut world = World::default();
+    let def = BodyDef { kind: BodyKind::Static, ..BodyDef::default() };
+    let body = world.add_body(def.with_linear_velocity([1.0, 2.0, 3.0])).unwrap();
+    assert_eq!(world.body(body).unwrap().linear_velocity(), Vec3::ZERO);
+}
+
+/// Joints that are made far from where they meet close at 10 m/s and 3 besides, whatever the distance. What pulls at an
+/// arm turns the body as well: 0.5 m at 26 rad/s are as much again. 60 m/s are beyond all of these together.
+#[test]
+fn joints_that_cannot_be_met_have_a_limit_of_speed() {
+    for d in [0.5_f32, 2.0, 10.0, 100.0, 1.0e3] {
+        for kind in ["ball", "rod", "hinge", "tree"] {
+            let mut world = World::default();
+            ground(&mut world);
+            let (a, b) = (ball(&mut world, [0.0, 3.0, 0.0]), ball(&mut world, [d + 1.0, 3.3, 0.2]));
+            let (near, far) = ([0.5, 0.0, 0.0], [-0.5, 0.0, 0.0]);
+            let joint = match kind {
+                "rod" => JointDef::rod(a, [0.0; 3], b, [0.0; 3], 1.0),
+                "hinge" => JointDef::six_dof(a, near, b, far, SixDof::hinge(JointAxis::FREE)),
+                _ => JointDef::ball(a, near, b, far).with_articulated(kind == "tree"),
+            };
+            world.add_joint(joint).unwrap();
+            let mut top = 0.0_f32;
+            for _ in 0..300 {
+                world.step(DT);
+                top = top.max(speed(&world, a)).max(speed(&world, b));
+                assert!(world.events().faults.is_empty(), "{kind} {d} m off");
+            }
+            assert!(top < 60.0, "{kind} {d} m off: {top} m/s");
+            assert!(all_finite(&world));
+        }
+    }
+}
+
+#[test]
+fn the_page_of_limits_says_what_the_table_says() {
+    let page = include_str!("../../../../docs/limits.md");
+    for limit in limits::ALL {
+        let row = format!("| {} | {} |", limit.quantity, limit.allowed);
+        assert!(page.contains(&row), "docs/limits.md has no row `{row}`");
+    }
+    let of_four = |line: &&str| line.starts_with("| ") && line.matches('|').count() == 5;
+    let rows = page.lines().filter(of_four).count();
+    assert_eq!(rows, limits::ALL.len() + 1, "docs/limits.md has other rows");
+}
