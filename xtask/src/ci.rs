@@ -7,7 +7,7 @@ use std::time::Instant;
 use crate::tidy::is_reference_key;
 use crate::{
     Outcome, WITHOUT_GRAPHICS, cargo, golden, graphics, instructions, root, run_to_end, target,
-    tidy, web,
+    targets, tidy, web,
 };
 
 type Stage = (&'static str, fn() -> Outcome);
@@ -24,6 +24,8 @@ const STAGES: &[Stage] = &[
     ("validate", validate),
     ("golden", || golden_hashes(false)),
     ("golden-release", || golden_hashes(true)),
+    ("aarch64", || targets::check("aarch64")),
+    ("wasm", || targets::check("wasm")),
     ("instructions", || instructions::run(false, &programs(true)?.join("drystone"))),
     ("web", web::check),
 ];
