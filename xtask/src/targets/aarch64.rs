@@ -23,7 +23,7 @@ fn found() -> Outcome {
 
 fn build() -> Result<Vec<Way>, String> {
     let linker = ["CARGO_TARGET_AARCH64_UNKNOWN_LINUX_GNU_LINKER", LINKER];
-    let program = build_program(TRIPLE, "aarch64", linker)?;
+    let program = build_program(TRIPLE, linker)?;
     let way = |level, threads| Way {
         program: vec![EMULATOR.into(), "-L".into(), LIBRARY.into(), program.clone()],
         level,

@@ -146,17 +146,16 @@ fn next<T>(left: &Mutex<impl Iterator<Item = T>>) -> Option<T> {
     left.lock().ok()?.next()
 }
 
-/// The folder of a target's build.
-fn folder(name: &str) -> PathBuf {
-    target().join("targets").join(name)
+/// The folder of all builds here: what they have in common is built once.
+fn folder() -> PathBuf {
+    target().join("targets")
 }
 
 /// Builds the program that says the hash of a run, with what the target wants in the environment; returns where it is.
-fn build_program(triple: &str, name: &str, wanted: [&str; 2]) -> Result<PathBuf, String> {
-    let folder = folder(name);
-    let mut cargo = debian::cargo_build(triple, "targets", &folder);
+fn build_program(triple: &str, wanted: [&str; 2]) -> Result<PathBuf, String> {
+    let mut cargo = debian::cargo_build(triple, "targets", &folder());
     cargo.args(["--package", "drystone-scene", "--example", "hash"]);
     let [variable, value] = wanted;
     run_to_end(cargo.env(variable, value))?;
-    Ok(folder.join(triple).join("targets/examples/hash"))
+    Ok(folder().join(triple).join("targets/examples/hash"))
 }

@@ -1,9 +1,10 @@
 //! WebAssembly, as browsers run it, in node: with SIMD, and without.
 
+use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-use super::{Target, Way, build_program};
+use super::{Target, Way, build_program, folder};
 use crate::{Outcome, debian, root};
 
 const TRIPLE: &str = "wasm32-wasip1";
@@ -44,12 +45,11 @@ fn way(level: &'static str, features: &str) -> Result<Way, String> {
     let start = format!("-Clink-arg={LIBRARY}/crt1-command.o");
     // rustup's compiler has the C library with it, Debian's has not.
     let flags = format!("{features} -Clink-self-contained=no {start} -Lnative={LIBRARY}");
-    let program = build_program(TRIPLE, level, ["RUSTFLAGS", &flags])?;
+    let program = build_program(TRIPLE, ["RUSTFLAGS", &flags])?.with_extension("wasm");
+    // The next build has the same name.
+    let kept = folder().join(format!("hash-{level}.wasm"));
+    fs::copy(&program, &kept).map_err(|e| format!("{}: {e}", kept.display()))?;
     let run = root().join("xtask/src/targets/run.mjs");
-    let program = program.with_extension("wasm");
-    Ok(Way {
-        program: vec!["node".into(), "--no-warnings".into(), run, program],
-        level,
-        threads: 1,
-    })
+    let program = vec!["node".into(), "--no-warnings".into(), run, kept];
+    Ok(Way { program, level, threads: 1 })
 }
