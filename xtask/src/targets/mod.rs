@@ -159,3 +159,42 @@ fn build_program(triple: &str, wanted: [&str; 2]) -> Result<PathBuf, String> {
     run_to_end(cargo.env(variable, value))?;
     Ok(folder().join(triple).join("targets/examples/hash"))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A program that answers with its scene and steps for a hash, at the level `neon`.
+    fn way(level: &'static str, script: &str) -> Way {
+        Way { program: vec!["sh".into(), "-c".into(), script.into()], level, threads: 1 }
+    }
+
+    fn goldens(count: u32) -> Vec<Golden> {
+        let golden = |steps| Golden { scene: "wall".into(), steps, hash: format!("wall-{steps}") };
+        (0..count).map(golden).collect()
+    }
+
+    #[test]
+    fn hashes_keep_the_order_of_the_list_whoever_is_done_first() {
+        let goldens = goldens(20);
+        let found = way("neon", "echo $0-$1 neon").hashes(&goldens).unwrap();
+        assert_eq!(golden::differing(&goldens, &found), []);
+    }
+
+    #[test]
+    fn a_run_at_another_level_or_without_a_hash_is_no_result() {
+        let message = way("neon", "echo $0-$1 scalar").hashes(&goldens(1)).unwrap_err();
+        assert!(
+            message.contains("wall 0 1 neon") && message.contains("wall-0 scalar"),
+            "{message}"
+        );
+        let message = way("neon", "echo hash neon; echo why >&2; exit 1").hashes(&goldens(1));
+        assert!(message.unwrap_err().ends_with("why\n"));
+    }
+
+    #[test]
+    fn other_targets_are_refused() {
+        assert!(run(&["mips"]).unwrap_err().contains("aarch64 and wasm"));
+        assert!(check("mips").is_err());
+    }
+}
