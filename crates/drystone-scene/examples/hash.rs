@@ -8,7 +8,7 @@ use std::error::Error;
 use std::io::{Write, stdout};
 use std::sync::Arc;
 
-use drystone::{SimdLevel, Team};
+use drystone::{Executor, SimdLevel};
 
 fn main() -> Result<(), Box<dyn Error>> {
     let words: Vec<String> = env::args().skip(1).collect();
@@ -24,7 +24,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let scene = drystone_scene::named(scene)?;
     let mut running = scene.build()?;
     if threads > 1 {
-        running.world.set_executor(Arc::new(Team::with_threads(threads)));
+        running.world.set_executor(team(threads)?);
     }
     if let Some(level) = level {
         let known = SimdLevel::named(level).ok_or_else(|| unknown(level))?;
@@ -36,6 +36,17 @@ fn main() -> Result<(), Box<dyn Error>> {
     let world = &running.world;
     writeln!(stdout(), "{:016x} {}", world.state_hash(), world.simd_level().name())?;
     Ok(())
+}
+
+#[cfg(not(target_family = "wasm"))]
+fn team(threads: usize) -> Result<Arc<dyn Executor>, String> {
+    Ok(Arc::new(drystone::Team::with_threads(threads)))
+}
+
+/// Debian's C library for WebAssembly does not even name what starts a thread, so nothing may call it.
+#[cfg(target_family = "wasm")]
+fn team(threads: usize) -> Result<Arc<dyn Executor>, String> {
+    Err(format!("{threads} threads: WebAssembly has one here"))
 }
 
 fn unknown(level: &str) -> String {
