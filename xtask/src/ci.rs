@@ -7,7 +7,7 @@ use std::time::Instant;
 use crate::tidy::is_reference_key;
 use crate::{
     Outcome, WITHOUT_GRAPHICS, cargo, golden, graphics, instructions, root, run_to_end, target,
-    tidy, web,
+    targets, tidy, web,
 };
 
 type Stage = (&'static str, fn() -> Outcome);
@@ -24,6 +24,8 @@ const STAGES: &[Stage] = &[
     ("validate", validate),
     ("golden", || golden_hashes(false)),
     ("golden-release", || golden_hashes(true)),
+    ("aarch64", || targets::check("aarch64")),
+    ("wasm", wasm),
     ("instructions", || instructions::run(false, &programs(true)?.join("drystone"))),
     ("web", web::check),
 ];
@@ -46,6 +48,11 @@ pub fn run(only: &[&str]) -> Outcome {
     }
     println!("── all passed, {:.1} s", start.elapsed().as_secs_f64());
     Ok(())
+}
+
+/// Whether a stage that is left out by default is wanted: by its name, or by the environment.
+pub fn wanted(name: &str) -> bool {
+    std::env::args().any(|word| word == name) || std::env::var_os("DRYSTONE_CI_WEB").is_some()
 }
 
 fn clippy() -> Outcome {
@@ -110,6 +117,17 @@ fn programs(release: bool) -> Result<PathBuf, String> {
 fn golden_hashes(release: bool) -> Outcome {
     let command = Some(programs(release)?.join("drystone"));
     golden::run(&golden::Options { release, bless: None, command })
+}
+
+/// Only if it is asked for: two builds of the engine, one with SIMD and one without.
+fn wasm() -> Outcome {
+    if wanted("wasm") {
+        return targets::check("wasm");
+    }
+    println!(
+        "   SKIPPED: the golden hashes in WebAssembly; `cargo xtask ci wasm` or DRYSTONE_CI_WEB=1 runs it"
+    );
+    Ok(())
 }
 
 /// The short simulations with a known answer: none may be worse than what its list of known failures says.

@@ -42,25 +42,34 @@ impl Options {
 
 /// One line of golden.txt.
 #[derive(Clone, Debug, PartialEq)]
-struct Golden {
-    scene: String,
-    steps: u32,
-    hash: String,
+pub struct Golden {
+    pub scene: String,
+    pub steps: u32,
+    pub hash: String,
+}
+
+/// What golden.txt lists.
+pub fn listed() -> Result<Vec<Golden>, String> {
+    parse(&text()?)
+}
+
+/// Those whose hash is another one now, with that; `now` has the hashes in the same order.
+pub fn differing(goldens: &[Golden], now: &[String]) -> Vec<(Golden, String)> {
+    let pairs = goldens.iter().zip(now).filter(|(golden, hash)| golden.hash != **hash);
+    pairs.map(|(golden, hash)| (golden.clone(), hash.clone())).collect()
 }
 
 /// Runs the scenes of golden.txt, then compares or blesses.
 pub fn run(options: &Options) -> Outcome {
-    let path = root().join("golden.txt");
-    let text = std::fs::read_to_string(&path).map_err(|e| format!("golden.txt: {e}"))?;
+    let text = text()?;
     let goldens = parse(&text)?;
-    let mut changes = Vec::new();
+    let mut hashes = Vec::new();
     for golden in &goldens {
         let hash = hash_of_run(golden, options)?;
         println!("   {hash}  {} ({} steps)", golden.scene, golden.steps);
-        if hash != golden.hash {
-            changes.push((golden.clone(), hash));
-        }
+        hashes.push(hash);
     }
+    let changes = differing(&goldens, &hashes);
     match &options.bless {
         _ if changes.is_empty() => Ok(()),
         None => Err(complaint(&changes)),
@@ -69,12 +78,20 @@ pub fn run(options: &Options) -> Outcome {
             let log =
                 std::fs::read_to_string(&changelog).map_err(|e| format!("CHANGELOG.md: {e}"))?;
             let log = with_behavior_entry(&log, &changes, reason)?;
-            write(&path, &with_hashes(&text, &changes))?;
+            write(&path(), &with_hashes(&text, &changes))?;
             write(&changelog, &log)?;
             println!("   {} blessed", changes.len());
             Ok(())
         }
     }
+}
+
+fn path() -> PathBuf {
+    root().join("golden.txt")
+}
+
+fn text() -> Result<String, String> {
+    std::fs::read_to_string(path()).map_err(|e| format!("golden.txt: {e}"))
 }
 
 fn write(path: &Path, text: &str) -> Outcome {
@@ -240,6 +257,13 @@ mod tests {
         let report = r#"{"hashes": [[60, "aaaaaaaaaaaaaaaa"]], "hash": "0123456789abcdef"}"#;
         assert_eq!(hash_in(report).as_deref(), Some("0123456789abcdef"));
         assert_eq!(hash_in(r#"{"hash": 12}"#), None);
+    }
+
+    #[test]
+    fn only_what_differs_is_told() {
+        let goldens = parse("hello 60 0011\nwall 120 2233").unwrap();
+        let now = ["0011".to_owned(), "4455".to_owned()];
+        assert_eq!(differing(&goldens, &now), [(goldens[1].clone(), "4455".to_owned())]);
     }
 
     #[test]

@@ -1,12 +1,14 @@
 //! The project's chores, run as `cargo xtask COMMAND`.
 
 mod ci;
+mod debian;
 mod gallery;
 mod golden;
 mod graphics;
 mod instructions;
 mod roofline;
 mod stability;
+mod targets;
 mod tidy;
 mod web;
 
@@ -20,6 +22,7 @@ const USAGE: &str = "usage: cargo xtask COMMAND
   determinism                     300 steps of every scene by 1 to 4 threads and every SIMD level (minutes)
   golden [--release]              run the scenes of golden.txt and compare their hashes
   golden [--release] --bless WHY  write the new hashes, and old, new and WHY into CHANGELOG.md
+  targets [aarch64] [wasm]        the scenes of golden.txt on aarch64 in an emulator and in WebAssembly in node
   instructions [--bless]          count the instructions of the runs of instructions.txt by callgrind
   gallery [SCENE…]                draw the pictures and films of docs/gallery, and write its page
   stability                       long runs of what must stand or fall, into docs/stability.md (a quarter of an hour)
@@ -43,6 +46,7 @@ fn main() -> ExitCode {
             release_command().and_then(|built| instructions::run(true, &built))
         }
         ["stability"] => stability::run(),
+        ["targets", names @ ..] => targets::run(names),
         ["web", words @ ..] => web::run(words),
         ["roofline"] => {
             roofline::run();

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 use super::folder;
-use crate::{Outcome, root, run_to_end, target};
+use crate::{Outcome, debian, root, run_to_end, target};
 
 /// All files together, compressed as a web server sends them [bytes].
 const MOST_BYTES: usize = 5_000_000;
@@ -23,18 +23,8 @@ pub(super) fn run() -> Outcome {
     let bindgen = bindgen()?;
     println!("   building for {TRIPLE}");
     let built = target().join("web-build");
-    // The first cargo on the path may be another one than Debian's.
-    let mut cargo = Command::new(DEBIAN_CARGO);
-    cargo.current_dir(root()).args(["build", "--quiet", "--profile", "web", "--locked"]);
-    cargo.args(["--package", "drystone-web", "--lib", "--target", TRIPLE]);
-    cargo.args(["-Zbuild-std=std,panic_abort", "--target-dir"]).arg(&built);
-    // Of those that a cargo above this one sets, none must reach it.
-    for name in ["CARGO", "RUSTUP_TOOLCHAIN", "RUSTC_WRAPPER", "CARGO_ENCODED_RUSTFLAGS", "RUSTDOC"]
-    {
-        cargo.env_remove(name);
-    }
-    // -Z for the standard library, which is no part of the packages for this target.
-    cargo.env("RUSTC", DEBIAN_RUSTC).env("RUSTC_BOOTSTRAP", "1");
+    let mut cargo = debian::cargo_build(TRIPLE, "web", &built);
+    cargo.args(["--package", "drystone-web", "--lib"]);
     cargo.env("RUSTFLAGS", "-Ctarget-feature=+simd128");
     run_to_end(&mut cargo)?;
 
@@ -60,32 +50,13 @@ pub(super) fn run() -> Outcome {
     weigh(&folder)
 }
 
-const DEBIAN_CARGO: &str = "/usr/bin/cargo";
-const DEBIAN_RUSTC: &str = "/usr/bin/rustc";
-
-/// Whether Debian's compiler is there with the source of its standard library.
-fn compiler() -> bool {
-    let version = Command::new(DEBIAN_RUSTC).arg("--version").output();
-    let version = version.map(|o| String::from_utf8_lossy(&o.stdout).into_owned());
-    // "rustc 1.96.0 (…)", and its source in /usr/src/rustc-1.96.0.
-    let number = version.ok().and_then(|v| v.split(' ').nth(1).map(str::to_owned));
-    let source = number.map(|n| PathBuf::from(format!("/usr/src/rustc-{n}/library/std")));
-    let linker = Command::new("rust-lld").arg("-flavor").arg("wasm").arg("--version").output();
-    source.is_some_and(|s| s.exists()) && Path::new(DEBIAN_CARGO).exists() && linker.is_ok()
-}
-
 /// Installs Debian's packages where they are missing.
 fn packages() -> Outcome {
-    let browser = || Command::new(super::browser::PROGRAM).arg("--version").output().is_ok();
-    if compiler() && browser() {
-        return Ok(());
-    }
-    println!("   scripts/web-packages.sh");
-    run_to_end(&mut Command::new(root().join("scripts/web-packages.sh")))?;
-    if !compiler() {
-        return Err("the packages hold no compiler for the web".to_owned());
-    }
-    if browser() { Ok(()) } else { Err("the packages hold no browser".to_owned()) }
+    debian::install("scripts/web-packages.sh", &[], || {
+        debian::compiler()?;
+        debian::wasm_linker()?;
+        debian::program(super::browser::PROGRAM, &["--version"])
+    })
 }
 
 /// The command wasm-bindgen in the version of the lock file; compiled once into the target folder.

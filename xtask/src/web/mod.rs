@@ -9,7 +9,7 @@ mod textured;
 
 use std::path::PathBuf;
 
-use crate::{Outcome, target};
+use crate::{Outcome, ci, target};
 
 /// Builds and tests; or only one of them; or serves the folder.
 pub fn run(words: &[&str]) -> Outcome {
@@ -29,8 +29,7 @@ pub fn run(words: &[&str]) -> Outcome {
 /// The stage of `cargo xtask ci`: all of it if it is asked for, by its name or by the environment; it takes longer than
 /// all other stages together where nothing of it is built yet.
 pub fn check() -> Outcome {
-    let named = std::env::args().any(|word| word == "web");
-    if named || std::env::var_os("DRYSTONE_CI_WEB").is_some() {
+    if ci::wanted("web") {
         // Whoever has no network can check the rest all the same.
         if let Err(why) = build::prepare() {
             println!(
