@@ -8,8 +8,9 @@ use serde_json::json;
 
 use crate::bake::{MeshPart, document_of_meshes};
 use crate::error::SceneError;
+use crate::file::{self, Kind};
 use crate::gltf::mesh::Triangles;
-use crate::gltf::{self, LoadedGltf, Options, open};
+use crate::gltf::{self, LoadedGltf, Options};
 
 /// Reads the objects (`o`, `g`) of a file as nodes with a mesh each. Which bodies are made of them is
 /// up to [`Options::auto_colliders`].
@@ -17,15 +18,14 @@ use crate::gltf::{self, LoadedGltf, Options, open};
 /// # Errors
 /// A line that names the file, the line in it, what is wrong and what is allowed.
 pub fn load(path: &Path, options: &Options) -> Result<LoadedGltf, SceneError> {
-    let (file, size) = open(path)?;
+    let mut file = file::open(path, Kind::Surface)?;
     let mut bytes = Vec::new();
     let io = |e: std::io::Error| SceneError::new(path, "", e, "a file that can be read");
-    let mut file = file.take(size);
     file.by_ref().take(4096).read_to_end(&mut bytes).map_err(io)?;
     if bytes.contains(&0) {
         return Err(SceneError::new(path, "", "it is not text", "a Wavefront .obj file"));
     }
-    file.read_to_end(&mut bytes).map_err(io)?;
+    let bytes = file::rest(file, bytes, path, Kind::Surface)?;
     let name = path.file_stem().map_or_else(String::new, |s| s.to_string_lossy().into_owned());
     interpret(&bytes, &name, options).map_err(|e| e.in_file(path))
 }

@@ -7,21 +7,17 @@
 //! move get a thickness. Settings of its solver say nothing here and are listed in the notes.
 
 use std::collections::BTreeMap;
-use std::io::Read;
 use std::path::{Component, Path, PathBuf};
 
 use drystone::{AxisLocks, BodyDef, BodyKind, Filter, Material, Quat, Shape, ShapeDef, Vec3, vec3};
 use serde_json::Value;
 
 use crate::error::SceneError;
+use crate::file::{self, Kind};
 use crate::gltf::json::At;
 use crate::gltf::mesh::Triangles;
-use crate::gltf::open;
 use crate::obj;
 use crate::scene::{Load, Scene, Script};
-
-/// Larger files are not read [bytes].
-const MAX_BYTES: u64 = 200_000_000;
 
 /// Part of its smaller side that a sheet which moves is thick.
 const THICKNESS: f32 = 0.01;
@@ -82,16 +78,8 @@ pub fn from_text(text: &str, name: &str, folder: &Path) -> Result<Scene, SceneEr
 }
 
 fn text(path: &Path) -> Result<String, SceneError> {
-    let fail = |problem: String, allowed: &str| SceneError::new(path, "", problem, allowed);
-    let (file, size) = open(path)?;
-    if size > MAX_BYTES {
-        return Err(fail(format!("it has {size} bytes"), "up to 200 MB"));
-    }
-    let mut text = String::new();
-    file.take(size)
-        .read_to_string(&mut text)
-        .map_err(|e| fail(e.to_string(), "a file of UTF-8 text that can be read"))?;
-    Ok(text)
+    String::from_utf8(file::read(path, Kind::Text)?)
+        .map_err(|_| SceneError::new(path, "", "it is not UTF-8 text", "a file of UTF-8 text"))
 }
 
 /// The surface of all bodies.

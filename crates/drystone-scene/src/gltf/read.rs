@@ -1,6 +1,5 @@
 //! From a file to a JSON document with its buffers; nothing of the content is trusted.
 
-use std::fs::{self, File};
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
@@ -9,9 +8,10 @@ use serde_json::Value;
 
 use super::json::At;
 use crate::error::SceneError;
+use crate::file::{self, Kind};
 
-/// Larger files are refused [bytes].
-const MAX_BYTES: u64 = 2_000_000_000;
+/// Buffers that have more bytes together are refused.
+const MAX_BUFFERS: usize = 4_000_000_000;
 
 /// A glTF document in memory.
 #[derive(Clone, Debug, Default)]
@@ -24,29 +24,9 @@ pub struct Document {
     pub folder: PathBuf,
 }
 
-/// Opens a regular file that is neither empty nor huge; gives its size [bytes] as well.
-pub(crate) fn open(path: &Path) -> Result<(File, u64), SceneError> {
-    let fail = |problem: &str, allowed: &str| SceneError::new(path, "", problem, allowed);
-    let io = |e: std::io::Error| fail(&e.to_string(), "a file that can be read");
-    let meta = fs::metadata(path).map_err(io)?;
-    if meta.is_dir() {
-        return Err(fail("it is a directory", "a file"));
-    }
-    if !meta.is_file() {
-        return Err(fail("it is not a regular file", "a file"));
-    }
-    if meta.len() == 0 {
-        return Err(fail("it is empty", "a file with a scene"));
-    }
-    if meta.len() > MAX_BYTES {
-        return Err(fail(&format!("it has {} bytes", meta.len()), "up to 2 GB"));
-    }
-    Ok((File::open(path).map_err(io)?, meta.len()))
-}
-
 /// Reads a `.gltf` or `.glb` file, told apart by content, and all its buffers.
 pub(crate) fn document(path: &Path) -> Result<Document, SceneError> {
-    let (mut file, size) = open(path)?;
+    let mut file = file::open(path, Kind::Document)?;
     let io = |e: std::io::Error| SceneError::new(path, "", e, "a file that can be read");
     let mut bytes = Vec::new();
     file.by_ref().take(4096).read_to_end(&mut bytes).map_err(io)?;
@@ -55,7 +35,7 @@ pub(crate) fn document(path: &Path) -> Result<Document, SceneError> {
         let allowed = "a glTF file: JSON text that begins with {, or binary glTF";
         return Err(SceneError::new(path, "", "it is not a glTF file", allowed));
     }
-    file.take(size).read_to_end(&mut bytes).map_err(io)?;
+    let bytes = file::rest(file, bytes, path, Kind::Document)?;
     let folder = path.parent().unwrap_or(Path::new("")).to_path_buf();
     parse(&bytes, folder).map_err(|e| e.in_file(path))
 }
@@ -76,9 +56,15 @@ pub(crate) fn parse(bytes: &[u8], folder: PathBuf) -> Result<Document, SceneErro
     if !version.text()?.starts_with("2.") {
         return Err(version.wrong("glTF 2.x"));
     }
-    let mut buffers = Vec::new();
+    let mut buffers: Vec<Vec<u8>> = Vec::new();
+    let mut room = MAX_BUFFERS;
     for (i, at) in root.list("buffers")?.into_iter().enumerate() {
-        buffers.push(buffer(&at, if i == 0 { chunk } else { None }, &folder)?);
+        let bytes = buffer(&at, if i == 0 { chunk } else { None }, &folder)?;
+        // Many buffers may name the same file.
+        room = room
+            .checked_sub(bytes.len())
+            .ok_or_else(|| at.error("with it the buffers are too large", "4 GB in all buffers"))?;
+        buffers.push(bytes);
     }
     Ok(Document { json, buffers, folder })
 }
@@ -130,7 +116,7 @@ fn buffer(at: &At<'_>, chunk: Option<&[u8]>, folder: &Path) -> Result<Vec<u8>, S
     let length = at.need("byteLength")?;
     let wanted = length.size()?;
     let bytes = match at.get("uri") {
-        Some(uri) => resource(&uri, folder)?,
+        Some(uri) => resource(&uri, folder, Kind::Document)?,
         None => match chunk {
             Some(chunk) => chunk.to_vec(),
             None => {
@@ -147,8 +133,9 @@ fn buffer(at: &At<'_>, chunk: Option<&[u8]>, folder: &Path) -> Result<Vec<u8>, S
     Ok(bytes)
 }
 
-/// What a URI names: base64 data, or a file beside the document.
-pub(crate) fn resource(at: &At<'_>, folder: &Path) -> Result<Vec<u8>, SceneError> {
+/// What a URI names: base64 data, or a file, whose path is relative to the document's folder and may lead out of it,
+/// as the format has it (`../textures/wood.png`).
+pub(crate) fn resource(at: &At<'_>, folder: &Path, kind: Kind) -> Result<Vec<u8>, SceneError> {
     let uri = at.text()?;
     if let Some(data) = uri.strip_prefix("data:") {
         let Some((head, text)) = data.split_once(',') else {
@@ -174,11 +161,7 @@ pub(crate) fn resource(at: &At<'_>, folder: &Path) -> Result<Vec<u8>, SceneError
         );
     }
     let path = folder.join(relative);
-    let (file, size) = open(&path).map_err(|e| at.error(e, ""))?;
-    let mut bytes = Vec::new();
-    let read = file.take(size).read_to_end(&mut bytes);
-    read.map_err(|e| at.error(format!("{}: {e}", path.display()), "a file that can be read"))?;
-    Ok(bytes)
+    file::read(&path, kind).map_err(|e| at.error(e, ""))
 }
 
 fn percent_decoded(uri: &str) -> String {

@@ -1,16 +1,12 @@
 //! Hulls of mesh files beside a robot's file.
 
-use std::io::Read;
 use std::path::{Component, Path};
 use std::sync::Arc;
 
 use drystone::{Hull, Shape, Vec3};
 
-use crate::gltf::open;
+use crate::file::{self, Kind};
 use crate::{obj, stl};
-
-/// Larger mesh files are not read [bytes].
-const MAX_BYTES: u64 = 200_000_000;
 
 /// The hull of the corners of an `.obj` or `.stl` file, scaled; else why there is none.
 pub(crate) fn hull_of_file(path: &Path, scale: Vec3) -> Result<Shape, String> {
@@ -23,12 +19,8 @@ pub(crate) fn hull_of_file(path: &Path, scale: Vec3) -> Result<Shape, String> {
     if path.components().filter(|c| *c == Component::ParentDir).count() > 8 {
         return Err("its path is not one beside the file".to_owned());
     }
-    let (file, size) = open(path).map_err(|e| e.problem().to_owned())?;
-    if size > MAX_BYTES {
-        return Err(format!("it has {size} bytes, up to {MAX_BYTES} are read"));
-    }
-    let mut bytes = Vec::new();
-    file.take(size).read_to_end(&mut bytes).map_err(|e| e.to_string())?;
+    let bytes = file::read(path, Kind::Mesh)
+        .map_err(|e| format!("{}, allowed is {}", e.problem(), e.allowed()))?;
     let points = if ending == "stl" {
         stl::corners(&bytes)?
     } else {
