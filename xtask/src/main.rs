@@ -10,7 +10,7 @@ mod stability;
 mod tidy;
 mod web;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
 
 const USAGE: &str = "usage: cargo xtask COMMAND
@@ -114,6 +114,14 @@ fn run_to_end(command: &mut Command) -> Outcome {
         Ok(status) => Err(format!("{}: {status}", spelled(command))),
         Err(error) => Err(format!("{}: {error}", spelled(command))),
     }
+}
+
+/// Writes a file of the project: the old one stays until the new one is whole.
+fn write_whole(path: &Path, text: &str) -> Outcome {
+    let partial = path.with_extension("partial");
+    std::fs::write(&partial, text)
+        .and_then(|()| std::fs::rename(&partial, path))
+        .map_err(|e| format!("{}: {e}", path.display()))
 }
 
 /// The command as one would type it.

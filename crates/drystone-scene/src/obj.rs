@@ -127,12 +127,19 @@ fn parse(text: &str) -> Result<Vec<MeshPart>, SceneError> {
         }
     }
     parts.retain(|(_, faces)| !faces.is_empty());
-    Ok(parts.into_iter().map(|(name, faces)| own_vertices(name, &faces, &points)).collect())
+    let mut number = vec![u32::MAX; points.len()];
+    let own = |(name, faces): (String, Vec<_>)| own_vertices(name, &faces, &points, &mut number);
+    Ok(parts.into_iter().map(own).collect())
 }
 
-/// A part with only the vertices that its faces use.
-fn own_vertices(name: String, faces: &[[usize; 3]], points: &[Vec3]) -> MeshPart {
-    let mut number = vec![u32::MAX; points.len()];
+/// A part with only the vertices that its faces use. `number` has as many entries as the file has vertices, none of them
+/// given before and after: a list for each part would make many parts of many vertices slow.
+fn own_vertices(
+    name: String,
+    faces: &[[usize; 3]],
+    points: &[Vec3],
+    number: &mut [u32],
+) -> MeshPart {
     let mut own = Vec::new();
     let mut triangles = Vec::with_capacity(faces.len());
     for face in faces {
@@ -144,6 +151,7 @@ fn own_vertices(name: String, faces: &[[usize; 3]], points: &[Vec3]) -> MeshPart
             number[v]
         }));
     }
+    faces.iter().flatten().for_each(|&v| number[v] = u32::MAX);
     MeshPart { name: json!(name), points: own, triangles }
 }
 

@@ -54,6 +54,11 @@ impl<'a> Element<'a> {
         Self { node: document.root_element(), file }
     }
 
+    /// The file it is in; empty: the one asked for.
+    pub(crate) fn file(&self) -> &'a str {
+        self.file
+    }
+
     pub(crate) fn tag(&self) -> &'a str {
         self.node.tag_name().name()
     }

@@ -2,11 +2,12 @@
 
 use std::io::Read;
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use base64::Engine;
 use serde_json::Value;
 
-use super::json::At;
+use super::json::{self, At};
 use crate::error::SceneError;
 use crate::file::{self, Kind};
 
@@ -22,6 +23,38 @@ pub struct Document {
     pub buffers: Vec<Vec<u8>>,
     /// The folder that relative URIs start from.
     pub folder: PathBuf,
+    /// What was read of it so far.
+    pub(crate) work: Work,
+}
+
+/// Elements of accessors and nodes that may be read of a document, those read again counted again: a small file
+/// can name the same ones without end.
+const MOST_ELEMENTS: u64 = 200_000_000;
+
+/// What was read of a document.
+#[derive(Debug, Default)]
+pub(crate) struct Work(AtomicU64);
+
+impl Work {
+    /// Counts so many more elements, which `at` asks for.
+    ///
+    /// # Errors
+    /// If they are too many in all.
+    pub(crate) fn add(&self, elements: usize, at: &At<'_>) -> Result<(), SceneError> {
+        let before = self.0.fetch_add(elements as u64, Ordering::Relaxed);
+        if before.saturating_add(elements as u64) <= MOST_ELEMENTS {
+            return Ok(());
+        }
+        let problem =
+            format!("with it more than {MOST_ELEMENTS} vertices, indices and keys are read");
+        Err(at.error(problem, "fewer or simpler meshes"))
+    }
+}
+
+impl Clone for Work {
+    fn clone(&self) -> Self {
+        Self(AtomicU64::new(self.0.load(Ordering::Relaxed)))
+    }
 }
 
 /// Reads a `.gltf` or `.glb` file, told apart by content, and all its buffers.
@@ -46,8 +79,7 @@ pub(crate) fn parse(bytes: &[u8], folder: PathBuf) -> Result<Document, SceneErro
         if bytes.starts_with(b"glTF") { split_glb(bytes)? } else { (json_text(bytes), None) };
     let nowhere =
         |problem: String, allowed: &str| SceneError::new(Path::new(""), "", problem, allowed);
-    let json: Value = serde_json::from_slice(text)
-        .map_err(|e| nowhere(format!("broken JSON: {e}"), "JSON as RFC 8259 has it"))?;
+    let json = json::parse(text)?;
     if !json.is_object() {
         return Err(nowhere("the JSON is not an object".to_owned(), "a glTF object"));
     }
@@ -66,7 +98,7 @@ pub(crate) fn parse(bytes: &[u8], folder: PathBuf) -> Result<Document, SceneErro
             .ok_or_else(|| at.error("with it the buffers are too large", "4 GB in all buffers"))?;
         buffers.push(bytes);
     }
-    Ok(Document { json, buffers, folder })
+    Ok(Document { json, buffers, folder, work: Work::default() })
 }
 
 /// The text without a byte order mark and leading white space.
