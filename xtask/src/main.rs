@@ -1,6 +1,7 @@
 //! The project's chores, run as `cargo xtask COMMAND`.
 
 mod ci;
+mod fuzz;
 mod gallery;
 mod golden;
 mod graphics;
@@ -21,6 +22,7 @@ const USAGE: &str = "usage: cargo xtask COMMAND
   golden [--release]              run the scenes of golden.txt and compare their hashes
   golden [--release] --bless WHY  write the new hashes, and old, new and WHY into CHANGELOG.md
   instructions [--bless]          count the instructions of the runs of instructions.txt by callgrind
+  fuzz [TARGET] [--seconds N]     libFuzzer on all that is read, a minute a target; what failed is kept in target/fuzz/failed
   gallery [SCENE…]                draw the pictures and films of docs/gallery, and write its page
   stability                       long runs of what must stand or fall, into docs/stability.md (a quarter of an hour)
   web [build|test [PART…]|serve [PORT]]
@@ -37,6 +39,7 @@ fn main() -> ExitCode {
         ["ci", stages @ ..] => ci::run(stages),
         ["tidy"] => tidy::run(),
         ["determinism"] => determinism(),
+        ["fuzz", words @ ..] => fuzz::run(words),
         ["gallery", names @ ..] => gallery::run(names),
         ["instructions"] => release_command().and_then(|built| instructions::run(false, &built)),
         ["instructions", "--bless"] => {
