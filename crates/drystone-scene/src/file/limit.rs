@@ -37,7 +37,7 @@ pub enum Kind {
 }
 
 impl Kind {
-    /// Larger files are refused [bytes].
+    /// The bytes of the largest file that is read.
     #[must_use]
     pub const fn most(self) -> u64 {
         match self {
