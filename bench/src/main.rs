@@ -14,6 +14,7 @@ use std::process::ExitCode;
 use clap::Parser;
 use drystone_bench::{Row, default_steps, expand, listing};
 use drystone_scene::Scene;
+use drystone_scene::file::WholeFile;
 
 use cli::{Cli, Command, Engine, Measure};
 use workers::{Run, Workers};
@@ -51,7 +52,7 @@ fn measure(args: &Measure) -> Result<(), String> {
     let scenes = expand(&args.scene).map_err(|e| e.to_string())?;
     if let Some(path) = &args.json {
         // Found out now, not after an hour.
-        fs::write(path, "[]\n").map_err(|e| refused(path, &e))?;
+        WholeFile::probe(path).map_err(|e| refused(path, &e))?;
     }
     let workers = Workers::build(&args.engines)?;
     warn_of_load();
@@ -60,7 +61,7 @@ fn measure(args: &Measure) -> Result<(), String> {
         rows.extend(scene_rows(args, &workers, spec, scene)?);
         if let Some(path) = &args.json {
             let json = serde_json::to_string_pretty(&rows).map_err(|e| e.to_string())?;
-            fs::write(path, json + "\n").map_err(|e| refused(path, &e))?;
+            write_whole(path, &(json + "\n"))?;
         }
     }
     write_out(&listing(&rows))?;
@@ -153,6 +154,15 @@ fn warn_of_load() {
 
 fn write_out(text: &str) -> Result<(), String> {
     std::io::stdout().write_all(text.as_bytes()).map_err(|e| format!("stdout: {e}"))
+}
+
+/// Writes a file, which has its name when it is whole.
+fn write_whole(path: &Path, text: &str) -> Result<(), String> {
+    let written = WholeFile::create(path).and_then(|mut file| {
+        file.write_all(text.as_bytes())?;
+        file.finish()
+    });
+    written.map(|_| ()).map_err(|e| refused(path, &e))
 }
 
 fn refused(path: &Path, e: &std::io::Error) -> String {

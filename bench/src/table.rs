@@ -6,7 +6,7 @@ use std::path::Path;
 
 use crate::results::{self, Kept};
 use crate::workers::root;
-use crate::{refused, write_out};
+use crate::{write_out, write_whole};
 
 const BEGIN: &str = "<!-- bench:begin -->";
 const END: &str = "<!-- bench:end -->";
@@ -32,7 +32,7 @@ pub(crate) fn write(page: Option<&Path>) -> Result<(), String> {
     let new = between_markers(&old, &text).ok_or_else(|| {
         format!("{}: lacks the lines {BEGIN} and {END}, in this order", page.display())
     })?;
-    std::fs::write(page, new).map_err(|e| refused(page, &e))
+    write_whole(page, &new)
 }
 
 /// The page with `text` in place of what is between the two marker lines.

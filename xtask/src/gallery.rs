@@ -4,7 +4,7 @@ use std::fmt::Write;
 use std::fs;
 use std::process::{Command, Stdio};
 
-use crate::{Outcome, cargo, root, run_to_end, target};
+use crate::{Outcome, cargo, root, run_to_end, target, write_whole};
 
 /// A scene of the gallery: the names of its files, what is seen, the run without its length, and the lengths of a picture's
 /// and a film's runs [s].
@@ -87,7 +87,7 @@ pub fn run(names: &[&str]) -> Outcome {
         }
     }
     let file = folder.join("README.md");
-    fs::write(&file, page()).map_err(|e| format!("{}: {e}", file.display()))?;
+    write_whole(&file, &page())?;
     let sizes = fs::read_dir(&folder).map_err(|e| format!("{}: {e}", folder.display()))?;
     let bytes: u64 = sizes.flatten().filter_map(|e| e.metadata().ok()).map(|m| m.len()).sum();
     println!("   {}: {} kB", folder.display(), bytes.div_ceil(1000));

@@ -1,9 +1,9 @@
 //! `cargo xtask golden`: the hashes of whole runs. They move only on purpose, with a reason.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::Command;
 
-use crate::{Outcome, WITHOUT_GRAPHICS, cargo, root, run_to_end, target};
+use crate::{Outcome, WITHOUT_GRAPHICS, cargo, root, run_to_end, target, write_whole};
 
 /// What a scene has in golden.txt until its first bless.
 const PENDING: &str = "pending";
@@ -78,8 +78,8 @@ pub fn run(options: &Options) -> Outcome {
             let log =
                 std::fs::read_to_string(&changelog).map_err(|e| format!("CHANGELOG.md: {e}"))?;
             let log = with_behavior_entry(&log, &changes, reason)?;
-            write(&path(), &with_hashes(&text, &changes))?;
-            write(&changelog, &log)?;
+            write_whole(&path(), &with_hashes(&text, &changes))?;
+            write_whole(&changelog, &log)?;
             println!("   {} blessed", changes.len());
             Ok(())
         }
@@ -92,10 +92,6 @@ fn path() -> PathBuf {
 
 fn text() -> Result<String, String> {
     std::fs::read_to_string(path()).map_err(|e| format!("golden.txt: {e}"))
-}
-
-fn write(path: &Path, text: &str) -> Outcome {
-    std::fs::write(path, text).map_err(|e| format!("{}: {e}", path.display()))
 }
 
 fn parse(text: &str) -> Result<Vec<Golden>, String> {

@@ -4,7 +4,7 @@
 use std::path::Path;
 use std::process::Command;
 
-use crate::{Outcome, root, run_to_end};
+use crate::{Outcome, root, run_to_end, write_whole};
 
 /// How far a count may grow, as a part of it: other versions of the C library differ by less.
 const TOLERANCE: f64 = 0.02;
@@ -36,8 +36,7 @@ pub fn run(bless: bool, binary: &Path) -> Outcome {
         counted.push(Row { millions, ..row.clone() });
     }
     if bless {
-        return std::fs::write(&path, written(&counted))
-            .map_err(|e| format!("{}: {e}", path.display()));
+        return write_whole(&path, &written(&counted));
     }
     verdict(&rows, &counted)
 }

@@ -2,6 +2,7 @@
 
 mod ci;
 mod debian;
+mod fuzz;
 mod gallery;
 mod golden;
 mod graphics;
@@ -12,7 +13,7 @@ mod targets;
 mod tidy;
 mod web;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
 
 const USAGE: &str = "usage: cargo xtask COMMAND
@@ -24,6 +25,7 @@ const USAGE: &str = "usage: cargo xtask COMMAND
   golden [--release] --bless WHY  write the new hashes, and old, new and WHY into CHANGELOG.md
   targets [aarch64] [wasm]        the scenes of golden.txt on aarch64 in an emulator and in WebAssembly in node
   instructions [--bless]          count the instructions of the runs of instructions.txt by callgrind
+  fuzz [TARGET] [--seconds N]     libFuzzer on all that is read, a minute a target; what failed is kept in target/fuzz/failed
   gallery [SCENE…]                draw the pictures and films of docs/gallery, and write its page
   stability                       long runs of what must stand or fall, into docs/stability.md (a quarter of an hour)
   web [build|test [PART…]|serve [PORT]]
@@ -40,6 +42,7 @@ fn main() -> ExitCode {
         ["ci", stages @ ..] => ci::run(stages),
         ["tidy"] => tidy::run(),
         ["determinism"] => determinism(),
+        ["fuzz", words @ ..] => fuzz::run(words),
         ["gallery", names @ ..] => gallery::run(names),
         ["instructions"] => release_command().and_then(|built| instructions::run(false, &built)),
         ["instructions", "--bless"] => {
@@ -118,6 +121,14 @@ fn run_to_end(command: &mut Command) -> Outcome {
         Ok(status) => Err(format!("{}: {status}", spelled(command))),
         Err(error) => Err(format!("{}: {error}", spelled(command))),
     }
+}
+
+/// Writes a file of the project: the old one stays until the new one is whole.
+fn write_whole(path: &Path, text: &str) -> Outcome {
+    let partial = path.with_extension("partial");
+    std::fs::write(&partial, text)
+        .and_then(|()| std::fs::rename(&partial, path))
+        .map_err(|e| format!("{}: {e}", path.display()))
 }
 
 /// The command as one would type it.

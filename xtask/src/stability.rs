@@ -8,7 +8,7 @@ use std::process::Command;
 
 use serde_json::Value;
 
-use crate::{Outcome, release_command, root, target};
+use crate::{Outcome, release_command, root, target, write_whole};
 
 /// Scene, seconds, further flags, and whether it must stand.
 type Case = (&'static str, u32, &'static [&'static str], bool);
@@ -119,7 +119,7 @@ pub fn run() -> Outcome {
         }
     }
     let path = root().join("docs/stability.md");
-    std::fs::write(&path, page).map_err(|e| format!("{}: {e}", path.display()))?;
+    write_whole(&path, &page)?;
     if wrong.is_empty() { Ok(()) } else { Err(format!("not as it must: {}", wrong.join(", "))) }
 }
 

@@ -7,7 +7,7 @@ use drystone_scene::bake::{self, Motion};
 use drystone_scene::{Running, SceneBody};
 
 use crate::load::Loaded;
-use crate::output::{Failure, probe};
+use crate::output::{self, Failure, probe};
 
 /// How a body looked over a part of the run.
 #[derive(Debug, Default)]
@@ -113,13 +113,14 @@ impl Bake {
             motion.gone.push(motion.times.len() - (track.first + track.poses.len()));
             motion.poses.push(track.poses);
         }
-        match loaded {
+        let ending = match loaded {
             Loaded::BuiltIn(scene) | Loaded::Read(scene) => {
                 bake::write_scene(&self.path, scene, &pieces, &motion)
             }
             Loaded::Gltf(loaded) => bake::write(&self.path, loaded, &motion),
         }
         .map_err(Failure::failed)?;
+        output::warn_of(ending, &self.path);
         Ok(self.path)
     }
 }

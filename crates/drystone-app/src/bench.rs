@@ -18,6 +18,7 @@ pub(crate) fn bench(args: &Bench) -> Outcome {
     }
     let scenes = expand(&args.scene).map_err(Failure::failed)?;
     let to_stdout = args.json.as_deref() == Some(Path::new("-"));
+    output::leave_on_interrupt();
     let file = args.json.as_deref().filter(|_| !to_stdout).map(Output::create).transpose()?;
     let mut threads: Vec<usize> = args.threads.iter().map(|&n| usize::from(n)).collect();
     threads.dedup();

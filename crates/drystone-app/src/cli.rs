@@ -78,6 +78,10 @@ Exit status:
   2  wrong usage
   3  done, but a fault was reported (a body left the finite numbers and was set aside)
 
+Files have their names when they are whole; until then they are .NAME.partial beside. Ctrl-C ends the run early
+with whole files. Pipes and /dev/stdout are written step by step. The last line of events has the type end;
+a trace has no such line.
+
 The result depends on the scene and on --hz, --substeps, --method and --set alone: never on threads,
 instruction set, machine, or on which outputs were asked for.";
 
@@ -297,7 +301,7 @@ pub(crate) struct Simulate {
     #[arg(long, value_name = "K", default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..))]
     pub(crate) every: u64,
 
-    /// Write what happened, one JSON object a line
+    /// Write what happened, one JSON object a line; the last one, of type end, says that none is missing
     #[arg(long, value_name = "FILE.jsonl")]
     pub(crate) events: Option<PathBuf>,
 

@@ -358,6 +358,7 @@ struct Files {
 
 impl Files {
     fn create(args: &Compare) -> Result<Self, Failure> {
+        output::leave_on_interrupt();
         Ok(Self {
             json: args.json.as_deref().map(Output::create).transpose()?,
             csv: args.csv.as_deref().map(Output::create).transpose()?,

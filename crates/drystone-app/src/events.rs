@@ -1,4 +1,4 @@
-//! What happened, as one JSON object a line.
+//! What happened, as one JSON object a line. The last line says that nothing is missing.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -146,16 +146,24 @@ struct Fault {
     kind: &'static str,
 }
 
+/// Of the last line.
+#[derive(Serialize)]
+struct End {
+    /// Lines before this one.
+    lines: u64,
+}
+
 /// An event file being written.
 #[derive(Debug)]
 pub(crate) struct EventLog {
     output: Output,
+    lines: u64,
 }
 
 impl EventLog {
     /// Opens the file.
     pub(crate) fn create(path: &Path) -> Result<Self, Failure> {
-        Ok(Self { output: Output::create(path)? })
+        Ok(Self { output: Output::create(path)?, lines: 0 })
     }
 
     /// Adds the events of step `step`, which ended at `time` [s].
@@ -245,7 +253,7 @@ impl EventLog {
             let what = Fault { body, particle, kind: fault_word(e.kind) };
             self.line(step, time, "fault", what)?;
         }
-        Ok(())
+        self.output.end_moment()
     }
 
     fn line<T: Serialize>(
@@ -258,11 +266,14 @@ impl EventLog {
         let line = Line { step, time, r#type: word, what };
         let mut text = serde_json::to_vec(&line).map_err(Failure::failed)?;
         text.push(b'\n');
+        self.lines += 1;
         self.output.write(&text)
     }
 
-    /// Writes out what is buffered; returns the path.
-    pub(crate) fn finish(self) -> Result<PathBuf, Failure> {
+    /// Adds the last line and gives the file its name; returns the path. The run ended with step `step`, at `time` [s].
+    pub(crate) fn finish(mut self, step: u64, time: f64) -> Result<PathBuf, Failure> {
+        let lines = self.lines;
+        self.line(step, time, "end", End { lines })?;
         self.output.finish()
     }
 }

@@ -34,6 +34,7 @@ mod view;
 #[path = "view_absent.rs"]
 mod view;
 
+use std::io::{ErrorKind, Write};
 use std::process::ExitCode;
 
 use clap::Parser;
@@ -46,7 +47,15 @@ fn main() -> ExitCode {
         Ok(cli) => cli,
         Err(e) => {
             // Help and version too come this way. A reader that has gone is no failure.
-            let _ = e.print();
+            let printed = e.print().and_then(|()| std::io::stdout().flush());
+            if let Err(lost) = printed
+                && !e.use_stderr()
+                && lost.kind() != ErrorKind::BrokenPipe
+            {
+                let failure = Failure::failed(format_args!("stdout: cannot be written: {lost}"));
+                output::complain(&failure);
+                return failure.code();
+            }
             return ExitCode::from(u8::try_from(e.exit_code()).unwrap_or(2));
         }
     };

@@ -1,11 +1,13 @@
 //! All that leaves the program: files, stdout, the line on stderr when something cannot be done. And what comes back.
 
 use std::fmt::Display;
-use std::fs::File;
-use std::io::{self, BufWriter, ErrorKind, IsTerminal, Write};
+use std::io::{self, ErrorKind, IsTerminal, Write};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
+use drystone_scene::file::{self, Ending, WholeFile};
 use indicatif::{ProgressBar, ProgressStyle};
 
 /// Why a command was given up.
@@ -74,18 +76,18 @@ pub(crate) fn print(text: &str) -> Result<(), Failure> {
     }
 }
 
-/// A file being written; failures name it.
+/// A file being written, which has its name when it is whole; failures name it.
 #[derive(Debug)]
 pub(crate) struct Output {
     path: PathBuf,
-    file: BufWriter<File>,
+    file: WholeFile,
 }
 
 impl Output {
-    /// Opens the file for writing; what was in it is lost.
+    /// Opens the file for writing; what was in it stays until the new one is whole.
     pub(crate) fn create(path: &Path) -> Result<Self, Failure> {
-        let file = File::create(path).map_err(|e| refused(path, &e))?;
-        Ok(Self { path: path.to_owned(), file: BufWriter::with_capacity(1 << 18, file) })
+        let file = WholeFile::create(path).map_err(|e| refused(path, &e))?;
+        Ok(Self { path: path.to_owned(), file })
     }
 
     /// Adds bytes.
@@ -93,32 +95,72 @@ impl Output {
         self.file.write_all(bytes).map_err(|e| refused(&self.path, &e))
     }
 
-    /// Writes out what is buffered; returns the path.
-    pub(crate) fn finish(mut self) -> Result<PathBuf, Failure> {
-        self.file.flush().map_err(|e| refused(&self.path, &e))?;
-        Ok(self.path)
+    /// A moment of the run is complete: who reads along in a pipe gets it now.
+    pub(crate) fn end_moment(&mut self) -> Result<(), Failure> {
+        if self.file.is_streamed() {
+            self.file.flush().map_err(|e| refused(&self.path, &e))?;
+        }
+        Ok(())
+    }
+
+    /// Where another program is to write the bytes.
+    #[cfg(feature = "render")]
+    pub(crate) fn place(&self) -> &Path {
+        self.file.partial().unwrap_or(&self.path)
+    }
+
+    /// Gives the file its name; returns the path.
+    pub(crate) fn finish(self) -> Result<PathBuf, Failure> {
+        let Self { path, file } = self;
+        let ending = file.finish().map_err(|e| refused(&path, &e))?;
+        warn_of(ending, &path);
+        Ok(path)
     }
 }
 
-/// All of a file.
-pub(crate) fn read(path: &Path) -> Result<Vec<u8>, Failure> {
-    std::fs::read(path)
-        .map_err(|e| Failure::failed(format_args!("{}: cannot be read: {e}", path.display())))
+/// Tells on stderr if a file was not put in its place in one move.
+pub(crate) fn warn_of(ending: Ending, path: &Path) {
+    if ending == Ending::Copied {
+        let shown = path.display();
+        let what = "its folder takes no new file, so the old one was written over";
+        let risk = "a crash in that moment would have cut it off";
+        // Nobody is left to be told if this fails.
+        let _ = writeln!(io::stderr().lock(), "warning: {shown}: {what}; {risk}");
+    }
 }
 
-/// Finds out now whether a file can be written later, without losing what is in it.
+/// All of a file of this program's own, which begins with `kind`; only the beginning of another.
+pub(crate) fn read(path: &Path, kind: [u8; 8]) -> Result<Vec<u8>, Failure> {
+    file::read_any(path, file::Kind::Run, &kind).map_err(Failure::failed)
+}
+
+/// Finds out now whether a file can be written later; nothing is left of that.
 pub(crate) fn probe(path: &Path) -> Result<(), Failure> {
-    let fresh = !path.exists();
-    if !(fresh || path.is_file() || path.is_dir()) {
-        // To open a pipe would be noticed at its other end.
-        return Ok(());
-    }
-    File::options().append(true).create(true).open(path).map_err(|e| refused(path, &e))?;
-    if fresh {
-        // It only was a probe; if it cannot be removed an empty file stays until it is written.
-        let _ = std::fs::remove_file(path);
-    }
-    Ok(())
+    WholeFile::probe(path).map_err(|e| refused(path, &e))
+}
+
+/// Becomes true on Ctrl-C; a second Ctrl-C ends the program at once, without the files that are not whole.
+pub(crate) fn stop_on_interrupt() -> Arc<AtomicBool> {
+    let stop = Arc::new(AtomicBool::new(false));
+    let shared = Arc::clone(&stop);
+    // Without a handler Ctrl-C ends the program as it would any other.
+    let _ = ctrlc::set_handler(move || {
+        if shared.swap(true, Ordering::Relaxed) {
+            leave();
+        }
+    });
+    stop
+}
+
+/// Lets Ctrl-C end the program at once, without the files that are not whole.
+pub(crate) fn leave_on_interrupt() {
+    let _ = ctrlc::set_handler(|| leave());
+}
+
+/// As if the signal had ended the program.
+fn leave() -> ! {
+    file::remove_unfinished();
+    std::process::exit(130)
 }
 
 fn refused(path: &Path, e: &io::Error) -> Failure {

@@ -13,7 +13,7 @@ use crate::snapshot::{Recipe, Snapshot};
 /// What such a file begins with.
 pub(crate) const KIND: [u8; 8] = *b"drystlog";
 
-/// The first chunk of a log: what was run. A chunk for the start and one for each step follow.
+/// The first chunk of a log: what was run. A chunk for the start and one for each step follow, then the end.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Header {
     /// How the scene is made.
@@ -31,6 +31,25 @@ pub(crate) struct StepHashes {
     pub(crate) stages: [u64; Stage::ALL.len()],
     /// Numbers of the bodies whose hashes are no more what they were after the step before, with the new ones.
     pub(crate) bodies: Vec<(u32, u32)>,
+}
+
+/// What the last chunk of a log begins with.
+const END: &str = "whole log";
+
+/// The last chunk of a log: nothing is missing.
+#[derive(Serialize, Deserialize)]
+struct End {
+    word: String,
+    /// Steps before it.
+    steps: u64,
+}
+
+/// True if nothing but the end follows in a log of so many steps. No step looks like it: the hashes of its stages
+/// would have to be these letters.
+pub(crate) fn is_end(bytes: &[u8], steps: u64) -> bool {
+    let mut rest = bytes;
+    let end: Option<End> = chunk::take(&mut rest);
+    rest.is_empty() && end.is_some_and(|end| end.word == END && end.steps == steps)
 }
 
 /// Hashes of all bodies of a run, in the order in which they came.
@@ -80,6 +99,8 @@ pub(crate) struct Record {
     output: Output,
     path: PathBuf,
     hashes: BodyHashes,
+    /// The start and the steps so far.
+    moments: u64,
 }
 
 impl Record {
@@ -87,7 +108,8 @@ impl Record {
     pub(crate) fn create(path: &Path, header: &Header) -> Result<Self, Failure> {
         let mut output = Output::create(path)?;
         output.write(&chunk::title(KIND))?;
-        let mut record = Self { output, path: path.to_owned(), hashes: BodyHashes::default() };
+        let mut record =
+            Self { output, path: path.to_owned(), hashes: BodyHashes::default(), moments: 0 };
         record.put(header)?;
         Ok(record)
     }
@@ -101,11 +123,15 @@ impl Record {
     /// Adds the start, or a step that was taken.
     pub(crate) fn add(&mut self, running: &Running) -> Result<(), Failure> {
         let step = self.hashes.step(running);
-        self.put(&step)
+        self.moments += 1;
+        self.put(&step)?;
+        self.output.end_moment()
     }
 
-    /// Writes out what is buffered; returns the path.
-    pub(crate) fn finish(self) -> Result<PathBuf, Failure> {
+    /// Adds the end and gives the file its name; returns the path.
+    pub(crate) fn finish(mut self) -> Result<PathBuf, Failure> {
+        let steps = self.moments.saturating_sub(1);
+        self.put(&End { word: END.to_owned(), steps })?;
         self.output.finish()
     }
 }

@@ -10,13 +10,13 @@ use crate::chunk;
 use crate::cli::{Replay, count, is_rate};
 use crate::load::refused;
 use crate::output::{self, Failure, one_line, progress, read};
-use crate::record::{BodyHashes, Header, KIND, StepHashes};
+use crate::record::{BodyHashes, Header, KIND, StepHashes, is_end};
 use crate::snapshot::begin;
 
 /// Runs it again.
 pub(crate) fn replay(args: &Replay) -> Outcome {
     let wrong = |e: &str| Failure::failed(format_args!("{}: {e}", args.log.display()));
-    let bytes = read(&args.log)?;
+    let bytes = read(&args.log, KIND)?;
     let mut rest = chunk::after_title(&bytes, KIND, "log that `simulate --record` wrote")
         .map_err(|e| wrong(&e))?;
     let header: Header = chunk::take(&mut rest).ok_or_else(|| wrong("was cut off or changed"))?;
@@ -31,12 +31,13 @@ pub(crate) fn replay(args: &Replay) -> Outcome {
     let bar = progress(bytes.len() as u64, "{wide_bar} {percent} %, {eta} left");
     let (mut own, mut recorded) = (BodyHashes::default(), BodyHashes::default());
     let (first, mut steps) = (running.step_count(), 0_u64);
-    let mut is_cut = false;
+    let mut is_cut = true;
     while !rest.is_empty() {
-        let Some(step) = chunk::take::<StepHashes>(&mut rest) else {
-            is_cut = true;
+        if steps > 0 && is_end(rest, steps - 1) {
+            is_cut = false;
             break;
-        };
+        }
+        let Some(step) = chunk::take::<StepHashes>(&mut rest) else { break };
         if steps > 0 {
             running
                 .before_step(header.hz.recip())
@@ -64,7 +65,7 @@ pub(crate) fn replay(args: &Replay) -> Outcome {
     }
     let taken = count(steps - 1, "step");
     let hash = running.world.state_hash();
-    let cut = if is_cut { "; the log is cut off there" } else { "" };
+    let cut = if is_cut { "; the log is cut off there, its end is missing" } else { "" };
     output::print(&one_line(&format!(
         "{}: {taken} run again, every bit the same; hash {hash:016x}{cut}",
         header.recipe.source.scene

@@ -2,8 +2,7 @@
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::Ordering;
 use std::time::Instant;
 
 use drystone::World;
@@ -57,11 +56,12 @@ pub(crate) fn simulate(args: &Simulate) -> Outcome {
         _ => None,
     };
     let header = Header { recipe, hz, from };
+    // Before the first file: what is not whole is removed whenever Ctrl-C comes.
+    let stop = output::stop_on_interrupt();
     let mut outputs = Outputs::create(args, &running, time_of(steps, hz), &header)?;
     let Header { recipe, .. } = header;
     let source = &recipe.source.scene;
 
-    let stop = stop_on_interrupt();
     let bar = progress(steps, "{wide_bar} step {pos} of {len}, {eta} left");
     let mut measure = Measure::new(&running.world);
     let mut clock = StageClock::new();
@@ -100,7 +100,8 @@ pub(crate) fn simulate(args: &Simulate) -> Outcome {
         Some(_) => Some(start.snapshot(&recipe, scene, &running, done)?),
         None => None,
     };
-    let written = outputs.finish(&loaded, &running.world, last.as_ref(), &report)?;
+    let end = (start.step + done, start.time(done));
+    let written = outputs.finish(&loaded, &running.world, end, last.as_ref(), &report)?;
     output::print(&report.text(&run, &written))?;
     Ok(if measure.faults.is_empty() { ExitCode::SUCCESS } else { ExitCode::from(FAULTED) })
 }
@@ -217,19 +218,6 @@ fn full_path(path: &Path) -> PathBuf {
     }
 }
 
-/// Becomes true on Ctrl-C; a second Ctrl-C ends the program at once.
-fn stop_on_interrupt() -> Arc<AtomicBool> {
-    let stop = Arc::new(AtomicBool::new(false));
-    let shared = Arc::clone(&stop);
-    // Without a handler Ctrl-C ends the program as it would any other.
-    let _ = ctrlc::set_handler(move || {
-        if shared.swap(true, Ordering::Relaxed) {
-            std::process::exit(130);
-        }
-    });
-    stop
-}
-
 /// The files asked for.
 struct Outputs {
     names: Names,
@@ -294,11 +282,12 @@ impl Outputs {
         Ok(())
     }
 
-    /// Finishes them all; returns their paths.
+    /// Finishes them all; returns their paths. `end` is the last step and its time [s].
     fn finish(
         self,
         loaded: &Loaded,
         world: &World,
+        end: (u64, f64),
         snapshot: Option<&Snapshot>,
         report: &Report,
     ) -> Result<Vec<PathBuf>, Failure> {
@@ -307,7 +296,7 @@ impl Outputs {
             written.push(trace.finish()?);
         }
         if let Some(events) = self.events {
-            written.push(events.finish()?);
+            written.push(events.finish(end.0, end.1)?);
         }
         if let Some(bake) = self.bake {
             written.push(bake.finish(loaded)?);

@@ -55,7 +55,7 @@ impl Snapshot {
 
     /// From a file.
     pub(crate) fn read(path: &Path) -> Result<Self, Failure> {
-        let bytes = read(path)?;
+        let bytes = read(path, KIND)?;
         let wrong = |e: &str| Failure::failed(format_args!("{}: {e}", path.display()));
         let mut rest =
             chunk::after_title(&bytes, KIND, "snapshot that `simulate --snapshot` wrote")

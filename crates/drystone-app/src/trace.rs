@@ -1,4 +1,6 @@
 //! The trajectory as CSV: one row a body and kept step.
+//!
+//! No line says that the file is whole, for readers of CSV would take it for a row: it has its name when it is.
 
 use std::path::{Path, PathBuf};
 
@@ -65,10 +67,10 @@ impl Trace {
             state.push(&start, &quoted(name), &mut self.row);
             self.output.write(&self.row)?;
         }
-        Ok(())
+        self.output.end_moment()
     }
 
-    /// Writes out what is buffered; returns the path.
+    /// Gives the file its name; returns the path.
     pub(crate) fn finish(self) -> Result<PathBuf, Failure> {
         self.output.finish()
     }

@@ -1,11 +1,11 @@
 //! `drystone validate`: the accuracy table.
 
-use std::fs;
 use std::path::Path;
 use std::process::ExitCode;
 
 use drystone::WorldConfig;
 use drystone_bench::Own;
+use drystone_scene::file;
 use drystone_validate::{Candidate, Known, Lab, Protocol, Table, Test, run, select, sweep};
 
 use crate::Outcome;
@@ -69,7 +69,8 @@ fn printed(args: &Validate, table: &Table) -> Result<String, Failure> {
 fn read_known(path: &Path) -> Result<Known, Failure> {
     let named =
         |e: &dyn std::fmt::Display| Failure::failed(format_args!("{}: {e}", path.display()));
-    let text = fs::read_to_string(path).map_err(|e| named(&e))?;
+    let bytes = file::read_any(path, file::Kind::List, &[]).map_err(Failure::failed)?;
+    let text = String::from_utf8(bytes).map_err(|_| named(&"it is not UTF-8 text"))?;
     Known::parse(&text).map_err(|e| named(&e))
 }
 

@@ -829,8 +829,15 @@ fn a_recorded_run_is_replayed_and_told_where_it_goes_another_way() {
     assert!(line.contains("before the first step"), "{line}");
 
     let log = fs::read(folder.join("run.log")).unwrap();
-    fs::write(folder.join("cut.log"), &log[..log.len() - 3]).unwrap();
-    assert!(run("replay cut.log").contains("39 steps run again, every bit the same"));
+    assert!(!told.contains("cut off"), "{told}");
+    // The end, with its head of 12 bytes, tells of 40 steps.
+    let end = 12 + 1 + "whole log".len() + 1;
+    for (cut, steps) in [(3, 40), (end, 40), (end + 3, 39)] {
+        fs::write(folder.join("cut.log"), &log[..log.len() - cut]).unwrap();
+        let told = run("replay cut.log");
+        assert!(told.contains(&format!("{steps} steps run again, every bit the same")), "{told}");
+        assert!(told.contains("the log is cut off there"), "{told}");
+    }
     fs::write(folder.join("short.log"), &log[..40]).unwrap();
     assert!(fail(&folder, &["replay", "short.log"]).contains("cut off or changed"));
     assert!(fail(&folder, &["replay", "at20.run"]).contains("is no log"));

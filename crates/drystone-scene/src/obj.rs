@@ -8,8 +8,9 @@ use serde_json::json;
 
 use crate::bake::{MeshPart, document_of_meshes};
 use crate::error::SceneError;
+use crate::file::{self, Kind};
 use crate::gltf::mesh::Triangles;
-use crate::gltf::{self, LoadedGltf, Options, open};
+use crate::gltf::{self, LoadedGltf, Options};
 
 /// Reads the objects (`o`, `g`) of a file as nodes with a mesh each. Which bodies are made of them is
 /// up to [`Options::auto_colliders`].
@@ -17,15 +18,14 @@ use crate::gltf::{self, LoadedGltf, Options, open};
 /// # Errors
 /// A line that names the file, the line in it, what is wrong and what is allowed.
 pub fn load(path: &Path, options: &Options) -> Result<LoadedGltf, SceneError> {
-    let (file, size) = open(path)?;
+    let mut file = file::open(path, Kind::Surface)?;
     let mut bytes = Vec::new();
     let io = |e: std::io::Error| SceneError::new(path, "", e, "a file that can be read");
-    let mut file = file.take(size);
     file.by_ref().take(4096).read_to_end(&mut bytes).map_err(io)?;
     if bytes.contains(&0) {
         return Err(SceneError::new(path, "", "it is not text", "a Wavefront .obj file"));
     }
-    file.read_to_end(&mut bytes).map_err(io)?;
+    let bytes = file::rest(file, bytes, path, Kind::Surface)?;
     let name = path.file_stem().map_or_else(String::new, |s| s.to_string_lossy().into_owned());
     interpret(&bytes, &name, options).map_err(|e| e.in_file(path))
 }
@@ -127,12 +127,19 @@ fn parse(text: &str) -> Result<Vec<MeshPart>, SceneError> {
         }
     }
     parts.retain(|(_, faces)| !faces.is_empty());
-    Ok(parts.into_iter().map(|(name, faces)| own_vertices(name, &faces, &points)).collect())
+    let mut number = vec![u32::MAX; points.len()];
+    let own = |(name, faces): (String, Vec<_>)| own_vertices(name, &faces, &points, &mut number);
+    Ok(parts.into_iter().map(own).collect())
 }
 
-/// A part with only the vertices that its faces use.
-fn own_vertices(name: String, faces: &[[usize; 3]], points: &[Vec3]) -> MeshPart {
-    let mut number = vec![u32::MAX; points.len()];
+/// A part with only the vertices that its faces use. `number` has as many entries as the file has vertices, none of them
+/// given before and after: a list for each part would make many parts of many vertices slow.
+fn own_vertices(
+    name: String,
+    faces: &[[usize; 3]],
+    points: &[Vec3],
+    number: &mut [u32],
+) -> MeshPart {
     let mut own = Vec::new();
     let mut triangles = Vec::with_capacity(faces.len());
     for face in faces {
@@ -144,6 +151,7 @@ fn own_vertices(name: String, faces: &[[usize; 3]], points: &[Vec3]) -> MeshPart
             number[v]
         }));
     }
+    faces.iter().flatten().for_each(|&v| number[v] = u32::MAX);
     MeshPart { name: json!(name), points: own, triangles }
 }
 

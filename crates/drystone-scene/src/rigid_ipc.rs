@@ -7,24 +7,22 @@
 //! move get a thickness. Settings of its solver say nothing here and are listed in the notes.
 
 use std::collections::BTreeMap;
-use std::io::Read;
 use std::path::{Component, Path, PathBuf};
 
 use drystone::{AxisLocks, BodyDef, BodyKind, Filter, Material, Quat, Shape, ShapeDef, Vec3, vec3};
-use serde_json::Value;
 
 use crate::error::SceneError;
-use crate::gltf::json::At;
+use crate::file::{self, Kind};
+use crate::gltf::json::{self, At};
 use crate::gltf::mesh::Triangles;
-use crate::gltf::open;
 use crate::obj;
 use crate::scene::{Load, Scene, Script};
 
-/// Larger files are not read [bytes].
-const MAX_BYTES: u64 = 200_000_000;
-
 /// Part of its smaller side that a sheet which moves is thick.
 const THICKNESS: f32 = 0.01;
+
+/// Corners and triangles of the meshes of all bodies together; a scene with more is refused.
+const MOST_CORNERS: usize = 100_000_000;
 
 /// Bodies of one group do not collide with each other; each group takes a layer.
 const MOST_GROUPS: usize = 62;
@@ -45,11 +43,16 @@ pub fn load(path: &Path) -> Result<Scene, SceneError> {
 /// # Errors
 /// A line that names the place in the file, what is wrong and what is allowed.
 pub fn from_text(text: &str, name: &str, folder: &Path) -> Result<Scene, SceneError> {
-    let value: Value = serde_json::from_str(text)
-        .map_err(|e| SceneError::new(Path::new(""), "", e, "a Rigid-IPC scene in JSON"))?;
+    let value = json::parse(text.as_bytes())?;
     let root = At::root(&value).object()?;
     let problem = root.need("rigid_body_problem")?.object()?;
-    let mut reader = Reader { folder, meshes: BTreeMap::new(), groups: Vec::new() };
+    let mut reader = Reader {
+        folder,
+        meshes: BTreeMap::new(),
+        files: BTreeMap::new(),
+        corners: 0,
+        groups: Vec::new(),
+    };
     let mut scene = Scene::new(name, "");
     scene.config.gravity = problem.vec3_or("gravity", Vec3::ZERO)?;
     // The format knows no sleep, and what just about slides begins more slowly than what sleeps.
@@ -82,16 +85,8 @@ pub fn from_text(text: &str, name: &str, folder: &Path) -> Result<Scene, SceneEr
 }
 
 fn text(path: &Path) -> Result<String, SceneError> {
-    let fail = |problem: String, allowed: &str| SceneError::new(path, "", problem, allowed);
-    let (file, size) = open(path)?;
-    if size > MAX_BYTES {
-        return Err(fail(format!("it has {size} bytes"), "up to 200 MB"));
-    }
-    let mut text = String::new();
-    file.take(size)
-        .read_to_string(&mut text)
-        .map_err(|e| fail(e.to_string(), "a file of UTF-8 text that can be read"))?;
-    Ok(text)
+    String::from_utf8(file::read(path, Kind::Text)?)
+        .map_err(|_| SceneError::new(path, "", "it is not UTF-8 text", "a file of UTF-8 text"))
 }
 
 /// The surface of all bodies.
@@ -157,6 +152,10 @@ type Key = (String, [u32; 3], bool);
 struct Reader<'a> {
     folder: &'a Path,
     meshes: BTreeMap<Key, Vec<ShapeDef>>,
+    /// Mesh files as they are.
+    files: BTreeMap<String, Triangles>,
+    /// Corners of meshes that were looked at so far.
+    corners: usize,
     groups: Vec<i64>,
 }
 
@@ -221,8 +220,11 @@ impl Reader<'_> {
             return Ok(Filter::default());
         }
         let place = self.groups.iter().position(|g| *g == number).unwrap_or_else(|| {
-            self.groups.push(number);
-            self.groups.len() - 1
+            if self.groups.len() < MOST_GROUPS {
+                self.groups.push(number);
+                return self.groups.len() - 1;
+            }
+            MOST_GROUPS
         });
         if place >= MOST_GROUPS {
             notes.push(format!("{}: groups beyond {MOST_GROUPS} collide", group.place()));
@@ -241,6 +243,11 @@ impl Reader<'_> {
         let mesh = at.get("mesh").unwrap_or_else(|| at.clone());
         let file = if at.get("mesh").is_some() { mesh.text()? } else { "" };
         let mut triangles = if file.is_empty() { inline(at)? } else { self.read(file, &mesh)? };
+        self.corners += triangles.points.len() + triangles.triangles.len();
+        if self.corners > MOST_CORNERS {
+            let problem = format!("brings all meshes to more than {MOST_CORNERS} corners");
+            return Err(mesh.error(problem, "fewer bodies or simpler meshes"));
+        }
         let scale = scale(at, &triangles)?;
         let key = (file.to_owned(), scale.to_array().map(f32::to_bits), moves);
         if !file.is_empty()
@@ -256,14 +263,19 @@ impl Reader<'_> {
         Ok(shapes)
     }
 
-    fn read(&self, file: &str, at: &At<'_>) -> Result<Triangles, SceneError> {
+    fn read(&mut self, file: &str, at: &At<'_>) -> Result<Triangles, SceneError> {
+        if let Some(known) = self.files.get(file) {
+            return Ok(known.clone());
+        }
         let path = self.find(file).ok_or_else(|| {
             let allowed = "an .obj file beside the scene or in a folder meshes above it";
             at.error(format!("there is no file \"{file}\""), allowed)
         })?;
         let inner = |e: SceneError| at.error(format!("{file}: {} {}", e.place(), e.problem()), "");
         let text = text(&path).map_err(inner)?;
-        obj::surface(&text).map_err(inner)
+        let triangles = obj::surface(&text).map_err(inner)?;
+        self.files.insert(file.to_owned(), triangles.clone());
+        Ok(triangles)
     }
 
     /// A mesh file beside the scene, or in a folder `meshes` beside or above it.

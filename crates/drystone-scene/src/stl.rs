@@ -6,7 +6,7 @@ use drystone::{Vec3, vec3};
 ///
 /// # Errors
 /// What is wrong, in words.
-pub(crate) fn corners(bytes: &[u8]) -> Result<Vec<Vec3>, String> {
+pub fn corners(bytes: &[u8]) -> Result<Vec<Vec3>, String> {
     let points = match binary(bytes) {
         Some(points) => points,
         None => ascii(bytes)?,

@@ -2,25 +2,20 @@
 //! is trusted.
 
 use core::fmt::Display;
-use std::io::Read;
 use std::path::Path;
 
 use drystone::Vec3;
 use roxmltree::{Document, Node, ParsingOptions};
 
 use crate::error::SceneError;
-use crate::gltf::open;
+use crate::file::{self, Kind};
 
 /// More elements, attributes and texts than this are refused.
 const MAX_NODES: u32 = 4_000_000;
 
 /// The text of a file.
 pub(crate) fn text(path: &Path) -> Result<String, SceneError> {
-    let (file, size) = open(path)?;
-    let mut bytes = Vec::new();
-    let io = |e: std::io::Error| SceneError::new(path, "", e, "a file that can be read");
-    file.take(size).read_to_end(&mut bytes).map_err(io)?;
-    String::from_utf8(bytes)
+    String::from_utf8(file::read(path, Kind::Text)?)
         .map_err(|_| SceneError::new(path, "", "it is not UTF-8 text", "an XML file"))
 }
 
@@ -57,6 +52,11 @@ impl<'a> Element<'a> {
     /// The outermost element of a document read from `file`; empty: the file asked for.
     pub(crate) fn outermost(document: &'a Document<'a>, file: &'a str) -> Self {
         Self { node: document.root_element(), file }
+    }
+
+    /// The file it is in; empty: the one asked for.
+    pub(crate) fn file(&self) -> &'a str {
+        self.file
     }
 
     pub(crate) fn tag(&self) -> &'a str {

@@ -85,7 +85,11 @@ enum Way {
         delay: u16,
         shown: Vec<u8>,
     },
-    Ffmpeg(Child),
+    /// It writes where the file is until it is whole.
+    Ffmpeg {
+        child: Child,
+        file: Output,
+    },
 }
 
 impl Encoder {
@@ -120,8 +124,8 @@ impl Encoder {
                 Way::Gif { encoder: Box::new(encoder), file, delay, shown: Vec::new() }
             }
             Kind::Film => {
-                probe(path)?;
-                Way::Ffmpeg(ffmpeg(path, (width, height), fps)?)
+                let file = Output::create(path)?;
+                Way::Ffmpeg { child: ffmpeg(path, file.place(), (width, height), fps)?, file }
             }
         };
         Ok(Self { path: path.to_owned(), way })
@@ -144,7 +148,7 @@ impl Encoder {
                 encoder.get_mut().clear();
                 Ok(())
             }
-            Way::Ffmpeg(child) => {
+            Way::Ffmpeg { child, .. } => {
                 let sent = child.stdin.as_mut().map(|pipe| pipe.write_all(&picture.rgba));
                 match sent {
                     Some(Ok(())) => Ok(()),
@@ -163,10 +167,10 @@ impl Encoder {
                 file.write(&rest)?;
                 file.finish().map(|_| ())
             }
-            Way::Ffmpeg(mut child) => {
+            Way::Ffmpeg { mut child, file } => {
                 drop(child.stdin.take());
                 match child.wait() {
-                    Ok(status) if status.success() => Ok(()),
+                    Ok(status) if status.success() => file.finish().map(|_| ()),
                     _ => Err(complaint(&self.path, &mut child)),
                 }
             }
@@ -236,9 +240,16 @@ pub(crate) fn write_png(path: &Path, picture: &Picture) -> Result<(), Failure> {
     file.finish().map(|_| ())
 }
 
-/// Starts ffmpeg, which takes pictures from its input.
-fn ffmpeg(path: &Path, (width, height): (u32, u32), fps: f64) -> Result<Child, Failure> {
+/// Starts ffmpeg, which takes pictures from its input and writes to `place` what the name of `path` asks for.
+fn ffmpeg(
+    path: &Path,
+    place: &Path,
+    (width, height): (u32, u32),
+    fps: f64,
+) -> Result<Child, Failure> {
     let webm = has_extension(path, &["webm"]);
+    let formats = [("mkv", "matroska"), ("webm", "webm"), ("mov", "mov")];
+    let format = formats.iter().find(|(ending, _)| has_extension(path, &[ending]));
     let codec: &[&str] = if webm {
         &["-c:v", "libvpx-vp9", "-crf", "30", "-b:v", "0", "-deadline", "good", "-cpu-used", "5"]
     } else {
@@ -253,7 +264,11 @@ fn ffmpeg(path: &Path, (width, height): (u32, u32), fps: f64) -> Result<Child, F
         // Most players know only this; it wants even sides.
         .args(["-vf", "crop=trunc(iw/2)*2:trunc(ih/2)*2", "-pix_fmt", "yuv420p"])
         .args(["-fflags", "+bitexact", "-flags:v", "+bitexact"])
-        .arg(Path::new(".").join(path));
+        .args(["-f", format.map_or("mp4", |(_, name)| name)])
+        .arg(Path::new(".").join(place));
+    // Ctrl-C in a terminal reaches all of a group; it would end the film before the last picture is in it.
+    #[cfg(unix)]
+    std::os::unix::process::CommandExt::process_group(&mut command, 0);
     command.stdin(Stdio::piped()).stdout(Stdio::null()).stderr(Stdio::piped());
     command.spawn().map_err(|e| {
         let shown = path.display();

@@ -85,7 +85,7 @@ pub(super) fn document(scene: &Scene, pieces: &[SceneBody]) -> (Document, Vec<us
     build.json["scenes"][0]["nodes"] = json!(nodes);
     build.finish();
     let buffers = vec![build.bytes];
-    (Document { json: build.json, buffers, folder: std::path::PathBuf::new() }, nodes)
+    (Document { json: build.json, buffers, ..Document::default() }, nodes)
 }
 
 /// The color of a shape of body `number`.
@@ -132,7 +132,7 @@ pub(super) fn shown(loaded: &LoadedGltf) -> Document {
     }
     let mut buffers = document.buffers.clone();
     buffers.push(build.bytes);
-    Document { json: build.json, buffers, folder: document.folder.clone() }
+    Document { json: build.json, buffers, folder: document.folder.clone(), ..Document::default() }
 }
 
 /// A mesh of a document without physics.
@@ -164,7 +164,7 @@ pub(crate) fn document_of_meshes(name: &str, parts: &[MeshPart]) -> Document {
         nodes.push(push(&mut build.json, "nodes", node));
     }
     build.json["scenes"][0]["nodes"] = json!(nodes);
-    Document { json: build.json, buffers: vec![build.bytes], folder: std::path::PathBuf::new() }
+    Document { json: build.json, buffers: vec![build.bytes], ..Document::default() }
 }
 
 impl Build {

@@ -1,12 +1,13 @@
 //! A document under construction with one buffer, and its two file forms.
 
-use std::fs;
+use std::io::Write;
 use std::path::Path;
 
 use base64::Engine;
 use serde_json::{Map, Value, json};
 
 use crate::error::SceneError;
+use crate::file::{Ending, Kind, WholeFile};
 use crate::gltf::{At, Document, resource};
 
 /// A document with all its bytes in one buffer.
@@ -63,7 +64,7 @@ impl Output {
                 "ktx2" => "image/ktx2",
                 _ => continue,
             };
-            let Ok(bytes) = resource(&uri, &document.folder) else { continue };
+            let Ok(bytes) = resource(&uri, &document.folder, Kind::Image) else { continue };
             let view = self.view(&bytes, None);
             let image = &mut list(&mut self.json, "images")[i];
             if let Some(object) = image.as_object_mut() {
@@ -99,7 +100,7 @@ impl Output {
     }
 
     /// Writes the file.
-    pub(crate) fn write(mut self, path: &Path) -> Result<(), SceneError> {
+    pub(crate) fn write(mut self, path: &Path) -> Result<Ending, SceneError> {
         let text = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("gltf"));
         let mut buffers = Vec::new();
         if !self.bytes.is_empty() {
@@ -118,8 +119,11 @@ impl Output {
         }
         let json = self.json.to_string();
         let bytes = if text { json.into_bytes() } else { glb(path, json, self.bytes)? };
-        let allowed = "a place that can be written";
-        fs::write(path, bytes).map_err(|e| SceneError::new(path, "", e, allowed))
+        let written = WholeFile::create(path).and_then(|mut file| {
+            file.write_all(&bytes)?;
+            file.finish()
+        });
+        written.map_err(|e| SceneError::new(path, "", format!("cannot be written: {e}"), ""))
     }
 }
 

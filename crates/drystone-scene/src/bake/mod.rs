@@ -17,6 +17,7 @@ use std::path::Path;
 use drystone::Pose;
 
 use crate::error::SceneError;
+use crate::file::Ending;
 use crate::gltf::LoadedGltf;
 use crate::scene::{Scene, SceneBody};
 
@@ -43,11 +44,11 @@ impl Motion {
 
 /// Writes the document that was read with `motion` as its first animation, as binary glTF or, if
 /// the name ends in `.gltf`, as text with all data inside. If it has no mesh at all, the shapes are
-/// given one each, so that there is something to see.
+/// given one each, so that there is something to see. The file has its name when it is whole.
 ///
 /// # Errors
 /// If the file cannot be written or the motion is not of these bodies.
-pub fn write(path: &Path, loaded: &LoadedGltf, motion: &Motion) -> Result<(), SceneError> {
+pub fn write(path: &Path, loaded: &LoadedGltf, motion: &Motion) -> Result<Ending, SceneError> {
     let document = build::shown(loaded);
     let mut output = file::Output::of(&document).map_err(|e| e.in_file(path))?;
     animation::add(&mut output, &document, &loaded.node_of_body, motion)
@@ -66,7 +67,7 @@ pub fn write_scene(
     scene: &Scene,
     pieces: &[SceneBody],
     motion: &Motion,
-) -> Result<(), SceneError> {
+) -> Result<Ending, SceneError> {
     let (document, nodes) = build::document(scene, pieces);
     let mut output = file::Output::of(&document).map_err(|e| e.in_file(path))?;
     animation::add(&mut output, &document, &nodes, motion)

@@ -54,6 +54,7 @@ fn view<'a>(
     };
     let count_at = at.need("count")?;
     let count = count_at.size()?;
+    document.work.add(count, &count_at)?;
     let view_at = &root.entry("bufferViews", &at.need("bufferView")?)?;
     let (bytes, length) = window(document, view_at)?;
     let number = |at: &At<'_>, key: &str| at.get(key).map_or(Ok(0), |at| at.size());

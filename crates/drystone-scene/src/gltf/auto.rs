@@ -11,11 +11,11 @@ use super::physics::Found;
 use super::read::Document;
 use crate::error::SceneError;
 
-/// The triangles of a node's own mesh, in its frame.
+/// A node's own mesh, in its frame. Not its triangles: many nodes may have the same large mesh.
 struct Part<'a> {
     node: usize,
     at: At<'a>,
-    triangles: Triangles,
+    bounds: Result<ShapeDef, String>,
     /// Lowest point along `up` [m].
     low: f32,
 }
@@ -41,19 +41,19 @@ pub(crate) fn bodies(
         triangles.add_mesh(document, &at, &stretch(&tree.nodes[node]), notes)?;
         let pose = tree.nodes[node].pose;
         let low = triangles.points.iter().map(|p| up.dot(pose.point(*p))).fold(f32::MAX, f32::min);
-        parts.push(Part { node, at, triangles, low });
+        parts.push(Part { node, at, bounds: bounding_box(&triangles), low });
     }
     let lowest = (0..parts.len()).min_by(|&a, &b| parts[a].low.total_cmp(&parts[b].low));
     let fixed = if parts.len() > 1 { lowest } else { None };
     let mut geometry = Geometry::new(document, tree)?;
     let mut found = Vec::new();
-    for (i, part) in parts.iter().enumerate() {
+    for (i, part) in parts.into_iter().enumerate() {
         let kind = if Some(i) == fixed { BodyKind::Static } else { BodyKind::Dynamic };
         let name = tree.name(part.node);
         let made = match how {
-            AutoColliders::Box => bounding_box(&part.triangles)
-                .map(|s| vec![s])
-                .map_err(|p| part.at.error(p, "a mesh with a size")),
+            AutoColliders::Box => {
+                part.bounds.map(|s| vec![s]).map_err(|p| part.at.error(p, "a mesh with a size"))
+            }
             AutoColliders::Hull | AutoColliders::Mesh => {
                 // The lowest is the ground: a hull would fill its hollows.
                 let hull = how == AutoColliders::Hull && kind == BodyKind::Dynamic;

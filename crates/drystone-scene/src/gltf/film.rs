@@ -1,6 +1,6 @@
 //! The animations of a document, played on its bodies: motion without physics.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use drystone::{BodyDef, BodyKind, Mat3, Pose, Quat, Vec3, vec3};
@@ -114,11 +114,8 @@ fn play(loaded: LoadedGltf) -> Result<Scene, SceneError> {
     // Animations are what is played here, and materials had been read before.
     let unplayed = super::unplayed(root.list("animations")?.len());
     scene.notes.retain(|note| *note != unplayed);
-    for note in notes {
-        if !scene.notes.contains(&note) {
-            scene.notes.push(note);
-        }
-    }
+    let mut known: BTreeSet<String> = scene.notes.iter().cloned().collect();
+    scene.notes.extend(notes.into_iter().filter(|note| known.insert(note.clone())));
     let mut there = Vec::new();
     let mut late = Vec::new();
     for (mut body, node) in std::mem::take(&mut scene.bodies).into_iter().zip(node_of_body) {

@@ -1,5 +1,6 @@
 //! Collision geometry: implicit shapes and meshes, with the scale of their node.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use drystone::{BodyKind, Hull, Mat3, Mesh, Shape, Vec3, trig, vec3};
@@ -15,17 +16,17 @@ pub(crate) struct Geometry<'a> {
     pub(crate) document: &'a Document,
     pub(crate) tree: &'a Tree,
     implicit: Vec<At<'a>>,
-    /// Shapes made so far, so that equal ones are shared: key and shapes.
-    made: Vec<(Key, Vec<Shape>)>,
+    /// Shapes made so far, so that equal ones are shared.
+    made: BTreeMap<Key, Vec<Shape>>,
 }
 
 /// What a shape is made from, besides the document.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 struct Key {
     source: (&'static str, usize),
     linear: [u32; 9],
     hull: bool,
-    kind: BodyKind,
+    is_dynamic: bool,
 }
 
 /// Names under which the extension with the shapes goes: the present one and the one of older drafts.
@@ -44,7 +45,7 @@ impl<'a> Geometry<'a> {
                 break;
             }
         }
-        Ok(Self { document, tree, implicit, made: Vec::new() })
+        Ok(Self { document, tree, implicit, made: BTreeMap::new() })
     }
 
     /// The shapes of a collider or trigger `at` on node `node`, in that node's frame, for a body of
@@ -137,11 +138,11 @@ impl<'a> Geometry<'a> {
         make: impl FnOnce(&Self, &Affine) -> Result<Vec<Shape>, SceneError>,
     ) -> Result<Vec<Shape>, SceneError> {
         let (key, map) = key;
-        if let Some((_, shapes)) = self.made.iter().find(|(k, _)| *k == key) {
+        if let Some(shapes) = self.made.get(&key) {
             return Ok(shapes.clone());
         }
         let shapes = make(self, &map)?;
-        self.made.push((key, shapes.clone()));
+        self.made.insert(key, shapes.clone());
         Ok(shapes)
     }
 }
@@ -164,7 +165,7 @@ fn key(source: (&'static str, usize), owner: &Node, hull: bool, kind: BodyKind) 
     let map = stretch(owner);
     let l = map.linear;
     let linear = [l.x.x, l.x.y, l.x.z, l.y.x, l.y.y, l.y.z, l.z.x, l.z.y, l.z.z].map(f32::to_bits);
-    (Key { source, linear, hull, kind }, map)
+    (Key { source, linear, hull, is_dynamic: kind == BodyKind::Dynamic }, map)
 }
 
 fn finish(

@@ -14,6 +14,35 @@ pub(crate) struct At<'a> {
     place: String,
 }
 
+/// Texts with more values are refused: in memory each takes more than thirty bytes, and two in a text.
+const MOST_VALUES: usize = 20_000_000;
+
+/// The value of a text.
+///
+/// # Errors
+/// If it is no JSON, or too much of it.
+pub(crate) fn parse(text: &[u8]) -> Result<Value, SceneError> {
+    let fail =
+        |problem: String, allowed: &str| Err(SceneError::new(Path::new(""), "", problem, allowed));
+    let (mut values, mut is_string, mut is_escaped) = (1_usize, false, false);
+    for byte in text {
+        match byte {
+            _ if is_escaped => is_escaped = false,
+            b'\\' => is_escaped = is_string,
+            b'"' => is_string = !is_string,
+            b',' | b':' | b'[' | b'{' if !is_string => values += 1,
+            _ => {}
+        }
+    }
+    if values > MOST_VALUES {
+        return fail(format!("it has more than {MOST_VALUES} values"), "fewer values in the JSON");
+    }
+    match serde_json::from_slice(text) {
+        Ok(value) => Ok(value),
+        Err(e) => fail(format!("broken JSON: {e}"), "JSON as RFC 8259 has it"),
+    }
+}
+
 /// A word for a value in an error line.
 fn describe(value: &Value) -> String {
     match value {

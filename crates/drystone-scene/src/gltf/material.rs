@@ -7,6 +7,7 @@ use super::image::decode;
 use super::json::At;
 use super::read::{Document, resource};
 use crate::error::SceneError;
+use crate::file::Kind;
 use crate::visual::{Alpha, Image, Texture, VisualMaterial, Wrap};
 
 /// Points of all images together; what is beyond them is left out.
@@ -180,7 +181,7 @@ impl<'a> Materials<'a> {
         let allowed = "a PNG or JPEG image";
         let (read, place);
         let bytes = if let Some(uri) = at.get("uri") {
-            read = resource(&uri, &self.document.folder)?;
+            read = resource(&uri, &self.document.folder, Kind::Image)?;
             place = uri;
             read.as_slice()
         } else {

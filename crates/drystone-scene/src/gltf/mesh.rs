@@ -98,6 +98,7 @@ impl Triangles {
         let mut stack = vec![(node, *map)];
         while let Some((n, map)) = stack.pop() {
             let Some(at) = root.nth("nodes", n) else { continue };
+            document.work.add(1, &at)?;
             if let Some(mesh) = at.get("mesh") {
                 self.add_mesh(document, &mesh, &map, notes)?;
                 if at.get("skin").is_some() {

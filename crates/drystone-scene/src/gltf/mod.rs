@@ -32,7 +32,7 @@ use crate::scene::{Scene, SceneBody};
 pub(crate) use self::json::At;
 pub(crate) use self::nodes::{Tree, read as read_tree};
 pub(crate) use self::physics::{STATIC_BODY, of_shapes};
-pub(crate) use self::read::{open, resource};
+pub(crate) use self::read::resource;
 
 pub use self::film::{Film, film};
 pub use self::info::info;

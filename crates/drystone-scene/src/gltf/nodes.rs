@@ -5,6 +5,9 @@ use drystone::{Mat3, Pose, Quat, Vec3, vec3};
 use super::json::At;
 use crate::error::SceneError;
 
+/// Nodes may stand within each other so deep: films and joints look at all that are above one.
+const MOST_DEEP: usize = 1024;
+
 /// A linear map and a translation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Affine {
@@ -103,6 +106,14 @@ pub(crate) fn read(root: &At<'_>) -> Result<Tree, SceneError> {
         order.iter().for_each(|&n| seen[n] = true);
         let lost = seen.iter().position(|s| !s).unwrap_or(0);
         return Err(list[lost].error("it is its own ancestor", "a tree: no cycle of nodes"));
+    }
+    let mut depth = vec![0_usize; nodes.len()];
+    for &i in &order {
+        depth[i] = nodes[i].parent.map_or(0, |p| depth[p] + 1);
+        if depth[i] > MOST_DEEP {
+            let allowed = format!("up to {MOST_DEEP} nodes above one another");
+            return Err(list[i].error("it stands too deep in other nodes", &allowed));
+        }
     }
     mark_scene(root, &mut nodes, &order)?;
     let mut turn_world = turns.clone();

@@ -125,6 +125,10 @@ fn join(
     };
     let mut described: Vec<Option<Described>> = list.iter().map(|_| None).collect();
     let mut joints = Vec::new();
+    let mut body_of: BTreeMap<usize, usize> = BTreeMap::new();
+    for (number, found) in bodies.iter().enumerate() {
+        body_of.entry(found.node).or_insert(number);
+    }
     for &node in &tree.order {
         let Some(at) = nodes.extension.get(&node).and_then(|e| e.get("joint")) else { continue };
         let at = at.object()?;
@@ -137,7 +141,7 @@ fn join(
         }
         notes.append(&mut told);
         let Some(description) = &described[number] else { continue };
-        let ends = [node, other].map(|end| owner(tree, nodes, bodies, end));
+        let ends = [node, other].map(|end| owner(tree, nodes, &body_of, end));
         let moves = |end: &Option<usize>| {
             end.is_some_and(|body| bodies[body].def.kind == BodyKind::Dynamic)
         };
@@ -159,7 +163,7 @@ fn join(
         for (i, (end, body)) in [node, other].into_iter().zip(ends).enumerate() {
             numbers[i] = body.unwrap_or_else(|| {
                 bodies.push(Found { node: end, def: fixed(tree, end) });
-                bodies.len() - 1
+                *body_of.entry(end).or_insert(bodies.len() - 1)
             });
             let held = bodies[numbers[i]].node;
             frames[i] = tree.nodes[held].pose.relative(&tree.nodes[end].pose);
@@ -173,9 +177,15 @@ fn join(
     Ok(joints)
 }
 
-/// Which of the bodies a node belongs to: that of its motion, else the nearest one above it that is there.
-fn owner(tree: &Tree, nodes: &Nodes<'_>, bodies: &[Found], node: usize) -> Option<usize> {
-    let body = |node: usize| bodies.iter().position(|found| found.node == node);
+/// Which of the bodies, given by their nodes, a node belongs to: that of its motion, else the nearest one above it
+/// that is there.
+fn owner(
+    tree: &Tree,
+    nodes: &Nodes<'_>,
+    body_of: &BTreeMap<usize, usize>,
+    node: usize,
+) -> Option<usize> {
+    let body = |node: usize| body_of.get(&node).copied();
     if let Some(motion) = nodes.motion[node] {
         return body(motion);
     }

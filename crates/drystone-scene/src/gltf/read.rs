@@ -1,17 +1,18 @@
 //! From a file to a JSON document with its buffers; nothing of the content is trusted.
 
-use std::fs::{self, File};
 use std::io::Read;
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use base64::Engine;
 use serde_json::Value;
 
-use super::json::At;
+use super::json::{self, At};
 use crate::error::SceneError;
+use crate::file::{self, Kind};
 
-/// Larger files are refused [bytes].
-const MAX_BYTES: u64 = 2_000_000_000;
+/// Buffers that have more bytes together are refused.
+const MAX_BUFFERS: usize = 4_000_000_000;
 
 /// A glTF document in memory.
 #[derive(Clone, Debug, Default)]
@@ -22,31 +23,43 @@ pub struct Document {
     pub buffers: Vec<Vec<u8>>,
     /// The folder that relative URIs start from.
     pub folder: PathBuf,
+    /// What was read of it so far.
+    pub(crate) work: Work,
 }
 
-/// Opens a regular file that is neither empty nor huge; gives its size [bytes] as well.
-pub(crate) fn open(path: &Path) -> Result<(File, u64), SceneError> {
-    let fail = |problem: &str, allowed: &str| SceneError::new(path, "", problem, allowed);
-    let io = |e: std::io::Error| fail(&e.to_string(), "a file that can be read");
-    let meta = fs::metadata(path).map_err(io)?;
-    if meta.is_dir() {
-        return Err(fail("it is a directory", "a file"));
+/// Elements of accessors and nodes that may be read of a document, those read again counted again: a small file
+/// can name the same ones without end.
+const MOST_ELEMENTS: u64 = 200_000_000;
+
+/// What was read of a document.
+#[derive(Debug, Default)]
+pub(crate) struct Work(AtomicU64);
+
+impl Work {
+    /// Counts so many more elements, which `at` asks for.
+    ///
+    /// # Errors
+    /// If they are too many in all.
+    pub(crate) fn add(&self, elements: usize, at: &At<'_>) -> Result<(), SceneError> {
+        let before = self.0.fetch_add(elements as u64, Ordering::Relaxed);
+        if before.saturating_add(elements as u64) <= MOST_ELEMENTS {
+            return Ok(());
+        }
+        let problem =
+            format!("with it more than {MOST_ELEMENTS} vertices, indices and keys are read");
+        Err(at.error(problem, "fewer or simpler meshes"))
     }
-    if !meta.is_file() {
-        return Err(fail("it is not a regular file", "a file"));
+}
+
+impl Clone for Work {
+    fn clone(&self) -> Self {
+        Self(AtomicU64::new(self.0.load(Ordering::Relaxed)))
     }
-    if meta.len() == 0 {
-        return Err(fail("it is empty", "a file with a scene"));
-    }
-    if meta.len() > MAX_BYTES {
-        return Err(fail(&format!("it has {} bytes", meta.len()), "up to 2 GB"));
-    }
-    Ok((File::open(path).map_err(io)?, meta.len()))
 }
 
 /// Reads a `.gltf` or `.glb` file, told apart by content, and all its buffers.
 pub(crate) fn document(path: &Path) -> Result<Document, SceneError> {
-    let (mut file, size) = open(path)?;
+    let mut file = file::open(path, Kind::Document)?;
     let io = |e: std::io::Error| SceneError::new(path, "", e, "a file that can be read");
     let mut bytes = Vec::new();
     file.by_ref().take(4096).read_to_end(&mut bytes).map_err(io)?;
@@ -55,7 +68,7 @@ pub(crate) fn document(path: &Path) -> Result<Document, SceneError> {
         let allowed = "a glTF file: JSON text that begins with {, or binary glTF";
         return Err(SceneError::new(path, "", "it is not a glTF file", allowed));
     }
-    file.take(size).read_to_end(&mut bytes).map_err(io)?;
+    let bytes = file::rest(file, bytes, path, Kind::Document)?;
     let folder = path.parent().unwrap_or(Path::new("")).to_path_buf();
     parse(&bytes, folder).map_err(|e| e.in_file(path))
 }
@@ -66,8 +79,7 @@ pub(crate) fn parse(bytes: &[u8], folder: PathBuf) -> Result<Document, SceneErro
         if bytes.starts_with(b"glTF") { split_glb(bytes)? } else { (json_text(bytes), None) };
     let nowhere =
         |problem: String, allowed: &str| SceneError::new(Path::new(""), "", problem, allowed);
-    let json: Value = serde_json::from_slice(text)
-        .map_err(|e| nowhere(format!("broken JSON: {e}"), "JSON as RFC 8259 has it"))?;
+    let json = json::parse(text)?;
     if !json.is_object() {
         return Err(nowhere("the JSON is not an object".to_owned(), "a glTF object"));
     }
@@ -76,11 +88,17 @@ pub(crate) fn parse(bytes: &[u8], folder: PathBuf) -> Result<Document, SceneErro
     if !version.text()?.starts_with("2.") {
         return Err(version.wrong("glTF 2.x"));
     }
-    let mut buffers = Vec::new();
+    let mut buffers: Vec<Vec<u8>> = Vec::new();
+    let mut room = MAX_BUFFERS;
     for (i, at) in root.list("buffers")?.into_iter().enumerate() {
-        buffers.push(buffer(&at, if i == 0 { chunk } else { None }, &folder)?);
+        let bytes = buffer(&at, if i == 0 { chunk } else { None }, &folder)?;
+        // Many buffers may name the same file.
+        room = room
+            .checked_sub(bytes.len())
+            .ok_or_else(|| at.error("with it the buffers are too large", "4 GB in all buffers"))?;
+        buffers.push(bytes);
     }
-    Ok(Document { json, buffers, folder })
+    Ok(Document { json, buffers, folder, work: Work::default() })
 }
 
 /// The text without a byte order mark and leading white space.
@@ -130,7 +148,7 @@ fn buffer(at: &At<'_>, chunk: Option<&[u8]>, folder: &Path) -> Result<Vec<u8>, S
     let length = at.need("byteLength")?;
     let wanted = length.size()?;
     let bytes = match at.get("uri") {
-        Some(uri) => resource(&uri, folder)?,
+        Some(uri) => resource(&uri, folder, Kind::Document)?,
         None => match chunk {
             Some(chunk) => chunk.to_vec(),
             None => {
@@ -147,8 +165,9 @@ fn buffer(at: &At<'_>, chunk: Option<&[u8]>, folder: &Path) -> Result<Vec<u8>, S
     Ok(bytes)
 }
 
-/// What a URI names: base64 data, or a file beside the document.
-pub(crate) fn resource(at: &At<'_>, folder: &Path) -> Result<Vec<u8>, SceneError> {
+/// What a URI names: base64 data, or a file, whose path is relative to the document's folder and may lead out of it,
+/// as the format has it (`../textures/wood.png`).
+pub(crate) fn resource(at: &At<'_>, folder: &Path, kind: Kind) -> Result<Vec<u8>, SceneError> {
     let uri = at.text()?;
     if let Some(data) = uri.strip_prefix("data:") {
         let Some((head, text)) = data.split_once(',') else {
@@ -174,11 +193,7 @@ pub(crate) fn resource(at: &At<'_>, folder: &Path) -> Result<Vec<u8>, SceneError
         );
     }
     let path = folder.join(relative);
-    let (file, size) = open(&path).map_err(|e| at.error(e, ""))?;
-    let mut bytes = Vec::new();
-    let read = file.take(size).read_to_end(&mut bytes);
-    read.map_err(|e| at.error(format!("{}: {e}", path.display()), "a file that can be read"))?;
-    Ok(bytes)
+    file::read(&path, kind).map_err(|e| at.error(e, ""))
 }
 
 fn percent_decoded(uri: &str) -> String {

@@ -1,7 +1,7 @@
 //! What the nodes of a document show: their meshes, on the bodies they belong to or where they stand. What cannot be shown is
 //! noted and left out.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use drystone::{Mat3, Pose, Vec3};
 
@@ -314,10 +314,10 @@ fn cofactors(m: &Mat3) -> Mat3 {
 }
 
 /// Nodes that an animation gives a size only later.
-fn late(document: &Document) -> Result<Vec<usize>, SceneError> {
+fn late(document: &Document) -> Result<BTreeSet<usize>, SceneError> {
     let root = At::root(&document.json);
     let nodes = root.list("nodes")?.len();
-    let mut late = Vec::new();
+    let mut late = BTreeSet::new();
     for animation in root.list("animations")? {
         for channel in animation.list("channels")? {
             let target = channel.need("target")?;
@@ -329,7 +329,7 @@ fn late(document: &Document) -> Result<Vec<usize>, SceneError> {
             let output = sampler.need("output")?;
             let sizes = accessor::numbers(document, &output, "VEC3", 3)?;
             if sizes.iter().take(3).all(|x| x.abs() <= 0.0) {
-                late.push(node.index(nodes, "nodes")?);
+                late.insert(node.index(nodes, "nodes")?);
             }
         }
     }

@@ -31,6 +31,8 @@ pub(crate) struct Assembled {
     pub(crate) place: Vec<(usize, Pose)>,
     /// Coordinates of joints, by the joints' names in the file.
     pub(crate) coordinates: BTreeMap<String, Coordinate>,
+    /// Pairs of bodies, the smaller number first, that a joint keeps from colliding.
+    apart: BTreeSet<[usize; 2]>,
 }
 
 /// A coordinate of a joint of the file.
@@ -60,25 +62,24 @@ impl Coordinate {
 
 impl Assembled {
     /// True if the two links are one body, or a joint keeps theirs from colliding.
-    pub(crate) fn are_apart(&self, scene: &Scene, a: usize, b: usize) -> bool {
+    pub(crate) fn are_apart(&self, a: usize, b: usize) -> bool {
         let (a, b) = (self.place[a].0, self.place[b].0);
-        a == b || keeps_apart(scene, a, b)
+        a == b || self.apart.contains(&sorted(a, b))
     }
 
     /// Keeps two links from colliding.
-    pub(crate) fn exclude(&self, scene: &mut Scene, a: usize, b: usize) {
+    pub(crate) fn exclude(&mut self, scene: &mut Scene, a: usize, b: usize) {
         let (a, b) = (self.place[a].0, self.place[b].0);
         let is_fixed = |i: usize| scene.bodies[i].def.kind != BodyKind::Dynamic;
-        if a == b || (is_fixed(a) && is_fixed(b)) || keeps_apart(scene, a, b) {
+        if a == b || (is_fixed(a) && is_fixed(b)) || !self.apart.insert(sorted(a, b)) {
             return;
         }
         tie(scene, a, b);
     }
 }
 
-fn keeps_apart(scene: &Scene, a: usize, b: usize) -> bool {
-    let is = |j: &&SceneJoint| [j.body_a, j.body_b] == [a, b] || [j.body_a, j.body_b] == [b, a];
-    scene.joints.iter().filter(is).any(|j| !j.collide_connected)
+fn sorted(a: usize, b: usize) -> [usize; 2] {
+    [a.min(b), a.max(b)]
 }
 
 /// Adds a joint that holds nothing and keeps its bodies from colliding.
@@ -122,8 +123,11 @@ pub(crate) fn assemble(
     }
     let mut names = Names::default();
     let mut body_of = vec![0; groups.len()];
-    let mut out =
-        Assembled { place: vec![(0, Pose::IDENTITY); links.len()], coordinates: BTreeMap::new() };
+    let mut out = Assembled {
+        place: vec![(0, Pose::IDENTITY); links.len()],
+        coordinates: BTreeMap::new(),
+        apart: BTreeSet::new(),
+    };
     for (g, group) in groups.iter().enumerate() {
         let link = &links[group.head];
         let mut def = body(links, group, &mut scene.notes)?;
@@ -148,6 +152,8 @@ pub(crate) fn assemble(
             scene.frames.push(SceneFrame { name, body, pose: on, center: on.point(center) });
         }
     }
+    let apart = scene.joints.iter().filter(|j| !j.collide_connected);
+    out.apart = apart.map(|j| sorted(j.body_a, j.body_b)).collect();
     Ok(out)
 }
 

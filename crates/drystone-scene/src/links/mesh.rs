@@ -1,41 +1,64 @@
 //! Hulls of mesh files beside a robot's file.
 
-use std::io::Read;
-use std::path::{Component, Path};
+use std::collections::BTreeMap;
+use std::path::{Component, Path, PathBuf};
 use std::sync::Arc;
 
 use drystone::{Hull, Shape, Vec3};
 
-use crate::gltf::open;
+use crate::file::{self, Kind};
 use crate::{obj, stl};
 
-/// Larger mesh files are not read [bytes].
-const MAX_BYTES: u64 = 200_000_000;
+/// More of mesh files is not read for one scene, however often it names them [bytes].
+const MOST_BYTES: u64 = 2_000_000_000;
 
-/// The hull of the corners of an `.obj` or `.stl` file, scaled; else why there is none.
-pub(crate) fn hull_of_file(path: &Path, scale: Vec3) -> Result<Shape, String> {
-    let known = ["obj", "stl"];
-    let ending = path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase());
-    let ending = ending.unwrap_or_default();
-    if !known.contains(&ending.as_str()) {
-        return Err(format!("a .{ending} file is not read, .obj and .stl are"));
+/// The hull of a mesh, or why there is none.
+type Made = Result<Shape, String>;
+
+/// Hulls of the mesh files of a scene, each made once.
+#[derive(Debug, Default)]
+pub(crate) struct Hulls {
+    /// By file and bits of the scale.
+    made: BTreeMap<(PathBuf, [u32; 3]), Made>,
+    read: u64,
+}
+
+impl Hulls {
+    /// The hull of the corners of an `.obj` or `.stl` file, scaled; else why there is none.
+    pub(crate) fn of_file(&mut self, path: &Path, scale: Vec3) -> Made {
+        let key = (path.to_owned(), scale.to_array().map(f32::to_bits));
+        if let Some(made) = self.made.get(&key) {
+            return made.clone();
+        }
+        let made = self.read(path, scale);
+        self.made.insert(key, made.clone());
+        made
     }
-    if path.components().filter(|c| *c == Component::ParentDir).count() > 8 {
-        return Err("its path is not one beside the file".to_owned());
+
+    fn read(&mut self, path: &Path, scale: Vec3) -> Made {
+        let known = ["obj", "stl"];
+        let ending = path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase());
+        let ending = ending.unwrap_or_default();
+        if !known.contains(&ending.as_str()) {
+            return Err(format!("a .{ending} file is not read, .obj and .stl are"));
+        }
+        if path.components().filter(|c| *c == Component::ParentDir).count() > 8 {
+            return Err("its path is not one beside the file".to_owned());
+        }
+        if self.read > MOST_BYTES {
+            return Err(format!("meshes of {MOST_BYTES} bytes were read before it, no more are"));
+        }
+        let bytes = file::read(path, Kind::Mesh)
+            .map_err(|e| format!("{}, allowed is {}", e.problem(), e.allowed()))?;
+        self.read += bytes.len() as u64;
+        let points = if ending == "stl" {
+            stl::corners(&bytes)?
+        } else {
+            obj::points(&String::from_utf8_lossy(&bytes)).map_err(|e| e.to_string())?
+        };
+        let points: Vec<Vec3> = points.into_iter().map(|p| p.mul_each(scale)).collect();
+        hull_of_points(&points)
     }
-    let (file, size) = open(path).map_err(|e| e.problem().to_owned())?;
-    if size > MAX_BYTES {
-        return Err(format!("it has {size} bytes, up to {MAX_BYTES} are read"));
-    }
-    let mut bytes = Vec::new();
-    file.take(size).read_to_end(&mut bytes).map_err(|e| e.to_string())?;
-    let points = if ending == "stl" {
-        stl::corners(&bytes)?
-    } else {
-        obj::points(&String::from_utf8_lossy(&bytes)).map_err(|e| e.to_string())?
-    };
-    let points: Vec<Vec3> = points.into_iter().map(|p| p.mul_each(scale)).collect();
-    hull_of_points(&points)
 }
 
 /// The hull of points; else why there is none.

@@ -13,7 +13,7 @@ use drystone::{JointDrive, JointSpring, MassProperties, Pose, ShapeDef, Vec3};
 use crate::xml::Element;
 
 pub(crate) use self::assemble::{Anchored, Assembled, assemble};
-pub(crate) use self::mesh::{hull_of_file, hull_of_points};
+pub(crate) use self::mesh::{Hulls, hull_of_points};
 
 /// A link.
 #[derive(Clone, Debug)]

@@ -8,10 +8,16 @@ use super::model::Model;
 use crate::error::SceneError;
 use crate::xml::Element;
 
+/// A class may have so many elements, and so many classes around it: each element of a file looks at all of them.
+const MOST_ELEMENTS: usize = 256;
+const MOST_DEEP: usize = 64;
+
 /// A class of defaults.
 #[derive(Clone, Debug)]
 struct Class<'a> {
     parent: Option<usize>,
+    /// Classes around it.
+    depth: usize,
     /// For each kind of element what the class says of it, in order.
     elements: Vec<Element<'a>>,
 }
@@ -45,7 +51,12 @@ impl<'a> Defaults<'a> {
                         "a name of its own",
                     ));
                 }
-                self.classes.push(Class { parent, elements: Vec::new() });
+                let depth = parent.map_or(0, |p: usize| self.classes[p].depth + 1);
+                if depth > MOST_DEEP {
+                    let allowed = format!("up to {MOST_DEEP} classes within each other");
+                    return Err(element.error("its class stands too deep", &allowed));
+                }
+                self.classes.push(Class { parent, depth, elements: Vec::new() });
             }
             let mut inner = Vec::new();
             for child in model.children(&element)? {
@@ -53,6 +64,10 @@ impl<'a> Defaults<'a> {
                     inner.push((child, Some(number)));
                 } else {
                     self.classes[number].elements.push(child);
+                    if self.classes[number].elements.len() > MOST_ELEMENTS {
+                        let allowed = format!("up to {MOST_ELEMENTS} elements in a class");
+                        return Err(child.error("its class says too much", &allowed));
+                    }
                 }
             }
             stack.extend(inner.into_iter().rev());
@@ -83,7 +98,7 @@ impl<'a> Defaults<'a> {
         let mut class = self.named(&element, "class")?.or(around).or(first);
         let mut sources = vec![element];
         while let Some(number) = class {
-            let Class { parent, elements } = &self.classes[number];
+            let Class { parent, elements, .. } = &self.classes[number];
             let tag = match element.tag() {
                 "connect" | "weld" => "equality",
                 "joint" if element.get("joint1").is_some() => "equality",

@@ -1,6 +1,7 @@
 //! Geoms: shapes, surfaces, and which of them collide.
 
 use core::f32::consts::{FRAC_PI_2, PI};
+use std::collections::BTreeMap;
 
 use drystone::{
     Combine, Filter, MassProperties, Material, Pose, Quat, Shape, ShapeDef, Vec3, trig, vec3,
@@ -10,7 +11,7 @@ use super::defaults::View;
 use super::model::Model;
 use super::walk::Walk;
 use crate::error::SceneError;
-use crate::links::{hull_of_file, hull_of_points};
+use crate::links::{Hulls, hull_of_points};
 
 /// A shape, or why it is left out; with a note.
 pub(super) struct Geom {
@@ -25,7 +26,11 @@ impl Geom {
 }
 
 /// A geom in the frame of its body.
-pub(super) fn read<'a>(view: &View<'a>, model: &Model<'a>) -> Result<Geom, SceneError> {
+pub(super) fn read<'a>(
+    view: &View<'a>,
+    model: &Model<'a>,
+    hulls: &mut MeshHulls<'a>,
+) -> Result<Geom, SceneError> {
     let kind = view.get("type").unwrap_or("sphere");
     let mut note = None;
     let mut solid = None;
@@ -53,7 +58,7 @@ pub(super) fn read<'a>(view: &View<'a>, model: &Model<'a>) -> Result<Geom, Scene
                 if upright { Quat::from_axis_angle(Vec3::X, FRAC_PI_2) } else { Quat::IDENTITY };
             (shape, Pose::new(pose.position, (pose.rotation * turn).normalized()))
         }
-        "mesh" => match mesh(view, model)? {
+        "mesh" => match mesh(view, model, hulls)? {
             Ok(hull) => (hull, model.pose(view)?),
             Err(why) => return Ok(Geom::left_out(why)),
         },
@@ -130,15 +135,42 @@ fn extents<'a>(view: &View<'a>, model: &Model<'a>, kind: &str) -> Result<(Vec3, 
     Ok((half, model.pose(view)?))
 }
 
+/// Hulls of the meshes of all models.
+#[derive(Default)]
+pub(super) struct MeshHulls<'a> {
+    /// By what names them, the file and the element's name there.
+    made: BTreeMap<(&'a str, &'a str), Result<Shape, String>>,
+    files: Hulls,
+}
+
 /// The hull of the mesh that a geom names, or why there is none.
-fn mesh<'a>(view: &View<'a>, model: &Model<'a>) -> Result<Result<Shape, String>, SceneError> {
+fn mesh<'a>(
+    view: &View<'a>,
+    model: &Model<'a>,
+    hulls: &mut MeshHulls<'a>,
+) -> Result<Result<Shape, String>, SceneError> {
     let Some(name) = view.get("mesh") else {
         return Err(view.element().error("it names no mesh", "mesh=\"…\""));
     };
-    let Some(asset) = model.meshes.get(name) else {
+    let Some((&name, asset)) = model.meshes.get_key_value(name) else {
         return Err(view.wrong("mesh", "a mesh of <asset>"));
     };
-    let asset = model.defaults.view(*asset, None)?;
+    let key = (model.root.file(), name);
+    if let Some(made) = hulls.made.get(&key) {
+        return Ok(made.clone());
+    }
+    let made = mesh_of(&model.defaults.view(*asset, None)?, name, model, &mut hulls.files)?;
+    hulls.made.insert(key, made.clone());
+    Ok(made)
+}
+
+/// The hull of a mesh, or why there is none.
+fn mesh_of<'a>(
+    asset: &View<'a>,
+    name: &str,
+    model: &Model<'a>,
+    files: &mut Hulls,
+) -> Result<Result<Shape, String>, SceneError> {
     let scale = asset.vec3("scale")?.unwrap_or(Vec3::splat(1.0));
     if asset.get("vertex").is_some() {
         let numbers = asset.list("vertex", 3_000_000)?;
@@ -152,7 +184,7 @@ fn mesh<'a>(view: &View<'a>, model: &Model<'a>) -> Result<Result<Shape, String>,
     let Some(file) = asset.get("file") else {
         return Ok(Err(format!("mesh {name}: it is neither of corners nor of a file")));
     };
-    let hull = model.mesh_path(file).and_then(|path| hull_of_file(&path, scale));
+    let hull = model.mesh_path(file).and_then(|path| files.of_file(&path, scale));
     Ok(hull.map_err(|why| format!("mesh {name}: {file}: {why}")))
 }
 

@@ -73,8 +73,8 @@ fn interpret(models: &[Model<'_>]) -> Result<Scene, SceneError> {
     let filters = geom::filters(&mut walk);
     scene.notes.extend(filters);
     scene.notes.append(&mut walk.notes);
-    let assembled = assemble(&walk.links, Anchored::Collides, &mut scene)?;
-    relations::add(&mut walk, &assembled, &mut scene)?;
+    let mut assembled = assemble(&walk.links, Anchored::Collides, &mut scene)?;
+    relations::add(&mut walk, &mut assembled, &mut scene)?;
     for (what, count) in &walk.ignored {
         scene.notes.push(format!("{count} {what}"));
     }

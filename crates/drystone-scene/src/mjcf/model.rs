@@ -1,7 +1,9 @@
 //! The files of a scene, and each as a model: its sections, settings, default classes and assets.
 
+use std::cell::Cell;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use std::rc::Rc;
 
 use drystone::{Pose, Quat, Vec3};
 use roxmltree::Document;
@@ -16,6 +18,13 @@ const MAX_FILES: usize = 64;
 /// Files may include each other so deep.
 const MAX_INCLUDES: usize = 16;
 
+/// All files together may be so large [bytes].
+const MAX_BYTES: usize = 400_000_000;
+
+/// More elements than this are not looked at, those of included files and of copies each time: a file of a few lines
+/// can have billions of them.
+const MAX_SEEN: usize = 4_000_000;
+
 /// All files that the first one names, and those they name.
 pub(super) struct Files {
     folder: PathBuf,
@@ -27,6 +36,7 @@ impl Files {
     /// Reads them all; a file that is not there is an error.
     pub(super) fn read(text: &str, folder: &Path) -> Result<Self, SceneError> {
         let mut texts = vec![(String::new(), text.to_owned())];
+        let mut bytes = text.len();
         let mut next = 0;
         while next < texts.len() {
             let (name, text) = texts[next].clone();
@@ -58,6 +68,13 @@ impl Files {
                 }
                 let text = xml::text(&folder.join(path))
                     .map_err(|e| fail(format!("{file}: {}", e.problem()), e.allowed()))?;
+                bytes += text.len();
+                if bytes > MAX_BYTES {
+                    return Err(fail(
+                        format!("with {file} the files are too large"),
+                        "400 MB in all",
+                    ));
+                }
                 texts.push((file.to_owned(), text));
             }
             next += 1;
@@ -79,6 +96,7 @@ impl Files {
         let mut models = Vec::new();
         let mut number_of: BTreeMap<&str, usize> = BTreeMap::new();
         let mut queue = vec![""];
+        let seen = Rc::new(Cell::new(0));
         while let Some(file) = queue.pop() {
             if number_of.contains_key(file) {
                 continue;
@@ -88,7 +106,7 @@ impl Files {
                 let problem = format!("the outermost element is <{}>", root.tag());
                 return Err(root.error(problem, "<mujoco>"));
             }
-            let model = Model::new(*root, &roots, &self.folder)?;
+            let model = Model::new(*root, &roots, &self.folder, &seen)?;
             number_of.insert(file, models.len());
             queue.extend(model.attachable.values().copied());
             models.push(model);
@@ -121,8 +139,10 @@ pub(super) struct Settings<'a> {
 pub(super) struct Model<'a> {
     pub(super) name: &'a str,
     pub(super) root: Element<'a>,
-    /// The outermost elements, those of included files among them.
-    sections: Vec<Element<'a>>,
+    /// The outermost elements by their tags, those of included files among them.
+    sections: BTreeMap<&'a str, Vec<Element<'a>>>,
+    /// Elements that were looked at in all models, those of included files and of copies each time.
+    seen: Rc<Cell<usize>>,
     files: BTreeMap<&'a str, Element<'a>>,
     pub(super) defaults: Defaults<'a>,
     pub(super) settings: Settings<'a>,
@@ -140,11 +160,13 @@ impl<'a> Model<'a> {
         root: Element<'a>,
         files: &BTreeMap<&'a str, Element<'a>>,
         folder: &Path,
+        seen: &Rc<Cell<usize>>,
     ) -> Result<Self, SceneError> {
         let mut model = Self {
             name: root.get("model").unwrap_or("scene"),
             root,
-            sections: Vec::new(),
+            sections: BTreeMap::new(),
+            seen: Rc::clone(seen),
             files: files.clone(),
             defaults: Defaults::default(),
             settings: Settings {
@@ -159,7 +181,9 @@ impl<'a> Model<'a> {
             models: BTreeMap::new(),
             folder: folder.to_path_buf(),
         };
-        model.sections = model.children(&root)?;
+        for section in model.children(&root)? {
+            model.sections.entry(section.tag()).or_default().push(section);
+        }
         for compiler in model.sections("compiler").collect::<Vec<_>>() {
             model.set(&compiler)?;
         }
@@ -190,12 +214,12 @@ impl<'a> Model<'a> {
 
     /// The sections called `tag`.
     pub(super) fn sections(&self, tag: &'static str) -> impl Iterator<Item = Element<'a>> + '_ {
-        self.sections.iter().copied().filter(move |e| e.tag() == tag)
+        self.sections.get(tag).into_iter().flatten().copied()
     }
 
-    /// Tags of all sections.
-    pub(super) fn tags(&self) -> impl Iterator<Item = &'a str> + '_ {
-        self.sections.iter().map(Element::tag)
+    /// Tags of all sections, and how many there are of each.
+    pub(super) fn tags(&self) -> impl Iterator<Item = (&'a str, usize)> + '_ {
+        self.sections.iter().map(|(tag, sections)| (*tag, sections.len()))
     }
 
     /// The elements inside one, with those of included files in the places of their `include`.
@@ -205,13 +229,26 @@ impl<'a> Model<'a> {
         Ok(out)
     }
 
+    /// Counts an element that is looked at.
+    fn see(&self, element: &Element<'a>) -> Result<(), SceneError> {
+        self.seen.set(self.seen.get() + 1);
+        if self.seen.get() <= MAX_SEEN {
+            return Ok(());
+        }
+        let problem =
+            format!("with includes and copies the scene has more than {MAX_SEEN} elements here");
+        Err(element.error(problem, "fewer"))
+    }
+
     fn gather(
         &self,
         of: &Element<'a>,
         depth: usize,
         out: &mut Vec<Element<'a>>,
     ) -> Result<(), SceneError> {
+        self.see(of)?;
         for child in of.children() {
+            self.see(&child)?;
             if child.tag() != "include" {
                 out.push(child);
                 continue;

@@ -1,5 +1,7 @@
 //! What sections beside the bodies say of two of them: excludes, equalities, tendons.
 
+use std::collections::BTreeMap;
+
 use drystone::{BodyKind, JointKind, Pose, SixDof, Vec3};
 
 use super::defaults::View;
@@ -12,7 +14,7 @@ use crate::xml::Element;
 /// Adds them all to the scene.
 pub(super) fn add(
     walk: &mut Walk<'_>,
-    assembled: &Assembled,
+    assembled: &mut Assembled,
     scene: &mut Scene,
 ) -> Result<(), SceneError> {
     let instances = core::mem::take(&mut walk.instances);
@@ -26,7 +28,7 @@ pub(super) fn add(
 struct Relations<'r, 'a> {
     walk: &'r mut Walk<'a>,
     instance: &'r Instance,
-    assembled: &'r Assembled,
+    assembled: &'r mut Assembled,
     is_main: bool,
 }
 
@@ -92,12 +94,19 @@ impl<'a> Relations<'_, 'a> {
             }
         }
         let Some(longest) = lists.iter().max_by_key(|l| l.len()) else { return Ok(Vec::new()) };
+        // Of things that have the same name the first counts.
+        let by_suffix: Vec<BTreeMap<&str, T>> = lists
+            .iter()
+            .map(|list| {
+                list.iter().rev().map(|(suffix, thing)| (suffix.as_str(), *thing)).collect()
+            })
+            .collect();
         let of_copy = |suffix: &str| -> Option<Vec<T>> {
-            let one = |list: &&Vec<(String, T)>| match list.as_slice() {
+            let one = |(list, by): (&&Vec<(String, T)>, &BTreeMap<&str, T>)| match list.as_slice() {
                 [(_, only)] => Some(*only),
-                many => many.iter().find(|(s, _)| s == suffix).map(|(_, t)| *t),
+                _ => by.get(suffix).copied(),
             };
-            lists.iter().map(one).collect()
+            lists.iter().zip(&by_suffix).map(one).collect()
         };
         Ok(longest.iter().filter_map(|(suffix, _)| of_copy(suffix)).collect())
     }

@@ -7,7 +7,7 @@ use drystone::{Pose, Quat, Vec3};
 
 use super::Options;
 use super::defaults::View;
-use super::geom::{self, Geom};
+use super::geom::{self, Geom, MeshHulls};
 use super::joint::{self, Read};
 use super::model::Model;
 use crate::error::SceneError;
@@ -19,6 +19,12 @@ const MAX_THINGS: usize = 200_000;
 
 /// Models may be attached within each other so deep.
 const MAX_ATTACHED: usize = 16;
+
+/// Copies may stand within copies so deep: each adds to the names inside.
+const MAX_COPIED: usize = 16;
+
+/// Names may be so long, with all that stands before and behind them [bytes]: copies have them all.
+const MAX_NAME: usize = 1000;
 
 /// Things by their names as an instance of a model has them, each with what was put behind the name.
 pub(super) type Named<T> = BTreeMap<String, Vec<(String, T)>>;
@@ -46,13 +52,20 @@ struct Here {
     /// Behind names within the instance, and behind those of the instance as a whole.
     inner: String,
     outer: String,
-    /// How many models are around.
+    /// How many models are around, and how many copies.
     attached: usize,
+    copied: usize,
 }
 
 impl Here {
-    fn name(&self, raw: &str) -> String {
-        format!("{}{raw}{}{}", self.prefix, self.inner, self.outer)
+    /// The name of an element in the scene.
+    fn name(&self, element: &Element<'_>, raw: &str) -> Result<String, SceneError> {
+        let parts = [&self.prefix, raw, &self.inner, &self.outer];
+        if parts.iter().map(|part| part.len()).sum::<usize>() <= MAX_NAME {
+            return Ok(parts.concat());
+        }
+        let allowed = format!("names of up to {MAX_NAME} bytes, with those of copies and models");
+        Err(element.error("its name is too long", &allowed))
     }
 }
 
@@ -79,6 +92,9 @@ pub(super) struct Walk<'a> {
     pub(super) joint_names: Vec<String>,
     things: usize,
     stack: Vec<Task<'a>>,
+    /// True of each link that the world holds.
+    held: Vec<bool>,
+    hulls: MeshHulls<'a>,
 }
 
 impl<'a> Walk<'a> {
@@ -103,6 +119,8 @@ impl<'a> Walk<'a> {
             joint_names: Vec::new(),
             things: 0,
             stack: Vec::new(),
+            held: vec![true],
+            hulls: MeshHulls::default(),
         }
     }
 
@@ -131,6 +149,7 @@ impl<'a> Walk<'a> {
             inner: String::new(),
             outer: String::new(),
             attached: 0,
+            copied: 0,
         };
         let worlds: Vec<Element<'a>> = model.sections("worldbody").collect();
         let tasks = worlds.into_iter().map(|w| Task::Inside(w, here.clone()));
@@ -144,11 +163,11 @@ impl<'a> Walk<'a> {
                 }
             }
         }
-        for tag in model.tags() {
+        for (tag, count) in model.tags() {
             match tag {
                 "option" | "compiler" | "default" | "worldbody" | "contact" | "equality" => {}
                 "asset" | "tendon" | "visual" | "statistic" | "size" | "include" => {}
-                other => self.ignore(&format!("<{other}>: not read")),
+                other => *self.ignored.entry(format!("<{other}>: not read")).or_default() += count,
             }
         }
         Ok(())
@@ -196,7 +215,7 @@ impl<'a> Walk<'a> {
         self.count(&element)?;
         let model = self.model(here);
         let view = model.defaults.view(element, here.class)?;
-        let Geom { shape, note } = geom::read(&view, model)?;
+        let Geom { shape, note } = geom::read(&view, model, &mut self.hulls)?;
         let owner = self.links[here.link].name.clone();
         if let Some(note) = note {
             self.ignore(&format!("geoms: {note}"));
@@ -208,7 +227,7 @@ impl<'a> Walk<'a> {
                     shape.density = 0.0;
                 }
                 let is_plane = matches!(shape.shape, drystone::Shape::HalfSpace { .. });
-                if is_plane && !self.is_held(here.link) {
+                if is_plane && !self.held[here.link] {
                     self.notes.push(format!("{owner}: a plane that moves is left out"));
                     return Ok(());
                 }
@@ -219,17 +238,9 @@ impl<'a> Walk<'a> {
         Ok(())
     }
 
-    /// True if the world holds the link.
-    fn is_held(&self, mut link: usize) -> bool {
-        while self.links[link].hold == Hold::Fast {
-            let Some(parent) = self.links[link].parent else { break };
-            link = parent;
-        }
-        self.links[link].hold == Hold::World
-    }
-
     fn site(&mut self, element: Element<'a>, here: &Here) -> Result<(), SceneError> {
         let Some(name) = element.get("name") else { return Ok(()) };
+        here.name(&element, name)?;
         let view = self.model(here).defaults.view(element, here.class)?;
         let at = match view.numbers::<6>("fromto")? {
             Some([a, b, c, d, e, f]) => (Vec3::from([a, b, c]) + Vec3::from([d, e, f])) * 0.5,
@@ -259,7 +270,7 @@ impl<'a> Walk<'a> {
                     let name = if raw.is_empty() {
                         format!("joint of #{}.{}", self.links.len(), dofs.len())
                     } else {
-                        here.name(raw)
+                        here.name(&child, raw)?
                     };
                     if !raw.is_empty() {
                         let known = &mut self.instances[here.instance].joints;
@@ -290,8 +301,9 @@ impl<'a> Walk<'a> {
             (false, false, _) => Hold::Joints(dofs),
         };
         let raw = element.get("name").unwrap_or_default();
-        let name = if raw.is_empty() { String::new() } else { here.name(raw) };
+        let name = if raw.is_empty() { String::new() } else { here.name(&element, raw)? };
         let number = self.links.len();
+        self.held.push(hold == Hold::World || (hold == Hold::Fast && self.held[here.link]));
         self.links.push(Link {
             name,
             element,
@@ -314,6 +326,9 @@ impl<'a> Walk<'a> {
         let count = count
             .filter(|c| (1..=MAX_THINGS).contains(c))
             .ok_or_else(|| element.wrong("count", allowed))?;
+        if here.copied >= MAX_COPIED {
+            return Err(element.error("copies stand within copies", "16 deep"));
+        }
         let offset = element.vec3("offset")?.unwrap_or(Vec3::ZERO);
         let turn = element.numbers::<3>("euler")?.map(|angles| self.model(&here).euler(angles));
         let between = Pose::new(offset, turn.unwrap_or(Quat::IDENTITY));
@@ -333,7 +348,10 @@ impl<'a> Walk<'a> {
         self.count(&element)?;
         let digits = (count - 1).to_string().len();
         let suffix = format!("{}{number:0digits$}", element.get("sep").unwrap_or_default());
-        let copy = Here { inner: format!("{}{suffix}", here.inner), ..here.clone() };
+        let inner = format!("{}{suffix}", here.inner);
+        let copy = Here { inner, copied: here.copied + 1, ..here.clone() };
+        // Here too, for there may be nothing with a name inside.
+        copy.name(&element, "")?;
         if number + 1 < count {
             let next = here.pose.compose(&between);
             let pose = Pose { rotation: next.rotation.normalized(), ..next };
@@ -363,6 +381,7 @@ impl<'a> Walk<'a> {
             attached: here.attached + 1,
             ..here
         };
+        inside.name(&element, "")?;
         let mut stack: Vec<Element<'a>> = model.sections("worldbody").collect();
         let Some(body) = element.get("body") else {
             self.stack.extend(stack.into_iter().rev().map(|w| Task::Inside(w, inside.clone())));

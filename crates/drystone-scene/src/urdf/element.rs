@@ -7,7 +7,7 @@ use drystone::{MassProperties, Material, Pose, Quat, Shape, ShapeDef, Sym3, Vec3
 
 use super::direction;
 use crate::error::SceneError;
-use crate::links::{Dof, Hold, Way, hull_of_file};
+use crate::links::{Dof, Hold, Hulls, Way};
 use crate::xml::Element;
 
 /// Kinds of joints.
@@ -100,7 +100,11 @@ pub(super) fn material(link: &Element<'_>) -> Result<Material, SceneError> {
 /// A shape with a note, or why it is left out.
 type Found = Result<(ShapeDef, Option<String>), String>;
 
-pub(super) fn collision(element: &Element<'_>, folder: &Path) -> Result<Found, SceneError> {
+pub(super) fn collision(
+    element: &Element<'_>,
+    folder: &Path,
+    hulls: &mut Hulls,
+) -> Result<Found, SceneError> {
     let mut at = origin(element)?;
     let shape = element.child("geometry").and_then(|g| g.children().next());
     let Some(shape) = shape else {
@@ -127,7 +131,7 @@ pub(super) fn collision(element: &Element<'_>, folder: &Path) -> Result<Found, S
             if scale.abs().min_element() <= 0.0 {
                 return Err(shape.wrong("scale", "three numbers that are not 0"));
             }
-            let made = find(name, folder).and_then(|path| hull_of_file(&path, scale));
+            let made = find(name, folder).and_then(|path| hulls.of_file(&path, scale));
             match made {
                 Ok(hull) => {
                     note = Some(format!("mesh {name} collides as its hull"));

@@ -15,7 +15,7 @@ use drystone::{BodyDef, Pose, ShapeDef, Vec3, vec3};
 
 use self::element::{Joint, JointType};
 use crate::error::SceneError;
-use crate::links::{Anchored, Assembled, Hold, Link, Weight, assemble};
+use crate::links::{Anchored, Assembled, Hold, Hulls, Link, Weight, assemble};
 use crate::scene::Scene;
 use crate::xml::{self, Element};
 
@@ -70,6 +70,7 @@ pub fn from_text(text: &str, folder: &Path, options: &Options) -> Result<Scene, 
         ignored: BTreeMap::new(),
         unused_limits: false,
         mimics: Vec::new(),
+        hulls: Hulls::default(),
     };
     let links = reader.tree(&robot, options)?;
     scene.notes.append(&mut reader.notes);
@@ -81,11 +82,11 @@ pub fn from_text(text: &str, folder: &Path, options: &Options) -> Result<Scene, 
         scene.notes.push(format!("limits of effort and velocity: they {why}"));
     }
     let first = scene.bodies.len();
-    let assembled = assemble(&links, Anchored::Passes, &mut scene)?;
+    let mut assembled = assemble(&links, Anchored::Passes, &mut scene)?;
     for mimic in &reader.mimics {
         mimic.couple(&assembled, &mut scene)?;
     }
-    overlap::exclude(&links, &assembled, first, &mut scene);
+    overlap::exclude(&links, &mut assembled, first, &mut scene);
     let joints = links.iter().filter(|l| matches!(l.hold, Hold::Joints(_))).count();
     scene.summary = format!("a robot of {} links and {joints} joints that move", links.len());
     Ok(scene)
@@ -128,6 +129,7 @@ struct Reader<'a> {
     ignored: BTreeMap<String, usize>,
     unused_limits: bool,
     mimics: Vec<Mimic<'a>>,
+    hulls: Hulls,
 }
 
 impl<'a> Reader<'a> {
@@ -250,7 +252,7 @@ impl<'a> Reader<'a> {
         let material = element::material(element)?;
         let mut shapes = Vec::new();
         for collision in element.all("collision") {
-            let found = element::collision(&collision, &self.folder)?;
+            let found = element::collision(&collision, &self.folder, &mut self.hulls)?;
             match found {
                 Ok((shape, note)) => {
                     shapes.push(shape.with_material(material));
