@@ -76,6 +76,9 @@ pub(crate) struct Islands {
     pub(crate) wake_alone: bool,
     /// Then a touch below this speed wakes nothing [m/s].
     pub(crate) gentle_speed: f32,
+    /// How many islands were dissolved: bodies of one may be of several now that have its number and others.
+    #[serde(skip)]
+    pub(crate) dissolved: u64,
     /// Memory for the list of an island, see [`Self::members`].
     #[serde(skip)]
     spare: Vec<u32>,
@@ -136,6 +139,7 @@ impl Islands {
     /// Empties an island and frees its row; its bodies are in none until they are put into one.
     pub(crate) fn dissolve(&mut self, island: u32) {
         self.free.push(island);
+        self.dissolved += 1;
         self.rows[island as usize] = Island::FREE;
     }
 

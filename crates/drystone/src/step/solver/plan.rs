@@ -71,6 +71,8 @@ pub(super) struct Plan {
     workers: usize,
     /// Of each island, now and in the last step; what is not there is [`Fineness::Whole`].
     fineness: [Vec<Fineness>; 2],
+    /// [`Islands::dissolved`] when it was made.
+    dissolved: u64,
     /// Islands that were hit and go on in whole substeps.
     whole_again: Vec<u32>,
     /// Number in `islands`, then group, of each island that has lines.
@@ -243,13 +245,20 @@ impl Plan {
         line_of: &mut Vec<u32>,
         ratio: f32,
         parts: [u32; 5],
+        dissolved: u64,
         jobs: &dyn Executor,
     ) {
         let workers = jobs.workers().max(1);
         grow::zeros(line_of, bodies.rows.slot_count());
         let joints_changed = take_joint_changes(colors) || !self.forest.is_by(ratio);
         let changed = take_contact_changes(colors) || joints_changed;
-        if !changed && self.fineness[0] == self.fineness[1] && self.workers == workers {
+        // Fineness is that of an island by its number: where one fell apart, its bodies have another number, or the same
+        // one stands for others.
+        let is_whole = self.fineness[0].iter().all(|fineness| *fineness == Fineness::Whole);
+        let regrouped = self.dissolved != dissolved && !is_whole;
+        self.dissolved = dissolved;
+        let same = self.fineness[0] == self.fineness[1] && !regrouped;
+        if !changed && same && self.workers == workers {
             return;
         }
         self.workers = workers;
