@@ -61,7 +61,13 @@ impl Ids {
 }
 
 /// Does an operation, all but steps.
-pub fn apply(world: &mut World, ids: &mut Ids, op: &Op, findings: &mut Findings, step: u32) -> Done {
+pub fn apply(
+    world: &mut World,
+    ids: &mut Ids,
+    op: &Op,
+    findings: &mut Findings,
+    step: u32,
+) -> Done {
     match op {
         Op::AddBody(plan) => add_body(world, ids, plan),
         Op::AddShape(body, plan) => add_shape(world, ids, *body, plan),

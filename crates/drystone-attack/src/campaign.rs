@@ -49,8 +49,7 @@ pub fn unit_seed(campaign: u64, number: u64) -> u64 {
 /// # Errors
 /// The folder of findings cannot be written, or no worker can be started.
 pub fn run(options: &Options) -> Result<Report, String> {
-    std::fs::create_dir_all(&options.out)
-        .map_err(|e| format!("{}: {e}", options.out.display()))?;
+    std::fs::create_dir_all(&options.out).map_err(|e| format!("{}: {e}", options.out.display()))?;
     let report = Mutex::new(Report::new(&options.out));
     let bar = ProgressBar::new(options.time.as_secs());
     if let Ok(style) = ProgressStyle::with_template("{wide_bar} {elapsed} {msg}") {
@@ -103,7 +102,8 @@ impl<'a> Slot<'a> {
     fn work(&mut self) -> Result<(), String> {
         loop {
             let left = self.options.time.saturating_sub(self.start.elapsed());
-            let enough = self.options.worlds.is_some_and(|n| self.report().tried(Subject::Worlds) >= n);
+            let enough =
+                self.options.worlds.is_some_and(|n| self.report().tried(Subject::Worlds) >= n);
             if left.is_zero() || enough {
                 return Ok(());
             }
@@ -136,7 +136,8 @@ impl<'a> Slot<'a> {
                     match word {
                         "begin" => current = rest.parse().ok(),
                         "finding" => {
-                            if let (Some(seed), Some(finding)) = (current, Finding::from_line(rest)) {
+                            if let (Some(seed), Some(finding)) = (current, Finding::from_line(rest))
+                            {
                                 self.report().found(subject, seed, &finding);
                             }
                         }
@@ -182,7 +183,13 @@ impl<'a> Slot<'a> {
         }
     }
 
-    fn child(&self, subject: Subject, first: u64, stride: u64, time: Duration) -> Result<Child, String> {
+    fn child(
+        &self,
+        subject: Subject,
+        first: u64,
+        stride: u64,
+        time: Duration,
+    ) -> Result<Child, String> {
         let program = std::env::current_exe().map_err(|e| format!("the program itself: {e}"))?;
         let places = &self.options.places;
         let mut command = Command::new(program);
@@ -196,7 +203,8 @@ impl<'a> Slot<'a> {
         if places.strict {
             command.arg("--strict");
         }
-        let child = command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::null()).spawn();
+        let child =
+            command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::null()).spawn();
         child.map_err(|e| format!("a worker: {e}"))
     }
 }
@@ -245,7 +253,11 @@ pub fn worker(
 fn to_line(unit: &Unit) -> String {
     let style = unit.style.map_or("-", Style::name);
     let Unit { tried, steps, refused, faults, is_wild, is_cut, .. } = unit;
-    format!("{tried} {steps} {refused} {faults} {} {} {style}", u8::from(*is_wild), u8::from(*is_cut))
+    format!(
+        "{tried} {steps} {refused} {faults} {} {} {style}",
+        u8::from(*is_wild),
+        u8::from(*is_cut)
+    )
 }
 
 fn from_line(line: &str) -> Unit {
@@ -265,7 +277,13 @@ mod tests {
 
     #[test]
     fn what_a_unit_came_to_survives_being_written() {
-        let unit = Unit { tried: 3, steps: 700, is_wild: true, style: Some(Style::Edge), ..Unit::default() };
+        let unit = Unit {
+            tried: 3,
+            steps: 700,
+            is_wild: true,
+            style: Some(Style::Edge),
+            ..Unit::default()
+        };
         assert_eq!(to_line(&from_line(&to_line(&unit))), to_line(&unit));
         assert_eq!(to_line(&unit), "3 700 0 0 1 0 edge");
     }

@@ -54,9 +54,30 @@ fn overwrite(bytes: &mut [u8], at: usize, by: &[u8]) {
 
 /// Numbers that break things where they are not expected.
 const NUMBERS: [&str; 24] = [
-    "0", "-0", "1", "-1", "0.5", "1e-45", "1e-38", "1e-30", "1e-9", "1e-5", "1e5", "1e7", "1e9",
-    "1e20", "3.4028235e38", "-3.4028235e38", "1e39", "nan", "inf", "-inf", "65536", "4294967295",
-    "4294967296", "18446744073709551615",
+    "0",
+    "-0",
+    "1",
+    "-1",
+    "0.5",
+    "1e-45",
+    "1e-38",
+    "1e-30",
+    "1e-9",
+    "1e-5",
+    "1e5",
+    "1e7",
+    "1e9",
+    "1e20",
+    "3.4028235e38",
+    "-3.4028235e38",
+    "1e39",
+    "nan",
+    "inf",
+    "-inf",
+    "65536",
+    "4294967295",
+    "4294967296",
+    "18446744073709551615",
 ];
 
 /// Damages text in one to three places, with an eye for numbers, names and brackets.
@@ -119,8 +140,7 @@ fn swap_words(bytes: &mut Vec<u8>, rng: &mut Rng) {
 
 /// Doubles, nests or deletes what stands between two brackets.
 fn element(bytes: &mut Vec<u8>, rng: &mut Rng) {
-    let opens: Vec<usize> =
-        (0..bytes.len()).filter(|i| b"{[<".contains(&bytes[*i])).collect();
+    let opens: Vec<usize> = (0..bytes.len()).filter(|i| b"{[<".contains(&bytes[*i])).collect();
     if opens.is_empty() {
         return;
     }

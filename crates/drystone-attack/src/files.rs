@@ -43,7 +43,8 @@ pub fn attack(seed: u64, places: &Places) -> Unit {
     change(&mut bytes, ending, &mut rng);
     let is_own = damaged == loaded;
     // A file that is named by another one keeps its name; all others get one of their own.
-    let place = if is_own { damaged.with_file_name(format!("damaged.{ending}")) } else { damaged.clone() };
+    let place =
+        if is_own { damaged.with_file_name(format!("damaged.{ending}")) } else { damaged.clone() };
     if std::fs::write(&place, &bytes).is_err() {
         return unit;
     }
@@ -61,7 +62,8 @@ pub fn attack(seed: u64, places: &Places) -> Unit {
         let detail = format!("{name}: {}", f.detail);
         unit.findings.add(f.kind, format!("a damaged {ending}: {}", f.what), detail, f.step);
     }
-    let restored = if is_own { std::fs::remove_file(&place) } else { std::fs::write(damaged, original) };
+    let restored =
+        if is_own { std::fs::remove_file(&place) } else { std::fs::write(damaged, original) };
     if restored.is_err() {
         unit.tried = 0;
     }
@@ -219,7 +221,8 @@ fn load(path: &Path, reading: usize) -> Result<Scene, SceneError> {
         "xml" => mjcf::load(path),
         "json" => rigid_ipc::load(path),
         ending => {
-            let kinds = [gltf::AutoColliders::Hull, gltf::AutoColliders::Mesh, gltf::AutoColliders::Box];
+            let kinds =
+                [gltf::AutoColliders::Hull, gltf::AutoColliders::Mesh, gltf::AutoColliders::Box];
             let auto_colliders = kinds.into_iter().nth(reading);
             let options = gltf::Options { auto_colliders, gravity: None };
             let read = if ending == "obj" { obj::load } else { gltf::load };
@@ -238,7 +241,8 @@ mod tests {
 
     #[test]
     fn all_files_of_our_own_load_as_they_are_written() {
-        let folder = std::env::temp_dir().join(format!("drystone-attack-test-{}", std::process::id()));
+        let folder =
+            std::env::temp_dir().join(format!("drystone-attack-test-{}", std::process::id()));
         std::fs::create_dir_all(&folder).unwrap();
         for (_, loaded) in seeds::write(&folder).unwrap() {
             let scene = load(&folder.join(&loaded), 5);

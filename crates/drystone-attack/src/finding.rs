@@ -122,7 +122,13 @@ const MOST: usize = 8;
 
 impl Findings {
     /// Adds one, unless there is one like it.
-    pub fn add(&mut self, kind: Kind, what: impl Into<String>, detail: impl Into<String>, step: u32) {
+    pub fn add(
+        &mut self,
+        kind: Kind,
+        what: impl Into<String>,
+        detail: impl Into<String>,
+        step: u32,
+    ) {
         let what = what.into();
         if self.all.len() < MOST && !self.all.iter().any(|f| f.kind == kind && f.what == what) {
             self.all.push(Finding { kind, what, detail: detail.into(), step });

@@ -1,16 +1,17 @@
 //! `drystone-attack`, run by `cargo xtask attack`: see `docs/attack.md`.
 
 use std::io::Write;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Duration;
 
 use drystone_attack::campaign::{self, Options, worker};
 use drystone_attack::finding::Finding;
 use drystone_attack::unit::{Places, Subject, run_unit};
-use drystone_attack::{minimize, source};
+use drystone_attack::{minimize, probe, source};
 
-const USAGE: &str = "usage: cargo xtask attack [OPTIONS]            search for what breaks, for a minute
+const USAGE: &str =
+    "usage: cargo xtask attack [OPTIONS]            search for what breaks, for a minute
        cargo xtask attack repeat SEED          run one seed again and tell what breaks
        cargo xtask attack minimize SEED        shrink it, and write it as a test
 
@@ -21,6 +22,7 @@ SEED is one that a finding names, such as worlds:17.
   --seed N        another campaign; 0 if not given
   --only LIST     some of worlds, files, snapshots, commands, soak
   --jobs N        processes at a time; all cores if not given
+  --trace         repeat writes each operation before it is done
   --strict        faults and speeds over 1000 m/s of ordinary worlds are findings too
   --command PATH  the program drystone; command lines are left out without it
   --root PATH     the repository
@@ -30,6 +32,8 @@ SEED is one that a finding names, such as worlds:17.
 #[derive(Debug)]
 struct Arguments {
     words: Vec<String>,
+    /// Whether each operation is written before it is done.
+    is_traced: bool,
     options: Options,
 }
 
@@ -60,11 +64,15 @@ fn parse(args: impl Iterator<Item = String>) -> Result<Arguments, String> {
         places,
     };
     let mut words = Vec::new();
-    let mut is_limited = false;
+    let (mut is_limited, mut is_traced) = (false, false);
     let mut args = args;
     while let Some(arg) = args.next() {
         if !arg.starts_with("--") {
             words.push(arg);
+            continue;
+        }
+        if arg == "--trace" {
+            is_traced = true;
             continue;
         }
         if arg == "--strict" {
@@ -105,7 +113,7 @@ fn parse(args: impl Iterator<Item = String>) -> Result<Arguments, String> {
     if options.worlds.is_some() && !is_limited {
         options.time = Duration::from_secs(30 * 24 * 3600);
     }
-    Ok(Arguments { words, options })
+    Ok(Arguments { words, is_traced, options })
 }
 
 fn absolute(path: &str) -> PathBuf {
@@ -133,6 +141,9 @@ fn act(arguments: &Arguments) -> Result<bool, String> {
         }
         ["repeat", seed] => {
             let (subject, seed) = parse_seed(seed)?;
+            if arguments.is_traced && subject == Subject::Worlds {
+                probe::probe(seed, "all", Some(say));
+            }
             let findings = repeat(subject, seed, &options.places);
             Ok(findings.is_empty())
         }
@@ -140,7 +151,16 @@ fn act(arguments: &Arguments) -> Result<bool, String> {
             let (Subject::Worlds, seed) = parse_seed(seed)? else {
                 return Err("only worlds can be shrunk".to_owned());
             };
+            // First in a process of its own: it may hang, or die.
+            if let Some((small, finding)) = probe::minimize(seed, options.time) {
+                return written(&source::test(&small, seed, Some(&finding)), seed, 0, options);
+            }
             shrink(seed, options)
+        }
+        ["probe", seed, keep] => {
+            let (_, seed) = parse_seed(seed)?;
+            probe::probe(seed, keep, arguments.is_traced.then_some(say as fn(&str)));
+            Ok(true)
         }
         ["source", seed] => {
             let (_, seed) = parse_seed(seed)?;
@@ -169,7 +189,13 @@ fn repeat(subject: Subject, seed: u64, places: &Places) -> Vec<Finding> {
         unit.tried, unit.steps, unit.refused, unit.faults, unit.is_wild, unit.is_cut
     ));
     for finding in &unit.findings.all {
-        say(&format!("{}: {} (step {})\n    {}", finding.kind.name(), finding.what, finding.step, finding.detail));
+        say(&format!(
+            "{}: {} (step {})\n    {}",
+            finding.kind.name(),
+            finding.what,
+            finding.step,
+            finding.detail
+        ));
     }
     if unit.findings.all.is_empty() {
         say("nothing breaks");
@@ -181,23 +207,23 @@ fn repeat(subject: Subject, seed: u64, places: &Places) -> Vec<Finding> {
 fn shrink(seed: u64, options: &Options) -> Result<bool, String> {
     let findings = minimize::findings_of(seed, options.places.strict);
     if findings.is_empty() {
-        say("nothing breaks, or the process dies of it: then see docs/attack.md");
+        say("nothing breaks");
         return Ok(true);
     }
-    std::fs::create_dir_all(&options.out).map_err(|e| e.to_string())?;
     for (number, finding) in findings.iter().enumerate() {
         let small = minimize::minimize(seed, finding, options.places.strict, options.time);
-        let text = source::test(&small, seed, Some(finding));
-        let name = format!("test-{seed}-{number}.rs");
-        let path = options.out.join(name);
-        write(&path, &text)?;
-        say(&format!("{text}\n// written to {}\n", path.display()));
+        written(&source::test(&small, seed, Some(finding)), seed, number, options)?;
     }
     Ok(false)
 }
 
-fn write(path: &Path, text: &str) -> Result<(), String> {
-    std::fs::write(path, text).map_err(|e| format!("{}: {e}", path.display()))
+/// Writes a test beside the findings, and says it.
+fn written(text: &str, seed: u64, number: usize, options: &Options) -> Result<bool, String> {
+    std::fs::create_dir_all(&options.out).map_err(|e| e.to_string())?;
+    let path = options.out.join(format!("test-{seed}-{number}.rs"));
+    std::fs::write(&path, text).map_err(|e| format!("{}: {e}", path.display()))?;
+    say(&format!("{text}\n// written to {}\n", path.display()));
+    Ok(false)
 }
 
 fn say(text: &str) {

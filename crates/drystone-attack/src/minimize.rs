@@ -7,7 +7,7 @@ use drystone::{Filter, JointMotion, MassDef, Material, Pose, Quat, Vec3, WorldCo
 use crate::finding::{Finding, Findings, Kind};
 use crate::generate;
 use crate::numbers;
-use crate::op::{Op, Program};
+use crate::op::{Form, Op, Program};
 use crate::run::{Conditions, Run, run};
 use crate::variants;
 
@@ -203,6 +203,7 @@ impl Search {
                 }
             }
             self.fewer_shapes(i);
+            self.fewer_points(i);
         }
     }
 
@@ -221,6 +222,25 @@ impl Search {
         }
     }
 
+    /// Fewer points of hulls, fewer triangles of meshes.
+    fn fewer_points(&mut self, i: usize) {
+        let Some(Op::AddBody(plan)) = self.best.ops.get(i) else { return };
+        for k in 0..plan.shapes.len() {
+            let mut at = 0;
+            loop {
+                let mut next = self.best.clone();
+                let Some(Op::AddBody(plan)) = next.ops.get_mut(i) else { return };
+                let Some(shape) = plan.shapes.get_mut(k) else { break };
+                if self.is_over() || !without_part(&mut shape.form, at) {
+                    break;
+                }
+                if !self.take(next) {
+                    at += 1;
+                }
+            }
+        }
+    }
+
     /// Each number as short as it can be.
     fn simpler_numbers(&mut self) {
         for i in 0..self.best.ops.len() {
@@ -231,7 +251,13 @@ impl Search {
                     return;
                 }
                 let value = nth(&self.best.ops[i], number);
-                for simple in [0.0, 1.0, -1.0, rounded(value, 1), rounded(value, 2), rounded(value, 3)] {
+                // Most fields that are short already are as they are by default.
+                if rounded(value, 2).to_bits() == value.to_bits() {
+                    continue;
+                }
+                for simple in
+                    [0.0, 1.0, -1.0, rounded(value, 1), rounded(value, 2), rounded(value, 3)]
+                {
                     if simple.to_bits() == value.to_bits() {
                         break;
                     }
@@ -283,6 +309,31 @@ fn plain_config(config: &mut WorldConfig, part: usize) {
         5 => config.joint = plain.joint,
         6 => (config.particle, config.penalty) = (plain.particle, plain.penalty),
         _ => (config.sleep, config.breakage) = (plain.sleep, plain.breakage),
+    }
+}
+
+/// A hull without one of its points, or a mesh without one of its triangles; false if there is none such.
+fn without_part(form: &mut Form, at: usize) -> bool {
+    match form {
+        Form::Hull(points) if at < points.len() && points.len() > 4 => {
+            points.remove(at);
+            true
+        }
+        Form::Mesh(points, triangles) if at < triangles.len() && triangles.len() > 1 => {
+            triangles.remove(at);
+            let mut used: Vec<u32> = triangles.iter().flatten().copied().collect();
+            used.sort_unstable();
+            used.dedup();
+            let place = |vertex: u32| used.binary_search(&vertex).ok();
+            let kept = used.iter().filter_map(|v| points.get(*v as usize).copied()).collect();
+            for vertex in triangles.iter_mut().flatten() {
+                let number = place(*vertex).and_then(|n| u32::try_from(n).ok());
+                *vertex = number.unwrap_or(u32::MAX);
+            }
+            *points = kept;
+            true
+        }
+        _ => false,
     }
 }
 
@@ -355,5 +406,43 @@ fn plain_particle(def: &mut drystone::ParticleDef, way: usize) {
         2 => def.velocity = Vec3::ZERO,
         3 => (def.gravity_scale, def.damping) = (1.0, 0.0),
         _ => {}
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::time::Duration;
+
+    use drystone::World;
+
+    use super::minimize_program;
+    use crate::generate::program_of;
+    use crate::op::{Op, Style};
+    use crate::run::{Conditions, run};
+    use crate::source;
+
+    /// Says that a world with a sphere that fell for a while is broken.
+    fn has_a_deep_sphere(world: &World) -> bool {
+        world.bodies().any(|b| {
+            let is_sphere = |id| world.shape(id).is_some_and(|s| s.shape().kind() == "sphere");
+            b.shapes().any(is_sphere) && b.linear_velocity().y < -0.5
+        })
+    }
+
+    #[test]
+    fn a_planted_fault_is_found_and_shrunk_to_the_body_that_has_it() {
+        let conditions = Conditions { plant: Some(has_a_deep_sphere), ..Conditions::BASE };
+        let found = (0..100).find_map(|seed| {
+            let program = program_of(seed, Style::Ordinary);
+            let found = run(&program, &conditions).findings;
+            found.all.into_iter().find(|f| f.what == "planted").map(|f| (program, f))
+        });
+        let (program, finding) = found.unwrap();
+        let small = minimize_program(program, &finding, &conditions, Duration::from_secs(20));
+        assert!(run(&small, &conditions).findings.have(&finding));
+        let bodies = small.ops.iter().filter(|op| matches!(op, Op::AddBody(_))).count();
+        assert!(bodies == 1 && small.ops.len() <= 3, "{:?}", small.ops);
+        let text = source::test(&small, 1, Some(&finding));
+        assert!(text.contains("Shape::Sphere") && text.contains("world.add_body("), "{text}");
     }
 }

@@ -94,8 +94,7 @@ pub fn of_op(op: &mut Op, f: Visit<'_>) {
 pub fn of_config(config: &mut WorldConfig, f: Visit<'_>) {
     vector(&mut config.gravity, f);
     let (c, i, j) = (&mut config.contact, &mut config.inertia, &mut config.joint);
-    let (particle, penalty, sleep) =
-        (&mut config.particle, &mut config.penalty, &mut config.sleep);
+    let (particle, penalty, sleep) = (&mut config.particle, &mut config.penalty, &mut config.sleep);
     [
         &mut c.hertz,
         &mut c.damping_ratio,

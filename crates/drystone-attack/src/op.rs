@@ -4,9 +4,9 @@
 //! out. An operation on something that was refused, or that no operation made, does nothing.
 
 use drystone::{
-    Aabb, AxisLocks, BodyDef, BondStrength, ClothDef, Filter, Fracture, Impact, ImpactBody,
-    ImpactSurface, JointDrive, JointKind, JointStrength, LinkKind, Material, ParticleDef, Pose,
-    RopeDef, Shape, ShapeDef, SixDof, Vec3, WorldConfig,
+    Aabb, AxisLocks, BodyDef, BondStrength, ClothDef, Filter, Fracture, ImpactBody, ImpactSurface,
+    JointDrive, JointKind, JointStrength, LinkKind, Material, ParticleDef, Pose, RopeDef, Shape,
+    ShapeDef, SixDof, Vec3, WorldConfig,
 };
 
 /// What a thing is called within a program.
@@ -266,9 +266,6 @@ pub enum Op {
     /// Steps of this length [s], so many.
     Step(f32, u32),
 }
-
-/// What [`drystone::impact`] gives; named here so that its fields are looked at in one place.
-pub type ImpactResult = Impact;
 
 /// What kind of numbers a program is made of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]

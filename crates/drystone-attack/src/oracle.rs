@@ -25,7 +25,12 @@ impl Numbers<'_> {
 
     fn double(&mut self, name: &str, x: f64) {
         if !x.is_finite() {
-            self.findings.add(Kind::BadNumber, format!("{name}{}", self.whose), x.to_string(), self.step);
+            self.findings.add(
+                Kind::BadNumber,
+                format!("{name}{}", self.whose),
+                x.to_string(),
+                self.step,
+            );
         }
     }
 
@@ -221,7 +226,8 @@ impl Pairs {
         let exits = events.sensor_exit.iter().map(|e| (e.sensor, e.visitor));
         let enters = events.sensor_enter.iter().map(|e| (e.sensor, e.visitor));
         change(&mut self.inside, exits, enters, "sensor", findings, step);
-        let gone = |(a, b): &&(ShapeId, ShapeId)| world.shape(*a).is_none() || world.shape(*b).is_none();
+        let gone =
+            |(a, b): &&(ShapeId, ShapeId)| world.shape(*a).is_none() || world.shape(*b).is_none();
         for (name, set) in [("contact", &self.touching), ("sensor", &self.inside)] {
             // A body that broke in this step tells of its contacts in the next.
             let broke = !events.fractures.is_empty();
@@ -302,7 +308,12 @@ pub fn own_snapshot(world: &World, findings: &mut Findings, step: u32) {
             findings.add(Kind::SnapshotRefused, "restored to another state", "", step);
         }
         Ok(again) if again.snapshot() != bytes => {
-            findings.add(Kind::SnapshotRefused, "the snapshot of what was restored differs", "", step);
+            findings.add(
+                Kind::SnapshotRefused,
+                "the snapshot of what was restored differs",
+                "",
+                step,
+            );
         }
         Ok(_) => {}
     }

@@ -140,14 +140,19 @@ impl Report {
             }
             text.push_str("|\n");
         }
-        text.push_str("\n| style | worlds | steps | with faults | faults | over 1000 m/s | too slow |\n");
+        text.push_str(
+            "\n| style | worlds | steps | with faults | faults | over 1000 m/s | too slow |\n",
+        );
         text.push_str("|---|---|---|---|---|---|---|\n");
         for (style, row) in &self.styles {
             let Row { tried, steps, faulty, faults, wild, cut, .. } = row;
             let name = style.name();
-            push(&mut text, format_args!(
-                "| {name} | {tried} | {steps} | {faulty} | {faults} | {wild} | {cut} |\n"
-            ));
+            push(
+                &mut text,
+                format_args!(
+                    "| {name} | {tried} | {steps} | {faulty} | {faults} | {wild} | {cut} |\n"
+                ),
+            );
         }
         self.causes_to(&mut text);
         #[expect(clippy::cast_precision_loss, reason = "for reading")]

@@ -26,6 +26,10 @@ pub struct Conditions {
     pub look: bool,
     /// Whether faults and wild speeds of ordinary worlds are findings.
     pub strict: bool,
+    /// Is told of each operation before it is done, and of each step.
+    pub trace: Option<fn(&str)>,
+    /// A fault of our own making, to test the search: worlds of which this is true are findings.
+    pub plant: Option<fn(&World) -> bool>,
 }
 
 impl Conditions {
@@ -37,6 +41,8 @@ impl Conditions {
         clone_at: None,
         look: true,
         strict: false,
+        trace: None,
+        plant: None,
     };
 }
 
@@ -102,15 +108,17 @@ static LAST: Mutex<Option<Panic>> = Mutex::new(None);
 /// Where it panicked.
 pub fn guarded<T>(act: impl FnOnce() -> T) -> Result<T, Panic> {
     static HOOK: OnceLock<()> = OnceLock::new();
-    HOOK.get_or_init(|| std::panic::set_hook(Box::new(|info| {
-        let place = info.location().map_or_else(String::new, |l| {
-            let file = l.file().rsplit_once("crates/").map_or(l.file(), |(_, file)| file);
-            format!("{file}:{}", l.line())
-        });
-        let message = info.payload_as_str().unwrap_or("a panic without words").to_owned();
-        let mut last = LAST.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
-        last.get_or_insert(Panic { place, message });
-    })));
+    HOOK.get_or_init(|| {
+        std::panic::set_hook(Box::new(|info| {
+            let place = info.location().map_or_else(String::new, |l| {
+                let file = l.file().rsplit_once("crates/").map_or(l.file(), |(_, file)| file);
+                format!("{file}:{}", l.line())
+            });
+            let message = info.payload_as_str().unwrap_or("a panic without words").to_owned();
+            let mut last = LAST.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+            last.get_or_insert(Panic { place, message });
+        }))
+    });
     let take = || LAST.lock().unwrap_or_else(std::sync::PoisonError::into_inner).take();
     take();
     std::panic::catch_unwind(AssertUnwindSafe(act)).map_err(|_| take().unwrap_or_default())
@@ -145,6 +153,9 @@ fn steps(program: &Program, conditions: &Conditions, run: &mut Run) {
     let start = Instant::now();
     let mut step = 0;
     for op in &program.ops {
+        if let Some(trace) = conditions.trace {
+            trace(&format!("step {step}: {op:?}"));
+        }
         let Op::Step(dt, count) = op else {
             let done = apply(&mut world, &mut ids, op, &mut run.findings, step);
             run.refused += u32::from(done == Done::Refused);
@@ -212,6 +223,9 @@ fn judge(world: &World, style: Style, conditions: &Conditions, step: u32, run: &
     run.faults += u32::try_from(faults).unwrap_or(u32::MAX);
     let speed = oracle::fastest(world);
     run.is_wild |= speed > WILD;
+    if conditions.plant.is_some_and(|is_planted| is_planted(world)) {
+        run.findings.add(Kind::Fault, "planted", "", step);
+    }
     if conditions.strict && style == Style::Ordinary {
         if faults > 0 {
             let fault = format!("{:?}", world.events().faults[0]);

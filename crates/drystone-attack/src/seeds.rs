@@ -90,8 +90,7 @@ fn shown(first: &str, second: &str) -> String {
 }
 
 /// Corners of a tetrahedron, and its faces.
-const CORNERS: [[f32; 3]; 4] =
-    [[0.0, 0.0, 0.0], [0.2, 0.0, 0.0], [0.0, 0.2, 0.0], [0.0, 0.0, 0.2]];
+const CORNERS: [[f32; 3]; 4] = [[0.0, 0.0, 0.0], [0.2, 0.0, 0.0], [0.0, 0.2, 0.0], [0.0, 0.0, 0.2]];
 const FACES: [[usize; 3]; 4] = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]];
 
 fn binary_stl() -> Vec<u8> {
@@ -196,7 +195,8 @@ pub fn text_of(bytes: &[u8]) -> &[u8] {
 pub fn mend_png(bytes: &mut [u8]) {
     let mut at = 8;
     while let Some(length) = bytes.get(at..).and_then(|rest| rest.first_chunk::<4>()) {
-        let end = usize::try_from(u32::from_be_bytes(*length)).ok().and_then(|n| (at + 8).checked_add(n));
+        let end =
+            usize::try_from(u32::from_be_bytes(*length)).ok().and_then(|n| (at + 8).checked_add(n));
         let Some(end) = end.filter(|end| *end + 4 <= bytes.len()) else { return };
         let sum = crc32fast::hash(&bytes[at + 4..end]);
         bytes[end..end + 4].copy_from_slice(&sum.to_be_bytes());

@@ -3,61 +3,141 @@
 use std::collections::BTreeSet;
 use std::fmt::{Debug, Write};
 
-use drystone::{
-    BodyDef, Filter, Fracture, JointAxis, JointKind, JointStrength, Material, ParticleDef,
-    ShapeDef, SixDof, WorldConfig,
-};
+use drystone::{BodyDef, JointKind, WorldConfig};
 
 use crate::finding::{Finding, Kind};
 use crate::op::{
-    BodyCall, BodyPlan, CouplingPlan, Form, JointPlan, Label, LinkPlan, Op, PIECES, ParticleCall,
-    Place, Program, QueryCall, ShapeCall, ShapePlan,
+    BodyCall, BodyPlan, CouplingPlan, JointPlan, Label, LinkPlan, Op, PIECES, ParticleCall, Place,
+    Program, QueryCall, ShapeCall,
 };
-use crate::text::{Default, plain};
+use crate::text::plain;
+use crate::values::{DEFAULTS, changes, form, seconds, shape_def, show};
 
 /// The source of a test that does what the program does, and asserts what the finding says does not hold.
 #[must_use]
 pub fn test(program: &Program, seed: u64, finding: Option<&Finding>) -> String {
-    let mut source = Source { text: String::new(), used: used_labels(program) };
-    let kind = finding.map_or("program", |f| f.kind.name()).replace('-', "_");
-    let steps = program.steps();
-    source.line(0, "// Put into crates/drystone/tests/it/regression.rs under a name that says what must hold.");
-    if let Some(finding) = finding {
-        source.line(0, &format!("// {}: {} (step {})", finding.kind.name(), finding.what, finding.step));
-    }
-    source.line(0, "#![allow(unused)]");
-    source.line(0, "use std::sync::Arc;");
-    source.line(0, "use drystone::*;");
-    source.line(0, "");
+    let kind = finding.map(|f| f.kind);
+    let is_compared = kind == Some(Kind::HashDiffers);
+    let used = used_labels(program);
+    let has_pieces = used.iter().any(|(kind, label)| *kind == 'b' && *label >= PIECES);
+    let mut source = Source { text: String::new(), used, has_pieces, kind };
+    let name = kind.map_or("program", Kind::name).replace('-', "_");
     source.line(0, "#[test]");
-    source.line(0, &format!("fn attack_{kind}_{seed}() {{"));
-    source.line(1, "let run = |threads: usize, level: SimdLevel, restore_at: u32| {");
+    source.line(0, &format!("fn attack_{name}_{seed}() {{"));
+    if is_compared {
+        source.line(1, "let run = |threads: usize, level: SimdLevel, restore_at: u64| {");
+    }
     source.config("config", &program.config);
-    source.line(2, "let mut world = World::new(config).unwrap();");
-    source.line(2, "let equip = |world: &mut World| {");
-    source.line(3, "world.set_executor(Arc::new(Team::with_threads(threads)));");
-    source.line(3, "world.set_simd_level(level);");
-    source.line(2, "};");
-    source.line(2, "equip(&mut world);");
-    source.line(2, "let mut pieces: Vec<BodyId> = Vec::new();");
-    source.line(2, "let mut hashes: Vec<u64> = Vec::new();");
+    source.line(1, "let mut world = World::new(config).unwrap();");
+    if is_compared {
+        source.line(1, "let equip = |world: &mut World| {");
+        source.line(2, "world.set_executor(Arc::new(Team::with_threads(threads)));");
+        source.line(2, "world.set_simd_level(level);");
+        source.line(1, "};");
+        source.line(1, "equip(&mut world);");
+        source.line(1, "let mut hashes = Vec::new();");
+    }
+    if has_pieces {
+        source.line(1, "let mut pieces: Vec<BodyId> = Vec::new();");
+    }
+    if kind == Some(Kind::Unpaired) {
+        source.line(1, "let mut pairs: BTreeSet<(ShapeId, ShapeId)> = BTreeSet::new();");
+    }
     for op in &program.ops {
         source.op(op);
     }
-    source.line(2, "(world, hashes)");
-    source.line(1, "};");
-    source.line(1, "let levels = SimdLevel::available();");
-    source.line(1, "let (world, hashes) = run(1, levels[0], u32::MAX);");
-    source.ending(finding, steps);
+    if is_compared {
+        source.line(1, "hashes");
+        source.line(1, "};");
+    }
+    source.ending(program.steps());
     source.line(0, "}");
-    source.text
+    let mut head =
+        "// For crates/drystone/tests/it/regression.rs, under a name that says what must hold.\n"
+            .to_owned();
+    if let Some(f) = finding {
+        let _ = writeln!(head, "// {}: {} (step {} of seed {seed})", f.kind.name(), f.what, f.step);
+    }
+    head + &imports(&source.text) + "\n" + &source.text
 }
+
+/// What the source needs.
+fn imports(text: &str) -> String {
+    let is_part = |c: char| c.is_alphanumeric() || c == '_';
+    let words: BTreeSet<&str> = text.split(|c| !is_part(c)).collect();
+    let named: Vec<&str> = NAMES.iter().copied().filter(|name| words.contains(name)).collect();
+    let mut lines = String::new();
+    if words.contains("BTreeSet") {
+        lines.push_str("use std::collections::BTreeSet;\n");
+    }
+    if words.contains("Arc") {
+        lines.push_str("use std::sync::Arc;\n");
+    }
+    lines + &format!("\nuse drystone::{{{}}};\n", named.join(", "))
+}
+
+/// Public names that a test may need.
+const NAMES: [&str; 51] = [
+    "Aabb",
+    "AxisLocks",
+    "BodyDef",
+    "BodyId",
+    "BodyKind",
+    "BondStrength",
+    "ClothDef",
+    "Combine",
+    "CouplingDef",
+    "Fatigue",
+    "Filter",
+    "Fracture",
+    "Glue",
+    "Hull",
+    "ImpactBody",
+    "ImpactSurface",
+    "JointAxis",
+    "JointCone",
+    "JointDef",
+    "JointDrive",
+    "JointKind",
+    "JointMotion",
+    "JointSpring",
+    "JointStrength",
+    "LinkDef",
+    "LinkKind",
+    "LinkSpring",
+    "MassDef",
+    "Material",
+    "Mesh",
+    "Method",
+    "ParticleDef",
+    "Pose",
+    "Pulley",
+    "Quat",
+    "RopeDef",
+    "Shape",
+    "ShapeDef",
+    "ShapeId",
+    "SimdLevel",
+    "SixDof",
+    "Spring",
+    "Strand",
+    "Sym3",
+    "Team",
+    "Vec3",
+    "World",
+    "WorldConfig",
+    "impact",
+    "vec3",
+    "BodyMut",
+];
 
 /// Source in the making.
 struct Source {
     text: String,
     /// Labels that operations name, by what they are of.
     used: BTreeSet<(char, Label)>,
+    has_pieces: bool,
+    kind: Option<Kind>,
 }
 
 /// Which things later operations name: only these get a variable.
@@ -65,12 +145,18 @@ fn used_labels(program: &Program) -> BTreeSet<(char, Label)> {
     let mut used = BTreeSet::new();
     for op in &program.ops {
         let names: Vec<(char, Label)> = match op {
-            Op::AddShape(b, _) | Op::RemoveBody(b) | Op::Body(b, _) | Op::FractureBody(b, ..)
-            | Op::SetFracture(b, _) | Op::SetBondStrength(b, _) => vec![('b', *b)],
+            Op::AddShape(b, _)
+            | Op::RemoveBody(b)
+            | Op::Body(b, _)
+            | Op::FractureBody(b, ..)
+            | Op::SetFracture(b, _)
+            | Op::SetBondStrength(b, _) => vec![('b', *b)],
             Op::RemoveShape(s) | Op::Shape(s, _) => vec![('s', *s)],
             Op::AddJoint(plan) => plan.bodies.map(|b| ('b', b)).to_vec(),
             Op::AddCoupling(plan) => plan.joints.map(|j| ('j', j)).to_vec(),
-            Op::RemoveJoint(j) | Op::SetJointAxes(j, _) | Op::SetJointDrive(j, ..)
+            Op::RemoveJoint(j)
+            | Op::SetJointAxes(j, _)
+            | Op::SetJointDrive(j, ..)
             | Op::SetJointStrength(j, _) => vec![('j', *j)],
             Op::RemoveParticle(p) | Op::Detach(p) | Op::Particle(p, _) => vec![('p', *p)],
             Op::AddLink(plan) => plan.ends.map(|p| ('p', p)).to_vec(),
@@ -99,125 +185,188 @@ impl Source {
             Op::AddBody(plan) => self.add_body(plan),
             Op::AddShape(b, plan) => {
                 let shape = shape_def(plan);
-                let text = format!("let s{} = world.add_shape({}, {shape}).unwrap();", plan.label, body(*b));
-                self.line(2, &text);
+                let text = format!(
+                    "{}world.add_shape({}, {shape}).unwrap();",
+                    self.bind('s', plan.label),
+                    body(*b)
+                );
+                self.line(1, &text);
             }
             Op::AddJoint(plan) => self.add_joint(plan),
             Op::AddCoupling(plan) => {
                 let CouplingPlan { label, joints: [a, b], axes: [p, q], ratio, offset } = plan;
                 let (ratio, offset) = (show(ratio), show(offset));
-                self.line(2, &format!(
-                    "let j{label} = world.add_coupling(CouplingDef {{ joint_a: j{a}, axis_a: {p}, joint_b: j{b}, \
+                let bind = self.bind('j', *label);
+                self.line(1, &format!(
+                    "{bind}world.add_coupling(CouplingDef {{ joint_a: j{a}, axis_a: {p}, joint_b: j{b}, \
                      axis_b: {q}, ratio: {ratio}, offset: {offset} }}).unwrap();"
                 ));
             }
             Op::SetJointAxes(j, axes) => {
-                self.line(2, &format!(
+                self.line(1, &format!(
                     "let JointKind::SixDof(now) = world.joint(j{j}).unwrap().kind() else {{ unreachable!() }};"
                 ));
-                self.line(2, &format!(
+                self.line(1, &format!(
                     "world.set_joint_axes(j{j}, SixDof {{ frame_a: now.frame_a, frame_b: now.frame_b, ..{} }}).unwrap();",
                     show(axes)
                 ));
             }
-            Op::AddParticle(..) | Op::AddRope(..) | Op::AddCloth(..) | Op::AddCloud(..)
+            Op::AddParticle(..)
+            | Op::AddRope(..)
+            | Op::AddCloth(..)
+            | Op::AddCloud(..)
             | Op::AddLink(_) => self.particles(op),
             Op::SetConfig(config) => {
                 self.config("config", config);
-                self.line(2, "world.set_config(config).unwrap();");
+                self.line(1, "world.set_config(config).unwrap();");
             }
             Op::Query(call) => self.query(call),
             Op::Step(dt, count) => {
                 let dt = seconds(*dt);
-                self.line(2, &format!("for _ in 0..{count} {{"));
-                self.line(3, "if world.step_count() == u64::from(restore_at) {");
-                self.line(4, "world = World::restore(&world.snapshot()).unwrap();");
-                self.line(4, "equip(&mut world);");
-                self.line(3, "}");
-                self.line(3, &format!("world.step({dt});"));
-                self.line(3, "pieces.extend(world.events().pieces.iter().copied());");
-                self.line(3, "hashes.push(world.state_hash());");
-                self.line(2, "}");
+                self.steps(&dt, *count);
             }
             _ => {
                 let text = call(op);
-                self.line(2, &text);
+                self.line(1, &text);
             }
         }
     }
 
+    fn steps(&mut self, dt: &str, count: u32) {
+        self.line(1, &format!("for _ in 0..{count} {{"));
+        let is_compared = self.kind == Some(Kind::HashDiffers);
+        if is_compared {
+            self.line(2, "if world.step_count() == restore_at {");
+            self.line(3, "world = World::restore(&world.snapshot()).unwrap();");
+            self.line(3, "equip(&mut world);");
+            self.line(2, "}");
+        }
+        self.line(2, &format!("world.step({dt});"));
+        if self.has_pieces {
+            self.line(2, "pieces.extend(world.events().pieces.iter().copied());");
+        }
+        if is_compared {
+            self.line(2, "hashes.push(world.state_hash());");
+        }
+        if self.kind == Some(Kind::Unpaired) {
+            self.line(2, "let (events, pair) = (world.events(), |a: ShapeId, b: ShapeId| (a.min(b), a.max(b)));");
+            for (end, begin, a, b) in [
+                ("contact_end", "contact_begin", "shape_a", "shape_b"),
+                ("sensor_exit", "sensor_enter", "sensor", "visitor"),
+            ] {
+                self.line(2, &format!("for e in &events.{end} {{"));
+                self.line(3, &format!("assert!(pairs.remove(&pair(e.{a}, e.{b})), \"{{e:?}}\");"));
+                self.line(2, "}");
+                self.line(2, &format!("for e in &events.{begin} {{"));
+                self.line(3, &format!("assert!(pairs.insert(pair(e.{a}, e.{b})), \"{{e:?}}\");"));
+                self.line(2, "}");
+            }
+        }
+        self.line(1, "}");
+    }
+
+    /// `let NAME = ` if something names it later.
+    fn bind(&self, kind: char, label: Label) -> String {
+        let is_used = self.used.contains(&(kind, label));
+        if is_used { format!("let {kind}{label} = ") } else { String::new() }
+    }
+
     fn add_body(&mut self, plan: &BodyPlan) {
         let b = plan.label;
-        let mut def = plain(&format!("{:?}", BodyDef { shapes: Vec::new(), ..plan.def.clone() }), DEFAULTS);
+        let mut def =
+            plain(&format!("{:?}", BodyDef { shapes: Vec::new(), ..plan.def.clone() }), DEFAULTS);
         for shape in &plan.shapes {
             let _ = write!(def, "\n            .with_shape({})", shape_def(shape));
         }
-        self.line(2, &format!("let def = {def};"));
+        self.line(1, &format!("let def = {def};"));
         if let Some((gap, strength)) = &plan.glue {
             let (gap, strength) = (show(gap), show(strength));
-            self.line(2, &format!("let glue = Glue::touching(&def.shapes, {gap}, {strength}).unwrap();"));
-            self.line(2, "let def = def.with_glue(glue);");
+            self.line(
+                1,
+                &format!("let glue = Glue::touching(&def.shapes, {gap}, {strength}).unwrap();"),
+            );
+            self.line(1, "let def = def.with_glue(glue);");
         }
-        self.line(2, &format!("let b{b} = world.add_body(def).unwrap();"));
+        let has_shapes = plan.shapes.iter().any(|s| self.used.contains(&('s', s.label)));
+        let bind = if has_shapes { format!("let b{b} = ") } else { self.bind('b', b) };
+        self.line(1, &format!("{bind}world.add_body(def).unwrap();"));
         for (i, shape) in plan.shapes.iter().enumerate() {
             if self.used.contains(&('s', shape.label)) {
                 let s = shape.label;
-                self.line(2, &format!("let s{s} = world.body(b{b}).unwrap().shapes().nth({i}).unwrap();"));
+                self.line(
+                    1,
+                    &format!("let s{s} = world.body(b{b}).unwrap().shapes().nth({i}).unwrap();"),
+                );
             }
         }
     }
 
     fn add_joint(&mut self, plan: &JointPlan) {
-        let JointPlan { label, bodies, place, kind, collide_connected, strength, articulated } = plan;
+        let JointPlan { label, bodies, place, kind, collide_connected, strength, articulated } =
+            plan;
         let [a, b] = bodies.map(body);
         match (place, kind) {
             (Place::Along(anchor, axis), JointKind::SixDof(axes)) => {
                 let (anchor, axis, axes) = (show(anchor), show(axis), show(axes));
-                self.line(2, &format!("let def = world.joint_along({a}, {b}, {anchor}, {axis}, {axes}).unwrap();"));
+                self.line(
+                    1,
+                    &format!(
+                        "let def = world.joint_along({a}, {b}, {anchor}, {axis}, {axes}).unwrap();"
+                    ),
+                );
             }
             (Place::Along(p, q) | Place::Anchors(p, q), kind) => {
                 let (p, q, kind) = (show(p), show(q), show(kind));
-                self.line(2, &format!(
+                self.line(1, &format!(
                     "let def = JointDef {{ kind: {kind}, ..JointDef::ball({a}, {p}, {b}, {q}) }};"
                 ));
             }
         }
         let strength = show(strength);
-        self.line(2, &format!(
+        self.line(1, &format!(
             "let def = JointDef {{ collide_connected: {collide_connected}, strength: {strength}, \
              articulated: {articulated}, ..def }};"
         ));
-        self.line(2, &format!("let j{label} = world.add_joint(def).unwrap();"));
+        let bind = self.bind('j', *label);
+        self.line(1, &format!("{bind}world.add_joint(def).unwrap();"));
     }
 
     fn particles(&mut self, op: &Op) {
         let strand = match op {
             Op::AddParticle(label, def) => {
-                self.line(2, &format!("let p{label} = world.add_particle(&{}).unwrap();", show(def)));
+                let bind = self.bind('p', *label);
+                self.line(1, &format!("{bind}world.add_particle(&{}).unwrap();", show(def)));
                 return;
             }
             Op::AddLink(plan) => {
                 let LinkPlan { label, ends: [a, b], kind, length, tear_strain, tear_force } = plan;
                 let [length, strain, force] = [length, tear_strain, tear_force].map(|x| show(x));
-                self.line(2, &format!(
-                    "let l{label} = world.add_link(LinkDef {{ length: {length}, tear_strain: {strain}, \
+                let bind = self.bind('l', *label);
+                self.line(
+                    1,
+                    &format!(
+                        "{bind}world.add_link(LinkDef {{ length: {length}, tear_strain: {strain}, \
                      tear_force: {force}, ..LinkDef::new(p{a}, p{b}, {}) }}).unwrap();",
-                    show(kind)
-                ));
+                        show(kind)
+                    ),
+                );
                 return;
             }
             Op::AddRope(p, l, def) => {
-                self.line(2, &format!("let strand = world.add_rope(&{}).unwrap();", show(def)));
+                self.line(1, &format!("let strand = world.add_rope(&{}).unwrap();", show(def)));
                 (*p, *l)
             }
             Op::AddCloth(p, l, def) => {
-                self.line(2, &format!("let strand = world.add_cloth(&{}).unwrap();", show(def)));
+                self.line(1, &format!("let strand = world.add_cloth(&{}).unwrap();", show(def)));
                 (*p, *l)
             }
             Op::AddCloud(p, points, def) => {
                 let (points, def) = (show(points), show(def));
-                self.line(2, &format!("let particles = world.add_cloud({points}, &{def}).unwrap();"));
-                self.line(2, "let strand = Strand { particles, ..Strand::default() };");
+                self.line(
+                    1,
+                    &format!("let particles = world.add_cloud({points}, &{def}).unwrap();"),
+                );
+                self.line(1, "let strand = Strand { particles, ..Strand::default() };");
                 (*p, Label::MAX)
             }
             _ => return,
@@ -239,8 +388,8 @@ impl Source {
     }
 
     fn strand(&mut self, name: &str, list: &str, number: Label) {
-        self.line(2, &format!("let {name} = strand.{list}.get({number}).copied();"));
-        self.line(2, &format!("let Some({name}) = {name} else {{ unreachable!() }};"));
+        self.line(1, &format!("let {name} = strand.{list}.get({number}).copied();"));
+        self.line(1, &format!("let Some({name}) = {name} else {{ unreachable!() }};"));
     }
 
     fn query(&mut self, call: &QueryCall) {
@@ -259,25 +408,29 @@ impl Source {
             }
         };
         let filter = show(filter);
-        self.line(2, &format!("let answer = world.query().{name}({args}, {filter});"));
-        self.line(2, "let text = format!(\"{answer:?}\");");
-        self.line(2, "assert!(!text.contains(\"NaN\") && !text.contains(\"inf\"), \"{text}\");");
+        self.line(1, &format!("let answer = world.query().{name}({args}, {filter});"));
+        self.line(1, "let text = format!(\"{answer:?}\");");
+        self.line(1, "assert!(!text.contains(\"NaN\") && !text.contains(\"inf\"), \"{text}\");");
     }
 
     fn config(&mut self, name: &str, config: &WorldConfig) {
-        self.line(2, &format!("let mut {name} = WorldConfig::default();"));
-        for (path, value) in changes(config) {
-            self.line(2, &format!("{name}.set(\"{path}\", \"{value}\").unwrap();"));
+        let changed = changes(config);
+        let mutable = if changed.is_empty() { "let " } else { "let mut " };
+        self.line(1, &format!("{mutable}{name} = WorldConfig::default();"));
+        for (path, value) in changed {
+            self.line(1, &format!("{name}.set(\"{path}\", \"{value}\").unwrap();"));
         }
     }
 
-    fn ending(&mut self, finding: Option<&Finding>, steps: u32) {
-        match finding.map(|f| f.kind) {
+    fn ending(&mut self, steps: u32) {
+        match self.kind {
             Some(Kind::HashDiffers) => {
-                self.line(1, "let lowest = *levels.last().unwrap();");
-                self.line(1, "assert_eq!(hashes, run(2, levels[0], u32::MAX).1);");
-                self.line(1, "assert_eq!(hashes, run(4, lowest, u32::MAX).1);");
-                self.line(1, &format!("assert_eq!(hashes, run(1, lowest, {}).1);", steps / 2));
+                self.line(1, "let levels = SimdLevel::available();");
+                self.line(1, "let (best, lowest) = (levels[0], levels[levels.len() - 1]);");
+                self.line(1, "let hashes = run(1, best, u64::MAX);");
+                self.line(1, "assert_eq!(hashes, run(2, best, u64::MAX));");
+                self.line(1, "assert_eq!(hashes, run(4, lowest, u64::MAX));");
+                self.line(1, &format!("assert_eq!(hashes, run(1, lowest, {}));", steps / 2));
             }
             Some(Kind::SnapshotRefused) => {
                 self.line(1, "let again = World::restore(&world.snapshot()).unwrap();");
@@ -285,28 +438,41 @@ impl Source {
             }
             Some(Kind::Fault | Kind::Wild) => {
                 self.line(1, "assert!(world.bodies().all(|b| !b.is_faulted()));");
-                self.line(1, "assert!(world.bodies().all(|b| b.linear_velocity().length() < 1000.0));");
+                self.line(
+                    1,
+                    "assert!(world.bodies().all(|b| b.linear_velocity().length() < 1000.0));",
+                );
             }
             Some(Kind::BadNumber) => {
                 self.line(1, "for body in world.bodies() {");
-                self.line(2, "assert!(body.kinetic_energy().is_finite() && body.pose().is_finite());");
+                self.line(
+                    1,
+                    "assert!(body.kinetic_energy().is_finite() && body.pose().is_finite());",
+                );
                 self.line(1, "}");
                 self.line(1, "for joint in world.joints() {");
-                self.line(2, "assert!(joint.force().is_finite() && joint.torque().is_finite());");
-                self.line(2, "assert!(joint.error().is_finite() && joint.angular_error().is_finite());");
+                self.line(1, "assert!(joint.force().is_finite() && joint.torque().is_finite());");
+                self.line(
+                    1,
+                    "assert!(joint.error().is_finite() && joint.angular_error().is_finite());",
+                );
                 self.line(1, "}");
                 self.line(1, "for contact in world.contacts() {");
-                self.line(2, "assert!(contact.friction_impulse().is_finite());");
+                self.line(1, "assert!(contact.friction_impulse().is_finite());");
                 self.line(1, "}");
                 self.line(1, "for particle in world.particles() {");
-                self.line(2, "assert!(particle.velocity().is_finite() && particle.attachment_force().is_finite());");
+                self.line(1, "assert!(particle.velocity().is_finite() && particle.attachment_force().is_finite());");
                 self.line(1, "}");
                 self.line(1, "for link in world.links() {");
-                self.line(2, "assert!(link.tension().is_finite() && link.error().is_finite());");
+                self.line(1, "assert!(link.tension().is_finite() && link.error().is_finite());");
                 self.line(1, "}");
                 self.line(1, "let audit = format!(\"{:?} {:?}\", world.audit(), world.events());");
-                self.line(1, "assert!(!audit.contains(\"NaN\") && !audit.contains(\"inf\"), \"{audit}\");");
+                self.line(
+                    1,
+                    "assert!(!audit.contains(\"NaN\") && !audit.contains(\"inf\"), \"{audit}\");",
+                );
             }
+            Some(Kind::Unpaired) => {}
             _ => self.line(1, "assert!(world.bodies().all(|b| b.pose().is_finite()));"),
         }
     }
@@ -355,7 +521,9 @@ fn call(op: &Op) -> String {
         Op::FractureBody(b, point, how) => {
             format!("world.fracture_body({}, {}, &{}).unwrap();", body(*b), show(point), show(how))
         }
-        Op::SetFracture(b, how) => format!("world.set_fracture({}, {}).unwrap();", body(*b), show(how)),
+        Op::SetFracture(b, how) => {
+            format!("world.set_fracture({}, {}).unwrap();", body(*b), show(how))
+        }
         Op::SetBondStrength(b, strength) => {
             format!("world.set_bond_strength({}, {}).unwrap();", body(*b), show(strength))
         }
@@ -364,7 +532,12 @@ fn call(op: &Op) -> String {
         Op::BeginLedger => "world.begin_ledger();".to_owned(),
         Op::EndLedger => "let _ = world.end_ledger();".to_owned(),
         Op::Impact(bodies, surface) => {
-            format!("let _ = impact(&{}, &{}, &{});", show(&bodies[0]), show(&bodies[1]), show(surface))
+            format!(
+                "let _ = impact(&{}, &{}, &{});",
+                show(&bodies[0]),
+                show(&bodies[1]),
+                show(surface)
+            )
         }
         _ => String::new(),
     }
@@ -395,120 +568,4 @@ fn body_call(call: &BodyCall) -> String {
         BodyCall::CanSleep(can) => format!("set_can_sleep({can})"),
         BodyCall::UserData(data) => format!("set_user_data({data})"),
     }
-}
-
-fn seconds(dt: f32) -> String {
-    for hertz in [30.0_f32, 50.0, 60.0, 90.0, 120.0, 144.0, 240.0] {
-        if dt.to_bits() == (1.0 / hertz).to_bits() {
-            return format!("1.0 / {hertz:?}");
-        }
-    }
-    show(&dt)
-}
-
-fn form(form: &Form) -> String {
-    match form {
-        Form::Plain(shape) => show(shape),
-        Form::Hull(points) => {
-            format!("Shape::Hull(Arc::new(Hull::from_points(&{}).unwrap()))", show(points))
-        }
-        Form::Mesh(points, triangles) => format!(
-            "Shape::Mesh(Arc::new(Mesh::new(vec!{}, vec!{triangles:?}).unwrap()))",
-            show(points)
-        ),
-    }
-}
-
-/// A shape whose fields are those of [`ShapeDef::new`] but for some.
-fn shape_def(plan: &ShapePlan) -> String {
-    let (def, usual) = (&plan.def, ShapeDef::sphere(1.0));
-    let fields: [(&str, String, String); 8] = [
-        ("pose", show(&def.pose), show(&usual.pose)),
-        ("density", show(&def.density), show(&usual.density)),
-        ("material", show(&def.material), show(&usual.material)),
-        ("filter", show(&def.filter), show(&usual.filter)),
-        ("sensor", show(&def.sensor), show(&usual.sensor)),
-        ("surface_velocity", show(&def.surface_velocity), show(&usual.surface_velocity)),
-        ("surface_spin", show(&def.surface_spin), show(&usual.surface_spin)),
-        ("user_data", show(&def.user_data), show(&usual.user_data)),
-    ];
-    let changed = fields.iter().filter(|(_, own, usual)| own != usual);
-    let changed: String = changed.map(|(name, own, _)| format!("{name}: {own}, ")).collect();
-    let made = format!("ShapeDef::new({})", form(&plan.form));
-    if changed.is_empty() { made } else { format!("ShapeDef {{ {changed}..{made} }}") }
-}
-
-/// A value as source, by what `Debug` writes of it.
-fn show<T: Debug + ?Sized>(value: &T) -> String {
-    plain(&format!("{value:?}"), DEFAULTS)
-}
-
-/// What fields that are not written are taken from.
-const DEFAULTS: &[Default] = &[
-    ("BodyDef", "BodyDef::default()", || format!("{:?}", BodyDef::default())),
-    ("ParticleDef", "ParticleDef::default()", || format!("{:?}", ParticleDef::default())),
-    ("Material", "Material::default()", || format!("{:?}", Material::default())),
-    ("Filter", "Filter::default()", || format!("{:?}", Filter::default())),
-    ("Fracture", "Fracture::default()", || format!("{:?}", Fracture::default())),
-    ("JointStrength", "JointStrength::default()", || format!("{:?}", JointStrength::default())),
-    ("JointAxis", "JointAxis::FREE", || format!("{:?}", JointAxis::FREE)),
-    ("SixDof", "SixDof::FIXED", || format!("{:?}", SixDof::FIXED)),
-];
-
-/// Paths and values of what is not as it is by default.
-fn changes(config: &WorldConfig) -> Vec<(&'static str, String)> {
-    let (own, usual) = (values(config), values(&WorldConfig::default()));
-    let name = config.method.name();
-    let mut changed = Vec::new();
-    if name != WorldConfig::default().method.name() {
-        changed.push(("method", name.to_owned()));
-    }
-    for (own, usual) in own.into_iter().zip(usual) {
-        if own != usual {
-            changed.push(own);
-        }
-    }
-    changed
-}
-
-fn values(c: &WorldConfig) -> Vec<(&'static str, String)> {
-    let g = c.gravity;
-    let options = c.method.options();
-    vec![
-        ("gravity", format!("{:?},{:?},{:?}", g.x, g.y, g.z)),
-        ("method.order", options.order.word().to_owned()),
-        ("method.shock", options.shock.word().to_owned()),
-        ("method.persistence", options.persistence.word().to_owned()),
-        ("method.overlap", options.overlap.word().to_owned()),
-        ("method.rest", options.rest.word().to_owned()),
-        ("method.integration", options.integration.word().to_owned()),
-        ("method.damping", options.damping.word().to_owned()),
-        ("method.sweeps", options.sweeps.to_string()),
-        ("substeps", c.substeps.to_string()),
-        ("contact.hertz", c.contact.hertz.to_string()),
-        ("contact.damping_ratio", c.contact.damping_ratio.to_string()),
-        ("contact.push_speed", c.contact.push_speed.to_string()),
-        ("contact.rest_offset", c.contact.rest_offset.to_string()),
-        ("contact.margin", c.contact.margin.to_string()),
-        ("contact.recycle_distance", c.contact.recycle_distance.to_string()),
-        ("contact.restitution_speed", c.contact.restitution_speed.to_string()),
-        ("contact.hit_speed", c.contact.hit_speed.to_string()),
-        ("inertia.most", c.inertia.most.to_string()),
-        ("inertia.threshold", c.inertia.threshold.to_string()),
-        ("inertia.refine", c.inertia.refine.to_string()),
-        ("joint.hertz", c.joint.hertz.to_string()),
-        ("joint.damping_ratio", c.joint.damping_ratio.to_string()),
-        ("joint.tree_ratio", c.joint.tree_ratio.to_string()),
-        ("joint.refine", c.joint.refine.to_string()),
-        ("particle.form", c.particle.form.word().to_owned()),
-        ("particle.sweeps", c.particle.sweeps.to_string()),
-        ("particle.hertz", c.particle.hertz.to_string()),
-        ("particle.damping_ratio", c.particle.damping_ratio.to_string()),
-        ("penalty.hertz", c.penalty.hertz.to_string()),
-        ("penalty.damping_ratio", c.penalty.damping_ratio.to_string()),
-        ("sleep.enabled", c.sleep.enabled.to_string()),
-        ("sleep.speed", c.sleep.speed.to_string()),
-        ("sleep.time", c.sleep.time.to_string()),
-        ("breakage.max_pieces", c.breakage.max_pieces.to_string()),
-    ]
 }

@@ -61,7 +61,7 @@ impl Subject {
     #[must_use]
     pub const fn limit(self) -> u64 {
         match self {
-            Self::Worlds | Self::Snapshots => 60,
+            Self::Worlds | Self::Snapshots => 30,
             Self::Files | Self::Soak => 90,
             Self::Commands => 150,
         }

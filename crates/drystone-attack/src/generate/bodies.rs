@@ -134,8 +134,11 @@ impl Draw {
 
     pub(super) fn fracture(&mut self) -> Fracture {
         let limit = 3000.0 * self.size * self.size * self.size * self.rng.scale(0.001, 10.0);
-        let how =
-            if self.rng.chance(0.5) { Fracture::by_impulse(limit) } else { Fracture::by_energy(limit) };
+        let how = if self.rng.chance(0.5) {
+            Fracture::by_impulse(limit)
+        } else {
+            Fracture::by_energy(limit)
+        };
         Fracture {
             pieces: self.rng.pick(&[2, 3, 4, 6]),
             min_size: 0.2 * self.size,

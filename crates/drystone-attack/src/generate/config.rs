@@ -24,7 +24,8 @@ impl Draw {
             }
         }
         if self.rng.chance(0.2) {
-            config.gravity = self.rng.pick(&[Vec3::ZERO, Vec3::Y, Vec3::X * -9.81, Vec3::Y * -100.0]);
+            config.gravity =
+                self.rng.pick(&[Vec3::ZERO, Vec3::Y, Vec3::X * -9.81, Vec3::Y * -100.0]);
         }
         if self.rng.chance(0.6) {
             return config;
@@ -55,8 +56,12 @@ impl Draw {
                 14 => config.joint.tree_ratio = r.pick(&[0.0, 1.0, 20.0, 1.0e6]),
                 15 => config.joint.refine = r.pick(&[1, 2, 4, 8]),
                 16 => {
-                    let forms =
-                        [ParticleForm::Own, ParticleForm::Soft, ParticleForm::Aim, ParticleForm::Verlet];
+                    let forms = [
+                        ParticleForm::Own,
+                        ParticleForm::Soft,
+                        ParticleForm::Aim,
+                        ParticleForm::Verlet,
+                    ];
                     config.particle.form = r.pick(&forms);
                     config.particle.sweeps = r.pick(&[0, 1, 5, 20]);
                 }

@@ -109,7 +109,8 @@ impl Draw {
         let strength = if self.rng.chance(0.12) { Some(self.strength()) } else { None };
         let collide_connected = self.rng.chance(0.15);
         let bodies = [a.label, b.label];
-        let plan = JointPlan { label, bodies, place, kind, collide_connected, strength, articulated };
+        let plan =
+            JointPlan { label, bodies, place, kind, collide_connected, strength, articulated };
         self.ops.push(Op::AddJoint(Box::new(plan)));
         self.joints.push(known);
     }
@@ -162,7 +163,10 @@ impl Draw {
                 let twist = self.axis(true);
                 let swing = [self.rng.between(0.1, 1.5), self.rng.between(0.1, 1.5)];
                 let spring = if self.rng.chance(0.3) { Some(self.spring()) } else { None };
-                SixDof { cone: Some(JointCone { swing, spring }), ..SixDof::cone_twist(twist, swing) }
+                SixDof {
+                    cone: Some(JointCone { swing, spring }),
+                    ..SixDof::cone_twist(twist, swing)
+                }
             }
             7 => SixDof::servo(spring, force, torque),
             8 => SixDof::grab(spring, force),
@@ -194,7 +198,10 @@ impl Draw {
 
     fn spring(&mut self) -> JointSpring {
         if self.rng.chance(0.6) {
-            return JointSpring::hertz(self.rng.scale(0.5, 20.0), self.rng.pick(&[0.0, 0.3, 1.0, 2.0]));
+            return JointSpring::hertz(
+                self.rng.scale(0.5, 20.0),
+                self.rng.pick(&[0.0, 0.3, 1.0, 2.0]),
+            );
         }
         let mass = 1000.0 * self.size * self.size * self.size;
         let stiffness = mass * self.rng.scale(1.0, 1.0e4);

@@ -84,7 +84,8 @@ impl Draw {
             if self.rng.chance(0.1) {
                 dt = self.step_length();
             }
-            let chunk = if subjects.calls { self.rng.below_u32(20) } else { self.rng.below_u32(90) };
+            let chunk =
+                if subjects.calls { self.rng.below_u32(20) } else { self.rng.below_u32(90) };
             let count = (chunk + 1).min(left);
             left -= count;
             self.ops.push(Op::Step(dt, count));
