@@ -125,7 +125,14 @@ impl<'a> Slot<'a> {
     fn slice(&self, subject: Subject, first: u64, time: Duration) -> Result<u64, String> {
         let jobs = self.options.jobs.max(1) as u64;
         let first_number = first * jobs + self.slot as u64;
-        let mut child = self.child(subject, first_number, jobs, time)?;
+        // Of what is counted no more than is left, in equal parts.
+        let most = match self.options.worlds {
+            Some(n) if subject == Subject::Worlds => {
+                n.saturating_sub(self.report().tried(subject)).div_ceil(jobs)
+            }
+            _ => u64::MAX,
+        };
+        let mut child = self.child(subject, [first_number, jobs, most], time)?;
         let lines = lines_of(&mut child);
         let limit = Duration::from_secs(subject.limit());
         let (mut units, mut current): (u64, Option<u64>) = (0, None);
@@ -183,17 +190,11 @@ impl<'a> Slot<'a> {
         }
     }
 
-    fn child(
-        &self,
-        subject: Subject,
-        first: u64,
-        stride: u64,
-        time: Duration,
-    ) -> Result<Child, String> {
+    fn child(&self, subject: Subject, units: [u64; 3], time: Duration) -> Result<Child, String> {
         let program = std::env::current_exe().map_err(|e| format!("the program itself: {e}"))?;
         let places = &self.options.places;
         let mut command = Command::new(program);
-        command.arg("worker").arg(subject.name()).arg(first.to_string()).arg(stride.to_string());
+        command.arg("worker").arg(subject.name()).args(units.map(|n| n.to_string()));
         command.arg(time.as_millis().to_string()).arg(self.options.seed.to_string());
         command.arg("--root").arg(&places.root);
         command.arg("--scratch").arg(places.scratch.join(self.slot.to_string()));
@@ -223,19 +224,20 @@ fn lines_of(child: &mut Child) -> Receiver<String> {
     receiver
 }
 
-/// What a child does: units one after the other, each told before and after on the standard output.
+/// What a child does: units one after the other (the first, how far it is to the next, how many, for how long [ms], of
+/// which campaign), each told before and after on the standard output.
 ///
 /// # Errors
 /// The output is closed.
 pub fn worker(
     subject: Subject,
-    [first, stride, milliseconds, campaign]: [u64; 4],
+    [first, stride, most, milliseconds, campaign]: [u64; 5],
     places: &Places,
 ) -> std::io::Result<()> {
     let start = Instant::now();
     let mut out = std::io::stdout().lock();
-    let mut number = first;
-    while start.elapsed() < Duration::from_millis(milliseconds) {
+    let (mut number, mut done) = (first, 0);
+    while done < most && start.elapsed() < Duration::from_millis(milliseconds) {
         let seed = unit_seed(campaign, number);
         writeln!(out, "begin {seed}")?;
         out.flush()?;
@@ -245,7 +247,7 @@ pub fn worker(
         }
         writeln!(out, "done {}", to_line(&unit))?;
         out.flush()?;
-        number += stride;
+        (number, done) = (number + stride, done + 1);
     }
     Ok(())
 }

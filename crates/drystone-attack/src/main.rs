@@ -135,7 +135,7 @@ fn act(arguments: &Arguments) -> Result<bool, String> {
         ["worker", subject, numbers @ ..] => {
             let subject = Subject::named(subject).ok_or("no such subject")?;
             let numbers: Vec<u64> = numbers.iter().filter_map(|n| n.parse().ok()).collect();
-            let numbers = numbers.try_into().map_err(|_| "four numbers".to_owned())?;
+            let numbers = numbers.try_into().map_err(|_| "five numbers".to_owned())?;
             worker(subject, numbers, &options.places).map_err(|e| e.to_string())?;
             Ok(true)
         }
