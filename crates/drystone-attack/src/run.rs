@@ -18,8 +18,8 @@ pub struct Conditions {
     pub threads: usize,
     /// Which SIMD level, counted from the best; beyond the last: the last.
     pub level: usize,
-    /// Goes on from its own snapshot after so many steps.
-    pub restore_at: Option<u32>,
+    /// Goes on from its own snapshot again and again after so many steps.
+    pub restore_every: Option<u32>,
     /// Goes on as a clone after so many steps.
     pub clone_at: Option<u32>,
     /// Whether all must be looked at; else only hashes are taken.
@@ -37,7 +37,7 @@ impl Conditions {
     pub const BASE: Self = Self {
         threads: 1,
         level: 0,
-        restore_at: None,
+        restore_every: None,
         clone_at: None,
         look: true,
         strict: false,
@@ -188,7 +188,7 @@ fn steps(program: &Program, conditions: &Conditions, run: &mut Run) {
 
 /// Goes on from a snapshot or as a clone, where that is asked for.
 fn between(world: &mut World, conditions: &Conditions, step: u32, run: &mut Run) {
-    if conditions.restore_at == Some(step) {
+    if conditions.restore_every.is_some_and(|n| step % n == n - 1) {
         match World::restore(&world.snapshot()) {
             Ok(again) => *world = again,
             Err(why) => run.findings.add(Kind::SnapshotRefused, why.to_string(), "", step),

@@ -12,6 +12,7 @@ use crate::op::{
 };
 use crate::text::plain;
 use crate::values::{DEFAULTS, changes, form, seconds, shape_def, show};
+use crate::variants::RESTORE_EVERY;
 
 /// The source of a test that does what the program does, and asserts what the finding says does not hold.
 #[must_use]
@@ -25,7 +26,7 @@ pub fn test(program: &Program, seed: u64, finding: Option<&Finding>) -> String {
     source.line(0, "#[test]");
     source.line(0, &format!("fn attack_{name}_{seed}() {{"));
     if is_compared {
-        source.line(1, "let run = |threads: usize, level: SimdLevel, restore_at: u64| {");
+        source.line(1, "let run = |threads: usize, level: SimdLevel, restore_every: usize| {");
     }
     source.config("config", &program.config);
     source.line(1, "let mut world = World::new(config).unwrap();");
@@ -50,7 +51,7 @@ pub fn test(program: &Program, seed: u64, finding: Option<&Finding>) -> String {
         source.line(1, "hashes");
         source.line(1, "};");
     }
-    source.ending(program.steps());
+    source.ending();
     source.line(0, "}");
     let mut head =
         "// For crates/drystone/tests/it/regression.rs, under a name that says what must hold.\n"
@@ -236,7 +237,7 @@ impl Source {
         self.line(1, &format!("for _ in 0..{count} {{"));
         let is_compared = self.kind == Some(Kind::HashDiffers);
         if is_compared {
-            self.line(2, "if world.step_count() == restore_at {");
+            self.line(2, "if hashes.len() % restore_every == restore_every - 1 {");
             self.line(3, "world = World::restore(&world.snapshot()).unwrap();");
             self.line(3, "equip(&mut world);");
             self.line(2, "}");
@@ -422,15 +423,15 @@ impl Source {
         }
     }
 
-    fn ending(&mut self, steps: u32) {
+    fn ending(&mut self) {
         match self.kind {
             Some(Kind::HashDiffers) => {
                 self.line(1, "let levels = SimdLevel::available();");
                 self.line(1, "let (best, lowest) = (levels[0], levels[levels.len() - 1]);");
-                self.line(1, "let hashes = run(1, best, u64::MAX);");
-                self.line(1, "assert_eq!(hashes, run(2, best, u64::MAX));");
-                self.line(1, "assert_eq!(hashes, run(4, lowest, u64::MAX));");
-                self.line(1, &format!("assert_eq!(hashes, run(1, lowest, {}));", steps / 2));
+                self.line(1, "let hashes = run(1, best, usize::MAX);");
+                self.line(1, "assert_eq!(hashes, run(2, best, usize::MAX));");
+                self.line(1, "assert_eq!(hashes, run(4, lowest, usize::MAX));");
+                self.line(1, &format!("assert_eq!(hashes, run(1, lowest, {}));", RESTORE_EVERY));
             }
             Some(Kind::SnapshotRefused) => {
                 self.line(1, "let again = World::restore(&world.snapshot()).unwrap();");

@@ -114,8 +114,8 @@ pub fn run_unit(subject: Subject, seed: u64, places: &Places) -> Unit {
     }
 }
 
-/// One world in four is run again under conditions that must not matter.
-const VARIANTS_OF: u64 = 4;
+/// One world in two is run again under conditions that must not matter.
+const VARIANTS_OF: u64 = 2;
 
 fn world(seed: u64, strict: bool) -> Unit {
     let program = match crate::run::guarded(|| generate::program(seed)) {

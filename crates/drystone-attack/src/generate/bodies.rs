@@ -11,14 +11,19 @@ use crate::op::{BodyPlan, Form, Op, ShapePlan, Style};
 impl Draw {
     /// The ground, if there is one.
     pub(super) fn scenery(&mut self) {
-        let form = match self.rng.weighted(&[4.0, 2.0, 2.0, 1.5]) {
+        let form = match self.rng.weighted(&[4.0, 2.0, 2.0, 1.5, 0.7]) {
             0 => Form::Plain(Shape::half_space(Vec3::Y, 0.0)),
             1 => {
                 let half = vec3(20.0, 1.0, 20.0);
                 Form::Plain(Shape::box_half(half))
             }
             2 => self.terrain(),
-            _ => return,
+            3 => return,
+            // A slope.
+            _ => {
+                let normal = (Vec3::Y + self.rng.vector(0.7)).normalize_or(Vec3::Y);
+                Form::Plain(Shape::half_space(normal, 0.0))
+            }
         };
         let below = matches!(form, Form::Plain(Shape::Box { .. }));
         let mut plan = self.shape_of(form);
@@ -37,6 +42,13 @@ impl Draw {
         let mut def = self.body_def(position);
         if self.rng.chance(0.06) && def.kind == BodyKind::Dynamic {
             self.glued(def);
+            return;
+        }
+        if self.rng.chance(0.15) && def.kind == BodyKind::Kinematic {
+            // Moving ground.
+            let form = self.terrain();
+            let plan = self.shape_of(form);
+            self.add(def, vec![plan], 0.0);
             return;
         }
         let is_single = shapes.len() == 1 && !shapes[0].def.sensor;

@@ -48,7 +48,8 @@ impl Draw {
             16 => BodyCall::CanSleep(self.rng.chance(0.5)),
             _ => BodyCall::UserData(self.rng.bits()),
         };
-        self.ops.push(Op::Body(body.label, call));
+        let label = self.any_body_or_piece(&body);
+        self.ops.push(Op::Body(label, call));
     }
 
     fn shape_call(&mut self) {

@@ -2,7 +2,7 @@
 
 use drystone::{Filter, Material, Quat, Vec3};
 
-use crate::op::{Label, Op, Style};
+use crate::op::{Label, Op, PIECES, Style};
 use crate::rng::Rng;
 
 /// A body of the program.
@@ -43,7 +43,7 @@ pub(super) struct Draw {
 impl Draw {
     pub(super) fn new(mut rng: Rng, style: Style) -> Self {
         let size = match style {
-            Style::Ordinary | Style::Edge => rng.scale(0.1, 1.6),
+            Style::Ordinary | Style::Edge => rng.scale(0.1, 2.5),
             Style::Wide | Style::Torture => 1.0,
         };
         Self {
@@ -148,6 +148,11 @@ impl Draw {
         let mask = if self.rng.chance(0.5) { u64::MAX } else { self.rng.below(8) as u64 };
         let exclude = if self.rng.chance(0.2) { self.rng.below(4) as u64 } else { 0 };
         Filter { layers, mask, exclude }
+    }
+
+    /// The label of some body, or of a piece of one that broke.
+    pub(super) fn any_body_or_piece(&mut self, of: &KnownBody) -> Label {
+        if self.rng.chance(0.05) { PIECES + self.rng.below_u32(4) } else { of.label }
     }
 
     /// A body, or one that is gone; `None` if there never was any.

@@ -41,7 +41,8 @@ pub fn program_of(seed: u64, style: Style) -> Program {
         joints: d.rng.chance(0.45),
         particles: d.rng.chance(0.2),
         calls: d.rng.chance(0.5),
-        hostile_steps: style == Style::Edge && d.rng.chance(0.3),
+        hostile_steps: style != Style::Ordinary
+            && d.rng.chance(if style == Style::Edge { 0.3 } else { 0.04 }),
     };
     let config = d.config();
     d.scenery();
