@@ -6,7 +6,7 @@ use std::process::Command;
 use crate::{Outcome, WITHOUT_GRAPHICS, cargo, root, run_to_end, target};
 
 /// The profile with the checks of a debug build that an optimized one leaves out.
-const PROFILE: &str = "attack";
+const PROFILE: &str = "checked";
 
 /// Builds the search and the command, and runs it with these words.
 pub fn run(words: &[&str]) -> Outcome {

@@ -162,8 +162,7 @@ impl Search {
     /// With fewer steps, and one length of all steps.
     fn fewer_steps(&mut self) {
         for i in 0..self.best.ops.len() {
-            loop {
-                let Some(Op::Step(dt, count)) = self.best.ops.get(i) else { break };
+            while let Some(Op::Step(dt, count)) = self.best.ops.get(i) {
                 let (dt, count) = (*dt, *count);
                 let mut one = |count: u32| {
                     let mut next = self.best.clone();

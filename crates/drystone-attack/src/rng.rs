@@ -23,7 +23,7 @@ impl Rng {
     pub fn below(&mut self, n: usize) -> usize {
         let n = n.max(1) as u64;
         // The high half: of a product of 32 bits each, no number is preferred by more than n / 2^32.
-        usize::try_from((self.bits() >> 32) * n >> 32).unwrap_or(0)
+        usize::try_from(((self.bits() >> 32) * n) >> 32).unwrap_or(0)
     }
 
     /// The same of 32 bits.

@@ -108,20 +108,24 @@ static LAST: Mutex<Option<Panic>> = Mutex::new(None);
 /// Where it panicked.
 pub fn guarded<T>(act: impl FnOnce() -> T) -> Result<T, Panic> {
     static HOOK: OnceLock<()> = OnceLock::new();
-    HOOK.get_or_init(|| {
-        std::panic::set_hook(Box::new(|info| {
-            let place = info.location().map_or_else(String::new, |l| {
-                let file = l.file().rsplit_once("crates/").map_or(l.file(), |(_, file)| file);
-                format!("{file}:{}", l.line())
-            });
-            let message = info.payload_as_str().unwrap_or("a panic without words").to_owned();
-            let mut last = LAST.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
-            last.get_or_insert(Panic { place, message });
-        }))
-    });
+    HOOK.get_or_init(|| std::panic::set_hook(Box::new(note)));
     let take = || LAST.lock().unwrap_or_else(std::sync::PoisonError::into_inner).take();
     take();
     std::panic::catch_unwind(AssertUnwindSafe(act)).map_err(|_| take().unwrap_or_default())
+}
+
+/// Keeps where a panic was, unless it follows from one before.
+fn note(info: &std::panic::PanicHookInfo<'_>) {
+    let place = info.location().map_or_else(String::new, |l| {
+        let file = l.file().rsplit_once("crates/").map_or(l.file(), |(_, file)| file);
+        format!("{file}:{}", l.line())
+    });
+    let payload = info.payload();
+    let text = payload.downcast_ref::<&str>().copied();
+    let text = text.or_else(|| payload.downcast_ref::<String>().map(String::as_str));
+    let message = text.unwrap_or("a panic without words").to_owned();
+    let mut last = LAST.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+    last.get_or_insert(Panic { place, message });
 }
 
 /// Teams that live as long as the program.

@@ -341,7 +341,7 @@ impl Source {
             }
             Op::AddLink(plan) => {
                 let LinkPlan { label, ends: [a, b], kind, length, tear_strain, tear_force } = plan;
-                let [length, strain, force] = [length, tear_strain, tear_force].map(|x| show(x));
+                let [length, strain, force] = [length, tear_strain, tear_force].map(show);
                 let bind = self.bind('l', *label);
                 self.line(
                     1,

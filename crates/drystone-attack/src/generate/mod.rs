@@ -22,7 +22,6 @@ struct Subjects {
     joints: bool,
     particles: bool,
     calls: bool,
-    hostile_steps: bool,
 }
 
 /// The program of a seed.
@@ -41,9 +40,9 @@ pub fn program_of(seed: u64, style: Style) -> Program {
         joints: d.rng.chance(0.45),
         particles: d.rng.chance(0.2),
         calls: d.rng.chance(0.5),
-        hostile_steps: style != Style::Ordinary
-            && d.rng.chance(if style == Style::Edge { 0.3 } else { 0.04 }),
     };
+    let hostile =
+        style != Style::Ordinary && d.rng.chance(if style == Style::Edge { 0.3 } else { 0.04 });
     let config = d.config();
     d.scenery();
     let most = if subjects.joints || subjects.particles { 7 } else { 12 };
@@ -68,7 +67,7 @@ pub fn program_of(seed: u64, style: Style) -> Program {
         Style::Edge => 20 + d.rng.below_u32(70),
         _ => 200_u32,
     };
-    d.run(subjects, total);
+    d.run(subjects.calls, hostile, total);
     let mut program = Program { style, config, ops: d.ops };
     if style == Style::Edge {
         edge::mutate(&mut program, &mut d.rng);
@@ -78,23 +77,22 @@ pub fn program_of(seed: u64, style: Style) -> Program {
 
 impl Draw {
     /// Steps, with calls between them.
-    fn run(&mut self, subjects: Subjects, total: u32) {
+    fn run(&mut self, calls: bool, hostile: bool, total: u32) {
         let mut dt = self.step_length();
         let mut left = total;
         while left > 0 {
             if self.rng.chance(0.1) {
                 dt = self.step_length();
             }
-            let chunk =
-                if subjects.calls { self.rng.below_u32(20) } else { self.rng.below_u32(90) };
+            let chunk = if calls { self.rng.below_u32(20) } else { self.rng.below_u32(90) };
             let count = (chunk + 1).min(left);
             left -= count;
             self.ops.push(Op::Step(dt, count));
-            if subjects.hostile_steps && self.rng.chance(0.3) {
+            if hostile && self.rng.chance(0.3) {
                 let dt = self.hostile_step_length();
                 self.ops.push(Op::Step(dt, 1));
             }
-            if subjects.calls {
+            if calls {
                 for _ in 0..self.rng.below(4) {
                     self.call();
                 }
