@@ -23,36 +23,36 @@ pub fn test(program: &Program, seed: u64, finding: Option<&Finding>) -> String {
     let has_pieces = used.iter().any(|(kind, label)| *kind == 'b' && *label >= PIECES);
     let mut source = Source { text: String::new(), used, has_pieces, kind };
     let name = kind.map_or("program", Kind::name).replace('-', "_");
-    source.line(0, "#[test]");
-    source.line(0, &format!("fn attack_{name}_{seed}() {{"));
+    source.line("#[test]");
+    source.line(&format!("fn attack_{name}_{seed}() {{"));
     if is_compared {
-        source.line(1, "let run = |threads: usize, level: SimdLevel, restore_every: usize| {");
+        source.line("let run = |threads: usize, level: SimdLevel, restore_every: usize| {");
     }
     source.config("config", &program.config);
-    source.line(1, "let mut world = World::new(config).unwrap();");
+    source.line("let mut world = World::new(config).unwrap();");
     if is_compared {
-        source.line(1, "let equip = |world: &mut World| {");
-        source.line(2, "world.set_executor(Arc::new(Team::with_threads(threads)));");
-        source.line(2, "world.set_simd_level(level);");
-        source.line(1, "};");
-        source.line(1, "equip(&mut world);");
-        source.line(1, "let mut hashes = Vec::new();");
+        source.line("let equip = |world: &mut World| {");
+        source.line("world.set_executor(Arc::new(Team::with_threads(threads)));");
+        source.line("world.set_simd_level(level);");
+        source.line("};");
+        source.line("equip(&mut world);");
+        source.line("let mut hashes = Vec::new();");
     }
     if has_pieces {
-        source.line(1, "let mut pieces: Vec<BodyId> = Vec::new();");
+        source.line("let mut pieces: Vec<BodyId> = Vec::new();");
     }
     if kind == Some(Kind::Unpaired) {
-        source.line(1, "let mut pairs: BTreeSet<(ShapeId, ShapeId)> = BTreeSet::new();");
+        source.line("let mut pairs: BTreeSet<(ShapeId, ShapeId)> = BTreeSet::new();");
     }
     for op in &program.ops {
         source.op(op);
     }
     if is_compared {
-        source.line(1, "hashes");
-        source.line(1, "};");
+        source.line("hashes");
+        source.line("};");
     }
     source.ending();
-    source.line(0, "}");
+    source.line("}");
     let mut head =
         "// For crates/drystone/tests/it/regression.rs, under a name that says what must hold.\n"
             .to_owned();
@@ -176,7 +176,11 @@ fn body(label: Label) -> String {
 }
 
 impl Source {
-    fn line(&mut self, depth: usize, text: &str) {
+    /// Adds a line, as far in as there are brackets open.
+    fn line(&mut self, text: &str) {
+        let count = |of: [char; 2], text: &str| text.matches(of).count();
+        let depth = count(['{', '('], &self.text).saturating_sub(count(['}', ')'], &self.text));
+        let depth = if text.starts_with('}') { depth.saturating_sub(1) } else { depth };
         // A string takes all there is.
         let _ = writeln!(self.text, "{}{text}", "    ".repeat(depth));
     }
@@ -191,23 +195,23 @@ impl Source {
                     self.bind('s', plan.label),
                     body(*b)
                 );
-                self.line(1, &text);
+                self.line(&text);
             }
             Op::AddJoint(plan) => self.add_joint(plan),
             Op::AddCoupling(plan) => {
                 let CouplingPlan { label, joints: [a, b], axes: [p, q], ratio, offset } = plan;
                 let (ratio, offset) = (show(ratio), show(offset));
                 let bind = self.bind('j', *label);
-                self.line(1, &format!(
+                self.line(&format!(
                     "{bind}world.add_coupling(CouplingDef {{ joint_a: j{a}, axis_a: {p}, joint_b: j{b}, \
                      axis_b: {q}, ratio: {ratio}, offset: {offset} }}).unwrap();"
                 ));
             }
             Op::SetJointAxes(j, axes) => {
-                self.line(1, &format!(
+                self.line(&format!(
                     "let JointKind::SixDof(now) = world.joint(j{j}).unwrap().kind() else {{ unreachable!() }};"
                 ));
-                self.line(1, &format!(
+                self.line(&format!(
                     "world.set_joint_axes(j{j}, SixDof {{ frame_a: now.frame_a, frame_b: now.frame_b, ..{} }}).unwrap();",
                     show(axes)
                 ));
@@ -219,7 +223,7 @@ impl Source {
             | Op::AddLink(_) => self.particles(op),
             Op::SetConfig(config) => {
                 self.config("config", config);
-                self.line(1, "world.set_config(config).unwrap();");
+                self.line("world.set_config(config).unwrap();");
             }
             Op::Query(call) => self.query(call),
             Op::Step(dt, count) => {
@@ -228,42 +232,42 @@ impl Source {
             }
             _ => {
                 let text = call(op);
-                self.line(1, &text);
+                self.line(&text);
             }
         }
     }
 
     fn steps(&mut self, dt: &str, count: u32) {
-        self.line(1, &format!("for _ in 0..{count} {{"));
+        self.line(&format!("for _ in 0..{count} {{"));
         let is_compared = self.kind == Some(Kind::HashDiffers);
         if is_compared {
-            self.line(2, "if hashes.len() % restore_every == restore_every - 1 {");
-            self.line(3, "world = World::restore(&world.snapshot()).unwrap();");
-            self.line(3, "equip(&mut world);");
-            self.line(2, "}");
+            self.line("if hashes.len() % restore_every == restore_every - 1 {");
+            self.line("world = World::restore(&world.snapshot()).unwrap();");
+            self.line("equip(&mut world);");
+            self.line("}");
         }
-        self.line(2, &format!("world.step({dt});"));
+        self.line(&format!("world.step({dt});"));
         if self.has_pieces {
-            self.line(2, "pieces.extend(world.events().pieces.iter().copied());");
+            self.line("pieces.extend(world.events().pieces.iter().copied());");
         }
         if is_compared {
-            self.line(2, "hashes.push(world.state_hash());");
+            self.line("hashes.push(world.state_hash());");
         }
         if self.kind == Some(Kind::Unpaired) {
-            self.line(2, "let (events, pair) = (world.events(), |a: ShapeId, b: ShapeId| (a.min(b), a.max(b)));");
+            self.line("let (events, pair) = (world.events(), |a: ShapeId, b: ShapeId| (a.min(b), a.max(b)));");
             for (end, begin, a, b) in [
                 ("contact_end", "contact_begin", "shape_a", "shape_b"),
                 ("sensor_exit", "sensor_enter", "sensor", "visitor"),
             ] {
-                self.line(2, &format!("for e in &events.{end} {{"));
-                self.line(3, &format!("assert!(pairs.remove(&pair(e.{a}, e.{b})), \"{{e:?}}\");"));
-                self.line(2, "}");
-                self.line(2, &format!("for e in &events.{begin} {{"));
-                self.line(3, &format!("assert!(pairs.insert(pair(e.{a}, e.{b})), \"{{e:?}}\");"));
-                self.line(2, "}");
+                self.line(&format!("for e in &events.{end} {{"));
+                self.line(&format!("assert!(pairs.remove(&pair(e.{a}, e.{b})), \"{{e:?}}\");"));
+                self.line("}");
+                self.line(&format!("for e in &events.{begin} {{"));
+                self.line(&format!("assert!(pairs.insert(pair(e.{a}, e.{b})), \"{{e:?}}\");"));
+                self.line("}");
             }
         }
-        self.line(1, "}");
+        self.line("}");
     }
 
     /// `let NAME = ` if something names it later.
@@ -279,25 +283,23 @@ impl Source {
         for shape in &plan.shapes {
             let _ = write!(def, "\n            .with_shape({})", shape_def(shape));
         }
-        self.line(1, &format!("let def = {def};"));
+        self.line(&format!("let def = {def};"));
         if let Some((gap, strength)) = &plan.glue {
             let (gap, strength) = (show(gap), show(strength));
-            self.line(
-                1,
-                &format!("let glue = Glue::touching(&def.shapes, {gap}, {strength}).unwrap();"),
-            );
-            self.line(1, "let def = def.with_glue(glue);");
+            self.line(&format!(
+                "let glue = Glue::touching(&def.shapes, {gap}, {strength}).unwrap();"
+            ));
+            self.line("let def = def.with_glue(glue);");
         }
         let has_shapes = plan.shapes.iter().any(|s| self.used.contains(&('s', s.label)));
         let bind = if has_shapes { format!("let b{b} = ") } else { self.bind('b', b) };
-        self.line(1, &format!("{bind}world.add_body(def).unwrap();"));
+        self.line(&format!("{bind}world.add_body(def).unwrap();"));
         for (i, shape) in plan.shapes.iter().enumerate() {
             if self.used.contains(&('s', shape.label)) {
                 let s = shape.label;
-                self.line(
-                    1,
-                    &format!("let s{s} = world.body(b{b}).unwrap().shapes().nth({i}).unwrap();"),
-                );
+                self.line(&format!(
+                    "let s{s} = world.body(b{b}).unwrap().shapes().nth({i}).unwrap();"
+                ));
             }
         }
     }
@@ -309,65 +311,56 @@ impl Source {
         match (place, kind) {
             (Place::Along(anchor, axis), JointKind::SixDof(axes)) => {
                 let (anchor, axis, axes) = (show(anchor), show(axis), show(axes));
-                self.line(
-                    1,
-                    &format!(
-                        "let def = world.joint_along({a}, {b}, {anchor}, {axis}, {axes}).unwrap();"
-                    ),
-                );
+                self.line(&format!(
+                    "let def = world.joint_along({a}, {b}, {anchor}, {axis}, {axes}).unwrap();"
+                ));
             }
             (Place::Along(p, q) | Place::Anchors(p, q), kind) => {
                 let (p, q, kind) = (show(p), show(q), show(kind));
-                self.line(1, &format!(
+                self.line(&format!(
                     "let def = JointDef {{ kind: {kind}, ..JointDef::ball({a}, {p}, {b}, {q}) }};"
                 ));
             }
         }
         let strength = show(strength);
-        self.line(1, &format!(
+        self.line(&format!(
             "let def = JointDef {{ collide_connected: {collide_connected}, strength: {strength}, \
              articulated: {articulated}, ..def }};"
         ));
         let bind = self.bind('j', *label);
-        self.line(1, &format!("{bind}world.add_joint(def).unwrap();"));
+        self.line(&format!("{bind}world.add_joint(def).unwrap();"));
     }
 
     fn particles(&mut self, op: &Op) {
         let strand = match op {
             Op::AddParticle(label, def) => {
                 let bind = self.bind('p', *label);
-                self.line(1, &format!("{bind}world.add_particle(&{}).unwrap();", show(def)));
+                self.line(&format!("{bind}world.add_particle(&{}).unwrap();", show(def)));
                 return;
             }
             Op::AddLink(plan) => {
                 let LinkPlan { label, ends: [a, b], kind, length, tear_strain, tear_force } = plan;
                 let [length, strain, force] = [length, tear_strain, tear_force].map(show);
                 let bind = self.bind('l', *label);
-                self.line(
-                    1,
-                    &format!(
-                        "{bind}world.add_link(LinkDef {{ length: {length}, tear_strain: {strain}, \
+                self.line(&format!(
+                    "{bind}world.add_link(LinkDef {{ length: {length}, tear_strain: {strain}, \
                      tear_force: {force}, ..LinkDef::new(p{a}, p{b}, {}) }}).unwrap();",
-                        show(kind)
-                    ),
-                );
+                    show(kind)
+                ));
                 return;
             }
             Op::AddRope(p, l, def) => {
-                self.line(1, &format!("let strand = world.add_rope(&{}).unwrap();", show(def)));
+                self.line(&format!("let strand = world.add_rope(&{}).unwrap();", show(def)));
                 (*p, *l)
             }
             Op::AddCloth(p, l, def) => {
-                self.line(1, &format!("let strand = world.add_cloth(&{}).unwrap();", show(def)));
+                self.line(&format!("let strand = world.add_cloth(&{}).unwrap();", show(def)));
                 (*p, *l)
             }
             Op::AddCloud(p, points, def) => {
                 let (points, def) = (show(points), show(def));
-                self.line(
-                    1,
-                    &format!("let particles = world.add_cloud({points}, &{def}).unwrap();"),
-                );
-                self.line(1, "let strand = Strand { particles, ..Strand::default() };");
+                self.line(&format!("let particles = world.add_cloud({points}, &{def}).unwrap();"));
+                self.line("let strand = Strand { particles, ..Strand::default() };");
                 (*p, Label::MAX)
             }
             _ => return,
@@ -389,8 +382,8 @@ impl Source {
     }
 
     fn strand(&mut self, name: &str, list: &str, number: Label) {
-        self.line(1, &format!("let {name} = strand.{list}.get({number}).copied();"));
-        self.line(1, &format!("let Some({name}) = {name} else {{ unreachable!() }};"));
+        self.line(&format!("let {name} = strand.{list}.get({number}).copied();"));
+        self.line(&format!("let Some({name}) = {name} else {{ unreachable!() }};"));
     }
 
     fn query(&mut self, call: &QueryCall) {
@@ -409,72 +402,66 @@ impl Source {
             }
         };
         let filter = show(filter);
-        self.line(1, &format!("let answer = world.query().{name}({args}, {filter});"));
-        self.line(1, "let text = format!(\"{answer:?}\");");
-        self.line(1, "assert!(!text.contains(\"NaN\") && !text.contains(\"inf\"), \"{text}\");");
+        self.line(&format!("let answer = world.query().{name}({args}, {filter});"));
+        self.line("let text = format!(\"{answer:?}\");");
+        self.line("assert!(!text.contains(\"NaN\") && !text.contains(\"inf\"), \"{text}\");");
     }
 
     fn config(&mut self, name: &str, config: &WorldConfig) {
         let changed = changes(config);
         let mutable = if changed.is_empty() { "let " } else { "let mut " };
-        self.line(1, &format!("{mutable}{name} = WorldConfig::default();"));
+        self.line(&format!("{mutable}{name} = WorldConfig::default();"));
         for (path, value) in changed {
-            self.line(1, &format!("{name}.set(\"{path}\", \"{value}\").unwrap();"));
+            self.line(&format!("{name}.set(\"{path}\", \"{value}\").unwrap();"));
         }
     }
 
     fn ending(&mut self) {
         match self.kind {
             Some(Kind::HashDiffers) => {
-                self.line(1, "let levels = SimdLevel::available();");
-                self.line(1, "let (best, lowest) = (levels[0], levels[levels.len() - 1]);");
-                self.line(1, "let hashes = run(1, best, usize::MAX);");
-                self.line(1, "assert_eq!(hashes, run(2, best, usize::MAX));");
-                self.line(1, "assert_eq!(hashes, run(4, lowest, usize::MAX));");
-                self.line(1, &format!("assert_eq!(hashes, run(1, lowest, {}));", RESTORE_EVERY));
+                self.line("let levels = SimdLevel::available();");
+                self.line("let (best, lowest) = (levels[0], levels[levels.len() - 1]);");
+                self.line("let hashes = run(1, best, usize::MAX);");
+                self.line("assert_eq!(hashes, run(2, best, usize::MAX));");
+                self.line("assert_eq!(hashes, run(4, lowest, usize::MAX));");
+                self.line(&format!("assert_eq!(hashes, run(1, lowest, {}));", RESTORE_EVERY));
             }
             Some(Kind::SnapshotRefused) => {
-                self.line(1, "let again = World::restore(&world.snapshot()).unwrap();");
-                self.line(1, "assert_eq!(again.state_hash(), world.state_hash());");
+                self.line("let again = World::restore(&world.snapshot()).unwrap();");
+                self.line("assert_eq!(again.state_hash(), world.state_hash());");
             }
             Some(Kind::Fault | Kind::Wild) => {
-                self.line(1, "assert!(world.bodies().all(|b| !b.is_faulted()));");
+                self.line("assert!(world.bodies().all(|b| !b.is_faulted()));");
                 self.line(
-                    1,
                     "assert!(world.bodies().all(|b| b.linear_velocity().length() < 1000.0));",
                 );
             }
             Some(Kind::BadNumber) => {
-                self.line(1, "for body in world.bodies() {");
+                self.line("for body in world.bodies() {");
+                self.line("assert!(body.kinetic_energy().is_finite() && body.pose().is_finite());");
+                self.line("}");
+                self.line("for joint in world.joints() {");
+                self.line("assert!(joint.force().is_finite() && joint.torque().is_finite());");
                 self.line(
-                    1,
-                    "assert!(body.kinetic_energy().is_finite() && body.pose().is_finite());",
-                );
-                self.line(1, "}");
-                self.line(1, "for joint in world.joints() {");
-                self.line(1, "assert!(joint.force().is_finite() && joint.torque().is_finite());");
-                self.line(
-                    1,
                     "assert!(joint.error().is_finite() && joint.angular_error().is_finite());",
                 );
-                self.line(1, "}");
-                self.line(1, "for contact in world.contacts() {");
-                self.line(1, "assert!(contact.friction_impulse().is_finite());");
-                self.line(1, "}");
-                self.line(1, "for particle in world.particles() {");
-                self.line(1, "assert!(particle.velocity().is_finite() && particle.attachment_force().is_finite());");
-                self.line(1, "}");
-                self.line(1, "for link in world.links() {");
-                self.line(1, "assert!(link.tension().is_finite() && link.error().is_finite());");
-                self.line(1, "}");
-                self.line(1, "let audit = format!(\"{:?} {:?}\", world.audit(), world.events());");
+                self.line("}");
+                self.line("for contact in world.contacts() {");
+                self.line("assert!(contact.friction_impulse().is_finite());");
+                self.line("}");
+                self.line("for particle in world.particles() {");
+                self.line("assert!(particle.velocity().is_finite() && particle.attachment_force().is_finite());");
+                self.line("}");
+                self.line("for link in world.links() {");
+                self.line("assert!(link.tension().is_finite() && link.error().is_finite());");
+                self.line("}");
+                self.line("let audit = format!(\"{:?} {:?}\", world.audit(), world.events());");
                 self.line(
-                    1,
                     "assert!(!audit.contains(\"NaN\") && !audit.contains(\"inf\"), \"{audit}\");",
                 );
             }
             Some(Kind::Unpaired) => {}
-            _ => self.line(1, "assert!(world.bodies().all(|b| b.pose().is_finite()));"),
+            _ => self.line("assert!(world.bodies().all(|b| b.pose().is_finite()));"),
         }
     }
 }

@@ -63,7 +63,7 @@ impl Subject {
         match self {
             Self::Worlds | Self::Snapshots => 30,
             Self::Files | Self::Soak => 90,
-            Self::Commands => 150,
+            Self::Commands => 600,
         }
     }
 }
