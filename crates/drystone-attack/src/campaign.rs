@@ -50,7 +50,9 @@ pub fn unit_seed(campaign: u64, number: u64) -> u64 {
 /// The folder of findings cannot be written, or no worker can be started.
 pub fn run(options: &Options) -> Result<Report, String> {
     std::fs::create_dir_all(&options.out).map_err(|e| format!("{}: {e}", options.out.display()))?;
-    let report = Mutex::new(Report::new(&options.out));
+    let known = options.places.root.join("crates/drystone-attack/known.txt");
+    let known = std::fs::read_to_string(known).unwrap_or_default();
+    let report = Mutex::new(Report::new(&options.out, &known));
     let bar = ProgressBar::new(options.time.as_secs());
     if let Ok(style) = ProgressStyle::with_template("{wide_bar} {elapsed} {msg}") {
         bar.set_style(style);

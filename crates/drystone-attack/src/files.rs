@@ -58,6 +58,9 @@ pub fn attack(seed: u64, places: &Places) -> Unit {
         Err(panic) => findings.add(Kind::Panic, panic.place, panic.message, 0),
     }
     let name = damaged.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
+    if !findings.all.is_empty() {
+        unit.inputs.push((format!("damaged-{name}"), bytes));
+    }
     for f in findings.all {
         let detail = format!("{name}: {}", f.detail);
         unit.findings.add(f.kind, format!("a damaged {ending}: {}", f.what), detail, f.step);

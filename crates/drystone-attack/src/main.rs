@@ -144,7 +144,7 @@ fn act(arguments: &Arguments) -> Result<bool, String> {
             if arguments.is_traced && subject == Subject::Worlds {
                 probe::probe(seed, "all", Some(say));
             }
-            let findings = repeat(subject, seed, &options.places);
+            let findings = repeat(subject, seed, options)?;
             Ok(findings.is_empty())
         }
         ["minimize", seed] => {
@@ -178,9 +178,9 @@ fn parse_seed(text: &str) -> Result<(Subject, u64), String> {
     Ok((subject, seed.parse().map_err(|_| format!("{seed}: no seed"))?))
 }
 
-fn repeat(subject: Subject, seed: u64, places: &Places) -> Vec<Finding> {
-    let unit = run_unit(subject, seed, places);
-    let _ = std::fs::remove_dir_all(&places.scratch);
+fn repeat(subject: Subject, seed: u64, options: &Options) -> Result<Vec<Finding>, String> {
+    let unit = run_unit(subject, seed, &options.places);
+    let _ = std::fs::remove_dir_all(&options.places.scratch);
     if let Some(style) = unit.style {
         say(&format!("style {}", style.name()));
     }
@@ -200,7 +200,13 @@ fn repeat(subject: Subject, seed: u64, places: &Places) -> Vec<Finding> {
     if unit.findings.all.is_empty() {
         say("nothing breaks");
     }
-    unit.findings.all
+    for (name, bytes) in &unit.inputs {
+        std::fs::create_dir_all(&options.out).map_err(|e| e.to_string())?;
+        let path = options.out.join(format!("{seed}-{name}"));
+        std::fs::write(&path, bytes).map_err(|e| format!("{}: {e}", path.display()))?;
+        say(&format!("written to {}", path.display()));
+    }
+    Ok(unit.findings.all)
 }
 
 /// Shrinks a program for each of its findings and writes a test of each.

@@ -1,6 +1,6 @@
 //! What a campaign came to: counts by subject, and a file for each finding.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
@@ -45,15 +45,23 @@ pub struct Report {
     out: PathBuf,
     subjects: BTreeMap<Subject, Row>,
     styles: BTreeMap<Style, Row>,
+    /// Causes that are known, as `subject kind what`.
+    known: BTreeSet<String>,
     /// By subject, kind and cause: how often, and the first seed.
     causes: BTreeMap<(Subject, Kind, String), (u64, u64)>,
 }
 
 impl Report {
-    /// Of a campaign whose findings go into this folder.
+    /// Of a campaign whose findings go into this folder; `known` lists causes that are known, one a line.
     #[must_use]
-    pub fn new(out: &Path) -> Self {
-        Self { out: out.to_owned(), ..Self::default() }
+    pub fn new(out: &Path, known: &str) -> Self {
+        let lines = known.lines().map(str::trim).filter(|line| !line.starts_with('#'));
+        let known = lines.filter(|line| !line.is_empty()).map(str::to_owned).collect();
+        Self { out: out.to_owned(), known, ..Self::default() }
+    }
+
+    fn is_known(&self, (subject, kind, what): &(Subject, Kind, String)) -> bool {
+        self.known.contains(&format!("{} {} {what}", subject.name(), kind.name()))
     }
 
     /// How much of a subject was tried.
@@ -62,10 +70,10 @@ impl Report {
         self.subjects.get(&subject).map_or(0, |row| row.tried)
     }
 
-    /// Whether something broke.
+    /// Whether something broke that is not known to.
     #[must_use]
     pub fn has_findings(&self) -> bool {
-        !self.causes.is_empty()
+        self.causes.keys().any(|cause| !self.is_known(cause))
     }
 
     /// Counts a unit.
@@ -169,9 +177,10 @@ impl Report {
         push(text, format_args!("\nfindings, in {}:\n", self.out.display()));
         let mut causes: Vec<_> = self.causes.iter().collect();
         causes.sort_by_key(|(_, (count, _))| core::cmp::Reverse(*count));
-        for ((subject, kind, what), (count, seed)) in causes.iter().take(60) {
-            let (subject, kind) = (subject.name(), kind.name());
-            push(text, format_args!("{count:8} x {kind}: {what}   [{subject}:{seed}]\n"));
+        for (cause, (count, seed)) in causes.iter().take(60) {
+            let mark = if self.is_known(cause) { " (known)" } else { "" };
+            let (subject, kind, what) = (cause.0.name(), cause.1.name(), &cause.2);
+            push(text, format_args!("{count:8} x {kind}: {what}   [{subject}:{seed}]{mark}\n"));
         }
     }
 
@@ -184,4 +193,29 @@ impl Report {
 fn push(text: &mut String, what: core::fmt::Arguments<'_>) {
     // A string takes all there is.
     let _ = text.write_fmt(what);
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::Report;
+    use crate::finding::{Finding, Kind};
+    use crate::unit::Subject;
+
+    #[test]
+    fn what_is_known_is_counted_and_is_no_failure() {
+        let finding = |what: &str| {
+            let (kind, what, detail) = (Kind::BadNumber, what.to_owned(), String::new());
+            Finding { kind, what, detail, step: 1 }
+        };
+        let folder = Path::new("/nonexistent");
+        let mut report = Report::new(folder, "# list\nworlds bad-number a force\n");
+        report.found(Subject::Worlds, 7, &finding("a force"));
+        assert!(!report.has_findings() && report.table().contains("[worlds:7] (known)"));
+        report.found(Subject::Worlds, 8, &finding("a torque"));
+        report.found(Subject::Worlds, 9, &finding("a torque"));
+        assert!(report.has_findings());
+        assert!(report.table().contains("2 x bad-number: a torque   [worlds:8]\n"));
+    }
 }

@@ -49,6 +49,9 @@ pub fn attack(seed: u64) -> Unit {
             Ok(None) => unit.refused += 1,
             Err(panic) => findings.add(Kind::Panic, panic.place, panic.message, 0),
         }
+        if !findings.all.is_empty() {
+            unit.inputs.push((format!("damaged-{copy}.bin"), damaged));
+        }
         for f in findings.all {
             let detail = format!("copy {copy}: {}", f.detail);
             unit.findings.add(f.kind, format!("a damaged snapshot: {}", f.what), detail, f.step);

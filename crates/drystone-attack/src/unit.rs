@@ -100,6 +100,8 @@ pub struct Unit {
     pub is_cut: bool,
     /// What broke.
     pub findings: Findings,
+    /// Files that broke something: name and bytes.
+    pub inputs: Vec<(String, Vec<u8>)>,
 }
 
 /// Runs a unit.
@@ -136,6 +138,7 @@ fn world(seed: u64, strict: bool) -> Unit {
         is_wild: base.is_wild,
         is_cut: base.is_cut,
         findings: base.findings.clone(),
+        inputs: Vec::new(),
     };
     if seed.is_multiple_of(VARIANTS_OF) {
         unit.steps += variants::compare(&program, &base, &mut unit.findings) as u64;
