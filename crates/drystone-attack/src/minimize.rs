@@ -181,6 +181,23 @@ impl Search {
             }
         }
         self.take(next);
+        self.join_steps();
+    }
+
+    /// Steps of one length that follow each other are one operation.
+    fn join_steps(&mut self) {
+        let mut next = Program { ops: Vec::new(), ..self.best.clone() };
+        for op in &self.best.ops {
+            match (next.ops.last_mut(), op) {
+                (Some(Op::Step(last, sum)), Op::Step(dt, count))
+                    if last.to_bits() == dt.to_bits() =>
+                {
+                    *sum += count;
+                }
+                _ => next.ops.push(op.clone()),
+            }
+        }
+        self.take(next);
     }
 
     /// Each thing as plain as it can be.
