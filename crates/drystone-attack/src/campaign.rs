@@ -14,6 +14,7 @@ use crate::finding::{Finding, Kind};
 use crate::op::Style;
 use crate::report::Report;
 use crate::rng::mix;
+use crate::soak::resident_bytes;
 use crate::unit::{Places, Subject, Unit, run_unit};
 
 /// What is to be done.
@@ -37,6 +38,12 @@ pub struct Options {
 
 /// One worker works on one subject for so long at a time.
 const SLICE: Duration = Duration::from_secs(10);
+
+/// How often a child that says nothing is looked at.
+const TICK: Duration = Duration::from_millis(500);
+
+/// A child that has more memory than that is ended [bytes].
+const MOST_MEMORY: u64 = 4 << 30;
 
 /// The seed of a unit of a campaign.
 #[must_use]
@@ -138,9 +145,11 @@ impl<'a> Slot<'a> {
         let lines = lines_of(&mut child);
         let limit = Duration::from_secs(subject.limit());
         let (mut units, mut current): (u64, Option<u64>) = (0, None);
+        let mut last = Instant::now();
         loop {
-            match lines.recv_timeout(limit) {
+            match lines.recv_timeout(TICK) {
                 Ok(line) => {
+                    last = Instant::now();
                     let (word, rest) = line.split_once(' ').unwrap_or((&line, ""));
                     match word {
                         "begin" => current = rest.parse().ok(),
@@ -159,10 +168,19 @@ impl<'a> Slot<'a> {
                     self.show();
                 }
                 Err(RecvTimeoutError::Timeout) => {
+                    let is_late = last.elapsed() > limit;
+                    let is_large = resident_bytes(&child.id().to_string()) > MOST_MEMORY;
+                    if !is_late && !is_large {
+                        continue;
+                    }
                     let _ = child.kill();
                     let _ = child.wait();
-                    let what = format!("no end within {} s", limit.as_secs());
-                    self.lost(subject, current, Kind::Hang, what);
+                    if is_late {
+                        let what = format!("no end within {} s", limit.as_secs());
+                        self.lost(subject, current, Kind::Hang, what);
+                    } else {
+                        self.lost(subject, current, Kind::Growth, "over 4 GB".to_owned());
+                    }
                     return Ok(units + 1);
                 }
                 Err(RecvTimeoutError::Disconnected) => {

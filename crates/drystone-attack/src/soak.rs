@@ -64,13 +64,13 @@ fn soak(seed: u64, findings: &mut Findings, steps: &mut u64) {
         world.step(1.0 / 60.0);
         round += 1;
         if round == WARM {
-            (length, resident) = (world.snapshot().len(), resident_bytes());
+            (length, resident) = (world.snapshot().len(), resident_bytes("self"));
         }
     }
     if round <= WARM {
         return;
     }
-    let (length_now, resident_now) = (world.snapshot().len(), resident_bytes());
+    let (length_now, resident_now) = (world.snapshot().len(), resident_bytes("self"));
     // Slots keep their generation, a number of up to five bytes.
     if length_now > 2 * length + 1024 {
         let detail = format!("{length} bytes after {WARM} rounds, {length_now} after {round}");
@@ -94,9 +94,9 @@ fn clear(world: &mut World) {
     }
 }
 
-/// Memory that the process has [bytes]; 0 where that is not told.
-fn resident_bytes() -> u64 {
-    let text = std::fs::read_to_string("/proc/self/statm").unwrap_or_default();
+/// Memory that a process has, by its number or `self` [bytes]; 0 where that is not told.
+pub(crate) fn resident_bytes(process: &str) -> u64 {
+    let text = std::fs::read_to_string(format!("/proc/{process}/statm")).unwrap_or_default();
     let pages = text.split_whitespace().nth(1).and_then(|pages| pages.parse::<u64>().ok());
     pages.unwrap_or(0) * 4096
 }
