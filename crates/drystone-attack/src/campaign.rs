@@ -12,9 +12,9 @@ use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::finding::{Finding, Kind};
 use crate::op::Style;
+use crate::process::{resident_bytes, worked_seconds};
 use crate::report::Report;
 use crate::rng::mix;
-use crate::soak::resident_bytes;
 use crate::unit::{Places, Subject, Unit, run_unit};
 
 /// What is to be done.
@@ -41,6 +41,9 @@ const SLICE: Duration = Duration::from_secs(10);
 
 /// How often a child that says nothing is looked at.
 const TICK: Duration = Duration::from_millis(500);
+
+/// What does not work either is waited for so many times longer.
+const WAIT: f64 = 10.0;
 
 /// A child that has more memory than that is ended [bytes].
 const MOST_MEMORY: u64 = 4 << 30;
@@ -143,13 +146,13 @@ impl<'a> Slot<'a> {
         };
         let mut child = self.child(subject, [first_number, jobs, most], time)?;
         let lines = lines_of(&mut child);
-        let limit = Duration::from_secs(subject.limit());
+        let (limit, process) = (subject.limit(), child.id().to_string());
         let (mut units, mut current): (u64, Option<u64>) = (0, None);
-        let mut last = Instant::now();
+        let mut last = (Instant::now(), 0.0);
         loop {
             match lines.recv_timeout(TICK) {
                 Ok(line) => {
-                    last = Instant::now();
+                    last = (Instant::now(), worked_seconds(&process));
                     let (word, rest) = line.split_once(' ').unwrap_or((&line, ""));
                     match word {
                         "begin" => current = rest.parse().ok(),
@@ -168,15 +171,17 @@ impl<'a> Slot<'a> {
                     self.show();
                 }
                 Err(RecvTimeoutError::Timeout) => {
-                    let is_late = last.elapsed() > limit;
-                    let is_large = resident_bytes(&child.id().to_string()) > MOST_MEMORY;
+                    // Of its own work; one that waits for ever does none.
+                    let is_late = worked_seconds(&process) - last.1 > limit
+                        || last.0.elapsed().as_secs_f64() > WAIT * limit;
+                    let is_large = resident_bytes(&process) > MOST_MEMORY;
                     if !is_late && !is_large {
                         continue;
                     }
                     let _ = child.kill();
                     let _ = child.wait();
                     if is_late {
-                        let what = format!("no end within {} s", limit.as_secs());
+                        let what = format!("no end within {limit} s of work");
                         self.lost(subject, current, Kind::Hang, what);
                     } else {
                         self.lost(subject, current, Kind::Growth, "over 4 GB".to_owned());

@@ -53,14 +53,15 @@ pub fn attack(seed: u64, places: &Places) -> Unit {
     let mut findings = Findings::default();
     let reading = rng.below(6);
     match guarded(|| scene_steps(load, reading, &mut findings)) {
-        Ok(Some(steps)) => unit.steps = u64::from(steps),
+        Ok(Some(steps)) => {
+            unit.steps = u64::from(steps);
+            unit.is_cut = steps < STEPS;
+        }
         Ok(None) => unit.refused = 1,
         Err(panic) => findings.add(Kind::Panic, panic.place, panic.message, 0),
     }
     let name = damaged.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
-    if !findings.all.is_empty() {
-        unit.inputs.push((format!("damaged-{name}"), bytes));
-    }
+    unit.inputs.push((format!("damaged-{name}"), bytes));
     for f in findings.all {
         let detail = format!("{name}: {}", f.detail);
         unit.findings.add(f.kind, format!("a damaged {ending}: {}", f.what), detail, f.step);

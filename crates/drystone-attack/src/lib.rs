@@ -13,6 +13,7 @@ pub mod numbers;
 pub mod op;
 pub mod oracle;
 pub mod probe;
+pub mod process;
 pub mod report;
 pub mod rng;
 pub mod run;

@@ -9,6 +9,7 @@ use crate::finding::{Findings, Kind};
 use crate::generate;
 use crate::op::{Op, Style};
 use crate::oracle;
+use crate::process::resident_bytes;
 use crate::run::guarded;
 use crate::unit::Unit;
 
@@ -92,11 +93,4 @@ fn clear(world: &mut World) {
     for id in particles {
         world.remove_particle(id);
     }
-}
-
-/// Memory that a process has, by its number or `self` [bytes]; 0 where that is not told.
-pub(crate) fn resident_bytes(process: &str) -> u64 {
-    let text = std::fs::read_to_string(format!("/proc/{process}/statm")).unwrap_or_default();
-    let pages = text.split_whitespace().nth(1).and_then(|pages| pages.parse::<u64>().ok());
-    pages.unwrap_or(0) * 4096
 }

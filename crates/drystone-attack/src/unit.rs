@@ -57,13 +57,14 @@ impl Subject {
         }
     }
 
-    /// Seconds after which a unit that has not ended is taken for hanging.
+    /// A unit that has worked for longer and has not ended is taken for hanging [s].
     #[must_use]
-    pub const fn limit(self) -> u64 {
+    pub const fn limit(self) -> f64 {
         match self {
-            Self::Worlds | Self::Snapshots => 30,
-            Self::Files | Self::Soak => 90,
-            Self::Commands => 600,
+            Self::Worlds | Self::Snapshots => 20.0,
+            Self::Files | Self::Soak => 40.0,
+            // It only waits for the command, and knows when to end.
+            Self::Commands => 60.0,
         }
     }
 }
@@ -100,7 +101,7 @@ pub struct Unit {
     pub is_cut: bool,
     /// What broke.
     pub findings: Findings,
-    /// Files that broke something: name and bytes.
+    /// Damaged files, of snapshots those that broke something: name and bytes.
     pub inputs: Vec<(String, Vec<u8>)>,
 }
 
