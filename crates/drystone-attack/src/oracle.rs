@@ -151,7 +151,12 @@ pub fn full(world: &World, findings: &mut Findings, step: u32) {
     let limit = world.penalty_limit();
     n.one("PenaltyLimit::hertz", limit.hertz);
     n.one("PenaltyLimit::longest_substep", limit.longest_substep);
-    n.fields("Audit", &format!("{:?}", world.audit()));
+    let mut audit = world.audit();
+    if let Some(cone) = audit.cone.as_mut().filter(|cone| cone.ratio.is_infinite()) {
+        // So it is documented: friction without normal impulse.
+        cone.ratio = 1.0;
+    }
+    n.fields("Audit", &format!("{audit:?}"));
     n.fields("WorstConstraint", &format!("{:?}", world.worst_constraint()));
     n.fields("Events", &format!("{:?}", world.events()));
     let _ = (world.counts(), world.warnings(1.0 / 60.0), world.stage_hashes());
