@@ -6,8 +6,8 @@ use std::time::Instant;
 
 use crate::tidy::is_reference_key;
 use crate::{
-    Outcome, WITHOUT_GRAPHICS, cargo, golden, graphics, instructions, root, run_to_end, target,
-    targets, tidy, web,
+    Outcome, WITHOUT_GRAPHICS, attack, cargo, golden, graphics, instructions, root, run_to_end,
+    target, targets, tidy, web,
 };
 
 type Stage = (&'static str, fn() -> Outcome);
@@ -22,6 +22,7 @@ const STAGES: &[Stage] = &[
     ("test-release", || run_to_end(&mut tests(true))),
     ("examples", examples),
     ("validate", validate),
+    ("attack", || attack::short(&programs(true)?)),
     ("golden", || golden_hashes(false)),
     ("golden-release", || golden_hashes(true)),
     ("aarch64", || targets::check("aarch64")),

@@ -1,5 +1,6 @@
 //! The project's chores, run as `cargo xtask COMMAND`.
 
+mod attack;
 mod ci;
 mod debian;
 mod fuzz;
@@ -19,6 +20,10 @@ use std::process::{Command, ExitCode};
 const USAGE: &str = "usage: cargo xtask COMMAND
 
   ci [STAGE…]                     everything a change must pass, cheapest first (or only the named stages)
+  attack [OPTIONS]                search for what breaks: worlds, files, snapshots, command lines from seeds (a minute;
+                                  --hours 9 for a night); docs/attack.md
+  attack repeat SEED              run one of them again
+  attack minimize SEED            shrink it, and write it as a test
   tidy                            layers, stage order, reference keys, doc paths, file sizes
   determinism                     300 steps of every scene by 1 to 4 threads and every SIMD level (minutes)
   golden [--release]              run the scenes of golden.txt and compare their hashes
@@ -40,6 +45,7 @@ fn main() -> ExitCode {
     let words: Vec<&str> = args.iter().map(String::as_str).collect();
     let outcome = match words.as_slice() {
         ["ci", stages @ ..] => ci::run(stages),
+        ["attack", words @ ..] => attack::run(words),
         ["tidy"] => tidy::run(),
         ["determinism"] => determinism(),
         ["fuzz", words @ ..] => fuzz::run(words),

@@ -1,0 +1,434 @@
+//! One operation, done to a world.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use drystone::{
+    BodyDef, BodyId, CouplingDef, DefError, Glue, Hull, JointDef, JointId, JointKind, LinkDef,
+    LinkId, Mesh, ParticleId, Shape, ShapeDef, ShapeId, Strand, World,
+};
+
+use crate::finding::{Findings, Kind};
+use crate::op::{
+    BodyCall, BodyPlan, CouplingPlan, Form, JointPlan, Label, LinkPlan, Op, PIECES, ParticleCall,
+    Place, QueryCall, ShapeCall, ShapePlan,
+};
+use crate::oracle::Gone;
+
+/// What became of an operation.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Done {
+    /// It was done.
+    Yes,
+    /// The engine refused it.
+    Refused,
+    /// What it names is not there.
+    Skipped,
+}
+
+/// Which ids the labels of a program stand for, those of what is gone too.
+#[derive(Clone, Debug, Default)]
+pub struct Ids {
+    /// Bodies.
+    pub bodies: BTreeMap<Label, BodyId>,
+    /// Shapes.
+    pub shapes: BTreeMap<Label, ShapeId>,
+    /// Joints and couplings.
+    pub joints: BTreeMap<Label, JointId>,
+    /// Particles.
+    pub particles: BTreeMap<Label, ParticleId>,
+    /// Links.
+    pub links: BTreeMap<Label, LinkId>,
+    /// Pieces so far.
+    pub pieces: Label,
+    /// What was removed.
+    pub gone: Gone,
+}
+
+impl Ids {
+    /// Gives labels to the pieces of the last step.
+    pub fn take_pieces(&mut self, world: &World) {
+        for piece in &world.events().pieces {
+            self.bodies.insert(PIECES + self.pieces, *piece);
+            self.pieces += 1;
+        }
+    }
+
+    fn take_strand(&mut self, first: Label, first_link: Label, strand: &Strand) {
+        self.particles.extend((first..).zip(strand.particles.iter().copied()));
+        self.links.extend((first_link..).zip(strand.links.iter().copied()));
+    }
+}
+
+/// Does an operation, all but steps.
+pub fn apply(
+    world: &mut World,
+    ids: &mut Ids,
+    op: &Op,
+    findings: &mut Findings,
+    step: u32,
+) -> Done {
+    match op {
+        Op::AddBody(plan) => add_body(world, ids, plan),
+        Op::AddShape(body, plan) => add_shape(world, ids, *body, plan),
+        Op::RemoveBody(_)
+        | Op::RemoveShape(_)
+        | Op::RemoveJoint(_)
+        | Op::RemoveParticle(_)
+        | Op::RemoveLink(_)
+        | Op::Detach(_) => remove(world, ids, op),
+        Op::AddJoint(plan) => add_joint(world, ids, plan),
+        Op::AddCoupling(plan) => add_coupling(world, ids, plan),
+        Op::SetJointAxes(..) | Op::SetJointDrive(..) | Op::SetJointStrength(..) => {
+            set_joint(world, ids, op)
+        }
+        Op::AddParticle(..) | Op::AddRope(..) | Op::AddCloth(..) | Op::AddCloud(..) => {
+            add_particles(world, ids, op)
+        }
+        Op::AddLink(plan) => add_link(world, ids, plan),
+        Op::SetLinkLength(label, length) => {
+            let Some(id) = ids.links.get(label) else { return Done::Skipped };
+            told(world.set_link_length(*id, *length))
+        }
+        Op::Attach(particle, body, point) => {
+            let (Some(p), Some(b)) = (ids.particles.get(particle), ids.bodies.get(body)) else {
+                return Done::Skipped;
+            };
+            of(world.attach_particle(*p, *b, *point))
+        }
+        Op::Body(label, call) => body_call(world, ids, *label, call),
+        Op::Shape(label, call) => shape_call(world, ids, *label, call),
+        Op::Particle(label, call) => particle_call(world, ids, *label, call),
+        Op::FractureBody(label, point, how) => {
+            let Some(id) = ids.bodies.get(label) else { return Done::Skipped };
+            of(world.fracture_body(*id, *point, how).map(|_| ()))
+        }
+        Op::SetFracture(label, how) => {
+            let Some(id) = ids.bodies.get(label) else { return Done::Skipped };
+            of(world.set_fracture(*id, *how))
+        }
+        Op::SetBondStrength(label, strength) => {
+            let Some(id) = ids.bodies.get(label) else { return Done::Skipped };
+            told(world.set_bond_strength(*id, *strength))
+        }
+        Op::SetConfig(config) => of(world.set_config((**config).clone())),
+        Op::SetGravity(g) => of(world.set_gravity(*g)),
+        Op::WakeAll => {
+            world.wake_all();
+            Done::Yes
+        }
+        Op::BeginLedger => {
+            world.begin_ledger();
+            Done::Yes
+        }
+        Op::EndLedger => {
+            if let Some(ledger) = world.end_ledger() {
+                look(findings, "Ledger", &format!("{ledger:?}"), step);
+            }
+            Done::Yes
+        }
+        Op::Query(call) => query(world, call, findings, step),
+        Op::Impact(bodies, surface) => match drystone::impact(&bodies[0], &bodies[1], surface) {
+            Ok(impact) => {
+                look(findings, "Impact", &format!("{impact:?}"), step);
+                Done::Yes
+            }
+            Err(_) => Done::Refused,
+        },
+        Op::Step(..) => Done::Skipped,
+    }
+}
+
+fn of(result: Result<(), DefError>) -> Done {
+    if result.is_ok() { Done::Yes } else { Done::Refused }
+}
+
+fn told(result: Result<bool, DefError>) -> Done {
+    match result {
+        Ok(true) => Done::Yes,
+        Ok(false) => Done::Skipped,
+        Err(_) => Done::Refused,
+    }
+}
+
+/// No number of an answer may be infinite or NaN.
+fn look(findings: &mut Findings, of: &str, text: &str, step: u32) {
+    if text.contains("NaN") || text.contains("inf") {
+        findings.add(Kind::BadNumber, of, text, step);
+    }
+}
+
+/// The shape of a form, unless it is refused.
+#[must_use]
+pub fn shape(form: &Form) -> Option<Shape> {
+    match form {
+        Form::Plain(shape) => Some(shape.clone()),
+        Form::Hull(points) => Hull::from_points(points).ok().map(|h| Shape::Hull(Arc::new(h))),
+        Form::Mesh(points, triangles) => {
+            Mesh::new(points.clone(), triangles.clone()).ok().map(|m| Shape::Mesh(Arc::new(m)))
+        }
+    }
+}
+
+fn shape_def(plan: &ShapePlan) -> Option<ShapeDef> {
+    Some(ShapeDef { shape: shape(&plan.form)?, ..plan.def.clone() })
+}
+
+fn add_body(world: &mut World, ids: &mut Ids, plan: &BodyPlan) -> Done {
+    let shapes: Option<Vec<ShapeDef>> = plan.shapes.iter().map(shape_def).collect();
+    let Some(shapes) = shapes else { return Done::Refused };
+    let mut def = BodyDef { shapes, ..plan.def.clone() };
+    if let Some((gap, strength)) = plan.glue {
+        match Glue::touching(&def.shapes, gap, strength) {
+            Ok(glue) => def.glue = Some(glue),
+            Err(_) => return Done::Refused,
+        }
+    }
+    let Ok(id) = world.add_body(def) else { return Done::Refused };
+    ids.bodies.insert(plan.label, id);
+    let made: Vec<ShapeId> = world.body(id).map(|b| b.shapes().collect()).unwrap_or_default();
+    ids.shapes.extend(plan.shapes.iter().map(|s| s.label).zip(made));
+    Done::Yes
+}
+
+fn add_shape(world: &mut World, ids: &mut Ids, body: Label, plan: &ShapePlan) -> Done {
+    let Some(body) = ids.bodies.get(&body) else { return Done::Skipped };
+    let Some(def) = shape_def(plan) else { return Done::Refused };
+    let Ok(id) = world.add_shape(*body, def) else { return Done::Refused };
+    ids.shapes.insert(plan.label, id);
+    Done::Yes
+}
+
+fn remove(world: &mut World, ids: &mut Ids, op: &Op) -> Done {
+    let done = |removed: bool| if removed { Done::Yes } else { Done::Skipped };
+    match op {
+        Op::RemoveBody(label) => {
+            let Some(id) = ids.bodies.get(label).copied() else { return Done::Skipped };
+            if let Some(body) = world.body(id) {
+                ids.gone.shapes.extend(body.shapes());
+                ids.gone.joints.extend(body.joints());
+                ids.gone.bodies.push(id);
+            }
+            done(world.remove_body(id))
+        }
+        Op::RemoveShape(label) => {
+            let Some(id) = ids.shapes.get(label).copied() else { return Done::Skipped };
+            ids.gone.shapes.push(id);
+            done(world.remove_shape(id))
+        }
+        Op::RemoveJoint(label) => {
+            let Some(id) = ids.joints.get(label).copied() else { return Done::Skipped };
+            ids.gone.joints.push(id);
+            done(world.remove_joint(id))
+        }
+        Op::RemoveParticle(label) => {
+            let Some(id) = ids.particles.get(label).copied() else { return Done::Skipped };
+            ids.gone.particles.push(id);
+            done(world.remove_particle(id))
+        }
+        Op::RemoveLink(label) => {
+            let Some(id) = ids.links.get(label).copied() else { return Done::Skipped };
+            ids.gone.links.push(id);
+            done(world.remove_link(id))
+        }
+        Op::Detach(label) => {
+            let Some(id) = ids.particles.get(label).copied() else { return Done::Skipped };
+            done(world.detach_particle(id))
+        }
+        _ => Done::Skipped,
+    }
+}
+
+fn add_joint(world: &mut World, ids: &mut Ids, plan: &JointPlan) -> Done {
+    let [Some(a), Some(b)] = plan.bodies.map(|label| ids.bodies.get(&label).copied()) else {
+        return Done::Skipped;
+    };
+    let def = match (plan.place, plan.kind) {
+        (Place::Along(anchor, axis), JointKind::SixDof(axes)) => {
+            world.joint_along(a, b, anchor, axis, axes)
+        }
+        (Place::Along(p, q) | Place::Anchors(p, q), _) => Ok(JointDef::ball(a, p, b, q)),
+    };
+    let Ok(def) = def else { return Done::Refused };
+    let kind = if let Place::Along(..) = plan.place { def.kind } else { plan.kind };
+    let JointPlan { collide_connected, strength, articulated, .. } = *plan;
+    let def = JointDef { kind, collide_connected, strength, articulated, ..def };
+    let Ok(id) = world.add_joint(def) else { return Done::Refused };
+    ids.joints.insert(plan.label, id);
+    Done::Yes
+}
+
+fn add_coupling(world: &mut World, ids: &mut Ids, plan: &CouplingPlan) -> Done {
+    let [Some(joint_a), Some(joint_b)] = plan.joints.map(|label| ids.joints.get(&label).copied())
+    else {
+        return Done::Skipped;
+    };
+    let [axis_a, axis_b] = plan.axes;
+    let (ratio, offset) = (plan.ratio, plan.offset);
+    let def = CouplingDef { joint_a, axis_a, joint_b, axis_b, ratio, offset };
+    let Ok(id) = world.add_coupling(def) else { return Done::Refused };
+    ids.joints.insert(plan.label, id);
+    Done::Yes
+}
+
+fn set_joint(world: &mut World, ids: &Ids, op: &Op) -> Done {
+    let (Op::SetJointAxes(label, _)
+    | Op::SetJointDrive(label, ..)
+    | Op::SetJointStrength(label, _)) = op
+    else {
+        return Done::Skipped;
+    };
+    let Some(id) = ids.joints.get(label).copied() else { return Done::Skipped };
+    match op {
+        Op::SetJointAxes(_, axes) => {
+            // Of what is given only the axes are new: the frames stay where the joint was made.
+            let kind = world.joint(id).map(|j| j.kind());
+            let mut axes = **axes;
+            if let Some(JointKind::SixDof(now)) = kind {
+                (axes.frame_a, axes.frame_b) = (now.frame_a, now.frame_b);
+            }
+            told(world.set_joint_axes(id, axes))
+        }
+        Op::SetJointDrive(_, axis, drive) => told(world.set_joint_drive(id, *axis, *drive)),
+        Op::SetJointStrength(_, strength) => told(world.set_joint_strength(id, *strength)),
+        _ => Done::Skipped,
+    }
+}
+
+fn add_particles(world: &mut World, ids: &mut Ids, op: &Op) -> Done {
+    match op {
+        Op::AddParticle(label, def) => {
+            let Ok(id) = world.add_particle(def) else { return Done::Refused };
+            ids.particles.insert(*label, id);
+        }
+        Op::AddRope(first, link, def) => {
+            let Ok(strand) = world.add_rope(def) else { return Done::Refused };
+            ids.take_strand(*first, *link, &strand);
+        }
+        Op::AddCloth(first, link, def) => {
+            let Ok(strand) = world.add_cloth(def) else { return Done::Refused };
+            ids.take_strand(*first, *link, &strand);
+        }
+        Op::AddCloud(first, points, def) => {
+            let made = world.add_cloud(points.iter().copied(), def);
+            let Ok(particles) = made else { return Done::Refused };
+            ids.take_strand(*first, 0, &Strand { particles, ..Strand::default() });
+        }
+        _ => return Done::Skipped,
+    }
+    Done::Yes
+}
+
+fn add_link(world: &mut World, ids: &mut Ids, plan: &LinkPlan) -> Done {
+    let [Some(a), Some(b)] = plan.ends.map(|label| ids.particles.get(&label).copied()) else {
+        return Done::Skipped;
+    };
+    let LinkPlan { kind, length, tear_strain, tear_force, .. } = *plan;
+    let def = LinkDef { length, tear_strain, tear_force, ..LinkDef::new(a, b, kind) };
+    let Ok(id) = world.add_link(def) else { return Done::Refused };
+    ids.links.insert(plan.label, id);
+    Done::Yes
+}
+
+fn body_call(world: &mut World, ids: &Ids, label: Label, call: &BodyCall) -> Done {
+    let Some(mut body) = ids.bodies.get(&label).and_then(|id| world.body_mut(*id)) else {
+        return Done::Skipped;
+    };
+    of(match call {
+        BodyCall::Wake => {
+            body.wake();
+            Ok(())
+        }
+        BodyCall::Pose(pose) => body.set_pose(*pose),
+        BodyCall::LinearVelocity(v) => body.set_linear_velocity(*v),
+        BodyCall::AngularVelocity(w) => body.set_angular_velocity(*w),
+        BodyCall::MoveTo(pose, dt) => body.move_to(*pose, *dt),
+        BodyCall::Impulse(p) => body.apply_impulse(*p),
+        BodyCall::ImpulseAt(p, at) => body.apply_impulse_at(*p, *at),
+        BodyCall::AngularImpulse(p) => body.apply_angular_impulse(*p),
+        BodyCall::StepForce(f) => body.add_step_force(*f),
+        BodyCall::StepForceAt(f, at) => body.add_step_force_at(*f, *at),
+        BodyCall::StepTorque(t) => body.add_step_torque(*t),
+        BodyCall::LastingForce(f) => body.set_lasting_force(*f),
+        BodyCall::LastingTorque(t) => body.set_lasting_torque(*t),
+        BodyCall::GravityScale(scale) => body.set_gravity_scale(*scale),
+        BodyCall::Damping(linear, angular) => body.set_damping(*linear, *angular),
+        BodyCall::Locks(locks) => {
+            body.set_locks(*locks);
+            Ok(())
+        }
+        BodyCall::CanSleep(can) => {
+            body.set_can_sleep(*can);
+            Ok(())
+        }
+        BodyCall::UserData(data) => {
+            body.set_user_data(*data);
+            Ok(())
+        }
+    })
+}
+
+fn shape_call(world: &mut World, ids: &Ids, label: Label, call: &ShapeCall) -> Done {
+    let Some(mut shape) = ids.shapes.get(&label).and_then(|id| world.shape_mut(*id)) else {
+        return Done::Skipped;
+    };
+    of(match call {
+        ShapeCall::Material(material) => shape.set_material(*material),
+        ShapeCall::SurfaceVelocity(v) => shape.set_surface_velocity(*v),
+        ShapeCall::SurfaceSpin(w) => shape.set_surface_spin(*w),
+    })
+}
+
+fn particle_call(world: &mut World, ids: &Ids, label: Label, call: &ParticleCall) -> Done {
+    let Some(mut particle) = ids.particles.get(&label).and_then(|id| world.particle_mut(*id))
+    else {
+        return Done::Skipped;
+    };
+    of(match call {
+        ParticleCall::Position(x) => particle.set_position(*x),
+        ParticleCall::Velocity(v) => particle.set_velocity(*v),
+        ParticleCall::Impulse(p) => particle.apply_impulse(*p),
+        ParticleCall::Mass(mass) => particle.set_mass(*mass),
+        ParticleCall::Pinned(pinned) => {
+            particle.set_pinned(*pinned);
+            Ok(())
+        }
+    })
+}
+
+fn query(world: &World, call: &QueryCall, findings: &mut Findings, step: u32) -> Done {
+    let q = world.query();
+    let answer = match call {
+        QueryCall::Ray(origin, delta, filter) => {
+            q.cast_ray(*origin, *delta, *filter).map(|hit| ("RayHit", format!("{hit:?}")))
+        }
+        QueryCall::OverlapBox(bounds, filter) => {
+            let _ = q.overlap_box(*bounds, *filter);
+            return Done::Yes;
+        }
+        QueryCall::OverlapPoint(point, filter) => {
+            q.overlap_point(*point, *filter).map(|_| ("overlap_point", String::new()))
+        }
+        QueryCall::OverlapShape(form, pose, filter) => {
+            let Some(shape) = shape(form) else { return Done::Refused };
+            q.overlap_shape(&shape, *pose, *filter).map(|_| ("overlap_shape", String::new()))
+        }
+        QueryCall::CastShape(form, pose, delta, filter) => {
+            let Some(shape) = shape(form) else { return Done::Refused };
+            let hit = q.cast_shape(&shape, *pose, *delta, *filter);
+            hit.map(|hit| ("ShapeHit", format!("{hit:?}")))
+        }
+        QueryCall::Nearest(form, pose, reach, filter) => {
+            let Some(shape) = shape(form) else { return Done::Refused };
+            let near = q.nearest_shape(&shape, *pose, *reach, *filter);
+            near.map(|near| ("NearestShape", format!("{near:?}")))
+        }
+    };
+    match answer {
+        Ok((of, text)) => {
+            look(findings, of, &text, step);
+            Done::Yes
+        }
+        Err(_) => Done::Refused,
+    }
+}

@@ -1,0 +1,317 @@
+//! A campaign: units of all subjects in child processes, so that a hang or a crash costs one unit and is told with its
+//! seed.
+
+use std::io::{BufRead, BufReader, Write};
+use std::path::PathBuf;
+use std::process::{Child, Command, Stdio};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
+use std::sync::{Mutex, PoisonError};
+use std::time::{Duration, Instant};
+
+use indicatif::{ProgressBar, ProgressStyle};
+
+use crate::finding::{Finding, Kind};
+use crate::op::Style;
+use crate::process::{resident_bytes, worked_seconds};
+use crate::report::Report;
+use crate::rng::mix;
+use crate::unit::{Places, Subject, Unit, run_unit};
+
+/// What is to be done.
+#[derive(Clone, Debug)]
+pub struct Options {
+    /// For how long.
+    pub time: Duration,
+    /// Most worlds; then the campaign ends, whatever time is left.
+    pub worlds: Option<u64>,
+    /// What seeds of units are made from.
+    pub seed: u64,
+    /// What is attacked.
+    pub only: Vec<Subject>,
+    /// How many processes at a time.
+    pub jobs: usize,
+    /// Where findings are written.
+    pub out: PathBuf,
+    /// Where things are.
+    pub places: Places,
+}
+
+/// One worker works on one subject for so long at a time.
+const SLICE: Duration = Duration::from_secs(10);
+
+/// How often a child that says nothing is looked at.
+const TICK: Duration = Duration::from_millis(500);
+
+/// What does not work either is waited for so many times longer.
+const WAIT: f64 = 10.0;
+
+/// A child that has more memory than that is ended [bytes].
+const MOST_MEMORY: u64 = 4 << 30;
+
+/// The seed of a unit of a campaign.
+#[must_use]
+pub fn unit_seed(campaign: u64, number: u64) -> u64 {
+    mix(mix(campaign) ^ number)
+}
+
+/// Runs a campaign, and returns what it came to.
+///
+/// # Errors
+/// The folder of findings cannot be written, or no worker can be started.
+pub fn run(options: &Options) -> Result<Report, String> {
+    std::fs::create_dir_all(&options.out).map_err(|e| format!("{}: {e}", options.out.display()))?;
+    let known = options.places.root.join("crates/drystone-attack/known.txt");
+    let known = std::fs::read_to_string(known).unwrap_or_default();
+    let report = Mutex::new(Report::new(&options.out, &known));
+    let bar = ProgressBar::new(options.time.as_secs());
+    if let Ok(style) = ProgressStyle::with_template("{wide_bar} {elapsed} {msg}") {
+        bar.set_style(style);
+    }
+    let start = Instant::now();
+    let failed = std::thread::scope(|scope| {
+        let slots: Vec<_> = (0..options.jobs.max(1))
+            .map(|slot| {
+                let (report, bar) = (&report, &bar);
+                scope.spawn(move || Slot::new(options, slot, report, bar, start).work())
+            })
+            .collect();
+        let results = slots.into_iter().map(|slot| slot.join().unwrap_or(Ok(())));
+        results.filter_map(Result::err).next()
+    });
+    bar.finish_and_clear();
+    let mut report = report.into_inner().unwrap_or_else(PoisonError::into_inner);
+    report.seconds = start.elapsed().as_secs_f64();
+    failed.map_or(Ok(report), Err)
+}
+
+/// One of the processes that work at a time.
+struct Slot<'a> {
+    options: &'a Options,
+    slot: usize,
+    report: &'a Mutex<Report>,
+    bar: &'a ProgressBar,
+    start: Instant,
+    /// Units of each subject so far, and the time they took [s].
+    spent: Vec<(Subject, u64, f64)>,
+}
+
+impl<'a> Slot<'a> {
+    fn new(
+        options: &'a Options,
+        slot: usize,
+        report: &'a Mutex<Report>,
+        bar: &'a ProgressBar,
+        start: Instant,
+    ) -> Self {
+        let spent = options.only.iter().map(|subject| (*subject, 0, 0.0)).collect();
+        Self { options, slot, report, bar, start, spent }
+    }
+
+    fn report(&self) -> std::sync::MutexGuard<'_, Report> {
+        self.report.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn work(&mut self) -> Result<(), String> {
+        loop {
+            let left = self.options.time.saturating_sub(self.start.elapsed());
+            let enough =
+                self.options.worlds.is_some_and(|n| self.report().tried(Subject::Worlds) >= n);
+            if left.is_zero() || enough {
+                return Ok(());
+            }
+            // Whoever lags most behind its part of the time.
+            let behind = |(subject, _, spent): &(Subject, u64, f64)| spent / subject.weight();
+            let next = (0..self.spent.len())
+                .min_by(|a, b| behind(&self.spent[*a]).total_cmp(&behind(&self.spent[*b])));
+            let Some(next) = next else { return Ok(()) };
+            let part = (self.options.time / 12).clamp(Duration::from_millis(500), SLICE);
+            let begin = Instant::now();
+            let (subject, first, _) = self.spent[next];
+            let units = self.slice(subject, first, left.min(part))?;
+            self.spent[next].1 += units;
+            self.spent[next].2 += begin.elapsed().as_secs_f64();
+        }
+    }
+
+    /// Has a child work for a while; returns how many units it did.
+    fn slice(&self, subject: Subject, first: u64, time: Duration) -> Result<u64, String> {
+        let jobs = self.options.jobs.max(1) as u64;
+        let first_number = first * jobs + self.slot as u64;
+        // Of what is counted no more than is left, in equal parts.
+        let most = match self.options.worlds {
+            Some(n) if subject == Subject::Worlds => {
+                n.saturating_sub(self.report().tried(subject)).div_ceil(jobs)
+            }
+            _ => u64::MAX,
+        };
+        let mut child = self.child(subject, [first_number, jobs, most], time)?;
+        let lines = lines_of(&mut child);
+        let (limit, process) = (subject.limit(), child.id().to_string());
+        let (mut units, mut current): (u64, Option<u64>) = (0, None);
+        let mut last = (Instant::now(), 0.0);
+        loop {
+            match lines.recv_timeout(TICK) {
+                Ok(line) => {
+                    last = (Instant::now(), worked_seconds(&process));
+                    let (word, rest) = line.split_once(' ').unwrap_or((&line, ""));
+                    match word {
+                        "begin" => current = rest.parse().ok(),
+                        "finding" => {
+                            if let (Some(seed), Some(finding)) = (current, Finding::from_line(rest))
+                            {
+                                self.report().found(subject, seed, &finding);
+                            }
+                        }
+                        "done" => {
+                            self.report().add(subject, &from_line(rest));
+                            (units, current) = (units + 1, None);
+                        }
+                        _ => {}
+                    }
+                    self.show();
+                }
+                Err(RecvTimeoutError::Timeout) => {
+                    // Of its own work; one that waits for ever does none.
+                    let is_late = worked_seconds(&process) - last.1 > limit
+                        || last.0.elapsed().as_secs_f64() > WAIT * limit;
+                    let is_large = resident_bytes(&process) > MOST_MEMORY;
+                    if !is_late && !is_large {
+                        continue;
+                    }
+                    let _ = child.kill();
+                    let _ = child.wait();
+                    if is_late {
+                        let what = format!("no end within {limit} s of work");
+                        self.lost(subject, current, Kind::Hang, what);
+                    } else {
+                        self.lost(subject, current, Kind::Growth, "over 4 GB".to_owned());
+                    }
+                    return Ok(units + 1);
+                }
+                Err(RecvTimeoutError::Disconnected) => {
+                    let status = child.wait().map_err(|e| format!("a worker: {e}"))?;
+                    if !status.success() {
+                        self.lost(subject, current, Kind::Crash, status.to_string());
+                        return Ok(units + 1);
+                    }
+                    return Ok(units);
+                }
+            }
+        }
+    }
+
+    fn lost(&self, subject: Subject, seed: Option<u64>, kind: Kind, what: String) {
+        let Some(seed) = seed else { return };
+        let finding = Finding { kind, what, detail: String::new(), step: 0 };
+        let mut report = self.report();
+        report.add(subject, &Unit { tried: 1, ..Unit::default() });
+        report.found(subject, seed, &finding);
+    }
+
+    fn show(&self) {
+        self.bar.set_position(self.start.elapsed().as_secs());
+        if !self.bar.is_hidden() {
+            self.bar.set_message(self.report().line());
+        }
+    }
+
+    fn child(&self, subject: Subject, units: [u64; 3], time: Duration) -> Result<Child, String> {
+        let program = std::env::current_exe().map_err(|e| format!("the program itself: {e}"))?;
+        let places = &self.options.places;
+        let mut command = Command::new(program);
+        command.arg("worker").arg(subject.name()).args(units.map(|n| n.to_string()));
+        command.arg(time.as_millis().to_string()).arg(self.options.seed.to_string());
+        command.arg("--root").arg(&places.root);
+        command.arg("--scratch").arg(places.scratch.join(self.slot.to_string()));
+        if let Some(path) = &places.command {
+            command.arg("--command").arg(path);
+        }
+        if places.strict {
+            command.arg("--strict");
+        }
+        let child =
+            command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::null()).spawn();
+        child.map_err(|e| format!("a worker: {e}"))
+    }
+}
+
+fn lines_of(child: &mut Child) -> Receiver<String> {
+    let (sender, receiver) = channel();
+    if let Some(stream) = child.stdout.take() {
+        std::thread::spawn(move || {
+            for line in BufReader::new(stream).lines().map_while(Result::ok) {
+                if sender.send(line).is_err() {
+                    return;
+                }
+            }
+        });
+    }
+    receiver
+}
+
+/// What a child does: units one after the other (the first, how far it is to the next, how many, for how long [ms], of
+/// which campaign), each told before and after on the standard output.
+///
+/// # Errors
+/// The output is closed.
+pub fn worker(
+    subject: Subject,
+    [first, stride, most, milliseconds, campaign]: [u64; 5],
+    places: &Places,
+) -> std::io::Result<()> {
+    let start = Instant::now();
+    let mut out = std::io::stdout().lock();
+    let (mut number, mut done) = (first, 0);
+    while done < most && start.elapsed() < Duration::from_millis(milliseconds) {
+        let seed = unit_seed(campaign, number);
+        writeln!(out, "begin {seed}")?;
+        out.flush()?;
+        let unit = run_unit(subject, seed, places);
+        for finding in &unit.findings.all {
+            writeln!(out, "finding {}", finding.to_line())?;
+        }
+        writeln!(out, "done {}", to_line(&unit))?;
+        out.flush()?;
+        (number, done) = (number + stride, done + 1);
+    }
+    Ok(())
+}
+
+fn to_line(unit: &Unit) -> String {
+    let style = unit.style.map_or("-", Style::name);
+    let Unit { tried, steps, refused, faults, is_wild, is_cut, .. } = unit;
+    format!(
+        "{tried} {steps} {refused} {faults} {} {} {style}",
+        u8::from(*is_wild),
+        u8::from(*is_cut)
+    )
+}
+
+fn from_line(line: &str) -> Unit {
+    let mut words = line.split(' ');
+    let mut number = || words.next().and_then(|word| word.parse().ok()).unwrap_or(0);
+    let [tried, steps, refused, faults, wild, cut] = [0; 6].map(|_: u8| number());
+    let style = words.next().and_then(|name| Style::ALL.into_iter().find(|s| s.name() == name));
+    let (is_wild, is_cut) = (wild > 0, cut > 0);
+    Unit { tried, steps, refused, faults, is_wild, is_cut, style, ..Unit::default() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{from_line, to_line};
+    use crate::op::Style;
+    use crate::unit::Unit;
+
+    #[test]
+    fn what_a_unit_came_to_survives_being_written() {
+        let unit = Unit {
+            tried: 3,
+            steps: 700,
+            is_wild: true,
+            style: Some(Style::Edge),
+            ..Unit::default()
+        };
+        assert_eq!(to_line(&from_line(&to_line(&unit))), to_line(&unit));
+        assert_eq!(to_line(&unit), "3 700 0 0 1 0 edge");
+    }
+}

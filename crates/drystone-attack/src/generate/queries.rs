@@ -1,0 +1,75 @@
+//! Questions with ordinary and extreme arguments.
+
+use drystone::{Aabb, Filter, ImpactBody, ImpactSurface, Pose, Sym3, Vec3, vec3};
+
+use super::draw::Draw;
+use crate::op::{Form, Op, QueryCall};
+
+impl Draw {
+    /// A question, or a collision by itself.
+    pub(super) fn query(&mut self) {
+        let filter = self.filter();
+        let at = Pose { position: self.place(), rotation: self.rng.rotation() };
+        let call = match self.rng.below(8) {
+            0 | 1 => QueryCall::Ray(at.position, self.way(), filter),
+            2 => {
+                let half = self.way() * 0.5;
+                let half = vec3(half.x.abs(), half.y.abs(), half.z.abs());
+                QueryCall::OverlapBox(Aabb::new(at.position - half, at.position + half), filter)
+            }
+            3 => QueryCall::OverlapPoint(at.position, filter),
+            4 => QueryCall::OverlapShape(self.probe(), at, filter),
+            5 => QueryCall::CastShape(self.probe(), at, self.way(), filter),
+            6 => {
+                let reach = self.rng.pick(&[0.0, 0.1, 1.0, 10.0, 1.0e4]);
+                QueryCall::Nearest(self.probe(), at, reach, Filter::default())
+            }
+            _ => {
+                let bodies = Box::new([self.impact_body(), self.impact_body()]);
+                let surface = ImpactSurface {
+                    normal: self.rng.direction(),
+                    restitution: self.rng.pick(&[0.0, 0.5, 1.0]),
+                    static_friction: 0.6,
+                    kinetic_friction: self.rng.pick(&[0.0, 0.5, 0.6]),
+                };
+                self.ops.push(Op::Impact(bodies, surface));
+                return;
+            }
+        };
+        self.ops.push(Op::Query(call));
+    }
+
+    fn impact_body(&mut self) -> ImpactBody {
+        if self.rng.chance(0.2) {
+            return ImpactBody::FIXED;
+        }
+        let d = Vec3::splat(self.rng.scale(0.1, 10.0));
+        ImpactBody {
+            mass: self.rng.scale(0.1, 100.0),
+            inertia: Sym3::rotated_diagonal(self.rng.rotation(), d),
+            linear_velocity: self.speed(),
+            angular_velocity: self.spin(),
+            arm: self.offset(1.0),
+        }
+    }
+
+    fn place(&mut self) -> Vec3 {
+        if self.rng.chance(0.05) {
+            return self.rng.vector(1.0e6);
+        }
+        vec3(0.0, self.size, 0.0) + self.offset(5.0)
+    }
+
+    fn way(&mut self) -> Vec3 {
+        let factor = self.rng.pick(&[0.0, 1.0e-3, 1.0, 10.0, 1.0e4]);
+        self.offset(factor)
+    }
+
+    fn probe(&mut self) -> Form {
+        if self.rng.chance(0.1) {
+            let radius = self.rng.pick(&[1.0e-5, 1.0e-3, 1.0e3]);
+            return Form::Plain(drystone::Shape::sphere(radius));
+        }
+        self.convex().0
+    }
+}

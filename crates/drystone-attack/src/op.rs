@@ -1,0 +1,317 @@
+//! What a program does with a world, as data: it can be made from a seed, run, shrunk and written as source.
+//!
+//! Things are named by labels, not by ids: a label stays the same when other operations of the program are left
+//! out. An operation on something that was refused, or that no operation made, does nothing.
+
+use drystone::{
+    Aabb, AxisLocks, BodyDef, BondStrength, ClothDef, Filter, Fracture, ImpactBody, ImpactSurface,
+    JointDrive, JointKind, JointStrength, LinkKind, Material, ParticleDef, Pose, RopeDef, Shape,
+    ShapeDef, SixDof, Vec3, WorldConfig,
+};
+
+/// What a thing is called within a program.
+pub type Label = u32;
+
+/// Pieces of bodies that broke are called by their number in the order in which they came, from here on.
+pub const PIECES: Label = 1_000_000;
+
+/// What a shape is made from.
+#[derive(Clone, Debug)]
+pub enum Form {
+    /// A shape that is numbers only.
+    Plain(Shape),
+    /// The hull of these points.
+    Hull(Vec<Vec3>),
+    /// A mesh.
+    Mesh(Vec<Vec3>, Vec<[u32; 3]>),
+}
+
+/// A shape to be made.
+#[derive(Clone, Debug)]
+pub struct ShapePlan {
+    /// What the shape is called.
+    pub label: Label,
+    /// What it is made from.
+    pub form: Form,
+    /// All else; its own shape is not read.
+    pub def: ShapeDef,
+}
+
+/// A body to be made.
+#[derive(Clone, Debug)]
+pub struct BodyPlan {
+    /// What the body is called.
+    pub label: Label,
+    /// All but its shapes.
+    pub def: BodyDef,
+    /// Its shapes.
+    pub shapes: Vec<ShapePlan>,
+    /// Glue on all faces that shapes share, no farther apart than this [m], of this strength.
+    pub glue: Option<(f32, BondStrength)>,
+}
+
+/// Where a joint is.
+#[derive(Clone, Copy, Debug)]
+pub enum Place {
+    /// At an anchor of each body [m, frame of the body].
+    Anchors(Vec3, Vec3),
+    /// At a point of the world, along an axis there [m, world]; joints of six axes only.
+    Along(Vec3, Vec3),
+}
+
+/// A joint to be made.
+#[derive(Clone, Debug)]
+pub struct JointPlan {
+    /// What the joint is called.
+    pub label: Label,
+    /// Its bodies.
+    pub bodies: [Label; 2],
+    /// Where it is.
+    pub place: Place,
+    /// What it does.
+    pub kind: JointKind,
+    /// Whether its bodies collide.
+    pub collide_connected: bool,
+    /// What it bears.
+    pub strength: Option<JointStrength>,
+    /// Whether its tree is solved at once.
+    pub articulated: bool,
+}
+
+/// A coupling to be made.
+#[derive(Clone, Copy, Debug)]
+pub struct CouplingPlan {
+    /// What the coupling is called.
+    pub label: Label,
+    /// The joints.
+    pub joints: [Label; 2],
+    /// Their axes.
+    pub axes: [usize; 2],
+    /// See [`drystone::CouplingDef::ratio`].
+    pub ratio: f32,
+    /// See [`drystone::CouplingDef::offset`].
+    pub offset: f32,
+}
+
+/// A link to be made.
+#[derive(Clone, Copy, Debug)]
+pub struct LinkPlan {
+    /// What the link is called.
+    pub label: Label,
+    /// Its particles.
+    pub ends: [Label; 2],
+    /// What it does.
+    pub kind: LinkKind,
+    /// Its length.
+    pub length: Option<f32>,
+    /// See [`drystone::LinkDef::tear_strain`].
+    pub tear_strain: Option<f32>,
+    /// See [`drystone::LinkDef::tear_force`].
+    pub tear_force: Option<f32>,
+}
+
+/// A call of [`drystone::BodyMut`].
+#[derive(Clone, Debug)]
+pub enum BodyCall {
+    /// `wake`.
+    Wake,
+    /// `set_pose`.
+    Pose(Pose),
+    /// `set_linear_velocity`.
+    LinearVelocity(Vec3),
+    /// `set_angular_velocity`.
+    AngularVelocity(Vec3),
+    /// `move_to`.
+    MoveTo(Pose, f32),
+    /// `apply_impulse`.
+    Impulse(Vec3),
+    /// `apply_impulse_at`.
+    ImpulseAt(Vec3, Vec3),
+    /// `apply_angular_impulse`.
+    AngularImpulse(Vec3),
+    /// `add_step_force`.
+    StepForce(Vec3),
+    /// `add_step_force_at`.
+    StepForceAt(Vec3, Vec3),
+    /// `add_step_torque`.
+    StepTorque(Vec3),
+    /// `set_lasting_force`.
+    LastingForce(Vec3),
+    /// `set_lasting_torque`.
+    LastingTorque(Vec3),
+    /// `set_gravity_scale`.
+    GravityScale(f32),
+    /// `set_damping`.
+    Damping(f32, f32),
+    /// `set_locks`.
+    Locks(AxisLocks),
+    /// `set_can_sleep`.
+    CanSleep(bool),
+    /// `set_user_data`.
+    UserData(u64),
+}
+
+/// A call of [`drystone::ShapeMut`].
+#[derive(Clone, Debug)]
+pub enum ShapeCall {
+    /// `set_material`.
+    Material(Material),
+    /// `set_surface_velocity`.
+    SurfaceVelocity(Vec3),
+    /// `set_surface_spin`.
+    SurfaceSpin(Vec3),
+}
+
+/// A call of [`drystone::ParticleMut`].
+#[derive(Clone, Debug)]
+pub enum ParticleCall {
+    /// `set_position`.
+    Position(Vec3),
+    /// `set_velocity`.
+    Velocity(Vec3),
+    /// `apply_impulse`.
+    Impulse(Vec3),
+    /// `set_mass`.
+    Mass(f32),
+    /// `set_pinned`.
+    Pinned(bool),
+}
+
+/// A call of [`drystone::Query`].
+#[derive(Clone, Debug)]
+pub enum QueryCall {
+    /// `cast_ray`.
+    Ray(Vec3, Vec3, Filter),
+    /// `overlap_box`.
+    OverlapBox(Aabb, Filter),
+    /// `overlap_point`.
+    OverlapPoint(Vec3, Filter),
+    /// `overlap_shape`.
+    OverlapShape(Form, Pose, Filter),
+    /// `cast_shape`.
+    CastShape(Form, Pose, Vec3, Filter),
+    /// `nearest_shape`.
+    Nearest(Form, Pose, f32, Filter),
+}
+
+/// One thing that a program does.
+#[derive(Clone, Debug)]
+pub enum Op {
+    /// `add_body`.
+    AddBody(Box<BodyPlan>),
+    /// `add_shape`, to this body.
+    AddShape(Label, Box<ShapePlan>),
+    /// `remove_body`.
+    RemoveBody(Label),
+    /// `remove_shape`.
+    RemoveShape(Label),
+    /// `add_joint`.
+    AddJoint(Box<JointPlan>),
+    /// `remove_joint`.
+    RemoveJoint(Label),
+    /// `add_coupling`.
+    AddCoupling(CouplingPlan),
+    /// `set_joint_axes`.
+    SetJointAxes(Label, Box<SixDof>),
+    /// `set_joint_drive`.
+    SetJointDrive(Label, usize, Option<JointDrive>),
+    /// `set_joint_strength`.
+    SetJointStrength(Label, Option<JointStrength>),
+    /// `add_particle`.
+    AddParticle(Label, Box<ParticleDef>),
+    /// `add_rope`; labels of its first particle and first link, the others follow.
+    AddRope(Label, Label, Box<RopeDef>),
+    /// `add_cloth`; labels as those of a rope.
+    AddCloth(Label, Label, Box<ClothDef>),
+    /// `add_cloud`; label of its first particle.
+    AddCloud(Label, Vec<Vec3>, Box<ParticleDef>),
+    /// `remove_particle`.
+    RemoveParticle(Label),
+    /// `add_link`.
+    AddLink(LinkPlan),
+    /// `remove_link`.
+    RemoveLink(Label),
+    /// `set_link_length`.
+    SetLinkLength(Label, f32),
+    /// `attach_particle`, to a point of a body.
+    Attach(Label, Label, Vec3),
+    /// `detach_particle`.
+    Detach(Label),
+    /// A call on a body.
+    Body(Label, BodyCall),
+    /// A call on a shape.
+    Shape(Label, ShapeCall),
+    /// A call on a particle.
+    Particle(Label, ParticleCall),
+    /// `fracture_body`.
+    FractureBody(Label, Vec3, Fracture),
+    /// `set_fracture`.
+    SetFracture(Label, Option<Fracture>),
+    /// `set_bond_strength`.
+    SetBondStrength(Label, BondStrength),
+    /// `set_config`.
+    SetConfig(Box<WorldConfig>),
+    /// `set_gravity`.
+    SetGravity(Vec3),
+    /// `wake_all`.
+    WakeAll,
+    /// `begin_ledger`.
+    BeginLedger,
+    /// `end_ledger`.
+    EndLedger,
+    /// A question.
+    Query(QueryCall),
+    /// [`drystone::impact`].
+    Impact(Box<[ImpactBody; 2]>, ImpactSurface),
+    /// Steps of this length [s], so many.
+    Step(f32, u32),
+}
+
+/// What kind of numbers a program is made of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Style {
+    /// 0.1 to 10 m, sensible masses, joints put together where they are met.
+    Ordinary,
+    /// Sizes of 0.01 to 100 m in one world.
+    Wide,
+    /// An ordinary world some of whose numbers are at the bounds of their fields or beyond.
+    Edge,
+    /// Overlaps, joints that cannot be met, extreme ratios of mass.
+    Torture,
+}
+
+impl Style {
+    /// All of them.
+    pub const ALL: [Self; 4] = [Self::Ordinary, Self::Wide, Self::Edge, Self::Torture];
+
+    /// Its name.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Ordinary => "ordinary",
+            Self::Wide => "wide",
+            Self::Edge => "edge",
+            Self::Torture => "torture",
+        }
+    }
+}
+
+/// A world and what is done with it.
+#[derive(Clone, Debug)]
+pub struct Program {
+    /// What kind of numbers it is made of.
+    pub style: Style,
+    /// How the world is configured at first.
+    pub config: WorldConfig,
+    /// What is done, in order.
+    pub ops: Vec<Op>,
+}
+
+impl Program {
+    /// Steps that it asks for.
+    #[must_use]
+    pub fn steps(&self) -> u32 {
+        let steps = |op: &Op| if let Op::Step(_, count) = op { *count } else { 0 };
+        self.ops.iter().map(steps).sum()
+    }
+}

@@ -1,0 +1,243 @@
+//! A program, run from its first operation to its last, with a look at all that must hold.
+
+use std::panic::AssertUnwindSafe;
+use std::sync::{Arc, Mutex, OnceLock};
+use std::time::{Duration, Instant};
+
+use drystone::{Executor, Inline, SimdLevel, Team, World};
+
+use crate::apply::{Done, Ids, apply};
+use crate::finding::{Findings, Kind};
+use crate::op::{Op, Program, Style};
+use crate::oracle::{self, Pairs};
+
+/// Under which conditions a program runs. None of them may change what it comes to.
+#[derive(Clone, Copy, Debug)]
+pub struct Conditions {
+    /// Threads; 1: the caller alone.
+    pub threads: usize,
+    /// Which SIMD level, counted from the best; beyond the last: the last.
+    pub level: usize,
+    /// Goes on from its own snapshot again and again after so many steps.
+    pub restore_every: Option<u32>,
+    /// Goes on as a clone after so many steps.
+    pub clone_at: Option<u32>,
+    /// Whether all must be looked at; else only hashes are taken.
+    pub look: bool,
+    /// Whether faults and wild speeds of ordinary worlds are findings.
+    pub strict: bool,
+    /// Is told of each operation before it is done, and of each step.
+    pub trace: Option<fn(&str)>,
+    /// A fault of our own making, to test the search: worlds of which this is true are findings.
+    pub plant: Option<fn(&World) -> bool>,
+}
+
+impl Conditions {
+    /// The caller alone, the best level, with all oracles.
+    pub const BASE: Self = Self {
+        threads: 1,
+        level: 0,
+        restore_every: None,
+        clone_at: None,
+        look: true,
+        strict: false,
+        trace: None,
+        plant: None,
+    };
+}
+
+/// What a run came to.
+#[derive(Clone, Debug, Default)]
+pub struct Run {
+    /// State hash after each step.
+    pub hashes: Vec<u64>,
+    /// Operations that the engine refused.
+    pub refused: u32,
+    /// Which operations were done.
+    pub done: Vec<bool>,
+    /// Faults of bodies and particles.
+    pub faults: u32,
+    /// Whether a body became faster than anything could make it.
+    pub is_wild: bool,
+    /// What broke.
+    pub findings: Findings,
+    /// It took too long, and was ended early.
+    pub is_cut: bool,
+}
+
+/// A run takes no longer than this; what would is ended early, and that is no finding.
+const LONGEST: Duration = Duration::from_secs(3);
+
+/// All getters are looked at after so many steps, and at the end.
+const FULL_EVERY: u32 = 40;
+
+/// No body of an ordinary world can come to this speed [m/s].
+const WILD: f32 = 1000.0;
+
+/// Runs a program to its end, or until it panics.
+#[must_use]
+pub fn run(program: &Program, conditions: &Conditions) -> Run {
+    let run = Mutex::new(Run::default());
+    let caught = guarded(|| {
+        let mut run = run.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+        steps(program, conditions, &mut run);
+    });
+    let mut run = run.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner);
+    if let Err(panic) = caught {
+        let step = u32::try_from(run.hashes.len()).unwrap_or(u32::MAX);
+        run.findings.add(Kind::Panic, panic.place, panic.message, step);
+    }
+    run
+}
+
+/// Where a panic was, and what it said.
+#[derive(Clone, Debug, Default)]
+pub struct Panic {
+    /// File and line.
+    pub place: String,
+    /// What it said.
+    pub message: String,
+}
+
+/// The first panic since the last look; those of a team's threads too.
+static LAST: Mutex<Option<Panic>> = Mutex::new(None);
+
+/// Does something, and tells where it panicked if it did. Panics write nothing.
+///
+/// # Errors
+/// Where it panicked.
+pub fn guarded<T>(act: impl FnOnce() -> T) -> Result<T, Panic> {
+    static HOOK: OnceLock<()> = OnceLock::new();
+    HOOK.get_or_init(|| std::panic::set_hook(Box::new(note)));
+    let take = || LAST.lock().unwrap_or_else(std::sync::PoisonError::into_inner).take();
+    take();
+    std::panic::catch_unwind(AssertUnwindSafe(act)).map_err(|_| take().unwrap_or_default())
+}
+
+/// Keeps where a panic was, unless it follows from one before.
+fn note(info: &std::panic::PanicHookInfo<'_>) {
+    let place = info.location().map_or_else(String::new, |l| {
+        let file = l.file().rsplit_once("crates/").map_or(l.file(), |(_, file)| file);
+        format!("{file}:{}", l.line())
+    });
+    let payload = info.payload();
+    let text = payload.downcast_ref::<&str>().copied();
+    let text = text.or_else(|| payload.downcast_ref::<String>().map(String::as_str));
+    let message = text.unwrap_or("a panic without words").to_owned();
+    let mut last = LAST.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+    last.get_or_insert(Panic { place, message });
+}
+
+/// Teams that live as long as the program.
+fn executor(threads: usize) -> Arc<dyn Executor> {
+    static TEAMS: [OnceLock<Arc<Team>>; 5] = [const { OnceLock::new() }; 5];
+    match TEAMS.get(threads) {
+        Some(team) if threads > 1 => {
+            Arc::clone(team.get_or_init(|| Arc::new(Team::with_threads(threads)))) as _
+        }
+        _ => Arc::new(Inline),
+    }
+}
+
+fn equip(world: &mut World, conditions: &Conditions) {
+    world.set_executor(executor(conditions.threads));
+    let levels = SimdLevel::available();
+    if let Some(level) = levels.get(conditions.level).or(levels.last()) {
+        world.set_simd_level(*level);
+    }
+}
+
+fn steps(program: &Program, conditions: &Conditions, run: &mut Run) {
+    let Ok(mut world) = World::new(program.config.clone()) else {
+        run.refused += 1;
+        return;
+    };
+    equip(&mut world, conditions);
+    let (mut ids, mut pairs) = (Ids::default(), Pairs::default());
+    let start = Instant::now();
+    let mut step = 0;
+    for op in &program.ops {
+        if let Some(trace) = conditions.trace {
+            trace(&format!("step {step}: {op:?}"));
+        }
+        let Op::Step(dt, count) = op else {
+            let done = apply(&mut world, &mut ids, op, &mut run.findings, step);
+            run.refused += u32::from(done == Done::Refused);
+            run.done.push(done == Done::Yes);
+            continue;
+        };
+        run.done.push(true);
+        for _ in 0..*count {
+            between(&mut world, conditions, step, run);
+            world.step(*dt);
+            step += 1;
+            run.hashes.push(world.state_hash());
+            ids.take_pieces(&world);
+            if conditions.look {
+                look(&world, &mut ids, &mut pairs, step, run);
+                judge(&world, program.style, conditions, step, run);
+            }
+            if start.elapsed() > LONGEST {
+                run.is_cut = true;
+                return;
+            }
+        }
+    }
+    if conditions.look {
+        oracle::full(&world, &mut run.findings, step);
+        oracle::own_snapshot(&world, &mut run.findings, step);
+        ids.gone.check(&world, &mut run.findings, step);
+    }
+}
+
+/// Goes on from a snapshot or as a clone, where that is asked for.
+fn between(world: &mut World, conditions: &Conditions, step: u32, run: &mut Run) {
+    if conditions.restore_every.is_some_and(|n| step % n == n - 1) {
+        match World::restore(&world.snapshot()) {
+            Ok(again) => *world = again,
+            Err(why) => run.findings.add(Kind::SnapshotRefused, why.to_string(), "", step),
+        }
+        equip(world, conditions);
+    }
+    if conditions.clone_at == Some(step) {
+        let clone = world.clone();
+        // What the first one does must not matter to the second.
+        world.step(1.0 / 60.0);
+        *world = clone;
+    }
+}
+
+fn look(world: &World, ids: &mut Ids, pairs: &mut Pairs, step: u32, run: &mut Run) {
+    pairs.follow(world, &mut run.findings, step);
+    if step % FULL_EVERY == 1 {
+        oracle::full(world, &mut run.findings, step);
+        ids.gone.check(world, &mut run.findings, step);
+    } else {
+        oracle::quick(world, &mut run.findings, step);
+    }
+    if step % (2 * FULL_EVERY) == 1 {
+        oracle::own_snapshot(world, &mut run.findings, step);
+    }
+}
+
+/// Counts what is no error of the bookkeeping, but of the motion.
+fn judge(world: &World, style: Style, conditions: &Conditions, step: u32, run: &mut Run) {
+    let faults = world.events().faults.iter();
+    let faults = faults.filter(|f| f.kind == drystone::FaultKind::NotFinite).count();
+    run.faults += u32::try_from(faults).unwrap_or(u32::MAX);
+    let speed = oracle::fastest(world);
+    run.is_wild |= speed > WILD;
+    if conditions.plant.is_some_and(|is_planted| is_planted(world)) {
+        run.findings.add(Kind::Fault, "planted", "", step);
+    }
+    if conditions.strict && style == Style::Ordinary {
+        if faults > 0 {
+            let fault = format!("{:?}", world.events().faults[0]);
+            run.findings.add(Kind::Fault, "a fault of an ordinary world", fault, step);
+        }
+        if speed > WILD {
+            let speed = format!("{speed} m/s");
+            run.findings.add(Kind::Wild, "a wild speed in an ordinary world", speed, step);
+        }
+    }
+}
