@@ -5,7 +5,9 @@ mod gallery;
 mod golden;
 mod graphics;
 mod instructions;
+mod model;
 mod roofline;
+mod sanitize;
 mod stability;
 mod tidy;
 mod web;
@@ -20,6 +22,8 @@ const USAGE: &str = "usage: cargo xtask COMMAND
   determinism                     300 steps of every scene by 1 to 4 threads and every SIMD level (minutes)
   golden [--release]              run the scenes of golden.txt and compare their hashes
   golden [--release] --bless WHY  write the new hashes, and old, new and WHY into CHANGELOG.md
+  model                           the worker team under a model checker (some minutes)
+  sanitize                        tests of threads and executors under AddressSanitizer (some minutes)
   instructions [--bless]          count the instructions of the runs of instructions.txt by callgrind
   gallery [SCENE…]                draw the pictures and films of docs/gallery, and write its page
   stability                       long runs of what must stand or fall, into docs/stability.md (a quarter of an hour)
@@ -42,6 +46,8 @@ fn main() -> ExitCode {
         ["instructions", "--bless"] => {
             release_command().and_then(|built| instructions::run(true, &built))
         }
+        ["model"] => model::run(),
+        ["sanitize"] => sanitize::run(),
         ["stability"] => stability::run(),
         ["web", words @ ..] => web::run(words),
         ["roofline"] => {

@@ -1,6 +1,7 @@
 //! All integration tests, one binary.
 #![expect(clippy::unwrap_used, reason = "helpers of tests outside test functions")]
 
+mod contract_executor;
 mod contract_world;
 mod property_hull;
 mod property_snapshot;

@@ -225,7 +225,7 @@ mod tests {
     use fearless_simd::dispatch;
 
     use super::look;
-    use crate::base::jobs::Inline;
+    use crate::base::jobs::Jobs;
     use crate::base::math::{Vec3, vec3};
     use crate::base::pose::Pose;
     use crate::base::quat::Quat;
@@ -345,7 +345,7 @@ mod tests {
             }
             let mut now = world.clone();
             let tables = now.tables_mut();
-            look_ahead(&ctx, &mut tables.bodies, &Inline);
+            look_ahead(&ctx, &mut tables.bodies, &Jobs::Inline);
             let (bodies, shapes) = (&tables.bodies, &tables.shapes);
             let margin = Track::at_least(ctx.margin);
             let (contacts, watches, _) = tables.contacts.watched_mut();

@@ -10,7 +10,7 @@ use super::plan::{Group, SIX_ACTS, SIX_DIRECT, SIX_HOLDS, SIX_PINNED};
 use super::rows::{Velocity, Whitening, load_velocity, read_lanes, store_velocity};
 use super::sixdof::{self, SixBlock};
 use super::turns::Turns;
-use crate::base::jobs::{Executor, for_shares};
+use crate::base::jobs::{Jobs, for_shares};
 use crate::base::math::Vec3;
 use crate::base::wide::{
     LANES, Vec3w, Wide, above, gather4, load, min, prefetch, scatter4, select, splat, sqrt,
@@ -43,7 +43,7 @@ struct Gathered<'a> {
 }
 
 impl Solver<'_> {
-    pub(super) fn prepare_sixdofs(&self, group: &Group, jobs: &dyn Executor) {
+    pub(super) fn prepare_sixdofs(&self, group: &Group, jobs: &Jobs<'_>) {
         self.plan.sixdofs.for_blocks(&group.sixdofs, jobs, 8, |batch, blocks| {
             dispatch!(self.ctx.level, simd => {
                 for i in blocks {
@@ -54,7 +54,7 @@ impl Solver<'_> {
         });
     }
 
-    pub(super) fn sweep_sixdofs(&self, group: &Group, sweep: &JointSweep, jobs: &dyn Executor) {
+    pub(super) fn sweep_sixdofs(&self, group: &Group, sweep: &JointSweep, jobs: &Jobs<'_>) {
         self.plan.sixdofs.for_blocks(&group.sixdofs, jobs, 4, |batch, blocks| {
             if batch.class & SIX_DIRECT != 0 {
                 // The trees do it.
@@ -68,7 +68,7 @@ impl Solver<'_> {
         });
     }
 
-    pub(super) fn store_sixdofs(&self, group: &Group, jobs: &dyn Executor) {
+    pub(super) fn store_sixdofs(&self, group: &Group, jobs: &Jobs<'_>) {
         let blocks = self.plan.sixdofs.blocks_of(&group.sixdofs);
         let n = blocks.len();
         for_shares(jobs, n, 32, |part| {
