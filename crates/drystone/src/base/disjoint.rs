@@ -5,6 +5,7 @@
 use core::marker::PhantomData;
 use core::ops::Range;
 
+#[cfg(debug_assertions)]
 use super::stamps;
 
 /// The word of a stage that what it lends is kept apart.
@@ -12,7 +13,7 @@ use super::stamps;
 pub(crate) struct Apart(());
 
 impl Apart {
-    /// Gives it. Debug builds check the first part of it: [`stamps`].
+    /// Gives it. Debug builds check the first part of it (`base/stamps.rs`).
     ///
     /// # Safety
     /// Of every table that is lent with it, as long as it is lent: a row that a chunk takes (`row`, `slice`) no other chunk of that phase

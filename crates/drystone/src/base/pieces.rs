@@ -9,6 +9,7 @@ use serde::ser::SerializeSeq;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use super::disjoint::Apart;
+#[cfg(debug_assertions)]
 use super::stamps;
 use super::wide::{prefetch_line, prefetch_lines};
 

@@ -123,9 +123,9 @@ fn queries_find_what_brute_force_finds_through_every_change() {
         for (item, b) in &moved {
             expected[*item as usize] = Some(*b);
         }
-        tree.replace_all(&moved, jobs);
+        tree.replace_all(&moved, &jobs);
         check(&tree, &expected);
-        tree.replace_all(&moved[..5], jobs);
+        tree.replace_all(&moved[..5], &jobs);
         tree.tidy(&jobs);
         check(&tree, &expected);
         for item in (0_u32..5000).filter(|i| i % 3 != 0 && i % 11 != 0) {

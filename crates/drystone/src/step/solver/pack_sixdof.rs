@@ -46,8 +46,8 @@ impl Solver<'_> {
     pub(super) fn prepare_sixdofs(&self, group: &Group, jobs: &Jobs<'_>) {
         self.plan.sixdofs.for_blocks(&group.sixdofs, jobs, 8, |batch, blocks| {
             dispatch!(self.ctx.level, simd => {
-                for i in blocks {
-                    self.ask_for_sixdofs(i);
+                for i in blocks.clone() {
+                    self.ask_for_sixdofs(i, blocks.end);
                     self.pack_block(simd, i, batch.class);
                 }
             });
@@ -123,11 +123,13 @@ impl Solver<'_> {
         store_velocity(simd, &self.lines, &block.row_b, b);
     }
 
-    /// Asks for the joints of the block after the next one, and for what those of the next one point to.
+    /// Asks for the joints of the block after the next one, and for what those of the next one point to, up to the last that is
+    /// one's own: others may be written meanwhile.
     #[inline(always)]
-    fn ask_for_sixdofs(&self, block: usize) {
+    fn ask_for_sixdofs(&self, block: usize, end: usize) {
         self.prefetch_joints(&self.plan.sixdofs, block + 2);
-        for owner in self.plan.sixdofs.owners.get(block + 1).into_iter().flatten() {
+        let next = self.plan.sixdofs.owners[..end].get(block + 1);
+        for owner in next.into_iter().flatten() {
             if let Some(Joint { link: Link::Six(six), .. }) = self.joint(*owner) {
                 prefetch(&six.laws);
                 prefetch(&six.state);
