@@ -5,8 +5,9 @@
 
 use core::cell::Cell;
 use std::alloc::{GlobalAlloc, Layout, System};
+use std::sync::Arc;
 
-use drystone::{BodyDef, BodyId, ShapeDef, World, WorldConfig};
+use drystone::{BodyDef, BodyId, Executor, ShapeDef, World, WorldConfig};
 
 thread_local! {
     static CALLS: Cell<u64> = const { Cell::new(0) };
@@ -121,6 +122,28 @@ fn a_settled_world_allocates_nothing() {
     let mut world = world(false);
     pyramid(&mut world, 30);
     // By then lists that the first step filled have given back what no other needs.
+    steps(&mut world, 140);
+    assert_eq!(calls_of(&mut world, 100), 0);
+}
+
+/// As if somebody had four threads of his own.
+#[derive(Debug)]
+struct InTurn;
+
+impl Executor for InTurn {
+    fn workers(&self) -> usize {
+        4
+    }
+
+    fn run(&self, chunks: usize, task: &(dyn Fn(usize, usize) + Sync)) {
+        (0..chunks).for_each(|chunk| task(chunk % 4, chunk));
+    }
+}
+
+#[test]
+fn a_step_on_threads_of_a_user_allocates_nothing() {
+    let mut world = world(false).with_executor(Arc::new(InTurn));
+    pyramid(&mut world, 20);
     steps(&mut world, 140);
     assert_eq!(calls_of(&mut world, 100), 0);
 }
