@@ -200,7 +200,7 @@ fn bodies_that_roll_over_a_mesh_allocate_nothing() {
         }
     }
     let mesh = drystone::Mesh::new(vertices, triangles).unwrap();
-    let mesh = drystone::Shape::Mesh(std::sync::Arc::new(mesh));
+    let mesh = drystone::Shape::Mesh(Arc::new(mesh));
     world.add_body(BodyDef::fixed().with_shape(ShapeDef::new(mesh))).unwrap();
     for i in 0..16_u32 {
         let shape = match i % 4 {
