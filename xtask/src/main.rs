@@ -8,7 +8,9 @@ mod gallery;
 mod golden;
 mod graphics;
 mod instructions;
+mod model;
 mod roofline;
+mod sanitize;
 mod stability;
 mod targets;
 mod tidy;
@@ -29,6 +31,8 @@ const USAGE: &str = "usage: cargo xtask COMMAND
   golden [--release]              run the scenes of golden.txt and compare their hashes
   golden [--release] --bless WHY  write the new hashes, and old, new and WHY into CHANGELOG.md
   targets [aarch64] [wasm]        the scenes of golden.txt on aarch64 in an emulator and in WebAssembly in node
+  model                           the worker team under a model checker (some minutes)
+  sanitize                        tests of threads and executors under AddressSanitizer (some minutes)
   instructions [--bless]          count the instructions of the runs of instructions.txt by callgrind
   fuzz [TARGET] [--seconds N]     libFuzzer on all that is read, a minute a target; what failed is kept in target/fuzz/failed
   gallery [SCENE…]                draw the pictures and films of docs/gallery, and write its page
@@ -54,6 +58,8 @@ fn main() -> ExitCode {
         ["instructions", "--bless"] => {
             release_command().and_then(|built| instructions::run(true, &built))
         }
+        ["model"] => model::run(),
+        ["sanitize"] => sanitize::run(),
         ["stability"] => stability::run(),
         ["targets", names @ ..] => targets::run(names),
         ["web", words @ ..] => web::run(words),

@@ -167,6 +167,11 @@ fn unsafe_stands_only_in_base() {
         found,
         ["crates/drystone/src/world/mod.rs:3: `unsafe` outside crates/drystone/src/base/"]
     );
+    let promise = "fn f() { lend(unsafe { Apart::promise() }) }\n";
+    assert_eq!(source::check(&tree(&[("crates/drystone/src/step/mod.rs", promise)])), [""; 0]);
+    assert_eq!(source::check(&tree(&[("crates/drystone-scene/src/lib.rs", promise)])).len(), 1);
+    let more = promise.replace("()", "(g())");
+    assert_eq!(source::check(&tree(&[("crates/drystone/src/step/mod.rs", &more)])).len(), 1);
 }
 
 #[test]

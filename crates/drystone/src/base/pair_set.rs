@@ -3,7 +3,7 @@
 
 use core::sync::atomic::{AtomicU64, Ordering};
 
-use super::jobs::{Executor, Inline, for_ranges, grain};
+use super::jobs::{Jobs, for_ranges, grain};
 use super::wide::prefetch;
 
 /// So many keys ahead their places are asked for.
@@ -79,7 +79,7 @@ impl PairSet {
     /// Adds `key`; false if it was there.
     pub(crate) fn insert(&mut self, key: u64) -> bool {
         if 2 * (self.len + 1) > self.keys.len() {
-            self.grow(self.len + 1, &Inline);
+            self.grow(self.len + 1, &Jobs::Inline);
         }
         let mut i = self.start(key);
         loop {
@@ -95,7 +95,7 @@ impl PairSet {
     }
 
     /// Adds keys that are not there yet, each once.
-    pub(crate) fn insert_new(&mut self, keys: &[u64], jobs: &dyn Executor) {
+    pub(crate) fn insert_new(&mut self, keys: &[u64], jobs: &Jobs<'_>) {
         let len = self.len + keys.len();
         if 2 * len > self.keys.len() {
             self.grow(len, jobs);
@@ -105,12 +105,7 @@ impl PairSet {
     }
 
     /// Gives each key a place. A world of one thread needs no exchange for that.
-    fn claim_all<T: Sync>(
-        &mut self,
-        keys: &[T],
-        key: impl Fn(&T) -> u64 + Sync,
-        jobs: &dyn Executor,
-    ) {
+    fn claim_all<T: Sync>(&mut self, keys: &[T], key: impl Fn(&T) -> u64 + Sync, jobs: &Jobs<'_>) {
         let alone = jobs.workers() == 1;
         let set = &*self;
         for_ranges(jobs, keys.len(), grain(jobs, keys.len(), 64), |range| {
@@ -177,7 +172,7 @@ impl PairSet {
     }
 
     /// Makes room for `len` keys in all.
-    fn grow(&mut self, len: usize, jobs: &dyn Executor) {
+    fn grow(&mut self, len: usize, jobs: &Jobs<'_>) {
         let room = (2 * len).next_power_of_two().max(64);
         let new = core::iter::repeat_with(AtomicU64::default).take(room).collect();
         let old = core::mem::replace(&mut self.keys, new);
@@ -190,6 +185,7 @@ mod tests {
     use core::ops::Range;
 
     use super::{PairSet, pair_key};
+    use crate::base::jobs::Jobs;
     use crate::base::team::Team;
 
     #[test]
@@ -218,7 +214,7 @@ mod tests {
             let (team, mut set) = (Team::new(workers), PairSet::default());
             // Into a table that grows, and one that has room.
             for range in [1..10_000, 10_000..15_000, 15_000..30_000, 40_000..41_000] {
-                set.insert_new(&keys(range), &team);
+                set.insert_new(&keys(range), &Jobs::Team(&team));
             }
             assert!(holds(&set, [1..30_000, 40_000..41_000]));
             keys(15_000..40_000).into_iter().for_each(|key| set.remove(key));

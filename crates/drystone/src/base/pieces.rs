@@ -8,6 +8,9 @@ use core::cell::UnsafeCell;
 use serde::ser::SerializeSeq;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
+use super::disjoint::Apart;
+#[cfg(debug_assertions)]
+use super::stamps;
 use super::wide::{prefetch_line, prefetch_lines};
 
 /// Rows of a piece. The first is shorter while the table is.
@@ -108,21 +111,43 @@ impl<T: Default> Pieces<T> {
         }
     }
 
+    /// Row `i`, which is there.
+    #[inline(always)]
+    pub(crate) fn read(&self, i: usize) -> &T {
+        // SAFETY: nobody writes while `self` is borrowed: see `Sync`.
+        unsafe { &*self.pieces[i / PIECE][i % PIECE].get() }
+    }
+
+    /// Asks for the first and another cache line of row `i`, if there is such a row. Changes nothing but time.
+    #[inline(always)]
+    pub(crate) fn prefetch_line(&self, i: usize, line: usize) {
+        if let Some(cell) = self.pieces.get(i / PIECE).and_then(|piece| piece.get(i % PIECE)) {
+            prefetch_line(cell, 0);
+            prefetch_line(cell, line);
+        }
+    }
+
     /// Lends the rows to the workers of a phase.
-    pub(crate) fn lend(&mut self) -> PieceRows<'_, T> {
-        PieceRows { pieces: &self.pieces }
+    pub(crate) fn lend(&mut self, _: Apart) -> PieceRows<'_, T> {
+        PieceRows {
+            pieces: &self.pieces,
+            #[cfg(debug_assertions)]
+            stamped: !stamps::is_in_chunk(),
+        }
     }
 }
 
-/// As [`super::disjoint::Rows`], of a table in pieces: within a phase no row may be lent twice.
+/// As [`super::disjoint::Rows`], of a table in pieces: see [`Apart::promise`].
 #[derive(Debug)]
 pub(crate) struct PieceRows<'a, T> {
     pieces: &'a [Box<[UnsafeCell<T>]>],
+    #[cfg(debug_assertions)]
+    stamped: bool,
 }
 
-// SAFETY: a `PieceRows` gives out `&mut T` on other threads, which `T: Send` allows.
+// SAFETY: a `PieceRows` gives out `&mut T` on other threads, which `T: Send` allows, and `&T` where `T: Sync`.
 unsafe impl<T: Send> Send for PieceRows<'_, T> {}
-// SAFETY: as above; that no row is lent twice at a time is what every caller upholds.
+// SAFETY: as above; that no row is taken by two at a time was promised when it was made.
 unsafe impl<T: Send> Sync for PieceRows<'_, T> {}
 
 // By hand: a derive would ask that `T` can be copied too.
@@ -134,21 +159,32 @@ impl<T> Clone for PieceRows<'_, T> {
 
 impl<T> Copy for PieceRows<'_, T> {}
 
-impl<'a, T> PieceRows<'a, T> {
+impl<T> PieceRows<'_, T> {
     /// Row `i`.
     #[inline(always)]
-    #[expect(clippy::mut_from_ref, reason = "rows are kept apart by the caller, see the type")]
+    #[expect(clippy::mut_from_ref, reason = "who made it promised that rows are kept apart")]
     pub(crate) fn row(&self, i: usize) -> &mut T {
         let cell = &self.pieces[i / PIECE][i % PIECE];
-        // SAFETY: nobody else holds row `i`: the type's rule, upheld by chunks and colors.
+        #[cfg(debug_assertions)]
+        if self.stamped {
+            stamps::claim(cell.get(), i);
+        }
+        // SAFETY: nobody else holds row `i`: promised when `self` was made.
         unsafe { &mut *cell.get() }
     }
 
     /// Row `i`, to read: one of the caller's own, or one that nobody writes in this phase.
     #[inline(always)]
-    pub(crate) fn read(&self, i: usize) -> &'a T {
+    pub(crate) fn read(&self, i: usize) -> &T
+    where
+        T: Sync,
+    {
         let cell = &self.pieces[i / PIECE][i % PIECE];
-        // SAFETY: nobody writes row `i` now: the type's rule, upheld by chunks and colors.
+        #[cfg(debug_assertions)]
+        if self.stamped {
+            stamps::look(cell.get(), i);
+        }
+        // SAFETY: nobody writes row `i` now: promised when `self` was made.
         unsafe { &*cell.get() }
     }
 
@@ -173,7 +209,8 @@ impl<'a, T> PieceRows<'a, T> {
 #[cfg(test)]
 mod tests {
     use super::{PIECE, Pieces};
-    use crate::base::jobs::for_ranges;
+    use crate::base::disjoint::Apart;
+    use crate::base::jobs::{Jobs, for_ranges};
     use crate::base::team::Team;
 
     #[test]
@@ -212,8 +249,9 @@ mod tests {
         let mut table = Pieces::<usize>::default();
         table.make_room(n);
         (0..n).for_each(|_| table.push_default());
-        let rows = table.lend();
-        for_ranges(&Team::new(2), n, 100, |range| {
+        // SAFETY: each row is of one range.
+        let rows = table.lend(unsafe { Apart::promise() });
+        for_ranges(&Jobs::Team(&Team::new(2)), n, 100, |range| {
             for i in range {
                 rows.prefetch(i + 64, 1);
                 *rows.row(i) = 2 * i;

@@ -1,6 +1,6 @@
 //! A number for some rows of a table.
 
-use super::disjoint::Rows;
+use super::disjoint::{Apart, Rows};
 use super::grow;
 
 /// A number for each row of a table, where most have none: memory of those is never touched, so that a world of
@@ -30,8 +30,8 @@ impl Sparse {
     }
 
     /// All numbers, lent to workers.
-    pub(crate) fn lend(&mut self) -> SparseRows<'_> {
-        SparseRows { inverted: Rows::new(&mut self.inverted) }
+    pub(crate) fn lend(&mut self, apart: Apart) -> SparseRows<'_> {
+        SparseRows { inverted: Rows::new(&mut self.inverted, apart) }
     }
 }
 

@@ -5,30 +5,40 @@
 //! taken by another program never holds up a phase: the caller finishes alone. Phases that follow one another are told to
 //! the workers at once, as a series: a phase begins for a worker as soon as it sees that all chunks of the one before have returned,
 //! which is one cache line from core to core. Workers look out for the next series for some tenths of a millisecond, then park.
+//!
+//! A task that panics never unwinds out of a series: the chunks that are left are claimed and skipped, and the caller goes on with the
+//! panic when all have returned. So what a task borrows is there as long as a worker can call it, and threads live on. The protocol is
+//! run through many schedules by `cargo xtask model`.
 #![expect(unsafe_code, reason = "the task's lifetime is erased while its series runs")]
 
 use core::cell::UnsafeCell;
-use core::hint::spin_loop;
 use core::ops::Range;
-use core::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
-use std::sync::{Arc, Condvar, Mutex, PoisonError};
-use std::thread::{JoinHandle, yield_now};
+use std::any::Any;
+use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
+use std::sync::{PoisonError, TryLockError};
 
-use super::jobs::Executor;
+use super::jobs::{Executor, known};
+use super::sync::{
+    Arc, AtomicBool, AtomicU64, AtomicUsize, Builder, Condvar, JoinHandle, Mutex, MutexGuard,
+    Ordering, spin_loop, yield_now,
+};
 
 /// Worker, phase, chunk.
 type Task = dyn Fn(usize, usize, usize) + Sync;
 
+/// What a task panicked with.
+type Payload = Box<dyn Any + Send>;
+
 /// So often a worker looks for the next series before it parks: 0.2 to 0.5 ms of `spin_loop`, longer than the caller is alone within
 /// most steps. To be woken takes as long as a serial stage (docs/decisions/027-shares-of-a-phase.md).
-const SPINS: u32 = 14_000;
+const SPINS: u32 = if cfg!(drystone_model) { 2 } else { 14_000 };
 
 /// So often it looks before it offers the core to others, and again after so many more looks.
 const LOOKS: u32 = 2000;
 const AGAIN: u32 = 100;
 
 /// So often a phase's end is looked for before the core is offered to others.
-const WAITS: u32 = 500;
+const WAITS: u32 = if cfg!(drystone_model) { 0 } else { 500 };
 
 /// Most phases of a series.
 const PHASES: usize = 32;
@@ -68,7 +78,8 @@ impl Word {
     }
 }
 
-/// A series' epoch and a number.
+/// A series' epoch and a number. Epochs come again after 2³² series (eight days of them without a break). A worker that slept
+/// just so long does no harm: a claim succeeds only for the word that is there now, which the running series wrote when its job stood.
 fn tagged(epoch: u32, number: usize) -> u64 {
     u64::from(epoch) << 32 | number as u64
 }
@@ -88,61 +99,71 @@ struct Shared {
     job: UnsafeCell<Job>,
     parked: AtomicUsize,
     quit: AtomicBool,
+    /// A task of the running series panicked: chunks are claimed but not run.
     panicked: AtomicBool,
+    /// With what it did, the first of them.
+    payload: Mutex<Option<Payload>>,
     lock: Mutex<()>,
     wake: Condvar,
 }
 
 // SAFETY: `job` is written by the caller between series only (it holds `Team::busy`), and read by a
-// worker only while it holds a claimed chunk, before which the series cannot end.
+// worker only while it holds a claimed chunk, before whose return the series does not end.
 unsafe impl Sync for Shared {}
 // SAFETY: the raw task pointer is only followed during its series, see `Sync`.
 unsafe impl Send for Shared {}
 
-/// Takes down that a worker's chunks of a phase have returned, even if a task panics, so that the caller never waits for
-/// ever.
-struct Returned<'a> {
-    open: &'a AtomicU64,
-    panicked: &'a AtomicBool,
-    chunks: u64,
-}
-
-impl Drop for Returned<'_> {
-    fn drop(&mut self) {
-        if std::thread::panicking() {
-            self.panicked.store(true, Ordering::Relaxed);
-        }
-        if self.chunks > 0 {
-            self.open.fetch_sub(self.chunks, Ordering::AcqRel);
-        }
-    }
-}
-
 impl Shared {
     /// Claims and runs chunks of a series, phase by phase, until none is left: those of the worker's own list, then those of
-    /// the others. Who comes late finds another series, and leaves.
+    /// the others. Who comes late finds another series, and leaves. Never unwinds.
     fn work(&self, worker: usize, epoch: u32, phases: usize) {
-        let n = self.claims.len();
         for phase in 0..phases {
             if phase > 0 && !self.wait(epoch, phase - 1) {
                 return;
             }
-            let (open, panicked) = (&self.open.0[phase], &self.panicked);
-            let mut returned = Returned { open, panicked, chunks: 0 };
-            for k in 0..n {
-                let list = (worker + k) % n;
-                // From the back of the others' lists: what stands at the front they come to soon.
-                let back = k > 0;
-                while let Some(word) = self.claim(epoch, phase, list, back) {
-                    returned.chunks += 1;
-                    // SAFETY: this worker holds a claimed chunk, so the job is that of this series.
-                    let job = unsafe { &*self.job.get() };
-                    // SAFETY: the caller keeps the task alive until every chunk has returned.
-                    let task = unsafe { &*job.task };
-                    let end = part(job.chunks[phase].into(), n, list).end - word.back();
-                    task(worker, phase, if back { end - 1 } else { end - word.left() });
-                }
+            let mut claimed = 0;
+            let mut run = || self.run_chunks(worker, epoch, phase, &mut claimed);
+            // Once more, to claim what is left, if a task panicked.
+            while let Err(payload) = catch_unwind(AssertUnwindSafe(&mut run)) {
+                self.keep(payload);
             }
+            if claimed > 0 {
+                self.open.0[phase].fetch_sub(claimed, Ordering::AcqRel);
+            }
+        }
+    }
+
+    /// Those of a phase. Counts what it claims.
+    fn run_chunks(&self, worker: usize, epoch: u32, phase: usize, claimed: &mut u64) {
+        let n = self.claims.len();
+        for k in 0..n {
+            let list = (worker + k) % n;
+            // From the back of the others' lists: what stands at the front they come to soon.
+            let back = k > 0;
+            while let Some(word) = self.claim(epoch, phase, list, back) {
+                *claimed += 1;
+                if self.panicked.load(Ordering::Relaxed) {
+                    continue;
+                }
+                // SAFETY: this worker holds a claimed chunk, so the job is that of this series.
+                let job = unsafe { &*self.job.get() };
+                // SAFETY: `series` keeps the task alive until every claimed chunk has returned.
+                let task = unsafe { &*job.task };
+                let end = part(job.chunks[phase].into(), n, list).end - word.back();
+                task(worker, phase, if back { end - 1 } else { end - word.left() });
+            }
+        }
+    }
+
+    /// Keeps what a task panicked with, if it is the first, for the caller.
+    fn keep(&self, payload: Payload) {
+        self.panicked.store(true, Ordering::Relaxed);
+        let mut first = self.payload.lock().unwrap_or_else(PoisonError::into_inner);
+        if first.is_none() {
+            *first = Some(payload);
+        } else {
+            // To drop it could panic again, here where nobody catches it.
+            core::mem::forget(payload);
         }
     }
 
@@ -222,6 +243,8 @@ fn part(chunks: usize, lists: usize, list: usize) -> Range<usize> {
 pub struct Team {
     shared: Arc<Shared>,
     threads: Vec<JoinHandle<()>>,
+    /// Of the process that has the threads: a fork of it has none.
+    process: u32,
     /// Held during a series. A second caller (another world on the same team) works alone.
     busy: Mutex<u32>,
 }
@@ -256,23 +279,33 @@ impl Team {
             parked: AtomicUsize::new(0),
             quit: AtomicBool::new(false),
             panicked: AtomicBool::new(false),
+            payload: Mutex::new(None),
             lock: Mutex::new(()),
             wake: Condvar::new(),
         });
-        let threads = (1..workers)
+        let threads: Vec<_> = (1..workers)
             .map_while(|worker| {
                 let shared = Arc::clone(&shared);
-                std::thread::Builder::new()
-                    .name(format!("drystone-{worker}"))
-                    .spawn(move || shared.serve(worker))
-                    .ok()
+                let name = format!("drystone-{worker}");
+                Builder::new().name(name).spawn(move || shared.serve(worker)).ok()
             })
             .collect();
-        Self { shared, threads, busy: Mutex::new(0) }
+        // Where there are no threads there may be no processes either.
+        let process = if threads.is_empty() { 0 } else { std::process::id() };
+        Self { shared, threads, process, busy: Mutex::new(0) }
+    }
+
+    /// The threads are there: this process started them, and is no fork of the one that did. Asks the system (0.1 µs).
+    fn has_threads(&self) -> bool {
+        !self.threads.is_empty() && self.process == std::process::id()
     }
 }
 
 impl Executor for Team {
+    fn known(&self, _: known::Ask) -> known::Known<'_> {
+        known::Known::Team(self)
+    }
+
     fn workers(&self) -> usize {
         self.threads.len() + 1
     }
@@ -309,58 +342,95 @@ impl Team {
         chunks: &dyn Fn(usize) -> usize,
         task: &(dyn Fn(usize, usize, usize) + Sync),
     ) {
-        let alone = self.threads.is_empty() || range.clone().all(|phase| chunks(phase) <= 1);
-        let guard = if alone { None } else { self.busy.try_lock().ok() };
-        let Some(mut epoch) = guard else {
-            for phase in range {
-                (0..chunks(phase)).for_each(|chunk| task(0, phase, chunk));
+        let (first, phases) = (range.start, range.len());
+        // Asked for once: what the caller gives is also the caller's to change.
+        let mut counts = [0_u16; PHASES];
+        for (count, phase) in counts.iter_mut().zip(range) {
+            *count = u16::try_from(chunks(phase).min(MOST)).expect("at most MOST");
+        }
+        let counts = &counts[..phases];
+        let alone = self.threads.is_empty() || counts.iter().all(|n| *n <= 1);
+        let guard = if alone { None } else { self.begin() };
+        let Some(mut guard) = guard else {
+            for (phase, n) in counts.iter().enumerate() {
+                (0..usize::from(*n)).for_each(|chunk| task(0, first + phase, chunk));
             }
             return;
         };
-        *epoch = epoch.wrapping_add(1);
-        let (first, phases, epoch) = (range.start, range.len(), *epoch);
+        *guard = guard.wrapping_add(1);
+        let epoch = *guard;
         let numbered = |worker, phase, chunk| task(worker, first + phase, chunk);
-        let numbered: &(dyn Fn(usize, usize, usize) + Sync) = &numbered;
+        self.publish(epoch, counts, &numbered);
+        let shared = &*self.shared;
+        if shared.parked.load(Ordering::SeqCst) > 0 && self.has_threads() {
+            shared.wake_all();
+        }
+        // From `publish` on until all chunks have returned nothing unwinds: `work` catches what tasks panic with.
+        shared.work(0, epoch, phases);
+        shared.wait(epoch, phases - 1);
+        if shared.panicked.load(Ordering::Relaxed) {
+            shared.panicked.store(false, Ordering::Relaxed);
+            let first = shared.payload.lock().unwrap_or_else(PoisonError::into_inner).take();
+            drop(guard);
+            resume_unwind(first.expect("it is kept when a task panics"));
+        }
+    }
+
+    /// The right to run a series, unless one runs: the number of the last one.
+    fn begin(&self) -> Option<MutexGuard<'_, u32>> {
+        match self.busy.try_lock() {
+            Ok(guard) => Some(guard),
+            Err(TryLockError::Poisoned(error)) => Some(error.into_inner()),
+            Err(TryLockError::WouldBlock) => None,
+        }
+    }
+
+    /// Tells the workers of a series. It stays where it is until all its chunks have returned.
+    fn publish(&self, epoch: u32, counts: &[u16], task: &(dyn Fn(usize, usize, usize) + Sync)) {
         let shared = &*self.shared;
         // SAFETY: only the lifetime changes; `series` returns after the last use of the pointer.
         let erased = unsafe {
-            core::mem::transmute::<&(dyn Fn(usize, usize, usize) + Sync), &'static Task>(numbered)
+            core::mem::transmute::<&(dyn Fn(usize, usize, usize) + Sync), &'static Task>(task)
         };
-        // SAFETY: no chunk is claimed between series, so nobody reads the job now.
-        let job = unsafe { &mut *shared.job.get() };
-        job.task = erased;
+        {
+            // SAFETY: the caller is alone with the job: no chunk is claimed between series, nor before the words below are written.
+            let job = unsafe { &mut *shared.job.get() };
+            job.task = erased;
+            job.chunks[..counts.len()].copy_from_slice(counts);
+        }
         let lists = shared.claims.len();
-        for phase in 0..phases {
-            let n = chunks(first + phase).min(MOST);
-            job.chunks[phase] = u16::try_from(n).expect("at most MOST");
+        for (phase, n) in counts.iter().enumerate() {
+            let n = usize::from(*n);
             shared.open.0[phase].store(tagged(epoch, n), Ordering::Relaxed);
             for (list, claims) in shared.claims.iter().enumerate() {
                 let left = part(n, lists, list).len();
                 claims.0[phase].store(tagged(epoch, left), Ordering::Release);
             }
         }
-        shared.series.store(tagged(epoch, phases), Ordering::SeqCst);
-        if shared.parked.load(Ordering::SeqCst) > 0 {
-            shared.wake_all();
-        }
-        shared.work(0, epoch, phases);
-        shared.wait(epoch, phases - 1);
-        assert!(!shared.panicked.load(Ordering::Relaxed), "a worker's task panicked");
+        shared.series.store(tagged(epoch, counts.len()), Ordering::SeqCst);
     }
 }
 
 impl Drop for Team {
     fn drop(&mut self) {
+        if !self.has_threads() {
+            // Of a fork: who would wait for them would wait for ever.
+            core::mem::forget(core::mem::take(&mut self.threads));
+            return;
+        }
         self.shared.quit.store(true, Ordering::SeqCst);
         self.shared.wake_all();
         for thread in self.threads.drain(..) {
-            // A worker that panicked was reported by `run` already.
+            // Workers catch what tasks panic with.
             let _ = thread.join();
         }
     }
 }
 
-#[cfg(test)]
+#[cfg(all(test, drystone_model))]
+mod model;
+
+#[cfg(all(test, not(drystone_model)))]
 mod tests {
     use super::{Executor, Team};
     use core::sync::atomic::{AtomicU32, Ordering};

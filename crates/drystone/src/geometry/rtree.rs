@@ -6,15 +6,16 @@
 //! order is made anew only when the boxes of the blocks have grown. What is added stands behind the
 //! sorted leaves until [`RTree::tidy`] sorts it into sections of falling size (the logarithmic method
 //! [Bentley80]): adding one box to a million costs the logarithm, not the million.
+#![expect(unsafe_code, reason = "promises that rows are kept apart")]
 
 mod order;
 
 use serde::{Deserialize, Serialize};
 
 use crate::base::aabb::Aabb;
-use crate::base::disjoint::Rows;
+use crate::base::disjoint::{Apart, Rows};
 use crate::base::grow;
-use crate::base::jobs::{Executor, for_items, for_ranges, grain};
+use crate::base::jobs::{Jobs, for_items, grain};
 use crate::base::wide::LANES;
 use crate::geometry::boxes::{Boxes, Ray, nearest_first};
 
@@ -122,7 +123,7 @@ impl RTree {
     }
 
     /// Gives many items other boxes. Items must differ.
-    pub(crate) fn replace_all(&mut self, boxes: &[(u32, Aabb)], jobs: &dyn Executor) {
+    pub(crate) fn replace_all(&mut self, boxes: &[(u32, Aabb)], jobs: &Jobs<'_>) {
         // A whole refit costs about 3 ns a leaf, the way up from one leaf about 100.
         if boxes.len() * 32 < self.items.len() {
             for (item, bounds) in boxes {
@@ -176,7 +177,7 @@ impl RTree {
     }
 
     /// Works out the blocks of level `from` and above from those below, right of leaf `first`.
-    fn refit(&mut self, from: usize, first: usize, jobs: &dyn Executor) {
+    fn refit(&mut self, from: usize, first: usize, jobs: &Jobs<'_>) {
         let mut start = first;
         for k in 1..self.levels.len() {
             start /= LANES;
@@ -217,7 +218,7 @@ impl RTree {
     }
 
     /// Puts the tree in order where it needs it. To be called before many queries.
-    pub(crate) fn tidy(&mut self, jobs: &dyn Executor) {
+    pub(crate) fn tidy(&mut self, jobs: &Jobs<'_>) {
         self.scratch.settle();
         let holes = self.items.len() - self.len;
         if holes > 64 && holes > self.len {
@@ -234,7 +235,7 @@ impl RTree {
     }
 
     /// Makes a section of what is not sorted, with the sections before it that are not much larger.
-    fn sort_in(&mut self, jobs: &dyn Executor) {
+    fn sort_in(&mut self, jobs: &Jobs<'_>) {
         let n = self.items.len();
         let mut start = self.sorted;
         while let Some(&first) = self.sections.last() {
@@ -248,7 +249,7 @@ impl RTree {
     }
 
     /// Sorts the leaves from `start` on, without holes, and works out their blocks.
-    fn build(&mut self, start: usize, jobs: &dyn Executor) {
+    fn build(&mut self, start: usize, jobs: &Jobs<'_>) {
         // Sections begin with a block of their own but for the rest of the one before.
         self.scratch
             .collect(&self.items, start, |leaf| self.levels[0][leaf / LANES].get(leaf % LANES));
@@ -260,8 +261,10 @@ impl RTree {
         self.levels[0].truncate(fewer);
         self.fit_levels();
         let (sorted, blocks) = (&self.scratch, &mut self.levels[0]);
-        let items = Rows::new(&mut self.items);
-        let leaf_of = Rows::new(&mut self.leaf_of);
+        // SAFETY: each leaf is of one block, and each item of one leaf.
+        let apart = unsafe { Apart::promise() };
+        let items = Rows::new(&mut self.items, apart);
+        let leaf_of = Rows::new(&mut self.leaf_of, apart);
         let first = start / LANES;
         let blocks = &mut blocks[first..];
         for_items(jobs, blocks, grain(jobs, blocks.len(), 256), |at, blocks| {
@@ -432,11 +435,6 @@ impl RTree {
             }
         });
     }
-}
-
-/// Calls `f` with parts of `0..n` on all workers.
-pub(super) fn in_parts(jobs: &dyn Executor, n: usize, f: impl Fn(core::ops::Range<usize>) + Sync) {
-    for_ranges(jobs, n, grain(jobs, n, 1024), f);
 }
 
 #[cfg(test)]

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::bodies::NONE;
 use super::shapes::Shapes;
 use crate::base::aabb::Aabb;
-use crate::base::jobs::Executor;
+use crate::base::jobs::Jobs;
 use crate::geometry::rtree::RTree;
 
 /// The trees, and which shapes must look for new pairs.
@@ -60,7 +60,7 @@ impl Bounds {
     }
 
     /// Puts the trees in order.
-    pub(crate) fn tidy(&mut self, jobs: &dyn Executor) {
+    pub(crate) fn tidy(&mut self, jobs: &Jobs<'_>) {
         self.fixed.tidy(jobs);
         self.moving.tidy(jobs);
     }

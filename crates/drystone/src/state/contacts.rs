@@ -12,6 +12,7 @@ pub(crate) use self::watched::{Probe, Watch, Watched};
 use super::bodies::{Bodies, Body, NONE, Track};
 use super::colors::Place;
 use super::def::BodyKind;
+use crate::base::disjoint::Apart;
 use crate::base::math::Vec3;
 use crate::base::pair_set::{PairSet, pair_key};
 use crate::base::pieces::{PieceRows, Pieces};
@@ -208,6 +209,9 @@ impl Contact {
 /// All rows of the table, lent to workers.
 pub(crate) type Slots<'a> = PieceRows<'a, Option<Contact>>;
 
+/// All rows, of which only numbers change that are [`Shared`].
+type Table = Pieces<Option<Contact>>;
+
 /// All contacts.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct Contacts {
@@ -268,14 +272,14 @@ impl Contacts {
     }
 
     /// All rows, empty ones too; for stages that lend rows to workers.
-    pub(crate) fn slots_mut(&mut self) -> Slots<'_> {
-        self.rows.lend()
+    pub(crate) fn slots_mut(&mut self, apart: Apart) -> Slots<'_> {
+        self.rows.lend(apart)
     }
 
     /// The same, and what is watched.
-    pub(crate) fn watched_mut(&mut self) -> (Slots<'_>, &mut [Watch], &mut [Probe]) {
+    pub(crate) fn watched_mut(&mut self, apart: Apart) -> (Slots<'_>, &mut [Watch], &mut [Probe]) {
         let Watched { watches, probes, awake } = &mut self.watched;
-        (self.rows.lend(), &mut watches[..*awake], &mut probes[..*awake])
+        (self.rows.lend(apart), &mut watches[..*awake], &mut probes[..*awake])
     }
 
     /// Of all pairs that are awake.
@@ -315,7 +319,7 @@ impl Contacts {
         let contact = self.at(row);
         if !contact.is_part {
             let place = contact.probe.get() as usize;
-            self.watched.set_awake(place, awake, self.rows.lend());
+            self.watched.set_awake(place, awake, &self.rows);
         }
     }
 

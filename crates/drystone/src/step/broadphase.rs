@@ -3,14 +3,16 @@
 //! Reads: shapes, bounds, bodies. Writes: contacts (rows), bounds (move list). Runs: queries parallel
 //! over moved shapes; contacts are made and entered in parallel too, and come out as one after the other in the
 //! order of the sorted pairs.
+#![expect(unsafe_code, reason = "promises that rows are kept apart")]
 
 use core::ops::Range;
 
 use super::context::StepContext;
 use super::narrowphase::speculative_margin;
 use crate::base::bit_set::BitSet;
+use crate::base::disjoint::Apart;
 use crate::base::grow::Slack;
-use crate::base::jobs::{Executor, collect_ranges, for_items, grain};
+use crate::base::jobs::{Jobs, collect_ranges, for_items, grain};
 use crate::base::math::Vec3;
 use crate::base::pair_set::pair_key;
 use crate::base::shared::Shared;
@@ -47,7 +49,7 @@ pub(crate) fn find_pairs(
     contacts: &mut Contacts,
     bounds: &mut Bounds,
     scratch: &mut Scratch,
-    jobs: &dyn Executor,
+    jobs: &Jobs<'_>,
 ) {
     bounds.tidy(jobs);
     let Bounds { fixed, moving, moved, placed, .. } = bounds;
@@ -86,7 +88,7 @@ pub(crate) fn find_pairs(
     let asking = moved.len() + few_placed.len();
     // A block is much more work than a shape that asks the fixed tree, so each comes with some of those.
     let n = if blocks > 0 { blocks } else { asking };
-    collect_ranges(jobs, n, grain(jobs, n, 32), found, |_, range, out| {
+    collect_ranges(jobs, n, grain(jobs, n, 32), found, |range, out| {
         let mut queue = Queue::default();
         for i in share(&range, n, asking) {
             if let Some(soon) = moved.get(i + AHEAD) {
@@ -255,10 +257,11 @@ fn create_all(
     bodies: &mut Bodies,
     shapes: &Shapes,
     contacts: &mut Contacts,
-    jobs: &dyn Executor,
+    jobs: &Jobs<'_>,
 ) {
     contacts.take_rows(pairs.len(), new);
-    let slots = contacts.slots_mut();
+    // SAFETY: each new contact has a row of its own.
+    let slots = contacts.slots_mut(unsafe { Apart::promise() });
     for_items(jobs, new, grain(jobs, pairs.len(), 64), |first, new| {
         for (key, n) in pairs[first..].iter().zip(new) {
             #[expect(clippy::cast_possible_truncation, reason = "the halves of a pair key")]
@@ -322,7 +325,7 @@ fn contact_of(a: u32, b: u32, shapes: &Shapes) -> Contact {
 #[cfg(test)]
 mod tests {
     use super::{Scratch, find_pairs, may_meet, share};
-    use crate::base::jobs::Inline;
+    use crate::base::jobs::Jobs;
     use crate::base::math::{Vec3, vec3};
     use crate::base::wide::SimdLevel;
     use crate::state::config::WorldConfig;
@@ -411,7 +414,7 @@ mod tests {
                 contacts,
                 bounds,
                 &mut scratch,
-                &Inline,
+                &Jobs::Inline,
             );
             let rows: Vec<u32> = (0..200).filter(|row| shapes.rows.at(*row).is_some()).collect();
             for (i, row) in rows.iter().enumerate() {

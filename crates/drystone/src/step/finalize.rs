@@ -2,6 +2,7 @@
 //!
 //! Reads: solver lines. Writes: bodies (pose, velocity, timers, ways), shapes and bounds (boxes). Runs:
 //! parallel over awake bodies; the tree is refitted in parallel when much has moved.
+#![expect(unsafe_code, reason = "promises that rows are kept apart")]
 
 use fearless_simd::{Simd, dispatch};
 
@@ -11,9 +12,9 @@ use super::solver;
 use super::solver::integrate;
 use super::solver::spin::Spins;
 use crate::base::aabb::Aabb;
-use crate::base::disjoint::Rows;
+use crate::base::disjoint::{Apart, Rows};
 use crate::base::grow::Slack;
-use crate::base::jobs::{Executor, Output, collect_ranges, grain};
+use crate::base::jobs::{Jobs, Output, collect_ranges, grain};
 use crate::base::limits;
 use crate::base::math::{Mat3, Vec3, greater, vec3};
 use crate::base::pose::Pose;
@@ -93,17 +94,19 @@ pub(crate) fn advance_poses(
     bounds: &mut Bounds,
     lines: &solver::Scratch,
     scratch: &mut Scratch,
-    jobs: &dyn Executor,
+    jobs: &Jobs<'_>,
 ) {
     let Scratch { found, boxes, slack } = scratch;
     let Bodies { rows, awake, tracks, .. } = bodies;
-    let tracks = Rows::new(tracks);
+    // SAFETY: awake bodies are all different, and each has shapes of its own.
+    let apart = unsafe { Apart::promise() };
+    let tracks = Rows::new(tracks, apart);
     let (rows, table) = (rows.values_mut(), shapes.rows.values_mut());
     // Fewer bodies are as much work, if they have many shapes.
     let each = table.len() / rows.len().max(1);
-    let (bodies, table) = (Rows::new(rows), Rows::new(table));
+    let (bodies, table) = (Rows::new(rows, apart), Rows::new(table, apart));
     let least = grain(jobs, awake.len(), FLOCK / each.clamp(1, 8));
-    collect_ranges(jobs, awake.len(), least, found, |_, range, out| {
+    collect_ranges(jobs, awake.len(), least, found, |range, out| {
         let mut still = false;
         for flock in awake[range].chunks(FLOCK) {
             let before = advance(ctx, flock, &bodies, lines);

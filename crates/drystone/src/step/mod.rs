@@ -15,7 +15,7 @@ use self::context::StepContext;
 use self::finalize::Note;
 use self::particles::pace::Pace;
 use self::particles::settle::settle;
-use crate::base::jobs::Executor;
+use crate::base::jobs::Jobs;
 use crate::state::config::SleepConfig;
 use crate::state::events::{Fault, FaultKind};
 use crate::state::sets::Sets;
@@ -111,7 +111,7 @@ pub(crate) fn step(
     ctx: &StepContext,
     tables: &mut Tables,
     scratch: &mut Scratch,
-    jobs: &dyn Executor,
+    jobs: &Jobs<'_>,
     after: &mut dyn FnMut(Stage),
 ) {
     // Before anything wakes in this step.

@@ -5,6 +5,7 @@
 //! a seam. Invariants: the list of changes is in the order of the awake list, however many workers there are;
 //! what ghosts lose comes after.
 //! References: [Gregorius13].
+#![expect(unsafe_code, reason = "promises that rows are kept apart")]
 
 mod mesh;
 mod motion;
@@ -15,8 +16,8 @@ use fearless_simd::dispatch;
 
 use self::motion::Motions;
 use super::context::StepContext;
-use crate::base::disjoint::Rows;
-use crate::base::jobs::{Executor, collect_ranges, fine_grain, for_ranges, grain};
+use crate::base::disjoint::{Apart, Rows};
+use crate::base::jobs::{Jobs, collect_ranges_with, fine_grain, for_ranges, grain};
 use crate::base::math::Vec3;
 use crate::base::pose::Pose;
 use crate::base::quat::Quat;
@@ -89,23 +90,22 @@ pub(crate) fn update_manifolds(
     shapes: &Shapes,
     contacts: &mut Contacts,
     scratch: &mut Scratch,
-    jobs: &dyn Executor,
+    jobs: &Jobs<'_>,
 ) {
     if contacts.awake_pairs().next().is_some() {
         look_ahead(ctx, bodies, jobs);
     }
     let bodies = &*bodies;
-    let (slots, watches, probes) = contacts.watched_mut();
+    // SAFETY: each watch is of one range, and is alone with its contact and the further parts of that.
+    let apart = unsafe { Apart::promise() };
+    let (slots, watches, probes) = contacts.watched_mut(apart);
     let Scratch { changes, ghosts, workers, seams } = scratch;
     let count = watches.len();
     let least = fine_grain(jobs, count, 16);
-    workers.resize_with(workers.len().max(jobs.workers()), Worker::default);
-    let workers = Rows::new(workers);
-    let (watches, probes) = (Rows::new(watches), Rows::new(probes));
+    let (watches, probes) = (Rows::new(watches, apart), Rows::new(probes, apart));
     let pairs = Pairs { ctx, bodies, shapes, slots, watches, probes };
     let margin = Track::at_least(ctx.margin);
-    collect_ranges(jobs, count, least, changes, |worker, range, out| {
-        let worker = workers.row(worker);
+    collect_ranges_with(jobs, count, least, workers, changes, |worker, range, out| {
         let mut line = Line::default();
         for k in range {
             let watch = watches.read(k);
@@ -128,9 +128,10 @@ pub(crate) fn update_manifolds(
 }
 
 /// Takes down how far contacts are looked for on account of each body that is awake, at most: see [`speculative_margin`].
-fn look_ahead(ctx: &StepContext, bodies: &mut Bodies, jobs: &dyn Executor) {
+fn look_ahead(ctx: &StepContext, bodies: &mut Bodies, jobs: &Jobs<'_>) {
     let Bodies { rows, awake, tracks, .. } = bodies;
-    let tracks = Rows::new(tracks);
+    // SAFETY: awake bodies are all different.
+    let tracks = Rows::new(tracks, unsafe { Apart::promise() });
     for_ranges(jobs, awake.len(), grain(jobs, awake.len(), 256), |range| {
         for i in range {
             let row = awake[i];

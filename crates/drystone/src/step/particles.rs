@@ -6,6 +6,7 @@
 //! [`settle`](settle::settle) ends the step of those. Invariants: a color of links touches a
 //! particle once; every other particle is written by its own chunk only.
 //! References: docs/particles.md, [Jakobsen01], [Macklin19].
+#![expect(unsafe_code, reason = "promises that rows are kept apart")]
 
 pub(crate) mod chain;
 pub(crate) mod meet;
@@ -19,8 +20,8 @@ pub(crate) mod settle;
 use self::meet::{Around, Meeting, Near};
 use self::pace::{Pace, Tied};
 use super::context::StepContext;
-use crate::base::disjoint::Rows;
-use crate::base::jobs::{Executor, collect_ranges, grain};
+use crate::base::disjoint::{Apart, Rows};
+use crate::base::jobs::{Jobs, collect_ranges, grain};
 use crate::state::bodies::Bodies;
 use crate::state::bounds::Bounds;
 use crate::state::particles::{Particle, ParticleLine, Particles};
@@ -73,7 +74,7 @@ pub(crate) fn meet_shapes(
     bounds: &Bounds,
     sets: &mut Sets<'_>,
     scratch: &mut Scratch,
-    jobs: &dyn Executor,
+    jobs: &Jobs<'_>,
 ) {
     let s = scratch;
     s.tied.clear();
@@ -142,7 +143,7 @@ fn thaw(
     shapes: &Shapes,
     ctx: &StepContext,
     s: &mut Scratch,
-    jobs: &dyn Executor,
+    jobs: &Jobs<'_>,
 ) {
     s.thawed.clear();
     if bodies.awake.is_empty() {
@@ -151,7 +152,7 @@ fn thaw(
     let around = Around { ctx, bodies, shapes, bounds, x: &particles.x };
     let rows = &particles.rows;
     let n = rows.slot_count();
-    collect_ranges(jobs, n, grain(jobs, n, 256), &mut s.found, |_, range, out| {
+    collect_ranges(jobs, n, grain(jobs, n, 256), &mut s.found, |range, out| {
         for slot in range {
             let line = number(slot) + 1;
             if let Some(particle) = rows.at(line - 1)
@@ -186,15 +187,17 @@ fn search(
     bounds: &Bounds,
     bodies: &Bodies,
     s: &mut Scratch,
-    jobs: &dyn Executor,
+    jobs: &Jobs<'_>,
 ) {
     let attachments = &particles.attachments;
-    let lines = Rows::new(&mut particles.lines);
+    // SAFETY: each slot is of one range, and lines and places are those of the slot.
+    let apart = unsafe { Apart::promise() };
+    let lines = Rows::new(&mut particles.lines, apart);
     let n = particles.rows.slot_count();
-    let rows = Rows::new(particles.rows.values_mut());
-    let x = Rows::new(&mut particles.x);
+    let rows = Rows::new(particles.rows.values_mut(), apart);
+    let x = Rows::new(&mut particles.x, apart);
     let around = Around { ctx, bodies, shapes, bounds, x: &[] };
-    collect_ranges(jobs, n, grain(jobs, n, 256), &mut s.found, |_, range, out| {
+    collect_ranges(jobs, n, grain(jobs, n, 256), &mut s.found, |range, out| {
         let mut near = Near::default();
         for slot in range {
             let Some(particle) = rows.row(slot) else { continue };

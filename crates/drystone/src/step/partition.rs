@@ -4,13 +4,14 @@
 //! Reads: bodies. Writes: colors, islands, sets, contacts (rows), events, bodies (levels). Runs: what wakes serially; over
 //! lists of changes in parallel, then over tables side by side, each in the order of the changes; levels in parallel, color
 //! after color.
+#![expect(unsafe_code, reason = "promises that rows are kept apart")]
 
 use core::sync::atomic::{AtomicBool, Ordering};
 
 use super::narrowphase::{self, Change};
-use crate::base::disjoint::Rows;
+use crate::base::disjoint::{Apart, Rows};
 use crate::base::grow::Slack;
-use crate::base::jobs::{Executor, Inline, for_each, for_ranges, grain};
+use crate::base::jobs::{Jobs, for_ranges, for_runs, grain};
 use crate::base::sparse::Sparse;
 use crate::state::bodies::{Bodies, NONE};
 use crate::state::contacts::leave::Leaver;
@@ -45,7 +46,7 @@ pub(crate) fn apply_touch_changes(
     shapes: &Shapes,
     sets: &mut Sets<'_>,
     scratch: &mut Scratch,
-    jobs: &dyn Executor,
+    jobs: &Jobs<'_>,
 ) {
     let [changes, ghosts] = found.changes();
     wake_the_met(changes, sets);
@@ -53,7 +54,7 @@ pub(crate) fn apply_touch_changes(
     for lists in [changes, ghosts] {
         let n: usize = lists.iter().map(Vec::len).sum();
         if n > 0 {
-            let jobs = if n < LEAST { &Inline } else { jobs };
+            let jobs = if n < LEAST { &Jobs::Inline } else { jobs };
             most = most.max(apply(lists, shapes, sets, scratch, jobs));
         }
     }
@@ -95,19 +96,19 @@ fn apply(
     shapes: &Shapes,
     sets: &mut Sets<'_>,
     scratch: &mut Scratch,
-    jobs: &dyn Executor,
+    jobs: &Jobs<'_>,
 ) -> usize {
     let Scratch { told, gone, .. } = scratch;
     told.resize_with(told.len().max(lists.len()), Told::default);
-    let slots = sets.contacts.slots_mut();
+    // SAFETY: a contact changes at most once in a step, and is in one list.
+    let slots = sets.contacts.slots_mut(unsafe { Apart::promise() });
     let teller = Teller { shapes, bodies: sets.bodies, islands: sets.islands, slots };
-    let rows = Rows::new(told);
-    for_each(jobs, lists.len(), |_, list| {
-        let told = rows.row(list);
-        told.clear();
-        teller.look_at(&lists[list], told);
+    let told = &mut told[..lists.len()];
+    for_runs(jobs, told, 1, |list, told| {
+        told[0].clear();
+        teller.look_at(&lists[list], &mut told[0]);
     });
-    let told = &told[..lists.len()];
+    let told = &*told;
     sets.carry_out(told.iter().map(|told| &told.turns), gone, jobs);
     for told in told {
         told.report(sets.events);
@@ -248,23 +249,19 @@ const RELAX_EVERY: u64 = 4;
 /// One Jacobi relaxation of the levels of the contact graph, level = 1 + the least level of a touching
 /// neighbor: converges in as many calls as the graph is deep, and costs nothing while nothing changes.
 /// What is written of bodies that are not awake is never read.
-pub(crate) fn relax_levels(
-    step: u64,
-    sets: &mut Sets<'_>,
-    scratch: &mut Scratch,
-    jobs: &dyn Executor,
-) {
+pub(crate) fn relax_levels(step: u64, sets: &mut Sets<'_>, scratch: &mut Scratch, jobs: &Jobs<'_>) {
     let Sets { bodies, contacts, colors, .. } = sets;
     scratch.levels.cover(bodies.rows.slot_count());
     if !step.is_multiple_of(RELAX_EVERY) || !core::mem::take(&mut colors.levels_dirty) {
         return;
     }
-    let next = scratch.levels.lend();
+    // SAFETY: of a color's contacts no two have the same dynamic body, and awake bodies are all different.
+    let apart = unsafe { Apart::promise() };
+    let next = scratch.levels.lend(apart);
     let n = bodies.awake.len();
     for_ranges(jobs, n, grain(jobs, n, 1024), |range| {
         bodies.awake[range].iter().for_each(|row| next.set(*row, NONE));
     });
-    // Of a color's contacts no two have the same dynamic body.
     for coloring in [&colors.contacts, &colors.contacts_fixed] {
         for color in &coloring.colors {
             let members = &color.members;
@@ -288,7 +285,7 @@ pub(crate) fn relax_levels(
     // A body above all that is held would count up for ever when its ground is taken away.
     let most = u32::try_from(n).unwrap_or(NONE);
     let changed = AtomicBool::new(false);
-    let (awake, rows) = (&bodies.awake, Rows::new(bodies.rows.values_mut()));
+    let (awake, rows) = (&bodies.awake, Rows::new(bodies.rows.values_mut(), apart));
     for_ranges(jobs, n, grain(jobs, n, 256), |range| {
         let mut any = false;
         for row in &awake[range] {
@@ -327,9 +324,10 @@ fn wake_held(first: u32, sets: &mut Sets<'_>) {
 /// Removes a contact with all its parts; reports the end if it was touching.
 pub(crate) fn end_contact(first: u32, shapes: &Shapes, sets: &mut Sets<'_>) {
     let mut told = Told::default();
-    let slots = sets.contacts.slots_mut();
+    // SAFETY: there is no other worker.
+    let slots = sets.contacts.slots_mut(unsafe { Apart::promise() });
     Teller { shapes, bodies: sets.bodies, islands: sets.islands, slots }.end(first, &mut told);
-    sets.carry_out(core::iter::once(&told.turns), &mut Vec::new(), &Inline);
+    sets.carry_out(core::iter::once(&told.turns), &mut Vec::new(), &Jobs::Inline);
     told.report(sets.events);
 }
 

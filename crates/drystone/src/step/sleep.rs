@@ -10,7 +10,7 @@ pub(crate) mod freeze;
 
 use super::context::StepContext;
 use super::finalize::Note;
-use crate::base::jobs::{Executor, collect_ranges, grain};
+use crate::base::jobs::{Jobs, collect_ranges, grain};
 use crate::base::sparse::Sparse;
 use crate::state::bodies::NONE;
 use crate::state::config::SleepConfig;
@@ -61,7 +61,7 @@ pub(crate) fn rest_still_islands(
     step: u64,
     sets: &mut Sets<'_>,
     scratch: &mut Scratch,
-    jobs: &dyn Executor,
+    jobs: &Jobs<'_>,
 ) {
     let Scratch { rates, ripe, idle, roots, freeze } = scratch;
     let mut still = false;
@@ -134,9 +134,9 @@ struct Rates {
 
 impl Rates {
     /// Calls `visit` with each island that has an awake body.
-    fn rate(&mut self, sets: &Sets<'_>, jobs: &dyn Executor, mut visit: impl FnMut(u32, Times)) {
+    fn rate(&mut self, sets: &Sets<'_>, jobs: &Jobs<'_>, mut visit: impl FnMut(u32, Times)) {
         let (runs, awake) = (&mut self.runs, &sets.bodies.awake);
-        collect_ranges(jobs, awake.len(), grain(jobs, awake.len(), 512), runs, |_, range, out| {
+        collect_ranges(jobs, awake.len(), grain(jobs, awake.len(), 512), runs, |range, out| {
             for row in &awake[range] {
                 let body = sets.bodies.at(*row);
                 let still = if body.can_sleep { body.still_time } else { 0.0 };
@@ -221,7 +221,7 @@ struct Roots {
 impl Roots {
     /// Replaces an island by what contacts with points and joints connect of it, if that is not all; false if it is not
     /// known, for some of its bodies may have frozen.
-    fn split(&mut self, island: u32, step: u64, sets: &mut Sets<'_>, jobs: &dyn Executor) -> bool {
+    fn split(&mut self, island: u32, step: u64, sets: &mut Sets<'_>, jobs: &Jobs<'_>) -> bool {
         let members = sets.islands.members(island, sets.bodies);
         let is_one = self.unite_all(&members, sets, jobs) == 1;
         if is_one {
@@ -254,7 +254,7 @@ impl Roots {
     }
 
     /// Makes one part of what contacts with points and joints connect of these awake bodies; returns how many there are.
-    fn unite_all(&mut self, members: &[u32], sets: &Sets<'_>, jobs: &dyn Executor) -> usize {
+    fn unite_all(&mut self, members: &[u32], sets: &Sets<'_>, jobs: &Jobs<'_>) -> usize {
         self.of.cover(sets.bodies.rows.slot_count());
         for row in members {
             self.of.set(*row, *row);
@@ -273,7 +273,7 @@ impl Roots {
                 rows.len(),
                 grain(jobs, rows.len(), 512),
                 &mut ends,
-                |_, range, out| {
+                |range, out| {
                     for i in range {
                         if let Some(next) = rows.get(i + AHEAD) {
                             sets.contacts.prefetch(*next, 1);
@@ -321,7 +321,7 @@ impl Roots {
 #[cfg(test)]
 mod tests {
     use super::{Roots, split_island};
-    use crate::base::jobs::Inline;
+    use crate::base::jobs::Jobs;
     use crate::base::math::{Vec3, vec3};
     use crate::base::random::Random;
     use crate::base::trig::sin_cos;
@@ -434,7 +434,7 @@ mod tests {
                 let Tables { bodies, joints, contacts, islands, colors, events, .. } = tables;
                 let mut sets = Sets { bodies, joints, contacts, islands, colors, events };
                 match roots {
-                    Some(roots) => assert!(roots.split(island, 7, &mut sets, &Inline)),
+                    Some(roots) => assert!(roots.split(island, 7, &mut sets, &Jobs::Inline)),
                     None => split_island(island, 7, &mut sets),
                 }
                 parts(tables)

@@ -9,7 +9,7 @@ use super::context::StepContext;
 use super::finalize::{Flight, Need};
 use crate::base::bit_set::BitSet;
 use crate::base::grow::Slack;
-use crate::base::jobs::{Executor, collect_ranges, grain};
+use crate::base::jobs::{Jobs, collect_ranges, grain};
 use crate::base::math::Vec3;
 use crate::base::pose::Pose;
 use crate::base::quat::Quat;
@@ -48,7 +48,7 @@ pub(crate) fn stop_fast_bodies<'a>(
     shapes: &mut Shapes,
     bounds: &mut Bounds,
     scratch: &mut Scratch,
-    jobs: &dyn Executor,
+    jobs: &Jobs<'_>,
 ) {
     let Scratch { fast, near, lists, stopped, slack } = scratch;
     fast.clear();
@@ -61,7 +61,7 @@ pub(crate) fn stop_fast_bodies<'a>(
         find_near(bodies, watches, near, lists, jobs);
     }
     let around = Around { bodies, shapes, bounds };
-    collect_ranges(jobs, fast.len(), grain(jobs, fast.len(), 8), stopped, |_, range, out| {
+    collect_ranges(jobs, fast.len(), grain(jobs, fast.len(), 8), stopped, |range, out| {
         for Flight { row, from, stood, in_boxes } in &fast[range] {
             // All that it may have met is a pair with it, and still apart.
             if asks && *in_boxes && !near.contains(*row) {
@@ -100,19 +100,13 @@ fn find_near(
     watches: &[Watch],
     near: &mut BitSet,
     lists: &mut Vec<Vec<u32>>,
-    jobs: &dyn Executor,
+    jobs: &Jobs<'_>,
 ) {
     let tracks = &bodies.tracks;
-    collect_ranges(
-        jobs,
-        watches.len(),
-        grain(jobs, watches.len(), 1024),
-        lists,
-        |_, range, out| {
-            let met = watches[range].iter().filter(|watch| watch.meets_static(tracks));
-            out.extend(met.flat_map(|watch| [watch.body_a, watch.body_b]));
-        },
-    );
+    collect_ranges(jobs, watches.len(), grain(jobs, watches.len(), 1024), lists, |range, out| {
+        let met = watches[range].iter().filter(|watch| watch.meets_static(tracks));
+        out.extend(met.flat_map(|watch| [watch.body_a, watch.body_b]));
+    });
     lists.iter().flatten().for_each(|body| near.insert(*body));
 }
 

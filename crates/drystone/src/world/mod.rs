@@ -26,11 +26,14 @@ pub use self::snapshot::SnapshotError;
 pub use self::strand::{ClothDef, RopeDef, Strand};
 pub use self::view::{ContactPoint, ContactRef, WorldCounts};
 
+use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::sync::Arc;
 
+use crate::base::checked::{Checked, Claims};
 use crate::base::grow::Slack;
 use crate::base::id::{BodyId, JointId, ShapeId};
-use crate::base::jobs::{Executor, Inline};
+use crate::base::jobs::known::{Ask, Known};
+use crate::base::jobs::{Executor, Inline, Jobs};
 use crate::base::limits;
 use crate::base::math::Vec3;
 use crate::base::wide::SimdLevel;
@@ -54,6 +57,7 @@ pub struct World {
     tables: Tables,
     scratch: Scratch,
     jobs: Arc<dyn Executor>,
+    claims: Claims,
     level: SimdLevel,
     /// Length of the last substep [s]; 0 before the first.
     last_h: f32,
@@ -73,6 +77,7 @@ impl Default for World {
             tables: Tables::default(),
             scratch: Scratch::default(),
             jobs: Arc::new(Inline),
+            claims: Claims::default(),
             level: SimdLevel::best(),
             last_h: 0.0,
             pending: Events::default(),
@@ -169,8 +174,18 @@ impl World {
         self.step_observed(dt, &mut |_| {});
     }
 
-    /// Like [`Self::step`]; calls `after` as each stage is done, for example to take the time.
+    /// Like [`Self::step`]; calls `after` as each stage is done, for example to take the time. If `after` panics, it is not called
+    /// again in this step; the step is done to its end, and the panic goes on.
     pub fn step_observed(&mut self, dt: f32, after: &mut dyn FnMut(Stage)) {
+        let checked;
+        let jobs = match self.jobs.known(Ask::new()) {
+            Known::Inline => Jobs::Inline,
+            Known::Team(team) => Jobs::Team(team),
+            Known::No => {
+                checked = Checked::new(&*self.jobs, &self.claims);
+                Jobs::Checked(&checked)
+            }
+        };
         let events = &mut self.tables.events;
         let most = events.contact_begin.len().max(events.contact_end.len());
         events.clear();
@@ -195,9 +210,14 @@ impl World {
         if let Some(books) = &mut self.books {
             books.before_step(&self.tables);
         }
-        // With no workers at all, the caller is one.
-        let jobs = if self.jobs.workers() == 0 { &Inline } else { &*self.jobs };
-        step::step(&ctx, &mut self.tables, &mut self.scratch, jobs, after);
+        // A step that has begun is done to its end: what its observer panics with goes on when the world is whole.
+        let mut panic = None;
+        let mut after = |stage| {
+            if panic.is_none() {
+                panic = catch_unwind(AssertUnwindSafe(|| after(stage))).err();
+            }
+        };
+        step::step(&ctx, &mut self.tables, &mut self.scratch, &jobs, &mut after);
         self.take_out_faulted();
         self.break_joints(ctx.inv_h, dt);
         self.tables.steps += 1;
@@ -207,6 +227,9 @@ impl World {
         }
         // Keeps energy, and books know bodies by their rows.
         self.break_bodies(dt, ctx.substeps);
+        if let Some(payload) = panic.or_else(|| self.claims.take_panic()) {
+            resume_unwind(payload);
+        }
     }
 
     /// For tests of a stage.

@@ -604,7 +604,7 @@ fn a_sensor_over_a_mesh_enters_once_and_leaves_once() {
     let mut world = World::default();
     let points: Vec<Vec3> = [-1.0, 0.0, 1.0]
         .into_iter()
-        .flat_map(|x| [-1.0, 0.0, 1.0].map(|z| drystone::vec3(x, 0.1 * x * x, z)))
+        .flat_map(|x| [-1.0, 0.0, 1.0].map(|z| vec3(x, 0.1 * x * x, z)))
         .collect();
     let triangles: Vec<[u32; 3]> =
         [0, 1, 3, 4].into_iter().flat_map(|i| [[i, i + 1, i + 4], [i, i + 4, i + 3]]).collect();

@@ -2,6 +2,7 @@
 #![expect(clippy::unwrap_used, reason = "helpers of tests outside test functions")]
 
 mod contract_limits;
+mod contract_executor;
 mod contract_world;
 mod property_hull;
 mod property_snapshot;

@@ -5,8 +5,9 @@
 
 use core::cell::Cell;
 use std::alloc::{GlobalAlloc, Layout, System};
+use std::sync::Arc;
 
-use drystone::{BodyDef, BodyId, ShapeDef, World, WorldConfig};
+use drystone::{BodyDef, BodyId, Executor, ShapeDef, World, WorldConfig};
 
 thread_local! {
     static CALLS: Cell<u64> = const { Cell::new(0) };
@@ -125,6 +126,28 @@ fn a_settled_world_allocates_nothing() {
     assert_eq!(calls_of(&mut world, 100), 0);
 }
 
+/// As if somebody had four threads of his own.
+#[derive(Debug)]
+struct InTurn;
+
+impl Executor for InTurn {
+    fn workers(&self) -> usize {
+        4
+    }
+
+    fn run(&self, chunks: usize, task: &(dyn Fn(usize, usize) + Sync)) {
+        (0..chunks).for_each(|chunk| task(chunk % 4, chunk));
+    }
+}
+
+#[test]
+fn a_step_on_threads_of_a_user_allocates_nothing() {
+    let mut world = world(false).with_executor(Arc::new(InTurn));
+    pyramid(&mut world, 20);
+    steps(&mut world, 140);
+    assert_eq!(calls_of(&mut world, 100), 0);
+}
+
 /// Lists still grow when a scene reaches a new maximum, ever more rarely: in two of three times a hundred steps, fewer
 /// than one of ten does so. What is allocated by every step, or whenever something begins or ends, would be seen in
 /// most steps of them all.
@@ -177,7 +200,7 @@ fn bodies_that_roll_over_a_mesh_allocate_nothing() {
         }
     }
     let mesh = drystone::Mesh::new(vertices, triangles).unwrap();
-    let mesh = drystone::Shape::Mesh(std::sync::Arc::new(mesh));
+    let mesh = drystone::Shape::Mesh(Arc::new(mesh));
     world.add_body(BodyDef::fixed().with_shape(ShapeDef::new(mesh))).unwrap();
     for i in 0..16_u32 {
         let shape = match i % 4 {

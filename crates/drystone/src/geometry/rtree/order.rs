@@ -1,10 +1,8 @@
 //! The order of leaves: along a Hilbert curve through their centers, very large boxes behind.
 
-use super::in_parts;
 use crate::base::aabb::Aabb;
-use crate::base::disjoint::Rows;
 use crate::base::grow::Slack;
-use crate::base::jobs::Executor;
+use crate::base::jobs::{Jobs, for_items, for_runs, grain};
 use crate::base::math::Vec3;
 
 /// Cells of the curve along an axis: 2^11, so that a key and a place fit in 64 bits.
@@ -65,7 +63,7 @@ impl Scratch {
     }
 
     /// Works out the order.
-    pub(super) fn sort(&mut self, jobs: &dyn Executor) {
+    pub(super) fn sort(&mut self, jobs: &Jobs<'_>) {
         let Self { boxes, keys, merged, .. } = self;
         let n = boxes.len();
         keys.clear();
@@ -78,20 +76,16 @@ impl Scratch {
         #[expect(clippy::cast_possible_truncation, reason = "rounding is harmless")]
         let scale =
             if spread > 0.0 { (f64::from(1_u32 << BITS) / (SPREAD * spread)) as f32 } else { 0.0 };
-        let rows = Rows::new(keys);
-        in_parts(jobs, n, |range| {
-            let keys = rows.slice(range.clone());
-            for ((place, (_, b)), key) in (range.start as u64..).zip(&boxes[range]).zip(keys) {
+        for_items(jobs, keys, grain(jobs, n, 1024), |first, keys| {
+            for ((place, (_, b)), key) in (first as u64..).zip(&boxes[first..]).zip(keys) {
                 let behind = u64::from(exponent(b) > large);
                 let curve = hilbert(cell(b.center() - middle, scale));
                 *key = (((behind << (3 * BITS)) | curve) << PLACE_BITS) | place;
             }
         });
         let run = n.div_ceil(RUNS).max(1024);
-        let runs = Rows::new(keys);
-        let count = n.div_ceil(run);
-        if count > 1 {
-            jobs.run(count, &|_, k| runs.slice(k * run..((k + 1) * run).min(n)).sort_unstable());
+        if n > run {
+            for_runs(jobs, keys, run, |_, keys| keys.sort_unstable());
             merge_runs(keys, merged, run, jobs);
         } else {
             keys.sort_unstable();
@@ -100,17 +94,17 @@ impl Scratch {
 }
 
 /// Merges sorted runs of `run` keys until all are one.
-fn merge_runs(keys: &mut Vec<u64>, merged: &mut Vec<u64>, mut run: usize, jobs: &dyn Executor) {
+fn merge_runs(keys: &mut Vec<u64>, merged: &mut Vec<u64>, mut run: usize, jobs: &Jobs<'_>) {
     let n = keys.len();
     merged.clear();
     merged.resize(n, 0);
     while run < n {
-        let (from, to) = (&*keys, Rows::new(merged));
-        jobs.run(n.div_ceil(2 * run), &|_, k| {
-            let (low, high) = (2 * k * run, (2 * (k + 1) * run).min(n));
-            let middle = (low + run).min(n);
+        let from = &*keys;
+        for_runs(jobs, merged, 2 * run, |k, to| {
+            let low = 2 * k * run;
+            let (middle, high) = ((low + run).min(n), low + to.len());
             let (mut a, mut b) = (low, middle);
-            for out in to.slice(low..high) {
+            for out in to {
                 let first = b >= high || (a < middle && from[a] <= from[b]);
                 *out = if first { from[a] } else { from[b] };
                 a += usize::from(first);

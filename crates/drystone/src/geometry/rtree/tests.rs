@@ -2,7 +2,7 @@
 
 use super::RTree;
 use crate::base::aabb::Aabb;
-use crate::base::jobs::{Executor, Inline};
+use crate::base::jobs::Jobs;
 use crate::base::math::{Vec3, vec3};
 use crate::base::team::Team;
 use crate::geometry::boxes::Ray;
@@ -81,7 +81,7 @@ fn check(tree: &RTree, boxes: &[Option<Aabb>]) {
 #[test]
 fn queries_find_what_brute_force_finds_through_every_change() {
     let team = Team::with_threads(3);
-    for jobs in [&Inline as &dyn Executor, &team] {
+    for jobs in [Jobs::Inline, Jobs::Team(&team)] {
         let all = boxes(5000, 12345);
         let mut tree = RTree::default();
         let mut expected: Vec<Option<Aabb>> = Vec::new();
@@ -91,17 +91,17 @@ fn queries_find_what_brute_force_finds_through_every_change() {
             expected.push(Some(*b));
             if [0, 6, 7, 8, 63, 64, 700, 4095].contains(&k) {
                 check(&tree, &expected);
-                tree.tidy(jobs);
+                tree.tidy(&jobs);
                 check(&tree, &expected);
             }
         }
-        tree.tidy(jobs);
+        tree.tidy(&jobs);
         check(&tree, &expected);
         for item in (0_u32..5000).step_by(3) {
             tree.remove(item);
             expected[item as usize] = None;
         }
-        tree.tidy(jobs);
+        tree.tidy(&jobs);
         check(&tree, &expected);
         // A few move a little, then some jump, then all move, then most go.
         let others = boxes(5000, 777);
@@ -116,23 +116,23 @@ fn queries_find_what_brute_force_finds_through_every_change() {
             expected[item as usize] = Some(others[item as usize]);
         }
         check(&tree, &expected);
-        tree.tidy(jobs);
+        tree.tidy(&jobs);
         check(&tree, &expected);
         let moved: Vec<(u32, Aabb)> =
             tree.items().map(|item| (item, others[item as usize])).collect();
         for (item, b) in &moved {
             expected[*item as usize] = Some(*b);
         }
-        tree.replace_all(&moved, jobs);
+        tree.replace_all(&moved, &jobs);
         check(&tree, &expected);
-        tree.replace_all(&moved[..5], jobs);
-        tree.tidy(jobs);
+        tree.replace_all(&moved[..5], &jobs);
+        tree.tidy(&jobs);
         check(&tree, &expected);
         for item in (0_u32..5000).filter(|i| i % 3 != 0 && i % 11 != 0) {
             tree.remove(item);
             expected[item as usize] = None;
         }
-        tree.tidy(jobs);
+        tree.tidy(&jobs);
         check(&tree, &expected);
         tree.insert(&all[0], 0);
         expected[0] = Some(all[0]);
@@ -147,7 +147,7 @@ fn a_ray_meets_near_boxes_first() {
         let p = vec3(item as f32 * 2.0, 0.0, 0.0);
         tree.insert(&Aabb::new(p, p + Vec3::splat(1.0)), item);
     }
-    tree.tidy(&Inline);
+    tree.tidy(&Jobs::Inline);
     let mut visits = 0;
     let ray = Ray::new(vec3(-1.0, 0.5, 0.5), vec3(3000.0, 0.0, 0.0));
     tree.ray(&ray, 1.0, |item| {

@@ -1,11 +1,12 @@
 //! New contacts enter the tables. What is taken in order, rows and places, one worker takes; all put it down. The result is that
 //! of entering one contact after the other.
+#![expect(unsafe_code, reason = "promises that rows are kept apart")]
 
 use super::lists::{Links, Owners, ask_for_heads};
-use super::{Contact, Contacts, Probe, Slots, Watch};
-use crate::base::disjoint::Rows;
+use super::{Contact, Contacts, Probe, Table, Watch};
+use crate::base::disjoint::{Apart, Rows};
 use crate::base::grow;
-use crate::base::jobs::{Executor, for_each, for_ranges, grain};
+use crate::base::jobs::{Jobs, for_each, for_ranges, grain};
 use crate::base::shared::Shared;
 use crate::geometry::collide::MAX_PARTS;
 use crate::state::bodies::{Bodies, Body, NONE, Track};
@@ -52,7 +53,7 @@ impl Contacts {
         keys: &[u64],
         new: &mut [Newcomer],
         bodies: &mut Bodies,
-        jobs: &dyn Executor,
+        jobs: &Jobs<'_>,
     ) {
         self.make_places(new, jobs);
         let parts = new.iter().filter(|n| n.has_parts).count() * (MAX_PARTS - 1);
@@ -66,7 +67,7 @@ impl Contacts {
     }
 
     /// Gives each new contact its place among what is watched: who is awake stands behind the others that are.
-    fn make_places(&mut self, new: &mut [Newcomer], jobs: &dyn Executor) {
+    fn make_places(&mut self, new: &mut [Newcomer], jobs: &Jobs<'_>) {
         let active = new.iter().filter(|n| n.awake).count();
         let Self { rows, watched, .. } = self;
         let (first, len) = (watched.awake, watched.watches.len());
@@ -78,9 +79,9 @@ impl Contacts {
         watched.watches.copy_within(first..first + moved, to);
         watched.probes.copy_within(first..first + moved, to);
         watched.awake += active;
-        let (slots, watched) = (rows.lend(), &*watched);
+        let (table, watched) = (&*rows, &*watched);
         for_ranges(jobs, moved, grain(jobs, moved, LEAST), |range| {
-            range.for_each(|i| watched.tell(to + i, slots));
+            range.for_each(|i| watched.tell(to + i, table));
         });
         let mut next = [number(first + asleep + active), number(first)];
         for n in new {
@@ -91,11 +92,13 @@ impl Contacts {
     }
 
     /// Makes the watches and the parts, and tells the contacts of them.
-    fn fill(&mut self, new: &[Newcomer], tracks: &[Track], jobs: &dyn Executor) {
+    fn fill(&mut self, new: &[Newcomer], tracks: &[Track], jobs: &Jobs<'_>) {
         let Self { rows, watched, .. } = self;
-        let slots = rows.lend();
-        let watches = Rows::new(&mut watched.watches);
-        let probes = Rows::new(&mut watched.probes);
+        // SAFETY: rows and places of a new contact are its own.
+        let apart = unsafe { Apart::promise() };
+        let slots = rows.lend(apart);
+        let watches = Rows::new(&mut watched.watches, apart);
+        let probes = Rows::new(&mut watched.probes, apart);
         for_ranges(jobs, new.len(), grain(jobs, new.len(), LEAST), |range| {
             for n in &new[range] {
                 let Some(contact) = slots.row(n.row as usize) else { continue };
@@ -122,23 +125,24 @@ impl Contacts {
     }
 
     /// Puts the contacts at the heads of their bodies' lists. Every owner of lists goes through all of them.
-    fn link(&mut self, new: &[Newcomer], bodies: &mut Bodies, jobs: &dyn Executor) {
-        let slots = self.rows.lend();
-        let bodies = Rows::new(bodies.rows.values_mut());
+    fn link(&mut self, new: &[Newcomer], bodies: &mut Bodies, jobs: &Jobs<'_>) {
+        let table = &self.rows;
+        // SAFETY: of each body one owner has the list.
+        let bodies = Rows::new(bodies.rows.values_mut(), unsafe { Apart::promise() });
         let owners = Owners::of(new.len(), jobs);
         for_each(jobs, owners.len(), |_, owner| {
-            link(new, slots, bodies, |body| owners.owns(owner, body));
+            link(new, table, bodies, |body| owners.owns(owner, body));
         });
     }
 }
 
 fn link(
     new: &[Newcomer],
-    slots: Slots<'_>,
+    table: &Table,
     bodies: Rows<'_, Option<Body>>,
     owns: impl Fn(u32) -> bool,
 ) {
-    let links = Links(slots);
+    let links = Links(table);
     for (k, n) in new.iter().enumerate() {
         if let Some(soon) = new.get(k + 2 * AHEAD) {
             ask_for_heads(bodies, soon.bodies, &owns);
@@ -146,7 +150,7 @@ fn link(
         if let Some(soon) = new.get(k + AHEAD) {
             for body in soon.bodies.into_iter().filter(|body| owns(*body)) {
                 let first = bodies.read(body as usize).as_ref().map_or(NONE, |b| b.contacts);
-                slots.prefetch_line(first as usize / 2, Contact::LISTS_LINE);
+                table.prefetch_line(first as usize / 2, Contact::LISTS_LINE);
             }
         }
         for (side, body) in (0..).zip(n.bodies) {

@@ -1,10 +1,11 @@
 //! Contacts leave the tables: the lists of bodies, what is watched, the pairs. The result is that of taking out one after the
 //! other.
+#![expect(unsafe_code, reason = "promises that rows are kept apart")]
 
 use super::lists::{Links, Owners, ask_for_heads};
-use super::{Contact, Contacts, Slots, Watched};
-use crate::base::disjoint::Rows;
-use crate::base::jobs::{Executor, side_by_side};
+use super::{Contact, Contacts, Table, Watched};
+use crate::base::disjoint::{Apart, Rows};
+use crate::base::jobs::{Jobs, side_by_side};
 use crate::base::pair_set::{PairSet, pair_key};
 use crate::state::bodies::{Bodies, Body};
 
@@ -29,34 +30,37 @@ impl Leaver {
 
 impl Contacts {
     /// Takes rows out of all lists; they must be in no color.
-    pub(crate) fn leave(&mut self, gone: &[Leaver], bodies: &mut Bodies, jobs: &dyn Executor) {
+    pub(crate) fn leave(&mut self, gone: &[Leaver], bodies: &mut Bodies, jobs: &Jobs<'_>) {
         let Self { rows, free, pairs, watched } = self;
-        let slots = rows.lend();
-        let bodies = Rows::new(bodies.rows.values_mut());
+        let table = &*rows;
+        // SAFETY: of each body one owner has the list.
+        let bodies = Rows::new(bodies.rows.values_mut(), unsafe { Apart::promise() });
         let owners = Owners::of(gone.len(), jobs);
-        let mut unwatch = || unwatch(gone, slots, watched);
+        let mut unwatch = || unwatch(gone, table, watched);
         let mut forget = || forget(gone, pairs);
         side_by_side(jobs, &mut [&mut unwatch, &mut forget], owners.len(), |owner| {
-            unlink(gone, slots, bodies, |body| owners.owns(owner, body));
+            unlink(gone, table, bodies, |body| owners.owns(owner, body));
         });
         for g in gone {
-            *slots.row(g.row as usize) = None;
+            if let Some(slot) = rows.get_mut(g.row as usize) {
+                *slot = None;
+            }
             free.push(g.row);
         }
     }
 }
 
 /// Takes contacts out of what is watched.
-fn unwatch(gone: &[Leaver], slots: Slots<'_>, watched: &mut Watched) {
+fn unwatch(gone: &[Leaver], table: &Table, watched: &mut Watched) {
     for (k, g) in gone.iter().enumerate() {
         if let Some(soon) = gone.get(k + 2 * AHEAD) {
-            slots.prefetch_line(soon.row as usize, Contact::LISTS_LINE);
+            table.prefetch_line(soon.row as usize, Contact::LISTS_LINE);
         }
         if let Some(soon) = gone.get(k + AHEAD) {
-            watched.ask_for(soon.row, AHEAD, slots);
+            watched.ask_for(soon.row, AHEAD, table);
         }
-        if let Some(contact) = slots.read(g.row as usize).as_ref().filter(|c| !c.is_part) {
-            watched.remove(contact.probe.get() as usize, slots);
+        if let Some(contact) = table.read(g.row as usize).as_ref().filter(|c| !c.is_part) {
+            watched.remove(contact.probe.get() as usize, table);
         }
     }
 }
@@ -76,14 +80,14 @@ fn forget(gone: &[Leaver], pairs: &mut PairSet) {
 /// Takes them out of the lists of an owner's bodies. Every owner goes through all of them.
 fn unlink(
     gone: &[Leaver],
-    slots: Slots<'_>,
+    table: &Table,
     bodies: Rows<'_, Option<Body>>,
     owns: impl Fn(u32) -> bool,
 ) {
-    let links = Links(slots);
+    let links = Links(table);
     for (k, g) in gone.iter().enumerate() {
         if let Some(soon) = gone.get(k + 2 * AHEAD) {
-            slots.prefetch_line(soon.row as usize, Contact::LISTS_LINE);
+            table.prefetch_line(soon.row as usize, Contact::LISTS_LINE);
             ask_for_heads(bodies, soon.bodies, &owns);
         }
         if let Some(soon) = gone.get(k + AHEAD) {
@@ -91,8 +95,8 @@ fn unlink(
                 if owns(body)
                     && let Some(link) = links.at(2 * soon.row + side)
                 {
-                    slots.prefetch_line(link.previous.get() as usize / 2, Contact::LISTS_LINE);
-                    slots.prefetch_line(link.next.get() as usize / 2, Contact::LISTS_LINE);
+                    table.prefetch_line(link.previous.get() as usize / 2, Contact::LISTS_LINE);
+                    table.prefetch_line(link.next.get() as usize / 2, Contact::LISTS_LINE);
                 }
             }
         }

@@ -1,8 +1,8 @@
 //! The lists of bodies' contacts, which several workers change at once: each list has an owner.
 
-use super::{Link, Slots};
+use super::{Link, Table};
 use crate::base::disjoint::Rows;
-use crate::base::jobs::Executor;
+use crate::base::jobs::Jobs;
 use crate::state::bodies::{Body, NONE};
 
 /// For so many changes of lists another owner is worth it.
@@ -16,7 +16,7 @@ pub(super) struct Owners {
 
 impl Owners {
     /// For so many changes.
-    pub(super) fn of(changes: usize, jobs: &dyn Executor) -> Self {
+    pub(super) fn of(changes: usize, jobs: &Jobs<'_>) -> Self {
         let most = (changes / LEAST).clamp(1, jobs.workers());
         Self { mask: (1 << most.ilog2()) - 1 }
     }
@@ -48,7 +48,7 @@ pub(super) fn ask_for_heads(
 
 /// All links.
 #[derive(Clone, Copy)]
-pub(super) struct Links<'a>(pub(super) Slots<'a>);
+pub(super) struct Links<'a>(pub(super) &'a Table);
 
 impl<'a> Links<'a> {
     /// The link that this names, row × 2 + side.

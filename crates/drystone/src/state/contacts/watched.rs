@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{Contact, Slots};
+use super::{Contact, Table};
 use crate::base::math::Vec3;
 use crate::base::quat::Quat;
 use crate::base::wide::prefetch;
@@ -122,7 +122,7 @@ pub(crate) struct Watched {
 
 impl Watched {
     /// Moves what stands at `place` to those that are awake or away from them; gives its new place.
-    pub(super) fn set_awake(&mut self, place: usize, awake: bool, slots: Slots<'_>) -> usize {
+    pub(super) fn set_awake(&mut self, place: usize, awake: bool, table: &Table) -> usize {
         if awake == (place < self.awake) {
             return place;
         }
@@ -131,37 +131,37 @@ impl Watched {
         self.awake = if awake { border + 1 } else { border };
         self.watches.swap(place, border);
         self.probes.swap(place, border);
-        self.tell(place, slots);
-        self.tell(border, slots);
+        self.tell(place, table);
+        self.tell(border, table);
         border
     }
 
     /// Asks for what [`Self::remove`] will write to for a contact, `ahead` others before.
-    pub(super) fn ask_for(&self, row: u32, ahead: usize, slots: Slots<'_>) {
-        let place = slots.read(row as usize).as_ref().map_or(0, |c| c.probe.get() as usize);
+    pub(super) fn ask_for(&self, row: u32, ahead: usize, table: &Table) {
+        let place = table.read(row as usize).as_ref().map_or(0, |c| c.probe.get() as usize);
         if let (Some(watch), Some(probe)) = (self.watches.get(place), self.probes.get(place)) {
             prefetch(watch);
             prefetch(probe);
         }
         for end in [self.awake, self.watches.len()] {
             if let Some(last) = self.watches.get(end.wrapping_sub(ahead + 1)) {
-                slots.prefetch_line(last.row() as usize, Contact::LISTS_LINE);
+                table.prefetch_line(last.row() as usize, Contact::LISTS_LINE);
             }
         }
     }
 
     /// Takes out what stands at `place`.
-    pub(super) fn remove(&mut self, place: usize, slots: Slots<'_>) {
-        let place = self.set_awake(place, false, slots);
+    pub(super) fn remove(&mut self, place: usize, table: &Table) {
+        let place = self.set_awake(place, false, table);
         self.watches.swap_remove(place);
         self.probes.swap_remove(place);
-        self.tell(place, slots);
+        self.tell(place, table);
     }
 
     /// Tells the contact that is watched at `place`, if any is, that it is there.
-    pub(super) fn tell(&self, place: usize, slots: Slots<'_>) {
+    pub(super) fn tell(&self, place: usize, table: &Table) {
         if let Some(watch) = self.watches.get(place)
-            && let Some(contact) = slots.read(watch.row() as usize)
+            && let Some(contact) = table.read(watch.row() as usize)
         {
             contact.probe.set(u32::try_from(place).expect("fewer than 2^30 contacts"));
         }

@@ -1,8 +1,10 @@
 //! What contacts do among the sets: told beforehand, contact by contact, so that of the tables each can be seen to by itself, in
 //! the order of the list.
+#![expect(unsafe_code, reason = "promises that rows are kept apart")]
 
 use super::Sets;
-use crate::base::jobs::{Executor, side_by_side};
+use crate::base::disjoint::Apart;
+use crate::base::jobs::{Jobs, side_by_side};
 use crate::state::bodies::{Bodies, Body};
 use crate::state::colors::{Coloring, Colors, Place};
 use crate::state::contacts::leave::Leaver;
@@ -168,10 +170,11 @@ impl Sets<'_> {
         &mut self,
         told: impl Iterator<Item = &'t Turns> + Clone + Sync,
         gone: &mut Vec<Leaver>,
-        jobs: &dyn Executor,
+        jobs: &Jobs<'_>,
     ) {
         let Self { bodies, contacts, islands, colors, .. } = self;
-        let slots = contacts.slots_mut();
+        // SAFETY: a contact is in one coloring, which one of the tasks below has.
+        let slots = contacts.slots_mut(unsafe { Apart::promise() });
         let all = || told.clone().flat_map(|turns| &turns.list);
         let Colors { contacts: of_two, contacts_fixed: of_one, .. } = &mut **colors;
         let mut ties = || tie_all(all(), islands, bodies);
@@ -200,7 +203,8 @@ impl Sets<'_> {
         colors.levels_dirty = true;
         let is_of_two = turn.dynamic == 2;
         let coloring = if is_of_two { &mut colors.contacts } else { &mut colors.contacts_fixed };
-        turn.color(coloring, self.contacts.slots_mut());
+        // SAFETY: there is no other worker, and `color` takes one contact after the other.
+        turn.color(coloring, self.contacts.slots_mut(unsafe { Apart::promise() }));
         turn.tie(self.islands, self.bodies);
     }
 }

@@ -343,9 +343,9 @@ mod tests {
             let mut now = world.clone();
             let tables = now.tables_mut();
             let (bodies, shapes) = (&tables.bodies, &tables.shapes);
-            let (contacts, watches, _) = tables.contacts.watched_mut();
-            for watch in watches {
-                let contact = contacts.read(watch.row() as usize).as_ref().unwrap();
+            let contacts = &tables.contacts;
+            for watch in contacts.awake_watches() {
+                let contact = contacts.at(watch.row());
                 let (x, y) = (shapes.at(contact.shape_a), shapes.at(contact.shape_b));
                 let Core::Mesh(mesh) = &x.solid.core else { continue };
                 let (a, b) = (bodies.at(watch.body_a), bodies.at(watch.body_b));

@@ -12,7 +12,7 @@
 //! taken away.
 
 use super::Change;
-use crate::base::jobs::{Executor, collect_ranges, grain};
+use crate::base::jobs::{Jobs, collect_ranges, grain};
 use crate::base::math::{Vec3, greater, lesser};
 use crate::base::pose::Pose;
 use crate::base::quat::Quat;
@@ -95,7 +95,7 @@ pub(super) fn hide(
     contacts: &mut Contacts,
     (changes, ghosts): (&[Vec<Change>], &mut Vec<Change>),
     scratch: &mut Scratch,
-    jobs: &dyn Executor,
+    jobs: &Jobs<'_>,
 ) {
     let Scratch { doubted, hidden, held } = scratch;
     // In the first step, which makes all else too, not in that of the first touch.
@@ -113,7 +113,7 @@ pub(super) fn hide(
     }
     held.list(changes, bodies, contacts);
     let seen = Seen { ctx, bodies, shapes, contacts, held };
-    collect_ranges(jobs, n, grain(jobs, n, 32), hidden, |_, range, out| {
+    collect_ranges(jobs, n, grain(jobs, n, 32), hidden, |range, out| {
         // What is hidden itself hides nothing: so the order does not matter, and of two that hide each
         // other both stay.
         out.extend(

@@ -225,7 +225,8 @@ mod tests {
     use fearless_simd::dispatch;
 
     use super::look;
-    use crate::base::jobs::Inline;
+    use crate::base::disjoint::Apart;
+    use crate::base::jobs::Jobs;
     use crate::base::math::{Vec3, vec3};
     use crate::base::pose::Pose;
     use crate::base::quat::Quat;
@@ -292,7 +293,11 @@ mod tests {
             world.step(dt);
             let mut now = world.clone();
             let tables = now.tables_mut();
-            let (bodies, (_, watches, probes)) = (&tables.bodies, tables.contacts.watched_mut());
+            #[expect(unsafe_code, reason = "promises that rows are kept apart")]
+            // SAFETY: no row is taken at all.
+            let apart = unsafe { Apart::promise() };
+            let (_, watches, probes) = tables.contacts.watched_mut(apart);
+            let bodies = &tables.bodies;
             for (watches, probes) in watches.chunks(LANES).zip(probes.chunks(LANES)) {
                 let pairs = watches.iter().zip(probes.iter());
                 let found = dispatch!(ctx.level, simd => look(simd, &ctx, bodies, pairs.clone()));
@@ -345,12 +350,12 @@ mod tests {
             }
             let mut now = world.clone();
             let tables = now.tables_mut();
-            look_ahead(&ctx, &mut tables.bodies, &Inline);
+            look_ahead(&ctx, &mut tables.bodies, &Jobs::Inline);
             let (bodies, shapes) = (&tables.bodies, &tables.shapes);
             let margin = Track::at_least(ctx.margin);
-            let (contacts, watches, _) = tables.contacts.watched_mut();
-            for watch in watches {
-                let contact = contacts.read(watch.row() as usize).as_ref().unwrap();
+            let contacts = &tables.contacts;
+            for watch in contacts.awake_watches() {
+                let contact = contacts.at(watch.row());
                 let (a, b) = (bodies.at(watch.body_a), bodies.at(watch.body_b));
                 let (x, y) = (shapes.at(contact.shape_a), shapes.at(contact.shape_b));
                 let reach = speculative_margin(&ctx, a, b, watch.bounces());

@@ -3,6 +3,7 @@
 //! Three forms of the same thing. *Soft*: velocities, soft rows that keep their impulses, a relax sweep at the
 //! end of the step. *Aim*: velocities, bias 1/h, nothing kept, no relax sweep. *Verlet*: positions are
 //! projected, velocity is the way moved [Jakobsen01]; equal to *aim* but for rounding.
+#![expect(unsafe_code, reason = "promises that rows are kept apart")]
 
 use fearless_simd::{Level, dispatch};
 
@@ -10,8 +11,8 @@ use super::meet::Meeting;
 use super::points::Contacts;
 use super::rows::{Ground, HoldRow, Partner};
 use super::{chain, links};
-use crate::base::disjoint::Rows;
-use crate::base::jobs::{Executor, for_ranges, grain};
+use crate::base::disjoint::{Apart, Rows};
+use crate::base::jobs::{Jobs, for_items, for_ranges, grain};
 use crate::base::math::Vec3;
 use crate::base::sym3::Sym3;
 use crate::base::wide::LANES;
@@ -175,7 +176,7 @@ impl Tied<'_> {
     }
 
     /// Rows of this step, and the stored impulses.
-    pub(crate) fn begin(&mut self, bodies: &Bodies, to: &BodyLines<'_>, jobs: &dyn Executor) {
+    pub(crate) fn begin(&mut self, bodies: &Bodies, to: &BodyLines<'_>, jobs: &Jobs<'_>) {
         let pace = self.pace;
         let s = &mut *self.scratch;
         s.before.resize(self.particles.lines.len(), [0.0; 4]);
@@ -190,7 +191,8 @@ impl Tied<'_> {
         }
         {
             let Particles { colors, x, lines, .. } = &mut *self.particles;
-            let lines = Rows::new(lines);
+            // SAFETY: a color's links share no particle; the crowd, which may, is one range.
+            let lines = Rows::new(lines, unsafe { Apart::promise() });
             for (number, color) in colors.iter_mut().enumerate() {
                 for_blocks(&mut color.blocks, number == CROWD, jobs, &|blocks| {
                     dispatch!(pace.level, simd => {
@@ -242,7 +244,7 @@ impl Tied<'_> {
         }
     }
 
-    fn begin_contacts(&mut self, bodies: &Bodies, to: &BodyLines<'_>, jobs: &dyn Executor) {
+    fn begin_contacts(&mut self, bodies: &Bodies, to: &BodyLines<'_>, jobs: &Jobs<'_>) {
         let Scratch { before, contacts, .. } = &mut *self.scratch;
         let Particles { lines, touches, .. } = &mut *self.particles;
         let ground = Ground::new(&self.pace, lines, before, to.lines, 0.0);
@@ -250,10 +252,12 @@ impl Tied<'_> {
     }
 
     /// Forces, and what is carried of the last substep's impulses.
-    pub(crate) fn velocities(&mut self, first: bool, jobs: &dyn Executor) {
+    pub(crate) fn velocities(&mut self, first: bool, jobs: &Jobs<'_>) {
         let (pace, tied, forces) = (self.pace, self.tied, &self.scratch.forces);
-        let lines = Rows::new(&mut self.particles.lines);
-        let before = Rows::new(&mut self.scratch.before);
+        // SAFETY: tied particles are all different.
+        let apart = unsafe { Apart::promise() };
+        let lines = Rows::new(&mut self.particles.lines, apart);
+        let before = Rows::new(&mut self.scratch.before, apart);
         for_ranges(jobs, tied.len(), grain(jobs, tied.len(), 256), |range| {
             for i in range {
                 let [x, y, z, left] = forces[i];
@@ -280,7 +284,7 @@ impl Tied<'_> {
     }
 
     /// Sweeps of a substep, with bias.
-    pub(crate) fn solve(&mut self, substep: u32, bodies: Rows<'_, Line>, jobs: &dyn Executor) {
+    pub(crate) fn solve(&mut self, substep: u32, bodies: Rows<'_, Line>, jobs: &Jobs<'_>) {
         #[expect(clippy::cast_precision_loss, reason = "at most 256")]
         let elapsed = substep as f32 * self.pace.h;
         // Particles that nothing ties to each other have no use for more than one.
@@ -292,13 +296,13 @@ impl Tied<'_> {
     }
 
     /// The sweep without bias after `moved` [s] of the step.
-    pub(crate) fn relax(&mut self, moved: f32, bodies: Rows<'_, Line>, jobs: &dyn Executor) {
+    pub(crate) fn relax(&mut self, moved: f32, bodies: Rows<'_, Line>, jobs: &Jobs<'_>) {
         if self.pace.form == Form::Soft {
             self.sweep(Sweep::Relax, moved, bodies, jobs);
         }
     }
 
-    fn sweep(&mut self, kind: Sweep, elapsed: f32, bodies: Rows<'_, Line>, jobs: &dyn Executor) {
+    fn sweep(&mut self, kind: Sweep, elapsed: f32, bodies: Rows<'_, Line>, jobs: &Jobs<'_>) {
         let pace = &self.pace;
         let (is_relax, first) =
             (matches!(kind, Sweep::Relax), matches!(kind, Sweep::Solve { first: true }));
@@ -314,10 +318,9 @@ impl Tied<'_> {
                 sweep_held(block, (&mut s.holds, &s.hold_of), &ground, kind);
             }
             for color in &mut chains.colors {
-                let n = color.len();
-                let blocks = Rows::new(color);
-                for_ranges(jobs, n, grain(jobs, n, 1), |range| {
-                    for block in blocks.slice(range) {
+                let least = grain(jobs, color.len(), 1);
+                for_items(jobs, color, least, |_, blocks| {
+                    for block in blocks {
                         sweep_chains(&mut block.rows, None, &lines, pace, kind);
                     }
                 });
@@ -332,10 +335,12 @@ impl Tied<'_> {
     }
 
     /// Ways follow velocities for one substep, or velocities the ways.
-    pub(crate) fn positions(&mut self, jobs: &dyn Executor) {
+    pub(crate) fn positions(&mut self, jobs: &Jobs<'_>) {
         let (pace, tied) = (self.pace, self.tied);
-        let lines = Rows::new(&mut self.particles.lines);
-        let before = Rows::new(&mut self.scratch.before);
+        // SAFETY: tied particles are all different.
+        let apart = unsafe { Apart::promise() };
+        let lines = Rows::new(&mut self.particles.lines, apart);
+        let before = Rows::new(&mut self.scratch.before, apart);
         for_ranges(jobs, tied.len(), grain(jobs, tied.len(), 256), |range| {
             for i in range {
                 let line = lines.row(tied[i] as usize);
@@ -351,7 +356,7 @@ impl Tied<'_> {
     }
 
     /// Bounces, and the impulses that are kept.
-    pub(crate) fn end(&mut self, bodies: Rows<'_, Line>, jobs: &dyn Executor) {
+    pub(crate) fn end(&mut self, bodies: Rows<'_, Line>, jobs: &Jobs<'_>) {
         let s = &mut *self.scratch;
         let Particles { lines, chains, colors, attachments, touches, .. } = &mut *self.particles;
         let ground = Ground::new(&self.pace, lines, &mut s.before, bodies, 0.0);
@@ -369,7 +374,7 @@ impl Tied<'_> {
 
     /// The whole step beside bodies that have done theirs: what particles do to these comes on top of their
     /// motion. `lines` are whitened.
-    pub(crate) fn follow(&mut self, bodies: &Bodies, to: &BodyLines<'_>, jobs: &dyn Executor) {
+    pub(crate) fn follow(&mut self, bodies: &Bodies, to: &BodyLines<'_>, jobs: &Jobs<'_>) {
         let (dragged, n) = (self.scratch.dragged.len(), self.pace.substeps);
         // Of each dragged body: what it moves in a substep of itself, beyond its velocity.
         let mut own = core::mem::take(&mut self.scratch.own);
@@ -445,13 +450,12 @@ impl Tied<'_> {
 fn for_blocks(
     blocks: &mut [LinkBlock],
     crowd: bool,
-    jobs: &dyn Executor,
+    jobs: &Jobs<'_>,
     f: &(dyn Fn(&mut [LinkBlock]) + Sync),
 ) {
     let n = blocks.len();
-    let blocks = Rows::new(blocks);
     let least = if crowd { n } else { grain(jobs, n, 32) };
-    for_ranges(jobs, n, least, |range| f(blocks.slice(range)));
+    for_items(jobs, blocks, least, |_, blocks| f(blocks));
 }
 
 /// A chain that bodies hold, after its ends.

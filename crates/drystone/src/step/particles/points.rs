@@ -14,7 +14,7 @@ use super::meet::{MOST, Meeting};
 use super::pace::{BodyLines, Form, Sweep};
 use super::rows::Ground;
 use crate::base::disjoint::Rows;
-use crate::base::jobs::{Executor, for_ranges, grain};
+use crate::base::jobs::{Jobs, for_items, grain};
 use crate::base::math::{Vec3, vec3};
 use crate::base::wide::{
     LANES, Lanes, Vec3w, Wide, above, at, bits, gather, gather4, inverse_or_zero, load, max, put,
@@ -105,7 +105,7 @@ impl Contacts {
         bodies: &Bodies,
         to: &BodyLines<'_>,
         ground: &Ground<'_>,
-        jobs: &dyn Executor,
+        jobs: &Jobs<'_>,
     ) {
         self.color(meetings, bodies.rows.slot_count());
         let mut next = 0;
@@ -177,21 +177,20 @@ impl Contacts {
     }
 
     /// Calls `f` with all blocks, color by color, and whether their bodies can be pushed.
-    fn each(&mut self, jobs: &dyn Executor, f: &(dyn Fn(&mut [PointBlock], bool) + Sync)) {
-        let blocks = Rows::new(&mut self.blocks);
+    fn each(&mut self, jobs: &Jobs<'_>, f: &(dyn Fn(&mut [PointBlock], bool) + Sync)) {
         for color in 0..COLORS {
             let (start, end) = (self.starts[color], self.starts[color + 1]);
             let n = end - start;
             // A crowd shares bodies.
             let least = if color == CROWD { n } else { grain(jobs, n, 32) };
-            for_ranges(jobs, n, least, |range| {
-                f(blocks.slice(start + range.start..start + range.end), color < PUSHING);
+            for_items(jobs, &mut self.blocks[start..end], least, |_, blocks| {
+                f(blocks, color < PUSHING);
             });
         }
     }
 
     /// Solves each contact once.
-    pub(super) fn sweep(&mut self, kind: Sweep, ground: &Ground<'_>, jobs: &dyn Executor) {
+    pub(super) fn sweep(&mut self, kind: Sweep, ground: &Ground<'_>, jobs: &Jobs<'_>) {
         self.each(jobs, &|blocks, pushes| {
             dispatch!(ground.pace.level, simd => {
                 for block in blocks {
@@ -202,7 +201,7 @@ impl Contacts {
     }
 
     /// What arrived bounces.
-    pub(super) fn bounce(&mut self, ground: &Ground<'_>, jobs: &dyn Executor) {
+    pub(super) fn bounce(&mut self, ground: &Ground<'_>, jobs: &Jobs<'_>) {
         self.each(jobs, &|blocks, pushes| {
             dispatch!(ground.pace.level, simd => {
                 for block in blocks {

@@ -2,9 +2,10 @@
 //!
 //! Symbols: w = 1/m of the particle; α, S, v̂, ŵ of the body as in the solver's rows; r the arm from the body's
 //! center, which turns with the body.
+#![expect(unsafe_code, reason = "promises that rows are kept apart")]
 
 use super::pace::{Form, Pace};
-use crate::base::disjoint::Rows;
+use crate::base::disjoint::{Apart, Rows};
 use crate::base::math::{Vec3, vec3};
 use crate::base::sym3::Sym3;
 use crate::state::particles::ParticleLine;
@@ -85,7 +86,9 @@ impl<'a> Ground<'a> {
         bodies: Rows<'a, Line>,
         elapsed: f32,
     ) -> Self {
-        let (particles, before) = (Rows::new(particles), Rows::new(before));
+        // SAFETY: who solves in parallel goes by colors, whose rows share no particle, and no body that can be pushed.
+        let apart = unsafe { Apart::promise() };
+        let (particles, before) = (Rows::new(particles, apart), Rows::new(before, apart));
         Self { pace, particles, before, bodies, elapsed }
     }
 

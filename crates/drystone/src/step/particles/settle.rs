@@ -1,12 +1,13 @@
 //! The end of a step of tied particles: ways become positions; what passed through a fixed shape is put
 //! back; timers, faults, tears; what came to rest freezes.
+#![expect(unsafe_code, reason = "promises that rows are kept apart")]
 
 use super::fly::{is_computable, put_aside};
 use super::meet::Around;
 use super::{Scratch as Stage, moves};
-use crate::base::disjoint::Rows;
+use crate::base::disjoint::{Apart, Rows};
 use crate::base::id::LinkId;
-use crate::base::jobs::{Executor, collect_ranges, grain};
+use crate::base::jobs::{Jobs, collect_ranges, grain};
 use crate::base::math::{Vec3, vec3};
 use crate::state::bodies::Bodies;
 use crate::state::bounds::Bounds;
@@ -35,7 +36,7 @@ pub(crate) fn settle(
     (shapes, bounds): (&Shapes, &Bounds),
     (events, step, h): (&mut Events, u64, f32),
     stage: &mut Stage,
-    jobs: &dyn Executor,
+    jobs: &Jobs<'_>,
 ) {
     if particles.is_empty() {
         return;
@@ -61,14 +62,17 @@ fn advance(
     bodies: &Bodies,
     (shapes, bounds): (&Shapes, &Bounds),
     stage: &mut Stage,
-    jobs: &dyn Executor,
+    jobs: &Jobs<'_>,
 ) {
     let tied = &stage.tied;
     let Particles { rows, lines, x, attachments, .. } = particles;
-    let (rows, lines, x) = (Rows::new(rows.values_mut()), Rows::new(lines), Rows::new(x));
+    // SAFETY: tied particles are all different, and each has a line and a place.
+    let apart = unsafe { Apart::promise() };
+    let (rows, lines) = (Rows::new(rows.values_mut(), apart), Rows::new(lines, apart));
+    let x = Rows::new(x, apart);
     let around = Around { ctx, bodies, shapes, bounds, x: &[] };
     let least = grain(jobs, tied.len(), 256);
-    collect_ranges(jobs, tied.len(), least, &mut stage.settle.faults, |_, range, out| {
+    collect_ranges(jobs, tied.len(), least, &mut stage.settle.faults, |range, out| {
         for line in &tied[range] {
             let Some(particle) = rows.row(*line as usize - 1) else { continue };
             let (row, place) = (lines.row(*line as usize), x.row(*line as usize));

@@ -15,6 +15,7 @@
 //!
 //! Symbols as in the contact kernel; w = speed of a point along the normal, u = that speed at the
 //! surface, kick = what gravity adds in a substep. See docs/derivations/impacts.md.
+#![expect(unsafe_code, reason = "promises that rows are kept apart")]
 
 use fearless_simd::dispatch;
 
@@ -23,8 +24,8 @@ use super::integrate::Carried;
 use super::reflect::Part;
 use super::rows::Extra;
 use super::touch::{Entry, Hit, Moment, Source, Touch};
-use crate::base::disjoint::Rows;
-use crate::base::jobs::{Executor, Inline, collect_ranges, for_items, for_ranges, grain};
+use crate::base::disjoint::{Apart, Rows};
+use crate::base::jobs::{Jobs, collect_ranges, for_items, for_ranges, grain};
 use crate::base::wide::LANES;
 use crate::state::bodies::NONE;
 
@@ -300,7 +301,7 @@ impl Impacts {
     /// are a guess that the sweep corrects, and may be the stop of something at 250 m/s that is over:
     /// another contact of the body would reflect that, and return energy that nothing had. So impacts see
     /// velocities without them.
-    pub(super) fn collide(&mut self, source: &Source<'_>, moment: &Moment, jobs: &dyn Executor) {
+    pub(super) fn collide(&mut self, source: &Source<'_>, moment: &Moment, jobs: &Jobs<'_>) {
         if self.runs.is_empty() {
             return;
         }
@@ -323,7 +324,7 @@ impl Impacts {
     }
 
     /// Calls `f` with each line that was met and what is carried for it, if anything is.
-    fn for_met(&mut self, jobs: &dyn Executor, f: impl Fn(usize, &mut Carried) + Sync) {
+    fn for_met(&mut self, jobs: &Jobs<'_>, f: impl Fn(usize, &mut Carried) + Sync) {
         let (met, carried) = (&self.met, &mut self.carried);
         let piece = grain(jobs, carried.len(), 128);
         for_items(jobs, carried, piece, |first, carried| {
@@ -334,13 +335,7 @@ impl Impacts {
     }
 
     /// All rounds of an island.
-    fn reflect_all(
-        &mut self,
-        source: &Source<'_>,
-        moment: &Moment,
-        run: usize,
-        jobs: &dyn Executor,
-    ) {
+    fn reflect_all(&mut self, source: &Source<'_>, moment: &Moment, run: usize, jobs: &Jobs<'_>) {
         self.looks.clear();
         let mut at = self.runs[run][0];
         while at != NONE {
@@ -361,11 +356,13 @@ impl Impacts {
     }
 
     /// Which points of the touches to look at approach.
-    fn look(&mut self, source: &Source<'_>, moment: &Moment, jobs: &dyn Executor) {
+    fn look(&mut self, source: &Source<'_>, moment: &Moment, jobs: &Jobs<'_>) {
         let Self { touches, looks, met_points, pass, .. } = self;
         met_points.clear();
         met_points.resize(looks.len(), 0);
-        let (touches, met_points) = (Rows::new(touches), Rows::new(met_points));
+        // SAFETY: each look is of one range, and no touch is looked at twice.
+        let apart = unsafe { Apart::promise() };
+        let (touches, met_points) = (Rows::new(touches, apart), Rows::new(met_points, apart));
         for_ranges(jobs, looks.len(), grain(jobs, looks.len(), 64), |range| {
             let (looks, met_points) = (&looks[range.clone()], met_points.slice(range));
             for (k, met) in met_points.iter_mut().enumerate() {
@@ -381,13 +378,15 @@ impl Impacts {
     }
 
     /// All sets of hits: what bodies link is in one.
-    fn reflect(&mut self, source: &Source<'_>, jobs: &dyn Executor) {
+    fn reflect(&mut self, source: &Source<'_>, jobs: &Jobs<'_>) {
         let Self { touches, responses, hits, parts, pass, .. } = self;
         let n = hits.len();
-        let touches = Rows::new(touches);
-        let (responses, hits) = (Rows::new(responses), Rows::new(hits));
+        // SAFETY: each set of hits is of one range, and hits that a body or a touch links are in one set.
+        let apart = unsafe { Apart::promise() };
+        let touches = Rows::new(touches, apart);
+        let (responses, hits) = (Rows::new(responses, apart), Rows::new(hits, apart));
         // Tallies are of blocks, whose lanes may be in several sets.
-        let jobs = if source.tallies.is_some() { &Inline } else { jobs };
+        let jobs = if source.tallies.is_some() { &Jobs::Inline } else { jobs };
         for_ranges(jobs, parts.len(), grain(jobs, parts.len(), 16), |range| {
             let of = |i: usize| hits.slice(parts[i]..parts.get(i + 1).map_or(n, |next| *next));
             // In the order of the contacts' rows: that of the touches is the order of blocks, which the number of workers
@@ -415,7 +414,7 @@ impl Impacts {
 
     /// The points that approach and meet in this substep, of the touches that were looked at. Of several on a
     /// body those of the greatest restitution are first: with unlike ones reflected together energy could grow.
-    fn find_hits(&mut self, source: &Source<'_>, moment: &Moment, jobs: &dyn Executor) {
+    fn find_hits(&mut self, source: &Source<'_>, moment: &Moment, jobs: &Jobs<'_>) {
         let Self {
             ends,
             touches,
@@ -513,7 +512,7 @@ impl Impacts {
     }
 
     /// What follows from a round: who is looked at.
-    fn settle(&mut self, source: &Source<'_>, run: usize, jobs: &dyn Executor) {
+    fn settle(&mut self, source: &Source<'_>, run: usize, jobs: &Jobs<'_>) {
         let many = self.hits.len() * FEW >= self.looked.len();
         for i in 0..self.hits.len() {
             let Hit { touch, lines, .. } = self.hits[i];
@@ -541,11 +540,12 @@ impl Impacts {
     }
 
     /// Lists the touches of lines that were hit in this round.
-    fn find_struck(&mut self, source: &Source<'_>, jobs: &dyn Executor) {
+    fn find_struck(&mut self, source: &Source<'_>, jobs: &Jobs<'_>) {
         let Self { looked, lines_of, ends, found, looks, round, .. } = self;
         let n = looked.len();
-        let looked = Rows::new(looked);
-        collect_ranges(jobs, n, grain(jobs, n, 256), found, |_, range, found| {
+        // SAFETY: each number is of one range.
+        let looked = Rows::new(looked, unsafe { Apart::promise() });
+        collect_ranges(jobs, n, grain(jobs, n, 256), found, |range, found| {
             for number in range {
                 let is_struck = |end: usize| ends[end].struck == *round;
                 if ends_of(source, lines_of[number]).any(is_struck)

@@ -8,12 +8,13 @@
 //! forces on it keep their size, so that its acceleration is divided by s. Statics do not
 //! know mass: loads, the limits of friction and of tipping stay exact; only the answer to a change is
 //! slower. See docs/decisions/015-load-adaptive-inertia.md for what each number below does.
+#![expect(unsafe_code, reason = "promises that rows are kept apart")]
 
 use super::Solver;
 use super::integrate;
 use super::rounds::BodyState;
-use crate::base::disjoint::Rows;
-use crate::base::jobs::{Executor, for_shares};
+use crate::base::disjoint::{Apart, Rows};
+use crate::base::jobs::{Jobs, for_shares};
 use crate::base::math::Vec3;
 use crate::state::bodies::{Body, Fineness, NONE};
 use crate::state::contacts::Contact;
@@ -258,7 +259,7 @@ impl Frames {
 impl Solver<'_> {
     /// Bodies that grow heavier join the motion of their island. Sums are made in the order of bodies and of
     /// contacts' rows, which neither grouping nor the number of workers changes.
-    pub(super) fn slow_heavier(&self, number: usize, jobs: &dyn Executor) {
+    pub(super) fn slow_heavier(&self, number: usize, jobs: &Jobs<'_>) {
         let (group, frames) = (&self.plan.groups[number], self.frames.row(number));
         let (first, n) = (group.lines.start, group.lines.len());
         let body_of = |i: usize| self.bodies.at(self.plan.members[i - 1]);
@@ -276,7 +277,8 @@ impl Solver<'_> {
         let copies = jobs.workers() > 1;
         if copies {
             frames.members.resize(n, MemberMotion::default());
-            let members = Rows::new(&mut frames.members);
+            // SAFETY: each member is of one part.
+            let members = Rows::new(&mut frames.members, unsafe { Apart::promise() });
             for_shares(jobs, n, 64, |part| part.for_each(|k| *members.row(k) = read(k)));
         }
         let member = |frames: &Frames, k: usize| if copies { frames.members[k] } else { read(k) };

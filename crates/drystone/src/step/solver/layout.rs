@@ -2,11 +2,12 @@
 //!
 //! A color's list is sorted by keys, and cut into runs where a key says that another group or another kernel begins; runs become
 //! batches of blocks. Order within a color never shows in the result.
+#![expect(unsafe_code, reason = "promises that rows are kept apart")]
 
 use core::ops::Range;
 
-use crate::base::disjoint::Rows;
-use crate::base::jobs::{Executor, for_each, for_series};
+use crate::base::disjoint::{Apart, Rows};
+use crate::base::jobs::{Jobs, for_each_with, for_series};
 use crate::base::wide::LANES;
 use crate::state::bodies::NONE;
 use crate::state::colors::{Coloring, Place};
@@ -76,7 +77,7 @@ impl Layout {
     pub(super) fn for_blocks(
         &self,
         batches: &Range<usize>,
-        jobs: &dyn Executor,
+        jobs: &Jobs<'_>,
         least: usize,
         f: impl Fn(&Batch, Range<usize>) + Sync,
     ) {
@@ -149,20 +150,21 @@ impl Sorter {
         key_of: impl Fn(u32) -> Option<u64> + Sync,
         set_place: impl Fn(u32, Place) + Sync,
         out: &mut Vec<Run>,
-        jobs: &dyn Executor,
+        jobs: &Jobs<'_>,
     ) {
         let [free, fixed] = colorings;
         let (firsts, n) = (free.colors.len(), free.colors.len() + fixed.colors.len());
-        self.keys.resize_with(jobs.workers().max(self.keys.len()).max(1), Vec::new);
         self.runs.resize_with(n.max(self.runs.len()), Vec::new);
-        let (all_keys, all_runs) = (Rows::new(&mut self.keys), Rows::new(&mut self.runs));
-        let [free, fixed] = [free, fixed].map(|coloring| Rows::new(&mut coloring.colors));
-        for_each(jobs, n, |worker, k| {
+        // SAFETY: each color is of one chunk, and so is its list of runs.
+        let apart = unsafe { Apart::promise() };
+        let all_runs = Rows::new(&mut self.runs, apart);
+        let [free, fixed] = [free, fixed].map(|coloring| Rows::new(&mut coloring.colors, apart));
+        for_each_with(jobs, n, &mut self.keys, |keys, k| {
             let (colors, is_fixed, index) = match k.checked_sub(firsts) {
                 None => (&free, false, k),
                 Some(index) => (&fixed, true, index),
             };
-            let (keys, runs) = (all_keys.row(worker), all_runs.row(k));
+            let runs = all_runs.row(k);
             let members = &mut colors.row(index).members;
             keys.clear();
             for (k, row) in members.iter().enumerate() {

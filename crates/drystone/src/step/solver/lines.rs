@@ -10,14 +10,14 @@ use super::inertia::Squeeze;
 use super::integrate;
 use super::plan::Group;
 use super::rounds::BodyState;
-use crate::base::jobs::{Executor, for_shares};
+use crate::base::jobs::{Jobs, for_shares};
 use crate::base::math::Vec3;
 use crate::base::wide::LANES;
 use crate::state::bodies::Body;
 
 impl Solver<'_> {
     /// True if a translation of one of the bodies is locked.
-    pub(super) fn prepare_lines(&self, number: usize, jobs: &dyn Executor) -> bool {
+    pub(super) fn prepare_lines(&self, number: usize, jobs: &Jobs<'_>) -> bool {
         let group = &self.plan.groups[number];
         let n = group.lines.len();
         let found = [false; 2].map(AtomicBool::new);

@@ -6,6 +6,7 @@
 //! a dynamic body once; groups share no dynamic body; blocks are eight wide everywhere; the order of
 //! colors is fixed.
 //! References: docs/derivations/soft-step.md, [Catto24], [Macklin19].
+#![expect(unsafe_code, reason = "promises that rows are kept apart")]
 
 pub(crate) mod softness;
 pub(crate) mod closing;
@@ -70,9 +71,9 @@ use self::strokes::Progress;
 use self::tally::{ContactTally, JointTally, TreeTally, When};
 use self::tree::{TreeBody, TreeRow};
 use super::context::StepContext;
-use crate::base::disjoint::Rows;
+use crate::base::disjoint::{Apart, Rows};
 use crate::base::grow;
-use crate::base::jobs::{Executor, Inline, for_each, for_shares};
+use crate::base::jobs::{Jobs, for_each_in_room, for_shares};
 use crate::base::math::Vec3;
 use crate::state::bodies::{Bodies, Fineness};
 use crate::state::colors::Colors;
@@ -217,7 +218,7 @@ pub(crate) fn solve(
     colors: &mut Colors,
     scratch: &mut Scratch,
     tied: &mut Tied<'_>,
-    jobs: &dyn Executor,
+    jobs: &Jobs<'_>,
 ) {
     let s = scratch;
     let ctx = contexts[0];
@@ -272,10 +273,14 @@ pub(crate) fn solve(
     together::find_groups(&s.plan, &s.line_of, tied.scratch);
     s.progress.resize(tied.scratch.groups.len(), Progress::default());
     s.make_tallies(breakage);
-    let slots = contacts.slots_mut();
+    // SAFETY: groups share no constraint and no body that can be pushed; in a group that several workers share, a pass goes by bodies, or
+    // by colors, which touch such a body once.
+    let apart = unsafe { Apart::promise() };
+    let slots = contacts.slots_mut(apart);
     let plan = &s.plan;
     let keep = breakage || !tied.scratch.groups.is_empty();
-    let rooms = Rooms::new(plan, &mut s.blocks, workers, keep);
+    let Rooms { own, rooms, size } = Rooms::new(plan, &mut s.blocks, workers, keep);
+    let end = own.len();
     let solver = Solver {
         ctx,
         method,
@@ -283,35 +288,35 @@ pub(crate) fn solve(
         shapes,
         plan,
         line_of: &s.line_of,
-        lines: Rows::new(&mut s.lines),
-        whitening: Rows::new(&mut s.whitening),
-        aux: Rows::new(&mut s.aux),
-        acceleration: Rows::new(&mut s.acceleration),
-        squeezes: Rows::new(&mut s.squeezes),
-        states: Rows::new(&mut s.states),
+        lines: Rows::new(&mut s.lines, apart),
+        whitening: Rows::new(&mut s.whitening, apart),
+        aux: Rows::new(&mut s.aux, apart),
+        acceleration: Rows::new(&mut s.acceleration, apart),
+        squeezes: Rows::new(&mut s.squeezes, apart),
+        states: Rows::new(&mut s.states, apart),
         round: 0,
-        frames: Rows::new(&mut s.frames),
-        blocks: rooms.own(),
-        extras: Rows::new(&mut s.extras),
+        frames: Rows::new(&mut s.frames, apart),
+        blocks: Blocks::new(own, 0, apart),
+        extras: Rows::new(&mut s.extras, apart),
         has_extras,
-        joints: Rows::new(&mut s.joints),
-        joint_rests: Rows::new(&mut s.joint_rests),
-        sixdofs: Rows::new(&mut s.sixdofs),
-        couplings: Rows::new(&mut s.couplings),
-        tree_gains: Rows::new(&mut s.tree_gains),
-        tree_bodies: Rows::new(&mut s.tree_bodies),
-        tree_rows: Rows::new(&mut s.tree_rows),
-        impacts: Rows::new(&mut s.impacts),
-        free: Rows::new(&mut s.free),
-        begun: Rows::new(&mut s.begun),
-        progress: Rows::new(&mut s.progress),
+        joints: Rows::new(&mut s.joints, apart),
+        joint_rests: Rows::new(&mut s.joint_rests, apart),
+        sixdofs: Rows::new(&mut s.sixdofs, apart),
+        couplings: Rows::new(&mut s.couplings, apart),
+        tree_gains: Rows::new(&mut s.tree_gains, apart),
+        tree_bodies: Rows::new(&mut s.tree_bodies, apart),
+        tree_rows: Rows::new(&mut s.tree_rows, apart),
+        impacts: Rows::new(&mut s.impacts, apart),
+        free: Rows::new(&mut s.free, apart),
+        begun: Rows::new(&mut s.begun, apart),
+        progress: Rows::new(&mut s.progress, apart),
         has_tallies: breakage,
-        tallies: Rows::new(&mut s.tallies),
-        joint_tallies: Rows::new(&mut s.joint_tallies),
-        six_tallies: Rows::new(&mut s.six_tallies),
-        tree_tallies: Rows::new(&mut s.tree_tallies),
+        tallies: Rows::new(&mut s.tallies, apart),
+        joint_tallies: Rows::new(&mut s.joint_tallies, apart),
+        six_tallies: Rows::new(&mut s.six_tallies, apart),
+        tree_tallies: Rows::new(&mut s.tree_tallies, apart),
         contacts: slots,
-        joint_slots: Rows::new(joints.rows.values_mut()),
+        joint_slots: Rows::new(joints.rows.values_mut(), apart),
     };
     let solver_of =
         |number: usize| Solver { ctx: contexts[plan.groups[number].fineness as usize], ..solver };
@@ -320,11 +325,16 @@ pub(crate) fn solve(
     for number in (0..plan.shared).filter(|number| groups.binary_search(number).is_err()) {
         solver_of(number).solve(number, jobs);
     }
-    for_each(jobs, plan.groups.len() - plan.shared, |worker, number| {
+    for_each_in_room(jobs, plan.groups.len() - plan.shared, rooms, size, |room, number| {
         let number = plan.shared + number;
         if groups.binary_search(&number).is_err() {
-            let blocks = rooms.of(worker, plan, number);
-            Solver { blocks, ..solver_of(number) }.solve(number, &Inline);
+            let range = plan.contacts.blocks_of(&plan.groups[number].contacts);
+            let blocks = if range.end <= end {
+                solver.blocks
+            } else {
+                Blocks::new(&mut room[..range.len()], range.start, apart)
+            };
+            Solver { blocks, ..solver_of(number) }.solve(number, &Jobs::Inline);
         }
     });
 }
@@ -348,7 +358,7 @@ impl Solver<'_> {
         }
     }
 
-    fn collide(&self, number: usize, done: u16, kicked: bool, jobs: &dyn Executor) {
+    fn collide(&self, number: usize, done: u16, kicked: bool, jobs: &Jobs<'_>) {
         let ctx = self.ctx;
         let moment = touch::Moment {
             done,
@@ -363,7 +373,7 @@ impl Solver<'_> {
     }
 
     /// A pass over the colors.
-    fn sweep(&self, group: &Group, pass: Pass, substep: u32, jobs: &dyn Executor) {
+    fn sweep(&self, group: &Group, pass: Pass, substep: u32, jobs: &Jobs<'_>) {
         let ctx = self.ctx;
         #[expect(clippy::cast_precision_loss, reason = "at most 256")]
         let elapsed = substep as f32 * ctx.h;
@@ -419,7 +429,7 @@ impl Solver<'_> {
         }
     }
 
-    fn accelerate(&self, group: &Group, jobs: &dyn Executor, first: bool) {
+    fn accelerate(&self, group: &Group, jobs: &Jobs<'_>, first: bool) {
         self.for_lines(group, jobs, &|lines, aux| {
             for (line, aux) in lines.iter_mut().zip(aux) {
                 integrate::velocities(line, aux, first);
@@ -427,7 +437,7 @@ impl Solver<'_> {
         });
     }
 
-    fn advance(&self, group: &Group, jobs: &dyn Executor) {
+    fn advance(&self, group: &Group, jobs: &Jobs<'_>) {
         let h = self.ctx.h;
         self.for_lines(group, jobs, &|lines, aux| {
             for (line, aux) in lines.iter_mut().zip(aux) {
@@ -437,7 +447,7 @@ impl Solver<'_> {
         });
     }
 
-    fn drift(&self, group: &Group, jobs: &dyn Executor) {
+    fn drift(&self, group: &Group, jobs: &Jobs<'_>) {
         let h = self.ctx.h;
         self.for_lines(group, jobs, &|lines, _| {
             for line in lines {
@@ -449,7 +459,7 @@ impl Solver<'_> {
     fn for_lines(
         &self,
         group: &Group,
-        jobs: &dyn Executor,
+        jobs: &Jobs<'_>,
         f: &(dyn Fn(&mut [Line], &mut [Aux]) + Sync),
     ) {
         let n = group.lines.len();
@@ -460,7 +470,7 @@ impl Solver<'_> {
     }
 
     /// Fills the blocks; true if a contact that bounces arrives in this step.
-    fn prepare_contacts(&self, group: &Group, jobs: &dyn Executor) -> bool {
+    fn prepare_contacts(&self, group: &Group, jobs: &Jobs<'_>) -> bool {
         let source = pack::Source {
             ctx: self.ctx,
             bodies: self.bodies,
@@ -507,7 +517,7 @@ impl Solver<'_> {
     }
 
     /// `sweeps`: of contacts of two bodies, and of those with fixed bodies.
-    fn sweep_contacts(&self, group: &Group, sweeps: &[Sweep; 2], jobs: &dyn Executor) {
+    fn sweep_contacts(&self, group: &Group, sweeps: &[Sweep; 2], jobs: &Jobs<'_>) {
         self.plan.contacts.for_blocks(&group.contacts, jobs, 4, |batch, blocks| {
             let sweep = &sweeps[usize::from(batch.fixed)];
             dispatch!(self.ctx.level, simd => {
@@ -525,7 +535,7 @@ impl Solver<'_> {
     }
 
     /// Sums up how each body is squeezed.
-    fn weigh(&self, group: &Group, jobs: &dyn Executor) {
+    fn weigh(&self, group: &Group, jobs: &Jobs<'_>) {
         let scale = self.ctx.store_scale();
         self.plan.contacts.for_blocks(&group.contacts, jobs, 64, |_, blocks| {
             dispatch!(self.ctx.level, simd => {
@@ -536,7 +546,7 @@ impl Solver<'_> {
         });
     }
 
-    fn store(&self, group: &Group, jobs: &dyn Executor) {
+    fn store(&self, group: &Group, jobs: &Jobs<'_>) {
         let scale = self.ctx.store_scale();
         if self.ctx.inertia.is_on() {
             self.weigh(group, jobs);

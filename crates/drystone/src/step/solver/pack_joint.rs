@@ -11,7 +11,7 @@ use super::root::Roundw;
 use super::rounds::BodyState;
 use super::rows::{JointBlock, JointRest, Whitening, load_velocity, read_lanes, store_velocity};
 use super::softness::Softness;
-use crate::base::jobs::{Executor, for_shares};
+use crate::base::jobs::{Jobs, for_shares};
 use crate::base::math::{Vec3, vec3};
 use crate::base::wide::{LANES, Sym3w, Vec3w, at, put};
 use crate::base::wide_quat::Quatw;
@@ -19,7 +19,7 @@ use crate::state::bodies::NONE;
 use crate::state::joints::{Joint, Link};
 
 impl Solver<'_> {
-    pub(super) fn prepare_joints(&self, group: &Group, jobs: &dyn Executor) {
+    pub(super) fn prepare_joints(&self, group: &Group, jobs: &Jobs<'_>) {
         self.plan.joints.for_blocks(&group.joints, jobs, 8, |batch, blocks| {
             dispatch!(self.ctx.level, simd => {
                 for i in blocks {
@@ -31,7 +31,7 @@ impl Solver<'_> {
         self.prepare_sixdofs(group, jobs);
     }
 
-    pub(super) fn sweep_joints(&self, group: &Group, sweep: &JointSweep, jobs: &dyn Executor) {
+    pub(super) fn sweep_joints(&self, group: &Group, sweep: &JointSweep, jobs: &Jobs<'_>) {
         self.plan.joints.for_blocks(&group.joints, jobs, 8, |batch, blocks| {
             dispatch!(self.ctx.level, simd => {
                 for i in blocks {
@@ -172,7 +172,7 @@ impl Solver<'_> {
     }
 
     /// Writes the impulses of balls and distances back.
-    pub(super) fn store_joints(&self, group: &Group, jobs: &dyn Executor) {
+    pub(super) fn store_joints(&self, group: &Group, jobs: &Jobs<'_>) {
         let blocks = self.plan.joints.blocks_of(&group.joints);
         for_shares(jobs, blocks.len(), 32, |part| {
             for i in blocks.start + part.start..blocks.start + part.end {

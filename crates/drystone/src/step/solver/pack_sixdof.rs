@@ -10,7 +10,7 @@ use super::plan::{Group, SIX_ACTS, SIX_DIRECT, SIX_HOLDS, SIX_PINNED};
 use super::rows::{Velocity, Whitening, load_velocity, read_lanes, store_velocity};
 use super::sixdof::{self, SixBlock};
 use super::turns::Turns;
-use crate::base::jobs::{Executor, for_shares};
+use crate::base::jobs::{Jobs, for_shares};
 use crate::base::math::Vec3;
 use crate::base::wide::{
     LANES, Vec3w, Wide, above, gather4, load, min, prefetch, scatter4, select, splat, sqrt,
@@ -43,18 +43,18 @@ struct Gathered<'a> {
 }
 
 impl Solver<'_> {
-    pub(super) fn prepare_sixdofs(&self, group: &Group, jobs: &dyn Executor) {
+    pub(super) fn prepare_sixdofs(&self, group: &Group, jobs: &Jobs<'_>) {
         self.plan.sixdofs.for_blocks(&group.sixdofs, jobs, 8, |batch, blocks| {
             dispatch!(self.ctx.level, simd => {
-                for i in blocks {
-                    self.ask_for_sixdofs(i);
+                for i in blocks.clone() {
+                    self.ask_for_sixdofs(i, blocks.end);
                     self.pack_block(simd, i, batch.class);
                 }
             });
         });
     }
 
-    pub(super) fn sweep_sixdofs(&self, group: &Group, sweep: &JointSweep, jobs: &dyn Executor) {
+    pub(super) fn sweep_sixdofs(&self, group: &Group, sweep: &JointSweep, jobs: &Jobs<'_>) {
         self.plan.sixdofs.for_blocks(&group.sixdofs, jobs, 4, |batch, blocks| {
             if batch.class & SIX_DIRECT != 0 {
                 // The trees do it.
@@ -68,7 +68,7 @@ impl Solver<'_> {
         });
     }
 
-    pub(super) fn store_sixdofs(&self, group: &Group, jobs: &dyn Executor) {
+    pub(super) fn store_sixdofs(&self, group: &Group, jobs: &Jobs<'_>) {
         let blocks = self.plan.sixdofs.blocks_of(&group.sixdofs);
         let n = blocks.len();
         for_shares(jobs, n, 32, |part| {
@@ -123,11 +123,13 @@ impl Solver<'_> {
         store_velocity(simd, &self.lines, &block.row_b, b);
     }
 
-    /// Asks for the joints of the block after the next one, and for what those of the next one point to.
+    /// Asks for the joints of the block after the next one, and for what those of the next one point to, up to the last that is
+    /// one's own: others may be written meanwhile.
     #[inline(always)]
-    fn ask_for_sixdofs(&self, block: usize) {
+    fn ask_for_sixdofs(&self, block: usize, end: usize) {
         self.prefetch_joints(&self.plan.sixdofs, block + 2);
-        for owner in self.plan.sixdofs.owners.get(block + 1).into_iter().flatten() {
+        let next = self.plan.sixdofs.owners[..end].get(block + 1);
+        for owner in next.into_iter().flatten() {
             if let Some(Joint { link: Link::Six(six), .. }) = self.joint(*owner) {
                 prefetch(&six.laws);
                 prefetch(&six.state);

@@ -5,6 +5,7 @@
 //! passes (docs/decisions/008-groups-of-islands.md). A large island is a group of its own, and all
 //! workers share each of its colors. The result is the same for any grouping. The plan is kept until
 //! a constraint comes or goes.
+#![expect(unsafe_code, reason = "promises that rows are kept apart")]
 
 use core::ops::Range;
 
@@ -12,9 +13,9 @@ use super::fineness::{is_jointed, struck, take_back, tumbles, was_struck, whirls
 use super::forest::Forest;
 use super::layout::{CLASS, GROUP, Layout, Sorter, last_line, line_key};
 use super::survey::Survey;
-use crate::base::disjoint::Rows;
+use crate::base::disjoint::{Apart, Rows};
 use crate::base::grow;
-use crate::base::jobs::{Executor, for_each, for_items, grain};
+use crate::base::jobs::{Jobs, for_each, for_items, grain};
 use crate::state::bodies::{Bodies, Body, Fineness, NONE};
 use crate::state::colors::{Coloring, Colors};
 use crate::state::contacts::Contacts;
@@ -152,7 +153,7 @@ impl Plan {
         islands: &Islands,
         closing: impl Iterator<Item = u32>,
         [ctx, loaded, jointed, ..]: [&StepContext; 5],
-        jobs: &dyn Executor,
+        jobs: &Jobs<'_>,
     ) {
         self.survey.begin();
         self.fineness.swap(0, 1);
@@ -211,7 +212,7 @@ impl Plan {
         contacts: &mut Contacts,
         islands: &Islands,
         struck: &StepContext,
-        jobs: &dyn Executor,
+        jobs: &Jobs<'_>,
     ) {
         // A plan that was never made knows nothing of the last step, which a restored world has had.
         if self.workers > 0 && !self.fineness[1].contains(&Fineness::Struck) {
@@ -227,9 +228,11 @@ impl Plan {
         self.whole_again.sort_unstable();
         self.whole_again.dedup();
         let factor = 1.0 / struck.store_scale();
-        let (contacts, joints) = (contacts.slots_mut(), Rows::new(joints.rows.values_mut()));
+        // SAFETY: an island is of one chunk, and two bodies on which one constraint acts are in one island.
+        let apart = unsafe { Apart::promise() };
+        let contacts = contacts.slots_mut(apart);
+        let joints = Rows::new(joints.rows.values_mut(), apart);
         for_each(jobs, self.whole_again.len(), |_, k| {
-            // Two bodies on which one constraint acts are in one island.
             let island = &islands.rows[self.whole_again[k] as usize];
             take_back(island, bodies, &joints, &contacts, factor);
         });
@@ -246,7 +249,7 @@ impl Plan {
         ratio: f32,
         parts: [u32; 5],
         dissolved: u64,
-        jobs: &dyn Executor,
+        jobs: &Jobs<'_>,
     ) {
         let workers = jobs.workers().max(1);
         grow::zeros(line_of, bodies.rows.slot_count());
@@ -294,7 +297,7 @@ impl Plan {
         contacts: &mut Contacts,
         colors: &mut Colors,
         line_of: &[u32],
-        jobs: &dyn Executor,
+        jobs: &Jobs<'_>,
     ) {
         let key = line_key(&self.group_of_line);
         let (groups, shared, group_of_line) = (&self.groups, self.shared, &self.group_of_line);
@@ -306,7 +309,8 @@ impl Plan {
                 line.saturating_sub(group.lines.start) * parts / group.lines.len().max(1)
             })
         };
-        let slots = contacts.slots_mut();
+        // SAFETY: a contact is in one color, which is of one chunk.
+        let slots = contacts.slots_mut(unsafe { Apart::promise() });
         let key_of = |row: u32| {
             let c = slots.read(row as usize).as_ref()?;
             let count = u64::from(4 - c.count.min(4));
@@ -334,11 +338,13 @@ impl Plan {
         colors: &mut Colors,
         line_of: &[u32],
         anew: bool,
-        jobs: &dyn Executor,
+        jobs: &Jobs<'_>,
     ) {
         grow::resize(&mut self.joint_classes, joints.rows.slot_count(), 0);
-        let classes = Rows::new(&mut self.joint_classes);
-        let slots = Rows::new(joints.rows.values_mut());
+        // SAFETY: a joint is in one color, which is of one chunk.
+        let apart = unsafe { Apart::promise() };
+        let classes = Rows::new(&mut self.joint_classes, apart);
+        let slots = Rows::new(joints.rows.values_mut(), apart);
         let key = line_key(&self.group_of_line);
         let key_of = |row: u32| {
             let j = slots.read(row as usize).as_ref()?;

@@ -5,7 +5,7 @@
 
 use super::plan::Plan;
 use super::rows::ContactBlock;
-use crate::base::disjoint::{Next, Rows};
+use crate::base::disjoint::{Apart, Next, Rows};
 use crate::base::grow;
 
 /// Blocks by their numbers in the plan: all, or those of a group that is in a room.
@@ -16,7 +16,12 @@ pub(super) struct Blocks<'a> {
     first: usize,
 }
 
-impl Blocks<'_> {
+impl<'a> Blocks<'a> {
+    /// These, of which the first has that number.
+    pub(super) fn new(blocks: &'a mut [ContactBlock], first: usize, apart: Apart) -> Self {
+        Self { rows: Rows::new(blocks, apart), first }
+    }
+
     /// Block `i`.
     #[inline(always)]
     pub(super) fn row(&self, i: usize) -> &mut ContactBlock {
@@ -36,14 +41,15 @@ impl Blocks<'_> {
     }
 }
 
-/// Which blocks have a place of their own, and how large the workers' rooms are.
-#[derive(Clone, Copy, Debug)]
+/// Which blocks have a place of their own, and the workers' rooms.
+#[derive(Debug)]
 pub(super) struct Rooms<'a> {
-    rows: Rows<'a, ContactBlock>,
-    /// So many of the first blocks; after them the rooms begin.
-    own: usize,
+    /// The first blocks of the plan.
+    pub(super) own: &'a mut [ContactBlock],
+    /// One for each worker, for those of a group that it solves alone.
+    pub(super) rooms: &'a mut [ContactBlock],
     /// Blocks in a room.
-    size: usize,
+    pub(super) size: usize,
 }
 
 impl<'a> Rooms<'a> {
@@ -72,22 +78,7 @@ impl<'a> Rooms<'a> {
             grow::make_room(blocks, more);
             blocks.resize_with(n, ContactBlock::default);
         }
-        Self { rows: Rows::new(blocks), own, size }
-    }
-
-    /// Blocks that have their own place.
-    pub(super) fn own(&self) -> Blocks<'a> {
-        Blocks { rows: self.rows, first: 0 }
-    }
-
-    /// The blocks of a group that `worker` is to solve alone.
-    pub(super) fn of(&self, worker: usize, plan: &Plan, number: usize) -> Blocks<'_> {
-        let blocks = plan.contacts.blocks_of(&plan.groups[number].contacts);
-        if blocks.end <= self.own {
-            return self.own();
-        }
-        let room = self.own + worker * self.size;
-        let rows = Rows::new(self.rows.slice(room..room + blocks.len()));
-        Blocks { rows, first: blocks.start }
+        let (own, rooms) = blocks.split_at_mut(own);
+        Self { own, rooms: &mut rooms[..size * workers], size }
     }
 }

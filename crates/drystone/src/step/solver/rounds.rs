@@ -10,7 +10,7 @@ use super::Solver;
 use super::integrate::{three, unwhitened};
 use super::plan::Group;
 use super::rows::{Line, Whitening};
-use crate::base::jobs::Executor;
+use crate::base::jobs::Jobs;
 use crate::base::math::Vec3;
 use crate::base::quat::Quat;
 use crate::state::bodies::Body;
@@ -44,7 +44,7 @@ impl BodyState {
 
 impl Solver<'_> {
     /// Takes a group through the whole step, round by round.
-    pub(super) fn solve_in_rounds(&self, number: usize, jobs: &dyn Executor) {
+    pub(super) fn solve_in_rounds(&self, number: usize, jobs: &Jobs<'_>) {
         let group = &self.plan.groups[number];
         let mut ctx = *self.ctx;
         for round in 0..ctx.rounds {

@@ -74,7 +74,7 @@ impl<S: Simd> Velocity<S> {
 
 /// The rows of a block's bodies.
 #[inline(always)]
-pub(crate) fn read_lanes<'a, T>(rows: &'a Rows<'_, T>, r: &[u32; LANES]) -> [&'a T; LANES] {
+pub(crate) fn read_lanes<'a, T: Sync>(rows: &'a Rows<'_, T>, r: &[u32; LANES]) -> [&'a T; LANES] {
     let mut all = [rows.read(r[0] as usize); LANES];
     for lane in 1..LANES {
         all[lane] = rows.read(r[lane] as usize);

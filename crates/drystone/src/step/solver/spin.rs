@@ -537,7 +537,7 @@ impl<S: Simd> Topw<S> {
 #[cfg(test)]
 mod tests {
     use super::{Spin, Spins, rotate_freely, turned_eight};
-    use crate::base::disjoint::Rows;
+    use crate::base::disjoint::{Apart, Rows};
     use crate::base::double::DVec3;
     use crate::base::math::{Vec3, vec3};
     use crate::base::random::Random;
@@ -582,7 +582,10 @@ mod tests {
             let ctx = StepContext::new(&WorldConfig::default(), dt, dt, level.0);
             let alone = spinning();
             let mut together = alone.clone();
-            let rows = Rows::new(&mut together);
+            #[expect(unsafe_code, reason = "promises that rows are kept apart")]
+            // SAFETY: by one thread, a row at a time.
+            let apart = unsafe { Apart::promise() };
+            let rows = Rows::new(&mut together, apart);
             let mut spins = Spins::default();
             for (row, body) in (0..).zip(&alone) {
                 spins.add(&ctx, row, body.as_ref().map_or(Vec3::ONE, |b| b.moments), &rows);

@@ -1,7 +1,7 @@
 //! A group's way through the step, pass by pass.
 
 use super::Solver;
-use crate::base::jobs::Executor;
+use crate::base::jobs::Jobs;
 use crate::state::bodies::Fineness;
 use crate::state::method::Pass;
 
@@ -27,7 +27,7 @@ pub(super) struct Stroke {
 
 impl Solver<'_> {
     /// Takes a group through the whole step.
-    pub(super) fn solve(&self, number: usize, jobs: &dyn Executor) {
+    pub(super) fn solve(&self, number: usize, jobs: &Jobs<'_>) {
         if self.ctx.rounds > 1 {
             self.solve_in_rounds(number, jobs);
         } else {
@@ -36,7 +36,7 @@ impl Solver<'_> {
     }
 
     /// Takes a group through the substeps of its context.
-    pub(super) fn solve_once(&self, number: usize, jobs: &dyn Executor) {
+    pub(super) fn solve_once(&self, number: usize, jobs: &Jobs<'_>) {
         let mut way = self.begin(number, jobs);
         for stroke in self.strokes() {
             self.stroke(number, stroke, &mut way, jobs);
@@ -45,7 +45,7 @@ impl Solver<'_> {
     }
 
     /// Rows of a group, and its stored impulses.
-    pub(super) fn begin(&self, number: usize, jobs: &dyn Executor) -> Progress {
+    pub(super) fn begin(&self, number: usize, jobs: &Jobs<'_>) -> Progress {
         let group = &self.plan.groups[number];
         let locked = self.prepare_lines(number, jobs);
         self.prepare_joints(group, jobs);
@@ -87,7 +87,7 @@ impl Solver<'_> {
         number: usize,
         stroke: Stroke,
         way: &mut Progress,
-        jobs: &dyn Executor,
+        jobs: &Jobs<'_>,
     ) {
         let group = &self.plan.groups[number];
         match stroke.pass {
@@ -109,7 +109,7 @@ impl Solver<'_> {
     }
 
     /// Impulses to the tables.
-    pub(super) fn end(&self, number: usize, jobs: &dyn Executor) {
+    pub(super) fn end(&self, number: usize, jobs: &Jobs<'_>) {
         let group = &self.plan.groups[number];
         if self.has_extras {
             self.find_free(group);

@@ -1,11 +1,12 @@
 //! What the awake bodies say for the plan of a step, read at most once: each is a cache line elsewhere.
+#![expect(unsafe_code, reason = "promises that rows are kept apart")]
 
 use core::ops::Range;
 
 use super::fineness::was_struck;
-use crate::base::disjoint::Rows;
+use crate::base::disjoint::{Apart, Rows};
 use crate::base::grow;
-use crate::base::jobs::{Executor, collect_ranges, grain};
+use crate::base::jobs::{Jobs, collect_ranges, grain};
 use crate::state::bodies::{Bodies, Body, NONE};
 
 #[derive(Clone, Debug, Default)]
@@ -31,7 +32,7 @@ impl Survey {
         &mut self,
         bodies: &Bodies,
         wants: impl Fn(&Body) -> bool + Sync,
-        jobs: &dyn Executor,
+        jobs: &Jobs<'_>,
     ) {
         if core::mem::replace(&mut self.is_made, true) {
             return;
@@ -39,8 +40,11 @@ impl Survey {
         let n = bodies.awake.len();
         grow::resize(&mut self.islands, n, NONE);
         grow::resize(&mut self.ends, n, 0);
-        let (islands, ends) = (Rows::new(&mut self.islands), Rows::new(&mut self.ends));
-        let read = |_, range: Range<usize>, marked: &mut Vec<u32>| {
+        // SAFETY: each place is of one range.
+        let apart = unsafe { Apart::promise() };
+        let islands = Rows::new(&mut self.islands, apart);
+        let ends = Rows::new(&mut self.ends, apart);
+        let read = |range: Range<usize>, marked: &mut Vec<u32>| {
             for i in range {
                 let body = bodies.at(bodies.awake[i]);
                 debug_assert!(!has_line(body) || body.island != NONE, "it is in an island");

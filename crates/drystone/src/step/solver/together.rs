@@ -2,14 +2,15 @@
 //!
 //! Groups with a body that particles touch or hold take each pass together with the particles; a group's result
 //! is the same as alone. Beside a classic method particles come after the bodies' whole step.
+#![expect(unsafe_code, reason = "promises that rows are kept apart")]
 
 use super::integrate::{self, three};
 use super::plan::Plan;
 use super::rounds::BodyState;
 use super::strokes::Stroke;
 use super::{Scratch, Solver};
-use crate::base::disjoint::Rows;
-use crate::base::jobs::{Executor, Inline, for_ranges};
+use crate::base::disjoint::{Apart, Rows};
+use crate::base::jobs::{Jobs, for_ranges};
 use crate::base::math::Vec3;
 use crate::state::bodies::Bodies;
 use crate::state::method::Pass;
@@ -32,7 +33,7 @@ pub(super) fn find_groups(plan: &Plan, line_of: &[u32], tied: &mut pace::Scratch
 
 impl Solver<'_> {
     /// Takes the groups of dragged bodies and the particles through the step.
-    pub(super) fn solve_together(&self, tied: &mut Tied<'_>, jobs: &dyn Executor) {
+    pub(super) fn solve_together(&self, tied: &mut Tied<'_>, jobs: &Jobs<'_>) {
         if tied.is_idle() {
             tied.particles.touches.clear();
             tied.scratch.groups.clear();
@@ -59,8 +60,8 @@ impl Solver<'_> {
     fn for_groups(
         &self,
         groups: &[usize],
-        jobs: &dyn Executor,
-        f: &(dyn Fn(usize, usize, &dyn Executor) + Sync),
+        jobs: &Jobs<'_>,
+        f: &(dyn Fn(usize, usize, &Jobs<'_>) + Sync),
     ) {
         let shared = groups.partition_point(|number| *number < self.plan.shared);
         for (i, number) in groups[..shared].iter().enumerate() {
@@ -68,12 +69,12 @@ impl Solver<'_> {
         }
         for_ranges(jobs, groups.len() - shared, 1, |range| {
             for i in range {
-                f(shared + i, groups[shared + i], &Inline);
+                f(shared + i, groups[shared + i], &Jobs::Inline);
             }
         });
     }
 
-    fn stroke_particles(&self, stroke: Stroke, tied: &mut Tied<'_>, jobs: &dyn Executor) {
+    fn stroke_particles(&self, stroke: Stroke, tied: &mut Tied<'_>, jobs: &Jobs<'_>) {
         let Stroke { substep, pass, kicks } = stroke;
         match pass {
             Pass::Velocities => tied.velocities(substep == 0, jobs),
@@ -100,7 +101,7 @@ pub(super) fn follow(
     bodies: &Bodies,
     s: &mut Scratch,
     tied: &mut Tied<'_>,
-    jobs: &dyn Executor,
+    jobs: &Jobs<'_>,
 ) {
     if tied.is_idle() {
         tied.particles.touches.clear();
@@ -117,10 +118,12 @@ pub(super) fn follow(
         (to.x, to.t) = (way.v, way.w);
         (s.lines[line], s.whitening[line], s.free[line]) = (to, whitening, Some(false));
     }
+    // SAFETY: particles are solved by colors, whose rows share no body that can be pushed.
+    let apart = unsafe { Apart::promise() };
     let to = BodyLines {
         line_of: &s.line_of,
-        lines: Rows::new(&mut s.lines),
-        whitening: Rows::new(&mut s.whitening),
+        lines: Rows::new(&mut s.lines, apart),
+        whitening: Rows::new(&mut s.whitening, apart),
     };
     tied.follow(bodies, &to, jobs);
 }

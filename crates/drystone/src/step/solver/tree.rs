@@ -31,7 +31,7 @@ use super::six::{
 };
 use super::tree_six::SixRow;
 use crate::base::double::DVec3;
-use crate::base::jobs::{Executor, for_ranges};
+use crate::base::jobs::{Jobs, for_ranges};
 use crate::base::math::Vec3;
 use crate::base::sym3::Sym3;
 use crate::base::wide::LANES;
@@ -340,7 +340,7 @@ impl Solver<'_> {
     }
 
     /// Solves the trees of a group.
-    pub(super) fn sweep_trees(&self, group: &Group, joints: &JointSweep, jobs: &dyn Executor) {
+    pub(super) fn sweep_trees(&self, group: &Group, joints: &JointSweep, jobs: &Jobs<'_>) {
         let soft = self.ctx.soft_tree;
         // Without bias, what is left of the compliance is for joints that contradict each other.
         let (rate, part) = if joints.is_relax { (0.0, RELAX) } else { (soft.rate, 1.0) };

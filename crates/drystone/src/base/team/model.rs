@@ -1,0 +1,113 @@
+//! The team itself under a model checker, which chooses who goes on after each step of an atomic number or a lock (`cargo xtask
+//! model`). What tasks count is none of its business: ordinary numbers.
+
+use core::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
+
+use super::super::sync::Arc;
+use super::{Executor, Team};
+
+/// Schedules of each kind that are tried.
+const SCHEDULES: usize = 2000;
+
+/// By chance, and with few changes at places chosen by chance, which finds other errors.
+fn explore(run: impl Fn() + Copy + Send + Sync + 'static) {
+    shuttle::check_random(run, SCHEDULES);
+    shuttle::check_pct(run, SCHEDULES, 3);
+}
+
+fn counts(n: usize) -> Vec<AtomicUsize> {
+    (0..n).map(|_| AtomicUsize::new(0)).collect()
+}
+
+fn all(counts: &[AtomicUsize], expected: usize) -> bool {
+    counts.iter().all(|count| count.load(Ordering::SeqCst) == expected)
+}
+
+/// A series of phases of these chunks: each runs once, and after those of the phase before.
+fn run_once(team: &Team, chunks: &[usize]) {
+    let done: Vec<_> = chunks.iter().map(|n| counts(*n)).collect();
+    let over = AtomicBool::new(false);
+    team.run_in_series(chunks.len(), &|phase| chunks[phase], &|_, phase, chunk| {
+        assert!(!over.load(Ordering::SeqCst), "a task after its series");
+        assert!(phase == 0 || all(&done[phase - 1], 1), "a phase before its time");
+        done[phase][chunk].fetch_add(1, Ordering::SeqCst);
+    });
+    over.store(true, Ordering::SeqCst);
+    assert!(done.iter().all(|phase| all(phase, 1)), "a chunk ran never or twice");
+}
+
+#[test]
+fn chunks_run_once_and_phases_in_order() {
+    explore(|| {
+        let team = Team::with_threads(3);
+        run_once(&team, &[3, 0, 2]);
+        run_once(&team, &[2]);
+    });
+}
+
+#[test]
+fn a_panic_leaves_no_task_behind_and_a_team_that_works() {
+    explore(|| {
+        let team = Team::with_threads(2);
+        for bad in [0, 2] {
+            let (over, ran) = (AtomicBool::new(false), counts(3));
+            let outcome = catch_unwind(AssertUnwindSafe(|| {
+                team.run_in_series(2, &|_| 3, &|_, phase, chunk| {
+                    assert!(!over.load(Ordering::SeqCst), "a task after its series");
+                    assert!(phase == 0, "a phase after a panic");
+                    ran[chunk].fetch_add(1, Ordering::SeqCst);
+                    if chunk == bad {
+                        resume_unwind(Box::new(bad));
+                    }
+                });
+            }));
+            over.store(true, Ordering::SeqCst);
+            assert_eq!(outcome.unwrap_err().downcast_ref(), Some(&bad));
+            assert!(ran.iter().all(|n| n.load(Ordering::SeqCst) <= 1));
+        }
+        run_once(&team, &[2, 2]);
+    });
+}
+
+#[test]
+fn two_callers_are_both_served() {
+    explore(|| {
+        let team = Arc::new(Team::with_threads(2));
+        let other = Arc::clone(&team);
+        let thread = shuttle::thread::spawn(move || run_once(&other, &[2, 2]));
+        run_once(&team, &[3]);
+        thread.join().unwrap();
+        run_once(&team, &[2]);
+    });
+}
+
+#[test]
+fn a_task_may_use_the_team_that_runs_it() {
+    explore(|| {
+        let team = Team::with_threads(2);
+        let ran = counts(2);
+        team.run(2, &|_, chunk| {
+            run_once(&team, &[2]);
+            ran[chunk].fetch_add(1, Ordering::SeqCst);
+        });
+        assert!(all(&ran, 1));
+    });
+}
+
+/// Of workers that look out, that go to sleep, that are asleep, and that still leave the last series.
+#[test]
+fn a_team_ends_whatever_its_workers_do() {
+    explore(|| drop(Team::with_threads(3)));
+    explore(|| {
+        let team = Team::with_threads(2);
+        run_once(&team, &[2]);
+        drop(team);
+    });
+    explore(|| {
+        let team = Team::with_threads(2);
+        run_once(&team, &[2]);
+        (0..8).for_each(|_| shuttle::thread::yield_now());
+        run_once(&team, &[1, 2]);
+    });
+}

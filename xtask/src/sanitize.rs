@@ -1,0 +1,64 @@
+//! `cargo xtask sanitize`: tests that threads take part in, under AddressSanitizer.
+//!
+//! ThreadSanitizer is left out: it needs a standard library that is built with it, and reports what it does not see in ours.
+
+use std::process::Command;
+
+use crate::{Outcome, cargo, run_to_end, target};
+
+/// What is run: arguments of `cargo test`, and the names of the tests.
+const RUNS: [(&[&str], &[&str]); 2] = [
+    (&["--lib"], &["base::", "state::contacts", "geometry::rtree"]),
+    (&["--test", "it"], &["contract_executor", "scenario_threads", "scenario_groups"]),
+];
+
+/// Builds and runs them; where the compiler has no sanitizer it says so.
+pub fn run() -> Outcome {
+    let host = host()?;
+    if let Err(reason) = has_sanitizer(&host) {
+        println!("SKIPPED: AddressSanitizer: {reason}");
+        return Ok(());
+    }
+    for (which, tests) in RUNS {
+        let mut command = cargo();
+        command.args(["test", "--release", "--package", "drystone", "--target", &host]);
+        command.arg("--target-dir").arg(target().join("asan")).args(which).arg("--").args(tests);
+        run_to_end(with_sanitizer(&mut command).env("RUSTFLAGS", SANITIZER))?;
+    }
+    Ok(())
+}
+
+const SANITIZER: &str = "-Zsanitizer=address";
+
+/// A flag of unfinished features, which a stable compiler takes too if it is told so.
+fn with_sanitizer(command: &mut Command) -> &mut Command {
+    command.env("RUSTC_BOOTSTRAP", "1")
+}
+
+fn rustc() -> Command {
+    Command::new(std::env::var_os("RUSTC").unwrap_or_else(|| "rustc".into()))
+}
+
+/// The machine's target.
+fn host() -> Result<String, String> {
+    let output = rustc().arg("-vV").output().map_err(|error| format!("rustc: {error}"))?;
+    let text = String::from_utf8_lossy(&output.stdout).into_owned();
+    let host = text.lines().find_map(|line| line.strip_prefix("host: "));
+    host.map(str::to_owned).ok_or_else(|| "rustc does not say for what machine it is".into())
+}
+
+/// Whether an empty program can be built with it.
+fn has_sanitizer(host: &str) -> Outcome {
+    let folder = target().join("asan");
+    std::fs::create_dir_all(&folder).map_err(|error| format!("{}: {error}", folder.display()))?;
+    let source = folder.join("probe.rs");
+    std::fs::write(&source, "fn main() {}\n").map_err(|error| error.to_string())?;
+    let mut command = rustc();
+    command.args([SANITIZER, "--target", host, "-o"]).arg(folder.join("probe")).arg(&source);
+    let output = with_sanitizer(&mut command).output().map_err(|error| error.to_string())?;
+    if output.status.success() {
+        return Ok(());
+    }
+    let text = String::from_utf8_lossy(&output.stderr).into_owned();
+    Err(text.lines().next().unwrap_or("the compiler cannot build with it").to_owned())
+}
