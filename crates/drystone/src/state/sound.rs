@@ -18,6 +18,8 @@ use super::islands::Islands;
 use super::joints::{Joints, Link};
 use super::shapes::{ShapeRow, Shapes};
 use super::tables::Tables;
+use crate::base::limits;
+use crate::base::math::Vec3;
 use crate::base::pose::Pose;
 use crate::base::quat::Quat;
 use crate::base::slot_map::SlotMap;
@@ -43,8 +45,13 @@ fn is_unit(q: Quat) -> bool {
     (0.9..1.1).contains(&(q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w))
 }
 
+/// What a step keeps; shapes and anchors are nearer.
+fn is_place(x: Vec3) -> bool {
+    x.is_finite() && x.abs().max_element() <= limits::POSITION_KEPT.most
+}
+
 fn is_pose(pose: &Pose) -> bool {
-    pose.position.is_finite() && is_unit(pose.rotation)
+    is_place(pose.position) && is_unit(pose.rotation)
 }
 
 /// Which rows were seen.
@@ -137,7 +144,7 @@ fn check_bodies(bodies: &Bodies) -> Check {
     let active = bodies.rows.iter().filter(|(_, b)| b.active()).count();
     holds(active == bodies.awake.len(), "a body that is awake is not listed")?;
     for (_, b) in bodies.rows.iter() {
-        let placed = b.center.is_finite() && is_unit(b.rotation) && b.local_center.is_finite();
+        let placed = is_place(b.center) && is_unit(b.rotation) && is_place(b.local_center);
         holds(placed, "a body is nowhere")?;
         let pushed = [b.step_force, b.step_torque, b.force, b.torque];
         let moved = [b.v, b.w, b.w_rest];
@@ -147,7 +154,7 @@ fn check_bodies(bodies: &Bodies) -> Check {
         let has_mass = at_least_zero(&[b.mass]) && at_least_zero(&moments) && is_unit(b.principal);
         holds(has_mass && (b.mass > 0.0) == b.is_dynamic(), "a body has no mass that can be")?;
         let numbers = [b.extent, b.inner, b.still_time, b.linear_damping, b.angular_damping];
-        let sound = at_least_zero(&numbers) && b.gravity_scale.is_finite();
+        let sound = at_least_zero(&numbers) && limits::GRAVITY_SCALE.admits(b.gravity_scale);
         holds(sound, "a number of a body is out of range")?;
     }
     Ok(())
@@ -197,7 +204,7 @@ fn check_joints(joints: &Joints, bodies: &Bodies) -> Check {
         let moves = a.zip(b).is_some_and(|(a, b)| a.is_dynamic() || b.is_dynamic());
         let twice = named[id.index() as usize] == 2 && joint.body_a != joint.body_b;
         holds(moves && twice, "a joint is not between two bodies")?;
-        holds(joint.anchor_a.is_finite() && joint.anchor_b.is_finite(), "a joint is nowhere")?;
+        holds(is_place(joint.anchor_a) && is_place(joint.anchor_b), "a joint is nowhere")?;
         let kept = [joint.impulse, joint.given[0], joint.given[1]];
         let kept = kept.iter().all(|v| v.is_finite()) && all_finite(&joint.peak);
         holds(kept && joint.damage.is_finite(), "a joint has an impulse that is no number")?;
@@ -258,11 +265,17 @@ fn check_breakage(breakage: &Breakage, bodies: &Bodies, shapes: &Shapes) -> Chec
         holds(breaks(*row) && glue.pieces.iter().all(own), "glue holds what is not there")?;
         let count = glue.pieces.len();
         let bond = |b: &super::breakage::GlueBond| {
-            let placed = b.point.is_finite() && b.normal.is_finite() && at_least_zero(&[b.area]);
-            b.pieces.iter().all(|p| *p < count) && placed && b.strength.validate().is_ok()
+            let placed = is_place(b.point) && b.normal.is_finite() && at_least_zero(&[b.area]);
+            b.pieces.iter().all(|p| *p < count)
+                && placed
+                && b.load.is_finite()
+                && b.strength.validate().is_ok()
         };
         holds(glue.bonds.iter().all(bond), "a bond holds what is not there")?;
-        let known = |list: &Vec<_>| list.is_empty() || list.len() == count;
+        let known = |list: &Vec<[f64; 6]>| {
+            let finite = list.iter().flatten().all(|x| x.is_finite());
+            finite && (list.is_empty() || list.len() == count)
+        };
         holds(known(&glue.give) && known(&glue.lack), "glue is solved in part")?;
     }
     for (row, fracture) in fractures {

@@ -6,6 +6,7 @@ mod contract_executor;
 mod contract_world;
 mod property_hull;
 mod property_snapshot;
+mod regression;
 mod scenario_articulated;
 mod scenario_audit;
 mod scenario_breakage;

@@ -116,10 +116,10 @@ impl Momentum {
         }
         Self {
             mass,
-            center_of_mass: center.single(),
-            linear: linear.single(),
-            about_origin: origin.single(),
-            about_center: own.single(),
+            center_of_mass: center.single().bounded(),
+            linear: linear.single().bounded(),
+            about_origin: origin.single().bounded(),
+            about_center: own.single().bounded(),
         }
     }
 }

@@ -1,6 +1,7 @@
 //! Particles: the rows and their lines, links in their lanes, chains of links.
 
-use super::{Check, Seen, Unsound, all_finite, at_least_zero, holds};
+use super::{Check, Seen, Unsound, all_finite, at_least_zero, holds, is_place};
+use crate::base::limits;
 use crate::base::wide::LANES;
 use crate::state::bodies::Bodies;
 use crate::state::chains::ChainBlock;
@@ -19,14 +20,16 @@ pub(super) fn check_particles(particles: &Particles, bodies: &Bodies) -> Check {
     for (id, p) in rows.iter() {
         let line = id.index() + 1;
         let (at, [.., radius]) = (particles.position(line), x[line as usize]);
-        holds(at.is_finite() && (1.0e-4..=1.0e3).contains(&radius), "a particle is nowhere")?;
+        holds(is_place(at) && (1.0e-4..=1.0e3).contains(&radius), "a particle is nowhere")?;
         check_mass(p.mass).map_err(|_| "a particle has no mass that can be")?;
         p.material.validate().map_err(|_| "a material is out of range")?;
         let row = &lines[line as usize];
         holds(all_finite(row.v.iter().chain(&row.x)), "a particle moves by no number")?;
         let inverse = row.inverse_mass();
         holds(inverse.is_finite() && inverse >= 0.0, "a particle has no mass that can be")?;
-        holds(at_least_zero(&[p.damping, p.still_time]), "a number of a particle is out of range")?;
+        let sound = at_least_zero(&[p.damping, p.still_time]);
+        let sound = sound && limits::GRAVITY_SCALE.admits(p.gravity_scale);
+        holds(sound, "a number of a particle is out of range")?;
         // Those that will be found anew may be of what is gone.
         let strand = particles.strands_changed || lives(p.strand) && p.strand <= line;
         holds(strand, "a particle is of no strand")?;
@@ -36,7 +39,7 @@ pub(super) fn check_particles(particles: &Particles, bodies: &Bodies) -> Check {
     }
     for (number, a) in (1..).zip(attachments) {
         let own = lives(a.line) && particles.at(a.line).attachment == number;
-        let body = bodies.rows.at(a.body).is_some() && a.anchor.is_finite();
+        let body = bodies.rows.at(a.body).is_some() && is_place(a.anchor);
         holds(own && body && a.impulse.is_finite(), "an attachment is of nothing")?;
     }
     holds(colors.len() <= CROWD + 1, "links have too many colors")?;

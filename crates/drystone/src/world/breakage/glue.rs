@@ -4,7 +4,7 @@ use super::bonds::Lump;
 use super::{Blow, Scratch};
 use crate::base::double::DVec3;
 use crate::base::id::{BodyId, ShapeId};
-use crate::base::math::Vec3;
+use crate::base::math::{Vec3, bounded};
 use crate::base::pose::Pose;
 use crate::base::quat::Quat;
 use crate::geometry::mass::MassProperties;
@@ -43,7 +43,7 @@ pub(in crate::world) fn bonds_of(tables: &Tables, row: u32) -> impl Iterator<Ite
             normal: pose.direction(bond.normal),
             area: bond.area,
             strength: bond.strength,
-            load: bond.load,
+            load: bounded(bond.load),
         })
     })
 }

@@ -1,0 +1,122 @@
+//! Faults that `cargo xtask attack` found, shrunk and put into words.
+
+use drystone::{
+    AxisLocks, BodyDef, BodyId, Fatigue, JointAxis, JointDef, JointId, JointKind, JointStrength,
+    ShapeDef, SixDof, Vec3, World, WorldConfig,
+};
+
+const DT: f32 = 1.0 / 60.0;
+
+/// Steps a world and one that is restored from its snapshot before every step, and compares them after each.
+fn goes_on_from_every_snapshot(
+    world: &mut World,
+    steps: usize,
+    mut each: impl FnMut(&mut World, usize),
+) {
+    for step in 0..steps {
+        each(world, step);
+        let mut other = World::restore(&world.snapshot()).unwrap();
+        world.step(DT);
+        other.step(DT);
+        assert_eq!(world.state_hash(), other.state_hash(), "step {step}");
+    }
+}
+
+/// Two bodies on a hinge, one above the other.
+fn pair(world: &mut World, articulated: bool) -> ([BodyId; 2], JointId) {
+    let [a, b] = [0.0, 1.0].map(|y| {
+        let def =
+            BodyDef::dynamic().with_position([0.0, y, 0.0]).with_angular_velocity([1.0, 2.0, 3.0]);
+        world.add_body(def.with_shape(ShapeDef::box_half([0.2, 0.4, 0.3]))).unwrap()
+    });
+    let axes = SixDof::hinge(JointAxis::FREE);
+    let def = world.joint_along(a, b, [0.0, 0.5, 0.0], Vec3::X, axes).unwrap();
+    let joint = world.add_joint(def.with_articulated(articulated)).unwrap();
+    ([a, b], joint)
+}
+
+/// Trees are not made of bodies with locks: the plan of them follows.
+#[test]
+fn a_body_of_a_tree_may_be_locked_while_it_moves() {
+    let mut world = World::default();
+    let ([a, _], _) = pair(&mut world, true);
+    goes_on_from_every_snapshot(&mut world, 20, |world, step| {
+        if step == 10 {
+            let locks = AxisLocks { linear: [false, true, false], angular: [false; 3] };
+            world.body_mut(a).unwrap().set_locks(locks);
+        }
+    });
+}
+
+/// The plan follows the number of rows of a joint in a tree that its loads made one.
+#[test]
+fn a_joint_that_carries_much_takes_other_axes_while_it_moves() {
+    let mut world = World::default();
+    let anchor = world.add_body(BodyDef::fixed().with_position([0.0, 1.5, 0.0])).unwrap();
+    let ([a, b], joint) = pair(&mut world, false);
+    // By its loads: the lower body is a thousand times as heavy.
+    let def = JointDef::ball(anchor, [0.0; 3], b, [0.0, 0.5, 0.0]);
+    world.add_joint(def).unwrap();
+    world.add_shape(a, ShapeDef::box_half([0.2; 3]).with_density(1.0e6)).unwrap();
+    let limited = JointAxis::limited(-1.0, 1.0);
+    goes_on_from_every_snapshot(&mut world, 40, |world, step| {
+        let JointKind::SixDof(old) = world.joint(joint).unwrap().kind() else { unreachable!() };
+        let frames = SixDof { frame_a: old.frame_a, frame_b: old.frame_b, ..SixDof::FIXED };
+        let to = match step {
+            10 => SixDof { linear: frames.linear, ..SixDof::hinge(limited) },
+            20 => SixDof::universal(limited, limited),
+            30 => SixDof::hinge(JointAxis::FREE),
+            _ => return,
+        };
+        let to = SixDof { frame_a: frames.frame_a, frame_b: frames.frame_b, ..to };
+        world.set_joint_axes(joint, to).unwrap();
+    });
+}
+
+/// What tumbles takes its substeps in parts, by islands. One that falls apart leaves its number to one of its parts only.
+#[test]
+fn an_island_that_tumbles_may_fall_apart() {
+    let config = WorldConfig { gravity: Vec3::ZERO, ..WorldConfig::default() };
+    let mut world = World::new(config).unwrap();
+    let bodies: Vec<BodyId> = [0.0_f32, 1.0, 2.0, 3.0]
+        .into_iter()
+        .map(|x| {
+            let spin = if x < 1.5 { [0.0, 0.0, 40.0] } else { [0.0, 0.0, 0.5] };
+            let def = BodyDef::dynamic().with_position([x, 0.0, 0.0]).with_angular_velocity(spin);
+            let shape = ShapeDef::box_half([0.45, 0.1, 0.1]);
+            world.add_body(def.with_shape(shape)).unwrap()
+        })
+        .collect();
+    let joints: Vec<JointId> = bodies
+        .windows(2)
+        .map(|pair| {
+            let joint = JointDef::ball(pair[0], [0.5, 0.0, 0.0], pair[1], [-0.5, 0.0, 0.0]);
+            world.add_joint(joint).unwrap()
+        })
+        .collect();
+    goes_on_from_every_snapshot(&mut world, 240, |world, step| {
+        if step == 30 {
+            assert!(world.remove_joint(joints[1]));
+        }
+    });
+}
+
+/// (load over limit)^32 is no number of f32.
+#[test]
+fn a_joint_that_wears_out_at_once_tells_a_finite_damage() {
+    let mut world = World::default();
+    let anchor = world.add_body(BodyDef::fixed()).unwrap();
+    let heavy = BodyDef::dynamic().with_position([0.0, -1.0, 0.0]).with_mass(1.0e6);
+    let heavy = world.add_body(heavy.with_shape(ShapeDef::sphere(0.4))).unwrap();
+    let fatigue = Fatigue { life: 1.0, exponent: 32, endurance: 0.1 };
+    let strength = JointStrength { force: 1.0, fatigue: Some(fatigue), ..JointStrength::default() };
+    let def = JointDef::ball(anchor, [0.0; 3], heavy, [0.0, 1.0, 0.0]);
+    world.add_joint(JointDef { strength: Some(strength), ..def }).unwrap();
+    let mut broken = Vec::new();
+    for _ in 0..5 {
+        world.step(DT);
+        broken.extend_from_slice(&world.events().joint_break);
+    }
+    assert_eq!(broken.len(), 1);
+    assert!(broken[0].damage.is_finite() && broken[0].force.is_finite());
+}
