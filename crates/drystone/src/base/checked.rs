@@ -88,7 +88,8 @@ impl<'a> Held<'a> {
         (0..n).map(|k| (wanted % n + k) % n).find_map(|worker| {
             let slot = &slots[worker];
             let is_free = !slot.0.load(Ordering::Relaxed) && !slot.0.swap(true, Ordering::Acquire);
-            is_free.then_some(Self { slot, worker })
+            // Not made where it is not free: its drop would free what another holds.
+            is_free.then(|| Self { slot, worker })
         })
     }
 }
