@@ -163,7 +163,7 @@ mod tests {
     use std::panic::{AssertUnwindSafe, catch_unwind};
     use std::sync::Barrier;
 
-    use super::{Checked, Claims};
+    use super::{Checked, Claims, Held, Slot};
     use crate::base::jobs::Executor;
     use crate::base::team::Team;
 
@@ -187,6 +187,17 @@ mod tests {
                 }
             });
         }
+    }
+
+    #[test]
+    fn a_number_that_is_held_stays_held() {
+        let slots: [Slot; 3] = Default::default();
+        let held = [2, 2, usize::MAX].map(|wanted| Held::take(&slots, wanted).unwrap());
+        assert_eq!(held.each_ref().map(|held| held.worker), [2, 0, 1]);
+        // To ask in vain frees none.
+        assert!((0..9).all(|wanted| Held::take(&slots, wanted).is_none()));
+        drop(held);
+        assert!(Held::take(&slots, 1).is_some_and(|held| held.worker == 1));
     }
 
     #[test]
