@@ -88,7 +88,8 @@ impl<'a> Held<'a> {
         (0..n).map(|k| (wanted % n + k) % n).find_map(|worker| {
             let slot = &slots[worker];
             let is_free = !slot.0.load(Ordering::Relaxed) && !slot.0.swap(true, Ordering::Acquire);
-            is_free.then_some(Self { slot, worker })
+            // Not made where it is not free: its drop would free what another holds.
+            is_free.then(|| Self { slot, worker })
         })
     }
 }
@@ -162,7 +163,7 @@ mod tests {
     use std::panic::{AssertUnwindSafe, catch_unwind};
     use std::sync::Barrier;
 
-    use super::{Checked, Claims};
+    use super::{Checked, Claims, Held, Slot};
     use crate::base::jobs::Executor;
     use crate::base::team::Team;
 
@@ -186,6 +187,17 @@ mod tests {
                 }
             });
         }
+    }
+
+    #[test]
+    fn a_number_that_is_held_stays_held() {
+        let slots: [Slot; 3] = Default::default();
+        let held = [2, 2, usize::MAX].map(|wanted| Held::take(&slots, wanted).unwrap());
+        assert_eq!(held.each_ref().map(|held| held.worker), [2, 0, 1]);
+        // To ask in vain frees none.
+        assert!((0..9).all(|wanted| Held::take(&slots, wanted).is_none()));
+        drop(held);
+        assert!(Held::take(&slots, 1).is_some_and(|held| held.worker == 1));
     }
 
     #[test]
