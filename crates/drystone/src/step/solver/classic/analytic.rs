@@ -13,10 +13,12 @@
 //! Lagrangian [Alart91]. Where rounds do not settle, slips are unknowns like the velocities (`implicit`). Sweeps alone take the fourth power of the height of a column (19,000 a step for ten
 //! cubes); some ten rounds do here.
 
+mod budget;
 mod implicit;
 mod mixing;
 mod skyline;
 
+use self::budget::{Budget, POINT_SOLVE, POINT_SWEEP};
 use self::implicit::Whole;
 use self::mixing::Mixing;
 use self::skyline::{SIX, Skyline};
@@ -43,14 +45,6 @@ const LEAST_STIFFNESS: f64 = 1.0;
 /// Sweeps over the points of a scene that is too large for the direct solve, and before rounds start anew.
 const SWEEPS: u32 = 500;
 const RESTARTS: [u32; 6] = [100, 100, 300, 300, 3000, 3000];
-
-/// Multiplications of a substep after which it gives up, where rounds, slips as unknowns and sweeps circle without an
-/// end in sight: some seconds. Piles of 60 bodies take a tenth of that in their worst steps.
-const MOST_WORK: f64 = 4.0e9;
-
-/// Multiplications for a point in a step of Newton's method with its line search, and in a sweep.
-const POINT_SOLVE: f64 = 400.0;
-const POINT_SWEEP: f64 = 120.0;
 
 /// Part of an overlap that is removed in a substep, and overlap that is left alone [m].
 const BAUMGARTE: f64 = 0.2;
@@ -115,8 +109,7 @@ pub(super) struct Analytic {
     changes: Vec<f64>,
     mixing: Mixing,
     whole: Whole,
-    /// Multiplications in this substep, about.
-    work: f64,
+    budget: Budget,
 }
 
 impl Analytic {
@@ -129,8 +122,8 @@ impl Analytic {
         movers: &mut [Mover],
         pairs: &mut [Pair],
     ) -> Outcome {
-        self.work = 0.0;
         self.gather(turns, h, bias, movers, pairs);
+        self.budget = Budget::of(self.points.len());
         let scale = self.points.iter().map(Point::speed).fold(0.0, f64::max);
         // At rest the impulses of the last step have taken the speed away already.
         let force = |m: &Mover| DVec3::from(m.add_v).length();
@@ -149,14 +142,6 @@ impl Analytic {
         };
         self.hand_back(movers, pairs);
         outcome
-    }
-
-    /// Counts a number of multiplications for each point, and others; false when it is to give up.
-    fn goes_on(&mut self, each: f64, more: f64) -> bool {
-        #[expect(clippy::cast_precision_loss, reason = "far below 2^52")]
-        let points = self.points.len() as f64;
-        self.work += each * points + more;
-        self.work <= MOST_WORK
     }
 
     /// With friction there may be several solutions, and the rounds may circle between two, creep towards one
@@ -179,7 +164,7 @@ impl Analytic {
             }
             let swept = self.take_sweeps(sweeps, scale);
             // Direct solves are what is counted.
-            let gives_up = !self.goes_on(0.0, 0.0);
+            let gives_up = !self.budget.allows(0.0, 0.0);
             if gives_up {
                 add(Outcome { sweeps: 0, ..swept });
                 break;
@@ -199,7 +184,7 @@ impl Analytic {
         let mut stiffness = STIFFNESS;
         self.mixing.forget();
         for _ in 0..ROUNDS {
-            if !self.goes_on(POINT_SWEEP, 0.0) {
+            if !self.budget.allows(POINT_SWEEP, 0.0) {
                 break;
             }
             self.set_slips();
@@ -264,7 +249,7 @@ impl Analytic {
     fn minimize(&mut self, stiffness: f64, tolerance: f64) -> (u32, f64) {
         let mut left = f64::INFINITY;
         for solves in 0..NEWTON {
-            if !self.goes_on(POINT_SOLVE, self.matrix.work()) {
+            if !self.budget.allows(POINT_SOLVE, self.matrix.work()) {
                 return (solves, left);
             }
             let Self { points, y, free, step, downhill, trial, flat, matrix, .. } = self;
@@ -317,7 +302,7 @@ impl Analytic {
     fn take_sweeps(&mut self, sweeps: u32, scale: f64) -> Outcome {
         let mut done = 0;
         for sweep in 0..sweeps {
-            if !self.goes_on(POINT_SWEEP, 0.0) {
+            if !self.budget.allows(POINT_SWEEP, 0.0) {
                 break;
             }
             done += 1;

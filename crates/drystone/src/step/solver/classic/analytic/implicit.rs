@@ -6,11 +6,9 @@
 //!
 //! As friction is not the derivative of any energy, the matrix is not symmetric: it is kept whole.
 
+use super::budget::{POINT_SOLVE, POINT_SWEEP};
 use super::skyline::SIX;
-use super::{
-    Analytic, LEAST_STIFFNESS, Outcome, POINT_SOLVE, POINT_SWEEP, Point, STIFFNESS, TOLERANCE,
-    along, onto_cone,
-};
+use super::{Analytic, LEAST_STIFFNESS, Outcome, Point, STIFFNESS, TOLERANCE, along, onto_cone};
 
 /// Rounds of impulses, steps of Newton's method in one, halvings of such a step.
 const ROUNDS: u32 = 12;
@@ -41,7 +39,7 @@ impl Analytic {
         let mut stiffness = STIFFNESS;
         self.whole.start.clone_from(&self.y);
         for _ in 0..ROUNDS {
-            if !self.goes_on(POINT_SWEEP, 0.0) {
+            if !self.budget.allows(POINT_SWEEP, 0.0) {
                 break;
             }
             for p in &mut self.points {
@@ -79,7 +77,7 @@ impl Analytic {
         #[expect(clippy::cast_precision_loss, reason = "at most 600")]
         let unknowns = (SIX * self.y.len()) as f64;
         for solves in 0..NEWTON {
-            if !self.goes_on(POINT_SOLVE, unknowns * unknowns * unknowns / 3.0) {
+            if !self.budget.allows(POINT_SOLVE, unknowns * unknowns * unknowns / 3.0) {
                 return (solves, false);
             }
             let Self { points, y, free, trial, whole, step, .. } = self;
