@@ -171,12 +171,30 @@ impl World {
     /// further steps and reported in [`Events::faults`], and so is a `dt` that is not from 1e-6 to 10 s: then no time
     /// passes.
     pub fn step(&mut self, dt: f32) {
-        self.step_observed(dt, &mut |_| {});
+        self.advance(dt, &mut |_| {});
+        if let Some(payload) = self.claims.take_panic() {
+            resume_unwind(payload);
+        }
     }
 
     /// Like [`Self::step`]; calls `after` as each stage is done, for example to take the time. If `after` panics, it is not called
     /// again in this step; the step is done to its end, and the panic goes on.
     pub fn step_observed(&mut self, dt: f32, after: &mut dyn FnMut(Stage)) {
+        // A step that has begun is done to its end: what its observer panics with goes on when the world is whole.
+        let mut panic = None;
+        let mut guarded = |stage| {
+            if panic.is_none() {
+                panic = catch_unwind(AssertUnwindSafe(|| after(stage))).err();
+            }
+        };
+        self.advance(dt, &mut guarded);
+        if let Some(payload) = panic.or_else(|| self.claims.take_panic()) {
+            resume_unwind(payload);
+        }
+    }
+
+    /// The step. `after` does not panic.
+    fn advance(&mut self, dt: f32, after: &mut dyn FnMut(Stage)) {
         let checked;
         let jobs = match self.jobs.known(Ask::new()) {
             Known::Inline => Jobs::Inline,
@@ -210,14 +228,7 @@ impl World {
         if let Some(books) = &mut self.books {
             books.before_step(&self.tables);
         }
-        // A step that has begun is done to its end: what its observer panics with goes on when the world is whole.
-        let mut panic = None;
-        let mut after = |stage| {
-            if panic.is_none() {
-                panic = catch_unwind(AssertUnwindSafe(|| after(stage))).err();
-            }
-        };
-        step::step(&ctx, &mut self.tables, &mut self.scratch, &jobs, &mut after);
+        step::step(&ctx, &mut self.tables, &mut self.scratch, &jobs, after);
         self.take_out_faulted();
         self.break_joints(ctx.inv_h, dt);
         self.tables.steps += 1;
@@ -227,9 +238,6 @@ impl World {
         }
         // Keeps energy, and books know bodies by their rows.
         self.break_bodies(dt, ctx.substeps);
-        if let Some(payload) = panic.or_else(|| self.claims.take_panic()) {
-            resume_unwind(payload);
-        }
     }
 
     /// For tests of a stage.
