@@ -1,6 +1,6 @@
 //! What the system tells of a process: memory and time, so that a busy machine makes nothing hang.
 
-/// Memory that a process has, by its number or `self` [bytes]; 0 where that is not told.
+/// Memory that a process has, by its number or `self`, in bytes; 0 where that is not told.
 #[must_use]
 pub fn resident_bytes(process: &str) -> u64 {
     let text = std::fs::read_to_string(format!("/proc/{process}/statm")).unwrap_or_default();

@@ -242,8 +242,7 @@ pub(crate) fn solve(
     s.plan.take_back(bodies, joints, contacts, islands, struck, jobs);
     let workers = jobs.workers().max(1);
     let parts = contexts.map(|ctx| ctx.parts);
-    let (ratio, dissolved, line_of) = (ctx.tree_ratio, islands.dissolved, &mut s.line_of);
-    s.plan.update(bodies, joints, contacts, colors, line_of, ratio, parts, dissolved, jobs);
+    s.plan.update(bodies, joints, contacts, colors, &mut s.line_of, ctx.tree_ratio, parts, jobs);
     let n = s.plan.members.len() + 1;
     grow::resize(&mut s.lines, n, Line::default());
     grow::resize(&mut s.whitening, n, Whitening::default());

@@ -72,8 +72,9 @@ pub(super) struct Plan {
     workers: usize,
     /// Of each island, now and in the last step; what is not there is [`Fineness::Whole`].
     fineness: [Vec<Fineness>; 2],
-    /// [`Islands::dissolved`] when it was made.
+    /// [`Islands::dissolved`] in this step, and whether it is another number than in the last one.
     dissolved: u64,
+    regrouped: bool,
     /// Islands that were hit and go on in whole substeps.
     whole_again: Vec<u32>,
     /// Number in `islands`, then group, of each island that has lines.
@@ -156,6 +157,8 @@ impl Plan {
         jobs: &Jobs<'_>,
     ) {
         self.survey.begin();
+        self.regrouped = self.dissolved != islands.dissolved;
+        self.dissolved = islands.dissolved;
         self.fineness.swap(0, 1);
         let chosen = &mut self.fineness[0];
         chosen.clear();
@@ -248,7 +251,6 @@ impl Plan {
         line_of: &mut Vec<u32>,
         ratio: f32,
         parts: [u32; 5],
-        dissolved: u64,
         jobs: &Jobs<'_>,
     ) {
         let workers = jobs.workers().max(1);
@@ -258,8 +260,7 @@ impl Plan {
         // Fineness is that of an island by its number: where one fell apart, its bodies have another number, or the same
         // one stands for others.
         let is_whole = self.fineness[0].iter().all(|fineness| *fineness == Fineness::Whole);
-        let regrouped = self.dissolved != dissolved && !is_whole;
-        self.dissolved = dissolved;
+        let regrouped = self.regrouped && !is_whole;
         let same = self.fineness[0] == self.fineness[1] && !regrouped;
         if !changed && same && self.workers == workers {
             return;
