@@ -45,6 +45,10 @@ fn is_unit(q: Quat) -> bool {
     (0.9..1.1).contains(&(q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w))
 }
 
+/// Masses [kg] and moments of inertia [kg m²] of bodies and of pieces of bodies.
+const KEPT_MASSES: core::ops::RangeInclusive<f32> = 1.0e-30..=1.0e16;
+const KEPT_MOMENTS: core::ops::RangeInclusive<f32> = 1.0e-36..=1.0e31;
+
 /// What a step keeps; shapes and anchors are nearer.
 fn is_place(x: Vec3) -> bool {
     x.is_finite() && x.abs().max_element() <= limits::POSITION_KEPT.most
@@ -147,14 +151,23 @@ fn check_bodies(bodies: &Bodies) -> Check {
         let placed = is_place(b.center) && is_unit(b.rotation) && is_place(b.local_center);
         holds(placed, "a body is nowhere")?;
         let pushed = [b.step_force, b.step_torque, b.force, b.torque];
+        let (v, w) = (b.v.abs().max_element(), b.w.abs().max_element());
+        // What changes its center of mass while it turns may be faster than what a step keeps.
+        let kept = limits::SPEED_KEPT.most;
+        let slow = v <= kept * limits::POSITION.most && w <= kept;
         let moved = [b.v, b.w, b.w_rest];
-        let finite = moved.iter().chain(&pushed).all(|v| v.is_finite());
+        let finite = slow && moved.iter().chain(&pushed).all(|v| v.is_finite());
         holds(finite && all_finite(&[b.load, b.inertia_factor]), "a body moves by no number")?;
         let moments = [b.moments.x, b.moments.y, b.moments.z];
-        let has_mass = at_least_zero(&[b.mass]) && at_least_zero(&moments) && is_unit(b.principal);
+        let is_moment = |m: &f32| *m == 0.0 || KEPT_MOMENTS.contains(m);
+        let is_mass = b.mass == 0.0 || KEPT_MASSES.contains(&b.mass);
+        let has_mass = is_mass && moments.iter().all(is_moment) && is_unit(b.principal);
         holds(has_mass && (b.mass > 0.0) == b.is_dynamic(), "a body has no mass that can be")?;
-        let numbers = [b.extent, b.inner, b.still_time, b.linear_damping, b.angular_damping];
-        let sound = at_least_zero(&numbers) && limits::GRAVITY_SCALE.admits(b.gravity_scale);
+        let damping = [b.linear_damping, b.angular_damping];
+        let damped = damping.iter().all(|rate| limits::DAMPING.admits(*rate));
+        let sound = damped
+            && at_least_zero(&[b.extent, b.inner, b.still_time])
+            && limits::GRAVITY_SCALE.admits(b.gravity_scale);
         holds(sound, "a number of a body is out of range")?;
     }
     Ok(())
@@ -181,7 +194,7 @@ fn check_shapes(shapes: &Shapes, bodies: &Bodies) -> Check {
         holds(is_pose(&s.centered) && is_pose(&s.local), "a shape is nowhere")?;
         let runs = s.surface_velocity.is_finite() && s.surface_spin.is_finite();
         holds(
-            runs && at_least_zero(&[s.density, s.rolling_radius]),
+            runs && limits::DENSITY.admits(s.density) && at_least_zero(&[s.rolling_radius]),
             "a number of a shape is out of range",
         )?;
         holds(!s.flat || s.shape.is_flat(), "a shape is not as flat as it says")?;

@@ -8,7 +8,7 @@ use crate::base::math::Vec3;
 use crate::base::pose::Pose;
 use crate::base::quat::Quat;
 use crate::geometry::shape::Shape;
-use crate::state::bodies::{Body, Few, Fineness, NONE};
+use crate::state::bodies::{Bodies, Body, Few, Fineness, NONE};
 use crate::state::colors::Place;
 use crate::state::coupling::{CouplingDef, check_axis};
 use crate::state::def::{BodyDef, BodyKind, DefError, JointDef, JointKind, ShapeDef, shape_suits};
@@ -337,13 +337,7 @@ impl World {
         };
         let [a1, b1] = find("joint_a", "axis_a", def.joint_a, def.axis_a)?;
         let [a2, b2] = find("joint_b", "axis_b", def.joint_b, def.axis_b)?;
-        // It stands between two bodies of which one moves, one of each joint: so islands know of it.
-        let bodies = &self.tables.bodies;
-        let moves = |row: u32| bodies.at(row).is_dynamic();
-        let mut pairs =
-            [(b1, b2), (b1, a2), (a1, b2), (a1, a2)].into_iter().filter(|(a, b)| a != b);
-        let both = pairs.clone().find(|(a, b)| moves(*a) && moves(*b));
-        let Some((a, b)) = both.or_else(|| pairs.find(|(a, b)| moves(*a) || moves(*b))) else {
+        let Some((a, b)) = between(&self.tables.bodies, [a1, b1], [a2, b2]) else {
             return Err(DefError::new(
                 "joint_b",
                 "of the same bodies",
@@ -368,6 +362,39 @@ impl World {
             place: Place::NOWHERE,
         };
         Ok(self.insert_joint(joint))
+    }
+
+    /// Puts a coupling between bodies that its joints have now: one of them was fastened to another body.
+    pub(super) fn follow_joints(&mut self, row: u32) {
+        let joints = &self.tables.joints;
+        let Some(id) = joints.rows.id_at(row) else { return };
+        let Link::Coupling(coupling) = &joints.at(row).link else { return };
+        let def = &coupling.def;
+        let ends = [def.joint_a, def.joint_b].map(|id| {
+            let joint = joints.at(joints.rows.row(id).expect("a coupling goes with its joints"));
+            [joint.body_a, joint.body_b]
+        });
+        let Some((a, b)) = between(&self.tables.bodies, ends[0], ends[1]) else {
+            self.remove_joint(id);
+            return;
+        };
+        self.sets().uncolor_joint(row);
+        let tables = &mut self.tables;
+        let joint = tables.joints.at_mut(row);
+        let old = [joint.body_a, joint.body_b];
+        (joint.body_a, joint.body_b) = (a, b);
+        for body in old {
+            tables.islands.cut(body, &tables.bodies);
+            tables.bodies.at_mut(body).joints.retain(|joint| *joint != row);
+        }
+        for body in [a, b] {
+            tables.bodies.at_mut(body).joints.push(row);
+        }
+        tables.colors.bodies_changed = true;
+        let mut sets = self.sets();
+        sets.wake(a);
+        sets.wake(b);
+        sets.color_joint(row);
     }
 
     fn insert_joint(&mut self, joint: Joint) -> JointId {
@@ -461,6 +488,15 @@ impl World {
         }
         self.refresh_bounds(row);
     }
+}
+
+/// The bodies that a coupling of two joints, each of two bodies, stands between: two of which one moves, one of each
+/// joint, so that islands know of it.
+fn between(bodies: &Bodies, [a1, b1]: [u32; 2], [a2, b2]: [u32; 2]) -> Option<(u32, u32)> {
+    let moves = |row: u32| bodies.at(row).is_dynamic();
+    let mut pairs = [(b1, b2), (b1, a2), (a1, b2), (a1, a2)].into_iter().filter(|(a, b)| a != b);
+    let both = pairs.clone().find(|(a, b)| moves(*a) && moves(*b));
+    both.or_else(|| pairs.find(|(a, b)| moves(*a) || moves(*b)))
 }
 
 /// The box of a shape in its tree, where the shape is now: what is fixed needs no room.

@@ -1,8 +1,8 @@
 //! Faults that `cargo xtask attack` found, shrunk and put into words.
 
 use drystone::{
-    AxisLocks, BodyDef, BodyId, Fatigue, JointAxis, JointDef, JointId, JointKind, JointStrength,
-    ShapeDef, SixDof, Vec3, World, WorldConfig,
+    AxisLocks, BodyDef, BodyId, CouplingDef, Fatigue, Fracture, JointAxis, JointDef, JointId,
+    JointKind, JointStrength, ShapeDef, SixDof, Vec3, World, WorldConfig,
 };
 
 const DT: f32 = 1.0 / 60.0;
@@ -119,4 +119,37 @@ fn a_joint_that_wears_out_at_once_tells_a_finite_damage() {
     }
     assert_eq!(broken.len(), 1);
     assert!(broken[0].damage.is_finite() && broken[0].force.is_finite());
+}
+
+/// Of a body that breaks, joints go to its pieces, and couplings with them: else one would be of two islands.
+#[test]
+fn a_coupling_follows_its_joints_to_the_pieces_of_a_body() {
+    let mut world = World::default();
+    let base = world.add_body(BodyDef::fixed().with_position([0.0, 3.0, 0.0])).unwrap();
+    let slab = BodyDef::dynamic().with_position([0.0, 3.0, 0.0]);
+    let slab = world.add_body(slab.with_shape(ShapeDef::box_half([1.0, 0.2, 0.2]))).unwrap();
+    let wheel = |world: &mut World, x: f32| {
+        let def = BodyDef::dynamic().with_position([x, 3.5, 0.0]);
+        let wheel = world.add_body(def.with_shape(ShapeDef::sphere(0.2))).unwrap();
+        let axes = SixDof::hinge(JointAxis::FREE);
+        let def = world.joint_along(slab, wheel, [x, 3.3, 0.0], Vec3::Z, axes).unwrap();
+        world.add_joint(def).unwrap()
+    };
+    let (left, right) = (wheel(&mut world, -0.8), wheel(&mut world, 0.8));
+    world.add_joint(JointDef::ball(base, [0.0; 3], slab, [0.0; 3])).unwrap();
+    let gear = world.add_coupling(CouplingDef::gear(left, right, 2.0)).unwrap();
+    let how = Fracture { pieces: 8, ..Fracture::default() };
+    goes_on_from_every_snapshot(&mut world, 120, |world, step| {
+        if step == 20 {
+            let pieces = world.fracture_body(slab, [0.0, 3.2, 0.0], &how).unwrap();
+            assert!(pieces.len() > 2 && world.body(slab).is_none());
+            let ends = [left, right].map(|id| {
+                let joint = world.joint(id).unwrap();
+                [joint.body_a(), joint.body_b()]
+            });
+            let gear = world.joint(gear).unwrap();
+            assert!(ends[0].contains(&gear.body_a()) || ends[0].contains(&gear.body_b()));
+            assert!(ends[1].contains(&gear.body_a()) || ends[1].contains(&gear.body_b()));
+        }
+    });
 }

@@ -53,12 +53,15 @@ impl Energy {
             if body.v != Vec3::ZERO || body.w != Vec3::ZERO {
                 sum.linear += 0.5 * mass * v.dot(v);
                 let turn = (body.rotation * body.principal).unrotate(body.w);
-                let squares = DVec3::from(turn.mul_each(turn));
-                sum.angular += 0.5 * squares.dot(DVec3::from(body.moments));
+                let (turn, moments) = (DVec3::from(turn), DVec3::from(body.moments));
+                let DVec3 { x, y, z } = turn;
+                sum.angular += 0.5 * DVec3 { x: x * x, y: y * y, z: z * z }.dot(moments);
             }
         }
         for (_, joint) in tables.joints.rows.iter() {
-            sum.elastic += elastic(joint, &tables.bodies);
+            // Of joints far out of place and bodies of next to no inertia it is no number.
+            let energy = elastic(joint, &tables.bodies);
+            sum.elastic += if energy.is_finite() { energy } else { 0.0 };
         }
         if !tables.particles.is_empty() {
             let particles = particle_sums(tables);

@@ -27,7 +27,7 @@ pub(super) fn check_particles(particles: &Particles, bodies: &Bodies) -> Check {
         holds(all_finite(row.v.iter().chain(&row.x)), "a particle moves by no number")?;
         let inverse = row.inverse_mass();
         holds(inverse.is_finite() && inverse >= 0.0, "a particle has no mass that can be")?;
-        let sound = at_least_zero(&[p.damping, p.still_time]);
+        let sound = limits::DAMPING.admits(p.damping) && at_least_zero(&[p.still_time]);
         let sound = sound && limits::GRAVITY_SCALE.admits(p.gravity_scale);
         holds(sound, "a number of a particle is out of range")?;
         // Those that will be found anew may be of what is gone.
@@ -64,6 +64,11 @@ pub(super) fn check_particles(particles: &Particles, bodies: &Bodies) -> Check {
     check_chains(particles, &taken)
 }
 
+/// The greatest number of a spring: see `check_spring`.
+fn is_rate(rate: &f32) -> bool {
+    (0.0..=1.0e9).contains(rate)
+}
+
 /// The links of a color, and how many there are.
 fn check_links(
     color: &LinkColor,
@@ -91,7 +96,10 @@ fn check_links(
             let kept = all_finite(along.iter().chain([&block.impulse[lane]]));
             holds(kept, "a link has an impulse that is no number")?;
             let spring = [block.stiffness[lane], block.damping[lane]];
-            holds(at_least_zero(&spring), "a link is out of range")?;
+            holds(spring.iter().all(is_rate), "a link is out of range")?;
+            let [a, b] = both.map(|line| particles.at(line));
+            let alike = a.frozen == b.frozen || a.faulted || b.faulted;
+            holds(alike, "a link has one end at rest")?;
             for line in both {
                 ends[line as usize] += 1;
                 let alone = number == CROWD

@@ -5,6 +5,7 @@ use crate::base::math::Vec3;
 use crate::base::pose::Pose;
 use crate::geometry::mass::MassProperties;
 use crate::state::bodies::{Body, Few, Fineness, MassSource, NONE};
+use crate::state::joints::Link;
 use crate::state::tables::Tables;
 use crate::world::World;
 use crate::world::mass::principal_moments;
@@ -128,8 +129,15 @@ impl World {
         }
     }
 
-    /// Fastens a joint's end to another body, at this anchor [m, frame of its origin].
+    /// Fastens a joint's end to another body, at this anchor [m, frame of its origin]. Couplings follow their joints.
     pub(super) fn move_joint(&mut self, joint: u32, from: u32, to: u32, anchor: Vec3) {
+        if matches!(self.tables.joints.at(joint).link, Link::Coupling(_)) {
+            return;
+        }
+        let id = self.tables.joints.rows.id_at(joint);
+        let mut couplings: Vec<u32> = id.into_iter().flat_map(|id| self.couplings_of(id)).collect();
+        couplings.sort_unstable();
+        couplings.dedup();
         self.sets().uncolor_joint(joint);
         let tables = &mut self.tables;
         tables.islands.cut(from, &tables.bodies);
@@ -148,6 +156,9 @@ impl World {
         sets.wake(a);
         sets.wake(b);
         sets.color_joint(joint);
+        for coupling in couplings {
+            self.follow_joints(coupling);
+        }
     }
 }
 
