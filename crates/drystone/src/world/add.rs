@@ -29,7 +29,7 @@ impl World {
         let mass = mass_of(&def)?;
         let (moments, principal) = principal_moments(&mass);
         if def.kind == BodyKind::Dynamic {
-            check_mass(&mass)?;
+            check_mass(mass.mass, moments)?;
             check_energy(mass.mass, moments, [def.linear_velocity, def.angular_velocity])?;
         }
         let rotation = def.rotation.normalized();
@@ -124,7 +124,7 @@ impl World {
         };
         shape_suits(self.tables.bodies.at(row).kind, &def.shape)?;
         if let Some(mass) = self.mass_with(row, Some(&def)) {
-            check_mass(&mass)?;
+            check_mass(mass.mass, principal_moments(&mass).0)?;
         }
         let id = self.insert_shape(row, def);
         self.refresh_mass(row);

@@ -63,10 +63,9 @@ pub(super) fn principal_moments(mass: &MassProperties) -> (Vec3, Quat) {
     (vec3(moment(moments.x), moment(moments.y), moment(moments.z)), principal)
 }
 
-/// Checks the mass and the inertia of a dynamic body, wherever they came from.
-pub(super) fn check_mass(mass: &MassProperties) -> Result<(), DefError> {
-    within("mass", mass.mass, &limits::MASS)?;
-    let (moments, _) = principal_moments(mass);
+/// Checks the mass [kg] and the principal moments [kg m²] of a dynamic body, wherever they came from.
+pub(super) fn check_mass(mass: f32, moments: Vec3) -> Result<(), DefError> {
+    within("mass", mass, &limits::MASS)?;
     all_within("inertia", moments, &limits::MOMENT)
 }
 
@@ -97,7 +96,9 @@ impl World {
     /// given. Nothing changes if the mass was given in full, or if no shape with a mass is left.
     pub(super) fn refresh_mass(&mut self, row: u32) {
         // Where little is left of a body, the mass may be less than what can be computed with.
-        if let Some(mass) = self.mass_with(row, None).filter(|mass| check_mass(mass).is_ok()) {
+        let can_be =
+            |mass: &MassProperties| check_mass(mass.mass, principal_moments(mass).0).is_ok();
+        if let Some(mass) = self.mass_with(row, None).filter(can_be) {
             self.set_mass(row, &mass);
         }
         self.refresh_extent(row);
