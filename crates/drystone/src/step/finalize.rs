@@ -16,7 +16,7 @@ use crate::base::disjoint::{Apart, Rows};
 use crate::base::grow::Slack;
 use crate::base::jobs::{Jobs, Output, collect_ranges, grain};
 use crate::base::limits;
-use crate::base::math::{Mat3, Vec3, greater, vec3};
+use crate::base::math::{Mat3, Vec3, vec3};
 use crate::base::pose::Pose;
 use crate::base::quat::Quat;
 use crate::state::bodies::{Bodies, Body, Track};
@@ -370,12 +370,10 @@ fn arrive(
 ) -> bool {
     body.step_force = Vec3::ZERO;
     body.step_torque = Vec3::ZERO;
-    let pose_ok = body.center.is_finite() && body.rotation.is_finite();
-    // Beyond these no box, distance or product is meaningful in f32; they are as good as infinite.
-    let near = body.center.abs().max_element() < limits::POSITION_KEPT.most;
-    let speed = greater(body.v.abs().max_element(), body.w.abs().max_element());
-    let computable = body.v.is_finite() && body.w.is_finite() && speed < limits::SPEED_KEPT.most;
-    if !(pose_ok && near && computable) {
+    // Beyond these no box, distance or product is meaningful in f32; they are as good as infinite. Of NaN all are false.
+    let (far, fast) = (limits::POSITION_KEPT.most, limits::SPEED_KEPT.most);
+    let is_kept = is_below(body.center, far) && is_below(body.v, fast) && is_below(body.w, fast);
+    if !(is_kept && body.rotation.is_finite()) {
         (body.center, body.rotation) = (center, rotation);
         (body.v, body.w) = (Vec3::ZERO, Vec3::ZERO);
         notes.push(Note::Fault(row));
@@ -385,6 +383,12 @@ fn arrive(
         notes.push(Note::Idle(row));
     }
     true
+}
+
+/// True if all components are smaller than this.
+#[inline(always)]
+fn is_below(v: Vec3, most: f32) -> bool {
+    v.x.abs() < most && v.y.abs() < most && v.z.abs() < most
 }
 
 fn rate_stillness(ctx: &StepContext, sleep_speed: f32, by_energy: bool, body: &mut Body) {
