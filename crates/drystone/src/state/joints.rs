@@ -6,9 +6,9 @@ use super::bodies::Bodies;
 use super::colors::Place;
 use super::coupling::Coupling;
 use super::def::{JointKind, JointStrength, Pulley, Spring};
-use super::six::Six;
+use super::six::{Six, SixState};
 use crate::base::id::JointId;
-use crate::base::math::{Vec3, vec3};
+use crate::base::math::{Vec3, bounded, vec3};
 use crate::base::slot_map::SlotMap;
 
 /// What a joint does. The many numbers of a joint of six axes stand elsewhere.
@@ -72,6 +72,29 @@ pub(crate) struct Joint {
 }
 
 impl Joint {
+    /// False if something that it keeps from step to step is no number.
+    pub(crate) fn is_finite(&self) -> bool {
+        let kept = [self.impulse, self.given[0], self.given[1]];
+        let own = match &self.link {
+            Link::Six(six) => six.state.is_finite(),
+            Link::Coupling(coupling) => coupling.impulse.is_finite(),
+            Link::Ball | Link::Distance { .. } | Link::Pulley(_) => true,
+        };
+        let numbers = [self.peak[0], self.peak[1], self.damage];
+        own && kept.iter().all(|v| v.is_finite()) && numbers.iter().all(|x| x.is_finite())
+    }
+
+    /// Forgets what it gave; how far it is worn out stays.
+    pub(crate) fn forget(&mut self) {
+        (self.impulse, self.given, self.peak) = (Vec3::ZERO, [Vec3::ZERO; 2], [0.0; 2]);
+        match &mut self.link {
+            Link::Six(six) => six.state = SixState::IDLE,
+            Link::Coupling(coupling) => coupling.impulse = 0.0,
+            Link::Ball | Link::Distance { .. } | Link::Pulley(_) => {}
+        }
+        self.damage = bounded(self.damage);
+    }
+
     /// How far the joint is from what it asks [m].
     pub(crate) fn error(&self, bodies: &Bodies) -> f32 {
         let (a, b) = (bodies.at(self.body_a), bodies.at(self.body_b));

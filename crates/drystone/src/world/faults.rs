@@ -4,8 +4,6 @@
 use super::World;
 use crate::base::math::Vec3;
 use crate::state::bodies::Fineness;
-use crate::state::joints::Link;
-use crate::state::six::SixState;
 
 impl World {
     /// Takes the bodies that the last step put aside out of the world. What touched them or hung on them wakes.
@@ -22,6 +20,12 @@ impl World {
             .collect();
         for row in bodies {
             self.take_out(row);
+        }
+        // A joint of bodies that stayed may have become non-finite with what it is solved with.
+        for joint in self.tables.joints.rows.values_mut().iter_mut().flatten() {
+            if !joint.is_finite() {
+                joint.forget();
+            }
         }
     }
 
@@ -52,13 +56,7 @@ impl World {
         let couplings: Vec<u32> = id.into_iter().flat_map(|id| self.couplings_of(id)).collect();
         for row in couplings.into_iter().chain([row]) {
             self.sets().uncolor_joint(row);
-            let joint = self.tables.joints.at_mut(row);
-            (joint.impulse, joint.given, joint.peak) = (Vec3::ZERO, [Vec3::ZERO; 2], [0.0; 2]);
-            match &mut joint.link {
-                Link::Six(six) => six.state = SixState::IDLE,
-                Link::Coupling(coupling) => coupling.impulse = 0.0,
-                Link::Ball | Link::Distance { .. } | Link::Pulley(_) => {}
-            }
+            self.tables.joints.at_mut(row).forget();
         }
         self.tables.islands.cut(a, &self.tables.bodies);
         self.tables.islands.cut(b, &self.tables.bodies);

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::{Blow, Scratch};
 use crate::base::double::DVec3;
 use crate::base::id::BodyId;
-use crate::base::math::Vec3;
+use crate::base::math::{Vec3, bounded};
 use crate::base::pose::Pose;
 use crate::base::random::Random;
 use crate::geometry::cells::HullPiece;
@@ -50,7 +50,7 @@ impl World {
                 body: id,
                 cause: found.cause,
                 point: found.point,
-                value: found.value,
+                value: bounded(found.value),
                 limit: found.limit,
                 pieces: pieces.map(|n| u32::try_from(n).unwrap_or(u32::MAX)),
             });
