@@ -1,4 +1,4 @@
-//! What happened, as one JSON object a line. The last line says that nothing is missing.
+//! The event file: each line is one JSON object, an event of a step. The last line tells how many lines came before it.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -146,7 +146,7 @@ struct Fault {
     kind: &'static str,
 }
 
-/// Of the last line.
+/// What the last line adds to step, time and type.
 #[derive(Serialize)]
 struct End {
     /// Lines before this one.
@@ -270,7 +270,8 @@ impl EventLog {
         self.output.write(&text)
     }
 
-    /// Adds the last line and gives the file its name; returns the path. The run ended with step `step`, at `time` [s].
+    /// Adds the last line and gives the file its name; returns the path. `step` is the last step of the run, and `time`
+    /// [s] is when it ended.
     pub(crate) fn finish(mut self, step: u64, time: f64) -> Result<PathBuf, Failure> {
         let lines = self.lines;
         self.line(step, time, "end", End { lines })?;

@@ -34,7 +34,7 @@ mod view;
 #[path = "view_absent.rs"]
 mod view;
 
-use std::io::{ErrorKind, Write};
+use std::io::Write;
 use std::process::ExitCode;
 
 use clap::Parser;
@@ -46,13 +46,11 @@ fn main() -> ExitCode {
     let cli = match Cli::try_parse() {
         Ok(cli) => cli,
         Err(e) => {
-            // Help and version too come this way. A reader that has gone is no failure.
-            let printed = e.print().and_then(|()| std::io::stdout().flush());
-            if let Err(lost) = printed
-                && !e.use_stderr()
-                && lost.kind() != ErrorKind::BrokenPipe
+            // Help and version too come this way, and go to stdout.
+            let written = e.print().and_then(|()| std::io::stdout().flush());
+            if !e.use_stderr()
+                && let Err(failure) = output::printed(written)
             {
-                let failure = Failure::failed(format_args!("stdout: cannot be written: {lost}"));
                 output::complain(&failure);
                 return failure.code();
             }

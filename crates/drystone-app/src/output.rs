@@ -68,7 +68,12 @@ pub(crate) fn progress(count: u64, template: &str) -> ProgressBar {
 /// Writes to stdout. A reader that has gone (`drystone scenes | head -1`) is no failure.
 pub(crate) fn print(text: &str) -> Result<(), Failure> {
     let mut out = io::stdout().lock();
-    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+    printed(out.write_all(text.as_bytes()).and_then(|()| out.flush()))
+}
+
+/// What a write to stdout came to: no failure if the reader has gone.
+pub(crate) fn printed(written: io::Result<()>) -> Result<(), Failure> {
+    match written {
         Err(e) if e.kind() != ErrorKind::BrokenPipe => {
             Err(Failure::failed(format_args!("stdout: cannot be written: {e}")))
         }

@@ -33,7 +33,7 @@ pub(crate) struct StepHashes {
     pub(crate) bodies: Vec<(u32, u32)>,
 }
 
-/// What the last chunk of a log begins with.
+/// The word that marks the last chunk of a log.
 const END: &str = "whole log";
 
 /// The last chunk of a log: nothing is missing.
@@ -44,8 +44,8 @@ struct End {
     steps: u64,
 }
 
-/// True if nothing but the end follows in a log of so many steps. No step looks like it: the hashes of its stages
-/// would have to be these letters.
+/// True if `bytes` are the last chunk of a log of `steps` steps, and nothing else. A step cannot be taken for it: its
+/// chunk begins with hashes, where this one has [`END`].
 pub(crate) fn is_end(bytes: &[u8], steps: u64) -> bool {
     let mut rest = bytes;
     let end: Option<End> = chunk::take(&mut rest);

@@ -139,17 +139,10 @@ fn is_at(path: &Path, file: &File) -> bool {
 mod tests {
     use std::fs;
     use std::io::Write;
-    use std::path::{Path, PathBuf};
+    use std::path::Path;
 
+    use super::super::tests::folder;
     use super::Partial;
-
-    fn folder(name: &str) -> PathBuf {
-        let path =
-            std::env::temp_dir().join(format!("drystone-partial-{name}-{}", std::process::id()));
-        let _ = fs::remove_dir_all(&path);
-        fs::create_dir_all(&path).unwrap();
-        path
-    }
 
     fn names(folder: &Path) -> Vec<String> {
         let entries = fs::read_dir(folder).unwrap();
@@ -161,7 +154,7 @@ mod tests {
 
     #[test]
     fn a_leftover_is_taken_away_and_a_file_in_use_is_not() {
-        let folder = folder("leftover");
+        let folder = folder("partial-leftover");
         fs::write(folder.join(".a.csv.partial"), "from a run that was killed").unwrap();
         let (first, mut file) = Partial::create(&folder, "a.csv").unwrap();
         file.write_all(b"one").unwrap();
@@ -178,7 +171,7 @@ mod tests {
 
     #[test]
     fn a_long_name_is_cut_between_letters() {
-        let folder = folder("long");
+        let folder = folder("partial-long");
         let (partial, _) = Partial::create(&folder, &"ä".repeat(127)).unwrap();
         assert!(partial.path().exists());
         drop(partial);

@@ -221,17 +221,10 @@ fn keep_owner(_file: &File, _old: &fs::Metadata) {}
 mod tests {
     use std::fs;
     use std::io::Write;
-    use std::path::{Path, PathBuf};
+    use std::path::Path;
 
+    use super::super::tests::folder;
     use super::{Ending, WholeFile};
-
-    fn folder(name: &str) -> PathBuf {
-        let path =
-            std::env::temp_dir().join(format!("drystone-whole-{name}-{}", std::process::id()));
-        let _ = fs::remove_dir_all(&path);
-        fs::create_dir_all(&path).unwrap();
-        path
-    }
 
     fn write(path: &Path, text: &str) -> std::io::Result<Ending> {
         let mut file = WholeFile::create(path)?;
@@ -241,7 +234,7 @@ mod tests {
 
     #[test]
     fn the_old_file_stays_until_the_new_one_is_whole() {
-        let folder = folder("old");
+        let folder = folder("whole-old");
         let path = folder.join("no extension");
         assert_eq!(write(&path, "old").unwrap(), Ending::Moved);
         let mut file = WholeFile::create(&path).unwrap();
@@ -267,7 +260,7 @@ mod tests {
     #[test]
     fn links_are_followed_and_permissions_kept() {
         use std::os::unix::fs::{PermissionsExt, symlink};
-        let folder = folder("links");
+        let folder = folder("whole-links");
         fs::create_dir(folder.join("to")).unwrap();
         let path = folder.join("to/file");
         fs::write(&path, "old").unwrap();

@@ -298,6 +298,14 @@ impl<T: Send> Output for Vec<T> {
     }
 }
 
+/// Empties all outputs, of which there are at least `n` then.
+fn empty<O: Output>(outputs: &mut Vec<O>, n: usize) {
+    outputs.resize_with(outputs.len().max(n), O::default);
+    for list in outputs {
+        list.clear();
+    }
+}
+
 /// Like [`for_ranges`], with an output for each range: `outputs[k]` belongs to range `k`, so
 /// that reading the lists in order gives what a serial loop would have given. Calls `f(range, output)`.
 pub(crate) fn collect_ranges<O: Output>(
@@ -309,10 +317,7 @@ pub(crate) fn collect_ranges<O: Output>(
 ) {
     let grain = grain.max(1);
     let chunks = n.div_ceil(grain);
-    outputs.resize_with(outputs.len().max(chunks), O::default);
-    for list in outputs.iter_mut() {
-        list.clear();
-    }
+    empty(outputs, chunks);
     for_runs(jobs, &mut outputs[..chunks], 1, |chunk, list| {
         f(range_of(chunk, grain, n), &mut list[0]);
     });
@@ -329,10 +334,7 @@ pub(crate) fn collect_ranges_with<W: Default + Send, O: Output>(
 ) {
     let grain = grain.max(1);
     let chunks = n.div_ceil(grain);
-    outputs.resize_with(outputs.len().max(chunks), O::default);
-    for list in outputs.iter_mut() {
-        list.clear();
-    }
+    empty(outputs, chunks);
     // SAFETY: each output is of one chunk, and `Jobs` runs a chunk once.
     let lists = Rows::new(outputs.as_mut_slice(), unsafe { Apart::promise() });
     for_each_with(jobs, chunks, workers, |own, chunk| {

@@ -113,6 +113,13 @@ impl Vec3 {
         vec3(bounded(self.x), bounded(self.y), bounded(self.z))
     }
 
+    /// True if all components are between `-most` and `most`; NaN never is.
+    #[must_use]
+    #[inline(always)]
+    pub(crate) fn is_below(self, most: f32) -> bool {
+        self.x.abs() < most && self.y.abs() < most && self.z.abs() < most
+    }
+
     /// Component-wise product.
     #[must_use]
     #[inline]

@@ -14,11 +14,10 @@ pub(crate) use tree::{Tree, Window};
 
 use super::bvh::Bvh;
 use crate::base::aabb::Aabb;
+use crate::base::limits;
 use crate::base::math::Vec3;
 use crate::base::wide::LANES;
 
-/// Coordinates lie within this [m]: beyond it, products of lengths leave f32.
-const MAX_COORDINATE: f32 = 1.0e7;
 /// Triangles with no edge this long [m] have no use: the smallest shape is ten times larger.
 const MIN_EDGE: f64 = 1.0e-6;
 /// A triangle lower than this part of its longest edge is a line: its normal would be noise.
@@ -123,7 +122,7 @@ impl Mesh {
             if !v.is_finite() {
                 return Err(MeshError::NotFinite(i));
             }
-            if v.abs().max_element() > MAX_COORDINATE {
+            if v.abs().max_element() > limits::POSITION.most {
                 return Err(MeshError::TooLarge(i));
             }
         }

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use super::hull::Hull;
 use super::mesh::Mesh;
+use crate::base::limits;
 use crate::base::math::Vec3;
 
 /// A shape in its own frame: centered on the origin, round shapes with their axis along y.
@@ -75,20 +76,16 @@ impl core::fmt::Display for ShapeError {
 
 impl core::error::Error for ShapeError {}
 
-/// Lengths of shapes lie in this range [m]: beyond it, products of lengths leave f32.
-const MIN_LENGTH: f32 = 1.0e-5;
-const MAX_LENGTH: f32 = 1.0e7;
-
 fn positive(field: &'static str, value: f32) -> Result<(), ShapeError> {
-    if (MIN_LENGTH..=MAX_LENGTH).contains(&value) {
+    if limits::LENGTH.admits(value) {
         Ok(())
     } else {
-        Err(ShapeError { field, value, allowed: "a length from 1e-5 to 1e7 m" })
+        Err(ShapeError { field, value, allowed: limits::LENGTH.allowed })
     }
 }
 
 fn not_negative(field: &'static str, value: f32) -> Result<(), ShapeError> {
-    if (0.0..=MAX_LENGTH).contains(&value) {
+    if (0.0..=limits::LENGTH.most).contains(&value) {
         Ok(())
     } else {
         Err(ShapeError { field, value, allowed: "a length from 0 to 1e7 m" })
@@ -189,7 +186,7 @@ impl Shape {
                 if !((length - 1.0).abs() < 1.0e-3) {
                     return Err(ShapeError { field: "normal", value: length, allowed: "length 1" });
                 }
-                if !(offset.abs() <= MAX_LENGTH) {
+                if !limits::POSITION.admits(offset) {
                     let allowed = "a finite number up to 1e7 m";
                     return Err(ShapeError { field: "offset", value: offset, allowed });
                 }

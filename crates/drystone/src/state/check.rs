@@ -9,7 +9,7 @@ pub(crate) fn finite_vec(field: &str, v: Vec3) -> Result<(), DefError> {
     if v.is_finite() {
         return Ok(());
     }
-    Err(DefError::new(field, format!("({}, {}, {})", v.x, v.y, v.z), "finite numbers"))
+    Err(DefError::of_vec(field, v, "finite numbers"))
 }
 
 /// A number in its range.
@@ -22,7 +22,7 @@ pub(crate) fn all_within(field: &str, v: Vec3, limit: &Limit) -> Result<(), DefE
     if v.to_array().into_iter().all(|x| limit.admits(x)) {
         return Ok(());
     }
-    Err(DefError::new(field, format!("({}, {}, {})", v.x, v.y, v.z), limit.allowed))
+    Err(DefError::of_vec(field, v, limit.allowed))
 }
 
 pub(crate) fn position(field: &str, v: Vec3) -> Result<(), DefError> {

@@ -31,6 +31,11 @@ impl DefError {
         Self { field: field.to_owned(), value: value.to_string(), allowed: allowed.to_owned() }
     }
 
+    /// The same of a vector.
+    pub(crate) fn of_vec(field: &str, value: Vec3, allowed: &str) -> Self {
+        Self::new(field, format_args!("({}, {}, {})", value.x, value.y, value.z), allowed)
+    }
+
     /// The same error of a field inside `outer`.
     pub(crate) fn within(mut self, outer: &str) -> Self {
         self.field = format!("{outer}.{}", self.field);

@@ -184,8 +184,11 @@ pub(crate) fn check_length(length: f32) -> Result<(), DefError> {
     within("length", length, &limits::LENGTH)
 }
 
+/// The greatest stiffness [N/m] and damping [N s/m] of a link: beyond it their products with masses and times are no
+/// normal numbers.
+pub(crate) const MOST_RATE: f32 = 1.0e9;
+
 pub(crate) fn check_spring(spring: &LinkSpring) -> Result<(), DefError> {
-    // Beyond these their products with masses and times are no normal numbers.
     let within = |field: &str, value: f32, most: f32| {
         at_least_zero(field, value)?;
         if value <= most {
@@ -195,8 +198,8 @@ pub(crate) fn check_spring(spring: &LinkSpring) -> Result<(), DefError> {
     };
     match *spring {
         LinkSpring::Rate { stiffness, damping } => {
-            within("stiffness", stiffness, 1.0e9)?;
-            within("damping", damping, 1.0e9)
+            within("stiffness", stiffness, MOST_RATE)?;
+            within("damping", damping, MOST_RATE)
         }
         LinkSpring::Frequency { hertz, damping_ratio } => {
             within("hertz", hertz, 1.0e5)?;

@@ -372,7 +372,7 @@ fn arrive(
     body.step_torque = Vec3::ZERO;
     // Beyond these no box, distance or product is meaningful in f32; they are as good as infinite. Of NaN all are false.
     let (far, fast) = (limits::POSITION_KEPT.most, limits::SPEED_KEPT.most);
-    let is_kept = is_below(body.center, far) && is_below(body.v, fast) && is_below(body.w, fast);
+    let is_kept = body.center.is_below(far) && body.v.is_below(fast) && body.w.is_below(fast);
     if !(is_kept && body.rotation.is_finite()) {
         (body.center, body.rotation) = (center, rotation);
         (body.v, body.w) = (Vec3::ZERO, Vec3::ZERO);
@@ -383,12 +383,6 @@ fn arrive(
         notes.push(Note::Idle(row));
     }
     true
-}
-
-/// True if all components are smaller than this.
-#[inline(always)]
-fn is_below(v: Vec3, most: f32) -> bool {
-    v.x.abs() < most && v.y.abs() < most && v.z.abs() < most
 }
 
 fn rate_stillness(ctx: &StepContext, sleep_speed: f32, by_energy: bool, body: &mut Body) {

@@ -391,6 +391,12 @@ impl World {
             tables.bodies.at_mut(body).joints.push(row);
         }
         tables.colors.bodies_changed = true;
+        self.enter_joint(row);
+    }
+
+    /// Wakes the bodies of a joint, and has it solved.
+    pub(super) fn enter_joint(&mut self, row: u32) {
+        let (a, b) = (self.tables.joints.at(row).body_a, self.tables.joints.at(row).body_b);
         let mut sets = self.sets();
         sets.wake(a);
         sets.wake(b);
@@ -402,10 +408,7 @@ impl World {
         let id = self.tables.joints.rows.insert(joint);
         self.tables.bodies.at_mut(a).joints.push(id.index());
         self.tables.bodies.at_mut(b).joints.push(id.index());
-        let mut sets = self.sets();
-        sets.wake(a);
-        sets.wake(b);
-        sets.color_joint(id.index());
+        self.enter_joint(id.index());
         id
     }
 

@@ -324,9 +324,8 @@ impl<'w> BodyMut<'w> {
             return Ok([v, w]);
         }
         let impulse = if fits(v) { angular } else { linear };
-        let value = format!("({}, {}, {})", impulse.x, impulse.y, impulse.z);
         let allowed = "what leaves the body at speeds up to 1e6 m/s and 1e6 rad/s";
-        Err(DefError::new("impulse", value, allowed))
+        Err(DefError::of_vec("impulse", impulse, allowed))
     }
 
     /// Changes the velocity of the center of mass at once by an impulse [N s, world]. Dynamic bodies
@@ -490,10 +489,8 @@ impl<'w> BodyMut<'w> {
 
     /// Locks axes [world]; velocity along them is taken out.
     pub fn set_locks(&mut self, locks: AxisLocks) {
-        // Which joints are solved as a tree goes by locks.
-        self.world.tables.colors.bodies_changed = true;
         let body = self.body();
-        body.locks = locks;
+        let old = core::mem::replace(&mut body.locks, locks);
         for i in 0..3 {
             if locks.linear[i] {
                 body.v[i] = 0.0;
@@ -502,6 +499,8 @@ impl<'w> BodyMut<'w> {
                 body.w[i] = 0.0;
             }
         }
+        // A body with a linear lock is solved outside the trees of joints.
+        self.world.tables.colors.bodies_changed |= locks.linear != old.linear;
         self.wake();
     }
 

@@ -75,11 +75,7 @@ impl World {
         }
         let others: Vec<u32> = self.tables.bodies.at(row).joints.to_vec();
         for joint in others {
-            let (a, b) = (self.tables.joints.at(joint).body_a, self.tables.joints.at(joint).body_b);
-            let mut sets = self.sets();
-            sets.wake(a);
-            sets.wake(b);
-            sets.color_joint(joint);
+            self.enter_joint(joint);
         }
     }
 }

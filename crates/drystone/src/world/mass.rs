@@ -84,8 +84,7 @@ pub(super) fn check_energy(
         [("linear_velocity", f64::from(mass), linear), ("angular_velocity", largest, angular)]
     {
         if !(0.5 * inertia * squared(velocity) <= f64::from(limits::ENERGY.most)) {
-            let value = format!("({}, {}, {})", velocity.x, velocity.y, velocity.z);
-            return Err(DefError::new(field, value, limits::ENERGY.allowed));
+            return Err(DefError::of_vec(field, velocity, limits::ENERGY.allowed));
         }
     }
     Ok(())

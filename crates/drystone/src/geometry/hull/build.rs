@@ -5,10 +5,8 @@ use super::quickhull::{Failure, Triangle, triangulate};
 use super::{Hull, HullError, Plane, link_loops};
 use crate::base::aabb::Aabb;
 use crate::base::double::{DVec3, greater, lesser};
+use crate::base::limits;
 use crate::base::math::Vec3;
-
-/// Coordinates beyond it are refused [m]: their products leave f32.
-const MAX_COORDINATE: f32 = 1.0e7;
 
 /// A closed surface of triangles with n vertices has 6n - 12 half-edges, numbered in 16 bits.
 const MOST_VERTICES: usize = 10_000;
@@ -33,7 +31,7 @@ pub(super) fn check_points(points: &[Vec3]) -> Result<(), HullError> {
     if let Some(i) = points.iter().position(|p| !p.is_finite()) {
         return Err(HullError::NotFinite(i));
     }
-    if let Some(i) = points.iter().position(|p| p.abs().max_element() > MAX_COORDINATE) {
+    if let Some(i) = points.iter().position(|p| p.abs().max_element() > limits::POSITION.most) {
         return Err(HullError::TooLarge(i));
     }
     if points.len() < 4 {

@@ -5,7 +5,7 @@ use crate::base::limits;
 use crate::base::wide::LANES;
 use crate::state::bodies::Bodies;
 use crate::state::chains::ChainBlock;
-use crate::state::particle_def::{check_length, check_mass};
+use crate::state::particle_def::{MOST_RATE, check_length, check_mass};
 use crate::state::particles::{CROWD, LaneKind, LinkColor, Particles};
 
 /// Touches need no look: they are only compared with what is met.
@@ -64,9 +64,8 @@ pub(super) fn check_particles(particles: &Particles, bodies: &Bodies) -> Check {
     check_chains(particles, &taken)
 }
 
-/// The greatest number of a spring: see `check_spring`.
 fn is_rate(rate: &f32) -> bool {
-    (0.0..=1.0e9).contains(rate)
+    (0.0..=MOST_RATE).contains(rate)
 }
 
 /// The links of a color, and how many there are.

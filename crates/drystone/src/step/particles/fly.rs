@@ -77,9 +77,7 @@ pub(super) fn fly(
 
 /// False if a place [m] or a velocity [m/s] is beyond what can be computed with.
 pub(super) fn is_computable(x: Vec3, v: Vec3) -> bool {
-    let (far, speed) = (x.abs().max_element(), v.abs().max_element());
-    let finite = x.is_finite() && v.is_finite();
-    finite && far < limits::POSITION_KEPT.most && speed < limits::SPEED_KEPT.most
+    x.is_below(limits::POSITION_KEPT.most) && v.is_below(limits::SPEED_KEPT.most)
 }
 
 /// Stops a particle whose state became non-finite.

@@ -150,12 +150,8 @@ impl World {
         } else {
             (j.body_b, j.anchor_b) = (to, anchor);
         }
-        let (a, b) = (j.body_a, j.body_b);
         tables.colors.bodies_changed = true;
-        let mut sets = self.sets();
-        sets.wake(a);
-        sets.wake(b);
-        sets.color_joint(joint);
+        self.enter_joint(joint);
         for coupling in couplings {
             self.follow_joints(coupling);
         }

@@ -164,12 +164,8 @@ impl Analytic {
             }
             let swept = self.take_sweeps(sweeps, scale);
             // Direct solves are what is counted.
-            let gives_up = !self.budget.allows(0.0, 0.0);
-            if gives_up {
-                add(Outcome { sweeps: 0, ..swept });
-                break;
-            }
             if add(Outcome { sweeps: 0, ..swept })
+                || !self.budget.allows(0.0, 0.0)
                 || add(self.take_implicit(scale))
                 || add(self.take_rounds(scale))
             {
