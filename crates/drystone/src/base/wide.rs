@@ -70,6 +70,13 @@ pub(crate) fn select<S: Simd>(mask: mask32x8<S>, a: Wide<S>, b: Wide<S>) -> Wide
     mask.select(a, b)
 }
 
+/// See [`crate::base::math::bounded`].
+#[inline(always)]
+pub(crate) fn bounded<S: Simd>(simd: S, a: Wide<S>) -> Wide<S> {
+    let most = splat(simd, f32::MAX);
+    select(a.simd_eq(a), min(max(a, -most), most), splat(simd, 0.0))
+}
+
 /// 1/a where a > 0, else 0.
 #[inline(always)]
 pub(crate) fn inverse_or_zero<S: Simd>(simd: S, a: Wide<S>) -> Wide<S> {

@@ -13,7 +13,7 @@ use super::plan::Group;
 use super::six;
 use crate::base::disjoint::Rows;
 use crate::base::id::JointId;
-use crate::base::math::Vec3;
+use crate::base::math::{Vec3, bounded};
 use crate::base::sym3::Sym3;
 use crate::state::bodies::{Bodies, Body};
 use crate::state::coupling::{Coupling, CouplingDef, coordinate};
@@ -306,7 +306,7 @@ impl Solver<'_> {
             let Some(joint) = self.joint_slots.row(self.plan.couplings[i].1 as usize) else {
                 continue;
             };
-            let impulse = self.couplings.read(i).impulse * self.ctx.store_scale();
+            let impulse = bounded(self.couplings.read(i).impulse * self.ctx.store_scale());
             match &mut joint.link {
                 Link::Coupling(coupling) => coupling.impulse = impulse,
                 _ => joint.impulse.x = impulse,

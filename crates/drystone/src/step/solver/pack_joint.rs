@@ -190,7 +190,7 @@ impl Solver<'_> {
                 && let Some(joint) = self.joint_slots.row(*row as usize)
                 && !self.swing(joint)
             {
-                joint.impulse = at(impulse, lane) * self.ctx.store_scale();
+                joint.impulse = (at(impulse, lane) * self.ctx.store_scale()).bounded();
             }
         }
     }

@@ -13,7 +13,7 @@ use super::turns::Turns;
 use crate::base::jobs::{Jobs, for_shares};
 use crate::base::math::Vec3;
 use crate::base::wide::{
-    LANES, Vec3w, Wide, above, gather4, load, min, prefetch, scatter4, select, splat, sqrt,
+    LANES, Vec3w, Wide, above, bounded, gather4, load, min, prefetch, scatter4, select, splat, sqrt,
 };
 use crate::base::wide_quat::Quatw;
 use crate::state::bodies::NONE;
@@ -219,6 +219,9 @@ impl Solver<'_> {
             let (along, across) = (columns[i], columns[i + 1]);
             columns[i] = c * along - s * across;
             columns[i + 1] = s * along + c * across;
+        }
+        for numbers in &mut columns {
+            *numbers = bounded(simd, *numbers);
         }
         let mut states = [[[0.0; 4]; ROWS]; LANES];
         for row in 0..ROWS {

@@ -13,7 +13,7 @@ use super::rounds::BodyState;
 use super::softness::exact_decay;
 use super::spin::{Spin, rotate_freely};
 use crate::base::double::{DQuat, DVec3};
-use crate::base::math::Vec3;
+use crate::base::math::{Vec3, bounded};
 use crate::base::quat::Quat;
 use crate::base::sym3::Sym3;
 use crate::state::bodies::Body;
@@ -52,11 +52,11 @@ impl Solver<'_> {
             return false;
         }
         let Some(end) = swung(self.ctx, body, pivot, r) else { return false };
-        joint.impulse = end.impulse * (sign * self.ctx.store_scale());
+        joint.impulse = (end.impulse * (sign * self.ctx.store_scale())).bounded();
         #[expect(clippy::cast_precision_loss, reason = "at most 256 by 8")]
         let substeps = self.ctx.substeps as f32;
-        joint.given = [end.impulse * (sign * substeps), Vec3::ZERO];
-        joint.peak = [joint.impulse.length(), 0.0];
+        joint.given = [(end.impulse * (sign * substeps)).bounded(), Vec3::ZERO];
+        joint.peak = [bounded(joint.impulse.length()), 0.0];
         self.aux.row(line as usize).put_end(self.lines.row(line as usize), &end.state, end.w_rest);
         true
     }

@@ -12,7 +12,7 @@ use fearless_simd::dispatch;
 use super::Solver;
 use super::plan::{DISTANCE, Group};
 use super::rows::ContactBlock;
-use crate::base::math::{Vec3, greater, vec3};
+use crate::base::math::{Vec3, bounded, greater, vec3};
 use crate::base::wide::{LANES, Lanes};
 use crate::state::bodies::{Bodies, NONE};
 use crate::state::contacts::Contact;
@@ -117,6 +117,7 @@ impl JointTally {
             given: [vec3(fx[lane], fy[lane], fz[lane]), vec3(tx[lane], ty[lane], tz[lane])],
             peak: self.peak.map(|peak| peak[lane].sqrt()),
         }
+        .bounded()
     }
 }
 
@@ -141,8 +142,8 @@ impl TreeTally {
         }
     }
 
-    const fn totals(&self) -> Totals {
-        Totals { given: [self.sum, Vec3::ZERO], peak: [self.peak, 0.0] }
+    fn totals(&self) -> Totals {
+        Totals { given: [self.sum, Vec3::ZERO], peak: [self.peak, 0.0] }.bounded()
     }
 }
 
@@ -151,6 +152,13 @@ impl TreeTally {
 struct Totals {
     given: [Vec3; 2],
     peak: [f32; 2],
+}
+
+impl Totals {
+    /// Squares of what is given overflow before it does.
+    fn bounded(self) -> Self {
+        Self { given: self.given.map(Vec3::bounded), peak: self.peak.map(bounded) }
+    }
 }
 
 /// What a contact gave in a step: along its normal at each of its points, and friction [N s, world], on B.

@@ -539,7 +539,7 @@ impl Solver<'_> {
                 if joint.six != NONE {
                     row.store_six(self.sixdofs.row(joint.six as usize / LANES), joint.six);
                 } else {
-                    let impulse = row.impulse.single() * self.ctx.store_scale();
+                    let impulse = (row.impulse.single() * self.ctx.store_scale()).bounded();
                     to.impulse = if joint.is_child_a { -impulse } else { impulse };
                 }
             }

@@ -189,7 +189,7 @@ impl World {
         let ids = made.iter().map(|new| self.tables.bodies.id(*new));
         self.tables.events.pieces.extend(ids);
         #[expect(clippy::cast_possible_truncation, reason = "to be shown")]
-        let value = worst as f32;
+        let value = bounded(worst as f32);
         self.tables.events.fractures.push(FractureEvent {
             body: id,
             cause: FractureCause::Glue,
