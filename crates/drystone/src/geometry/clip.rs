@@ -168,8 +168,12 @@ pub(crate) fn clip(
     reduce(&points, n)
 }
 
+/// A point that stands higher than the deepest one counts as nearer to it by so many times that: what stands above a lower
+/// corner never comes down beside it, and what is steeper than a half does not within a step.
+const STEEP: f32 = 2.0;
+
 /// Four of many points: the deepest, the one farthest from it, and on both sides of the line
-/// through these the one that makes the largest triangle.
+/// through these the one that makes the largest triangle; all less by what they stand higher ([`STEEP`]).
 pub(crate) fn reduce(points: &[ManifoldPoint], normal: Vec3) -> Manifold {
     let mut m = Manifold { normal, ..Manifold::default() };
     if points.len() <= 4 {
@@ -188,9 +192,16 @@ pub(crate) fn reduce(points: &[ManifoldPoint], normal: Vec3) -> Manifold {
         }
     }
     let first = points[deepest];
+    // Points at equal depth but for rounding stand no higher.
+    let higher = |p: &ManifoldPoint| STEEP * greater(p.separation - first.separation - slack, 0.0);
     let (mut farthest, mut most) = (deepest, 0.0);
     for (i, p) in points.iter().enumerate() {
-        let d = (p.position - first.position).length_squared();
+        let mut d = (p.position - first.position).length_squared();
+        let higher = higher(p);
+        if higher > 0.0 {
+            let near = greater(d.sqrt() - higher, 0.0);
+            d = near * near;
+        }
         if d > most * 1.001 {
             (farthest, most) = (i, d);
         }
@@ -202,10 +213,14 @@ pub(crate) fn reduce(points: &[ManifoldPoint], normal: Vec3) -> Manifold {
     let second = points[farthest];
     m.push(second);
     let side = normal.cross(second.position - first.position);
+    let length = side.length();
     let (mut left, mut right) = (None, None);
     let (mut high, mut low) = (1.0e-4 * most, -1.0e-4 * most);
     for p in points {
         let area = side.dot(p.position - first.position);
+        let higher = higher(p) * length;
+        let area =
+            if area > 0.0 { greater(area - higher, 0.0) } else { lesser(area + higher, 0.0) };
         if area > high {
             (left, high) = (Some(*p), area * 1.001);
         } else if area < low {

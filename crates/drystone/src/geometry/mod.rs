@@ -19,5 +19,6 @@ pub(crate) mod epa;
 pub(crate) mod cast;
 pub(crate) mod approach;
 pub(crate) mod nearest;
+pub(crate) mod room;
 #[cfg(test)]
 pub(crate) mod oracle;

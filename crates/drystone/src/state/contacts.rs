@@ -119,7 +119,8 @@ pub(crate) struct Contact {
     pub(crate) probe: Shared,
     /// The next manifold of the same pair (meshes), or [`NONE`].
     pub(crate) next_part: u32,
-    /// Of pairs with a mesh: how far all was apart, at least, that got no points when the manifolds were made [m].
+    /// Of pairs with a mesh: how far all was apart, at least, that got no points when the manifolds were made [m]. Of others: by how
+    /// much the pair may turn before a corner without a point comes down [rad]. Below 0: the solver made the manifold anew.
     pub(crate) clear: f32,
     pub(crate) cache: PairCache,
 }
@@ -183,6 +184,18 @@ impl Contact {
     #[inline]
     pub(crate) const fn set_approach(&mut self, speed: f32) {
         self.points[3].word = speed;
+    }
+
+    /// True if the solver made its manifold anew, at the poses that the bodies have since: nothing is known of those it was
+    /// made at before.
+    #[inline]
+    pub(crate) fn is_renewed(&self) -> bool {
+        self.clear < 0.0
+    }
+
+    /// Notes that.
+    pub(crate) fn set_renewed(&mut self) {
+        self.clear = -1.0;
     }
 
     /// True if it needs more than normal and friction.

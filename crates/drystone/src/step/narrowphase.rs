@@ -24,6 +24,7 @@ use crate::base::quat::Quat;
 use crate::base::wide::LANES;
 use crate::geometry::collide::{MeshScratch, collide};
 use crate::geometry::manifold::Manifold;
+use crate::geometry::room::room_to_turn;
 use crate::geometry::solid::Core;
 use crate::state::bodies::{Bodies, Body, NONE, Track};
 use crate::state::contacts::{Contact, Contacts, Point, Probe, Slots, Watch};
@@ -32,6 +33,10 @@ use crate::state::shapes::Shapes;
 
 /// A contact closes fast if it does by more than this part of the thinner body's half thickness in a substep.
 const CLOSES: f32 = 0.03;
+
+/// A pair that turns by more than this in a step turns far [rad]: the separation of a point at a lever r, linear over the step, is off by
+/// half a percent of r.
+pub(crate) const FAR_TURN: f32 = 0.1;
 
 /// What became of a contact.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -44,6 +49,9 @@ pub(crate) enum Change {
     Meets(u32),
     /// It has points that have not touched yet, and which close fast ([`CLOSES`]). No change by itself.
     Closes(u32),
+    /// It has points, and its bodies turn so far in this step that other corners may come down, or that levers are no more
+    /// what they were ([`FAR_TURN`]). No change by itself.
+    Turns(u32),
     /// It has points, and may be a ghost of the seam of two shapes; no change by itself.
     Made(u32),
     /// It has points, and is of a mesh: it may make others ghosts, but is none. No change by itself.
@@ -72,6 +80,14 @@ impl Scratch {
     /// In lists of any lengths, which together are in the order of what is watched; then what ghosts lose.
     pub(crate) fn changes(&self) -> [&[Vec<Change>]; 2] {
         [&self.changes, core::slice::from_ref(&self.ghosts)]
+    }
+
+    /// The contacts whose bodies turn far.
+    pub(crate) fn turning(&self) -> impl Iterator<Item = u32> {
+        self.changes.iter().flatten().filter_map(|change| match change {
+            Change::Turns(row) => Some(*row),
+            _ => None,
+        })
     }
 
     /// The contacts that close fast.
@@ -295,10 +311,17 @@ impl Pairs<'_> {
             out.push(Change::Apart(row));
             return;
         }
+        let turn = turn_ahead(ctx, a, b);
+        let turns = |contact: &Contact, turn: f32, room: f32| {
+            contact.count > 0 && !contact.sensor && (turn > FAR_TURN || turn > room)
+        };
         if contact.recyclable
-            && may_recycle(ctx, contact, look.probe, a, b)
+            && may_recycle(ctx, contact, look.probe, (a, b), turn)
             && recycle(ctx, contact, look.probe, a, b, slots)
         {
+            if turns(contact, turn, f32::MAX) {
+                out.push(Change::Turns(row));
+            }
             // A ghost that was made before what carries the body was there would block it for ever.
             if seams::is_in_doubt(a, b) {
                 out.push(Change::Made(row));
@@ -310,11 +333,15 @@ impl Pairs<'_> {
         let b_in_a = pose_a.relative(&shape_b.placed(b));
         let far = || speculative_margin(ctx, a, b, look.watch.bounces());
         let margin = if contact.sensor { 0.0 } else { look.reach.unwrap_or_else(far) };
-        let before = look.probe.rotation_a;
+        let before = if contact.is_renewed() { a.rotation } else { look.probe.rotation_a };
         let (solid_a, solid_b) = (&shape_a.solid, &shape_b.solid);
         let m = collide(ctx.level, solid_a, solid_b, &b_in_a, margin, &mut contact.cache);
         look.restart(m.gap, a, b);
+        contact.clear = room_to_turn(&m, [solid_a, solid_b], &b_in_a);
         rebuild(ctx, (row, contact), &m, (&pose_a, before), [a, b], out);
+        if turns(contact, turn, contact.clear) {
+            out.push(Change::Turns(row));
+        }
         if contact.count > 0 && !contact.sensor && seams::is_in_doubt(a, b) {
             out.push(Change::Made(row));
         }
@@ -383,16 +410,30 @@ fn chord(q: &Quat, q0: &Quat) -> f32 {
     2.0 * (d[0] * d[0] + d[1] * d[1] + d[2] * d[2] + d[3] * d[3]).sqrt()
 }
 
+/// How far two bodies turn against each other in this step, and a tenth more [rad].
+fn turn_ahead(ctx: &StepContext, a: &Body, b: &Body) -> f32 {
+    1.1 * ctx.dt * (b.w - a.w).length()
+}
+
 /// True if the two bodies have hardly moved since the manifold was made, against each other or in the
-/// world.
-fn may_recycle(ctx: &StepContext, contact: &Contact, r: &Probe, a: &Body, b: &Body) -> bool {
-    if contact.count == 0 {
+/// world, and no corner that it has no point of can come down in this step, in which they turn by `turn` [rad].
+fn may_recycle(
+    ctx: &StepContext,
+    contact: &Contact,
+    r: &Probe,
+    (a, b): (&Body, &Body),
+    turn: f32,
+) -> bool {
+    if contact.count == 0 || contact.is_renewed() {
         return false;
     }
     let size = |body: &Body| if body.is_dynamic() { body.extent } else { 0.0 };
     let shift = ((b.center - a.center) - r.offset).length();
-    let turns =
-        chord(&a.rotation, &r.rotation_a) * size(a) + chord(&b.rotation, &r.rotation_b) * size(b);
+    let (turn_a, turn_b) = (chord(&a.rotation, &r.rotation_a), chord(&b.rotation, &r.rotation_b));
+    if turn_a + turn_b + turn > contact.clear {
+        return false;
+    }
+    let turns = turn_a * size(a) + turn_b * size(b);
     // A moving static-like partner (kinematic) turns the normal with it: only tiny turns are allowed.
     let carried = |body: &Body| !body.is_dynamic() && body.active() && body.w != Vec3::ZERO;
     // A quarter of the smaller body's size at most: what is far for a pebble is near for a rock.
@@ -496,11 +537,15 @@ fn rebuild(
 /// feature, else the nearest one that is near. (Features change names when the two faces of a flush
 /// contact change roles; without its impulses a loaded contact would give way for a step.)
 fn inherit(old: &mut [Point], feature: u32, r_a: Vec3, last: Quat, a: &Body, b: &Body) -> f32 {
+    // In the frame that A had when the old ones were made.
+    inherit_near(old, feature, last.rotate(a.rotation.unrotate(r_a)), a, b)
+}
+
+/// The same, where that point is `here` in the frame of the old ones [m, from A's center].
+pub(crate) fn inherit_near(old: &mut [Point], feature: u32, here: Vec3, a: &Body, b: &Body) -> f32 {
     let size = |body: &Body| if body.is_dynamic() { body.extent } else { f32::INFINITY };
     let near = 0.1 * size(a).min(size(b));
     let found = old.iter().position(|p| p.feature == feature && p.impulse >= 0.0).or_else(|| {
-        // In the frame that A had when the old ones were made.
-        let here = last.rotate(a.rotation.unrotate(r_a));
         let distance = |p: &Point| (p.r_a - here).length();
         let nearest = (0..old.len())
             .filter(|i| old[*i].impulse >= 0.0)

@@ -169,7 +169,11 @@ impl Teller<'_> {
             match *change {
                 Change::Apart(row) => self.end(row, told),
                 Change::Count(row) => self.recount(row, told),
-                Change::Meets(_) | Change::Made(_) | Change::Carries(_) | Change::Closes(_) => {}
+                Change::Meets(_)
+                | Change::Made(_)
+                | Change::Carries(_)
+                | Change::Closes(_)
+                | Change::Turns(_) => {}
             }
         }
     }

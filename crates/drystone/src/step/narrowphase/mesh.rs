@@ -1,12 +1,13 @@
 //! Pairs of a mesh and a convex shape: several manifolds, each in a row of its own.
 
 use super::motion::Motion;
-use super::{Change, Look, rebuild, recycle};
+use super::{Change, FAR_TURN, Look, rebuild, recycle, turn_ahead};
 use crate::base::math::Vec3;
 use crate::base::pose::Pose;
 use crate::geometry::collide::{MAX_PARTS, MeshScratch, Reach, collide_mesh};
 use crate::geometry::manifold::Manifold;
 use crate::geometry::mesh::Mesh;
+use crate::geometry::room::room_to_turn;
 use crate::state::bodies::{Body, NONE};
 use crate::state::contacts::{Contact, Slots};
 use crate::state::shapes::ShapeRow;
@@ -33,6 +34,7 @@ pub(super) fn update(
     let margin = if contact.sensor { 0.0 } else { ctx.margin.max(ahead.min(2.0 * motion.radius)) };
     // What has no points gets them when it may be half as near as they are made from, or come that near in this step: most
     // of what hovers over a surface goes along it.
+    let turn = turn_ahead(ctx, a, b);
     let near = margin.min((0.5 * ctx.margin).max(ahead + ctx.fall));
     let gap = look.probe.gap;
     if contact.count == 0 && gap > near && motion.since < gap - near {
@@ -44,9 +46,12 @@ pub(super) fn update(
         return;
     }
     if contact.recyclable
-        && may_recycle(ctx, contact, a, slots, motion, ahead)
+        && may_recycle(ctx, contact, a, motion, ahead)
         && recycle(ctx, contact, look.probe, a, b, slots)
     {
+        if turn > FAR_TURN && !contact.sensor {
+            out.push(Change::Turns(look.row));
+        }
         list_parts(look.row, contact, slots, out);
         return;
     }
@@ -70,10 +75,19 @@ pub(super) fn update(
     let mut made = [Manifold::default(); MAX_PARTS];
     let solid = &shape_b.solid;
     let count = collide_mesh(ctx.level, mesh, solid, &b_in_a, &reach, scratch, &mut made);
-    let last = look.probe.rotation_a;
+    let last = if contact.is_renewed() { a.rotation } else { look.probe.rotation_a };
     look.restart(if count == 0 { made[0].gap } else { 0.0 }, a, b);
     contact.offset = look.probe.offset;
     contact.clear = margin.max(made[0].gap);
+    for m in &made[..count] {
+        let room = room_to_turn(m, [&shape_a.solid, solid], &b_in_a);
+        contact.clear = contact.clear.min(room * motion.radius);
+    }
+    // Of meshes the room is a length: that by which the farthest corner may move.
+    let far = turn > FAR_TURN || turn * motion.radius > contact.clear;
+    if count > 0 && far && !contact.sensor {
+        out.push(Change::Turns(look.row));
+    }
     if count <= 1 && contact.others == 0 {
         let idle = count == 0 && contact.count == 0;
         let manifold = if count == 0 { Manifold::default() } else { made[0] };
@@ -128,24 +142,20 @@ fn may_recycle(
     ctx: &StepContext,
     contact: &Contact,
     a: &Body,
-    slots: &Slots<'_>,
     motion: &Motion,
     ahead: f32,
 ) -> bool {
-    if contact.count == 0 || (!a.is_dynamic() && a.active() && a.w != Vec3::ZERO) {
+    if contact.count == 0
+        || contact.is_renewed()
+        || (!a.is_dynamic() && a.active() && a.w != Vec3::ZERO)
+    {
         return false;
-    }
-    let mut points = contact.count;
-    let mut part = if contact.others > 0 { next(contact, slots) } else { None };
-    while let Some((_, contact)) = part {
-        points += contact.count;
-        part = next(contact, slots);
     }
     let limit = ctx.recycle_distance.min(0.25 * motion.radius);
     // All that had no points is farther than the shape comes in this step: else what is fast must look again, and corners
     // that were far when a tilted box met the ground on an edge must not be overlooked.
     let seen = motion.since + ahead < contact.clear;
-    let limit = if points < 3 && !seen { 0.2 * limit } else { limit };
+    let limit = if seen { limit } else { 0.2 * limit };
     motion.since < limit && (seen || ahead < 0.5 * ctx.margin)
 }
 

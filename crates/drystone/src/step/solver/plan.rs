@@ -13,6 +13,7 @@ use super::fineness::{is_jointed, struck, take_back, tumbles, was_struck, whirls
 use super::forest::Forest;
 use super::layout::{CLASS, GROUP, Layout, Sorter, last_line, line_key};
 use super::survey::Survey;
+use crate::base::bit_set::BitSet;
 use crate::base::disjoint::{Apart, Rows};
 use crate::base::grow;
 use crate::base::jobs::{Jobs, for_each, for_items, grain};
@@ -22,6 +23,7 @@ use crate::state::contacts::Contacts;
 use crate::state::islands::Islands;
 use crate::state::joints::{Joint, Joints, Link};
 use crate::step::context::StepContext;
+use crate::step::narrowphase;
 
 /// Most constraint ends of a group of islands: 1,200 contacts and their bodies, 0.5 MB.
 const MOST_ENDS: usize = 2400;
@@ -86,13 +88,21 @@ pub(super) struct Plan {
     joint_classes: Vec<u8>,
     survey: Survey,
     sorter: Sorter,
+    /// Bodies that turn far on their own (see renew.rs): their rows in order, and their lines.
+    turning_rows: Vec<u32>,
+    pub(super) turning: BitSet,
+    pub(super) turning_lines: Vec<u32>,
+    turning_changed: bool,
 }
 
 /// Most parts of a shared group that are kept apart: what fits into a class beside the number of points.
 const MOST_PARTS: usize = 32;
 
 /// Bits of the number of points in the class of a contact.
-const COUNT: u32 = 3;
+const COUNT: u32 = 2;
+
+/// Bit of the class of contacts whose rows are made anew in each substep: they share no block with others.
+pub(super) const TURNING: u8 = 0x80;
 
 /// Class of distances; balls have 0.
 pub(super) const DISTANCE: u8 = 1;
@@ -143,6 +153,9 @@ fn chosen(bits: [u8; 2], wanted: [bool; 2]) -> u8 {
 fn fineness_of(island: u32, chosen: &[Fineness]) -> Fineness {
     chosen.get(island as usize).copied().unwrap_or_default()
 }
+
+/// Half the least thickness of a ball over its extent, less rounding.
+const ROUND: f32 = 0.98;
 
 impl Plan {
     /// Chooses the islands that take every substep in parts.
@@ -206,6 +219,49 @@ impl Plan {
         }
     }
 
+    /// Chooses the bodies whose contacts are made anew in each substep: those that turn far, and those that are about to be hit, for
+    /// what is thin turns far within the step in which it is. A ball touches at the same lever however it turns.
+    pub(super) fn choose_turning(
+        &mut self,
+        bodies: &Bodies,
+        contacts: &Contacts,
+        found: &narrowphase::Scratch,
+    ) {
+        let had_any = !self.turning_rows.is_empty();
+        self.turning.remove_all(&self.turning_rows);
+        self.turning_rows.clear();
+        let fineness = &self.fineness[0];
+        let may = |row: u32, body: &Body| {
+            body.is_dynamic()
+                && body.active()
+                && body.joints.is_empty()
+                && !body.dragged
+                && body.inner < ROUND * body.extent
+                && fineness_of(body.island, fineness) != Fineness::Tumbling
+                && row != NONE
+        };
+        for (row, hit) in
+            found.turning().map(|row| (row, false)).chain(found.closing().map(|row| (row, true)))
+        {
+            let c = contacts.at(row);
+            if c.count == 0 {
+                continue;
+            }
+            let ends = [c.body_a, c.body_b].map(|row| (row, bodies.at(row)));
+            let fastest = ends.map(|(_, body)| body.w.length()).into_iter().fold(0.0, f32::max);
+            for (row, body) in ends {
+                if may(row, body)
+                    && (hit || body.w.length() >= 0.5 * fastest)
+                    && !self.turning.contains(row)
+                {
+                    self.turning.insert(row);
+                    self.turning_rows.push(row);
+                }
+            }
+        }
+        self.turning_changed = had_any || !self.turning_rows.is_empty();
+    }
+
     /// What is kept of a step in parts are the impulses of its last part times the parts: right for a load, and that many times
     /// too much of a blow that came in it. Where an island that was hit goes on in whole substeps they are taken back.
     pub(super) fn take_back(
@@ -262,7 +318,7 @@ impl Plan {
         let is_whole = self.fineness[0].iter().all(|fineness| *fineness == Fineness::Whole);
         let regrouped = self.regrouped && !is_whole;
         let same = self.fineness[0] == self.fineness[1] && !regrouped;
-        if !changed && same && self.workers == workers {
+        if !changed && same && self.workers == workers && !self.turning_changed {
             return;
         }
         self.workers = workers;
@@ -277,6 +333,10 @@ impl Plan {
         }
         self.forest.place(&self.group_of_line, line_of, &mut self.groups);
 
+        self.turning_lines.clear();
+        let lines = self.turning_rows.iter().map(|row| line_of[*row as usize]);
+        self.turning_lines.extend(lines.filter(|line| *line != 0));
+        self.turning_lines.sort_unstable();
         self.place_contacts(contacts, colors, line_of, jobs);
         // Contacts come and go in every step, joints do not.
         if joints_changed || moved {
@@ -303,6 +363,7 @@ impl Plan {
         let key = line_key(&self.group_of_line);
         let (groups, shared, group_of_line) = (&self.groups, self.shared, &self.group_of_line);
         let parts = self.workers.min(MOST_PARTS);
+        let turning = &self.turning;
         // Of a shared group each worker begins with its own part of the lines: see `line_key`.
         let part_of = |line: usize| {
             // Line 0 is of bodies that take no part: they may still be named by a contact.
@@ -314,9 +375,16 @@ impl Plan {
         let slots = contacts.slots_mut(unsafe { Apart::promise() });
         let key_of = |row: u32| {
             let c = slots.read(row as usize).as_ref()?;
-            let count = u64::from(4 - c.count.min(4));
+            let count = match c.count {
+                0 => 3,
+                1 => 2,
+                2 => 1,
+                _ => 0,
+            };
             let line = last_line(line_of, c.body_a, c.body_b);
-            Some(key((part_of(line) as u64) << COUNT | count, line))
+            let turns = turning.contains(c.body_a) || turning.contains(c.body_b);
+            let class = u64::from(if turns { TURNING } else { 0 });
+            Some(key(class | (part_of(line) as u64) << COUNT | count, line))
         };
         let set_place = |row: u32, place| {
             if let Some(c) = slots.row(row as usize)
@@ -328,7 +396,7 @@ impl Plan {
         let colorings = [&mut colors.contacts, &mut colors.contacts_fixed];
         let ask = |row: u32| slots.prefetch(row as usize, 1);
         let runs = &mut self.contacts.runs;
-        self.sorter.sort(GROUP, colorings, ask, key_of, set_place, runs, jobs);
+        self.sorter.sort(GROUP - 1, colorings, ask, key_of, set_place, runs, jobs);
         self.contacts.lay_out([&colors.contacts, &colors.contacts_fixed]);
     }
 

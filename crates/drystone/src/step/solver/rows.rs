@@ -198,6 +198,8 @@ pub(crate) struct Extra {
     pub(crate) drifts: bool,
     /// Kinetic friction is less than static friction.
     pub(crate) slips: bool,
+    /// Its rows are made anew in each substep.
+    pub(crate) renewed: bool,
     /// A bit for each lane that may bounce in this step, and for each that did.
     pub(crate) arrives: u8,
     pub(crate) hit: u8,
