@@ -2,7 +2,7 @@
 //!
 //! A manifold is kept while its pair hardly moves, and has four points at most. What turns sets down other corners: next to the
 //! face that stands, or of the same face, left out as the fifth. A corner that stands `rise` higher than the deepest point, `out`
-//! outside of what the points enclose, comes down at an angle of `rise / out`; one above what they enclose never does.
+//! outside of what the points at that depth enclose, comes down at an angle of `rise / out`; one above what they enclose never does.
 
 use super::manifold::Manifold;
 use super::solid::{Core, Solid};
@@ -10,7 +10,7 @@ use crate::base::math::{Vec3, greater, lesser, vec3};
 use crate::base::pose::Pose;
 
 /// A corner may come deeper than the deepest point by this part of how far it is from the middle of the manifold.
-const DEEPER: f32 = 0.005;
+const DEEPER: f32 = 0.001;
 
 /// Steeper corners are not asked [rad]: nothing is kept over such a turn.
 const STEEPEST: f32 = 0.3;
@@ -43,6 +43,9 @@ pub(crate) fn room_to_turn(m: &Manifold, [a, b]: [&Solid; 2], b_in_a: &Pose) -> 
     room
 }
 
+/// Corners that are nearer to a point than this part of the manifold's size have that point.
+const SAME: f32 = 1.0e-3;
+
 /// A manifold seen along its normal.
 struct Plan {
     normal: Vec3,
@@ -51,8 +54,12 @@ struct Plan {
     deepest: Vec3,
     separation: f32,
     middle: [f32; 2],
+    /// Those as deep as the deepest, first, of all.
     points: [[f32; 2]; 4],
+    level: usize,
     count: usize,
+    /// Greatest distance of a point from the deepest [m].
+    size: f32,
 }
 
 impl Plan {
@@ -66,14 +73,22 @@ impl Plan {
         }
         let u = m.normal.any_perpendicular();
         let across = [u, m.normal.cross(u)];
-        let mut points = [[0.0; 2]; 4];
-        let mut middle = [0.0; 2];
+        let (mut points, mut count, mut level) = ([[0.0; 2]; 4], 0, 0);
+        let (mut middle, mut size) = ([0.0; 2], 0.0);
         #[expect(clippy::cast_precision_loss, reason = "at most four")]
         let share = 1.0 / m.count as f32;
-        for (place, p) in points.iter_mut().zip(m.points()) {
-            *place = flat(p.position - deepest.position, across);
+        for p in m.points() {
+            let place = flat(p.position - deepest.position, across);
+            let away = length(place);
+            size = greater(size, away);
             middle[0] += place[0] * share;
             middle[1] += place[1] * share;
+            points[count] = place;
+            if p.separation <= deepest.separation + DEEPER * away {
+                points.swap(level, count);
+                level += 1;
+            }
+            count += 1;
         }
         Some(Self {
             normal: m.normal,
@@ -82,7 +97,9 @@ impl Plan {
             separation: deepest.separation,
             middle,
             points,
-            count: m.count,
+            level,
+            count,
+            size,
         })
     }
 
@@ -92,6 +109,10 @@ impl Plan {
         // Over the surface of the other solid at the deepest point, less the separation there.
         let rise = side * self.normal.dot(from) - 0.5 * self.separation - radius;
         let at = flat(from, self.across);
+        let has_one = |p: &[f32; 2]| length(minus(at, *p)) <= SAME * self.size;
+        if self.points[..self.count].iter().any(has_one) {
+            return f32::MAX;
+        }
         let away = length(minus(at, self.middle));
         let rise = greater(rise, 0.0) + DEEPER * away;
         if rise > STEEPEST * away {
@@ -101,9 +122,9 @@ impl Plan {
         if out * STEEPEST <= rise { f32::MAX } else { rise / out }
     }
 
-    /// How far a place is outside of what the points enclose [m].
+    /// How far a place is outside of what the deepest points enclose [m].
     fn outside(&self, at: [f32; 2]) -> f32 {
-        let points = &self.points[..self.count];
+        let points = &self.points[..self.level];
         let mut least = f32::MAX;
         for (i, p) in points.iter().enumerate() {
             least = lesser(least, length(minus(at, *p)));
@@ -186,7 +207,7 @@ mod tests {
         let high = [vec3(1.0, 0.1, 0.0), vec3(-1.0, 0.1, 0.0)];
         let points: Vec<_> = low.into_iter().chain(high).chain([vec3(0.0, 1.0, 0.0)]).collect();
         let hull = Shape::Hull(Arc::new(Hull::from_points(&points).unwrap()));
-        let expected = (0.1 + 0.005) / 0.5;
+        let expected = (0.1 + 0.001) / 0.5;
         assert!((room(&hull, 0.0) - expected).abs() < 1.0e-3, "{}", room(&hull, 0.0));
     }
 

@@ -132,6 +132,8 @@ pub(crate) struct Body {
     /// In what parts its island took the last step's substeps.
     pub(crate) fineness: Fineness,
     pub(crate) load: f32,
+    /// Length of the substeps of the last step that it was awake in [s]; 0 before the first: what its contacts give follows that.
+    pub(crate) last_h: f32,
     /// How long it has been still [s].
     pub(crate) still_time: f32,
     /// Speed below which it is still [m/s]; negative: the world's.

@@ -451,6 +451,11 @@ impl Particles {
             self.wake_one(line);
             return;
         }
+        self.wake_strand(line);
+    }
+
+    /// Wakes the strand of a particle, whether this rests or not.
+    pub(crate) fn wake_strand(&mut self, line: u32) {
         self.find_strands();
         let strand = self.at(line).strand;
         for particle in self.rows.values_mut().iter_mut().flatten() {

@@ -166,7 +166,7 @@ fn check_bodies(bodies: &Bodies) -> Check {
         let damping = [b.linear_damping, b.angular_damping];
         let damped = damping.iter().all(|rate| limits::DAMPING.admits(*rate));
         let sound = damped
-            && at_least_zero(&[b.extent, b.inner, b.still_time])
+            && at_least_zero(&[b.extent, b.inner, b.still_time, b.last_h])
             && limits::GRAVITY_SCALE.admits(b.gravity_scale);
         holds(sound, "a number of a body is out of range")?;
     }

@@ -118,6 +118,7 @@ pub(crate) fn advance_poses(
                 if !arrive(body, *row, (center, rotation), &mut out.notes) {
                     continue;
                 }
+                body.last_h = ctx.h;
                 rate_stillness(ctx, sleep.speed, by_energy, body);
                 still |= body.can_sleep && body.still_time >= sleep.time;
                 let moved = most_moved(body, center, rotation);

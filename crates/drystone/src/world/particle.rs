@@ -201,11 +201,16 @@ pub struct ParticleMut<'w> {
 impl ParticleMut<'_> {
     fn touch(&mut self) -> &mut Particle {
         let particles = &mut self.world.tables.particles;
-        particles.wake(self.line);
-        particles.chains_changed |= particles.at(self.line).faulted;
         let particle = particles.at_mut(self.line);
-        (particle.faulted, particle.room) = (false, 0.0);
-        particle
+        particle.room = 0.0;
+        if core::mem::replace(&mut particle.faulted, false) {
+            // It is of the strand of its links again, which may rest.
+            particles.chains_changed = true;
+            particles.wake_strand(self.line);
+        } else {
+            particles.wake(self.line);
+        }
+        particles.at_mut(self.line)
     }
 
     /// Puts it somewhere else [m, world], at the velocity it has.

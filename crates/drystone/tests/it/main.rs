@@ -27,6 +27,7 @@ mod scenario_queries;
 mod scenario_groups;
 mod scenario_threads;
 mod scenario_tumble;
+mod scenario_turning;
 mod scenario_whirl;
 mod scenario_seams;
 mod scenario_sixdof;

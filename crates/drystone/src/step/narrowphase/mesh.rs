@@ -1,7 +1,7 @@
 //! Pairs of a mesh and a convex shape: several manifolds, each in a row of its own.
 
 use super::motion::Motion;
-use super::{Change, FAR_TURN, Look, rebuild, recycle, turn_ahead};
+use super::{Change, FAR_TURN, Look, keep_load, rebuild, recycle, turn_ahead};
 use crate::base::math::Vec3;
 use crate::base::pose::Pose;
 use crate::geometry::collide::{MAX_PARTS, MeshScratch, Reach, collide_mesh};
@@ -52,6 +52,7 @@ pub(super) fn update(
         if turn > FAR_TURN && !contact.sensor {
             out.push(Change::Turns(look.row));
         }
+        keep_loads(ctx, contact, (a, b), slots);
         list_parts(look.row, contact, slots, out);
         return;
     }
@@ -93,6 +94,7 @@ pub(super) fn update(
         let manifold = if count == 0 { Manifold::default() } else { made[0] };
         if !idle {
             rebuild(ctx, (look.row, contact), &manifold, (&pose_a, last), [a, b], out);
+            keep_load(ctx, contact, a, b);
         }
         list_parts(look.row, contact, slots, out);
         return;
@@ -107,11 +109,22 @@ pub(super) fn update(
         let idle = manifold.count == 0 && contact.count == 0;
         if !idle {
             rebuild(ctx, (row, contact), &manifold, (&pose_a, last), [a, b], out);
+            keep_load(ctx, contact, a, b);
         }
         if contact.count > 0 && !contact.sensor {
             out.push(Change::Carries(row));
         }
         slot += 1;
+        part = next(contact, slots);
+    }
+}
+
+/// [`keep_load`] of all parts.
+fn keep_loads(ctx: &StepContext, first: &mut Contact, (a, b): (&Body, &Body), slots: &Slots<'_>) {
+    keep_load(ctx, first, a, b);
+    let mut part = if first.others > 0 { next(first, slots) } else { None };
+    while let Some((_, contact)) = part {
+        keep_load(ctx, contact, a, b);
         part = next(contact, slots);
     }
 }

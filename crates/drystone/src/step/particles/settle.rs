@@ -110,10 +110,13 @@ fn keep_awake(
 ) {
     let dt = ctx.dt;
     let Particles { rows, lines, .. } = particles;
-    for (row, line) in rows.values_mut().iter_mut().zip(&lines[1..]) {
-        if let Some(particle) = row
-            && moves(particle)
-        {
+    for (row, line) in rows.values_mut().iter_mut().zip(&mut lines[1..]) {
+        let Some(particle) = row else { continue };
+        if particle.faulted {
+            // What it was linked to may have become non-finite in this step, and that times no inverse mass is no number.
+            line.set_velocity(Vec3::ZERO);
+        }
+        if moves(particle) {
             let still = line.velocity().length() < rest.speed;
             particle.still_time = if still { particle.still_time + dt } else { 0.0 };
         }

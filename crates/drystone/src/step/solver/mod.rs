@@ -56,7 +56,7 @@ use core::sync::atomic::{AtomicBool, Ordering};
 
 use fearless_simd::dispatch;
 
-use self::contact::Sweep;
+use self::contact::{Push, Sweep};
 use self::coupling::CouplingRow;
 use self::impact::Impacts;
 use self::inertia::{Frames, Squeeze};
@@ -395,6 +395,7 @@ impl Solver<'_> {
             cap: ctx.push_speed,
             inner,
             elapsed,
+            takes_back: None,
         };
         match pass {
             Pass::Solve { inner } => {
@@ -431,7 +432,13 @@ impl Solver<'_> {
                 self.sweep_sixdofs(group, &joints, jobs);
                 self.sweep_trees(group, &joints, jobs);
                 let rigid = sweep(Softness::RIGID, 1, moved);
-                self.sweep_contacts(group, &[rigid, rigid], jobs);
+                // Within a step bodies carry to the next substep what they get in one.
+                let ends = substep >= ctx.substeps;
+                let of = |soft: &Softness| Sweep {
+                    takes_back: ends.then(|| Push { rate: soft.push_rate(), cap: ctx.push_speed }),
+                    ..rigid
+                };
+                self.sweep_contacts(group, &[of(&ctx.soft), of(&ctx.soft_fixed)], jobs);
                 self.add_to_tallies(group, When::relaxed());
             }
             // Passes over bodies or islands, and those of the classic methods.
