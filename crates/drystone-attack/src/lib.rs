@@ -8,6 +8,7 @@ pub mod damage;
 pub mod files;
 pub mod finding;
 pub mod generate;
+pub mod hunt;
 pub mod minimize;
 pub mod numbers;
 pub mod op;

@@ -21,7 +21,8 @@ pub fn test(program: &Program, seed: u64, finding: Option<&Finding>) -> String {
     let is_compared = kind == Some(Kind::HashDiffers);
     let used = used_labels(program);
     let has_pieces = used.iter().any(|(kind, label)| *kind == 'b' && *label >= PIECES);
-    let mut source = Source { text: String::new(), used, has_pieces, kind };
+    let checks = Checks::default();
+    let mut source = Source { text: String::new(), used, has_pieces, kind, checks, has_begun: false };
     let name = kind.map_or("program", Kind::name).replace('-', "_");
     source.line("#[test]");
     source.line(&format!("fn attack_{name}_{seed}() {{"));
@@ -53,13 +54,53 @@ pub fn test(program: &Program, seed: u64, finding: Option<&Finding>) -> String {
     }
     source.ending();
     source.line("}");
-    let mut head =
-        "// For crates/drystone/tests/it/regression.rs, under a name that says what must hold.\n"
-            .to_owned();
-    if let Some(f) = finding {
-        let _ = writeln!(head, "// {}: {} (step {} of seed {seed})", f.kind.name(), f.what, f.step);
+    let why = finding.map(|f| {
+        format!("// {}: {} (step {} of seed {seed})\n", f.kind.name(), f.what, f.step)
+    });
+    whole(&why.unwrap_or_default(), &source.text)
+}
+
+fn whole(why: &str, text: &str) -> String {
+    let head = "// For crates/drystone/tests/it, under a name that says what must hold.\n";
+    format!("{head}{why}{}\n{text}", imports(text))
+}
+
+/// Lines of a test that say what must hold.
+#[derive(Clone, Debug, Default)]
+pub struct Checks {
+    /// Bodies that they name.
+    pub names: Vec<Label>,
+    /// Before the first step.
+    pub before: Vec<String>,
+    /// After each step.
+    pub each: Vec<String>,
+    /// In the end.
+    pub end: Vec<String>,
+}
+
+/// The source of a test that does what the program does under a name, and asserts what is given.
+#[must_use]
+pub fn test_with(program: &Program, name: &str, checks: &Checks, finding: &Finding) -> String {
+    let mut used = used_labels(program);
+    used.extend(checks.names.iter().map(|label| ('b', *label)));
+    let (kind, checks) = (Some(finding.kind), checks.clone());
+    let has_pieces = false;
+    let mut source =
+        Source { text: String::new(), used, has_pieces, kind, checks, has_begun: false };
+    source.line("#[test]");
+    source.line(&format!("fn {name}() {{"));
+    source.config("config", &program.config);
+    source.line("let mut world = World::new(config).unwrap();");
+    for op in &program.ops {
+        source.op(op);
     }
-    head + &imports(&source.text) + "\n" + &source.text
+    for line in source.checks.end.clone() {
+        source.line(&line);
+    }
+    source.line("}");
+    let Finding { kind, what, detail, step } = finding;
+    let why = format!("// {}: {what} (step {step})\n// {detail}\n", kind.name());
+    whole(&why, &source.text)
 }
 
 /// What the source needs.
@@ -139,6 +180,9 @@ struct Source {
     used: BTreeSet<(char, Label)>,
     has_pieces: bool,
     kind: Option<Kind>,
+    checks: Checks,
+    /// Whether there was a step.
+    has_begun: bool,
 }
 
 /// Which things later operations name: only these get a variable.
@@ -238,6 +282,11 @@ impl Source {
     }
 
     fn steps(&mut self, dt: &str, count: u32) {
+        if !core::mem::replace(&mut self.has_begun, true) {
+            for line in self.checks.before.clone() {
+                self.line(&line);
+            }
+        }
         self.line(&format!("for _ in 0..{count} {{"));
         let is_compared = self.kind == Some(Kind::HashDiffers);
         if is_compared {
@@ -247,6 +296,9 @@ impl Source {
             self.line("}");
         }
         self.line(&format!("world.step({dt});"));
+        for line in self.checks.each.clone() {
+            self.line(&line);
+        }
         if self.has_pieces {
             self.line("pieces.extend(world.events().pieces.iter().copied());");
         }

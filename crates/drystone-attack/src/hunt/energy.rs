@@ -1,0 +1,196 @@
+//! Energy and momentum: what nothing puts in cannot come out.
+
+use drystone::{JointKind, Vec3};
+
+use super::moment::Look;
+use crate::finding::{Findings, Kind};
+
+/// The part of the energy of the last second that rounding and the error of an integrator may add. What users would
+/// notice begins at some percent.
+const PART: f64 = 0.02;
+
+/// For how long the energy of a motion counts [s].
+const MEMORY: f64 = 1.0;
+
+/// Documented: overlaps are pushed out at this speed [m/s], and in proportion to the depth [1/s].
+const PUSH: f32 = 0.25;
+const PUSH_RATE: f32 = 6.0;
+
+/// Books of energy over a run.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Conservation {
+    /// Highest sum of what was lost so far, and what counted then [J].
+    lost: Option<f64>,
+    kinetic: f64,
+    scale: f64,
+    /// What drives may have given [J].
+    driven: f64,
+    /// Energy of contacts and joints that give way: load × way, the most in the last second [J].
+    sag: f64,
+    overlapped: f64,
+    momentum: Option<(Vec3, Vec3)>,
+    highest: f32,
+    fastest: f32,
+    /// The greatest gain over its tolerance.
+    pub(super) worst: f64,
+}
+
+impl Conservation {
+    pub(super) fn see(&mut self, look: &Look<'_>, findings: &mut Findings) {
+        if look.facts.is_closed() {
+            self.energy(look, findings);
+        } else {
+            self.bound(look, findings);
+        }
+        let is_free = !look.facts.has_fixed && !look.facts.hangs && !look.facts.has_calls;
+        if is_free && look.facts.gravity == 0.0 && !look.facts.has_drives {
+            self.momentum(look, findings);
+        }
+    }
+
+    fn energy(&mut self, look: &Look<'_>, findings: &mut Findings) {
+        let audit = look.world.audit();
+        let Some(ledger) = audit.ledger else { return };
+        let fade = (1.0 - f64::from(look.dt) / MEMORY).max(0.0);
+        let gravity = f64::from(look.facts.gravity);
+        let mut weight = 0.0;
+        for (_, body) in look.now.dynamic() {
+            weight += f64::from(body.mass) * gravity;
+        }
+        // What a contact or joint that gives way by this much keeps, and gives back: at most the weight of all, over
+        // that way.
+        let way = f64::from(audit.penetration.max) + f64::from(audit.joints.linear) + 1.0e-4 * self.length(look);
+        self.sag = (self.sag * fade).max(weight * way);
+        self.kinetic = (self.kinetic * fade).max(audit.energy.kinetic());
+        if look.step == 1 {
+            self.overlapped = self.pushed_out(look);
+        }
+        if look.facts.has_drives {
+            self.driven += drive_work(look);
+        }
+        // The memory of an energy that was gained is the gain's: the scale is that of the time before.
+        let lost = ledger.dissipated + self.driven;
+        let Some(most) = self.lost else {
+            (self.lost, self.scale) = (Some(lost), self.kinetic.max(ledger.start.kinetic()));
+            return;
+        };
+        if lost >= most {
+            (self.lost, self.scale) = (Some(lost), self.kinetic);
+        }
+        let most = self.lost.unwrap_or(lost);
+        // Rounding of heights far from the origin.
+        let rounding = 1.0e-6 * (ledger.now.total().abs() + ledger.start.total().abs());
+        let allowed = PART * self.scale + self.sag + self.overlapped + rounding;
+        let gained = most - lost;
+        self.worst = self.worst.max(gained / allowed.max(1.0e-30));
+        if gained > allowed {
+            let part = gained / self.scale.max(1.0e-30);
+            let detail = format!(
+                "gained {gained:.3e} J, allowed {allowed:.3e}, {part:.3} of the kinetic energy of the second before"
+            );
+            findings.add(Kind::Energy, "energy from nothing", detail, look.step);
+        }
+    }
+
+    /// Half of the length of the smallest body.
+    #[expect(clippy::unused_self, reason = "beside the others")]
+    fn length(&self, look: &Look<'_>) -> f64 {
+        look.now.dynamic().map(|(_, b)| f64::from(b.large)).fold(f64::INFINITY, f64::min).min(1.0e6)
+    }
+
+    /// What bodies that are made within each other get by the documented speeds of pushing out [J].
+    #[expect(clippy::unused_self, reason = "beside the others")]
+    fn pushed_out(&self, look: &Look<'_>) -> f64 {
+        let depth = look.now.touches.iter().map(super::moment::Touch::depth).fold(0.0, f32::max);
+        let is_deep = look.now.dynamic().any(|(_, b)| depth > 0.02 * b.thin);
+        if !is_deep {
+            return 0.0;
+        }
+        let speed = f64::from(PUSH + PUSH_RATE * depth);
+        look.now.dynamic().map(|(_, b)| 0.5 * f64::from(b.mass) * speed * speed).sum()
+    }
+
+    /// Where carriers and belts move: nothing becomes faster than by a bounce off one of them, and a fall.
+    fn bound(&mut self, look: &Look<'_>, findings: &mut Findings) {
+        let mut carrier = look.facts.bodies.values().map(|b| b.belt).fold(0.0, f32::max);
+        for body in look.before.bodies.values().filter(|b| !b.is_dynamic()) {
+            carrier = carrier.max(body.speed());
+        }
+        self.fastest = self.fastest.max(carrier);
+        let mut lowest = f32::INFINITY;
+        for (_, body) in look.now.dynamic() {
+            self.highest = self.highest.max(body.center.y);
+            lowest = lowest.min(body.center.y);
+        }
+        if look.facts.has_calls && look.facts.jointed.is_empty() {
+            return;
+        }
+        let start = look.facts.movers().map(|(_, m)| m.linear_velocity.length()).fold(0.0, f32::max);
+        let fall = 2.0 * look.facts.gravity * (self.highest - lowest).max(0.0);
+        let most = 2.0 * self.fastest + (start * start + fall).sqrt();
+        for (_, body) in look.now.dynamic() {
+            let slack = 0.05 * look.fall_speed(body) + 0.02 * most;
+            // A body on a joint swings as a pendulum does: twice the speed of its holder.
+            if body.v.length() > 1.5 * most + slack {
+                let detail = format!("{} m/s, at most {most} m/s", body.v.length());
+                findings.add(Kind::Energy, "faster than what carries it", detail, look.step);
+            }
+        }
+    }
+
+    fn momentum(&mut self, look: &Look<'_>, findings: &mut Findings) {
+        let m = look.world.audit().momentum;
+        let (linear, angular) = (m.linear, m.about_center);
+        let Some((p, l)) = self.momentum else {
+            self.momentum = Some((linear, angular));
+            return;
+        };
+        let (mut sum, mut turning) = (0.0_f32, 0.0_f32);
+        for (id, body) in look.now.dynamic() {
+            sum += body.mass * body.v.length();
+            let arm = (body.center - m.center_of_mass).length();
+            let spin = look.world.body(id).map_or(0.0, |b| b.inertia().mul(body.w).length());
+            turning += body.mass * body.v.length() * arm + spin;
+        }
+        // Rounding: half a unit in the last place a substep, 8 a step.
+        #[expect(clippy::cast_precision_loss, reason = "some thousands")]
+        let rounding = 8.0 * look.step as f32 * f32::EPSILON;
+        let off = (linear - p).length();
+        if off > (1.0e-3 + rounding) * (sum + p.length()) {
+            let detail = format!("{off:.3e} of {sum:.3e} kg m/s");
+            findings.add(Kind::Momentum, "linear momentum from nothing", detail, look.step);
+        }
+        // A contact acts on both bodies at one point but for its overlap: a hundredth.
+        let off = (angular - l).length();
+        if off > (1.0e-2 + rounding) * (turning + l.length()) {
+            let detail = format!("{off:.3e} of {turning:.3e} kg m²/s");
+            findings.add(Kind::Momentum, "angular momentum from nothing", detail, look.step);
+        }
+    }
+}
+
+/// The most that drives can have given in a step: their greatest force over the way of their axis [J].
+fn drive_work(look: &Look<'_>) -> f64 {
+    let mut work = 0.0;
+    for joint in look.world.joints() {
+        let JointKind::SixDof(axes) = joint.kind() else { continue };
+        let (Some(a), Some(b)) =
+            (look.now.bodies.get(&joint.body_a()), look.now.bodies.get(&joint.body_b()))
+        else {
+            continue;
+        };
+        let turning = (b.w - a.w).length();
+        let moving = (b.velocity_at(joint.anchor_b()) - a.velocity_at(joint.anchor_b())).length();
+        let dt = f64::from(look.dt);
+        for (axes, rate) in [(&axes.linear, moving), (&axes.angular, turning)] {
+            for drive in axes.iter().filter_map(|axis| axis.drive) {
+                // Of both ends of the step the faster one; a spring without a target speed is in the energy.
+                let rate = f64::from(rate.max(drive.velocity.abs()));
+                if drive.velocity != 0.0 {
+                    work += f64::from(drive.max_force) * rate * dt;
+                }
+            }
+        }
+    }
+    work
+}

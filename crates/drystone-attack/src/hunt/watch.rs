@@ -1,0 +1,257 @@
+//! A program, run to its end under all oracles.
+
+use std::collections::BTreeMap;
+use std::sync::Mutex;
+use std::time::{Duration, Instant};
+
+use drystone::{BodyKind, Pose, World};
+
+use super::energy::Conservation;
+use super::events::Told;
+use super::facts::Facts;
+use super::moment::{Look, Moment};
+use super::moving::Motions;
+use super::places::Places;
+use super::rest::Rest;
+use crate::apply::{Done, Ids, apply};
+use crate::finding::{Findings, Kind};
+use crate::op::{Label, Op, Program};
+use crate::run::guarded;
+
+/// A run takes no longer than this; what would is ended early, and that is no finding.
+const LONGEST: Duration = Duration::from_secs(8);
+
+/// So long after all has come to rest nothing more is to be seen [s]: an oracle of rest looks every 30 steps.
+const AFTER_REST: f32 = 1.5;
+
+/// What a run came to.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Watched {
+    pub(super) steps: u64,
+    pub(super) refused: u32,
+    /// Which operations were done.
+    pub(super) done: Vec<bool>,
+    pub(super) findings: Findings,
+    pub(super) is_cut: bool,
+    /// Where each body was when it first touched something, by time [s], and where it ended.
+    pub(super) ends: BTreeMap<Label, End>,
+    /// Since when all is at rest [s].
+    pub(super) rest_since: Option<f32>,
+    pub(super) hash: u64,
+}
+
+/// The way of a body, in short.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct End {
+    pub(super) touched: Option<f32>,
+    pub(super) pose: Pose,
+    pub(super) large: f32,
+}
+
+/// Runs a program under all oracles.
+pub(super) fn watch(program: &Program, say: Option<fn(&str)>) -> Watched {
+    guard(program, true, false, say)
+}
+
+/// Runs it for its end alone, from its own snapshot in the middle if that is asked for.
+pub(super) fn follow(program: &Program, restores: bool) -> Watched {
+    guard(program, false, restores, None)
+}
+
+fn guard(program: &Program, judges: bool, restores: bool, say: Option<fn(&str)>) -> Watched {
+    let run = Mutex::new(Run { judges, restores, say, ..Run::default() });
+    let caught = guarded(|| {
+        let mut run = run.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+        run.all(program);
+    });
+    let run = run.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner);
+    let mut watched = run.watched;
+    if let Err(panic) = caught {
+        let step = u32::try_from(watched.steps).unwrap_or(u32::MAX);
+        watched.findings.add(Kind::Panic, panic.place, panic.message, step);
+    }
+    watched
+}
+
+/// A run in progress.
+#[derive(Debug, Default)]
+struct Run {
+    judges: bool,
+    restores: bool,
+    say: Option<fn(&str)>,
+    facts: Facts,
+    ids: Ids,
+    moment: Moment,
+    watched: Watched,
+    energy: Conservation,
+    places: Places,
+    rest: Rest,
+    motions: Motions,
+    told: Told,
+    time: f32,
+    /// Time of the last call between steps.
+    last_call: f32,
+    step: u32,
+}
+
+impl Run {
+    fn all(&mut self, program: &Program) {
+        let Ok(mut world) = World::new(program.config.clone()) else {
+            self.watched.refused += 1;
+            return;
+        };
+        self.facts = Facts::of(program);
+        if self.judges {
+            world.begin_ledger();
+        }
+        let (start, total) = (Instant::now(), program.steps());
+        for (number, op) in program.ops.iter().enumerate() {
+            let Op::Step(dt, count) = op else {
+                let done = apply(&mut world, &mut self.ids, op, &mut self.watched.findings, self.step);
+                self.watched.refused += u32::from(done == Done::Refused);
+                self.watched.done.push(done == Done::Yes);
+                if self.say.is_some() && done != Done::Yes {
+                    self.tell(&format!("{done:?}: {op:?}"));
+                }
+                // What is set moving between steps has moved since the step before.
+                self.moment = Moment::of(&world, &self.ids, &self.facts);
+                self.last_call = self.time;
+                continue;
+            };
+            self.watched.done.push(true);
+            let is_last = !program.ops[number + 1..].iter().any(|op| matches!(op, Op::Step(..)));
+            for i in 0..*count {
+                if self.restores && self.step == total / 2 {
+                    if let Ok(again) = World::restore(&world.snapshot()) {
+                        world = again;
+                    }
+                }
+                let is_end = is_last && i + 1 == *count;
+                #[expect(clippy::cast_precision_loss, reason = "a part")]
+                let part = if is_last { i as f32 / *count as f32 } else { 0.0 };
+                self.one(&mut world, *dt, part, is_end);
+                if start.elapsed() > LONGEST {
+                    self.watched.is_cut = true;
+                    return;
+                }
+                if is_last && self.is_over() {
+                    self.end(&world, *dt);
+                    self.watched.hash = world.state_hash();
+                    return;
+                }
+            }
+        }
+        self.watched.hash = world.state_hash();
+    }
+
+    fn tell(&self, line: &str) {
+        if let Some(say) = self.say {
+            say(line);
+        }
+    }
+
+    fn one(&mut self, world: &mut World, dt: f32, part: f32, is_end: bool) {
+        world.step(dt);
+        self.step += 1;
+        self.watched.steps += 1;
+        self.time += dt;
+        let now = Moment::of(world, &self.ids, &self.facts);
+        let before = core::mem::replace(&mut self.moment, now);
+        let now = core::mem::take(&mut self.moment);
+        let quiet = self.time - self.last_call;
+        let look = Look {
+            world,
+            facts: &self.facts,
+            before: &before,
+            now: &now,
+            dt,
+            time: self.time,
+            quiet,
+            step: self.step,
+        };
+        for touch in now.touches.iter().filter(|t| t.is_pressed()) {
+            for id in touch.bodies {
+                let Some(body) = now.bodies.get(&id) else { continue };
+                self.watched.ends.entry(body.label).or_default().touched.get_or_insert(self.time);
+            }
+        }
+        let findings = &mut self.watched.findings;
+        let known = findings.all.len();
+        if self.judges {
+            self.energy.see(&look, findings);
+            self.places.see(&look, findings);
+            self.motions.see(&look, findings);
+            self.told.see(&look, findings);
+        }
+        self.rest.see(&look);
+        if self.judges {
+            self.rest.judge(&look, findings);
+            self.rest.mark(&look, part);
+        }
+        self.watched.rest_since = self.rest.rest_since;
+        for (_, body) in now.bodies.iter().filter(|(_, b)| b.kind == BodyKind::Dynamic) {
+            let end = self.watched.ends.entry(body.label).or_default();
+            (end.pose, end.large) = (body.pose, body.large);
+        }
+        if self.say.is_some() {
+            self.tell_of(world, &now, known);
+        }
+        self.moment = now;
+        if is_end {
+            self.end(world, dt);
+        }
+    }
+
+    /// Writes where all is: every step at first, rarely later.
+    fn tell_of(&self, world: &World, now: &Moment, known: usize) {
+        for f in &self.watched.findings.all[known..] {
+            self.tell(&format!("!! {} {}: {} (step {})", f.kind.name(), f.what, f.detail, f.step));
+        }
+        let rare = if self.step < 60 { 4 } else if self.step < 600 { 20 } else { 200 };
+        let is_new = self.watched.findings.all.len() > known;
+        if self.step % rare != 0 && !is_new {
+            return;
+        }
+        let energy = world.kinetic_energy() + world.potential_energy();
+        self.tell(&format!("step {} t {:.4} energy {energy:.6e}", self.step, self.time));
+        for (_, b) in now.dynamic() {
+            let (p, v, w) = (b.center, b.v, b.w);
+            let sleep = if b.is_asleep { " asleep" } else { "" };
+            self.tell(&format!(
+                "   {} at {:.5} {:.5} {:.5} v {:.4} {:.4} {:.4} w {:.3} {:.3} {:.3}{sleep}",
+                b.label, p.x, p.y, p.z, v.x, v.y, v.z, w.x, w.y, w.z
+            ));
+        }
+        for t in &now.touches {
+            let labels = t.bodies.map(|id| now.bodies.get(&id).map_or(0, |b| b.label));
+            let points: Vec<_> = t.points.iter().map(|p| (p.separation, p.impulse)).collect();
+            self.tell(&format!("      touch {labels:?} normal {:?} {points:?}", t.normal));
+        }
+        for j in world.joints() {
+            self.tell(&format!("      joint gap {} angle {}", j.error(), j.angular_error()));
+        }
+    }
+
+    /// All rests, has for a while, and nothing moves that could change that.
+    fn is_over(&self) -> bool {
+        let asleep = self.moment.dynamic().all(|(_, b)| b.is_asleep);
+        let carried = self.facts.has_carriers || self.facts.has_belts || self.facts.has_drives;
+        let rested = self.rest.rest_since.is_some_and(|since| self.time - since > AFTER_REST);
+        asleep && rested && !carried && self.time - self.last_call > AFTER_REST
+    }
+
+    fn end(&mut self, world: &World, dt: f32) {
+        if !self.judges {
+            return;
+        }
+        let (time, step) = (self.time, self.step);
+        let quiet = time - self.last_call;
+        let (facts, now) = (&self.facts, &self.moment);
+        let look = Look { world, facts, before: now, now, dt, time, quiet, step };
+        let findings = &mut self.watched.findings;
+        self.places.end(&look, findings);
+        self.rest.end(&look, findings);
+        self.motions.end(&look, findings);
+        self.told.end(&look, findings);
+    }
+}
