@@ -2,12 +2,16 @@
 
 use drystone::{JointKind, Vec3};
 
-use super::moment::Look;
+use super::moment::{Look, Touch};
 use crate::finding::{Findings, Kind};
 
-/// The part of the energy of the last second that rounding and the error of an integrator may add. What users would
-/// notice begins at some percent.
-const PART: f64 = 0.02;
+/// The part of the energy of the last second that rounding and the error of an integrator may add at once, and in a
+/// second [1/s]. What users would notice begins at some percent.
+const PART: f64 = 0.03;
+const PART_RATE: f64 = 5.0e-4;
+
+/// Substeps of a step of the default method. What bounces does so within one of them, in which gravity acts too.
+const SUBSTEPS: f64 = 8.0;
 
 /// For how long the energy of a motion counts [s].
 const MEMORY: f64 = 1.0;
@@ -29,6 +33,8 @@ pub(super) struct Conservation {
     sag: f64,
     overlapped: f64,
     momentum: Option<(Vec3, Vec3)>,
+    /// The greatest turn of a body in a step so far [rad].
+    turn: f32,
     highest: f32,
     fastest: f32,
     /// The greatest gain over its tolerance.
@@ -53,17 +59,22 @@ impl Conservation {
         let Some(ledger) = audit.ledger else { return };
         let fade = (1.0 - f64::from(look.dt) / MEMORY).max(0.0);
         let gravity = f64::from(look.facts.gravity);
-        let mut weight = 0.0;
+        let (mut weight, mut count, mut bounce) = (0.0, 0.0, 0.0);
         for (_, body) in look.now.dynamic() {
-            weight += f64::from(body.mass) * gravity;
+            let (mass, v) = (f64::from(body.mass), f64::from(body.v.length()));
+            weight += mass * gravity;
+            count += 1.0;
+            bounce += mass * v * gravity * f64::from(look.dt) / SUBSTEPS;
         }
-        // What a contact or joint that gives way by this much keeps, and gives back: at most the weight of all, over
-        // that way.
-        let way = f64::from(audit.penetration.max) + f64::from(audit.joints.linear) + 1.0e-4 * self.length(look);
-        self.sag = (self.sag * fade).max(weight * way);
+        // What a contact or joint that gives way by this much keeps, and gives back, one on top of the other: at most
+        // the weight of all, over these ways. Contacts hold what they carry a rest offset apart.
+        let offset = f64::from(look.world.config().contact.rest_offset);
+        let own = f64::from(audit.penetration.max) + f64::from(audit.joints.linear) + offset;
+        let way = own * count + 1.0e-4 * length(look);
+        self.sag = (self.sag * fade).max(weight * way + 2.0 * bounce);
         self.kinetic = (self.kinetic * fade).max(audit.energy.kinetic());
         if look.step == 1 {
-            self.overlapped = self.pushed_out(look);
+            self.overlapped = pushed_out(look);
         }
         if look.facts.has_drives {
             self.driven += drive_work(look);
@@ -80,7 +91,8 @@ impl Conservation {
         let most = self.lost.unwrap_or(lost);
         // Rounding of heights far from the origin.
         let rounding = 1.0e-6 * (ledger.now.total().abs() + ledger.start.total().abs());
-        let allowed = PART * self.scale + self.sag + self.overlapped + rounding;
+        let part = PART + PART_RATE * f64::from(look.time);
+        let allowed = part * self.scale + self.sag + self.overlapped + rounding;
         let gained = most - lost;
         self.worst = self.worst.max(gained / allowed.max(1.0e-30));
         if gained > allowed {
@@ -90,24 +102,6 @@ impl Conservation {
             );
             findings.add(Kind::Energy, "energy from nothing", detail, look.step);
         }
-    }
-
-    /// Half of the length of the smallest body.
-    #[expect(clippy::unused_self, reason = "beside the others")]
-    fn length(&self, look: &Look<'_>) -> f64 {
-        look.now.dynamic().map(|(_, b)| f64::from(b.large)).fold(f64::INFINITY, f64::min).min(1.0e6)
-    }
-
-    /// What bodies that are made within each other get by the documented speeds of pushing out [J].
-    #[expect(clippy::unused_self, reason = "beside the others")]
-    fn pushed_out(&self, look: &Look<'_>) -> f64 {
-        let depth = look.now.touches.iter().map(super::moment::Touch::depth).fold(0.0, f32::max);
-        let is_deep = look.now.dynamic().any(|(_, b)| depth > 0.02 * b.thin);
-        if !is_deep {
-            return 0.0;
-        }
-        let speed = f64::from(PUSH + PUSH_RATE * depth);
-        look.now.dynamic().map(|(_, b)| 0.5 * f64::from(b.mass) * speed * speed).sum()
     }
 
     /// Where carriers and belts move: nothing becomes faster than by a bounce off one of them, and a fall.
@@ -160,13 +154,32 @@ impl Conservation {
             let detail = format!("{off:.3e} of {sum:.3e} kg m/s");
             findings.add(Kind::Momentum, "linear momentum from nothing", detail, look.step);
         }
-        // A contact acts on both bodies at one point but for its overlap: a hundredth.
+        // A contact acts on both bodies at one point but for its overlap: a hundredth. Its lever is that of the begin of
+        // the step: of a body that turns by θ in it, it is off by θ²/2.
+        let turn = look.before.dynamic().map(|(_, b)| b.w.length() * look.dt).fold(0.0, f32::max);
+        self.turn = self.turn.max(turn);
         let off = (angular - l).length();
-        if off > (1.0e-2 + rounding) * (turning + l.length()) {
+        let part = 1.0e-2 + rounding + (0.5 * self.turn * self.turn).min(0.5);
+        if off > part * (turning + l.length()) {
             let detail = format!("{off:.3e} of {turning:.3e} kg m²/s");
             findings.add(Kind::Momentum, "angular momentum from nothing", detail, look.step);
         }
     }
+}
+
+/// Half of the length of the smallest body [m].
+fn length(look: &Look<'_>) -> f64 {
+    look.now.dynamic().map(|(_, b)| f64::from(b.large)).fold(f64::INFINITY, f64::min).min(1.0e6)
+}
+
+/// What bodies that are made within each other get by the documented speeds of pushing out [J].
+fn pushed_out(look: &Look<'_>) -> f64 {
+    let depth = look.now.touches.iter().map(Touch::depth).fold(0.0, f32::max);
+    if !look.now.dynamic().any(|(_, b)| depth > 0.02 * b.thin) {
+        return 0.0;
+    }
+    let speed = f64::from(PUSH + PUSH_RATE * depth);
+    look.now.dynamic().map(|(_, b)| 0.5 * f64::from(b.mass) * speed * speed).sum()
 }
 
 /// The most that drives can have given in a step: their greatest force over the way of their axis [J].

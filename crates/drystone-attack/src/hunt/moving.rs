@@ -67,7 +67,8 @@ impl Motions {
     fn land(&mut self, look: &Look<'_>, findings: &mut Findings) {
         for (_, body) in look.now.dynamic() {
             self.fall = self.fall.max(-body.v.y);
-            let allowed = UP * self.fall + 0.01 * look.fall_speed(body);
+            // The second: it rises by a hundredth of its length.
+            let allowed = UP * self.fall + 0.1 * look.fall_speed(body);
             if body.v.y > allowed {
                 let detail = format!("up at {} m/s, the fastest fall was {} m/s", body.v.y, self.fall);
                 findings.add(Kind::Bounce, "restitution 0 bounces", detail, look.step);
@@ -203,7 +204,9 @@ fn glide(look: &Look<'_>, body: &Body, findings: &mut Findings) {
         findings.add(Kind::Glide, "speed is lost without friction", detail, look.step);
     }
     let rise = body.pose.position.y - made.position.y;
-    if rise > RISE * 2.0 * made.down {
+    // It is held a rest offset above the floor.
+    let offset = 4.0 * look.world.config().contact.rest_offset;
+    if rise > RISE * 2.0 * made.down + offset {
         let detail = format!("{rise} m, its height is {} m", 2.0 * made.down);
         findings.add(Kind::Glide, "hops on a flat floor", detail, look.step);
     }
@@ -211,6 +214,9 @@ fn glide(look: &Look<'_>, body: &Body, findings: &mut Findings) {
 
 /// Blocks of a stack stay where they were put.
 fn stand(look: &Look<'_>, findings: &mut Findings) {
+    // Each is held a rest offset above the one below.
+    #[expect(clippy::cast_precision_loss, reason = "at most some tens")]
+    let apart = look.now.bodies.len() as f32;
     for (_, body) in look.now.dynamic() {
         let Some(made) = look.facts.bodies.get(&body.label) else { continue };
         if body.label < super::floors::FIRST_BODY {
@@ -220,7 +226,8 @@ fn stand(look: &Look<'_>, findings: &mut Findings) {
         let across = (off.x * off.x + off.z * off.z).sqrt();
         // The height from the floor to its top is that of all that can be pressed.
         let height = made.position.y + made.up;
-        let is_off = off.y.abs() > PRESSED * height || across > LEAN * height;
+        let offset = 2.0 * apart * look.world.config().contact.rest_offset;
+        let is_off = off.y.abs() > PRESSED * height + offset || across > LEAN * height + offset;
         let turn = turn_between(body.pose.rotation, made.rotation);
         if is_off || turn > LEAN {
             let detail = format!("{off:?} m, {turn} rad, its top was at {height} m");

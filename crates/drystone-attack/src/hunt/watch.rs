@@ -169,9 +169,14 @@ impl Run {
             quiet,
             step: self.step,
         };
-        for touch in now.touches.iter().filter(|t| t.is_pressed()) {
+        for touch in &now.touches {
             for id in touch.bodies {
                 let Some(body) = now.bodies.get(&id) else { continue };
+                // What comes fast is stopped before it, or after.
+                let near = 0.02 * body.large.min(1.0e3);
+                if !touch.is_pressed() && touch.points.iter().all(|p| p.separation > near) {
+                    continue;
+                }
                 self.watched.ends.entry(body.label).or_default().touched.get_or_insert(self.time);
             }
         }
