@@ -68,7 +68,7 @@ impl Draw {
         let mut rng = Rng::new(mix(seed ^ 0x0048_554e_5400) ^ scene as u64);
         let size = match rng.weighted(&[5.0, 2.5, 2.5]) {
             0 => rng.scale(0.1, 2.0),
-            1 => rng.scale(0.001, 0.1),
+            1 => rng.scale(0.002, 0.1),
             _ => rng.scale(2.0, 100.0),
         };
         let hertz = rng.pick(&[30.0_f32, 60.0, 60.0, 60.0, 120.0, 240.0]);
@@ -152,18 +152,20 @@ impl Draw {
         self.body(solid, BodyDef { angular_velocity: w, ..def })
     }
 
-    /// Three half extents: about equal, one long, or one short.
+    /// Three half extents: about equal, one long, or one short; none below half a millimeter.
     pub(super) fn proportions(&mut self) -> Vec3 {
+        const LEAST: f32 = 0.5e-3;
         let s = 0.5 * self.size;
         let near = |rng: &mut Rng| rng.between(0.5, 1.0);
-        match self.rng.weighted(&[4.0, 2.0, 1.5]) {
+        let h = match self.rng.weighted(&[4.0, 2.0, 1.5]) {
             0 => vec3(near(&mut self.rng), near(&mut self.rng), near(&mut self.rng)) * s,
             1 => {
                 let thin = self.rng.scale(0.01, 0.3);
                 vec3(1.0, thin, thin * near(&mut self.rng)) * s
             }
             _ => vec3(1.0, self.rng.scale(0.01, 0.3), near(&mut self.rng)) * s,
-        }
+        };
+        h.max(Vec3::splat(LEAST))
     }
 
     /// A body of any shape, its longest way along x, its shortest along y or z.

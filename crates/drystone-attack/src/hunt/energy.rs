@@ -73,8 +73,9 @@ impl Conservation {
         let way = own * count + 1.0e-4 * length(look);
         self.sag = (self.sag * fade).max(weight * way + 2.0 * bounce);
         self.kinetic = (self.kinetic * fade).max(audit.energy.kinetic());
-        if look.step == 1 {
-            self.overlapped = pushed_out(look);
+        if look.step == 1 || look.quiet < 1.5 * look.dt {
+            // What came between steps may have come into something.
+            self.overlapped = self.overlapped.max(pushed_out(look));
         }
         if look.facts.has_drives {
             self.driven += drive_work(look);
@@ -123,7 +124,7 @@ impl Conservation {
         let fall = 2.0 * look.facts.gravity * (self.highest - lowest).max(0.0);
         let most = 2.0 * self.fastest + (start * start + fall).sqrt();
         for (_, body) in look.now.dynamic() {
-            let slack = 0.05 * look.fall_speed(body) + 0.02 * most;
+            let slack = 0.15 * look.fall_speed(body) + 0.02 * most;
             // A body on a joint swings as a pendulum does: twice the speed of its holder.
             if body.v.length() > 1.5 * most + slack {
                 let detail = format!("{} m/s, at most {most} m/s", body.v.length());

@@ -1,6 +1,6 @@
 //! Places: nothing passes through anything, and what rests overlaps by little.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use drystone::{BodyId, Filter, JointId, Pose, Shape, Vec3};
 
@@ -39,7 +39,8 @@ struct Inner {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Places {
     inner: BTreeMap<BodyId, Vec<Inner>>,
-    /// Made within each other.
+    /// Pairs that were made within each other, and whether some were from the start.
+    excused: BTreeSet<[BodyId; 2]>,
     overlapped: bool,
     slow: BTreeMap<BodyId, f32>,
     gaps: BTreeMap<JointId, f32>,
@@ -52,13 +53,15 @@ impl Places {
         if look.step == 1 || look.quiet < 1.5 * look.dt {
             self.inner = look.now.bodies.keys().map(|id| (*id, inner_of(look, *id))).collect();
         }
-        if look.step == 1 {
-            let is_deep = |t: &Touch| t.depth() > 0.1 * thin_of(look, t);
-            self.overlapped = look.now.touches.iter().any(is_deep);
+        if look.step == 1 || look.quiet < 1.5 * look.dt {
+            for touch in look.now.touches.iter().filter(|t| t.depth() > 0.1 * thin_of(look, t)) {
+                self.excused.insert(sorted(touch.bodies));
+                self.overlapped |= look.step == 1;
+            }
         }
         if !self.overlapped {
             self.pass(look, findings);
-            deep(look, findings);
+            self.deep(look, findings);
         }
         self.rest(look, findings);
         self.joints(look, findings);
@@ -73,7 +76,8 @@ impl Places {
             }
             for (b, other) in &look.now.bodies {
                 let Some(was) = look.before.bodies.get(b) else { continue };
-                if a == *b || is_pair(look, body, other) || (other.w.length() * look.dt > MOST_TURN) {
+                let is_excused = self.excused.contains(&sorted([a, *b]));
+                if a == *b || is_excused || is_pair(look, body, other) || (other.w.length() * look.dt > MOST_TURN) {
                     continue;
                 }
                 for mine in self.inner.get(&a).into_iter().flatten() {
@@ -102,6 +106,17 @@ impl Places {
             let (a, b) = (local(&was.pose, from), local(&is.pose, to));
             meets_box(a, b, part.measures.core * INNER)
         })
+    }
+
+    /// No contact is deeper than half of the thinner body.
+    fn deep(&self, look: &Look<'_>, findings: &mut Findings) {
+        for touch in &look.now.touches {
+            let thin = thin_of(look, touch);
+            if touch.depth() > thin && !self.excused.contains(&sorted(touch.bodies)) {
+                let detail = format!("{} m, half a thickness is {thin} m", touch.depth());
+                findings.add(Kind::Through, "deeper than half a thickness", detail, look.step);
+            }
+        }
     }
 
     /// What has been slow for a while overlaps by little.
@@ -209,13 +224,6 @@ fn thin_of(look: &Look<'_>, touch: &Touch) -> f32 {
     touch.bodies.iter().map(thin).fold(f32::INFINITY, f32::min)
 }
 
-/// No contact is deeper than half of the thinner body.
-fn deep(look: &Look<'_>, findings: &mut Findings) {
-    for touch in &look.now.touches {
-        let thin = thin_of(look, touch);
-        if touch.depth() > thin {
-            let detail = format!("{} m, half a thickness is {thin} m", touch.depth());
-            findings.add(Kind::Through, "deeper than half a thickness", detail, look.step);
-        }
-    }
+fn sorted([a, b]: [BodyId; 2]) -> [BodyId; 2] {
+    [a.min(b), a.max(b)]
 }

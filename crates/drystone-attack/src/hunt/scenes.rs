@@ -102,7 +102,7 @@ impl Draw {
     fn block_size(&mut self) -> Vec3 {
         let s = 0.5 * self.size;
         let flat = if self.rng.chance(0.6) { 1.0 } else { self.rng.scale(0.02, 0.5) };
-        vec3(s, s * flat * self.rng.between(0.8, 1.0), s)
+        vec3(s, (s * flat * self.rng.between(0.8, 1.0)).max(0.2e-3), s)
     }
 
     pub(super) fn slides(&mut self) {
