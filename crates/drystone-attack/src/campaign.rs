@@ -116,14 +116,16 @@ impl<'a> Slot<'a> {
     fn work(&mut self) -> Result<(), String> {
         loop {
             let left = self.options.time.saturating_sub(self.start.elapsed());
+            let is_counted = self.options.only.contains(&Subject::Worlds);
             let enough =
-                self.options.worlds.is_some_and(|n| self.report().worlds() >= n);
+                is_counted && self.options.worlds.is_some_and(|n| self.report().worlds() >= n);
             if left.is_zero() || enough {
                 return Ok(());
             }
             // Whoever lags most behind its part of the time.
             let behind = |(subject, _, spent): &(Subject, u64, f64)| spent / subject.weight();
             let next = (0..self.spent.len())
+                .filter(|i| self.left(self.spent[*i].0, self.spent[*i].1) > 0)
                 .min_by(|a, b| behind(&self.spent[*a]).total_cmp(&behind(&self.spent[*b])));
             let Some(next) = next else { return Ok(()) };
             // Each subject has its turn several times.
@@ -137,6 +139,17 @@ impl<'a> Slot<'a> {
         }
     }
 
+    /// How many units of a subject are left for this slot, which has done so many: of every kind of scene there are
+    /// equally many, always the same, however many slots there are.
+    fn left(&self, subject: Subject, done: u64) -> u64 {
+        let (Some(worlds), Subject::Scene(_)) = (self.options.worlds, subject) else {
+            return u64::MAX;
+        };
+        let (jobs, slot) = (self.options.jobs.max(1) as u64, self.slot as u64);
+        let each = worlds.div_ceil(self.options.only.len().max(1) as u64);
+        each.saturating_sub(slot).div_ceil(jobs).saturating_sub(done)
+    }
+
     /// Has a child work for a while; returns how many units it did.
     fn slice(&self, subject: Subject, first: u64, time: Duration) -> Result<u64, String> {
         let jobs = self.options.jobs.max(1) as u64;
@@ -146,12 +159,7 @@ impl<'a> Slot<'a> {
             Some(n) if subject == Subject::Worlds => {
                 n.saturating_sub(self.report().worlds()).div_ceil(jobs)
             }
-            // Of every kind of scene about as many.
-            Some(n) if matches!(subject, Subject::Scene(_)) => {
-                let left = n.saturating_sub(self.report().worlds());
-                left.div_ceil(jobs * self.options.only.len().max(1) as u64)
-            }
-            _ => u64::MAX,
+            _ => self.left(subject, first),
         };
         let mut child = self.child(subject, [first_number, jobs, most], time)?;
         let lines = lines_of(&mut child);

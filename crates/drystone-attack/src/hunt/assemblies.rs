@@ -3,7 +3,7 @@
 use core::f32::consts::FRAC_PI_2;
 
 use drystone::{
-    BodyDef, JointAxis, JointDrive, JointKind, JointMotion, JointSpring, MassDef, Quat, Shape,
+    BodyDef, JointAxis, JointDrive, JointKind, JointMotion, JointSpring, MassDef, Pose, Quat, Shape,
     SixDof, Vec3, vec3,
 };
 
@@ -310,14 +310,25 @@ impl Draw {
             _ => {
                 // A crane: a holder that moves, and what hangs from it.
                 let none = Solid { parts: Vec::new(), rotation: Quat::IDENTITY };
-                let label = self.carrier(&none, vec3(0.0, 3.0 * s, 0.0), Vec3::ZERO, Vec3::ZERO);
-                let holder = Part { label, position: vec3(0.0, 3.0 * s, 0.0), rotation: Quat::IDENTITY };
+                let position = vec3(0.0, 3.0 * s, 0.0);
+                let is_put = self.rng.chance(0.3);
+                let label = if is_put {
+                    self.holder(position).label
+                } else {
+                    self.carrier(&none, position, Vec3::ZERO, Vec3::ZERO)
+                };
+                let holder = Part { label, position, rotation: Quat::IDENTITY };
                 let mass = self.mass();
                 let hook = self.part(&load, vec3(0.0, 2.0 * s, 0.0), mass);
                 self.ball(holder, hook, holder.position);
                 self.is_still_time = true;
                 self.run(2.0);
-                self.ops.push(Op::Body(label, BodyCall::LinearVelocity(vec3(v, 0.0, 0.0))));
+                let call = if is_put {
+                    BodyCall::Pose(Pose::at(position + vec3(0.5 * s, 0.0, 0.0)))
+                } else {
+                    BodyCall::LinearVelocity(vec3(v, 0.0, 0.0))
+                };
+                self.ops.push(Op::Body(label, call));
             }
         }
         let seconds = (100.0 * s / v).min(20.0).max(3.0);

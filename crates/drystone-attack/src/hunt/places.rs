@@ -49,6 +49,11 @@ pub(super) struct Places {
 }
 
 impl Places {
+    /// Whether bodies were made within each other.
+    pub(super) fn is_overlapped(&self) -> bool {
+        !self.excused.is_empty()
+    }
+
     pub(super) fn see(&mut self, look: &Look<'_>, findings: &mut Findings) {
         if look.step == 1 || look.quiet < 1.5 * look.dt {
             self.inner = look.now.bodies.keys().map(|id| (*id, inner_of(look, *id))).collect();

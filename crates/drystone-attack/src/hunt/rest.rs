@@ -90,7 +90,9 @@ impl Rest {
                 continue;
             }
             let off = outside(&feet, center);
-            if off > BESIDE * 2.0 * large {
+            // Points are where they were when the step began in which all fell asleep.
+            let way = look.world.config().sleep.speed * look.dt;
+            if off > BESIDE * 2.0 * large + way {
                 let detail = format!("bodies {labels:?}, {off} m beside what holds them");
                 findings.add(Kind::Balance, "rests off balance", detail, look.step);
             }

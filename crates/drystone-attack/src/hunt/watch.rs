@@ -33,6 +33,8 @@ pub(super) struct Watched {
     pub(super) done: Vec<bool>,
     pub(super) findings: Findings,
     pub(super) is_cut: bool,
+    /// Bodies were made within each other.
+    pub(super) is_overlapped: bool,
     /// Where each body was when it first touched something, by time [s], and where it ended.
     pub(super) ends: BTreeMap<Label, End>,
     /// Since when all is at rest [s].
@@ -194,6 +196,7 @@ impl Run {
             self.rest.mark(&look, part);
         }
         self.watched.rest_since = self.rest.rest_since;
+        self.watched.is_overlapped = self.places.is_overlapped();
         for (_, body) in now.bodies.iter().filter(|(_, b)| b.kind == BodyKind::Dynamic) {
             let end = self.watched.ends.entry(body.label).or_default();
             (end.pose, end.large) = (body.pose, body.large);
