@@ -6,8 +6,8 @@ use std::time::Instant;
 
 use crate::tidy::is_reference_key;
 use crate::{
-    Outcome, WITHOUT_GRAPHICS, attack, cargo, golden, graphics, hunt, instructions, root, run_to_end,
-    target, targets, tidy, web,
+    Outcome, WITHOUT_GRAPHICS, attack, cargo, golden, graphics, hunt, instructions, root,
+    run_to_end, target, targets, tidy, web,
 };
 
 type Stage = (&'static str, fn() -> Outcome);

@@ -10,6 +10,7 @@ pub mod finding;
 pub mod generate;
 pub mod hunt;
 pub mod minimize;
+mod names;
 pub mod numbers;
 pub mod op;
 pub mod oracle;

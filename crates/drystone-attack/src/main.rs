@@ -7,8 +7,8 @@ use std::time::Duration;
 
 use drystone_attack::campaign::{self, Options, worker};
 use drystone_attack::finding::Finding;
-use drystone_attack::unit::{Places, Subject, run_unit};
 use drystone_attack::hunt::{self, Scene};
+use drystone_attack::unit::{Places, Subject, run_unit};
 use drystone_attack::{minimize, probe, source};
 
 const USAGE: &str =

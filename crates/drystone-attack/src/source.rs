@@ -6,6 +6,7 @@ use std::fmt::{Debug, Write};
 use drystone::{BodyDef, JointKind, WorldConfig};
 
 use crate::finding::{Finding, Kind};
+use crate::names::imports;
 use crate::op::{
     BodyCall, BodyPlan, CouplingPlan, JointPlan, Label, LinkPlan, Op, PIECES, ParticleCall, Place,
     Program, QueryCall, ShapeCall,
@@ -22,7 +23,8 @@ pub fn test(program: &Program, seed: u64, finding: Option<&Finding>) -> String {
     let used = used_labels(program);
     let has_pieces = used.iter().any(|(kind, label)| *kind == 'b' && *label >= PIECES);
     let checks = Checks::default();
-    let mut source = Source { text: String::new(), used, has_pieces, kind, checks, has_begun: false };
+    let mut source =
+        Source { text: String::new(), used, has_pieces, kind, checks, has_begun: false };
     let name = kind.map_or("program", Kind::name).replace('-', "_");
     source.line("#[test]");
     source.line(&format!("fn attack_{name}_{seed}() {{"));
@@ -54,9 +56,8 @@ pub fn test(program: &Program, seed: u64, finding: Option<&Finding>) -> String {
     }
     source.ending();
     source.line("}");
-    let why = finding.map(|f| {
-        format!("// {}: {} (step {} of seed {seed})\n", f.kind.name(), f.what, f.step)
-    });
+    let why = finding
+        .map(|f| format!("// {}: {} (step {} of seed {seed})\n", f.kind.name(), f.what, f.step));
     whole(&why.unwrap_or_default(), &source.text)
 }
 
@@ -102,76 +103,6 @@ pub fn test_with(program: &Program, name: &str, checks: &Checks, finding: &Findi
     let why = format!("// {}: {what} (step {step})\n// {detail}\n", kind.name());
     whole(&why, &source.text)
 }
-
-/// What the source needs.
-fn imports(text: &str) -> String {
-    let is_part = |c: char| c.is_alphanumeric() || c == '_';
-    let words: BTreeSet<&str> = text.split(|c| !is_part(c)).collect();
-    let named: Vec<&str> = NAMES.iter().copied().filter(|name| words.contains(name)).collect();
-    let mut lines = String::new();
-    if words.contains("BTreeSet") {
-        lines.push_str("use std::collections::BTreeSet;\n");
-    }
-    if words.contains("Arc") {
-        lines.push_str("use std::sync::Arc;\n");
-    }
-    lines + &format!("\nuse drystone::{{{}}};\n", named.join(", "))
-}
-
-/// Public names that a test may need.
-const NAMES: [&str; 51] = [
-    "Aabb",
-    "AxisLocks",
-    "BodyDef",
-    "BodyId",
-    "BodyKind",
-    "BondStrength",
-    "ClothDef",
-    "Combine",
-    "CouplingDef",
-    "Fatigue",
-    "Filter",
-    "Fracture",
-    "Glue",
-    "Hull",
-    "ImpactBody",
-    "ImpactSurface",
-    "JointAxis",
-    "JointCone",
-    "JointDef",
-    "JointDrive",
-    "JointKind",
-    "JointMotion",
-    "JointSpring",
-    "JointStrength",
-    "LinkDef",
-    "LinkKind",
-    "LinkSpring",
-    "MassDef",
-    "Material",
-    "Mesh",
-    "Method",
-    "ParticleDef",
-    "Pose",
-    "Pulley",
-    "Quat",
-    "RopeDef",
-    "Shape",
-    "ShapeDef",
-    "ShapeId",
-    "SimdLevel",
-    "SixDof",
-    "Spring",
-    "Strand",
-    "Sym3",
-    "Team",
-    "Vec3",
-    "World",
-    "WorldConfig",
-    "impact",
-    "vec3",
-    "BodyMut",
-];
 
 /// Source in the making.
 struct Source {

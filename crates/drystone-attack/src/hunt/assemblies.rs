@@ -3,8 +3,8 @@
 use core::f32::consts::FRAC_PI_2;
 
 use drystone::{
-    BodyDef, JointAxis, JointDrive, JointKind, JointMotion, JointSpring, MassDef, Pose, Quat, Shape,
-    SixDof, Vec3, vec3,
+    BodyDef, JointAxis, JointDrive, JointKind, JointMotion, JointSpring, MassDef, Pose, Quat,
+    Shape, SixDof, Vec3, vec3,
 };
 
 use super::draw::{Draw, Solid};
@@ -159,9 +159,8 @@ impl Draw {
         let up = s * self.rng.between(1.0, 2.0);
         let mass = 0.05 * self.mass();
         let thick = self.rng.between(0.7, 1.3);
-        let box_of = |x: f32, y: f32, z: f32| {
-            Solid::of(Shape::box_half(vec3(x, y * thick, z * thick) * s))
-        };
+        let box_of =
+            |x: f32, y: f32, z: f32| Solid::of(Shape::box_half(vec3(x, y * thick, z * thick) * s));
         let at = |x: f32, y: f32| vec3(0.1 * s + x * s, up + y * s, 0.2 * s);
         let torso = self.part(&box_of(0.2, 0.3, 0.12), at(0.0, 0.3), 4.0 * mass);
         let head = self.part(&Solid::of(Shape::sphere(0.14 * s)), at(0.0, 0.78), mass);
@@ -198,7 +197,8 @@ impl Draw {
                 // A disc on an axle that stands upright or lies.
                 let holder = self.holder(vec3(0.0, 2.0 * s, 0.0));
                 let axis = self.rng.pick(&[Vec3::Y, Vec3::X]);
-                let disc = Solid::of(Shape::cylinder(0.1 * s, s)).turned(Quat::from_arc(Vec3::Y, axis));
+                let disc =
+                    Solid::of(Shape::cylinder(0.1 * s, s)).turned(Quat::from_arc(Vec3::Y, axis));
                 let mass = self.mass();
                 let disc = self.part(&disc, holder.position, mass);
                 let motor = JointAxis::driven(JointDrive::motor(slow_or_fast, strong));
@@ -240,7 +240,7 @@ impl Draw {
             let link = Solid::of(Shape::capsule(0.75 * half, 0.2 * half)).turned(turn);
             let link = self.part(&link, end + direction * half, mass);
             self.link(last, link, end, is_hinged);
-            end = end + direction * (2.0 * half);
+            end += direction * (2.0 * half);
             last = link;
         }
         let r = 0.3 * s;
@@ -331,7 +331,7 @@ impl Draw {
                 self.ops.push(Op::Body(label, call));
             }
         }
-        let seconds = (100.0 * s / v).min(20.0).max(3.0);
+        let seconds = (100.0 * s / v).clamp(3.0, 20.0);
         self.run(seconds);
     }
 }

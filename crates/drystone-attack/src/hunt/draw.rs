@@ -2,9 +2,7 @@
 
 use core::f32::consts::FRAC_PI_2;
 
-use drystone::{
-    BodyDef, BodyKind, Material, Pose, Quat, Shape, ShapeDef, Vec3, WorldConfig, vec3,
-};
+use drystone::{BodyDef, BodyKind, Material, Pose, Quat, Shape, ShapeDef, Vec3, WorldConfig, vec3};
 
 use super::Scene;
 use super::floors::{FIRST_BODY, Floor, floor_ops};
@@ -237,7 +235,10 @@ impl Draw {
                     points.push(vec3(h.x * c, h.y, h.z * s));
                     points.push(vec3(h.x * c, -h.y, h.z * s));
                 }
-                Solid { parts: vec![(Form::Hull(points), Pose::IDENTITY)], rotation: Quat::IDENTITY }
+                Solid {
+                    parts: vec![(Form::Hull(points), Pose::IDENTITY)],
+                    rotation: Quat::IDENTITY,
+                }
             }
         }
     }

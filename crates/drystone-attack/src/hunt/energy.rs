@@ -120,7 +120,8 @@ impl Conservation {
         if look.facts.has_calls && look.facts.jointed.is_empty() {
             return;
         }
-        let start = look.facts.movers().map(|(_, m)| m.linear_velocity.length()).fold(0.0, f32::max);
+        let start =
+            look.facts.movers().map(|(_, m)| m.linear_velocity.length()).fold(0.0, f32::max);
         let fall = 2.0 * look.facts.gravity * (self.highest - lowest).max(0.0);
         let most = 2.0 * self.fastest + (start * start + fall).sqrt();
         for (_, body) in look.now.dynamic() {

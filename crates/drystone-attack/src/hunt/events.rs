@@ -145,7 +145,8 @@ impl Told {
     ) {
         for (id, body) in look.now.dynamic() {
             let (Some(then), true) = (look.before.bodies.get(&id), id != holder) else { continue };
-            let visitors = look.world.body(id).into_iter().flat_map(|b| b.shapes().collect::<Vec<_>>());
+            let visitors =
+                look.world.body(id).into_iter().flat_map(|b| b.shapes().collect::<Vec<_>>());
             for visitor in visitors {
                 let Some(shape) = look.world.shape(visitor) else { continue };
                 let Some(m) = measures(shape.shape()) else { continue };

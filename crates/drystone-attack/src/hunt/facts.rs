@@ -34,6 +34,7 @@ pub(super) struct Made {
 
 /// What a program promises.
 #[derive(Clone, Debug, Default)]
+#[expect(clippy::struct_excessive_bools, reason = "each is a fact of its own")]
 pub(super) struct Facts {
     pub(super) bodies: BTreeMap<Label, Made>,
     /// Downward [m/s²].
@@ -112,7 +113,9 @@ impl Facts {
             .shapes
             .iter()
             .filter(|p| !p.def.sensor)
-            .filter_map(|p| Some((apply::shape(&p.form)?, p.def.pose.position, p.def.pose.rotation)))
+            .filter_map(|p| {
+                Some((apply::shape(&p.form)?, p.def.pose.position, p.def.pose.rotation))
+            })
             .collect();
         let convex: Vec<Measures> = shapes.iter().filter_map(|(s, ..)| measures(s)).collect();
         let reach = |along: Vec3| {
@@ -165,9 +168,10 @@ impl Facts {
         if let JointKind::SixDof(axes) = plan.kind {
             let drives = axes.linear.iter().chain(&axes.angular).filter_map(|axis| axis.drive);
             self.has_drives |= drives.clone().any(|d| is_motor(&d));
-            self.hangs |= axes.linear.iter().chain(&axes.angular).any(|axis| {
-                matches!(axis.motion, JointMotion::Limited { spring: Some(_), .. })
-            });
+            self.hangs |=
+                axes.linear.iter().chain(&axes.angular).any(|axis| {
+                    matches!(axis.motion, JointMotion::Limited { spring: Some(_), .. })
+                });
         }
     }
 
@@ -177,7 +181,8 @@ impl Facts {
 
     /// Bodies that are not of the floor and that forces move.
     pub(super) fn movers(&self) -> impl Iterator<Item = (Label, &Made)> {
-        let all = self.bodies.iter().filter(|(l, made)| **l >= FIRST_BODY && Self::is_dynamic(made));
+        let all =
+            self.bodies.iter().filter(|(l, made)| **l >= FIRST_BODY && Self::is_dynamic(made));
         all.map(|(label, made)| (*label, made))
     }
 
@@ -192,7 +197,12 @@ impl Facts {
         let is_driven = self.has_drives || self.has_carriers || self.has_belts;
         let rolls = self.movers().any(|(_, made)| made.rolls);
         let slides = self.least_friction < 0.25;
-        self.half_floor.is_some() && self.gravity > 0.0 && !is_driven && !rolls && !slides && !self.hangs
+        self.half_floor.is_some()
+            && self.gravity > 0.0
+            && !is_driven
+            && !rolls
+            && !slides
+            && !self.hangs
     }
 
     fn promise(&mut self) {
@@ -206,13 +216,16 @@ impl Facts {
             let at = m.position;
             at.x.abs().max(at.z.abs()) + 2.0 * m.large < floor
         };
-        let is_block = |m: &Made| m.is_upright && m.single.is_some() && over(m) && m.angular_velocity == Vec3::ZERO;
+        let is_block = |m: &Made| {
+            m.is_upright && m.single.is_some() && over(m) && m.angular_velocity == Vec3::ZERO
+        };
         if movers.is_empty() || !movers.iter().all(|(_, m)| is_block(m)) {
             return;
         }
         if let [(label, body)] = movers.as_slice() {
             let gap = body.position.y - body.down;
-            let is_level = body.linear_velocity.y.abs() < 1.0e-6 && body.linear_velocity != Vec3::ZERO;
+            let is_level =
+                body.linear_velocity.y.abs() < 1.0e-6 && body.linear_velocity != Vec3::ZERO;
             if is_level && gap.abs() < 1.0e-4 * body.large {
                 if self.most_friction < 1.0e-6 {
                     self.glider = Some(*label);
@@ -264,7 +277,8 @@ fn columns(movers: &[(Label, Made)]) -> Option<f32> {
                 continue;
             }
             // Within half of the lower one's foot, its width at least half of what is above.
-            let holds = off.x.max(off.z) <= far.x.min(far.z) && b.core.x.min(b.core.z) > 0.5 * a.core.x.max(a.core.z);
+            let holds = off.x.max(off.z) <= far.x.min(far.z)
+                && b.core.x.min(b.core.z) > 0.5 * a.core.x.max(a.core.z);
             if !holds {
                 return None;
             }

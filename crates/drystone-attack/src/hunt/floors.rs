@@ -185,7 +185,8 @@ fn grid(strips: &[Vec<f32>], half: f32, cells: u16) -> Form {
         for i in 0..xs.len() - 1 {
             for k in 0..usize::from(cells) {
                 let corner = |i: usize, k: usize| u32::try_from(first + i * row + k).unwrap_or(0);
-                let [a, b, c, d] = [corner(i, k), corner(i, k + 1), corner(i + 1, k), corner(i + 1, k + 1)];
+                let [a, b, c, d] =
+                    [corner(i, k), corner(i, k + 1), corner(i + 1, k), corner(i + 1, k + 1)];
                 triangles.extend([[a, b, c], [c, b, d]]);
             }
         }

@@ -64,9 +64,9 @@ pub(super) fn support(shape: &Shape, d: Vec3) -> f32 {
         Shape::Box { half_extents: h } => h.dot(d.abs()),
         Shape::Capsule { half_height, radius } => half_height * d.y.abs() + radius,
         Shape::Cylinder { half_height, radius } => half_height * d.y.abs() + radius * across,
-        Shape::Cone { half_height, radius_bottom, radius_top } => {
-            (half_height * d.y + radius_top * across).max(radius_bottom * across - half_height * d.y)
-        }
+        Shape::Cone { half_height, radius_bottom, radius_top } => (half_height * d.y
+            + radius_top * across)
+            .max(radius_bottom * across - half_height * d.y),
         Shape::Hull(hull) => hull.vertices().iter().map(|p| p.dot(d)).fold(f32::MIN, f32::max),
         _ => 0.0,
     }
@@ -108,7 +108,8 @@ mod tests {
     #[test]
     fn the_core_of_a_shape_lies_within_its_support() {
         let cone = Shape::Cone { half_height: 1.0, radius_bottom: 0.5, radius_top: 0.0 };
-        for shape in [Shape::sphere(0.3), Shape::capsule(0.5, 0.1), Shape::cylinder(0.1, 1.0), cone] {
+        for shape in [Shape::sphere(0.3), Shape::capsule(0.5, 0.1), Shape::cylinder(0.1, 1.0), cone]
+        {
             let core = measures(&shape).unwrap().core;
             for d in [Vec3::X, Vec3::Y, vec3(0.6, 0.8, 0.0), vec3(0.6, -0.8, 0.0)] {
                 assert!(core.dot(d.abs()) <= support(&shape, d) + 1.0e-6, "{shape:?} {d:?}");

@@ -70,7 +70,8 @@ impl Motions {
             // The second: it rises by a hundredth of its length.
             let allowed = UP * self.fall + 0.1 * look.fall_speed(body);
             if body.v.y > allowed {
-                let detail = format!("up at {} m/s, the fastest fall was {} m/s", body.v.y, self.fall);
+                let detail =
+                    format!("up at {} m/s, the fastest fall was {} m/s", body.v.y, self.fall);
                 findings.add(Kind::Bounce, "restitution 0 bounces", detail, look.step);
             }
         }
@@ -87,11 +88,19 @@ impl Motions {
             let mut others: Vec<BodyId> = own().map(|(_, (other, _))| other).collect();
             others.dedup();
             for (touch, (other, normal)) in own() {
-                let Some(carrier) = look.now.bodies.get(&other).filter(|b| !b.is_dynamic()) else { continue };
+                let Some(carrier) = look.now.bodies.get(&other).filter(|b| !b.is_dynamic()) else {
+                    continue;
+                };
                 let is_floor = normal.y > 0.9;
                 for point in &touch.points {
-                    let Some(slip) = slip(look, touch, (body, carrier), point.at, normal, is_floor && others.len() == 1)
-                    else {
+                    let Some(slip) = slip(
+                        look,
+                        touch,
+                        (body, carrier),
+                        point.at,
+                        normal,
+                        is_floor && others.len() == 1,
+                    ) else {
                         continue;
                     };
                     let most = slips.entry((id, other)).or_default();
@@ -106,7 +115,8 @@ impl Motions {
             // Friction takes its time to bring what it holds to the carrier's speed.
             let carrier = look.now.bodies.get(&pair.1).map_or(0.0, Body::speed);
             let belt = look.facts.bodies.values().map(|b| b.belt).fold(0.0, f32::max);
-            let start = 2.0 * carrier.max(belt) / (look.facts.least_friction * look.facts.gravity).max(1.0e-6);
+            let start = 2.0 * carrier.max(belt)
+                / (look.facts.least_friction * look.facts.gravity).max(1.0e-6);
             if *time > SLIP_TIME + start {
                 let detail = format!("{part} of the speed of what carries it");
                 findings.add(Kind::Stalled, "does not go with what carries it", detail, look.step);
@@ -119,7 +129,8 @@ impl Motions {
             let Some((_, is_turn)) = motor_of(&joint.kind()) else { continue };
             let Some([moves, turns]) = joint.coordinates() else { continue };
             let now = if is_turn { turns.x } else { moves.x };
-            let entry = self.turned.entry(joint.id()).or_insert(Turned { last: now, ..Turned::default() });
+            let entry =
+                self.turned.entry(joint.id()).or_insert(Turned { last: now, ..Turned::default() });
             let mut way = now - entry.last;
             if is_turn {
                 let round = 2.0 * core::f32::consts::PI;
@@ -137,9 +148,12 @@ impl Motions {
     pub(super) fn end(&self, look: &Look<'_>, findings: &mut Findings) {
         for joint in look.world.joints() {
             let Some((speed, is_turn)) = motor_of(&joint.kind()) else { continue };
-            let Some(turned) = self.turned.get(&joint.id()).filter(|t| t.time > 1.0) else { continue };
+            let Some(turned) = self.turned.get(&joint.id()).filter(|t| t.time > 1.0) else {
+                continue;
+            };
             let bodies = [joint.body_a(), joint.body_b()];
-            let is_blocked = look.now.touches.iter().any(|t| bodies.iter().any(|id| t.bodies.contains(id)));
+            let is_blocked =
+                look.now.touches.iter().any(|t| bodies.iter().any(|id| t.bodies.contains(id)));
             // A turn of more than half a round in a step cannot be told.
             let is_told = !is_turn || speed.abs() * look.dt < 2.0;
             if is_blocked || !is_told || !look.facts.hangs {
@@ -174,7 +188,7 @@ fn slip(
     for id in touch.shapes {
         let shape = look.world.shape(id)?;
         if look.now.bodies.get(&shape.body()).is_some_and(|b| b.label == carrier.label) {
-            surface = surface + shape.pose().rotation.rotate(shape.surface_velocity());
+            surface += shape.pose().rotation.rotate(shape.surface_velocity());
         }
     }
     let speed = surface.length();
@@ -199,7 +213,7 @@ fn glide(look: &Look<'_>, body: &Body, findings: &mut Findings) {
     }
     let start = made.linear_velocity;
     let along = body.v.dot(start) / start.dot(start);
-    if along < KEPT || along > 2.0 - KEPT {
+    if !(KEPT..=2.0 - KEPT).contains(&along) {
         let detail = format!("{along} of its speed {}", start.length());
         findings.add(Kind::Glide, "speed is lost without friction", detail, look.step);
     }

@@ -76,13 +76,18 @@ impl Places {
     fn pass(&self, look: &Look<'_>, findings: &mut Findings) {
         for (a, body) in look.now.dynamic() {
             let Some(then) = look.before.bodies.get(&a) else { continue };
-            if body.is_asleep && then.is_asleep && look.quiet > 0.1 && look.step % 32 != 0 {
+            if body.is_asleep && then.is_asleep && look.quiet > 0.1 && !look.step.is_multiple_of(32)
+            {
                 continue;
             }
             for (b, other) in &look.now.bodies {
                 let Some(was) = look.before.bodies.get(b) else { continue };
                 let is_excused = self.excused.contains(&sorted([a, *b]));
-                if a == *b || is_excused || is_pair(look, body, other) || (other.w.length() * look.dt > MOST_TURN) {
+                if a == *b
+                    || is_excused
+                    || is_pair(look, body, other)
+                    || (other.w.length() * look.dt > MOST_TURN)
+                {
                     continue;
                 }
                 for mine in self.inner.get(&a).into_iter().flatten() {
@@ -178,7 +183,11 @@ impl Places {
                 let half = inner.measures.core * (0.5 * INNER);
                 let pose = body.pose.compose(&inner.pose);
                 let pose = Pose { position: pose.point(inner.measures.middle), ..pose };
-                let found = look.world.query().overlap_shape(&Shape::box_half(half), pose, Filter::default());
+                let found = look.world.query().overlap_shape(
+                    &Shape::box_half(half),
+                    pose,
+                    Filter::default(),
+                );
                 for other in found.unwrap_or_default() {
                     let Some(shape) = look.world.shape(other) else { continue };
                     let Some(holder) = look.now.bodies.get(&shape.body()) else { continue };
@@ -196,7 +205,9 @@ impl Places {
 fn inner_of(look: &Look<'_>, id: BodyId) -> Vec<Inner> {
     let shapes = look.world.body(id).into_iter().flat_map(|b| b.shapes().collect::<Vec<_>>());
     let shapes = shapes.filter_map(|id| look.world.shape(id)).filter(|s| !s.is_sensor());
-    shapes.filter_map(|s| Some(Inner { pose: s.local_pose(), measures: measures(s.shape())? })).collect()
+    shapes
+        .filter_map(|s| Some(Inner { pose: s.local_pose(), measures: measures(s.shape())? }))
+        .collect()
 }
 
 /// Whether a joint keeps two bodies from colliding.
@@ -215,7 +226,10 @@ fn is_below(look: &Look<'_>, other: BodyId, [from, to]: [Vec3; 2]) -> bool {
             Shape::Mesh(mesh) => {
                 let bounds = mesh.bounds();
                 let at = b;
-                let is_over = bounds.min.x < at.x && at.x < bounds.max.x && bounds.min.z < at.z && at.z < bounds.max.z;
+                let is_over = bounds.min.x < at.x
+                    && at.x < bounds.max.x
+                    && bounds.min.z < at.z
+                    && at.z < bounds.max.z;
                 is_over && a.y >= 0.0 && b.y < 0.0
             }
             _ => false,

@@ -53,7 +53,7 @@ impl Rest {
 
     /// A look at all is long; what falls asleep off balance stays so.
     pub(super) fn judge(&self, look: &Look<'_>, findings: &mut Findings) {
-        if look.step % 30 == 0 {
+        if look.step.is_multiple_of(30) {
             self.balance(look, findings);
         }
     }
@@ -80,7 +80,8 @@ impl Rest {
                 continue;
             }
             let mass: f32 = bodies.iter().map(|(_, b)| b.mass).sum();
-            let center = bodies.iter().fold(Vec3::ZERO, |sum, (_, b)| sum + b.center * (b.mass / mass));
+            let center =
+                bodies.iter().fold(Vec3::ZERO, |sum, (_, b)| sum + b.center * (b.mass / mass));
             let large = bodies.iter().map(|(_, b)| b.large).fold(0.0, f32::max);
             let Some(feet) = feet(look, &group, large) else { continue };
             let labels: Vec<u32> = bodies.iter().map(|(_, b)| b.label).collect();
@@ -118,9 +119,10 @@ impl Rest {
             return;
         }
         let floor = look.facts.half_floor.unwrap_or(0.0);
-        let all = look.now.dynamic().all(|(_, b)| {
-            b.center.y > -b.large && b.center.x.abs().max(b.center.z.abs()) < floor
-        });
+        let all = look
+            .now
+            .dynamic()
+            .all(|(_, b)| b.center.y > -b.large && b.center.x.abs().max(b.center.z.abs()) < floor);
         // It must have had the time: a minute, and as many times as long as a fall by its own length takes.
         let large = look.now.dynamic().map(|(_, b)| b.large).fold(0.0, f32::max);
         let fall = (2.0 * large / look.facts.gravity).sqrt();
@@ -138,7 +140,8 @@ impl Rest {
             }
             let Some((_, mark)) = &self.mark else { continue };
             let Some(then) = mark.bodies.get(&id) else { continue };
-            let way = (then.center - body.center).length() + turn_between(then.pose.rotation, body.pose.rotation) * body.large;
+            let way = (then.center - body.center).length()
+                + turn_between(then.pose.rotation, body.pose.rotation) * body.large;
             if way > CREEP * body.large {
                 let detail = format!("{way} m, half a length is {} m", body.large);
                 findings.add(Kind::Restless, "creeps though it must rest", detail, look.step);
@@ -155,7 +158,8 @@ fn is_held(look: &Look<'_>, body: &Body) -> bool {
 /// Dynamic bodies that touch or are joined.
 fn groups(look: &Look<'_>) -> Vec<Vec<BodyId>> {
     let ids: Vec<BodyId> = look.now.dynamic().map(|(id, _)| id).collect();
-    let mut group: BTreeMap<BodyId, usize> = ids.iter().enumerate().map(|(i, id)| (*id, i)).collect();
+    let mut group: BTreeMap<BodyId, usize> =
+        ids.iter().enumerate().map(|(i, id)| (*id, i)).collect();
     let touches = look.now.touches.iter().map(|t| t.bodies);
     let joints: Vec<[BodyId; 2]> = look.world.joints().map(|j| [j.body_a(), j.body_b()]).collect();
     for [a, b] in touches.chain(joints) {
@@ -176,8 +180,12 @@ fn feet(look: &Look<'_>, group: &[BodyId], large: f32) -> Option<Vec<Vec3>> {
     let mut feet = Vec::new();
     for touch in &look.now.touches {
         for id in touch.bodies {
-            let Some((other, normal)) = touch.toward(id).filter(|_| group.contains(&id)) else { continue };
-            let Some(body) = look.now.bodies.get(&other).filter(|b| !b.is_dynamic()) else { continue };
+            let Some((other, normal)) = touch.toward(id).filter(|_| group.contains(&id)) else {
+                continue;
+            };
+            let Some(body) = look.now.bodies.get(&other).filter(|b| !b.is_dynamic()) else {
+                continue;
+            };
             if body.speed() > 0.0 {
                 return None;
             }

@@ -267,7 +267,8 @@ impl Draw {
             }
             let solid = self.solid();
             let solid = self.turned(solid);
-            let position = vec3(2.0 * f32::from(i) - 4.0, 0.0, 0.0) * size + self.rng.vector(0.2 * size);
+            let position =
+                vec3(2.0 * f32::from(i) - 4.0, 0.0, 0.0) * size + self.rng.vector(0.2 * size);
             let linear_velocity = -position * (v / size * 0.3) + self.rng.vector(0.3 * v);
             let spin = (v / size).min(0.3 / self.dt);
             let angular_velocity = self.rng.direction() * spin;

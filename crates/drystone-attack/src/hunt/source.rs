@@ -59,13 +59,26 @@ fn checks(finding: &Finding, facts: &Facts) -> source::Checks {
         }
         Kind::Missed => {
             checks.before = lines(&["let mut told = 0;"]);
-            checks.each = lines(&["told += world.events().hits.len() + world.events().sensor_enter.len();"]);
+            checks.each =
+                lines(&["told += world.events().hits.len() + world.events().sensor_enter.len();"]);
             checks.end = lines(&["assert!(told > 0);"]);
         }
         Kind::Restless => {
             checks.end = lines(&["assert_eq!(world.counts().asleep, world.counts().dynamic);"]);
         }
-        Kind::Fallen | Kind::Glide | Kind::Bounce => {
+        Kind::Glide => {
+            for (label, made) in facts.movers() {
+                let v = made.linear_velocity;
+                checks.names.push(label);
+                checks.each.push(format!(
+                    "let off = world.body(b{label}).unwrap().linear_velocity() - vec3({:?}, {:?}, {:?});",
+                    v.x, v.y, v.z
+                ));
+                let allowed = 0.02 * v.length();
+                checks.each.push(format!("assert!(off.length() < {allowed:?}, \"{{off:?}}\");"));
+            }
+        }
+        Kind::Fallen | Kind::Bounce => {
             for (label, made) in facts.movers() {
                 let at = made.position;
                 checks.names.push(label);

@@ -158,7 +158,7 @@ fn change(op: &mut Op, twin: Twin, large: f32) -> Option<()> {
             };
             for shape in &mut plan.shapes {
                 if let Twin::Scaled(s) = twin {
-                    shape.def.pose.position = shape.def.pose.position * s;
+                    shape.def.pose.position *= s;
                     scale(&mut shape.form, s);
                 }
                 if twin == Twin::Mirrored {
@@ -193,7 +193,7 @@ fn scale(form: &mut Form, s: f32) {
         scale_plain(shape, s);
     }
     if let Form::Hull(points) | Form::Mesh(points, _) = form {
-        points.iter_mut().for_each(|p| *p = *p * s);
+        points.iter_mut().for_each(|p| *p *= s);
     }
 }
 
@@ -201,7 +201,7 @@ fn scale_plain(shape: &mut drystone::Shape, s: f32) {
     use drystone::Shape;
     match shape {
         Shape::Sphere { radius } => *radius *= s,
-        Shape::Box { half_extents } => *half_extents = *half_extents * s,
+        Shape::Box { half_extents } => *half_extents *= s,
         Shape::Capsule { half_height, radius } | Shape::Cylinder { half_height, radius } => {
             (*half_height, *radius) = (*half_height * s, *radius * s);
         }
@@ -240,7 +240,8 @@ fn difference(
     }
     let time = if let Twin::Scaled(s) = how { s.sqrt() } else { 1.0 };
     let length = if let Twin::Scaled(s) = how { s } else { 1.0 };
-    let longest = program.ops.iter().filter_map(|op| if let Op::Step(dt, _) = op { Some(*dt) } else { None });
+    let longest =
+        program.ops.iter().filter_map(|op| if let Op::Step(dt, _) = op { Some(*dt) } else { None });
     let dt = longest.fold(0.0, f32::max);
     let large = facts.movers().map(|(_, m)| m.large).fold(0.0, f32::max);
     #[expect(clippy::cast_precision_loss, reason = "at most some tens")]
@@ -249,10 +250,10 @@ fn difference(
         let (Some(a), Some(b)) = (base.ends.get(&label), twin.ends.get(&label)) else { continue };
         // A contact is seen at the end of its step: two steps. Of what lies there from the start nothing is seen.
         let falls = facts.lands_flat && !facts.stands && a.touched.is_some_and(|t| t > 5.0 * dt);
-        if let (Some(a), Some(b), true) = (a.touched, b.touched, falls) {
-            if (a * time - b).abs() > 2.5 * dt * time + PART * a * time {
-                return Some(format!("body {label} touches at {} s, not at {} s", b / time, a));
-            }
+        if let (Some(a), Some(b), true) = (a.touched, b.touched, falls)
+            && (a * time - b).abs() > 2.5 * dt * time + PART * a * time
+        {
+            return Some(format!("body {label} touches at {} s, not at {a} s", b / time));
         }
         if facts.has_slid_off(a.pose.position, made.large) {
             continue;

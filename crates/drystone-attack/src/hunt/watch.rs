@@ -109,7 +109,8 @@ impl Run {
         let (start, total) = (Instant::now(), program.steps());
         for (number, op) in program.ops.iter().enumerate() {
             let Op::Step(dt, count) = op else {
-                let done = apply(&mut world, &mut self.ids, op, &mut self.watched.findings, self.step);
+                let done =
+                    apply(&mut world, &mut self.ids, op, &mut self.watched.findings, self.step);
                 self.watched.refused += u32::from(done == Done::Refused);
                 self.watched.done.push(done == Done::Yes);
                 if self.say.is_some() && done != Done::Yes {
@@ -123,10 +124,11 @@ impl Run {
             self.watched.done.push(true);
             let is_last = !program.ops[number + 1..].iter().any(|op| matches!(op, Op::Step(..)));
             for i in 0..*count {
-                if self.restores && self.step == total / 2 {
-                    if let Ok(again) = World::restore(&world.snapshot()) {
-                        world = again;
-                    }
+                if self.restores
+                    && self.step == total / 2
+                    && let Ok(again) = World::restore(&world.snapshot())
+                {
+                    world = again;
                 }
                 let is_end = is_last && i + 1 == *count;
                 #[expect(clippy::cast_precision_loss, reason = "a part")]
@@ -215,9 +217,15 @@ impl Run {
         for f in &self.watched.findings.all[known..] {
             self.tell(&format!("!! {} {}: {} (step {})", f.kind.name(), f.what, f.detail, f.step));
         }
-        let rare = if self.step < 60 { 4 } else if self.step < 600 { 20 } else { 200 };
+        let rare = if self.step < 60 {
+            4
+        } else if self.step < 600 {
+            20
+        } else {
+            200
+        };
         let is_new = self.watched.findings.all.len() > known;
-        if self.step % rare != 0 && !is_new {
+        if !self.step.is_multiple_of(rare) && !is_new {
             return;
         }
         let energy = world.kinetic_energy() + world.potential_energy();
@@ -261,5 +269,126 @@ impl Run {
         self.rest.end(&look, findings);
         self.motions.end(&look, findings);
         self.told.end(&look, findings);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use drystone::{BodyDef, Shape, Vec3, World, WorldConfig, vec3};
+
+    use super::{Facts, Look, Moment, watch};
+    use crate::apply::{Ids, apply};
+    use crate::finding::{Findings, Kind};
+    use crate::hunt::draw::{Draw, Solid};
+    use crate::hunt::energy::Conservation;
+    use crate::hunt::events::Told;
+    use crate::hunt::floors::Floor;
+    use crate::hunt::moving::Motions;
+    use crate::hunt::places::Places;
+    use crate::hunt::rest::Rest;
+    use crate::hunt::{Scene, twins};
+    use crate::op::{Op, Program};
+
+    /// A cube of 1 m over a floor, with earth's gravity, and 60 steps a second.
+    fn cube(height: f32, v: Vec3, friction: f32, steps: u32) -> Program {
+        let mut d = Draw::new(1, Scene::Drops);
+        d.config = WorldConfig::default();
+        d.material = drystone::Material { friction, ..drystone::Material::default() };
+        d.floor_of(Floor::Box, 20.0);
+        let position = vec3(0.0, 0.5 + height, 0.0);
+        let def = BodyDef { position, linear_velocity: v, ..BodyDef::default() };
+        d.body(&Solid::of(Shape::box_half([0.5; 3])), def);
+        d.ops.push(Op::Step(1.0 / 60.0, steps));
+        d.finish()
+    }
+
+    #[test]
+    fn a_cube_that_falls_lies_and_breaks_nothing_and_nor_do_its_twins() {
+        let program = cube(1.0, Vec3::ZERO, 0.6, 300);
+        let facts = Facts::of(&program);
+        assert!(facts.lands_flat && !facts.stands && facts.must_rest());
+        let watched = watch(&program, None);
+        let mut findings = watched.findings.clone();
+        let steps = twins::compare(&program, &watched, &mut findings);
+        assert!(findings.all.is_empty() && steps > 1000, "{:?}", findings.all);
+        assert!(watched.rest_since.is_some_and(|t| t < 1.0));
+    }
+
+    #[test]
+    fn what_a_program_promises_follows_from_its_operations() {
+        let still = Facts::of(&cube(0.0, Vec3::ZERO, 0.6, 9));
+        assert!(still.stands && still.glider.is_none());
+        let glides = Facts::of(&cube(0.0, Vec3::X, 0.0, 9));
+        assert!(glides.glider.is_some() && !glides.must_rest());
+        assert!(Facts::of(&cube(0.0, Vec3::X, 0.6, 9)).slider.is_some());
+    }
+
+    /// What all oracles say of a step in which the cube came from one state to another by magic.
+    fn judged(program: &Program, change: impl Fn(&mut super::super::moment::Body)) -> Vec<Kind> {
+        let facts = Facts::of(program);
+        let (mut world, mut ids) = (World::default(), Ids::default());
+        for op in &program.ops {
+            apply(&mut world, &mut ids, op, &mut Findings::default(), 0);
+        }
+        let before = Moment::of(&world, &ids, &facts);
+        let mut now = before.clone();
+        now.bodies.values_mut().filter(|b| b.is_dynamic()).for_each(change);
+        let (mut places, mut findings) = (Places::default(), Findings::default());
+        let look = |before, now, step| {
+            let (dt, time, quiet) = (1.0 / 60.0, 1.0, 1.0);
+            Look { world: &world, facts: &facts, before, now, dt, time, quiet, step }
+        };
+        places.see(&look(&before, &before, 1), &mut findings);
+        let look = look(&before, &now, 30);
+        places.see(&look, &mut findings);
+        Motions::default().see(&look, &mut findings);
+        Told::default().see(&look, &mut findings);
+        let mut rest = Rest::default();
+        rest.see(&look);
+        rest.judge(&look, &mut findings);
+        findings.all.iter().map(|f| f.kind).collect()
+    }
+
+    #[test]
+    fn magic_is_seen() {
+        let falls = cube(2.0, Vec3::ZERO, 0.6, 9);
+        assert_eq!(judged(&falls, |_| {}), []);
+        let down = |body: &mut super::super::moment::Body| {
+            body.pose.position.y -= 4.0;
+            body.center.y -= 4.0;
+        };
+        assert_eq!(judged(&falls, down), [Kind::Through]);
+        assert_eq!(judged(&falls, |body| body.is_asleep = true), [Kind::Balance]);
+        assert_eq!(judged(&falls, |body| body.v.y = 2.0), [Kind::Bounce]);
+        let glides = cube(0.0, Vec3::X, 0.0, 9);
+        assert_eq!(judged(&glides, |body| body.v.x = 0.5), [Kind::Glide]);
+        let stands = cube(0.0, Vec3::ZERO, 0.6, 9);
+        assert_eq!(judged(&stands, |body| body.pose.position.x += 0.2), [Kind::Fallen]);
+    }
+
+    #[test]
+    fn energy_that_nothing_gives_is_seen() {
+        // A belt gives it; told that there is none, the books do not balance.
+        let mut program = cube(0.0, Vec3::ZERO, 0.6, 9);
+        if let Some(Op::AddBody(plan)) = program.ops.first_mut() {
+            plan.shapes.iter_mut().for_each(|s| s.def.surface_velocity = vec3(3.0, 0.0, 0.0));
+        }
+        let facts = Facts { has_belts: false, ..Facts::of(&program) };
+        let (mut world, mut ids) = (World::default(), Ids::default());
+        for op in &program.ops {
+            apply(&mut world, &mut ids, op, &mut Findings::default(), 0);
+        }
+        world.begin_ledger();
+        let (mut books, mut findings) = (Conservation::default(), Findings::default());
+        for step in 1..60 {
+            world.step(1.0 / 60.0);
+            let now = Moment::of(&world, &ids, &facts);
+            let (before, now) = (&now, &now);
+            let (dt, time) = (1.0 / 60.0, 0.5);
+            let look =
+                Look { world: &world, facts: &facts, before, now, dt, time, quiet: time, step };
+            books.see(&look, &mut findings);
+        }
+        assert_eq!(findings.all.iter().map(|f| f.kind).collect::<Vec<_>>(), [Kind::Energy]);
     }
 }
