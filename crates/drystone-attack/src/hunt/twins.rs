@@ -272,13 +272,23 @@ fn difference(
             return Some(format!("body {label} glides {off} m away, allowed {allowed} m"));
         }
     }
+    let is_off = |w: &Watched| {
+        let all =
+            facts.movers().filter_map(|(label, made)| Some((w.ends.get(&label)?, made.large)));
+        all.into_iter()
+            .any(|(end, large)| facts.has_slid_off(end.pose.position * (1.0 / length), large))
+    };
+    // The edge of a floor is no part of its surface, and where a twin is moved to its floor is too.
+    if how != Twin::Moved && (is_off(base) || is_off(twin)) {
+        return None;
+    }
     let rest = |w: &Watched| w.rest_since.is_some();
     if rest(base) != rest(twin) && facts.must_rest() {
         let one = if rest(base) { "it does not come to rest" } else { "it comes to rest" };
         return Some(one.to_owned());
     }
-    if facts.stands {
-        // How it settles where it stands is seen by nobody.
+    if facts.stands || how == Twin::Sleepless {
+        // How a stack settles where it stands is seen by nobody; sleep counts as rest.
         return None;
     }
     let (Some(a), Some(b)) = (base.rest_since, twin.rest_since) else { return None };
