@@ -8,8 +8,8 @@ use super::measures::{Measures, measures, meets_box};
 use super::moment::{Body, Look, Touch};
 use crate::finding::{Findings, Kind};
 
-/// The part of a shape's core that nothing's middle may come into. Two convex bodies of which one has its middle there
-/// overlap by more than the rest of the core.
+/// The part of a shape's core that nothing's middle may come into, of large ones all but half of the thickness of what
+/// comes. Two convex bodies of which one has its middle there overlap by more than that.
 const INNER: f32 = 0.6;
 
 /// A body that turns by more in a step has no straight way in another's frame [rad].
@@ -93,7 +93,9 @@ impl Places {
                 for mine in self.inner.get(&a).into_iter().flatten() {
                     let middle = mine.pose.point(mine.measures.middle);
                     let way = [then.pose.point(middle), body.pose.point(middle)];
-                    if self.is_passed(*b, [was, other], way) || is_below(look, *b, way) {
+                    if self.is_passed(*b, mine.measures.thin, [was, other], way)
+                        || is_below(look, *b, way)
+                    {
                         let both = format!("{} through {}", body.label, other.label);
                         let what = if other.is_dynamic() {
                             "a body passes another"
@@ -107,14 +109,22 @@ impl Places {
         }
     }
 
-    fn is_passed(&self, b: BodyId, [was, is]: [&Body; 2], [from, to]: [Vec3; 2]) -> bool {
+    /// Whether a middle comes deeper into a body than half of its own thickness, or into the inner part.
+    fn is_passed(
+        &self,
+        b: BodyId,
+        thin: f32,
+        [was, is]: [&Body; 2],
+        [from, to]: [Vec3; 2],
+    ) -> bool {
         let parts = self.inner.get(&b).into_iter().flatten();
         parts.into_iter().any(|part| {
             let local = |pose: &Pose, p: Vec3| {
                 part.pose.local_point(pose.local_point(p)) - part.measures.middle
             };
             let (a, b) = (local(&was.pose, from), local(&is.pose, to));
-            meets_box(a, b, part.measures.core * INNER)
+            let core = part.measures.core;
+            meets_box(a, b, (core - Vec3::splat(0.5 * thin)).max(core * INNER))
         })
     }
 
