@@ -10,6 +10,9 @@ use drystone::{
 use super::draw::{Draw, Solid};
 use crate::op::{BodyCall, JointPlan, Label, Op, Place};
 
+/// Size of the smallest assembly [m]: its parts are a twentieth as thick, and none is below 1 mm.
+const LEAST: f32 = 0.02;
+
 /// A body that joints are put on.
 #[derive(Clone, Copy, Debug)]
 struct Part {
@@ -66,6 +69,7 @@ impl Draw {
     }
 
     pub(super) fn assemblies(&mut self) {
+        self.size = self.size.max(LEAST);
         self.material.restitution = 0.0;
         self.material.friction = self.material.friction.max(0.6);
         self.floor(60.0 * self.size);
@@ -151,6 +155,7 @@ impl Draw {
     }
 
     pub(super) fn ragdolls(&mut self) {
+        self.size = self.size.max(LEAST);
         self.material.restitution = 0.0;
         self.material.friction = self.material.friction.max(0.6);
         self.material.rolling_resistance = 0.03;
@@ -187,6 +192,7 @@ impl Draw {
     }
 
     pub(super) fn motors(&mut self) {
+        self.size = self.size.max(LEAST);
         self.material.restitution = 0.0;
         self.material.friction = 1.0;
         let s = self.size;
@@ -226,6 +232,7 @@ impl Draw {
     }
 
     pub(super) fn chains(&mut self) {
+        self.size = self.size.max(LEAST);
         let s = self.size;
         let count = self.rng.from_to(1, 8);
         let weight = self.rng.scale(1.0, 128.0);
@@ -263,6 +270,7 @@ impl Draw {
     }
 
     pub(super) fn carriers(&mut self) {
+        self.size = self.size.max(LEAST);
         self.material.restitution = 0.0;
         self.material.friction = self.material.friction.max(0.6);
         let s = self.size;

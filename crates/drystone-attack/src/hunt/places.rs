@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use drystone::{BodyId, Filter, JointId, Pose, Shape, Vec3};
 
+use super::floors::FIRST_BODY;
 use super::measures::{Measures, measures, meets_box};
 use super::moment::{Body, Look, Touch};
 use crate::finding::{Findings, Kind};
@@ -146,7 +147,8 @@ impl Places {
             let is_slow = body.is_asleep || body.speed() < 0.1 * look.fall_speed(body);
             *slow = if is_slow { *slow + look.dt } else { 0.0 };
         }
-        let weight: f32 = look.now.dynamic().map(|(_, b)| b.mass).sum();
+        let is_load = |b: &&Body| b.is_dynamic() && b.label >= FIRST_BODY;
+        let weight: f32 = look.now.bodies.values().filter(is_load).map(|b| b.mass).sum();
         for touch in &look.now.touches {
             let is_slow = |id: &BodyId| {
                 let fixed = look.now.bodies.get(id).is_some_and(|b| !b.is_dynamic());
