@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 use smallvec::SmallVec;
 
 use super::def::{AxisLocks, BodyKind, MassDef};
+use super::rest::{Rest, rounding};
 use crate::base::grow;
 use crate::base::id::BodyId;
 use crate::base::math::{Vec3, vec3};
@@ -272,6 +273,8 @@ pub(crate) struct Bodies {
     pub(crate) rows: SlotMap<BodyId, Body>,
     /// Of each row.
     pub(crate) tracks: Vec<Track>,
+    /// Of each row.
+    pub(crate) rests: Vec<Rest>,
     /// Rows of the active bodies.
     pub(crate) awake: Vec<u32>,
     /// Of each row when it froze; as far as bodies ever did.
@@ -284,8 +287,10 @@ impl Bodies {
         let id = self.rows.insert(body);
         if self.tracks.len() < self.rows.slot_count() {
             grow::resize(&mut self.tracks, self.rows.slot_count(), Track::default());
+            grow::resize(&mut self.rests, self.rows.slot_count(), Rest::default());
         }
         self.tracks[id.index() as usize].ahead = 0;
+        self.rests[id.index() as usize] = Rest::default();
         id
     }
 
@@ -298,6 +303,11 @@ impl Bodies {
     #[inline]
     pub(crate) fn at_mut(&mut self, row: u32) -> &mut Body {
         self.rows.at_mut(row).expect("tables name living bodies only")
+    }
+
+    /// True if a body moved no farther than this between its last marks [m], but for rounding.
+    pub(crate) fn has_stopped(&self, row: u32, most: f32) -> bool {
+        self.rests[row as usize].moved <= most + rounding(self.at(row))
     }
 
     /// What the contacts did to a body when it froze.

@@ -21,8 +21,8 @@ use crate::base::pose::Pose;
 use crate::base::quat::Quat;
 use crate::state::bodies::{Bodies, Body, Track};
 use crate::state::bounds::Bounds;
-use crate::state::config::SleepConfig;
 use crate::state::def::BodyKind;
+use crate::state::rest::{Rest, RestRule};
 use crate::state::shapes::{ShapeRow, Shapes};
 
 /// What finalize found out about a body, beside how it moved.
@@ -88,7 +88,7 @@ impl Scratch {
 /// Moves all awake bodies and enlarges the boxes of those that left theirs.
 pub(crate) fn advance_poses(
     ctx: &StepContext,
-    (sleep, by_energy): (&SleepConfig, bool),
+    (sleep, by_energy): (&RestRule, bool),
     bodies: &mut Bodies,
     shapes: &mut Shapes,
     bounds: &mut Bounds,
@@ -97,10 +97,10 @@ pub(crate) fn advance_poses(
     jobs: &Jobs<'_>,
 ) {
     let Scratch { found, boxes, slack } = scratch;
-    let Bodies { rows, awake, tracks, .. } = bodies;
+    let Bodies { rows, awake, tracks, rests, .. } = bodies;
     // SAFETY: awake bodies are all different, and each has shapes of its own.
     let apart = unsafe { Apart::promise() };
-    let tracks = Rows::new(tracks, apart);
+    let (tracks, rests) = (Rows::new(tracks, apart), Rows::new(rests, apart));
     let (rows, table) = (rows.values_mut(), shapes.rows.values_mut());
     // Fewer bodies are as much work, if they have many shapes.
     let each = table.len() / rows.len().max(1);
@@ -118,7 +118,7 @@ pub(crate) fn advance_poses(
                 if !arrive(body, *row, (center, rotation), &mut out.notes) {
                     continue;
                 }
-                rate_stillness(ctx, sleep.speed, by_energy, body);
+                rate_stillness(ctx, sleep, by_energy, body, rests.row(*row as usize));
                 still |= body.can_sleep && body.still_time >= sleep.time;
                 let moved = most_moved(body, center, rotation);
                 body.room -= moved;
@@ -385,13 +385,22 @@ fn arrive(
     true
 }
 
-fn rate_stillness(ctx: &StepContext, sleep_speed: f32, by_energy: bool, body: &mut Body) {
-    let still = if by_energy && body.is_dynamic() {
-        freeze::rests(ctx, sleep_speed, body)
+fn rate_stillness(
+    ctx: &StepContext,
+    rule: &RestRule,
+    by_energy: bool,
+    body: &mut Body,
+    rest: &mut Rest,
+) {
+    if !body.is_dynamic() {
+        return;
+    }
+    let by_speed = if by_energy {
+        freeze::rests(ctx, rule.speed, body)
     } else {
-        body.greatest_speed() < body.still_speed(sleep_speed)
+        body.greatest_speed() < body.still_speed(rule.speed)
     };
-    body.still_time = if still { body.still_time + ctx.dt } else { 0.0 };
+    rule.count(rule.is_slow(body, by_speed), body, rest);
 }
 
 #[cfg(test)]
