@@ -8,7 +8,7 @@ use crate::base::math::{Vec3, bounded};
 use crate::state::bodies::{Bodies, NONE};
 use crate::state::def::BodyKind;
 use crate::state::drives::{Driver, Drives};
-use crate::state::rest::{RestRule, Verdict, drift_speed, free_acceleration, is_free};
+use crate::state::stillness::{StillnessRule, Verdict, drift_speed, free_acceleration, is_free};
 use crate::state::tables::Tables;
 
 /// What keeps a body awake, or that nothing does.
@@ -211,14 +211,14 @@ fn still_speed(tables: &Tables, row: u32) -> f32 {
 /// What keeps a body awake that is slow, for as long as it lasts.
 fn lasting_cause(tables: &Tables, row: u32) -> Option<AwakeCause> {
     let Tables { config, bodies, shapes, joints, contacts, .. } = tables;
-    let (body, rest) = (bodies.at(row), &bodies.rests[row as usize]);
+    let (body, known) = (bodies.at(row), &bodies.stillness[row as usize]);
     if is_free(body) {
         let acceleration = bounded(free_acceleration(config.gravity, body));
         if acceleration > 0.0 {
             return Some(AwakeCause::Accelerates { acceleration, limit: 0.0 });
         }
     }
-    let spacing = RestRule::spacing_of(config.sleep.time);
+    let spacing = StillnessRule::spacing_of(config.sleep.time);
     let drives = Drives { bodies, shapes, joints, contacts, spacing };
     match drives.driver(row) {
         Some(Driver::Body(by)) => return Some(AwakeCause::Carried { by: bodies.id(by) }),
@@ -229,7 +229,7 @@ fn lasting_cause(tables: &Tables, row: u32) -> Option<AwakeCause> {
         }
         None => {}
     }
-    match rest.verdict {
+    match known.verdict {
         Verdict::Rests => None,
         Verdict::Sways(acceleration, limit) => {
             let acceleration = bounded(acceleration);

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 use smallvec::SmallVec;
 
 use super::def::{AxisLocks, BodyKind, MassDef};
-use super::rest::{Rest, rounding};
+use super::stillness::Stillness;
 use crate::base::grow;
 use crate::base::id::BodyId;
 use crate::base::math::{Vec3, vec3};
@@ -182,6 +182,12 @@ impl Body {
         self.kind == BodyKind::Dynamic
     }
 
+    /// True if it is dynamic and not active: it sleeps, or was put aside.
+    #[inline]
+    pub(crate) fn sleeps(&self) -> bool {
+        self.is_dynamic() && !self.active()
+    }
+
     /// No point of it moves faster [m/s].
     #[inline]
     pub(crate) fn greatest_speed(&self) -> f32 {
@@ -274,7 +280,7 @@ pub(crate) struct Bodies {
     /// Of each row.
     pub(crate) tracks: Vec<Track>,
     /// Of each row.
-    pub(crate) rests: Vec<Rest>,
+    pub(crate) stillness: Vec<Stillness>,
     /// Rows of the active bodies.
     pub(crate) awake: Vec<u32>,
     /// Of each row when it froze; as far as bodies ever did.
@@ -287,10 +293,10 @@ impl Bodies {
         let id = self.rows.insert(body);
         if self.tracks.len() < self.rows.slot_count() {
             grow::resize(&mut self.tracks, self.rows.slot_count(), Track::default());
-            grow::resize(&mut self.rests, self.rows.slot_count(), Rest::default());
+            grow::resize(&mut self.stillness, self.rows.slot_count(), Stillness::default());
         }
         self.tracks[id.index() as usize].ahead = 0;
-        self.rests[id.index() as usize] = Rest::default();
+        self.stillness[id.index() as usize] = Stillness::default();
         id
     }
 
@@ -303,11 +309,6 @@ impl Bodies {
     #[inline]
     pub(crate) fn at_mut(&mut self, row: u32) -> &mut Body {
         self.rows.at_mut(row).expect("tables name living bodies only")
-    }
-
-    /// True if a body moved no farther than this between its last marks [m], but for rounding.
-    pub(crate) fn has_stopped(&self, row: u32, most: f32) -> bool {
-        self.rests[row as usize].moved <= most + rounding(self.at(row))
     }
 
     /// What the contacts did to a body when it froze.

@@ -1,18 +1,21 @@
 //! What drives a body that is slow: it must not sleep, however slow that is.
 
 use super::bodies::{Bodies, Body};
-use super::contacts::{Contact, Contacts};
+use super::contacts::{Contact, Contacts, Point};
 use super::coupling::coordinate;
 use super::def::BodyKind;
 use super::joints::{Joint, Joints, Link};
-use super::rest::size;
 use super::shapes::{ShapeRow, Shapes};
 use super::six::Six;
-use super::sixdof::{JointAxis, JointDrive, JointMotion};
+use super::sixdof::{JointDrive, JointMotion};
+use super::stillness::{rounding, size};
 use crate::base::math::Vec3;
 
-/// Part of its size by which what a spring or a drive acts on may move between two marks and rest.
-const HELD: f32 = 1.0e-4;
+/// Part of its size by which what a spring acts on may move between two marks and rest: so far it may be off its place.
+const SPRUNG: f32 = 1.0e-3;
+
+/// The same of what is driven at a speed: a motor that is weak begins as slowly as this.
+const HELD: f32 = 1.0e-5;
 
 /// Part of what a drive asks for below which it is stalled: what it acts on has come to a stop against something.
 const STALLED: f32 = 1.0e-3;
@@ -50,7 +53,9 @@ impl Drives<'_> {
         let body = self.bodies.at(row);
         for (contact, side) in self.contacts.of_body(body) {
             let c = self.contacts.at(contact);
-            if c.count == 0 || c.sensor {
+            // What is only near does not drive.
+            let presses = |p: &Point| p.impulse > 0.0 || p.separation <= 0.0;
+            if c.sensor || !c.points().iter().any(presses) {
                 continue;
             }
             let other = if side == 0 { c.body_b } else { c.body_a };
@@ -67,17 +72,19 @@ impl Drives<'_> {
             if moves(self.bodies.at(other)) {
                 return Some(Driver::Body(other));
             }
-            if self.acts(joint, row) {
+            if self.acts(joint) {
                 return Some(Driver::Joint(joint_row));
             }
         }
         None
     }
 
-    /// True if a body has come to a stop though something would move it at this speed [m/s].
+    /// True if a body has come to a stop though a surface would move it at this speed [m/s].
     fn is_held(&self, row: u32, speed: f32) -> bool {
-        let most = (HELD * size(self.bodies.at(row))).min(STALLED * speed * self.spacing);
-        self.bodies.has_stopped(row, most)
+        let body = self.bodies.at(row);
+        let most = (HELD * size(body)).min(STALLED * speed * self.spacing) + rounding(body);
+        let means = self.bodies.stillness[row as usize].means;
+        means.iter().all(|mean| mean.length(size(body)) * self.spacing <= most)
     }
 
     /// How fast the surfaces of a contact move over their shapes, together [m/s].
@@ -90,64 +97,132 @@ impl Drives<'_> {
         of(self.shapes.at(c.shape_a)) + of(self.shapes.at(c.shape_b))
     }
 
-    /// True if a drive or spring of a joint still moves this body of it.
-    fn acts(&self, joint: &Joint, row: u32) -> bool {
+    /// True if a drive or spring of a joint still moves its bodies against each other.
+    fn acts(&self, joint: &Joint) -> bool {
         match &joint.link {
-            Link::Distance { spring: Some(_), .. } => !self.is_held(row, f32::INFINITY),
+            Link::Distance { spring: Some(_), .. } => {
+                let speeds = self.meets(joint).map(|meet| meet.apart());
+                self.goes(joint, Asked::Place(f32::INFINITY), 1.0, speeds)
+            }
             Link::Six(six) if six.laws.flags.drives | six.laws.flags.yields != 0 => {
-                let axes = six.def.axes();
-                let speed = (0..6).map(|i| self.speed_of(joint, six, i, &axes[i], row));
-                let speeds = speed.flatten().reduce(f32::min);
-                speeds.is_some_and(|speed| !self.is_held(row, speed))
+                (0..6).any(|axis| self.acts_along(joint, six, axis))
             }
             _ => false,
         }
     }
 
-    /// How fast the drive or spring of an axis would move a body if nothing held it [m/s]; `None` if it moves nothing.
-    fn speed_of(
-        &self,
-        joint: &Joint,
-        six: &Six,
-        i: usize,
-        axis: &JointAxis,
-        row: u32,
-    ) -> Option<f32> {
+    /// The same of an axis of a joint of six.
+    fn acts_along(&self, joint: &Joint, six: &Six, i: usize) -> bool {
+        let axis = six.def.axes()[i];
         if axis.held().is_some() {
-            return None;
+            return false;
         }
-        let springs = matches!(axis.motion, JointMotion::Limited { spring: Some(_), .. });
-        let reach = if i < 3 { 1.0 } else { size(self.bodies.at(row)) };
+        let size = self.size_of(joint);
+        let reach = if i < 3 { 1.0 } else { size };
         let driven = axis.drive.and_then(|drive| {
             let error = || drive.position - coordinate_of(joint, six, self.bodies, i);
-            drive_speed(&drive, HELD * size(self.bodies.at(row)) / reach, error)
+            drive_asks(&drive, SPRUNG * size / reach, error)
         });
-        match driven {
-            Some(speed) => Some(speed * reach),
-            None if springs => Some(f32::INFINITY),
-            None => None,
-        }
+        let springs = matches!(axis.motion, JointMotion::Limited { spring: Some(_), .. });
+        let Some(asked) = driven.or(springs.then_some(Asked::Place(f32::INFINITY))) else {
+            return false;
+        };
+        let (a, b) = (self.bodies.at(joint.body_a), self.bodies.at(joint.body_b));
+        let frame = a.rotation * six.def.frame_a;
+        let speeds = self.meets(joint).map(|meet| {
+            if i < 3 {
+                return frame.rotate([Vec3::X, Vec3::Y, Vec3::Z][i]).dot(meet.moves).abs();
+            }
+            // Behind a cone the swings have no rows of their own.
+            let swings = i > 3 && six.def.cone.is_some();
+            let row = six.turns(a.rotation, b.rotation).rows[i - 3];
+            if swings { meet.turns.length() } else { row.dot(meet.turns).abs() }
+        });
+        self.goes(joint, asked, reach, speeds)
+    }
+
+    /// True if a coordinate that went at these speeds between marks has not come to a stop [m/s; rad/s]; `reach`: how far
+    /// a unit of it moves something [m].
+    fn goes(&self, joint: &Joint, asked: Asked, reach: f32, speeds: [f32; 2]) -> bool {
+        let size = self.size_of(joint);
+        let (part, speed) = match asked {
+            Asked::Speed(speed) => (HELD, speed),
+            Asked::Place(speed) => (SPRUNG, speed),
+        };
+        let dynamic = [joint.body_a, joint.body_b].map(|row| self.bodies.at(row));
+        let rounding: f32 = dynamic.iter().map(|body| rounding(body)).sum();
+        let most = (part * size / reach).min(STALLED * speed * self.spacing) + rounding / reach;
+        speeds.iter().any(|speed| speed * self.spacing > most)
+    }
+
+    /// Size of the smaller of a joint's bodies that are dynamic [m].
+    fn size_of(&self, joint: &Joint) -> f32 {
+        let sizes = [joint.body_a, joint.body_b].map(|row| {
+            let body = self.bodies.at(row);
+            if body.is_dynamic() { size(body) } else { f32::INFINITY }
+        });
+        sizes[0].min(sizes[1])
+    }
+
+    /// How the second anchor of a joint went against the first between the last marks of its bodies, on the mean.
+    fn meets(&self, joint: &Joint) -> [Meeting; 2] {
+        let (a, b) = (self.bodies.at(joint.body_a), self.bodies.at(joint.body_b));
+        let [r_a, r_b] = [a.rotation.rotate(joint.anchor_a), b.rotation.rotate(joint.anchor_b)];
+        let gap = (b.center + r_b) - (a.center + r_a);
+        let mean = |row: u32, k: usize| self.bodies.stillness[row as usize].means[k];
+        [0, 1].map(|k| {
+            let (of_a, of_b) = (mean(joint.body_a, k), mean(joint.body_b, k));
+            let at_b = of_b.moved + of_b.turned.cross(r_b);
+            // The first frame turns with its body, and the gap is told in it.
+            let at_a = of_a.moved + of_a.turned.cross(r_a + gap);
+            Meeting { gap, moves: at_b - at_a, turns: of_b.turned - of_a.turned }
+        })
     }
 }
 
-/// How fast a drive would go if nothing held it [m/s; rad/s]; infinite for one that has only to be still; `None` if it moves nothing.
-/// `near`: it has reached its place when it is this near [m; rad].
-fn drive_speed(drive: &JointDrive, near: f32, error: impl Fn() -> f32) -> Option<f32> {
+/// How two anchors go against each other.
+#[derive(Clone, Copy)]
+struct Meeting {
+    /// From the first to the second [m, world].
+    gap: Vec3,
+    /// How that changes, told in the first frame [m/s, world], and the angular velocity [rad/s, world].
+    moves: Vec3,
+    turns: Vec3,
+}
+
+impl Meeting {
+    /// How fast the distance changes [m/s].
+    fn apart(&self) -> f32 {
+        self.gap.try_normalize().map_or(0.0, |n| n.dot(self.moves).abs())
+    }
+}
+
+/// What a drive or a spring would do if nothing held it.
+#[derive(Clone, Copy)]
+enum Asked {
+    /// It would go at this speed [m/s; rad/s].
+    Speed(f32),
+    /// It would go to a place, at this speed at first [m/s; rad/s].
+    Place(f32),
+}
+
+/// What a drive asks; `None` if it moves nothing. It has reached its place when it is as near as `near` [m; rad].
+fn drive_asks(drive: &JointDrive, near: f32, error: impl Fn() -> f32) -> Option<Asked> {
     let JointDrive { velocity, spring, max_force, .. } = *drive;
     if max_force <= 0.0 {
         return None;
     }
     let asked = if spring.damping > 0.0 { velocity.abs() } else { 0.0 };
-    if spring.stiffness <= 0.0 {
-        return (asked > 0.0).then_some(asked);
+    if asked > 0.0 {
+        return Some(Asked::Speed(asked));
     }
-    let error = error().abs();
-    if asked <= 0.0 && error <= near {
-        return Some(f32::INFINITY);
+    if spring.stiffness <= 0.0 {
+        return None;
     }
     // An overdamped one closes in at this rate [1/s]; others are faster.
     let rate = if spring.damping > 0.0 { spring.stiffness / spring.damping } else { f32::INFINITY };
-    Some(asked.max(rate * error))
+    let error = error().abs();
+    Some(Asked::Place(if error <= near { f32::INFINITY } else { rate * error }))
 }
 
 /// A coordinate of a joint of six axes [m; rad]; of the swings behind a cone their parts about y and z.

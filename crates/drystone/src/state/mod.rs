@@ -14,7 +14,7 @@ pub(crate) mod sixdof;
 pub(crate) mod material;
 pub(crate) mod events;
 pub(crate) mod bodies;
-pub(crate) mod rest;
+pub(crate) mod stillness;
 pub(crate) mod shapes;
 pub(crate) mod joints;
 pub(crate) mod particle_def;

@@ -22,8 +22,8 @@ use crate::base::quat::Quat;
 use crate::state::bodies::{Bodies, Body, Track};
 use crate::state::bounds::Bounds;
 use crate::state::def::BodyKind;
-use crate::state::rest::{Rest, RestRule};
 use crate::state::shapes::{ShapeRow, Shapes};
+use crate::state::stillness::{Stillness, StillnessRule};
 
 /// What finalize found out about a body, beside how it moved.
 #[derive(Clone, Copy, Debug)]
@@ -88,7 +88,7 @@ impl Scratch {
 /// Moves all awake bodies and enlarges the boxes of those that left theirs.
 pub(crate) fn advance_poses(
     ctx: &StepContext,
-    (sleep, by_energy): (&RestRule, bool),
+    (sleep, by_energy): (&StillnessRule, bool),
     bodies: &mut Bodies,
     shapes: &mut Shapes,
     bounds: &mut Bounds,
@@ -97,10 +97,10 @@ pub(crate) fn advance_poses(
     jobs: &Jobs<'_>,
 ) {
     let Scratch { found, boxes, slack } = scratch;
-    let Bodies { rows, awake, tracks, rests, .. } = bodies;
+    let Bodies { rows, awake, tracks, stillness, .. } = bodies;
     // SAFETY: awake bodies are all different, and each has shapes of its own.
     let apart = unsafe { Apart::promise() };
-    let (tracks, rests) = (Rows::new(tracks, apart), Rows::new(rests, apart));
+    let (tracks, stillness) = (Rows::new(tracks, apart), Rows::new(stillness, apart));
     let (rows, table) = (rows.values_mut(), shapes.rows.values_mut());
     // Fewer bodies are as much work, if they have many shapes.
     let each = table.len() / rows.len().max(1);
@@ -118,7 +118,8 @@ pub(crate) fn advance_poses(
                 if !arrive(body, *row, (center, rotation), &mut out.notes) {
                     continue;
                 }
-                rate_stillness(ctx, sleep, by_energy, body, rests.row(*row as usize));
+                let known = stillness.row(*row as usize);
+                rate_stillness(ctx, sleep, by_energy, body, known);
                 still |= body.can_sleep && body.still_time >= sleep.time;
                 let moved = most_moved(body, center, rotation);
                 body.room -= moved;
@@ -387,10 +388,10 @@ fn arrive(
 
 fn rate_stillness(
     ctx: &StepContext,
-    rule: &RestRule,
+    rule: &StillnessRule,
     by_energy: bool,
     body: &mut Body,
-    rest: &mut Rest,
+    known: &mut Stillness,
 ) {
     if !body.is_dynamic() {
         return;
@@ -400,7 +401,7 @@ fn rate_stillness(
     } else {
         body.greatest_speed() < body.still_speed(rule.speed)
     };
-    rule.count(rule.is_slow(body, by_speed), body, rest);
+    rule.count(rule.is_slow(body, by_speed), body, known);
 }
 
 #[cfg(test)]

@@ -18,8 +18,8 @@ use self::particles::settle::settle;
 use crate::base::jobs::Jobs;
 use crate::state::config::SleepConfig;
 use crate::state::events::{Fault, FaultKind};
-use crate::state::rest::RestRule;
 use crate::state::sets::Sets;
+use crate::state::stillness::StillnessRule;
 use crate::state::tables::Tables;
 
 /// A stage of the step.
@@ -158,7 +158,7 @@ pub(crate) fn step(
     let sleep = &config.sleep;
     let (enabled, time) = (sleep.enabled && method.sleeps(), sleep.wait(ctx.dt));
     let rest = SleepConfig { enabled, time, ..*sleep };
-    let rule = RestRule { gravity: ctx.gravity, speed: sleep.speed, time, dt: ctx.dt };
+    let rule = StillnessRule { gravity: ctx.gravity, speed: sleep.speed, time, dt: ctx.dt };
     finalize::advance_poses(
         ctx,
         (&rule, islands.wake_alone),

@@ -229,8 +229,11 @@ impl Teller<'_> {
             }
             return;
         }
+        let solves = self.islands.solves(self.bodies.at(c.body_a), self.bodies.at(c.body_b));
         let what = match (has_points, c.place.is_somewhere()) {
             (true, true) => Move::Changes,
+            // It is near what sleeps, and does not touch it.
+            (true, false) if !solves => return,
             (true, false) if is_gentle(c, self.islands, self.bodies) => Move::Enters,
             (true, false) => Move::Rouses,
             (false, true) => Move::Leaves,

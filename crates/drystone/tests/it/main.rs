@@ -29,4 +29,5 @@ mod scenario_threads;
 mod scenario_tumble;
 mod scenario_whirl;
 mod scenario_seams;
+mod scenario_sleep_wake;
 mod scenario_sixdof;

@@ -1,4 +1,4 @@
-//! Rest: what tells of a body that is slow whether it rests, or has only begun to move, or moves on without end.
+//! Stillness: what tells of a body that is slow whether it rests, or has only begun to move, or moves on without end.
 //!
 //! Speed alone does not tell: what starts from rest is slow under any force, and so is a ball at the turning point of
 //! its way. While a body is slow, its pose is marked three times at equal distances in time. Two ways follow from
@@ -16,17 +16,21 @@ use crate::base::quat::Quat;
 
 /// Part of the forces on a body that its supports may leave over: what begins to move under less is not seen. Of a
 /// slope it is 0.03 degrees, of a balance a thousandth of the load.
-const BALANCE: f32 = 5.0e-4;
+const BALANCE: f32 = 1.0e-3;
 
 /// Part of its size by which a body may move in the time of sleep and rest: creep of what is supported.
-const CREEP: f32 = 0.01;
+const CREEP: f32 = 0.1;
 
 /// Part of its size by which a body that nothing touches may move in a second and rest: a hundredth in ten seconds.
 /// There is no creep in free flight, so it is less than [`CREEP`].
 const DRIFT: f32 = 1.0e-3;
 
-/// Where marks are set: parts of the time of sleep. Before the first, what has just become slow settles.
-const LAG: f32 = 0.2;
+/// By how much the acceleration that velocities show may differ from that which ways show, in parts of that.
+const LASTS: f32 = 0.5;
+
+/// Where marks are set: parts of the time of sleep. Before the first, what has just become slow settles; the third comes
+/// at the end, and not after it whatever the rounding.
+const LAG: f32 = 0.199;
 const SPACING: f32 = 0.4;
 
 /// Rounding of a pose, in parts of its numbers: positions are added up in some hundred substeps between two marks, each
@@ -38,15 +42,17 @@ const ROUNDING: f32 = 1.0e-6;
 struct Mark {
     center: Vec3,
     rotation: Quat,
+    v: Vec3,
+    w: Vec3,
     /// The still time [s].
     at: f32,
 }
 
-/// Way from a mark to a pose: of the center [m], and the turn [rad].
-#[derive(Clone, Copy)]
-struct Way {
-    moved: Vec3,
-    turned: Vec3,
+/// Way from a mark to another: of the center [m], and the turn [rad]. Or a mean velocity [m/s; rad/s].
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
+pub(crate) struct Way {
+    pub(crate) moved: Vec3,
+    pub(crate) turned: Vec3,
 }
 
 impl Way {
@@ -58,16 +64,17 @@ impl Way {
     }
 
     /// No point of a body of this size moved farther [m].
-    fn length(&self, size: f32) -> f32 {
+    pub(crate) fn length(&self, size: f32) -> f32 {
         self.moved.length() + self.turned.length() * size
+    }
+
+    fn scaled(&self, by: f32) -> Self {
+        Self { moved: self.moved * by, turned: self.turned * by }
     }
 
     /// This one less `part` of another.
     fn less(&self, other: &Self, part: f32) -> Self {
-        Self {
-            moved: self.moved - other.moved * part,
-            turned: self.turned - other.turned * part,
-        }
+        Self { moved: self.moved - other.moved * part, turned: self.turned - other.turned * part }
     }
 }
 
@@ -85,18 +92,18 @@ pub(crate) enum Verdict {
 
 /// What is known of the motion of a body that is slow.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
-pub(crate) struct Rest {
+pub(crate) struct Stillness {
     marks: [Mark; 2],
     /// How many marks were set since it became slow; more than two are as two.
     count: u32,
-    /// The longer of the last two ways [m].
-    pub(crate) moved: f32,
+    /// Mean velocities on the last two ways.
+    pub(crate) means: [Way; 2],
     pub(crate) verdict: Verdict,
 }
 
 /// When bodies are looked at, by the configuration and the length of a step.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct RestRule {
+pub(crate) struct StillnessRule {
     /// Gravity [m/s²].
     pub(crate) gravity: Vec3,
     /// Speed of the configuration [m/s].
@@ -159,7 +166,7 @@ pub(crate) fn rounding(body: &Body) -> f32 {
     ROUNDING * (body.center.abs().max_element() + size(body))
 }
 
-impl RestRule {
+impl StillnessRule {
     /// How far apart marks are in time [s].
     pub(crate) fn spacing(&self) -> f32 {
         Self::spacing_of(self.time)
@@ -187,60 +194,67 @@ impl RestRule {
     }
 
     /// Counts a step in which a body was slow, or not.
-    pub(crate) fn count(&self, slow: bool, body: &mut Body, rest: &mut Rest) {
+    pub(crate) fn count(&self, slow: bool, body: &mut Body, known: &mut Stillness) {
         let before = body.still_time;
         if !slow {
             body.still_time = 0.0;
             return;
         }
         if before <= 0.0 {
-            (rest.count, rest.verdict) = (0, Verdict::Rests);
+            (known.count, known.verdict) = (0, Verdict::Rests);
         }
         body.still_time = before + self.dt;
         if self.marks_at(body.still_time) <= self.marks_at(before) {
             return;
         }
-        let here = Mark { center: body.center, rotation: body.rotation, at: body.still_time };
-        let [first, second] = rest.marks;
-        let known = rest.count;
-        rest.marks = [second, here];
-        rest.count = (known + 1).min(2);
-        if known < 2 {
+        let Body { center, rotation, v, w, still_time: at, .. } = *body;
+        let here = Mark { center, rotation, v, w, at };
+        let [first, second] = known.marks;
+        let marks = known.count;
+        known.marks = [second, here];
+        known.count = (marks + 1).min(2);
+        if marks < 2 {
             if body.still_time >= self.time {
                 // The step grew longer meanwhile: one more mark is needed.
                 body.still_time = self.time - 0.5 * self.spacing();
-                rest.marks[1].at = body.still_time;
+                known.marks[1].at = body.still_time;
             }
             return;
         }
-        rest.judge(self, [&first, &second, &here], body);
-        if rest.verdict != Verdict::Rests && body.still_time >= self.time {
-            // It is looked at again a mark later.
-            let back = body.still_time - (LAG + SPACING) * self.time;
+        known.judge(self, [&first, &second, &here], body);
+        if known.verdict != Verdict::Rests && body.still_time >= self.time {
+            // It is looked at again a mark later, a little less for rounding.
+            let back = body.still_time - (LAG + 1.02 * SPACING) * self.time;
             body.still_time -= back;
-            for mark in &mut rest.marks {
+            for mark in &mut known.marks {
                 mark.at -= back;
             }
         }
     }
 }
 
-impl Rest {
+impl Stillness {
     /// Says by three marks whether a body rests.
-    fn judge(&mut self, rule: &RestRule, [first, second, here]: [&Mark; 3], body: &Body) {
+    fn judge(&mut self, rule: &StillnessRule, [first, second, here]: [&Mark; 3], body: &Body) {
         let size = size(body);
         let times = [second.at - first.at, here.at - second.at];
         let [before, after] = [Way::between(first, second), Way::between(second, here)];
         let whole = Way::between(first, here).length(size);
-        self.moved = before.length(size).max(after.length(size));
+        let per = times.map(|time| 1.0 / time.max(f32::MIN_POSITIVE));
+        self.means = [before.scaled(per[0]), after.scaled(per[1])];
         let rounding = rounding(body);
         let creep = CREEP * size + rounding;
         // What the second way is more than the first, had it taken as long: a τ².
-        let sway = after.less(&before, times[1] / times[0].max(f32::MIN_POSITIVE)).length(size);
+        let sway = after.less(&before, times[1] * per[0]);
+        // And what the velocities say of the second half: of jitter, another thing.
+        let gain = Way { moved: here.v - second.v, turned: here.w - second.w };
+        let apart = gain.scaled(times[0]).less(&sway, 1.0).length(size);
+        let sway = sway.length(size);
+        let lasts = apart <= LASTS * sway;
         let square = times[0] * times[1];
         let load = pull(rule.gravity, body).1 + body.load / body.mass;
         let most = BALANCE * load * square + rounding;
-        self.verdict = if sway > most {
+        self.verdict = if sway > most && lasts {
             Verdict::Sways(sway / square, most / square)
         } else if whole > creep {
             let time = times[0] + times[1];
@@ -259,6 +273,8 @@ impl Rest {
         let marks = self.marks.iter().all(|mark| {
             mark.center.is_finite() && mark.rotation.is_finite() && mark.at.is_finite()
         });
-        marks && self.count <= 2 && numbers.iter().all(|x| *x >= 0.0) && self.moved >= 0.0
+        let finite = |way: &Way| way.moved.is_finite() && way.turned.is_finite();
+        let sound = marks && self.means.iter().all(finite);
+        sound && self.count <= 2 && numbers.iter().all(|x| *x >= 0.0)
     }
 }
