@@ -149,8 +149,8 @@ impl Drives<'_> {
             Asked::Speed(speed) => (HELD, speed),
             Asked::Place(speed) => (SPRUNG, speed),
         };
-        let dynamic = [joint.body_a, joint.body_b].map(|row| self.bodies.at(row));
-        let rounding: f32 = dynamic.iter().map(|body| rounding(body)).sum();
+        let ends = [joint.body_a, joint.body_b].map(|row| self.bodies.at(row));
+        let rounding: f32 = ends.iter().filter(|b| b.is_dynamic()).map(|b| rounding(b)).sum();
         let most = (part * size / reach).min(STALLED * speed * self.spacing) + rounding / reach;
         speeds.iter().any(|speed| speed * self.spacing > most)
     }

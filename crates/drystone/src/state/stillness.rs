@@ -222,7 +222,7 @@ impl StillnessRule {
             return;
         }
         known.judge(self, [&first, &second, &here], body);
-        if known.verdict != Verdict::Rests && body.still_time >= self.time {
+        if known.verdict != Verdict::Rests {
             // It is looked at again a mark later, a little less for rounding.
             let back = body.still_time - (LAG + 1.02 * SPACING) * self.time;
             body.still_time -= back;
