@@ -52,8 +52,19 @@ fn cube(world: &mut World, at: Vec3, side: f32) -> BodyId {
     world.add_body(BodyDef::dynamic().with_position(at).with_shape(shape)).unwrap()
 }
 
+/// Steps in this time.
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "some thousands")]
+fn steps(rate: f32, seconds: f32) -> u32 {
+    (seconds * rate).round() as u32
+}
+
 fn run(world: &mut World, rate: f32, seconds: f32) {
-    (0..(seconds * rate).round() as u32).for_each(|_| world.step(1.0 / rate));
+    (0..steps(rate, seconds)).for_each(|_| world.step(1.0 / rate));
+}
+
+/// Gravity of a slope that goes down along x by this angle [degrees], told in its frame.
+fn slope(degrees: f32) -> Vec3 {
+    Quat::from_axis_angle(Vec3::Z, degrees.to_radians()).rotate(vec3(0.0, -9.81, 0.0))
 }
 
 fn at(world: &World, body: BodyId) -> Vec3 {
@@ -70,7 +81,7 @@ fn all_sleep(world: &World) -> bool {
 
 /// Seconds until all sleep, if that is in this time.
 fn until_sleep(world: &mut World, rate: f32, most: f32) -> Option<f32> {
-    for step in 1..=(most * rate) as u32 {
+    for step in 1..=steps(rate, most) {
         world.step(1.0 / rate);
         if all_sleep(world) {
             return Some(step as f32 / rate);
@@ -98,7 +109,7 @@ fn what_a_slow_lift_or_raft_carries_goes_with_it() {
                     assert!(sleeps(&world, load), "on a lift that stands");
                     let before = at(&world, load) - at(&world, lift);
                     world.body_mut(lift).unwrap().set_linear_velocity(way * speed).unwrap();
-                    for _ in 0..(4.0 * rate) as u32 {
+                    for _ in 0..steps(rate, 4.0) {
                         world.step(1.0 / rate);
                         assert!(!sleeps(&world, load), "size {size}, {rate} Hz, {way:?} {speed}");
                     }
@@ -368,8 +379,8 @@ fn what_begins_to_slide_or_roll_or_turns_round_on_a_gentle_slope_goes_on() {
                 for (ball, degrees, start) in
                     [(true, 0.6_f32, 0.0_f32), (false, 0.4, 0.0), (true, 0.6, -0.06)]
                 {
-                    let angle = degrees.to_radians();
-                    let mut world = pulled(vec3(angle.sin(), -angle.cos(), 0.0) * 9.81);
+                    let gravity = slope(degrees);
+                    let mut world = pulled(gravity);
                     ground(&mut world, floor, 10.0 * size.max(1.0));
                     let shape = if ball {
                         ShapeDef::sphere(0.5 * size)
@@ -383,7 +394,7 @@ fn what_begins_to_slide_or_roll_or_turns_round_on_a_gentle_slope_goes_on() {
                         .with_shape(shape);
                     let body = world.add_body(body).unwrap();
                     run(&mut world, rate, 6.0);
-                    let pull = 9.81 * angle.sin() * if ball { 5.0 / 7.0 } else { 1.0 };
+                    let pull = gravity.x * if ball { 5.0 / 7.0 } else { 1.0 };
                     let (way, far) = (at(&world, body).x, 18.0 * pull + 6.0 * start);
                     let what = format!("size {size}, {rate} Hz, {floor:?}, {degrees}, {start}");
                     assert!((way - far).abs() < 0.05 * far, "{way} of {far}: {what}");
@@ -399,8 +410,7 @@ fn a_pole_topples_a_balance_tips_and_a_pulley_runs() {
         for rate in RATES {
             let mut world = World::default();
             let base = world.add_body(BodyDef::fixed()).unwrap();
-            let angle = 0.2_f32.to_radians();
-            let up = vec3(angle.sin(), angle.cos(), 0.0);
+            let up = Quat::from_axis_angle(-Vec3::Z, 0.2_f32.to_radians()).rotate(Vec3::Y);
             let shape = ShapeDef::box_half(vec3(0.05, 1.0, 0.05) * size);
             let pole = BodyDef::dynamic().with_position(up * size).with_shape(shape);
             let pole = world.add_body(pole.with_rotation(Quat::from_arc(Vec3::Y, up))).unwrap();
@@ -408,7 +418,7 @@ fn a_pole_topples_a_balance_tips_and_a_pulley_runs() {
             world.add_joint(JointDef::ball(base, Vec3::ZERO, pole, foot)).unwrap();
             // 0.2° cosh(t √(3g/4l)) is 1 rad after 6.3 of that unit of time.
             let mut lowest = size;
-            for _ in 0..(7.0 / (0.75 * 9.81 / size).sqrt() * rate) as u32 {
+            for _ in 0..steps(rate, 7.0 / (0.75 * 9.81 / size).sqrt()) {
                 world.step(1.0 / rate);
                 lowest = lowest.min(at(&world, pole).y);
             }
