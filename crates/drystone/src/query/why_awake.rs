@@ -195,6 +195,11 @@ fn own_cause(tables: &Tables, row: u32, left: f32) -> AwakeCause {
         return AwakeCause::CannotSleep;
     }
     let (speed, limit) = (bounded(body.greatest_speed()), still_speed(tables, row));
+    if speed < body.still_speed(tables.config.sleep.speed)
+        && let Some(cause) = lasting_cause(tables, row)
+    {
+        return cause;
+    }
     if speed < limit {
         return AwakeCause::Waiting { seconds_left: left };
     }
