@@ -1,5 +1,5 @@
 //! Stage 8: islands whose bodies have all been still for long enough, and that nothing drives, fall asleep
-//! ([docs/decisions/030-what-may-sleep.md](docs/decisions/030-what-may-sleep.md)).
+//! (docs/decisions/030-what-may-sleep.md).
 //!
 //! Reads: bodies (timers), shapes, contacts, joints. Writes: islands (splits), sets, events. Runs: only when an awake body
 //! was still for long enough; times and ends of contacts are read in parallel, what follows from them is serial over
