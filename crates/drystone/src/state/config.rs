@@ -136,7 +136,7 @@ pub struct BreakageConfig {
 /// some time and nothing drives one of them.
 ///
 /// Slow is not still. A body is still if it is slow, if what its supports leave over of the forces on it would not set
-/// it in motion (1/2000 of them at most), and if it does not creep by more than a hundredth of its extent in the
+/// it in motion (a thousandth of them at most), and if it does not creep by more than a tenth of its extent in the
 /// time until sleep. What nothing touches or holds is still only if no force acts on it, and if it drifts by no more than a
 /// hundredth of its extent in ten seconds. Extent is the distance of its farthest point from its center of mass;
 /// bodies without shapes have one of 1 m.
