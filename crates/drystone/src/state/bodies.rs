@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 use smallvec::SmallVec;
 
 use super::def::{AxisLocks, BodyKind, MassDef};
+use super::stillness::Stillness;
 use crate::base::grow;
 use crate::base::id::BodyId;
 use crate::base::math::{Vec3, vec3};
@@ -183,6 +184,12 @@ impl Body {
         self.kind == BodyKind::Dynamic
     }
 
+    /// True if it is dynamic and not active: it sleeps, or was put aside.
+    #[inline]
+    pub(crate) fn sleeps(&self) -> bool {
+        self.is_dynamic() && !self.active()
+    }
+
     /// No point of it moves faster [m/s].
     #[inline]
     pub(crate) fn greatest_speed(&self) -> f32 {
@@ -274,6 +281,8 @@ pub(crate) struct Bodies {
     pub(crate) rows: SlotMap<BodyId, Body>,
     /// Of each row.
     pub(crate) tracks: Vec<Track>,
+    /// Of each row.
+    pub(crate) stillness: Vec<Stillness>,
     /// Rows of the active bodies.
     pub(crate) awake: Vec<u32>,
     /// Of each row when it froze; as far as bodies ever did.
@@ -286,8 +295,10 @@ impl Bodies {
         let id = self.rows.insert(body);
         if self.tracks.len() < self.rows.slot_count() {
             grow::resize(&mut self.tracks, self.rows.slot_count(), Track::default());
+            grow::resize(&mut self.stillness, self.rows.slot_count(), Stillness::default());
         }
         self.tracks[id.index() as usize].ahead = 0;
+        self.stillness[id.index() as usize] = Stillness::default();
         id
     }
 

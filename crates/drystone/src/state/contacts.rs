@@ -234,6 +234,9 @@ pub(crate) struct Contacts {
     #[serde(skip)]
     pairs: PairSet,
     watched: Watched,
+    /// New contacts of bodies that are not active, which are looked at once, in the step in which they are made.
+    #[serde(skip)]
+    pub(crate) asked: Vec<u32>,
 }
 
 impl Contacts {
@@ -334,6 +337,18 @@ impl Contacts {
             let place = contact.probe.get() as usize;
             self.watched.set_awake(place, awake, &self.rows);
         }
+    }
+
+    /// Ends the one look at new contacts of bodies that are not active; of those that meanwhile are, nothing changes.
+    pub(crate) fn end_asking(&mut self, bodies: &Bodies) {
+        let mut asked = core::mem::take(&mut self.asked);
+        for row in asked.drain(..) {
+            let is_active = |c: &Contact| [c.body_a, c.body_b].map(|body| bodies.at(body).active());
+            if self.get(row).is_some_and(|c| is_active(c) == [false; 2]) {
+                self.set_awake(row, false);
+            }
+        }
+        self.asked = asked;
     }
 
     /// The contact has another restitution.

@@ -17,6 +17,7 @@ use super::def::{BodyKind, shape_suits};
 use super::islands::Islands;
 use super::joints::{Joints, Link};
 use super::shapes::{ShapeRow, Shapes};
+use super::stillness::Stillness;
 use super::tables::Tables;
 use crate::base::limits;
 use crate::base::math::Vec3;
@@ -138,6 +139,9 @@ impl Tables {
 fn check_bodies(bodies: &Bodies) -> Check {
     let slots = bodies.rows.slot_count();
     holds(bodies.tracks.len() == slots, "bodies have not one track each")?;
+    let known = &bodies.stillness;
+    let known = known.len() == slots && known.iter().all(Stillness::is_sound);
+    holds(known, "what is known of the rest of bodies is wrong")?;
     let mut seen = Seen::none_of(slots);
     for (place, row) in (0..).zip(&bodies.awake) {
         let body = bodies.rows.at(*row);

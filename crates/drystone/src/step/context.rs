@@ -50,6 +50,8 @@ pub(crate) struct StepContext {
     /// Parts in which it takes each of the world's substeps, 1 to 8.
     pub(crate) parts: u32,
     pub(crate) fineness: Fineness,
+    /// Bodies freeze and wake one by one.
+    pub(crate) wakes_alone: bool,
     /// How many times its `dt` is done, of islands that are solved anew in each of the world's substeps.
     pub(crate) rounds: u32,
     pub(crate) level: Level,
@@ -157,6 +159,7 @@ impl StepContext {
             impulse_scale: impulse_scale / parts as f32,
             parts,
             fineness: Fineness::Whole,
+            wakes_alone: config.method.freezes(),
             rounds: 1,
             level,
         }

@@ -21,9 +21,9 @@ use crate::base::pose::Pose;
 use crate::base::quat::Quat;
 use crate::state::bodies::{Bodies, Body, Track};
 use crate::state::bounds::Bounds;
-use crate::state::config::SleepConfig;
 use crate::state::def::BodyKind;
 use crate::state::shapes::{ShapeRow, Shapes};
+use crate::state::stillness::{Stillness, StillnessRule};
 
 /// What finalize found out about a body, beside how it moved.
 #[derive(Clone, Copy, Debug)]
@@ -88,7 +88,7 @@ impl Scratch {
 /// Moves all awake bodies and enlarges the boxes of those that left theirs.
 pub(crate) fn advance_poses(
     ctx: &StepContext,
-    (sleep, by_energy): (&SleepConfig, bool),
+    (sleep, by_energy): (&StillnessRule, bool),
     bodies: &mut Bodies,
     shapes: &mut Shapes,
     bounds: &mut Bounds,
@@ -97,10 +97,10 @@ pub(crate) fn advance_poses(
     jobs: &Jobs<'_>,
 ) {
     let Scratch { found, boxes, slack } = scratch;
-    let Bodies { rows, awake, tracks, .. } = bodies;
+    let Bodies { rows, awake, tracks, stillness, .. } = bodies;
     // SAFETY: awake bodies are all different, and each has shapes of its own.
     let apart = unsafe { Apart::promise() };
-    let tracks = Rows::new(tracks, apart);
+    let (tracks, stillness) = (Rows::new(tracks, apart), Rows::new(stillness, apart));
     let (rows, table) = (rows.values_mut(), shapes.rows.values_mut());
     // Fewer bodies are as much work, if they have many shapes.
     let each = table.len() / rows.len().max(1);
@@ -119,7 +119,8 @@ pub(crate) fn advance_poses(
                     continue;
                 }
                 body.last_h = ctx.h;
-                rate_stillness(ctx, sleep.speed, by_energy, body);
+                let known = stillness.row(*row as usize);
+                rate_stillness(ctx, sleep, by_energy, body, known);
                 still |= body.can_sleep && body.still_time >= sleep.time;
                 let moved = most_moved(body, center, rotation);
                 body.room -= moved;
@@ -386,13 +387,22 @@ fn arrive(
     true
 }
 
-fn rate_stillness(ctx: &StepContext, sleep_speed: f32, by_energy: bool, body: &mut Body) {
-    let still = if by_energy && body.is_dynamic() {
-        freeze::rests(ctx, sleep_speed, body)
+fn rate_stillness(
+    ctx: &StepContext,
+    rule: &StillnessRule,
+    by_energy: bool,
+    body: &mut Body,
+    known: &mut Stillness,
+) {
+    if !body.is_dynamic() {
+        return;
+    }
+    let by_speed = if by_energy {
+        freeze::rests(ctx, rule.speed, body)
     } else {
-        body.greatest_speed() < body.still_speed(sleep_speed)
+        body.greatest_speed() < body.still_speed(rule.speed)
     };
-    body.still_time = if still { body.still_time + ctx.dt } else { 0.0 };
+    rule.count(rule.is_slow(body, by_speed), body, known);
 }
 
 #[cfg(test)]

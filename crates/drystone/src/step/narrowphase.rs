@@ -45,7 +45,7 @@ pub(crate) enum Change {
     Apart(u32),
     /// The number of its points changed.
     Count(u32),
-    /// It has points again, and one of its bodies sleeps.
+    /// One of its bodies sleeps, and they touch in this step; where bodies freeze one by one, it has points again.
     Meets(u32),
     /// It has points that have not touched yet, and which close fast ([`CLOSES`]). No change by itself.
     Closes(u32),
@@ -265,9 +265,40 @@ impl Pairs<'_> {
             let watch = self.watches.row(k);
             let row = watch.row();
             if let Some(contact) = self.slots.row(row as usize) {
+                let ends = [watch.body_a, watch.body_b].map(|body| self.bodies.at(body));
                 let look = Look { row, reach, watch, probe: self.probes.row(k), tracks };
-                self.update(contact, look, (motions, lane), out, mesh);
+                self.update(&mut *contact, look, (motions, lane), out, mesh);
+                if ends.iter().any(|body| body.sleeps()) && out.last() != Some(&Change::Apart(row))
+                {
+                    self.meet(row, contact, ends, out);
+                }
             }
+        }
+    }
+
+    /// Lists a contact that comes to touch a body that sleeps in this step. While it does not, it is no contact: what only
+    /// passes near by wakes nothing.
+    fn meet(&self, first: u32, contact: &Contact, [a, b]: [&Body; 2], out: &mut Vec<Change>) {
+        // Where bodies freeze one by one, what is near them is solved while they are frozen.
+        if contact.sensor || self.ctx.wakes_alone {
+            return;
+        }
+        // What gravity does in the step, where something is awake to be moved by it.
+        let falls = [a, b].iter().any(|body| body.is_dynamic() && body.active());
+        let near = self.ctx.rest_offset + if falls { self.ctx.fall } else { 0.0 };
+        let (mut row, mut part) = (first, Some(contact));
+        while let Some(contact) = part {
+            let touches = contact.points().iter().any(|p| {
+                let velocity = b.velocity_at(contact.r_b(p)) - a.velocity_at(p.r_a);
+                let closes = (-contact.normal.dot(velocity)).max(0.0);
+                p.separation <= near + 1.1 * self.ctx.dt * closes
+            });
+            if touches && !contact.place.is_somewhere() {
+                out.push(Change::Meets(row));
+                return;
+            }
+            row = contact.next_part;
+            part = if row == NONE { None } else { self.slots.read(row as usize).as_ref() };
         }
     }
 
@@ -520,7 +551,11 @@ fn rebuild(
     }
     if before != count {
         let sleeps = |body: &Body| !body.active() && body.kind != BodyKind::Static;
-        if !contact.place.is_somewhere() && !contact.sensor && (sleeps(a) || sleeps(b)) {
+        if ctx.wakes_alone
+            && !contact.place.is_somewhere()
+            && !contact.sensor
+            && (sleeps(a) || sleeps(b))
+        {
             out.push(Change::Meets(row));
         }
         out.push(Change::Count(row));

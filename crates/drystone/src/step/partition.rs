@@ -50,6 +50,7 @@ pub(crate) fn apply_touch_changes(
 ) {
     let [changes, ghosts] = found.changes();
     wake_the_met(changes, sets);
+    sets.contacts.end_asking(sets.bodies);
     let mut most = 0;
     for lists in [changes, ghosts] {
         let n: usize = lists.iter().map(Vec::len).sum();
@@ -87,7 +88,9 @@ fn wake_the_met(changes: &[Vec<Change>], sets: &mut Sets<'_>) {
 /// True for a touch that wakes nothing: among bodies that freeze one by one the load that comes with it may.
 fn is_gentle(c: &Contact, islands: &Islands, bodies: &Bodies) -> bool {
     let speed = |body: u32| bodies.at(body).greatest_speed();
-    islands.wake_alone && speed(c.body_a) + speed(c.body_b) < islands.gentle_speed
+    // What was put into a frozen body is no touch that came of a motion.
+    let any_moves = bodies.at(c.body_a).active() || bodies.at(c.body_b).active();
+    islands.wake_alone && any_moves && speed(c.body_a) + speed(c.body_b) < islands.gentle_speed
 }
 
 /// Applies some lists of changes; gives how many memory was needed for.
@@ -230,8 +233,11 @@ impl Teller<'_> {
             }
             return;
         }
+        let solves = self.islands.solves(self.bodies.at(c.body_a), self.bodies.at(c.body_b));
         let what = match (has_points, c.place.is_somewhere()) {
             (true, true) => Move::Changes,
+            // It is near what sleeps, and does not touch it.
+            (true, false) if !solves => return,
             (true, false) if is_gentle(c, self.islands, self.bodies) => Move::Enters,
             (true, false) => Move::Rouses,
             (false, true) => Move::Leaves,

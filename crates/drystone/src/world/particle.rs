@@ -358,9 +358,8 @@ impl World {
         let Some(row) = particles.links.row(id) else { return false };
         let link = particles.links.at(row).expect("the row of an id lives");
         let (block, lane) = particles.block_of(link);
-        for line in [block.row_a[lane], block.row_b[lane]] {
-            particles.wake(line);
-        }
+        let line = block.row_a[lane];
+        particles.wake_strand(line);
         particles.remove_link(id)
     }
 
@@ -378,7 +377,7 @@ impl World {
         let lane = usize::from(link.lane);
         block.length[lane] = length;
         let line = block.row_a[lane];
-        particles.wake(line);
+        particles.wake_strand(line);
         Ok(true)
     }
 
@@ -416,7 +415,7 @@ impl World {
         let Some(slot) = particles.rows.row(id) else { return false };
         let Some(number) = particles.at(slot + 1).attachment.checked_sub(1) else { return false };
         let body = particles.attachments[number as usize].body;
-        particles.wake(slot + 1);
+        particles.wake_strand(slot + 1);
         particles.detach(slot + 1);
         self.sets().wake(body);
         true
@@ -432,7 +431,7 @@ impl World {
                 i += 1;
                 continue;
             }
-            particles.wake(line);
+            particles.wake_strand(line);
             particles.detach(line);
             let id = particles.rows.id_at(line - 1).expect("attachments are of living particles");
             self.pending.detached.push(id);

@@ -30,4 +30,5 @@ mod scenario_tumble;
 mod scenario_turning;
 mod scenario_whirl;
 mod scenario_seams;
+mod scenario_sleep_wake;
 mod scenario_sixdof;
