@@ -11,6 +11,8 @@ pub(crate) type FeatureId = u32;
 /// Feature ids begin with what the reference is: a face of B, a pair of edges; else a face of A.
 pub(crate) const REFERENCE_B: FeatureId = 0x8000_0000;
 pub(crate) const EDGE_PAIR: FeatureId = 0x4000_0000;
+/// Of a mesh: the point is on an edge or corner where the mesh ends, and the normal is not that of a face.
+pub(crate) const BORDER: FeatureId = 0x4000_0000;
 
 /// One point of a manifold, in the frame of A.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -46,7 +46,7 @@ pub(crate) enum Change {
     Closes(u32),
     /// It has points, and may be a ghost of the seam of two shapes; no change by itself.
     Made(u32),
-    /// It has points, and is of a mesh: it may make others ghosts, but is none. No change by itself.
+    /// It has points, and may make others ghosts, but is none. No change by itself.
     Carries(u32),
 }
 
@@ -300,9 +300,7 @@ impl Pairs<'_> {
             && recycle(ctx, contact, look.probe, a, b, slots)
         {
             // A ghost that was made before what carries the body was there would block it for ever.
-            if seams::is_in_doubt(a, b) {
-                out.push(Change::Made(row));
-            }
+            out.extend(seams::of_convex(ctx, (row, contact), a, b));
             return;
         }
         // In the frame of A, so that far from the world's origin nothing is lost.
@@ -315,9 +313,7 @@ impl Pairs<'_> {
         let m = collide(ctx.level, solid_a, solid_b, &b_in_a, margin, &mut contact.cache);
         look.restart(m.gap, a, b);
         rebuild(ctx, (row, contact), &m, (&pose_a, before), [a, b], out);
-        if contact.count > 0 && !contact.sensor && seams::is_in_doubt(a, b) {
-            out.push(Change::Made(row));
-        }
+        out.extend(seams::of_convex(ctx, (row, contact), a, b));
     }
 }
 

@@ -1,7 +1,7 @@
 //! Pairs of a mesh and a convex shape: several manifolds, each in a row of its own.
 
 use super::motion::Motion;
-use super::{Change, Look, rebuild, recycle};
+use super::{Change, Look, rebuild, recycle, seams};
 use crate::base::math::Vec3;
 use crate::base::pose::Pose;
 use crate::geometry::collide::{MAX_PARTS, MeshScratch, Reach, collide_mesh};
@@ -95,7 +95,7 @@ pub(super) fn update(
             rebuild(ctx, (row, contact), &manifold, (&pose_a, last), [a, b], out);
         }
         if contact.count > 0 && !contact.sensor {
-            out.push(Change::Carries(row));
+            out.push(seams::of_mesh(row, contact));
         }
         slot += 1;
         part = next(contact, slots);
@@ -107,11 +107,11 @@ fn list_parts(row: u32, first: &Contact, slots: &Slots<'_>, out: &mut Vec<Change
     if first.sensor || first.count == 0 {
         return;
     }
-    out.push(Change::Carries(row));
+    out.push(seams::of_mesh(row, first));
     let mut part = if first.others > 0 { next(first, slots) } else { None };
     while let Some((row, contact)) = part {
         if contact.count > 0 {
-            out.push(Change::Carries(row));
+            out.push(seams::of_mesh(row, contact));
         }
         part = next(contact, slots);
     }

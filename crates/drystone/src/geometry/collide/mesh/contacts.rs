@@ -7,10 +7,13 @@ use super::round::point;
 use super::select::Members;
 use super::triangle::Triangle;
 use crate::base::math::{Vec3, greater, lesser};
-use crate::geometry::manifold::{FeatureId, Manifold, ManifoldPoint};
+use crate::geometry::manifold::{BORDER, FeatureId, Manifold, ManifoldPoint};
 
 /// Cosine of 5.1°: contacts whose normals are nearer than this share a manifold.
 const SAME_NORMAL: f32 = 0.996;
+
+/// Cosine of 1 mrad: a normal nearer than this to that of the face is the face's.
+const FACE: f32 = 1.0 - 5.0e-7;
 
 /// Limits of a test that follow from the size of the solid.
 #[derive(Clone, Copy, Debug, Default)]
@@ -107,12 +110,14 @@ impl Contacts {
     ) -> bool {
         // A face that lies flush stands in for none but itself.
         let refused = refused.filter(|normal| normal.dot(axis.normal) <= SAME_NORMAL);
+        let is_face = axis.normal.dot(triangle.normal) > FACE;
+        let border = if is_face || !triangle.is_border(axis.normal) { 0 } else { BORDER };
         let first = self.points.len();
         let mut deepest = f32::INFINITY;
         for p in points {
             if p.separation <= self.limits.margin && p.position.is_finite() {
                 deepest = lesser(deepest, p.separation);
-                self.points.push(p);
+                self.points.push(ManifoldPoint { feature: p.feature & !BORDER | border, ..p });
             }
         }
         let end = self.points.len();
