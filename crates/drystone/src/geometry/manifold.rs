@@ -31,6 +31,8 @@ pub(crate) struct Manifold {
     pub(crate) normal: Vec3,
     pub(crate) points: [ManifoldPoint; 4],
     pub(crate) count: usize,
+    /// How far B moves before it is where the normal and the positions are told of [m, frame of A]. Separations are those of now.
+    pub(crate) shift: Vec3,
     /// Without points: the solids are at least so far apart [m]; 0 if that was not worked out. With points, of the first with a
     /// mesh only: how far all triangles are that got none, and all vertices over those with some that are beyond the margin.
     pub(crate) gap: f32,

@@ -7,6 +7,7 @@
 //! References: [Gregorius13].
 #![expect(unsafe_code, reason = "promises that rows are kept apart")]
 
+mod meeting;
 mod mesh;
 mod motion;
 mod seams;
@@ -310,7 +311,13 @@ impl Pairs<'_> {
         let margin = if contact.sensor { 0.0 } else { look.reach.unwrap_or_else(far) };
         let before = look.probe.rotation_a;
         let (solid_a, solid_b) = (&shape_a.solid, &shape_b.solid);
-        let m = collide(ctx.level, solid_a, solid_b, &b_in_a, margin, &mut contact.cache);
+        let mut m = collide(ctx.level, solid_a, solid_b, &b_in_a, margin, &mut contact.cache);
+        if !contact.sensor
+            && let Some(met) =
+                meeting::look_ahead(ctx, [a, b], [solid_a, solid_b], (&pose_a, &b_in_a), &m)
+        {
+            m = met;
+        }
         look.restart(m.gap, a, b);
         rebuild(ctx, (row, contact), &m, (&pose_a, before), [a, b], out);
         out.extend(seams::of_convex(ctx, (row, contact), a, b));
@@ -449,7 +456,9 @@ fn rebuild(
     #[expect(clippy::cast_possible_truncation, reason = "at most four points")]
     let count = manifold.count as u8;
     contact.count = count;
-    let offset = b.center - a.center;
+    // Of what is told where B will be, arms and offset are those of then.
+    let shift = pose_a.direction(manifold.shift);
+    let offset = b.center - a.center + shift;
     contact.offset = offset;
     if count == 0 {
         contact.tangent_impulse = Vec3::ZERO;
@@ -469,6 +478,7 @@ fn rebuild(
         let r_b = r_a - offset;
         let impulse = inherit(&mut old[..usize::from(before)], made.feature, r_a, last, a, b);
         new.renew(r_a, made.separation, impulse, made.feature);
+        new.base += normal.dot(shift);
         approach = approach.max(-normal.dot(b.velocity_at(r_b) - a.velocity_at(r_a)));
     }
     if before != count {

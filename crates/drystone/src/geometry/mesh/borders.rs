@@ -169,3 +169,95 @@ fn overlap(e: [Vec3; 2], f: [Vec3; 2], near: f32) -> Option<[f64; 2]> {
     };
     (is_near(from) && is_near(to)).then_some([from, to])
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::adjacency::{Bends, edges, weld as weld_exact};
+    use super::{lone, weld};
+    use crate::base::math::{Vec3, vec3};
+
+    fn bends(vertices: &[Vec3], triangles: &[[u32; 3]]) -> Vec<Bends> {
+        super::super::bends(vertices, triangles, weld_exact(vertices))
+    }
+
+    /// How many edges end the surface.
+    fn borders(vertices: &[Vec3], triangles: &[[u32; 3]]) -> usize {
+        let all = bends(vertices, triangles);
+        all.iter().map(|b| b[0].iter().filter(|bend| bend.is_border()).count()).sum()
+    }
+
+    /// Two unit squares side by side, with corners of their own.
+    fn squares(apart: Vec3) -> (Vec<Vec3>, Vec<[u32; 3]>) {
+        let one = [Vec3::ZERO, Vec3::X, vec3(1.0, 0.0, 1.0), Vec3::Z];
+        let vertices = one.into_iter().chain(one.map(|p| p + Vec3::X + apart)).collect();
+        (vertices, vec![[0, 1, 2], [0, 2, 3], [4, 5, 6], [4, 6, 7]])
+    }
+
+    #[test]
+    fn corners_that_differ_by_rounding_are_one_and_others_are_not() {
+        for (apart, count) in [
+            (Vec3::ZERO, 6),
+            (vec3(1.0e-7, 0.0, 0.0), 6),
+            (vec3(1.0e-5, -1.0e-5, 1.0e-5), 6),
+            // A gap, a step and an overlap that somebody made.
+            (vec3(1.0e-4, 0.0, 0.0), 8),
+            (vec3(0.0, 1.0e-4, 0.0), 8),
+            (vec3(-1.0e-4, 0.0, 0.0), 8),
+        ] {
+            let (vertices, triangles) = squares(apart);
+            assert_eq!(borders(&vertices, &triangles), count, "{apart:?}");
+        }
+    }
+
+    #[test]
+    fn thin_triangles_keep_their_corners() {
+        // A slit of 1e-5 m between two squares, filled by two triangles: both of its sides stay.
+        let (mut vertices, mut triangles) = squares(vec3(1.0e-5, 0.0, 0.0));
+        triangles.extend([[1, 4, 7], [1, 7, 2]]);
+        let mut welded = weld_exact(&vertices);
+        let all = edges(&triangles, &welded);
+        weld(&vertices, &triangles, &lone(&all), &mut welded);
+        assert_eq!(welded, (0..8).collect::<Vec<_>>());
+        assert_eq!(borders(&vertices, &triangles), 8);
+        // And so does what is tiny by itself, far from the origin of the mesh.
+        for p in &mut vertices {
+            *p = *p * 1.0e-3 + vec3(500.0, 0.0, 0.0);
+        }
+        let mut welded = weld_exact(&vertices);
+        let before = welded.clone();
+        let all = edges(&triangles, &welded);
+        weld(&vertices, &triangles, &lone(&all), &mut welded);
+        assert_eq!(welded, before);
+    }
+
+    #[test]
+    fn an_edge_along_others_has_a_neighbor_if_they_cover_it() {
+        // A square beside one that is cut into strips.
+        let (mut vertices, mut triangles) = squares(Vec3::ZERO);
+        vertices.truncate(4);
+        triangles.truncate(2);
+        for strip in 0..3_u8 {
+            let [from, to] = [f32::from(strip) / 3.0, f32::from(strip + 1) / 3.0];
+            let k = u32::try_from(vertices.len()).unwrap();
+            let ends = [(1.0, from), (2.0, from), (2.0, to), (1.0, to)];
+            vertices.extend(ends.map(|(x, z)| vec3(x, 0.0, z)));
+            triangles.extend([[k, k + 1, k + 2], [k, k + 2, k + 3]]);
+        }
+        // The rim has 3 edges of the square, 3 of the strips' ends and 2 of their sides.
+        assert_eq!(borders(&vertices, &triangles), 8);
+        // Without the strip in the middle the long edge ends there, and with it the gap's two sides.
+        let middle = triangles.len() - 4;
+        triangles.drain(middle..middle + 2);
+        assert_eq!(borders(&vertices, &triangles), 3 + 1 + 2 + 2 + 2);
+    }
+
+    #[test]
+    fn the_result_does_not_depend_on_how_far_the_mesh_reaches() {
+        let (vertices, triangles) = squares(vec3(3.0e-6, 2.0e-6, 0.0));
+        let alone = bends(&vertices, &triangles);
+        let (mut more, mut wider) = (vertices.clone(), triangles.clone());
+        more.extend([vec3(50.0, 0.0, 0.0), vec3(60.0, 0.0, 0.0), vec3(50.0, 0.0, 9.0)]);
+        wider.push([8, 9, 10]);
+        assert_eq!(bends(&more, &wider)[..4], alone);
+    }
+}

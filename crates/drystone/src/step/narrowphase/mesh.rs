@@ -1,5 +1,6 @@
 //! Pairs of a mesh and a convex shape: several manifolds, each in a row of its own.
 
+use super::meeting::STRAIGHT;
 use super::motion::Motion;
 use super::{Change, Look, rebuild, recycle, seams};
 use crate::base::math::Vec3;
@@ -63,6 +64,7 @@ pub(super) fn update(
             rest: margin.min(ctx.margin + 1.1 * ctx.dt * motion.spin),
             corners: ahead > 2.0 * ctx.margin,
             way: if length > most { way * (most / length) } else { way },
+            is_straight: motion.spin <= STRAIGHT * motion.velocity.length(),
             // For some steps' way, if the two are apart and may wait.
             room: if contact.count > 0 { 0.0 } else { (4.0 * ahead + 2.0 * ctx.margin).min(most) },
         }

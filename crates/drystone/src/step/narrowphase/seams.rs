@@ -33,6 +33,10 @@ const FLUSH: f32 = 1.0e-3;
 /// 1 - cos of the angle (1 mrad) from which two normals differ.
 const SAME_NORMAL: f32 = 5.0e-7;
 
+/// Cosine of 5.1°: a contact of several points whose normal leans less carries too. What rests on two tiles and is askew
+/// by some roundings would tip over the end of one otherwise.
+const UPRIGHT: f32 = 0.996;
+
 /// How far the carried shape may be under the plane at the end of the step, as a part of its body's extent:
 /// what tips over the end of a shape does come down on the next one.
 const DIP: f32 = 4.0e-3;
@@ -51,8 +55,15 @@ const AHEAD: usize = 8;
 #[derive(Clone, Debug, Default)]
 pub(super) struct Scratch {
     doubted: Vec<u32>,
-    hidden: Vec<Vec<u32>>,
+    hidden: Vec<Vec<Ghost>>,
     held: Held,
+}
+
+/// A contact that is a ghost, and the normal of what carries [world].
+#[derive(Clone, Copy, Debug)]
+struct Ghost {
+    row: u32,
+    normal: Vec3,
 }
 
 /// What holds each body past which another shape may carry it. (Its list of contacts has all that come near it
@@ -126,12 +137,14 @@ fn slides(ctx: &StepContext, a: &Body, b: &Body) -> bool {
         && (b.v - a.v).length_squared() * (ctx.dt * ctx.dt) > least * least
 }
 
-/// True if the contact is about to stop something: nothing else can be a ghost.
+/// True if the contact is about to stop something: nothing else can be a ghost. A row acts a substep ahead of the
+/// touch, so on the last sweep it looks that far beyond the step.
 fn closes(ctx: &StepContext, contact: &Contact, a: &Body, b: &Body) -> bool {
     let least = SLIDES * lesser(a.extent, b.extent);
     contact.points().iter().any(|p| {
         let v = b.velocity_at(p.r_a - contact.offset) - a.velocity_at(p.r_a);
-        -contact.normal.dot(v) * ctx.dt > greater(p.separation, 0.0) + least
+        let gap = greater(p.separation - ctx.rest_offset, 0.0);
+        -contact.normal.dot(v) * (ctx.dt + ctx.h) > gap + least
     })
 }
 
@@ -169,14 +182,18 @@ pub(super) fn hide(
     collect_ranges(jobs, n, grain(jobs, n, 32), hidden, |range, out| {
         // What is hidden itself hides nothing: so the order does not matter, and of two that hide each
         // other both stay.
-        out.extend(
-            doubted[range]
-                .iter()
-                .filter(|row| seen.is_hidden(**row, |by| !seen.is_hidden(by, |_| true))),
-        );
+        out.extend(doubted[range].iter().filter_map(|row| {
+            let normal = seen.hidden_by(*row, |by| seen.hidden_by(by, |_| true).is_none())?;
+            Some(Ghost { row: *row, normal })
+        }));
     });
-    for row in hidden.iter().flatten() {
-        let contact = contacts.at(*row);
+    for Ghost { row, normal } in hidden.iter().flatten() {
+        let contact = contacts.at_mut(*row);
+        if contact.count > 1 && contact.normal.dot(*normal) > UPRIGHT {
+            // It carries too, beside the other: it gets the normal that the surface has.
+            contact.normal = *normal;
+            continue;
+        }
         if contact.is_part {
             let first = contact.first(*row);
             contacts.at_mut(first).others -= 1;
@@ -300,8 +317,8 @@ impl<'a> Seen<'a> {
         }
     }
 
-    /// True if a contact that `may` hide others hides this one.
-    fn is_hidden(&self, row: u32, may: impl Fn(u32) -> bool) -> bool {
+    /// The normal of a contact that `may` hide others and hides this one, from A to B of this one.
+    fn hidden_by(&self, row: u32, may: impl Fn(u32) -> bool) -> Option<Vec3> {
         let contact = self.contacts.at(row);
         for (side, body) in [(0, contact.body_a), (1, contact.body_b)] {
             let Some(past) = self.held.of(body).find(|hold| hold.row == row && hold.side == side)
@@ -309,34 +326,37 @@ impl<'a> Seen<'a> {
                 continue;
             };
             let doubted = self.side(row, side);
-            let found = self.held.of(body).any(|on| {
-                on.shape == past.shape
+            let found = self.held.of(body).find_map(|on| {
+                let may_hide = on.shape == past.shape
                     && on.row != row
                     // Most are told by this: what rests on several tiles of a floor.
                     && !(on.stands && on.normal.dot(past.normal) > 1.0 - SAME_NORMAL)
-                    && !self.contacts.at(on.row).sensor
-                    && self.hides(on.row, &self.side(on.row, on.side), &doubted)
-                    && may(on.row)
+                    && !self.contacts.at(on.row).sensor;
+                if !may_hide {
+                    return None;
+                }
+                let normal = self.hides(on.row, &self.side(on.row, on.side), &doubted)?;
+                may(on.row).then_some(if side == 0 { -normal } else { normal })
             });
-            if found {
-                return true;
+            if found.is_some() {
+                return found;
             }
         }
-        false
+        None
     }
 
-    /// True if `on`, which carries the shape, makes `past` a ghost.
-    fn hides(&self, row: u32, on: &Side<'_>, past: &Side<'_>) -> bool {
+    /// The normal of `on`, which carries the shape, if it makes `past` a ghost.
+    fn hides(&self, row: u32, on: &Side<'_>, past: &Side<'_>) -> Option<Vec3> {
         let under = self.shapes.at(past.under_shape);
         let core = Convex::of(&under.solid.core);
         let at_border = matches!(under.solid.core, Core::Mesh(_)) && is_at_border(past.contact);
         if if core.is_some() { on.under_shape == past.under_shape } else { !at_border } {
-            return false;
+            return None;
         }
         let turn = self.turn(row, on);
         let n1 = turn.rotate(on.normal);
         if n1.dot(past.normal) > 1.0 - SAME_NORMAL {
-            return false;
+            return None;
         }
         let plane = self.plane(turn, n1, on);
         let extent = on.body.extent;
@@ -351,13 +371,13 @@ impl<'a> Seen<'a> {
         for p in past.contact.points() {
             at = p.r_a - past.origin + shift;
             if n1.dot(at) < least {
-                return false;
+                return None;
             }
             // A mesh may be anywhere, but the edge that is touched lies under the plane.
             let edge = at - past.normal * (0.5 * p.base);
             let over = n1.dot(edge) + self.rise(n1, (on, past), (edge, shift)) - plane.at;
             if at_border && over > FLUSH * extent + rounding {
-                return false;
+                return None;
             }
         }
         if let Some(core) = core {
@@ -368,10 +388,10 @@ impl<'a> Seen<'a> {
             let here = self.rise(n1, (on, past), (at, shift));
             let rise = greater(here, self.rise(n1, (on, past), (top, shift)));
             if n1.dot(top) + greater(rise, 0.0) - plane.at > flush {
-                return false;
+                return None;
             }
         }
-        !self.dips(on, &plane)
+        (!self.dips(on, &plane)).then_some(n1)
     }
 
     /// How far what is past rises over what carries within the step, along `n1`: at a point from the center of what
