@@ -33,7 +33,7 @@ const FLUSH: f32 = 1.0e-3;
 /// 1 - cos of the angle (1 mrad) from which two normals differ.
 const SAME_NORMAL: f32 = 5.0e-7;
 
-/// Cosine of 5.1°: a contact of several points whose normal leans less carries too. What rests on two tiles and is askew
+/// Cosine of 5.1°: a flat contact, of three points or more, whose normal leans less carries too. What rests on two tiles and is askew
 /// by some roundings would tip over the end of one otherwise.
 const UPRIGHT: f32 = 0.996;
 
@@ -189,7 +189,7 @@ pub(super) fn hide(
     });
     for Ghost { row, normal } in hidden.iter().flatten() {
         let contact = contacts.at_mut(*row);
-        if contact.count > 1 && contact.normal.dot(*normal) > UPRIGHT {
+        if contact.count > 2 && contact.normal.dot(*normal) > UPRIGHT {
             // It carries too, beside the other: it gets the normal that the surface has.
             contact.normal = *normal;
             continue;
