@@ -61,7 +61,8 @@ fn add_fixed(
 fn strip(count: usize, kink: f32) -> Vec<Quad> {
     let (mut out, mut from, mut angle) = (Vec::new(), [0.0, 0.0], 0.0_f32);
     for _ in 0..count {
-        let to = [from[0] + 5.0 * angle.cos(), from[1] + 5.0 * angle.sin()];
+        let along = Quat::from_axis_angle(Vec3::Z, angle).rotate(Vec3::X) * 5.0;
+        let to = [from[0] + along.x, from[1] + along.y];
         out.push(quad(from, to, [-5.0, 5.0]));
         (from, angle) = (to, angle + kink);
     }
@@ -73,7 +74,7 @@ fn movers(scale: f32) -> Vec<(Shape, Quat, f32, bool)> {
     let across = Quat::from_axis_angle(Vec3::X, FRAC_PI_2);
     let corner = |k: u8, radius: f32, y: f32| {
         let angle = f32::from(k) * (PI / 3.0);
-        vec3(radius * angle.cos(), y, radius * angle.sin()) * scale
+        (Quat::from_axis_angle(Vec3::Y, angle).rotate(vec3(radius, 0.0, 0.0)) + Vec3::Y * y) * scale
     };
     let corners: Vec<Vec3> =
         (0..6).flat_map(|k| [corner(k, 0.35, -0.3), corner(k, 0.2, 0.3)]).collect();
@@ -243,7 +244,8 @@ fn kinks_between_two_meshes_are_those_of_one_mesh() {
                         world.step(DT);
                         t += DT;
                         let at = place.pose.local_point(world.body(id).unwrap().position());
-                        let ground = (at.x - 5.0).max(0.0) * kink.tan();
+                        let along = Quat::from_axis_angle(Vec3::Z, kink).rotate(Vec3::X);
+                        let ground = (at.x - 5.0).max(0.0) * (along.y / along.x);
                         top = top.max(at.y - ground - mover.2);
                     }
                     let body = world.body(id).unwrap();
