@@ -376,7 +376,8 @@ impl<'a> Seen<'a> {
             // A mesh may be anywhere, but the edge that is touched lies under the plane.
             let edge = at - past.normal * (0.5 * p.base);
             let over = n1.dot(edge) + self.rise(n1, (on, past), (edge, shift)) - plane.at;
-            if at_border && over > FLUSH * extent + rounding {
+            // What rests stands off by the rest offset, and points of a small body are no more exact than that.
+            if at_border && over > FLUSH * extent + rounding + self.ctx.rest_offset {
                 return None;
             }
         }
