@@ -7,6 +7,7 @@
 //! References: [Gregorius13].
 #![expect(unsafe_code, reason = "promises that rows are kept apart")]
 
+mod meeting;
 mod mesh;
 mod motion;
 mod seams;
@@ -54,7 +55,7 @@ pub(crate) enum Change {
     Turns(u32),
     /// It has points, and may be a ghost of the seam of two shapes; no change by itself.
     Made(u32),
-    /// It has points, and is of a mesh: it may make others ghosts, but is none. No change by itself.
+    /// It has points, and may make others ghosts, but is none. No change by itself.
     Carries(u32),
 }
 
@@ -355,9 +356,7 @@ impl Pairs<'_> {
             }
             keep_load(ctx, contact, a, b);
             // A ghost that was made before what carries the body was there would block it for ever.
-            if seams::is_in_doubt(a, b) {
-                out.push(Change::Made(row));
-            }
+            out.extend(seams::of_convex(ctx, (row, contact), a, b));
             return;
         }
         // In the frame of A, so that far from the world's origin nothing is lost.
@@ -367,7 +366,13 @@ impl Pairs<'_> {
         let margin = if contact.sensor { 0.0 } else { look.reach.unwrap_or_else(far) };
         let before = if contact.is_renewed() { a.rotation } else { look.probe.rotation_a };
         let (solid_a, solid_b) = (&shape_a.solid, &shape_b.solid);
-        let m = collide(ctx.level, solid_a, solid_b, &b_in_a, margin, &mut contact.cache);
+        let mut m = collide(ctx.level, solid_a, solid_b, &b_in_a, margin, &mut contact.cache);
+        if !contact.sensor
+            && let Some(met) =
+                meeting::look_ahead(ctx, [a, b], [solid_a, solid_b], (&pose_a, &b_in_a), &m)
+        {
+            m = met;
+        }
         look.restart(m.gap, a, b);
         contact.clear = room_to_turn(&m, [solid_a, solid_b], &b_in_a);
         rebuild(ctx, (row, contact), &m, (&pose_a, before), [a, b], out);
@@ -375,9 +380,7 @@ impl Pairs<'_> {
             out.push(Change::Turns(row));
         }
         keep_load(ctx, contact, a, b);
-        if contact.count > 0 && !contact.sensor && seams::is_in_doubt(a, b) {
-            out.push(Change::Made(row));
-        }
+        out.extend(seams::of_convex(ctx, (row, contact), a, b));
     }
 }
 
@@ -527,7 +530,9 @@ fn rebuild(
     #[expect(clippy::cast_possible_truncation, reason = "at most four points")]
     let count = manifold.count as u8;
     contact.count = count;
-    let offset = b.center - a.center;
+    // Of what is told where B will be, arms and offset are those of then.
+    let shift = pose_a.direction(manifold.shift);
+    let offset = b.center - a.center + shift;
     contact.offset = offset;
     if count == 0 {
         contact.tangent_impulse = Vec3::ZERO;
@@ -547,6 +552,7 @@ fn rebuild(
         let r_b = r_a - offset;
         let impulse = inherit(&mut old[..usize::from(before)], made.feature, r_a, last, a, b);
         new.renew(r_a, made.separation, impulse, made.feature);
+        new.base += normal.dot(shift);
         approach = approach.max(-normal.dot(b.velocity_at(r_b) - a.velocity_at(r_a)));
     }
     if before != count {

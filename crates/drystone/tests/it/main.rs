@@ -14,6 +14,7 @@ mod scenario_couplings;
 mod scenario_freezing;
 mod scenario_fracture;
 mod scenario_friction;
+mod scenario_ghosts;
 mod scenario_glue;
 mod scenario_impacts;
 mod scenario_inertia;

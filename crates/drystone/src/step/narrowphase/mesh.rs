@@ -1,7 +1,8 @@
 //! Pairs of a mesh and a convex shape: several manifolds, each in a row of its own.
 
+use super::meeting::STRAIGHT;
 use super::motion::Motion;
-use super::{Change, FAR_TURN, Look, keep_load, rebuild, recycle, turn_ahead};
+use super::{Change, FAR_TURN, Look, keep_load, rebuild, recycle, seams, turn_ahead};
 use crate::base::math::Vec3;
 use crate::base::pose::Pose;
 use crate::geometry::collide::{MAX_PARTS, MeshScratch, Reach, collide_mesh};
@@ -69,6 +70,7 @@ pub(super) fn update(
             rest: margin.min(ctx.margin + 1.1 * ctx.dt * motion.spin),
             corners: ahead > 2.0 * ctx.margin,
             way: if length > most { way * (most / length) } else { way },
+            is_straight: motion.spin <= STRAIGHT * motion.velocity.length(),
             // For some steps' way, if the two are apart and may wait.
             room: if contact.count > 0 { 0.0 } else { (4.0 * ahead + 2.0 * ctx.margin).min(most) },
         }
@@ -112,7 +114,7 @@ pub(super) fn update(
             keep_load(ctx, contact, a, b);
         }
         if contact.count > 0 && !contact.sensor {
-            out.push(Change::Carries(row));
+            out.push(seams::of_mesh(row, contact));
         }
         slot += 1;
         part = next(contact, slots);
@@ -134,11 +136,11 @@ fn list_parts(row: u32, first: &Contact, slots: &Slots<'_>, out: &mut Vec<Change
     if first.sensor || first.count == 0 {
         return;
     }
-    out.push(Change::Carries(row));
+    out.push(seams::of_mesh(row, first));
     let mut part = if first.others > 0 { next(first, slots) } else { None };
     while let Some((row, contact)) = part {
         if contact.count > 0 {
-            out.push(Change::Carries(row));
+            out.push(seams::of_mesh(row, contact));
         }
         part = next(contact, slots);
     }
