@@ -220,7 +220,7 @@ impl Finder<'_> {
 }
 
 /// True if two shapes whose boxes overlap are to be watched.
-fn may_meet(bodies: &Bodies, joints: &Joints, a: &ShapeRow, b: &ShapeRow) -> bool {
+pub(super) fn may_meet(bodies: &Bodies, joints: &Joints, a: &ShapeRow, b: &ShapeRow) -> bool {
     // Two meshes, or a mesh and a half-space, never meet.
     if a.body == b.body
         || (rank(a) < 2 && rank(b) < 2)
