@@ -83,11 +83,14 @@ impl<'a> Mover<'a> {
         };
         // The rounding moves as the core does: a ball that turns stays where it is.
         let arm = centered.point(middle).length() + (size - solid.radius).max(0.0);
+        way.turn = seen_turn(solid, &centered, &way);
         let swing = way.turn.length() * arm;
-        if swing <= 0.0 {
-            way.turn = Vec3::ZERO;
-        }
         Self { solid, centered, way, half, size, swing }
+    }
+
+    /// Its body's way, but for turns that nobody sees.
+    pub(crate) const fn way(&self) -> &Way {
+        &self.way
     }
 
     fn is_surface(&self) -> bool {
@@ -112,6 +115,27 @@ impl<'a> Mover<'a> {
     }
 }
 
+/// What is left of a turn when that is taken out which leaves every point of the solid on its surface: of a ball about its
+/// center all, of a wheel about its axle that about the axle.
+fn seen_turn(solid: &Solid, centered: &Pose, way: &Way) -> Vec3 {
+    let axis = centered.direction(Vec3::Y);
+    let off = centered.position - axis * centered.position.dot(axis);
+    match solid.core {
+        Core::Point if centered.position == Vec3::ZERO => Vec3::ZERO,
+        Core::Segment { .. } | Core::Frustum { .. } if off.length_squared() <= 0.0 => {
+            let axis = way.from.direction(axis);
+            // A turn about another axis as well takes the axle with it.
+            let along = axis * way.turn.dot(axis);
+            let across = way.turn - along;
+            if across.length() <= WOBBLE * along.length() { across } else { way.turn }
+        }
+        _ => way.turn,
+    }
+}
+
+/// A wheel turns about its axle if it does so about nothing else by more than this part.
+const WOBBLE: f32 = 0.02;
+
 /// What becomes of two solids in a step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Course {
@@ -123,9 +147,12 @@ pub(crate) enum Course {
     Deep(f32),
 }
 
-/// They may be as deep in each other at the end as this part of the thinner one's half thickness: a contact knows then on
-/// which side of it the other is.
-const SHALLOW: f32 = 0.5;
+/// They may be as deep in each other at the end as this part of the thinner one's half thickness: up to twice that, both
+/// thin, a contact knows on which side the other is.
+const SHALLOW: f32 = 1.0;
+
+/// Who moves less than this part of it against each other, and was apart or shallow, is no deeper than that knows.
+const NEARLY_STILL: f32 = 0.5;
 
 /// They are stopped as far apart as this part of it: what is apart is stopped by a contact at once, what overlaps softly.
 const APART: f32 = 0.05;
@@ -177,7 +204,7 @@ impl<'a> Pair<'a> {
     /// False if they can end neither deep in each other nor past each other: they do not move far enough, or pass each other
     /// wide.
     pub(crate) fn may_pass(&self) -> bool {
-        if self.shift.length() + self.swing <= SHALLOW * self.half() {
+        if self.shift.length() + self.swing <= NEARLY_STILL * self.half() {
             return false;
         }
         if self.a.is_surface() {
@@ -245,26 +272,23 @@ impl<'a> Pair<'a> {
         if self.is_deep(&seen, end) { Course::Deep(at) } else { Course::Clear }
     }
 
-    /// True if they come from apart to apart and meet on the way, deep or not.
-    pub(crate) fn crosses(&self) -> bool {
+    /// True if they meet on the way, deep or not, that were apart at the start.
+    pub(crate) fn meets(&self) -> bool {
         let most = self.shift.length() + self.swing;
         let Some(mut seen) = self.look(0.0, most + self.rounding) else { return false };
-        let overlaps_at_end = || self.look(1.0, 0.0).is_some();
-        if seen.distance <= 0.0 || overlaps_at_end() {
-            return false;
-        }
         let near = lesser(self.rounding, 0.5 * seen.distance);
         let mut at = 0.0;
         for _ in 0..2 * ROUNDS {
             let closing = self.swing - seen.normal.dot(self.shift);
+            if seen.distance <= near {
+                return closing > 0.0;
+            }
             at += (seen.distance - 0.5 * near) / closing;
             if !(closing > 0.0 && at < 1.0) {
                 return false;
             }
-            match self.look(at, f32::MAX) {
-                Some(then) if then.distance > near => seen = then,
-                _ => return true,
-            }
+            let Some(then) = self.look(at, f32::MAX) else { return false };
+            seen = then;
         }
         false
     }

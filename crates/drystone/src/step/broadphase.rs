@@ -276,7 +276,7 @@ fn create_all(
 }
 
 /// Meshes and half-spaces come first: their manifolds are computed from that side.
-const fn rank(shape: &ShapeRow) -> u8 {
+pub(super) const fn rank(shape: &ShapeRow) -> u8 {
     match shape.solid.core {
         Core::Mesh(_) => 0,
         Core::HalfSpace { .. } => 1,

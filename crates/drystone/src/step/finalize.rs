@@ -168,8 +168,7 @@ pub(crate) fn advance_poses(
 /// all of it. (What is as thick as it is long turns in its place.)
 fn goes_far(body: &Body, center: Vec3, moved: f32) -> bool {
     let strides = (body.center - center).length();
-    strides > 0.5 * body.inner
-        || (moved - strides > body.inner && body.extent > ROUND * body.inner)
+    strides > 0.5 * body.inner || (moved - strides > body.inner && body.extent > ROUND * body.inner)
 }
 
 /// A body that reaches no farther than this part of its inner size is as good as a ball: the corners of a cube reach √3.

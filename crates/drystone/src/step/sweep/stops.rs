@@ -18,8 +18,10 @@ use crate::state::bounds::Bounds;
 use crate::state::contacts::Contacts;
 use crate::state::events::SensorEvent;
 use crate::state::shapes::{ShapeRow, Shapes};
+use crate::step::broadphase::rank;
 use crate::step::context::StepContext;
 use crate::step::finalize::Flight;
+use crate::step::narrowphase::overlap;
 
 /// Who is stopped may meet another there, or be met: so many times that is asked.
 const ROUNDS: usize = 8;
@@ -91,10 +93,11 @@ pub(super) fn stop(
         stops.sort_unstable_by(|s, t| s.part.total_cmp(&t.part).then(s.meeting.cmp(&t.meeting)));
         for stop in &*stops {
             let [a, b] = bodies_of(stop.meeting, shapes);
+            // Who was put elsewhere is asked again.
             if is_moved.contains(a) || is_moved.contains(b) {
                 continue;
             }
-            let ends = Steps { ctx, fast, flight_of, bodies, shapes }.ends([a, b], stop.part);
+            let ends = Steps { ctx, fast, flight_of, bodies, shapes }.ends(*stop);
             for (row, pose) in ends.into_iter().flatten() {
                 put(ctx, row, pose, bodies, shapes, bounds);
                 is_moved.insert(row);
@@ -201,11 +204,10 @@ impl Steps<'_> {
         }
     }
 
-    /// Where two bodies are to end that meet after a part of the step.
-    fn ends(&self, rows: [u32; 2], part: f32) -> [Option<(u32, Pose)>; 2] {
+    /// Where two bodies are to end that meet.
+    fn ends(&self, Stop { part, meeting }: Stop) -> [Option<(u32, Pose)>; 2] {
+        let rows = bodies_of(meeting, self.shapes);
         let bodies = rows.map(|row| self.bodies.at(row));
-        let ways = rows.map(|row| self.way(row));
-        let met = ways.map(|way| way.at(part));
         let gives = [0, 1].map(|i| bodies[i].is_dynamic() && self.flight(rows[i]).is_some());
         // A joint would be torn open.
         let free = [0, 1].map(|i| gives[i] && bodies[i].joints.is_empty());
@@ -215,32 +217,55 @@ impl Steps<'_> {
             ([false, false], _) => Some(usize::from(!bodies[0].is_dynamic())),
             _ => None,
         };
-        if let Some(i) = alone {
-            let with = pose_of(bodies[1 - i]).compose(&met[1 - i].relative(&met[i]));
-            return [Some((rows[i], upright(with))), None];
-        }
         let masses = bodies.map(|body| body.mass);
-        let heavy = usize::from(masses[1] > masses[0]);
-        let sum = masses[0] + masses[1];
-        let mean = ways[0].shift() * (masses[0] / sum) + ways[1].shift() * (masses[1] / sum);
-        let position = met[heavy].position + mean * (1.0 - part);
-        let end = Pose { position, rotation: bodies[heavy].rotation };
-        let with = end.compose(&met[heavy].relative(&met[1 - heavy]));
-        [Some((rows[heavy], end)), Some((rows[1 - heavy], upright(with)))]
+        let light = alone.unwrap_or(usize::from(masses[1] <= masses[0]));
+        let heavy = 1 - light;
+        let ways = rows.map(|row| self.way(row));
+        let mut end = pose_of(bodies[heavy]);
+        if alone.is_none() {
+            let [a, b] = [0, 1].map(|i| ways[i].shift() * (masses[i] / (masses[0] + masses[1])));
+            end.position = ways[heavy].at(part).position + (a + b) * (1.0 - part);
+        }
+        // The surface that was met takes the other with it, and what is round does not by turning.
+        let surface = [meeting.0, meeting.1][heavy];
+        let ShapeRow { solid, centered, .. } = self.shapes.at(surface);
+        let seen = *Mover::new(solid, *centered, ways[heavy]).way();
+        let turn = seen.at(1.0).rotation * seen.at(part).rotation.conjugate();
+        let met = ways.map(|way| way.at(part));
+        let arm = turn.rotate(met[light].position - met[heavy].position);
+        let with = Pose {
+            position: end.position + arm,
+            rotation: (turn * met[light].rotation).normalized(),
+        };
+        let stays = alone.is_some();
+        [Some((rows[light], with)), (!stays).then_some((rows[heavy], end))]
     }
 
     /// True if two shapes, of which one is a sensor, met within the step, and are apart again.
     fn crosses(&self, meeting: Meeting, contacts: &Contacts) -> bool {
         let pair = self.pair(meeting);
-        pair.may_pass() && pair.crosses() && !self.touches(meeting, contacts)
+        pair.may_pass()
+            && !self.touches(meeting, contacts)
+            && pair.meets()
+            && !self.overlap(meeting)
+    }
+
+    /// True if they overlap now: the next step will find that.
+    fn overlap(&self, (a, b): Meeting) -> bool {
+        let [first, second] = [a, b].map(|shape| self.shapes.at(shape));
+        let swap = rank(second) < rank(first);
+        let (first, second) = if swap { (second, first) } else { (first, second) };
+        let [x, y] = [first, second].map(|shape| (self.bodies.at(shape.body), shape));
+        overlap(self.ctx, x, y)
     }
 
     /// True if they touched when the step began: their parting is told in the next one.
     fn touches(&self, (a, b): Meeting, contacts: &Contacts) -> bool {
         let body = self.bodies.at(self.shapes.at(a).body);
-        contacts.of_body(body).map(|(row, _)| contacts.at(row)).any(|c| {
-            (c.shape_a.min(c.shape_b), c.shape_a.max(c.shape_b)) == (a, b) && c.touching
-        })
+        contacts
+            .of_body(body)
+            .map(|(row, _)| contacts.at(row))
+            .any(|c| (c.shape_a.min(c.shape_b), c.shape_a.max(c.shape_b)) == (a, b) && c.touching)
     }
 
     fn event(&self, (a, b): Meeting) -> SensorEvent {
@@ -252,9 +277,4 @@ impl Steps<'_> {
             visitor_body: self.bodies.id(self.shapes.at(visitor).body),
         }
     }
-}
-
-/// With a rotation of length 1.
-fn upright(pose: Pose) -> Pose {
-    Pose { rotation: pose.rotation.normalized(), ..pose }
 }
