@@ -151,9 +151,6 @@ pub(crate) enum Course {
 /// thin, a contact knows on which side the other is.
 const SHALLOW: f32 = 1.0;
 
-/// Who moves less than this part of it against each other, and was apart or shallow, is no deeper than that knows.
-const NEARLY_STILL: f32 = 0.5;
-
 /// They are stopped as far apart as this part of it: what is apart is stopped by a contact at once, what overlaps softly.
 const APART: f32 = 0.05;
 
@@ -201,12 +198,8 @@ impl<'a> Pair<'a> {
         lesser(self.a.half, self.b.half)
     }
 
-    /// False if they can end neither deep in each other nor past each other: they do not move far enough, or pass each other
-    /// wide.
-    pub(crate) fn may_pass(&self) -> bool {
-        if self.shift.length() + self.swing <= NEARLY_STILL * self.half() {
-            return false;
-        }
+    /// False if they pass each other wide.
+    pub(crate) fn may_meet(&self) -> bool {
         if self.a.is_surface() {
             return true;
         }
@@ -272,25 +265,33 @@ impl<'a> Pair<'a> {
         if self.is_deep(&seen, end) { Course::Deep(at) } else { Course::Clear }
     }
 
-    /// True if they meet on the way, deep or not, that were apart at the start.
-    pub(crate) fn meets(&self) -> bool {
+    /// True if one comes into the other on the way, deep or not. Who only touches at the start or at the end does so if it is
+    /// inside a moment later, or was a moment before: closest points that near tell no normal.
+    pub(crate) fn enters(&self) -> bool {
         let most = self.shift.length() + self.swing;
         let Some(mut seen) = self.look(0.0, most + self.rounding) else { return false };
-        let near = lesser(self.rounding, 0.5 * seen.distance);
+        let moment = lesser(4.0 * self.rounding / most, 0.5);
+        if seen.distance <= self.rounding {
+            return self.is_inside(moment);
+        }
         let mut at = 0.0;
         for _ in 0..2 * ROUNDS {
             let closing = self.swing - seen.normal.dot(self.shift);
-            if seen.distance <= near {
-                return closing > 0.0;
-            }
-            at += (seen.distance - 0.5 * near) / closing;
+            at += (seen.distance - 0.5 * self.rounding) / closing;
             if !(closing > 0.0 && at < 1.0) {
                 return false;
             }
             let Some(then) = self.look(at, f32::MAX) else { return false };
+            if then.distance <= self.rounding {
+                return at < 1.0 - moment || self.is_inside(1.0 - moment);
+            }
             seen = then;
         }
         false
+    }
+
+    fn is_inside(&self, part: f32) -> bool {
+        self.look(part, 0.0).is_some_and(|seen| seen.distance < 0.0)
     }
 
     /// The closest points after a part of the way, if they are no farther apart than `reach` [m].

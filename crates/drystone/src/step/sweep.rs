@@ -9,7 +9,9 @@
 
 mod meetings;
 mod stops;
+mod ways;
 
+use self::ways::Ways;
 use super::context::StepContext;
 use super::finalize::{Flight, Need, most_moved};
 use crate::base::bit_set::BitSet;
@@ -18,9 +20,10 @@ use crate::base::jobs::{Jobs, Output, collect_ranges, grain};
 use crate::base::math::Vec3;
 use crate::base::pose::Pose;
 use crate::base::quat::Quat;
+use crate::base::sparse::Sparse;
 use crate::geometry::boxes::Ray;
 use crate::geometry::cast;
-use crate::state::bodies::{Bodies, Body, Track};
+use crate::state::bodies::{Bodies, Body, NONE, Track};
 use crate::state::bounds::Bounds;
 use crate::state::contacts::{Contacts, Watch};
 use crate::state::events::SensorEvent;
@@ -39,8 +42,8 @@ const ASKED: usize = 32;
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Scratch {
     fast: Vec<Flight>,
-    /// The bodies of these.
-    flying: BitSet,
+    /// The number of each body among these.
+    flight_of: Sparse,
     /// Bodies that may have come to a static one they are a pair with.
     near: BitSet,
     met: Vec<Met>,
@@ -83,7 +86,7 @@ pub(crate) fn stop_fast_bodies<'a>(
     scratch: &mut Scratch,
     jobs: &Jobs<'_>,
 ) {
-    let Scratch { fast, flying, near, met, stopped, meetings, stops, slack } = scratch;
+    let Scratch { fast, flight_of, near, met, stopped, meetings, stops, slack } = scratch;
     fast.clear();
     stops.clear();
     flights.for_each(|some| fast.extend_from_slice(some));
@@ -95,9 +98,12 @@ pub(crate) fn stop_fast_bodies<'a>(
     }
     let watches = contacts.awake_watches();
     let asks = watches.len() <= ASKED * fast.len();
+    flight_of.cover(bodies.rows.slot_count());
+    for (number, flight) in (0..).zip(&*fast) {
+        flight_of.set(flight.row, number);
+    }
     if asks {
-        fast.iter().for_each(|flight| flying.insert(flight.row));
-        find_met(bodies, watches, flying, met, jobs);
+        find_met(bodies, watches, flight_of, met, jobs);
         met.iter().flat_map(|met| &met.near).for_each(|body| near.insert(*body));
     } else {
         met.iter_mut().for_each(Output::clear);
@@ -121,18 +127,22 @@ pub(crate) fn stop_fast_bodies<'a>(
     });
     if asks {
         met.iter().for_each(|met| near.remove_all(&met.near));
-        fast.iter().for_each(|flight| flying.remove(flight.row));
     }
     for (row, center) in stopped.iter().flatten() {
         let rotation = bodies.at(*row).rotation;
         put(ctx, *row, Pose { position: *center, rotation }, bodies, shapes, bounds);
     }
-    let around = meetings::Around { bodies, shapes, bounds, contacts, joints };
+    let ways = Ways { ctx, fast, flight_of, bodies };
+    let around = meetings::Around { ways, shapes, bounds, contacts, joints };
     let rows = met.iter().flat_map(|met| &met.contacts).copied();
     meetings::find(&around, (fast, asks), rows, meetings, jobs);
     let found = meetings.found();
     if !found.is_empty() {
-        stops::stop(ctx, fast, found, contacts, (bodies, shapes, bounds), stops, jobs);
+        let flights = (fast.as_slice(), &*flight_of);
+        stops::stop(ctx, flights, found, contacts, (bodies, shapes, bounds), stops, jobs);
+    }
+    for flight in fast {
+        flight_of.set(flight.row, NONE);
     }
 }
 
@@ -167,7 +177,7 @@ fn put(
 fn find_met(
     bodies: &Bodies,
     watches: &[Watch],
-    flying: &BitSet,
+    flight_of: &Sparse,
     met: &mut Vec<Met>,
     jobs: &Jobs<'_>,
 ) {
@@ -181,7 +191,7 @@ fn find_met(
             if watch.has_static(tracks) {
                 out.near.extend(pair);
             }
-            if pair.into_iter().any(|body| flying.contains(body)) {
+            if pair.into_iter().any(|body| flight_of.get(body) != NONE) {
                 out.contacts.push(watch.row());
             }
         }

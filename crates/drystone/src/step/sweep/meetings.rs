@@ -3,11 +3,12 @@
 
 use core::cmp::Ordering;
 
+use super::ways::Ways;
 use crate::base::aabb::Aabb;
 use crate::base::jobs::{Jobs, collect_ranges, grain};
 use crate::base::math::Vec3;
 use crate::geometry::solid::Core;
-use crate::state::bodies::{Bodies, Body};
+use crate::state::bodies::Body;
 use crate::state::bounds::Bounds;
 use crate::state::contacts::Contacts;
 use crate::state::def::BodyKind;
@@ -21,7 +22,7 @@ pub(super) type Meeting = (u32, u32);
 
 /// What stands around.
 pub(super) struct Around<'a> {
-    pub(super) bodies: &'a Bodies,
+    pub(super) ways: Ways<'a>,
     pub(super) shapes: &'a Shapes,
     pub(super) bounds: &'a Bounds,
     pub(super) contacts: &'a Contacts,
@@ -72,7 +73,9 @@ pub(super) fn find(
     found.clear();
     for row in rows {
         let c = around.contacts.at(row);
-        around.add(c.shape_a, c.shape_b, found);
+        if around.ways.may_pass(c.body_a, c.body_b) {
+            around.add(c.shape_a, c.shape_b, found);
+        }
     }
     found.extend(lists.iter().flatten());
     if spans.iter().any(|span| !span.paired) {
@@ -84,7 +87,7 @@ pub(super) fn find(
 
 impl Around<'_> {
     fn span(&self, flight: &Flight, asked: bool) -> Span {
-        let body = self.bodies.at(flight.row);
+        let body = self.ways.bodies.at(flight.row);
         let around = Aabb::of_points([flight.from, body.center]).grown(body.extent);
         Span { around, row: flight.row, paired: asked && flight.in_boxes && !flight.flew }
     }
@@ -93,8 +96,10 @@ impl Around<'_> {
     fn ask(&self, span: &Span, out: &mut Vec<Meeting>) {
         for tree in [&self.bounds.moving, &self.bounds.fixed] {
             tree.query(&span.around, |other| {
-                for shape in &self.bodies.at(span.row).shapes {
-                    self.add(*shape, other, out);
+                if self.ways.may_pass(span.row, self.shapes.at(other).body) {
+                    for shape in &self.ways.bodies.at(span.row).shapes {
+                        self.add(*shape, other, out);
+                    }
                 }
                 true
             });
@@ -112,11 +117,14 @@ impl Around<'_> {
         for (i, span) in spans.iter().enumerate() {
             let near = |other: &&Span| other.around.min[axis] <= span.around.max[axis];
             for other in spans[i + 1..].iter().take_while(near) {
-                if (span.paired && other.paired) || !span.around.overlaps(&other.around) {
+                if (span.paired && other.paired)
+                    || !span.around.overlaps(&other.around)
+                    || !self.ways.may_pass(span.row, other.row)
+                {
                     continue;
                 }
-                for shape in &self.bodies.at(span.row).shapes {
-                    for other in &self.bodies.at(other.row).shapes {
+                for shape in &self.ways.bodies.at(span.row).shapes {
+                    for other in &self.ways.bodies.at(other.row).shapes {
                         self.add(*shape, *other, out);
                     }
                 }
@@ -127,10 +135,10 @@ impl Around<'_> {
     /// Adds two shapes, if they may meet, and if that is not told by rays.
     fn add(&self, a: u32, b: u32, out: &mut Vec<Meeting>) {
         let (shape_a, shape_b) = (self.shapes.at(a), self.shapes.at(b));
-        if !may_meet(self.bodies, self.joints, shape_a, shape_b) {
+        if !may_meet(self.ways.bodies, self.joints, shape_a, shape_b) {
             return;
         }
-        let [body_a, body_b] = [shape_a, shape_b].map(|shape| self.bodies.at(shape.body));
+        let [body_a, body_b] = [shape_a, shape_b].map(|shape| self.ways.bodies.at(shape.body));
         let told = is_told(shape_a, body_a, body_b) || is_told(shape_b, body_b, body_a);
         if shape_a.sensor || shape_b.sensor || !told {
             out.push((a.min(b), a.max(b)));

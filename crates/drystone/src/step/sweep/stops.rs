@@ -7,13 +7,14 @@
 
 use super::meetings::Meeting;
 use super::put;
+use super::ways::{Ways, pose_of};
 use crate::base::bit_set::BitSet;
 use crate::base::jobs::{Jobs, collect_ranges, grain};
 use crate::base::pose::Pose;
 use crate::base::sparse::Sparse;
 use crate::geometry::solid::{Core, Solid};
-use crate::geometry::toi::{Course, Mover, Pair, Way};
-use crate::state::bodies::{Bodies, Body, NONE};
+use crate::geometry::toi::{Course, Mover, Pair};
+use crate::state::bodies::Bodies;
 use crate::state::bounds::Bounds;
 use crate::state::contacts::Contacts;
 use crate::state::events::SensorEvent;
@@ -32,8 +33,6 @@ const CORE: f32 = 0.5;
 /// Memory kept from step to step.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Scratch {
-    /// Number of each body's flight.
-    flight_of: Sparse,
     /// Those that are looked at in a round, and what became of them.
     asked: Vec<Meeting>,
     lists: Vec<Vec<Stop>>,
@@ -65,22 +64,18 @@ struct Stop {
 /// Stops those that meet, and lists who went through sensors.
 pub(super) fn stop(
     ctx: &StepContext,
-    fast: &[Flight],
+    (fast, flight_of): (&[Flight], &Sparse),
     meetings: &[Meeting],
     contacts: &Contacts,
     (bodies, shapes, bounds): (&mut Bodies, &mut Shapes, &mut Bounds),
     scratch: &mut Scratch,
     jobs: &Jobs<'_>,
 ) {
-    let Scratch { flight_of, asked, lists, stops, moved, is_moved, crossings, crossed } = scratch;
-    flight_of.cover(bodies.rows.slot_count());
-    for (number, flight) in (0..).zip(fast) {
-        flight_of.set(flight.row, number);
-    }
+    let Scratch { asked, lists, stops, moved, is_moved, crossings, crossed } = scratch;
     asked.clear();
     asked.extend(meetings.iter().filter(|meeting| !is_of_sensor(**meeting, shapes)));
     for _ in 0..ROUNDS {
-        let steps = Steps { ctx, fast, flight_of, bodies, shapes };
+        let steps = Steps { ways: Ways { ctx, fast, flight_of, bodies }, shapes };
         collect_ranges(jobs, asked.len(), grain(jobs, asked.len(), 8), lists, |range, out| {
             let some = asked[range].iter();
             out.extend(some.filter_map(|m| steps.meet(*m).map(|part| Stop { part, meeting: *m })));
@@ -97,7 +92,8 @@ pub(super) fn stop(
             if is_moved.contains(a) || is_moved.contains(b) {
                 continue;
             }
-            let ends = Steps { ctx, fast, flight_of, bodies, shapes }.ends(*stop);
+            let ways = Ways { ctx, fast, flight_of, bodies };
+            let ends = Steps { ways, shapes }.ends(*stop);
             for (row, pose) in ends.into_iter().flatten() {
                 put(ctx, row, pose, bodies, shapes, bounds);
                 is_moved.insert(row);
@@ -112,16 +108,13 @@ pub(super) fn stop(
         is_moved.remove_all(moved);
         moved.clear();
     }
-    let steps = Steps { ctx, fast, flight_of, bodies, shapes };
+    let steps = Steps { ways: Ways { ctx, fast, flight_of, bodies }, shapes };
     asked.clear();
     asked.extend(meetings.iter().filter(|meeting| is_of_sensor(**meeting, shapes)));
     collect_ranges(jobs, asked.len(), grain(jobs, asked.len(), 8), crossings, |range, out| {
         out.extend(asked[range].iter().filter(|meeting| steps.crosses(**meeting, contacts)));
     });
     crossed.extend(crossings.iter().flatten().map(|meeting| steps.event(*meeting)));
-    for flight in fast {
-        flight_of.set(flight.row, NONE);
-    }
 }
 
 fn is_of_sensor((a, b): Meeting, shapes: &Shapes) -> bool {
@@ -132,40 +125,17 @@ fn bodies_of((a, b): Meeting, shapes: &Shapes) -> [u32; 2] {
     [shapes.at(a).body, shapes.at(b).body]
 }
 
-const fn pose_of(body: &Body) -> Pose {
-    Pose { position: body.center, rotation: body.rotation }
-}
-
-/// How bodies move in the step, as it is now.
+/// How shapes move in the step, as it is now.
 struct Steps<'a> {
-    ctx: &'a StepContext,
-    fast: &'a [Flight],
-    flight_of: &'a Sparse,
-    bodies: &'a Bodies,
+    ways: Ways<'a>,
     shapes: &'a Shapes,
 }
 
 impl Steps<'_> {
-    fn flight(&self, row: u32) -> Option<&Flight> {
-        self.fast.get(self.flight_of.get(row) as usize)
-    }
-
-    /// One that is not fast stands where it ended: it moved less than contacts bear.
-    fn way(&self, row: u32) -> Way {
-        let body = self.bodies.at(row);
-        self.flight(row).map_or_else(
-            || Way::standing(pose_of(body)),
-            |flight| {
-                let from = Pose { position: flight.from, rotation: flight.stood };
-                Way::between(from, &pose_of(body), body.w * self.ctx.dt)
-            },
-        )
-    }
-
     fn pair(&self, (a, b): Meeting) -> Pair<'_> {
         let [a, b] = [a, b].map(|shape| {
             let ShapeRow { solid, centered, body, .. } = self.shapes.at(shape);
-            Mover::new(solid, *centered, self.way(*body))
+            Mover::new(solid, *centered, self.ways.way(*body))
         });
         Pair::new(a, b)
     }
@@ -173,7 +143,7 @@ impl Steps<'_> {
     /// The part of the step after which two shapes meet that end deep in each other or past each other.
     fn meet(&self, meeting: Meeting) -> Option<f32> {
         let pair = self.pair(meeting);
-        if !pair.may_pass() {
+        if !pair.may_meet() {
             return None;
         }
         match pair.course() {
@@ -186,18 +156,18 @@ impl Steps<'_> {
     /// The same of two that overlap from the start. They have contacts: those hold them, unless the middle of the smaller one
     /// is to pass.
     fn meet_inside(&self, (a, b): Meeting) -> Option<f32> {
-        let [body_a, body_b] = [a, b].map(|shape| self.bodies.at(self.shapes.at(shape).body));
+        let [body_a, body_b] = [a, b].map(|shape| self.ways.bodies.at(self.shapes.at(shape).body));
         let a_is_smaller =
             !body_b.is_dynamic() || (body_a.is_dynamic() && body_a.extent <= body_b.extent);
         let (small, other) = if a_is_smaller { (a, b) } else { (b, a) };
         let (small, other) = (self.shapes.at(small), self.shapes.at(other));
-        let body = self.bodies.at(small.body);
+        let body = self.ways.bodies.at(small.body);
         if body.hollow {
             return None;
         }
         let core = Solid { core: Core::Point, radius: CORE * body.inner };
-        let core = Mover::new(&core, Pose::IDENTITY, self.way(small.body));
-        let other = Mover::new(&other.solid, other.centered, self.way(other.body));
+        let core = Mover::new(&core, Pose::IDENTITY, self.ways.way(small.body));
+        let other = Mover::new(&other.solid, other.centered, self.ways.way(other.body));
         match Pair::new(core, other).course() {
             Course::Deep(part) => Some(part),
             Course::Clear | Course::Overlap => None,
@@ -207,8 +177,8 @@ impl Steps<'_> {
     /// Where two bodies are to end that meet.
     fn ends(&self, Stop { part, meeting }: Stop) -> [Option<(u32, Pose)>; 2] {
         let rows = bodies_of(meeting, self.shapes);
-        let bodies = rows.map(|row| self.bodies.at(row));
-        let gives = [0, 1].map(|i| bodies[i].is_dynamic() && self.flight(rows[i]).is_some());
+        let bodies = rows.map(|row| self.ways.bodies.at(row));
+        let gives = [0, 1].map(|i| bodies[i].is_dynamic() && self.ways.flight(rows[i]).is_some());
         // A joint would be torn open.
         let free = [0, 1].map(|i| gives[i] && bodies[i].joints.is_empty());
         let alone = match (gives, free) {
@@ -220,7 +190,7 @@ impl Steps<'_> {
         let masses = bodies.map(|body| body.mass);
         let light = alone.unwrap_or(usize::from(masses[1] <= masses[0]));
         let heavy = 1 - light;
-        let ways = rows.map(|row| self.way(row));
+        let ways = rows.map(|row| self.ways.way(row));
         let mut end = pose_of(bodies[heavy]);
         if alone.is_none() {
             let [a, b] = [0, 1].map(|i| ways[i].shift() * (masses[i] / (masses[0] + masses[1])));
@@ -244,9 +214,9 @@ impl Steps<'_> {
     /// True if two shapes, of which one is a sensor, met within the step, and are apart again.
     fn crosses(&self, meeting: Meeting, contacts: &Contacts) -> bool {
         let pair = self.pair(meeting);
-        pair.may_pass()
+        pair.may_meet()
             && !self.touches(meeting, contacts)
-            && pair.meets()
+            && pair.enters()
             && !self.overlap(meeting)
     }
 
@@ -255,13 +225,13 @@ impl Steps<'_> {
         let [first, second] = [a, b].map(|shape| self.shapes.at(shape));
         let swap = rank(second) < rank(first);
         let (first, second) = if swap { (second, first) } else { (first, second) };
-        let [x, y] = [first, second].map(|shape| (self.bodies.at(shape.body), shape));
-        overlap(self.ctx, x, y)
+        let [x, y] = [first, second].map(|shape| (self.ways.bodies.at(shape.body), shape));
+        overlap(self.ways.ctx, x, y)
     }
 
     /// True if they touched when the step began: their parting is told in the next one.
     fn touches(&self, (a, b): Meeting, contacts: &Contacts) -> bool {
-        let body = self.bodies.at(self.shapes.at(a).body);
+        let body = self.ways.bodies.at(self.shapes.at(a).body);
         contacts
             .of_body(body)
             .map(|(row, _)| contacts.at(row))
@@ -273,8 +243,8 @@ impl Steps<'_> {
         SensorEvent {
             sensor: self.shapes.id(sensor),
             visitor: self.shapes.id(visitor),
-            sensor_body: self.bodies.id(self.shapes.at(sensor).body),
-            visitor_body: self.bodies.id(self.shapes.at(visitor).body),
+            sensor_body: self.ways.bodies.id(self.shapes.at(sensor).body),
+            visitor_body: self.ways.bodies.id(self.shapes.at(visitor).body),
         }
     }
 }
