@@ -9,6 +9,9 @@ use drystone::{
 const RATES: [f32; 3] = [30.0, 60.0, 120.0];
 const SCALES: [f32; 3] = [0.01, 1.0, 100.0];
 
+/// The least length that a shape may have [m].
+const THINNEST: f32 = 1.0e-5;
+
 /// A world without gravity where a meeting at the slowest speed of the scale counts as a hit.
 fn weightless(scale: f32) -> World {
     let mut config = WorldConfig { gravity: Vec3::ZERO, ..WorldConfig::default() };
@@ -73,7 +76,7 @@ impl Shot {
             Target::Asleep => BodyDef { asleep: true, ..BodyDef::dynamic() },
             Target::Dynamic | Target::Door => BodyDef::dynamic(),
         };
-        let shape = ShapeDef::box_half(vec3(self.half, 1.0, 1.0) * scale);
+        let shape = ShapeDef::box_half(vec3((self.half * scale).max(THINNEST), scale, scale));
         let plate = world.add_body(plate.with_mass(2.0).with_shape(shape)).unwrap();
         if target == Target::Door {
             let edge = vec3(0.0, 0.0, 1.0) * scale;
@@ -289,9 +292,10 @@ fn a_bar_that_turns_far_in_a_step_does_not_pass_a_post() {
                 }
             }
             assert!(hits > 0, "{turn} rad a step, kind {kind}: no hit");
-            // A plastic blow takes the turn.
+            // What passes keeps all of it. A plastic blow 0.4 m from the middle leaves 1 / (1 + 0.16 · 12) = 0.34; of what turns
+            // a radian while it touches, rows that are frozen over a step leave more.
             let left = world.body(bar).unwrap().angular_velocity().z / (60.0 * turn);
-            assert!(left < 0.5, "{turn} rad a step, kind {kind}: goes on at {left} of its turn");
+            assert!(left < 0.9, "{turn} rad a step, kind {kind}: goes on at {left} of its turn");
         }
     }
 }
@@ -308,7 +312,11 @@ fn what_flies_through_a_sensor_enters_and_leaves_it_once() {
                     0 => BodyDef::fixed(),
                     1 => BodyDef::kinematic(),
                     2 => BodyDef::kinematic().with_linear_velocity([0.0, 2.0, 1.0]),
-                    _ => BodyDef::dynamic().with_linear_velocity([-0.5 * speed, 0.0, 0.0]),
+                    _ => BodyDef::dynamic().with_mass(1.0).with_linear_velocity([
+                        -0.5 * speed,
+                        0.0,
+                        0.0,
+                    ]),
                 };
                 let goal = goal.with_shape(ShapeDef::box_half([half, 4.0, 4.0]).as_sensor());
                 world.add_body(goal).unwrap();
@@ -319,7 +327,8 @@ fn what_flies_through_a_sensor_enters_and_leaves_it_once() {
                     .with_shape(ShapeDef::sphere(0.1));
                 world.add_body(ball).unwrap();
                 let (mut enters, mut exits, mut way) = (0, 0, 0.0);
-                while way < 1.0 - at {
+                // What is inside at the end of a step leaves in one after it.
+                while way < 1.0 - at + 2.0 * speed / rate {
                     world.step(1.0 / rate);
                     way += speed / rate;
                     enters += world.events().sensor_enter.len();
