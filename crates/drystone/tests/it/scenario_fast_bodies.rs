@@ -292,10 +292,11 @@ fn a_bar_that_turns_far_in_a_step_does_not_pass_a_post() {
                 }
             }
             assert!(hits > 0, "{turn} rad a step, kind {kind}: no hit");
-            // What passes keeps all of it. A plastic blow 0.4 m from the middle leaves 1 / (1 + 0.16 · 12) = 0.34; of what turns
-            // a radian while it touches, rows that are frozen over a step leave more.
-            let left = world.body(bar).unwrap().angular_velocity().z / (60.0 * turn);
-            assert!(left < 0.9, "{turn} rad a step, kind {kind}: goes on at {left} of its turn");
+            // A plastic blow 0.4 m from the middle of 1 kg gives it ω r / (1 + 0.16 · 12), what passes gets none. (How much turn
+            // is left is not asked: rows are frozen over a step in which the bar turns by radians.)
+            let blow = 60.0 * turn * 0.4 / 2.92;
+            let got = world.body(bar).unwrap().linear_velocity().length();
+            assert!(got > 0.25 * blow, "{turn} rad a step, kind {kind}: {got} of {blow} m/s");
         }
     }
 }
