@@ -248,7 +248,7 @@ impl Finder<'_> {
 }
 
 /// True if two shapes whose boxes overlap are to be watched.
-fn may_meet(bodies: &Bodies, joints: &Joints, a: &ShapeRow, b: &ShapeRow) -> bool {
+pub(super) fn may_meet(bodies: &Bodies, joints: &Joints, a: &ShapeRow, b: &ShapeRow) -> bool {
     // Two meshes, or a mesh and a half-space, never meet.
     if a.body == b.body
         || (rank(a) < 2 && rank(b) < 2)
@@ -321,7 +321,7 @@ fn is_asked(bodies: &Bodies, c: &Contact, is_fresh: impl Fn(u32) -> bool) -> boo
 }
 
 /// Meshes and half-spaces come first: their manifolds are computed from that side.
-const fn rank(shape: &ShapeRow) -> u8 {
+pub(super) const fn rank(shape: &ShapeRow) -> u8 {
     match shape.solid.core {
         Core::Mesh(_) => 0,
         Core::HalfSpace { .. } => 1,

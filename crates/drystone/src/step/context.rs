@@ -113,6 +113,12 @@ impl StepContext {
         self.parts as f32
     }
 
+    /// The whole step [s], of islands that are solved in rounds too.
+    #[expect(clippy::cast_precision_loss, reason = "at most 256")]
+    pub(crate) const fn step(&self) -> f32 {
+        self.dt * self.rounds as f32
+    }
+
     #[expect(clippy::cast_precision_loss, reason = "at most 256 by 8")]
     fn with(
         config: &WorldConfig,

@@ -36,15 +36,17 @@ pub(crate) enum Note {
     Still,
 }
 
-/// How a body moved that moved far for its size.
+/// How a body moved that moved or turned far for its size.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Flight {
     pub(crate) row: u32,
     /// Where its center was, and how it stood.
     pub(crate) from: Vec3,
     pub(crate) stood: Quat,
-    /// No shape left the box that it had in the tree: with all that they may have met they are pairs.
+    /// No shape left the box that it had in the tree: with all that they may have met they are pairs. (Of bodies that move,
+    /// only if it did not [fly](Body::flies): those that it was to pass are none.)
     pub(crate) in_boxes: bool,
+    pub(crate) flew: bool,
 }
 
 /// What was found out about some bodies, in their order.
@@ -135,8 +137,9 @@ pub(crate) fn advance_poses(
                         in_boxes = fit_all(simd, body, flew, ctx, &table, &mut out.escaped);
                     });
                 }
-                if body.is_dynamic() && (body.center - center).length() > 0.5 * body.inner {
-                    let flight = Flight { row: *row, from: center, stood: rotation, in_boxes };
+                if moved > 0.5 * body.inner && goes_far(body, center, moved) {
+                    let flight =
+                        Flight { row: *row, from: center, stood: rotation, in_boxes, flew };
                     out.fast.push(flight);
                 }
             }
@@ -163,8 +166,18 @@ pub(crate) fn advance_poses(
     }
 }
 
+/// True if it may have passed something: its center moved farther than half its inner size, or its ends turned farther than
+/// all of it. (What is as thick as it is long turns in its place.)
+fn goes_far(body: &Body, center: Vec3, moved: f32) -> bool {
+    let strides = (body.center - center).length();
+    strides > 0.5 * body.inner || (moved - strides > body.inner && body.extent > ROUND * body.inner)
+}
+
+/// A body that reaches no farther than this part of its inner size is as good as a ball: the corners of a cube reach √3.
+const ROUND: f32 = 1.8;
+
 /// No point of the body moved farther in this step [m].
-fn most_moved(body: &Body, center: Vec3, rotation: Quat) -> f32 {
+pub(super) fn most_moved(body: &Body, center: Vec3, rotation: Quat) -> f32 {
     let (q, p) = (body.rotation, rotation);
     let d = [q.x - p.x, q.y - p.y, q.z - p.z, q.w - p.w];
     let chord = (d[0] * d[0] + d[1] * d[1] + d[2] * d[2] + d[3] * d[3]).sqrt();

@@ -170,14 +170,15 @@ pub(crate) fn step(
         jobs,
     );
     after(Stage::Finalize);
-    let fast = (s.finalize.flights(), contacts.awake_watches());
-    sweep::stop_fast_bodies(ctx, fast, bodies, shapes, bounds, &mut s.sweep, jobs);
+    let (fast, links) = (s.finalize.flights(), (&*contacts, &*joints));
+    sweep::stop_fast_bodies(ctx, fast, links, bodies, shapes, bounds, &mut s.sweep, jobs);
     after(Stage::Sweep);
     let around = (&*shapes, &*bounds);
     let ends = (&mut *events, tables.steps + 1, pace.h);
     settle(ctx, &rest, particles, bodies, around, ends, &mut s.particles, jobs);
     let mut sets = Sets { bodies, joints, contacts, islands, colors, events };
-    sensor::report_touches(s.solver.begun(), ctx.hit_speed, shapes, &mut sets);
+    let found = (s.solver.begun(), s.sweep.crossed());
+    sensor::report_touches(found, ctx.hit_speed, shapes, &mut sets);
     quarantine(&mut sets, s.finalize.notes(), tables.steps + 1);
     after(Stage::Sensor);
     let still = s.finalize.notes();

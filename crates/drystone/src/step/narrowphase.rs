@@ -23,14 +23,14 @@ use crate::base::math::Vec3;
 use crate::base::pose::Pose;
 use crate::base::quat::Quat;
 use crate::base::wide::LANES;
-use crate::geometry::collide::{MeshScratch, collide};
-use crate::geometry::manifold::Manifold;
+use crate::geometry::collide::{MAX_PARTS, MeshScratch, Reach, collide, collide_mesh};
+use crate::geometry::manifold::{Manifold, PairCache};
 use crate::geometry::room::room_to_turn;
 use crate::geometry::solid::Core;
 use crate::state::bodies::{Bodies, Body, NONE, Track};
 use crate::state::contacts::{Contact, Contacts, Point, Probe, Slots, Watch};
 use crate::state::def::BodyKind;
-use crate::state::shapes::Shapes;
+use crate::state::shapes::{ShapeRow, Shapes};
 
 /// A contact closes fast if it does by more than this part of the thinner body's half thickness in a substep.
 const CLOSES: f32 = 0.03;
@@ -382,6 +382,23 @@ impl Pairs<'_> {
         keep_load(ctx, contact, a, b);
         out.extend(seams::of_convex(ctx, (row, contact), a, b));
     }
+}
+
+/// True if two shapes overlap, as their contact would find; A is the one that its contact has first.
+pub(crate) fn overlap(
+    ctx: &StepContext,
+    (a, shape_a): (&Body, &ShapeRow),
+    (b, shape_b): (&Body, &ShapeRow),
+) -> bool {
+    let b_in_a = shape_a.placed(a).relative(&shape_b.placed(b));
+    if let Core::Mesh(mesh) = &shape_a.solid.core {
+        let (reach, mut made) = (Reach::still(0.0), [Manifold::default(); MAX_PARTS]);
+        let scratch = &mut MeshScratch::default();
+        return collide_mesh(ctx.level, mesh, &shape_b.solid, &b_in_a, &reach, scratch, &mut made)
+            > 0;
+    }
+    let cache = &mut PairCache::default();
+    collide(ctx.level, &shape_a.solid, &shape_b.solid, &b_in_a, 0.0, cache).count > 0
 }
 
 /// A pair that is tested.

@@ -16,7 +16,7 @@ use crate::base::sparse::Sparse;
 use crate::state::bodies::{Bodies, NONE};
 use crate::state::contacts::leave::Leaver;
 use crate::state::contacts::{Contact, Slots};
-use crate::state::events::{ContactEvent, Events, SensorEvent};
+use crate::state::events::{ContactEvent, Events, HitEvent, SensorEvent};
 use crate::state::islands::Islands;
 use crate::state::sets::Sets;
 use crate::state::sets::turns::{Move, Turns};
@@ -351,7 +351,8 @@ fn set_touching(first: u32, sets: &mut Sets<'_>) {
     }
 }
 
-/// Reports contacts that the solver found pressed together for the first time, and hits.
+/// Reports contacts that the solver found pressed together for the first time, and hits. Of a pair with several manifolds
+/// each that was pressed makes a hit: the fastest is the one to keep.
 pub(crate) fn report_begun(
     begun: impl Iterator<Item = u32> + Clone,
     hit_speed: f32,
@@ -364,14 +365,10 @@ pub(crate) fn report_begun(
             sets.contacts.prefetch(soon, Contact::CACHE_LINES);
         }
         let c = sets.contacts.at(row);
-        if c.touching {
-            continue;
-        }
-        let first = c.first(row);
         if c.approach() > hit_speed {
             let body = sets.bodies.at(c.body_a);
             let deepest = c.points().iter().min_by(|p, q| p.separation.total_cmp(&q.separation));
-            let hit = crate::state::events::HitEvent {
+            let hit = HitEvent {
                 shape_a: shapes.id(c.shape_a),
                 shape_b: shapes.id(c.shape_b),
                 body_a: sets.bodies.id(c.body_a),
@@ -382,9 +379,12 @@ pub(crate) fn report_begun(
             };
             sets.events.hits.push(hit);
         }
-        let event = contact_event(sets.contacts.at(first), shapes, sets.bodies);
-        sets.events.contact_begin.push(event);
-        set_touching(first, sets);
+        let first = c.first(row);
+        if !sets.contacts.at(first).touching {
+            let event = contact_event(sets.contacts.at(first), shapes, sets.bodies);
+            sets.events.contact_begin.push(event);
+            set_touching(first, sets);
+        }
     }
 }
 

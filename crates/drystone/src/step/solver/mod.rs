@@ -564,7 +564,7 @@ impl Solver<'_> {
     }
 
     fn store(&self, group: &Group, jobs: &Jobs<'_>) {
-        let scale = self.ctx.store_scale();
+        let tables = (&self.contacts, self.bodies);
         if self.ctx.inertia.is_on() {
             self.weigh(group, jobs);
         }
@@ -577,7 +577,7 @@ impl Solver<'_> {
                     let owners = &self.plan.contacts.owners[i];
                     self.prefetch_contacts(i + 1);
                     let block = self.blocks.read(i);
-                    *self.begun.row(i) |= unpack::store(simd, block, extra, owners, &self.contacts, scale);
+                    *self.begun.row(i) |= unpack::store(simd, block, extra, owners, tables, self.ctx);
                 }
             });
         });

@@ -169,7 +169,7 @@ pub(super) fn build<S: Simd, const FIXED: bool>(
         return None;
     };
     (block.row_a, block.row_b) = (raw.row_a, raw.row_b);
-    block.count = 0;
+    (block.count, block.pressed) = (0, 0);
     for c in raw.contacts {
         block.count = block.count.max(c.count);
     }

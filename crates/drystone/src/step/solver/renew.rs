@@ -113,13 +113,13 @@ impl Solver<'_> {
 
     /// Takes a block's impulses out of what its bodies carry, and to the contacts.
     fn take_warm(&self, fixed: bool, i: usize) {
-        let scale = self.ctx.store_scale();
+        let tables = (&self.contacts, self.bodies);
         dispatch!(self.ctx.level, simd => {
             let block = self.blocks.read(i);
             let extra = if self.has_extras { Some(self.extras.read(i)) } else { None };
             warm_of(simd, block, extra, fixed).carry(block, &self.aux, 1.0);
             let owners = &self.plan.contacts.owners[i];
-            *self.begun.row(i) |= unpack::store(simd, block, extra, owners, &self.contacts, scale);
+            *self.begun.row(i) |= unpack::store(simd, block, extra, owners, tables, self.ctx);
         });
     }
 

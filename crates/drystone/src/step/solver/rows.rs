@@ -177,6 +177,9 @@ pub(crate) struct ContactBlock {
     pub(crate) is_mixed: bool,
     /// Most points of a contact in it.
     pub(crate) count: u8,
+    /// A bit for each lane that was pressed in any sweep of the step: what the last one leaves tells nothing of a landing
+    /// that an earlier one stopped.
+    pub(crate) pressed: u8,
     /// Last, so that with fewer points less is read.
     pub(crate) points: [PointRows; 4],
 }
