@@ -33,6 +33,8 @@ pub(crate) struct StepContext {
     pub(crate) push_speed: f32,
     /// Of contacts, as configured; 0: as stiff as substeps bear [Hz].
     pub(crate) contact_hertz: f32,
+    /// Contacts give under a load: not those of the classic methods.
+    pub(crate) is_soft: bool,
     /// Contacts of two dynamic bodies, and with static ones.
     pub(crate) soft: Softness,
     pub(crate) soft_fixed: Softness,
@@ -96,7 +98,7 @@ impl StepContext {
     /// difference of 1/ω² [s²]. 0 where the lengths are the same.
     pub(crate) fn gave_more(&self, h: f32) -> f32 {
         let is_same = (h - self.h).abs() <= 1.0e-4 * self.h;
-        if is_same || !(h > 0.0) {
+        if is_same || !(h > 0.0) || !self.is_soft {
             return 0.0;
         }
         let square = |rate: f32| {
@@ -150,6 +152,7 @@ impl StepContext {
             hit_speed: c.hit_speed,
             push_speed: c.push_speed,
             contact_hertz: c.hertz,
+            is_soft: !config.method.is_classic(),
             soft,
             soft_fixed,
             inertia: LoadInertia {

@@ -120,7 +120,7 @@ pub(crate) fn advance_poses(
                 if !arrive(body, *row, (center, rotation), &mut out.notes) {
                     continue;
                 }
-                body.last_h = ctx.h;
+                body.last_h = if ctx.is_soft { ctx.h } else { 0.0 };
                 let known = stillness.row(*row as usize);
                 rate_stillness(ctx, sleep, by_energy, body, known);
                 still |= body.can_sleep && body.still_time >= sleep.time;

@@ -91,6 +91,11 @@ impl Scratch {
         })
     }
 
+    /// Contacts that were ghosts of seams: they lost their points, or have the normal of what carries beside them.
+    pub(crate) fn ghosts(&self) -> impl Iterator<Item = u32> {
+        self.seams.hidden()
+    }
+
     /// The contacts that close fast.
     pub(crate) fn closing(&self) -> impl Iterator<Item = u32> {
         self.changes.iter().flatten().filter_map(|change| match change {
@@ -343,7 +348,7 @@ impl Pairs<'_> {
             out.push(Change::Apart(row));
             return;
         }
-        let turn = turn_ahead(ctx, a, b);
+        let turn = turn_ahead(ctx, (a, shape_a), (b, shape_b));
         let turns = |contact: &Contact, turn: f32, room: f32| {
             contact.count > 0 && !contact.sensor && (turn > FAR_TURN || turn > room)
         };
@@ -463,9 +468,25 @@ fn chord(q: &Quat, q0: &Quat) -> f32 {
     2.0 * (d[0] * d[0] + d[1] * d[1] + d[2] * d[2] + d[3] * d[3]).sqrt()
 }
 
-/// How far two bodies turn against each other in this step, and a tenth more [rad].
-fn turn_ahead(ctx: &StepContext, a: &Body, b: &Body) -> f32 {
-    1.1 * ctx.dt * (b.w - a.w).length()
+/// How far two shapes turn against each other in this step, and a tenth more [rad]: not about an axis of revolution, for what rolls on its
+/// side touches at the same lever.
+fn turn_ahead(
+    ctx: &StepContext,
+    (a, shape_a): (&Body, &ShapeRow),
+    (b, shape_b): (&Body, &ShapeRow),
+) -> f32 {
+    let mut w = b.w - a.w;
+    for (body, shape) in [(a, shape_a), (b, shape_b)] {
+        match &shape.solid.core {
+            Core::Point => return 0.0,
+            Core::Segment { .. } | Core::Frustum { .. } => {
+                let axis = body.rotation.rotate(shape.centered.rotation.rotate(Vec3::Y));
+                w -= axis * axis.dot(w);
+            }
+            _ => {}
+        }
+    }
+    1.1 * ctx.dt * w.length()
 }
 
 /// True if the two bodies have hardly moved since the manifold was made, against each other or in the

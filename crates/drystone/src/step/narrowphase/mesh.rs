@@ -9,6 +9,7 @@ use crate::geometry::collide::{MAX_PARTS, MeshScratch, Reach, collide_mesh};
 use crate::geometry::manifold::Manifold;
 use crate::geometry::mesh::Mesh;
 use crate::geometry::room::room_to_turn;
+use crate::geometry::solid::Core;
 use crate::state::bodies::{Body, NONE};
 use crate::state::contacts::{Contact, Slots};
 use crate::state::shapes::ShapeRow;
@@ -35,7 +36,7 @@ pub(super) fn update(
     let margin = if contact.sensor { 0.0 } else { ctx.margin.max(ahead.min(2.0 * motion.radius)) };
     // What has no points gets them when it may be half as near as they are made from, or come that near in this step: most
     // of what hovers over a surface goes along it.
-    let turn = turn_ahead(ctx, a, b);
+    let turn = turn_ahead(ctx, (a, shape_a), (b, shape_b));
     let near = margin.min((0.5 * ctx.margin).max(ahead + ctx.fall));
     let gap = look.probe.gap;
     if contact.count == 0 && gap > near && motion.since < gap - near {
@@ -47,7 +48,7 @@ pub(super) fn update(
         return;
     }
     if contact.recyclable
-        && may_recycle(ctx, contact, a, motion, ahead)
+        && may_recycle(ctx, contact, (a, shape_b), motion, ahead)
         && recycle(ctx, contact, look.probe, a, b, slots)
     {
         if turn > FAR_TURN && !contact.sensor {
@@ -156,7 +157,7 @@ fn next<'a>(contact: &Contact, slots: &'a Slots<'_>) -> Option<(u32, &'a mut Con
 fn may_recycle(
     ctx: &StepContext,
     contact: &Contact,
-    a: &Body,
+    (a, shape): (&Body, &ShapeRow),
     motion: &Motion,
     ahead: f32,
 ) -> bool {
@@ -170,7 +171,10 @@ fn may_recycle(
     // All that had no points is farther than the shape comes in this step: else what is fast must look again, and corners
     // that were far when a tilted box met the ground on an edge must not be overlooked.
     let seen = motion.since + ahead < contact.clear;
-    let limit = if seen { limit } else { 0.2 * limit };
+    // Of a hull, others may stand nearly as low as those that have points: a hundredth of its size.
+    let is_hull = matches!(&shape.solid.core, Core::Hull(hull) if hull.cuboid.is_none());
+    let unseen = if is_hull { limit.min(0.01 * motion.radius) } else { 0.2 * limit };
+    let limit = if seen { limit } else { unseen };
     motion.since < limit && (seen || ahead < 0.5 * ctx.margin)
 }
 

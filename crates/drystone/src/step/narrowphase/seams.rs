@@ -153,6 +153,13 @@ fn stands(body: &Body) -> bool {
     !body.is_dynamic() && !body.active()
 }
 
+impl Scratch {
+    /// The contacts that were ghosts in this step.
+    pub(super) fn hidden(&self) -> impl Iterator<Item = u32> {
+        self.hidden.iter().flatten().map(|ghost| ghost.row)
+    }
+}
+
 /// Takes away what [`Change::Made`] lists of contacts that are ghosts, and lists those that lose their points.
 pub(super) fn hide(
     ctx: &StepContext,
@@ -173,6 +180,7 @@ pub(super) fn hide(
             doubted.push(*row);
         }
     }
+    hidden.iter_mut().for_each(Vec::clear);
     let n = doubted.len();
     if n == 0 {
         return;

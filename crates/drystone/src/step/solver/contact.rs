@@ -26,43 +26,12 @@ pub(crate) struct Sweep {
     pub(crate) inner: u32,
     /// Time of the step that positions have advanced [s].
     pub(crate) elapsed: f32,
-    /// What the push out of overlaps gave in this step is taken back.
-    pub(crate) takes_back: Option<Push>,
-}
-
-/// How fast overlaps are pushed apart.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Push {
-    /// Part of an overlap in a second [1/s].
-    pub(crate) rate: f32,
-    /// Greatest speed, of what is not deep [m/s].
-    pub(crate) cap: f32,
 }
 
 /// The part of a deep overlap that may be pushed out in a second [1/s]: the cap on the speed grows with
 /// the depth, so that what an impact squeezed together comes apart in half a second. At rest the cap is not
 /// reached.
 const DEEP_RATE: f32 = 6.0;
-
-/// How fast points at these separations were pushed apart, and must not part after the step: not those of contacts that bounced.
-#[inline(always)]
-fn pushed_speed<S: Simd>(
-    simd: S,
-    separation: Wide<S>,
-    push: &Push,
-    extra: Option<&Extra>,
-) -> Wide<S> {
-    let zero = splat(simd, 0.0);
-    let depth = max(zero - separation, zero);
-    let most = max(splat(simd, push.cap), depth * splat(simd, DEEP_RATE));
-    let speed = min(depth * splat(simd, push.rate), most);
-    let Some(extra) = extra.filter(|extra| extra.hit != 0) else { return speed };
-    let mut holds = [0.0; LANES];
-    for (lane, holds) in holds.iter_mut().enumerate() {
-        *holds = if extra.hit >> lane & 1 == 1 { 0.0 } else { 1.0 };
-    }
-    speed * load(simd, &holds)
-}
 
 /// Rounds that a contact without a warm start gets besides, and one that is hit: whose points approach
 /// faster than this [m/s], ten times what gravity gives in a substep.
@@ -212,7 +181,6 @@ fn solve_points<S: Simd, const FIXED: bool, const N: usize>(
     let mut gain = [zero; N];
     let mut bias = Bias { target: [zero; N], leak: [zero; N], floor: [zero; N] };
     let mut lambda = [zero; N];
-    let mut back = [zero; N];
     for j in 0..N {
         next.ask(5 + 4 * j..9 + 4 * j);
         let point = &block.points[j];
@@ -239,11 +207,6 @@ fn solve_points<S: Simd, const FIXED: bool, const N: usize>(
         bias.leak[j] = select(apart, zero, soft_impulse);
         bias.floor[j] = mass * min(cap, s * deep);
         lambda[j] = load(simd, &point.impulse);
-        if let Some(push) = &sweep.takes_back {
-            // Impulses may fall below 0 by as much.
-            back[j] = mass * pushed_speed(simd, s, push, extra.as_deref());
-            lambda[j] += back[j];
-        }
     }
 
     let entry = lambda;
@@ -270,9 +233,6 @@ fn solve_points<S: Simd, const FIXED: bool, const N: usize>(
         let point = &mut block.points[j];
         let d = lambda[j] - entry[j];
         pushed += d;
-        if sweep.takes_back.is_some() {
-            lambda[j] = max(lambda[j] - back[j], zero);
-        }
         total += lambda[j];
         turn_b[j] = Vec3w::load(simd, &point.b) * d;
         if !FIXED {

@@ -56,7 +56,7 @@ use core::sync::atomic::{AtomicBool, Ordering};
 
 use fearless_simd::dispatch;
 
-use self::contact::{Push, Sweep};
+use self::contact::Sweep;
 use self::coupling::CouplingRow;
 use self::impact::Impacts;
 use self::inertia::{Frames, Squeeze};
@@ -395,7 +395,6 @@ impl Solver<'_> {
             cap: ctx.push_speed,
             inner,
             elapsed,
-            takes_back: None,
         };
         match pass {
             Pass::Solve { inner } => {
@@ -432,13 +431,7 @@ impl Solver<'_> {
                 self.sweep_sixdofs(group, &joints, jobs);
                 self.sweep_trees(group, &joints, jobs);
                 let rigid = sweep(Softness::RIGID, 1, moved);
-                // Within a step bodies carry to the next substep what they get in one.
-                let ends = substep >= ctx.substeps;
-                let of = |soft: &Softness| Sweep {
-                    takes_back: ends.then(|| Push { rate: soft.push_rate(), cap: ctx.push_speed }),
-                    ..rigid
-                };
-                self.sweep_contacts(group, &[of(&ctx.soft), of(&ctx.soft_fixed)], jobs);
+                self.sweep_contacts(group, &[rigid, rigid], jobs);
                 self.add_to_tallies(group, When::relaxed());
             }
             // Passes over bodies or islands, and those of the classic methods.
@@ -577,7 +570,9 @@ impl Solver<'_> {
                     let owners = &self.plan.contacts.owners[i];
                     self.prefetch_contacts(i + 1);
                     let block = self.blocks.read(i);
-                    *self.begun.row(i) |= unpack::store(simd, block, extra, owners, tables, self.ctx);
+                    let begun = self.begun.row(i);
+                    let when = (self.ctx, None);
+                    *begun |= unpack::store(simd, block, extra, (owners, *begun), tables, when);
                 }
             });
         });

@@ -93,6 +93,8 @@ pub(super) struct Plan {
     pub(super) turning: BitSet,
     pub(super) turning_lines: Vec<u32>,
     turning_changed: bool,
+    /// Bodies of contacts that are ghosts of seams.
+    seamed: Vec<u32>,
 }
 
 /// Most parts of a shared group that are kept apart: what fits into a class beside the number of points.
@@ -240,6 +242,13 @@ impl Plan {
                 && fineness_of(body.island, fineness) != Fineness::Tumbling
                 && row != NONE
         };
+        self.seamed.clear();
+        for row in found.ghosts() {
+            let c = contacts.at(row);
+            self.seamed.extend([c.body_a, c.body_b]);
+        }
+        self.seamed.sort_unstable();
+        let seamed = &self.seamed;
         for (row, hit) in
             found.turning().map(|row| (row, false)).chain(found.closing().map(|row| (row, true)))
         {
@@ -250,7 +259,9 @@ impl Plan {
             let ends = [c.body_a, c.body_b].map(|row| (row, bodies.at(row)));
             let fastest = ends.map(|(_, body)| body.w.length()).into_iter().fold(0.0, f32::max);
             for (row, body) in ends {
+                // What crosses a seam keeps what was found out about it.
                 if may(row, body)
+                    && seamed.binary_search(&row).is_err()
                     && (hit || body.w.length() >= 0.5 * fastest)
                     && !self.turning.contains(row)
                 {

@@ -77,7 +77,7 @@ impl Solver<'_> {
     pub(super) fn renew(&self, number: usize, done: u16, jobs: &Jobs<'_>) {
         let group = &self.plan.groups[number];
         let elapsed = f32::from(done) * self.ctx.h;
-        self.for_turning(group, jobs, |fixed, i| self.take_warm(fixed, i));
+        self.for_turning(group, jobs, |fixed, i| self.take_warm(fixed, i, elapsed));
         let lines = self.turning_lines(group);
         for_shares(jobs, lines.len(), 16, |part| {
             lines[part.start..part.end].iter().for_each(|line| self.turn(*line as usize));
@@ -112,14 +112,16 @@ impl Solver<'_> {
     }
 
     /// Takes a block's impulses out of what its bodies carry, and to the contacts.
-    fn take_warm(&self, fixed: bool, i: usize) {
+    fn take_warm(&self, fixed: bool, i: usize, elapsed: f32) {
         let tables = (&self.contacts, self.bodies);
         dispatch!(self.ctx.level, simd => {
             let block = self.blocks.read(i);
             let extra = if self.has_extras { Some(self.extras.read(i)) } else { None };
             warm_of(simd, block, extra, fixed).carry(block, &self.aux, 1.0);
             let owners = &self.plan.contacts.owners[i];
-            *self.begun.row(i) |= unpack::store(simd, block, extra, owners, tables, self.ctx);
+            let begun = self.begun.row(i);
+            let when = (self.ctx, Some(elapsed));
+            *begun |= unpack::store(simd, block, extra, (owners, *begun), tables, when);
         });
     }
 

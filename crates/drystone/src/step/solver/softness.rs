@@ -30,11 +30,6 @@ impl Softness {
         Self { rate: omega / a1 * mass, mass, impulse }
     }
 
-    /// The part of an error that it removes in a second where nothing loads it [1/s].
-    pub(crate) const fn push_rate(&self) -> f32 {
-        if self.mass > 0.0 { self.rate / self.mass } else { 0.0 }
-    }
-
     /// `c h K + k h² K` of the spring, with K the inverse mass that it is on: how hard it is for a substep. Infinite if
     /// it is none.
     pub(crate) const fn hardness(&self) -> f32 {

@@ -55,9 +55,9 @@ pub(super) fn store<S: Simd>(
     simd: S,
     block: &ContactBlock,
     extra: Option<&Extra>,
-    owners: &[u32; LANES],
+    (owners, before): (&[u32; LANES], u8),
     (contacts, bodies): (&Slots<'_>, &Bodies),
-    ctx: &StepContext,
+    (ctx, elapsed): (&StepContext, Option<f32>),
 ) -> u8 {
     let scale = ctx.store_scale();
     let wide = splat(simd, scale);
@@ -93,9 +93,9 @@ pub(super) fn store<S: Simd>(
         {
             c.set_rolling_impulse(at(&extra.rolling_impulse, lane) * scale);
         }
-        if pressed && !c.touching {
+        if pressed && !c.touching && before >> lane & 1 == 0 {
             begun |= 1 << lane;
-            let approach = approach(c, bodies.at(c.body_a), bodies.at(c.body_b), ctx);
+            let approach = approach(c, bodies.at(c.body_a), bodies.at(c.body_b), (ctx, elapsed));
             c.set_approach(approach);
         }
     }
@@ -104,7 +104,13 @@ pub(super) fn store<S: Simd>(
 
 /// How fast the points of a contact came together that was pressed in this step for the first time [m/s], of bodies as
 /// they were when the step began. What forces add on the way, v² = v₀² + 2 a s, is at most that of a whole step.
-pub(super) fn approach(c: &Contact, a: &Body, b: &Body, ctx: &StepContext) -> f32 {
+/// `elapsed` [s]: since the step's start, of one that was made anew since.
+pub(super) fn approach(
+    c: &Contact,
+    a: &Body,
+    b: &Body,
+    (ctx, elapsed): (&StepContext, Option<f32>),
+) -> f32 {
     let fall = |body: &Body| {
         if body.is_dynamic() { integrate::acceleration(ctx, body) } else { Vec3::ZERO }
     };
@@ -113,6 +119,9 @@ pub(super) fn approach(c: &Contact, a: &Body, b: &Body, ctx: &StepContext) -> f3
         let v = -c.normal.dot(b.velocity_at(c.r_b(p)) - a.velocity_at(p.r_a));
         if gain <= 0.0 || v < 0.0 {
             return v;
+        }
+        if let Some(elapsed) = elapsed {
+            return v + gain * elapsed;
         }
         let end = (v * v + 2.0 * gain * p.separation.max(0.0)).sqrt();
         end.min(v + gain * ctx.step())

@@ -373,7 +373,7 @@ impl Scratch {
             }
             (c.tangent_impulse, c.twist_impulse) = (rub, 0.0);
             if pressed && !c.touching {
-                let approach = approach(c, bodies.at(c.body_a), bodies.at(c.body_b), ctx);
+                let approach = approach(c, bodies.at(c.body_a), bodies.at(c.body_b), (ctx, None));
                 c.set_approach(approach);
                 self.begun.push(pair.contact);
             }
