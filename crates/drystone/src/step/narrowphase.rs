@@ -372,7 +372,9 @@ impl Pairs<'_> {
         let before = if contact.is_renewed() { a.rotation } else { look.probe.rotation_a };
         let (solid_a, solid_b) = (&shape_a.solid, &shape_b.solid);
         let mut m = collide(ctx.level, solid_a, solid_b, &b_in_a, margin, &mut contact.cache);
+        // Of two that move both, the arms would be those of a place where neither is yet.
         if !contact.sensor
+            && !(a.is_dynamic() && b.is_dynamic())
             && let Some(met) =
                 meeting::look_ahead(ctx, [a, b], [solid_a, solid_b], (&pose_a, &b_in_a), &m)
         {

@@ -19,6 +19,9 @@ use crate::step::context::StepContext;
 /// another becomes the deepest, and would start without their impulses.
 const SAME_PART: f32 = 0.9;
 
+/// A hull that turns by more than this in a step rolls, and does not only slide [rad].
+const ROLLS: f32 = 1.0e-3;
+
 /// Updates all rows of a pair whose first is `contact`.
 pub(super) fn update(
     ctx: &StepContext,
@@ -48,7 +51,7 @@ pub(super) fn update(
         return;
     }
     if contact.recyclable
-        && may_recycle(ctx, contact, (a, shape_b), motion, ahead)
+        && may_recycle(ctx, contact, (a, shape_b, slots), motion, [ahead, turn])
         && recycle(ctx, contact, look.probe, a, b, slots)
     {
         if turn > FAR_TURN && !contact.sensor {
@@ -157,9 +160,9 @@ fn next<'a>(contact: &Contact, slots: &'a Slots<'_>) -> Option<(u32, &'a mut Con
 fn may_recycle(
     ctx: &StepContext,
     contact: &Contact,
-    (a, shape): (&Body, &ShapeRow),
+    (a, shape, slots): (&Body, &ShapeRow, &Slots<'_>),
     motion: &Motion,
-    ahead: f32,
+    [ahead, turn]: [f32; 2],
 ) -> bool {
     if contact.count == 0
         || contact.is_renewed()
@@ -168,13 +171,19 @@ fn may_recycle(
         return false;
     }
     let limit = ctx.recycle_distance.min(0.25 * motion.radius);
+    let mut points = contact.count;
+    let mut part = if contact.others > 0 { next(contact, slots) } else { None };
+    while let Some((_, contact)) = part {
+        points += contact.count;
+        part = next(contact, slots);
+    }
     // All that had no points is farther than the shape comes in this step: else what is fast must look again, and corners
     // that were far when a tilted box met the ground on an edge must not be overlooked.
     let seen = motion.since + ahead < contact.clear;
-    // Of a hull, others may stand nearly as low as those that have points: a hundredth of its size.
-    let is_hull = matches!(&shape.solid.core, Core::Hull(hull) if hull.cuboid.is_none());
-    let unseen = if is_hull { limit.min(0.01 * motion.radius) } else { 0.2 * limit };
-    let limit = if seen { limit } else { unseen };
+    // Of a hull that rolls, others may stand nearly as low as those that have points.
+    let rolls = turn > ROLLS && matches!(&shape.solid.core, Core::Hull(h) if h.cuboid.is_none());
+    let limit = if seen || (points >= 3 && !rolls) { limit } else { 0.2 * limit };
+    let limit = if rolls && !seen { limit.min(0.002 * motion.radius) } else { limit };
     motion.since < limit && (seen || ahead < 0.5 * ctx.margin)
 }
 

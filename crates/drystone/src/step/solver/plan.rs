@@ -22,6 +22,7 @@ use crate::state::colors::{Coloring, Colors};
 use crate::state::contacts::Contacts;
 use crate::state::islands::Islands;
 use crate::state::joints::{Joint, Joints, Link};
+use crate::state::shapes::Shapes;
 use crate::step::context::StepContext;
 use crate::step::narrowphase;
 
@@ -227,6 +228,7 @@ impl Plan {
         &mut self,
         bodies: &Bodies,
         contacts: &Contacts,
+        shapes: &Shapes,
         found: &narrowphase::Scratch,
     ) {
         let had_any = !self.turning_rows.is_empty();
@@ -249,11 +251,20 @@ impl Plan {
         }
         self.seamed.sort_unstable();
         let seamed = &self.seamed;
+        // A mesh is seen whole; of tiles those that are hidden, or out of reach, have no points that could be made anew.
+        let is_over_several = |body: &Body| {
+            let stands = |(row, side): &(u32, u32)| {
+                let c = contacts.at(*row);
+                let other = if *side == 0 { c.body_b } else { c.body_a };
+                !c.is_part && !c.sensor && !bodies.at(other).is_dynamic()
+            };
+            contacts.of_body(body).filter(stands).count() > 1
+        };
         for (row, hit) in
             found.turning().map(|row| (row, false)).chain(found.closing().map(|row| (row, true)))
         {
             let c = contacts.at(row);
-            if c.count == 0 {
+            if c.count == 0 || (hit && shapes.at(c.shape_a).is_mesh()) {
                 continue;
             }
             let ends = [c.body_a, c.body_b].map(|row| (row, bodies.at(row)));
@@ -264,6 +275,7 @@ impl Plan {
                     && seamed.binary_search(&row).is_err()
                     && (hit || body.w.length() >= 0.5 * fastest)
                     && !self.turning.contains(row)
+                    && !is_over_several(body)
                 {
                     self.turning.insert(row);
                     self.turning_rows.push(row);

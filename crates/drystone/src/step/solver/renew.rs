@@ -293,9 +293,9 @@ impl Pair<'_> {
         let [a, b] = &self.states;
         let mut old = contact.points;
         let before = usize::from(contact.count);
-        contact.offset = b.center - a.center;
         contact.set_renewed();
         if manifold.count == 0 {
+            contact.offset = b.center - a.center;
             let Some(first) = contact.points.first_mut() else { return };
             let apart = 2.0 * self.reach();
             first.renew(first.r_a, apart, 0.0, first.feature);
@@ -305,7 +305,13 @@ impl Pair<'_> {
             contact.set_rolling_impulse(Vec3::ZERO);
             return;
         }
-        contact.normal = pose_a.direction(manifold.normal);
+        let normal = pose_a.direction(manifold.normal);
+        if contact.normal.dot(normal) < 0.0 {
+            self.move_on(contact);
+            return;
+        }
+        contact.normal = normal;
+        contact.offset = b.center - a.center;
         #[expect(clippy::cast_possible_truncation, reason = "at most four points")]
         let count = manifold.count as u8;
         contact.count = count;
@@ -315,6 +321,21 @@ impl Pair<'_> {
             let r_a = pose_a.direction(made.position) + origin;
             let impulse = inherit_near(&mut old[..before], made.feature, r_a, body_a, body_b);
             new.renew(r_a, made.separation, impulse, made.feature);
+        }
+    }
+}
+
+impl Pair<'_> {
+    /// Keeps the manifold of what is so deep in something thin that it would be pushed out on the other side: its points move on as the
+    /// bodies did in the last substep.
+    fn move_on(&self, contact: &mut Contact) {
+        let [a, b] = &self.states;
+        let (normal, offset, count) = (contact.normal, contact.offset, usize::from(contact.count));
+        for p in &mut contact.points[..count] {
+            let speed = (b.v + b.w.cross(p.r_a - offset)) - (a.v + a.w.cross(p.r_a));
+            let moved = normal.dot(speed) * self.ctx.h;
+            p.base += moved;
+            p.separation += moved;
         }
     }
 }

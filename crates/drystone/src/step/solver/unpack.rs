@@ -115,6 +115,7 @@ pub(super) fn approach(
         if body.is_dynamic() { integrate::acceleration(ctx, body) } else { Vec3::ZERO }
     };
     let gain = c.normal.dot(fall(a) - fall(b));
+    let elapsed = elapsed.or_else(|| c.is_renewed().then(|| ctx.step()));
     let speed = |p: &Point| {
         let v = -c.normal.dot(b.velocity_at(c.r_b(p)) - a.velocity_at(p.r_a));
         if gain <= 0.0 || v < 0.0 {
