@@ -86,13 +86,10 @@ pub(super) fn update(
     look.restart(if count == 0 { made[0].gap } else { 0.0 }, a, b);
     contact.offset = look.probe.offset;
     contact.clear = margin.max(made[0].gap);
-    for m in &made[..count] {
-        let room = room_to_turn(m, [&shape_a.solid, solid], &b_in_a);
-        contact.clear = contact.clear.min(room * motion.radius);
-    }
-    // Of meshes the room is a length: that by which the farthest corner may move.
-    let far = turn > FAR_TURN || turn * motion.radius > contact.clear;
-    if count > 0 && far && !contact.sensor {
+    // What slides does not turn, and is kept as it is.
+    let comes_down = |m: &Manifold| turn > room_to_turn(m, [&shape_a.solid, solid], &b_in_a);
+    let rolls = turn > ROLLS && made[..count].iter().any(comes_down);
+    if count > 0 && (turn > FAR_TURN || rolls) && !contact.sensor {
         out.push(Change::Turns(look.row));
     }
     if count <= 1 && contact.others == 0 {
@@ -182,8 +179,8 @@ fn may_recycle(
     let seen = motion.since + ahead < contact.clear;
     // Of a hull that rolls, others may stand nearly as low as those that have points.
     let rolls = turn > ROLLS && matches!(&shape.solid.core, Core::Hull(h) if h.cuboid.is_none());
-    let limit = if seen || (points >= 3 && !rolls) { limit } else { 0.2 * limit };
-    let limit = if rolls && !seen { limit.min(0.002 * motion.radius) } else { limit };
+    let limit = if points < 3 && !seen { 0.2 * limit } else { limit };
+    let limit = if rolls { limit.min(0.002 * motion.radius) } else { limit };
     motion.since < limit && (seen || ahead < 0.5 * ctx.margin)
 }
 

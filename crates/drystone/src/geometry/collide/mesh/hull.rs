@@ -161,10 +161,14 @@ fn on_triangle(
         let separation = triangle.height(c.position) - hull.radius;
         point(c.position, normal, separation, hull.radius, c.feature)
     });
-    let known = |feature| clipper.points.iter().any(|c| c.feature == feature);
+    let is_of_face = |number: u32| {
+        let mut found = false;
+        hull.around(lowest, |e| found |= u32::from(e.origin) == number);
+        found
+    };
     let low = low_vertices(hull).filter_map(|(number, position, separation)| {
         let feature = mix(5, number, class);
-        (!known(feature)).then(|| point(position, normal, separation, hull.radius, feature))
+        (!is_of_face(number)).then(|| point(position, normal, separation, hull.radius, feature))
     });
     let points = points.chain(low);
     contacts.add_instead(triangle, axis, refused, points);
