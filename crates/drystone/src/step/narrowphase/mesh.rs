@@ -1,8 +1,9 @@
 //! Pairs of a mesh and a convex shape: several manifolds, each in a row of its own.
 
+use super::keep::keep_load;
 use super::meeting::STRAIGHT;
 use super::motion::Motion;
-use super::{Change, FAR_TURN, Look, keep_load, rebuild, recycle, seams, turn_ahead};
+use super::{Change, FAR_TURN, Look, rebuild, recycle, seams, turn_ahead};
 use crate::base::math::Vec3;
 use crate::base::pose::Pose;
 use crate::geometry::collide::{MAX_PARTS, MeshScratch, Reach, collide_mesh};
@@ -40,6 +41,10 @@ pub(super) fn update(
     // What has no points gets them when it may be half as near as they are made from, or come that near in this step: most
     // of what hovers over a surface goes along it.
     let turn = turn_ahead(ctx, (a, shape_a), (b, shape_b));
+    // What turns about the normal sets no other corner down.
+    let w = b.w - a.w;
+    let about = if contact.count > 0 { contact.normal.dot(w) } else { 0.0 };
+    let tilt = turn.min(1.1 * ctx.dt * (w - contact.normal * about).length());
     let near = margin.min((0.5 * ctx.margin).max(ahead + ctx.fall));
     let gap = look.probe.gap;
     if contact.count == 0 && gap > near && motion.since < gap - near {
@@ -51,7 +56,7 @@ pub(super) fn update(
         return;
     }
     if contact.recyclable
-        && may_recycle(ctx, contact, (a, shape_b, slots), motion, [ahead, turn])
+        && may_recycle(ctx, contact, (a, shape_b, slots), motion, [ahead, tilt])
         && recycle(ctx, contact, look.probe, a, b, slots)
     {
         if turn > FAR_TURN && !contact.sensor {
@@ -87,8 +92,8 @@ pub(super) fn update(
     contact.offset = look.probe.offset;
     contact.clear = margin.max(made[0].gap);
     // What slides does not turn, and is kept as it is.
-    let comes_down = |m: &Manifold| turn > room_to_turn(m, [&shape_a.solid, solid], &b_in_a);
-    let rolls = turn > ROLLS && made[..count].iter().any(comes_down);
+    let comes_down = |m: &Manifold| tilt > room_to_turn(m, [&shape_a.solid, solid], &b_in_a);
+    let rolls = tilt > ROLLS && made[..count].iter().any(comes_down);
     if count > 0 && (turn > FAR_TURN || rolls) && !contact.sensor {
         out.push(Change::Turns(look.row));
     }

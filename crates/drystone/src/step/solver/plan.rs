@@ -235,14 +235,13 @@ impl Plan {
         self.turning.remove_all(&self.turning_rows);
         self.turning_rows.clear();
         let fineness = &self.fineness[0];
-        let may = |row: u32, body: &Body| {
+        let may = |body: &Body| {
             body.is_dynamic()
                 && body.active()
                 && body.joints.is_empty()
                 && !body.dragged
                 && body.inner < ROUND * body.extent
                 && fineness_of(body.island, fineness) != Fineness::Tumbling
-                && row != NONE
         };
         self.seamed.clear();
         for row in found.ghosts() {
@@ -271,7 +270,7 @@ impl Plan {
             let fastest = ends.map(|(_, body)| body.w.length()).into_iter().fold(0.0, f32::max);
             for (row, body) in ends {
                 // What crosses a seam keeps what was found out about it.
-                if may(row, body)
+                if may(body)
                     && seamed.binary_search(&row).is_err()
                     && (hit || body.w.length() >= 0.5 * fastest)
                     && !self.turning.contains(row)

@@ -243,11 +243,11 @@ impl Solver<'_> {
                 pack::build::<_, false>(simd, &source, owners, block, extra);
                 self.has_extras.then(|| self.extras.row(i))
             };
-            let extra = extra.map(|extra| {
+            let mut extra = extra;
+            if let Some(extra) = &mut extra {
                 (extra.arrives, extra.hit) = (extra.arrives | hit[0], hit[1]);
                 extra.renewed = true;
-                extra
-            });
+            }
             rebase(simd, block, extra, &self.lines, (fixed, elapsed));
             let extra = if self.has_extras { Some(self.extras.read(i)) } else { None };
             warm_of(simd, block, extra, fixed).carry(block, &self.aux, -1.0);
