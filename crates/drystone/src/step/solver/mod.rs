@@ -243,7 +243,7 @@ pub(crate) fn solve(
     }
     s.sweeps = method.wide_sweeps(ctx.substeps);
     s.plan.choose_fineness(bodies, joints, contacts, islands, closing.closing(), contexts, jobs);
-    s.plan.choose_turning(bodies, contacts, shapes, closing);
+    s.plan.choose_turning(bodies, contacts, shapes, (closing, ctx.dt));
     let [.., struck, _] = contexts;
     s.plan.take_back(bodies, joints, contacts, islands, struck, jobs);
     let workers = jobs.workers().max(1);

@@ -223,13 +223,13 @@ impl Plan {
     }
 
     /// Chooses the bodies whose contacts are made anew in each substep: those that turn far, and those that are about to be hit, for
-    /// what is thin turns far within the step in which it is. A ball touches at the same lever however it turns.
+    /// what is thin turns far within the step in which it is. What flies by more than its size in a step keeps the rows that stop it. A ball touches at the same lever however it turns.
     pub(super) fn choose_turning(
         &mut self,
         bodies: &Bodies,
         contacts: &Contacts,
         shapes: &Shapes,
-        found: &narrowphase::Scratch,
+        (found, dt): (&narrowphase::Scratch, f32),
     ) {
         let had_any = !self.turning_rows.is_empty();
         self.turning.remove_all(&self.turning_rows);
@@ -241,6 +241,7 @@ impl Plan {
                 && body.joints.is_empty()
                 && !body.dragged
                 && body.inner < ROUND * body.extent
+                && body.v.length() * dt < body.extent
                 && fineness_of(body.island, fineness) != Fineness::Tumbling
         };
         self.seamed.clear();

@@ -273,7 +273,7 @@ impl Pair<'_> {
         (a, a.relative(&b))
     }
 
-    /// How far contacts are looked for: as far as the two come nearer in a substep.
+    /// How far contacts are looked for: as far as the two come nearer in a step, for an impact may send them anywhere within a substep.
     fn reach(&self) -> f32 {
         let [a, b] = &self.states;
         let [extent_a, extent_b] = self.bodies.map(|body| body.extent);
@@ -283,7 +283,7 @@ impl Pair<'_> {
         let turning = spin(a, self.bodies[0], extent_a) + spin(b, self.bodies[1], extent_b);
         let size = |body: &Body| if body.is_dynamic() { body.extent } else { f32::INFINITY };
         let most = size(self.bodies[0]).min(size(self.bodies[1]));
-        let way = 1.1 * self.ctx.h * ((b.v - a.v).length() + turning);
+        let way = 1.1 * self.ctx.dt * ((b.v - a.v).length() + turning);
         self.ctx.margin.max(way.min(most))
     }
 
