@@ -222,8 +222,9 @@ impl Plan {
         }
     }
 
-    /// Chooses the bodies whose contacts are made anew in each substep: those that turn far, and those that are about to be hit, for
-    /// what is thin turns far within the step in which it is. What flies by more than its size in a step keeps the rows that stop it. A ball touches at the same lever however it turns.
+    /// Chooses the bodies whose contacts are made anew in each substep: those that turn far, and those that are about to be hit,
+    /// for what is thin turns far within the step in which it is. A ball touches at the same lever however it turns, and what
+    /// flies by more than its size in a step keeps the rows that stop it.
     pub(super) fn choose_turning(
         &mut self,
         bodies: &Bodies,
@@ -234,6 +235,7 @@ impl Plan {
         let had_any = !self.turning_rows.is_empty();
         self.turning.remove_all(&self.turning_rows);
         self.turning_rows.clear();
+        self.seamed.clear();
         let fineness = &self.fineness[0];
         let may = |body: &Body| {
             body.is_dynamic()
@@ -244,14 +246,11 @@ impl Plan {
                 && body.v.length() * dt < body.extent
                 && fineness_of(body.island, fineness) != Fineness::Tumbling
         };
-        self.seamed.clear();
-        for row in found.ghosts() {
-            let c = contacts.at(row);
-            self.seamed.extend([c.body_a, c.body_b]);
-        }
+        let ends = |row: u32| [contacts.at(row).body_a, contacts.at(row).body_b];
+        self.seamed.extend(found.ghosts().flat_map(ends));
         self.seamed.sort_unstable();
         let seamed = &self.seamed;
-        // A mesh is seen whole; of tiles those that are hidden, or out of reach, have no points that could be made anew.
+        // A mesh is seen whole; of tiles, hidden ones have no points that could be made anew.
         let is_over_several = |body: &Body| {
             let stands = |(row, side): &(u32, u32)| {
                 let c = contacts.at(*row);
