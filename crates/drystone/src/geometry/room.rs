@@ -12,6 +12,10 @@ use crate::base::pose::Pose;
 /// A corner may come deeper than the deepest point by this part of how far it is from the middle of the manifold.
 const DEEPER: f32 = 0.001;
 
+/// A corner is looked for in the other solid so far down, as a part of how far it is from the middle of the manifold: what a turn brings
+/// over which nothing is kept.
+const DOWN: f32 = 0.1;
+
 /// The lowest place may go round a rim by this angle about its axis [rad].
 const FAR_ROUND: f32 = 0.1;
 
@@ -29,7 +33,10 @@ pub(crate) fn room_to_turn(m: &Manifold, [a, b]: [&Solid; 2], b_in_a: &Pose) -> 
     match &a.core {
         Core::Hull(hull) if hull.cuboid.is_none() => {
             for corner in &hull.vertices {
-                room = lesser(room, plan.room(*corner, -1.0, 0.0));
+                let angle = plan.room(*corner, -1.0, a.radius);
+                if angle < room && plan.may_touch(*corner, -1.0, b, b_in_a) {
+                    room = angle;
+                }
             }
         }
         Core::Frustum { .. } => room = rim(m.normal, Vec3::Y),
@@ -38,7 +45,11 @@ pub(crate) fn room_to_turn(m: &Manifold, [a, b]: [&Solid; 2], b_in_a: &Pose) -> 
     match &b.core {
         Core::Hull(hull) if hull.cuboid.is_none() => {
             for corner in &hull.vertices {
-                room = lesser(room, plan.room(b_in_a.point(*corner), 1.0, 0.0));
+                let corner = b_in_a.point(*corner);
+                let angle = plan.room(corner, 1.0, b.radius);
+                if angle < room && plan.may_touch(corner, 1.0, a, &Pose::IDENTITY) {
+                    room = angle;
+                }
             }
         }
         Core::Segment { half_height } => {
@@ -138,6 +149,17 @@ impl Plan {
         }
         let out = self.outside(at);
         if out * STEEPEST <= rise { f32::MAX } else { rise / out }
+    }
+
+    /// True if a corner that comes down by what the steepest turn brings is in the other solid: it is over that, or under it.
+    fn may_touch(&self, corner: Vec3, side: f32, other: &Solid, pose: &Pose) -> bool {
+        let Core::Hull(hull) = &other.core else { return true };
+        let from = corner - self.deepest;
+        let over = side * self.normal.dot(from) + 0.5 * self.separation;
+        let away = length(minus(flat(from, self.across), self.middle));
+        let down = greater(over, 0.0) + DOWN * away;
+        let then = pose.local_point(corner - self.normal * (side * down));
+        hull.planes.iter().all(|plane| plane.distance(then) <= other.radius)
     }
 
     /// How far a place is outside of what the deepest points enclose [m].

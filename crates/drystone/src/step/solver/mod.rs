@@ -44,6 +44,7 @@ mod swing;
 mod tally;
 mod six;
 mod together;
+mod turning;
 mod turns;
 mod tree;
 mod tree_six;
@@ -256,9 +257,9 @@ pub(crate) fn solve(
     grow::resize(&mut s.acceleration, n, Vec3::ZERO);
     grow::resize(&mut s.squeezes, n, Squeeze::default());
     let in_rounds = s.plan.groups.iter().any(|group| group.fineness == Fineness::Tumbling);
-    let states = in_rounds || !s.plan.turning_lines.is_empty();
+    let states = in_rounds || !s.plan.turning.lines.is_empty();
     grow::resize(&mut s.states, if states { n } else { 0 }, BodyState::default());
-    if !s.plan.turning_lines.is_empty() && s.meshes.len() < s.plan.groups.len() {
+    if !s.plan.turning.lines.is_empty() && s.meshes.len() < s.plan.groups.len() {
         s.meshes.resize_with(s.plan.groups.len(), MeshScratch::default);
     }
     s.frames.resize_with(s.plan.groups.len().max(s.frames.len()), Frames::default);

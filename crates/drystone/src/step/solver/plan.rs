@@ -13,7 +13,7 @@ use super::fineness::{is_jointed, struck, take_back, tumbles, was_struck, whirls
 use super::forest::Forest;
 use super::layout::{CLASS, GROUP, Layout, Sorter, last_line, line_key};
 use super::survey::Survey;
-use crate::base::bit_set::BitSet;
+use super::turning::Turning;
 use crate::base::disjoint::{Apart, Rows};
 use crate::base::grow;
 use crate::base::jobs::{Jobs, for_each, for_items, grain};
@@ -89,23 +89,20 @@ pub(super) struct Plan {
     joint_classes: Vec<u8>,
     survey: Survey,
     sorter: Sorter,
-    /// Bodies that turn far on their own (see renew.rs): their rows in order, and their lines.
-    turning_rows: Vec<u32>,
-    pub(super) turning: BitSet,
-    pub(super) turning_lines: Vec<u32>,
-    turning_changed: bool,
-    /// Bodies of contacts that are ghosts of seams.
-    seamed: Vec<u32>,
+    pub(super) turning: Turning,
 }
 
 /// Most parts of a shared group that are kept apart: what fits into a class beside the number of points.
-const MOST_PARTS: usize = 32;
+const MOST_PARTS: usize = 16;
 
 /// Bits of the number of points in the class of a contact.
 const COUNT: u32 = 2;
 
-/// Bit of the class of contacts whose rows are made anew in each substep: they share no block with others.
+/// Bit of the class of contacts whose rows are made anew within the step: they share no block with others.
 pub(super) const TURNING: u8 = 0x80;
+
+/// Bit of those of them that are made anew in each substep.
+pub(super) const OFTEN: u8 = 0x40;
 
 /// Class of distances; balls have 0.
 pub(super) const DISTANCE: u8 = 1;
@@ -153,12 +150,9 @@ fn chosen(bits: [u8; 2], wanted: [bool; 2]) -> u8 {
 }
 
 /// That of an island, among those that were chosen.
-fn fineness_of(island: u32, chosen: &[Fineness]) -> Fineness {
+pub(super) fn fineness_of(island: u32, chosen: &[Fineness]) -> Fineness {
     chosen.get(island as usize).copied().unwrap_or_default()
 }
-
-/// Half the least thickness of a ball over its extent, less rounding.
-const ROUND: f32 = 0.98;
 
 impl Plan {
     /// Chooses the islands that take every substep in parts.
@@ -222,66 +216,15 @@ impl Plan {
         }
     }
 
-    /// Chooses the bodies whose contacts are made anew in each substep: those that turn far, and those that are about to be hit,
-    /// for what is thin turns far within the step in which it is. A ball touches at the same lever however it turns, and what
-    /// flies by more than its size in a step keeps the rows that stop it.
+    /// See [`Turning::choose`].
     pub(super) fn choose_turning(
         &mut self,
         bodies: &Bodies,
         contacts: &Contacts,
         shapes: &Shapes,
-        (found, dt): (&narrowphase::Scratch, f32),
+        found: (&narrowphase::Scratch, f32),
     ) {
-        let had_any = !self.turning_rows.is_empty();
-        self.turning.remove_all(&self.turning_rows);
-        self.turning_rows.clear();
-        self.seamed.clear();
-        let fineness = &self.fineness[0];
-        let may = |body: &Body| {
-            body.is_dynamic()
-                && body.active()
-                && body.joints.is_empty()
-                && !body.dragged
-                && body.inner < ROUND * body.extent
-                && body.v.length() * dt < body.extent
-                && fineness_of(body.island, fineness) != Fineness::Tumbling
-        };
-        let ends = |row: u32| [contacts.at(row).body_a, contacts.at(row).body_b];
-        self.seamed.extend(found.ghosts().flat_map(ends));
-        self.seamed.sort_unstable();
-        let seamed = &self.seamed;
-        // A mesh is seen whole; of tiles, hidden ones have no points that could be made anew.
-        let is_over_several = |body: &Body| {
-            let stands = |(row, side): &(u32, u32)| {
-                let c = contacts.at(*row);
-                let other = if *side == 0 { c.body_b } else { c.body_a };
-                !c.is_part && !c.sensor && !bodies.at(other).is_dynamic()
-            };
-            contacts.of_body(body).filter(stands).count() > 1
-        };
-        for (row, hit) in
-            found.turning().map(|row| (row, false)).chain(found.closing().map(|row| (row, true)))
-        {
-            let c = contacts.at(row);
-            if c.count == 0 || (hit && shapes.at(c.shape_a).is_mesh()) {
-                continue;
-            }
-            let ends = [c.body_a, c.body_b].map(|row| (row, bodies.at(row)));
-            let fastest = ends.map(|(_, body)| body.w.length()).into_iter().fold(0.0, f32::max);
-            for (row, body) in ends {
-                // What crosses a seam keeps what was found out about it.
-                if may(body)
-                    && seamed.binary_search(&row).is_err()
-                    && (hit || body.w.length() >= 0.5 * fastest)
-                    && !self.turning.contains(row)
-                    && !is_over_several(body)
-                {
-                    self.turning.insert(row);
-                    self.turning_rows.push(row);
-                }
-            }
-        }
-        self.turning_changed = had_any || !self.turning_rows.is_empty();
+        self.turning.choose(&self.fineness[0], bodies, contacts, shapes, found);
     }
 
     /// What is kept of a step in parts are the impulses of its last part times the parts: right for a load, and that many times
@@ -340,7 +283,7 @@ impl Plan {
         let is_whole = self.fineness[0].iter().all(|fineness| *fineness == Fineness::Whole);
         let regrouped = self.regrouped && !is_whole;
         let same = self.fineness[0] == self.fineness[1] && !regrouped;
-        if !changed && same && self.workers == workers && !self.turning_changed {
+        if !changed && same && self.workers == workers && !self.turning.changed {
             return;
         }
         self.workers = workers;
@@ -355,10 +298,7 @@ impl Plan {
         }
         self.forest.place(&self.group_of_line, line_of, &mut self.groups);
 
-        self.turning_lines.clear();
-        let lines = self.turning_rows.iter().map(|row| line_of[*row as usize]);
-        self.turning_lines.extend(lines.filter(|line| *line != 0));
-        self.turning_lines.sort_unstable();
+        self.turning.place(line_of);
         self.place_contacts(contacts, colors, line_of, jobs);
         // Contacts come and go in every step, joints do not.
         if joints_changed || moved {
@@ -385,7 +325,7 @@ impl Plan {
         let key = line_key(&self.group_of_line);
         let (groups, shared, group_of_line) = (&self.groups, self.shared, &self.group_of_line);
         let parts = self.workers.min(MOST_PARTS);
-        let turning = &self.turning;
+        let Turning { bodies: turning, often, .. } = &self.turning;
         // Of a shared group each worker begins with its own part of the lines: see `line_key`.
         let part_of = |line: usize| {
             // Line 0 is of bodies that take no part: they may still be named by a contact.
@@ -404,9 +344,15 @@ impl Plan {
                 _ => 0,
             };
             let line = last_line(line_of, c.body_a, c.body_b);
-            let turns = turning.contains(c.body_a) || turning.contains(c.body_b);
-            let class = u64::from(if turns { TURNING } else { 0 });
-            Some(key(class | (part_of(line) as u64) << COUNT | count, line))
+            let (part, ends) = (part_of(line) as u64, [c.body_a, c.body_b]);
+            let class = if !ends.iter().any(|row| turning.contains(*row)) {
+                part << COUNT
+            } else if ends.iter().any(|row| often.contains(*row)) {
+                u64::from(TURNING | OFTEN) | part << COUNT
+            } else {
+                u64::from(TURNING) | part << COUNT
+            };
+            Some(key(class | count, line))
         };
         let set_place = |row: u32, place| {
             if let Some(c) = slots.row(row as usize)
@@ -418,7 +364,7 @@ impl Plan {
         let colorings = [&mut colors.contacts, &mut colors.contacts_fixed];
         let ask = |row: u32| slots.prefetch(row as usize, 1);
         let runs = &mut self.contacts.runs;
-        self.sorter.sort(GROUP - 1, colorings, ask, key_of, set_place, runs, jobs);
+        self.sorter.sort(GROUP - 2, colorings, ask, key_of, set_place, runs, jobs);
         self.contacts.lay_out([&colors.contacts, &colors.contacts_fixed]);
     }
 

@@ -1,11 +1,12 @@
-//! What turns far in a step while it touches something: its contacts get their manifolds and rows anew in each substep.
+//! What turns far in a step while it touches something: its contacts get their manifolds and rows anew in each substep, or in the
+//! middle of the step if it turns little.
 //!
 //! Rows are frozen over a step, and a separation that is linear in them errs by r θ²/2 for a body that turns by θ at a lever r; so
 //! do normals, levers and the inertia. Of a pencil that turns by a radian a step nothing is right at its end, and pushing along levers
 //! that are no more made energy (of ×180). And other corners come down within the step, of which no manifold of its start
 //! knows. So bodies of contacts that narrowphase lists ([`Change::Turns`](crate::step::narrowphase::Change)) or that close fast are *turning*: after each
-//! substep they are turned as free bodies are, their inertia with them, and all their contacts are made anew from
-//! where both bodies are. All others keep their rows, as that is what keeps walls steady (docs/decisions/003-frozen-rows-one-sweep.md).
+//! substep they are turned as free bodies are, and in those in which their contacts are made anew, from where both bodies are, their inertia
+//! with them. All others keep their rows, as that is what keeps walls steady (docs/decisions/003-frozen-rows-one-sweep.md).
 //!
 //! Bodies with joints are not taken: joints read the rotation that a line has since the step's start.
 //! References: docs/decisions/033-rows-made-anew.md.
@@ -14,7 +15,7 @@ use fearless_simd::{Simd, SimdBase, dispatch};
 
 use super::integrate::{self, Aux};
 use super::layout::Batch;
-use super::plan::{Group, TURNING};
+use super::plan::{Group, OFTEN, TURNING};
 use super::rounds::BodyState;
 use super::rows::{ContactBlock, Extra, Line, Whitening, load_motion};
 use super::spin::{Spin, rotate_freely};
@@ -46,9 +47,19 @@ impl Solver<'_> {
         batches.iter().filter(|batch| batch.class & TURNING != 0)
     }
 
-    /// Calls `f` with each block of them, and whether one body of each contact cannot be pushed.
-    fn for_turning(&self, group: &Group, jobs: &Jobs<'_>, f: impl Fn(bool, usize) + Sync) {
-        for batch in self.turning_batches(group) {
+    /// True if `done` substeps are where contacts are made anew that do not turn so far: the middle of the step.
+    fn is_middle(&self, done: u16) -> bool {
+        u32::from(done) == self.ctx.substeps.div_ceil(2)
+    }
+
+    /// Calls `f` with each block of those that are due, and whether one body of each contact cannot be pushed.
+    fn for_turning(
+        &self,
+        (group, done): (&Group, u16),
+        jobs: &Jobs<'_>,
+        f: impl Fn(bool, usize) + Sync,
+    ) {
+        for batch in self.turning_batches(group).filter(|batch| self.is_due(batch, done)) {
             let first = batch.blocks.start;
             for_shares(jobs, batch.blocks.len(), 2, |part| {
                 (first + part.start..first + part.end).for_each(|i| f(batch.fixed, i));
@@ -56,9 +67,13 @@ impl Solver<'_> {
         }
     }
 
+    fn is_due(&self, batch: &Batch, done: u16) -> bool {
+        batch.class & OFTEN != 0 || self.is_middle(done)
+    }
+
     /// Their bodies that turn on their own, as lines.
     fn turning_lines(&self, group: &Group) -> &[u32] {
-        let lines = &self.plan.turning_lines;
+        let lines = &self.plan.turning.lines;
         let at = |line: usize| lines.partition_point(|of| (*of as usize) < line);
         &lines[at(group.lines.start)..at(group.lines.end)]
     }
@@ -73,16 +88,29 @@ impl Solver<'_> {
         }
     }
 
-    /// After the positions of a substep, `done` of which are: turns the bodies, and makes their contacts anew.
+    /// After the positions of a substep, `done` of which are: turns the bodies, and makes contacts anew. At the step's end narrowphase
+    /// does that.
     pub(super) fn renew(&self, number: usize, done: u16, jobs: &Jobs<'_>) {
         let group = &self.plan.groups[number];
         let elapsed = f32::from(done) * self.ctx.h;
-        self.for_turning(group, jobs, |fixed, i| self.take_warm(fixed, i, elapsed));
         let lines = self.turning_lines(group);
+        let is_last = u32::from(done) >= self.ctx.substeps;
+        let is_middle = self.is_middle(done);
+        let due = (group, done);
+        if !is_last {
+            self.for_turning(due, jobs, |fixed, i| self.take_warm(fixed, i, elapsed));
+        }
         for_shares(jobs, lines.len(), 16, |part| {
-            lines[part.start..part.end].iter().for_each(|line| self.turn(*line as usize));
+            for line in &lines[part.start..part.end] {
+                let line = *line as usize;
+                let often = self.plan.turning.often.contains(self.plan.members[line - 1]);
+                self.turn(line, !is_last && (is_middle || often));
+            }
         });
-        self.for_turning(group, jobs, |_, i| {
+        if is_last {
+            return;
+        }
+        self.for_turning(due, jobs, |_, i| {
             for owner in self.plan.contacts.owners[i] {
                 if owner != NONE {
                     self.collide_again(owner, elapsed);
@@ -91,7 +119,7 @@ impl Solver<'_> {
         });
         // With meshes one by one, for what they are collected in.
         let scratch = self.meshes.row(number);
-        for batch in self.turning_batches(group) {
+        for batch in self.turning_batches(group).filter(|batch| self.is_due(batch, done)) {
             for i in batch.blocks.clone() {
                 for owner in self.plan.contacts.owners[i].into_iter().filter(|row| *row != NONE) {
                     self.collide_mesh_again(owner, elapsed, scratch);
@@ -99,7 +127,7 @@ impl Solver<'_> {
             }
         }
         let ctx = StepContext { impulse_scale: 1.0 / self.ctx.store_scale(), ..*self.ctx };
-        self.for_turning(group, jobs, |fixed, i| self.put_rows(&ctx, fixed, i, elapsed));
+        self.for_turning(due, jobs, |fixed, i| self.put_rows(&ctx, fixed, i, elapsed));
     }
 
     /// At the step's end: the lines hold the bodies.
@@ -125,14 +153,15 @@ impl Solver<'_> {
         });
     }
 
-    /// Turns a body as free ones turn in a substep, and its inertia with it.
-    fn turn(&self, line: usize) {
+    /// Turns a body as free ones turn in a substep; `anew`: and its inertia with it, for rows that are made anew.
+    fn turn(&self, line: usize, anew: bool) {
         let body = self.bodies.at(self.plan.members[line - 1]);
         let (state, h) = (self.states.row(line), self.ctx.h);
         let w = self.whitening.read(line).s().mul(integrate::three(self.lines.read(line).w));
         let m = body.moments;
         let round = m.max_element() - m.min_element() <= 1.0e-3 * m.max_element();
         let free = m.min_element() > 0.0 && body.locks.angular == [false; 3];
+        let before = state.rotation;
         if free && !round {
             let spin = Spin { rotation: state.rotation, ..Spin::of(body) };
             let turned = rotate_freely(&spin, DVec3::from(w), h, self.ctx.substeps);
@@ -141,6 +170,11 @@ impl Solver<'_> {
             (state.rotation, state.w) = (state.rotation.turned_by(w * h), w);
         }
         let factor = self.squeezes.read(line).factor;
+        if !anew {
+            let (_, s_inv) = integrate::scaled_roots(body, before, factor);
+            self.aux.row(line).strike(self.lines.row(line), Vec3::ZERO, s_inv.mul(state.w - w));
+            return;
+        }
         let (s, s_inv) = integrate::scaled_roots(body, state.rotation, factor);
         let alpha = self.whitening.read(line).alpha();
         *self.whitening.row(line) = Whitening::new(alpha, &s);
@@ -161,7 +195,7 @@ impl Solver<'_> {
             return if moves { start.drifted(elapsed) } else { start };
         }
         let state = start.after(self.lines.read(line), self.whitening.read(line));
-        if self.plan.turning.contains(row) {
+        if self.plan.turning.bodies.contains(row) {
             return BodyState { rotation: self.states.read(line).rotation, ..state };
         }
         state
