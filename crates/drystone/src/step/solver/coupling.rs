@@ -260,6 +260,27 @@ fn push(lines: &Rows<'_, Line>, line: usize, v: Vec3, w: Vec3) {
     }
 }
 
+impl CouplingRow {
+    /// The lines that it acts on.
+    pub(super) fn lines(&self) -> impl Iterator<Item = usize> + '_ {
+        self.carried.iter().map(|part| part.line).filter(|line| *line != 0)
+    }
+
+    /// The impulse of this sweep, the speed at which it closed, and what kinematic bodies do to C.
+    pub(super) fn pushed(&self, lines: &Rows<'_, Line>, sweep: &JointSweep) -> [f32; 3] {
+        let now = self.now(lines, sweep);
+        [self.impulse, closing_row(sweep.softness.rate * now.c, now.c), now.drift]
+    }
+
+    /// Takes its impulse down to a part.
+    pub(super) fn restrain(&mut self, part: f32) {
+        self.impulse *= part;
+        for carried in &mut self.carried {
+            (carried.v, carried.w) = (carried.v * part, carried.w * part);
+        }
+    }
+}
+
 impl Solver<'_> {
     pub(super) fn prepare_couplings(&self, group: &Group) {
         for i in group.couplings.clone() {
@@ -281,7 +302,7 @@ impl Solver<'_> {
             let start = JointSweep {
                 inv_h: self.ctx.inv_h,
                 softness: self.ctx.soft_joint,
-                hardest: self.ctx.soft_joint.hardness(),
+                hardest: self.ctx.hardest,
                 elapsed: 0.0,
                 back: 0.0,
                 is_relax: false,

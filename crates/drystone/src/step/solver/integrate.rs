@@ -73,6 +73,11 @@ impl Aux {
         (self.before_w, self.ended) = (four(w_rest), true);
     }
 
+    /// Whitened velocity and angular velocity before any impulse of this substep.
+    pub(super) const fn before(&self) -> [[f32; 4]; 2] {
+        [self.before_v, self.before_w]
+    }
+
     /// True if a translation is locked.
     pub(crate) fn is_locked(&self) -> bool {
         self.locked != [false; 3]

@@ -8,6 +8,7 @@
 //! References: docs/derivations/soft-step.md, [Catto24], [Macklin19].
 #![expect(unsafe_code, reason = "promises that rows are kept apart")]
 
+mod bound;
 pub(crate) mod softness;
 pub(crate) mod closing;
 pub(crate) mod rows;
@@ -55,6 +56,7 @@ use core::sync::atomic::{AtomicBool, Ordering};
 
 use fearless_simd::dispatch;
 
+use self::bound::Bound;
 use self::contact::Sweep;
 use self::coupling::CouplingRow;
 use self::impact::Impacts;
@@ -105,6 +107,7 @@ pub(crate) struct Scratch {
     joint_rests: Vec<JointRest>,
     sixdofs: Vec<SixBlock>,
     couplings: Vec<CouplingRow>,
+    bounds: Vec<Bound>,
     tree_gains: Vec<f64>,
     tree_bodies: Vec<TreeBody>,
     tree_rows: Vec<TreeRow>,
@@ -177,6 +180,7 @@ struct Solver<'a> {
     joint_rests: Rows<'a, JointRest>,
     sixdofs: Rows<'a, SixBlock>,
     couplings: Rows<'a, CouplingRow>,
+    bounds: Rows<'a, Bound>,
     tree_gains: Rows<'a, f64>,
     tree_bodies: Rows<'a, TreeBody>,
     tree_rows: Rows<'a, TreeRow>,
@@ -266,6 +270,7 @@ pub(crate) fn solve(
     s.joint_rests.resize_with(s.plan.joints.owners.len(), JointRest::default);
     s.sixdofs.resize_with(s.plan.sixdofs.owners.len(), SixBlock::default);
     s.couplings.resize(s.plan.couplings.len(), CouplingRow::default());
+    grow::resize(&mut s.bounds, s.plan.bins.count, Bound::default());
     s.tree_gains.resize(s.plan.forest.trees.last().map_or(0, |tree| tree.gains.end), 0.0);
     s.tree_bodies.resize(s.plan.forest.bodies.len(), TreeBody::default());
     s.tree_rows.resize(s.plan.forest.joints.len(), TreeRow::default());
@@ -302,6 +307,7 @@ pub(crate) fn solve(
         joint_rests: Rows::new(&mut s.joint_rests, apart),
         sixdofs: Rows::new(&mut s.sixdofs, apart),
         couplings: Rows::new(&mut s.couplings, apart),
+        bounds: Rows::new(&mut s.bounds, apart),
         tree_gains: Rows::new(&mut s.tree_gains, apart),
         tree_bodies: Rows::new(&mut s.tree_bodies, apart),
         tree_rows: Rows::new(&mut s.tree_rows, apart),
@@ -391,13 +397,12 @@ impl Solver<'_> {
                 let joints = JointSweep {
                     inv_h: ctx.inv_h,
                     softness: ctx.soft_joint,
-                    hardest: ctx.soft_joint.hardness(),
+                    hardest: ctx.hardest,
                     elapsed,
                     back: 0.0,
                     is_relax: false,
                 };
-                let coupled = JointSweep { softness: ctx.soft_coupling, ..joints };
-                self.sweep_couplings(group, &coupled);
+                self.sweep_couplings(group, &joints);
                 self.sweep_joints(group, &joints, jobs);
                 self.sweep_sixdofs(group, &joints, jobs);
                 self.sweep_trees(group, &joints, jobs);
@@ -410,7 +415,7 @@ impl Solver<'_> {
                 let joints = JointSweep {
                     inv_h: ctx.inv_h,
                     softness: Softness::RIGID,
-                    hardest: ctx.soft_joint.hardness(),
+                    hardest: ctx.hardest,
                     elapsed: moved - 0.5 * ctx.h,
                     back: 0.5 * ctx.h,
                     is_relax: true,

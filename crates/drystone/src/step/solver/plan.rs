@@ -43,6 +43,8 @@ pub(super) struct Group {
     pub(super) couplings: Range<usize>,
     /// In [`Forest::order`].
     pub(super) trees: Range<usize>,
+    /// Numbers in [`Bins`].
+    pub(super) bins: Range<usize>,
     pub(super) fineness: Fineness,
 }
 
@@ -53,6 +55,16 @@ struct Share {
     lines: u32,
     /// Ends of constraints; what only particles act on counts as well.
     ends: usize,
+}
+
+/// The islands that have joints, group by group.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Bins {
+    pub(super) count: usize,
+    /// The number of each line's island, or [`NONE`].
+    pub(super) of_line: Vec<u32>,
+    /// While they are numbered, that of each island.
+    of_island: Vec<u32>,
 }
 
 /// Which bodies and constraints stand where.
@@ -69,6 +81,7 @@ pub(super) struct Plan {
     /// Group and row of each coupling and pulley, in this order.
     pub(super) couplings: Vec<(u64, u32)>,
     pub(super) forest: Forest,
+    pub(super) bins: Bins,
     workers: usize,
     /// Of each island, now and in the last step; what is not there is [`Fineness::Whole`].
     fineness: [Vec<Fineness>; 2],
@@ -263,6 +276,9 @@ impl Plan {
         let regrouped = self.regrouped && !is_whole;
         let same = self.fineness[0] == self.fineness[1] && !regrouped;
         if !changed && same && self.workers == workers {
+            if self.regrouped {
+                self.place_bins(bodies, joints);
+            }
             return;
         }
         self.workers = workers;
@@ -289,6 +305,47 @@ impl Plan {
             group.sixdofs = self.sixdofs.batches_of(number);
             let first = self.couplings.partition_point(|(of, _)| *of < number);
             group.couplings = first..self.couplings.partition_point(|(of, _)| *of <= number);
+        }
+        self.place_bins(bodies, joints);
+    }
+
+    /// Numbers the islands that have joints.
+    fn place_bins(&mut self, bodies: &Bodies, joints: &Joints) {
+        let bins = &mut self.bins;
+        bins.count = 0;
+        if joints.rows.is_empty() {
+            bins.of_line.clear();
+            self.groups.iter_mut().for_each(|group| group.bins = 0..0);
+            return;
+        }
+        grow::resize(&mut bins.of_line, self.members.len() + 1, NONE);
+        bins.of_line.fill(NONE);
+        for group in &mut self.groups {
+            let first = bins.count;
+            let kinds = [&group.joints, &group.sixdofs, &group.couplings, &group.trees];
+            let has_joints = kinds.iter().any(|kind| !kind.is_empty());
+            let lines = if has_joints { group.lines.clone() } else { 0..0 };
+            let body = |line: usize| bodies.at(self.members[line - 1]);
+            for line in lines.clone().filter(|line| !body(*line).joints.is_empty()) {
+                let island = body(line).island as usize;
+                if bins.of_island.len() <= island {
+                    bins.of_island.resize(island + 1, NONE);
+                }
+                if bins.of_island[island] == NONE {
+                    bins.of_island[island] = number(bins.count);
+                    bins.count += 1;
+                }
+            }
+            for line in lines.clone() {
+                let island = body(line).island as usize;
+                bins.of_line[line] = bins.of_island.get(island).copied().unwrap_or(NONE);
+            }
+            for line in lines {
+                if let Some(bin) = bins.of_island.get_mut(body(line).island as usize) {
+                    *bin = NONE;
+                }
+            }
+            group.bins = first..bins.count;
         }
     }
 

@@ -101,7 +101,12 @@ impl Solver<'_> {
                 (way.done, way.kicked) = (way.done + 1, stroke.kicks);
             }
             Pass::Impacts if self.has_extras => self.collide(number, way.done, way.kicked, jobs),
-            pass => self.sweep(group, pass, stroke.substep, jobs),
+            pass => {
+                self.sweep(group, pass, stroke.substep, jobs);
+                if matches!(pass, Pass::Solve { .. }) {
+                    self.bound(group, stroke.substep);
+                }
+            }
         }
         if way.locked {
             self.hold_locked(group);

@@ -104,6 +104,8 @@ pub(crate) struct TreeRow {
     w: Jacobian,
     /// Right side, then impulses.
     pub(super) rhs: Six,
+    /// Greatest speed at which an axis closes in this sweep [m/s; rad/s].
+    pub(super) closing: f64,
 }
 
 /// The rows of a ball: velocity at the arm `r`, times `sign`, which is S (r × e).
@@ -154,6 +156,11 @@ impl TreeBody {
 }
 
 impl TreeRow {
+    /// Velocity of the gap by kinematic bodies, of a ball.
+    pub(super) const fn drift(&self) -> DVec3 {
+        self.drift
+    }
+
     /// Eliminates the body below, if any; then factors its own matrix, for the body above, or that below
     /// if there is none.
     #[inline(always)]
@@ -424,6 +431,19 @@ impl Solver<'_> {
         }
     }
 
+    /// Takes the impulses of a tree down to a part.
+    pub(super) fn restrain_tree(&self, tree: &Tree, part: f64) {
+        for i in tree.bodies.clone() {
+            self.tree_bodies.row(i).carried.iter_mut().for_each(|x| *x *= part);
+        }
+        for i in tree.joints.clone() {
+            let row = self.tree_rows.row(i);
+            row.lambda.iter_mut().for_each(|p| *p *= part);
+            row.impulse = row.impulse * part;
+            row.six.restrain(part);
+        }
+    }
+
     /// Eliminates joints and bodies from the leaves to the root.
     fn factor_tree(&self, tree: &Tree) {
         for (i, joint) in self.tree_joints(tree) {
@@ -522,6 +542,7 @@ impl Solver<'_> {
             }
         }
         let rate = sweep.closing_rate(gap.length(), sweep.push_speed);
+        row.closing = gap.length() * rate;
         let wanted = -(speed + gap * rate);
         row.rhs = [wanted.x, wanted.y, wanted.z, 0.0, 0.0, 0.0];
         for i in 0..3 {
