@@ -16,6 +16,7 @@ mod scenario_fracture;
 mod scenario_friction;
 mod scenario_glue;
 mod scenario_impacts;
+mod scenario_joint_work;
 mod scenario_inertia;
 mod scenario_joints;
 mod scenario_mesh;

@@ -27,9 +27,9 @@ use crate::base::math::Vec3;
 use crate::base::wide::{LANES, Lanes, at};
 use crate::state::bodies::NONE;
 
-/// Part of an island's energy that its impulses may add in a substep without being asked for more: what soft joints store and give
+/// Part of an island's energy that its impulses may add in a second without being asked for more [1/s]: what soft joints store and give
 /// back under the loads of turns, (ω/2πf)² of it in a whole turn, is a thousandth in a substep where islands are not yet taken in parts.
-const RIPPLE: f64 = 1.0e-3;
+const RIPPLE: f64 = 0.5;
 
 /// An island in a sweep.
 #[derive(Clone, Copy, Debug, Default)]
@@ -37,7 +37,9 @@ pub(crate) struct Bound {
     /// Work of its impulses and energy before them [J].
     work: f64,
     energy: f64,
-    /// It was more than [`RIPPLE`] allows: what else allows it is summed up.
+    /// Energy that it may have in any case: that of what has fallen for a step [J].
+    floor: f64,
+    /// It was more than [`RIPPLE`] and the floor allow: what else allows it is summed up.
     is_over: bool,
     /// Mass [kg], momentum, and moment of inertia [kg m²], the sum of all bodies'.
     mass: f64,
@@ -67,14 +69,15 @@ impl Bound {
     }
 
     /// The part of the impulses that does the work that is allowed.
-    fn part(&self) -> f64 {
+    fn part(&self, ripple: f64) -> f64 {
         // What closes gaps may bring bodies to its speed, in the frame of their center, and no farther.
         let momentum = self.momentum;
         let own = self.energy - 0.5 * momentum.dot(momentum) / self.mass;
         let [v, w] = self.fastest;
         let reach = 0.5 * (self.mass * v * v + self.inertia * w * w);
         let closed = lesser(self.closed, greater(reach - own, 0.0));
-        let allowed = RIPPLE * self.energy + self.driven + closed;
+        let allowed =
+            greater(ripple * self.energy + self.driven + closed, self.floor - self.energy);
         let Self { along, square, .. } = *self;
         let part = ((along * along + 2.0 * square * allowed).sqrt() - along) / square;
         if part.is_finite() { lesser(part, 1.0) } else { 0.0 }
@@ -112,6 +115,8 @@ impl Solver<'_> {
         if group.bins.is_empty() {
             return;
         }
+        let ripple = RIPPLE * f64::from(self.ctx.h);
+        let steps = f64::from(self.ctx.substeps);
         let bounds = self.bounds.slice(group.bins.clone());
         bounds.fill(Bound::default());
         for i in group.lines.clone() {
@@ -119,7 +124,8 @@ impl Solver<'_> {
             if bin == NONE {
                 continue;
             }
-            let [v, w] = self.aux.read(i).before();
+            let aux = self.aux.read(i);
+            let [v, w] = aux.before();
             let line = self.lines.read(i);
             let (mut work, mut energy) = (0.0, 0.0);
             for c in 0..4 {
@@ -130,19 +136,21 @@ impl Solver<'_> {
             let bound = &mut bounds[bin as usize - group.bins.start];
             bound.work += 0.5 * f64::from(work);
             bound.energy += 0.5 * f64::from(energy);
+            bound.floor += 0.5 * f64::from(aux.kick()) * steps * steps;
         }
         let mut any = false;
         for bound in bounds.iter_mut() {
             // What is no number is over, too.
-            bound.is_over = !(bound.work <= RIPPLE * bound.energy);
+            let most = greater(ripple * bound.energy, bound.floor - bound.energy);
+            bound.is_over = !(bound.work <= most);
             any |= bound.is_over;
         }
         if any {
-            self.restrain(group, substep, bounds);
+            self.restrain(group, substep, ripple, bounds);
         }
     }
 
-    fn restrain(&self, group: &Group, substep: u32, bounds: &mut [Bound]) {
+    fn restrain(&self, group: &Group, substep: u32, ripple: f64, bounds: &mut [Bound]) {
         self.weigh_islands(group, bounds);
         #[expect(clippy::cast_precision_loss, reason = "at most 256")]
         let elapsed = substep as f32 * self.ctx.h;
@@ -169,7 +177,7 @@ impl Solver<'_> {
             bound.close(f64::from(impulse), f64::from(closing), 0);
         }
         for bound in bounds.iter_mut().filter(|bound| bound.is_over) {
-            bound.part = bound.part();
+            bound.part = bound.part(ripple);
         }
         self.take_part(group, bounds);
     }
@@ -288,8 +296,7 @@ impl Solver<'_> {
                     let Some(bound) = self.over_lane(ends, group, bounds) else { continue };
                     let [a, b] = ends.map(|line| self.side(line));
                     let (ra, rb) = (vector(&block.r_a, lane), vector(&block.r_b, lane));
-                    let drift =
-                        if batch.fixed { vector(&rest.drift, lane) } else { DVec3::ZERO };
+                    let drift = if batch.fixed { vector(&rest.drift, lane) } else { DVec3::ZERO };
                     let gap = vector(&block.gap, lane)
                         + (b.moved - a.moved)
                         + (shift(b.turn, rb) - shift(a.turn, ra))
@@ -302,9 +309,8 @@ impl Solver<'_> {
                         bound.drive(impulse.length(), drift.length());
                         continue;
                     }
-                    let slip = mean(|k| {
-                        (b.v[k] + b.w[k].cross(rb) - a.v[k] - a.w[k].cross(ra)).length()
-                    });
+                    let slip =
+                        mean(|k| (b.v[k] + b.w[k].cross(rb) - a.v[k] - a.w[k].cross(ra)).length());
                     let limits = at(&rest.limits, lane);
                     for (p, error) in [
                         (impulse.x, f64::from(limits.x) - length),
@@ -344,8 +350,9 @@ impl Solver<'_> {
             let Some(bound) = self.over(line, group, bounds) else { continue };
             for (i, joint) in self.tree_joints(tree) {
                 let row = self.tree_rows.read(i);
-                for p in &row.lambda[..row.count] {
-                    bound.close(*p, row.closing, 0);
+                for (k, p) in row.lambda[..row.count].iter().enumerate() {
+                    let kind = if joint.six == NONE { 0 } else { row.six.axis(k) / 3 };
+                    bound.close(*p, row.closing[kind], kind);
                 }
                 let held: f64 = row.lambda[..row.count].iter().map(|p| p.abs()).sum();
                 bound.driven += held * row.drift().length();
@@ -398,7 +405,9 @@ impl Solver<'_> {
                     let Some(bound) = self.over_lane(ends, group, bounds) else { continue };
                     let part = bound.part as f32;
                     let points = usize::from(block.count);
-                    block.points[..points].iter_mut().for_each(|p| take(&mut p.impulse, lane, part));
+                    block.points[..points]
+                        .iter_mut()
+                        .for_each(|p| take(&mut p.impulse, lane, part));
                     block.friction.iter_mut().for_each(|p| take(p, lane, part));
                     if self.has_extras {
                         let rolls = &mut self.extras.row(i).rolling_impulse;
@@ -493,8 +502,8 @@ fn ask_six(
         + (b.moved - a.moved)
         + (shift(b.turn, rb) - shift(a.turn, ra))
         + vector(&block.drift, lane) * elapsed;
-    let turn = b.turn - a.turn
-        + (vector(&block.spin_b, lane) - vector(&block.spin_a, lane)) * elapsed;
+    let turn =
+        b.turn - a.turn + (vector(&block.spin_b, lane) - vector(&block.spin_a, lane)) * elapsed;
     let (drift, spin) = drifts(block, lane);
     let rate = sweep.softness.rate;
     for axis in 0..6 {
@@ -518,8 +527,11 @@ fn ask_six(
                 n.dot(b.w[k] - a.w[k])
             }
         });
-        bound.drive(held, speed);
         let laws = &block.axes[axis];
+        let motor = f64::from(laws.drive.speed[lane].abs());
+        // A motor brings an axis to its speed and no farther.
+        let held_at = if laws.drive.is_motor(lane) { lesser(speed, motor) } else { speed };
+        bound.drive(held, held_at);
         if laws.yields && laws.hard[lane] <= 0.0 {
             bound.drive(limit, speed);
         } else {

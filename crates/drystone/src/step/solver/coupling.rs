@@ -274,6 +274,11 @@ impl CouplingRow {
 
     /// Takes its impulse down to a part.
     pub(super) fn restrain(&mut self, part: f32) {
+        if !(part > 0.0) {
+            self.impulse = 0.0;
+            self.carried.iter_mut().for_each(|at| (at.v, at.w) = (Vec3::ZERO, Vec3::ZERO));
+            return;
+        }
         self.impulse *= part;
         for carried in &mut self.carried {
             (carried.v, carried.w) = (carried.v * part, carried.w * part);

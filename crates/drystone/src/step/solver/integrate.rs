@@ -78,6 +78,12 @@ impl Aux {
         [self.before_v, self.before_w]
     }
 
+    /// The square of what forces add to the whitened velocity in a substep.
+    pub(super) const fn kick(&self) -> f32 {
+        let [x, y, z, _] = self.add_v;
+        x * x + y * y + z * z
+    }
+
     /// True if a translation is locked.
     pub(crate) fn is_locked(&self) -> bool {
         self.locked != [false; 3]

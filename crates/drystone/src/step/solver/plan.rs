@@ -204,7 +204,7 @@ impl Plan {
                 else {
                     continue;
                 };
-                if *chosen != Fineness::Struck && is_jointed(island, bodies, joints) {
+                if *chosen != Fineness::Struck && is_jointed(island, bodies) {
                     *chosen = Fineness::Struck;
                 }
             }

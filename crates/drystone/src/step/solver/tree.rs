@@ -104,8 +104,8 @@ pub(crate) struct TreeRow {
     w: Jacobian,
     /// Right side, then impulses.
     pub(super) rhs: Six,
-    /// Greatest speed at which an axis closes in this sweep [m/s; rad/s].
-    pub(super) closing: f64,
+    /// Greatest speeds at which its motions and turns close in this sweep [m/s; rad/s].
+    pub(super) closing: [f64; 2],
 }
 
 /// The rows of a ball: velocity at the arm `r`, times `sign`, which is S (r × e).
@@ -433,13 +433,17 @@ impl Solver<'_> {
 
     /// Takes the impulses of a tree down to a part.
     pub(super) fn restrain_tree(&self, tree: &Tree, part: f64) {
+        // What is no number stays none when it is multiplied.
+        let is_some = part > 0.0;
+        let taken = |six: &Six| if is_some { six.map(|p| p * part) } else { [0.0; 6] };
         for i in tree.bodies.clone() {
-            self.tree_bodies.row(i).carried.iter_mut().for_each(|x| *x *= part);
+            let body = self.tree_bodies.row(i);
+            body.carried = taken(&body.carried);
         }
         for i in tree.joints.clone() {
             let row = self.tree_rows.row(i);
-            row.lambda.iter_mut().for_each(|p| *p *= part);
-            row.impulse = row.impulse * part;
+            row.lambda = taken(&row.lambda);
+            row.impulse = if is_some { row.impulse * part } else { DVec3::ZERO };
             row.six.restrain(part);
         }
     }
@@ -542,7 +546,7 @@ impl Solver<'_> {
             }
         }
         let rate = sweep.closing_rate(gap.length(), sweep.push_speed);
-        row.closing = gap.length() * rate;
+        row.closing = [gap.length() * rate, 0.0];
         let wanted = -(speed + gap * rate);
         row.rhs = [wanted.x, wanted.y, wanted.z, 0.0, 0.0, 0.0];
         for i in 0..3 {

@@ -1,0 +1,222 @@
+//! What joints do to energy: they make none, and what stands on them comes to rest.
+
+use std::f32::consts::FRAC_PI_2;
+
+use drystone::{
+    BodyDef, BodyId, JointAxis, JointDef, JointDrive, JointSpring, Mat3, Quat, ShapeDef, SixDof,
+    Vec3, World, WorldConfig, vec3,
+};
+
+const G: f32 = 9.81;
+
+fn floor(world: &mut World) {
+    let ground = ShapeDef::half_space([0.0, 1.0, 0.0], 0.0).with_friction(1.0);
+    world.add_body(BodyDef::fixed().with_shape(ground)).unwrap();
+}
+
+/// A world whose gravity is turned by an angle [rad]: its floor is a slope.
+fn slope(angle: f32) -> World {
+    let config = WorldConfig {
+        gravity: vec3(-angle.sin(), -angle.cos(), 0.0) * G,
+        ..WorldConfig::default()
+    };
+    let mut world = World::new(config).unwrap();
+    floor(&mut world);
+    world
+}
+
+fn energy(world: &World) -> f64 {
+    world.kinetic_energy() + world.potential_energy()
+}
+
+/// How often a second, and how large things are.
+const SCALES: [(f32, f32); 4] = [(60.0, 1.0), (60.0, 0.1), (60.0, 10.0), (120.0, 1.0)];
+
+/// A ball on a chain of light links, let go from level.
+fn whip(links: u8, ratio: f32, hinges: bool, (hertz, size): (f32, f32)) -> f64 {
+    let mut world = World::default();
+    let mut last = world.add_body(BodyDef::fixed()).unwrap();
+    let along = Quat::from_arc(Vec3::Y, Vec3::X);
+    let join = |world: &mut World, a: BodyId, b: BodyId, x: f32, ends: [f32; 2]| {
+        let def = if hinges {
+            let axes = SixDof::hinge(JointAxis::FREE);
+            world.joint_along(a, b, [x, 0.0, 0.0], Vec3::Z, axes).unwrap()
+        } else {
+            JointDef::ball(a, [0.0, ends[0], 0.0], b, [0.0, ends[1], 0.0])
+        };
+        world.add_joint(def).unwrap();
+    };
+    let mass = size * size * size;
+    for i in 0..links {
+        let x = 0.4 * size * f32::from(i);
+        let link = BodyDef::dynamic().with_position([x + 0.2 * size, 0.0, 0.0]);
+        let link = link.with_rotation(along).with_mass(mass);
+        let link = link.with_shape(ShapeDef::capsule(0.15 * size, 0.04 * size));
+        let link = world.add_body(link).unwrap();
+        let from = if i == 0 { 0.0 } else { 0.2 * size };
+        join(&mut world, last, link, x, [from, -0.2 * size]);
+        last = link;
+    }
+    let end = 0.4 * size * f32::from(links);
+    let ball = BodyDef::dynamic().with_position([end + 0.3 * size, 0.0, 0.0]);
+    let ball = ball.with_rotation(along).with_mass(ratio * mass);
+    let ball = world.add_body(ball.with_shape(ShapeDef::sphere(0.3 * size))).unwrap();
+    join(&mut world, last, ball, end, [0.2 * size, -0.3 * size]);
+    let start = energy(&world);
+    let drop = f64::from(G * ratio * mass * (end + 0.3 * size));
+    let mut most = 0.0_f64;
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "hundreds")]
+    for _ in 0..(10.0 * hertz) as u32 {
+        world.step(1.0 / hertz);
+        most = most.max((energy(&world) - start) / drop);
+    }
+    most
+}
+
+/// Velocities stand half a substep before positions: the energy that is told is off by up to m g v h/2, of a drop of a
+/// meter 0.5 % of what fell, whatever fell.
+#[test]
+fn a_heavy_weight_on_a_light_chain_makes_no_energy() {
+    for at in SCALES {
+        for (links, ratio) in [(5, 100.0), (10, 20.0), (10, 50.0), (3, 1000.0)] {
+            for hinges in [false, true] {
+                let gained = whip(links, ratio, hinges, at);
+                assert!(
+                    gained < 0.01,
+                    "{links} links, 1:{ratio}, hinges {hinges}, {at:?}: {gained}"
+                );
+            }
+        }
+    }
+}
+
+/// A top on four legs that are fixed to it.
+fn table(mass: f32, leg: f32, angle: f32, (hertz, size): (f32, f32)) {
+    let mut world = slope(angle);
+    let volume = size * size * size;
+    let top = BodyDef::dynamic().with_position([0.0, 1.05 * size, 0.0]).with_mass(mass * volume);
+    let plate = ShapeDef::box_half([size, 0.05 * size, 0.6 * size]);
+    let top = world.add_body(top.with_shape(plate)).unwrap();
+    for (x, z) in [(0.9, 0.5), (0.9, -0.5), (-0.9, 0.5), (-0.9, -0.5)] {
+        let (x, z) = (x * size, z * size);
+        let def = BodyDef::dynamic().with_position([x, 0.5 * size, z]).with_mass(leg * volume);
+        let post = ShapeDef::box_half([0.05 * size, 0.5 * size, 0.05 * size]).with_friction(1.0);
+        let leg = world.add_body(def.with_shape(post)).unwrap();
+        let joint = world.joint_in(top, leg, [x, size, z], Quat::IDENTITY, SixDof::FIXED).unwrap();
+        world.add_joint(joint).unwrap();
+    }
+    rests(
+        &mut world,
+        top,
+        (hertz, size),
+        &format!("{mass}:{leg} at {angle} rad, {hertz} Hz, {size} m"),
+    );
+}
+
+/// Five seconds, from the second one on in one place, and asleep at the end.
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "hundreds")]
+fn rests(world: &mut World, body: BodyId, (hertz, size): (f32, f32), what: &str) {
+    let mut place = Vec3::ZERO;
+    for step in 0..(5.0 * hertz) as u32 {
+        world.step(1.0 / hertz);
+        if step == hertz as u32 {
+            place = world.body(body).unwrap().position();
+        }
+    }
+    let body = world.body(body).unwrap();
+    // What a joint settles within a millimeter of a meter is its softness.
+    assert!((body.position() - place).length() < 1.0e-3 * size, "{what} wanders");
+    assert!(body.is_asleep(), "{what} is awake");
+}
+
+#[test]
+fn a_table_stands_on_its_legs_whatever_they_weigh() {
+    for at in SCALES {
+        for (mass, leg) in [(60.0, 20.0), (200.0, 20.0), (1200.0, 20.0), (10.0, 40.0)] {
+            table(mass, leg, 0.0, at);
+        }
+        table(1200.0, 20.0, 0.17, at);
+    }
+}
+
+/// A car of a ton with its brakes locked.
+fn car(wheel: f32, springs: bool, angle: f32, (hertz, size): (f32, f32)) {
+    let mut world = slope(angle);
+    let mass = size * size * size;
+    let hull = ShapeDef::box_half([1.9 * size, 0.3 * size, 0.8 * size]);
+    let def = BodyDef::dynamic().with_position([0.0, 0.75 * size, 0.0]).with_mass(1000.0 * mass);
+    let car = world.add_body(def.with_shape(hull)).unwrap();
+    let lay = Quat::from_axis_angle([1.0, 0.0, 0.0], FRAC_PI_2);
+    let frame = Quat::from_mat3(Mat3 {
+        x: vec3(0.0, 1.0, 0.0),
+        y: vec3(0.0, 0.0, 1.0),
+        z: vec3(1.0, 0.0, 0.0),
+    });
+    for (x, z) in [(1.3, -0.8), (1.3, 0.8), (-1.3, -0.8), (-1.3, 0.8)] {
+        let at = [x * size, 0.33 * size, z * size];
+        let tire = ShapeDef::cylinder(0.1 * size, 0.33 * size).with_friction(1.0);
+        let def = BodyDef::dynamic().with_position(at).with_rotation(lay).with_mass(wheel * mass);
+        let wheel = world.add_body(def.with_shape(tire)).unwrap();
+        let spring = JointSpring::new(30_000.0 * size * size, 3_000.0 * size * size);
+        let drive = JointDrive::servo(-0.1 * size, spring, f32::INFINITY);
+        let lift = JointAxis::limited(-0.2 * size, 0.1 * size).with_drive(drive);
+        let lift = if springs { lift } else { JointAxis::LOCKED };
+        let brake = JointAxis::driven(JointDrive::motor(0.0, 3000.0 * mass * size));
+        let axes = SixDof {
+            linear: [lift, JointAxis::LOCKED, JointAxis::LOCKED],
+            angular: [JointAxis::LOCKED, brake, JointAxis::LOCKED],
+            ..SixDof::FIXED
+        };
+        let joint = world.joint_in(car, wheel, at, frame, axes).unwrap();
+        world.add_joint(joint).unwrap();
+    }
+    let what =
+        format!("wheels of {wheel} kg, springs {springs}, {angle} rad, {hertz} Hz, {size} m");
+    rests(&mut world, car, (hertz, size), &what);
+}
+
+#[test]
+fn a_car_with_its_brakes_locked_stays_where_it_is() {
+    for at in SCALES {
+        for springs in [false, true] {
+            for angle in [0.0, 0.17] {
+                car(20.0, springs, angle, at);
+            }
+        }
+        car(100.0, true, 0.17, at);
+    }
+}
+
+/// What closes a gap moves no faster than 3 m/s and by half in a tenth of a second, 13 m/s at most, in the frame of the pair's center;
+/// and it falls by 3 m besides.
+#[test]
+fn a_joint_made_far_off_closes_at_a_bounded_speed_with_bounded_power() {
+    for gap in [0.5, 2.0, 10.0, 100.0, 1000.0] {
+        for kind in 0..4 {
+            let mut world = slope(0.0);
+            let mut ball = |at: [f32; 3]| {
+                let def = BodyDef::dynamic().with_position(at);
+                world.add_body(def.with_shape(ShapeDef::sphere(0.5))).unwrap()
+            };
+            let (a, b) = (ball([0.0, 3.0, 0.0]), ball([gap + 1.0, 3.3, 0.2]));
+            let (at_a, at_b) = ([0.5, 0.0, 0.0], [-0.5, 0.0, 0.0]);
+            let hinge = SixDof::hinge(JointAxis::FREE);
+            let def = match kind {
+                0 => JointDef::ball(a, at_a, b, at_b),
+                1 => JointDef::rod(a, [0.0; 3], b, [0.0; 3], 1.0),
+                2 => JointDef::six_dof(a, at_a, b, at_b, hinge),
+                _ => JointDef::ball(a, at_a, b, at_b).with_articulated(true),
+            };
+            world.add_joint(def).unwrap();
+            let mass: f64 =
+                world.bodies().map(|body| f64::from(body.mass())).filter(|m| m.is_finite()).sum();
+            let most = energy(&world) + 0.5 * mass * 13.0 * 13.0;
+            for _ in 0..300 {
+                world.step(1.0 / 60.0);
+                assert!(energy(&world) < most, "{gap} m, kind {kind}: {} J", energy(&world));
+                let fastest = world.bodies().map(|body| body.linear_velocity().length());
+                assert!(fastest.fold(0.0, f32::max) < 21.0, "{gap} m, kind {kind}");
+            }
+        }
+    }
+}
