@@ -52,9 +52,9 @@ fn gap(world: &mut World, joint: JointId) -> f32 {
     most
 }
 
-/// What a joint of a quarter of the substep's rate gives under the bar's pull [m].
+/// What a joint of an eighth of the substep's rate gives under the bar's pull [m].
 fn give(speed: f32, parts: u16) -> f32 {
-    let omega = 2.0 * core::f32::consts::PI * 0.25 * 480.0 * f32::from(parts);
+    let omega = 2.0 * core::f32::consts::PI * 0.125 * 480.0 * f32::from(parts);
     0.5 * speed * speed / (omega * omega)
 }
 
@@ -81,7 +81,8 @@ fn what_is_slow_keeps_its_bits() {
         [fast, slow].map(|id| world.joint(id).unwrap().error())
     };
     let ([fast, slow], [fine, same]) = (end(1), end(4));
-    assert!(fine < 0.1 * fast, "{fine}, {fast}");
+    // Four parts take the gap to a sixteenth; rows that stand still in a whole substep find no more than half of it.
+    assert!(fine < 0.125 * fast, "{fine}, {fast}");
     assert_eq!(slow.to_bits(), same.to_bits());
 }
 
