@@ -16,10 +16,8 @@ fn floor(world: &mut World) {
 
 /// A world whose gravity is turned by an angle [rad]: its floor is a slope.
 fn slope(angle: f32) -> World {
-    let config = WorldConfig {
-        gravity: vec3(-angle.sin(), -angle.cos(), 0.0) * G,
-        ..WorldConfig::default()
-    };
+    let down = Quat::from_axis_angle(Vec3::Z, angle).rotate(-Vec3::Y);
+    let config = WorldConfig { gravity: down * G, ..WorldConfig::default() };
     let mut world = World::new(config).unwrap();
     floor(&mut world);
     world

@@ -112,9 +112,19 @@ fn bend(body: &Body, arm: Vec3, h: f32) -> f32 {
     body.w.cross(body.w.cross(arm)).length() * (h * h)
 }
 
-/// True if an island is small and has joints.
-pub(super) fn is_jointed(island: &Island, bodies: &Bodies) -> bool {
-    island.len <= MOST_BODIES && island.bodies(bodies).any(|body| !body.joints.is_empty())
+/// True if an island is small and has joints, and no trees: those hand a blow on at once.
+pub(super) fn is_jointed(island: &Island, bodies: &Bodies, joints: &Joints) -> bool {
+    if island.len > MOST_BODIES {
+        return false;
+    }
+    let mut has_joints = false;
+    for body in island.bodies(bodies) {
+        if body.joints.iter().any(|joint| joints.at(*joint).is_direct) {
+            return false;
+        }
+        has_joints |= !body.joints.is_empty();
+    }
+    has_joints
 }
 
 /// The islands in which contacts that `closing` lists are about to touch, as often as that.

@@ -204,7 +204,7 @@ impl Plan {
                 else {
                     continue;
                 };
-                if *chosen != Fineness::Struck && is_jointed(island, bodies) {
+                if *chosen != Fineness::Struck && is_jointed(island, bodies, joints) {
                     *chosen = Fineness::Struck;
                 }
             }
