@@ -32,6 +32,24 @@ use crate::state::bodies::NONE;
 /// made a quarter of what fell; with 0.005 nothing was better.)
 const RIPPLE: f64 = 0.05;
 
+/// A sum of sizes in whole parts of 2⁻⁶⁰, the same in any order: that of constraints within a color is not to show.
+#[derive(Clone, Copy, Debug, Default)]
+struct Sum(i128);
+
+impl Sum {
+    const PARTS: f64 = (1_u64 << 60) as f64;
+
+    #[expect(clippy::cast_possible_truncation, reason = "what is too large is as large as can be")]
+    fn add(&mut self, x: f64) {
+        self.0 = self.0.saturating_add((x.abs() * Self::PARTS) as i128);
+    }
+
+    #[expect(clippy::cast_precision_loss, reason = "a sum of f32")]
+    fn get(self) -> f64 {
+        self.0 as f64 / Self::PARTS
+    }
+}
+
 /// An island in a sweep.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Bound {
@@ -50,9 +68,9 @@ pub(crate) struct Bound {
     along: f64,
     square: f64,
     /// Work of drives, springs and what moves by itself, at most [J].
-    driven: f64,
+    driven: Sum,
     /// Work of what closes gaps, at most, and its greatest speeds [J; m/s, rad/s].
-    closed: f64,
+    closed: Sum,
     fastest: [f64; 2],
     /// What the impulses are multiplied by.
     part: f64,
@@ -60,12 +78,12 @@ pub(crate) struct Bound {
 
 impl Bound {
     fn drive(&mut self, impulse: f32, speed: f64) {
-        self.driven += (f64::from(impulse) * speed).abs();
+        self.driven.add(f64::from(impulse) * speed);
     }
 
     /// An impulse of a row that closes at this speed; `kind` 0 of motions, 1 of turns.
     fn close(&mut self, impulse: f64, speed: f64, kind: usize) {
-        self.closed += (impulse * speed).abs();
+        self.closed.add(impulse * speed);
         self.fastest[kind] = greater(speed.abs(), self.fastest[kind]);
     }
 
@@ -76,9 +94,9 @@ impl Bound {
         let own = self.energy - 0.5 * momentum.dot(momentum) / self.mass;
         let [v, w] = self.fastest;
         let reach = 0.5 * (self.mass * v * v + self.inertia * w * w);
-        let closed = lesser(self.closed, greater(reach - own, 0.0));
+        let closed = lesser(self.closed.get(), greater(reach - own, 0.0));
         let allowed =
-            greater(ripple * self.energy + self.driven + closed, self.floor - self.energy);
+            greater(ripple * self.energy + self.driven.get() + closed, self.floor - self.energy);
         let Self { along, square, .. } = *self;
         let part = ((along * along + 2.0 * square * allowed).sqrt() - along) / square;
         if part.is_finite() { lesser(part, 1.0) } else { 0.0 }
@@ -356,13 +374,13 @@ impl Solver<'_> {
                     bound.close(*p, row.closing[kind], kind);
                 }
                 let held: f64 = row.lambda[..row.count].iter().map(|p| p.abs()).sum();
-                bound.driven += held * row.drift().length();
+                bound.driven.add(held * row.drift().length());
                 if joint.six != NONE {
                     let (block, lane) =
                         (self.sixdofs.read(joint.six as usize / LANES), joint.six as usize % LANES);
                     let ends = [block.row_a[lane], block.row_b[lane]].map(|line| self.side(line));
                     let (drift, spin) = drifts(block, lane);
-                    bound.driven += held * greater(drift, spin);
+                    bound.driven.add(held * greater(drift, spin));
                     let sweep = JointSweep {
                         inv_h: self.ctx.inv_h,
                         softness: self.ctx.soft_joint,
@@ -544,6 +562,6 @@ fn ask_six(
     if locks && block.is_pinned {
         let force = f64::from(at(&block.carried, lane).length());
         bound.close(force, speed_of(gap.length(), rate, push(0)), 0);
-        bound.driven += force * drift;
+        bound.driven.add(force * drift);
     }
 }
