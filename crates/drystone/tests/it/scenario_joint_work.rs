@@ -197,7 +197,7 @@ fn a_pair_on_a_hinge_that_hits_the_ground_gains_no_energy() {
         low + (high - low) * unit
     };
     for drop in 0..120_u16 {
-        let (size, articulated) = ([1.0, 0.3, 5.0][usize::from(drop % 3)], drop % 2 == 0);
+        let (size, articulated) = ([1.0_f32, 0.3, 5.0][usize::from(drop % 3)], drop % 2 == 0);
         let mut world = slope(0.0);
         let mut three =
             |half: f32| vec3(random(-half, half), random(-half, half), random(-half, half));
