@@ -6,8 +6,8 @@ use std::time::Instant;
 
 use crate::tidy::is_reference_key;
 use crate::{
-    Outcome, WITHOUT_GRAPHICS, attack, cargo, golden, graphics, instructions, root, run_to_end,
-    target, targets, tidy, web,
+    Outcome, WITHOUT_GRAPHICS, attack, cargo, golden, graphics, hunt, instructions, root,
+    run_to_end, target, targets, tidy, web,
 };
 
 type Stage = (&'static str, fn() -> Outcome);
@@ -23,6 +23,7 @@ const STAGES: &[Stage] = &[
     ("examples", examples),
     ("validate", validate),
     ("attack", || attack::short(&programs(true)?)),
+    ("hunt", || hunt::short(&programs(true)?)),
     ("golden", || golden_hashes(false)),
     ("golden-release", || golden_hashes(true)),
     ("aarch64", || targets::check("aarch64")),

@@ -7,6 +7,7 @@ mod fuzz;
 mod gallery;
 mod golden;
 mod graphics;
+mod hunt;
 mod instructions;
 mod model;
 mod roofline;
@@ -26,6 +27,9 @@ const USAGE: &str = "usage: cargo xtask COMMAND
                                   --hours 9 for a night); docs/attack.md
   attack repeat SEED              run one of them again
   attack minimize SEED            shrink it, and write it as a test
+  hunt [OPTIONS]                  search small worlds for motion that no physics has (a minute; --minutes N); docs/hunt.md
+  hunt repeat SEED                run one of them again
+  hunt minimize SEED              shrink it, and write it as a test
   tidy                            layers, stage order, reference keys, doc paths, file sizes
   determinism                     300 steps of every scene by 1 to 4 threads and every SIMD level (minutes)
   golden [--release]              run the scenes of golden.txt and compare their hashes
@@ -50,6 +54,7 @@ fn main() -> ExitCode {
     let outcome = match words.as_slice() {
         ["ci", stages @ ..] => ci::run(stages),
         ["attack", words @ ..] => attack::run(words),
+        ["hunt", words @ ..] => hunt::run(words),
         ["tidy"] => tidy::run(),
         ["determinism"] => determinism(),
         ["fuzz", words @ ..] => fuzz::run(words),

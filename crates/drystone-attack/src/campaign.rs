@@ -60,7 +60,9 @@ pub fn unit_seed(campaign: u64, number: u64) -> u64 {
 /// The folder of findings cannot be written, or no worker can be started.
 pub fn run(options: &Options) -> Result<Report, String> {
     std::fs::create_dir_all(&options.out).map_err(|e| format!("{}: {e}", options.out.display()))?;
-    let known = options.places.root.join("crates/drystone-attack/known.txt");
+    let hunts = options.only.iter().all(|subject| matches!(subject, Subject::Scene(_)));
+    let list = if hunts { "hunt-known.txt" } else { "known.txt" };
+    let known = options.places.root.join("crates/drystone-attack").join(list);
     let known = std::fs::read_to_string(known).unwrap_or_default();
     let report = Mutex::new(Report::new(&options.out, &known));
     let bar = ProgressBar::new(options.time.as_secs());
@@ -114,23 +116,38 @@ impl<'a> Slot<'a> {
     fn work(&mut self) -> Result<(), String> {
         loop {
             let left = self.options.time.saturating_sub(self.start.elapsed());
+            let is_counted = self.options.only.contains(&Subject::Worlds);
             let enough =
-                self.options.worlds.is_some_and(|n| self.report().tried(Subject::Worlds) >= n);
+                is_counted && self.options.worlds.is_some_and(|n| self.report().worlds() >= n);
             if left.is_zero() || enough {
                 return Ok(());
             }
             // Whoever lags most behind its part of the time.
             let behind = |(subject, _, spent): &(Subject, u64, f64)| spent / subject.weight();
             let next = (0..self.spent.len())
+                .filter(|i| self.left(self.spent[*i].0, self.spent[*i].1) > 0)
                 .min_by(|a, b| behind(&self.spent[*a]).total_cmp(&behind(&self.spent[*b])));
             let Some(next) = next else { return Ok(()) };
-            let part = (self.options.time / 12).clamp(Duration::from_millis(500), SLICE);
+            // Each subject has its turn several times.
+            let turns = u32::try_from(3 * self.spent.len()).unwrap_or(u32::MAX).max(12);
+            let part = (self.options.time / turns).clamp(Duration::from_millis(500), SLICE);
             let begin = Instant::now();
             let (subject, first, _) = self.spent[next];
             let units = self.slice(subject, first, left.min(part))?;
             self.spent[next].1 += units;
             self.spent[next].2 += begin.elapsed().as_secs_f64();
         }
+    }
+
+    /// How many units of a subject are left for this slot, which has done so many: of every kind of scene there are
+    /// equally many, always the same, however many slots there are.
+    fn left(&self, subject: Subject, done: u64) -> u64 {
+        let (Some(worlds), Subject::Scene(_)) = (self.options.worlds, subject) else {
+            return u64::MAX;
+        };
+        let (jobs, slot) = (self.options.jobs.max(1) as u64, self.slot as u64);
+        let each = worlds.div_ceil(self.options.only.len().max(1) as u64);
+        each.saturating_sub(slot).div_ceil(jobs).saturating_sub(done)
     }
 
     /// Has a child work for a while; returns how many units it did.
@@ -140,9 +157,9 @@ impl<'a> Slot<'a> {
         // Of what is counted no more than is left, in equal parts.
         let most = match self.options.worlds {
             Some(n) if subject == Subject::Worlds => {
-                n.saturating_sub(self.report().tried(subject)).div_ceil(jobs)
+                n.saturating_sub(self.report().worlds()).div_ceil(jobs)
             }
-            _ => u64::MAX,
+            _ => self.left(subject, first),
         };
         let mut child = self.child(subject, [first_number, jobs, most], time)?;
         let lines = lines_of(&mut child);
@@ -280,20 +297,18 @@ pub fn worker(
 fn to_line(unit: &Unit) -> String {
     let style = unit.style.map_or("-", Style::name);
     let Unit { tried, steps, refused, faults, is_wild, is_cut, .. } = unit;
-    format!(
-        "{tried} {steps} {refused} {faults} {} {} {style}",
-        u8::from(*is_wild),
-        u8::from(*is_cut)
-    )
+    let [wild, cut, failed] =
+        [*is_wild, *is_cut, unit.failed || !unit.findings.all.is_empty()].map(u8::from);
+    format!("{tried} {steps} {refused} {faults} {wild} {cut} {failed} {style}")
 }
 
 fn from_line(line: &str) -> Unit {
     let mut words = line.split(' ');
     let mut number = || words.next().and_then(|word| word.parse().ok()).unwrap_or(0);
-    let [tried, steps, refused, faults, wild, cut] = [0; 6].map(|_: u8| number());
+    let [tried, steps, refused, faults, wild, cut, failed] = [0; 7].map(|_: u8| number());
     let style = words.next().and_then(|name| Style::ALL.into_iter().find(|s| s.name() == name));
-    let (is_wild, is_cut) = (wild > 0, cut > 0);
-    Unit { tried, steps, refused, faults, is_wild, is_cut, style, ..Unit::default() }
+    let (is_wild, is_cut, failed) = (wild > 0, cut > 0, failed > 0);
+    Unit { tried, steps, refused, faults, is_wild, is_cut, failed, style, ..Unit::default() }
 }
 
 #[cfg(test)]
@@ -312,6 +327,6 @@ mod tests {
             ..Unit::default()
         };
         assert_eq!(to_line(&from_line(&to_line(&unit))), to_line(&unit));
-        assert_eq!(to_line(&unit), "3 700 0 0 1 0 edge");
+        assert_eq!(to_line(&unit), "3 700 0 0 1 0 0 edge");
     }
 }

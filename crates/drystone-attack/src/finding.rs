@@ -27,11 +27,37 @@ pub enum Kind {
     Growth,
     /// The command ended with a status, or wrote something, that it must not.
     Command,
+    /// Energy comes from nothing.
+    Energy,
+    /// Momentum comes from nothing.
+    Momentum,
+    /// A body passes through another, or is deep in it.
+    Through,
+    /// What rests overlaps by more than one does not see.
+    Overlap,
+    /// A joint stays open.
+    Gap,
+    /// A body rests where it is in no equilibrium.
+    Balance,
+    /// What must come to rest does not.
+    Restless,
+    /// What is driven or carried stands.
+    Stalled,
+    /// A stack does not stand.
+    Fallen,
+    /// What slides without friction does not go straight on.
+    Glide,
+    /// What has no restitution bounces.
+    Bounce,
+    /// A landing or a passage has no event.
+    Missed,
+    /// A world and its twin differ.
+    Twin,
 }
 
 impl Kind {
     /// All of them.
-    pub const ALL: [Self; 12] = [
+    pub const ALL: [Self; 25] = [
         Self::Panic,
         Self::Hang,
         Self::Crash,
@@ -44,6 +70,36 @@ impl Kind {
         Self::Wild,
         Self::Growth,
         Self::Command,
+        Self::Energy,
+        Self::Momentum,
+        Self::Through,
+        Self::Overlap,
+        Self::Gap,
+        Self::Balance,
+        Self::Restless,
+        Self::Stalled,
+        Self::Fallen,
+        Self::Glide,
+        Self::Bounce,
+        Self::Missed,
+        Self::Twin,
+    ];
+
+    /// Those that only the hunt finds.
+    pub const PHYSICS: [Self; 13] = [
+        Self::Energy,
+        Self::Momentum,
+        Self::Through,
+        Self::Overlap,
+        Self::Gap,
+        Self::Balance,
+        Self::Restless,
+        Self::Stalled,
+        Self::Fallen,
+        Self::Glide,
+        Self::Bounce,
+        Self::Missed,
+        Self::Twin,
     ];
 
     /// Its name.
@@ -62,6 +118,19 @@ impl Kind {
             Self::Wild => "wild",
             Self::Growth => "growth",
             Self::Command => "command",
+            Self::Energy => "energy",
+            Self::Momentum => "momentum",
+            Self::Through => "through",
+            Self::Overlap => "overlap",
+            Self::Gap => "gap",
+            Self::Balance => "balance",
+            Self::Restless => "restless",
+            Self::Stalled => "stalled",
+            Self::Fallen => "fallen",
+            Self::Glide => "glide",
+            Self::Bounce => "bounce",
+            Self::Missed => "missed",
+            Self::Twin => "twin",
         }
     }
 

@@ -7,6 +7,7 @@ use std::time::Duration;
 
 use drystone_attack::campaign::{self, Options, worker};
 use drystone_attack::finding::Finding;
+use drystone_attack::hunt::{self, Scene};
 use drystone_attack::unit::{Places, Subject, run_unit};
 use drystone_attack::{minimize, probe, source};
 
@@ -15,12 +16,16 @@ const USAGE: &str =
        cargo xtask attack repeat SEED          run one seed again and tell what breaks
        cargo xtask attack minimize SEED        shrink it, and write it as a test
 
-SEED is one that a finding names, such as worlds:17.
+usage: cargo xtask hunt [OPTIONS]              search small worlds for motion that no physics has
+       cargo xtask hunt repeat SEED            run one world again and tell what is wrong; --trace writes its way
+       cargo xtask hunt minimize SEED          shrink it, and write it as a test
+
+SEED is one that a finding names, such as worlds:17, or throws:17 of the hunt.
 
   --seconds N, --minutes N, --hours N   how long
   --worlds N      end after so many worlds
   --seed N        another campaign; 0 if not given
-  --only LIST     some of worlds, files, snapshots, commands, soak
+  --only LIST     some of worlds, files, snapshots, commands, soak; of the hunt some kinds of scenes
   --jobs N        processes at a time; all cores if not given
   --trace         repeat writes each operation before it is done
   --strict        faults and speeds over 1000 m/s of ordinary worlds are findings too
@@ -65,7 +70,10 @@ fn parse(args: impl Iterator<Item = String>) -> Result<Arguments, String> {
     };
     let mut words = Vec::new();
     let (mut is_limited, mut is_traced) = (false, false);
-    let mut args = args;
+    let mut args = args.peekable();
+    if args.peek().is_some_and(|word| word == "hunt") {
+        options.only = Scene::ALL.into_iter().map(Subject::Scene).collect();
+    }
     while let Some(arg) = args.next() {
         if !arg.starts_with("--") {
             words.push(arg);
@@ -105,7 +113,9 @@ fn parse(args: impl Iterator<Item = String>) -> Result<Arguments, String> {
         }
     }
     if options.out.as_os_str().is_empty() {
-        options.out = options.places.root.join("target/attack");
+        let hunts = words.first().is_some_and(|word| word == "hunt");
+        let folder = if hunts { "target/hunt" } else { "target/attack" };
+        options.out = options.places.root.join(folder);
     }
     if options.places.command.is_none() {
         options.only.retain(|subject| *subject != Subject::Commands);
@@ -125,7 +135,7 @@ fn act(arguments: &Arguments) -> Result<bool, String> {
     let words: Vec<&str> = arguments.words.iter().map(String::as_str).collect();
     let options = &arguments.options;
     match words.as_slice() {
-        [] => {
+        [] | ["hunt"] => {
             let report = campaign::run(options);
             let _ = std::fs::remove_dir_all(&options.places.scratch);
             let report = report?;
@@ -139,13 +149,22 @@ fn act(arguments: &Arguments) -> Result<bool, String> {
             worker(subject, numbers, &options.places).map_err(|e| e.to_string())?;
             Ok(true)
         }
-        ["repeat", seed] => {
+        ["repeat", seed] | ["hunt", "repeat", seed] => {
             let (subject, seed) = parse_seed(seed)?;
+            if let (true, Subject::Scene(scene)) = (arguments.is_traced, subject) {
+                hunt::trace(scene, seed, say);
+            }
             if arguments.is_traced && subject == Subject::Worlds {
                 probe::probe(seed, "all", Some(say));
             }
             let findings = repeat(subject, seed, options)?;
             Ok(findings.is_empty())
+        }
+        ["hunt", "minimize", seed] => {
+            let (Subject::Scene(scene), seed) = parse_seed(seed)? else {
+                return Err("only worlds of the hunt can be shrunk so".to_owned());
+            };
+            shrink_scene(scene, seed, options)
         }
         ["minimize", seed] => {
             let (Subject::Worlds, seed) = parse_seed(seed)? else {
@@ -219,6 +238,21 @@ fn shrink(seed: u64, options: &Options) -> Result<bool, String> {
     for (number, finding) in findings.iter().enumerate() {
         let small = minimize::minimize(seed, finding, options.places.strict, options.time);
         written(&source::test(&small, seed, Some(finding)), seed, number, options)?;
+    }
+    Ok(false)
+}
+
+/// The same of a world of the hunt: of each kind of finding the first.
+fn shrink_scene(scene: Scene, seed: u64, options: &Options) -> Result<bool, String> {
+    let mut findings = hunt::findings_of(scene, seed);
+    if findings.is_empty() {
+        say("nothing breaks");
+        return Ok(true);
+    }
+    findings.dedup_by_key(|finding| finding.kind);
+    for (number, finding) in findings.iter().enumerate() {
+        let small = hunt::minimize(scene, seed, finding, options.time);
+        written(&hunt::test(&small, scene, seed, finding), seed, number, options)?;
     }
     Ok(false)
 }

@@ -37,12 +37,29 @@ pub fn minimize_program(
     conditions: &Conditions,
     time: Duration,
 ) -> Program {
-    let mut search = Search {
-        best: program,
-        like: like.clone(),
-        conditions: *conditions,
-        end: Instant::now() + time,
-    };
+    minimize_by(program, like, time, &|program| {
+        let mut base = run(program, conditions);
+        let is_compared =
+            matches!(like.kind, Kind::HashDiffers | Kind::Panic | Kind::SnapshotRefused);
+        if is_compared && !base.findings.have(like) {
+            let mut findings = Findings::default();
+            let _ = variants::compare(program, &base, &mut findings);
+            base.findings = findings;
+        }
+        base
+    })
+}
+
+/// The same of any program, by what a judge finds in it.
+#[must_use]
+pub fn minimize_by(
+    program: Program,
+    like: &Finding,
+    time: Duration,
+    judge: &dyn Fn(&Program) -> Run,
+) -> Program {
+    let mut search =
+        Search { best: program, like: like.clone(), judge, end: Instant::now() + time };
     loop {
         let before = format!("{:?}", search.best);
         search.drop_undone();
@@ -60,34 +77,25 @@ pub fn minimize_program(
 }
 
 /// A search for a smaller program.
-struct Search {
+struct Search<'a> {
     best: Program,
     like: Finding,
-    conditions: Conditions,
+    judge: &'a dyn Fn(&Program) -> Run,
     end: Instant,
 }
 
-impl Search {
+impl Search<'_> {
     fn is_over(&self) -> bool {
         Instant::now() > self.end
     }
 
     fn run(&self, program: &Program) -> Run {
-        run(program, &self.conditions)
+        (self.judge)(program)
     }
 
     /// Whether a program breaks the same.
     fn breaks(&self, program: &Program) -> bool {
-        let base = self.run(program);
-        if base.findings.have(&self.like) {
-            return true;
-        }
-        if !matches!(self.like.kind, Kind::HashDiffers | Kind::Panic | Kind::SnapshotRefused) {
-            return false;
-        }
-        let mut findings = Findings::default();
-        let _ = variants::compare(program, &base, &mut findings);
-        findings.have(&self.like)
+        self.run(program).findings.have(&self.like)
     }
 
     /// Takes a program over if it breaks the same.

@@ -5,11 +5,15 @@ use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
 use crate::finding::{Finding, Kind};
+use crate::hunt::Scene;
 use crate::op::Style;
 use crate::unit::{Subject, Unit};
 
 /// Files of findings of one cause; more are counted only.
 const MOST_FILES: u64 = 10;
+
+/// Seeds that are told of one oracle and one kind of scene.
+const MOST_SEEDS: usize = 10;
 
 /// Counts of one subject, or of one style of worlds.
 #[derive(Clone, Copy, Debug, Default)]
@@ -22,6 +26,7 @@ struct Row {
     faults: u64,
     wild: u64,
     cut: u64,
+    failed: u64,
 }
 
 impl Row {
@@ -34,6 +39,7 @@ impl Row {
         self.faults += unit.faults;
         self.wild += u64::from(unit.is_wild);
         self.cut += u64::from(unit.is_cut);
+        self.failed += u64::from(unit.failed);
     }
 }
 
@@ -47,8 +53,10 @@ pub struct Report {
     styles: BTreeMap<Style, Row>,
     /// Causes that are known, as `subject kind what`.
     known: BTreeSet<String>,
-    /// By subject, kind and cause: how often, and the first seed.
-    causes: BTreeMap<(Subject, Kind, String), (u64, u64)>,
+    /// By subject, kind and cause: how often, and the first seeds.
+    causes: BTreeMap<(Subject, Kind, String), (u64, Vec<u64>)>,
+    /// Worlds of each kind of scene that an oracle found something in, and the first seeds.
+    scenes: BTreeMap<(Scene, Kind), (u64, Vec<u64>)>,
 }
 
 impl Report {
@@ -61,6 +69,10 @@ impl Report {
     }
 
     fn is_known(&self, (subject, kind, what): &(Subject, Kind, String)) -> bool {
+        if let Subject::Scene(scene) = subject {
+            // Of physics an oracle and a kind of scene are a cause.
+            return self.known.contains(&format!("{} {}", kind.name(), scene.name()));
+        }
         self.known.contains(&format!("{} {} {what}", subject.name(), kind.name()))
     }
 
@@ -68,6 +80,13 @@ impl Report {
     #[must_use]
     pub fn tried(&self, subject: Subject) -> u64 {
         self.subjects.get(&subject).map_or(0, |row| row.tried)
+    }
+
+    /// How many worlds were tried, whatever they were about.
+    #[must_use]
+    pub fn worlds(&self) -> u64 {
+        let is_world = |s: &Subject| matches!(s, Subject::Worlds | Subject::Scene(_));
+        self.subjects.iter().filter(|(s, _)| is_world(s)).map(|(_, row)| row.tried).sum()
     }
 
     /// Whether something broke that is not known to.
@@ -87,13 +106,24 @@ impl Report {
     /// Counts a finding, and writes its file.
     pub fn found(&mut self, subject: Subject, seed: u64, finding: &Finding) {
         let key = (subject, finding.kind, finding.what.clone());
-        let (count, _) = self.causes.entry(key).or_insert((0, seed));
+        if let Subject::Scene(scene) = subject {
+            let (worlds, seeds) = self.scenes.entry((scene, finding.kind)).or_default();
+            // All findings of a world come one after the other.
+            if seeds.last() != Some(&seed) {
+                *worlds += 1;
+                seeds.truncate(MOST_SEEDS);
+                seeds.push(seed);
+            }
+        }
+        let (count, seeds) = self.causes.entry(key).or_default();
         *count += 1;
         if *count > MOST_FILES {
             return;
         }
+        seeds.push(seed);
         let name = format!("{}-{}-{seed}.txt", subject.name(), finding.kind.name());
-        let again = format!("cargo xtask attack repeat {}:{seed}", subject.name());
+        let task = if matches!(subject, Subject::Scene(_)) { "hunt" } else { "attack" };
+        let again = format!("cargo xtask {task} repeat {}:{seed}", subject.name());
         let text = format!(
             "seed    {}:{seed}\nkind    {}\nwhat    {}\nstep    {}\ndetail  {}\nagain   {again}\n\n",
             subject.name(),
@@ -115,13 +145,16 @@ impl Report {
     #[must_use]
     pub fn line(&self) -> String {
         let findings: u64 = self.causes.values().map(|(count, _)| count).sum();
-        let worlds = self.tried(Subject::Worlds);
+        let worlds = self.worlds();
         format!("{worlds} worlds, {findings} findings of {} causes", self.causes.len())
     }
 
     /// The tables.
     #[must_use]
     pub fn table(&self) -> String {
+        if self.subjects.keys().any(|subject| matches!(subject, Subject::Scene(_))) {
+            return self.hunt_table();
+        }
         let mut text = String::new();
         let kinds = [
             Kind::Panic,
@@ -164,7 +197,48 @@ impl Report {
         }
         self.causes_to(&mut text);
         #[expect(clippy::cast_precision_loss, reason = "for reading")]
-        let rate = self.tried(Subject::Worlds) as f64 / self.seconds.max(1.0e-3);
+        let rate = self.worlds() as f64 / self.seconds.max(1.0e-3);
+        push(&mut text, format_args!("\n{:.0} s, {rate:.1} worlds/s\n", self.seconds));
+        text
+    }
+
+    /// Worlds tried and failed by kind of scene and oracle, and the first seeds of each.
+    fn hunt_table(&self) -> String {
+        let mut text = "| scene | worlds | cut | failed ".to_owned();
+        let kinds: Vec<Kind> = Kind::ALL
+            .into_iter()
+            .filter(|kind| {
+                Kind::PHYSICS.contains(kind) || self.scenes.keys().any(|(_, other)| other == kind)
+            })
+            .collect();
+        kinds.iter().for_each(|kind| push(&mut text, format_args!("| {} ", kind.name())));
+        text.push_str("|\n|---|---|---|---");
+        kinds.iter().for_each(|_| text.push_str("|---"));
+        text.push_str("|\n");
+        for (subject, row) in &self.subjects {
+            let Subject::Scene(scene) = subject else { continue };
+            let Row { tried, cut, failed, .. } = row;
+            push(&mut text, format_args!("| {} | {tried} | {cut} | {failed} ", subject.name()));
+            for kind in &kinds {
+                let count = self.scenes.get(&(*scene, *kind)).map_or(0, |(worlds, _)| *worlds);
+                push(&mut text, format_args!("| {count} "));
+            }
+            text.push_str("|\n");
+        }
+        text.push('\n');
+        for ((scene, kind), (count, seeds)) in &self.scenes {
+            let (scene, kind) = (scene.name(), kind.name());
+            let is_known = self.known.contains(&format!("{kind} {scene}"));
+            let mark = if is_known { " (known)" } else { "" };
+            let seeds: Vec<String> = seeds.iter().take(MOST_SEEDS).map(u64::to_string).collect();
+            push(
+                &mut text,
+                format_args!("{count:6} x {kind} in {scene}{mark}: {}\n", seeds.join(" ")),
+            );
+        }
+        self.causes_to(&mut text);
+        #[expect(clippy::cast_precision_loss, reason = "for reading")]
+        let rate = self.worlds() as f64 / self.seconds.max(1.0e-3);
         push(&mut text, format_args!("\n{:.0} s, {rate:.1} worlds/s\n", self.seconds));
         text
     }
@@ -177,7 +251,8 @@ impl Report {
         push(text, format_args!("\nfindings, in {}:\n", self.out.display()));
         let mut causes: Vec<_> = self.causes.iter().collect();
         causes.sort_by_key(|(_, (count, _))| core::cmp::Reverse(*count));
-        for (cause, (count, seed)) in causes.iter().take(60) {
+        for (cause, (count, seeds)) in causes.iter().take(60) {
+            let seed = seeds.first().copied().unwrap_or_default();
             let mark = if self.is_known(cause) { " (known)" } else { "" };
             let (subject, kind, what) = (cause.0.name(), cause.1.name(), &cause.2);
             push(text, format_args!("{count:8} x {kind}: {what}   [{subject}:{seed}]{mark}\n"));

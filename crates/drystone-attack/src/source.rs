@@ -6,6 +6,7 @@ use std::fmt::{Debug, Write};
 use drystone::{BodyDef, JointKind, WorldConfig};
 
 use crate::finding::{Finding, Kind};
+use crate::names::imports;
 use crate::op::{
     BodyCall, BodyPlan, CouplingPlan, JointPlan, Label, LinkPlan, Op, PIECES, ParticleCall, Place,
     Program, QueryCall, ShapeCall,
@@ -21,7 +22,9 @@ pub fn test(program: &Program, seed: u64, finding: Option<&Finding>) -> String {
     let is_compared = kind == Some(Kind::HashDiffers);
     let used = used_labels(program);
     let has_pieces = used.iter().any(|(kind, label)| *kind == 'b' && *label >= PIECES);
-    let mut source = Source { text: String::new(), used, has_pieces, kind };
+    let checks = Checks::default();
+    let mut source =
+        Source { text: String::new(), used, has_pieces, kind, checks, has_begun: false };
     let name = kind.map_or("program", Kind::name).replace('-', "_");
     source.line("#[test]");
     source.line(&format!("fn attack_{name}_{seed}() {{"));
@@ -53,84 +56,53 @@ pub fn test(program: &Program, seed: u64, finding: Option<&Finding>) -> String {
     }
     source.ending();
     source.line("}");
-    let mut head =
-        "// For crates/drystone/tests/it/regression.rs, under a name that says what must hold.\n"
-            .to_owned();
-    if let Some(f) = finding {
-        let _ = writeln!(head, "// {}: {} (step {} of seed {seed})", f.kind.name(), f.what, f.step);
-    }
-    head + &imports(&source.text) + "\n" + &source.text
+    let why = finding
+        .map(|f| format!("// {}: {} (step {} of seed {seed})\n", f.kind.name(), f.what, f.step));
+    whole(&why.unwrap_or_default(), &source.text)
 }
 
-/// What the source needs.
-fn imports(text: &str) -> String {
-    let is_part = |c: char| c.is_alphanumeric() || c == '_';
-    let words: BTreeSet<&str> = text.split(|c| !is_part(c)).collect();
-    let named: Vec<&str> = NAMES.iter().copied().filter(|name| words.contains(name)).collect();
-    let mut lines = String::new();
-    if words.contains("BTreeSet") {
-        lines.push_str("use std::collections::BTreeSet;\n");
-    }
-    if words.contains("Arc") {
-        lines.push_str("use std::sync::Arc;\n");
-    }
-    lines + &format!("\nuse drystone::{{{}}};\n", named.join(", "))
+fn whole(why: &str, text: &str) -> String {
+    let head = "// For crates/drystone/tests/it, under a name that says what must hold.\n";
+    format!("{head}{why}{}\n{text}", imports(text))
 }
 
-/// Public names that a test may need.
-const NAMES: [&str; 51] = [
-    "Aabb",
-    "AxisLocks",
-    "BodyDef",
-    "BodyId",
-    "BodyKind",
-    "BondStrength",
-    "ClothDef",
-    "Combine",
-    "CouplingDef",
-    "Fatigue",
-    "Filter",
-    "Fracture",
-    "Glue",
-    "Hull",
-    "ImpactBody",
-    "ImpactSurface",
-    "JointAxis",
-    "JointCone",
-    "JointDef",
-    "JointDrive",
-    "JointKind",
-    "JointMotion",
-    "JointSpring",
-    "JointStrength",
-    "LinkDef",
-    "LinkKind",
-    "LinkSpring",
-    "MassDef",
-    "Material",
-    "Mesh",
-    "Method",
-    "ParticleDef",
-    "Pose",
-    "Pulley",
-    "Quat",
-    "RopeDef",
-    "Shape",
-    "ShapeDef",
-    "ShapeId",
-    "SimdLevel",
-    "SixDof",
-    "Spring",
-    "Strand",
-    "Sym3",
-    "Team",
-    "Vec3",
-    "World",
-    "WorldConfig",
-    "impact",
-    "vec3",
-    "BodyMut",
-];
+/// Lines of a test that say what must hold.
+#[derive(Clone, Debug, Default)]
+pub struct Checks {
+    /// Bodies that they name.
+    pub names: Vec<Label>,
+    /// Before the first step.
+    pub before: Vec<String>,
+    /// After each step.
+    pub each: Vec<String>,
+    /// In the end.
+    pub end: Vec<String>,
+}
+
+/// The source of a test that does what the program does under a name, and asserts what is given.
+#[must_use]
+pub fn test_with(program: &Program, name: &str, checks: &Checks, finding: &Finding) -> String {
+    let mut used = used_labels(program);
+    used.extend(checks.names.iter().map(|label| ('b', *label)));
+    let (kind, checks) = (Some(finding.kind), checks.clone());
+    let has_pieces = false;
+    let mut source =
+        Source { text: String::new(), used, has_pieces, kind, checks, has_begun: false };
+    source.line("#[test]");
+    source.line(&format!("fn {name}() {{"));
+    source.config("config", &program.config);
+    source.line("let mut world = World::new(config).unwrap();");
+    for op in &program.ops {
+        source.op(op);
+    }
+    for line in source.checks.end.clone() {
+        source.line(&line);
+    }
+    source.line("}");
+    let Finding { kind, what, detail, step } = finding;
+    let why = format!("// {}: {what} (step {step})\n// {detail}\n", kind.name());
+    whole(&why, &source.text)
+}
 
 /// Source in the making.
 struct Source {
@@ -139,6 +111,9 @@ struct Source {
     used: BTreeSet<(char, Label)>,
     has_pieces: bool,
     kind: Option<Kind>,
+    checks: Checks,
+    /// Whether there was a step.
+    has_begun: bool,
 }
 
 /// Which things later operations name: only these get a variable.
@@ -238,6 +213,11 @@ impl Source {
     }
 
     fn steps(&mut self, dt: &str, count: u32) {
+        if !core::mem::replace(&mut self.has_begun, true) {
+            for line in self.checks.before.clone() {
+                self.line(&line);
+            }
+        }
         self.line(&format!("for _ in 0..{count} {{"));
         let is_compared = self.kind == Some(Kind::HashDiffers);
         if is_compared {
@@ -247,6 +227,9 @@ impl Source {
             self.line("}");
         }
         self.line(&format!("world.step({dt});"));
+        for line in self.checks.each.clone() {
+            self.line(&line);
+        }
         if self.has_pieces {
             self.line("pieces.extend(world.events().pieces.iter().copied());");
         }

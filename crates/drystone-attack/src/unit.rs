@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use crate::finding::Findings;
+use crate::hunt::{self, Scene};
 use crate::op::Style;
 use crate::run::{Conditions, run};
 use crate::{commands, files, generate, snapshots, soak, variants};
@@ -20,10 +21,12 @@ pub enum Subject {
     Commands,
     /// A world in which as much goes as comes, for long.
     Soak,
+    /// Small worlds of one kind, held against physics.
+    Scene(Scene),
 }
 
 impl Subject {
-    /// All of them.
+    /// All of the attack.
     pub const ALL: [Self; 5] =
         [Self::Worlds, Self::Files, Self::Snapshots, Self::Commands, Self::Soak];
 
@@ -36,13 +39,15 @@ impl Subject {
             Self::Snapshots => "snapshots",
             Self::Commands => "commands",
             Self::Soak => "soak",
+            Self::Scene(scene) => scene.name(),
         }
     }
 
     /// The subject of this name.
     #[must_use]
     pub fn named(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|subject| subject.name() == name)
+        let hunted = Scene::ALL.into_iter().map(Self::Scene);
+        Self::ALL.into_iter().chain(hunted).find(|subject| subject.name() == name)
     }
 
     /// Its part of the time.
@@ -54,6 +59,7 @@ impl Subject {
             Self::Snapshots => 9.0,
             Self::Commands => 6.0,
             Self::Soak => 3.0,
+            Self::Scene(_) => 1.0,
         }
     }
 
@@ -65,6 +71,8 @@ impl Subject {
             Self::Files | Self::Soak => 40.0,
             // It only waits for the command, and knows when to end.
             Self::Commands => 60.0,
+            // A world and its twins, each of at most some seconds.
+            Self::Scene(_) => 200.0,
         }
     }
 }
@@ -99,6 +107,8 @@ pub struct Unit {
     pub is_wild: bool,
     /// Whether it was ended early for its slowness.
     pub is_cut: bool,
+    /// Whether something broke.
+    pub failed: bool,
     /// What broke.
     pub findings: Findings,
     /// Damaged files, of snapshots those that broke something: name and bytes.
@@ -114,6 +124,7 @@ pub fn run_unit(subject: Subject, seed: u64, places: &Places) -> Unit {
         Subject::Snapshots => snapshots::attack(seed),
         Subject::Commands => commands::attack(seed, places),
         Subject::Soak => soak::attack(seed),
+        Subject::Scene(scene) => hunt::run_unit(scene, seed),
     }
 }
 
@@ -138,6 +149,7 @@ fn world(seed: u64, strict: bool) -> Unit {
         faults: u64::from(base.faults),
         is_wild: base.is_wild,
         is_cut: base.is_cut,
+        failed: false,
         findings: base.findings.clone(),
         inputs: Vec::new(),
     };

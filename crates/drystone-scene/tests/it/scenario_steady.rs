@@ -123,9 +123,11 @@ fn the_catenary_arch_has_the_stones_of_its_original() {
 
 #[test]
 fn catenary_arches_stand() {
-    for (spec, last) in [("catenary_arch", 24), ("catenary_arch:stones=101,gap=0", 100)] {
-        // Its stones hop for ten seconds while the gaps close, and slip for ten more.
-        let mut run = Run::of(spec, 20.0);
+    // Where stones fall into their gaps the arch rocks by 23 mm with a period of half a minute: by 2 mm after two minutes.
+    // The stones of the closed arch do not fall.
+    let arches = [("catenary_arch", 24, 120.0), ("catenary_arch:stones=101,gap=0", 100, 20.0)];
+    for (spec, last, seconds) in arches {
+        let mut run = Run::of(spec, seconds);
         let crown = format!("stone {}", last / 2);
         let before = run.body(&crown).position();
         // It closes its gaps of 0.1 m, 2.4 m in all, and sinks by less than that.

@@ -44,6 +44,13 @@ const ROUNDS: usize = 64;
 /// Two that are so near, as a part of their sizes and places, have met: some roundings of f32.
 const MET: f32 = 2.0e-6;
 
+/// A way that leaves a surface by no more than this angle [rad] against it goes along it: some roundings of a direction.
+pub(crate) const ALONG: f32 = 1.0e-6;
+
+/// What slides along a surface is kept off it by so many times what counts as met, so that nothing that is flush with
+/// the surface is: a seam would stop it otherwise.
+const CLEAR: f32 = 4.0;
+
 /// Closest points so near tell no normal: for it the two are moved apart by this part of the size of the smaller one.
 const APART: f32 = 0.01;
 
@@ -64,6 +71,33 @@ pub(crate) fn closest(a: &Solid, b: &Solid, b_in_a: &Pose, reach: f32) -> Option
     (near.distance <= reach).then_some(near)
 }
 
+/// What B touches and slides along.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Sliding {
+    /// Off all of it: at least 1 along each of the normals. Zero: it touches nothing.
+    pub(crate) off: Vec3,
+    /// By so much what is flush may yet stand out, as places are rounded [m].
+    pub(crate) least: f32,
+}
+
+impl Sliding {
+    /// How far B is kept off what is met up to `met` [m].
+    fn shift(&self, met: f32) -> Vec3 {
+        self.off * greater(CLEAR * met, self.least)
+    }
+}
+
+/// Tells the normals, from A to B, along which the two touch within `slack` [m] or some roundings.
+pub(crate) fn touched(a: &Solid, b: &Solid, b_in_a: &Pose, slack: f32, mut tell: impl FnMut(Vec3)) {
+    let (made, margin) = manifolds(a, b, b_in_a, slack);
+    for m in &made {
+        let deepest = m.points().iter().map(|p| p.separation).fold(f32::INFINITY, lesser);
+        if deepest.abs() <= margin {
+            tell(m.normal);
+        }
+    }
+}
+
 /// Where the convex B, moved by `delta` [m, frame of A] without turning, first meets A, up to the part `limit` of its way.
 pub(crate) fn meet(
     a: &Solid,
@@ -71,8 +105,9 @@ pub(crate) fn meet(
     b_in_a: &Pose,
     delta: Vec3,
     limit: f32,
+    sliding: &Sliding,
 ) -> Option<Meeting> {
-    let placed = Placed::new(a, b, b_in_a)?;
+    let placed = Placed { sliding: *sliding, ..Placed::new(a, b, b_in_a)? };
     let found = match &a.core {
         Core::HalfSpace { normal, offset } => placed.fall(*normal, *offset, delta, limit),
         Core::Mesh(mesh) => meet_triangle(mesh, &placed, b, delta, limit),
@@ -92,7 +127,7 @@ pub(crate) fn meet(
 impl Nearby {
     /// True of two that touch or overlap, unless they do no more than touch, within `met` [m], and B leaves the surface or goes along it.
     fn meets_at_once(&self, delta: Vec3, met: f32) -> bool {
-        self.distance < -2.0 * met || self.normal.dot(delta) < 0.0
+        self.distance < -2.0 * met || self.normal.dot(delta) < -ALONG * delta.length()
     }
 }
 
@@ -111,13 +146,13 @@ struct Set<F> {
     size: f32,
 }
 
-/// The deepest contact of two that touch or overlap.
-fn deepest(a: &Solid, b: &Solid, b_in_a: &Pose) -> Option<Nearby> {
+/// The contacts of two that touch or overlap, and how far apart they may be to touch: `slack` [m] and some roundings.
+fn manifolds(a: &Solid, b: &Solid, b_in_a: &Pose, slack: f32) -> ([Manifold; MAX_PARTS], f32) {
     let mut made = [Manifold::default(); MAX_PARTS];
     // What touches may be apart by a rounding.
     let own = if matches!(a.core, Core::Mesh(_)) { 0.0 } else { a.max_extent(Vec3::ZERO) };
     let size = own + b.max_extent(Vec3::ZERO) + b_in_a.position.abs().max_element();
-    let margin = 2.0 * MET * size;
+    let margin = 2.0 * MET * size + slack;
     let level = SimdLevel::best().0;
     if let Core::Mesh(mesh) = &a.core {
         let reach = Reach::still(margin);
@@ -125,6 +160,12 @@ fn deepest(a: &Solid, b: &Solid, b_in_a: &Pose) -> Option<Nearby> {
     } else {
         made[0] = collide(level, a, b, b_in_a, margin, &mut PairCache::default());
     }
+    (made, margin)
+}
+
+/// The deepest contact of two that touch or overlap.
+fn deepest(a: &Solid, b: &Solid, b_in_a: &Pose) -> Option<Nearby> {
+    let (made, _) = manifolds(a, b, b_in_a, 0.0);
     let points = made.iter().flat_map(|m| m.points().iter().map(|p| (m.normal, p)));
     let by_depth = |x: &(Vec3, &ManifoldPoint), y: &(Vec3, &ManifoldPoint)| {
         x.1.separation.total_cmp(&y.1.separation)
@@ -143,13 +184,15 @@ struct Placed<'a> {
     radius: [f32; 2],
     /// Of B, and how far it is from the origin [m].
     size: f32,
+    sliding: Sliding,
 }
 
 impl<'a> Placed<'a> {
     fn new(a: &Solid, b: &'a Solid, pose: &'a Pose) -> Option<Self> {
         let convex = Convex::of(&b.core)?;
         let size = b.max_extent(Vec3::ZERO) + pose.position.abs().max_element();
-        Some(Self { convex, pose, radius: [a.radius, b.radius], size })
+        let sliding = Sliding::default();
+        Some(Self { convex, pose, radius: [a.radius, b.radius], size, sliding })
     }
 
     fn support(&self, direction: Vec3) -> Vec3 {
@@ -202,7 +245,8 @@ impl<'a> Placed<'a> {
         if start.distance <= met {
             return start.meets_at_once(delta, met).then(|| Meeting::at_start(&start));
         }
-        let fraction = start.distance / -normal.dot(delta);
+        let clear = start.distance + normal.dot(self.sliding.shift(met));
+        let fraction = clear / -normal.dot(delta);
         let point = start.point_b + delta * fraction;
         (fraction >= 0.0 && fraction <= limit).then_some(Meeting { fraction, point, normal })
     }
@@ -216,9 +260,10 @@ impl<'a> Placed<'a> {
         touch: impl Fn() -> Option<Nearby>,
     ) -> Option<Meeting> {
         let met = MET * (self.size + set.size + set.center.length());
+        let off = self.sliding.shift(met);
         let (mut fraction, mut normal) = (0.0, Vec3::ZERO);
         for _ in 0..ROUNDS {
-            let near = self.nearby(set, delta * fraction);
+            let near = self.nearby(set, delta * fraction + off);
             let Some(near) = near.filter(|near| near.distance > met) else {
                 if fraction > 0.0 {
                     let rest = near.map_or(0.0, |near| near.distance);
@@ -242,7 +287,8 @@ impl<'a> Placed<'a> {
         let apart = self.apart(set);
         let mut point = set.center;
         for _ in 0..2 {
-            let Some(near) = self.nearby(set, delta * fraction + normal * apart) else { break };
+            let shift = delta * fraction + off + normal * apart;
+            let Some(near) = self.nearby(set, shift) else { break };
             (point, normal) = (near.point_a, near.normal);
         }
         Some(Meeting { fraction, point, normal })
@@ -331,7 +377,7 @@ fn meet_triangle(
 
 #[cfg(test)]
 mod tests {
-    use super::{closest, meet};
+    use super::{Sliding, closest, meet};
     use crate::base::math::{Vec3, vec3};
     use crate::base::pose::Pose;
     use crate::base::quat::Quat;
@@ -429,7 +475,7 @@ mod tests {
                     let at = |t: f32| Pose::new(pose.position + delta * t, pose.rotation);
                     let apart = |t: f32| closest(a, b, &at(t), 100.0).unwrap().distance;
                     let start = apart(0.0);
-                    let Some(meeting) = meet(a, b, &pose, delta, 1.0) else {
+                    let Some(meeting) = meet(a, b, &pose, delta, 1.0, &Sliding::default()) else {
                         missed += 1;
                         // They never overlap on the way, beyond what is grazed.
                         for k in 0..=40_u8 {
@@ -476,7 +522,8 @@ mod tests {
             (vec3(1.0, -0.1, 0.0), true),
         ] {
             for (floor, above) in [(&floor, 2.0e-6), (&plane, 0.0), (&plane, 2.0e-6)] {
-                let found = meet(floor, &cube, &Pose::at([0.0, 1.0 + above, 0.0]), delta, 1.0);
+                let pose = Pose::at([0.0, 1.0 + above, 0.0]);
+                let found = meet(floor, &cube, &pose, delta, 1.0, &Sliding::default());
                 assert_eq!(found.is_some(), meets, "{delta:?}: {found:?}");
                 assert!(
                     found.is_none_or(|m| m.fraction < 1e-4 && m.normal == Vec3::Y),
@@ -490,7 +537,8 @@ mod tests {
     fn numbers_that_are_not_finite_meet_nothing() {
         let ball = Solid::of(&Shape::sphere(1.0));
         for x in [f32::NAN, f32::INFINITY, f32::MAX] {
-            let _ = meet(&ball, &ball, &Pose::at([x, 0.0, 0.0]), vec3(1.0, 0.0, 0.0), 1.0);
+            let (at, way) = (Pose::at([x, 0.0, 0.0]), vec3(1.0, 0.0, 0.0));
+            let _ = meet(&ball, &ball, &at, way, 1.0, &Sliding::default());
             let _ = closest(&ball, &ball, &Pose::at([x, 0.0, 0.0]), 1.0);
         }
     }

@@ -2,6 +2,7 @@
 
 use smallvec::SmallVec;
 
+use super::hull::Hull;
 use super::manifold::{FeatureId, Manifold, ManifoldPoint};
 use crate::base::math::{Vec3, greater, lesser};
 use crate::base::pose::Pose;
@@ -54,8 +55,8 @@ impl Polygon {
     #[inline]
     pub(crate) fn add(&mut self, p: Vec3, number: u32) {
         if self.corners.len() < MAX_FACE_CORNERS {
-            let n = number & (PLANE - 1);
-            self.corners.push(Corner { p, id: 0x00ff_f000 | n, edge: n });
+            let edge = number & (PLANE - 1);
+            self.corners.push(Corner { p, id: corner_id(number), edge });
         }
     }
 
@@ -120,11 +121,46 @@ pub(crate) struct Reference<'a> {
     pub(crate) offset: f32,
 }
 
-/// Contact of a flat side of A with a polygon or line of B: `incident` cut to the prism above the
+/// Corners of a solid besides those of the feature that looks at a plane most: with their numbers.
+pub(crate) type Corners = SmallVec<[(Vec3, u32); MAX_CORNERS]>;
+
+/// The corners of a hull that stand low over a plane, where they are at `pose` in its frame: within `margin` [m], and less than half as
+/// much higher than the lowest as they are away from it. The lowest need not be one of the face that looks at the plane
+/// most, and what turns sets down those of its neighbors. A box has none besides that face's.
+pub(crate) fn low_corners(
+    hull: &Hull,
+    pose: &Pose,
+    normal: Vec3,
+    offset: f32,
+    margin: f32,
+) -> Corners {
+    let mut low = Corners::new();
+    if hull.cuboid.is_some() {
+        return low;
+    }
+    let (along, offset) = (pose.local_direction(normal), offset - normal.dot(pose.position));
+    let mut lowest = (f32::INFINITY, Vec3::ZERO);
+    for v in &hull.vertices {
+        let height = along.dot(*v) - offset;
+        if height < lowest.0 {
+            lowest = (height, *v);
+        }
+    }
+    let limit = |v: &Vec3| lesser(margin, lowest.0 + (*v - lowest.1).length() / STEEP);
+    for (number, v) in (0..).zip(&hull.vertices) {
+        if along.dot(*v) - offset <= limit(v) && low.len() < MAX_CORNERS {
+            low.push((pose.point(*v), number));
+        }
+    }
+    low
+}
+
+/// Contact of a flat side of A with a polygon or line of B, and corners of it: `incident` cut to the prism above the
 /// reference, four points of it within `margin` [m].
 pub(crate) fn clip(
     reference: &Reference<'_>,
     incident: &mut Polygon,
+    corners_of_b: &Corners,
     margin: f32,
     flag: FeatureId,
 ) -> Manifold {
@@ -158,18 +194,50 @@ pub(crate) fn clip(
     }
     let kept = if in_spare { &spare } else { incident };
     let mut points: SmallVec<[ManifoldPoint; MAX_CORNERS]> = SmallVec::new();
-    for c in kept.corners() {
-        let separation = n.dot(c.p) - reference.offset;
+    let mut add = |p: Vec3, id: u32| {
+        let separation = n.dot(p) - reference.offset;
         if separation <= margin {
-            let position = c.p - n * (0.5 * separation);
-            points.push(ManifoldPoint { position, separation, feature: flag | c.id });
+            let position = p - n * (0.5 * separation);
+            points.push(ManifoldPoint { position, separation, feature: flag | id });
+        }
+    };
+    for c in kept.corners() {
+        add(c.p, c.id);
+    }
+    for (p, number) in corners_of_b {
+        let id = corner_id(*number);
+        if kept.corners().iter().all(|c| c.id != id) && reference.is_under(*p) {
+            add(*p, id);
         }
     }
     reduce(&points, n)
 }
 
+impl Reference<'_> {
+    /// True if a point is over the side, or under it.
+    fn is_under(&self, p: Vec3) -> bool {
+        let Some(last) = self.corners.last() else { return false };
+        let mut tail = last.p;
+        self.corners.iter().all(|head| {
+            let side = (head.p - tail).cross(self.normal);
+            let inside = side.dot(p - tail) <= 0.0;
+            tail = head.p;
+            inside
+        })
+    }
+}
+
+/// The name of corner `number` of a face.
+const fn corner_id(number: u32) -> u32 {
+    0x00ff_f000 | number & (PLANE - 1)
+}
+
+/// A point that stands higher than the deepest one counts as nearer to it by so many times that: what stands above a lower
+/// corner never comes down beside it, and what is steeper than a half does not within a step.
+pub(crate) const STEEP: f32 = 2.0;
+
 /// Four of many points: the deepest, the one farthest from it, and on both sides of the line
-/// through these the one that makes the largest triangle.
+/// through these the one that makes the largest triangle; all less by what they stand higher ([`STEEP`]).
 pub(crate) fn reduce(points: &[ManifoldPoint], normal: Vec3) -> Manifold {
     let mut m = Manifold { normal, ..Manifold::default() };
     if points.len() <= 4 {
@@ -188,9 +256,16 @@ pub(crate) fn reduce(points: &[ManifoldPoint], normal: Vec3) -> Manifold {
         }
     }
     let first = points[deepest];
+    // Points at equal depth but for rounding stand no higher.
+    let higher = |p: &ManifoldPoint| STEEP * greater(p.separation - first.separation - slack, 0.0);
     let (mut farthest, mut most) = (deepest, 0.0);
     for (i, p) in points.iter().enumerate() {
-        let d = (p.position - first.position).length_squared();
+        let mut d = (p.position - first.position).length_squared();
+        let higher = higher(p);
+        if higher > 0.0 {
+            let near = greater(d.sqrt() - higher, 0.0);
+            d = near * near;
+        }
         if d > most * 1.001 {
             (farthest, most) = (i, d);
         }
@@ -202,10 +277,14 @@ pub(crate) fn reduce(points: &[ManifoldPoint], normal: Vec3) -> Manifold {
     let second = points[farthest];
     m.push(second);
     let side = normal.cross(second.position - first.position);
+    let length = side.length();
     let (mut left, mut right) = (None, None);
     let (mut high, mut low) = (1.0e-4 * most, -1.0e-4 * most);
     for p in points {
         let area = side.dot(p.position - first.position);
+        let higher = higher(p) * length;
+        let area =
+            if area > 0.0 { greater(area - higher, 0.0) } else { lesser(area + higher, 0.0) };
         if area > high {
             (left, high) = (Some(*p), area * 1.001);
         } else if area < low {

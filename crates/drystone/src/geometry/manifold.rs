@@ -11,6 +11,8 @@ pub(crate) type FeatureId = u32;
 /// Feature ids begin with what the reference is: a face of B, a pair of edges; else a face of A.
 pub(crate) const REFERENCE_B: FeatureId = 0x8000_0000;
 pub(crate) const EDGE_PAIR: FeatureId = 0x4000_0000;
+/// Of a mesh: the point is on an edge or corner where the mesh ends, and the normal is not that of a face.
+pub(crate) const BORDER: FeatureId = 0x4000_0000;
 
 /// One point of a manifold, in the frame of A.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -29,6 +31,8 @@ pub(crate) struct Manifold {
     pub(crate) normal: Vec3,
     pub(crate) points: [ManifoldPoint; 4],
     pub(crate) count: usize,
+    /// How far B moves before it is where the normal and the positions are told of [m, frame of A]. Separations are those of now.
+    pub(crate) shift: Vec3,
     /// Without points: the solids are at least so far apart [m]; 0 if that was not worked out. With points, of the first with a
     /// mesh only: how far all triangles are that got none, and all vertices over those with some that are beyond the margin.
     pub(crate) gap: f32,

@@ -1,6 +1,7 @@
 //! Triangle meshes and their bounding volume hierarchy.
 
 mod adjacency;
+mod borders;
 mod pack;
 mod tree;
 
@@ -150,7 +151,7 @@ impl Mesh {
         if kept.is_empty() {
             return Err(MeshError::NoTriangles);
         }
-        let bends = adjacency::bends(&vertices, &kept, &welded);
+        let bends = bends(&vertices, &kept, welded);
         let boxes: Vec<Aabb> = kept.iter().map(|t| Aabb::of_points(corners_of(*t))).collect();
         let bounds = boxes.iter().fold(Aabb::EMPTY, |all, b| all.union(b));
         let packs: Vec<Pack> = Bvh::build(&boxes)
@@ -203,6 +204,21 @@ impl Mesh {
     pub(crate) fn face(&self, item: u32, lane: usize) -> &Face {
         &self.faces[item as usize * LANES + lane]
     }
+}
+
+/// How the surface goes on behind each edge. Corners that are one but for rounding, and edges along which others lie,
+/// have the neighbors that they were meant to have.
+fn bends(vertices: &[Vec3], triangles: &[[u32; 3]], mut welded: Vec<u32>) -> Vec<Bends> {
+    let mut edges = adjacency::edges(triangles, &welded);
+    let lone = borders::lone(&edges);
+    if lone.is_empty() {
+        return adjacency::bends(vertices, triangles, &edges);
+    }
+    borders::weld(vertices, triangles, &lone, &mut welded);
+    edges = adjacency::edges(triangles, &welded);
+    let mut bends = adjacency::bends(vertices, triangles, &edges);
+    borders::join(vertices, triangles, &borders::lone(&edges), &mut bends);
+    bends
 }
 
 /// The unit normal, or `None` for a triangle without area. In f64, where the products of f32

@@ -18,6 +18,8 @@ pub(crate) mod gjk;
 pub(crate) mod epa;
 pub(crate) mod cast;
 pub(crate) mod approach;
+pub(crate) mod toi;
 pub(crate) mod nearest;
+pub(crate) mod room;
 #[cfg(test)]
 pub(crate) mod oracle;

@@ -8,7 +8,7 @@ use fearless_simd::{Level, dispatch};
 use self::edges::EdgeAxis;
 pub(super) use self::edges::PARALLEL;
 use self::search::{Pair, Verdict};
-use super::clip::{Polygon, Reference, clip, closest_of_segments, flip};
+use super::clip::{Polygon, Reference, clip, closest_of_segments, flip, low_corners};
 use super::gjk;
 use super::hull::Hull;
 use super::manifold::{EDGE_PAIR, Manifold, PairCache, REFERENCE_B};
@@ -101,8 +101,9 @@ fn face_contact(
     face_polygon(a, face, &mut reference);
     face_polygon(b, incident_face, &mut incident);
     incident.transform(b_in_a);
+    let low = low_corners(b, b_in_a, n, plane.offset, margin);
     let reference = Reference { corners: reference.corners(), normal: n, offset: plane.offset };
-    clip(&reference, &mut incident, margin, flag)
+    clip(&reference, &mut incident, &low, margin, flag)
 }
 
 fn edge_contact(a: &Hull, b: &Hull, b_in_a: &Pose, e: &EdgeAxis) -> Manifold {

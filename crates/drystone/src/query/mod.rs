@@ -69,7 +69,8 @@ impl<'w> Query<'w> {
     }
 
     /// The first shape on the segment from `origin` to `origin + delta` [m, world] that `filter`
-    /// collides with. Sensors are passed through; so is a convex shape in which the ray starts.
+    /// collides with. Sensors are passed through; so is a convex shape in which the ray starts, and what a ray
+    /// that starts on a surface goes along.
     ///
     /// # Errors
     /// A number is not finite, or beyond 1e9 m.
@@ -82,6 +83,9 @@ impl<'w> Query<'w> {
         let (origin, delta) = (origin.into(), delta.into());
         all_within("origin", origin, &limits::WAY)?;
         all_within("delta", delta, &limits::WAY)?;
+        let point = Solid { core: Core::Point, radius: 0.0 };
+        let (sliding, delta) = self.sliding(&point, &Pose::at(origin), delta, filter);
+        let origin = origin + sliding.off * sliding.least;
         let mut best: Option<(f32, u32, Vec3)> = None;
         for tree in [&self.tables.bounds.fixed, &self.tables.bounds.moving] {
             let start = best.map_or(1.0, |b| b.0);

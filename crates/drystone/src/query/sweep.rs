@@ -6,13 +6,16 @@ use crate::base::id::{BodyId, ShapeId};
 use crate::base::limits;
 use crate::base::math::{Vec3, greater};
 use crate::base::pose::Pose;
-use crate::geometry::approach::{self, Meeting, Nearby};
+use crate::geometry::approach::{self, ALONG, Meeting, Nearby, Sliding};
 use crate::geometry::boxes::Ray;
 use crate::geometry::shape::Shape;
 use crate::geometry::solid::Solid;
 use crate::state::check::{all_within, at_least_zero, within};
 use crate::state::def::DefError;
 use crate::state::material::Filter;
+
+/// Places and ways are known to this part of their coordinates: two roundings of f32 of each of two bodies.
+const ROUNDING: f32 = 2.4e-7;
 
 /// Where a moving shape met another one.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -62,6 +65,7 @@ impl Query<'_> {
     ) -> Result<Option<ShapeHit>, DefError> {
         let (solid, delta) = (convex(shape, pose)?, delta.into());
         all_within("delta", delta, &limits::WAY)?;
+        let (sliding, delta) = self.sliding(&solid, &pose, delta, filter);
         let ray = Ray::of_box(&solid.aabb(&pose), delta);
         let mut best: Option<(u32, Meeting)> = None;
         for tree in [&self.tables.bounds.fixed, &self.tables.bounds.moving] {
@@ -71,7 +75,8 @@ impl Query<'_> {
                 if !other.sensor && filter.collides_with(other.filter) {
                     let at = self.pose(other);
                     let (b_in_a, way) = (at.relative(&pose), at.local_direction(delta));
-                    let met = approach::meet(&other.solid, &solid, &b_in_a, way, limit(best));
+                    let own = Sliding { off: at.local_direction(sliding.off), ..sliding };
+                    let met = approach::meet(&other.solid, &solid, &b_in_a, way, limit(best), &own);
                     // Of several at one place the lowest row is taken, whatever the tree's order.
                     if let Some(met) = met
                         && best.is_none_or(|(r, m)| (met.fraction, row) < (m.fraction, r))
@@ -93,6 +98,45 @@ impl Query<'_> {
                 normal: at.direction(met.normal),
             }
         }))
+    }
+
+    /// What a shape touches where it starts and goes along, and its way along all of that.
+    ///
+    /// It stays above all of it on its way. So it meets only what stands out, not what is flush: the next tile, the
+    /// next triangle.
+    pub(super) fn sliding(
+        &self,
+        solid: &Solid,
+        pose: &Pose,
+        delta: Vec3,
+        filter: Filter,
+    ) -> (Sliding, Vec3) {
+        let far = greater(pose.position.abs().max_element(), delta.abs().max_element());
+        let slack = ROUNDING * far;
+        let (mut way, mut off) = (delta, Vec3::ZERO);
+        let mut normals: Vec<Vec3> = Vec::new();
+        for row in self.candidates(&solid.aabb(pose).grown(slack), filter) {
+            let other = self.tables.shapes.at(row);
+            if other.sensor {
+                continue;
+            }
+            let at = self.pose(other);
+            approach::touched(&other.solid, solid, &at.relative(pose), slack, |normal| {
+                let normal = at.direction(normal);
+                if normal.dot(delta) >= -ALONG * delta.length() {
+                    normals.push(normal);
+                }
+            });
+        }
+        for normal in &normals {
+            off += *normal * greater(1.0 - normal.dot(off), 0.0);
+            way += *normal * greater(-normal.dot(way), 0.0);
+        }
+        // Between two that look at each other there is no room to be off both.
+        if normals.iter().any(|normal| normal.dot(off) < 0.5) {
+            return (Sliding::default(), delta);
+        }
+        (Sliding { off, least: 2.0 * slack }, way)
     }
 
     /// The shape nearest to a convex shape at `pose` [m, world], no farther away than `reach` [m], of those that `filter` collides

@@ -3,10 +3,12 @@
 use core::fmt;
 use std::collections::VecDeque;
 
-use crate::base::id::BodyId;
+use crate::base::id::{BodyId, JointId};
 use crate::base::math::{Vec3, bounded};
 use crate::state::bodies::{Bodies, NONE};
 use crate::state::def::BodyKind;
+use crate::state::drives::{Driver, Drives};
+use crate::state::stillness::{StillnessRule, Verdict, drift_speed, free_acceleration, is_free};
 use crate::state::tables::Tables;
 
 /// What keeps a body awake, or that nothing does.
@@ -38,6 +40,29 @@ pub enum AwakeCause {
         limit: f32,
         /// A moving kinematic body that touches it or is joined to it, if there is one.
         driven_by: Option<BodyId>,
+    },
+    /// The body is slow, but a force acts on it that its supports do not balance: it falls, begins to move or turns
+    /// round.
+    Accelerates {
+        /// Greatest acceleration of a point of it [m/s²], over a part of the time of sleep.
+        acceleration: f32,
+        /// Up to this it counts as still [m/s²].
+        limit: f32,
+    },
+    /// The body is slow, but a kinematic body that moves touches it or is joined to it.
+    Carried {
+        /// That body.
+        by: BodyId,
+    },
+    /// The body is slow, but touches a surface that moves over its shape.
+    OnBelt {
+        /// The body of that surface.
+        of: BodyId,
+    },
+    /// The body is slow, but a drive or a spring of a joint has not come to rest.
+    DrivenByJoint {
+        /// That joint.
+        joint: JointId,
     },
     /// The body is still, but has not been for long enough.
     Waiting {
@@ -81,6 +106,14 @@ impl fmt::Display for AwakeCause {
                     None => Ok(()),
                 }
             }
+            Self::Accelerates { acceleration, limit } => {
+                write!(f, "it is accelerated by {acceleration} m/s², still is up to {limit} m/s²")
+            }
+            Self::Carried { .. } => f.write_str("a kinematic body that moves touches or holds it"),
+            Self::OnBelt { .. } => f.write_str("the surface moves that it touches"),
+            Self::DrivenByJoint { .. } => {
+                f.write_str("a drive or a spring of its joint has not come to rest")
+            }
             Self::Waiting { seconds_left } => {
                 write!(f, "it is still, and may sleep in {seconds_left} s")
             }
@@ -114,8 +147,8 @@ pub(crate) fn why_awake(tables: &Tables, row: u32) -> WhyAwake {
         return about_itself(AwakeCause::SleepDisabled);
     }
     let found = reach_all(tables, row);
-    // What lasts longest is what has to be dealt with: never, then at least the whole time, then the
-    // rest of it. Of equals the one fewest steps away.
+    // What lasts longest is what has to be dealt with: never, then at least the whole time, then what would keep it
+    // awake after that, then the rest of it. Of equals the one fewest steps away.
     let mut culprit: Option<(usize, f32)> = None;
     for (place, (other, _)) in found.iter().enumerate() {
         let left = time_left(tables, *other);
@@ -123,23 +156,24 @@ pub(crate) fn why_awake(tables: &Tables, row: u32) -> WhyAwake {
             culprit = Some((place, left));
         }
     }
-    let Some((place, left)) = culprit else {
-        return about_itself(match tables.islands.rows.get(body.island as usize) {
-            Some(island) if island.len as usize > found.len() => {
-                AwakeCause::NotSplit { steps_left: island.wait_until.saturating_sub(tables.steps) }
-            }
-            // It goes to sleep in the next step.
-            _ => AwakeCause::Waiting { seconds_left: 0.0 },
-        });
+    let lasts = culprit.is_some_and(|(_, left)| left >= f32::MAX);
+    let hidden = || {
+        let causes = found.iter().map(|(other, _)| lasting_cause(tables, *other));
+        causes.enumerate().find_map(|(place, cause)| Some((place, cause?)))
     };
-    let other = bodies.at(found[place].0);
-    let (speed, limit) = (bounded(other.greatest_speed()), other.still_speed(config.sleep.speed));
-    let cause = if !other.can_sleep {
-        AwakeCause::CannotSleep
-    } else if speed < limit {
-        AwakeCause::Waiting { seconds_left: left }
-    } else {
-        AwakeCause::TooFast { speed, limit, driven_by: driver(tables, found[place].0) }
+    let (place, cause) = match (if lasts { None } else { hidden() }, culprit) {
+        (Some(found), _) => found,
+        (None, Some((place, left))) => (place, own_cause(tables, found[place].0, left)),
+        (None, None) => {
+            return about_itself(match tables.islands.rows.get(body.island as usize) {
+                Some(island) if island.len as usize > found.len() => {
+                    let steps_left = island.wait_until.saturating_sub(tables.steps);
+                    AwakeCause::NotSplit { steps_left }
+                }
+                // It goes to sleep in the next step.
+                _ => AwakeCause::Waiting { seconds_left: 0.0 },
+            });
+        }
     };
     let mut path = Vec::new();
     let mut at = place;
@@ -154,6 +188,65 @@ pub(crate) fn why_awake(tables: &Tables, row: u32) -> WhyAwake {
     WhyAwake { cause, body: bodies.id(found[place].0), path }
 }
 
+/// What is said of a body that is too fast, or waits for this time [s].
+fn own_cause(tables: &Tables, row: u32, left: f32) -> AwakeCause {
+    let body = tables.bodies.at(row);
+    if !body.can_sleep {
+        return AwakeCause::CannotSleep;
+    }
+    let (speed, limit) = (bounded(body.greatest_speed()), still_speed(tables, row));
+    if speed < body.still_speed(tables.config.sleep.speed)
+        && let Some(cause) = lasting_cause(tables, row)
+    {
+        return cause;
+    }
+    if speed < limit {
+        return AwakeCause::Waiting { seconds_left: left };
+    }
+    AwakeCause::TooFast { speed, limit, driven_by: driver(tables, row) }
+}
+
+/// Below this speed a body is slow [m/s].
+fn still_speed(tables: &Tables, row: u32) -> f32 {
+    let body = tables.bodies.at(row);
+    let limit = body.still_speed(tables.config.sleep.speed);
+    if is_free(body) { limit.min(drift_speed(body)) } else { limit }
+}
+
+/// What keeps a body awake that is slow, for as long as it lasts.
+fn lasting_cause(tables: &Tables, row: u32) -> Option<AwakeCause> {
+    let Tables { config, bodies, shapes, joints, contacts, .. } = tables;
+    let (body, known) = (bodies.at(row), &bodies.stillness[row as usize]);
+    if is_free(body) {
+        let acceleration = bounded(free_acceleration(config.gravity, body));
+        if acceleration > 0.0 {
+            return Some(AwakeCause::Accelerates { acceleration, limit: 0.0 });
+        }
+    }
+    let spacing = StillnessRule::spacing_of(config.sleep.time);
+    let drives = Drives { bodies, shapes, joints, contacts, spacing };
+    match drives.driver(row) {
+        Some(Driver::Body(by)) => return Some(AwakeCause::Carried { by: bodies.id(by) }),
+        Some(Driver::Belt(of)) => return Some(AwakeCause::OnBelt { of: bodies.id(of) }),
+        Some(Driver::Joint(joint)) => {
+            let joint = joints.rows.id_of(joint);
+            return Some(AwakeCause::DrivenByJoint { joint });
+        }
+        None => {}
+    }
+    match known.verdict {
+        Verdict::Rests => None,
+        Verdict::Sways(acceleration, limit) => {
+            let acceleration = bounded(acceleration);
+            Some(AwakeCause::Accelerates { acceleration, limit: bounded(limit) })
+        }
+        Verdict::Creeps(speed, limit) => {
+            let (speed, limit) = (bounded(speed), bounded(limit));
+            Some(AwakeCause::TooFast { speed, limit, driven_by: None })
+        }
+    }
+}
+
 /// How long a body will keep its island awake, at least [s].
 fn time_left(tables: &Tables, row: u32) -> f32 {
     let (body, sleep) = (tables.bodies.at(row), &tables.config.sleep);
@@ -161,7 +254,7 @@ fn time_left(tables: &Tables, row: u32) -> f32 {
         return f32::INFINITY;
     }
     // A moving body starts to wait when it is still: later than any that waits already.
-    if body.greatest_speed() >= body.still_speed(sleep.speed) {
+    if body.greatest_speed() >= still_speed(tables, row) {
         return f32::MAX;
     }
     (sleep.time - body.still_time).max(0.0)
@@ -177,8 +270,9 @@ fn reach_all(tables: &Tables, row: u32) -> Vec<(u32, usize)> {
     seen[row as usize] = true;
     while let Some(place) = queue.pop_front() {
         for_neighbors(tables, found[place].0, |other| {
-            if bodies.at(other).is_dynamic() && !core::mem::replace(&mut seen[other as usize], true)
-            {
+            // What sleeps near it touches it not.
+            let (body, seen) = (bodies.at(other), &mut seen[other as usize]);
+            if body.is_dynamic() && body.active() && !core::mem::replace(seen, true) {
                 queue.push_back(found.len());
                 found.push((other, place));
             }

@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 use smallvec::SmallVec;
 
 use super::def::{AxisLocks, BodyKind, MassDef};
+use super::stillness::Stillness;
 use crate::base::grow;
 use crate::base::id::BodyId;
 use crate::base::math::{Vec3, vec3};
@@ -132,6 +133,8 @@ pub(crate) struct Body {
     /// In what parts its island took the last step's substeps.
     pub(crate) fineness: Fineness,
     pub(crate) load: f32,
+    /// Length of the substeps of the last step that it was awake in [s]; 0 before the first: what its contacts give follows that.
+    pub(crate) last_h: f32,
     /// How long it has been still [s].
     pub(crate) still_time: f32,
     /// Speed below which it is still [m/s]; negative: the world's.
@@ -179,6 +182,12 @@ impl Body {
     #[inline]
     pub(crate) fn is_dynamic(&self) -> bool {
         self.kind == BodyKind::Dynamic
+    }
+
+    /// True if it is dynamic and not active: it sleeps, or was put aside.
+    #[inline]
+    pub(crate) fn sleeps(&self) -> bool {
+        self.is_dynamic() && !self.active()
     }
 
     /// No point of it moves faster [m/s].
@@ -272,6 +281,8 @@ pub(crate) struct Bodies {
     pub(crate) rows: SlotMap<BodyId, Body>,
     /// Of each row.
     pub(crate) tracks: Vec<Track>,
+    /// Of each row.
+    pub(crate) stillness: Vec<Stillness>,
     /// Rows of the active bodies.
     pub(crate) awake: Vec<u32>,
     /// Of each row when it froze; as far as bodies ever did.
@@ -284,8 +295,10 @@ impl Bodies {
         let id = self.rows.insert(body);
         if self.tracks.len() < self.rows.slot_count() {
             grow::resize(&mut self.tracks, self.rows.slot_count(), Track::default());
+            grow::resize(&mut self.stillness, self.rows.slot_count(), Stillness::default());
         }
         self.tracks[id.index() as usize].ahead = 0;
+        self.stillness[id.index() as usize] = Stillness::default();
         id
     }
 

@@ -133,15 +133,27 @@ pub struct BreakageConfig {
     pub max_pieces: u32,
 }
 
-/// When bodies fall asleep.
+/// When bodies fall asleep: together with all that they touch or are joined to, when each of them has been still for
+/// some time and nothing drives one of them.
+///
+/// Slow is not still. A body is still if it is slow, if what its supports leave over of the forces on it would not set
+/// it in motion (a thousandth of them at most), and if it does not creep by more than a tenth of its extent in the
+/// time until sleep. What nothing touches or holds is still only if no force acts on it, and if it drifts by no more than a
+/// hundredth of its extent in ten seconds. Extent is the distance of its farthest point from its center of mass;
+/// bodies without shapes have one of 1 m.
+///
+/// Driven is what touches a kinematic body that moves, or is joined to one; what touches a surface that moves over its
+/// shape, and what a drive or a spring of a joint acts on, unless it has come to a stop all the same: it is blocked, or has
+/// reached its place. [`crate::World::why_awake`] tells what keeps a body awake.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SleepConfig {
     /// Whether still islands fall asleep at all; default true.
     pub enabled: bool,
-    /// A body is still if no point of it moves faster than this [m/s]; at least 0; default 0.05.
+    /// A body is slow if no point of it moves faster than this [m/s]; at least 0; default 0.05. What is faster never
+    /// sleeps; what is slower sleeps if it is still besides. 0: nothing sleeps.
     pub speed: f32,
-    /// An island sleeps when all its bodies have been still for this long [s]; at least 0; default
-    /// 0.5.
+    /// An island sleeps when all its bodies have been still for this long [s]; at least 0, and at least two and a half
+    /// steps, without which no acceleration can be told; default 0.5.
     pub time: f32,
 }
 

@@ -119,7 +119,8 @@ pub(crate) struct Contact {
     pub(crate) probe: Shared,
     /// The next manifold of the same pair (meshes), or [`NONE`].
     pub(crate) next_part: u32,
-    /// Of pairs with a mesh: how far all was apart, at least, that got no points when the manifolds were made [m].
+    /// Of pairs with a mesh: how far all was apart, at least, that got no points when the manifolds were made [m]. Of others: by how
+    /// much the pair may turn before a corner without a point comes down [rad]. Below 0: the solver made the manifold anew.
     pub(crate) clear: f32,
     pub(crate) cache: PairCache,
 }
@@ -185,6 +186,18 @@ impl Contact {
         self.points[3].word = speed;
     }
 
+    /// True if the solver made its manifold anew, at the poses that the bodies have since: nothing is known of those it was
+    /// made at before.
+    #[inline]
+    pub(crate) fn is_renewed(&self) -> bool {
+        self.clear < 0.0
+    }
+
+    /// Notes that.
+    pub(crate) fn set_renewed(&mut self) {
+        self.clear = -1.0;
+    }
+
     /// True if it needs more than normal and friction.
     pub(crate) fn is_special(&self, bodies: &Bodies) -> bool {
         let kinematic = |body: u32| bodies.at(body).kind == BodyKind::Kinematic;
@@ -221,6 +234,9 @@ pub(crate) struct Contacts {
     #[serde(skip)]
     pairs: PairSet,
     watched: Watched,
+    /// New contacts of bodies that are not active, which are looked at once, in the step in which they are made.
+    #[serde(skip)]
+    pub(crate) asked: Vec<u32>,
 }
 
 impl Contacts {
@@ -321,6 +337,18 @@ impl Contacts {
             let place = contact.probe.get() as usize;
             self.watched.set_awake(place, awake, &self.rows);
         }
+    }
+
+    /// Ends the one look at new contacts of bodies that are not active; of those that meanwhile are, nothing changes.
+    pub(crate) fn end_asking(&mut self, bodies: &Bodies) {
+        let mut asked = core::mem::take(&mut self.asked);
+        for row in asked.drain(..) {
+            let is_active = |c: &Contact| [c.body_a, c.body_b].map(|body| bodies.at(body).active());
+            if self.get(row).is_some_and(|c| is_active(c) == [false; 2]) {
+                self.set_awake(row, false);
+            }
+        }
+        self.asked = asked;
     }
 
     /// The contact has another restitution.

@@ -144,7 +144,9 @@ pub struct ShapeDef {
     pub material: Material,
     /// What it collides with.
     pub filter: Filter,
-    /// A sensor reports what overlaps it and touches nothing; it has no mass. Default false.
+    /// A sensor reports what overlaps it and touches nothing; it has no mass. Default false. It sees the shapes of all
+    /// bodies but its own, whether they move, rest or sleep, however it or they came there; a sensor on a static body does not
+    /// see static ones. Sensors do not see each other.
     pub sensor: bool,
     /// How its surface moves over it, as a conveyor belt does: what lies on it is dragged along by
     /// friction, up to this velocity relative to the body [m/s, frame of the shape]. Only the part along
@@ -324,7 +326,8 @@ pub struct BodyDef {
     pub locks: AxisLocks,
     /// Whether it may fall asleep; default true.
     pub can_sleep: bool,
-    /// Speed below which it counts as still [m/s], if not the world's `sleep.speed`; at least 0.
+    /// Speed below which it is slow [m/s], if not the world's `sleep.speed`; at least 0. Whether it may sleep then is
+    /// said by [`crate::SleepConfig`].
     pub sleep_speed: Option<f32>,
     /// Whether it sleeps from the start; default false.
     pub asleep: bool,

@@ -33,7 +33,7 @@ pub struct HitEvent {
     pub point: Vec3,
     /// Contact normal from A to B [world].
     pub normal: Vec3,
-    /// Speed along the normal before the hit [m/s]; above 0.
+    /// Speed along the normal before the hit [m/s], of the point that came fastest; above 0.
     pub speed: f32,
 }
 
@@ -170,11 +170,12 @@ pub struct Fault {
 /// contacts' or bodies' slots, the same for any number of threads.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Events {
-    /// Shapes that began to touch.
+    /// Shapes that began to touch: the first step in which one pushed the other, if for a part of it only.
     pub contact_begin: Vec<ContactEvent>,
     /// Shapes that ceased to touch, also because one of them was removed.
     pub contact_end: Vec<ContactEvent>,
-    /// Shapes that met faster than the configured hit speed.
+    /// Shapes that began to touch and met faster than the configured hit speed; one for each such begin. What flies so fast
+    /// that it would pass what it meets is stopped there, and hits it in the next step.
     pub hits: Vec<HitEvent>,
     /// Shapes that entered a sensor.
     pub sensor_enter: Vec<SensorEvent>,

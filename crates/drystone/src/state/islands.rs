@@ -85,6 +85,13 @@ pub(crate) struct Islands {
 }
 
 impl Islands {
+    /// True if a contact of these bodies is solved while it has points. One that sleeps is met by what touches it, and
+    /// then it is awake; where bodies wake alone it is immovable meanwhile.
+    pub(crate) fn solves(&self, a: &Body, b: &Body) -> bool {
+        let moves = |body: &Body| body.active() && body.is_dynamic();
+        (moves(a) || moves(b)) && (self.wake_alone || !(a.sleeps() || b.sleeps()))
+    }
+
     /// Rows that are free.
     pub(in crate::state) fn free(&self) -> &[u32] {
         &self.free

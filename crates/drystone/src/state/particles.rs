@@ -445,12 +445,17 @@ impl Particles {
         true
     }
 
-    /// Wakes the strand of a particle.
+    /// Wakes the strand of a particle; of one that is awake, the particle alone.
     pub(crate) fn wake(&mut self, line: u32) {
-        if !self.at(line).frozen {
+        if self.at(line).frozen {
+            self.wake_strand(line);
+        } else {
             self.wake_one(line);
-            return;
         }
+    }
+
+    /// Wakes the strand of a particle whether or not it is frozen: a body that it holds may sleep all the same.
+    pub(crate) fn wake_strand(&mut self, line: u32) {
         self.find_strands();
         let strand = self.at(line).strand;
         for particle in self.rows.values_mut().iter_mut().flatten() {

@@ -143,7 +143,7 @@ impl Sets<'_> {
             at = c.links[(at & 1) as usize].next.get();
             let (a, b) = (self.bodies.at(c.body_a), self.bodies.at(c.body_b));
             let moves = a.active() || b.active();
-            let solvable = (a.active() && a.is_dynamic()) || (b.active() && b.is_dynamic());
+            let solvable = self.islands.solves(a, b);
             let (colored, has_points) = (c.place.is_somewhere(), c.count > 0 && !c.sensor);
             self.contacts.set_awake(row, moves);
             if solvable && has_points && !colored {

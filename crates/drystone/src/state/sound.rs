@@ -17,6 +17,7 @@ use super::def::{BodyKind, shape_suits};
 use super::islands::Islands;
 use super::joints::{Joints, Link};
 use super::shapes::{ShapeRow, Shapes};
+use super::stillness::Stillness;
 use super::tables::Tables;
 use crate::base::limits;
 use crate::base::math::Vec3;
@@ -138,6 +139,9 @@ impl Tables {
 fn check_bodies(bodies: &Bodies) -> Check {
     let slots = bodies.rows.slot_count();
     holds(bodies.tracks.len() == slots, "bodies have not one track each")?;
+    let known = &bodies.stillness;
+    let known = known.len() == slots && known.iter().all(Stillness::is_sound);
+    holds(known, "what is known of the rest of bodies is wrong")?;
     let mut seen = Seen::none_of(slots);
     for (place, row) in (0..).zip(&bodies.awake) {
         let body = bodies.rows.at(*row);
@@ -166,7 +170,7 @@ fn check_bodies(bodies: &Bodies) -> Check {
         let damping = [b.linear_damping, b.angular_damping];
         let damped = damping.iter().all(|rate| limits::DAMPING.admits(*rate));
         let sound = damped
-            && at_least_zero(&[b.extent, b.inner, b.still_time])
+            && at_least_zero(&[b.extent, b.inner, b.still_time, b.last_h])
             && limits::GRAVITY_SCALE.admits(b.gravity_scale);
         holds(sound, "a number of a body is out of range")?;
     }

@@ -34,6 +34,8 @@ pub(crate) struct Scratch {
     found: Vec<Vec<u64>>,
     /// The rows that look for pairs, to be asked quickly.
     looks: BitSet,
+    /// Those of them that are new or moved, where others look for them.
+    fresh: Fresh,
     pairs: Vec<u64>,
     /// Of each pair.
     new: Vec<Newcomer>,
@@ -53,7 +55,7 @@ pub(crate) fn find_pairs(
 ) {
     bounds.tidy(jobs);
     let Bounds { fixed, moving, moved, placed, .. } = bounds;
-    let Scratch { found, pairs, new, looks, slack } = scratch;
+    let Scratch { found, pairs, new, looks, fresh, slack } = scratch;
     // Not what was removed again, nor what a row that was used again stands for.
     moved.retain(|row| {
         let is_there = moving.leaf(*row) != NONE;
@@ -66,7 +68,9 @@ pub(crate) fn find_pairs(
     // Of a world's ground a million boxes may be new at once, and nothing that moves: then it is less
     // work to ask for all that moves.
     let many_placed = placed.len() > moving.len();
+    fresh.clear();
     if many_placed {
+        fresh.keep(moved);
         moved.clear();
         moved.extend(moving.items());
         moved.iter().for_each(|row| looks.insert(*row));
@@ -105,9 +109,6 @@ pub(crate) fn find_pairs(
         }
         queue.pairs.iter().for_each(|pair| finder.list(*pair, out));
     });
-    looks.remove_all(moved);
-    moved.clear();
-    placed.clear();
     pairs.clear();
     pairs.extend(found.iter().flatten());
     if let Some(enough) = slack.look(pairs.len()) {
@@ -117,7 +118,34 @@ pub(crate) fn find_pairs(
     }
     pairs.sort_unstable();
     pairs.dedup();
-    create_all(pairs, new, bodies, shapes, contacts, jobs);
+    let is_fresh = |row: u32| if many_placed { fresh.contains(row) } else { looks.contains(row) };
+    create_all(pairs, new, is_fresh, bodies, shapes, contacts, jobs);
+    looks.remove_all(moved);
+    moved.clear();
+    placed.clear();
+}
+
+/// Some rows, to be asked quickly.
+#[derive(Clone, Debug, Default)]
+struct Fresh {
+    set: BitSet,
+    rows: Vec<u32>,
+}
+
+impl Fresh {
+    fn keep(&mut self, rows: &[u32]) {
+        self.rows.extend_from_slice(rows);
+        rows.iter().for_each(|row| self.set.insert(*row));
+    }
+
+    fn contains(&self, row: u32) -> bool {
+        self.set.contains(row)
+    }
+
+    fn clear(&mut self) {
+        self.set.remove_all(&self.rows);
+        self.rows.clear();
+    }
 }
 
 /// The part of `all` items that belongs to a range of `n`.
@@ -220,7 +248,7 @@ impl Finder<'_> {
 }
 
 /// True if two shapes whose boxes overlap are to be watched.
-fn may_meet(bodies: &Bodies, joints: &Joints, a: &ShapeRow, b: &ShapeRow) -> bool {
+pub(super) fn may_meet(bodies: &Bodies, joints: &Joints, a: &ShapeRow, b: &ShapeRow) -> bool {
     // Two meshes, or a mesh and a half-space, never meet.
     if a.body == b.body
         || (rank(a) < 2 && rank(b) < 2)
@@ -254,6 +282,7 @@ const AHEAD: usize = 8;
 fn create_all(
     pairs: &[u64],
     new: &mut Vec<Newcomer>,
+    is_fresh: impl Fn(u32) -> bool + Sync,
     bodies: &mut Bodies,
     shapes: &Shapes,
     contacts: &mut Contacts,
@@ -267,16 +296,32 @@ fn create_all(
             #[expect(clippy::cast_possible_truncation, reason = "the halves of a pair key")]
             let contact = contact_of((key >> 32) as u32, *key as u32, shapes);
             n.bodies = [contact.body_a, contact.body_b];
-            n.awake = n.bodies.iter().any(|body| bodies.at(*body).active());
+            n.asked = is_asked(bodies, &contact, &is_fresh);
+            n.awake = n.asked || n.bodies.iter().any(|body| bodies.at(*body).active());
             n.has_parts = shapes.at(contact.shape_a).is_mesh();
             *slots.row(n.row as usize) = Some(contact);
         }
     });
     contacts.enter(pairs, new, bodies, jobs);
+    contacts.asked.extend(new.iter().filter(|n| n.asked).map(|n| n.row));
+}
+
+/// True for a new contact of bodies that are not active that is to be looked at all the same: a sensor sees what
+/// sleeps, and what sleeps wakes when something fixed is put into it. But what was added asleep sleeps on where it is.
+fn is_asked(bodies: &Bodies, c: &Contact, is_fresh: impl Fn(u32) -> bool) -> bool {
+    let (a, b) = (bodies.at(c.body_a), bodies.at(c.body_b));
+    if a.active() || b.active() {
+        return false;
+    }
+    let was_added = |body: &Body, shape: u32| body.still_time <= 0.0 && is_fresh(shape);
+    let is_met = |body: &Body, shape: u32, other: &Body| {
+        body.is_dynamic() && !other.is_dynamic() && !was_added(body, shape)
+    };
+    c.sensor || is_met(a, c.shape_a, b) || is_met(b, c.shape_b, a)
 }
 
 /// Meshes and half-spaces come first: their manifolds are computed from that side.
-const fn rank(shape: &ShapeRow) -> u8 {
+pub(super) const fn rank(shape: &ShapeRow) -> u8 {
     match shape.solid.core {
         Core::Mesh(_) => 0,
         Core::HalfSpace { .. } => 1,

@@ -39,6 +39,10 @@ pub(crate) struct StepContext {
     pub(crate) restitution_speed: f32,
     pub(crate) hit_speed: f32,
     pub(crate) push_speed: f32,
+    /// Of contacts, as configured; 0: as stiff as substeps bear [Hz].
+    pub(crate) contact_hertz: f32,
+    /// Contacts give under a load: not those of the classic methods.
+    pub(crate) is_soft: bool,
     /// Contacts of two dynamic bodies, and with static ones.
     pub(crate) soft: Softness,
     pub(crate) soft_fixed: Softness,
@@ -56,6 +60,8 @@ pub(crate) struct StepContext {
     /// Parts in which it takes each of the world's substeps, 1 to 8.
     pub(crate) parts: u32,
     pub(crate) fineness: Fineness,
+    /// Bodies freeze and wake one by one.
+    pub(crate) wakes_alone: bool,
     /// How many times its `dt` is done, of islands that are solved anew in each of the world's substeps.
     pub(crate) rounds: u32,
     pub(crate) level: Level,
@@ -96,11 +102,31 @@ impl StepContext {
         [loaded, jointed, struck, tumbling]
     }
 
+    /// How much more contacts of two dynamic bodies gave under an acceleration in substeps of `h` [s] than in those of this step: the
+    /// difference of 1/ω² [s²]. 0 where the lengths are the same.
+    pub(crate) fn gave_more(&self, h: f32) -> f32 {
+        let is_same = (h - self.h).abs() <= 1.0e-4 * self.h;
+        if is_same || !(h > 0.0) || !self.is_soft {
+            return 0.0;
+        }
+        let square = |rate: f32| {
+            let omega = 2.0 * core::f32::consts::PI * contact_hertz(self.contact_hertz, rate);
+            omega * omega
+        };
+        1.0 / square(1.0 / h) - 1.0 / square(self.inv_h)
+    }
+
     /// Factor to the impulses that are kept, which are those of the world's substep, whatever parts
     /// an island takes it in.
     #[expect(clippy::cast_precision_loss, reason = "at most 8")]
     pub(crate) const fn store_scale(&self) -> f32 {
         self.parts as f32
+    }
+
+    /// The whole step [s], of islands that are solved in rounds too.
+    #[expect(clippy::cast_precision_loss, reason = "at most 256")]
+    pub(crate) const fn step(&self) -> f32 {
+        self.dt * self.rounds as f32
     }
 
     #[expect(clippy::cast_precision_loss, reason = "at most 256 by 8")]
@@ -135,6 +161,8 @@ impl StepContext {
             restitution_speed: c.restitution_speed,
             hit_speed: c.hit_speed,
             push_speed: c.push_speed,
+            contact_hertz: c.hertz,
+            is_soft: !config.method.is_classic(),
             soft,
             soft_fixed,
             inertia: LoadInertia {
@@ -150,6 +178,7 @@ impl StepContext {
             impulse_scale: impulse_scale / parts as f32,
             parts,
             fineness: Fineness::Whole,
+            wakes_alone: config.method.freezes(),
             rounds: 1,
             level,
         }
@@ -159,10 +188,15 @@ impl StepContext {
 /// Contacts of two dynamic bodies, and with static ones, as stiff as substeps of a rate [1/s] bear, for those of `h` [s].
 fn contact_springs(config: &WorldConfig, rate: f32, h: f32) -> [Softness; 2] {
     let c = &config.contact;
+    let hertz = contact_hertz(c.hertz, rate);
+    let fixed = Softness::new(2.0 * hertz, 0.5 * c.damping_ratio, h);
+    [Softness::new(hertz, c.damping_ratio, h), fixed]
+}
+
+/// Frequency of contacts of two dynamic bodies [Hz] that are to have `wanted`, for substeps of a rate [1/s].
+fn contact_hertz(wanted: f32, rate: f32) -> f32 {
     // The stiffest contact that stays stable is tied to the substep: f h <= 0.11 to 0.125
     // (docs/derivations/soft-step.md).
     let rate = rate.min(1.0 / SHORTEST);
-    let hertz = if c.hertz > 0.0 { c.hertz.min(0.25 * rate) } else { 0.1125 * rate };
-    let fixed = Softness::new(2.0 * hertz, 0.5 * c.damping_ratio, h);
-    [Softness::new(hertz, c.damping_ratio, h), fixed]
+    if wanted > 0.0 { wanted.min(0.25 * rate) } else { 0.1125 * rate }
 }

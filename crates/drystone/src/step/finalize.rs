@@ -21,9 +21,9 @@ use crate::base::pose::Pose;
 use crate::base::quat::Quat;
 use crate::state::bodies::{Bodies, Body, Track};
 use crate::state::bounds::Bounds;
-use crate::state::config::SleepConfig;
 use crate::state::def::BodyKind;
 use crate::state::shapes::{ShapeRow, Shapes};
+use crate::state::stillness::{Stillness, StillnessRule};
 
 /// What finalize found out about a body, beside how it moved.
 #[derive(Clone, Copy, Debug)]
@@ -36,15 +36,17 @@ pub(crate) enum Note {
     Still,
 }
 
-/// How a body moved that moved far for its size.
+/// How a body moved that moved or turned far for its size.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Flight {
     pub(crate) row: u32,
     /// Where its center was, and how it stood.
     pub(crate) from: Vec3,
     pub(crate) stood: Quat,
-    /// No shape left the box that it had in the tree: with all that they may have met they are pairs.
+    /// No shape left the box that it had in the tree: with all that they may have met they are pairs. (Of bodies that move,
+    /// only if it did not [fly](Body::flies): those that it was to pass are none.)
     pub(crate) in_boxes: bool,
+    pub(crate) flew: bool,
 }
 
 /// What was found out about some bodies, in their order.
@@ -88,7 +90,7 @@ impl Scratch {
 /// Moves all awake bodies and enlarges the boxes of those that left theirs.
 pub(crate) fn advance_poses(
     ctx: &StepContext,
-    (sleep, by_energy): (&SleepConfig, bool),
+    (sleep, by_energy): (&StillnessRule, bool),
     bodies: &mut Bodies,
     shapes: &mut Shapes,
     bounds: &mut Bounds,
@@ -97,10 +99,10 @@ pub(crate) fn advance_poses(
     jobs: &Jobs<'_>,
 ) {
     let Scratch { found, boxes, slack } = scratch;
-    let Bodies { rows, awake, tracks, .. } = bodies;
+    let Bodies { rows, awake, tracks, stillness, .. } = bodies;
     // SAFETY: awake bodies are all different, and each has shapes of its own.
     let apart = unsafe { Apart::promise() };
-    let tracks = Rows::new(tracks, apart);
+    let (tracks, stillness) = (Rows::new(tracks, apart), Rows::new(stillness, apart));
     let (rows, table) = (rows.values_mut(), shapes.rows.values_mut());
     // Fewer bodies are as much work, if they have many shapes.
     let each = table.len() / rows.len().max(1);
@@ -118,7 +120,9 @@ pub(crate) fn advance_poses(
                 if !arrive(body, *row, (center, rotation), &mut out.notes) {
                     continue;
                 }
-                rate_stillness(ctx, sleep.speed, by_energy, body);
+                body.last_h = if ctx.is_soft { ctx.h } else { 0.0 };
+                let known = stillness.row(*row as usize);
+                rate_stillness(ctx, sleep, by_energy, body, known);
                 still |= body.can_sleep && body.still_time >= sleep.time;
                 let moved = most_moved(body, center, rotation);
                 body.room -= moved;
@@ -133,8 +137,9 @@ pub(crate) fn advance_poses(
                         in_boxes = fit_all(simd, body, flew, ctx, &table, &mut out.escaped);
                     });
                 }
-                if body.is_dynamic() && (body.center - center).length() > 0.5 * body.inner {
-                    let flight = Flight { row: *row, from: center, stood: rotation, in_boxes };
+                if moved > 0.5 * body.inner && goes_far(body, center, moved) {
+                    let flight =
+                        Flight { row: *row, from: center, stood: rotation, in_boxes, flew };
                     out.fast.push(flight);
                 }
             }
@@ -161,8 +166,18 @@ pub(crate) fn advance_poses(
     }
 }
 
+/// True if it may have passed something: its center moved farther than half its inner size, or its ends turned farther than
+/// all of it. (What is as thick as it is long turns in its place.)
+fn goes_far(body: &Body, center: Vec3, moved: f32) -> bool {
+    let strides = (body.center - center).length();
+    strides > 0.5 * body.inner || (moved - strides > body.inner && body.extent > ROUND * body.inner)
+}
+
+/// A body that reaches no farther than this part of its inner size is as good as a ball: the corners of a cube reach √3.
+const ROUND: f32 = 1.8;
+
 /// No point of the body moved farther in this step [m].
-fn most_moved(body: &Body, center: Vec3, rotation: Quat) -> f32 {
+pub(super) fn most_moved(body: &Body, center: Vec3, rotation: Quat) -> f32 {
     let (q, p) = (body.rotation, rotation);
     let d = [q.x - p.x, q.y - p.y, q.z - p.z, q.w - p.w];
     let chord = (d[0] * d[0] + d[1] * d[1] + d[2] * d[2] + d[3] * d[3]).sqrt();
@@ -385,13 +400,22 @@ fn arrive(
     true
 }
 
-fn rate_stillness(ctx: &StepContext, sleep_speed: f32, by_energy: bool, body: &mut Body) {
-    let still = if by_energy && body.is_dynamic() {
-        freeze::rests(ctx, sleep_speed, body)
+fn rate_stillness(
+    ctx: &StepContext,
+    rule: &StillnessRule,
+    by_energy: bool,
+    body: &mut Body,
+    known: &mut Stillness,
+) {
+    if !body.is_dynamic() {
+        return;
+    }
+    let by_speed = if by_energy {
+        freeze::rests(ctx, rule.speed, body)
     } else {
-        body.greatest_speed() < body.still_speed(sleep_speed)
+        body.greatest_speed() < body.still_speed(rule.speed)
     };
-    body.still_time = if still { body.still_time + ctx.dt } else { 0.0 };
+    rule.count(rule.is_slow(body, by_speed), body, known);
 }
 
 #[cfg(test)]

@@ -19,6 +19,7 @@ use crate::base::jobs::Jobs;
 use crate::state::config::SleepConfig;
 use crate::state::events::{Fault, FaultKind};
 use crate::state::sets::Sets;
+use crate::state::stillness::StillnessRule;
 use crate::state::tables::Tables;
 
 /// A stage of the step.
@@ -154,11 +155,13 @@ pub(crate) fn step(
     let mut tied = s.particles.tied(pace, particles);
     solver::solve(contexts, method, read, joints, contacts, colors, &mut s.solver, &mut tied, jobs);
     after(Stage::Solver);
-    let rest = SleepConfig { enabled: config.sleep.enabled && method.sleeps(), ..config.sleep };
-    let rest_rule = (&rest, islands.wake_alone);
+    let sleep = &config.sleep;
+    let (enabled, time) = (sleep.enabled && method.sleeps(), sleep.wait(ctx.dt));
+    let rest = SleepConfig { enabled, time, ..*sleep };
+    let rule = StillnessRule { gravity: ctx.gravity, speed: sleep.speed, time, dt: ctx.dt };
     finalize::advance_poses(
         ctx,
-        rest_rule,
+        (&rule, islands.wake_alone),
         bodies,
         shapes,
         bounds,
@@ -167,18 +170,21 @@ pub(crate) fn step(
         jobs,
     );
     after(Stage::Finalize);
-    let fast = (s.finalize.flights(), contacts.awake_watches());
-    sweep::stop_fast_bodies(ctx, fast, bodies, shapes, bounds, &mut s.sweep, jobs);
+    let (fast, links) = (s.finalize.flights(), (&*contacts, &*joints));
+    sweep::stop_fast_bodies(ctx, fast, links, bodies, shapes, bounds, &mut s.sweep, jobs);
     after(Stage::Sweep);
     let around = (&*shapes, &*bounds);
     let ends = (&mut *events, tables.steps + 1, pace.h);
     settle(ctx, &rest, particles, bodies, around, ends, &mut s.particles, jobs);
     let mut sets = Sets { bodies, joints, contacts, islands, colors, events };
-    sensor::report_touches(s.solver.begun(), ctx.hit_speed, shapes, &mut sets);
+    let found = (s.solver.begun(), s.sweep.crossed());
+    sensor::report_touches(found, ctx.hit_speed, shapes, &mut sets);
     quarantine(&mut sets, s.finalize.notes(), tables.steps + 1);
     after(Stage::Sensor);
     let still = s.finalize.notes();
-    sleep::rest_still_islands(ctx, &rest, still, tables.steps, &mut sets, &mut s.sleep, jobs);
+    let rule = (&rest, rule.spacing());
+    let around = (&*shapes, tables.steps);
+    sleep::rest_still_islands(ctx, rule, still, around, &mut sets, &mut s.sleep, jobs);
     after(Stage::Sleep);
 }
 

@@ -7,6 +7,8 @@
 //! References: [Gregorius13].
 #![expect(unsafe_code, reason = "promises that rows are kept apart")]
 
+mod meeting;
+mod keep;
 mod mesh;
 mod motion;
 mod seams;
@@ -14,6 +16,8 @@ mod waits;
 
 use fearless_simd::dispatch;
 
+pub(crate) use self::keep::inherit_near;
+use self::keep::{inherit, keep_load, recycle};
 use self::motion::Motions;
 use super::context::StepContext;
 use crate::base::disjoint::{Apart, Rows};
@@ -22,16 +26,21 @@ use crate::base::math::Vec3;
 use crate::base::pose::Pose;
 use crate::base::quat::Quat;
 use crate::base::wide::LANES;
-use crate::geometry::collide::{MeshScratch, collide};
-use crate::geometry::manifold::Manifold;
+use crate::geometry::collide::{MAX_PARTS, MeshScratch, Reach, collide, collide_mesh};
+use crate::geometry::manifold::{Manifold, PairCache};
+use crate::geometry::room::room_to_turn;
 use crate::geometry::solid::Core;
 use crate::state::bodies::{Bodies, Body, NONE, Track};
-use crate::state::contacts::{Contact, Contacts, Point, Probe, Slots, Watch};
+use crate::state::contacts::{Contact, Contacts, Probe, Slots, Watch};
 use crate::state::def::BodyKind;
-use crate::state::shapes::Shapes;
+use crate::state::shapes::{ShapeRow, Shapes};
 
 /// A contact closes fast if it does by more than this part of the thinner body's half thickness in a substep.
 const CLOSES: f32 = 0.03;
+
+/// A pair that turns by more than this in a step turns far [rad]: the separation of a point at a lever r, linear over the step, is off by
+/// half a percent of r.
+pub(crate) const FAR_TURN: f32 = 0.1;
 
 /// What became of a contact.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -40,13 +49,16 @@ pub(crate) enum Change {
     Apart(u32),
     /// The number of its points changed.
     Count(u32),
-    /// It has points again, and one of its bodies sleeps.
+    /// One of its bodies sleeps, and they touch in this step; where bodies freeze one by one, it has points again.
     Meets(u32),
     /// It has points that have not touched yet, and which close fast ([`CLOSES`]). No change by itself.
     Closes(u32),
+    /// It has points, and its bodies turn so far in this step that other corners may come down, or that levers are no more
+    /// what they were ([`FAR_TURN`]). No change by itself.
+    Turns(u32),
     /// It has points, and may be a ghost of the seam of two shapes; no change by itself.
     Made(u32),
-    /// It has points, and is of a mesh: it may make others ghosts, but is none. No change by itself.
+    /// It has points, and may make others ghosts, but is none. No change by itself.
     Carries(u32),
 }
 
@@ -72,6 +84,19 @@ impl Scratch {
     /// In lists of any lengths, which together are in the order of what is watched; then what ghosts lose.
     pub(crate) fn changes(&self) -> [&[Vec<Change>]; 2] {
         [&self.changes, core::slice::from_ref(&self.ghosts)]
+    }
+
+    /// The contacts whose bodies turn far.
+    pub(crate) fn turning(&self) -> impl Iterator<Item = u32> {
+        self.changes.iter().flatten().filter_map(|change| match change {
+            Change::Turns(row) => Some(*row),
+            _ => None,
+        })
+    }
+
+    /// Contacts that were ghosts of seams: they lost their points, or have the normal of what carries beside them.
+    pub(crate) fn ghosts(&self) -> impl Iterator<Item = u32> {
+        self.seams.hidden()
     }
 
     /// The contacts that close fast.
@@ -249,9 +274,40 @@ impl Pairs<'_> {
             let watch = self.watches.row(k);
             let row = watch.row();
             if let Some(contact) = self.slots.row(row as usize) {
+                let ends = [watch.body_a, watch.body_b].map(|body| self.bodies.at(body));
                 let look = Look { row, reach, watch, probe: self.probes.row(k), tracks };
-                self.update(contact, look, (motions, lane), out, mesh);
+                self.update(&mut *contact, look, (motions, lane), out, mesh);
+                if ends.iter().any(|body| body.sleeps()) && out.last() != Some(&Change::Apart(row))
+                {
+                    self.meet(row, contact, ends, out);
+                }
             }
+        }
+    }
+
+    /// Lists a contact that comes to touch a body that sleeps in this step. While it does not, it is no contact: what only
+    /// passes near by wakes nothing.
+    fn meet(&self, first: u32, contact: &Contact, [a, b]: [&Body; 2], out: &mut Vec<Change>) {
+        // Where bodies freeze one by one, what is near them is solved while they are frozen.
+        if contact.sensor || self.ctx.wakes_alone {
+            return;
+        }
+        // What gravity does in the step, where something is awake to be moved by it.
+        let falls = [a, b].iter().any(|body| body.is_dynamic() && body.active());
+        let near = self.ctx.rest_offset + if falls { self.ctx.fall } else { 0.0 };
+        let (mut row, mut part) = (first, Some(contact));
+        while let Some(contact) = part {
+            let touches = contact.points().iter().any(|p| {
+                let velocity = b.velocity_at(contact.r_b(p)) - a.velocity_at(p.r_a);
+                let closes = (-contact.normal.dot(velocity)).max(0.0);
+                p.separation <= near + 1.1 * self.ctx.dt * closes
+            });
+            if touches && !contact.place.is_somewhere() {
+                out.push(Change::Meets(row));
+                return;
+            }
+            row = contact.next_part;
+            part = if row == NONE { None } else { self.slots.read(row as usize).as_ref() };
         }
     }
 
@@ -295,14 +351,20 @@ impl Pairs<'_> {
             out.push(Change::Apart(row));
             return;
         }
+        let turn = turn_ahead(ctx, (a, shape_a), (b, shape_b));
+        let turns = |contact: &Contact, turn: f32, room: f32| {
+            contact.count > 0 && !contact.sensor && (turn > FAR_TURN || turn > room)
+        };
         if contact.recyclable
-            && may_recycle(ctx, contact, look.probe, a, b)
+            && may_recycle(ctx, contact, look.probe, (a, b), turn)
             && recycle(ctx, contact, look.probe, a, b, slots)
         {
-            // A ghost that was made before what carries the body was there would block it for ever.
-            if seams::is_in_doubt(a, b) {
-                out.push(Change::Made(row));
+            if turns(contact, turn, f32::MAX) {
+                out.push(Change::Turns(row));
             }
+            keep_load(ctx, contact, a, b);
+            // A ghost that was made before what carries the body was there would block it for ever.
+            out.extend(seams::of_convex(ctx, (row, contact), a, b));
             return;
         }
         // In the frame of A, so that far from the world's origin nothing is lost.
@@ -310,15 +372,42 @@ impl Pairs<'_> {
         let b_in_a = pose_a.relative(&shape_b.placed(b));
         let far = || speculative_margin(ctx, a, b, look.watch.bounces());
         let margin = if contact.sensor { 0.0 } else { look.reach.unwrap_or_else(far) };
-        let before = look.probe.rotation_a;
+        let before = if contact.is_renewed() { a.rotation } else { look.probe.rotation_a };
         let (solid_a, solid_b) = (&shape_a.solid, &shape_b.solid);
-        let m = collide(ctx.level, solid_a, solid_b, &b_in_a, margin, &mut contact.cache);
-        look.restart(m.gap, a, b);
-        rebuild(ctx, (row, contact), &m, (&pose_a, before), [a, b], out);
-        if contact.count > 0 && !contact.sensor && seams::is_in_doubt(a, b) {
-            out.push(Change::Made(row));
+        let mut m = collide(ctx.level, solid_a, solid_b, &b_in_a, margin, &mut contact.cache);
+        // Of two that move both, the arms would be those of a place where neither is yet.
+        if !(contact.sensor || a.is_dynamic() && b.is_dynamic())
+            && let Some(met) =
+                meeting::look_ahead(ctx, [a, b], [solid_a, solid_b], (&pose_a, &b_in_a), &m)
+        {
+            m = met;
         }
+        look.restart(m.gap, a, b);
+        contact.clear = room_to_turn(&m, [solid_a, solid_b], &b_in_a);
+        rebuild(ctx, (row, contact), &m, (&pose_a, before), [a, b], out);
+        if turns(contact, turn, contact.clear) {
+            out.push(Change::Turns(row));
+        }
+        keep_load(ctx, contact, a, b);
+        out.extend(seams::of_convex(ctx, (row, contact), a, b));
     }
+}
+
+/// True if two shapes overlap, as their contact would find; A is the one that its contact has first.
+pub(crate) fn overlap(
+    ctx: &StepContext,
+    (a, shape_a): (&Body, &ShapeRow),
+    (b, shape_b): (&Body, &ShapeRow),
+) -> bool {
+    let b_in_a = shape_a.placed(a).relative(&shape_b.placed(b));
+    if let Core::Mesh(mesh) = &shape_a.solid.core {
+        let (reach, mut made) = (Reach::still(0.0), [Manifold::default(); MAX_PARTS]);
+        let scratch = &mut MeshScratch::default();
+        return collide_mesh(ctx.level, mesh, &shape_b.solid, &b_in_a, &reach, scratch, &mut made)
+            > 0;
+    }
+    let cache = &mut PairCache::default();
+    collide(ctx.level, &shape_a.solid, &shape_b.solid, &b_in_a, 0.0, cache).count > 0
 }
 
 /// A pair that is tested.
@@ -383,16 +472,46 @@ fn chord(q: &Quat, q0: &Quat) -> f32 {
     2.0 * (d[0] * d[0] + d[1] * d[1] + d[2] * d[2] + d[3] * d[3]).sqrt()
 }
 
+/// How far two shapes turn against each other in this step, and a tenth more [rad]: not about an axis of revolution, for what rolls on its
+/// side touches at the same lever.
+fn turn_ahead(
+    ctx: &StepContext,
+    (a, shape_a): (&Body, &ShapeRow),
+    (b, shape_b): (&Body, &ShapeRow),
+) -> f32 {
+    let mut w = b.w - a.w;
+    for (body, shape) in [(a, shape_a), (b, shape_b)] {
+        match &shape.solid.core {
+            Core::Point => return 0.0,
+            Core::Segment { .. } | Core::Frustum { .. } => {
+                let axis = body.rotation.rotate(shape.centered.rotation.rotate(Vec3::Y));
+                w -= axis * axis.dot(w);
+            }
+            _ => {}
+        }
+    }
+    1.1 * ctx.dt * w.length()
+}
+
 /// True if the two bodies have hardly moved since the manifold was made, against each other or in the
-/// world.
-fn may_recycle(ctx: &StepContext, contact: &Contact, r: &Probe, a: &Body, b: &Body) -> bool {
-    if contact.count == 0 {
+/// world, and no corner that it has no point of can come down in this step, in which they turn by `turn` [rad].
+fn may_recycle(
+    ctx: &StepContext,
+    contact: &Contact,
+    r: &Probe,
+    (a, b): (&Body, &Body),
+    turn: f32,
+) -> bool {
+    if contact.count == 0 || contact.is_renewed() {
         return false;
     }
     let size = |body: &Body| if body.is_dynamic() { body.extent } else { 0.0 };
     let shift = ((b.center - a.center) - r.offset).length();
-    let turns =
-        chord(&a.rotation, &r.rotation_a) * size(a) + chord(&b.rotation, &r.rotation_b) * size(b);
+    let (turn_a, turn_b) = (chord(&a.rotation, &r.rotation_a), chord(&b.rotation, &r.rotation_b));
+    if turn_a + turn_b + turn > contact.clear {
+        return false;
+    }
+    let turns = turn_a * size(a) + turn_b * size(b);
     // A moving static-like partner (kinematic) turns the normal with it: only tiny turns are allowed.
     let carried = |body: &Body| !body.is_dynamic() && body.active() && body.w != Vec3::ZERO;
     // A quarter of the smaller body's size at most: what is far for a pebble is near for a rock.
@@ -401,41 +520,6 @@ fn may_recycle(ctx: &StepContext, contact: &Contact, r: &Probe, a: &Body, b: &Bo
     // Corners that were far when a tilted box met the ground on an edge must not be overlooked.
     let limit = if contact.count < 3 { 0.2 * limit } else { limit };
     shift + turns < limit && !carried(a) && !carried(b)
-}
-
-/// Keeps points, anchors and normal, and works out the separations anew; false if that is not enough.
-/// Frozen anchors are what keeps tall walls from buckling (docs/derivations/soft-step.md).
-fn recycle(
-    ctx: &StepContext,
-    contact: &mut Contact,
-    probe: &Probe,
-    a: &Body,
-    b: &Body,
-    slots: &Slots<'_>,
-) -> bool {
-    // Rows of a pair lie apart: those without points are not visited.
-    let several = contact.others > 0;
-    let mut part = Some(contact);
-    while let Some(contact) = part {
-        let normal = contact.normal;
-        // The normal turned back with both bodies: then the anchors need no turning.
-        let n_a = probe.rotation_a.rotate(a.rotation.unrotate(normal));
-        let n_b = probe.rotation_b.rotate(b.rotation.unrotate(normal));
-        let between = normal.dot(b.center - a.center) - n_b.dot(contact.offset);
-        let tilt = n_b - n_a;
-        let count = usize::from(contact.count);
-        let mut least = f32::INFINITY;
-        for p in &mut contact.points[..count] {
-            p.separation = p.base + (between + tilt.dot(p.r_a));
-            least = least.min(p.separation);
-        }
-        if count > 0 && !(least <= ctx.margin) {
-            return false;
-        }
-        let next = contact.next_part;
-        part = (several && next != NONE).then(|| slots.row(next as usize).as_mut()).flatten();
-    }
-    true
 }
 
 /// Takes over a new manifold, and lists what that changed. `last` is how A stood when the last one was made.
@@ -453,7 +537,9 @@ fn rebuild(
     #[expect(clippy::cast_possible_truncation, reason = "at most four points")]
     let count = manifold.count as u8;
     contact.count = count;
-    let offset = b.center - a.center;
+    // Of what is told where B will be, arms and offset are those of then.
+    let shift = pose_a.direction(manifold.shift);
+    let offset = b.center - a.center + shift;
     contact.offset = offset;
     if count == 0 {
         contact.tangent_impulse = Vec3::ZERO;
@@ -473,11 +559,16 @@ fn rebuild(
         let r_b = r_a - offset;
         let impulse = inherit(&mut old[..usize::from(before)], made.feature, r_a, last, a, b);
         new.renew(r_a, made.separation, impulse, made.feature);
+        new.base += normal.dot(shift);
         approach = approach.max(-normal.dot(b.velocity_at(r_b) - a.velocity_at(r_a)));
     }
     if before != count {
         let sleeps = |body: &Body| !body.active() && body.kind != BodyKind::Static;
-        if !contact.place.is_somewhere() && !contact.sensor && (sleeps(a) || sleeps(b)) {
+        if ctx.wakes_alone
+            && !contact.place.is_somewhere()
+            && !contact.sensor
+            && (sleeps(a) || sleeps(b))
+        {
             out.push(Change::Meets(row));
         }
         out.push(Change::Count(row));
@@ -490,23 +581,4 @@ fn rebuild(
     if !contact.sensor && approach * ctx.h > CLOSES * thickness(a).min(thickness(b)) {
         out.push(Change::Closes(row));
     }
-}
-
-/// The impulse of the old point that a new one continues, and takes it away from it: the one of the same
-/// feature, else the nearest one that is near. (Features change names when the two faces of a flush
-/// contact change roles; without its impulses a loaded contact would give way for a step.)
-fn inherit(old: &mut [Point], feature: u32, r_a: Vec3, last: Quat, a: &Body, b: &Body) -> f32 {
-    let size = |body: &Body| if body.is_dynamic() { body.extent } else { f32::INFINITY };
-    let near = 0.1 * size(a).min(size(b));
-    let found = old.iter().position(|p| p.feature == feature && p.impulse >= 0.0).or_else(|| {
-        // In the frame that A had when the old ones were made.
-        let here = last.rotate(a.rotation.unrotate(r_a));
-        let distance = |p: &Point| (p.r_a - here).length();
-        let nearest = (0..old.len())
-            .filter(|i| old[*i].impulse >= 0.0)
-            .min_by(|i, j| distance(&old[*i]).total_cmp(&distance(&old[*j])))?;
-        (distance(&old[nearest]) < near).then_some(nearest)
-    });
-    // An impulse that was taken is marked by a negative one: impulses are never negative.
-    found.map_or(0.0, |i| core::mem::replace(&mut old[i].impulse, -1.0))
 }

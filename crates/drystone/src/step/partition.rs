@@ -16,7 +16,7 @@ use crate::base::sparse::Sparse;
 use crate::state::bodies::{Bodies, NONE};
 use crate::state::contacts::leave::Leaver;
 use crate::state::contacts::{Contact, Slots};
-use crate::state::events::{ContactEvent, Events, SensorEvent};
+use crate::state::events::{ContactEvent, Events, HitEvent, SensorEvent};
 use crate::state::islands::Islands;
 use crate::state::sets::Sets;
 use crate::state::sets::turns::{Move, Turns};
@@ -50,6 +50,7 @@ pub(crate) fn apply_touch_changes(
 ) {
     let [changes, ghosts] = found.changes();
     wake_the_met(changes, sets);
+    sets.contacts.end_asking(sets.bodies);
     let mut most = 0;
     for lists in [changes, ghosts] {
         let n: usize = lists.iter().map(Vec::len).sum();
@@ -87,7 +88,9 @@ fn wake_the_met(changes: &[Vec<Change>], sets: &mut Sets<'_>) {
 /// True for a touch that wakes nothing: among bodies that freeze one by one the load that comes with it may.
 fn is_gentle(c: &Contact, islands: &Islands, bodies: &Bodies) -> bool {
     let speed = |body: u32| bodies.at(body).greatest_speed();
-    islands.wake_alone && speed(c.body_a) + speed(c.body_b) < islands.gentle_speed
+    // What was put into a frozen body is no touch that came of a motion.
+    let any_moves = bodies.at(c.body_a).active() || bodies.at(c.body_b).active();
+    islands.wake_alone && any_moves && speed(c.body_a) + speed(c.body_b) < islands.gentle_speed
 }
 
 /// Applies some lists of changes; gives how many memory was needed for.
@@ -169,7 +172,11 @@ impl Teller<'_> {
             match *change {
                 Change::Apart(row) => self.end(row, told),
                 Change::Count(row) => self.recount(row, told),
-                Change::Meets(_) | Change::Made(_) | Change::Carries(_) | Change::Closes(_) => {}
+                Change::Meets(_)
+                | Change::Made(_)
+                | Change::Carries(_)
+                | Change::Closes(_)
+                | Change::Turns(_) => {}
             }
         }
     }
@@ -226,8 +233,11 @@ impl Teller<'_> {
             }
             return;
         }
+        let solves = self.islands.solves(self.bodies.at(c.body_a), self.bodies.at(c.body_b));
         let what = match (has_points, c.place.is_somewhere()) {
             (true, true) => Move::Changes,
+            // It is near what sleeps, and does not touch it.
+            (true, false) if !solves => return,
             (true, false) if is_gentle(c, self.islands, self.bodies) => Move::Enters,
             (true, false) => Move::Rouses,
             (false, true) => Move::Leaves,
@@ -341,7 +351,8 @@ fn set_touching(first: u32, sets: &mut Sets<'_>) {
     }
 }
 
-/// Reports contacts that the solver found pressed together for the first time, and hits.
+/// Reports contacts that the solver found pressed together for the first time, and hits. Of a pair with several manifolds
+/// each that was pressed makes a hit: the fastest is the one to keep.
 pub(crate) fn report_begun(
     begun: impl Iterator<Item = u32> + Clone,
     hit_speed: f32,
@@ -354,14 +365,10 @@ pub(crate) fn report_begun(
             sets.contacts.prefetch(soon, Contact::CACHE_LINES);
         }
         let c = sets.contacts.at(row);
-        if c.touching {
-            continue;
-        }
-        let first = c.first(row);
         if c.approach() > hit_speed {
             let body = sets.bodies.at(c.body_a);
             let deepest = c.points().iter().min_by(|p, q| p.separation.total_cmp(&q.separation));
-            let hit = crate::state::events::HitEvent {
+            let hit = HitEvent {
                 shape_a: shapes.id(c.shape_a),
                 shape_b: shapes.id(c.shape_b),
                 body_a: sets.bodies.id(c.body_a),
@@ -372,9 +379,12 @@ pub(crate) fn report_begun(
             };
             sets.events.hits.push(hit);
         }
-        let event = contact_event(sets.contacts.at(first), shapes, sets.bodies);
-        sets.events.contact_begin.push(event);
-        set_touching(first, sets);
+        let first = c.first(row);
+        if !sets.contacts.at(first).touching {
+            let event = contact_event(sets.contacts.at(first), shapes, sets.bodies);
+            sets.events.contact_begin.push(event);
+            set_touching(first, sets);
+        }
     }
 }
 

@@ -1,6 +1,7 @@
-//! Stage 8: islands whose bodies have all been still for long enough fall asleep.
+//! Stage 8: islands whose bodies have all been still for long enough, and that nothing drives, fall asleep
+//! (docs/decisions/030-what-may-sleep.md).
 //!
-//! Reads: bodies (timers), contacts, joints. Writes: islands (splits), sets, events. Runs: only when an awake body
+//! Reads: bodies (timers), shapes, contacts, joints. Writes: islands (splits), sets, events. Runs: only when an awake body
 //! was still for long enough; times and ends of contacts are read in parallel, what follows from them is serial over
 //! islands and contacts. One island a step is split for that, and all that were cut so often that they must have come
 //! apart.
@@ -14,7 +15,9 @@ use crate::base::jobs::{Jobs, collect_ranges, grain};
 use crate::base::sparse::Sparse;
 use crate::state::bodies::NONE;
 use crate::state::config::SleepConfig;
+use crate::state::drives::Drives;
 use crate::state::sets::Sets;
+use crate::state::shapes::Shapes;
 
 /// An island of at least this part of all awake bodies is taken apart by what is known of all contacts, not by a walk
 /// from body to body: that waits for memory at each of them. (Of 345 boxes on a mesh among 4,400 the walk takes 0.6 ms.)
@@ -56,9 +59,9 @@ pub(crate) struct Scratch {
 /// tells of a body that was still for long enough are islands looked at.
 pub(crate) fn rest_still_islands(
     ctx: &StepContext,
-    config: &SleepConfig,
+    (config, spacing): (&SleepConfig, f32),
     notes: impl Iterator<Item = Note>,
-    step: u64,
+    (shapes, step): (&Shapes, u64),
     sets: &mut Sets<'_>,
     scratch: &mut Scratch,
     jobs: &Jobs<'_>,
@@ -82,7 +85,7 @@ pub(crate) fn rest_still_islands(
     if config.enabled && sets.islands.wake_alone {
         freeze::thaw(ctx, config, sets, freeze);
         if still {
-            freeze::freeze(ctx, config, sets, freeze);
+            freeze::freeze(ctx, config, (shapes, spacing), sets, freeze);
         }
     }
     if !still || !config.enabled {
@@ -107,10 +110,17 @@ pub(crate) fn rest_still_islands(
             }
         } else {
             let members = sets.islands.members(island, sets.bodies);
-            if sets.islands.wake_alone {
-                freeze::note_loads(ctx, &members, sets);
+            let drives = drives_of(sets, shapes, spacing);
+            let driven = members.iter().copied().find(|row| drives.driver(*row).is_some());
+            if let Some(row) = driven {
+                // It is not looked at again before it can have stopped.
+                sets.bodies.at_mut(row).still_time = 0.0;
+            } else {
+                if sets.islands.wake_alone {
+                    freeze::note_loads(ctx, &members, sets);
+                }
+                sets.rest(&members);
             }
-            sets.rest(&members);
             sets.islands.give_back(members);
         }
     }
@@ -121,6 +131,12 @@ pub(crate) fn rest_still_islands(
             split_island(island, step, sets);
         }
     }
+}
+
+/// What tells who is driven.
+fn drives_of<'a>(sets: &'a Sets<'_>, shapes: &'a Shapes, spacing: f32) -> Drives<'a> {
+    let Sets { bodies, joints, contacts, .. } = sets;
+    Drives { bodies, shapes, joints, contacts, spacing }
 }
 
 /// How long the bodies of islands have been still.

@@ -1,23 +1,33 @@
-//! Stage 6: fast bodies are stopped at what does not move, instead of passing through it.
+//! Stage 6: fast bodies are stopped at what is on their way, instead of passing through it.
 //!
-//! Reads: shapes, bounds, watches. Writes: bodies (pose), bounds. Runs: parallel over fast bodies; what is found
-//! is applied in body order. A ray from the old to the new center must not cross a fixed shape, nor a body
-//! that was clear of it end deep in it: contacts made within a body's size are the solver's, so this is only
-//! for bodies that move farther than half their inner size in a step.
+//! Reads: shapes, bounds, joints, contacts. Writes: bodies (pose), bounds. Runs: parallel over fast bodies and pairs; what is
+//! found is applied in body order, and in that of time. First a ray from the old to the new center must not cross a fixed
+//! shape, nor a body that was clear of it end deep in it: contacts made within a body's size are the solver's, so this is
+//! only for bodies that move farther than half their inner size in a step. Then what moves against each other is stopped
+//! where it meets (docs/decisions/032-continuous-collision.md): velocities stay, so the contact of the next step has the
+//! whole blow.
 
+mod meetings;
+mod stops;
+mod ways;
+
+use self::ways::Ways;
 use super::context::StepContext;
-use super::finalize::{Flight, Need};
+use super::finalize::{Flight, Need, most_moved};
 use crate::base::bit_set::BitSet;
 use crate::base::grow::Slack;
-use crate::base::jobs::{Jobs, collect_ranges, grain};
+use crate::base::jobs::{Jobs, Output, collect_ranges, grain};
 use crate::base::math::Vec3;
 use crate::base::pose::Pose;
 use crate::base::quat::Quat;
+use crate::base::sparse::Sparse;
 use crate::geometry::boxes::Ray;
 use crate::geometry::cast;
-use crate::state::bodies::{Bodies, Body};
+use crate::state::bodies::{Bodies, Body, NONE, Track};
 use crate::state::bounds::Bounds;
-use crate::state::contacts::Watch;
+use crate::state::contacts::{Contacts, Watch};
+use crate::state::events::SensorEvent;
+use crate::state::joints::Joints;
 use crate::state::shapes::{ShapeRow, Shapes};
 
 /// How far beyond its way a body's ray is cast, in its own sizes: what comes in flatter than 1 in 5 moves
@@ -32,82 +42,160 @@ const ASKED: usize = 32;
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Scratch {
     fast: Vec<Flight>,
+    /// The number of each body among these.
+    flight_of: Sparse,
     /// Bodies that may have come to a static one they are a pair with.
     near: BitSet,
-    lists: Vec<Vec<u32>>,
+    met: Vec<Met>,
     /// Row and where the center is to be.
     stopped: Vec<Vec<(u32, Vec3)>>,
+    meetings: meetings::Scratch,
+    stops: stops::Scratch,
     slack: Slack,
 }
 
-/// Pulls fast bodies back to the first fixed shape on their way. `watches`: of all pairs that are awake.
+impl Scratch {
+    /// What went through sensors in the last step, into them and out again.
+    pub(crate) fn crossed(&self) -> &[SensorEvent] {
+        self.stops.crossed()
+    }
+}
+
+/// Of some watched pairs: bodies that may have come to a static one, contacts of fast bodies that may have met.
+#[derive(Clone, Debug, Default)]
+struct Met {
+    near: Vec<u32>,
+    contacts: Vec<u32>,
+}
+
+impl Output for Met {
+    fn clear(&mut self) {
+        self.near.clear();
+        self.contacts.clear();
+    }
+}
+
+/// Stops fast bodies at the first thing on their way.
 pub(crate) fn stop_fast_bodies<'a>(
     ctx: &StepContext,
-    (flights, watches): (impl Iterator<Item = &'a [Flight]>, &[Watch]),
+    flights: impl Iterator<Item = &'a [Flight]>,
+    (contacts, joints): (&Contacts, &Joints),
     bodies: &mut Bodies,
     shapes: &mut Shapes,
     bounds: &mut Bounds,
     scratch: &mut Scratch,
     jobs: &Jobs<'_>,
 ) {
-    let Scratch { fast, near, lists, stopped, slack } = scratch;
+    let Scratch { fast, flight_of, near, met, stopped, meetings, stops, slack } = scratch;
     fast.clear();
+    stops.clear();
     flights.for_each(|some| fast.extend_from_slice(some));
     if let Some(enough) = slack.look(fast.len()) {
         fast.shrink_to(enough);
     }
+    if fast.is_empty() {
+        return;
+    }
+    let watches = contacts.awake_watches();
     let asks = watches.len() <= ASKED * fast.len();
+    flight_of.cover(bodies.rows.slot_count());
+    for (number, flight) in (0..).zip(&*fast) {
+        flight_of.set(flight.row, number);
+    }
     if asks {
-        find_near(bodies, watches, near, lists, jobs);
+        find_met(bodies, watches, flight_of, met, jobs);
+        met.iter().flat_map(|met| &met.near).for_each(|body| near.insert(*body));
+    } else {
+        met.iter_mut().for_each(Output::clear);
     }
     let around = Around { bodies, shapes, bounds };
     collect_ranges(jobs, fast.len(), grain(jobs, fast.len(), 8), stopped, |range, out| {
-        for Flight { row, from, stood, in_boxes } in &fast[range] {
+        for Flight { row, from, stood, in_boxes, .. } in &fast[range] {
             // All that it may have met is a pair with it, and still apart.
             if asks && *in_boxes && !near.contains(*row) {
                 continue;
             }
             let body = around.bodies.at(*row);
             let delta = body.center - *from;
+            if !body.is_dynamic() || delta.length() <= 0.5 * body.inner {
+                continue;
+            }
             if let Some(stop) = first_stop(body, *row, (*from, *stood), delta, &around) {
                 out.push((*row, *from + delta * stop.max(0.0)));
             }
         }
     });
     if asks {
-        lists.iter().for_each(|list| near.remove_all(list));
+        met.iter().for_each(|met| near.remove_all(&met.near));
     }
     for (row, center) in stopped.iter().flatten() {
-        let body = bodies.at_mut(*row);
-        body.center = *center;
-        body.room = 0.0;
-        for i in 0..bodies.at(*row).shapes.len() {
-            let body = bodies.at(*row);
-            let shape = body.shapes[i];
-            let need = Need::of_shape(shapes, shape, body, ctx);
-            let fits = need.fits();
-            if !shapes.at(shape).fat.contains(&fits) {
-                let fat = need.with_room(&fits, body, ctx);
-                bounds.replace(shape, fat, shapes);
-            }
+        let rotation = bodies.at(*row).rotation;
+        put(ctx, *row, Pose { position: *center, rotation }, bodies, shapes, bounds);
+    }
+    let ways = Ways { ctx, fast, flight_of, bodies };
+    let around = meetings::Around { ways, shapes, bounds, contacts, joints };
+    let rows = met.iter().flat_map(|met| &met.contacts).copied();
+    meetings::find(&around, (fast, asks), rows, meetings, jobs);
+    let found = meetings.found();
+    if !found.is_empty() {
+        let flights = (fast.as_slice(), &*flight_of);
+        stops::stop(ctx, flights, found, contacts, (bodies, shapes, bounds), stops, jobs);
+    }
+    for flight in fast {
+        flight_of.set(flight.row, NONE);
+    }
+}
+
+/// Puts a body elsewhere than where it came to.
+fn put(
+    ctx: &StepContext,
+    row: u32,
+    pose: Pose,
+    bodies: &mut Bodies,
+    shapes: &mut Shapes,
+    bounds: &mut Bounds,
+) {
+    let body = bodies.at_mut(row);
+    let (center, rotation) = (body.center, body.rotation);
+    (body.center, body.rotation, body.room) = (pose.position, pose.rotation, 0.0);
+    let moved = Track::at_least(most_moved(body, center, rotation));
+    let way = &mut bodies.tracks[row as usize].way;
+    *way = way.wrapping_add(moved);
+    for i in 0..bodies.at(row).shapes.len() {
+        let body = bodies.at(row);
+        let shape = body.shapes[i];
+        let need = Need::of_shape(shapes, shape, body, ctx);
+        let fits = need.fits();
+        if !shapes.at(shape).fat.contains(&fits) {
+            let fat = need.with_room(&fits, body, ctx);
+            bounds.replace(shape, fat, shapes);
         }
     }
 }
 
-/// Finds the bodies that may have come to a static one.
-fn find_near(
+/// Finds the bodies that may have come to a static one, and the contacts of fast ones that may have met.
+fn find_met(
     bodies: &Bodies,
     watches: &[Watch],
-    near: &mut BitSet,
-    lists: &mut Vec<Vec<u32>>,
+    flight_of: &Sparse,
+    met: &mut Vec<Met>,
     jobs: &Jobs<'_>,
 ) {
     let tracks = &bodies.tracks;
-    collect_ranges(jobs, watches.len(), grain(jobs, watches.len(), 1024), lists, |range, out| {
-        let met = watches[range].iter().filter(|watch| watch.meets_static(tracks));
-        out.extend(met.flat_map(|watch| [watch.body_a, watch.body_b]));
+    collect_ranges(jobs, watches.len(), grain(jobs, watches.len(), 1024), met, |range, out| {
+        for watch in &watches[range] {
+            if !watch.may_have_met(tracks) {
+                continue;
+            }
+            let pair = [watch.body_a, watch.body_b];
+            if watch.has_static(tracks) {
+                out.near.extend(pair);
+            }
+            if pair.into_iter().any(|body| flight_of.get(body) != NONE) {
+                out.contacts.push(watch.row());
+            }
+        }
     });
-    lists.iter().flatten().for_each(|body| near.insert(*body));
 }
 
 /// What stands around.
@@ -333,7 +421,8 @@ mod tests {
                     let mut watches = now.contacts.awake_watches().iter();
                     let near = watches.any(|watch| {
                         [watch.body_a, watch.body_b].contains(&row)
-                            && watch.meets_static(&bodies.tracks)
+                            && watch.has_static(&bodies.tracks)
+                            && watch.may_have_met(&bodies.tracks)
                     });
                     let stop =
                         first_stop(body, row, (before.center, before.rotation), delta, &around);

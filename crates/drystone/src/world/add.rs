@@ -65,6 +65,7 @@ impl World {
             inertia_factor: 1.0,
             fineness: Fineness::Whole,
             load: 0.0,
+            last_h: 0.0,
             still_time: 0.0,
             can_sleep: def.can_sleep,
             sleep_speed: def.sleep_speed.unwrap_or(-1.0),

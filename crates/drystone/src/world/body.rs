@@ -209,19 +209,28 @@ impl<'w> BodyMut<'w> {
         self.world.sets().wake(self.row);
     }
 
-    /// Wakes what touches it: a static or kinematic body was moved.
+    /// Wakes what touches it or hangs on it, by joints, couplings or particles: a static or kinematic body was moved.
     fn wake_neighbors(&mut self) {
         let tables = &self.world.tables;
-        let others: Vec<u32> = tables
-            .contacts
-            .of_body(tables.bodies.at(self.row))
-            .map(|(row, side)| {
-                let c = tables.contacts.at(row);
-                if side == 0 { c.body_b } else { c.body_a }
-            })
-            .collect();
+        let body = tables.bodies.at(self.row);
+        let touching = tables.contacts.of_body(body).map(|(row, side)| {
+            let c = tables.contacts.at(row);
+            if side == 0 { c.body_b } else { c.body_a }
+        });
+        let ends = |row: &u32| [tables.joints.at(*row).body_a, tables.joints.at(*row).body_b];
+        // Those of a coupling that are not next to the body may hang on it by the other joint alone.
+        let ids = body.joints.iter().filter_map(|row| tables.joints.rows.id_at(*row));
+        let coupled: Vec<u32> = ids.flat_map(|id| self.world.couplings_of(id)).collect();
+        let joined = body.joints.iter().chain(&coupled).flat_map(ends);
+        let others: Vec<u32> = touching.chain(joined).filter(|row| *row != self.row).collect();
         for other in others {
             self.world.sets().wake(other);
+        }
+        let particles = &mut self.world.tables.particles;
+        for i in 0..particles.attachments.len() {
+            if particles.attachments[i].body == self.row {
+                particles.wake_strand(particles.attachments[i].line);
+            }
         }
     }
 

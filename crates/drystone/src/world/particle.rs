@@ -201,11 +201,16 @@ pub struct ParticleMut<'w> {
 impl ParticleMut<'_> {
     fn touch(&mut self) -> &mut Particle {
         let particles = &mut self.world.tables.particles;
-        particles.wake(self.line);
-        particles.chains_changed |= particles.at(self.line).faulted;
         let particle = particles.at_mut(self.line);
-        (particle.faulted, particle.room) = (false, 0.0);
-        particle
+        particle.room = 0.0;
+        if core::mem::replace(&mut particle.faulted, false) {
+            // It is of the strand of its links again, which may rest.
+            particles.chains_changed = true;
+            particles.wake_strand(self.line);
+        } else {
+            particles.wake(self.line);
+        }
+        particles.at_mut(self.line)
     }
 
     /// Puts it somewhere else [m, world], at the velocity it has.
@@ -353,9 +358,8 @@ impl World {
         let Some(row) = particles.links.row(id) else { return false };
         let link = particles.links.at(row).expect("the row of an id lives");
         let (block, lane) = particles.block_of(link);
-        for line in [block.row_a[lane], block.row_b[lane]] {
-            particles.wake(line);
-        }
+        let line = block.row_a[lane];
+        particles.wake_strand(line);
         particles.remove_link(id)
     }
 
@@ -373,7 +377,7 @@ impl World {
         let lane = usize::from(link.lane);
         block.length[lane] = length;
         let line = block.row_a[lane];
-        particles.wake(line);
+        particles.wake_strand(line);
         Ok(true)
     }
 
@@ -411,7 +415,7 @@ impl World {
         let Some(slot) = particles.rows.row(id) else { return false };
         let Some(number) = particles.at(slot + 1).attachment.checked_sub(1) else { return false };
         let body = particles.attachments[number as usize].body;
-        particles.wake(slot + 1);
+        particles.wake_strand(slot + 1);
         particles.detach(slot + 1);
         self.sets().wake(body);
         true
@@ -427,7 +431,7 @@ impl World {
                 i += 1;
                 continue;
             }
-            particles.wake(line);
+            particles.wake_strand(line);
             particles.detach(line);
             let id = particles.rows.id_at(line - 1).expect("attachments are of living particles");
             self.pending.detached.push(id);

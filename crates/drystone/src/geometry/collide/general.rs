@@ -10,7 +10,7 @@ use super::convex::Convex;
 use super::round::along_a_line;
 use crate::base::math::{Vec3, greater, lesser, vec3};
 use crate::base::pose::Pose;
-use crate::geometry::clip::{Polygon, Reference, clip, flip};
+use crate::geometry::clip::{Corners, Polygon, Reference, clip, flip, low_corners};
 use crate::geometry::epa;
 use crate::geometry::gjk::{self, Closest};
 use crate::geometry::hull::Hull;
@@ -236,8 +236,13 @@ fn against_face(
     incident.transform(b_in_a);
     let normal = a.face_normal(n).unwrap_or(n);
     let Some(corner) = face.corners().first() else { return Manifold::default() };
-    let reference = Reference { corners: face.corners(), normal, offset: normal.dot(corner.p) };
-    clip(&reference, &mut incident, margin, flag)
+    let offset = normal.dot(corner.p);
+    let low = match b {
+        Convex::Hull(hull) => low_corners(hull, b_in_a, normal, offset, margin),
+        _ => Corners::new(),
+    };
+    let reference = Reference { corners: face.corners(), normal, offset };
+    clip(&reference, &mut incident, &low, margin, flag)
 }
 
 /// The outward direction along which a segment that meets a hull leaves it first: normals of faces,

@@ -183,6 +183,7 @@ fn limits(b: &Solid, reach: &Reach) -> Limits {
     Limits {
         margin,
         way: reach.way,
+        straight: if reach.is_straight { reach.way } else { Vec3::ZERO },
         corners: reach.corners,
         merge: 1.0e-3 * size + 1.0e-6,
         bias: 5.0e-4 * size,

@@ -32,6 +32,12 @@ impl Bend {
         self.sin > FLAT || (self.cos < 0.0 && self.sin >= -FLAT)
     }
 
+    /// No other triangle is known to go on behind the edge.
+    #[inline]
+    pub(crate) fn is_border(self) -> bool {
+        self == Self::BORDER
+    }
+
     /// The surface turns towards this side.
     #[inline]
     pub(crate) fn concave(self) -> bool {
@@ -122,48 +128,75 @@ pub(super) fn weld(vertices: &[Vec3]) -> Vec<u32> {
 /// Of a triangle: by the side it is seen from, and by edge.
 pub(crate) type Bends = [[Bend; 3]; 2];
 
-/// The bends at the edges of all triangles.
-pub(super) fn bends(vertices: &[Vec3], triangles: &[[u32; 3]], welded: &[u32]) -> Vec<Bends> {
-    let mut all = vec![[[Bend::BORDER; 3]; 2]; triangles.len()];
-    let mut edges: Vec<([u32; 2], u32, usize)> = Vec::with_capacity(triangles.len() * 3);
-    for (t, triangle) in (0_u32..).zip(triangles) {
-        for k in 0..3 {
-            let (a, b) = (welded[triangle[k] as usize], welded[triangle[(k + 1) % 3] as usize]);
-            edges.push(([a.min(b), a.max(b)], t, k));
+/// A side of a triangle.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) struct Edge {
+    /// Numbers of the places of its ends, the lower one first.
+    pub(super) ends: [u32; 2],
+    pub(super) triangle: u32,
+    /// From which corner to the next.
+    pub(super) side: usize,
+}
+
+/// The sides of all triangles, those of one place together.
+pub(super) fn edges(triangles: &[[u32; 3]], welded: &[u32]) -> Vec<Edge> {
+    let mut edges = Vec::with_capacity(triangles.len() * 3);
+    for (number, triangle) in (0_u32..).zip(triangles) {
+        for side in 0..3 {
+            let at = |k: usize| welded[triangle[k % 3] as usize];
+            let (a, b) = (at(side), at(side + 1));
+            edges.push(Edge { ends: [a.min(b), a.max(b)], triangle: number, side });
         }
     }
     edges.sort_unstable();
-    for shared in edges.chunk_by(|x, y| x.0 == y.0) {
+    edges
+}
+
+/// The bends at an edge, one a side.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Sides([Option<Bend>; 2]);
+
+impl Sides {
+    /// Takes a neighbor, of which the bend on the normal's side is `up`. With three and more triangles at the
+    /// edge, the one that closes in first on a side is the surface of that side.
+    pub(super) fn take(&mut self, up: Bend) {
+        for (slot, seen) in self.0.iter_mut().zip([up, Bend { sin: -up.sin, ..up }]) {
+            if slot.is_none_or(|b| seen.angle() < b.angle()) {
+                *slot = Some(seen);
+            }
+        }
+    }
+
+    /// Writes them down; without a neighbor the surface ends.
+    pub(super) fn write(self, of: &mut Bends, k: usize) {
+        for (bends, found) in of.iter_mut().zip(self.0) {
+            bends[k] = found.unwrap_or(Bend::BORDER);
+        }
+    }
+}
+
+/// The bends at the edges of all triangles.
+pub(super) fn bends(vertices: &[Vec3], triangles: &[[u32; 3]], edges: &[Edge]) -> Vec<Bends> {
+    let mut all = vec![[[Bend::BORDER; 3]; 2]; triangles.len()];
+    for shared in edges.chunk_by(|x, y| x.ends == y.ends) {
         if shared.len() > MAX_SHARED {
             continue;
         }
-        for &(_, t, k) in shared {
-            let mut bends: [Option<Bend>; 2] = [None; 2];
-            for &(_, other, other_k) in shared {
-                if other == t {
-                    continue;
-                }
-                let apex = triangles[other as usize][(other_k + 2) % 3];
-                let corners = triangles[t as usize].map(|i| vertices[i as usize]);
-                let up = bend(corners, k, vertices[apex as usize]);
-                // With three and more triangles at the edge, the one that closes in first on a side
-                // is the surface of that side.
-                for (slot, seen) in bends.iter_mut().zip([up, Bend { sin: -up.sin, ..up }]) {
-                    if slot.is_none_or(|b| seen.angle() < b.angle()) {
-                        *slot = Some(seen);
-                    }
-                }
+        for edge in shared {
+            let mut sides = Sides::default();
+            for other in shared.iter().filter(|other| other.triangle != edge.triangle) {
+                let apex = triangles[other.triangle as usize][(other.side + 2) % 3];
+                let corners = triangles[edge.triangle as usize].map(|i| vertices[i as usize]);
+                sides.take(bend(corners, edge.side, vertices[apex as usize]));
             }
-            for (side, found) in bends.into_iter().enumerate() {
-                all[t as usize][side][k] = found.unwrap_or(Bend::BORDER);
-            }
+            sides.write(&mut all[edge.triangle as usize], edge.side);
         }
     }
     all
 }
 
 /// The bend at edge `k` towards a neighbor with the third corner `apex`, on the normal's side.
-fn bend(corners: [Vec3; 3], k: usize, apex: Vec3) -> Bend {
+pub(super) fn bend(corners: [Vec3; 3], k: usize, apex: Vec3) -> Bend {
     let p = [corners[k], corners[(k + 1) % 3], corners[(k + 2) % 3]].map(Wide::from);
     let edge = (p[1] - p[0]).unit();
     let inward = p[2] - p[0];

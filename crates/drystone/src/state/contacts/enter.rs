@@ -24,6 +24,8 @@ pub(crate) struct Newcomer {
     pub(crate) bodies: [u32; 2],
     /// One of its bodies is active.
     pub(crate) awake: bool,
+    /// None is, and it is looked at once.
+    pub(crate) asked: bool,
     /// It is of a mesh: it has further parts.
     pub(crate) has_parts: bool,
     parts: [u32; MAX_PARTS - 1],

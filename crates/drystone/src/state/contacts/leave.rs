@@ -31,7 +31,7 @@ impl Leaver {
 impl Contacts {
     /// Takes rows out of all lists; they must be in no color.
     pub(crate) fn leave(&mut self, gone: &[Leaver], bodies: &mut Bodies, jobs: &Jobs<'_>) {
-        let Self { rows, free, pairs, watched } = self;
+        let Self { rows, free, pairs, watched, .. } = self;
         let table = &*rows;
         // SAFETY: of each body one owner has the list.
         let bodies = Rows::new(bodies.rows.values_mut(), unsafe { Apart::promise() });

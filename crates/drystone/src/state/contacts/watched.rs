@@ -72,11 +72,17 @@ impl Watch {
         self.is_farther_than(margin + a.ahead + b.ahead, [a, b])
     }
 
-    /// True if one of the bodies is static and may have come to the other on the way that this went.
+    /// True if the bodies may have come together on the ways that they went.
     #[inline]
-    pub(crate) fn meets_static(&self, tracks: &[Track]) -> bool {
+    pub(crate) fn may_have_met(&self, tracks: &[Track]) -> bool {
         let (a, b) = (tracks[self.body_a as usize], tracks[self.body_b as usize]);
-        (a.is_static() || b.is_static()) && !self.is_farther_than(0, [a, b])
+        !self.is_farther_than(0, [a, b])
+    }
+
+    /// True if one of the bodies is static.
+    #[inline]
+    pub(crate) fn has_static(&self, tracks: &[Track]) -> bool {
+        tracks[self.body_a as usize].is_static() || tracks[self.body_b as usize].is_static()
     }
 
     fn is_farther_than(&self, distance: u32, [a, b]: [Track; 2]) -> bool {

@@ -1,12 +1,16 @@
 //! Pairs of a mesh and a convex shape: several manifolds, each in a row of its own.
 
+use super::keep::keep_load;
+use super::meeting::STRAIGHT;
 use super::motion::Motion;
-use super::{Change, Look, rebuild, recycle};
+use super::{Change, FAR_TURN, Look, rebuild, recycle, seams, turn_ahead};
 use crate::base::math::Vec3;
 use crate::base::pose::Pose;
 use crate::geometry::collide::{MAX_PARTS, MeshScratch, Reach, collide_mesh};
 use crate::geometry::manifold::Manifold;
 use crate::geometry::mesh::Mesh;
+use crate::geometry::room::room_to_turn;
+use crate::geometry::solid::Core;
 use crate::state::bodies::{Body, NONE};
 use crate::state::contacts::{Contact, Slots};
 use crate::state::shapes::ShapeRow;
@@ -15,6 +19,9 @@ use crate::step::context::StepContext;
 /// Cosine of the angle up to which a new manifold may continue an old one: parts change places when
 /// another becomes the deepest, and would start without their impulses.
 const SAME_PART: f32 = 0.9;
+
+/// A hull that turns by more than this in a step rolls, and does not only slide [rad].
+const ROLLS: f32 = 1.0e-3;
 
 /// Updates all rows of a pair whose first is `contact`.
 pub(super) fn update(
@@ -33,6 +40,11 @@ pub(super) fn update(
     let margin = if contact.sensor { 0.0 } else { ctx.margin.max(ahead.min(2.0 * motion.radius)) };
     // What has no points gets them when it may be half as near as they are made from, or come that near in this step: most
     // of what hovers over a surface goes along it.
+    let turn = turn_ahead(ctx, (a, shape_a), (b, shape_b));
+    // What turns about the normal sets no other corner down.
+    let w = b.w - a.w;
+    let about = if contact.count > 0 { contact.normal.dot(w) } else { 0.0 };
+    let tilt = turn.min(1.1 * ctx.dt * (w - contact.normal * about).length());
     let near = margin.min((0.5 * ctx.margin).max(ahead + ctx.fall));
     let gap = look.probe.gap;
     if contact.count == 0 && gap > near && motion.since < gap - near {
@@ -44,9 +56,13 @@ pub(super) fn update(
         return;
     }
     if contact.recyclable
-        && may_recycle(ctx, contact, a, slots, motion, ahead)
+        && may_recycle(ctx, contact, (a, shape_b, slots), motion, [ahead, tilt])
         && recycle(ctx, contact, look.probe, a, b, slots)
     {
+        if turn > FAR_TURN && !contact.sensor {
+            out.push(Change::Turns(look.row));
+        }
+        keep_loads(ctx, contact, (a, b), slots);
         list_parts(look.row, contact, slots, out);
         return;
     }
@@ -63,6 +79,7 @@ pub(super) fn update(
             rest: margin.min(ctx.margin + 1.1 * ctx.dt * motion.spin),
             corners: ahead > 2.0 * ctx.margin,
             way: if length > most { way * (most / length) } else { way },
+            is_straight: motion.spin <= STRAIGHT * motion.velocity.length(),
             // For some steps' way, if the two are apart and may wait.
             room: if contact.count > 0 { 0.0 } else { (4.0 * ahead + 2.0 * ctx.margin).min(most) },
         }
@@ -70,15 +87,22 @@ pub(super) fn update(
     let mut made = [Manifold::default(); MAX_PARTS];
     let solid = &shape_b.solid;
     let count = collide_mesh(ctx.level, mesh, solid, &b_in_a, &reach, scratch, &mut made);
-    let last = look.probe.rotation_a;
+    let last = if contact.is_renewed() { a.rotation } else { look.probe.rotation_a };
     look.restart(if count == 0 { made[0].gap } else { 0.0 }, a, b);
     contact.offset = look.probe.offset;
     contact.clear = margin.max(made[0].gap);
+    // What slides does not turn, and is kept as it is.
+    let comes_down = |m: &Manifold| tilt > room_to_turn(m, [&shape_a.solid, solid], &b_in_a);
+    let rolls = tilt > ROLLS && made[..count].iter().any(comes_down);
+    if count > 0 && (turn > FAR_TURN || rolls) && !contact.sensor {
+        out.push(Change::Turns(look.row));
+    }
     if count <= 1 && contact.others == 0 {
         let idle = count == 0 && contact.count == 0;
         let manifold = if count == 0 { Manifold::default() } else { made[0] };
         if !idle {
             rebuild(ctx, (look.row, contact), &manifold, (&pose_a, last), [a, b], out);
+            keep_load(ctx, contact, a, b);
         }
         list_parts(look.row, contact, slots, out);
         return;
@@ -93,11 +117,22 @@ pub(super) fn update(
         let idle = manifold.count == 0 && contact.count == 0;
         if !idle {
             rebuild(ctx, (row, contact), &manifold, (&pose_a, last), [a, b], out);
+            keep_load(ctx, contact, a, b);
         }
         if contact.count > 0 && !contact.sensor {
-            out.push(Change::Carries(row));
+            out.push(seams::of_mesh(row, contact));
         }
         slot += 1;
+        part = next(contact, slots);
+    }
+}
+
+/// [`keep_load`] of all parts.
+fn keep_loads(ctx: &StepContext, first: &mut Contact, (a, b): (&Body, &Body), slots: &Slots<'_>) {
+    keep_load(ctx, first, a, b);
+    let mut part = if first.others > 0 { next(first, slots) } else { None };
+    while let Some((_, contact)) = part {
+        keep_load(ctx, contact, a, b);
         part = next(contact, slots);
     }
 }
@@ -107,11 +142,11 @@ fn list_parts(row: u32, first: &Contact, slots: &Slots<'_>, out: &mut Vec<Change
     if first.sensor || first.count == 0 {
         return;
     }
-    out.push(Change::Carries(row));
+    out.push(seams::of_mesh(row, first));
     let mut part = if first.others > 0 { next(first, slots) } else { None };
     while let Some((row, contact)) = part {
         if contact.count > 0 {
-            out.push(Change::Carries(row));
+            out.push(seams::of_mesh(row, contact));
         }
         part = next(contact, slots);
     }
@@ -127,25 +162,30 @@ fn next<'a>(contact: &Contact, slots: &'a Slots<'_>) -> Option<(u32, &'a mut Con
 fn may_recycle(
     ctx: &StepContext,
     contact: &Contact,
-    a: &Body,
-    slots: &Slots<'_>,
+    (a, shape, slots): (&Body, &ShapeRow, &Slots<'_>),
     motion: &Motion,
-    ahead: f32,
+    [ahead, turn]: [f32; 2],
 ) -> bool {
-    if contact.count == 0 || (!a.is_dynamic() && a.active() && a.w != Vec3::ZERO) {
+    if contact.count == 0
+        || contact.is_renewed()
+        || (!a.is_dynamic() && a.active() && a.w != Vec3::ZERO)
+    {
         return false;
     }
+    let limit = ctx.recycle_distance.min(0.25 * motion.radius);
     let mut points = contact.count;
     let mut part = if contact.others > 0 { next(contact, slots) } else { None };
     while let Some((_, contact)) = part {
         points += contact.count;
         part = next(contact, slots);
     }
-    let limit = ctx.recycle_distance.min(0.25 * motion.radius);
     // All that had no points is farther than the shape comes in this step: else what is fast must look again, and corners
     // that were far when a tilted box met the ground on an edge must not be overlooked.
     let seen = motion.since + ahead < contact.clear;
+    // Of a hull that rolls, others may stand nearly as low as those that have points.
+    let rolls = turn > ROLLS && matches!(&shape.solid.core, Core::Hull(h) if h.cuboid.is_none());
     let limit = if points < 3 && !seen { 0.2 * limit } else { limit };
+    let limit = if rolls { limit.min(0.002 * motion.radius) } else { limit };
     motion.since < limit && (seen || ahead < 0.5 * ctx.margin)
 }
 

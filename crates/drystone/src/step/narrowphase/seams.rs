@@ -3,7 +3,9 @@
 //! What slides over shapes that lie flush meets the side of the next one, or its edge, before it is over
 //! it: to that shape alone it is a wall. But the shape that carries the body keeps all of it on one side of
 //! a plane, and where the next shape lies wholly on the other side the two cannot meet. Such a contact
-//! would brake and throw up. (Of a mesh the triangles know their neighbors, which shapes do not.)
+//! would brake and throw up. Of a mesh the triangles know their neighbors. Where a mesh ends, nothing in it says
+//! whether another mesh goes on there: a contact with such an edge is looked at like one with a shape, but the
+//! edge alone has to lie under the plane.
 //!
 //! Symbols: n1 normal of the contact that carries, towards the carried body, and P its plane, through the
 //! surface of what carries; n2 that of the contact in doubt.
@@ -18,6 +20,8 @@ use crate::base::pose::Pose;
 use crate::base::quat::Quat;
 use crate::base::sparse::Sparse;
 use crate::geometry::collide::convex::Convex;
+use crate::geometry::manifold::BORDER;
+use crate::geometry::solid::Core;
 use crate::state::bodies::{Bodies, Body, NONE};
 use crate::state::contacts::{Contact, Contacts};
 use crate::state::shapes::{ShapeRow, Shapes};
@@ -29,9 +33,20 @@ const FLUSH: f32 = 1.0e-3;
 /// 1 - cos of the angle (1 mrad) from which two normals differ.
 const SAME_NORMAL: f32 = 5.0e-7;
 
+/// Cosine of 5.1°: a flat contact, of three points or more, whose normal leans less carries too. What rests on two tiles and is askew
+/// by some roundings would tip over the end of one otherwise.
+const UPRIGHT: f32 = 0.996;
+
 /// How far the carried shape may be under the plane at the end of the step, as a part of its body's extent:
 /// what tips over the end of a shape does come down on the next one.
 const DIP: f32 = 4.0e-3;
+
+/// What moves less than this part of the smaller one's extent in a step neither slides over another body nor runs
+/// into it: in ten steps it stays within [`FLUSH`]. So piles at rest do not look for seams.
+const SLIDES: f32 = 1.0e-4;
+
+/// Places are known to this part of their coordinates: two roundings of f32 of each of two bodies.
+const ROUNDING: f32 = 2.4e-7;
 
 /// So many changes ahead of the one that is looked at its contact is asked for from memory.
 const AHEAD: usize = 8;
@@ -40,8 +55,15 @@ const AHEAD: usize = 8;
 #[derive(Clone, Debug, Default)]
 pub(super) struct Scratch {
     doubted: Vec<u32>,
-    hidden: Vec<Vec<u32>>,
+    hidden: Vec<Vec<Ghost>>,
     held: Held,
+}
+
+/// A contact that is a ghost, and the normal of what carries [world].
+#[derive(Clone, Copy, Debug)]
+struct Ghost {
+    row: u32,
+    normal: Vec3,
 }
 
 /// What holds each body past which another shape may carry it. (Its list of contacts has all that come near it
@@ -61,7 +83,6 @@ struct Hold {
     side: u32,
     body: u32,
     shape: u32,
-    under: u32,
     /// What carries stands.
     stands: bool,
     /// Unit, towards the body, when the manifold was made [world].
@@ -70,21 +91,73 @@ struct Hold {
     next: u32,
 }
 
-/// True if another shape may carry one of the bodies past this contact.
+/// What a contact with points of two convex shapes is to the search for ghosts, if anything.
 #[inline]
-pub(super) fn is_in_doubt(a: &Body, b: &Body) -> bool {
-    carries(a, b) || carries(b, a)
+pub(super) fn of_convex(
+    ctx: &StepContext,
+    (row, contact): (u32, &Contact),
+    a: &Body,
+    b: &Body,
+) -> Option<Change> {
+    if contact.count == 0 || contact.sensor {
+        return None;
+    }
+    if is_ground(a, b) || is_ground(b, a) {
+        return Some(Change::Made(row));
+    }
+    if !slides(ctx, a, b) {
+        return None;
+    }
+    Some(if closes(ctx, contact, a, b) { Change::Made(row) } else { Change::Carries(row) })
 }
 
-/// True if `under` may have a neighbor for its shape that carries `body` too.
+/// The same of a manifold with points of a mesh.
 #[inline]
-fn carries(under: &Body, body: &Body) -> bool {
+pub(super) fn of_mesh(row: u32, contact: &Contact) -> Change {
+    if is_at_border(contact) { Change::Made(row) } else { Change::Carries(row) }
+}
+
+/// True if all of it is where a mesh ends.
+fn is_at_border(contact: &Contact) -> bool {
+    contact.points().iter().all(|p| p.feature & BORDER != 0)
+}
+
+/// True if `under` may have a neighbor for its shape that carries `body` too, at rest or not.
+#[inline]
+fn is_ground(under: &Body, body: &Body) -> bool {
     body.is_dynamic() && (!under.is_dynamic() || under.shapes.len() > 1)
+}
+
+/// True of two dynamic bodies that move against each other.
+#[inline]
+fn slides(ctx: &StepContext, a: &Body, b: &Body) -> bool {
+    let least = SLIDES * lesser(a.extent, b.extent);
+    a.is_dynamic()
+        && b.is_dynamic()
+        && (b.v - a.v).length_squared() * (ctx.dt * ctx.dt) > least * least
+}
+
+/// True if the contact is about to stop something: nothing else can be a ghost. A row acts a substep ahead of the
+/// touch, so on the last sweep it looks that far beyond the step.
+fn closes(ctx: &StepContext, contact: &Contact, a: &Body, b: &Body) -> bool {
+    let least = SLIDES * lesser(a.extent, b.extent);
+    contact.points().iter().any(|p| {
+        let v = b.velocity_at(p.r_a - contact.offset) - a.velocity_at(p.r_a);
+        let gap = greater(p.separation - ctx.rest_offset, 0.0);
+        -contact.normal.dot(v) * (ctx.dt + ctx.h) > gap + least
+    })
 }
 
 /// True if it keeps its place.
 fn stands(body: &Body) -> bool {
     !body.is_dynamic() && !body.active()
+}
+
+impl Scratch {
+    /// The contacts that were ghosts in this step.
+    pub(super) fn hidden(&self) -> impl Iterator<Item = u32> {
+        self.hidden.iter().flatten().map(|ghost| ghost.row)
+    }
 }
 
 /// Takes away what [`Change::Made`] lists of contacts that are ghosts, and lists those that lose their points.
@@ -107,22 +180,32 @@ pub(super) fn hide(
             doubted.push(*row);
         }
     }
+    hidden.iter_mut().for_each(Vec::clear);
     let n = doubted.len();
     if n == 0 {
         return;
     }
-    held.list(changes, bodies, contacts);
+    held.list(ctx, changes, bodies, contacts);
     let seen = Seen { ctx, bodies, shapes, contacts, held };
     collect_ranges(jobs, n, grain(jobs, n, 32), hidden, |range, out| {
         // What is hidden itself hides nothing: so the order does not matter, and of two that hide each
         // other both stay.
-        out.extend(
-            doubted[range]
-                .iter()
-                .filter(|row| seen.is_hidden(**row, |by| !seen.is_hidden(by, |_| true))),
-        );
+        out.extend(doubted[range].iter().filter_map(|row| {
+            let normal = seen.hidden_by(*row, |by| seen.hidden_by(by, |_| true).is_none())?;
+            Some(Ghost { row: *row, normal })
+        }));
     });
-    for row in hidden.iter().flatten() {
+    for Ghost { row, normal } in hidden.iter().flatten() {
+        let contact = contacts.at_mut(*row);
+        if contact.count > 2 && contact.normal.dot(*normal) > UPRIGHT {
+            // It carries too, beside the other: it gets the normal that the surface has.
+            contact.normal = *normal;
+            continue;
+        }
+        if contact.is_part {
+            let first = contact.first(*row);
+            contacts.at_mut(first).others -= 1;
+        }
         let contact = contacts.at_mut(*row);
         contact.count = 0;
         contact.tangent_impulse = Vec3::ZERO;
@@ -136,7 +219,13 @@ pub(super) fn hide(
 
 impl Held {
     /// Lists what the changes name.
-    fn list(&mut self, changes: &[Vec<Change>], bodies: &Bodies, contacts: &Contacts) {
+    fn list(
+        &mut self,
+        ctx: &StepContext,
+        changes: &[Vec<Change>],
+        bodies: &Bodies,
+        contacts: &Contacts,
+    ) {
         for hold in self.holds.drain(..) {
             self.first.set(hold.body, NONE);
         }
@@ -146,26 +235,27 @@ impl Held {
                     contacts.prefetch(*row, 4);
                 }
                 if let Change::Made(row) | Change::Carries(row) = change {
-                    self.add(*row, bodies, contacts);
+                    self.add(ctx, *row, bodies, contacts);
                 }
             }
         }
     }
 
-    fn add(&mut self, row: u32, bodies: &Bodies, contacts: &Contacts) {
+    fn add(&mut self, ctx: &StepContext, row: u32, bodies: &Bodies, contacts: &Contacts) {
         let c = contacts.at(row);
+        let slides = slides(ctx, bodies.at(c.body_a), bodies.at(c.body_b));
         for (side, body, under, shape) in
             [(0, c.body_a, c.body_b, c.shape_a), (1, c.body_b, c.body_a, c.shape_b)]
         {
             let below = bodies.at(under);
-            if !carries(below, bodies.at(body)) {
+            if !slides && !is_ground(below, bodies.at(body)) {
                 continue;
             }
             let number = u32::try_from(self.holds.len()).expect("fewer than 2^31 contacts");
             let next = self.first.set(body, number);
             let stands = stands(below);
             let normal = if side == 0 { -c.normal } else { c.normal };
-            self.holds.push(Hold { row, side, body, shape, under, stands, normal, next });
+            self.holds.push(Hold { row, side, body, shape, stands, normal, next });
         }
     }
 
@@ -235,8 +325,8 @@ impl<'a> Seen<'a> {
         }
     }
 
-    /// True if a contact that `may` hide others hides this one.
-    fn is_hidden(&self, row: u32, may: impl Fn(u32) -> bool) -> bool {
+    /// The normal of a contact that `may` hide others and hides this one, from A to B of this one.
+    fn hidden_by(&self, row: u32, may: impl Fn(u32) -> bool) -> Option<Vec3> {
         let contact = self.contacts.at(row);
         for (side, body) in [(0, contact.body_a), (1, contact.body_b)] {
             let Some(past) = self.held.of(body).find(|hold| hold.row == row && hold.side == side)
@@ -244,54 +334,80 @@ impl<'a> Seen<'a> {
                 continue;
             };
             let doubted = self.side(row, side);
-            let found = self.held.of(body).any(|on| {
-                on.shape == past.shape
+            let found = self.held.of(body).find_map(|on| {
+                let may_hide = on.shape == past.shape
                     && on.row != row
-                    && (on.under == past.under || (past.stands && on.stands))
                     // Most are told by this: what rests on several tiles of a floor.
                     && !(on.stands && on.normal.dot(past.normal) > 1.0 - SAME_NORMAL)
-                    && !self.contacts.at(on.row).sensor
-                    && self.hides(on.row, &self.side(on.row, on.side), &doubted)
-                    && may(on.row)
+                    && !self.contacts.at(on.row).sensor;
+                if !may_hide {
+                    return None;
+                }
+                let normal = self.hides(on.row, &self.side(on.row, on.side), &doubted)?;
+                may(on.row).then_some(if side == 0 { -normal } else { normal })
             });
-            if found {
-                return true;
+            if found.is_some() {
+                return found;
             }
         }
-        false
+        None
     }
 
-    /// True if `on`, which carries the shape, makes `past` a ghost. What carries is one body, or two that stand.
-    fn hides(&self, row: u32, on: &Side<'_>, past: &Side<'_>) -> bool {
-        if on.under_shape == past.under_shape {
-            return false;
+    /// The normal of `on`, which carries the shape, if it makes `past` a ghost.
+    fn hides(&self, row: u32, on: &Side<'_>, past: &Side<'_>) -> Option<Vec3> {
+        let under = self.shapes.at(past.under_shape);
+        let core = Convex::of(&under.solid.core);
+        let at_border = matches!(under.solid.core, Core::Mesh(_)) && is_at_border(past.contact);
+        if if core.is_some() { on.under_shape == past.under_shape } else { !at_border } {
+            return None;
         }
         let turn = self.turn(row, on);
         let n1 = turn.rotate(on.normal);
         if n1.dot(past.normal) > 1.0 - SAME_NORMAL {
-            return false;
+            return None;
         }
         let plane = self.plane(turn, n1, on);
-        let under = self.shapes.at(past.under_shape);
-        let Some(core) = Convex::of(&under.solid.core) else { return false };
+        let extent = on.body.extent;
         // From here on relative to the center of what carries, so that far from the world's origin nothing
-        // is lost.
+        // is lost but what the places of the bodies have lost.
         let shift = past.under.center - on.under.center;
+        let far = on.under.center.abs().max(past.under.center.abs()).max_element();
+        let rounding = ROUNDING * far;
         // At the plane, not far below it, where the body comes when it has left what carries it.
         let least = plane.at - (plane.deepest + self.ctx.margin);
         let mut at = Vec3::ZERO;
         for p in past.contact.points() {
             at = p.r_a - past.origin + shift;
             if n1.dot(at) < least {
-                return false;
+                return None;
+            }
+            // A mesh may be anywhere, but the edge that is touched lies under the plane.
+            let edge = at - past.normal * (0.5 * p.base);
+            let over = n1.dot(edge) + self.rise(n1, (on, past), (edge, shift)) - plane.at;
+            // What rests stands off by the rest offset, and points of a small body are no more exact than that.
+            if at_border && over > FLUSH * extent + rounding + self.ctx.rest_offset {
+                return None;
             }
         }
-        // The other shape lies under the plane. What lies far off may be askew, but no more than that.
-        let pose = placed(under, past.under, shift);
-        let top = pose.point(core.support(pose.local_direction(n1))) + n1 * under.solid.radius;
-        let extent = on.body.extent;
-        let flush = FLUSH * (extent + lesser((top - at).length(), extent));
-        n1.dot(top) - plane.at <= flush && !self.dips(on, &plane)
+        if let Some(core) = core {
+            // The other shape lies under the plane. What lies far off may be askew, but no more than that.
+            let pose = placed(under, past.under, shift);
+            let top = pose.point(core.support(pose.local_direction(n1))) + n1 * under.solid.radius;
+            let flush = FLUSH * (extent + lesser((top - at).length(), extent)) + rounding;
+            let here = self.rise(n1, (on, past), (at, shift));
+            let rise = greater(here, self.rise(n1, (on, past), (top, shift)));
+            if n1.dot(top) + greater(rise, 0.0) - plane.at > flush {
+                return None;
+            }
+        }
+        (!self.dips(on, &plane)).then_some(n1)
+    }
+
+    /// How far what is past rises over what carries within the step, along `n1`: at a point from the center of what
+    /// carries [m].
+    fn rise(&self, n1: Vec3, (on, past): (&Side<'_>, &Side<'_>), (at, shift): (Vec3, Vec3)) -> f32 {
+        let v = past.under.velocity_at(at - shift) - on.under.velocity_at(at);
+        n1.dot(v) * self.ctx.dt
     }
 
     /// How far what carries has turned since the manifold was made: a recycled one is as old as its probe.

@@ -25,6 +25,8 @@ pub(crate) struct Scratch {
     /// Least still time of each strand, by the line that names it.
     still: Vec<f32>,
     torn: Vec<LinkId>,
+    /// Strands that hang on something that is moved.
+    carried: Vec<u32>,
 }
 
 /// Ends the step of all particles. `step`: its number; `h`: the length of their substeps [s].
@@ -100,29 +102,46 @@ fn advance(
     });
 }
 
-/// Timers of all that moved; bodies that are with particles which are not still are not still either.
+/// Timers of all that moved; bodies that are with particles which are not still are not still either, nor are those
+/// that hang on a strand which is moved, however slowly.
 fn keep_awake(
     ctx: &StepContext,
     rest: &SleepConfig,
     particles: &mut Particles,
     bodies: &mut Bodies,
-    stage: &Stage,
+    stage: &mut Stage,
 ) {
     let dt = ctx.dt;
+    let carried = &mut stage.settle.carried;
+    carried.clear();
     let Particles { rows, lines, .. } = particles;
-    for (row, line) in rows.values_mut().iter_mut().zip(&lines[1..]) {
-        if let Some(particle) = row
-            && moves(particle)
-        {
+    for (row, line) in rows.values_mut().iter_mut().zip(&mut lines[1..]) {
+        let Some(particle) = row else { continue };
+        if particle.faulted {
+            // What it was linked to may have become non-finite in this step, and that times no inverse mass is no number.
+            line.set_velocity(Vec3::ZERO);
+        }
+        if moves(particle) {
             let still = line.velocity().length() < rest.speed;
             particle.still_time = if still { particle.still_time + dt } else { 0.0 };
+            if line.inverse_mass() <= 0.0 && line.velocity() != Vec3::ZERO {
+                carried.push(particle.strand);
+            }
         }
     }
     let met = stage.meetings.iter().filter(|m| m.pushes && m.separation <= ctx.margin);
     let held = particles.attachments.iter().map(|a| (a.line, a.body));
+    for held in &particles.attachments {
+        let body = bodies.at(held.body);
+        if body.active() && !body.is_dynamic() {
+            carried.push(particles.at(held.line).strand);
+        }
+    }
+    carried.sort_unstable();
     for (line, body) in met.map(|m| (m.line, m.body)).chain(held) {
         let particle = particles.at(line);
-        if moves(particle) && particle.still_time < rest.time {
+        let is_carried = || carried.binary_search(&particle.strand).is_ok();
+        if moves(particle) && (particle.still_time < rest.time || is_carried()) {
             let body = bodies.at_mut(body);
             body.still_time = if body.is_dynamic() { 0.0 } else { body.still_time };
         }

@@ -11,6 +11,7 @@ use crate::base::math::Vec3;
 use crate::state::bodies::{Body, Load};
 use crate::state::config::SleepConfig;
 use crate::state::sets::Sets;
+use crate::state::shapes::Shapes;
 use crate::step::context::StepContext;
 use crate::step::solver::integrate;
 
@@ -124,6 +125,7 @@ fn weight(ctx: &StepContext, config: &SleepConfig, body: &Body) -> f32 {
 pub(super) fn freeze(
     ctx: &StepContext,
     config: &SleepConfig,
+    (shapes, spacing): (&Shapes, f32),
     sets: &mut Sets<'_>,
     s: &mut Scratch,
 ) {
@@ -135,7 +137,8 @@ pub(super) fn freeze(
     for row in &sets.bodies.awake {
         let body = sets.bodies.at(*row);
         let still = body.is_dynamic() && body.can_sleep && body.still_time >= config.time;
-        if still && body.joints.is_empty() && is_carried(ctx, CARRIED, *row, sets, |_| true) {
+        let may = still && body.joints.is_empty() && is_carried(ctx, CARRIED, *row, sets, |_| true);
+        if may && super::drives_of(sets, shapes, spacing).driver(*row).is_none() {
             (s.may[*row as usize], s.waits[*row as usize]) = (true, true);
             s.rows.push(*row);
         }

@@ -138,11 +138,8 @@ impl Solver<'_> {
         let steps = f64::from(self.ctx.substeps);
         let bounds = self.bounds.slice(group.bins.clone());
         bounds.fill(Bound::default());
-        for i in group.lines.clone() {
+        for i in self.bin_lines(group) {
             let bin = self.plan.bins.of_line[i];
-            if bin == NONE {
-                continue;
-            }
             let aux = self.aux.read(i);
             let [v, w] = aux.before();
             let line = self.lines.read(i);
@@ -201,6 +198,11 @@ impl Solver<'_> {
         self.take_part(group, bounds);
     }
 
+    /// Lines of the islands that have joints.
+    fn bin_lines(&self, group: &Group) -> impl Iterator<Item = usize> {
+        self.plan.bins.lines[group.bin_lines.clone()].iter().map(|line| *line as usize)
+    }
+
     /// The bound of a line's island, if it is over.
     fn over<'b>(
         &self,
@@ -226,7 +228,7 @@ impl Solver<'_> {
 
     /// Mass, momentum and the products of impulses of what is over; nothing is over where particles pull.
     fn weigh_islands(&self, group: &Group, bounds: &mut [Bound]) {
-        for i in group.lines.clone() {
+        for i in self.bin_lines(group) {
             let Some(bound) = self.over(i, group, bounds) else { continue };
             if self.bodies.at(self.plan.members[i - 1]).dragged {
                 bound.is_over = false;
@@ -402,7 +404,7 @@ impl Solver<'_> {
     /// Takes all impulses of what is over down to its part.
     #[expect(clippy::cast_possible_truncation, reason = "a factor")]
     fn take_part(&self, group: &Group, bounds: &mut [Bound]) {
-        for i in group.lines.clone() {
+        for i in self.bin_lines(group) {
             let Some(bound) = self.over(i, group, bounds) else { continue };
             let (part, line) = (bound.part as f32, self.lines.row(i));
             let [v, w] = self.aux.read(i).before();

@@ -12,7 +12,7 @@ use super::rows::{
 use super::softness::Softness;
 use crate::base::disjoint::{Next, Rows};
 use crate::base::wide::{
-    LANES, Sym3w, Vec3w, Wide, above, bits_up_to_zero, load, max, min, select, splat, sqrt,
+    LANES, Sym3w, Vec3w, Wide, above, bits, bits_up_to_zero, load, max, min, select, splat, sqrt,
 };
 
 /// What one sweep over contacts does.
@@ -251,6 +251,11 @@ fn solve_points<S: Simd, const FIXED: bool, const N: usize>(
     }
 
     next.ask(half..last);
+    let pressed = block.pressed | lanes_of(above(total, zero));
+    // Mostly it is known: then the line stays as it is in the cache.
+    if pressed != block.pressed {
+        block.pressed = pressed;
+    }
     let limit = load(simd, &block.mu) * total;
     let of = extra.as_deref().map(|extra| (extra, elapsed));
     rub::<S, FIXED>(simd, block, of, &mut va, &mut vb, (n, pushed), limit);
@@ -258,6 +263,14 @@ fn solve_points<S: Simd, const FIXED: bool, const N: usize>(
     if !FIXED {
         store_velocity(simd, lines, &block.row_a, va);
     }
+}
+
+/// A bit for each lane.
+#[inline(always)]
+fn lanes_of<S: Simd>(mask: mask32x8<S>) -> u8 {
+    #[expect(clippy::cast_possible_truncation, reason = "eight bits")]
+    let lanes = bits(mask) as u8;
+    lanes
 }
 
 /// The sum of one, two or four vectors, in pairs: a short chain.

@@ -66,6 +66,25 @@ impl Aux {
         }
     }
 
+    /// What turns on its own has no part of free rotation in its velocity: a torque [N m, world] alone changes that.
+    pub(super) fn turn_by_torque(&mut self, whitening: &Whitening, body: &Body, h: f32) {
+        self.add_w = four(whitening.s().mul(body.torque + body.step_torque) * h);
+    }
+
+    /// The line carries no impulses to the next substep.
+    pub(super) fn start_anew(&mut self, line: &Line) {
+        (self.before_v, self.before_w) = (line.v, line.w);
+    }
+
+    /// Takes impulses, times their scales, out of what is carried to the next substep.
+    #[inline]
+    pub(super) fn begin_later(&mut self, v: &[f32; 4], scale_v: f32, w: &[f32; 4], scale_w: f32) {
+        for i in 0..4 {
+            self.before_v[i] += v[i] * scale_v;
+            self.before_w[i] += w[i] * scale_w;
+        }
+    }
+
     /// Puts the end of the step of a body in its line, and what rounding took from its angular velocity.
     pub(super) fn put_end(&mut self, line: &mut Line, end: &BodyState, w_rest: Vec3) {
         (line.v, line.w) = (four(end.v), four(end.w));
@@ -185,6 +204,16 @@ fn locked_root(body: &Body, rotation: Quat, inverse: bool) -> Sym3 {
     Sym3::rotated_diagonal(axes, vec3(each(d.x), each(d.y), each(d.z)))
 }
 
+/// [`roots_of_inertia`] of a body with `factor` times its inertia.
+pub(super) fn scaled_roots(body: &Body, rotation: Quat, factor: f32) -> (Sym3, Sym3) {
+    let (s, s_inv) = roots_of_inertia(body, rotation);
+    if factor > 1.0 {
+        let root = factor.sqrt();
+        return (s.scaled(1.0 / root), s_inv.scaled(root));
+    }
+    (s, s_inv)
+}
+
 /// Linear acceleration of a body by gravity and forces [m/s²].
 pub(crate) fn acceleration(ctx: &StepContext, body: &Body) -> Vec3 {
     ctx.gravity * body.gravity_scale + (body.force + body.step_force) * (1.0 / body.mass)
@@ -220,11 +249,9 @@ pub(super) fn whiten(
 ) -> (Line, Whitening, Aux, Vec3) {
     let (v, w) = (start.v, start.w);
     let alpha = 1.0 / (body.mass * factor).sqrt();
-    let (mut s, mut s_inv) = roots_of_inertia(body, start.rotation);
+    let (s, s_inv) = scaled_roots(body, start.rotation, factor);
     let mut acc = acceleration(ctx, body);
     if factor > 1.0 {
-        let root = factor.sqrt();
-        (s, s_inv) = (s.scaled(1.0 / root), s_inv.scaled(root));
         acc *= 1.0 / factor;
     }
     let line = Line { v: whitened(v, alpha), w: four(s_inv.mul(w)), x: [0.0; 4], t: [0.0; 4] };

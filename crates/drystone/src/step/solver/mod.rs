@@ -8,6 +8,7 @@
 //! References: docs/derivations/soft-step.md, [Catto24], [Macklin19].
 #![expect(unsafe_code, reason = "promises that rows are kept apart")]
 
+mod bins;
 mod bound;
 pub(crate) mod softness;
 pub(crate) mod closing;
@@ -34,6 +35,8 @@ mod layout;
 mod lines;
 mod plan;
 mod reflect;
+mod renew;
+mod turning;
 mod rooms;
 mod rounds;
 mod forest;
@@ -77,6 +80,7 @@ use crate::base::disjoint::{Apart, Rows};
 use crate::base::grow;
 use crate::base::jobs::{Jobs, for_each_in_room, for_shares};
 use crate::base::math::Vec3;
+use crate::geometry::collide::MeshScratch;
 use crate::state::bodies::{Bodies, Fineness};
 use crate::state::colors::Colors;
 use crate::state::contacts::{Contact, Contacts, Slots};
@@ -97,10 +101,12 @@ pub(crate) struct Scratch {
     pub(crate) aux: Vec<Aux>,
     acceleration: Vec<Vec3>,
     pub(crate) squeezes: Vec<Squeeze>,
-    /// Of bodies whose step is taken in rounds.
+    /// Of bodies whose step is taken in rounds, and of those that turn far.
     states: Vec<BodyState>,
     /// Of each group.
     frames: Vec<Frames>,
+    /// One for each group, while some body turns far.
+    meshes: Vec<MeshScratch>,
     blocks: Vec<ContactBlock>,
     extras: Vec<Extra>,
     joints: Vec<JointBlock>,
@@ -168,10 +174,11 @@ struct Solver<'a> {
     aux: Rows<'a, Aux>,
     acceleration: Rows<'a, Vec3>,
     squeezes: Rows<'a, Squeeze>,
-    /// Empty unless some group takes its step in rounds, and which one this is.
+    /// Empty unless some body turns far, or a group takes its step in rounds, and which one this is.
     states: Rows<'a, BodyState>,
     round: u32,
     frames: Rows<'a, Frames>,
+    meshes: Rows<'a, MeshScratch>,
     blocks: Blocks<'a>,
     /// Empty, or one for each block.
     extras: Rows<'a, Extra>,
@@ -242,6 +249,7 @@ pub(crate) fn solve(
     }
     s.sweeps = method.wide_sweeps(ctx.substeps);
     s.plan.choose_fineness(bodies, joints, contacts, islands, closing.closing(), contexts, jobs);
+    s.plan.choose_turning(bodies, contacts, shapes, (closing, ctx.dt));
     let [.., struck, _] = contexts;
     s.plan.take_back(bodies, joints, contacts, islands, struck, jobs);
     let workers = jobs.workers().max(1);
@@ -254,7 +262,11 @@ pub(crate) fn solve(
     grow::resize(&mut s.acceleration, n, Vec3::ZERO);
     grow::resize(&mut s.squeezes, n, Squeeze::default());
     let in_rounds = s.plan.groups.iter().any(|group| group.fineness == Fineness::Tumbling);
-    grow::resize(&mut s.states, if in_rounds { n } else { 0 }, BodyState::default());
+    let states = in_rounds || !s.plan.turning.lines.is_empty();
+    grow::resize(&mut s.states, if states { n } else { 0 }, BodyState::default());
+    if !s.plan.turning.lines.is_empty() && s.meshes.len() < s.plan.groups.len() {
+        s.meshes.resize_with(s.plan.groups.len(), MeshScratch::default);
+    }
     s.frames.resize_with(s.plan.groups.len().max(s.frames.len()), Frames::default);
     let n = s.plan.contacts.owners.len();
     s.begun.resize(n, 0);
@@ -300,6 +312,7 @@ pub(crate) fn solve(
         states: Rows::new(&mut s.states, apart),
         round: 0,
         frames: Rows::new(&mut s.frames, apart),
+        meshes: Rows::new(&mut s.meshes, apart),
         blocks: Blocks::new(own, 0, apart),
         extras: Rows::new(&mut s.extras, apart),
         has_extras,
@@ -551,7 +564,7 @@ impl Solver<'_> {
     }
 
     fn store(&self, group: &Group, jobs: &Jobs<'_>) {
-        let scale = self.ctx.store_scale();
+        let tables = (&self.contacts, self.bodies);
         if self.ctx.inertia.is_on() {
             self.weigh(group, jobs);
         }
@@ -564,7 +577,9 @@ impl Solver<'_> {
                     let owners = &self.plan.contacts.owners[i];
                     self.prefetch_contacts(i + 1);
                     let block = self.blocks.read(i);
-                    *self.begun.row(i) = unpack::store(simd, block, extra, owners, &self.contacts, scale);
+                    let begun = self.begun.row(i);
+                    let when = (self.ctx, None);
+                    *begun |= unpack::store(simd, block, extra, (owners, *begun), tables, when);
                 }
             });
         });

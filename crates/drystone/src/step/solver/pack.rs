@@ -140,13 +140,36 @@ pub(super) fn pack<S: Simd, const FIXED: bool>(
     extra: Option<&mut Extra>,
     lines: &Rows<'_, Line>,
 ) {
+    let Some(warm) = build::<S, FIXED>(simd, source, owners, block, extra) else { return };
+    // v̂ += M^-½ Jᵀ λ for the impulses of the last step.
+    let mut vb = load_velocity(simd, lines, &block.row_b);
+    vb.v = vb.v + warm.push * load(simd, &block.beta);
+    vb.w = vb.w + warm.turn_b;
+    store_velocity(simd, lines, &block.row_b, vb);
+    if !FIXED {
+        let mut va = load_velocity(simd, lines, &block.row_a);
+        va.v = va.v - warm.push * load(simd, &block.alpha);
+        va.w = va.w - warm.turn_a;
+        store_velocity(simd, lines, &block.row_a, va);
+    }
+}
+
+/// Fills a block from up to eight contacts; `None` if there is none.
+#[inline(always)]
+pub(super) fn build<S: Simd, const FIXED: bool>(
+    simd: S,
+    source: &Source<'_>,
+    owners: &[u32; LANES],
+    block: &mut ContactBlock,
+    extra: Option<&mut Extra>,
+) -> Option<Warm<S>> {
     let Some(raw) = Raw::load::<FIXED>(source, owners) else {
         // Other groups have been in the room: what they left must push nothing.
         (block.row_a, block.row_b) = ([0; LANES], [0; LANES]);
-        return;
+        return None;
     };
     (block.row_a, block.row_b) = (raw.row_a, raw.row_b);
-    block.count = 0;
+    (block.count, block.pressed) = (0, 0);
     for c in raw.contacts {
         block.count = block.count.max(c.count);
     }
@@ -177,21 +200,11 @@ pub(super) fn pack<S: Simd, const FIXED: bool>(
             warm.turn_b = warm.turn_b + Sym3w::load(simd, &extra.s_b).mul(impulse);
         }
     }
-    // v̂ += M^-½ Jᵀ λ for the impulses of the last step.
-    let mut vb = load_velocity(simd, lines, &block.row_b);
-    vb.v = vb.v + warm.push * load(simd, &block.beta);
-    vb.w = vb.w + warm.turn_b;
-    store_velocity(simd, lines, &block.row_b, vb);
-    if !FIXED {
-        let mut va = load_velocity(simd, lines, &block.row_a);
-        va.v = va.v - warm.push * load(simd, &block.alpha);
-        va.w = va.w - warm.turn_a;
-        store_velocity(simd, lines, &block.row_a, va);
-    }
+    Some(warm)
 }
 
 /// The warm start: a linear impulse, and what turns A and B.
-struct Warm<S: Simd> {
+pub(super) struct Warm<S: Simd> {
     push: Vec3w<S>,
     turn_a: Vec3w<S>,
     turn_b: Vec3w<S>,

@@ -9,10 +9,12 @@
 
 use core::ops::Range;
 
+use super::bins::Bins;
 use super::fineness::{is_jointed, struck, take_back, tumbles, was_struck, whirls};
 use super::forest::Forest;
 use super::layout::{CLASS, GROUP, Layout, Sorter, last_line, line_key};
 use super::survey::Survey;
+use super::turning::Turning;
 use crate::base::disjoint::{Apart, Rows};
 use crate::base::grow;
 use crate::base::jobs::{Jobs, for_each, for_items, grain};
@@ -21,7 +23,9 @@ use crate::state::colors::{Coloring, Colors};
 use crate::state::contacts::Contacts;
 use crate::state::islands::Islands;
 use crate::state::joints::{Joint, Joints, Link};
+use crate::state::shapes::Shapes;
 use crate::step::context::StepContext;
+use crate::step::narrowphase;
 
 /// Most constraint ends of a group of islands: 1,200 contacts and their bodies, 0.5 MB.
 const MOST_ENDS: usize = 2400;
@@ -43,8 +47,10 @@ pub(super) struct Group {
     pub(super) couplings: Range<usize>,
     /// In [`Forest::order`].
     pub(super) trees: Range<usize>,
-    /// Numbers in [`Bins`].
+    /// Numbers of [`Bins`].
     pub(super) bins: Range<usize>,
+    /// In [`Bins::lines`].
+    pub(super) bin_lines: Range<usize>,
     pub(super) fineness: Fineness,
 }
 
@@ -55,16 +61,6 @@ struct Share {
     lines: u32,
     /// Ends of constraints; what only particles act on counts as well.
     ends: usize,
-}
-
-/// The islands that have joints, group by group.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Bins {
-    pub(super) count: usize,
-    /// The number of each line's island, or [`NONE`].
-    pub(super) of_line: Vec<u32>,
-    /// While they are numbered, that of each island.
-    of_island: Vec<u32>,
 }
 
 /// Which bodies and constraints stand where.
@@ -99,13 +95,17 @@ pub(super) struct Plan {
     joint_classes: Vec<u8>,
     survey: Survey,
     sorter: Sorter,
+    pub(super) turning: Turning,
 }
 
 /// Most parts of a shared group that are kept apart: what fits into a class beside the number of points.
 const MOST_PARTS: usize = 32;
 
 /// Bits of the number of points in the class of a contact.
-const COUNT: u32 = 3;
+const COUNT: u32 = 2;
+
+/// Bit of the class of contacts whose rows are made anew in each substep: they share no block with others.
+pub(super) const TURNING: u8 = 0x80;
 
 /// Class of distances; balls have 0.
 pub(super) const DISTANCE: u8 = 1;
@@ -153,7 +153,7 @@ fn chosen(bits: [u8; 2], wanted: [bool; 2]) -> u8 {
 }
 
 /// That of an island, among those that were chosen.
-fn fineness_of(island: u32, chosen: &[Fineness]) -> Fineness {
+pub(super) fn fineness_of(island: u32, chosen: &[Fineness]) -> Fineness {
     chosen.get(island as usize).copied().unwrap_or_default()
 }
 
@@ -219,6 +219,17 @@ impl Plan {
         }
     }
 
+    /// See [`Turning::choose`].
+    pub(super) fn choose_turning(
+        &mut self,
+        bodies: &Bodies,
+        contacts: &Contacts,
+        shapes: &Shapes,
+        found: (&narrowphase::Scratch, f32),
+    ) {
+        self.turning.choose(&self.fineness[0], bodies, contacts, shapes, found);
+    }
+
     /// What is kept of a step in parts are the impulses of its last part times the parts: right for a load, and that many times
     /// too much of a blow that came in it. Where an island that was hit goes on in whole substeps they are taken back.
     pub(super) fn take_back(
@@ -275,9 +286,9 @@ impl Plan {
         let is_whole = self.fineness[0].iter().all(|fineness| *fineness == Fineness::Whole);
         let regrouped = self.regrouped && !is_whole;
         let same = self.fineness[0] == self.fineness[1] && !regrouped;
-        if !changed && same && self.workers == workers {
+        if !changed && same && self.workers == workers && !self.turning.changed {
             if self.regrouped {
-                self.place_bins(bodies, joints);
+                self.bins.place(bodies, joints, &self.members, &mut self.groups);
             }
             return;
         }
@@ -293,6 +304,7 @@ impl Plan {
         }
         self.forest.place(&self.group_of_line, line_of, &mut self.groups);
 
+        self.turning.place(line_of);
         self.place_contacts(contacts, colors, line_of, jobs);
         // Contacts come and go in every step, joints do not.
         if joints_changed || moved {
@@ -306,47 +318,7 @@ impl Plan {
             let first = self.couplings.partition_point(|(of, _)| *of < number);
             group.couplings = first..self.couplings.partition_point(|(of, _)| *of <= number);
         }
-        self.place_bins(bodies, joints);
-    }
-
-    /// Numbers the islands that have joints.
-    fn place_bins(&mut self, bodies: &Bodies, joints: &Joints) {
-        let bins = &mut self.bins;
-        bins.count = 0;
-        if joints.rows.is_empty() {
-            bins.of_line.clear();
-            self.groups.iter_mut().for_each(|group| group.bins = 0..0);
-            return;
-        }
-        grow::resize(&mut bins.of_line, self.members.len() + 1, NONE);
-        bins.of_line.fill(NONE);
-        for group in &mut self.groups {
-            let first = bins.count;
-            let kinds = [&group.joints, &group.sixdofs, &group.couplings, &group.trees];
-            let has_joints = kinds.iter().any(|kind| !kind.is_empty());
-            let lines = if has_joints { group.lines.clone() } else { 0..0 };
-            let body = |line: usize| bodies.at(self.members[line - 1]);
-            for line in lines.clone().filter(|line| !body(*line).joints.is_empty()) {
-                let island = body(line).island as usize;
-                if bins.of_island.len() <= island {
-                    bins.of_island.resize(island + 1, NONE);
-                }
-                if bins.of_island[island] == NONE {
-                    bins.of_island[island] = number(bins.count);
-                    bins.count += 1;
-                }
-            }
-            for line in lines.clone() {
-                let island = body(line).island as usize;
-                bins.of_line[line] = bins.of_island.get(island).copied().unwrap_or(NONE);
-            }
-            for line in lines {
-                if let Some(bin) = bins.of_island.get_mut(body(line).island as usize) {
-                    *bin = NONE;
-                }
-            }
-            group.bins = first..bins.count;
-        }
+        self.bins.place(bodies, joints, &self.members, &mut self.groups);
     }
 
     /// Contacts to blocks, all colors side by side.
@@ -360,6 +332,7 @@ impl Plan {
         let key = line_key(&self.group_of_line);
         let (groups, shared, group_of_line) = (&self.groups, self.shared, &self.group_of_line);
         let parts = self.workers.min(MOST_PARTS);
+        let turning = &self.turning.bodies;
         // Of a shared group each worker begins with its own part of the lines: see `line_key`.
         let part_of = |line: usize| {
             // Line 0 is of bodies that take no part: they may still be named by a contact.
@@ -371,9 +344,16 @@ impl Plan {
         let slots = contacts.slots_mut(unsafe { Apart::promise() });
         let key_of = |row: u32| {
             let c = slots.read(row as usize).as_ref()?;
-            let count = u64::from(4 - c.count.min(4));
+            let count = match c.count {
+                0 => 3,
+                1 => 2,
+                2 => 1,
+                _ => 0,
+            };
             let line = last_line(line_of, c.body_a, c.body_b);
-            Some(key((part_of(line) as u64) << COUNT | count, line))
+            let turns = turning.contains(c.body_a) || turning.contains(c.body_b);
+            let class = u64::from(if turns { TURNING } else { 0 });
+            Some(key(class | (part_of(line) as u64) << COUNT | count, line))
         };
         let set_place = |row: u32, place| {
             if let Some(c) = slots.row(row as usize)
@@ -385,7 +365,7 @@ impl Plan {
         let colorings = [&mut colors.contacts, &mut colors.contacts_fixed];
         let ask = |row: u32| slots.prefetch(row as usize, 1);
         let runs = &mut self.contacts.runs;
-        self.sorter.sort(GROUP, colorings, ask, key_of, set_place, runs, jobs);
+        self.sorter.sort(GROUP - 1, colorings, ask, key_of, set_place, runs, jobs);
         self.contacts.lay_out([&colors.contacts, &colors.contacts_fixed]);
     }
 
@@ -542,7 +522,7 @@ impl Plan {
     }
 }
 
-fn number(n: usize) -> u32 {
+pub(super) fn number(n: usize) -> u32 {
     u32::try_from(n).expect("fewer than 2^32 bodies")
 }
 

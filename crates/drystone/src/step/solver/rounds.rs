@@ -29,6 +29,15 @@ impl BodyState {
         Self { center: body.center, rotation: body.rotation, v: body.v, w: body.w }
     }
 
+    /// Where it is after a time [s] in which nothing changes its velocities.
+    pub(super) fn drifted(&self, time: f32) -> Self {
+        Self {
+            center: self.center + self.v * time,
+            rotation: self.rotation.turned_by(self.w * time),
+            ..*self
+        }
+    }
+
     /// What a line that was begun here made of it.
     #[inline(always)]
     pub(super) fn after(&self, line: &Line, whitening: &Whitening) -> Self {
@@ -77,11 +86,7 @@ impl Solver<'_> {
         }
         #[expect(clippy::cast_precision_loss, reason = "at most 256")]
         let elapsed = self.round as f32 * self.ctx.dt;
-        BodyState {
-            center: start.center + start.v * elapsed,
-            rotation: start.rotation.turned_by(start.w * elapsed),
-            ..start
-        }
+        start.drifted(elapsed)
     }
 
     fn move_on(&self, group: &Group) {

@@ -177,6 +177,9 @@ pub(crate) struct ContactBlock {
     pub(crate) is_mixed: bool,
     /// Most points of a contact in it.
     pub(crate) count: u8,
+    /// A bit for each lane that was pressed in any sweep of the step: what the last one leaves tells nothing of a landing
+    /// that an earlier one stopped.
+    pub(crate) pressed: u8,
     /// Last, so that with fewer points less is read.
     pub(crate) points: [PointRows; 4],
 }
@@ -198,6 +201,8 @@ pub(crate) struct Extra {
     pub(crate) drifts: bool,
     /// Kinetic friction is less than static friction.
     pub(crate) slips: bool,
+    /// Its rows are made anew in each substep.
+    pub(crate) renewed: bool,
     /// A bit for each lane that may bounce in this step, and for each that did.
     pub(crate) arrives: u8,
     pub(crate) hit: u8,

@@ -52,6 +52,9 @@ impl Solver<'_> {
         self.prepare_couplings(group);
         self.prepare_trees(group);
         let arrives = self.prepare_contacts(group, jobs);
+        if self.turns(group) {
+            self.begin_turning(group);
+        }
         if self.round == 0 {
             self.begin_tallies(group);
         }
@@ -93,12 +96,19 @@ impl Solver<'_> {
         match stroke.pass {
             Pass::Velocities => self.accelerate(group, jobs, stroke.substep == 0),
             Pass::Positions => {
-                if stroke.kicks {
+                let turns = self.turns(group);
+                if stroke.kicks && !turns {
                     self.advance(group, jobs);
                 } else {
                     self.drift(group, jobs);
                 }
                 (way.done, way.kicked) = (way.done + 1, stroke.kicks);
+                if turns {
+                    self.renew(number, way.done, jobs);
+                    if stroke.kicks {
+                        self.accelerate(group, jobs, false);
+                    }
+                }
             }
             Pass::Impacts if self.has_extras => self.collide(number, way.done, way.kicked, jobs),
             pass => {
@@ -120,5 +130,8 @@ impl Solver<'_> {
             self.find_free(group);
         }
         self.store(group, jobs);
+        if self.turns(group) {
+            self.end_turning(group);
+        }
     }
 }

@@ -179,7 +179,8 @@ impl Touch {
 
     /// Which of its points approach and meet within the substep, in this pass: bits.
     pub(super) fn look(&mut self, source: &Source<'_>, moment: &Moment, pass: u16) -> u8 {
-        if self.placed == 0 {
+        let is_new = || source.extras.read(self.block as usize).renewed;
+        if self.placed == 0 || (self.placed != pass && is_new()) {
             self.load(source, moment);
         }
         if self.placed != pass {

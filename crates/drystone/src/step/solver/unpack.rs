@@ -9,7 +9,9 @@ use super::{Solver, integrate};
 use crate::base::disjoint::Rows;
 use crate::base::math::Vec3;
 use crate::base::wide::{LANES, Vec3w, above, at, load, scatter4, splat};
-use crate::state::contacts::Slots;
+use crate::state::bodies::{Bodies, Body};
+use crate::state::contacts::{Contact, Point, Slots};
+use crate::step::context::StepContext;
 
 /// Adds a block's normal impulses, times `scale`, to what is known of how its bodies are squeezed.
 #[inline(always)]
@@ -53,10 +55,11 @@ pub(super) fn store<S: Simd>(
     simd: S,
     block: &ContactBlock,
     extra: Option<&Extra>,
-    owners: &[u32; LANES],
-    contacts: &Slots<'_>,
-    scale: f32,
+    (owners, before): (&[u32; LANES], u8),
+    (contacts, bodies): (&Slots<'_>, &Bodies),
+    (ctx, elapsed): (&StepContext, Option<f32>),
 ) -> u8 {
+    let scale = ctx.store_scale();
     let wide = splat(simd, scale);
     let (f1, f2) = (load(simd, &block.friction[0]), load(simd, &block.friction[1]));
     let t = (Vec3w::load(simd, &block.t1) * f1 + Vec3w::load(simd, &block.t2) * f2) * wide;
@@ -77,7 +80,7 @@ pub(super) fn store<S: Simd>(
         let (mut push_of, mut rub_of) = ([0.0; 4], [0.0; 4]);
         push[lane].store_array(&mut push_of);
         rub[lane].store_array(&mut rub_of);
-        let mut pressed = false;
+        let mut pressed = block.pressed >> lane & 1 == 1;
         for j in 0..usize::from(c.count.min(4)) {
             c.points[j].impulse = push_of[j];
             pressed |= push_of[j] > 0.0 || c.points[j].separation <= 0.0;
@@ -90,9 +93,41 @@ pub(super) fn store<S: Simd>(
         {
             c.set_rolling_impulse(at(&extra.rolling_impulse, lane) * scale);
         }
-        begun |= u8::from(pressed && !c.touching) << lane;
+        if pressed && !c.touching && before >> lane & 1 == 0 {
+            begun |= 1 << lane;
+            let approach = approach(c, bodies.at(c.body_a), bodies.at(c.body_b), (ctx, elapsed));
+            c.set_approach(approach);
+        }
     }
     begun
+}
+
+/// How fast the points of a contact came together that was pressed in this step for the first time [m/s], of bodies as
+/// they were when the step began. What forces add on the way, v² = v₀² + 2 a s, is at most that of a whole step.
+/// `elapsed` [s]: since the step's start, of one that was made anew since.
+pub(super) fn approach(
+    c: &Contact,
+    a: &Body,
+    b: &Body,
+    (ctx, elapsed): (&StepContext, Option<f32>),
+) -> f32 {
+    let fall = |body: &Body| {
+        if body.is_dynamic() { integrate::acceleration(ctx, body) } else { Vec3::ZERO }
+    };
+    let gain = c.normal.dot(fall(a) - fall(b));
+    let elapsed = elapsed.or_else(|| c.is_renewed().then(|| ctx.step()));
+    let speed = |p: &Point| {
+        let v = -c.normal.dot(b.velocity_at(c.r_b(p)) - a.velocity_at(p.r_a));
+        if gain <= 0.0 || v < 0.0 {
+            return v;
+        }
+        if let Some(elapsed) = elapsed {
+            return v + gain * elapsed;
+        }
+        let end = (v * v + 2.0 * gain * p.separation.max(0.0)).sqrt();
+        end.min(v + gain * ctx.step())
+    };
+    c.points().iter().map(speed).fold(0.0, f32::max)
 }
 
 impl Solver<'_> {

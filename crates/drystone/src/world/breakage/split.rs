@@ -88,6 +88,7 @@ impl World {
             inertia_factor: 1.0,
             fineness: Fineness::Whole,
             load: 0.0,
+            last_h: 0.0,
             still_time: 0.0,
             room: 0.0,
             level: NONE,

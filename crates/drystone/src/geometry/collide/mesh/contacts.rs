@@ -7,10 +7,13 @@ use super::round::point;
 use super::select::Members;
 use super::triangle::Triangle;
 use crate::base::math::{Vec3, greater, lesser};
-use crate::geometry::manifold::{FeatureId, Manifold, ManifoldPoint};
+use crate::geometry::manifold::{BORDER, FeatureId, Manifold, ManifoldPoint};
 
 /// Cosine of 5.1°: contacts whose normals are nearer than this share a manifold.
 const SAME_NORMAL: f32 = 0.996;
+
+/// Cosine of 1 mrad: a normal nearer than this to that of the face is the face's.
+const FACE: f32 = 1.0 - 5.0e-7;
 
 /// Limits of a test that follow from the size of the solid.
 #[derive(Clone, Copy, Debug, Default)]
@@ -25,6 +28,8 @@ pub(super) struct Limits {
     pub(super) slack: f32,
     /// Expected motion of the solid in this step [m].
     pub(super) way: Vec3,
+    /// The same if it turns little on it, else zero [m].
+    pub(super) straight: Vec3,
     /// Corners over a face are wanted even where an edge is nearer.
     pub(super) corners: bool,
     /// A contact this much deeper than triangle and solid overlap is wrong [m].
@@ -50,6 +55,8 @@ struct Patch {
     /// Deepest point when the solid has gone its way: what has no place is what matters least then.
     due: f32,
     corners: [Vec3; 3],
+    /// How far the solid moves before its normal and points are so [m].
+    shift: Vec3,
     first: usize,
     end: usize,
 }
@@ -95,6 +102,25 @@ impl Contacts {
         self.add_instead(triangle, axis, None, points)
     }
 
+    /// Like [`Self::add`], of what is so only when the solid has moved by `shift` [m]: the separations are those of then.
+    pub(super) fn add_ahead(
+        &mut self,
+        triangle: &Triangle,
+        axis: Axis,
+        shift: Vec3,
+        points: impl IntoIterator<Item = ManifoldPoint>,
+    ) -> bool {
+        let closer = axis.normal.dot(shift);
+        let axis = Axis { separation: axis.separation - closer, ..axis };
+        let points =
+            points.into_iter().map(|p| ManifoldPoint { separation: p.separation - closer, ..p });
+        let added = self.add_instead(triangle, axis, None, points);
+        if added && let Some(patch) = self.patches.last_mut() {
+            patch.shift = shift;
+        }
+        added
+    }
+
     /// Like [`Self::add`], for a contact that stands in for one along `refused`: it is dropped if
     /// another triangle has that normal.
     #[inline(always)]
@@ -107,12 +133,14 @@ impl Contacts {
     ) -> bool {
         // A face that lies flush stands in for none but itself.
         let refused = refused.filter(|normal| normal.dot(axis.normal) <= SAME_NORMAL);
+        let is_face = axis.normal.dot(triangle.normal) > FACE;
+        let border = if is_face || !triangle.is_border(axis.normal) { 0 } else { BORDER };
         let first = self.points.len();
         let mut deepest = f32::INFINITY;
         for p in points {
             if p.separation <= self.limits.margin && p.position.is_finite() {
                 deepest = lesser(deepest, p.separation);
-                self.points.push(p);
+                self.points.push(ManifoldPoint { feature: p.feature & !BORDER | border, ..p });
             }
         }
         let end = self.points.len();
@@ -123,6 +151,7 @@ impl Contacts {
                 deepest,
                 due: deepest + axis.normal.dot(self.limits.way),
                 corners: triangle.corners,
+                shift: Vec3::ZERO,
                 first,
                 end,
             });
@@ -210,10 +239,9 @@ impl Contacts {
         for place in &self.order {
             let patch = &self.patches[place.patch as usize];
             let near = |normal: Vec3, n: usize| {
-                leads[..n]
-                    .iter()
-                    .flatten()
-                    .position(|lead| lead.axis.normal.dot(normal) > SAME_NORMAL)
+                leads[..n].iter().flatten().position(|lead| {
+                    lead.axis.normal.dot(normal) > SAME_NORMAL && lead.shift == patch.shift
+                })
             };
             if patch.refused.is_some_and(|normal| near(normal, proper).is_some())
                 || self.is_carried_by_another(patch)
@@ -245,6 +273,7 @@ impl Contacts {
         for (slot, (deepest, at)) in out.iter_mut().zip(&parts[..count]) {
             if let Some(lead) = leads[*at] {
                 *slot = members[*at].select(simd, lead.axis.normal, *deepest, &self.limits);
+                slot.shift = lead.shift;
             }
         }
         self.members = members;

@@ -375,6 +375,7 @@ fn at_line(
     }
     let axis = contacts::Axis { normal, separation: separation - body.radius };
     let separation = normal.dot(gap) - body.radius;
-    along_edge(triangle, part, axis, (ends, p), (separation, body.radius), contacts);
+    let of = ((separation, body.radius), Vec3::ZERO);
+    along_edge(triangle, part, axis, (ends, p), of, contacts);
     true
 }

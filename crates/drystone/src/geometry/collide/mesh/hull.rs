@@ -10,6 +10,7 @@ use super::round::point;
 use super::triangle::{Part, Triangle, closest_on_segments};
 use crate::base::math::{Vec3, lesser};
 use crate::base::wide::{LANES, above, bits, most, splat};
+use crate::geometry::clip::STEEP;
 use crate::geometry::hull::Plane;
 use crate::geometry::manifold::ManifoldPoint;
 
@@ -99,7 +100,7 @@ pub(super) fn hull<S: Simd>(
     }
     let face_axis = contacts::Axis { normal: triangle.normal, separation: over - hull.radius };
     if limits.corners {
-        hull.find_vertices_over(simd, triangle);
+        hull.find_vertices_over(simd, triangle, 0.0);
         contacts.add_vertices(triangle, hull.vertices_over(), (over - hull.radius, hull.radius));
     }
     let refused = match best {
@@ -116,6 +117,9 @@ pub(super) fn hull<S: Simd>(
         None => refused.map(|r| r.normal),
     };
     let lowest = hull.face_against(simd, triangle.normal);
+    if !hull.is_cuboid() {
+        hull.find_vertices_over(simd, triangle, f32::NEG_INFINITY);
+    }
     on_triangle(triangle, (hull, lowest), (face_axis, refused), contacts, clipper);
     None
 }
@@ -157,7 +161,32 @@ fn on_triangle(
         let separation = triangle.height(c.position) - hull.radius;
         point(c.position, normal, separation, hull.radius, c.feature)
     });
+    let is_of_face = |number: u32| {
+        let mut found = false;
+        hull.around(lowest, |e| found |= u32::from(e.origin) == number);
+        found
+    };
+    let low = low_vertices(hull).filter_map(|(number, position, separation)| {
+        let feature = mix(5, number, class);
+        (!is_of_face(number)).then(|| point(position, normal, separation, hull.radius, feature))
+    });
+    let points = points.chain(low);
     contacts.add_instead(triangle, axis, refused, points);
+}
+
+/// The vertices over a triangle that stand low: less than half as much higher than the lowest as they are away from it. The lowest need
+/// not be one of the lowest face, and what turns sets down those of its neighbors. A box has none besides that face's.
+fn low_vertices(hull: &PlacedHull<'_>) -> impl Iterator<Item = (u32, Vec3, f32)> {
+    let over = || if hull.is_cuboid() { None } else { Some(hull.vertices_over()) };
+    let mut lowest = (f32::INFINITY, Vec3::ZERO);
+    for (_, position, height) in over().into_iter().flatten() {
+        if height < lowest.0 {
+            lowest = (height, position);
+        }
+    }
+    over().into_iter().flatten().filter(move |(_, position, height)| {
+        STEEP * (height - lowest.0) <= (*position - lowest.1).length()
+    })
 }
 
 /// The normal is that of a face of the polytope, which an edge or a corner of the triangle touches.

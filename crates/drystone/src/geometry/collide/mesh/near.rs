@@ -23,6 +23,8 @@ pub(crate) struct Reach {
     pub(crate) rest: f32,
     /// How the solid's center is expected to move against the mesh in this step [m, frame of the mesh].
     pub(crate) way: Vec3,
+    /// It turns little on that way: where it meets an edge can be told.
+    pub(crate) is_straight: bool,
     /// The solid is fast: its corners over a face are contacts even where an edge is nearer. After a hit
     /// at the edge they may come down within the step.
     pub(crate) corners: bool,
@@ -33,7 +35,8 @@ pub(crate) struct Reach {
 impl Reach {
     /// The same in all directions.
     pub(crate) fn still(margin: f32) -> Self {
-        Self { margin, rest: margin, way: Vec3::ZERO, corners: false, room: 0.0 }
+        let way = Vec3::ZERO;
+        Self { margin, rest: margin, way, is_straight: false, corners: false, room: 0.0 }
     }
 }
 

@@ -251,10 +251,10 @@ impl<'a> PlacedHull<'a> {
         face
     }
 
-    /// Looks for the vertices that are over the triangle and apart from it.
+    /// Looks for the vertices that are over the triangle, from `least` [m] on: 0 where they are apart.
     #[inline(always)]
-    pub(super) fn find_vertices_over<S: Simd>(&mut self, simd: S, triangle: &Triangle) {
-        let zero = splat(simd, 0.0);
+    pub(super) fn find_vertices_over<S: Simd>(&mut self, simd: S, triangle: &Triangle, least: f32) {
+        let (zero, lowest) = (splat(simd, 0.0), splat(simd, least));
         let (up, at) = (Vec3w::splat(simd, triangle.normal), triangle.corners[0]);
         let at = Vec3w::splat(simd, at);
         let space = &mut *self.space;
@@ -268,7 +268,7 @@ impl<'a> PlacedHull<'a> {
                 let d = outward.dot(v - Vec3w::splat(simd, triangle.corners[k]));
                 outside = max(outside, d);
             }
-            let mut over = !bits(above(zero, apart) | above(outside, zero)) & ALL;
+            let mut over = !bits(above(lowest, apart) | above(outside, zero)) & ALL;
             if over == 0 {
                 continue;
             }

@@ -8,6 +8,14 @@ use crate::geometry::manifold::ManifoldPoint;
 
 /// A normal this near to the face's (cosine of 0.8°) is the face's.
 const UPRIGHT: f32 = 0.9999;
+/// A normal stays as it is if by its turning no more than this part of the radius is gone along it in the step: over the
+/// gap it turns by gap · along / (closing · radius), where `along` is the way beside it, and the way along it is `closing`.
+const TURN: f32 = 1.0e-3;
+/// Advances to an edge, at most, and what is left then as a part of the radius: the error of the normal is its root.
+const ROUNDS: usize = 16;
+const MET: f32 = 1.0e-5;
+/// Halvings of the way to where what passes by is nearest.
+const HALVINGS: usize = 6;
 /// Sine of the angle below which a segment and an edge touch in two points.
 const PARALLEL: f32 = 0.1;
 
@@ -24,6 +32,53 @@ pub(super) fn point(
     ManifoldPoint { position, separation, feature }
 }
 
+/// How far a round solid moves before it meets the edge or corner that is `nearest` to the point `core` of it, or comes
+/// nearest to it within the step [m]; zero if the normal hardly turns on the way.
+///
+/// The normal of an edge ahead points back along the way, and would stop what goes over the edge. `closest` tells the
+/// nearest points when the solid has moved so far. Each advance is as long as the plane between the two allows
+/// `[Mirtich96]`.
+fn way_to_edge(
+    start: (Vec3, Vec3),
+    (radius, way): (f32, Vec3),
+    closest: impl Fn(Vec3) -> (Vec3, Vec3),
+) -> Vec3 {
+    let seen = |(core, nearest): (Vec3, Vec3)| {
+        let apart = core - nearest;
+        let distance = apart.length();
+        (apart, distance - radius, -apart.dot(way) / distance)
+    };
+    let (apart, gap, closing) = seen(start);
+    // A row acts a substep ahead of the touch, in the last sweep up to a step ahead of it.
+    if !(gap > 0.0 && 2.0 * closing > gap) {
+        return Vec3::ZERO;
+    }
+    let along = (way + apart * (closing / apart.length())).length();
+    if gap * along < TURN * radius * radius {
+        return Vec3::ZERO;
+    }
+    let mut before = 0.0;
+    let mut fraction = lesser(gap / closing, 1.0);
+    for _ in 0..ROUNDS {
+        let (_, gap, closing) = seen(closest(way * fraction));
+        if !(closing > 0.0) {
+            // It passes by. Where it is nearest the plane between the two lies along the way.
+            for _ in 0..HALVINGS {
+                let middle = 0.5 * (before + fraction);
+                let (_, _, closing) = seen(closest(way * middle));
+                if closing > 0.0 { before = middle } else { fraction = middle }
+            }
+            return way * before;
+        }
+        if gap <= MET * radius || fraction >= 1.0 {
+            break;
+        }
+        before = fraction;
+        fraction = lesser(fraction + gap / closing, 1.0);
+    }
+    way * fraction
+}
+
 /// Adds the contact of a sphere; if it is too far away for one, says how far it is at least [m].
 pub(super) fn sphere(
     triangle: &Triangle,
@@ -31,24 +86,34 @@ pub(super) fn sphere(
     radius: f32,
     contacts: &mut Contacts,
 ) -> Option<f32> {
-    let (nearest, part) = triangle.closest(center);
-    let offset = center - nearest;
-    let distance = offset.length();
-    let separation = distance - radius;
-    if separation > contacts.limits.margin {
-        return Some(separation);
+    let (mut nearest, mut part) = triangle.closest(center);
+    let distance = (center - nearest).length();
+    if distance - radius > contacts.limits.margin {
+        return Some(distance - radius);
     }
     let feature = |normal| mix(1, direction_class(normal), 0);
+    let mut shift = Vec3::ZERO;
+    if part != Part::Face {
+        let way = (radius, contacts.limits.straight);
+        let closest = |shift: Vec3| (center + shift, triangle.closest(center + shift).0);
+        shift = way_to_edge((center, nearest), way, closest);
+        (nearest, part) = triangle.closest(center + shift);
+    }
+    let offset = center + shift - nearest;
     if part != Part::Face
         && let Some(normal) = offset.try_normalize()
     {
+        let separation = offset.length() - radius;
+        let p = point(center + shift, normal, separation, radius, feature(normal));
         if triangle.allows(part, normal) {
-            let p = point(center, normal, separation, radius, feature(normal));
-            contacts.add(triangle, Axis { normal, separation }, [p]);
+            contacts.add_ahead(triangle, Axis { normal, separation }, shift, [p]);
             return None;
         }
         if triangle.outside(center) > contacts.limits.slack {
-            contacts.add_spare(normal, point(center, normal, separation, radius, feature(normal)));
+            // What is ahead overlaps nothing.
+            if shift == Vec3::ZERO {
+                contacts.add_spare(normal, p);
+            }
             return None;
         }
     }
@@ -80,12 +145,20 @@ pub(super) fn capsule(
     };
     let mut refused = None;
     if !crosses {
-        let (core, nearest, part) = closest_to_segment(triangle, ends);
+        let (mut core, mut nearest, mut part) = closest_to_segment(triangle, ends);
+        let apart = (core - nearest).length() - radius;
+        if apart > limits.margin {
+            return Some(apart);
+        }
+        let mut shift = Vec3::ZERO;
+        if part != Part::Face {
+            let at = |shift: Vec3| closest_to_segment(triangle, ends.map(|end| end + shift));
+            let closest = |shift: Vec3| (at(shift).0, at(shift).1);
+            shift = way_to_edge((core, nearest), (radius, limits.straight), closest);
+            (core, nearest, part) = at(shift);
+        }
         let offset = core - nearest;
         let separation = offset.length() - radius;
-        if separation > limits.margin {
-            return Some(separation);
-        }
         if part != Part::Face
             && let Some(normal) = offset.try_normalize()
             && normal.dot(triangle.normal) < UPRIGHT
@@ -95,7 +168,8 @@ pub(super) fn capsule(
                 if limits.corners {
                     contacts.add_corners(triangle, &ends, (lowest, radius));
                 }
-                along_edge(triangle, part, axis, (ends, core), (separation, radius), contacts);
+                let (ends, moved) = (ends.map(|end| end + shift), (separation, radius));
+                along_edge(triangle, part, axis, (ends, core), (moved, shift), contacts);
                 return None;
             }
             let center = ends[0].lerp(ends[1], 0.5);
@@ -104,7 +178,10 @@ pub(super) fn capsule(
             }
             refused = Some(normal);
             let class = direction_class(normal);
-            contacts.add_spare(normal, point(core, normal, separation, radius, mix(2, class, 0)));
+            if shift == Vec3::ZERO {
+                let p = point(core, normal, separation, radius, mix(2, class, 0));
+                contacts.add_spare(normal, p);
+            }
         }
     }
     let normal = triangle.normal;
@@ -153,13 +230,13 @@ fn closest_to_segment(triangle: &Triangle, ends: [Vec3; 2]) -> (Vec3, Vec3, Part
     best
 }
 
-/// The contact of a segment at an edge or corner: two points where it runs along an edge.
+/// The contact of a segment at an edge or corner, when it has moved by `shift`: two points where it runs along an edge.
 pub(super) fn along_edge(
     triangle: &Triangle,
     part: Part,
     axis: Axis,
     (ends, core): ([Vec3; 2], Vec3),
-    (separation, radius): (f32, f32),
+    ((separation, radius), shift): ((f32, f32), Vec3),
     contacts: &mut Contacts,
 ) {
     let normal = axis.normal;
@@ -183,9 +260,10 @@ pub(super) fn along_edge(
                 };
                 point(p, normal, normal.dot(p - a) - radius, radius, mix(3, class, end))
             });
-            contacts.add(triangle, axis, pair);
+            contacts.add_ahead(triangle, axis, shift, pair);
             return;
         }
     }
-    contacts.add(triangle, axis, [point(core, normal, separation, radius, mix(4, class, 0))]);
+    let one = point(core, normal, separation, radius, mix(4, class, 0));
+    contacts.add_ahead(triangle, axis, shift, [one]);
 }

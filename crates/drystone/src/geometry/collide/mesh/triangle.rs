@@ -121,6 +121,13 @@ impl Triangle {
         }
     }
 
+    /// True if the part that touches along the unit vector `axis` is one where the mesh ends. Of the face's own
+    /// normal it is not asked.
+    pub(super) fn is_border(&self, axis: Vec3) -> bool {
+        let (edges, n) = self.support(axis).edges();
+        edges[..n].iter().any(|k| self.bends[*k].is_border())
+    }
+
     /// True if the surface has the unit normal `axis` at `part`, an edge or a corner: at each edge
     /// it leans to, it lies between the normals of the two faces. All other normals are ghosts of
     /// the way the surface is cut into triangles.

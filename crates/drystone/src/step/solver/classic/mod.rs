@@ -30,10 +30,11 @@ use super::integrate::{self, Aux};
 use super::rounds::BodyState;
 use super::rows::{Line, Whitening};
 use super::softness::{Softness, decay, exact_decay};
+use super::unpack::approach;
 use crate::base::double::greater;
 use crate::base::math::Vec3;
 use crate::base::sym3::Sym3;
-use crate::state::bodies::Body;
+use crate::state::bodies::{Bodies, Body};
 use crate::state::colors::Colors;
 use crate::state::contacts::{Contact, Contacts};
 use crate::state::joints::{Joints, Link as JointLink};
@@ -109,7 +110,7 @@ pub(super) fn solve(
             s.sweeps += c.run(*pass, ctx, &settings);
         }
     }
-    c.store(ctx.substeps, contacts, joints);
+    c.store(ctx, input.bodies, contacts, joints);
     c.write_lines(&settings, s);
     s.classic = c;
 }
@@ -353,7 +354,13 @@ impl Scratch {
     }
 
     /// Impulses back to contacts and joints.
-    fn store(&mut self, substeps: u32, contacts: &mut Contacts, joints: &mut Joints) {
+    fn store(
+        &mut self,
+        ctx: &StepContext,
+        bodies: &Bodies,
+        contacts: &mut Contacts,
+        joints: &mut Joints,
+    ) {
         self.begun.clear();
         for pair in &self.pairs {
             let c = contacts.at_mut(pair.contact);
@@ -366,12 +373,14 @@ impl Scratch {
             }
             (c.tangent_impulse, c.twist_impulse) = (rub, 0.0);
             if pressed && !c.touching {
+                let approach = approach(c, bodies.at(c.body_a), bodies.at(c.body_b), (ctx, None));
+                c.set_approach(approach);
                 self.begun.push(pair.contact);
             }
         }
         // Nothing sums up here what a joint gives: the last substep stands for all.
         #[expect(clippy::cast_precision_loss, reason = "at most 256")]
-        let n = substeps as f32;
+        let n = ctx.substeps as f32;
         for link in &self.links {
             let joint = joints.at_mut(link.row);
             joint.impulse = link.impulse;

@@ -1,0 +1,238 @@
+//! What drives a body that is slow: it must not sleep, however slow that is.
+
+use super::bodies::{Bodies, Body};
+use super::contacts::{Contact, Contacts, Point};
+use super::coupling::coordinate;
+use super::def::BodyKind;
+use super::joints::{Joint, Joints, Link};
+use super::shapes::{ShapeRow, Shapes};
+use super::six::Six;
+use super::sixdof::{JointDrive, JointMotion};
+use super::stillness::{rounding, size};
+use crate::base::math::Vec3;
+
+/// Part of its size by which what a spring acts on may move between two marks and rest: so far it may be off its place.
+const SPRUNG: f32 = 1.0e-3;
+
+/// The same of what is driven at a speed: a motor that is weak begins as slowly as this.
+const HELD: f32 = 1.0e-5;
+
+/// Part of what a drive asks for below which it is stalled: what it acts on has come to a stop against something.
+const STALLED: f32 = 1.0e-3;
+
+/// What drives a body.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Driver {
+    /// A kinematic body that moves.
+    Body(u32),
+    /// A body whose surface moves.
+    Belt(u32),
+    /// A joint whose drive or spring still moves it.
+    Joint(u32),
+}
+
+/// The tables that are read.
+#[derive(Clone, Copy)]
+pub(crate) struct Drives<'a> {
+    pub(crate) bodies: &'a Bodies,
+    pub(crate) shapes: &'a Shapes,
+    pub(crate) joints: &'a Joints,
+    pub(crate) contacts: &'a Contacts,
+    /// Time between two marks [s].
+    pub(crate) spacing: f32,
+}
+
+/// True of a kinematic body that moves.
+fn moves(body: &Body) -> bool {
+    body.kind == BodyKind::Kinematic && (body.v != Vec3::ZERO || body.w != Vec3::ZERO)
+}
+
+impl Drives<'_> {
+    /// The first thing that drives a dynamic body: what it touches, then its joints, in the order of its lists.
+    pub(crate) fn driver(&self, row: u32) -> Option<Driver> {
+        let body = self.bodies.at(row);
+        for (contact, side) in self.contacts.of_body(body) {
+            let c = self.contacts.at(contact);
+            // What is only near does not drive.
+            let presses = |p: &Point| p.impulse > 0.0 || p.separation <= 0.0;
+            if c.sensor || !c.points().iter().any(presses) {
+                continue;
+            }
+            let other = if side == 0 { c.body_b } else { c.body_a };
+            if moves(self.bodies.at(other)) {
+                return Some(Driver::Body(other));
+            }
+            if c.belt && c.friction > 0.0 && !self.is_held(row, self.belt_speed(c)) {
+                return Some(Driver::Belt(other));
+            }
+        }
+        for &joint_row in &body.joints {
+            let joint = self.joints.at(joint_row);
+            let other = if joint.body_a == row { joint.body_b } else { joint.body_a };
+            if moves(self.bodies.at(other)) {
+                return Some(Driver::Body(other));
+            }
+            if self.acts(joint) {
+                return Some(Driver::Joint(joint_row));
+            }
+        }
+        None
+    }
+
+    /// True if a body has come to a stop though a surface would move it at this speed [m/s].
+    fn is_held(&self, row: u32, speed: f32) -> bool {
+        let body = self.bodies.at(row);
+        let most = (HELD * size(body)).min(STALLED * speed * self.spacing) + rounding(body);
+        let means = self.bodies.stillness[row as usize].means;
+        means.iter().all(|mean| mean.length(size(body)) * self.spacing <= most)
+    }
+
+    /// How fast the surfaces of a contact move over their shapes, together [m/s].
+    fn belt_speed(&self, c: &Contact) -> f32 {
+        let point = self.bodies.at(c.body_a).center + c.points[0].r_a;
+        let of = |shape: &ShapeRow| {
+            let arm = point - shape.placed(self.bodies.at(shape.body)).position;
+            shape.surface_velocity.length() + shape.surface_spin.length() * arm.length()
+        };
+        of(self.shapes.at(c.shape_a)) + of(self.shapes.at(c.shape_b))
+    }
+
+    /// True if a drive or spring of a joint still moves its bodies against each other.
+    fn acts(&self, joint: &Joint) -> bool {
+        match &joint.link {
+            Link::Distance { spring: Some(_), .. } => {
+                let speeds = self.meets(joint).map(|meet| meet.apart());
+                self.goes(joint, Asked::Place(f32::INFINITY), 1.0, speeds)
+            }
+            Link::Six(six) if six.laws.flags.drives | six.laws.flags.yields != 0 => {
+                (0..6).any(|axis| self.acts_along(joint, six, axis))
+            }
+            _ => false,
+        }
+    }
+
+    /// The same of an axis of a joint of six.
+    fn acts_along(&self, joint: &Joint, six: &Six, i: usize) -> bool {
+        let axis = six.def.axes()[i];
+        if axis.held().is_some() {
+            return false;
+        }
+        let size = self.size_of(joint);
+        let reach = if i < 3 { 1.0 } else { size };
+        let driven = axis.drive.and_then(|drive| {
+            let error = || drive.position - coordinate_of(joint, six, self.bodies, i);
+            drive_asks(&drive, SPRUNG * size / reach, error)
+        });
+        let springs = matches!(axis.motion, JointMotion::Limited { spring: Some(_), .. });
+        let Some(asked) = driven.or(springs.then_some(Asked::Place(f32::INFINITY))) else {
+            return false;
+        };
+        let (a, b) = (self.bodies.at(joint.body_a), self.bodies.at(joint.body_b));
+        let frame = a.rotation * six.def.frame_a;
+        let speeds = self.meets(joint).map(|meet| {
+            if i < 3 {
+                return frame.rotate([Vec3::X, Vec3::Y, Vec3::Z][i]).dot(meet.moves).abs();
+            }
+            // Behind a cone the swings have no rows of their own.
+            let swings = i > 3 && six.def.cone.is_some();
+            let row = six.turns(a.rotation, b.rotation).rows[i - 3];
+            if swings { meet.turns.length() } else { row.dot(meet.turns).abs() }
+        });
+        self.goes(joint, asked, reach, speeds)
+    }
+
+    /// True if a coordinate that went at these speeds between marks has not come to a stop [m/s; rad/s]; `reach`: how far
+    /// a unit of it moves something [m].
+    fn goes(&self, joint: &Joint, asked: Asked, reach: f32, speeds: [f32; 2]) -> bool {
+        let size = self.size_of(joint);
+        let (part, speed) = match asked {
+            Asked::Speed(speed) => (HELD, speed),
+            Asked::Place(speed) => (SPRUNG, speed),
+        };
+        let ends = [joint.body_a, joint.body_b].map(|row| self.bodies.at(row));
+        let rounding: f32 = ends.iter().filter(|b| b.is_dynamic()).map(|b| rounding(b)).sum();
+        let most = (part * size / reach).min(STALLED * speed * self.spacing) + rounding / reach;
+        speeds.iter().any(|speed| speed * self.spacing > most)
+    }
+
+    /// Size of the smaller of a joint's bodies that are dynamic [m].
+    fn size_of(&self, joint: &Joint) -> f32 {
+        let sizes = [joint.body_a, joint.body_b].map(|row| {
+            let body = self.bodies.at(row);
+            if body.is_dynamic() { size(body) } else { f32::INFINITY }
+        });
+        sizes[0].min(sizes[1])
+    }
+
+    /// How the second anchor of a joint went against the first between the last marks of its bodies, on the mean.
+    fn meets(&self, joint: &Joint) -> [Meeting; 2] {
+        let (a, b) = (self.bodies.at(joint.body_a), self.bodies.at(joint.body_b));
+        let [r_a, r_b] = [a.rotation.rotate(joint.anchor_a), b.rotation.rotate(joint.anchor_b)];
+        let gap = (b.center + r_b) - (a.center + r_a);
+        let mean = |row: u32, k: usize| self.bodies.stillness[row as usize].means[k];
+        [0, 1].map(|k| {
+            let (of_a, of_b) = (mean(joint.body_a, k), mean(joint.body_b, k));
+            let at_b = of_b.moved + of_b.turned.cross(r_b);
+            // The first frame turns with its body, and the gap is told in it.
+            let at_a = of_a.moved + of_a.turned.cross(r_a + gap);
+            Meeting { gap, moves: at_b - at_a, turns: of_b.turned - of_a.turned }
+        })
+    }
+}
+
+/// How two anchors go against each other.
+#[derive(Clone, Copy)]
+struct Meeting {
+    /// From the first to the second [m, world].
+    gap: Vec3,
+    /// How that changes, told in the first frame [m/s, world], and the angular velocity [rad/s, world].
+    moves: Vec3,
+    turns: Vec3,
+}
+
+impl Meeting {
+    /// How fast the distance changes [m/s].
+    fn apart(&self) -> f32 {
+        self.gap.try_normalize().map_or(0.0, |n| n.dot(self.moves).abs())
+    }
+}
+
+/// What a drive or a spring would do if nothing held it.
+#[derive(Clone, Copy)]
+enum Asked {
+    /// It would go at this speed [m/s; rad/s].
+    Speed(f32),
+    /// It would go to a place, at this speed at first [m/s; rad/s].
+    Place(f32),
+}
+
+/// What a drive asks; `None` if it moves nothing. It has reached its place when it is as near as `near` [m; rad].
+fn drive_asks(drive: &JointDrive, near: f32, error: impl Fn() -> f32) -> Option<Asked> {
+    let JointDrive { velocity, spring, max_force, .. } = *drive;
+    if max_force <= 0.0 {
+        return None;
+    }
+    let asked = if spring.damping > 0.0 { velocity.abs() } else { 0.0 };
+    if asked > 0.0 {
+        return Some(Asked::Speed(asked));
+    }
+    if spring.stiffness <= 0.0 {
+        return None;
+    }
+    // An overdamped one closes in at this rate [1/s]; others are faster.
+    let rate = if spring.damping > 0.0 { spring.stiffness / spring.damping } else { f32::INFINITY };
+    let error = error().abs();
+    Some(Asked::Place(if error <= near { f32::INFINITY } else { rate * error }))
+}
+
+/// A coordinate of a joint of six axes [m; rad]; of the swings behind a cone their parts about y and z.
+fn coordinate_of(joint: &Joint, six: &Six, bodies: &Bodies, axis: usize) -> f32 {
+    if axis > 3 && six.def.cone.is_some() {
+        let (a, b) = (bodies.at(joint.body_a), bodies.at(joint.body_b));
+        let turns = six.turns(a.rotation, b.rotation);
+        return turns.swing[axis - 4] * turns.angles[1];
+    }
+    #[expect(clippy::cast_possible_truncation, reason = "an angle or a length")]
+    let x = coordinate(joint, six, bodies, axis) as f32;
+    x
+}

@@ -1,0 +1,100 @@
+//! Manifolds that are kept, and what a new one takes over from the old one: impulses, and what the contact gave under its load.
+
+use crate::base::math::Vec3;
+use crate::base::quat::Quat;
+use crate::state::bodies::{Body, NONE};
+use crate::state::contacts::{Contact, Point, Probe, Slots};
+use crate::step::context::StepContext;
+
+/// Keeps points, anchors and normal, and works out the separations anew; false if that is not enough.
+/// Frozen anchors are what keeps tall walls from buckling (docs/derivations/soft-step.md).
+pub(super) fn recycle(
+    ctx: &StepContext,
+    contact: &mut Contact,
+    probe: &Probe,
+    a: &Body,
+    b: &Body,
+    slots: &Slots<'_>,
+) -> bool {
+    // Rows of a pair lie apart: those without points are not visited.
+    let several = contact.others > 0;
+    let mut part = Some(contact);
+    while let Some(contact) = part {
+        let normal = contact.normal;
+        // The normal turned back with both bodies: then the anchors need no turning.
+        let n_a = probe.rotation_a.rotate(a.rotation.unrotate(normal));
+        let n_b = probe.rotation_b.rotate(b.rotation.unrotate(normal));
+        let between = normal.dot(b.center - a.center) - n_b.dot(contact.offset);
+        let tilt = n_b - n_a;
+        let count = usize::from(contact.count);
+        let mut least = f32::INFINITY;
+        for p in &mut contact.points[..count] {
+            p.separation = p.base + (between + tilt.dot(p.r_a));
+            least = least.min(p.separation);
+        }
+        if count > 0 && !(least <= ctx.margin) {
+            return false;
+        }
+        let next = contact.next_part;
+        part = (several && next != NONE).then(|| slots.row(next as usize).as_mut()).flatten();
+    }
+    true
+}
+
+/// What a loaded contact gave in substeps of another length is no overlap in those of this step. Stiffness follows the substep: as time
+/// slowed down, the depth that carried the load was an error, was pushed out, and a stack that rested hopped by its
+/// own height. So the points are as far apart as if the contact had given by this step's stiffness.
+pub(super) fn keep_load(ctx: &StepContext, contact: &mut Contact, a: &Body, b: &Body) {
+    let last_h = if a.is_dynamic() { a.last_h } else { b.last_h };
+    let more = ctx.gave_more(last_h);
+    if more == 0.0 || contact.sensor {
+        return;
+    }
+    let both = a.is_dynamic() && b.is_dynamic();
+    // With static bodies they are of twice the frequency.
+    let more = if both { more } else { 0.25 * more } / last_h;
+    let (normal, offset) = (contact.normal, contact.offset);
+    let count = usize::from(contact.count);
+    for p in &mut contact.points[..count] {
+        let answer = |body: &Body, r: Vec3| {
+            if !body.is_dynamic() {
+                return 0.0;
+            }
+            let arm = r.cross(normal);
+            (1.0 / body.mass + arm.dot(body.turn_by(arm))) / body.inertia_factor.max(1.0)
+        };
+        let gave = p.impulse * more * (answer(a, p.r_a) + answer(b, p.r_a - offset));
+        p.base += gave;
+        p.separation += gave;
+    }
+}
+
+/// The impulse of the old point that a new one continues, and takes it away from it: the one of the same
+/// feature, else the nearest one that is near. (Features change names when the two faces of a flush
+/// contact change roles; without its impulses a loaded contact would give way for a step.)
+pub(super) fn inherit(
+    old: &mut [Point],
+    feature: u32,
+    r_a: Vec3,
+    last: Quat,
+    a: &Body,
+    b: &Body,
+) -> f32 {
+    // In the frame that A had when the old ones were made.
+    inherit_near(old, feature, last.rotate(a.rotation.unrotate(r_a)), a, b)
+}
+
+/// The same, where that point is `here` in the frame of the old ones [m, from A's center].
+pub(crate) fn inherit_near(old: &mut [Point], feature: u32, here: Vec3, a: &Body, b: &Body) -> f32 {
+    let size = |body: &Body| if body.is_dynamic() { body.extent } else { f32::INFINITY };
+    let near = 0.1 * size(a).min(size(b));
+    let found = old.iter().position(|p| p.feature == feature && p.impulse >= 0.0).or_else(|| {
+        let distance = |p: &Point| (p.r_a - here).length();
+        let nearest = (0..old.len())
+            .filter(|i| old[*i].impulse >= 0.0)
+            .min_by(|i, j| distance(&old[*i]).total_cmp(&distance(&old[*j])))?;
+        (distance(&old[nearest]) < near).then_some(nearest)
+    });
+    // An impulse that was taken is marked by a negative one: impulses are never negative.
+    found.map_or(0.0, |i| core::mem::replace(&mut old[i].impulse, -1.0))
+}

@@ -1,0 +1,96 @@
+//! Which bodies have contacts that are made anew in each substep ([`super::renew`]).
+
+use super::plan::fineness_of;
+use crate::base::bit_set::BitSet;
+use crate::state::bodies::{Bodies, Body, Fineness};
+use crate::state::contacts::Contacts;
+use crate::state::shapes::Shapes;
+use crate::step::narrowphase;
+
+/// Half the least thickness of a ball over its extent, less rounding.
+const ROUND: f32 = 0.98;
+
+/// Bodies whose contacts are made anew in each substep.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Turning {
+    pub(super) bodies: BitSet,
+    rows: Vec<u32>,
+    /// Their lines, in order.
+    pub(super) lines: Vec<u32>,
+    /// There are some now, or were in the last step.
+    pub(super) changed: bool,
+    /// Bodies of contacts that are ghosts of seams.
+    seamed: Vec<u32>,
+}
+
+impl Turning {
+    /// Chooses the bodies whose contacts are made anew in each substep: those that turn far, and those that are about to be hit,
+    /// for what is thin turns far within the step in which it is. A ball touches at the same lever however it turns, and what
+    /// flies by more than its size in a step keeps the rows that stop it.
+    pub(super) fn choose(
+        &mut self,
+        fineness: &[Fineness],
+        bodies: &Bodies,
+        contacts: &Contacts,
+        shapes: &Shapes,
+        (found, dt): (&narrowphase::Scratch, f32),
+    ) {
+        let had_any = !self.rows.is_empty();
+        self.bodies.remove_all(&self.rows);
+        self.rows.clear();
+        self.seamed.clear();
+        let may = |body: &Body| {
+            body.is_dynamic()
+                && body.active()
+                && body.joints.is_empty()
+                && !body.dragged
+                && body.inner < ROUND * body.extent
+                && body.v.length() * dt < body.extent
+                && fineness_of(body.island, fineness) != Fineness::Tumbling
+        };
+        let ends = |row: u32| [contacts.at(row).body_a, contacts.at(row).body_b];
+        self.seamed.extend(found.ghosts().flat_map(ends));
+        self.seamed.sort_unstable();
+        let seamed = &self.seamed;
+        // A mesh is seen whole; of tiles, hidden ones have no points that could be made anew.
+        let is_over_several = |body: &Body| {
+            let stands = |(row, side): &(u32, u32)| {
+                let c = contacts.at(*row);
+                let other = if *side == 0 { c.body_b } else { c.body_a };
+                !c.is_part && !c.sensor && !bodies.at(other).is_dynamic()
+            };
+            contacts.of_body(body).filter(stands).count() > 1
+        };
+        for (row, hit) in
+            found.turning().map(|row| (row, false)).chain(found.closing().map(|row| (row, true)))
+        {
+            let c = contacts.at(row);
+            if c.count == 0 || (hit && shapes.at(c.shape_a).is_mesh()) {
+                continue;
+            }
+            let ends = [c.body_a, c.body_b].map(|row| (row, bodies.at(row)));
+            let fastest = ends.map(|(_, body)| body.w.length()).into_iter().fold(0.0, f32::max);
+            for (row, body) in ends {
+                // What crosses a seam keeps what was found out about it.
+                if may(body)
+                    && seamed.binary_search(&row).is_err()
+                    && (hit || body.w.length() >= 0.5 * fastest)
+                    && !self.bodies.contains(row)
+                    && !is_over_several(body)
+                {
+                    self.bodies.insert(row);
+                    self.rows.push(row);
+                }
+            }
+        }
+        self.changed = had_any || !self.rows.is_empty();
+    }
+
+    /// Finds their lines.
+    pub(super) fn place(&mut self, line_of: &[u32]) {
+        self.lines.clear();
+        let lines = self.rows.iter().map(|row| line_of[*row as usize]);
+        self.lines.extend(lines.filter(|line| *line != 0));
+        self.lines.sort_unstable();
+    }
+}

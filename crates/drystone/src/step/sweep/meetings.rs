@@ -1,0 +1,165 @@
+//! Which shapes of fast bodies may have met others in the step: of bodies that stayed in their boxes all that they are pairs
+//! with, of others what the trees have on their way, and of two fast ones whose ways crossed where neither ended.
+
+use core::cmp::Ordering;
+
+use super::ways::Ways;
+use crate::base::aabb::Aabb;
+use crate::base::jobs::{Jobs, collect_ranges, grain};
+use crate::base::math::Vec3;
+use crate::geometry::solid::Core;
+use crate::state::bodies::Body;
+use crate::state::bounds::Bounds;
+use crate::state::contacts::Contacts;
+use crate::state::def::BodyKind;
+use crate::state::joints::Joints;
+use crate::state::shapes::{ShapeRow, Shapes};
+use crate::step::broadphase::may_meet;
+use crate::step::finalize::Flight;
+
+/// Two shapes, the lower row first.
+pub(super) type Meeting = (u32, u32);
+
+/// What stands around.
+pub(super) struct Around<'a> {
+    pub(super) ways: Ways<'a>,
+    pub(super) shapes: &'a Shapes,
+    pub(super) bounds: &'a Bounds,
+    pub(super) contacts: &'a Contacts,
+    pub(super) joints: &'a Joints,
+}
+
+/// Memory kept from step to step.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Scratch {
+    lists: Vec<Vec<Meeting>>,
+    spans: Vec<Span>,
+    found: Vec<Meeting>,
+}
+
+impl Scratch {
+    /// Each once, in order.
+    pub(super) fn found(&self) -> &[Meeting] {
+        &self.found
+    }
+}
+
+/// Where a fast body was in the step.
+#[derive(Clone, Copy, Debug)]
+struct Span {
+    around: Aabb,
+    row: u32,
+    /// All that it may have met is a pair with it.
+    paired: bool,
+}
+
+/// A body that is thinner than this part of its reach is no ball: its ends may meet what its center passes by.
+const LONG: f32 = 0.5;
+
+/// Finds them. `rows`: contacts of fast bodies whose shapes may have met, if pairs were `asked`.
+pub(super) fn find(
+    around: &Around<'_>,
+    (fast, asked): (&[Flight], bool),
+    rows: impl Iterator<Item = u32>,
+    scratch: &mut Scratch,
+    jobs: &Jobs<'_>,
+) {
+    let Scratch { lists, spans, found } = scratch;
+    spans.clear();
+    spans.extend(fast.iter().map(|flight| around.span(flight, asked)));
+    collect_ranges(jobs, spans.len(), grain(jobs, spans.len(), 8), lists, |range, out| {
+        spans[range].iter().filter(|span| !span.paired).for_each(|span| around.ask(span, out));
+    });
+    found.clear();
+    for row in rows {
+        let c = around.contacts.at(row);
+        if around.ways.may_pass(c.body_a, c.body_b) {
+            around.add(c.shape_a, c.shape_b, found);
+        }
+    }
+    found.extend(lists.iter().flatten());
+    if spans.iter().any(|span| !span.paired) {
+        around.cross(spans, found);
+    }
+    found.sort_unstable();
+    found.dedup();
+}
+
+impl Around<'_> {
+    fn span(&self, flight: &Flight, asked: bool) -> Span {
+        let body = self.ways.bodies.at(flight.row);
+        let around = Aabb::of_points([flight.from, body.center]).grown(body.extent);
+        Span { around, row: flight.row, paired: asked && flight.in_boxes && !flight.flew }
+    }
+
+    /// Asks the trees.
+    fn ask(&self, span: &Span, out: &mut Vec<Meeting>) {
+        for tree in [&self.bounds.moving, &self.bounds.fixed] {
+            tree.query(&span.around, |other| {
+                if self.ways.may_pass(span.row, self.shapes.at(other).body) {
+                    for shape in &self.ways.bodies.at(span.row).shapes {
+                        self.add(*shape, other, out);
+                    }
+                }
+                true
+            });
+        }
+    }
+
+    /// Finds which ways of fast bodies cross: along the axis on which they are spread most.
+    fn cross(&self, spans: &mut [Span], out: &mut Vec<Meeting>) {
+        let ends = Aabb::of_points(spans.iter().map(|span| span.around.min));
+        let axis = longest(ends.half_extents());
+        spans.sort_unstable_by(|s, t| {
+            let by_place = s.around.min[axis].total_cmp(&t.around.min[axis]);
+            if by_place == Ordering::Equal { s.row.cmp(&t.row) } else { by_place }
+        });
+        for (i, span) in spans.iter().enumerate() {
+            let near = |other: &&Span| other.around.min[axis] <= span.around.max[axis];
+            for other in spans[i + 1..].iter().take_while(near) {
+                if (span.paired && other.paired)
+                    || !span.around.overlaps(&other.around)
+                    || !self.ways.may_pass(span.row, other.row)
+                {
+                    continue;
+                }
+                for shape in &self.ways.bodies.at(span.row).shapes {
+                    for other in &self.ways.bodies.at(other.row).shapes {
+                        self.add(*shape, *other, out);
+                    }
+                }
+            }
+        }
+    }
+
+    /// Adds two shapes, if they may meet, and if that is not told by rays.
+    fn add(&self, a: u32, b: u32, out: &mut Vec<Meeting>) {
+        let (shape_a, shape_b) = (self.shapes.at(a), self.shapes.at(b));
+        if !may_meet(self.ways.bodies, self.joints, shape_a, shape_b) {
+            return;
+        }
+        let [body_a, body_b] = [shape_a, shape_b].map(|shape| self.ways.bodies.at(shape.body));
+        let told = is_told(shape_a, body_a, body_b) || is_told(shape_b, body_b, body_a);
+        if shape_a.sensor || shape_b.sensor || !told {
+            out.push((a.min(b), a.max(b)));
+        }
+    }
+}
+
+/// True if rays tell where a body meets a fixed shape: one without edges that the ray could miss, and a body without ends that
+/// reach far beyond what the ray stands for.
+fn is_told(shape: &ShapeRow, of: &Body, body: &Body) -> bool {
+    let is_fixed = of.kind == BodyKind::Static;
+    let is_surface = matches!(shape.solid.core, Core::Mesh(_) | Core::HalfSpace { .. });
+    is_fixed && is_surface && body.inner > LONG * body.extent
+}
+
+fn longest(v: Vec3) -> usize {
+    if v.x >= v.y && v.x >= v.z {
+        0
+    } else if v.y >= v.z {
+        1
+    } else {
+        2
+    }
+}

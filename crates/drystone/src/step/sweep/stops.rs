@@ -1,0 +1,250 @@
+//! Fast bodies are stopped where they meet what moves, in the order of time; who passed a sensor is told.
+//!
+//! Two that end deep in each other, or past each other, are put where they met, and go on together from there for the rest
+//! of the step. Velocities stay: the next step has a contact with the normal, the place and the speed of the meeting. Who of the
+//! two gives way: one that was not fast, or cannot be pushed, ends where it is, with the other before it; of two fast
+//! ones both go on as their center of mass does.
+
+use super::meetings::Meeting;
+use super::put;
+use super::ways::{Ways, pose_of};
+use crate::base::bit_set::BitSet;
+use crate::base::jobs::{Jobs, collect_ranges, grain};
+use crate::base::pose::Pose;
+use crate::base::sparse::Sparse;
+use crate::geometry::solid::{Core, Solid};
+use crate::geometry::toi::{Course, Mover, Pair};
+use crate::state::bodies::Bodies;
+use crate::state::bounds::Bounds;
+use crate::state::contacts::Contacts;
+use crate::state::events::SensorEvent;
+use crate::state::shapes::{ShapeRow, Shapes};
+use crate::step::broadphase::rank;
+use crate::step::context::StepContext;
+use crate::step::finalize::Flight;
+use crate::step::narrowphase::overlap;
+
+/// Who is stopped may meet another there, or be met: so many times that is asked.
+const ROUNDS: usize = 8;
+
+/// How large the middle of a body is that must not pass, as a part of its inner size.
+const CORE: f32 = 0.5;
+
+/// Memory kept from step to step.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Scratch {
+    /// Those that are looked at in a round, and what became of them.
+    asked: Vec<Meeting>,
+    lists: Vec<Vec<Stop>>,
+    stops: Vec<Stop>,
+    /// Who was put elsewhere in a round.
+    moved: Vec<u32>,
+    is_moved: BitSet,
+    crossings: Vec<Vec<Meeting>>,
+    crossed: Vec<SensorEvent>,
+}
+
+impl Scratch {
+    pub(super) fn clear(&mut self) {
+        self.crossed.clear();
+    }
+
+    pub(super) fn crossed(&self) -> &[SensorEvent] {
+        &self.crossed
+    }
+}
+
+/// Two shapes meet after this part of the step.
+#[derive(Clone, Copy, Debug)]
+struct Stop {
+    part: f32,
+    meeting: Meeting,
+}
+
+/// Stops those that meet, and lists who went through sensors.
+pub(super) fn stop(
+    ctx: &StepContext,
+    (fast, flight_of): (&[Flight], &Sparse),
+    meetings: &[Meeting],
+    contacts: &Contacts,
+    (bodies, shapes, bounds): (&mut Bodies, &mut Shapes, &mut Bounds),
+    scratch: &mut Scratch,
+    jobs: &Jobs<'_>,
+) {
+    let Scratch { asked, lists, stops, moved, is_moved, crossings, crossed } = scratch;
+    asked.clear();
+    asked.extend(meetings.iter().filter(|meeting| !is_of_sensor(**meeting, shapes)));
+    for _ in 0..ROUNDS {
+        let steps = Steps { ways: Ways { ctx, fast, flight_of, bodies }, shapes };
+        collect_ranges(jobs, asked.len(), grain(jobs, asked.len(), 8), lists, |range, out| {
+            let some = asked[range].iter();
+            out.extend(some.filter_map(|m| steps.meet(*m).map(|part| Stop { part, meeting: *m })));
+        });
+        stops.clear();
+        stops.extend(lists.iter().flatten());
+        if stops.is_empty() {
+            break;
+        }
+        stops.sort_unstable_by(|s, t| s.part.total_cmp(&t.part).then(s.meeting.cmp(&t.meeting)));
+        for stop in &*stops {
+            let [a, b] = bodies_of(stop.meeting, shapes);
+            // Who was put elsewhere is asked again.
+            if is_moved.contains(a) || is_moved.contains(b) {
+                continue;
+            }
+            let ways = Ways { ctx, fast, flight_of, bodies };
+            let ends = Steps { ways, shapes }.ends(*stop);
+            for (row, pose) in ends.into_iter().flatten() {
+                put(ctx, row, pose, bodies, shapes, bounds);
+                is_moved.insert(row);
+                moved.push(row);
+            }
+        }
+        asked.clear();
+        asked.extend(meetings.iter().filter(|meeting| {
+            !is_of_sensor(**meeting, shapes)
+                && bodies_of(**meeting, shapes).into_iter().any(|body| is_moved.contains(body))
+        }));
+        is_moved.remove_all(moved);
+        moved.clear();
+    }
+    let steps = Steps { ways: Ways { ctx, fast, flight_of, bodies }, shapes };
+    asked.clear();
+    asked.extend(meetings.iter().filter(|meeting| is_of_sensor(**meeting, shapes)));
+    collect_ranges(jobs, asked.len(), grain(jobs, asked.len(), 8), crossings, |range, out| {
+        out.extend(asked[range].iter().filter(|meeting| steps.crosses(**meeting, contacts)));
+    });
+    crossed.extend(crossings.iter().flatten().map(|meeting| steps.event(*meeting)));
+}
+
+fn is_of_sensor((a, b): Meeting, shapes: &Shapes) -> bool {
+    shapes.at(a).sensor || shapes.at(b).sensor
+}
+
+fn bodies_of((a, b): Meeting, shapes: &Shapes) -> [u32; 2] {
+    [shapes.at(a).body, shapes.at(b).body]
+}
+
+/// How shapes move in the step, as it is now.
+struct Steps<'a> {
+    ways: Ways<'a>,
+    shapes: &'a Shapes,
+}
+
+impl Steps<'_> {
+    fn pair(&self, (a, b): Meeting) -> Pair<'_> {
+        let [a, b] = [a, b].map(|shape| {
+            let ShapeRow { solid, centered, body, .. } = self.shapes.at(shape);
+            Mover::new(solid, *centered, self.ways.way(*body))
+        });
+        Pair::new(a, b)
+    }
+
+    /// The part of the step after which two shapes meet that end deep in each other or past each other.
+    fn meet(&self, meeting: Meeting) -> Option<f32> {
+        let pair = self.pair(meeting);
+        if !pair.may_meet() {
+            return None;
+        }
+        match pair.course() {
+            Course::Clear => None,
+            Course::Deep(part) => Some(part),
+            Course::Overlap => self.meet_inside(meeting),
+        }
+    }
+
+    /// The same of two that overlap from the start. They have contacts: those hold them, unless the middle of the smaller one
+    /// is to pass.
+    fn meet_inside(&self, (a, b): Meeting) -> Option<f32> {
+        let [body_a, body_b] = [a, b].map(|shape| self.ways.bodies.at(self.shapes.at(shape).body));
+        let a_is_smaller =
+            !body_b.is_dynamic() || (body_a.is_dynamic() && body_a.extent <= body_b.extent);
+        let (small, other) = if a_is_smaller { (a, b) } else { (b, a) };
+        let (small, other) = (self.shapes.at(small), self.shapes.at(other));
+        let body = self.ways.bodies.at(small.body);
+        if body.hollow {
+            return None;
+        }
+        let core = Solid { core: Core::Point, radius: CORE * body.inner };
+        let core = Mover::new(&core, Pose::IDENTITY, self.ways.way(small.body));
+        let other = Mover::new(&other.solid, other.centered, self.ways.way(other.body));
+        match Pair::new(core, other).course() {
+            Course::Deep(part) => Some(part),
+            Course::Clear | Course::Overlap => None,
+        }
+    }
+
+    /// Where two bodies are to end that meet.
+    fn ends(&self, Stop { part, meeting }: Stop) -> [Option<(u32, Pose)>; 2] {
+        let rows = bodies_of(meeting, self.shapes);
+        let bodies = rows.map(|row| self.ways.bodies.at(row));
+        let gives = [0, 1].map(|i| bodies[i].is_dynamic() && self.ways.flight(rows[i]).is_some());
+        // A joint would be torn open.
+        let free = [0, 1].map(|i| gives[i] && bodies[i].joints.is_empty());
+        let alone = match (gives, free) {
+            ([true, false], _) | ([true, true], [true, false]) => Some(0),
+            ([false, true], _) | ([true, true], [false, true]) => Some(1),
+            ([false, false], _) => Some(usize::from(!bodies[0].is_dynamic())),
+            _ => None,
+        };
+        let masses = bodies.map(|body| body.mass);
+        let light = alone.unwrap_or(usize::from(masses[1] <= masses[0]));
+        let heavy = 1 - light;
+        let ways = rows.map(|row| self.ways.way(row));
+        let mut end = pose_of(bodies[heavy]);
+        if alone.is_none() {
+            let [a, b] = [0, 1].map(|i| ways[i].shift() * (masses[i] / (masses[0] + masses[1])));
+            end.position = ways[heavy].at(part).position + (a + b) * (1.0 - part);
+        }
+        // The surface that was met takes the other with it, and what is round does not by turning.
+        let surface = [meeting.0, meeting.1][heavy];
+        let ShapeRow { solid, centered, .. } = self.shapes.at(surface);
+        let seen = *Mover::new(solid, *centered, ways[heavy]).way();
+        let turn = seen.at(1.0).rotation * seen.at(part).rotation.conjugate();
+        let met = ways.map(|way| way.at(part));
+        let arm = turn.rotate(met[light].position - met[heavy].position);
+        let with = Pose {
+            position: end.position + arm,
+            rotation: (turn * met[light].rotation).normalized(),
+        };
+        let stays = alone.is_some();
+        [Some((rows[light], with)), (!stays).then_some((rows[heavy], end))]
+    }
+
+    /// True if two shapes, of which one is a sensor, met within the step, and are apart again.
+    fn crosses(&self, meeting: Meeting, contacts: &Contacts) -> bool {
+        let pair = self.pair(meeting);
+        pair.may_meet()
+            && !self.touches(meeting, contacts)
+            && pair.enters()
+            && !self.overlap(meeting)
+    }
+
+    /// True if they overlap now: the next step will find that.
+    fn overlap(&self, (a, b): Meeting) -> bool {
+        let [first, second] = [a, b].map(|shape| self.shapes.at(shape));
+        let swap = rank(second) < rank(first);
+        let (first, second) = if swap { (second, first) } else { (first, second) };
+        let [x, y] = [first, second].map(|shape| (self.ways.bodies.at(shape.body), shape));
+        overlap(self.ways.ctx, x, y)
+    }
+
+    /// True if they touched when the step began: their parting is told in the next one.
+    fn touches(&self, (a, b): Meeting, contacts: &Contacts) -> bool {
+        let body = self.ways.bodies.at(self.shapes.at(a).body);
+        contacts
+            .of_body(body)
+            .map(|(row, _)| contacts.at(row))
+            .any(|c| (c.shape_a.min(c.shape_b), c.shape_a.max(c.shape_b)) == (a, b) && c.touching)
+    }
+
+    fn event(&self, (a, b): Meeting) -> SensorEvent {
+        let (sensor, visitor) = if self.shapes.at(a).sensor { (a, b) } else { (b, a) };
+        SensorEvent {
+            sensor: self.shapes.id(sensor),
+            visitor: self.shapes.id(visitor),
+            sensor_body: self.ways.bodies.id(self.shapes.at(sensor).body),
+            visitor_body: self.ways.bodies.id(self.shapes.at(visitor).body),
+        }
+    }
+}
