@@ -81,8 +81,12 @@ impl Bound {
         self.driven.add(f64::from(impulse) * speed);
     }
 
-    /// An impulse of a row that closes at this speed; `kind` 0 of motions, 1 of turns.
+    /// An impulse of a row that closes at this speed; `kind` 0 of motions, 1 of turns. A row that gave none closes nothing:
+    /// what its lane has of a limit may be that of another joint, before.
     fn close(&mut self, impulse: f64, speed: f64, kind: usize) {
+        if impulse == 0.0 {
+            return;
+        }
         self.closed.add(impulse * speed);
         self.fastest[kind] = greater(speed.abs(), self.fastest[kind]);
     }
