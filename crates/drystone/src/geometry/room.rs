@@ -12,6 +12,12 @@ use crate::base::pose::Pose;
 /// A corner may come deeper than the deepest point by this part of how far it is from the middle of the manifold.
 const DEEPER: f32 = 0.001;
 
+/// The lowest place may go round a rim by this angle about its axis [rad].
+const FAR_ROUND: f32 = 0.1;
+
+/// A rim that lies flat has four points; between two of them it comes down by 1 - cos 45° of its radius times the turn.
+const BETWEEN: f32 = 0.29;
+
 /// Steeper corners are not asked [rad]: nothing is kept over such a turn.
 const STEEPEST: f32 = 0.3;
 
@@ -19,12 +25,14 @@ const STEEPEST: f32 = 0.3;
 pub(crate) fn room_to_turn(m: &Manifold, [a, b]: [&Solid; 2], b_in_a: &Pose) -> f32 {
     let Some(plan) = Plan::of(m) else { return f32::MAX };
     let mut room = f32::MAX;
-    if let Core::Hull(hull) = &a.core
-        && hull.cuboid.is_none()
-    {
-        for corner in &hull.vertices {
-            room = lesser(room, plan.room(*corner, -1.0, 0.0));
+    match &a.core {
+        Core::Hull(hull) if hull.cuboid.is_none() => {
+            for corner in &hull.vertices {
+                room = lesser(room, plan.room(*corner, -1.0, 0.0));
+            }
         }
+        Core::Frustum { .. } => room = rim(m.normal, Vec3::Y),
+        _ => {}
     }
     match &b.core {
         Core::Hull(hull) if hull.cuboid.is_none() => {
@@ -38,9 +46,18 @@ pub(crate) fn room_to_turn(m: &Manifold, [a, b]: [&Solid; 2], b_in_a: &Pose) -> 
                 room = lesser(room, plan.room(end, 1.0, b.radius));
             }
         }
+        Core::Frustum { .. } => {
+            room = lesser(room, rim(m.normal, b_in_a.direction(Vec3::Y)));
+        }
         _ => {}
     }
     room
+}
+
+/// How far a body of revolution may turn before another place of its rim comes down. Where its axis leans by `a` from the normal
+/// the lowest place goes round the rim by `turn / sin a`.
+fn rim(normal: Vec3, axis: Vec3) -> f32 {
+    greater(FAR_ROUND * axis.cross(normal).length(), DEEPER / BETWEEN)
 }
 
 /// Corners that are nearer to a point than this part of the manifold's size have that point.
@@ -209,6 +226,23 @@ mod tests {
         let hull = Shape::Hull(Arc::new(Hull::from_points(&points).unwrap()));
         let expected = (0.1 + 0.001) / 0.5;
         assert!((room(&hull, 0.0) - expected).abs() < 1.0e-3, "{}", room(&hull, 0.0));
+    }
+
+    #[test]
+    fn a_coin_may_turn_the_less_the_flatter_it_spins() {
+        let floor = Solid::of(&Shape::HalfSpace { normal: vec3(0.0, 1.0, 0.0), offset: 0.0 });
+        let coin = Solid::of(&Shape::Cylinder { half_height: 0.01, radius: 0.5 });
+        for lean in [0.1_f32, 0.5, 1.2] {
+            let rotation = Quat::from_axis_angle(vec3(0.0, 0.0, 1.0), lean);
+            let height = 0.5 * lean.sin() + 0.01 * lean.cos();
+            let pose = Pose { position: vec3(0.0, height, 0.0), rotation };
+            let mut cache = PairCache::default();
+            let m = collide(SimdLevel::best().0, &floor, &coin, &pose, 0.02, &mut cache);
+            // It rolls by a tenth of a radian.
+            let expected = 0.1 * lean.sin();
+            let room = room_to_turn(&m, [&floor, &coin], &pose);
+            assert!((room - expected).abs() < 1.0e-5, "{room} of {expected}");
+        }
     }
 
     #[test]
