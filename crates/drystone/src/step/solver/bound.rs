@@ -32,23 +32,24 @@ use crate::state::bodies::NONE;
 /// made a quarter of what fell; with 0.005 nothing was better.)
 const RIPPLE: f64 = 0.05;
 
-/// A sum of sizes in whole parts of 2⁻⁶⁰, the same in any order: that of constraints within a color is not to show.
+/// A sum of sizes in whole parts of a unit, the same in any order: that of constraints within a color is not to show.
 #[derive(Clone, Copy, Debug, Default)]
 struct Sum(i128);
 
 impl Sum {
-    const PARTS: f64 = (1_u64 << 60) as f64;
-
     #[expect(clippy::cast_possible_truncation, reason = "what is too large is as large as can be")]
-    fn add(&mut self, x: f64) {
-        self.0 = self.0.saturating_add((x.abs() * Self::PARTS) as i128);
+    fn add(&mut self, units: f64) {
+        self.0 = self.0.saturating_add(units.abs() as i128);
     }
 
     #[expect(clippy::cast_precision_loss, reason = "a sum of f32")]
     fn get(self) -> f64 {
-        self.0 as f64 / Self::PARTS
+        self.0 as f64
     }
 }
+
+/// Units in the work of an island: what is less does not matter to it, and 2⁶⁷ times as much is enough for all.
+const UNITS: f64 = (1_u64 << 60) as f64;
 
 /// An island in a sweep.
 #[derive(Clone, Copy, Debug, Default)]
@@ -67,9 +68,11 @@ pub(crate) struct Bound {
     /// u·d and d·d.
     along: f64,
     square: f64,
-    /// Work of drives, springs and what moves by itself, at most [J].
+    /// Units of the sums in a joule.
+    units: f64,
+    /// Work of drives, springs and what moves by itself, at most.
     driven: Sum,
-    /// Work of what closes gaps, at most, and its greatest speeds [J; m/s, rad/s].
+    /// Work of what closes gaps, at most, and its greatest speeds [m/s, rad/s].
     closed: Sum,
     fastest: [f64; 2],
     /// What the impulses are multiplied by.
@@ -77,8 +80,8 @@ pub(crate) struct Bound {
 }
 
 impl Bound {
-    fn drive(&mut self, impulse: f32, speed: f64) {
-        self.driven.add(f64::from(impulse) * speed);
+    fn drive(&mut self, impulse: impl Into<f64>, speed: f64) {
+        self.driven.add(impulse.into() * speed * self.units);
     }
 
     /// An impulse of a row that closes at this speed; `kind` 0 of motions, 1 of turns. A row that gave none closes nothing:
@@ -87,7 +90,7 @@ impl Bound {
         if impulse == 0.0 {
             return;
         }
-        self.closed.add(impulse * speed);
+        self.closed.add(impulse * speed * self.units);
         self.fastest[kind] = greater(speed.abs(), self.fastest[kind]);
     }
 
@@ -98,9 +101,9 @@ impl Bound {
         let own = self.energy - 0.5 * momentum.dot(momentum) / self.mass;
         let [v, w] = self.fastest;
         let reach = 0.5 * (self.mass * v * v + self.inertia * w * w);
-        let closed = lesser(self.closed.get(), greater(reach - own, 0.0));
-        let allowed =
-            greater(ripple * self.energy + self.driven.get() + closed, self.floor - self.energy);
+        let [driven, closed] = [self.driven, self.closed].map(|sum| sum.get() / self.units);
+        let closed = lesser(closed, greater(reach - own, 0.0));
+        let allowed = greater(ripple * self.energy + driven + closed, self.floor - self.energy);
         let Self { along, square, .. } = *self;
         let part = ((along * along + 2.0 * square * allowed).sqrt() - along) / square;
         if part.is_finite() { lesser(part, 1.0) } else { 0.0 }
@@ -163,6 +166,7 @@ impl Solver<'_> {
             // What is no number is over, too.
             let most = greater(ripple * bound.energy, bound.floor - bound.energy);
             bound.is_over = !(bound.work <= most);
+            bound.units = UNITS / bound.work;
             any |= bound.is_over;
         }
         if any {
@@ -380,13 +384,13 @@ impl Solver<'_> {
                     bound.close(*p, row.closing[kind], kind);
                 }
                 let held: f64 = row.lambda[..row.count].iter().map(|p| p.abs()).sum();
-                bound.driven.add(held * row.drift().length());
+                bound.drive(held, row.drift().length());
                 if joint.six != NONE {
                     let (block, lane) =
                         (self.sixdofs.read(joint.six as usize / LANES), joint.six as usize % LANES);
                     let ends = [block.row_a[lane], block.row_b[lane]].map(|line| self.side(line));
                     let (drift, spin) = drifts(block, lane);
-                    bound.driven.add(held * greater(drift, spin));
+                    bound.drive(held, greater(drift, spin));
                     let sweep = JointSweep {
                         inv_h: self.ctx.inv_h,
                         softness: self.ctx.soft_joint,
@@ -568,6 +572,6 @@ fn ask_six(
     if locks && block.is_pinned {
         let force = f64::from(at(&block.carried, lane).length());
         bound.close(force, speed_of(gap.length(), rate, push(0)), 0);
-        bound.driven.add(force * drift);
+        bound.drive(force, drift);
     }
 }
