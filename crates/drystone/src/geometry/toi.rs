@@ -1,7 +1,7 @@
 //! When two solids that move first meet within a step, and whether one is deep in the other, or past it, at the end.
 //!
 //! Conservative advancement [Mirtich96] of both at once: along the normal of their closest points the two come together no
-//! faster than their centers do, and as their turns move their farthest points. So the distance is crossed no earlier than
+//! faster than their middles do, and as their turns move their farthest points against these. So the distance is crossed no earlier than
 //! after it over that speed, and from there it is asked again.
 
 use super::approach;
@@ -61,10 +61,13 @@ pub(crate) struct Mover<'a> {
     way: Way,
     /// Half of its least thickness [m]; of a surface without an inside infinite: the other's tells.
     half: f32,
-    /// Greatest distance of its points from where it sits [m].
+    /// Its middle [frame of the center of mass], and the greatest distance of its points from there [m].
+    middle: Vec3,
     size: f32,
-    /// A turn of the body moves its points by no more than this [m].
+    /// The turn moves its points by no more than this against its middle [m].
     swing: f32,
+    /// By how much it changes the velocity of its middle [m].
+    bend: f32,
 }
 
 impl<'a> Mover<'a> {
@@ -81,11 +84,24 @@ impl<'a> Mover<'a> {
                 (middle, half, size)
             }
         };
-        // The rounding moves as the core does: a ball that turns stays where it is.
-        let arm = centered.point(middle).length() + (size - solid.radius).max(0.0);
+        let middle = centered.point(middle);
         way.turn = seen_turn(solid, &centered, &way);
-        let swing = way.turn.length() * arm;
-        Self { solid, centered, way, half, size, swing }
+        let turn = way.turn.length();
+        // The rounding moves as the core does: a ball that turns stays where it is.
+        let swing = turn * (size - solid.radius).max(0.0);
+        let bend = turn * turn * middle.length();
+        Self { solid, centered, way, half, middle, size, swing, bend }
+    }
+
+    /// Velocity of its middle after a part of the way [m per way].
+    fn velocity(&self, part: f32) -> Vec3 {
+        let Way { from, shift, turn } = &self.way;
+        if self.bend > 0.0 {
+            let arm = from.rotation.turned_by(*turn * part).rotate(self.middle);
+            *shift + turn.cross(arm)
+        } else {
+            *shift
+        }
     }
 
     /// Its body's way, but for turns that nobody sees.
@@ -110,8 +126,7 @@ impl<'a> Mover<'a> {
 
     /// Its middle now, and after the whole way.
     fn middles(&self) -> [Vec3; 2] {
-        let (middle, _) = self.solid.ball();
-        [self.at(0.0).point(middle), self.at(1.0).point(middle)]
+        [self.way.at(0.0).point(self.middle), self.way.at(1.0).point(self.middle)]
     }
 }
 
@@ -179,23 +194,44 @@ struct Seen {
 pub(crate) struct Pair<'a> {
     a: Mover<'a>,
     b: Mover<'a>,
-    /// How B moves against A [m], and how far turns move points of both.
-    shift: Vec3,
-    swing: f32,
     rounding: f32,
 }
 
 impl<'a> Pair<'a> {
     pub(crate) fn new(a: Mover<'a>, b: Mover<'a>) -> Self {
         let (a, b) = if b.is_surface() { (b, a) } else { (a, b) };
-        let shift = b.way.shift - a.way.shift;
         let rounding = ROUNDING * (a.size + b.size);
-        Self { a, b, shift, swing: a.swing + b.swing, rounding }
+        Self { a, b, rounding }
+    }
+
+    /// How fast B's middle moves against A's after a part of the way, and how much faster any two points of both may come together
+    /// from there to `end`.
+    fn speeds(&self, [at, end]: [f32; 2]) -> (Vec3, f32) {
+        let bend = (self.a.bend + self.b.bend) * (end - at);
+        (self.b.velocity(at) - self.a.velocity(at), self.a.swing + self.b.swing + bend)
+    }
+
+    /// How far points of both move against each other at most, on a part of the way [m].
+    fn most(&self, [at, end]: [f32; 2]) -> f32 {
+        let (moves, turns) = self.speeds([at, end]);
+        (moves.length() + turns) * (end - at)
+    }
+
+    /// How fast the two come together at most along a normal [m per way].
+    fn closing(&self, normal: Vec3, times: [f32; 2]) -> f32 {
+        let (moves, turns) = self.speeds(times);
+        turns - normal.dot(moves)
     }
 
     /// Half of the least thickness of both [m].
     fn half(&self) -> f32 {
         lesser(self.a.half, self.b.half)
+    }
+
+    /// True if they move so little that who is apart at the start is no deeper at the end than contacts bear, and no deeper than
+    /// `least` [m].
+    pub(crate) fn hardly_moves(&self, least: f32) -> bool {
+        self.most([0.0, 1.0]) <= lesser(SHALLOW * self.half(), least)
     }
 
     /// False if they pass each other wide.
@@ -207,8 +243,8 @@ impl<'a> Pair<'a> {
         let (apart, way) = (b - a, (b_end - b) - (a_end - a));
         let nearest = -apart.dot(way) / greater(way.dot(way), f32::MIN_POSITIVE);
         let least = (apart + way * nearest.clamp(0.0, 1.0)).length();
-        // Middles that are off the center of mass swing off their straight ways.
-        least <= self.a.size + self.b.size + self.swing
+        // Middles that are off the center of mass leave their straight ways by an eighth of what these bend, at most.
+        least <= self.a.size + self.b.size + 0.125 * (self.a.bend + self.b.bend)
     }
 
     /// What becomes of them.
@@ -236,7 +272,7 @@ impl<'a> Pair<'a> {
     }
 
     fn course_between(&self, [start, end]: [f32; 2]) -> Course {
-        let most = (self.shift.length() + self.swing) * (end - start);
+        let most = self.most([start, end]);
         let near = greater(APART * self.half(), self.rounding);
         let Some(mut seen) = self.look(start, most + 2.0 * near) else { return Course::Clear };
         if seen.distance <= 0.0 {
@@ -248,7 +284,7 @@ impl<'a> Pair<'a> {
             if seen.distance <= 1.5 * near {
                 break;
             }
-            let closing = self.swing - seen.normal.dot(self.shift);
+            let closing = self.closing(seen.normal, [at, end]);
             if !(closing > 0.0) {
                 return Course::Clear;
             }
@@ -268,7 +304,7 @@ impl<'a> Pair<'a> {
     /// True if one comes into the other on the way, deep or not. Who only touches at the start or at the end does so if it is
     /// inside a moment later, or was a moment before: closest points that near tell no normal.
     pub(crate) fn enters(&self) -> bool {
-        let most = self.shift.length() + self.swing;
+        let most = self.most([0.0, 1.0]);
         let Some(mut seen) = self.look(0.0, most + self.rounding) else { return false };
         let moment = lesser(4.0 * self.rounding / most, 0.5);
         if seen.distance <= self.rounding {
@@ -276,7 +312,7 @@ impl<'a> Pair<'a> {
         }
         let mut at = 0.0;
         for _ in 0..2 * ROUNDS {
-            let closing = self.swing - seen.normal.dot(self.shift);
+            let closing = self.closing(seen.normal, [at, 1.0]);
             at += (seen.distance - 0.5 * self.rounding) / closing;
             if !(closing > 0.0 && at < 1.0) {
                 return false;

@@ -467,7 +467,7 @@ fn will_meet(apart: Vec3, way: Vec3, near: f32) -> bool {
 
 /// Twice the chord of two unit quaternions: the angle between the rotations where that is small, and no
 /// less than the chord that a point at unit distance travels.
-fn chord(q: &Quat, q0: &Quat) -> f32 {
+pub(super) fn chord(q: &Quat, q0: &Quat) -> f32 {
     let d = [q.x - q0.x, q.y - q0.y, q.z - q0.z, q.w - q0.w];
     2.0 * (d[0] * d[0] + d[1] * d[1] + d[2] * d[2] + d[3] * d[3]).sqrt()
 }

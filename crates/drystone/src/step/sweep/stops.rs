@@ -14,7 +14,7 @@ use crate::base::pose::Pose;
 use crate::base::sparse::Sparse;
 use crate::geometry::solid::{Core, Solid};
 use crate::geometry::toi::{Course, Mover, Pair};
-use crate::state::bodies::Bodies;
+use crate::state::bodies::{Bodies, Body};
 use crate::state::bounds::Bounds;
 use crate::state::contacts::Contacts;
 use crate::state::events::SensorEvent;
@@ -143,7 +143,9 @@ impl Steps<'_> {
     /// The part of the step after which two shapes meet that end deep in each other or past each other.
     fn meet(&self, meeting: Meeting) -> Option<f32> {
         let pair = self.pair(meeting);
-        if !pair.may_meet() {
+        let [a, b] = bodies_of(meeting, self.shapes).map(|row| self.ways.bodies.at(row));
+        let core = |body: &Body| if body.is_dynamic() { CORE * body.inner } else { f32::INFINITY };
+        if pair.hardly_moves(core(a).min(core(b))) || !pair.may_meet() {
             return None;
         }
         match pair.course() {
