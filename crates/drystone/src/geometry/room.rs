@@ -10,7 +10,7 @@ use crate::base::math::{Vec3, greater, lesser, vec3};
 use crate::base::pose::Pose;
 
 /// A corner may come deeper than the deepest point by this part of how far it is from the middle of the manifold.
-const DEEPER: f32 = 0.004;
+const DEEPER: f32 = 0.001;
 
 /// The lowest place may go round a rim by this angle about its axis [rad].
 const FAR_ROUND: f32 = 0.1;

@@ -1,9 +1,14 @@
 //! The islands that have joints, numbered group by group: [`super::bound`] holds each against what can do work.
 
 use super::plan::{Group, number};
+use super::work::Bound;
 use crate::base::grow;
 use crate::state::bodies::{Bodies, NONE};
 use crate::state::joints::Joints;
+
+/// Larger islands are not held: all impulses of a thousand bodies are not to be taken down for one limb, and what it costs
+/// to ask them all, twice a substep, is as much as to solve them.
+const MOST: usize = 1000;
 
 /// The islands that have joints, group by group.
 #[derive(Clone, Debug, Default)]
@@ -19,6 +24,12 @@ pub(super) struct Bins {
 }
 
 impl Bins {
+    /// One for each island, of which nothing is known.
+    pub(super) fn begin(&self, bounds: &mut Vec<Bound>) {
+        bounds.clear();
+        grow::resize(bounds, self.count, Bound::default());
+    }
+
     /// Numbers the islands that have joints. `members` are the bodies of the lines from 1 on.
     pub(super) fn place(
         &mut self,
@@ -63,12 +74,26 @@ impl Bins {
             self.lines[begin..].sort_unstable_by_key(|line| {
                 (of_line[*line as usize], members[*line as usize - 1])
             });
+            self.leave_out_large(begin);
             for line in lines {
                 if let Some(bin) = self.of_island.get_mut(body(line).island as usize) {
                     *bin = NONE;
                 }
             }
             (group.bins, group.bin_lines) = (first..self.count, begin..self.lines.len());
+        }
+    }
+
+    /// Of the lines from `begin` on, those of islands that are too large.
+    fn leave_out_large(&mut self, begin: usize) {
+        let of_line = &self.of_line;
+        let same = |a: &u32, b: &u32| of_line[*a as usize] == of_line[*b as usize];
+        let large = self.lines[begin..].chunk_by(same).filter(|lines| lines.len() > MOST);
+        let large: Vec<u32> = large.flatten().copied().collect();
+        large.iter().for_each(|line| self.of_line[*line as usize] = NONE);
+        if !large.is_empty() {
+            let of_line = &self.of_line;
+            self.lines.retain(|line| of_line[*line as usize] != NONE);
         }
     }
 }

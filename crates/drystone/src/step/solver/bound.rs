@@ -19,96 +19,24 @@ use super::forest::Tree;
 use super::integrate::three;
 use super::joint::JointSweep;
 use super::layout::Layout;
-use super::plan::{DISTANCE, Group};
+use super::plan::{DISTANCE, Group, number};
 use super::six::shift;
 use super::sixdof::SixBlock;
+use super::work::{Bound, UNITS};
 use crate::base::double::{DVec3, greater, lesser};
 use crate::base::math::Vec3;
 use crate::base::wide::{LANES, Lanes, at};
 use crate::state::bodies::NONE;
+use crate::state::method::Pass;
 
 /// Part of an island's energy that its impulses may add in a second without being asked for more [1/s]. What soft joints store and give
 /// back as loads turn goes to and fro; taut chains and pendulums stay below it. (With 0.5 a hinged chain under 1000 times its links
 /// made a quarter of what fell; with 0.005 nothing was better.)
 const RIPPLE: f64 = 0.05;
 
-/// A sum of sizes in whole parts of a unit, the same in any order: that of constraints within a color is not to show.
-#[derive(Clone, Copy, Debug, Default)]
-struct Sum(i128);
-
-impl Sum {
-    #[expect(clippy::cast_possible_truncation, reason = "what is too large is as large as can be")]
-    fn add(&mut self, units: f64) {
-        self.0 = self.0.saturating_add(units.abs() as i128);
-    }
-
-    #[expect(clippy::cast_precision_loss, reason = "a sum of f32")]
-    fn get(self) -> f64 {
-        self.0 as f64
-    }
-}
-
-/// Units in the work of an island: what is less does not matter to it, and 2⁶⁷ times as much is enough for all.
-const UNITS: f64 = (1_u64 << 60) as f64;
-
-/// An island in a sweep.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Bound {
-    /// Work of its impulses and energy before them [J].
-    work: f64,
-    energy: f64,
-    /// Energy that it may have in any case: that of what has fallen for a step [J].
-    floor: f64,
-    /// It was more than [`RIPPLE`] and the floor allow: what else allows it is summed up.
-    is_over: bool,
-    /// Mass [kg], momentum, and moment of inertia [kg m²], the sum of all bodies'.
-    mass: f64,
-    momentum: DVec3,
-    inertia: f64,
-    /// u·d and d·d.
-    along: f64,
-    square: f64,
-    /// Units of the sums in a joule.
-    units: f64,
-    /// Work of drives, springs and what moves by itself, at most.
-    driven: Sum,
-    /// Work of what closes gaps, at most, and its greatest speeds [m/s, rad/s].
-    closed: Sum,
-    fastest: [f64; 2],
-    /// What the impulses are multiplied by.
-    part: f64,
-}
-
-impl Bound {
-    fn drive(&mut self, impulse: impl Into<f64>, speed: f64) {
-        self.driven.add(impulse.into() * speed * self.units);
-    }
-
-    /// An impulse of a row that closes at this speed; `kind` 0 of motions, 1 of turns. A row that gave none closes nothing:
-    /// what its lane has of a limit may be that of another joint, before.
-    fn close(&mut self, impulse: f64, speed: f64, kind: usize) {
-        if impulse == 0.0 {
-            return;
-        }
-        self.closed.add(impulse * speed * self.units);
-        self.fastest[kind] = greater(speed.abs(), self.fastest[kind]);
-    }
-
-    /// The part of the impulses that does the work that is allowed.
-    fn part(&self, ripple: f64) -> f64 {
-        // What closes gaps may bring bodies to its speed, in the frame of their center, and no farther.
-        let momentum = self.momentum;
-        let own = self.energy - 0.5 * momentum.dot(momentum) / self.mass;
-        let [v, w] = self.fastest;
-        let reach = 0.5 * (self.mass * v * v + self.inertia * w * w);
-        let [driven, closed] = [self.driven, self.closed].map(|sum| sum.get() / self.units);
-        let closed = lesser(closed, greater(reach - own, 0.0));
-        let allowed = greater(ripple * self.energy + driven + closed, self.floor - self.energy);
-        let Self { along, square, .. } = *self;
-        let part = ((along * along + 2.0 * square * allowed).sqrt() - along) / square;
-        if part.is_finite() { lesser(part, 1.0) } else { 0.0 }
-    }
-}
+/// Rows that turn by less than this in a step [rad] are what they were, and what moves by less than this part of its size deals no blow:
+/// impulses of the last substep are then as good as those of this one.
+const QUIET: f32 = 0.02;
 
 /// A body of a constraint.
 #[derive(Clone, Copy, Debug, Default)]
@@ -137,16 +65,28 @@ fn speed_of(gap: f64, rate: f32, any: f32) -> f64 {
 
 impl Solver<'_> {
     /// Holds the work of a sweep's impulses against what can do work, island by island.
-    pub(super) fn bound(&self, group: &Group, substep: u32) {
-        if group.bins.is_empty() {
+    pub(super) fn bound(&self, group: &Group, pass: Pass, substep: u32) {
+        let solves = matches!(pass, Pass::Solve { .. });
+        if group.bins.is_empty() || !(solves || pass == Pass::Relax) {
             return;
         }
+        let is_first = solves && substep == 0;
         let ripple = RIPPLE * f64::from(self.ctx.h);
         let steps = f64::from(self.ctx.substeps);
         let bounds = self.bounds.slice(group.bins.clone());
-        bounds.fill(Bound::default());
+        if is_first {
+            self.find_quiet(group, bounds);
+        } else if bounds.iter().all(|bound| bound.is_quiet) {
+            return;
+        }
+        for bound in bounds.iter_mut() {
+            *bound = Bound { is_quiet: bound.is_quiet, ..Bound::default() };
+        }
         for i in self.bin_lines(group) {
             let bin = self.plan.bins.of_line[i];
+            if bounds[bin as usize - group.bins.start].is_quiet && !is_first {
+                continue;
+            }
             let aux = self.aux.read(i);
             let [v, w] = aux.before();
             let line = self.lines.read(i);
@@ -166,11 +106,42 @@ impl Solver<'_> {
             // What is no number is over, too.
             let most = greater(ripple * bound.energy, bound.floor - bound.energy);
             bound.is_over = !(bound.work <= most);
+            bound.is_quiet &= !bound.is_over;
             bound.units = UNITS / bound.work;
             any |= bound.is_over;
         }
         if any {
             self.restrain(group, substep, ripple, bounds);
+        }
+    }
+
+    /// Finds the islands in which all is slow, and that nothing drives which is of none.
+    fn find_quiet(&self, group: &Group, bounds: &mut [Bound]) {
+        bounds.iter_mut().for_each(|bound| bound.is_quiet = true);
+        let at = |line: usize| self.plan.bins.of_line[line].wrapping_sub(number(group.bins.start));
+        for i in self.bin_lines(group) {
+            let body = self.bodies.at(self.plan.members[i - 1]);
+            let most = QUIET / self.ctx.dt;
+            let is_slow = body.w.length() < most && body.v.length() < most * body.extent;
+            bounds[at(i) as usize].is_quiet &= is_slow;
+        }
+        if !self.has_extras {
+            return;
+        }
+        // What drifts does so against a body without a line.
+        let batches = &self.plan.contacts.batches[group.contacts.clone()];
+        for i in batches.iter().filter(|batch| batch.fixed).flat_map(|b| b.blocks.clone()) {
+            let (block, extra) = (self.blocks.read(i), self.extras.read(i));
+            for lane in 0..LANES {
+                let line = block.row_b[lane];
+                let mut drifts = extra.drift.iter().chain(&extra.drift_t);
+                if line != 0
+                    && drifts.any(|drift| drift[lane] != 0.0)
+                    && let Some(bound) = bounds.get_mut(at(line as usize) as usize)
+                {
+                    bound.is_quiet = false;
+                }
+            }
         }
     }
 

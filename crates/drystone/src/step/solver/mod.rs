@@ -10,6 +10,7 @@
 
 mod bins;
 mod bound;
+mod work;
 pub(crate) mod softness;
 pub(crate) mod closing;
 pub(crate) mod rows;
@@ -59,7 +60,6 @@ use core::sync::atomic::{AtomicBool, Ordering};
 
 use fearless_simd::dispatch;
 
-use self::bound::Bound;
 use self::contact::Sweep;
 use self::coupling::CouplingRow;
 use self::impact::Impacts;
@@ -75,6 +75,7 @@ use self::softness::Softness;
 use self::strokes::Progress;
 use self::tally::{ContactTally, JointTally, TreeTally, When};
 use self::tree::{TreeBody, TreeRow};
+use self::work::Bound;
 use super::context::StepContext;
 use crate::base::disjoint::{Apart, Rows};
 use crate::base::grow;
@@ -282,7 +283,7 @@ pub(crate) fn solve(
     s.joint_rests.resize_with(s.plan.joints.owners.len(), JointRest::default);
     s.sixdofs.resize_with(s.plan.sixdofs.owners.len(), SixBlock::default);
     s.couplings.resize(s.plan.couplings.len(), CouplingRow::default());
-    grow::resize(&mut s.bounds, s.plan.bins.count, Bound::default());
+    s.plan.bins.begin(&mut s.bounds);
     s.tree_gains.resize(s.plan.forest.trees.last().map_or(0, |tree| tree.gains.end), 0.0);
     s.tree_bodies.resize(s.plan.forest.bodies.len(), TreeBody::default());
     s.tree_rows.resize(s.plan.forest.joints.len(), TreeRow::default());

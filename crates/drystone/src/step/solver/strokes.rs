@@ -113,9 +113,7 @@ impl Solver<'_> {
             Pass::Impacts if self.has_extras => self.collide(number, way.done, way.kicked, jobs),
             pass => {
                 self.sweep(group, pass, stroke.substep, jobs);
-                if matches!(pass, Pass::Solve { .. } | Pass::Relax) {
-                    self.bound(group, stroke.substep);
-                }
+                self.bound(group, pass, stroke.substep);
             }
         }
         if way.locked {
