@@ -232,14 +232,14 @@ mod tests {
     fn a_coin_may_turn_the_less_the_flatter_it_spins() {
         let floor = Solid::of(&Shape::HalfSpace { normal: vec3(0.0, 1.0, 0.0), offset: 0.0 });
         let coin = Solid::of(&Shape::Cylinder { half_height: 0.01, radius: 0.5 });
-        for lean in [0.1_f32, 0.5, 1.2] {
-            let rotation = Quat::from_axis_angle(vec3(0.0, 0.0, 1.0), lean);
-            let height = 0.5 * lean.sin() + 0.01 * lean.cos();
+        for (sin, cos) in [(0.28_f32, 0.96), (0.6, 0.8), (0.96, 0.28)] {
+            let rotation = Quat::from_arc(vec3(0.0, 1.0, 0.0), vec3(-sin, cos, 0.0));
+            let height = 0.5 * sin + 0.01 * cos;
             let pose = Pose { position: vec3(0.0, height, 0.0), rotation };
             let mut cache = PairCache::default();
             let m = collide(SimdLevel::best().0, &floor, &coin, &pose, 0.02, &mut cache);
             // It rolls by a tenth of a radian.
-            let expected = 0.1 * lean.sin();
+            let expected = 0.1 * sin;
             let room = room_to_turn(&m, [&floor, &coin], &pose);
             assert!((room - expected).abs() < 1.0e-5, "{room} of {expected}");
         }
