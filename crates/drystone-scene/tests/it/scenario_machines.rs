@@ -26,7 +26,7 @@ fn mattress_bends_carries_balls_and_comes_to_rest() {
         e.linear + e.angular + e.potential + e.elastic
     };
     let (first, mut most) = (energy(&running), f64::MIN);
-    // What swings slowly on springs does so until it has no energy: no part of it sleeps before.
+    // The mattress does not sleep while it swings on its springs, however slowly.
     for _ in 0..1200 {
         running.step(1.0 / 60.0).unwrap();
         most = most.max(energy(&running));

@@ -15,7 +15,8 @@ const DEEPER: f32 = 0.001;
 /// The lowest place may go round a rim by this angle about its axis [rad].
 const FAR_ROUND: f32 = 0.1;
 
-/// A rim that lies flat has four points; between two of them it comes down by 1 - cos 45° of its radius times the turn.
+/// A rim that lies flat has four points. A place between two of them comes down by this part of the radius, times the turn:
+/// 1 - cos 45°.
 const BETWEEN: f32 = 0.29;
 
 /// Steeper corners are not asked [rad]: nothing is kept over such a turn.
@@ -54,8 +55,8 @@ pub(crate) fn room_to_turn(m: &Manifold, [a, b]: [&Solid; 2], b_in_a: &Pose) -> 
     room
 }
 
-/// How far a body of revolution may turn before another place of its rim comes down. Where its axis leans by `a` from the normal
-/// the lowest place goes round the rim by `turn / sin a`.
+/// How far a body of revolution may turn before another place of its rim comes down. If its axis leans from the normal by `a`, the
+/// lowest place goes round by `turn / sin a`.
 fn rim(normal: Vec3, axis: Vec3) -> f32 {
     greater(FAR_ROUND * axis.cross(normal).length(), DEEPER / BETWEEN)
 }

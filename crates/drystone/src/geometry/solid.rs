@@ -64,6 +64,11 @@ impl Solid {
         }
     }
 
+    /// True of what has no inside: a mesh or a half-space.
+    pub(crate) const fn is_surface(&self) -> bool {
+        matches!(self.core, Core::HalfSpace { .. } | Core::Mesh(_))
+    }
+
     /// The smallest box around the solid at `pose`; infinite for a half-space.
     pub(crate) fn aabb(&self, pose: &Pose) -> Aabb {
         let around = |center: Vec3, half: Vec3| Aabb::new(center - half, center + half);

@@ -1,8 +1,8 @@
 //! When two solids that move first meet within a step, and whether one is deep in the other, or past it, at the end.
 //!
 //! Conservative advancement [Mirtich96] of both at once: along the normal of their closest points the two come together no
-//! faster than their middles do, and as their turns move their farthest points against these. So the distance is crossed no earlier than
-//! after it over that speed, and from there it is asked again.
+//! faster than their middles do, and as their turns move their farthest points against these. The time in which the distance is
+//! crossed is no less than the distance over that speed. Then the two are looked at again.
 
 use super::approach;
 use super::collide::convex::Convex;
@@ -95,22 +95,17 @@ impl<'a> Mover<'a> {
 
     /// Velocity of its middle after a part of the way [m per way].
     fn velocity(&self, part: f32) -> Vec3 {
-        let Way { from, shift, turn } = &self.way;
+        let Way { shift, turn, .. } = self.way;
         if self.bend > 0.0 {
-            let arm = from.rotation.turned_by(*turn * part).rotate(self.middle);
-            *shift + turn.cross(arm)
+            shift + turn.cross(self.way.at(part).direction(self.middle))
         } else {
-            *shift
+            shift
         }
     }
 
     /// Its body's way, but for turns that nobody sees.
     pub(crate) const fn way(&self) -> &Way {
         &self.way
-    }
-
-    fn is_surface(&self) -> bool {
-        matches!(self.solid.core, Core::HalfSpace { .. } | Core::Mesh(_))
     }
 
     fn at(&self, part: f32) -> Pose {
@@ -199,7 +194,7 @@ pub(crate) struct Pair<'a> {
 
 impl<'a> Pair<'a> {
     pub(crate) fn new(a: Mover<'a>, b: Mover<'a>) -> Self {
-        let (a, b) = if b.is_surface() { (b, a) } else { (a, b) };
+        let (a, b) = if b.solid.is_surface() { (b, a) } else { (a, b) };
         let rounding = ROUNDING * (a.size + b.size);
         Self { a, b, rounding }
     }
@@ -236,7 +231,7 @@ impl<'a> Pair<'a> {
 
     /// False if they pass each other wide.
     pub(crate) fn may_meet(&self) -> bool {
-        if self.a.is_surface() {
+        if self.a.solid.is_surface() {
             return true;
         }
         let ([a, a_end], [b, b_end]) = (self.a.middles(), self.b.middles());

@@ -236,14 +236,13 @@ impl Solver<'_> {
             let block = self.blocks.row(i);
             let extra = if self.has_extras { Some(self.extras.row(i)) } else { None };
             let hit = extra.as_ref().map_or([0; 2], |extra| [extra.arrives, extra.hit]);
-            let extra = if fixed {
+            let mut extra = if fixed {
                 pack::build::<_, true>(simd, &source, owners, block, extra);
                 self.has_extras.then(|| self.extras.row(i))
             } else {
                 pack::build::<_, false>(simd, &source, owners, block, extra);
                 self.has_extras.then(|| self.extras.row(i))
             };
-            let mut extra = extra;
             if let Some(extra) = &mut extra {
                 (extra.arrives, extra.hit) = (extra.arrives | hit[0], hit[1]);
                 extra.renewed = true;
@@ -273,7 +272,8 @@ impl Pair<'_> {
         (a, a.relative(&b))
     }
 
-    /// How far contacts are looked for: as far as the two come nearer in a step, for an impact may send them anywhere within a substep.
+    /// How far contacts are looked for: as far as the two come nearer in a step. An impact may send them anywhere within a
+    /// substep.
     fn reach(&self) -> f32 {
         let [a, b] = &self.states;
         let [extent_a, extent_b] = self.bodies.map(|body| body.extent);

@@ -7,7 +7,6 @@ use super::ways::Ways;
 use crate::base::aabb::Aabb;
 use crate::base::jobs::{Jobs, collect_ranges, grain};
 use crate::base::math::Vec3;
-use crate::geometry::solid::Core;
 use crate::state::bodies::Body;
 use crate::state::bounds::Bounds;
 use crate::state::contacts::Contacts;
@@ -136,40 +135,37 @@ impl Around<'_> {
     /// Where a shape was in the step: a ball around its middle, on its way. `None` of a surface that moves.
     fn swept(&self, shape: &ShapeRow) -> Option<Aabb> {
         let body = self.ways.bodies.at(shape.body);
-        if is_surface(shape) {
+        if shape.solid.is_surface() {
             return (body.kind == BodyKind::Static).then_some(shape.fat);
         }
         let (middle, size) = shape.solid.ball();
         let middle = shape.centered.point(middle);
         let end = body.center + body.rotation.rotate(middle);
-        let Some(flight) = self.ways.flight(shape.body) else {
-            return Some(
-                Aabb::of_points([end]).grown(1.01 * size + 1.0e-6 * end.abs().max_element()),
-            );
-        };
-        let start = flight.from + flight.stood.rotate(middle);
-        // An arc of a radian leaves its chord by an eighth of its radius; more than that may be any part of the circle.
-        let is_arc =
-            chord(&flight.stood, &body.rotation) < 0.9 && body.w.length() * self.ways.ctx.dt < 1.0;
-        let off = middle.length() * if is_arc { 0.13 } else { 2.0 };
+        let (start, off) = self.ways.flight(shape.body).map_or((end, 0.0), |flight| {
+            // An arc of a radian leaves its chord by an eighth of its radius; more than that may be any part of the circle.
+            let is_arc = chord(&flight.stood, &body.rotation) < 0.9
+                && body.w.length() * self.ways.ctx.dt < 1.0;
+            let off = middle.length() * if is_arc { 0.13 } else { 2.0 };
+            (flight.from + flight.stood.rotate(middle), off)
+        });
         let rounding = 1.0e-6 * (start.abs().max_element() + end.abs().max_element());
         Some(Aabb::of_points([start, end]).grown(1.01 * size + off + rounding))
     }
 
-    /// Adds two shapes, if they may meet, and if that is not told by rays.
+    /// Adds two shapes, if they may meet on their ways, and if that is not told by rays.
     fn add(&self, a: u32, b: u32, out: &mut Vec<Meeting>) {
         let (shape_a, shape_b) = (self.shapes.at(a), self.shapes.at(b));
         if !may_meet(self.ways.bodies, self.joints, shape_a, shape_b) {
             return;
         }
-        if let (Some(a), Some(b)) = (self.swept(shape_a), self.swept(shape_b))
-            && !a.overlaps(&b)
-        {
-            return;
-        }
         let [body_a, body_b] = [shape_a, shape_b].map(|shape| self.ways.bodies.at(shape.body));
         let told = is_told(shape_a, body_a, body_b) || is_told(shape_b, body_b, body_a);
-        if shape_a.sensor || shape_b.sensor || !told {
+        if told && !shape_a.sensor && !shape_b.sensor {
+            return;
+        }
+        let boxes = (self.swept(shape_a), self.swept(shape_b));
+        let are_apart = matches!(&boxes, (Some(a), Some(b)) if !a.overlaps(b));
+        if !are_apart {
             out.push((a.min(b), a.max(b)));
         }
     }
@@ -179,11 +175,7 @@ impl Around<'_> {
 /// reach far beyond what the ray stands for.
 fn is_told(shape: &ShapeRow, of: &Body, body: &Body) -> bool {
     let is_fixed = of.kind == BodyKind::Static;
-    is_fixed && is_surface(shape) && body.inner > LONG * body.extent
-}
-
-fn is_surface(shape: &ShapeRow) -> bool {
-    matches!(shape.solid.core, Core::Mesh(_) | Core::HalfSpace { .. })
+    is_fixed && shape.solid.is_surface() && body.inner > LONG * body.extent
 }
 
 fn longest(v: Vec3) -> usize {
