@@ -13,10 +13,10 @@ use crate::state::config::{PenaltyConfig, WorldConfig};
 /// stiffer by the square of the parts: with the world's 3 m/s a stack of 30 boxes hopped, with 0.05 too.
 const REFINED_PUSH_SPEED: f32 = 0.01;
 
-/// Frequency of what is swept, times the substep. Two soft rows on one body of which only a part of each correction lasts, as where a
-/// light body stands between a joint and a contact, shrink for any part if 2π f h < 1 and only then: below 0.159
-/// (docs/derivations/joints.md).
-const SWEPT: f32 = 0.125;
+/// Frequency of what is swept, times the substep. Two soft rows on one body of which only a part κ of each correction lasts, as where a
+/// light body stands between a joint and a contact, shrink in a substep by κ (1 - w²) w (ζ + w/2), w = 2π f h: for any κ below
+/// 0.159 and only there (docs/derivations/joints.md). A tenth of w² is left for damping; what gives way does so by 1/w².
+const SWEPT: f32 = 0.15;
 
 /// The same of trees, which are solved at once: they know no such limit.
 const DIRECT: f32 = 0.25;
@@ -47,10 +47,10 @@ pub(crate) struct StepContext {
     pub(crate) soft: Softness,
     pub(crate) soft_fixed: Softness,
     pub(crate) soft_joint: Softness,
-    /// [`Softness::hardness`] of drives and sprung limits, at most.
-    pub(crate) hardest: f32,
     /// Joints of trees that are solved directly, and which those are.
     pub(crate) soft_tree: Compliance,
+    /// [`Softness::hardness`] of drives and sprung limits in trees, at most; elsewhere it is that of `soft_joint`.
+    pub(crate) hardest_in_trees: f32,
     pub(crate) tree_ratio: f32,
     pub(crate) inertia: LoadInertia,
     /// Factor of the last step's impulses: substeps may have had another length.
@@ -171,9 +171,9 @@ impl StepContext {
                 threshold: config.inertia.threshold,
             },
             soft_joint: Softness::new(swept, config.joint.damping_ratio, h),
-            hardest: Softness::new(direct, config.joint.damping_ratio, h).hardness(),
             penalty: config.penalty,
             soft_tree: Compliance::new(direct, config.joint.damping_ratio, h),
+            hardest_in_trees: Softness::new(direct, config.joint.damping_ratio, h).hardness(),
             tree_ratio: config.joint.tree_ratio,
             impulse_scale: impulse_scale / parts as f32,
             parts,

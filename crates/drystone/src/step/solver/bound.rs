@@ -152,7 +152,7 @@ impl Solver<'_> {
         let sweep = JointSweep {
             inv_h: self.ctx.inv_h,
             softness: self.ctx.soft_joint,
-            hardest: self.ctx.hardest,
+            hardest: self.ctx.soft_joint.hardness(),
             elapsed,
             back: 0.0,
             is_relax: false,
@@ -365,7 +365,7 @@ impl Solver<'_> {
                     let sweep = JointSweep {
                         inv_h: self.ctx.inv_h,
                         softness: self.ctx.soft_joint,
-                        hardest: self.ctx.hardest,
+                        hardest: self.ctx.soft_joint.hardness(),
                         elapsed: 0.0,
                         back: 0.0,
                         is_relax: false,

@@ -411,7 +411,7 @@ impl Solver<'_> {
                 let joints = JointSweep {
                     inv_h: ctx.inv_h,
                     softness: ctx.soft_joint,
-                    hardest: ctx.hardest,
+                    hardest: ctx.soft_joint.hardness(),
                     elapsed,
                     back: 0.0,
                     is_relax: false,
@@ -429,7 +429,7 @@ impl Solver<'_> {
                 let joints = JointSweep {
                     inv_h: ctx.inv_h,
                     softness: Softness::RIGID,
-                    hardest: ctx.hardest,
+                    hardest: ctx.soft_joint.hardness(),
                     elapsed: moved - 0.5 * ctx.h,
                     back: 0.5 * ctx.h,
                     is_relax: true,

@@ -359,7 +359,7 @@ impl Solver<'_> {
             // single joints take, made a chain fly apart.
             elapsed: f64::from(joints.elapsed + joints.back),
             push_speed: f64::from(self.ctx.push_speed),
-            joints: *joints,
+            joints: JointSweep { hardest: self.ctx.hardest_in_trees, ..*joints },
         };
         let forest = &self.plan.forest;
         let order = &forest.order[group.trees.clone()];
