@@ -22,6 +22,7 @@ use super::layout::Layout;
 use super::plan::{DISTANCE, Group, number};
 use super::six::shift;
 use super::sixdof::SixBlock;
+use super::spring::Push;
 use super::work::{Bound, UNITS};
 use crate::base::double::{DVec3, greater, lesser};
 use crate::base::math::Vec3;
@@ -39,14 +40,34 @@ const RIPPLE: f64 = 0.05;
 const QUIET: f32 = 0.02;
 
 /// A body of a constraint.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 struct Side {
+    /// Mass [kg] and greatest moment of inertia [kg m²].
+    mass: f64,
+    moment: f64,
     /// Its motion and turn since the step's start.
     moved: DVec3,
     turn: DVec3,
     /// Velocity and angular velocity before and after this substep's impulses.
     v: [DVec3; 2],
     w: [DVec3; 2],
+}
+
+impl Side {
+    /// One that nothing moves.
+    const FIXED: Self = Self {
+        mass: f64::INFINITY,
+        moment: f64::INFINITY,
+        moved: DVec3::ZERO,
+        turn: DVec3::ZERO,
+        v: [DVec3::ZERO; 2],
+        w: [DVec3::ZERO; 2],
+    };
+
+    /// About the end of an arm, at most.
+    fn inertia_at(&self, r: DVec3) -> f64 {
+        if self.mass < f64::INFINITY { self.moment + self.mass * r.dot(r) } else { f64::INFINITY }
+    }
 }
 
 /// Mean size of a quantity before and after.
@@ -223,7 +244,10 @@ impl Solver<'_> {
                 + f64::from(s.mul(Vec3::Z).length_squared());
             let [v, w] = self.aux.read(i).before();
             let line = self.lines.read(i);
+            let place = DVec3::from(self.at_start(self.plan.members[i - 1]).center);
             bound.mass += mass;
+            bound.first = bound.first + place * mass;
+            bound.second += place.dot(place) * mass;
             bound.inertia += if inverse > 0.0 { 3.0 / inverse } else { 0.0 };
             bound.momentum = bound.momentum + DVec3::from(three(v)) * (1.0 / alpha);
             for (was, is) in [(v, line.v), (w, line.w)] {
@@ -238,15 +262,19 @@ impl Solver<'_> {
 
     fn side(&self, line: u32) -> Side {
         if line == 0 {
-            return Side::default();
+            return Side::FIXED;
         }
         let i = line as usize;
+        let moments = self.bodies.at(self.plan.members[i - 1]).moments;
+        let turns = moments.max_element() > 0.0;
         let (line, whitening) = (self.lines.read(i), self.whitening.read(i));
         let (alpha, s) = (whitening.alpha(), whitening.s());
         let [v, w] = self.aux.read(i).before();
         let motion = |v: [f32; 4]| DVec3::from(three(v) * alpha);
         let turn = |w: [f32; 4]| DVec3::from(s.mul(three(w)));
         Side {
+            mass: f64::from(1.0 / (alpha * alpha)),
+            moment: if turns { f64::from(moments.max_element()) } else { f64::INFINITY },
             moved: motion(line.x),
             turn: turn(line.t),
             v: [motion(v), motion(line.v)],
@@ -288,6 +316,7 @@ impl Solver<'_> {
     }
 
     fn ask_joints(&self, group: &Group, sweep: &JointSweep, bounds: &mut [Bound]) {
+        let inv_h = f64::from(sweep.inv_h);
         for batch in &self.plan.joints.batches[group.joints.clone()] {
             for i in batch.blocks.clone() {
                 let (block, rest) = (self.joints.read(i), self.joint_rests.read(i));
@@ -320,7 +349,11 @@ impl Solver<'_> {
                         bound.close(f64::from(p), speed, 0);
                         bound.drive(p, drift.length());
                     }
-                    bound.drive(impulse.z, slip);
+                    let spring = at(&rest.spring, lane);
+                    let square = f64::from(spring.x) * inv_h / f64::from(spring.z);
+                    let off = length - f64::from(limits.z);
+                    let most = 1.0 / (1.0 / a.mass + 1.0 / b.mass);
+                    bound.release(f64::from(impulse.z), slip, (0.0, square, most), (off, inv_h));
                 }
             }
         }
@@ -528,15 +561,28 @@ fn ask_six(
             }
         });
         let laws = &block.axes[axis];
-        let motor = f64::from(laws.drive.speed[lane].abs());
-        // A motor brings an axis to its speed and no farther.
-        let held_at = if laws.drive.is_motor(lane) { lesser(speed, motor) } else { speed };
-        bound.drive(held, held_at);
+        // A motor or damper brings an axis to its speed and no farther.
+        bound.drive(held, lesser(speed, f64::from(laws.drive.speed[lane].abs())));
+        let inv_h = f64::from(sweep.inv_h);
+        // The locked axes of a joint make one of what its bodies have on their arms, those of a tree all of it.
+        let most = match (locks, kind) {
+            (true, 0) => 1.0 / (1.0 / a.mass + 1.0 / b.mass),
+            (true, _) => lesser(a.inertia_at(ra + gap), b.inertia_at(rb)),
+            (false, 0) => bound.mass,
+            (false, _) => bound.whole_inertia(),
+        };
+        let mut release = |push: &Push, impulse: f32, off: f64| {
+            let stiffness = f64::from(push.stiffness[lane]);
+            let is_per_mass = push.per_mass[lane] > 0.0;
+            let [own, square] = if is_per_mass { [0.0, stiffness] } else { [stiffness, 0.0] };
+            bound.release(f64::from(impulse), speed, (own, square, most), (off, inv_h));
+        };
+        let (low, high) = (f64::from(laws.low[lane]), f64::from(laws.high[lane]));
+        let error = greater(greater(low - x, x - high), 0.0);
+        release(&laws.drive, held, x - f64::from(laws.drive.place[lane]));
         if laws.yields && laws.hard[lane] <= 0.0 {
-            bound.drive(limit, speed);
+            release(&laws.limit, limit, error);
         } else {
-            let (low, high) = (f64::from(laws.low[lane]), f64::from(laws.high[lane]));
-            let error = greater(greater(low - x, x - high), 0.0);
             bound.close(f64::from(limit), speed_of(error, rate, push(axis)), kind);
         }
     }

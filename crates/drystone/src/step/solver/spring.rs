@@ -28,11 +28,6 @@ pub(crate) struct Law<S: Simd> {
 }
 
 impl Push {
-    /// True if a lane's is a motor.
-    pub(crate) fn is_motor(&self, lane: usize) -> bool {
-        self.damping[lane] > MOTOR
-    }
-
     /// Where it is slower than a substep, a spring on the inverse mass `k` under the acceleration `pull`
     /// swings as the exact one does: v' = (1 - B) v - A x has the eigenvalues exp(z h), taken as
     /// (12 + 6 z + z²)/(12 - 6 z + z²), and rests where the exact one does. A faster one, or a motor, is taken

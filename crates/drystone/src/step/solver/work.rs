@@ -31,8 +31,10 @@ pub(super) struct Bound {
     pub(super) floor: f64,
     /// It was more than the ripple and the floor allow: what else allows it is summed up.
     pub(super) is_over: bool,
-    /// Mass [kg], momentum, and moment of inertia [kg m²], the sum of all bodies'.
+    /// Mass [kg], momentum, and moment of inertia [kg m²], the sum of all bodies'; the sums of m x and m x².
     pub(super) mass: f64,
+    pub(super) first: DVec3,
+    pub(super) second: f64,
     pub(super) momentum: DVec3,
     pub(super) inertia: f64,
     /// u·d and d·d.
@@ -56,6 +58,31 @@ impl Bound {
         self.driven.add(impulse.into() * speed * self.units);
     }
 
+    /// An impulse of a spring that is off its place by `off`, on an axis that goes at this speed: no more work than its force does on
+    /// the way of a substep, nor than it holds. `stiffness` counts by itself; `square` is that of its frequency, if it counts per
+    /// effective mass, which is no more than `most`. No spring is taken for faster than a substep.
+    pub(super) fn release(
+        &mut self,
+        impulse: f64,
+        speed: f64,
+        (stiffness, square, most): (f64, f64, f64),
+        (off, inv_h): (f64, f64),
+    ) {
+        if impulse == 0.0 {
+            return;
+        }
+        let stiffness = lesser(stiffness + square * most, inv_h * inv_h * most);
+        let force = stiffness * off.abs();
+        let work = lesser(lesser(impulse.abs(), force / inv_h) * speed, 0.5 * force * off.abs());
+        self.driven.add(work * self.units);
+    }
+
+    /// The moment of inertia about its center, of all axes together [kg m²].
+    pub(super) fn whole_inertia(&self) -> f64 {
+        let spread = self.second - self.first.dot(self.first) / self.mass;
+        self.inertia + greater(spread, 0.0)
+    }
+
     /// An impulse of a row that closes at this speed; `kind` 0 of motions, 1 of turns. A row that gave none closes nothing:
     /// what its lane has of a limit may be that of another joint, before.
     pub(super) fn close(&mut self, impulse: f64, speed: f64, kind: usize) {
@@ -75,7 +102,10 @@ impl Bound {
         let reach = 0.5 * (self.mass * v * v + self.inertia * w * w);
         let [driven, closed] = [self.driven, self.closed].map(|sum| sum.get() / self.units);
         let closed = lesser(closed, greater(reach - own, 0.0));
-        let allowed = greater(ripple * self.energy + driven + closed, self.floor - self.energy);
+        // Where impulses did many times the work that they can have done they are wrong, and so is what is asked of each.
+        let can = driven + closed;
+        let can = can * lesser(can / self.work, 1.0);
+        let allowed = greater(ripple * self.energy + can, self.floor - self.energy);
         let Self { along, square, .. } = *self;
         let part = ((along * along + 2.0 * square * allowed).sqrt() - along) / square;
         if part.is_finite() { lesser(part, 1.0) } else { 0.0 }
