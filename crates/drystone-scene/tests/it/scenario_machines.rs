@@ -69,8 +69,8 @@ fn gears_turn_by_their_radii_and_lift_the_rack() {
     println!("rack {rise} m, {least} to {most} m/s, worst {worst} rad or m");
     assert!((least / 0.4 - 1.0).abs() < 0.02 && (most / 0.4 - 1.0).abs() < 0.02, "{least} {most}");
     // The load's 196 N are up to 79 N m at a wheel of 0.4 m; couplings give way by load × inverse masses ÷ (2πf)²,
-    // here of at most 1/0.1 + (0.4/0.2)²/0.1 with f = 60 Hz.
-    let give = 79.0 * 50.0 / (377.0_f32 * 377.0);
+    // here of at most 1/0.1 + (0.4/0.2)²/0.1 with f = 72 Hz.
+    let give = 79.0 * 50.0 / (452.0_f32 * 452.0);
     assert!(worst < give, "{worst} {give}");
 }
 

@@ -1,10 +1,11 @@
 //! What joints do to energy: they make none, and what stands on them comes to rest.
 
 use std::f32::consts::FRAC_PI_2;
+use std::sync::Arc;
 
 use drystone::{
-    BodyDef, BodyId, JointAxis, JointDef, JointDrive, JointSpring, Mat3, Quat, ShapeDef, SixDof,
-    Vec3, World, WorldConfig, vec3,
+    BodyDef, BodyId, CouplingDef, JointAxis, JointDef, JointDrive, JointSpring, Mat3, Mesh, Quat,
+    Shape, ShapeDef, SixDof, Vec3, World, WorldConfig, vec3,
 };
 
 const G: f32 = 9.81;
@@ -256,6 +257,148 @@ fn a_joint_made_far_off_closes_at_a_bounded_speed_with_bounded_power() {
                 let fastest = world.bodies().map(|body| body.linear_velocity().length());
                 assert!(fastest.fold(0.0, f32::max) < 21.0, "{gap} m, kind {kind}");
             }
+        }
+    }
+}
+
+/// What a person of ten parts lies on.
+#[derive(Clone, Copy, Debug)]
+enum Ground {
+    Plane,
+    Box,
+    Mesh,
+}
+
+fn add_ground(world: &mut World, ground: Ground, size: f32) {
+    let half = 20.0 * size;
+    let (shape, y) = match ground {
+        Ground::Plane => (ShapeDef::half_space([0.0, 1.0, 0.0], 0.0), 0.0),
+        Ground::Box => (ShapeDef::box_half([half, size, half]), -size),
+        Ground::Mesh => {
+            let corners = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)];
+            let corners = corners.map(|(x, z)| vec3(x * half, 0.0, z * half));
+            let mesh = Mesh::new(corners.to_vec(), vec![[0, 2, 1], [0, 3, 2]]).unwrap();
+            (ShapeDef::new(Shape::Mesh(Arc::new(mesh))), 0.0)
+        }
+    };
+    let def = BodyDef::fixed().with_position([0.0, y, 0.0]);
+    world.add_body(def.with_shape(shape.with_friction(1.0))).unwrap();
+}
+
+/// A person of ten parts, upright at a height; its joints rub a little.
+fn add_person(world: &mut World, up: f32, size: f32) -> Vec<BodyId> {
+    let mut all = Vec::new();
+    let mut add = |x: f32, y: f32, shape: ShapeDef| {
+        let def = BodyDef::dynamic().with_position([x * size, (up + y) * size, 0.0]);
+        let id = world.add_body(def.with_shape(shape)).unwrap();
+        all.push(id);
+        id
+    };
+    let cuboid = |x: f32, y: f32, z: f32| ShapeDef::box_half([x * size, y * size, z * size]);
+    let torso = add(0.0, 0.3, cuboid(0.2, 0.3, 0.12));
+    let head = add(0.0, 0.78, ShapeDef::sphere(0.14 * size));
+    let mut joints = vec![(torso, head, [0.0, 0.62])];
+    for side in [-1.0_f32, 1.0] {
+        let arm = add(0.4 * side, 0.52, cuboid(0.16, 0.05, 0.05));
+        let hand = add(0.74 * side, 0.52, cuboid(0.16, 0.045, 0.045));
+        let thigh = add(0.12 * side, -0.25, ShapeDef::capsule(0.15 * size, 0.07 * size));
+        let shin = add(0.12 * side, -0.68, ShapeDef::capsule(0.15 * size, 0.06 * size));
+        joints.extend([
+            (torso, arm, [0.22 * side, 0.52]),
+            (arm, hand, [0.57 * side, 0.52]),
+            (torso, thigh, [0.12 * side, -0.02]),
+            (thigh, shin, [0.12 * side, -0.47]),
+        ]);
+    }
+    for (a, b, [x, y]) in joints {
+        let mut axes = SixDof::cone_twist(JointAxis::limited(-0.5, 0.5), [0.9, 0.9]);
+        // A fortieth of the moment of an arm held out, 4 N m at one meter.
+        axes.angular.iter_mut().for_each(|axis| axis.friction = 0.1 * size.powi(4));
+        let at = [x * size, (up + y) * size, 0.0];
+        let down = Quat::from_arc(Vec3::X, -Vec3::Y);
+        let joint = world.joint_in(a, b, at, down, axes).unwrap();
+        world.add_joint(joint).unwrap();
+    }
+    all
+}
+
+/// Where joints rub nothing swings for ever, and limbs that lie on limbs must not be shaken by their joints.
+#[test]
+fn people_that_fall_come_to_rest() {
+    let variants = [
+        (30.0, 1.0, Ground::Plane),
+        (60.0, 1.0, Ground::Plane),
+        (60.0, 1.0, Ground::Box),
+        (60.0, 1.0, Ground::Mesh),
+        (60.0, 0.1, Ground::Plane),
+        (60.0, 10.0, Ground::Box),
+        (120.0, 1.0, Ground::Mesh),
+    ];
+    for (hertz, size, ground) in variants {
+        for up in [1.0, 1.3, 1.7] {
+            let mut world = World::default();
+            add_ground(&mut world, ground, size);
+            let all = add_person(&mut world, up, size);
+            // Times of falls grow as the root of sizes.
+            let mut left = 20.0 * hertz * size.sqrt().max(1.0);
+            let asleep = |world: &World| all.iter().all(|id| world.body(*id).unwrap().is_asleep());
+            while left > 0.0 && !asleep(&world) {
+                world.step(1.0 / hertz);
+                left -= 1.0;
+            }
+            assert!(asleep(&world), "{hertz} Hz, {size} m, {ground:?}, from {up} m");
+        }
+    }
+}
+
+/// A thread that is driven into its stop: a slide of 5 cm that a coupling moves with the turn, which a motor drives.
+#[test]
+fn a_motor_against_a_stop_makes_no_more_than_its_work() {
+    for (hertz, size) in SCALES {
+        let mut world = World::default();
+        let mut add = |x: f32, shape: ShapeDef| {
+            let def = BodyDef::dynamic().with_position([x, 0.0, 0.0]);
+            world.add_body(def.with_shape(shape)).unwrap()
+        };
+        let nut = add(0.0, ShapeDef::box_half([0.06 * size, 0.05 * size, 0.08 * size]));
+        let block = add(0.3 * size, ShapeDef::box_half([0.2 * size, 0.27 * size, 0.3 * size]));
+        let torque = 100.0 * size.powi(4);
+        let spring = JointSpring::new(7.0 * size.powi(2), 0.0);
+        let slide = JointAxis::limited(0.0, 0.05 * size);
+        let axes = SixDof {
+            linear: [
+                JointAxis::LOCKED,
+                slide.with_drive(JointDrive::servo(0.0, spring, f32::INFINITY)),
+                JointAxis::LOCKED,
+            ],
+            angular: [
+                JointAxis::driven(JointDrive::motor(-1.0, torque)),
+                JointAxis::LOCKED,
+                JointAxis::LOCKED,
+            ],
+            ..SixDof::FIXED
+        };
+        let at = [0.0, 0.02 * size, 0.03 * size];
+        let joint = world.joint_in(nut, block, at, Quat::IDENTITY, axes).unwrap();
+        let joint = world.add_joint(joint).unwrap();
+        let coupling = CouplingDef {
+            joint_a: joint,
+            axis_a: 3,
+            joint_b: joint,
+            axis_b: 1,
+            ratio: size,
+            offset: 0.0,
+        };
+        world.add_coupling(coupling).unwrap();
+        let start = energy(&world);
+        for step in 0..240_u16 {
+            world.step(1.0 / hertz);
+            // The motor's torque times the way at its speed of 1 rad/s, and what is told too late by half a substep of a fall:
+            // m g v h/2.
+            let seconds = f64::from(step + 1) / f64::from(hertz);
+            let fall = 300.0 * size.powi(3) * 9.81 * 9.81 / (16.0 * hertz);
+            let most = start + f64::from(torque + fall) * seconds;
+            assert!(energy(&world) < most, "{hertz} Hz, {size} m, step {step}: {most}");
         }
     }
 }

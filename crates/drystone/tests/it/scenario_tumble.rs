@@ -51,14 +51,13 @@ fn drift(mut world: World) -> [f64; 2] {
 }
 
 /// The error of rows that know the inertia of one moment is of first order in the time they are kept: that of a round, an eighth of a
-/// step. So is what is left of it; the rest of that gain is left to the paths, which part, and to the bound on work, which keeps what is
-/// not done in rounds from doubling its energy.
+/// step. So is what is left of it; half of that gain is left to the paths, which part.
 #[test]
 fn a_chain_that_tumbles_keeps_energy_and_spin() {
     for speed in [20.0, 30.0, 40.0] {
         let (rounds, whole) = (drift(chain(4, speed)), drift(chain(1, speed)));
         for (rounds, whole) in rounds.into_iter().zip(whole) {
-            assert!(rounds < whole / 2.0, "{speed} rad/s: {rounds} in rounds, {whole} without");
+            assert!(rounds < whole / 4.0, "{speed} rad/s: {rounds} in rounds, {whole} without");
         }
     }
 }

@@ -81,8 +81,7 @@ fn what_is_slow_keeps_its_bits() {
         [fast, slow].map(|id| world.joint(id).unwrap().error())
     };
     let ([fast, slow], [fine, same]) = (end(1), end(4));
-    // Four parts take the gap to a sixteenth; rows that stand still in a whole substep find no more than half of it.
-    assert!(fine < 0.125 * fast, "{fine}, {fast}");
+    assert!(fine < 0.1 * fast, "{fine}, {fast}");
     assert_eq!(slow.to_bits(), same.to_bits());
 }
 

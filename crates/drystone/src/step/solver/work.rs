@@ -58,13 +58,13 @@ impl Bound {
         self.driven.add(impulse.into() * speed * self.units);
     }
 
-    /// An impulse of a spring that is off its place by `off`, on an axis that goes at this speed: no more work than its force does on
-    /// the way of a substep, nor than it holds. `stiffness` counts by itself; `square` is that of its frequency, if it counts per
+    /// An impulse of a spring that is off its place by `off`, on an axis of these speeds, before it and in the mean: no more work than its
+    /// force does on the way of a substep, nor than it holds, wherever in the substep that is. `stiffness` counts by itself; `square` is that of its frequency, if it counts per
     /// effective mass, which is no more than `most`. No spring is taken for faster than a substep.
     pub(super) fn release(
         &mut self,
         impulse: f64,
-        speed: f64,
+        [before, mean]: [f64; 2],
         (stiffness, square, most): (f64, f64, f64),
         (off, inv_h): (f64, f64),
     ) {
@@ -72,8 +72,9 @@ impl Bound {
             return;
         }
         let stiffness = lesser(stiffness + square * most, inv_h * inv_h * most);
-        let force = stiffness * off.abs();
-        let work = lesser(lesser(impulse.abs(), force / inv_h) * speed, 0.5 * force * off.abs());
+        let off = off.abs() + before / inv_h;
+        let force = stiffness * off;
+        let work = lesser(lesser(impulse.abs(), force / inv_h) * mean, 0.5 * force * off);
         self.driven.add(work * self.units);
     }
 
