@@ -18,8 +18,14 @@ const REFINED_PUSH_SPEED: f32 = 0.01;
 /// 0.159 and only there (docs/derivations/joints.md). A tenth of w² is left for damping; what gives way does so by 1/w².
 const SWEPT: f32 = 0.15;
 
-/// The same of trees, which are solved at once: they know no such limit.
+/// The same of trees, which are solved at once, and of what tumbles and touches nothing: they know no such limit.
 const DIRECT: f32 = 0.25;
+
+/// The frequency of joints [Hz], where it is no more than a part of that of substeps.
+fn joint_hertz(config: &WorldConfig, part: f32, inv_h: f32) -> f32 {
+    let stiffest = part * inv_h.min(1.0 / SHORTEST);
+    if config.joint.hertz > 0.0 { config.joint.hertz.min(stiffest) } else { stiffest }
+}
 
 /// Constants of a step.
 #[derive(Clone, Copy, Debug)]
@@ -98,7 +104,10 @@ impl StepContext {
         let (rounds, dt) = (self.substeps, self.dt / self.substeps as f32);
         let parts = jointed.parts;
         let tumbling = Self::with(config, dt, [1, parts], self.impulse_scale, self.level);
-        let tumbling = Self { fineness: Fineness::Tumbling, rounds, ..tumbling };
+        // Nothing touches these: no contact takes back what a joint does.
+        let hertz = joint_hertz(config, DIRECT, tumbling.inv_h);
+        let soft_joint = Softness::new(hertz, config.joint.damping_ratio, tumbling.h);
+        let tumbling = Self { fineness: Fineness::Tumbling, rounds, soft_joint, ..tumbling };
         [loaded, jointed, struck, tumbling]
     }
 
@@ -141,11 +150,7 @@ impl StepContext {
         let inv_h = 1.0 / h;
         let c = &config.contact;
         let [soft, soft_fixed] = contact_springs(config, inv_h, h);
-        let joint_hertz = |part: f32| {
-            let stiffest = part * inv_h.min(1.0 / SHORTEST);
-            if config.joint.hertz > 0.0 { config.joint.hertz.min(stiffest) } else { stiffest }
-        };
-        let (swept, direct) = (joint_hertz(SWEPT), joint_hertz(DIRECT));
+        let [swept, direct] = [SWEPT, DIRECT].map(|part| joint_hertz(config, part, inv_h));
         let most = config.inertia.most;
         let most = if most > 0.0 { most } else { config.method.inertia() };
         Self {
