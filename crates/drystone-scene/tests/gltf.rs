@@ -149,6 +149,47 @@ fn masses_materials_filters_and_velocities_are_those_of_the_file() {
 }
 
 #[test]
+fn colliders_meet_if_each_is_in_one_of_the_systems_that_the_other_collides_with() {
+    let filters = json!([
+        {"collisionSystems": ["a", "b"], "collideWithSystems": ["a", "b"]},
+        {"collisionSystems": ["a"], "collideWithSystems": ["a"]},
+        {"collisionSystems": ["b"], "collideWithSystems": ["b"]},
+        {"collisionSystems": ["c"], "notCollideWithSystems": ["a"]},
+        {"collisionSystems": ["c", "d"]},
+        {"collideWithSystems": ["a"]},
+    ]);
+    let collider = |filter: Option<usize>, y: f32| {
+        let mut collider = json!({"geometry": {"shape": 0}});
+        if let Some(filter) = filter {
+            collider["collisionFilter"] = json!(filter);
+        }
+        json!({"translation": [0, y, 0], "extensions": with(json!({"motion": {}, "collider": collider}))})
+    };
+    let kinds = [Some(0), Some(1), Some(2), Some(3), Some(4), Some(5), None];
+    let heights = [0.0, 2.0, 4.0, 6.0, 8.0, 10.0, 12.0];
+    let nodes: Vec<_> = kinds.iter().zip(heights).map(|(k, y)| collider(*k, y)).collect();
+    let mut document = physics(json!([{"type": "sphere"}]), json!(nodes));
+    document["extensions"]["KHR_physics_rigid_bodies"] = json!({"collisionFilters": filters});
+    let loaded = read(&document, &Options::default()).unwrap();
+    let found: Vec<_> = loaded.scene.bodies.iter().map(|b| b.def.shapes[0].filter).collect();
+    // Who is in no system is in no list; who has no list collides with all.
+    let meet = [
+        [1, 1, 1, 0, 0, 0, 0],
+        [1, 1, 0, 0, 0, 0, 0],
+        [1, 0, 1, 0, 0, 0, 0],
+        [0, 0, 0, 1, 1, 0, 1],
+        [0, 0, 0, 1, 1, 0, 1],
+        [0, 0, 0, 0, 0, 0, 0],
+        [0, 0, 0, 1, 1, 0, 1],
+    ];
+    for (a, row) in meet.iter().enumerate() {
+        for (b, meets) in row.iter().enumerate() {
+            assert_eq!(found[a].collides_with(found[b]), *meets == 1, "{a} and {b}");
+        }
+    }
+}
+
+#[test]
 fn a_box_takes_the_scale_of_its_node_and_of_all_above() {
     let nodes = json!([
         {"scale": [2, 2, 2], "children": [1]},

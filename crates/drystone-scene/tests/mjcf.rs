@@ -205,6 +205,48 @@ fn contact_bits_and_excludes_say_who_collides() {
 }
 
 #[test]
+fn the_world_is_a_body_of_relations() {
+    let ball = |more: &str| {
+        let floor = r#"<geom type="plane" size="1 1 1"/>"#;
+        let ball = r#"<body name="ball" pos="0 0 1"><freejoint/><geom size="0.1"/></body>"#;
+        read(&format!("<worldbody>{floor}{ball}</worldbody>{more}")).unwrap()
+    };
+    let height = |scene: &Scene| body(&run(scene, 2.0, |_| ()), "ball").position.z;
+    assert!((height(&ball("")) - 0.1).abs() < 0.01, "it lies on the floor");
+    for (a, b) in [("world", "ball"), ("ball", "world")] {
+        let names = format!("body1=\"{a}\" body2=\"{b}\"");
+        let through = ball(&format!("<contact><exclude {names}/></contact>"));
+        assert!(height(&through) < -10.0, "nothing stops it");
+        for kind in ["weld", "connect"] {
+            let held = ball(&format!("<equality><{kind} {names} anchor=\"0 0 0\"/></equality>"));
+            // An anchor is a point of the second body for a weld, of the first for a connection: the ball's
+            // own center, or the origin of the world, a meter below, about which the ball falls over.
+            let least = if kind == "weld" || a == "ball" { 0.99 } else { 0.09 };
+            assert!(height(&held) > least, "{kind} {names}: {}", height(&held));
+        }
+    }
+    let copies = r#"<worldbody><replicate count="3" offset="1 0 0"><body name="b" pos="0 0 1"><freejoint/>
+        <geom size="0.1"/></body></replicate></worldbody>
+        <equality><weld body1="world" body2="b"/></equality>"#;
+    assert_eq!(read(copies).unwrap().joints.len(), 3, "each copy is held");
+    // A file may have a body of that name, which MuJoCo refuses: then it is that one.
+    let own = r#"<worldbody><body name="world" pos="0 0 1"><freejoint/><geom size="0.1"/></body></worldbody>
+        <equality><weld body1="world"/></equality>"#;
+    assert_eq!(read(own).unwrap().joints.len(), 1);
+}
+
+#[test]
+fn a_mesh_that_is_missing_is_told_before_the_mass_that_it_leaves() {
+    let text = read(
+        r#"<asset><mesh name="m" file="gone.stl"/></asset>
+        <worldbody><body name="b"><freejoint/><geom type="mesh" mesh="m"/></body></worldbody>"#,
+    )
+    .unwrap_err()
+    .to_string();
+    assert!(text.find("gone.stl").unwrap() < text.find("mass").unwrap(), "{text}");
+}
+
+#[test]
 fn the_humanoid_falls_and_stays_in_one_piece() {
     let scene = load("humanoid.xml");
     // What the geoms of the file weigh at 1000 kg/m³.

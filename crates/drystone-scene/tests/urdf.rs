@@ -112,6 +112,59 @@ fn the_base_is_held_as_it_looks_or_as_it_is_told() {
 }
 
 #[test]
+fn the_world_is_a_parent_with_and_without_a_link() {
+    let joint = |kind: &str| {
+        format!(
+            r#"<joint name="to_world" type="{kind}"><origin xyz="0 0 2"/><parent link="world"/><child link="base"/></joint>"#
+        )
+    };
+    for link in ["", "<link name=\"world\"/>"] {
+        let scene = read(&format!("{link}{BASE}{}", joint("fixed"))).unwrap();
+        assert_eq!(scene.bodies.len(), 1, "the base is one with the world");
+        assert_eq!(scene.bodies[0].def.kind, BodyKind::Static);
+        assert!((scene.bodies[0].def.shapes[0].pose.position.z - 2.0).abs() < 1.0e-6);
+        let base = scene.frames.iter().find(|f| f.name == "base").unwrap();
+        assert!((base.pose.position.z - 2.0).abs() < 1.0e-6);
+
+        let scene = read(&format!("{link}{BASE}{}", joint("continuous"))).unwrap();
+        let kinds: Vec<_> = scene.bodies.iter().map(|b| b.def.kind).collect();
+        assert_eq!(kinds, [BodyKind::Static, BodyKind::Dynamic]);
+        assert!(matches!(scene.joints[0].kind, JointKind::SixDof(_)));
+
+        // A base that floats from the world falls.
+        let scene = read(&format!("{link}{BASE}{}", joint("floating"))).unwrap();
+        let running = run(&scene, 1.0, |_| ());
+        let at = running.names.iter().position(|n| n == "base").unwrap();
+        let height = running.world.body(running.bodies[at]).unwrap().position().z;
+        assert!((height - (2.0 - 0.5 * 9.81)).abs() < 0.1, "{height}");
+    }
+    // A child of that name needs a link, and two firsts are refused as ever.
+    let child =
+        r#"<joint name="j" type="fixed"><parent link="base"/><child link="world"/></joint>"#;
+    assert!(read(&format!("{BASE}{child}")).is_err());
+    let lone = format!("{BASE}<link name=\"lone\"/>{}", joint("fixed"));
+    assert!(read(&lone).unwrap_err().problem().contains("lone"));
+}
+
+#[test]
+fn a_mesh_that_is_missing_is_told_before_the_mass_that_it_leaves() {
+    let mesh = |inertial: &str| {
+        let mesh = r#"<collision><geometry><mesh filename="gone.stl"/></geometry></collision>"#;
+        let link = format!("<link name=\"arm\">{inertial}{mesh}</link>");
+        let joint =
+            r#"<joint name="j" type="continuous"><parent link="base"/><child link="arm"/></joint>"#;
+        read(&format!("{BASE}{link}{joint}"))
+    };
+    let text = mesh("").unwrap_err().to_string();
+    assert!(text.find("gone.stl").unwrap() < text.find("mass").unwrap(), "{text}");
+    let no_inertia = mesh(r#"<inertial><mass value="1"/></inertial>"#).unwrap_err().to_string();
+    assert!(no_inertia.find("gone.stl").unwrap() < no_inertia.find("inertia").unwrap());
+    let whole = r#"<inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1"/></inertial>"#;
+    let scene = mesh(whole).unwrap();
+    assert!(scene.notes.iter().any(|n| n.contains("gone.stl")), "with a mass it is a note");
+}
+
+#[test]
 fn meshes_beside_the_file_are_hulls_and_missing_ones_are_told() {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("urdf/robot");
     fs::create_dir_all(folder.join("meshes")).unwrap();

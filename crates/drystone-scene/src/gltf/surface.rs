@@ -70,13 +70,14 @@ struct Systems {
 }
 
 impl Systems {
-    /// One side of the rule of the specification: `self` in `other.with`, not in `other.not_with`. A
+    /// One side of the rule: a system of `self` is in `other.with`, and none is in `other.not_with`. A
     /// collider in no system is in no list of either kind.
+    ///
+    /// One system in common is enough, as the samples of the extension's author need it: their floor is in two
+    /// systems and carries bodies that collide with one of them.
     fn admitted_by(&self, other: &Self) -> bool {
-        let within = |list: &Vec<String>| {
-            !self.member.is_empty() && self.member.iter().all(|m| list.contains(m))
-        };
-        other.with.as_ref().is_none_or(within) && !other.not_with.as_ref().is_some_and(within)
+        let shared = |list: &Vec<String>| self.member.iter().any(|m| list.contains(m));
+        other.with.as_ref().is_none_or(shared) && !other.not_with.as_ref().is_some_and(shared)
     }
 }
 

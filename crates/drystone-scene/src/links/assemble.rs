@@ -304,7 +304,15 @@ fn body(links: &[Link<'_>], group: &Group, notes: &mut Vec<String>) -> Result<Bo
     if kind != BodyKind::Dynamic {
         return Ok(def);
     }
-    let fail = |problem: String, allowed: &str| Err(link.element.error(problem, allowed));
+    // A shape that could not be read is why there is no mass, and what the user can mend.
+    let left_out = group.members.iter().find_map(|(i, _)| links[*i].left_out.as_deref());
+    let fail = |problem: String, allowed: &str| {
+        let problem = match left_out {
+            Some(why) => format!("{why}; so {problem}"),
+            None => problem,
+        };
+        Err(link.element.error(problem, allowed))
+    };
     let own = of_shapes(&def.shapes);
     let mut whole = MassProperties::combine(&parts);
     let is_unsaid = group.members.iter().all(|(i, _)| links[*i].weight == Weight::Unsaid);

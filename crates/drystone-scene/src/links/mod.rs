@@ -29,6 +29,8 @@ pub(crate) struct Link<'a> {
     pub(crate) weight: Weight,
     /// Its shapes [its frame].
     pub(crate) shapes: Vec<ShapeDef>,
+    /// Why the first of its shapes that are left out is.
+    pub(crate) left_out: Option<String>,
     pub(crate) gravity_scale: f32,
 }
 

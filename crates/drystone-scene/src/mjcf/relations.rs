@@ -17,7 +17,11 @@ pub(super) fn add(
     assembled: &mut Assembled,
     scene: &mut Scene,
 ) -> Result<(), SceneError> {
-    let instances = core::mem::take(&mut walk.instances);
+    let mut instances = core::mem::take(&mut walk.instances);
+    for instance in &mut instances {
+        // The world is a body by this name in every model, without an element of its own.
+        instance.bodies.entry("world".to_owned()).or_insert_with(|| vec![(String::new(), 0)]);
+    }
     for (number, instance) in instances.iter().enumerate() {
         let relations = Relations { walk, instance, assembled, is_main: number == 0 };
         relations.add(scene)?;

@@ -107,6 +107,7 @@ impl<'a> Walk<'a> {
             hold: Hold::World,
             weight: Weight::FromShapes,
             shapes: Vec::new(),
+            left_out: None,
             gravity_scale: 1.0,
         };
         Self {
@@ -233,7 +234,10 @@ impl<'a> Walk<'a> {
                 }
                 self.links[here.link].shapes.push(shape);
             }
-            Err(why) => self.notes.push(format!("{owner}: a geom is left out: {why}")),
+            Err(why) => {
+                self.notes.push(format!("{owner}: a geom is left out: {why}"));
+                self.links[here.link].left_out.get_or_insert(why);
+            }
         }
         Ok(())
     }
@@ -312,6 +316,7 @@ impl<'a> Walk<'a> {
             hold,
             weight,
             shapes: Vec::new(),
+            left_out: None,
             gravity_scale: 1.0 - element.number("gravcomp")?.unwrap_or(0.0),
         });
         if !raw.is_empty() {

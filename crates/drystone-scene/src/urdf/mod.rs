@@ -19,6 +19,9 @@ use crate::links::{Anchored, Assembled, Hold, Hulls, Link, Weight, assemble};
 use crate::scene::Scene;
 use crate::xml::{self, Element};
 
+/// The name of the link that is the world.
+const WORLD: &str = "world";
+
 /// Whether the first link is held by the world.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Base {
@@ -159,8 +162,19 @@ impl<'a> Reader<'a> {
         if elements.is_empty() {
             return Err(robot.error("it has no link", "at least one"));
         }
-        let mut above: Vec<Option<Joint<'_>>> = elements.iter().map(|_| None).collect();
-        let mut below: Vec<Vec<usize>> = vec![Vec::new(); elements.len()];
+        let hangs_on_world = |joint: Element<'_>| {
+            joint.child("parent").is_some_and(|p| p.get("link") == Some(WORLD))
+        };
+        let mut count = elements.len();
+        if !number.contains_key(WORLD) && robot.all("joint").any(hangs_on_world) {
+            number.insert(WORLD, count);
+            count += 1;
+        }
+        let name = |i: usize| {
+            elements.get(i).map_or(WORLD, |link: &Element<'a>| link.get("name").unwrap_or_default())
+        };
+        let mut above: Vec<Option<Joint<'_>>> = (0..count).map(|_| None).collect();
+        let mut below: Vec<Vec<usize>> = vec![Vec::new(); count];
         let mut names: BTreeMap<&str, ()> = BTreeMap::new();
         for element in robot.all("joint") {
             if names.insert(element.need("name")?, ()).is_some() {
@@ -170,7 +184,7 @@ impl<'a> Reader<'a> {
             if let Some(other) = &above[joint.child] {
                 let problem = format!(
                     "its child '{}' is the child of joint '{}' already",
-                    elements[joint.child].get("name").unwrap_or_default(),
+                    name(joint.child),
                     other.name
                 );
                 return Err(element.error(problem, "a tree: one joint above each link"));
@@ -179,22 +193,24 @@ impl<'a> Reader<'a> {
             let child = joint.child;
             above[child] = Some(joint);
         }
-        let roots: Vec<usize> = (0..elements.len()).filter(|i| above[*i].is_none()).collect();
+        let roots: Vec<usize> = (0..count).filter(|i| above[*i].is_none()).collect();
         let allowed = "a tree with one link that is no joint's child";
         let root = match roots[..] {
             [root] => root,
             [] => return Err(robot.error("its joints form a loop, no link is the first", allowed)),
             [a, b, ..] => {
-                let name = |i: usize| elements[i].get("name").unwrap_or_default();
                 let problem = format!("no joint is above '{}', nor above '{}'", name(a), name(b));
-                return Err(elements[b].error(problem, allowed));
+                return Err(elements.get(b).unwrap_or(robot).error(problem, allowed));
             }
         };
-        let mut links: Vec<Link<'a>> = Vec::with_capacity(elements.len());
-        let mut place: Vec<Option<usize>> = vec![None; elements.len()];
+        let mut links: Vec<Link<'a>> = Vec::with_capacity(count);
+        let mut place: Vec<Option<usize>> = vec![None; count];
         let mut stack = vec![root];
         while let Some(i) = stack.pop() {
-            let mut link = self.link(&elements[i])?;
+            let mut link = match elements.get(i) {
+                Some(element) => self.link(element)?,
+                None => Self::world(robot),
+            };
             if let Some(joint) = above[i].take() {
                 link.parent = place[joint.parent];
                 link.pose = joint.origin;
@@ -206,7 +222,7 @@ impl<'a> Reader<'a> {
         }
         if let Some(lost) = place.iter().position(Option::is_none) {
             let problem = "its joints form a loop that the first link is not in";
-            return Err(elements[lost].error(problem, allowed));
+            return Err(elements.get(lost).unwrap_or(robot).error(problem, allowed));
         }
         links[0].hold = self.base(&links, options.base);
         Ok(links)
@@ -226,7 +242,7 @@ impl<'a> Reader<'a> {
         let (is_fixed, why) = match base {
             Base::Fixed => (true, String::new()),
             Base::Floating => (false, String::new()),
-            Base::Auto if name == "world" => (true, "it is called world".to_owned()),
+            Base::Auto if name == WORLD => (true, "it is called world".to_owned()),
             Base::Auto if others_free => (true, "a link floats from it".to_owned()),
             Base::Auto => match moving {
                 1 => (true, "one joint moves on it".to_owned()),
@@ -251,6 +267,7 @@ impl<'a> Reader<'a> {
         };
         let material = element::material(element)?;
         let mut shapes = Vec::new();
+        let mut left_out = None;
         for collision in element.all("collision") {
             let found = element::collision(&collision, &self.folder, &mut self.hulls)?;
             match found {
@@ -260,7 +277,10 @@ impl<'a> Reader<'a> {
                         self.notes.push(format!("{name}: {note}"));
                     }
                 }
-                Err(why) => self.notes.push(format!("{name}: a collision is left out: {why}")),
+                Err(why) => {
+                    self.notes.push(format!("{name}: a collision is left out: {why}"));
+                    left_out.get_or_insert(why);
+                }
             }
         }
         for child in element.children() {
@@ -276,8 +296,24 @@ impl<'a> Reader<'a> {
             hold: Hold::Fast,
             weight,
             shapes,
+            left_out,
             gravity_scale: 1.0,
         })
+    }
+
+    /// The world as a link, for a file that hangs on it without having it.
+    fn world(robot: &Element<'a>) -> Link<'a> {
+        Link {
+            name: WORLD.to_owned(),
+            element: *robot,
+            parent: None,
+            pose: Pose::IDENTITY,
+            hold: Hold::Fast,
+            weight: Weight::Unsaid,
+            shapes: Vec::new(),
+            left_out: None,
+            gravity_scale: 1.0,
+        }
     }
 
     fn joint(

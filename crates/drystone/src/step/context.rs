@@ -13,6 +13,20 @@ use crate::state::config::{PenaltyConfig, WorldConfig};
 /// stiffer by the square of the parts: with the world's 3 m/s a stack of 30 boxes hopped, with 0.05 too.
 const REFINED_PUSH_SPEED: f32 = 0.01;
 
+/// Frequency of what is swept, times the substep. Two soft rows on one body of which only a part κ of each correction lasts, as where a
+/// light body stands between a joint and a contact, shrink in a substep by κ (1 - w²) w (ζ + w/2), w = 2π f h: for any κ below
+/// 0.159 and only there (docs/derivations/joints.md). A tenth of w² is left for damping; what gives way does so by 1/w².
+const SWEPT: f32 = 0.15;
+
+/// The same of trees, which are solved at once, and of what tumbles and touches nothing: they know no such limit.
+const DIRECT: f32 = 0.25;
+
+/// The frequency of joints [Hz], where it is no more than a part of that of substeps.
+fn joint_hertz(config: &WorldConfig, part: f32, inv_h: f32) -> f32 {
+    let stiffest = part * inv_h.min(1.0 / SHORTEST);
+    if config.joint.hertz > 0.0 { config.joint.hertz.min(stiffest) } else { stiffest }
+}
+
 /// Constants of a step.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct StepContext {
@@ -39,10 +53,10 @@ pub(crate) struct StepContext {
     pub(crate) soft: Softness,
     pub(crate) soft_fixed: Softness,
     pub(crate) soft_joint: Softness,
-    /// Of couplings and pulleys: at half the frequency, see docs/derivations/joints.md.
-    pub(crate) soft_coupling: Softness,
     /// Joints of trees that are solved directly, and which those are.
     pub(crate) soft_tree: Compliance,
+    /// [`Softness::hardness`] of drives and sprung limits in trees, at most; elsewhere it is that of `soft_joint`.
+    pub(crate) hardest_in_trees: f32,
     pub(crate) tree_ratio: f32,
     pub(crate) inertia: LoadInertia,
     /// Factor of the last step's impulses: substeps may have had another length.
@@ -90,7 +104,10 @@ impl StepContext {
         let (rounds, dt) = (self.substeps, self.dt / self.substeps as f32);
         let parts = jointed.parts;
         let tumbling = Self::with(config, dt, [1, parts], self.impulse_scale, self.level);
-        let tumbling = Self { fineness: Fineness::Tumbling, rounds, ..tumbling };
+        // Nothing touches these: no contact takes back what a joint does.
+        let hertz = joint_hertz(config, DIRECT, tumbling.inv_h);
+        let soft_joint = Softness::new(hertz, config.joint.damping_ratio, tumbling.h);
+        let tumbling = Self { fineness: Fineness::Tumbling, rounds, soft_joint, ..tumbling };
         [loaded, jointed, struck, tumbling]
     }
 
@@ -133,9 +150,7 @@ impl StepContext {
         let inv_h = 1.0 / h;
         let c = &config.contact;
         let [soft, soft_fixed] = contact_springs(config, inv_h, h);
-        let stiffest = 0.25 * inv_h.min(1.0 / SHORTEST);
-        let joint_hertz =
-            if config.joint.hertz > 0.0 { config.joint.hertz.min(stiffest) } else { stiffest };
+        let [swept, direct] = [SWEPT, DIRECT].map(|part| joint_hertz(config, part, inv_h));
         let most = config.inertia.most;
         let most = if most > 0.0 { most } else { config.method.inertia() };
         Self {
@@ -160,10 +175,10 @@ impl StepContext {
                 goes_beyond: config.inertia.refine == 1,
                 threshold: config.inertia.threshold,
             },
-            soft_joint: Softness::new(joint_hertz, config.joint.damping_ratio, h),
-            soft_coupling: Softness::new(0.5 * joint_hertz, config.joint.damping_ratio, h),
+            soft_joint: Softness::new(swept, config.joint.damping_ratio, h),
             penalty: config.penalty,
-            soft_tree: Compliance::new(joint_hertz, config.joint.damping_ratio, h),
+            soft_tree: Compliance::new(direct, config.joint.damping_ratio, h),
+            hardest_in_trees: Softness::new(direct, config.joint.damping_ratio, h).hardness(),
             tree_ratio: config.joint.tree_ratio,
             impulse_scale: impulse_scale / parts as f32,
             parts,

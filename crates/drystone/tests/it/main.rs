@@ -19,6 +19,7 @@ mod scenario_ghosts;
 mod scenario_glue;
 mod scenario_hits;
 mod scenario_impacts;
+mod scenario_joint_work;
 mod scenario_inertia;
 mod scenario_joints;
 mod scenario_mesh;

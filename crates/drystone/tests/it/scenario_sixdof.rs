@@ -150,7 +150,7 @@ fn a_hinge_stops_at_its_limit() {
     assert!((force - vec3(0.0, 9.81, 0.0)).length() < 0.05, "{force:?}");
     // The limit is met ahead of time, so that nothing overshoots but by the turn of the speed that a
     // substep's sweep has left; at rest it gives way by torque / (I ω²).
-    let sag = moment / (END * (2.0 * PI * 120.0) * (2.0 * PI * 120.0));
+    let sag = moment / (END * (2.0 * PI * 72.0) * (2.0 * PI * 72.0));
     assert!(rest > -0.5 - 4.0 * sag && rest < -0.4999, "{rest} {sag}");
     let speed = (2.0 * moment / END).sqrt();
     assert!(least > -0.5 - speed * H, "{least}");
@@ -182,9 +182,9 @@ fn a_beam_of_two_bodies_carries_its_moment() {
     assert!(near(root.1, vec3(0.0, 0.0, 2.0 * 9.81), 0.005), "{root:?}");
     assert!(near(middle.0, vec3(0.0, 9.81, 0.0), 0.005), "{middle:?}");
     assert!(near(middle.1, vec3(0.0, 0.0, 0.5 * 9.81), 0.005), "{middle:?}");
-    // Each joint is a spring of 120 Hz on what it holds: an angle of M / (K⁻¹ ω²), K⁻¹ at least the inertia
+    // Each joint is a spring of 72 Hz on what it holds: an angle of M / (K⁻¹ ω²), K⁻¹ at least the inertia
     // of one bar about its center, twice that bound for what the sweeps leave.
-    let omega = 2.0 * PI * 120.0;
+    let omega = 2.0 * PI * 72.0;
     let most = 2.0 * (2.0 * 9.81 * 1.5 + 0.5 * 9.81 * 0.5) / (CENTER * omega * omega);
     assert!(sag < 0.0 && sag > -most, "{sag} {most}");
 }
@@ -387,7 +387,7 @@ fn a_cone_holds_the_swing_in_every_direction() {
         assert!(most < speed * DT, "{i}: {most}");
         // It comes to rest on the rim, and at the twist's end that gives way by τ / (I ω²).
         let rest = world.joint(joint).unwrap().angular_error();
-        let sag = 0.5 / (0.02 / 12.0 * (2.0 * PI * 120.0) * (2.0 * PI * 120.0));
+        let sag = 0.5 / (0.02 / 12.0 * (2.0 * PI * 72.0) * (2.0 * PI * 72.0));
         assert!(rest < 2.0 * sag, "{i}: {rest} {sag}");
         assert!((turns.x - 0.2).abs() < 2.0 * sag, "{i}: {turns:?}");
         let (y, z) = (turns.y / 0.6, turns.z / 0.3);

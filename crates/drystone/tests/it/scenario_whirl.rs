@@ -52,9 +52,9 @@ fn gap(world: &mut World, joint: JointId) -> f32 {
     most
 }
 
-/// What a joint of a quarter of the substep's rate gives under the bar's pull [m].
+/// What a joint of 0.15 of the substep's rate gives under the bar's pull [m].
 fn give(speed: f32, parts: u16) -> f32 {
-    let omega = 2.0 * core::f32::consts::PI * 0.25 * 480.0 * f32::from(parts);
+    let omega = 2.0 * core::f32::consts::PI * 0.15 * 480.0 * f32::from(parts);
     0.5 * speed * speed / (omega * omega)
 }
 

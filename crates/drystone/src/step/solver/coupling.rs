@@ -260,6 +260,32 @@ fn push(lines: &Rows<'_, Line>, line: usize, v: Vec3, w: Vec3) {
     }
 }
 
+impl CouplingRow {
+    /// The lines that it acts on.
+    pub(super) fn lines(&self) -> impl Iterator<Item = usize> + '_ {
+        self.carried.iter().map(|part| part.line).filter(|line| *line != 0)
+    }
+
+    /// The impulse of this sweep, the speed at which it closed, and what kinematic bodies do to C.
+    pub(super) fn pushed(&self, lines: &Rows<'_, Line>, sweep: &JointSweep) -> [f32; 3] {
+        let now = self.now(lines, sweep);
+        [self.impulse, closing_row(sweep.softness.rate * now.c, now.c), now.drift]
+    }
+
+    /// Takes its impulse down to a part.
+    pub(super) fn restrain(&mut self, part: f32) {
+        if !(part > 0.0) {
+            self.impulse = 0.0;
+            self.carried.iter_mut().for_each(|at| (at.v, at.w) = (Vec3::ZERO, Vec3::ZERO));
+            return;
+        }
+        self.impulse *= part;
+        for carried in &mut self.carried {
+            (carried.v, carried.w) = (carried.v * part, carried.w * part);
+        }
+    }
+}
+
 impl Solver<'_> {
     pub(super) fn prepare_couplings(&self, group: &Group) {
         for i in group.couplings.clone() {

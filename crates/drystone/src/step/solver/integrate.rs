@@ -92,6 +92,17 @@ impl Aux {
         (self.before_w, self.ended) = (four(w_rest), true);
     }
 
+    /// Whitened velocity and angular velocity before any impulse of this substep.
+    pub(super) const fn before(&self) -> [[f32; 4]; 2] {
+        [self.before_v, self.before_w]
+    }
+
+    /// The square of what forces add to the whitened velocity in a substep.
+    pub(super) const fn kick(&self) -> f32 {
+        let [x, y, z, _] = self.add_v;
+        x * x + y * y + z * z
+    }
+
     /// True if a translation is locked.
     pub(crate) fn is_locked(&self) -> bool {
         self.locked != [false; 3]

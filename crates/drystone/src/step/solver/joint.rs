@@ -28,7 +28,8 @@ use crate::base::wide::{LANES, Sym3w, Vec3w, Wide, above, load, max, select, spl
 pub(crate) struct JointSweep {
     pub(crate) inv_h: f32,
     pub(crate) softness: Softness,
-    /// [`Softness::hardness`] of locked axes: drives and sprung limits are no harder.
+    /// [`Softness::hardness`] of locked axes: drives and sprung limits, which those answer for, are no harder. (With twice the frequency
+    /// of the locked axes, muscles of 1e5 N m made people of 1e15 J.)
     pub(crate) hardest: f32,
     /// Time of the step that positions have advanced [s].
     pub(crate) elapsed: f32,

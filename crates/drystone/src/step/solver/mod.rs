@@ -8,6 +8,9 @@
 //! References: docs/derivations/soft-step.md, [Catto24], [Macklin19].
 #![expect(unsafe_code, reason = "promises that rows are kept apart")]
 
+mod bins;
+mod bound;
+mod work;
 pub(crate) mod softness;
 pub(crate) mod closing;
 pub(crate) mod rows;
@@ -34,6 +37,7 @@ mod lines;
 mod plan;
 mod reflect;
 mod renew;
+mod turning;
 mod rooms;
 mod rounds;
 mod forest;
@@ -72,6 +76,7 @@ use self::softness::Softness;
 use self::strokes::Progress;
 use self::tally::{ContactTally, JointTally, TreeTally, When};
 use self::tree::{TreeBody, TreeRow};
+use self::work::Bound;
 use super::context::StepContext;
 use crate::base::disjoint::{Apart, Rows};
 use crate::base::grow;
@@ -110,6 +115,7 @@ pub(crate) struct Scratch {
     joint_rests: Vec<JointRest>,
     sixdofs: Vec<SixBlock>,
     couplings: Vec<CouplingRow>,
+    bounds: Vec<Bound>,
     tree_gains: Vec<f64>,
     tree_bodies: Vec<TreeBody>,
     tree_rows: Vec<TreeRow>,
@@ -183,6 +189,7 @@ struct Solver<'a> {
     joint_rests: Rows<'a, JointRest>,
     sixdofs: Rows<'a, SixBlock>,
     couplings: Rows<'a, CouplingRow>,
+    bounds: Rows<'a, Bound>,
     tree_gains: Rows<'a, f64>,
     tree_bodies: Rows<'a, TreeBody>,
     tree_rows: Rows<'a, TreeRow>,
@@ -277,6 +284,7 @@ pub(crate) fn solve(
     s.joint_rests.resize_with(s.plan.joints.owners.len(), JointRest::default);
     s.sixdofs.resize_with(s.plan.sixdofs.owners.len(), SixBlock::default);
     s.couplings.resize(s.plan.couplings.len(), CouplingRow::default());
+    s.plan.bins.begin(&mut s.bounds);
     s.tree_gains.resize(s.plan.forest.trees.last().map_or(0, |tree| tree.gains.end), 0.0);
     s.tree_bodies.resize(s.plan.forest.bodies.len(), TreeBody::default());
     s.tree_rows.resize(s.plan.forest.joints.len(), TreeRow::default());
@@ -314,6 +322,7 @@ pub(crate) fn solve(
         joint_rests: Rows::new(&mut s.joint_rests, apart),
         sixdofs: Rows::new(&mut s.sixdofs, apart),
         couplings: Rows::new(&mut s.couplings, apart),
+        bounds: Rows::new(&mut s.bounds, apart),
         tree_gains: Rows::new(&mut s.tree_gains, apart),
         tree_bodies: Rows::new(&mut s.tree_bodies, apart),
         tree_rows: Rows::new(&mut s.tree_rows, apart),
@@ -408,8 +417,7 @@ impl Solver<'_> {
                     back: 0.0,
                     is_relax: false,
                 };
-                let coupled = JointSweep { softness: ctx.soft_coupling, ..joints };
-                self.sweep_couplings(group, &coupled);
+                self.sweep_couplings(group, &joints);
                 self.sweep_joints(group, &joints, jobs);
                 self.sweep_sixdofs(group, &joints, jobs);
                 self.sweep_trees(group, &joints, jobs);

@@ -9,6 +9,7 @@
 
 use core::ops::Range;
 
+use super::bins::Bins;
 use super::fineness::{is_jointed, struck, take_back, tumbles, was_struck, whirls};
 use super::forest::Forest;
 use super::layout::{CLASS, GROUP, Layout, Sorter, last_line, line_key};
@@ -46,6 +47,10 @@ pub(super) struct Group {
     pub(super) couplings: Range<usize>,
     /// In [`Forest::order`].
     pub(super) trees: Range<usize>,
+    /// Numbers of [`Bins`].
+    pub(super) bins: Range<usize>,
+    /// In [`Bins::lines`].
+    pub(super) bin_lines: Range<usize>,
     pub(super) fineness: Fineness,
 }
 
@@ -72,6 +77,7 @@ pub(super) struct Plan {
     /// Group and row of each coupling and pulley, in this order.
     pub(super) couplings: Vec<(u64, u32)>,
     pub(super) forest: Forest,
+    pub(super) bins: Bins,
     workers: usize,
     /// Of each island, now and in the last step; what is not there is [`Fineness::Whole`].
     fineness: [Vec<Fineness>; 2],
@@ -284,6 +290,9 @@ impl Plan {
         let regrouped = self.regrouped && !is_whole;
         let same = self.fineness[0] == self.fineness[1] && !regrouped;
         if !changed && same && self.workers == workers && !self.turning.changed {
+            if self.regrouped {
+                self.bins.place(bodies, joints, &self.members, &mut self.groups);
+            }
             return;
         }
         self.workers = workers;
@@ -312,6 +321,7 @@ impl Plan {
             let first = self.couplings.partition_point(|(of, _)| *of < number);
             group.couplings = first..self.couplings.partition_point(|(of, _)| *of <= number);
         }
+        self.bins.place(bodies, joints, &self.members, &mut self.groups);
     }
 
     /// Contacts to blocks, all colors side by side.
@@ -521,7 +531,7 @@ impl Plan {
     }
 }
 
-fn number(n: usize) -> u32 {
+pub(super) fn number(n: usize) -> u32 {
     u32::try_from(n).expect("fewer than 2^32 bodies")
 }
 

@@ -31,8 +31,8 @@ impl Push {
     /// Where it is slower than a substep, a spring on the inverse mass `k` under the acceleration `pull`
     /// swings as the exact one does: v' = (1 - B) v - A x has the eigenvalues exp(z h), taken as
     /// (12 + 6 z + z²)/(12 - 6 z + z²), and rests where the exact one does. A faster one, or a motor, is taken
-    /// at the end of the substep, which damps it; one harder than `hardest` is as hard as that, stiffness and damping in
-    /// their proportion. See docs/derivations/joints.md.
+    /// at the end of the substep, which damps it; one harder than `hardest`, or of more than one radian a substep, is as hard as that,
+    /// stiffness and damping in their proportion. See docs/derivations/joints.md.
     #[inline(always)]
     pub(crate) fn law<S: Simd>(
         &self,
@@ -50,7 +50,7 @@ impl Push {
         let damping = load(simd, &self.damping);
         let c = damping * m;
         let p = load(simd, &self.stiffness) * m * h;
-        let part = min(one, hardest / max(c + p, one));
+        let part = min(one, min(hardest / max(c + p, one), one / max(p, one)));
         let part = select(above(splat(simd, MOTOR), damping), part, one);
         let (c, p) = (c * part, p * part);
         let w = one / (one + c + p);

@@ -111,7 +111,10 @@ impl Solver<'_> {
                 }
             }
             Pass::Impacts if self.has_extras => self.collide(number, way.done, way.kicked, jobs),
-            pass => self.sweep(group, pass, stroke.substep, jobs),
+            pass => {
+                self.sweep(group, pass, stroke.substep, jobs);
+                self.bound(group, pass, stroke.substep);
+            }
         }
         if way.locked {
             self.hold_locked(group);

@@ -104,6 +104,8 @@ pub(crate) struct TreeRow {
     w: Jacobian,
     /// Right side, then impulses.
     pub(super) rhs: Six,
+    /// Greatest speeds at which its motions and turns close in this sweep [m/s; rad/s].
+    pub(super) closing: [f64; 2],
 }
 
 /// The rows of a ball: velocity at the arm `r`, times `sign`, which is S (r × e).
@@ -154,6 +156,11 @@ impl TreeBody {
 }
 
 impl TreeRow {
+    /// Velocity of the gap by kinematic bodies, of a ball.
+    pub(super) const fn drift(&self) -> DVec3 {
+        self.drift
+    }
+
     /// Eliminates the body below, if any; then factors its own matrix, for the body above, or that below
     /// if there is none.
     #[inline(always)]
@@ -352,7 +359,7 @@ impl Solver<'_> {
             // single joints take, made a chain fly apart.
             elapsed: f64::from(joints.elapsed + joints.back),
             push_speed: f64::from(self.ctx.push_speed),
-            joints: *joints,
+            joints: JointSweep { hardest: self.ctx.hardest_in_trees, ..*joints },
         };
         let forest = &self.plan.forest;
         let order = &forest.order[group.trees.clone()];
@@ -421,6 +428,23 @@ impl Solver<'_> {
                     body.carried[c] += before[c];
                 }
             }
+        }
+    }
+
+    /// Takes the impulses of a tree down to a part.
+    pub(super) fn restrain_tree(&self, tree: &Tree, part: f64) {
+        // What is no number stays none when it is multiplied.
+        let is_some = part > 0.0;
+        let taken = |six: &Six| if is_some { six.map(|p| p * part) } else { [0.0; 6] };
+        for i in tree.bodies.clone() {
+            let body = self.tree_bodies.row(i);
+            body.carried = taken(&body.carried);
+        }
+        for i in tree.joints.clone() {
+            let row = self.tree_rows.row(i);
+            row.lambda = taken(&row.lambda);
+            row.impulse = if is_some { row.impulse * part } else { DVec3::ZERO };
+            row.six.restrain(part);
         }
     }
 
@@ -522,6 +546,7 @@ impl Solver<'_> {
             }
         }
         let rate = sweep.closing_rate(gap.length(), sweep.push_speed);
+        row.closing = [gap.length() * rate, 0.0];
         let wanted = -(speed + gap * rate);
         row.rhs = [wanted.x, wanted.y, wanted.z, 0.0, 0.0, 0.0];
         for i in 0..3 {

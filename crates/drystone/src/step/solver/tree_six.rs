@@ -48,6 +48,29 @@ pub(super) struct SixRow {
     ease: f64,
 }
 
+impl SixRow {
+    /// Takes the impulses down to a part.
+    #[expect(clippy::cast_possible_truncation, reason = "a factor")]
+    pub(super) fn restrain(&mut self, part: f64) {
+        if !(part > 0.0) {
+            (self.acting, self.force, self.torque) = ([[0.0; 3]; 6], DVec3::ZERO, DVec3::ZERO);
+            return;
+        }
+        self.acting.iter_mut().flatten().for_each(|p| *p *= part as f32);
+        (self.force, self.torque) = (self.force * part, self.torque * part);
+    }
+
+    /// The axis of a row.
+    pub(super) const fn axis(&self, row: usize) -> usize {
+        self.axes[row]
+    }
+
+    /// Of each axis, the impulses of its drive, friction and limit.
+    pub(super) const fn acting(&self) -> &[[f32; 3]; 6] {
+        &self.acting
+    }
+}
+
 /// The vector of one of eight joints.
 fn vector(lanes: &[Lanes; 3], lane: usize) -> DVec3 {
     let [x, y, z] = lanes;
@@ -385,6 +408,7 @@ impl Solver<'_> {
         now.form(block, lane, joint.is_child_a, bend, row);
         let Some(sweep) = sweep else { return };
         row.k = [[0.0; 6]; 6];
+        row.closing = [0.0; 2];
         for i in 0..row.count {
             let axis = row.six.axes[i];
             let x = row.six.place[i] - f64::from(block.place[axis][lane]);
@@ -393,6 +417,7 @@ impl Solver<'_> {
             let is_motion = axis < 3;
             let fastest = if is_motion { sweep.push_speed } else { f64::from(push(axis)) };
             let rate = sweep.closing_rate(greater(x, -x), fastest);
+            row.closing[axis / 3] = greater((x * rate).abs(), row.closing[axis / 3]);
             row.rhs[i] = -(speed + x * rate);
             row.k[i][i] = if is_motion { compliance } else { compliance * row.six.ease };
         }

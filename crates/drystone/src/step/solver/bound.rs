@@ -1,0 +1,598 @@
+//! A bound on what the impulses of an island with joints add to its energy.
+//!
+//! Joints and contacts without bias never add energy: each visit is a projection. What can add is what a sweep begins with. The impulses
+//! of the last substep are applied again, along rows that turned since then, and after a blow they are those of the blow; one sweep
+//! takes back only a part of it. In a substep the impulses d on velocities u do the work u·d + d·d/2 (whitened, so that all masses
+//! are one), which is asked of every island that has joints. If it is more than drives, springs, what moves by itself and the closing of
+//! gaps can do, all impulses of the island are taken down to the part s for which it is as much:
+//!
+//! ```text
+//! s u·d + s² d·d/2 = allowed        s = (-u·d + √((u·d)² + 2 d·d allowed)) / d·d
+//! ```
+//!
+//! All alike, so that momentum stays and no impulse leaves its limits; and what is carried on is that part, so that rows which feed each
+//! other do not grow in secret. See docs/decisions/031-work-of-joints.md.
+
+use super::Solver;
+use super::closing::{beyond, push};
+use super::forest::Tree;
+use super::integrate::three;
+use super::joint::JointSweep;
+use super::layout::Layout;
+use super::plan::{DISTANCE, Group, number};
+use super::six::shift;
+use super::sixdof::SixBlock;
+use super::spring::Push;
+use super::work::{Bound, UNITS};
+use crate::base::double::{DVec3, greater, lesser};
+use crate::base::math::Vec3;
+use crate::base::wide::{LANES, Lanes, at};
+use crate::state::bodies::{Fineness, NONE};
+use crate::state::method::Pass;
+
+/// Part of an island's energy that its impulses may add in a second without being asked for more [1/s]. A soft joint that turns with its
+/// load at θ' holds (θ'/ω)² of the motion's energy, and gives it back at no more than θ' times that: this much at 22 rad/s and 72 Hz.
+const RIPPLE: f64 = 0.05;
+
+/// Rows that turn by less than this in a step [rad] are what they were, and what moves by less than this part of its size deals no blow:
+/// impulses of the last substep are then as good as those of this one.
+const QUIET: f32 = 0.02;
+
+/// A body of a constraint.
+#[derive(Clone, Copy, Debug)]
+struct Side {
+    /// Mass [kg] and greatest moment of inertia [kg m²].
+    mass: f64,
+    moment: f64,
+    /// Its motion and turn since the step's start.
+    moved: DVec3,
+    turn: DVec3,
+    /// Velocity and angular velocity before and after this substep's impulses.
+    v: [DVec3; 2],
+    w: [DVec3; 2],
+}
+
+impl Side {
+    /// One that nothing moves.
+    const FIXED: Self = Self {
+        mass: f64::INFINITY,
+        moment: f64::INFINITY,
+        moved: DVec3::ZERO,
+        turn: DVec3::ZERO,
+        v: [DVec3::ZERO; 2],
+        w: [DVec3::ZERO; 2],
+    };
+
+    /// About the end of an arm, at most.
+    fn inertia_at(&self, r: DVec3) -> f64 {
+        if self.mass < f64::INFINITY { self.moment + self.mass * r.dot(r) } else { f64::INFINITY }
+    }
+}
+
+/// Size of a quantity before, and its mean size before and after.
+fn speeds(of: impl Fn(usize) -> f64) -> [f64; 2] {
+    let [before, after] = [of(0).abs(), of(1).abs()];
+    [before, 0.5 * (before + after)]
+}
+
+fn vector(lanes: &[Lanes; 3], lane: usize) -> DVec3 {
+    DVec3::from(at(lanes, lane))
+}
+
+/// How fast a gap closes.
+fn speed_of(gap: f64, rate: f32, any: f32) -> f64 {
+    lesser(f64::from(rate) * gap, f64::from(any) + beyond(gap))
+}
+
+impl Solver<'_> {
+    /// Holds the work of a sweep's impulses against what can do work, island by island.
+    pub(super) fn bound(&self, group: &Group, pass: Pass, substep: u32) {
+        let solves = matches!(pass, Pass::Solve { .. });
+        // What is taken in rounds touches nothing, and has its rows made anew in each of them: neither blows nor rows that turned do work,
+        // but soft joints at a hundred radians a second give back what they store.
+        let is_asked = group.fineness != Fineness::Tumbling;
+        if !is_asked || group.bins.is_empty() || !(solves || pass == Pass::Relax) {
+            return;
+        }
+        let is_first = solves && substep == 0;
+        let ripple = RIPPLE * f64::from(self.ctx.h);
+        let steps = f64::from(self.ctx.substeps);
+        let bounds = self.bounds.slice(group.bins.clone());
+        if is_first {
+            self.find_quiet(group, bounds);
+        } else if bounds.iter().all(|bound| bound.is_quiet) {
+            return;
+        }
+        for bound in bounds.iter_mut() {
+            *bound = Bound { is_quiet: bound.is_quiet, ..Bound::default() };
+        }
+        for i in self.bin_lines(group) {
+            let bin = self.plan.bins.of_line[i];
+            if bounds[bin as usize - group.bins.start].is_quiet && !is_first {
+                continue;
+            }
+            let aux = self.aux.read(i);
+            let [v, w] = aux.before();
+            let line = self.lines.read(i);
+            let (mut work, mut energy) = (0.0, 0.0);
+            for c in 0..4 {
+                work += (line.v[c] - v[c]) * (line.v[c] + v[c]);
+                work += (line.w[c] - w[c]) * (line.w[c] + w[c]);
+                energy += v[c] * v[c] + w[c] * w[c];
+            }
+            let bound = &mut bounds[bin as usize - group.bins.start];
+            bound.work += 0.5 * f64::from(work);
+            bound.energy += 0.5 * f64::from(energy);
+            bound.floor += 0.5 * f64::from(aux.kick()) * steps * steps;
+        }
+        let mut any = false;
+        for bound in bounds.iter_mut() {
+            // What is no number is over, too.
+            let most = greater(ripple * bound.energy, bound.floor - bound.energy);
+            bound.is_over = !(bound.work <= most);
+            bound.is_quiet &= !bound.is_over;
+            bound.units = UNITS / bound.work;
+            any |= bound.is_over;
+        }
+        if any {
+            self.restrain(group, substep, ripple, bounds);
+        }
+    }
+
+    /// Finds the islands in which all is slow, and that nothing drives which is of none.
+    fn find_quiet(&self, group: &Group, bounds: &mut [Bound]) {
+        bounds.iter_mut().for_each(|bound| bound.is_quiet = true);
+        let at = |line: usize| self.plan.bins.of_line[line].wrapping_sub(number(group.bins.start));
+        for i in self.bin_lines(group) {
+            let body = self.bodies.at(self.plan.members[i - 1]);
+            let most = QUIET / self.ctx.dt;
+            let is_slow = body.w.length() < most && body.v.length() < most * body.extent;
+            bounds[at(i) as usize].is_quiet &= is_slow;
+        }
+        if !self.has_extras {
+            return;
+        }
+        // What drifts does so against a body without a line.
+        let batches = &self.plan.contacts.batches[group.contacts.clone()];
+        for i in batches.iter().filter(|batch| batch.fixed).flat_map(|b| b.blocks.clone()) {
+            let (block, extra) = (self.blocks.read(i), self.extras.read(i));
+            for lane in 0..LANES {
+                let line = block.row_b[lane];
+                let mut drifts = extra.drift.iter().chain(&extra.drift_t);
+                if line != 0
+                    && drifts.any(|drift| drift[lane] != 0.0)
+                    && let Some(bound) = bounds.get_mut(at(line as usize) as usize)
+                {
+                    bound.is_quiet = false;
+                }
+            }
+        }
+    }
+
+    fn restrain(&self, group: &Group, substep: u32, ripple: f64, bounds: &mut [Bound]) {
+        self.weigh_islands(group, bounds);
+        #[expect(clippy::cast_precision_loss, reason = "at most 256")]
+        let elapsed = substep as f32 * self.ctx.h;
+        let sweep = JointSweep {
+            inv_h: self.ctx.inv_h,
+            softness: self.ctx.soft_joint,
+            hardest: self.ctx.soft_joint.hardness(),
+            elapsed,
+            back: 0.0,
+            is_relax: false,
+        };
+        self.ask_contacts(group, elapsed, bounds);
+        self.ask_joints(group, &sweep, bounds);
+        self.ask_sixdofs(group, &sweep, bounds);
+        self.ask_trees(group, bounds);
+        for i in group.couplings.clone() {
+            let row = self.couplings.read(i);
+            let Some(bound) = row.lines().next().and_then(|line| self.over(line, group, bounds))
+            else {
+                continue;
+            };
+            let [impulse, closing, drift] = row.pushed(&self.lines, &sweep);
+            bound.drive(impulse, f64::from(drift));
+            bound.close(f64::from(impulse), f64::from(closing), 0);
+        }
+        for bound in bounds.iter_mut().filter(|bound| bound.is_over) {
+            bound.part = bound.part(ripple);
+        }
+        self.take_part(group, bounds);
+    }
+
+    /// Lines of the islands that have joints.
+    fn bin_lines(&self, group: &Group) -> impl Iterator<Item = usize> {
+        self.plan.bins.lines[group.bin_lines.clone()].iter().map(|line| *line as usize)
+    }
+
+    /// The bound of a line's island, if it is over.
+    fn over<'b>(
+        &self,
+        line: usize,
+        group: &Group,
+        bounds: &'b mut [Bound],
+    ) -> Option<&'b mut Bound> {
+        let bin = self.plan.bins.of_line[line];
+        let bound = bounds.get_mut((bin as usize).wrapping_sub(group.bins.start))?;
+        bound.is_over.then_some(bound)
+    }
+
+    /// That of the island of a lane.
+    fn over_lane<'b>(
+        &self,
+        lines: [u32; 2],
+        group: &Group,
+        bounds: &'b mut [Bound],
+    ) -> Option<&'b mut Bound> {
+        let line = if lines[1] == 0 { lines[0] } else { lines[1] };
+        if line == 0 { None } else { self.over(line as usize, group, bounds) }
+    }
+
+    /// Mass, momentum and the products of impulses of what is over; nothing is over where particles pull.
+    fn weigh_islands(&self, group: &Group, bounds: &mut [Bound]) {
+        for i in self.bin_lines(group) {
+            let Some(bound) = self.over(i, group, bounds) else { continue };
+            if self.bodies.at(self.plan.members[i - 1]).dragged {
+                bound.is_over = false;
+                continue;
+            }
+            let whitening = self.whitening.read(i);
+            let alpha = f64::from(whitening.alpha());
+            let mass = 1.0 / (alpha * alpha);
+            let s = whitening.s();
+            // The trace of I is no less than 9 over that of its inverse.
+            let inverse = f64::from(s.mul(Vec3::X).length_squared())
+                + f64::from(s.mul(Vec3::Y).length_squared())
+                + f64::from(s.mul(Vec3::Z).length_squared());
+            let [v, w] = self.aux.read(i).before();
+            let line = self.lines.read(i);
+            let place = DVec3::from(self.at_start(self.plan.members[i - 1]).center);
+            bound.mass += mass;
+            bound.first = bound.first + place * mass;
+            bound.second += place.dot(place) * mass;
+            bound.inertia += if inverse > 0.0 { 3.0 / inverse } else { 0.0 };
+            bound.momentum = bound.momentum + DVec3::from(three(v)) * (1.0 / alpha);
+            for (was, is) in [(v, line.v), (w, line.w)] {
+                for c in 0..3 {
+                    let (was, d) = (f64::from(was[c]), f64::from(is[c]) - f64::from(was[c]));
+                    bound.along += was * d;
+                    bound.square += d * d;
+                }
+            }
+        }
+    }
+
+    fn side(&self, line: u32) -> Side {
+        if line == 0 {
+            return Side::FIXED;
+        }
+        let i = line as usize;
+        let moments = self.bodies.at(self.plan.members[i - 1]).moments;
+        let turns = moments.max_element() > 0.0;
+        let (line, whitening) = (self.lines.read(i), self.whitening.read(i));
+        let (alpha, s) = (whitening.alpha(), whitening.s());
+        let [v, w] = self.aux.read(i).before();
+        let motion = |v: [f32; 4]| DVec3::from(three(v) * alpha);
+        let turn = |w: [f32; 4]| DVec3::from(s.mul(three(w)));
+        Side {
+            mass: f64::from(1.0 / (alpha * alpha)),
+            moment: if turns { f64::from(moments.max_element()) } else { f64::INFINITY },
+            moved: motion(line.x),
+            turn: turn(line.t),
+            v: [motion(v), motion(line.v)],
+            w: [turn(w), turn(line.w)],
+        }
+    }
+
+    fn ask_contacts(&self, group: &Group, elapsed: f32, bounds: &mut [Bound]) {
+        for batch in &self.plan.contacts.batches[group.contacts.clone()] {
+            let softness = if batch.fixed { &self.ctx.soft_fixed } else { &self.ctx.soft };
+            for i in batch.blocks.clone() {
+                let block = self.blocks.read(i);
+                let extra = if self.has_extras { Some(self.extras.read(i)) } else { None };
+                for lane in 0..LANES {
+                    let a = if batch.fixed { 0 } else { block.row_a[lane] };
+                    let ends = [a, block.row_b[lane]];
+                    let Some(bound) = self.over_lane(ends, group, bounds) else { continue };
+                    let [a, b] = ends.map(|line| *self.lines.read(line as usize));
+                    let n = at(&block.n, lane);
+                    let moved = n.dot(three(b.x)) * block.beta[lane]
+                        - n.dot(three(a.x)) * block.alpha[lane];
+                    for (j, p) in block.points.iter().take(usize::from(block.count)).enumerate() {
+                        let drift = extra.map_or(0.0, |extra| extra.drift[j][lane]);
+                        let turned = at(&p.b, lane).dot(three(b.t))
+                            - if batch.fixed { 0.0 } else { at(&p.a, lane).dot(three(a.t)) };
+                        let depth = -(p.s0[lane] + moved + turned + drift * elapsed);
+                        let speed =
+                            speed_of(f64::from(depth.max(0.0)), softness.rate, self.ctx.push_speed);
+                        bound.close(f64::from(p.impulse[lane]), speed, 0);
+                        bound.drive(p.impulse[lane], f64::from(drift));
+                    }
+                    for (k, rub) in block.friction.iter().enumerate() {
+                        let drift = extra.map_or(0.0, |extra| extra.drift_t[k][lane]);
+                        bound.drive(rub[lane], f64::from(drift));
+                    }
+                }
+            }
+        }
+    }
+
+    fn ask_joints(&self, group: &Group, sweep: &JointSweep, bounds: &mut [Bound]) {
+        let inv_h = f64::from(sweep.inv_h);
+        for batch in &self.plan.joints.batches[group.joints.clone()] {
+            for i in batch.blocks.clone() {
+                let (block, rest) = (self.joints.read(i), self.joint_rests.read(i));
+                for lane in 0..LANES {
+                    let ends = [block.row_a[lane], block.row_b[lane]];
+                    let Some(bound) = self.over_lane(ends, group, bounds) else { continue };
+                    let [a, b] = ends.map(|line| self.side(line));
+                    let (ra, rb) = (vector(&block.r_a, lane), vector(&block.r_b, lane));
+                    let drift = if batch.fixed { vector(&rest.drift, lane) } else { DVec3::ZERO };
+                    let gap = vector(&block.gap, lane)
+                        + (b.moved - a.moved)
+                        + (shift(b.turn, rb) - shift(a.turn, ra))
+                        + drift * f64::from(sweep.elapsed);
+                    let impulse = at(&block.impulse, lane);
+                    let length = gap.length();
+                    if batch.class != DISTANCE {
+                        let speed = speed_of(length, sweep.softness.rate, push(0));
+                        bound.close(f64::from(impulse.length()), speed, 0);
+                        bound.drive(impulse.length(), drift.length());
+                        continue;
+                    }
+                    let slip = speeds(|k| {
+                        (b.v[k] + b.w[k].cross(rb) - a.v[k] - a.w[k].cross(ra)).length()
+                    });
+                    let limits = at(&rest.limits, lane);
+                    for (p, error) in [
+                        (impulse.x, f64::from(limits.x) - length),
+                        (impulse.y, length - f64::from(limits.y)),
+                    ] {
+                        let speed = speed_of(error.abs(), sweep.softness.rate, push(0));
+                        bound.close(f64::from(p), speed, 0);
+                        bound.drive(p, drift.length());
+                    }
+                    let spring = at(&rest.spring, lane);
+                    let square = f64::from(spring.x) * inv_h / f64::from(spring.z);
+                    let off = length - f64::from(limits.z);
+                    let most = 1.0 / (1.0 / a.mass + 1.0 / b.mass);
+                    bound.release(f64::from(impulse.z), slip, (0.0, square, most), (off, inv_h));
+                }
+            }
+        }
+    }
+
+    fn ask_sixdofs(&self, group: &Group, sweep: &JointSweep, bounds: &mut [Bound]) {
+        for i in self.plan.sixdofs.blocks_of(&group.sixdofs) {
+            let block = self.sixdofs.read(i);
+            if block.is_direct {
+                continue;
+            }
+            for lane in 0..LANES {
+                let ends = [block.row_a[lane], block.row_b[lane]];
+                let Some(bound) = self.over_lane(ends, group, bounds) else { continue };
+                let ends = ends.map(|line| self.side(line));
+                let acting = core::array::from_fn(|axis| {
+                    [&block.held, &block.friction, &block.limit].map(|of| of[axis][lane])
+                });
+                ask_six((block, lane), ends, &acting, true, sweep, bound);
+            }
+        }
+    }
+
+    fn ask_trees(&self, group: &Group, bounds: &mut [Bound]) {
+        for tree in self.trees(group) {
+            let line = self.tree_line(tree);
+            let Some(bound) = self.over(line, group, bounds) else { continue };
+            for (i, joint) in self.tree_joints(tree) {
+                let row = self.tree_rows.read(i);
+                for (k, p) in row.lambda[..row.count].iter().enumerate() {
+                    let kind = if joint.six == NONE { 0 } else { row.six.axis(k) / 3 };
+                    bound.close(*p, row.closing[kind], kind);
+                }
+                let held: f64 = row.lambda[..row.count].iter().map(|p| p.abs()).sum();
+                bound.drive(held, row.drift().length());
+                if joint.six != NONE {
+                    let (block, lane) =
+                        (self.sixdofs.read(joint.six as usize / LANES), joint.six as usize % LANES);
+                    let ends = [block.row_a[lane], block.row_b[lane]].map(|line| self.side(line));
+                    let (drift, spin) = drifts(block, lane);
+                    bound.drive(held, greater(drift, spin));
+                    let sweep = JointSweep {
+                        inv_h: self.ctx.inv_h,
+                        softness: self.ctx.soft_joint,
+                        hardest: self.ctx.soft_joint.hardness(),
+                        elapsed: 0.0,
+                        back: 0.0,
+                        is_relax: false,
+                    };
+                    ask_six((block, lane), ends, row.six.acting(), false, &sweep, bound);
+                }
+            }
+        }
+    }
+
+    fn tree_line(&self, tree: &Tree) -> usize {
+        self.tree_bodies.read(tree.bodies.start).line as usize
+    }
+
+    /// Takes all impulses of what is over down to its part.
+    #[expect(clippy::cast_possible_truncation, reason = "a factor")]
+    fn take_part(&self, group: &Group, bounds: &mut [Bound]) {
+        for i in self.bin_lines(group) {
+            let Some(bound) = self.over(i, group, bounds) else { continue };
+            let (part, line) = (bound.part as f32, self.lines.row(i));
+            let [v, w] = self.aux.read(i).before();
+            if part > 0.0 {
+                for c in 0..4 {
+                    line.v[c] = v[c] + (line.v[c] - v[c]) * part;
+                    line.w[c] = w[c] + (line.w[c] - w[c]) * part;
+                }
+            } else {
+                (line.v, line.w) = (v, w);
+            }
+        }
+        for batch in &self.plan.contacts.batches[group.contacts.clone()] {
+            for i in batch.blocks.clone() {
+                let block = self.blocks.row(i);
+                for lane in 0..LANES {
+                    let a = if batch.fixed { 0 } else { block.row_a[lane] };
+                    let ends = [a, block.row_b[lane]];
+                    let Some(bound) = self.over_lane(ends, group, bounds) else { continue };
+                    let part = bound.part as f32;
+                    let points = usize::from(block.count);
+                    block.points[..points]
+                        .iter_mut()
+                        .for_each(|p| take(&mut p.impulse, lane, part));
+                    block.friction.iter_mut().for_each(|p| take(p, lane, part));
+                    if self.has_extras {
+                        let rolls = &mut self.extras.row(i).rolling_impulse;
+                        rolls.iter_mut().for_each(|p| take(p, lane, part));
+                    }
+                }
+            }
+        }
+        self.take_part_of_joints(group, bounds);
+    }
+
+    #[expect(clippy::cast_possible_truncation, reason = "a factor")]
+    fn take_part_of_joints(&self, group: &Group, bounds: &mut [Bound]) {
+        let blocks = |of: &Layout, batches: &core::ops::Range<usize>| of.blocks_of(batches);
+        for i in blocks(&self.plan.joints, &group.joints) {
+            let (block, rest) = (self.joints.row(i), self.joint_rests.row(i));
+            for lane in 0..LANES {
+                let ends = [block.row_a[lane], block.row_b[lane]];
+                let Some(bound) = self.over_lane(ends, group, bounds) else { continue };
+                let part = bound.part as f32;
+                for of in [
+                    &mut block.impulse,
+                    &mut block.carried_a,
+                    &mut block.carried_b,
+                    &mut rest.carried,
+                ] {
+                    of.iter_mut().for_each(|p| take(p, lane, part));
+                }
+            }
+        }
+        for i in blocks(&self.plan.sixdofs, &group.sixdofs) {
+            let block = self.sixdofs.row(i);
+            for lane in 0..LANES {
+                let ends = [block.row_a[lane], block.row_b[lane]];
+                let Some(bound) = self.over_lane(ends, group, bounds) else { continue };
+                let part = bound.part as f32;
+                for of in [&mut block.held, &mut block.friction, &mut block.limit] {
+                    of.iter_mut().for_each(|p| take(p, lane, part));
+                }
+                for of in [
+                    &mut block.carried,
+                    &mut block.carried_a,
+                    &mut block.carried_b,
+                    &mut block.torque,
+                ] {
+                    of.iter_mut().for_each(|p| take(p, lane, part));
+                }
+            }
+        }
+        for tree in self.trees(group) {
+            let line = self.tree_line(tree);
+            if let Some(bound) = self.over(line, group, bounds) {
+                self.restrain_tree(tree, bound.part);
+            }
+        }
+        for i in group.couplings.clone() {
+            let row = self.couplings.row(i);
+            let line = row.lines().next();
+            if let Some(bound) = line.and_then(|line| self.over(line, group, bounds)) {
+                row.restrain(bound.part as f32);
+            }
+        }
+    }
+}
+
+/// A lane's number times a part; what is no number becomes 0.
+fn take(lanes: &mut Lanes, lane: usize, part: f32) {
+    let new = lanes[lane] * part;
+    lanes[lane] = if new.is_finite() { new } else { 0.0 };
+}
+
+/// Speeds by kinematic bodies, of motions and turns.
+fn drifts(block: &SixBlock, lane: usize) -> (f64, f64) {
+    let [spin_a, spin_b] = [&block.spin_a, &block.spin_b].map(|spin| vector(spin, lane));
+    let (ra, rb) = (vector(&block.r_a, lane), vector(&block.r_b, lane));
+    let own = vector(&block.drift, lane) + spin_b.cross(rb) - spin_a.cross(ra);
+    (own.length(), (spin_b - spin_a).length())
+}
+
+/// What drives, springs and locks of a joint of six axes can do. `locks`: and those of its locked axes.
+fn ask_six(
+    (block, lane): (&SixBlock, usize),
+    [a, b]: [Side; 2],
+    acting: &[[f32; 3]; 6],
+    locks: bool,
+    sweep: &JointSweep,
+    bound: &mut Bound,
+) {
+    let (ra, rb) = (vector(&block.r_a, lane), vector(&block.r_b, lane));
+    let elapsed = f64::from(sweep.elapsed);
+    let gap = vector(&block.gap, lane)
+        + (b.moved - a.moved)
+        + (shift(b.turn, rb) - shift(a.turn, ra))
+        + vector(&block.drift, lane) * elapsed;
+    let turn =
+        b.turn - a.turn + (vector(&block.spin_b, lane) - vector(&block.spin_a, lane)) * elapsed;
+    let (drift, spin) = drifts(block, lane);
+    let rate = sweep.softness.rate;
+    for axis in 0..6 {
+        let (i, kind) = (axis % 3, axis / 3);
+        let n = vector(if kind == 0 { &block.u[i] } else { &block.n[i] }, lane);
+        let x = if kind == 0 { n.dot(gap) } else { f64::from(block.angles[i][lane]) + n.dot(turn) };
+        let [held, friction, limit] = acting[axis];
+        let moves = if kind == 0 { drift } else { spin };
+        bound.drive(held.abs() + friction.abs() + limit.abs(), moves);
+        if block.locked[axis][lane] > 0.0 {
+            if locks && !(block.is_pinned && kind == 0) {
+                let off = (x - f64::from(block.place[axis][lane])).abs();
+                bound.close(f64::from(held), speed_of(off, rate, push(axis)), kind);
+            }
+            continue;
+        }
+        let speeds = speeds(|k| {
+            if kind == 0 {
+                n.dot(b.v[k] + b.w[k].cross(rb) - a.v[k] - a.w[k].cross(ra + gap))
+            } else {
+                n.dot(b.w[k] - a.w[k])
+            }
+        });
+        let laws = &block.axes[axis];
+        // A motor or damper brings an axis to its speed and no farther.
+        bound.drive(held, lesser(speeds[1], f64::from(laws.drive.speed[lane].abs())));
+        let inv_h = f64::from(sweep.inv_h);
+        // The locked axes of a joint make one of what its bodies have on their arms, those of a tree all of it.
+        let most = match (locks, kind) {
+            (true, 0) => 1.0 / (1.0 / a.mass + 1.0 / b.mass),
+            (true, _) => lesser(a.inertia_at(ra + gap), b.inertia_at(rb)),
+            (false, 0) => bound.mass,
+            (false, _) => bound.whole_inertia(),
+        };
+        let mut release = |push: &Push, impulse: f32, off: f64| {
+            let stiffness = f64::from(push.stiffness[lane]);
+            let is_per_mass = push.per_mass[lane] > 0.0;
+            let [own, square] = if is_per_mass { [0.0, stiffness] } else { [stiffness, 0.0] };
+            bound.release(f64::from(impulse), speeds, (own, square, most), (off, inv_h));
+        };
+        let (low, high) = (f64::from(laws.low[lane]), f64::from(laws.high[lane]));
+        let error = greater(greater(low - x, x - high), 0.0);
+        release(&laws.drive, held, x - f64::from(laws.drive.place[lane]));
+        if laws.yields && laws.hard[lane] <= 0.0 {
+            release(&laws.limit, limit, error);
+        } else {
+            bound.close(f64::from(limit), speed_of(error, rate, push(axis)), kind);
+        }
+    }
+    if locks && block.is_pinned {
+        let force = f64::from(at(&block.carried, lane).length());
+        bound.close(force, speed_of(gap.length(), rate, push(0)), 0);
+        bound.drive(force, drift);
+    }
+}
