@@ -48,7 +48,6 @@ mod swing;
 mod tally;
 mod six;
 mod together;
-mod turning;
 mod turns;
 mod tree;
 mod tree_six;
