@@ -172,7 +172,7 @@ fn colliders_meet_if_each_is_in_one_of_the_systems_that_the_other_collides_with(
     document["extensions"]["KHR_physics_rigid_bodies"] = json!({"collisionFilters": filters});
     let loaded = read(&document, &Options::default()).unwrap();
     let found: Vec<_> = loaded.scene.bodies.iter().map(|b| b.def.shapes[0].filter).collect();
-    // Who is in no system is in no list; who has no list collides with all.
+    // A collider in no system is in no list. One without lists collides with all.
     let meet = [
         [1, 1, 1, 0, 0, 0, 0],
         [1, 1, 0, 0, 0, 0, 0],

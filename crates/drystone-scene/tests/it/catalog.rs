@@ -256,8 +256,8 @@ fn a_person_of_the_rain_hangs_together() {
         worst = worst.max(last);
     }
     // They hit the ground at 19 m/s: no joint opens by what that is in a step. At rest one is soft with 72 Hz, the
-    // most that one sweep holds under any load, and sags by load over effective mass over (2πf)²: a person of 100 kg on the end of a
-    // forearm of 1.6 kg by 12 mm.
+    // most that one sweep holds under any load. It sags by load over effective mass over (2πf)². A person of 100 kg on the
+    // end of a forearm of 1.6 kg makes that 12 mm.
     assert!(worst < 19.0 / 60.0, "{worst} m");
     assert!(last < 12.0e-3, "{last} m at the end");
 }

@@ -123,8 +123,8 @@ fn the_catenary_arch_has_the_stones_of_its_original() {
 
 #[test]
 fn catenary_arches_stand() {
-    // The stones of the first arch fall into their gaps, which makes it rock by 23 mm with a period of half a minute. After
-    // two minutes 2 mm are left. The stones of the closed arch do not fall.
+    // The first arch's stones fall into their gaps. It rocks by 23 mm with a period of half a minute, and by 2 mm after two
+    // minutes. The closed arch's stones do not fall.
     let arches = [("catenary_arch", 24, 120.0), ("catenary_arch:stones=101,gap=0", 100, 20.0)];
     for (spec, last, seconds) in arches {
         let mut run = Run::of(spec, seconds);

@@ -12,14 +12,14 @@ use crate::base::pose::Pose;
 /// A corner may come deeper than the deepest point by this part of how far it is from the middle of the manifold.
 const DEEPER: f32 = 0.001;
 
-/// A corner is looked for in the other solid so far down, as a part of how far it is from the middle of the manifold: what a turn brings
-/// over which nothing is kept.
+/// A corner may touch the other solid if it is in that when it has come down by this part of its distance from the middle of the
+/// manifold. That is what a turn of 0.1 rad does.
 const DOWN: f32 = 0.1;
 
 /// The lowest place may go round a rim by this angle about its axis [rad].
 const FAR_ROUND: f32 = 0.1;
 
-/// A rim that lies flat has four points. A place between two of them comes down by this part of the radius, times the turn:
+/// A rim that lies flat has four points. A place between two of them comes down by the turn times this part of the radius, which is
 /// 1 - cos 45°.
 const BETWEEN: f32 = 0.29;
 
@@ -32,25 +32,16 @@ pub(crate) fn room_to_turn(m: &Manifold, [a, b]: [&Solid; 2], b_in_a: &Pose) -> 
     let mut room = f32::MAX;
     match &a.core {
         Core::Hull(hull) if hull.cuboid.is_none() => {
-            for corner in &hull.vertices {
-                let angle = plan.room(*corner, -1.0, a.radius);
-                if angle < room && plan.may_touch(*corner, -1.0, b, b_in_a) {
-                    room = angle;
-                }
-            }
+            room = plan.room_of((&hull.vertices, &Pose::IDENTITY), (-1.0, a.radius), (b, b_in_a));
         }
         Core::Frustum { .. } => room = rim(m.normal, Vec3::Y),
         _ => {}
     }
     match &b.core {
         Core::Hull(hull) if hull.cuboid.is_none() => {
-            for corner in &hull.vertices {
-                let corner = b_in_a.point(*corner);
-                let angle = plan.room(corner, 1.0, b.radius);
-                if angle < room && plan.may_touch(corner, 1.0, a, &Pose::IDENTITY) {
-                    room = angle;
-                }
-            }
+            let of_b =
+                plan.room_of((&hull.vertices, b_in_a), (1.0, b.radius), (a, &Pose::IDENTITY));
+            room = lesser(room, of_b);
         }
         Core::Segment { half_height } => {
             for y in [-half_height, *half_height] {
@@ -132,6 +123,24 @@ impl Plan {
         })
     }
 
+    /// The least of the angles at which those corners of a hull come down that may touch the other solid. Both are with their poses.
+    fn room_of(
+        &self,
+        (corners, pose): (&[Vec3], &Pose),
+        (side, radius): (f32, f32),
+        (other, other_pose): (&Solid, &Pose),
+    ) -> f32 {
+        let mut room = f32::MAX;
+        for corner in corners {
+            let corner = pose.point(*corner);
+            let angle = self.room(corner, side, radius);
+            if angle < room && self.may_touch(corner, side, other, other_pose) {
+                room = angle;
+            }
+        }
+        room
+    }
+
     /// The angle at which a corner comes down; `side`: 1 of B, -1 of A. `radius` is its rounding.
     fn room(&self, corner: Vec3, side: f32, radius: f32) -> f32 {
         let from = corner - self.deepest;
@@ -151,7 +160,7 @@ impl Plan {
         if out * STEEPEST <= rise { f32::MAX } else { rise / out }
     }
 
-    /// True if a corner that comes down by what the steepest turn brings is in the other solid: it is over that, or under it.
+    /// True if a corner is in the other solid when it has come down ([`DOWN`]). Those beside that solid never are.
     fn may_touch(&self, corner: Vec3, side: f32, other: &Solid, pose: &Pose) -> bool {
         let Core::Hull(hull) = &other.core else { return true };
         let from = corner - self.deepest;

@@ -173,14 +173,7 @@ impl Solver<'_> {
         self.weigh_islands(group, bounds);
         #[expect(clippy::cast_precision_loss, reason = "at most 256")]
         let elapsed = substep as f32 * self.ctx.h;
-        let sweep = JointSweep {
-            inv_h: self.ctx.inv_h,
-            softness: self.ctx.soft_joint,
-            hardest: self.ctx.soft_joint.hardness(),
-            elapsed,
-            back: 0.0,
-            is_relax: false,
-        };
+        let sweep = JointSweep::solving(self.ctx, elapsed);
         self.ask_contacts(group, elapsed, bounds);
         self.ask_joints(group, &sweep, bounds);
         self.ask_sixdofs(group, &sweep, bounds);
@@ -399,14 +392,7 @@ impl Solver<'_> {
                     let ends = [block.row_a[lane], block.row_b[lane]].map(|line| self.side(line));
                     let (drift, spin) = drifts(block, lane);
                     bound.drive(held, greater(drift, spin));
-                    let sweep = JointSweep {
-                        inv_h: self.ctx.inv_h,
-                        softness: self.ctx.soft_joint,
-                        hardest: self.ctx.soft_joint.hardness(),
-                        elapsed: 0.0,
-                        back: 0.0,
-                        is_relax: false,
-                    };
+                    let sweep = JointSweep::solving(self.ctx, 0.0);
                     ask_six((block, lane), ends, row.six.acting(), false, &sweep, bound);
                 }
             }

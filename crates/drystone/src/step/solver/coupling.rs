@@ -304,14 +304,7 @@ impl Solver<'_> {
             (row.source, row.c, row.is_slack) = (start.source, start.c, start.is_slack);
             let impulse = start.impulse;
             row.impulse = impulse * self.ctx.impulse_scale;
-            let start = JointSweep {
-                inv_h: self.ctx.inv_h,
-                softness: self.ctx.soft_joint,
-                hardest: self.ctx.soft_joint.hardness(),
-                elapsed: 0.0,
-                back: 0.0,
-                is_relax: false,
-            };
+            let start = JointSweep::solving(self.ctx, 0.0);
             let now = row.now(&self.lines, &start);
             for (part, carried) in now.parts.iter().zip(&mut row.carried) {
                 let (v, w) = (part.v * row.impulse, part.w * row.impulse);

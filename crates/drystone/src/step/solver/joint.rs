@@ -22,6 +22,7 @@ use super::rows::{
 use super::softness::Softness;
 use crate::base::disjoint::{Next, Rows};
 use crate::base::wide::{LANES, Sym3w, Vec3w, Wide, above, load, max, select, splat, sqrt};
+use crate::step::context::StepContext;
 
 /// What one sweep over joints does.
 #[derive(Clone, Copy, Debug)]
@@ -39,6 +40,20 @@ pub(crate) struct JointSweep {
 }
 
 impl JointSweep {
+    /// A sweep that solves, when positions have advanced by `elapsed` [s].
+    pub(super) const fn solving(ctx: &StepContext, elapsed: f32) -> Self {
+        let softness = ctx.soft_joint;
+        let hardest = softness.hardness();
+        Self { inv_h: ctx.inv_h, softness, hardest, elapsed, back: 0.0, is_relax: false }
+    }
+
+    /// A relax sweep in the middle of a substep, of which positions have advanced to the end, `moved` [s].
+    pub(super) fn relaxing(ctx: &StepContext, moved: f32) -> Self {
+        let back = 0.5 * ctx.h;
+        let solving = Self::solving(ctx, moved - back);
+        Self { softness: Softness::RIGID, back, is_relax: true, ..solving }
+    }
+
     /// Velocities of eight bodies, and the motion at which this sweep's rows stand.
     #[inline(always)]
     pub(super) fn read<S: Simd>(

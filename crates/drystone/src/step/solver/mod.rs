@@ -408,14 +408,7 @@ impl Solver<'_> {
         match pass {
             Pass::Solve { inner } => {
                 let inner = inner.clamp(1, 8);
-                let joints = JointSweep {
-                    inv_h: ctx.inv_h,
-                    softness: ctx.soft_joint,
-                    hardest: ctx.soft_joint.hardness(),
-                    elapsed,
-                    back: 0.0,
-                    is_relax: false,
-                };
+                let joints = JointSweep::solving(ctx, elapsed);
                 self.sweep_couplings(group, &joints);
                 self.sweep_joints(group, &joints, jobs);
                 self.sweep_sixdofs(group, &joints, jobs);
@@ -426,14 +419,7 @@ impl Solver<'_> {
                 self.add_to_tallies(group, When::solved(substep, ctx.parts));
             }
             Pass::Relax => {
-                let joints = JointSweep {
-                    inv_h: ctx.inv_h,
-                    softness: Softness::RIGID,
-                    hardest: ctx.soft_joint.hardness(),
-                    elapsed: moved - 0.5 * ctx.h,
-                    back: 0.5 * ctx.h,
-                    is_relax: true,
-                };
+                let joints = JointSweep::relaxing(ctx, moved);
                 self.sweep_couplings(group, &joints);
                 self.sweep_joints(group, &joints, jobs);
                 self.sweep_sixdofs(group, &joints, jobs);

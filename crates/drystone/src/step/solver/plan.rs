@@ -15,6 +15,7 @@ use super::forest::Forest;
 use super::layout::{CLASS, GROUP, Layout, Sorter, last_line, line_key};
 use super::survey::Survey;
 use super::turning::Turning;
+use crate::base::bit_set::BitSet;
 use crate::base::disjoint::{Apart, Rows};
 use crate::base::grow;
 use crate::base::jobs::{Jobs, for_each, for_items, grain};
@@ -354,15 +355,12 @@ impl Plan {
                 _ => 0,
             };
             let line = last_line(line_of, c.body_a, c.body_b);
-            let (part, ends) = (part_of(line) as u64, [c.body_a, c.body_b]);
-            let class = if !ends.iter().any(|row| turning.contains(*row)) {
-                part << COUNT
-            } else if ends.iter().any(|row| often.contains(*row)) {
-                u64::from(TURNING | OFTEN) | part << COUNT
-            } else {
-                u64::from(TURNING) | part << COUNT
-            };
-            Some(key(class | count, line))
+            let is_of = |bodies: &BitSet| bodies.contains(c.body_a) || bodies.contains(c.body_b);
+            let mut class = (part_of(line) as u64) << COUNT | count;
+            if is_of(turning) {
+                class |= u64::from(if is_of(often) { TURNING | OFTEN } else { TURNING });
+            }
+            Some(key(class, line))
         };
         let set_place = |row: u32, place| {
             if let Some(c) = slots.row(row as usize)
@@ -374,6 +372,7 @@ impl Plan {
         let colorings = [&mut colors.contacts, &mut colors.contacts_fixed];
         let ask = |row: u32| slots.prefetch(row as usize, 1);
         let runs = &mut self.contacts.runs;
+        // The two bits of what is made anew keep blocks apart.
         self.sorter.sort(GROUP - 2, colorings, ask, key_of, set_place, runs, jobs);
         self.contacts.lay_out([&colors.contacts, &colors.contacts_fixed]);
     }

@@ -5,7 +5,7 @@
 //! do normals, levers and the inertia. Of a pencil that turns by a radian a step nothing is right at its end, and pushing along levers
 //! that are no more made energy (of ×180). And other corners come down within the step, of which no manifold of its start
 //! knows. So bodies of contacts that narrowphase lists ([`Change::Turns`](crate::step::narrowphase::Change)) or that close fast are *turning*: after each
-//! substep they are turned as free bodies are, and in those in which their contacts are made anew, from where both bodies are, their inertia
+//! substep they are turned as free bodies are. When their contacts are made anew, from where both bodies are then, their inertia turns
 //! with them. All others keep their rows, as that is what keeps walls steady (docs/decisions/003-frozen-rows-one-sweep.md).
 //!
 //! Bodies with joints are not taken: joints read the rotation that a line has since the step's start.
@@ -36,7 +36,7 @@ use crate::step::context::StepContext;
 use crate::step::narrowphase::inherit_near;
 
 impl Solver<'_> {
-    /// True if the group has contacts that are made anew in each substep.
+    /// True if the group has contacts that are made anew within the step.
     pub(super) fn turns(&self, group: &Group) -> bool {
         self.ctx.rounds == 1 && self.turning_batches(group).next().is_some()
     }
@@ -47,28 +47,30 @@ impl Solver<'_> {
         batches.iter().filter(|batch| batch.class & TURNING != 0)
     }
 
-    /// True if `done` substeps are where contacts are made anew that do not turn so far: the middle of the step.
+    /// Those that are made anew after `done` substeps.
+    fn due_batches(&self, group: &Group, done: u16) -> impl Iterator<Item = &Batch> {
+        let all = self.is_middle(done);
+        self.turning_batches(group).filter(move |batch| all || batch.class & OFTEN != 0)
+    }
+
+    /// True in the middle of the step, where the contacts of all that turns are made anew.
     fn is_middle(&self, done: u16) -> bool {
         u32::from(done) == self.ctx.substeps.div_ceil(2)
     }
 
-    /// Calls `f` with each block of those that are due, and whether one body of each contact cannot be pushed.
-    fn for_turning(
+    /// Calls `f` with each block that is made anew after `done` substeps, and whether one body of each contact cannot be pushed.
+    fn for_due(
         &self,
         (group, done): (&Group, u16),
         jobs: &Jobs<'_>,
         f: impl Fn(bool, usize) + Sync,
     ) {
-        for batch in self.turning_batches(group).filter(|batch| self.is_due(batch, done)) {
+        for batch in self.due_batches(group, done) {
             let first = batch.blocks.start;
             for_shares(jobs, batch.blocks.len(), 2, |part| {
                 (first + part.start..first + part.end).for_each(|i| f(batch.fixed, i));
             });
         }
-    }
-
-    fn is_due(&self, batch: &Batch, done: u16) -> bool {
-        batch.class & OFTEN != 0 || self.is_middle(done)
     }
 
     /// Their bodies that turn on their own, as lines.
@@ -92,25 +94,16 @@ impl Solver<'_> {
     /// does that.
     pub(super) fn renew(&self, number: usize, done: u16, jobs: &Jobs<'_>) {
         let group = &self.plan.groups[number];
-        let elapsed = f32::from(done) * self.ctx.h;
-        let lines = self.turning_lines(group);
-        let is_last = u32::from(done) >= self.ctx.substeps;
-        let is_middle = self.is_middle(done);
-        let due = (group, done);
-        if !is_last {
-            self.for_turning(due, jobs, |fixed, i| self.take_warm(fixed, i, elapsed));
-        }
-        for_shares(jobs, lines.len(), 16, |part| {
-            for line in &lines[part.start..part.end] {
-                let line = *line as usize;
-                let often = self.plan.turning.often.contains(self.plan.members[line - 1]);
-                self.turn(line, !is_last && (is_middle || often));
-            }
-        });
-        if is_last {
+        if u32::from(done) >= self.ctx.substeps {
+            self.turn_all(group, jobs, |_| false);
             return;
         }
-        self.for_turning(due, jobs, |_, i| {
+        let elapsed = f32::from(done) * self.ctx.h;
+        let due = (group, done);
+        let (all, often) = (self.is_middle(done), &self.plan.turning.often);
+        self.for_due(due, jobs, |fixed, i| self.take_warm(fixed, i, elapsed));
+        self.turn_all(group, jobs, |line| all || often.contains(self.plan.members[line - 1]));
+        self.for_due(due, jobs, |_, i| {
             for owner in self.plan.contacts.owners[i] {
                 if owner != NONE {
                     self.collide_again(owner, elapsed);
@@ -119,7 +112,7 @@ impl Solver<'_> {
         });
         // With meshes one by one, for what they are collected in.
         let scratch = self.meshes.row(number);
-        for batch in self.turning_batches(group).filter(|batch| self.is_due(batch, done)) {
+        for batch in self.due_batches(group, done) {
             for i in batch.blocks.clone() {
                 for owner in self.plan.contacts.owners[i].into_iter().filter(|row| *row != NONE) {
                     self.collide_mesh_again(owner, elapsed, scratch);
@@ -127,7 +120,18 @@ impl Solver<'_> {
             }
         }
         let ctx = StepContext { impulse_scale: 1.0 / self.ctx.store_scale(), ..*self.ctx };
-        self.for_turning(due, jobs, |fixed, i| self.put_rows(&ctx, fixed, i, elapsed));
+        self.for_due(due, jobs, |fixed, i| self.put_rows(&ctx, fixed, i, elapsed));
+    }
+
+    /// Turns the group's bodies by a substep; `anew` tells whose rows are made anew then.
+    fn turn_all(&self, group: &Group, jobs: &Jobs<'_>, anew: impl Fn(usize) -> bool + Sync) {
+        let lines = self.turning_lines(group);
+        for_shares(jobs, lines.len(), 16, |part| {
+            for line in &lines[part.start..part.end] {
+                let line = *line as usize;
+                self.turn(line, anew(line));
+            }
+        });
     }
 
     /// At the step's end: the lines hold the bodies.
@@ -153,7 +157,7 @@ impl Solver<'_> {
         });
     }
 
-    /// Turns a body as free ones turn in a substep; `anew`: and its inertia with it, for rows that are made anew.
+    /// Turns a body as free ones turn in a substep. Where its rows are made `anew`, its inertia turns with it.
     fn turn(&self, line: usize, anew: bool) {
         let body = self.bodies.at(self.plan.members[line - 1]);
         let (state, h) = (self.states.row(line), self.ctx.h);

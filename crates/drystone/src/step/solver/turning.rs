@@ -10,8 +10,8 @@ use crate::step::narrowphase;
 /// Half the least thickness of a ball over its extent, less rounding.
 const ROUND: f32 = 0.98;
 
-/// What turns farther than this in a step has its contacts made anew in each substep, else in the middle of the step [rad]: a corner comes
-/// down by a fortieth of how far out it is before it has a point.
+/// Contacts of what turns farther than this in a step are made anew in each substep, those of other turning bodies in its middle [rad].
+/// There a corner comes down by a fortieth of how far out it is before it has a point.
 const OFTEN_TURN: f32 = 0.05;
 
 /// Bodies whose contacts are made anew within the step.

@@ -58,9 +58,10 @@ impl Bound {
         self.driven.add(impulse.into() * speed * self.units);
     }
 
-    /// An impulse of a spring that is off its place by `off`, on an axis of these speeds, before it and in the mean: no more work than its
-    /// force does on the way of a substep, nor than it holds, wherever in the substep that is. `stiffness` counts by itself; `square` is that of its frequency, if it counts per
-    /// effective mass, which is no more than `most`. No spring is taken for faster than a substep.
+    /// An impulse of a spring that is off its place by `off`, on an axis of these speeds, before it and in the mean. It does no more
+    /// work than its force does on the way of a substep, nor than it holds, wherever in the substep that is. `stiffness` counts by
+    /// itself; `square` is that of its frequency, if it counts per effective mass, which is no more than `most`. No spring is taken
+    /// for faster than a substep.
     pub(super) fn release(
         &mut self,
         impulse: f64,
