@@ -127,6 +127,7 @@ impl Solver<'_> {
         if self.has_extras {
             self.find_free(group);
         }
+        self.part(group, jobs);
         self.store(group, jobs);
         if self.turns(group) {
             self.end_turning(group);
