@@ -170,7 +170,8 @@ fn check_bodies(bodies: &Bodies) -> Check {
         let damped = damping.iter().all(|rate| limits::DAMPING.admits(*rate));
         let sound = damped
             && at_least_zero(&[b.extent, b.inner, b.still_time, b.last_h])
-            && b.still_time.is_finite()
+            && all_finite(&[b.still_time, b.sleep_speed])
+            && (b.extent.is_finite() || !b.is_dynamic())
             && limits::GRAVITY_SCALE.admits(b.gravity_scale);
         holds(sound, "a number of a body is out of range")?;
     }

@@ -294,3 +294,28 @@ impl Stillness {
         sound && self.count <= 2 && numbers.iter().all(|x| *x >= 0.0)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{Stillness, Verdict};
+    use crate::base::math::Vec3;
+
+    #[test]
+    fn marks_that_no_body_can_have_are_not_sound() {
+        assert!(Stillness::default().is_sound());
+        let changes: [fn(&mut Stillness); 7] = [
+            |s| s.marks[0].center.x = 1.0e30,
+            |s| s.marks[1].rotation.w = 1.0e20,
+            |s| s.marks[1].v.y = f32::NAN,
+            |s| s.marks[0].at = f32::INFINITY,
+            |s| s.means[0].moved = Vec3::splat(f32::INFINITY),
+            |s| s.count = 3,
+            |s| s.verdict = Verdict::Creeps(-1.0, 1.0),
+        ];
+        for (i, change) in changes.into_iter().enumerate() {
+            let mut known = Stillness::default();
+            change(&mut known);
+            assert!(!known.is_sound(), "{i}");
+        }
+    }
+}
