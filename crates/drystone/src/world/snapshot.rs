@@ -470,9 +470,10 @@ mod tests {
     /// Finite numbers too may be none that a step can compute with: a normal that is no direction makes forces of none.
     #[test]
     fn numbers_that_no_step_can_leave_are_refused() {
+        type Change = (&'static str, fn(&mut Tables));
         let world = everything("soft-step");
         assert!(World::restore(&world.snapshot()).is_ok());
-        let changes: [(&str, fn(&mut Tables)); 15] = [
+        let changes: [Change; 15] = [
             ("normal", |t| press(t, |c| c.normal *= 1.0e-20)),
             ("offset", |t| press(t, |c| c.offset.x = 1.0e30)),
             ("arm", |t| press(t, |c| c.points[0].r_a.y = -1.0e30)),

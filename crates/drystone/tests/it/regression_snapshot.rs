@@ -10,10 +10,9 @@ const RADIUS: f32 = 0.1;
 
 /// Steps a world, and next to it what is restored from its snapshot before each step.
 fn step_and_restore(world: &mut World, dt: f32, step: usize) {
-    let mut other = match World::restore(&world.snapshot()) {
-        Ok(other) => other,
-        Err(why) => panic!("before step {step}: {why}"),
-    };
+    let other = World::restore(&world.snapshot());
+    assert!(other.is_ok(), "before step {step}: {}", other.unwrap_err());
+    let mut other = other.unwrap();
     world.step(dt);
     other.step(dt);
     assert_eq!(world.state_hash(), other.state_hash(), "step {step}");
