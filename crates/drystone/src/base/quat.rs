@@ -40,6 +40,12 @@ impl Quat {
         Self { x, y, z, w }
     }
 
+    /// True if it is a rotation but for rounding, and what a file may have left of its digits.
+    pub(crate) fn is_unit(self) -> bool {
+        (0.9..1.1)
+            .contains(&(self.x * self.x + self.y * self.y + self.z * self.z + self.w * self.w))
+    }
+
     /// Rotation by `angle` [rad] about `axis` (any length; a zero axis gives the identity).
     #[must_use]
     pub fn from_axis_angle(axis: impl Into<Vec3>, angle: f32) -> Self {

@@ -93,15 +93,19 @@ impl TryFrom<Parts> for Hull {
         build::check_points(&vertices)?;
         let is_face =
             |f: &Vec<u16>| f.len() >= 3 && f.iter().all(|v| usize::from(*v) < vertices.len());
-        let sound = planes.iter().all(|p| p.normal.is_finite() && p.offset.is_finite());
-        if !sound || planes.len() != faces.len() || !faces.iter().all(is_face) {
+        if planes.len() != faces.len() || !faces.iter().all(is_face) {
             return Err(HullError::Numerical);
         }
+        build::check_planes(&vertices, &planes, &faces)?;
         let (face_edges, edges) = link_loops(&faces).ok_or(HullError::Numerical)?;
         if vertices.len() + faces.len() != edges.len() / 2 + 2 {
             return Err(HullError::Numerical);
         }
-        Ok(Self { cuboid, ..Self::from_parts(vertices, planes, face_edges, edges) })
+        let hull = Self { cuboid, ..Self::from_parts(vertices, planes, face_edges, edges) };
+        let Aabb { min, max } = hull.bounds;
+        let fits =
+            cuboid.is_none_or(|half| hull.vertices.len() == 8 && max == half && min == -half);
+        if fits { Ok(hull) } else { Err(HullError::Numerical) }
     }
 }
 

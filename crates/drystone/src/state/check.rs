@@ -49,8 +49,7 @@ pub(crate) fn above_zero(field: &str, value: f32) -> Result<(), DefError> {
 
 /// A rotation given by the user may be a little off unit length; far off is a mistake.
 pub(crate) fn unit(field: &str, q: Quat) -> Result<(), DefError> {
-    let n = q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w;
-    if (0.9..1.1).contains(&n) {
+    if q.is_unit() {
         return Ok(());
     }
     let value = format!("({}, {}, {}, {})", q.x, q.y, q.z, q.w);

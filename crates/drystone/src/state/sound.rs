@@ -22,7 +22,6 @@ use super::tables::Tables;
 use crate::base::limits;
 use crate::base::math::Vec3;
 use crate::base::pose::Pose;
-use crate::base::quat::Quat;
 use crate::base::slot_map::SlotMap;
 
 /// What does not hold together, in words.
@@ -42,13 +41,13 @@ fn all_finite<'a>(numbers: impl IntoIterator<Item = &'a f32>) -> bool {
     numbers.into_iter().all(|x| x.is_finite())
 }
 
-fn is_unit(q: Quat) -> bool {
-    (0.9..1.1).contains(&(q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w))
-}
-
 /// Masses [kg] and moments of inertia [kg m²] of bodies and of pieces of bodies.
 const KEPT_MASSES: core::ops::RangeInclusive<f32> = 1.0e-30..=1.0e16;
 const KEPT_MOMENTS: core::ops::RangeInclusive<f32> = 1.0e-36..=1.0e31;
+
+fn is_direction(n: Vec3) -> bool {
+    (0.9..1.1).contains(&n.length_squared())
+}
 
 /// What a step keeps; shapes and anchors are nearer.
 fn is_place(x: Vec3) -> bool {
@@ -56,7 +55,7 @@ fn is_place(x: Vec3) -> bool {
 }
 
 fn is_pose(pose: &Pose) -> bool {
-    is_place(pose.position) && is_unit(pose.rotation)
+    is_place(pose.position) && pose.rotation.is_unit()
 }
 
 /// Which rows were seen.
@@ -152,7 +151,7 @@ fn check_bodies(bodies: &Bodies) -> Check {
     let active = bodies.rows.iter().filter(|(_, b)| b.active()).count();
     holds(active == bodies.awake.len(), "a body that is awake is not listed")?;
     for (_, b) in bodies.rows.iter() {
-        let placed = is_place(b.center) && is_unit(b.rotation) && is_place(b.local_center);
+        let placed = is_place(b.center) && b.rotation.is_unit() && is_place(b.local_center);
         holds(placed, "a body is nowhere")?;
         let pushed = [b.step_force, b.step_torque, b.force, b.torque];
         let (v, w) = (b.v.abs().max_element(), b.w.abs().max_element());
@@ -165,12 +164,14 @@ fn check_bodies(bodies: &Bodies) -> Check {
         let moments = [b.moments.x, b.moments.y, b.moments.z];
         let is_moment = |m: &f32| *m == 0.0 || KEPT_MOMENTS.contains(m);
         let is_mass = b.mass == 0.0 || KEPT_MASSES.contains(&b.mass);
-        let has_mass = is_mass && moments.iter().all(is_moment) && is_unit(b.principal);
+        let has_mass = is_mass && moments.iter().all(is_moment) && b.principal.is_unit();
         holds(has_mass && (b.mass > 0.0) == b.is_dynamic(), "a body has no mass that can be")?;
         let damping = [b.linear_damping, b.angular_damping];
         let damped = damping.iter().all(|rate| limits::DAMPING.admits(*rate));
         let sound = damped
             && at_least_zero(&[b.extent, b.inner, b.still_time, b.last_h])
+            && all_finite(&[b.still_time, b.sleep_speed])
+            && (b.extent.is_finite() || !b.is_dynamic())
             && limits::GRAVITY_SCALE.admits(b.gravity_scale);
         holds(sound, "a number of a body is out of range")?;
     }
@@ -271,12 +272,14 @@ fn check_breakage(breakage: &Breakage, bodies: &Bodies, shapes: &Shapes) -> Chec
     let Breakage { glued, fractures, pieces } = breakage;
     let breaks = |row: u32| bodies.rows.at(row).is_some_and(|b| b.breaks && b.is_dynamic());
     for (row, glue) in glued {
-        let own = |shape: &u32| shapes.rows.at(*shape).is_some_and(|s| s.body == *row);
+        let is_piece = |s: &ShapeRow| s.body == *row && !s.sensor && s.density > 0.0;
+        let own = |shape: &u32| shapes.rows.at(*shape).is_some_and(is_piece);
         holds(breaks(*row) && glue.pieces.iter().all(own), "glue holds what is not there")?;
         let count = glue.pieces.len();
         let bond = |b: &super::breakage::GlueBond| {
-            let placed = is_place(b.point) && b.normal.is_finite() && at_least_zero(&[b.area]);
+            let placed = is_place(b.point) && is_direction(b.normal) && b.area > 0.0;
             b.pieces.iter().all(|p| *p < count)
+                && b.area.is_finite()
                 && placed
                 && b.load.is_finite()
                 && b.strength.validate().is_ok()

@@ -11,7 +11,8 @@ use serde::{Deserialize, Serialize};
 
 use super::bodies::Body;
 use super::config::SleepConfig;
-use crate::base::math::{Vec3, vec3};
+use crate::base::limits::{self, TIME_STEP};
+use crate::base::math::{Vec3, bounded, vec3};
 use crate::base::quat::Quat;
 
 /// Part of the forces on a body that its supports may leave over: what begins to move under less is not seen. It is a
@@ -38,6 +39,10 @@ const SPACING: f32 = 0.4;
 /// Rounding of a pose, in parts of its numbers: positions are added up in some hundred substeps between two marks, each
 /// rounded by 6e-8 at most, one way or the other.
 const ROUNDING: f32 = 1.0e-6;
+
+/// Longest time between two marks [s]. A step is the shortest, whatever rounding of long times says; and steps, of 10 s at
+/// most, add nothing to a still time of 2^28 s.
+const LONGEST: f32 = 1.0e9;
 
 /// Where a body was at a time.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
@@ -218,8 +223,9 @@ impl StillnessRule {
         if marks < 2 {
             if body.still_time >= self.time {
                 // The step grew longer meanwhile: one more mark is needed.
-                body.still_time = self.time - 0.5 * self.spacing();
-                known.marks[1].at = body.still_time;
+                let now = self.time - 0.5 * self.spacing();
+                known.go_back(body.still_time - now);
+                body.still_time = now;
             }
             return;
         }
@@ -227,22 +233,28 @@ impl StillnessRule {
         if known.verdict != Verdict::Rests {
             // It is looked at again a mark later, a little less for rounding.
             let back = body.still_time - (LAG + 1.02 * SPACING) * self.time;
+            known.go_back(back);
             body.still_time -= back;
-            for mark in &mut known.marks {
-                mark.at -= back;
-            }
         }
     }
 }
 
 impl Stillness {
+    /// The still time goes back by so much [s], and marks with it: the times between them are what their ways took.
+    pub(crate) fn go_back(&mut self, by: f32) {
+        for mark in &mut self.marks {
+            mark.at = bounded(mark.at - by);
+        }
+    }
+
     /// Says by three marks whether a body rests.
     fn judge(&mut self, rule: &StillnessRule, [first, second, here]: [&Mark; 3], body: &Body) {
         let size = size(body);
         let times = [second.at - first.at, here.at - second.at];
+        let times = times.map(|time| time.clamp(TIME_STEP.least, LONGEST));
         let [before, after] = [Way::between(first, second), Way::between(second, here)];
         let whole = Way::between(first, here).length(size);
-        let per = times.map(|time| 1.0 / time.max(f32::MIN_POSITIVE));
+        let per = times.map(|time| 1.0 / time);
         self.means = [before.scaled(per[0]), after.scaled(per[1])];
         let rounding = rounding(body);
         let creep = CREEP * size + rounding;
@@ -266,17 +278,44 @@ impl Stillness {
         };
     }
 
-    /// True if its numbers can be.
+    /// True if its numbers can be: what is judged by them is a number then.
     pub(crate) fn is_sound(&self) -> bool {
         let numbers = match self.verdict {
             Verdict::Rests => [0.0; 2],
             Verdict::Creeps(is, most) | Verdict::Sways(is, most) => [is, most],
         };
         let marks = self.marks.iter().all(|mark| {
-            mark.center.is_finite() && mark.rotation.is_finite() && mark.at.is_finite()
+            let (far, fast) = (limits::POSITION_KEPT.most, limits::SPEED_KEPT.most);
+            let placed = mark.center.is_below(far) && mark.rotation.is_unit();
+            placed && mark.v.is_below(fast) && mark.w.is_below(fast) && mark.at.is_finite()
         });
         let finite = |way: &Way| way.moved.is_finite() && way.turned.is_finite();
         let sound = marks && self.means.iter().all(finite);
         sound && self.count <= 2 && numbers.iter().all(|x| *x >= 0.0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Stillness, Verdict};
+    use crate::base::math::Vec3;
+
+    #[test]
+    fn marks_that_no_body_can_have_are_not_sound() {
+        assert!(Stillness::default().is_sound());
+        let changes: [fn(&mut Stillness); 7] = [
+            |s| s.marks[0].center.x = 1.0e30,
+            |s| s.marks[1].rotation.w = 1.0e20,
+            |s| s.marks[1].v.y = f32::NAN,
+            |s| s.marks[0].at = f32::INFINITY,
+            |s| s.means[0].moved = Vec3::splat(f32::INFINITY),
+            |s| s.count = 3,
+            |s| s.verdict = Verdict::Creeps(-1.0, 1.0),
+        ];
+        for (i, change) in changes.into_iter().enumerate() {
+            let mut known = Stillness::default();
+            change(&mut known);
+            assert!(!known.is_sound(), "{i}");
+        }
     }
 }

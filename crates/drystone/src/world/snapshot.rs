@@ -282,6 +282,9 @@ mod tests {
     use super::{HEADER, SnapshotError};
     use crate::base::random::Random;
     use crate::base::trig;
+    use crate::state::breakage::GlueBond;
+    use crate::state::contacts::Contact;
+    use crate::state::tables::Tables;
     use crate::{
         BodyDef, BondStrength, ClothDef, CouplingDef, Fracture, Glue, Hull, JointAxis, JointDef,
         JointDrive, LinkKind, Mesh, Method, Pulley, Quat, RopeDef, Shape, ShapeDef, SixDof, Vec3,
@@ -429,13 +432,68 @@ mod tests {
                     for _ in 0..30 {
                         world.step(DT);
                     }
-                    let _ = (world.audit(), world.snapshot());
+                    let _ = world.audit();
+                    let again = World::restore(&world.snapshot());
+                    assert!(again.is_ok(), "{}", again.unwrap_err());
                     true
                 });
                 taken += usize::from(run.unwrap_or_else(|_| panic!("{method}, case {case}")));
             }
             println!("{method}: {taken} of {count} are worlds");
             assert!(taken * 20 > count, "{taken} of {count}: hardly any is looked at");
+        }
+    }
+
+    /// Changes the first contact with points.
+    fn press(tables: &mut Tables, change: fn(&mut Contact)) {
+        let found = tables.contacts.iter().find(|(_, c)| c.count > 0 && !c.sensor);
+        let row = found.map(|(row, _)| row).unwrap();
+        change(tables.contacts.at_mut(row));
+    }
+
+    /// Changes the first bond.
+    fn glue(tables: &mut Tables, change: fn(&mut GlueBond)) {
+        let first = tables.breakage.glued.values_mut().flat_map(|glued| &mut glued.bonds).next();
+        change(first.unwrap());
+    }
+
+    /// Changes the first hull.
+    fn hull(tables: &mut Tables, change: fn(&mut Hull)) {
+        let rows = tables.shapes.rows.values_mut().iter_mut().flatten();
+        let mut hulls = rows.filter_map(|row| match &mut row.shape {
+            Shape::Hull(hull) => Some(hull),
+            _ => None,
+        });
+        change(Arc::make_mut(hulls.next().unwrap()));
+    }
+
+    /// Finite numbers too may be none that a step can compute with: a normal that is no direction makes forces of none.
+    #[test]
+    fn numbers_that_no_step_can_leave_are_refused() {
+        type Change = (&'static str, fn(&mut Tables));
+        let world = everything("soft-step");
+        assert!(World::restore(&world.snapshot()).is_ok());
+        let changes: [Change; 15] = [
+            ("normal", |t| press(t, |c| c.normal *= 1.0e-20)),
+            ("offset", |t| press(t, |c| c.offset.x = 1.0e30)),
+            ("arm", |t| press(t, |c| c.points[0].r_a.y = -1.0e30)),
+            ("separation", |t| press(t, |c| c.points[0].separation = 1.0e30)),
+            ("friction", |t| press(t, |c| c.friction = f32::INFINITY)),
+            ("kinetic friction", |t| press(t, |c| c.kinetic = 2.0)),
+            ("restitution", |t| press(t, |c| c.restitution = 1.0e9)),
+            ("speed of arrival", |t| press(t, |c| c.set_approach(f32::NAN))),
+            ("area of a bond", |t| glue(t, |bond| bond.area = f32::INFINITY)),
+            ("no area of a bond", |t| glue(t, |bond| bond.area = 0.0)),
+            ("normal of a bond", |t| glue(t, |bond| bond.normal *= 1.0e10)),
+            ("normal of a face", |t| hull(t, |hull| hull.planes[0].normal *= 1.0e-20)),
+            ("distance of a face", |t| hull(t, |hull| hull.planes[1].offset += 0.5)),
+            ("corner", |t| hull(t, |hull| hull.vertices[0] *= 3.0)),
+            ("half extents", |t| hull(t, |hull| hull.cuboid = Some(Vec3::splat(0.3)))),
+        ];
+        for (what, change) in changes {
+            let mut changed = world.clone();
+            change(&mut changed.tables);
+            assert!(World::restore(&changed.snapshot()).is_err(), "{what}");
         }
     }
 }

@@ -7,6 +7,7 @@ mod contract_world;
 mod property_hull;
 mod property_snapshot;
 mod regression;
+mod regression_snapshot;
 mod scenario_articulated;
 mod scenario_audit;
 mod scenario_breakage;

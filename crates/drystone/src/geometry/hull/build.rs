@@ -40,6 +40,27 @@ pub(super) fn check_points(points: &[Vec3]) -> Result<(), HullError> {
     Ok(())
 }
 
+/// Whether planes are those of these faces: the corners of each on it, all others behind it, as near as the coarsest view of
+/// a cloud allows. Twice that, for points that were left out are not among the vertices.
+pub(super) fn check_planes(
+    vertices: &[Vec3],
+    planes: &[Plane],
+    faces: &[Vec<u16>],
+) -> Result<(), HullError> {
+    let most = 2.0 * MOST_PUSH * COARSER[COARSER.len() - 1] * Cloud::new(vertices).tolerance;
+    for (plane, face) in planes.iter().zip(faces) {
+        let normal = DVec3::from(plane.normal);
+        let is_unit = (normal.length() - 1.0).abs() < 1.0e-5;
+        let offset = f64::from(plane.offset);
+        let height = |v: &Vec3| normal.dot(DVec3::from(*v)) - offset;
+        let on = face.iter().all(|v| height(&vertices[usize::from(*v)]) >= -most);
+        if !(is_unit && on && vertices.iter().all(|v| height(v) <= most)) {
+            return Err(HullError::Numerical);
+        }
+    }
+    Ok(())
+}
+
 pub(super) fn quickhull(points: &[Vec3], max_vertices: usize) -> Result<Hull, HullError> {
     if max_vertices < 4 {
         return Err(HullError::LimitTooSmall(max_vertices));

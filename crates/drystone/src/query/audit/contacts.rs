@@ -125,16 +125,16 @@ impl ContactAudit {
                 continue;
             }
             let r = &mut self.residual;
-            r.pull = r.pull.max(-p.impulse / unit);
+            r.pull = r.pull.max(bounded(-p.impulse / unit));
             if !pressed {
                 continue;
             }
             let speed = c.normal.dot(b.velocity_at(c.r_b(p)) - a.velocity_at(p.r_a));
             let left = if c.restitution > 0.0 { -speed } else { speed.abs() };
             if left > r.speed {
-                (r.speed, r.relative, r.at) = (left, left / fall.step, Some(pair));
+                (r.speed, r.relative, r.at) = (left, bounded(left / fall.step), Some(pair));
             }
-            let gap = separation * (p.impulse / unit);
+            let gap = bounded(separation * (p.impulse / unit));
             if gap > r.gap {
                 (r.gap, r.gap_at) = (gap, Some(pair));
             }

@@ -1,8 +1,9 @@
 //! Contacts: the rows, what is watched of them, the lists of bodies.
 
-use super::{Check, Seen, at_least_zero, holds};
+use super::{Check, Seen, holds, is_direction};
+use crate::base::limits;
 use crate::state::bodies::{Bodies, NONE};
-use crate::state::contacts::{Contact, Contacts};
+use crate::state::contacts::{Contact, Contacts, Point};
 use crate::state::def::BodyKind;
 use crate::state::shapes::Shapes;
 
@@ -71,15 +72,32 @@ fn check_contact(c: &Contact, bodies: &Bodies, shapes: &Shapes) -> Check {
         "a contact has too many manifolds",
     )?;
     holds(c.sensor == (a.sensor || b.sensor), "a contact is not the sensor's")?;
-    let surface = [c.friction, c.kinetic, c.restitution, c.rolling, c.spinning];
-    holds(at_least_zero(&surface), "a surface is out of range")?;
+    holds(is_surface(c), "a surface is out of range")?;
     holds(usize::from(c.count) <= c.points.len(), "a contact has too many points")?;
-    let points = c.points().iter();
-    let pressed = points.flat_map(|p| [p.r_a.x, p.r_a.y, p.r_a.z, p.separation, p.impulse, p.base]);
-    let vectors = [c.normal, c.offset, c.tangent_impulse, c.rolling_impulse()];
-    let kept = pressed.chain([c.twist_impulse]).all(f32::is_finite);
-    holds(kept && vectors.iter().all(|v| v.is_finite()), "a contact has a part that is no number")?;
+    let vectors = [c.tangent_impulse, c.rolling_impulse()];
+    let impulses = c.points().iter().map(|p| p.impulse).chain([c.twist_impulse, c.approach()]);
+    let finite = impulses.into_iter().all(f32::is_finite) && vectors.iter().all(|v| v.is_finite());
+    holds(finite, "a contact has a part that is no number")?;
+    // Nothing is farther from its body's center than two places are apart.
+    let most = 4.0 * limits::POSITION_KEPT.most;
+    let near =
+        |p: &Point| p.r_a.is_below(most) && p.separation.abs() <= most && p.base.abs() <= most;
+    let placed = c.offset.is_below(most) && c.points().iter().all(near);
+    holds(placed, "a contact is nowhere")?;
+    holds(c.count == 0 || is_direction(c.normal), "a contact has no direction")?;
     holds(!c.recyclable || a.flat && b.flat, "a contact is not as flat as it says")
+}
+
+/// What the surfaces of two shapes make together: of two numbers of each, at most the product; resistances are times a length.
+fn is_surface(c: &Contact) -> bool {
+    let (friction, resistance) = (limits::FRICTION.most, limits::RESISTANCE.most);
+    let within = |x: f32, most: f32| (0.0..=most).contains(&x);
+    let arm = resistance * resistance * limits::POSITION_KEPT.most;
+    within(c.friction, friction * friction)
+        && within(c.kinetic, 1.0)
+        && within(c.restitution, limits::RESTITUTION.most)
+        && within(c.rolling, arm)
+        && within(c.spinning, arm)
 }
 
 /// Each contact is once in the list of each of its bodies.

@@ -109,8 +109,10 @@ pub(super) fn thaw(ctx: &StepContext, config: &SleepConfig, sets: &mut Sets<'_>,
         // other for 20 s.
         let lost = moves && !is_carried(ctx, CARRIED - CHANGE, row, sets, |_| true);
         if changed || lost {
+            let before = sets.bodies.at(row).still_time;
             sets.wake(row);
             sets.bodies.at_mut(row).still_time = settled;
+            sets.bodies.stillness[row as usize].go_back(before - settled);
         }
     }
 }

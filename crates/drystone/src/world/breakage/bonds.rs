@@ -13,6 +13,7 @@
 //! twisting [Young11].
 
 use crate::base::double::DVec3;
+use crate::base::math::bounded;
 use crate::state::breakage::{GlueBond, Glued};
 
 /// The shear modulus over Young's, at a Poisson number of 1/4.
@@ -252,8 +253,9 @@ impl Scratch {
         self.find_parts();
         glued.give.clear();
         glued.give.extend(self.u.iter().map(Pair::numbers));
-        // Of a body whose numbers left f32 nothing is known.
-        if !dot(&self.u, &self.u).is_finite() {
+        // Of a body whose numbers left f32 nothing is known. Where blows are no numbers, nothing gives way.
+        let first = glued.lack.iter().flatten().all(|x| x.is_finite());
+        if !(first && dot(&self.u, &self.u).is_finite()) {
             glued.give.clear();
             glued.lack.clear();
         }
@@ -396,7 +398,7 @@ impl Scratch {
                 worst = crate::base::double::greater(worst, load);
                 #[expect(clippy::cast_possible_truncation, reason = "to be shown")]
                 let shown = load as f32;
-                bond.load = shown;
+                bond.load = bounded(shown);
             }
         }
         if worst < 1.0 {
@@ -435,6 +437,6 @@ fn stress(spring: &Spring, bond: &GlueBond, u: &[Pair], dt: f64) -> (f32, f32, f
         part(shear, bond.strength.shear),
     );
     #[expect(clippy::cast_possible_truncation, reason = "to be shown")]
-    let shown = (tension as f32, shear as f32, load);
-    shown
+    let (tension, shear) = (tension as f32, shear as f32);
+    (bounded(tension), bounded(shear), load)
 }

@@ -233,7 +233,7 @@ fn load_pieces(tables: &Tables, row: u32, glued: &Glued, scratch: &mut Scratch) 
             l.inertia = l.inertia.map(|r| r.map(|x| x * scale));
         }
     }
-    let local = |v: Vec3| DVec3::from(body.rotation.unrotate(v));
+    let local = |v: Vec3| DVec3::from(body.rotation.unrotate(kept(v)));
     let mut push = |piece: usize, arm: Vec3, impulse: Vec3, turn: Vec3| {
         let l = &mut scratch.bonds.lumps[piece];
         let (force, at) = (local(impulse), local(arm) + DVec3::from(body.local_center));
@@ -259,6 +259,12 @@ fn load_pieces(tables: &Tables, row: u32, glued: &Glued, scratch: &mut Scratch) 
             push(piece, anchor, impulse, turn);
         }
     }
+}
+
+/// What f32 can turn and add up: a blow beyond that breaks all that can break, and must stay a number.
+fn kept(v: Vec3) -> Vec3 {
+    const MOST: f32 = 1.0e37;
+    v.bounded().min(Vec3::splat(MOST)).max(Vec3::splat(-MOST))
 }
 
 /// What a joint gave to one of its bodies in the step: where it acts, from the body's center of mass [m, world], linear

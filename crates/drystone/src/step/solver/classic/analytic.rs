@@ -18,7 +18,7 @@ mod implicit;
 mod mixing;
 mod skyline;
 
-use self::budget::{Budget, POINT_SOLVE, POINT_SWEEP};
+use self::budget::{Budget, POINT_LOOK, POINT_SOLVE, POINT_SWEEP};
 use self::implicit::Whole;
 use self::mixing::Mixing;
 use self::skyline::{SIX, Skyline};
@@ -113,6 +113,11 @@ pub(super) struct Analytic {
 }
 
 impl Analytic {
+    /// A step begins in which it is asked so often.
+    pub(super) const fn begin_step(&mut self, solves: u32) {
+        self.budget = Budget::of_step(solves);
+    }
+
     /// Solves for the velocities at the end of a substep of `h`; `bias`: overlaps are removed by velocity.
     pub(super) fn solve(
         &mut self,
@@ -123,7 +128,7 @@ impl Analytic {
         pairs: &mut [Pair],
     ) -> Outcome {
         self.gather(turns, h, bias, movers, pairs);
-        self.budget = Budget::of(self.points.len());
+        self.budget.begin(self.points.len());
         let scale = self.points.iter().map(Point::speed).fold(0.0, f64::max);
         // At rest the impulses of the last step have taken the speed away already.
         let force = |m: &Mover| DVec3::from(m.add_v).length();
@@ -248,7 +253,7 @@ impl Analytic {
             if !self.budget.allows(POINT_SOLVE, self.matrix.work()) {
                 return (solves, left);
             }
-            let Self { points, y, free, step, downhill, trial, flat, matrix, .. } = self;
+            let Self { points, y, free, step, downhill, trial, flat, matrix, budget, .. } = self;
             // Downhill: what impulses would do, less what was done.
             step.clone_from(free);
             for p in &*points {
@@ -283,6 +288,9 @@ impl Analytic {
                     <= value + 1.0e-4 * part * slope + rounding
                 {
                     break;
+                }
+                if !budget.allows(POINT_LOOK, 0.0) {
+                    return (solves + 1, left);
                 }
                 part *= 0.5;
             }

@@ -104,6 +104,10 @@ pub(super) fn solve(
     c.gather_pairs(ctx, input, contacts, colors, &s.line_of);
     c.gather_links(ctx, input, joints, colors, &s.line_of);
     (s.sweeps, c.residual, c.too_large) = (0, 0.0, false);
+    let converging = method.substep().iter().filter(|p| matches!(p, Pass::Converge)).count();
+    #[expect(clippy::cast_possible_truncation, reason = "a method has a few passes")]
+    let converging = converging as u32;
+    c.analytic.begin_step(ctx.substeps * converging * c.rounds());
     for substep in 0..ctx.substeps {
         c.begin(ctx, &settings, substep);
         for pass in method.substep() {
@@ -116,9 +120,14 @@ pub(super) fn solve(
 }
 
 impl Scratch {
+    /// How often joints and contacts are converged: joints are rows of single precision, and take turns with the contacts.
+    const fn rounds(&self) -> u32 {
+        if self.links.is_empty() { 1 } else { JOINT_ROUNDS }
+    }
+
     /// Runs a pass; returns how many sweeps over the contacts it took.
     fn run(&mut self, pass: Pass, ctx: &StepContext, settings: &Settings) -> u32 {
-        let h = ctx.h;
+        let (h, rounds) = (ctx.h, self.rounds());
         let Self { movers, pairs, links, turns, ground_up, .. } = self;
         let mut join = |movers: &mut [Mover]| {
             for link in links.iter_mut() {
@@ -192,8 +201,6 @@ impl Scratch {
             Pass::Converge => {
                 let bias = settings.overlap == Overlap::VelocityBias;
                 let mut sweeps = 0;
-                // Joints are rows of single precision: they take turns with the contacts.
-                let rounds = if links.is_empty() { 1 } else { JOINT_ROUNDS };
                 for _ in 0..rounds {
                     for link in links.iter_mut() {
                         link.solve(h, movers);

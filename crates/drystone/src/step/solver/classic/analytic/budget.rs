@@ -1,32 +1,86 @@
-//! How much work the analytic method may do in a substep. Where rounds, slips as unknowns and sweeps circle without an end in
+//! How much work the analytic method may do in a step. Where rounds, slips as unknowns and sweeps circle without an end in
 //! sight, it gives up with the residual that it has then.
 
-/// Multiplications of a substep after which it gives up: some seconds. Piles of 60 bodies take a tenth of that in their
+use crate::base::double::lesser;
+
+/// Multiplications of a step after which it gives up: some seconds. Piles of 60 bodies take a tenth of that in their
 /// worst steps.
 const MOST_WORK: f64 = 4.0e9;
 
-/// Multiplications for a point in a step of Newton's method with its line search, and in a sweep.
+/// Multiplications for a point in a step of Newton's method, in a look at the function on its line, and in a sweep.
 pub(super) const POINT_SOLVE: f64 = 400.0;
+pub(super) const POINT_LOOK: f64 = 60.0;
 pub(super) const POINT_SWEEP: f64 = 120.0;
 
-/// What a substep has done, in multiplications.
+/// What a step has done, in multiplications. A step has many solves: substeps, and in each of them as many as contacts and
+/// joints take turns. Each may take an even share of what those before it left.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Budget {
-    points: f64,
+    /// Of the step: what is left, and how many solves are to come.
+    left: f64,
+    solves: u32,
+    /// Of this solve: what it may take, and what it took.
+    most: f64,
     work: f64,
+    points: f64,
 }
 
 impl Budget {
-    /// Nothing yet, of so many points.
-    pub(super) const fn of(points: usize) -> Self {
+    /// A step of so many solves begins.
+    pub(super) const fn of_step(solves: u32) -> Self {
+        Self { left: MOST_WORK, solves, most: 0.0, work: 0.0, points: 0.0 }
+    }
+
+    /// The next solve begins, of so many points.
+    pub(super) fn begin(&mut self, points: usize) {
+        self.left -= lesser(self.work, self.most);
         #[expect(clippy::cast_precision_loss, reason = "far below 2^52")]
         let points = points as f64;
-        Self { points, work: 0.0 }
+        self.most = self.left / f64::from(self.solves.max(1));
+        (self.solves, self.work, self.points) = (self.solves.saturating_sub(1), 0.0, points);
     }
 
     /// Counts multiplications for each point, and others; false when it is to give up.
     pub(super) fn allows(&mut self, each: f64, more: f64) -> bool {
         self.work += each * self.points + more;
-        self.work <= MOST_WORK
+        self.work <= self.most
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Budget, MOST_WORK};
+
+    /// What a step does that never settles, in so many solves.
+    fn work_of_a_step(solves: u32, each: f64) -> f64 {
+        let mut budget = Budget::of_step(solves);
+        let mut work = 0.0;
+        for _ in 0..solves {
+            budget.begin(10);
+            while budget.allows(each, 0.0) {
+                work += 10.0 * each;
+            }
+        }
+        work
+    }
+
+    #[test]
+    fn a_step_has_one_budget_however_many_solves_it_has() {
+        let one = 1.0e-3 * MOST_WORK;
+        for solves in [1, 2, 20, 256 * 20] {
+            let work = work_of_a_step(solves, 0.1 * one);
+            assert!(work <= MOST_WORK, "{solves}: {work}");
+            // What is not done is less than one step of Newton's method in each solve.
+            assert!(work >= MOST_WORK - f64::from(solves) * one, "{solves}: {work}");
+        }
+    }
+
+    #[test]
+    fn what_a_solve_leaves_is_for_those_after_it() {
+        let mut budget = Budget::of_step(2);
+        budget.begin(1);
+        assert!(budget.allows(0.1 * MOST_WORK, 0.0));
+        budget.begin(1);
+        assert!(budget.allows(0.89 * MOST_WORK, 0.0) && !budget.allows(0.02 * MOST_WORK, 0.0));
     }
 }

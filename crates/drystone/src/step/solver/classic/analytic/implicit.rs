@@ -6,7 +6,7 @@
 //!
 //! As friction is not the derivative of any energy, the matrix is not symmetric: it is kept whole.
 
-use super::budget::{POINT_SOLVE, POINT_SWEEP};
+use super::budget::{POINT_LOOK, POINT_SOLVE, POINT_SWEEP};
 use super::skyline::SIX;
 use super::{Analytic, LEAST_STIFFNESS, Outcome, Point, STIFFNESS, TOLERANCE, along, onto_cone};
 
@@ -80,7 +80,7 @@ impl Analytic {
             if !self.budget.allows(POINT_SOLVE, unknowns * unknowns * unknowns / 3.0) {
                 return (solves, false);
             }
-            let Self { points, y, free, trial, whole, step, .. } = self;
+            let Self { points, y, free, trial, whole, step, budget, .. } = self;
             let error = whole.rate(points, y, free, stiffness);
             step.clone_from(y);
             for (s, e) in step.iter_mut().flatten().zip(&whole.error) {
@@ -106,6 +106,9 @@ impl Analytic {
                 }
                 if whole.rate(points, trial, free, stiffness) <= (1.0 - 1.0e-4 * part) * error {
                     shrinks = true;
+                    break;
+                }
+                if !budget.allows(POINT_LOOK, 0.0) {
                     break;
                 }
                 part *= 0.5;
