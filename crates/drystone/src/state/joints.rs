@@ -55,6 +55,9 @@ pub(crate) struct Joint {
     pub(crate) anchor_b: Vec3,
     pub(crate) link: Link,
     pub(crate) collide_connected: bool,
+    /// If not, it does nothing.
+    pub(crate) enabled: bool,
+    pub(crate) user_data: u64,
     /// Accumulated impulse of a substep: a ball's vector [N s, world]; a distance's lower limit, upper
     /// limit and spring; of a pulley, x along its length, below 0 where it pulls.
     pub(crate) impulse: Vec3,
@@ -72,6 +75,12 @@ pub(crate) struct Joint {
 }
 
 impl Joint {
+    /// True if it acts on nothing: it is disabled, or none of its bodies can be moved by it.
+    pub(crate) fn is_idle(&self, bodies: &Bodies) -> bool {
+        let (a, b) = (bodies.at(self.body_a), bodies.at(self.body_b));
+        !self.enabled || a.out || b.out || !(a.is_dynamic() || b.is_dynamic())
+    }
+
     /// False if something that it keeps from step to step is no number.
     pub(crate) fn is_finite(&self) -> bool {
         let kept = [self.impulse, self.given[0], self.given[1]];

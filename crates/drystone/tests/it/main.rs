@@ -10,6 +10,7 @@ mod regression;
 mod scenario_articulated;
 mod scenario_audit;
 mod scenario_breakage;
+mod scenario_changes;
 mod scenario_couplings;
 mod scenario_freezing;
 mod scenario_fracture;

@@ -15,6 +15,7 @@ use crate::state::bodies::{Body, MassSource};
 use crate::state::def::{BodyDef, DefError, Fracture, ShapeDef};
 use crate::state::events::{FractureCause, FractureEvent};
 use crate::state::shapes::ShapeRow;
+use crate::state::tables::Tables;
 use crate::world::World;
 
 /// A point that is hit is taken to be this far inside, as a part of the way to the center.
@@ -85,8 +86,7 @@ impl World {
         let Some(how) = how else {
             if let Some(row) = self.tables.bodies.rows.row(id) {
                 self.tables.breakage.fractures.remove(&row);
-                let glued = self.tables.breakage.glued.contains_key(&row);
-                self.tables.bodies.at_mut(row).breaks = glued;
+                self.follow_breakage(row);
             }
             return Ok(());
         };
@@ -95,6 +95,14 @@ impl World {
         self.tables.breakage.fractures.insert(row, how);
         self.tables.bodies.at_mut(row).breaks = true;
         Ok(())
+    }
+
+    /// Whether contacts are to sum up what they give to a body: it breaks, and is dynamic.
+    pub(in crate::world) fn follow_breakage(&mut self, row: u32) {
+        let Tables { breakage, bodies, .. } = &mut self.tables;
+        let breaks = breakage.glued.contains_key(&row) || breakage.fractures.contains_key(&row);
+        let body = bodies.at_mut(row);
+        body.breaks = breaks && body.is_dynamic();
     }
 
     /// The row of a body that can be broken into pieces.

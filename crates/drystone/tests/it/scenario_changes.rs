@@ -1,0 +1,797 @@
+//! What can be changed while it lives, whatever state it is in: awake, asleep, in contact, on joints, in a body that
+//! breaks, saved right after. Masses and events are right, nothing jumps that stands, and all goes on with the same bits from a
+//! snapshot and with more threads.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
+
+use drystone::{
+    BodyDef, BodyId, BodyKind, BondStrength, DefError, Filter, Fracture, Glue, JointDef, MassDef,
+    Mesh, Pose, Shape, ShapeDef, ShapeId, Sym3, Team, Vec3, World, vec3,
+};
+
+const DT: f32 = 1.0 / 60.0;
+const GRAVITY: f32 = 9.81;
+
+/// What gravity gives in one of eight substeps: what stands may not get faster by a change [m/s].
+const JOLT: f32 = GRAVITY * DT / 8.0;
+
+/// What a stack stands on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Floor {
+    HalfSpace,
+    Box,
+    Mesh,
+}
+
+const FLOORS: [Floor; 3] = [Floor::HalfSpace, Floor::Box, Floor::Mesh];
+
+/// A static floor whose top is at height 0, for things of this size [m].
+fn floor(world: &mut World, floor: Floor, size: f32) -> BodyId {
+    let reach = 40.0 * size;
+    let shape = match floor {
+        Floor::HalfSpace => ShapeDef::half_space(Vec3::Y, 0.0),
+        Floor::Box => ShapeDef::box_half([reach, size, reach]).with_position([0.0, -size, 0.0]),
+        Floor::Mesh => {
+            let corner = |x: f32, z: f32| vec3(x * reach, 0.0, z * reach);
+            let corners =
+                vec![corner(-1.0, -1.0), corner(-1.0, 1.0), corner(1.0, 1.0), corner(1.0, -1.0)];
+            let mesh = Mesh::new(corners, vec![[0, 1, 2], [0, 2, 3]]).unwrap();
+            ShapeDef::new(Shape::Mesh(Arc::new(mesh)))
+        }
+    };
+    world.add_body(BodyDef::fixed().with_shape(shape)).unwrap()
+}
+
+/// A floor and cubes on each other.
+struct Stack {
+    world: World,
+    floor: BodyId,
+    cubes: Vec<BodyId>,
+}
+
+impl Stack {
+    /// So many cubes with edges of this size [m], at rest; the kind is that of the lowest.
+    fn new(under: Floor, size: f32, kind: BodyKind) -> Self {
+        let mut world = World::default();
+        let floor = floor(&mut world, under, size);
+        let cubes = (0..5_u8).map(|i| {
+            let height = (f32::from(i) + 0.5) * size;
+            let kind = if i == 0 { kind } else { BodyKind::Dynamic };
+            let cube = BodyDef { kind, ..BodyDef::dynamic().with_position([0.0, height, 0.0]) };
+            world.add_body(cube.with_shape(ShapeDef::box_half([0.5 * size; 3]))).unwrap()
+        });
+        let cubes = cubes.collect();
+        let mut stack = Self { world, floor, cubes };
+        // Half a second of rest would be sleep.
+        stack.steps(20);
+        stack
+    }
+
+    fn steps(&mut self, count: u32) {
+        for _ in 0..count {
+            self.world.step(DT);
+        }
+    }
+
+    /// Until all sleep.
+    fn asleep(mut self) -> Self {
+        for _ in 0..600 {
+            if self.world.counts().asleep == self.world.counts().dynamic {
+                return self;
+            }
+            self.world.step(DT);
+        }
+        panic!("a stack does not sleep");
+    }
+
+    fn places(&self) -> Vec<Vec3> {
+        self.cubes.iter().map(|id| self.world.body(*id).unwrap().position()).collect()
+    }
+
+    /// Steps on, and asserts that no cube gets faster than by a substep of gravity, or leaves its place by more than `way` [m].
+    fn stands(&mut self, of: &str, count: u32, way: f32) {
+        self.is_no_faster(of, count, way, JOLT);
+    }
+
+    /// The same, with a greatest speed [m/s].
+    fn is_no_faster(&mut self, of: &str, count: u32, way: f32, limit: f32) {
+        let places = self.places();
+        for step in 0..count {
+            self.world.step(DT);
+            for (i, id) in self.cubes.iter().enumerate() {
+                let body = self.world.body(*id).unwrap();
+                let speed = body.linear_velocity().length();
+                assert!(speed < limit, "{of}: cube {i} moves at {speed} m/s in step {step}");
+                let off = (body.position() - places[i]).length();
+                assert!(off < way, "{of}: cube {i} is {off} m off in step {step}");
+            }
+        }
+    }
+
+    /// How fast cubes of these masses [kg] get that are put on each other anew, as their contacts take up the load [m/s]; no less
+    /// than by a substep of gravity.
+    fn speed_anew(under: Floor, size: f32, masses: &[f32]) -> f32 {
+        let mut world = World::default();
+        floor(&mut world, under, size);
+        for (i, mass) in (0_u8..).zip(masses) {
+            let cube = BodyDef::dynamic().with_position([0.0, (f32::from(i) + 0.5) * size, 0.0]);
+            let cube = cube.with_shape(ShapeDef::box_half([0.5 * size; 3])).with_mass(*mass);
+            world.add_body(cube).unwrap();
+        }
+        let mut greatest = JOLT;
+        for _ in 0..60 {
+            world.step(DT);
+            let speeds = world.bodies().map(|body| body.linear_velocity().length());
+            greatest = speeds.fold(greatest, f32::max);
+        }
+        greatest
+    }
+}
+
+/// Which pairs touch, by the events.
+#[derive(Clone, Default)]
+struct Touches {
+    contacts: BTreeSet<[ShapeId; 2]>,
+    visits: BTreeMap<[ShapeId; 2], i32>,
+}
+
+impl Touches {
+    /// Follows the events of a step: each end is of a touch that began, each begin of one that did not yet.
+    fn follow(&mut self, world: &World, of: &str) {
+        let events = world.events();
+        let sorted = |a: ShapeId, b: ShapeId| [a.min(b), a.max(b)];
+        for e in &events.contact_end {
+            assert!(self.contacts.remove(&sorted(e.shape_a, e.shape_b)), "{of}: {e:?} never began");
+        }
+        for e in &events.contact_begin {
+            assert!(self.contacts.insert(sorted(e.shape_a, e.shape_b)), "{of}: {e:?} began twice");
+        }
+        // In one step a visitor may come and go, or go by a change and come again.
+        for e in &events.sensor_enter {
+            *self.visits.entry([e.sensor, e.visitor]).or_default() += 1;
+        }
+        for e in &events.sensor_exit {
+            *self.visits.entry([e.sensor, e.visitor]).or_default() -= 1;
+        }
+        let paired = self.visits.values().all(|count| (0..=1).contains(count));
+        assert!(paired, "{of}: {:?} {:?}", events.sensor_enter, events.sensor_exit);
+    }
+}
+
+/// A world in which something is to be changed.
+struct Scene {
+    name: &'static str,
+    world: World,
+    /// That something, and its first shape.
+    body: BodyId,
+    shape: ShapeId,
+    touches: Touches,
+}
+
+impl Scene {
+    fn new(name: &'static str, mut world: World, body: BodyId, steps: u32) -> Self {
+        let shape = world.body(body).unwrap().shapes().next().unwrap();
+        let mut touches = Touches::default();
+        for _ in 0..steps {
+            world.step(DT);
+            touches.follow(&world, name);
+        }
+        Self { name, world, body, shape, touches }
+    }
+}
+
+/// Cubes of 1 m on each other on a floor; the second is named.
+fn stack_of_cubes(under: Floor) -> (World, BodyId) {
+    let mut world = World::default();
+    floor(&mut world, under, 1.0);
+    let cubes = (0..4_u8).map(|i| {
+        let cube = BodyDef::dynamic().with_position([0.0, f32::from(i) + 0.5, 0.0]);
+        world.add_body(cube.with_shape(ShapeDef::box_half([0.5; 3]))).unwrap()
+    });
+    let cubes: Vec<BodyId> = cubes.collect();
+    (world, cubes[1])
+}
+
+/// A ball on a chain of balls under the ceiling, that swings; the second is named.
+fn chain() -> (World, BodyId) {
+    let mut world = World::default();
+    let ceiling = BodyDef::fixed().with_position([0.0, 6.0, 0.0]);
+    let ceiling = world.add_body(ceiling.with_shape(ShapeDef::box_half([1.0, 0.2, 1.0]))).unwrap();
+    let (mut last, mut named) = (ceiling, ceiling);
+    for i in 1..=3_u8 {
+        let at = vec3(0.6 * f32::from(i), 6.0 - 0.8 * f32::from(i), 0.0);
+        let ball = BodyDef::dynamic().with_position(at).with_shape(ShapeDef::sphere(0.3));
+        let ball = world.add_body(ball).unwrap();
+        world.add_joint(JointDef::ball(last, [0.0; 3], ball, [-0.6, 0.8, 0.0])).unwrap();
+        last = ball;
+        named = if i == 2 { ball } else { named };
+    }
+    (world, named)
+}
+
+/// Three cubes glued together on a floor, with a ball on them.
+fn glued() -> (World, BodyId) {
+    let mut world = World::default();
+    floor(&mut world, Floor::Box, 1.0);
+    let at = |i: u8| vec3(f32::from(i) - 1.0, 0.0, 0.0);
+    let shapes: Vec<ShapeDef> =
+        (0..3).map(|i| ShapeDef::box_half([0.5; 3]).with_position(at(i))).collect();
+    let glue = Glue::touching(&shapes, 1.0e-3, BondStrength::both(1.0e6)).unwrap();
+    let rod = BodyDef { shapes, ..BodyDef::dynamic().with_position([0.0, 0.5, 0.0]) };
+    let rod = world.add_body(rod.with_glue(glue)).unwrap();
+    let ball = BodyDef::dynamic().with_position([0.2, 1.3, 0.0]);
+    world.add_body(ball.with_shape(ShapeDef::sphere(0.3))).unwrap();
+    (world, rod)
+}
+
+/// A brittle cube on a floor, under another.
+fn brittle() -> (World, BodyId) {
+    let mut world = World::default();
+    floor(&mut world, Floor::HalfSpace, 1.0);
+    let cube = |y: f32| {
+        BodyDef::dynamic().with_position([0.0, y, 0.0]).with_shape(ShapeDef::box_half([0.5; 3]))
+    };
+    let brittle = cube(0.5).with_fracture(Fracture::by_impulse(1.0e4).with_pieces(4));
+    let brittle = world.add_body(brittle).unwrap();
+    world.add_body(cube(1.5)).unwrap();
+    (world, brittle)
+}
+
+/// A static step under two cubes, in a sensor.
+fn step_in_sensor() -> (World, BodyId) {
+    let mut world = World::default();
+    floor(&mut world, Floor::HalfSpace, 1.0);
+    let step = BodyDef::fixed().with_position([0.0, 0.25, 0.0]);
+    let step = world.add_body(step.with_shape(ShapeDef::box_half([2.0, 0.25, 1.0]))).unwrap();
+    for x in [-0.8, 0.8] {
+        let cube = BodyDef::dynamic().with_position([x, 1.0, 0.0]);
+        world.add_body(cube.with_shape(ShapeDef::box_half([0.5; 3]))).unwrap();
+    }
+    let around = ShapeDef::box_half([3.0, 3.0, 3.0]).as_sensor();
+    world.add_body(BodyDef::kinematic().with_shape(around)).unwrap();
+    (world, step)
+}
+
+/// A lift that goes up under a cube.
+fn lift() -> (World, BodyId) {
+    let mut world = World::default();
+    floor(&mut world, Floor::HalfSpace, 1.0);
+    let lift = BodyDef::kinematic()
+        .with_position([0.0, 0.5, 0.0])
+        .with_linear_velocity([0.0, 0.5, 0.0])
+        .with_shape(ShapeDef::box_half([1.0, 0.2, 1.0]));
+    let lift = world.add_body(lift).unwrap();
+    let cube = BodyDef::dynamic().with_position([0.0, 1.2, 0.0]);
+    world.add_body(cube.with_shape(ShapeDef::box_half([0.5; 3]))).unwrap();
+    (world, lift)
+}
+
+/// Scenes with things in all states; those of 20 steps are awake, those of 400 asleep where anything can sleep.
+fn scenes() -> Vec<Scene> {
+    let mut scenes = Vec::new();
+    for (under, name) in FLOORS.into_iter().zip(["half-space", "box", "mesh"]) {
+        let (world, body) = stack_of_cubes(under);
+        scenes.push(Scene::new(name, world, body, 20));
+    }
+    let (world, body) = stack_of_cubes(Floor::Box);
+    scenes.push(Scene::new("asleep", world, body, 400));
+    for (name, (world, body), steps) in [
+        ("chain", chain(), 20),
+        ("glued", glued(), 20),
+        ("glued asleep", glued(), 400),
+        ("brittle", brittle(), 20),
+        ("step in sensor", step_in_sensor(), 20),
+        ("step in sensor asleep", step_in_sensor(), 400),
+        ("lift", lift(), 20),
+    ] {
+        scenes.push(Scene::new(name, world, body, steps));
+    }
+    scenes
+}
+
+/// A change; what is refused is refused for good, and changes nothing.
+type Change = fn(&mut World, BodyId, ShapeId) -> Result<(), DefError>;
+
+/// A name, and changes with a step between them.
+type Changes<'a> = (&'a str, &'a [Change]);
+
+/// Each change in each scene: tables are sound, a snapshot taken right after, or in any later step, goes on with the same bits, so do
+/// three threads, and events of touches pair up.
+fn in_all_states(changes: &[Changes<'_>]) {
+    let team: Arc<Team> = Arc::new(Team::with_threads(3));
+    for (name, changes) in changes {
+        for mut scene in scenes() {
+            let of = format!("{name} in {}", scene.name);
+            for (i, change) in changes.iter().enumerate() {
+                if i > 0 {
+                    scene.world.step(DT);
+                    scene.touches.follow(&scene.world, &of);
+                }
+                let before = scene.world.snapshot();
+                if change(&mut scene.world, scene.body, scene.shape).is_err() {
+                    let now = scene.world.snapshot();
+                    assert!(now == before, "{of}: refused, and all the same changed");
+                }
+            }
+            let mut world = scene.world;
+            let restored = |world: &World| {
+                World::restore(&world.snapshot()).unwrap_or_else(|e| panic!("{of}: {e}"))
+            };
+            let mut twin = restored(&world);
+            let mut threads = world.clone().with_executor(team.clone());
+            for step in 0..100 {
+                for world in [&mut world, &mut twin, &mut threads] {
+                    world.step(DT);
+                }
+                assert_eq!(world.state_hash(), twin.state_hash(), "{of}: step {step}, restored");
+                assert_eq!(world.events(), twin.events(), "{of}: step {step}, restored");
+                assert_eq!(world.state_hash(), threads.state_hash(), "{of}: step {step}, threads");
+                assert_eq!(world.events(), threads.events(), "{of}: step {step}, threads");
+                scene.touches.follow(&world, &of);
+                if step < 3 || step % 20 == 0 {
+                    twin = restored(&world);
+                }
+            }
+            let audit = world.audit();
+            assert!(audit.non_finite.is_empty(), "{of}: {audit:?}");
+        }
+    }
+}
+
+#[test]
+fn bodies_change_in_any_state() {
+    in_all_states(&[
+        ("static", &[|w, b, _| w.body_mut(b).unwrap().set_kind(BodyKind::Static)]),
+        ("kinematic", &[|w, b, _| w.body_mut(b).unwrap().set_kind(BodyKind::Kinematic)]),
+        ("dynamic", &[|w, b, _| w.body_mut(b).unwrap().set_kind(BodyKind::Dynamic)]),
+        (
+            "static, then dynamic",
+            &[
+                |w, b, _| w.body_mut(b).unwrap().set_kind(BodyKind::Static),
+                |w, b, _| w.body_mut(b).unwrap().set_kind(BodyKind::Dynamic),
+            ],
+        ),
+        (
+            "static and dynamic at once",
+            &[|w, b, _| {
+                w.body_mut(b).unwrap().set_kind(BodyKind::Static)?;
+                w.body_mut(b).unwrap().set_kind(BodyKind::Dynamic)
+            }],
+        ),
+        ("heavy", &[|w, b, _| w.body_mut(b).unwrap().set_mass(MassDef::Mass(1.0e5))]),
+        ("light", &[|w, b, _| w.body_mut(b).unwrap().set_mass(MassDef::Mass(10.0))]),
+        (
+            "mass given in full",
+            &[|w, b, _| {
+                let inertia = Sym3::diagonal(vec3(100.0, 200.0, 150.0));
+                let center = vec3(0.1, -0.2, 0.0);
+                w.body_mut(b).unwrap().set_mass(MassDef::Exact { mass: 500.0, center, inertia })
+            }],
+        ),
+        (
+            "disabled",
+            &[|w, b, _| {
+                w.body_mut(b).unwrap().set_enabled(false);
+                Ok(())
+            }],
+        ),
+        (
+            "disabled and back",
+            &[|w, b, _| {
+                w.body_mut(b).unwrap().set_enabled(false);
+                w.body_mut(b).unwrap().set_enabled(true);
+                Ok(())
+            }],
+        ),
+        (
+            "disabled, of another kind",
+            &[|w, b, _| {
+                w.body_mut(b).unwrap().set_enabled(false);
+                w.body_mut(b).unwrap().set_kind(BodyKind::Kinematic)
+            }],
+        ),
+        (
+            "put to sleep",
+            &[|w, b, _| {
+                w.body_mut(b).unwrap().sleep();
+                Ok(())
+            }],
+        ),
+        (
+            "corrected",
+            &[|w, b, _| {
+                let pose = w.body(b).unwrap().pose();
+                let pose = Pose { position: pose.position + Vec3::X * 0.01, ..pose };
+                w.body_mut(b).unwrap().correct_state(pose, [0.1, 0.0, 0.0], [0.0; 3]).map(|_| ())
+            }],
+        ),
+        ("sleep speed", &[|w, b, _| w.body_mut(b).unwrap().set_sleep_speed(Some(0.5))]),
+    ]);
+}
+
+#[test]
+fn a_static_body_made_dynamic_carries_on_what_stands_on_it() {
+    for under in FLOORS {
+        for size in [0.05, 1.0, 20.0] {
+            for sleeps in [false, true] {
+                let mut stack = Stack::new(under, size, BodyKind::Static);
+                stack = if sleeps { stack.asleep() } else { stack };
+                let of = format!("{under:?}, {size} m, sleeps: {sleeps}");
+                let mut body = stack.world.body_mut(stack.cubes[0]).unwrap();
+                body.set_kind(BodyKind::Dynamic).unwrap();
+                let mass = stack.world.body(stack.cubes[0]).unwrap().mass();
+                assert_eq!(mass, stack.world.body(stack.cubes[1]).unwrap().mass(), "{of}");
+                assert_eq!(stack.world.counts().asleep, 0, "{of}");
+                // The contact with the floor is new, and takes up the load as one of a new stack does.
+                let limit = Stack::speed_anew(under, size, &[mass; 5]);
+                stack.is_no_faster(&of, 60, 0.01 * size, limit);
+                // It touches the floor now, and no other touch ended.
+                assert!(stack.world.contacts().any(|c| c.body_a() == stack.floor), "{of}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_dynamic_body_made_static_keeps_what_leans_on_it() {
+    for under in FLOORS {
+        for kind in [BodyKind::Static, BodyKind::Kinematic] {
+            let mut stack = Stack::new(under, 1.0, BodyKind::Dynamic);
+            let id = stack.cubes[2];
+            stack.world.body_mut(id).unwrap().set_kind(kind).unwrap();
+            assert_eq!(stack.world.body(id).unwrap().mass(), 0.0);
+            let of = format!("{under:?}, {kind:?}");
+            for _ in 0..3 {
+                stack.world.step(DT);
+                let events = stack.world.events();
+                assert!(events.contact_end.is_empty() && events.contact_begin.is_empty(), "{of}");
+            }
+            stack.stands(&of, 60, 0.01);
+            // What was under it can go.
+            assert!(stack.world.remove_body(stack.cubes[0]));
+            assert!(stack.world.remove_body(stack.cubes[1]));
+            stack.cubes.drain(..2);
+            stack.stands(&of, 60, 0.01);
+            // And it falls with the others when it is dynamic again.
+            stack.world.body_mut(id).unwrap().set_kind(BodyKind::Dynamic).unwrap();
+            let before = stack.places();
+            stack.steps(20);
+            // Half g t² of 20 steps of 8 substeps each, and a substep more.
+            let fall = 0.5 * GRAVITY * (20.0 * DT) * (20.0 * DT + DT / 8.0);
+            for (a, b) in before.iter().zip(stack.places()) {
+                assert!((a.y - b.y - fall).abs() < 0.02, "{of}: {} m, not {fall}", a.y - b.y);
+            }
+        }
+    }
+}
+
+#[test]
+fn a_floor_disabled_under_a_sleeping_stack_lets_it_fall_and_carries_again() {
+    for under in FLOORS {
+        let mut stack = Stack::new(under, 1.0, BodyKind::Dynamic).asleep();
+        let before = stack.places();
+        stack.world.body_mut(stack.floor).unwrap().set_enabled(false);
+        assert!(!stack.world.body(stack.floor).unwrap().is_enabled());
+        let hit =
+            stack.world.query().cast_ray([5.0, 1.0, 0.0], [0.0, -9.0, 0.0], Filter::default());
+        assert_eq!(hit.unwrap(), None);
+        stack.world.step(DT);
+        let events = stack.world.events();
+        assert_eq!(events.wake, stack.cubes);
+        assert_eq!(events.contact_end.len(), 1, "{under:?}");
+        stack.steps(19);
+        let fall = 0.5 * GRAVITY * (20.0 * DT) * (20.0 * DT + DT / 8.0);
+        for (a, b) in before.iter().zip(stack.places()) {
+            assert!((a.y - b.y - fall).abs() < 0.02, "{under:?}: {} m, not {fall}", a.y - b.y);
+        }
+        let low = stack.places()[0].y;
+        for id in &stack.cubes {
+            let pose = stack.world.body(*id).unwrap().pose();
+            let pose = Pose { position: pose.position + Vec3::Y * (0.5 - low), ..pose };
+            let mut body = stack.world.body_mut(*id).unwrap();
+            body.correct_state(pose, [0.0; 3], [0.0; 3]).unwrap();
+        }
+        stack.world.body_mut(stack.floor).unwrap().set_enabled(true);
+        stack.steps(3);
+        stack.stands("enabled again", 60, 0.01);
+    }
+}
+
+#[test]
+fn what_is_disabled_stays_as_it_is_and_goes_on_when_it_is_enabled() {
+    let mut world = World::default();
+    let ball = BodyDef::dynamic()
+        .with_position([0.0, 5.0, 0.0])
+        .with_linear_velocity([2.0, 1.0, 0.0])
+        .with_shape(ShapeDef::sphere(0.5));
+    let ball = world.add_body(ball).unwrap();
+    let wall = BodyDef::dynamic().with_position([0.0, 5.0, 0.0]);
+    world.set_gravity([0.0; 3]).unwrap();
+    world.step(DT);
+    let (pose, energy) = (world.body(ball).unwrap().pose(), world.kinetic_energy());
+    world.body_mut(ball).unwrap().set_enabled(false);
+    assert_eq!(world.kinetic_energy(), 0.0);
+    assert_eq!(world.audit().momentum.mass, 0.0);
+    // Something else may stand in its place meanwhile.
+    let wall = world.add_body(wall.with_shape(ShapeDef::box_half([1.0; 3]))).unwrap();
+    for _ in 0..30 {
+        world.step(DT);
+        assert!(world.events().contact_begin.is_empty() && world.events().wake.is_empty());
+    }
+    let body = world.body(ball).unwrap();
+    assert_eq!((body.pose(), body.linear_velocity()), (pose, vec3(2.0, 1.0, 0.0)));
+    assert!(!body.is_asleep() && !body.is_enabled() && !body.is_faulted());
+    assert_eq!(world.body(wall).unwrap().linear_velocity(), Vec3::ZERO);
+    // Forces are for what is in the world.
+    world.body_mut(ball).unwrap().apply_impulse([1.0, 0.0, 0.0]).unwrap();
+    assert!(world.remove_body(wall));
+    world.body_mut(ball).unwrap().set_enabled(true);
+    assert_eq!(world.kinetic_energy(), energy);
+    world.step(DT);
+    assert!(world.events().wake.is_empty());
+    let way = world.body(ball).unwrap().position() - pose.position;
+    assert!((way - vec3(2.0, 1.0, 0.0) * DT).length() < 1.0e-5, "{way:?}");
+}
+
+#[test]
+fn joints_of_what_is_disabled_are_idle_until_it_is_enabled() {
+    let (mut world, middle) = chain();
+    let bodies: Vec<BodyId> = world.bodies().map(|b| b.id()).collect();
+    let (first, last) = (bodies[1], bodies[3]);
+    for _ in 0..30 {
+        world.step(DT);
+    }
+    world.body_mut(middle).unwrap().set_enabled(false);
+    let place = world.body(last).unwrap().position();
+    for _ in 0..20 {
+        world.step(DT);
+    }
+    // The lowest falls freely, the first still hangs.
+    let fallen = place.y - world.body(last).unwrap().position().y;
+    let start = world.body(last).unwrap().linear_velocity().y;
+    assert!(fallen > 0.3 && start < -GRAVITY * 18.0 * DT, "{fallen} m, {start} m/s");
+    let held = |world: &World, of: BodyId| {
+        let errors = world.joints().filter(|j| j.body_b() == of).map(|j| j.error());
+        errors.fold(0.0, f32::max)
+    };
+    assert!(held(&world, first) < 0.01);
+    world.body_mut(middle).unwrap().set_enabled(true);
+    for _ in 0..300 {
+        world.step(DT);
+    }
+    assert!([first, middle, last].iter().all(|id| held(&world, *id) < 0.01));
+}
+
+#[test]
+fn what_is_put_to_sleep_by_hand_sleeps_in_the_air_until_it_is_woken() {
+    let mut world = World::default();
+    let ball =
+        |y: f32| BodyDef::dynamic().with_position([0.0, y, 0.0]).with_shape(ShapeDef::sphere(0.5));
+    let (a, b) = (world.add_body(ball(5.0)).unwrap(), world.add_body(ball(9.0)).unwrap());
+    for _ in 0..10 {
+        world.step(DT);
+    }
+    world.body_mut(a).unwrap().set_can_sleep(false);
+    world.body_mut(a).unwrap().sleep();
+    let place = world.body(a).unwrap().position();
+    assert!(world.body(a).unwrap().is_asleep());
+    assert_eq!(world.body(a).unwrap().linear_velocity(), Vec3::ZERO);
+    world.step(DT);
+    assert_eq!(world.events().sleep, [a]);
+    // In turn, and what comes of it is what is told.
+    world.body_mut(a).unwrap().wake();
+    world.body_mut(a).unwrap().sleep();
+    world.step(DT);
+    assert!(world.events().sleep.is_empty() && world.events().wake.is_empty());
+    let mut woken = None;
+    for step in 0..120 {
+        assert!(woken.is_some() || world.body(a).unwrap().position() == place);
+        world.step(DT);
+        if world.events().wake == [a] {
+            woken = woken.or(Some(step));
+        }
+    }
+    // The other one is 3 m above, and falls already.
+    assert!(woken.is_some_and(|step| step > 20 && step < 60), "{woken:?}");
+    assert!(world.body(b).unwrap().position().y < 5.0);
+}
+
+#[test]
+fn sleep_by_hand_is_that_of_all_that_is_connected_and_of_nothing_else() {
+    let mut stack = Stack::new(Floor::Box, 1.0, BodyKind::Dynamic);
+    let far = BodyDef::dynamic().with_position([8.0, 0.5, 0.0]);
+    let far = stack.world.add_body(far.with_shape(ShapeDef::box_half([0.5; 3]))).unwrap();
+    stack.steps(5);
+    stack.world.body_mut(stack.cubes[3]).unwrap().sleep();
+    stack.world.step(DT);
+    let cubes: BTreeSet<BodyId> = stack.cubes.iter().copied().collect();
+    let asleep = stack.world.bodies().filter(|b| b.is_asleep()).map(|b| b.id());
+    assert_eq!(asleep.collect::<BTreeSet<_>>(), cubes);
+    assert_eq!(stack.world.events().sleep.iter().copied().collect::<BTreeSet<_>>(), cubes);
+    assert!(!stack.world.body(far).unwrap().is_asleep());
+    stack.stands("asleep by hand", 10, 1.0e-6);
+    stack.world.body_mut(stack.cubes[0]).unwrap().wake();
+    stack.stands("woken", 30, 0.01);
+}
+
+#[test]
+fn masses_change_under_load_and_come_back() {
+    // What is much heavier is below, as stacks of which it is above sag by their solver.
+    let all = [0.1, 10.0].into_iter().flat_map(|factor| [0, 2, 4].map(|cube| (factor, cube)));
+    for (factor, cube) in all.chain([(1.0e3, 0), (1.0e-3, 4)]) {
+        for under in FLOORS {
+            let mut stack = Stack::new(under, 1.0, BodyKind::Dynamic);
+            let id = stack.cubes[cube];
+            let before = stack.world.body(id).unwrap();
+            let (mass, inertia) = (before.mass(), before.inertia());
+            let mut body = stack.world.body_mut(id).unwrap();
+            body.set_mass(MassDef::Mass(factor * mass)).unwrap();
+            let now = body.get();
+            assert_eq!(now.mass(), factor * mass);
+            let ratio = now.inertia().xx / inertia.xx;
+            assert!((ratio / factor - 1.0).abs() < 1.0e-5, "{ratio}");
+            let of = format!("{factor} times cube {cube} on {under:?}");
+            let mut masses = [mass; 5];
+            masses[cube] *= factor;
+            let limit = Stack::speed_anew(under, 1.0, &masses);
+            stack.is_no_faster(&of, 60, 0.05, limit);
+            let mut body = stack.world.body_mut(id).unwrap();
+            body.set_mass(MassDef::FromShapes).unwrap();
+            assert_eq!(body.get().mass(), mass);
+            assert_eq!(body.get().mass_def(), MassDef::FromShapes);
+            stack.is_no_faster(&of, 60, 0.05, limit);
+        }
+    }
+}
+
+#[test]
+fn a_mass_given_in_full_survives_other_kinds_and_keeps_the_motion_of_every_point() {
+    let mut world = World::default();
+    world.set_gravity([0.0; 3]).unwrap();
+    let rod = BodyDef::dynamic()
+        .with_linear_velocity([1.0, 0.0, 0.0])
+        .with_angular_velocity([0.0, 0.0, 2.0])
+        .with_shape(ShapeDef::box_half([1.0, 0.1, 0.1]));
+    let rod = world.add_body(rod).unwrap();
+    let tip = world.body(rod).unwrap().velocity_at([1.0, 0.0, 0.0]);
+    let inertia = Sym3::diagonal(vec3(1.0, 2.0, 3.0));
+    let exact = MassDef::Exact { mass: 7.0, center: vec3(0.5, 0.0, 0.0), inertia };
+    world.body_mut(rod).unwrap().set_mass(exact).unwrap();
+    let body = world.body(rod).unwrap();
+    assert!((body.velocity_at([1.0, 0.0, 0.0]) - tip).length() < 1.0e-6);
+    assert_eq!((body.mass(), body.position()), (7.0, Vec3::ZERO));
+    assert_eq!(body.center_of_mass(), vec3(0.5, 0.0, 0.0));
+    let moments = body.inertia();
+    for kind in [BodyKind::Static, BodyKind::Kinematic, BodyKind::Dynamic] {
+        world.body_mut(rod).unwrap().set_kind(kind).unwrap();
+        assert_eq!(world.body(rod).unwrap().mass_def(), exact);
+        world = World::restore(&world.snapshot()).unwrap();
+    }
+    assert_eq!(
+        (world.body(rod).unwrap().mass(), world.body(rod).unwrap().inertia()),
+        (7.0, moments)
+    );
+}
+
+#[test]
+fn a_correction_that_changes_nothing_wakes_nothing() {
+    let mut stack = Stack::new(Floor::Box, 1.0, BodyKind::Dynamic).asleep();
+    let (hash, bytes) = (stack.world.state_hash(), stack.world.snapshot());
+    let states = |world: &World| -> Vec<_> {
+        let all = world.bodies();
+        all.map(|b| (b.id(), b.pose(), b.linear_velocity(), b.angular_velocity())).collect()
+    };
+    for (id, pose, v, w) in states(&stack.world) {
+        let mut body = stack.world.body_mut(id).unwrap();
+        assert!(!body.correct_state(pose, v, w).unwrap());
+    }
+    assert!(stack.world.snapshot() == bytes);
+    stack.world.step(DT);
+    assert_eq!(stack.world.state_hash(), hash);
+    // Awake and flying, the same.
+    let mut body = stack.world.body_mut(stack.cubes[4]).unwrap();
+    body.apply_impulse([3000.0, 5000.0, 0.0]).unwrap();
+    body.apply_angular_impulse([100.0, 50.0, 20.0]).unwrap();
+    stack.steps(10);
+    let mut twin = stack.world.clone();
+    for (id, pose, v, w) in states(&stack.world) {
+        assert!(!twin.body_mut(id).unwrap().correct_state(pose, v, w).unwrap());
+    }
+    twin.step(DT);
+    stack.world.step(DT);
+    assert_eq!(twin.state_hash(), stack.world.state_hash());
+    // A difference is taken, and wakes.
+    let mut stack = Stack::new(Floor::Box, 1.0, BodyKind::Dynamic).asleep();
+    let (id, pose, v, w) = states(&stack.world)[5];
+    let pose = Pose { position: pose.position + Vec3::Y * 1.0e-3, ..pose };
+    assert!(stack.world.body_mut(id).unwrap().correct_state(pose, v, w).unwrap());
+    assert_eq!(stack.world.counts().asleep, 0);
+    assert_eq!(stack.world.body(id).unwrap().pose(), pose);
+}
+
+#[test]
+fn what_breaks_breaks_only_while_it_is_dynamic() {
+    let strike = |world: &mut World, at: [f32; 3], velocity: [f32; 3]| {
+        let rock = BodyDef::dynamic().with_position(at).with_linear_velocity(velocity);
+        let rock = rock.with_shape(ShapeDef::sphere(0.5).with_density(2.0e4));
+        let rock = world.add_body(rock).unwrap();
+        let mut pieces = 0;
+        for _ in 0..30 {
+            world.step(DT);
+            pieces += world.events().pieces.len();
+        }
+        world.remove_body(rock);
+        pieces
+    };
+    for (scene, at, velocity) in [
+        (glued as fn() -> (World, BodyId), [1.2, 4.0, 0.0], [0.0, -60.0, 0.0]),
+        (brittle, [4.0, 0.6, 0.0], [-60.0, 0.0, 0.0]),
+    ] {
+        let (mut world, body) = scene();
+        for _ in 0..40 {
+            world.step(DT);
+        }
+        for kind in [BodyKind::Static, BodyKind::Kinematic] {
+            world.body_mut(body).unwrap().set_kind(kind).unwrap();
+            assert_eq!(strike(&mut world, at, velocity), 0, "{kind:?}");
+            world = World::restore(&world.snapshot()).unwrap();
+        }
+        world.body_mut(body).unwrap().set_kind(BodyKind::Dynamic).unwrap();
+        assert!(strike(&mut world, at, velocity) > 0, "{at:?}");
+    }
+}
+
+#[test]
+fn joints_between_what_cannot_move_are_idle_until_something_can() {
+    let (mut world, middle) = chain();
+    let bodies: Vec<BodyId> = world.bodies().map(|b| b.id()).collect();
+    for _ in 0..30 {
+        world.step(DT);
+    }
+    for id in &bodies[1..] {
+        world.body_mut(*id).unwrap().set_kind(BodyKind::Static).unwrap();
+    }
+    let hash = world.state_hash();
+    for _ in 0..10 {
+        world.step(DT);
+    }
+    assert_eq!(world.state_hash(), hash);
+    world = World::restore(&world.snapshot()).unwrap();
+    for id in &bodies[1..] {
+        world.body_mut(*id).unwrap().set_kind(BodyKind::Dynamic).unwrap();
+    }
+    for _ in 0..100 {
+        world.step(DT);
+    }
+    assert_ne!(world.state_hash(), hash);
+    assert!(world.joints().all(|joint| joint.error() < 0.01));
+    assert_eq!(world.body(middle).unwrap().joints().count(), 2);
+}
+
+#[test]
+fn what_no_body_can_be_is_refused_by_name() {
+    let mut world = World::default();
+    let ground = floor(&mut world, Floor::HalfSpace, 1.0);
+    let hills = floor(&mut world, Floor::Mesh, 1.0);
+    let empty = world.add_body(BodyDef::fixed()).unwrap();
+    let cube = world.add_body(BodyDef::dynamic().with_shape(ShapeDef::box_half([0.5; 3]))).unwrap();
+    let before = world.snapshot();
+    let field = |result: Result<(), DefError>| result.unwrap_err().field().to_owned();
+    let mut kind = |id: BodyId, kind: BodyKind| field(world.body_mut(id).unwrap().set_kind(kind));
+    assert_eq!(kind(ground, BodyKind::Kinematic), "shape");
+    assert_eq!(kind(ground, BodyKind::Dynamic), "shape");
+    assert_eq!(kind(hills, BodyKind::Dynamic), "shape");
+    assert_eq!(kind(empty, BodyKind::Dynamic), "mass");
+    let mut body = world.body_mut(cube).unwrap();
+    assert_eq!(field(body.set_mass(MassDef::Mass(-1.0))), "mass");
+    assert_eq!(field(body.set_mass(MassDef::Mass(f32::NAN))), "mass");
+    assert_eq!(field(body.set_sleep_speed(Some(-1.0))), "sleep_speed");
+    let pose = Pose::at([f32::NAN, 0.0, 0.0]);
+    let corrected = body.correct_state(pose, [0.0; 3], [0.0; 3]).map(|_| ());
+    assert_eq!(field(corrected), "position");
+    let corrected = body.correct_state(Pose::IDENTITY, [0.0; 3], [f32::INFINITY; 3]).map(|_| ());
+    assert_eq!(field(corrected), "angular_velocity");
+    assert!(world.snapshot() == before);
+    world.body_mut(hills).unwrap().set_kind(BodyKind::Kinematic).unwrap();
+}
