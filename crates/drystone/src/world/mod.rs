@@ -12,6 +12,7 @@ mod impact;
 mod joint;
 mod mass;
 mod particle;
+mod rejoin;
 mod reshape;
 mod shape;
 mod snapshot;
