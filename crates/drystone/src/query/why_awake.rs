@@ -309,7 +309,7 @@ fn for_neighbors(tables: &Tables, row: u32, mut meet: impl FnMut(u32)) {
     }
     for joint in &bodies.at(row).joints {
         let joint = tables.joints.at(*joint);
-        if joint.enabled {
+        if joint.is_on() {
             meet(if joint.body_a == row { joint.body_b } else { joint.body_a });
         }
     }

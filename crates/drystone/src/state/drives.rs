@@ -68,7 +68,7 @@ impl Drives<'_> {
         }
         for &joint_row in &body.joints {
             let joint = self.joints.at(joint_row);
-            if !joint.enabled {
+            if !joint.is_on() {
                 continue;
             }
             let other = if joint.body_a == row { joint.body_b } else { joint.body_a };

@@ -77,14 +77,14 @@ impl Sets<'_> {
         let (dynamic, n) = dynamic_of(self.bodies, a, b);
         // Joints of what is out of the world do not act, nor do couplings of those.
         let is_out = |body: u32| self.bodies.at(body).out;
-        if !joint.enabled || n == 0 || joint.place.is_somewhere() || is_out(a) || is_out(b) {
+        if !joint.is_on() || n == 0 || joint.place.is_somewhere() || is_out(a) || is_out(b) {
             return;
         }
         if let Link::Coupling(coupling) = &joint.link {
             let def = &coupling.def;
             let joints = [def.joint_a, def.joint_b].map(|id| self.joints.rows.row(id));
             let of = |row: u32| [self.joints.at(row).body_a, self.joints.at(row).body_b];
-            let acts = |row: &u32| self.joints.at(*row).enabled;
+            let acts = |row: &u32| self.joints.at(*row).is_on();
             let rows = || joints.into_iter().flatten();
             if !rows().all(|row| acts(&row)) || rows().flat_map(of).any(is_out) {
                 return;

@@ -209,7 +209,7 @@ pub(crate) fn split_island(island: u32, step: u64, sets: &mut Sets<'_>) {
             for i in 0..sets.bodies.at(body).joints.len() {
                 let joint = sets.joints.at(sets.bodies.at(body).joints[i]);
                 let other = if joint.body_a == body { joint.body_b } else { joint.body_a };
-                if joint.enabled {
+                if joint.is_on() {
                     join(component, other, sets);
                 }
             }

@@ -15,7 +15,7 @@ use crate::state::coupling::{CouplingDef, check_axis};
 use crate::state::def::{
     BodyDef, BodyKind, DefError, JointDef, JointKind, MassDef, ShapeDef, shape_suits,
 };
-use crate::state::joints::{Joint, Link};
+use crate::state::joints::{Joint, Link, Switch};
 use crate::state::shapes::{Here, ShapeRow};
 use crate::state::tables::Tables;
 use crate::step::context::StepContext;
@@ -309,7 +309,7 @@ impl World {
             anchor_b: def.anchor_b - bodies.at(b).local_center,
             link: Link::new(def.kind),
             collide_connected: def.collide_connected,
-            enabled: true,
+            switch: Switch::On,
             user_data: def.user_data,
             impulse: Vec3::ZERO,
             given: [Vec3::ZERO; 2],
@@ -362,7 +362,7 @@ impl World {
             anchor_b: anchor,
             link: Link::new(JointKind::Coupling(def)),
             collide_connected: true,
-            enabled: true,
+            switch: Switch::On,
             user_data: 0,
             impulse: Vec3::ZERO,
             is_direct: false,

@@ -121,6 +121,8 @@ impl BodyMut<'_> {
             if !is_idle {
                 self.wake();
             }
+            // What hangs on it, particles too.
+            self.wake_neighbors();
             // Being put back awake is no event.
             self.world.pending.wake.retain(|body| *body != id);
             return;

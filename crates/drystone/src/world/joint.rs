@@ -82,8 +82,8 @@ impl<'w> JointRef<'w> {
 
     /// False if it was switched off: see [`World::set_joint_enabled`].
     #[must_use]
-    pub const fn is_enabled(&self) -> bool {
-        self.joint.enabled
+    pub fn is_enabled(&self) -> bool {
+        self.joint.is_on()
     }
 
     /// True if it acts on nothing now: it is disabled, one of its bodies is out of the world, or none is dynamic.

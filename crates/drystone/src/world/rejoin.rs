@@ -5,7 +5,7 @@ use crate::base::id::JointId;
 use crate::base::math::Vec3;
 use crate::state::coupling::CouplingDef;
 use crate::state::def::{DefError, JointKind, Pulley, Spring, position};
-use crate::state::joints::{Joint, Link};
+use crate::state::joints::{Joint, Link, Switch};
 use crate::state::sixdof::JointMotion;
 
 impl World {
@@ -141,9 +141,10 @@ impl World {
     pub fn set_joint_enabled(&mut self, id: JointId, enabled: bool) -> bool {
         let Some(row) = self.tables.joints.rows.row(id) else { return false };
         let joint = self.tables.joints.at_mut(row);
-        if core::mem::replace(&mut joint.enabled, enabled) == enabled {
+        if joint.is_on() == enabled {
             return true;
         }
+        joint.switch = if enabled { Switch::On } else { Switch::Off };
         if !enabled {
             self.take_out_joint(row);
             return true;

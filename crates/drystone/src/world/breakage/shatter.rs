@@ -64,7 +64,7 @@ impl World {
     /// [`crate::BreakageConfig::max_pieces`] already.
     ///
     /// # Errors
-    /// No such body, one that cannot break, or a field that is out of range.
+    /// No such body, one that cannot break or is disabled, or a field that is out of range.
     pub fn fracture_body(
         &mut self,
         id: BodyId,
@@ -75,6 +75,9 @@ impl World {
         let point = point.into();
         crate::state::def::position("point", point)?;
         let row = self.breakable(id)?;
+        if self.tables.bodies.at(row).disabled {
+            return Err(DefError::new("body", id.index(), "a body that is enabled"));
+        }
         Ok(self.shatter(row, how, point).unwrap_or_default())
     }
 
