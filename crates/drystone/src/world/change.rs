@@ -18,12 +18,11 @@ use crate::step::partition;
 use crate::step::sleep::{freeze, split_island};
 
 impl BodyMut<'_> {
-    /// Makes it a body of another kind. It stays where it is, with its shapes, contacts and joints. What ceases to be
-    /// static keeps no velocity, what becomes static loses its own, others go on with theirs.
+    /// Makes it a body of another kind. It stays where it is, with its shapes, contacts and joints, and wakes with what
+    /// touches it or hangs on it. What becomes static loses its velocity; others go on with theirs.
     ///
-    /// A body that becomes dynamic has the mass that its definition gives ([`super::BodyRef::mass_def`]). Contacts of two bodies
-    /// of which none is dynamic end, and joints between them are idle until one is; so are bonds and
-    /// [`crate::Fracture`] of what is not dynamic. It wakes, with what touches it or hangs on it.
+    /// A body that becomes dynamic has the mass of [`super::BodyRef::mass_def`]. Contacts end where neither body is dynamic.
+    /// Joints between such bodies are idle until one is dynamic; so are the bonds and the [`crate::Fracture`] of what is not.
     ///
     /// # Errors
     /// A shape that such a body cannot have: a half-space not on a static one, a mesh on a dynamic one. Of what becomes
@@ -48,8 +47,8 @@ impl BodyMut<'_> {
         Ok(())
     }
 
-    /// Gives it another mass; it stays where it is, and so do its shapes. Every point of it keeps its velocity while the
-    /// center of mass moves within it. What is not dynamic has this mass when it becomes dynamic. It wakes.
+    /// Gives it another mass, and wakes it. Its shapes stay where they are. Every point of it keeps its velocity, wherever the
+    /// center of mass comes to. What is not dynamic has this mass as soon as it is.
     ///
     /// # Errors
     /// A number is out of range, or what its shapes come to is; a mass given in full for a body that breaks; velocities or
@@ -101,9 +100,11 @@ impl BodyMut<'_> {
         checked
     }
 
-    /// Takes it out of the world (false), or puts it back (true). What is out keeps its id, pose, velocities, shapes and
-    /// joints, which can be changed; it does not move, touches nothing, is found by no query, and its joints, links and
-    /// attachments are idle. Its touches end, and what it touched or held wakes. It goes on as it was when it is put back.
+    /// Takes it out of the world (false), or puts it back (true).
+    ///
+    /// What is out keeps its id, pose, velocities, shapes and joints, and all of them can be changed. It does not move and touches
+    /// nothing. No query finds it, no sum has a part of it, and its joints and attachments are idle. Its touches end,
+    /// and what it touched or held wakes. It goes on as it was when it is put back.
     pub fn set_enabled(&mut self, enabled: bool) {
         if enabled != self.body().disabled {
             return;
@@ -138,9 +139,9 @@ impl BodyMut<'_> {
         }
     }
 
-    /// Puts it to sleep now, wherever it is and however fast it moves, with all dynamic bodies that it is connected with by
-    /// touches and joints: they stop. They sleep until something wakes them, even what was told not to sleep. No effect
-    /// on what is not dynamic.
+    /// Puts it to sleep now, wherever it is and however fast it moves. All dynamic bodies sleep with it that it is connected with
+    /// by touches and joints. They stop, and sleep until something wakes them, even those that were told not to sleep. No
+    /// effect on what is not dynamic.
     pub fn sleep(&mut self) {
         let row = self.row;
         let body = self.body();
@@ -181,8 +182,8 @@ impl BodyMut<'_> {
     }
 
     /// Corrects its state by what a server says: pose of its origin [m, world], linear and angular velocity [m/s, rad/s,
-    /// world]. Where all numbers are those that it has, nothing is changed and nothing wakes: true if something was. Of a static
-    /// body only the pose is taken.
+    /// world]. Where all numbers are those that it has, nothing is changed and nothing wakes. True if something was
+    /// changed. Of a static body only the pose is taken.
     ///
     /// # Errors
     /// A number is not finite or too large, or the rotation is not a unit quaternion; then nothing is

@@ -218,7 +218,8 @@ impl World {
         let (events, pending) = (&mut self.tables.events, &mut self.pending);
         pending.settle_sleep();
         core::mem::swap(&mut events.wake, &mut pending.wake);
-        core::mem::swap(&mut events.sleep, &mut pending.sleep);
+        // By hand, which is rare: of two lists in turn each would need its memory.
+        events.sleep.append(&mut pending.sleep);
         core::mem::swap(&mut events.contact_end, &mut pending.contact_end);
         core::mem::swap(&mut events.sensor_exit, &mut pending.sensor_exit);
         core::mem::swap(&mut events.detached, &mut pending.detached);
