@@ -10,8 +10,8 @@ use drystone::{
 
 use crate::finding::{Findings, Kind};
 use crate::op::{
-    BodyCall, BodyPlan, CouplingPlan, Form, JointPlan, Label, LinkPlan, Op, PIECES, ParticleCall,
-    Place, QueryCall, ShapeCall, ShapePlan,
+    BodyCall, BodyPlan, CouplingPlan, Form, JointCall, JointPlan, Label, LinkPlan, Op, PIECES,
+    ParticleCall, Place, QueryCall, ShapeCall, ShapePlan,
 };
 use crate::oracle::Gone;
 
@@ -82,6 +82,7 @@ pub fn apply(
         Op::SetJointAxes(..) | Op::SetJointDrive(..) | Op::SetJointStrength(..) => {
             set_joint(world, ids, op)
         }
+        Op::Joint(label, call) => joint_call(world, ids, *label, call),
         Op::AddParticle(..) | Op::AddRope(..) | Op::AddCloth(..) | Op::AddCloud(..) => {
             add_particles(world, ids, op)
         }
@@ -295,6 +296,20 @@ fn set_joint(world: &mut World, ids: &Ids, op: &Op) -> Done {
     }
 }
 
+fn joint_call(world: &mut World, ids: &Ids, label: Label, call: &JointCall) -> Done {
+    let Some(id) = ids.joints.get(&label).copied() else { return Done::Skipped };
+    match call {
+        JointCall::Anchors(a, b) => told(world.set_joint_anchors(id, *a, *b)),
+        JointCall::Lengths(min, max) => told(world.set_joint_lengths(id, [*min, *max], None)),
+        JointCall::Motion(axis, motion) => told(world.set_joint_motion(id, *axis, *motion)),
+        JointCall::Coupling(ratio, offset) => told(world.set_coupling(id, *ratio, *offset)),
+        JointCall::CollideConnected(collide) => {
+            told(Ok(world.set_joint_collide_connected(id, *collide)))
+        }
+        JointCall::Enabled(enabled) => told(Ok(world.set_joint_enabled(id, *enabled))),
+    }
+}
+
 fn add_particles(world: &mut World, ids: &mut Ids, op: &Op) -> Done {
     match op {
         Op::AddParticle(label, def) => {
@@ -365,6 +380,18 @@ fn body_call(world: &mut World, ids: &Ids, label: Label, call: &BodyCall) -> Don
             body.set_user_data(*data);
             Ok(())
         }
+        BodyCall::Kind(kind) => body.set_kind(*kind),
+        BodyCall::Mass(mass) => body.set_mass(*mass),
+        BodyCall::Enabled(enabled) => {
+            body.set_enabled(*enabled);
+            Ok(())
+        }
+        BodyCall::Sleep => {
+            body.sleep();
+            Ok(())
+        }
+        BodyCall::SleepSpeed(speed) => body.set_sleep_speed(*speed),
+        BodyCall::Correct(pose, v, w) => body.correct_state(*pose, *v, *w).map(|_| ()),
     })
 }
 
@@ -376,6 +403,21 @@ fn shape_call(world: &mut World, ids: &Ids, label: Label, call: &ShapeCall) -> D
         ShapeCall::Material(material) => shape.set_material(*material),
         ShapeCall::SurfaceVelocity(v) => shape.set_surface_velocity(*v),
         ShapeCall::SurfaceSpin(w) => shape.set_surface_spin(*w),
+        ShapeCall::Filter(filter) => {
+            shape.set_filter(*filter);
+            Ok(())
+        }
+        ShapeCall::Sensor(sensor) => shape.set_sensor(*sensor),
+        ShapeCall::Density(density) => shape.set_density(*density),
+        ShapeCall::LocalPose(pose) => shape.set_local_pose(*pose),
+        ShapeCall::Geometry(form) => match self::shape(form) {
+            Some(form) => shape.set_geometry(form),
+            None => return Done::Refused,
+        },
+        ShapeCall::Enabled(enabled) => {
+            shape.set_enabled(*enabled);
+            Ok(())
+        }
     })
 }
 

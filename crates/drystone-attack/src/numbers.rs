@@ -6,7 +6,9 @@ use drystone::{
     ParticleDef, Pose, Quat, RopeDef, Shape, ShapeDef, SixDof, Sym3, Vec3, WorldConfig,
 };
 
-use crate::op::{BodyCall, Form, Op, ParticleCall, Place, QueryCall, ShapeCall, ShapePlan};
+use crate::op::{
+    BodyCall, Form, JointCall, Op, ParticleCall, Place, QueryCall, ShapeCall, ShapePlan,
+};
 
 /// What is shown each number.
 pub type Visit<'a> = &'a mut dyn FnMut(&mut f32);
@@ -60,7 +62,12 @@ pub fn of_op(op: &mut Op, f: Visit<'_>) {
         Op::Shape(_, call) => match call {
             ShapeCall::Material(m) => material(m, f),
             ShapeCall::SurfaceVelocity(v) | ShapeCall::SurfaceSpin(v) => vector(v, f),
+            ShapeCall::Density(density) => f(density),
+            ShapeCall::LocalPose(at) => pose(at, f),
+            ShapeCall::Geometry(shape) => form(shape, f),
+            ShapeCall::Filter(_) | ShapeCall::Sensor(_) | ShapeCall::Enabled(_) => {}
         },
+        Op::Joint(_, call) => joint_call(call, f),
         Op::Particle(_, call) => match call {
             ParticleCall::Position(v) | ParticleCall::Velocity(v) | ParticleCall::Impulse(v) => {
                 vector(v, f);
@@ -139,12 +146,8 @@ fn symmetric(m: &mut Sym3, f: Visit<'_>) {
     [&mut m.xx, &mut m.yy, &mut m.zz, &mut m.xy, &mut m.xz, &mut m.yz].into_iter().for_each(f);
 }
 
-fn of_body(def: &mut BodyDef, f: Visit<'_>) {
-    vector(&mut def.position, f);
-    rotation(&mut def.rotation, f);
-    vector(&mut def.linear_velocity, f);
-    vector(&mut def.angular_velocity, f);
-    match &mut def.mass {
+fn mass(def: &mut MassDef, f: Visit<'_>) {
+    match def {
         MassDef::FromShapes => {}
         MassDef::Mass(mass) => f(mass),
         MassDef::Exact { mass, center, inertia } => {
@@ -153,6 +156,14 @@ fn of_body(def: &mut BodyDef, f: Visit<'_>) {
             symmetric(inertia, f);
         }
     }
+}
+
+fn of_body(def: &mut BodyDef, f: Visit<'_>) {
+    vector(&mut def.position, f);
+    rotation(&mut def.rotation, f);
+    vector(&mut def.linear_velocity, f);
+    vector(&mut def.angular_velocity, f);
+    mass(&mut def.mass, f);
     f(&mut def.gravity_scale);
     f(&mut def.linear_damping);
     f(&mut def.angular_damping);
@@ -241,12 +252,16 @@ fn six(axes: &mut SixDof, f: Visit<'_>) {
     }
 }
 
-fn axis(axis: &mut JointAxis, f: Visit<'_>) {
-    if let JointMotion::Limited { min, max, spring: s } = &mut axis.motion {
+fn motion(motion: &mut JointMotion, f: Visit<'_>) {
+    if let JointMotion::Limited { min, max, spring: s } = motion {
         f(min);
         f(max);
         s.iter_mut().for_each(|s| spring(s, f));
     }
+}
+
+fn axis(axis: &mut JointAxis, f: Visit<'_>) {
+    motion(&mut axis.motion, f);
     axis.drive.iter_mut().for_each(|d| drive(d, f));
     f(&mut axis.friction);
 }
@@ -337,7 +352,35 @@ fn body_call(call: &mut BodyCall, f: Visit<'_>) {
             f(linear);
             f(angular);
         }
-        BodyCall::Wake | BodyCall::Locks(_) | BodyCall::CanSleep(_) | BodyCall::UserData(_) => {}
+        BodyCall::Mass(def) => mass(def, f),
+        BodyCall::SleepSpeed(speed) => speed.iter_mut().for_each(f),
+        BodyCall::Correct(at, v, w) => {
+            pose(at, f);
+            vector(v, f);
+            vector(w, f);
+        }
+        BodyCall::Wake
+        | BodyCall::Locks(_)
+        | BodyCall::CanSleep(_)
+        | BodyCall::UserData(_)
+        | BodyCall::Kind(_)
+        | BodyCall::Enabled(_)
+        | BodyCall::Sleep => {}
+    }
+}
+
+fn joint_call(call: &mut JointCall, f: Visit<'_>) {
+    match call {
+        JointCall::Anchors(a, b) => {
+            vector(a, f);
+            vector(b, f);
+        }
+        JointCall::Lengths(a, b) | JointCall::Coupling(a, b) => {
+            f(a);
+            f(b);
+        }
+        JointCall::Motion(_, at) => motion(at, f),
+        JointCall::CollideConnected(_) | JointCall::Enabled(_) => {}
     }
 }
 

@@ -4,9 +4,9 @@
 //! out. An operation on something that was refused, or that no operation made, does nothing.
 
 use drystone::{
-    Aabb, AxisLocks, BodyDef, BondStrength, ClothDef, Filter, Fracture, ImpactBody, ImpactSurface,
-    JointDrive, JointKind, JointStrength, LinkKind, Material, ParticleDef, Pose, RopeDef, Shape,
-    ShapeDef, SixDof, Vec3, WorldConfig,
+    Aabb, AxisLocks, BodyDef, BodyKind, BondStrength, ClothDef, Filter, Fracture, ImpactBody,
+    ImpactSurface, JointDrive, JointKind, JointMotion, JointStrength, LinkKind, MassDef, Material,
+    ParticleDef, Pose, RopeDef, Shape, ShapeDef, SixDof, Vec3, WorldConfig,
 };
 
 /// What a thing is called within a program.
@@ -149,6 +149,18 @@ pub enum BodyCall {
     CanSleep(bool),
     /// `set_user_data`.
     UserData(u64),
+    /// `set_kind`.
+    Kind(BodyKind),
+    /// `set_mass`.
+    Mass(MassDef),
+    /// `set_enabled`.
+    Enabled(bool),
+    /// `sleep`.
+    Sleep,
+    /// `set_sleep_speed`.
+    SleepSpeed(Option<f32>),
+    /// `correct_state`.
+    Correct(Pose, Vec3, Vec3),
 }
 
 /// A call of [`drystone::ShapeMut`].
@@ -160,6 +172,35 @@ pub enum ShapeCall {
     SurfaceVelocity(Vec3),
     /// `set_surface_spin`.
     SurfaceSpin(Vec3),
+    /// `set_filter`.
+    Filter(Filter),
+    /// `set_sensor`.
+    Sensor(bool),
+    /// `set_density`.
+    Density(f32),
+    /// `set_local_pose`.
+    LocalPose(Pose),
+    /// `set_geometry`.
+    Geometry(Form),
+    /// `set_enabled`.
+    Enabled(bool),
+}
+
+/// A change of a joint or a coupling.
+#[derive(Clone, Debug)]
+pub enum JointCall {
+    /// `set_joint_anchors`.
+    Anchors(Vec3, Vec3),
+    /// `set_joint_lengths`, without a spring.
+    Lengths(f32, f32),
+    /// `set_joint_motion`.
+    Motion(usize, JointMotion),
+    /// `set_coupling`.
+    Coupling(f32, f32),
+    /// `set_joint_collide_connected`.
+    CollideConnected(bool),
+    /// `set_joint_enabled`.
+    Enabled(bool),
 }
 
 /// A call of [`drystone::ParticleMut`].
@@ -217,6 +258,8 @@ pub enum Op {
     SetJointDrive(Label, usize, Option<JointDrive>),
     /// `set_joint_strength`.
     SetJointStrength(Label, Option<JointStrength>),
+    /// A call on a joint.
+    Joint(Label, JointCall),
     /// `add_particle`.
     AddParticle(Label, Box<ParticleDef>),
     /// `add_rope`; labels of its first particle and first link, the others follow.

@@ -168,6 +168,7 @@ fn body_numbers(world: &World, body: &BodyRef<'_>, findings: &mut Findings, step
     n.vector("BodyRef::center_of_mass", body.center_of_mass());
     n.vector("BodyRef::velocity_at", body.velocity_at(body.position()));
     n.one("BodyRef::mass", body.mass());
+    n.fields("MassDef", &format!("{:?}", body.mass_def()));
     n.symmetric("BodyRef::inertia", body.inertia());
     n.one("BodyRef::kinetic_energy", body.kinetic_energy());
     n.one("BodyRef::potential_energy", body.potential_energy());
@@ -201,6 +202,9 @@ fn joint_numbers(joint: &JointRef<'_>, findings: &mut Findings, step: u32) {
     let mut n = Numbers { findings, step, whose };
     n.vector("JointRef::anchor_a", joint.anchor_a());
     n.vector("JointRef::anchor_b", joint.anchor_b());
+    for anchor in joint.local_anchors() {
+        n.vector("JointRef::local_anchors", anchor);
+    }
     n.vector("JointRef::force", joint.force());
     n.vector("JointRef::torque", joint.torque());
     n.one("JointRef::error", joint.error());

@@ -8,8 +8,8 @@ use drystone::{BodyDef, JointKind, WorldConfig};
 use crate::finding::{Finding, Kind};
 use crate::names::imports;
 use crate::op::{
-    BodyCall, BodyPlan, CouplingPlan, JointPlan, Label, LinkPlan, Op, PIECES, ParticleCall, Place,
-    Program, QueryCall, ShapeCall,
+    BodyCall, BodyPlan, CouplingPlan, JointCall, JointPlan, Label, LinkPlan, Op, PIECES,
+    ParticleCall, Place, Program, QueryCall, ShapeCall,
 };
 use crate::text::plain;
 use crate::values::{DEFAULTS, changes, form, seconds, shape_def, show};
@@ -133,7 +133,8 @@ fn used_labels(program: &Program) -> BTreeSet<(char, Label)> {
             Op::RemoveJoint(j)
             | Op::SetJointAxes(j, _)
             | Op::SetJointDrive(j, ..)
-            | Op::SetJointStrength(j, _) => vec![('j', *j)],
+            | Op::SetJointStrength(j, _)
+            | Op::Joint(j, _) => vec![('j', *j)],
             Op::RemoveParticle(p) | Op::Detach(p) | Op::Particle(p, _) => vec![('p', *p)],
             Op::AddLink(plan) => plan.ends.map(|p| ('p', p)).to_vec(),
             Op::RemoveLink(l) | Op::SetLinkLength(l, _) => vec![('l', *l)],
@@ -464,6 +465,7 @@ fn call(op: &Op) -> String {
         Op::SetJointStrength(j, strength) => {
             format!("world.set_joint_strength(j{j}, {}).unwrap();", show(strength))
         }
+        Op::Joint(j, call) => joint_call(*j, call),
         Op::SetLinkLength(l, length) => {
             format!("world.set_link_length(l{l}, {}).unwrap();", show(length))
         }
@@ -476,6 +478,17 @@ fn call(op: &Op) -> String {
                 ShapeCall::Material(m) => format!("set_material({})", show(m)),
                 ShapeCall::SurfaceVelocity(v) => format!("set_surface_velocity({})", show(v)),
                 ShapeCall::SurfaceSpin(v) => format!("set_surface_spin({})", show(v)),
+                ShapeCall::Sensor(sensor) => format!("set_sensor({sensor})"),
+                ShapeCall::Density(density) => format!("set_density({})", show(density)),
+                ShapeCall::LocalPose(pose) => format!("set_local_pose({})", show(pose)),
+                ShapeCall::Geometry(shape) => format!("set_geometry({})", form(shape)),
+                // These are never refused.
+                ShapeCall::Filter(filter) => {
+                    return format!("world.shape_mut(s{s}).unwrap().set_filter({});", show(filter));
+                }
+                ShapeCall::Enabled(enabled) => {
+                    return format!("world.shape_mut(s{s}).unwrap().set_enabled({enabled});");
+                }
             };
             format!("world.shape_mut(s{s}).unwrap().{call}.unwrap();")
         }
@@ -538,5 +551,33 @@ fn body_call(call: &BodyCall) -> String {
         BodyCall::Locks(locks) => format!("set_locks({})", show(locks)),
         BodyCall::CanSleep(can) => format!("set_can_sleep({can})"),
         BodyCall::UserData(data) => format!("set_user_data({data})"),
+        BodyCall::Kind(kind) => format!("set_kind(BodyKind::{kind:?}).unwrap()"),
+        BodyCall::Mass(mass) => one("set_mass", mass),
+        BodyCall::Enabled(enabled) => format!("set_enabled({enabled})"),
+        BodyCall::Sleep => "sleep()".to_owned(),
+        BodyCall::SleepSpeed(speed) => one("set_sleep_speed", speed),
+        BodyCall::Correct(pose, v, w) => {
+            let (pose, v, w) = (show(pose), show(v), show(w));
+            format!("correct_state({pose}, {v}, {w}).unwrap()")
+        }
     }
+}
+
+fn joint_call(j: Label, call: &JointCall) -> String {
+    let call = match call {
+        JointCall::Anchors(a, b) => format!("anchors(j{j}, {}, {}).unwrap()", show(a), show(b)),
+        JointCall::Lengths(min, max) => {
+            format!("lengths(j{j}, [{}, {}], None).unwrap()", show(min), show(max))
+        }
+        JointCall::Motion(axis, motion) => {
+            format!("motion(j{j}, {axis}, {}).unwrap()", show(motion))
+        }
+        JointCall::CollideConnected(collide) => format!("collide_connected(j{j}, {collide})"),
+        JointCall::Enabled(enabled) => format!("enabled(j{j}, {enabled})"),
+        JointCall::Coupling(ratio, offset) => {
+            let (ratio, offset) = (show(ratio), show(offset));
+            return format!("world.set_coupling(j{j}, {ratio}, {offset}).unwrap();");
+        }
+    };
+    format!("world.set_joint_{call};")
 }

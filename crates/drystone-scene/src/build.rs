@@ -269,6 +269,7 @@ impl Running {
             collide_connected: joint.collide_connected,
             strength: joint.strength,
             articulated: joint.articulated,
+            user_data: 0,
         };
         let id = self.world.add_joint(def).map_err(|error| {
             let [a, b] = [def.body_a, def.body_b].map(|id| self.name_of(id));

@@ -118,7 +118,7 @@ impl Draw {
         def
     }
 
-    fn mass(&mut self) -> MassDef {
+    pub(super) fn mass(&mut self) -> MassDef {
         let usual = 1000.0 * self.size * self.size * self.size;
         let reach = if self.style == Style::Torture { 1.0e4 } else { 10.0 };
         let mass = usual * self.rng.scale(1.0 / reach, reach);

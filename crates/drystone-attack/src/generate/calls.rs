@@ -1,9 +1,9 @@
 //! Calls between the steps: every public function that changes a world.
 
-use drystone::{BondStrength, Pose, Vec3, WorldConfig};
+use drystone::{BodyKind, BondStrength, Pose, Vec3, WorldConfig};
 
 use super::draw::{Draw, KnownBody};
-use crate::op::{BodyCall, Op, ParticleCall, ShapeCall};
+use crate::op::{BodyCall, JointCall, Op, ParticleCall, ShapeCall};
 
 impl Draw {
     /// One call of any kind.
@@ -28,7 +28,7 @@ impl Draw {
     fn body_call(&mut self) {
         let Some(body) = self.any_body() else { return };
         let point = body.position + self.offset(1.0);
-        let call = match self.rng.below(18) {
+        let call = match self.rng.below(26) {
             0 => BodyCall::Wake,
             1 => BodyCall::Pose(self.pose_near(&body)),
             2 => BodyCall::LinearVelocity(self.speed()),
@@ -46,6 +46,15 @@ impl Draw {
             14 => BodyCall::Damping(self.rng.pick(&[0.0, 1.0, 50.0]), self.rng.pick(&[0.0, 1.0])),
             15 => BodyCall::Locks(self.locks()),
             16 => BodyCall::CanSleep(self.rng.chance(0.5)),
+            17 | 18 => {
+                let kinds = [BodyKind::Static, BodyKind::Kinematic, BodyKind::Dynamic];
+                BodyCall::Kind(self.rng.pick(&kinds))
+            }
+            19 => BodyCall::Mass(self.mass()),
+            20 | 21 => BodyCall::Enabled(self.rng.chance(0.5)),
+            22 => BodyCall::Sleep,
+            23 => BodyCall::SleepSpeed(self.rng.chance(0.7).then(|| self.rng.scale(0.001, 10.0))),
+            24 => BodyCall::Correct(self.pose_near(&body), self.speed(), self.spin()),
             _ => BodyCall::UserData(self.rng.bits()),
         };
         let label = self.any_body_or_piece(&body);
@@ -58,10 +67,20 @@ impl Draw {
             return;
         }
         let shape = self.rng.pick(&body.shapes);
-        let call = match self.rng.below(3) {
+        let call = match self.rng.below(10) {
             0 => ShapeCall::Material(self.material()),
             1 => ShapeCall::SurfaceVelocity(self.speed()),
-            _ => ShapeCall::SurfaceSpin(self.spin()),
+            2 => ShapeCall::SurfaceSpin(self.spin()),
+            3 => ShapeCall::Filter(self.filter()),
+            4 => ShapeCall::Sensor(self.rng.chance(0.5)),
+            5 => ShapeCall::Density(self.rng.scale(10.0, 8000.0)),
+            6 => {
+                let position = self.offset(0.3);
+                ShapeCall::LocalPose(Pose { position, rotation: self.rng.rotation() })
+            }
+            7 if self.rng.chance(0.1) => ShapeCall::Geometry(self.terrain()),
+            7 | 8 => ShapeCall::Geometry(self.convex().0),
+            _ => ShapeCall::Enabled(self.rng.chance(0.5)),
         };
         self.ops.push(Op::Shape(shape, call));
     }
@@ -124,7 +143,7 @@ impl Draw {
             return;
         }
         let joint = self.joints[self.rng.below(self.joints.len())].clone();
-        match self.rng.below(6) {
+        match self.rng.below(12) {
             0 => {
                 let strength = self.rng.chance(0.7).then(|| self.strength());
                 self.ops.push(Op::SetJointStrength(joint.label, strength));
@@ -133,6 +152,30 @@ impl Draw {
             2 | 3 if joint.is_six => {
                 let axes = self.six();
                 self.ops.push(Op::SetJointAxes(joint.label, Box::new(axes)));
+            }
+            6 => self.ops.push(Op::Joint(joint.label, JointCall::Enabled(self.rng.chance(0.5)))),
+            7 => {
+                let (a, b) = (self.offset(0.5), self.offset(0.5));
+                self.ops.push(Op::Joint(joint.label, JointCall::Anchors(a, b)));
+            }
+            8 => {
+                let collide = self.rng.chance(0.5);
+                self.ops.push(Op::Joint(joint.label, JointCall::CollideConnected(collide)));
+            }
+            9 => {
+                let min = self.length();
+                let max = min + self.length();
+                self.ops.push(Op::Joint(joint.label, JointCall::Lengths(min, max)));
+            }
+            10 => {
+                let (ratio, offset) = (self.rng.scale(0.1, 10.0), self.rng.between(-0.5, 0.5));
+                self.ops.push(Op::Joint(joint.label, JointCall::Coupling(ratio, offset)));
+            }
+            11 if joint.is_six => {
+                let (axis, six) = (self.rng.below(6), self.six());
+                let all: Vec<_> = six.linear.iter().chain(&six.angular).collect();
+                let motion = all[axis].motion;
+                self.ops.push(Op::Joint(joint.label, JointCall::Motion(axis, motion)));
             }
             _ if joint.is_six => {
                 let axis = self.rng.below(6);

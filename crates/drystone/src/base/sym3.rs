@@ -1,10 +1,22 @@
 //! Symmetric 3 × 3 matrices: inertia tensors and their square roots.
 
+use serde::{Deserialize, Serialize};
+
 use super::math::{Mat3, Vec3, vec3};
 use super::quat::Quat;
 
 /// A symmetric matrix, six numbers.
-#[derive(Clone, Copy, Debug, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+#[derive(
+    Clone,
+    Copy,
+    Debug,
+    Default,
+    PartialEq,
+    bytemuck::Pod,
+    bytemuck::Zeroable,
+    Serialize,
+    Deserialize,
+)]
 #[repr(C)]
 pub struct Sym3 {
     /// Row 1, column 1.

@@ -15,7 +15,7 @@ pub(crate) use self::ledger::Books;
 
 use self::contacts::ContactAudit;
 use crate::base::id::{BodyId, JointId};
-use crate::state::joints::Link;
+use crate::state::joints::{Joint, Link};
 use crate::state::tables::Tables;
 
 /// How far joints are from what they ask.
@@ -109,7 +109,8 @@ pub(crate) fn worst_constraint(tables: &Tables) -> Option<WorstConstraint> {
 
 fn joint_errors(tables: &Tables) -> JointErrors {
     let mut errors = JointErrors::default();
-    for (id, joint) in tables.joints.rows.iter() {
+    let acts = |joint: &Joint| !joint.is_idle(&tables.bodies);
+    for (id, joint) in tables.joints.rows.iter().filter(|(_, joint)| acts(joint)) {
         let (mut error, mut angle) =
             (joint.error(&tables.bodies), joint.angular_error(&tables.bodies));
         if let Link::Coupling(coupling) = &joint.link {

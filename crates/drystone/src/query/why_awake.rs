@@ -28,6 +28,8 @@ pub enum AwakeCause {
     },
     /// It is out of the simulation since its state became infinite or NaN.
     Faulted,
+    /// It is disabled.
+    Disabled,
     /// The world's configuration lets nothing sleep.
     SleepDisabled,
     /// The body was told not to sleep.
@@ -97,6 +99,7 @@ impl fmt::Display for AwakeCause {
             Self::Idle => f.write_str("it is kinematic and at rest"),
             Self::Driven { speed } => write!(f, "it is kinematic and moves at {speed} m/s"),
             Self::Faulted => f.write_str("its state became infinite or NaN"),
+            Self::Disabled => f.write_str("it is disabled"),
             Self::SleepDisabled => f.write_str("sleep is turned off in the configuration"),
             Self::CannotSleep => f.write_str("it was told not to sleep"),
             Self::TooFast { speed, limit, driven_by } => {
@@ -133,6 +136,7 @@ pub(crate) fn why_awake(tables: &Tables, row: u32) -> WhyAwake {
         WhyAwake { cause, body: id, path: vec![id] }
     };
     match body.kind {
+        _ if body.disabled => return about_itself(AwakeCause::Disabled),
         BodyKind::Static => return about_itself(AwakeCause::Static),
         _ if body.faulted => return about_itself(AwakeCause::Faulted),
         BodyKind::Kinematic if body.active() => {
@@ -305,6 +309,8 @@ fn for_neighbors(tables: &Tables, row: u32, mut meet: impl FnMut(u32)) {
     }
     for joint in &bodies.at(row).joints {
         let joint = tables.joints.at(*joint);
-        meet(if joint.body_a == row { joint.body_b } else { joint.body_a });
+        if joint.is_on() {
+            meet(if joint.body_a == row { joint.body_b } else { joint.body_a });
+        }
     }
 }

@@ -1,5 +1,7 @@
 //! Bodies: one row each. Velocity and pose are written by the solver's finish and by the world only.
 
+use std::collections::BTreeMap;
+
 use serde::{Deserialize, Serialize};
 use smallvec::SmallVec;
 
@@ -12,6 +14,7 @@ use crate::base::pose::Pose;
 use crate::base::quat::Quat;
 use crate::base::slot_map::SlotMap;
 use crate::base::sym3::Sym3;
+use crate::geometry::mass::MassProperties;
 
 /// No row.
 pub(crate) const NONE: u32 = u32::MAX;
@@ -70,8 +73,8 @@ pub(crate) type Few = SmallVec<[u32; 4]>;
 pub(crate) struct Body {
     pub(crate) kind: BodyKind,
     pub(crate) can_sleep: bool,
-    /// Its state became non-finite: it takes no part in steps.
-    pub(crate) faulted: bool,
+    /// It takes no part in steps, and is in no tree: it is faulted, disabled or both.
+    pub(crate) out: bool,
     /// So fast that its boxes serve for one step: finalize makes them anew, so it looks for pairs in every
     /// step.
     pub(crate) flies: bool,
@@ -152,6 +155,10 @@ pub(crate) struct Body {
     pub(crate) is_piece: bool,
     /// None of its shapes reaches around its center of mass.
     pub(crate) hollow: bool,
+    /// Its state became non-finite, and it got no new one yet.
+    pub(crate) faulted: bool,
+    /// The user took it out of the world.
+    pub(crate) disabled: bool,
     pub(crate) user_data: u64,
 }
 
@@ -287,6 +294,8 @@ pub(crate) struct Bodies {
     pub(crate) awake: Vec<u32>,
     /// Of each row when it froze; as far as bodies ever did.
     frozen_loads: Vec<Load>,
+    /// By rows: masses that were given in full. Bodies that are not dynamic have none of their own meanwhile.
+    pub(crate) given: BTreeMap<u32, MassProperties>,
 }
 
 impl Bodies {

@@ -369,6 +369,22 @@ impl Contacts {
         }
     }
 
+    /// One of the contact's shapes is another one, or elsewhere on its body: what its manifolds were made by no longer
+    /// holds. Their points stay, for what they carry.
+    pub(crate) fn forget_manifolds(&mut self, row: u32, tracks: &[Track]) {
+        self.forget_gap(row, tracks);
+        let first = self.at_mut(row);
+        first.set_renewed();
+        let place = first.probe.get() as usize;
+        let mut at = row;
+        while at != NONE {
+            let contact = self.at_mut(at);
+            contact.cache = PairCache::default();
+            at = contact.next_part;
+        }
+        self.watched.probes[place].gap = 0.0;
+    }
+
     /// Rotations of the bodies when the contact's manifold was made: of parts that of the first one's.
     pub(crate) fn rotations_of(&self, row: u32) -> [Quat; 2] {
         let first = self.at(row).first(row);

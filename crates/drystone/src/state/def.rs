@@ -107,6 +107,27 @@ pub enum MassDef {
     },
 }
 
+impl MassDef {
+    /// Checks every number.
+    pub(crate) fn validate(&self) -> Result<(), DefError> {
+        match *self {
+            Self::FromShapes => Ok(()),
+            Self::Mass(mass) => within("mass", mass, &limits::MASS),
+            Self::Exact { mass, center, inertia } => {
+                within("mass", mass, &limits::MASS)?;
+                position("center", center)?;
+                let (d, _) = inertia.eigen();
+                let tolerance = -1.0e-5 * d.max_element();
+                if inertia.is_finite() && d.min_element() >= tolerance && d.max_element() >= 0.0 {
+                    return Ok(());
+                }
+                let value = format!("{inertia:?}");
+                Err(DefError::new("inertia", value, "a positive semidefinite matrix"))
+            }
+        }
+    }
+}
+
 /// Axes along or about which a body cannot move [world].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct AxisLocks {
@@ -286,12 +307,7 @@ impl ShapeDef {
     /// # Errors
     /// The first field that is out of range.
     pub fn validate(&self) -> Result<(), DefError> {
-        self.shape.validate()?;
-        if let Shape::HalfSpace { normal, .. } = self.shape
-            && normal == Vec3::ZERO
-        {
-            return Err(DefError::new("normal", "zero", "a direction"));
-        }
+        check_shape(&self.shape)?;
         position("pose.position", self.pose.position)?;
         unit("pose.rotation", self.pose.rotation)?;
         within("density", self.density, &limits::DENSITY)?;
@@ -450,21 +466,7 @@ impl BodyDef {
         if let Some(speed) = self.sleep_speed {
             at_least_zero("sleep_speed", speed)?;
         }
-        match self.mass {
-            MassDef::FromShapes => {}
-            MassDef::Mass(mass) => within("mass", mass, &limits::MASS)?,
-            MassDef::Exact { mass, center, inertia } => {
-                within("mass", mass, &limits::MASS)?;
-                position("center", center)?;
-                let (d, _) = inertia.eigen();
-                let tolerance = -1.0e-5 * d.max_element();
-                if !(inertia.is_finite() && d.min_element() >= tolerance && d.max_element() >= 0.0)
-                {
-                    let value = format!("{inertia:?}");
-                    return Err(DefError::new("inertia", value, "a positive semidefinite matrix"));
-                }
-            }
-        }
+        self.mass.validate()?;
         for (i, shape) in self.shapes.iter().enumerate() {
             let outer = format!("shapes[{i}]");
             shape.validate().map_err(|e| e.within(&outer))?;
@@ -505,6 +507,17 @@ impl BodyDef {
             return Err(DefError::new("density", value, "above 0: each piece has a mass"));
         }
         Ok(())
+    }
+}
+
+/// Checks a shape that a body is to have.
+pub(crate) fn check_shape(shape: &Shape) -> Result<(), DefError> {
+    shape.validate()?;
+    match shape {
+        Shape::HalfSpace { normal, .. } if *normal == Vec3::ZERO => {
+            Err(DefError::new("normal", "zero", "a direction"))
+        }
+        _ => Ok(()),
     }
 }
 

@@ -68,6 +68,9 @@ impl Drives<'_> {
         }
         for &joint_row in &body.joints {
             let joint = self.joints.at(joint_row);
+            if !joint.is_on() {
+                continue;
+            }
             let other = if joint.body_a == row { joint.body_b } else { joint.body_a };
             if moves(self.bodies.at(other)) {
                 return Some(Driver::Body(other));

@@ -209,6 +209,24 @@ impl Events {
         self.pieces.get(first..first + count).unwrap_or_default()
     }
 
+    /// Between steps bodies wake and sleep in turn by hand: leaves of each what it came to, and nothing if that is as it was.
+    pub(crate) fn settle_sleep(&mut self) {
+        let Self { sleep, wake, .. } = self;
+        if sleep.is_empty() {
+            return;
+        }
+        sleep.sort_unstable();
+        wake.sort_unstable();
+        let count = |list: &[BodyId], body: BodyId| list.iter().filter(|b| **b == body).count();
+        let all = sleep.clone();
+        sleep.dedup();
+        sleep.retain(|body| count(&all, *body) > count(wake, *body));
+        let mut once = wake.clone();
+        once.dedup();
+        once.retain(|body| count(wake, *body) > count(&all, *body));
+        *wake = once;
+    }
+
     pub(crate) fn clear(&mut self) {
         self.contact_begin.clear();
         self.contact_end.clear();

@@ -106,6 +106,8 @@ pub struct JointDef {
     /// figures whose joints must hold exactly; a tree that closes a loop over bodies that move, or has a rod or
     /// rope in it, is solved joint by joint all the same.
     pub articulated: bool,
+    /// Any number of the user's.
+    pub user_data: u64,
 }
 
 /// What a joint can bear. It breaks at the end of a step in which it had to bear more: it is removed, and
@@ -222,6 +224,7 @@ impl JointDef {
             collide_connected: false,
             strength: None,
             articulated: false,
+            user_data: 0,
         }
     }
 

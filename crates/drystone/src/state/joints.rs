@@ -45,6 +45,13 @@ impl Link {
     }
 }
 
+/// Whether a joint is to act.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub(crate) enum Switch {
+    On,
+    Off,
+}
+
 /// A joint.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Joint {
@@ -55,6 +62,8 @@ pub(crate) struct Joint {
     pub(crate) anchor_b: Vec3,
     pub(crate) link: Link,
     pub(crate) collide_connected: bool,
+    pub(crate) switch: Switch,
+    pub(crate) user_data: u64,
     /// Accumulated impulse of a substep: a ball's vector [N s, world]; a distance's lower limit, upper
     /// limit and spring; of a pulley, x along its length, below 0 where it pulls.
     pub(crate) impulse: Vec3,
@@ -72,6 +81,17 @@ pub(crate) struct Joint {
 }
 
 impl Joint {
+    /// False if it was switched off: it does nothing.
+    pub(crate) fn is_on(&self) -> bool {
+        self.switch == Switch::On
+    }
+
+    /// True if it acts on nothing: it is switched off, or none of its bodies can be moved by it.
+    pub(crate) fn is_idle(&self, bodies: &Bodies) -> bool {
+        let (a, b) = (bodies.at(self.body_a), bodies.at(self.body_b));
+        !self.is_on() || a.out || b.out || !(a.is_dynamic() || b.is_dynamic())
+    }
+
     /// False if something that it keeps from step to step is no number.
     pub(crate) fn is_finite(&self) -> bool {
         let kept = [self.impulse, self.given[0], self.given[1]];

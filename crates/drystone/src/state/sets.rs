@@ -75,16 +75,18 @@ impl Sets<'_> {
         let joint = self.joints.at(row);
         let (a, b) = (joint.body_a, joint.body_b);
         let (dynamic, n) = dynamic_of(self.bodies, a, b);
-        // Joints of what was put aside do not act, nor do couplings of those.
-        let is_out = |body: u32| self.bodies.at(body).faulted;
-        if n == 0 || joint.place.is_somewhere() || is_out(a) || is_out(b) {
+        // Joints of what is out of the world do not act, nor do couplings of those.
+        let is_out = |body: u32| self.bodies.at(body).out;
+        if !joint.is_on() || n == 0 || joint.place.is_somewhere() || is_out(a) || is_out(b) {
             return;
         }
         if let Link::Coupling(coupling) = &joint.link {
             let def = &coupling.def;
             let joints = [def.joint_a, def.joint_b].map(|id| self.joints.rows.row(id));
             let of = |row: u32| [self.joints.at(row).body_a, self.joints.at(row).body_b];
-            if joints.into_iter().flatten().flat_map(of).any(is_out) {
+            let acts = |row: &u32| self.joints.at(*row).is_on();
+            let rows = || joints.into_iter().flatten();
+            if !rows().all(|row| acts(&row)) || rows().flat_map(of).any(is_out) {
                 return;
             }
         }
@@ -165,10 +167,60 @@ impl Sets<'_> {
         }
     }
 
-    /// Wakes a body, with the island it is in. Static and faulted bodies do not wake.
+    /// Makes a body one of another kind. Its contacts and joints stay, each where it is solved then; a contact that is
+    /// solved no longer is still to be ended. Velocities are as they were.
+    pub(crate) fn set_kind(&mut self, body: u32, kind: BodyKind) {
+        let contacts: Vec<u32> =
+            self.contacts.of_body(self.bodies.at(body)).map(|(row, _)| row).collect();
+        for row in contacts {
+            let c = self.contacts.at(row);
+            let other = if c.body_a == body { c.body_b } else { c.body_a };
+            self.islands.cut(other, self.bodies);
+            self.uncolor_contact(row);
+        }
+        for i in 0..self.bodies.at(body).joints.len() {
+            let row = self.bodies.at(body).joints[i];
+            let joint = self.joints.at(row);
+            let other = if joint.body_a == body { joint.body_b } else { joint.body_a };
+            self.islands.cut(other, self.bodies);
+            self.uncolor_joint(row);
+        }
+        self.set_active(body, false);
+        self.islands.remove(body, self.bodies);
+        let b = self.bodies.at_mut(body);
+        let moves = b.v != Vec3::ZERO || b.w != Vec3::ZERO;
+        let active = !b.out
+            && match kind {
+                BodyKind::Static => false,
+                BodyKind::Kinematic => moves,
+                BodyKind::Dynamic => true,
+            };
+        (b.kind, b.still_time) = (kind, 0.0);
+        b.level = if kind == BodyKind::Dynamic { NONE } else { 0 };
+        if kind == BodyKind::Dynamic {
+            self.islands.create(body, self.bodies);
+        }
+        self.set_active(body, active);
+        self.refresh_constraints(body);
+        (self.colors.bodies_changed, self.colors.levels_dirty) = (true, true);
+    }
+
+    /// Takes a body out of the world, from among those that are awake and from its island; its velocities are kept. Its
+    /// contacts are still to be ended.
+    pub(crate) fn take_out(&mut self, body: u32) {
+        self.bodies.at_mut(body).out = true;
+        self.set_active(body, false);
+        if self.bodies.at(body).is_dynamic() {
+            self.islands.remove(body, self.bodies);
+            self.islands.create(body, self.bodies);
+        }
+        self.refresh_constraints(body);
+    }
+
+    /// Wakes a body, with the island it is in. Static bodies do not wake, nor does what is out of the world.
     pub(crate) fn wake(&mut self, body: u32) {
         let b = self.bodies.at_mut(body);
-        if b.faulted || b.kind == BodyKind::Static {
+        if b.out || b.kind == BodyKind::Static {
             return;
         }
         b.still_time = 0.0;
@@ -194,7 +246,7 @@ impl Sets<'_> {
 
     fn wake_members(&mut self, members: &[u32]) {
         for m in members {
-            if !self.bodies.at(*m).faulted {
+            if !self.bodies.at(*m).out {
                 self.bodies.at_mut(*m).still_time = 0.0;
                 self.set_active(*m, true);
                 let id = self.bodies.id(*m);

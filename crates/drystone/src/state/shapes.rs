@@ -43,6 +43,8 @@ pub(crate) struct ShapeRow {
     pub(crate) fixed: bool,
     /// It is a hull, a half-space or a mesh: its manifolds may be recycled.
     pub(crate) flat: bool,
+    /// It takes part; if not, it is in no tree, and only weighs.
+    pub(crate) enabled: bool,
 
     #[serde(skip, default = "no_shape")]
     pub(crate) shape: Shape,
@@ -66,6 +68,17 @@ impl ShapeRow {
     #[inline]
     pub(crate) fn placed(&self, body: &Body) -> Pose {
         Pose { position: body.center, rotation: body.rotation }.compose(&self.centered)
+    }
+
+    /// Whether it is in a tree, as a shape of `body`.
+    pub(crate) const fn is_in(&self, body: &Body) -> bool {
+        self.enabled && !body.out
+    }
+
+    /// Whether it stops what comes to it.
+    #[inline]
+    pub(crate) const fn is_solid(&self) -> bool {
+        self.enabled && !self.sensor
     }
 
     /// Tells the body of which it is how far it reaches from the center of mass, how thin it is, and whether it reaches

@@ -10,10 +10,10 @@ use core::num::NonZeroU32;
 use self::colors::find_colors;
 use self::contacts::check_contacts;
 use self::particles::check_particles;
-use super::bodies::{Bodies, NONE};
+use super::bodies::{Bodies, MassSource, NONE};
 use super::breakage::Breakage;
 use super::coupling::check_axis;
-use super::def::{BodyKind, shape_suits};
+use super::def::{BodyKind, MassDef, shape_suits};
 use super::islands::Islands;
 use super::joints::{Joints, Link};
 use super::shapes::{ShapeRow, Shapes};
@@ -23,6 +23,7 @@ use crate::base::limits;
 use crate::base::math::Vec3;
 use crate::base::pose::Pose;
 use crate::base::slot_map::SlotMap;
+use crate::geometry::mass::MassProperties;
 
 /// What does not hold together, in words.
 pub(crate) type Unsound = &'static str;
@@ -123,11 +124,11 @@ impl Tables {
             holds(tree.is_sound(), "a tree of boxes is broken")?;
             let is_right = |row: u32| {
                 let shape = shapes.rows.at(row);
-                shape.is_some_and(|s| s.fixed == fixed && !bodies.at(s.body).faulted)
+                shape.is_some_and(|s| s.fixed == fixed && s.is_in(bodies.at(s.body)))
             };
             holds(tree.items().all(is_right), "a tree has a box of no shape")?;
-            // Those of bodies that were put aside are in no tree.
-            let is_in = |s: &ShapeRow| !bodies.at(s.body).faulted;
+            // What is out of the world is in no tree.
+            let is_in = |s: &ShapeRow| s.is_in(bodies.at(s.body));
             let count = shapes.rows.iter().filter(|(_, s)| s.fixed == fixed && is_in(s)).count();
             holds(tree.len() == count, "a shape is in no tree")?;
         }
@@ -145,7 +146,7 @@ fn check_bodies(bodies: &Bodies) -> Check {
     for (place, row) in (0..).zip(&bodies.awake) {
         let body = bodies.rows.at(*row);
         let is_right =
-            body.is_some_and(|b| b.awake_row == place && b.kind != BodyKind::Static && !b.faulted);
+            body.is_some_and(|b| b.awake_row == place && b.kind != BodyKind::Static && !b.out);
         holds(seen.is_new(*row) && is_right, "a body that is awake is not")?;
     }
     let active = bodies.rows.iter().filter(|(_, b)| b.active()).count();
@@ -174,6 +175,20 @@ fn check_bodies(bodies: &Bodies) -> Check {
             && (b.extent.is_finite() || !b.is_dynamic())
             && limits::GRAVITY_SCALE.admits(b.gravity_scale);
         holds(sound, "a number of a body is out of range")?;
+        holds(b.out == (b.faulted || b.disabled), "a body is neither in the world nor out of it")?;
+    }
+    check_given(bodies)
+}
+
+/// Each body whose mass was given in full has that kept, and no other.
+fn check_given(bodies: &Bodies) -> Check {
+    let exact = bodies.rows.iter().filter(|(_, b)| b.mass_source == MassSource::Exact).count();
+    holds(exact == bodies.given.len(), "masses that were given are not those of bodies")?;
+    for (row, given) in &bodies.given {
+        let is_exact = bodies.rows.at(*row).is_some_and(|b| b.mass_source == MassSource::Exact);
+        let MassProperties { mass, center, inertia } = *given;
+        let sound = MassDef::Exact { mass, center, inertia }.validate().is_ok();
+        holds(is_exact && sound, "a mass that was given is of no body")?;
     }
     Ok(())
 }
@@ -219,9 +234,8 @@ fn check_joints(joints: &Joints, bodies: &Bodies) -> Check {
     }
     for (id, joint) in joints.rows.iter() {
         let [a, b] = [joint.body_a, joint.body_b].map(|row| bodies.rows.at(row));
-        let moves = a.zip(b).is_some_and(|(a, b)| a.is_dynamic() || b.is_dynamic());
         let twice = named[id.index() as usize] == 2 && joint.body_a != joint.body_b;
-        holds(moves && twice, "a joint is not between two bodies")?;
+        holds(a.is_some() && b.is_some() && twice, "a joint is not between two bodies")?;
         holds(is_place(joint.anchor_a) && is_place(joint.anchor_b), "a joint is nowhere")?;
         holds(joint.is_finite(), "a joint has an impulse that is no number")?;
         joint.link.kind().validate().map_err(|_| "a joint is out of range")?;
@@ -270,7 +284,7 @@ fn check_islands(islands: &Islands, bodies: &Bodies) -> Check {
 
 fn check_breakage(breakage: &Breakage, bodies: &Bodies, shapes: &Shapes) -> Check {
     let Breakage { glued, fractures, pieces } = breakage;
-    let breaks = |row: u32| bodies.rows.at(row).is_some_and(|b| b.breaks && b.is_dynamic());
+    let breaks = |row: u32| bodies.rows.at(row).is_some_and(|b| b.breaks == b.is_dynamic());
     for (row, glue) in glued {
         let is_piece = |s: &ShapeRow| s.body == *row && !s.sensor && s.density > 0.0;
         let own = |shape: &u32| shapes.rows.at(*shape).is_some_and(is_piece);

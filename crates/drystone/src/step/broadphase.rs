@@ -248,12 +248,13 @@ impl Finder<'_> {
 }
 
 /// True if two shapes whose boxes overlap are to be watched.
-pub(super) fn may_meet(bodies: &Bodies, joints: &Joints, a: &ShapeRow, b: &ShapeRow) -> bool {
+pub(crate) fn may_meet(bodies: &Bodies, joints: &Joints, a: &ShapeRow, b: &ShapeRow) -> bool {
     // Two meshes, or a mesh and a half-space, never meet.
     if a.body == b.body
         || (rank(a) < 2 && rank(b) < 2)
         || !a.filter.collides_with(b.filter)
         || (a.sensor && b.sensor)
+        || !(a.enabled && b.enabled)
     {
         return false;
     }
@@ -321,7 +322,7 @@ fn is_asked(bodies: &Bodies, c: &Contact, is_fresh: impl Fn(u32) -> bool) -> boo
 }
 
 /// Meshes and half-spaces come first: their manifolds are computed from that side.
-pub(super) const fn rank(shape: &ShapeRow) -> u8 {
+pub(crate) const fn rank(shape: &ShapeRow) -> u8 {
     match shape.solid.core {
         Core::Mesh(_) => 0,
         Core::HalfSpace { .. } => 1,

@@ -200,7 +200,9 @@ fn fit_all<S: Simd>(
     let (mut room, mut in_boxes) = (f32::INFINITY, true);
     let turn = Need::turn_of(body);
     for row in &body.shapes {
-        let Some(shape) = shapes.row(*row as usize) else { continue };
+        let Some(shape) = shapes.row(*row as usize).as_mut().filter(|s| s.enabled) else {
+            continue;
+        };
         let need = Need::of(simd, shape, (body, turn), ctx);
         let (tight, fits) = (need.tight, need.fits());
         in_boxes &= shape.fat.contains(&tight);

@@ -193,7 +193,8 @@ fn quarantine(sets: &mut Sets<'_>, notes: impl Iterator<Item = Note>, step: u64)
     for note in notes {
         if let Note::Fault(row) = note {
             sets.rest(&[row]);
-            sets.bodies.at_mut(row).faulted = true;
+            let body = sets.bodies.at_mut(row);
+            (body.out, body.faulted) = (true, true);
             let body = Some(sets.bodies.id(row));
             sets.events.faults.push(Fault {
                 body,

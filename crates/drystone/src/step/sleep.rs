@@ -181,7 +181,7 @@ impl Rates {
 }
 
 /// Replaces an island by its connected components.
-fn split_island(island: u32, step: u64, sets: &mut Sets<'_>) {
+pub(crate) fn split_island(island: u32, step: u64, sets: &mut Sets<'_>) {
     let members = sets.islands.members(island, sets.bodies);
     sets.islands.dissolve(island);
     for m in &members {
@@ -209,7 +209,9 @@ fn split_island(island: u32, step: u64, sets: &mut Sets<'_>) {
             for i in 0..sets.bodies.at(body).joints.len() {
                 let joint = sets.joints.at(sets.bodies.at(body).joints[i]);
                 let other = if joint.body_a == body { joint.body_b } else { joint.body_a };
-                join(component, other, sets);
+                if joint.is_on() {
+                    join(component, other, sets);
+                }
             }
             body = sets.bodies.at(body).island_next;
         }

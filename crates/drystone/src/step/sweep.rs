@@ -164,6 +164,9 @@ fn put(
     for i in 0..bodies.at(row).shapes.len() {
         let body = bodies.at(row);
         let shape = body.shapes[i];
+        if !shapes.at(shape).enabled {
+            continue;
+        }
         let need = Need::of_shape(shapes, shape, body, ctx);
         let fits = need.fits();
         if !shapes.at(shape).fat.contains(&fits) {
@@ -262,7 +265,7 @@ fn first_stop_of(
             .shapes
             .iter()
             .map(|s| shapes.at(*s))
-            .any(|s| !s.sensor && s.filter.collides_with(other.filter))
+            .any(|s| s.is_solid() && s.filter.collides_with(other.filter))
     };
     let ahead = AHEAD * swept.extent / delta.length();
     let mut first = None;
@@ -337,7 +340,7 @@ fn reach_against(
         // A body of many shapes reaches by one.
         let (center, radius) = shape.solid.ball();
         let ball = middle + 1.001 * radius - seen.dot(shape.centered.point(center));
-        if !shape.sensor && ball > reach {
+        if shape.is_solid() && ball > reach {
             let low = shape.solid.least_x(&turned.compose(&shape.centered));
             reach = reach.max(middle - low);
             if reach > enough {

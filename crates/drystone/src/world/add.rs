@@ -7,12 +7,15 @@ use crate::base::id::{BodyId, JointId, ShapeId};
 use crate::base::math::Vec3;
 use crate::base::pose::Pose;
 use crate::base::quat::Quat;
+use crate::geometry::mass::MassProperties;
 use crate::geometry::shape::Shape;
 use crate::state::bodies::{Bodies, Body, Few, Fineness, NONE};
 use crate::state::colors::Place;
 use crate::state::coupling::{CouplingDef, check_axis};
-use crate::state::def::{BodyDef, BodyKind, DefError, JointDef, JointKind, ShapeDef, shape_suits};
-use crate::state::joints::{Joint, Link};
+use crate::state::def::{
+    BodyDef, BodyKind, DefError, JointDef, JointKind, MassDef, ShapeDef, shape_suits,
+};
+use crate::state::joints::{Joint, Link, Switch};
 use crate::state::shapes::{Here, ShapeRow};
 use crate::state::tables::Tables;
 use crate::step::context::StepContext;
@@ -73,17 +76,23 @@ impl World {
             inner: f32::INFINITY,
             room: 0.0,
             level: if def.kind == BodyKind::Dynamic { NONE } else { 0 },
-            faulted: false,
+            out: false,
             flies: false,
             dragged: false,
             breaks: def.glue.is_some() || def.fracture.is_some(),
             is_piece: false,
             hollow: true,
+            faulted: false,
+            disabled: false,
             user_data: def.user_data,
         };
         let still = body.v == Vec3::ZERO && body.w == Vec3::ZERO;
         let id = self.tables.bodies.insert(body);
         let row = id.index();
+        if let MassDef::Exact { mass, center, inertia } = def.mass {
+            let given = MassProperties { mass, center, inertia };
+            self.tables.bodies.given.insert(row, given);
+        }
         for shape in def.shapes {
             self.insert_shape(row, shape);
         }
@@ -136,13 +145,7 @@ impl World {
     fn insert_shape(&mut self, body: u32, def: ShapeDef) -> ShapeId {
         let solid = self.tables.shapes.solid(&def.shape);
         let local = Pose { position: def.pose.position, rotation: def.pose.rotation.normalized() };
-        let rolling_radius = match def.shape {
-            Shape::Sphere { radius }
-            | Shape::Capsule { radius, .. }
-            | Shape::Cylinder { radius, .. } => radius,
-            Shape::Cone { radius_bottom, radius_top, .. } => radius_bottom.max(radius_top),
-            _ => 0.0,
-        };
+        let rolling_radius = rolling_radius(&def.shape);
         let flat = def.shape.is_flat();
         let b = self.tables.bodies.at(body);
         let centered = Pose { position: local.position - b.local_center, rotation: local.rotation };
@@ -164,22 +167,25 @@ impl World {
             surface_velocity: def.surface_velocity,
             surface_spin: def.surface_spin,
             flat,
+            enabled: true,
             user_data: def.user_data,
         });
         let b = self.tables.bodies.at_mut(body);
         b.shapes.push(id.index());
         self.tables.shapes.at(id.index()).widen(b);
         b.room = 0.0;
-        if !b.faulted {
-            self.enter_bounds(id.index());
-        }
+        self.enter_bounds(id.index());
         id
     }
 
-    /// Puts a shape's box into its tree.
+    /// Puts a shape's box into its tree, unless it is out of the world.
     pub(super) fn enter_bounds(&mut self, shape: u32) {
         let ctx = self.context();
         let tables = &mut self.tables;
+        let row = tables.shapes.at(shape);
+        if !row.is_in(tables.bodies.at(row.body)) {
+            return;
+        }
         let fixed = tables.shapes.at(shape).fixed;
         let fat = tree_box(tables, shape, &ctx);
         tables.bounds.insert(shape, fixed, fat, &mut tables.shapes);
@@ -195,11 +201,11 @@ impl World {
         let ctx = self.context();
         let tables = &mut self.tables;
         tables.bodies.at_mut(body).room = 0.0;
-        if tables.bodies.at(body).faulted {
-            return;
-        }
         for i in 0..tables.bodies.at(body).shapes.len() {
             let shape = tables.bodies.at(body).shapes[i];
+            if !tables.shapes.at(shape).is_in(tables.bodies.at(body)) {
+                continue;
+            }
             let fat = tree_box(tables, shape, &ctx);
             tables.bounds.replace(shape, fat, &mut tables.shapes);
         }
@@ -250,8 +256,9 @@ impl World {
         }
         self.sets().rest(&[row]);
         self.pending.wake.retain(|b| *b != id);
-        self.pending.sleep.clear();
+        self.pending.sleep.retain(|b| *b != id);
         let tables = &mut self.tables;
+        tables.bodies.given.remove(&row);
         tables.breakage.forget(row, tables.bodies.at(row).is_piece);
         tables.islands.remove(row, &mut tables.bodies);
         tables.bodies.rows.remove(id);
@@ -302,6 +309,8 @@ impl World {
             anchor_b: def.anchor_b - bodies.at(b).local_center,
             link: Link::new(def.kind),
             collide_connected: def.collide_connected,
+            switch: Switch::On,
+            user_data: def.user_data,
             impulse: Vec3::ZERO,
             given: [Vec3::ZERO; 2],
             peak: [0.0; 2],
@@ -353,6 +362,8 @@ impl World {
             anchor_b: anchor,
             link: Link::new(JointKind::Coupling(def)),
             collide_connected: true,
+            switch: Switch::On,
+            user_data: 0,
             impulse: Vec3::ZERO,
             is_direct: false,
             given: [Vec3::ZERO; 2],
@@ -365,8 +376,9 @@ impl World {
         Ok(self.insert_joint(joint))
     }
 
-    /// Puts a coupling between bodies that its joints have now: one of them was fastened to another body.
-    pub(super) fn follow_joints(&mut self, row: u32) {
+    /// Puts a coupling between bodies that its joints have now: one of them was fastened to another body, or a body has
+    /// another kind. One that stands between no two bodies any more is removed, or `stays` as it is.
+    pub(super) fn follow_joints(&mut self, row: u32, stays: bool) {
         let joints = &self.tables.joints;
         let Some(id) = joints.rows.id_at(row) else { return };
         let Link::Coupling(coupling) = &joints.at(row).link else { return };
@@ -376,7 +388,9 @@ impl World {
             [joint.body_a, joint.body_b]
         });
         let Some((a, b)) = between(&self.tables.bodies, ends[0], ends[1]) else {
-            self.remove_joint(id);
+            if !stays {
+                self.remove_joint(id);
+            }
             return;
         };
         self.sets().uncolor_joint(row);
@@ -435,7 +449,7 @@ impl World {
         }
     }
 
-    fn end_contacts_between(&mut self, a: u32, b: u32) {
+    pub(super) fn end_contacts_between(&mut self, a: u32, b: u32) {
         let tables = &mut self.tables;
         let rows: Vec<u32> = tables
             .contacts
@@ -491,6 +505,17 @@ impl World {
             tables.contacts.forget_gap(contact, &tables.bodies.tracks);
         }
         self.refresh_bounds(row);
+    }
+}
+
+/// Radius for rolling and spinning resistance [m]; 0: does not roll.
+pub(super) fn rolling_radius(shape: &Shape) -> f32 {
+    match *shape {
+        Shape::Sphere { radius }
+        | Shape::Capsule { radius, .. }
+        | Shape::Cylinder { radius, .. } => radius,
+        Shape::Cone { radius_bottom, radius_top, .. } => radius_bottom.max(radius_top),
+        _ => 0.0,
     }
 }
 

@@ -3,6 +3,7 @@
 use super::World;
 use super::breakage::{BondRef, bonds_of};
 use super::hashes::feed_state;
+use super::mass::mass_def;
 use crate::base::hash::StateHash;
 use crate::base::id::{BodyId, JointId, ShapeId};
 use crate::base::limits;
@@ -12,8 +13,8 @@ use crate::base::quat::Quat;
 use crate::base::sym3::Sym3;
 use crate::state::bodies::{Body, NONE};
 use crate::state::def::{
-    AxisLocks, BodyKind, DefError, Fracture, all_within, finite_vec, position, unit, velocity,
-    within,
+    AxisLocks, BodyKind, DefError, Fracture, MassDef, all_within, finite_vec, position, unit,
+    velocity, within,
 };
 use crate::state::tables::Tables;
 
@@ -122,10 +123,46 @@ impl<'w> BodyRef<'w> {
         hash.finish()
     }
 
-    /// True if it takes no part in steps until something wakes it. Static bodies are not asleep.
+    /// True if it takes no part in steps until something wakes it. Static bodies are not asleep, nor are disabled ones.
     #[must_use]
     pub fn is_asleep(&self) -> bool {
-        self.body.is_dynamic() && !self.body.active()
+        self.body.sleeps() && !self.body.disabled
+    }
+
+    /// False if it was taken out of the world: see [`BodyMut::set_enabled`].
+    #[must_use]
+    pub const fn is_enabled(&self) -> bool {
+        !self.body.disabled
+    }
+
+    /// Where its mass comes from while it is dynamic.
+    #[must_use]
+    pub fn mass_def(&self) -> MassDef {
+        mass_def(&self.tables.bodies, self.id.index())
+    }
+
+    /// How many times gravity counts.
+    #[must_use]
+    pub const fn gravity_scale(&self) -> f32 {
+        self.body.gravity_scale
+    }
+
+    /// Rates at which linear and angular velocity decay [1/s].
+    #[must_use]
+    pub const fn damping(&self) -> [f32; 2] {
+        [self.body.linear_damping, self.body.angular_damping]
+    }
+
+    /// Whether it may fall asleep.
+    #[must_use]
+    pub const fn can_sleep(&self) -> bool {
+        self.body.can_sleep
+    }
+
+    /// Speed below which it is slow [m/s]; `None`: the world's.
+    #[must_use]
+    pub fn sleep_speed(&self) -> Option<f32> {
+        (self.body.sleep_speed >= 0.0).then_some(self.body.sleep_speed)
     }
 
     /// True if its state became non-finite and it waits for a new pose or velocity.
@@ -179,8 +216,8 @@ impl<'w> BodyRef<'w> {
 /// A body, to change. What is set is checked; what matters to others wakes it.
 #[derive(Debug)]
 pub struct BodyMut<'w> {
-    world: &'w mut World,
-    row: u32,
+    pub(super) world: &'w mut World,
+    pub(super) row: u32,
     id: BodyId,
 }
 
@@ -200,7 +237,7 @@ impl<'w> BodyMut<'w> {
         }
     }
 
-    fn body(&mut self) -> &mut Body {
+    pub(super) fn body(&mut self) -> &mut Body {
         self.world.tables.bodies.at_mut(self.row)
     }
 
@@ -210,7 +247,7 @@ impl<'w> BodyMut<'w> {
     }
 
     /// Wakes what touches it or hangs on it, by joints, couplings or particles: a static or kinematic body was moved.
-    fn wake_neighbors(&mut self) {
+    pub(super) fn wake_neighbors(&mut self) {
         let tables = &self.world.tables;
         let body = tables.bodies.at(self.row);
         let touching = tables.contacts.of_body(body).map(|(row, side)| {
@@ -273,7 +310,7 @@ impl<'w> BodyMut<'w> {
         Ok(())
     }
 
-    fn set_velocities(&mut self, v: Vec3, w: Vec3) {
+    pub(super) fn set_velocities(&mut self, v: Vec3, w: Vec3) {
         let body = self.body();
         if body.kind == BodyKind::Static {
             return;
@@ -312,10 +349,10 @@ impl<'w> BodyMut<'w> {
         Ok(())
     }
 
-    /// Forces and impulses act on dynamic bodies; not on a faulted one, which waits for a new state.
+    /// Forces and impulses act on dynamic bodies; not on what is out of the world.
     fn pushable(&mut self) -> bool {
         let body = self.body();
-        body.is_dynamic() && !body.faulted
+        body.is_dynamic() && !body.out
     }
 
     /// What these impulses [N s, N m s, world] make of its velocities.
@@ -385,7 +422,7 @@ impl<'w> BodyMut<'w> {
     }
 
     /// Checks that a force [N] and a torque [N m] accelerate it no more than can be computed with.
-    fn check_forces(&mut self, force: Vec3, torque: Vec3) -> Result<(), DefError> {
+    pub(super) fn check_forces(&mut self, force: Vec3, torque: Vec3) -> Result<(), DefError> {
         let body = self.body();
         let (linear, angular) = (force * (1.0 / body.mass), body.turn_by(torque));
         all_within("force over mass", linear, &limits::ACCELERATION)?;

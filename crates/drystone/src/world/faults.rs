@@ -1,5 +1,6 @@
-//! What was put aside because its state became non-finite is out of the world whole: it touches nothing, no joint,
-//! link or attachment of it acts, and no sum has a part of it. It comes back when it gets a pose or a velocity.
+//! What was put aside because its state became non-finite, or disabled, is out of the world whole: it touches nothing, no
+//! joint, link or attachment of it acts, and no sum has a part of it. What is faulted comes back when it gets a pose or a
+//! velocity, what is disabled when it is enabled.
 
 use super::World;
 use crate::base::math::Vec3;
@@ -29,7 +30,8 @@ impl World {
         }
     }
 
-    fn take_out(&mut self, row: u32) {
+    /// Takes all out of the world that a body is part of, when it is not awake any more.
+    pub(super) fn take_out(&mut self, row: u32) {
         self.end_contacts_of(row, None);
         let joints: Vec<u32> = self.tables.bodies.at(row).joints.to_vec();
         for joint in joints {
@@ -49,8 +51,9 @@ impl World {
         }
     }
 
-    /// Takes a joint of a body that was put aside out of the colors, without what it had of impulses.
-    fn take_out_joint(&mut self, row: u32) {
+    /// Takes a joint that acts no longer out of the colors, with its couplings and without what they had of impulses; its bodies
+    /// wake.
+    pub(super) fn take_out_joint(&mut self, row: u32) {
         let (a, b) = (self.tables.joints.at(row).body_a, self.tables.joints.at(row).body_b);
         let id = self.tables.joints.rows.id_at(row);
         let couplings: Vec<u32> = id.into_iter().flat_map(|id| self.couplings_of(id)).collect();
@@ -67,9 +70,15 @@ impl World {
 
     /// Brings a body back that was put aside: it got a pose or a velocity.
     pub(super) fn bring_back(&mut self, row: u32) {
-        if !core::mem::replace(&mut self.tables.bodies.at_mut(row).faulted, false) {
-            return;
+        let body = self.tables.bodies.at_mut(row);
+        if core::mem::replace(&mut body.faulted, false) && !body.disabled {
+            self.put_in(row);
         }
+    }
+
+    /// Puts a body that is out back into the world, with its shapes and joints.
+    pub(super) fn put_in(&mut self, row: u32) {
+        self.tables.bodies.at_mut(row).out = false;
         for i in 0..self.tables.bodies.at(row).shapes.len() {
             self.enter_bounds(self.tables.bodies.at(row).shapes[i]);
         }

@@ -66,6 +66,38 @@ impl<'w> JointRef<'w> {
         body.center + body.rotation.rotate(self.joint.anchor_b)
     }
 
+    /// Its anchors [m, each in the frame of its body's origin]; of a coupling without meaning.
+    #[must_use]
+    pub fn local_anchors(&self) -> [Vec3; 2] {
+        let center = |row: u32| self.tables.bodies.at(row).local_center;
+        let joint = self.joint;
+        [joint.anchor_a + center(joint.body_a), joint.anchor_b + center(joint.body_b)]
+    }
+
+    /// Whether its bodies collide with each other.
+    #[must_use]
+    pub const fn collide_connected(&self) -> bool {
+        self.joint.collide_connected
+    }
+
+    /// False if it was switched off: see [`World::set_joint_enabled`].
+    #[must_use]
+    pub fn is_enabled(&self) -> bool {
+        self.joint.is_on()
+    }
+
+    /// True if it acts on nothing now: it is disabled, one of its bodies is out of the world, or none is dynamic.
+    #[must_use]
+    pub fn is_idle(&self) -> bool {
+        self.joint.is_idle(&self.tables.bodies)
+    }
+
+    /// The user's number.
+    #[must_use]
+    pub const fn user_data(&self) -> u64 {
+        self.joint.user_data
+    }
+
     /// What it can bear; `None`: anything.
     #[must_use]
     pub const fn strength(&self) -> Option<JointStrength> {

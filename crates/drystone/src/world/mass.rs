@@ -8,8 +8,14 @@ use crate::base::pose::Pose;
 use crate::base::quat::Quat;
 use crate::geometry::mass::MassProperties;
 use crate::geometry::solid::Solid;
-use crate::state::bodies::MassSource;
+use crate::state::bodies::{Bodies, MassSource};
 use crate::state::def::{BodyDef, BodyKind, DefError, MassDef, ShapeDef, all_within, within};
+use crate::state::tables::Tables;
+
+/// A load is followed so many times from a body to those that carry it, and not below this part of it: the impulses are where a
+/// solver begins, not what it ends with.
+const SHARES: usize = 10_000;
+const LEAST_SHARE: f32 = 0.01;
 
 /// What the definition's mass and shapes come to.
 pub(super) fn mass_of(def: &BodyDef) -> Result<MassProperties, DefError> {
@@ -22,29 +28,30 @@ pub(super) fn mass_of(def: &BodyDef) -> Result<MassProperties, DefError> {
         .filter(|s| !s.sensor && s.density > 0.0)
         .map(|s| (s.pose, MassProperties::of(&s.shape, s.density)))
         .collect();
-    let shapes = MassProperties::combine(&parts);
-    let empty = || {
-        let allowed = "shapes with volume and density, or a mass given in full";
-        DefError::new("mass", shapes.mass, allowed)
-    };
-    match def.mass {
+    let each = def.shapes.iter();
+    let reach = each.map(|s| Solid::of(&s.shape).max_extent(Vec3::ZERO) + s.pose.position.length());
+    given_or_sum(def.mass, &MassProperties::combine(&parts), reach)
+}
+
+/// What a mass comes to with shapes of these mass properties together. `reach`: how far each reaches from the origin [m].
+fn given_or_sum(
+    mass: MassDef,
+    shapes: &MassProperties,
+    reach: impl Iterator<Item = f32>,
+) -> Result<MassProperties, DefError> {
+    let is_solid = shapes.mass > 0.0 && shapes.mass.is_finite();
+    match mass {
+        MassDef::FromShapes if is_solid => Ok(*shapes),
         MassDef::FromShapes => {
-            if shapes.mass > 0.0 && shapes.mass.is_finite() {
-                Ok(shapes)
-            } else {
-                Err(empty())
-            }
+            let allowed = "shapes with volume and density, or a mass given in full";
+            Err(DefError::new("mass", shapes.mass, allowed))
         }
         MassDef::Mass(mass) => {
-            if shapes.mass > 0.0 && shapes.mass.is_finite() {
+            if is_solid {
                 return Ok(shapes.scaled_to(mass));
             }
             // A mass without a volume: a ball of the shapes' size, so that it can turn at all.
-            let radius = def
-                .shapes
-                .iter()
-                .map(|s| Solid::of(&s.shape).max_extent(Vec3::ZERO) + s.pose.position.length())
-                .fold(0.0_f32, f32::max);
+            let radius = reach.fold(0.0_f32, f32::max);
             let r = if radius > 0.0 { radius } else { 0.5 };
             let moment = 0.4 * mass * r * r;
             let inertia = crate::base::sym3::Sym3::diagonal(Vec3::splat(moment));
@@ -90,6 +97,19 @@ pub(super) fn check_energy(
     Ok(())
 }
 
+/// How the mass of a body was given, whatever kind it is of now.
+pub(super) fn mass_def(bodies: &Bodies, row: u32) -> MassDef {
+    match bodies.at(row).mass_source {
+        MassSource::Shapes => MassDef::FromShapes,
+        MassSource::Mass(mass) => MassDef::Mass(mass),
+        MassSource::Exact => {
+            let given = bodies.given.get(&row).expect("what was given in full is kept");
+            let MassProperties { mass, center, inertia } = *given;
+            MassDef::Exact { mass, center, inertia }
+        }
+    }
+}
+
 impl World {
     /// Center of mass and inertia of a dynamic body whose shapes came or went, and its mass unless that was
     /// given. Nothing changes if the mass was given in full, or if no shape with a mass is left.
@@ -102,6 +122,19 @@ impl World {
         }
         self.refresh_extent(row);
         self.refresh_bounds(row);
+    }
+
+    /// What a mass comes to with the shapes that a body has.
+    pub(super) fn mass_from(&self, row: u32, mass: MassDef) -> Result<MassProperties, DefError> {
+        let shapes = self.tables.bodies.at(row).shapes.iter();
+        let shapes = shapes.map(|s| self.tables.shapes.at(*s));
+        let solid = shapes.clone().filter(|s| !s.sensor && s.density > 0.0);
+        let parts: Vec<(Pose, MassProperties)> =
+            solid.map(|s| (s.local, MassProperties::of(&s.shape, s.density))).collect();
+        let reach = shapes.map(|s| s.solid.max_extent(Vec3::ZERO) + s.local.position.length());
+        let mass = given_or_sum(mass, &MassProperties::combine(&parts), reach)?;
+        check_mass(mass.mass, principal_moments(&mass).0)?;
+        Ok(mass)
     }
 
     /// What the mass of a dynamic body comes to by its shapes and one more. `None` if it does not follow them:
@@ -162,6 +195,50 @@ impl World {
         let links: Vec<(u32, u32)> = tables.contacts.of_body(tables.bodies.at(row)).collect();
         for (contact, side) in links {
             tables.contacts.shift_center(contact, side, shift);
+        }
+    }
+
+    /// What carries a body that got heavier by `more` [kg] carries that from the first substep on: kept impulses of the
+    /// contacts below it follow, down to what cannot be pushed. With those of before, what stands on a body that lost most of
+    /// its mass would be thrown up by what that weighed.
+    pub(super) fn follow_weight(&mut self, row: u32, more: f32) {
+        let gravity = self.tables.config.gravity * self.tables.bodies.at(row).gravity_scale;
+        let Some(up) = (-gravity).try_normalize() else { return };
+        let whole = more * gravity.length() * self.last_h;
+        if !whole.is_finite() {
+            return;
+        }
+        let mut loads = vec![(row, whole)];
+        // A load is shared out where several carry it, until a part is next to nothing.
+        for _ in 0..SHARES {
+            let Some((body, load)) = loads.pop() else { return };
+            let Tables { bodies, contacts, .. } = &self.tables;
+            if !bodies.at(body).is_dynamic() {
+                continue;
+            }
+            let mut carry: Vec<(u32, u32, f32)> = Vec::new();
+            for (contact, side) in contacts.of_body(bodies.at(body)) {
+                let c = contacts.at(contact);
+                let (sign, other) = if side == 1 { (1.0, c.body_a) } else { (-1.0, c.body_b) };
+                let pressed = c.points().iter().fold(0.0, |sum, p| sum + p.impulse);
+                let lift = sign * pressed * c.normal.dot(up);
+                if !c.sensor && lift > 0.0 {
+                    carry.push((contact, other, lift));
+                }
+            }
+            let all = carry.iter().fold(0.0, |sum, (.., lift)| sum + lift);
+            if !(all > 0.0) {
+                continue;
+            }
+            // Below nothing no contact pulls.
+            let factor = (1.0 + load / all).max(0.0);
+            for (contact, other, lift) in carry {
+                self.tables.contacts.at_mut(contact).scale_impulses(factor);
+                let share = lift * (factor - 1.0);
+                if share.abs() > LEAST_SHARE * whole.abs() {
+                    loads.push((other, share));
+                }
+            }
         }
     }
 

@@ -5,12 +5,15 @@ mod add;
 mod audit;
 mod body;
 mod breakage;
+mod change;
 mod faults;
 mod hashes;
 mod impact;
 mod joint;
 mod mass;
 mod particle;
+mod rejoin;
+mod reshape;
 mod shape;
 mod snapshot;
 mod strand;
@@ -213,7 +216,10 @@ impl World {
         }
         // Swapped, not taken: the lists keep their memory.
         let (events, pending) = (&mut self.tables.events, &mut self.pending);
+        pending.settle_sleep();
         core::mem::swap(&mut events.wake, &mut pending.wake);
+        // By hand, which is rare: of two lists in turn each would need its memory.
+        events.sleep.append(&mut pending.sleep);
         core::mem::swap(&mut events.contact_end, &mut pending.contact_end);
         core::mem::swap(&mut events.sensor_exit, &mut pending.sensor_exit);
         core::mem::swap(&mut events.detached, &mut pending.detached);
@@ -287,6 +293,10 @@ impl World {
         self.tables.bodies.rows.iter().filter_map(|(id, _)| self.body(id))
     }
 
+    fn enabled(&self) -> impl Iterator<Item = BodyRef<'_>> {
+        self.bodies().filter(BodyRef::is_enabled)
+    }
+
     /// The shape, unless it was removed.
     #[must_use]
     pub fn shape(&self, id: ShapeId) -> Option<ShapeRef<'_>> {
@@ -323,14 +333,14 @@ impl World {
     /// Kinetic energy of all dynamic bodies and particles [J].
     #[must_use]
     pub fn kinetic_energy(&self) -> f64 {
-        let bodies: f64 = self.bodies().map(|b| f64::from(b.kinetic_energy())).sum();
+        let bodies: f64 = self.enabled().map(|b| f64::from(b.kinetic_energy())).sum();
         bodies + particle_sums(&self.tables).linear
     }
 
     /// Potential energy of all dynamic bodies and particles in the world's gravity [J], zero at the origin.
     #[must_use]
     pub fn potential_energy(&self) -> f64 {
-        let bodies: f64 = self.bodies().map(|b| f64::from(b.potential_energy())).sum();
+        let bodies: f64 = self.enabled().map(|b| f64::from(b.potential_energy())).sum();
         bodies + particle_sums(&self.tables).potential
     }
 
@@ -339,7 +349,7 @@ impl World {
     pub fn momentum(&self) -> Vec3 {
         let free = self.particles().filter(|p| !p.is_pinned());
         let particles = free.fold(Vec3::ZERO, |sum, p| sum + p.velocity() * p.mass());
-        let bodies = self.bodies();
+        let bodies = self.enabled();
         bodies.fold(particles, |sum, b| sum + b.linear_velocity() * b.mass())
     }
 

@@ -97,6 +97,12 @@ impl<'w> ShapeRef<'w> {
         self.row.sensor
     }
 
+    /// False if it was taken out of the world: see [`ShapeMut::set_enabled`].
+    #[must_use]
+    pub const fn is_enabled(&self) -> bool {
+        self.row.enabled
+    }
+
     /// The user's number.
     #[must_use]
     pub const fn user_data(&self) -> u64 {
@@ -107,14 +113,27 @@ impl<'w> ShapeRef<'w> {
 /// A shape of a body, to change.
 #[derive(Debug)]
 pub struct ShapeMut<'w> {
-    world: &'w mut World,
-    row: u32,
+    pub(super) world: &'w mut World,
+    pub(super) row: u32,
+    id: ShapeId,
 }
 
 impl<'w> ShapeMut<'w> {
     pub(super) fn new(world: &'w mut World, id: ShapeId) -> Option<Self> {
         let row = world.tables.shapes.rows.row(id)?;
-        Some(Self { world, row })
+        Some(Self { world, row, id })
+    }
+
+    /// The shape, to read.
+    #[must_use]
+    pub fn get(&self) -> ShapeRef<'_> {
+        let tables = &self.world.tables;
+        ShapeRef { tables, row: tables.shapes.at(self.row), id: self.id }
+    }
+
+    /// Sets the user's number.
+    pub fn set_user_data(&mut self, data: u64) {
+        self.world.tables.shapes.at_mut(self.row).user_data = data;
     }
 
     /// Gives it another surface, from the next step on; what it touches wakes.
@@ -154,8 +173,8 @@ impl<'w> ShapeMut<'w> {
         Ok(())
     }
 
-    /// The pairs it is in take over its surface; it and what it touches wake.
-    fn refresh_contacts(&mut self) {
+    /// Rows of its contacts, those of all parts.
+    pub(super) fn contacts(&self) -> Vec<u32> {
         let tables = &self.world.tables;
         let body = tables.shapes.at(self.row).body;
         let of_shape = |row: &u32| {
@@ -163,7 +182,13 @@ impl<'w> ShapeMut<'w> {
             c.shape_a == self.row || c.shape_b == self.row
         };
         let rows = tables.contacts.of_body(tables.bodies.at(body)).map(|(row, _)| row);
-        let rows: Vec<u32> = rows.filter(of_shape).collect();
+        rows.filter(of_shape).collect()
+    }
+
+    /// The pairs it is in take over its surface; it and what it touches wake.
+    pub(super) fn refresh_contacts(&mut self) {
+        let body = self.world.tables.shapes.at(self.row).body;
+        let rows = self.contacts();
         self.world.sets().wake(body);
         for row in rows {
             let tables = &self.world.tables;

@@ -20,7 +20,7 @@ use crate::state::tables::Tables;
 /// First bytes of a snapshot.
 const MAGIC: [u8; 8] = *b"drystone";
 /// Of the layout; goes up whenever anything that is saved changes.
-const VERSION: u32 = 4;
+const VERSION: u32 = 5;
 /// Magic, version, checksum.
 const HEADER: usize = 8 + 4 + 8;
 
@@ -390,7 +390,7 @@ mod tests {
         let mut later = bytes.clone();
         later[8] += 1;
         let error = World::restore(&later).unwrap_err();
-        assert!(matches!(error, SnapshotError::Version { found: 5, read: 4 }), "{error}");
+        assert!(matches!(error, SnapshotError::Version { found: 6, read: 5 }), "{error}");
         let mut changed = bytes;
         changed[HEADER + 100] ^= 1;
         assert_eq!(World::restore(&changed).unwrap_err(), SnapshotError::Damaged);

@@ -11,6 +11,7 @@ mod regression_snapshot;
 mod scenario_articulated;
 mod scenario_audit;
 mod scenario_breakage;
+mod scenario_changes;
 mod scenario_couplings;
 mod scenario_freezing;
 mod scenario_fracture;

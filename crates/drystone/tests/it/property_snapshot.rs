@@ -1,9 +1,10 @@
 //! Whatever was called, the world can be saved, and what is restored does what the first one does.
 
 use drystone::{
-    BodyDef, BodyId, BondStrength, Fracture, Glue, JointAxis, JointDef, JointDrive, JointId,
-    JointSpring, LinkId, LinkKind, Material, Method, ParticleId, Pose, RopeDef, ShapeDef, SixDof,
-    Vec3, World, WorldConfig, vec3,
+    BodyDef, BodyId, BodyKind, BondStrength, Filter, Fracture, Glue, JointAxis, JointDef,
+    JointDrive, JointId, JointMotion, JointSpring, LinkId, LinkKind, MassDef, Material, Method,
+    ParticleId, Pose, RopeDef, Shape, ShapeDef, ShapeId, SixDof, Sym3, Vec3, World, WorldConfig,
+    vec3,
 };
 use proptest::prelude::{Strategy, any, prop, prop_oneof, proptest};
 use proptest::test_runner::{Config, RngSeed};
@@ -71,11 +72,57 @@ fn body_of(k: u8, at: [f32; 3], size: f32) -> BodyDef {
     }
 }
 
+/// A change of what a body is.
+fn change_body(world: &mut World, id: BodyId, (what, v, x): (u8, [f32; 3], f32)) {
+    let Some(mut body) = world.body_mut(id) else { return };
+    let kinds = [BodyKind::Static, BodyKind::Kinematic, BodyKind::Dynamic];
+    match what % 8 {
+        0..=2 => drop(body.set_kind(kinds[usize::from(what % 8)])),
+        3 => drop(body.set_mass(MassDef::Mass(100.0 * x))),
+        4 => {
+            let inertia = Sym3::diagonal(Vec3::from(v));
+            drop(body.set_mass(MassDef::Exact { mass: x, center: Vec3::from(v) * 0.1, inertia }));
+        }
+        5 => body.set_enabled(x > 0.0),
+        6 => body.sleep(),
+        _ => drop(body.correct_state(Pose::at(v), v, [x; 3])),
+    }
+}
+
+/// A change of what a shape is.
+fn change_shape(world: &mut World, id: ShapeId, (what, v, x): (u8, [f32; 3], f32)) {
+    let Some(mut shape) = world.shape_mut(id) else { return };
+    match what % 8 {
+        0 => shape.set_filter(Filter { exclude: u64::from(x > 0.0), ..Filter::default() }),
+        1 => drop(shape.set_sensor(x > 0.0)),
+        2 => drop(shape.set_density(200.0 * x)),
+        3 => drop(shape.set_local_pose(Pose::at(v))),
+        4 => drop(shape.set_geometry(Shape::box_half(v))),
+        5 => drop(shape.set_geometry(Shape::half_space(v, x))),
+        6 => drop(shape.set_geometry(Shape::sphere(x))),
+        _ => shape.set_enabled(x > 0.0),
+    }
+}
+
+/// A change of what a joint is.
+fn change_joint(world: &mut World, id: JointId, (what, v, x): (u8, [f32; 3], f32)) {
+    match what % 5 {
+        0 => drop(world.set_joint_anchors(id, v, [0.1; 3])),
+        1 => drop(world.set_joint_motion(id, usize::from(what) % 6, JointMotion::Free)),
+        2 => {
+            let motion = JointMotion::Limited { min: -x.abs(), max: x.abs(), spring: None };
+            drop(world.set_joint_motion(id, usize::from(what) % 6, motion));
+        }
+        3 => drop(world.set_joint_collide_connected(id, x > 0.0)),
+        _ => drop(world.set_joint_enabled(id, x > 0.0)),
+    }
+}
+
 /// Makes a call; what was added goes into `added`.
 fn make(world: &mut World, known: &Known, added: &mut Known, (what, [a, b], v, x): Call) {
     let (first, second) = (pick(&known.bodies, a), pick(&known.bodies, b));
     let (Some(first), Some(second)) = (first, second) else { return };
-    match what % 20 {
+    match what % 30 {
         0..=3 => added.bodies.extend(world.add_body(body_of(a, v, x))),
         4 => {
             let ball = JointDef::ball(first, [0.5; 3], second, [0.0; 3]);
@@ -160,6 +207,18 @@ fn make(world: &mut World, known: &Known, added: &mut Known, (what, [a, b], v, x
                 Method::named(Method::NAMES[usize::from(a) % Method::NAMES.len()]).unwrap();
             let config = WorldConfig { method, ..world.config().clone() };
             let _ = world.set_config(config);
+        }
+        16..=18 => change_body(world, first, (b, v, x)),
+        19..=21 => {
+            let shape = world.body(first).and_then(|body| body.shapes().next());
+            if let Some(shape) = shape {
+                change_shape(world, shape, (b, v, x));
+            }
+        }
+        22..=23 => {
+            if let Some(joint) = pick(&known.joints, a) {
+                change_joint(world, joint, (b, v, x));
+            }
         }
         _ => (0..a % 24).for_each(|_| world.step(DT)),
     }

@@ -130,7 +130,8 @@ impl Momentum {
 /// All dynamic bodies, island by island: every one is in an island, and a large world has more static bodies
 /// than it pays to walk over.
 fn dynamic(tables: &Tables) -> impl Iterator<Item = &Body> {
-    tables.islands.rows.iter().flat_map(|island| island.bodies(&tables.bodies))
+    let all = tables.islands.rows.iter().flat_map(|island| island.bodies(&tables.bodies));
+    all.filter(|body| !body.disabled)
 }
 
 /// Mass [kg], place [m] and velocity [m/s] of the particles that are not pinned.

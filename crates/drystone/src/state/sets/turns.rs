@@ -95,7 +95,7 @@ impl Turn {
         if self.what == Move::Rouses {
             for body in self.bodies {
                 let body = bodies.at_mut(body);
-                if !body.faulted && body.kind != BodyKind::Static {
+                if !body.out && body.kind != BodyKind::Static {
                     body.still_time = 0.0;
                 }
             }

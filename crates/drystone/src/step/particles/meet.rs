@@ -223,7 +223,7 @@ impl Around<'_> {
             friction: rub,
             restitution: bounce,
             pushes: dynamic && body.active(),
-            asleep: dynamic && !body.active() && !body.faulted,
+            asleep: dynamic && !body.active() && !body.out,
             rests: particle.still_time > 0.0,
         }
     }

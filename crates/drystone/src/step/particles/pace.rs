@@ -216,7 +216,7 @@ impl Tied<'_> {
         for i in 0..self.particles.attachments.len() {
             let held = self.particles.attachments[i];
             let body = bodies.at(held.body);
-            if !super::moves(self.particles.at(held.line)) || body.faulted {
+            if !super::moves(self.particles.at(held.line)) || body.out {
                 continue;
             }
             let r = body.rotation.rotate(held.anchor);

@@ -88,7 +88,7 @@ pub(super) fn thaw(ctx: &StepContext, config: &SleepConfig, sets: &mut Sets<'_>,
     for pair in sets.contacts.awake_pairs() {
         for (row, other) in [(pair[0], pair[1]), (pair[1], pair[0])] {
             let body = sets.bodies.at(row);
-            if !body.active() && body.is_dynamic() && !body.faulted {
+            if !body.active() && body.is_dynamic() && !body.out {
                 let other = sets.bodies.at(other);
                 s.touched.push((row, !other.is_dynamic() || other.still_time < settled));
             }
@@ -174,7 +174,7 @@ pub(super) fn freeze(
 }
 
 /// Takes down what awake bodies of these bear: they are about to rest.
-pub(super) fn note_loads(ctx: &StepContext, rows: &[u32], sets: &mut Sets<'_>) {
+pub(crate) fn note_loads(ctx: &StepContext, rows: &[u32], sets: &mut Sets<'_>) {
     for row in rows {
         if sets.bodies.at(*row).active() {
             let load = load(ctx, *row, sets);

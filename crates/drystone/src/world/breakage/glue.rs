@@ -103,7 +103,9 @@ impl World {
         let mut rows = core::mem::take(&mut scratch.bodies);
         rows.clear();
         let tables = &self.tables;
-        rows.extend(tables.breakage.glued.keys().filter(|row| tables.bodies.at(**row).active()));
+        let can_part =
+            |row: &&u32| tables.bodies.at(**row).active() && tables.bodies.at(**row).breaks;
+        rows.extend(tables.breakage.glued.keys().filter(can_part));
         for row in &rows {
             // Taken, not removed: the list keeps its memory.
             let Some(slot) = self.tables.breakage.glued.get_mut(row) else { continue };

@@ -15,6 +15,7 @@ use crate::state::bodies::{Body, MassSource};
 use crate::state::def::{BodyDef, DefError, Fracture, ShapeDef};
 use crate::state::events::{FractureCause, FractureEvent};
 use crate::state::shapes::ShapeRow;
+use crate::state::tables::Tables;
 use crate::world::World;
 
 /// A point that is hit is taken to be this far inside, as a part of the way to the center.
@@ -63,7 +64,7 @@ impl World {
     /// [`crate::BreakageConfig::max_pieces`] already.
     ///
     /// # Errors
-    /// No such body, one that cannot break, or a field that is out of range.
+    /// No such body, one that cannot break or is disabled, or a field that is out of range.
     pub fn fracture_body(
         &mut self,
         id: BodyId,
@@ -74,6 +75,9 @@ impl World {
         let point = point.into();
         crate::state::def::position("point", point)?;
         let row = self.breakable(id)?;
+        if self.tables.bodies.at(row).disabled {
+            return Err(DefError::new("body", id.index(), "a body that is enabled"));
+        }
         Ok(self.shatter(row, how, point).unwrap_or_default())
     }
 
@@ -85,8 +89,7 @@ impl World {
         let Some(how) = how else {
             if let Some(row) = self.tables.bodies.rows.row(id) {
                 self.tables.breakage.fractures.remove(&row);
-                let glued = self.tables.breakage.glued.contains_key(&row);
-                self.tables.bodies.at_mut(row).breaks = glued;
+                self.follow_breakage(row);
             }
             return Ok(());
         };
@@ -95,6 +98,14 @@ impl World {
         self.tables.breakage.fractures.insert(row, how);
         self.tables.bodies.at_mut(row).breaks = true;
         Ok(())
+    }
+
+    /// Whether contacts are to sum up what they give to a body: it breaks, and is dynamic.
+    pub(in crate::world) fn follow_breakage(&mut self, row: u32) {
+        let Tables { breakage, bodies, .. } = &mut self.tables;
+        let breaks = breakage.glued.contains_key(&row) || breakage.fractures.contains_key(&row);
+        let body = bodies.at_mut(row);
+        body.breaks = breaks && body.is_dynamic();
     }
 
     /// The row of a body that can be broken into pieces.

@@ -154,7 +154,7 @@ impl World {
         tables.colors.bodies_changed = true;
         self.enter_joint(joint);
         for coupling in couplings {
-            self.follow_joints(coupling);
+            self.follow_joints(coupling, false);
         }
     }
 }

@@ -1,0 +1,294 @@
+//! What a body is, changed while it lives: its kind, its mass, whether it takes part, whether it sleeps.
+
+use super::World;
+use super::body::BodyMut;
+use super::mass::{check_energy, check_mass, principal_moments};
+use crate::base::math::Vec3;
+use crate::base::pose::Pose;
+use crate::base::quat::Quat;
+use crate::geometry::mass::MassProperties;
+use crate::state::bodies::Fineness;
+use crate::state::def::{
+    BodyKind, DefError, MassDef, at_least_zero, position, shape_suits, unit, velocity,
+};
+use crate::state::stillness::Stillness;
+use crate::state::tables::Tables;
+use crate::step::broadphase::may_meet;
+use crate::step::partition;
+use crate::step::sleep::{freeze, split_island};
+
+impl BodyMut<'_> {
+    /// Makes it a body of another kind. It stays where it is, with its shapes, contacts and joints, and wakes with what
+    /// touches it or hangs on it. What becomes static loses its velocity; others go on with theirs.
+    ///
+    /// A body that becomes dynamic has the mass of [`super::BodyRef::mass_def`]. Contacts end where neither body is dynamic.
+    /// Joints between such bodies are idle until one is dynamic; so are the bonds and the [`crate::Fracture`] of what is not.
+    ///
+    /// # Errors
+    /// A shape that such a body cannot have: a half-space not on a static one, a mesh on a dynamic one. Of what becomes
+    /// dynamic, a mass or energy of motion that is out of range. Then nothing is changed.
+    pub fn set_kind(&mut self, kind: BodyKind) -> Result<(), DefError> {
+        let (row, body) = (self.row, self.world.tables.bodies.at(self.row));
+        if kind == body.kind {
+            return Ok(());
+        }
+        for shape in &body.shapes {
+            shape_suits(kind, &self.world.tables.shapes.at(*shape).shape)?;
+        }
+        let mut mass = None;
+        if kind == BodyKind::Dynamic {
+            let made = self.world.mass_from(row, self.get().mass_def())?;
+            check_energy(made.mass, principal_moments(&made).0, [body.v, body.w])?;
+            mass = Some(made);
+        }
+        self.wake();
+        self.wake_neighbors();
+        self.world.change_kind(row, kind, mass.as_ref());
+        Ok(())
+    }
+
+    /// Gives it another mass, and wakes it. Its shapes stay where they are. Every point of it keeps its velocity, wherever the
+    /// center of mass comes to. What is not dynamic has this mass as soon as it is.
+    ///
+    /// # Errors
+    /// A number is out of range, or what its shapes come to is; a mass given in full for a body that breaks; velocities or
+    /// lasting forces that are out of range with that mass. Then nothing is changed.
+    pub fn set_mass(&mut self, mass: MassDef) -> Result<(), DefError> {
+        mass.validate()?;
+        let row = self.row;
+        let breakage = &self.world.tables.breakage;
+        let breaks = breakage.glued.contains_key(&row) || breakage.fractures.contains_key(&row);
+        if breaks && matches!(mass, MassDef::Exact { .. }) {
+            let allowed = "a mass from shapes, or their total, for a body that breaks";
+            return Err(DefError::new("mass", "given in full", allowed));
+        }
+        let mut made = None;
+        if self.body().is_dynamic() {
+            let props = self.world.mass_from(row, mass)?;
+            self.check_mass(&props)?;
+            made = Some(props);
+        }
+        let bodies = &mut self.world.tables.bodies;
+        bodies.at_mut(row).mass_source = mass.into();
+        bodies.given.remove(&row);
+        if let MassDef::Exact { mass, center, inertia } = mass {
+            bodies.given.insert(row, MassProperties { mass, center, inertia });
+        }
+        if let Some(made) = made {
+            let more = made.mass - self.body().mass;
+            self.world.set_mass(row, &made);
+            self.world.follow_weight(row, more);
+            self.world.refresh_extent(row);
+            self.world.refresh_bounds(row);
+            self.wake();
+        }
+        Ok(())
+    }
+
+    /// Checks that it may move as it does, and be pushed as it is, with another mass.
+    fn check_mass(&mut self, mass: &MassProperties) -> Result<(), DefError> {
+        let (moments, principal) = principal_moments(mass);
+        check_mass(mass.mass, moments)?;
+        let body = self.body();
+        check_energy(mass.mass, moments, [body.v, body.w])?;
+        let (force, torque) = (body.force + body.step_force, body.torque + body.step_torque);
+        let now = (body.mass, body.moments, body.principal);
+        (body.mass, body.moments, body.principal) = (mass.mass, moments, principal);
+        let checked = self.check_forces(force, torque);
+        let body = self.body();
+        (body.mass, body.moments, body.principal) = now;
+        checked
+    }
+
+    /// Takes it out of the world (false), or puts it back (true).
+    ///
+    /// What is out keeps its id, pose, velocities, shapes and joints, and all of them can be changed. It does not move and touches
+    /// nothing. No query finds it, no sum has a part of it, and its joints and attachments are idle. Its touches end,
+    /// and what it touched or held wakes. It goes on as it was when it is put back.
+    pub fn set_enabled(&mut self, enabled: bool) {
+        if enabled != self.body().disabled {
+            return;
+        }
+        let (row, id) = (self.row, self.get().id());
+        if enabled {
+            let body = self.body();
+            body.disabled = false;
+            if body.faulted {
+                return;
+            }
+            let moves = body.v != Vec3::ZERO || body.w != Vec3::ZERO;
+            let is_idle = body.kind == BodyKind::Kinematic && !moves;
+            self.world.put_in(row);
+            if !is_idle {
+                self.wake();
+            }
+            // What hangs on it, particles too.
+            self.wake_neighbors();
+            // Being put back awake is no event.
+            self.world.pending.wake.retain(|body| *body != id);
+            return;
+        }
+        self.wake();
+        self.wake_neighbors();
+        self.body().disabled = true;
+        if !self.body().out {
+            self.world.sets().take_out(row);
+            self.world.take_out(row);
+            // Particles that rest on it look again.
+            self.world.tables.bounds.fixed_changes += 1;
+        }
+    }
+
+    /// Puts it to sleep now, wherever it is and however fast it moves. All dynamic bodies sleep with it that it is connected with
+    /// by touches and joints. They stop, and sleep until something wakes them, even those that were told not to sleep. No
+    /// effect on what is not dynamic.
+    pub fn sleep(&mut self) {
+        let row = self.row;
+        let body = self.body();
+        if !body.active() || !body.is_dynamic() {
+            return;
+        }
+        let island = body.island;
+        if self.world.tables.islands.wake_alone {
+            let ctx = self.world.context();
+            freeze::note_loads(&ctx, &[row], &mut self.world.sets());
+            self.world.sets().rest(&[row]);
+            return;
+        }
+        let step = self.world.tables.steps;
+        if self.world.tables.islands.rows[island as usize].cut {
+            split_island(island, step, &mut self.world.sets());
+        }
+        let Tables { islands, bodies, .. } = &mut self.world.tables;
+        let members = islands.members(bodies.at(row).island, bodies);
+        for row in &members {
+            // Then what it is in already wakes it as little as what is added asleep.
+            bodies.at_mut(*row).still_time = 0.0;
+        }
+        self.world.sets().rest(&members);
+        self.world.tables.islands.give_back(members);
+    }
+
+    /// Sets the speed below which it is slow [m/s]; `None`: the world's.
+    ///
+    /// # Errors
+    /// The speed is below 0 or not finite; then nothing is changed.
+    pub fn set_sleep_speed(&mut self, speed: Option<f32>) -> Result<(), DefError> {
+        if let Some(speed) = speed {
+            at_least_zero("sleep_speed", speed)?;
+        }
+        self.body().sleep_speed = speed.unwrap_or(-1.0);
+        Ok(())
+    }
+
+    /// Corrects its state by what a server says: pose of its origin [m, world], linear and angular velocity [m/s, rad/s,
+    /// world]. Where all numbers are those that it has, nothing is changed and nothing wakes. True if something was
+    /// changed. Of a static body only the pose is taken.
+    ///
+    /// # Errors
+    /// A number is not finite or too large, or the rotation is not a unit quaternion; then nothing is
+    /// changed.
+    pub fn correct_state(
+        &mut self,
+        pose: Pose,
+        linear: impl Into<Vec3>,
+        angular: impl Into<Vec3>,
+    ) -> Result<bool, DefError> {
+        let (linear, angular) = (linear.into(), angular.into());
+        position("position", pose.position)?;
+        unit("rotation", pose.rotation)?;
+        velocity("linear_velocity", linear)?;
+        velocity("angular_velocity", angular)?;
+        let body = self.body();
+        let has_velocity = body.kind != BodyKind::Static;
+        let moved = body.faulted || body.pose() != pose;
+        let sped = has_velocity && (body.v != linear || body.w != angular);
+        if moved {
+            self.set_pose(pose)?;
+        }
+        if sped {
+            self.set_velocities(linear, angular);
+        }
+        Ok(moved || sped)
+    }
+}
+
+impl World {
+    /// Makes a body one of another kind, of this mass if it becomes dynamic.
+    fn change_kind(&mut self, row: u32, kind: BodyKind, mass: Option<&MassProperties>) {
+        let ctx = self.context();
+        let body = self.tables.bodies.at_mut(row);
+        let was_fixed = body.kind == BodyKind::Static;
+        if kind == BodyKind::Static {
+            (body.v, body.w) = (Vec3::ZERO, Vec3::ZERO);
+        }
+        (body.step_force, body.step_torque, body.w_rest) = Default::default();
+        (body.inertia_factor, body.load, body.fineness) = (1.0, 0.0, Fineness::Whole);
+        body.last_h = if ctx.is_soft { self.last_h } else { 0.0 };
+        body.flies = false;
+        (body.mass, body.moments, body.principal) = (0.0, Vec3::ZERO, Quat::IDENTITY);
+        self.tables.bodies.tracks[row as usize].ahead = 0;
+        self.tables.bodies.stillness[row as usize] = Stillness::default();
+        self.sets().set_kind(row, kind);
+        if let Some(mass) = mass {
+            self.set_mass(row, mass);
+        }
+        self.follow_breakage(row);
+        self.end_forbidden(row);
+        self.follow_kind_of(row);
+        self.refresh_extent(row);
+        if was_fixed == (kind == BodyKind::Static) {
+            self.refresh_bounds(row);
+            return;
+        }
+        self.tables.bodies.at_mut(row).room = 0.0;
+        for shape in self.tables.bodies.at(row).shapes.clone() {
+            let tables = &mut self.tables;
+            tables.bounds.remove(shape, &tables.shapes);
+            tables.shapes.at_mut(shape).fixed = !was_fixed;
+            self.enter_bounds(shape);
+        }
+    }
+
+    /// Ends the contacts of a body that may not meet any longer, waking what it touched.
+    pub(super) fn end_forbidden(&mut self, row: u32) {
+        let Tables { bodies, shapes, joints, contacts, .. } = &self.tables;
+        let over = contacts.of_body(bodies.at(row)).filter_map(|(contact, side)| {
+            let c = contacts.at(contact);
+            let (a, b) = (shapes.at(c.shape_a), shapes.at(c.shape_b));
+            let ends = !c.is_part && !may_meet(bodies, joints, a, b);
+            ends.then_some((contact, if side == 0 { c.body_b } else { c.body_a }))
+        });
+        for (contact, other) in over.collect::<Vec<_>>() {
+            self.sets().wake(other);
+            self.end_contact(contact);
+        }
+    }
+
+    /// Ends a contact, and reports that if it touched.
+    pub(super) fn end_contact(&mut self, row: u32) {
+        let Tables { bodies, joints, contacts, islands, colors, shapes, .. } = &mut self.tables;
+        let events = &mut self.pending;
+        let mut sets =
+            crate::state::sets::Sets { bodies, joints, contacts, islands, colors, events };
+        partition::end_contact(row, shapes, &mut sets);
+    }
+
+    /// What acts on no dynamic body any longer forgets its impulses; couplings stand between bodies of which one moves.
+    fn follow_kind_of(&mut self, row: u32) {
+        let joints: Vec<u32> = self.tables.bodies.at(row).joints.to_vec();
+        for joint in joints {
+            let tables = &mut self.tables;
+            let Some(id) = tables.joints.rows.id_at(joint) else { continue };
+            if !tables.joints.at(joint).place.is_somewhere() {
+                tables.joints.at_mut(joint).forget();
+            }
+            let mut couplings: Vec<u32> = self.couplings_of(id).collect();
+            couplings.sort_unstable();
+            couplings.dedup();
+            for coupling in couplings {
+                self.follow_joints(coupling, true);
+            }
+        }
+    }
+}

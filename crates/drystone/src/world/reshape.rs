@@ -1,0 +1,249 @@
+//! What a shape is, changed while it lives: what it meets, what it weighs, where it is on its body and what form it has.
+
+use super::add::rolling_radius;
+use super::mass::{check_mass, principal_moments};
+use super::shape::ShapeMut;
+use crate::base::limits;
+use crate::base::pose::Pose;
+use crate::geometry::shape::Shape;
+use crate::state::bodies::MassSource;
+use crate::state::def::{BodyKind, DefError, check_shape, position, shape_suits, unit, within};
+use crate::state::material::Filter;
+use crate::state::shapes::ShapeRow;
+use crate::step::broadphase::rank;
+
+impl ShapeMut<'_> {
+    /// Lets it collide with others. Touches that may not be any longer end, and what it touched wakes; with what it overlaps
+    /// and may touch now it has contacts from the next step on.
+    pub fn set_filter(&mut self, filter: Filter) {
+        if self.world.tables.shapes.at(self.row).filter == filter {
+            return;
+        }
+        self.world.tables.shapes.at_mut(self.row).filter = filter;
+        let body = self.body();
+        self.world.end_forbidden(body);
+        self.meet_anew();
+        self.world.sets().wake(body);
+    }
+
+    /// Makes it a sensor, or a shape that touches. What it overlaps enters or begins to touch in the next step; what it
+    /// touched, or saw, ends. A sensor has no mass: that of its body follows, but a body whose last solid shape it was
+    /// keeps the mass it had. A piece of a glued body loses its bonds. The body wakes.
+    ///
+    /// # Errors
+    /// The body's mass would be out of range; then nothing is changed.
+    pub fn set_sensor(&mut self, sensor: bool) -> Result<(), DefError> {
+        let (row, body) = (self.row, self.body());
+        if self.world.tables.shapes.at(row).sensor == sensor {
+            return Ok(());
+        }
+        self.check_change(|shape| shape.sensor = sensor)?;
+        // What they were tells what ends.
+        self.world.end_contacts_of(body, Some(row));
+        self.world.tables.shapes.at_mut(row).sensor = sensor;
+        let tables = &mut self.world.tables;
+        if let Some(glued) = tables.breakage.glued.get_mut(&body) {
+            glued.retain(|shape| shape != row);
+        }
+        self.meet_anew();
+        self.follow();
+        Ok(())
+    }
+
+    /// Gives it another density [kg/m³]; at least 0 (0: no mass). Center of mass and inertia of a dynamic body follow, and its
+    /// mass unless that was given; one that was given in full stays. The body keeps its place, every point of it its
+    /// velocity. It wakes.
+    ///
+    /// # Errors
+    /// The density is out of range, or the body's mass would be; 0 on a body that breaks. Then nothing is changed.
+    pub fn set_density(&mut self, density: f32) -> Result<(), DefError> {
+        within("density", density, &limits::DENSITY)?;
+        let body = self.body();
+        let tables = &self.world.tables;
+        let breakage = &tables.breakage;
+        let breaks = breakage.glued.contains_key(&body) || breakage.fractures.contains_key(&body);
+        if breaks && !tables.shapes.at(self.row).sensor && !(density > 0.0) {
+            return Err(DefError::new("density", density, "above 0: each piece has a mass"));
+        }
+        self.check_change(|shape| shape.density = density)?;
+        self.world.tables.shapes.at_mut(self.row).density = density;
+        self.follow();
+        Ok(())
+    }
+
+    /// Puts it elsewhere on its body [m, frame of the body's origin]. Touches stay where the shapes still touch. Center of
+    /// mass and inertia of a dynamic body follow, as with [`Self::set_density`]. It wakes, with what the shape touches.
+    ///
+    /// # Errors
+    /// A number is not finite or too large, the rotation is not a unit quaternion, the body's mass would be out of range, or
+    /// bonds hold the shape. Then nothing is changed.
+    pub fn set_local_pose(&mut self, pose: Pose) -> Result<(), DefError> {
+        position("pose.position", pose.position)?;
+        unit("pose.rotation", pose.rotation)?;
+        self.check_bonds()?;
+        let local = Pose { position: pose.position, rotation: pose.rotation.normalized() };
+        self.check_change(|shape| shape.local = local)?;
+        let center = self.world.tables.bodies.at(self.body()).local_center;
+        let shape = self.world.tables.shapes.at_mut(self.row);
+        shape.local = local;
+        shape.centered = Pose { position: local.position - center, rotation: local.rotation };
+        self.renew_contacts();
+        self.follow();
+        Ok(())
+    }
+
+    /// Gives it another form. Touches stay where the shapes still touch, but for those of what becomes, or was, a mesh or a
+    /// half-space. Center of mass and inertia of a dynamic body follow, as with [`Self::set_density`], and its mass unless that
+    /// was given. It wakes, with what the shape touches.
+    ///
+    /// # Errors
+    /// A number of the form is out of range, the body cannot have such a shape, its mass would be out of range, bonds hold the
+    /// shape, or the body fractures and this is no box or hull. Then nothing is changed.
+    pub fn set_geometry(&mut self, form: Shape) -> Result<(), DefError> {
+        check_shape(&form)?;
+        let body = self.body();
+        let tables = &mut self.world.tables;
+        shape_suits(tables.bodies.at(body).kind, &form)?;
+        self.check_bonds()?;
+        let tables = &mut self.world.tables;
+        let can_fracture = matches!(form, Shape::Box { .. } | Shape::Hull(_));
+        let fractures = tables.breakage.fractures.contains_key(&body);
+        if fractures && !tables.shapes.at(self.row).sensor && !can_fracture {
+            return Err(DefError::new("shape", form.kind(), "a box or hull on what fractures"));
+        }
+        let solid = tables.shapes.solid(&form);
+        let (flat, rolling_radius) = (form.is_flat(), rolling_radius(&form));
+        let reform = |shape: &mut ShapeRow| {
+            (shape.shape, shape.solid) = (form, solid);
+            (shape.flat, shape.rolling_radius) = (flat, rolling_radius);
+        };
+        let old_rank = rank(tables.shapes.at(self.row));
+        let mut new = tables.shapes.at(self.row).clone();
+        reform(&mut new);
+        self.check_change(|shape| *shape = new.clone())?;
+        if rank(&new) != old_rank {
+            self.world.end_contacts_of(body, Some(self.row));
+        }
+        *self.world.tables.shapes.at_mut(self.row) = new;
+        self.refresh_contacts();
+        self.renew_contacts();
+        self.follow();
+        Ok(())
+    }
+
+    /// Takes it out of the world (false), or puts it back (true). What is out touches nothing, and no query finds it; its
+    /// body keeps it, and the mass that it has by it. Its touches end, and what it touched wakes, with the body.
+    pub fn set_enabled(&mut self, enabled: bool) {
+        let (row, body) = (self.row, self.body());
+        if self.world.tables.shapes.at(row).enabled == enabled {
+            return;
+        }
+        if !enabled {
+            self.world.end_contacts_of(body, Some(row));
+            let tables = &mut self.world.tables;
+            tables.bounds.remove(row, &tables.shapes);
+            // Particles that rest on it look again.
+            tables.bounds.fixed_changes += 1;
+        }
+        let tables = &mut self.world.tables;
+        tables.shapes.at_mut(row).enabled = enabled;
+        tables.bodies.at_mut(body).room = 0.0;
+        if enabled {
+            self.world.enter_bounds(row);
+        }
+        self.world.sets().wake(body);
+    }
+
+    fn body(&self) -> u32 {
+        self.world.tables.shapes.at(self.row).body
+    }
+
+    /// A piece of a glued body has bonds at its faces: they would hold nothing.
+    fn check_bonds(&self) -> Result<(), DefError> {
+        let glued = self.world.tables.breakage.glued.get(&self.body());
+        let is_bound = glued.is_some_and(|glued| {
+            let number = glued.pieces.iter().position(|shape| *shape == self.row);
+            number.is_some_and(|n| glued.bonds.iter().any(|bond| bond.pieces.contains(&n)))
+        });
+        if !is_bound {
+            return Ok(());
+        }
+        Err(DefError::new("shape", "a piece of a glued body", "a shape that no bond holds"))
+    }
+
+    /// Checks the mass that the body of a shape changed so would have.
+    fn check_change(&mut self, change: impl FnOnce(&mut ShapeRow)) -> Result<(), DefError> {
+        let body = self.body();
+        let row = self.world.tables.shapes.at_mut(self.row);
+        let was = row.clone();
+        let was_solid = !was.sensor;
+        change(row);
+        let is_solid = !row.sensor;
+        let made = self.world.mass_with(body, None);
+        *self.world.tables.shapes.at_mut(self.row) = was;
+        let owner = self.world.tables.bodies.at(body);
+        match made {
+            Some(mass) => check_mass(mass.mass, principal_moments(&mass).0),
+            // One that becomes a sensor goes as a shape that is removed.
+            None if owner.kind == BodyKind::Dynamic
+                && owner.mass_source == MassSource::Shapes
+                && was_solid
+                && is_solid =>
+            {
+                let allowed = "shapes with volume and density, or a mass given in full";
+                Err(DefError::new("mass", 0.0, allowed))
+            }
+            None => Ok(()),
+        }
+    }
+
+    /// The mass of the body, how far it reaches and its boxes follow; it wakes.
+    fn follow(&mut self) {
+        let body = self.body();
+        let before = self.world.tables.bodies.at(body).mass;
+        self.world.refresh_mass(body);
+        let more = self.world.tables.bodies.at(body).mass - before;
+        if more != 0.0 {
+            self.world.follow_weight(body, more);
+        }
+        let tables = &mut self.world.tables;
+        if let Some(glued) = tables.breakage.glued.get_mut(&body) {
+            // Loads were those of other masses.
+            glued.give.clear();
+            glued.lack.clear();
+        }
+        self.world.sets().wake(body);
+    }
+
+    /// It looks for pairs in the next step.
+    fn meet_anew(&mut self) {
+        let tables = &mut self.world.tables;
+        let shape = tables.shapes.at(self.row);
+        if shape.is_in(tables.bodies.at(shape.body)) {
+            let fat = shape.fat;
+            tables.bounds.replace(self.row, fat, &mut tables.shapes);
+        }
+        // Particles that rest on it look again.
+        tables.bounds.fixed_changes += 1;
+    }
+
+    /// Its contacts get new manifolds in the next step, and keep what they carry; what it touches wakes.
+    fn renew_contacts(&mut self) {
+        let body = self.body();
+        for row in self.contacts() {
+            let tables = &mut self.world.tables;
+            let (a, b) = (tables.contacts.at(row).shape_a, tables.contacts.at(row).shape_b);
+            let (a, b) = (tables.shapes.at(a), tables.shapes.at(b));
+            let recyclable = a.flat && b.flat && !(a.sensor || b.sensor);
+            let contact = tables.contacts.at_mut(row);
+            contact.recyclable = recyclable;
+            let other = if contact.body_a == body { contact.body_b } else { contact.body_a };
+            if !contact.is_part {
+                tables.contacts.forget_manifolds(row, &tables.bodies.tracks);
+            }
+            self.world.sets().wake(other);
+        }
+        self.world.tables.bounds.fixed_changes += 1;
+        self.world.sets().wake(body);
+    }
+}
