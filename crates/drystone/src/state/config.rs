@@ -16,8 +16,7 @@ pub struct ContactConfig {
     pub hertz: f32,
     /// Damping ratio of contacts; at least 0; default 8. Half of it against static bodies.
     pub damping_ratio: f32,
-    /// Bodies that overlap are pushed apart no faster than this [m/s], and keep no speed of it; above 0; default 0.25.
-    /// What is deeper than it gets in a sixth of a second parts faster, in positions alone.
+    /// Bodies that overlap are pushed apart no faster than this [m/s]; above 0; default 0.25.
     pub push_speed: f32,
     /// Bodies at rest are held this far apart [m]; at least 0; default 5e-5: a lone body then does not
     /// sink below the surface it lies on by the give of its contacts (2e-5 m).

@@ -3,7 +3,6 @@
 use fearless_simd::Level;
 
 use super::solver::closing::SHORTEST;
-use super::solver::contact;
 use super::solver::inertia::LoadInertia;
 use super::solver::softness::{Compliance, Softness};
 use crate::base::math::Vec3;
@@ -46,8 +45,6 @@ pub(crate) struct StepContext {
     pub(crate) restitution_speed: f32,
     pub(crate) hit_speed: f32,
     pub(crate) push_speed: f32,
-    /// Overlaps are deep beyond this, whatever the parts of substeps [m].
-    pub(crate) deep: f32,
     /// Of contacts, as configured; 0: as stiff as substeps bear [Hz].
     pub(crate) contact_hertz: f32,
     /// Contacts give under a load: not those of the classic methods.
@@ -169,7 +166,6 @@ impl StepContext {
             restitution_speed: c.restitution_speed,
             hit_speed: c.hit_speed,
             push_speed: c.push_speed,
-            deep: contact::deep(c.push_speed),
             contact_hertz: c.hertz,
             is_soft: !config.method.is_classic(),
             soft,

@@ -122,9 +122,9 @@ pub(crate) fn advance_poses(
                 }
                 body.last_h = if ctx.is_soft { ctx.h } else { 0.0 };
                 let known = stillness.row(*row as usize);
-                let moved = most_moved(body, center, rotation);
-                rate_stillness(ctx, sleep, by_energy, body, (moved, known));
+                rate_stillness(ctx, sleep, by_energy, body, known);
                 still |= body.can_sleep && body.still_time >= sleep.time;
+                let moved = most_moved(body, center, rotation);
                 body.room -= moved;
                 let way = &mut tracks.row(*row as usize).way;
                 *way = way.wrapping_add(Track::at_least(moved));
@@ -402,14 +402,12 @@ fn arrive(
     true
 }
 
-/// Counts how long a body is still. `moved`: no point of it moved farther in the step [m]. What is pushed out of an overlap
-/// moves, though no velocity is left of it.
 fn rate_stillness(
     ctx: &StepContext,
     rule: &StillnessRule,
     by_energy: bool,
     body: &mut Body,
-    (moved, known): (f32, &mut Stillness),
+    known: &mut Stillness,
 ) {
     if !body.is_dynamic() {
         return;
@@ -417,8 +415,7 @@ fn rate_stillness(
     let by_speed = if by_energy {
         freeze::rests(ctx, rule.speed, body)
     } else {
-        let speed = body.still_speed(rule.speed);
-        body.greatest_speed() < speed && (!ctx.is_soft || moved < speed * ctx.dt)
+        body.greatest_speed() < body.still_speed(rule.speed)
     };
     rule.count(rule.is_slow(body, by_speed), body, known);
 }

@@ -29,7 +29,6 @@ mod scenario_methods;
 mod scenario_motion;
 mod scenario_particles;
 mod scenario_pinned;
-mod scenario_push_out;
 mod scenario_queries;
 mod scenario_groups;
 mod scenario_threads;

@@ -12,10 +12,8 @@ use super::rows::{
 use super::softness::Softness;
 use crate::base::disjoint::{Next, Rows};
 use crate::base::wide::{
-    LANES, Lanes, Sym3w, Vec3w, Wide, above, bits, bits_up_to_zero, load, max, min, select, splat,
-    sqrt,
+    LANES, Sym3w, Vec3w, Wide, above, bits, bits_up_to_zero, load, max, min, select, splat, sqrt,
 };
-use crate::step::context::StepContext;
 
 /// What one sweep over contacts does.
 #[derive(Clone, Copy, Debug)]
@@ -28,65 +26,12 @@ pub(crate) struct Sweep {
     pub(crate) inner: u32,
     /// Time of the step that positions have advanced [s].
     pub(crate) elapsed: f32,
-    /// How fast overlaps were pushed out in this step [1/s], of the sweep that takes what is left of that out of the
-    /// velocities; 0 of all others.
-    pub(crate) back: f32,
-    /// The greatest speed of that [m/s]: the cap, and what softness adds to it.
-    pub(crate) most_back: f32,
-    /// What is deeper parts in the positions [m], and its inverse.
-    pub(crate) deep: f32,
-    pub(crate) inv_deep: f32,
 }
 
-impl Sweep {
-    pub(crate) fn new(ctx: &StepContext, softness: Softness, inner: u32, elapsed: f32) -> Self {
-        Self {
-            inv_h: ctx.inv_h,
-            softness,
-            cap: ctx.push_speed,
-            inner,
-            elapsed,
-            back: 0.0,
-            most_back: 0.0,
-            deep: ctx.deep,
-            inv_deep: 1.0 / ctx.deep,
-        }
-    }
-
-    /// Without bias. At the step's end what overlaps were pushed out at is taken back, which follows from how soft they were.
-    pub(crate) fn relaxing(ctx: &StepContext, pushed: Option<&Softness>, elapsed: f32) -> Self {
-        let rigid = Self::new(ctx, Softness::RIGID, 1, elapsed);
-        pushed.map_or(rigid, |soft| Self {
-            back: soft.push_rate(),
-            most_back: ctx.push_speed / soft.mass,
-            ..rigid
-        })
-    }
-}
-
-/// The part of an overlap that is pushed out in a second [1/s] where that is as fast as the cap: what is deeper parts in the
-/// positions ([`super::parting`]). At rest nothing is as deep.
+/// The part of a deep overlap that may be pushed out in a second [1/s]: the cap on the speed grows with
+/// the depth, so that what an impact squeezed together comes apart in half a second. At rest the cap is not
+/// reached.
 const DEEP_RATE: f32 = 6.0;
-
-/// The least depth that is deep, for a greatest speed of push-out [m].
-pub(crate) const fn deep(cap: f32) -> f32 {
-    cap / DEEP_RATE
-}
-
-/// The lanes of each byte of [`ContactBlock::pushed`], 1 where a bit is set.
-static LANES_OF: [Lanes; 256] = {
-    let mut all = [[0.0; LANES]; 256];
-    let mut bits = 0;
-    while bits < 256 {
-        let mut lane = 0;
-        while lane < LANES {
-            all[bits][lane] = (bits >> lane & 1) as f32;
-            lane += 1;
-        }
-        bits += 1;
-    }
-    all
-};
 
 /// Rounds that a contact without a warm start gets besides, and one that is hit: whose points approach
 /// faster than this [m/s], ten times what gravity gives in a substep.
@@ -118,34 +63,6 @@ struct Bias<S: Simd, const N: usize> {
     target: [Wide<S>; N],
     leak: [Wide<S>; N],
     floor: [Wide<S>; N],
-    /// How far below zero an impulse may go.
-    pull: [Wide<S>; N],
-}
-
-/// What leaves faster than this many times the speed that it was pushed out at does so for another reason.
-const LEAVES: f32 = 2.0;
-
-/// How far below zero the impulse of a point may go in the sweep at the step's end. What pushed out an overlap is no more in the
-/// impulse of the last substep, which alone may be taken back otherwise. No more than what the greatest overlap was pushed out at.
-/// `s`, `vn`: its separation, and how fast that grows.
-#[inline(always)]
-fn pull<S: Simd>(
-    simd: S,
-    block: &ContactBlock,
-    extra: Option<&Extra>,
-    j: usize,
-    [s, vn]: [Wide<S>; 2],
-    sweep: &Sweep,
-) -> Wide<S> {
-    let (zero, point) = (splat(simd, 0.0), &block.points[j]);
-    let deepest = max(zero, -min(s, load(simd, &point.s0)));
-    let speed = min(deepest * splat(simd, sweep.back), splat(simd, sweep.most_back));
-    let pushed = load(simd, &LANES_OF[usize::from(block.pushed[j])]);
-    // What bounced leaves as it must.
-    let bounced = extra.map_or(0, |extra| extra.hit);
-    let stays = splat(simd, 1.0) - load(simd, &LANES_OF[usize::from(bounced)]);
-    let pull = load(simd, &point.mass) * speed * pushed * stays;
-    select(above(vn, speed * splat(simd, LEAVES)), zero, pull)
 }
 
 /// One Gauss-Seidel round over the points of a manifold, always in the same order. With
@@ -162,7 +79,7 @@ fn solve_normals<S: Simd, const N: usize>(
     for j in 0..N {
         // The cap is on bias and leak together: it limits the net push-out, not the load.
         let q = max(bias.target[j] + bias.leak[j] * lambda[j], bias.floor[j]);
-        let mut d = min(q + z[j], lambda[j] + bias.pull[j]);
+        let mut d = min(q + z[j], lambda[j]);
         if let Some((lanes, zero)) = only {
             d = select(lanes, d, zero);
         }
@@ -258,11 +175,11 @@ fn solve_points<S: Simd, const FIXED: bool, const N: usize>(
     let soft_rate = splat(simd, sweep.softness.rate);
     let soft_impulse = splat(simd, sweep.softness.impulse);
     let cap = splat(simd, -sweep.cap);
-    let fades = splat(simd, sweep.deep);
+    let deep = splat(simd, DEEP_RATE);
     let elapsed = splat(simd, sweep.elapsed);
     let mut vn = [zero; N];
     let mut gain = [zero; N];
-    let mut bias = Bias { target: [zero; N], leak: [zero; N], floor: [zero; N], pull: [zero; N] };
+    let mut bias = Bias { target: [zero; N], leak: [zero; N], floor: [zero; N] };
     let mut lambda = [zero; N];
     for j in 0..N {
         next.ask(5 + 4 * j..9 + 4 * j);
@@ -288,17 +205,8 @@ fn solve_points<S: Simd, const FIXED: bool, const N: usize>(
         bias.target[j] = select(apart, mass * s * inv_h, mass * soft_rate * s);
         gain[j] = select(apart, mass, mass * soft_mass);
         bias.leak[j] = select(apart, zero, soft_impulse);
-        // From a deep overlap to one of twice that depth the push fades.
-        let faded = min((-s - fades) * splat(simd, sweep.inv_deep), splat(simd, 1.0));
-        bias.floor[j] = mass * cap * (splat(simd, 1.0) - max(faded, zero));
+        bias.floor[j] = mass * min(cap, s * deep);
         lambda[j] = load(simd, &point.impulse);
-        if sweep.back > 0.0 {
-            let pull = pull(simd, block, extra.as_deref(), j, [s, vn[j]], sweep);
-            let pulls = above(pull, zero);
-            // What the push took out of the overlap does not leave either; no gap may close then.
-            bias.target[j] = select(pulls, zero, bias.target[j]);
-            bias.pull[j] = pull;
-        }
     }
 
     let entry = lambda;
@@ -314,20 +222,6 @@ fn solve_points<S: Simd, const FIXED: bool, const N: usize>(
     for _ in 0..sweep.inner {
         solve_normals(&bias, &response, None, &mut lambda, &mut z);
     }
-    if N > 1 && sweep.back > 0.0 {
-        // One round takes points back one after the other, and what was pushed out straight would turn.
-        // A lone point has one row, whatever is beside it in the block.
-        let mut most = bias.pull[0];
-        for pull in &bias.pull[1..] {
-            most = max(most, *pull);
-        }
-        let pulls = above(select(above(gain[1], zero), most, zero), zero);
-        if pulls.any_true() {
-            for _ in 0..EAGER_ROUNDS {
-                solve_normals(&bias, &response, Some((pulls, zero)), &mut lambda, &mut z);
-            }
-        }
-    }
     if N > 1 {
         solve_eagerly(simd, block, &bias, &response, [&vn, &gain, &entry], &mut lambda, &mut z);
     }
@@ -339,19 +233,12 @@ fn solve_points<S: Simd, const FIXED: bool, const N: usize>(
         let point = &mut block.points[j];
         let d = lambda[j] - entry[j];
         pushed += d;
-        let left = max(lambda[j], zero);
-        total += left;
+        total += lambda[j];
         turn_b[j] = Vec3w::load(simd, &point.b) * d;
         if !FIXED {
             turn_a[j] = Vec3w::load(simd, &point.a) * d;
         }
-        left.store_array(&mut point.impulse);
-        if !(sweep.back > 0.0) {
-            let pushed = block.pushed[j] | lanes_of(above(min(left, -bias.target[j]), zero));
-            if pushed != block.pushed[j] {
-                block.pushed[j] = pushed;
-            }
-        }
+        lambda[j].store_array(&mut point.impulse);
     }
     vb.w = vb.w + sum(turn_b);
     if !FIXED {

@@ -34,7 +34,6 @@ mod pinned;
 mod root;
 mod layout;
 mod lines;
-mod parting;
 mod plan;
 mod reflect;
 mod renew;
@@ -399,6 +398,13 @@ impl Solver<'_> {
         let elapsed = substep as f32 * ctx.h;
         // A relax pass within a substep stands after its positions.
         let moved = elapsed + if substep < ctx.substeps { ctx.h } else { 0.0 };
+        let sweep = |softness, inner, elapsed| Sweep {
+            inv_h: ctx.inv_h,
+            softness,
+            cap: ctx.push_speed,
+            inner,
+            elapsed,
+        };
         match pass {
             Pass::Solve { inner } => {
                 let inner = inner.clamp(1, 8);
@@ -407,8 +413,8 @@ impl Solver<'_> {
                 self.sweep_joints(group, &joints, jobs);
                 self.sweep_sixdofs(group, &joints, jobs);
                 self.sweep_trees(group, &joints, jobs);
-                let solve = |soft| Sweep::new(ctx, soft, inner, elapsed);
-                let sweeps = [solve(ctx.soft), solve(ctx.soft_fixed)];
+                let sweeps =
+                    [sweep(ctx.soft, inner, elapsed), sweep(ctx.soft_fixed, inner, elapsed)];
                 self.sweep_contacts(group, &sweeps, jobs);
                 self.add_to_tallies(group, When::solved(substep, ctx.parts));
             }
@@ -418,10 +424,8 @@ impl Solver<'_> {
                 self.sweep_joints(group, &joints, jobs);
                 self.sweep_sixdofs(group, &joints, jobs);
                 self.sweep_trees(group, &joints, jobs);
-                let last = substep == ctx.substeps;
-                let relax = |soft: &Softness| Sweep::relaxing(ctx, last.then_some(soft), moved);
-                let sweeps = [relax(&ctx.soft), relax(&ctx.soft_fixed)];
-                self.sweep_contacts(group, &sweeps, jobs);
+                let rigid = sweep(Softness::RIGID, 1, moved);
+                self.sweep_contacts(group, &[rigid, rigid], jobs);
                 self.add_to_tallies(group, When::relaxed());
             }
             // Passes over bodies or islands, and those of the classic methods.

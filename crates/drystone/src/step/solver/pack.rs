@@ -169,7 +169,7 @@ pub(super) fn build<S: Simd, const FIXED: bool>(
         return None;
     };
     (block.row_a, block.row_b) = (raw.row_a, raw.row_b);
-    (block.count, block.pressed, block.pushed) = (0, 0, [0; 4]);
+    (block.count, block.pressed) = (0, 0);
     for c in raw.contacts {
         block.count = block.count.max(c.count);
     }
@@ -257,7 +257,6 @@ fn build_rows<S: Simd, const FIXED: bool, const N: usize>(
     let (mut ca, mut cb, mut weight, mut gap) = (zeros, zeros, zero, zero);
     let mut weights = [zero; N];
     let (mut total, mut most) = (zero, zero);
-    let mut least_gap = zero;
     let (mut turn_a, mut turn_b) = (zeros, zeros);
     for j in 0..N {
         #[expect(clippy::cast_precision_loss, reason = "below 4")]
@@ -277,7 +276,6 @@ fn build_rows<S: Simd, const FIXED: bool, const N: usize>(
         weights[j] = w;
         gap += max(s0, zero) * w;
         s0.store_array(&mut point.s0);
-        least_gap = min(least_gap, s0);
         impulse.store_array(&mut point.impulse);
         rb[j] = arm_b;
         if FIXED {
@@ -341,8 +339,6 @@ fn build_rows<S: Simd, const FIXED: bool, const N: usize>(
     }
 
     mark_fresh(simd, block, count, most);
-    let deep = splat(simd, source.ctx.deep);
-    block.is_deep = above(-least_gap, deep).any_true();
     let push = n * total + t1 * impulse[0] + t2 * impulse[1];
     Warm { push, turn_a, turn_b, reach }
 }

@@ -131,25 +131,6 @@ pub(crate) fn store_velocity<S: Simd>(
     }
 }
 
-/// Writes motions back as [`store_velocity`] does velocities.
-#[inline(always)]
-pub(crate) fn store_motion<S: Simd>(
-    simd: S,
-    lines: &Rows<'_, Line>,
-    rows: &[u32; LANES],
-    motion: Velocity<S>,
-) {
-    let x: [f32x4<S>; LANES] = scatter(simd, motion.v);
-    let t: [f32x4<S>; LANES] = scatter(simd, motion.w);
-    for i in 0..LANES {
-        if rows[i] != 0 {
-            let line = lines.row(rows[i] as usize);
-            x[i].store_array(&mut line.x);
-            t[i].store_array(&mut line.t);
-        }
-    }
-}
-
 /// What a contact has for each of its points.
 #[derive(Clone, Copy, Debug, Default)]
 #[repr(C, align(32))]
@@ -192,8 +173,6 @@ pub(crate) struct ContactBlock {
     /// 1 where the contact had no impulse when the step began: it gets more rounds.
     pub(crate) fresh: Lanes,
     pub(crate) any_fresh: bool,
-    /// A point of it overlaps deeply at the step's start.
-    pub(crate) is_deep: bool,
     /// Not all contacts have as many points as the rows that are solved for the block: 1, 2 or 4.
     pub(crate) is_mixed: bool,
     /// Most points of a contact in it.
@@ -201,8 +180,6 @@ pub(crate) struct ContactBlock {
     /// A bit for each lane that was pressed in any sweep of the step: what the last one leaves tells nothing of a landing
     /// that an earlier one stopped.
     pub(crate) pressed: u8,
-    /// A bit for each lane of a point that pressed on an overlap in any sweep of the step but the last.
-    pub(crate) pushed: [u8; 4],
     /// Last, so that with fewer points less is read.
     pub(crate) points: [PointRows; 4],
 }

@@ -30,11 +30,6 @@ impl Softness {
         Self { rate: omega / a1 * mass, mass, impulse }
     }
 
-    /// How fast an error is removed [1/s].
-    pub(crate) const fn push_rate(&self) -> f32 {
-        self.rate / self.mass
-    }
-
     /// `c h K + k h² K` of the spring, with K the inverse mass that it is on: how hard it is for a substep. Infinite if
     /// it is none.
     pub(crate) const fn hardness(&self) -> f32 {

@@ -127,7 +127,6 @@ impl Solver<'_> {
         if self.has_extras {
             self.find_free(group);
         }
-        self.part(group, jobs);
         self.store(group, jobs);
         if self.turns(group) {
             self.end_turning(group);
