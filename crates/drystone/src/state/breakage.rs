@@ -73,6 +73,11 @@ impl Breakage {
         !self.glued.is_empty() || !self.fractures.is_empty()
     }
 
+    /// Whether a body may come apart, or break into pieces.
+    pub(crate) fn breaks(&self, body: u32) -> bool {
+        self.glued.contains_key(&body) || self.fractures.contains_key(&body)
+    }
+
     /// The body in a row is removed.
     pub(crate) fn forget(&mut self, body: u32, is_piece: bool) {
         self.glued.remove(&body);

@@ -77,7 +77,7 @@ impl Sets<'_> {
         let (dynamic, n) = dynamic_of(self.bodies, a, b);
         // Joints of what is out of the world do not act, nor do couplings of those.
         let is_out = |body: u32| self.bodies.at(body).out;
-        if !joint.is_on() || n == 0 || joint.place.is_somewhere() || is_out(a) || is_out(b) {
+        if joint.is_idle(self.bodies) || joint.place.is_somewhere() {
             return;
         }
         if let Link::Coupling(coupling) = &joint.link {

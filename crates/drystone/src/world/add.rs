@@ -227,12 +227,17 @@ impl World {
             let c = self.tables.contacts.at(row);
             let other = if c.body_a == body { c.body_b } else { c.body_a };
             self.sets().wake(other);
-            let Tables { bodies, joints, contacts, islands, colors, shapes, .. } = &mut self.tables;
-            let events = &mut self.pending;
-            let mut sets =
-                crate::state::sets::Sets { bodies, joints, contacts, islands, colors, events };
-            partition::end_contact(row, shapes, &mut sets);
+            self.end_contact(row);
         }
+    }
+
+    /// Ends a contact, and reports that if it touched.
+    pub(super) fn end_contact(&mut self, row: u32) {
+        let Tables { bodies, joints, contacts, islands, colors, shapes, .. } = &mut self.tables;
+        let events = &mut self.pending;
+        let mut sets =
+            crate::state::sets::Sets { bodies, joints, contacts, islands, colors, events };
+        partition::end_contact(row, shapes, &mut sets);
     }
 
     /// Removes a body with its shapes and joints, lets go of the particles that it holds, and wakes what it
@@ -439,6 +444,22 @@ impl World {
         })
     }
 
+    /// As [`Self::couplings_of`], each once, by rows.
+    pub(super) fn each_coupling_of(&self, id: JointId) -> Vec<u32> {
+        let mut rows: Vec<u32> = self.couplings_of(id).collect();
+        rows.sort_unstable();
+        rows.dedup();
+        rows
+    }
+
+    /// Wakes the bodies of a joint.
+    pub(super) fn wake_bodies_of(&mut self, joint: u32) {
+        let joint = self.tables.joints.at(joint);
+        let bodies = [joint.body_a, joint.body_b];
+        let mut sets = self.sets();
+        bodies.into_iter().for_each(|body| sets.wake(body));
+    }
+
     /// Removes the couplings of a joint that goes.
     fn remove_couplings(&mut self, id: JointId) {
         let joints = &self.tables.joints;
@@ -450,7 +471,7 @@ impl World {
     }
 
     pub(super) fn end_contacts_between(&mut self, a: u32, b: u32) {
-        let tables = &mut self.tables;
+        let tables = &self.tables;
         let rows: Vec<u32> = tables
             .contacts
             .of_body(tables.bodies.at(a))
@@ -460,12 +481,8 @@ impl World {
                 !c.is_part && (c.body_a == b || c.body_b == b)
             })
             .collect();
-        let Tables { bodies, joints, contacts, islands, colors, shapes, .. } = tables;
-        let events = &mut self.pending;
-        let mut sets =
-            crate::state::sets::Sets { bodies, joints, contacts, islands, colors, events };
         for row in rows {
-            partition::end_contact(row, shapes, &mut sets);
+            self.end_contact(row);
         }
     }
 

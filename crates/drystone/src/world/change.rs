@@ -14,7 +14,6 @@ use crate::state::def::{
 use crate::state::stillness::Stillness;
 use crate::state::tables::Tables;
 use crate::step::broadphase::may_meet;
-use crate::step::partition;
 use crate::step::sleep::{freeze, split_island};
 
 impl BodyMut<'_> {
@@ -56,8 +55,7 @@ impl BodyMut<'_> {
     pub fn set_mass(&mut self, mass: MassDef) -> Result<(), DefError> {
         mass.validate()?;
         let row = self.row;
-        let breakage = &self.world.tables.breakage;
-        let breaks = breakage.glued.contains_key(&row) || breakage.fractures.contains_key(&row);
+        let breaks = self.world.tables.breakage.breaks(row);
         if breaks && matches!(mass, MassDef::Exact { .. }) {
             let allowed = "a mass from shapes, or their total, for a body that breaks";
             return Err(DefError::new("mass", "given in full", allowed));
@@ -265,15 +263,6 @@ impl World {
         }
     }
 
-    /// Ends a contact, and reports that if it touched.
-    pub(super) fn end_contact(&mut self, row: u32) {
-        let Tables { bodies, joints, contacts, islands, colors, shapes, .. } = &mut self.tables;
-        let events = &mut self.pending;
-        let mut sets =
-            crate::state::sets::Sets { bodies, joints, contacts, islands, colors, events };
-        partition::end_contact(row, shapes, &mut sets);
-    }
-
     /// What acts on no dynamic body any longer forgets its impulses; couplings stand between bodies of which one moves.
     fn follow_kind_of(&mut self, row: u32) {
         let joints: Vec<u32> = self.tables.bodies.at(row).joints.to_vec();
@@ -283,10 +272,7 @@ impl World {
             if !tables.joints.at(joint).place.is_somewhere() {
                 tables.joints.at_mut(joint).forget();
             }
-            let mut couplings: Vec<u32> = self.couplings_of(id).collect();
-            couplings.sort_unstable();
-            couplings.dedup();
-            for coupling in couplings {
+            for coupling in self.each_coupling_of(id) {
                 self.follow_joints(coupling, true);
             }
         }

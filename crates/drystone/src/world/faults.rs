@@ -63,9 +63,7 @@ impl World {
         }
         self.tables.islands.cut(a, &self.tables.bodies);
         self.tables.islands.cut(b, &self.tables.bodies);
-        let mut sets = self.sets();
-        sets.wake(a);
-        sets.wake(b);
+        self.wake_bodies_of(row);
     }
 
     /// Brings a body back that was put aside: it got a pose or a velocity.

@@ -7,7 +7,7 @@ use crate::state::check::{finite_vec, position, unit};
 use crate::state::coupling::check_axis;
 use crate::state::def::{DefError, JointDef, JointKind, JointStrength};
 use crate::state::joints::{Joint, Link};
-use crate::state::sixdof::{JointDrive, SixDof};
+use crate::state::sixdof::{JointAxis, JointDrive, SixDof};
 use crate::state::tables::Tables;
 
 use super::World;
@@ -288,11 +288,8 @@ impl World {
         let changed =
             six.def.parts() != axes.parts() || six.def.scalar_count() != axes.scalar_count();
         six.set(axes);
-        let (a, b) = (joint.body_a, joint.body_b);
         self.tables.colors.bodies_changed |= changed;
-        let mut sets = self.sets();
-        sets.wake(a);
-        sets.wake(b);
+        self.wake_bodies_of(row);
         Ok(true)
     }
 
@@ -308,6 +305,16 @@ impl World {
         axis: usize,
         drive: Option<JointDrive>,
     ) -> Result<bool, DefError> {
+        self.change_axis(id, axis, |axis| axis.drive = drive)
+    }
+
+    /// Changes one axis of a joint of six axes, and wakes its bodies. False if there is no such joint.
+    pub(super) fn change_axis(
+        &mut self,
+        id: JointId,
+        axis: usize,
+        change: impl FnOnce(&mut JointAxis),
+    ) -> Result<bool, DefError> {
         let Some(row) = self.tables.joints.rows.row(id) else { return Ok(false) };
         let JointKind::SixDof(mut axes) = self.tables.joints.at(row).link.kind() else {
             return Err(DefError::new("joint", id.index(), "a joint of six axes"));
@@ -316,7 +323,7 @@ impl World {
         let Some(to) = all.into_iter().nth(axis) else {
             return Err(DefError::new("axis", axis, "0 to 5"));
         };
-        to.drive = drive;
+        change(to);
         self.set_joint_axes(id, axes)
     }
 }

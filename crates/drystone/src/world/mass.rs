@@ -128,13 +128,21 @@ impl World {
     pub(super) fn mass_from(&self, row: u32, mass: MassDef) -> Result<MassProperties, DefError> {
         let shapes = self.tables.bodies.at(row).shapes.iter();
         let shapes = shapes.map(|s| self.tables.shapes.at(*s));
-        let solid = shapes.clone().filter(|s| !s.sensor && s.density > 0.0);
-        let parts: Vec<(Pose, MassProperties)> =
-            solid.map(|s| (s.local, MassProperties::of(&s.shape, s.density))).collect();
+        let parts = self.parts(row);
         let reach = shapes.map(|s| s.solid.max_extent(Vec3::ZERO) + s.local.position.length());
         let mass = given_or_sum(mass, &MassProperties::combine(&parts), reach)?;
         check_mass(mass.mass, principal_moments(&mass).0)?;
         Ok(mass)
+    }
+
+    /// Where on a body its shapes with a mass are, and what that is.
+    fn parts(&self, row: u32) -> Vec<(Pose, MassProperties)> {
+        let shapes = self.tables.bodies.at(row).shapes.iter();
+        let solid = shapes.map(|s| self.tables.shapes.at(*s));
+        solid
+            .filter(|s| !s.sensor && s.density > 0.0)
+            .map(|s| (s.local, MassProperties::of(&s.shape, s.density)))
+            .collect()
     }
 
     /// What the mass of a dynamic body comes to by its shapes and one more. `None` if it does not follow them:
@@ -144,11 +152,7 @@ impl World {
         if body.kind != BodyKind::Dynamic || body.mass_source == MassSource::Exact {
             return None;
         }
-        let solid = body.shapes.iter().map(|s| self.tables.shapes.at(*s));
-        let mut parts: Vec<(Pose, MassProperties)> = solid
-            .filter(|s| !s.sensor && s.density > 0.0)
-            .map(|s| (s.local, MassProperties::of(&s.shape, s.density)))
-            .collect();
+        let mut parts = self.parts(row);
         if let Some(def) = more.filter(|def| !def.sensor && def.density > 0.0) {
             let pose = Pose { rotation: def.pose.rotation.normalized(), ..def.pose };
             parts.push((pose, MassProperties::of(&def.shape, def.density)));

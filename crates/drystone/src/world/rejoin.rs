@@ -103,16 +103,7 @@ impl World {
         axis: usize,
         motion: JointMotion,
     ) -> Result<bool, DefError> {
-        let Some(row) = self.tables.joints.rows.row(id) else { return Ok(false) };
-        let JointKind::SixDof(mut axes) = self.tables.joints.at(row).link.kind() else {
-            return Err(DefError::new("joint", id.index(), "a joint of six axes"));
-        };
-        let all = axes.linear.iter_mut().chain(&mut axes.angular);
-        let Some(to) = all.into_iter().nth(axis) else {
-            return Err(DefError::new("axis", axis, "0 to 5"));
-        };
-        to.motion = motion;
-        self.set_joint_axes(id, axes)
+        self.change_axis(id, axis, |axis| axis.motion = motion)
     }
 
     /// Lets the bodies of a joint collide with each other or not; they wake. Touches that may not be any longer end. False
@@ -124,9 +115,7 @@ impl World {
         if core::mem::replace(&mut joint.collide_connected, collide) == collide {
             return true;
         }
-        for body in [a, b] {
-            self.sets().wake(body);
-        }
+        self.wake_bodies_of(row);
         self.end_forbidden(a);
         // They look for pairs again.
         for body in [a, b] {
@@ -149,10 +138,7 @@ impl World {
             self.take_out_joint(row);
             return true;
         }
-        let mut couplings: Vec<u32> = self.couplings_of(id).collect();
-        couplings.sort_unstable();
-        couplings.dedup();
-        for row in couplings.into_iter().chain([row]) {
+        for row in self.each_coupling_of(id).into_iter().chain([row]) {
             self.enter_joint(row);
         }
         true
@@ -174,11 +160,8 @@ impl World {
         let Some(row) = self.tables.joints.rows.row(id) else { return Ok(false) };
         let joint = self.tables.joints.at_mut(row);
         change(joint)?;
-        let (a, b) = (joint.body_a, joint.body_b);
         self.tables.colors.bodies_changed = true;
-        let mut sets = self.sets();
-        sets.wake(a);
-        sets.wake(b);
+        self.wake_bodies_of(row);
         Ok(true)
     }
 }

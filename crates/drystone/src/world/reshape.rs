@@ -60,9 +60,7 @@ impl ShapeMut<'_> {
         within("density", density, &limits::DENSITY)?;
         let body = self.body();
         let tables = &self.world.tables;
-        let breakage = &tables.breakage;
-        let breaks = breakage.glued.contains_key(&body) || breakage.fractures.contains_key(&body);
-        if breaks && !tables.shapes.at(self.row).sensor && !(density > 0.0) {
+        if tables.breakage.breaks(body) && !tables.shapes.at(self.row).sensor && !(density > 0.0) {
             return Err(DefError::new("density", density, "above 0: each piece has a mass"));
         }
         self.check_change(|shape| shape.density = density)?;

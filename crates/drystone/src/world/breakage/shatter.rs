@@ -103,9 +103,8 @@ impl World {
     /// Whether contacts are to sum up what they give to a body: it breaks, and is dynamic.
     pub(in crate::world) fn follow_breakage(&mut self, row: u32) {
         let Tables { breakage, bodies, .. } = &mut self.tables;
-        let breaks = breakage.glued.contains_key(&row) || breakage.fractures.contains_key(&row);
         let body = bodies.at_mut(row);
-        body.breaks = breaks && body.is_dynamic();
+        body.breaks = breakage.breaks(row) && body.is_dynamic();
     }
 
     /// The row of a body that can be broken into pieces.

@@ -136,9 +136,7 @@ impl World {
             return;
         }
         let id = self.tables.joints.rows.id_at(joint);
-        let mut couplings: Vec<u32> = id.into_iter().flat_map(|id| self.couplings_of(id)).collect();
-        couplings.sort_unstable();
-        couplings.dedup();
+        let couplings = id.map_or_else(Vec::new, |id| self.each_coupling_of(id));
         self.sets().uncolor_joint(joint);
         let tables = &mut self.tables;
         tables.islands.cut(from, &tables.bodies);
