@@ -40,8 +40,8 @@ pub(super) fn check_points(points: &[Vec3]) -> Result<(), HullError> {
     Ok(())
 }
 
-/// Whether planes are those of these faces: the corners of each on it, all others behind it, as near as the coarsest view of
-/// a cloud allows. Twice that, for points that were left out are not among the vertices.
+/// Refuses planes that are not those of these faces. A face's corners lie on its plane and all others behind it, as near as
+/// twice what the coarsest view of a cloud allows: points that were left out are not among the vertices.
 pub(super) fn check_planes(
     vertices: &[Vec3],
     planes: &[Plane],
