@@ -62,6 +62,7 @@ struct Hit {
     point: [f32; 3],
     normal: [f32; 3],
     speed: f32,
+    impulse: f32,
 }
 
 #[derive(Serialize)]
@@ -189,6 +190,7 @@ impl EventLog {
                 point: Vec3::to_array(e.point),
                 normal: Vec3::to_array(e.normal),
                 speed: e.speed,
+                impulse: e.impulse,
             };
             self.line(step, time, "hit", what)?;
         }

@@ -418,6 +418,12 @@ fn shape_call(world: &mut World, ids: &Ids, label: Label, call: &ShapeCall) -> D
             shape.set_enabled(*enabled);
             Ok(())
         }
+        ShapeCall::Reports(reports) => shape.set_reports(*reports),
+        ShapeCall::Senses(senses) => {
+            shape.set_senses(*senses);
+            Ok(())
+        }
+        ShapeCall::OneWay(front) => shape.set_one_way(*front),
     })
 }
 

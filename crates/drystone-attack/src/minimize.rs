@@ -2,7 +2,9 @@
 
 use std::time::{Duration, Instant};
 
-use drystone::{Filter, JointMotion, MassDef, Material, Pose, Quat, Vec3, WorldConfig};
+use drystone::{
+    ContactReports, Filter, JointMotion, MassDef, Material, Pose, Quat, Senses, Vec3, WorldConfig,
+};
 
 use crate::finding::{Finding, Findings, Kind};
 use crate::generate;
@@ -418,6 +420,8 @@ fn plain_shape(def: &mut drystone::ShapeDef, way: usize) {
         13 => {
             (def.surface_velocity, def.surface_spin) = (Vec3::ZERO, Vec3::ZERO);
             def.sensor = false;
+            (def.reports, def.senses) = (ContactReports::default(), Senses::default());
+            def.one_way = None;
         }
         _ => {}
     }

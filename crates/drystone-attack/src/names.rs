@@ -18,7 +18,7 @@ pub(crate) fn imports(text: &str) -> String {
 }
 
 /// Public names that a test may need.
-const NAMES: [&str; 51] = [
+const NAMES: [&str; 53] = [
     "Aabb",
     "AxisLocks",
     "BodyDef",
@@ -27,6 +27,7 @@ const NAMES: [&str; 51] = [
     "BondStrength",
     "ClothDef",
     "Combine",
+    "ContactReports",
     "CouplingDef",
     "Fatigue",
     "Filter",
@@ -55,6 +56,7 @@ const NAMES: [&str; 51] = [
     "Pulley",
     "Quat",
     "RopeDef",
+    "Senses",
     "Shape",
     "ShapeDef",
     "ShapeId",

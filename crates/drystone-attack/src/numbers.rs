@@ -65,7 +65,16 @@ pub fn of_op(op: &mut Op, f: Visit<'_>) {
             ShapeCall::Density(density) => f(density),
             ShapeCall::LocalPose(at) => pose(at, f),
             ShapeCall::Geometry(shape) => form(shape, f),
-            ShapeCall::Filter(_) | ShapeCall::Sensor(_) | ShapeCall::Enabled(_) => {}
+            ShapeCall::Reports(reports) => reports.hit_speed.iter_mut().for_each(f),
+            ShapeCall::OneWay(front) => {
+                if let Some(front) = front {
+                    vector(front, f);
+                }
+            }
+            ShapeCall::Filter(_)
+            | ShapeCall::Sensor(_)
+            | ShapeCall::Enabled(_)
+            | ShapeCall::Senses(_) => {}
         },
         Op::Joint(_, call) => joint_call(call, f),
         Op::Particle(_, call) => match call {
@@ -173,11 +182,23 @@ fn of_body(def: &mut BodyDef, f: Visit<'_>) {
 
 fn of_shape(plan: &mut ShapePlan, f: Visit<'_>) {
     form(&mut plan.form, f);
-    let ShapeDef { pose: at, density, material: surface, surface_velocity, surface_spin, .. } =
-        &mut plan.def;
+    let ShapeDef {
+        pose: at,
+        density,
+        material: surface,
+        surface_velocity,
+        surface_spin,
+        one_way,
+        reports,
+        ..
+    } = &mut plan.def;
     pose(at, f);
     f(density);
     material(surface, f);
+    if let Some(front) = one_way {
+        vector(front, f);
+    }
+    reports.hit_speed.iter_mut().for_each(&mut *f);
     vector(surface_velocity, f);
     vector(surface_spin, f);
 }

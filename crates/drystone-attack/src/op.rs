@@ -4,9 +4,10 @@
 //! out. An operation on something that was refused, or that no operation made, does nothing.
 
 use drystone::{
-    Aabb, AxisLocks, BodyDef, BodyKind, BondStrength, ClothDef, Filter, Fracture, ImpactBody,
-    ImpactSurface, JointDrive, JointKind, JointMotion, JointStrength, LinkKind, MassDef, Material,
-    ParticleDef, Pose, RopeDef, Shape, ShapeDef, SixDof, Vec3, WorldConfig,
+    Aabb, AxisLocks, BodyDef, BodyKind, BondStrength, ClothDef, ContactReports, Filter, Fracture,
+    ImpactBody, ImpactSurface, JointDrive, JointKind, JointMotion, JointStrength, LinkKind,
+    MassDef, Material, ParticleDef, Pose, RopeDef, Senses, Shape, ShapeDef, SixDof, Vec3,
+    WorldConfig,
 };
 
 /// What a thing is called within a program.
@@ -184,6 +185,12 @@ pub enum ShapeCall {
     Geometry(Form),
     /// `set_enabled`.
     Enabled(bool),
+    /// `set_reports`.
+    Reports(ContactReports),
+    /// `set_senses`.
+    Senses(Senses),
+    /// `set_one_way`.
+    OneWay(Option<Vec3>),
 }
 
 /// A change of a joint or a coupling.

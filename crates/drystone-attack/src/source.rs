@@ -482,7 +482,12 @@ fn call(op: &Op) -> String {
                 ShapeCall::Density(density) => format!("set_density({})", show(density)),
                 ShapeCall::LocalPose(pose) => format!("set_local_pose({})", show(pose)),
                 ShapeCall::Geometry(shape) => format!("set_geometry({})", form(shape)),
+                ShapeCall::Reports(reports) => format!("set_reports({})", show(reports)),
+                ShapeCall::OneWay(front) => format!("set_one_way({})", show(front)),
                 // These are never refused.
+                ShapeCall::Senses(senses) => {
+                    return format!("world.shape_mut(s{s}).unwrap().set_senses({});", show(senses));
+                }
                 ShapeCall::Filter(filter) => {
                     return format!("world.shape_mut(s{s}).unwrap().set_filter({});", show(filter));
                 }

@@ -3,8 +3,8 @@
 use std::fmt::Debug;
 
 use drystone::{
-    BodyDef, Filter, Fracture, JointAxis, JointStrength, Material, ParticleDef, ShapeDef, SixDof,
-    WorldConfig,
+    BodyDef, ContactReports, Filter, Fracture, JointAxis, JointStrength, Material, ParticleDef,
+    ShapeDef, SixDof, WorldConfig,
 };
 
 use crate::op::{Form, ShapePlan};
@@ -35,12 +35,15 @@ pub(crate) fn form(form: &Form) -> String {
 /// A shape whose fields are those of [`ShapeDef::new`] but for some.
 pub(crate) fn shape_def(plan: &ShapePlan) -> String {
     let (def, usual) = (&plan.def, ShapeDef::sphere(1.0));
-    let fields: [(&str, String, String); 8] = [
+    let fields: [(&str, String, String); 11] = [
         ("pose", show(&def.pose), show(&usual.pose)),
         ("density", show(&def.density), show(&usual.density)),
         ("material", show(&def.material), show(&usual.material)),
         ("filter", show(&def.filter), show(&usual.filter)),
         ("sensor", show(&def.sensor), show(&usual.sensor)),
+        ("reports", show(&def.reports), show(&usual.reports)),
+        ("senses", show(&def.senses), show(&usual.senses)),
+        ("one_way", show(&def.one_way), show(&usual.one_way)),
         ("surface_velocity", show(&def.surface_velocity), show(&usual.surface_velocity)),
         ("surface_spin", show(&def.surface_spin), show(&usual.surface_spin)),
         ("user_data", show(&def.user_data), show(&usual.user_data)),
@@ -61,6 +64,7 @@ pub(crate) const DEFAULTS: &[Default] = &[
     ("BodyDef", "BodyDef::default()", || format!("{:?}", BodyDef::default())),
     ("ParticleDef", "ParticleDef::default()", || format!("{:?}", ParticleDef::default())),
     ("Material", "Material::default()", || format!("{:?}", Material::default())),
+    ("ContactReports", "ContactReports::default()", || format!("{:?}", ContactReports::default())),
     ("Filter", "Filter::default()", || format!("{:?}", Filter::default())),
     ("Fracture", "Fracture::default()", || format!("{:?}", Fracture::default())),
     ("JointStrength", "JointStrength::default()", || format!("{:?}", JointStrength::default())),

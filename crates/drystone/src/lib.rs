@@ -67,15 +67,16 @@ pub use state::def::{
     JointKind, JointStrength, MassDef, Pulley, ShapeDef, Spring,
 };
 pub use state::events::{
-    BondBreak, ContactEvent, Events, Fault, FaultKind, FractureCause, FractureEvent, HitEvent,
-    JointBreak, JointLimit, LinkTear, SensorEvent,
+    BondBreak, ContactEvent, ContactForce, Events, Fault, FaultKind, ForcePoint, FractureCause,
+    FractureEvent, HitEvent, JointBreak, JointLimit, LinkTear, SensorEvent,
 };
-pub use state::material::{Combine, Filter, Material};
+pub use state::material::{Combine, Filter, Material, SurfaceRule};
 pub use state::method::{Method, Pass};
 pub use state::options::{
     Damping, Integration, MethodOptions, Order, Overlap, Persistence, Rest, Shock,
 };
 pub use state::particle_def::{LinkDef, LinkKind, LinkSpring, ParticleDef};
+pub use state::reports::{ContactReports, Senses};
 pub use state::sixdof::{JointAxis, JointCone, JointDrive, JointMotion, JointSpring, SixDof};
 pub use step::Stage;
 pub use world::{

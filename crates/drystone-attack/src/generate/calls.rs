@@ -67,7 +67,7 @@ impl Draw {
             return;
         }
         let shape = self.rng.pick(&body.shapes);
-        let call = match self.rng.below(10) {
+        let call = match self.rng.below(13) {
             0 => ShapeCall::Material(self.material()),
             1 => ShapeCall::SurfaceVelocity(self.speed()),
             2 => ShapeCall::SurfaceSpin(self.spin()),
@@ -80,6 +80,12 @@ impl Draw {
             }
             7 if self.rng.chance(0.1) => ShapeCall::Geometry(self.terrain()),
             7 | 8 => ShapeCall::Geometry(self.convex().0),
+            10 => ShapeCall::Reports(self.reports()),
+            11 => ShapeCall::Senses(self.senses()),
+            12 => {
+                let front = self.rng.chance(0.8).then(|| self.speed());
+                ShapeCall::OneWay(front)
+            }
             _ => ShapeCall::Enabled(self.rng.chance(0.5)),
         };
         self.ops.push(Op::Shape(shape, call));

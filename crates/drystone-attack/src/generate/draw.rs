@@ -1,6 +1,6 @@
 //! What a program has so far, and numbers in its style.
 
-use drystone::{Filter, Material, Quat, Vec3};
+use drystone::{ContactReports, Filter, Material, Quat, Senses, Vec3};
 
 use crate::op::{Label, Op, PIECES, Style};
 use crate::rng::Rng;
@@ -138,6 +138,17 @@ impl Draw {
         material.friction_combine = self.rng.pick(&rules);
         material.restitution_combine = self.rng.pick(&rules);
         material
+    }
+
+    pub(super) fn reports(&mut self) -> ContactReports {
+        let hit_speed = self.rng.chance(0.5).then(|| self.rng.scale(0.01, 10.0));
+        let [touches, hits, forces] = [0.8, 0.8, 0.7].map(|share| self.rng.chance(share));
+        ContactReports { touches, hits, hit_speed, forces }
+    }
+
+    pub(super) fn senses(&mut self) -> Senses {
+        let [statics, sensors] = [0, 1].map(|_| self.rng.chance(0.7));
+        Senses { statics, sensors }
     }
 
     pub(super) fn filter(&mut self) -> Filter {

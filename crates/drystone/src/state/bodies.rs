@@ -1,6 +1,6 @@
 //! Bodies: one row each. Velocity and pose are written by the solver's finish and by the world only.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use serde::{Deserialize, Serialize};
 use smallvec::SmallVec;
@@ -296,6 +296,8 @@ pub(crate) struct Bodies {
     frozen_loads: Vec<Load>,
     /// By rows: masses that were given in full. Bodies that are not dynamic have none of their own meanwhile.
     pub(crate) given: BTreeMap<u32, MassProperties>,
+    /// Pairs of rows, the lower first, that never collide.
+    pub(crate) strangers: BTreeSet<(u32, u32)>,
 }
 
 impl Bodies {

@@ -11,6 +11,7 @@ pub use super::fracture::Fracture;
 pub use super::glue::{Bond, BondStrength, Glue};
 pub use super::joint_def::{Fatigue, JointDef, JointKind, JointStrength, Pulley, Spring};
 use super::material::{Filter, Material};
+use super::reports::{ContactReports, Senses};
 use crate::base::limits;
 use crate::base::math::Vec3;
 use crate::base::pose::Pose;
@@ -166,9 +167,11 @@ pub struct ShapeDef {
     /// What it collides with.
     pub filter: Filter,
     /// A sensor reports what overlaps it and touches nothing; it has no mass. Default false. It sees the shapes of all
-    /// bodies but its own, whether they move, rest or sleep, however it or they came there; a sensor on a static body does not
-    /// see static ones. Sensors do not see each other.
+    /// bodies but its own, whether they move, rest or sleep, however it or they came there. It sees sensors, and on a static
+    /// body static shapes, only if [`Self::senses`] says so.
     pub sensor: bool,
+    /// What it sees besides, as a sensor.
+    pub senses: Senses,
     /// How its surface moves over it, as a conveyor belt does: what lies on it is dragged along by
     /// friction, up to this velocity relative to the body [m/s, frame of the shape]. Only the part along
     /// the surface acts. Default 0.
@@ -176,6 +179,11 @@ pub struct ShapeDef {
     /// Angular velocity of the surface about the shape's origin, for belts that turn
     /// [rad/s, frame of the shape]; adds to `surface_velocity`; default 0.
     pub surface_spin: Vec3,
+    /// It holds only what comes from the front, which is in this direction [frame of the shape, any length]: others pass until
+    /// they are out of it. `None`, the default: it holds from all sides.
+    pub one_way: Option<Vec3>,
+    /// Which events its contacts give.
+    pub reports: ContactReports,
     /// Any number of the user's.
     pub user_data: u64,
 }
@@ -191,8 +199,11 @@ impl ShapeDef {
             material: Material::default(),
             filter: Filter::default(),
             sensor: false,
+            senses: Senses::default(),
             surface_velocity: Vec3::ZERO,
             surface_spin: Vec3::ZERO,
+            one_way: None,
+            reports: ContactReports::default(),
             user_data: 0,
         }
     }
@@ -296,6 +307,32 @@ impl ShapeDef {
         Self { filter, ..self }
     }
 
+    /// Holding only what comes from the front, which is in this direction [frame of the shape, any length]. A platform that can
+    /// be jumped on from below has its front above:
+    ///
+    /// ```
+    /// use drystone::{ShapeDef, Vec3};
+    ///
+    /// let platform = ShapeDef::box_half([2.0, 0.1, 1.0]).with_one_way(Vec3::Y);
+    /// # let _ = platform;
+    /// ```
+    #[must_use]
+    pub fn with_one_way(self, front: impl Into<Vec3>) -> Self {
+        Self { one_way: Some(front.into()), ..self }
+    }
+
+    /// With these senses, as a sensor.
+    #[must_use]
+    pub fn with_senses(self, senses: Senses) -> Self {
+        Self { senses, ..self }
+    }
+
+    /// With these events of its contacts.
+    #[must_use]
+    pub fn with_reports(self, reports: ContactReports) -> Self {
+        Self { reports, ..self }
+    }
+
     /// As a sensor.
     #[must_use]
     pub fn as_sensor(self) -> Self {
@@ -313,8 +350,20 @@ impl ShapeDef {
         within("density", self.density, &limits::DENSITY)?;
         velocity("surface_velocity", self.surface_velocity)?;
         velocity("surface_spin", self.surface_spin)?;
+        if let Some(front) = self.one_way {
+            check_front(front)?;
+        }
+        self.reports.validate()?;
         self.material.validate().map_err(|e| e.within("material"))
     }
+}
+
+/// A direction of a front, of any length but none.
+pub(crate) fn check_front(front: Vec3) -> Result<Vec3, DefError> {
+    finite_vec("one_way", front)?;
+    front.try_normalize().ok_or_else(|| {
+        DefError::new("one_way", format_args!("{front:?}"), "a direction of some length")
+    })
 }
 
 /// A body, with its shapes.

@@ -18,7 +18,7 @@ pub struct ContactEvent {
     pub body_b: BodyId,
 }
 
-/// Two shapes met at speed.
+/// Two shapes met at speed: they began to touch, or points of them landed that bore nothing before.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct HitEvent {
     /// First shape.
@@ -35,6 +35,57 @@ pub struct HitEvent {
     pub normal: Vec3,
     /// Speed along the normal before the hit [m/s], of the point that came fastest; above 0.
     pub speed: f32,
+    /// Impulse along the normals of the pair in the step of the hit [N s]. Some of a hit may come in the next step, as the
+    /// solver spreads a blow over a stack.
+    pub impulse: f32,
+}
+
+/// What a pair of shapes that touch gave to each other in the step, and how hard it pressed. See
+/// [`ContactReports::forces`](crate::ContactReports::forces).
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ContactForce {
+    /// First shape.
+    pub shape_a: ShapeId,
+    /// Second shape.
+    pub shape_b: ShapeId,
+    /// Body of the first shape.
+    pub body_a: BodyId,
+    /// Body of the second shape.
+    pub body_b: BodyId,
+    /// Impulse of the whole step on B, friction included [N s, world]; A got the opposite.
+    pub impulse: Vec3,
+    /// Part of it along the normals, in sum over the points [N s]; at least 0.
+    pub normal_impulse: f32,
+    /// Mean force of the step on B, friction included [N, world]: the impulse over the time of the step.
+    pub force: Vec3,
+    /// Greatest force along the normal, as the mean over a substep [N]. Over a mesh it is the sum of those of the pair's
+    /// manifolds, which may have been in different substeps. Shorter substeps show a higher peak of the same blow.
+    pub greatest_force: f32,
+    /// Where its points are in [`Events::force_points`], and how many.
+    pub(crate) points: [u32; 2],
+}
+
+impl ContactForce {
+    /// Mean force of the step on this body [N, world]; 0 for a body that is not of the pair.
+    #[must_use]
+    pub fn force_on(&self, body: BodyId) -> Vec3 {
+        let sign =
+            f32::from(u8::from(self.body_b == body)) - f32::from(u8::from(self.body_a == body));
+        self.force * sign
+    }
+}
+
+/// A point of a [`ContactForce`].
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ForcePoint {
+    /// Where [m, world].
+    pub position: Vec3,
+    /// Contact normal from A to B [world].
+    pub normal: Vec3,
+    /// Impulse of the whole step along the normal [N s]; at least 0.
+    pub impulse: f32,
+    /// Greatest force along the normal, as the mean over a substep [N].
+    pub greatest_force: f32,
 }
 
 /// A shape entered or left a sensor.
@@ -174,9 +225,14 @@ pub struct Events {
     pub contact_begin: Vec<ContactEvent>,
     /// Shapes that ceased to touch, also because one of them was removed.
     pub contact_end: Vec<ContactEvent>,
-    /// Shapes that began to touch and met faster than the configured hit speed; one for each such begin. What flies so fast
+    /// Shapes that landed on each other faster than their hit speed, see [`ContactReports`](crate::ContactReports): they began
+    /// to touch, or a part of them came down that bore nothing before. One for each pair. What flies so fast
     /// that it would pass what it meets is stopped there, and hits it in the next step.
     pub hits: Vec<HitEvent>,
+    /// What pairs gave to each other of which a shape reports forces. Those that sleep give none.
+    pub contact_forces: Vec<ContactForce>,
+    /// Their points: see [`Self::points_of`].
+    pub force_points: Vec<ForcePoint>,
     /// Shapes that entered a sensor.
     pub sensor_enter: Vec<SensorEvent>,
     /// Shapes that left a sensor.
@@ -209,6 +265,21 @@ impl Events {
         self.pieces.get(first..first + count).unwrap_or_default()
     }
 
+    /// The points of a pair, 1 to 4 for each of its manifolds; only pairs with a mesh have several. Of what turns so far that
+    /// its contacts are made anew within the step some may be gone: the impulse of the pair is all the same that of all.
+    #[must_use]
+    pub fn points_of(&self, pair: &ContactForce) -> &[ForcePoint] {
+        let [first, count] = pair.points.map(|n| n as usize);
+        self.force_points.get(first..first + count).unwrap_or_default()
+    }
+
+    /// Mean force of the step that contacts gave to a body [N, world], as far as they report forces. Of a body that rests on
+    /// contacts alone it is the opposite of its weight.
+    #[must_use]
+    pub fn contact_force_on(&self, body: BodyId) -> Vec3 {
+        self.contact_forces.iter().fold(Vec3::ZERO, |sum, pair| sum + pair.force_on(body))
+    }
+
     /// Between steps bodies wake and sleep in turn by hand: leaves of each what it came to, and nothing if that is as it was.
     pub(crate) fn settle_sleep(&mut self) {
         let Self { sleep, wake, .. } = self;
@@ -231,6 +302,8 @@ impl Events {
         self.contact_begin.clear();
         self.contact_end.clear();
         self.hits.clear();
+        self.contact_forces.clear();
+        self.force_points.clear();
         self.sensor_enter.clear();
         self.sensor_exit.clear();
         self.sleep.clear();

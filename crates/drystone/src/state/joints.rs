@@ -144,7 +144,8 @@ impl Joint {
         let turns = six.turns(a.rotation, b.rotation);
         let [.., x, y, z] = six.def.acting(turns.swing);
         let [p, q, r] = turns.angles;
-        vec3(x.excess(p), y.excess(q), z.excess(r)).length()
+        // Turns are counted, and limits may be far from them.
+        bounded(vec3(x.excess(p), y.excess(q), z.excess(r)).length())
     }
 }
 

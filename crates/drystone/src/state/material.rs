@@ -130,6 +130,45 @@ impl Filter {
     }
 }
 
+/// What surfaces of shapes in some layers do to each other, in place of what their materials make together. Of several rules
+/// the first one counts that is of a pair's layers. See [`World::set_surface_rules`](crate::World::set_surface_rules).
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SurfaceRule {
+    /// Layers of one shape, a bit each: it is in one of them.
+    pub first: u64,
+    /// Layers of the other one; which of a pair is which does not matter.
+    pub second: u64,
+    /// Coulomb friction coefficient, at least 0; `None`: that of the materials.
+    pub friction: Option<f32>,
+    /// That of what slides; `None`: the same part of the friction as the materials say. At most the friction counts.
+    pub kinetic_friction: Option<f32>,
+    /// Coefficient of restitution, 0 to 1; `None`: that of the materials.
+    pub restitution: Option<f32>,
+}
+
+impl SurfaceRule {
+    /// A rule that changes nothing yet, for shapes in these layers.
+    #[must_use]
+    pub const fn between(first: u64, second: u64) -> Self {
+        Self { first, second, friction: None, kinetic_friction: None, restitution: None }
+    }
+
+    /// # Errors
+    /// A coefficient is out of range.
+    pub fn validate(&self) -> Result<(), DefError> {
+        let check = |name, value: Option<f32>, limit| {
+            value.map_or(Ok(()), |value| within(name, value, limit))
+        };
+        check("friction", self.friction, &limits::FRICTION)?;
+        check("kinetic_friction", self.kinetic_friction, &limits::FRICTION)?;
+        check("restitution", self.restitution, &limits::RESTITUTION)
+    }
+
+    pub(crate) const fn is_of(&self, a: u64, b: u64) -> bool {
+        self.first & a != 0 && self.second & b != 0 || self.first & b != 0 && self.second & a != 0
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::{Combine, Filter};

@@ -12,6 +12,7 @@ pub(crate) mod breakage;
 pub(crate) mod six;
 pub(crate) mod sixdof;
 pub(crate) mod material;
+pub(crate) mod reports;
 pub(crate) mod events;
 pub(crate) mod bodies;
 pub(crate) mod stillness;

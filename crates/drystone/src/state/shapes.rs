@@ -1,12 +1,14 @@
 //! Shapes: one row each, owned by a body. Written by the world; bounds by finalize.
 
-use std::collections::VecDeque;
+use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
 use super::bodies::Body;
-use super::material::{Filter, Material};
+use super::contacts::Contact;
+use super::material::{Filter, Material, SurfaceRule};
+use super::reports::PackedReports;
 use crate::base::aabb::Aabb;
 use crate::base::id::ShapeId;
 use crate::base::math::Vec3;
@@ -52,12 +54,13 @@ pub(crate) struct ShapeRow {
     pub(crate) local: Pose,
     pub(crate) density: f32,
     pub(crate) material: Material,
+    /// Radius for rolling and spinning resistance [m]; 0: does not roll.
+    pub(crate) rolling_radius: f32,
     pub(crate) filter: Filter,
     /// How its surface moves over it [m/s and rad/s about its origin, frame of the shape].
     pub(crate) surface_velocity: Vec3,
     pub(crate) surface_spin: Vec3,
-    /// Radius for rolling and spinning resistance [m]; 0: does not roll.
-    pub(crate) rolling_radius: f32,
+    pub(crate) reports: PackedReports,
     pub(crate) user_data: u64,
 }
 
@@ -73,6 +76,19 @@ impl ShapeRow {
     /// Whether it is in a tree, as a shape of `body`.
     pub(crate) const fn is_in(&self, body: &Body) -> bool {
         self.enabled && !body.out
+    }
+
+    /// Whether the manifolds of two shapes may be recycled. What holds from one side only is asked anew in each step.
+    pub(crate) const fn are_recyclable(a: &Self, b: &Self) -> bool {
+        let is_one_way = a.reports.is_one_way() || b.reports.is_one_way();
+        a.flat && b.flat && !(a.sensor || b.sensor || is_one_way)
+    }
+
+    /// Whether it is a sensor that sees another shape.
+    pub(crate) const fn sees(&self, other: &Self) -> bool {
+        self.sensor
+            && (!other.sensor || self.reports.sees_sensors())
+            && (!(self.fixed && other.fixed) || self.reports.sees_statics())
     }
 
     /// Whether it stops what comes to it.
@@ -134,7 +150,29 @@ pub(crate) struct PairSurface {
 }
 
 impl PairSurface {
-    pub(crate) fn of(a: &ShapeRow, b: &ShapeRow) -> Self {
+    /// The first of the rules that is of their layers counts.
+    pub(crate) fn of(a: &ShapeRow, b: &ShapeRow, rules: &[SurfaceRule]) -> Self {
+        let of_materials = Self::of_materials(a, b);
+        let rule = rules.iter().find(|rule| rule.is_of(a.filter.layers, b.filter.layers));
+        let Some(rule) = rule else { return of_materials };
+        let friction = rule.friction.unwrap_or(of_materials.friction);
+        let kinetic = match rule.kinetic_friction {
+            Some(sliding) if sliding < friction => sliding / friction,
+            Some(_) => 1.0,
+            None => of_materials.kinetic,
+        };
+        let restitution = rule.restitution.unwrap_or(of_materials.restitution);
+        Self { friction, kinetic, restitution, ..of_materials }
+    }
+
+    /// Whether a contact has this surface.
+    pub(crate) fn is_of(&self, c: &Contact) -> bool {
+        let bits = |own: [f32; 3]| own.map(f32::to_bits);
+        bits([self.friction, self.kinetic, self.restitution])
+            == bits([c.friction, c.kinetic, c.restitution])
+    }
+
+    fn of_materials(a: &ShapeRow, b: &ShapeRow) -> Self {
         let (ma, mb) = (&a.material, &b.material);
         let rub = |fa, fb| ma.friction_combine.apply(mb.friction_combine, fa, fb);
         let friction = rub(ma.friction, mb.friction);
@@ -159,6 +197,15 @@ impl PairSurface {
 pub(crate) struct Shapes {
     pub(crate) rows: SlotMap<ShapeId, ShapeRow>,
     /// The hulls of the boxes that were added last, [`Self::BOXES`] at most: boxes of one size share theirs.
+    /// Shapes that report forces, and those that give a hit speed of their own.
+    pub(crate) report_forces: u32,
+    pub(crate) give_hit_speed: u32,
+    /// And those that see static shapes as sensors of static bodies.
+    pub(crate) see_statics: u32,
+    /// By rows: directions of the fronts of those that hold from one side only [frame of the shape; unit].
+    pub(crate) one_way: BTreeMap<u32, Vec3>,
+    /// What surfaces of some layers do to each other.
+    pub(crate) rules: Vec<SurfaceRule>,
     #[serde(skip)]
     boxes: VecDeque<Arc<Hull>>,
 }
@@ -172,6 +219,67 @@ impl Shapes {
     #[inline]
     pub(crate) fn at_mut(&mut self, row: u32) -> &mut ShapeRow {
         self.rows.at_mut(row).expect("tables name living shapes only")
+    }
+
+    /// Adds a shape.
+    pub(crate) fn insert(&mut self, shape: ShapeRow) -> ShapeId {
+        self.count(shape.reports, true);
+        self.rows.insert(shape)
+    }
+
+    /// Removes the shape of a row.
+    pub(crate) fn remove(&mut self, row: u32) {
+        if let Some(id) = self.rows.id_at(row)
+            && let Some(shape) = self.rows.remove(id)
+        {
+            self.count(shape.reports, false);
+            self.one_way.remove(&row);
+        }
+    }
+
+    /// Lets a shape report other events.
+    pub(crate) fn set_reports(&mut self, row: u32, reports: PackedReports) {
+        let before = core::mem::replace(&mut self.at_mut(row).reports, reports);
+        self.count(before, false);
+        self.count(reports, true);
+    }
+
+    /// Lets a shape hold from one side only, or from all.
+    pub(crate) fn set_one_way(&mut self, row: u32, front: Option<Vec3>) {
+        let shape = self.at_mut(row);
+        shape.reports = shape.reports.with_one_way(front.is_some());
+        match front {
+            Some(front) => self.one_way.insert(row, front),
+            None => self.one_way.remove(&row),
+        };
+    }
+
+    /// Whether the fronts are those of the rows.
+    pub(crate) fn fronts_hold(&self) -> bool {
+        let rows = self.rows.iter().filter(|(_, shape)| shape.reports.is_one_way()).count();
+        let is_of = |row: &u32| self.rows.at(*row).is_some_and(|shape| shape.reports.is_one_way());
+        let sound = |(row, front): (&u32, &Vec3)| {
+            is_of(row) && (0.9..1.1).contains(&front.length_squared())
+        };
+        rows == self.one_way.len() && self.one_way.iter().all(sound)
+    }
+
+    /// Whether the counts are those of the rows.
+    pub(crate) fn counts_hold(&self) -> bool {
+        let count = |asks: fn(PackedReports) -> bool| {
+            self.rows.iter().filter(|(_, shape)| asks(shape.reports)).count()
+        };
+        count(|reports| reports.forces) == self.report_forces as usize
+            && count(PackedReports::has_hit_speed) == self.give_hit_speed as usize
+            && count(PackedReports::sees_statics) == self.see_statics as usize
+    }
+
+    fn count(&mut self, reports: PackedReports, more: bool) {
+        let asked = [reports.forces, reports.has_hit_speed(), reports.sees_statics()];
+        let counts = [&mut self.report_forces, &mut self.give_hit_speed, &mut self.see_statics];
+        for (count, asks) in counts.into_iter().zip(asked) {
+            *count = if more { *count + u32::from(asks) } else { *count - u32::from(asks) };
+        }
     }
 
     /// So many sizes of boxes are known again: a body has boxes of a few, and many bodies are alike.

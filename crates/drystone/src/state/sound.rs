@@ -166,6 +166,11 @@ fn check_bodies(bodies: &Bodies) -> Check {
         let is_moment = |m: &f32| *m == 0.0 || KEPT_MOMENTS.contains(m);
         let is_mass = b.mass == 0.0 || KEPT_MASSES.contains(&b.mass);
         let has_mass = is_mass && moments.iter().all(is_moment) && b.principal.is_unit();
+        let is_given = match b.mass_source {
+            MassSource::Mass(mass) => KEPT_MASSES.contains(&mass),
+            MassSource::Shapes | MassSource::Exact => true,
+        };
+        let has_mass = has_mass && is_given;
         holds(has_mass && (b.mass > 0.0) == b.is_dynamic(), "a body has no mass that can be")?;
         let damping = [b.linear_damping, b.angular_damping];
         let damped = damping.iter().all(|rate| limits::DAMPING.admits(*rate));
@@ -177,6 +182,9 @@ fn check_bodies(bodies: &Bodies) -> Check {
         holds(sound, "a number of a body is out of range")?;
         holds(b.out == (b.faulted || b.disabled), "a body is neither in the world nor out of it")?;
     }
+    let lives = |row: u32| bodies.rows.at(row).is_some();
+    let known = bodies.strangers.iter().all(|(a, b)| a < b && lives(*a) && lives(*b));
+    holds(known, "a pair of bodies that never collide is none")?;
     check_given(bodies)
 }
 
@@ -207,10 +215,15 @@ fn check_shapes(shapes: &Shapes, bodies: &Bodies) -> Check {
             holds(shape.fixed == fixed, "a shape is in the wrong tree")?;
         }
     }
+    holds(shapes.fronts_hold(), "a surface has no front that can be")?;
+    let ruled = shapes.rules.iter().all(|rule| rule.validate().is_ok());
+    holds(ruled, "a rule of surfaces is out of range")?;
+    holds(shapes.counts_hold(), "a count of shapes that report is wrong")?;
     for (id, s) in shapes.rows.iter() {
         holds(seen.0[id.index() as usize], "a shape is of no body")?;
         s.shape.validate().map_err(|_| "a shape is out of range")?;
         s.material.validate().map_err(|_| "a material is out of range")?;
+        s.reports.unpacked().validate().map_err(|_| "a hit speed is out of range")?;
         holds(is_pose(&s.centered) && is_pose(&s.local), "a shape is nowhere")?;
         let runs = s.surface_velocity.is_finite() && s.surface_spin.is_finite();
         holds(

@@ -24,7 +24,6 @@ use crate::state::bounds::Bounds;
 use crate::state::colors::Place;
 use crate::state::contacts::enter::Newcomer;
 use crate::state::contacts::{Contact, Contacts, Point};
-use crate::state::def::BodyKind;
 use crate::state::joints::Joints;
 use crate::state::shapes::{PairSurface, ShapeRow, Shapes};
 
@@ -85,7 +84,14 @@ pub(crate) fn find_pairs(
         moved.dedup();
     }
     let finder = Finder { ctx, bodies, shapes, joints, contacts, looks };
-    let few_placed = if many_placed { &[] } else { placed.as_slice() };
+    // What is fixed meets what is fixed only where a sensor looks for it.
+    let sees_fixed = shapes.see_statics > 0;
+    let few_placed = if many_placed && !sees_fixed { &[] } else { placed.as_slice() };
+    let around_placed: &[&RTree] = match (many_placed, sees_fixed) {
+        (true, _) => &[fixed],
+        (false, true) => &[moving, fixed],
+        (false, false) => &[moving],
+    };
     // Where most look, the tree is met with itself, eight at a time and each pair once.
     let blocks = if 2 * moved.len() > moving.len() { moving.blocks() } else { 0 };
     let trees: &[&RTree] = if blocks > 0 { &[fixed] } else { &[moving, fixed] };
@@ -101,7 +107,7 @@ pub(crate) fn find_pairs(
             if let Some(row) = moved.get(i) {
                 finder.find(*row, trees, &mut queue, out);
             } else {
-                finder.find(few_placed[i - moved.len()], &[moving], &mut queue, out);
+                finder.find(few_placed[i - moved.len()], around_placed, &mut queue, out);
             }
         }
         if blocks > 0 {
@@ -253,19 +259,22 @@ pub(crate) fn may_meet(bodies: &Bodies, joints: &Joints, a: &ShapeRow, b: &Shape
     if a.body == b.body
         || (rank(a) < 2 && rank(b) < 2)
         || !a.filter.collides_with(b.filter)
-        || (a.sensor && b.sensor)
         || !(a.enabled && b.enabled)
     {
         return false;
     }
     let (body_a, body_b) = (bodies.at(a.body), bodies.at(b.body));
-    let sensor = a.sensor || b.sensor;
-    let static_ = |k: BodyKind| k == BodyKind::Static;
-    if sensor {
-        return !(static_(body_a.kind) && static_(body_b.kind));
+    if a.sensor || b.sensor {
+        return a.sees(b) || b.sees(a);
     }
     if !body_a.is_dynamic() && !body_b.is_dynamic() {
         return false;
+    }
+    if !bodies.strangers.is_empty() {
+        let pair = (a.body.min(b.body), a.body.max(b.body));
+        if bodies.strangers.contains(&pair) {
+            return false;
+        }
     }
     // A joint is one of both.
     let swap = body_b.joints.len() < body_a.joints.len();
@@ -334,7 +343,7 @@ fn contact_of(a: u32, b: u32, shapes: &Shapes) -> Contact {
     let swap = rank(shapes.at(b)) < rank(shapes.at(a));
     let (a, b) = if swap { (b, a) } else { (a, b) };
     let (shape_a, shape_b) = (shapes.at(a), shapes.at(b));
-    let surface = PairSurface::of(shape_a, shape_b);
+    let surface = PairSurface::of(shape_a, shape_b, &shapes.rules);
     let sensor = shape_a.sensor || shape_b.sensor;
     Contact {
         shape_a: a,
@@ -349,7 +358,7 @@ fn contact_of(a: u32, b: u32, shapes: &Shapes) -> Contact {
         is_part: false,
         sensor,
         touching: false,
-        recyclable: shape_a.flat && shape_b.flat && !sensor,
+        recyclable: ShapeRow::are_recyclable(shape_a, shape_b),
         friction: surface.friction,
         kinetic: surface.kinetic,
         restitution: surface.restitution,

@@ -8,7 +8,9 @@ pub(crate) mod particles;
 pub(crate) mod solver;
 pub(crate) mod finalize;
 pub(crate) mod sweep;
+pub(crate) mod one_way;
 pub(crate) mod sensor;
+pub(crate) mod impulses;
 pub(crate) mod sleep;
 
 use self::context::StepContext;
@@ -86,6 +88,7 @@ pub(crate) struct Scratch {
     solver: solver::Scratch,
     finalize: finalize::Scratch,
     sweep: sweep::Scratch,
+    impulses: impulses::Scratch,
     sleep: sleep::Scratch,
 }
 
@@ -95,8 +98,8 @@ impl Scratch {
         self.solver.sweeps
     }
 
-    /// What contacts with bodies that can break gave in the last step.
-    pub(crate) fn given(&self) -> Option<impl Iterator<Item = solver::Given>> {
+    /// What the contacts gave in the last step that landed or are asked for.
+    pub(crate) fn given(&self) -> impl Iterator<Item = solver::Given> {
         self.solver.given()
     }
 
@@ -178,7 +181,9 @@ pub(crate) fn step(
     settle(ctx, &rest, particles, bodies, around, ends, &mut s.particles, jobs);
     let mut sets = Sets { bodies, joints, contacts, islands, colors, events };
     let found = (s.solver.begun(), s.sweep.crossed());
-    sensor::report_touches(found, ctx.hit_speed, shapes, &mut sets);
+    sensor::report_touches(found, shapes, &mut sets);
+    let (given, least) = (s.solver.given(), (ctx.dt, ctx.hit_speed));
+    impulses::report_given(given, least, shapes, &mut sets, &mut s.impulses);
     quarantine(&mut sets, s.finalize.notes(), tables.steps + 1);
     after(Stage::Sensor);
     let still = s.finalize.notes();

@@ -20,6 +20,7 @@ pub(crate) use self::keep::inherit_near;
 use self::keep::{inherit, keep_load, recycle};
 use self::motion::Motions;
 use super::context::StepContext;
+use super::one_way::{self, Fronts};
 use crate::base::disjoint::{Apart, Rows};
 use crate::base::jobs::{Jobs, collect_ranges_with, fine_grain, for_ranges, grain};
 use crate::base::math::Vec3;
@@ -275,7 +276,8 @@ impl Pairs<'_> {
             let row = watch.row();
             if let Some(contact) = self.slots.row(row as usize) {
                 let ends = [watch.body_a, watch.body_b].map(|body| self.bodies.at(body));
-                let look = Look { row, reach, watch, probe: self.probes.row(k), tracks };
+                let probe = self.probes.row(k);
+                let look = Look { row, reach, watch, probe, tracks, fronts: None };
                 self.update(&mut *contact, look, (motions, lane), out, mesh);
                 if ends.iter().any(|body| body.sleeps()) && out.last() != Some(&Change::Apart(row))
                 {
@@ -341,6 +343,11 @@ impl Pairs<'_> {
         let row = look.row;
         let [a, b] = [self.bodies.at(look.watch.body_a), self.bodies.at(look.watch.body_b)];
         let (shape_a, shape_b) = (shapes.at(contact.shape_a), shapes.at(contact.shape_b));
+        let is_one_way = shape_a.reports.is_one_way() || shape_b.reports.is_one_way();
+        if is_one_way && !contact.sensor {
+            let fronts = [(contact.shape_a, a), (contact.shape_b, b)];
+            look.fronts = Some(fronts.map(|(shape, body)| one_way::front(shapes, shape, body)));
+        }
         if let Core::Mesh(mesh) = &shape_a.solid.core {
             let (a, b) = ((a, shape_a), (b, shape_b));
             let (motion, pair) = (motions.at(lane), (contact, &mut look));
@@ -382,6 +389,11 @@ impl Pairs<'_> {
         {
             m = met;
         }
+        if let Some(fronts) = &look.fronts
+            && !one_way::holds(ctx, fronts, [a, b], (&m, &pose_a), is_held(contact))
+        {
+            m.count = 0;
+        }
         look.restart(m.gap, a, b);
         contact.clear = room_to_turn(&m, [solid_a, solid_b], &b_in_a);
         rebuild(ctx, (row, contact), &m, (&pose_a, before), [a, b], out);
@@ -391,6 +403,11 @@ impl Pairs<'_> {
         keep_load(ctx, contact, a, b);
         out.extend(seams::of_convex(ctx, (row, contact), a, b));
     }
+}
+
+/// Whether a pair had points before.
+const fn is_held(contact: &Contact) -> bool {
+    contact.touching || contact.count > 0
 }
 
 /// True if two shapes overlap, as their contact would find; A is the one that its contact has first.
@@ -419,6 +436,8 @@ struct Look<'a> {
     watch: &'a mut Watch,
     probe: &'a mut Probe,
     tracks: &'a [Track],
+    /// Of shapes that hold from one side only.
+    fronts: Option<Fronts>,
 }
 
 impl Look<'_> {

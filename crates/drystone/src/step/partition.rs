@@ -16,7 +16,7 @@ use crate::base::sparse::Sparse;
 use crate::state::bodies::{Bodies, NONE};
 use crate::state::contacts::leave::Leaver;
 use crate::state::contacts::{Contact, Slots};
-use crate::state::events::{ContactEvent, Events, HitEvent, SensorEvent};
+use crate::state::events::{ContactEvent, Events, SensorEvent};
 use crate::state::islands::Islands;
 use crate::state::sets::Sets;
 use crate::state::sets::turns::{Move, Turns};
@@ -207,8 +207,8 @@ impl Teller<'_> {
             return;
         }
         if c.sensor {
-            told.sensed.push((sensor_event(c, self.shapes, self.bodies), false));
-        } else {
+            told.sensed.extend(sensor_events(c, self.shapes, self.bodies).map(|e| (e, false)));
+        } else if reports_touch(c, self.shapes) {
             told.ends.push(contact_event(c, self.shapes, self.bodies));
         }
         self.parts(first).for_each(|row| self.set_touching(row, false));
@@ -228,7 +228,8 @@ impl Teller<'_> {
             let first = c.first(row);
             let overlaps = self.parts(first).any(|part| self.at(part).count > 0);
             if self.at(first).touching != overlaps {
-                told.sensed.push((sensor_event(c, self.shapes, self.bodies), overlaps));
+                told.sensed
+                    .extend(sensor_events(c, self.shapes, self.bodies).map(|e| (e, overlaps)));
                 self.parts(first).for_each(|part| self.set_touching(part, overlaps));
             }
             return;
@@ -351,11 +352,9 @@ fn set_touching(first: u32, sets: &mut Sets<'_>) {
     }
 }
 
-/// Reports contacts that the solver found pressed together for the first time, and hits. Of a pair with several manifolds
-/// each that was pressed makes a hit: the fastest is the one to keep.
+/// Reports contacts that the solver found pressed together for the first time.
 pub(crate) fn report_begun(
     begun: impl Iterator<Item = u32> + Clone,
-    hit_speed: f32,
     shapes: &Shapes,
     sets: &mut Sets<'_>,
 ) {
@@ -364,28 +363,21 @@ pub(crate) fn report_begun(
         if let Some(soon) = soon.next() {
             sets.contacts.prefetch(soon, Contact::CACHE_LINES);
         }
-        let c = sets.contacts.at(row);
-        if c.approach() > hit_speed {
-            let body = sets.bodies.at(c.body_a);
-            let deepest = c.points().iter().min_by(|p, q| p.separation.total_cmp(&q.separation));
-            let hit = HitEvent {
-                shape_a: shapes.id(c.shape_a),
-                shape_b: shapes.id(c.shape_b),
-                body_a: sets.bodies.id(c.body_a),
-                body_b: sets.bodies.id(c.body_b),
-                point: body.center + deepest.map(|p| p.r_a).unwrap_or_default(),
-                normal: c.normal,
-                speed: c.approach(),
-            };
-            sets.events.hits.push(hit);
-        }
-        let first = c.first(row);
-        if !sets.contacts.at(first).touching {
-            let event = contact_event(sets.contacts.at(first), shapes, sets.bodies);
-            sets.events.contact_begin.push(event);
+        let first = sets.contacts.at(row).first(row);
+        let c = sets.contacts.at(first);
+        if !c.touching {
+            if reports_touch(c, shapes) {
+                let event = contact_event(c, shapes, sets.bodies);
+                sets.events.contact_begin.push(event);
+            }
             set_touching(first, sets);
         }
     }
+}
+
+/// Whether the begin and the end of a touch are reported.
+fn reports_touch(c: &Contact, shapes: &Shapes) -> bool {
+    shapes.at(c.shape_a).reports.touch(shapes.at(c.shape_b).reports)
 }
 
 fn contact_event(c: &Contact, shapes: &Shapes, bodies: &Bodies) -> ContactEvent {
@@ -397,13 +389,21 @@ fn contact_event(c: &Contact, shapes: &Shapes, bodies: &Bodies) -> ContactEvent 
     }
 }
 
-fn sensor_event(c: &Contact, shapes: &Shapes, bodies: &Bodies) -> SensorEvent {
-    let (a, b) = ((c.shape_a, c.body_a), (c.shape_b, c.body_b));
-    let (sensor, visitor) = if shapes.at(c.shape_a).sensor { (a, b) } else { (b, a) };
-    SensorEvent {
-        sensor: shapes.id(sensor.0),
-        visitor: shapes.id(visitor.0),
-        sensor_body: bodies.id(sensor.1),
-        visitor_body: bodies.id(visitor.1),
-    }
+/// One for each shape that sees the other.
+fn sensor_events(
+    c: &Contact,
+    shapes: &Shapes,
+    bodies: &Bodies,
+) -> impl Iterator<Item = SensorEvent> + use<> {
+    let ends = [(c.shape_a, c.body_a), (c.shape_b, c.body_b)];
+    let event = |[sensor, visitor]: [(u32, u32); 2]| {
+        shapes.at(sensor.0).sees(shapes.at(visitor.0)).then(|| SensorEvent {
+            sensor: shapes.id(sensor.0),
+            visitor: shapes.id(visitor.0),
+            sensor_body: bodies.id(sensor.1),
+            visitor_body: bodies.id(visitor.1),
+        })
+    };
+    let [a, b] = ends;
+    [event([a, b]), event([b, a])].into_iter().flatten()
 }

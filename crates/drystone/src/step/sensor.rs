@@ -5,27 +5,23 @@
 //! Reads: contacts, shapes. Writes: contacts (touching), events. Runs: serially over changes and events.
 
 use super::partition;
-use crate::state::events::{HitEvent, SensorEvent};
+use crate::state::events::SensorEvent;
 use crate::state::sets::Sets;
 use crate::state::shapes::Shapes;
 
-/// Reports new touches and hits, and what went through sensors within the step, and sorts every list of events by the ids in it, so that its order is
+/// Reports new touches and what went through sensors within the step, and sorts every list of events by the ids in it, so that its order is
 /// the same whatever the order of discovery.
 pub(crate) fn report_touches(
     (begun, crossed): (impl Iterator<Item = u32> + Clone, &[SensorEvent]),
-    hit_speed: f32,
     shapes: &Shapes,
     sets: &mut Sets<'_>,
 ) {
-    partition::report_begun(begun, hit_speed, shapes, sets);
+    partition::report_begun(begun, shapes, sets);
     let events = &mut *sets.events;
     events.sensor_enter.extend_from_slice(crossed);
     events.sensor_exit.extend_from_slice(crossed);
     events.contact_begin.sort_unstable_by_key(|e| (e.shape_a, e.shape_b));
     events.contact_end.sort_unstable_by_key(|e| (e.shape_a, e.shape_b));
-    let place = |e: &HitEvent| (e.shape_a, e.shape_b);
-    events.hits.sort_unstable_by(|e, f| place(e).cmp(&place(f)).then(f.speed.total_cmp(&e.speed)));
-    events.hits.dedup_by_key(|e| place(e));
     events.sensor_enter.sort_unstable_by_key(|e| (e.sensor, e.visitor));
     events.sensor_exit.sort_unstable_by_key(|e| (e.sensor, e.visitor));
     events.wake.sort_unstable();

@@ -14,6 +14,7 @@ mod ways;
 use self::ways::Ways;
 use super::context::StepContext;
 use super::finalize::{Flight, Need, most_moved};
+use super::one_way;
 use crate::base::bit_set::BitSet;
 use crate::base::grow::Slack;
 use crate::base::jobs::{Jobs, Output, collect_ranges, grain};
@@ -267,6 +268,9 @@ fn first_stop_of(
             .map(|s| shapes.at(*s))
             .any(|s| s.is_solid() && s.filter.collides_with(other.filter))
     };
+    let stops_at = |row: u32, shape: &ShapeRow, normal: Vec3| {
+        one_way::stops(shapes, row, bodies.at(shape.body), normal, delta)
+    };
     let ahead = AHEAD * swept.extent / delta.length();
     let mut first = None;
     bounds.fixed.ray(&Ray::new(from, delta), 1.0 + ahead, |item| {
@@ -279,6 +283,7 @@ fn first_stop_of(
         let pose = bodies.at(shape.body).pose().compose(&shape.local);
         let (o, d) = (pose.local_point(from), pose.local_direction(delta));
         if let Some(hit) = cast::ray(&shape.solid, o, d, limit)
+            && stops_at(item, shape, pose.direction(hit.normal))
             && let Some(stop) =
                 stop_at(swept, stood, delta, (hit.fraction, pose.direction(hit.normal)), shapes)
         {

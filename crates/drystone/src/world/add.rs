@@ -16,6 +16,7 @@ use crate::state::def::{
     BodyDef, BodyKind, DefError, JointDef, JointKind, MassDef, ShapeDef, shape_suits,
 };
 use crate::state::joints::{Joint, Link, Switch};
+use crate::state::reports::PackedReports;
 use crate::state::shapes::{Here, ShapeRow};
 use crate::state::tables::Tables;
 use crate::step::context::StepContext;
@@ -150,7 +151,7 @@ impl World {
         let b = self.tables.bodies.at(body);
         let centered = Pose { position: local.position - b.local_center, rotation: local.rotation };
         let fixed = b.kind == BodyKind::Static;
-        let id = self.tables.shapes.rows.insert(ShapeRow {
+        let id = self.tables.shapes.insert(ShapeRow {
             here: Here::Yes,
             body,
             shape: def.shape,
@@ -168,8 +169,11 @@ impl World {
             surface_spin: def.surface_spin,
             flat,
             enabled: true,
+            reports: PackedReports::new(&def.reports, def.senses),
             user_data: def.user_data,
         });
+        let front = def.one_way.and_then(Vec3::try_normalize);
+        self.tables.shapes.set_one_way(id.index(), front);
         let b = self.tables.bodies.at_mut(body);
         b.shapes.push(id.index());
         self.tables.shapes.at(id.index()).widen(b);
@@ -255,15 +259,14 @@ impl World {
         for shape in self.tables.bodies.at(row).shapes.clone() {
             let tables = &mut self.tables;
             tables.bounds.remove(shape, &tables.shapes);
-            if let Some(id) = tables.shapes.rows.id_at(shape) {
-                tables.shapes.rows.remove(id);
-            }
+            tables.shapes.remove(shape);
         }
         self.sets().rest(&[row]);
         self.pending.wake.retain(|b| *b != id);
         self.pending.sleep.retain(|b| *b != id);
         let tables = &mut self.tables;
         tables.bodies.given.remove(&row);
+        tables.bodies.strangers.retain(|(a, b)| *a != row && *b != row);
         tables.breakage.forget(row, tables.bodies.at(row).is_piece);
         tables.islands.remove(row, &mut tables.bodies);
         tables.bodies.rows.remove(id);
@@ -280,7 +283,7 @@ impl World {
         let tables = &mut self.tables;
         tables.bounds.remove(row, &tables.shapes);
         tables.bodies.at_mut(body).shapes.retain(|s| *s != row);
-        tables.shapes.rows.remove(id);
+        tables.shapes.remove(row);
         if let Some(glued) = tables.breakage.glued.get_mut(&body) {
             glued.retain(|shape| shape != row);
         }
@@ -518,8 +521,18 @@ impl World {
         self.bring_back(row);
         let tables = &mut self.tables;
         let links: Vec<(u32, u32)> = tables.contacts.of_body(tables.bodies.at(row)).collect();
+        let mut of_statics = Vec::new();
         for (contact, _) in links {
             tables.contacts.forget_gap(contact, &tables.bodies.tracks);
+            let c = tables.contacts.at(contact);
+            let is_static = |row: u32| tables.bodies.at(row).kind == BodyKind::Static;
+            if !c.is_part && is_static(c.body_a) && is_static(c.body_b) {
+                of_statics.push(contact);
+            }
+        }
+        // Sensors of static bodies that see static shapes: no step looks at these but when they are new.
+        for contact in of_statics {
+            self.end_contact(contact);
         }
         self.refresh_bounds(row);
     }

@@ -14,6 +14,7 @@ mod mass;
 mod particle;
 mod rejoin;
 mod reshape;
+mod rules;
 mod shape;
 mod snapshot;
 mod strand;
@@ -243,7 +244,7 @@ impl World {
             books.after_step(&self.tables, ctx.substeps);
         }
         // Keeps energy, and books know bodies by their rows.
-        self.break_bodies(dt, ctx.substeps);
+        self.break_bodies(dt);
     }
 
     /// For tests of a stage.
@@ -295,6 +296,19 @@ impl World {
 
     fn enabled(&self) -> impl Iterator<Item = BodyRef<'_>> {
         self.bodies().filter(BodyRef::is_enabled)
+    }
+
+    /// The bodies that the last step may have moved: those that are awake, and those that fell asleep at its end. Each once, in
+    /// no order that means anything, the same for any number of threads. What a user's call moved is not among them.
+    ///
+    /// It costs as much as there are such bodies, not as there are bodies: for whoever copies poses to other places.
+    pub fn moved_bodies(&self) -> impl Iterator<Item = BodyRef<'_>> {
+        let bodies = &self.tables.bodies;
+        let awake = bodies.awake.iter().map(|row| bodies.id(*row));
+        let asleep = self.tables.events.sleep.iter().copied();
+        let still =
+            asleep.filter(|id| bodies.rows.row(*id).is_some_and(|row| !bodies.at(row).active()));
+        awake.chain(still).filter_map(|id| self.body(id))
     }
 
     /// The shape, unless it was removed.

@@ -4,11 +4,15 @@ use super::add::rolling_radius;
 use super::mass::{check_mass, principal_moments};
 use super::shape::ShapeMut;
 use crate::base::limits;
+use crate::base::math::Vec3;
 use crate::base::pose::Pose;
 use crate::geometry::shape::Shape;
 use crate::state::bodies::MassSource;
-use crate::state::def::{BodyKind, DefError, check_shape, position, shape_suits, unit, within};
+use crate::state::def::{
+    BodyKind, DefError, check_front, check_shape, position, shape_suits, unit, within,
+};
 use crate::state::material::Filter;
+use crate::state::reports::Senses;
 use crate::state::shapes::ShapeRow;
 use crate::step::broadphase::rank;
 
@@ -23,7 +27,34 @@ impl ShapeMut<'_> {
         let body = self.body();
         self.world.end_forbidden(body);
         self.meet_anew();
-        self.world.sets().wake(body);
+        // Rules of surfaces go by layers.
+        self.refresh_contacts();
+    }
+
+    /// Lets it see other things, as a sensor. What it may not see any longer leaves it; what it sees besides enters it in the
+    /// next step.
+    pub fn set_senses(&mut self, senses: Senses) {
+        let reports = self.get().reports();
+        let packed = self.packed(&reports, senses);
+        if self.world.tables.shapes.at(self.row).reports == packed {
+            return;
+        }
+        let (row, body) = (self.row, self.body());
+        self.world.end_contacts_of(body, Some(row));
+        self.world.tables.shapes.set_reports(row, packed);
+        self.meet_anew();
+    }
+
+    /// Lets it hold only what comes from this direction [frame of the shape, any length], or from all sides. What touches it
+    /// wakes, and is asked anew.
+    ///
+    /// # Errors
+    /// The direction is not finite or has no length; then nothing is changed.
+    pub fn set_one_way(&mut self, front: Option<Vec3>) -> Result<(), DefError> {
+        let front = front.map(check_front).transpose()?;
+        self.world.tables.shapes.set_one_way(self.row, front);
+        self.renew_contacts();
+        Ok(())
     }
 
     /// Makes it a sensor, or a shape that touches. What it overlaps enters or begins to touch in the next step; what it
@@ -232,7 +263,7 @@ impl ShapeMut<'_> {
             let tables = &mut self.world.tables;
             let (a, b) = (tables.contacts.at(row).shape_a, tables.contacts.at(row).shape_b);
             let (a, b) = (tables.shapes.at(a), tables.shapes.at(b));
-            let recyclable = a.flat && b.flat && !(a.sensor || b.sensor);
+            let recyclable = ShapeRow::are_recyclable(a, b);
             let contact = tables.contacts.at_mut(row);
             contact.recyclable = recyclable;
             let other = if contact.body_a == body { contact.body_b } else { contact.body_a };

@@ -8,6 +8,7 @@ use crate::base::pose::Pose;
 use crate::geometry::shape::Shape;
 use crate::state::def::{DefError, velocity};
 use crate::state::material::{Filter, Material};
+use crate::state::reports::{ContactReports, PackedReports, Senses};
 use crate::state::shapes::{PairSurface, ShapeRow};
 use crate::state::tables::Tables;
 
@@ -103,6 +104,24 @@ impl<'w> ShapeRef<'w> {
         self.row.enabled
     }
 
+    /// The direction of its front, if it holds from one side only [frame of the shape; unit].
+    #[must_use]
+    pub fn one_way(&self) -> Option<Vec3> {
+        self.tables.shapes.one_way.get(&self.id.index()).copied()
+    }
+
+    /// What it sees besides, as a sensor.
+    #[must_use]
+    pub const fn senses(&self) -> Senses {
+        self.row.reports.senses()
+    }
+
+    /// Which events its contacts give.
+    #[must_use]
+    pub fn reports(&self) -> ContactReports {
+        self.row.reports.unpacked()
+    }
+
     /// The user's number.
     #[must_use]
     pub const fn user_data(&self) -> u64 {
@@ -134,6 +153,17 @@ impl<'w> ShapeMut<'w> {
     /// Sets the user's number.
     pub fn set_user_data(&mut self, data: u64) {
         self.world.tables.shapes.at_mut(self.row).user_data = data;
+    }
+
+    /// Lets its contacts give other events, from the next step on. A touch that was reported to begin, and no longer may be,
+    /// ends without a report.
+    ///
+    /// # Errors
+    /// The speed is out of range; then nothing is changed.
+    pub fn set_reports(&mut self, reports: ContactReports) -> Result<(), DefError> {
+        reports.validate()?;
+        self.world.tables.shapes.set_reports(self.row, self.packed(&reports, self.get().senses()));
+        Ok(())
     }
 
     /// Gives it another surface, from the next step on; what it touches wakes.
@@ -173,6 +203,11 @@ impl<'w> ShapeMut<'w> {
         Ok(())
     }
 
+    pub(super) fn packed(&self, reports: &ContactReports, senses: Senses) -> PackedReports {
+        let is_one_way = self.world.tables.shapes.at(self.row).reports.is_one_way();
+        PackedReports::new(reports, senses).with_one_way(is_one_way)
+    }
+
     /// Rows of its contacts, those of all parts.
     pub(super) fn contacts(&self) -> Vec<u32> {
         let tables = &self.world.tables;
@@ -194,7 +229,7 @@ impl<'w> ShapeMut<'w> {
             let tables = &self.world.tables;
             let c = tables.contacts.at(row);
             let (shape_a, shape_b) = (tables.shapes.at(c.shape_a), tables.shapes.at(c.shape_b));
-            let surface = PairSurface::of(shape_a, shape_b);
+            let surface = PairSurface::of(shape_a, shape_b, &tables.shapes.rules);
             let other = if c.body_a == body { c.body_b } else { c.body_a };
             let mut sets = self.world.sets();
             sets.set_surface(row, &surface);

@@ -20,7 +20,7 @@ use crate::state::tables::Tables;
 /// First bytes of a snapshot.
 const MAGIC: [u8; 8] = *b"drystone";
 /// Of the layout; goes up whenever anything that is saved changes.
-const VERSION: u32 = 5;
+const VERSION: u32 = 6;
 /// Magic, version, checksum.
 const HEADER: usize = 8 + 4 + 8;
 

@@ -3,7 +3,7 @@
 use super::keep::keep_load;
 use super::meeting::STRAIGHT;
 use super::motion::Motion;
-use super::{Change, FAR_TURN, Look, rebuild, recycle, seams, turn_ahead};
+use super::{Change, FAR_TURN, Look, is_held, rebuild, recycle, seams, turn_ahead};
 use crate::base::math::Vec3;
 use crate::base::pose::Pose;
 use crate::geometry::collide::{MAX_PARTS, MeshScratch, Reach, collide_mesh};
@@ -15,6 +15,7 @@ use crate::state::bodies::{Body, NONE};
 use crate::state::contacts::{Contact, Slots};
 use crate::state::shapes::ShapeRow;
 use crate::step::context::StepContext;
+use crate::step::one_way;
 
 /// Cosine of the angle up to which a new manifold may continue an old one: parts change places when
 /// another becomes the deepest, and would start without their impulses.
@@ -86,7 +87,12 @@ pub(super) fn update(
     };
     let mut made = [Manifold::default(); MAX_PARTS];
     let solid = &shape_b.solid;
-    let count = collide_mesh(ctx.level, mesh, solid, &b_in_a, &reach, scratch, &mut made);
+    let mut count = collide_mesh(ctx.level, mesh, solid, &b_in_a, &reach, scratch, &mut made);
+    if let Some(fronts) = &look.fronts {
+        let held = is_held(contact);
+        count =
+            retain(&mut made, count, |m| one_way::holds(ctx, fronts, [a, b], (m, &pose_a), held));
+    }
     let last = if contact.is_renewed() { a.rotation } else { look.probe.rotation_a };
     look.restart(if count == 0 { made[0].gap } else { 0.0 }, a, b);
     contact.offset = look.probe.offset;
@@ -415,4 +421,20 @@ mod tests {
         }
         assert!(inside > 200 && waited > 2000, "{inside} {waited}");
     }
+}
+
+/// Keeps those of the first `count` manifolds that are asked for, in their order; gives how many they are.
+fn retain(
+    made: &mut [Manifold; MAX_PARTS],
+    count: usize,
+    keeps: impl Fn(&Manifold) -> bool,
+) -> usize {
+    let mut kept = 0;
+    for i in 0..count {
+        if keeps(&made[i]) {
+            made.swap(i, kept);
+            kept += 1;
+        }
+    }
+    kept
 }

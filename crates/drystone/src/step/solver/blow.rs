@@ -208,17 +208,13 @@ impl Response {
         if d.iter().all(|d| *d == 0.0) {
             return;
         }
-        if let Some(tallies) = source.tallies {
-            let (tally, lane) = (tallies.row(self.block as usize), usize::from(self.lane));
-            for j in 0..4 {
-                tally.points[j][lane] += d[j];
-            }
-            for (i, sum) in tally.rub.iter_mut().enumerate() {
-                sum[lane] += d[FRICTION + i];
-            }
+        let bounce = source.bounces.row(self.block as usize * LANES + usize::from(self.lane));
+        for (sum, d) in bounce.points.iter_mut().zip(d) {
+            *sum += d;
         }
         let normal = (d[0] + d[1]) + (d[2] + d[3]);
         let linear = self.n * normal + (self.t[0] * d[4] + self.t[1] * d[5]);
+        bounce.push += linear;
         let [a, b] = self.lines.map(|line| line as usize);
         let factors = load(simd, d);
         if a != 0 {

@@ -385,8 +385,6 @@ impl Impacts {
         let apart = unsafe { Apart::promise() };
         let touches = Rows::new(touches, apart);
         let (responses, hits) = (Rows::new(responses, apart), Rows::new(hits, apart));
-        // Tallies are of blocks, whose lanes may be in several sets.
-        let jobs = if source.tallies.is_some() { &Jobs::Inline } else { jobs };
         for_ranges(jobs, parts.len(), grain(jobs, parts.len(), 16), |range| {
             let of = |i: usize| hits.slice(parts[i]..parts.get(i + 1).map_or(n, |next| *next));
             // In the order of the contacts' rows: that of the touches is the order of blocks, which the number of workers

@@ -73,7 +73,7 @@ use self::rows::{ContactBlock, Extra, JointBlock, JointRest, Line, Whitening};
 use self::sixdof::SixBlock;
 use self::softness::Softness;
 use self::strokes::Progress;
-use self::tally::{ContactTally, JointTally, TreeTally, When};
+use self::tally::{Askers, Bounce, ContactTally, JointTally, TreeTally, Watch, When};
 use self::tree::{TreeBody, TreeRow};
 use self::work::Bound;
 use super::context::StepContext;
@@ -126,8 +126,12 @@ pub(crate) struct Scratch {
     begun: Vec<u8>,
     /// How far groups are that keep pace with particles.
     progress: Vec<Progress>,
-    /// One for each block, while something can break.
+    /// One for each block: whose impulses are summed. Sums of others mean nothing.
+    watches: Vec<Watch>,
     tallies: Vec<ContactTally>,
+    /// One for each lane of a block, while some contact can bounce.
+    bounces: Vec<Bounce>,
+    /// While something can break.
     joint_tallies: Vec<JointTally>,
     six_tallies: Vec<JointTally>,
     tree_tallies: Vec<TreeTally>,
@@ -197,9 +201,12 @@ struct Solver<'a> {
     free: Rows<'a, Option<bool>>,
     begun: Rows<'a, u8>,
     progress: Rows<'a, Progress>,
-    /// Empty unless something can break.
-    has_tallies: bool,
+    askers: Askers<'a>,
+    watches: Rows<'a, Watch>,
     tallies: Rows<'a, ContactTally>,
+    /// Empty where `extras` is.
+    bounces: Rows<'a, Bounce>,
+    /// Empty unless something can break.
     joint_tallies: Rows<'a, JointTally>,
     six_tallies: Rows<'a, JointTally>,
     tree_tallies: Rows<'a, TreeTally>,
@@ -237,7 +244,7 @@ pub(crate) fn solve(
     let Input { bodies, shapes, islands, closing, breakage } = input;
     // Blocks that no group takes, those of bodies that were put aside, would keep what they said before.
     s.begun.clear();
-    s.tallies.clear();
+    s.watches.clear();
     if method.is_classic() {
         classic::solve(ctx, method, input, joints, contacts, colors, s);
         together::follow(ctx, bodies, s, tied, jobs);
@@ -289,13 +296,13 @@ pub(crate) fn solve(
     s.tree_rows.resize(s.plan.forest.joints.len(), TreeRow::default());
     together::find_groups(&s.plan, &s.line_of, tied.scratch);
     s.progress.resize(tied.scratch.groups.len(), Progress::default());
-    s.make_tallies(breakage);
+    s.make_tallies(breakage, has_extras);
     // SAFETY: groups share no constraint and no body that can be pushed; in a group that several workers share, a pass goes by bodies, or
     // by colors, which touch such a body once.
     let apart = unsafe { Apart::promise() };
     let slots = contacts.slots_mut(apart);
     let plan = &s.plan;
-    let keep = breakage || !tied.scratch.groups.is_empty();
+    let keep = !tied.scratch.groups.is_empty();
     let Rooms { own, rooms, size } = Rooms::new(plan, &mut s.blocks, workers, keep);
     let end = own.len();
     let solver = Solver {
@@ -329,7 +336,9 @@ pub(crate) fn solve(
         free: Rows::new(&mut s.free, apart),
         begun: Rows::new(&mut s.begun, apart),
         progress: Rows::new(&mut s.progress, apart),
-        has_tallies: breakage,
+        askers: Askers { bodies, shapes, breakage },
+        watches: Rows::new(&mut s.watches, apart),
+        bounces: Rows::new(&mut s.bounces, apart),
         tallies: Rows::new(&mut s.tallies, apart),
         joint_tallies: Rows::new(&mut s.joint_tallies, apart),
         six_tallies: Rows::new(&mut s.six_tallies, apart),
@@ -364,7 +373,7 @@ impl Solver<'_> {
             level: self.ctx.level,
             blocks: &self.blocks,
             extras: &self.extras,
-            tallies: self.has_tallies.then_some(&self.tallies),
+            bounces: &self.bounces,
             owners: &self.plan.contacts.owners,
             lines: &self.lines,
             aux: &self.aux,
@@ -415,7 +424,7 @@ impl Solver<'_> {
                 self.sweep_trees(group, &joints, jobs);
                 let sweeps =
                     [sweep(ctx.soft, inner, elapsed), sweep(ctx.soft_fixed, inner, elapsed)];
-                self.sweep_contacts(group, &sweeps, jobs);
+                self.sweep_contacts(group, &sweeps, false, jobs);
                 self.add_to_tallies(group, When::solved(substep, ctx.parts));
             }
             Pass::Relax => {
@@ -425,7 +434,7 @@ impl Solver<'_> {
                 self.sweep_sixdofs(group, &joints, jobs);
                 self.sweep_trees(group, &joints, jobs);
                 let rigid = sweep(Softness::RIGID, 1, moved);
-                self.sweep_contacts(group, &[rigid, rigid], jobs);
+                self.sweep_contacts(group, &[rigid, rigid], true, jobs);
                 self.add_to_tallies(group, When::relaxed());
             }
             // Passes over bodies or islands, and those of the classic methods.
@@ -498,6 +507,9 @@ impl Solver<'_> {
                     } else {
                         pack::pack::<_, false>(simd, &source, owners, block, extra, &self.lines);
                     }
+                    if self.round == 0 {
+                        self.watch(i);
+                    }
                     any |= self.has_extras && self.extras.read(i).arrives != 0;
                 }
             });
@@ -521,17 +533,27 @@ impl Solver<'_> {
     }
 
     /// `sweeps`: of contacts of two bodies, and of those with fixed bodies.
-    fn sweep_contacts(&self, group: &Group, sweeps: &[Sweep; 2], jobs: &Jobs<'_>) {
+    fn sweep_contacts(&self, group: &Group, sweeps: &[Sweep; 2], relaxes: bool, jobs: &Jobs<'_>) {
         self.plan.contacts.for_blocks(&group.contacts, jobs, 4, |batch, blocks| {
             let sweep = &sweeps[usize::from(batch.fixed)];
             dispatch!(self.ctx.level, simd => {
                 for i in blocks {
                     let (block, next) = (self.blocks.row(i), self.blocks.after(i));
                     let extra = if self.has_extras { Some(self.extras.row(i)) } else { None };
+                    let mut tally = self.tally(i);
+                    if relaxes && let Some(tally) = &mut tally {
+                        tally.add(block, -1.0);
+                    }
                     if batch.fixed {
                         contact::solve::<_, true>(simd, block, extra, next, &self.lines, sweep);
                     } else {
                         contact::solve::<_, false>(simd, block, extra, next, &self.lines, sweep);
+                    }
+                    if let Some(tally) = tally {
+                        tally.add(block, 1.0);
+                        if !relaxes {
+                            tally.note_peaks(block);
+                        }
                     }
                 }
             });
@@ -567,6 +589,7 @@ impl Solver<'_> {
                     let begun = self.begun.row(i);
                     let when = (self.ctx, None);
                     *begun |= unpack::store(simd, block, extra, (owners, *begun), tables, when);
+                    self.end_tally(i);
                 }
             });
         });

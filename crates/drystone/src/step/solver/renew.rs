@@ -285,6 +285,8 @@ impl Solver<'_> {
                 (extra.arrives, extra.hit) = (extra.arrives | hit[0], hit[1]);
                 extra.renewed = true;
             }
+            pack::mark_renewed(simd, &source, block, extra.as_deref(), (&self.lines, fixed));
+            self.watch_more(i);
             rebase(simd, block, extra, &self.lines, (fixed, elapsed));
             let extra = if self.has_extras { Some(self.extras.read(i)) } else { None };
             warm_of(simd, block, extra, fixed).carry(block, &self.aux, -1.0);

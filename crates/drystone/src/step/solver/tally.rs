@@ -1,21 +1,23 @@
-//! What contacts and joints gave over the whole step: for what breaks by a blow. Tables keep the impulses of
+//! What contacts and joints gave over the whole step: for events, and for what breaks by a blow. Tables keep the impulses of
 //! the last substep, and a blow may have been over by then.
 //!
-//! Impulses of a substep are summed after its sweep; a relax sweep adds what it changes. Impacts add theirs as they give
-//! them. Only blocks with a body that can break are looked at, and joints only while something can.
+//! Impulses of a substep are summed after its sweep; a relax sweep adds what it changes. Impacts give theirs outside of
+//! sweeps. Summed are contacts that a user or a body that can break asks for, and those that may land in this step, whose
+//! impulse is told with the hit; joints only while something can break.
 //!
 //! Joints break by force as well: that of the substep of the step in which it was greatest. That is a substep of the world, in
 //! whatever parts an island takes it, or a blow would weigh as many times as much on a joint of a small island.
 
-use fearless_simd::dispatch;
-
 use super::Solver;
 use super::plan::{DISTANCE, Group};
 use super::rows::ContactBlock;
+use super::unpack::approach;
+use crate::base::grow;
 use crate::base::math::{Vec3, bounded, greater, vec3};
 use crate::base::wide::{LANES, Lanes};
 use crate::state::bodies::{Bodies, NONE};
 use crate::state::contacts::Contact;
+use crate::state::shapes::Shapes;
 
 /// Adds the impulses that a sweep left: all of them, or what a relax sweep changed.
 fn add(sum: &mut Lanes, last: &mut Lanes, now: &Lanes, is_relax: bool) {
@@ -25,35 +27,84 @@ fn add(sum: &mut Lanes, last: &mut Lanes, now: &Lanes, is_relax: bool) {
     *last = *now;
 }
 
+/// Contacts of a block whose impulses are summed: a byte for each lane, 0 for none. Bits 0 to 3 are points that bore nothing
+/// when the step began and arrive as fast as a hit; see [`NEW`], [`ASKED`], [`LANDED`].
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Watch([u8; LANES]);
+
+impl Watch {
+    /// Nothing is summed.
+    const NONE: Self = Self([0; LANES]);
+}
+
+/// The points of a lane of a [`Watch`].
+pub(super) const POINTS: u8 = 0x0f;
+
+/// The pair did not touch before.
+pub(super) const NEW: u8 = 0x10;
+
+/// A body of the contact can break, or a shape reports forces.
+const ASKED: u8 = 0x20;
+
+/// Points of bits 0 to 3, or any of a new contact, were pressed in the step.
+const LANDED: u8 = 0x40;
+
 /// The sums of a block of contacts.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct ContactTally {
-    /// One of its contacts has a body that can break.
-    pub(super) wanted: bool,
     /// Along the normal at each point [N s].
-    pub(super) points: [Lanes; 4],
-    /// Friction along t1 and t2 [N s].
-    pub(super) rub: [Lanes; 2],
-    /// What was there after the last sweep.
-    last: [Lanes; 6],
+    points: [Lanes; 4],
+    /// All on B, friction included [N s, world].
+    push: [Lanes; 3],
+    /// Greatest of a substep, of each point and of all together [N s]; at the step's end as forces [N].
+    peaks: [Lanes; 5],
 }
 
 impl ContactTally {
-    fn begin(&mut self, wanted: bool) {
-        self.wanted = wanted;
-        if wanted {
-            *self = Self { wanted, ..Self::default() };
+    /// Adds the block's impulses, `times` 1, or takes them away again, before a sweep that changes them, by -1.
+    #[inline(always)]
+    pub(super) fn add(&mut self, block: &ContactBlock, times: f32) {
+        let count = usize::from(block.count.clamp(1, 4));
+        let mut total = [0.0; LANES];
+        for (sum, point) in self.points.iter_mut().zip(&block.points).take(count) {
+            for lane in 0..LANES {
+                sum[lane] += times * point.impulse[lane];
+                total[lane] += point.impulse[lane];
+            }
+        }
+        let [f1, f2, _] = &block.friction;
+        for (i, sum) in self.push.iter_mut().enumerate() {
+            let (n, t1, t2) = (&block.n[i], &block.t1[i], &block.t2[i]);
+            for lane in 0..LANES {
+                let rub = t1[lane] * f1[lane] + t2[lane] * f2[lane];
+                sum[lane] += times * (n[lane] * total[lane] + rub);
+            }
         }
     }
 
-    fn add(&mut self, block: &ContactBlock, is_relax: bool) {
-        let of_points = block.points.iter().map(|p| &p.impulse).zip(&mut self.points);
+    /// Notes what the block gave in a substep.
+    #[inline(always)]
+    pub(super) fn note_peaks(&mut self, block: &ContactBlock) {
         let count = usize::from(block.count.clamp(1, 4));
-        let rubs = block.friction[..2].iter().zip(&mut self.rub);
-        for ((now, sum), last) in of_points.take(count).chain(rubs).zip(&mut self.last) {
-            add(sum, last, now, is_relax);
+        let [peaks @ .., most] = &mut self.peaks;
+        let mut total = [0.0; LANES];
+        for (peak, point) in peaks.iter_mut().zip(&block.points).take(count) {
+            for lane in 0..LANES {
+                peak[lane] = greater(point.impulse[lane], peak[lane]);
+                total[lane] += point.impulse[lane];
+            }
+        }
+        for lane in 0..LANES {
+            most[lane] = greater(total[lane], most[lane]);
         }
     }
+}
+
+/// The impulses that bounces of a contact gave, outside of sweeps [N s; all of it: world, on B].
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Bounce {
+    pub(super) points: [f32; 4],
+    pub(super) push: Vec3,
 }
 
 /// Which sweep left the impulses.
@@ -161,19 +212,58 @@ impl Totals {
     }
 }
 
-/// What a contact gave in a step: along its normal at each of its points, and friction [N s, world], on B.
+/// What a contact gave in a step.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Given {
     pub(crate) contact: u32,
+    /// Along its normal at each of its points [N s]. A contact that was made anew within the step may have fewer points now.
     pub(crate) points: [f32; 4],
-    pub(crate) rub: Vec3,
+    /// All on B, friction included [N s, world].
+    pub(crate) push: Vec3,
+    /// Greatest force of a substep, of each point and of all together [N].
+    pub(crate) peaks: [f32; 5],
+    /// It was pressed for the first time, or where it bore nothing before, at a speed that [`Contact::approach`] tells.
+    pub(crate) landed: bool,
+    /// A body of it can break, or a shape reports forces.
+    pub(crate) asked: bool,
+}
+
+/// Whose impulses are asked for in a step.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Askers<'a> {
+    pub(super) bodies: &'a Bodies,
+    pub(super) shapes: &'a Shapes,
+    /// Some body or joint can break.
+    pub(super) breakage: bool,
+}
+
+impl Askers<'_> {
+    /// False if nobody asks for any.
+    pub(super) const fn any(&self) -> bool {
+        self.breakage || self.shapes.report_forces > 0
+    }
+
+    /// Whether a contact's are asked for.
+    pub(super) fn ask_for(&self, contact: &Contact) -> bool {
+        let breaks = |row: u32| self.bodies.at(row).breaks;
+        let reports = |row: u32| self.shapes.at(row).reports.forces;
+        self.breakage && (breaks(contact.body_a) || breaks(contact.body_b))
+            || self.shapes.report_forces > 0
+                && (reports(contact.shape_a) || reports(contact.shape_b))
+    }
 }
 
 impl super::Scratch {
-    /// Room for the sums of a step in which something can break; none in another.
-    pub(super) fn make_tallies(&mut self, breakage: bool) {
+    /// Room for the sums of a step; for those of joints only if something can break.
+    pub(super) fn make_tallies(&mut self, breakage: bool, has_extras: bool) {
+        let blocks = self.plan.contacts.owners.len();
+        self.watches.clear();
+        self.watches.resize(blocks, Watch::NONE);
+        if self.tallies.len() < blocks {
+            grow::resize(&mut self.tallies, blocks, ContactTally::default());
+        }
+        self.bounces.resize(if has_extras { blocks * LANES } else { 0 }, Bounce::default());
         let room = |n: usize| if breakage { n } else { 0 };
-        self.tallies.resize_with(room(self.plan.contacts.owners.len()), ContactTally::default);
         let none = JointTally::default();
         self.joint_tallies.resize(room(self.plan.joints.owners.len()), none);
         self.six_tallies.resize(room(self.plan.sixdofs.owners.len()), none);
@@ -181,42 +271,124 @@ impl super::Scratch {
         self.tree_tallies.resize(room(self.plan.forest.joints.len()), none);
     }
 
-    /// What contacts with bodies that can break gave in the last step; in no order. `None` after a step of a
-    /// classic method, which knows no more than the contacts' own impulses.
-    pub(crate) fn given(&self) -> Option<impl Iterator<Item = Given>> {
-        if self.tallies.is_empty() {
-            return None;
-        }
-        let blocks = self.tallies.iter().zip(&self.blocks).zip(&self.plan.contacts.owners);
-        Some(blocks.filter(|((tally, _), _)| tally.wanted).flat_map(|((tally, block), owners)| {
-            let owned = owners.iter().enumerate().filter(|(_, row)| **row != u32::MAX);
-            owned.map(move |(lane, row)| {
-                let along = |t: &[Lanes; 3]| vec3(t[0][lane], t[1][lane], t[2][lane]);
-                let rub = along(&block.t1) * tally.rub[0][lane];
+    /// What the contacts gave in the last step that landed or are asked for; in no order.
+    pub(crate) fn given(&self) -> impl Iterator<Item = Given> {
+        let blocks = self.watches.iter().zip(&self.tallies).zip(&self.plan.contacts.owners);
+        let watched = blocks.filter(|((watch, _), _)| **watch != Watch::NONE);
+        let summed = watched.flat_map(|((watch, tally), owners)| {
+            let lanes = (0..LANES).filter(|lane| watch.0[*lane] & (ASKED | LANDED) != 0);
+            lanes.map(move |lane| {
+                let [x, y, z] = tally.push.map(|sum| bounded(sum[lane]));
                 Given {
-                    contact: *row,
-                    points: tally.points.map(|p| p[lane]),
-                    rub: rub + along(&block.t2) * tally.rub[1][lane],
+                    contact: owners[lane],
+                    points: tally.points.map(|sum| bounded(sum[lane])),
+                    push: vec3(x, y, z),
+                    peaks: tally.peaks.map(|peak| bounded(peak[lane])),
+                    landed: watch.0[lane] & LANDED != 0,
+                    asked: watch.0[lane] & ASKED != 0,
                 }
             })
-        }))
+        });
+        summed.chain(self.classic.given.iter().copied())
     }
 }
 
 impl Solver<'_> {
-    fn breaks(bodies: &Bodies, contact: &Contact) -> bool {
-        bodies.at(contact.body_a).breaks || bodies.at(contact.body_b).breaks
+    /// Decides which contacts of a block are summed, as the step begins.
+    pub(super) fn watch(&self, i: usize) {
+        let mut watch = Watch(self.blocks.read(i).landing);
+        if self.askers.any() {
+            for (lane, row) in self.plan.contacts.owners[i].iter().enumerate() {
+                if *row != u32::MAX
+                    && let Some(contact) = self.contacts.read(*row as usize)
+                    && self.askers.ask_for(contact)
+                {
+                    watch.0[lane] |= ASKED;
+                }
+            }
+        }
+        if watch != Watch::NONE {
+            self.begin_tally(i);
+            *self.watches.row(i) = watch;
+        }
     }
 
-    /// Empties the sums of a group.
-    pub(super) fn begin_tallies(&self, group: &Group) {
-        if !self.has_tallies {
+    /// Sums besides, from now on, what may land of a block that was made anew within the step.
+    pub(super) fn watch_more(&self, i: usize) {
+        let more = self.blocks.read(i).landing;
+        if more == Watch::NONE.0 {
             return;
         }
-        for i in self.plan.contacts.blocks_of(&group.contacts) {
-            let owners = self.plan.contacts.owners[i].iter().filter(|row| **row != u32::MAX);
-            let mut contacts = owners.filter_map(|row| self.contacts.read(*row as usize).as_ref());
-            self.tallies.row(i).begin(contacts.any(|c| Self::breaks(self.bodies, c)));
+        if *self.watches.read(i) == Watch::NONE {
+            self.begin_tally(i);
+        }
+        for (bits, more) in self.watches.row(i).0.iter_mut().zip(more) {
+            *bits |= more;
+        }
+    }
+
+    fn begin_tally(&self, i: usize) {
+        *self.tallies.row(i) = ContactTally::default();
+        if self.has_extras {
+            (i * LANES..(i + 1) * LANES).for_each(|k| *self.bounces.row(k) = Bounce::default());
+        }
+    }
+
+    /// The sums of a block, if there are any.
+    #[inline(always)]
+    pub(super) fn tally(&self, i: usize) -> Option<&mut ContactTally> {
+        (*self.watches.read(i) != Watch::NONE).then(|| self.tallies.row(i))
+    }
+
+    /// Ends the sums of a block: bounces come to them, peaks become forces, and it is known what landed.
+    pub(super) fn end_tally(&self, i: usize) {
+        let Some(tally) = self.tally(i) else { return };
+        for lane in 0..LANES {
+            if self.has_extras {
+                let bounce = self.bounces.read(i * LANES + lane);
+                let mut total = 0.0;
+                for j in 0..4 {
+                    tally.points[j][lane] += bounce.points[j];
+                    tally.peaks[j][lane] += bounce.points[j];
+                    total += bounce.points[j];
+                }
+                tally.peaks[4][lane] += total;
+                for (sum, x) in tally.push.iter_mut().zip(bounce.push.to_array()) {
+                    sum[lane] += x;
+                }
+            }
+            for peak in &mut tally.peaks {
+                peak[lane] *= self.ctx.inv_h;
+            }
+            if self.lands(i, lane, tally) {
+                self.watches.row(i).0[lane] |= LANDED;
+            }
+        }
+    }
+
+    /// Whether a contact landed; one that touched before is told the speed.
+    fn lands(&self, i: usize, lane: usize, tally: &ContactTally) -> bool {
+        let watch = self.watches.read(i).0[lane];
+        if watch & NEW != 0 {
+            return self.begun.read(i) >> lane & 1 == 1;
+        }
+        let pressed = |j: usize| watch >> j & 1 == 1 && tally.points[j][lane] > 0.0;
+        if !(0..4).any(pressed) {
+            return false;
+        }
+        let Some(c) = self.contacts.row(self.plan.contacts.owners[i][lane] as usize) else {
+            return false;
+        };
+        let [a, b] = [c.body_a, c.body_b].map(|row| self.bodies.at(row));
+        let speed = approach(c, watch & POINTS, (a, b), (self.ctx, None));
+        c.set_approach(speed);
+        true
+    }
+
+    /// Empties the sums of a group's joints.
+    pub(super) fn begin_tallies(&self, group: &Group) {
+        if !self.askers.breakage {
+            return;
         }
         for i in self.plan.joints.blocks_of(&group.joints) {
             *self.joint_tallies.row(i) = JointTally::default();
@@ -231,18 +403,11 @@ impl Solver<'_> {
         }
     }
 
-    /// Adds what a sweep left of impulses.
+    /// Adds what a sweep left of the joints' impulses.
     pub(super) fn add_to_tallies(&self, group: &Group, when: When) {
-        if !self.has_tallies {
+        if !self.askers.breakage {
             return;
         }
-        dispatch!(self.ctx.level, _simd => {
-            for i in self.plan.contacts.blocks_of(&group.contacts) {
-                if self.tallies.read(i).wanted {
-                    self.tallies.row(i).add(self.blocks.read(i), when.is_relax);
-                }
-            }
-        });
         for batch in &self.plan.joints.batches[group.joints.clone()] {
             for i in batch.blocks.clone() {
                 let is_distance = batch.class == DISTANCE;
@@ -272,7 +437,7 @@ impl Solver<'_> {
 
     /// Gives the joints their sums; before a joint whose body swings says what it gave.
     pub(super) fn store_tallies(&self, group: &Group) {
-        if !self.has_tallies {
+        if !self.askers.breakage {
             return;
         }
         let give = |row: u32, totals: Totals| {

@@ -6,7 +6,7 @@ use fearless_simd::Level;
 use super::integrate::{Aux, three};
 use super::rooms::Blocks;
 use super::rows::{Extra, Line, Whitening};
-use super::tally::ContactTally;
+use super::tally::Bounce;
 use crate::base::disjoint::Rows;
 use crate::base::math::Vec3;
 use crate::base::wide::{LANES, at};
@@ -21,7 +21,8 @@ pub(super) struct Source<'a> {
     pub(super) level: Level,
     pub(super) blocks: &'a Blocks<'a>,
     pub(super) extras: &'a Rows<'a, Extra>,
-    pub(super) tallies: Option<&'a Rows<'a, ContactTally>>,
+    /// Of each lane of each block.
+    pub(super) bounces: &'a Rows<'a, Bounce>,
     pub(super) owners: &'a [[u32; LANES]],
     pub(super) lines: &'a Rows<'a, Line>,
     pub(super) aux: &'a Rows<'a, Aux>,

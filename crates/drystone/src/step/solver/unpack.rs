@@ -5,6 +5,7 @@ use fearless_simd::{Simd, SimdBase};
 use super::inertia::Squeeze;
 use super::plan::Group;
 use super::rows::{ContactBlock, Extra};
+use super::tally::POINTS;
 use super::{Solver, integrate};
 use crate::base::disjoint::Rows;
 use crate::base::math::Vec3;
@@ -95,7 +96,8 @@ pub(super) fn store<S: Simd>(
         }
         if pressed && !c.touching && before >> lane & 1 == 0 {
             begun |= 1 << lane;
-            let approach = approach(c, bodies.at(c.body_a), bodies.at(c.body_b), (ctx, elapsed));
+            let ends = (bodies.at(c.body_a), bodies.at(c.body_b));
+            let approach = approach(c, POINTS, ends, (ctx, elapsed));
             c.set_approach(approach);
         }
     }
@@ -104,11 +106,12 @@ pub(super) fn store<S: Simd>(
 
 /// How fast the points of a contact came together that was pressed in this step for the first time [m/s], of bodies as
 /// they were when the step began. What forces add on the way, v² = v₀² + 2 a s, is at most that of a whole step.
-/// `elapsed` [s]: since the step's start, of one that was made anew since.
+/// `elapsed` [s]: since the step's start, of one that was made anew since. `which`: points, bits; all of a contact that was
+/// made anew.
 pub(super) fn approach(
     c: &Contact,
-    a: &Body,
-    b: &Body,
+    which: u8,
+    (a, b): (&Body, &Body),
     (ctx, elapsed): (&StepContext, Option<f32>),
 ) -> f32 {
     let fall = |body: &Body| {
@@ -127,7 +130,9 @@ pub(super) fn approach(
         let end = (v * v + 2.0 * gain * p.separation.max(0.0)).sqrt();
         end.min(v + gain * ctx.step())
     };
-    c.points().iter().map(speed).fold(0.0, f32::max)
+    let which = if elapsed.is_some() { POINTS } else { which };
+    let points = c.points().iter().enumerate().filter(|(j, _)| which >> j & 1 == 1);
+    points.map(|(_, p)| speed(p)).fold(0.0, f32::max)
 }
 
 impl Solver<'_> {

@@ -23,6 +23,7 @@ use crate::step::broadphase::rank;
 use crate::step::context::StepContext;
 use crate::step::finalize::Flight;
 use crate::step::narrowphase::overlap;
+use crate::step::one_way;
 
 /// Who is stopped may meet another there, or be met: so many times that is asked.
 const ROUNDS: usize = 8;
@@ -114,7 +115,7 @@ pub(super) fn stop(
     collect_ranges(jobs, asked.len(), grain(jobs, asked.len(), 8), crossings, |range, out| {
         out.extend(asked[range].iter().filter(|meeting| steps.crosses(**meeting, contacts)));
     });
-    crossed.extend(crossings.iter().flatten().map(|meeting| steps.event(*meeting)));
+    crossed.extend(crossings.iter().flatten().flat_map(|meeting| steps.events(*meeting)));
 }
 
 fn is_of_sensor((a, b): Meeting, shapes: &Shapes) -> bool {
@@ -148,11 +149,29 @@ impl Steps<'_> {
         if pair.hardly_moves(core(a).min(core(b))) || !pair.may_meet() {
             return None;
         }
+        let is_one_way = self.is_one_way(meeting);
+        if is_one_way && !self.comes_to_front(meeting) {
+            return None;
+        }
         match pair.course() {
             Course::Clear => None,
             Course::Deep(part) => Some(part),
+            // What passes is let out; what is held has contacts.
+            Course::Overlap if is_one_way => None,
             Course::Overlap => self.meet_inside(meeting),
         }
+    }
+
+    fn is_one_way(&self, (a, b): Meeting) -> bool {
+        [a, b].into_iter().any(|shape| self.shapes.at(shape).reports.is_one_way())
+    }
+
+    /// True if two shapes move so against each other that one that holds from one side only may hold.
+    fn comes_to_front(&self, (a, b): Meeting) -> bool {
+        let rows = bodies_of((a, b), self.shapes);
+        let bodies = rows.map(|row| self.ways.bodies.at(row));
+        let [from, to] = rows.map(|row| self.ways.way(row).shift());
+        one_way::may_stop(self.shapes, [a, b], bodies, to - from)
     }
 
     /// The same of two that overlap from the start. They have contacts: those hold them, unless the middle of the smaller one
@@ -240,13 +259,17 @@ impl Steps<'_> {
             .any(|c| (c.shape_a.min(c.shape_b), c.shape_a.max(c.shape_b)) == (a, b) && c.touching)
     }
 
-    fn event(&self, (a, b): Meeting) -> SensorEvent {
-        let (sensor, visitor) = if self.shapes.at(a).sensor { (a, b) } else { (b, a) };
-        SensorEvent {
-            sensor: self.shapes.id(sensor),
-            visitor: self.shapes.id(visitor),
-            sensor_body: self.ways.bodies.id(self.shapes.at(sensor).body),
-            visitor_body: self.ways.bodies.id(self.shapes.at(visitor).body),
-        }
+    /// One for each shape that sees the other.
+    fn events(&self, (a, b): Meeting) -> impl Iterator<Item = SensorEvent> + use<> {
+        let event = |sensor: u32, visitor: u32| {
+            let [seer, seen] = [sensor, visitor].map(|shape| self.shapes.at(shape));
+            seer.sees(seen).then(|| SensorEvent {
+                sensor: self.shapes.id(sensor),
+                visitor: self.shapes.id(visitor),
+                sensor_body: self.ways.bodies.id(seer.body),
+                visitor_body: self.ways.bodies.id(seen.body),
+            })
+        };
+        [event(a, b), event(b, a)].into_iter().flatten()
     }
 }

@@ -49,34 +49,26 @@ impl Scratch {
 
 impl World {
     /// Breaks what the step was too much for. `dt`: of the step [s].
-    pub(super) fn break_bodies(&mut self, dt: f32, substeps: u32) {
+    pub(super) fn break_bodies(&mut self, dt: f32) {
         if !self.tables.breakage.any() {
             return;
         }
         let mut scratch = core::mem::take(&mut self.breaking);
-        self.gather_blows(&mut scratch.blows, substeps);
+        self.gather_blows(&mut scratch.blows);
         self.break_glue(&mut scratch, dt);
         self.fracture_bodies(&mut scratch);
         self.breaking = scratch;
     }
 
-    fn gather_blows(&self, blows: &mut Vec<Blow>, substeps: u32) {
+    fn gather_blows(&self, blows: &mut Vec<Blow>) {
         blows.clear();
         let (bodies, contacts) = (&self.tables.bodies, &self.tables.contacts);
-        if let Some(given) = self.scratch.given() {
-            for g in given {
-                // Contacts of what was put aside in this step are gone.
-                if let Some(contact) = contacts.get(g.contact) {
-                    add_blows(bodies, g.contact, contact, &g.points, g.rub, blows);
-                }
-            }
-        } else {
-            // The last substep stands for all.
-            #[expect(clippy::cast_precision_loss, reason = "at most 256")]
-            let n = substeps as f32;
-            for (row, c) in contacts.iter().filter(|(_, c)| c.place.is_somewhere()) {
-                let points = c.points.map(|p| p.impulse * n);
-                add_blows(bodies, row, c, &points, c.tangent_impulse * n, blows);
+        for g in self.scratch.given().filter(|g| g.asked) {
+            // Contacts of what was put aside in this step are gone.
+            if let Some(contact) = contacts.get(g.contact) {
+                let pressed: f32 = g.points.iter().sum();
+                let rub = g.push - contact.normal * pressed;
+                add_blows(bodies, g.contact, contact, &g.points, rub, blows);
             }
         }
         // Blocks are in an order that goes by the number of workers.

@@ -148,6 +148,7 @@ impl World {
         let body = self.tables.bodies.at(row);
         let s = self.tables.shapes.at(shape);
         let at = body.pose().compose(&s.local);
+        let one_way = self.tables.shapes.one_way.get(&shape).copied();
         let mut random = Random::new(how.seed);
         let pieces = cut(&hull, at.local_point(point), how, count, &mut random);
         if pieces.len() < 2 {
@@ -158,7 +159,8 @@ impl World {
         for piece in pieces {
             #[expect(clippy::cast_possible_truncation, reason = "rounding is what is asked for")]
             let part = (piece.volume / whole) as f32;
-            let def = piece_def(body, s, &at, &piece, part);
+            let mut def = piece_def(body, s, &at, &piece, part);
+            def.shapes[0].one_way = one_way;
             if def.validate().is_err() {
                 return None;
             }
@@ -239,6 +241,8 @@ fn piece_def(body: &Body, s: &ShapeRow, at: &Pose, piece: &HullPiece, part: f32)
         filter: s.filter,
         surface_velocity: s.surface_velocity,
         surface_spin: s.surface_spin,
+        reports: s.reports.unpacked(),
+        senses: s.reports.senses(),
         user_data: s.user_data,
         ..ShapeDef::new(Shape::Hull(Arc::clone(&piece.hull)))
     };

@@ -30,11 +30,12 @@ use super::integrate::{self, Aux};
 use super::rounds::BodyState;
 use super::rows::{Line, Whitening};
 use super::softness::{Softness, decay, exact_decay};
+use super::tally::{Askers, Given, POINTS};
 use super::unpack::approach;
 use crate::base::double::greater;
-use crate::base::math::Vec3;
+use crate::base::math::{Vec3, bounded};
 use crate::base::sym3::Sym3;
-use crate::state::bodies::{Bodies, Body};
+use crate::state::bodies::Body;
 use crate::state::colors::Colors;
 use crate::state::contacts::{Contact, Contacts};
 use crate::state::joints::{Joints, Link as JointLink};
@@ -65,6 +66,8 @@ pub(super) struct Scratch {
     pub(super) too_large: bool,
     /// Contact rows that were pressed together for the first time.
     pub(super) begun: Vec<u32>,
+    /// What contacts gave that landed or are asked for.
+    pub(super) given: Vec<Given>,
     /// The last step was made by a classic method.
     was_here: bool,
 }
@@ -77,6 +80,7 @@ impl Scratch {
             (self.residual, self.too_large) = (0.0, false);
             line_of.fill(0);
             self.begun.clear();
+            self.given.clear();
         }
         was_here
     }
@@ -114,7 +118,8 @@ pub(super) fn solve(
             s.sweeps += c.run(*pass, ctx, &settings);
         }
     }
-    c.store(ctx, input.bodies, contacts, joints);
+    let Input { bodies, shapes, breakage, .. } = input;
+    c.store(ctx, Askers { bodies, shapes, breakage }, contacts, joints);
     c.write_lines(&settings, s);
     s.classic = c;
 }
@@ -364,30 +369,47 @@ impl Scratch {
     fn store(
         &mut self,
         ctx: &StepContext,
-        bodies: &Bodies,
+        askers: Askers<'_>,
         contacts: &mut Contacts,
         joints: &mut Joints,
     ) {
+        let bodies = askers.bodies;
         self.begun.clear();
+        self.given.clear();
+        // Nothing sums up here what contacts and joints give: the last substep stands for all.
+        #[expect(clippy::cast_precision_loss, reason = "at most 256")]
+        let n = ctx.substeps as f32;
         for pair in &self.pairs {
             let c = contacts.at_mut(pair.contact);
             let mut pressed = pair.pressed;
             let mut rub = Vec3::ZERO;
-            for (point, p) in c.points.iter_mut().zip(pair.points()) {
+            let (mut points, mut landing) = ([0.0; 4], 0);
+            for (j, (point, p)) in c.points.iter_mut().zip(pair.points()).enumerate() {
+                landing |= u8::from(point.impulse == 0.0 && p.press > 0.0) << j;
+                points[j] = p.press * n;
                 point.impulse = p.press;
                 rub += p.rub;
                 pressed |= point.separation <= 0.0;
             }
             (c.tangent_impulse, c.twist_impulse) = (rub, 0.0);
             if pressed && !c.touching {
-                let approach = approach(c, bodies.at(c.body_a), bodies.at(c.body_b), (ctx, None));
-                c.set_approach(approach);
+                landing = POINTS;
                 self.begun.push(pair.contact);
             }
+            let landed = landing != 0;
+            if landed {
+                let ends = (bodies.at(c.body_a), bodies.at(c.body_b));
+                c.set_approach(approach(c, landing, ends, (ctx, None)));
+            }
+            let asked = askers.ask_for(c);
+            if landed || asked {
+                let [p, q, r, s] = points;
+                let peaks = [p, q, r, s, p + q + r + s].map(|p| bounded(p / ctx.dt));
+                let push = (c.normal * (p + q + r + s) + rub * n).bounded();
+                let (contact, points) = (pair.contact, points.map(bounded));
+                self.given.push(Given { contact, points, push, peaks, landed, asked });
+            }
         }
-        // Nothing sums up here what a joint gives: the last substep stands for all.
-        #[expect(clippy::cast_precision_loss, reason = "at most 256")]
-        let n = ctx.substeps as f32;
         for link in &self.links {
             let joint = joints.at_mut(link.row);
             joint.impulse = link.impulse;

@@ -1,0 +1,148 @@
+//! What a shape reports of its contacts.
+
+use serde::{Deserialize, Serialize};
+
+use super::check::within;
+use super::def::DefError;
+use crate::base::limits;
+
+/// Which events the contacts of a shape give. Both shapes of a pair are asked.
+///
+/// ```
+/// use drystone::{ContactReports, ShapeDef};
+///
+/// let glass = ContactReports { hit_speed: Some(0.2), ..ContactReports::default() };
+/// let pane = ShapeDef::box_half([1.0, 1.0, 0.01]).with_reports(glass);
+/// let scale = ShapeDef::box_half([0.5, 0.1, 0.5]).with_reports(ContactReports::with_forces());
+/// # let _ = (pane, scale);
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ContactReports {
+    /// Contacts that begin and end: [`Events::contact_begin`](crate::Events::contact_begin) and
+    /// [`Events::contact_end`](crate::Events::contact_end). A pair gives none if one of its shapes says false. Default true.
+    pub touches: bool,
+    /// Landings: [`Events::hits`](crate::Events::hits). A pair gives none if one of its shapes says false. Default true.
+    pub hits: bool,
+    /// Least approach speed of a hit [m/s]; default `None`: `contact.hit_speed` of the world. If both shapes of a pair give
+    /// one, the lower counts.
+    pub hit_speed: Option<f32>,
+    /// Forces: [`Events::contact_forces`](crate::Events::contact_forces), for every step in which the pair touches. A pair
+    /// gives them if one of its shapes says true. Default false.
+    pub forces: bool,
+}
+
+impl Default for ContactReports {
+    /// Touches and hits, no forces.
+    fn default() -> Self {
+        Self { touches: true, hits: true, hit_speed: None, forces: false }
+    }
+}
+
+impl ContactReports {
+    /// Nothing is reported.
+    pub const NONE: Self = Self { touches: false, hits: false, hit_speed: None, forces: false };
+
+    /// Touches, hits and forces.
+    #[must_use]
+    pub const fn with_forces() -> Self {
+        Self { touches: true, hits: true, hit_speed: None, forces: true }
+    }
+
+    /// # Errors
+    /// The speed is out of range.
+    pub fn validate(&self) -> Result<(), DefError> {
+        self.hit_speed
+            .map_or(Ok(()), |speed| within("reports.hit_speed", speed, &limits::THRESHOLD))
+    }
+}
+
+/// What a sensor sees besides the shapes of bodies that can move: see [`ShapeDef::sensor`](crate::ShapeDef::sensor).
+///
+/// ```
+/// use drystone::{Senses, ShapeDef};
+///
+/// // A blast that asks which walls it reaches.
+/// let blast = ShapeDef::sphere(3.0).as_sensor().with_senses(Senses { statics: true, ..Senses::default() });
+/// # let _ = blast;
+/// ```
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Senses {
+    /// On a static body it sees the shapes of static bodies. Sensors of other bodies always do. Default false.
+    pub statics: bool,
+    /// It sees sensors. Default false.
+    pub sensors: bool,
+}
+
+impl Senses {
+    const STATICS: u8 = 1;
+    const SENSORS: u8 = 2;
+}
+
+/// The bit beside those of [`Senses`] for a surface that holds from one side only.
+const ONE_WAY: u8 = 4;
+
+/// Both in the eight bytes that a row of shapes has for them.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct PackedReports {
+    /// Below 0: that of the world.
+    hit_speed: f32,
+    touches: bool,
+    hits: bool,
+    pub(crate) forces: bool,
+    /// Bits of [`Senses`].
+    senses: u8,
+}
+
+impl PackedReports {
+    pub(crate) fn new(reports: &ContactReports, senses: Senses) -> Self {
+        let ContactReports { touches, hits, hit_speed, forces } = *reports;
+        let bit = |is_set: bool, bit: u8| if is_set { bit } else { 0 };
+        let senses = bit(senses.statics, Senses::STATICS) | bit(senses.sensors, Senses::SENSORS);
+        Self { hit_speed: hit_speed.unwrap_or(-1.0), touches, hits, forces, senses }
+    }
+
+    pub(crate) const fn senses(self) -> Senses {
+        Senses { statics: self.sees_statics(), sensors: self.sees_sensors() }
+    }
+
+    pub(crate) const fn is_one_way(self) -> bool {
+        self.senses & ONE_WAY != 0
+    }
+
+    pub(crate) const fn with_one_way(self, is_one_way: bool) -> Self {
+        let others = self.senses & !ONE_WAY;
+        Self { senses: if is_one_way { others | ONE_WAY } else { others }, ..self }
+    }
+
+    pub(crate) const fn sees_statics(self) -> bool {
+        self.senses & Senses::STATICS != 0
+    }
+
+    pub(crate) const fn sees_sensors(self) -> bool {
+        self.senses & Senses::SENSORS != 0
+    }
+
+    pub(crate) fn unpacked(self) -> ContactReports {
+        let Self { touches, hits, forces, .. } = self;
+        ContactReports { touches, hits, hit_speed: self.given_hit_speed(), forces }
+    }
+
+    pub(crate) fn has_hit_speed(self) -> bool {
+        self.hit_speed >= 0.0
+    }
+
+    fn given_hit_speed(self) -> Option<f32> {
+        self.has_hit_speed().then_some(self.hit_speed)
+    }
+
+    /// Whether a pair of shapes reports that it begins and ceases to touch.
+    pub(crate) const fn touch(self, other: Self) -> bool {
+        self.touches && other.touches
+    }
+
+    /// Above which approach speed a pair of shapes reports a hit [m/s], in a world with this one; `None`: never.
+    pub(crate) fn hit_speed_with(self, other: Self, world: f32) -> Option<f32> {
+        let given = [self, other].into_iter().filter_map(Self::given_hit_speed).reduce(f32::min);
+        (self.hits && other.hits).then(|| given.unwrap_or(world))
+    }
+}
