@@ -27,7 +27,7 @@ pub(crate) fn report_given(
         let Some(c) = sets.contacts.get(given.contact) else { continue };
         let [a, b] = [c.shape_a, c.shape_b].map(|row| shapes.at(row).reports);
         let fast = |least: f32| c.approach() > least;
-        if given.landed && a.hit_speed_with(b, hit_speed).is_some_and(fast) {
+        if given.landed != 0 && a.hit_speed_with(b, hit_speed).is_some_and(fast) {
             let hit = hit(c, &given, shapes, sets);
             sets.events.hits.push(hit);
         }
@@ -47,17 +47,19 @@ pub(crate) fn report_given(
 }
 
 fn hit(c: &Contact, given: &Given, shapes: &Shapes, sets: &Sets<'_>) -> HitEvent {
-    let points = c.points().iter().zip(&given.points);
-    // The point that was pressed most; of those that were pressed alike the deepest.
-    let place = points.max_by(|(p, i), (q, j)| {
-        i.total_cmp(j).then_with(|| q.separation.total_cmp(&p.separation))
+    let points = c.points().iter().zip(&given.points).enumerate();
+    // Of those that landed the one that was pressed most; of those that were pressed alike the deepest.
+    let place = points.max_by(|(i, (p, pressed)), (j, (q, other))| {
+        let landed = |k: usize| given.landed >> k & 1;
+        let deeper = || q.separation.total_cmp(&p.separation);
+        landed(*i).cmp(&landed(*j)).then(pressed.total_cmp(other)).then_with(deeper)
     });
     HitEvent {
         shape_a: shapes.id(c.shape_a),
         shape_b: shapes.id(c.shape_b),
         body_a: sets.bodies.id(c.body_a),
         body_b: sets.bodies.id(c.body_b),
-        point: sets.bodies.at(c.body_a).center + place.map(|(p, _)| p.r_a).unwrap_or_default(),
+        point: sets.bodies.at(c.body_a).center + place.map(|(_, (p, _))| p.r_a).unwrap_or_default(),
         normal: c.normal,
         speed: c.approach(),
         impulse: total(given),

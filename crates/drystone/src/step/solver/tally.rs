@@ -222,8 +222,9 @@ pub(crate) struct Given {
     pub(crate) push: Vec3,
     /// Greatest force of a substep, of each point and of all together [N].
     pub(crate) peaks: [f32; 5],
-    /// It was pressed for the first time, or where it bore nothing before, at a speed that [`Contact::approach`] tells.
-    pub(crate) landed: bool,
+    /// Points, bits, that were pressed for the first time or bore nothing before; [`Contact::approach`] tells how fast they
+    /// came. 0 if none did.
+    pub(crate) landed: u8,
     /// A body of it can break, or a shape reports forces.
     pub(crate) asked: bool,
 }
@@ -250,6 +251,15 @@ impl Askers<'_> {
         self.breakage && (breaks(contact.body_a) || breaks(contact.body_b))
             || self.shapes.report_forces > 0
                 && (reports(contact.shape_a) || reports(contact.shape_b))
+    }
+}
+
+/// The points of a lane that landed.
+const fn landed(watch: u8) -> u8 {
+    match (watch & LANDED != 0, watch & NEW != 0) {
+        (false, _) => 0,
+        (true, false) => watch & POINTS,
+        (true, true) => POINTS,
     }
 }
 
@@ -284,7 +294,7 @@ impl super::Scratch {
                     points: tally.points.map(|sum| bounded(sum[lane])),
                     push: vec3(x, y, z),
                     peaks: tally.peaks.map(|peak| bounded(peak[lane])),
-                    landed: watch.0[lane] & LANDED != 0,
+                    landed: landed(watch.0[lane]),
                     asked: watch.0[lane] & ASKED != 0,
                 }
             })

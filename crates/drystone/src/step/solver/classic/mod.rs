@@ -396,13 +396,13 @@ impl Scratch {
                 landing = POINTS;
                 self.begun.push(pair.contact);
             }
-            let landed = landing != 0;
-            if landed {
+            let landed = landing;
+            if landed != 0 {
                 let ends = (bodies.at(c.body_a), bodies.at(c.body_b));
                 c.set_approach(approach(c, landing, ends, (ctx, None)));
             }
             let asked = askers.ask_for(c);
-            if landed || asked {
+            if landed != 0 || asked {
                 let [p, q, r, s] = points;
                 let peaks = [p, q, r, s, p + q + r + s].map(|p| bounded(p / ctx.dt));
                 let push = (c.normal * (p + q + r + s) + rub * n).bounded();
