@@ -4,8 +4,10 @@ use std::borrow::Cow;
 use std::sync::Arc;
 
 use bytemuck::{Pod, Zeroable};
+use drystone::joint::Ball;
 use drystone::{
-    Aabb, BodyKind, BodyRef, JointKind, LinkKind, LinkRef, Pose, Quat, Shape, ShapeRef, Vec3, World,
+    Aabb, BodyKind, BodyRef, JointDef, JointKind, LinkKind, LinkRef, Pose, Quat, Shape, ShapeRef,
+    Vec3, World,
 };
 use drystone_scene::visual::{PlacedMesh, Visuals};
 
@@ -515,7 +517,9 @@ mod tests {
         let (ball, _) = (add(0.0), add(200.0));
         let ground = world.add_body(BodyDef::fixed()).unwrap();
         let beside = vec3(0.0, 0.3, 0.0);
-        world.add_joint(JointDef::ball(ground, beside, ball, beside)).unwrap();
+        world
+            .add_joint(JointDef::new(ground, ball, Ball::new()).with_anchors(beside, beside))
+            .unwrap();
         let drawing = Drawing::of(&world, &Subject::of(&world), &Look::default());
         let mut all = drawing.batches.iter().flat_map(|batch| &batch.instances);
         let rod = all.find(|instance| instance.color == ROD).unwrap();
