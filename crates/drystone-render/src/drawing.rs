@@ -4,10 +4,8 @@ use std::borrow::Cow;
 use std::sync::Arc;
 
 use bytemuck::{Pod, Zeroable};
-use drystone::joint::Ball;
 use drystone::{
-    Aabb, BodyKind, BodyRef, JointDef, JointKind, LinkKind, LinkRef, Pose, Quat, Shape, ShapeRef,
-    Vec3, World,
+    Aabb, BodyKind, BodyRef, JointKind, LinkKind, LinkRef, Pose, Quat, Shape, ShapeRef, Vec3, World,
 };
 use drystone_scene::visual::{PlacedMesh, Visuals};
 
@@ -469,6 +467,7 @@ impl Batches {
 
 #[cfg(test)]
 mod tests {
+    use drystone::joint::Ball;
     use drystone::{BodyDef, JointDef, ShapeDef, Vec3, World, vec3};
 
     use super::{Drawing, GRID, Look, ROD, Subject};

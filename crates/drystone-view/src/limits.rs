@@ -2,10 +2,9 @@
 
 use core::f32::consts::TAU;
 
-use drystone::joint::{ConeTwist, Hinge, Slider, Universal};
 use drystone::{
-    Aabb, BodyKind, BodyRef, JointDef, JointKind, JointMotion, JointRef, Pose, Quat, SixDof, Vec3,
-    World, trig,
+    Aabb, BodyKind, BodyRef, JointKind, JointMotion, JointRef, Pose, Quat, SixDof, Vec3, World,
+    trig,
 };
 use drystone_render::{Color, Drawing};
 
@@ -164,6 +163,7 @@ fn unit(axis: usize) -> Vec3 {
 mod tests {
     use core::f32::consts::FRAC_PI_2;
 
+    use drystone::joint::{ConeTwist, Hinge, Slider, Universal};
     use drystone::{
         BodyDef, JointAxis, JointCone, JointDef, Quat, ShapeDef, SixDof, Vec3, World, vec3,
     };

@@ -38,6 +38,17 @@ pub enum JointKind {
 
 /// A rope from the first body over two fixed points to the second: `length_a + ratio · length_b` is no more than
 /// its length, where the lengths are those from each anchor to its point.
+///
+/// ```
+/// use drystone::joint::Pulley;
+/// use drystone::{BodyId, JointDef};
+///
+/// /// Two buckets that hang 3 m below two wheels.
+/// fn well(left: BodyId, right: BodyId) -> JointDef {
+///     let rope = Pulley::rope([[-0.5, 4.0, 0.0], [0.5, 4.0, 0.0]], 6.0);
+///     JointDef::new(left, right, rope).between([-0.5, 1.0, 0.0], [0.5, 1.0, 0.0])
+/// }
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Pulley {
     /// The points it goes over, that of the first body first [m, world].
@@ -163,7 +174,8 @@ pub struct JointDef {
     pub user_data: u64,
 }
 
-/// Axes of a joint, told in the world.
+/// Axes of a joint, told in the world: what [`JointDef::with_axis`], [`JointDef::with_axes`] and
+/// [`JointDef::with_rotation`] set.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum WorldAxes {

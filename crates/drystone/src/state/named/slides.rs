@@ -84,6 +84,15 @@ impl From<Slider> for JointKind {
 }
 
 /// Moves along the x axis and turns about it: a rod in a sleeve.
+///
+/// ```
+/// use drystone::JointAxis;
+/// use drystone::joint::Cylindrical;
+///
+/// // A bolt: it slides by 30 mm, and may be turned.
+/// let bolt = Cylindrical::of(JointAxis::limited(0.0, 0.03), JointAxis::FREE);
+/// # let _ = bolt;
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Cylindrical {
     /// The motion [m; N].
@@ -126,6 +135,15 @@ impl From<Cylindrical> for JointKind {
 }
 
 /// Moves in the plane across the x axis and turns about that: a puck on a table that it cannot leave.
+///
+/// ```
+/// use drystone::joint::Planar;
+/// use drystone::{BodyId, JointDef};
+///
+/// fn puck(table: BodyId, puck: BodyId) -> JointDef {
+///     JointDef::new(table, puck, Planar::new()).at([0.0; 3]).with_axis([0.0, 1.0, 0.0])
+/// }
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Planar {
     /// The motion along y [m; N].

@@ -201,6 +201,14 @@ impl From<Hinge> for JointKind {
 
 /// Turns about the x axis of the first body and the y axis of the second, which stay at right angles: the cross of a
 /// driveshaft, a gimbal.
+///
+/// ```
+/// use drystone::JointAxis;
+/// use drystone::joint::Universal;
+///
+/// let stick = Universal::of(JointAxis::limited(-0.4, 0.4), JointAxis::limited(-0.4, 0.4));
+/// # let _ = stick;
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Universal {
     /// The turn about x, which stays with the first body.
