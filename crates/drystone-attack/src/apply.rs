@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use drystone::{
-    BodyDef, BodyId, CouplingDef, DefError, Glue, Hull, JointDef, JointId, JointKind, LinkDef,
-    LinkId, Mesh, ParticleId, Shape, ShapeDef, ShapeId, Strand, World,
+    BodyDef, BodyId, CouplingDef, DefError, Glue, Hull, JointDef, JointId, JointKind, JointMut,
+    LinkDef, LinkId, Mesh, ParticleId, Shape, ShapeDef, ShapeId, Strand, World,
 };
 
 use crate::finding::{Findings, Kind};
@@ -244,16 +244,13 @@ fn add_joint(world: &mut World, ids: &mut Ids, plan: &JointPlan) -> Done {
     let [Some(a), Some(b)] = plan.bodies.map(|label| ids.bodies.get(&label).copied()) else {
         return Done::Skipped;
     };
+    let def = JointDef::new(a, b, plan.kind);
     let def = match (plan.place, plan.kind) {
-        (Place::Along(anchor, axis), JointKind::SixDof(axes)) => {
-            world.joint_along(a, b, anchor, axis, axes)
-        }
-        (Place::Along(p, q) | Place::Anchors(p, q), _) => Ok(JointDef::ball(a, p, b, q)),
+        (Place::Along(anchor, axis), JointKind::SixDof(_)) => def.at(anchor).with_axis(axis),
+        (Place::Along(p, q) | Place::Anchors(p, q), _) => def.with_anchors(p, q),
     };
-    let Ok(def) = def else { return Done::Refused };
-    let kind = if let Place::Along(..) = plan.place { def.kind } else { plan.kind };
     let JointPlan { collide_connected, strength, articulated, .. } = *plan;
-    let def = JointDef { kind, collide_connected, strength, articulated, ..def };
+    let def = JointDef { collide_connected, strength, articulated, ..def };
     let Ok(id) = world.add_joint(def) else { return Done::Refused };
     ids.joints.insert(plan.label, id);
     Done::Yes
@@ -279,35 +276,51 @@ fn set_joint(world: &mut World, ids: &Ids, op: &Op) -> Done {
     else {
         return Done::Skipped;
     };
-    let Some(id) = ids.joints.get(label).copied() else { return Done::Skipped };
+    let Some(mut joint) = joint_of(world, ids, *label) else { return Done::Skipped };
     match op {
-        Op::SetJointAxes(_, axes) => {
-            // Of what is given only the axes are new: the frames stay where the joint was made.
-            let kind = world.joint(id).map(|j| j.kind());
-            let mut axes = **axes;
-            if let Some(JointKind::SixDof(now)) = kind {
-                (axes.frame_a, axes.frame_b) = (now.frame_a, now.frame_b);
-            }
-            told(world.set_joint_axes(id, axes))
+        Op::SetJointAxes(_, axes) => set(joint.set_axes(**axes)),
+        Op::SetJointDrive(_, axis, drive) => {
+            joint.axis(*axis).map_or(Done::Refused, |mut axis| set(axis.set_drive(*drive)))
         }
-        Op::SetJointDrive(_, axis, drive) => told(world.set_joint_drive(id, *axis, *drive)),
-        Op::SetJointStrength(_, strength) => told(world.set_joint_strength(id, *strength)),
+        Op::SetJointStrength(_, strength) => set(joint.set_strength(*strength)),
         _ => Done::Skipped,
     }
 }
 
 fn joint_call(world: &mut World, ids: &Ids, label: Label, call: &JointCall) -> Done {
-    let Some(id) = ids.joints.get(&label).copied() else { return Done::Skipped };
+    let Some(mut joint) = joint_of(world, ids, label) else { return Done::Skipped };
     match call {
-        JointCall::Anchors(a, b) => told(world.set_joint_anchors(id, *a, *b)),
-        JointCall::Lengths(min, max) => told(world.set_joint_lengths(id, [*min, *max], None)),
-        JointCall::Motion(axis, motion) => told(world.set_joint_motion(id, *axis, *motion)),
-        JointCall::Coupling(ratio, offset) => told(world.set_coupling(id, *ratio, *offset)),
-        JointCall::CollideConnected(collide) => {
-            told(Ok(world.set_joint_collide_connected(id, *collide)))
+        JointCall::Anchors(a, b) => set(joint.set_anchors(*a, *b)),
+        JointCall::Frames(a, b) => set(joint.set_frames(*a, *b)),
+        JointCall::Lengths(min, max) => set(joint.set_lengths(*min, *max)),
+        JointCall::Spring(spring) => set(joint.set_spring(*spring)),
+        JointCall::Motion(axis, motion) => {
+            joint.axis(*axis).map_or(Done::Refused, |mut axis| set(axis.set_motion(*motion)))
         }
-        JointCall::Enabled(enabled) => told(Ok(world.set_joint_enabled(id, *enabled))),
+        JointCall::Limits(min, max) => set(joint.set_limits(*min, *max)),
+        JointCall::Motor(speed, max_force) => set(joint.set_motor(*speed, *max_force)),
+        JointCall::Friction(friction) => set(joint.set_friction(*friction)),
+        JointCall::TargetRotation(rotation, spring, max_torque) => {
+            set(joint.set_target_rotation(*rotation, *spring, *max_torque))
+        }
+        JointCall::Coupling(ratio, offset) => set(joint.set_coupling(*ratio, *offset)),
+        JointCall::CollideConnected(collide) => {
+            joint.set_collide_connected(*collide);
+            Done::Yes
+        }
+        JointCall::Enabled(enabled) => {
+            joint.set_enabled(*enabled);
+            Done::Yes
+        }
     }
+}
+
+fn set(result: Result<(), DefError>) -> Done {
+    if result.is_ok() { Done::Yes } else { Done::Refused }
+}
+
+fn joint_of<'w>(world: &'w mut World, ids: &Ids, label: Label) -> Option<JointMut<'w>> {
+    world.joint_mut(ids.joints.get(&label).copied()?)
 }
 
 fn add_particles(world: &mut World, ids: &mut Ids, op: &Op) -> Done {

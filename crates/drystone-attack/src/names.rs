@@ -14,12 +14,20 @@ pub(crate) fn imports(text: &str) -> String {
     if words.contains("Arc") {
         lines.push_str("use std::sync::Arc;\n");
     }
-    lines + &format!("\nuse drystone::{{{}}};\n", named.join(", "))
+    lines.push('\n');
+    for name in JOINTS.iter().filter(|name| words.contains(*name)) {
+        lines.push_str(&format!("use drystone::joint::{name};\n"));
+    }
+    lines + &format!("use drystone::{{{}}};\n", named.join(", "))
 }
 
+/// Public names of joints that a test may need.
+const JOINTS: [&str; 2] = ["Pulley", "Spring"];
+
 /// Public names that a test may need.
-const NAMES: [&str; 53] = [
+const NAMES: [&str; 52] = [
     "Aabb",
+    "Axis",
     "AxisLocks",
     "BodyDef",
     "BodyId",
@@ -53,7 +61,6 @@ const NAMES: [&str; 53] = [
     "Method",
     "ParticleDef",
     "Pose",
-    "Pulley",
     "Quat",
     "RopeDef",
     "Senses",
@@ -62,7 +69,6 @@ const NAMES: [&str; 53] = [
     "ShapeId",
     "SimdLevel",
     "SixDof",
-    "Spring",
     "Strand",
     "Sym3",
     "Team",

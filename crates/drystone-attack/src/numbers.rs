@@ -400,6 +400,25 @@ fn joint_call(call: &mut JointCall, f: Visit<'_>) {
             f(a);
             f(b);
         }
+        JointCall::Frames(a, b) => {
+            rotation(a, f);
+            rotation(b, f);
+        }
+        JointCall::Spring(spring) => spring.iter_mut().for_each(|s| {
+            f(&mut s.rest_length);
+            f(&mut s.hertz);
+            f(&mut s.damping_ratio);
+        }),
+        JointCall::Limits(a, b) | JointCall::Motor(a, b) => {
+            f(a);
+            f(b);
+        }
+        JointCall::Friction(x) => f(x),
+        JointCall::TargetRotation(at, law, torque) => {
+            rotation(at, f);
+            spring(law, f);
+            f(torque);
+        }
         JointCall::Motion(_, at) => motion(at, f),
         JointCall::CollideConnected(_) | JointCall::Enabled(_) => {}
     }

@@ -3,11 +3,12 @@
 //! Things are named by labels, not by ids: a label stays the same when other operations of the program are left
 //! out. An operation on something that was refused, or that no operation made, does nothing.
 
+use drystone::joint::Spring;
 use drystone::{
-    Aabb, AxisLocks, BodyDef, BodyKind, BondStrength, ClothDef, ContactReports, Filter, Fracture,
-    ImpactBody, ImpactSurface, JointDrive, JointKind, JointMotion, JointStrength, LinkKind,
-    MassDef, Material, ParticleDef, Pose, RopeDef, Senses, Shape, ShapeDef, SixDof, Vec3,
-    WorldConfig,
+    Aabb, Axis, AxisLocks, BodyDef, BodyKind, BondStrength, ClothDef, ContactReports, Filter,
+    Fracture, ImpactBody, ImpactSurface, JointDrive, JointKind, JointMotion, JointSpring,
+    JointStrength, LinkKind, MassDef, Material, ParticleDef, Pose, Quat, RopeDef, Senses, Shape,
+    ShapeDef, SixDof, Vec3, WorldConfig,
 };
 
 /// What a thing is called within a program.
@@ -87,7 +88,7 @@ pub struct CouplingPlan {
     /// The joints.
     pub joints: [Label; 2],
     /// Their axes.
-    pub axes: [usize; 2],
+    pub axes: [Axis; 2],
     /// See [`drystone::CouplingDef::ratio`].
     pub ratio: f32,
     /// See [`drystone::CouplingDef::offset`].
@@ -196,17 +197,29 @@ pub enum ShapeCall {
 /// A change of a joint or a coupling.
 #[derive(Clone, Debug)]
 pub enum JointCall {
-    /// `set_joint_anchors`.
+    /// `set_anchors`.
     Anchors(Vec3, Vec3),
-    /// `set_joint_lengths`, without a spring.
+    /// `set_frames`.
+    Frames(Quat, Quat),
+    /// `set_lengths`.
     Lengths(f32, f32),
-    /// `set_joint_motion`.
-    Motion(usize, JointMotion),
+    /// `set_spring`.
+    Spring(Option<Spring>),
+    /// `set_motion` of an axis.
+    Motion(Axis, JointMotion),
+    /// `set_limits`.
+    Limits(f32, f32),
+    /// `set_motor`.
+    Motor(f32, f32),
+    /// `set_friction`.
+    Friction(f32),
+    /// `set_target_rotation`.
+    TargetRotation(Quat, JointSpring, f32),
     /// `set_coupling`.
     Coupling(f32, f32),
-    /// `set_joint_collide_connected`.
+    /// `set_collide_connected`.
     CollideConnected(bool),
-    /// `set_joint_enabled`.
+    /// `set_enabled`.
     Enabled(bool),
 }
 
@@ -259,11 +272,11 @@ pub enum Op {
     RemoveJoint(Label),
     /// `add_coupling`.
     AddCoupling(CouplingPlan),
-    /// `set_joint_axes`.
+    /// `set_axes` of a joint.
     SetJointAxes(Label, Box<SixDof>),
-    /// `set_joint_drive`.
-    SetJointDrive(Label, usize, Option<JointDrive>),
-    /// `set_joint_strength`.
+    /// `set_drive` of an axis of a joint.
+    SetJointDrive(Label, Axis, Option<JointDrive>),
+    /// `set_strength` of a joint.
     SetJointStrength(Label, Option<JointStrength>),
     /// A call on a joint.
     Joint(Label, JointCall),

@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 use std::fmt::{Debug, Write};
 
+use drystone::joint::Spring;
 use drystone::{BodyDef, JointKind, WorldConfig};
 
 use crate::finding::{Finding, Kind};
@@ -179,18 +180,13 @@ impl Source {
                 let (ratio, offset) = (show(ratio), show(offset));
                 let bind = self.bind('j', *label);
                 self.line(&format!(
-                    "{bind}world.add_coupling(CouplingDef {{ joint_a: j{a}, axis_a: {p}, joint_b: j{b}, \
-                     axis_b: {q}, ratio: {ratio}, offset: {offset} }}).unwrap();"
+                    "{bind}world.add_coupling(CouplingDef {{ joint_a: j{a}, axis_a: Axis::{p:?}, joint_b: j{b}, \
+                     axis_b: Axis::{q:?}, ratio: {ratio}, offset: {offset} }}).unwrap();"
                 ));
             }
             Op::SetJointAxes(j, axes) => {
-                self.line(&format!(
-                    "let JointKind::SixDof(now) = world.joint(j{j}).unwrap().kind() else {{ unreachable!() }};"
-                ));
-                self.line(&format!(
-                    "world.set_joint_axes(j{j}, SixDof {{ frame_a: now.frame_a, frame_b: now.frame_b, ..{} }}).unwrap();",
-                    show(axes)
-                ));
+                let axes = show(axes);
+                self.line(&format!("world.joint_mut(j{j}).unwrap().set_axes({axes}).unwrap();"));
             }
             Op::AddParticle(..)
             | Op::AddRope(..)
@@ -296,13 +292,13 @@ impl Source {
             (Place::Along(anchor, axis), JointKind::SixDof(axes)) => {
                 let (anchor, axis, axes) = (show(anchor), show(axis), show(axes));
                 self.line(&format!(
-                    "let def = world.joint_along({a}, {b}, {anchor}, {axis}, {axes}).unwrap();"
+                    "let def = JointDef::new({a}, {b}, {axes}).at({anchor}).with_axis({axis});"
                 ));
             }
             (Place::Along(p, q) | Place::Anchors(p, q), kind) => {
                 let (p, q, kind) = (show(p), show(q), show(kind));
                 self.line(&format!(
-                    "let def = JointDef {{ kind: {kind}, ..JointDef::ball({a}, {p}, {b}, {q}) }};"
+                    "let def = JointDef::new({a}, {b}, {kind}).with_anchors({p}, {q});"
                 ));
             }
         }
@@ -460,10 +456,14 @@ fn call(op: &Op) -> String {
         Op::RemoveLink(l) => format!("world.remove_link(l{l});"),
         Op::Detach(p) => format!("world.detach_particle(p{p});"),
         Op::SetJointDrive(j, axis, drive) => {
-            format!("world.set_joint_drive(j{j}, {axis}, {}).unwrap();", show(drive))
+            let drive = show(drive);
+            format!(
+                "world.joint_mut(j{j}).unwrap().axis(Axis::{axis:?}).unwrap().set_drive({drive}).unwrap();"
+            )
         }
         Op::SetJointStrength(j, strength) => {
-            format!("world.set_joint_strength(j{j}, {}).unwrap();", show(strength))
+            let strength = show(strength);
+            format!("world.joint_mut(j{j}).unwrap().set_strength({strength}).unwrap();")
         }
         Op::Joint(j, call) => joint_call(*j, call),
         Op::SetLinkLength(l, length) => {
@@ -569,20 +569,32 @@ fn body_call(call: &BodyCall) -> String {
 }
 
 fn joint_call(j: Label, call: &JointCall) -> String {
+    let two = |name: &str, a: &dyn Debug, b: &dyn Debug| {
+        format!("{name}({}, {}).unwrap()", show(&a), show(&b))
+    };
     let call = match call {
-        JointCall::Anchors(a, b) => format!("anchors(j{j}, {}, {}).unwrap()", show(a), show(b)),
-        JointCall::Lengths(min, max) => {
-            format!("lengths(j{j}, [{}, {}], None).unwrap()", show(min), show(max))
+        JointCall::Anchors(a, b) => two("set_anchors", a, b),
+        JointCall::Frames(a, b) => two("set_frames", a, b),
+        JointCall::Lengths(min, max) => two("set_lengths", min, max),
+        JointCall::Spring(None) => "set_spring(None).unwrap()".to_owned(),
+        JointCall::Spring(Some(spring)) => {
+            let Spring { rest_length, hertz, damping_ratio } = spring;
+            let (length, hertz, ratio) = (show(rest_length), show(hertz), show(damping_ratio));
+            format!("set_spring(Some(Spring::new({length}, {hertz}, {ratio}))).unwrap()")
         }
         JointCall::Motion(axis, motion) => {
-            format!("motion(j{j}, {axis}, {}).unwrap()", show(motion))
+            format!("axis(Axis::{axis:?}).unwrap().set_motion({}).unwrap()", show(motion))
         }
-        JointCall::CollideConnected(collide) => format!("collide_connected(j{j}, {collide})"),
-        JointCall::Enabled(enabled) => format!("enabled(j{j}, {enabled})"),
-        JointCall::Coupling(ratio, offset) => {
-            let (ratio, offset) = (show(ratio), show(offset));
-            return format!("world.set_coupling(j{j}, {ratio}, {offset}).unwrap();");
+        JointCall::Limits(min, max) => two("set_limits", min, max),
+        JointCall::Motor(speed, max_force) => two("set_motor", speed, max_force),
+        JointCall::Friction(friction) => format!("set_friction({}).unwrap()", show(friction)),
+        JointCall::TargetRotation(rotation, spring, torque) => {
+            let (rotation, spring, torque) = (show(rotation), show(spring), show(torque));
+            format!("set_target_rotation({rotation}, {spring}, {torque}).unwrap()")
         }
+        JointCall::CollideConnected(collide) => format!("set_collide_connected({collide})"),
+        JointCall::Enabled(enabled) => format!("set_enabled({enabled})"),
+        JointCall::Coupling(ratio, offset) => two("set_coupling", ratio, offset),
     };
-    format!("world.set_joint_{call};")
+    format!("world.joint_mut(j{j}).unwrap().{call};")
 }

@@ -129,7 +129,8 @@ fn path(variant: &str, is_tuple: bool) -> &'static str {
 
 #[cfg(test)]
 mod tests {
-    use drystone::{Filter, JointAxis, JointKind, Material, SixDof, vec3};
+    use drystone::joint::Hinge;
+    use drystone::{Filter, JointAxis, JointKind, Material, vec3};
 
     use super::{Default, plain};
 
@@ -149,7 +150,7 @@ mod tests {
             "JointAxis { motion: JointMotion::Limited { min: f32::NEG_INFINITY, max: 1e20, spring: None }, \
              ..JointAxis::FREE }"
         );
-        let six = of(&JointKind::SixDof(SixDof::hinge(JointAxis::FREE)));
+        let six = of(&JointKind::SixDof(Hinge::new().six_dof()));
         assert!(six.starts_with("JointKind::SixDof(SixDof { frame_a: Quat { x: 0.0"), "{six}");
         assert!(of(&Material::default()).contains("friction_combine: Combine::GeometricMean"));
         assert_eq!(of(&[Filter::default()]).matches("layers: 1").count(), 1);

@@ -467,6 +467,7 @@ impl Batches {
 
 #[cfg(test)]
 mod tests {
+    use drystone::joint::Ball;
     use drystone::{BodyDef, JointDef, ShapeDef, Vec3, World, vec3};
 
     use super::{Drawing, GRID, Look, ROD, Subject};
@@ -515,7 +516,9 @@ mod tests {
         let (ball, _) = (add(0.0), add(200.0));
         let ground = world.add_body(BodyDef::fixed()).unwrap();
         let beside = vec3(0.0, 0.3, 0.0);
-        world.add_joint(JointDef::ball(ground, beside, ball, beside)).unwrap();
+        world
+            .add_joint(JointDef::new(ground, ball, Ball::new()).with_anchors(beside, beside))
+            .unwrap();
         let drawing = Drawing::of(&world, &Subject::of(&world), &Look::default());
         let mut all = drawing.batches.iter().flat_map(|batch| &batch.instances);
         let rod = all.find(|instance| instance.color == ROD).unwrap();

@@ -260,16 +260,12 @@ impl Running {
     fn add_joint(&mut self, joint: &SceneJoint) -> Result<(), BuildError> {
         let number = self.joints.len();
         let user = format!("joint {number}");
+        let (a, b) = (self.at(&user, joint.body_a)?, self.at(&user, joint.body_b)?);
         let def = JointDef {
-            body_a: self.at(&user, joint.body_a)?,
-            body_b: self.at(&user, joint.body_b)?,
-            anchor_a: joint.anchor_a,
-            anchor_b: joint.anchor_b,
-            kind: joint.kind,
             collide_connected: joint.collide_connected,
             strength: joint.strength,
             articulated: joint.articulated,
-            user_data: 0,
+            ..JointDef::new(a, b, joint.kind).with_anchors(joint.anchor_a, joint.anchor_b)
         };
         let id = self.world.add_joint(def).map_err(|error| {
             let [a, b] = [def.body_a, def.body_b].map(|id| self.name_of(id));

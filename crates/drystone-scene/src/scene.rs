@@ -4,8 +4,8 @@
 use std::sync::Arc;
 
 use drystone::{
-    BodyDef, ClothDef, JointKind, JointStrength, ParticleDef, Pose, Quat, RopeDef, SixDof, Vec3,
-    WorldConfig, trig, vec3,
+    Axis, BodyDef, ClothDef, JointKind, JointStrength, ParticleDef, Pose, Quat, RopeDef, SixDof,
+    Vec3, WorldConfig, trig, vec3,
 };
 
 use crate::gltf::Film;
@@ -46,12 +46,12 @@ pub struct SceneJoint {
 pub struct SceneCoupling {
     /// Number of the joint that is followed, in [`Scene::joints`].
     pub joint_a: usize,
-    /// Its axis: 0 to 2 along x, y, z, 3 to 5 about them.
-    pub axis_a: usize,
+    /// Its axis.
+    pub axis_a: Axis,
     /// Number of the joint that follows.
     pub joint_b: usize,
     /// Its axis.
-    pub axis_b: usize,
+    pub axis_b: Axis,
     /// How far b goes for each unit of a; not 0.
     pub ratio: f32,
     /// Where b is with a at 0 [m or rad].
@@ -111,13 +111,13 @@ impl SceneJoint {
     /// A joint of two bodies, each with its number and anchor [m, its frame]: they do not collide, and it
     /// bears anything.
     #[must_use]
-    pub const fn new(a: (usize, Vec3), b: (usize, Vec3), kind: JointKind) -> Self {
+    pub fn new(a: (usize, Vec3), b: (usize, Vec3), kind: impl Into<JointKind>) -> Self {
         Self {
             body_a: a.0,
             body_b: b.0,
             anchor_a: a.1,
             anchor_b: b.1,
-            kind,
+            kind: kind.into(),
             collide_connected: false,
             strength: None,
             articulated: false,
@@ -126,11 +126,16 @@ impl SceneJoint {
 
     /// A joint of six axes at a point, of bodies that stand so, with these frames [world].
     #[must_use]
-    pub fn at(ends: [(usize, Pose); 2], point: Vec3, frames: [Quat; 2], axes: SixDof) -> Self {
+    pub fn at(
+        ends: [(usize, Pose); 2],
+        point: Vec3,
+        frames: [Quat; 2],
+        axes: impl Into<SixDof>,
+    ) -> Self {
         let [(a, at_a), (b, at_b)] = ends;
         let in_frame = |at: Pose, frame: Quat| (at.rotation.conjugate() * frame).normalized();
         let (frame_a, frame_b) = (in_frame(at_a, frames[0]), in_frame(at_b, frames[1]));
-        let kind = JointKind::SixDof(SixDof { frame_a, frame_b, ..axes });
+        let kind = JointKind::SixDof(SixDof { frame_a, frame_b, ..axes.into() });
         Self::new((a, at_a.local_point(point)), (b, at_b.local_point(point)), kind)
     }
 }

@@ -1,5 +1,6 @@
 //! Parts that many scenes have: floors, slopes, cubes and balls.
 
+use drystone::joint::Ball;
 use drystone::{BodyDef, JointKind, Quat, ShapeDef, SixDof, Vec3};
 use drystone_bench::EngineError;
 use drystone_scene::{Scene, SceneJoint};
@@ -128,7 +129,7 @@ pub(crate) fn add_ball_joint(
     b: usize,
     point: D3,
 ) -> Result<(), EngineError> {
-    join(scene, [a, b], point, JointKind::Ball)
+    join(scene, [a, b], point, Ball::new())
 }
 
 /// A joint of six axes at a point of the world, with the bodies as they are placed; `frame` are its axes.
@@ -141,12 +142,12 @@ pub(crate) fn add_joint(
     b: usize,
     point: D3,
     frame: Quat,
-    axes: SixDof,
+    axes: impl Into<SixDof>,
 ) -> Result<(), EngineError> {
     let local =
         |number: usize| Ok::<_, EngineError>(body(scene, number)?.rotation.conjugate() * frame);
-    let axes = SixDof { frame_a: local(a)?, frame_b: local(b)?, ..axes };
-    join(scene, [a, b], point, JointKind::SixDof(axes))
+    let axes = SixDof { frame_a: local(a)?, frame_b: local(b)?, ..axes.into() };
+    join(scene, [a, b], point, axes)
 }
 
 fn body(scene: &Scene, number: usize) -> Result<&BodyDef, EngineError> {
@@ -158,7 +159,7 @@ fn join(
     scene: &mut Scene,
     [a, b]: [usize; 2],
     point: D3,
-    kind: JointKind,
+    kind: impl Into<JointKind>,
 ) -> Result<(), EngineError> {
     let anchor = |number: usize| {
         let def = body(scene, number)?;

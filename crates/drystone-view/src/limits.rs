@@ -163,6 +163,7 @@ fn unit(axis: usize) -> Vec3 {
 mod tests {
     use core::f32::consts::FRAC_PI_2;
 
+    use drystone::joint::{ConeTwist, Hinge, Slider, Universal};
     use drystone::{
         BodyDef, JointAxis, JointCone, JointDef, Quat, ShapeDef, SixDof, Vec3, World, vec3,
     };
@@ -176,7 +177,7 @@ mod tests {
         let a = world.add_body(BodyDef::fixed().with_shape(ball())).unwrap();
         let b = BodyDef::dynamic().with_position(at).with_rotation(turn).with_shape(ball());
         let b = world.add_body(b).unwrap();
-        let joint = world.add_joint(JointDef::six_dof(a, Vec3::ZERO, b, Vec3::ZERO, axes)).unwrap();
+        let joint = world.add_joint(JointDef::new(a, b, axes)).unwrap();
         let mut lines = Vec::new();
         add_joint(&mut lines, &world, &world.joint(joint).unwrap(), 1.0);
         lines
@@ -195,7 +196,7 @@ mod tests {
     #[test]
     fn the_mark_of_a_hinge_is_where_the_second_body_points() {
         let turn = Quat::from_axis_angle(Vec3::X, 0.7);
-        let axes = SixDof::hinge(JointAxis::limited(-FRAC_PI_2, FRAC_PI_2));
+        let axes = Hinge::of(JointAxis::limited(-FRAC_PI_2, FRAC_PI_2)).six_dof();
         let lines = lines(axes, turn, Vec3::ZERO);
         assert_eq!(places(&lines).len(), 1);
         assert!(near(places(&lines)[0], turn.rotate(Vec3::Y)), "{:?}", places(&lines));
@@ -212,7 +213,7 @@ mod tests {
         let first = Quat::from_axis_angle(Vec3::X, 0.4);
         let turn = first * Quat::from_axis_angle(Vec3::Y, 0.6);
         let free = JointAxis::limited(-1.0, 1.0);
-        let lines = lines(SixDof::universal(free, free), turn, Vec3::ZERO);
+        let lines = lines(Universal::of(free, free).six_dof(), turn, Vec3::ZERO);
         let marks = places(&lines);
         assert_eq!(marks.len(), 2);
         // The cross between both bodies: y stays with the second one, x with the first.
@@ -222,13 +223,13 @@ mod tests {
 
     #[test]
     fn a_slider_has_a_bar_with_its_ends_and_an_open_one_goes_on() {
-        let axes = SixDof::slider(JointAxis::limited(-0.5, 2.0));
+        let axes = Slider::of(JointAxis::limited(-0.5, 2.0)).six_dof();
         let at = vec3(1.0, 0.0, 0.0);
         let bar = lines(axes, Quat::IDENTITY, at);
         assert!(near(bar[0].0, vec3(-0.5, 0.0, 0.0)) && near(bar[0].1, vec3(2.0, 0.0, 0.0)));
         let mark = bar.iter().find(|line| line.3 == PLACE).unwrap();
         assert!(near((mark.0 + mark.1) * 0.5, at));
-        let open = SixDof::slider(JointAxis::limited(-0.5, f32::INFINITY));
+        let open = Slider::of(JointAxis::limited(-0.5, f32::INFINITY)).six_dof();
         let open = lines(open, Quat::IDENTITY, at);
         assert!(near(open[0].1, vec3(3.0, 0.0, 0.0)), "two radii beyond where it is");
         assert_eq!(open.len() + 1, bar.len(), "no tick at infinity");
@@ -238,7 +239,7 @@ mod tests {
     fn a_cone_has_a_rim_through_its_widest_swings() {
         let cone = JointCone { swing: [0.5, 1.0], spring: None };
         let twist = JointAxis::limited(-0.1, 0.1);
-        let axes = SixDof { cone: Some(cone), ..SixDof::cone_twist(twist, [0.5, 1.0]) };
+        let axes = SixDof { cone: Some(cone), ..ConeTwist::of(twist, 0.5, 1.0).six_dof() };
         let turn = Quat::from_axis_angle(Vec3::Z, 0.3);
         let lines = lines(axes, turn, Vec3::ZERO);
         let rim = Quat::from_axis_angle(Vec3::Z, 1.0).rotate(Vec3::X);

@@ -57,6 +57,7 @@ pub use query::stiffness::PenaltyLimit;
 pub use query::sweep::{NearestShape, ShapeHit};
 pub use query::why_awake::{AwakeCause, WhyAwake};
 pub use query::{Query, RayHit};
+pub use state::axis::Axis;
 pub use state::config::{
     BreakageConfig, ContactConfig, InertiaConfig, JointConfig, ParticleConfig, ParticleForm,
     PenaltyConfig, SleepConfig, WorldConfig,
@@ -64,7 +65,7 @@ pub use state::config::{
 pub use state::coupling::CouplingDef;
 pub use state::def::{
     AxisLocks, BodyDef, BodyKind, Bond, BondStrength, DefError, Fatigue, Fracture, Glue, JointDef,
-    JointKind, JointStrength, MassDef, Pulley, ShapeDef, Spring,
+    JointKind, JointStrength, MassDef, ShapeDef, WorldAxes,
 };
 pub use state::events::{
     BondBreak, ContactEvent, ContactForce, Events, Fault, FaultKind, ForcePoint, FractureCause,
@@ -80,7 +81,16 @@ pub use state::reports::{ContactReports, Senses};
 pub use state::sixdof::{JointAxis, JointCone, JointDrive, JointMotion, JointSpring, SixDof};
 pub use step::Stage;
 pub use world::{
-    BodyMut, BodyRef, BondRef, ClothDef, ContactPoint, ContactRef, Impact, ImpactBody,
-    ImpactSurface, JointRef, LinkRef, ParticleMut, ParticleRef, RopeDef, ShapeMut, ShapeRef,
-    SnapshotError, Strand, World, WorldCounts, impact,
+    AxisMut, AxisRef, BodyMut, BodyRef, BondRef, ClothDef, ContactPoint, ContactRef, Impact,
+    ImpactBody, ImpactSurface, JointMut, JointRef, LinkRef, ParticleMut, ParticleRef, RopeDef,
+    ShapeMut, ShapeRef, SnapshotError, Strand, World, WorldCounts, impact,
 };
+
+#[doc = include_str!("joints.md")]
+pub mod joint {
+    pub use crate::state::def::{Pulley, Spring};
+    pub use crate::state::named::{
+        Ball, ConeTwist, Cylindrical, Distance, Fixed, Hinge, Planar, Rope, Servo, Slider,
+        Universal, Wheel,
+    };
+}

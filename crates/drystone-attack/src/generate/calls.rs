@@ -1,6 +1,7 @@
 //! Calls between the steps: every public function that changes a world.
 
-use drystone::{BodyKind, BondStrength, Pose, Vec3, WorldConfig};
+use drystone::joint::Spring;
+use drystone::{Axis, BodyKind, BondStrength, Pose, Vec3, WorldConfig};
 
 use super::draw::{Draw, KnownBody};
 use crate::op::{BodyCall, JointCall, Op, ParticleCall, ShapeCall};
@@ -149,7 +150,7 @@ impl Draw {
             return;
         }
         let joint = self.joints[self.rng.below(self.joints.len())].clone();
-        match self.rng.below(12) {
+        match self.rng.below(18) {
             0 => {
                 let strength = self.rng.chance(0.7).then(|| self.strength());
                 self.ops.push(Op::SetJointStrength(joint.label, strength));
@@ -177,15 +178,43 @@ impl Draw {
                 let (ratio, offset) = (self.rng.scale(0.1, 10.0), self.rng.between(-0.5, 0.5));
                 self.ops.push(Op::Joint(joint.label, JointCall::Coupling(ratio, offset)));
             }
+            12 => {
+                let call = JointCall::Frames(self.rng.rotation(), self.rng.rotation());
+                self.ops.push(Op::Joint(joint.label, call));
+            }
+            13 => {
+                let (rotation, law) = (self.rng.rotation(), self.spring());
+                let call = JointCall::TargetRotation(rotation, law, self.drive_force());
+                self.ops.push(Op::Joint(joint.label, call));
+            }
+            14 => {
+                let spring = self.rng.chance(0.7).then(|| {
+                    let (hertz, ratio) = (self.rng.scale(0.5, 30.0), self.rng.unit());
+                    Spring::new(self.length(), hertz, ratio)
+                });
+                self.ops.push(Op::Joint(joint.label, JointCall::Spring(spring)));
+            }
+            15 => {
+                let (a, b) = (self.rng.between(-2.0, 2.0), self.rng.between(-2.0, 2.0));
+                let call = JointCall::Limits(a.min(b), a.max(b));
+                self.ops.push(Op::Joint(joint.label, call));
+            }
+            16 => {
+                let call = JointCall::Motor(self.rng.between(-5.0, 5.0), self.drive_force());
+                self.ops.push(Op::Joint(joint.label, call));
+            }
+            17 => {
+                let friction = 0.1 * self.drive_force();
+                self.ops.push(Op::Joint(joint.label, JointCall::Friction(friction)));
+            }
             11 if joint.is_six => {
-                let (axis, six) = (self.rng.below(6), self.six());
-                let all: Vec<_> = six.linear.iter().chain(&six.angular).collect();
-                let motion = all[axis].motion;
+                let (axis, six) = (self.rng.pick(Axis::ALL), self.six());
+                let motion = six.axis(axis).motion;
                 self.ops.push(Op::Joint(joint.label, JointCall::Motion(axis, motion)));
             }
             _ if joint.is_six => {
-                let axis = self.rng.below(6);
-                let drive = self.rng.chance(0.8).then(|| self.drive(axis > 2));
+                let axis = self.rng.pick(Axis::ALL);
+                let drive = self.rng.chance(0.8).then(|| self.drive(axis.is_turn()));
                 self.ops.push(Op::SetJointDrive(joint.label, axis, drive));
             }
             _ => {}

@@ -1,6 +1,6 @@
 //! What a program has so far, and numbers in its style.
 
-use drystone::{ContactReports, Filter, Material, Quat, Senses, Vec3};
+use drystone::{Axis, ContactReports, Filter, Material, Quat, Senses, Vec3};
 
 use crate::op::{Label, Op, PIECES, Style};
 use crate::rng::Rng;
@@ -21,7 +21,7 @@ pub(super) struct KnownBody {
 pub(super) struct KnownJoint {
     pub(super) label: Label,
     /// Axes that are not locked; of a joint of six axes without a cone.
-    pub(super) free_axes: Vec<usize>,
+    pub(super) free_axes: Vec<Axis>,
     pub(super) is_six: bool,
 }
 

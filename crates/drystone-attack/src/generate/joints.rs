@@ -2,9 +2,12 @@
 
 use core::f32::consts::PI;
 
+use drystone::joint::{
+    ConeTwist, Cylindrical, Fixed, Hinge, Planar, Pulley, Servo, Slider, Spring, Universal, Wheel,
+};
 use drystone::{
-    BodyKind, Fatigue, JointAxis, JointCone, JointDrive, JointKind, JointMotion, JointSpring,
-    JointStrength, Pulley, SixDof, Spring, Vec3, vec3,
+    Axis, BodyKind, Fatigue, JointAxis, JointDrive, JointKind, JointMotion, JointSpring,
+    JointStrength, SixDof, Vec3, vec3,
 };
 
 use super::draw::{Draw, KnownBody, KnownJoint};
@@ -154,28 +157,29 @@ impl Draw {
         let force = self.drive_force();
         let torque = force * self.size;
         match self.rng.below(13) {
-            0 | 1 => SixDof::hinge(self.axis(true)),
-            2 => SixDof::slider(self.axis(false)),
-            3 => SixDof::cylindrical(self.axis(false), self.axis(true)),
-            4 => SixDof::universal(self.axis(true), self.axis(true)),
-            5 => SixDof::planar(),
+            0 | 1 => Hinge::of(self.axis(true)).six_dof(),
+            2 => Slider::of(self.axis(false)).six_dof(),
+            3 => Cylindrical::of(self.axis(false), self.axis(true)).six_dof(),
+            4 => Universal::of(self.axis(true), self.axis(true)).six_dof(),
+            5 => Planar::new().six_dof(),
             6 => {
                 let twist = self.axis(true);
-                let swing = [self.rng.between(0.1, 1.5), self.rng.between(0.1, 1.5)];
-                let spring = if self.rng.chance(0.3) { Some(self.spring()) } else { None };
-                SixDof {
-                    cone: Some(JointCone { swing, spring }),
-                    ..SixDof::cone_twist(twist, swing)
-                }
+                let joint =
+                    ConeTwist::of(twist, self.rng.between(0.1, 1.5), self.rng.between(0.1, 1.5));
+                let joint =
+                    if self.rng.chance(0.3) { joint.with_soft_cone(self.spring()) } else { joint };
+                joint.six_dof()
             }
-            7 => SixDof::servo(spring, force, torque),
-            8 => SixDof::grab(spring, force),
+            7 => Servo::new(spring, force, torque).six_dof(),
+            8 => Servo::grab(spring, force).six_dof(),
             9 => {
                 let max = 0.3 * self.size;
-                let motion = JointMotion::Limited { min: -max, max, spring: None };
-                let drive = Some(JointDrive::servo(0.0, spring, f32::INFINITY));
-                SixDof::wheel(JointAxis { motion, drive, friction: 0.0 }, self.axis(true))
+                let wheel = Wheel::new(spring).with_travel(-max, max);
+                let wheel = Wheel { spin: self.axis(true), ..wheel };
+                if self.rng.chance(0.5) { wheel } else { wheel.with_steering(0.3, spring, torque) }
+                    .six_dof()
             }
+            10 if self.rng.chance(0.5) => Fixed::soft(spring).six_dof(),
             10 => SixDof::FIXED,
             11 => SixDof { angular: [JointAxis::FREE; 3], ..SixDof::FIXED },
             _ => {
@@ -189,14 +193,14 @@ impl Draw {
         }
     }
 
-    fn drive_force(&mut self) -> f32 {
+    pub(super) fn drive_force(&mut self) -> f32 {
         if self.rng.chance(0.15) {
             return f32::INFINITY;
         }
         1.0e4 * self.size * self.size * self.size * self.rng.scale(0.01, 10.0)
     }
 
-    fn spring(&mut self) -> JointSpring {
+    pub(super) fn spring(&mut self) -> JointSpring {
         if self.rng.chance(0.6) {
             return JointSpring::hertz(
                 self.rng.scale(0.5, 20.0),
@@ -259,10 +263,10 @@ impl Draw {
     }
 }
 
-fn free_axes(six: &SixDof) -> Vec<usize> {
+fn free_axes(six: &SixDof) -> Vec<Axis> {
     if six.cone.is_some() {
         return Vec::new();
     }
-    let all = six.linear.iter().chain(&six.angular).enumerate();
-    all.filter(|(_, axis)| axis.motion != JointMotion::Locked).map(|(i, _)| i).collect()
+    let is_free = |axis: &Axis| six.axis(*axis).motion != JointMotion::Locked;
+    Axis::ALL.iter().copied().filter(is_free).collect()
 }

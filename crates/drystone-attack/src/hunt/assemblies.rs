@@ -2,8 +2,9 @@
 
 use core::f32::consts::FRAC_PI_2;
 
+use drystone::joint::{ConeTwist, Hinge, Slider};
 use drystone::{
-    BodyDef, JointAxis, JointDrive, JointKind, JointMotion, JointSpring, MassDef, Pose, Quat,
+    Axis, BodyDef, JointAxis, JointDrive, JointKind, JointMotion, JointSpring, MassDef, Pose, Quat,
     Shape, SixDof, Vec3, vec3,
 };
 
@@ -59,8 +60,8 @@ impl Draw {
         self.join([a.label, b.label], place, JointKind::Ball);
     }
 
-    fn six(&mut self, a: Part, b: Part, at: Vec3, axis: Vec3, axes: SixDof) {
-        self.join([a.label, b.label], Place::Along(at, axis), JointKind::SixDof(axes));
+    fn six(&mut self, a: Part, b: Part, at: Vec3, axis: Vec3, axes: impl Into<JointKind>) {
+        self.join([a.label, b.label], Place::Along(at, axis), axes.into());
     }
 
     /// The mass of a body as large as things are here [kg].
@@ -130,9 +131,11 @@ impl Draw {
                 let motion = JointMotion::Limited { min: -reach, max: reach, spring: None };
                 let spring = JointSpring::hertz(hertz, 0.7);
                 let drive = Some(JointDrive::servo(0.0, spring, f32::INFINITY));
-                SixDof::wheel(JointAxis { motion, drive, friction: 0.0 }, spin)
+                let suspension = JointAxis { motion, drive, friction: 0.0 };
+                // The axle is x, and up is y.
+                Hinge::of(spin).six_dof().with_axis(Axis::Y, suspension)
             } else {
-                SixDof::hinge(spin)
+                Hinge::of(spin).six_dof()
             };
             self.six(body, wheel, place, Vec3::Z, axes);
         }
@@ -149,7 +152,7 @@ impl Draw {
         let friction = 0.05 * mass * self.gravity * s;
         let axis = self.rng.pick(&[Vec3::Y, Vec3::Z, Vec3::X]);
         let hinge = JointAxis::limited(-1.0, 1.0).with_friction(friction);
-        self.six(holder, plate, holder.position, axis, SixDof::hinge(hinge));
+        self.six(holder, plate, holder.position, axis, Hinge::of(hinge).six_dof());
         let push = vec3(0.0, 0.2, 1.0) * (mass * self.speed() * self.rng.scale(0.1, 2.0));
         self.ops.push(Op::Body(plate.label, BodyCall::Impulse(push)));
     }
@@ -185,7 +188,7 @@ impl Draw {
             }
         }
         for (a, b, place) in joints {
-            let axes = SixDof::cone_twist(JointAxis::limited(-0.5, 0.5), [0.9, 0.9]);
+            let axes = ConeTwist::of(JointAxis::limited(-0.5, 0.5), 0.9, 0.9).six_dof();
             self.six(a, b, place, -Vec3::Y, axes);
         }
         self.run_to_rest();
@@ -208,7 +211,7 @@ impl Draw {
                 let mass = self.mass();
                 let disc = self.part(&disc, holder.position, mass);
                 let motor = JointAxis::driven(JointDrive::motor(slow_or_fast, strong));
-                self.six(holder, disc, holder.position, axis, SixDof::hinge(motor));
+                self.six(holder, disc, holder.position, axis, Hinge::of(motor).six_dof());
             }
             1 => {
                 let holder = self.holder(vec3(0.0, 2.0 * s, 0.0));
@@ -219,7 +222,7 @@ impl Draw {
                 let force = 100.0 * mass * (self.gravity + v);
                 let motor = JointAxis::driven(JointDrive::motor(v, force));
                 let axis = self.rng.pick(&[Vec3::Y, Vec3::X]);
-                self.six(holder, slide, holder.position, axis, SixDof::slider(motor));
+                self.six(holder, slide, holder.position, axis, Slider::of(motor).six_dof());
             }
             _ => {
                 // A car that drives.
@@ -263,7 +266,7 @@ impl Draw {
 
     fn link(&mut self, a: Part, b: Part, at: Vec3, is_hinged: bool) {
         if is_hinged {
-            self.six(a, b, at, Vec3::Z, SixDof::hinge(JointAxis::FREE));
+            self.six(a, b, at, Vec3::Z, Hinge::new().six_dof());
         } else {
             self.ball(a, b, at);
         }

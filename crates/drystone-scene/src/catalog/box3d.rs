@@ -3,7 +3,8 @@
 
 use core::f32::consts::TAU;
 
-use drystone::{BodyDef, Filter, JointKind, Material, ShapeDef, Vec3, trig, vec3};
+use drystone::joint::Ball;
+use drystone::{BodyDef, Filter, Material, ShapeDef, Vec3, trig, vec3};
 
 use super::parameters::{CatalogError, Values};
 use super::parts::{
@@ -116,7 +117,7 @@ pub(super) fn joint_grid(mut scene: Scene, _: &Values) -> Result<Scene, CatalogE
             }
         }
     }
-    let joint = |(a, b)| SceneJoint::new(a, b, JointKind::Ball);
+    let joint = |(a, b)| SceneJoint::new(a, b, Ball::new());
     scene.joints = join.into_iter().map(joint).collect();
     Ok(scene)
 }

@@ -1,9 +1,7 @@
 //! What breaks: bodies that fracture, and walls of glued or joined bricks.
 
-use drystone::{
-    BodyDef, BondStrength, Fracture, Glue, JointKind, JointStrength, Quat, ShapeDef, SixDof, Vec3,
-    vec3,
-};
+use drystone::joint::Fixed;
+use drystone::{BodyDef, BondStrength, Fracture, Glue, JointStrength, Quat, ShapeDef, Vec3, vec3};
 
 use super::parameters::{CatalogError, Values};
 use super::parts::{Lcg, add_ground, hull, real};
@@ -98,7 +96,7 @@ pub(super) fn add_bonded_wall(
         let end = |brick: usize| (first + brick, bond.point - bricks[brick].pose.position);
         scene.joints.push(SceneJoint {
             strength: Some(JointStrength { force, torque, ..JointStrength::default() }),
-            ..SceneJoint::new(end(a), end(b), JointKind::SixDof(SixDof::FIXED))
+            ..SceneJoint::new(end(a), end(b), Fixed::new())
         });
     }
     Ok(())

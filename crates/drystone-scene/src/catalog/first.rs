@@ -1,6 +1,7 @@
 //! The small scenes with an answer one can work out: a fall, a stack, a slope, a cradle.
 
-use drystone::{BodyDef, JointKind, Material, Quat, ShapeDef, Vec3, trig, vec3};
+use drystone::joint::Ball;
+use drystone::{BodyDef, Material, Quat, ShapeDef, Vec3, trig, vec3};
 
 use super::parameters::{CatalogError, Values};
 use super::parts::{add_ground, add_ground_box, box_at, cos_sin, gravity_10, radians, real};
@@ -106,7 +107,7 @@ pub(super) fn cradle(mut scene: Scene, values: &Values) -> Result<Scene, Catalog
             .with_shape(ShapeDef::sphere(0.5).with_material(steel));
         let body_b = scene.add(format!("ball {i}"), ball);
         let ends = ((0, vec3(x, 0.0, 0.0)), (body_b, vec3(0.0, STRING, 0.0)));
-        scene.joints.push(SceneJoint::new(ends.0, ends.1, JointKind::Ball));
+        scene.joints.push(SceneJoint::new(ends.0, ends.1, Ball::new()));
     }
     Ok(scene)
 }

@@ -1,6 +1,7 @@
 //! Bodies held together by joints.
 
-use drystone::{BodyDef, Filter, JointKind, Quat, ShapeDef, Vec3, vec3};
+use drystone::joint::Ball;
+use drystone::{BodyDef, Filter, Quat, ShapeDef, Vec3, vec3};
 
 use super::breaking::{Held, add_bonded_wall};
 use super::masonry::add_wall;
@@ -42,7 +43,7 @@ fn add_chain(scene: &mut Scene, chain: &Chain) {
             .with_shape(ShapeDef::capsule(0.5 * LINK - 0.06, 0.06));
         let this = scene.add(format!("link {i}"), link);
         let up = vec3(0.0, 0.5 * LINK, 0.0);
-        scene.joints.push(SceneJoint::new((above, anchor), (this, up), JointKind::Ball));
+        scene.joints.push(SceneJoint::new((above, anchor), (this, up), Ball::new()));
         (above, anchor) = (this, -up);
     }
     let reach = LINK * real(chain.links) + chain.ball_radius;
@@ -55,7 +56,7 @@ fn add_chain(scene: &mut Scene, chain: &Chain) {
     scene.joints.push(SceneJoint::new(
         (above, anchor),
         (this, vec3(0.0, chain.ball_radius, 0.0)),
-        JointKind::Ball,
+        Ball::new(),
     ));
 }
 
@@ -115,11 +116,7 @@ pub(super) fn bridge(mut scene: Scene, values: &Values) -> Result<Scene, Catalog
     let join = |a: (usize, Vec3), b: (usize, Vec3), scene: &mut Scene| {
         for z in sides {
             let side = vec3(0.0, 0.0, z);
-            scene.joints.push(SceneJoint::new(
-                (a.0, a.1 + side),
-                (b.0, b.1 + side),
-                JointKind::Ball,
-            ));
+            scene.joints.push(SceneJoint::new((a.0, a.1 + side), (b.0, b.1 + side), Ball::new()));
         }
     };
     let mut previous = (left, vec3(0.5, 0.5 * height, 0.0));

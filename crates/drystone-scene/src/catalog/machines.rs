@@ -1,8 +1,9 @@
 //! Bodies on joints of six axes: a mattress, a vehicle, people.
 
+use drystone::joint::{Hinge, Pulley, Slider};
 use drystone::{
-    BodyDef, Filter, JointAxis, JointCone, JointDrive, JointKind, JointMotion, JointSpring, Mat3,
-    Pose, Pulley, Quat, ShapeDef, SixDof, Vec3, vec3,
+    Axis, BodyDef, Filter, JointAxis, JointCone, JointDrive, JointKind, JointMotion, JointSpring,
+    Mat3, Pose, Quat, ShapeDef, SixDof, Vec3, vec3,
 };
 
 use super::parameters::{CatalogError, Values};
@@ -11,7 +12,13 @@ use super::person::{Flesh, PERSON, Part};
 use crate::scene::{Scene, SceneCoupling, SceneJoint};
 
 /// Joins two bodies as they stand by a joint at this point with these axes [world].
-fn join(scene: &mut Scene, bodies: [usize; 2], point: Vec3, frames: [Quat; 2], axes: SixDof) {
+fn join(
+    scene: &mut Scene,
+    bodies: [usize; 2],
+    point: Vec3,
+    frames: [Quat; 2],
+    axes: impl Into<SixDof>,
+) {
     let pose = |number: usize| {
         let def = &scene.bodies[number].def;
         Pose::new(def.position, def.rotation)
@@ -103,6 +110,7 @@ pub(super) fn vehicle(mut scene: Scene, values: &Values) -> Result<Scene, Catalo
     let axle = yaw(radians(-90.0));
     let speed = values.number("speed") / WHEEL;
     let motor = JointAxis::driven(JointDrive::motor(-speed, 250.0));
+    let axes = Hinge::of(motor).six_dof().with_axis(Axis::Y, suspension);
     for (x, way) in [(AXLE, "front"), (-AXLE, "rear")] {
         for (z, side) in [(-TRACK, "left"), (TRACK, "right")] {
             let at = vec3(x, WHEEL, z);
@@ -113,7 +121,7 @@ pub(super) fn vehicle(mut scene: Scene, values: &Values) -> Result<Scene, Catalo
                 .with_shape(tire)
                 .with_mass(wheel_mass);
             let wheel = scene.add(format!("{way} {side} wheel"), def);
-            join(&mut scene, [chassis, wheel], at, [axle; 2], SixDof::wheel(suspension, motor));
+            join(&mut scene, [chassis, wheel], at, [axle; 2], axes);
         }
     }
     Ok(scene)
@@ -159,13 +167,13 @@ pub(super) fn gears(mut scene: Scene, values: &Values) -> Result<Scene, CatalogE
         } else {
             JointAxis::FREE
         };
-        join(&mut scene, [base, wheel], at, [along; 2], SixDof::hinge(axis));
+        join(&mut scene, [base, wheel], at, [along; 2], Hinge::of(axis));
         if i > 0 {
             scene.couplings.push(SceneCoupling {
                 joint_a: i - 1,
-                axis_a: 3,
+                axis_a: Axis::TurnX,
                 joint_b: i,
-                axis_b: 3,
+                axis_b: Axis::TurnX,
                 ratio: -radius(i - 1) / radius(i),
                 offset: 0.0,
             });
@@ -180,13 +188,12 @@ pub(super) fn gears(mut scene: Scene, values: &Values) -> Result<Scene, CatalogE
     let rack = box_at(vec3(0.05, 1.0, THICK), at).with_mass(load);
     let rack = scene.add("rack", pass(rack));
     let up = Quat::from_arc(Vec3::X, Vec3::Y);
-    let slider = SixDof::slider(JointAxis::FREE);
-    join(&mut scene, [base, rack], at, [up; 2], slider);
+    join(&mut scene, [base, rack], at, [up; 2], Slider::new());
     scene.couplings.push(SceneCoupling {
         joint_a: last,
-        axis_a: 3,
+        axis_a: Axis::TurnX,
         joint_b: count,
-        axis_b: 0,
+        axis_b: Axis::X,
         ratio: radius(last),
         offset: 0.0,
     });
@@ -224,7 +231,7 @@ pub(super) fn pulley(mut scene: Scene, values: &Values) -> Result<Scene, Catalog
     let anchor = vec3(0.0, half, 0.0);
     scene.joints.push(SceneJoint {
         collide_connected: true,
-        ..SceneJoint::new((bodies[0], anchor), (bodies[1], anchor), JointKind::Pulley(rope))
+        ..SceneJoint::new((bodies[0], anchor), (bodies[1], anchor), rope)
     });
     Ok(scene)
 }

@@ -3,6 +3,7 @@
 use core::f32::consts::TAU;
 use std::sync::Arc;
 
+use drystone::joint::Hinge;
 use drystone::{
     BodyDef, Filter, JointAxis, JointCone, JointDrive, JointSpring, Material, Mesh, Pose, Quat,
     Shape, ShapeDef, SixDof, Vec3, vec3,
@@ -147,7 +148,7 @@ fn axes_of(socket: Socket, friction: f32, springs: bool) -> (SixDof, Vec3) {
             (SixDof { angular, cone, ..SixDof::FIXED }, axis)
         }
         Socket::Hinge { axis, bend } => {
-            (SixDof::hinge(acted(JointAxis::limited(0.0, radians(bend)))), axis)
+            (Hinge::of(acted(JointAxis::limited(0.0, radians(bend)))).six_dof(), axis)
         }
     }
 }

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 use drystone::{
-    BodyDef, BodyKind, JointKind, MassDef, MassProperties, Pose, Quat, ShapeDef, SixDof, Vec3,
+    Axis, BodyDef, BodyKind, JointKind, MassDef, MassProperties, Pose, Quat, ShapeDef, SixDof, Vec3,
 };
 
 use super::compose::{self, stages};
@@ -40,7 +40,7 @@ pub(crate) struct Assembled {
 pub(crate) struct Coordinate {
     /// Number of the joint in the scene.
     joint: usize,
-    axis: usize,
+    axis: Axis,
     /// The file's own is this times the scene's, plus the reference.
     sign: f32,
     reference: f32,

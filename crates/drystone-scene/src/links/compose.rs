@@ -6,8 +6,9 @@
 
 use core::f32::consts::PI;
 
+use drystone::joint::Planar;
 use drystone::{
-    JointAxis, JointDrive, JointKind, JointMotion, JointSpring, Mat3, Quat, SixDof, Vec3,
+    Axis, JointAxis, JointDrive, JointKind, JointMotion, JointSpring, Mat3, Quat, SixDof, Vec3,
 };
 
 use super::{Dof, Way};
@@ -22,7 +23,7 @@ pub(crate) struct Stage {
     /// Name of the last of them.
     pub(crate) last: String,
     /// Axis and sign of the coordinate of each of them, by its name: 0 to 2 motions, 3 to 5 turns. None of balls.
-    pub(crate) coordinates: Vec<(String, usize, f32, f32)>,
+    pub(crate) coordinates: Vec<(String, Axis, f32, f32)>,
 }
 
 /// The stages of a link's joints; what is approximated goes to `notes`.
@@ -127,7 +128,7 @@ fn along(axis: Vec3) -> Quat {
 fn aligned(
     dofs: &[Dof],
     notes: &mut Vec<String>,
-    coordinates: &mut Vec<(String, usize, f32, f32)>,
+    coordinates: &mut Vec<(String, Axis, f32, f32)>,
 ) -> JointKind {
     let last = &dofs[dofs.len() - 1];
     let axes = frame(dofs);
@@ -140,8 +141,8 @@ fn aligned(
         let i = (0..3).max_by(|&a, &b| dots[a].abs().total_cmp(&dots[b].abs())).unwrap_or(0);
         let sign = if dots[i] < 0.0 { -1.0 } else { 1.0 };
         let is_turn = dof.way == Way::Hinge;
-        let number = if is_turn { i + 3 } else { i };
-        coordinates.push((dof.name.clone(), number, sign, dof.reference));
+        let named = Axis::ALL[if is_turn { i + 3 } else { i }];
+        coordinates.push((dof.name.clone(), named, sign, dof.reference));
         let motion = match dof.range {
             None => JointMotion::Free,
             Some([min, max]) => {
@@ -150,7 +151,7 @@ fn aligned(
             }
         };
         let axis = JointAxis { motion, drive: dof.drive(sign), friction: dof.friction };
-        *(if is_turn { &mut six.angular[i] } else { &mut six.linear[i] }) = axis;
+        six = six.with_axis(named, axis);
     }
     if hinges == 3 {
         let names: Vec<&str> = dofs.iter().map(|d| d.name.as_str()).collect();
@@ -184,7 +185,7 @@ fn ball(dof: &Dof, notes: &mut Vec<String>) -> JointKind {
 }
 
 fn planar(dof: &Dof) -> JointKind {
-    let mut six = SixDof::planar();
+    let mut six = Planar::new().six_dof();
     let [_, _, damping] = dof.spring;
     if damping > 0.0 {
         let damped = JointAxis::driven(JointDrive::servo(

@@ -2,6 +2,7 @@
 
 use core::f64::consts::{FRAC_PI_2, PI};
 
+use drystone::joint::{Hinge, Slider};
 use drystone::{BodyDef, JointAxis, JointDrive, JointSpring, ShapeDef, SixDof, Vec3, vec3};
 use drystone_bench::EngineError;
 use drystone_scene::Scene;
@@ -63,7 +64,7 @@ fn add_rod(scene: &mut Scene, angle: f64, axis: JointAxis) -> Result<(usize, f64
     .with_rotation(turn([0.0, 0.0, 1.0], angle))
     .with_mass(1.0);
     let rod = scene.add("rod", rod);
-    add_joint(scene, post, rod, [0.0; 3], along_z(), SixDof::hinge(axis))?;
+    add_joint(scene, post, rod, [0.0; 3], along_z(), Hinge::of(axis))?;
     Ok((rod, (1.0 + 0.02 * 0.02) / 12.0 + 0.25))
 }
 
@@ -98,8 +99,8 @@ fn slider_pendulum(lab: &Lab, rows: &mut Rows) -> Result<(), EngineError> {
     let bob = ball(0.05, vec3(1.0, 0.0, 0.0), Surface::rough(0.5)).with_mass(1.0);
     let bob = scene.add("bob", bob);
     let along = drystone::Quat::IDENTITY;
-    add_joint(&mut scene, post, cart, [0.0; 3], along, SixDof::slider(JointAxis::FREE))?;
-    add_joint(&mut scene, cart, bob, [0.0; 3], along_z(), SixDof::hinge(JointAxis::FREE))?;
+    add_joint(&mut scene, post, cart, [0.0; 3], along, Slider::new())?;
+    add_joint(&mut scene, cart, bob, [0.0; 3], along_z(), Hinge::new())?;
     let mut run = lab.start(scene)?;
     let mut x = [0.0, FRAC_PI_2, 0.0, 0.0];
     let (mut sum, mut count) = (0.0, 0.0);
@@ -134,11 +135,11 @@ fn slider_crank(lab: &Lab, rows: &mut Rows) -> Result<(), EngineError> {
     let slider = scene.add("slider", slider.with_mass(1.0));
     let speed = 20.0 * PI;
     let motor = JointAxis::driven(JointDrive::motor(single(speed), 1.0e4));
-    let hinge = SixDof::hinge(JointAxis::FREE);
-    add_joint(&mut scene, post, crank, [0.0; 3], along_z(), SixDof::hinge(motor))?;
+    let hinge = Hinge::new();
+    add_joint(&mut scene, post, crank, [0.0; 3], along_z(), Hinge::of(motor))?;
     add_joint(&mut scene, crank, rod, [r, 0.0, 0.0], along_z(), hinge)?;
     add_joint(&mut scene, rod, slider, [r + l, 0.0, 0.0], along_z(), hinge)?;
-    let slide = SixDof::slider(JointAxis::FREE);
+    let slide = Slider::new();
     let along = drystone::Quat::IDENTITY;
     add_joint(&mut scene, post, slider, [r + l, 0.0, 0.0], along, slide)?;
     // It starts as it is to run: the slider at its end, the crank's pin at full speed.
@@ -190,7 +191,7 @@ fn spring_damper(lab: &Lab, rows: &mut Rows) -> Result<(), EngineError> {
             let (k, c) = (2.0 * omega * omega, 2.0 * 2.0 * ratio * omega);
             let spring = JointSpring::new(single(k), single(c));
             let drive = JointDrive::servo(0.1, spring, f32::INFINITY);
-            let axes = SixDof::slider(JointAxis::driven(drive));
+            let axes = Slider::of(JointAxis::driven(drive));
             add_joint(&mut scene, post, body, [0.0; 3], drystone::Quat::IDENTITY, axes)?;
             let mut run = lab.start(scene)?;
             let mut path = vec![-0.1];
@@ -268,7 +269,7 @@ fn limits_under_load(lab: &Lab, rows: &mut Rows) -> Result<(), EngineError> {
         let shape = Surface::rough(0.5).on(ShapeDef::box_full(Vec3::splat(0.4)));
         let body = BodyDef::dynamic().with_shape(shape).with_mass(single(mass));
         let body = scene.add("body", body);
-        let axes = SixDof::slider(JointAxis::limited(-1.0, 0.0));
+        let axes = Slider::of(JointAxis::limited(-1.0, 0.0));
         // Its axis up, and the anchor beside the body.
         let up = turn([0.0, 0.0, 1.0], FRAC_PI_2);
         add_joint(&mut scene, post, body, [0.3, 0.0, 0.0], up, axes)?;

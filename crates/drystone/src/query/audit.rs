@@ -115,7 +115,7 @@ fn joint_errors(tables: &Tables) -> JointErrors {
             (joint.error(&tables.bodies), joint.angular_error(&tables.bodies));
         if let Link::Coupling(coupling) = &joint.link {
             let off = coupling.error(&tables.joints, &tables.bodies).abs();
-            *(if coupling.def.axis_b > 2 { &mut angle } else { &mut error }) = off;
+            *(if coupling.def.axis_b.is_turn() { &mut angle } else { &mut error }) = off;
         }
         if error > errors.linear {
             (errors.linear, errors.linear_joint) = (error, Some(id));

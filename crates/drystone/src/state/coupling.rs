@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::axis::Axis;
 use super::bodies::Bodies;
 use super::check::within;
 use super::def::DefError;
@@ -12,18 +13,37 @@ use crate::base::id::JointId;
 use crate::base::limits;
 
 /// Holds `coordinate b = ratio · coordinate a + offset` between coordinates of joints of six axes
-/// ([`crate::JointRef::coordinates`]). Axes 0 to 2 are motions along x, y, z [m], 3 to 5 turns about them
-/// [rad]; both joints push all their bodies, the first ones too.
+/// ([`crate::JointRef::coordinates`]). Both joints push all their bodies, the first ones too.
+///
+/// ```
+/// use drystone::joint::Hinge;
+/// use drystone::{BodyDef, CouplingDef, JointDef, ShapeDef, World};
+///
+/// # fn main() -> Result<(), drystone::DefError> {
+/// let mut world = World::default();
+/// let post = world.add_body(BodyDef::fixed())?;
+/// let mut wheel = |x| {
+///     let disc = BodyDef::dynamic().with_position([x, 0.0, 0.0]);
+///     let disc = world.add_body(disc.with_shape(ShapeDef::sphere(0.5)))?;
+///     let axle = JointDef::new(post, disc, Hinge::new()).at([x, 0.0, 0.0]);
+///     world.add_joint(axle.with_axis([0.0, 0.0, 1.0]))
+/// };
+/// let (first, second) = (wheel(0.0)?, wheel(1.0)?);
+/// // Their rims meet: they turn against each other, the second half as fast.
+/// world.add_coupling(CouplingDef::gear(first, second, -0.5))?;
+/// # Ok(())
+/// # }
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CouplingDef {
     /// The joint that is followed.
     pub joint_a: JointId,
-    /// Its axis; 0 to 5.
-    pub axis_a: usize,
+    /// Its axis.
+    pub axis_a: Axis,
     /// The joint that follows; may be the same one with another axis, which makes a screw.
     pub joint_b: JointId,
-    /// Its axis; 0 to 5.
-    pub axis_b: usize,
+    /// Its axis.
+    pub axis_b: Axis,
     /// How far b goes for each unit of a [m or rad, per m or rad]; not 0, and 1e-6 to 1e6 either way.
     pub ratio: f32,
     /// Where b is with a at 0 [m or rad].
@@ -35,13 +55,20 @@ impl CouplingDef {
     /// other: with both axes the same way, -radius a / radius b.
     #[must_use]
     pub const fn gear(joint_a: JointId, joint_b: JointId, ratio: f32) -> Self {
-        Self { joint_a, axis_a: 3, joint_b, axis_b: 3, ratio, offset: 0.0 }
+        Self { joint_a, axis_a: Axis::TurnX, joint_b, axis_b: Axis::TurnX, ratio, offset: 0.0 }
     }
 
     /// Rack and pinion: the slider moves this far for each radian of the hinge [m], the pinion's radius.
     #[must_use]
     pub const fn rack(hinge: JointId, slider: JointId, radius: f32) -> Self {
-        Self { joint_a: hinge, axis_a: 3, joint_b: slider, axis_b: 0, ratio: radius, offset: 0.0 }
+        Self {
+            joint_a: hinge,
+            axis_a: Axis::TurnX,
+            joint_b: slider,
+            axis_b: Axis::X,
+            ratio: radius,
+            offset: 0.0,
+        }
     }
 
     /// Checks every field; whether the joints exist and have such axes is checked by the world.
@@ -49,11 +76,6 @@ impl CouplingDef {
     /// # Errors
     /// The first field that is out of range.
     pub fn validate(&self) -> Result<(), DefError> {
-        for (name, axis) in [("axis_a", self.axis_a), ("axis_b", self.axis_b)] {
-            if axis > 5 {
-                return Err(DefError::new(name, axis, "0 to 5"));
-            }
-        }
         if self.joint_a == self.joint_b && self.axis_a == self.axis_b {
             return Err(DefError::new("axis_b", self.axis_b, "another axis or joint than a's"));
         }
@@ -86,10 +108,10 @@ impl CouplingDef {
 impl Coupling {
     /// How far b is from where a wants it [m or rad].
     pub(crate) fn error(&self, joints: &Joints, bodies: &Bodies) -> f32 {
-        let at = |id: JointId, axis: usize| {
+        let at = |id: JointId, axis: Axis| {
             let joint = joints.at(joints.rows.row(id)?);
             let Link::Six(six) = &joint.link else { return None };
-            Some(coordinate(joint, six, bodies, axis))
+            Some(coordinate(joint, six, bodies, axis.index()))
         };
         let (a, b) = (at(self.def.joint_a, self.def.axis_a), at(self.def.joint_b, self.def.axis_b));
         a.zip(b).map_or(0.0, |(a, b)| self.def.excess(a, b))
@@ -113,11 +135,11 @@ pub(crate) fn coordinate(joint: &Joint, six: &Six, bodies: &Bodies, axis: usize)
 }
 
 /// Checks that a joint can move along an axis that a coupling names.
-pub(crate) fn check_axis(name: &str, def: &SixDof, axis: usize) -> Result<(), DefError> {
-    let all = def.axes();
+pub(crate) fn check_axis(name: &str, def: &SixDof, axis: Axis) -> Result<(), DefError> {
+    let at = def.axis(axis);
     let allowed = "an axis that is not locked, of a joint without a cone";
-    let is_free = all[axis].held().is_none() && all[axis].motion != JointMotion::Locked;
-    if is_free && (axis < 4 || def.cone.is_none()) {
+    let is_free = at.held().is_none() && at.motion != JointMotion::Locked;
+    if is_free && (!matches!(axis, Axis::TurnY | Axis::TurnZ) || def.cone.is_none()) {
         return Ok(());
     }
     Err(DefError::new(name, axis, allowed))

@@ -9,7 +9,9 @@ pub(crate) use super::check::{
 };
 pub use super::fracture::Fracture;
 pub use super::glue::{Bond, BondStrength, Glue};
-pub use super::joint_def::{Fatigue, JointDef, JointKind, JointStrength, Pulley, Spring};
+pub use super::joint_def::{
+    Fatigue, JointDef, JointKind, JointStrength, Pulley, Spring, WorldAxes,
+};
 use super::material::{Filter, Material};
 use super::reports::{ContactReports, Senses};
 use crate::base::limits;

@@ -2,13 +2,14 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::check::{above_zero, position, within};
+use super::check::{above_zero, finite_vec, position, unit, within};
 use super::coupling::CouplingDef;
 use super::def::DefError;
 use super::sixdof::SixDof;
 use crate::base::id::BodyId;
 use crate::base::limits;
-use crate::base::math::Vec3;
+use crate::base::math::{Mat3, Vec3};
+use crate::base::quat::Quat;
 
 /// What a joint does.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -37,6 +38,17 @@ pub enum JointKind {
 
 /// A rope from the first body over two fixed points to the second: `length_a + ratio · length_b` is no more than
 /// its length, where the lengths are those from each anchor to its point.
+///
+/// ```
+/// use drystone::joint::Pulley;
+/// use drystone::{BodyId, JointDef};
+///
+/// /// Two buckets that hang 3 m below two wheels.
+/// fn well(left: BodyId, right: BodyId) -> JointDef {
+///     let rope = Pulley::rope([[-0.5, 4.0, 0.0], [0.5, 4.0, 0.0]], 6.0);
+///     JointDef::new(left, right, rope).between([-0.5, 1.0, 0.0], [0.5, 1.0, 0.0])
+/// }
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Pulley {
     /// The points it goes over, that of the first body first [m, world].
@@ -73,7 +85,18 @@ impl Pulley {
     }
 }
 
-/// A damped spring.
+/// A damped spring between two anchors: a joint of its own, or part of a [`crate::joint::Distance`].
+///
+/// ```
+/// use drystone::joint::Spring;
+/// use drystone::{BodyId, JointDef};
+///
+/// fn hang(ceiling: BodyId, lamp: BodyId) -> JointDef {
+///     // 80 N/m under a lamp of 2 kg: 1 Hz.
+///     let spring = Spring::with_stiffness(0.5, 80.0, 2.0, 2.0);
+///     JointDef::new(ceiling, lamp, spring).between([0.0, 3.0, 0.0], [0.0, 2.5, 0.0])
+/// }
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Spring {
     /// Length without force [m]; at least 0.
@@ -84,20 +107,61 @@ pub struct Spring {
     pub damping_ratio: f32,
 }
 
+impl Spring {
+    /// With this length without force [m], undamped frequency of the two bodies on it [Hz] and damping ratio (1: critical).
+    #[must_use]
+    pub const fn new(rest_length: f32, hertz: f32, damping_ratio: f32) -> Self {
+        Self { rest_length, hertz, damping_ratio }
+    }
+
+    /// With this length without force [m], stiffness [N/m] and damping [N s/m], for a mass on it [kg]: that of the body
+    /// that hangs on one that does not move, else `1/(1/a + 1/b)` of both. Its force is exact while the anchors are at the
+    /// centers of mass, or in line with them; elsewhere a body that turns yields more, and the spring is softer by that.
+    #[must_use]
+    pub fn with_stiffness(rest_length: f32, stiffness: f32, damping: f32, mass: f32) -> Self {
+        let omega = (stiffness / mass).sqrt();
+        let hertz = omega / (2.0 * core::f32::consts::PI);
+        Self::new(rest_length, hertz, damping / (2.0 * mass * omega))
+    }
+}
+
 /// A joint between two bodies; one of them may be static or kinematic.
+///
+/// It says between whom, where, and of which kind: [`crate::joint`] has the kinds by name.
+///
+/// ```
+/// use drystone::joint::Hinge;
+/// use drystone::{BodyDef, JointDef, ShapeDef, World};
+///
+/// # fn main() -> Result<(), drystone::DefError> {
+/// let mut world = World::default();
+/// let wall = world.add_body(BodyDef::fixed())?;
+/// let door = BodyDef::dynamic().with_position([0.5, 1.0, 0.0]);
+/// let door = world.add_body(door.with_shape(ShapeDef::box_half([0.5, 1.0, 0.03])))?;
+/// let hinge = JointDef::new(wall, door, Hinge::new().with_limits(0.0, 1.9));
+/// let hinge = world.add_joint(hinge.at([0.0, 1.0, 0.0]).with_axis([0.0, 1.0, 0.0]))?;
+/// assert_eq!(world.joint(hinge).and_then(|joint| joint.angle()), Some(0.0));
+/// # Ok(())
+/// # }
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct JointDef {
     /// First body.
     pub body_a: BodyId,
     /// Second body.
     pub body_b: BodyId,
-    /// Anchor on the first body [m, frame of its origin].
+    /// Anchor on the first body [m, frame of its origin; or world, see `world_anchors`].
     pub anchor_a: Vec3,
-    /// Anchor on the second body [m, frame of its origin].
+    /// Anchor on the second body [m, frame of its origin; or world, see `world_anchors`].
     pub anchor_b: Vec3,
+    /// The anchors are points of the world, where the bodies lie when the joint is added; default false.
+    pub world_anchors: bool,
+    /// Axes of both frames of a joint of six axes [world], as the bodies lie when it is added: all its coordinates are 0
+    /// then if its anchors meet. `None`, the default: the frames are those of its kind.
+    pub world_axes: Option<WorldAxes>,
     /// What it does.
     pub kind: JointKind,
-    /// Whether the two bodies collide with each other; default false.
+    /// Whether the two bodies collide with each other; default false, but true for pulleys.
     pub collide_connected: bool,
     /// What it can bear; `None`, the default: anything.
     pub strength: Option<JointStrength>,
@@ -108,6 +172,50 @@ pub struct JointDef {
     pub articulated: bool,
     /// Any number of the user's.
     pub user_data: u64,
+}
+
+/// Axes of a joint, told in the world: what [`JointDef::with_axis`], [`JointDef::with_axes`] and
+/// [`JointDef::with_rotation`] set.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum WorldAxes {
+    /// x is along this vector of any length; y and z are somewhere across it.
+    Along(Vec3),
+    /// x is along the first vector; y is as near to the second as a right angle allows. Both have any length.
+    Across(Vec3, Vec3),
+    /// The axes of the world, turned so.
+    Turned(Quat),
+}
+
+impl WorldAxes {
+    /// As a rotation of the world's axes.
+    ///
+    /// # Errors
+    /// A vector is not finite or has no length, or both have one direction; a rotation that is not a unit quaternion.
+    pub(crate) fn rotation(&self) -> Result<Quat, DefError> {
+        let direction = |name: &str, v: Vec3| {
+            finite_vec(name, v)?;
+            v.try_normalize().ok_or_else(|| DefError::of_vec(name, v, "a direction"))
+        };
+        match *self {
+            Self::Along(x) => Ok(Quat::from_arc(Vec3::X, direction("world_axes.x", x)?)),
+            Self::Across(x, y) => {
+                let (x, y) = (direction("world_axes.x", x)?, direction("world_axes.y", y)?);
+                let z = x.cross(y);
+                // Below this sine the plane of both is rounding of f32.
+                if !(z.length() > 1.0e-5) {
+                    let allowed = "a direction across the x axis";
+                    return Err(DefError::of_vec("world_axes.y", y, allowed));
+                }
+                let z = z.normalize_or(Vec3::Z);
+                Ok(Quat::from_mat3(Mat3 { x, y: z.cross(x), z }))
+            }
+            Self::Turned(frame) => {
+                unit("world_axes", frame)?;
+                Ok(frame.normalized())
+            }
+        }
+    }
 }
 
 /// What a joint can bear. It breaks at the end of a step in which it had to bear more: it is removed, and
@@ -183,6 +291,17 @@ impl Fatigue {
 }
 
 impl JointKind {
+    /// Its name, in errors.
+    pub(crate) const fn name(&self) -> &'static str {
+        match self {
+            Self::Ball => "a ball joint",
+            Self::Distance { .. } => "a distance joint",
+            Self::SixDof(_) => "a joint of six axes",
+            Self::Pulley(_) => "a pulley",
+            Self::Coupling(_) => "a coupling",
+        }
+    }
+
     /// Checks every field; whether the joints that a coupling names exist is checked by the world.
     pub(crate) fn validate(&self) -> Result<(), DefError> {
         match self {
@@ -207,25 +326,88 @@ impl JointKind {
 }
 
 impl JointDef {
-    /// A ball joint with these anchors [m, each in the frame of its body's origin].
+    /// A joint of this kind between two bodies, with its anchors at their origins and the frames of its kind, until it is
+    /// told where it is: [`Self::at`], or [`Self::with_anchors`] and [`Self::with_frames`].
     #[must_use]
-    pub fn ball(
-        body_a: BodyId,
-        anchor_a: impl Into<Vec3>,
-        body_b: BodyId,
-        anchor_b: impl Into<Vec3>,
-    ) -> Self {
+    pub fn new(body_a: BodyId, body_b: BodyId, kind: impl Into<JointKind>) -> Self {
+        let kind = kind.into();
         Self {
             body_a,
             body_b,
-            anchor_a: anchor_a.into(),
-            anchor_b: anchor_b.into(),
-            kind: JointKind::Ball,
-            collide_connected: false,
+            anchor_a: Vec3::ZERO,
+            anchor_b: Vec3::ZERO,
+            world_anchors: false,
+            world_axes: None,
+            kind,
+            collide_connected: matches!(kind, JointKind::Pulley(_)),
             strength: None,
             articulated: false,
             user_data: 0,
         }
+    }
+
+    /// At a point [m, world], where the bodies lie when it is added. Its axes are the world's unless they are told, so that
+    /// a fixed joint holds the bodies as they are.
+    #[must_use]
+    pub fn at(self, point: impl Into<Vec3>) -> Self {
+        let point = point.into();
+        self.between(point, point)
+    }
+
+    /// As [`Self::at`], with a point for each body [m, world]: the ends of a rope, a spring or a pulley.
+    #[must_use]
+    pub fn between(self, point_a: impl Into<Vec3>, point_b: impl Into<Vec3>) -> Self {
+        let (anchor_a, anchor_b) = (point_a.into(), point_b.into());
+        let world_axes = self.world_axes.or(Some(WorldAxes::Turned(Quat::IDENTITY)));
+        Self { anchor_a, anchor_b, world_anchors: true, world_axes, ..self }
+    }
+
+    /// With its x axis along this direction [world, any length]: that of a hinge's turn, a slider's way, a cone.
+    #[must_use]
+    pub fn with_axis(self, x: impl Into<Vec3>) -> Self {
+        Self { world_axes: Some(WorldAxes::Along(x.into())), ..self }
+    }
+
+    /// With its x axis along the first direction, its y axis as near to the second as a right angle allows [world, any
+    /// length]: way and axle of a wheel, the two axes of a universal joint.
+    #[must_use]
+    pub fn with_axes(self, x: impl Into<Vec3>, y: impl Into<Vec3>) -> Self {
+        Self { world_axes: Some(WorldAxes::Across(x.into(), y.into())), ..self }
+    }
+
+    /// With the world's axes, turned so.
+    #[must_use]
+    pub fn with_rotation(self, rotation: Quat) -> Self {
+        Self { world_axes: Some(WorldAxes::Turned(rotation)), ..self }
+    }
+
+    /// With these anchors [m, each in the frame of its body's origin].
+    #[must_use]
+    pub fn with_anchors(self, anchor_a: impl Into<Vec3>, anchor_b: impl Into<Vec3>) -> Self {
+        let (anchor_a, anchor_b) = (anchor_a.into(), anchor_b.into());
+        Self { anchor_a, anchor_b, world_anchors: false, ..self }
+    }
+
+    /// With these axes of a joint of six axes [each in the frame of its body]; other kinds have none.
+    #[must_use]
+    pub fn with_frames(self, frame_a: Quat, frame_b: Quat) -> Self {
+        let kind = match self.kind {
+            JointKind::SixDof(six) => JointKind::SixDof(SixDof { frame_a, frame_b, ..six }),
+            kind => kind,
+        };
+        Self { kind, world_axes: None, ..self }
+    }
+
+    /// Lets its two bodies collide with each other, or not.
+    #[must_use]
+    pub fn with_collide_connected(self, collide_connected: bool) -> Self {
+        Self { collide_connected, ..self }
+    }
+
+    /// With a number of the user's.
+    #[must_use]
+    pub fn with_user_data(self, user_data: u64) -> Self {
+        Self { user_data, ..self }
     }
 
     /// Solved at once with the tree of joints that it belongs to: see [`Self::articulated`].
@@ -234,7 +416,7 @@ impl JointDef {
         Self { articulated, ..self }
     }
 
-    /// Breaks where it would have to bear more than this force [N] or torque [N m].
+    /// Breaks where it would have to bear more than this force [N] or torque [N m], as the mean of a substep.
     #[must_use]
     pub fn with_strength(self, force: f32, torque: f32) -> Self {
         let strength = JointStrength { force, torque, ..self.strength.unwrap_or_default() };
@@ -256,45 +438,6 @@ impl JointDef {
         Self { strength: Some(strength), ..self }
     }
 
-    /// A rod of fixed length [m] between two anchors [m, each in the frame of its body's origin].
-    #[must_use]
-    pub fn rod(
-        body_a: BodyId,
-        anchor_a: impl Into<Vec3>,
-        body_b: BodyId,
-        anchor_b: impl Into<Vec3>,
-        length: f32,
-    ) -> Self {
-        let kind = JointKind::Distance { min: length, max: length, spring: None };
-        Self { kind, ..Self::ball(body_a, anchor_a, body_b, anchor_b) }
-    }
-
-    /// A rope between these anchors [m, each in the frame of its body's origin], over fixed points.
-    #[must_use]
-    pub fn pulley(
-        body_a: BodyId,
-        anchor_a: impl Into<Vec3>,
-        body_b: BodyId,
-        anchor_b: impl Into<Vec3>,
-        pulley: Pulley,
-    ) -> Self {
-        let kind = JointKind::Pulley(pulley);
-        let ball = Self::ball(body_a, anchor_a, body_b, anchor_b);
-        Self { kind, collide_connected: true, ..ball }
-    }
-
-    /// A joint of six axes, whose frames are at these anchors [m, each in the frame of its body's origin].
-    #[must_use]
-    pub fn six_dof(
-        body_a: BodyId,
-        anchor_a: impl Into<Vec3>,
-        body_b: BodyId,
-        anchor_b: impl Into<Vec3>,
-        axes: SixDof,
-    ) -> Self {
-        Self { kind: JointKind::SixDof(axes), ..Self::ball(body_a, anchor_a, body_b, anchor_b) }
-    }
-
     /// Checks every field; whether the bodies exist is checked by the world.
     ///
     /// # Errors
@@ -302,6 +445,9 @@ impl JointDef {
     pub fn validate(&self) -> Result<(), DefError> {
         position("anchor_a", self.anchor_a)?;
         position("anchor_b", self.anchor_b)?;
+        if let Some(axes) = &self.world_axes {
+            axes.rotation()?;
+        }
         if self.body_a == self.body_b {
             return Err(DefError::new("body_b", "the same as body_a", "another body"));
         }

@@ -265,6 +265,16 @@ pub(crate) struct Turns {
 }
 
 impl SixDof {
+    /// Of a joint that leaves three turns, what its angles are with the second frame turned so in the first one: the twist
+    /// about x, y and z of the swing [rad].
+    pub(crate) fn swing_twist(&self, rotation: Quat) -> Option<[f32; 3]> {
+        if self.turning() != Turning::Swing {
+            return None;
+        }
+        let free = Self { angular: [JointAxis::FREE; 3], cone: None, ..*self };
+        Some(free.turns(Quat::IDENTITY, rotation, [0.0; 3]).angles)
+    }
+
     /// What the angles are, and their rows, with the joint's frames turned so. Angles of a single free axis
     /// count on from `last`. (Of eight joints at a time: step/solver/turns.rs.)
     pub(crate) fn turns(&self, frame_a: Quat, frame_b: Quat, last: [f32; 3]) -> Turns {
@@ -320,6 +330,7 @@ impl SixDof {
 #[cfg(test)]
 mod tests {
     use super::{Quat, Vec3};
+    use crate::state::named::Hinge;
     use crate::state::sixdof::{JointAxis, SixDof};
 
     /// Rates of the angles by differences against what the rows say.
@@ -346,7 +357,7 @@ mod tests {
         // Differences of f32 angles: 2 · 6e-8 · 3 / 4e-3 = 1e-4.
         rates_agree(&SixDof::FIXED, Quat::IDENTITY, &all, 1.0e-3);
         for angle in [-2.0, 0.0, 0.4, 3.0] {
-            let hinge = SixDof::hinge(JointAxis::FREE);
+            let hinge = Hinge::new().six_dof();
             rates_agree(&hinge, Quat::from_axis_angle(Vec3::X, angle), &all, 1.0e-3);
             for k in 0..3 {
                 let mut angular = [JointAxis::FREE; 3];

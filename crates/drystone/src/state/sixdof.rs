@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::axis::Axis;
 use super::check::{above_zero, at_least_zero, unit, within};
 use super::def::DefError;
 use crate::base::limits;
@@ -29,10 +30,32 @@ impl JointSpring {
     }
 
     /// A spring by the undamped frequency [Hz] of the two bodies on it, and damping ratio (1: critical).
+    ///
+    /// The mass is the effective one of the *two bodies of the joint*, 1/(1/a + 1/b) along an axis through both centers.
+    /// Between a heavy chassis and a light wheel it is about the wheel's. A spring that bears the chassis is made by
+    /// [`Self::for_load`].
     #[must_use]
     pub fn hertz(hertz: f32, damping_ratio: f32) -> Self {
         let omega = 2.0 * core::f32::consts::PI * hertz;
         Self { stiffness: omega * omega, damping: 2.0 * damping_ratio * omega, per_mass: true }
+    }
+
+    /// A spring on which this load alone would swing at this undamped frequency [Hz], with this damping ratio (1: critical):
+    /// `k = load (2πf)²`, `c = 2 ratio load 2πf`. The load is a mass [kg] along an axis, a moment of inertia [kg m²] about one.
+    ///
+    /// A mass at rest on it sinks by `g/(2πf)²`, whatever it weighs: 248 mm at 1 Hz, 62 mm at 2 Hz.
+    ///
+    /// ```
+    /// use drystone::JointSpring;
+    ///
+    /// // One of four wheels under a car of 1200 kg.
+    /// let spring = JointSpring::for_load(1.5, 0.4, 1200.0 / 4.0);
+    /// assert!((spring.stiffness - 26_648.0).abs() < 1.0 && !spring.per_mass);
+    /// ```
+    #[must_use]
+    pub fn for_load(hertz: f32, damping_ratio: f32, load: f32) -> Self {
+        let law = Self::hertz(hertz, damping_ratio);
+        Self::new(law.stiffness * load, law.damping * load)
     }
 
     fn validate(&self) -> Result<(), DefError> {
@@ -143,6 +166,40 @@ impl JointAxis {
         Self { friction, ..self }
     }
 
+    /// Between two hard stops [m; rad].
+    #[must_use]
+    pub const fn with_limits(self, min: f32, max: f32) -> Self {
+        Self { motion: JointMotion::Limited { min, max, spring: None }, ..self }
+    }
+
+    /// Pushed back by this spring beyond two places [m; rad].
+    #[must_use]
+    pub const fn with_soft_limits(self, min: f32, max: f32, spring: JointSpring) -> Self {
+        Self { motion: JointMotion::Limited { min, max, spring: Some(spring) }, ..self }
+    }
+
+    /// Driven at this speed [m/s; rad/s] with at most this force [N; N m]: [`JointDrive::motor`].
+    #[must_use]
+    pub const fn with_motor(self, speed: f32, max_force: f32) -> Self {
+        self.with_drive(JointDrive::motor(speed, max_force))
+    }
+
+    /// Pulled to this coordinate [m; rad] with at most this force [N; N m]: [`JointDrive::servo`].
+    #[must_use]
+    pub const fn with_servo(self, position: f32, spring: JointSpring, max_force: f32) -> Self {
+        self.with_drive(JointDrive::servo(position, spring, max_force))
+    }
+
+    /// Its least and greatest coordinate [m; rad]; `None` where it is free. Both are 0 where it is locked.
+    #[must_use]
+    pub const fn limits(&self) -> Option<(f32, f32)> {
+        match self.motion {
+            JointMotion::Free => None,
+            JointMotion::Locked => Some((0.0, 0.0)),
+            JointMotion::Limited { min, max, .. } => Some((min, max)),
+        }
+    }
+
     /// Where the axis is held if it is held [m; rad].
     pub(crate) fn held(&self) -> Option<f32> {
         match self.motion {
@@ -224,6 +281,17 @@ impl JointCone {
 /// Of the angles: where one axis is not locked it is the turn about that axis, counted on over full turns;
 /// where two are not locked the first stays with body A, the second with body B, and they are always at
 /// right angles (a universal joint); where none is locked, or with a cone, x is the twist, y and z the swing.
+///
+/// [`crate::joint`] has the usual ones by name; each becomes one of these with `six_dof()`.
+///
+/// ```
+/// use drystone::joint::Slider;
+/// use drystone::{Axis, JointAxis, SixDof};
+///
+/// // A slider that may turn about y as well.
+/// let axes = Slider::new().six_dof().with_axis(Axis::TurnY, JointAxis::limited(-0.5, 0.5));
+/// assert_eq!(axes.axis(Axis::TurnX), SixDof::FIXED.axis(Axis::TurnX));
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SixDof {
     /// The joint's axes [frame of the first body]; unit.
@@ -240,7 +308,7 @@ pub struct SixDof {
 }
 
 impl SixDof {
-    /// Nothing moves.
+    /// Nothing moves: what other joints of six axes are made from.
     pub const FIXED: Self = Self {
         frame_a: Quat::IDENTITY,
         frame_b: Quat::IDENTITY,
@@ -249,65 +317,31 @@ impl SixDof {
         cone: None,
     };
 
-    /// Turns about x as this axis says.
+    /// One of its axes.
     #[must_use]
-    pub const fn hinge(axis: JointAxis) -> Self {
-        let angular = [axis, JointAxis::LOCKED, JointAxis::LOCKED];
-        Self { angular, ..Self::FIXED }
+    pub const fn axis(&self, axis: Axis) -> &JointAxis {
+        match axis {
+            Axis::X => &self.linear[0],
+            Axis::Y => &self.linear[1],
+            Axis::Z => &self.linear[2],
+            Axis::TurnX => &self.angular[0],
+            Axis::TurnY => &self.angular[1],
+            Axis::TurnZ => &self.angular[2],
+        }
     }
 
-    /// Moves along x as this axis says, and does not turn.
+    /// The same with another axis in one place.
     #[must_use]
-    pub const fn slider(axis: JointAxis) -> Self {
-        Self { linear: [axis, JointAxis::LOCKED, JointAxis::LOCKED], ..Self::FIXED }
-    }
-
-    /// Moves along x and turns about it.
-    #[must_use]
-    pub const fn cylindrical(along: JointAxis, about: JointAxis) -> Self {
-        Self { linear: Self::slider(along).linear, ..Self::hinge(about) }
-    }
-
-    /// Turns about x of body A and y of body B, which stay at right angles.
-    #[must_use]
-    pub const fn universal(x: JointAxis, y: JointAxis) -> Self {
-        Self { angular: [x, y, JointAxis::LOCKED], ..Self::FIXED }
-    }
-
-    /// Moves in the plane across x and turns about x.
-    #[must_use]
-    pub const fn planar() -> Self {
-        let linear = [JointAxis::LOCKED, JointAxis::FREE, JointAxis::FREE];
-        Self { linear, ..Self::hinge(JointAxis::FREE) }
-    }
-
-    /// Turns about x as `twist` says; x swings within a cone, `swing` wide about y and about z [rad].
-    #[must_use]
-    pub const fn cone_twist(twist: JointAxis, swing: [f32; 2]) -> Self {
-        let angular = [twist, JointAxis::FREE, JointAxis::FREE];
-        Self { angular, cone: Some(JointCone { swing, spring: None }), ..Self::FIXED }
-    }
-
-    /// Holds no axis, but pulls the frames together, with at most this force [N] and torque [N m].
-    #[must_use]
-    pub const fn servo(spring: JointSpring, max_force: f32, max_torque: f32) -> Self {
-        let linear = JointAxis::driven(JointDrive::servo(0.0, spring, max_force));
-        let angular = JointAxis::driven(JointDrive::servo(0.0, spring, max_torque));
-        Self { linear: [linear; 3], angular: [angular; 3], ..Self::FIXED }
-    }
-
-    /// Pulls the anchors together as a hand does: any turn is free.
-    #[must_use]
-    pub const fn grab(spring: JointSpring, max_force: f32) -> Self {
-        let linear = JointAxis::driven(JointDrive::servo(0.0, spring, max_force));
-        Self { linear: [linear; 3], angular: [JointAxis::FREE; 3], ..Self::FIXED }
-    }
-
-    /// A wheel: turns about x as `spin` says, is sprung along y as `suspension` says.
-    #[must_use]
-    pub const fn wheel(suspension: JointAxis, spin: JointAxis) -> Self {
-        let linear = [JointAxis::LOCKED, suspension, JointAxis::LOCKED];
-        Self { linear, ..Self::hinge(spin) }
+    pub const fn with_axis(mut self, axis: Axis, what: JointAxis) -> Self {
+        match axis {
+            Axis::X => self.linear[0] = what,
+            Axis::Y => self.linear[1] = what,
+            Axis::Z => self.linear[2] = what,
+            Axis::TurnX => self.angular[0] = what,
+            Axis::TurnY => self.angular[1] = what,
+            Axis::TurnZ => self.angular[2] = what,
+        }
+        self
     }
 
     /// How far this gap from the first anchor to the second is beyond what the motions allow [m, frame of

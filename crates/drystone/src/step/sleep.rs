@@ -346,6 +346,7 @@ mod tests {
     use crate::state::bodies::NONE;
     use crate::state::def::{BodyDef, ShapeDef};
     use crate::state::joint_def::JointDef;
+    use crate::state::named::Ball;
     use crate::state::sets::Sets;
     use crate::state::tables::Tables;
     use crate::world::World;
@@ -410,7 +411,12 @@ mod tests {
             if i % 5 == 0 {
                 let far = BodyDef::dynamic().with_position(at + Vec3::Z * 30.0);
                 let far = world.add_body(far.with_shape(ShapeDef::sphere(0.5))).unwrap();
-                world.add_joint(JointDef::ball(body, Vec3::ZERO, far, Vec3::Z * -30.0)).unwrap();
+                world
+                    .add_joint(
+                        JointDef::new(body, far, Ball::new())
+                            .with_anchors(Vec3::ZERO, Vec3::Z * -30.0),
+                    )
+                    .unwrap();
             }
         }
         world

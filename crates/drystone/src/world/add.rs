@@ -9,6 +9,7 @@ use crate::base::pose::Pose;
 use crate::base::quat::Quat;
 use crate::geometry::mass::MassProperties;
 use crate::geometry::shape::Shape;
+use crate::state::axis::Axis;
 use crate::state::bodies::{Bodies, Body, Few, Fineness, NONE};
 use crate::state::colors::Place;
 use crate::state::coupling::{CouplingDef, check_axis};
@@ -291,21 +292,15 @@ impl World {
         true
     }
 
-    /// Adds a joint and wakes its bodies.
+    /// Adds a joint and wakes its bodies. Points and axes of the world become local ones of the bodies as they lie now.
     ///
     /// # Errors
     /// A body does not exist, both are static or kinematic, or a field is out of range; then nothing is
     /// added.
     pub fn add_joint(&mut self, def: JointDef) -> Result<JointId, DefError> {
-        def.validate()?;
+        let def = self.place_joint(def)?;
         let bodies = &self.tables.bodies;
-        let find = |name: &str, id: BodyId| {
-            bodies
-                .rows
-                .row(id)
-                .ok_or_else(|| DefError::new(name, id.index(), "a body of this world"))
-        };
-        let (a, b) = (find("body_a", def.body_a)?, find("body_b", def.body_b)?);
+        let (a, b) = (def.body_a.index(), def.body_b.index());
         if !bodies.at(a).is_dynamic() && !bodies.at(b).is_dynamic() {
             let value = "not dynamic, as body_a";
             return Err(DefError::new("body_b", value, "a dynamic body on one side at least"));
@@ -343,7 +338,7 @@ impl World {
     pub fn add_coupling(&mut self, def: CouplingDef) -> Result<JointId, DefError> {
         def.validate()?;
         let joints = &self.tables.joints;
-        let find = |name: &str, axis_name: &str, id: JointId, axis: usize| {
+        let find = |name: &str, axis_name: &str, id: JointId, axis: Axis| {
             let joint = joints.rows.row(id).map(|row| joints.at(row));
             match joint.map(|j| (j, &j.link)) {
                 Some((joint, Link::Six(six))) => {

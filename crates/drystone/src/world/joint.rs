@@ -2,21 +2,21 @@
 
 use crate::base::id::{BodyId, JointId};
 use crate::base::math::{Vec3, bounded};
-use crate::base::quat::Quat;
-use crate::state::check::{finite_vec, position, unit};
-use crate::state::coupling::check_axis;
+use crate::state::axis::Axis;
+use crate::state::check::position;
 use crate::state::def::{DefError, JointDef, JointKind, JointStrength};
 use crate::state::joints::{Joint, Link};
-use crate::state::sixdof::{JointAxis, JointDrive, SixDof};
+use crate::state::sixdof::{JointMotion, SixDof};
 use crate::state::tables::Tables;
 
 use super::World;
+use super::joint_axis::AxisRef;
 
-/// A joint, to read.
+/// A joint, to read: what it is, where it is, and what it bears. [`AxisRef`] has the numbers of one axis.
 #[derive(Clone, Copy, Debug)]
 pub struct JointRef<'w> {
-    tables: &'w Tables,
-    joint: &'w Joint,
+    pub(super) tables: &'w Tables,
+    pub(super) joint: &'w Joint,
     id: JointId,
     /// Length of the last substep [s]; 0 before the first.
     h: f32,
@@ -80,7 +80,7 @@ impl<'w> JointRef<'w> {
         self.joint.collide_connected
     }
 
-    /// False if it was switched off: see [`World::set_joint_enabled`].
+    /// False if it was switched off: see [`super::JointMut::set_enabled`].
     #[must_use]
     pub fn is_enabled(&self) -> bool {
         self.joint.is_on()
@@ -141,16 +141,21 @@ impl<'w> JointRef<'w> {
         }
     }
 
-    fn per_time(&self, impulse: Vec3) -> Vec3 {
+    pub(super) fn per_time(&self, impulse: Vec3) -> Vec3 {
         if self.h > 0.0 { (impulse * (1.0 / self.h)).bounded() } else { Vec3::ZERO }
     }
 
-    /// Tension of a pulley's rope in the last substep [N]; below 0 where a rigid one is pushed. `None` for
+    /// Tension of a rope, a rod, a spring or a pulley in the last substep [N]; below 0 where it is pushed. `None` for
     /// other joints.
     #[must_use]
     pub fn tension(&self) -> Option<f32> {
-        let is_pulley = matches!(self.joint.link, Link::Pulley(_));
-        is_pulley.then(|| -self.per_time(self.joint.impulse).x)
+        let p = self.joint.impulse;
+        let push = match self.joint.link {
+            Link::Pulley(_) => p.x,
+            Link::Distance { .. } => p.x - p.y + p.z,
+            _ => return None,
+        };
+        Some(-self.per_time(Vec3::X * push).x)
     }
 
     /// Force of a coupling along the coordinate that follows, in the last substep [N; N m]; the one that is
@@ -166,7 +171,74 @@ impl<'w> JointRef<'w> {
     fn coupling_error(&self) -> Option<[f32; 2]> {
         let Link::Coupling(coupling) = &self.joint.link else { return None };
         let error = coupling.error(&self.tables.joints, &self.tables.bodies).abs();
-        Some(if coupling.def.axis_b > 2 { [0.0, error] } else { [error, 0.0] })
+        Some(if coupling.def.axis_b.is_turn() { [0.0, error] } else { [error, 0.0] })
+    }
+
+    /// One of its axes; `None` if it is no joint of six axes.
+    #[must_use]
+    pub fn axis(&self, axis: Axis) -> Option<AxisRef<'w>> {
+        AxisRef::new(*self, axis)
+    }
+
+    /// The one turn that it leaves free: of a hinge, a cylinder, a wheel that is not steered. `None` if it has none, or several.
+    #[must_use]
+    pub fn hinge(&self) -> Option<AxisRef<'w>> {
+        let mut turns = self.free_axes().filter(|axis| axis.is_turn());
+        let only = turns.next()?;
+        if turns.next().is_some() { None } else { self.axis(only) }
+    }
+
+    /// The one motion that it leaves free: of a slider, a cylinder, a wheel's spring. `None` if it has none, or several.
+    #[must_use]
+    pub fn slider(&self) -> Option<AxisRef<'w>> {
+        let mut motions = self.free_axes().filter(|axis| !axis.is_turn());
+        let only = motions.next()?;
+        if motions.next().is_some() { None } else { self.axis(only) }
+    }
+
+    /// How far the one free turn of a hinge has turned [rad], full turns counted: [`Self::hinge`].
+    #[must_use]
+    pub fn angle(&self) -> Option<f32> {
+        self.hinge().map(|turn| turn.position())
+    }
+
+    /// How far its anchors are apart [m]: the length of a rope, a spring or a rod.
+    #[must_use]
+    pub fn length(&self) -> f32 {
+        (self.anchor_b() - self.anchor_a()).length()
+    }
+
+    /// The axis that it leaves free, if it is one alone.
+    pub(super) fn only_axis(&self) -> Option<Axis> {
+        let mut axes = self.free_axes();
+        let only = axes.next()?;
+        axes.next().is_none().then_some(only)
+    }
+
+    /// Axes of a joint of six that are not locked.
+    fn free_axes(&self) -> impl Iterator<Item = Axis> {
+        let six = if let Link::Six(six) = &self.joint.link { Some(&six.def) } else { None };
+        let is_free =
+            move |axis: &Axis| six.is_some_and(|six| six.axis(*axis).motion != JointMotion::Locked);
+        Axis::ALL.iter().copied().filter(is_free)
+    }
+
+    /// A definition that makes such a joint again, between the same bodies at the same places of them. `None` of a coupling,
+    /// which [`Self::kind`] tells.
+    #[must_use]
+    pub fn to_def(&self) -> Option<JointDef> {
+        if let Link::Coupling(_) = self.joint.link {
+            return None;
+        }
+        let [anchor_a, anchor_b] = self.local_anchors();
+        let def = JointDef::new(self.body_a(), self.body_b(), self.kind());
+        Some(JointDef {
+            collide_connected: self.joint.collide_connected,
+            strength: self.joint.strength,
+            articulated: self.joint.articulated,
+            user_data: self.joint.user_data,
+            ..def.with_anchors(anchor_a, anchor_b)
+        })
     }
 
     /// Where the second frame is in the first one of a joint of six axes: along x, y, z [m, frame of the
@@ -209,121 +281,33 @@ impl<'w> JointRef<'w> {
 }
 
 impl World {
-    /// A joint of six axes with both frames at one place of the world, at the current poses: their origin
-    /// `anchor` [m, world], their x axis along `axis` [world, any length]. The frames of `axes` are not
-    /// read.
+    /// The same joint with its anchors and axes told in the frames of its bodies, as they lie now: what
+    /// [`Self::add_joint`] makes of points and axes of the world.
     ///
     /// # Errors
-    /// A body that is not of this world; an anchor or axis that is not finite; an axis of no length.
-    pub fn joint_along(
-        &self,
-        body_a: BodyId,
-        body_b: BodyId,
-        anchor: impl Into<Vec3>,
-        axis: impl Into<Vec3>,
-        axes: SixDof,
-    ) -> Result<JointDef, DefError> {
-        let axis = axis.into();
-        finite_vec("axis", axis)?;
-        let Some(x) = axis.try_normalize() else {
-            return Err(DefError::new("axis", "zero", "a direction"));
-        };
-        self.joint_in(body_a, body_b, anchor, Quat::from_arc(Vec3::X, x), axes)
-    }
-
-    /// As [`Self::joint_along`], with the axes of the frames given as a rotation [world].
-    ///
-    /// # Errors
-    /// As there.
-    pub fn joint_in(
-        &self,
-        body_a: BodyId,
-        body_b: BodyId,
-        anchor: impl Into<Vec3>,
-        frame: Quat,
-        axes: SixDof,
-    ) -> Result<JointDef, DefError> {
-        let anchor = anchor.into();
-        position("anchor", anchor)?;
-        unit("frame", frame)?;
+    /// A field is out of range, or a body is not of this world.
+    pub fn place_joint(&self, def: JointDef) -> Result<JointDef, DefError> {
+        def.validate()?;
         let find = |name: &str, id: BodyId| {
             let body = self.body(id);
             body.ok_or_else(|| DefError::new(name, id.index(), "a body of this world"))
         };
-        let (a, b) = (find("body_a", body_a)?, find("body_b", body_b)?);
-        let frame = frame.normalized();
-        let axes = SixDof {
-            frame_a: (a.rotation().conjugate() * frame).normalized(),
-            frame_b: (b.rotation().conjugate() * frame).normalized(),
-            ..axes
-        };
-        let [at_a, at_b] = [a, b].map(|body| body.rotation().unrotate(anchor - body.position()));
-        Ok(JointDef::six_dof(body_a, at_a, body_b, at_b, axes))
-    }
-
-    /// Changes what the axes of a joint of six axes do, its frames with them, and wakes its bodies. False if
-    /// there is no such joint.
-    ///
-    /// # Errors
-    /// The first field that is out of range; a joint of another kind; an axis that becomes locked, or comes behind a
-    /// cone, while a coupling names it.
-    pub fn set_joint_axes(&mut self, id: JointId, axes: SixDof) -> Result<bool, DefError> {
-        let Some(row) = self.tables.joints.rows.row(id) else { return Ok(false) };
-        axes.validate()?;
-        for coupling in self.couplings_of(id) {
-            let Link::Coupling(coupling) = &self.tables.joints.at(coupling).link else { continue };
-            let def = &coupling.def;
-            for (joint, axis) in [(def.joint_a, def.axis_a), (def.joint_b, def.axis_b)] {
-                if joint == id {
-                    let (list, i) = if axis < 3 { ("linear", axis) } else { ("angular", axis - 3) };
-                    check_axis(&format!("{list}[{i}], which a coupling names,"), &axes, axis)?;
-                }
-            }
+        let (a, b) = (find("body_a", def.body_a)?, find("body_b", def.body_b)?);
+        let mut placed = JointDef { world_anchors: false, world_axes: None, ..def };
+        if let (Some(axes), JointKind::SixDof(six)) = (&def.world_axes, def.kind) {
+            let frame = axes.rotation()?;
+            let [frame_a, frame_b] =
+                [a, b].map(|body| (body.rotation().conjugate() * frame).normalized());
+            placed.kind = JointKind::SixDof(SixDof { frame_a, frame_b, ..six });
         }
-        let joint = self.tables.joints.at_mut(row);
-        let Link::Six(six) = &mut joint.link else {
-            return Err(DefError::new("joint", id.index(), "a joint of six axes"));
-        };
-        // Which blocks a joint is in goes by the one, how many rows a tree has by the other.
-        let changed =
-            six.def.parts() != axes.parts() || six.def.scalar_count() != axes.scalar_count();
-        six.set(axes);
-        self.tables.colors.bodies_changed |= changed;
-        self.wake_bodies_of(row);
-        Ok(true)
-    }
-
-    /// Changes one drive of a joint of six axes, and wakes its bodies: axes 0 to 2 are motions along x, y,
-    /// z, 3 to 5 turns about them. False if there is no such joint.
-    ///
-    /// # Errors
-    /// The first field of the drive that is out of range; an axis above 5; a joint of another kind; one with
-    /// a cone, of which both swings change at once ([`Self::set_joint_axes`]).
-    pub fn set_joint_drive(
-        &mut self,
-        id: JointId,
-        axis: usize,
-        drive: Option<JointDrive>,
-    ) -> Result<bool, DefError> {
-        self.change_axis(id, axis, |axis| axis.drive = drive)
-    }
-
-    /// Changes one axis of a joint of six axes, and wakes its bodies. False if there is no such joint.
-    pub(super) fn change_axis(
-        &mut self,
-        id: JointId,
-        axis: usize,
-        change: impl FnOnce(&mut JointAxis),
-    ) -> Result<bool, DefError> {
-        let Some(row) = self.tables.joints.rows.row(id) else { return Ok(false) };
-        let JointKind::SixDof(mut axes) = self.tables.joints.at(row).link.kind() else {
-            return Err(DefError::new("joint", id.index(), "a joint of six axes"));
-        };
-        let all = axes.linear.iter_mut().chain(&mut axes.angular);
-        let Some(to) = all.into_iter().nth(axis) else {
-            return Err(DefError::new("axis", axis, "0 to 5"));
-        };
-        change(to);
-        self.set_joint_axes(id, axes)
+        if def.world_anchors {
+            let ends = [(a, def.anchor_a), (b, def.anchor_b)];
+            let [at_a, at_b] =
+                ends.map(|(body, point)| body.rotation().unrotate(point - body.position()));
+            (placed.anchor_a, placed.anchor_b) = (at_a, at_b);
+            position("anchor_a", at_a)?;
+            position("anchor_b", at_b)?;
+        }
+        Ok(placed)
     }
 }

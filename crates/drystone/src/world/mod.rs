@@ -10,9 +10,10 @@ mod faults;
 mod hashes;
 mod impact;
 mod joint;
+mod joint_axis;
+mod joint_mut;
 mod mass;
 mod particle;
-mod rejoin;
 mod reshape;
 mod rules;
 mod shape;
@@ -24,6 +25,8 @@ pub use self::body::{BodyMut, BodyRef};
 pub use self::breakage::BondRef;
 pub use self::impact::{Impact, ImpactBody, ImpactSurface, impact};
 pub use self::joint::JointRef;
+pub use self::joint_axis::{AxisMut, AxisRef};
+pub use self::joint_mut::JointMut;
 pub use self::particle::{LinkRef, ParticleMut, ParticleRef};
 pub use self::shape::{ShapeMut, ShapeRef};
 pub use self::snapshot::SnapshotError;
@@ -326,6 +329,12 @@ impl World {
     #[must_use]
     pub fn joint(&self, id: JointId) -> Option<JointRef<'_>> {
         JointRef::new(&self.tables, id, self.last_h)
+    }
+
+    /// The joint, to change, unless it was removed.
+    #[must_use]
+    pub fn joint_mut(&mut self, id: JointId) -> Option<JointMut<'_>> {
+        JointMut::new(self, id)
     }
 
     /// All joints in the order of their slots.

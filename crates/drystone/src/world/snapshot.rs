@@ -282,13 +282,14 @@ mod tests {
     use super::{HEADER, SnapshotError};
     use crate::base::random::Random;
     use crate::base::trig;
+    use crate::joint::{Ball, Hinge, Pulley};
     use crate::state::breakage::GlueBond;
     use crate::state::contacts::Contact;
     use crate::state::tables::Tables;
     use crate::{
         BodyDef, BondStrength, ClothDef, CouplingDef, Fracture, Glue, Hull, JointAxis, JointDef,
-        JointDrive, LinkKind, Mesh, Method, Pulley, Quat, RopeDef, Shape, ShapeDef, SixDof, Vec3,
-        World, WorldConfig, vec3,
+        JointDrive, LinkKind, Mesh, Method, Quat, RopeDef, Shape, ShapeDef, Vec3, World,
+        WorldConfig, vec3,
     };
 
     const DT: f32 = 1.0 / 60.0;
@@ -326,8 +327,8 @@ mod tests {
         let hand = world.add_body(hand).unwrap();
         let mut hinge = |a, b, y: f32| {
             let axis = JointAxis::driven(JointDrive::motor(1.0, 500.0));
-            let about = SixDof::hinge(axis);
-            let def = world.joint_along(a, b, [-5.0, y, 2.0], Vec3::Z, about).unwrap();
+            let about = Hinge::of(axis).six_dof();
+            let def = JointDef::new(a, b, about).at([-5.0, y, 2.0]).with_axis(Vec3::Z);
             world.add_joint(def.with_strength(1.0e6, 1.0e6)).unwrap()
         };
         let joints = [hinge(ground, arm, 6.0), hinge(arm, hand, 4.5)];
@@ -337,10 +338,13 @@ mod tests {
             (world.add_body(weight(-2.0)).unwrap(), world.add_body(weight(2.0)).unwrap());
         let points = [vec3(-2.0, 8.0, 5.0), vec3(2.0, 8.0, 5.0)];
         let over = Pulley { points, ratio: 1.0, length: 8.0, is_rigid: false };
-        world.add_joint(JointDef::pulley(left, [0.0; 3], right, [0.0; 3], over)).unwrap();
+        world.add_joint(JointDef::new(left, right, over)).unwrap();
         let swing = world.add_body(at(-7.0, 4.0, -2.0).with_shape(ShapeDef::sphere(0.3))).unwrap();
         world
-            .add_joint(JointDef::ball(ground, [-8.0, 5.0, -2.0], swing, [-1.0, 1.0, 0.0]))
+            .add_joint(
+                JointDef::new(ground, swing, Ball::new())
+                    .with_anchors([-8.0, 5.0, -2.0], [-1.0, 1.0, 0.0]),
+            )
             .unwrap();
         let rope = RopeDef {
             kind: LinkKind::Equal,

@@ -8,6 +8,7 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, Barrier, Mutex};
 use std::time::Duration;
 
+use drystone::joint::Ball;
 use drystone::{BodyDef, ClothDef, Executor, Inline, JointDef, ShapeDef, Stage, Team, Vec3, World};
 
 const DT: f32 = 1.0 / 60.0;
@@ -103,7 +104,12 @@ fn pile() -> World {
             .with_shape(ShapeDef::box_half([0.45, 0.1, 0.1]));
         let rod = world.add_body(rod).unwrap();
         if let Some(last) = last {
-            world.add_joint(JointDef::ball(last, [-0.5, 0.0, 0.0], rod, [0.5, 0.0, 0.0])).unwrap();
+            world
+                .add_joint(
+                    JointDef::new(last, rod, Ball::new())
+                        .with_anchors([-0.5, 0.0, 0.0], [0.5, 0.0, 0.0]),
+                )
+                .unwrap();
         }
         last = Some(rod);
     }

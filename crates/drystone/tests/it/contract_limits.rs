@@ -2,11 +2,12 @@
 
 use std::sync::Arc;
 
+use drystone::joint::{Ball, Distance, Hinge, Spring, Universal};
 use drystone::{
     BodyDef, BodyId, BodyKind, CouplingDef, DefError, FaultKind, Filter, Hull, JointAxis, JointDef,
     JointDrive, JointKind, JointStrength, LinkDef, LinkKind, LinkSpring, MassDef, Material,
-    ParticleDef, Pose, RopeDef, Shape, ShapeDef, SimdLevel, SixDof, Spring, Sym3, Vec3, World,
-    WorldConfig, limits, vec3,
+    ParticleDef, Pose, RopeDef, Shape, ShapeDef, SimdLevel, SixDof, Sym3, Vec3, World, WorldConfig,
+    limits, vec3,
 };
 
 const DT: f32 = 1.0 / 60.0;
@@ -67,9 +68,9 @@ fn a_joint_of_a_tree_takes_other_axes_while_it_moves() {
     let limited = JointAxis::limited(-1.0, 1.0);
     let motor = JointAxis::driven(JointDrive::motor(1.0, 100.0));
     let changes = [
-        (SixDof::hinge(limited), SixDof::universal(limited, limited)),
-        (SixDof::universal(limited, limited), SixDof::hinge(limited)),
-        (SixDof::hinge(motor), SixDof::universal(motor, JointAxis::FREE)),
+        (Hinge::of(limited).six_dof(), Universal::of(limited, limited).six_dof()),
+        (Universal::of(limited, limited).six_dof(), Hinge::of(limited).six_dof()),
+        (Hinge::of(motor).six_dof(), Universal::of(motor, JointAxis::FREE).six_dof()),
     ];
     for (from, to) in changes {
         let mut world = World::default();
@@ -79,14 +80,12 @@ fn a_joint_of_a_tree_takes_other_axes_while_it_moves() {
             let def = BodyDef::dynamic().with_position([0.0, -1.0 - i, 0.0]);
             let body = def.with_shape(ShapeDef::box_half([0.1, 0.4, 0.1]));
             let body = world.add_body(body).unwrap();
-            let joint = world.joint_along(last, body, [0.0, -0.5 - i, 0.0], Vec3::X, from).unwrap();
+            let joint = JointDef::new(last, body, from).at([0.0, -0.5 - i, 0.0]).with_axis(Vec3::X);
             joints.push(world.add_joint(joint.with_articulated(true)).unwrap());
             last = body;
         }
         (0..5).for_each(|_| world.step(DT));
-        let JointKind::SixDof(old) = world.joint(joints[1]).unwrap().kind() else { unreachable!() };
-        let to = SixDof { frame_a: old.frame_a, frame_b: old.frame_b, ..to };
-        assert_eq!(world.set_joint_axes(joints[1], to), Ok(true));
+        assert_eq!(world.joint_mut(joints[1]).unwrap().set_axes(to), Ok(()));
         for _ in 0..60 {
             world.step(DT);
             assert!(world.joints().all(|j| j.error() < 1.0e-3));
@@ -120,15 +119,15 @@ fn what_would_undo_a_coupling_is_refused_and_the_world_can_be_saved() {
     let base = world.add_body(BodyDef::fixed()).unwrap();
     let hinge = |world: &mut World, x: f32| {
         let body = ball(world, [x, 1.0, 0.0]);
-        let axes = SixDof::hinge(JointAxis::FREE);
-        let def = world.joint_along(base, body, [x, 1.0, 0.0], Vec3::X, axes).unwrap();
+        let axes = Hinge::new().six_dof();
+        let def = JointDef::new(base, body, axes).at([x, 1.0, 0.0]).with_axis(Vec3::X);
         world.add_joint(def).unwrap()
     };
     let (a, b) = (hinge(&mut world, 0.0), hinge(&mut world, 3.0));
     world.add_coupling(CouplingDef::gear(a, b, 2.0)).unwrap();
     world.step(DT);
     for joint in [a, b] {
-        let error = world.set_joint_axes(joint, SixDof::FIXED).unwrap_err();
+        let error = world.joint_mut(joint).unwrap().set_axes(SixDof::FIXED).unwrap_err();
         assert!(error.field().contains("angular[0]"), "{error}");
     }
     let mut again = World::restore(&world.snapshot()).unwrap();
@@ -236,7 +235,7 @@ fn a_body_that_is_put_aside_is_out_of_the_world() {
     let (lost, near) = (ball(&mut world, [0.0, 5.0, 0.0]), ball(&mut world, [4.0, 5.0, 0.0]));
     let spring = Spring { rest_length: 4.0, hertz: 0.01, damping_ratio: 0.0 };
     let kind = JointKind::Distance { min: 0.0, max: 1.0e9, spring: Some(spring) };
-    let joint = JointDef { kind, ..JointDef::ball(lost, [0.0; 3], near, [0.0; 3]) };
+    let joint = JointDef { kind, ..JointDef::new(lost, near, Ball::new()) };
     let joint = world.add_joint(joint).unwrap();
     world.step(DT);
     // 1e9 m/s² for 0.2 s.
@@ -440,9 +439,11 @@ fn joints_that_cannot_be_met_have_a_limit_of_speed() {
             let (a, b) = (ball(&mut world, [0.0, 3.0, 0.0]), ball(&mut world, [d + 1.0, 3.3, 0.2]));
             let (near, far) = ([0.5, 0.0, 0.0], [-0.5, 0.0, 0.0]);
             let joint = match kind {
-                "rod" => JointDef::rod(a, [0.0; 3], b, [0.0; 3], 1.0),
-                "hinge" => JointDef::six_dof(a, near, b, far, SixDof::hinge(JointAxis::FREE)),
-                _ => JointDef::ball(a, near, b, far).with_articulated(kind == "tree"),
+                "rod" => JointDef::new(a, b, Distance::exact(1.0)),
+                "hinge" => JointDef::new(a, b, Hinge::new().six_dof()).with_anchors(near, far),
+                _ => JointDef::new(a, b, Ball::new())
+                    .with_anchors(near, far)
+                    .with_articulated(kind == "tree"),
             };
             world.add_joint(joint).unwrap();
             let mut top = 0.0_f32;
@@ -469,16 +470,16 @@ fn a_world_whose_joints_give_more_than_f32_has_can_be_saved() {
     let pebble = ShapeDef::new(Shape::Hull(Arc::new(Hull::from_points(&corners).unwrap())));
     let pebble = BodyDef::dynamic().with_position([0.0, 1.0, 0.0]).with_shape(pebble);
     let pebble = world.add_body(pebble).unwrap();
-    world.add_joint(JointDef::ball(post, [0.0; 3], pebble, [0.0; 3])).unwrap();
+    world.add_joint(JointDef::new(post, pebble, Ball::new())).unwrap();
     let beam = ShapeDef::box_half([1.0, 1.0e7, 0.4]);
     let beam = world.add_body(BodyDef::dynamic().with_shape(beam)).unwrap();
     let angular = [JointAxis::FREE, JointAxis::FREE, JointAxis::LOCKED];
     let held = SixDof { angular, ..SixDof::FIXED };
-    let def = world.joint_along(pebble, beam, [0.0; 3], [0.0, 1.0, 1.0], held).unwrap();
+    let def = JointDef::new(pebble, beam, held).at([0.0; 3]).with_axis([0.0, 1.0, 1.0]);
     world.add_joint(def).unwrap();
     let kind = JointKind::Distance { min: 0.0, max: 0.0, spring: None };
     let strength = Some(JointStrength { force: 1.0, impulse: 1.0, ..JointStrength::default() });
-    let def = JointDef::ball(post, [0.0; 3], stone, [0.0; 3]);
+    let def = JointDef::new(post, stone, Ball::new());
     world.add_joint(JointDef { kind, strength, ..def }).unwrap();
     for _ in 0..3 {
         world.step(DT);

@@ -1,6 +1,7 @@
 //! What the public face promises: bad input is refused by name, stale ids find nothing, nothing
 //! panics, events come as they should.
 
+use drystone::joint::Ball;
 use drystone::{
     Aabb, AxisLocks, BodyDef, BodyId, Executor, FaultKind, Filter, JointDef, MassDef, Material,
     Pose, Quat, Shape, ShapeDef, Sym3, Team, Vec3, World, WorldConfig, vec3,
@@ -78,13 +79,15 @@ fn stale_ids_find_nothing() {
     let mut world = World::default();
     let a = world.add_body(cube_at([0.0; 3])).unwrap();
     let b = world.add_body(cube_at([5.0, 0.0, 0.0])).unwrap();
-    let joint = world.add_joint(JointDef::ball(a, [2.5, 0.0, 0.0], b, [-2.5, 0.0, 0.0])).unwrap();
+    let joint = world
+        .add_joint(JointDef::new(a, b, Ball::new()).with_anchors([2.5, 0.0, 0.0], [-2.5, 0.0, 0.0]))
+        .unwrap();
     let shape = world.body(a).unwrap().shapes().next().unwrap();
     assert!(world.remove_body(a));
     assert!(!world.remove_body(a) && !world.remove_joint(joint) && !world.remove_shape(shape));
     assert!(world.body(a).is_none() && world.body_mut(a).is_none());
     assert!(world.shape(shape).is_none() && world.joint(joint).is_none());
-    assert!(world.add_joint(JointDef::ball(a, [0.0; 3], b, [0.0; 3])).is_err());
+    assert!(world.add_joint(JointDef::new(a, b, Ball::new())).is_err());
     assert!(world.add_shape(a, ShapeDef::sphere(1.0)).is_err());
     let again = world.add_body(cube_at([0.0; 3])).unwrap();
     assert!(again != a && world.body(a).is_none() && world.body(again).is_some());
@@ -495,7 +498,7 @@ proptest! {
                     }
                 }
                 Call::AddJoint(a, b) => {
-                    let _ = world.add_joint(JointDef::ball(pick(a), [0.5; 3], pick(b), [0.0; 3]));
+                    let _ = world.add_joint(JointDef::new(pick(a), pick(b), Ball::new()).with_anchors([0.5; 3], [0.0; 3]));
                 }
                 Call::Remove(k) => {
                     world.remove_body(pick(k));

@@ -25,6 +25,7 @@ mod scenario_impacts;
 mod scenario_joint_work;
 mod scenario_inertia;
 mod scenario_joints;
+mod scenario_joint_names;
 mod scenario_mesh;
 mod scenario_methods;
 mod scenario_motion;

@@ -1,10 +1,10 @@
 //! Whatever was called, the world can be saved, and what is restored does what the first one does.
 
+use drystone::joint::{Ball, Hinge};
 use drystone::{
-    BodyDef, BodyId, BodyKind, BondStrength, Filter, Fracture, Glue, JointAxis, JointDef,
+    Axis, BodyDef, BodyId, BodyKind, BondStrength, Filter, Fracture, Glue, JointAxis, JointDef,
     JointDrive, JointId, JointMotion, JointSpring, LinkId, LinkKind, MassDef, Material, Method,
-    ParticleId, Pose, RopeDef, Shape, ShapeDef, ShapeId, SixDof, Sym3, Vec3, World, WorldConfig,
-    vec3,
+    ParticleId, Pose, RopeDef, Shape, ShapeDef, ShapeId, Sym3, Vec3, World, WorldConfig, vec3,
 };
 use proptest::prelude::{Strategy, any, prop, prop_oneof, proptest};
 use proptest::test_runner::{Config, RngSeed};
@@ -106,15 +106,14 @@ fn change_shape(world: &mut World, id: ShapeId, (what, v, x): (u8, [f32; 3], f32
 
 /// A change of what a joint is.
 fn change_joint(world: &mut World, id: JointId, (what, v, x): (u8, [f32; 3], f32)) {
+    let Some(mut joint) = world.joint_mut(id) else { return };
+    let axis = Axis::ALL[usize::from(what) % 6];
     match what % 5 {
-        0 => drop(world.set_joint_anchors(id, v, [0.1; 3])),
-        1 => drop(world.set_joint_motion(id, usize::from(what) % 6, JointMotion::Free)),
-        2 => {
-            let motion = JointMotion::Limited { min: -x.abs(), max: x.abs(), spring: None };
-            drop(world.set_joint_motion(id, usize::from(what) % 6, motion));
-        }
-        3 => drop(world.set_joint_collide_connected(id, x > 0.0)),
-        _ => drop(world.set_joint_enabled(id, x > 0.0)),
+        0 => drop(joint.set_anchors(v, [0.1; 3])),
+        1 => drop(joint.axis(axis).map(|mut axis| axis.set_motion(JointMotion::Free))),
+        2 => drop(joint.axis(axis).map(|mut axis| axis.set_limits(-x.abs(), x.abs()))),
+        3 => joint.set_collide_connected(x > 0.0),
+        _ => joint.set_enabled(x > 0.0),
     }
 }
 
@@ -125,15 +124,15 @@ fn make(world: &mut World, known: &Known, added: &mut Known, (what, [a, b], v, x
     match what % 30 {
         0..=3 => added.bodies.extend(world.add_body(body_of(a, v, x))),
         4 => {
-            let ball = JointDef::ball(first, [0.5; 3], second, [0.0; 3]);
+            let ball = JointDef::new(first, second, Ball::new()).with_anchors([0.5; 3], [0.0; 3]);
             let ball = if a % 2 == 0 { ball } else { ball.with_strength(3.0e4, 1.0e4) };
             added.joints.extend(world.add_joint(ball));
         }
         5 => {
             let drive = JointDrive::servo(x, JointSpring::new(100.0, 10.0), 50.0);
-            let axes = SixDof::hinge(JointAxis::limited(-1.0, 1.0).with_drive(drive));
-            let def = world.joint_along(first, second, v, Vec3::Z, axes);
-            added.joints.extend(def.and_then(|def| world.add_joint(def)));
+            let axes = Hinge::of(JointAxis::limited(-1.0, 1.0).with_drive(drive)).six_dof();
+            let def = JointDef::new(first, second, axes).at(v).with_axis(Vec3::Z);
+            added.joints.extend(world.add_joint(def));
         }
         6 => {
             world.remove_body(first);

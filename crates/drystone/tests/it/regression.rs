@@ -1,8 +1,9 @@
 //! Faults that `cargo xtask attack` found, shrunk and put into words.
 
+use drystone::joint::{Ball, Hinge, Universal};
 use drystone::{
     AxisLocks, BodyDef, BodyId, CouplingDef, Fatigue, Fracture, JointAxis, JointDef, JointId,
-    JointKind, JointStrength, ShapeDef, SixDof, Vec3, World, WorldConfig,
+    JointStrength, ShapeDef, Vec3, World, WorldConfig,
 };
 
 const DT: f32 = 1.0 / 60.0;
@@ -29,8 +30,8 @@ fn pair(world: &mut World, articulated: bool) -> ([BodyId; 2], JointId) {
             BodyDef::dynamic().with_position([0.0, y, 0.0]).with_angular_velocity([1.0, 2.0, 3.0]);
         world.add_body(def.with_shape(ShapeDef::box_half([0.2, 0.4, 0.3]))).unwrap()
     });
-    let axes = SixDof::hinge(JointAxis::FREE);
-    let def = world.joint_along(a, b, [0.0, 0.5, 0.0], Vec3::X, axes).unwrap();
+    let axes = Hinge::new().six_dof();
+    let def = JointDef::new(a, b, axes).at([0.0, 0.5, 0.0]).with_axis(Vec3::X);
     let joint = world.add_joint(def.with_articulated(articulated)).unwrap();
     ([a, b], joint)
 }
@@ -55,21 +56,18 @@ fn a_joint_that_carries_much_takes_other_axes_while_it_moves() {
     let anchor = world.add_body(BodyDef::fixed().with_position([0.0, 1.5, 0.0])).unwrap();
     let ([a, b], joint) = pair(&mut world, false);
     // By its loads: the lower body is a thousand times as heavy.
-    let def = JointDef::ball(anchor, [0.0; 3], b, [0.0, 0.5, 0.0]);
+    let def = JointDef::new(anchor, b, Ball::new()).with_anchors([0.0; 3], [0.0, 0.5, 0.0]);
     world.add_joint(def).unwrap();
     world.add_shape(a, ShapeDef::box_half([0.2; 3]).with_density(1.0e6)).unwrap();
     let limited = JointAxis::limited(-1.0, 1.0);
     goes_on_from_every_snapshot(&mut world, 40, |world, step| {
-        let JointKind::SixDof(old) = world.joint(joint).unwrap().kind() else { unreachable!() };
-        let frames = SixDof { frame_a: old.frame_a, frame_b: old.frame_b, ..SixDof::FIXED };
         let to = match step {
-            10 => SixDof { linear: frames.linear, ..SixDof::hinge(limited) },
-            20 => SixDof::universal(limited, limited),
-            30 => SixDof::hinge(JointAxis::FREE),
+            10 => Hinge::of(limited).six_dof(),
+            20 => Universal::of(limited, limited).six_dof(),
+            30 => Hinge::new().six_dof(),
             _ => return,
         };
-        let to = SixDof { frame_a: frames.frame_a, frame_b: frames.frame_b, ..to };
-        world.set_joint_axes(joint, to).unwrap();
+        world.joint_mut(joint).unwrap().set_axes(to).unwrap();
     });
 }
 
@@ -90,7 +88,8 @@ fn an_island_that_tumbles_may_fall_apart() {
     let joints: Vec<JointId> = bodies
         .windows(2)
         .map(|pair| {
-            let joint = JointDef::ball(pair[0], [0.5, 0.0, 0.0], pair[1], [-0.5, 0.0, 0.0]);
+            let joint = JointDef::new(pair[0], pair[1], Ball::new())
+                .with_anchors([0.5, 0.0, 0.0], [-0.5, 0.0, 0.0]);
             world.add_joint(joint).unwrap()
         })
         .collect();
@@ -110,7 +109,7 @@ fn a_joint_that_wears_out_at_once_tells_a_finite_damage() {
     let heavy = world.add_body(heavy.with_shape(ShapeDef::sphere(0.4))).unwrap();
     let fatigue = Fatigue { life: 1.0, exponent: 32, endurance: 0.1 };
     let strength = JointStrength { force: 1.0, fatigue: Some(fatigue), ..JointStrength::default() };
-    let def = JointDef::ball(anchor, [0.0; 3], heavy, [0.0, 1.0, 0.0]);
+    let def = JointDef::new(anchor, heavy, Ball::new()).with_anchors([0.0; 3], [0.0, 1.0, 0.0]);
     world.add_joint(JointDef { strength: Some(strength), ..def }).unwrap();
     let mut broken = Vec::new();
     for _ in 0..5 {
@@ -131,12 +130,12 @@ fn a_coupling_follows_its_joints_to_the_pieces_of_a_body() {
     let wheel = |world: &mut World, x: f32| {
         let def = BodyDef::dynamic().with_position([x, 3.5, 0.0]);
         let wheel = world.add_body(def.with_shape(ShapeDef::sphere(0.2))).unwrap();
-        let axes = SixDof::hinge(JointAxis::FREE);
-        let def = world.joint_along(slab, wheel, [x, 3.3, 0.0], Vec3::Z, axes).unwrap();
+        let axes = Hinge::new().six_dof();
+        let def = JointDef::new(slab, wheel, axes).at([x, 3.3, 0.0]).with_axis(Vec3::Z);
         world.add_joint(def).unwrap()
     };
     let (left, right) = (wheel(&mut world, -0.8), wheel(&mut world, 0.8));
-    world.add_joint(JointDef::ball(base, [0.0; 3], slab, [0.0; 3])).unwrap();
+    world.add_joint(JointDef::new(base, slab, Ball::new())).unwrap();
     let gear = world.add_coupling(CouplingDef::gear(left, right, 2.0)).unwrap();
     let how = Fracture { pieces: 8, ..Fracture::default() };
     goes_on_from_every_snapshot(&mut world, 120, |world, step| {

@@ -1,5 +1,6 @@
 //! A world made by calls can be saved after every step, and what is restored goes on with the same bits and events.
 
+use drystone::joint::Ball;
 use drystone::{
     AwakeCause, BodyDef, BodyId, Bond, BondStrength, Glue, JointDef, Method, MethodOptions, Rest,
     ShapeDef, SleepConfig, Vec3, World, WorldConfig, vec3,
@@ -38,7 +39,11 @@ fn slow_things(rest: Rest, time: f32) -> (World, BodyId) {
     let ball = world.add_body(ball.with_shape(ShapeDef::sphere(RADIUS))).unwrap();
     let bob = at(2.0, 2.0).with_linear_velocity([0.01, 0.0, 0.0]);
     let bob = world.add_body(bob.with_shape(ShapeDef::sphere(0.2))).unwrap();
-    world.add_joint(JointDef::ball(ground, [2.0, 6.0, 0.0], bob, [0.0, 4.0, 0.0])).unwrap();
+    world
+        .add_joint(
+            JointDef::new(ground, bob, Ball::new()).with_anchors([2.0, 6.0, 0.0], [0.0, 4.0, 0.0]),
+        )
+        .unwrap();
     let mut drifting = at(4.0, 3.0).with_linear_velocity([0.0, 2.0e-4, 0.0]);
     drifting.gravity_scale = 0.0;
     world.add_body(drifting.with_shape(ShapeDef::sphere(0.3))).unwrap();

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use drystone::joint::{Hinge, Servo, Universal};
 use drystone::{
     BodyDef, BodyId, JointAxis, JointDef, JointDrive, JointId, JointSpring, ShapeDef, SimdLevel,
     SixDof, Team, Vec3, World, WorldConfig, vec3,
@@ -29,7 +30,7 @@ fn join(
     axes: SixDof,
     articulated: bool,
 ) -> JointId {
-    let def = world.joint_along(a, b, at, Vec3::Z, axes).unwrap().with_articulated(articulated);
+    let def = JointDef::new(a, b, axes).at(at).with_axis(Vec3::Z).with_articulated(articulated);
     world.add_joint(def).unwrap()
 }
 
@@ -88,7 +89,7 @@ fn a_beam_of_fixed_joints_does_not_bend() {
 fn motors_move_what_the_whole_arm_weighs() {
     let mut world = world(vec3(0.0, -G, 0.0));
     let axis = JointAxis::driven(JointDrive::motor(0.0, f32::INFINITY));
-    let (links, joints) = arm(&mut world, &[1.0, 1.0, 1.0, 50.0], SixDof::hinge(axis), true);
+    let (links, joints) = arm(&mut world, &[1.0, 1.0, 1.0, 50.0], Hinge::of(axis).six_dof(), true);
     for _ in 0..120 {
         world.step(DT);
     }
@@ -106,11 +107,8 @@ fn motors_move_what_the_whole_arm_weighs() {
     let load = G * (0.25 + 0.75 + 1.25 + 50.0 * 1.75);
     assert!((torque / load - 1.0).abs() < 2.0e-3, "{torque} {load}");
     // The last joint turns its heavy link at 1 rad/s.
-    let axes = SixDof::hinge(JointAxis::driven(JointDrive::motor(1.0, f32::INFINITY)));
-    let def = world.joint(joints[3]).unwrap().kind();
-    let drystone::JointKind::SixDof(old) = def else { panic!("{def:?}") };
-    let axes = SixDof { frame_a: old.frame_a, frame_b: old.frame_b, ..axes };
-    world.set_joint_axes(joints[3], axes).unwrap();
+    let axes = Hinge::of(JointAxis::driven(JointDrive::motor(1.0, f32::INFINITY))).six_dof();
+    world.joint_mut(joints[3]).unwrap().set_axes(axes).unwrap();
     let start = world.joint(joints[3]).unwrap().coordinates().unwrap()[1].x;
     for _ in 0..30 {
         world.step(DT);
@@ -126,7 +124,7 @@ fn a_floating_figure_keeps_momentum_and_energy() {
     let mut world = world(Vec3::ZERO);
     let spring = JointSpring::new(20.0, 0.0);
     let bend = JointAxis::driven(JointDrive::servo(0.0, spring, f32::INFINITY));
-    let axes = SixDof::universal(bend, bend);
+    let axes = Universal::of(bend, bend).six_dof();
     let mut links = vec![link(&mut world, vec3(0.25, 0.0, 0.0), 5.0)];
     for i in 1..5_u8 {
         let start = 0.5 * f32::from(i);
@@ -182,7 +180,7 @@ fn trees_give_the_same_bits_by_any_threads_and_lanes() {
             for k in 1..4_u8 {
                 let next = link(&mut world, at + vec3(0.5 * f32::from(k), 0.0, 0.0), 1.0);
                 let joint = at + vec3(0.5 * f32::from(k) - 0.25, 0.0, 0.0);
-                join(&mut world, [last, next], joint, SixDof::hinge(limit), i % 4 > 0);
+                join(&mut world, [last, next], joint, Hinge::of(limit).six_dof(), i % 4 > 0);
                 last = next;
             }
         }
@@ -203,10 +201,10 @@ fn trees_give_the_same_bits_by_any_threads_and_lanes() {
 #[test]
 fn trees_change_while_they_are_solved() {
     let mut world = world(vec3(0.0, -G, 0.0));
-    let (links, joints) = arm(&mut world, &[1.0; 4], SixDof::hinge(JointAxis::FREE), true);
+    let (links, joints) = arm(&mut world, &[1.0; 4], Hinge::new().six_dof(), true);
     let hand = world.add_body(BodyDef::kinematic().with_position([2.0, 0.0, 0.0])).unwrap();
-    let grab = SixDof::grab(JointSpring::hertz(5.0, 1.0), 100.0);
-    let def = JointDef::six_dof(hand, Vec3::ZERO, links[3], [0.25, 0.0, 0.0], grab);
+    let grab = Servo::grab(JointSpring::hertz(5.0, 1.0), 100.0).six_dof();
+    let def = JointDef::new(hand, links[3], grab).with_anchors(Vec3::ZERO, [0.25, 0.0, 0.0]);
     let grab = world.add_joint(def).unwrap();
     for step in 0..240 {
         match step {

@@ -1,8 +1,9 @@
 //! What a world says of itself, against physics.
 
+use drystone::joint::{Ball, Spring};
 use drystone::{
     Audit, AwakeCause, BodyDef, BodyId, ConstraintId, JointDef, JointKind, Ledger, Pose, Quat,
-    ShapeDef, Spring, Vec3, World, WorldConfig, vec3,
+    ShapeDef, Vec3, World, WorldConfig, vec3,
 };
 
 const DT: f32 = 1.0 / 60.0;
@@ -153,7 +154,7 @@ fn a_spring_holds_half_k_x_squared() {
     let [a, b] = [0.0, 1.5].map(|x| world.add_body(ball_at(vec3(x, 0.0, 0.0))).unwrap());
     let def = JointDef {
         kind: JointKind::Distance { min: 0.0, max: 100.0, spring: Some(spring) },
-        ..JointDef::ball(a, [0.0; 3], b, [0.0; 3])
+        ..JointDef::new(a, b, Ball::new())
     };
     world.add_joint(def).unwrap();
     // Two equal masses: k = (m/2) ω², x = 0.5 m.
@@ -266,7 +267,7 @@ fn the_worst_joint_is_named() {
     let mut world = floating();
     let ids = [0.0, 2.0, 4.0].map(|x| world.add_body(ball_at(vec3(x, 0.0, 0.0))).unwrap());
     let joint = |a: BodyId, b: BodyId, gap: f32| {
-        JointDef::ball(a, [1.0 - gap, 0.0, 0.0], b, [-1.0, 0.0, 0.0])
+        JointDef::new(a, b, Ball::new()).with_anchors([1.0 - gap, 0.0, 0.0], [-1.0, 0.0, 0.0])
     };
     world.add_joint(joint(ids[0], ids[1], 0.01)).unwrap();
     let bad = world.add_joint(joint(ids[1], ids[2], 0.03)).unwrap();

@@ -1,8 +1,9 @@
 //! Joints that break.
 
+use drystone::joint::{Ball, Distance, Hinge, Spring};
 use drystone::{
     BodyDef, BodyId, Fatigue, JointAxis, JointDef, JointDrive, JointId, JointKind, JointLimit,
-    JointSpring, JointStrength, Quat, ShapeDef, SixDof, Spring, Vec3, World, WorldConfig, vec3,
+    JointSpring, JointStrength, ShapeDef, SixDof, Vec3, World, WorldConfig, vec3,
 };
 
 const DT: f32 = 1.0 / 60.0;
@@ -17,7 +18,7 @@ fn held(at: Vec3, mass: f32, strength: [f32; 2]) -> (World, BodyId, JointId) {
     let mut world = World::default();
     let post = world.add_body(BodyDef::fixed()).unwrap();
     let body = cube(&mut world, at, mass);
-    let def = world.joint_in(post, body, Vec3::ZERO, Quat::IDENTITY, SixDof::FIXED).unwrap();
+    let def = JointDef::new(post, body, SixDof::FIXED).at(Vec3::ZERO);
     let joint = world.add_joint(def.with_strength(strength[0], strength[1])).unwrap();
     (world, body, joint)
 }
@@ -62,9 +63,9 @@ fn a_joint_breaks_under_more_force_or_torque_than_it_can_bear_and_not_under_less
             let post = world.add_body(BodyDef::fixed()).unwrap();
             let body = cube(&mut world, vec3(0.0, -1.0, 0.0), 10.0);
             let def = if kind == 0 {
-                JointDef::ball(post, Vec3::ZERO, body, Vec3::Y)
+                JointDef::new(post, body, Ball::new()).with_anchors(Vec3::ZERO, Vec3::Y)
             } else {
-                JointDef::rod(post, Vec3::ZERO, body, Vec3::ZERO, 1.0)
+                JointDef::new(post, body, Distance::exact(1.0))
             };
             let joint = world.add_joint(def.with_strength(strength, 1.0)).unwrap();
             assert_eq!(breaks(&mut world, joint, 120).is_some(), is_broken, "{kind} {strength}");
@@ -84,7 +85,7 @@ fn what_breaks_apart_keeps_its_momentum() {
         body.set_angular_velocity(vec3(0.0, 0.0, 10.0)).unwrap();
     }
     let [a, b] = bodies;
-    let def = world.joint_in(a, b, Vec3::ZERO, Quat::IDENTITY, SixDof::FIXED).unwrap();
+    let def = JointDef::new(a, b, SixDof::FIXED).at(Vec3::ZERO);
     let joint = world.add_joint(def.with_strength(150.0, f32::INFINITY)).unwrap();
     let momentum = |world: &World| {
         let m = world.audit().momentum;
@@ -130,7 +131,7 @@ fn strengths_that_make_no_sense_are_refused() {
         (f32::NAN, 1.0, "strength.force"),
         (1.0, -1.0, "strength.torque"),
     ] {
-        let def = JointDef::ball(post, Vec3::ZERO, body, Vec3::ZERO).with_strength(force, torque);
+        let def = JointDef::new(post, body, Ball::new()).with_strength(force, torque);
         assert_eq!(world.add_joint(def).unwrap_err().field(), field);
     }
     for (strength, field) in [
@@ -141,11 +142,14 @@ fn strengths_that_make_no_sense_are_refused() {
         (wears(1.0, 3, f32::NAN), "strength.fatigue.endurance"),
         (wears(1.0, 3, 1.5), "strength.fatigue.endurance"),
     ] {
-        let def = JointDef::ball(post, Vec3::ZERO, body, Vec3::ZERO);
+        let def = JointDef::new(post, body, Ball::new());
         let id = world.add_joint(def).unwrap();
         let def = JointDef { strength: Some(strength), ..def };
         assert_eq!(world.add_joint(def).unwrap_err().field(), field);
-        assert_eq!(world.set_joint_strength(id, Some(strength)).unwrap_err().field(), field);
+        assert_eq!(
+            world.joint_mut(id).unwrap().set_strength(Some(strength)).unwrap_err().field(),
+            field
+        );
     }
 }
 
@@ -159,7 +163,7 @@ fn joints_that_make_no_sense_are_refused_by_name() {
     let (mut world, body, _) = held(Vec3::X, 1.0, [1.0e6; 2]);
     let posts = [0, 1].map(|_| world.add_body(BodyDef::fixed()).unwrap());
     let mut refused = |def: JointDef| world.add_joint(def).unwrap_err().field().to_owned();
-    let ball = |a, b| JointDef::ball(a, Vec3::ZERO, b, Vec3::ZERO);
+    let ball = |a, b| JointDef::new(a, b, Ball::new());
     assert_eq!(refused(ball(body, body)), "body_b");
     assert_eq!(refused(ball(posts[0], posts[1])), "body_b");
     let nowhere = JointDef { anchor_a: vec3(f32::NAN, 0.0, 0.0), ..ball(posts[0], body) };
@@ -170,11 +174,8 @@ fn joints_that_make_no_sense_are_refused_by_name() {
     };
     assert_eq!(refused(rod(2.0, 1.0)), "max");
     assert_eq!(refused(rod(-1.0, 1.0)), "min");
-    let limited = SixDof::hinge(JointAxis::limited(1.0, -1.0));
-    assert!(
-        refused(JointDef::six_dof(posts[0], Vec3::ZERO, body, Vec3::ZERO, limited))
-            .contains("angular")
-    );
+    let limited = Hinge::of(JointAxis::limited(1.0, -1.0)).six_dof();
+    assert!(refused(JointDef::new(posts[0], body, limited)).contains("angular"));
     let spring = Spring { rest_length: 1.0, hertz: -1.0, damping_ratio: 0.5 };
     let sprung = JointDef {
         kind: JointKind::Distance { min: 0.0, max: 2.0, spring: Some(spring) },
@@ -182,13 +183,15 @@ fn joints_that_make_no_sense_are_refused_by_name() {
     };
     assert_eq!(refused(sprung), "spring.hertz");
     let stiff = JointDrive::servo(0.0, JointSpring::new(-1.0, 0.0), 1.0);
-    let driven = SixDof::hinge(JointAxis::driven(stiff));
-    let driven = JointDef::six_dof(posts[0], Vec3::ZERO, body, Vec3::ZERO, driven);
+    let driven = Hinge::of(JointAxis::driven(stiff)).six_dof();
+    let driven = JointDef::new(posts[0], body, driven);
     assert!(refused(driven).ends_with("stiffness"));
     for axis in [Vec3::ZERO, vec3(f32::NAN, 0.0, 0.0)] {
-        let free = SixDof::hinge(JointAxis::FREE);
-        let e = world.joint_along(posts[0], body, Vec3::ZERO, axis, free).unwrap_err();
-        assert_eq!(e.field(), "axis");
+        let free = Hinge::new().six_dof();
+        let e = world
+            .place_joint(JointDef::new(posts[0], body, free).at(Vec3::ZERO).with_axis(axis))
+            .unwrap_err();
+        assert_eq!(e.field(), "world_axes.x");
     }
 }
 
@@ -197,9 +200,10 @@ fn held_cube(world: &mut World, kind: u8) -> JointDef {
     let post = world.add_body(BodyDef::fixed()).unwrap();
     let block = cube(world, Vec3::ZERO, 2.0);
     match kind {
-        0 => JointDef::ball(post, Vec3::ZERO, block, Vec3::ZERO),
-        1 => JointDef::rod(post, vec3(-2.0, 0.0, 0.0), block, Vec3::ZERO, 2.0),
-        _ => JointDef::six_dof(post, Vec3::ZERO, block, Vec3::ZERO, SixDof::FIXED),
+        0 => JointDef::new(post, block, Ball::new()),
+        1 => JointDef::new(post, block, Distance::exact(2.0))
+            .with_anchors(vec3(-2.0, 0.0, 0.0), Vec3::ZERO),
+        _ => JointDef::new(post, block, SixDof::FIXED),
     }
 }
 
@@ -274,11 +278,11 @@ fn a_joint_wears_out_by_the_power_of_its_load_and_is_as_new_when_replaced() {
     // Half of its limit: 1/8 of its life a second with the power 3, so it lasts 8 s: 480 steps.
     let run = |strength: JointStrength, renew: Option<u32>| {
         let (mut world, _, joint) = held(vec3(0.0, -0.2, 0.0), 10.0, [1.0e6; 2]);
-        world.set_joint_strength(joint, Some(strength)).unwrap();
+        world.joint_mut(joint).unwrap().set_strength(Some(strength)).unwrap();
         for step in 1..=900 {
             if renew == Some(step) {
                 assert!((world.joint(joint).unwrap().damage() - 0.5).abs() < 0.01);
-                world.set_joint_strength(joint, Some(strength)).unwrap();
+                world.joint_mut(joint).unwrap().set_strength(Some(strength)).unwrap();
                 assert!(world.joint(joint).unwrap().damage() <= 0.0);
             }
             world.wake_all();

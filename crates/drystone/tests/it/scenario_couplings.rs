@@ -2,9 +2,10 @@
 
 use std::sync::Arc;
 
+use drystone::joint::{Ball, Cylindrical, Hinge, Pulley, Slider};
 use drystone::{
-    AxisLocks, BodyDef, BodyId, CouplingDef, JointAxis, JointDef, JointDrive, JointId, MassDef,
-    Pulley, Quat, ShapeDef, SimdLevel, SixDof, Sym3, Team, Vec3, World, WorldConfig, vec3,
+    Axis, AxisLocks, BodyDef, BodyId, CouplingDef, JointAxis, JointDef, JointDrive, JointId,
+    MassDef, Quat, ShapeDef, SimdLevel, Sym3, Team, Vec3, World, WorldConfig, vec3,
 };
 
 const DT: f32 = 1.0 / 60.0;
@@ -31,7 +32,7 @@ fn wheel(world: &mut World, x: f32) -> BodyId {
 /// A hinge about the world's z through the body's center.
 fn hinge(world: &mut World, base: BodyId, body: BodyId, axis: JointAxis) -> JointId {
     let at = world.body(body).unwrap().position();
-    let def = world.joint_along(base, body, at, Vec3::Z, SixDof::hinge(axis)).unwrap();
+    let def = JointDef::new(base, body, Hinge::of(axis).six_dof()).at(at).with_axis(Vec3::Z);
     world.add_joint(def).unwrap()
 }
 
@@ -98,8 +99,8 @@ fn a_rack_moves_its_load_as_the_torque_says() {
     let rack =
         world.add_body(rack.with_shape(ShapeDef::box_half([0.5, 0.02, 0.02])).with_mass(3.0));
     let rack = rack.unwrap();
-    let slider = SixDof::slider(JointAxis::FREE);
-    let slider = world.joint_along(base, rack, [0.0, 0.1, 0.0], Vec3::X, slider).unwrap();
+    let slider = Slider::new().six_dof();
+    let slider = JointDef::new(base, rack, slider).at([0.0, 0.1, 0.0]).with_axis(Vec3::X);
     let slider = world.add_joint(slider).unwrap();
     let radius = 0.1;
     world.add_coupling(CouplingDef::rack(hinge, slider, radius)).unwrap();
@@ -127,13 +128,20 @@ fn fingers_on_a_moving_hand_follow_each_other_and_keep_momentum() {
     let fingers = [1.0_f32, -1.0].map(|y| block(&mut world, vec3(0.0, 0.2 * y, 0.2), 0.3));
     let sliders = [1.0_f32, -1.0].map(|y| {
         let finger = fingers[usize::from(y < 0.0)];
-        let axes = SixDof::slider(JointAxis::limited(-1.0, 1.0));
+        let axes = Slider::of(JointAxis::limited(-1.0, 1.0)).six_dof();
         let at = world.body(finger).unwrap().position();
-        let def = world.joint_along(hand, finger, at, vec3(0.0, y, 0.0), axes).unwrap();
+        let def = JointDef::new(hand, finger, axes).at(at).with_axis(vec3(0.0, y, 0.0));
         world.add_joint(def).unwrap()
     });
     let [joint_a, joint_b] = sliders;
-    let def = CouplingDef { joint_a, axis_a: 0, joint_b, axis_b: 0, ratio: 1.0, offset: 0.02 };
+    let def = CouplingDef {
+        joint_a,
+        axis_a: Axis::X,
+        joint_b,
+        axis_b: Axis::X,
+        ratio: 1.0,
+        offset: 0.02,
+    };
     world.add_coupling(def).unwrap();
     for _ in 0..60 {
         world.step(DT);
@@ -166,13 +174,19 @@ fn a_nut_runs_down_its_screw_as_its_pitch_says() {
         ..BodyDef::dynamic()
     };
     let nut = world.add_body(nut).unwrap();
-    let axes = SixDof::cylindrical(JointAxis::FREE, JointAxis::FREE);
-    let def = world.joint_along(base, nut, Vec3::ZERO, Vec3::Y, axes).unwrap();
+    let axes = Cylindrical::new().six_dof();
+    let def = JointDef::new(base, nut, axes).at(Vec3::ZERO).with_axis(Vec3::Y);
     let joint_a = world.add_joint(def).unwrap();
     // y = p θ: m p² θ'' + I θ'' = -m g p.
     let pitch = 0.1;
-    let def =
-        CouplingDef { joint_a, axis_a: 3, joint_b: joint_a, axis_b: 0, ratio: pitch, offset: 0.0 };
+    let def = CouplingDef {
+        joint_a,
+        axis_a: Axis::TurnX,
+        joint_b: joint_a,
+        axis_b: Axis::X,
+        ratio: pitch,
+        offset: 0.0,
+    };
     world.add_coupling(def).unwrap();
     for _ in 0..60 {
         world.step(DT);
@@ -189,15 +203,15 @@ fn what_is_wrong_is_refused_and_named() {
     let (a, b) = (wheel(&mut world, 0.0), wheel(&mut world, 1.0));
     let first = hinge(&mut world, base, a, JointAxis::FREE);
     let second = hinge(&mut world, base, b, JointAxis::FREE);
-    let ball = world.add_joint(JointDef::ball(a, Vec3::ZERO, b, Vec3::ZERO)).unwrap();
+    let ball = world.add_joint(JointDef::new(a, b, Ball::new())).unwrap();
     let good = CouplingDef::gear(first, second, 2.0);
     for (def, field) in [
         (CouplingDef { ratio: 0.0, ..good }, "ratio"),
         (CouplingDef { ratio: f32::NAN, ..good }, "ratio"),
         (CouplingDef { ratio: 1.0e9, ..good }, "ratio"),
         (CouplingDef { offset: f32::INFINITY, ..good }, "offset"),
-        (CouplingDef { axis_a: 6, ..good }, "axis_a"),
-        (CouplingDef { axis_b: 0, ..good }, "axis_b"),
+        (CouplingDef { axis_a: Axis::X, ..good }, "axis_a"),
+        (CouplingDef { axis_b: Axis::X, ..good }, "axis_b"),
         (CouplingDef { joint_b: first, ..good }, "axis_b"),
         (CouplingDef { joint_a: ball, ..good }, "joint_a"),
     ] {
@@ -208,7 +222,7 @@ fn what_is_wrong_is_refused_and_named() {
     assert_eq!(world.joints().count(), 4);
     assert!(world.joint(first).unwrap().coupling_force().is_none());
     let kind = world.joint(coupling).unwrap().kind();
-    let again = JointDef { kind, ..JointDef::ball(a, Vec3::ZERO, b, Vec3::ZERO) };
+    let again = JointDef { kind, ..JointDef::new(a, b, Ball::new()) };
     assert_eq!(world.add_joint(again).unwrap_err().field(), "kind");
     // It goes with either of its joints.
     assert!(world.remove_joint(second));
@@ -221,13 +235,13 @@ fn what_is_wrong_is_refused_and_named() {
 #[test]
 fn coupled_bodies_sleep_and_wake_together() {
     let (mut world, [first, second, _]) = gears(2.0);
-    world.set_joint_drive(first, 3, None).unwrap();
+    world.joint_mut(first).unwrap().set_drive(None).unwrap();
     for _ in 0..300 {
         world.step(DT);
     }
     let [a, b] = [first, second].map(|j| world.joint(j).unwrap().body_b());
     assert!(world.body(a).unwrap().is_asleep() && world.body(b).unwrap().is_asleep());
-    world.set_joint_drive(first, 3, Some(JointDrive::motor(5.0, 2.0))).unwrap();
+    world.joint_mut(first).unwrap().set_drive(Some(JointDrive::motor(5.0, 2.0))).unwrap();
     for _ in 0..60 {
         world.step(DT);
     }
@@ -279,7 +293,7 @@ fn atwood(masses: [f32; 2], pulley: impl Fn(Pulley) -> Pulley) -> (World, [BodyI
     });
     let rope = Pulley::rope([vec3(0.0, 2.1, 0.0), vec3(1.0, 2.1, 0.0)], 4.0);
     let anchor = vec3(0.0, 0.1, 0.0);
-    let def = JointDef::pulley(bodies[0], anchor, bodies[1], anchor, pulley(rope));
+    let def = JointDef::new(bodies[0], bodies[1], pulley(rope)).with_anchors(anchor, anchor);
     let joint = world.add_joint(def).unwrap();
     (world, bodies, joint)
 }
@@ -354,19 +368,18 @@ fn wrong_pulleys_are_refused_and_named() {
         (Pulley { length: f32::INFINITY, ..good }, "pulley.length"),
         (Pulley { points: [Vec3::ZERO, vec3(0.0, f32::NAN, 0.0)], ..good }, "pulley.points[1]"),
     ] {
-        let e =
-            world.add_joint(JointDef::pulley(a, Vec3::ZERO, b, Vec3::ZERO, pulley)).unwrap_err();
+        let e = world.add_joint(JointDef::new(a, b, pulley)).unwrap_err();
         assert_eq!(e.field(), field, "{e}");
     }
-    let own = JointDef::pulley(a, Vec3::ZERO, a, Vec3::ZERO, good);
+    let own = JointDef::new(a, a, good);
     assert_eq!(world.add_joint(own).unwrap_err().field(), "body_b");
     let posts = [0, 1].map(|_| world.add_body(BodyDef::fixed()).unwrap());
-    let fixed = JointDef::pulley(posts[0], Vec3::ZERO, posts[1], Vec3::ZERO, good);
+    let fixed = JointDef::new(posts[0], posts[1], good);
     assert_eq!(world.add_joint(fixed).unwrap_err().field(), "body_b");
     // An anchor on its point has no direction; it is no fault.
     let at = world.body(a).unwrap().position();
     let short = Pulley::rope([at, Vec3::ZERO], 0.1);
-    world.add_joint(JointDef::pulley(a, Vec3::ZERO, b, Vec3::ZERO, short)).unwrap();
+    world.add_joint(JointDef::new(a, b, short)).unwrap();
     for _ in 0..60 {
         world.step(DT);
         assert!(world.events().faults.is_empty());

@@ -1,9 +1,8 @@
 //! Nothing passes through anything, however fast, thin, small or large, at whatever rate of steps; and what it meets gets its
 //! momentum.
 
-use drystone::{
-    BodyDef, BodyId, JointAxis, Quat, ShapeDef, SixDof, Vec3, World, WorldConfig, vec3,
-};
+use drystone::joint::Hinge;
+use drystone::{BodyDef, BodyId, JointDef, Quat, ShapeDef, Vec3, World, WorldConfig, vec3};
 
 /// Rates of steps [1/s] and scales of lengths.
 const RATES: [f32; 3] = [30.0, 60.0, 120.0];
@@ -81,8 +80,8 @@ impl Shot {
         if target == Target::Door {
             let edge = vec3(0.0, 0.0, 1.0) * scale;
             let post = world.add_body(BodyDef::fixed().with_position(edge)).unwrap();
-            let hinge = SixDof::hinge(JointAxis::FREE);
-            let def = world.joint_along(post, plate, edge, Vec3::Y, hinge).unwrap();
+            let hinge = Hinge::new().six_dof();
+            let def = JointDef::new(post, plate, hinge).at(edge).with_axis(Vec3::Y);
             world.add_joint(def).unwrap();
         }
         plate

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use drystone::joint::Ball;
 use drystone::{
     BodyDef, BodyId, BodyKind, Fracture, FractureCause, Hull, JointDef, MassDef, Shape, ShapeDef,
     Sym3, Team, Vec3, World, WorldConfig, vec3,
@@ -245,8 +246,11 @@ fn a_joint_holds_the_piece_that_it_was_fastened_to() {
     let mut world = World::default();
     let hook = world.add_body(BodyDef::fixed().with_position([0.0, 5.0, 0.0])).unwrap();
     let body = world.add_body(cube(1.0).with_position([0.0, 4.5, 0.0])).unwrap();
-    let joint =
-        world.add_joint(JointDef::ball(hook, Vec3::ZERO, body, vec3(0.0, 0.5, 0.0))).unwrap();
+    let joint = world
+        .add_joint(
+            JointDef::new(hook, body, Ball::new()).with_anchors(Vec3::ZERO, vec3(0.0, 0.5, 0.0)),
+        )
+        .unwrap();
     world.step(DT);
     let pieces = world.fracture_body(body, vec3(0.5, 4.5, 0.0), &Fracture::default()).unwrap();
     let held = world.joint(joint).unwrap().body_b();

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use drystone::joint::Ball;
 use drystone::{
     BodyDef, BodyId, Bond, BondStrength, FractureCause, Glue, JointDef, MassDef, Pose, Quat,
     ShapeDef, SimdLevel, Sym3, Team, Vec3, World, WorldConfig, vec3,
@@ -207,7 +208,7 @@ fn a_joint_goes_with_the_part_that_it_holds() {
     let down = Quat::from_axis_angle(Vec3::Z, -core::f32::consts::FRAC_PI_2);
     let def = BodyDef { rotation: down, ..rod(4, BondStrength { tension, shear: f32::INFINITY }) };
     let body = world.add_body(def).unwrap();
-    let joint = JointDef::ball(hook, Vec3::ZERO, body, Vec3::ZERO);
+    let joint = JointDef::new(hook, body, Ball::new());
     let joint = world.add_joint(joint).unwrap();
     for _ in 0..120 {
         world.step(DT);

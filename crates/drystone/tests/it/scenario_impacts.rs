@@ -1,5 +1,6 @@
 //! Impacts against closed forms: heights, energy, momentum, friction, and impacts through several bodies.
 
+use drystone::joint::Ball;
 use drystone::{BodyDef, BodyId, JointDef, Material, Quat, ShapeDef, Vec3, World, vec3};
 
 const DT: f32 = 1.0 / 60.0;
@@ -255,7 +256,8 @@ fn a_cradle_of_touching_balls_sends_out_what_came_in() {
             let def = BodyDef { can_sleep: false, ..BodyDef::dynamic() };
             let def = def.with_position(at).with_rotation(turn).with_shape(shape);
             let id = world.add_body(def).unwrap();
-            let joint = JointDef::ball(beam, [0.2 * f32::from(i), 0.0, 0.0], id, [0.0, 1.5, 0.0]);
+            let joint = JointDef::new(beam, id, Ball::new())
+                .with_anchors([0.2 * f32::from(i), 0.0, 0.0], [0.0, 1.5, 0.0]);
             world.add_joint(joint).unwrap();
             ids.push(id);
         }

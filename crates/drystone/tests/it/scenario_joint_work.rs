@@ -3,9 +3,10 @@
 use std::f32::consts::FRAC_PI_2;
 use std::sync::Arc;
 
+use drystone::joint::{Ball, ConeTwist, Distance, Hinge};
 use drystone::{
-    BodyDef, BodyId, CouplingDef, JointAxis, JointDef, JointDrive, JointSpring, Mat3, Mesh, Quat,
-    Shape, ShapeDef, SixDof, Vec3, World, WorldConfig, vec3,
+    Axis, BodyDef, BodyId, CouplingDef, JointAxis, JointDef, JointDrive, JointSpring, Mat3, Mesh,
+    Quat, Shape, ShapeDef, SixDof, Vec3, World, WorldConfig, vec3,
 };
 
 const G: f32 = 9.81;
@@ -38,10 +39,10 @@ fn whip(links: u8, ratio: f32, hinges: bool, (hertz, size): (f32, f32)) -> f64 {
     let along = Quat::from_arc(Vec3::Y, Vec3::X);
     let join = |world: &mut World, a: BodyId, b: BodyId, x: f32, ends: [f32; 2]| {
         let def = if hinges {
-            let axes = SixDof::hinge(JointAxis::FREE);
-            world.joint_along(a, b, [x, 0.0, 0.0], Vec3::Z, axes).unwrap()
+            let axes = Hinge::new().six_dof();
+            JointDef::new(a, b, axes).at([x, 0.0, 0.0]).with_axis(Vec3::Z)
         } else {
-            JointDef::ball(a, [0.0, ends[0], 0.0], b, [0.0, ends[1], 0.0])
+            JointDef::new(a, b, Ball::new()).with_anchors([0.0, ends[0], 0.0], [0.0, ends[1], 0.0])
         };
         world.add_joint(def).unwrap();
     };
@@ -101,7 +102,7 @@ fn table(mass: f32, leg: f32, angle: f32, (hertz, size): (f32, f32)) {
         let def = BodyDef::dynamic().with_position([x, 0.5 * size, z]).with_mass(leg * volume);
         let post = ShapeDef::box_half([0.05 * size, 0.5 * size, 0.05 * size]).with_friction(1.0);
         let leg = world.add_body(def.with_shape(post)).unwrap();
-        let joint = world.joint_in(top, leg, [x, size, z], Quat::IDENTITY, SixDof::FIXED).unwrap();
+        let joint = JointDef::new(top, leg, SixDof::FIXED).at([x, size, z]);
         world.add_joint(joint).unwrap();
     }
     rests(
@@ -167,7 +168,7 @@ fn car(wheel: f32, springs: bool, angle: f32, (hertz, size): (f32, f32)) {
             angular: [JointAxis::LOCKED, brake, JointAxis::LOCKED],
             ..SixDof::FIXED
         };
-        let joint = world.joint_in(car, wheel, at, frame, axes).unwrap();
+        let joint = JointDef::new(car, wheel, axes).at(at).with_rotation(frame);
         world.add_joint(joint).unwrap();
     }
     let what =
@@ -214,9 +215,9 @@ fn a_pair_on_a_hinge_that_hits_the_ground_gains_no_energy() {
         };
         let a = add(Vec3::ZERO, ShapeDef::box_half(vec3(0.2, 0.15, 0.1) * size));
         let b = add(arm, ShapeDef::sphere(0.3 * size));
-        let hinge = SixDof::hinge(JointAxis::limited(-1.0, 1.0));
+        let hinge = Hinge::of(JointAxis::limited(-1.0, 1.0)).six_dof();
         let ends = [vec3(0.5 * size, 0.0, 0.0), vec3(-0.5 * size, 0.0, 0.0)];
-        let def = JointDef::six_dof(a, ends[0], b, ends[1], hinge);
+        let def = JointDef::new(a, b, hinge).with_anchors(ends[0], ends[1]);
         world.add_joint(def.with_articulated(articulated)).unwrap();
         let start = energy(&world);
         for _ in 0..120 {
@@ -240,12 +241,14 @@ fn a_joint_made_far_off_closes_at_a_bounded_speed_with_bounded_power() {
             };
             let (a, b) = (ball([0.0, 3.0, 0.0]), ball([gap + 1.0, 3.3, 0.2]));
             let (at_a, at_b) = ([0.5, 0.0, 0.0], [-0.5, 0.0, 0.0]);
-            let hinge = SixDof::hinge(JointAxis::FREE);
+            let hinge = Hinge::new().six_dof();
             let def = match kind {
-                0 => JointDef::ball(a, at_a, b, at_b),
-                1 => JointDef::rod(a, [0.0; 3], b, [0.0; 3], 1.0),
-                2 => JointDef::six_dof(a, at_a, b, at_b, hinge),
-                _ => JointDef::ball(a, at_a, b, at_b).with_articulated(true),
+                0 => JointDef::new(a, b, Ball::new()).with_anchors(at_a, at_b),
+                1 => JointDef::new(a, b, Distance::exact(1.0)),
+                2 => JointDef::new(a, b, hinge).with_anchors(at_a, at_b),
+                _ => {
+                    JointDef::new(a, b, Ball::new()).with_anchors(at_a, at_b).with_articulated(true)
+                }
             };
             world.add_joint(def).unwrap();
             let mass: f64 =
@@ -311,12 +314,12 @@ fn add_person(world: &mut World, up: f32, size: f32) -> Vec<BodyId> {
         ]);
     }
     for (a, b, [x, y]) in joints {
-        let mut axes = SixDof::cone_twist(JointAxis::limited(-0.5, 0.5), [0.9, 0.9]);
+        let mut axes = ConeTwist::of(JointAxis::limited(-0.5, 0.5), 0.9, 0.9).six_dof();
         // A fortieth of the moment of an arm held out, 4 N m at one meter.
         axes.angular.iter_mut().for_each(|axis| axis.friction = 0.1 * size.powi(4));
         let at = [x * size, (up + y) * size, 0.0];
         let down = Quat::from_arc(Vec3::X, -Vec3::Y);
-        let joint = world.joint_in(a, b, at, down, axes).unwrap();
+        let joint = JointDef::new(a, b, axes).at(at).with_rotation(down);
         world.add_joint(joint).unwrap();
     }
     all
@@ -379,13 +382,13 @@ fn a_motor_against_a_stop_makes_no_more_than_its_work() {
             ..SixDof::FIXED
         };
         let at = [0.0, 0.02 * size, 0.03 * size];
-        let joint = world.joint_in(nut, block, at, Quat::IDENTITY, axes).unwrap();
+        let joint = JointDef::new(nut, block, axes).at(at);
         let joint = world.add_joint(joint).unwrap();
         let coupling = CouplingDef {
             joint_a: joint,
-            axis_a: 3,
+            axis_a: Axis::TurnX,
             joint_b: joint,
-            axis_b: 1,
+            axis_b: Axis::Y,
             ratio: size,
             offset: 0.0,
         };

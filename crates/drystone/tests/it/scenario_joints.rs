@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use drystone::joint::{Ball, Distance};
 use drystone::{
     BodyDef, BodyId, JointDef, Method, Quat, ShapeDef, SimdLevel, Team, Vec3, World, WorldConfig,
     trig, vec3,
@@ -19,9 +20,9 @@ fn swing(method: Method, rod: bool, degrees: f32, seconds: u16) -> (f32, f32) {
     let bob = BodyDef::dynamic().with_position(start).with_shape(ShapeDef::sphere(0.05));
     let bob = world.add_body(bob).unwrap();
     let joint = if rod {
-        JointDef::rod(post, Vec3::ZERO, bob, Vec3::ZERO, 1.0)
+        JointDef::new(post, bob, Distance::exact(1.0))
     } else {
-        JointDef::ball(post, Vec3::ZERO, bob, -start)
+        JointDef::new(post, bob, Ball::new()).with_anchors(Vec3::ZERO, -start)
     };
     world.add_joint(joint).unwrap();
     let (mut first, mut last) = (0.0_f32, 0.0_f32);
@@ -126,7 +127,7 @@ fn join(world: &mut World, a: BodyId, b: BodyId, at: Vec3) {
         body.rotation().conjugate().rotate(at - body.position())
     };
     let (from, to) = (local(a), local(b));
-    world.add_joint(JointDef::ball(a, from, b, to)).unwrap();
+    world.add_joint(JointDef::new(a, b, Ball::new()).with_anchors(from, to)).unwrap();
 }
 
 /// A chain with a heavy ball at its end, let go at an angle from the vertical, and the ball.
@@ -207,7 +208,9 @@ fn a_chain_too_short_for_its_posts_stays_whole() {
         let far = world.add_body(BodyDef::fixed().with_position(far)).unwrap();
         let last = chain[chain.len() - 1];
         let anchor = vec3(0.0, -0.5 * LINK, 0.0);
-        world.add_joint(JointDef::ball(far, Vec3::ZERO, last, anchor)).unwrap();
+        world
+            .add_joint(JointDef::new(far, last, Ball::new()).with_anchors(Vec3::ZERO, anchor))
+            .unwrap();
         let mut energies = [0.0; 10];
         for energy in &mut energies {
             for _ in 0..60 {
@@ -241,7 +244,11 @@ fn two_balls_on_a_rod_at_the_skin_of_one_keep_their_momentum() {
     };
     let (first, second) = (ball(0.0, Vec3::ZERO), ball(2.0, vec3(0.0, 1.0, 0.0)));
     let (skin, length) = (vec3(0.0, 0.5, 0.0), 4.25_f32.sqrt());
-    world.add_joint(JointDef::rod(first, skin, second, Vec3::ZERO, length)).unwrap();
+    world
+        .add_joint(
+            JointDef::new(first, second, Distance::exact(length)).with_anchors(skin, Vec3::ZERO),
+        )
+        .unwrap();
     let before = world.audit();
     let mut most = 0.0_f32;
     for _ in 0..600 {
@@ -348,7 +355,7 @@ fn joints_of_bodies_that_were_put_aside_hurt_nobody() {
     let ids = [0.0, 1.0, 2.0, 3.0].map(|x| world.add_body(ball(x)).unwrap());
     for pair in ids.windows(2) {
         let (a, b) = ([0.5, 0.0, 0.0], [-0.5, 0.0, 0.0]);
-        world.add_joint(JointDef::ball(pair[0], a, pair[1], b)).unwrap();
+        world.add_joint(JointDef::new(pair[0], pair[1], Ball::new()).with_anchors(a, b)).unwrap();
     }
     world.step(1.0 / 60.0);
     for id in &ids[..2] {
@@ -363,7 +370,7 @@ fn joints_of_bodies_that_were_put_aside_hurt_nobody() {
     assert!(faults >= 2, "{faults}");
     // A new one between them acts on no body that moves.
     let (a, b) = ([0.5, 0.0, 0.0], [-0.5, 0.0, 0.0]);
-    world.add_joint(JointDef::ball(ids[0], a, ids[1], b)).unwrap();
+    world.add_joint(JointDef::new(ids[0], ids[1], Ball::new()).with_anchors(a, b)).unwrap();
     world.step(1.0 / 60.0);
     assert!(ids.iter().all(|id| world.body(*id).unwrap().position().is_finite()));
 }
@@ -381,9 +388,9 @@ fn drop_on_a_joint(rod: bool, part_of_step: f32) -> (f32, f32) {
         world.add_body(ball).unwrap()
     });
     let joint = if rod {
-        JointDef::rod(a, Vec3::ZERO, b, Vec3::ZERO, 0.3)
+        JointDef::new(a, b, Distance::exact(0.3))
     } else {
-        JointDef::ball(a, vec3(0.0, 0.15, 0.0), b, vec3(0.0, -0.15, 0.0))
+        JointDef::new(a, b, Ball::new()).with_anchors(vec3(0.0, 0.15, 0.0), vec3(0.0, -0.15, 0.0))
     };
     let joint = world.add_joint(joint).unwrap();
     let (mut gap, mut speed) = (0.0_f32, f32::NEG_INFINITY);

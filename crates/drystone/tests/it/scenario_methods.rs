@@ -2,10 +2,11 @@
 
 use std::sync::Arc;
 
+use drystone::joint::{Distance, Hinge, Pulley};
 use drystone::{
-    BodyDef, BodyId, CouplingDef, JointAxis, JointDef, JointKind, MassDef, Material, Method,
-    MethodOptions, Overlap, Persistence, Pose, Pulley, Quat, ShapeDef, Shock, SimdLevel, SixDof,
-    Sym3, Team, Vec3, World, WorldConfig, vec3,
+    BodyDef, BodyId, CouplingDef, JointDef, JointKind, MassDef, Material, Method, MethodOptions,
+    Overlap, Persistence, Pose, Quat, ShapeDef, Shock, SimdLevel, Sym3, Team, Vec3, World,
+    WorldConfig, vec3,
 };
 
 const DT: f32 = 1.0 / 60.0;
@@ -254,8 +255,8 @@ fn gears_share_their_spin_in_every_method() {
             let wheel = BodyDef { mass, ..BodyDef::dynamic() }.with_position([x, 0.0, 0.0]);
             let wheel = wheel.with_angular_velocity([0.0, 0.0, if x == 0.0 { 10.0 } else { 0.0 }]);
             let wheel = world.add_body(wheel).unwrap();
-            let axes = SixDof::hinge(JointAxis::FREE);
-            let def = world.joint_along(base, wheel, vec3(x, 0.0, 0.0), Vec3::Z, axes).unwrap();
+            let axes = Hinge::new().six_dof();
+            let def = JointDef::new(base, wheel, axes).at(vec3(x, 0.0, 0.0)).with_axis(Vec3::Z);
             world.add_joint(def).unwrap()
         });
         world.add_coupling(CouplingDef::gear(hinges[0], hinges[1], -2.0)).unwrap();
@@ -281,7 +282,7 @@ fn two_loads_on_a_pulley_fall_as_their_masses_say_in_every_method() {
         });
         let rope = Pulley::rope([vec3(0.0, 2.1, 0.0), vec3(1.0, 2.1, 0.0)], 4.0);
         let anchor = vec3(0.0, 0.1, 0.0);
-        let def = JointDef::pulley(loads[0], anchor, loads[1], anchor, rope);
+        let def = JointDef::new(loads[0], loads[1], rope).with_anchors(anchor, anchor);
         let joint = world.add_joint(def).unwrap();
         (0..30).for_each(|_| world.step(DT));
         // a = g (m_a - m_b)/(m_a + m_b). Methods that find forces before they act are behind by those of one
@@ -402,7 +403,7 @@ fn every_method_gives_the_same_bits_for_any_workers_and_lanes() {
                 let def = BodyDef::dynamic().with_position(at).with_rotation(turn);
                 let body = world.add_body(def.with_shape(shape)).unwrap();
                 let rope = JointKind::Distance { min: 0.0, max: 8.0, spring: None };
-                let rod = JointDef::rod(cubes[i % 4], Vec3::ZERO, body, Vec3::ZERO, 8.0);
+                let rod = JointDef::new(cubes[i % 4], body, Distance::exact(8.0));
                 world.add_joint(JointDef { kind: rope, ..rod }).unwrap();
             }
             (0..150).for_each(|_| world.step(DT));

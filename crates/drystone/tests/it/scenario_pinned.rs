@@ -1,5 +1,6 @@
 //! Joints of six axes that hold all motions.
 
+use drystone::joint::Slider;
 use drystone::{
     BodyDef, BodyId, JointAxis, JointDef, JointKind, Quat, ShapeDef, SixDof, Vec3, World,
     WorldConfig, vec3,
@@ -22,7 +23,8 @@ fn flight(axes: SixDof, change: impl Fn(&mut JointDef)) -> Vec<Vec3> {
     let a = add_bar(&mut world, vec3(-0.5, 0.0, 0.0), vec3(0.3, 1.0, -0.5));
     let b = add_bar(&mut world, vec3(0.5, 0.0, 0.0), Vec3::ZERO);
     let frame = Quat::from_axis_angle(vec3(1.0, 2.0, -1.0), 0.7);
-    let mut def = world.joint_in(a, b, Vec3::ZERO, frame, axes).unwrap();
+    let def = JointDef::new(a, b, axes).at(Vec3::ZERO).with_rotation(frame);
+    let mut def = world.place_joint(def).unwrap();
     change(&mut def);
     world.add_joint(def).unwrap();
     let step = |_| {
@@ -57,7 +59,7 @@ fn a_joint_that_held_all_motions_lets_one_go_when_it_is_told_to() {
     let mut world = World::new(WorldConfig::default()).unwrap();
     let post = world.add_body(BodyDef::fixed()).unwrap();
     let bar = add_bar(&mut world, Vec3::ZERO, Vec3::ZERO);
-    let fixed = world.joint_along(post, bar, Vec3::ZERO, Vec3::Y, SixDof::FIXED).unwrap();
+    let fixed = JointDef::new(post, bar, SixDof::FIXED).at(Vec3::ZERO).with_axis(Vec3::Y);
     let joint = world.add_joint(fixed).unwrap();
     for _ in 0..6 {
         world.step(DT);
@@ -66,8 +68,8 @@ fn a_joint_that_held_all_motions_lets_one_go_when_it_is_told_to() {
     let before = world.body(bar).unwrap().position().y;
     assert!(before.abs() < 1.0e-3, "{before}");
     let JointKind::SixDof(axes) = world.joint(joint).unwrap().kind() else { panic!("six axes") };
-    let slider = SixDof { linear: SixDof::slider(JointAxis::FREE).linear, ..axes };
-    assert!(world.set_joint_axes(joint, slider).unwrap());
+    let slider = SixDof { linear: Slider::new().six_dof().linear, ..axes };
+    world.joint_mut(joint).unwrap().set_axes(slider).unwrap();
     for _ in 0..30 {
         world.step(DT);
     }

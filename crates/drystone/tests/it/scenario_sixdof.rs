@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use drystone::joint::{ConeTwist, Cylindrical, Hinge, Servo, Slider, Universal};
 use drystone::{
     BodyDef, BodyId, JointAxis, JointDef, JointDrive, JointId, JointKind, JointMotion, JointSpring,
     Method, Quat, ShapeDef, SimdLevel, SixDof, Team, Vec3, World, WorldConfig, trig, vec3,
@@ -31,7 +32,7 @@ const END: f32 = (1.0 + 0.01) / 12.0 + 0.25;
 const CENTER: f32 = (1.0 + 0.01) / 12.0;
 
 fn add(world: &mut World, [a, b]: [BodyId; 2], at: Vec3, axis: Vec3, axes: SixDof) -> JointId {
-    let def = world.joint_along(a, b, at, axis, axes).unwrap();
+    let def = JointDef::new(a, b, axes).at(at).with_axis(axis);
     world.add_joint(def).unwrap()
 }
 
@@ -54,7 +55,7 @@ fn a_joint_that_held_nothing_holds_when_it_is_told_to() {
     assert!((fallen - 0.5 * 9.81 * 0.01).abs() < 0.01, "{fallen}");
     let JointKind::SixDof(axes) = world.joint(joint).unwrap().kind() else { panic!("six axes") };
     let SixDof { linear, angular, .. } = SixDof::FIXED;
-    assert!(world.set_joint_axes(joint, SixDof { linear, angular, ..axes }).unwrap());
+    world.joint_mut(joint).unwrap().set_axes(SixDof { linear, angular, ..axes }).unwrap();
     for _ in 0..120 {
         world.step(DT);
     }
@@ -68,7 +69,7 @@ fn a_bar_on_a_hinge_swings_with_the_period_of_a_physical_pendulum() {
     let mut world = within(vec3(9.81, 0.0, 0.0));
     let ids = bar(&mut world);
     // Gravity along x: the bar hangs; it is let go with a small speed.
-    let joint = add(&mut world, ids, Vec3::ZERO, Vec3::Z, SixDof::hinge(JointAxis::FREE));
+    let joint = add(&mut world, ids, Vec3::ZERO, Vec3::Z, Hinge::new().six_dof());
     let omega = (9.81 * 0.5 / END).sqrt();
     let amplitude = 0.05;
     let mut body = world.body_mut(ids[1]).unwrap();
@@ -104,7 +105,7 @@ fn a_slider_falls_along_its_slope_as_a_body_does() {
     let [post, bar] = bar(&mut world);
     let (s, c) = trig::sin_cos(0.5);
     let (at, axis) = (vec3(0.5, 0.0, 0.0), vec3(c, -s, 0.0));
-    let stop = SixDof::slider(JointAxis::limited(f32::NEG_INFINITY, 5.0));
+    let stop = Slider::of(JointAxis::limited(f32::NEG_INFINITY, 5.0)).six_dof();
     let joint = add(&mut world, [post, bar], at, axis, stop);
     let mut steps = 0.0;
     for _ in 0..60 {
@@ -134,7 +135,7 @@ fn a_slider_falls_along_its_slope_as_a_body_does() {
 fn a_hinge_stops_at_its_limit() {
     let mut world = within(vec3(0.0, -9.81, 0.0));
     let ids = bar(&mut world);
-    let axes = SixDof::hinge(JointAxis::limited(-0.5, 0.2));
+    let axes = Hinge::of(JointAxis::limited(-0.5, 0.2)).six_dof();
     let joint = add(&mut world, ids, Vec3::ZERO, Vec3::Z, axes);
     let mut least = 0.0_f32;
     for _ in 0..240 {
@@ -194,7 +195,7 @@ fn a_motor_accelerates_by_its_torque_and_holds_its_speed() {
     let mut world = within(Vec3::ZERO);
     let ids = bar(&mut world);
     let motor = JointAxis::driven(JointDrive::motor(3.0, 0.5));
-    let joint = add(&mut world, ids, Vec3::ZERO, Vec3::Z, SixDof::hinge(motor));
+    let joint = add(&mut world, ids, Vec3::ZERO, Vec3::Z, Hinge::of(motor).six_dof());
     for _ in 0..60 {
         world.step(DT);
     }
@@ -212,13 +213,13 @@ fn a_motor_accelerates_by_its_torque_and_holds_its_speed() {
     // Angles count on over full turns.
     assert!(coordinates(&world, joint)[1].x > 2.0 * PI);
     // With no speed wanted it is a brake: 0.5 N m against 3 rad/s takes 3 I / 0.5 s.
-    assert!(world.set_joint_drive(joint, 3, Some(JointDrive::motor(0.0, 0.5))).unwrap());
+    world.joint_mut(joint).unwrap().set_drive(Some(JointDrive::motor(0.0, 0.5))).unwrap();
     for _ in 0..60 {
         world.step(DT);
     }
     let w = world.body(ids[1]).unwrap().angular_velocity().z;
     assert!((w - (3.0 - 0.5 / END)).abs() < 5.0e-3, "{w}");
-    assert!(world.set_joint_drive(joint, 3, None).unwrap());
+    world.joint_mut(joint).unwrap().set_drive(None).unwrap();
     for _ in 0..60 {
         world.step(DT);
     }
@@ -234,7 +235,7 @@ fn springs_swing_with_the_frequency_of_their_stiffness_and_servos_arrive() {
         let mut world = within(Vec3::ZERO);
         let ids = bar(&mut world);
         let drive = JointDrive::servo(0.1, spring, f32::INFINITY);
-        let axes = SixDof::slider(JointAxis::driven(drive));
+        let axes = Slider::of(JointAxis::driven(drive)).six_dof();
         let joint = add(&mut world, ids, vec3(0.5, 0.0, 0.0), Vec3::X, axes);
         let (mut last, mut crossings) = (0.0, Vec::new());
         for step in 1..=600_u16 {
@@ -256,7 +257,7 @@ fn springs_swing_with_the_frequency_of_their_stiffness_and_servos_arrive() {
     let ids = bar(&mut world);
     let spring = JointSpring::new(200.0, 40.0);
     let drive = JointDrive::servo(0.7, spring, f32::INFINITY);
-    let axes = SixDof::hinge(JointAxis::driven(drive));
+    let axes = Hinge::of(JointAxis::driven(drive)).six_dof();
     let joint = add(&mut world, ids, Vec3::ZERO, Vec3::Z, axes);
     for _ in 0..600 {
         world.step(DT);
@@ -277,7 +278,7 @@ fn a_soft_limit_rests_where_its_spring_carries_the_weight() {
         motion: JointMotion::Limited { min: -1.0, max: 1.0, spring },
         ..JointAxis::FREE
     };
-    let joint = add(&mut world, ids, vec3(0.5, 0.0, 0.0), Vec3::Y, SixDof::slider(axis));
+    let joint = add(&mut world, ids, vec3(0.5, 0.0, 0.0), Vec3::Y, Slider::of(axis).six_dof());
     for _ in 0..600 {
         world.step(DT);
     }
@@ -298,8 +299,8 @@ fn a_spring_per_mass_is_one_on_the_whole_mass_wherever_its_anchor_is() {
     let omega = 40.0_f32.sqrt();
     let spring = JointSpring::hertz(omega / (2.0 * PI), 0.0);
     let drive = JointAxis::driven(JointDrive::servo(0.1, spring, f32::INFINITY));
-    let slider = (SixDof::slider(drive), vec3(0.3, 0.9, 0.5), 0);
-    let hinge = (SixDof::hinge(drive), vec3(1.0, 1.0, 1.0), 1);
+    let slider = (Slider::of(drive).six_dof(), vec3(0.3, 0.9, 0.5), 0);
+    let hinge = (Hinge::of(drive).six_dof(), vec3(1.0, 1.0, 1.0), 1);
     for (axes, axis, which) in [slider, hinge] {
         let mut world = within(Vec3::ZERO);
         let ids = bar(&mut world);
@@ -339,7 +340,8 @@ fn damped_springs_decay_as_they_should_at_any_frequency() {
             let mut world = within(vec3(0.0, -9.81, 0.0));
             let ids = bar(&mut world);
             let spring = JointSpring::hertz(hertz, ratio);
-            let axes = SixDof::slider(JointAxis::driven(JointDrive::servo(0.0, spring, 1.0e9)));
+            let axes =
+                Slider::of(JointAxis::driven(JointDrive::servo(0.0, spring, 1.0e9))).six_dof();
             let joint = add(&mut world, ids, vec3(0.5, 0.0, 0.0), Vec3::Y, axes);
             // It starts without the stretch of its weight, and swings about that.
             let omega = 2.0 * PI * hertz;
@@ -368,7 +370,7 @@ fn a_cone_holds_the_swing_in_every_direction() {
     for (i, way) in [[1.0, 0.0], [0.0, 1.0], [0.6, 0.8], [-0.8, 0.6]].into_iter().enumerate() {
         let mut world = within(Vec3::ZERO);
         let ids = bar(&mut world);
-        let axes = SixDof::cone_twist(JointAxis::limited(-0.2, 0.2), [0.6, 0.3]);
+        let axes = ConeTwist::of(JointAxis::limited(-0.2, 0.2), 0.6, 0.3).six_dof();
         let joint = add(&mut world, ids, Vec3::ZERO, Vec3::X, axes);
         // Torque about y and z together, and about x.
         let torque = vec3(0.5, 2.0 * way[0], 2.0 * way[1]);
@@ -401,8 +403,8 @@ fn a_servo_takes_a_body_to_a_pose_and_no_harder_than_it_may() {
     let ids = bar(&mut world);
     let spring = JointSpring::hertz(2.0, 1.0);
     let pose = Quat::from_axis_angle([0.0, 1.0, 0.0], 1.0);
-    let servo = SixDof { frame_b: pose.conjugate(), ..SixDof::servo(spring, 5.0, 1.0) };
-    let def = JointDef::six_dof(ids[0], vec3(3.0, 1.0, 0.0), ids[1], Vec3::ZERO, servo);
+    let servo = SixDof { frame_b: pose.conjugate(), ..Servo::new(spring, 5.0, 1.0).six_dof() };
+    let def = JointDef::new(ids[0], ids[1], servo).with_anchors(vec3(3.0, 1.0, 0.0), Vec3::ZERO);
     let joint = world.add_joint(def).unwrap();
     world.step(DT);
     let read = world.joint(joint).unwrap();
@@ -431,12 +433,12 @@ fn menagerie(level: SimdLevel, threads: usize) -> World {
     let servo = JointDrive::servo(0.4, JointSpring::hertz(3.0, 0.7), 100.0);
     let kinds = [
         SixDof::FIXED,
-        SixDof::hinge(JointAxis::limited(-0.3, 0.6).with_drive(JointDrive::motor(2.0, 3.0))),
-        SixDof::slider(JointAxis::limited(-0.1, 0.1)),
-        SixDof::cylindrical(JointAxis::limited(-0.1, 0.2).with_drive(servo), JointAxis::FREE),
-        SixDof::universal(JointAxis::limited(-0.5, 0.5), JointAxis::FREE),
-        SixDof::cone_twist(JointAxis::limited(-0.3, 0.3), [0.5, 0.3]),
-        SixDof::hinge(JointAxis::FREE),
+        Hinge::of(JointAxis::limited(-0.3, 0.6).with_drive(JointDrive::motor(2.0, 3.0))).six_dof(),
+        Slider::of(JointAxis::limited(-0.1, 0.1)).six_dof(),
+        Cylindrical::of(JointAxis::limited(-0.1, 0.2).with_drive(servo), JointAxis::FREE).six_dof(),
+        Universal::of(JointAxis::limited(-0.5, 0.5), JointAxis::FREE).six_dof(),
+        ConeTwist::of(JointAxis::limited(-0.3, 0.3), 0.5, 0.3).six_dof(),
+        Hinge::new().six_dof(),
     ];
     for (i, axes) in (0_u16..).zip((0..40).map(|i| kinds[i % kinds.len()])) {
         let x = f32::from(i) * 0.5;
@@ -482,8 +484,8 @@ fn friction_beside_a_spring_takes_as_much_from_every_swing() {
             let mut world = within(Vec3::ZERO);
             let [post, bar] = bar(&mut world);
             let spring = JointDrive::servo(start, JointSpring::new(K, 0.0), f32::INFINITY);
-            let axes = SixDof::slider(JointAxis::driven(spring).with_friction(F));
-            let def = world.joint_along(post, bar, Vec3::ZERO, Vec3::X, axes).unwrap();
+            let axes = Slider::of(JointAxis::driven(spring).with_friction(F)).six_dof();
+            let def = JointDef::new(post, bar, axes).at(Vec3::ZERO).with_axis(Vec3::X);
             let joint = world.add_joint(JointDef { articulated, ..def }).unwrap();
             let mut ends = vec![-start];
             let mut way = 1.0;
@@ -522,29 +524,30 @@ fn joints_that_make_no_sense_are_refused() {
     let [post, bar] = bar(&mut world);
     let other = world.add_body(BodyDef::fixed()).unwrap();
     let field = |def| world.clone().add_joint(def).unwrap_err().field().to_owned();
-    let six = |axes| JointDef::six_dof(post, Vec3::ZERO, bar, Vec3::ZERO, axes);
+    let six = |axes| JointDef::new(post, bar, axes);
     let nan = Quat::new(f32::NAN, 0.0, 0.0, 1.0);
     assert_eq!(field(six(SixDof { frame_a: nan, ..SixDof::FIXED })), "frame_a");
     let back = JointAxis::limited(1.0, 0.0);
-    assert_eq!(field(six(SixDof::hinge(back))), "angular[0].max");
+    assert_eq!(field(six(Hinge::of(back).six_dof())), "angular[0].max");
     let nan = JointAxis::limited(f32::NAN, 0.0);
-    assert_eq!(field(six(SixDof::slider(nan))), "linear[0].min");
+    assert_eq!(field(six(Slider::of(nan).six_dof())), "linear[0].min");
     let servo = JointDrive::servo(0.0, JointSpring::new(-1.0, 0.0), 1.0);
-    let refused = field(six(SixDof::slider(JointAxis::driven(servo))));
+    let refused = field(six(Slider::of(JointAxis::driven(servo)).six_dof()));
     assert_eq!(refused, "linear[0].drive.stiffness");
     let motor = JointAxis::driven(JointDrive::motor(1.0, f32::NAN));
-    assert_eq!(field(six(SixDof::slider(motor))), "linear[0].drive.max_force");
+    assert_eq!(field(six(Slider::of(motor).six_dof())), "linear[0].drive.max_force");
     let rough = JointAxis::FREE.with_friction(-1.0);
-    assert_eq!(field(six(SixDof::hinge(rough))), "angular[0].friction");
-    let cone = SixDof::cone_twist(JointAxis::FREE, [0.5; 2]);
+    assert_eq!(field(six(Hinge::of(rough).six_dof())), "angular[0].friction");
+    let cone = ConeTwist::new(0.5, 0.5).six_dof();
     let angular = [JointAxis::FREE, rough.with_friction(1.0), JointAxis::FREE];
     assert_eq!(field(six(SixDof { angular, ..cone })), "angular[2].friction");
     let itself = JointDef { body_b: post, ..six(SixDof::FIXED) };
     assert_eq!(field(itself), "body_b");
     assert_eq!(field(JointDef { body_b: other, ..six(SixDof::FIXED) }), "body_b");
     for axis in [Vec3::ZERO, vec3(f32::NAN, 0.0, 0.0)] {
-        let refused = world.joint_along(post, bar, Vec3::ZERO, axis, SixDof::FIXED);
-        assert_eq!(refused.unwrap_err().field(), "axis");
+        let refused = world
+            .place_joint(JointDef::new(post, bar, SixDof::FIXED).at(Vec3::ZERO).with_axis(axis));
+        assert_eq!(refused.unwrap_err().field(), "world_axes.x");
     }
 }
 
@@ -555,7 +558,7 @@ fn every_method_holds_them() {
         let method = Method::named(name).unwrap();
         world = World::new(WorldConfig { method, ..world.config().clone() }).unwrap();
         let ids = bar(&mut world);
-        let axes = SixDof::hinge(JointAxis::limited(-0.5, 0.2));
+        let axes = Hinge::of(JointAxis::limited(-0.5, 0.2)).six_dof();
         let joint = add(&mut world, ids, Vec3::ZERO, Vec3::Z, axes);
         for _ in 0..240 {
             world.step(DT);
@@ -579,7 +582,7 @@ fn every_method_holds_by_friction() {
             let mut world =
                 World::new(WorldConfig { gravity, method, ..WorldConfig::default() }).unwrap();
             let ids = bar(&mut world);
-            let axes = SixDof::hinge(JointAxis::FREE.with_friction(friction));
+            let axes = Hinge::of(JointAxis::FREE.with_friction(friction)).six_dof();
             let joint = add(&mut world, ids, Vec3::ZERO, Vec3::Z, axes);
             for _ in 0..30 {
                 world.step(DT);

@@ -3,10 +3,11 @@
 
 use std::sync::Arc;
 
+use drystone::joint::{Ball, Distance, Hinge, Pulley, Servo, Slider, Spring};
 use drystone::{
     AwakeCause, BodyDef, BodyId, BodyKind, CouplingDef, JointAxis, JointDef, JointDrive, JointKind,
-    JointMotion, JointSpring, LinkDef, LinkKind, Mesh, ParticleDef, Pose, Pulley, Quat, Shape,
-    ShapeDef, SixDof, Spring, Vec3, World, WorldConfig, vec3,
+    JointMotion, JointSpring, LinkDef, LinkKind, Mesh, ParticleDef, Pose, Quat, Shape, ShapeDef,
+    SixDof, Vec3, World, WorldConfig, vec3,
 };
 
 const SCALES: [f32; 4] = [0.01, 0.1, 1.0, 100.0];
@@ -207,7 +208,7 @@ fn driven(gravity: Vec3, size: f32, axes: SixDof) -> (World, BodyId, drystone::J
     let base = world.add_body(BodyDef::fixed()).unwrap();
     let disc = ShapeDef::cylinder(0.1 * size, size);
     let disc = world.add_body(BodyDef::dynamic().with_shape(disc)).unwrap();
-    let joint = world.joint_along(base, disc, Vec3::ZERO, Vec3::Y, axes).unwrap();
+    let joint = JointDef::new(base, disc, axes).at(Vec3::ZERO).with_axis(Vec3::Y);
     let joint = world.add_joint(joint).unwrap();
     (world, disc, joint)
 }
@@ -249,7 +250,7 @@ fn weak_motors_slow_servos_and_what_they_drive_by_gears_go_on() {
         // Half a thousandth of a radian per second more in each second.
         let weak = JointDrive::motor(100.0, 5.0e-4 * inertia);
         let (mut world, _, joint) =
-            driven(Vec3::ZERO, size, SixDof::hinge(JointAxis::driven(weak)));
+            driven(Vec3::ZERO, size, Hinge::of(JointAxis::driven(weak)).six_dof());
         run(&mut world, 60.0, 10.0);
         let turn = coordinates(&world, joint)[3];
         assert!((turn - 0.025).abs() < 0.002, "a weak motor, size {size}: {turn}");
@@ -258,7 +259,7 @@ fn weak_motors_slow_servos_and_what_they_drive_by_gears_go_on() {
         let spring = JointSpring { stiffness: 10.0, damping: 1.0e4, per_mass: true };
         let slow = JointDrive::servo(size, spring, f32::INFINITY);
         let (mut world, disc, joint) =
-            driven(Vec3::ZERO, size, SixDof::slider(JointAxis::driven(slow)));
+            driven(Vec3::ZERO, size, Slider::of(JointAxis::driven(slow)).six_dof());
         run(&mut world, 60.0, 10.0);
         let moved = coordinates(&world, joint)[0];
         assert!((moved - 0.01 * size).abs() < 5.0e-4 * size, "a slow servo, size {size}: {moved}");
@@ -266,13 +267,13 @@ fn weak_motors_slow_servos_and_what_they_drive_by_gears_go_on() {
         assert!(size > 10.0 || cause(&world, disc) == AwakeCause::DrivenByJoint { joint });
 
         let motor = JointAxis::driven(JointDrive::motor(2.0e-3, f32::INFINITY));
-        let (mut world, _, joint) = driven(Vec3::ZERO, size, SixDof::hinge(motor));
+        let (mut world, _, joint) = driven(Vec3::ZERO, size, Hinge::of(motor).six_dof());
         let base = world.add_body(BodyDef::fixed()).unwrap();
         let far = vec3(3.0, 0.0, 0.0) * size;
         let disc = ShapeDef::cylinder(0.1 * size, size);
         let disc = world.add_body(BodyDef::dynamic().with_position(far).with_shape(disc)).unwrap();
-        let hinge = SixDof::hinge(JointAxis::FREE);
-        let hinge = world.joint_along(base, disc, far, Vec3::Y, hinge).unwrap();
+        let hinge = Hinge::new().six_dof();
+        let hinge = JointDef::new(base, disc, hinge).at(far).with_axis(Vec3::Y);
         let hinge = world.add_joint(hinge).unwrap();
         world.add_coupling(CouplingDef::gear(joint, hinge, -1.0)).unwrap();
         run(&mut world, 60.0, 10.0);
@@ -302,9 +303,10 @@ fn drives_that_are_blocked_or_have_reached_their_place_let_sleep() {
             };
             let motion = JointMotion::Limited { min: -2.0, max, spring: None };
             let axis = JointAxis { motion, drive: Some(drive), friction: 0.0 };
-            let hinge = SixDof::hinge(axis);
-            let hinge = world.joint_along(base, arm, vec3(0.0, 3.0, 0.0) * size, Vec3::Z, hinge);
-            world.add_joint(hinge.unwrap()).unwrap();
+            let hinge = Hinge::of(axis).six_dof();
+            let hinge =
+                JointDef::new(base, arm, hinge).at(vec3(0.0, 3.0, 0.0) * size).with_axis(Vec3::Z);
+            world.add_joint(hinge).unwrap();
             if what == "wall" {
                 let wall = ShapeDef::box_half(vec3(0.3, 0.5, 0.5) * size);
                 let wall =
@@ -326,7 +328,7 @@ fn a_spring_sleeps_where_it_balances() {
         let load = cube(&mut world, vec3(0.0, 4.0, 0.0), 0.4);
         let spring = Spring { rest_length: 1.0, hertz: 1.5, damping_ratio: ratio };
         let kind = JointKind::Distance { min: 0.0, max: 10.0, spring: Some(spring) };
-        let joint = JointDef::rod(base, Vec3::ZERO, load, Vec3::ZERO, 1.0);
+        let joint = JointDef::new(base, load, Distance::exact(1.0));
         world.add_joint(JointDef { kind, ..joint }).unwrap();
         assert!(until_sleep(&mut world, 60.0, 40.0).is_some(), "{ratio}");
         // g / ω²; it may be off by a thousandth of the cube's extent on its way, and swing as far again.
@@ -416,7 +418,9 @@ fn a_pole_topples_a_balance_tips_and_a_pulley_runs() {
             let pole = BodyDef::dynamic().with_position(up * size).with_shape(shape);
             let pole = world.add_body(pole.with_rotation(Quat::from_arc(Vec3::Y, up))).unwrap();
             let foot = vec3(0.0, -size, 0.0);
-            world.add_joint(JointDef::ball(base, Vec3::ZERO, pole, foot)).unwrap();
+            world
+                .add_joint(JointDef::new(base, pole, Ball::new()).with_anchors(Vec3::ZERO, foot))
+                .unwrap();
             // 0.2° cosh(t √(3g/4l)) is 1 rad after 6.3 of that unit of time.
             let mut lowest = size;
             for _ in 0..steps(rate, 7.0 / (0.75 * 9.81 / size).sqrt()) {
@@ -429,8 +433,8 @@ fn a_pole_topples_a_balance_tips_and_a_pulley_runs() {
             let base = world.add_body(BodyDef::fixed()).unwrap();
             let shape = ShapeDef::box_half(vec3(1.0, 0.05, 0.05) * size);
             let beam = world.add_body(BodyDef::dynamic().with_mass(1.0).with_shape(shape)).unwrap();
-            let hinge = SixDof::hinge(JointAxis::FREE);
-            let hinge = world.joint_along(base, beam, Vec3::ZERO, Vec3::Z, hinge).unwrap();
+            let hinge = Hinge::new().six_dof();
+            let hinge = JointDef::new(base, beam, hinge).at(Vec3::ZERO).with_axis(Vec3::Z);
             world.add_joint(hinge).unwrap();
             for (x, mass) in [(-1.0_f32, 10.0), (1.0, 10.1)] {
                 let pan =
@@ -438,7 +442,9 @@ fn a_pole_topples_a_balance_tips_and_a_pulley_runs() {
                 let pan = pan.with_shape(ShapeDef::box_half([0.2 * size; 3]));
                 let pan = world.add_body(pan).unwrap();
                 let [tip, ring] = [vec3(x, 0.0, 0.0), vec3(0.0, 0.5, 0.0)].map(|p| p * size);
-                world.add_joint(JointDef::ball(beam, tip, pan, ring)).unwrap();
+                world
+                    .add_joint(JointDef::new(beam, pan, Ball::new()).with_anchors(tip, ring))
+                    .unwrap();
             }
             run(&mut world, rate, 1.5);
             // 0.1 kg · g · l on 20.1 kg · l² and a third of the beam's: 0.048 m/s² at the tip.
@@ -459,7 +465,7 @@ fn a_pole_topples_a_balance_tips_and_a_pulley_runs() {
             let [a, b] = [side(-1.0, 100.0), side(1.0, 102.0)];
             let over = [-1.0_f32, 1.0].map(|x| vec3(x, 20.0, 0.0) * size);
             let rope = Pulley::rope(over, 40.0 * size);
-            world.add_joint(JointDef::pulley(a, Vec3::ZERO, b, Vec3::ZERO, rope)).unwrap();
+            world.add_joint(JointDef::new(a, b, rope)).unwrap();
             run(&mut world, rate, 3.0);
             let (fell, far) = (-at(&world, b).y, 0.5 * 9.81 * 2.0 / 202.0 * 9.0);
             assert!(
@@ -558,30 +564,32 @@ fn hung(kind: BodyKind, joint: &str, size: f32) -> (World, BodyId, BodyId) {
     let holder = world.add_body(def.with_position(top)).unwrap();
     let load = cube(&mut world, vec3(0.0, 3.0, 0.0) * size, 0.4 * size);
     let (below, above) = (Vec3::ZERO, vec3(0.0, 2.0, 0.0) * size);
-    let six = |axes: SixDof| world.joint_along(holder, load, top, Vec3::Z, axes).unwrap();
-    let rod = JointDef::rod(holder, below, load, Vec3::ZERO, 2.0 * size);
+    let six = |axes: SixDof| JointDef::new(holder, load, axes).at(top).with_axis(Vec3::Z);
+    let rod =
+        JointDef::new(holder, load, Distance::exact(2.0 * size)).with_anchors(below, Vec3::ZERO);
     let def = match joint {
         "rope" => {
             let kind = JointKind::Distance { min: 0.0, max: 2.0 * size, spring: None };
             JointDef { kind, ..rod }
         }
         "rod" => rod,
-        "hinge" => six(SixDof::hinge(JointAxis::FREE)),
+        "hinge" => six(Hinge::new().six_dof()),
         "fixed" => six(SixDof::FIXED),
-        "grab" => six(SixDof::grab(JointSpring::hertz(3.0, 1.0), f32::INFINITY)),
+        "grab" => six(Servo::grab(JointSpring::hertz(3.0, 1.0), f32::INFINITY).six_dof()),
         "pulley" => {
             let over = [-1.0_f32, 0.0].map(|x| vec3(x, 9.0, 0.0) * size);
             let side = vec3(-1.0, 0.0, 0.0) * size;
-            JointDef::pulley(holder, side, load, Vec3::ZERO, Pulley::rope(over, 10.0 * size))
+            JointDef::new(holder, load, Pulley::rope(over, 10.0 * size))
+                .with_anchors(side, Vec3::ZERO)
         }
-        _ => JointDef::ball(holder, below, load, above),
+        _ => JointDef::new(holder, load, Ball::new()).with_anchors(below, above),
     };
     world.add_joint(def).unwrap();
     let mut last = load;
     if joint == "chain" {
         last = cube(&mut world, vec3(0.0, 2.0, 0.0) * size, 0.4 * size);
         let [low, high] = [-0.5_f32, 0.5].map(|y| vec3(0.0, y, 0.0) * size);
-        world.add_joint(JointDef::ball(load, low, last, high)).unwrap();
+        world.add_joint(JointDef::new(load, last, Ball::new()).with_anchors(low, high)).unwrap();
     }
     assert!(until_sleep(&mut world, 60.0, 5.0).is_some(), "{joint}, {size}");
     (world, holder, last)
@@ -634,14 +642,14 @@ fn whatever_happens_to_a_holder_wakes_what_hangs_on_it() {
 #[test]
 fn a_gear_wakes_when_a_holder_of_one_of_its_joints_moves() {
     let mut world = World::default();
-    let hinge = SixDof::hinge(JointAxis::FREE);
+    let hinge = Hinge::new().six_dof();
     let mut ends = Vec::new();
     for x in [0.0_f32, 3.0] {
         let place = vec3(x, 0.0, 0.0);
         let holder = world.add_body(BodyDef::kinematic().with_position(place)).unwrap();
         let disc = BodyDef::dynamic().with_position(place).with_shape(ShapeDef::cylinder(0.1, 1.0));
         let disc = world.add_body(disc).unwrap();
-        let joint = world.joint_along(holder, disc, place, Vec3::Y, hinge).unwrap();
+        let joint = JointDef::new(holder, disc, hinge).at(place).with_axis(Vec3::Y);
         ends.push((holder, disc, world.add_joint(joint).unwrap()));
     }
     world.add_coupling(CouplingDef::gear(ends[0].2, ends[1].2, -1.0)).unwrap();

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use drystone::joint::Ball;
 use drystone::{BodyDef, Filter, JointDef, ShapeDef, SimdLevel, Team, Vec3, World, vec3};
 
 use super::scenario_whirl::weightless;
@@ -23,7 +24,11 @@ fn add_chain(world: &mut World, middle: Vec3, speed: f32) {
         world.add_body(brick).unwrap()
     });
     for [a, b] in [[0, 1], [1, 2]] {
-        world.add_joint(JointDef::ball(bricks[a], half, bricks[b], half * -1.0)).unwrap();
+        world
+            .add_joint(
+                JointDef::new(bricks[a], bricks[b], Ball::new()).with_anchors(half, half * -1.0),
+            )
+            .unwrap();
     }
 }
 

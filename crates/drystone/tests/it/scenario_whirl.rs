@@ -1,5 +1,6 @@
 //! Joints that go round fast, or are hit: their islands take substeps in parts.
 
+use drystone::joint::Ball;
 use drystone::{
     BodyDef, BodyId, JointDef, JointId, JointKind, ShapeDef, Vec3, World, WorldConfig, vec3,
 };
@@ -24,7 +25,8 @@ fn add_bar(world: &mut World, height: f32, speed: f32) -> (BodyId, JointId) {
     bar.linear_velocity = vec3(0.0, 0.0, -0.5 * speed);
     bar.angular_velocity = vec3(0.0, speed, 0.0);
     let bar = world.add_body(bar).unwrap();
-    let joint = JointDef::ball(post, Vec3::ZERO, bar, vec3(-0.5, 0.0, 0.0));
+    let joint =
+        JointDef::new(post, bar, Ball::new()).with_anchors(Vec3::ZERO, vec3(-0.5, 0.0, 0.0));
     let joint = world.add_joint(joint).unwrap();
     (add_slack(world, bar, height), joint)
 }
@@ -34,9 +36,7 @@ fn add_slack(world: &mut World, body: BodyId, height: f32) -> BodyId {
     let ball = BodyDef::dynamic().with_position([0.0, height, 20.0]);
     let ball = world.add_body(ball.with_shape(ShapeDef::sphere(0.1))).unwrap();
     let kind = JointKind::Distance { min: 0.0, max: 1000.0, spring: None };
-    world
-        .add_joint(JointDef { kind, ..JointDef::ball(body, Vec3::ZERO, ball, Vec3::ZERO) })
-        .unwrap();
+    world.add_joint(JointDef { kind, ..JointDef::new(body, ball, Ball::new()) }).unwrap();
     ball
 }
 
@@ -118,7 +118,8 @@ fn give_of_a_hit(speed: f32, parts: u16, others: u8) -> f32 {
     };
     let low = 0.1 + speed * DT / 8.0;
     let [a, b] = [low, low + 0.3].map(|height| world.add_body(ball(height)).unwrap());
-    let joint = JointDef::ball(a, vec3(0.0, 0.15, 0.0), b, vec3(0.0, -0.15, 0.0));
+    let joint =
+        JointDef::new(a, b, Ball::new()).with_anchors(vec3(0.0, 0.15, 0.0), vec3(0.0, -0.15, 0.0));
     let joint = world.add_joint(joint).unwrap();
     let mut last = b;
     for i in 0..others {
@@ -152,7 +153,7 @@ fn speed_after_a_hit(hundredths: u8, parts: u16) -> f32 {
     let post = world.add_body(BodyDef::fixed()).unwrap();
     let block = BodyDef::dynamic().with_shape(ShapeDef::box_half([0.5; 3])).with_mass(2.0);
     let block = world.add_body(block).unwrap();
-    world.add_joint(JointDef::ball(post, Vec3::ZERO, block, Vec3::ZERO)).unwrap();
+    world.add_joint(JointDef::new(post, block, Ball::new())).unwrap();
     let gap = 5.0 * DT * f32::from(hundredths) / 100.0;
     let mut ball = BodyDef::dynamic()
         .with_position([0.6 + gap, 0.0, 0.0])

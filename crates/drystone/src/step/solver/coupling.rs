@@ -354,8 +354,8 @@ impl Start {
             Link::Coupling(coupling) => {
                 let Coupling { def, impulse } = coupling.as_ref();
                 let CouplingDef { joint_a, axis_a, joint_b, axis_b, ratio, .. } = *def;
-                let (a, x_a) = End::new(look(joint_a)?, axis_a, -ratio, bodies, &mass)?;
-                let (b, x_b) = End::new(look(joint_b)?, axis_b, 1.0, bodies, &mass)?;
+                let (a, x_a) = End::new(look(joint_a)?, axis_a.index(), -ratio, bodies, &mass)?;
+                let (b, x_b) = End::new(look(joint_b)?, axis_b.index(), 1.0, bodies, &mass)?;
                 let (source, c) = (Source::Joints([a, b]), def.excess(x_a, x_b));
                 Some(Self { source, c, is_slack: false, impulse: *impulse })
             }

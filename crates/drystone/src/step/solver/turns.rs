@@ -190,6 +190,7 @@ mod tests {
     use crate::base::random::Random;
     use crate::base::trig;
     use crate::base::wide::{SimdLevel, at};
+    use crate::state::named::ConeTwist;
     use crate::state::six::{self, Turning};
     use crate::state::sixdof::{JointAxis, SixDof};
 
@@ -202,7 +203,7 @@ mod tests {
                 SixDof { angular, ..SixDof::FIXED }
             })
             .collect();
-        kinds.push(SixDof::cone_twist(free, [0.4, 0.7]));
+        kinds.push(ConeTwist::of(free, 0.4, 0.7).six_dof());
         kinds
     }
 

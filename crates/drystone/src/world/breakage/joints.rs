@@ -1,11 +1,10 @@
 //! Joints that had to bear more than they can, and how they wear out.
 
-use crate::base::id::JointId;
 use crate::base::math::bounded;
 use crate::state::def::{DefError, JointStrength};
 use crate::state::events::{JointBreak, JointLimit};
 use crate::state::joints::{Joint, Link};
-use crate::world::World;
+use crate::world::{JointMut, World};
 
 /// What a joint bore in a step: force [N], torque [N m], impulse [N s].
 struct Borne {
@@ -85,26 +84,23 @@ impl World {
         }
         self.tables.events.joint_break = broken;
     }
+}
 
-    /// Gives a joint another strength, as new: it is not worn out. False if there is no such joint.
+impl JointMut<'_> {
+    /// Gives it another strength, as new: it is not worn out. A coupling bears anything whatever it is given.
     ///
     /// # Errors
-    /// The first limit that is out of range; then nothing is changed.
-    pub fn set_joint_strength(
-        &mut self,
-        id: JointId,
-        strength: Option<JointStrength>,
-    ) -> Result<bool, DefError> {
+    /// The first limit that is out of range.
+    pub fn set_strength(&mut self, strength: Option<JointStrength>) -> Result<(), DefError> {
         if let Some(strength) = &strength {
             strength.validate().map_err(|e| e.within("strength"))?;
         }
-        let joints = &mut self.tables.joints;
-        let Some(row) = joints.rows.row(id) else { return Ok(false) };
-        let joint = joints.at_mut(row);
+        let joints = &mut self.world.tables.joints;
+        let joint = joints.at_mut(self.row);
         let old = core::mem::replace(&mut joint.strength, strength);
         joint.damage = 0.0;
         joints.breakable =
             joints.breakable + usize::from(strength.is_some()) - usize::from(old.is_some());
-        Ok(true)
+        Ok(())
     }
 }
