@@ -18,7 +18,7 @@ pub(crate) fn imports(text: &str) -> String {
 }
 
 /// Public names that a test may need.
-const NAMES: [&str; 51] = [
+const NAMES: [&str; 52] = [
     "Aabb",
     "AxisLocks",
     "BodyDef",
@@ -50,6 +50,7 @@ const NAMES: [&str; 51] = [
     "Material",
     "Mesh",
     "Method",
+    "Motion",
     "ParticleDef",
     "Pose",
     "Pulley",
