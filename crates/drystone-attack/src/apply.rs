@@ -8,10 +8,11 @@ use drystone::{
     LinkDef, LinkId, Mesh, ParticleId, Shape, ShapeDef, ShapeId, Strand, World,
 };
 
+use crate::ask::ask;
 use crate::finding::{Findings, Kind};
 use crate::op::{
     BodyCall, BodyPlan, CouplingPlan, Form, JointCall, JointPlan, Label, LinkPlan, Op, PIECES,
-    ParticleCall, Place, QueryCall, ShapeCall, ShapePlan,
+    ParticleCall, Place, ShapeCall, ShapePlan,
 };
 use crate::oracle::Gone;
 
@@ -128,7 +129,7 @@ pub fn apply(
             }
             Done::Yes
         }
-        Op::Query(call) => query(world, call, findings, step),
+        Op::Query(call) => ask(world, call, findings, step),
         Op::Impact(bodies, surface) => match drystone::impact(&bodies[0], &bodies[1], surface) {
             Ok(impact) => {
                 look(findings, "Impact", &format!("{impact:?}"), step);
@@ -153,7 +154,7 @@ fn told(result: Result<bool, DefError>) -> Done {
 }
 
 /// No number of an answer may be infinite or NaN.
-fn look(findings: &mut Findings, of: &str, text: &str, step: u32) {
+pub(crate) fn look(findings: &mut Findings, of: &str, text: &str, step: u32) {
     if text.contains("NaN") || text.contains("inf") {
         findings.add(Kind::BadNumber, of, text, step);
     }
@@ -455,41 +456,4 @@ fn particle_call(world: &mut World, ids: &Ids, label: Label, call: &ParticleCall
             Ok(())
         }
     })
-}
-
-fn query(world: &World, call: &QueryCall, findings: &mut Findings, step: u32) -> Done {
-    let q = world.query();
-    let answer = match call {
-        QueryCall::Ray(origin, delta, filter) => {
-            q.cast_ray(*origin, *delta, *filter).map(|hit| ("RayHit", format!("{hit:?}")))
-        }
-        QueryCall::OverlapBox(bounds, filter) => {
-            let _ = q.overlap_box(*bounds, *filter);
-            return Done::Yes;
-        }
-        QueryCall::OverlapPoint(point, filter) => {
-            q.overlap_point(*point, *filter).map(|_| ("overlap_point", String::new()))
-        }
-        QueryCall::OverlapShape(form, pose, filter) => {
-            let Some(shape) = shape(form) else { return Done::Refused };
-            q.overlap_shape(&shape, *pose, *filter).map(|_| ("overlap_shape", String::new()))
-        }
-        QueryCall::CastShape(form, pose, delta, filter) => {
-            let Some(shape) = shape(form) else { return Done::Refused };
-            let hit = q.cast_shape(&shape, *pose, *delta, *filter);
-            hit.map(|hit| ("ShapeHit", format!("{hit:?}")))
-        }
-        QueryCall::Nearest(form, pose, reach, filter) => {
-            let Some(shape) = shape(form) else { return Done::Refused };
-            let near = q.nearest_shape(&shape, *pose, *reach, *filter);
-            near.map(|near| ("NearestShape", format!("{near:?}")))
-        }
-    };
-    match answer {
-        Ok((of, text)) => {
-            look(findings, of, &text, step);
-            Done::Yes
-        }
-        Err(_) => Done::Refused,
-    }
 }

@@ -11,6 +11,8 @@ pub enum Kind {
     Crash,
     /// A public getter gave infinity or NaN.
     BadNumber,
+    /// Two queries whose answers follow from each other gave other ones.
+    Disagree,
     /// Two runs that must be the same were not.
     HashDiffers,
     /// A world refused its own snapshot, or became another one by it.
@@ -57,11 +59,12 @@ pub enum Kind {
 
 impl Kind {
     /// All of them.
-    pub const ALL: [Self; 25] = [
+    pub const ALL: [Self; 26] = [
         Self::Panic,
         Self::Hang,
         Self::Crash,
         Self::BadNumber,
+        Self::Disagree,
         Self::HashDiffers,
         Self::SnapshotRefused,
         Self::Unpaired,
@@ -110,6 +113,7 @@ impl Kind {
             Self::Hang => "hang",
             Self::Crash => "crash",
             Self::BadNumber => "bad-number",
+            Self::Disagree => "disagree",
             Self::HashDiffers => "hash-differs",
             Self::SnapshotRefused => "snapshot-refused",
             Self::Unpaired => "unpaired",

@@ -25,7 +25,7 @@ pub(crate) fn imports(text: &str) -> String {
 const JOINTS: [&str; 2] = ["Pulley", "Spring"];
 
 /// Public names that a test may need.
-const NAMES: [&str; 52] = [
+const NAMES: [&str; 53] = [
     "Aabb",
     "Axis",
     "AxisLocks",
@@ -59,6 +59,7 @@ const NAMES: [&str; 52] = [
     "Material",
     "Mesh",
     "Method",
+    "Motion",
     "ParticleDef",
     "Pose",
     "Quat",

@@ -430,7 +430,7 @@ fn query(call: &mut QueryCall, f: Visit<'_>) {
             vector(origin, f);
             vector(delta, f);
         }
-        QueryCall::OverlapBox(bounds, _) => {
+        QueryCall::OverlapBounds(bounds, _) => {
             vector(&mut bounds.min, f);
             vector(&mut bounds.max, f);
         }
@@ -439,14 +439,23 @@ fn query(call: &mut QueryCall, f: Visit<'_>) {
             form(shape, f);
             pose(at, f);
         }
-        QueryCall::CastShape(shape, at, delta, _) => {
+        QueryCall::CastShape(shape, at, motion, _) => {
             form(shape, f);
             pose(at, f);
-            vector(delta, f);
+            for part in motion {
+                vector(part, f);
+            }
         }
         QueryCall::Nearest(shape, at, reach, _) => {
             form(shape, f);
             pose(at, f);
+            f(reach);
+        }
+        QueryCall::Pair(both, reach) => {
+            for (shape, at) in both.iter_mut() {
+                form(shape, f);
+                pose(at, f);
+            }
             f(reach);
         }
     }

@@ -243,16 +243,18 @@ pub enum ParticleCall {
 pub enum QueryCall {
     /// `cast_ray`.
     Ray(Vec3, Vec3, Filter),
-    /// `overlap_box`.
-    OverlapBox(Aabb, Filter),
+    /// `overlap_bounds`.
+    OverlapBounds(Aabb, Filter),
     /// `overlap_point`.
     OverlapPoint(Vec3, Filter),
     /// `overlap_shape`.
     OverlapShape(Form, Pose, Filter),
-    /// `cast_shape`.
-    CastShape(Form, Pose, Vec3, Filter),
+    /// `cast_shape`, with a way and a turn.
+    CastShape(Form, Pose, [Vec3; 2], Filter),
     /// `nearest_shape`.
     Nearest(Form, Pose, f32, Filter),
+    /// Two shapes without a world: `Shape::closest_points` within a reach.
+    Pair(Box<[(Form, Pose); 2]>, f32),
 }
 
 /// One thing that a program does.

@@ -161,6 +161,7 @@ impl Report {
             Kind::Hang,
             Kind::Crash,
             Kind::BadNumber,
+            Kind::Disagree,
             Kind::HashDiffers,
             Kind::SnapshotRefused,
             Kind::Unpaired,

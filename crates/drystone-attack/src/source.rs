@@ -367,16 +367,29 @@ impl Source {
     }
 
     fn query(&mut self, call: &QueryCall) {
+        if let QueryCall::Pair(both, reach) = call {
+            let [(a, at_a), (b, at_b)] = &**both;
+            let (a, b, reach) = (form(a), form(b), show(reach));
+            let (at_a, at_b) = (show(at_a), show(at_b));
+            self.line(&format!(
+                "let answer = ({a}).closest_points({at_a}, &{b}, {at_b}, {reach});"
+            ));
+            self.line("let text = format!(\"{answer:?}\");");
+            self.line("assert!(!text.contains(\"NaN\") && !text.contains(\"inf\"), \"{text}\");");
+            return;
+        }
         let (name, args, filter) = match call {
             QueryCall::Ray(o, d, f) => ("cast_ray", format!("{}, {}", show(o), show(d)), f),
-            QueryCall::OverlapBox(bounds, f) => ("overlap_box", show(bounds), f),
+            QueryCall::OverlapBounds(bounds, f) => ("overlap_bounds", show(bounds), f),
             QueryCall::OverlapPoint(p, f) => ("overlap_point", show(p), f),
             QueryCall::OverlapShape(s, at, f) => {
                 ("overlap_shape", format!("&{}, {}", form(s), show(at)), f)
             }
-            QueryCall::CastShape(s, at, d, f) => {
-                ("cast_shape", format!("&{}, {}, {}", form(s), show(at), show(d)), f)
+            QueryCall::CastShape(s, at, [way, turn], f) => {
+                let motion = format!("Motion::by({}).with_turn({})", show(way), show(turn));
+                ("cast_shape", format!("&{}, {}, {motion}", form(s), show(at)), f)
             }
+            QueryCall::Pair(..) => return,
             QueryCall::Nearest(s, at, reach, f) => {
                 ("nearest_shape", format!("&{}, {}, {}", form(s), show(at), show(reach)), f)
             }

@@ -4,7 +4,9 @@ use std::fmt;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Arc, Mutex, PoisonError};
 
-use drystone::{BodyId, BodyKind, Filter, Pose, Vec3, World, WorldConfig, WorldCounts};
+use drystone::{
+    BodyId, BodyKind, Inside, Pose, QueryFilter, Vec3, World, WorldConfig, WorldCounts,
+};
 use drystone_render::{Drawing, Look, Subject};
 use drystone_scene::Running;
 
@@ -439,7 +441,9 @@ impl Simulation {
     fn meet(&self, origin: Vec3, direction: Vec3, side: usize) -> Option<(BodyId, Vec3)> {
         let world = &self.sides.get(side)?.history.now().world;
         let delta = direction * 1.0e4;
-        let hit = world.query().cast_ray(origin, delta, Filter::default()).ok().flatten()?;
+        // A camera in a body sees what is before it.
+        let outside = QueryFilter::default().with_inside(Inside::Ignore);
+        let hit = world.query().cast_ray(origin, delta, outside).ok().flatten()?;
         Some((hit.body, hit.point))
     }
 

@@ -1,6 +1,6 @@
 //! What is in the way of a capsule, as a character would ask: rays, moving shapes, and what is nearest.
 
-use drystone::{BodyDef, DefError, Filter, Pose, Shape, ShapeDef, World};
+use drystone::{BodyDef, BodyKinds, DefError, Motion, Pose, QueryFilter, Shape, ShapeDef, World};
 
 #[expect(clippy::print_stdout, reason = "an example shows what it does")]
 fn main() -> Result<(), DefError> {
@@ -8,26 +8,38 @@ fn main() -> Result<(), DefError> {
     world.add_body(BodyDef::fixed().with_shape(ShapeDef::half_space([0.0, 1.0, 0.0], 0.0)))?;
     let wall = BodyDef::fixed().with_position([3.0, 1.0, 0.0]);
     let wall = world.add_body(wall.with_shape(ShapeDef::box_half([0.1, 1.0, 2.0])))?;
-
-    let (query, all) = (world.query(), Filter::default());
-    // A capsule of 1.8 m that stands a millimeter over the ground, and wants to go 5 m to the right.
     let (capsule, stands) = (Shape::capsule(0.6, 0.3), Pose::at([0.0, 0.901, 0.0]));
-    let wish = [5.0, 0.0, 0.0];
-    if let Some(hit) = query.cast_shape(&capsule, stands, wish, all)? {
+    let hero = BodyDef::kinematic().with_position(stands.position);
+    let hero = world.add_body(hero.with_shape(ShapeDef::new(capsule.clone())))?;
+
+    // The capsule, a millimeter over the ground, wants to go 5 m to the right, and does not see itself.
+    let me = [hero];
+    let (query, others) = (world.query(), QueryFilter::default().without(&me));
+    if let Some(hit) = query.cast_shape(&capsule, stands, [5.0, 0.0, 0.0], others)? {
         println!("it comes {:.3} m far", 5.0 * hit.fraction);
         println!("there is {:?}, whose normal is {:?}", hit.body, hit.normal);
         assert_eq!(hit.body, wall);
     }
 
+    // How far the plank on its shoulder can turn before it meets the wall.
+    let (plank, shoulder) = (Shape::box_half([0.1, 0.05, 1.5]), Pose::at([2.0, 1.5, 0.0]));
+    let turn = Motion::default().with_turn([0.0, core::f32::consts::FRAC_PI_2, 0.0]);
+    let still = others.with_kinds(BodyKinds::STATIC);
+    if let Some(hit) = query.cast_shape(&plank, shoulder, turn, still)? {
+        println!("the plank turns by {:.1} degrees", 90.0 * hit.fraction);
+    }
+
     // What is nearest to its head.
     let head = Pose::at([2.0, 1.5, 0.0]);
-    if let Some(near) = query.nearest_shape(&Shape::sphere(0.3), head, 1.0, all)? {
+    if let Some(near) = query.nearest_shape(&Shape::sphere(0.3), head, 1.0, others)? {
         println!("the wall is {:.3} m from its head, at {:?}", near.distance, near.point);
     }
 
-    // And what it sees.
-    if let Some(hit) = query.cast_ray([0.0, 1.6, 0.0], [10.0, -1.0, 0.0], all)? {
-        println!("it sees {:?} at {:?}", hit.body, hit.point);
+    // All that a bullet would pass, in order.
+    let mut hits = Vec::new();
+    query.cast_ray_all([0.0, 1.6, 0.0], [10.0, -1.0, 0.0], others, &mut hits)?;
+    for hit in &hits {
+        println!("the bullet meets {:?} at {:?}", hit.body, hit.point);
     }
     Ok(())
 }

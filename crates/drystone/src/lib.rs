@@ -49,14 +49,19 @@ pub use geometry::hull::{Hull, HullError, Plane};
 pub use geometry::mass::MassProperties;
 pub use geometry::mesh::{Mesh, MeshError};
 pub use geometry::shape::{Shape, ShapeError};
+pub use query::Query;
 pub use query::audit::{
     Audit, ConeUse, ConstraintId, ContactPair, ContactResidual, Energy, JointErrors, Ledger,
     Momentum, Penetration, WorstConstraint,
 };
+pub use query::cast::{Motion, ShapeHit, ShapeQuery};
+pub use query::filter::{BodyKinds, Inside, QueryFilter};
+pub use query::nearest::NearestShape;
+pub use query::pair::{CastHit, ClosestPoints, ShapeContact, ShapeContactPoint};
+pub use query::ray::{RayHit, RayQuery};
+pub use query::shape::ShapeRef;
 pub use query::stiffness::PenaltyLimit;
-pub use query::sweep::{NearestShape, ShapeHit};
 pub use query::why_awake::{AwakeCause, WhyAwake};
-pub use query::{Query, RayHit};
 pub use state::axis::Axis;
 pub use state::config::{
     BreakageConfig, ContactConfig, InertiaConfig, JointConfig, ParticleConfig, ParticleForm,
@@ -83,7 +88,7 @@ pub use step::Stage;
 pub use world::{
     AxisMut, AxisRef, BodyMut, BodyRef, BondRef, ClothDef, ContactPoint, ContactRef, Impact,
     ImpactBody, ImpactSurface, JointMut, JointRef, LinkRef, ParticleMut, ParticleRef, RopeDef,
-    ShapeMut, ShapeRef, SnapshotError, Strand, World, WorldCounts, impact,
+    ShapeMut, SnapshotError, Strand, World, WorldCounts, impact,
 };
 
 #[doc = include_str!("joints.md")]

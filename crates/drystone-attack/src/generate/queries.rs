@@ -10,19 +10,32 @@ impl Draw {
     pub(super) fn query(&mut self) {
         let filter = self.filter();
         let at = Pose { position: self.place(), rotation: self.rng.rotation() };
-        let call = match self.rng.below(8) {
+        let call = match self.rng.below(9) {
             0 | 1 => QueryCall::Ray(at.position, self.way(), filter),
             2 => {
                 let half = self.way() * 0.5;
                 let half = vec3(half.x.abs(), half.y.abs(), half.z.abs());
-                QueryCall::OverlapBox(Aabb::new(at.position - half, at.position + half), filter)
+                QueryCall::OverlapBounds(Aabb::new(at.position - half, at.position + half), filter)
             }
             3 => QueryCall::OverlapPoint(at.position, filter),
             4 => QueryCall::OverlapShape(self.probe(), at, filter),
-            5 => QueryCall::CastShape(self.probe(), at, self.way(), filter),
+            5 => {
+                let turn = if self.rng.chance(0.5) { Vec3::ZERO } else { self.turn() };
+                QueryCall::CastShape(self.probe(), at, [self.way(), turn], filter)
+            }
             6 => {
                 let reach = self.rng.pick(&[0.0, 0.1, 1.0, 10.0, 1.0e4]);
                 QueryCall::Nearest(self.probe(), at, reach, Filter::default())
+            }
+            7 => {
+                let other = Pose { position: at.position + self.way(), rotation: at.rotation };
+                let other_form = if self.rng.chance(0.2) {
+                    Form::Plain(drystone::Shape::half_space(self.rng.direction(), 0.0))
+                } else {
+                    self.probe()
+                };
+                let reach = self.rng.pick(&[0.0, 0.1, 10.0, 1.0e4]);
+                QueryCall::Pair(Box::new([(self.probe(), at), (other_form, other)]), reach)
             }
             _ => {
                 let bodies = Box::new([self.impact_body(), self.impact_body()]);
@@ -63,6 +76,11 @@ impl Draw {
     fn way(&mut self) -> Vec3 {
         let factor = self.rng.pick(&[0.0, 1.0e-3, 1.0, 10.0, 1.0e4]);
         self.offset(factor)
+    }
+
+    fn turn(&mut self) -> Vec3 {
+        let angle = self.rng.pick(&[1.0e-3, 0.5, 3.0, 30.0]);
+        self.rng.direction() * angle
     }
 
     fn probe(&mut self) -> Form {

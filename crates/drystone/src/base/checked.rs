@@ -7,7 +7,8 @@ use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::sync::{Mutex, MutexGuard, PoisonError, TryLockError};
 
-use super::jobs::Executor;
+use super::jobs::known::{Ask, Known};
+use super::jobs::{Executor, Jobs};
 
 /// What somebody's code panicked with.
 type Payload = Box<dyn Any + Send>;
@@ -115,6 +116,15 @@ impl<'a> Checked<'a> {
 
     pub(crate) const fn workers(&self) -> usize {
         self.workers
+    }
+
+    /// The executor as stages take it: our own as they are, others checked.
+    pub(crate) fn jobs(&self) -> Jobs<'_> {
+        match self.executor.known(Ask::new()) {
+            Known::Inline => Jobs::Inline,
+            Known::Team(team) => Jobs::Team(team),
+            Known::No => Jobs::Checked(self),
+        }
     }
 
     /// Calls `task(worker, chunk)` once for every chunk. What the executor leaves, or all once it panicked, the caller does.

@@ -60,6 +60,8 @@ pub const LENGTH: Limit =
     Limit::range("length", "m", [1.0e-5, 1.0e7], "a length from 1e-5 to 1e7 m");
 /// Ways of rays and casts, and the reach of queries.
 pub const WAY: Limit = Limit::signed("way of a query", "m", 1.0e9, "numbers up to 1e9 m");
+/// Turns of shape casts, as components of a rotation vector.
+pub const TURN: Limit = Limit::signed("turn of a cast", "rad", 100.0, "numbers up to 100 rad");
 /// Lengths that a joint keeps its anchors apart, and rest lengths of its spring.
 pub const DISTANCE: Limit = Limit::range("distance of a joint", "m", [0.0, 1.0e9], "0 to 1e9 m");
 /// Components of velocities, linear and angular.
@@ -147,12 +149,13 @@ pub const PENALTY_FREQUENCY: Limit =
     Limit::range("frequency of penalty springs", "Hz", [1.0e-6, 1.0e6], "1e-6 to 1e6 Hz");
 
 /// All ranges, in the order of `docs/limits.md`.
-pub const ALL: [Limit; 30] = [
+pub const ALL: [Limit; 31] = [
     TIME_STEP,
     POSITION,
     LENGTH,
     DISTANCE,
     WAY,
+    TURN,
     SPEED,
     POSITION_KEPT,
     SPEED_KEPT,

@@ -4,6 +4,8 @@
 //! the one that moves has crossed their distance along its normal, so it may go on by so much
 //! [Mirtich96]. The normals turn towards that of the contact, and the steps become smaller as fast as the gap does.
 
+mod turning;
+
 use super::boxes::Ray;
 use super::collide::convex::Convex;
 use super::collide::{MAX_PARTS, MeshScratch, Reach, collide, collide_mesh};
@@ -35,6 +37,8 @@ pub(crate) struct Meeting {
     pub(crate) point: Vec3,
     /// Unit, from A to B.
     pub(crate) normal: Vec3,
+    /// They overlap at the start by more than some roundings.
+    pub(crate) overlap: bool,
 }
 
 /// Steps of an advancement: 3 to 10 for polytopes, 30 for what round bodies graze. What takes longer counts as
@@ -62,13 +66,31 @@ pub(crate) fn closest(a: &Solid, b: &Solid, b_in_a: &Pose, reach: f32) -> Option
         Core::Mesh(mesh) => closest_triangle(mesh, &placed, b, greater(reach, 0.0))?,
         core => {
             let x = Convex::of(core)?;
-            let set = Set { support: |d| x.support(d), center: x.center(), size: x.size() };
+            let set = convex_set(&x);
             placed.nearby(&set, Vec3::ZERO).unwrap_or_else(|| placed.touching(&set))
         }
     };
     let apart = found.distance > 0.0;
     let near = if apart { found } else { deepest(a, b, b_in_a).unwrap_or(found) };
     (near.distance <= reach).then_some(near)
+}
+
+/// How B moves against A, evenly, up to a part of it [frame of A].
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Course {
+    /// How far the origin of its frame moves [m].
+    pub(crate) delta: Vec3,
+    /// How far it turns about that origin, as a rotation vector [rad].
+    pub(crate) turn: Vec3,
+    /// The part of the whole way that is looked at, 0 to 1.
+    pub(crate) limit: f32,
+}
+
+impl Course {
+    /// All of a way without a turn [m].
+    pub(crate) const fn straight(delta: Vec3) -> Self {
+        Self { delta, turn: Vec3::ZERO, limit: 1.0 }
+    }
 }
 
 /// What B touches and slides along.
@@ -98,43 +120,60 @@ pub(crate) fn touched(a: &Solid, b: &Solid, b_in_a: &Pose, slack: f32, mut tell:
     }
 }
 
-/// Where the convex B, moved by `delta` [m, frame of A] without turning, first meets A, up to the part `limit` of its way.
+/// Where the convex B first meets A on its course.
 pub(crate) fn meet(
     a: &Solid,
     b: &Solid,
     b_in_a: &Pose,
-    delta: Vec3,
-    limit: f32,
+    course: &Course,
     sliding: &Sliding,
 ) -> Option<Meeting> {
     let placed = Placed { sliding: *sliding, ..Placed::new(a, b, b_in_a)? };
+    let Course { delta, limit, .. } = *course;
+    // A ball that turns stays as it is.
+    let turns = course.turn != Vec3::ZERO && !matches!(b.core, Core::Point);
     let found = match &a.core {
+        _ if turns => turning::meet(a, b, &placed, course),
         Core::HalfSpace { normal, offset } => placed.fall(*normal, *offset, delta, limit),
         Core::Mesh(mesh) => meet_triangle(mesh, &placed, b, delta, limit),
         core => {
             let x = Convex::of(core)?;
-            let set = Set { support: |d| x.support(d), center: x.center(), size: x.size() };
-            placed.advance(&set, delta, limit, || deepest(a, b, b_in_a))
+            placed.advance(&convex_set(&x), delta, limit, || deepest(a, b, b_in_a))
         }
     }?;
     // What a triangle says of an overlap is that of its plane alone; all of them together say more.
-    let is_deep = found.fraction <= 0.0 && matches!(a.core, Core::Mesh(_));
-    let deep = is_deep.then(|| deepest(a, b, b_in_a)).flatten();
-    let deep = deep.filter(|deep| deep.normal.dot(delta) < 0.0);
-    Some(deep.map_or(found, |deep| Meeting::at_start(&deep)))
+    if found.fraction > 0.0 || !matches!(a.core, Core::Mesh(_)) {
+        return Some(found);
+    }
+    let Some(deep) = deepest(a, b, b_in_a) else {
+        return Some(Meeting { overlap: false, ..found });
+    };
+    let met = placed.met(0.0);
+    let is_in_the_way = turns || deep.normal.dot(delta) < 0.0;
+    let met_at_start = Meeting::at_start(&deep, met);
+    Some(if is_in_the_way {
+        met_at_start
+    } else {
+        Meeting { overlap: met_at_start.overlap, ..found }
+    })
 }
 
 impl Nearby {
+    /// True of two that overlap by more than what counts as touching, `met` [m].
+    fn overlaps(&self, met: f32) -> bool {
+        self.distance < -2.0 * met
+    }
+
     /// True of two that touch or overlap, unless they do no more than touch, within `met` [m], and B leaves the surface or goes along it.
     fn meets_at_once(&self, delta: Vec3, met: f32) -> bool {
-        self.distance < -2.0 * met || self.normal.dot(delta) < -ALONG * delta.length()
+        self.overlaps(met) || self.normal.dot(delta) < -ALONG * delta.length()
     }
 }
 
 impl Meeting {
-    fn at_start(near: &Nearby) -> Self {
+    fn at_start(near: &Nearby, met: f32) -> Self {
         let point = (near.point_a + near.point_b) * 0.5;
-        Self { fraction: 0.0, point, normal: near.normal }
+        Self { fraction: 0.0, point, normal: near.normal, overlap: near.overlaps(met) }
     }
 }
 
@@ -144,6 +183,11 @@ struct Set<F> {
     center: Vec3,
     /// Of the order of its extent [m].
     size: f32,
+}
+
+/// A convex core as a set.
+fn convex_set<'a>(x: &'a Convex<'_>) -> Set<impl Fn(Vec3) -> Vec3 + 'a> {
+    Set { support: |d| x.support(d), center: x.center(), size: x.size() }
 }
 
 /// The contacts of two that touch or overlap, and how far apart they may be to touch: `slack` [m] and some roundings.
@@ -177,6 +221,7 @@ fn deepest(a: &Solid, b: &Solid, b_in_a: &Pose) -> Option<Nearby> {
 }
 
 /// B in the frame of A.
+#[derive(Clone, Copy)]
 struct Placed<'a> {
     convex: Convex<'a>,
     pose: &'a Pose,
@@ -231,6 +276,11 @@ impl<'a> Placed<'a> {
         APART * if set.size > 0.0 { lesser(self.size, set.size) } else { self.size }
     }
 
+    /// Two so near have met [m]. `other`: the size and place of the other one [m].
+    fn met(&self, other: f32) -> f32 {
+        MET * (self.size + other)
+    }
+
     /// Over a half-space.
     fn above(&self, normal: Vec3, offset: f32) -> Nearby {
         let point_b = self.support(-normal) - normal * self.radius[1];
@@ -238,17 +288,25 @@ impl<'a> Placed<'a> {
         Nearby { distance, point_a: point_b - normal * distance, point_b, normal }
     }
 
+    /// Over the plane of a triangle, seen from the side where B is.
+    fn above_triangle(&self, face: Vec3, corner: Vec3) -> Nearby {
+        let side = face.dot(self.pose.point(self.convex.center()) - corner);
+        let normal = if side < 0.0 { -face } else { face };
+        self.above(normal, normal.dot(corner))
+    }
+
     /// Onto a half-space.
     fn fall(&self, normal: Vec3, offset: f32, delta: Vec3, limit: f32) -> Option<Meeting> {
         let start = self.above(normal, offset);
-        let met = MET * (self.size + offset.abs());
+        let met = self.met(offset.abs());
         if start.distance <= met {
-            return start.meets_at_once(delta, met).then(|| Meeting::at_start(&start));
+            return start.meets_at_once(delta, met).then(|| Meeting::at_start(&start, met));
         }
         let clear = start.distance + normal.dot(self.sliding.shift(met));
         let fraction = clear / -normal.dot(delta);
         let point = start.point_b + delta * fraction;
-        (fraction >= 0.0 && fraction <= limit).then_some(Meeting { fraction, point, normal })
+        let meeting = Meeting { fraction, point, normal, overlap: false };
+        (fraction >= 0.0 && fraction <= limit).then_some(meeting)
     }
 
     /// Onto a convex set. `touch` says how the two touch or overlap at the start, if they do.
@@ -259,7 +317,7 @@ impl<'a> Placed<'a> {
         limit: f32,
         touch: impl Fn() -> Option<Nearby>,
     ) -> Option<Meeting> {
-        let met = MET * (self.size + set.size + set.center.length());
+        let met = self.met(set.size + set.center.length());
         let off = self.sliding.shift(met);
         let (mut fraction, mut normal) = (0.0, Vec3::ZERO);
         for _ in 0..ROUNDS {
@@ -271,7 +329,7 @@ impl<'a> Placed<'a> {
                     break;
                 }
                 let deep = touch()?;
-                return deep.meets_at_once(delta, met).then(|| Meeting::at_start(&deep));
+                return deep.meets_at_once(delta, met).then(|| Meeting::at_start(&deep, met));
             };
             normal = near.normal;
             let closing = -normal.dot(delta);
@@ -291,7 +349,7 @@ impl<'a> Placed<'a> {
             let Some(near) = self.nearby(set, shift) else { break };
             (point, normal) = (near.point_a, near.normal);
         }
-        Some(Meeting { fraction, point, normal })
+        Some(Meeting { fraction, point, normal, overlap: false })
     }
 }
 
@@ -357,13 +415,7 @@ fn meet_triangle(
             if !around.union(&end).overlaps(&Aabb::of_points(corners)) {
                 continue;
             }
-            // Seen from the side where B is.
-            let touch = || {
-                let face = pack.normal(lane);
-                let side = face.dot(b.pose.point(b.convex.center()) - corners[0]);
-                let normal = if side < 0.0 { -face } else { face };
-                Some(b.above(normal, normal.dot(corners[0])))
-            };
+            let touch = || Some(b.above_triangle(pack.normal(lane), corners[0]));
             if let Some(met) = b.advance(&flat(corners), delta, limit, touch)
                 && best.is_none_or(|(n, m)| (met.fraction, number) < (m.fraction, n))
             {
@@ -377,7 +429,7 @@ fn meet_triangle(
 
 #[cfg(test)]
 mod tests {
-    use super::{Sliding, closest, meet};
+    use super::{Course, Sliding, closest, meet};
     use crate::base::math::{Vec3, vec3};
     use crate::base::pose::Pose;
     use crate::base::quat::Quat;
@@ -475,7 +527,9 @@ mod tests {
                     let at = |t: f32| Pose::new(pose.position + delta * t, pose.rotation);
                     let apart = |t: f32| closest(a, b, &at(t), 100.0).unwrap().distance;
                     let start = apart(0.0);
-                    let Some(meeting) = meet(a, b, &pose, delta, 1.0, &Sliding::default()) else {
+                    let Some(meeting) =
+                        meet(a, b, &pose, &Course::straight(delta), &Sliding::default())
+                    else {
                         missed += 1;
                         // They never overlap on the way, beyond what is grazed.
                         for k in 0..=40_u8 {
@@ -523,7 +577,8 @@ mod tests {
         ] {
             for (floor, above) in [(&floor, 2.0e-6), (&plane, 0.0), (&plane, 2.0e-6)] {
                 let pose = Pose::at([0.0, 1.0 + above, 0.0]);
-                let found = meet(floor, &cube, &pose, delta, 1.0, &Sliding::default());
+                let found =
+                    meet(floor, &cube, &pose, &Course::straight(delta), &Sliding::default());
                 assert_eq!(found.is_some(), meets, "{delta:?}: {found:?}");
                 assert!(
                     found.is_none_or(|m| m.fraction < 1e-4 && m.normal == Vec3::Y),
@@ -538,7 +593,7 @@ mod tests {
         let ball = Solid::of(&Shape::sphere(1.0));
         for x in [f32::NAN, f32::INFINITY, f32::MAX] {
             let (at, way) = (Pose::at([x, 0.0, 0.0]), vec3(1.0, 0.0, 0.0));
-            let _ = meet(&ball, &ball, &at, way, 1.0, &Sliding::default());
+            let _ = meet(&ball, &ball, &at, &Course::straight(way), &Sliding::default());
             let _ = closest(&ball, &ball, &Pose::at([x, 0.0, 0.0]), 1.0);
         }
     }

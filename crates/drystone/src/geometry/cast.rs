@@ -2,11 +2,13 @@
 //!
 //! In double precision: the discriminant of a distant ray is a small difference of large squares.
 
+use super::approach::ALONG;
 use super::boxes::Ray;
 use super::hull::Hull;
 use super::mesh::Mesh;
+use super::nearest::nearest;
 use super::solid::{Core, Solid};
-use crate::base::double::{DVec3, lesser};
+use crate::base::double::{DVec3, greater, lesser};
 use crate::base::math::Vec3;
 
 /// Where a ray meets a solid.
@@ -35,6 +37,88 @@ pub(crate) fn ray(solid: &Solid, origin: Vec3, delta: Vec3, max_fraction: f32) -
         Core::Mesh(mesh) => return nearest_triangle(mesh, origin, delta, max_fraction),
     };
     let (t, normal) = hit?;
+    let fraction = single(t);
+    (fraction <= max_fraction).then(|| RayHit { fraction, normal: normal.single() })
+}
+
+/// Where a point inside a solid is to its surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Depth {
+    /// Outward normal of the nearest surface [frame of the solid].
+    pub(crate) normal: Vec3,
+    /// [m]
+    depth: f32,
+    /// The surface is known to within this [m].
+    rounding: f32,
+}
+
+/// The surface of a solid is known to this part of its size: some roundings of f32.
+const ROUNDING: f32 = 4.0e-6;
+
+impl Depth {
+    /// True if it is no deeper than `slack` [m] and some roundings.
+    pub(crate) fn is_on_surface(&self, slack: f32) -> bool {
+        self.depth <= self.rounding + slack
+    }
+
+    /// True if a way from the surface leads in, by more than some roundings of its direction.
+    pub(crate) fn is_entered_along(&self, delta: Vec3) -> bool {
+        self.normal.dot(delta) < -ALONG * delta.length()
+    }
+}
+
+/// How deep a point is inside a solid, if it is. No point is inside a mesh.
+pub(crate) fn depth(solid: &Solid, p: Vec3) -> Option<Depth> {
+    if !is_inside(solid, p) {
+        return None;
+    }
+    let rounding = ROUNDING * (solid.max_extent(Vec3::ZERO) + p.abs().max_element());
+    let near = nearest(solid, p, rounding)?;
+    Some(Depth { normal: near.normal, depth: -near.distance, rounding })
+}
+
+/// Whether a point is inside a solid and not on its surface: of these, [`ray`] hits nothing.
+fn is_inside(solid: &Solid, p: Vec3) -> bool {
+    let p = DVec3::from(p);
+    let within = |radius: f64, away: DVec3| away.dot(away) < radius * radius;
+    let radius = f64::from(solid.radius);
+    match &solid.core {
+        Core::Point => within(radius, p),
+        Core::Segment { half_height } => {
+            let h = f64::from(*half_height);
+            within(radius, DVec3 { y: p.y - p.y.clamp(-h, h), ..p })
+        }
+        Core::Hull(hull) => {
+            hull.planes().iter().all(|q| DVec3::from(q.normal).dot(p) < f64::from(q.offset))
+        }
+        Core::Frustum { half_height, radius_bottom, radius_top } => {
+            let h = f64::from(*half_height);
+            let (bottom, top) = (f64::from(*radius_bottom), f64::from(*radius_top));
+            let wide = (bottom + top) * 0.5 + (top - bottom) / (2.0 * h) * p.y;
+            p.y.abs() < h && within(wide, DVec3 { y: 0.0, ..p })
+        }
+        Core::HalfSpace { normal, offset } => DVec3::from(*normal).dot(p) < f64::from(*offset),
+        Core::Mesh(_) => false,
+    }
+}
+
+/// Where a ray that starts inside a solid leaves it, up to `max_fraction`. The normal is outward: the ray goes along it.
+pub(crate) fn exit(solid: &Solid, origin: Vec3, delta: Vec3, max_fraction: f32) -> Option<RayHit> {
+    let line = Line { o: DVec3::from(origin), d: DVec3::from(delta) };
+    let radius = f64::from(solid.radius);
+    let (t, normal) = match &solid.core {
+        Core::Point => leave_ball(line, radius),
+        Core::Segment { half_height } => leave_capsule(line, f64::from(*half_height), radius),
+        Core::Hull(hull) => leave_polytope(hull, line),
+        Core::Frustum { half_height, radius_bottom, radius_top } => {
+            let (bottom, top) = (f64::from(*radius_bottom), f64::from(*radius_top));
+            leave_frustum(line, f64::from(*half_height), bottom, top)
+        }
+        Core::HalfSpace { normal, offset } => {
+            leave_plane(line, DVec3::from(*normal), f64::from(*offset))
+        }
+        Core::Mesh(_) => None,
+    }?;
     let fraction = single(t);
     (fraction <= max_fraction).then(|| RayHit { fraction, normal: normal.single() })
 }
@@ -82,6 +166,85 @@ fn falling_root(a: f64, b: f64, c: f64) -> Option<f64> {
     // Both are (-b - s) / a; neither subtracts numbers of one sign, and the first allows a = 0.
     let root = if b < 0.0 { c / (s - b) } else { (-b - s) / a };
     root.is_finite().then_some(root)
+}
+
+/// The root of a t² + 2 b t + c, at least 0, where the value goes from below 0, where it starts, to above.
+fn rising_root(a: f64, b: f64, c: f64) -> Option<f64> {
+    let discriminant = b * b - a * c;
+    if discriminant < 0.0 || discriminant.is_nan() {
+        return None;
+    }
+    let s = discriminant.sqrt();
+    // Both are (s - b) / a; neither subtracts numbers of one sign, and the first allows a = 0.
+    let root = if b > 0.0 { -c / (b + s) } else { (s - b) / a };
+    (root.is_finite() && root >= 0.0).then_some(root)
+}
+
+fn farther(a: Hit, b: Hit) -> Hit {
+    match (a, b) {
+        (Some(x), Some(y)) => Some(if y.0 > x.0 { y } else { x }),
+        (x, y) => x.or(y),
+    }
+}
+
+fn leave_ball(line: Line, radius: f64) -> Hit {
+    let dd = line.d.dot(line.d);
+    if dd <= 0.0 || dd.is_nan() {
+        return None;
+    }
+    let shift = -line.o.dot(line.d) / dd;
+    let nearest = line.at(shift);
+    let rest = radius * radius - nearest.dot(nearest);
+    let t = shift + (greater(rest, 0.0) / dd).sqrt();
+    (rest >= 0.0 && t >= 0.0).then(|| (t, unit(line.at(t))))
+}
+
+/// A capsule is convex: the ray leaves it where it leaves the last of its parts.
+fn leave_capsule(line: Line, half_height: f64, radius: f64) -> Hit {
+    let (o, d) = (line.o, line.d);
+    let end = DVec3 { x: 0.0, y: half_height, z: 0.0 };
+    let ends = farther(
+        leave_ball(Line { o: o - end, d }, radius),
+        leave_ball(Line { o: o + end, d }, radius),
+    );
+    let (a, b) = (d.x * d.x + d.z * d.z, o.x * d.x + o.z * d.z);
+    let c = o.x * o.x + o.z * o.z - radius * radius;
+    let side = rising_root(a, b, c).and_then(|t| {
+        let p = line.at(t);
+        (p.y.abs() <= half_height).then(|| (t, unit(DVec3 { y: 0.0, ..p })))
+    });
+    farther(ends, side)
+}
+
+fn leave_plane(line: Line, normal: DVec3, offset: f64) -> Hit {
+    let rate = normal.dot(line.d);
+    let depth = offset - normal.dot(line.o);
+    (rate > 0.0).then(|| (greater(depth, 0.0) / rate, normal))
+}
+
+fn leave_polytope(hull: &Hull, line: Line) -> Hit {
+    let planes = hull.planes().iter();
+    planes.map(|p| leave_plane(line, DVec3::from(p.normal), f64::from(p.offset))).fold(None, nearer)
+}
+
+/// The first of its caps and its side that the ray passes.
+fn leave_frustum(line: Line, half_height: f64, bottom: f64, top: f64) -> Hit {
+    let (o, d) = (line.o, line.d);
+    let up = DVec3 { x: 0.0, y: 1.0, z: 0.0 };
+    let caps =
+        nearer(leave_plane(line, up, half_height), leave_plane(line, up * -1.0, half_height));
+    let (k, m) = ((bottom + top) * 0.5, (top - bottom) / (2.0 * half_height));
+    let side_radius = k + m * o.y;
+    let (a, b, c) = (
+        d.x * d.x + d.z * d.z - m * m * d.y * d.y,
+        o.x * d.x + o.z * d.z - m * d.y * side_radius,
+        o.x * o.x + o.z * o.z - side_radius * side_radius,
+    );
+    let side = rising_root(a, b, c).map(|t| {
+        let radial = unit(DVec3 { y: 0.0, ..line.at(t) });
+        (t, unit(DVec3 { y: -m, ..radial }))
+    });
+    nearer(caps, side)
 }
 
 fn ball(line: Line, radius: f64) -> Hit {

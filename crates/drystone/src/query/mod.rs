@@ -1,185 +1,152 @@
 //! Sibling of step: answers questions about a world, and never writes.
 
 pub(crate) mod audit;
+pub(crate) mod cast;
+pub(crate) mod filter;
+pub(crate) mod nearest;
+pub(crate) mod overlap;
+pub(crate) mod pair;
 pub(crate) mod particles;
+pub(crate) mod ray;
+pub(crate) mod shape;
 pub(crate) mod stiffness;
-pub(crate) mod sweep;
 pub(crate) mod why_awake;
 
+use std::panic::resume_unwind;
+
+use smallvec::SmallVec;
+
+use self::filter::QueryFilter;
 use crate::base::aabb::Aabb;
-use crate::base::id::{BodyId, ShapeId};
-use crate::base::limits;
-use crate::base::math::Vec3;
+use crate::base::checked::{Checked, Claims};
+use crate::base::jobs::{Executor, Jobs};
+use crate::base::math::{Vec3, greater};
 use crate::base::pose::Pose;
 use crate::base::wide::SimdLevel;
-use crate::geometry::boxes::Ray;
-use crate::geometry::cast;
-use crate::geometry::collide::{MAX_PARTS, MeshScratch, Reach, collide, collide_mesh};
-use crate::geometry::manifold::{Manifold, PairCache};
+use crate::geometry::approach::{self, ALONG, Sliding};
 use crate::geometry::shape::Shape;
-use crate::geometry::solid::{Core, Solid};
-use crate::state::def::{DefError, all_within, position, unit};
-use crate::state::material::Filter;
+use crate::geometry::solid::Solid;
+use crate::state::def::{DefError, position, unit};
 use crate::state::shapes::ShapeRow;
 use crate::state::tables::Tables;
 
-/// Where a ray met a shape.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct RayHit {
-    /// The shape.
-    pub shape: ShapeId,
-    /// Its body.
-    pub body: BodyId,
-    /// Part of the ray's length, 0 to 1.
-    pub fraction: f32,
-    /// Where [m, world].
-    pub point: Vec3,
-    /// Outward normal of the surface [world].
-    pub normal: Vec3,
-}
+/// Places and ways are known to this part of their coordinates: two roundings of f32 of each of two bodies.
+const ROUNDING: f32 = 2.4e-7;
 
-/// Questions to a world, as it is now.
+/// Rows of candidates, few of which need no memory from the heap.
+type Rows = SmallVec<[u32; 32]>;
+
+/// Questions to a world as it is now: rays, shape casts, what is near, what overlaps.
+///
+/// Each takes a [`QueryFilter`], or a [`Filter`](crate::Filter) alone. Sensors are seen only where the filter asks for them. Disabled
+/// bodies and shapes, and bodies that were put aside, are never seen.
 #[derive(Clone, Copy, Debug)]
 pub struct Query<'w> {
     tables: &'w Tables,
+    executor: &'w dyn Executor,
+    level: SimdLevel,
 }
 
 impl<'w> Query<'w> {
-    pub(crate) const fn new(tables: &'w Tables) -> Self {
-        Self { tables }
+    pub(crate) const fn new(
+        tables: &'w Tables,
+        executor: &'w dyn Executor,
+        level: SimdLevel,
+    ) -> Self {
+        Self { tables, executor, level }
     }
 
     fn pose(&self, shape: &ShapeRow) -> Pose {
         self.tables.bodies.at(shape.body).pose().compose(&shape.local)
     }
 
-    /// Shapes of both trees whose box overlaps `bounds`.
-    fn candidates(&self, bounds: &Aabb, filter: Filter) -> Vec<u32> {
-        let mut found = Vec::new();
+    /// Calls `visit` with each shape that the filter sees whose box in the trees overlaps `bounds`, until it answers false.
+    fn each_near(
+        &self,
+        bounds: &Aabb,
+        filter: &QueryFilter<'_>,
+        mut visit: impl FnMut(u32) -> bool,
+    ) {
+        let mut goes_on = true;
         for tree in [&self.tables.bounds.fixed, &self.tables.bounds.moving] {
-            tree.query(bounds, |row| {
-                if filter.collides_with(self.tables.shapes.at(row).filter) {
-                    found.push(row);
-                }
-                true
-            });
+            if goes_on {
+                tree.query(bounds, |row| {
+                    goes_on = !filter.sees(self.tables, row) || visit(row);
+                    goes_on
+                });
+            }
         }
+    }
+
+    /// The same shapes, in the order of their rows.
+    fn candidates(&self, bounds: &Aabb, filter: &QueryFilter<'_>) -> Rows {
+        let mut found = Rows::new();
+        self.each_near(bounds, filter, |row| {
+            found.push(row);
+            true
+        });
         found.sort_unstable();
         found
     }
 
-    /// The first shape on the segment from `origin` to `origin + delta` [m, world] that `filter`
-    /// collides with. Sensors are passed through; so is a convex shape in which the ray starts, and what a ray
-    /// that starts on a surface goes along.
+    /// What a shape touches where it starts and goes along, and its way along all of that.
     ///
-    /// # Errors
-    /// A number is not finite, or beyond 1e9 m.
-    pub fn cast_ray(
+    /// It stays above all of it on its way. So it meets only what stands out, not what is flush: the next tile, the
+    /// next triangle.
+    fn sliding(
         &self,
-        origin: impl Into<Vec3>,
-        delta: impl Into<Vec3>,
-        filter: Filter,
-    ) -> Result<Option<RayHit>, DefError> {
-        let (origin, delta) = (origin.into(), delta.into());
-        all_within("origin", origin, &limits::WAY)?;
-        all_within("delta", delta, &limits::WAY)?;
-        let point = Solid { core: Core::Point, radius: 0.0 };
-        let (sliding, delta) = self.sliding(&point, &Pose::at(origin), delta, filter);
-        let origin = origin + sliding.off * sliding.least;
-        let mut best: Option<(f32, u32, Vec3)> = None;
-        for tree in [&self.tables.bounds.fixed, &self.tables.bounds.moving] {
-            let start = best.map_or(1.0, |b| b.0);
-            tree.ray(&Ray::new(origin, delta), start, |row| {
-                let limit = best.map_or(1.0, |b| b.0);
-                let shape = self.tables.shapes.at(row);
-                if shape.sensor || !filter.collides_with(shape.filter) {
-                    return limit;
+        solid: &Solid,
+        pose: &Pose,
+        delta: Vec3,
+        filter: &QueryFilter<'_>,
+    ) -> (Sliding, Vec3) {
+        let far = greater(pose.position.abs().max_element(), delta.abs().max_element());
+        let slack = ROUNDING * far;
+        let (mut way, mut off) = (delta, Vec3::ZERO);
+        let mut normals: SmallVec<[Vec3; 8]> = SmallVec::new();
+        for row in self.candidates(&solid.aabb(pose).grown(slack), filter) {
+            let other = self.tables.shapes.at(row);
+            let at = self.pose(other);
+            approach::touched(&other.solid, solid, &at.relative(pose), slack, |normal| {
+                let normal = at.direction(normal);
+                if normal.dot(delta) >= -ALONG * delta.length() {
+                    normals.push(normal);
                 }
-                let pose = self.pose(shape);
-                let (o, d) = (pose.local_point(origin), pose.local_direction(delta));
-                if let Some(hit) = cast::ray(&shape.solid, o, d, limit) {
-                    // Of two hits at the same place the lower row is taken, whatever the tree's order.
-                    let better = best.is_none_or(|(f, r, _)| (hit.fraction, row) < (f, r));
-                    if better {
-                        best = Some((hit.fraction, row, pose.direction(hit.normal)));
-                    }
-                }
-                best.map_or(1.0, |b| b.0)
             });
         }
-        Ok(best.map(|(fraction, row, normal)| RayHit {
-            shape: self.tables.shapes.id(row),
-            body: self.tables.bodies.id(self.tables.shapes.at(row).body),
-            fraction,
-            point: origin + delta * fraction,
-            normal,
-        }))
+        for normal in &normals {
+            off += *normal * greater(1.0 - normal.dot(off), 0.0);
+            way += *normal * greater(-normal.dot(way), 0.0);
+        }
+        // Between two that look at each other there is no room to be off both.
+        if normals.iter().any(|normal| normal.dot(off) < 0.5) {
+            return (Sliding::default(), delta);
+        }
+        (Sliding { off, least: 2.0 * slack }, way)
     }
 
-    /// Shapes whose bounding box overlaps this box [m, world], in the order of their slots.
-    #[must_use]
-    pub fn overlap_box(&self, bounds: Aabb, filter: Filter) -> Vec<ShapeId> {
-        self.candidates(&bounds, filter)
-            .into_iter()
-            .filter(|row| {
-                let shape = self.tables.shapes.at(*row);
-                shape.solid.aabb(&self.pose(shape)).overlaps(&bounds)
-            })
-            .map(|row| self.tables.shapes.id(row))
-            .collect()
-    }
-
-    /// Shapes that overlap a convex shape at `pose` [m, world], in the order of their slots.
-    ///
-    /// # Errors
-    /// The shape or the pose is invalid, or the shape is a mesh or a half-space.
-    pub fn overlap_shape(
-        &self,
-        shape: &Shape,
-        pose: Pose,
-        filter: Filter,
-    ) -> Result<Vec<ShapeId>, DefError> {
-        let solid = convex(shape, pose)?;
-        let found = self.candidates(&solid.aabb(&pose), filter);
-        let hits = found.into_iter().filter(|row| {
-            let other = self.tables.shapes.at(*row);
-            let inner = self.pose(other).relative(&pose);
-            overlap(other, &solid, &inner)
-        });
-        Ok(hits.map(|row| self.tables.shapes.id(row)).collect())
-    }
-
-    /// Shapes that hold a point [m, world], in the order of their slots.
-    ///
-    /// # Errors
-    /// A number is not finite.
-    pub fn overlap_point(
-        &self,
-        point: impl Into<Vec3>,
-        filter: Filter,
-    ) -> Result<Vec<ShapeId>, DefError> {
-        let shape = Shape::sphere(1.0e-5);
-        self.overlap_shape(&shape, Pose::at(point), filter)
+    /// Lends the threads of the world's executor. A panic of the executor goes on when the work is done.
+    fn with_jobs(&self, work: impl FnOnce(&Jobs<'_>)) {
+        let mut claims = Claims::default();
+        work(&Checked::new(self.executor, &claims).jobs());
+        if let Some(payload) = claims.take_panic() {
+            resume_unwind(payload);
+        }
     }
 }
 
 /// A convex shape at a place, both checked.
-fn convex(shape: &Shape, pose: Pose) -> Result<Solid, DefError> {
-    shape.validate()?;
-    position("pose.position", pose.position)?;
-    unit("pose.rotation", pose.rotation)?;
+fn convex(shape: &Shape, pose: &Pose) -> Result<Solid, DefError> {
+    placed("pose", shape, pose)?;
     if matches!(shape, Shape::Mesh(_) | Shape::HalfSpace { .. }) {
         return Err(DefError::new("shape", shape.kind(), "a convex shape"));
     }
     Ok(Solid::of(shape))
 }
 
-fn overlap(a: &ShapeRow, b: &Solid, b_in_a: &Pose) -> bool {
-    let mut made = [Manifold::default(); MAX_PARTS];
-    let level = SimdLevel::best().0;
-    if let Core::Mesh(mesh) = &a.solid.core {
-        let (reach, mut scratch) = (Reach::still(0.0), MeshScratch::default());
-        return collide_mesh(level, mesh, b, b_in_a, &reach, &mut scratch, &mut made) > 0;
-    }
-    collide(level, &a.solid, b, b_in_a, 0.0, &mut PairCache::default()).count > 0
+/// Checks a shape and its pose.
+fn placed(field: &str, shape: &Shape, pose: &Pose) -> Result<(), DefError> {
+    shape.validate()?;
+    position("position", pose.position).map_err(|e| e.within(field))?;
+    unit("rotation", pose.rotation).map_err(|e| e.within(field))
 }

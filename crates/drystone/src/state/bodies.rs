@@ -301,6 +301,12 @@ pub(crate) struct Bodies {
 }
 
 impl Bodies {
+    /// True of two bodies, by their rows, that never collide.
+    #[inline]
+    pub(crate) fn are_strangers(&self, a: u32, b: u32) -> bool {
+        !self.strangers.is_empty() && self.strangers.contains(&(a.min(b), a.max(b)))
+    }
+
     /// Adds a body.
     pub(crate) fn insert(&mut self, body: Body) -> BodyId {
         let id = self.rows.insert(body);

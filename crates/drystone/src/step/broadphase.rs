@@ -270,11 +270,8 @@ pub(crate) fn may_meet(bodies: &Bodies, joints: &Joints, a: &ShapeRow, b: &Shape
     if !body_a.is_dynamic() && !body_b.is_dynamic() {
         return false;
     }
-    if !bodies.strangers.is_empty() {
-        let pair = (a.body.min(b.body), a.body.max(b.body));
-        if bodies.strangers.contains(&pair) {
-            return false;
-        }
+    if bodies.are_strangers(a.body, b.body) {
+        return false;
     }
     // A joint is one of both.
     let swap = body_b.joints.len() < body_a.joints.len();

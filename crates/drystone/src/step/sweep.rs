@@ -277,7 +277,8 @@ fn first_stop_of(
         // What is farther than that behind the first stop stops the body no earlier.
         let limit = first.unwrap_or(1.0) + ahead;
         let shape = shapes.at(item);
-        if shape.body == row || shape.sensor || !meets(shape) {
+        let passes = shape.body == row || shape.sensor || bodies.are_strangers(row, shape.body);
+        if passes || !meets(shape) {
             return limit;
         }
         let pose = bodies.at(shape.body).pose().compose(&shape.local);

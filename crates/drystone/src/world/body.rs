@@ -32,6 +32,10 @@ impl<'w> BodyRef<'w> {
         Some(Self { tables, body: tables.bodies.at(row), id })
     }
 
+    pub(super) const fn tables(&self) -> &'w Tables {
+        self.tables
+    }
+
     /// Its id.
     #[must_use]
     pub const fn id(&self) -> BodyId {

@@ -28,7 +28,7 @@ pub use self::joint::JointRef;
 pub use self::joint_axis::{AxisMut, AxisRef};
 pub use self::joint_mut::JointMut;
 pub use self::particle::{LinkRef, ParticleMut, ParticleRef};
-pub use self::shape::{ShapeMut, ShapeRef};
+pub use self::shape::ShapeMut;
 pub use self::snapshot::SnapshotError;
 pub use self::strand::{ClothDef, RopeDef, Strand};
 pub use self::view::{ContactPoint, ContactRef, WorldCounts};
@@ -39,14 +39,14 @@ use std::sync::Arc;
 use crate::base::checked::{Checked, Claims};
 use crate::base::grow::Slack;
 use crate::base::id::{BodyId, JointId, ShapeId};
-use crate::base::jobs::known::{Ask, Known};
-use crate::base::jobs::{Executor, Inline, Jobs};
+use crate::base::jobs::{Executor, Inline};
 use crate::base::limits;
 use crate::base::math::Vec3;
 use crate::base::wide::SimdLevel;
 use crate::query::Query;
 use crate::query::audit::Books;
 use crate::query::particles::particle_sums;
+use crate::query::shape::ShapeRef;
 use crate::state::config::WorldConfig;
 use crate::state::def::DefError;
 use crate::state::events::{Events, Fault, FaultKind};
@@ -202,15 +202,8 @@ impl World {
 
     /// The step. `after` does not panic.
     fn advance(&mut self, dt: f32, after: &mut dyn FnMut(Stage)) {
-        let checked;
-        let jobs = match self.jobs.known(Ask::new()) {
-            Known::Inline => Jobs::Inline,
-            Known::Team(team) => Jobs::Team(team),
-            Known::No => {
-                checked = Checked::new(&*self.jobs, &self.claims);
-                Jobs::Checked(&checked)
-            }
-        };
+        let checked = Checked::new(&*self.jobs, &self.claims);
+        let jobs = checked.jobs();
         let events = &mut self.tables.events;
         let most = events.contact_begin.len().max(events.contact_end.len());
         events.clear();
@@ -274,10 +267,10 @@ impl World {
         &self.tables.events
     }
 
-    /// Rays and overlaps.
+    /// Rays, shape casts, overlaps, and what is near.
     #[must_use]
-    pub const fn query(&self) -> Query<'_> {
-        Query::new(&self.tables)
+    pub fn query(&self) -> Query<'_> {
+        Query::new(&self.tables, &*self.jobs, self.level)
     }
 
     /// The body, unless it was removed.
@@ -345,6 +338,12 @@ impl World {
     /// All contacts that have points, in the order of their rows.
     pub fn contacts(&self) -> impl Iterator<Item = ContactRef<'_>> {
         view::contacts(&self.tables)
+    }
+
+    /// The contacts between two bodies that have points, in no promised order; none if a body was removed. The list of one of them is
+    /// walked, of two that differ in kind that of the dynamic one.
+    pub fn contacts_between(&self, a: BodyId, b: BodyId) -> impl Iterator<Item = ContactRef<'_>> {
+        view::contacts_between(&self.tables, a, b)
     }
 
     /// How many of everything there are.

@@ -51,7 +51,7 @@ impl World {
     pub fn bodies_collide(&self, a: BodyId, b: BodyId) -> bool {
         let bodies = &self.tables.bodies;
         let rows = bodies.rows.row(a).zip(bodies.rows.row(b));
-        rows.is_none_or(|(a, b)| !bodies.strangers.contains(&(a.min(b), a.max(b))))
+        rows.is_none_or(|(a, b)| !bodies.are_strangers(a, b))
     }
 
     /// Replaces the rules of surfaces, 256 at most. What touches and now has another surface wakes.

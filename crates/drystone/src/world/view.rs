@@ -1,7 +1,9 @@
 //! Contacts and counts as the user sees them.
 
+use super::BodyRef;
 use crate::base::id::{BodyId, ShapeId};
 use crate::base::math::Vec3;
+use crate::query::shape::ShapeRef;
 use crate::state::contacts::Contact;
 use crate::state::def::BodyKind;
 use crate::state::tables::Tables;
@@ -49,6 +51,30 @@ impl ContactRef<'_> {
         self.tables.bodies.id(self.contact.body_b)
     }
 
+    /// The body that is in contact with `body`; `None` if `body` is none of the two.
+    ///
+    /// ```
+    /// use drystone::{BodyDef, DefError, ShapeDef, World};
+    ///
+    /// fn main() -> Result<(), DefError> {
+    ///     let mut world = World::default();
+    ///     let ground = BodyDef::fixed().with_shape(ShapeDef::half_space([0.0, 1.0, 0.0], 0.0));
+    ///     let ground = world.add_body(ground)?;
+    ///     let ball = BodyDef::dynamic().with_position([0.0, 0.5, 0.0]);
+    ///     let ball = world.add_body(ball.with_shape(ShapeDef::sphere(0.5)))?;
+    ///     world.step(1.0 / 60.0);
+    ///     let under: Vec<_> = world.body(ball).into_iter().flat_map(|b| b.contacts().collect::<Vec<_>>()).collect();
+    ///     assert_eq!(under.first().and_then(|contact| contact.other_body(ball)), Some(ground));
+    ///     assert_eq!(world.contacts_between(ground, ball).count(), 1);
+    ///     Ok(())
+    /// }
+    /// ```
+    #[must_use]
+    pub fn other_body(&self, body: BodyId) -> Option<BodyId> {
+        let (a, b) = (self.body_a(), self.body_b());
+        if body == a { Some(b) } else { (body == b).then_some(a) }
+    }
+
     /// Unit, from A to B [world].
     #[must_use]
     pub const fn normal(&self) -> Vec3 {
@@ -85,6 +111,79 @@ pub(super) fn contacts(tables: &Tables) -> impl Iterator<Item = ContactRef<'_>> 
         .iter()
         .filter(|(_, c)| c.count > 0 && !c.sensor)
         .map(|(_, contact)| ContactRef { tables, contact })
+}
+
+/// Contacts of the body in a row that have points, in the order of its list.
+fn of_body(tables: &Tables, body: u32) -> impl Iterator<Item = ContactRef<'_>> {
+    let rows = tables.contacts.of_body(tables.bodies.at(body)).map(|(row, _)| row);
+    let contacts = rows.map(|row| tables.contacts.at(row));
+    let solid = contacts.filter(|c| c.count > 0 && !c.sensor);
+    solid.map(|contact| ContactRef { tables, contact })
+}
+
+impl<'w> BodyRef<'w> {
+    /// Its contacts that have points, found by its own list: the other contacts of the world are not walked. They are in no
+    /// promised order, the same for any number of threads. Sensors have none: see [`ShapeRef::sensor_overlaps`].
+    pub fn contacts(&self) -> impl Iterator<Item = ContactRef<'w>> + use<'w> {
+        of_body(self.tables(), self.id().index())
+    }
+}
+
+impl<'w> ShapeRef<'w> {
+    /// Its contacts that have points. Those of its body are walked.
+    pub fn contacts(&self) -> impl Iterator<Item = ContactRef<'w>> + use<'w> {
+        let (tables, row) = (self.tables(), self.id().index());
+        let of_shape =
+            move |c: &ContactRef<'_>| c.contact.shape_a == row || c.contact.shape_b == row;
+        of_body(tables, tables.shapes.at(row).body).filter(of_shape)
+    }
+
+    /// The shapes in it if it is a sensor, or the sensors that it is in, as of the last step: those with a
+    /// [`SensorEvent`](crate::SensorEvent) of entering and none of leaving since. The contacts of its body are walked. A sensor does
+    /// not see other sensors.
+    ///
+    /// ```
+    /// use drystone::{BodyDef, DefError, ShapeDef, World};
+    ///
+    /// fn main() -> Result<(), DefError> {
+    ///     let mut world = World::default();
+    ///     let zone = ShapeDef { sensor: true, ..ShapeDef::box_half([1.0; 3]) };
+    ///     let zone = world.add_body(BodyDef::fixed().with_shape(zone))?;
+    ///     let ball = world.add_body(BodyDef::dynamic().with_shape(ShapeDef::sphere(0.5)))?;
+    ///     world.step(1.0 / 60.0);
+    ///     let zone = world.body(zone).and_then(|b| b.shapes().next());
+    ///     let zone = zone.and_then(|id| world.shape(id));
+    ///     let inside: Vec<_> = zone.into_iter().flat_map(|z| z.sensor_overlaps()).collect();
+    ///     assert_eq!(inside, world.body(ball).map_or(vec![], |b| b.shapes().collect()));
+    ///     Ok(())
+    /// }
+    /// ```
+    pub fn sensor_overlaps(&self) -> impl Iterator<Item = ShapeId> + use<'w> {
+        let (tables, row) = (self.tables(), self.id().index());
+        let rows = tables.contacts.of_body(tables.bodies.at(tables.shapes.at(row).body));
+        let contacts = rows.map(move |(contact, _)| tables.contacts.at(contact));
+        let touching = contacts.filter(|c| c.sensor && c.touching && !c.is_part);
+        touching.filter_map(move |c| match row {
+            row if row == c.shape_a => Some(tables.shapes.id(c.shape_b)),
+            row if row == c.shape_b => Some(tables.shapes.id(c.shape_a)),
+            _ => None,
+        })
+    }
+}
+
+/// Contacts between two bodies that have points. The shorter list is walked where it is known: static bodies may have thousands.
+pub(super) fn contacts_between(
+    tables: &Tables,
+    a: BodyId,
+    b: BodyId,
+) -> impl Iterator<Item = ContactRef<'_>> {
+    let rows = tables.bodies.rows.row(a).zip(tables.bodies.rows.row(b));
+    rows.into_iter().flat_map(move |(a, b)| {
+        let is_dynamic = tables.bodies.at(a).kind == BodyKind::Dynamic;
+        let (walked, other) = if is_dynamic { (a, b) } else { (b, a) };
+        of_body(tables, walked)
+            .filter(move |c| c.contact.body_a == other || c.contact.body_b == other)
+    })
 }
 
 /// How many of everything a world has.

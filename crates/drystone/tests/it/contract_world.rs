@@ -351,7 +351,11 @@ fn rays_and_overlaps_find_what_is_there() {
     assert!(query.overlap_shape(&ball, Pose::at([1.1, 2.0, 0.0]), all).unwrap().is_empty());
     assert_eq!(query.overlap_point([0.1, 2.1, 0.2], all).unwrap().len(), 1);
     let bounds = Aabb::new(vec3(0.4, 1.0, -1.0), vec3(1.0, 3.0, 1.0));
-    assert_eq!(query.overlap_box(bounds, all).len(), 2, "the cube and the endless ground");
+    assert_eq!(
+        query.overlap_bounds(bounds, all).unwrap().len(),
+        2,
+        "the cube and the endless ground"
+    );
 }
 
 #[test]

@@ -3,6 +3,7 @@
 
 mod contract_limits;
 mod contract_executor;
+mod contract_queries;
 mod contract_world;
 mod property_hull;
 mod property_snapshot;

@@ -11,7 +11,7 @@
 
 use crate::base::math::Vec3;
 use crate::base::pose::Pose;
-use crate::geometry::approach::{Sliding, meet};
+use crate::geometry::approach::{Course, Sliding, meet};
 use crate::geometry::collide::collide;
 use crate::geometry::manifold::{Manifold, PairCache};
 use crate::geometry::solid::{Core, Solid};
@@ -64,7 +64,7 @@ pub(super) fn look_ahead(
         let then = Pose { position, ..*b_in_a };
         collide(ctx.level, solid_a, solid_b, &then, margin, &mut PairCache::default())
     };
-    let met = meet(solid_a, solid_b, b_in_a, way, 1.0, &Sliding::default());
+    let met = meet(solid_a, solid_b, b_in_a, &Course::straight(way), &Sliding::default());
     let fraction = met.map_or_else(
         || {
             let reach = nearest + 2.0 * way.length();

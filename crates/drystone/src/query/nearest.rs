@@ -1,0 +1,136 @@
+//! Shapes near another one: the nearest, and all within a reach.
+
+use super::filter::QueryFilter;
+use super::{Query, convex};
+use crate::base::aabb::Aabb;
+use crate::base::id::{BodyId, ShapeId};
+use crate::base::limits;
+use crate::base::math::{Vec3, greater};
+use crate::base::pose::Pose;
+use crate::geometry::approach::{self, Nearby};
+use crate::geometry::shape::Shape;
+use crate::geometry::solid::Solid;
+use crate::state::check::{at_least_zero, within};
+use crate::state::def::DefError;
+
+/// A shape near another one, and the closest points of both.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct NearestShape {
+    /// The shape.
+    pub shape: ShapeId,
+    /// Its body.
+    pub body: BodyId,
+    /// How far apart they are [m]; below 0: they overlap by so much along the normal.
+    pub distance: f32,
+    /// The closest point of the shape that was found [m, world]; of an overlap the deepest.
+    pub point: Vec3,
+    /// That of the shape that was asked about [m, world].
+    pub own_point: Vec3,
+    /// Outward normal of the shape that was found, from `point` to `own_point` where they are apart [world].
+    pub normal: Vec3,
+}
+
+impl Query<'_> {
+    /// The shape nearest to a convex shape at `pose` [m, world], no farther away than `reach` [m], of those that the filter sees. Of
+    /// several that overlap it the one that does so most. Sensors are seen only if the filter asks for them.
+    ///
+    /// # Errors
+    /// The shape or the pose is invalid, the shape is a mesh or a half-space, or `reach` is not from 0 to 1e9 m.
+    pub fn nearest_shape<'f>(
+        &self,
+        shape: &Shape,
+        pose: Pose,
+        reach: f32,
+        filter: impl Into<QueryFilter<'f>>,
+    ) -> Result<Option<NearestShape>, DefError> {
+        let (solid, filter) = (convex(shape, &pose)?, filter.into());
+        valid_reach(reach)?;
+        let around = solid.aabb(&pose);
+        // Wider and wider: what is near is found among few. Far from the origin the box of a small shape has no size,
+        // so the first look is no smaller than the least shape: 24 rounds are the most there are.
+        let size = around.half_extents().max_element();
+        let mut look = reach.min(greater(size, limits::LENGTH.least));
+        let best = loop {
+            let best = self.nearest_within(&solid, &pose, &around, look, &filter);
+            if best.is_some() || look >= reach {
+                break best;
+            }
+            look = (4.0 * look).min(reach);
+        };
+        Ok(best.map(|(row, near)| self.named(row, &near)))
+    }
+
+    /// All shapes no farther than `reach` [m] from a convex shape at `pose` [m, world] that the filter sees, each with its closest
+    /// points. `shapes` is emptied before; they are in the order of their distances, then of their slots.
+    ///
+    /// # Errors
+    /// Those of [`Self::nearest_shape`]; then `shapes` is as it was.
+    pub fn nearest_all<'f>(
+        &self,
+        shape: &Shape,
+        pose: Pose,
+        reach: f32,
+        filter: impl Into<QueryFilter<'f>>,
+        shapes: &mut Vec<NearestShape>,
+    ) -> Result<(), DefError> {
+        let solid = convex(shape, &pose)?;
+        valid_reach(reach)?;
+        shapes.clear();
+        self.each_near(&solid.aabb(&pose).grown(reach), &filter.into(), |row| {
+            let other = self.tables.shapes.at(row);
+            let b_in_a = self.pose(other).relative(&pose);
+            let near = approach::closest(&other.solid, &solid, &b_in_a, reach);
+            shapes.extend(near.map(|near| self.named(row, &near)));
+            true
+        });
+        shapes.sort_unstable_by(|a, b| {
+            a.distance.total_cmp(&b.distance).then(a.shape.index().cmp(&b.shape.index()))
+        });
+        Ok(())
+    }
+
+    fn nearest_within(
+        &self,
+        solid: &Solid,
+        pose: &Pose,
+        around: &Aabb,
+        look: f32,
+        filter: &QueryFilter<'_>,
+    ) -> Option<(u32, Nearby)> {
+        let mut best: Option<(u32, Nearby)> = None;
+        for row in self.candidates(&around.grown(look), filter) {
+            let other = self.tables.shapes.at(row);
+            let limit = best.map_or(look, |(_, near)| near.distance);
+            if !around.grown(limit.max(0.0)).overlaps(&other.fat) {
+                continue;
+            }
+            let b_in_a = self.pose(other).relative(pose);
+            let near = approach::closest(&other.solid, solid, &b_in_a, limit);
+            if let Some(near) = near
+                && best.is_none_or(|(_, b)| near.distance < b.distance)
+            {
+                best = Some((row, near));
+            }
+        }
+        best
+    }
+
+    fn named(&self, row: u32, near: &Nearby) -> NearestShape {
+        let other = self.tables.shapes.at(row);
+        let at = self.pose(other);
+        NearestShape {
+            shape: self.tables.shapes.id(row),
+            body: self.tables.bodies.id(other.body),
+            distance: near.distance,
+            point: at.point(near.point_a),
+            own_point: at.point(near.point_b),
+            normal: at.direction(near.normal),
+        }
+    }
+}
+
+fn valid_reach(reach: f32) -> Result<(), DefError> {
+    at_least_zero("reach", reach)?;
+    within("reach", reach, &limits::WAY)
+}

@@ -1,0 +1,284 @@
+//! Two shapes without a world: how far apart, how deep in each other, when they meet, where they touch.
+
+use super::cast::Motion;
+use super::filter::Inside;
+use super::ray::{self, RayQuery};
+use super::{ROUNDING, placed};
+use crate::base::limits;
+use crate::base::math::{Vec3, greater};
+use crate::base::pose::Pose;
+use crate::base::wide::SimdLevel;
+use crate::geometry::approach::{self, Course, Nearby, Sliding};
+use crate::geometry::collide::{MAX_PARTS, MeshScratch, Reach, collide, collide_mesh};
+use crate::geometry::manifold::{Manifold, PairCache};
+use crate::geometry::shape::Shape;
+use crate::geometry::solid::{Core, Solid};
+use crate::state::check::{at_least_zero, within};
+use crate::state::def::DefError;
+
+/// The closest points of two shapes, A and B.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct ClosestPoints {
+    /// How far apart the shapes are [m]; below 0: they overlap by so much along the normal.
+    pub distance: f32,
+    /// The point of A [m, in the frame of both poses]; of an overlap its deepest.
+    pub point_a: Vec3,
+    /// That of B.
+    pub point_b: Vec3,
+    /// Unit, from A to B.
+    pub normal: Vec3,
+}
+
+/// Where a ray or a moving shape meets a shape.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct CastHit {
+    /// Part of the way, 0 to 1.
+    pub fraction: f32,
+    /// Where [m, in the frame of the poses].
+    pub point: Vec3,
+    /// Outward unit normal of the surface that was met.
+    pub normal: Vec3,
+    /// The cast starts in the shape.
+    pub inside: bool,
+}
+
+/// Points of two shapes, A and B, that share a normal.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ShapeContact {
+    manifold: Manifold,
+}
+
+/// A point of a [`ShapeContact`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct ShapeContactPoint {
+    /// Half way between the two surfaces [m, in the frame of both poses].
+    pub position: Vec3,
+    /// Distance of the surfaces along the normal [m]; negative: overlap.
+    pub separation: f32,
+}
+
+impl ShapeContact {
+    /// Unit, from A to B.
+    #[must_use]
+    pub const fn normal(&self) -> Vec3 {
+        self.manifold.normal
+    }
+
+    /// The points, 1 to 4.
+    pub fn points(&self) -> impl Iterator<Item = ShapeContactPoint> {
+        let point = |p: &crate::geometry::manifold::ManifoldPoint| ShapeContactPoint {
+            position: p.position,
+            separation: p.separation,
+        };
+        self.manifold.points().iter().map(point)
+    }
+}
+
+/// Two checked shapes, of which the second is convex.
+struct Pair {
+    a: Solid,
+    b: Solid,
+    at: Pose,
+    b_in_a: Pose,
+    /// They were given in the other order.
+    flipped: bool,
+}
+
+impl Pair {
+    fn new(a: &Shape, pose_a: &Pose, b: &Shape, pose_b: &Pose) -> Result<Self, DefError> {
+        placed("pose", a, pose_a)?;
+        placed("other_pose", b, pose_b).map_err(|e| named_other(e, b))?;
+        let (first, second) = (Solid::of(a), Solid::of(b));
+        if !second.is_surface() {
+            let b_in_a = pose_a.relative(pose_b);
+            return Ok(Self { a: first, b: second, at: *pose_a, b_in_a, flipped: false });
+        }
+        if !first.is_surface() {
+            let b_in_a = pose_b.relative(pose_a);
+            return Ok(Self { a: second, b: first, at: *pose_b, b_in_a, flipped: true });
+        }
+        let allowed = format!("a convex shape, where the other one is a {}", a.kind());
+        Err(DefError::new("other", b.kind(), &allowed))
+    }
+
+    fn closest(&self, reach: f32) -> Option<ClosestPoints> {
+        let near = approach::closest(&self.a, &self.b, &self.b_in_a, reach)?;
+        let Nearby { distance, point_a, point_b, normal } = near;
+        let (point_a, point_b) = (self.at.point(point_a), self.at.point(point_b));
+        let normal = self.at.direction(normal);
+        Some(if self.flipped {
+            ClosestPoints { distance, point_a: point_b, point_b: point_a, normal: -normal }
+        } else {
+            ClosestPoints { distance, point_a, point_b, normal }
+        })
+    }
+
+    /// The manifolds with points no farther apart than `margin` [m].
+    fn contacts(&self, margin: f32) -> Vec<ShapeContact> {
+        let mut made = [Manifold::default(); MAX_PARTS];
+        let level = SimdLevel::best().0;
+        if let Core::Mesh(mesh) = &self.a.core {
+            let (reach, scratch) = (Reach::still(margin), &mut MeshScratch::default());
+            collide_mesh(level, mesh, &self.b, &self.b_in_a, &reach, scratch, &mut made);
+        } else {
+            let cache = &mut PairCache::default();
+            made[0] = collide(level, &self.a, &self.b, &self.b_in_a, margin, cache);
+        }
+        let with_points = made.into_iter().filter(|manifold| manifold.count > 0);
+        with_points.map(|manifold| ShapeContact { manifold: self.shown(manifold) }).collect()
+    }
+
+    /// A manifold in the frame of the poses, in the order of the shapes.
+    fn shown(&self, mut manifold: Manifold) -> Manifold {
+        let normal = self.at.direction(manifold.normal);
+        manifold.normal = if self.flipped { -normal } else { normal };
+        for p in &mut manifold.points {
+            p.position = self.at.point(p.position);
+        }
+        manifold
+    }
+}
+
+/// An error of the second shape of two.
+fn named_other(e: DefError, other: &Shape) -> DefError {
+    if e.field().starts_with("other") || other.validate().is_ok() { e } else { e.within("other") }
+}
+
+/// Shapes against shapes, without a world. Poses are given in one frame, and results are in it. Pairs of which one is convex are
+/// computed; a mesh or a half-space against a mesh or a half-space is refused.
+impl Shape {
+    /// The closest points of this shape at `pose` and of `other` at `other_pose`, unless they are farther apart than `reach` [m].
+    ///
+    /// ```
+    /// use drystone::{DefError, Pose, Shape};
+    ///
+    /// fn main() -> Result<(), DefError> {
+    ///     let (ball, wall) = (Shape::sphere(0.5), Shape::box_half([0.1, 2.0, 2.0]));
+    ///     let near = ball.closest_points(Pose::IDENTITY, &wall, Pose::at([2.0, 0.0, 0.0]), 10.0)?;
+    ///     assert_eq!(near.map(|near| (near.point_a.x, near.point_b.x)), Some((0.5, 1.9)));
+    ///     Ok(())
+    /// }
+    /// ```
+    ///
+    /// # Errors
+    /// A shape or a pose is invalid, none of the shapes is convex, or `reach` is not from 0 to 1e9 m.
+    pub fn closest_points(
+        &self,
+        pose: Pose,
+        other: &Self,
+        other_pose: Pose,
+        reach: f32,
+    ) -> Result<Option<ClosestPoints>, DefError> {
+        let pair = Pair::new(self, &pose, other, &other_pose)?;
+        at_least_zero("reach", reach)?;
+        within("reach", reach, &limits::WAY)?;
+        Ok(pair.closest(reach))
+    }
+
+    /// How far this shape at `pose` is from `other` at `other_pose` [m]; below 0: how deep they overlap.
+    ///
+    /// # Errors
+    /// A shape or a pose is invalid, or none of the shapes is convex.
+    pub fn distance(&self, pose: Pose, other: &Self, other_pose: Pose) -> Result<f32, DefError> {
+        let found = Pair::new(self, &pose, other, &other_pose)?.closest(limits::WAY.most);
+        // Positions are bounded: nothing that is valid is farther apart than the greatest way.
+        Ok(found.map_or(limits::WAY.most, |near| near.distance))
+    }
+
+    /// Whether this shape at `pose` overlaps `other` at `other_pose`, or touches it.
+    ///
+    /// # Errors
+    /// A shape or a pose is invalid, or none of the shapes is convex.
+    pub fn overlaps(&self, pose: Pose, other: &Self, other_pose: Pose) -> Result<bool, DefError> {
+        Ok(!Pair::new(self, &pose, other, &other_pose)?.contacts(0.0).is_empty())
+    }
+
+    /// Where this shape at `pose` touches `other` at `other_pose`: points whose surfaces are no farther apart than `margin` [m], one
+    /// [`ShapeContact`] for each normal. Two convex shapes, or one and a half-space, have at most one; a mesh has up to four.
+    ///
+    /// # Errors
+    /// A shape or a pose is invalid, none of the shapes is convex, or `margin` is not from 0 to 1000 m.
+    pub fn contacts(
+        &self,
+        pose: Pose,
+        other: &Self,
+        other_pose: Pose,
+        margin: f32,
+    ) -> Result<Vec<ShapeContact>, DefError> {
+        let pair = Pair::new(self, &pose, other, &other_pose)?;
+        within("margin", margin, &limits::CONTACT_DISTANCE)?;
+        Ok(pair.contacts(margin))
+    }
+
+    /// Where this convex shape, which starts at `pose` and moves by `motion`, first meets `other` at `other_pose`. What they overlap at
+    /// the start is met there, at fraction 0; what they only touch is not met where the shape moves away from it or along it.
+    ///
+    /// ```
+    /// use drystone::{DefError, Pose, Shape};
+    ///
+    /// fn main() -> Result<(), DefError> {
+    ///     let (ball, ground) = (Shape::sphere(0.5), Shape::half_space([0.0, 1.0, 0.0], 0.0));
+    ///     let hit = ball.cast(Pose::at([0.0, 2.5, 0.0]), [0.0, -4.0, 0.0], &ground, Pose::IDENTITY)?;
+    ///     assert_eq!(hit.map(|hit| hit.fraction), Some(0.5));
+    ///     Ok(())
+    /// }
+    /// ```
+    ///
+    /// # Errors
+    /// A shape, a pose or `motion` is invalid, or this shape is a mesh or a half-space.
+    pub fn cast(
+        &self,
+        pose: Pose,
+        motion: impl Into<Motion>,
+        other: &Self,
+        other_pose: Pose,
+    ) -> Result<Option<CastHit>, DefError> {
+        let (own, motion) = (super::convex(self, &pose)?, motion.into());
+        placed("other_pose", other, &other_pose).map_err(|e| named_other(e, other))?;
+        motion.validate()?;
+        let at = other_pose;
+        let course = Course {
+            delta: at.local_direction(motion.delta),
+            turn: at.local_direction(motion.turn),
+            limit: 1.0,
+        };
+        let (met, none) = (Solid::of(other), Sliding::default());
+        let met = approach::meet(&met, &own, &at.relative(&pose), &course, &none);
+        Ok(met.map(|met| CastHit {
+            fraction: met.fraction,
+            point: at.point(met.point),
+            normal: at.direction(met.normal),
+            inside: met.overlap,
+        }))
+    }
+
+    /// Where the segment from `origin` to `origin + delta` [m] first meets this shape at `pose`; `inside` says how a start in the shape
+    /// is treated.
+    ///
+    /// # Errors
+    /// The shape or the pose is invalid, or a number of the ray is not finite or beyond 1e9 m.
+    pub fn cast_ray(
+        &self,
+        pose: Pose,
+        origin: impl Into<Vec3>,
+        delta: impl Into<Vec3>,
+        inside: Inside,
+    ) -> Result<Option<CastHit>, DefError> {
+        placed("pose", self, &pose)?;
+        let way = RayQuery::new(origin, delta);
+        way.validate()?;
+        let RayQuery { origin, delta } = way;
+        let far = greater(origin.abs().max_element(), delta.abs().max_element());
+        let (o, d) = (pose.local_point(origin), pose.local_direction(delta));
+        let hit = ray::meet(&Solid::of(self), o, d, 1.0, inside, ROUNDING * far);
+        Ok(hit.map(|(hit, inside)| CastHit {
+            fraction: hit.fraction,
+            point: origin + delta * hit.fraction,
+            normal: pose.direction(hit.normal),
+            inside,
+        }))
+    }
+}
