@@ -1,5 +1,6 @@
 //! Shapes: one row each, owned by a body. Written by the world; bounds by finalize.
 
+use core::mem::replace;
 use std::collections::VecDeque;
 use std::sync::Arc;
 
@@ -26,7 +27,7 @@ pub(crate) enum Here {
 }
 
 /// A shape of a body. What the narrowphase reads of it stands in the first two cache lines.
-#[derive(Clone, Debug, Serialize, Deserialize)]
+#[derive(Debug, Serialize, Deserialize)]
 #[repr(C, align(64))]
 pub(crate) struct ShapeRow {
     #[serde(skip)]
@@ -59,6 +60,29 @@ pub(crate) struct ShapeRow {
     /// Radius for rolling and spinning resistance [m]; 0: does not roll.
     pub(crate) rolling_radius: f32,
     pub(crate) user_data: u64,
+}
+
+impl Clone for ShapeRow {
+    fn clone(&self) -> Self {
+        Self { solid: self.solid.clone(), shape: self.shape.clone(), ..*self }
+    }
+
+    fn clone_from(&mut self, from: &Self) {
+        // Who shares a hull is counted, by all threads: to see that it is the same one costs less.
+        let solid = match (&self.solid.core, &from.solid.core) {
+            (Core::Hull(to), Core::Hull(from)) if Arc::ptr_eq(to, from) => {
+                replace(&mut self.solid, Solid::POINT)
+            }
+            _ => from.solid.clone(),
+        };
+        let shape = match (&self.shape, &from.shape) {
+            (Shape::Hull(to), Shape::Hull(from)) if Arc::ptr_eq(to, from) => {
+                replace(&mut self.shape, no_shape())
+            }
+            _ => from.shape.clone(),
+        };
+        *self = Self { solid, shape, ..*from };
+    }
 }
 
 const _: () = assert!(size_of::<Option<ShapeRow>>() == 256);
@@ -155,12 +179,27 @@ impl PairSurface {
 }
 
 /// All shapes.
-#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+#[derive(Debug, Default, Serialize, Deserialize)]
 pub(crate) struct Shapes {
     pub(crate) rows: SlotMap<ShapeId, ShapeRow>,
     /// The hulls of the boxes that were added last, [`Self::BOXES`] at most: boxes of one size share theirs.
     #[serde(skip)]
     boxes: VecDeque<Arc<Hull>>,
+}
+
+impl Clone for Shapes {
+    fn clone(&self) -> Self {
+        let mut copy = Self::default();
+        copy.clone_from(self);
+        copy
+    }
+
+    /// Into the lists that are there.
+    fn clone_from(&mut self, from: &Self) {
+        let Self { rows, boxes } = from;
+        self.rows.clone_from(rows);
+        self.boxes.clone_from(boxes);
+    }
 }
 
 impl Shapes {

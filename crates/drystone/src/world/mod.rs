@@ -6,6 +6,7 @@ mod audit;
 mod body;
 mod breakage;
 mod change;
+mod clone;
 mod faults;
 mod hashes;
 mod impact;
@@ -55,7 +56,7 @@ use crate::step::{self, Scratch, Stage};
 ///
 /// It owns everything in it, can be cloned, and can be sent to another thread. Given the same calls it
 /// gives the same bits for any number of threads, any SIMD level, in debug and release.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub struct World {
     tables: Tables,
     scratch: Scratch,

@@ -5,6 +5,7 @@ mod contract_limits;
 mod contract_executor;
 mod contract_world;
 mod property_hull;
+mod property_rollback;
 mod property_snapshot;
 mod regression;
 mod regression_snapshot;
