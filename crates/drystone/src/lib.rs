@@ -79,7 +79,9 @@ pub use state::particle_def::{LinkDef, LinkKind, LinkSpring, ParticleDef};
 pub use state::sixdof::{JointAxis, JointCone, JointDrive, JointMotion, JointSpring, SixDof};
 pub use step::Stage;
 pub use world::{
-    BodyMut, BodyRef, BondRef, ClothDef, ContactPoint, ContactRef, Impact, ImpactBody,
-    ImpactSurface, JointRef, LinkRef, ParticleMut, ParticleRef, RopeDef, ShapeMut, ShapeRef,
-    SnapshotError, Strand, World, WorldCounts, impact,
+    BodyMut, BodyRef, BondRef, ClothDef, ContactPoint, ContactRef,
+    GeometryKey, Impact, ImpactBody, ImpactSurface, JointRef,
+    Library, LinkRef, ParticleMut, ParticleRef, RopeDef,
+    ShapeMut, ShapeRef, SnapshotError, Strand, World, WorldCounts, impact,
+   
 };
