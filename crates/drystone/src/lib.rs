@@ -80,8 +80,8 @@ pub use state::sixdof::{JointAxis, JointCone, JointDrive, JointMotion, JointSpri
 pub use step::Stage;
 pub use world::{
     BodyMut, BodyRef, BondRef, ClothDef, ContactPoint, ContactRef,
-    GeometryKey, Impact, ImpactBody, ImpactSurface, JointRef,
+    DeltaError, GeometryKey, Impact, ImpactBody, ImpactSurface, JointRef,
     Library, LinkRef, ParticleMut, ParticleRef, RopeDef,
-    ShapeMut, ShapeRef, SnapshotError, Strand, World, WorldCounts, impact,
-   
+    ShapeMut, ShapeRef, SnapshotError, Strand, World, WorldCounts, apply_delta, impact,
+    write_delta,
 };

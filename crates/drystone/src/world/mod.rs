@@ -7,6 +7,7 @@ mod body;
 mod breakage;
 mod change;
 mod clone;
+mod delta;
 mod faults;
 mod hashes;
 mod impact;
@@ -23,6 +24,7 @@ mod view;
 
 pub use self::body::{BodyMut, BodyRef};
 pub use self::breakage::BondRef;
+pub use self::delta::{DeltaError, apply_delta, write_delta};
 pub use self::impact::{Impact, ImpactBody, ImpactSurface, impact};
 pub use self::joint::JointRef;
 pub use self::library::{GeometryKey, Library};
