@@ -79,9 +79,9 @@ pub use state::particle_def::{LinkDef, LinkKind, LinkSpring, ParticleDef};
 pub use state::sixdof::{JointAxis, JointCone, JointDrive, JointMotion, JointSpring, SixDof};
 pub use step::Stage;
 pub use world::{
-    BodyMut, BodyRef, BondRef, ClothDef, ContactPoint, ContactRef,
-    DeltaError, GeometryKey, Impact, ImpactBody, ImpactSurface, JointRef,
-    Library, LinkRef, ParticleMut, ParticleRef, RopeDef,
-    ShapeMut, ShapeRef, SnapshotError, Strand, World, WorldCounts, apply_delta, impact,
+    Answer, BodyCall, BodyMut, BodyRef, BondRef, Call, ClothDef, ContactPoint, ContactRef,
+    DeltaError, Difference, GeometryKey, Impact, ImpactBody, ImpactSurface, JointCall, JointRef,
+    Journal, JournalError, Library, LinkRef, ParticleCall, ParticleMut, ParticleRef, RopeDef,
+    ShapeCall, ShapeMut, ShapeRef, SnapshotError, Strand, World, WorldCounts, apply_delta, impact,
     write_delta,
 };

@@ -11,7 +11,7 @@ use crate::base::limits;
 use crate::base::math::Vec3;
 
 /// What a joint does.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 #[expect(clippy::large_enum_variant, reason = "the tables box it; a definition is short-lived")]
 pub enum JointKind {
@@ -85,7 +85,7 @@ pub struct Spring {
 }
 
 /// A joint between two bodies; one of them may be static or kinematic.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct JointDef {
     /// First body.
     pub body_a: BodyId,

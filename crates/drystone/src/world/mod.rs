@@ -12,6 +12,7 @@ mod faults;
 mod hashes;
 mod impact;
 mod joint;
+mod journal;
 mod library;
 mod mass;
 mod particle;
@@ -27,6 +28,9 @@ pub use self::breakage::BondRef;
 pub use self::delta::{DeltaError, apply_delta, write_delta};
 pub use self::impact::{Impact, ImpactBody, ImpactSurface, impact};
 pub use self::joint::JointRef;
+pub use self::journal::{
+    Answer, BodyCall, Call, Difference, JointCall, Journal, JournalError, ParticleCall, ShapeCall,
+};
 pub use self::library::{GeometryKey, Library};
 pub use self::particle::{LinkRef, ParticleMut, ParticleRef};
 pub use self::shape::{ShapeMut, ShapeRef};
