@@ -2,6 +2,7 @@
 //! seed, run, and held against what must be true of any of them. `docs/attack.md` of the repository says how it is used.
 
 pub mod apply;
+pub mod calls;
 pub mod campaign;
 pub mod commands;
 pub mod damage;

@@ -4,7 +4,7 @@
 
 use std::time::Instant;
 
-use drystone::{BodyDef, DefError, ShapeDef, World};
+use drystone::{BodyDef, DefError, ShapeDef, World, apply_delta, write_delta};
 
 const DT: f32 = 1.0 / 60.0;
 /// Frames that a game of two players over the net goes back at most, as GGRS has it.
@@ -49,12 +49,28 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         saves[next % FRAMES].clone_from(&world);
         next += 1;
     });
-    let mut bytes = world.snapshot();
-    let snapshot = time(|| bytes = world.snapshot());
-    let restore = time(|| drop(World::restore(&bytes)));
+    let (mut bytes, mut base, mut delta, mut whole) =
+        (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+    let snapshot = time(|| world.snapshot_into(&mut bytes));
+    let mut refused = Ok(());
+    let restore = time(|| refused = saves[0].restore_from(&bytes));
+    refused?;
+    base.clone_from(&bytes);
+    world.step(DT);
+    world.snapshot_into(&mut bytes);
+    let write = time(|| write_delta(&base, &bytes, &mut delta));
+    let mut refused = Ok(());
+    let apply = time(|| refused = apply_delta(&base, &delta, &mut whole));
+    refused?;
     let counts = world.counts();
     println!("{} boxes, {} contacts, {} bytes", counts.dynamic, counts.contacts, bytes.len());
-    println!("clone_from {clone_from:.3} ms, snapshot {snapshot:.3} ms, restore {restore:.3} ms");
+    println!(
+        "clone_from {clone_from:.3} ms, snapshot_into {snapshot:.3} ms, restore_from {restore:.3} ms"
+    );
+    println!(
+        "a delta of a step: {} bytes, written in {write:.3} ms, applied in {apply:.3} ms",
+        delta.len()
+    );
 
     // Back to the first state and on to the last one: the frames alone, and with each one kept again.
     let start = world.clone();

@@ -31,6 +31,7 @@ mod scenario_motion;
 mod scenario_particles;
 mod scenario_pinned;
 mod scenario_queries;
+mod scenario_rollback;
 mod scenario_groups;
 mod scenario_threads;
 mod scenario_tumble;

@@ -12,8 +12,6 @@ use crate::base::id::BodyId;
 use crate::state::def::DefError;
 use crate::step::Stage;
 
-/// First bytes of a journal.
-const MAGIC: [u8; 8] = *b"drydiary";
 /// Of the layout; goes up whenever calls or snapshots change.
 const VERSION: u32 = 1;
 
@@ -183,6 +181,9 @@ impl core::fmt::Display for JournalError {
 impl core::error::Error for JournalError {}
 
 impl Journal {
+    /// The first bytes of what [`Self::to_bytes`] gives, by which a file of them is told from others.
+    pub const KIND: [u8; 8] = *b"drydiary";
+
     /// An empty journal that begins with the world as it is.
     #[must_use]
     pub fn begin(world: &World) -> Self {
@@ -254,7 +255,7 @@ impl Journal {
     pub fn to_bytes(&self) -> Vec<u8> {
         let body = postcard::to_stdvec(self).expect("calls are numbers and lists");
         let mut bytes = Vec::with_capacity(20 + body.len());
-        bytes.extend_from_slice(&MAGIC);
+        bytes.extend_from_slice(&Self::KIND);
         bytes.extend_from_slice(&VERSION.to_le_bytes());
         bytes.extend_from_slice(&checksum(&body).to_le_bytes());
         bytes.extend_from_slice(&body);
@@ -266,7 +267,7 @@ impl Journal {
     /// # Errors
     /// Why the bytes are no journal. Whether its calls make sense shows when it is replayed.
     pub fn from_bytes(mut bytes: &[u8]) -> Result<Self, JournalError> {
-        if split(&mut bytes) != Some(MAGIC) {
+        if split(&mut bytes) != Some(Self::KIND) {
             return Err(JournalError::NotAJournal);
         }
         let found = u32::from_le_bytes(split(&mut bytes).ok_or(JournalError::Damaged)?);
@@ -319,5 +320,123 @@ fn different_stage(now: &Came, then: &Came) -> Option<Stage> {
         // Velocities are told by the hashes of bodies too.
         None if bodies != others => Some(Stage::Finalize),
         first => first,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Answer, Came, Journal, JournalError};
+    use crate::base::random::Random;
+    use crate::world::snapshot::checksum;
+    use crate::{BodyCall, BodyDef, Call, JournalError as Error, ShapeDef, Stage, World, vec3};
+
+    const DT: f32 = 1.0 / 60.0;
+
+    /// Two boxes fall and are pushed; after the third step one of them comes.
+    fn journal() -> (Journal, World) {
+        let mut world = World::default();
+        let ground = ShapeDef::half_space([0.0, 1.0, 0.0], 0.0);
+        world.add_body(BodyDef::fixed().with_shape(ground)).unwrap();
+        let mut journal = Journal::begin(&world);
+        let cube = |x: f32| {
+            let at = BodyDef::dynamic().with_position([x, 0.6, 0.0]);
+            Call::AddBody(Box::new(at.with_shape(ShapeDef::box_half([0.5; 3]))))
+        };
+        let Ok(Answer::Body(first)) = journal.call(&mut world, cube(0.0)) else { panic!() };
+        for step in 0..20 {
+            if step == 3 {
+                journal.call(&mut world, cube(3.0)).unwrap();
+                let push = BodyCall::ApplyImpulse(vec3(100.0, 0.0, 0.0));
+                journal.call(&mut world, Call::Body(first, push)).unwrap();
+            }
+            journal.call(&mut world, Call::Step(DT)).unwrap();
+        }
+        journal.call(&mut world, Call::SetGravity(vec3(f32::NAN, 0.0, 0.0))).unwrap_err();
+        (journal, world)
+    }
+
+    fn replay(journal: &Journal) -> Result<u64, JournalError> {
+        let mut world = World::default();
+        journal.replay(&mut world).map(|()| world.state_hash())
+    }
+
+    #[test]
+    fn a_journal_comes_to_the_same_and_can_be_stopped_on_the_way() {
+        let (journal, world) = journal();
+        assert_eq!(replay(&journal), Ok(world.state_hash()));
+        let read = Journal::from_bytes(&journal.to_bytes()).unwrap();
+        assert_eq!(replay(&read), Ok(world.state_hash()));
+        let mut some = World::default();
+        read.replay_some(&mut some, 4).unwrap();
+        assert_eq!((some.step_count(), some.counts().dynamic), (3, 1));
+        assert_eq!(read.calls().len(), 24);
+    }
+
+    #[test]
+    fn the_first_difference_is_named_by_call_step_stage_and_body() {
+        let (journal, _) = journal();
+        let differs = |journal: &Journal| match replay(journal) {
+            Err(Error::Differs(d)) => (d.call, d.step, d.stage, d.body.map(|b| b.index())),
+            other => panic!("{other:?}"),
+        };
+        // A push that is a little less: the box in slot 1 moves otherwise in that step, by the solver's friction.
+        let mut pushed = journal.clone();
+        let Call::Body(_, push) = &mut pushed.entries[5].call else { panic!() };
+        *push = BodyCall::ApplyImpulse(vec3(99.0, 0.0, 0.0));
+        let (call, step, stage, body) = differs(&pushed);
+        assert_eq!((call, step, body), (6, 4, Some(1)));
+        assert!(matches!(stage, Some(Stage::Narrowphase | Stage::Solver | Stage::Finalize)));
+        // The box that comes later goes to another place.
+        let mut moved = journal.clone();
+        let Call::AddBody(def) = &mut moved.entries[4].call else { panic!() };
+        def.position.x = 4.0;
+        assert_eq!(differs(&moved), (6, 4, Some(Stage::Finalize), Some(2)));
+        // It does not come: what was added is not what was answered, and no step says so first.
+        let mut gone = journal.clone();
+        gone.entries[4].call = Call::WakeAll;
+        let (call, step, stage, _) = differs(&gone);
+        assert_eq!((call, step, stage), (4, 3, None));
+        // A hash that is another one.
+        let mut hashed = journal;
+        let Came::Stepped { stages, .. } = &mut hashed.entries[9].came else { panic!() };
+        stages[Stage::ALL.iter().position(|s| *s == Stage::Sensor).unwrap()] ^= 1;
+        assert_eq!(differs(&hashed), (9, 7, Some(Stage::Sensor), None));
+    }
+
+    /// With the checksum made right: a stranger can do that.
+    #[test]
+    fn damaged_journals_are_refused_or_run() {
+        let bytes = journal().0.to_bytes();
+        assert_eq!(Journal::from_bytes(b"").unwrap_err(), Error::NotAJournal);
+        for end in [8, 11, 19, 20, bytes.len() - 1] {
+            assert_eq!(Journal::from_bytes(&bytes[..end]).unwrap_err(), Error::Damaged, "{end}");
+        }
+        let mut later = bytes.clone();
+        later[8] += 1;
+        assert!(matches!(Journal::from_bytes(&later), Err(Error::Version { found: 2, read: 1 })));
+        let start = journal().0.start.len();
+        let mut random = Random::new(11);
+        let mut below = |n: usize| usize::try_from(random.next() % n as u64).unwrap();
+        let mut read = 0;
+        for case in 0..600 {
+            let mut body = bytes[20..].to_vec();
+            for _ in 0..=below(3) {
+                // The start is a snapshot, whose own checksum holds.
+                let at = start + below(body.len() - start);
+                match below(4) {
+                    0 => body[at] ^= 1 << below(8),
+                    1 => body[at] = [0, 1, 0x7f, 0x80, 0xff][below(5)],
+                    2 => drop(body.remove(at)),
+                    _ => body.truncate(at),
+                }
+            }
+            let mut damaged = bytes[..12].to_vec();
+            damaged.extend(checksum(&body).to_le_bytes());
+            damaged.extend(body);
+            let run =
+                std::panic::catch_unwind(|| Journal::from_bytes(&damaged).map(|j| replay(&j)));
+            read += usize::from(run.unwrap_or_else(|_| panic!("case {case}")).is_ok());
+        }
+        assert!(read > 60, "hardly any is looked at: {read}");
     }
 }
