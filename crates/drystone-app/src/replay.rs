@@ -1,8 +1,8 @@
-//! `drystone replay`: runs a log again, and tells where it comes to something else.
+//! `drystone replay`: runs a log or a journal again, and tells where it comes to something else.
 
 use std::process::ExitCode;
 
-use drystone::Stage;
+use drystone::{Journal, Stage, World};
 use drystone_scene::Running;
 
 use crate::Outcome;
@@ -17,6 +17,9 @@ use crate::snapshot::begin;
 pub(crate) fn replay(args: &Replay) -> Outcome {
     let wrong = |e: &str| Failure::failed(format_args!("{}: {e}", args.log.display()));
     let bytes = read(&args.log, KIND)?;
+    if bytes.starts_with(&Journal::KIND) {
+        return replay_journal(args);
+    }
     let mut rest = chunk::after_title(&bytes, KIND, "log that `simulate --record` wrote")
         .map_err(|e| wrong(&e))?;
     let header: Header = chunk::take(&mut rest).ok_or_else(|| wrong("was cut off or changed"))?;
@@ -69,6 +72,25 @@ pub(crate) fn replay(args: &Replay) -> Outcome {
     output::print(&one_line(&format!(
         "{}: {taken} run again, every bit the same; hash {hash:016x}{cut}",
         header.recipe.source.scene
+    )))?;
+    output::print("\n")?;
+    Ok(ExitCode::SUCCESS)
+}
+
+/// A journal of calls that a program wrote.
+fn replay_journal(args: &Replay) -> Outcome {
+    let wrong =
+        |e: &dyn core::fmt::Display| Failure::failed(format_args!("{}: {e}", args.log.display()));
+    let journal = Journal::from_bytes(&read(&args.log, Journal::KIND)?).map_err(|e| wrong(&e))?;
+    let mut world = World::default();
+    args.workers.equip(&mut world);
+    let start = World::restore(journal.start()).map_err(|e| wrong(&e))?.step_count();
+    journal.replay(&mut world).map_err(|e| wrong(&e))?;
+    let calls = count(journal.calls().len() as u64, "call");
+    let steps = count(world.step_count() - start, "step");
+    let hash = world.state_hash();
+    output::print(&one_line(&format!(
+        "{calls} made again, {steps} of them, every bit the same; hash {hash:016x}"
     )))?;
     output::print("\n")?;
     Ok(ExitCode::SUCCESS)

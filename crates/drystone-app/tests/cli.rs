@@ -806,6 +806,26 @@ fn a_run_goes_on_from_its_snapshot_as_if_it_had_not_been_interrupted() {
 }
 
 #[test]
+fn a_journal_that_a_program_wrote_is_replayed() {
+    use drystone::{BodyDef, Call, Journal, ShapeDef, World};
+    let folder = folder("journal");
+    let mut world = World::default();
+    let mut journal = Journal::begin(&world);
+    let ball = BodyDef::dynamic().with_shape(ShapeDef::sphere(0.5));
+    journal.call(&mut world, Call::AddBody(Box::new(ball))).unwrap();
+    for _ in 0..3 {
+        journal.call(&mut world, Call::Step(1.0 / 60.0)).unwrap();
+    }
+    let bytes = journal.to_bytes();
+    fs::write(folder.join("ball.journal"), &bytes).unwrap();
+    let told = succeed(&folder, &["replay", "ball.journal", "--threads", "2"]);
+    assert!(told.contains("4 calls made again, 3 steps of them, every bit the same"), "{told}");
+    fs::write(folder.join("cut.journal"), &bytes[..bytes.len() - 1]).unwrap();
+    let line = fail(&folder, &["replay", "cut.journal"]);
+    assert!(line.contains("cut.journal: the journal was cut off or changed"), "{line}");
+}
+
+#[test]
 fn a_recorded_run_is_replayed_and_told_where_it_goes_another_way() {
     let folder = folder("record");
     let run = |args: &str| succeed(&folder, &args.split(' ').collect::<Vec<_>>());

@@ -55,7 +55,13 @@ impl Ids {
         }
     }
 
-    fn take_strand(&mut self, first: Label, first_link: Label, strand: &Strand) {
+    pub(crate) fn take_body(&mut self, plan: &BodyPlan, id: BodyId, world: &World) {
+        self.bodies.insert(plan.label, id);
+        let made: Vec<ShapeId> = world.body(id).map(|b| b.shapes().collect()).unwrap_or_default();
+        self.shapes.extend(plan.shapes.iter().map(|s| s.label).zip(made));
+    }
+
+    pub(crate) fn take_strand(&mut self, first: Label, first_link: Label, strand: &Strand) {
         self.particles.extend((first..).zip(strand.particles.iter().copied()));
         self.links.extend((first_link..).zip(strand.links.iter().copied()));
     }
@@ -172,24 +178,24 @@ pub fn shape(form: &Form) -> Option<Shape> {
     }
 }
 
-fn shape_def(plan: &ShapePlan) -> Option<ShapeDef> {
+pub(crate) fn shape_def(plan: &ShapePlan) -> Option<ShapeDef> {
     Some(ShapeDef { shape: shape(&plan.form)?, ..plan.def.clone() })
 }
 
-fn add_body(world: &mut World, ids: &mut Ids, plan: &BodyPlan) -> Done {
+/// The definition of a body, unless one of its shapes or its glue is refused.
+pub(crate) fn body_def(plan: &BodyPlan) -> Option<BodyDef> {
     let shapes: Option<Vec<ShapeDef>> = plan.shapes.iter().map(shape_def).collect();
-    let Some(shapes) = shapes else { return Done::Refused };
-    let mut def = BodyDef { shapes, ..plan.def.clone() };
+    let mut def = BodyDef { shapes: shapes?, ..plan.def.clone() };
     if let Some((gap, strength)) = plan.glue {
-        match Glue::touching(&def.shapes, gap, strength) {
-            Ok(glue) => def.glue = Some(glue),
-            Err(_) => return Done::Refused,
-        }
+        def.glue = Some(Glue::touching(&def.shapes, gap, strength).ok()?);
     }
+    Some(def)
+}
+
+fn add_body(world: &mut World, ids: &mut Ids, plan: &BodyPlan) -> Done {
+    let Some(def) = body_def(plan) else { return Done::Refused };
     let Ok(id) = world.add_body(def) else { return Done::Refused };
-    ids.bodies.insert(plan.label, id);
-    let made: Vec<ShapeId> = world.body(id).map(|b| b.shapes().collect()).unwrap_or_default();
-    ids.shapes.extend(plan.shapes.iter().map(|s| s.label).zip(made));
+    ids.take_body(plan, id, world);
     Done::Yes
 }
 
@@ -241,17 +247,22 @@ fn remove(world: &mut World, ids: &mut Ids, op: &Op) -> Done {
     }
 }
 
-fn add_joint(world: &mut World, ids: &mut Ids, plan: &JointPlan) -> Done {
-    let [Some(a), Some(b)] = plan.bodies.map(|label| ids.bodies.get(&label).copied()) else {
-        return Done::Skipped;
-    };
+/// The definition of a joint between two bodies.
+pub(crate) fn joint_def([a, b]: [BodyId; 2], plan: &JointPlan) -> JointDef {
     let def = JointDef::new(a, b, plan.kind);
     let def = match (plan.place, plan.kind) {
         (Place::Along(anchor, axis), JointKind::SixDof(_)) => def.at(anchor).with_axis(axis),
         (Place::Along(p, q) | Place::Anchors(p, q), _) => def.with_anchors(p, q),
     };
     let JointPlan { collide_connected, strength, articulated, .. } = *plan;
-    let def = JointDef { collide_connected, strength, articulated, ..def };
+    JointDef { collide_connected, strength, articulated, ..def }
+}
+
+fn add_joint(world: &mut World, ids: &mut Ids, plan: &JointPlan) -> Done {
+    let [Some(a), Some(b)] = plan.bodies.map(|label| ids.bodies.get(&label).copied()) else {
+        return Done::Skipped;
+    };
+    let def = joint_def([a, b], plan);
     let Ok(id) = world.add_joint(def) else { return Done::Refused };
     ids.joints.insert(plan.label, id);
     Done::Yes

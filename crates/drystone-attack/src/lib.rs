@@ -3,6 +3,7 @@
 
 pub mod apply;
 mod ask;
+pub mod calls;
 pub mod campaign;
 pub mod commands;
 pub mod damage;

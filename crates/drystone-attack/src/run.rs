@@ -7,6 +7,7 @@ use std::time::{Duration, Instant};
 use drystone::{Executor, Inline, SimdLevel, Team, World};
 
 use crate::apply::{Done, Ids, apply};
+use crate::calls::{Past, Written};
 use crate::finding::{Findings, Kind};
 use crate::op::{Op, Program, Style};
 use crate::oracle::{self, Pairs};
@@ -22,6 +23,10 @@ pub struct Conditions {
     pub restore_every: Option<u32>,
     /// Goes on as a clone after so many steps.
     pub clone_at: Option<u32>,
+    /// Goes into a future that is not to be and back, to a copy or to bytes in turn, again and again after so many steps.
+    pub back_every: Option<u32>,
+    /// Calls are made as data and written into a journal, which is made again in the end.
+    pub written: bool,
     /// Whether all must be looked at; else only hashes are taken.
     pub look: bool,
     /// Whether faults and wild speeds of ordinary worlds are findings.
@@ -39,6 +44,8 @@ impl Conditions {
         level: 0,
         restore_every: None,
         clone_at: None,
+        back_every: None,
+        written: false,
         look: true,
         strict: false,
         trace: None,
@@ -154,6 +161,8 @@ fn steps(program: &Program, conditions: &Conditions, run: &mut Run) {
     };
     equip(&mut world, conditions);
     let (mut ids, mut pairs) = (Ids::default(), Pairs::default());
+    let mut past = Past::default();
+    let mut written = conditions.written.then(|| Written::begin(&world));
     let start = Instant::now();
     let mut step = 0;
     for op in &program.ops {
@@ -161,7 +170,10 @@ fn steps(program: &Program, conditions: &Conditions, run: &mut Run) {
             trace(&format!("step {step}: {op:?}"));
         }
         let Op::Step(dt, count) = op else {
-            let done = apply(&mut world, &mut ids, op, &mut run.findings, step);
+            let done = match &mut written {
+                Some(written) => written.apply(&mut world, &mut ids, op),
+                None => apply(&mut world, &mut ids, op, &mut run.findings, step),
+            };
             run.refused += u32::from(done == Done::Refused);
             run.done.push(done == Done::Yes);
             continue;
@@ -169,7 +181,13 @@ fn steps(program: &Program, conditions: &Conditions, run: &mut Run) {
         run.done.push(true);
         for _ in 0..*count {
             between(&mut world, conditions, step, run);
-            world.step(*dt);
+            if conditions.back_every.is_some_and(|n| step % n == n - 1) {
+                past.there_and_back(&mut world, &mut run.findings, step);
+            }
+            match &mut written {
+                Some(written) => written.step(&mut world, *dt),
+                None => world.step(*dt),
+            }
             step += 1;
             run.hashes.push(world.state_hash());
             ids.take_pieces(&world);
@@ -182,6 +200,9 @@ fn steps(program: &Program, conditions: &Conditions, run: &mut Run) {
                 return;
             }
         }
+    }
+    if let Some(written) = written {
+        written.end(&world, &mut run.findings, step);
     }
     if conditions.look {
         oracle::full(&world, &mut run.findings, step);

@@ -7,9 +7,12 @@ use crate::run::{Conditions, Run, run};
 /// Steps between two snapshots that a run goes on from.
 pub const RESTORE_EVERY: u32 = 5;
 
+/// Steps between two ways into a future that is not to be.
+pub const BACK_EVERY: u32 = 3;
+
 /// Conditions to compare with the base, and what they are called.
 #[must_use]
-pub fn of(program: &Program) -> [(&'static str, Conditions); 3] {
+pub fn of(program: &Program) -> [(&'static str, Conditions); 5] {
     let base = Conditions { look: false, ..Conditions::BASE };
     let middle = Some(program.steps() / 2);
     [
@@ -23,6 +26,11 @@ pub fn of(program: &Program) -> [(&'static str, Conditions); 3] {
             "goes on from snapshots",
             Conditions { restore_every: Some(RESTORE_EVERY), level: 1, ..base },
         ),
+        (
+            "goes back to what it kept",
+            Conditions { back_every: Some(BACK_EVERY), threads: 2, ..base },
+        ),
+        ("is called by data", Conditions { written: true, ..base }),
     ]
 }
 

@@ -86,9 +86,11 @@ pub use state::reports::{ContactReports, Senses};
 pub use state::sixdof::{JointAxis, JointCone, JointDrive, JointMotion, JointSpring, SixDof};
 pub use step::Stage;
 pub use world::{
-    AxisMut, AxisRef, BodyMut, BodyRef, BondRef, ClothDef, ContactPoint, ContactRef, Impact,
-    ImpactBody, ImpactSurface, JointMut, JointRef, LinkRef, ParticleMut, ParticleRef, RopeDef,
-    ShapeMut, SnapshotError, Strand, World, WorldCounts, impact,
+    Answer, AxisCall, AxisMut, AxisRef, BodyCall, BodyMut, BodyRef, BondRef, Call, ClothDef,
+    ContactPoint, ContactRef, DeltaError, Difference, GeometryKey, Impact, ImpactBody,
+    ImpactSurface, JointCall, JointMut, JointRef, Journal, JournalError, Library, LinkRef,
+    ParticleCall, ParticleMut, ParticleRef, RopeDef, ShapeCall, ShapeMut, SnapshotError, Strand,
+    World, WorldCounts, apply_delta, impact, write_delta,
 };
 
 #[doc = include_str!("joints.md")]

@@ -1,9 +1,23 @@
 //! A set of small numbers, one bit each.
 
 /// Grows on demand.
-#[derive(Clone, Debug, Default)]
+#[derive(Debug, Default)]
 pub(crate) struct BitSet {
     words: Vec<u64>,
+}
+
+impl Clone for BitSet {
+    fn clone(&self) -> Self {
+        let mut copy = Self::default();
+        copy.clone_from(self);
+        copy
+    }
+
+    /// Into the lists that are there.
+    fn clone_from(&mut self, from: &Self) {
+        let Self { words } = from;
+        self.words.clone_from(words);
+    }
 }
 
 impl BitSet {

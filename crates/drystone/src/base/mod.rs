@@ -17,6 +17,7 @@ pub(crate) mod pair_set;
 pub(crate) mod hash;
 pub(crate) mod random;
 pub(crate) mod grow;
+pub(crate) mod copy;
 pub(crate) mod stamps;
 pub(crate) mod jobs;
 pub(crate) mod checked;

@@ -1,5 +1,9 @@
 //! A set of 64-bit keys: which pairs of shapes have a contact. Never iterated, so its order cannot
 //! be observed: neither can who of several workers was first.
+#![expect(
+    unsafe_code,
+    reason = "a copy of keys as plain memory: one by one they are half of what their contacts take"
+)]
 
 use core::sync::atomic::{AtomicU64, Ordering};
 
@@ -18,8 +22,22 @@ pub(crate) struct PairSet {
 
 impl Clone for PairSet {
     fn clone(&self) -> Self {
-        let keys = self.keys.iter().map(|key| key.load(Ordering::Relaxed).into()).collect();
-        Self { keys, len: self.len }
+        let mut copy = Self::default();
+        copy.clone_from(self);
+        copy
+    }
+
+    /// Into the list that is there.
+    fn clone_from(&mut self, from: &Self) {
+        let n = from.keys.len();
+        self.keys.truncate(n);
+        self.keys.reserve_exact(n - self.keys.len());
+        self.keys.resize_with(n, AtomicU64::default);
+        let (to, from_keys) = (self.keys.as_mut_ptr(), from.keys.as_ptr());
+        // SAFETY: both lists have `n` keys and are not the same one. Keys are written through a shared set only within
+        // `insert_new`, which borrows the set mutably.
+        unsafe { core::ptr::copy_nonoverlapping(from_keys, to, n) };
+        self.len = from.len;
     }
 }
 

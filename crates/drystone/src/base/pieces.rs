@@ -26,15 +26,32 @@ pub(crate) struct Pieces<T> {
 // SAFETY: `&Pieces` gives out `&T` only, and no `PieceRows` lives beside it: that borrows the table mutably.
 unsafe impl<T: Sync> Sync for Pieces<T> {}
 
-impl<T: Clone> Clone for Pieces<T> {
+impl<T: Clone + Default> Clone for Pieces<T> {
     fn clone(&self) -> Self {
-        let copy = |cell: &UnsafeCell<T>| {
-            // SAFETY: as in `get`.
-            let row = unsafe { &*cell.get() };
-            UnsafeCell::new(row.clone())
-        };
-        let pieces = self.pieces.iter().map(|piece| piece.iter().map(copy).collect()).collect();
-        Self { pieces, len: self.len }
+        let mut copy = Self::default();
+        copy.clone_from(self);
+        copy
+    }
+
+    /// Into the pieces that are there, which stay if there are more.
+    fn clone_from(&mut self, from: &Self) {
+        for row in from.len..self.len {
+            if let Some(row) = self.get_mut(row) {
+                *row = T::default();
+            }
+        }
+        self.make_room(from.len.saturating_sub(self.len));
+        self.len = from.len;
+        let mut left = from.len;
+        for (piece, from) in self.pieces.iter_mut().zip(&from.pieces) {
+            let n = left.min(from.len());
+            for (cell, from) in piece.iter_mut().zip(&from[..n]) {
+                // SAFETY: as in `get`.
+                let row = unsafe { &*from.get() };
+                cell.get_mut().clone_from(row);
+            }
+            left -= n;
+        }
     }
 }
 
@@ -223,6 +240,18 @@ mod tests {
         }
         let place = std::ptr::from_ref(table.get(PIECE - 1).unwrap());
         let copy = table.clone();
+        let mut other = copy.clone();
+        for rows in [7, PIECE, 3 * PIECE] {
+            // What was there more is empty again, wherever it was.
+            let mut small = Pieces::default();
+            (0..rows).for_each(|_| small.push_default());
+            other.clone_from(&small);
+            assert_eq!(other.len(), rows);
+            (rows..5 * PIECE / 2).for_each(|_| other.push_default());
+            assert!(other.iter().all(|row| *row == 0), "{rows}");
+            other.clone_from(&copy);
+            assert!(other.iter().copied().eq(0..copy.len()), "{rows}");
+        }
         table.make_room(10 * PIECE);
         assert_eq!(std::ptr::from_ref(table.get(PIECE - 1).unwrap()), place);
         assert_eq!(table.len(), 5 * PIECE / 2);

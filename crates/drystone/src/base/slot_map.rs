@@ -10,7 +10,7 @@ use super::id::RawId;
 use super::wide::{prefetch_line, prefetch_lines};
 
 /// Rows of `T` named by `Id`. A freed slot is reused, last freed first.
-#[derive(Clone, Debug, Serialize, Deserialize)]
+#[derive(Debug, Serialize, Deserialize)]
 #[serde(bound(serialize = "T: Serialize", deserialize = "T: Deserialize<'de>"))]
 pub(crate) struct SlotMap<Id, T> {
     values: Vec<Option<T>>,
@@ -19,6 +19,23 @@ pub(crate) struct SlotMap<Id, T> {
     len: usize,
     #[serde(skip)]
     id: PhantomData<fn() -> Id>,
+}
+
+impl<Id, T: Clone> Clone for SlotMap<Id, T> {
+    fn clone(&self) -> Self {
+        let mut copy = Self::default();
+        copy.clone_from(self);
+        copy
+    }
+
+    /// Into the lists that are there.
+    fn clone_from(&mut self, from: &Self) {
+        let Self { values, generations, free, len, id: _ } = from;
+        self.values.clone_from(values);
+        self.generations.clone_from(generations);
+        self.free.clone_from(free);
+        self.len = *len;
+    }
 }
 
 impl<Id, T> Default for SlotMap<Id, T> {

@@ -24,7 +24,7 @@ const NONE: u32 = u32::MAX;
 /// about in proportion; at 1.2 rebuilding costs more than it saves, at 3 the queries do.
 const WORN: f64 = 1.6;
 /// Boxes of items; an item is a small number of the user's.
-#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+#[derive(Debug, Default, Serialize, Deserialize)]
 pub(crate) struct RTree {
     /// `levels[0]` holds the leaves, the last level is one block.
     levels: Vec<Vec<Boxes>>,
@@ -42,6 +42,34 @@ pub(crate) struct RTree {
     fresh: f64,
     #[serde(skip)]
     scratch: order::Scratch,
+    /// Levels that a smaller tree does not have, for their memory.
+    #[serde(skip)]
+    spare: Vec<Vec<Boxes>>,
+}
+
+impl Clone for RTree {
+    fn clone(&self) -> Self {
+        let mut copy = Self::default();
+        copy.clone_from(self);
+        copy
+    }
+
+    /// Into the lists that are there.
+    fn clone_from(&mut self, from: &Self) {
+        let Self { levels, items, leaf_of, sections, len, sorted, stirred, fresh, .. } = from;
+        // A tree that grows again finds its upper levels as it left them.
+        let fewer = levels.len().min(self.levels.len());
+        self.spare.extend(self.levels.drain(fewer..));
+        self.levels.extend((fewer..levels.len()).map(|_| self.spare.pop().unwrap_or_default()));
+        self.levels.clone_from(levels);
+        self.items.clone_from(items);
+        self.leaf_of.clone_from(leaf_of);
+        self.sections.clone_from(sections);
+        self.len = *len;
+        self.sorted = *sorted;
+        self.stirred = *stirred;
+        self.fresh = *fresh;
+    }
 }
 
 impl RTree {

@@ -2,13 +2,15 @@
 
 use std::sync::Arc;
 
+use serde::{Deserialize, Serialize};
+
 use super::hull::Hull;
 use super::mesh::Mesh;
 use crate::base::limits;
 use crate::base::math::Vec3;
 
 /// A shape in its own frame: centered on the origin, round shapes with their axis along y.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 #[non_exhaustive]
 pub enum Shape {
     /// A ball.

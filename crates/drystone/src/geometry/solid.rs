@@ -37,6 +37,9 @@ pub(crate) struct Solid {
 }
 
 impl Solid {
+    /// A point.
+    pub(crate) const POINT: Self = Self { core: Core::Point, radius: 0.0 };
+
     /// The solid of a validated shape.
     pub(crate) fn of(shape: &Shape) -> Self {
         let sharp = |core| Self { core, radius: 0.0 };

@@ -1,5 +1,6 @@
 //! Bodies: one row each. Velocity and pose are written by the solver's finish and by the world only.
 
+use core::mem::take;
 use std::collections::{BTreeMap, BTreeSet};
 
 use serde::{Deserialize, Serialize};
@@ -7,6 +8,7 @@ use smallvec::SmallVec;
 
 use super::def::{AxisLocks, BodyKind, MassDef};
 use super::stillness::Stillness;
+use crate::base::copy;
 use crate::base::grow;
 use crate::base::id::BodyId;
 use crate::base::math::{Vec3, vec3};
@@ -68,7 +70,7 @@ pub(crate) type Few = SmallVec<[u32; 4]>;
 /// A body. What every stage reads stands in the first cache line, and what tells an empty slot of the table: the
 /// compiler takes the values that one of its fields cannot have for that, of the first field with the most of them.
 /// That is [`Self::can_sleep`] as long as none has more than a `bool`: no `Vec`, no enum larger than a byte.
-#[derive(Clone, Debug, Serialize, Deserialize)]
+#[derive(Debug, Serialize, Deserialize)]
 #[repr(C, align(64))]
 pub(crate) struct Body {
     pub(crate) kind: BodyKind,
@@ -160,6 +162,20 @@ pub(crate) struct Body {
     /// The user took it out of the world.
     pub(crate) disabled: bool,
     pub(crate) user_data: u64,
+}
+
+impl Clone for Body {
+    fn clone(&self) -> Self {
+        Self { shapes: self.shapes.clone(), joints: self.joints.clone(), ..*self }
+    }
+
+    /// Into the lists that are there.
+    fn clone_from(&mut self, from: &Self) {
+        let (mut shapes, mut joints) = (take(&mut self.shapes), take(&mut self.joints));
+        shapes.clone_from(&from.shapes);
+        joints.clone_from(&from.joints);
+        *self = Self { shapes, joints, ..*from };
+    }
 }
 
 const _: () = assert!(core::mem::offset_of!(Body, extent) == 60);
@@ -283,7 +299,7 @@ impl Track {
 }
 
 /// All bodies.
-#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+#[derive(Debug, Default, Serialize, Deserialize)]
 pub(crate) struct Bodies {
     pub(crate) rows: SlotMap<BodyId, Body>,
     /// Of each row.
@@ -298,6 +314,26 @@ pub(crate) struct Bodies {
     pub(crate) given: BTreeMap<u32, MassProperties>,
     /// Pairs of rows, the lower first, that never collide.
     pub(crate) strangers: BTreeSet<(u32, u32)>,
+}
+
+impl Clone for Bodies {
+    fn clone(&self) -> Self {
+        let mut copy = Self::default();
+        copy.clone_from(self);
+        copy
+    }
+
+    /// Into the lists that are there.
+    fn clone_from(&mut self, from: &Self) {
+        let Self { rows, tracks, stillness, awake, frozen_loads, given, strangers } = from;
+        self.rows.clone_from(rows);
+        self.tracks.clone_from(tracks);
+        self.stillness.clone_from(stillness);
+        self.awake.clone_from(awake);
+        self.frozen_loads.clone_from(frozen_loads);
+        copy::map(&mut self.given, given);
+        copy::set(&mut self.strangers, strangers);
+    }
 }
 
 impl Bodies {

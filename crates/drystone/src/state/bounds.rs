@@ -9,7 +9,7 @@ use crate::base::jobs::Jobs;
 use crate::geometry::rtree::RTree;
 
 /// The trees, and which shapes must look for new pairs.
-#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+#[derive(Debug, Default, Serialize, Deserialize)]
 pub(crate) struct Bounds {
     pub(crate) fixed: RTree,
     pub(crate) moving: RTree,
@@ -20,6 +20,24 @@ pub(crate) struct Bounds {
     pub(crate) placed: Vec<u32>,
     /// How often the fixed tree changed.
     pub(crate) fixed_changes: u64,
+}
+
+impl Clone for Bounds {
+    fn clone(&self) -> Self {
+        let mut copy = Self::default();
+        copy.clone_from(self);
+        copy
+    }
+
+    /// Into the lists that are there.
+    fn clone_from(&mut self, from: &Self) {
+        let Self { fixed, moving, moved, placed, fixed_changes } = from;
+        self.fixed.clone_from(fixed);
+        self.moving.clone_from(moving);
+        self.moved.clone_from(moved);
+        self.placed.clone_from(placed);
+        self.fixed_changes = *fixed_changes;
+    }
 }
 
 impl Bounds {

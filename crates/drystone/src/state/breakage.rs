@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::fracture::Fracture;
 use super::glue::BondStrength;
+use crate::base::copy;
 use crate::base::math::Vec3;
 
 /// A bond of a glued body.
@@ -26,7 +27,7 @@ pub(crate) struct GlueBond {
 }
 
 /// A body whose shapes are glued together.
-#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+#[derive(Debug, Default, Serialize, Deserialize)]
 pub(crate) struct Glued {
     /// Rows of the shapes, one a piece.
     pub(crate) pieces: Vec<u32>,
@@ -35,6 +36,23 @@ pub(crate) struct Glued {
     /// lacked. Empty: not known.
     pub(crate) give: Vec<[f64; 6]>,
     pub(crate) lack: Vec<[f64; 6]>,
+}
+
+impl Clone for Glued {
+    fn clone(&self) -> Self {
+        let mut copy = Self::default();
+        copy.clone_from(self);
+        copy
+    }
+
+    /// Into the lists that are there.
+    fn clone_from(&mut self, from: &Self) {
+        let Self { pieces, bonds, give, lack } = from;
+        self.pieces.clone_from(pieces);
+        self.bonds.clone_from(bonds);
+        self.give.clone_from(give);
+        self.lack.clone_from(lack);
+    }
 }
 
 impl Glued {
@@ -59,12 +77,28 @@ impl Glued {
 }
 
 /// All that breaks, besides joints. By the rows of bodies, in their order.
-#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+#[derive(Debug, Default, Serialize, Deserialize)]
 pub(crate) struct Breakage {
     pub(crate) glued: BTreeMap<u32, Glued>,
     pub(crate) fractures: BTreeMap<u32, Fracture>,
     /// Living bodies that are pieces of fractured ones.
     pub(crate) pieces: usize,
+}
+
+impl Clone for Breakage {
+    fn clone(&self) -> Self {
+        let mut copy = Self::default();
+        copy.clone_from(self);
+        copy
+    }
+
+    /// Into the lists that are there.
+    fn clone_from(&mut self, from: &Self) {
+        let Self { glued, fractures, pieces } = from;
+        copy::map(&mut self.glued, glued);
+        copy::map(&mut self.fractures, fractures);
+        self.pieces = *pieces;
+    }
 }
 
 impl Breakage {

@@ -104,7 +104,7 @@ impl Default for ChainRow {
 }
 
 /// Up to eight chains side by side; of those that bodies hold, one.
-#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+#[derive(Debug, Default, Serialize, Deserialize)]
 pub(crate) struct ChainBlock {
     /// A row more than the longest has links.
     pub(crate) rows: Vec<ChainRow>,
@@ -114,8 +114,24 @@ pub(crate) struct ChainBlock {
     pub(crate) holds: [Option<u32>; 2],
 }
 
+impl Clone for ChainBlock {
+    fn clone(&self) -> Self {
+        let mut copy = Self::default();
+        copy.clone_from(self);
+        copy
+    }
+
+    /// Into the lists that are there.
+    fn clone_from(&mut self, from: &Self) {
+        let Self { rows, spots, holds } = from;
+        self.rows.clone_from(rows);
+        self.spots.clone_from(spots);
+        self.holds = *holds;
+    }
+}
+
 /// All chains.
-#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+#[derive(Debug, Default, Serialize, Deserialize)]
 pub(crate) struct Chains {
     /// Those that no body holds, by color: of one color no two share a particle.
     pub(crate) colors: Vec<Vec<ChainBlock>>,
@@ -123,6 +139,21 @@ pub(crate) struct Chains {
     pub(crate) held: Vec<ChainBlock>,
     #[serde(skip)]
     search: Search,
+}
+
+impl Clone for Chains {
+    fn clone(&self) -> Self {
+        let mut copy = Self::default();
+        copy.clone_from(self);
+        copy
+    }
+
+    /// Into the lists that are there.
+    fn clone_from(&mut self, from: &Self) {
+        let Self { colors, held, search: _ } = from;
+        self.colors.clone_from(colors);
+        self.held.clone_from(held);
+    }
 }
 
 /// Memory kept from search to search: threads tear in steps, and a warm step allocates nothing.

@@ -1,6 +1,8 @@
 //! The constraint graph: constraints of one color share no dynamic body, so they can be solved side
 //! by side in any grouping with the same result.
 
+use core::iter::repeat;
+
 use serde::{Deserialize, Serialize};
 
 use crate::base::bit_set::BitSet;
@@ -24,13 +26,29 @@ impl Place {
 }
 
 /// Constraints that share no dynamic body.
-#[derive(Clone, Debug, Default)]
+#[derive(Debug, Default)]
 pub(crate) struct Color {
     bodies: BitSet,
     /// Rows of the constraints.
     pub(crate) members: Vec<u32>,
     /// The list changed since it was last put in order.
     pub(crate) dirty: bool,
+}
+
+impl Clone for Color {
+    fn clone(&self) -> Self {
+        let mut copy = Self::default();
+        copy.clone_from(self);
+        copy
+    }
+
+    /// Into the lists that are there.
+    fn clone_from(&mut self, from: &Self) {
+        let Self { bodies, members, dirty } = from;
+        self.bodies.clone_from(bodies);
+        self.members.clone_from(members);
+        self.dirty = *dirty;
+    }
 }
 
 impl Color {
@@ -54,9 +72,29 @@ fn number(n: usize) -> u32 {
 }
 
 /// Colors of one kind of constraint. As many as it takes: nothing overflows.
-#[derive(Clone, Debug, Default)]
+#[derive(Debug, Default)]
 pub(crate) struct Coloring {
     pub(crate) colors: Vec<Color>,
+}
+
+impl Clone for Coloring {
+    fn clone(&self) -> Self {
+        let mut copy = Self::default();
+        copy.clone_from(self);
+        copy
+    }
+
+    /// Into the lists that are there. Colors beyond those of `from` stay, empty: as far as a constraint can tell they are
+    /// colors that are yet to come.
+    fn clone_from(&mut self, from: &Self) {
+        if self.colors.len() < from.colors.len() {
+            self.colors.resize_with(from.colors.len(), Color::default);
+        }
+        let none = Color::default();
+        for (color, from) in self.colors.iter_mut().zip(from.colors.iter().chain(repeat(&none))) {
+            color.clone_from(from);
+        }
+    }
 }
 
 impl Coloring {
@@ -103,7 +141,7 @@ const fn unknown() -> bool {
 
 /// All colors. What is solved last is satisfied best: joints, then contacts of two dynamic bodies, then
 /// contacts with what cannot be moved. Of constraints their places are saved, not the lists.
-#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+#[derive(Debug, Default, Serialize, Deserialize)]
 pub(crate) struct Colors {
     #[serde(skip)]
     pub(crate) joints: Coloring,
@@ -121,4 +159,32 @@ pub(crate) struct Colors {
     pub(crate) bodies_changed: bool,
     /// Contacts came or went, or the last relaxation still changed a level.
     pub(crate) levels_dirty: bool,
+}
+
+impl Clone for Colors {
+    fn clone(&self) -> Self {
+        let mut copy = Self::default();
+        copy.clone_from(self);
+        copy
+    }
+
+    /// Into the lists that are there.
+    fn clone_from(&mut self, from: &Self) {
+        let Self {
+            joints,
+            joints_fixed,
+            contacts,
+            contacts_fixed,
+            special,
+            bodies_changed,
+            levels_dirty,
+        } = from;
+        self.joints.clone_from(joints);
+        self.joints_fixed.clone_from(joints_fixed);
+        self.contacts.clone_from(contacts);
+        self.contacts_fixed.clone_from(contacts_fixed);
+        self.special = *special;
+        self.bodies_changed = *bodies_changed;
+        self.levels_dirty = *levels_dirty;
+    }
 }

@@ -158,7 +158,7 @@ pub struct SleepConfig {
 }
 
 /// Everything a world is configured by.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, PartialEq, Serialize, Deserialize)]
 pub struct WorldConfig {
     /// Acceleration of free bodies [m/s², world]; default (0, -9.81, 0).
     pub gravity: Vec3,
@@ -180,6 +180,22 @@ pub struct WorldConfig {
     pub sleep: SleepConfig,
     /// Fracture.
     pub breakage: BreakageConfig,
+}
+
+impl Clone for WorldConfig {
+    fn clone(&self) -> Self {
+        Self { method: self.method.clone(), ..*self }
+    }
+
+    /// Into the lists of passes that are there.
+    fn clone_from(&mut self, from: &Self) {
+        self.method.clone_from(&from.method);
+        let Self { gravity, method: _, substeps, contact, .. } = self;
+        (*gravity, *substeps, *contact) = (from.gravity, from.substeps, from.contact);
+        let Self { inertia, joint, particle, penalty, sleep, breakage, .. } = self;
+        (*inertia, *joint, *particle) = (from.inertia, from.joint, from.particle);
+        (*penalty, *sleep, *breakage) = (from.penalty, from.sleep, from.breakage);
+    }
 }
 
 impl Default for WorldConfig {

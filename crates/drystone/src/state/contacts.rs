@@ -226,7 +226,7 @@ pub(crate) type Slots<'a> = PieceRows<'a, Option<Contact>>;
 type Table = Pieces<Option<Contact>>;
 
 /// All contacts.
-#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+#[derive(Debug, Default, Serialize, Deserialize)]
 pub(crate) struct Contacts {
     rows: Pieces<Option<Contact>>,
     free: Vec<u32>,
@@ -237,6 +237,24 @@ pub(crate) struct Contacts {
     /// New contacts of bodies that are not active, which are looked at once, in the step in which they are made.
     #[serde(skip)]
     pub(crate) asked: Vec<u32>,
+}
+
+impl Clone for Contacts {
+    fn clone(&self) -> Self {
+        let mut copy = Self::default();
+        copy.clone_from(self);
+        copy
+    }
+
+    /// Into the lists that are there.
+    fn clone_from(&mut self, from: &Self) {
+        let Self { rows, free, pairs, watched, asked } = from;
+        self.rows.clone_from(rows);
+        self.free.clone_from(free);
+        self.pairs.clone_from(pairs);
+        self.watched.clone_from(watched);
+        self.asked.clone_from(asked);
+    }
 }
 
 impl Contacts {

@@ -91,7 +91,7 @@ pub enum BodyKind {
 }
 
 /// Where a dynamic body's mass comes from.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub enum MassDef {
     /// Its shapes and their densities.
     #[default]
@@ -156,7 +156,7 @@ impl AxisLocks {
 }
 
 /// A shape of a body.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct ShapeDef {
     /// The shape.
     pub shape: Shape,
@@ -369,7 +369,7 @@ pub(crate) fn check_front(front: Vec3) -> Result<Vec3, DefError> {
 }
 
 /// A body, with its shapes.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct BodyDef {
     /// What moves it.
     pub kind: BodyKind,

@@ -219,7 +219,7 @@ pub struct Fault {
 
 /// What happened in the last step; cleared when the next begins. Every list is in the order of the
 /// contacts' or bodies' slots, the same for any number of threads.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Events {
     /// Shapes that began to touch: the first step in which one pushed the other, if for a part of it only.
     pub contact_begin: Vec<ContactEvent>,
@@ -255,6 +255,52 @@ pub struct Events {
     pub pieces: Vec<BodyId>,
     /// What went wrong.
     pub faults: Vec<Fault>,
+}
+
+impl Clone for Events {
+    fn clone(&self) -> Self {
+        let mut copy = Self::default();
+        copy.clone_from(self);
+        copy
+    }
+
+    /// Into the lists that are there.
+    fn clone_from(&mut self, from: &Self) {
+        let Self {
+            contact_begin,
+            contact_end,
+            hits,
+            contact_forces,
+            force_points,
+            sensor_enter,
+            sensor_exit,
+            sleep,
+            wake,
+            joint_break,
+            link_tear,
+            detached,
+            bond_break,
+            fractures,
+            pieces,
+            faults,
+        } = from;
+        self.contact_begin.clone_from(contact_begin);
+        self.contact_end.clone_from(contact_end);
+        self.hits.clone_from(hits);
+        self.contact_forces.clone_from(contact_forces);
+        self.force_points.clone_from(force_points);
+        self.sensor_enter.clone_from(sensor_enter);
+        self.sensor_exit.clone_from(sensor_exit);
+        self.sleep.clone_from(sleep);
+        self.wake.clone_from(wake);
+        self.joint_break.clone_from(joint_break);
+        self.link_tear.clone_from(link_tear);
+        self.detached.clone_from(detached);
+        self.bond_break.clone_from(bond_break);
+        self.fractures.clone_from(fractures);
+        self.pieces.clone_from(pieces);
+        self.faults.clone_from(faults);
+    }
 }
 
 impl Events {

@@ -21,7 +21,7 @@ pub struct BondStrength {
 }
 
 /// Glue on a face that two shapes of a body share.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Bond {
     /// The two shapes, by their places in [`crate::BodyDef::shapes`].
     pub shapes: [usize; 2],
@@ -41,7 +41,7 @@ pub struct Bond {
 /// The part with the most mass stays the body it was, with its id; the others are new bodies. Shapes keep their
 /// ids, materials, filters and user data; new bodies have the body's gravity scale, damping, axis locks, sleep
 /// settings and user data, no lasting forces, and the velocity that their matter had.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Glue {
     /// The bonds; they hold all shapes but sensors together.
     pub bonds: Vec<Bond>,

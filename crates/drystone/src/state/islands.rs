@@ -65,7 +65,7 @@ impl Island {
 }
 
 /// All islands; every dynamic body is in one.
-#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+#[derive(Debug, Default, Serialize, Deserialize)]
 pub(crate) struct Islands {
     pub(crate) rows: Vec<Island>,
     free: Vec<u32>,
@@ -82,6 +82,25 @@ pub(crate) struct Islands {
     /// Memory for the list of an island, see [`Self::members`].
     #[serde(skip)]
     spare: Vec<u32>,
+}
+
+impl Clone for Islands {
+    fn clone(&self) -> Self {
+        let mut copy = Self::default();
+        copy.clone_from(self);
+        copy
+    }
+
+    /// Into the lists that are there.
+    fn clone_from(&mut self, from: &Self) {
+        let Self { rows, free, loose, wake_alone, gentle_speed, dissolved, spare: _ } = from;
+        self.rows.clone_from(rows);
+        self.free.clone_from(free);
+        self.loose.clone_from(loose);
+        self.wake_alone = *wake_alone;
+        self.gentle_speed = *gentle_speed;
+        self.dissolved = *dissolved;
+    }
 }
 
 impl Islands {

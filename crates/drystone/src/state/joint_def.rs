@@ -12,7 +12,7 @@ use crate::base::math::{Mat3, Vec3};
 use crate::base::quat::Quat;
 
 /// What a joint does.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 #[expect(clippy::large_enum_variant, reason = "the tables box it; a definition is short-lived")]
 pub enum JointKind {
@@ -144,7 +144,7 @@ impl Spring {
 /// # Ok(())
 /// # }
 /// ```
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct JointDef {
     /// First body.
     pub body_a: BodyId,
@@ -176,7 +176,7 @@ pub struct JointDef {
 
 /// Axes of a joint, told in the world: what [`JointDef::with_axis`], [`JointDef::with_axes`] and
 /// [`JointDef::with_rotation`] set.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub enum WorldAxes {
     /// x is along this vector of any length; y and z are somewhere across it.

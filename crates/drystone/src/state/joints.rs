@@ -1,5 +1,7 @@
 //! Joints: one row each. Impulses are written by the solver.
 
+use core::mem::replace;
+
 use serde::{Deserialize, Serialize};
 
 use super::bodies::Bodies;
@@ -12,13 +14,37 @@ use crate::base::math::{Vec3, bounded, vec3};
 use crate::base::slot_map::SlotMap;
 
 /// What a joint does. The many numbers of a joint of six axes stand elsewhere.
-#[derive(Clone, Debug, Serialize, Deserialize)]
+#[derive(Debug, Serialize, Deserialize)]
 pub(crate) enum Link {
     Ball,
     Distance { min: f32, max: f32, spring: Option<Spring> },
     Six(Box<Six>),
     Coupling(Box<Coupling>),
     Pulley(Box<Pulley>),
+}
+
+impl Clone for Link {
+    fn clone(&self) -> Self {
+        match self {
+            Self::Ball => Self::Ball,
+            Self::Distance { min, max, spring } => {
+                Self::Distance { min: *min, max: *max, spring: *spring }
+            }
+            Self::Six(six) => Self::Six(six.clone()),
+            Self::Coupling(coupling) => Self::Coupling(coupling.clone()),
+            Self::Pulley(pulley) => Self::Pulley(pulley.clone()),
+        }
+    }
+
+    /// Into the box that is there, if it is of this kind.
+    fn clone_from(&mut self, from: &Self) {
+        match (&mut *self, from) {
+            (Self::Six(to), Self::Six(from)) => to.clone_from(from),
+            (Self::Coupling(to), Self::Coupling(from)) => to.clone_from(from),
+            (Self::Pulley(to), Self::Pulley(from)) => to.clone_from(from),
+            _ => *self = from.clone(),
+        }
+    }
 }
 
 impl Link {
@@ -53,7 +79,7 @@ pub(crate) enum Switch {
 }
 
 /// A joint.
-#[derive(Clone, Debug, Serialize, Deserialize)]
+#[derive(Debug, Serialize, Deserialize)]
 pub(crate) struct Joint {
     pub(crate) body_a: u32,
     pub(crate) body_b: u32,
@@ -78,6 +104,18 @@ pub(crate) struct Joint {
     /// How far it is worn out: 1 breaks.
     pub(crate) damage: f32,
     pub(crate) place: Place,
+}
+
+impl Clone for Joint {
+    fn clone(&self) -> Self {
+        Self { link: self.link.clone(), ..*self }
+    }
+
+    fn clone_from(&mut self, from: &Self) {
+        let mut link = replace(&mut self.link, Link::Ball);
+        link.clone_from(&from.link);
+        *self = Self { link, ..*from };
+    }
 }
 
 impl Joint {
@@ -150,11 +188,26 @@ impl Joint {
 }
 
 /// All joints.
-#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+#[derive(Debug, Default, Serialize, Deserialize)]
 pub(crate) struct Joints {
     pub(crate) rows: SlotMap<JointId, Joint>,
     /// How many can break.
     pub(crate) breakable: usize,
+}
+
+impl Clone for Joints {
+    fn clone(&self) -> Self {
+        let mut copy = Self::default();
+        copy.clone_from(self);
+        copy
+    }
+
+    /// Into the lists that are there.
+    fn clone_from(&mut self, from: &Self) {
+        let Self { rows, breakable } = from;
+        self.rows.clone_from(rows);
+        self.breakable = *breakable;
+    }
 }
 
 impl Joints {

@@ -1,5 +1,7 @@
 //! A stepping method as data: which passes run over the rows, in which order.
 
+use core::mem::take;
+
 use serde::de::Error;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
@@ -77,7 +79,7 @@ enum Family {
 }
 
 /// A named list of passes.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Debug, PartialEq)]
 pub struct Method {
     name: &'static str,
     summary: &'static str,
@@ -88,6 +90,20 @@ pub struct Method {
     substep: Vec<Pass>,
     finish: Vec<Pass>,
     options: MethodOptions,
+}
+
+impl Clone for Method {
+    fn clone(&self) -> Self {
+        Self { substep: self.substep.clone(), finish: self.finish.clone(), ..*self }
+    }
+
+    /// Into the lists that are there.
+    fn clone_from(&mut self, from: &Self) {
+        let (mut substep, mut finish) = (take(&mut self.substep), take(&mut self.finish));
+        substep.clone_from(&from.substep);
+        finish.clone_from(&from.finish);
+        *self = Self { substep, finish, ..*from };
+    }
 }
 
 /// The options of a method with nothing left open.

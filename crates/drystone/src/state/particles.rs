@@ -160,13 +160,29 @@ impl Link {
 }
 
 /// Links that share no particle, but for the last color, [`CROWD`].
-#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+#[derive(Debug, Default, Serialize, Deserialize)]
 pub(crate) struct LinkColor {
     pub(crate) blocks: Vec<LinkBlock>,
     /// Lanes that links left, last first.
     free: Vec<(u32, u8)>,
     /// Lanes in use of the last block.
     filled: usize,
+}
+
+impl Clone for LinkColor {
+    fn clone(&self) -> Self {
+        let mut copy = Self::default();
+        copy.clone_from(self);
+        copy
+    }
+
+    /// Into the lists that are there.
+    fn clone_from(&mut self, from: &Self) {
+        let Self { blocks, free, filled } = from;
+        self.blocks.clone_from(blocks);
+        self.free.clone_from(free);
+        self.filled = *filled;
+    }
 }
 
 /// Colors; what finds none (a particle with more than 63 links) is in the last one, whose links are solved
@@ -197,7 +213,7 @@ pub(crate) struct Touch {
 }
 
 /// All particles. Line `slot + 1` belongs to the particle in `slot`.
-#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+#[derive(Debug, Default, Serialize, Deserialize)]
 pub(crate) struct Particles {
     pub(crate) rows: SlotMap<ParticleId, Particle>,
     /// Empty, or one more than there are slots.
@@ -222,6 +238,48 @@ pub(crate) struct Particles {
     pub(crate) strands_changed: bool,
     /// Changes of the tree of fixed shapes when `room` was last known.
     pub(crate) fixed_seen: u64,
+}
+
+impl Clone for Particles {
+    fn clone(&self) -> Self {
+        let mut copy = Self::default();
+        copy.clone_from(self);
+        copy
+    }
+
+    /// Into the lists that are there.
+    fn clone_from(&mut self, from: &Self) {
+        let Self {
+            rows,
+            lines,
+            x,
+            links,
+            colors,
+            chains,
+            attachments,
+            touches,
+            chains_changed,
+            threads,
+            can_tear,
+            last_h,
+            strands_changed,
+            fixed_seen,
+        } = from;
+        self.rows.clone_from(rows);
+        self.lines.clone_from(lines);
+        self.x.clone_from(x);
+        self.links.clone_from(links);
+        self.colors.clone_from(colors);
+        self.chains.clone_from(chains);
+        self.attachments.clone_from(attachments);
+        self.touches.clone_from(touches);
+        self.chains_changed = *chains_changed;
+        self.threads = *threads;
+        self.can_tear = *can_tear;
+        self.last_h = *last_h;
+        self.strands_changed = *strands_changed;
+        self.fixed_seen = *fixed_seen;
+    }
 }
 
 impl Particles {

@@ -1,5 +1,6 @@
 //! Shapes: one row each, owned by a body. Written by the world; bounds by finalize.
 
+use core::mem::replace;
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
 
@@ -10,6 +11,7 @@ use super::contacts::Contact;
 use super::material::{Filter, Material, SurfaceRule};
 use super::reports::PackedReports;
 use crate::base::aabb::Aabb;
+use crate::base::copy;
 use crate::base::id::ShapeId;
 use crate::base::math::Vec3;
 use crate::base::pose::Pose;
@@ -28,7 +30,7 @@ pub(crate) enum Here {
 }
 
 /// A shape of a body. What the narrowphase reads of it stands in the first two cache lines.
-#[derive(Clone, Debug, Serialize, Deserialize)]
+#[derive(Debug, Serialize, Deserialize)]
 #[repr(C, align(64))]
 pub(crate) struct ShapeRow {
     #[serde(skip)]
@@ -62,6 +64,29 @@ pub(crate) struct ShapeRow {
     pub(crate) surface_spin: Vec3,
     pub(crate) reports: PackedReports,
     pub(crate) user_data: u64,
+}
+
+impl Clone for ShapeRow {
+    fn clone(&self) -> Self {
+        Self { solid: self.solid.clone(), shape: self.shape.clone(), ..*self }
+    }
+
+    fn clone_from(&mut self, from: &Self) {
+        // Who shares a hull is counted, by all threads: to see that it is the same one costs less.
+        let solid = match (&self.solid.core, &from.solid.core) {
+            (Core::Hull(to), Core::Hull(from)) if Arc::ptr_eq(to, from) => {
+                replace(&mut self.solid, Solid::POINT)
+            }
+            _ => from.solid.clone(),
+        };
+        let shape = match (&self.shape, &from.shape) {
+            (Shape::Hull(to), Shape::Hull(from)) if Arc::ptr_eq(to, from) => {
+                replace(&mut self.shape, no_shape())
+            }
+            _ => from.shape.clone(),
+        };
+        *self = Self { solid, shape, ..*from };
+    }
 }
 
 const _: () = assert!(size_of::<Option<ShapeRow>>() == 256);
@@ -193,7 +218,7 @@ impl PairSurface {
 }
 
 /// All shapes.
-#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+#[derive(Debug, Default, Serialize, Deserialize)]
 pub(crate) struct Shapes {
     pub(crate) rows: SlotMap<ShapeId, ShapeRow>,
     /// The hulls of the boxes that were added last, [`Self::BOXES`] at most: boxes of one size share theirs.
@@ -208,6 +233,25 @@ pub(crate) struct Shapes {
     pub(crate) rules: Vec<SurfaceRule>,
     #[serde(skip)]
     boxes: VecDeque<Arc<Hull>>,
+}
+
+impl Clone for Shapes {
+    fn clone(&self) -> Self {
+        let mut copy = Self::default();
+        copy.clone_from(self);
+        copy
+    }
+
+    /// Into the lists that are there.
+    fn clone_from(&mut self, from: &Self) {
+        let Self { rows, report_forces, give_hit_speed, see_statics, one_way, rules, boxes } = from;
+        self.rows.clone_from(rows);
+        self.boxes.clone_from(boxes);
+        copy::map(&mut self.one_way, one_way);
+        self.rules.clone_from(rules);
+        (self.report_forces, self.give_hit_speed) = (*report_forces, *give_hit_speed);
+        self.see_statics = *see_statics;
+    }
 }
 
 impl Shapes {
@@ -239,7 +283,7 @@ impl Shapes {
 
     /// Lets a shape report other events.
     pub(crate) fn set_reports(&mut self, row: u32, reports: PackedReports) {
-        let before = core::mem::replace(&mut self.at_mut(row).reports, reports);
+        let before = replace(&mut self.at_mut(row).reports, reports);
         self.count(before, false);
         self.count(reports, true);
     }

@@ -15,7 +15,7 @@ use super::particles::Particles;
 use super::shapes::Shapes;
 
 /// Everything that lives from step to step.
-#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+#[derive(Debug, Default, Serialize, Deserialize)]
 pub(crate) struct Tables {
     pub(crate) config: WorldConfig,
     pub(crate) bodies: Bodies,
@@ -30,4 +30,42 @@ pub(crate) struct Tables {
     pub(crate) breakage: Breakage,
     /// Steps taken.
     pub(crate) steps: u64,
+}
+
+impl Clone for Tables {
+    fn clone(&self) -> Self {
+        let mut copy = Self::default();
+        copy.clone_from(self);
+        copy
+    }
+
+    /// Into the lists that are there.
+    fn clone_from(&mut self, from: &Self) {
+        let Self {
+            config,
+            bodies,
+            shapes,
+            joints,
+            particles,
+            contacts,
+            bounds,
+            islands,
+            colors,
+            events,
+            breakage,
+            steps,
+        } = from;
+        self.config.clone_from(config);
+        self.bodies.clone_from(bodies);
+        self.shapes.clone_from(shapes);
+        self.joints.clone_from(joints);
+        self.particles.clone_from(particles);
+        self.contacts.clone_from(contacts);
+        self.bounds.clone_from(bounds);
+        self.islands.clone_from(islands);
+        self.colors.clone_from(colors);
+        self.events.clone_from(events);
+        self.breakage.clone_from(breakage);
+        self.steps = *steps;
+    }
 }

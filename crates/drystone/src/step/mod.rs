@@ -93,6 +93,14 @@ pub(crate) struct Scratch {
 }
 
 impl Scratch {
+    /// Is that of tables which are a copy of those that `from` is of: what it knows of other ones is forgotten.
+    pub(crate) fn start_from(&mut self, from: &Self, copy: &mut Tables) {
+        self.solver.start_from(&from.solver);
+        self.particles.start_from(&from.particles, &mut copy.bodies);
+        // The plan of the solver is to be made anew.
+        copy.colors.bodies_changed = true;
+    }
+
     /// Sweeps over the contacts in the last step.
     pub(crate) const fn sweeps(&self) -> u32 {
         self.solver.sweeps

@@ -59,6 +59,16 @@ pub(crate) struct Scratch {
 }
 
 impl Scratch {
+    /// See [`super::Scratch::start_from`]. In the copy no body is marked as dragged, as in a world that was restored.
+    pub(super) fn start_from(&mut self, from: &Self, bodies: &mut Bodies) {
+        self.pace.dragged.clear();
+        for row in &from.pace.dragged {
+            if let Some(body) = bodies.rows.at_mut(*row) {
+                body.dragged = false;
+            }
+        }
+    }
+
     /// The tied particles, for the solver.
     pub(crate) fn tied<'a>(&'a mut self, pace: Pace, particles: &'a mut Particles) -> Tied<'a> {
         let Self { tied, meetings, pace: scratch, .. } = self;

@@ -197,12 +197,22 @@ impl BodyMut<'_> {
         unit("rotation", pose.rotation)?;
         velocity("linear_velocity", linear)?;
         velocity("angular_velocity", angular)?;
+        // A rotation that a step left is taken as it is: one made unit again can differ in its last bits, and so would in
+        // each correction that says the same.
+        let square: f32 = pose.rotation.to_array().iter().map(|x| x * x).sum();
+        let exact = (square - 1.0).abs() < 1.0e-6;
+        let rotation = if exact { pose.rotation } else { pose.rotation.normalized() };
+        let row = self.row;
         let body = self.body();
         let has_velocity = body.kind != BodyKind::Static;
-        let moved = body.faulted || body.pose() != pose;
+        let center = Pose { rotation, ..pose }.point(body.local_center);
+        let stays = body.pose() == pose || (body.center == center && body.rotation == rotation);
+        let moved = body.faulted || !stays;
         let sped = has_velocity && (body.v != linear || body.w != angular);
         if moved {
-            self.set_pose(pose)?;
+            self.wake_neighbors();
+            self.world.put_body(row, pose.position, rotation);
+            self.wake();
         }
         if sped {
             self.set_velocities(linear, angular);

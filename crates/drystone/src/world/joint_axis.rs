@@ -261,7 +261,7 @@ impl<'w> JointMut<'w> {
         self.axis(axis)
     }
 
-    fn only(&mut self) -> Result<AxisMut<'_, 'w>, DefError> {
+    pub(super) fn only(&mut self) -> Result<AxisMut<'_, 'w>, DefError> {
         let axis = self.only_axis()?;
         Ok(AxisMut { joint: self, axis })
     }

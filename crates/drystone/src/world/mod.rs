@@ -6,12 +6,16 @@ mod audit;
 mod body;
 mod breakage;
 mod change;
+mod clone;
+mod delta;
 mod faults;
 mod hashes;
 mod impact;
 mod joint;
 mod joint_axis;
 mod joint_mut;
+mod journal;
+mod library;
 mod mass;
 mod particle;
 mod reshape;
@@ -23,10 +27,16 @@ mod view;
 
 pub use self::body::{BodyMut, BodyRef};
 pub use self::breakage::BondRef;
+pub use self::delta::{DeltaError, apply_delta, write_delta};
 pub use self::impact::{Impact, ImpactBody, ImpactSurface, impact};
 pub use self::joint::JointRef;
 pub use self::joint_axis::{AxisMut, AxisRef};
 pub use self::joint_mut::JointMut;
+pub use self::journal::{
+    Answer, AxisCall, BodyCall, Call, Difference, JointCall, Journal, JournalError, ParticleCall,
+    ShapeCall,
+};
+pub use self::library::{GeometryKey, Library};
 pub use self::particle::{LinkRef, ParticleMut, ParticleRef};
 pub use self::shape::ShapeMut;
 pub use self::snapshot::SnapshotError;
@@ -59,7 +69,7 @@ use crate::step::{self, Scratch, Stage};
 ///
 /// It owns everything in it, can be cloned, and can be sent to another thread. Given the same calls it
 /// gives the same bits for any number of threads, any SIMD level, in debug and release.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub struct World {
     tables: Tables,
     scratch: Scratch,

@@ -1,20 +1,14 @@
 //! Snapshots: a whole world as bytes, and a world from them.
 
 use std::borrow::Cow;
-use std::collections::BTreeMap;
-use std::sync::Arc;
 
+use postcard::ser_flavors::Flavor;
 use serde::{Deserialize, Serialize};
 
 use super::World;
+use super::library::{GeometryKey, Library, SavedShapes};
 use crate::base::hash::StateHash;
-use crate::base::math::Vec3;
-use crate::geometry::hull::Hull;
-use crate::geometry::mesh::Mesh;
-use crate::geometry::shape::Shape;
 use crate::state::events::Events;
-use crate::state::shapes::Shapes;
-use crate::state::sound::Unsound;
 use crate::state::tables::Tables;
 
 /// First bytes of a snapshot.
@@ -41,6 +35,11 @@ pub enum SnapshotError {
     Damaged,
     /// They say what no world can be.
     Unsound(&'static str),
+    /// They name a hull or mesh that the library given does not have.
+    MissingGeometry {
+        /// Its name.
+        key: GeometryKey,
+    },
 }
 
 impl core::fmt::Display for SnapshotError {
@@ -52,6 +51,9 @@ impl core::fmt::Display for SnapshotError {
             }
             Self::Damaged => write!(f, "the snapshot was cut off or changed"),
             Self::Unsound(what) => write!(f, "the snapshot is of no world: {what}"),
+            Self::MissingGeometry { key } => {
+                write!(f, "the snapshot names the hull or mesh {key}, which is not in the library")
+            }
         }
     }
 }
@@ -64,110 +66,32 @@ struct Saved<'a> {
     tables: Cow<'a, Tables>,
     last_h: f32,
     pending: Cow<'a, Events>,
-    /// Each once, however many shapes share it.
-    hulls: Vec<Cow<'a, Hull>>,
-    meshes: Vec<Cow<'a, Mesh>>,
-    /// In the order of their rows.
-    shapes: Vec<SavedShape>,
+    shapes: SavedShapes<'a>,
 }
 
-/// A [`Shape`] with the number of its hull or mesh.
-#[derive(Clone, Copy, Serialize, Deserialize)]
-enum SavedShape {
-    Sphere { radius: f32 },
-    Capsule { half_height: f32, radius: f32 },
-    Box { half_extents: Vec3 },
-    Cylinder { half_height: f32, radius: f32 },
-    Cone { half_height: f32, radius_bottom: f32, radius_top: f32 },
-    Hull(u32),
-    HalfSpace { normal: Vec3, offset: f32 },
-    Mesh(u32),
-}
+/// Bytes are added to a list that is there.
+struct Append<'a>(&'a mut Vec<u8>);
 
-/// What shapes share, in the order in which it is met.
-struct Pool<'a, T: Clone> {
-    items: Vec<Cow<'a, T>>,
-    /// By where it is in memory, which only tells what is the same.
-    numbers: BTreeMap<usize, u32>,
-}
+impl Flavor for Append<'_> {
+    type Output = ();
 
-impl<'a, T: Clone> Pool<'a, T> {
-    const fn new() -> Self {
-        Self { items: Vec::new(), numbers: BTreeMap::new() }
+    fn try_push(&mut self, byte: u8) -> postcard::Result<()> {
+        self.0.push(byte);
+        Ok(())
     }
 
-    fn number(&mut self, item: &'a Arc<T>) -> u32 {
-        let next = u32::try_from(self.items.len()).expect("fewer than 2^32 shapes");
-        let place = Arc::as_ptr(item).addr();
-        *self.numbers.entry(place).or_insert_with(|| {
-            self.items.push(Cow::Borrowed(item));
-            next
-        })
-    }
-}
-
-impl SavedShape {
-    fn of<'a>(shape: &'a Shape, hulls: &mut Pool<'a, Hull>, meshes: &mut Pool<'a, Mesh>) -> Self {
-        match *shape {
-            Shape::Sphere { radius } => Self::Sphere { radius },
-            Shape::Capsule { half_height, radius } => Self::Capsule { half_height, radius },
-            Shape::Box { half_extents } => Self::Box { half_extents },
-            Shape::Cylinder { half_height, radius } => Self::Cylinder { half_height, radius },
-            Shape::Cone { half_height, radius_bottom, radius_top } => {
-                Self::Cone { half_height, radius_bottom, radius_top }
-            }
-            Shape::Hull(ref hull) => Self::Hull(hulls.number(hull)),
-            Shape::HalfSpace { normal, offset } => Self::HalfSpace { normal, offset },
-            Shape::Mesh(ref mesh) => Self::Mesh(meshes.number(mesh)),
-        }
+    fn try_extend(&mut self, bytes: &[u8]) -> postcard::Result<()> {
+        self.0.extend_from_slice(bytes);
+        Ok(())
     }
 
-    fn load(self, hulls: &[Arc<Hull>], meshes: &[Arc<Mesh>]) -> Option<Shape> {
-        Some(match self {
-            Self::Sphere { radius } => Shape::Sphere { radius },
-            Self::Capsule { half_height, radius } => Shape::Capsule { half_height, radius },
-            Self::Box { half_extents } => Shape::Box { half_extents },
-            Self::Cylinder { half_height, radius } => Shape::Cylinder { half_height, radius },
-            Self::Cone { half_height, radius_bottom, radius_top } => {
-                Shape::Cone { half_height, radius_bottom, radius_top }
-            }
-            Self::Hull(number) => Shape::Hull(Arc::clone(hulls.get(number as usize)?)),
-            Self::HalfSpace { normal, offset } => Shape::HalfSpace { normal, offset },
-            Self::Mesh(number) => Shape::Mesh(Arc::clone(meshes.get(number as usize)?)),
-        })
+    fn finalize(self) -> postcard::Result<()> {
+        Ok(())
     }
-}
-
-/// Gives rows their shapes back.
-fn load_shapes(
-    shapes: &mut Shapes,
-    saved: &[SavedShape],
-    hulls: Vec<Cow<'_, Hull>>,
-    meshes: Vec<Cow<'_, Mesh>>,
-) -> Result<(), Unsound> {
-    let hulls: Vec<Arc<Hull>> = hulls.into_iter().map(|h| Arc::new(h.into_owned())).collect();
-    let meshes: Vec<Arc<Mesh>> = meshes.into_iter().map(|m| Arc::new(m.into_owned())).collect();
-    if saved.len() != shapes.rows.len() {
-        return Err("shapes have not one row each");
-    }
-    let mut saved = saved.iter();
-    for place in 0..shapes.rows.slot_count() {
-        let row = u32::try_from(place).map_err(|_| "there are too many shapes")?;
-        if shapes.rows.at(row).is_none() {
-            continue;
-        }
-        let shape = saved.next().and_then(|s| s.load(&hulls, &meshes));
-        let shape = shape.ok_or("a shape has no hull or mesh")?;
-        shape.validate().map_err(|_| "a shape is out of range")?;
-        let solid = shapes.solid(&shape);
-        let row = shapes.at_mut(row);
-        (row.shape, row.solid) = (shape, solid);
-    }
-    Ok(())
 }
 
 /// The hash of bytes.
-fn checksum(bytes: &[u8]) -> u64 {
+pub(super) fn checksum(bytes: &[u8]) -> u64 {
     let mut hash = StateHash::default();
     let (words, rest) = bytes.as_chunks::<4>();
     for word in words {
@@ -180,7 +104,7 @@ fn checksum(bytes: &[u8]) -> u64 {
 }
 
 /// Takes the first `N` bytes off.
-fn split<const N: usize>(bytes: &mut &[u8]) -> Option<[u8; N]> {
+pub(super) fn split<const N: usize>(bytes: &mut &[u8]) -> Option<[u8; N]> {
     let (first, rest) = bytes.split_first_chunk::<N>()?;
     *bytes = rest;
     Some(*first)
@@ -215,24 +139,35 @@ impl World {
     /// ```
     #[must_use]
     pub fn snapshot(&self) -> Vec<u8> {
-        let (mut hulls, mut meshes) = (Pool::new(), Pool::new());
-        let rows = self.tables.shapes.rows.iter();
-        let shapes = rows.map(|(_, s)| SavedShape::of(&s.shape, &mut hulls, &mut meshes)).collect();
+        let mut bytes = Vec::new();
+        self.snapshot_into(&mut bytes);
+        bytes
+    }
+
+    /// [`Self::snapshot`] into a list that is there, whose bytes it replaces.
+    pub fn snapshot_into(&self, bytes: &mut Vec<u8>) {
+        self.snapshot_with(&Library::default(), bytes);
+    }
+
+    /// [`Self::snapshot_into`], but for hulls and meshes that `library` has: those are named, and to restore the world
+    /// takes a library that has them too. The others are in it. It must have the very ones that shapes of this world
+    /// share ([`Library::add_world`]), not others of the same form.
+    pub fn snapshot_with(&self, library: &Library, bytes: &mut Vec<u8>) {
         let saved = Saved {
             tables: Cow::Borrowed(&self.tables),
             last_h: self.last_h,
             pending: Cow::Borrowed(&self.pending),
-            hulls: hulls.items,
-            meshes: meshes.items,
-            shapes,
+            shapes: SavedShapes::of(&self.tables.shapes, library),
         };
-        let body = postcard::to_stdvec(&saved).expect("tables of numbers and lists can be written");
-        let mut bytes = Vec::with_capacity(HEADER + body.len());
+        bytes.clear();
         bytes.extend_from_slice(&MAGIC);
         bytes.extend_from_slice(&VERSION.to_le_bytes());
-        bytes.extend_from_slice(&checksum(&body).to_le_bytes());
-        bytes.extend_from_slice(&body);
-        bytes
+        // Of what is yet to come.
+        bytes.extend_from_slice(&[0; 8]);
+        postcard::serialize_with_flavor(&saved, Append(bytes))
+            .expect("tables of numbers and lists can be written");
+        let sum = checksum(&bytes[HEADER..]);
+        bytes[HEADER - 8..HEADER].copy_from_slice(&sum.to_le_bytes());
     }
 
     /// The world of a [`World::snapshot`], whoever wrote it: what is no world is refused, not trusted. It steps on
@@ -240,7 +175,30 @@ impl World {
     ///
     /// # Errors
     /// Why the bytes are no world.
-    pub fn restore(mut bytes: &[u8]) -> Result<Self, SnapshotError> {
+    pub fn restore(bytes: &[u8]) -> Result<Self, SnapshotError> {
+        Self::read(bytes, &Library::default())
+    }
+
+    /// Goes back to the world of a snapshot. This world keeps its memory, its executor and its SIMD level; books that were
+    /// open are closed.
+    ///
+    /// # Errors
+    /// Why the bytes are no world; then this one is as it was.
+    pub fn restore_from(&mut self, bytes: &[u8]) -> Result<(), SnapshotError> {
+        self.restore_with(&Library::default(), bytes)
+    }
+
+    /// [`Self::restore_from`] a snapshot that names hulls and meshes of `library`: see [`Self::snapshot_with`].
+    ///
+    /// # Errors
+    /// Why the bytes are no world, or which hull or mesh is missing; then this world is as it was.
+    pub fn restore_with(&mut self, library: &Library, bytes: &[u8]) -> Result<(), SnapshotError> {
+        let world = Self::read(bytes, library)?;
+        self.copy_state(&world);
+        Ok(())
+    }
+
+    fn read(mut bytes: &[u8], library: &Library) -> Result<Self, SnapshotError> {
         if split(&mut bytes) != Some(MAGIC) {
             return Err(SnapshotError::NotASnapshot);
         }
@@ -252,25 +210,23 @@ impl World {
         if sum != checksum(bytes) {
             return Err(SnapshotError::Damaged);
         }
-        Self::decode(bytes)
+        Self::decode(bytes, library)
     }
 
     /// The world of what follows the header.
-    fn decode(bytes: &[u8]) -> Result<Self, SnapshotError> {
+    fn decode(bytes: &[u8], library: &Library) -> Result<Self, SnapshotError> {
         let unread = |_| SnapshotError::Unsound("a list or a number is not what it should be");
         let (saved, rest) = postcard::take_from_bytes::<Saved<'_>>(bytes).map_err(unread)?;
         if !rest.is_empty() {
             return Err(SnapshotError::Unsound("there is more than a world"));
         }
-        let Saved { tables, last_h, pending, hulls, meshes, shapes } = saved;
+        let Saved { tables, last_h, pending, shapes } = saved;
         let mut tables = tables.into_owned();
-        let sound = load_shapes(&mut tables.shapes, &shapes, hulls, meshes)
-            .and_then(|()| tables.check())
-            .and_then(|()| {
-                let known = (0.0..=10.0).contains(&last_h);
-                known.then_some(()).ok_or("its last step is out of range")
-            });
-        sound.map_err(SnapshotError::Unsound)?;
+        shapes.load(&mut tables.shapes, library)?;
+        tables.check().map_err(SnapshotError::Unsound)?;
+        if !(0.0..=10.0).contains(&last_h) {
+            return Err(SnapshotError::Unsound("its last step is out of range"));
+        }
         Ok(Self { tables, last_h, pending: pending.into_owned(), ..Self::default() })
     }
 }
@@ -279,7 +235,7 @@ impl World {
 mod tests {
     use std::sync::Arc;
 
-    use super::{HEADER, SnapshotError};
+    use super::{HEADER, Library, SnapshotError};
     use crate::base::random::Random;
     use crate::base::trig;
     use crate::joint::{Ball, Hinge, Pulley};
@@ -394,7 +350,7 @@ mod tests {
         let mut later = bytes.clone();
         later[8] += 1;
         let error = World::restore(&later).unwrap_err();
-        assert!(matches!(error, SnapshotError::Version { found: 6, read: 5 }), "{error}");
+        assert!(matches!(error, SnapshotError::Version { found: 7, read: 6 }), "{error}");
         let mut changed = bytes;
         changed[HEADER + 100] ^= 1;
         assert_eq!(World::restore(&changed).unwrap_err(), SnapshotError::Damaged);
@@ -432,7 +388,9 @@ mod tests {
                     }
                 }
                 let run = std::panic::catch_unwind(|| {
-                    let Ok(mut world) = World::decode(&changed) else { return false };
+                    let Ok(mut world) = World::decode(&changed, &Library::default()) else {
+                        return false;
+                    };
                     for _ in 0..30 {
                         world.step(DT);
                     }

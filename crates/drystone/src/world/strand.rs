@@ -10,7 +10,7 @@ use crate::state::def::DefError;
 use crate::state::particle_def::{LinkDef, LinkKind, LinkSpring, ParticleDef};
 
 /// A rope: particles in a row, each linked to the next.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RopeDef {
     /// Where it begins [m, world].
     pub from: Vec3,
@@ -56,7 +56,7 @@ impl RopeDef {
 
 /// A rectangle of cloth: a grid of particles with links along it (stretch), across it (shear) and over two
 /// (bend).
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ClothDef {
     /// Its first corner [m, world].
     pub corner: Vec3,

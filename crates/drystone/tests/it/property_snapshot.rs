@@ -12,9 +12,9 @@ use proptest::test_runner::{Config, RngSeed};
 const DT: f32 = 1.0 / 60.0;
 
 /// A call: which, on what, and with what numbers.
-type Call = (u8, [u8; 2], [f32; 3], f32);
+pub(crate) type Call = (u8, [u8; 2], [f32; 3], f32);
 
-fn call() -> impl Strategy<Value = Call> {
+pub(crate) fn call() -> impl Strategy<Value = Call> {
     let number = prop_oneof![
         12 => -6.0_f32..6.0,
         1 => prop::sample::select(vec![0.0, f32::NAN, f32::INFINITY, -1.0e30, 3.0e38, 1.0e-30]),
@@ -25,11 +25,30 @@ fn call() -> impl Strategy<Value = Call> {
 
 /// What calls know of a world and its twin; ids are the same in both.
 #[derive(Default)]
-struct Known {
-    bodies: Vec<BodyId>,
-    joints: Vec<JointId>,
-    particles: Vec<ParticleId>,
-    links: Vec<LinkId>,
+pub(crate) struct Known {
+    pub(crate) bodies: Vec<BodyId>,
+    pub(crate) joints: Vec<JointId>,
+    pub(crate) particles: Vec<ParticleId>,
+    pub(crate) links: Vec<LinkId>,
+}
+
+impl Known {
+    /// Takes over what a call added, and the pieces of what broke.
+    pub(crate) fn learn(&mut self, added: Self, world: &World) {
+        self.bodies.extend(added.bodies);
+        self.bodies.extend(&world.events().pieces);
+        self.joints.extend(added.joints);
+        self.particles.extend(added.particles);
+        self.links.extend(added.links);
+    }
+}
+
+/// A world with ground, and what is known of it.
+pub(crate) fn ground() -> (World, Known) {
+    let mut world = World::default();
+    let ground = ShapeDef::half_space([0.0, 1.0, 0.0], 0.0);
+    let ground = world.add_body(BodyDef::fixed().with_shape(ground)).unwrap();
+    (world, Known { bodies: vec![ground], ..Known::default() })
 }
 
 fn pick<T: Copy>(list: &[T], k: u8) -> Option<T> {
@@ -118,7 +137,12 @@ fn change_joint(world: &mut World, id: JointId, (what, v, x): (u8, [f32; 3], f32
 }
 
 /// Makes a call; what was added goes into `added`.
-fn make(world: &mut World, known: &Known, added: &mut Known, (what, [a, b], v, x): Call) {
+pub(crate) fn make(
+    world: &mut World,
+    known: &Known,
+    added: &mut Known,
+    (what, [a, b], v, x): Call,
+) {
     let (first, second) = (pick(&known.bodies, a), pick(&known.bodies, b));
     let (Some(first), Some(second)) = (first, second) else { return };
     match what % 30 {
@@ -231,10 +255,7 @@ proptest! {
         calls in prop::collection::vec(call(), 1..70),
         at in 0_usize..40,
     ) {
-        let mut world = World::default();
-        let ground = ShapeDef::half_space([0.0, 1.0, 0.0], 0.0);
-        let ground = world.add_body(BodyDef::fixed().with_shape(ground)).unwrap();
-        let mut known = Known { bodies: vec![ground], ..Known::default() };
+        let (mut world, mut known) = ground();
         let mut twin = None;
         for (i, call) in calls.into_iter().enumerate() {
             if i == at {
@@ -254,11 +275,7 @@ proptest! {
             let bytes = world.snapshot();
             let again = World::restore(&bytes).unwrap_or_else(|e| panic!("after {call:?}: {e}"));
             assert!(again.snapshot() == bytes, "after {call:?}");
-            known.bodies.extend(added.bodies);
-            known.bodies.extend(&world.events().pieces);
-            known.joints.extend(added.joints);
-            known.particles.extend(added.particles);
-            known.links.extend(added.links);
+            known.learn(added, &world);
         }
     }
 }

@@ -311,6 +311,84 @@ fn what_can_break_and_does_not_allocates_nothing() {
     assert!(world.bodies().flat_map(|b| b.bonds()).any(|b| b.load > 0.0));
 }
 
+/// A pile that an arm stirs, people of capsules, a rope, a glued wall: something of everything that has lists of its own.
+fn varied() -> World {
+    let mut world = world(true);
+    let bodies = pile(&mut world, 120);
+    let arm = ShapeDef::box_half([3.8, 0.4, 0.3]);
+    let arm = BodyDef::kinematic().with_angular_velocity([0.0, 3.0, 0.0]).with_shape(arm);
+    world.add_body(arm.with_position([0.0, 1.0, 0.0])).unwrap();
+    let mut last = bodies[0];
+    for i in 0..6_u32 {
+        let at = BodyDef::dynamic().with_position([20.0 + i as f32, 5.0, 0.0]);
+        let link = world.add_body(at.with_shape(ShapeDef::capsule(0.3, 0.1))).unwrap();
+        let hinge = drystone::joint::Hinge::new().with_limits(-1.0, 1.0);
+        let def = drystone::JointDef::new(last, link, hinge).at([19.5 + i as f32, 5.0, 0.0]);
+        let def = def.with_axis([0.0, 0.0, 1.0]);
+        if i > 0 {
+            world.add_joint(def).unwrap();
+        }
+        last = link;
+    }
+    let rope = drystone::RopeDef::between([25.0, 5.0, 0.0], [28.0, 5.0, 0.0], 8);
+    let rope = world.add_rope(&rope).unwrap();
+    world.attach_particle(rope.particles[0], last, [0.0; 3]).unwrap();
+    let brick = |i: u32| ShapeDef::box_full([1.0; 3]).with_position([i as f32, 0.0, 0.0]);
+    let shapes: Vec<ShapeDef> = (0..6).map(brick).collect();
+    let glue = drystone::Glue::touching(&shapes, 1e-3, drystone::BondStrength::both(1.0e9));
+    let def = BodyDef { shapes, ..BodyDef::dynamic() }.with_glue(glue.unwrap());
+    world.add_body(def.with_position([0.0, 30.0, 0.0])).unwrap();
+    fixed_box(&mut world, [100.0, 1.0, 10.0], [100.0, -1.0, 0.0]);
+    steps(&mut world, 240);
+    world
+}
+
+/// Eight frames forward and back to the first of them, over and over, as a game does that learns late what others did.
+#[test]
+fn keeping_states_and_going_back_to_them_allocates_nothing() {
+    let mut world = varied();
+    let mut kept = vec![World::default(); 8];
+    let mut calls = Vec::new();
+    for _ in 0..4 {
+        let mut all = 0;
+        for save in &mut kept {
+            let before = CALLS.get();
+            save.clone_from(&world);
+            all += CALLS.get() - before;
+            world.step(DT);
+        }
+        let before = CALLS.get();
+        world.clone_from(&kept[0]);
+        all += CALLS.get() - before;
+        // The step after it makes its plan anew, in the memory of the one that it had.
+        all += calls_of(&mut world, 1);
+        world.clone_from(&kept[0]);
+        calls.push(all);
+    }
+    assert!(calls[0] > 0, "the first copies take their memory: {calls:?}");
+    assert_eq!(calls[1..], [0; 3], "{calls:?}");
+}
+
+/// Of what has a list of its own in each row (joints of six axes, bodies of many shapes) the small world has as many.
+#[test]
+fn a_copy_of_a_smaller_world_keeps_its_room_for_the_larger_one() {
+    let mut large = varied();
+    let small = large.clone();
+    pile(&mut large, 500);
+    steps(&mut large, 30);
+    let mut copy = World::default();
+    // Some lists of the small one are longer, such as those of what began to touch in the last step.
+    copy.clone_from(&small);
+    copy.clone_from(&large);
+    let before = CALLS.get();
+    for _ in 0..3 {
+        copy.clone_from(&small);
+        copy.clone_from(&large);
+    }
+    assert_eq!(CALLS.get() - before, 0);
+    assert_eq!(copy.state_hash(), large.state_hash());
+}
+
 /// The goal is two kilobytes, which a body takes in a pile and in a field of small pyramids, where the solver's blocks are
 /// those of a worker's largest group. In one large pyramid it takes more: of its 2.9 contacts 0.75 KB,
 /// the solver's blocks 1.06, bodies 0.32, shapes 0.26, lines 0.21, probes 0.19; the rest is what lists have to

@@ -55,7 +55,7 @@ struct Pushed {
 }
 
 /// The open ledger of a world.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub(crate) struct Books {
     steps: u64,
     start: Energy,
@@ -66,6 +66,18 @@ pub(crate) struct Books {
     changes: f64,
     kinematic: f64,
     pushed: Vec<Pushed>,
+}
+
+// What pushes is known within a step only.
+impl Clone for Books {
+    fn clone(&self) -> Self {
+        Self { pushed: Vec::new(), ..*self }
+    }
+
+    fn clone_from(&mut self, from: &Self) {
+        let pushed = core::mem::take(&mut self.pushed);
+        *self = Self { pushed, ..*from };
+    }
 }
 
 impl Books {

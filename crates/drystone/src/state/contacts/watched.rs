@@ -117,13 +117,29 @@ impl Probe {
 }
 
 /// What is watched of each contact, of pairs with several parts of the first only. Those with an active body come first.
-#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+#[derive(Debug, Default, Serialize, Deserialize)]
 pub(crate) struct Watched {
     pub(crate) watches: Vec<Watch>,
     /// In the same order.
     pub(crate) probes: Vec<Probe>,
     /// How many of them have an active body.
     pub(crate) awake: usize,
+}
+
+impl Clone for Watched {
+    fn clone(&self) -> Self {
+        let mut copy = Self::default();
+        copy.clone_from(self);
+        copy
+    }
+
+    /// Into the lists that are there.
+    fn clone_from(&mut self, from: &Self) {
+        let Self { watches, probes, awake } = from;
+        self.watches.clone_from(watches);
+        self.probes.clone_from(probes);
+        self.awake = *awake;
+    }
 }
 
 impl Watched {

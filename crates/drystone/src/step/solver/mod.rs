@@ -142,6 +142,13 @@ pub(crate) struct Scratch {
 }
 
 impl Scratch {
+    /// See [`crate::step::Scratch::start_from`]. What is told of the last step is that of `from`.
+    pub(crate) fn start_from(&mut self, from: &Self) {
+        self.plan.forget();
+        self.sweeps = from.sweeps;
+        self.classic.start_from(&from.classic);
+    }
+
     /// True if nothing pushed the body of this line though something was near that it can bounce off: it
     /// flew, and must keep its energy.
     pub(crate) fn flew(&self, line: usize) -> bool {

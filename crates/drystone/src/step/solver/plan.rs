@@ -162,6 +162,12 @@ pub(super) fn fineness_of(island: u32, chosen: &[Fineness]) -> Fineness {
 }
 
 impl Plan {
+    /// Is to be made anew, as if there had been none.
+    pub(super) fn forget(&mut self) {
+        self.workers = 0;
+        self.fineness.iter_mut().for_each(Vec::clear);
+    }
+
     /// Chooses the islands that take every substep in parts.
     pub(super) fn choose_fineness(
         &mut self,

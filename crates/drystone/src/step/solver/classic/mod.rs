@@ -73,6 +73,13 @@ pub(super) struct Scratch {
 }
 
 impl Scratch {
+    /// Tells of the last step what `from` tells.
+    pub(super) fn start_from(&mut self, from: &Self) {
+        (self.residual, self.too_large) = (from.residual, from.too_large);
+        // What it left behind in the lines is to be cleared, whoever had them.
+        self.was_here |= from.was_here;
+    }
+
     /// Another method makes this step; true if the last one was a classic one.
     pub(super) fn leave(&mut self, line_of: &mut [u32]) -> bool {
         let was_here = core::mem::take(&mut self.was_here);

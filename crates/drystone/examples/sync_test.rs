@@ -1,0 +1,90 @@
+//! The sync test of rollback libraries: in every frame a game of 500 bodies goes back seven frames and comes again, and each
+//! frame must come to the same as before. Balls come and go within those frames.
+//!
+//! `cargo run --release --example sync_test`
+
+use drystone::{BodyDef, BodyId, DefError, ShapeDef, Stage, World};
+
+const DT: f32 = 1.0 / 60.0;
+const FRAMES: usize = 120;
+/// How far every frame goes back, and how many states are kept for that.
+const BACK: usize = 7;
+const KEPT: usize = BACK + 1;
+
+/// All that a frame changes.
+#[derive(Default)]
+struct Game {
+    world: World,
+    /// Balls that were thrown, the last one last.
+    balls: Vec<BodyId>,
+}
+
+impl Game {
+    /// A pile of 500 boxes.
+    fn new() -> Result<Self, DefError> {
+        let mut world = World::default();
+        world.add_body(BodyDef::fixed().with_shape(ShapeDef::half_space([0.0, 1.0, 0.0], 0.0)))?;
+        for i in 0..500_u16 {
+            let [x, y, z] = [i % 10, i / 50, i / 10 % 5].map(f32::from);
+            let at = BodyDef::dynamic().with_position([1.05 * x, 0.6 + 1.1 * y, 1.05 * z]);
+            world.add_body(at.with_shape(ShapeDef::box_half([0.5; 3])))?;
+        }
+        Ok(Self { world, balls: Vec::new() })
+    }
+
+    /// Becomes another game, in the memory that it has.
+    fn copy(&mut self, from: &Self) {
+        self.world.clone_from(&from.world);
+        self.balls.clone_from(&from.balls);
+    }
+
+    /// A frame. What players do in it is known by its number here; a game looks it up.
+    fn advance(&mut self, frame: usize) -> Result<(), DefError> {
+        if frame % 5 == 0 {
+            let from_side = if frame % 10 == 0 { -4.0 } else { 14.0 };
+            let ball = BodyDef::dynamic().with_position([from_side, 4.0, 2.0]);
+            let ball = ball.with_linear_velocity([3.0 * (5.0 - from_side), 0.0, 0.0]);
+            self.balls.push(self.world.add_body(ball.with_shape(ShapeDef::sphere(0.4)))?);
+        }
+        if self.balls.len() > 6 {
+            self.world.remove_body(self.balls.remove(0));
+        }
+        self.world.step(DT);
+        Ok(())
+    }
+
+    fn hashes(&self) -> [(Stage, u64); 9] {
+        self.world.stage_hashes()
+    }
+}
+
+#[expect(clippy::print_stdout, reason = "an example shows what it does")]
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let mut game = Game::new()?;
+    // Before each of the last frames, and what each came to.
+    let mut kept: [Game; KEPT] = core::array::from_fn(|_| Game::default());
+    let mut came = [game.hashes(); KEPT];
+    let mut again = 0;
+    for frame in 0..FRAMES {
+        kept[frame % KEPT].copy(&game);
+        game.advance(frame)?;
+        came[frame % KEPT] = game.hashes();
+        if frame < BACK {
+            continue;
+        }
+        let first = frame - BACK;
+        game.copy(&kept[first % KEPT]);
+        for frame in first..=frame {
+            kept[frame % KEPT].copy(&game);
+            game.advance(frame)?;
+            again += 1;
+            let differs = came[frame % KEPT].iter().zip(game.hashes()).find(|(was, is)| *was != is);
+            if let Some(((stage, _), _)) = differs {
+                return Err(format!("frame {frame}: stage {} differs", stage.name()).into());
+            }
+        }
+    }
+    let counts = game.world.counts();
+    println!("{FRAMES} frames of {} bodies, {again} again, every one the same", counts.dynamic);
+    Ok(())
+}

@@ -1,0 +1,442 @@
+//! Journals: calls, one after the other, with what each came to, so that a run can be made again and compared.
+
+mod apply;
+mod call;
+
+use serde::{Deserialize, Serialize};
+
+pub use self::call::{Answer, AxisCall, BodyCall, Call, JointCall, ParticleCall, ShapeCall};
+use super::World;
+use super::snapshot::{SnapshotError, checksum, split};
+use crate::base::id::BodyId;
+use crate::state::def::DefError;
+use crate::step::Stage;
+
+/// Of the layout; goes up whenever calls or snapshots change.
+const VERSION: u32 = 1;
+
+/// The state that a world was in and every call since, with what each came to.
+///
+/// A bug report is a journal: who replays it has the world in which it happened, and learns whether his machine comes to the
+/// same. So is what a server sends to somebody who joins late. All that changes the world is to go through
+/// [`Self::call`].
+///
+/// ```
+/// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+/// use drystone::{BodyDef, Call, Journal, ShapeDef, World};
+///
+/// let mut world = World::default();
+/// world.add_body(BodyDef::fixed().with_shape(ShapeDef::half_space([0.0, 1.0, 0.0], 0.0)))?;
+/// let mut journal = Journal::begin(&world);
+/// let ball = BodyDef::dynamic().with_position([0.0, 2.0, 0.0]).with_shape(ShapeDef::sphere(0.5));
+/// journal.call(&mut world, Call::AddBody(Box::new(ball)))?;
+/// for _ in 0..60 {
+///     journal.call(&mut world, Call::Step(1.0 / 60.0))?;
+/// }
+///
+/// let bytes = journal.to_bytes();
+/// let mut again = World::default();
+/// Journal::from_bytes(&bytes)?.replay(&mut again)?;
+/// assert_eq!(again.state_hash(), world.state_hash());
+/// # Ok(())
+/// # }
+/// ```
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Journal {
+    start: Vec<u8>,
+    entries: Vec<Entry>,
+    #[serde(skip)]
+    known: BodyHashes,
+}
+
+/// A call and what it came to.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+struct Entry {
+    call: Call,
+    came: Came,
+}
+
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+enum Came {
+    Refused,
+    Answered(Answer),
+    /// A step: hashes of what its stages left.
+    Stepped {
+        stages: [u64; Stage::ALL.len()],
+        /// Slots of the bodies whose hashes are no more what they were after the step before, with the new ones.
+        bodies: Vec<(u32, u32)>,
+    },
+}
+
+/// A hash of each body by its slot; 0 where there is none.
+#[derive(Clone, Debug, Default)]
+struct BodyHashes(Vec<u32>);
+
+impl BodyHashes {
+    /// What changed since the last look.
+    fn look(&mut self, world: &World) -> Vec<(u32, u32)> {
+        let rows = &world.tables.bodies.rows;
+        let slots = u32::try_from(rows.slot_count().max(self.0.len())).unwrap_or(u32::MAX);
+        let hash_of = |slot| {
+            let body = rows.id_at(slot).and_then(|id| world.body(id));
+            // Half of the bits are enough to tell that a body differs.
+            #[expect(clippy::cast_possible_truncation, reason = "half of the bits")]
+            body.map_or(0, |body| body.state_hash() as u32)
+        };
+        let changed = (0..slots).map(|slot| (slot, hash_of(slot)));
+        let changed = changed.filter(|(slot, hash)| self.get(*slot) != *hash).collect::<Vec<_>>();
+        self.follow(&changed);
+        changed
+    }
+
+    fn get(&self, slot: u32) -> u32 {
+        self.0.get(slot as usize).copied().unwrap_or(0)
+    }
+
+    /// Takes over what changed. A slot is not far behind the last: a stranger's may be anywhere, and is left out.
+    fn follow(&mut self, changed: &[(u32, u32)]) {
+        for (slot, hash) in changed {
+            let slot = *slot as usize;
+            if slot >= self.0.len() && slot <= self.0.len() + changed.len() {
+                self.0.resize(slot + 1, 0);
+            }
+            if let Some(place) = self.0.get_mut(slot) {
+                *place = *hash;
+            }
+        }
+    }
+
+    /// The first slot in which two differ.
+    fn difference(&self, other: &Self) -> Option<u32> {
+        let slots = u32::try_from(self.0.len().max(other.0.len())).unwrap_or(u32::MAX);
+        (0..slots).find(|slot| self.get(*slot) != other.get(*slot))
+    }
+}
+
+/// Where a run first came to something else than the one that is in a journal.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct Difference {
+    /// The number of the call, the first is 0.
+    pub call: usize,
+    /// [`World::step_count`] after it.
+    pub step: u64,
+    /// The stage of the step, the first whose own data differ: see [`World::stage_hashes`]. `None`: not a step differs
+    /// but what another call answered.
+    pub stage: Option<Stage>,
+    /// The first body, in slot order, whose pose or velocity differs then.
+    pub body: Option<BodyId>,
+}
+
+impl core::fmt::Display for Difference {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        let Self { call, step, stage, body } = self;
+        write!(f, "call {call}, at step {step}: ")?;
+        match stage {
+            Some(stage) => write!(f, "stage {} comes to something else", stage.name())?,
+            None => write!(f, "it answers something else")?,
+        }
+        match body {
+            Some(body) => write!(f, ", at the body in slot {}", body.index()),
+            None => Ok(()),
+        }
+    }
+}
+
+/// Why a journal cannot be read or replayed.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum JournalError {
+    /// The bytes are not a journal.
+    NotAJournal,
+    /// They are a journal of another version of the layout: theirs, and the one that is read.
+    Version {
+        /// Theirs.
+        found: u32,
+        /// The one that is read.
+        read: u32,
+    },
+    /// They were cut off or changed since they were written.
+    Damaged,
+    /// What the run began with is no world.
+    Start(SnapshotError),
+    /// The run came to something else.
+    Differs(Difference),
+}
+
+impl core::fmt::Display for JournalError {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        match self {
+            Self::NotAJournal => write!(f, "this is no journal of a world"),
+            Self::Version { found, read } => {
+                write!(f, "the journal has version {found}, allowed is version {read}")
+            }
+            Self::Damaged => write!(f, "the journal was cut off or changed"),
+            Self::Start(why) => write!(f, "the start of the journal: {why}"),
+            Self::Differs(difference) => write!(f, "{difference}"),
+        }
+    }
+}
+
+impl core::error::Error for JournalError {}
+
+impl Journal {
+    /// The first bytes of what [`Self::to_bytes`] gives, by which a file of them is told from others.
+    pub const KIND: [u8; 8] = *b"drydiary";
+
+    /// An empty journal that begins with the world as it is.
+    #[must_use]
+    pub fn begin(world: &World) -> Self {
+        let mut known = BodyHashes::default();
+        known.look(world);
+        Self { start: world.snapshot(), entries: Vec::new(), known }
+    }
+
+    /// Makes a call and takes it down with what it came to, also if it is refused.
+    ///
+    /// # Errors
+    /// Those of [`World::apply`].
+    pub fn call(&mut self, world: &mut World, call: Call) -> Result<Answer, DefError> {
+        let answer = world.apply(&call);
+        let came = came(world, &call, answer.as_ref(), &mut self.known);
+        self.entries.push(Entry { call, came });
+        answer
+    }
+
+    /// The calls, in order.
+    pub fn calls(&self) -> impl ExactSizeIterator<Item = &Call> {
+        self.entries.iter().map(|entry| &entry.call)
+    }
+
+    /// The snapshot that the run begins with.
+    #[must_use]
+    pub fn start(&self) -> &[u8] {
+        &self.start
+    }
+
+    /// Makes all calls again in `world`, which becomes that of the start first and keeps its executor and SIMD level.
+    ///
+    /// # Errors
+    /// That the start is no world, or the first thing that came out different; the world is left there.
+    pub fn replay(&self, world: &mut World) -> Result<(), JournalError> {
+        self.replay_some(world, self.entries.len())
+    }
+
+    /// [`Self::replay`], of the first `calls` calls: to look at the world just before something happens.
+    ///
+    /// # Errors
+    /// As for [`Self::replay`].
+    pub fn replay_some(&self, world: &mut World, calls: usize) -> Result<(), JournalError> {
+        world.restore_from(&self.start).map_err(JournalError::Start)?;
+        let mut own = BodyHashes::default();
+        own.look(world);
+        let mut then = own.clone();
+        for (number, entry) in self.entries.iter().enumerate().take(calls) {
+            let answer = world.apply(&entry.call);
+            let came = came(world, &entry.call, answer.as_ref(), &mut own);
+            if let Came::Stepped { bodies, .. } = &entry.came {
+                then.follow(bodies);
+            }
+            if came != entry.came {
+                let slot = own.difference(&then);
+                return Err(JournalError::Differs(Difference {
+                    call: number,
+                    step: world.step_count(),
+                    stage: different_stage(&came, &entry.came),
+                    body: slot.and_then(|slot| world.tables.bodies.rows.id_at(slot)),
+                }));
+            }
+        }
+        Ok(())
+    }
+
+    /// The journal as bytes.
+    #[must_use]
+    pub fn to_bytes(&self) -> Vec<u8> {
+        let body = postcard::to_stdvec(self).expect("calls are numbers and lists");
+        let mut bytes = Vec::with_capacity(20 + body.len());
+        bytes.extend_from_slice(&Self::KIND);
+        bytes.extend_from_slice(&VERSION.to_le_bytes());
+        bytes.extend_from_slice(&checksum(&body).to_le_bytes());
+        bytes.extend_from_slice(&body);
+        bytes
+    }
+
+    /// The journal of [`Self::to_bytes`], whoever wrote it. It can be replayed and is not gone on with.
+    ///
+    /// # Errors
+    /// Why the bytes are no journal. Whether its calls make sense shows when it is replayed.
+    pub fn from_bytes(mut bytes: &[u8]) -> Result<Self, JournalError> {
+        if split(&mut bytes) != Some(Self::KIND) {
+            return Err(JournalError::NotAJournal);
+        }
+        let found = u32::from_le_bytes(split(&mut bytes).ok_or(JournalError::Damaged)?);
+        if found != VERSION {
+            return Err(JournalError::Version { found, read: VERSION });
+        }
+        let sum = u64::from_le_bytes(split(&mut bytes).ok_or(JournalError::Damaged)?);
+        if sum != checksum(bytes) {
+            return Err(JournalError::Damaged);
+        }
+        match postcard::take_from_bytes(bytes) {
+            Ok((journal, [])) => Ok(journal),
+            _ => Err(JournalError::Damaged),
+        }
+    }
+}
+
+fn came(
+    world: &World,
+    call: &Call,
+    answer: Result<&Answer, &DefError>,
+    known: &mut BodyHashes,
+) -> Came {
+    match (call, answer) {
+        (Call::Step(_), _) => Came::Stepped {
+            stages: world.stage_hashes().map(|(_, hash)| hash),
+            bodies: known.look(world),
+        },
+        (_, Ok(answer)) => Came::Answered(answer.clone()),
+        (_, Err(_)) => Came::Refused,
+    }
+}
+
+/// The first stage of which two steps differ.
+fn different_stage(now: &Came, then: &Came) -> Option<Stage> {
+    let (Came::Stepped { stages: now, bodies }, Came::Stepped { stages: then, bodies: others }) =
+        (now, then)
+    else {
+        return None;
+    };
+    let differs = |stage: Stage| {
+        let place = Stage::ALL.iter().position(|s| *s == stage);
+        place.is_some_and(|i| now[i] != then[i])
+    };
+    let first = Stage::ALL.into_iter().find(|stage| differs(*stage));
+    // Bodies that fall asleep leave the colors: then nothing else differs.
+    let others_differ = [Stage::Particles, Stage::Solver, Stage::Finalize].into_iter().any(differs);
+    match first {
+        Some(Stage::Partition) if differs(Stage::Sleep) && !others_differ => Some(Stage::Sleep),
+        // Velocities are told by the hashes of bodies too.
+        None if bodies != others => Some(Stage::Finalize),
+        first => first,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Answer, Came, Journal, JournalError};
+    use crate::base::random::Random;
+    use crate::world::snapshot::checksum;
+    use crate::{BodyCall, BodyDef, Call, JournalError as Error, ShapeDef, Stage, World, vec3};
+
+    const DT: f32 = 1.0 / 60.0;
+
+    /// Two boxes fall and are pushed; after the third step one of them comes.
+    fn journal() -> (Journal, World) {
+        let mut world = World::default();
+        let ground = ShapeDef::half_space([0.0, 1.0, 0.0], 0.0);
+        world.add_body(BodyDef::fixed().with_shape(ground)).unwrap();
+        let mut journal = Journal::begin(&world);
+        let cube = |x: f32| {
+            let at = BodyDef::dynamic().with_position([x, 0.6, 0.0]);
+            Call::AddBody(Box::new(at.with_shape(ShapeDef::box_half([0.5; 3]))))
+        };
+        let Ok(Answer::Body(first)) = journal.call(&mut world, cube(0.0)) else { panic!() };
+        for step in 0..20 {
+            if step == 3 {
+                journal.call(&mut world, cube(3.0)).unwrap();
+                let push = BodyCall::ApplyImpulse(vec3(100.0, 0.0, 0.0));
+                journal.call(&mut world, Call::Body(first, push)).unwrap();
+            }
+            journal.call(&mut world, Call::Step(DT)).unwrap();
+        }
+        journal.call(&mut world, Call::SetGravity(vec3(f32::NAN, 0.0, 0.0))).unwrap_err();
+        (journal, world)
+    }
+
+    fn replay(journal: &Journal) -> Result<u64, JournalError> {
+        let mut world = World::default();
+        journal.replay(&mut world).map(|()| world.state_hash())
+    }
+
+    #[test]
+    fn a_journal_comes_to_the_same_and_can_be_stopped_on_the_way() {
+        let (journal, world) = journal();
+        assert_eq!(replay(&journal), Ok(world.state_hash()));
+        let read = Journal::from_bytes(&journal.to_bytes()).unwrap();
+        assert_eq!(replay(&read), Ok(world.state_hash()));
+        let mut some = World::default();
+        read.replay_some(&mut some, 4).unwrap();
+        assert_eq!((some.step_count(), some.counts().dynamic), (3, 1));
+        assert_eq!(read.calls().len(), 24);
+    }
+
+    #[test]
+    fn the_first_difference_is_named_by_call_step_stage_and_body() {
+        let (journal, _) = journal();
+        let differs = |journal: &Journal| match replay(journal) {
+            Err(Error::Differs(d)) => (d.call, d.step, d.stage, d.body.map(|b| b.index())),
+            other => panic!("{other:?}"),
+        };
+        // A push that is a little less: the box in slot 1 moves otherwise in that step, by the solver's friction.
+        let mut pushed = journal.clone();
+        let Call::Body(_, push) = &mut pushed.entries[5].call else { panic!() };
+        *push = BodyCall::ApplyImpulse(vec3(99.0, 0.0, 0.0));
+        let (call, step, stage, body) = differs(&pushed);
+        assert_eq!((call, step, body), (6, 4, Some(1)));
+        assert!(matches!(stage, Some(Stage::Narrowphase | Stage::Solver | Stage::Finalize)));
+        // The box that comes later goes to another place.
+        let mut moved = journal.clone();
+        let Call::AddBody(def) = &mut moved.entries[4].call else { panic!() };
+        def.position.x = 4.0;
+        assert_eq!(differs(&moved), (6, 4, Some(Stage::Finalize), Some(2)));
+        // It does not come: what was added is not what was answered, and no step says so first.
+        let mut gone = journal.clone();
+        gone.entries[4].call = Call::WakeAll;
+        let (call, step, stage, _) = differs(&gone);
+        assert_eq!((call, step, stage), (4, 3, None));
+        // A hash that is another one.
+        let mut hashed = journal;
+        let Came::Stepped { stages, .. } = &mut hashed.entries[9].came else { panic!() };
+        stages[Stage::ALL.iter().position(|s| *s == Stage::Sensor).unwrap()] ^= 1;
+        assert_eq!(differs(&hashed), (9, 7, Some(Stage::Sensor), None));
+    }
+
+    /// With the checksum made right: a stranger can do that.
+    #[test]
+    fn damaged_journals_are_refused_or_run() {
+        let bytes = journal().0.to_bytes();
+        assert_eq!(Journal::from_bytes(b"").unwrap_err(), Error::NotAJournal);
+        for end in [8, 11, 19, 20, bytes.len() - 1] {
+            assert_eq!(Journal::from_bytes(&bytes[..end]).unwrap_err(), Error::Damaged, "{end}");
+        }
+        let mut later = bytes.clone();
+        later[8] += 1;
+        assert!(matches!(Journal::from_bytes(&later), Err(Error::Version { found: 2, read: 1 })));
+        let start = journal().0.start.len();
+        let mut random = Random::new(11);
+        let mut below = |n: usize| usize::try_from(random.next() % n as u64).unwrap();
+        let mut read = 0;
+        for case in 0..600 {
+            let mut body = bytes[20..].to_vec();
+            for _ in 0..=below(3) {
+                // The start is a snapshot, whose own checksum holds.
+                let at = start + below(body.len() - start);
+                match below(4) {
+                    0 => body[at] ^= 1 << below(8),
+                    1 => body[at] = [0, 1, 0x7f, 0x80, 0xff][below(5)],
+                    2 => drop(body.remove(at)),
+                    _ => body.truncate(at),
+                }
+            }
+            let mut damaged = bytes[..12].to_vec();
+            damaged.extend(checksum(&body).to_le_bytes());
+            damaged.extend(body);
+            let run =
+                std::panic::catch_unwind(|| Journal::from_bytes(&damaged).map(|j| replay(&j)));
+            read += usize::from(run.unwrap_or_else(|_| panic!("case {case}")).is_ok());
+        }
+        assert!(read > 60, "hardly any is looked at: {read}");
+    }
+}

@@ -1,0 +1,407 @@
+//! States that are kept, sent and gone back to: in memory, as bytes, as deltas, as calls.
+
+use std::sync::Arc;
+
+use drystone::joint::{Distance, Hinge, Pulley, Spring};
+use drystone::{
+    Answer, Axis, AxisCall, AxisLocks, BodyCall, BodyDef, BodyKind, BondStrength, Call, ClothDef,
+    ContactReports, CouplingDef, DeltaError, Executor, Filter, Fracture, GeometryKey, Glue, Hull,
+    JointAxis, JointCall, JointDef, JointDrive, JointMotion, JointSpring, JointStrength, Journal,
+    JournalError, Library, LinkDef, LinkKind, MassDef, Material, Mesh, ParticleCall, ParticleDef,
+    Pose, Quat, RopeDef, Senses, Shape, ShapeCall, ShapeDef, SimdLevel, SnapshotError, SurfaceRule,
+    Team, Vec3, World, WorldConfig, apply_delta, vec3, write_delta,
+};
+
+const DT: f32 = 1.0 / 60.0;
+
+fn stone() -> Shape {
+    let points: Vec<Vec3> = (0..8_u8)
+        .map(|i| vec3(f32::from(i & 1), 0.8 * f32::from(i >> 1 & 1), 0.6 * f32::from(i >> 2)))
+        .collect();
+    Shape::Hull(Arc::new(Hull::from_points(&points).unwrap()))
+}
+
+fn hills() -> Shape {
+    let (mut corners, mut triangles) = (Vec::new(), Vec::new());
+    for i in 0..30_u32 {
+        for k in 0..30_u32 {
+            let (x, z) = (i as f32 - 15.0, k as f32 - 15.0);
+            corners.push(vec3(x, 0.01 * (x * x - z), z));
+            if i > 0 && k > 0 {
+                let a = 30 * i + k;
+                triangles.extend([[a - 31, a - 30, a], [a - 31, a, a - 1]]);
+            }
+        }
+    }
+    Shape::Mesh(Arc::new(Mesh::new(corners, triangles).unwrap()))
+}
+
+/// Stones of one hull on hills, rolling.
+fn valley() -> World {
+    let mut world = World::default();
+    world.add_body(BodyDef::fixed().with_shape(ShapeDef::new(hills()))).unwrap();
+    let stone = stone();
+    for i in 0..20_u8 {
+        let at = [f32::from(i % 5) * 2.0 - 4.0, 4.0, f32::from(i / 5) * 2.0 - 4.0];
+        let at = BodyDef::dynamic().with_position(at);
+        world.add_body(at.with_shape(ShapeDef::new(stone.clone()))).unwrap();
+    }
+    for _ in 0..60 {
+        world.step(DT);
+    }
+    world
+}
+
+fn level(world: &World) -> String {
+    format!("{:?}", world.simd_level())
+}
+
+fn assert_go_on_alike(world: &mut World, other: &mut World) {
+    for step in 0..60 {
+        world.step(DT);
+        other.step(DT);
+        assert_eq!(world.state_hash(), other.state_hash(), "step {step}");
+        assert_eq!(world.events(), other.events(), "step {step}");
+    }
+}
+
+#[test]
+fn snapshots_name_what_a_library_has_and_hold_the_rest() {
+    let mut world = valley();
+    let whole = world.snapshot();
+    let mut bytes = vec![1, 2, 3];
+    world.snapshot_into(&mut bytes);
+    assert!(bytes == whole);
+    // The server's library has the meshes of its level; the client built them anew from its own files.
+    let (mut server, mut client) = (Library::default(), Library::default());
+    server.add_world(&world);
+    assert_eq!((server.len(), server.add(&Shape::sphere(1.0))), (2, None));
+    let keys: Vec<GeometryKey> = server.keys().collect();
+    world.snapshot_with(&server, &mut bytes);
+    // The mesh alone has 900 corners of 12 bytes, and as many triangles of 3 numbers twice.
+    assert!(bytes.len() + 900 * 12 < whole.len(), "{} of {}", bytes.len(), whole.len());
+    let mut other = World::default();
+    for shape in [hills(), stone()] {
+        let before = other.snapshot();
+        let missing = other.restore_with(&client, &bytes).unwrap_err();
+        let SnapshotError::MissingGeometry { key } = missing else { panic!("{missing}") };
+        assert!(keys.contains(&key) && client.get(key).is_none());
+        assert!(missing.to_string().contains(&key.to_string()));
+        assert!(other.snapshot() == before, "a world that was not restored is as it was");
+        let added = client.add(&shape).unwrap();
+        assert!(keys.contains(&added), "the same content has the same key");
+        assert_eq!(GeometryKey::from_bits(added.to_bits()), added);
+    }
+    other.restore_with(&client, &bytes).unwrap();
+    // What came from the client's library is named by its snapshots too.
+    let mut again = Vec::new();
+    other.snapshot_with(&client, &mut again);
+    assert!(again == bytes);
+    assert!(other.snapshot() == whole);
+    assert_go_on_alike(&mut world, &mut other);
+}
+
+/// As if somebody had three threads of his own.
+#[derive(Debug)]
+struct InTurn;
+
+impl Executor for InTurn {
+    fn workers(&self) -> usize {
+        3
+    }
+
+    fn run(&self, chunks: usize, task: &(dyn Fn(usize, usize) + Sync)) {
+        (0..chunks).for_each(|chunk| task(chunk % 3, chunk));
+    }
+}
+
+#[test]
+fn a_world_that_is_restored_keeps_what_does_its_steps() {
+    let mut world = valley();
+    let bytes = world.snapshot();
+    let executor: Arc<dyn Executor> = Arc::new(InTurn);
+    let mut other = World::default().with_executor(Arc::clone(&executor));
+    let lowest = *SimdLevel::available().last().unwrap();
+    other.set_simd_level(lowest);
+    other.add_body(BodyDef::dynamic().with_shape(ShapeDef::sphere(1.0))).unwrap();
+    other.begin_ledger();
+    other.step(DT);
+    let before = other.snapshot();
+    for end in 0..bytes.len().min(100) {
+        assert!(other.restore_from(&bytes[..end]).is_err());
+    }
+    assert!(other.snapshot() == before);
+    other.restore_from(&bytes).unwrap();
+    assert_eq!(level(&other), format!("{lowest:?}"));
+    // Held here and by the world.
+    assert_eq!(Arc::strong_count(&executor), 2);
+    assert!(other.end_ledger().is_none(), "books of another run say nothing of this one");
+    assert_go_on_alike(&mut world, &mut other);
+    // A copy goes with its source in both.
+    other.clone_from(&world);
+    assert_eq!(Arc::strong_count(&executor), 1);
+    assert_eq!(level(&other), level(&world));
+}
+
+#[test]
+fn a_copy_tells_of_the_last_step_what_the_world_told() {
+    let mut world = valley();
+    world.begin_ledger();
+    world.step(DT);
+    let mut copy = World::default();
+    copy.begin_ledger();
+    copy.clone_from(&world);
+    assert_eq!(copy.sweep_count(), world.sweep_count());
+    assert!(world.sweep_count() > 0);
+    assert_eq!(copy.stage_hashes(), world.stage_hashes());
+    assert_go_on_alike(&mut world, &mut copy);
+    let (ledger, copied) = (world.end_ledger().unwrap(), copy.end_ledger().unwrap());
+    assert_eq!(ledger, copied, "the copy has the books too");
+    assert_eq!(ledger.steps, 61);
+}
+
+#[test]
+fn a_delta_is_small_where_little_moved_and_is_of_one_base() {
+    let mut world = World::default();
+    let floor = ShapeDef::half_space([0.0, 1.0, 0.0], 0.0);
+    world.add_body(BodyDef::fixed().with_shape(floor)).unwrap();
+    let mut balls = Vec::new();
+    for i in 0..200_u16 {
+        let at = BodyDef::dynamic().with_position([2.0 * f32::from(i), 0.5, 0.0]);
+        let at = BodyDef { asleep: true, ..at };
+        balls.push(world.add_body(at.with_shape(ShapeDef::sphere(0.5))).unwrap());
+    }
+    // Then nothing is new any more.
+    (0..20).for_each(|_| world.step(DT));
+    let base = world.snapshot();
+    let mut hit = world.body_mut(balls[77]).unwrap();
+    hit.set_linear_velocity([0.0, 0.0, 2.0]).unwrap();
+    world.add_body(BodyDef::fixed().with_shape(ShapeDef::sphere(0.5))).unwrap();
+    world.step(DT);
+    let snapshot = world.snapshot();
+    let (mut delta, mut again) = (Vec::new(), Vec::new());
+    write_delta(&base, &snapshot, &mut delta);
+    // One body in two hundred moved; it, its shape, its contact and the new body are less than three hundredths.
+    assert!(delta.len() * 30 < snapshot.len(), "{} of {}", delta.len(), snapshot.len());
+    apply_delta(&base, &delta, &mut again).unwrap();
+    assert!(again == snapshot);
+    let mut other = World::default();
+    other.restore_from(&again).unwrap();
+    assert_go_on_alike(&mut world, &mut other);
+    let wrong = apply_delta(&snapshot, &delta, &mut again).unwrap_err();
+    assert!(matches!(wrong, DeltaError::WrongBase { .. }), "{wrong}");
+}
+
+/// A server says where a body is, and says it again: the second time nothing changes and nothing wakes, though the body's
+/// center of mass is not its origin and the rotation that it has is unit to its last bits only.
+#[test]
+fn a_correction_that_says_the_same_changes_nothing() {
+    let mut server = valley();
+    let mut client = server.clone();
+    for _ in 0..7 {
+        server.step(DT);
+    }
+    let bodies: Vec<_> = server.bodies().map(|b| b.id()).collect();
+    for round in 0..3 {
+        for id in &bodies {
+            let there = server.body(*id).unwrap();
+            let (v, w) = (there.linear_velocity(), there.angular_velocity());
+            let mut here = client.body_mut(*id).unwrap();
+            let changed = here.correct_state(there.pose(), v, w).unwrap();
+            assert!(round == 0 || !changed, "round {round}, body {id:?}");
+        }
+    }
+}
+
+/// Makes calls of all kinds, some of them refused and some of what is gone.
+fn call_everything(world: &mut World, journal: &mut Journal) {
+    let mut call = |call: Call| journal.call(world, call);
+    let boxed = |def: BodyDef| Call::AddBody(Box::new(def));
+    let cube = ShapeDef::box_half([0.4; 3]);
+    let at = |x: f32, y: f32, z: f32| BodyDef::dynamic().with_position([x, y, z]);
+    let ground = BodyDef::fixed().with_shape(ShapeDef::new(hills()));
+    let mut body = |def: BodyDef| match call(boxed(def)) {
+        Ok(Answer::Body(id)) => id,
+        other => panic!("{other:?}"),
+    };
+    let ground = body(ground);
+    let a = body(at(0.0, 5.0, 0.0).with_shape(cube.clone()));
+    let b = body(at(0.0, 6.0, 0.0).with_shape(ShapeDef::new(stone())));
+    let c = body(at(2.0, 6.0, 0.0).with_shape(ShapeDef::sphere(0.3)));
+    let d = body(at(4.0, 6.0, 0.0).with_shape(ShapeDef::capsule(0.3, 0.2)));
+    let shapes: Vec<ShapeDef> =
+        (0..3_u8).map(|i| cube.clone().with_position([0.8 * f32::from(i), 0.0, 0.0])).collect();
+    let glue = Glue::touching(&shapes, 1.0e-3, BondStrength::both(1.0e4)).unwrap();
+    let rod = body(BodyDef { shapes, ..at(-5.0, 6.0, 0.0) }.with_glue(glue));
+    let brittle = body(at(-5.0, 6.0, 4.0).with_shape(cube.clone()));
+    let gone = body(at(50.0, 6.0, 4.0).with_shape(cube.clone()));
+    let mut joint = |call_: Call| match call(call_) {
+        Ok(Answer::Joint(id)) => id,
+        other => panic!("{other:?}"),
+    };
+    let axes = Hinge::new().six_dof();
+    let mut hinged = |a, b| {
+        let def = JointDef::new(a, b, Hinge::new()).with_anchors([0.5; 3], [0.0; 3]);
+        joint(Call::AddJoint(Box::new(def)))
+    };
+    let (hinge, hinge_2) = (hinged(a, b), hinged(b, c));
+    let taut = JointDef::new(c, d, Distance::exact(2.0)).with_anchors([0.0; 3], [0.0; 3]);
+    let rope = joint(Call::AddJoint(Box::new(taut)));
+    let over = Pulley {
+        points: [vec3(2.0, 9.0, 0.0), vec3(4.0, 9.0, 0.0)],
+        ratio: 1.0,
+        length: 6.0,
+        is_rigid: false,
+    };
+    let pulley = JointDef::new(c, d, over).with_anchors([0.0; 3], [0.0; 3]);
+    let pulley = joint(Call::AddJoint(Box::new(pulley)));
+    let gear = joint(Call::AddCoupling(CouplingDef::gear(hinge, hinge_2, -2.0)));
+    let Ok(Answer::Shape(shape)) = call(Call::AddShape(a, Box::new(ShapeDef::sphere(0.5)))) else {
+        panic!()
+    };
+    let rope_def = RopeDef::between([5.0, 6.0, 0.0], [5.0, 4.0, 0.0], 5);
+    let Ok(Answer::Strand(strand)) = call(Call::AddRope(Box::new(rope_def))) else { panic!() };
+    let cloth = ClothDef::new([8.0, 6.0, 0.0], [Vec3::X, Vec3::Z], [3, 3]);
+    let dust = vec![vec3(1.0, 8.0, 0.0), vec3(1.5, 8.0, 0.0)];
+    let Ok(Answer::Particle(grain)) = call(Call::AddParticle(Box::new(ParticleDef::default())))
+    else {
+        panic!()
+    };
+    let link = LinkDef::new(grain, strand.particles[0], LinkKind::AtMost);
+    let Ok(Answer::Link(link)) = call(Call::AddLink(link)) else { panic!() };
+    let body = |id, call| Call::Body(id, call);
+    let v = vec3(0.3, 0.2, -0.1);
+    let locks = AxisLocks { linear: [false; 3], angular: [false, true, false] };
+    let (force, torque, impulse) = (1.0e6, 1.0e6, f32::INFINITY);
+    let on = |axis, call| Call::Joint(hinge, JointCall::Axis(axis, call));
+    let strength = JointStrength { force, torque, impulse, fatigue: None };
+    let material = Material { restitution: 0.4, ..Material::default() };
+    let calls = [
+        Call::Step(DT),
+        Call::AddCloth(Box::new(cloth)),
+        Call::AddCloud(dust, Box::new(ParticleDef::default())),
+        Call::AttachParticle(strand.particles[5], d, Vec3::ZERO),
+        body(a, BodyCall::SetLinearVelocity(v)),
+        body(a, BodyCall::SetAngularVelocity(v)),
+        body(b, BodyCall::ApplyImpulse(v)),
+        body(b, BodyCall::ApplyImpulseAt(v, vec3(0.0, 6.0, 0.0))),
+        body(b, BodyCall::ApplyAngularImpulse(v)),
+        body(c, BodyCall::AddStepForce(v)),
+        body(c, BodyCall::AddStepForceAt(v, vec3(2.0, 6.0, 0.0))),
+        body(c, BodyCall::AddStepTorque(v)),
+        body(d, BodyCall::SetLastingForce(v)),
+        body(d, BodyCall::SetLastingTorque(v)),
+        body(d, BodyCall::SetGravityScale(0.5)),
+        body(d, BodyCall::SetDamping(0.1, 0.2)),
+        body(d, BodyCall::SetLocks(locks)),
+        body(d, BodyCall::SetCanSleep(false)),
+        body(d, BodyCall::SetSleepSpeed(Some(0.1))),
+        body(d, BodyCall::SetUserData(7)),
+        body(c, BodyCall::SetMass(MassDef::Mass(20.0))),
+        body(gone, BodyCall::SetKind(BodyKind::Kinematic)),
+        body(gone, BodyCall::MoveTo(Pose::at([49.0, 6.0, 4.0]), 1.0)),
+        Call::Step(DT),
+        Call::Shape(shape, ShapeCall::SetMaterial(material)),
+        Call::Shape(shape, ShapeCall::SetSurfaceVelocity(v)),
+        Call::Shape(shape, ShapeCall::SetSurfaceSpin(v)),
+        Call::Shape(shape, ShapeCall::SetFilter(Filter::default())),
+        Call::Shape(shape, ShapeCall::SetSensor(true)),
+        Call::Shape(shape, ShapeCall::SetDensity(500.0)),
+        Call::Shape(shape, ShapeCall::SetLocalPose(Pose::at([0.1; 3]))),
+        Call::Shape(shape, ShapeCall::SetGeometry(stone())),
+        Call::Shape(shape, ShapeCall::SetEnabled(false)),
+        Call::Shape(shape, ShapeCall::SetUserData(9)),
+        Call::Shape(shape, ShapeCall::SetReports(ContactReports::with_forces())),
+        Call::Shape(shape, ShapeCall::SetSenses(Senses { statics: true, sensors: true })),
+        Call::Shape(shape, ShapeCall::SetOneWay(Some(Vec3::Y))),
+        Call::SetBodiesCollide(a, d, false),
+        Call::SetSurfaceRules(vec![SurfaceRule {
+            friction: Some(0.1),
+            ..SurfaceRule::between(1, 1)
+        }]),
+        Call::Step(DT),
+        Call::Joint(hinge, JointCall::SetAnchors(vec3(0.4, 0.5, 0.5), Vec3::ZERO)),
+        Call::Joint(hinge, JointCall::SetFrames(Quat::IDENTITY, Quat::IDENTITY)),
+        on(None, AxisCall::SetMotor(1.0, 50.0)),
+        on(None, AxisCall::SetLimits(-2.0, 2.0)),
+        on(None, AxisCall::SetFriction(0.1)),
+        on(Some(Axis::TurnX), AxisCall::SetDrive(Some(JointDrive::motor(1.0, 50.0)))),
+        on(Some(Axis::TurnX), AxisCall::SetServo(0.2, JointSpring::hertz(3.0, 1.0), 9.0)),
+        on(Some(Axis::TurnX), AxisCall::Set(JointAxis::limited(-1.0, 1.0))),
+        Call::Joint(hinge_2, JointCall::SetAxes(Box::new(axes))),
+        Call::Joint(
+            hinge_2,
+            JointCall::Axis(
+                Some(Axis::TurnY),
+                AxisCall::SetMotion(JointMotion::Limited { min: -0.1, max: 0.1, spring: None }),
+            ),
+        ),
+        Call::Joint(hinge, JointCall::SetStrength(Some(strength))),
+        Call::Joint(rope, JointCall::SetLengths(0.5, 2.5)),
+        Call::Joint(rope, JointCall::SetSpring(Some(Spring::new(1.0, 4.0, 0.5)))),
+        Call::Joint(rope, JointCall::Wake),
+        Call::Joint(pulley, JointCall::SetPulley(Pulley { length: 6.5, ..over })),
+        Call::Joint(gear, JointCall::SetCoupling(-1.5, 0.1)),
+        Call::Joint(hinge, JointCall::SetCollideConnected(true)),
+        Call::Joint(rope, JointCall::SetEnabled(false)),
+        Call::Joint(rope, JointCall::SetUserData(3)),
+        Call::Step(DT),
+        Call::Particle(grain, ParticleCall::SetPosition(vec3(5.0, 6.5, 0.0))),
+        Call::Particle(grain, ParticleCall::SetVelocity(v)),
+        Call::Particle(grain, ParticleCall::ApplyImpulse(v)),
+        Call::Particle(grain, ParticleCall::SetMass(0.5)),
+        Call::Particle(strand.particles[0], ParticleCall::SetPinned(true)),
+        Call::SetLinkLength(link, 0.7),
+        Call::SetBondStrength(rod, BondStrength::both(1.0e5)),
+        Call::SetFracture(brittle, Some(Fracture::by_impulse(10.0).with_pieces(3))),
+        Call::FractureBody(brittle, vec3(-5.0, 6.0, 4.0), Fracture::by_impulse(1.0)),
+        Call::SetConfig(Box::new(WorldConfig { substeps: 4, ..WorldConfig::default() })),
+        Call::SetGravity(vec3(0.0, -5.0, 0.0)),
+        Call::Step(DT),
+        body(c, BodyCall::SetEnabled(false)),
+        body(a, BodyCall::Sleep),
+        Call::WakeAll,
+        body(b, BodyCall::Wake),
+        body(b, BodyCall::SetPose(Pose::at([0.0, 6.1, 0.0]))),
+        body(d, BodyCall::CorrectState(Pose::at([4.0, 6.0, 0.1]), v, v)),
+        Call::DetachParticle(strand.particles[5]),
+        Call::RemoveLink(link),
+        Call::RemoveParticle(grain),
+        Call::RemoveJoint(gear),
+        Call::RemoveShape(shape),
+        Call::RemoveBody(gone),
+    ];
+    for one in calls {
+        let text = format!("{one:?}");
+        let answer = call(one).unwrap_or_else(|e| panic!("{text}: {e}"));
+        assert_ne!(answer, Answer::Nothing, "{text}");
+    }
+    assert_eq!(call(Call::RemoveBody(gone)), Ok(Answer::Nothing));
+    assert_eq!(call(body(gone, BodyCall::Wake)), Ok(Answer::Nothing));
+    assert!(call(body(a, BodyCall::SetDamping(-1.0, 0.0))).is_err());
+    assert!(call(Call::AddShape(ground, Box::new(ShapeDef::sphere(-1.0)))).is_err());
+    for _ in 0..30 {
+        call(Call::Step(DT)).unwrap();
+    }
+    call(Call::Step(f32::NAN)).unwrap();
+}
+
+#[test]
+fn every_call_can_be_written_down_and_made_again() {
+    let mut world = World::default();
+    let mut journal = Journal::begin(&world);
+    call_everything(&mut world, &mut journal);
+    let read = Journal::from_bytes(&journal.to_bytes()).unwrap();
+    assert_eq!(read.calls().len(), journal.calls().len());
+    // In a world that had another life, and on threads.
+    let mut other = valley().with_executor(Arc::new(Team::new(2)));
+    read.replay(&mut other).unwrap();
+    assert_eq!(other.state_hash(), world.state_hash());
+    assert_eq!(other.events(), world.events());
+    // With another start it is another run.
+    let mut else_where = Journal::begin(&valley());
+    for call in journal.calls().take(3) {
+        else_where.call(&mut other, call.clone()).unwrap();
+    }
+    assert!(matches!(else_where.replay(&mut other), Err(JournalError::Differs(_))));
+}
