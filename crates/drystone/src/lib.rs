@@ -6,7 +6,8 @@
 //! use drystone::{BodyDef, ShapeDef, World};
 //!
 //! fn main() -> Result<(), drystone::DefError> {
-//!     let mut world = World::default();
+//!     // All cores; without it, the caller's thread alone. The results are the same.
+//!     let mut world = World::default().with_threads(0);
 //!     world.add_body(BodyDef::fixed().with_shape(ShapeDef::half_space([0.0, 1.0, 0.0], 0.0)))?;
 //!     let ball = BodyDef::dynamic().with_position([0.0, 4.0, 0.0]);
 //!     let ball = world.add_body(ball.with_shape(ShapeDef::sphere(0.5)))?;
@@ -86,7 +87,7 @@ pub use state::reports::{ContactReports, Senses};
 pub use state::sixdof::{JointAxis, JointCone, JointDrive, JointMotion, JointSpring, SixDof};
 pub use step::Stage;
 pub use world::{
-    Answer, AxisCall, AxisMut, AxisRef, BodyCall, BodyMut, BodyRef, BondRef, Call, ClothDef,
+    Answer, AxisCall, AxisMut, AxisRef, BodyCall, BodyMut, BodyRef, BondRef, Call, Clock, ClothDef,
     ContactPoint, ContactRef, DeltaError, Difference, GeometryKey, Impact, ImpactBody,
     ImpactSurface, JointCall, JointMut, JointRef, Journal, JournalError, Library, LinkRef,
     ParticleCall, ParticleMut, ParticleRef, RopeDef, ShapeCall, ShapeMut, SnapshotError, Strand,

@@ -52,6 +52,18 @@ macro_rules! id {
             pub const fn to_bits(self) -> u64 {
                 ((self.0.generation().get() as u64) << 32) | self.0.index() as u64
             }
+
+            /// The id of which [`Self::to_bits`] gave this number; `None` of a number that no id has. Whether it names
+            /// anything that is there a world tells.
+            #[must_use]
+            pub const fn from_bits(bits: u64) -> Option<Self> {
+                #[expect(clippy::cast_possible_truncation, reason = "the lower half")]
+                let (generation, index) = ((bits >> 32) as u32, bits as u32);
+                match NonZeroU32::new(generation) {
+                    Some(generation) => Some(Self(RawId::new(index, generation))),
+                    None => None,
+                }
+            }
         }
 
         impl From<RawId> for $name {

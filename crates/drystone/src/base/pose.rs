@@ -96,6 +96,13 @@ impl Pose {
         }
     }
 
+    /// The pose that is this part of the way from here to `other`, 0 to 1: places on a line, rotations the shorter way round.
+    #[must_use]
+    pub fn lerp(&self, other: &Self, part: f32) -> Self {
+        let position = self.position + (other.position - self.position) * part;
+        Self { position, rotation: self.rotation.nlerp(other.rotation, part) }
+    }
+
     /// True if no number is infinite or NaN.
     #[must_use]
     pub fn is_finite(&self) -> bool {

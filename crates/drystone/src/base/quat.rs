@@ -123,6 +123,23 @@ impl Quat {
         Self::new(self.x * k, self.y * k, self.z * k, self.w * k)
     }
 
+    /// The rotation that is about this part of the way from here to `other`, 0 to 1, the shorter way round. It is on the way
+    /// of the even turn, and off in angle by 1 % of it at a turn of 90°.
+    #[must_use]
+    pub fn nlerp(self, other: Self, part: f32) -> Self {
+        let dot = self.x * other.x + self.y * other.y + self.z * other.z + self.w * other.w;
+        let b = if dot < 0.0 { -part } else { part };
+        let a = 1.0 - part;
+        let mix = |from: f32, to: f32| from * a + to * b;
+        let [x, y, z, w] = [
+            mix(self.x, other.x),
+            mix(self.y, other.y),
+            mix(self.z, other.z),
+            mix(self.w, other.w),
+        ];
+        Self::new(x, y, z, w).normalized()
+    }
+
     /// Rotates a vector.
     #[must_use]
     #[inline]

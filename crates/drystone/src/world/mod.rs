@@ -6,6 +6,7 @@ mod audit;
 mod body;
 mod breakage;
 mod change;
+mod clock;
 mod clone;
 mod delta;
 mod faults;
@@ -27,6 +28,7 @@ mod view;
 
 pub use self::body::{BodyMut, BodyRef};
 pub use self::breakage::BondRef;
+pub use self::clock::Clock;
 pub use self::delta::{DeltaError, apply_delta, write_delta};
 pub use self::impact::{Impact, ImpactBody, ImpactSurface, impact};
 pub use self::joint::JointRef;
@@ -43,6 +45,7 @@ pub use self::snapshot::SnapshotError;
 pub use self::strand::{ClothDef, RopeDef, Strand};
 pub use self::view::{ContactPoint, ContactRef, WorldCounts};
 
+use core::num::NonZeroUsize;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::sync::Arc;
 
@@ -52,6 +55,7 @@ use crate::base::id::{BodyId, JointId, ShapeId};
 use crate::base::jobs::{Executor, Inline};
 use crate::base::limits;
 use crate::base::math::Vec3;
+use crate::base::team::Team;
 use crate::base::wide::SimdLevel;
 use crate::query::Query;
 use crate::query::audit::Books;
@@ -105,6 +109,12 @@ impl Default for World {
     }
 }
 
+/// Worlds are sent to other threads, and asked by several at once.
+const _: () = {
+    const fn is_send_and_sync<T: Send + Sync>() {}
+    is_send_and_sync::<World>();
+};
+
 impl World {
     /// An empty world.
     ///
@@ -122,6 +132,27 @@ impl World {
     pub fn with_executor(mut self, jobs: Arc<dyn Executor>) -> Self {
         self.jobs = jobs;
         self
+    }
+
+    /// The same world with its work done by this many threads, the caller's among them; 0: as many as the machine has cores.
+    /// The result of a step does not depend on it.
+    ///
+    /// A world begins with the caller's thread alone. Each call starts threads of its own, which end with the world: worlds that
+    /// take turns share one [`Team`] by [`Self::with_executor`].
+    ///
+    /// ```
+    /// use drystone::World;
+    ///
+    /// let mut world = World::default().with_threads(0);
+    /// world.step(1.0 / 60.0);
+    /// ```
+    #[must_use]
+    pub fn with_threads(self, threads: usize) -> Self {
+        let all = || std::thread::available_parallelism().map_or(1, NonZeroUsize::get);
+        let threads = if threads == 0 { all() } else { threads };
+        let jobs: Arc<dyn Executor> =
+            if threads > 1 { Arc::new(Team::new(threads)) } else { Arc::new(Inline) };
+        self.with_executor(jobs)
     }
 
     /// Has the work of steps done by `jobs`.

@@ -14,6 +14,7 @@ mod scenario_articulated;
 mod scenario_audit;
 mod scenario_breakage;
 mod scenario_changes;
+mod scenario_clock;
 mod scenario_couplings;
 mod scenario_freezing;
 mod scenario_forces;

@@ -1,0 +1,148 @@
+//! Fixed steps under frames of any length, and poses between two steps.
+
+use crate::base::id::BodyId;
+use crate::base::limits;
+use crate::base::pose::Pose;
+use crate::state::def::{DefError, within};
+
+use super::World;
+
+/// Two poses of a body: before its last step, and after it.
+#[derive(Clone, Copy, Debug)]
+struct Track {
+    body: BodyId,
+    /// Number of the step.
+    step: u64,
+    poses: [Pose; 2],
+}
+
+/// Steps a world at a fixed rate while frames come at another, and says where bodies are between two steps. A world that is
+/// stepped so gives the same bits on every machine, however fast that draws.
+///
+/// A picture is behind the world by up to one step, since it shows what lies between the last two.
+///
+/// ```
+/// use drystone::{BodyDef, Clock, ShapeDef, World};
+///
+/// # fn main() -> Result<(), drystone::DefError> {
+/// let mut world = World::default();
+/// let ball = BodyDef::dynamic().with_shape(ShapeDef::sphere(0.5));
+/// let ball = world.add_body(ball.with_linear_velocity([1.2, 0.0, 0.0]))?;
+/// let mut clock = Clock::new(1.0 / 60.0)?;
+/// for _ in 0..144 {
+///     // One frame of a display of 144 Hz.
+///     clock.advance(&mut world, 1.0 / 144.0, |_| {});
+///     let pose = clock.pose(&world, ball);
+///     assert!(pose.is_some());
+/// }
+/// # Ok(())
+/// # }
+/// ```
+#[derive(Clone, Debug)]
+pub struct Clock {
+    step: f32,
+    scale: f32,
+    most_steps: u32,
+    /// Time that no step has taken up [s].
+    left: f32,
+    /// By slots.
+    tracks: Vec<Option<Track>>,
+}
+
+impl Clock {
+    /// A clock of steps of this length [s].
+    ///
+    /// # Errors
+    /// The length is not from 1e-6 to 10 s.
+    pub fn new(step: f32) -> Result<Self, DefError> {
+        within("step", step, &limits::TIME_STEP)?;
+        Ok(Self { step, scale: 1.0, most_steps: 8, left: 0.0, tracks: Vec::new() })
+    }
+
+    /// Length of a step [s].
+    #[must_use]
+    pub const fn step(&self) -> f32 {
+        self.step
+    }
+
+    /// Lets the world's time pass so many times as fast as that of frames; 0 stops it, numbers below 0 and those that are not
+    /// finite count as 0. Slow motion has longer waits between steps of the same length, so nothing else changes.
+    pub fn set_scale(&mut self, scale: f32) {
+        self.scale = if scale.is_finite() { scale.max(0.0) } else { 0.0 };
+    }
+
+    /// Takes at most so many steps in a frame, at least 1; default 8. After a frame that is longer than that the world is late
+    /// and stays so: a program that cannot step as fast as time goes would else fall behind for ever.
+    pub fn set_most_steps(&mut self, steps: u32) {
+        self.most_steps = steps.max(1);
+    }
+
+    /// Steps the world by the time of a frame [s], in whole steps; what is left counts for the next frame. `before` is called
+    /// before each step: forces that act for a step are given there. Gives the number of steps. A time that is not finite or
+    /// below 0 counts as 0.
+    pub fn advance(
+        &mut self,
+        world: &mut World,
+        frame: f32,
+        mut before: impl FnMut(&mut World),
+    ) -> u32 {
+        let passed = if frame.is_finite() { frame.max(0.0) * self.scale } else { 0.0 };
+        let mut steps = 0;
+        self.left += passed;
+        while self.left >= self.step && steps < self.most_steps {
+            self.left -= self.step;
+            before(world);
+            self.follow(world);
+            steps += 1;
+        }
+        if !(self.left < self.step) {
+            self.left = 0.0;
+        }
+        steps
+    }
+
+    /// Takes one step, and notes where bodies were.
+    fn follow(&mut self, world: &mut World) {
+        for body in world.moved_bodies() {
+            self.note(body.id(), world.tables.steps, body.pose());
+        }
+        world.step(self.step);
+        let now = world.tables.steps;
+        for body in world.moved_bodies() {
+            let slot = body.id().index() as usize;
+            let known = self.tracks.get_mut(slot).and_then(Option::as_mut);
+            match known.filter(|track| track.body == body.id() && track.step + 1 == now) {
+                Some(track) => (track.step, track.poses[1]) = (now, body.pose()),
+                // It woke in this step: where it slept is known to nobody.
+                None => self.note(body.id(), now, body.pose()),
+            }
+        }
+    }
+
+    /// The body is here, and was.
+    fn note(&mut self, body: BodyId, step: u64, pose: Pose) {
+        let slot = body.index() as usize;
+        if self.tracks.len() <= slot {
+            self.tracks.resize(slot + 1, None);
+        }
+        self.tracks[slot] = Some(Track { body, step, poses: [pose; 2] });
+    }
+
+    /// The part of a step that has passed since the last one, 0 to 1.
+    #[must_use]
+    pub fn part(&self) -> f32 {
+        (self.left / self.step).clamp(0.0, 1.0)
+    }
+
+    /// Where a body is to be drawn [world]: between its poses before and after the last step. Of a body that was put elsewhere
+    /// since, or that did not move, its pose. `None` if there is no such body.
+    #[must_use]
+    pub fn pose(&self, world: &World, body: BodyId) -> Option<Pose> {
+        let now = world.body(body)?.pose();
+        let track = self.tracks.get(body.index() as usize).and_then(Option::as_ref);
+        let between = track.filter(|track| {
+            track.body == body && track.step == world.tables.steps && track.poses[1] == now
+        });
+        Some(between.map_or(now, |track| track.poses[0].lerp(&now, self.part())))
+    }
+}
