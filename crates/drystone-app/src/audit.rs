@@ -263,7 +263,7 @@ impl AuditReport {
 
 impl EnergyNow {
     const fn of(e: &Energy) -> Self {
-        let &Energy { linear, angular, potential, elastic } = e;
+        let &Energy { linear, angular, potential, elastic, .. } = e;
         Self { linear, angular, potential, elastic }
     }
 }
@@ -291,6 +291,7 @@ fn worst(audit: &Audit, world: &World, names: &Names) -> Option<Worst> {
             let joint = world.joint(id)?;
             ("joint", Some(id.index()), joint.body_a(), joint.body_b())
         }
+        _ => return None,
     };
     Some(Worst { kind, joint, between: [names.of(a), names.of(b)], error: worst.error })
 }

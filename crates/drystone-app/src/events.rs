@@ -108,6 +108,7 @@ const fn limit_word(limit: JointLimit) -> &'static str {
         JointLimit::Torque => "torque",
         JointLimit::Impulse => "impulse",
         JointLimit::Fatigue => "fatigue",
+        _ => "other",
     }
 }
 
@@ -117,6 +118,7 @@ const fn cause_word(cause: FractureCause) -> &'static str {
         FractureCause::Glue => "glue",
         FractureCause::Impulse => "impulse",
         FractureCause::Energy => "energy",
+        _ => "other",
     }
 }
 

@@ -20,6 +20,7 @@ use crate::state::tables::Tables;
 
 /// How far joints are from what they ask.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct JointErrors {
     /// Largest linear error [m]: the gap of a ball joint, the excess of a distance, the excess of the
     /// motions of a joint of six axes.
@@ -34,6 +35,7 @@ pub struct JointErrors {
 
 /// A contact or a joint.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum ConstraintId {
     /// A contact.
     Contact(ContactPair),
@@ -43,6 +45,7 @@ pub enum ConstraintId {
 
 /// The constraint that is farthest from what it asks.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct WorstConstraint {
     /// Which.
     pub id: ConstraintId,
@@ -55,6 +58,7 @@ pub struct WorstConstraint {
 /// Impulses are those of the last substep, as the solver keeps them for its warm start. Shapes that
 /// sleep are in it as they fell asleep. Sums over bodies are of dynamic ones.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct Audit {
     /// Steps that the world has taken.
     pub step: u64,

@@ -9,6 +9,7 @@ use crate::state::tables::Tables;
 
 /// The stability limit of explicit contact springs.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct PenaltyLimit {
     /// Frequency of the stiffest motion that the contacts of now allow [Hz]; that of a single contact if
     /// there is none.

@@ -81,6 +81,7 @@ pub enum AwakeCause {
 
 /// Why a body is awake, see [`crate::World::why_awake`].
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct WhyAwake {
     /// What keeps it awake.
     pub cause: AwakeCause,

@@ -86,7 +86,7 @@ pub enum ParticleForm {
 
 impl ParticleForm {
     /// The words for its values.
-    pub const WORDS: [&'static str; 4] = ["own", "soft", "aim", "verlet"];
+    pub const WORDS: &'static [&'static str] = &["own", "soft", "aim", "verlet"];
 
     /// The word for it.
     #[must_use]
@@ -234,7 +234,7 @@ type Scalar<'a> = (&'static str, Limit, &'a mut f32);
 
 impl WorldConfig {
     /// Paths that [`Self::set`] knows.
-    pub const PATHS: [&'static str; 36] = [
+    pub const PATHS: &'static [&'static str] = &[
         "gravity",
         "method",
         "method.order",
@@ -412,7 +412,7 @@ mod tests {
     #[test]
     fn every_path_can_be_set_and_bad_text_changes_nothing() {
         let mut config = WorldConfig::default();
-        for path in WorldConfig::PATHS {
+        for path in WorldConfig::PATHS.iter().copied() {
             let good = match path {
                 "gravity" => "0,-1.62,0",
                 "method" => "soft-step",

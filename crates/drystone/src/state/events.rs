@@ -7,6 +7,7 @@ use crate::base::math::Vec3;
 
 /// Two shapes began or ceased to touch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct ContactEvent {
     /// First shape.
     pub shape_a: ShapeId,
@@ -20,6 +21,7 @@ pub struct ContactEvent {
 
 /// Two shapes met at speed: they began to touch, or points of them landed that bore nothing before.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct HitEvent {
     /// First shape.
     pub shape_a: ShapeId,
@@ -43,6 +45,7 @@ pub struct HitEvent {
 /// What a pair of shapes that touch gave to each other in the step, and how hard it pressed. See
 /// [`ContactReports::forces`](crate::ContactReports::forces).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct ContactForce {
     /// First shape.
     pub shape_a: ShapeId,
@@ -77,6 +80,7 @@ impl ContactForce {
 
 /// A point of a [`ContactForce`].
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct ForcePoint {
     /// Where [m, world].
     pub position: Vec3,
@@ -90,6 +94,7 @@ pub struct ForcePoint {
 
 /// A shape entered or left a sensor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct SensorEvent {
     /// The sensor.
     pub sensor: ShapeId,
@@ -103,6 +108,7 @@ pub struct SensorEvent {
 
 /// A joint had to bear more than its strength, and was removed.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct JointBreak {
     /// Its id, stale now.
     pub joint: JointId,
@@ -124,6 +130,7 @@ pub struct JointBreak {
 
 /// What broke a joint.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub enum JointLimit {
     /// Its force.
     Force,
@@ -137,6 +144,7 @@ pub enum JointLimit {
 
 /// A bond of a glued body broke.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct BondBreak {
     /// The body, as it was called before.
     pub body: BodyId,
@@ -152,6 +160,7 @@ pub struct BondBreak {
 
 /// Why a body came apart.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub enum FractureCause {
     /// Its bonds broke: it goes on as the largest part, and the pieces are the others.
     Glue,
@@ -163,6 +172,7 @@ pub enum FractureCause {
 
 /// A body came apart.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct FractureEvent {
     /// The body; its id is stale now unless glue broke.
     pub body: BodyId,
@@ -180,6 +190,7 @@ pub struct FractureEvent {
 
 /// A link between two particles was stretched too far or pulled too hard, and was removed.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct LinkTear {
     /// Its id, stale now.
     pub link: LinkId,
@@ -206,6 +217,7 @@ pub enum FaultKind {
 
 /// Something went wrong in a step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Fault {
     /// The body, if it is about one.
     pub body: Option<BodyId>,
@@ -220,6 +232,7 @@ pub struct Fault {
 /// What happened in the last step; cleared when the next begins. Every list is in the order of the
 /// contacts' or bodies' slots, the same for any number of threads.
 #[derive(Debug, Default, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Events {
     /// Shapes that began to touch: the first step in which one pushed the other, if for a part of it only.
     pub contact_begin: Vec<ContactEvent>,

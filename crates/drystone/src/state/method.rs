@@ -120,7 +120,7 @@ pub(crate) struct Settings {
 
 impl Method {
     /// Names that [`Self::named`] knows.
-    pub const NAMES: [&'static str; 9] = [
+    pub const NAMES: &'static [&'static str] = &[
         "soft-step",
         "soft-step-relax",
         "guendelman",
@@ -570,7 +570,7 @@ mod tests {
 
     #[test]
     fn every_name_has_its_method_and_every_method_its_own_options() {
-        for name in Method::NAMES {
+        for name in Method::NAMES.iter().copied() {
             let method = Method::named(name).unwrap();
             assert_eq!(method.name(), name);
             method.settle().unwrap();

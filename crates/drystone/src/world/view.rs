@@ -10,6 +10,7 @@ use crate::state::tables::Tables;
 
 /// A point of a contact.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct ContactPoint {
     /// Where, as it was when the step began [m, world].
     pub position: Vec3,
@@ -188,6 +189,7 @@ pub(super) fn contacts_between(
 
 /// How many of everything a world has.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct WorldCounts {
     /// Static bodies.
     pub fixed: usize,

@@ -9,6 +9,7 @@ use crate::state::tables::Tables;
 
 /// The two sides of a contact.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct ContactPair {
     /// First shape.
     pub shape_a: ShapeId,
@@ -22,6 +23,7 @@ pub struct ContactPair {
 
 /// Overlaps of shapes now [m], over the points that are pressed or overlap; 0 is a touch.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct Penetration {
     /// Such points.
     pub points: usize,
@@ -37,6 +39,7 @@ pub struct Penetration {
 
 /// How much of a friction cone a contact uses.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct ConeUse {
     /// Friction impulse over friction coefficient times normal impulse: at most 1 if Coulomb's law is
     /// kept, 1 where the contact slides; `f32::MAX` for friction without normal impulse.
@@ -47,6 +50,7 @@ pub struct ConeUse {
 
 /// What contacts left unsolved in the last step, each the worst of all.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct ContactResidual {
     /// Normal speed that a pressed point is left with [m/s], 0 if all were solved exactly. A point that
     /// leaves is not counted where the contact may bounce.

@@ -12,6 +12,7 @@ use crate::state::tables::Tables;
 
 /// Mechanical energy of all dynamic bodies and particles [J].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct Energy {
     /// Kinetic, of the centers' motion: ½ m v².
     pub linear: f64,
@@ -75,6 +76,7 @@ impl Energy {
 
 /// Mass and momentum of all dynamic bodies, and particles that are not pinned.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct Momentum {
     /// Sum of masses [kg].
     pub mass: f64,

@@ -19,6 +19,7 @@ use crate::state::tables::Tables;
 /// start + forces + impulses + changes + kinematic = now + dissipated. The work of gravity is in the
 /// potential energy.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct Ledger {
     /// Steps it covers.
     pub steps: u64,
