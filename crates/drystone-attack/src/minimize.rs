@@ -421,7 +421,7 @@ fn plain_shape(def: &mut drystone::ShapeDef, way: usize) {
             (def.surface_velocity, def.surface_spin) = (Vec3::ZERO, Vec3::ZERO);
             def.sensor = false;
             (def.reports, def.senses) = (ContactReports::default(), Senses::default());
-            def.one_way = None;
+            (def.one_way, def.hooks) = (None, false);
         }
         _ => {}
     }

@@ -35,7 +35,7 @@ pub(crate) fn form(form: &Form) -> String {
 /// A shape whose fields are those of [`ShapeDef::new`] but for some.
 pub(crate) fn shape_def(plan: &ShapePlan) -> String {
     let (def, usual) = (&plan.def, ShapeDef::sphere(1.0));
-    let fields: [(&str, String, String); 11] = [
+    let fields: [(&str, String, String); 12] = [
         ("pose", show(&def.pose), show(&usual.pose)),
         ("density", show(&def.density), show(&usual.density)),
         ("material", show(&def.material), show(&usual.material)),
@@ -43,6 +43,7 @@ pub(crate) fn shape_def(plan: &ShapePlan) -> String {
         ("sensor", show(&def.sensor), show(&usual.sensor)),
         ("reports", show(&def.reports), show(&usual.reports)),
         ("senses", show(&def.senses), show(&usual.senses)),
+        ("hooks", show(&def.hooks), show(&usual.hooks)),
         ("one_way", show(&def.one_way), show(&usual.one_way)),
         ("surface_velocity", show(&def.surface_velocity), show(&usual.surface_velocity)),
         ("surface_spin", show(&def.surface_spin), show(&usual.surface_spin)),

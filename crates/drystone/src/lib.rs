@@ -86,6 +86,7 @@ pub use state::particle_def::{LinkDef, LinkKind, LinkSpring, ParticleDef};
 pub use state::reports::{ContactReports, Senses};
 pub use state::sixdof::{JointAxis, JointCone, JointDrive, JointMotion, JointSpring, SixDof};
 pub use step::Stage;
+pub use step::hooks::{ContactHooks, HookedContact};
 pub use world::{
     Answer, AxisCall, AxisMut, AxisRef, BodyCall, BodyMut, BodyRef, BondRef, Call, Clock, ClothDef,
     ContactPoint, ContactRef, DeltaError, Difference, GeometryKey, Impact, ImpactBody,

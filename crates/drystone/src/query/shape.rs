@@ -116,6 +116,12 @@ impl<'w> ShapeRef<'w> {
         self.tables.shapes.one_way.get(&self.id.index()).copied()
     }
 
+    /// Whether [`ContactHooks`](crate::ContactHooks) are asked for its contacts.
+    #[must_use]
+    pub const fn has_hooks(&self) -> bool {
+        self.row.reports.has_hooks()
+    }
+
     /// What it sees besides, as a sensor.
     #[must_use]
     pub const fn senses(&self) -> Senses {

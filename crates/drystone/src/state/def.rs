@@ -184,6 +184,8 @@ pub struct ShapeDef {
     /// It holds only what comes from the front, which is in this direction [frame of the shape, any length]: others pass until
     /// they are out of it. `None`, the default: it holds from all sides.
     pub one_way: Option<Vec3>,
+    /// [`ContactHooks`](crate::ContactHooks) are asked for its contacts; default false.
+    pub hooks: bool,
     /// Which events its contacts give.
     pub reports: ContactReports,
     /// Any number of the user's.
@@ -205,6 +207,7 @@ impl ShapeDef {
             surface_velocity: Vec3::ZERO,
             surface_spin: Vec3::ZERO,
             one_way: None,
+            hooks: false,
             reports: ContactReports::default(),
             user_data: 0,
         }
@@ -321,6 +324,12 @@ impl ShapeDef {
     #[must_use]
     pub fn with_one_way(self, front: impl Into<Vec3>) -> Self {
         Self { one_way: Some(front.into()), ..self }
+    }
+
+    /// With contacts that [`ContactHooks`](crate::ContactHooks) are asked for.
+    #[must_use]
+    pub fn with_hooks(self) -> Self {
+        Self { hooks: true, ..self }
     }
 
     /// With these senses, as a sensor.

@@ -78,8 +78,9 @@ impl Senses {
     const SENSORS: u8 = 2;
 }
 
-/// The bit beside those of [`Senses`] for a surface that holds from one side only.
+/// Bits beside those of [`Senses`]: of a surface that holds from one side only, and of one whose contacts hooks are asked for.
 const ONE_WAY: u8 = 4;
+const HOOKS: u8 = 8;
 
 /// Both in the eight bytes that a row of shapes has for them.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -103,6 +104,15 @@ impl PackedReports {
 
     pub(crate) const fn senses(self) -> Senses {
         Senses { statics: self.sees_statics(), sensors: self.sees_sensors() }
+    }
+
+    pub(crate) const fn has_hooks(self) -> bool {
+        self.senses & HOOKS != 0
+    }
+
+    pub(crate) const fn with_hooks(self, has_hooks: bool) -> Self {
+        let others = self.senses & !HOOKS;
+        Self { senses: if has_hooks { others | HOOKS } else { others }, ..self }
     }
 
     pub(crate) const fn is_one_way(self) -> bool {

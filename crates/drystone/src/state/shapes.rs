@@ -103,10 +103,16 @@ impl ShapeRow {
         self.enabled && !body.out
     }
 
-    /// Whether the manifolds of two shapes may be recycled. What holds from one side only is asked anew in each step.
+    /// Whether contacts of two shapes may be let through in a step: one holds from one side only, or has hooks.
+    pub(crate) const fn are_asked(a: &Self, b: &Self) -> bool {
+        let (a, b) = (a.reports, b.reports);
+        a.is_one_way() || a.has_hooks() || b.is_one_way() || b.has_hooks()
+    }
+
+    /// Whether the manifolds of two shapes may be recycled. What holds from one side only, or has hooks, is asked anew in each
+    /// step.
     pub(crate) const fn are_recyclable(a: &Self, b: &Self) -> bool {
-        let is_one_way = a.reports.is_one_way() || b.reports.is_one_way();
-        a.flat && b.flat && !(a.sensor || b.sensor || is_one_way)
+        a.flat && b.flat && !(a.sensor || b.sensor || Self::are_asked(a, b))
     }
 
     /// Whether it is a sensor that sees another shape.

@@ -8,6 +8,7 @@ pub(crate) mod particles;
 pub(crate) mod solver;
 pub(crate) mod finalize;
 pub(crate) mod sweep;
+pub(crate) mod hooks;
 pub(crate) mod one_way;
 pub(crate) mod sensor;
 pub(crate) mod impulses;
@@ -15,6 +16,7 @@ pub(crate) mod sleep;
 
 use self::context::StepContext;
 use self::finalize::Note;
+use self::hooks::Hooks;
 use self::particles::pace::Pace;
 use self::particles::settle::settle;
 use crate::base::jobs::Jobs;
@@ -124,6 +126,7 @@ pub(crate) fn step(
     tables: &mut Tables,
     scratch: &mut Scratch,
     jobs: &Jobs<'_>,
+    hooks: Option<&Hooks<'_>>,
     after: &mut dyn FnMut(Stage),
 ) {
     // Before anything wakes in this step.
@@ -147,7 +150,7 @@ pub(crate) fn step(
 
     broadphase::find_pairs(ctx, bodies, shapes, joints, contacts, bounds, &mut s.broadphase, jobs);
     after(Stage::Broadphase);
-    narrowphase::update_manifolds(ctx, bodies, shapes, contacts, &mut s.narrowphase, jobs);
+    narrowphase::update_manifolds(ctx, bodies, shapes, contacts, &mut s.narrowphase, hooks, jobs);
     after(Stage::Narrowphase);
     let mut sets = Sets { bodies, joints, contacts, islands, colors, events };
     partition::apply_touch_changes(&s.narrowphase, shapes, &mut sets, &mut s.partition, jobs);

@@ -11,16 +11,18 @@ mod meeting;
 mod keep;
 mod mesh;
 mod motion;
+mod gate;
 mod seams;
 mod waits;
 
 use fearless_simd::dispatch;
 
+use self::gate::Gate;
 pub(crate) use self::keep::inherit_near;
 use self::keep::{inherit, keep_load, recycle};
 use self::motion::Motions;
 use super::context::StepContext;
-use super::one_way::{self, Fronts};
+use super::hooks::Hooks;
 use crate::base::disjoint::{Apart, Rows};
 use crate::base::jobs::{Jobs, collect_ranges_with, fine_grain, for_ranges, grain};
 use crate::base::math::Vec3;
@@ -116,6 +118,7 @@ pub(crate) fn update_manifolds(
     shapes: &Shapes,
     contacts: &mut Contacts,
     scratch: &mut Scratch,
+    hooks: Option<&Hooks<'_>>,
     jobs: &Jobs<'_>,
 ) {
     if contacts.awake_pairs().next().is_some() {
@@ -129,7 +132,7 @@ pub(crate) fn update_manifolds(
     let count = watches.len();
     let least = fine_grain(jobs, count, 16);
     let (watches, probes) = (Rows::new(watches, apart), Rows::new(probes, apart));
-    let pairs = Pairs { ctx, bodies, shapes, slots, watches, probes };
+    let pairs = Pairs { ctx, bodies, shapes, slots, watches, probes, hooks };
     let margin = Track::at_least(ctx.margin);
     collect_ranges_with(jobs, count, least, workers, changes, |worker, range, out| {
         let mut line = Line::default();
@@ -225,9 +228,10 @@ struct Pairs<'a> {
     slots: Slots<'a>,
     watches: Rows<'a, Watch>,
     probes: Rows<'a, Probe>,
+    hooks: Option<&'a Hooks<'a>>,
 }
 
-impl Pairs<'_> {
+impl<'p> Pairs<'p> {
     /// Moves each group on to the next station; the last are tested.
     fn move_on(&self, line: &mut Line, out: &mut Vec<Change>, worker: &mut Worker) {
         self.test(&line.at_hand, out, worker);
@@ -277,7 +281,7 @@ impl Pairs<'_> {
             if let Some(contact) = self.slots.row(row as usize) {
                 let ends = [watch.body_a, watch.body_b].map(|body| self.bodies.at(body));
                 let probe = self.probes.row(k);
-                let look = Look { row, reach, watch, probe, tracks, fronts: None };
+                let look = Look { row, reach, watch, probe, tracks, gate: None };
                 self.update(&mut *contact, look, (motions, lane), out, mesh);
                 if ends.iter().any(|body| body.sleeps()) && out.last() != Some(&Change::Apart(row))
                 {
@@ -331,22 +335,22 @@ impl Pairs<'_> {
         }
     }
 
-    fn update(
+    fn update<'l>(
         &self,
         contact: &mut Contact,
-        mut look: Look<'_>,
+        mut look: Look<'l>,
         (motions, lane): (&Motions, usize),
         out: &mut Vec<Change>,
         scratch: &mut MeshScratch,
-    ) {
+    ) where
+        'p: 'l,
+    {
         let Self { ctx, shapes, slots, .. } = self;
         let row = look.row;
         let [a, b] = [self.bodies.at(look.watch.body_a), self.bodies.at(look.watch.body_b)];
         let (shape_a, shape_b) = (shapes.at(contact.shape_a), shapes.at(contact.shape_b));
-        let is_one_way = shape_a.reports.is_one_way() || shape_b.reports.is_one_way();
-        if is_one_way && !contact.sensor {
-            let fronts = [(contact.shape_a, a), (contact.shape_b, b)];
-            look.fronts = Some(fronts.map(|(shape, body)| one_way::front(shapes, shape, body)));
+        if ShapeRow::are_asked(shape_a, shape_b) && !contact.sensor {
+            look.gate = Some(self.gate(contact));
         }
         if let Core::Mesh(mesh) = &shape_a.solid.core {
             let (a, b) = ((a, shape_a), (b, shape_b));
@@ -389,10 +393,13 @@ impl Pairs<'_> {
         {
             m = met;
         }
-        if let Some(fronts) = &look.fronts
-            && !one_way::holds(ctx, fronts, [a, b], (&m, &pose_a), is_held(contact))
+        if let Some(gate) = &look.gate
+            && m.count > 0
         {
-            m.count = 0;
+            match gate.admit(ctx, &m, &pose_a) {
+                Some(friction) => contact.friction = friction,
+                None => m.count = 0,
+            }
         }
         look.restart(m.gap, a, b);
         contact.clear = room_to_turn(&m, [solid_a, solid_b], &b_in_a);
@@ -403,11 +410,6 @@ impl Pairs<'_> {
         keep_load(ctx, contact, a, b);
         out.extend(seams::of_convex(ctx, (row, contact), a, b));
     }
-}
-
-/// Whether a pair had points before.
-const fn is_held(contact: &Contact) -> bool {
-    contact.touching || contact.count > 0
 }
 
 /// True if two shapes overlap, as their contact would find; A is the one that its contact has first.
@@ -436,8 +438,8 @@ struct Look<'a> {
     watch: &'a mut Watch,
     probe: &'a mut Probe,
     tracks: &'a [Track],
-    /// Of shapes that hold from one side only.
-    fronts: Option<Fronts>,
+    /// Of shapes that hold from one side only or have hooks.
+    gate: Option<Gate<'a>>,
 }
 
 impl Look<'_> {

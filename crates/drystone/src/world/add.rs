@@ -170,7 +170,7 @@ impl World {
             surface_spin: def.surface_spin,
             flat,
             enabled: true,
-            reports: PackedReports::new(&def.reports, def.senses),
+            reports: PackedReports::new(&def.reports, def.senses).with_hooks(def.hooks),
             user_data: def.user_data,
         });
         let front = def.one_way.and_then(Vec3::try_normalize);

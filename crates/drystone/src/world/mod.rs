@@ -67,6 +67,7 @@ use crate::state::events::{Events, Fault, FaultKind};
 use crate::state::sets::Sets;
 use crate::state::tables::Tables;
 use crate::step::context::StepContext;
+use crate::step::hooks::{ContactHooks, Hooks};
 use crate::step::{self, Scratch, Stage};
 
 /// A world of bodies.
@@ -219,8 +220,48 @@ impl World {
     /// further steps and reported in [`Events::faults`], and so is a `dt` that is not from 1e-6 to 10 s: then no time
     /// passes.
     pub fn step(&mut self, dt: f32) {
-        self.advance(dt, &mut |_| {});
+        self.advance(dt, None, &mut |_| {});
         if let Some(payload) = self.claims.take_panic() {
+            resume_unwind(payload);
+        }
+    }
+
+    /// Like [`Self::step`]; asks `hooks` for each contact of shapes that [have hooks](crate::ShapeDef::with_hooks). They may drop
+    /// it or change its friction for this step, by several threads at once: see [`ContactHooks`]. If they panic, they are not
+    /// asked again in this step; the step is done to its end, and the panic goes on. Fast bodies that would pass a shape within
+    /// a step are stopped at it without a question.
+    ///
+    /// ```
+    /// use drystone::{BodyDef, ContactHooks, HookedContact, ShapeDef, World};
+    ///
+    /// /// Ghosts, whose shapes have the number 1, pass everything.
+    /// struct Ghosts;
+    ///
+    /// impl ContactHooks for Ghosts {
+    ///     fn contact(&self, contact: &mut HookedContact<'_>) {
+    ///         if contact.user_data_a() == 1 || contact.user_data_b() == 1 {
+    ///             contact.drop_contact();
+    ///         }
+    ///     }
+    /// }
+    ///
+    /// # fn main() -> Result<(), drystone::DefError> {
+    /// let mut world = World::default();
+    /// world.add_body(BodyDef::fixed().with_shape(ShapeDef::half_space([0.0, 1.0, 0.0], 0.0)))?;
+    /// let shape = ShapeDef { user_data: 1, ..ShapeDef::sphere(0.5).with_hooks() };
+    /// let ghost = BodyDef::dynamic().with_position([0.0, 0.5, 0.0]);
+    /// let ghost = world.add_body(ghost.with_shape(shape))?;
+    /// for _ in 0..60 {
+    ///     world.step_with(1.0 / 60.0, &Ghosts);
+    /// }
+    /// assert!(world.body(ghost).is_some_and(|ghost| ghost.position().y < -3.0));
+    /// # Ok(())
+    /// # }
+    /// ```
+    pub fn step_with(&mut self, dt: f32, hooks: &dyn ContactHooks) {
+        let hooks = Hooks::new(hooks);
+        self.advance(dt, Some(&hooks), &mut |_| {});
+        if let Some(payload) = hooks.into_panic().or_else(|| self.claims.take_panic()) {
             resume_unwind(payload);
         }
     }
@@ -235,14 +276,14 @@ impl World {
                 panic = catch_unwind(AssertUnwindSafe(|| after(stage))).err();
             }
         };
-        self.advance(dt, &mut guarded);
+        self.advance(dt, None, &mut guarded);
         if let Some(payload) = panic.or_else(|| self.claims.take_panic()) {
             resume_unwind(payload);
         }
     }
 
     /// The step. `after` does not panic.
-    fn advance(&mut self, dt: f32, after: &mut dyn FnMut(Stage)) {
+    fn advance(&mut self, dt: f32, hooks: Option<&Hooks<'_>>, after: &mut dyn FnMut(Stage)) {
         let checked = Checked::new(&*self.jobs, &self.claims);
         let jobs = checked.jobs();
         let events = &mut self.tables.events;
@@ -272,7 +313,7 @@ impl World {
         if let Some(books) = &mut self.books {
             books.before_step(&self.tables);
         }
-        step::step(&ctx, &mut self.tables, &mut self.scratch, &jobs, after);
+        step::step(&ctx, &mut self.tables, &mut self.scratch, &jobs, hooks, after);
         self.take_out_faulted();
         self.break_joints(ctx.inv_h, dt);
         self.tables.steps += 1;

@@ -45,6 +45,15 @@ impl ShapeMut<'_> {
         self.meet_anew();
     }
 
+    /// Lets [`ContactHooks`](crate::ContactHooks) be asked for its contacts, or not. What touches it wakes.
+    pub fn set_hooks(&mut self, hooks: bool) {
+        let shapes = &mut self.world.tables.shapes;
+        let packed = shapes.at(self.row).reports.with_hooks(hooks);
+        shapes.set_reports(self.row, packed);
+        self.refresh_contacts();
+        self.renew_contacts();
+    }
+
     /// Lets it hold only what comes from this direction [frame of the shape, any length], or from all sides. What touches it
     /// wakes, and is asked anew.
     ///

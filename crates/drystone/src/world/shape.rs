@@ -82,8 +82,9 @@ impl<'w> ShapeMut<'w> {
     }
 
     pub(super) fn packed(&self, reports: &ContactReports, senses: Senses) -> PackedReports {
-        let is_one_way = self.world.tables.shapes.at(self.row).reports.is_one_way();
-        PackedReports::new(reports, senses).with_one_way(is_one_way)
+        let before = self.world.tables.shapes.at(self.row).reports;
+        let packed = PackedReports::new(reports, senses).with_one_way(before.is_one_way());
+        packed.with_hooks(before.has_hooks())
     }
 
     /// Rows of its contacts, those of all parts.

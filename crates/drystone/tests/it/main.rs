@@ -24,6 +24,7 @@ mod scenario_friction;
 mod scenario_ghosts;
 mod scenario_glue;
 mod scenario_hits;
+mod scenario_hooks;
 mod scenario_impacts;
 mod scenario_joint_work;
 mod scenario_inertia;

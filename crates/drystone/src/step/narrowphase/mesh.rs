@@ -3,7 +3,7 @@
 use super::keep::keep_load;
 use super::meeting::STRAIGHT;
 use super::motion::Motion;
-use super::{Change, FAR_TURN, Look, is_held, rebuild, recycle, seams, turn_ahead};
+use super::{Change, FAR_TURN, Look, rebuild, recycle, seams, turn_ahead};
 use crate::base::math::Vec3;
 use crate::base::pose::Pose;
 use crate::geometry::collide::{MAX_PARTS, MeshScratch, Reach, collide_mesh};
@@ -15,7 +15,6 @@ use crate::state::bodies::{Body, NONE};
 use crate::state::contacts::{Contact, Slots};
 use crate::state::shapes::ShapeRow;
 use crate::step::context::StepContext;
-use crate::step::one_way;
 
 /// Cosine of the angle up to which a new manifold may continue an old one: parts change places when
 /// another becomes the deepest, and would start without their impulses.
@@ -88,10 +87,9 @@ pub(super) fn update(
     let mut made = [Manifold::default(); MAX_PARTS];
     let solid = &shape_b.solid;
     let mut count = collide_mesh(ctx.level, mesh, solid, &b_in_a, &reach, scratch, &mut made);
-    if let Some(fronts) = &look.fronts {
-        let held = is_held(contact);
-        count =
-            retain(&mut made, count, |m| one_way::holds(ctx, fronts, [a, b], (m, &pose_a), held));
+    let mut frictions = [contact.friction; MAX_PARTS];
+    if let Some(gate) = &look.gate {
+        count = retain(&mut made, &mut frictions, count, |m| gate.admit(ctx, m, &pose_a));
     }
     let last = if contact.is_renewed() { a.rotation } else { look.probe.rotation_a };
     look.restart(if count == 0 { made[0].gap } else { 0.0 }, a, b);
@@ -106,6 +104,7 @@ pub(super) fn update(
     if count <= 1 && contact.others == 0 {
         let idle = count == 0 && contact.count == 0;
         let manifold = if count == 0 { Manifold::default() } else { made[0] };
+        contact.friction = frictions[0];
         if !idle {
             rebuild(ctx, (look.row, contact), &manifold, (&pose_a, last), [a, b], out);
             keep_load(ctx, contact, a, b);
@@ -119,6 +118,9 @@ pub(super) fn update(
     let mut slot = 0;
     while let Some((row, contact)) = part {
         let manifold = order[slot].map_or(Manifold::default(), |k| made[k]);
+        if let Some(k) = order[slot] {
+            contact.friction = frictions[k];
+        }
         // Empty rows that stay so need no writing.
         let idle = manifold.count == 0 && contact.count == 0;
         if !idle {
@@ -423,16 +425,18 @@ mod tests {
     }
 }
 
-/// Keeps those of the first `count` manifolds that are asked for, in their order; gives how many they are.
+/// Keeps those of the first `count` manifolds that are admitted, in their order, with their friction; gives how many they are.
 fn retain(
     made: &mut [Manifold; MAX_PARTS],
+    frictions: &mut [f32; MAX_PARTS],
     count: usize,
-    keeps: impl Fn(&Manifold) -> bool,
+    admit: impl Fn(&Manifold) -> Option<f32>,
 ) -> usize {
     let mut kept = 0;
     for i in 0..count {
-        if keeps(&made[i]) {
+        if let Some(friction) = admit(&made[i]) {
             made.swap(i, kept);
+            frictions[kept] = friction;
             kept += 1;
         }
     }

@@ -243,6 +243,7 @@ fn piece_def(body: &Body, s: &ShapeRow, at: &Pose, piece: &HullPiece, part: f32)
         surface_spin: s.surface_spin,
         reports: s.reports.unpacked(),
         senses: s.reports.senses(),
+        hooks: s.reports.has_hooks(),
         user_data: s.user_data,
         ..ShapeDef::new(Shape::Hull(Arc::clone(&piece.hull)))
     };

@@ -194,6 +194,7 @@ fn call_shape(mut shape: ShapeMut<'_>, call: &ShapeCall) -> Answered {
         ShapeCall::SetEnabled(enabled) => shape.set_enabled(*enabled),
         ShapeCall::SetReports(reports) => shape.set_reports(*reports)?,
         ShapeCall::SetSenses(senses) => shape.set_senses(*senses),
+        ShapeCall::SetHooks(hooks) => shape.set_hooks(*hooks),
         ShapeCall::SetOneWay(front) => shape.set_one_way(*front)?,
         ShapeCall::SetUserData(data) => shape.set_user_data(*data),
     }

@@ -171,6 +171,8 @@ pub enum ShapeCall {
     SetReports(ContactReports),
     /// [`ShapeMut::set_senses`](crate::ShapeMut::set_senses).
     SetSenses(Senses),
+    /// [`ShapeMut::set_hooks`](crate::ShapeMut::set_hooks).
+    SetHooks(bool),
     /// [`ShapeMut::set_one_way`](crate::ShapeMut::set_one_way).
     SetOneWay(Option<Vec3>),
     /// [`ShapeMut::set_user_data`](crate::ShapeMut::set_user_data).
