@@ -25,6 +25,7 @@ pub mod seeds;
 pub mod snapshots;
 pub mod soak;
 pub mod source;
+mod source_calls;
 mod text;
 pub mod unit;
 mod values;

@@ -3,15 +3,15 @@
 use std::collections::BTreeSet;
 use std::fmt::{Debug, Write};
 
-use drystone::joint::Spring;
 use drystone::{BodyDef, JointKind, WorldConfig};
 
 use crate::finding::{Finding, Kind};
 use crate::names::imports;
 use crate::op::{
-    BodyCall, BodyPlan, CouplingPlan, JointCall, JointPlan, Label, LinkPlan, Op, PIECES,
-    ParticleCall, Place, Program, QueryCall, ShapeCall,
+    BodyPlan, CouplingPlan, JointPlan, Label, LinkPlan, Op, PIECES, ParticleCall, Place, Program,
+    QueryCall, ShapeCall,
 };
+use crate::source_calls::{body_call, joint_call};
 use crate::text::plain;
 use crate::values::{DEFAULTS, changes, form, seconds, shape_def, show};
 use crate::variants::RESTORE_EVERY;
@@ -543,71 +543,4 @@ fn call(op: &Op) -> String {
         }
         _ => String::new(),
     }
-}
-
-fn body_call(call: &BodyCall) -> String {
-    let one = |name: &str, x: &dyn Debug| format!("{name}({}).unwrap()", show(&x));
-    let two = |name: &str, x: &dyn Debug, y: &dyn Debug| {
-        format!("{name}({}, {}).unwrap()", show(&x), show(&y))
-    };
-    match call {
-        BodyCall::Wake => "wake()".to_owned(),
-        BodyCall::Pose(pose) => one("set_pose", pose),
-        BodyCall::LinearVelocity(v) => one("set_linear_velocity", v),
-        BodyCall::AngularVelocity(v) => one("set_angular_velocity", v),
-        BodyCall::MoveTo(pose, dt) => two("move_to", pose, dt),
-        BodyCall::Impulse(v) => one("apply_impulse", v),
-        BodyCall::ImpulseAt(v, at) => two("apply_impulse_at", v, at),
-        BodyCall::AngularImpulse(v) => one("apply_angular_impulse", v),
-        BodyCall::StepForce(v) => one("add_step_force", v),
-        BodyCall::StepForceAt(v, at) => two("add_step_force_at", v, at),
-        BodyCall::StepTorque(v) => one("add_step_torque", v),
-        BodyCall::LastingForce(v) => one("set_lasting_force", v),
-        BodyCall::LastingTorque(v) => one("set_lasting_torque", v),
-        BodyCall::GravityScale(x) => one("set_gravity_scale", x),
-        BodyCall::Damping(x, y) => two("set_damping", x, y),
-        BodyCall::Locks(locks) => format!("set_locks({})", show(locks)),
-        BodyCall::CanSleep(can) => format!("set_can_sleep({can})"),
-        BodyCall::UserData(data) => format!("set_user_data({data})"),
-        BodyCall::Kind(kind) => format!("set_kind(BodyKind::{kind:?}).unwrap()"),
-        BodyCall::Mass(mass) => one("set_mass", mass),
-        BodyCall::Enabled(enabled) => format!("set_enabled({enabled})"),
-        BodyCall::Sleep => "sleep()".to_owned(),
-        BodyCall::SleepSpeed(speed) => one("set_sleep_speed", speed),
-        BodyCall::Correct(pose, v, w) => {
-            let (pose, v, w) = (show(pose), show(v), show(w));
-            format!("correct_state({pose}, {v}, {w}).unwrap()")
-        }
-    }
-}
-
-fn joint_call(j: Label, call: &JointCall) -> String {
-    let two = |name: &str, a: &dyn Debug, b: &dyn Debug| {
-        format!("{name}({}, {}).unwrap()", show(&a), show(&b))
-    };
-    let call = match call {
-        JointCall::Anchors(a, b) => two("set_anchors", a, b),
-        JointCall::Frames(a, b) => two("set_frames", a, b),
-        JointCall::Lengths(min, max) => two("set_lengths", min, max),
-        JointCall::Spring(None) => "set_spring(None).unwrap()".to_owned(),
-        JointCall::Spring(Some(spring)) => {
-            let Spring { rest_length, hertz, damping_ratio } = spring;
-            let (length, hertz, ratio) = (show(rest_length), show(hertz), show(damping_ratio));
-            format!("set_spring(Some(Spring::new({length}, {hertz}, {ratio}))).unwrap()")
-        }
-        JointCall::Motion(axis, motion) => {
-            format!("axis(Axis::{axis:?}).unwrap().set_motion({}).unwrap()", show(motion))
-        }
-        JointCall::Limits(min, max) => two("set_limits", min, max),
-        JointCall::Motor(speed, max_force) => two("set_motor", speed, max_force),
-        JointCall::Friction(friction) => format!("set_friction({}).unwrap()", show(friction)),
-        JointCall::TargetRotation(rotation, spring, torque) => {
-            let (rotation, spring, torque) = (show(rotation), show(spring), show(torque));
-            format!("set_target_rotation({rotation}, {spring}, {torque}).unwrap()")
-        }
-        JointCall::CollideConnected(collide) => format!("set_collide_connected({collide})"),
-        JointCall::Enabled(enabled) => format!("set_enabled({enabled})"),
-        JointCall::Coupling(ratio, offset) => two("set_coupling", ratio, offset),
-    };
-    format!("world.joint_mut(j{j}).unwrap().{call};")
 }

@@ -8,7 +8,7 @@
 use core::ops::Range;
 
 use super::context::StepContext;
-use super::narrowphase::speculative_margin;
+use super::reach::speculative_margin;
 use crate::base::bit_set::BitSet;
 use crate::base::disjoint::Apart;
 use crate::base::grow::Slack;
@@ -383,7 +383,7 @@ mod tests {
     use crate::state::config::WorldConfig;
     use crate::state::def::{BodyDef, ShapeDef};
     use crate::step::context::StepContext;
-    use crate::step::narrowphase::speculative_margin;
+    use crate::step::reach::speculative_margin;
     use crate::world::World;
 
     const DT: f32 = 1.0 / 60.0;

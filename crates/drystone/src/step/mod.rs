@@ -9,6 +9,7 @@ pub(crate) mod solver;
 pub(crate) mod finalize;
 pub(crate) mod sweep;
 pub(crate) mod hooks;
+pub(crate) mod reach;
 pub(crate) mod one_way;
 pub(crate) mod sensor;
 pub(crate) mod impulses;

@@ -23,6 +23,7 @@ use self::keep::{inherit, keep_load, recycle};
 use self::motion::Motions;
 use super::context::StepContext;
 use super::hooks::Hooks;
+use super::reach::speculative_margin;
 use crate::base::disjoint::{Apart, Rows};
 use crate::base::jobs::{Jobs, collect_ranges_with, fine_grain, for_ranges, grain};
 use crate::base::math::Vec3;
@@ -453,37 +454,6 @@ impl Look<'_> {
     fn open(&mut self, gap: f32) {
         self.watch.open(gap, self.tracks);
     }
-}
-
-/// Contacts are looked for as far as the bodies may come nearer in this step: a fast body is then stopped at
-/// the surface, not in it. But no farther than the size of the smaller one, or of both where their bounding
-/// spheres meet if nothing stops them. (Boxes reach as far as each one's own size: who flies at a larger one
-/// that rests is seen that far only.) Of two that move side by side an impact can stop one, and if the pair
-/// bounces it takes part in that.
-pub(crate) fn speculative_margin(ctx: &StepContext, a: &Body, b: &Body, bounces: bool) -> f32 {
-    let along = b.v - a.v;
-    let mut speed = along.length();
-    if bounces && a.is_dynamic() && b.is_dynamic() {
-        speed = speed.max(a.v.length()).max(b.v.length());
-    }
-    let speed = speed + a.w.length() * a.extent + b.w.length() * b.extent;
-    let size = |body: &Body| if body.is_dynamic() { body.extent } else { f32::INFINITY };
-    let way = 1.1 * speed * ctx.dt;
-    let mut most = size(a).min(size(b));
-    if way > most && a.is_dynamic() && b.is_dynamic() {
-        let apart = b.center - a.center;
-        if will_meet(apart, along * (1.1 * ctx.dt), a.extent + b.extent) {
-            most = a.extent + b.extent;
-        }
-    }
-    ctx.margin.max(way.min(most))
-}
-
-/// True if two points, the second of which is at `apart` from the first and goes by `way`, come as near as `near`.
-fn will_meet(apart: Vec3, way: Vec3, near: f32) -> bool {
-    let nearest = (-apart.dot(way) / way.dot(way).max(f32::MIN_POSITIVE)).clamp(0.0, 1.0);
-    let then = apart + way * nearest;
-    then.dot(then) <= near * near
 }
 
 /// Twice the chord of two unit quaternions: the angle between the rotations where that is small, and no

@@ -174,7 +174,7 @@ pub(super) fn columns<S: Simd>(simd: S, rows: &Rows) -> (Vec3w<S>, Wide<S>) {
 }
 
 impl<S: Simd> Seen<S> {
-    /// As [`speculative_margin`](super::speculative_margin).
+    /// As [`speculative_margin`](crate::step::reach::speculative_margin).
     #[inline(always)]
     fn margin(&self, simd: S, ctx: &StepContext) -> Wide<S> {
         let (v_p, v_q) = (self.v_p, self.v_q);
@@ -239,7 +239,8 @@ mod tests {
     use crate::state::contacts::Probe;
     use crate::state::def::{BodyDef, ShapeDef};
     use crate::step::context::StepContext;
-    use crate::step::narrowphase::{chord, look_ahead, speculative_margin};
+    use crate::step::narrowphase::{chord, look_ahead};
+    use crate::step::reach::speculative_margin;
     use crate::world::World;
 
     /// How far a point of one of the bodies may have come nearer to the other since the reference [m]: the

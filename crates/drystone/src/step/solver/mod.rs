@@ -30,6 +30,7 @@ mod pack;
 mod pack_extra;
 mod pack_joint;
 mod pack_sixdof;
+mod passes;
 mod pinned;
 mod root;
 mod layout;
@@ -55,8 +56,6 @@ mod touch;
 mod unpack;
 
 pub(crate) use self::tally::Given;
-
-use core::sync::atomic::{AtomicBool, Ordering};
 
 use fearless_simd::dispatch;
 
@@ -84,7 +83,7 @@ use crate::base::math::Vec3;
 use crate::geometry::collide::MeshScratch;
 use crate::state::bodies::{Bodies, Fineness};
 use crate::state::colors::Colors;
-use crate::state::contacts::{Contact, Contacts, Slots};
+use crate::state::contacts::{Contacts, Slots};
 use crate::state::islands::Islands;
 use crate::state::joints::{Joint, Joints};
 use crate::state::method::{Method, Pass};
@@ -486,84 +485,6 @@ impl Solver<'_> {
         for_shares(jobs, n, 256, |part| {
             let part = group.lines.start + part.start..group.lines.start + part.end;
             f(self.lines.slice(part.clone()), self.aux.slice(part));
-        });
-    }
-
-    /// Fills the blocks; true if a contact that bounces arrives in this step.
-    fn prepare_contacts(&self, group: &Group, jobs: &Jobs<'_>) -> bool {
-        let source = pack::Source {
-            ctx: self.ctx,
-            bodies: self.bodies,
-            line_of: self.line_of,
-            whitening: &self.whitening,
-            acceleration: &self.acceleration,
-            contacts: &self.contacts,
-            shapes: self.shapes,
-        };
-        let arrives = AtomicBool::new(false);
-        self.plan.contacts.for_blocks(&group.contacts, jobs, 4, |batch, blocks| {
-            let mut any = false;
-            dispatch!(self.ctx.level, simd => {
-                for i in blocks {
-                    let owners = &self.plan.contacts.owners[i];
-                    self.prefetch_contacts(i + 1);
-                    let block = self.blocks.row(i);
-                    let extra = if self.has_extras { Some(self.extras.row(i)) } else { None };
-                    if batch.fixed {
-                        pack::pack::<_, true>(simd, &source, owners, block, extra, &self.lines);
-                    } else {
-                        pack::pack::<_, false>(simd, &source, owners, block, extra, &self.lines);
-                    }
-                    if self.round == 0 {
-                        self.watch(i);
-                    }
-                    any |= self.has_extras && self.extras.read(i).arrives != 0;
-                }
-            });
-            if any {
-                arrives.store(true, Ordering::Relaxed);
-            }
-        });
-        arrives.into_inner()
-    }
-
-    /// Asks for the contacts of a block, if there is such a block: for what the solver reads and writes of
-    /// them.
-    #[inline(always)]
-    fn prefetch_contacts(&self, block: usize) {
-        let Some(owners) = self.plan.contacts.owners.get(block) else { return };
-        for &owner in owners {
-            if owner != u32::MAX {
-                self.contacts.prefetch(owner as usize, Contact::SOLVER_LINES);
-            }
-        }
-    }
-
-    /// `sweeps`: of contacts of two bodies, and of those with fixed bodies.
-    fn sweep_contacts(&self, group: &Group, sweeps: &[Sweep; 2], relaxes: bool, jobs: &Jobs<'_>) {
-        self.plan.contacts.for_blocks(&group.contacts, jobs, 4, |batch, blocks| {
-            let sweep = &sweeps[usize::from(batch.fixed)];
-            dispatch!(self.ctx.level, simd => {
-                for i in blocks {
-                    let (block, next) = (self.blocks.row(i), self.blocks.after(i));
-                    let extra = if self.has_extras { Some(self.extras.row(i)) } else { None };
-                    let mut tally = self.tally(i);
-                    if relaxes && let Some(tally) = &mut tally {
-                        tally.add(block, -1.0);
-                    }
-                    if batch.fixed {
-                        contact::solve::<_, true>(simd, block, extra, next, &self.lines, sweep);
-                    } else {
-                        contact::solve::<_, false>(simd, block, extra, next, &self.lines, sweep);
-                    }
-                    if let Some(tally) = tally {
-                        tally.add(block, 1.0);
-                        if !relaxes {
-                            tally.note_peaks(block);
-                        }
-                    }
-                }
-            });
         });
     }
 
