@@ -3,6 +3,7 @@
 use drystone::joint::Wheel;
 use drystone::{Axis, BodyDef, DefError, JointDef, JointSpring, ShapeDef, World};
 
+#[expect(clippy::print_stdout, reason = "an example shows what it does")]
 fn main() -> Result<(), DefError> {
     let mut world = World::default();
     let ground = ShapeDef::box_half([100.0, 1.0, 100.0]).with_friction(0.9);

@@ -3,6 +3,7 @@
 use drystone::joint::{Ball, Hinge};
 use drystone::{BodyDef, DefError, JointDef, JointId, JointSpring, ShapeDef, World};
 
+#[expect(clippy::print_stdout, reason = "an example shows what it does")]
 fn main() -> Result<(), DefError> {
     let mut world = World::default();
     let wall = world.add_body(BodyDef::fixed())?;
@@ -17,29 +18,27 @@ fn main() -> Result<(), DefError> {
     let latch = JointDef::new(wall, door, Ball::new()).at([0.9, 1.0, 0.0]);
     world.add_joint(latch.with_strength(300.0, f32::INFINITY))?;
 
-    set(&mut world, hinge, |joint| joint.set_motor(1.0, 100.0))?;
+    if let Some(mut joint) = world.joint_mut(hinge) {
+        joint.set_motor(1.0, 100.0)?;
+    }
     run(&mut world, 1.0);
     println!("latched: {:.2} rad", angle(&world, hinge));
 
-    set(&mut world, hinge, |joint| joint.set_motor(1.0, 500.0))?;
+    if let Some(mut joint) = world.joint_mut(hinge) {
+        joint.set_motor(1.0, 500.0)?;
+    }
     run(&mut world, 3.0);
     println!("open: {:.2} rad", angle(&world, hinge));
     assert!((angle(&world, hinge) - 1.9).abs() < 0.01);
 
     let closer = JointSpring::hertz(0.5, 1.0);
-    set(&mut world, hinge, |joint| joint.set_servo(0.0, closer, 40.0))?;
+    if let Some(mut joint) = world.joint_mut(hinge) {
+        joint.set_servo(0.0, closer, 40.0)?;
+    }
     run(&mut world, 6.0);
     println!("closed: {:.2} rad", angle(&world, hinge));
     assert!(angle(&world, hinge).abs() < 0.05);
     Ok(())
-}
-
-fn set(
-    world: &mut World,
-    joint: JointId,
-    change: impl FnOnce(&mut drystone::JointMut<'_>) -> Result<(), DefError>,
-) -> Result<(), DefError> {
-    world.joint_mut(joint).map_or(Ok(()), |mut joint| change(&mut joint))
 }
 
 fn run(world: &mut World, seconds: f32) {

@@ -45,7 +45,7 @@ impl Axis {
         self as usize
     }
 
-    /// Where it stands in a definition: `linear[0]` for x.
+    /// The path of its field in a definition: `linear[0]` for x.
     pub(crate) const fn path(self) -> &'static str {
         match self {
             Self::X => "linear[0]",

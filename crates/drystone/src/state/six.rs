@@ -265,8 +265,8 @@ pub(crate) struct Turns {
 }
 
 impl SixDof {
-    /// Of a joint that leaves three turns, what its angles are with the second frame turned so in the first one: the twist
-    /// about x, y and z of the swing [rad].
+    /// The angles of a joint with three free turns, with the second frame turned so in the first one: the twist about x, y
+    /// and z of the swing [rad]. `None` for other joints.
     pub(crate) fn swing_twist(&self, rotation: Quat) -> Option<[f32; 3]> {
         if self.turning() != Turning::Swing {
             return None;

@@ -43,7 +43,7 @@ impl JointSpring {
     /// A spring on which this load alone would swing at this undamped frequency [Hz], with this damping ratio (1: critical):
     /// `k = load (2πf)²`, `c = 2 ratio load 2πf`. The load is a mass [kg] along an axis, a moment of inertia [kg m²] about one.
     ///
-    /// A mass at rest on it sinks by `g/(2πf)²`, whatever it weighs: 248 mm at 1 Hz, 62 mm at 2 Hz.
+    /// A mass at rest on it sinks by `g/(2πf)²`, however heavy it is: 248 mm at 1 Hz, 62 mm at 2 Hz.
     ///
     /// ```
     /// use drystone::JointSpring;
@@ -332,14 +332,14 @@ impl SixDof {
 
     /// The same with another axis in one place.
     #[must_use]
-    pub const fn with_axis(mut self, axis: Axis, what: JointAxis) -> Self {
+    pub const fn with_axis(mut self, axis: Axis, def: JointAxis) -> Self {
         match axis {
-            Axis::X => self.linear[0] = what,
-            Axis::Y => self.linear[1] = what,
-            Axis::Z => self.linear[2] = what,
-            Axis::TurnX => self.angular[0] = what,
-            Axis::TurnY => self.angular[1] = what,
-            Axis::TurnZ => self.angular[2] = what,
+            Axis::X => self.linear[0] = def,
+            Axis::Y => self.linear[1] = def,
+            Axis::Z => self.linear[2] = def,
+            Axis::TurnX => self.angular[0] = def,
+            Axis::TurnY => self.angular[1] = def,
+            Axis::TurnZ => self.angular[2] = def,
         }
         self
     }

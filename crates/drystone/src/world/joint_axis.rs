@@ -60,8 +60,8 @@ impl<'w> AxisRef<'w> {
         self.six.def.axis(self.axis)
     }
 
-    /// Where it is [m; rad]: of the second frame in the first one. The turn of a joint that has one turn counts on over
-    /// full turns while the world steps; those of joints with more are within ±π.
+    /// Coordinate of the second frame in the first one [m; rad]. The angle of a joint with one free turn counts full turns
+    /// while the world steps; the angles of joints with more free turns are within ±π.
     #[must_use]
     pub fn position(&self) -> f32 {
         let (i, bodies) = (self.axis.index(), &self.joint.tables.bodies);
@@ -74,8 +74,8 @@ impl<'w> AxisRef<'w> {
         x
     }
 
-    /// How fast its position changes [m/s; rad/s]. Of the swings of a joint with three free turns, the part of the relative
-    /// angular velocity about the axis of the first frame.
+    /// Rate of its position [m/s; rad/s]. For the swings of a joint with three free turns it is the relative angular velocity
+    /// about the axis of the first frame.
     #[must_use]
     pub fn speed(&self) -> f32 {
         let bodies = &self.joint.tables.bodies;
@@ -91,8 +91,8 @@ impl<'w> AxisRef<'w> {
         bounded(speed)
     }
 
-    /// Its direction [world]: motions are along it, turns about it. Of unit length, but for the twist of a joint that is
-    /// swung: that is what gives its rate.
+    /// Its direction [world]: motions are along it, turns about it. It has unit length, except for the twist of a joint that
+    /// is swung: there its product with the relative angular velocity is the rate of the twist.
     #[must_use]
     pub fn direction(&self) -> Vec3 {
         let i = self.axis.index();
@@ -114,7 +114,7 @@ impl<'w> AxisRef<'w> {
         self.def().limits()
     }
 
-    /// What drives it.
+    /// The motor, servo or spring that drives it; `None` if nothing does.
     #[must_use]
     pub const fn drive(&self) -> Option<JointDrive> {
         self.def().drive

@@ -11,7 +11,7 @@ use crate::state::def::{DefError, JointKind, Pulley, Spring, position, unit};
 use crate::state::joints::{Joint, Link, Switch};
 use crate::state::sixdof::{JointDrive, JointSpring, SixDof};
 
-/// A joint, to change. What is set is checked, and wakes its bodies. An error leaves everything as it was.
+/// A joint, to change. Each setter checks its numbers and wakes the bodies. An error leaves everything as it was.
 ///
 /// The setters that name no axis are for joints with one free axis, such as hinges and sliders. [`Self::axis`] has those of
 /// any other axis.
@@ -227,7 +227,7 @@ impl<'w> JointMut<'w> {
         self.world.tables.joints.at_mut(self.row).user_data = data;
     }
 
-    /// Of a joint of six axes, what it is now.
+    /// The axes of a joint of six axes.
     pub(super) fn six(&self) -> Result<SixDof, DefError> {
         match &self.joint().link {
             Link::Six(six) => Ok(six.def),
@@ -263,7 +263,7 @@ impl<'w> JointMut<'w> {
         DefError::new("joint", self.joint().link.kind().name(), allowed)
     }
 
-    /// Of a joint with one free axis, that one.
+    /// The one free axis of a joint that has one.
     pub(super) fn only_axis(&self) -> Result<Axis, DefError> {
         let only = self.get().only_axis();
         only.ok_or_else(|| self.other_kind("a joint with one free axis, as a hinge or slider has"))

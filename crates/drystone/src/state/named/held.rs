@@ -3,7 +3,8 @@
 use crate::state::def::JointKind;
 use crate::state::sixdof::{JointAxis, JointSpring, SixDof};
 
-/// Holds the second body as it was joined to the first: glue, a weld, a bracket that gives.
+/// Holds the second body as it was joined to the first: glue, a weld, a bracket that gives. Placed by
+/// [`crate::JointDef::at`] at any point, it holds the bodies as they lie.
 ///
 /// ```
 /// use drystone::JointSpring;
