@@ -25,7 +25,7 @@ pub struct NearestShape {
     pub distance: f32,
     /// The closest point of the shape that was found [m, world]; of an overlap the deepest.
     pub point: Vec3,
-    /// That of the shape that was asked about [m, world].
+    /// The closest point of the shape that was asked about [m, world]; of an overlap the deepest.
     pub own_point: Vec3,
     /// Outward normal of the shape that was found, from `point` to `own_point` where they are apart [world].
     pub normal: Vec3,
@@ -65,7 +65,7 @@ impl Query<'_> {
     /// points. `shapes` is emptied before; they are in the order of their distances, then of their slots.
     ///
     /// # Errors
-    /// Those of [`Self::nearest_shape`]; then `shapes` is as it was.
+    /// The errors of [`Self::nearest_shape`]; then `shapes` is as it was.
     pub fn nearest_all<'f>(
         &self,
         shape: &Shape,

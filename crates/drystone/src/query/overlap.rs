@@ -34,7 +34,7 @@ impl Query<'_> {
     /// [`Self::overlap_bounds`] into a list that is emptied before.
     ///
     /// # Errors
-    /// Those of [`Self::overlap_bounds`]; then the list is as it was.
+    /// The errors of [`Self::overlap_bounds`]; then the list is as it was.
     pub fn overlap_bounds_into<'f>(
         &self,
         bounds: Aabb,
@@ -72,7 +72,7 @@ impl Query<'_> {
     /// [`Self::overlap_shape`] into a list that is emptied before.
     ///
     /// # Errors
-    /// Those of [`Self::overlap_shape`]; then the list is as it was.
+    /// The errors of [`Self::overlap_shape`]; then the list is as it was.
     pub fn overlap_shape_into<'f>(
         &self,
         shape: &Shape,
@@ -91,7 +91,7 @@ impl Query<'_> {
     /// Whether a convex shape at `pose` [m, world] overlaps a shape that the filter sees: the first that is found answers it.
     ///
     /// # Errors
-    /// Those of [`Self::overlap_shape`].
+    /// The errors of [`Self::overlap_shape`].
     pub fn overlap_shape_any<'f>(
         &self,
         shape: &Shape,
@@ -123,7 +123,7 @@ impl Query<'_> {
     /// [`Self::overlap_point`] into a list that is emptied before.
     ///
     /// # Errors
-    /// Those of [`Self::overlap_point`]; then the list is as it was.
+    /// The errors of [`Self::overlap_point`]; then the list is as it was.
     pub fn overlap_point_into<'f>(
         &self,
         point: impl Into<Vec3>,

@@ -24,7 +24,7 @@ pub struct ClosestPoints {
     pub distance: f32,
     /// The point of A [m, in the frame of both poses]; of an overlap its deepest.
     pub point_a: Vec3,
-    /// That of B.
+    /// The point of B [m, in the frame of both poses].
     pub point_b: Vec3,
     /// Unit, from A to B.
     pub normal: Vec3,
@@ -213,8 +213,8 @@ impl Shape {
         Ok(pair.contacts(margin))
     }
 
-    /// Where this convex shape, which starts at `pose` and moves by `motion`, first meets `other` at `other_pose`. What they overlap at
-    /// the start is met there, at fraction 0; what they only touch is not met where the shape moves away from it or along it.
+    /// Where this convex shape, which starts at `pose` and moves by `motion`, first meets `other` at `other_pose`. An overlap at
+    /// the start is met there, at fraction 0. A surface that it only touches is not met where it moves away or along.
     ///
     /// ```
     /// use drystone::{DefError, Pose, Shape};
