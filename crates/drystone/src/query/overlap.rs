@@ -71,6 +71,23 @@ impl Query<'_> {
 
     /// [`Self::overlap_shape`] into a list that is emptied before.
     ///
+    /// ```
+    /// use drystone::{BodyDef, DefError, Pose, QueryFilter, Shape, ShapeDef, World};
+    ///
+    /// fn main() -> Result<(), DefError> {
+    ///     let mut world = World::default();
+    ///     let zone = ShapeDef { sensor: true, ..ShapeDef::box_half([1.0; 3]) };
+    ///     world.add_body(BodyDef::fixed().with_shape(zone))?;
+    ///     let (query, probe, mut found) = (world.query(), Shape::sphere(0.1), Vec::new());
+    ///     query.overlap_shape_into(&probe, Pose::IDENTITY, QueryFilter::default(), &mut found)?;
+    ///     assert!(found.is_empty());
+    ///     let all = QueryFilter::default().with_sensors();
+    ///     query.overlap_shape_into(&probe, Pose::IDENTITY, all, &mut found)?;
+    ///     assert_eq!(found.len(), 1);
+    ///     Ok(())
+    /// }
+    /// ```
+    ///
     /// # Errors
     /// The errors of [`Self::overlap_shape`]; then the list is as it was.
     pub fn overlap_shape_into<'f>(

@@ -199,6 +199,19 @@ impl Shape {
     /// Where this shape at `pose` touches `other` at `other_pose`: points whose surfaces are no farther apart than `margin` [m], one
     /// [`ShapeContact`] for each normal. Two convex shapes, or one and a half-space, have at most one; a mesh has up to four.
     ///
+    /// ```
+    /// use drystone::{DefError, Pose, Shape, ShapeContact, ShapeContactPoint};
+    ///
+    /// fn main() -> Result<(), DefError> {
+    ///     let (cube, ground) = (Shape::box_half([0.5; 3]), Shape::half_space([0.0, 1.0, 0.0], 0.0));
+    ///     let stands = Pose::at([0.0, 0.49, 0.0]);
+    ///     let contacts: Vec<ShapeContact> = ground.contacts(Pose::IDENTITY, &cube, stands, 0.0)?;
+    ///     let corners: Vec<ShapeContactPoint> = contacts.iter().flat_map(|c| c.points()).collect();
+    ///     assert!(corners.len() == 4 && corners.iter().all(|p| (p.separation + 0.01).abs() < 1e-6));
+    ///     Ok(())
+    /// }
+    /// ```
+    ///
     /// # Errors
     /// A shape or a pose is invalid, none of the shapes is convex, or `margin` is not from 0 to 1000 m.
     pub fn contacts(
@@ -257,6 +270,19 @@ impl Shape {
 
     /// Where the segment from `origin` to `origin + delta` [m] first meets this shape at `pose`; `inside` says how a start in the shape
     /// is treated.
+    ///
+    /// ```
+    /// use drystone::{CastHit, DefError, Inside, Pose, Shape};
+    ///
+    /// fn main() -> Result<(), DefError> {
+    ///     let (ball, from, way) = (Shape::sphere(1.0), [0.0; 3], [4.0, 0.0, 0.0]);
+    ///     let hit = |inside| ball.cast_ray(Pose::IDENTITY, from, way, inside);
+    ///     assert_eq!(hit(Inside::Solid)?.map(|hit: CastHit| hit.fraction), Some(0.0));
+    ///     assert_eq!(hit(Inside::Hollow)?.map(|hit| hit.fraction), Some(0.25));
+    ///     assert_eq!(hit(Inside::Ignore)?, None);
+    ///     Ok(())
+    /// }
+    /// ```
     ///
     /// # Errors
     /// The shape or the pose is invalid, or a number of the ray is not finite or beyond 1e9 m.
