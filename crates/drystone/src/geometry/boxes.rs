@@ -78,13 +78,16 @@ impl Boxes {
         let (mut near, mut high) = ([0.0; LANES], [max; LANES]);
         for i in 0..3 {
             let (first, last, k) = (ray.low[i], ray.high[i], ray.inv[i]);
-            for l in 0..LANES {
-                let (from, to) = (self.min[i][l], self.max[i][l]);
-                if k.is_infinite() {
-                    high[l] = if last < from || first > to { -1.0 } else { high[l] };
-                    continue;
+            let (from, to) = (&self.min[i], &self.max[i]);
+            // The branch stands outside of the lanes: within, compilers take them one by one.
+            if k.is_infinite() {
+                for l in 0..LANES {
+                    high[l] = if last < from[l] || first > to[l] { -1.0 } else { high[l] };
                 }
-                let (a, b) = ((from - last) * k, (to - first) * k);
+                continue;
+            }
+            for l in 0..LANES {
+                let (a, b) = ((from[l] - last) * k, (to[l] - first) * k);
                 near[l] = greater(near[l], lesser(a, b));
                 high[l] = lesser(high[l], greater(a, b));
             }

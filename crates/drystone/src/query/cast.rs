@@ -116,8 +116,8 @@ impl Query<'_> {
     /// The first shape that a convex shape meets which starts at `pose` [m, world] and moves by `motion`, of those that the filter
     /// sees. Of several at one place that of the lowest slot. Sensors are seen only if the filter asks for them.
     ///
-    /// What it overlaps at the start it meets there, at fraction 0, unless [`QueryFilter::inside`] says otherwise. What it touches and
-    /// moves away from, or along, it does not meet.
+    /// A shape that it overlaps at the start is met there, at fraction 0, unless [`QueryFilter::inside`] says otherwise. A shape that it
+    /// only touches is not met where it moves away from the surface, or along it.
     ///
     /// # Errors
     /// The shape, the pose or `motion` is invalid, or the shape is a mesh or a half-space.
@@ -136,7 +136,7 @@ impl Query<'_> {
     /// Whether a shape that moves as in [`Self::cast_shape`] meets anything: the first that is found answers it.
     ///
     /// # Errors
-    /// Those of [`Self::cast_shape`].
+    /// The errors of [`Self::cast_shape`].
     pub fn cast_shape_any<'f>(
         &self,
         shape: &Shape,
@@ -158,7 +158,7 @@ impl Query<'_> {
     /// emptied before; the hits in it are in the order of their fractions, then of their slots.
     ///
     /// # Errors
-    /// Those of [`Self::cast_shape`]; then `hits` is as it was.
+    /// The errors of [`Self::cast_shape`]; then `hits` is as it was.
     pub fn cast_shape_all<'f>(
         &self,
         shape: &Shape,

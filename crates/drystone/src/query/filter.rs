@@ -85,17 +85,19 @@ pub enum Inside {
 /// The default sees the shapes of all layers on bodies of all kinds, but no sensors: these are seen only where a query asks for them.
 ///
 /// ```
-/// use drystone::{BodyDef, BodyKinds, DefError, QueryFilter, ShapeDef, World};
+/// use drystone::{BodyDef, BodyKinds, DefError, QueryFilter, ShapeDef, ShapeRef, World};
 ///
 /// fn main() -> Result<(), DefError> {
 ///     let mut world = World::default();
 ///     let gunner = world.add_body(BodyDef::dynamic().with_shape(ShapeDef::sphere(0.5)))?;
 ///     let target = BodyDef::dynamic().with_position([9.0, 0.0, 0.0]);
 ///     let target = world.add_body(target.with_shape(ShapeDef::sphere(0.5)))?;
+///     // The lists and the predicate are borrowed: they have names, to live as long as the filter.
+///     let (me, is_plain) = ([gunner], |shape: ShapeRef<'_>| shape.user_data() == 0);
 ///     let others = QueryFilter::default()
 ///         .with_kinds(BodyKinds::DYNAMIC)
-///         .without(&[gunner])
-///         .with_predicate(&|shape| shape.user_data() == 0);
+///         .without(&me)
+///         .with_predicate(&is_plain);
 ///     let hit = world.query().cast_ray([0.0; 3], [20.0, 0.0, 0.0], others)?;
 ///     assert_eq!(hit.map(|hit| hit.body), Some(target));
 ///     Ok(())

@@ -89,10 +89,9 @@ impl<'w> Query<'w> {
         found
     }
 
-    /// What a shape touches where it starts and goes along, and its way along all of that.
+    /// The surfaces that a shape touches where it starts and along which it goes, and its way along all of them.
     ///
-    /// It stays above all of it on its way. So it meets only what stands out, not what is flush: the next tile, the
-    /// next triangle.
+    /// The shape stays above them on its way. So it meets only what stands out, not what is flush: the next tile, the next triangle.
     fn sliding(
         &self,
         solid: &Solid,

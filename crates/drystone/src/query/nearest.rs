@@ -25,7 +25,7 @@ pub struct NearestShape {
     pub distance: f32,
     /// The closest point of the shape that was found [m, world]; of an overlap the deepest.
     pub point: Vec3,
-    /// That of the shape that was asked about [m, world].
+    /// The closest point of the shape that was asked about [m, world]; of an overlap the deepest.
     pub own_point: Vec3,
     /// Outward normal of the shape that was found, from `point` to `own_point` where they are apart [world].
     pub normal: Vec3,
@@ -34,6 +34,19 @@ pub struct NearestShape {
 impl Query<'_> {
     /// The shape nearest to a convex shape at `pose` [m, world], no farther away than `reach` [m], of those that the filter sees. Of
     /// several that overlap it the one that does so most. Sensors are seen only if the filter asks for them.
+    ///
+    /// ```
+    /// use drystone::{BodyDef, DefError, NearestShape, Pose, QueryFilter, Shape, ShapeDef, World};
+    ///
+    /// fn main() -> Result<(), DefError> {
+    ///     let mut world = World::default();
+    ///     world.add_body(BodyDef::fixed().with_shape(ShapeDef::half_space([0.0, 1.0, 0.0], 0.0)))?;
+    ///     let (probe, at) = (Shape::sphere(0.5), Pose::at([0.0, 2.5, 0.0]));
+    ///     let near: Option<NearestShape> = world.query().nearest_shape(&probe, at, 9.0, QueryFilter::default())?;
+    ///     assert_eq!(near.map(|near| near.distance), Some(2.0));
+    ///     Ok(())
+    /// }
+    /// ```
     ///
     /// # Errors
     /// The shape or the pose is invalid, the shape is a mesh or a half-space, or `reach` is not from 0 to 1e9 m.
@@ -65,7 +78,7 @@ impl Query<'_> {
     /// points. `shapes` is emptied before; they are in the order of their distances, then of their slots.
     ///
     /// # Errors
-    /// Those of [`Self::nearest_shape`]; then `shapes` is as it was.
+    /// The errors of [`Self::nearest_shape`]; then `shapes` is as it was.
     pub fn nearest_all<'f>(
         &self,
         shape: &Shape,

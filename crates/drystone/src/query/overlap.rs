@@ -34,7 +34,7 @@ impl Query<'_> {
     /// [`Self::overlap_bounds`] into a list that is emptied before.
     ///
     /// # Errors
-    /// Those of [`Self::overlap_bounds`]; then the list is as it was.
+    /// The errors of [`Self::overlap_bounds`]; then the list is as it was.
     pub fn overlap_bounds_into<'f>(
         &self,
         bounds: Aabb,
@@ -71,8 +71,25 @@ impl Query<'_> {
 
     /// [`Self::overlap_shape`] into a list that is emptied before.
     ///
+    /// ```
+    /// use drystone::{BodyDef, DefError, Pose, QueryFilter, Shape, ShapeDef, World};
+    ///
+    /// fn main() -> Result<(), DefError> {
+    ///     let mut world = World::default();
+    ///     let zone = ShapeDef { sensor: true, ..ShapeDef::box_half([1.0; 3]) };
+    ///     world.add_body(BodyDef::fixed().with_shape(zone))?;
+    ///     let (query, probe, mut found) = (world.query(), Shape::sphere(0.1), Vec::new());
+    ///     query.overlap_shape_into(&probe, Pose::IDENTITY, QueryFilter::default(), &mut found)?;
+    ///     assert!(found.is_empty());
+    ///     let all = QueryFilter::default().with_sensors();
+    ///     query.overlap_shape_into(&probe, Pose::IDENTITY, all, &mut found)?;
+    ///     assert_eq!(found.len(), 1);
+    ///     Ok(())
+    /// }
+    /// ```
+    ///
     /// # Errors
-    /// Those of [`Self::overlap_shape`]; then the list is as it was.
+    /// The errors of [`Self::overlap_shape`]; then the list is as it was.
     pub fn overlap_shape_into<'f>(
         &self,
         shape: &Shape,
@@ -91,7 +108,7 @@ impl Query<'_> {
     /// Whether a convex shape at `pose` [m, world] overlaps a shape that the filter sees: the first that is found answers it.
     ///
     /// # Errors
-    /// Those of [`Self::overlap_shape`].
+    /// The errors of [`Self::overlap_shape`].
     pub fn overlap_shape_any<'f>(
         &self,
         shape: &Shape,
@@ -123,7 +140,7 @@ impl Query<'_> {
     /// [`Self::overlap_point`] into a list that is emptied before.
     ///
     /// # Errors
-    /// Those of [`Self::overlap_point`]; then the list is as it was.
+    /// The errors of [`Self::overlap_point`]; then the list is as it was.
     pub fn overlap_point_into<'f>(
         &self,
         point: impl Into<Vec3>,

@@ -24,7 +24,7 @@ pub struct ClosestPoints {
     pub distance: f32,
     /// The point of A [m, in the frame of both poses]; of an overlap its deepest.
     pub point_a: Vec3,
-    /// That of B.
+    /// The point of B [m, in the frame of both poses].
     pub point_b: Vec3,
     /// Unit, from A to B.
     pub normal: Vec3,
@@ -199,6 +199,19 @@ impl Shape {
     /// Where this shape at `pose` touches `other` at `other_pose`: points whose surfaces are no farther apart than `margin` [m], one
     /// [`ShapeContact`] for each normal. Two convex shapes, or one and a half-space, have at most one; a mesh has up to four.
     ///
+    /// ```
+    /// use drystone::{DefError, Pose, Shape, ShapeContact, ShapeContactPoint};
+    ///
+    /// fn main() -> Result<(), DefError> {
+    ///     let (cube, ground) = (Shape::box_half([0.5; 3]), Shape::half_space([0.0, 1.0, 0.0], 0.0));
+    ///     let stands = Pose::at([0.0, 0.49, 0.0]);
+    ///     let contacts: Vec<ShapeContact> = ground.contacts(Pose::IDENTITY, &cube, stands, 0.0)?;
+    ///     let corners: Vec<ShapeContactPoint> = contacts.iter().flat_map(|c| c.points()).collect();
+    ///     assert!(corners.len() == 4 && corners.iter().all(|p| (p.separation + 0.01).abs() < 1e-6));
+    ///     Ok(())
+    /// }
+    /// ```
+    ///
     /// # Errors
     /// A shape or a pose is invalid, none of the shapes is convex, or `margin` is not from 0 to 1000 m.
     pub fn contacts(
@@ -213,8 +226,8 @@ impl Shape {
         Ok(pair.contacts(margin))
     }
 
-    /// Where this convex shape, which starts at `pose` and moves by `motion`, first meets `other` at `other_pose`. What they overlap at
-    /// the start is met there, at fraction 0; what they only touch is not met where the shape moves away from it or along it.
+    /// Where this convex shape, which starts at `pose` and moves by `motion`, first meets `other` at `other_pose`. An overlap at
+    /// the start is met there, at fraction 0. A surface that it only touches is not met where it moves away or along.
     ///
     /// ```
     /// use drystone::{DefError, Pose, Shape};
@@ -257,6 +270,19 @@ impl Shape {
 
     /// Where the segment from `origin` to `origin + delta` [m] first meets this shape at `pose`; `inside` says how a start in the shape
     /// is treated.
+    ///
+    /// ```
+    /// use drystone::{CastHit, DefError, Inside, Pose, Shape};
+    ///
+    /// fn main() -> Result<(), DefError> {
+    ///     let (ball, from, way) = (Shape::sphere(1.0), [0.0; 3], [4.0, 0.0, 0.0]);
+    ///     let hit = |inside| ball.cast_ray(Pose::IDENTITY, from, way, inside);
+    ///     assert_eq!(hit(Inside::Solid)?.map(|hit: CastHit| hit.fraction), Some(0.0));
+    ///     assert_eq!(hit(Inside::Hollow)?.map(|hit| hit.fraction), Some(0.25));
+    ///     assert_eq!(hit(Inside::Ignore)?, None);
+    ///     Ok(())
+    /// }
+    /// ```
     ///
     /// # Errors
     /// The shape or the pose is invalid, or a number of the ray is not finite or beyond 1e9 m.

@@ -98,7 +98,7 @@ impl Query<'_> {
     /// [`Self::cast_ray`]: the first hit that is found answers it.
     ///
     /// # Errors
-    /// Those of [`Self::cast_ray`].
+    /// The errors of [`Self::cast_ray`].
     pub fn cast_ray_any<'f>(
         &self,
         origin: impl Into<Vec3>,
@@ -119,7 +119,7 @@ impl Query<'_> {
     /// emptied before; the hits in it are in the order of their fractions, then of their slots.
     ///
     /// # Errors
-    /// Those of [`Self::cast_ray`]; then `hits` is as it was.
+    /// The errors of [`Self::cast_ray`]; then `hits` is as it was.
     pub fn cast_ray_all<'f>(
         &self,
         origin: impl Into<Vec3>,
@@ -165,7 +165,7 @@ impl Query<'_> {
     /// ```
     ///
     /// # Errors
-    /// Those of [`Self::cast_ray`].
+    /// The errors of [`Self::cast_ray`].
     pub fn visit_ray<'f>(
         &self,
         origin: impl Into<Vec3>,

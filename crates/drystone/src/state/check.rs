@@ -19,7 +19,7 @@ pub(crate) fn within(field: &str, value: f32, limit: &Limit) -> Result<(), DefEr
 
 /// All components in a range.
 pub(crate) fn all_within(field: &str, v: Vec3, limit: &Limit) -> Result<(), DefError> {
-    if v.to_array().into_iter().all(|x| limit.admits(x)) {
+    if limit.admits(v.x) && limit.admits(v.y) && limit.admits(v.z) {
         return Ok(());
     }
     Err(DefError::of_vec(field, v, limit.allowed))

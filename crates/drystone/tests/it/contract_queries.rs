@@ -94,7 +94,7 @@ fn crowd(seed: u64) -> World {
         let shape = shapes[numbers.below(shapes.len())].clone();
         let pose = numbers.pose(4.0);
         let (layers, sensor) = (1 << numbers.below(4), numbers.below(5) == 0);
-        // What has no mass is not dynamic.
+        // A body without mass is not dynamic.
         let massless = sensor || matches!(shape, Shape::Mesh(_));
         let kind = if massless { kinds[n % 2] } else { kinds[n % 3] };
         let def = ShapeDef {
@@ -118,7 +118,7 @@ fn shapes(world: &World) -> Vec<ShapeRef<'_>> {
     ids.into_iter().map(|id| world.shape(id).unwrap()).collect()
 }
 
-/// What a filter says in words, shape by shape.
+/// The rule of a filter, shape by shape.
 fn is_seen(world: &World, filter: &QueryFilter<'_>, shape: &ShapeRef<'_>) -> bool {
     let kind = world.body(shape.body()).unwrap().kind();
     (filter.sensors || !shape.is_sensor())
@@ -223,7 +223,7 @@ fn batches_give_the_hits_of_one_by_one_for_any_number_of_threads() {
     assert!(ray_hits.iter().flatten().count() > 100 && cast_hits.iter().flatten().count() > 20);
     for threads in [1, 2, 3] {
         let world = world.clone().with_executor(Arc::new(Team::with_threads(threads)));
-        // What was in the buffers does not matter.
+        // The old content of the buffers does not matter.
         let (mut hits, mut met) = (vec![ray_hits[0]; 3], vec![cast_hits[0]; 999]);
         world.query().cast_rays(&rays, filter, &mut hits).unwrap();
         world.query().cast_shapes(&moving, &casts, filter, &mut met).unwrap();
@@ -249,7 +249,7 @@ fn a_ray_from_inside_hits_at_once_or_leaves_where_the_shape_ends_or_passes() {
         for _ in 0..600 {
             let pose = numbers.pose(2.0);
             let (origin, delta) = (pose.position + numbers.vector(), numbers.vector() * 4.0);
-            // What is nearer to the surface may be taken as one on it.
+            // A start nearer to the surface may be taken as one on it.
             if distance(&shape, pose, origin) > -1.0e-3 {
                 continue;
             }

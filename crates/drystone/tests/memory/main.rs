@@ -389,6 +389,31 @@ fn a_copy_of_a_smaller_world_keeps_its_room_for_the_larger_one() {
     assert_eq!(copy.state_hash(), large.state_hash());
 }
 
+#[test]
+fn queries_into_warm_lists_allocate_nothing() {
+    let mut world = world(false);
+    pile(&mut world, 300);
+    steps(&mut world, 60);
+    let (ball, filter) = (drystone::Shape::sphere(0.7), drystone::QueryFilter::default());
+    let rays: Vec<_> = (0..100_u8)
+        .map(|k| drystone::RayQuery::new([f32::from(k) * 0.1 - 5.0, 9.0, 0.0], [0.0, -9.0, 1.0]))
+        .collect();
+    let (mut hits, mut all, mut near, mut overlaps) = (vec![], vec![], vec![], vec![]);
+    let mut ask = || {
+        let (query, at) = (world.query(), drystone::Pose::at([0.0, 1.0, 0.0]));
+        query.cast_rays(&rays, filter, &mut hits).unwrap();
+        query.cast_ray_all([-9.0, 0.7, 0.0], [18.0, 0.0, 0.0], filter, &mut all).unwrap();
+        query.cast_shape(&ball, at, [3.0, 0.0, 0.0], filter).unwrap();
+        query.nearest_all(&ball, at, 0.5, filter, &mut near).unwrap();
+        query.overlap_shape_into(&ball, at, filter, &mut overlaps).unwrap();
+        hits.iter().flatten().count() + all.len() + near.len() + overlaps.len()
+    };
+    assert!(ask() > 20);
+    let before = CALLS.get();
+    ask();
+    assert_eq!(CALLS.get() - before, 0);
+}
+
 /// The goal is two kilobytes, which a body takes in a pile and in a field of small pyramids, where the solver's blocks are
 /// those of a worker's largest group. In one large pyramid it takes more: of its 2.9 contacts 0.75 KB,
 /// the solver's blocks 1.06, bodies 0.32, shapes 0.26, lines 0.21, probes 0.19; the rest is what lists have to

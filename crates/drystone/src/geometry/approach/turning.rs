@@ -8,7 +8,7 @@
 //! n·(x + v t) + r·(n + t n×w) + e,   |e| <= ½ |n×w| |w| |r| t²
 //! ```
 //!
-//! for the second derivative of a point's height is (n×w)·(w×r). The least of that over B is one support point along n + t n×w: a bound
+//! for the second derivative of a point's height is (n×w)·(w×r). The least of them over B is that of one support point along n + t n×w: a bound
 //! that is exact to the first order, and concave in t. So the parts of the way on which it says that B stays above the plane are
 //! an interval, whose end is found by chords and halving. Near a meeting the steps become shorter as the square of the gap.
 
@@ -22,7 +22,7 @@ use crate::geometry::mesh::Mesh;
 use crate::geometry::solid::{Core, Solid};
 
 /// Steps of an advancement, and as many more for each radian: along a surface at a constant gap, a step turns by the root of
-/// twice the gap over the size. What takes longer counts as met where it has come to.
+/// twice the gap over the size. A cast that takes longer counts as met where it has come to.
 const ROUNDS: f32 = 64.0;
 
 /// Rounds of the search for the length of a step: it need not be exact.
