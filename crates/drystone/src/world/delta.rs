@@ -14,6 +14,8 @@ const VERSION: u32 = 1;
 const BLOCK: usize = 8;
 /// A run in step with the base is taken from this length on: to name it takes 3 bytes or so.
 const LEAST: usize = 6;
+/// So many bytes after a run the base is looked through for where it goes on: numbers that only changed are over by then. [bytes]
+const PATIENCE: usize = 12;
 /// A snapshot that is this many times as long as base and delta together is none of ours: a few bytes of a stranger cannot
 /// ask for all memory.
 const MOST: usize = 16;
@@ -98,13 +100,19 @@ pub fn write_delta(base: &[u8], snapshot: &[u8], delta: &mut Vec<u8>) {
         let ends = at + run == snapshot.len();
         let (from, run) = if run >= LEAST || (ends && run > 0) {
             (in_step, run)
-        } else if let Some(from) = blocks.find(base, &snapshot[at..]) {
-            (from, common(&base[from..], &snapshot[at..]))
+        } else if at - new >= PATIENCE
+            && let Some(from) = blocks.find(base, &snapshot[at..])
+        {
+            // It began before, while there was still hope.
+            let last = snapshot[new..at].iter().rev().zip(base[..from].iter().rev());
+            let back = last.take_while(|(a, b)| a == b).count();
+            at -= back;
+            (from - back, back + common(&base[from..], &snapshot[at + back..]))
         } else {
             at += 1;
             continue;
         };
-        put(delta, &snapshot[new..at], (from, run), in_step);
+        put(delta, &snapshot[new..at], (from, run), place + (at - new));
         (at, place) = (at + run, from + run);
         new = at;
     }
