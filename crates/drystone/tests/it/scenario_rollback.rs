@@ -6,9 +6,9 @@ use drystone::{
     Answer, AxisLocks, BodyCall, BodyDef, BodyId, BodyKind, BondStrength, Call, ClothDef,
     CouplingDef, DeltaError, Executor, Filter, Fracture, GeometryKey, Glue, Hull, JointAxis,
     JointCall, JointDef, JointDrive, JointId, JointMotion, JointStrength, Journal, JournalError,
-    Library, LinkDef, LinkId, LinkKind, MassDef, Material, Mesh, ParticleCall, ParticleDef,
-    ParticleId, Pose, Pulley, RopeDef, Shape, ShapeCall, ShapeDef, ShapeId, SimdLevel, SixDof,
-    SnapshotError, Strand, Team, Vec3, World, WorldConfig, apply_delta, vec3, write_delta,
+    Library, LinkDef, LinkId, LinkKind, MassDef, Material, Mesh, ParticleCall, ParticleId, Pose,
+    Pulley, RopeDef, Shape, ShapeCall, ShapeDef, ShapeId, SimdLevel, SixDof, SnapshotError, Strand,
+    Team, Vec3, World, WorldConfig, apply_delta, vec3, write_delta,
 };
 
 const DT: f32 = 1.0 / 60.0;
