@@ -261,7 +261,7 @@ impl Past {
     /// Into a future that is not to be, and back to the present: as a copy, as bytes, or by a delta against the last bytes.
     pub fn there_and_back(&mut self, world: &mut World, findings: &mut Findings, step: u32) {
         self.turns += 1;
-        let as_copy = self.turns % 3 == 0;
+        let as_copy = self.turns.is_multiple_of(3);
         if as_copy {
             self.kept.clone_from(world);
         } else {

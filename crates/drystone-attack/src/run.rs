@@ -56,7 +56,7 @@ impl Conditions {
 /// What a run came to.
 #[derive(Clone, Debug, Default)]
 pub struct Run {
-    /// State hash after each step.
+    /// A hash of the state and the events after each step.
     pub hashes: Vec<u64>,
     /// Operations that the engine refused.
     pub refused: u32,
@@ -189,7 +189,7 @@ fn steps(program: &Program, conditions: &Conditions, run: &mut Run) {
                 None => world.step(*dt),
             }
             step += 1;
-            run.hashes.push(world.state_hash());
+            run.hashes.push(came_to(&world));
             ids.take_pieces(&world);
             if conditions.look {
                 look(&world, &mut ids, &mut pairs, step, run);
@@ -209,6 +209,24 @@ fn steps(program: &Program, conditions: &Conditions, run: &mut Run) {
         oracle::own_snapshot(&world, &mut run.findings, step);
         ids.gone.check(&world, &mut run.findings, step);
     }
+}
+
+/// A hash of the state and of what happened in the step.
+fn came_to(world: &World) -> u64 {
+    let events = world.events();
+    let touches = events.contact_begin.iter().chain(&events.contact_end);
+    let touches = touches.flat_map(|touch| [touch.shape_a, touch.shape_b]);
+    let visits = events.sensor_enter.iter().chain(&events.sensor_exit);
+    let visits = visits.flat_map(|visit| [visit.sensor, visit.visitor]);
+    let shapes = touches.chain(visits).map(|shape| shape.index());
+    let bodies = events.sleep.iter().chain(&events.wake).chain(&events.pieces);
+    let bodies = bodies.map(|body| body.index());
+    let hits = events.hits.iter().map(|hit| hit.point.x.to_bits());
+    let ends = [events.contact_begin.len(), events.sensor_enter.len(), events.wake.len()];
+    let others = [events.joint_break.len(), events.bond_break.len(), events.faults.len()];
+    let counts = ends.into_iter().chain(others).map(|n| u32::try_from(n).unwrap_or(u32::MAX));
+    let words = shapes.chain(bodies).chain(hits).chain(counts);
+    words.fold(world.state_hash(), |hash, word| crate::rng::mix(hash ^ u64::from(word)))
 }
 
 /// Goes on from a snapshot or as a clone, where that is asked for.

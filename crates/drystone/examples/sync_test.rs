@@ -40,8 +40,8 @@ impl Game {
 
     /// A frame. What players do in it is known by its number here; a game looks it up.
     fn advance(&mut self, frame: usize) -> Result<(), DefError> {
-        if frame % 5 == 0 {
-            let from_side = if frame % 10 == 0 { -4.0 } else { 14.0 };
+        if frame.is_multiple_of(5) {
+            let from_side = if frame.is_multiple_of(10) { -4.0 } else { 14.0 };
             let ball = BodyDef::dynamic().with_position([from_side, 4.0, 2.0]);
             let ball = ball.with_linear_velocity([3.0 * (5.0 - from_side), 0.0, 0.0]);
             self.balls.push(self.world.add_body(ball.with_shape(ShapeDef::sphere(0.4)))?);

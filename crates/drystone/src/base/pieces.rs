@@ -26,6 +26,8 @@ pub(crate) struct Pieces<T> {
 // SAFETY: `&Pieces` gives out `&T` only, and no `PieceRows` lives beside it: that borrows the table mutably.
 unsafe impl<T: Sync> Sync for Pieces<T> {}
 
+/// Rows own nothing, so a copy of their bits is a copy of them: as memory, for they are most of what a copy of a world takes.
+/// (Row by row it took half as long again.)
 impl<T: Clone + Default> Clone for Pieces<T> {
     fn clone(&self) -> Self {
         let mut copy = Self::default();
@@ -35,6 +37,7 @@ impl<T: Clone + Default> Clone for Pieces<T> {
 
     /// Into the pieces that are there, which stay if there are more.
     fn clone_from(&mut self, from: &Self) {
+        const { assert!(!core::mem::needs_drop::<T>(), "rows that own something are cloned one by one") };
         for row in from.len..self.len {
             if let Some(row) = self.get_mut(row) {
                 *row = T::default();
@@ -45,11 +48,10 @@ impl<T: Clone + Default> Clone for Pieces<T> {
         let mut left = from.len;
         for (piece, from) in self.pieces.iter_mut().zip(&from.pieces) {
             let n = left.min(from.len());
-            for (cell, from) in piece.iter_mut().zip(&from[..n]) {
-                // SAFETY: as in `get`.
-                let row = unsafe { &*from.get() };
-                cell.get_mut().clone_from(row);
-            }
+            let (from, to) = (&from[..n], &mut piece[..n]);
+            // SAFETY: two slices of `n` rows, apart since one is borrowed mutably; rows can be cloned and own nothing, so their
+            // bits are values of their own; nobody writes to `from` while it is borrowed: see `Sync`.
+            unsafe { core::ptr::copy_nonoverlapping(from.as_ptr(), to.as_mut_ptr(), n) };
             left -= n;
         }
     }

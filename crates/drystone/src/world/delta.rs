@@ -12,7 +12,8 @@ const VERSION: u32 = 1;
 
 /// Hashed parts of the base begin at multiples of this, and are twice as long. [bytes]
 const BLOCK: usize = 8;
-/// A run in step with the base is taken from this length on: to name it takes 3 bytes or so.
+/// A run in step with the base is taken from this length on: to name it takes 3 bytes or so. Shorter than two blocks it may
+/// be zeros that are everywhere, so a longer one elsewhere goes before it.
 const LEAST: usize = 6;
 /// A snapshot that is this many times as long as base and delta together is none of ours: a few bytes of a stranger cannot
 /// ask for all memory.
@@ -96,15 +97,21 @@ pub fn write_delta(base: &[u8], snapshot: &[u8], delta: &mut Vec<u8>) {
         let in_step = place + (at - new);
         let run = common(base.get(in_step..).unwrap_or_default(), &snapshot[at..]);
         let ends = at + run == snapshot.len();
-        let (from, run) = if run >= LEAST || (ends && run > 0) {
+        let (from, run) = if run >= 2 * BLOCK || (ends && run > 0) {
             (in_step, run)
         } else if let Some(from) = blocks.find(base, &snapshot[at..]) {
-            (from, common(&base[from..], &snapshot[at..]))
+            // It began before, where no block does.
+            let last = snapshot[new..at].iter().rev().zip(base[..from].iter().rev());
+            let back = last.take_while(|(a, b)| a == b).count();
+            at -= back;
+            (from - back, back + common(&base[from..], &snapshot[at + back..]))
+        } else if run >= LEAST {
+            (in_step, run)
         } else {
             at += 1;
             continue;
         };
-        put(delta, &snapshot[new..at], (from, run), in_step);
+        put(delta, &snapshot[new..at], (from, run), place + (at - new));
         (at, place) = (at + run, from + run);
         new = at;
     }

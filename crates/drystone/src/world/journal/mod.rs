@@ -45,7 +45,7 @@ const VERSION: u32 = 1;
 pub struct Journal {
     start: Vec<u8>,
     entries: Vec<Entry>,
-    #[serde(skip)]
+    /// After the last call.
     known: BodyHashes,
 }
 
@@ -69,7 +69,7 @@ enum Came {
 }
 
 /// A hash of each body by its slot; 0 where there is none.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 struct BodyHashes(Vec<u32>);
 
 impl BodyHashes {
@@ -204,6 +204,7 @@ impl Journal {
     }
 
     /// The calls, in order.
+    #[must_use]
     pub fn calls(&self) -> impl ExactSizeIterator<Item = &Call> {
         self.entries.iter().map(|entry| &entry.call)
     }
@@ -262,7 +263,7 @@ impl Journal {
         bytes
     }
 
-    /// The journal of [`Self::to_bytes`], whoever wrote it. It can be replayed and is not gone on with.
+    /// The journal of [`Self::to_bytes`], whoever wrote it. It can be gone on with in the world that a replay made.
     ///
     /// # Errors
     /// Why the bytes are no journal. Whether its calls make sense shows when it is replayed.
@@ -366,6 +367,13 @@ mod tests {
         assert_eq!(replay(&journal), Ok(world.state_hash()));
         let read = Journal::from_bytes(&journal.to_bytes()).unwrap();
         assert_eq!(replay(&read), Ok(world.state_hash()));
+        // And gone on with.
+        let (mut longer, mut on) = (read.clone(), World::default());
+        longer.replay(&mut on).unwrap();
+        for _ in 0..10 {
+            longer.call(&mut on, Call::Step(DT)).unwrap();
+        }
+        assert_eq!(replay(&longer), Ok(on.state_hash()));
         let mut some = World::default();
         read.replay_some(&mut some, 4).unwrap();
         assert_eq!((some.step_count(), some.counts().dynamic), (3, 1));
