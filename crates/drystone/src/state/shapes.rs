@@ -115,11 +115,11 @@ impl ShapeRow {
         a.flat && b.flat && !(a.sensor || b.sensor || Self::are_asked(a, b))
     }
 
-    /// Whether it is a sensor that sees another shape.
-    pub(crate) const fn sees(&self, other: &Self) -> bool {
+    /// Whether it is a sensor that sees another shape. `fixed`: both are of static bodies.
+    pub(crate) const fn sees(&self, other: &Self, fixed: bool) -> bool {
         self.sensor
             && (!other.sensor || self.reports.sees_sensors())
-            && (!(self.fixed && other.fixed) || self.reports.sees_statics())
+            && (!fixed || self.reports.sees_statics())
     }
 
     /// Whether it stops what comes to it.

@@ -24,6 +24,7 @@ use crate::state::bounds::Bounds;
 use crate::state::colors::Place;
 use crate::state::contacts::enter::Newcomer;
 use crate::state::contacts::{Contact, Contacts, Point};
+use crate::state::def::BodyKind;
 use crate::state::joints::Joints;
 use crate::state::shapes::{PairSurface, ShapeRow, Shapes};
 
@@ -265,7 +266,8 @@ pub(crate) fn may_meet(bodies: &Bodies, joints: &Joints, a: &ShapeRow, b: &Shape
     }
     let (body_a, body_b) = (bodies.at(a.body), bodies.at(b.body));
     if a.sensor || b.sensor {
-        return a.sees(b) || b.sees(a);
+        let fixed = body_a.kind == BodyKind::Static && body_b.kind == BodyKind::Static;
+        return a.sees(b, fixed) || b.sees(a, fixed);
     }
     if !body_a.is_dynamic() && !body_b.is_dynamic() {
         return false;

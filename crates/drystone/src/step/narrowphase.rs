@@ -18,8 +18,8 @@ mod waits;
 use fearless_simd::dispatch;
 
 use self::gate::Gate;
-pub(crate) use self::keep::inherit_near;
 use self::keep::{inherit, keep_load, recycle};
+pub(crate) use self::keep::{inherit_near, note_landing};
 use self::motion::Motions;
 use super::context::StepContext;
 use super::hooks::Hooks;
@@ -565,6 +565,7 @@ fn rebuild(
         out.push(Change::Count(row));
     }
     if contact.touching {
+        note_landing(contact, [a, b].map(|body| [body.v, body.w]));
         return;
     }
     contact.set_approach(approach);

@@ -16,6 +16,7 @@ use crate::base::sparse::Sparse;
 use crate::state::bodies::{Bodies, NONE};
 use crate::state::contacts::leave::Leaver;
 use crate::state::contacts::{Contact, Slots};
+use crate::state::def::BodyKind;
 use crate::state::events::{ContactEvent, Events, SensorEvent};
 use crate::state::islands::Islands;
 use crate::state::sets::Sets;
@@ -396,8 +397,9 @@ fn sensor_events(
     bodies: &Bodies,
 ) -> impl Iterator<Item = SensorEvent> + use<> {
     let ends = [(c.shape_a, c.body_a), (c.shape_b, c.body_b)];
+    let fixed = ends.iter().all(|(_, body)| bodies.at(*body).kind == BodyKind::Static);
     let event = |[sensor, visitor]: [(u32, u32); 2]| {
-        shapes.at(sensor.0).sees(shapes.at(visitor.0)).then(|| SensorEvent {
+        shapes.at(sensor.0).sees(shapes.at(visitor.0), fixed).then(|| SensorEvent {
             sensor: shapes.id(sensor.0),
             visitor: shapes.id(visitor.0),
             sensor_body: bodies.id(sensor.1),

@@ -64,7 +64,9 @@ fn check_contact(c: &Contact, bodies: &Bodies, shapes: &Shapes) -> Check {
         return Err("a contact is not of its bodies");
     };
     let moves = bodies.at(c.body_a).kind != BodyKind::Static
-        || bodies.at(c.body_b).kind != BodyKind::Static;
+        || bodies.at(c.body_b).kind != BodyKind::Static
+        || a.sees(b, true)
+        || b.sees(a, true);
     holds(c.body_a != c.body_b && moves, "a contact is not between two bodies")?;
     let meshes = usize::from(a.is_mesh()) + usize::from(b.is_mesh());
     holds(

@@ -35,10 +35,28 @@ pub(super) fn recycle(
         if count > 0 && !(least <= ctx.margin) {
             return false;
         }
+        if contact.touching {
+            note_landing(contact, [a, b].map(|body| [body.v, body.w]));
+        }
         let next = contact.next_part;
         part = (several && next != NONE).then(|| slots.row(next as usize).as_mut()).flatten();
     }
     true
+}
+
+/// Notes how fast the points of a touching contact come together that bear nothing, of bodies with these velocities of the
+/// center and angular velocities [m/s, rad/s; world]. The far end of a plank that falls over lands so.
+#[inline]
+pub(crate) fn note_landing(contact: &mut Contact, [[v_a, w_a], [v_b, w_b]]: [[Vec3; 2]; 2]) {
+    let (normal, offset) = (contact.normal, contact.offset);
+    let mut approach = 0.0_f32;
+    for p in contact.points() {
+        if !(p.impulse > 0.0) {
+            let speed = (v_b + w_b.cross(p.r_a - offset)) - (v_a + w_a.cross(p.r_a));
+            approach = approach.max(-normal.dot(speed));
+        }
+    }
+    contact.set_approach(approach);
 }
 
 /// What a loaded contact gave in substeps of another length is no overlap in those of this step. Stiffness follows the substep: as time

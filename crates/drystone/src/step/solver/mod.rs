@@ -72,7 +72,7 @@ use self::rows::{ContactBlock, Extra, JointBlock, JointRest, Line, Whitening};
 use self::sixdof::SixBlock;
 use self::softness::Softness;
 use self::strokes::Progress;
-use self::tally::{Askers, Bounce, ContactTally, JointTally, TreeTally, Watch, When};
+use self::tally::{Askers, Bounce, ContactTally, JointTally, Peaks, TreeTally, Watch, When};
 use self::tree::{TreeBody, TreeRow};
 use self::work::Bound;
 use super::context::StepContext;
@@ -128,6 +128,8 @@ pub(crate) struct Scratch {
     /// One for each block: whose impulses are summed. Sums of others mean nothing.
     watches: Vec<Watch>,
     tallies: Vec<ContactTally>,
+    /// One for each block, while somebody asks.
+    peaks: Vec<Peaks>,
     /// One for each lane of a block, while some contact can bounce.
     bounces: Vec<Bounce>,
     /// While something can break.
@@ -210,6 +212,7 @@ struct Solver<'a> {
     askers: Askers<'a>,
     watches: Rows<'a, Watch>,
     tallies: Rows<'a, ContactTally>,
+    peaks: Rows<'a, Peaks>,
     /// Empty where `extras` is.
     bounces: Rows<'a, Bounce>,
     /// Empty unless something can break.
@@ -302,7 +305,8 @@ pub(crate) fn solve(
     s.tree_rows.resize(s.plan.forest.joints.len(), TreeRow::default());
     together::find_groups(&s.plan, &s.line_of, tied.scratch);
     s.progress.resize(tied.scratch.groups.len(), Progress::default());
-    s.make_tallies(breakage, has_extras);
+    let askers = Askers { bodies, shapes, breakage };
+    s.make_tallies((breakage, askers.any()), has_extras);
     // SAFETY: groups share no constraint and no body that can be pushed; in a group that several workers share, a pass goes by bodies, or
     // by colors, which touch such a body once.
     let apart = unsafe { Apart::promise() };
@@ -342,8 +346,9 @@ pub(crate) fn solve(
         free: Rows::new(&mut s.free, apart),
         begun: Rows::new(&mut s.begun, apart),
         progress: Rows::new(&mut s.progress, apart),
-        askers: Askers { bodies, shapes, breakage },
+        askers,
         watches: Rows::new(&mut s.watches, apart),
+        peaks: Rows::new(&mut s.peaks, apart),
         bounces: Rows::new(&mut s.bounces, apart),
         tallies: Rows::new(&mut s.tallies, apart),
         joint_tallies: Rows::new(&mut s.joint_tallies, apart),

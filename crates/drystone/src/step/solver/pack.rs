@@ -6,7 +6,7 @@ use fearless_simd::{Simd, SimdBase, SimdMask, mask32x8};
 use super::contact::K;
 use super::pack_extra::pack_extra;
 use super::rows::{
-    ContactBlock, Extra, Line, Velocity, Whitening, load_velocity, read_lanes, store_velocity,
+    ContactBlock, Extra, Line, Whitening, load_velocity, read_lanes, store_velocity,
 };
 use super::tally::NEW;
 use crate::base::disjoint::Rows;
@@ -25,6 +25,21 @@ const DISC: f32 = 2.0 / 3.0;
 
 /// Mean distance from the middle of a square over half its diagonal: (√2 + ln(1 + √2)) / (3 √2).
 const SQUARE: f32 = 0.541_075_1;
+
+/// Points, bits, of a pair that touches which bear nothing and come as fast as a hit; [`NEW`] of one that does not touch yet.
+#[inline(always)]
+fn landing(c: &Contact, source: &Source<'_>) -> u8 {
+    if !c.touching {
+        return NEW;
+    }
+    // While some shapes have hit speeds of their own any may count.
+    let least = if source.shapes.give_hit_speed > 0 { 0.0 } else { source.ctx.hit_speed };
+    if !(c.approach() > least) {
+        return 0;
+    }
+    let bare = c.points().iter().map(|p| u8::from(!(p.impulse > 0.0)));
+    bare.enumerate().fold(0, |bits, (j, bare)| bits | bare << j)
+}
 
 /// What packing reads.
 #[derive(Clone, Copy, Debug)]
@@ -51,8 +66,8 @@ pub(super) struct Raw<'a> {
     count: Lanes,
     /// Mean distance from the middle of what the points enclose, over that of the points.
     patch: Lanes,
-    /// [`NEW`] where the pair did not touch before.
-    begins: [u8; LANES],
+    /// As [`ContactBlock::landing`].
+    landing: [u8; LANES],
     /// Reach of the spinning resistance times the friction coefficient [m]; whether there is any.
     spinning: Lanes,
     spins: bool,
@@ -69,7 +84,7 @@ impl<'a> Raw<'a> {
             sign: [1.0; LANES],
             count: [0.0; LANES],
             patch: [SQUARE; LANES],
-            begins: [0; LANES],
+            landing: [0; LANES],
             spinning: [0.0; LANES],
             spins: false,
         };
@@ -81,7 +96,7 @@ impl<'a> Raw<'a> {
             let (a, b) = (source.line_of[c.body_a as usize], source.line_of[c.body_b as usize]);
             raw.contacts[lane] = c;
             raw.count[lane] = f32::from(c.count);
-            raw.begins[lane] = if c.touching { 0 } else { NEW };
+            raw.landing[lane] = landing(c, source);
             if c.round_patch {
                 raw.patch[lane] = DISC;
             }
@@ -145,85 +160,17 @@ pub(super) fn pack<S: Simd, const FIXED: bool>(
     extra: Option<&mut Extra>,
     lines: &Rows<'_, Line>,
 ) {
-    let mut extra = extra;
-    let Some(warm) = build::<S, FIXED>(simd, source, owners, block, extra.as_deref_mut()) else {
-        return;
-    };
-    let drift = extra.filter(|extra| extra.drifts).map(|extra| extra.drift);
+    let Some(warm) = build::<S, FIXED>(simd, source, owners, block, extra) else { return };
     // v̂ += M^-½ Jᵀ λ for the impulses of the last step.
     let mut vb = load_velocity(simd, lines, &block.row_b);
-    let va = if FIXED { None } else { Some(load_velocity(simd, lines, &block.row_a)) };
-    mark_landing(simd, source, block, &vb, va.as_ref(), drift.as_ref());
     vb.v = vb.v + warm.push * load(simd, &block.beta);
     vb.w = vb.w + warm.turn_b;
     store_velocity(simd, lines, &block.row_b, vb);
-    if let Some(mut va) = va {
+    if !FIXED {
+        let mut va = load_velocity(simd, lines, &block.row_a);
         va.v = va.v - warm.push * load(simd, &block.alpha);
         va.w = va.w - warm.turn_a;
         store_velocity(simd, lines, &block.row_a, va);
-    }
-}
-
-/// Marks the points that may land of contacts that were made anew within the step.
-#[inline(always)]
-pub(super) fn mark_renewed<S: Simd>(
-    simd: S,
-    source: &Source<'_>,
-    block: &mut ContactBlock,
-    extra: Option<&Extra>,
-    (lines, fixed): (&Rows<'_, Line>, bool),
-) {
-    let drift = extra.filter(|extra| extra.drifts).map(|extra| &extra.drift);
-    let vb = load_velocity(simd, lines, &block.row_b);
-    let va = if fixed { None } else { Some(load_velocity(simd, lines, &block.row_a)) };
-    mark_landing(simd, source, block, &vb, va.as_ref(), drift);
-}
-
-/// Marks the points that bear nothing and arrive as fast as a hit, of pairs that touch. Impulses are of the sweep before: the
-/// block's own warm start is not in the velocities yet.
-#[inline(always)]
-fn mark_landing<S: Simd>(
-    simd: S,
-    source: &Source<'_>,
-    block: &mut ContactBlock,
-    vb: &Velocity<S>,
-    va: Option<&Velocity<S>>,
-    drift: Option<&[Lanes; 4]>,
-) {
-    let (zero, one) = (splat(simd, 0.0), splat(simd, 1.0));
-    let n = Vec3w::load(simd, &block.n);
-    let mut closing = n.dot(vb.v) * load(simd, &block.beta);
-    if let Some(va) = va {
-        closing = closing - n.dot(va.v) * load(simd, &block.alpha);
-    }
-    // While some shapes have hit speeds of their own any may count.
-    let any = source.shapes.give_hit_speed > 0;
-    let least = splat(simd, if any { 0.0 } else { -source.ctx.hit_speed });
-    let count = if block.count < 3 { usize::from(block.count) } else { 4 };
-    for j in 0..count {
-        let point = &block.points[j];
-        // A row without a mass is no point.
-        let there = above(load(simd, &point.mass), zero);
-        let bears = select(above(load(simd, &point.impulse), zero), one, zero);
-        let is_bare = select(there, one - bears, zero);
-        if !above(is_bare, zero).any_true() {
-            continue;
-        }
-        let mut speed = closing + Vec3w::load(simd, &point.b).dot(vb.w);
-        if let Some(va) = va {
-            speed = speed - Vec3w::load(simd, &point.a).dot(va.w);
-        }
-        if let Some(drift) = drift {
-            speed += load(simd, &drift[j]);
-        }
-        let arrives = above(select(above(is_bare, zero), least - speed, -one), zero);
-        if arrives.any_true() {
-            let mut lanes = [0.0; LANES];
-            select(arrives, one, zero).store_array(&mut lanes);
-            for (bits, arrives) in block.landing.iter_mut().zip(lanes) {
-                *bits |= u8::from(arrives > 0.0) << j;
-            }
-        }
     }
 }
 
@@ -246,7 +193,7 @@ pub(super) fn build<S: Simd, const FIXED: bool>(
     for c in raw.contacts {
         block.count = block.count.max(c.count);
     }
-    block.landing = raw.begins;
+    block.landing = raw.landing;
     let room = if block.count < 3 { block.count } else { 4 };
     block.is_mixed = false;
     for c in raw.contacts {

@@ -86,8 +86,8 @@ impl Solver<'_> {
                     }
                     if let Some(tally) = tally {
                         tally.add(block, 1.0);
-                        if !relaxes {
-                            tally.note_peaks(block);
+                        if !relaxes && self.askers.any() {
+                            self.peaks.row(i).note(block);
                         }
                     }
                 }

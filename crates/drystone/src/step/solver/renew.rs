@@ -33,7 +33,7 @@ use crate::state::bodies::{Body, NONE};
 use crate::state::contacts::Contact;
 use crate::state::shapes::ShapeRow;
 use crate::step::context::StepContext;
-use crate::step::narrowphase::inherit_near;
+use crate::step::narrowphase::{inherit_near, note_landing};
 
 impl Solver<'_> {
     /// True if the group has contacts that are made anew within the step.
@@ -285,7 +285,6 @@ impl Solver<'_> {
                 (extra.arrives, extra.hit) = (extra.arrives | hit[0], hit[1]);
                 extra.renewed = true;
             }
-            pack::mark_renewed(simd, &source, block, extra.as_deref(), (&self.lines, fixed));
             self.watch_more(i);
             rebase(simd, block, extra, &self.lines, (fixed, elapsed));
             let extra = if self.has_extras { Some(self.extras.read(i)) } else { None };
@@ -361,6 +360,10 @@ impl Pair<'_> {
             let r_a = pose_a.direction(made.position) + origin;
             let impulse = inherit_near(&mut old[..before], made.feature, r_a, body_a, body_b);
             new.renew(r_a, made.separation, impulse, made.feature);
+        }
+        if contact.touching {
+            let velocities = [a, b].map(|state| [state.v, state.w]);
+            note_landing(contact, velocities);
         }
     }
 }

@@ -56,9 +56,11 @@ pub(crate) struct ContactTally {
     points: [Lanes; 4],
     /// All on B, friction included [N s, world].
     push: [Lanes; 3],
-    /// Greatest of a substep, of each point and of all together [N s]; at the step's end as forces [N].
-    peaks: [Lanes; 5],
 }
+
+/// Greatest impulse of a substep, of each point and of all together [N s]; at the step's end as forces [N].
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Peaks([Lanes; 5]);
 
 impl ContactTally {
     /// Adds the block's impulses, `times` 1, or takes them away again, before a sweep that changes them, by -1.
@@ -81,12 +83,14 @@ impl ContactTally {
             }
         }
     }
+}
 
+impl Peaks {
     /// Notes what the block gave in a substep.
     #[inline(always)]
-    pub(super) fn note_peaks(&mut self, block: &ContactBlock) {
+    pub(super) fn note(&mut self, block: &ContactBlock) {
         let count = usize::from(block.count.clamp(1, 4));
-        let [peaks @ .., most] = &mut self.peaks;
+        let [peaks @ .., most] = &mut self.0;
         let mut total = [0.0; LANES];
         for (peak, point) in peaks.iter_mut().zip(&block.points).take(count) {
             for lane in 0..LANES {
@@ -265,13 +269,14 @@ const fn landed(watch: u8) -> u8 {
 
 impl super::Scratch {
     /// Room for the sums of a step; for those of joints only if something can break.
-    pub(super) fn make_tallies(&mut self, breakage: bool, has_extras: bool) {
+    pub(super) fn make_tallies(&mut self, (breakage, asks): (bool, bool), has_extras: bool) {
         let blocks = self.plan.contacts.owners.len();
         self.watches.clear();
         self.watches.resize(blocks, Watch::NONE);
         if self.tallies.len() < blocks {
             grow::resize(&mut self.tallies, blocks, ContactTally::default());
         }
+        self.peaks.resize(if asks { blocks } else { 0 }, Peaks::default());
         self.bounces.resize(if has_extras { blocks * LANES } else { 0 }, Bounce::default());
         let room = |n: usize| if breakage { n } else { 0 };
         let none = JointTally::default();
@@ -284,8 +289,9 @@ impl super::Scratch {
     /// What the contacts gave in the last step that landed or are asked for; in no order.
     pub(crate) fn given(&self) -> impl Iterator<Item = Given> {
         let blocks = self.watches.iter().zip(&self.tallies).zip(&self.plan.contacts.owners);
-        let watched = blocks.filter(|((watch, _), _)| **watch != Watch::NONE);
-        let summed = watched.flat_map(|((watch, tally), owners)| {
+        let watched = blocks.enumerate().filter(|(_, ((watch, _), _))| **watch != Watch::NONE);
+        let summed = watched.flat_map(|(i, ((watch, tally), owners))| {
+            let peaks = self.peaks.get(i).copied().unwrap_or_default();
             let lanes = (0..LANES).filter(|lane| watch.0[*lane] & (ASKED | LANDED) != 0);
             lanes.map(move |lane| {
                 let [x, y, z] = tally.push.map(|sum| bounded(sum[lane]));
@@ -293,7 +299,7 @@ impl super::Scratch {
                     contact: owners[lane],
                     points: tally.points.map(|sum| bounded(sum[lane])),
                     push: vec3(x, y, z),
-                    peaks: tally.peaks.map(|peak| bounded(peak[lane])),
+                    peaks: peaks.0.map(|peak| bounded(peak[lane])),
                     landed: landed(watch.0[lane]),
                     asked: watch.0[lane] & ASKED != 0,
                 }
@@ -339,6 +345,9 @@ impl Solver<'_> {
 
     fn begin_tally(&self, i: usize) {
         *self.tallies.row(i) = ContactTally::default();
+        if self.askers.any() {
+            *self.peaks.row(i) = Peaks::default();
+        }
         if self.has_extras {
             (i * LANES..(i + 1) * LANES).for_each(|k| *self.bounces.row(k) = Bounce::default());
         }
@@ -353,22 +362,23 @@ impl Solver<'_> {
     /// Ends the sums of a block: bounces come to them, peaks become forces, and it is known what landed.
     pub(super) fn end_tally(&self, i: usize) {
         let Some(tally) = self.tally(i) else { return };
+        let mut peaks = self.askers.any().then(|| self.peaks.row(i));
         for lane in 0..LANES {
+            let mut bounce = Bounce::default();
             if self.has_extras {
-                let bounce = self.bounces.read(i * LANES + lane);
-                let mut total = 0.0;
-                for j in 0..4 {
-                    tally.points[j][lane] += bounce.points[j];
-                    tally.peaks[j][lane] += bounce.points[j];
-                    total += bounce.points[j];
+                bounce = *self.bounces.read(i * LANES + lane);
+                for (sum, p) in tally.points.iter_mut().zip(bounce.points) {
+                    sum[lane] += p;
                 }
-                tally.peaks[4][lane] += total;
                 for (sum, x) in tally.push.iter_mut().zip(bounce.push.to_array()) {
                     sum[lane] += x;
                 }
             }
-            for peak in &mut tally.peaks {
-                peak[lane] *= self.ctx.inv_h;
+            if let Some(Peaks(peaks)) = &mut peaks {
+                let [p, q, r, s] = bounce.points;
+                for (peak, p) in peaks.iter_mut().zip([p, q, r, s, p + q + r + s]) {
+                    peak[lane] = (peak[lane] + p) * self.ctx.inv_h;
+                }
             }
             if self.lands(i, lane, tally) {
                 self.watches.row(i).0[lane] |= LANDED;

@@ -263,7 +263,8 @@ impl Steps<'_> {
     fn events(&self, (a, b): Meeting) -> impl Iterator<Item = SensorEvent> + use<> {
         let event = |sensor: u32, visitor: u32| {
             let [seer, seen] = [sensor, visitor].map(|shape| self.shapes.at(shape));
-            seer.sees(seen).then(|| SensorEvent {
+            // One of them moved.
+            seer.sees(seen, false).then(|| SensorEvent {
                 sensor: self.shapes.id(sensor),
                 visitor: self.shapes.id(visitor),
                 sensor_body: self.ways.bodies.id(seer.body),
