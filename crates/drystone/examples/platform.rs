@@ -2,6 +2,7 @@
 
 use drystone::{BodyDef, ContactReports, DefError, ShapeDef, Vec3, World};
 
+#[expect(clippy::print_stdout, reason = "an example shows what it does")]
 fn main() -> Result<(), DefError> {
     let mut world = World::default();
     // The plate of a scale reports what presses on it.

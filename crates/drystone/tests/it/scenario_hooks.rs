@@ -108,7 +108,6 @@ fn the_answers_give_the_same_bits_on_any_number_of_threads() {
 fn a_panic_of_hooks_ends_the_step_whole() {
     struct Breaks;
     impl ContactHooks for Breaks {
-        #[expect(clippy::panic, reason = "what is tested")]
         fn contact(&self, _: &mut HookedContact<'_>) {
             panic!("no");
         }

@@ -248,6 +248,24 @@ fn continue_parts(
     order
 }
 
+/// Keeps those of the first `count` manifolds that are admitted, in their order, with their friction; gives how many they are.
+fn retain(
+    made: &mut [Manifold; MAX_PARTS],
+    frictions: &mut [f32; MAX_PARTS],
+    count: usize,
+    admit: impl Fn(&Manifold) -> Option<f32>,
+) -> usize {
+    let mut kept = 0;
+    for i in 0..count {
+        if let Some(friction) = admit(&made[i]) {
+            made.swap(i, kept);
+            frictions[kept] = friction;
+            kept += 1;
+        }
+    }
+    kept
+}
+
 #[cfg(test)]
 mod tests {
     use std::sync::Arc;
@@ -423,22 +441,4 @@ mod tests {
         }
         assert!(inside > 200 && waited > 2000, "{inside} {waited}");
     }
-}
-
-/// Keeps those of the first `count` manifolds that are admitted, in their order, with their friction; gives how many they are.
-fn retain(
-    made: &mut [Manifold; MAX_PARTS],
-    frictions: &mut [f32; MAX_PARTS],
-    count: usize,
-    admit: impl Fn(&Manifold) -> Option<f32>,
-) -> usize {
-    let mut kept = 0;
-    for i in 0..count {
-        if let Some(friction) = admit(&made[i]) {
-            made.swap(i, kept);
-            frictions[kept] = friction;
-            kept += 1;
-        }
-    }
-    kept
 }

@@ -162,6 +162,18 @@ impl Scratch {
         (self.classic.residual, self.classic.too_large)
     }
 
+    /// Room for the rows of joints, couplings and trees.
+    fn make_joint_rows(&mut self) {
+        self.joints.resize_with(self.plan.joints.owners.len(), JointBlock::default);
+        self.joint_rests.resize_with(self.plan.joints.owners.len(), JointRest::default);
+        self.sixdofs.resize_with(self.plan.sixdofs.owners.len(), SixBlock::default);
+        self.couplings.resize(self.plan.couplings.len(), CouplingRow::default());
+        self.plan.bins.begin(&mut self.bounds);
+        self.tree_gains.resize(self.plan.forest.trees.last().map_or(0, |tree| tree.gains.end), 0.0);
+        self.tree_bodies.resize(self.plan.forest.bodies.len(), TreeBody::default());
+        self.tree_rows.resize(self.plan.forest.joints.len(), TreeRow::default());
+    }
+
     /// Contact rows that were pressed together for the first time.
     pub(crate) fn begun(&self) -> impl Iterator<Item = u32> + Clone {
         let pressed =
@@ -295,14 +307,7 @@ pub(crate) fn solve(
         let groups = s.plan.groups.len().max(s.impacts.len());
         s.impacts.resize_with(groups, Impacts::default);
     }
-    s.joints.resize_with(s.plan.joints.owners.len(), JointBlock::default);
-    s.joint_rests.resize_with(s.plan.joints.owners.len(), JointRest::default);
-    s.sixdofs.resize_with(s.plan.sixdofs.owners.len(), SixBlock::default);
-    s.couplings.resize(s.plan.couplings.len(), CouplingRow::default());
-    s.plan.bins.begin(&mut s.bounds);
-    s.tree_gains.resize(s.plan.forest.trees.last().map_or(0, |tree| tree.gains.end), 0.0);
-    s.tree_bodies.resize(s.plan.forest.bodies.len(), TreeBody::default());
-    s.tree_rows.resize(s.plan.forest.joints.len(), TreeRow::default());
+    s.make_joint_rows();
     together::find_groups(&s.plan, &s.line_of, tied.scratch);
     s.progress.resize(tied.scratch.groups.len(), Progress::default());
     let askers = Askers { bodies, shapes, breakage };

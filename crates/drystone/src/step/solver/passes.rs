@@ -5,7 +5,7 @@ use core::sync::atomic::{AtomicBool, Ordering};
 use fearless_simd::dispatch;
 
 use super::contact::{self, Sweep};
-use super::plan::Group;
+use super::plan::{Group, TURNING};
 use super::{Solver, pack};
 use crate::base::jobs::Jobs;
 use crate::state::contacts::Contact;
@@ -37,7 +37,7 @@ impl Solver<'_> {
                         pack::pack::<_, false>(simd, &source, owners, block, extra, &self.lines);
                     }
                     if self.round == 0 {
-                        self.watch(i);
+                        self.watch(i, batch.class & TURNING != 0);
                     }
                     any |= self.has_extras && self.extras.read(i).arrives != 0;
                 }

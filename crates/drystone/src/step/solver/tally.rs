@@ -49,6 +49,9 @@ const ASKED: u8 = 0x20;
 /// Points of bits 0 to 3, or any of a new contact, were pressed in the step.
 const LANDED: u8 = 0x40;
 
+/// It is made anew within the step, and other points of it may land then: it is summed from the start.
+const TURNS: u8 = 0x80;
+
 /// The sums of a block of contacts.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct ContactTally {
@@ -310,8 +313,8 @@ impl super::Scratch {
 }
 
 impl Solver<'_> {
-    /// Decides which contacts of a block are summed, as the step begins.
-    pub(super) fn watch(&self, i: usize) {
+    /// Decides which contacts of a block are summed, as the step begins. `turns`: they are made anew within the step.
+    pub(super) fn watch(&self, i: usize, turns: bool) {
         let mut watch = Watch(self.blocks.read(i).landing);
         if self.askers.any() {
             for (lane, row) in self.plan.contacts.owners[i].iter().enumerate() {
@@ -323,21 +326,18 @@ impl Solver<'_> {
                 }
             }
         }
+        if turns {
+            watch.0.iter_mut().for_each(|bits| *bits |= TURNS);
+        }
         if watch != Watch::NONE {
             self.begin_tally(i);
             *self.watches.row(i) = watch;
         }
     }
 
-    /// Sums besides, from now on, what may land of a block that was made anew within the step.
+    /// Notes what may land besides, of a block that was made anew within the step.
     pub(super) fn watch_more(&self, i: usize) {
         let more = self.blocks.read(i).landing;
-        if more == Watch::NONE.0 {
-            return;
-        }
-        if *self.watches.read(i) == Watch::NONE {
-            self.begin_tally(i);
-        }
         for (bits, more) in self.watches.row(i).0.iter_mut().zip(more) {
             *bits |= more;
         }
