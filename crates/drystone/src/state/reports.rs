@@ -106,6 +106,11 @@ impl PackedReports {
         Senses { statics: self.sees_statics(), sensors: self.sees_sensors() }
     }
 
+    /// Whether contacts may be let through in a step.
+    pub(crate) const fn is_asked(self) -> bool {
+        self.is_one_way() || self.has_hooks()
+    }
+
     pub(crate) const fn has_hooks(self) -> bool {
         self.senses & HOOKS != 0
     }

@@ -23,7 +23,7 @@ use crate::geometry::solid::{Core, Solid};
 /// Tells a row that is there from an empty slot. Of all fields it leaves most values unused, so the compiler takes
 /// those for the slot, and not some of a field in a cache line that is not read otherwise.
 #[derive(Clone, Copy, Debug, Default)]
-#[repr(u64)]
+#[repr(u32)]
 pub(crate) enum Here {
     #[default]
     Yes = 1,
@@ -35,6 +35,8 @@ pub(crate) enum Here {
 pub(crate) struct ShapeRow {
     #[serde(skip)]
     pub(crate) here: Here,
+    /// It holds from one side only or has hooks, as its reports say: here where narrowphase reads it.
+    pub(crate) is_asked: bool,
     #[serde(skip, default = "no_solid")]
     pub(crate) solid: Solid,
     /// Box in the tree: the shape's, grown [m, world].
@@ -104,9 +106,9 @@ impl ShapeRow {
     }
 
     /// Whether contacts of two shapes may be let through in a step: one holds from one side only, or has hooks.
+    #[inline]
     pub(crate) const fn are_asked(a: &Self, b: &Self) -> bool {
-        let (a, b) = (a.reports, b.reports);
-        a.is_one_way() || a.has_hooks() || b.is_one_way() || b.has_hooks()
+        a.is_asked || b.is_asked
     }
 
     /// Whether the manifolds of two shapes may be recycled. What holds from one side only, or has hooks, is asked anew in each
@@ -274,7 +276,8 @@ impl Shapes {
     /// Adds a shape.
     pub(crate) fn insert(&mut self, shape: ShapeRow) -> ShapeId {
         self.count(shape.reports, true);
-        self.rows.insert(shape)
+        let is_asked = shape.reports.is_asked();
+        self.rows.insert(ShapeRow { is_asked, ..shape })
     }
 
     /// Removes the shape of a row.
@@ -289,7 +292,9 @@ impl Shapes {
 
     /// Lets a shape report other events.
     pub(crate) fn set_reports(&mut self, row: u32, reports: PackedReports) {
-        let before = replace(&mut self.at_mut(row).reports, reports);
+        let shape = self.at_mut(row);
+        shape.is_asked = reports.is_asked();
+        let before = replace(&mut shape.reports, reports);
         self.count(before, false);
         self.count(reports, true);
     }
@@ -298,6 +303,7 @@ impl Shapes {
     pub(crate) fn set_one_way(&mut self, row: u32, front: Option<Vec3>) {
         let shape = self.at_mut(row);
         shape.reports = shape.reports.with_one_way(front.is_some());
+        shape.is_asked = shape.reports.is_asked();
         match front {
             Some(front) => self.one_way.insert(row, front),
             None => self.one_way.remove(&row),
@@ -319,7 +325,8 @@ impl Shapes {
         let count = |asks: fn(PackedReports) -> bool| {
             self.rows.iter().filter(|(_, shape)| asks(shape.reports)).count()
         };
-        count(|reports| reports.forces) == self.report_forces as usize
+        self.rows.iter().all(|(_, shape)| shape.is_asked == shape.reports.is_asked())
+            && count(|reports| reports.forces) == self.report_forces as usize
             && count(PackedReports::has_hit_speed) == self.give_hit_speed as usize
             && count(PackedReports::sees_statics) == self.see_statics as usize
     }

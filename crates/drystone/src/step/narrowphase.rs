@@ -17,7 +17,6 @@ mod waits;
 
 use fearless_simd::dispatch;
 
-use self::gate::Gate;
 use self::keep::{inherit, keep_load, recycle};
 pub(crate) use self::keep::{inherit_near, note_landing};
 use self::motion::Motions;
@@ -232,7 +231,7 @@ struct Pairs<'a> {
     hooks: Option<&'a Hooks<'a>>,
 }
 
-impl<'p> Pairs<'p> {
+impl Pairs<'_> {
     /// Moves each group on to the next station; the last are tested.
     fn move_on(&self, line: &mut Line, out: &mut Vec<Change>, worker: &mut Worker) {
         self.test(&line.at_hand, out, worker);
@@ -281,8 +280,7 @@ impl<'p> Pairs<'p> {
             let row = watch.row();
             if let Some(contact) = self.slots.row(row as usize) {
                 let ends = [watch.body_a, watch.body_b].map(|body| self.bodies.at(body));
-                let probe = self.probes.row(k);
-                let look = Look { row, reach, watch, probe, tracks, gate: None };
+                let look = Look { row, reach, watch, probe: self.probes.row(k), tracks };
                 self.update(&mut *contact, look, (motions, lane), out, mesh);
                 if ends.iter().any(|body| body.sleeps()) && out.last() != Some(&Change::Apart(row))
                 {
@@ -336,26 +334,23 @@ impl<'p> Pairs<'p> {
         }
     }
 
-    fn update<'l>(
+    fn update(
         &self,
         contact: &mut Contact,
-        mut look: Look<'l>,
+        mut look: Look<'_>,
         (motions, lane): (&Motions, usize),
         out: &mut Vec<Change>,
         scratch: &mut MeshScratch,
-    ) where
-        'p: 'l,
-    {
+    ) {
         let Self { ctx, shapes, slots, .. } = self;
         let row = look.row;
         let [a, b] = [self.bodies.at(look.watch.body_a), self.bodies.at(look.watch.body_b)];
         let (shape_a, shape_b) = (shapes.at(contact.shape_a), shapes.at(contact.shape_b));
-        if ShapeRow::are_asked(shape_a, shape_b) && !contact.sensor {
-            look.gate = Some(self.gate(contact));
-        }
+        let is_asked = ShapeRow::are_asked(shape_a, shape_b) && !contact.sensor;
+        let gate = is_asked.then(|| self.gate(contact));
         if let Core::Mesh(mesh) = &shape_a.solid.core {
             let (a, b) = ((a, shape_a), (b, shape_b));
-            let (motion, pair) = (motions.at(lane), (contact, &mut look));
+            let (motion, pair) = (motions.at(lane), (contact, &mut look, gate.as_ref()));
             mesh::update(ctx, mesh, a, b, &motion, pair, slots, out, scratch);
             return;
         }
@@ -394,7 +389,7 @@ impl<'p> Pairs<'p> {
         {
             m = met;
         }
-        if let Some(gate) = &look.gate
+        if let Some(gate) = &gate
             && m.count > 0
         {
             match gate.admit(ctx, &m, &pose_a) {
@@ -439,8 +434,6 @@ struct Look<'a> {
     watch: &'a mut Watch,
     probe: &'a mut Probe,
     tracks: &'a [Track],
-    /// Of shapes that hold from one side only or have hooks.
-    gate: Option<Gate<'a>>,
 }
 
 impl Look<'_> {

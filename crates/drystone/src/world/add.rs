@@ -154,6 +154,7 @@ impl World {
         let fixed = b.kind == BodyKind::Static;
         let id = self.tables.shapes.insert(ShapeRow {
             here: Here::Yes,
+            is_asked: false,
             body,
             shape: def.shape,
             solid,

@@ -1,5 +1,6 @@
 //! Pairs of a mesh and a convex shape: several manifolds, each in a row of its own.
 
+use super::gate::Gate;
 use super::keep::keep_load;
 use super::meeting::STRAIGHT;
 use super::motion::Motion;
@@ -30,7 +31,7 @@ pub(super) fn update(
     (a, shape_a): (&Body, &ShapeRow),
     (b, shape_b): (&Body, &ShapeRow),
     motion: &Motion,
-    (contact, look): (&mut Contact, &mut Look<'_>),
+    (contact, look, gate): (&mut Contact, &mut Look<'_>, Option<&Gate<'_>>),
     slots: &Slots<'_>,
     out: &mut Vec<Change>,
     scratch: &mut MeshScratch,
@@ -88,7 +89,7 @@ pub(super) fn update(
     let solid = &shape_b.solid;
     let mut count = collide_mesh(ctx.level, mesh, solid, &b_in_a, &reach, scratch, &mut made);
     let mut frictions = [contact.friction; MAX_PARTS];
-    if let Some(gate) = &look.gate {
+    if let Some(gate) = gate {
         count = retain(&mut made, &mut frictions, count, |m| gate.admit(ctx, m, &pose_a));
     }
     let last = if contact.is_renewed() { a.rotation } else { look.probe.rotation_a };
