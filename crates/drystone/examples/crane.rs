@@ -5,74 +5,55 @@ use drystone::{BodyDef, BodyId, JointDef, JointId, ShapeDef, World};
 
 type Outcome = Result<(), Box<dyn std::error::Error>>;
 
-const DT: f32 = 1.0 / 60.0;
-
-struct Crane {
-    world: World,
-    trolley: BodyId,
-    rope: JointId,
-    length: f32,
-    /// Of the rope [m/s]; it changes by 1 m/s².
-    speed: f32,
-}
-
-impl Crane {
-    /// Drives the trolley and lets the rope out, each at its speed [m/s], for some time [s].
-    fn run(&mut self, drive: f32, out: f32, seconds: f32) -> Outcome {
-        for _ in 0..(0..10_000).take_while(|k| *k as f32 * DT < seconds - 0.5 * DT).count() {
-            self.speed += (out - self.speed).clamp(-DT, DT);
-            self.length += self.speed * DT;
-            self.world.joint_mut(self.rope).ok_or("no rope")?.set_lengths(0.0, self.length)?;
-            let mut trolley = self.world.body_mut(self.trolley).ok_or("no trolley")?;
-            trolley.set_linear_velocity([drive, 0.0, 0.0])?;
-            self.world.step(DT);
+/// Drives the trolley and lets out the rope [m/s] for some half seconds; the rope by 1 m/s².
+fn run(w: &mut World, (cart, rope): (BodyId, JointId), drive: f32, out: f32, half: u16) -> Outcome {
+    for k in 0..30 * half {
+        let most = f32::from(k.min(30 * half - k)) / 60.0;
+        let length = w.joint(rope).ok_or("no rope")?.length() + out.clamp(-most, most) / 60.0;
+        if out != 0.0 {
+            w.joint_mut(rope).ok_or("no rope")?.set_lengths(0.0, length)?;
         }
-        Ok(())
+        w.body_mut(cart).ok_or("no trolley")?.set_linear_velocity([drive, 0.0, 0.0])?;
+        w.step(1.0 / 60.0);
     }
-
-    fn damp(&mut self, body: BodyId, rate: f32) -> Outcome {
-        Ok(self.world.body_mut(body).ok_or("no body")?.set_damping(rate, rate)?)
-    }
+    Ok(())
 }
 
+#[expect(clippy::print_stdout, reason = "an example shows what it does")]
 fn main() -> Outcome {
     let mut world = World::default();
     world.add_body(BodyDef::fixed().with_shape(ShapeDef::half_space([0.0, 1.0, 0.0], 0.0)))?;
-    let load = |y| BodyDef::dynamic().with_position([0.0, y, 0.0]).with_mass(400.0);
-    let cube = ShapeDef::box_half([0.5; 3]);
-    let low = world.add_body(load(0.5).with_shape(cube.clone()))?;
-    let high = world.add_body(load(1.5).with_shape(cube))?;
+    let at = |y: f32| BodyDef::dynamic().with_position([0.0, y, 0.0]);
+    let load = |y: f32| at(y).with_mass(400.0).with_shape(ShapeDef::box_half([0.5; 3]));
+    let loads = [(world.add_body(load(1.5))?, 3.0), (world.add_body(load(0.5))?, 6.0)];
     let trolley = world.add_body(BodyDef::kinematic().with_position([0.0, 8.0, 0.0]))?;
-    let magnet = load(4.0).with_mass(50.0).with_shape(ShapeDef::cylinder(0.1, 0.3));
+    let magnet = at(4.0).with_mass(50.0).with_shape(ShapeDef::cylinder(0.1, 0.3));
     let magnet = world.add_body(magnet)?;
-    let rope =
-        JointDef::new(trolley, magnet, Rope::new(3.9)).with_anchors([0.0; 3], [0.0, 0.1, 0.0]);
-    let rope = world.add_joint(rope)?;
-    let mut crane = Crane { world, trolley, rope, length: 3.9, speed: 0.0 };
-    for (load, x) in [(high, 3.0), (low, 6.0)] {
-        while crane.world.contacts_between(magnet, load).next().is_none() && crane.length < 8.0 {
-            crane.run(0.0, 0.3, DT)?;
+    let rope = JointDef::new(trolley, magnet, Rope::new(3.9));
+    let rope = world.add_joint(rope.with_anchors([0.0; 3], [0.0, 0.1, 0.0]))?;
+    let crane = (trolley, rope);
+    for (load, x) in loads {
+        while world.contacts_between(magnet, load).next().is_none() && world.step_count() < 9999 {
+            run(&mut world, crane, 0.0, 0.3, 1)?;
         }
-        let at = crane.world.body(magnet).ok_or("no magnet")?.position();
-        let weld = JointDef::new(magnet, load, Fixed::new()).at(at);
-        let weld = crane.world.add_joint(weld)?;
-        crane.run(0.0, -0.5, 5.0)?;
-        crane.run(0.0, 0.0, 2.0)?;
-        let pull = crane.world.joint(rope).ok_or("no rope")?.force().length();
+        let weld = JointDef::new(magnet, load, Fixed::new());
+        let weld = world.add_joint(weld.at([0.0, 1.0, 0.0]))?;
+        run(&mut world, crane, 0.0, -0.5, 11)?;
+        run(&mut world, crane, 0.0, 0.0, 4)?;
+        let pull = world.joint(rope).ok_or("no rope")?.force().length();
         println!("the rope bears {pull:.0} N of {:.0} N", 450.0 * 9.81);
         assert!((pull - 450.0 * 9.81).abs() < 50.0);
-        crane.run(1.0, 0.0, x)?;
-        crane.damp(load, 1.0)?;
-        crane.run(0.0, 0.0, 20.0)?;
-        crane.run(0.0, 0.3, 20.0)?;
-        crane.damp(load, 0.0)?;
-        crane.world.remove_joint(weld);
-        crane.length = crane.world.joint(rope).ok_or("no rope")?.length();
-        crane.run(0.0, -0.5, 4.0)?;
-        crane.run(-1.0, 0.0, x)?;
-        crane.damp(magnet, 1.0)?;
-        crane.run(0.0, 0.0, 10.0)?;
-        let at = crane.world.body(load).ok_or("no load")?.position();
+        run(&mut world, crane, x / 3.0, 0.0, 6)?;
+        world.body_mut(load).ok_or("no load")?.set_damping(1.0, 1.0)?;
+        run(&mut world, crane, 0.0, 0.0, 40)?;
+        run(&mut world, crane, 0.0, 0.3, 40)?;
+        world.body_mut(load).ok_or("no load")?.set_damping(0.0, 0.0)?;
+        world.remove_joint(weld);
+        run(&mut world, crane, 0.0, -0.5, 8)?;
+        run(&mut world, crane, x / -3.0, 0.0, 6)?;
+        world.body_mut(magnet).ok_or("no magnet")?.set_damping(1.0, 1.0)?;
+        run(&mut world, crane, 0.0, 0.0, 20)?;
+        let at = world.body(load).ok_or("no load")?.position();
         println!("put down at {:.3} m", at.x);
         assert!((at.y - 0.5).abs() < 0.01 && (at.x - x).abs() < 0.3);
     }

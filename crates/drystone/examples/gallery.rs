@@ -34,6 +34,7 @@ fn shoot(plate: Plate, start: f32) -> Result<(bool, f32), DefError> {
     Ok((met, (world.momentum() - before).length() / before.length()))
 }
 
+#[expect(clippy::print_stdout, reason = "an example shows what it does")]
 fn main() -> Result<(), DefError> {
     let (mut passed, mut shots, mut lost) = (0, 0, 0.0_f32);
     for thick in [0.02, 0.005, 0.001, 0.0005] {

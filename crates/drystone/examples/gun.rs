@@ -1,31 +1,28 @@
 //! A hitscan gun: it ignores its owner, lists all that it hits, and shoots through glass.
 
-use drystone::{
-    BodyDef, BodyId, DefError, Filter, Mesh, QueryFilter, Shape, ShapeDef, World, vec3,
-};
+use drystone::{BodyDef, Filter, Mesh, QueryFilter, Shape, ShapeDef, World, vec3};
 use std::sync::Arc;
 
 const BODY: u64 = 1;
 const GLASS: u64 = 2;
 
-fn put(world: &mut World, x: f32, half: [f32; 3], layers: u64) -> Result<BodyId, DefError> {
-    let shape = ShapeDef::box_half(half).with_filter(Filter::layers(layers, u64::MAX));
-    world.add_body(BodyDef::dynamic().with_position([x, 1.5, 0.0]).with_shape(shape))
-}
-
+#[expect(clippy::print_stdout, reason = "an example shows what it does")]
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut world = World::default();
-    let torso = put(&mut world, 0.0, [0.2, 0.4, 0.2], BODY)?;
-    let arm = put(&mut world, 0.4, [0.2, 0.05, 0.05], BODY)?;
-    let pane = put(&mut world, 3.0, [0.005, 1.0, 1.0], GLASS)?;
-    let foe = put(&mut world, 5.0, [0.3, 0.9, 0.3], BODY)?;
-    let twin = put(&mut world, 5.6, [0.3, 0.9, 0.3], BODY)?;
+    let mut put = |x: f32, half: [f32; 3], layers: u64| {
+        let shape = ShapeDef::box_half(half).with_filter(Filter::layers(layers, u64::MAX));
+        world.add_body(BodyDef::dynamic().with_position([x, 1.5, 0.0]).with_shape(shape))
+    };
+    let torso = put(0.0, [0.2, 0.4, 0.2], BODY)?;
+    let arm = put(0.4, [0.2, 0.05, 0.05], BODY)?;
+    let pane = put(3.0, [0.005, 1.0, 1.0], GLASS)?;
+    let foe = put(5.0, [0.3, 0.9, 0.3], BODY)?;
+    let twin = put(5.6, [0.3, 0.9, 0.3], BODY)?;
     let corners = [[0.0, -2.0], [3.0, -2.0], [3.0, 2.0], [0.0, 2.0]];
     let corners = corners.map(|[y, z]| vec3(8.0, y, z)).to_vec();
     let wall = Mesh::new(corners, vec![[0, 1, 2], [0, 2, 3]])?;
     let wall = ShapeDef::new(Shape::Mesh(Arc::new(wall)));
     let wall = world.add_body(BodyDef::fixed().with_shape(wall))?;
-
     // The muzzle is in the owner's torso, and the arm is before it.
     let (owner, muzzle, aim) = ([torso, arm], vec3(0.0, 1.5, 0.0), vec3(100.0, 0.0, 0.0));
     let others = QueryFilter::default().without(&owner);

@@ -9,8 +9,9 @@ use crate::base::pose::Pose;
 use crate::geometry::shape::Shape;
 use crate::query::cast::ShapeHit;
 use crate::query::filter::QueryFilter;
+use crate::query::shape::ShapeRef;
 use crate::state::check::{all_within, position, within};
-use crate::state::def::DefError;
+use crate::state::def::{BodyKind, DefError};
 
 use self::walk::Walk;
 use super::World;
@@ -24,9 +25,9 @@ use super::World;
 ///
 /// * To ride on a lift, add `moved.ground_velocity(&world) * dt` to the position that came out. A query sees the lift where it still
 ///   is, and the next step moves it.
-/// * To push crates, give [`MoverHit::body`] an impulse at [`MoverHit::point`] against the normal. Or let a kinematic body follow
-///   ([`crate::BodyMut::move_to`]), and let the filter exclude it and see no dynamic bodies: it pushes what is in the way, however heavy.
-/// * To collide with other characters, let each have such a body.
+/// * To push crates, give [`MoverHit::body`] an impulse at [`MoverHit::point`] against the normal: of the mass of the character times
+///   `hit.blocked / dt`, or what its strength allows.
+/// * [`Self::move_body`] lets a kinematic body follow: it rides and pushes, and other characters meet it.
 ///
 /// One-way surfaces hold it from their front only. A round bottom also walks over edges that are lower than
 /// `radius * (1 - cos(max_slope))`, whatever `step` is.
@@ -200,6 +201,63 @@ impl Mover {
             flattest: flattest - 1.0e-4,
         };
         walk.all(pose.position, delta, moved)
+    }
+
+    /// Moves a kinematic body as this shape, by its place now and a velocity [m/s, world], and lets it follow: in the next step of `dt`
+    /// [s] it goes there, rides along with the ground, and pushes what is in its way, however heavy. The body itself is not met. Let the
+    /// filter see no dynamic bodies, or they stop it before it can push them.
+    ///
+    /// Where it came to is the result: without the ride, at the time of the world as it is. The body's velocity lasts until it is moved
+    /// again or told another one.
+    ///
+    /// ```
+    /// use drystone::{BodyDef, BodyKinds, DefError, Mover, QueryFilter, Shape, ShapeDef, World};
+    ///
+    /// fn main() -> Result<(), DefError> {
+    ///     let mut world = World::default();
+    ///     world.add_body(BodyDef::fixed().with_shape(ShapeDef::half_space([0.0, 1.0, 0.0], 0.0)))?;
+    ///     let hero = BodyDef::kinematic().with_position([0.0, 0.81, 0.0]);
+    ///     let hero = world.add_body(hero.with_shape(ShapeDef::capsule(0.5, 0.3)))?;
+    ///     let mover = Mover::new(Shape::capsule(0.5, 0.3));
+    ///     let level = QueryFilter::default().with_kinds(BodyKinds::STATIC | BodyKinds::KINEMATIC);
+    ///     for _ in 0..60 {
+    ///         mover.move_body(&mut world, hero, [2.0, -0.1, 0.0], 1.0 / 60.0, level)?;
+    ///         world.step(1.0 / 60.0);
+    ///     }
+    ///     assert!(world.body(hero).is_some_and(|hero| (hero.position().x - 2.0).abs() < 1e-3));
+    ///     Ok(())
+    /// }
+    /// ```
+    ///
+    /// # Errors
+    /// Those of [`Self::move_by`] and [`crate::BodyMut::move_to`], or there is no such body, or it is not kinematic. Then nothing is
+    /// changed.
+    pub fn move_body<'f>(
+        &self,
+        world: &mut World,
+        body: BodyId,
+        velocity: impl Into<Vec3>,
+        dt: f32,
+        filter: impl Into<QueryFilter<'f>>,
+    ) -> Result<Moved, DefError> {
+        within("dt", dt, &limits::TIME_STEP)?;
+        let found = world.body(body).filter(|found| found.kind() == BodyKind::Kinematic);
+        let Some(found) = found else {
+            let id = format!("{body:?}");
+            return Err(DefError::new("body", id, "a kinematic body of this world"));
+        };
+        let filter = filter.into();
+        let others = |shape: ShapeRef<'_>| {
+            shape.body() != body && filter.predicate.is_none_or(|sees| sees(shape))
+        };
+        let filter = filter.with_predicate(&others);
+        let moved = self.move_by(world, found.pose(), velocity.into() * dt, filter)?;
+        let ride = moved.ground_velocity(world) * dt;
+        let to = Pose { position: moved.pose.position + ride, ..moved.pose };
+        if let Some(mut body) = world.body_mut(body) {
+            body.move_to(to, dt)?;
+        }
+        Ok(moved)
     }
 
     /// Checks the settings, and gives the direction up as a unit vector.

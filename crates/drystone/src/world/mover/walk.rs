@@ -223,7 +223,9 @@ impl Walk<'_, '_> {
         let farther = (over - flat).dot(level) > 1.0e-3 * level.length_squared();
         let ground = if farther { self.ground(over, lift, moved)? } else { None };
         let height = |ground: &Ground| (ground.hit.point - stood.hit.point).dot(self.up);
-        let Some(ground) = ground.filter(|ground| height(ground) <= step) else {
+        // A step of just that height may be rounded up.
+        let most = step + 0.1 * self.mover.skin;
+        let Some(ground) = ground.filter(|ground| height(ground) <= most) else {
             moved.hits.truncate(kept);
             return Ok(flat);
         };
