@@ -1,8 +1,8 @@
 //! A mover is a character without a body: it keeps off what is solid, and goes where a person could walk.
 
 use drystone::{
-    BodyDef, BodyId, Mesh, Moved, Mover, Pose, Quat, QueryFilter, Shape, ShapeDef, Vec3, World,
-    trig, vec3,
+    BodyDef, BodyId, BodyKinds, Mesh, Moved, Mover, Pose, Quat, QueryFilter, Shape, ShapeDef, Vec3,
+    World, trig, vec3,
 };
 use std::sync::Arc;
 
@@ -334,6 +334,81 @@ fn a_one_way_surface_holds_from_above_only() {
     let inside =
         mover.move_by(&world, Pose::at([0.0, 2.5, 0.0]), [0.0, -1.0, 0.0], QueryFilter::default());
     assert!((inside.unwrap().pose.position.y - 1.5).abs() < 1e-5);
+}
+
+/// A number from 0 to 1.
+fn draw(seed: &mut u32) -> f32 {
+    *seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+    (*seed >> 8) as f32 / 16_777_216.0
+}
+
+#[test]
+fn among_boxes_in_any_pose_it_never_gets_into_one() {
+    let mut seed = 7;
+    let mut met = 0;
+    for shape in [Shape::capsule(0.5, 0.3), Shape::sphere(0.4), Shape::box_half([0.3, 0.6, 0.2])] {
+        for _ in 0..20 {
+            let mut world = floor();
+            for _ in 0..60 {
+                let [x, y, z] = [0; 3].map(|_| draw(&mut seed));
+                let at = vec3(10.0 * x - 5.0, 4.0 * y - 0.5, 10.0 * z - 5.0);
+                let turn = vec3(draw(&mut seed), draw(&mut seed), draw(&mut seed)) * 3.0;
+                let half = [0; 3].map(|_| 0.1 + 0.7 * draw(&mut seed));
+                // Room for the start.
+                if vec3(at.x, 0.0, at.z).length() < 2.0 {
+                    continue;
+                }
+                let body = BodyDef::fixed().with_position(at);
+                let body = body.with_rotation(Quat::from_rotation_vector(turn));
+                world.add_body(body.with_shape(ShapeDef::box_half(half))).unwrap();
+            }
+            let mover = Mover::new(shape.clone());
+            let (mut pose, mut moved) = (Pose::at([0.0, 2.0, 0.0]), Moved::default());
+            let mut step = Vec3::ZERO;
+            for frame in 0..300_u16 {
+                if frame % 30 == 0 {
+                    let [x, y, z] = [0; 3].map(|_| draw(&mut seed) - 0.5);
+                    step = vec3(0.2 * x, 0.3 * y - 0.05, 0.2 * z);
+                }
+                mover.move_into(&world, pose, step, QueryFilter::default(), &mut moved).unwrap();
+                let way = moved.pose.position - pose.position;
+                pose = moved.pose;
+                met += u32::from(!moved.hits.is_empty());
+                let near = gap(&world, &mover, pose);
+                assert!(near > 0.0, "{}: {near} at {:?} by {step:?}", shape.kind(), pose.position);
+                // A step, a snap and the ways out of the skin besides.
+                assert!(way.length() < step.length() + 0.3 + 0.3 + 3.0 * SKIN, "{way:?}");
+            }
+        }
+    }
+    assert!(met > 5000, "{met}");
+}
+
+#[test]
+fn a_body_that_follows_rides_and_pushes_and_other_bodies_are_refused() {
+    let mut world = floor();
+    let hero = BodyDef::kinematic().with_position([0.0, 0.81, 0.0]);
+    let hero = world.add_body(hero.with_shape(ShapeDef::capsule(0.5, 0.3))).unwrap();
+    let load = BodyDef::dynamic().with_position([1.0, 0.4, 0.0]).with_mass(40.0);
+    let load = world.add_body(load.with_shape(ShapeDef::box_half([0.4; 3]))).unwrap();
+    let (mover, dt) = (person(), 1.0 / 60.0);
+    let level = QueryFilter::default().with_kinds(BodyKinds::STATIC | BodyKinds::KINEMATIC);
+    for _ in 0..60 {
+        mover.move_body(&mut world, hero, [1.5, -0.1, 0.0], dt, level).unwrap();
+        world.step(dt);
+    }
+    let [hero_x, load_x] = [hero, load].map(|id| world.body(id).unwrap().position().x);
+    assert!((load_x - hero_x - 0.7).abs() < 0.02, "{hero_x} {load_x}");
+    // A crate that the filter sees holds it.
+    let before = world.body(hero).unwrap().position().x;
+    let moved =
+        mover.move_body(&mut world, hero, [6.0, 0.0, 0.0], dt, QueryFilter::default()).unwrap();
+    assert!(moved.pose.position.x - before < 0.02 && moved.hits.iter().any(|hit| hit.body == load));
+    let refused = mover.move_body(&mut world, load, Vec3::X, dt, level).unwrap_err();
+    assert_eq!(refused.field(), "body");
+    assert_eq!(mover.move_body(&mut world, hero, Vec3::X, 0.0, level).unwrap_err().field(), "dt");
+    world.remove_body(hero);
+    assert_eq!(mover.move_body(&mut world, hero, Vec3::X, dt, level).unwrap_err().field(), "body");
 }
 
 #[test]
