@@ -1,4 +1,4 @@
-//! A trigger knows what is in it: what sleeps, stands or was there before it. It tells when something leaves or is removed.
+//! A trigger counts bodies that move, sleep, stand, or were there before it, and tells when one leaves or is removed.
 
 use drystone::{BodyDef, BodyId, Pose, Senses, ShapeDef, ShapeId, World};
 use std::collections::BTreeSet;

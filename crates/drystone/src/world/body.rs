@@ -188,7 +188,7 @@ impl<'w> BodyRef<'w> {
         self.body.shapes.iter().map(|row| self.tables.shapes.id(*row))
     }
 
-    /// Its joints.
+    /// Its joints, in no promised order. [`crate::JointRef::body_b`] says on which side of one it is.
     pub fn joints(&self) -> impl Iterator<Item = JointId> {
         self.body.joints.iter().filter_map(|row| self.tables.joints.rows.id_at(*row))
     }

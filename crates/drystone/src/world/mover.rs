@@ -78,7 +78,7 @@ pub struct MoverHit {
     pub blocked: f32,
 }
 
-/// Where a [`Mover`] came to. What [`Mover::move_into`] fills can be used again and again, with the memory that it has.
+/// The outcome of a move: see [`Mover::move_by`]. One that [`Mover::move_into`] fills can be used again, with the memory that it has.
 #[derive(Clone, Debug, Default)]
 #[non_exhaustive]
 pub struct Moved {
@@ -92,7 +92,7 @@ pub struct Moved {
     pub ground_point: Vec3,
     /// Normal of the ground [world, unit]; at an edge that of the face behind it; 0 if it is not grounded.
     pub ground_normal: Vec3,
-    /// What was in the way, in the order in which it was met; the ground too where the way led into it.
+    /// The surfaces that were in the way, in the order in which they were met; the ground too if the way led into it.
     pub hits: Vec<MoverHit>,
     /// Memory of casts.
     found: Vec<ShapeHit>,
@@ -121,7 +121,7 @@ impl Mover {
         Self { step, ..self }
     }
 
-    /// Walks on ground up to this slope [rad], 0 to π/2; default π/4. What is steeper is a wall to it, and it slides down there.
+    /// Walks on ground up to this slope [rad], 0 to π/2; default π/4. Steeper ground is a wall to it, and it slides down there.
     #[must_use]
     pub fn with_max_slope(self, max_slope: f32) -> Self {
         Self { max_slope, ..self }
@@ -152,8 +152,8 @@ impl Mover {
         &self.shape
     }
 
-    /// Moves from `pose` by `delta` [m, world], as far as the shapes that the filter sees allow. What it overlaps at the start pushes
-    /// it out. A `delta` that leads up is a jump: it does not stay on the ground then. [`QueryFilter::inside`] does not count.
+    /// Moves from `pose` by `delta` [m, world], as far as the shapes that the filter sees allow. Shapes that it overlaps at the start
+    /// push it out. A `delta` that leads up is a jump: it does not stay on the ground then. [`QueryFilter::inside`] does not count.
     ///
     /// The filter should exclude the character's own body.
     ///
@@ -175,7 +175,7 @@ impl Mover {
     /// [`Self::move_by`] into a result whose memory is used again.
     ///
     /// # Errors
-    /// Those of [`Self::move_by`]; then `moved` is of no use.
+    /// The same as of [`Self::move_by`]; then `moved` is of no use.
     pub fn move_into<'f>(
         &self,
         world: &World,
@@ -188,7 +188,7 @@ impl Mover {
         let up = self.valid_up()?;
         position("pose.position", pose.position)?;
         all_within("delta", delta, &limits::POSITION)?;
-        // What climbing and the skin add to the way, and back.
+        // Climbing and the skin add to the way, and so does the way down again.
         let reach = 2.0 * (self.step + self.snap + self.skin);
         position("delta", pose.position.abs() + delta.abs() + Vec3::splat(reach))?;
         let (_, flattest) = crate::base::trig::sin_cos(self.max_slope);
@@ -207,8 +207,8 @@ impl Mover {
     /// [s] it goes there, rides along with the ground, and pushes what is in its way, however heavy. The body itself is not met. Let the
     /// filter see no dynamic bodies, or they stop it before it can push them.
     ///
-    /// Where it came to is the result: without the ride, at the time of the world as it is. The body's velocity lasts until it is moved
-    /// again or told another one.
+    /// The result is the place it comes to without the ride, among the bodies as they are now. The body's velocity lasts until it is
+    /// moved again or told another one.
     ///
     /// ```
     /// use drystone::{BodyDef, BodyKinds, DefError, Mover, QueryFilter, Shape, ShapeDef, World};
@@ -230,8 +230,8 @@ impl Mover {
     /// ```
     ///
     /// # Errors
-    /// Those of [`Self::move_by`] and [`crate::BodyMut::move_to`], or there is no such body, or it is not kinematic. Then nothing is
-    /// changed.
+    /// The same as of [`Self::move_by`] and [`crate::BodyMut::move_to`], or there is no such body, or it is not kinematic. Then nothing
+    /// is changed.
     pub fn move_body<'f>(
         &self,
         world: &mut World,

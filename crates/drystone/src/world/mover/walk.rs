@@ -20,10 +20,10 @@ const LONGEST: f32 = 1.0e4;
 const MOST_LOOKS: usize = 32;
 /// Fractions of casts are known to this part of a way.
 const ROUNDING: f32 = 1.0e-6;
-/// What goes along a surface or away from it does not run into it: cosine of the angle.
+/// A way that goes along a surface, within this cosine of the angle, does not run into it.
 const ALONG: f32 = 1.0e-5;
 
-/// What steep surfaces do to a way.
+/// How steep surfaces bend a way.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Mode {
     /// They are walls: nobody is lifted by them.
@@ -43,7 +43,7 @@ struct Ground {
     normal: Vec3,
 }
 
-/// What one move needs to know.
+/// The settings of one move.
 pub(super) struct Walk<'a, 'f> {
     pub(super) world: &'a World,
     pub(super) mover: &'a Mover,
@@ -110,8 +110,8 @@ impl Walk<'_, '_> {
         Ok(at)
     }
 
-    /// What a way runs into, nearest first, into `moved.found`. What it goes along or away from is not there, so that a wall in which
-    /// it stands a little holds nobody.
+    /// Puts the surfaces that a way runs into in `moved.found`, nearest first. Surfaces that it goes along or away from are left out, so
+    /// that a wall in which it stands a little holds nobody.
     fn look(
         &self,
         from: Vec3,
@@ -200,7 +200,7 @@ impl Walk<'_, '_> {
             // On ground it goes on as fast as before.
             let slows = bend > 0 || mode != Mode::Level || normal.dot(self.up) < self.flattest;
             left = if slows { bent } else { on_ground(left, normal) };
-            // What turns back would tremble in the corner.
+            // A way back would make it tremble in the corner.
             if left.dot(delta) <= 0.0 {
                 break;
             }
@@ -276,7 +276,7 @@ fn on_ground(way: Vec3, normal: Vec3) -> Vec3 {
     (way - normal * way.dot(normal)).normalize_or(Vec3::ZERO) * way.length()
 }
 
-/// What is left of a way along all of some planes: none leads into one of them.
+/// The part of a way that leads into none of some planes.
 fn along(way: Vec3, planes: &[Vec3]) -> Vec3 {
     let free = |way: Vec3| planes.iter().all(|n| way.dot(*n) >= -1.0e-6 * way.length());
     if free(way) {
