@@ -1,56 +1,60 @@
-//! A car on four sprung wheels: the rear ones drive, the front ones steer.
+//! A car on four sprung wheels: it drives up a ramp, brakes there, rolls back, and steers. It faces x; -z is its left.
 
-use drystone::joint::Wheel;
-use drystone::{Axis, BodyDef, DefError, JointDef, JointSpring, ShapeDef, World};
+use drystone::{Axis, BodyDef, BodyId, JointDef, JointDrive, JointId, JointSpring, Quat, ShapeDef};
+use drystone::{Vec3, World, joint::Wheel, trig, vec3};
+
+type Outcome = Result<(), Box<dyn std::error::Error>>;
+
+fn drive(w: &mut World, wheels: &[JointId], axis: Axis, how: Option<JointDrive>) -> Outcome {
+    for wheel in wheels {
+        w.joint_mut(*wheel).ok_or("no joint")?.axis(axis).ok_or("no axis")?.set_drive(how)?;
+    }
+    Ok(())
+}
+
+/// Goes on for some tenths of a second; gives place and velocity.
+fn run(world: &mut World, car: BodyId, tenths: u32) -> (Vec3, Vec3) {
+    (0..6 * tenths).for_each(|_| world.step(1.0 / 60.0));
+    world.body(car).map_or_else(Default::default, |car| (car.position(), car.linear_velocity()))
+}
 
 #[expect(clippy::print_stdout, reason = "an example shows what it does")]
-fn main() -> Result<(), DefError> {
+fn main() -> Outcome {
     let mut world = World::default();
-    let ground = ShapeDef::box_half([100.0, 1.0, 100.0]).with_friction(0.9);
-    world.add_body(BodyDef::fixed().with_position([0.0, -1.0, 0.0]).with_shape(ground))?;
-    // It faces x; y is up, so that -z is its left.
-    let chassis = BodyDef::dynamic().with_position([0.0, 0.75, 0.0]).with_mass(1000.0);
-    let chassis = world.add_body(chassis.with_shape(ShapeDef::box_half([1.8, 0.25, 0.7])))?;
-
-    // Each spring bears a quarter of the chassis: at 1.5 Hz it sinks by 11 cm.
-    let spring = JointSpring::for_load(1.5, 0.5, 250.0);
-    let steering = JointSpring::hertz(6.0, 1.0);
-    let mut front = Vec::new();
+    let (sin, cos) = trig::sin_cos(15_f32.to_radians());
+    for (normal, offset) in [(Vec3::Y, 0.0), (vec3(-sin, cos, 0.0), -20.0 * sin)] {
+        let ground = ShapeDef::half_space(normal, offset).with_friction(1.0);
+        world.add_body(BodyDef::fixed().with_shape(ground))?;
+    }
+    let car = BodyDef::dynamic().with_position([0.0, 0.75, 0.0]).with_mass(1000.0);
+    let car = world.add_body(car.with_shape(ShapeDef::box_half([1.9, 0.3, 0.8])))?;
+    let (spring, steering) = (JointSpring::new(30_000.0, 3_000.0), JointSpring::hertz(8.0, 1.0));
+    let (mut wheels, lay) = (Vec::new(), Quat::from_axis_angle(Vec3::X, 90_f32.to_radians()));
     for (x, z) in [(1.3, -0.8), (1.3, 0.8), (-1.3, -0.8), (-1.3, 0.8)] {
-        let tire = ShapeDef::sphere(0.35).with_friction(0.9);
-        let hub = [x, 0.35, z];
-        let wheel = BodyDef::dynamic().with_position(hub).with_mass(25.0).with_shape(tire);
-        let wheel = world.add_body(wheel)?;
-        let kind = Wheel::new(spring).with_travel(-0.2, 0.2);
-        let kind = if x > 0.0 {
-            kind.with_steering(0.0, steering, 2000.0)
-        } else {
-            kind.with_motor(20.0, 300.0)
-        };
-        let joint = JointDef::new(chassis, wheel, kind).at(hub);
-        let joint = world.add_joint(joint.with_axes([0.0, 1.0, 0.0], [0.0, 0.0, -1.0]))?;
-        if x > 0.0 {
-            front.push(joint);
-        }
+        let wheel = BodyDef::dynamic().with_position([x, 0.4, z]).with_rotation(lay);
+        let tire = ShapeDef::cylinder(0.1, 0.33).with_friction(1.0);
+        let wheel = world.add_body(wheel.with_mass(20.0).with_shape(tire))?;
+        let kind = Wheel::new(spring).with_travel(-0.1, 0.2);
+        let kind = if x > 0.0 { kind.with_steering(0.0, steering, 3000.0) } else { kind };
+        let joint = JointDef::new(car, wheel, kind).at([x, 0.4, z]);
+        wheels.push(world.add_joint(joint.with_axes(Vec3::Y, -Vec3::Z))?);
     }
-    for step in 0..480 {
-        if step == 240 {
-            // To the left: by the right hand about up.
-            for joint in &front {
-                let Some(mut joint) = world.joint_mut(*joint) else { continue };
-                if let Some(mut turn) = joint.axis(Axis::TurnX) {
-                    turn.set_servo(0.1, steering, 2000.0)?;
-                }
-            }
-        }
-        world.step(1.0 / 60.0);
-        if step % 60 == 59 {
-            let Some(car) = world.body(chassis) else { break };
-            let (at, speed) = (car.position(), car.linear_velocity().length());
-            println!("x {:6.2} m  z {:6.2} m  {speed:5.2} m/s", at.x, at.z);
-        }
-    }
-    let at = world.body(chassis).map(|car| car.position());
-    assert!(at.is_some_and(|at| at.x > 10.0 && at.z < -0.5), "it drives forward, then left");
+    run(&mut world, car, 20);
+    let sinks = world.joint(wheels[0]).and_then(|j| j.axis(Axis::X)).map(|axis| axis.position());
+    assert!(sinks.is_some_and(|sinks| (sinks - 250.0 * 9.81 / 30_000.0).abs() < 0.016));
+    drive(&mut world, &wheels[2..], Axis::TurnY, Some(JointDrive::motor(30.0, 800.0)))?;
+    let (at, speed) = run(&mut world, car, 15);
+    assert!(speed.x > 3.0 && at.z.abs() < 0.1, "it drives forward");
+    assert!(run(&mut world, car, 35).0.y > 1.5, "up the ramp");
+    drive(&mut world, &wheels, Axis::TurnY, Some(JointDrive::motor(0.0, 3000.0)))?;
+    let creep = (run(&mut world, car, 30).0 - run(&mut world, car, 100).0).length();
+    assert!(creep < 0.001, "the brakes hold");
+    drive(&mut world, &wheels, Axis::TurnY, None)?;
+    run(&mut world, car, 40);
+    drive(&mut world, &wheels[..2], Axis::TurnX, Some(JointDrive::servo(0.3, steering, 3000.0)))?;
+    let bicycle = run(&mut world, car, 5).1.length() * trig::tan(0.3) / 2.6;
+    let yaw = world.body(car).ok_or("no car")?.angular_velocity().y.abs();
+    println!("it creeps {creep} m, turns at {yaw:.2} rad/s, a bicycle at {bicycle:.2} rad/s");
+    assert!((yaw - bicycle).abs() < 0.3 * yaw);
     Ok(())
 }

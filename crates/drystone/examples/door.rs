@@ -1,54 +1,45 @@
-//! A door on a hinge: limits, a closer, a motor that opens it, and a latch that breaks.
+//! A door with stops, a closer and a latch that breaks: pushed, slammed open, closed, and held half open.
 
-use drystone::joint::{Ball, Hinge};
-use drystone::{BodyDef, DefError, JointDef, JointId, JointSpring, ShapeDef, World};
+use drystone::{BodyDef, BodyId, JointDef, JointSpring, ShapeDef, World, joint, vec3};
+
+/// Pushes the handle for some steps [N]; gives the angle after each [degrees], and how many joints broke.
+fn push(world: &mut World, door: BodyId, force: f32, steps: u32) -> Option<(Vec<f32>, usize)> {
+    let (mut angles, mut broken) = (Vec::new(), 0);
+    for _ in 0..steps {
+        let at = world.body(door)?.pose();
+        let (force, handle) = (at.direction(vec3(0.0, 0.0, -force)), at.point(vec3(0.4, 0.0, 0.0)));
+        world.body_mut(door)?.add_step_force_at(force, handle).ok()?;
+        world.step(1.0 / 60.0);
+        broken += world.events().joint_break.len();
+        angles.push(world.body(door)?.rotation().to_rotation_vector().y.to_degrees());
+    }
+    Some((angles, broken))
+}
 
 #[expect(clippy::print_stdout, reason = "an example shows what it does")]
-fn main() -> Result<(), DefError> {
+fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut world = World::default();
-    let wall = world.add_body(BodyDef::fixed())?;
-    let door = BodyDef::dynamic().with_position([0.45, 1.0, 0.0]).with_mass(25.0);
-    let door = world.add_body(door.with_shape(ShapeDef::box_half([0.45, 1.0, 0.02])))?;
-
-    // The pin is upright at x = 0. Seen from above, a positive angle opens counterclockwise.
-    let hinge = Hinge::new().with_limits(0.0, 1.9).with_friction(0.5);
-    let hinge = JointDef::new(wall, door, hinge).at([0.0, 1.0, 0.0]).with_axis([0.0, 1.0, 0.0]);
+    let frame = world.add_body(BodyDef::fixed())?;
+    let leaf = BodyDef::dynamic().with_position([0.45, 1.0, 0.0]).with_mass(25.0);
+    let door = world.add_body(leaf.with_shape(ShapeDef::box_half([0.45, 1.0, 0.02])))?;
+    let hinge = joint::Hinge::new().with_limits(0.0, 110_f32.to_radians()).with_motor(-0.5, 6.0);
+    let hinge = JointDef::new(frame, door, hinge).at([0.0, 1.0, 0.0]).with_axis([0.0, 1.0, 0.0]);
     let hinge = world.add_joint(hinge)?;
-    // The latch holds the far edge until more than 300 N pull at it.
-    let latch = JointDef::new(wall, door, Ball::new()).at([0.9, 1.0, 0.0]);
-    world.add_joint(latch.with_strength(300.0, f32::INFINITY))?;
-
-    if let Some(mut joint) = world.joint_mut(hinge) {
-        joint.set_motor(1.0, 100.0)?;
-    }
-    run(&mut world, 1.0);
-    println!("latched: {:.2} rad", angle(&world, hinge));
-
-    if let Some(mut joint) = world.joint_mut(hinge) {
-        joint.set_motor(1.0, 500.0)?;
-    }
-    run(&mut world, 3.0);
-    println!("open: {:.2} rad", angle(&world, hinge));
-    assert!((angle(&world, hinge) - 1.9).abs() < 0.01);
-
-    let closer = JointSpring::hertz(0.5, 1.0);
-    if let Some(mut joint) = world.joint_mut(hinge) {
-        joint.set_servo(0.0, closer, 40.0)?;
-    }
-    run(&mut world, 6.0);
-    println!("closed: {:.2} rad", angle(&world, hinge));
-    assert!(angle(&world, hinge).abs() < 0.05);
+    let latch = JointDef::new(frame, door, joint::Fixed::new()).at([0.9, 1.0, 0.0]);
+    let latch = world.add_joint(latch.with_strength(800.0, f32::INFINITY))?;
+    let (angles, broken) = push(&mut world, door, 200.0, 120).ok_or("no door")?;
+    assert!(angles[119].abs() < 0.2 && broken == 0, "the latch holds 200 N");
+    let (_, broken) = push(&mut world, door, 1200.0, 12).ok_or("no door")?;
+    assert!(broken == 1 && world.joint(latch).is_none(), "it breaks at 1200 N, and is gone");
+    let most = push(&mut world, door, 0.0, 90).ok_or("no door")?.0.into_iter().fold(0.0, f32::max);
+    println!("slammed open to {most:.2} degrees");
+    assert!((109.0..112.0).contains(&most));
+    let (angles, _) = push(&mut world, door, 0.0, 300).ok_or("no door")?;
+    let speed = (angles[149] - angles[148]).to_radians() * 60.0;
+    assert!((speed + 0.5).abs() < 0.01 && angles[299] < 0.5, "it closes at {speed} rad/s");
+    let (half, spring) = (55_f32.to_radians(), JointSpring::hertz(1.0, 1.0));
+    world.joint_mut(hinge).ok_or("no hinge")?.set_servo(half, spring, f32::INFINITY)?;
+    let (angles, _) = push(&mut world, door, 0.0, 240).ok_or("no door")?;
+    assert!((angles[239] - 55.0).abs() < 0.5, "held at {} degrees", angles[239]);
     Ok(())
-}
-
-fn run(world: &mut World, seconds: f32) {
-    let mut time = 0.0;
-    while time < seconds {
-        world.step(1.0 / 60.0);
-        time += 1.0 / 60.0;
-    }
-}
-
-fn angle(world: &World, hinge: JointId) -> f32 {
-    world.joint(hinge).and_then(|joint| joint.angle()).unwrap_or(f32::NAN)
 }

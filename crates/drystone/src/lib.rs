@@ -90,9 +90,9 @@ pub use step::hooks::{ContactHooks, HookedContact};
 pub use world::{
     Answer, AxisCall, AxisMut, AxisRef, BodyCall, BodyMut, BodyRef, BondRef, Call, Clock, ClothDef,
     ContactPoint, ContactRef, DeltaError, Difference, GeometryKey, Impact, ImpactBody,
-    ImpactSurface, JointCall, JointMut, JointRef, Journal, JournalError, Library, LinkRef,
-    ParticleCall, ParticleMut, ParticleRef, RopeDef, ShapeCall, ShapeMut, SnapshotError, Strand,
-    World, WorldCounts, apply_delta, impact, write_delta,
+    ImpactSurface, JointCall, JointMut, JointRef, Journal, JournalError, Library, LinkRef, Moved,
+    Mover, MoverHit, ParticleCall, ParticleMut, ParticleRef, RopeDef, ShapeCall, ShapeMut,
+    SnapshotError, Strand, World, WorldCounts, apply_delta, impact, write_delta,
 };
 
 #[doc = include_str!("joints.md")]

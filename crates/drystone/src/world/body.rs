@@ -188,7 +188,7 @@ impl<'w> BodyRef<'w> {
         self.body.shapes.iter().map(|row| self.tables.shapes.id(*row))
     }
 
-    /// Its joints.
+    /// Its joints, in no promised order. [`crate::JointRef::body_b`] says on which side of one it is.
     pub fn joints(&self) -> impl Iterator<Item = JointId> {
         self.body.joints.iter().filter_map(|row| self.tables.joints.rows.id_at(*row))
     }
@@ -331,6 +331,9 @@ impl<'w> BodyMut<'w> {
 
     /// Gives a kinematic body the velocity that takes it to `pose` in one step of `dt` [s]; for other
     /// kinds of bodies nothing is changed.
+    ///
+    /// The velocity lasts: if it is not told another one, it goes on beyond the pose in the steps after. A lift that is to stand gets
+    /// velocity 0, or is moved to where it is in every step.
     ///
     /// # Errors
     /// A number is not finite or too large, `dt` is not from 1e-6 to 10 s, or the velocity would be beyond 1e6 m/s or

@@ -18,6 +18,7 @@ mod joint_mut;
 mod journal;
 mod library;
 mod mass;
+mod mover;
 mod particle;
 mod reshape;
 mod rules;
@@ -39,6 +40,7 @@ pub use self::journal::{
     ShapeCall,
 };
 pub use self::library::{GeometryKey, Library};
+pub use self::mover::{Moved, Mover, MoverHit};
 pub use self::particle::{LinkRef, ParticleMut, ParticleRef};
 pub use self::shape::ShapeMut;
 pub use self::snapshot::SnapshotError;

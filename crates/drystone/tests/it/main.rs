@@ -33,6 +33,7 @@ mod scenario_joint_names;
 mod scenario_mesh;
 mod scenario_methods;
 mod scenario_motion;
+mod scenario_mover;
 mod scenario_one_way;
 mod scenario_particles;
 mod scenario_pinned;

@@ -1,0 +1,291 @@
+//! One move of a [`Mover`]: out of overlaps, along the ground or over a step, up or down, and onto the ground again.
+
+use super::{Moved, Mover, MoverHit};
+use crate::base::math::{Vec3, greater, lesser};
+use crate::base::pose::Pose;
+use crate::base::quat::Quat;
+use crate::query::cast::ShapeHit;
+use crate::query::filter::{Inside, QueryFilter};
+use crate::state::def::DefError;
+use crate::world::World;
+
+/// Surfaces that one way is bent by, at most.
+const MOST_BENDS: usize = 6;
+/// Pushes out of overlaps, at most.
+const MOST_PUSHES: usize = 8;
+/// A look along a way is no longer than so many skins at first, for what is near is known to a part of its length. Where it
+/// meets nothing the next one is ten times as long.
+const LONGEST: f32 = 1.0e4;
+/// Looks along one way, at most: more than the longest way needs, far and near.
+const MOST_LOOKS: usize = 32;
+/// Fractions of casts are known to this part of a way.
+const ROUNDING: f32 = 1.0e-6;
+/// A way that goes along a surface, within this cosine of the angle, does not run into it.
+const ALONG: f32 = 1.0e-5;
+
+/// How steep surfaces bend a way.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Mode {
+    /// They are walls: nobody is lifted by them.
+    Level,
+    /// It slides along them, and ends on ground.
+    Down,
+    /// It slides along them.
+    Up,
+}
+
+/// Ground that holds.
+#[derive(Clone, Copy)]
+struct Ground {
+    /// Where the shape stands on it.
+    at: Vec3,
+    hit: ShapeHit,
+    normal: Vec3,
+}
+
+/// The settings of one move.
+pub(super) struct Walk<'a, 'f> {
+    pub(super) world: &'a World,
+    pub(super) mover: &'a Mover,
+    pub(super) filter: QueryFilter<'f>,
+    pub(super) rotation: Quat,
+    /// Unit.
+    pub(super) up: Vec3,
+    /// Ground has a normal with at least this much of it up.
+    pub(super) flattest: f32,
+}
+
+impl Walk<'_, '_> {
+    /// The whole move.
+    pub(super) fn all(&self, from: Vec3, delta: Vec3, moved: &mut Moved) -> Result<(), DefError> {
+        let mover = self.mover;
+        moved.hits.clear();
+        let rise = delta.dot(self.up);
+        let level = delta - self.up * rise;
+        let start = self.push_out(from)?;
+        let stood = if rise > 0.0 { None } else { self.ground(start, 0.0, moved)? };
+        let level = stood.map_or(level, |ground| on_ground(level, ground.normal));
+        let mut at = self.slide(start, level, Mode::Level, moved)?;
+        if let Some(stood) = &stood
+            && mover.step > 0.0
+            && moved.hits.iter().any(|hit| hit.normal.dot(self.up) < self.flattest)
+        {
+            at = self.climb(start, level, at, stood, moved)?;
+        }
+        let mode = if rise > 0.0 { Mode::Up } else { Mode::Down };
+        at = self.slide(at, self.up * rise, mode, moved)?;
+        let snap = if stood.is_some() { mover.snap } else { 0.0 };
+        let ground = if rise > 0.0 { None } else { self.ground(at, snap, moved)? };
+        moved.pose =
+            Pose { position: ground.map_or(at, |ground| ground.at), rotation: self.rotation };
+        moved.grounded = ground.is_some();
+        moved.ground = ground.map(|ground| ground.hit.body);
+        moved.ground_point = ground.map_or(Vec3::ZERO, |ground| ground.hit.point);
+        moved.ground_normal = ground.map_or(Vec3::ZERO, |ground| ground.normal);
+        Ok(())
+    }
+
+    fn pose(&self, at: Vec3) -> Pose {
+        Pose { position: at, rotation: self.rotation }
+    }
+
+    fn filter(&self) -> QueryFilter<'_> {
+        self.filter.with_inside(Inside::Solid)
+    }
+
+    /// Out of what it overlaps, the deepest first.
+    fn push_out(&self, mut at: Vec3) -> Result<Vec3, DefError> {
+        let (query, shape) = (self.world.query(), &self.mover.shape);
+        let holds = |shape: crate::ShapeRef<'_>| {
+            shape.one_way().is_none() && self.filter.predicate.is_none_or(|sees| sees(shape))
+        };
+        let filter = self.filter().with_predicate(&holds);
+        for _ in 0..MOST_PUSHES {
+            let Some(near) = query.nearest_shape(shape, self.pose(at), 0.0, filter)? else { break };
+            if near.distance >= 0.0 {
+                break;
+            }
+            at -= near.normal * near.distance;
+        }
+        Ok(at)
+    }
+
+    /// Puts the surfaces that a way runs into in `moved.found`, nearest first. Surfaces that it goes along or away from are left out, so
+    /// that a wall in which it stands a little holds nobody.
+    fn look(
+        &self,
+        from: Vec3,
+        direction: Vec3,
+        length: f32,
+        moved: &mut Moved,
+    ) -> Result<(), DefError> {
+        let (query, way) = (self.world.query(), direction * length);
+        let (shape, found) = (&self.mover.shape, &mut moved.found);
+        query.cast_shape_all(shape, self.pose(from), way, self.filter(), found)?;
+        found.retain(|hit| hit.normal.dot(direction) < -ALONG && self.is_held_by(hit, direction));
+        Ok(())
+    }
+
+    /// Whether the surface is met from a side from which it holds.
+    fn is_held_by(&self, hit: &ShapeHit, direction: Vec3) -> bool {
+        let Some(shape) = self.world.shape(hit.shape) else { return false };
+        let Some(front) = shape.one_way() else { return true };
+        let front = shape.pose().direction(front);
+        !hit.inside && hit.normal.dot(front) > 0.0 && direction.dot(front) < 0.0
+    }
+
+    /// How far it can go [m], a skin short of what it meets, and what that is.
+    fn free_way(
+        &self,
+        from: Vec3,
+        direction: Vec3,
+        length: f32,
+        moved: &mut Moved,
+    ) -> Result<(f32, Option<ShapeHit>), DefError> {
+        let skin = self.mover.skin;
+        let (mut gone, mut longest) = (0.0, LONGEST * skin);
+        for _ in 0..MOST_LOOKS {
+            let left = lesser(length - gone, longest);
+            let reach = left + skin;
+            self.look(from + direction * gone, direction, reach, moved)?;
+            let Some(hit) = moved.found.first().copied() else {
+                if left < longest {
+                    return Ok((length, None));
+                }
+                gone += left;
+                longest *= 10.0;
+                continue;
+            };
+            // A skin away along the normal is farther away along the way.
+            let back = skin / greater(-hit.normal.dot(direction), 0.1);
+            let (free, error) = (hit.fraction * reach - back, ROUNDING * reach);
+            if reach <= 2.0 * LONGEST * skin {
+                return Ok((gone + lesser(greater(free, 0.0), left), Some(hit)));
+            }
+            // Come closer, and look again from there.
+            gone += lesser(greater(free - error, 0.0), left);
+            longest = LONGEST * skin;
+        }
+        Ok((gone, None))
+    }
+
+    /// Goes along a way, bent by what it meets.
+    fn slide(
+        &self,
+        from: Vec3,
+        delta: Vec3,
+        mode: Mode,
+        moved: &mut Moved,
+    ) -> Result<Vec3, DefError> {
+        let (mut at, mut left) = (from, delta);
+        let mut planes = [Vec3::ZERO; MOST_BENDS];
+        for bend in 0..MOST_BENDS {
+            let length = left.length();
+            let Some(direction) = left.try_normalize() else { break };
+            let (free, hit) = self.free_way(at, direction, length, moved)?;
+            at += direction * free;
+            let Some(hit) = hit else { break };
+            left = direction * (length - free);
+            let ShapeHit { shape, body, point, normal, .. } = hit;
+            let blocked = greater(-left.dot(normal), 0.0);
+            moved.hits.push(MoverHit { shape, body, point, normal, blocked });
+            if mode == Mode::Down && self.face(&hit)?.is_some() {
+                break;
+            }
+            let is_wall = mode == Mode::Level && normal.dot(self.up) < self.flattest;
+            let wall = (normal - self.up * normal.dot(self.up)).try_normalize();
+            let wall = wall.filter(|wall| is_wall && wall.dot(left) < 0.0);
+            planes[bend] = wall.unwrap_or(normal);
+            let bent = along(left, &planes[..=bend]);
+            // On ground it goes on as fast as before.
+            let slows = bend > 0 || mode != Mode::Level || normal.dot(self.up) < self.flattest;
+            left = if slows { bent } else { on_ground(left, normal) };
+            // A way back would make it tremble in the corner.
+            if left.dot(delta) <= 0.0 {
+                break;
+            }
+        }
+        Ok(at)
+    }
+
+    /// Up, along and down again; taken if that leads farther, and onto ground that is no higher than a step.
+    fn climb(
+        &self,
+        from: Vec3,
+        level: Vec3,
+        flat: Vec3,
+        stood: &Ground,
+        moved: &mut Moved,
+    ) -> Result<Vec3, DefError> {
+        let (step, kept) = (self.mover.step, moved.hits.len());
+        let (lift, _) = self.free_way(from, self.up, step, moved)?;
+        let over = self.slide(from + self.up * lift, level, Mode::Level, moved)?;
+        let farther = (over - flat).dot(level) > 1.0e-3 * level.length_squared();
+        let ground = if farther { self.ground(over, lift, moved)? } else { None };
+        let height = |ground: &Ground| (ground.hit.point - stood.hit.point).dot(self.up);
+        // A step of just that height may be rounded up.
+        let most = step + 0.1 * self.mover.skin;
+        let Some(ground) = ground.filter(|ground| height(ground) <= most) else {
+            moved.hits.truncate(kept);
+            return Ok(flat);
+        };
+        moved.hits.drain(..kept);
+        Ok(ground.at)
+    }
+
+    /// The ground under a place, no farther down than `reach` [m] and what the skin takes.
+    fn ground(&self, at: Vec3, reach: f32, moved: &mut Moved) -> Result<Option<Ground>, DefError> {
+        let skin = self.mover.skin;
+        let reach = reach + skin / greater(self.flattest, 0.1) + skin;
+        self.look(at, -self.up, reach, moved)?;
+        let mut least = None;
+        for hit in &moved.found {
+            // Below 0: it comes up to a skin above the ground.
+            let drop = hit.fraction * reach - skin / greater(hit.normal.dot(self.up), 0.5);
+            let least = *least.get_or_insert(drop);
+            if drop > least + skin {
+                break;
+            }
+            if let Some(normal) = self.face(hit)? {
+                return Ok(Some(Ground { at: at - self.up * least, hit: *hit, normal }));
+            }
+        }
+        Ok(None)
+    }
+
+    /// The normal of ground that holds: that of the hit, or at an edge that of the face behind it.
+    fn face(&self, hit: &ShapeHit) -> Result<Option<Vec3>, DefError> {
+        let rise = hit.normal.dot(self.up);
+        if rise >= self.flattest {
+            return Ok(Some(hit.normal));
+        }
+        if rise <= 0.0 {
+            return Ok(None);
+        }
+        let Some(back) = (self.up * rise - hit.normal).try_normalize() else { return Ok(None) };
+        let skin = self.mover.skin;
+        let above = hit.point + back * skin + self.up * (5.0 * skin);
+        let seen = self.world.query().cast_ray(above, self.up * (-10.0 * skin), self.filter())?;
+        let seen = seen.filter(|seen| !seen.inside && seen.normal.dot(self.up) >= self.flattest);
+        Ok(seen.map(|seen| seen.normal))
+    }
+}
+
+/// A way as it goes on along ground with this normal: as far as before, so that nobody is slower uphill.
+fn on_ground(way: Vec3, normal: Vec3) -> Vec3 {
+    (way - normal * way.dot(normal)).normalize_or(Vec3::ZERO) * way.length()
+}
+
+/// The part of a way that leads into none of some planes.
+fn along(way: Vec3, planes: &[Vec3]) -> Vec3 {
+    let free = |way: Vec3| planes.iter().all(|n| way.dot(*n) >= -1.0e-6 * way.length());
+    if free(way) {
+        return way;
+    }
+    let on_one = planes.iter().map(|n| way - *n * lesser(way.dot(*n), 0.0));
+    let creases = planes.iter().enumerate().flat_map(|(i, n)| {
+        planes[..i].iter().filter_map(move |other| n.cross(*other).try_normalize())
+    });
+    let on_two = creases.map(|crease| crease * way.dot(crease));
+    on_one.chain(on_two).find(|bent| free(*bent)).unwrap_or(Vec3::ZERO)
+}
