@@ -65,7 +65,7 @@ fn options(ui: &mut Ui, config: &mut WorldConfig) -> Option<String> {
         ("method.rest", o.rest.word(), Rest::WORDS),
         ("method.integration", o.integration.word(), Integration::WORDS),
         ("method.damping", o.damping.word(), Damping::WORDS),
-        ("particle.form", config.particle.form.word(), &ParticleForm::WORDS),
+        ("particle.form", config.particle.form.word(), ParticleForm::WORDS),
     ] {
         ui.label(path);
         let mut chosen = word;
@@ -125,7 +125,7 @@ fn row(ui: &mut Ui, name: &str, about: &str, value: DragValue<'_>) {
 fn method(ui: &mut Ui, method: &mut Method) {
     let mut name = method.name();
     let choice = ComboBox::from_id_salt("method").selected_text(name).show_ui(ui, |ui| {
-        for known in Method::NAMES {
+        for known in Method::NAMES.iter().copied() {
             let summary = Method::named(known).map_or_else(String::new, |m| m.summary().to_owned());
             let row = ui.selectable_value(&mut name, known, known);
             places::note(ui, &format!("method {known}"), &row);
