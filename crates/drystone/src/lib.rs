@@ -95,8 +95,9 @@ pub use world::{
     SnapshotError, Strand, World, WorldCounts, apply_delta, impact, write_delta,
 };
 
-#[doc = include_str!("joints.md")]
 pub mod joint {
+    #![doc = include_str!("joints.md")]
+
     pub use crate::state::def::{Pulley, Spring};
     pub use crate::state::named::{
         Ball, ConeTwist, Cylindrical, Distance, Fixed, Hinge, Planar, Rope, Servo, Slider,

@@ -104,7 +104,7 @@ impl<'w> ShapeRef<'w> {
         self.row.sensor
     }
 
-    /// False if it was taken out of the world: see [`ShapeMut::set_enabled`].
+    /// False if it was taken out of the world: see [`ShapeMut::set_enabled`](crate::ShapeMut::set_enabled).
     #[must_use]
     pub const fn is_enabled(&self) -> bool {
         self.row.enabled
