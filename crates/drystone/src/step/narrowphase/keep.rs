@@ -27,15 +27,16 @@ pub(super) fn recycle(
         let between = normal.dot(b.center - a.center) - n_b.dot(contact.offset);
         let tilt = n_b - n_a;
         let count = usize::from(contact.count);
-        let mut least = f32::INFINITY;
+        let (mut least, mut bare) = (f32::INFINITY, false);
         for p in &mut contact.points[..count] {
             p.separation = p.base + (between + tilt.dot(p.r_a));
             least = least.min(p.separation);
+            bare |= !(p.impulse > 0.0);
         }
         if count > 0 && !(least <= ctx.margin) {
             return false;
         }
-        if contact.touching {
+        if bare && contact.touching {
             note_landing(contact, [a, b].map(|body| [body.v, body.w]));
         }
         let next = contact.next_part;
