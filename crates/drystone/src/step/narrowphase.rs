@@ -132,7 +132,10 @@ pub(crate) fn update_manifolds(
     let count = watches.len();
     let least = fine_grain(jobs, count, 16);
     let (watches, probes) = (Rows::new(watches, apart), Rows::new(probes, apart));
-    let pairs = Pairs { ctx, bodies, shapes, slots, watches, probes, hooks };
+    // While some shapes have hit speeds of their own any may count.
+    let hit_speed = if shapes.give_hit_speed > 0 { 0.0 } else { ctx.hit_speed };
+    let landing = Track::at_most(hit_speed * ctx.dt);
+    let pairs = Pairs { ctx, bodies, shapes, slots, watches, probes, hooks, landing };
     let margin = Track::at_least(ctx.margin);
     collect_ranges_with(jobs, count, least, workers, changes, |worker, range, out| {
         let mut line = Line::default();
@@ -229,6 +232,8 @@ struct Pairs<'a> {
     watches: Rows<'a, Watch>,
     probes: Rows<'a, Probe>,
     hooks: Option<&'a Hooks<'a>>,
+    /// So far two bodies come in a step together whose points land, at least: see [`Track::ahead`].
+    landing: u32,
 }
 
 impl Pairs<'_> {
@@ -280,7 +285,9 @@ impl Pairs<'_> {
             let row = watch.row();
             if let Some(contact) = self.slots.row(row as usize) {
                 let ends = [watch.body_a, watch.body_b].map(|body| self.bodies.at(body));
-                let look = Look { row, reach, watch, probe: self.probes.row(k), tracks };
+                let ahead = |body: u32| tracks[body as usize].ahead;
+                let lands = ahead(watch.body_a) + ahead(watch.body_b) > self.landing;
+                let look = Look { row, reach, watch, probe: self.probes.row(k), tracks, lands };
                 self.update(&mut *contact, look, (motions, lane), out, mesh);
                 if ends.iter().any(|body| body.sleeps()) && out.last() != Some(&Change::Apart(row))
                 {
@@ -364,7 +371,7 @@ impl Pairs<'_> {
         };
         if contact.recyclable
             && may_recycle(ctx, contact, look.probe, (a, b), turn)
-            && recycle(ctx, contact, look.probe, a, b, slots)
+            && recycle(ctx, contact, look.probe, (a, b), slots, look.lands)
         {
             if turns(contact, turn, f32::MAX) {
                 out.push(Change::Turns(row));
@@ -434,6 +441,8 @@ struct Look<'a> {
     watch: &'a mut Watch,
     probe: &'a mut Probe,
     tracks: &'a [Track],
+    /// Its bodies are so fast that a point of it may land, as a hit.
+    lands: bool,
 }
 
 impl Look<'_> {

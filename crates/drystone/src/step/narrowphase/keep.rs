@@ -7,14 +7,15 @@ use crate::state::contacts::{Contact, Point, Probe, Slots};
 use crate::step::context::StepContext;
 
 /// Keeps points, anchors and normal, and works out the separations anew; false if that is not enough.
-/// Frozen anchors are what keeps tall walls from buckling (docs/derivations/soft-step.md).
+/// Frozen anchors are what keeps tall walls from buckling (docs/derivations/soft-step.md). `lands`: the bodies are so fast that a
+/// point may land.
 pub(super) fn recycle(
     ctx: &StepContext,
     contact: &mut Contact,
     probe: &Probe,
-    a: &Body,
-    b: &Body,
+    (a, b): (&Body, &Body),
     slots: &Slots<'_>,
+    lands: bool,
 ) -> bool {
     // Rows of a pair lie apart: those without points are not visited.
     let several = contact.others > 0;
@@ -27,17 +28,18 @@ pub(super) fn recycle(
         let between = normal.dot(b.center - a.center) - n_b.dot(contact.offset);
         let tilt = n_b - n_a;
         let count = usize::from(contact.count);
-        let (mut least, mut bare) = (f32::INFINITY, false);
+        let mut least = f32::INFINITY;
         for p in &mut contact.points[..count] {
             p.separation = p.base + (between + tilt.dot(p.r_a));
             least = least.min(p.separation);
-            bare |= !(p.impulse > 0.0);
         }
         if count > 0 && !(least <= ctx.margin) {
             return false;
         }
-        if bare && contact.touching {
+        if contact.touching && lands {
             note_landing(contact, [a, b].map(|body| [body.v, body.w]));
+        } else if contact.touching {
+            contact.set_approach(0.0);
         }
         let next = contact.next_part;
         part = (several && next != NONE).then(|| slots.row(next as usize).as_mut()).flatten();

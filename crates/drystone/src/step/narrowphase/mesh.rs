@@ -58,7 +58,7 @@ pub(super) fn update(
     }
     if contact.recyclable
         && may_recycle(ctx, contact, (a, shape_b, slots), motion, [ahead, tilt])
-        && recycle(ctx, contact, look.probe, a, b, slots)
+        && recycle(ctx, contact, look.probe, (a, b), slots, look.lands)
     {
         if turn > FAR_TURN && !contact.sensor {
             out.push(Change::Turns(look.row));

@@ -37,7 +37,6 @@ fn landing(c: &Contact, source: &Source<'_>) -> u8 {
     if !(c.approach() > least) {
         return 0;
     }
-    // What bears at all its points may still have the speed of before.
     let bare = c.points().iter().map(|p| u8::from(!(p.impulse > 0.0)));
     bare.enumerate().fold(0, |bits, (j, bare)| bits | bare << j)
 }
