@@ -353,7 +353,7 @@ Exit status:
 #[derive(Args, Debug)]
 #[command(after_help = REPLAY_EXAMPLES)]
 pub(crate) struct Replay {
-    /// What `simulate --record` wrote, or a journal of calls that a program wrote (`drystone::Journal`)
+    /// A recording that `simulate --record` wrote, or a journal of calls that a program wrote (`drystone::Journal`)
     pub(crate) log: PathBuf,
 
     /// Who steps it.

@@ -1,4 +1,5 @@
-//! Operations as calls that are data, and ways into the past: both must come to what the operations themselves come to.
+//! Two other ways through a program: its operations made as calls that are data, and worlds that go back to what was kept.
+//! Both must come to what the operations themselves come to.
 
 use drystone::{
     Answer, BodyId, Call, JointKind, Journal, LinkDef, Strand, World, apply_delta, write_delta,
@@ -27,7 +28,7 @@ impl Written {
 
     /// Does an operation that is no step.
     pub fn apply(&mut self, world: &mut World, ids: &mut Ids, op: &Op) -> Done {
-        // What only asks and what keeps books changes nothing.
+        // Questions and books change nothing.
         let Some(call) = call_of(op, ids, world) else { return Done::Skipped };
         match self.journal.call(world, call) {
             Ok(Answer::Nothing) => Done::Skipped,
@@ -247,7 +248,7 @@ fn particle_call(call: &ParticleCall) -> drystone::ParticleCall {
     }
 }
 
-/// What a run keeps of its past: a copy, and bytes.
+/// A run keeps these of its past: a copy, and bytes.
 #[derive(Debug, Default)]
 pub struct Past {
     kept: World,
@@ -258,7 +259,7 @@ pub struct Past {
 }
 
 impl Past {
-    /// Into a future that is not to be, and back to the present: as a copy, as bytes, or by a delta against the last bytes.
+    /// Changes and steps the world, and goes back to what it was: by a copy, by bytes, or by a delta against the last bytes.
     pub fn there_and_back(&mut self, world: &mut World, findings: &mut Findings, step: u32) {
         self.turns += 1;
         let as_copy = self.turns.is_multiple_of(3);

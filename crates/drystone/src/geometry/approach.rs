@@ -11,7 +11,7 @@ use super::collide::convex::Convex;
 use super::collide::{MAX_PARTS, MeshScratch, Reach, collide, collide_mesh};
 use super::gjk;
 use super::manifold::{Manifold, ManifoldPoint, PairCache};
-use super::mesh::Mesh;
+use super::mesh::{Mesh, Pack};
 use super::solid::{Core, Solid};
 use crate::base::aabb::Aabb;
 use crate::base::math::{Vec3, greater, lesser};
@@ -396,27 +396,26 @@ fn closest_triangle(mesh: &Mesh, b: &Placed<'_>, solid: &Solid, reach: f32) -> O
     }
 }
 
-/// The first triangle that B meets on its way, of several at one place the one of lower number.
-fn meet_triangle(
+/// The first triangle that B meets on its way by `delta`, in a box `around` it all the while. `meet` tells of a triangle, a lane
+/// of a pack, where it is met within a part of the way.
+fn first_triangle(
     mesh: &Mesh,
-    b: &Placed<'_>,
-    solid: &Solid,
+    around: &Aabb,
     delta: Vec3,
     limit: f32,
+    mut meet: impl FnMut(&Pack, usize, f32) -> Option<Meeting>,
 ) -> Option<Meeting> {
-    let around = solid.aabb(b.pose).grown(MET * b.size);
     let mut best: Option<(u32, Meeting)> = None;
-    mesh.tree().ray(&Ray::of_box(&around, delta), limit, |item| {
+    mesh.tree().ray(&Ray::of_box(around, delta), limit, |item| {
         let pack = mesh.pack(item);
         for (lane, &number) in pack.numbers().iter().enumerate() {
-            let corners = pack.triangle(lane);
             let limit = best.map_or(limit, |(_, meeting)| meeting.fraction);
             let end = Aabb::new(around.min + delta * limit, around.max + delta * limit);
-            if !around.union(&end).overlaps(&Aabb::of_points(corners)) {
+            if !around.union(&end).overlaps(&Aabb::of_points(pack.triangle(lane))) {
                 continue;
             }
-            let touch = || Some(b.above_triangle(pack.normal(lane), corners[0]));
-            if let Some(met) = b.advance(&flat(corners), delta, limit, touch)
+            // Of several at one place the one of the lowest number.
+            if let Some(met) = meet(pack, lane, limit)
                 && best.is_none_or(|(n, m)| (met.fraction, number) < (m.fraction, n))
             {
                 best = Some((number, met));
@@ -425,6 +424,21 @@ fn meet_triangle(
         best.map_or(limit, |(_, meeting)| meeting.fraction)
     });
     best.map(|(_, meeting)| meeting)
+}
+
+fn meet_triangle(
+    mesh: &Mesh,
+    b: &Placed<'_>,
+    solid: &Solid,
+    delta: Vec3,
+    limit: f32,
+) -> Option<Meeting> {
+    let around = solid.aabb(b.pose).grown(MET * b.size);
+    first_triangle(mesh, &around, delta, limit, |pack, lane, limit| {
+        let corners = pack.triangle(lane);
+        let touch = || Some(b.above_triangle(pack.normal(lane), corners[0]));
+        b.advance(&flat(corners), delta, limit, touch)
+    })
 }
 
 #[cfg(test)]

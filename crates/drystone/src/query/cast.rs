@@ -109,6 +109,17 @@ impl ShapeQuery {
     }
 }
 
+/// A cast of a convex shape, if all of it is valid.
+fn checked(
+    shape: &Shape,
+    pose: Pose,
+    motion: impl Into<Motion>,
+) -> Result<(Solid, ShapeQuery), DefError> {
+    let (solid, motion) = (convex(shape, &pose)?, motion.into());
+    motion.validate()?;
+    Ok((solid, ShapeQuery { pose, motion }))
+}
+
 /// Fewer casts than this are not worth another thread.
 const LEAST_CASTS: usize = 4;
 
@@ -128,9 +139,8 @@ impl Query<'_> {
         motion: impl Into<Motion>,
         filter: impl Into<QueryFilter<'f>>,
     ) -> Result<Option<ShapeHit>, DefError> {
-        let (solid, motion) = (convex(shape, &pose)?, motion.into());
-        motion.validate()?;
-        Ok(self.closest_meeting(&solid, &ShapeQuery { pose, motion }, &filter.into()))
+        let (solid, cast) = checked(shape, pose, motion)?;
+        Ok(self.closest_meeting(&solid, &cast, &filter.into()))
     }
 
     /// Whether a shape that moves as in [`Self::cast_shape`] meets anything: the first that is found answers it.
@@ -144,10 +154,9 @@ impl Query<'_> {
         motion: impl Into<Motion>,
         filter: impl Into<QueryFilter<'f>>,
     ) -> Result<bool, DefError> {
-        let (solid, motion) = (convex(shape, &pose)?, motion.into());
-        motion.validate()?;
+        let (solid, cast) = checked(shape, pose, motion)?;
         let mut any = false;
-        self.each_meeting(&solid, &ShapeQuery { pose, motion }, &filter.into(), |_, _| {
+        self.each_meeting(&solid, &cast, &filter.into(), |_, _| {
             any = true;
             -1.0
         });
@@ -167,10 +176,9 @@ impl Query<'_> {
         filter: impl Into<QueryFilter<'f>>,
         hits: &mut Vec<ShapeHit>,
     ) -> Result<(), DefError> {
-        let (solid, motion) = (convex(shape, &pose)?, motion.into());
-        motion.validate()?;
+        let (solid, cast) = checked(shape, pose, motion)?;
         hits.clear();
-        self.each_meeting(&solid, &ShapeQuery { pose, motion }, &filter.into(), |row, met| {
+        self.each_meeting(&solid, &cast, &filter.into(), |row, met| {
             hits.push(self.shape_hit(row, met));
             1.0
         });

@@ -143,7 +143,7 @@ impl Query<'_> {
     }
 }
 
-fn valid_reach(reach: f32) -> Result<(), DefError> {
+pub(super) fn valid_reach(reach: f32) -> Result<(), DefError> {
     at_least_zero("reach", reach)?;
     within("reach", reach, &limits::WAY)
 }

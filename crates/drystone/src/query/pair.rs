@@ -2,6 +2,7 @@
 
 use super::cast::Motion;
 use super::filter::Inside;
+use super::nearest::valid_reach;
 use super::ray::{self, RayQuery};
 use super::{ROUNDING, placed};
 use crate::base::limits;
@@ -13,7 +14,7 @@ use crate::geometry::collide::{MAX_PARTS, MeshScratch, Reach, collide, collide_m
 use crate::geometry::manifold::{Manifold, PairCache};
 use crate::geometry::shape::Shape;
 use crate::geometry::solid::{Core, Solid};
-use crate::state::check::{at_least_zero, within};
+use crate::state::check::within;
 use crate::state::def::DefError;
 
 /// The closest points of two shapes, A and B.
@@ -173,8 +174,7 @@ impl Shape {
         reach: f32,
     ) -> Result<Option<ClosestPoints>, DefError> {
         let pair = Pair::new(self, &pose, other, &other_pose)?;
-        at_least_zero("reach", reach)?;
-        within("reach", reach, &limits::WAY)?;
+        valid_reach(reach)?;
         Ok(pair.closest(reach))
     }
 

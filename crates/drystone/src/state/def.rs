@@ -372,9 +372,8 @@ impl ShapeDef {
 /// A direction of a front, of any length but none.
 pub(crate) fn check_front(front: Vec3) -> Result<Vec3, DefError> {
     finite_vec("one_way", front)?;
-    front.try_normalize().ok_or_else(|| {
-        DefError::new("one_way", format_args!("{front:?}"), "a direction of some length")
-    })
+    let unit = front.try_normalize();
+    unit.ok_or_else(|| DefError::of_vec("one_way", front, "a direction of some length"))
 }
 
 /// A body, with its shapes.

@@ -184,7 +184,7 @@ pub(crate) struct PairSurface {
 
 impl PairSurface {
     /// The first of the rules that is of their layers counts.
-    pub(crate) fn of(a: &ShapeRow, b: &ShapeRow, rules: &[SurfaceRule]) -> Self {
+    fn of(a: &ShapeRow, b: &ShapeRow, rules: &[SurfaceRule]) -> Self {
         let of_materials = Self::of_materials(a, b);
         let rule = rules.iter().find(|rule| rule.is_of(a.filter.layers, b.filter.layers));
         let Some(rule) = rule else { return of_materials };
@@ -290,6 +290,11 @@ impl Shapes {
         }
     }
 
+    /// What the surfaces of two shapes do together.
+    pub(crate) fn surface_of(&self, a: u32, b: u32) -> PairSurface {
+        PairSurface::of(self.at(a), self.at(b), &self.rules)
+    }
+
     /// Lets a shape report other events.
     pub(crate) fn set_reports(&mut self, row: u32, reports: PackedReports) {
         let shape = self.at_mut(row);
@@ -314,10 +319,7 @@ impl Shapes {
     pub(crate) fn fronts_hold(&self) -> bool {
         let rows = self.rows.iter().filter(|(_, shape)| shape.reports.is_one_way()).count();
         let is_of = |row: &u32| self.rows.at(*row).is_some_and(|shape| shape.reports.is_one_way());
-        let sound = |(row, front): (&u32, &Vec3)| {
-            is_of(row) && (0.9..1.1).contains(&front.length_squared())
-        };
-        rows == self.one_way.len() && self.one_way.iter().all(sound)
+        rows == self.one_way.len() && self.one_way.keys().all(is_of)
     }
 
     /// Whether the counts are those of the rows.

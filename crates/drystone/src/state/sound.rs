@@ -215,7 +215,8 @@ fn check_shapes(shapes: &Shapes, bodies: &Bodies) -> Check {
             holds(shape.fixed == fixed, "a shape is in the wrong tree")?;
         }
     }
-    holds(shapes.fronts_hold(), "a surface has no front that can be")?;
+    let fronts = shapes.fronts_hold() && shapes.one_way.values().all(|front| is_direction(*front));
+    holds(fronts, "a surface has no front that can be")?;
     let ruled = shapes.rules.iter().all(|rule| rule.validate().is_ok());
     holds(ruled, "a rule of surfaces is out of range")?;
     holds(shapes.counts_hold(), "a count of shapes that report is wrong")?;

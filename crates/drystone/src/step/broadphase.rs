@@ -26,7 +26,7 @@ use crate::state::contacts::enter::Newcomer;
 use crate::state::contacts::{Contact, Contacts, Point};
 use crate::state::def::BodyKind;
 use crate::state::joints::Joints;
-use crate::state::shapes::{PairSurface, ShapeRow, Shapes};
+use crate::state::shapes::{ShapeRow, Shapes};
 
 /// Memory kept from step to step.
 #[derive(Clone, Debug, Default)]
@@ -342,7 +342,7 @@ fn contact_of(a: u32, b: u32, shapes: &Shapes) -> Contact {
     let swap = rank(shapes.at(b)) < rank(shapes.at(a));
     let (a, b) = if swap { (b, a) } else { (a, b) };
     let (shape_a, shape_b) = (shapes.at(a), shapes.at(b));
-    let surface = PairSurface::of(shape_a, shape_b, &shapes.rules);
+    let surface = shapes.surface_of(a, b);
     let sensor = shape_a.sensor || shape_b.sensor;
     Contact {
         shape_a: a,

@@ -553,7 +553,10 @@ fn rebuild(
         let impulse = inherit(&mut old[..usize::from(before)], made.feature, r_a, last, a, b);
         new.renew(r_a, made.separation, impulse, made.feature);
         new.base += normal.dot(shift);
-        approach = approach.max(-normal.dot(b.velocity_at(r_b) - a.velocity_at(r_a)));
+        // Of a pair that touches only what bears nothing lands: see `note_landing`.
+        if !contact.touching || !(impulse > 0.0) {
+            approach = approach.max(-normal.dot(b.velocity_at(r_b) - a.velocity_at(r_a)));
+        }
     }
     if before != count {
         let sleeps = |body: &Body| !body.active() && body.kind != BodyKind::Static;
@@ -566,11 +569,10 @@ fn rebuild(
         }
         out.push(Change::Count(row));
     }
+    contact.set_approach(approach);
     if contact.touching {
-        note_landing(contact, [a, b].map(|body| [body.v, body.w]));
         return;
     }
-    contact.set_approach(approach);
     let thickness = |body: &Body| if body.is_dynamic() { body.inner } else { f32::INFINITY };
     if !contact.sensor && approach * ctx.h > CLOSES * thickness(a).min(thickness(b)) {
         out.push(Change::Closes(row));

@@ -9,6 +9,7 @@
 use core::sync::atomic::{AtomicBool, Ordering};
 
 use super::narrowphase::{self, Change};
+use super::sensor;
 use crate::base::disjoint::{Apart, Rows};
 use crate::base::grow::Slack;
 use crate::base::jobs::{Jobs, for_ranges, for_runs, grain};
@@ -16,7 +17,6 @@ use crate::base::sparse::Sparse;
 use crate::state::bodies::{Bodies, NONE};
 use crate::state::contacts::leave::Leaver;
 use crate::state::contacts::{Contact, Slots};
-use crate::state::def::BodyKind;
 use crate::state::events::{ContactEvent, Events, SensorEvent};
 use crate::state::islands::Islands;
 use crate::state::sets::Sets;
@@ -208,11 +208,15 @@ impl Teller<'_> {
             return;
         }
         if c.sensor {
-            told.sensed.extend(sensor_events(c, self.shapes, self.bodies).map(|e| (e, false)));
+            told.sensed.extend(self.sensor_events(c).map(|e| (e, false)));
         } else if reports_touch(c, self.shapes) {
             told.ends.push(contact_event(c, self.shapes, self.bodies));
         }
         self.parts(first).for_each(|row| self.set_touching(row, false));
+    }
+
+    fn sensor_events(&self, c: &Contact) -> impl Iterator<Item = SensorEvent> + use<> {
+        sensor::events_between([c.shape_a, c.shape_b], self.shapes, self.bodies)
     }
 
     fn set_touching(&self, row: u32, touching: bool) {
@@ -229,8 +233,7 @@ impl Teller<'_> {
             let first = c.first(row);
             let overlaps = self.parts(first).any(|part| self.at(part).count > 0);
             if self.at(first).touching != overlaps {
-                told.sensed
-                    .extend(sensor_events(c, self.shapes, self.bodies).map(|e| (e, overlaps)));
+                told.sensed.extend(self.sensor_events(c).map(|e| (e, overlaps)));
                 self.parts(first).for_each(|part| self.set_touching(part, overlaps));
             }
             return;
@@ -388,24 +391,4 @@ fn contact_event(c: &Contact, shapes: &Shapes, bodies: &Bodies) -> ContactEvent 
         body_a: bodies.id(c.body_a),
         body_b: bodies.id(c.body_b),
     }
-}
-
-/// One for each shape that sees the other.
-fn sensor_events(
-    c: &Contact,
-    shapes: &Shapes,
-    bodies: &Bodies,
-) -> impl Iterator<Item = SensorEvent> + use<> {
-    let ends = [(c.shape_a, c.body_a), (c.shape_b, c.body_b)];
-    let fixed = ends.iter().all(|(_, body)| bodies.at(*body).kind == BodyKind::Static);
-    let event = |[sensor, visitor]: [(u32, u32); 2]| {
-        shapes.at(sensor.0).sees(shapes.at(visitor.0), fixed).then(|| SensorEvent {
-            sensor: shapes.id(sensor.0),
-            visitor: shapes.id(visitor.0),
-            sensor_body: bodies.id(sensor.1),
-            visitor_body: bodies.id(visitor.1),
-        })
-    };
-    let [a, b] = ends;
-    [event([a, b]), event([b, a])].into_iter().flatten()
 }

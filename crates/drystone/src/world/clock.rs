@@ -104,10 +104,10 @@ impl Clock {
     /// Takes one step, and notes where bodies were.
     fn follow(&mut self, world: &mut World) {
         for body in world.moved_bodies() {
-            self.note(body.id(), world.tables.steps, body.pose());
+            self.note(body.id(), world.step_count(), body.pose());
         }
         world.step(self.step);
-        let now = world.tables.steps;
+        let now = world.step_count();
         for body in world.moved_bodies() {
             let slot = body.id().index() as usize;
             let known = self.tracks.get_mut(slot).and_then(Option::as_mut);
@@ -141,7 +141,7 @@ impl Clock {
         let now = world.body(body)?.pose();
         let track = self.tracks.get(body.index() as usize).and_then(Option::as_ref);
         let between = track.filter(|track| {
-            track.body == body && track.step == world.tables.steps && track.poses[1] == now
+            track.body == body && track.step == world.step_count() && track.poses[1] == now
         });
         Some(between.map_or(now, |track| track.poses[0].lerp(&now, self.part())))
     }

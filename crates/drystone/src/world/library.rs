@@ -194,6 +194,18 @@ impl<'a, T: Clone> Pool<'a, T> {
     }
 }
 
+/// What was saved as it is, and what `named` has of the rest.
+fn held<T: Clone>(
+    saved: Vec<Saved<'_, T>>,
+    named: impl Fn(GeometryKey) -> Option<Arc<T>>,
+) -> Result<Vec<Arc<T>>, SnapshotError> {
+    let item = |saved| match saved {
+        Saved::Held(item) => Ok(Arc::new(Cow::into_owned(item))),
+        Saved::Named(key) => named(key).ok_or(SnapshotError::MissingGeometry { key }),
+    };
+    saved.into_iter().map(item).collect()
+}
+
 impl<'a> SavedShapes<'a> {
     /// Of the rows of a world. What the library has is named.
     pub(super) fn of(shapes: &'a Shapes, library: &'a Library) -> Self {
@@ -216,23 +228,14 @@ impl<'a> SavedShapes<'a> {
 
     /// Gives rows their shapes back.
     pub(super) fn load(self, rows: &mut Shapes, library: &Library) -> Result<(), SnapshotError> {
-        let missing = |key| SnapshotError::MissingGeometry { key };
-        let hulls = self.hulls.into_iter().map(|saved| match saved {
-            Saved::Held(hull) => Ok(Arc::new(hull.into_owned())),
-            Saved::Named(key) => match library.get(key) {
-                Some(Shape::Hull(hull)) => Ok(Arc::clone(hull)),
-                _ => Err(missing(key)),
-            },
-        });
-        let hulls: Vec<Arc<Hull>> = hulls.collect::<Result<_, _>>()?;
-        let meshes = self.meshes.into_iter().map(|saved| match saved {
-            Saved::Held(mesh) => Ok(Arc::new(mesh.into_owned())),
-            Saved::Named(key) => match library.get(key) {
-                Some(Shape::Mesh(mesh)) => Ok(Arc::clone(mesh)),
-                _ => Err(missing(key)),
-            },
-        });
-        let meshes: Vec<Arc<Mesh>> = meshes.collect::<Result<_, _>>()?;
+        let hulls = held(self.hulls, |key| match library.get(key) {
+            Some(Shape::Hull(hull)) => Some(Arc::clone(hull)),
+            _ => None,
+        })?;
+        let meshes = held(self.meshes, |key| match library.get(key) {
+            Some(Shape::Mesh(mesh)) => Some(Arc::clone(mesh)),
+            _ => None,
+        })?;
         let unsound = |what| Err(SnapshotError::Unsound(what));
         if self.shapes.len() != rows.rows.len() {
             return unsound("shapes have not one row each");

@@ -4,7 +4,6 @@ use super::World;
 use crate::base::id::BodyId;
 use crate::state::def::DefError;
 use crate::state::material::SurfaceRule;
-use crate::state::shapes::PairSurface;
 
 /// So many rules of surfaces at most: each new contact is compared with all of them.
 const MOST_RULES: usize = 256;
@@ -76,9 +75,8 @@ impl World {
         self.tables.shapes.rules = rules;
         let rows: Vec<u32> = self.tables.contacts.iter().map(|(row, _)| row).collect();
         for row in rows {
-            let (c, shapes) = (self.tables.contacts.at(row), &self.tables.shapes);
-            let (a, b) = (shapes.at(c.shape_a), shapes.at(c.shape_b));
-            let surface = PairSurface::of(a, b, &shapes.rules);
+            let c = self.tables.contacts.at(row);
+            let surface = self.tables.shapes.surface_of(c.shape_a, c.shape_b);
             if !surface.is_of(c) {
                 let bodies = [c.body_a, c.body_b];
                 let mut sets = self.sets();

@@ -7,7 +7,6 @@ use crate::query::shape::ShapeRef;
 use crate::state::def::{DefError, velocity};
 use crate::state::material::Material;
 use crate::state::reports::{ContactReports, PackedReports, Senses};
-use crate::state::shapes::PairSurface;
 
 /// A shape of a body, to change.
 #[derive(Debug)]
@@ -107,8 +106,7 @@ impl<'w> ShapeMut<'w> {
         for row in rows {
             let tables = &self.world.tables;
             let c = tables.contacts.at(row);
-            let (shape_a, shape_b) = (tables.shapes.at(c.shape_a), tables.shapes.at(c.shape_b));
-            let surface = PairSurface::of(shape_a, shape_b, &tables.shapes.rules);
+            let surface = tables.shapes.surface_of(c.shape_a, c.shape_b);
             let other = if c.body_a == body { c.body_b } else { c.body_a };
             let mut sets = self.world.sets();
             sets.set_surface(row, &surface);

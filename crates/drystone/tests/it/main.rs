@@ -5,6 +5,7 @@ mod contract_limits;
 mod contract_executor;
 mod contract_queries;
 mod contract_world;
+mod floors;
 mod property_hull;
 mod property_rollback;
 mod property_snapshot;

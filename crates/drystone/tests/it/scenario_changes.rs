@@ -13,6 +13,8 @@ use drystone::{
     Pose, RopeDef, Shape, ShapeDef, ShapeId, SixDof, Sym3, Team, Vec3, World, vec3,
 };
 
+use crate::floors::square;
+
 const DT: f32 = 1.0 / 60.0;
 const GRAVITY: f32 = 9.81;
 
@@ -35,13 +37,7 @@ fn floor(world: &mut World, floor: Floor, size: f32) -> BodyId {
     let shape = match floor {
         Floor::HalfSpace => ShapeDef::half_space(Vec3::Y, 0.0),
         Floor::Box => ShapeDef::box_half([reach, size, reach]).with_position([0.0, -size, 0.0]),
-        Floor::Mesh => {
-            let corner = |x: f32, z: f32| vec3(x * reach, 0.0, z * reach);
-            let corners =
-                vec![corner(-1.0, -1.0), corner(-1.0, 1.0), corner(1.0, 1.0), corner(1.0, -1.0)];
-            let mesh = Mesh::new(corners, vec![[0, 1, 2], [0, 2, 3]]).unwrap();
-            ShapeDef::new(Shape::Mesh(Arc::new(mesh)))
-        }
+        Floor::Mesh => square(reach),
     };
     world.add_body(BodyDef::fixed().with_shape(shape)).unwrap()
 }

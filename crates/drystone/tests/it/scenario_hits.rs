@@ -1,8 +1,8 @@
 //! Every landing is told, once, with the speed that it had.
 
-use std::sync::Arc;
+use drystone::{BodyDef, Quat, ShapeDef, Vec3, World, WorldConfig, vec3};
 
-use drystone::{BodyDef, Mesh, Quat, Shape, ShapeDef, Vec3, World, WorldConfig, vec3};
+use crate::floors::square;
 
 const G: f32 = 9.81;
 
@@ -17,13 +17,7 @@ fn floored(floor: &str, scale: f32) -> World {
         "box" => ShapeDef::box_half(vec3(5.0, 1.0, 5.0) * scale)
             .with_position(vec3(0.0, -1.0, 0.0) * scale),
         "ball" => ShapeDef::sphere(2.0 * scale).with_position(vec3(0.0, -2.0, 0.0) * scale),
-        _ => {
-            let corner = |x: f32, z: f32| vec3(x, 0.0, z) * (5.0 * scale);
-            let corners =
-                vec![corner(-1.0, -1.0), corner(-1.0, 1.0), corner(1.0, 1.0), corner(1.0, -1.0)];
-            let mesh = Mesh::new(corners, vec![[0, 1, 2], [0, 2, 3]]).unwrap();
-            ShapeDef::new(Shape::Mesh(Arc::new(mesh)))
-        }
+        _ => square(5.0 * scale),
     };
     world.add_body(BodyDef::fixed().with_shape(shape)).unwrap();
     world

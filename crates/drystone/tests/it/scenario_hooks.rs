@@ -4,9 +4,9 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
 
-use drystone::{
-    BodyDef, BodyId, ContactHooks, HookedContact, Mesh, Shape, ShapeDef, Team, Vec3, World, vec3,
-};
+use drystone::{BodyDef, BodyId, ContactHooks, HookedContact, ShapeDef, Team, Vec3, World};
+
+use crate::floors::square;
 
 const G: f32 = 9.81;
 const DT: f32 = 1.0 / 60.0;
@@ -39,10 +39,7 @@ fn floor(kind: &str) -> ShapeDef {
     if kind == "box" {
         return ShapeDef::box_half([30.0, 1.0, 30.0]).with_position([0.0, -1.0, 0.0]);
     }
-    let corner = |x: f32, z: f32| vec3(x, 0.0, z) * 30.0;
-    let corners = vec![corner(-1.0, -1.0), corner(-1.0, 1.0), corner(1.0, 1.0), corner(1.0, -1.0)];
-    let mesh = Mesh::new(corners, vec![[0, 1, 2], [0, 2, 3]]).unwrap();
-    ShapeDef::new(Shape::Mesh(Arc::new(mesh)))
+    square(30.0)
 }
 
 fn box_with(world: &mut World, z: f32, user_data: u64, hooks: bool) -> BodyId {

@@ -1,10 +1,8 @@
 //! Surfaces that hold what comes from one side only.
 
-use std::sync::Arc;
+use drystone::{BodyDef, BodyId, Pose, Quat, Senses, ShapeDef, Vec3, World, WorldConfig, vec3};
 
-use drystone::{
-    BodyDef, BodyId, Mesh, Pose, Quat, Senses, Shape, ShapeDef, Vec3, World, WorldConfig, vec3,
-};
+use crate::floors::square;
 
 const G: f32 = 9.81;
 
@@ -12,17 +10,10 @@ const G: f32 = 9.81;
 fn platform(kind: &str, scale: f32) -> (World, BodyId) {
     let gravity = vec3(0.0, -G, 0.0) * scale;
     let mut world = World::new(WorldConfig { gravity, ..WorldConfig::default() }).unwrap();
-    let plate = || ShapeDef::box_half(vec3(2.0, 0.1, 2.0) * scale);
     let below = vec3(0.0, -0.1, 0.0) * scale;
     let shape = match kind {
-        "mesh" => {
-            let corner = |x: f32, z: f32| vec3(x, 0.0, z) * (2.0 * scale);
-            let corners =
-                vec![corner(-1.0, -1.0), corner(-1.0, 1.0), corner(1.0, 1.0), corner(1.0, -1.0)];
-            let mesh = Mesh::new(corners, vec![[0, 1, 2], [0, 2, 3]]).unwrap();
-            ShapeDef::new(Shape::Mesh(Arc::new(mesh)))
-        }
-        _ => plate().with_position(below),
+        "mesh" => square(2.0 * scale),
+        _ => ShapeDef::box_half(vec3(2.0, 0.1, 2.0) * scale).with_position(below),
     };
     let shape = shape.with_one_way(Vec3::Y * 3.0);
     let body = match kind {

@@ -12,11 +12,10 @@
 //! that is exact to the first order, and concave in t. So the parts of the way on which it says that B stays above the plane are
 //! an interval, whose end is found by chords and halving. Near a meeting the steps become shorter as the square of the gap.
 
-use super::{ALONG, Course, Meeting, Nearby, Placed, convex_set, deepest, flat};
+use super::{ALONG, Course, Meeting, Nearby, Placed, convex_set, deepest, first_triangle, flat};
 use crate::base::aabb::Aabb;
 use crate::base::math::{Vec3, greater};
 use crate::base::pose::Pose;
-use crate::geometry::boxes::Ray;
 use crate::geometry::collide::convex::Convex;
 use crate::geometry::mesh::Mesh;
 use crate::geometry::solid::{Core, Solid};
@@ -195,36 +194,20 @@ impl<'a> Turning<'a> {
         found
     }
 
-    /// The first triangle that B meets, of several at one place the one of lower number.
+    /// The first triangle that B meets.
     fn meet_triangle(&self, mesh: &Mesh) -> Option<Meeting> {
         let placed = self.placed;
         let at = placed.pose.position;
         let around = Aabb::new(at, at).grown(self.reach + self.radius + placed.met(placed.size));
-        let mut best: Option<(u32, Meeting)> = None;
         let (delta, limit) = (self.course.delta, self.course.limit);
-        mesh.tree().ray(&Ray::of_box(&around, delta), limit, |item| {
-            let pack = mesh.pack(item);
-            for (lane, &number) in pack.numbers().iter().enumerate() {
-                let corners = pack.triangle(lane);
-                let limit = best.map_or(limit, |(_, meeting)| meeting.fraction);
-                let end = Aabb::new(around.min + delta * limit, around.max + delta * limit);
-                if !around.union(&end).overlaps(&Aabb::of_points(corners)) {
-                    continue;
-                }
-                let set = flat(corners);
-                let met = placed.met(set.size + set.center.length());
-                let look = |b: &Placed<'_>, shift| b.nearby(&set, shift);
-                let touch = || Some(placed.above_triangle(pack.normal(lane), corners[0]));
-                let found = self.advance(met, limit, look, touch);
-                if let Some(found) = found
-                    && best.is_none_or(|(n, m)| (found.fraction, number) < (m.fraction, n))
-                {
-                    let apart = placed.apart(&set);
-                    best = Some((number, self.refined(found, met, apart, look)));
-                }
-            }
-            best.map_or(limit, |(_, meeting)| meeting.fraction)
-        });
-        best.map(|(_, meeting)| meeting)
+        first_triangle(mesh, &around, delta, limit, |pack, lane, limit| {
+            let corners = pack.triangle(lane);
+            let set = flat(corners);
+            let met = placed.met(set.size + set.center.length());
+            let look = |b: &Placed<'_>, shift| b.nearby(&set, shift);
+            let touch = || Some(placed.above_triangle(pack.normal(lane), corners[0]));
+            let found = self.advance(met, limit, look, touch)?;
+            Some(self.refined(found, met, placed.apart(&set), look))
+        })
     }
 }

@@ -7,7 +7,7 @@ use crate::base::pose::Pose;
 use crate::geometry::manifold::Manifold;
 use crate::state::bodies::Body;
 use crate::state::contacts::Contact;
-use crate::state::shapes::{PairSurface, ShapeRow};
+use crate::state::shapes::ShapeRow;
 use crate::step::context::StepContext;
 use crate::step::hooks::{HookedContact, Hooks};
 use crate::step::one_way::{self, Fronts};
@@ -40,7 +40,7 @@ impl<'a> Pairs<'a> {
             bodies: ends.map(|(_, body)| bodies.at(body)),
             held: contact.touching || contact.count > 0,
             touched: contact.touching,
-            friction: PairSurface::of(shapes[0], shapes[1], &table.rules).friction,
+            friction: table.surface_of(contact.shape_a, contact.shape_b).friction,
         }
     }
 }

@@ -105,7 +105,9 @@ pub(super) fn update(
     if count <= 1 && contact.others == 0 {
         let idle = count == 0 && contact.count == 0;
         let manifold = if count == 0 { Manifold::default() } else { made[0] };
-        contact.friction = frictions[0];
+        if gate.is_some() {
+            contact.friction = frictions[0];
+        }
         if !idle {
             rebuild(ctx, (look.row, contact), &manifold, (&pose_a, last), [a, b], out);
             keep_load(ctx, contact, a, b);
@@ -119,7 +121,7 @@ pub(super) fn update(
     let mut slot = 0;
     while let Some((row, contact)) = part {
         let manifold = order[slot].map_or(Manifold::default(), |k| made[k]);
-        if let Some(k) = order[slot] {
+        if let (Some(_), Some(k)) = (gate, order[slot]) {
             contact.friction = frictions[k];
         }
         // Empty rows that stay so need no writing.

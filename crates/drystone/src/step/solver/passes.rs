@@ -9,19 +9,25 @@ use super::plan::{Group, TURNING};
 use super::{Solver, pack};
 use crate::base::jobs::Jobs;
 use crate::state::contacts::Contact;
+use crate::step::context::StepContext;
 
 impl Solver<'_> {
-    /// Fills the blocks; true if a contact that bounces arrives in this step.
-    pub(super) fn prepare_contacts(&self, group: &Group, jobs: &Jobs<'_>) -> bool {
-        let source = pack::Source {
-            ctx: self.ctx,
+    /// What blocks are filled from.
+    pub(super) fn pack_source<'s>(&'s self, ctx: &'s StepContext) -> pack::Source<'s> {
+        pack::Source {
+            ctx,
             bodies: self.bodies,
             line_of: self.line_of,
             whitening: &self.whitening,
             acceleration: &self.acceleration,
             contacts: &self.contacts,
             shapes: self.shapes,
-        };
+        }
+    }
+
+    /// Fills the blocks; true if a contact that bounces arrives in this step.
+    pub(super) fn prepare_contacts(&self, group: &Group, jobs: &Jobs<'_>) -> bool {
+        let source = self.pack_source(self.ctx);
         let arrives = AtomicBool::new(false);
         self.plan.contacts.for_blocks(&group.contacts, jobs, 4, |batch, blocks| {
             let mut any = false;

@@ -260,15 +260,7 @@ impl Solver<'_> {
 
     /// Rows of a block from its contacts as they are now, and their impulses to what bodies carry.
     fn put_rows(&self, ctx: &StepContext, fixed: bool, i: usize, elapsed: f32) {
-        let source = pack::Source {
-            ctx,
-            bodies: self.bodies,
-            line_of: self.line_of,
-            whitening: &self.whitening,
-            acceleration: &self.acceleration,
-            contacts: &self.contacts,
-            shapes: self.shapes,
-        };
+        let source = self.pack_source(ctx);
         let owners = &self.plan.contacts.owners[i];
         dispatch!(self.ctx.level, simd => {
             let block = self.blocks.row(i);

@@ -24,6 +24,7 @@ use crate::step::context::StepContext;
 use crate::step::finalize::Flight;
 use crate::step::narrowphase::overlap;
 use crate::step::one_way;
+use crate::step::sensor;
 
 /// Who is stopped may meet another there, or be met: so many times that is asked.
 const ROUNDS: usize = 8;
@@ -115,7 +116,12 @@ pub(super) fn stop(
     collect_ranges(jobs, asked.len(), grain(jobs, asked.len(), 8), crossings, |range, out| {
         out.extend(asked[range].iter().filter(|meeting| steps.crosses(**meeting, contacts)));
     });
-    crossed.extend(crossings.iter().flatten().flat_map(|meeting| steps.events(*meeting)));
+    crossed.extend(
+        crossings
+            .iter()
+            .flatten()
+            .flat_map(|(a, b)| sensor::events_between([*a, *b], shapes, steps.ways.bodies)),
+    );
 }
 
 fn is_of_sensor((a, b): Meeting, shapes: &Shapes) -> bool {
@@ -257,20 +263,5 @@ impl Steps<'_> {
             .of_body(body)
             .map(|(row, _)| contacts.at(row))
             .any(|c| (c.shape_a.min(c.shape_b), c.shape_a.max(c.shape_b)) == (a, b) && c.touching)
-    }
-
-    /// One for each shape that sees the other.
-    fn events(&self, (a, b): Meeting) -> impl Iterator<Item = SensorEvent> + use<> {
-        let event = |sensor: u32, visitor: u32| {
-            let [seer, seen] = [sensor, visitor].map(|shape| self.shapes.at(shape));
-            // One of them moved.
-            seer.sees(seen, false).then(|| SensorEvent {
-                sensor: self.shapes.id(sensor),
-                visitor: self.shapes.id(visitor),
-                sensor_body: self.ways.bodies.id(seer.body),
-                visitor_body: self.ways.bodies.id(seen.body),
-            })
-        };
-        [event(a, b), event(b, a)].into_iter().flatten()
     }
 }
