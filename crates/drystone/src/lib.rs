@@ -77,7 +77,7 @@ pub use state::events::{
     BondBreak, ContactEvent, ContactForce, Events, Fault, FaultKind, ForcePoint, FractureCause,
     FractureEvent, HitEvent, JointBreak, JointLimit, LinkTear, SensorEvent,
 };
-pub use state::material::{Combine, Filter, Material, SurfaceRule};
+pub use state::material::{Combine, ContactSoftness, Filter, Material, SurfaceRule};
 pub use state::method::{Method, Pass};
 pub use state::options::{
     Damping, Integration, MethodOptions, Order, Overlap, Persistence, Rest, Shock,

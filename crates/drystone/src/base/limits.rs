@@ -144,9 +144,13 @@ pub const INERTIA_FACTOR: Limit = Limit::range(
     "0 (the method's own), or 1 to 64",
 )
 .or_zero();
-/// Frequency of the springs of the penalty methods.
-pub const PENALTY_FREQUENCY: Limit =
-    Limit::range("frequency of penalty springs", "Hz", [1.0e-6, 1.0e6], "1e-6 to 1e6 Hz");
+/// Frequency of the springs of the penalty methods, and of soft contacts.
+pub const SPRING_FREQUENCY: Limit = Limit::range(
+    "frequency of penalty springs and soft contacts",
+    "Hz",
+    [1.0e-6, 1.0e6],
+    "1e-6 to 1e6 Hz",
+);
 
 /// All ranges, in the order of `docs/limits.md`.
 pub const ALL: [Limit; 31] = [
@@ -180,7 +184,7 @@ pub const ALL: [Limit; 31] = [
     THRESHOLD,
     THRESHOLD_ABOVE_ZERO,
     INERTIA_FACTOR,
-    PENALTY_FREQUENCY,
+    SPRING_FREQUENCY,
 ];
 
 #[cfg(test)]

@@ -293,7 +293,7 @@ impl WorldConfig {
             ("joint.tree_ratio", limits::THRESHOLD, &mut j.tree_ratio),
             ("particle.hertz", limits::FREQUENCY, &mut particle.hertz),
             ("particle.damping_ratio", limits::DAMPING_RATIO, &mut particle.damping_ratio),
-            ("penalty.hertz", limits::PENALTY_FREQUENCY, &mut p.hertz),
+            ("penalty.hertz", limits::SPRING_FREQUENCY, &mut p.hertz),
             ("penalty.damping_ratio", limits::DAMPING_RATIO, &mut p.damping_ratio),
             ("sleep.speed", limits::THRESHOLD, &mut s.speed),
             ("sleep.time", limits::THRESHOLD, &mut s.time),

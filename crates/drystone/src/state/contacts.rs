@@ -12,6 +12,7 @@ pub(crate) use self::watched::{Probe, Watch, Watched};
 use super::bodies::{Bodies, Body, NONE, Track};
 use super::colors::Place;
 use super::def::BodyKind;
+use super::material::ContactSoftness;
 use crate::base::disjoint::Apart;
 use crate::base::math::Vec3;
 use crate::base::pair_set::{PairSet, pair_key};
@@ -72,6 +73,38 @@ impl Default for Link {
     }
 }
 
+/// What else the surfaces of a contact do, a bit each.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub(crate) struct Traits(u8);
+
+impl Traits {
+    /// One of them moves over its shape.
+    pub(crate) const BELT: Self = Self(1);
+    /// A rule gives it a softness of its own.
+    pub(crate) const SOFT: Self = Self(2);
+    /// Hooks are asked for it, and may give it any restitution and softness for a step.
+    pub(crate) const HOOKED: Self = Self(4);
+
+    #[must_use]
+    pub(crate) const fn with(self, traits: Self, have: bool) -> Self {
+        if have { Self(self.0 | traits.0) } else { Self(self.0 & !traits.0) }
+    }
+
+    pub(crate) const fn any(self, of: Self) -> bool {
+        self.0 & of.0 != 0
+    }
+
+    /// Whether its softness may be another one than the world's.
+    pub(crate) const fn may_soften(self) -> bool {
+        self.any(Self(Self::SOFT.0 | Self::HOOKED.0))
+    }
+
+    /// Whether none is set that is not known.
+    pub(crate) const fn are_known(self) -> bool {
+        self.0 < 8
+    }
+}
+
 /// A contact. What the solver reads of it stands first, a cache line and half of one for each point.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[repr(C, align(64))]
@@ -101,8 +134,7 @@ pub(crate) struct Contact {
     pub(crate) recyclable: bool,
     /// A flat contact of these shapes is a disc.
     pub(crate) round_patch: bool,
-    /// One of the surfaces moves over its shape.
-    pub(crate) belt: bool,
+    pub(crate) traits: Traits,
     pub(crate) points: [Point; 4],
     pub(crate) shape_a: u32,
     pub(crate) shape_b: u32,
@@ -198,11 +230,19 @@ impl Contact {
         self.clear = -1.0;
     }
 
+    /// True if an impact may be reflected by it within the step.
+    #[inline]
+    pub(crate) const fn may_bounce(&self) -> bool {
+        self.restitution > 0.0 || self.traits.any(Traits::HOOKED)
+    }
+
     /// True if it needs more than normal and friction.
     pub(crate) fn is_special(&self, bodies: &Bodies) -> bool {
         let kinematic = |body: u32| bodies.at(body).kind == BodyKind::Kinematic;
-        let surface =
-            self.restitution > 0.0 || self.rolling > 0.0 || self.kinetic < 1.0 || self.belt;
+        let surface = self.restitution > 0.0
+            || self.rolling > 0.0
+            || self.kinetic < 1.0
+            || self.traits != Traits::default();
         surface || kinematic(self.body_a) || kinematic(self.body_b)
     }
 
@@ -217,6 +257,14 @@ impl Contact {
     pub(crate) fn points(&self) -> &[Point] {
         &self.points[..usize::from(self.count)]
     }
+}
+
+/// What narrowphase writes.
+pub(crate) struct Lent<'a> {
+    pub(crate) slots: Slots<'a>,
+    pub(crate) watches: &'a mut [Watch],
+    pub(crate) probes: &'a mut [Probe],
+    pub(crate) softened: &'a mut [Softened],
 }
 
 /// All rows of the table, lent to workers.
@@ -237,7 +285,14 @@ pub(crate) struct Contacts {
     /// New contacts of bodies that are not active, which are looked at once, in the step in which they are made.
     #[serde(skip)]
     pub(crate) asked: Vec<u32>,
+    /// By rows: the softness that hooks left or gave in this step. Of contacts that they were not asked for it means nothing; empty
+    /// in a step without hooks.
+    #[serde(skip)]
+    softened: Vec<Softened>,
 }
+
+/// The softness of a contact of which hooks decide.
+pub(crate) type Softened = Option<ContactSoftness>;
 
 impl Clone for Contacts {
     fn clone(&self) -> Self {
@@ -248,7 +303,8 @@ impl Clone for Contacts {
 
     /// Into the lists that are there.
     fn clone_from(&mut self, from: &Self) {
-        let Self { rows, free, pairs, watched, asked } = from;
+        // What hooks said is of the step.
+        let Self { rows, free, pairs, watched, asked, softened: _ } = from;
         self.rows.clone_from(rows);
         self.free.clone_from(free);
         self.pairs.clone_from(pairs);
@@ -310,10 +366,23 @@ impl Contacts {
         self.rows.lend(apart)
     }
 
+    /// The same for the solver, with what hooks made of their softness.
+    pub(crate) fn solved_mut(&mut self, apart: Apart) -> (Slots<'_>, &[Softened]) {
+        (self.rows.lend(apart), &self.softened)
+    }
+
     /// The same, and what is watched.
-    pub(crate) fn watched_mut(&mut self, apart: Apart) -> (Slots<'_>, &mut [Watch], &mut [Probe]) {
+    pub(crate) fn watched_mut(&mut self, apart: Apart) -> Lent<'_> {
         let Watched { watches, probes, awake } = &mut self.watched;
-        (self.rows.lend(apart), &mut watches[..*awake], &mut probes[..*awake])
+        let (watches, probes) = (&mut watches[..*awake], &mut probes[..*awake]);
+        let softened = &mut self.softened;
+        Lent { slots: self.rows.lend(apart), watches, probes, softened }
+    }
+
+    /// Makes room for what hooks say in this step, if some are asked.
+    pub(crate) fn begin_hooks(&mut self, are_asked: bool) {
+        self.softened.clear();
+        self.softened.resize(if are_asked { self.rows.len() } else { 0 }, None);
     }
 
     /// Of all pairs that are awake.
@@ -373,7 +442,7 @@ impl Contacts {
     pub(crate) fn follow_restitution(&mut self, row: u32) {
         let contact = self.at(row);
         if !contact.is_part {
-            let (place, bounces) = (contact.probe.get() as usize, contact.restitution > 0.0);
+            let (place, bounces) = (contact.probe.get() as usize, contact.may_bounce());
             self.watched.watches[place].set_bounces(bounces);
         }
     }

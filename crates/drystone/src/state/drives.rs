@@ -1,7 +1,7 @@
 //! What drives a body that is slow: it must not sleep, however slow that is.
 
 use super::bodies::{Bodies, Body};
-use super::contacts::{Contact, Contacts, Point};
+use super::contacts::{Contact, Contacts, Point, Traits};
 use super::coupling::coordinate;
 use super::def::BodyKind;
 use super::joints::{Joint, Joints, Link};
@@ -62,7 +62,10 @@ impl Drives<'_> {
             if moves(self.bodies.at(other)) {
                 return Some(Driver::Body(other));
             }
-            if c.belt && c.friction > 0.0 && !self.is_held(row, self.belt_speed(c)) {
+            if c.traits.any(Traits::BELT)
+                && c.friction > 0.0
+                && !self.is_held(row, self.belt_speed(c))
+            {
                 return Some(Driver::Belt(other));
             }
         }

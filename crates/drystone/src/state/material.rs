@@ -130,11 +130,43 @@ impl Filter {
     }
 }
 
+/// How a contact gives under a load, as a damped spring at each of its points: rubber, foam, a mattress.
+///
+/// Its stiffness is that of the frequency, `k = m (2πf)²` with the effective mass m of the point. So a ball that lies on a soft
+/// surface sinks in by `g / (2πf)²`, whatever its mass: 62 mm at 2 Hz. What falls on it is thrown back, damped by the damping ratio
+/// and by what the method itself damps. So is what overlaps at the start: the push speed of the world's contacts is not asked. The
+/// methods `soft-step` and `soft-step-relax` know it; for the classic methods all contacts are rigid.
+///
+/// ```
+/// use drystone::ContactSoftness;
+///
+/// let mattress = ContactSoftness { hertz: 2.0, damping_ratio: 0.3 };
+/// assert!(mattress.validate().is_ok());
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ContactSoftness {
+    /// Stiffness as a frequency [Hz], 1e-6 to 1e6; against static bodies the same. A quarter of the rate of substeps is the
+    /// most that counts: 120 Hz at 60 steps of 8 substeps a second.
+    pub hertz: f32,
+    /// Damping ratio, 0 to 1e6; from 1 on nothing swings.
+    pub damping_ratio: f32,
+}
+
+impl ContactSoftness {
+    /// # Errors
+    /// A number is out of range.
+    pub fn validate(&self) -> Result<(), DefError> {
+        within("softness.hertz", self.hertz, &limits::SPRING_FREQUENCY)?;
+        within("softness.damping_ratio", self.damping_ratio, &limits::DAMPING_RATIO)
+    }
+}
+
 /// What surfaces of shapes in some layers do to each other, in place of what their materials make together. Of several rules
-/// the first one counts that is of a pair's layers. See [`World::set_surface_rules`](crate::World::set_surface_rules).
+/// the first one counts that is of a pair's layers: see [`World::set_surface_rules`](crate::World::set_surface_rules). One of two
+/// bodies counts before those: see [`World::set_surface_between`](crate::World::set_surface_between).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SurfaceRule {
-    /// Layers of one shape, a bit each: it is in one of them.
+    /// Layers of one shape, a bit each: it is in one of them. All ones: any shape, also one in no layer.
     pub first: u64,
     /// Layers of the other one; which of a pair is which does not matter.
     pub second: u64,
@@ -144,13 +176,25 @@ pub struct SurfaceRule {
     pub kinetic_friction: Option<f32>,
     /// Coefficient of restitution, 0 to 1; `None`: that of the materials.
     pub restitution: Option<f32>,
+    /// How their contacts give; `None`: as [`ContactConfig`](crate::ContactConfig) says.
+    pub softness: Option<ContactSoftness>,
 }
 
 impl SurfaceRule {
+    /// A rule that changes nothing yet, for shapes in any layers.
+    pub const ANY: Self = Self::between(u64::MAX, u64::MAX);
+
     /// A rule that changes nothing yet, for shapes in these layers.
     #[must_use]
     pub const fn between(first: u64, second: u64) -> Self {
-        Self { first, second, friction: None, kinetic_friction: None, restitution: None }
+        Self {
+            first,
+            second,
+            friction: None,
+            kinetic_friction: None,
+            restitution: None,
+            softness: None,
+        }
     }
 
     /// # Errors
@@ -161,11 +205,16 @@ impl SurfaceRule {
         };
         check("friction", self.friction, &limits::FRICTION)?;
         check("kinetic_friction", self.kinetic_friction, &limits::FRICTION)?;
-        check("restitution", self.restitution, &limits::RESTITUTION)
+        check("restitution", self.restitution, &limits::RESTITUTION)?;
+        self.softness.as_ref().map_or(Ok(()), ContactSoftness::validate)
     }
 
     pub(crate) const fn is_of(&self, a: u64, b: u64) -> bool {
-        self.first & a != 0 && self.second & b != 0 || self.first & b != 0 && self.second & a != 0
+        const fn holds(layers: u64, of: u64) -> bool {
+            layers == u64::MAX || layers & of != 0
+        }
+        holds(self.first, a) && holds(self.second, b)
+            || holds(self.first, b) && holds(self.second, a)
     }
 }
 

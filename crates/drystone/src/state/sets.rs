@@ -57,7 +57,7 @@ impl Sets<'_> {
         (c.friction, c.kinetic) = (surface.friction, surface.kinetic);
         c.restitution = surface.restitution;
         (c.rolling, c.spinning) = (surface.rolling, surface.spinning);
-        (c.belt, c.round_patch) = (surface.belt, surface.round_patch);
+        (c.traits, c.round_patch) = (surface.traits, surface.round_patch);
         if c.rolling <= 0.0 {
             c.set_rolling_impulse(Vec3::ZERO);
         }

@@ -7,8 +7,8 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 
 use super::bodies::Body;
-use super::contacts::Contact;
-use super::material::{Filter, Material, SurfaceRule};
+use super::contacts::Traits;
+use super::material::{ContactSoftness, Filter, Material, SurfaceRule};
 use super::reports::PackedReports;
 use crate::base::aabb::Aabb;
 use crate::base::copy;
@@ -166,7 +166,7 @@ fn no_solid() -> Solid {
 }
 
 /// What the surfaces of two shapes do together.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct PairSurface {
     /// Static friction coefficient.
     pub(crate) friction: f32,
@@ -176,33 +176,26 @@ pub(crate) struct PairSurface {
     /// Coefficients of resistance times radius [m].
     pub(crate) rolling: f32,
     pub(crate) spinning: f32,
-    /// One of the surfaces moves over its shape.
-    pub(crate) belt: bool,
+    /// As the world's contacts give, if there is none.
+    pub(crate) softness: Option<ContactSoftness>,
+    pub(crate) traits: Traits,
     /// A flat contact is a disc.
     pub(crate) round_patch: bool,
 }
 
 impl PairSurface {
-    /// The first of the rules that is of their layers counts.
-    fn of(a: &ShapeRow, b: &ShapeRow, rules: &[SurfaceRule]) -> Self {
-        let of_materials = Self::of_materials(a, b);
-        let rule = rules.iter().find(|rule| rule.is_of(a.filter.layers, b.filter.layers));
-        let Some(rule) = rule else { return of_materials };
-        let friction = rule.friction.unwrap_or(of_materials.friction);
+    /// With what a rule says.
+    fn ruled(self, rule: &SurfaceRule) -> Self {
+        let friction = rule.friction.unwrap_or(self.friction);
         let kinetic = match rule.kinetic_friction {
             Some(sliding) if sliding < friction => sliding / friction,
             Some(_) => 1.0,
-            None => of_materials.kinetic,
+            None => self.kinetic,
         };
-        let restitution = rule.restitution.unwrap_or(of_materials.restitution);
-        Self { friction, kinetic, restitution, ..of_materials }
-    }
-
-    /// Whether a contact has this surface.
-    pub(crate) fn is_of(&self, c: &Contact) -> bool {
-        let bits = |own: [f32; 3]| own.map(f32::to_bits);
-        bits([self.friction, self.kinetic, self.restitution])
-            == bits([c.friction, c.kinetic, c.restitution])
+        let restitution = rule.restitution.unwrap_or(self.restitution);
+        let softness = rule.softness.or(self.softness);
+        let traits = self.traits.with(Traits::SOFT, softness.is_some());
+        Self { friction, kinetic, restitution, softness, traits, ..self }
     }
 
     fn of_materials(a: &ShapeRow, b: &ShapeRow) -> Self {
@@ -213,13 +206,17 @@ impl PairSurface {
         let kinetic = rub(sliding(ma), sliding(mb));
         let resist = |ka: f32, kb: f32| (ka * a.rolling_radius).max(kb * b.rolling_radius);
         let bounce = ma.restitution_combine;
+        let has_hooks = a.reports.has_hooks() || b.reports.has_hooks();
         Self {
             friction,
             kinetic: if kinetic < friction { kinetic / friction } else { 1.0 },
             restitution: bounce.apply(mb.restitution_combine, ma.restitution, mb.restitution),
             rolling: resist(ma.rolling_resistance, mb.rolling_resistance),
             spinning: resist(ma.spinning_resistance, mb.spinning_resistance),
-            belt: a.is_belt() || b.is_belt(),
+            softness: None,
+            traits: Traits::default()
+                .with(Traits::BELT, a.is_belt() || b.is_belt())
+                .with(Traits::HOOKED, has_hooks),
             round_patch: a.has_round_base() || b.has_round_base(),
         }
     }
@@ -239,6 +236,8 @@ pub(crate) struct Shapes {
     pub(crate) one_way: BTreeMap<u32, Vec3>,
     /// What surfaces of some layers do to each other.
     pub(crate) rules: Vec<SurfaceRule>,
+    /// And those of two bodies: by their rows, the lower first.
+    pub(crate) between: BTreeMap<(u32, u32), SurfaceRule>,
     #[serde(skip)]
     boxes: VecDeque<Arc<Hull>>,
 }
@@ -252,10 +251,12 @@ impl Clone for Shapes {
 
     /// Into the lists that are there.
     fn clone_from(&mut self, from: &Self) {
-        let Self { rows, report_forces, give_hit_speed, see_statics, one_way, rules, boxes } = from;
+        let Self { rows, report_forces, give_hit_speed, see_statics, .. } = from;
+        let Self { one_way, rules, between, boxes, .. } = from;
         self.rows.clone_from(rows);
         self.boxes.clone_from(boxes);
         copy::map(&mut self.one_way, one_way);
+        copy::map(&mut self.between, between);
         self.rules.clone_from(rules);
         (self.report_forces, self.give_hit_speed) = (*report_forces, *give_hit_speed);
         self.see_statics = *see_statics;
@@ -290,9 +291,22 @@ impl Shapes {
         }
     }
 
-    /// What the surfaces of two shapes do together.
+    /// What the surfaces of two shapes do together. The first of the rules of layers counts that is of theirs, and before it that
+    /// of their bodies.
     pub(crate) fn surface_of(&self, a: u32, b: u32) -> PairSurface {
-        PairSurface::of(self.at(a), self.at(b), &self.rules)
+        let (a, b) = (self.at(a), self.at(b));
+        let mut surface = PairSurface::of_materials(a, b);
+        let is_of = |rule: &&SurfaceRule| rule.is_of(a.filter.layers, b.filter.layers);
+        if let Some(rule) = self.rules.iter().find(is_of) {
+            surface = surface.ruled(rule);
+        }
+        if !self.between.is_empty() {
+            let pair = (a.body.min(b.body), a.body.max(b.body));
+            if let Some(rule) = self.between.get(&pair).filter(is_of) {
+                surface = surface.ruled(rule);
+            }
+        }
+        surface
     }
 
     /// Lets a shape report other events.

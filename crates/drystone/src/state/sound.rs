@@ -219,6 +219,12 @@ fn check_shapes(shapes: &Shapes, bodies: &Bodies) -> Check {
     holds(fronts, "a surface has no front that can be")?;
     let ruled = shapes.rules.iter().all(|rule| rule.validate().is_ok());
     holds(ruled, "a rule of surfaces is out of range")?;
+    let lives = |row: u32| bodies.rows.at(row).is_some();
+    let ruled = shapes
+        .between
+        .iter()
+        .all(|((a, b), rule)| a < b && lives(*a) && lives(*b) && rule.validate().is_ok());
+    holds(ruled, "a rule of two bodies is of none")?;
     holds(shapes.counts_hold(), "a count of shapes that report is wrong")?;
     for (id, s) in shapes.rows.iter() {
         holds(seen.0[id.index() as usize], "a shape is of no body")?;

@@ -364,7 +364,7 @@ fn contact_of(a: u32, b: u32, shapes: &Shapes) -> Contact {
         rolling: surface.rolling,
         spinning: surface.spinning,
         round_patch: surface.round_patch,
-        belt: surface.belt,
+        traits: surface.traits,
         normal: Vec3::Y,
         count: 0,
         others: 0,

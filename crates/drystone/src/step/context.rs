@@ -8,6 +8,7 @@ use super::solver::softness::{Compliance, Softness};
 use crate::base::math::Vec3;
 use crate::state::bodies::Fineness;
 use crate::state::config::{PenaltyConfig, WorldConfig};
+use crate::state::material::ContactSoftness;
 
 /// Fastest push-out of an island that takes its substeps in parts [m/s]. As it begins to, its contacts get
 /// stiffer by the square of the parts: with the world's 3 m/s a stack of 30 boxes hopped, with 0.05 too.
@@ -109,6 +110,12 @@ impl StepContext {
         let soft_joint = Softness::new(hertz, config.joint.damping_ratio, tumbling.h);
         let tumbling = Self { fineness: Fineness::Tumbling, rounds, soft_joint, ..tumbling };
         [loaded, jointed, struck, tumbling]
+    }
+
+    /// A contact with a softness of its own.
+    pub(crate) fn soft_contact(&self, softness: &ContactSoftness) -> Softness {
+        let hertz = contact_hertz(softness.hertz, self.inv_h);
+        Softness::new(hertz, softness.damping_ratio, self.h)
     }
 
     /// How much more contacts of two dynamic bodies gave under an acceleration in substeps of `h` [s] than in those of this step: the

@@ -11,12 +11,15 @@ use crate::base::math::Vec3;
 use crate::base::pose::Pose;
 use crate::geometry::manifold::Manifold;
 use crate::state::bodies::Body;
+use crate::state::material::ContactSoftness;
 use crate::state::shapes::ShapeRow;
 
 /// A user's say in contacts: see [`World::step_with`](crate::World::step_with).
 pub trait ContactHooks: Sync {
     /// Is asked in each step for each contact of a pair of which a shape [has hooks](crate::ShapeDef::with_hooks), before it is
-    /// solved. It may drop it, or change its friction; that lasts for the step. A pair with a mesh has several contacts.
+    /// solved. It may drop it, or change its friction, restitution and softness; that lasts for the step. A pair with a mesh has
+    /// several contacts. It is asked again for a pair of which one body is so fast that it would pass the other within the step:
+    /// see [`HookedContact::is_sweep`].
     ///
     /// Contacts are asked for by several threads at once, in no order. The step gives the same bits for any number of threads
     /// if the answer depends on nothing but the contact and what does not change in the step.
@@ -28,12 +31,35 @@ pub trait ContactHooks: Sync {
 pub struct HookedContact<'a> {
     pub(super) ids: [(ShapeId, BodyId); 2],
     pub(super) shapes: [&'a ShapeRow; 2],
-    pub(super) bodies: [&'a Body; 2],
+    pub(super) motions: [Motion; 2],
     pub(super) manifold: &'a Manifold,
     pub(super) pose_a: &'a Pose,
     pub(super) touched: bool,
-    pub(super) friction: f32,
+    pub(super) is_sweep: bool,
+    pub(super) surface: Surface,
     pub(super) dropped: bool,
+}
+
+/// How a body moves: center of mass [m], velocities [m/s, rad/s], all of the world.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Motion {
+    pub(super) center: Vec3,
+    pub(super) v: Vec3,
+    pub(super) w: Vec3,
+}
+
+impl Motion {
+    pub(super) const fn of(body: &Body) -> Self {
+        Self { center: body.center, v: body.v, w: body.w }
+    }
+}
+
+/// What hooks may change of a contact.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Surface {
+    pub(super) friction: f32,
+    pub(super) restitution: f32,
+    pub(super) softness: Option<ContactSoftness>,
 }
 
 impl HookedContact<'_> {
@@ -89,7 +115,7 @@ impl HookedContact<'_> {
     #[must_use]
     pub fn velocity_at(&self, point: impl Into<Vec3>) -> Vec3 {
         let point = point.into();
-        let [a, b] = self.bodies.map(|body| body.velocity_at(point - body.center));
+        let [a, b] = self.motions.map(|body| body.v + body.w.cross(point - body.center));
         b - a
     }
 
@@ -99,18 +125,62 @@ impl HookedContact<'_> {
         self.touched
     }
 
+    /// True if a body is so fast that it would pass the other one in this step, or end deep in it, and this asks whether it is
+    /// stopped where they meet. Points and normal are of there, velocities of the end of the step, and only
+    /// [`drop_contact`](Self::drop_contact) counts. A pair may be asked so several times in a step.
+    #[must_use]
+    pub const fn is_sweep(&self) -> bool {
+        self.is_sweep
+    }
+
     /// Coulomb friction coefficient of what sticks.
     #[must_use]
     pub const fn friction(&self) -> f32 {
-        self.friction
+        self.surface.friction
+    }
+
+    /// Coefficient of restitution.
+    #[must_use]
+    pub const fn restitution(&self) -> f32 {
+        self.surface.restitution
+    }
+
+    /// How it gives; `None`: as the world's contacts do.
+    #[must_use]
+    pub const fn softness(&self) -> Option<ContactSoftness> {
+        self.surface.softness
     }
 
     /// Gives it another friction coefficient for this step, from 0 to 1e6; what is below counts as 0, what is above as 1e6, and
     /// NaN changes nothing. What slides has the same part of it as before.
     pub const fn set_friction(&mut self, friction: f32) {
         if !friction.is_nan() {
-            self.friction = friction.clamp(0.0, limits::FRICTION.most);
+            self.surface.friction = friction.clamp(0.0, limits::FRICTION.most);
         }
+    }
+
+    /// Gives it another restitution for this step, from 0 to 1; what is below counts as 0, what is above as 1, and NaN changes
+    /// nothing. A pair bounces in the step in which it meets, so the answer is to be the same from the first point on.
+    pub const fn set_restitution(&mut self, restitution: f32) {
+        if !restitution.is_nan() {
+            self.surface.restitution = restitution.clamp(0.0, limits::RESTITUTION.most);
+        }
+    }
+
+    /// Lets it give as a spring for this step, or as the world's contacts do. What is out of range counts as the nearest that is
+    /// in it, and NaN changes nothing.
+    pub const fn set_softness(&mut self, softness: Option<ContactSoftness>) {
+        let Some(ContactSoftness { hertz, damping_ratio }) = softness else {
+            self.surface.softness = None;
+            return;
+        };
+        if hertz.is_nan() || damping_ratio.is_nan() {
+            return;
+        }
+        let (least, most) = (limits::SPRING_FREQUENCY.least, limits::SPRING_FREQUENCY.most);
+        let hertz = hertz.clamp(least, most);
+        let damping_ratio = damping_ratio.clamp(0.0, limits::DAMPING_RATIO.most);
+        self.surface.softness = Some(ContactSoftness { hertz, damping_ratio });
     }
 
     /// Lets the shapes pass each other here, in this step.

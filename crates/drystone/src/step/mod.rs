@@ -185,7 +185,7 @@ pub(crate) fn step(
         jobs,
     );
     after(Stage::Finalize);
-    let (fast, links) = (s.finalize.flights(), (&*contacts, &*joints));
+    let (fast, links) = (s.finalize.flights(), (&*contacts, &*joints, hooks));
     sweep::stop_fast_bodies(ctx, fast, links, bodies, shapes, bounds, &mut s.sweep, jobs);
     after(Stage::Sweep);
     let around = (&*shapes, &*bounds);

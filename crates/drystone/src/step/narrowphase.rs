@@ -34,7 +34,7 @@ use crate::geometry::manifold::{Manifold, PairCache};
 use crate::geometry::room::room_to_turn;
 use crate::geometry::solid::Core;
 use crate::state::bodies::{Bodies, Body, NONE, Track};
-use crate::state::contacts::{Contact, Contacts, Probe, Slots, Watch};
+use crate::state::contacts::{Contact, Contacts, Lent, Probe, Slots, Softened, Watch};
 use crate::state::def::BodyKind;
 use crate::state::shapes::{ShapeRow, Shapes};
 
@@ -127,15 +127,18 @@ pub(crate) fn update_manifolds(
     let bodies = &*bodies;
     // SAFETY: each watch is of one range, and is alone with its contact and the further parts of that.
     let apart = unsafe { Apart::promise() };
-    let (slots, watches, probes) = contacts.watched_mut(apart);
+    contacts.begin_hooks(hooks.is_some());
+    let Lent { slots, watches, probes, softened } = contacts.watched_mut(apart);
     let Scratch { changes, ghosts, workers, seams } = scratch;
     let count = watches.len();
     let least = fine_grain(jobs, count, 16);
     let (watches, probes) = (Rows::new(watches, apart), Rows::new(probes, apart));
+    let softened = Rows::new(softened, apart);
     // While some shapes have hit speeds of their own any may count.
     let hit_speed = if shapes.give_hit_speed > 0 { 0.0 } else { ctx.hit_speed };
     let landing = Track::at_most(hit_speed * ctx.dt);
-    let pairs = Pairs { ctx, bodies, shapes, slots, watches, probes, hooks, landing };
+    let asked = Asked { hooks, softened };
+    let pairs = Pairs { ctx, bodies, shapes, slots, watches, probes, asked, landing };
     let margin = Track::at_least(ctx.margin);
     collect_ranges_with(jobs, count, least, workers, changes, |worker, range, out| {
         let mut line = Line::default();
@@ -231,9 +234,16 @@ struct Pairs<'a> {
     slots: Slots<'a>,
     watches: Rows<'a, Watch>,
     probes: Rows<'a, Probe>,
-    hooks: Option<&'a Hooks<'a>>,
+    asked: Asked<'a>,
     /// So far two bodies come in a step together whose points land, at least: see [`Track::ahead`].
     landing: u32,
+}
+
+/// The hooks of the step, and what they say of softness by contacts' rows; empty without hooks.
+#[derive(Clone, Copy)]
+struct Asked<'a> {
+    hooks: Option<&'a Hooks<'a>>,
+    softened: Rows<'a, Softened>,
 }
 
 impl Pairs<'_> {
@@ -358,7 +368,8 @@ impl Pairs<'_> {
         if let Core::Mesh(mesh) = &shape_a.solid.core {
             let (a, b) = ((a, shape_a), (b, shape_b));
             let (motion, pair) = (motions.at(lane), (contact, &mut look, gate.as_ref()));
-            mesh::update(ctx, mesh, a, b, &motion, pair, slots, out, scratch);
+            let tables = (slots, &self.asked.softened);
+            mesh::update(ctx, mesh, a, b, &motion, pair, tables, out, scratch);
             return;
         }
         if !shape_a.fat.overlaps(&shape_b.fat) {
@@ -400,7 +411,7 @@ impl Pairs<'_> {
             && m.count > 0
         {
             match gate.admit(ctx, &m, &pose_a) {
-                Some(friction) => contact.friction = friction,
+                Some(admitted) => admitted.tell(row, contact, &self.asked.softened),
                 None => m.count = 0,
             }
         }

@@ -7,13 +7,16 @@
 //! where it meets (docs/decisions/032-continuous-collision.md): velocities stay, so the contact of the next step has the
 //! whole blow.
 
+mod asks;
 mod meetings;
 mod stops;
 mod ways;
 
-use self::ways::Ways;
+use self::asks::Asks;
+use self::ways::{Ways, pose_of};
 use super::context::StepContext;
 use super::finalize::{Flight, Need, most_moved};
+use super::hooks::Hooks;
 use super::one_way;
 use crate::base::bit_set::BitSet;
 use crate::base::grow::Slack;
@@ -80,7 +83,7 @@ impl Output for Met {
 pub(crate) fn stop_fast_bodies<'a>(
     ctx: &StepContext,
     flights: impl Iterator<Item = &'a [Flight]>,
-    (contacts, joints): (&Contacts, &Joints),
+    (contacts, joints, hooks): (&Contacts, &Joints, Option<&Hooks<'_>>),
     bodies: &mut Bodies,
     shapes: &mut Shapes,
     bounds: &mut Bounds,
@@ -109,7 +112,8 @@ pub(crate) fn stop_fast_bodies<'a>(
     } else {
         met.iter_mut().for_each(Output::clear);
     }
-    let around = Around { bodies, shapes, bounds };
+    let hooked = hooks.map(|hooks| Asks { ctx, hooks, bodies, shapes });
+    let around = Around { bodies, shapes, bounds, asks: hooked };
     collect_ranges(jobs, fast.len(), grain(jobs, fast.len(), 8), stopped, |range, out| {
         for Flight { row, from, stood, in_boxes, .. } in &fast[range] {
             // All that it may have met is a pair with it, and still apart.
@@ -140,7 +144,7 @@ pub(crate) fn stop_fast_bodies<'a>(
     let found = meetings.found();
     if !found.is_empty() {
         let flights = (fast.as_slice(), &*flight_of);
-        stops::stop(ctx, flights, found, contacts, (bodies, shapes, bounds), stops, jobs);
+        stops::stop(ctx, flights, found, (contacts, hooks), (bodies, shapes, bounds), stops, jobs);
     }
     for flight in fast {
         flight_of.set(flight.row, NONE);
@@ -207,6 +211,7 @@ struct Around<'a> {
     bodies: &'a Bodies,
     shapes: &'a Shapes,
     bounds: &'a Bounds,
+    asks: Option<Asks<'a>>,
 }
 
 /// What is swept: a body, or a part of one.
@@ -260,13 +265,19 @@ fn first_stop_of(
     if delta == Vec3::ZERO {
         return None;
     }
-    let Around { bodies, shapes, bounds } = around;
-    let meets = |other: &ShapeRow| {
-        swept
-            .shapes
-            .iter()
-            .map(|s| shapes.at(*s))
-            .any(|s| s.is_solid() && s.filter.collides_with(other.filter))
+    let Around { bodies, shapes, bounds, asks } = around;
+    let meets = |s: u32, other: &ShapeRow| {
+        let s = shapes.at(s);
+        s.is_solid() && s.filter.collides_with(other.filter)
+    };
+    // Who is stopped somewhere is stopped as it stands at the end.
+    let is_held = |item: u32, shape: &ShapeRow, stop: f32| {
+        let Some(asks) = asks else { return true };
+        let own =
+            Pose { position: swept.body.center - delta * (1.0 - stop), ..pose_of(swept.body) };
+        let fixed = pose_of(bodies.at(shape.body));
+        let mut met = swept.shapes.iter().filter(|s| meets(**s, shape));
+        met.any(|s| !asks.are_of(*s, item) || asks.stop([*s, item], [own, fixed]))
     };
     let stops_at = |row: u32, shape: &ShapeRow, normal: Vec3| {
         one_way::stops(shapes, row, bodies.at(shape.body), normal, delta)
@@ -278,7 +289,7 @@ fn first_stop_of(
         let limit = first.unwrap_or(1.0) + ahead;
         let shape = shapes.at(item);
         let passes = shape.body == row || shape.sensor || bodies.are_strangers(row, shape.body);
-        if passes || !meets(shape) {
+        if passes || !swept.shapes.iter().any(|s| meets(*s, shape)) {
             return limit;
         }
         let pose = bodies.at(shape.body).pose().compose(&shape.local);
@@ -287,6 +298,7 @@ fn first_stop_of(
             && stops_at(item, shape, pose.direction(hit.normal))
             && let Some(stop) =
                 stop_at(swept, stood, delta, (hit.fraction, pose.direction(hit.normal)), shapes)
+            && is_held(item, shape, stop)
         {
             first = Some(first.unwrap_or(1.0_f32).min(stop.max(hit.fraction - ahead)));
         }
@@ -414,7 +426,7 @@ mod tests {
                 world.step(1.0 / 60.0);
                 let (then, now) = (then.tables_mut(), world.tables_mut());
                 let (bodies, shapes, bounds) = (&now.bodies, &now.shapes, &now.bounds);
-                let around = Around { bodies, shapes, bounds };
+                let around = Around { bodies, shapes, bounds, asks: None };
                 for (id, body) in bodies.rows.iter().filter(|(_, body)| body.is_dynamic()) {
                     let row = id.index();
                     let before: &Body = then.bodies.at(row);

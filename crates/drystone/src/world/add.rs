@@ -269,6 +269,7 @@ impl World {
         let tables = &mut self.tables;
         tables.bodies.given.remove(&row);
         tables.bodies.strangers.retain(|(a, b)| *a != row && *b != row);
+        tables.shapes.between.retain(|(a, b), _| *a != row && *b != row);
         tables.breakage.forget(row, tables.bodies.at(row).is_piece);
         tables.islands.remove(row, &mut tables.bodies);
         tables.bodies.rows.remove(id);

@@ -229,9 +229,9 @@ impl World {
     }
 
     /// Like [`Self::step`]; asks `hooks` for each contact of shapes that [have hooks](crate::ShapeDef::with_hooks). They may drop
-    /// it or change its friction for this step, by several threads at once: see [`ContactHooks`]. If they panic, they are not
-    /// asked again in this step; the step is done to its end, and the panic goes on. Fast bodies that would pass a shape within
-    /// a step are stopped at it without a question.
+    /// it, or change its friction, restitution and softness for this step, by several threads at once: see [`ContactHooks`]. If
+    /// they panic, they are not asked again in this step; the step is done to its end, and the panic goes on. A fast body passes
+    /// what they drop, too.
     ///
     /// ```
     /// use drystone::{BodyDef, ContactHooks, HookedContact, ShapeDef, World};

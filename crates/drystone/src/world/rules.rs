@@ -4,6 +4,8 @@ use super::World;
 use crate::base::id::BodyId;
 use crate::state::def::DefError;
 use crate::state::material::SurfaceRule;
+use crate::state::shapes::{PairSurface, Shapes};
+use crate::state::tables::Tables;
 
 /// So many rules of surfaces at most: each new contact is compared with all of them.
 const MOST_RULES: usize = 256;
@@ -72,19 +74,92 @@ impl World {
             return Err(DefError::new("rules", rules.len(), "at most 256"));
         }
         rules.iter().try_for_each(SurfaceRule::validate)?;
-        self.tables.shapes.rules = rules;
-        let rows: Vec<u32> = self.tables.contacts.iter().map(|(row, _)| row).collect();
-        for row in rows {
-            let c = self.tables.contacts.at(row);
-            let surface = self.tables.shapes.surface_of(c.shape_a, c.shape_b);
-            if !surface.is_of(c) {
+        let all: Vec<u32> = self.tables.contacts.iter().map(|(row, _)| row).collect();
+        self.change_rules(&all, |shapes| shapes.rules = rules);
+        Ok(())
+    }
+
+    /// Gives the surfaces of two bodies a rule of their own, which counts before those of layers; where it says nothing, those and
+    /// the materials do. `None` takes it back. Both wake if they touch and that changes something. It lasts until one of the
+    /// bodies is removed; pieces that come off a body do not take it over.
+    ///
+    /// ```
+    /// use drystone::{BodyDef, ContactSoftness, ShapeDef, SurfaceRule, World};
+    ///
+    /// let mut world = World::default();
+    /// let bed = world.add_body(BodyDef::fixed().with_shape(ShapeDef::box_half([2.0, 0.5, 2.0])))?;
+    /// let ball = BodyDef::dynamic().with_position([0.0, 1.0, 0.0]);
+    /// let ball = world.add_body(ball.with_shape(ShapeDef::sphere(0.5)))?;
+    /// let soft = ContactSoftness { hertz: 3.0, damping_ratio: 0.2 };
+    /// let springy = SurfaceRule { softness: Some(soft), ..SurfaceRule::ANY };
+    /// world.set_surface_between(bed, ball, Some(springy))?;
+    /// for _ in 0..300 {
+    ///     world.step(1.0 / 60.0);
+    /// }
+    /// // It lies in its dent: g / (2πf)² is 28 mm.
+    /// assert!(world.body(ball).is_some_and(|ball| (ball.position().y - 0.972).abs() < 1e-3));
+    /// # Ok::<(), drystone::DefError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// A number of the rule is out of range, one of the bodies is not of this world, or both are the same. Then nothing is
+    /// changed.
+    pub fn set_surface_between(
+        &mut self,
+        a: BodyId,
+        b: BodyId,
+        rule: Option<SurfaceRule>,
+    ) -> Result<(), DefError> {
+        rule.as_ref().map_or(Ok(()), SurfaceRule::validate)?;
+        let row = |name, id: BodyId| {
+            let row = self.tables.bodies.rows.row(id);
+            row.ok_or_else(|| DefError::new(name, id.index(), "a body of this world"))
+        };
+        let (a, b) = (row("a", a)?, row("b", b)?);
+        if a == b {
+            return Err(DefError::new("b", "the same body", "another body than a"));
+        }
+        let contacts = &self.tables.contacts;
+        let of_a = contacts.of_body(self.tables.bodies.at(a)).map(|(row, _)| row);
+        let is_of_b = |row: &u32| [contacts.at(*row).body_a, contacts.at(*row).body_b].contains(&b);
+        let all: Vec<u32> = of_a.filter(is_of_b).collect();
+        let pair = (a.min(b), a.max(b));
+        self.change_rules(&all, |shapes| {
+            match rule {
+                Some(rule) => shapes.between.insert(pair, rule),
+                None => shapes.between.remove(&pair),
+            };
+        });
+        Ok(())
+    }
+
+    /// The rule of the surfaces of two bodies, if they have one of their own: see [`Self::set_surface_between`].
+    #[must_use]
+    pub fn surface_between(&self, a: BodyId, b: BodyId) -> Option<SurfaceRule> {
+        let (a, b) = self.tables.bodies.rows.row(a).zip(self.tables.bodies.rows.row(b))?;
+        self.tables.shapes.between.get(&(a.min(b), a.max(b))).copied()
+    }
+
+    /// Changes rules. Those of some contacts that have another surface then get it, and their bodies wake.
+    fn change_rules(&mut self, contacts: &[u32], change: impl FnOnce(&mut Shapes)) {
+        let tables = &self.tables;
+        let surface_of = |tables: &Tables, row: u32| {
+            let c = tables.contacts.at(row);
+            tables.shapes.surface_of(c.shape_a, c.shape_b)
+        };
+        let before: Vec<PairSurface> =
+            contacts.iter().map(|row| surface_of(tables, *row)).collect();
+        change(&mut self.tables.shapes);
+        for (row, before) in contacts.iter().zip(before) {
+            let surface = surface_of(&self.tables, *row);
+            if surface != before {
+                let c = self.tables.contacts.at(*row);
                 let bodies = [c.body_a, c.body_b];
                 let mut sets = self.sets();
-                sets.set_surface(row, &surface);
+                sets.set_surface(*row, &surface);
                 bodies.into_iter().for_each(|body| sets.wake(body));
             }
         }
-        Ok(())
     }
 
     /// The rules of surfaces, in the order in which they are asked.

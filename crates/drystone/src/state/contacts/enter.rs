@@ -107,7 +107,7 @@ impl Contacts {
                 contact.probe.set(n.place);
                 let watch = watches.row(n.place as usize);
                 *watch = Watch::new(n.row, n.bodies, n.has_parts);
-                watch.set_bounces(contact.restitution > 0.0);
+                watch.set_bounces(contact.may_bounce());
                 watch.close(tracks);
                 *probes.row(n.place as usize) = Probe::default();
                 if !n.has_parts {

@@ -23,7 +23,7 @@ pub(super) fn check_contacts(contacts: &Contacts, bodies: &Bodies, shapes: &Shap
         let c = contacts.get(watch.row()).filter(|c| !c.is_part && c.probe.get() == place);
         let is_right = c.is_some_and(|c| {
             [c.body_a, c.body_b] == [watch.body_a, watch.body_b]
-                && watch.bounces() == (c.restitution > 0.0)
+                && watch.bounces() == c.may_bounce()
                 && watch.has_parts() == (c.next_part != NONE)
         });
         holds(is_right, "a contact is not the one that is watched")?;
@@ -74,7 +74,7 @@ fn check_contact(c: &Contact, bodies: &Bodies, shapes: &Shapes) -> Check {
         "a contact has too many manifolds",
     )?;
     holds(c.sensor == (a.sensor || b.sensor), "a contact is not the sensor's")?;
-    holds(is_surface(c), "a surface is out of range")?;
+    holds(is_surface(c) && c.traits.are_known(), "a surface is out of range")?;
     holds(usize::from(c.count) <= c.points.len(), "a contact has too many points")?;
     let vectors = [c.tangent_impulse, c.rolling_impulse()];
     let impulses = c.points().iter().map(|p| p.impulse).chain([c.twist_impulse, c.approach()]);

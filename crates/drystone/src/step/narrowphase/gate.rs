@@ -2,14 +2,15 @@
 //! with hooks.
 
 use super::Pairs;
+use crate::base::disjoint::Rows;
 use crate::base::id::{BodyId, ShapeId};
 use crate::base::pose::Pose;
 use crate::geometry::manifold::Manifold;
 use crate::state::bodies::Body;
-use crate::state::contacts::Contact;
-use crate::state::shapes::ShapeRow;
+use crate::state::contacts::{Contact, Softened};
+use crate::state::shapes::{PairSurface, ShapeRow};
 use crate::step::context::StepContext;
-use crate::step::hooks::{HookedContact, Hooks};
+use crate::step::hooks::{HookedContact, Hooks, Motion, Surface};
 use crate::step::one_way::{self, Fronts};
 
 /// What decides over the contacts of a pair.
@@ -22,8 +23,26 @@ pub(super) struct Gate<'a> {
     /// It had points before.
     held: bool,
     touched: bool,
-    /// That of the surfaces.
-    friction: f32,
+    /// That of the shapes.
+    surface: Surface,
+}
+
+/// What a contact that is let act does.
+#[derive(Clone, Copy)]
+pub(super) struct Admitted {
+    surface: Surface,
+    is_hooked: bool,
+}
+
+impl Admitted {
+    /// Tells the contact, whose row this is.
+    pub(super) fn tell(&self, row: u32, contact: &mut Contact, softened: &Rows<'_, Softened>) {
+        let Surface { friction, restitution, softness } = self.surface;
+        (contact.friction, contact.restitution) = (friction, restitution);
+        if self.is_hooked {
+            *softened.row(row as usize) = softness;
+        }
+    }
 }
 
 impl<'a> Pairs<'a> {
@@ -32,36 +51,47 @@ impl<'a> Pairs<'a> {
         let (table, bodies) = (self.shapes, self.bodies);
         let shapes = ends.map(|(shape, _)| table.at(shape));
         let has_hooks = shapes.iter().any(|shape| shape.reports.has_hooks());
+        let surface = table.surface_of(contact.shape_a, contact.shape_b);
+        let PairSurface { friction, restitution, softness, .. } = surface;
         Gate {
             fronts: ends.map(|(shape, body)| one_way::front(table, shape, bodies.at(body))),
-            hooks: self.hooks.filter(|_| has_hooks),
+            hooks: self.asked.hooks.filter(|_| has_hooks),
             ids: ends.map(|(shape, body)| (table.id(shape), bodies.id(body))),
             shapes,
             bodies: ends.map(|(_, body)| bodies.at(body)),
             held: contact.touching || contact.count > 0,
             touched: contact.touching,
-            friction: table.surface_of(contact.shape_a, contact.shape_b).friction,
+            surface: Surface { friction, restitution, softness },
         }
     }
 }
 
 impl Gate<'_> {
-    /// The friction coefficient of a contact with this manifold; `None` if it is let through.
+    /// What a contact with this manifold does; `None` if it is let through.
     pub(super) fn admit(
         &self,
         ctx: &StepContext,
         manifold: &Manifold,
         pose_a: &Pose,
-    ) -> Option<f32> {
+    ) -> Option<Admitted> {
         if !one_way::holds(ctx, &self.fronts, self.bodies, (manifold, pose_a), self.held) {
             return None;
         }
-        let Some(hooks) = self.hooks else { return Some(self.friction) };
-        let Self { ids, shapes, bodies, touched, friction, .. } = *self;
-        let dropped = false;
-        let mut contact =
-            HookedContact { ids, shapes, bodies, manifold, pose_a, touched, friction, dropped };
+        let Self { ids, shapes, bodies, touched, surface, .. } = *self;
+        let Some(hooks) = self.hooks else { return Some(Admitted { surface, is_hooked: false }) };
+        let mut contact = HookedContact {
+            ids,
+            shapes,
+            motions: bodies.map(Motion::of),
+            manifold,
+            pose_a,
+            touched,
+            is_sweep: false,
+            surface,
+            dropped: false,
+        };
         hooks.ask(&mut contact);
-        (!contact.dropped).then_some(contact.friction)
+        let admitted = Admitted { surface: contact.surface, is_hooked: true };
+        (!contact.dropped).then_some(admitted)
     }
 }

@@ -1,10 +1,11 @@
 //! Pairs of a mesh and a convex shape: several manifolds, each in a row of its own.
 
-use super::gate::Gate;
+use super::gate::{Admitted, Gate};
 use super::keep::keep_load;
 use super::meeting::STRAIGHT;
 use super::motion::Motion;
 use super::{Change, FAR_TURN, Look, rebuild, recycle, seams, turn_ahead};
+use crate::base::disjoint::Rows;
 use crate::base::math::Vec3;
 use crate::base::pose::Pose;
 use crate::geometry::collide::{MAX_PARTS, MeshScratch, Reach, collide_mesh};
@@ -13,7 +14,7 @@ use crate::geometry::mesh::Mesh;
 use crate::geometry::room::room_to_turn;
 use crate::geometry::solid::Core;
 use crate::state::bodies::{Body, NONE};
-use crate::state::contacts::{Contact, Slots};
+use crate::state::contacts::{Contact, Slots, Softened};
 use crate::state::shapes::ShapeRow;
 use crate::step::context::StepContext;
 
@@ -32,7 +33,7 @@ pub(super) fn update(
     (b, shape_b): (&Body, &ShapeRow),
     motion: &Motion,
     (contact, look, gate): (&mut Contact, &mut Look<'_>, Option<&Gate<'_>>),
-    slots: &Slots<'_>,
+    (slots, softened): (&Slots<'_>, &Rows<'_, Softened>),
     out: &mut Vec<Change>,
     scratch: &mut MeshScratch,
 ) {
@@ -88,9 +89,9 @@ pub(super) fn update(
     let mut made = [Manifold::default(); MAX_PARTS];
     let solid = &shape_b.solid;
     let mut count = collide_mesh(ctx.level, mesh, solid, &b_in_a, &reach, scratch, &mut made);
-    let mut frictions = [contact.friction; MAX_PARTS];
+    let mut admitted = [None; MAX_PARTS];
     if let Some(gate) = gate {
-        count = retain(&mut made, &mut frictions, count, |m| gate.admit(ctx, m, &pose_a));
+        count = retain(&mut made, &mut admitted, count, |m| gate.admit(ctx, m, &pose_a));
     }
     let last = if contact.is_renewed() { a.rotation } else { look.probe.rotation_a };
     look.restart(if count == 0 { made[0].gap } else { 0.0 }, a, b);
@@ -105,8 +106,8 @@ pub(super) fn update(
     if count <= 1 && contact.others == 0 {
         let idle = count == 0 && contact.count == 0;
         let manifold = if count == 0 { Manifold::default() } else { made[0] };
-        if gate.is_some() {
-            contact.friction = frictions[0];
+        if let Some(admitted) = &admitted[0] {
+            admitted.tell(look.row, contact, softened);
         }
         if !idle {
             rebuild(ctx, (look.row, contact), &manifold, (&pose_a, last), [a, b], out);
@@ -121,8 +122,8 @@ pub(super) fn update(
     let mut slot = 0;
     while let Some((row, contact)) = part {
         let manifold = order[slot].map_or(Manifold::default(), |k| made[k]);
-        if let (Some(_), Some(k)) = (gate, order[slot]) {
-            contact.friction = frictions[k];
+        if let Some(admitted) = order[slot].and_then(|k| admitted[k]) {
+            admitted.tell(row, contact, softened);
         }
         // Empty rows that stay so need no writing.
         let idle = manifold.count == 0 && contact.count == 0;
@@ -251,18 +252,18 @@ fn continue_parts(
     order
 }
 
-/// Keeps those of the first `count` manifolds that are admitted, in their order, with their friction; gives how many they are.
+/// Keeps those of the first `count` manifolds that are admitted, in their order, with what they do; gives how many they are.
 fn retain(
     made: &mut [Manifold; MAX_PARTS],
-    frictions: &mut [f32; MAX_PARTS],
+    admitted: &mut [Option<Admitted>; MAX_PARTS],
     count: usize,
-    admit: impl Fn(&Manifold) -> Option<f32>,
+    admit: impl Fn(&Manifold) -> Option<Admitted>,
 ) -> usize {
     let mut kept = 0;
     for i in 0..count {
-        if let Some(friction) = admit(&made[i]) {
+        if let Some(surface) = admit(&made[i]) {
             made.swap(i, kept);
-            frictions[kept] = friction;
+            admitted[kept] = Some(surface);
             kept += 1;
         }
     }

@@ -236,7 +236,7 @@ mod tests {
     use crate::geometry::manifold::PairCache;
     use crate::state::bodies::{Body, Track};
     use crate::state::config::WorldConfig;
-    use crate::state::contacts::Probe;
+    use crate::state::contacts::{Lent, Probe};
     use crate::state::def::{BodyDef, ShapeDef};
     use crate::step::context::StepContext;
     use crate::step::narrowphase::{chord, look_ahead};
@@ -297,7 +297,7 @@ mod tests {
             #[expect(unsafe_code, reason = "promises that rows are kept apart")]
             // SAFETY: no row is taken at all.
             let apart = unsafe { Apart::promise() };
-            let (_, watches, probes) = tables.contacts.watched_mut(apart);
+            let Lent { watches, probes, .. } = tables.contacts.watched_mut(apart);
             let bodies = &tables.bodies;
             for (watches, probes) in watches.chunks(LANES).zip(probes.chunks(LANES)) {
                 let pairs = watches.iter().zip(probes.iter());

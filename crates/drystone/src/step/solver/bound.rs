@@ -20,6 +20,7 @@ use super::integrate::three;
 use super::joint::JointSweep;
 use super::layout::Layout;
 use super::plan::{DISTANCE, Group, number};
+use super::rows::ContactBlock;
 use super::six::shift;
 use super::sixdof::SixBlock;
 use super::spring::Push;
@@ -278,6 +279,30 @@ impl Solver<'_> {
         }
     }
 
+    /// Speed of a contact's point along the normal before this substep's impulses, and in the mean.
+    fn point_speeds(
+        &self,
+        block: &ContactBlock,
+        [line_a, line_b]: [u32; 2],
+        (lane, j): (usize, usize),
+    ) -> [f64; 2] {
+        let (n, point) = (at(&block.n, lane), &block.points[j]);
+        let along = |v: [f32; 4], w: [f32; 4], scale: f32, turn: &[Lanes; 3]| {
+            f64::from(n.dot(three(v)) * scale + at(turn, lane).dot(three(w)))
+        };
+        speeds(|after| {
+            let of = |line: u32, scale: f32, turn: &[Lanes; 3]| {
+                if line == 0 {
+                    return 0.0;
+                }
+                let now = self.lines.read(line as usize);
+                let [v, w] = [self.aux.read(line as usize).before(), [now.v, now.w]][after];
+                along(v, w, scale, turn)
+            };
+            of(line_b, block.beta[lane], &point.b) - of(line_a, block.alpha[lane], &point.a)
+        })
+    }
+
     fn ask_contacts(&self, group: &Group, elapsed: f32, bounds: &mut [Bound]) {
         for batch in &self.plan.contacts.batches[group.contacts.clone()] {
             let softness = if batch.fixed { &self.ctx.soft_fixed } else { &self.ctx.soft };
@@ -297,9 +322,18 @@ impl Solver<'_> {
                         let turned = at(&p.b, lane).dot(three(b.t))
                             - if batch.fixed { 0.0 } else { at(&p.a, lane).dot(three(a.t)) };
                         let depth = -(p.s0[lane] + moved + turned + drift * elapsed);
-                        let speed =
-                            speed_of(f64::from(depth.max(0.0)), softness.rate, self.ctx.push_speed);
-                        bound.close(f64::from(p.impulse[lane]), speed, 0);
+                        let (impulse, depth) =
+                            (f64::from(p.impulse[lane]), f64::from(depth.max(0.0)));
+                        if let Some(square) =
+                            extra.and_then(|extra| extra.spring(lane, self.ctx.inv_h))
+                        {
+                            let speeds = self.point_speeds(block, ends, (lane, j));
+                            let spring = (0.0, square, f64::from(p.mass[lane]));
+                            bound.release(impulse, speeds, spring, (depth, self.ctx.inv_h.into()));
+                        } else {
+                            let speed = speed_of(depth, softness.rate, self.ctx.push_speed);
+                            bound.close(impulse, speed, 0);
+                        }
                         bound.drive(p.impulse[lane], f64::from(drift));
                     }
                     for (k, rub) in block.friction.iter().enumerate() {

@@ -20,6 +20,8 @@ use crate::base::wide::{
 pub(crate) struct Sweep {
     pub(crate) inv_h: f32,
     pub(crate) softness: Softness,
+    /// It takes out the velocity that the push put in.
+    pub(crate) relaxes: bool,
     /// Greatest net speed of push-out [m/s].
     pub(crate) cap: f32,
     /// Rounds over the points of a manifold.
@@ -207,6 +209,12 @@ fn solve_points<S: Simd, const FIXED: bool, const N: usize>(
         bias.leak[j] = select(apart, zero, soft_impulse);
         bias.floor[j] = mass * min(cap, s * deep);
         lambda[j] = load(simd, &point.impulse);
+        if let Some(extra) = extra.as_deref()
+            && extra.softens
+        {
+            let of = ([s, vn[j], mass], j);
+            soften(simd, extra, of, sweep, &mut bias, &mut gain);
+        }
     }
 
     let entry = lambda;
@@ -263,6 +271,40 @@ fn solve_points<S: Simd, const FIXED: bool, const N: usize>(
     if !FIXED {
         store_velocity(simd, lines, &block.row_a, va);
     }
+}
+
+/// Of contacts that are springs of their own, what a point wants that is at the separation `s`: nothing before the surfaces meet,
+/// so that what lands keeps its speed and is stopped by the spring; nothing else in a relax sweep, which would take from the spring
+/// what it gives back.
+#[inline(always)]
+fn soften<S: Simd, const N: usize>(
+    simd: S,
+    extra: &Extra,
+    ([s, vn, mass], j): ([Wide<S>; 3], usize),
+    sweep: &Sweep,
+    bias: &mut Bias<S, N>,
+    gain: &mut [Wide<S>; N],
+) {
+    let zero = splat(simd, 0.0);
+    let soft_mass = load(simd, &extra.soft_mass);
+    let is_soft = above(soft_mass, zero);
+    if sweep.relaxes {
+        for of in [&mut bias.target[j], &mut bias.leak[j], &mut gain[j]] {
+            *of = select(is_soft, zero, *of);
+        }
+        return;
+    }
+    let reaches = s * splat(simd, sweep.inv_h) + vn;
+    let apart = above(reaches, zero);
+    let target =
+        mass * select(apart, s * splat(simd, sweep.inv_h), load(simd, &extra.soft_rate) * s);
+    let leak = select(apart, zero, load(simd, &extra.soft_impulse));
+    let answer = select(apart, mass, mass * soft_mass);
+    // A spring pushes as hard as it is pressed.
+    bias.floor[j] = select(is_soft, splat(simd, f32::MIN), bias.floor[j]);
+    bias.target[j] = select(is_soft, target, bias.target[j]);
+    bias.leak[j] = select(is_soft, leak, bias.leak[j]);
+    gain[j] = select(is_soft, answer, gain[j]);
 }
 
 /// A bit for each lane.

@@ -83,7 +83,7 @@ use crate::base::math::Vec3;
 use crate::geometry::collide::MeshScratch;
 use crate::state::bodies::{Bodies, Fineness};
 use crate::state::colors::Colors;
-use crate::state::contacts::{Contacts, Slots};
+use crate::state::contacts::{Contacts, Slots, Softened};
 use crate::state::islands::Islands;
 use crate::state::joints::{Joint, Joints};
 use crate::state::method::{Method, Pass};
@@ -232,6 +232,7 @@ struct Solver<'a> {
     six_tallies: Rows<'a, JointTally>,
     tree_tallies: Rows<'a, TreeTally>,
     contacts: Slots<'a>,
+    softened: &'a [Softened],
     joint_slots: Rows<'a, Option<Joint>>,
 }
 
@@ -315,7 +316,7 @@ pub(crate) fn solve(
     // SAFETY: groups share no constraint and no body that can be pushed; in a group that several workers share, a pass goes by bodies, or
     // by colors, which touch such a body once.
     let apart = unsafe { Apart::promise() };
-    let slots = contacts.slots_mut(apart);
+    let (slots, softened) = contacts.solved_mut(apart);
     let plan = &s.plan;
     let keep = !tied.scratch.groups.is_empty();
     let Rooms { own, rooms, size } = Rooms::new(plan, &mut s.blocks, workers, keep);
@@ -360,6 +361,7 @@ pub(crate) fn solve(
         six_tallies: Rows::new(&mut s.six_tallies, apart),
         tree_tallies: Rows::new(&mut s.tree_tallies, apart),
         contacts: slots,
+        softened,
         joint_slots: Rows::new(joints.rows.values_mut(), apart),
     };
     let solver_of =
@@ -426,6 +428,7 @@ impl Solver<'_> {
         let sweep = |softness, inner, elapsed| Sweep {
             inv_h: ctx.inv_h,
             softness,
+            relaxes: pass == Pass::Relax,
             cap: ctx.push_speed,
             inner,
             elapsed,

@@ -16,7 +16,7 @@ use crate::base::wide::{
     select, splat, sqrt,
 };
 use crate::state::bodies::Bodies;
-use crate::state::contacts::{Contact, Slots};
+use crate::state::contacts::{Contact, Slots, Softened};
 use crate::state::shapes::Shapes;
 use crate::step::context::StepContext;
 
@@ -52,6 +52,7 @@ pub(super) struct Source<'a> {
     /// Acceleration of each line [m/s²].
     pub(super) acceleration: &'a Rows<'a, Vec3>,
     pub(super) contacts: &'a Slots<'a>,
+    pub(super) softened: &'a [Softened],
     pub(super) shapes: &'a Shapes,
 }
 
@@ -208,7 +209,7 @@ pub(super) fn build<S: Simd, const FIXED: bool>(
         *extra = Extra { kinetic: [1.0; LANES], ..Extra::default() };
         for lane in 0..LANES {
             if owners[lane] != u32::MAX {
-                pack_extra::<FIXED>(source, &raw, lane, extra);
+                pack_extra::<FIXED>(source, &raw, (lane, owners[lane]), extra);
             }
         }
         if extra.drifts {

@@ -3,11 +3,12 @@
 
 use super::pack::{Raw, Source};
 use super::rows::Extra;
+use super::softness::Softness;
 use crate::base::math::Vec3;
 use crate::base::sym3::Sym3;
 use crate::base::wide::{Lanes, put};
 use crate::state::bodies::Body;
-use crate::state::contacts::Contact;
+use crate::state::contacts::{Contact, Softened, Traits};
 use crate::state::shapes::ShapeRow;
 
 #[inline(always)]
@@ -21,7 +22,7 @@ fn put_sym(lanes: &mut [Lanes; 6], lane: usize, s: Sym3, sign: f32) {
 pub(super) fn pack_extra<const FIXED: bool>(
     source: &Source<'_>,
     raw: &Raw<'_>,
-    lane: usize,
+    (lane, row): (usize, u32),
     extra: &mut Extra,
 ) {
     let c = raw.contacts[lane];
@@ -45,7 +46,15 @@ pub(super) fn pack_extra<const FIXED: bool>(
         extra.slips = true;
         extra.kinetic[lane] = c.kinetic;
     }
-    if c.belt || moves(a) || moves(b) {
+    if c.traits.may_soften()
+        && let Some(softness) = softness_of(source, c, row)
+    {
+        let Softness { rate, mass, impulse } = source.ctx.soft_contact(&softness);
+        extra.softens = true;
+        (extra.soft_rate[lane], extra.soft_mass[lane]) = (rate, mass);
+        extra.soft_impulse[lane] = impulse;
+    }
+    if c.traits.any(Traits::BELT) || moves(a) || moves(b) {
         extra.drifts = true;
         let (mut r_a, mut r_b) = (Vec3::ZERO, Vec3::ZERO);
         let share = 1.0 / f32::from(c.count.max(1));
@@ -68,6 +77,16 @@ pub(super) fn pack_extra<const FIXED: bool>(
         (extra.drift_t[1][lane], extra.drift_rate[1][lane]) = (t2.dot(velocity), t2.dot(rate));
         extra.drift_t[2][lane] = c.normal.dot(to.spin - from.spin);
     }
+}
+
+/// How a contact gives, if not as the world's do: as hooks said in this step, or else as the rules of its shapes say.
+fn softness_of(source: &Source<'_>, c: &Contact, row: u32) -> Softened {
+    if c.traits.any(Traits::HOOKED)
+        && let Some(softened) = source.softened.get(row as usize)
+    {
+        return *softened;
+    }
+    source.shapes.surface_of(c.shape_a, c.shape_b).softness
 }
 
 fn moves(body: &Body) -> bool {

@@ -21,6 +21,7 @@ impl Solver<'_> {
             whitening: &self.whitening,
             acceleration: &self.acceleration,
             contacts: &self.contacts,
+            softened: self.softened,
             shapes: self.shapes,
         }
     }

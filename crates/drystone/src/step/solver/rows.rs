@@ -203,6 +203,8 @@ pub(crate) struct Extra {
     pub(crate) drifts: bool,
     /// Kinetic friction is less than static friction.
     pub(crate) slips: bool,
+    /// Some give as springs of their own.
+    pub(crate) softens: bool,
     /// Its rows are made anew in each substep.
     pub(crate) renewed: bool,
     /// A bit for each lane that may bounce in this step, and for each that did.
@@ -221,12 +223,24 @@ pub(crate) struct Extra {
     pub(crate) drift_rate: [Lanes; 2],
     /// Kinetic friction as a part of the static one.
     pub(crate) kinetic: Lanes,
+    /// [`Softness`](super::softness::Softness) of those that have one of their own; the mass of others is 0.
+    pub(crate) soft_rate: Lanes,
+    pub(crate) soft_mass: Lanes,
+    pub(crate) soft_impulse: Lanes,
     /// S of both bodies, for rolling.
     pub(crate) s_a: [Lanes; 6],
     pub(crate) s_b: [Lanes; 6],
     /// Limit of the rolling impulse per normal impulse [m].
     pub(crate) rolling: Lanes,
     pub(crate) rolling_impulse: [Lanes; 3],
+}
+
+impl Extra {
+    /// Square of the frequency of a lane that is a spring of its own [rad²/s²], in substeps of this rate [1/s].
+    pub(crate) fn spring(&self, lane: usize, inv_h: f32) -> Option<f64> {
+        let is_soft = self.softens && self.soft_mass[lane] > 0.0;
+        is_soft.then(|| f64::from(self.soft_rate[lane] / self.soft_impulse[lane] * inv_h))
+    }
 }
 
 /// Eight joints, balls or distances. As in [`ContactBlock`], lanes do not straddle cache lines.

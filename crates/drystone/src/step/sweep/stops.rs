@@ -5,6 +5,7 @@
 //! two gives way: one that was not fast, or cannot be pushed, ends where it is, with the other before it; of two fast
 //! ones both go on as their center of mass does.
 
+use super::asks::Asks;
 use super::meetings::Meeting;
 use super::put;
 use super::ways::{Ways, pose_of};
@@ -22,6 +23,7 @@ use crate::state::shapes::{ShapeRow, Shapes};
 use crate::step::broadphase::rank;
 use crate::step::context::StepContext;
 use crate::step::finalize::Flight;
+use crate::step::hooks::Hooks;
 use crate::step::narrowphase::overlap;
 use crate::step::one_way;
 use crate::step::sensor;
@@ -68,7 +70,7 @@ pub(super) fn stop(
     ctx: &StepContext,
     (fast, flight_of): (&[Flight], &Sparse),
     meetings: &[Meeting],
-    contacts: &Contacts,
+    (contacts, hooks): (&Contacts, Option<&Hooks<'_>>),
     (bodies, shapes, bounds): (&mut Bodies, &mut Shapes, &mut Bounds),
     scratch: &mut Scratch,
     jobs: &Jobs<'_>,
@@ -77,7 +79,8 @@ pub(super) fn stop(
     asked.clear();
     asked.extend(meetings.iter().filter(|meeting| !is_of_sensor(**meeting, shapes)));
     for _ in 0..ROUNDS {
-        let steps = Steps { ways: Ways { ctx, fast, flight_of, bodies }, shapes };
+        let asks = hooks.map(|hooks| Asks { ctx, hooks, bodies, shapes });
+        let steps = Steps { ways: Ways { ctx, fast, flight_of, bodies }, shapes, asks };
         collect_ranges(jobs, asked.len(), grain(jobs, asked.len(), 8), lists, |range, out| {
             let some = asked[range].iter();
             out.extend(some.filter_map(|m| steps.meet(*m).map(|part| Stop { part, meeting: *m })));
@@ -95,7 +98,7 @@ pub(super) fn stop(
                 continue;
             }
             let ways = Ways { ctx, fast, flight_of, bodies };
-            let ends = Steps { ways, shapes }.ends(*stop);
+            let ends = Steps { ways, shapes, asks: None }.ends(*stop);
             for (row, pose) in ends.into_iter().flatten() {
                 put(ctx, row, pose, bodies, shapes, bounds);
                 is_moved.insert(row);
@@ -110,7 +113,7 @@ pub(super) fn stop(
         is_moved.remove_all(moved);
         moved.clear();
     }
-    let steps = Steps { ways: Ways { ctx, fast, flight_of, bodies }, shapes };
+    let steps = Steps { ways: Ways { ctx, fast, flight_of, bodies }, shapes, asks: None };
     asked.clear();
     asked.extend(meetings.iter().filter(|meeting| is_of_sensor(**meeting, shapes)));
     collect_ranges(jobs, asked.len(), grain(jobs, asked.len(), 8), crossings, |range, out| {
@@ -136,6 +139,7 @@ fn bodies_of((a, b): Meeting, shapes: &Shapes) -> [u32; 2] {
 struct Steps<'a> {
     ways: Ways<'a>,
     shapes: &'a Shapes,
+    asks: Option<Asks<'a>>,
 }
 
 impl Steps<'_> {
@@ -159,13 +163,23 @@ impl Steps<'_> {
         if is_one_way && !self.comes_to_front(meeting) {
             return None;
         }
-        match pair.course() {
+        let part = match pair.course() {
             Course::Clear => None,
             Course::Deep(part) => Some(part),
             // What passes is let out; what is held has contacts.
             Course::Overlap if is_one_way => None,
             Course::Overlap => self.meet_inside(meeting),
-        }
+        };
+        part.filter(|part| self.is_held(meeting, *part))
+    }
+
+    /// False if hooks let two shapes pass each other that meet after a part of the step.
+    fn is_held(&self, meeting @ (a, b): Meeting, part: f32) -> bool {
+        let asks = self.asks.as_ref().filter(|asks| asks.are_of(a, b));
+        asks.is_none_or(|asks| {
+            let poses = bodies_of(meeting, self.shapes).map(|row| self.ways.way(row).at(part));
+            asks.stop([a, b], poses)
+        })
     }
 
     fn is_one_way(&self, (a, b): Meeting) -> bool {

@@ -69,6 +69,7 @@ impl World {
                 Ok(found(self.set_bodies_collide(*a, *b, *collide)))
             }
             Call::SetSurfaceRules(rules) => done(self.set_surface_rules(rules.clone())),
+            Call::SetSurfaceBetween(a, b, rule) => done(self.set_surface_between(*a, *b, *rule)),
             Call::FractureBody(id, point, how) => {
                 self.fracture_body(*id, *point, how).map(Answer::Pieces)
             }

@@ -88,6 +88,8 @@ pub enum Call {
     SetBodiesCollide(BodyId, BodyId, bool),
     /// [`World::set_surface_rules`](crate::World::set_surface_rules).
     SetSurfaceRules(Vec<SurfaceRule>),
+    /// [`World::set_surface_between`](crate::World::set_surface_between).
+    SetSurfaceBetween(BodyId, BodyId, Option<SurfaceRule>),
 }
 
 /// A call on a body, of [`BodyMut`](crate::BodyMut): see [`Call::Body`].

@@ -37,7 +37,7 @@ use crate::base::math::{Vec3, bounded};
 use crate::base::sym3::Sym3;
 use crate::state::bodies::Body;
 use crate::state::colors::Colors;
-use crate::state::contacts::{Contact, Contacts};
+use crate::state::contacts::{Contact, Contacts, Traits};
 use crate::state::joints::{Joints, Link as JointLink};
 use crate::state::method::{Method, Pass, Settings};
 use crate::state::options::{Damping, Integration, Order, Overlap, Shock};
@@ -516,7 +516,7 @@ fn pair_of(ctx: &StepContext, input: Input<'_>, row: u32, c: &Contact, row_of: &
             arrival: 0.0,
         };
     }
-    if c.belt {
+    if c.traits.any(Traits::BELT) {
         let (a, b) = (input.bodies.at(c.body_a), input.bodies.at(c.body_b));
         let middle = c.points().iter().fold(Vec3::ZERO, |sum, p| sum + p.r_a)
             * (1.0 / f32::from(c.count.max(1)));
