@@ -119,6 +119,9 @@ pub const DAMPING_RATIO: Limit = Limit::range("damping ratio", "1", [0.0, 1.0e6]
 pub const TARGET: Limit =
     Limit::signed("target of a drive", "m, rad, m/s, rad/s", 1.0e6, "numbers up to 1e6");
 
+/// Length of a typical body in the world's unit of length: see [`WorldConfig::length_scale`](crate::WorldConfig::length_scale).
+pub const LENGTH_SCALE: Limit =
+    Limit::range("length scale", "m", [1.0e-4, 1.0e4], "a length from 1e-4 to 1e4 m");
 /// Fastest push out of an overlap.
 pub const PUSH_SPEED: Limit = Limit::range("push speed", "m/s", [1.0e-9, 1.0e6], "1e-9 to 1e6 m/s");
 /// Distances that the configuration gives contacts.
@@ -153,7 +156,7 @@ pub const SPRING_FREQUENCY: Limit = Limit::range(
 );
 
 /// All ranges, in the order of `docs/limits.md`.
-pub const ALL: [Limit; 31] = [
+pub const ALL: [Limit; 32] = [
     TIME_STEP,
     POSITION,
     LENGTH,
@@ -178,6 +181,7 @@ pub const ALL: [Limit; 31] = [
     FREQUENCY,
     DAMPING_RATIO,
     TARGET,
+    LENGTH_SCALE,
     PUSH_SPEED,
     CONTACT_DISTANCE,
     MARGIN,

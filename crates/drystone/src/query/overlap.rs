@@ -12,7 +12,7 @@ use crate::geometry::shape::Shape;
 use crate::geometry::solid::{Core, Solid};
 use crate::state::def::DefError;
 
-/// A point is looked up as a ball of this radius [m]: so a point on a mesh is found in spite of its rounding.
+/// A point is looked up as a ball of this radius [m], the least that there is, times the world's length if that is more: so a point on a mesh is found in spite of its rounding.
 const POINT: f32 = 1.0e-5;
 
 impl Query<'_> {
@@ -134,7 +134,7 @@ impl Query<'_> {
         point: impl Into<Vec3>,
         filter: impl Into<QueryFilter<'f>>,
     ) -> Result<Vec<ShapeId>, DefError> {
-        self.overlap_shape(&Shape::sphere(POINT), Pose::at(point), filter)
+        self.overlap_shape(&self.point(), Pose::at(point), filter)
     }
 
     /// [`Self::overlap_point`] into a list that is emptied before.
@@ -147,7 +147,12 @@ impl Query<'_> {
         filter: impl Into<QueryFilter<'f>>,
         shapes: &mut Vec<ShapeId>,
     ) -> Result<(), DefError> {
-        self.overlap_shape_into(&Shape::sphere(POINT), Pose::at(point), filter, shapes)
+        self.overlap_shape_into(&self.point(), Pose::at(point), filter, shapes)
+    }
+
+    /// A ball for a point.
+    fn point(&self) -> Shape {
+        Shape::sphere(POINT * self.tables.config.length_scale.max(1.0))
     }
 
     /// The shapes near `bounds` for which `is_met` holds.

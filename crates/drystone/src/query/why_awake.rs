@@ -141,7 +141,7 @@ pub(crate) fn why_awake(tables: &Tables, row: u32) -> WhyAwake {
         BodyKind::Static => return about_itself(AwakeCause::Static),
         _ if body.faulted => return about_itself(AwakeCause::Faulted),
         BodyKind::Kinematic if body.active() => {
-            let speed = bounded(body.greatest_speed());
+            let speed = bounded(body.greatest_speed(tables.config.length_scale));
             return about_itself(AwakeCause::Driven { speed });
         }
         BodyKind::Kinematic => return about_itself(AwakeCause::Idle),
@@ -199,8 +199,9 @@ fn own_cause(tables: &Tables, row: u32, left: f32) -> AwakeCause {
     if !body.can_sleep {
         return AwakeCause::CannotSleep;
     }
-    let (speed, limit) = (bounded(body.greatest_speed()), still_speed(tables, row));
-    if speed < body.still_speed(tables.config.sleep.speed)
+    let (speed, limit) =
+        (bounded(body.greatest_speed(tables.config.length_scale)), still_speed(tables, row));
+    if speed < body.still_speed(tables.config.sleep_speed())
         && let Some(cause) = lasting_cause(tables, row)
     {
         return cause;
@@ -214,8 +215,8 @@ fn own_cause(tables: &Tables, row: u32, left: f32) -> AwakeCause {
 /// Below this speed a body is slow [m/s].
 fn still_speed(tables: &Tables, row: u32) -> f32 {
     let body = tables.bodies.at(row);
-    let limit = body.still_speed(tables.config.sleep.speed);
-    if is_free(body) { limit.min(drift_speed(body)) } else { limit }
+    let limit = body.still_speed(tables.config.sleep_speed());
+    if is_free(body) { limit.min(drift_speed(body, tables.config.length_scale)) } else { limit }
 }
 
 /// What keeps a body awake that is slow, for as long as it lasts.
@@ -223,13 +224,14 @@ fn lasting_cause(tables: &Tables, row: u32) -> Option<AwakeCause> {
     let Tables { config, bodies, shapes, joints, contacts, .. } = tables;
     let (body, known) = (bodies.at(row), &bodies.stillness[row as usize]);
     if is_free(body) {
-        let acceleration = bounded(free_acceleration(config.gravity, body));
+        let acceleration = bounded(free_acceleration(config.gravity, body, config.length_scale));
         if acceleration > 0.0 {
             return Some(AwakeCause::Accelerates { acceleration, limit: 0.0 });
         }
     }
     let spacing = StillnessRule::spacing_of(config.sleep.time);
-    let drives = Drives { bodies, shapes, joints, contacts, spacing };
+    let length = config.length_scale;
+    let drives = Drives { bodies, shapes, joints, contacts, length, spacing };
     match drives.driver(row) {
         Some(Driver::Body(by)) => return Some(AwakeCause::Carried { by: bodies.id(by) }),
         Some(Driver::Belt(of)) => return Some(AwakeCause::OnBelt { of: bodies.id(of) }),
@@ -259,7 +261,7 @@ fn time_left(tables: &Tables, row: u32) -> f32 {
         return f32::INFINITY;
     }
     // A moving body starts to wait when it is still: later than any that waits already.
-    if body.greatest_speed() >= still_speed(tables, row) {
+    if body.greatest_speed(tables.config.length_scale) >= still_speed(tables, row) {
         return f32::MAX;
     }
     (sleep.time - body.still_time).max(0.0)

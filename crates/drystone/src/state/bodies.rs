@@ -213,11 +213,11 @@ impl Body {
         self.is_dynamic() && !self.active()
     }
 
-    /// No point of it moves faster [m/s].
+    /// No point of it moves faster [m/s]; `length` is that of a typical body [m].
     #[inline]
-    pub(crate) fn greatest_speed(&self) -> f32 {
+    pub(crate) fn greatest_speed(&self, length: f32) -> f32 {
         // A body without shapes has no extent, but may well spin.
-        let reach = if self.extent > 0.0 { self.extent } else { 1.0 };
+        let reach = if self.extent > 0.0 { self.extent } else { length };
         self.v.length() + self.w.length() * reach
     }
 
@@ -269,9 +269,9 @@ pub(crate) struct Track {
 }
 
 impl Track {
-    /// A micrometer [m].
+    /// A micrometer [m], times the world's length.
     const UNIT: f32 = 1.0 / 1_048_576.0;
-    /// Farther than this a body never comes at once, nor is a gap ever wider: 256 m. Sums of two ways, what lies ahead
+    /// Farther than this a body never comes at once, nor is a gap ever wider: 256 m, times the world's length. Sums of two ways, what lies ahead
     /// and a margin stay below half of all numbers.
     const MOST: u32 = 1 << 28;
 
@@ -280,7 +280,7 @@ impl Track {
         self.ahead == 0
     }
 
-    /// A distance [m] in units, no less than it is, for ways; what is no number is the greatest.
+    /// A distance [m, by the world's length] in units, no less than it is, for ways; what is no number is the greatest.
     #[inline]
     pub(crate) fn at_least(distance: f32) -> u32 {
         let units = distance / Self::UNIT;

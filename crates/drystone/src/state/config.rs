@@ -8,7 +8,7 @@ use super::method::Method;
 use crate::base::limits::{self, Limit};
 use crate::base::math::{Vec3, vec3};
 
-/// Contact behavior.
+/// Contact behavior. Lengths and speeds count times [`WorldConfig::length_scale`].
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ContactConfig {
     /// Stiffness of contacts as a frequency [Hz]; 0 (the default) takes 0.1125 per substep time:
@@ -44,7 +44,7 @@ pub struct InertiaConfig {
     /// than 5 times what gives that factor it grows on, up to three times this, if `refine` is 1.
     pub most: f32,
     /// Loads above this per mass [m/s²] raise a body's factor; above 0; default 30, some 3 bodies of
-    /// its own mass on top of it.
+    /// its own mass on top of it. It counts times [`WorldConfig::length_scale`].
     pub threshold: f32,
     /// An island in which some body's factor is near its greatest gets this many times the substeps, 1 to
     /// 8; 1 (the default): none. 2 makes overlaps there a quarter and the island's solver time twice.
@@ -150,7 +150,8 @@ pub struct SleepConfig {
     /// Whether still islands fall asleep at all; default true.
     pub enabled: bool,
     /// A body is slow if no point of it moves faster than this [m/s]; at least 0; default 0.05. What is faster never
-    /// sleeps; what is slower sleeps if it is still besides. 0: nothing sleeps.
+    /// sleeps; what is slower sleeps if it is still besides. 0: nothing sleeps. It counts times [`WorldConfig::length_scale`]; a
+    /// body's own [`sleep_speed`](crate::BodyDef::sleep_speed) does not.
     pub speed: f32,
     /// An island sleeps when all its bodies have been still for this long [s]; at least 0, and at least two and a half
     /// steps, without which no acceleration can be told; default 0.5.
@@ -158,10 +159,29 @@ pub struct SleepConfig {
 }
 
 /// Everything a world is configured by.
+///
+/// ```
+/// use drystone::{World, WorldConfig};
+///
+/// // A world in centimeters: one number, and gravity.
+/// let config = WorldConfig {
+///     length_scale: 100.0,
+///     gravity: [0.0, -981.0, 0.0].into(),
+///     ..WorldConfig::default()
+/// };
+/// let world = World::new(config)?;
+/// # let _ = world;
+/// # Ok::<(), drystone::DefError>(())
+/// ```
 #[derive(Debug, PartialEq, Serialize, Deserialize)]
 pub struct WorldConfig {
     /// Acceleration of free bodies [m/s², world]; default (0, -9.81, 0).
     pub gravity: Vec3,
+    /// Length of a typical body in the world's unit of length, 1e-4 to 1e4; default 1, for bodies of some decimeters to some meters in
+    /// meters. 100 for a world in centimeters, 0.02 for dice in meters. All lengths and speeds that the engine itself brings count
+    /// times this: those of the configuration (`contact.*`, `inertia.threshold`, `sleep.speed`), and tolerances inside. What is
+    /// given with bodies, shapes, joints and particles, and gravity, does not.
+    pub length_scale: f32,
     /// How a step is made; default `soft-step`.
     pub method: Method,
     /// Solver substeps a step, 1 to 256; 0 (the default) takes the method's own number.
@@ -190,8 +210,9 @@ impl Clone for WorldConfig {
     /// Into the lists of passes that are there.
     fn clone_from(&mut self, from: &Self) {
         self.method.clone_from(&from.method);
-        let Self { gravity, method: _, substeps, contact, .. } = self;
+        let Self { gravity, length_scale, method: _, substeps, contact, .. } = self;
         (*gravity, *substeps, *contact) = (from.gravity, from.substeps, from.contact);
+        *length_scale = from.length_scale;
         let Self { inertia, joint, particle, penalty, sleep, breakage, .. } = self;
         (*inertia, *joint, *particle) = (from.inertia, from.joint, from.particle);
         (*penalty, *sleep, *breakage) = (from.penalty, from.sleep, from.breakage);
@@ -202,6 +223,7 @@ impl Default for WorldConfig {
     fn default() -> Self {
         Self {
             gravity: vec3(0.0, -9.81, 0.0),
+            length_scale: 1.0,
             method: Method::soft_step(),
             substeps: 0,
             contact: ContactConfig {
@@ -236,6 +258,7 @@ impl WorldConfig {
     /// Paths that [`Self::set`] knows.
     pub const PATHS: &'static [&'static str] = &[
         "gravity",
+        "length_scale",
         "method",
         "method.order",
         "method.shock",
@@ -273,11 +296,12 @@ impl WorldConfig {
         "breakage.max_pieces",
     ];
 
-    fn scalars(&mut self) -> [Scalar<'_>; 19] {
+    fn scalars(&mut self) -> [Scalar<'_>; 20] {
         let (c, i) = (&mut self.contact, &mut self.inertia);
         let (j, s, p) = (&mut self.joint, &mut self.sleep, &mut self.penalty);
         let particle = &mut self.particle;
         [
+            ("length_scale", limits::LENGTH_SCALE, &mut self.length_scale),
             ("contact.hertz", limits::FREQUENCY, &mut c.hertz),
             ("contact.damping_ratio", limits::DAMPING_RATIO, &mut c.damping_ratio),
             ("contact.push_speed", limits::PUSH_SPEED, &mut c.push_speed),
@@ -298,6 +322,31 @@ impl WorldConfig {
             ("sleep.speed", limits::THRESHOLD, &mut s.speed),
             ("sleep.time", limits::THRESHOLD, &mut s.time),
         ]
+    }
+
+    /// Contacts by the world's lengths.
+    pub(crate) fn contact_lengths(&self) -> ContactConfig {
+        let scale = |x: f32| scaled(x, self.length_scale);
+        let c = self.contact;
+        ContactConfig {
+            push_speed: scale(c.push_speed),
+            rest_offset: scale(c.rest_offset),
+            margin: scale(c.margin),
+            recycle_distance: scale(c.recycle_distance),
+            restitution_speed: scale(c.restitution_speed),
+            hit_speed: scale(c.hit_speed),
+            ..c
+        }
+    }
+
+    /// Speed below which a body is slow, by the world's lengths [m/s].
+    pub(crate) fn sleep_speed(&self) -> f32 {
+        scaled(self.sleep.speed, self.length_scale)
+    }
+
+    /// Load per mass that raises a body's factor, by the world's lengths [m/s²].
+    pub(crate) fn inertia_threshold(&self) -> f32 {
+        scaled(self.inertia.threshold, self.length_scale).max(f32::MIN_POSITIVE)
     }
 
     /// Checks every field.
@@ -398,6 +447,11 @@ impl WorldConfig {
         *field = text.parse().map_err(|_| DefError::new(name, text, limit.allowed))?;
         Ok(())
     }
+}
+
+/// A length, speed or acceleration by the world's lengths, as far as there are numbers.
+fn scaled(x: f32, length: f32) -> f32 {
+    (x * length).min(f32::MAX)
 }
 
 /// Parts of a substep.

@@ -456,6 +456,11 @@ impl Contacts {
         }
     }
 
+    /// Ways and gaps are counted in another unit: how far bodies are apart is not known.
+    pub(crate) fn forget_gaps(&mut self, tracks: &[Track]) {
+        self.watched.watches.iter_mut().for_each(|watch| watch.close(tracks));
+    }
+
     /// One of the contact's shapes is another one, or elsewhere on its body: what its manifolds were made by no longer
     /// holds. Their points stay, for what they carry.
     pub(crate) fn forget_manifolds(&mut self, row: u32, tracks: &[Track]) {

@@ -38,6 +38,8 @@ pub(crate) struct Drives<'a> {
     pub(crate) shapes: &'a Shapes,
     pub(crate) joints: &'a Joints,
     pub(crate) contacts: &'a Contacts,
+    /// Length of a typical body [m].
+    pub(crate) length: f32,
     /// Time between two marks [s].
     pub(crate) spacing: f32,
 }
@@ -88,9 +90,10 @@ impl Drives<'_> {
     /// True if a body has come to a stop though a surface would move it at this speed [m/s].
     fn is_held(&self, row: u32, speed: f32) -> bool {
         let body = self.bodies.at(row);
-        let most = (HELD * size(body)).min(STALLED * speed * self.spacing) + rounding(body);
+        let most = (HELD * size(body, self.length)).min(STALLED * speed * self.spacing)
+            + rounding(body, self.length);
         let means = self.bodies.stillness[row as usize].means;
-        means.iter().all(|mean| mean.length(size(body)) * self.spacing <= most)
+        means.iter().all(|mean| mean.length(size(body, self.length)) * self.spacing <= most)
     }
 
     /// How fast the surfaces of a contact move over their shapes, together [m/s].
@@ -156,7 +159,8 @@ impl Drives<'_> {
             Asked::Place(speed) => (SPRUNG, speed),
         };
         let ends = [joint.body_a, joint.body_b].map(|row| self.bodies.at(row));
-        let rounding: f32 = ends.iter().filter(|b| b.is_dynamic()).map(|b| rounding(b)).sum();
+        let rounding: f32 =
+            ends.iter().filter(|b| b.is_dynamic()).map(|b| rounding(b, self.length)).sum();
         let most = (part * size / reach).min(STALLED * speed * self.spacing) + rounding / reach;
         speeds.iter().any(|speed| speed * self.spacing > most)
     }
@@ -165,7 +169,7 @@ impl Drives<'_> {
     fn size_of(&self, joint: &Joint) -> f32 {
         let sizes = [joint.body_a, joint.body_b].map(|row| {
             let body = self.bodies.at(row);
-            if body.is_dynamic() { size(body) } else { f32::INFINITY }
+            if body.is_dynamic() { size(body, self.length) } else { f32::INFINITY }
         });
         sizes[0].min(sizes[1])
     }

@@ -76,6 +76,9 @@ pub(crate) struct Islands {
     pub(crate) wake_alone: bool,
     /// Then a touch below this speed wakes nothing [m/s].
     pub(crate) gentle_speed: f32,
+    /// Length of a typical body in this step [m].
+    #[serde(skip)]
+    pub(crate) length: f32,
     /// How many islands were dissolved: bodies of one may be of several now that have its number and others.
     #[serde(skip)]
     pub(crate) dissolved: u64,
@@ -93,13 +96,13 @@ impl Clone for Islands {
 
     /// Into the lists that are there.
     fn clone_from(&mut self, from: &Self) {
-        let Self { rows, free, loose, wake_alone, gentle_speed, dissolved, spare: _ } = from;
+        let Self { rows, free, loose, wake_alone, gentle_speed, length, .. } = from;
         self.rows.clone_from(rows);
         self.free.clone_from(free);
         self.loose.clone_from(loose);
         self.wake_alone = *wake_alone;
-        self.gentle_speed = *gentle_speed;
-        self.dissolved = *dissolved;
+        (self.gentle_speed, self.length) = (*gentle_speed, *length);
+        self.dissolved = from.dissolved;
     }
 }
 

@@ -113,6 +113,8 @@ pub(crate) struct Stillness {
 pub(crate) struct StillnessRule {
     /// Gravity [m/s²].
     pub(crate) gravity: Vec3,
+    /// Length of a typical body [m].
+    pub(crate) length: f32,
     /// Speed of the configuration [m/s].
     pub(crate) speed: f32,
     /// Time until sleep [s].
@@ -145,22 +147,22 @@ fn pull(gravity: Vec3, body: &Body) -> (Vec3, f32) {
 }
 
 /// Acceleration of a body in free flight [m/s²], of its fastest point; 0 where forces cancel but for their rounding.
-pub(crate) fn free_acceleration(gravity: Vec3, body: &Body) -> f32 {
+pub(crate) fn free_acceleration(gravity: Vec3, body: &Body, length: f32) -> f32 {
     let (pull, of) = pull(gravity, body);
     let straight = pull.length();
-    let turning = body.turn_by(body.torque).length() * size(body);
+    let turning = body.turn_by(body.torque).length() * size(body, length);
     let straight = if straight > ROUNDING * of { straight } else { 0.0 };
     straight + turning
 }
 
-/// Size of a body [m]; one without shapes counts as one of a meter.
-pub(crate) fn size(body: &Body) -> f32 {
-    if body.extent > 0.0 { body.extent } else { 1.0 }
+/// Size of a body [m]; one without shapes counts as a typical one, of this length.
+pub(crate) fn size(body: &Body, length: f32) -> f32 {
+    if body.extent > 0.0 { body.extent } else { length }
 }
 
 /// Speed below which a body that nothing touches rests, however long it flies [m/s].
-pub(crate) fn drift_speed(body: &Body) -> f32 {
-    DRIFT * size(body)
+pub(crate) fn drift_speed(body: &Body, length: f32) -> f32 {
+    DRIFT * size(body, length)
 }
 
 /// True if nothing can hold a body: no contact near it, no joint, no particle.
@@ -169,8 +171,8 @@ pub(crate) fn is_free(body: &Body) -> bool {
 }
 
 /// How far a pose may be off by rounding after some steps [m].
-pub(crate) fn rounding(body: &Body) -> f32 {
-    ROUNDING * (body.center.abs().max_element() + size(body))
+pub(crate) fn rounding(body: &Body, length: f32) -> f32 {
+    ROUNDING * (body.center.abs().max_element() + size(body, length))
 }
 
 impl StillnessRule {
@@ -196,8 +198,8 @@ impl StillnessRule {
             return by_speed;
         }
         by_speed
-            && free_acceleration(self.gravity, body) <= 0.0
-            && body.greatest_speed() < drift_speed(body)
+            && free_acceleration(self.gravity, body, self.length) <= 0.0
+            && body.greatest_speed(self.length) < drift_speed(body, self.length)
     }
 
     /// Counts a step in which a body was slow, or not.
@@ -249,14 +251,14 @@ impl Stillness {
 
     /// Says by three marks whether a body rests.
     fn judge(&mut self, rule: &StillnessRule, [first, second, here]: [&Mark; 3], body: &Body) {
-        let size = size(body);
+        let size = size(body, rule.length);
         let times = [second.at - first.at, here.at - second.at];
         let times = times.map(|time| time.clamp(TIME_STEP.least, LONGEST));
         let [before, after] = [Way::between(first, second), Way::between(second, here)];
         let whole = Way::between(first, here).length(size);
         let per = times.map(|time| 1.0 / time);
         self.means = [before.scaled(per[0]), after.scaled(per[1])];
-        let rounding = rounding(body);
+        let rounding = rounding(body, rule.length);
         let creep = CREEP * size + rounding;
         // What the second way is more than the first, had it taken as long: a τ².
         let sway = after.less(&before, times[1] * per[0]);

@@ -2,7 +2,7 @@
 
 use fearless_simd::Level;
 
-use super::solver::closing::SHORTEST;
+use super::solver::closing::{Caps, SHORTEST};
 use super::solver::inertia::LoadInertia;
 use super::solver::softness::{Compliance, Softness};
 use crate::base::math::Vec3;
@@ -36,6 +36,12 @@ pub(crate) struct StepContext {
     pub(crate) h: f32,
     pub(crate) inv_h: f32,
     pub(crate) substeps: u32,
+    /// Length of a typical body [m].
+    pub(crate) length: f32,
+    /// Over that as a power of two: what [`Track`](crate::state::bodies::Track) counts a length as, which then is rounded alike.
+    pub(crate) per_track: f32,
+    /// How fast errors close.
+    pub(crate) caps: Caps,
     pub(crate) gravity: Vec3,
     /// What gravity adds to a way in a step, and a tenth more [m].
     pub(crate) fall: f32,
@@ -95,7 +101,7 @@ impl StepContext {
         let mut loaded = in_parts(config.inertia.refine);
         loaded.fineness = Fineness::Loaded;
         // What had sunk into softer contacts is not thrown up.
-        loaded.push_speed = loaded.push_speed.min(REFINED_PUSH_SPEED);
+        loaded.push_speed = loaded.push_speed.min(REFINED_PUSH_SPEED * self.length);
         let mut jointed = in_parts(config.joint.refine);
         jointed.fineness = Fineness::Jointed;
         // Contacts give as before: joints alone get stiffer. (Stiffer ones, too, threw limbs that were caught out of their
@@ -155,7 +161,7 @@ impl StepContext {
     ) -> Self {
         let h = dt / (substeps * parts) as f32;
         let inv_h = 1.0 / h;
-        let c = &config.contact;
+        let c = &config.contact_lengths();
         let [soft, soft_fixed] = contact_springs(config, inv_h, h);
         let [swept, direct] = [SWEPT, DIRECT].map(|part| joint_hertz(config, part, inv_h));
         let most = config.inertia.most;
@@ -165,6 +171,9 @@ impl StepContext {
             h,
             inv_h,
             substeps: substeps * parts,
+            length: config.length_scale,
+            per_track: 1.0 / power_below(config.length_scale),
+            caps: Caps::new(config.length_scale),
             gravity: config.gravity,
             fall: 1.1 * config.gravity.length() * dt * dt,
             margin: c.margin,
@@ -180,7 +189,8 @@ impl StepContext {
             inertia: LoadInertia {
                 most,
                 goes_beyond: config.inertia.refine == 1,
-                threshold: config.inertia.threshold,
+                threshold: config.inertia_threshold(),
+                length: config.length_scale,
             },
             soft_joint: Softness::new(swept, config.joint.damping_ratio, h),
             penalty: config.penalty,
@@ -195,6 +205,11 @@ impl StepContext {
             level,
         }
     }
+}
+
+/// The greatest power of two that is no more than a number above 0.
+const fn power_below(x: f32) -> f32 {
+    f32::from_bits(x.to_bits() & 0x7f80_0000)
 }
 
 /// Contacts of two dynamic bodies, and with static ones, as stiff as substeps of a rate [1/s] bear, for those of `h` [s].

@@ -127,7 +127,7 @@ pub(crate) fn advance_poses(
                 let moved = most_moved(body, center, rotation);
                 body.room -= moved;
                 let way = &mut tracks.row(*row as usize).way;
-                *way = way.wrapping_add(Track::at_least(moved));
+                *way = way.wrapping_add(Track::at_least(moved * ctx.per_track));
                 // Most bodies that rest or creep have room for more, without a look at their shapes.
                 let flew = body.flies;
                 let mut in_boxes = true;
@@ -305,7 +305,7 @@ fn reach_of_all(body: &Body, ctx: &StepContext) -> f32 {
 
 /// Room around a box [m].
 fn spare(body: &Body, ctx: &StepContext) -> f32 {
-    ctx.margin + (0.1 * body.extent).min(0.1)
+    ctx.margin + (0.1 * body.extent).min(0.1 * ctx.length)
 }
 
 /// True if a body moves so far beyond its [`reach`] in a step that no box with room keeps it for two.
@@ -415,7 +415,7 @@ fn rate_stillness(
     let by_speed = if by_energy {
         freeze::rests(ctx, rule.speed, body)
     } else {
-        body.greatest_speed() < body.still_speed(rule.speed)
+        body.greatest_speed(rule.length) < body.still_speed(rule.speed)
     };
     rule.count(rule.is_slow(body, by_speed), body, known);
 }

@@ -132,7 +132,8 @@ pub(crate) fn step(
 ) {
     // Before anything wakes in this step.
     tables.islands.wake_alone = tables.config.method.freezes();
-    tables.islands.gentle_speed = sleep::freeze::rest_speed(ctx, tables.config.sleep.speed);
+    tables.islands.gentle_speed = sleep::freeze::rest_speed(ctx, tables.config.sleep_speed());
+    tables.islands.length = ctx.length;
     let Tables {
         config,
         bodies,
@@ -172,8 +173,9 @@ pub(crate) fn step(
     after(Stage::Solver);
     let sleep = &config.sleep;
     let (enabled, time) = (sleep.enabled && method.sleeps(), sleep.wait(ctx.dt));
-    let rest = SleepConfig { enabled, time, ..*sleep };
-    let rule = StillnessRule { gravity: ctx.gravity, speed: sleep.speed, time, dt: ctx.dt };
+    let rest = SleepConfig { enabled, time, speed: config.sleep_speed() };
+    let (gravity, length, dt) = (ctx.gravity, ctx.length, ctx.dt);
+    let rule = StillnessRule { gravity, length, speed: rest.speed, time, dt };
     finalize::advance_poses(
         ctx,
         (&rule, islands.wake_alone),

@@ -136,10 +136,10 @@ pub(crate) fn update_manifolds(
     let softened = Rows::new(softened, apart);
     // While some shapes have hit speeds of their own any may count.
     let hit_speed = if shapes.give_hit_speed > 0 { 0.0 } else { ctx.hit_speed };
-    let landing = Track::at_most(hit_speed * ctx.dt);
+    let landing = Track::at_most(hit_speed * ctx.dt * ctx.per_track);
     let asked = Asked { hooks, softened };
     let pairs = Pairs { ctx, bodies, shapes, slots, watches, probes, asked, landing };
-    let margin = Track::at_least(ctx.margin);
+    let margin = Track::at_least(ctx.margin * ctx.per_track);
     collect_ranges_with(jobs, count, least, workers, changes, |worker, range, out| {
         let mut line = Line::default();
         for k in range {
@@ -176,7 +176,8 @@ fn look_ahead(ctx: &StepContext, bodies: &mut Bodies, jobs: &Jobs<'_>) {
             }
             if let Some(body) = rows.at(row) {
                 let speed = body.v.length() + body.w.length() * body.extent;
-                tracks.row(row as usize).ahead = Track::at_least(1.1 * speed * ctx.dt);
+                tracks.row(row as usize).ahead =
+                    Track::at_least(1.1 * speed * ctx.dt * ctx.per_track);
             }
         }
     });
@@ -275,7 +276,7 @@ impl Pairs<'_> {
         for (lane, k) in group.pairs().iter().enumerate() {
             let watch = self.watches.row(*k);
             if !watch.has_parts() && found.due >> lane & 1 == 0 {
-                watch.open(found.gap[lane], tracks);
+                watch.open(found.gap[lane] * self.ctx.per_track, tracks);
                 continue;
             }
             watch.close(tracks);
@@ -297,7 +298,8 @@ impl Pairs<'_> {
                 let ends = [watch.body_a, watch.body_b].map(|body| self.bodies.at(body));
                 let ahead = |body: u32| tracks[body as usize].ahead;
                 let lands = ahead(watch.body_a) + ahead(watch.body_b) > self.landing;
-                let look = Look { row, reach, watch, probe: self.probes.row(k), tracks, lands };
+                let (probe, per_track) = (self.probes.row(k), self.ctx.per_track);
+                let look = Look { row, reach, watch, probe, tracks, per_track, lands };
                 self.update(&mut *contact, look, (motions, lane), out, mesh);
                 if ends.iter().any(|body| body.sleeps()) && out.last() != Some(&Change::Apart(row))
                 {
@@ -434,7 +436,8 @@ pub(crate) fn overlap(
 ) -> bool {
     let b_in_a = shape_a.placed(a).relative(&shape_b.placed(b));
     if let Core::Mesh(mesh) = &shape_a.solid.core {
-        let (reach, mut made) = (Reach::still(0.0), [Manifold::default(); MAX_PARTS]);
+        let reach = Reach::still(0.0).in_lengths(ctx.length);
+        let mut made = [Manifold::default(); MAX_PARTS];
         let scratch = &mut MeshScratch::default();
         return collide_mesh(ctx.level, mesh, &shape_b.solid, &b_in_a, &reach, scratch, &mut made)
             > 0;
@@ -452,6 +455,8 @@ struct Look<'a> {
     watch: &'a mut Watch,
     probe: &'a mut Probe,
     tracks: &'a [Track],
+    /// See [`StepContext::per_track`].
+    per_track: f32,
     /// Its bodies are so fast that a point of it may land, as a hit.
     lands: bool,
 }
@@ -465,7 +470,7 @@ impl Look<'_> {
 
     /// The shapes are as far apart now, at least [m].
     fn open(&mut self, gap: f32) {
-        self.watch.open(gap, self.tracks);
+        self.watch.open(gap * self.per_track, self.tracks);
     }
 }
 

@@ -88,7 +88,7 @@ fn wake_the_met(changes: &[Vec<Change>], sets: &mut Sets<'_>) {
 
 /// True for a touch that wakes nothing: among bodies that freeze one by one the load that comes with it may.
 fn is_gentle(c: &Contact, islands: &Islands, bodies: &Bodies) -> bool {
-    let speed = |body: u32| bodies.at(body).greatest_speed();
+    let speed = |body: u32| bodies.at(body).greatest_speed(islands.length);
     // What was put into a frozen body is no touch that came of a motion.
     let any_moves = bodies.at(c.body_a).active() || bodies.at(c.body_b).active();
     islands.wake_alone && any_moves && speed(c.body_a) + speed(c.body_b) < islands.gentle_speed

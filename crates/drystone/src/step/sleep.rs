@@ -110,7 +110,7 @@ pub(crate) fn rest_still_islands(
             }
         } else {
             let members = sets.islands.members(island, sets.bodies);
-            let drives = drives_of(sets, shapes, spacing);
+            let drives = drives_of(sets, shapes, (spacing, ctx.length));
             let driven = members.iter().copied().find(|row| drives.driver(*row).is_some());
             if let Some(row) = driven {
                 // It is not looked at again before it can have stopped.
@@ -134,9 +134,13 @@ pub(crate) fn rest_still_islands(
 }
 
 /// What tells who is driven.
-fn drives_of<'a>(sets: &'a Sets<'_>, shapes: &'a Shapes, spacing: f32) -> Drives<'a> {
+fn drives_of<'a>(
+    sets: &'a Sets<'_>,
+    shapes: &'a Shapes,
+    (spacing, length): (f32, f32),
+) -> Drives<'a> {
     let Sets { bodies, joints, contacts, .. } = sets;
-    Drives { bodies, shapes, joints, contacts, spacing }
+    Drives { bodies, shapes, joints, contacts, length, spacing }
 }
 
 /// How long the bodies of islands have been still.

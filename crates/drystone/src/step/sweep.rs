@@ -163,7 +163,7 @@ fn put(
     let body = bodies.at_mut(row);
     let (center, rotation) = (body.center, body.rotation);
     (body.center, body.rotation, body.room) = (pose.position, pose.rotation, 0.0);
-    let moved = Track::at_least(most_moved(body, center, rotation));
+    let moved = Track::at_least(most_moved(body, center, rotation) * ctx.per_track);
     let way = &mut bodies.tracks[row as usize].way;
     *way = way.wrapping_add(moved);
     for i in 0..bodies.at(row).shapes.len() {

@@ -188,13 +188,17 @@ impl World {
         config.validate()?;
         let old = &self.tables.config;
         let wake = config.gravity != old.gravity || config.method.freezes() != old.method.freezes();
-        if config.contact.margin > old.contact.margin {
+        let has_length = config.length_scale.to_bits() == old.length_scale.to_bits();
+        if config.contact_lengths().margin > old.contact_lengths().margin || !has_length {
             // What fits in its box may fit no longer.
             for body in self.tables.bodies.rows.values_mut().iter_mut().flatten() {
                 body.room = 0.0;
             }
         }
         self.tables.config = config;
+        if !has_length {
+            self.tables.contacts.forget_gaps(&self.tables.bodies.tracks);
+        }
         if wake {
             self.wake_all();
         }

@@ -185,7 +185,7 @@ fn limits(b: &Solid, reach: &Reach) -> Limits {
         way: reach.way,
         straight: if reach.is_straight { reach.way } else { Vec3::ZERO },
         corners: reach.corners,
-        merge: 1.0e-3 * size + 1.0e-6,
+        merge: 1.0e-3 * size + reach.grain,
         bias: 5.0e-4 * size,
         // The gap over an edge that counts as flat is that turn times the height of the core.
         doubt: 2.0e-2 * size,

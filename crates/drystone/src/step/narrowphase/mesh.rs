@@ -71,7 +71,7 @@ pub(super) fn update(
     let pose_a = shape_a.placed(a);
     let b_in_a = pose_a.relative(&shape_b.placed(b));
     let reach = if contact.sensor {
-        Reach::still(0.0)
+        Reach::still(0.0).in_lengths(ctx.length)
     } else {
         let way = pose_a.local_direction(b.rotation.rotate(motion.velocity) * (1.1 * ctx.dt));
         let length = way.length();
@@ -84,6 +84,7 @@ pub(super) fn update(
             is_straight: motion.spin <= STRAIGHT * motion.velocity.length(),
             // For some steps' way, if the two are apart and may wait.
             room: if contact.count > 0 { 0.0 } else { (4.0 * ahead + 2.0 * ctx.margin).min(most) },
+            ..Reach::still(margin).in_lengths(ctx.length)
         }
     };
     let mut made = [Manifold::default(); MAX_PARTS];

@@ -353,7 +353,7 @@ mod tests {
             let tables = now.tables_mut();
             look_ahead(&ctx, &mut tables.bodies, &Jobs::Inline);
             let (bodies, shapes) = (&tables.bodies, &tables.shapes);
-            let margin = Track::at_least(ctx.margin);
+            let margin = Track::at_least(ctx.margin * ctx.per_track);
             let contacts = &tables.contacts;
             for watch in contacts.awake_watches() {
                 let contact = contacts.at(watch.row());

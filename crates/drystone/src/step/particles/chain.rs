@@ -28,7 +28,6 @@ use crate::base::wide::{
 };
 use crate::state::chains::{ChainBlock, ChainRow};
 use crate::state::particles::{LinkColor, ParticleLine};
-use crate::step::solver::closing::closing_link;
 use crate::step::solver::rows::read_lanes;
 
 /// Most times that a pass looks anew which threads are slack.
@@ -138,7 +137,7 @@ pub(crate) fn solve<S: Simd>(
         let error = length - load(simd, &a.length);
         // What is slack may lengthen as far as it is slack.
         let open = above(load(simd, &a.slack) * -error, zero);
-        let closed = closing_link(simd, splat(simd, pace.chain_rate) * error, error);
+        let closed = pace.caps.closing_link(simd, splat(simd, pace.chain_rate) * error, error);
         (vn + select(open, inv_h * error, closed)).store_array(&mut a.work.error);
     }
     system(simd, rows, ends);

@@ -97,7 +97,7 @@ fn deflected(ctx: &StepContext, start: Vec3, path: &Path, meetings: &[Meeting]) 
             let (n, s) = (m.n, m.separation);
             let moved = n.dot(way - m.drift * dt);
             let from = n.dot(start - m.drift);
-            if s + moved >= -LEFT {
+            if s + moved >= -LEFT * ctx.length {
                 continue;
             }
             let end = n.dot(v - m.drift);

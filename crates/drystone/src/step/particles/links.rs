@@ -14,7 +14,6 @@ use crate::base::wide::{
     LANES, Vec3w, Wide, above, gather4, load, max, min, scatter4, select, splat, sqrt,
 };
 use crate::state::particles::{LaneKind, LinkBlock, ParticleLine};
-use crate::step::solver::closing::{closing_link, fastest_link};
 use crate::step::solver::rows::read_lanes;
 use crate::step::solver::softness::Softness;
 
@@ -216,7 +215,7 @@ pub(crate) fn solve<S: Simd>(
     let rigid = load(simd, &block.rigid);
     let (bias, gain) = (load(simd, &block.rate) * error, load(simd, &block.gain));
     let leak = load(simd, &block.leak);
-    let most = rigid * fastest_link(simd, error);
+    let most = rigid * pace.caps.fastest_link(simd, error);
     let bias = select(above(rigid, zero), max(min(bias, most), -most), bias);
     // What is slack may lengthen as far as it is slack.
     let is_slack = above(min(load(simd, &block.slack), -error), zero);
@@ -313,7 +312,7 @@ fn correction<S: Simd>(
     let gap = length - load(simd, &block.length);
     let speed = gap * splat(simd, pace.inv_h);
     let is_rigid = above(load(simd, &block.rigid), zero);
-    let error = select(is_rigid, closing_link(simd, speed, gap), speed);
+    let error = select(is_rigid, pace.caps.closing_link(simd, speed, gap), speed);
     let new = old - load(simd, &block.gain) * error - load(simd, &block.leak) * old;
     let can_slack = above(load(simd, &block.slack), zero);
     let new = select(can_slack, min(new, zero), new);

@@ -135,7 +135,7 @@ impl Around<'_> {
         let reach = length + radius + self.ctx.margin;
         let seeker = Seeker { line, x, radius, way, held };
         if particle.room <= reach {
-            let ahead = if particle.still_time > 0.0 { 0.0 } else { AHEAD };
+            let ahead = if particle.still_time > 0.0 { 0.0 } else { AHEAD * self.ctx.length };
             near.clear = reach + ahead;
             let bounds = Aabb::new(x, x).grown(near.clear);
             self.bounds.fixed.query(&bounds, |row| {

@@ -21,7 +21,7 @@ use crate::state::chains::{ChainBlock, ChainRow};
 use crate::state::config::{ParticleForm, WorldConfig};
 use crate::state::particles::{CROWD, LinkBlock, ParticleLine, Particles};
 use crate::step::context::StepContext;
-use crate::step::solver::closing::SHORTEST_OF_PARTICLES;
+use crate::step::solver::closing::{Caps, SHORTEST_OF_PARTICLES};
 use crate::step::solver::rows::{Line, Whitening};
 use crate::step::solver::softness::{Softness, decay};
 
@@ -69,6 +69,8 @@ pub(crate) struct Pace {
     pub(crate) keep: f32,
     /// Lines of bodies repeat what pushed them in the last substep.
     pub(crate) bodies_repeat: bool,
+    /// How fast errors close.
+    pub(crate) caps: Caps,
     pub(crate) push_speed: f32,
     pub(crate) restitution_speed: f32,
     pub(crate) gravity: Vec3,
@@ -111,6 +113,7 @@ impl Pace {
             impulse_scale: if keeps { (h / last_h).min(4.0) * KEEP } else { 0.0 },
             keep: if form == Form::Soft { KEEP } else { 0.0 },
             bodies_repeat: !config.method.is_classic(),
+            caps: ctx.caps,
             push_speed: ctx.push_speed,
             restitution_speed: ctx.restitution_speed,
             gravity: ctx.gravity,

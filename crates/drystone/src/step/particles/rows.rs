@@ -9,7 +9,7 @@ use crate::base::disjoint::{Apart, Rows};
 use crate::base::math::{Vec3, vec3};
 use crate::base::sym3::Sym3;
 use crate::state::particles::ParticleLine;
-use crate::step::solver::closing::{SHORTEST_OF_PARTICLES, closing_row};
+use crate::step::solver::closing::SHORTEST_OF_PARTICLES;
 use crate::step::solver::integrate::three;
 use crate::step::solver::rows::{Line, Whitening};
 
@@ -198,7 +198,7 @@ impl HoldRow {
         let u = v - self.partner.velocity(&ground.bodies, r) - self.drift;
         let inv_h = pace.inv_h.min(1.0 / SHORTEST_OF_PARTICLES);
         let close = |part: f32| {
-            let speed = |gap: f32| closing_row(gap * (part * inv_h), gap);
+            let speed = |gap: f32| pace.caps.closing_row(gap * (part * inv_h), gap, false);
             vec3(speed(gap.x), speed(gap.y), speed(gap.z))
         };
         let wanted = if !soft {

@@ -140,7 +140,7 @@ pub(super) fn freeze(
         let body = sets.bodies.at(*row);
         let still = body.is_dynamic() && body.can_sleep && body.still_time >= config.time;
         let may = still && body.joints.is_empty() && is_carried(ctx, CARRIED, *row, sets, |_| true);
-        if may && super::drives_of(sets, shapes, spacing).driver(*row).is_none() {
+        if may && super::drives_of(sets, shapes, (spacing, ctx.length)).driver(*row).is_none() {
             (s.may[*row as usize], s.waits[*row as usize]) = (true, true);
             s.rows.push(*row);
         }

@@ -14,7 +14,7 @@
 //! other do not grow in secret. See docs/decisions/031-work-of-joints.md.
 
 use super::Solver;
-use super::closing::{beyond, push};
+use super::closing::Caps;
 use super::forest::Tree;
 use super::integrate::three;
 use super::joint::JointSweep;
@@ -80,9 +80,14 @@ fn vector(lanes: &[Lanes; 3], lane: usize) -> DVec3 {
     DVec3::from(at(lanes, lane))
 }
 
-/// How fast a gap closes.
-fn speed_of(gap: f64, rate: f32, any: f32) -> f64 {
-    lesser(f64::from(rate) * gap, f64::from(any) + beyond(gap))
+/// How fast a gap closes, on an axis on which any may close at `any`.
+fn speed_of(gap: f64, rate: f32, (caps, any, axis): (&Caps, f32, usize)) -> f64 {
+    lesser(f64::from(rate) * gap, f64::from(any) + caps.beyond(gap, axis))
+}
+
+/// The same of an axis of joints.
+fn closing_speed(gap: f64, rate: f32, caps: &Caps, axis: usize) -> f64 {
+    speed_of(gap, rate, (caps, caps.push(axis), axis))
 }
 
 impl Solver<'_> {
@@ -331,7 +336,11 @@ impl Solver<'_> {
                             let spring = (0.0, square, f64::from(p.mass[lane]));
                             bound.release(impulse, speeds, spring, (depth, self.ctx.inv_h.into()));
                         } else {
-                            let speed = speed_of(depth, softness.rate, self.ctx.push_speed);
+                            let speed = speed_of(
+                                depth,
+                                softness.rate,
+                                (&self.ctx.caps, self.ctx.push_speed, 0),
+                            );
                             bound.close(impulse, speed, 0);
                         }
                         bound.drive(p.impulse[lane], f64::from(drift));
@@ -363,7 +372,7 @@ impl Solver<'_> {
                     let impulse = at(&block.impulse, lane);
                     let length = gap.length();
                     if batch.class != DISTANCE {
-                        let speed = speed_of(length, sweep.softness.rate, push(0));
+                        let speed = closing_speed(length, sweep.softness.rate, &sweep.caps, 0);
                         bound.close(f64::from(impulse.length()), speed, 0);
                         bound.drive(impulse.length(), drift.length());
                         continue;
@@ -376,7 +385,7 @@ impl Solver<'_> {
                         (impulse.x, f64::from(limits.x) - length),
                         (impulse.y, length - f64::from(limits.y)),
                     ] {
-                        let speed = speed_of(error.abs(), sweep.softness.rate, push(0));
+                        let speed = closing_speed(error.abs(), sweep.softness.rate, &sweep.caps, 0);
                         bound.close(f64::from(p), speed, 0);
                         bound.drive(p, drift.length());
                     }
@@ -573,7 +582,7 @@ fn ask_six(
         if block.locked[axis][lane] > 0.0 {
             if locks && !(block.is_pinned && kind == 0) {
                 let off = (x - f64::from(block.place[axis][lane])).abs();
-                bound.close(f64::from(held), speed_of(off, rate, push(axis)), kind);
+                bound.close(f64::from(held), closing_speed(off, rate, &sweep.caps, axis), kind);
             }
             continue;
         }
@@ -607,12 +616,12 @@ fn ask_six(
         if laws.yields && laws.hard[lane] <= 0.0 {
             release(&laws.limit, limit, error);
         } else {
-            bound.close(f64::from(limit), speed_of(error, rate, push(axis)), kind);
+            bound.close(f64::from(limit), closing_speed(error, rate, &sweep.caps, axis), kind);
         }
     }
     if locks && block.is_pinned {
         let force = f64::from(at(&block.carried, lane).length());
-        bound.close(force, speed_of(gap.length(), rate, push(0)), 0);
+        bound.close(force, closing_speed(gap.length(), rate, &sweep.caps, 0), 0);
         bound.drive(force, drift);
     }
 }

@@ -12,11 +12,6 @@ use crate::base::wide::{Wide, max, min, splat};
 /// of 4,000 rad/s² then held there.
 const PUSH: [f32; 2] = [3.0, 9.0];
 
-/// See [`PUSH`]; of an axis.
-pub(crate) const fn push(axis: usize) -> f32 {
-    PUSH[axis / 3]
-}
-
 /// A wide gap closes faster than others may: by half in a tenth of a second [1/s].
 const FASTER: f32 = 7.0;
 
@@ -28,6 +23,9 @@ const MOST: f32 = 10.0;
 /// their links at 3 m/s.
 const PARTICLES: f32 = 10.0;
 
+/// See [`Caps::least`]; whitened, of a length of 1 m.
+const LEAST: f32 = 1.0e-15;
+
 /// Shortest substep that softness follows [s]. What is as stiff as a substep bears grows without a bound as steps get
 /// short, and then turns errors of micrometers into velocities.
 pub(crate) const SHORTEST: f32 = 5.0e-5;
@@ -36,42 +34,72 @@ pub(crate) const SHORTEST: f32 = 5.0e-5;
 /// closes them is then no faster than what gravity gives in a step of 1/60 s.
 pub(crate) const SHORTEST_OF_PARTICLES: f32 = 1.0e-4;
 
-/// How fast a gap of this size may close, beyond what any may.
-pub(crate) fn beyond(size: f64) -> f64 {
-    (f64::from(FASTER) * size).min(f64::from(MOST))
+/// The caps by the lengths of a world: those of angles are the same in all.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Caps {
+    push: [f32; 2],
+    most: [f32; 2],
+    particles: f32,
+    /// Velocities below this never show: see the kernel of joints of six axes.
+    pub(crate) least: f32,
 }
 
-/// How fast an error of this size may close, if any may at `any`.
-#[inline(always)]
-fn fastest<S: Simd>(simd: S, size: Wide<S>, any: f32) -> Wide<S> {
-    let size = max(size, -size);
-    splat(simd, any) + min(size * splat(simd, FASTER), splat(simd, MOST))
-}
+impl Caps {
+    /// `length` is that of a typical body [m].
+    pub(crate) fn new(length: f32) -> Self {
+        let [motion, turn] = PUSH;
+        Self {
+            push: [motion * length, turn],
+            most: [MOST * length, MOST],
+            particles: PARTICLES * length,
+            least: LEAST * length,
+        }
+    }
 
-/// At what speed an axis that is open by `gap` closes: by `rate` [1/s], but no faster than at [`push`] and what
-/// [`FASTER`] allows besides, each axis by itself. (A ball that a floor stopped while the one on its joint went on for
-/// 0.16 m was thrown up at 15 m/s: what closes a joint presses a body on what bears it, and that pushes both.)
-#[inline(always)]
-pub(super) fn closing<S: Simd>(simd: S, gap: Wide<S>, rate: Wide<S>) -> Wide<S> {
-    let most = fastest(simd, gap, push(0));
-    min(max(gap * rate, -most), most)
-}
+    /// See [`PUSH`]; of an axis.
+    #[inline(always)]
+    pub(crate) const fn push(&self, axis: usize) -> f32 {
+        self.push[axis / 3]
+    }
 
-/// The same of a link between particles that is too long by `error`, which would close at `speed`.
-#[inline(always)]
-pub(crate) fn closing_link<S: Simd>(simd: S, speed: Wide<S>, error: Wide<S>) -> Wide<S> {
-    let most = fastest_link(simd, error);
-    min(max(speed, -most), most)
-}
+    /// How fast what is open by this may close on an axis, beyond what any may.
+    pub(crate) fn beyond(&self, size: f64, axis: usize) -> f64 {
+        (f64::from(FASTER) * size).min(f64::from(self.most[axis / 3]))
+    }
 
-/// The greatest speed of that.
-#[inline(always)]
-pub(crate) fn fastest_link<S: Simd>(simd: S, error: Wide<S>) -> Wide<S> {
-    fastest(simd, error, PARTICLES)
-}
+    /// How fast an error of this size may close, if any may at `any`.
+    #[inline(always)]
+    fn fastest<S: Simd>(&self, simd: S, size: Wide<S>, any: f32) -> Wide<S> {
+        let size = max(size, -size);
+        splat(simd, any) + min(size * splat(simd, FASTER), splat(simd, self.most[0]))
+    }
 
-/// The same of one row: of a coupling, a pulley, an attachment.
-pub(crate) fn closing_row(speed: f32, error: f32) -> f32 {
-    let most = PARTICLES + (FASTER * error.abs()).min(MOST);
-    speed.clamp(-most, most)
+    /// At what speed an axis that is open by `gap` closes: by `rate` [1/s], but no faster than at [`PUSH`] and what
+    /// [`FASTER`] allows besides, each axis by itself. (A ball that a floor stopped while the one on its joint went on for
+    /// 0.16 m was thrown up at 15 m/s: what closes a joint presses a body on what bears it, and that pushes both.)
+    #[inline(always)]
+    pub(super) fn closing<S: Simd>(&self, simd: S, gap: Wide<S>, rate: Wide<S>) -> Wide<S> {
+        let most = self.fastest(simd, gap, self.push[0]);
+        min(max(gap * rate, -most), most)
+    }
+
+    /// The same of a link between particles that is too long by `error`, which would close at `speed`.
+    #[inline(always)]
+    pub(crate) fn closing_link<S: Simd>(&self, simd: S, speed: Wide<S>, error: Wide<S>) -> Wide<S> {
+        let most = self.fastest_link(simd, error);
+        min(max(speed, -most), most)
+    }
+
+    /// The greatest speed of that.
+    #[inline(always)]
+    pub(crate) fn fastest_link<S: Simd>(&self, simd: S, error: Wide<S>) -> Wide<S> {
+        self.fastest(simd, error, self.particles)
+    }
+
+    /// The same of one row: of a coupling, a pulley, an attachment. `is_turn`: the error is an angle.
+    pub(crate) fn closing_row(&self, speed: f32, error: f32, is_turn: bool) -> f32 {
+        let (any, most) = if is_turn { (PARTICLES, MOST) } else { (self.particles, self.most[0]) };
+        let most = any + (FASTER * error.abs()).min(most);
+        speed.clamp(-most, most)
+    }
 }

@@ -24,6 +24,8 @@ pub(crate) struct Sweep {
     pub(crate) relaxes: bool,
     /// Greatest net speed of push-out [m/s].
     pub(crate) cap: f32,
+    /// A point that approaches faster is hit [m/s]: see [`HIT_SPEED`].
+    pub(crate) hit: f32,
     /// Rounds over the points of a manifold.
     pub(crate) inner: u32,
     /// Time of the step that positions have advanced [s].
@@ -38,7 +40,7 @@ const DEEP_RATE: f32 = 6.0;
 /// Rounds that a contact without a warm start gets besides, and one that is hit: whose points approach
 /// faster than this [m/s], ten times what gravity gives in a substep.
 const EAGER_ROUNDS: u32 = 6;
-const HIT_SPEED: f32 = 0.2;
+pub(super) const HIT_SPEED: f32 = 0.2;
 
 /// K_ij in [`ContactBlock::k`].
 pub(super) const K: [[usize; 4]; 4] = [[0, 1, 3, 6], [1, 2, 4, 7], [3, 4, 5, 8], [6, 7, 8, 9]];
@@ -105,7 +107,7 @@ fn solve_eagerly<S: Simd, const N: usize>(
     block: &ContactBlock,
     bias: &Bias<S, N>,
     response: &[[Wide<S>; N]; N],
-    [vn, gain, entry]: [&[Wide<S>; N]; 3],
+    ([vn, gain, entry], hit): ([&[Wide<S>; N]; 3], f32),
     lambda: &mut [Wide<S>; N],
     z: &mut [Wide<S>; N],
 ) {
@@ -121,7 +123,7 @@ fn solve_eagerly<S: Simd, const N: usize>(
             fastest = min(fastest, *speed);
         }
     }
-    let mut eager = min(fastest + splat(simd, HIT_SPEED), zero);
+    let mut eager = min(fastest + splat(simd, hit), zero);
     if block.any_fresh {
         eager -= load(simd, &block.fresh);
     }
@@ -231,7 +233,15 @@ fn solve_points<S: Simd, const FIXED: bool, const N: usize>(
         solve_normals(&bias, &response, None, &mut lambda, &mut z);
     }
     if N > 1 {
-        solve_eagerly(simd, block, &bias, &response, [&vn, &gain, &entry], &mut lambda, &mut z);
+        solve_eagerly(
+            simd,
+            block,
+            &bias,
+            &response,
+            ([&vn, &gain, &entry], sweep.hit),
+            &mut lambda,
+            &mut z,
+        );
     }
     next.ask(asked..half);
     let mut total = zero;

@@ -7,7 +7,6 @@
 //! step's start, and the warm start is turned, as those of joints are: see sixdof.rs and joint.rs.
 
 use super::Solver;
-use super::closing::closing_row;
 use super::joint::JointSweep;
 use super::plan::Group;
 use super::six;
@@ -166,6 +165,11 @@ impl Rope {
 }
 
 impl Source {
+    /// True if C is an angle: it has the unit of the second joint's coordinate.
+    const fn is_turn(&self) -> bool {
+        matches!(self, Self::Joints([_, second]) if second.is_turn)
+    }
+
     /// What it asks of bodies that moved so far since the step's start, `c` being what was amiss then.
     pub(super) fn now(&self, c: f32, motion: impl Fn(usize) -> [Vec3; 2], elapsed: f32) -> Now {
         let mut now = Now { c, drift: 0.0, parts: [Part::default(); 4] };
@@ -230,7 +234,11 @@ impl CouplingRow {
         let (gain, bias, give) = if is_open {
             (1.0, now.c * sweep.inv_h, 0.0)
         } else {
-            (s.mass, closing_row(s.rate * now.c, now.c), s.impulse)
+            (
+                s.mass,
+                sweep.caps.closing_row(s.rate * now.c, now.c, self.source.is_turn()),
+                s.impulse,
+            )
         };
         let new = old - (gain * speed + bias) / k - give * old;
         let new = if self.is_slack { new.min(0.0) } else { new };
@@ -269,7 +277,9 @@ impl CouplingRow {
     /// The impulse of this sweep, the speed at which it closed, and what kinematic bodies do to C.
     pub(super) fn pushed(&self, lines: &Rows<'_, Line>, sweep: &JointSweep) -> [f32; 3] {
         let now = self.now(lines, sweep);
-        [self.impulse, closing_row(sweep.softness.rate * now.c, now.c), now.drift]
+        let speed = sweep.softness.rate * now.c;
+        let closed = sweep.caps.closing_row(speed, now.c, self.source.is_turn());
+        [self.impulse, closed, now.drift]
     }
 
     /// Takes its impulse down to a part.

@@ -2,7 +2,6 @@
 
 use fearless_simd::Simd;
 
-use super::closing::push;
 use super::joint::JointSweep;
 use super::rows::Velocity;
 use super::sixdof::SixBlock;
@@ -357,7 +356,7 @@ impl<S: Simd, const TURNS: bool> Held<S, TURNS> {
             } else {
                 q.speed_about(&self.about[i - 3])
             };
-            let most = splat(simd, push(i));
+            let most = splat(simd, sweep.caps.push(i));
             miss[i] = mass * speed + max(min(rate * off, most), -most);
         }
         let [along, about] = self.impulses(

@@ -63,6 +63,8 @@ pub(crate) struct LoadInertia {
     pub(crate) goes_beyond: bool,
     /// Load per mass above which the factor rises [m/s²].
     pub(crate) threshold: f32,
+    /// Length of a typical body [m].
+    pub(crate) length: f32,
 }
 
 impl LoadInertia {
@@ -98,7 +100,7 @@ impl LoadInertia {
             return 1.0;
         }
         let raw = body.load / (body.mass * self.threshold);
-        let size = (body.extent * (1.0 / SIZE)).max(1.0);
+        let size = (body.extent * (1.0 / (SIZE * self.length))).max(1.0);
         let turning = body.w.length_squared() * (size / (TURNING * TURNING));
         let wanted = 1.0 + (self.at_load(raw) - 1.0) / (1.0 + turning);
         if wanted > (1.0 + HYSTERESIS) * s {

@@ -13,7 +13,7 @@
 
 use fearless_simd::{Simd, SimdBase};
 
-use super::closing::closing;
+use super::closing::Caps;
 use super::held::Turn;
 use super::root::{Root, RootRows};
 use super::rows::{
@@ -29,6 +29,8 @@ use crate::step::context::StepContext;
 pub(crate) struct JointSweep {
     pub(crate) inv_h: f32,
     pub(crate) softness: Softness,
+    /// How fast errors close.
+    pub(crate) caps: Caps,
     /// [`Softness::hardness`] of locked axes: drives and sprung limits, which those answer for, are no harder. (With twice the frequency
     /// of the locked axes, muscles of 1e5 N m made people of 1e15 J.)
     pub(crate) hardest: f32,
@@ -44,7 +46,8 @@ impl JointSweep {
     pub(super) const fn solving(ctx: &StepContext, elapsed: f32) -> Self {
         let softness = ctx.soft_joint;
         let hardest = softness.hardness();
-        Self { inv_h: ctx.inv_h, softness, hardest, elapsed, back: 0.0, is_relax: false }
+        let (inv_h, caps) = (ctx.inv_h, ctx.caps);
+        Self { inv_h, softness, caps, hardest, elapsed, back: 0.0, is_relax: false }
     }
 
     /// A relax sweep in the middle of a substep, of which positions have advanced to the end, `moved` [s].
@@ -220,9 +223,9 @@ pub(crate) fn solve_ball<S: Simd, R: Root<S>>(
         q.vb.v * q.beta - q.va.v * q.alpha + (q.drift + bend) + (b.dot(q.vb.w) - a.dot(q.va.w));
     let rate = splat(simd, sweep.softness.rate);
     let bias = Vec3w {
-        x: closing(simd, q.gap.x, rate),
-        y: closing(simd, q.gap.y, rate),
-        z: closing(simd, q.gap.z, rate),
+        x: sweep.caps.closing(simd, q.gap.x, rate),
+        y: sweep.caps.closing(simd, q.gap.y, rate),
+        z: sweep.caps.closing(simd, q.gap.z, rate),
     };
     let wanted = speed * splat(simd, sweep.softness.mass) + bias;
     let d = -k.solve(simd, wanted) - old * splat(simd, sweep.softness.impulse);
@@ -297,7 +300,7 @@ pub(crate) fn solve_distance<S: Simd>(
     let open = above(gap, zero);
     let free = select(rod, zero, select(open, one, zero));
     let is_free = above(free, zero);
-    let bias = select(is_free, gap * inv_h, closing(simd, gap, rigid_rate));
+    let bias = select(is_free, gap * inv_h, sweep.caps.closing(simd, gap, rigid_rate));
     let gain = select(is_free, one, rigid_mass);
     let give = select(is_free, zero, rigid_leak);
     let n0 = i0 - mass * (gain * vn + bias) - give * i0;
@@ -309,7 +312,7 @@ pub(crate) fn solve_distance<S: Simd>(
     // Upper limit: pulls together.
     let gap = most - length;
     let open = above(gap, zero);
-    let bias = select(open, gap * inv_h, closing(simd, gap, rigid_rate));
+    let bias = select(open, gap * inv_h, sweep.caps.closing(simd, gap, rigid_rate));
     let gain = select(open, one, rigid_mass);
     let give = select(open, zero, rigid_leak);
     let n1 = max(i1 - mass * (bias - gain * vn) - give * i1, zero);

@@ -412,6 +412,7 @@ impl Solver<'_> {
             h: ctx.h,
             kicked,
             least: ctx.restitution_speed,
+            still: touch::STILL * ctx.length,
             push: ctx.push_speed,
         };
         let source = self.impact_source(&self.plan.groups[number]);
@@ -430,6 +431,7 @@ impl Solver<'_> {
             softness,
             relaxes: pass == Pass::Relax,
             cap: ctx.push_speed,
+            hit: contact::HIT_SPEED * ctx.length,
             inner,
             elapsed,
         };

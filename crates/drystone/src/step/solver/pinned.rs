@@ -9,7 +9,6 @@
 
 use fearless_simd::{Simd, SimdBase};
 
-use super::closing::push;
 use super::held::{Row, couplings, inverse, less, matrix};
 use super::joint::{JointSweep, bend};
 use super::root::axes;
@@ -166,7 +165,7 @@ pub(super) fn solve<S: Simd, const TURNS: bool>(
     let mut y = [about[0].n.dot(spin), about[1].n.dot(spin), about[2].n.dot(spin)];
 
     // All that is locked.
-    let most = splat(simd, push(0));
+    let most = splat(simd, sweep.caps.push(0));
     let miss = Vec3w {
         x: mass * slip.x + closing(at.gap.x, rate, most),
         y: mass * slip.y + closing(at.gap.y, rate, most),
@@ -177,7 +176,7 @@ pub(super) fn solve<S: Simd, const TURNS: bool>(
     let mut given = Vec3w::zero(simd);
     if TURNS {
         let (mut turns, mut load_about) = ([zero; 3], [zero; 3]);
-        let most = splat(simd, push(3));
+        let most = splat(simd, sweep.caps.push(3));
         for i in 0..3 {
             let off = x[i] - load(simd, &block.place[i + 3]);
             let missed = mass * y[i] + closing(off, rate, most);

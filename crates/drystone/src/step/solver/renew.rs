@@ -239,7 +239,7 @@ impl Solver<'_> {
         }
         let pair = self.pair_of(contact, elapsed);
         let (pose_a, b_in_a) = pair.poses();
-        let reach = Reach::still(pair.reach());
+        let reach = Reach::still(pair.reach()).in_lengths(self.ctx.length);
         let mut made = [Manifold::default(); MAX_PARTS];
         let solid = &shape_b.solid;
         let level = self.ctx.level;

@@ -15,7 +15,6 @@
 
 use fearless_simd::{Simd, SimdBase};
 
-use super::closing::push;
 use super::held::{Held, Pair, Row, Turn};
 use super::joint::{JointSweep, bend};
 use super::pinned;
@@ -139,7 +138,7 @@ pub(super) fn act<S: Simd>(
     let (zero, inv_h) = (splat(simd, 0.0), splat(simd, sweep.inv_h));
     let hardest = splat(simd, sweep.hardest);
     let is_locked = above(load(simd, &block.locked[axis]), zero);
-    let most_back = splat(simd, push(axis));
+    let most_back = splat(simd, sweep.caps.push(axis));
     let axis = &block.axes[axis];
     let Felt { k, x, v, pull } = felt;
     let inverse = inverse_or_zero(simd, k);
@@ -360,8 +359,8 @@ pub(crate) fn solve<S: Simd>(
     // All at once: what an addition rounds off a velocity is done again in every substep that follows.
     let a = Velocity { v: at.va.v - force * at.alpha, w: at.va.w - at.sa.mul(more_a) };
     let b = Velocity { v: at.vb.v + force * at.beta, w: at.vb.w + at.sb.mul(more_b) };
-    store_velocity(simd, lines, &block.row_a, shown(simd, a));
-    store_velocity(simd, lines, &block.row_b, shown(simd, b));
+    store_velocity(simd, lines, &block.row_a, shown(simd, a, sweep));
+    store_velocity(simd, lines, &block.row_b, shown(simd, b, sweep));
 }
 
 /// Joints that leave some motion free, or only spring it. `TURNS`: some joint of the block locks a turn.
@@ -398,8 +397,8 @@ fn solve_loose<S: Simd, const TURNS: bool>(
 /// leaves but 1e-7 of a speed, which would end as a subnormal number, and turns with it: those take a processor
 /// up to a hundred times as long.
 #[inline(always)]
-fn shown<S: Simd>(simd: S, velocity: Velocity<S>) -> Velocity<S> {
-    let (zero, least) = (splat(simd, 0.0), splat(simd, 1.0e-15));
+fn shown<S: Simd>(simd: S, velocity: Velocity<S>, sweep: &JointSweep) -> Velocity<S> {
+    let (zero, least) = (splat(simd, 0.0), splat(simd, sweep.caps.least));
     let part = |x: Wide<S>| select(above(least, max(x, -x)), zero, x);
     let Velocity { v, w } = velocity;
     Velocity {

@@ -13,7 +13,7 @@ use crate::base::wide::{LANES, at};
 use crate::state::bodies::{Bodies, NONE};
 
 /// Below this a point does not approach [m/s]: a hundred roundings of speeds of 10 m/s.
-const STILL: f32 = 1.0e-4;
+pub(super) const STILL: f32 = 1.0e-4;
 
 /// The solver's rows that impacts read and write.
 #[derive(Clone, Copy, Debug)]
@@ -48,6 +48,8 @@ pub(super) struct Moment {
     /// Least speed of a bounce [m/s], and the greatest speed of push-out.
     pub(super) least: f32,
     pub(super) push: f32,
+    /// See [`STILL`].
+    pub(super) still: f32,
 }
 
 /// One point that approaches.
@@ -160,7 +162,7 @@ impl Touch {
         }
         let extra = source.extras.read(self.block as usize);
         self.drifts = extra.drifts;
-        self.least = moment.least.max(extra.slow[lane]).max(STILL);
+        self.least = moment.least.max(extra.slow[lane]).max(moment.still);
     }
 
     /// Speeds of the points along the normal that come from kinematic bodies.

@@ -22,7 +22,6 @@
 //! See docs/decisions/017-direct-joint-trees.md.
 
 use super::Solver;
-use super::closing::beyond;
 use super::forest::{Tree, TreeJoint};
 use super::joint::JointSweep;
 use super::plan::Group;
@@ -53,9 +52,10 @@ pub(super) struct Sweep {
 }
 
 impl Sweep {
-    /// By which rate [1/s] a gap of this size closes: no faster than at `fastest`, and wide ones by what is [`beyond`] it.
-    pub(super) fn closing_rate(&self, size: f64, fastest: f64) -> f64 {
-        let fastest = fastest + beyond(size);
+    /// By which rate [1/s] a gap of this size closes: no faster than at `fastest`, and wide ones of an axis by
+    /// what is [`beyond`](super::closing::Caps::beyond) it.
+    pub(super) fn closing_rate(&self, size: f64, fastest: f64, axis: usize) -> f64 {
+        let fastest = fastest + self.joints.caps.beyond(size, axis);
         if self.rate * size > fastest { fastest / size } else { self.rate }
     }
 }
@@ -545,7 +545,7 @@ impl Solver<'_> {
                 parent.stiffen(sweep.h, -row.impulse, r);
             }
         }
-        let rate = sweep.closing_rate(gap.length(), sweep.push_speed);
+        let rate = sweep.closing_rate(gap.length(), sweep.push_speed, 0);
         row.closing = [gap.length() * rate, 0.0];
         let wanted = -(speed + gap * rate);
         row.rhs = [wanted.x, wanted.y, wanted.z, 0.0, 0.0, 0.0];

@@ -9,7 +9,6 @@
 use fearless_simd::{SimdBase, dispatch};
 
 use super::Solver;
-use super::closing::push;
 use super::forest::{Tree, TreeJoint};
 use super::six::{Six, curve, dot, halves, mul, shift};
 use super::sixdof::{Felt, SixBlock, act};
@@ -415,8 +414,9 @@ impl Solver<'_> {
             let speed =
                 row.six.speed[i] + dot(&row.child[i], &child.u) + dot(&row.parent[i], &parent.u);
             let is_motion = axis < 3;
-            let fastest = if is_motion { sweep.push_speed } else { f64::from(push(axis)) };
-            let rate = sweep.closing_rate(greater(x, -x), fastest);
+            let fastest =
+                if is_motion { sweep.push_speed } else { f64::from(sweep.joints.caps.push(axis)) };
+            let rate = sweep.closing_rate(greater(x, -x), fastest, axis);
             row.closing[axis / 3] = greater((x * rate).abs(), row.closing[axis / 3]);
             row.rhs[i] = -(speed + x * rate);
             row.k[i][i] = if is_motion { compliance } else { compliance * row.six.ease };

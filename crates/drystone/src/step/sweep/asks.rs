@@ -37,8 +37,8 @@ impl Asks<'_> {
         let near = self.ctx.margin + inner(shape_a).min(inner(shape_b));
         let mut made = [Manifold::default(); MAX_PARTS];
         let count = if let Core::Mesh(mesh) = &shape_a.solid.core {
-            let (reach, scratch) = (Reach::still(near), &mut MeshScratch::default());
-            let level = self.ctx.level;
+            let (ctx, scratch) = (self.ctx, &mut MeshScratch::default());
+            let (level, reach) = (ctx.level, Reach::still(near).in_lengths(ctx.length));
             collide_mesh(level, mesh, &shape_b.solid, &b_in_a, &reach, scratch, &mut made)
         } else {
             let cache = &mut PairCache::default();

@@ -14,6 +14,9 @@ use crate::geometry::mesh::{Mesh, Pack, Window};
 /// Packs that are asked for at once: about what a core can wait for.
 const AHEAD: usize = 4;
 
+/// See [`Reach::grain`]; in meters.
+const GRAIN: f32 = 1.0e-6;
+
 /// How far contacts of a mesh are looked for.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Reach {
@@ -30,13 +33,21 @@ pub(crate) struct Reach {
     pub(crate) corners: bool,
     /// Worth of looking farther, to know how far apart the two are when they do not touch [m].
     pub(crate) room: f32,
+    /// Points so near each other are one, beside a part of their size [m].
+    pub(crate) grain: f32,
 }
 
 impl Reach {
     /// The same in all directions.
     pub(crate) fn still(margin: f32) -> Self {
         let way = Vec3::ZERO;
-        Self { margin, rest: margin, way, is_straight: false, corners: false, room: 0.0 }
+        let (rest, grain) = (margin, GRAIN);
+        Self { margin, rest, way, is_straight: false, corners: false, room: 0.0, grain }
+    }
+
+    /// In a world whose typical body has this length [m].
+    pub(crate) fn in_lengths(self, length: f32) -> Self {
+        Self { grain: GRAIN * length, ..self }
     }
 }
 

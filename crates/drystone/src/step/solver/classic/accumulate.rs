@@ -31,9 +31,9 @@ const POINT_ROUNDS: u32 = 4;
 
 impl Law {
     /// Rigid rows with a velocity bias.
-    pub(super) fn biased(h: f32) -> Self {
+    pub(super) fn biased(h: f32, length: f32) -> Self {
         let softness = Softness { rate: BAUMGARTE / h, mass: 1.0, impulse: 0.0 };
-        Self { h, softness, slop: SLOP, bounces: true }
+        Self { h, softness, slop: SLOP * length, bounces: true }
     }
 
     /// Rigid rows that leave overlaps as they are.

@@ -48,7 +48,7 @@ const RESTARTS: [u32; 6] = [100, 100, 300, 300, 3000, 3000];
 
 /// Part of an overlap that is removed in a substep, and overlap that is left alone [m].
 const BAUMGARTE: f64 = 0.2;
-const SLOP: f64 = 5.0e-3;
+pub(super) const SLOP: f64 = 5.0e-3;
 
 /// How it ended.
 #[derive(Clone, Copy, Debug, Default)]
@@ -118,16 +118,16 @@ impl Analytic {
         self.budget = Budget::of_step(solves);
     }
 
-    /// Solves for the velocities at the end of a substep of `h`; `bias`: overlaps are removed by velocity.
+    /// Solves for the velocities at the end of a substep of `h`. `slop`: overlaps are removed by velocity, down to this [m].
     pub(super) fn solve(
         &mut self,
         turns: &Turns,
         h: f32,
-        bias: bool,
+        slop: Option<f64>,
         movers: &mut [Mover],
         pairs: &mut [Pair],
     ) -> Outcome {
-        self.gather(turns, h, bias, movers, pairs);
+        self.gather(turns, h, slop, movers, pairs);
         self.budget.begin(self.points.len());
         let scale = self.points.iter().map(Point::speed).fold(0.0, f64::max);
         // At rest the impulses of the last step have taken the speed away already.
@@ -328,7 +328,14 @@ impl Analytic {
         Outcome { sweeps: done, residual: self.residual() / scale, too_large: false }
     }
 
-    fn gather(&mut self, turns: &Turns, h: f32, bias: bool, movers: &[Mover], pairs: &[Pair]) {
+    fn gather(
+        &mut self,
+        turns: &Turns,
+        h: f32,
+        slop: Option<f64>,
+        movers: &[Mover],
+        pairs: &[Pair],
+    ) {
         self.roots.clear();
         self.roots.extend(movers.iter().map(|m| {
             let root = |x: f32| f64::from(x.max(0.0)).sqrt();
@@ -367,8 +374,8 @@ impl Analytic {
                     bounce
                 } else if s > 0.0 {
                     -s / h
-                } else if bias {
-                    -BAUMGARTE / h * (s + SLOP).min(0.0)
+                } else if let Some(slop) = slop {
+                    -BAUMGARTE / h * (s + slop).min(0.0)
                 } else {
                     0.0
                 };

@@ -186,7 +186,7 @@ impl Scratch {
             }
             Pass::Accumulate => {
                 let law = match settings.overlap {
-                    Overlap::VelocityBias | Overlap::Relax => Law::biased(h),
+                    Overlap::VelocityBias | Overlap::Relax => Law::biased(h, ctx.length),
                     _ => Law::rigid(h),
                 };
                 accumulate::accumulate(turns, settings.sweeps, &law, movers, pairs, join)
@@ -211,13 +211,14 @@ impl Scratch {
                 accumulate::accumulate(turns, settings.sweeps, &law, movers, pairs, join)
             }
             Pass::Converge => {
-                let bias = settings.overlap == Overlap::VelocityBias;
+                let slop = analytic::SLOP * f64::from(ctx.length);
+                let slop = (settings.overlap == Overlap::VelocityBias).then_some(slop);
                 let mut sweeps = 0;
                 for _ in 0..rounds {
                     for link in links.iter_mut() {
                         link.solve(h, movers);
                     }
-                    let outcome = self.analytic.solve(turns, h, bias, movers, pairs);
+                    let outcome = self.analytic.solve(turns, h, slop, movers, pairs);
                     sweeps += outcome.sweeps;
                     self.residual = greater(outcome.residual, self.residual);
                     self.too_large |= outcome.too_large;
