@@ -47,6 +47,18 @@ impl Aabb {
         Self::new(self.min - Vec3::splat(margin), self.max + Vec3::splat(margin))
     }
 
+    /// As it is told from another origin [m]; where that is rounded it holds at least what it held.
+    pub(crate) fn told_from(&self, origin: Vec3) -> Self {
+        let below = |x: f32, o: f32| outward(x, o, f32::next_down, |now, exact| now > exact);
+        let above = |x: f32, o: f32| outward(x, o, f32::next_up, |now, exact| now < exact);
+        let each = |v: Vec3, of: &dyn Fn(f32, f32) -> f32| Vec3 {
+            x: of(v.x, origin.x),
+            y: of(v.y, origin.y),
+            z: of(v.z, origin.z),
+        };
+        Self::new(each(self.min, &below), each(self.max, &above))
+    }
+
     /// True if the boxes share a point.
     #[must_use]
     #[inline]
@@ -115,4 +127,10 @@ impl Aabb {
         // boxes meet, can miss them all.
         low <= high * (1.0 + 4.0 * f32::EPSILON)
     }
+}
+/// A coordinate less an origin, a step farther if it was rounded the wrong way.
+fn outward(x: f32, origin: f32, step: fn(f32) -> f32, is_inside: fn(f64, f64) -> bool) -> f32 {
+    let now = x - origin;
+    let exact = f64::from(x) - f64::from(origin);
+    if is_inside(f64::from(now), exact) { step(now) } else { now }
 }

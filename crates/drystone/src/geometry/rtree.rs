@@ -16,6 +16,7 @@ use crate::base::aabb::Aabb;
 use crate::base::disjoint::{Apart, Rows};
 use crate::base::grow;
 use crate::base::jobs::{Jobs, for_items, grain};
+use crate::base::math::Vec3;
 use crate::base::wide::LANES;
 use crate::geometry::boxes::{Boxes, Ray, nearest_first};
 
@@ -124,6 +125,16 @@ impl RTree {
             let grown = block.get(at % LANES).union(bounds);
             block.set(at % LANES, &grown);
             at /= LANES;
+        }
+    }
+
+    /// Tells all boxes from another origin [m].
+    pub(crate) fn shift(&mut self, origin: Vec3) {
+        for block in self.levels.iter_mut().flatten() {
+            for lane in 0..LANES {
+                let there = block.get(lane).told_from(origin);
+                block.set(lane, &there);
+            }
         }
     }
 

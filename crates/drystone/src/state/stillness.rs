@@ -242,6 +242,11 @@ impl StillnessRule {
 }
 
 impl Stillness {
+    /// Marks are told from another origin [m].
+    pub(crate) fn shift(&mut self, origin: Vec3) {
+        self.marks.iter_mut().for_each(|mark| mark.center -= origin);
+    }
+
     /// The still time goes back by so much [s], and marks with it: the times between them are what their ways took.
     pub(crate) fn go_back(&mut self, by: f32) {
         for mark in &mut self.marks {

@@ -118,6 +118,11 @@ impl StepContext {
         [loaded, jointed, struck, tumbling]
     }
 
+    /// See [`Self::per_track`].
+    pub(crate) const fn per_track_of(length: f32) -> f32 {
+        1.0 / power_below(length)
+    }
+
     /// A contact with a softness of its own.
     pub(crate) fn soft_contact(&self, softness: &ContactSoftness) -> Softness {
         let hertz = contact_hertz(softness.hertz, self.inv_h);
@@ -172,7 +177,7 @@ impl StepContext {
             inv_h,
             substeps: substeps * parts,
             length: config.length_scale,
-            per_track: 1.0 / power_below(config.length_scale),
+            per_track: Self::per_track_of(config.length_scale),
             caps: Caps::new(config.length_scale),
             gravity: config.gravity,
             fall: 1.1 * config.gravity.length() * dt * dt,

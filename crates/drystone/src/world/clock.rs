@@ -2,6 +2,7 @@
 
 use crate::base::id::BodyId;
 use crate::base::limits;
+use crate::base::math::Vec3;
 use crate::base::pose::Pose;
 use crate::state::def::{DefError, within};
 
@@ -128,6 +129,23 @@ impl Clock {
         self.tracks[slot] = Some(Track { body, step, poses: [pose; 2] });
     }
 
+    /// The slots of bodies that the last step moved, and which stand where it left them.
+    pub(super) fn known<'a>(&'a self, world: &'a World) -> impl Iterator<Item = usize> + 'a {
+        let tracks = self.tracks.iter().enumerate();
+        tracks.filter_map(|(slot, track)| last_way(world, track.as_ref()?).map(|_| slot))
+    }
+
+    /// The poses of the body of a slot are told from another origin [m], as it is by now.
+    pub(super) fn shift(&mut self, world: &World, slot: usize, origin: Vec3) {
+        let track = self.tracks.get_mut(slot).and_then(Option::as_mut);
+        if let Some(track) = track
+            && let Some(body) = world.body(track.body)
+        {
+            track.poses[0].position -= origin;
+            track.poses[1] = body.pose();
+        }
+    }
+
     /// The part of a step that has passed since the last one, 0 to 1.
     #[must_use]
     pub fn part(&self) -> f32 {
@@ -140,9 +158,14 @@ impl Clock {
     pub fn pose(&self, world: &World, body: BodyId) -> Option<Pose> {
         let now = world.body(body)?.pose();
         let track = self.tracks.get(body.index() as usize).and_then(Option::as_ref);
-        let between = track.filter(|track| {
-            track.body == body && track.step == world.step_count() && track.poses[1] == now
-        });
-        Some(between.map_or(now, |track| track.poses[0].lerp(&now, self.part())))
+        let way = track.filter(|track| track.body == body).and_then(|track| last_way(world, track));
+        Some(way.map_or(now, |[before, _]| before.lerp(&now, self.part())))
     }
+}
+
+/// The two poses of a track, if they are those of the world's last step.
+fn last_way(world: &World, track: &Track) -> Option<[Pose; 2]> {
+    let now = world.body(track.body)?.pose();
+    let is_last = track.step == world.step_count() && track.poses[1] == now;
+    is_last.then_some(track.poses)
 }

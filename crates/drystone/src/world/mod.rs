@@ -21,6 +21,7 @@ mod mass;
 mod mover;
 mod particle;
 mod reshape;
+mod origin;
 mod rules;
 mod shape;
 mod snapshot;

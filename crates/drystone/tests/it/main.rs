@@ -45,6 +45,7 @@ mod scenario_threads;
 mod scenario_tumble;
 mod scenario_soft_contacts;
 mod scenario_length_scale;
+mod scenario_origin;
 mod scenario_turning;
 mod scenario_whirl;
 mod scenario_rules;

@@ -68,6 +68,7 @@ impl World {
             Call::SetBodiesCollide(a, b, collide) => {
                 Ok(found(self.set_bodies_collide(*a, *b, *collide)))
             }
+            Call::ShiftOrigin(origin) => done(self.shift_origin(*origin)),
             Call::SetSurfaceRules(rules) => done(self.set_surface_rules(rules.clone())),
             Call::SetSurfaceBetween(a, b, rule) => done(self.set_surface_between(*a, *b, *rule)),
             Call::FractureBody(id, point, how) => {

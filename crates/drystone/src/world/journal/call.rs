@@ -86,6 +86,8 @@ pub enum Call {
     SetBondStrength(BodyId, BondStrength),
     /// [`World::set_bodies_collide`](crate::World::set_bodies_collide).
     SetBodiesCollide(BodyId, BodyId, bool),
+    /// [`World::shift_origin`](crate::World::shift_origin) [m, world].
+    ShiftOrigin(Vec3),
     /// [`World::set_surface_rules`](crate::World::set_surface_rules).
     SetSurfaceRules(Vec<SurfaceRule>),
     /// [`World::set_surface_between`](crate::World::set_surface_between).
