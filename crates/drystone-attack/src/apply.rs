@@ -121,6 +121,13 @@ pub fn apply(
         }
         Op::SetConfig(config) => of(world.set_config((**config).clone())),
         Op::SetGravity(g) => of(world.set_gravity(*g)),
+        Op::ShiftOrigin(origin) => of(world.shift_origin(*origin)),
+        Op::SurfaceBetween(a, b, rule) => {
+            let (Some(a), Some(b)) = (ids.bodies.get(a), ids.bodies.get(b)) else {
+                return Done::Skipped;
+            };
+            of(world.set_surface_between(*a, *b, *rule))
+        }
         Op::WakeAll => {
             world.wake_all();
             Done::Yes

@@ -134,6 +134,8 @@ pub fn call_of(op: &Op, ids: &Ids, world: &World) -> Option<Call> {
         Op::SetBondStrength(label, strength) => Call::SetBondStrength(body(label)?, *strength),
         Op::SetConfig(config) => Call::SetConfig(config.clone()),
         Op::SetGravity(gravity) => Call::SetGravity(*gravity),
+        Op::ShiftOrigin(origin) => Call::ShiftOrigin(*origin),
+        Op::SurfaceBetween(a, b, rule) => Call::SetSurfaceBetween(body(a)?, body(b)?, *rule),
         Op::WakeAll => Call::WakeAll,
         Op::Step(dt, _) => Call::Step(*dt),
         Op::BeginLedger | Op::EndLedger | Op::Query(_) | Op::Impact(..) => return None,

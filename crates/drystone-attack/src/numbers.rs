@@ -3,7 +3,8 @@
 use drystone::{
     BodyDef, BondStrength, ClothDef, Fracture, ImpactBody, ImpactSurface, JointAxis, JointDrive,
     JointKind, JointMotion, JointSpring, JointStrength, LinkKind, LinkSpring, MassDef, Material,
-    ParticleDef, Pose, Quat, RopeDef, Shape, ShapeDef, SixDof, Sym3, Vec3, WorldConfig,
+    ParticleDef, Pose, Quat, RopeDef, Shape, ShapeDef, SixDof, SurfaceRule, Sym3, Vec3,
+    WorldConfig,
 };
 
 use crate::op::{
@@ -57,7 +58,8 @@ pub fn of_op(op: &mut Op, f: Visit<'_>) {
                 .for_each(f);
         }
         Op::SetLinkLength(_, length) => f(length),
-        Op::Attach(_, _, v) | Op::SetGravity(v) => vector(v, f),
+        Op::Attach(_, _, v) | Op::SetGravity(v) | Op::ShiftOrigin(v) => vector(v, f),
+        Op::SurfaceBetween(_, _, rule) => rule.iter_mut().for_each(|rule| surface_rule(rule, f)),
         Op::Body(_, call) => body_call(call, f),
         Op::Shape(_, call) => match call {
             ShapeCall::Material(m) => material(m, f),
@@ -106,12 +108,22 @@ pub fn of_op(op: &mut Op, f: Visit<'_>) {
     }
 }
 
+fn surface_rule(rule: &mut SurfaceRule, f: Visit<'_>) {
+    let numbers = [&mut rule.friction, &mut rule.kinetic_friction, &mut rule.restitution];
+    numbers.into_iter().flatten().for_each(&mut *f);
+    if let Some(softness) = &mut rule.softness {
+        f(&mut softness.hertz);
+        f(&mut softness.damping_ratio);
+    }
+}
+
 /// Shows all numbers of a configuration.
 pub fn of_config(config: &mut WorldConfig, f: Visit<'_>) {
     vector(&mut config.gravity, f);
     let (c, i, j) = (&mut config.contact, &mut config.inertia, &mut config.joint);
     let (particle, penalty, sleep) = (&mut config.particle, &mut config.penalty, &mut config.sleep);
     [
+        &mut config.length_scale,
         &mut c.hertz,
         &mut c.damping_ratio,
         &mut c.push_speed,

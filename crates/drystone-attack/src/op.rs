@@ -8,7 +8,7 @@ use drystone::{
     Aabb, Axis, AxisLocks, BodyDef, BodyKind, BondStrength, ClothDef, ContactReports, Filter,
     Fracture, ImpactBody, ImpactSurface, JointDrive, JointKind, JointMotion, JointSpring,
     JointStrength, LinkKind, MassDef, Material, ParticleDef, Pose, Quat, RopeDef, Senses, Shape,
-    ShapeDef, SixDof, Vec3, WorldConfig,
+    ShapeDef, SixDof, SurfaceRule, Vec3, WorldConfig,
 };
 
 /// What a thing is called within a program.
@@ -318,6 +318,10 @@ pub enum Op {
     SetConfig(Box<WorldConfig>),
     /// `set_gravity`.
     SetGravity(Vec3),
+    /// `shift_origin`.
+    ShiftOrigin(Vec3),
+    /// `set_surface_between`.
+    SurfaceBetween(Label, Label, Option<SurfaceRule>),
     /// `wake_all`.
     WakeAll,
     /// `begin_ledger`.

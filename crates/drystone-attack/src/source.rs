@@ -530,6 +530,11 @@ fn call(op: &Op) -> String {
             format!("world.set_bond_strength({}, {}).unwrap();", body(*b), show(strength))
         }
         Op::SetGravity(g) => format!("world.set_gravity({}).unwrap();", show(g)),
+        Op::ShiftOrigin(origin) => format!("world.shift_origin({}).unwrap();", show(origin)),
+        Op::SurfaceBetween(a, b, rule) => {
+            let (a, b) = (body(*a), body(*b));
+            format!("world.set_surface_between({a}, {b}, {}).unwrap();", show(rule))
+        }
         Op::WakeAll => "world.wake_all();".to_owned(),
         Op::BeginLedger => "world.begin_ledger();".to_owned(),
         Op::EndLedger => "let _ = world.end_ledger();".to_owned(),

@@ -5,7 +5,6 @@
 //! thread, and physics runs between the pictures.
 
 pub mod history;
-mod limits;
 pub mod overlay;
 pub mod places;
 pub mod sim;

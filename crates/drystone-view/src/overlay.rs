@@ -1,9 +1,10 @@
 //! What is drawn over bodies to show what the engine knows of them.
 
-use drystone::{Aabb, BodyId, BodyKind, ContactRef, JointKind, Vec3, World};
+use drystone::{
+    Aabb, BodyId, BodyKind, ContactRef, DebugColor, DebugDraw, DebugDrawOptions, JointKind, Vec3,
+    World,
+};
 use drystone_render::{Color, Drawing, Groups, body_color};
-
-use crate::limits;
 
 /// What is shown.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -82,7 +83,9 @@ pub fn add(drawing: &mut Drawing, world: &World, overlays: Overlays, scale: f32)
         }
     }
     if overlays.limits {
-        limits::add(drawing, world, 0.06 * scale);
+        let size = 0.06 * scale / world.config().length_scale;
+        let limits = DebugDrawOptions { limits: true, size, ..DebugDrawOptions::NOTHING };
+        world.debug_draw(&mut Lines(drawing), &limits);
     }
     if overlays.contacts || overlays.friction || overlays.colors {
         add_contacts(drawing, world, overlays, scale);
@@ -96,6 +99,18 @@ pub fn add(drawing: &mut Drawing, world: &World, overlays: Overlays, scale: f32)
             drawing.add_line(at, at + body.linear_velocity() * 0.1, 2.0, VELOCITY);
         }
     }
+}
+
+/// The engine's own lines.
+struct Lines<'a>(&'a mut Drawing);
+
+impl DebugDraw for Lines<'_> {
+    fn line(&mut self, a: Vec3, b: Vec3, color: DebugColor) {
+        self.0.add_line(a, b, 2.0, [color.red, color.green, color.blue, 255]);
+    }
+
+    /// Ends of lengths: they have crosses with the joints.
+    fn point(&mut self, _: Vec3, _: DebugColor) {}
 }
 
 fn add_contacts(drawing: &mut Drawing, world: &World, overlays: Overlays, scale: f32) {

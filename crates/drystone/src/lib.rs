@@ -89,10 +89,11 @@ pub use step::Stage;
 pub use step::hooks::{ContactHooks, HookedContact};
 pub use world::{
     Answer, AxisCall, AxisMut, AxisRef, BodyCall, BodyMut, BodyRef, BondRef, Call, Clock, ClothDef,
-    ContactPoint, ContactRef, DeltaError, Difference, GeometryKey, Impact, ImpactBody,
-    ImpactSurface, JointCall, JointMut, JointRef, Journal, JournalError, Library, LinkRef, Moved,
-    Mover, MoverHit, ParticleCall, ParticleMut, ParticleRef, RopeDef, ShapeCall, ShapeMut,
-    SnapshotError, Strand, World, WorldCounts, apply_delta, impact, write_delta,
+    ContactPoint, ContactRef, DebugColor, DebugDraw, DebugDrawOptions, DebugTint, DeltaError,
+    Difference, GeometryKey, Impact, ImpactBody, ImpactSurface, JointCall, JointMut, JointRef,
+    Journal, JournalError, Library, LinkRef, Moved, Mover, MoverHit, ParticleCall, ParticleMut,
+    ParticleRef, RopeDef, ShapeCall, ShapeMut, SnapshotError, Strand, World, WorldCounts,
+    apply_delta, impact, write_delta,
 };
 
 pub mod joint {

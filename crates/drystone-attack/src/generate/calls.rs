@@ -1,7 +1,9 @@
 //! Calls between the steps: every public function that changes a world.
 
 use drystone::joint::Spring;
-use drystone::{Axis, BodyKind, BondStrength, Pose, Vec3, WorldConfig};
+use drystone::{
+    Axis, BodyKind, BondStrength, ContactSoftness, Pose, SurfaceRule, Vec3, WorldConfig,
+};
 
 use super::draw::{Draw, KnownBody};
 use crate::op::{BodyCall, JointCall, Op, ParticleCall, ShapeCall};
@@ -253,9 +255,22 @@ impl Draw {
         self.ops.push(Op::Particle(label, call));
     }
 
+    fn surface_rule(&mut self) -> SurfaceRule {
+        let softness = ContactSoftness {
+            hertz: self.rng.scale(0.5, 500.0),
+            damping_ratio: self.rng.scale(0.01, 10.0),
+        };
+        SurfaceRule {
+            friction: self.rng.chance(0.5).then(|| self.rng.scale(0.01, 2.0)),
+            restitution: self.rng.chance(0.3).then(|| self.rng.scale(0.1, 1.0)),
+            softness: self.rng.chance(0.7).then_some(softness),
+            ..SurfaceRule::ANY
+        }
+    }
+
     fn world_call(&mut self) {
         let body = self.any_body().map_or(0, |b| b.label);
-        let op = match self.rng.below(9) {
+        let op = match self.rng.below(11) {
             0 => {
                 let mut config = WorldConfig::default();
                 if self.rng.chance(0.5) {
@@ -273,6 +288,12 @@ impl Draw {
             4 => Op::EndLedger,
             5 => Op::FractureBody(body, self.offset(1.0), self.fracture()),
             6 => Op::SetFracture(body, self.rng.chance(0.7).then(|| self.fracture())),
+            8 => Op::ShiftOrigin(self.rng.vector(300.0)),
+            9 => {
+                let other = self.any_body().map_or(0, |b| b.label);
+                let rule = self.rng.chance(0.8).then(|| self.surface_rule());
+                Op::SurfaceBetween(body, other, rule)
+            }
             7 => Op::SetBondStrength(body, BondStrength::both(self.rng.scale(1.0e3, 1.0e7))),
             _ => Op::FractureBody(body, Vec3::ZERO, self.fracture()),
         };

@@ -44,6 +44,7 @@ mod scenario_groups;
 mod scenario_threads;
 mod scenario_tumble;
 mod scenario_soft_contacts;
+mod scenario_draw;
 mod scenario_length_scale;
 mod scenario_origin;
 mod scenario_turning;
