@@ -6,6 +6,9 @@
 //! the workers at once, as a series: a phase begins for a worker as soon as it sees that all chunks of the one before have returned,
 //! which is one cache line from core to core. Workers look out for the next series for some tenths of a millisecond, then park.
 //!
+//! A team may have no threads of its own, and seats for those of the program instead ([`Team::join`]): each takes a number that no
+//! other has, and keeps it until it has returned all that it claimed.
+//!
 //! A task that panics never unwinds out of a series: the chunks that are left are claimed and skipped, and the caller goes on with the
 //! panic when all have returned. So what a task borrows is there as long as a worker can call it, and threads live on. The protocol is
 //! run through many schedules by `cargo xtask model`.
@@ -94,6 +97,10 @@ struct Shared {
     claims: Box<[PerPhase]>,
     /// Chunks that have not returned.
     open: PerPhase,
+    /// By workers: some thread is it. The caller, worker 0, needs none.
+    seats: Box<[AtomicBool]>,
+    /// Threads of the program that have joined.
+    guests: AtomicUsize,
     /// Number of the series and of its phases, [`tagged`].
     series: AtomicU64,
     job: UnsafeCell<Job>,
@@ -196,12 +203,15 @@ impl Shared {
         }
     }
 
-    fn serve(&self, worker: usize) {
+    /// Works until the team ends, or until it is told to `leave`. Never unwinds.
+    fn serve(&self, worker: usize, leave: Option<&AtomicBool>) {
         let mut last = 0;
+        let is_over = || {
+            self.quit.load(Ordering::SeqCst)
+                || leave.is_some_and(|leave| leave.load(Ordering::SeqCst))
+        };
         loop {
-            let is_idle = |last: u64| {
-                self.series.load(Ordering::SeqCst) == last && !self.quit.load(Ordering::SeqCst)
-            };
+            let is_idle = |last: u64| self.series.load(Ordering::SeqCst) == last && !is_over();
             let mut looks = 0;
             while is_idle(last) && looks < SPINS {
                 looks += 1;
@@ -218,7 +228,7 @@ impl Shared {
                 drop(guard);
                 self.parked.fetch_sub(1, Ordering::SeqCst);
             }
-            if self.quit.load(Ordering::SeqCst) {
+            if is_over() {
                 return;
             }
             last = self.series.load(Ordering::SeqCst);
@@ -243,8 +253,10 @@ fn part(chunks: usize, lists: usize, list: usize) -> Range<usize> {
 pub struct Team {
     shared: Arc<Shared>,
     threads: Vec<JoinHandle<()>>,
-    /// Of the process that has the threads: a fork of it has none.
-    process: u32,
+    /// Its workers but the caller are threads that join.
+    is_hosted: bool,
+    /// Of the process that has the threads, the team's own and those that joined: a fork of it has none. 0 until there are some.
+    process: AtomicUsize,
     /// Held during a series. A second caller (another world on the same team) works alone.
     busy: Mutex<u32>,
 }
@@ -269,11 +281,88 @@ impl Team {
     /// that want every interleaving.
     #[must_use]
     pub fn with_threads(workers: usize) -> Self {
+        let shared = Self::shared(workers);
+        let threads: Vec<_> = (1..shared.seats.len())
+            .map_while(|worker| {
+                let shared = Arc::clone(&shared);
+                let name = format!("drystone-{worker}");
+                Builder::new().name(name).spawn(move || shared.serve(worker, None)).ok()
+            })
+            .collect();
+        // Where there are no threads there may be no processes either.
+        let process = if threads.is_empty() { 0 } else { this_process() };
+        for seat in &shared.seats[1..=threads.len()] {
+            seat.store(true, Ordering::SeqCst);
+        }
+        let (process, is_hosted) = (AtomicUsize::new(process), false);
+        Self { shared, threads, is_hosted, process, busy: Mutex::new(0) }
+    }
+
+    /// A team that starts no threads: of up to `workers`, the caller included, 1 to 256, for hosts that have threads of their own
+    /// and lend them by [`Self::join`], for a step or for good. Whoever has joined helps; without anybody the caller works alone.
+    /// The result of a step is the same.
+    ///
+    /// ```
+    /// use std::sync::Arc;
+    /// use std::sync::atomic::AtomicBool;
+    ///
+    /// use drystone::{Team, World};
+    ///
+    /// let team = Arc::new(Team::hosted(4));
+    /// let mut world = World::default().with_executor(team.clone());
+    /// let leave = AtomicBool::new(false);
+    /// std::thread::scope(|scope| {
+    ///     // Here threads of a pool of the host would do something else before and after.
+    ///     for _ in 0..3 {
+    ///         scope.spawn(|| team.join(&leave));
+    ///     }
+    ///     world.step(1.0 / 60.0);
+    ///     team.release(&leave);
+    /// });
+    /// ```
+    #[must_use]
+    pub fn hosted(workers: usize) -> Self {
+        let (shared, threads) = (Self::shared(workers), Vec::new());
+        let (process, is_hosted) = (AtomicUsize::new(0), true);
+        Self { shared, threads, is_hosted, process, busy: Mutex::new(0) }
+    }
+
+    /// Lends the calling thread to the team: it works on whatever the team is given, until `leave` is true, which
+    /// [`Self::release`] makes it. It returns at once if that is so already, or if there are as many workers as the team is of;
+    /// then the answer is false. While there is nothing to do it looks out for work for up to half a millisecond, offering its core
+    /// to others, and then sleeps. What a task panics with goes on in the caller, never here.
+    ///
+    /// The caller, who steps a world, does not join: it is a worker by itself. A thread that never is released never returns.
+    pub fn join(&self, leave: &AtomicBool) -> bool {
+        let shared = &*self.shared;
+        let take = |seat: &&AtomicBool| {
+            seat.compare_exchange(false, true, Ordering::SeqCst, Ordering::SeqCst).is_ok()
+        };
+        // The caller's is the first. Of a team that has threads none is free.
+        let mut seats = shared.seats.iter().enumerate().take(self.workers()).skip(1);
+        let Some((worker, seat)) = seats.find(|(_, seat)| take(seat)) else { return false };
+        self.process.store(this_process(), Ordering::SeqCst);
+        shared.guests.fetch_add(1, Ordering::SeqCst);
+        shared.serve(worker, Some(leave));
+        shared.guests.fetch_sub(1, Ordering::SeqCst);
+        seat.store(false, Ordering::SeqCst);
+        true
+    }
+
+    /// Makes `leave` true, and lets the threads go that [joined](Self::join) with it: each ends the chunks that it holds first.
+    pub fn release(&self, leave: &AtomicBool) {
+        leave.store(true, Ordering::SeqCst);
+        self.shared.wake_all();
+    }
+
+    fn shared(workers: usize) -> Arc<Shared> {
         let nothing: &'static Task = &|_, _, _| {};
         let workers = workers.clamp(1, 256);
-        let shared = Arc::new(Shared {
+        Arc::new(Shared {
             claims: (0..workers).map(|_| PerPhase::default()).collect(),
             open: PerPhase::default(),
+            seats: (0..workers).map(|_| AtomicBool::new(false)).collect(),
+            guests: AtomicUsize::new(0),
             series: AtomicU64::new(0),
             job: UnsafeCell::new(Job { task: nothing, chunks: [0; PHASES] }),
             parked: AtomicUsize::new(0),
@@ -282,23 +371,24 @@ impl Team {
             payload: Mutex::new(None),
             lock: Mutex::new(()),
             wake: Condvar::new(),
-        });
-        let threads: Vec<_> = (1..workers)
-            .map_while(|worker| {
-                let shared = Arc::clone(&shared);
-                let name = format!("drystone-{worker}");
-                Builder::new().name(name).spawn(move || shared.serve(worker)).ok()
-            })
-            .collect();
-        // Where there are no threads there may be no processes either.
-        let process = if threads.is_empty() { 0 } else { std::process::id() };
-        Self { shared, threads, process, busy: Mutex::new(0) }
+        })
     }
 
-    /// The threads are there: this process started them, and is no fork of the one that did. Asks the system (0.1 µs).
-    fn has_threads(&self) -> bool {
-        !self.threads.is_empty() && self.process == std::process::id()
+    /// No thread of its own or of the program's helps: of a team that has none nothing is asked.
+    fn is_alone(&self) -> bool {
+        self.threads.is_empty() && self.shared.guests.load(Ordering::SeqCst) == 0
     }
+
+    /// The threads are there: they are of this process, which is no fork of the one that has them. Asks the system (0.1 µs).
+    fn has_threads(&self) -> bool {
+        !self.is_alone() && self.process.load(Ordering::SeqCst) == this_process()
+    }
+}
+
+/// The number of this process.
+fn this_process() -> usize {
+    // There they have none, and asking would panic.
+    if cfg!(target_family = "wasm") { 0 } else { std::process::id() as usize }
 }
 
 impl Executor for Team {
@@ -307,7 +397,8 @@ impl Executor for Team {
     }
 
     fn workers(&self) -> usize {
-        self.threads.len() + 1
+        // Of a team that threads join, as many as may.
+        if self.is_hosted { self.shared.seats.len() } else { self.threads.len() + 1 }
     }
 
     fn run(&self, chunks: usize, task: &(dyn Fn(usize, usize) + Sync)) {
@@ -349,7 +440,7 @@ impl Team {
             *count = u16::try_from(chunks(phase).min(MOST)).expect("at most MOST");
         }
         let counts = &counts[..phases];
-        let alone = self.threads.is_empty() || counts.iter().all(|n| *n <= 1);
+        let alone = self.is_alone() || counts.iter().all(|n| *n <= 1);
         let guard = if alone { None } else { self.begin() };
         let Some(mut guard) = guard else {
             for (phase, n) in counts.iter().enumerate() {
@@ -433,7 +524,7 @@ mod model;
 #[cfg(all(test, not(drystone_model)))]
 mod tests {
     use super::{Executor, Team};
-    use core::sync::atomic::{AtomicU32, Ordering};
+    use core::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
     #[test]
     fn every_chunk_runs_exactly_once_for_any_number_of_workers() {
@@ -454,6 +545,42 @@ mod tests {
                 assert!(counts.iter().all(|c| c.load(Ordering::Relaxed) == 1));
             }
         }
+    }
+
+    #[test]
+    fn threads_of_the_program_come_and_go_while_it_works() {
+        let team = Team::hosted(4);
+        assert_eq!(team.workers(), 4);
+        let over = AtomicBool::new(true);
+        assert!(team.join(&over), "who is told to leave returns at once");
+        let busy: Vec<AtomicU32> = (0..4).map(|_| AtomicU32::new(0)).collect();
+        let run = |chunks: usize| {
+            let counts: Vec<AtomicU32> = (0..chunks).map(|_| AtomicU32::new(0)).collect();
+            team.run_in_series(2, &|_| chunks, &|worker, _, chunk| {
+                assert_eq!(busy[worker].fetch_add(1, Ordering::SeqCst), 0, "two are one worker");
+                counts[chunk].fetch_add(1, Ordering::Relaxed);
+                busy[worker].fetch_sub(1, Ordering::SeqCst);
+            });
+            assert!(counts.iter().all(|c| c.load(Ordering::Relaxed) == 2));
+        };
+        run(9);
+        for round in 0..20 {
+            let leave = AtomicBool::new(false);
+            std::thread::scope(|scope| {
+                let threads: Vec<_> = (0..5).map(|_| scope.spawn(|| team.join(&leave))).collect();
+                (0..30).for_each(|k| run(1 + (k + round) % 13));
+                team.release(&leave);
+                run(5);
+                let joined = threads.into_iter().map(|t| t.join().unwrap());
+                assert!(joined.filter(|joined| *joined).count() >= 3);
+            });
+        }
+    }
+
+    #[test]
+    fn a_team_with_threads_has_no_seat_for_others() {
+        let leave = AtomicBool::new(false);
+        assert!(!Team::with_threads(3).join(&leave) && !Team::hosted(1).join(&leave));
     }
 
     #[test]

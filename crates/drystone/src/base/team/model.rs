@@ -4,7 +4,7 @@
 use core::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 
-use super::super::sync::Arc;
+use super::super::sync::{self, Arc};
 use super::{Executor, Team};
 
 /// Schedules of each kind that are tried.
@@ -109,5 +109,48 @@ fn a_team_ends_whatever_its_workers_do() {
         run_once(&team, &[2]);
         (0..8).for_each(|_| shuttle::thread::yield_now());
         run_once(&team, &[1, 2]);
+    });
+}
+
+/// Threads of the program take their seats before, while and after it works, and leave whatever it does.
+#[test]
+fn those_who_join_help_and_leave() {
+    explore(|| {
+        let team = Arc::new(Team::hosted(3));
+        let leave = Arc::new(sync::AtomicBool::new(false));
+        let threads: Vec<_> = (0..2)
+            .map(|_| {
+                let (team, leave) = (Arc::clone(&team), Arc::clone(&leave));
+                shuttle::thread::spawn(move || assert!(team.join(&leave)))
+            })
+            .collect();
+        run_once(&team, &[3, 0, 2]);
+        run_once(&team, &[2]);
+        team.release(&leave);
+        run_once(&team, &[2]);
+        threads.into_iter().for_each(|thread| thread.join().unwrap());
+        run_once(&team, &[1, 2]);
+    });
+}
+
+/// One seat for two: one of them gets it, or both one after the other.
+#[test]
+fn a_seat_is_taken_by_one() {
+    explore(|| {
+        let team = Arc::new(Team::hosted(2));
+        let leave = Arc::new(sync::AtomicBool::new(false));
+        let spawn = || {
+            let (team, leave) = (Arc::clone(&team), Arc::clone(&leave));
+            shuttle::thread::spawn(move || team.join(&leave))
+        };
+        let threads = [spawn(), spawn()];
+        let busy = counts(2);
+        team.run(3, &|worker, _| {
+            assert_eq!(busy[worker].fetch_add(1, Ordering::SeqCst), 0, "two are one worker");
+            busy[worker].fetch_sub(1, Ordering::SeqCst);
+        });
+        team.release(&leave);
+        let joined = threads.map(|thread| thread.join().unwrap());
+        assert!(joined.contains(&true));
     });
 }
