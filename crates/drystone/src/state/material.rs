@@ -135,7 +135,7 @@ impl Filter {
 /// Its stiffness is that of the frequency, `k = m (2πf)²` with the effective mass m of the point. So a ball that lies on a soft
 /// surface sinks in by `g / (2πf)²`, whatever its mass: 62 mm at 2 Hz. What falls on it is thrown back, damped by the damping ratio
 /// and by what the method itself damps. So is what overlaps at the start: the push speed of the world's contacts is not asked. The
-/// methods `soft-step` and `soft-step-relax` know it; for the classic methods all contacts are rigid.
+/// methods `soft-step` and `soft-step-relax` know it; for the classic methods all contacts are rigid, as they are for particles.
 ///
 /// ```
 /// use drystone::ContactSoftness;

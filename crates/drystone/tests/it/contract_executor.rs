@@ -395,12 +395,31 @@ fn more_threads_than_cores_give_the_same_bits() {
     check("256 threads", Arc::new(Team::with_threads(256)), &expected);
 }
 
+#[test]
+fn a_world_is_the_same_while_threads_of_the_program_join_and_leave() {
+    let expected = hashes(20);
+    let team = Arc::new(Team::hosted(4));
+    let mut world = pile().with_executor(team.clone());
+    for expected in expected.chunks(4) {
+        let leave = AtomicBool::new(false);
+        std::thread::scope(|scope| {
+            // One more than there are seats.
+            (0..4).for_each(|_| drop(scope.spawn(|| team.join(&leave))));
+            for hash in expected {
+                world.step(DT);
+                assert_eq!(world.state_hash(), *hash);
+            }
+            team.release(&leave);
+        });
+    }
+}
+
 /// A fork of a process has one thread: its team's workers are not there.
 #[cfg(target_os = "linux")]
 mod fork {
     #![expect(unsafe_code, reason = "a fork is a system call")]
 
-    use super::{Arc, DT, Duration, Team, World, hashes, pile};
+    use super::{Arc, AtomicBool, DT, Duration, Team, World, hashes, pile};
 
     unsafe extern "C" {
         fn fork() -> i32;
@@ -421,9 +440,17 @@ mod fork {
     #[test]
     fn a_fork_works_alone_and_ends() {
         let expected = hashes(3);
-        // Workers that look out for the next series, and such that sleep.
-        for pause in [0, 20] {
-            let mut world = pile().with_executor(Arc::new(Team::with_threads(4)));
+        // Workers that look out for the next series, and such that sleep; threads that joined do the same.
+        for (pause, is_hosted) in [(0, false), (20, false), (0, true), (20, true)] {
+            let team = Arc::new(if is_hosted { Team::hosted(4) } else { Team::with_threads(4) });
+            let leave = Arc::new(AtomicBool::new(false));
+            let guests: Vec<_> = (0..if is_hosted { 2 } else { 0 })
+                .map(|_| {
+                    let (team, leave) = (Arc::clone(&team), Arc::clone(&leave));
+                    std::thread::spawn(move || team.join(&leave))
+                })
+                .collect();
+            let mut world = pile().with_executor(team.clone());
             world.step(DT);
             world.step(DT);
             std::thread::sleep(Duration::from_millis(pause));
@@ -449,6 +476,8 @@ mod fork {
             assert_eq!(status, 0, "exit status of the child, -1 if it hung");
             world.step(DT);
             assert_eq!(world.state_hash(), expected[2]);
+            team.release(&leave);
+            assert!(guests.into_iter().all(|guest| guest.join().unwrap()));
         }
     }
 }

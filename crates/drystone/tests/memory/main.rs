@@ -7,7 +7,10 @@ use core::cell::Cell;
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::sync::Arc;
 
-use drystone::{BodyDef, BodyId, Executor, ShapeDef, World, WorldConfig};
+use drystone::{
+    BodyDef, BodyId, ContactHooks, DebugColor, DebugDraw, DebugDrawOptions, Executor,
+    HookedContact, ShapeDef, Vec3, World, WorldConfig,
+};
 
 thread_local! {
     static CALLS: Cell<u64> = const { Cell::new(0) };
@@ -124,6 +127,63 @@ fn a_settled_world_allocates_nothing() {
     // By then lists that the first step filled have given back what no other needs.
     steps(&mut world, 140);
     assert_eq!(calls_of(&mut world, 100), 0);
+}
+
+/// Counts lines.
+struct Lines(usize);
+
+impl DebugDraw for Lines {
+    fn line(&mut self, _: Vec3, _: Vec3, _: DebugColor) {
+        self.0 += 1;
+    }
+
+    fn point(&mut self, _: Vec3, _: DebugColor) {}
+}
+
+#[test]
+fn drawing_a_world_and_another_origin_allocate_nothing() {
+    let mut world = world(false);
+    pyramid(&mut world, 10);
+    steps(&mut world, 10);
+    let options = DebugDrawOptions {
+        axes: true,
+        bounds: true,
+        velocities: true,
+        ..DebugDrawOptions::default()
+    };
+    let (mut lines, before) = (Lines(0), CALLS.get());
+    world.debug_draw(&mut lines, &options);
+    world.shift_origin([1.0, 2.0, 3.0]).unwrap();
+    assert_eq!(CALLS.get() - before, 0);
+    assert!(lines.0 > 55 * 24, "{}", lines.0);
+}
+
+/// Leaves everything as it is.
+struct Asked;
+
+impl ContactHooks for Asked {
+    fn contact(&self, contact: &mut HookedContact<'_>) {
+        contact.set_softness(contact.softness());
+    }
+}
+
+#[test]
+fn a_step_that_asks_hooks_allocates_nothing() {
+    let mut world = world(false);
+    fixed_box(&mut world, [10.0, 1.0, 10.0], [0.0, -1.0, 0.0]);
+    for i in 0..20_u8 {
+        let cube =
+            BodyDef::dynamic().with_position([f32::from(i % 4) * 1.1, f32::from(i / 4) + 0.5, 0.0]);
+        world.add_body(cube.with_shape(ShapeDef::box_half([0.5; 3]).with_hooks())).unwrap();
+    }
+    for _ in 0..140 {
+        world.step_with(1.0 / 60.0, &Asked);
+    }
+    let before = CALLS.get();
+    for _ in 0..100 {
+        world.step_with(1.0 / 60.0, &Asked);
+    }
+    assert_eq!(CALLS.get() - before, 0);
 }
 
 /// As if somebody had four threads of his own.
