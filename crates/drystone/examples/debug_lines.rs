@@ -50,7 +50,7 @@ fn main() -> Result<(), Box<dyn core::error::Error>> {
     let gate = world.add_body(gate.with_shape(ShapeDef::box_half([0.5, 0.8, 0.05])))?;
     let hinge = JointDef::new(floor, gate, Hinge::new().with_limits(-1.2, 1.2));
     world.add_joint(hinge.at([1.0, 1.0, 0.0]).with_axis([0.0, 1.0, 0.0]))?;
-    world.body_mut(gate).ok_or("the gate")?.set_angular_velocity([0.0, 1.0, 0.0])?;
+    world.body_mut(gate).ok_or("the gate")?.set_angular_velocity([0.0, 1.0, 0.0]);
     (0..30).for_each(|_| world.step(1.0 / 60.0));
 
     let mut picture = Picture::default();

@@ -4,7 +4,8 @@
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use drystone::{BodyDef, DefError, Executor, ShapeDef, Team, World};
+use drystone::threads::{Executor, Team};
+use drystone::{BodyDef, DefError, ShapeDef, World};
 use rayon::prelude::*;
 
 /// Chunks as a parallel iterator of the pool.

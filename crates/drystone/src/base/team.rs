@@ -306,7 +306,8 @@ impl Team {
     /// use std::sync::Arc;
     /// use std::sync::atomic::AtomicBool;
     ///
-    /// use drystone::{Team, World};
+    /// use drystone::World;
+    /// use drystone::threads::Team;
     ///
     /// let team = Arc::new(Team::hosted(4));
     /// let mut world = World::default().with_executor(team.clone());

@@ -1,5 +1,6 @@
 //! What a surface is made of, how two surfaces combine, and what may collide with what.
 
+#[cfg(feature = "serde")]
 use serde::{Deserialize, Serialize};
 
 use super::check::within;
@@ -8,7 +9,8 @@ use crate::base::limits;
 
 /// How the coefficients of two surfaces become one. Where two surfaces ask for different rules the
 /// one listed later here wins; the order of the last four is that of `KHR_physics_rigid_bodies`.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub enum Combine {
     /// √(a b): friction's default.
     #[default]
@@ -38,7 +40,8 @@ impl Combine {
 }
 
 /// A surface.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub struct Material {
     /// Coulomb friction coefficient, at least 0; default 0.6. Of what sticks, and of what slides if
     /// [`kinetic_friction`](Self::kinetic_friction) is not given.
@@ -95,7 +98,8 @@ impl Default for Material {
 }
 
 /// Who collides with whom: two shapes collide if each lets the other through its filter.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub struct Filter {
     /// The layers this shape is in, one bit each; default layer 0.
     pub layers: u64,
@@ -143,7 +147,8 @@ impl Filter {
 /// let mattress = ContactSoftness { hertz: 2.0, damping_ratio: 0.3 };
 /// assert!(mattress.validate().is_ok());
 /// ```
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub struct ContactSoftness {
     /// Stiffness as a frequency [Hz], 1e-6 to 1e6; against static bodies the same. A quarter of the rate of substeps is the
     /// most that counts: 120 Hz at 60 steps of 8 substeps a second.
@@ -164,7 +169,8 @@ impl ContactSoftness {
 /// What surfaces of shapes in some layers do to each other, in place of what their materials make together. Of several rules
 /// the first one counts that is of a pair's layers: see [`World::set_surface_rules`](crate::World::set_surface_rules). One of two
 /// bodies counts before those: see [`World::set_surface_between`](crate::World::set_surface_between).
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub struct SurfaceRule {
     /// Layers of one shape, a bit each: it is in one of them. All ones: any shape, also one in no layer.
     pub first: u64,
@@ -176,7 +182,7 @@ pub struct SurfaceRule {
     pub kinetic_friction: Option<f32>,
     /// Coefficient of restitution, 0 to 1; `None`: that of the materials.
     pub restitution: Option<f32>,
-    /// How their contacts give; `None`: as [`ContactConfig`](crate::ContactConfig) says.
+    /// How their contacts give; `None`: as [`ContactConfig`](crate::config::ContactConfig) says.
     pub softness: Option<ContactSoftness>,
 }
 

@@ -132,7 +132,7 @@ impl World {
         Ok(Self { tables, ..Self::default() })
     }
 
-    /// The same world with its work done by `jobs`, for example a [`crate::Team`]. The result of a step
+    /// The same world with its work done by `jobs`, for example a [`crate::threads::Team`]. The result of a step
     /// does not depend on it.
     #[must_use]
     pub fn with_executor(mut self, jobs: Arc<dyn Executor>) -> Self {
@@ -241,7 +241,8 @@ impl World {
     /// what they drop, too.
     ///
     /// ```
-    /// use drystone::{BodyDef, ContactHooks, HookedContact, ShapeDef, World};
+    /// use drystone::{BodyDef, ShapeDef, World};
+    /// use drystone::contact::{ContactHooks, HookedContact};
     ///
     /// /// Ghosts, whose shapes have the number 1, pass everything.
     /// struct Ghosts;

@@ -58,7 +58,8 @@ impl World {
     /// Replaces the rules of surfaces, 256 at most. What touches and now has another surface wakes.
     ///
     /// ```
-    /// use drystone::{SurfaceRule, World};
+    /// use drystone::World;
+    /// use drystone::contact::SurfaceRule;
     ///
     /// let (ice, rubber) = (1 << 1, 1 << 2);
     /// let mut world = World::default();
@@ -84,7 +85,8 @@ impl World {
     /// bodies is removed; pieces that come off a body do not take it over.
     ///
     /// ```
-    /// use drystone::{BodyDef, ContactSoftness, ShapeDef, SurfaceRule, World};
+    /// use drystone::{BodyDef, ContactSoftness, ShapeDef, World};
+    /// use drystone::contact::SurfaceRule;
     ///
     /// let mut world = World::default();
     /// let bed = world.add_body(BodyDef::fixed().with_shape(ShapeDef::box_half([2.0, 0.5, 2.0])))?;

@@ -1,9 +1,12 @@
 //! Lines that show a world: they lie on what they show.
 
+use drystone::geometry::Aabb;
 use drystone::joint::Distance;
+use drystone::particle::RopeDef;
+use drystone::query::QueryFilter;
 use drystone::{
-    Aabb, BodyDef, DebugColor, DebugDraw, DebugDrawOptions, DebugTint, Hull, JointDef, Mesh, Quat,
-    QueryFilter, RopeDef, Shape, ShapeDef, Vec3, World, WorldConfig, vec3,
+    BodyDef, DebugColor, DebugDraw, DebugDrawOptions, DebugTint, Hull, JointDef, Mesh, Quat, Shape,
+    ShapeDef, Vec3, World, WorldConfig, vec3,
 };
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -111,7 +114,7 @@ fn contacts_joints_particles_and_islands_show() {
     let hung = world.add_body(cube(10.0, 3.0)).unwrap();
     let rod = JointDef::new(floor, hung, Distance::exact(2.0));
     world.add_joint(rod.with_anchors([10.0, 5.0, 0.0], [0.0; 3])).unwrap();
-    world.add_rope(&RopeDef::between([20.0, 5.0, 0.0], [21.0, 5.0, 0.0], 4)).unwrap();
+    world.add_rope(RopeDef::between([20.0, 5.0, 0.0], [21.0, 5.0, 0.0], 4)).unwrap();
     (0..20).for_each(|_| world.step(1.0 / 60.0));
     let only = DebugDrawOptions::NOTHING;
     let contacts = drawn(&world, DebugDrawOptions { contacts: true, size: 0.5, ..only });

@@ -4,11 +4,14 @@
 use std::sync::Arc;
 
 use drystone::joint::{
-    Ball, ConeTwist, Distance, Fixed, Hinge, Rope, Servo, Slider, Spring, Wheel,
+    Ball, ConeTwist, CouplingDef, Distance, Fixed, Hinge, JointSpring, Rope, Servo, Slider, Spring,
+    Wheel,
 };
+use drystone::method::Method;
+use drystone::particle::{ClothDef, ParticleDef, RopeDef};
 use drystone::{
-    AxisLocks, BodyDef, BodyId, ClothDef, CouplingDef, Hull, JointDef, JointKind, JointSpring,
-    Mesh, Method, ParticleDef, Quat, RopeDef, Shape, ShapeDef, Vec3, World, WorldConfig, vec3,
+    AxisLocks, BodyDef, BodyId, Hull, JointDef, JointKind, Mesh, Quat, Shape, ShapeDef, Vec3,
+    World, WorldConfig, vec3,
 };
 
 const DT: f32 = 1.0 / 60.0;
@@ -268,7 +271,7 @@ fn soft_things(w: &mut Scaled) {
         particle: particle.clone(),
         ..RopeDef::between(w.at(0.0, 3.0, 0.0), w.at(3.0, 3.0, 0.0), 20)
     };
-    let rope = w.world.add_rope(&rope).unwrap();
+    let rope = w.world.add_rope(rope).unwrap();
     let at = w.at(3.0, 3.0, 0.0);
     let shape = w.boxed(0.2, 0.2, 0.2);
     let load = w.add(BodyDef::dynamic().with_position(at), shape);
@@ -276,7 +279,7 @@ fn soft_things(w: &mut Scaled) {
     let mut cloth =
         ClothDef::new(w.at(-3.0, 1.0, 3.0), [w.at(2.0, 0.0, 0.0), w.at(0.0, 0.0, 2.0)], [10, 10]);
     cloth.particle = particle.clone();
-    w.world.add_cloth(&cloth).unwrap();
+    w.world.add_cloth(cloth).unwrap();
     let at = w.at(-2.0, 0.3, 4.0);
     let shape = w.ball(0.3);
     w.add(BodyDef::dynamic().with_position(at), shape);
@@ -286,7 +289,7 @@ fn soft_things(w: &mut Scaled) {
             w.at(0.1 * (k % 5.0), 2.0 + 0.3 * k, 6.0)
         })
         .collect();
-    w.world.add_cloud(points, &particle).unwrap();
+    w.world.add_cloud(points, particle).unwrap();
     let at = w.at(6.0, 2.0, 0.0);
     let shape = w.boxed(0.3, 0.3, 0.3);
     let hung = w.add(BodyDef::dynamic().with_position(at), shape);

@@ -2,11 +2,12 @@
 
 use std::sync::Arc;
 
+use drystone::events::Events;
 use drystone::joint::{Ball, Hinge};
-use drystone::{
-    Answer, BodyDef, BodyId, Call, Clock, Events, JointDef, Mesh, QueryFilter, RopeDef, Shape,
-    ShapeDef, Vec3, World, vec3,
-};
+use drystone::journal::{Answer, Call};
+use drystone::particle::RopeDef;
+use drystone::query::QueryFilter;
+use drystone::{BodyDef, BodyId, Clock, JointDef, Mesh, Shape, ShapeDef, Vec3, World, vec3};
 
 const DT: f32 = 1.0 / 60.0;
 
@@ -71,7 +72,7 @@ fn scene() -> World {
     add(&mut world, [-5.0, 1.0, 0.0], lift, ShapeDef::box_half([0.5, 0.1, 0.5]));
     add(&mut world, [-5.0, 1.4, 0.0], BodyDef::dynamic(), ShapeDef::box_half([0.2; 3]));
     let rope = RopeDef::between(FAR + vec3(4.0, 4.0, 4.0), FAR + vec3(6.0, 4.0, 4.0), 12);
-    let rope = world.add_rope(&RopeDef { pinned: [true, false], ..rope }).unwrap();
+    let rope = world.add_rope(RopeDef { pinned: [true, false], ..rope }).unwrap();
     let held = add(&mut world, [6.0, 4.0, 4.0], BodyDef::dynamic(), ShapeDef::box_half([0.2; 3]));
     world.attach_particle(*rope.particles.last().unwrap(), held, Vec3::ZERO).unwrap();
     let gate = ShapeDef::box_half([3.0, 0.3, 3.0]).as_sensor();

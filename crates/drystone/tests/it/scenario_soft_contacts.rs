@@ -3,10 +3,11 @@
 use core::f64::consts::TAU;
 use std::sync::Arc;
 
+use drystone::contact::{ContactHooks, HookedContact, SurfaceRule};
 use drystone::joint::Fixed;
+use drystone::threads::Team;
 use drystone::{
-    BodyDef, BodyId, ContactHooks, ContactSoftness, HookedContact, JointDef, Pose, Quat, ShapeDef,
-    SurfaceRule, Team, Vec3, World, WorldConfig,
+    BodyDef, BodyId, ContactSoftness, JointDef, Pose, Quat, ShapeDef, Vec3, World, WorldConfig,
 };
 
 use crate::floors::square;
@@ -142,7 +143,7 @@ fn what_joints_hold_together_is_thrown_back_too() {
     let [a, b] = [-0.6, 0.6].map(|x| {
         let id = body(&mut world, ShapeDef::sphere(0.5), y);
         let pose = Pose { position: Vec3::X * x + Vec3::Y * 1.5, rotation: Quat::IDENTITY };
-        world.body_mut(id).unwrap().set_pose(pose).unwrap();
+        world.body_mut(id).unwrap().set_pose(pose);
         world.set_surface_between(floor, id, Some(soft(hertz, 0.0))).unwrap();
         id
     });
@@ -287,7 +288,7 @@ fn a_shot_flies_through_what_hooks_drop() {
         for (number, passes) in [(0, false), (3, true)] {
             for shape in [ShapeDef::sphere(0.05), ShapeDef::capsule(0.4, 0.05)] {
                 let mut world = World::default();
-                world.set_gravity(Vec3::ZERO).unwrap();
+                world.set_gravity(Vec3::ZERO);
                 let target = world.add_body(target.clone()).unwrap();
                 let shot = BodyDef::dynamic()
                     .with_position([-3.0, 0.0, 0.0])
