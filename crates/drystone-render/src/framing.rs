@@ -2,7 +2,8 @@
 
 use std::ops::Range;
 
-use drystone::{Aabb, BodyKind, Pose, Vec3, World};
+use drystone::geometry::Aabb;
+use drystone::{BodyKind, Pose, Vec3, World};
 
 use crate::camera::{Camera, FIELD_OF_VIEW, horizontal_axes, spherical};
 

@@ -2,7 +2,8 @@
 
 use std::sync::Arc;
 
-use drystone::{LinkKind, ParticleId, Vec3, World};
+use drystone::particle::{LinkKind, ParticleId};
+use drystone::{Vec3, World};
 
 use crate::form::Vertex;
 use crate::groups::Groups;
@@ -205,7 +206,8 @@ fn in_order([a, b]: [u32; 2]) -> [u32; 2] {
 
 #[cfg(test)]
 mod tests {
-    use drystone::{ClothDef, RopeDef, Vec3, World, vec3};
+    use drystone::particle::{ClothDef, RopeDef};
+    use drystone::{Vec3, World, vec3};
 
     use super::{Sheet, Sheets};
     use crate::form::Vertex;

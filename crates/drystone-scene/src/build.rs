@@ -5,9 +5,9 @@ mod resume;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use drystone::{
-    BodyDef, BodyId, BodyKind, CouplingDef, DefError, JointDef, JointId, Pose, Strand, World,
-};
+use drystone::joint::CouplingDef;
+use drystone::particle::Strand;
+use drystone::{BodyDef, BodyId, BodyKind, DefError, JointDef, JointId, Pose, World};
 use serde::{Deserialize, Serialize};
 
 use crate::scene::{

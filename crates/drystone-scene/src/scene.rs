@@ -3,10 +3,11 @@
 
 use std::sync::Arc;
 
-use drystone::{
-    Axis, BodyDef, ClothDef, JointKind, JointStrength, ParticleDef, Pose, Quat, RopeDef, SixDof,
-    Vec3, WorldConfig, trig, vec3,
-};
+use drystone::breakage::JointStrength;
+use drystone::joint::SixDof;
+use drystone::math::trig;
+use drystone::particle::{ClothDef, ParticleDef, RopeDef};
+use drystone::{Axis, BodyDef, JointKind, Pose, Quat, Vec3, WorldConfig, vec3};
 
 use crate::gltf::Film;
 use crate::visual::Visuals;

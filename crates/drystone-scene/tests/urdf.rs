@@ -4,7 +4,8 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use drystone::{BodyKind, JointKind, JointMotion, MassDef, Pose, Quat, Shape, Vec3, vec3};
+use drystone::joint::JointMotion;
+use drystone::{BodyKind, JointKind, MassDef, Pose, Quat, Shape, Vec3, vec3};
 use drystone_scene::urdf::{self, Base, Options};
 use drystone_scene::{Running, Scene, SceneError};
 

@@ -1,7 +1,10 @@
 //! A character walks stairs and slopes, rides a lift and pushes crates: a mover, with a body that follows.
 
-use drystone::{BodyDef, BodyId, BodyKinds, DefError, Mover, Quat, QueryFilter, Shape, ShapeDef};
-use drystone::{Vec3, World, trig, vec3};
+use drystone::math::trig;
+use drystone::mover::Mover;
+use drystone::query::{BodyKinds, QueryFilter};
+use drystone::{BodyDef, BodyId, DefError, Quat, Shape, ShapeDef};
+use drystone::{Vec3, World, vec3};
 
 /// Walks along x [m/s] for some steps and stops; gives where it comes to. Crates do not hold it: its body pushes them.
 fn walk(world: &mut World, body: BodyId, speed: f32, steps: u32) -> Result<Vec3, DefError> {

@@ -1,6 +1,7 @@
 //! A door with stops, a closer and a latch that breaks: pushed, slammed open, closed, and held half open.
 
-use drystone::{BodyDef, BodyId, JointDef, JointSpring, ShapeDef, World, joint, vec3};
+use drystone::joint::JointSpring;
+use drystone::{BodyDef, BodyId, JointDef, ShapeDef, World, joint, vec3};
 
 /// Pushes the handle for some steps [N]; gives the angle after each [degrees], and how many joints broke.
 fn push(world: &mut World, door: BodyId, force: f32, steps: u32) -> Option<(Vec<f32>, usize)> {

@@ -1,6 +1,7 @@
 //! A lift carries three crates slowly, with stops, and fast. They keep their places, and sleep while it stands.
 
-use drystone::{BodyDef, BodyId, DefError, Pose, ShapeDef, World, trig};
+use drystone::math::trig;
+use drystone::{BodyDef, BodyId, DefError, Pose, ShapeDef, World};
 
 const DT: f32 = 1.0 / 60.0;
 

@@ -1,6 +1,7 @@
 //! A weight on a rope: particles, links, an attachment.
 
-use drystone::{BodyDef, DefError, RopeDef, ShapeDef, World};
+use drystone::particle::RopeDef;
+use drystone::{BodyDef, DefError, ShapeDef, World};
 
 #[expect(clippy::print_stdout, reason = "an example shows what it does")]
 fn main() -> Result<(), DefError> {

@@ -1,6 +1,7 @@
 //! A trigger counts bodies that move, sleep, stand, or were there before it, and tells when one leaves or is removed.
 
-use drystone::{BodyDef, BodyId, Pose, Senses, ShapeDef, ShapeId, World};
+use drystone::events::Senses;
+use drystone::{BodyDef, BodyId, Pose, ShapeDef, ShapeId, World};
 use std::collections::BTreeSet;
 
 /// Takes a few steps and tells what is in the trigger: by asking it, and as its events say.

@@ -27,9 +27,9 @@ pub(crate) enum Fineness {
     /// Whole.
     #[default]
     Whole,
-    /// In those of [`crate::InertiaConfig::refine`]: what it carries squeezes it as far as can be carried.
+    /// In those of [`crate::config::InertiaConfig::refine`]: what it carries squeezes it as far as can be carried.
     Loaded,
-    /// In those of [`crate::JointConfig::refine`]: it has joints, and they go round fast.
+    /// In those of [`crate::config::JointConfig::refine`]: it has joints, and they go round fast.
     Jointed,
     /// In the same: it has joints, and is hit. The impulses that it keeps are taken back in the next step, those of a blow.
     Struck,

@@ -16,8 +16,8 @@ use crate::base::limits;
 /// ([`crate::JointRef::coordinates`]). Both joints push all their bodies, the first ones too.
 ///
 /// ```
-/// use drystone::joint::Hinge;
-/// use drystone::{BodyDef, CouplingDef, JointDef, ShapeDef, World};
+/// use drystone::joint::{CouplingDef, Hinge};
+/// use drystone::{BodyDef, JointDef, ShapeDef, World};
 ///
 /// # fn main() -> Result<(), drystone::DefError> {
 /// let mut world = World::default();

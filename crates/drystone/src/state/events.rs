@@ -43,7 +43,7 @@ pub struct HitEvent {
 }
 
 /// What a pair of shapes that touch gave to each other in the step, and how hard it pressed. See
-/// [`ContactReports::forces`](crate::ContactReports::forces).
+/// [`ContactReports::forces`](crate::events::ContactReports::forces).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct ContactForce {
@@ -238,7 +238,7 @@ pub struct Events {
     pub contact_begin: Vec<ContactEvent>,
     /// Shapes that ceased to touch, also because one of them was removed.
     pub contact_end: Vec<ContactEvent>,
-    /// Shapes that landed on each other faster than their hit speed, see [`ContactReports`](crate::ContactReports): they began
+    /// Shapes that landed on each other faster than their hit speed, see [`ContactReports`](crate::events::ContactReports): they began
     /// to touch, or a part of them came down that bore nothing before. One for each pair. What flies so fast
     /// that it would pass what it meets is stopped there, and hits it in the next step.
     pub hits: Vec<HitEvent>,

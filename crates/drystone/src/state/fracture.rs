@@ -10,7 +10,7 @@ use crate::base::random::Random;
 use crate::geometry::cells::MOST_SITES;
 
 /// A body of one convex shape breaks into pieces where it is hit, at the end of the step in which a blow
-/// passes one of the limits: it is removed, its pieces are added, and [`crate::Events::fractures`] tells of it.
+/// passes one of the limits: it is removed, its pieces are added, and [`crate::events::Events::fractures`] tells of it.
 /// The pieces are the Voronoi cells of random points, denser near the hit; together they have the body's
 /// mass, momentum and spin.
 ///

@@ -219,7 +219,7 @@ impl WorldAxes {
 }
 
 /// What a joint can bear. It breaks at the end of a step in which it had to bear more: it is removed, and
-/// [`crate::Events::joint_break`] tells of it. Force and torque are the means of each substep of the
+/// [`crate::events::Events::joint_break`] tells of it. Force and torque are the means of each substep of the
 /// step, in whatever parts an island takes it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct JointStrength {

@@ -9,7 +9,8 @@ use crate::base::limits;
 /// Which events the contacts of a shape give. Both shapes of a pair are asked.
 ///
 /// ```
-/// use drystone::{ContactReports, ShapeDef};
+/// use drystone::ShapeDef;
+/// use drystone::events::ContactReports;
 ///
 /// let glass = ContactReports { hit_speed: Some(0.2), ..ContactReports::default() };
 /// let pane = ShapeDef::box_half([1.0, 1.0, 0.01]).with_reports(glass);
@@ -18,15 +19,15 @@ use crate::base::limits;
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ContactReports {
-    /// Contacts that begin and end: [`Events::contact_begin`](crate::Events::contact_begin) and
-    /// [`Events::contact_end`](crate::Events::contact_end). A pair gives none if one of its shapes says false. Default true.
+    /// Contacts that begin and end: [`Events::contact_begin`](crate::events::Events::contact_begin) and
+    /// [`Events::contact_end`](crate::events::Events::contact_end). A pair gives none if one of its shapes says false. Default true.
     pub touches: bool,
-    /// Landings: [`Events::hits`](crate::Events::hits). A pair gives none if one of its shapes says false. Default true.
+    /// Landings: [`Events::hits`](crate::events::Events::hits). A pair gives none if one of its shapes says false. Default true.
     pub hits: bool,
     /// Least approach speed of a hit [m/s]; default `None`: `contact.hit_speed` of the world. If both shapes of a pair give
     /// one, the lower counts.
     pub hit_speed: Option<f32>,
-    /// Forces: [`Events::contact_forces`](crate::Events::contact_forces), for every step in which the pair touches. A pair
+    /// Forces: [`Events::contact_forces`](crate::events::Events::contact_forces), for every step in which the pair touches. A pair
     /// gives them if one of its shapes says true. Default false.
     pub forces: bool,
 }
@@ -59,7 +60,8 @@ impl ContactReports {
 /// What a sensor sees besides the shapes of bodies that can move: see [`ShapeDef::sensor`](crate::ShapeDef::sensor).
 ///
 /// ```
-/// use drystone::{Senses, ShapeDef};
+/// use drystone::ShapeDef;
+/// use drystone::events::Senses;
 ///
 /// // A blast that asks which walls it reaches.
 /// let blast = ShapeDef::sphere(3.0).as_sensor().with_senses(Senses { statics: true, ..Senses::default() });

@@ -10,7 +10,7 @@ use crate::base::math::{Vec3, vec3};
 use crate::base::quat::Quat;
 
 /// A damped spring along or about an axis. In the wide methods one that is harder for a substep than a locked axis, with
-/// `c h + k h²` over the effective mass above that of [`crate::JointConfig`], is as hard as that.
+/// `c h + k h²` over the effective mass above that of [`crate::config::JointConfig`], is as hard as that.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct JointSpring {
     /// Force per displacement [N/m; N m/rad; 1/s² if `per_mass`]; at least 0.
@@ -46,7 +46,7 @@ impl JointSpring {
     /// A mass at rest on it sinks by `g/(2πf)²`, however heavy it is: 248 mm at 1 Hz, 62 mm at 2 Hz.
     ///
     /// ```
-    /// use drystone::JointSpring;
+    /// use drystone::joint::JointSpring;
     ///
     /// // One of four wheels under a car of 1200 kg.
     /// let spring = JointSpring::for_load(1.5, 0.4, 1200.0 / 4.0);
@@ -285,8 +285,8 @@ impl JointCone {
 /// [`crate::joint`] has the usual ones by name; each becomes one of these with `six_dof()`.
 ///
 /// ```
-/// use drystone::joint::Slider;
-/// use drystone::{Axis, JointAxis, SixDof};
+/// use drystone::joint::{JointAxis, SixDof, Slider};
+/// use drystone::Axis;
 ///
 /// // A slider that may turn about y as well.
 /// let axes = Slider::new().six_dof().with_axis(Axis::TurnY, JointAxis::limited(-0.5, 0.5));

@@ -53,7 +53,8 @@ impl core::fmt::Display for GeometryKey {
 /// ```
 /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
 /// use std::sync::Arc;
-/// use drystone::{BodyDef, Hull, Library, Shape, ShapeDef, SnapshotError, World, vec3};
+/// use drystone::{BodyDef, Hull, Shape, ShapeDef, World, vec3};
+/// use drystone::snapshot::{Library, SnapshotError};
 ///
 /// let points = [vec3(0.0, 0.0, 0.0), vec3(1.0, 0.0, 0.0), vec3(0.0, 1.0, 0.0), vec3(0.0, 0.0, 1.0)];
 /// let stone = Shape::Hull(Arc::new(Hull::from_points(&points)?));

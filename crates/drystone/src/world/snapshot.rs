@@ -238,14 +238,15 @@ mod tests {
     use super::{HEADER, Library, SnapshotError};
     use crate::base::random::Random;
     use crate::base::trig;
-    use crate::joint::{Ball, Hinge, Pulley};
+    use crate::breakage::{BondStrength, Fracture, Glue};
+    use crate::joint::{Ball, CouplingDef, Hinge, JointAxis, JointDrive, Pulley};
+    use crate::method::Method;
+    use crate::particle::{ClothDef, LinkKind, RopeDef};
     use crate::state::breakage::GlueBond;
     use crate::state::contacts::Contact;
     use crate::state::tables::Tables;
     use crate::{
-        BodyDef, BondStrength, ClothDef, CouplingDef, Fracture, Glue, Hull, JointAxis, JointDef,
-        JointDrive, LinkKind, Mesh, Method, Quat, RopeDef, Shape, ShapeDef, Vec3, World,
-        WorldConfig, vec3,
+        BodyDef, Hull, JointDef, Mesh, Quat, Shape, ShapeDef, Vec3, World, WorldConfig, vec3,
     };
 
     const DT: f32 = 1.0 / 60.0;

@@ -9,7 +9,9 @@ use std::sync::{Arc, Barrier, Mutex};
 use std::time::Duration;
 
 use drystone::joint::Ball;
-use drystone::{BodyDef, ClothDef, Executor, Inline, JointDef, ShapeDef, Stage, Team, Vec3, World};
+use drystone::particle::ClothDef;
+use drystone::threads::{Executor, Inline, Team};
+use drystone::{BodyDef, JointDef, ShapeDef, Stage, Vec3, World};
 
 const DT: f32 = 1.0 / 60.0;
 

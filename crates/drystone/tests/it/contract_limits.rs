@@ -2,12 +2,17 @@
 
 use std::sync::Arc;
 
-use drystone::joint::{Ball, Distance, Hinge, Spring, Universal};
+use drystone::breakage::JointStrength;
+use drystone::events::FaultKind;
+use drystone::joint::{
+    Ball, CouplingDef, Distance, Hinge, JointAxis, JointDrive, SixDof, Spring, Universal,
+};
+use drystone::math::Sym3;
+use drystone::particle::{LinkDef, LinkKind, LinkSpring, ParticleDef, RopeDef};
+use drystone::threads::SimdLevel;
 use drystone::{
-    BodyDef, BodyId, BodyKind, CouplingDef, DefError, FaultKind, Filter, Hull, JointAxis, JointDef,
-    JointDrive, JointKind, JointStrength, LinkDef, LinkKind, LinkSpring, MassDef, Material,
-    ParticleDef, Pose, RopeDef, Shape, ShapeDef, SimdLevel, SixDof, Sym3, Vec3, World, WorldConfig,
-    limits, vec3,
+    BodyDef, BodyId, BodyKind, DefError, Filter, Hull, JointDef, JointKind, MassDef, Material,
+    Pose, Shape, ShapeDef, Vec3, World, WorldConfig, limits, vec3,
 };
 
 const DT: f32 = 1.0 / 60.0;

@@ -1,10 +1,14 @@
 //! What the public face promises: bad input is refused by name, stale ids find nothing, nothing
 //! panics, events come as they should.
 
+use drystone::events::FaultKind;
+use drystone::geometry::Aabb;
 use drystone::joint::Ball;
+use drystone::math::Sym3;
+use drystone::threads::{Executor, Team};
 use drystone::{
-    Aabb, AxisLocks, BodyDef, BodyId, Executor, FaultKind, Filter, JointDef, MassDef, Material,
-    Pose, Quat, Shape, ShapeDef, Sym3, Team, Vec3, World, WorldConfig, vec3,
+    AxisLocks, BodyDef, BodyId, Filter, JointDef, MassDef, Material, Pose, Quat, Shape, ShapeDef,
+    Vec3, World, WorldConfig, vec3,
 };
 use proptest::prelude::{Strategy, any, prop, prop_oneof, proptest};
 use std::sync::Arc;

@@ -1,10 +1,13 @@
 //! Whatever was called, the world can be saved, and what is restored does what the first one does.
 
-use drystone::joint::{Ball, Hinge};
+use drystone::breakage::{BondStrength, Fracture, Glue};
+use drystone::joint::{Ball, Hinge, JointAxis, JointDrive, JointMotion, JointSpring};
+use drystone::math::Sym3;
+use drystone::method::Method;
+use drystone::particle::{LinkId, LinkKind, ParticleId, RopeDef};
 use drystone::{
-    Axis, BodyDef, BodyId, BodyKind, BondStrength, Filter, Fracture, Glue, JointAxis, JointDef,
-    JointDrive, JointId, JointMotion, JointSpring, LinkId, LinkKind, MassDef, Material, Method,
-    ParticleId, Pose, RopeDef, Shape, ShapeDef, ShapeId, Sym3, Vec3, World, WorldConfig, vec3,
+    Axis, BodyDef, BodyId, BodyKind, Filter, JointDef, JointId, MassDef, Material, Pose, Shape,
+    ShapeDef, ShapeId, Vec3, World, WorldConfig, vec3,
 };
 use proptest::prelude::{Strategy, any, prop, prop_oneof, proptest};
 use proptest::test_runner::{Config, RngSeed};

@@ -2,11 +2,9 @@
 
 use std::sync::Arc;
 
-use drystone::joint::{Hinge, Servo, Universal};
-use drystone::{
-    BodyDef, BodyId, JointAxis, JointDef, JointDrive, JointId, JointSpring, ShapeDef, SimdLevel,
-    SixDof, Team, Vec3, World, WorldConfig, vec3,
-};
+use drystone::joint::{Hinge, JointAxis, JointDrive, JointSpring, Servo, SixDof, Universal};
+use drystone::threads::{SimdLevel, Team};
+use drystone::{BodyDef, BodyId, JointDef, JointId, ShapeDef, Vec3, World, WorldConfig, vec3};
 
 const DT: f32 = 1.0 / 60.0;
 const G: f32 = 9.81;

@@ -1,9 +1,9 @@
 //! What a world says of itself, against physics.
 
+use drystone::audit::{Audit, AwakeCause, ConstraintId, Ledger};
 use drystone::joint::{Ball, Spring};
 use drystone::{
-    Audit, AwakeCause, BodyDef, BodyId, ConstraintId, JointDef, JointKind, Ledger, Pose, Quat,
-    ShapeDef, Vec3, World, WorldConfig, vec3,
+    BodyDef, BodyId, JointDef, JointKind, Pose, Quat, ShapeDef, Vec3, World, WorldConfig, vec3,
 };
 
 const DT: f32 = 1.0 / 60.0;

@@ -1,9 +1,10 @@
 //! Joints that break.
 
-use drystone::joint::{Ball, Distance, Hinge, Spring};
+use drystone::breakage::{Fatigue, JointStrength};
+use drystone::events::JointLimit;
+use drystone::joint::{Ball, Distance, Hinge, JointAxis, JointDrive, JointSpring, SixDof, Spring};
 use drystone::{
-    BodyDef, BodyId, Fatigue, JointAxis, JointDef, JointDrive, JointId, JointKind, JointLimit,
-    JointSpring, JointStrength, ShapeDef, SixDof, Vec3, World, WorldConfig, vec3,
+    BodyDef, BodyId, JointDef, JointId, JointKind, ShapeDef, Vec3, World, WorldConfig, vec3,
 };
 
 const DT: f32 = 1.0 / 60.0;

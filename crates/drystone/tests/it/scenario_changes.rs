@@ -6,11 +6,16 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-use drystone::joint::{Ball, Distance, Hinge, Pulley, Spring};
+use drystone::breakage::{BondStrength, Fracture, Glue};
+use drystone::joint::{
+    Ball, CouplingDef, Distance, Hinge, JointAxis, JointDrive, JointMotion, Pulley, SixDof, Spring,
+};
+use drystone::math::Sym3;
+use drystone::particle::RopeDef;
+use drystone::threads::Team;
 use drystone::{
-    Axis, BodyDef, BodyId, BodyKind, BondStrength, CouplingDef, DefError, Filter, Fracture, Glue,
-    JointAxis, JointDef, JointDrive, JointId, JointKind, JointMotion, JointMut, MassDef, Mesh,
-    Pose, RopeDef, Shape, ShapeDef, ShapeId, SixDof, Sym3, Team, Vec3, World, vec3,
+    Axis, BodyDef, BodyId, BodyKind, DefError, Filter, JointDef, JointId, JointKind, JointMut,
+    MassDef, Mesh, Pose, Shape, ShapeDef, ShapeId, Vec3, World, vec3,
 };
 
 use crate::floors::square;

@@ -2,10 +2,14 @@
 
 use std::sync::Arc;
 
-use drystone::joint::{Ball, Cylindrical, Hinge, Pulley, Slider};
+use drystone::joint::{
+    Ball, CouplingDef, Cylindrical, Hinge, JointAxis, JointDrive, Pulley, Slider,
+};
+use drystone::math::Sym3;
+use drystone::threads::{SimdLevel, Team};
 use drystone::{
-    Axis, AxisLocks, BodyDef, BodyId, CouplingDef, JointAxis, JointDef, JointDrive, JointId,
-    MassDef, Quat, ShapeDef, SimdLevel, Sym3, Team, Vec3, World, WorldConfig, vec3,
+    Axis, AxisLocks, BodyDef, BodyId, JointDef, JointId, MassDef, Quat, ShapeDef, Vec3, World,
+    WorldConfig, vec3,
 };
 
 const DT: f32 = 1.0 / 60.0;

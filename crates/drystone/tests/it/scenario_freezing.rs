@@ -1,8 +1,7 @@
 //! Bodies that freeze one by one: only what rests, and no longer than it does.
 
-use drystone::{
-    BodyDef, BodyId, Method, MethodOptions, Rest, ShapeDef, Vec3, World, WorldConfig, vec3,
-};
+use drystone::method::{Method, MethodOptions, Rest};
+use drystone::{BodyDef, BodyId, ShapeDef, Vec3, World, WorldConfig, vec3};
 
 const DT: f32 = 1.0 / 60.0;
 

@@ -1,8 +1,10 @@
 //! Friction against closed forms, at 60 steps a second of 8 substeps.
 
+use drystone::contact::Combine;
+use drystone::math::Sym3;
+use drystone::threads::SimdLevel;
 use drystone::{
-    BodyDef, BodyId, Combine, DefError, MassDef, Material, Quat, ShapeDef, ShapeId, SimdLevel,
-    Sym3, Vec3, World, vec3,
+    BodyDef, BodyId, DefError, MassDef, Material, Quat, ShapeDef, ShapeId, Vec3, World, vec3,
 };
 
 const DT: f32 = 1.0 / 60.0;

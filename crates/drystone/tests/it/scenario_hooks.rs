@@ -4,7 +4,9 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
 
-use drystone::{BodyDef, BodyId, ContactHooks, HookedContact, ShapeDef, Team, Vec3, World};
+use drystone::contact::{ContactHooks, HookedContact};
+use drystone::threads::Team;
+use drystone::{BodyDef, BodyId, ShapeDef, Vec3, World};
 
 use crate::floors::square;
 

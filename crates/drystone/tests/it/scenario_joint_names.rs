@@ -2,12 +2,12 @@
 //! the world.
 
 use drystone::joint::{
-    Ball, ConeTwist, Cylindrical, Distance, Fixed, Hinge, Planar, Pulley, Rope, Servo, Slider,
-    Spring, Universal, Wheel,
+    Ball, ConeTwist, Cylindrical, Distance, Fixed, Hinge, JointAxis, JointDrive, JointSpring,
+    Planar, Pulley, Rope, Servo, SixDof, Slider, Spring, Universal, Wheel,
 };
 use drystone::{
-    Axis, BodyDef, BodyId, JointAxis, JointDef, JointDrive, JointId, JointKind, JointSpring, Pose,
-    Quat, ShapeDef, SixDof, Vec3, World, WorldConfig, vec3,
+    Axis, BodyDef, BodyId, JointDef, JointId, JointKind, Pose, Quat, ShapeDef, Vec3, World,
+    WorldConfig, vec3,
 };
 
 const DT: f32 = 1.0 / 60.0;

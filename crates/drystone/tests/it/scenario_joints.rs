@@ -3,10 +3,10 @@
 use std::sync::Arc;
 
 use drystone::joint::{Ball, Distance};
-use drystone::{
-    BodyDef, BodyId, JointDef, Method, Quat, ShapeDef, SimdLevel, Team, Vec3, World, WorldConfig,
-    trig, vec3,
-};
+use drystone::math::trig;
+use drystone::method::Method;
+use drystone::threads::{SimdLevel, Team};
+use drystone::{BodyDef, BodyId, JointDef, Quat, ShapeDef, Vec3, World, WorldConfig, vec3};
 
 const DT: f32 = 1.0 / 60.0;
 

@@ -2,10 +2,12 @@
 
 use std::sync::Arc;
 
-use drystone::joint::{Distance, Hinge, Pulley};
+use drystone::joint::{CouplingDef, Distance, Hinge, Pulley};
+use drystone::math::Sym3;
+use drystone::method::{Method, MethodOptions, Overlap, Persistence, Shock};
+use drystone::threads::{SimdLevel, Team};
 use drystone::{
-    BodyDef, BodyId, CouplingDef, JointDef, JointKind, MassDef, Material, Method, MethodOptions,
-    Overlap, Persistence, Pose, Quat, ShapeDef, Shock, SimdLevel, Sym3, Team, Vec3, World,
+    BodyDef, BodyId, JointDef, JointKind, MassDef, Material, Pose, Quat, ShapeDef, Vec3, World,
     WorldConfig, vec3,
 };
 

@@ -1,6 +1,7 @@
 //! Motion of single bodies against closed forms.
 
-use drystone::{BodyDef, MassDef, Quat, ShapeDef, Sym3, Vec3, World, vec3};
+use drystone::math::Sym3;
+use drystone::{BodyDef, MassDef, Quat, ShapeDef, Vec3, World, vec3};
 
 const DT: f32 = 1.0 / 60.0;
 
@@ -160,7 +161,7 @@ fn a_ball_rolls_down_a_slope_with_five_sevenths_of_the_slide() {
     for _ in 0..120 {
         world.step(DT);
     }
-    let (sin, _) = drystone::trig::sin_cos(slope);
+    let (sin, _) = drystone::math::trig::sin_cos(slope);
     let expected = 5.0 / 7.0 * 9.81 * sin * 2.0;
     let speed = world.body(id).unwrap().linear_velocity().length();
     assert!((speed / expected - 1.0).abs() < 0.01, "{speed} not {expected}");
@@ -231,7 +232,7 @@ fn damping_decays_exponentially() {
         world.step(DT);
     }
     let v = world.body(id).unwrap().linear_velocity().x;
-    assert!((v - drystone::trig::exp(-1.0)).abs() < 1e-4, "{v}");
+    assert!((v - drystone::math::trig::exp(-1.0)).abs() < 1e-4, "{v}");
 }
 
 #[test]

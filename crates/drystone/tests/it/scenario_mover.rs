@@ -1,9 +1,9 @@
 //! A mover is a character without a body: it keeps off what is solid, and goes where a person could walk.
 
-use drystone::{
-    BodyDef, BodyId, BodyKinds, Mesh, Moved, Mover, Pose, Quat, QueryFilter, Shape, ShapeDef, Vec3,
-    World, trig, vec3,
-};
+use drystone::math::trig;
+use drystone::mover::{Moved, Mover};
+use drystone::query::{BodyKinds, QueryFilter};
+use drystone::{BodyDef, BodyId, Mesh, Pose, Quat, Shape, ShapeDef, Vec3, World, vec3};
 use std::sync::Arc;
 
 const SKIN: f32 = 0.01;

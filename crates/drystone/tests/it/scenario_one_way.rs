@@ -1,6 +1,7 @@
 //! Surfaces that hold what comes from one side only.
 
-use drystone::{BodyDef, BodyId, Pose, Quat, Senses, ShapeDef, Vec3, World, WorldConfig, vec3};
+use drystone::events::Senses;
+use drystone::{BodyDef, BodyId, Pose, Quat, ShapeDef, Vec3, World, WorldConfig, vec3};
 
 use crate::floors::square;
 

@@ -2,9 +2,10 @@
 
 use std::sync::Arc;
 
+use drystone::method::Method;
+use drystone::particle::{ParticleDef, ParticleId};
 use drystone::{
-    BodyDef, Hull, Material, Mesh, Method, ParticleDef, ParticleId, Quat, Shape, ShapeDef, Vec3,
-    World, WorldConfig, vec3,
+    BodyDef, Hull, Material, Mesh, Quat, Shape, ShapeDef, Vec3, World, WorldConfig, vec3,
 };
 
 const DT: f32 = 1.0 / 60.0;
@@ -136,7 +137,11 @@ fn fast_dust_does_not_pass_thin_walls() {
                 all.push(world.add_particle(&def).unwrap());
             }
             for pair in all.chunks(2).filter(|_| tied) {
-                let link = drystone::LinkDef::new(pair[0], pair[1], drystone::LinkKind::AtMost);
+                let link = drystone::particle::LinkDef::new(
+                    pair[0],
+                    pair[1],
+                    drystone::particle::LinkKind::AtMost,
+                );
                 world.add_link(link).unwrap();
             }
             for _ in 0..30 {
@@ -328,7 +333,9 @@ fn a_particle_that_turns_non_finite_is_put_aside_and_reported() {
     let free = world.add_particle(&heavy).unwrap();
     let a = world.add_particle(&ParticleDef::at([1.0, 0.0, 0.0])).unwrap();
     let pin = world.add_particle(&ParticleDef::at([2.0, 0.0, 0.0]).pinned()).unwrap();
-    world.add_link(drystone::LinkDef::new(a, pin, drystone::LinkKind::Equal)).unwrap();
+    world
+        .add_link(drystone::particle::LinkDef::new(a, pin, drystone::particle::LinkKind::Equal))
+        .unwrap();
     let mut faults = Vec::new();
     for _ in 0..3 {
         world.step(0.2);
@@ -354,7 +361,7 @@ fn every_method_moves_particles_with_bodies() {
         let crate_ = ShapeDef::box_half([0.2; 3]);
         let def = BodyDef::dynamic().with_position([0.0, 2.0, 0.0]).with_mass(1.0);
         let weight = world.add_body(def.with_shape(crate_)).unwrap();
-        let mut rope = drystone::RopeDef::between([0.0, 4.0, 0.0], [0.0, 2.2, 0.0], 10);
+        let mut rope = drystone::particle::RopeDef::between([0.0, 4.0, 0.0], [0.0, 2.2, 0.0], 10);
         rope.pinned = [true, false];
         let rope = world.add_rope(&rope).unwrap();
         world.attach_particle(rope.particles[10], weight, [0.0, 0.2, 0.0]).unwrap();

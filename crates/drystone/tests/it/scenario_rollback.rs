@@ -2,15 +2,23 @@
 
 use std::sync::Arc;
 
-use drystone::joint::{Distance, Hinge, Pulley, Spring};
+use drystone::breakage::{BondStrength, Fracture, Glue, JointStrength};
+use drystone::contact::SurfaceRule;
+use drystone::events::{ContactReports, Senses};
+use drystone::joint::{
+    CouplingDef, Distance, Hinge, JointAxis, JointDrive, JointMotion, JointSpring, Pulley, Spring,
+};
+use drystone::journal::{
+    Answer, AxisCall, BodyCall, Call, JointCall, Journal, JournalError, ParticleCall, ShapeCall,
+};
+use drystone::particle::{ClothDef, LinkDef, LinkId, LinkKind, ParticleId, RopeDef, Strand};
+use drystone::snapshot::{
+    DeltaError, GeometryKey, Library, SnapshotError, apply_delta, write_delta,
+};
+use drystone::threads::{Executor, SimdLevel, Team};
 use drystone::{
-    Answer, Axis, AxisCall, AxisLocks, BodyCall, BodyDef, BodyId, BodyKind, BondStrength, Call,
-    ClothDef, ContactReports, CouplingDef, DeltaError, Executor, Filter, Fracture, GeometryKey,
-    Glue, Hull, JointAxis, JointCall, JointDef, JointDrive, JointId, JointMotion, JointSpring,
-    JointStrength, Journal, JournalError, Library, LinkDef, LinkId, LinkKind, MassDef, Material,
-    Mesh, ParticleCall, ParticleId, Pose, Quat, RopeDef, Senses, Shape, ShapeCall, ShapeDef,
-    ShapeId, SimdLevel, SnapshotError, Strand, SurfaceRule, Team, Vec3, World, WorldConfig,
-    apply_delta, vec3, write_delta,
+    Axis, AxisLocks, BodyDef, BodyId, BodyKind, Filter, Hull, JointDef, JointId, MassDef, Material,
+    Mesh, Pose, Quat, Shape, ShapeDef, ShapeId, Vec3, World, WorldConfig, vec3,
 };
 
 const DT: f32 = 1.0 / 60.0;

@@ -1,6 +1,7 @@
 //! Rules between pairs: bodies that never meet, and surfaces of layers.
 
-use drystone::{BodyDef, BodyId, Filter, ShapeDef, SurfaceRule, Vec3, World, vec3};
+use drystone::contact::SurfaceRule;
+use drystone::{BodyDef, BodyId, Filter, ShapeDef, Vec3, World, vec3};
 
 const G: f32 = 9.81;
 

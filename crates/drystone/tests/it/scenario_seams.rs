@@ -2,7 +2,8 @@
 
 use std::sync::Arc;
 
-use drystone::{BodyDef, BodyId, Material, Pose, Quat, Shape, ShapeDef, Team, Vec3, World, vec3};
+use drystone::threads::Team;
+use drystone::{BodyDef, BodyId, Material, Pose, Quat, Shape, ShapeDef, Vec3, World, vec3};
 
 const DT: f32 = 1.0 / 60.0;
 

@@ -2,10 +2,15 @@
 
 use std::sync::Arc;
 
-use drystone::joint::{ConeTwist, Cylindrical, Hinge, Servo, Slider, Universal};
+use drystone::joint::{
+    ConeTwist, Cylindrical, Hinge, JointAxis, JointDrive, JointMotion, JointSpring, Servo, SixDof,
+    Slider, Universal,
+};
+use drystone::math::trig;
+use drystone::method::Method;
+use drystone::threads::{SimdLevel, Team};
 use drystone::{
-    BodyDef, BodyId, JointAxis, JointDef, JointDrive, JointId, JointKind, JointMotion, JointSpring,
-    Method, Quat, ShapeDef, SimdLevel, SixDof, Team, Vec3, World, WorldConfig, trig, vec3,
+    BodyDef, BodyId, JointDef, JointId, JointKind, Quat, ShapeDef, Vec3, World, WorldConfig, vec3,
 };
 
 const DT: f32 = 1.0 / 60.0;

@@ -3,11 +3,15 @@
 
 use std::sync::Arc;
 
-use drystone::joint::{Ball, Distance, Hinge, Pulley, Servo, Slider, Spring};
+use drystone::audit::AwakeCause;
+use drystone::joint::{
+    Ball, CouplingDef, Distance, Hinge, JointAxis, JointDrive, JointMotion, JointSpring, Pulley,
+    Servo, SixDof, Slider, Spring,
+};
+use drystone::particle::{LinkDef, LinkKind, ParticleDef};
 use drystone::{
-    AwakeCause, BodyDef, BodyId, BodyKind, CouplingDef, JointAxis, JointDef, JointDrive, JointKind,
-    JointMotion, JointSpring, LinkDef, LinkKind, Mesh, ParticleDef, Pose, Quat, Shape, ShapeDef,
-    SixDof, Vec3, World, WorldConfig, vec3,
+    BodyDef, BodyId, BodyKind, JointDef, JointKind, Mesh, Pose, Quat, Shape, ShapeDef, Vec3, World,
+    WorldConfig, vec3,
 };
 
 const SCALES: [f32; 4] = [0.01, 0.1, 1.0, 100.0];

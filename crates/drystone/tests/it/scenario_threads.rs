@@ -2,10 +2,12 @@
 
 use std::sync::Arc;
 
-use drystone::{
-    BodyDef, ClothDef, LinkDef, LinkKind, LinkSpring, ParticleDef, ParticleForm, ParticleId,
-    RopeDef, ShapeDef, SimdLevel, Team, Vec3, World, WorldConfig, vec3,
+use drystone::config::ParticleForm;
+use drystone::particle::{
+    ClothDef, LinkDef, LinkKind, LinkSpring, ParticleDef, ParticleId, RopeDef,
 };
+use drystone::threads::{SimdLevel, Team};
+use drystone::{BodyDef, ShapeDef, Vec3, World, WorldConfig, vec3};
 
 const DT: f32 = 1.0 / 60.0;
 

@@ -23,7 +23,8 @@ const VERSION: u32 = 1;
 ///
 /// ```
 /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
-/// use drystone::{BodyDef, Call, Journal, ShapeDef, World};
+/// use crate::{BodyDef, ShapeDef, World};
+/// use crate::journal::{Call, Journal};
 ///
 /// let mut world = World::default();
 /// world.add_body(BodyDef::fixed().with_shape(ShapeDef::half_space([0.0, 1.0, 0.0], 0.0)))?;
@@ -328,8 +329,9 @@ fn different_stage(now: &Came, then: &Came) -> Option<Stage> {
 mod tests {
     use super::{Answer, Came, Journal, JournalError};
     use crate::base::random::Random;
+    use crate::journal::{BodyCall, Call, JournalError as Error};
     use crate::world::snapshot::checksum;
-    use crate::{BodyCall, BodyDef, Call, JournalError as Error, ShapeDef, Stage, World, vec3};
+    use crate::{BodyDef, ShapeDef, Stage, World, vec3};
 
     const DT: f32 = 1.0 / 60.0;
 
