@@ -45,7 +45,8 @@ pub use query::shape::ShapeRef;
 pub use state::axis::Axis;
 pub use state::config::WorldConfig;
 pub use state::def::{
-    AxisLocks, BodyDef, BodyKind, DefError, JointDef, JointKind, MassDef, ShapeDef, WorldAxes,
+    AxisLocks, BodyDef, BodyKind, DefError, DefErrorKind, JointDef, JointKind, MassDef, ShapeDef,
+    WorldAxes,
 };
 pub use state::material::{Filter, Material};
 pub use step::Stage;

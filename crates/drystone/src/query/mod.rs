@@ -145,7 +145,7 @@ impl<'w> Query<'w> {
 fn convex(shape: &Shape, pose: &Pose) -> Result<Solid, DefError> {
     placed("pose", shape, pose)?;
     if matches!(shape, Shape::Mesh(_) | Shape::HalfSpace { .. }) {
-        return Err(DefError::new("shape", shape.kind(), "a convex shape"));
+        return Err(DefError::unsuitable("shape", shape.kind(), "a convex shape"));
     }
     Ok(Solid::of(shape))
 }

@@ -461,7 +461,7 @@ impl Method {
 
     /// A value that the method cannot have.
     fn no<T>(&self, path: &str, word: &str, reason: &str) -> Result<T, DefError> {
-        Err(DefError::new(path, word, &format!("with {}, {reason}", self.name)))
+        Err(DefError::unsuitable(path, word, &format!("with {}, {reason}", self.name)))
     }
 
     fn settle_order(&self) -> Result<Order, DefError> {

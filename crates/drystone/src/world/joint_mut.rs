@@ -260,7 +260,7 @@ impl<'w> JointMut<'w> {
     }
 
     pub(super) fn other_kind(&self, allowed: &str) -> DefError {
-        DefError::new("joint", self.joint().link.kind().name(), allowed)
+        DefError::unsuitable("joint", self.joint().link.kind().name(), allowed)
     }
 
     /// The one free axis of a joint that has one.

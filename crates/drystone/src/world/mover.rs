@@ -248,7 +248,7 @@ impl Mover {
         let found = world.body(body).filter(|found| found.kind() == BodyKind::Kinematic);
         let Some(found) = found else {
             let id = format!("{body:?}");
-            return Err(DefError::new("body", id, "a kinematic body of this world"));
+            return Err(DefError::missing("body", id, "a kinematic body of this world"));
         };
         let filter = filter.into();
         let others = |shape: ShapeRef<'_>| {

@@ -337,11 +337,11 @@ impl World {
         let particles = &mut self.tables.particles;
         let find = |name: &str, id: ParticleId| {
             let row = particles.rows.row(id);
-            row.ok_or_else(|| DefError::new(name, id.index(), "a particle of this world"))
+            row.ok_or_else(|| DefError::missing(name, id.index(), "a particle of this world"))
         };
         let (a, b) = (find("a", def.a)? + 1, find("b", def.b)? + 1);
         if a == b {
-            return Err(DefError::new("b", "the same particle", "another particle than a"));
+            return Err(DefError::unsuitable("b", "the same particle", "another particle than a"));
         }
         let apart = (particles.position(b) - particles.position(a)).length();
         let length = def.length.unwrap_or(apart);
@@ -399,7 +399,7 @@ impl World {
             return Err(DefError::new("particle", particle.index(), allowed));
         };
         let Some(row) = self.tables.bodies.rows.row(body) else {
-            return Err(DefError::new("body", body.index(), "a body of this world"));
+            return Err(DefError::missing("body", body.index(), "a body of this world"));
         };
         let anchor = point - self.tables.bodies.at(row).local_center;
         let line = slot + 1;

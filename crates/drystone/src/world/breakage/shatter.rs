@@ -76,7 +76,7 @@ impl World {
         crate::state::def::position("point", point)?;
         let row = self.breakable(id)?;
         if self.tables.bodies.at(row).disabled {
-            return Err(DefError::new("body", id.index(), "a body that is enabled"));
+            return Err(DefError::unsuitable("body", id.index(), "a body that is enabled"));
         }
         Ok(self.shatter(row, how, point).unwrap_or_default())
     }
@@ -110,14 +110,14 @@ impl World {
     /// The row of a body that can be broken into pieces.
     fn breakable(&self, id: BodyId) -> Result<u32, DefError> {
         let Some(row) = self.tables.bodies.rows.row(id) else {
-            return Err(DefError::new("body", id.index(), "a body of this world"));
+            return Err(DefError::missing("body", id.index(), "a body of this world"));
         };
         let body = self.tables.bodies.at(row);
         let exact = body.mass_source == MassSource::Exact;
         let one = self.solid_shape(row).is_some();
         if !body.is_dynamic() || exact || !one || self.tables.breakage.glued.contains_key(&row) {
             let allowed = "a dynamic body of one box or hull, no glue, and no mass given in full";
-            return Err(DefError::new("body", id.index(), allowed));
+            return Err(DefError::unsuitable("body", id.index(), allowed));
         }
         Ok(row)
     }
