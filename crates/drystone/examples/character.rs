@@ -47,7 +47,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let lift = put(&mut world, driven(), -5.0, 0.1, ShapeDef::box_half([1.0, 0.1, 1.0]))?;
     let body = put(&mut world, driven(), -5.0, 1.01, capsule())?;
     for speed in [0.02, 2.0, -2.0, -0.02].into_iter().flat_map(|speed| [speed; 120]) {
-        world.body_mut(lift).ok_or("no lift")?.set_linear_velocity([0.1, speed, 0.0])?;
+        world.body_mut(lift).ok_or("no lift")?.set_linear_velocity([0.1, speed, 0.0]);
         let off = walk(&mut world, body, 0.0, 1)? - world.body(lift).ok_or("no lift")?.position();
         assert!((off.y - 0.91).abs() < 0.02 && off.x.abs() < 0.02, "it rides the lift");
     }

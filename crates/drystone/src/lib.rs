@@ -92,7 +92,7 @@ pub mod events {
 
     pub use crate::state::events::{
         BondBreak, ContactEvent, ContactForce, Events, Fault, FaultKind, ForcePoint, FractureCause,
-        FractureEvent, HitEvent, JointBreak, JointLimit, LinkTear, SensorEvent,
+        FractureEvent, FrameCall, HitEvent, JointBreak, JointLimit, LinkTear, SensorEvent,
     };
     pub use crate::state::reports::{ContactReports, Senses};
 }
@@ -124,7 +124,7 @@ pub mod particle {
 
     pub use crate::base::id::{LinkId, ParticleId};
     pub use crate::state::particle_def::{LinkDef, LinkKind, LinkSpring, ParticleDef};
-    pub use crate::world::{ClothDef, LinkRef, ParticleMut, ParticleRef, RopeDef, Strand};
+    pub use crate::world::{ClothDef, LinkMut, LinkRef, ParticleMut, ParticleRef, RopeDef, Strand};
 }
 
 pub mod mover {

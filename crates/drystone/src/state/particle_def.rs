@@ -13,7 +13,7 @@ use crate::base::math::Vec3;
 ///
 /// It has no shape and does not turn. Its radius is how far its center keeps from the shapes of bodies;
 /// particles do not collide with each other.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ParticleDef {
     /// Where it is [m, world]; default the origin.
     pub position: Vec3,

@@ -215,6 +215,7 @@ fn quarantine(sets: &mut Sets<'_>, notes: impl Iterator<Item = Note>, step: u64)
             let body = Some(sets.bodies.id(row));
             sets.events.faults.push(Fault {
                 body,
+                joint: None,
                 particle: None,
                 kind: FaultKind::NotFinite,
                 step,

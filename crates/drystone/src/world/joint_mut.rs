@@ -110,12 +110,8 @@ impl<'w> JointMut<'w> {
         self.put_six(SixDof { frame_a, frame_b, ..axes.into() })
     }
 
-    /// Drives all turns of a joint that leaves three to this rotation of the second frame in the first: a ball joint of six
-    /// axes, a cone-twist, a muscle of a figure. Each torque is at most `max_torque` [N m; may be ∞].
-    ///
-    /// # Errors
-    /// A rotation that is not a unit quaternion, a number out of range; a joint that locks a turn.
-    pub fn set_target_rotation(
+    /// See [`Self::set_target_rotation`].
+    pub(super) fn try_set_target_rotation(
         &mut self,
         rotation: Quat,
         spring: JointSpring,
@@ -132,11 +128,8 @@ impl<'w> JointMut<'w> {
         self.put_six(six)
     }
 
-    /// Changes how long a distance joint, a rope or a spring is [m]: at least and at most.
-    ///
-    /// # Errors
-    /// A length that is not from 0 to 1e9 m, a greatest one below the least; a joint of another kind.
-    pub fn set_lengths(&mut self, min: f32, max: f32) -> Result<(), DefError> {
+    /// See [`Self::set_lengths`].
+    pub(super) fn try_set_lengths(&mut self, min: f32, max: f32) -> Result<(), DefError> {
         let Link::Distance { spring, .. } = self.joint().link else {
             return Err(self.other_kind("a distance joint"));
         };

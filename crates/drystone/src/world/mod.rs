@@ -10,6 +10,7 @@ mod clock;
 mod clone;
 mod delta;
 mod faults;
+mod frame;
 mod hashes;
 mod impact;
 mod joint;
@@ -41,7 +42,7 @@ pub use self::journal::{
 };
 pub use self::library::{GeometryKey, Library};
 pub use self::mover::{Moved, Mover, MoverHit};
-pub use self::particle::{LinkRef, ParticleMut, ParticleRef};
+pub use self::particle::{LinkMut, LinkRef, ParticleMut, ParticleRef};
 pub use self::shape::ShapeMut;
 pub use self::snapshot::SnapshotError;
 pub use self::strand::{ClothDef, RopeDef, Strand};
@@ -201,11 +202,8 @@ impl World {
         Ok(())
     }
 
-    /// Replaces gravity [m/s², world] and wakes all bodies.
-    ///
-    /// # Errors
-    /// A component is not finite or beyond 1e6 m/s²; then nothing is changed.
-    pub fn set_gravity(&mut self, gravity: impl Into<Vec3>) -> Result<(), DefError> {
+    /// See [`Self::set_gravity`].
+    pub(super) fn try_set_gravity(&mut self, gravity: impl Into<Vec3>) -> Result<(), DefError> {
         self.set_config(WorldConfig { gravity: gravity.into(), ..self.tables.config.clone() })
     }
 
@@ -305,10 +303,12 @@ impl World {
         core::mem::swap(&mut events.contact_end, &mut pending.contact_end);
         core::mem::swap(&mut events.sensor_exit, &mut pending.sensor_exit);
         core::mem::swap(&mut events.detached, &mut pending.detached);
+        core::mem::swap(&mut events.faults, &mut pending.faults);
         pending.clear();
         if !limits::TIME_STEP.admits(dt) {
             let step = self.tables.steps + 1;
-            let fault = Fault { body: None, particle: None, kind: FaultKind::BadTimeStep, step };
+            let kind = FaultKind::BadTimeStep;
+            let fault = Fault { body: None, joint: None, particle: None, kind, step };
             self.tables.events.faults.push(fault);
             return;
         }

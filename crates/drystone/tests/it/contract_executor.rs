@@ -116,7 +116,7 @@ fn pile() -> World {
         last = Some(rod);
     }
     let cloth = ClothDef::new([0.0, 5.3, 0.0], [Vec3::X * 5.0, Vec3::Z * 4.0], [18, 16]);
-    world.add_cloth(&cloth).unwrap();
+    world.add_cloth(cloth).unwrap();
     world
 }
 

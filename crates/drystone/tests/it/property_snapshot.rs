@@ -198,8 +198,8 @@ pub(crate) fn make(
             let kind = if a % 2 == 0 { LinkKind::Equal } else { LinkKind::AtMost };
             let to = [v[0], v[1] + 2.0, v[2]];
             let rope = RopeDef { kind, ..RopeDef::between(v, to, 3) };
-            let Ok(rope) = world.add_rope(&rope) else { return };
-            let _ = world.attach_particle(rope.particles[0], second, [0.0; 3]);
+            let Ok(rope) = world.add_rope(rope) else { return };
+            let _ = world.particle_mut(rope.particles[0]).expect("there").attach(second, [0.0; 3]);
             added.particles.extend(rope.particles);
             added.links.extend(rope.links);
         }
@@ -210,10 +210,10 @@ pub(crate) fn make(
                         world.remove_particle(particle);
                     }
                     1 => {
-                        world.detach_particle(particle);
+                        world.particle_mut(particle).expect("there").detach();
                     }
                     _ => {
-                        let _ = world.attach_particle(particle, first, v);
+                        let _ = world.particle_mut(particle).expect("there").attach(first, v);
                     }
                 }
             }

@@ -187,7 +187,7 @@ fn hits_of(a: ContactReports, b: ContactReports, height: f32) -> [usize; 4] {
     let mut counts = [0; 4];
     for step in 0..120 {
         if step == 100 {
-            world.body_mut(id).unwrap().set_linear_velocity([0.0, 5.0, 0.0]).unwrap();
+            world.body_mut(id).unwrap().set_linear_velocity([0.0, 5.0, 0.0]);
         }
         world.step(1.0 / 60.0);
         let e = world.events();

@@ -62,7 +62,7 @@ fn nothing_floats_when_its_support_is_pulled_out_below_it() {
     run(&mut world, 180);
     assert_eq!(awake(&world, &[feet[0], feet[1], plank]), 0);
     let mut foot = world.body_mut(feet[1]).unwrap();
-    foot.set_linear_velocity([12.0, 0.0, 0.0]).unwrap();
+    foot.set_linear_velocity([12.0, 0.0, 0.0]);
     run(&mut world, 180);
     let tip = world.body(plank).unwrap().rotation().rotate(Vec3::X).y;
     assert!(tip < -0.1 || at(&world, plank).y < 0.5, "{tip}, {:?}", at(&world, plank));
@@ -83,7 +83,7 @@ fn nothing_floats_when_its_support_is_gone_within_a_step() {
     run(&mut world, 180);
     assert_eq!(awake(&world, &[feet[0], feet[1], plank]), 0);
     let mut foot = world.body_mut(feet[1]).unwrap();
-    foot.set_linear_velocity([300.0, 0.0, 0.0]).unwrap();
+    foot.set_linear_velocity([300.0, 0.0, 0.0]);
     run(&mut world, 120);
     let tip = world.body(plank).unwrap().rotation().rotate(Vec3::X).y;
     assert!(tip < -0.1 || at(&world, plank).y < 0.5, "{tip}, {:?}", at(&world, plank));
