@@ -24,7 +24,18 @@
 //! removed. Definitions are checked when they are given: nothing a user passes can panic, and
 //! [`World::step`] cannot fail.
 //!
+//! # Features
+//!
+//! - `snapshot` (default): worlds as bytes, deltas, journals of calls; with `serde`.
+//! - `serde`: definitions, ids, events and numbers are `Serialize` and `Deserialize`.
+//! - `glam`, `mint`: vectors, rotations and matrices convert from and into theirs.
+//!
 //! The step is nine stages over tables; `ARCHITECTURE.md` of the repository shows them.
+
+#![cfg_attr(
+    not(feature = "snapshot"),
+    expect(dead_code, reason = "tables are checked against each other when they come from bytes")
+)]
 
 mod base;
 pub mod geometry;
@@ -151,6 +162,7 @@ pub mod audit {
     pub use crate::query::why_awake::{AwakeCause, WhyAwake};
 }
 
+#[cfg(feature = "snapshot")]
 pub mod snapshot {
     //! Saved worlds: as bytes, by reference to geometry, and as differences.
 
@@ -159,6 +171,7 @@ pub mod snapshot {
     };
 }
 
+#[cfg(feature = "snapshot")]
 pub mod journal {
     //! Calls to a world as data, recorded and replayed.
 

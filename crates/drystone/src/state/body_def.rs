@@ -1,5 +1,6 @@
 //! The definition of a body.
 
+#[cfg(feature = "serde")]
 use serde::{Deserialize, Serialize};
 
 use super::check::{at_least_zero, position, unit, velocity, within};
@@ -14,7 +15,8 @@ use crate::base::sym3::Sym3;
 use crate::geometry::shape::Shape;
 
 /// What moves a body.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub enum BodyKind {
     /// Nothing: it stays where it is put.
     Static,
@@ -26,7 +28,8 @@ pub enum BodyKind {
 }
 
 /// Where a dynamic body's mass comes from.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub enum MassDef {
     /// Its shapes and their densities.
     #[default]
@@ -67,7 +70,8 @@ impl MassDef {
 }
 
 /// Axes along or about which a body cannot move [world].
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub struct AxisLocks {
     /// No translation along x, y, z.
     pub linear: [bool; 3],
@@ -91,7 +95,8 @@ impl AxisLocks {
 }
 
 /// A body, with its shapes.
-#[derive(Clone, Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub struct BodyDef {
     /// What moves it.
     pub kind: BodyKind,

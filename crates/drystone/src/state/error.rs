@@ -2,13 +2,15 @@
 
 use core::fmt::{self, Display};
 
+#[cfg(feature = "serde")]
 use serde::{Deserialize, Serialize};
 
 use crate::base::math::Vec3;
 use crate::geometry::shape::ShapeError;
 
 /// Why a definition or a call was refused.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 #[non_exhaustive]
 pub enum DefErrorKind {
     /// A number or a word is not one of those allowed: it is not finite, out of range, or unknown.

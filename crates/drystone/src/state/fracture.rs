@@ -1,5 +1,6 @@
 //! What a user says of a body that breaks where it is hit, and how it is checked.
 
+#[cfg(feature = "serde")]
 use serde::{Deserialize, Serialize};
 
 use super::check::{above_zero, within};
@@ -15,7 +16,8 @@ use crate::geometry::cells::MOST_SITES;
 /// mass, momentum and spin.
 ///
 /// A blow is what one other body gave in a step through contacts.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub struct Fracture {
     /// Greatest impulse of a blow [N s]; above 0; default infinite: the impulse does not count.
     pub impulse: f32,

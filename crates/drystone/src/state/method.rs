@@ -2,7 +2,9 @@
 
 use core::mem::take;
 
+#[cfg(feature = "serde")]
 use serde::de::Error;
+#[cfg(feature = "serde")]
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use super::def::DefError;
@@ -549,12 +551,14 @@ impl Method {
 }
 
 /// By its name, with its options.
+#[cfg(feature = "serde")]
 impl Serialize for Method {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         (self.name, self.options).serialize(serializer)
     }
 }
 
+#[cfg(feature = "serde")]
 impl<'de> Deserialize<'de> for Method {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let (name, options) = <(String, MethodOptions)>::deserialize(deserializer)?;

@@ -1,5 +1,6 @@
 //! What a shape reports of its contacts.
 
+#[cfg(feature = "serde")]
 use serde::{Deserialize, Serialize};
 
 use super::check::within;
@@ -17,7 +18,8 @@ use crate::base::limits;
 /// let scale = ShapeDef::box_half([0.5, 0.1, 0.5]).with_reports(ContactReports::with_forces());
 /// # let _ = (pane, scale);
 /// ```
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub struct ContactReports {
     /// Contacts that begin and end: [`Events::contact_begin`](crate::events::Events::contact_begin) and
     /// [`Events::contact_end`](crate::events::Events::contact_end). A pair gives none if one of its shapes says false. Default true.
@@ -67,7 +69,8 @@ impl ContactReports {
 /// let blast = ShapeDef::sphere(3.0).as_sensor().with_senses(Senses { statics: true, ..Senses::default() });
 /// # let _ = blast;
 /// ```
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub struct Senses {
     /// On a static body it sees the shapes of static bodies. Sensors of other bodies always do. Default false.
     pub statics: bool,
@@ -85,7 +88,8 @@ const ONE_WAY: u8 = 4;
 const HOOKS: u8 = 8;
 
 /// Both in the eight bytes that a row of shapes has for them.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub(crate) struct PackedReports {
     /// Below 0: that of the world.
     hit_speed: f32,

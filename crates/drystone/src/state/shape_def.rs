@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+#[cfg(feature = "serde")]
 use serde::{Deserialize, Serialize};
 
 use super::body_def::BodyKind;
@@ -18,7 +19,8 @@ use crate::geometry::mesh::Mesh;
 use crate::geometry::shape::Shape;
 
 /// A shape of a body.
-#[derive(Clone, Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub struct ShapeDef {
     /// The shape.
     pub shape: Shape,

@@ -4,6 +4,7 @@ use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+#[cfg(feature = "serde")]
 use serde::{Deserialize, Serialize};
 
 use super::World;
@@ -15,7 +16,8 @@ use crate::geometry::shape::Shape;
 use crate::state::shapes::Shapes;
 
 /// The name of a hull or mesh: a hash of its content, the same on every machine.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub struct GeometryKey(u64);
 
 impl GeometryKey {
@@ -142,14 +144,14 @@ fn place_of(shape: &Shape) -> Option<usize> {
 }
 
 /// A hull or mesh in a snapshot.
-#[derive(Serialize, Deserialize)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 enum Saved<'a, T: Clone> {
     Held(Cow<'a, T>),
     Named(GeometryKey),
 }
 
 /// All shapes of a world, as they stand in a snapshot.
-#[derive(Serialize, Deserialize)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub(super) struct SavedShapes<'a> {
     /// Each once, however many shapes share it.
     hulls: Vec<Saved<'a, Hull>>,
@@ -159,7 +161,8 @@ pub(super) struct SavedShapes<'a> {
 }
 
 /// A [`Shape`] with the number of its hull or mesh.
-#[derive(Clone, Copy, Serialize, Deserialize)]
+#[derive(Clone, Copy)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 enum SavedShape {
     Sphere { radius: f32 },
     Capsule { half_height: f32, radius: f32 },

@@ -8,6 +8,7 @@ mod breakage;
 mod change;
 mod clock;
 mod clone;
+#[cfg(feature = "snapshot")]
 mod delta;
 mod faults;
 mod frame;
@@ -16,7 +17,9 @@ mod impact;
 mod joint;
 mod joint_axis;
 mod joint_mut;
+#[cfg(feature = "snapshot")]
 mod journal;
+#[cfg(feature = "snapshot")]
 mod library;
 mod mass;
 mod mover;
@@ -24,6 +27,7 @@ mod particle;
 mod reshape;
 mod rules;
 mod shape;
+#[cfg(feature = "snapshot")]
 mod snapshot;
 mod strand;
 mod view;
@@ -31,19 +35,23 @@ mod view;
 pub use self::body::{BodyMut, BodyRef};
 pub use self::breakage::BondRef;
 pub use self::clock::Clock;
+#[cfg(feature = "snapshot")]
 pub use self::delta::{DeltaError, apply_delta, write_delta};
 pub use self::impact::{Impact, ImpactBody, ImpactSurface, impact};
 pub use self::joint::JointRef;
 pub use self::joint_axis::{AxisMut, AxisRef};
 pub use self::joint_mut::JointMut;
+#[cfg(feature = "snapshot")]
 pub use self::journal::{
     Answer, AxisCall, BodyCall, Call, Difference, JointCall, Journal, JournalError, ParticleCall,
     ShapeCall,
 };
+#[cfg(feature = "snapshot")]
 pub use self::library::{GeometryKey, Library};
 pub use self::mover::{Moved, Mover, MoverHit};
 pub use self::particle::{LinkMut, LinkRef, ParticleMut, ParticleRef};
 pub use self::shape::ShapeMut;
+#[cfg(feature = "snapshot")]
 pub use self::snapshot::SnapshotError;
 pub use self::strand::{ClothDef, RopeDef, Strand};
 pub use self::view::{ContactPoint, ContactRef, WorldCounts};

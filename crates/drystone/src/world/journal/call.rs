@@ -1,5 +1,6 @@
 //! Calls that change a world, as data: what each is called with, and what it answers.
 
+#[cfg(feature = "serde")]
 use serde::{Deserialize, Serialize};
 
 use crate::base::id::{BodyId, JointId, LinkId, ParticleId, ShapeId};
@@ -25,7 +26,8 @@ use crate::world::strand::{ClothDef, RopeDef, Strand};
 ///
 /// Everything is here that changes what later steps come to. Not here are the executor and the SIMD level, which change no
 /// result, and books ([`World::begin_ledger`](crate::World::begin_ledger)), which only read.
-#[derive(Clone, Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 #[non_exhaustive]
 pub enum Call {
     /// [`World::step`](crate::World::step): the length [s].
@@ -83,7 +85,8 @@ pub enum Call {
 }
 
 /// A call on a body, of [`BodyMut`](crate::BodyMut): see [`Call::Body`].
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 #[non_exhaustive]
 pub enum BodyCall {
     /// [`BodyMut::wake`](crate::BodyMut::wake).
@@ -142,7 +145,8 @@ pub enum BodyCall {
 }
 
 /// A call on a shape, of [`ShapeMut`](crate::ShapeMut): see [`Call::Shape`].
-#[derive(Clone, Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 #[non_exhaustive]
 pub enum ShapeCall {
     /// [`ShapeMut::set_material`](crate::ShapeMut::set_material).
@@ -176,7 +180,8 @@ pub enum ShapeCall {
 }
 
 /// A call on a joint or coupling: see [`Call::Joint`].
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 #[non_exhaustive]
 pub enum JointCall {
     /// [`JointMut::set_anchors`](crate::JointMut::set_anchors) [m, frame of the body's origin].
@@ -210,7 +215,8 @@ pub enum JointCall {
 }
 
 /// A call on an axis of a joint, of [`AxisMut`](crate::joint::AxisMut): see [`JointCall::Axis`].
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 #[non_exhaustive]
 pub enum AxisCall {
     /// [`AxisMut::set`](crate::joint::AxisMut::set).
@@ -230,7 +236,8 @@ pub enum AxisCall {
 }
 
 /// A call on a particle, of [`ParticleMut`](crate::particle::ParticleMut): see [`Call::Particle`].
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 #[non_exhaustive]
 pub enum ParticleCall {
     /// [`ParticleMut::set_position`](crate::particle::ParticleMut::set_position) [m, world].
@@ -250,7 +257,8 @@ pub enum ParticleCall {
 }
 
 /// What a [`Call`] answered.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 #[non_exhaustive]
 pub enum Answer {
     /// It was done.
