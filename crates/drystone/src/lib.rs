@@ -61,7 +61,9 @@ pub use state::def::{
 };
 pub use state::material::{Filter, Material};
 pub use step::Stage;
-pub use world::{BodyMut, BodyRef, Clock, JointMut, JointRef, ShapeMut, World, WorldCounts};
+pub use world::{
+    BodyMut, BodyRef, Clock, JointMut, JointRef, ShapeMut, StageHashes, World, WorldCounts,
+};
 
 pub mod math {
     //! Numbers besides [`Vec3`](crate::Vec3), [`Quat`](crate::Quat) and [`Pose`](crate::Pose), and the

@@ -149,7 +149,7 @@ pub const PENALTY_FREQUENCY: Limit =
     Limit::range("frequency of penalty springs", "Hz", [1.0e-6, 1.0e6], "1e-6 to 1e6 Hz");
 
 /// All ranges, in the order of `docs/limits.md`.
-pub const ALL: [Limit; 31] = [
+pub const ALL: &[Limit] = &[
     TIME_STEP,
     POSITION,
     LENGTH,

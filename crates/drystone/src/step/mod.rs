@@ -29,6 +29,7 @@ use crate::state::tables::Tables;
 
 /// A stage of the step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[non_exhaustive]
 pub enum Stage {
     /// New pairs of shapes.
     Broadphase,
@@ -52,7 +53,7 @@ pub enum Stage {
 
 impl Stage {
     /// All stages, in order.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: &'static [Self] = &[
         Self::Broadphase,
         Self::Narrowphase,
         Self::Partition,

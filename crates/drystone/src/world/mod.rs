@@ -37,6 +37,7 @@ pub use self::breakage::BondRef;
 pub use self::clock::Clock;
 #[cfg(feature = "snapshot")]
 pub use self::delta::{DeltaError, apply_delta, write_delta};
+pub use self::hashes::StageHashes;
 pub use self::impact::{Impact, ImpactBody, ImpactSurface, impact};
 pub use self::joint::JointRef;
 pub use self::joint_axis::{AxisMut, AxisRef};
