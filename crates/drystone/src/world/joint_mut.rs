@@ -182,6 +182,16 @@ impl<'w> JointMut<'w> {
         Ok(())
     }
 
+    /// Solves it at once with the tree of joints that it belongs to, or one by one: see [`crate::JointDef::articulated`].
+    /// Nothing for a coupling.
+    pub fn set_articulated(&mut self, articulated: bool) {
+        if self.joint().articulated != articulated
+            && !matches!(self.joint().link, Link::Coupling(_))
+        {
+            self.change(|joint| joint.articulated = articulated);
+        }
+    }
+
     /// Lets its bodies collide with each other or not. Touches that may not be any longer end.
     pub fn set_collide_connected(&mut self, collide: bool) {
         let joint = self.world.tables.joints.at_mut(self.row);

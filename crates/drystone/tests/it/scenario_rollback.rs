@@ -391,6 +391,7 @@ fn other_calls(made: &Made) -> Vec<Call> {
         Call::Joint(over, JointCall::SetPulley(Pulley { length: 6.5, ..pulley() })),
         Call::Joint(gear, JointCall::SetCoupling(-1.5, 0.1)),
         Call::Joint(hinge, JointCall::SetCollideConnected(true)),
+        Call::Joint(hinge, JointCall::SetArticulated(true)),
         Call::Joint(distance, JointCall::SetEnabled(false)),
         Call::Joint(distance, JointCall::SetUserData(3)),
         Call::Step(DT),

@@ -130,6 +130,7 @@ fn call_joint(mut joint: JointMut<'_>, call: &JointCall) -> Answered {
             joint.try_set_target_rotation(*rotation, *spring, *most)?;
         }
         JointCall::SetStrength(strength) => joint.set_strength(*strength)?,
+        JointCall::SetArticulated(articulated) => joint.set_articulated(*articulated),
         JointCall::SetCollideConnected(collide) => joint.set_collide_connected(*collide),
         JointCall::SetEnabled(enabled) => joint.set_enabled(*enabled),
         JointCall::SetUserData(data) => joint.set_user_data(*data),

@@ -204,6 +204,8 @@ pub enum JointCall {
     SetTargetRotation(Quat, JointSpring, f32),
     /// [`JointMut::set_strength`](crate::JointMut::set_strength).
     SetStrength(Option<JointStrength>),
+    /// [`JointMut::set_articulated`](crate::JointMut::set_articulated).
+    SetArticulated(bool),
     /// [`JointMut::set_collide_connected`](crate::JointMut::set_collide_connected).
     SetCollideConnected(bool),
     /// [`JointMut::set_enabled`](crate::JointMut::set_enabled).
