@@ -16,6 +16,7 @@ const STAGES: &[Stage] = &[
     ("fmt", || run_to_end(cargo().args(["fmt", "--all", "--check"]))),
     ("tidy", tidy::run),
     ("clippy", clippy),
+    ("features", features),
     ("doc", doc),
     ("graphics", graphics::prepare),
     ("test", || run_to_end(&mut tests(false))),
@@ -67,6 +68,17 @@ fn clippy() -> Outcome {
         "-D",
         "warnings",
     ]))
+}
+
+/// The engine by itself, with fewer and with more of its features than the programs here use.
+fn features() -> Outcome {
+    for features in ["", "serde", "snapshot,glam,mint"] {
+        let mut command = cargo();
+        command.args(["clippy", "--quiet", "--package", "drystone", "--lib"]);
+        command.args(["--no-default-features", "--features", features, "--", "-D", "warnings"]);
+        run_to_end(&mut command)?;
+    }
+    Ok(())
 }
 
 /// Units and frames that stand alone in brackets, as `[m]`; rustdoc takes them for links.

@@ -35,6 +35,7 @@ pub(crate) const fn fault_word(kind: FaultKind) -> &'static str {
     match kind {
         FaultKind::NotFinite => "not_finite",
         FaultKind::BadTimeStep => "bad_time_step",
+        FaultKind::Refused(_) => "refused",
         _ => "other",
     }
 }
@@ -147,6 +148,8 @@ struct Fault {
     #[serde(skip_serializing_if = "Option::is_none")]
     particle: Option<u32>,
     kind: &'static str,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    call: Option<&'static str>,
 }
 
 /// What the last line adds to step, time and type.
@@ -254,7 +257,11 @@ impl EventLog {
         for e in &events.faults {
             let body = e.body.map(|id| names.of(id));
             let particle = e.particle.map(ParticleId::index);
-            let what = Fault { body, particle, kind: fault_word(e.kind) };
+            let call = match e.kind {
+                FaultKind::Refused(call) => Some(call.name()),
+                _ => None,
+            };
+            let what = Fault { body, particle, kind: fault_word(e.kind), call };
             self.line(step, time, "fault", what)?;
         }
         self.output.end_moment()

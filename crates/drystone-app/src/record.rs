@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use drystone::Stage;
+use drystone::StageHashes;
 use drystone_scene::Running;
 use serde::{Deserialize, Serialize};
 
@@ -27,8 +27,8 @@ pub(crate) struct Header {
 /// What a step came to.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct StepHashes {
-    /// A hash for each stage, in the order of [`Stage::ALL`].
-    pub(crate) stages: [u64; Stage::ALL.len()],
+    /// A hash for each stage, as [`drystone::World::stage_hashes`] gives them.
+    pub(crate) stages: StageHashes,
     /// Numbers of the bodies whose hashes are no more what they were after the step before, with the new ones.
     pub(crate) bodies: Vec<(u32, u32)>,
 }
@@ -61,7 +61,7 @@ pub(crate) struct BodyHashes {
 impl BodyHashes {
     /// What the last step came to.
     pub(crate) fn step(&mut self, running: &Running) -> StepHashes {
-        let stages = running.world.stage_hashes().map(|(_, hash)| hash);
+        let stages = running.world.stage_hashes();
         let mut bodies = Vec::new();
         for (number, id) in (0_u32..).zip(&running.bodies) {
             // Half of the bits are enough to tell that a body differs; one that is gone has none.

@@ -99,16 +99,7 @@ fn replay_journal(args: &Replay) -> Outcome {
 
 /// The stage and the body that differ first.
 fn difference(now: &StepHashes, then: &StepHashes, bodies: &[usize], running: &Running) -> String {
-    let differs = |stage: Stage| {
-        let place = Stage::ALL.iter().position(|s| *s == stage);
-        place.is_some_and(|i| now.stages[i] != then.stages[i])
-    };
-    let mut first = Stage::ALL.into_iter().find(|stage| differs(*stage));
-    // Who falls asleep leaves the colors.
-    let moved = [Stage::Solver, Stage::Finalize].into_iter().any(differs);
-    if first == Some(Stage::Partition) && differs(Stage::Sleep) && !moved {
-        first = Some(Stage::Sleep);
-    }
+    let first = now.stages.first_difference(&then.stages);
     // Of all that is compared only bodies are hashed twice.
     let stage = first.unwrap_or(Stage::Finalize).name();
     let Some(number) = bodies.first() else {

@@ -99,31 +99,40 @@ pub fn apply(
         Op::AddLink(plan) => add_link(world, ids, plan),
         Op::SetLinkLength(label, length) => {
             let Some(id) = ids.links.get(label) else { return Done::Skipped };
-            told(world.set_link_length(*id, *length))
+            let Some(mut link) = world.link_mut(*id) else { return Done::Skipped };
+            link.set_length(*length);
+            Done::Yes
         }
         Op::Attach(particle, body, point) => {
             let (Some(p), Some(b)) = (ids.particles.get(particle), ids.bodies.get(body)) else {
                 return Done::Skipped;
             };
-            of(world.particle_mut(*p).expect("there").attach(*b, *point))
+            let Some(mut particle) = world.particle_mut(*p) else { return Done::Skipped };
+            of(particle.attach(*b, *point))
         }
         Op::Body(label, call) => body_call(world, ids, *label, call),
         Op::Shape(label, call) => shape_call(world, ids, *label, call),
         Op::Particle(label, call) => particle_call(world, ids, *label, call),
         Op::FractureBody(label, point, how) => {
-            let Some(id) = ids.bodies.get(label) else { return Done::Skipped };
-            of(world.fracture_body(*id, *point, how).map(|_| ()))
+            let Some(body) = ids.bodies.get(label).and_then(|id| world.body_mut(*id)) else {
+                return Done::Skipped;
+            };
+            of(body.break_at(*point, how).map(|_| ()))
         }
         Op::SetFracture(label, how) => {
-            let Some(id) = ids.bodies.get(label) else { return Done::Skipped };
-            of(world.set_fracture(*id, *how))
+            let Some(mut body) = ids.bodies.get(label).and_then(|id| world.body_mut(*id)) else {
+                return Done::Skipped;
+            };
+            of(body.set_fracture(*how))
         }
         Op::SetBondStrength(label, strength) => {
-            let Some(id) = ids.bodies.get(label) else { return Done::Skipped };
-            told(world.set_bond_strength(*id, *strength))
+            let Some(mut body) = ids.bodies.get(label).and_then(|id| world.body_mut(*id)) else {
+                return Done::Skipped;
+            };
+            of(body.set_bond_strength(*strength))
         }
         Op::SetConfig(config) => of(world.set_config((**config).clone())),
-        Op::SetGravity(g) => of(world.set_gravity(*g)),
+        Op::SetGravity(g) => of(nothing(world.set_gravity(*g))),
         Op::ShiftOrigin(origin) => of(world.shift_origin(*origin)),
         Op::SurfaceBetween(a, b, rule) => {
             let (Some(a), Some(b)) = (ids.bodies.get(a), ids.bodies.get(b)) else {
@@ -161,14 +170,6 @@ pub fn apply(
 
 fn of(result: Result<(), DefError>) -> Done {
     if result.is_ok() { Done::Yes } else { Done::Refused }
-}
-
-fn told(result: Result<bool, DefError>) -> Done {
-    match result {
-        Ok(true) => Done::Yes,
-        Ok(false) => Done::Skipped,
-        Err(_) => Done::Refused,
-    }
 }
 
 /// No number of an answer may be infinite or NaN.
@@ -253,7 +254,7 @@ fn remove(world: &mut World, ids: &mut Ids, op: &Op) -> Done {
         }
         Op::Detach(label) => {
             let Some(id) = ids.particles.get(label).copied() else { return Done::Skipped };
-            done(world.detach_particle(id))
+            done(world.particle_mut(id).is_some_and(|mut particle| particle.detach()))
         }
         _ => Done::Skipped,
     }
@@ -316,16 +317,23 @@ fn joint_call(world: &mut World, ids: &Ids, label: Label, call: &JointCall) -> D
     match call {
         JointCall::Anchors(a, b) => set(joint.set_anchors(*a, *b)),
         JointCall::Frames(a, b) => set(joint.set_frames(*a, *b)),
-        JointCall::Lengths(min, max) => set(joint.set_lengths(*min, *max)),
+        JointCall::Lengths(min, max) => {
+            joint.set_lengths(*min, *max);
+            Done::Yes
+        }
         JointCall::Spring(spring) => set(joint.set_spring(*spring)),
         JointCall::Motion(axis, motion) => {
             joint.axis(*axis).map_or(Done::Refused, |mut axis| set(axis.set_motion(*motion)))
         }
         JointCall::Limits(min, max) => set(joint.set_limits(*min, *max)),
-        JointCall::Motor(speed, max_force) => set(joint.set_motor(*speed, *max_force)),
+        JointCall::Motor(speed, max_force) => {
+            joint.set_motor(*speed, *max_force);
+            Done::Yes
+        }
         JointCall::Friction(friction) => set(joint.set_friction(*friction)),
         JointCall::TargetRotation(rotation, spring, max_torque) => {
-            set(joint.set_target_rotation(*rotation, *spring, *max_torque))
+            joint.set_target_rotation(*rotation, *spring, *max_torque);
+            Done::Yes
         }
         JointCall::Coupling(ratio, offset) => set(joint.set_coupling(*ratio, *offset)),
         JointCall::CollideConnected(collide) => {
@@ -350,19 +358,19 @@ fn joint_of<'w>(world: &'w mut World, ids: &Ids, label: Label) -> Option<JointMu
 fn add_particles(world: &mut World, ids: &mut Ids, op: &Op) -> Done {
     match op {
         Op::AddParticle(label, def) => {
-            let Ok(id) = world.add_particle(def) else { return Done::Refused };
+            let Ok(id) = world.add_particle(**def) else { return Done::Refused };
             ids.particles.insert(*label, id);
         }
         Op::AddRope(first, link, def) => {
-            let Ok(strand) = world.add_rope(def) else { return Done::Refused };
+            let Ok(strand) = world.add_rope(**def) else { return Done::Refused };
             ids.take_strand(*first, *link, &strand);
         }
         Op::AddCloth(first, link, def) => {
-            let Ok(strand) = world.add_cloth(def) else { return Done::Refused };
+            let Ok(strand) = world.add_cloth(**def) else { return Done::Refused };
             ids.take_strand(*first, *link, &strand);
         }
         Op::AddCloud(first, points, def) => {
-            let made = world.add_cloud(points.iter().copied(), def);
+            let made = world.add_cloud(points.iter().copied(), **def);
             let Ok(particles) = made else { return Done::Refused };
             ids.take_strand(*first, 0, &Strand { particles, ..Strand::default() });
         }
@@ -382,6 +390,11 @@ fn add_link(world: &mut World, ids: &mut Ids, plan: &LinkPlan) -> Done {
     Done::Yes
 }
 
+/// A call that returns nothing: a value that is refused is a fault of the next step.
+const fn nothing((): ()) -> Result<(), DefError> {
+    Ok(())
+}
+
 fn body_call(world: &mut World, ids: &Ids, label: Label, call: &BodyCall) -> Done {
     let Some(mut body) = ids.bodies.get(&label).and_then(|id| world.body_mut(*id)) else {
         return Done::Skipped;
@@ -391,20 +404,20 @@ fn body_call(world: &mut World, ids: &Ids, label: Label, call: &BodyCall) -> Don
             body.wake();
             Ok(())
         }
-        BodyCall::Pose(pose) => body.set_pose(*pose),
-        BodyCall::LinearVelocity(v) => body.set_linear_velocity(*v),
-        BodyCall::AngularVelocity(w) => body.set_angular_velocity(*w),
-        BodyCall::MoveTo(pose, dt) => body.move_to(*pose, *dt),
-        BodyCall::Impulse(p) => body.apply_impulse(*p),
-        BodyCall::ImpulseAt(p, at) => body.apply_impulse_at(*p, *at),
-        BodyCall::AngularImpulse(p) => body.apply_angular_impulse(*p),
-        BodyCall::StepForce(f) => body.add_step_force(*f),
-        BodyCall::StepForceAt(f, at) => body.add_step_force_at(*f, *at),
-        BodyCall::StepTorque(t) => body.add_step_torque(*t),
-        BodyCall::LastingForce(f) => body.set_lasting_force(*f),
-        BodyCall::LastingTorque(t) => body.set_lasting_torque(*t),
-        BodyCall::GravityScale(scale) => body.set_gravity_scale(*scale),
-        BodyCall::Damping(linear, angular) => body.set_damping(*linear, *angular),
+        BodyCall::Pose(pose) => nothing(body.set_pose(*pose)),
+        BodyCall::LinearVelocity(v) => nothing(body.set_linear_velocity(*v)),
+        BodyCall::AngularVelocity(w) => nothing(body.set_angular_velocity(*w)),
+        BodyCall::MoveTo(pose, dt) => nothing(body.move_to(*pose, *dt)),
+        BodyCall::Impulse(p) => nothing(body.apply_impulse(*p)),
+        BodyCall::ImpulseAt(p, at) => nothing(body.apply_impulse_at(*p, *at)),
+        BodyCall::AngularImpulse(p) => nothing(body.apply_angular_impulse(*p)),
+        BodyCall::StepForce(f) => nothing(body.add_step_force(*f)),
+        BodyCall::StepForceAt(f, at) => nothing(body.add_step_force_at(*f, *at)),
+        BodyCall::StepTorque(t) => nothing(body.add_step_torque(*t)),
+        BodyCall::LastingForce(f) => nothing(body.set_lasting_force(*f)),
+        BodyCall::LastingTorque(t) => nothing(body.set_lasting_torque(*t)),
+        BodyCall::GravityScale(scale) => nothing(body.set_gravity_scale(*scale)),
+        BodyCall::Damping(linear, angular) => nothing(body.set_damping(*linear, *angular)),
         BodyCall::Locks(locks) => {
             body.set_locks(*locks);
             Ok(())
@@ -438,8 +451,8 @@ fn shape_call(world: &mut World, ids: &Ids, label: Label, call: &ShapeCall) -> D
     };
     of(match call {
         ShapeCall::Material(material) => shape.set_material(*material),
-        ShapeCall::SurfaceVelocity(v) => shape.set_surface_velocity(*v),
-        ShapeCall::SurfaceSpin(w) => shape.set_surface_spin(*w),
+        ShapeCall::SurfaceVelocity(v) => nothing(shape.set_surface_velocity(*v)),
+        ShapeCall::SurfaceSpin(w) => nothing(shape.set_surface_spin(*w)),
         ShapeCall::Filter(filter) => {
             shape.set_filter(*filter);
             Ok(())
@@ -470,9 +483,9 @@ fn particle_call(world: &mut World, ids: &Ids, label: Label, call: &ParticleCall
         return Done::Skipped;
     };
     of(match call {
-        ParticleCall::Position(x) => particle.set_position(*x),
-        ParticleCall::Velocity(v) => particle.set_velocity(*v),
-        ParticleCall::Impulse(p) => particle.apply_impulse(*p),
+        ParticleCall::Position(x) => nothing(particle.set_position(*x)),
+        ParticleCall::Velocity(v) => nothing(particle.set_velocity(*v)),
+        ParticleCall::Impulse(p) => nothing(particle.apply_impulse(*p)),
         ParticleCall::Mass(mass) => particle.set_mass(*mass),
         ParticleCall::Pinned(pinned) => {
             particle.set_pinned(*pinned);

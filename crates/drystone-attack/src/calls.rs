@@ -129,14 +129,23 @@ pub fn call_of(op: &Op, ids: &Ids, world: &World) -> Option<Call> {
         }
         Op::RemoveLink(label) => Call::RemoveLink(*ids.links.get(label)?),
         Op::SetLinkLength(label, length) => Call::SetLinkLength(*ids.links.get(label)?, *length),
-        Op::Attach(label, to, point) => Call::AttachParticle(particle(label)?, body(to)?, *point),
-        Op::Detach(label) => Call::DetachParticle(particle(label)?),
+        Op::Attach(label, to, point) => {
+            let call = drystone::journal::ParticleCall::Attach(body(to)?, *point);
+            Call::Particle(particle(label)?, call)
+        }
+        Op::Detach(label) => {
+            Call::Particle(particle(label)?, drystone::journal::ParticleCall::Detach)
+        }
         Op::Body(label, call) => Call::Body(body(label)?, body_call(call)),
         Op::Shape(label, call) => Call::Shape(*ids.shapes.get(label)?, shape_call(call)?),
         Op::Particle(label, call) => Call::Particle(particle(label)?, particle_call(call)),
-        Op::FractureBody(label, point, how) => Call::FractureBody(body(label)?, *point, *how),
-        Op::SetFracture(label, how) => Call::SetFracture(body(label)?, *how),
-        Op::SetBondStrength(label, strength) => Call::SetBondStrength(body(label)?, *strength),
+        Op::FractureBody(label, point, how) => Call::BreakAt(body(label)?, *point, *how),
+        Op::SetFracture(label, how) => {
+            Call::Body(body(label)?, drystone::journal::BodyCall::SetFracture(*how))
+        }
+        Op::SetBondStrength(label, strength) => {
+            Call::Body(body(label)?, drystone::journal::BodyCall::SetBondStrength(*strength))
+        }
         Op::SetConfig(config) => Call::SetConfig(config.clone()),
         Op::SetGravity(gravity) => Call::SetGravity(*gravity),
         Op::ShiftOrigin(origin) => Call::ShiftOrigin(*origin),

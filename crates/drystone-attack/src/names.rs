@@ -6,7 +6,6 @@ use std::collections::BTreeSet;
 pub(crate) fn imports(text: &str) -> String {
     let is_part = |c: char| c.is_alphanumeric() || c == '_';
     let words: BTreeSet<&str> = text.split(|c| !is_part(c)).collect();
-    let named: Vec<&str> = NAMES.iter().copied().filter(|name| words.contains(name)).collect();
     let mut lines = String::new();
     if words.contains("BTreeSet") {
         lines.push_str("use std::collections::BTreeSet;\n");
@@ -15,68 +14,72 @@ pub(crate) fn imports(text: &str) -> String {
         lines.push_str("use std::sync::Arc;\n");
     }
     lines.push('\n');
-    for name in JOINTS.iter().filter(|name| words.contains(*name)) {
-        lines.push_str(&format!("use drystone::joint::{name};\n"));
+    for (module, names) in NAMES {
+        let named: Vec<&str> = names.iter().copied().filter(|name| words.contains(name)).collect();
+        let module = if module.is_empty() { String::new() } else { format!("{module}::") };
+        match named[..] {
+            [] => {}
+            [name] => lines.push_str(&format!("use drystone::{module}{name};\n")),
+            _ => lines.push_str(&format!("use drystone::{module}{{{}}};\n", named.join(", "))),
+        }
     }
-    lines + &format!("use drystone::{{{}}};\n", named.join(", "))
+    lines
 }
 
-/// Public names of joints that a test may need.
-const JOINTS: [&str; 2] = ["Pulley", "Spring"];
-
-/// Public names that a test may need.
-const NAMES: [&str; 53] = [
-    "Aabb",
-    "Axis",
-    "AxisLocks",
-    "BodyDef",
-    "BodyId",
-    "BodyKind",
-    "BondStrength",
-    "ClothDef",
-    "Combine",
-    "ContactReports",
-    "CouplingDef",
-    "Fatigue",
-    "Filter",
-    "Fracture",
-    "Glue",
-    "Hull",
-    "ImpactBody",
-    "ImpactSurface",
-    "JointAxis",
-    "JointCone",
-    "JointDef",
-    "JointDrive",
-    "JointKind",
-    "JointMotion",
-    "JointSpring",
-    "JointStrength",
-    "LinkDef",
-    "LinkKind",
-    "LinkSpring",
-    "MassDef",
-    "Material",
-    "Mesh",
-    "Method",
-    "Motion",
-    "ParticleDef",
-    "Pose",
-    "Quat",
-    "RopeDef",
-    "Senses",
-    "Shape",
-    "ShapeDef",
-    "ShapeId",
-    "SimdLevel",
-    "SixDof",
-    "Strand",
-    "Sym3",
-    "Team",
-    "Vec3",
-    "World",
-    "WorldConfig",
-    "impact",
-    "vec3",
-    "BodyMut",
+/// Public names that a test may need, by module; at the root last.
+const NAMES: [(&str, &[&str]); 12] = [
+    ("breakage", &["BondStrength", "Fatigue", "Fracture", "Glue", "JointStrength"]),
+    ("contact", &["Combine"]),
+    ("events", &["ContactReports", "Senses"]),
+    ("geometry", &["Aabb"]),
+    ("impact", &["ImpactBody", "ImpactSurface", "impact"]),
+    (
+        "joint",
+        &[
+            "CouplingDef",
+            "JointAxis",
+            "JointCone",
+            "JointDrive",
+            "JointMotion",
+            "JointSpring",
+            "Pulley",
+            "SixDof",
+            "Spring",
+        ],
+    ),
+    ("math", &["Sym3"]),
+    ("method", &["Method"]),
+    (
+        "particle",
+        &["ClothDef", "LinkDef", "LinkKind", "LinkSpring", "ParticleDef", "RopeDef", "Strand"],
+    ),
+    ("query", &["Motion"]),
+    ("threads", &["SimdLevel", "Team"]),
+    (
+        "",
+        &[
+            "Axis",
+            "AxisLocks",
+            "BodyDef",
+            "BodyId",
+            "BodyKind",
+            "BodyMut",
+            "Filter",
+            "Hull",
+            "JointDef",
+            "JointKind",
+            "MassDef",
+            "Material",
+            "Mesh",
+            "Pose",
+            "Quat",
+            "Shape",
+            "ShapeDef",
+            "ShapeId",
+            "Vec3",
+            "World",
+            "WorldConfig",
+            "vec3",
+        ],
+    ),
 ];

@@ -300,9 +300,9 @@ pub enum Op {
     AddLink(LinkPlan),
     /// `remove_link`.
     RemoveLink(Label),
-    /// `set_link_length`.
+    /// `LinkMut::set_length`.
     SetLinkLength(Label, f32),
-    /// `attach_particle`, to a point of a body.
+    /// `ParticleMut::attach`, to a point of a body.
     Attach(Label, Label, Vec3),
     /// `detach_particle`.
     Detach(Label),
@@ -312,11 +312,11 @@ pub enum Op {
     Shape(Label, ShapeCall),
     /// A call on a particle.
     Particle(Label, ParticleCall),
-    /// `fracture_body`.
+    /// `BodyMut::break_at`.
     FractureBody(Label, Vec3, Fracture),
-    /// `set_fracture`.
+    /// `BodyMut::set_fracture`.
     SetFracture(Label, Option<Fracture>),
-    /// `set_bond_strength`.
+    /// `BodyMut::set_bond_strength`.
     SetBondStrength(Label, BondStrength),
     /// `set_config`.
     SetConfig(Box<WorldConfig>),

@@ -467,7 +467,7 @@ fn call(op: &Op) -> String {
         Op::RemoveJoint(j) => format!("world.remove_joint(j{j});"),
         Op::RemoveParticle(p) => format!("world.remove_particle(p{p});"),
         Op::RemoveLink(l) => format!("world.remove_link(l{l});"),
-        Op::Detach(p) => format!("world.detach_particle(p{p});"),
+        Op::Detach(p) => format!("world.particle_mut(p{p}).unwrap().detach();"),
         Op::SetJointDrive(j, axis, drive) => {
             let drive = show(drive);
             format!(
@@ -480,24 +480,34 @@ fn call(op: &Op) -> String {
         }
         Op::Joint(j, call) => joint_call(*j, call),
         Op::SetLinkLength(l, length) => {
-            format!("world.set_link_length(l{l}, {}).unwrap();", show(length))
+            format!("world.link_mut(l{l}).unwrap().set_length({});", show(length))
         }
         Op::Attach(p, b, point) => {
-            format!("world.particle_mut(p{p}).expect("there").attach({}, {}).unwrap();", body(*b), show(point))
+            format!(
+                "world.particle_mut(p{p}).unwrap().attach({}, {}).unwrap();",
+                body(*b),
+                show(point)
+            )
         }
         Op::Body(b, call) => format!("world.body_mut({}).unwrap().{};", body(*b), body_call(call)),
         Op::Shape(s, call) => {
             let call = match call {
                 ShapeCall::Material(m) => format!("set_material({})", show(m)),
-                ShapeCall::SurfaceVelocity(v) => format!("set_surface_velocity({})", show(v)),
-                ShapeCall::SurfaceSpin(v) => format!("set_surface_spin({})", show(v)),
                 ShapeCall::Sensor(sensor) => format!("set_sensor({sensor})"),
                 ShapeCall::Density(density) => format!("set_density({})", show(density)),
                 ShapeCall::LocalPose(pose) => format!("set_local_pose({})", show(pose)),
                 ShapeCall::Geometry(shape) => format!("set_geometry({})", form(shape)),
                 ShapeCall::Reports(reports) => format!("set_reports({})", show(reports)),
                 ShapeCall::OneWay(front) => format!("set_one_way({})", show(front)),
-                // These are never refused.
+                // These return nothing.
+                ShapeCall::SurfaceVelocity(v) => {
+                    let v = show(v);
+                    return format!("world.shape_mut(s{s}).unwrap().set_surface_velocity({v});");
+                }
+                ShapeCall::SurfaceSpin(v) => {
+                    let v = show(v);
+                    return format!("world.shape_mut(s{s}).unwrap().set_surface_spin({v});");
+                }
                 ShapeCall::Senses(senses) => {
                     return format!("world.shape_mut(s{s}).unwrap().set_senses({});", show(senses));
                 }
@@ -512,22 +522,27 @@ fn call(op: &Op) -> String {
         }
         Op::Particle(p, call) => {
             let call = match call {
-                ParticleCall::Position(x) => format!("set_position({}).unwrap()", show(x)),
-                ParticleCall::Velocity(v) => format!("set_velocity({}).unwrap()", show(v)),
-                ParticleCall::Impulse(v) => format!("apply_impulse({}).unwrap()", show(v)),
+                ParticleCall::Position(x) => format!("set_position({})", show(x)),
+                ParticleCall::Velocity(v) => format!("set_velocity({})", show(v)),
+                ParticleCall::Impulse(v) => format!("apply_impulse({})", show(v)),
                 ParticleCall::Mass(m) => format!("set_mass({}).unwrap()", show(m)),
                 ParticleCall::Pinned(pinned) => format!("set_pinned({pinned})"),
             };
             format!("world.particle_mut(p{p}).unwrap().{call};")
         }
         Op::FractureBody(b, point, how) => {
-            format!("world.fracture_body({}, {}, &{}).unwrap();", body(*b), show(point), show(how))
+            let (b, point, how) = (body(*b), show(point), show(how));
+            format!("world.body_mut({b}).unwrap().break_at({point}, &{how}).unwrap();")
         }
         Op::SetFracture(b, how) => {
-            format!("world.set_fracture({}, {}).unwrap();", body(*b), show(how))
+            format!("world.body_mut({}).unwrap().set_fracture({}).unwrap();", body(*b), show(how))
         }
         Op::SetBondStrength(b, strength) => {
-            format!("world.set_bond_strength({}, {}).unwrap();", body(*b), show(strength))
+            format!(
+                "world.body_mut({}).unwrap().set_bond_strength({}).unwrap();",
+                body(*b),
+                show(strength)
+            )
         }
         Op::SetGravity(g) => format!("world.set_gravity({});", show(g)),
         Op::ShiftOrigin(origin) => format!("world.shift_origin({}).unwrap();", show(origin)),

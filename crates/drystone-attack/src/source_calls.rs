@@ -7,27 +7,30 @@ use drystone::joint::Spring;
 use crate::op::{BodyCall, JointCall, Label};
 use crate::values::show;
 
+/// A call that returns nothing.
+fn call(name: &str, args: &[&dyn Debug]) -> String {
+    let args: Vec<String> = args.iter().map(show).collect();
+    format!("{name}({})", args.join(", "))
+}
+
 pub(crate) fn body_call(call: &BodyCall) -> String {
     let one = |name: &str, x: &dyn Debug| format!("{name}({}).unwrap()", show(&x));
-    let two = |name: &str, x: &dyn Debug, y: &dyn Debug| {
-        format!("{name}({}, {}).unwrap()", show(&x), show(&y))
-    };
     match call {
         BodyCall::Wake => "wake()".to_owned(),
-        BodyCall::Pose(pose) => one("set_pose", pose),
-        BodyCall::LinearVelocity(v) => one("set_linear_velocity", v),
-        BodyCall::AngularVelocity(v) => one("set_angular_velocity", v),
-        BodyCall::MoveTo(pose, dt) => two("move_to", pose, dt),
-        BodyCall::Impulse(v) => one("apply_impulse", v),
-        BodyCall::ImpulseAt(v, at) => two("apply_impulse_at", v, at),
-        BodyCall::AngularImpulse(v) => one("apply_angular_impulse", v),
-        BodyCall::StepForce(v) => one("add_step_force", v),
-        BodyCall::StepForceAt(v, at) => two("add_step_force_at", v, at),
-        BodyCall::StepTorque(v) => one("add_step_torque", v),
-        BodyCall::LastingForce(v) => one("set_lasting_force", v),
-        BodyCall::LastingTorque(v) => one("set_lasting_torque", v),
-        BodyCall::GravityScale(x) => one("set_gravity_scale", x),
-        BodyCall::Damping(x, y) => two("set_damping", x, y),
+        BodyCall::Pose(pose) => self::call("set_pose", &[&pose]),
+        BodyCall::LinearVelocity(v) => self::call("set_linear_velocity", &[&v]),
+        BodyCall::AngularVelocity(v) => self::call("set_angular_velocity", &[&v]),
+        BodyCall::MoveTo(pose, dt) => self::call("move_to", &[&pose, &dt]),
+        BodyCall::Impulse(v) => self::call("apply_impulse", &[&v]),
+        BodyCall::ImpulseAt(v, at) => self::call("apply_impulse_at", &[&v, &at]),
+        BodyCall::AngularImpulse(v) => self::call("apply_angular_impulse", &[&v]),
+        BodyCall::StepForce(v) => self::call("add_step_force", &[&v]),
+        BodyCall::StepForceAt(v, at) => self::call("add_step_force_at", &[&v, &at]),
+        BodyCall::StepTorque(v) => self::call("add_step_torque", &[&v]),
+        BodyCall::LastingForce(v) => self::call("set_lasting_force", &[&v]),
+        BodyCall::LastingTorque(v) => self::call("set_lasting_torque", &[&v]),
+        BodyCall::GravityScale(x) => self::call("set_gravity_scale", &[&x]),
+        BodyCall::Damping(x, y) => self::call("set_damping", &[&x, &y]),
         BodyCall::Locks(locks) => format!("set_locks({})", show(locks)),
         BodyCall::CanSleep(can) => format!("set_can_sleep({can})"),
         BodyCall::UserData(data) => format!("set_user_data({data})"),
@@ -50,7 +53,7 @@ pub(crate) fn joint_call(j: Label, call: &JointCall) -> String {
     let call = match call {
         JointCall::Anchors(a, b) => two("set_anchors", a, b),
         JointCall::Frames(a, b) => two("set_frames", a, b),
-        JointCall::Lengths(min, max) => two("set_lengths", min, max),
+        JointCall::Lengths(min, max) => self::call("set_lengths", &[&min, &max]),
         JointCall::Spring(None) => "set_spring(None).unwrap()".to_owned(),
         JointCall::Spring(Some(spring)) => {
             let Spring { rest_length, hertz, damping_ratio } = spring;
@@ -61,11 +64,11 @@ pub(crate) fn joint_call(j: Label, call: &JointCall) -> String {
             format!("axis(Axis::{axis:?}).unwrap().set_motion({}).unwrap()", show(motion))
         }
         JointCall::Limits(min, max) => two("set_limits", min, max),
-        JointCall::Motor(speed, max_force) => two("set_motor", speed, max_force),
+        JointCall::Motor(speed, max_force) => self::call("set_motor", &[&speed, &max_force]),
         JointCall::Friction(friction) => format!("set_friction({}).unwrap()", show(friction)),
         JointCall::TargetRotation(rotation, spring, torque) => {
             let (rotation, spring, torque) = (show(rotation), show(spring), show(torque));
-            format!("set_target_rotation({rotation}, {spring}, {torque}).unwrap()")
+            format!("set_target_rotation({rotation}, {spring}, {torque})")
         }
         JointCall::CollideConnected(collide) => format!("set_collide_connected({collide})"),
         JointCall::Enabled(enabled) => format!("set_enabled({enabled})"),

@@ -63,7 +63,7 @@ impl Engine for Own {
         let id = self.running.brought().get(body).copied();
         if let Some(mut mover) = id.and_then(|id| self.running.world.body_mut(id)) {
             let pose = Pose::new(position, mover.get().rotation());
-            mover.move_to(pose, dt).map_err(|e| EngineError(e.to_string()))?;
+            mover.move_to(pose, dt);
         }
         Ok(())
     }
@@ -73,16 +73,17 @@ impl Engine for Own {
         let Some(mut body) = id.and_then(|id| self.running.world.body_mut(id)) else {
             return Ok(());
         };
-        body.set_lasting_force(load.force)
-            .and_then(|()| body.set_lasting_torque(load.torque))
-            .map_err(|e| EngineError(e.to_string()))
+        body.set_lasting_force(load.force);
+        body.set_lasting_torque(load.torque);
+        Ok(())
     }
 
     fn push(&mut self, body: usize, force: Vec3, _: f32) -> Result<(), EngineError> {
         let id = self.running.brought().get(body).copied();
-        id.and_then(|id| self.running.world.body_mut(id))
-            .map_or(Ok(()), |mut body| body.add_step_force(force))
-            .map_err(|e| EngineError(e.to_string()))
+        if let Some(mut body) = id.and_then(|id| self.running.world.body_mut(id)) {
+            body.add_step_force(force);
+        }
+        Ok(())
     }
 
     fn contact_force(&self, body: usize, dt: f32) -> Option<Vec3> {

@@ -224,11 +224,11 @@ impl Running {
         let SceneStrand { name, def, pins, holds } = strand;
         let refused = |error| BuildError::Strand { name: name.clone(), error };
         let made = match def {
-            StrandDef::Rope(def) => self.world.add_rope(def),
-            StrandDef::Cloth(def) => self.world.add_cloth(def),
+            StrandDef::Rope(def) => self.world.add_rope(*def),
+            StrandDef::Cloth(def) => self.world.add_cloth(*def),
             StrandDef::Cloud(points, def) => self
                 .world
-                .add_cloud(points.iter().copied(), def)
+                .add_cloud(points.iter().copied(), *def)
                 .map(|particles| Strand { particles, links: Vec::new() }),
         };
         let made = made.map_err(refused)?;
@@ -246,11 +246,9 @@ impl Running {
         for hold in holds {
             let body = self.at(name, hold.body)?;
             let held = particle(hold.particle)?;
-            self.world
-                .particle_mut(held)
-                .expect("there")
-                .attach(body, hold.point)
-                .map_err(refused)?;
+            if let Some(mut held) = self.world.particle_mut(held) {
+                held.attach(body, hold.point).map_err(refused)?;
+            }
         }
         self.strands.push(made);
         Ok(())
@@ -389,9 +387,9 @@ impl Running {
     fn load(&mut self, load: &Load) -> Result<(), BuildError> {
         let id = self.at("the script", load.body)?;
         let Some(mut body) = self.world.body_mut(id) else { return Ok(()) };
-        body.set_lasting_force(load.force)
-            .and_then(|()| body.set_lasting_torque(load.torque))
-            .map_err(|e| body_error(&self.names[load.body], e))
+        body.set_lasting_force(load.force);
+        body.set_lasting_torque(load.torque);
+        Ok(())
     }
 
     fn act(&mut self, action: ScriptAction<'_>, dt: f32) -> Result<(), BuildError> {
@@ -402,7 +400,7 @@ impl Running {
                 let id = self.at("the script", body)?;
                 if let Some(mut mover) = self.world.body_mut(id) {
                     let pose = Pose::new(position, mover.get().rotation());
-                    mover.move_to(pose, dt).map_err(|e| body_error(&self.names[body], e))?;
+                    mover.move_to(pose, dt);
                 }
             }
             ScriptAction::Loads(loads) => loads.iter().try_for_each(|load| self.load(load))?,
@@ -426,8 +424,7 @@ impl Running {
                     }
                     let Some(mut body) = self.world.body_mut(*id) else { continue };
                     if body.get().kind() == BodyKind::Kinematic {
-                        body.set_pose(film.pose(number, time))
-                            .map_err(|e| body_error(&self.names[number], e))?;
+                        body.set_pose(film.pose(number, time));
                     }
                 }
             }

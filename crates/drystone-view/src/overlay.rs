@@ -1,8 +1,9 @@
 //! What is drawn over bodies to show what the engine knows of them.
 
 use drystone::contact::ContactRef;
+use drystone::draw::{DebugColor, DebugDraw, DebugDrawOptions};
 use drystone::geometry::Aabb;
-use drystone::{BodyId, BodyKind, DebugColor, DebugDraw, DebugDrawOptions, JointKind, Vec3, World};
+use drystone::{BodyId, BodyKind, JointKind, Vec3, World};
 use drystone_render::{Color, Drawing, Groups, body_color};
 
 /// What is shown.

@@ -2,10 +2,9 @@
 
 use std::fmt::Write as _;
 
+use drystone::draw::{DebugColor, DebugDraw, DebugDrawOptions};
 use drystone::joint::Hinge;
-use drystone::{
-    BodyDef, DebugColor, DebugDraw, DebugDrawOptions, JointDef, ShapeDef, Vec3, World, WorldConfig,
-};
+use drystone::{BodyDef, JointDef, ShapeDef, Vec3, World, WorldConfig};
 
 /// Lines of a picture, in pixels.
 #[derive(Default)]

@@ -10,7 +10,7 @@ fn walk(world: &mut World, player: BodyId, speed: f32, steps: u32) -> Option<[f3
     for _ in 0..steps {
         let mut body = world.body_mut(player)?;
         let fall = body.get().linear_velocity().y;
-        body.set_linear_velocity([speed, fall, 0.0]).ok()?;
+        body.set_linear_velocity([speed, fall, 0.0]);
         world.step(1.0 / 60.0);
     }
     Some(world.body(player)?.position().to_array())

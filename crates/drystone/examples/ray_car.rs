@@ -30,7 +30,7 @@ fn drive(world: &mut World, car: BodyId, how: (f32, f32, bool), steps: u32) -> O
             let push = if x < 0.0 && brake { grip(ahead) } else { ahead * (engine / 4.0) };
             let along = grip(side) + push;
             let along = along * (load / along.length().max(load).max(1e-6));
-            world.body_mut(car)?.add_step_force_at(hit.normal * load + along, hit.point).ok()?;
+            world.body_mut(car)?.add_step_force_at(hit.normal * load + along, hit.point);
         }
         world.step(1.0 / 60.0);
     }

@@ -3,7 +3,7 @@
 //!
 //! `cargo run --release --example sync_test`
 
-use drystone::{BodyDef, BodyId, DefError, ShapeDef, Stage, World};
+use drystone::{BodyDef, BodyId, DefError, ShapeDef, StageHashes, World};
 
 const DT: f32 = 1.0 / 60.0;
 const FRAMES: usize = 120;
@@ -53,7 +53,7 @@ impl Game {
         Ok(())
     }
 
-    fn hashes(&self) -> [(Stage, u64); 9] {
+    fn hashes(&self) -> StageHashes {
         self.world.stage_hashes()
     }
 }
@@ -63,7 +63,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut game = Game::new()?;
     // Before each of the last frames, and what each came to.
     let mut kept: [Game; KEPT] = core::array::from_fn(|_| Game::default());
-    let mut came = [game.hashes(); KEPT];
+    let mut came: [StageHashes; KEPT] = core::array::from_fn(|_| game.hashes());
     let mut again = 0;
     for frame in 0..FRAMES {
         kept[frame % KEPT].copy(&game);
@@ -78,8 +78,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             kept[frame % KEPT].copy(&game);
             game.advance(frame)?;
             again += 1;
-            let differs = came[frame % KEPT].iter().zip(game.hashes()).find(|(was, is)| *was != is);
-            if let Some(((stage, _), _)) = differs {
+            if let Some(stage) = came[frame % KEPT].first_difference(&game.hashes()) {
                 return Err(format!("frame {frame}: stage {} differs", stage.name()).into());
             }
         }

@@ -24,84 +24,175 @@
 //! removed. Definitions are checked when they are given: nothing a user passes can panic, and
 //! [`World::step`] cannot fail.
 //!
+//! # Features
+//!
+//! - `snapshot` (default): worlds as bytes, deltas, journals of calls; with `serde`.
+//! - `serde`: definitions, ids, events and numbers are `Serialize` and `Deserialize`.
+//! - `glam`, `mint`: vectors, rotations and matrices convert from and into theirs.
+//!
 //! The step is nine stages over tables; `ARCHITECTURE.md` of the repository shows them.
 
+#![cfg_attr(
+    not(feature = "snapshot"),
+    expect(dead_code, reason = "tables are checked against each other when they come from bytes")
+)]
+
 mod base;
-mod geometry;
+pub mod geometry;
 mod state;
 mod step;
-mod query;
+pub mod query;
 mod world;
 
-pub use base::aabb::Aabb;
-pub use base::collision::ImpactKind;
-pub use base::id::{BodyId, JointId, LinkId, ParticleId, ShapeId};
-pub use base::jobs::{Executor, Inline};
+pub use base::id::{BodyId, JointId, ShapeId};
 pub use base::limits;
-pub use base::math::{Mat3, Vec3, vec3};
+pub use base::math::{Vec3, vec3};
 pub use base::pose::Pose;
 pub use base::quat::Quat;
-pub use base::sym3::Sym3;
-pub use base::team::Team;
-pub use base::trig;
-pub use base::wide::SimdLevel;
-pub use geometry::cells::{CutError, HullPiece};
-pub use geometry::hull::{Hull, HullError, Plane};
-pub use geometry::mass::MassProperties;
-pub use geometry::mesh::{Mesh, MeshError};
-pub use geometry::shape::{Shape, ShapeError};
-pub use query::Query;
-pub use query::audit::{
-    Audit, ConeUse, ConstraintId, ContactPair, ContactResidual, Energy, JointErrors, Ledger,
-    Momentum, Penetration, WorstConstraint,
-};
-pub use query::cast::{Motion, ShapeHit, ShapeQuery};
-pub use query::filter::{BodyKinds, Inside, QueryFilter};
-pub use query::nearest::NearestShape;
-pub use query::pair::{CastHit, ClosestPoints, ShapeContact, ShapeContactPoint};
-pub use query::ray::{RayHit, RayQuery};
+pub use geometry::hull::Hull;
+pub use geometry::mesh::Mesh;
+pub use geometry::shape::Shape;
 pub use query::shape::ShapeRef;
-pub use query::stiffness::PenaltyLimit;
-pub use query::why_awake::{AwakeCause, WhyAwake};
 pub use state::axis::Axis;
-pub use state::config::{
-    BreakageConfig, ContactConfig, InertiaConfig, JointConfig, ParticleConfig, ParticleForm,
-    PenaltyConfig, SleepConfig, WorldConfig,
-};
-pub use state::coupling::CouplingDef;
+pub use state::config::WorldConfig;
 pub use state::def::{
-    AxisLocks, BodyDef, BodyKind, Bond, BondStrength, DefError, Fatigue, Fracture, Glue, JointDef,
-    JointKind, JointStrength, MassDef, ShapeDef, WorldAxes,
+    AxisLocks, BodyDef, BodyKind, DefError, DefErrorKind, JointDef, JointKind, MassDef, ShapeDef,
+    WorldAxes,
 };
-pub use state::events::{
-    BondBreak, ContactEvent, ContactForce, Events, Fault, FaultKind, ForcePoint, FractureCause,
-    FractureEvent, HitEvent, JointBreak, JointLimit, LinkTear, SensorEvent,
-};
-pub use state::material::{Combine, ContactSoftness, Filter, Material, SurfaceRule};
-pub use state::method::{Method, Pass};
-pub use state::options::{
-    Damping, Integration, MethodOptions, Order, Overlap, Persistence, Rest, Shock,
-};
-pub use state::particle_def::{LinkDef, LinkKind, LinkSpring, ParticleDef};
-pub use state::reports::{ContactReports, Senses};
-pub use state::sixdof::{JointAxis, JointCone, JointDrive, JointMotion, JointSpring, SixDof};
+pub use state::material::{Filter, Material};
 pub use step::Stage;
-pub use step::hooks::{ContactHooks, HookedContact};
 pub use world::{
-    Answer, AxisCall, AxisMut, AxisRef, BodyCall, BodyMut, BodyRef, BondRef, Call, Clock, ClothDef,
-    ContactPoint, ContactRef, DebugColor, DebugDraw, DebugDrawOptions, DebugTint, DeltaError,
-    Difference, GeometryKey, Impact, ImpactBody, ImpactSurface, JointCall, JointMut, JointRef,
-    Journal, JournalError, Library, LinkRef, Moved, Mover, MoverHit, ParticleCall, ParticleMut,
-    ParticleRef, RopeDef, ShapeCall, ShapeMut, SnapshotError, Strand, World, WorldCounts,
-    apply_delta, impact, write_delta,
+    BodyMut, BodyRef, Clock, JointMut, JointRef, ShapeMut, StageHashes, World, WorldCounts,
 };
+
+pub mod math {
+    //! Numbers besides [`Vec3`](crate::Vec3), [`Quat`](crate::Quat) and [`Pose`](crate::Pose), and the
+    //! trigonometry that gives the same bits everywhere.
+
+    pub use crate::base::math::Mat3;
+    pub use crate::base::sym3::Sym3;
+    pub use crate::base::trig;
+}
+
+pub mod config {
+    //! The parts of a [`WorldConfig`](crate::WorldConfig).
+
+    pub use crate::state::config::{
+        BreakageConfig, ContactConfig, InertiaConfig, JointConfig, ParticleConfig, ParticleForm,
+        PenaltyConfig, SleepConfig,
+    };
+}
+
+pub mod method {
+    //! How a step solves contacts and joints: [`WorldConfig::method`](crate::WorldConfig::method).
+
+    pub use crate::state::method::{Method, Pass};
+    pub use crate::state::options::{
+        Damping, Integration, MethodOptions, Order, Overlap, Persistence, Rest, Shock,
+    };
+}
+
+pub mod contact {
+    //! Contacts as they are, and rules that say which there are and how they act.
+
+    pub use crate::state::material::{Combine, ContactSoftness, SurfaceRule};
+    pub use crate::step::hooks::{ContactHooks, HookedContact};
+    pub use crate::world::{ContactPoint, ContactRef};
+}
+
+pub mod events {
+    //! Events and faults of a step: [`World::events`](crate::World::events).
+
+    pub use crate::state::events::{
+        BondBreak, ContactEvent, ContactForce, Events, Fault, FaultKind, ForcePoint, FractureCause,
+        FractureEvent, FrameCall, HitEvent, JointBreak, JointLimit, LinkTear, SensorEvent,
+    };
+    pub use crate::state::reports::{ContactReports, Senses};
+}
 
 pub mod joint {
     #![doc = include_str!("joints.md")]
 
+    pub use crate::state::coupling::CouplingDef;
     pub use crate::state::def::{Pulley, Spring};
     pub use crate::state::named::{
         Ball, ConeTwist, Cylindrical, Distance, Fixed, Hinge, Planar, Rope, Servo, Slider,
         Universal, Wheel,
     };
+    pub use crate::state::sixdof::{
+        JointAxis, JointCone, JointDrive, JointMotion, JointSpring, SixDof,
+    };
+    pub use crate::world::{AxisMut, AxisRef};
+}
+
+pub mod breakage {
+    //! Joints and bonds that give way, and bodies that break where they are hit.
+
+    pub use crate::state::def::{Bond, BondStrength, Fatigue, Fracture, Glue, JointStrength};
+    pub use crate::world::BondRef;
+}
+
+pub mod particle {
+    //! Particles: ropes, cloths and dust.
+
+    pub use crate::base::id::{LinkId, ParticleId};
+    pub use crate::state::particle_def::{LinkDef, LinkKind, LinkSpring, ParticleDef};
+    pub use crate::world::{ClothDef, LinkMut, LinkRef, ParticleMut, ParticleRef, RopeDef, Strand};
+}
+
+pub mod mover {
+    //! A character that walks, climbs steps and slides along walls.
+
+    pub use crate::world::{Moved, Mover, MoverHit};
+}
+
+pub mod impact {
+    //! One collision of two bodies by itself, by several laws.
+
+    pub use crate::base::collision::ImpactKind;
+    pub use crate::world::{Impact, ImpactBody, ImpactSurface, impact};
+}
+
+pub mod draw {
+    //! Lines that show a world, for a host with a renderer of its own: [`World::debug_draw`](crate::World::debug_draw).
+
+    pub use crate::world::{DebugColor, DebugDraw, DebugDrawOptions, DebugTint};
+}
+
+pub mod audit {
+    //! Measures of how right a world is at a moment: energy, momentum, overlaps, residuals, causes.
+
+    pub use crate::query::audit::{
+        Audit, ConeUse, ConstraintId, ContactPair, ContactResidual, Energy, JointErrors, Ledger,
+        Momentum, Penetration, WorstConstraint,
+    };
+    pub use crate::query::stiffness::PenaltyLimit;
+    pub use crate::query::why_awake::{AwakeCause, WhyAwake};
+}
+
+#[cfg(feature = "snapshot")]
+pub mod snapshot {
+    //! Saved worlds: as bytes, by reference to geometry, and as differences.
+
+    pub use crate::world::{
+        DeltaError, GeometryKey, Library, SnapshotError, apply_delta, write_delta,
+    };
+}
+
+#[cfg(feature = "snapshot")]
+pub mod journal {
+    //! Calls to a world as data, recorded and replayed.
+
+    pub use crate::world::{
+        Answer, AxisCall, BodyCall, Call, Difference, JointCall, Journal, JournalError,
+        ParticleCall, ShapeCall,
+    };
+}
+
+pub mod threads {
+    //! Who runs a step: the caller alone, a [`Team`], or an [`Executor`] of the host.
+
+    pub use crate::base::jobs::{Executor, Inline};
+    pub use crate::base::team::Team;
+    pub use crate::base::wide::SimdLevel;
 }

@@ -1,9 +1,9 @@
 //! Calls between the steps: every public function that changes a world.
 
 use drystone::breakage::BondStrength;
-use drystone::contact::SurfaceRule;
+use drystone::contact::{ContactSoftness, SurfaceRule};
 use drystone::joint::Spring;
-use drystone::{Axis, BodyKind, ContactSoftness, Pose, Vec3, WorldConfig};
+use drystone::{Axis, BodyKind, Pose, Vec3, WorldConfig};
 
 use super::draw::{Draw, KnownBody};
 use crate::op::{BodyCall, JointCall, Op, ParticleCall, ShapeCall};

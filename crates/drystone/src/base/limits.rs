@@ -156,7 +156,7 @@ pub const SPRING_FREQUENCY: Limit = Limit::range(
 );
 
 /// All ranges, in the order of `docs/limits.md`.
-pub const ALL: [Limit; 32] = [
+pub const ALL: &[Limit] = &[
     TIME_STEP,
     POSITION,
     LENGTH,

@@ -5,6 +5,8 @@ pub(crate) mod math;
 pub(crate) mod double;
 pub(crate) mod quat;
 pub(crate) mod pose;
+#[cfg(any(feature = "glam", feature = "mint"))]
+mod convert;
 pub(crate) mod sym3;
 pub(crate) mod collision;
 pub(crate) mod aabb;

@@ -60,6 +60,7 @@ impl<T: Clone + Default> Clone for Pieces<T> {
 }
 
 /// As a list of its rows.
+#[cfg(feature = "serde")]
 impl<T: Default + Serialize> Serialize for Pieces<T> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let mut list = serializer.serialize_seq(Some(self.len))?;
@@ -68,6 +69,7 @@ impl<T: Default + Serialize> Serialize for Pieces<T> {
     }
 }
 
+#[cfg(feature = "serde")]
 impl<'de, T: Default + Deserialize<'de>> Deserialize<'de> for Pieces<T> {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let rows = Vec::<T>::deserialize(deserializer)?;

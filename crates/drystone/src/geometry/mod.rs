@@ -1,4 +1,5 @@
-//! Layer 1: shapes and what can be computed from shapes alone. Knows no body and no time step.
+//! Shapes' geometry by itself: boxes, hulls, masses, errors.
+// Layer 1: shapes and what can be computed from shapes alone. Knows no body and no time step.
 
 pub(crate) mod shape;
 pub(crate) mod solid;
@@ -23,3 +24,10 @@ pub(crate) mod nearest;
 pub(crate) mod room;
 #[cfg(test)]
 pub(crate) mod oracle;
+
+pub use self::cells::{CutError, HullPiece};
+pub use self::hull::{HullError, Plane};
+pub use self::mass::MassProperties;
+pub use self::mesh::MeshError;
+pub use self::shape::ShapeError;
+pub use crate::base::aabb::Aabb;

@@ -1,4 +1,5 @@
-//! Sibling of step: answers questions about a world, and never writes.
+//! Questions to a world, and to shapes without one: rays, moving shapes, what is near, what overlaps.
+// Sibling of step: it never writes.
 
 pub(crate) mod audit;
 pub(crate) mod cast;
@@ -12,11 +13,17 @@ pub(crate) mod shape;
 pub(crate) mod stiffness;
 pub(crate) mod why_awake;
 
+pub use self::cast::{Motion, ShapeHit, ShapeQuery};
+pub use self::filter::{BodyKinds, Inside};
+pub use self::nearest::NearestShape;
+pub use self::pair::{CastHit, ClosestPoints, ShapeContact, ShapeContactPoint};
+pub use self::ray::{RayHit, RayQuery};
+
 use std::panic::resume_unwind;
 
 use smallvec::SmallVec;
 
-use self::filter::QueryFilter;
+pub use self::filter::QueryFilter;
 use crate::base::aabb::Aabb;
 use crate::base::checked::{Checked, Claims};
 use crate::base::jobs::{Executor, Jobs};
@@ -138,7 +145,7 @@ impl<'w> Query<'w> {
 fn convex(shape: &Shape, pose: &Pose) -> Result<Solid, DefError> {
     placed("pose", shape, pose)?;
     if matches!(shape, Shape::Mesh(_) | Shape::HalfSpace { .. }) {
-        return Err(DefError::new("shape", shape.kind(), "a convex shape"));
+        return Err(DefError::unsuitable("shape", shape.kind(), "a convex shape"));
     }
     Ok(Solid::of(shape))
 }

@@ -102,7 +102,7 @@ impl Pair {
             return Ok(Self { a: second, b: first, at: *pose_b, b_in_a, flipped: true });
         }
         let allowed = format!("a convex shape, where the other one is a {}", a.kind());
-        Err(DefError::new("other", b.kind(), &allowed))
+        Err(DefError::unsuitable("other", b.kind(), &allowed))
     }
 
     fn closest(&self, reach: f32) -> Option<ClosestPoints> {

@@ -226,6 +226,99 @@ pub enum FaultKind {
     NotFinite,
     /// The time step given was not a finite number above 0: nothing was stepped.
     BadTimeStep,
+    /// A value given by this call before the step is not finite, out of range, or does not suit: the call changed nothing.
+    Refused(FrameCall),
+}
+
+/// A call that a game makes in each frame, which returns nothing: see [`FaultKind::Refused`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
+#[non_exhaustive]
+pub enum FrameCall {
+    /// [`BodyMut::set_pose`](crate::BodyMut::set_pose).
+    SetPose,
+    /// [`BodyMut::set_linear_velocity`](crate::BodyMut::set_linear_velocity).
+    SetLinearVelocity,
+    /// [`BodyMut::set_angular_velocity`](crate::BodyMut::set_angular_velocity).
+    SetAngularVelocity,
+    /// [`BodyMut::move_to`](crate::BodyMut::move_to).
+    MoveTo,
+    /// [`BodyMut::apply_impulse`](crate::BodyMut::apply_impulse).
+    ApplyImpulse,
+    /// [`BodyMut::apply_impulse_at`](crate::BodyMut::apply_impulse_at).
+    ApplyImpulseAt,
+    /// [`BodyMut::apply_angular_impulse`](crate::BodyMut::apply_angular_impulse).
+    ApplyAngularImpulse,
+    /// [`BodyMut::add_step_force`](crate::BodyMut::add_step_force).
+    AddStepForce,
+    /// [`BodyMut::add_step_force_at`](crate::BodyMut::add_step_force_at).
+    AddStepForceAt,
+    /// [`BodyMut::add_step_torque`](crate::BodyMut::add_step_torque).
+    AddStepTorque,
+    /// [`BodyMut::set_lasting_force`](crate::BodyMut::set_lasting_force).
+    SetLastingForce,
+    /// [`BodyMut::set_lasting_torque`](crate::BodyMut::set_lasting_torque).
+    SetLastingTorque,
+    /// [`BodyMut::set_gravity_scale`](crate::BodyMut::set_gravity_scale).
+    SetGravityScale,
+    /// [`BodyMut::set_damping`](crate::BodyMut::set_damping).
+    SetDamping,
+    /// [`ShapeMut::set_surface_velocity`](crate::ShapeMut::set_surface_velocity).
+    SetSurfaceVelocity,
+    /// [`ShapeMut::set_surface_spin`](crate::ShapeMut::set_surface_spin).
+    SetSurfaceSpin,
+    /// [`JointMut::set_motor`](crate::JointMut::set_motor), or of one axis.
+    SetMotor,
+    /// [`JointMut::set_servo`](crate::JointMut::set_servo), or of one axis.
+    SetServo,
+    /// [`JointMut::set_target_rotation`](crate::JointMut::set_target_rotation).
+    SetTargetRotation,
+    /// [`JointMut::set_lengths`](crate::JointMut::set_lengths).
+    SetLengths,
+    /// [`ParticleMut::set_position`](crate::particle::ParticleMut::set_position).
+    SetParticlePosition,
+    /// [`ParticleMut::set_velocity`](crate::particle::ParticleMut::set_velocity).
+    SetParticleVelocity,
+    /// [`ParticleMut::apply_impulse`](crate::particle::ParticleMut::apply_impulse).
+    ApplyParticleImpulse,
+    /// [`LinkMut::set_length`](crate::particle::LinkMut::set_length).
+    SetLinkLength,
+    /// [`World::set_gravity`](crate::World::set_gravity).
+    SetGravity,
+}
+
+impl FrameCall {
+    /// The call's name, such as `BodyMut::apply_impulse`.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::SetPose => "BodyMut::set_pose",
+            Self::SetLinearVelocity => "BodyMut::set_linear_velocity",
+            Self::SetAngularVelocity => "BodyMut::set_angular_velocity",
+            Self::MoveTo => "BodyMut::move_to",
+            Self::ApplyImpulse => "BodyMut::apply_impulse",
+            Self::ApplyImpulseAt => "BodyMut::apply_impulse_at",
+            Self::ApplyAngularImpulse => "BodyMut::apply_angular_impulse",
+            Self::AddStepForce => "BodyMut::add_step_force",
+            Self::AddStepForceAt => "BodyMut::add_step_force_at",
+            Self::AddStepTorque => "BodyMut::add_step_torque",
+            Self::SetLastingForce => "BodyMut::set_lasting_force",
+            Self::SetLastingTorque => "BodyMut::set_lasting_torque",
+            Self::SetGravityScale => "BodyMut::set_gravity_scale",
+            Self::SetDamping => "BodyMut::set_damping",
+            Self::SetSurfaceVelocity => "ShapeMut::set_surface_velocity",
+            Self::SetSurfaceSpin => "ShapeMut::set_surface_spin",
+            Self::SetMotor => "JointMut::set_motor",
+            Self::SetServo => "JointMut::set_servo",
+            Self::SetTargetRotation => "JointMut::set_target_rotation",
+            Self::SetLengths => "JointMut::set_lengths",
+            Self::SetParticlePosition => "ParticleMut::set_position",
+            Self::SetParticleVelocity => "ParticleMut::set_velocity",
+            Self::ApplyParticleImpulse => "ParticleMut::apply_impulse",
+            Self::SetLinkLength => "LinkMut::set_length",
+            Self::SetGravity => "World::set_gravity",
+        }
+    }
 }
 
 /// Something went wrong in a step.
@@ -233,9 +326,11 @@ pub enum FaultKind {
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 #[non_exhaustive]
 pub struct Fault {
-    /// The body, if it is about one.
+    /// The body, if it is about one; of a call on a shape, its body.
     pub body: Option<BodyId>,
-    /// The particle, if it is about one.
+    /// The joint, if it is about one.
+    pub joint: Option<JointId>,
+    /// The particle, if it is about one; of a call on a link, its first one.
     pub particle: Option<ParticleId>,
     /// What was wrong.
     pub kind: FaultKind,

@@ -124,7 +124,11 @@ impl Glue {
             let own = root(&mut part, i);
             if *first.get_or_insert(own) != own {
                 let value = format!("no bond to shape {i} from the first one");
-                return Err(DefError::new("bonds", value, "bonds that hold all shapes together"));
+                return Err(DefError::unsuitable(
+                    "bonds",
+                    value,
+                    "bonds that hold all shapes together",
+                ));
             }
         }
         Ok(())
@@ -137,14 +141,14 @@ impl Bond {
             let name = format!("shapes[{side}]");
             let Some(def) = shapes.get(shape) else {
                 let allowed = format!("the number of a shape, below {}", shapes.len());
-                return Err(DefError::new(&name, shape, &allowed));
+                return Err(DefError::unsuitable(&name, shape, &allowed));
             };
             if def.sensor {
-                return Err(DefError::new(&name, shape, "a shape that is no sensor"));
+                return Err(DefError::unsuitable(&name, shape, "a shape that is no sensor"));
             }
         }
         if self.shapes[0] == self.shapes[1] {
-            return Err(DefError::new("shapes[1]", self.shapes[1], "another shape"));
+            return Err(DefError::unsuitable("shapes[1]", self.shapes[1], "another shape"));
         }
         position("point", self.point)?;
         finite_vec("normal", self.normal)?;

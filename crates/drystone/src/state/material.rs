@@ -142,7 +142,7 @@ impl Filter {
 /// methods `soft-step` and `soft-step-relax` know it; for the classic methods all contacts are rigid, as they are for particles.
 ///
 /// ```
-/// use drystone::ContactSoftness;
+/// use drystone::contact::ContactSoftness;
 ///
 /// let mattress = ContactSoftness { hertz: 2.0, damping_ratio: 0.3 };
 /// assert!(mattress.validate().is_ok());

@@ -463,7 +463,7 @@ impl Method {
 
     /// A value that the method cannot have.
     fn no<T>(&self, path: &str, word: &str, reason: &str) -> Result<T, DefError> {
-        Err(DefError::new(path, word, &format!("with {}, {reason}", self.name)))
+        Err(DefError::unsuitable(path, word, &format!("with {}, {reason}", self.name)))
     }
 
     fn settle_order(&self) -> Result<Order, DefError> {
@@ -551,12 +551,14 @@ impl Method {
 }
 
 /// By its name, with its options.
+#[cfg(feature = "serde")]
 impl Serialize for Method {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         (self.name, self.options).serialize(serializer)
     }
 }
 
+#[cfg(feature = "serde")]
 impl<'de> Deserialize<'de> for Method {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let (name, options) = <(String, MethodOptions)>::deserialize(deserializer)?;

@@ -14,7 +14,7 @@ use crate::base::math::Vec3;
 ///
 /// It has no shape and does not turn. Its radius is how far its center keeps from the shapes of bodies;
 /// particles do not collide with each other.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub struct ParticleDef {
     /// Where it is [m, world]; default the origin.

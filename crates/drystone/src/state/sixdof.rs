@@ -431,16 +431,24 @@ impl SixDof {
         for (i, axis) in [y, z].into_iter().enumerate() {
             if axis.motion != JointMotion::Free {
                 let motion = format!("{:?}", axis.motion);
-                return Err(DefError::new(&format!("angular[{}].motion", i + 1), motion, FREE));
+                return Err(DefError::unsuitable(
+                    &format!("angular[{}].motion", i + 1),
+                    motion,
+                    FREE,
+                ));
             }
         }
         let law = |axis: &JointAxis| axis.drive.map(|d| (d.spring, d.max_force));
         if law(y) != law(z) {
-            return Err(DefError::new("angular[2].drive", "another than angular[1]'s", SAME));
+            return Err(DefError::unsuitable(
+                "angular[2].drive",
+                "another than angular[1]'s",
+                SAME,
+            ));
         }
         if y.friction.to_bits() != z.friction.to_bits() {
             let same = "that of angular[1], as there is a cone";
-            return Err(DefError::new("angular[2].friction", z.friction, same));
+            return Err(DefError::unsuitable("angular[2].friction", z.friction, same));
         }
         Ok(())
     }

@@ -29,6 +29,7 @@ use crate::state::tables::Tables;
 
 /// A stage of the step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[non_exhaustive]
 pub enum Stage {
     /// New pairs of shapes.
     Broadphase,
@@ -52,7 +53,7 @@ pub enum Stage {
 
 impl Stage {
     /// All stages, in order.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: &'static [Self] = &[
         Self::Broadphase,
         Self::Narrowphase,
         Self::Partition,
@@ -217,6 +218,7 @@ fn quarantine(sets: &mut Sets<'_>, notes: impl Iterator<Item = Note>, step: u64)
             let body = Some(sets.bodies.id(row));
             sets.events.faults.push(Fault {
                 body,
+                joint: None,
                 particle: None,
                 kind: FaultKind::NotFinite,
                 step,

@@ -132,7 +132,7 @@ impl World {
     pub fn add_shape(&mut self, body: BodyId, def: ShapeDef) -> Result<ShapeId, DefError> {
         def.validate()?;
         let Some(row) = self.tables.bodies.rows.row(body) else {
-            return Err(DefError::new("body", body.index(), "a body of this world"));
+            return Err(DefError::missing("body", body.index(), "a body of this world"));
         };
         shape_suits(self.tables.bodies.at(row).kind, &def.shape)?;
         if let Some(mass) = self.mass_with(row, Some(&def)) {
@@ -305,7 +305,11 @@ impl World {
         let (a, b) = (def.body_a.index(), def.body_b.index());
         if !bodies.at(a).is_dynamic() && !bodies.at(b).is_dynamic() {
             let value = "not dynamic, as body_a";
-            return Err(DefError::new("body_b", value, "a dynamic body on one side at least"));
+            return Err(DefError::unsuitable(
+                "body_b",
+                value,
+                "a dynamic body on one side at least",
+            ));
         }
         let joint = Joint {
             body_a: a,
@@ -347,13 +351,13 @@ impl World {
                     check_axis(axis_name, &six.def, axis)?;
                     Ok([joint.body_a, joint.body_b])
                 }
-                _ => Err(DefError::new(name, id.index(), "a joint of six axes of this world")),
+                _ => Err(DefError::missing(name, id.index(), "a joint of six axes of this world")),
             }
         };
         let [a1, b1] = find("joint_a", "axis_a", def.joint_a, def.axis_a)?;
         let [a2, b2] = find("joint_b", "axis_b", def.joint_b, def.axis_b)?;
         let Some((a, b)) = between(&self.tables.bodies, [a1, b1], [a2, b2]) else {
-            return Err(DefError::new(
+            return Err(DefError::unsuitable(
                 "joint_b",
                 "of the same bodies",
                 "two joints between bodies",

@@ -275,13 +275,8 @@ impl<'w> BodyMut<'w> {
         }
     }
 
-    /// Puts its origin somewhere else at once [m, world], keeping its velocity. To push others on the
-    /// way, give a kinematic body a velocity instead.
-    ///
-    /// # Errors
-    /// A number is not finite or too large, or the rotation is not a unit quaternion; then nothing is
-    /// changed.
-    pub fn set_pose(&mut self, pose: Pose) -> Result<(), DefError> {
+    /// See [`Self::set_pose`].
+    pub(super) fn try_set_pose(&mut self, pose: Pose) -> Result<(), DefError> {
         position("position", pose.position)?;
         unit("rotation", pose.rotation)?;
         self.wake_neighbors();
@@ -290,11 +285,8 @@ impl<'w> BodyMut<'w> {
         Ok(())
     }
 
-    /// Sets the velocity of the center of mass [m/s, world]. No effect on static bodies.
-    ///
-    /// # Errors
-    /// A number is not finite or too large; then nothing is changed.
-    pub fn set_linear_velocity(&mut self, v: impl Into<Vec3>) -> Result<(), DefError> {
+    /// See [`Self::set_linear_velocity`].
+    pub(super) fn try_set_linear_velocity(&mut self, v: impl Into<Vec3>) -> Result<(), DefError> {
         let v = v.into();
         velocity("linear_velocity", v)?;
         let w = self.body().w;
@@ -302,11 +294,8 @@ impl<'w> BodyMut<'w> {
         Ok(())
     }
 
-    /// Sets the angular velocity [rad/s, world]. No effect on static bodies.
-    ///
-    /// # Errors
-    /// A number is not finite or too large; then nothing is changed.
-    pub fn set_angular_velocity(&mut self, w: impl Into<Vec3>) -> Result<(), DefError> {
+    /// See [`Self::set_angular_velocity`].
+    pub(super) fn try_set_angular_velocity(&mut self, w: impl Into<Vec3>) -> Result<(), DefError> {
         let w = w.into();
         velocity("angular_velocity", w)?;
         let v = self.body().v;
@@ -329,16 +318,8 @@ impl<'w> BodyMut<'w> {
         }
     }
 
-    /// Gives a kinematic body the velocity that takes it to `pose` in one step of `dt` [s]; for other
-    /// kinds of bodies nothing is changed.
-    ///
-    /// The velocity lasts: if it is not told another one, it goes on beyond the pose in the steps after. A lift that is to stand gets
-    /// velocity 0, or is moved to where it is in every step.
-    ///
-    /// # Errors
-    /// A number is not finite or too large, `dt` is not from 1e-6 to 10 s, or the velocity would be beyond 1e6 m/s or
-    /// rad/s; then nothing is changed.
-    pub fn move_to(&mut self, pose: Pose, dt: f32) -> Result<(), DefError> {
+    /// See [`Self::move_to`].
+    pub(super) fn try_move_to(&mut self, pose: Pose, dt: f32) -> Result<(), DefError> {
         position("position", pose.position)?;
         unit("rotation", pose.rotation)?;
         within("dt", dt, &limits::TIME_STEP)?;
@@ -381,22 +362,15 @@ impl<'w> BodyMut<'w> {
         Err(DefError::of_vec("impulse", impulse, allowed))
     }
 
-    /// Changes the velocity of the center of mass at once by an impulse [N s, world]. Dynamic bodies
-    /// only.
-    ///
-    /// # Errors
-    /// A number is not finite, or the velocity would be beyond 1e6 m/s; then nothing is changed.
-    pub fn apply_impulse(&mut self, impulse: impl Into<Vec3>) -> Result<(), DefError> {
+    /// See [`Self::apply_impulse`].
+    pub(super) fn try_apply_impulse(&mut self, impulse: impl Into<Vec3>) -> Result<(), DefError> {
         let impulse = impulse.into();
         finite_vec("impulse", impulse)?;
         self.apply_impulses(impulse, Vec3::ZERO)
     }
 
-    /// An impulse [N s, world] at a point [m, world]: changes linear and angular velocity at once.
-    ///
-    /// # Errors
-    /// A number is not finite, or a velocity would be beyond 1e6 m/s or rad/s; then nothing is changed.
-    pub fn apply_impulse_at(
+    /// See [`Self::apply_impulse_at`].
+    pub(super) fn try_apply_impulse_at(
         &mut self,
         impulse: impl Into<Vec3>,
         point: impl Into<Vec3>,
@@ -408,11 +382,11 @@ impl<'w> BodyMut<'w> {
         self.apply_impulses(impulse, arm.cross(impulse))
     }
 
-    /// Changes the angular velocity at once by an angular impulse [N m s, world]. Dynamic bodies only.
-    ///
-    /// # Errors
-    /// A number is not finite, or the angular velocity would be beyond 1e6 rad/s; then nothing is changed.
-    pub fn apply_angular_impulse(&mut self, impulse: impl Into<Vec3>) -> Result<(), DefError> {
+    /// See [`Self::apply_angular_impulse`].
+    pub(super) fn try_apply_angular_impulse(
+        &mut self,
+        impulse: impl Into<Vec3>,
+    ) -> Result<(), DefError> {
         let impulse = impulse.into();
         finite_vec("impulse", impulse)?;
         self.apply_impulses(Vec3::ZERO, impulse)
@@ -436,22 +410,15 @@ impl<'w> BodyMut<'w> {
         all_within("torque over moment of inertia", angular, &limits::ACCELERATION)
     }
 
-    /// Adds a force [N, world] at the center of mass for the next step only. Dynamic bodies only.
-    ///
-    /// # Errors
-    /// A number is not finite, or all forces for the step together accelerate it by more than 1e10 m/s²; then
-    /// nothing is changed.
-    pub fn add_step_force(&mut self, force: impl Into<Vec3>) -> Result<(), DefError> {
+    /// See [`Self::add_step_force`].
+    pub(super) fn try_add_step_force(&mut self, force: impl Into<Vec3>) -> Result<(), DefError> {
         let force = force.into();
         finite_vec("force", force)?;
         self.add_step_forces(force, Vec3::ZERO)
     }
 
-    /// Adds a force [N, world] at a point [m, world] for the next step only. Dynamic bodies only.
-    ///
-    /// # Errors
-    /// As of [`Self::add_step_force`] and [`Self::add_step_torque`]; then nothing is changed.
-    pub fn add_step_force_at(
+    /// See [`Self::add_step_force_at`].
+    pub(super) fn try_add_step_force_at(
         &mut self,
         force: impl Into<Vec3>,
         point: impl Into<Vec3>,
@@ -463,12 +430,8 @@ impl<'w> BodyMut<'w> {
         self.add_step_forces(force, arm.cross(force))
     }
 
-    /// Adds a torque [N m, world] for the next step only. Dynamic bodies only.
-    ///
-    /// # Errors
-    /// A number is not finite, or all torques for the step together accelerate it by more than 1e10 rad/s²;
-    /// then nothing is changed.
-    pub fn add_step_torque(&mut self, torque: impl Into<Vec3>) -> Result<(), DefError> {
+    /// See [`Self::add_step_torque`].
+    pub(super) fn try_add_step_torque(&mut self, torque: impl Into<Vec3>) -> Result<(), DefError> {
         let torque = torque.into();
         finite_vec("torque", torque)?;
         self.add_step_forces(Vec3::ZERO, torque)
@@ -486,12 +449,8 @@ impl<'w> BodyMut<'w> {
         Ok(())
     }
 
-    /// Sets the lasting force [N, world] at the center of mass: acts in every step until it is set
-    /// anew. Dynamic bodies only.
-    ///
-    /// # Errors
-    /// A number is not finite, or accelerates it by more than 1e10 m/s²; then nothing is changed.
-    pub fn set_lasting_force(&mut self, force: impl Into<Vec3>) -> Result<(), DefError> {
+    /// See [`Self::set_lasting_force`].
+    pub(super) fn try_set_lasting_force(&mut self, force: impl Into<Vec3>) -> Result<(), DefError> {
         let force = force.into();
         finite_vec("force", force)?;
         if self.pushable() {
@@ -502,11 +461,11 @@ impl<'w> BodyMut<'w> {
         Ok(())
     }
 
-    /// Sets the lasting torque [N m, world]. Dynamic bodies only.
-    ///
-    /// # Errors
-    /// A number is not finite, or accelerates it by more than 1e10 rad/s²; then nothing is changed.
-    pub fn set_lasting_torque(&mut self, torque: impl Into<Vec3>) -> Result<(), DefError> {
+    /// See [`Self::set_lasting_torque`].
+    pub(super) fn try_set_lasting_torque(
+        &mut self,
+        torque: impl Into<Vec3>,
+    ) -> Result<(), DefError> {
         let torque = torque.into();
         finite_vec("torque", torque)?;
         if self.pushable() {
@@ -517,22 +476,16 @@ impl<'w> BodyMut<'w> {
         Ok(())
     }
 
-    /// How many times gravity counts.
-    ///
-    /// # Errors
-    /// The number is not within -1000 to 1000; then nothing is changed.
-    pub fn set_gravity_scale(&mut self, scale: f32) -> Result<(), DefError> {
+    /// See [`Self::set_gravity_scale`].
+    pub(super) fn try_set_gravity_scale(&mut self, scale: f32) -> Result<(), DefError> {
         within("gravity_scale", scale, &limits::GRAVITY_SCALE)?;
         self.body().gravity_scale = scale;
         self.wake();
         Ok(())
     }
 
-    /// Rates at which linear and angular velocity decay [1/s].
-    ///
-    /// # Errors
-    /// A number is not within 0 to 1e9 1/s; then nothing is changed.
-    pub fn set_damping(&mut self, linear: f32, angular: f32) -> Result<(), DefError> {
+    /// See [`Self::set_damping`].
+    pub(super) fn try_set_damping(&mut self, linear: f32, angular: f32) -> Result<(), DefError> {
         within("linear_damping", linear, &limits::DAMPING)?;
         within("angular_damping", angular, &limits::DAMPING)?;
         let body = self.body();

@@ -142,7 +142,8 @@ impl World {
     /// Things come in the order of their tables, the same for any number of threads.
     ///
     /// ```
-    /// use drystone::{BodyDef, DebugColor, DebugDraw, DebugDrawOptions, ShapeDef, Vec3, World};
+    /// use drystone::{BodyDef, ShapeDef, Vec3, World};
+    /// use drystone::draw::{DebugColor, DebugDraw, DebugDrawOptions};
     ///
     /// #[derive(Default)]
     /// struct Lines(Vec<(Vec3, Vec3)>);

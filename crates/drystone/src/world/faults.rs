@@ -5,20 +5,18 @@
 use super::World;
 use crate::base::math::Vec3;
 use crate::state::bodies::Fineness;
+use crate::state::events::{Fault, FaultKind};
 
 impl World {
     /// Takes the bodies that the last step put aside out of the world. What touched them or hung on them wakes.
     pub(super) fn take_out_faulted(&mut self) {
-        if self.tables.events.faults.is_empty() {
+        let is_bad = |fault: &&Fault| fault.kind == FaultKind::NotFinite;
+        if !self.tables.events.faults.iter().any(|fault| is_bad(&fault)) {
             return;
         }
-        let bodies: Vec<u32> = self
-            .tables
-            .events
-            .faults
-            .iter()
-            .filter_map(|fault| self.tables.bodies.rows.row(fault.body?))
-            .collect();
+        let bad = self.tables.events.faults.iter().filter(is_bad);
+        let bodies: Vec<u32> =
+            bad.filter_map(|fault| self.tables.bodies.rows.row(fault.body?)).collect();
         for row in bodies {
             self.take_out(row);
         }

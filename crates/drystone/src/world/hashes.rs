@@ -1,5 +1,8 @@
 //! Hashes of what is in a world: equal where two runs are equal, and where they are not they tell what differs.
 
+#[cfg(feature = "serde")]
+use serde::{Deserialize, Serialize};
+
 use super::World;
 use crate::base::hash::StateHash;
 use crate::state::bodies::Body;
@@ -12,6 +15,58 @@ pub(super) fn feed_state(hash: &mut StateHash, body: &Body) {
     hash.floats(&body.rotation.to_array());
     hash.vector(body.v);
     hash.vector(body.w);
+}
+
+/// A hash for each stage of a step: see [`World::stage_hashes`].
+///
+/// ```
+/// use drystone::{BodyDef, ShapeDef, Stage, World};
+///
+/// # fn main() -> Result<(), drystone::DefError> {
+/// let mut world = World::default();
+/// let ball = world.add_body(BodyDef::dynamic().with_shape(ShapeDef::sphere(0.5)))?;
+/// let mut other = world.clone();
+/// if let Some(mut ball) = other.body_mut(ball) {
+///     ball.apply_impulse([1.0, 0.0, 0.0]);
+/// }
+/// world.step(1.0 / 60.0);
+/// other.step(1.0 / 60.0);
+/// let (ours, theirs) = (world.stage_hashes(), other.stage_hashes());
+/// assert_eq!(ours.first_difference(&theirs), Some(Stage::Finalize));
+/// # Ok(())
+/// # }
+/// ```
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
+pub struct StageHashes(Vec<u64>);
+
+impl StageHashes {
+    /// The stages in their order, with their hashes.
+    pub fn iter(&self) -> impl Iterator<Item = (Stage, u64)> {
+        Stage::ALL.iter().copied().zip(self.0.iter().copied())
+    }
+
+    /// Another hash of this stage.
+    #[cfg(test)]
+    pub(super) fn change(&mut self, stage: Stage) {
+        if let Some(place) = Stage::ALL.iter().position(|s| *s == stage) {
+            self.0[place] ^= 1;
+        }
+    }
+
+    /// The first stage that left something else in the tables than that of `other` did.
+    #[must_use]
+    pub fn first_difference(&self, other: &Self) -> Option<Stage> {
+        let pairs = || self.iter().zip(other.iter());
+        let differs = |of: Stage| pairs().any(|(a, b)| a.0 == of && a.1 != b.1);
+        let first = pairs().find(|(a, b)| a.1 != b.1).map(|(a, _)| a.0);
+        // Bodies that fall asleep leave the colors: then nothing else differs.
+        let moved = [Stage::Particles, Stage::Solver, Stage::Finalize].into_iter().any(differs);
+        if first == Some(Stage::Partition) && differs(Stage::Sleep) && !moved {
+            return Some(Stage::Sleep);
+        }
+        first
+    }
 }
 
 impl World {
@@ -33,10 +88,10 @@ impl World {
     /// [`Stage::Sweep`]), events, and who sleeps. Since bodies that fall asleep leave the colors, a difference in
     /// [`Stage::Partition`] and [`Stage::Sleep`] alone is one of sleep.
     #[must_use]
-    pub fn stage_hashes(&self) -> [(Stage, u64); 9] {
-        Stage::ALL.map(|stage| {
+    pub fn stage_hashes(&self) -> StageHashes {
+        let of = |stage: &Stage| {
             let mut hash = StateHash::default();
-            match stage {
+            match *stage {
                 Stage::Broadphase => self.feed_pairs(&mut hash),
                 Stage::Narrowphase => self.feed_manifolds(&mut hash),
                 Stage::Partition => self.feed_colors(&mut hash),
@@ -46,8 +101,9 @@ impl World {
                 Stage::Sensor => self.feed_events(&mut hash),
                 Stage::Sleep => self.feed_sleep(&mut hash),
             }
-            (stage, hash.finish())
-        })
+            hash.finish()
+        };
+        StageHashes(Stage::ALL.iter().map(of).collect())
     }
 
     fn feed_points(&self, hash: &mut StateHash) {

@@ -155,17 +155,17 @@ impl<'w> AxisRef<'w> {
 /// One axis of a joint of six axes, to change. An error leaves everything as it was.
 ///
 /// ```
-/// # use drystone::{Axis, DefError, JointId, World};
+/// # use drystone::{Axis, JointId, World};
 /// # use drystone::joint::JointSpring;
-/// fn steer(world: &mut World, wheel: JointId, angle: f32) -> Result<(), DefError> {
-///     let Some(mut joint) = world.joint_mut(wheel) else { return Ok(()) };
-///     let Some(mut steering) = joint.axis(Axis::TurnX) else { return Ok(()) };
-///     steering.set_servo(angle, JointSpring::hertz(8.0, 1.0), 2000.0)
+/// fn steer(world: &mut World, wheel: JointId, angle: f32) {
+///     let Some(mut joint) = world.joint_mut(wheel) else { return };
+///     let Some(mut steering) = joint.axis(Axis::TurnX) else { return };
+///     steering.set_servo(angle, JointSpring::hertz(8.0, 1.0), 2000.0);
 /// }
 /// ```
 #[derive(Debug)]
 pub struct AxisMut<'j, 'w> {
-    joint: &'j mut JointMut<'w>,
+    pub(super) joint: &'j mut JointMut<'w>,
     axis: Axis,
 }
 
@@ -210,19 +210,13 @@ impl AxisMut<'_, '_> {
         self.set(JointAxis { drive, ..*self.get().def() })
     }
 
-    /// Drives it at this speed [m/s; rad/s] with at most this force [N; N m]. With speed 0 it is a brake.
-    ///
-    /// # Errors
-    /// As [`Self::set`].
-    pub fn set_motor(&mut self, speed: f32, max_force: f32) -> Result<(), DefError> {
+    /// See [`Self::set_motor`].
+    pub(super) fn try_set_motor(&mut self, speed: f32, max_force: f32) -> Result<(), DefError> {
         self.set_drive(Some(JointDrive::motor(speed, max_force)))
     }
 
-    /// Pulls it to this position [m; rad] with at most this force [N; N m].
-    ///
-    /// # Errors
-    /// As [`Self::set`].
-    pub fn set_servo(
+    /// See [`Self::set_servo`].
+    pub(super) fn try_set_servo(
         &mut self,
         position: f32,
         spring: JointSpring,
@@ -291,25 +285,19 @@ impl<'w> JointMut<'w> {
         self.only()?.set_drive(drive)
     }
 
-    /// Drives its free axis at this speed [m/s; rad/s] with at most this force [N; N m]. With speed 0 it is a brake.
-    ///
-    /// # Errors
-    /// As [`Self::set_limits`].
-    pub fn set_motor(&mut self, speed: f32, max_force: f32) -> Result<(), DefError> {
-        self.only()?.set_motor(speed, max_force)
+    /// See [`Self::set_motor`].
+    pub(super) fn try_set_motor(&mut self, speed: f32, max_force: f32) -> Result<(), DefError> {
+        self.only()?.try_set_motor(speed, max_force)
     }
 
-    /// Pulls its free axis to this position [m; rad] with at most this force [N; N m].
-    ///
-    /// # Errors
-    /// As [`Self::set_limits`].
-    pub fn set_servo(
+    /// See [`Self::set_servo`].
+    pub(super) fn try_set_servo(
         &mut self,
         position: f32,
         spring: JointSpring,
         max_force: f32,
     ) -> Result<(), DefError> {
-        self.only()?.set_servo(position, spring, max_force)
+        self.only()?.try_set_servo(position, spring, max_force)
     }
 
     /// Sets the greatest force of dry friction along its free axis [N; N m].

@@ -110,12 +110,8 @@ impl<'w> JointMut<'w> {
         self.put_six(SixDof { frame_a, frame_b, ..axes.into() })
     }
 
-    /// Drives all turns of a joint that leaves three to this rotation of the second frame in the first: a ball joint of six
-    /// axes, a cone-twist, a muscle of a figure. Each torque is at most `max_torque` [N m; may be ∞].
-    ///
-    /// # Errors
-    /// A rotation that is not a unit quaternion, a number out of range; a joint that locks a turn.
-    pub fn set_target_rotation(
+    /// See [`Self::set_target_rotation`].
+    pub(super) fn try_set_target_rotation(
         &mut self,
         rotation: Quat,
         spring: JointSpring,
@@ -132,11 +128,8 @@ impl<'w> JointMut<'w> {
         self.put_six(six)
     }
 
-    /// Changes how long a distance joint, a rope or a spring is [m]: at least and at most.
-    ///
-    /// # Errors
-    /// A length that is not from 0 to 1e9 m, a greatest one below the least; a joint of another kind.
-    pub fn set_lengths(&mut self, min: f32, max: f32) -> Result<(), DefError> {
+    /// See [`Self::set_lengths`].
+    pub(super) fn try_set_lengths(&mut self, min: f32, max: f32) -> Result<(), DefError> {
         let Link::Distance { spring, .. } = self.joint().link else {
             return Err(self.other_kind("a distance joint"));
         };
@@ -187,6 +180,16 @@ impl<'w> JointMut<'w> {
             }
         });
         Ok(())
+    }
+
+    /// Solves it at once with the tree of joints that it belongs to, or one by one: see [`crate::JointDef::articulated`].
+    /// Nothing for a coupling.
+    pub fn set_articulated(&mut self, articulated: bool) {
+        if self.joint().articulated != articulated
+            && !matches!(self.joint().link, Link::Coupling(_))
+        {
+            self.change(|joint| joint.articulated = articulated);
+        }
     }
 
     /// Lets its bodies collide with each other or not. Touches that may not be any longer end.
@@ -260,7 +263,7 @@ impl<'w> JointMut<'w> {
     }
 
     pub(super) fn other_kind(&self, allowed: &str) -> DefError {
-        DefError::new("joint", self.joint().link.kind().name(), allowed)
+        DefError::unsuitable("joint", self.joint().link.kind().name(), allowed)
     }
 
     /// The one free axis of a joint that has one.

@@ -44,7 +44,7 @@ fn given_or_sum(
         MassDef::FromShapes if is_solid => Ok(*shapes),
         MassDef::FromShapes => {
             let allowed = "shapes with volume and density, or a mass given in full";
-            Err(DefError::new("mass", shapes.mass, allowed))
+            Err(DefError::unsuitable("mass", shapes.mass, allowed))
         }
         MassDef::Mass(mass) => {
             if is_solid {

@@ -8,15 +8,19 @@ mod breakage;
 mod change;
 mod clock;
 mod clone;
+#[cfg(feature = "snapshot")]
 mod delta;
 mod draw;
 mod faults;
+mod frame;
 mod hashes;
 mod impact;
 mod joint;
 mod joint_axis;
 mod joint_mut;
+#[cfg(feature = "snapshot")]
 mod journal;
+#[cfg(feature = "snapshot")]
 mod library;
 mod mass;
 mod mover;
@@ -25,6 +29,7 @@ mod reshape;
 mod origin;
 mod rules;
 mod shape;
+#[cfg(feature = "snapshot")]
 mod snapshot;
 mod strand;
 mod view;
@@ -32,20 +37,25 @@ mod view;
 pub use self::body::{BodyMut, BodyRef};
 pub use self::breakage::BondRef;
 pub use self::clock::Clock;
+#[cfg(feature = "snapshot")]
 pub use self::delta::{DeltaError, apply_delta, write_delta};
 pub use self::draw::{DebugColor, DebugDraw, DebugDrawOptions, DebugTint};
+pub use self::hashes::StageHashes;
 pub use self::impact::{Impact, ImpactBody, ImpactSurface, impact};
 pub use self::joint::JointRef;
 pub use self::joint_axis::{AxisMut, AxisRef};
 pub use self::joint_mut::JointMut;
+#[cfg(feature = "snapshot")]
 pub use self::journal::{
     Answer, AxisCall, BodyCall, Call, Difference, JointCall, Journal, JournalError, ParticleCall,
     ShapeCall,
 };
+#[cfg(feature = "snapshot")]
 pub use self::library::{GeometryKey, Library};
 pub use self::mover::{Moved, Mover, MoverHit};
-pub use self::particle::{LinkRef, ParticleMut, ParticleRef};
+pub use self::particle::{LinkMut, LinkRef, ParticleMut, ParticleRef};
 pub use self::shape::ShapeMut;
+#[cfg(feature = "snapshot")]
 pub use self::snapshot::SnapshotError;
 pub use self::strand::{ClothDef, RopeDef, Strand};
 pub use self::view::{ContactPoint, ContactRef, WorldCounts};
@@ -208,11 +218,8 @@ impl World {
         Ok(())
     }
 
-    /// Replaces gravity [m/s², world] and wakes all bodies.
-    ///
-    /// # Errors
-    /// A component is not finite or beyond 1e6 m/s²; then nothing is changed.
-    pub fn set_gravity(&mut self, gravity: impl Into<Vec3>) -> Result<(), DefError> {
+    /// See [`Self::set_gravity`].
+    pub(super) fn try_set_gravity(&mut self, gravity: impl Into<Vec3>) -> Result<(), DefError> {
         self.set_config(WorldConfig { gravity: gravity.into(), ..self.tables.config.clone() })
     }
 
@@ -312,10 +319,12 @@ impl World {
         core::mem::swap(&mut events.contact_end, &mut pending.contact_end);
         core::mem::swap(&mut events.sensor_exit, &mut pending.sensor_exit);
         core::mem::swap(&mut events.detached, &mut pending.detached);
+        core::mem::swap(&mut events.faults, &mut pending.faults);
         pending.clear();
         if !limits::TIME_STEP.admits(dt) {
             let step = self.tables.steps + 1;
-            let fault = Fault { body: None, particle: None, kind: FaultKind::BadTimeStep, step };
+            let kind = FaultKind::BadTimeStep;
+            let fault = Fault { body: None, joint: None, particle: None, kind, step };
             self.tables.events.faults.push(fault);
             return;
         }

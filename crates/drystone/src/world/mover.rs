@@ -245,11 +245,13 @@ impl Mover {
         filter: impl Into<QueryFilter<'f>>,
     ) -> Result<Moved, DefError> {
         within("dt", dt, &limits::TIME_STEP)?;
-        let found = world.body(body).filter(|found| found.kind() == BodyKind::Kinematic);
-        let Some(found) = found else {
-            let id = format!("{body:?}");
-            return Err(DefError::new("body", id, "a kinematic body of this world"));
+        let allowed = "a kinematic body of this world";
+        let Some(found) = world.body(body) else {
+            return Err(DefError::missing("body", body.index(), allowed));
         };
+        if found.kind() != BodyKind::Kinematic {
+            return Err(DefError::unsuitable("body", format!("{:?}", found.kind()), allowed));
+        }
         let filter = filter.into();
         let others = |shape: ShapeRef<'_>| {
             shape.body() != body && filter.predicate.is_none_or(|sees| sees(shape))
@@ -259,7 +261,7 @@ impl Mover {
         let ride = moved.ground_velocity(world) * dt;
         let to = Pose { position: moved.pose.position + ride, ..moved.pose };
         if let Some(mut body) = world.body_mut(body) {
-            body.move_to(to, dt)?;
+            body.try_move_to(to, dt)?;
         }
         Ok(moved)
     }

@@ -194,11 +194,20 @@ impl LinkRef<'_> {
 /// A particle, to change. What is changed wakes it, and all that links hold to it.
 #[derive(Debug)]
 pub struct ParticleMut<'w> {
-    world: &'w mut World,
+    pub(super) world: &'w mut World,
     line: u32,
+    id: ParticleId,
 }
 
 impl ParticleMut<'_> {
+    /// The particle, to read.
+    #[must_use]
+    pub fn get(&self) -> ParticleRef<'_> {
+        let tables = &self.world.tables;
+        let particle = tables.particles.at(self.line);
+        ParticleRef { tables, particle, id: self.id, h: tables.particles.last_h }
+    }
+
     fn touch(&mut self) -> &mut Particle {
         let particles = &mut self.world.tables.particles;
         let particle = particles.at_mut(self.line);
@@ -213,11 +222,8 @@ impl ParticleMut<'_> {
         particles.at_mut(self.line)
     }
 
-    /// Puts it somewhere else [m, world], at the velocity it has.
-    ///
-    /// # Errors
-    /// A number that is not finite, or beyond 1e7 m.
-    pub fn set_position(&mut self, x: impl Into<Vec3>) -> Result<(), DefError> {
+    /// See [`Self::set_position`].
+    pub(super) fn try_set_position(&mut self, x: impl Into<Vec3>) -> Result<(), DefError> {
         let x = x.into();
         position("position", x)?;
         self.touch();
@@ -226,11 +232,8 @@ impl ParticleMut<'_> {
         Ok(())
     }
 
-    /// Gives it a velocity [m/s, world].
-    ///
-    /// # Errors
-    /// A number that is not finite, or beyond 1e6 m/s.
-    pub fn set_velocity(&mut self, v: impl Into<Vec3>) -> Result<(), DefError> {
+    /// See [`Self::set_velocity`].
+    pub(super) fn try_set_velocity(&mut self, v: impl Into<Vec3>) -> Result<(), DefError> {
         let v = v.into();
         velocity("velocity", v)?;
         self.touch();
@@ -238,17 +241,14 @@ impl ParticleMut<'_> {
         Ok(())
     }
 
-    /// Adds an impulse [N s, world]. Does nothing to one that is pinned.
-    ///
-    /// # Errors
-    /// A number that is not finite, or a velocity beyond 1e6 m/s.
-    pub fn apply_impulse(&mut self, impulse: impl Into<Vec3>) -> Result<(), DefError> {
+    /// See [`Self::apply_impulse`].
+    pub(super) fn try_apply_impulse(&mut self, impulse: impl Into<Vec3>) -> Result<(), DefError> {
         let impulse = impulse.into();
         finite_vec("impulse", impulse)?;
         let line = &self.world.tables.particles.lines[self.line as usize];
         let v = line.velocity() + impulse * line.inverse_mass();
         velocity("velocity", v)?;
-        self.set_velocity(v)
+        self.try_set_velocity(v)
     }
 
     /// Gives it another mass [kg].
@@ -262,6 +262,37 @@ impl ParticleMut<'_> {
         let inverse = if particle.pinned { 0.0 } else { 1.0 / mass };
         self.world.tables.particles.lines[self.line as usize].v[3] = inverse;
         Ok(())
+    }
+
+    /// Holds it at a point of a body [m, frame of the body's origin], wherever it is now: it is drawn there. It does not touch the
+    /// shapes of that body. An attachment that it has is replaced.
+    ///
+    /// # Errors
+    /// A body that is not of this world; a point that is not finite.
+    pub fn attach(&mut self, body: BodyId, point: impl Into<Vec3>) -> Result<(), DefError> {
+        let point = point.into();
+        position("point", point)?;
+        let Some(row) = self.world.tables.bodies.rows.row(body) else {
+            return Err(DefError::missing("body", body.index(), "a body of this world"));
+        };
+        let line = self.line;
+        let anchor = point - self.world.tables.bodies.at(row).local_center;
+        let particles = &mut self.world.tables.particles;
+        particles.wake(line);
+        particles.attach(Attachment { line, body: row, anchor, impulse: Vec3::ZERO });
+        self.world.sets().wake(row);
+        Ok(())
+    }
+
+    /// Lets it go from the body that holds it, and wakes both. False if none does.
+    pub fn detach(&mut self) -> bool {
+        let particles = &mut self.world.tables.particles;
+        let Some(number) = particles.at(self.line).attachment.checked_sub(1) else { return false };
+        let body = particles.attachments[number as usize].body;
+        particles.wake_strand(self.line);
+        particles.detach(self.line);
+        self.world.sets().wake(body);
+        true
     }
 
     /// Pins it, or lets it go. One that was pinned goes on at its velocity.
@@ -278,7 +309,7 @@ impl World {
     ///
     /// # Errors
     /// The first field that is out of range; then nothing is added.
-    pub fn add_particle(&mut self, def: &ParticleDef) -> Result<ParticleId, DefError> {
+    pub fn add_particle(&mut self, def: ParticleDef) -> Result<ParticleId, DefError> {
         def.validate()?;
         let particle = Particle {
             mass: def.mass,
@@ -317,7 +348,9 @@ impl World {
                 self.remove_link(link);
             }
         }
-        self.detach_particle(id);
+        if let Some(mut particle) = self.particle_mut(id) {
+            particle.detach();
+        }
         self.tables.particles.remove(id);
         true
     }
@@ -337,11 +370,11 @@ impl World {
         let particles = &mut self.tables.particles;
         let find = |name: &str, id: ParticleId| {
             let row = particles.rows.row(id);
-            row.ok_or_else(|| DefError::new(name, id.index(), "a particle of this world"))
+            row.ok_or_else(|| DefError::missing(name, id.index(), "a particle of this world"))
         };
         let (a, b) = (find("a", def.a)? + 1, find("b", def.b)? + 1);
         if a == b {
-            return Err(DefError::new("b", "the same particle", "another particle than a"));
+            return Err(DefError::unsuitable("b", "the same particle", "another particle than a"));
         }
         let apart = (particles.position(b) - particles.position(a)).length();
         let length = def.length.unwrap_or(apart);
@@ -361,64 +394,6 @@ impl World {
         let line = block.row_a[lane];
         particles.wake_strand(line);
         particles.remove_link(id)
-    }
-
-    /// Gives a link another length [m], and wakes its particles: a rope that is reeled in. False if there is
-    /// no such link.
-    ///
-    /// # Errors
-    /// A length that is not from 1e-5 to 1e7 m.
-    pub fn set_link_length(&mut self, id: LinkId, length: f32) -> Result<bool, DefError> {
-        check_length(length)?;
-        let particles = &mut self.tables.particles;
-        let Some(row) = particles.links.row(id) else { return Ok(false) };
-        let link = *particles.links.at(row).expect("the row of an id lives");
-        let block = &mut particles.colors[link.color as usize].blocks[link.block as usize];
-        let lane = usize::from(link.lane);
-        block.length[lane] = length;
-        let line = block.row_a[lane];
-        particles.wake_strand(line);
-        Ok(true)
-    }
-
-    /// Holds a particle at a point of a body [m, frame of the body's origin], wherever it is now: it is
-    /// drawn there. It does not touch the shapes of that body. An attachment that it has is replaced.
-    ///
-    /// # Errors
-    /// A particle or body that is not of this world; a point that is not finite.
-    pub fn attach_particle(
-        &mut self,
-        particle: ParticleId,
-        body: BodyId,
-        point: impl Into<Vec3>,
-    ) -> Result<(), DefError> {
-        let point = point.into();
-        position("point", point)?;
-        let Some(slot) = self.tables.particles.rows.row(particle) else {
-            let allowed = "a particle of this world";
-            return Err(DefError::new("particle", particle.index(), allowed));
-        };
-        let Some(row) = self.tables.bodies.rows.row(body) else {
-            return Err(DefError::new("body", body.index(), "a body of this world"));
-        };
-        let anchor = point - self.tables.bodies.at(row).local_center;
-        let line = slot + 1;
-        self.tables.particles.wake(line);
-        self.tables.particles.attach(Attachment { line, body: row, anchor, impulse: Vec3::ZERO });
-        self.sets().wake(row);
-        Ok(())
-    }
-
-    /// Lets a particle go that a body holds, and wakes both. False if no body holds it.
-    pub fn detach_particle(&mut self, id: ParticleId) -> bool {
-        let particles = &mut self.tables.particles;
-        let Some(slot) = particles.rows.row(id) else { return false };
-        let Some(number) = particles.at(slot + 1).attachment.checked_sub(1) else { return false };
-        let body = particles.attachments[number as usize].body;
-        particles.wake_strand(slot + 1);
-        particles.detach(slot + 1);
-        self.sets().wake(body);
-        true
     }
 
     /// Ends the attachments of a body that goes.
@@ -450,7 +425,7 @@ impl World {
     #[must_use]
     pub fn particle_mut(&mut self, id: ParticleId) -> Option<ParticleMut<'_>> {
         let line = self.tables.particles.rows.row(id)? + 1;
-        Some(ParticleMut { world: self, line })
+        Some(ParticleMut { world: self, line, id })
     }
 
     /// All particles in the order of their slots.
@@ -468,6 +443,13 @@ impl World {
         Some(LinkRef { tables, link, id, h: tables.particles.last_h })
     }
 
+    /// The link, to change it, unless it was removed or torn.
+    #[must_use]
+    pub fn link_mut(&mut self, id: LinkId) -> Option<LinkMut<'_>> {
+        let row = self.tables.particles.links.row(id)?;
+        Some(LinkMut { world: self, row, id })
+    }
+
     /// All links in the order of their slots.
     pub fn links(&self) -> impl Iterator<Item = LinkRef<'_>> {
         let (tables, h) = (&self.tables, self.tables.particles.last_h);
@@ -478,6 +460,37 @@ impl World {
     #[must_use]
     pub fn particle_penetration(&self) -> f32 {
         crate::query::particles::penetration(&self.tables)
+    }
+}
+
+/// A link, to change.
+#[derive(Debug)]
+pub struct LinkMut<'w> {
+    pub(super) world: &'w mut World,
+    row: u32,
+    id: LinkId,
+}
+
+impl LinkMut<'_> {
+    /// The link, to read.
+    #[must_use]
+    pub fn get(&self) -> LinkRef<'_> {
+        let tables = &self.world.tables;
+        let link = tables.particles.links.at(self.row).expect("the row of an id lives");
+        LinkRef { tables, link, id: self.id, h: tables.particles.last_h }
+    }
+
+    /// See [`Self::set_length`].
+    pub(super) fn try_set_length(&mut self, length: f32) -> Result<(), DefError> {
+        check_length(length)?;
+        let particles = &mut self.world.tables.particles;
+        let link = *particles.links.at(self.row).expect("the row of an id lives");
+        let block = &mut particles.colors[link.color as usize].blocks[link.block as usize];
+        let lane = usize::from(link.lane);
+        block.length[lane] = length;
+        let line = block.row_a[lane];
+        particles.wake_strand(line);
+        Ok(())
     }
 }
 

@@ -101,7 +101,7 @@ impl ShapeMut<'_> {
         let body = self.body();
         let tables = &self.world.tables;
         if tables.breakage.breaks(body) && !tables.shapes.at(self.row).sensor && !(density > 0.0) {
-            return Err(DefError::new("density", density, "above 0: each piece has a mass"));
+            return Err(DefError::unsuitable("density", density, "above 0: each piece has a mass"));
         }
         self.check_change(|shape| shape.density = density)?;
         self.world.tables.shapes.at_mut(self.row).density = density;
@@ -147,7 +147,11 @@ impl ShapeMut<'_> {
         let can_fracture = matches!(form, Shape::Box { .. } | Shape::Hull(_));
         let fractures = tables.breakage.fractures.contains_key(&body);
         if fractures && !tables.shapes.at(self.row).sensor && !can_fracture {
-            return Err(DefError::new("shape", form.kind(), "a box or hull on what fractures"));
+            return Err(DefError::unsuitable(
+                "shape",
+                form.kind(),
+                "a box or hull on what fractures",
+            ));
         }
         let solid = tables.shapes.solid(&form);
         let (flat, rolling_radius) = (form.is_flat(), rolling_radius(&form));
@@ -206,7 +210,7 @@ impl ShapeMut<'_> {
         if !is_bound {
             return Ok(());
         }
-        Err(DefError::new("shape", "a piece of a glued body", "a shape that no bond holds"))
+        Err(DefError::unsuitable("shape", "a piece of a glued body", "a shape that no bond holds"))
     }
 
     /// Checks the mass that the body of a shape changed so would have.
@@ -229,7 +233,7 @@ impl ShapeMut<'_> {
                 && is_solid =>
             {
                 let allowed = "shapes with volume and density, or a mass given in full";
-                Err(DefError::new("mass", 0.0, allowed))
+                Err(DefError::unsuitable("mass", 0.0, allowed))
             }
             None => Ok(()),
         }

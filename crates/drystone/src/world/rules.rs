@@ -85,8 +85,8 @@ impl World {
     /// bodies is removed; pieces that come off a body do not take it over.
     ///
     /// ```
-    /// use drystone::{BodyDef, ContactSoftness, ShapeDef, World};
-    /// use drystone::contact::SurfaceRule;
+    /// use drystone::{BodyDef, ShapeDef, World};
+    /// use drystone::contact::{ContactSoftness, SurfaceRule};
     ///
     /// let mut world = World::default();
     /// let bed = world.add_body(BodyDef::fixed().with_shape(ShapeDef::box_half([2.0, 0.5, 2.0])))?;

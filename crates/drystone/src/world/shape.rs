@@ -54,12 +54,8 @@ impl<'w> ShapeMut<'w> {
         Ok(())
     }
 
-    /// Lets its surface move over it, as a conveyor belt does [m/s, frame of the shape]; what it
-    /// touches wakes.
-    ///
-    /// # Errors
-    /// A number is not finite or too large; then nothing is changed.
-    pub fn set_surface_velocity(&mut self, v: impl Into<Vec3>) -> Result<(), DefError> {
+    /// See [`Self::set_surface_velocity`].
+    pub(super) fn try_set_surface_velocity(&mut self, v: impl Into<Vec3>) -> Result<(), DefError> {
         let v = v.into();
         velocity("surface_velocity", v)?;
         self.world.tables.shapes.at_mut(self.row).surface_velocity = v;
@@ -67,12 +63,8 @@ impl<'w> ShapeMut<'w> {
         Ok(())
     }
 
-    /// Lets its surface turn over it, about its origin [rad/s, frame of the shape]; what it touches
-    /// wakes.
-    ///
-    /// # Errors
-    /// A number is not finite or too large; then nothing is changed.
-    pub fn set_surface_spin(&mut self, spin: impl Into<Vec3>) -> Result<(), DefError> {
+    /// See [`Self::set_surface_spin`].
+    pub(super) fn try_set_surface_spin(&mut self, spin: impl Into<Vec3>) -> Result<(), DefError> {
         let spin = spin.into();
         velocity("surface_spin", spin)?;
         self.world.tables.shapes.at_mut(self.row).surface_spin = spin;

@@ -15,7 +15,7 @@ use crate::state::tables::Tables;
 /// First bytes of a snapshot.
 const MAGIC: [u8; 8] = *b"drystone";
 /// Of the layout; goes up whenever anything that is saved changes.
-const VERSION: u32 = 6;
+const VERSION: u32 = 7;
 /// Magic, version, checksum.
 const HEADER: usize = 8 + 4 + 8;
 
@@ -239,14 +239,15 @@ mod tests {
     use super::{HEADER, Library, SnapshotError};
     use crate::base::random::Random;
     use crate::base::trig;
-    use crate::joint::{Ball, Hinge, Pulley};
+    use crate::breakage::{BondStrength, Fracture, Glue};
+    use crate::joint::{Ball, CouplingDef, Hinge, JointAxis, JointDrive, Pulley};
+    use crate::method::Method;
+    use crate::particle::{ClothDef, LinkKind, RopeDef};
     use crate::state::breakage::GlueBond;
     use crate::state::contacts::Contact;
     use crate::state::tables::Tables;
     use crate::{
-        BodyDef, BondStrength, ClothDef, CouplingDef, Fracture, Glue, Hull, JointAxis, JointDef,
-        JointDrive, LinkKind, Mesh, Method, Quat, RopeDef, Shape, ShapeDef, Vec3, World,
-        WorldConfig, vec3,
+        BodyDef, Hull, JointDef, Mesh, Quat, Shape, ShapeDef, Vec3, World, WorldConfig, vec3,
     };
 
     const DT: f32 = 1.0 / 60.0;
@@ -307,12 +308,16 @@ mod tests {
             kind: LinkKind::Equal,
             ..RopeDef::between([5.0, 6.0, 0.0], [5.0, 4.0, 0.0], 5)
         };
-        let rope = world.add_rope(&rope).unwrap();
+        let rope = world.add_rope(rope).unwrap();
         let load = world.add_body(at(5.0, 3.7, 0.0).with_shape(ShapeDef::sphere(0.3))).unwrap();
-        world.attach_particle(rope.particles[5], load, [0.0, 0.3, 0.0]).unwrap();
+        world
+            .particle_mut(rope.particles[5])
+            .expect("there")
+            .attach(load, [0.0, 0.3, 0.0])
+            .unwrap();
         world.particle_mut(rope.particles[0]).unwrap().set_pinned(true);
         let cloth = ClothDef::new([2.0, 3.0, -1.0], [Vec3::X, Vec3::Z], [3, 3]);
-        world.add_cloth(&cloth).unwrap();
+        world.add_cloth(cloth).unwrap();
         let piece =
             |i: u8| ShapeDef::box_half([0.3; 3]).with_position(vec3(0.6 * f32::from(i), 0.0, 0.0));
         let shapes: Vec<ShapeDef> = (0..3).map(piece).collect();

@@ -11,7 +11,7 @@ use crate::state::def::DefError;
 use crate::state::particle_def::{LinkDef, LinkKind, LinkSpring, ParticleDef};
 
 /// A rope: particles in a row, each linked to the next.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub struct RopeDef {
     /// Where it begins [m, world].
@@ -58,7 +58,7 @@ impl RopeDef {
 
 /// A rectangle of cloth: a grid of particles with links along it (stretch), across it (shear) and over two
 /// (bend).
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub struct ClothDef {
     /// Its first corner [m, world].
@@ -135,7 +135,7 @@ impl World {
     ///
     /// # Errors
     /// The first field that is out of range; then nothing is added.
-    pub fn add_rope(&mut self, def: &RopeDef) -> Result<Strand, DefError> {
+    pub fn add_rope(&mut self, def: RopeDef) -> Result<Strand, DefError> {
         if !(1..=MOST_LINKS).contains(&def.links) {
             return Err(DefError::new("links", def.links, "1 to 1,000,000"));
         }
@@ -149,8 +149,8 @@ impl World {
             for i in 0..=def.links {
                 let pinned = (i == 0 && def.pinned[0]) || (i == def.links && def.pinned[1]);
                 let position = def.from.lerp(def.to, real(i) / real(def.links));
-                let particle = ParticleDef { position, mass, pinned, ..def.particle.clone() };
-                strand.particles.push(world.add_particle(&particle)?);
+                let particle = ParticleDef { position, mass, pinned, ..def.particle };
+                strand.particles.push(world.add_particle(particle)?);
             }
             for i in 0..def.links {
                 let (a, b) = (strand.particles[i], strand.particles[i + 1]);
@@ -171,7 +171,7 @@ impl World {
     ///
     /// # Errors
     /// The first field that is out of range; then nothing is added.
-    pub fn add_cloth(&mut self, def: &ClothDef) -> Result<Strand, DefError> {
+    pub fn add_cloth(&mut self, def: ClothDef) -> Result<Strand, DefError> {
         let [n, m] = def.squares;
         let fits = (1..=MOST_SQUARES).contains(&n) && (1..=MOST_SQUARES).contains(&m);
         if !(fits && n * m <= MOST_SQUARES_IN_ALL) {
@@ -188,8 +188,8 @@ impl World {
                 for i in 0..=n {
                     let along = def.sides[0] * (real(i) / real(n));
                     let position = def.corner + along + def.sides[1] * (real(k) / real(m));
-                    let particle = ParticleDef { position, mass, ..def.particle.clone() };
-                    strand.particles.push(world.add_particle(&particle)?);
+                    let particle = ParticleDef { position, mass, ..def.particle };
+                    strand.particles.push(world.add_particle(particle)?);
                 }
             }
             // Its lines are solved as chains.
@@ -235,13 +235,13 @@ impl World {
     pub fn add_cloud(
         &mut self,
         points: impl IntoIterator<Item = Vec3>,
-        def: &ParticleDef,
+        def: ParticleDef,
     ) -> Result<Vec<ParticleId>, DefError> {
         let mut strand = Strand::default();
         let made = self.fill(&mut strand, |world, strand| {
             for position in points {
-                let particle = ParticleDef { position, ..def.clone() };
-                strand.particles.push(world.add_particle(&particle)?);
+                let particle = ParticleDef { position, ..def };
+                strand.particles.push(world.add_particle(particle)?);
             }
             Ok(())
         });

@@ -277,7 +277,7 @@ fn a_step_whose_observer_panics_is_done_to_its_end() {
     let expected = hashes(1 + Stage::ALL.len());
     for team in [1, 3] {
         let mut world = pile().with_executor(Arc::new(Team::with_threads(team)));
-        for (stage, expected) in Stage::ALL.into_iter().zip(&expected) {
+        for (stage, expected) in Stage::ALL.iter().copied().zip(&expected) {
             let mut seen = Vec::new();
             let outcome = catch_unwind(AssertUnwindSafe(|| {
                 world.step_observed(DT, &mut |done| {

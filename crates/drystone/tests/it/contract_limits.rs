@@ -3,16 +3,17 @@
 use std::sync::Arc;
 
 use drystone::breakage::JointStrength;
-use drystone::events::FaultKind;
+use drystone::events::{FaultKind, FrameCall};
 use drystone::joint::{
-    Ball, CouplingDef, Distance, Hinge, JointAxis, JointDrive, SixDof, Spring, Universal,
+    Ball, CouplingDef, Distance, Hinge, JointAxis, JointDrive, JointSpring, Rope, SixDof, Spring,
+    Universal,
 };
 use drystone::math::Sym3;
 use drystone::particle::{LinkDef, LinkKind, LinkSpring, ParticleDef, RopeDef};
 use drystone::threads::SimdLevel;
 use drystone::{
-    BodyDef, BodyId, BodyKind, DefError, Filter, Hull, JointDef, JointKind, MassDef, Material,
-    Pose, Shape, ShapeDef, Vec3, World, WorldConfig, limits, vec3,
+    BodyDef, BodyId, BodyKind, BodyMut, DefError, Filter, Hull, JointDef, JointKind, MassDef,
+    Material, Pose, Quat, Shape, ShapeDef, Vec3, World, WorldConfig, limits, vec3,
 };
 
 const DT: f32 = 1.0 / 60.0;
@@ -391,36 +392,86 @@ fn calls_that_would_lead_beyond_are_refused_and_change_nothing() {
     let carrier = world.add_body(carrier.with_shape(ShapeDef::sphere(0.5))).unwrap();
     let body = ball(&mut world, [3.0, 3.0, 0.0]);
     let particle = world.add_particle(ParticleDef::at([0.0, 3.0, 0.0])).unwrap();
-    let before = world.state_hash();
     let pose = Pose::at([0.0, 6.0, 0.0]);
-    let huge = [3.0e38, 0.0, 0.0];
-    let on = |world: &mut World,
-              what: &str,
-              field: &str,
-              call: &dyn Fn(&mut World) -> Result<(), DefError>| {
-        refused(what, call(world), field);
-    };
-    on(&mut world, "dt", "dt", &|w| w.body_mut(carrier).unwrap().move_to(pose, 1.0e-42));
-    on(&mut world, "dt", "dt", &|w| w.body_mut(carrier).unwrap().move_to(pose, 1.0e-20));
+    let (nan, huge) = ([f32::NAN, 0.0, 0.0], [3.0e38, 0.0, 0.0]);
+    let rope = JointDef::new(body, carrier, Rope::new(9.0));
+    let rope = world.add_joint(rope).unwrap();
+    let hinge = world.add_joint(JointDef::new(body, carrier, Hinge::new())).unwrap();
+    let ball = world.add_joint(JointDef::new(body, carrier, Ball::new())).unwrap();
+    let link = RopeDef::between([0.0, 9.0, 0.0], [1.0, 9.0, 0.0], 1);
+    let link = world.add_rope(link).unwrap().links[0];
     let far = Pose::at([0.0, 9.0e6, 0.0]);
-    on(&mut world, "speed", "velocity", &|w| w.body_mut(carrier).unwrap().move_to(far, 1.0e-3));
-    on(&mut world, "impulse", "impulse", &|w| w.body_mut(body).unwrap().apply_impulse(huge));
-    on(&mut world, "turn", "impulse", &|w| w.body_mut(body).unwrap().apply_angular_impulse(huge));
-    on(&mut world, "arm", "impulse", &|w| {
-        w.body_mut(body).unwrap().apply_impulse_at([1.0e6, 0.0, 0.0], [0.0, 1.0e7, 0.0])
-    });
-    on(&mut world, "force", "force", &|w| w.body_mut(body).unwrap().add_step_force(huge));
-    on(&mut world, "torque", "torque", &|w| w.body_mut(body).unwrap().add_step_torque(huge));
-    on(&mut world, "force", "force", &|w| w.body_mut(body).unwrap().set_lasting_force(huge));
-    on(&mut world, "torque", "torque", &|w| w.body_mut(body).unwrap().set_lasting_torque(huge));
-    on(&mut world, "impulse", "velocity", &|w| {
-        w.particle_mut(particle).unwrap().apply_impulse([3.0e38; 3])
-    });
-    on(&mut world, "gravity", "gravity", &|w| w.set_gravity([0.0, -3.4e38, 0.0]));
+    let spring = JointSpring::hertz(1.0, 1.0);
+    let shape = world.body(body).unwrap().shapes().next().unwrap();
+    let before = world.state_hash();
+    type Make<'a> = &'a dyn Fn(&mut World);
+    let of = |id: BodyId, make: fn(&mut BodyMut<'_>)| {
+        move |w: &mut World| make(&mut w.body_mut(id).unwrap())
+    };
+    let calls: &[(FrameCall, Make<'_>)] = &[
+        (FrameCall::SetPose, &|w| w.body_mut(body).unwrap().set_pose(Pose::at(nan))),
+        (FrameCall::SetLinearVelocity, &of(body, |b| b.set_linear_velocity([1.1e6, 0.0, 0.0]))),
+        (FrameCall::SetAngularVelocity, &of(body, |b| b.set_angular_velocity([f32::NAN; 3]))),
+        (FrameCall::MoveTo, &|w| w.body_mut(carrier).unwrap().move_to(pose, 1.0e-42)),
+        (FrameCall::MoveTo, &|w| w.body_mut(carrier).unwrap().move_to(pose, 1.0e-20)),
+        (FrameCall::MoveTo, &|w| w.body_mut(carrier).unwrap().move_to(far, 1.0e-3)),
+        (FrameCall::ApplyImpulse, &|w| w.body_mut(body).unwrap().apply_impulse(huge)),
+        (FrameCall::ApplyAngularImpulse, &|w| {
+            w.body_mut(body).unwrap().apply_angular_impulse(huge);
+        }),
+        (FrameCall::ApplyImpulseAt, &|w| {
+            let (impulse, point) = ([1.0e6, 0.0, 0.0], [0.0, 1.0e7, 0.0]);
+            w.body_mut(body).unwrap().apply_impulse_at(impulse, point);
+        }),
+        (FrameCall::AddStepForce, &|w| w.body_mut(body).unwrap().add_step_force(huge)),
+        (FrameCall::AddStepForceAt, &|w| {
+            w.body_mut(body).unwrap().add_step_force_at([1.0; 3], nan);
+        }),
+        (FrameCall::AddStepTorque, &|w| w.body_mut(body).unwrap().add_step_torque(huge)),
+        (FrameCall::SetLastingForce, &|w| w.body_mut(body).unwrap().set_lasting_force(huge)),
+        (FrameCall::SetLastingTorque, &|w| w.body_mut(body).unwrap().set_lasting_torque(huge)),
+        (FrameCall::SetGravityScale, &of(body, |b| b.set_gravity_scale(1001.0))),
+        (FrameCall::SetDamping, &of(body, |b| b.set_damping(0.0, -1.0))),
+        (FrameCall::SetSurfaceVelocity, &|w| {
+            w.shape_mut(shape).unwrap().set_surface_velocity(nan);
+        }),
+        (FrameCall::SetSurfaceSpin, &|w| w.shape_mut(shape).unwrap().set_surface_spin(huge)),
+        (FrameCall::SetMotor, &|w| w.joint_mut(hinge).unwrap().set_motor(f32::NAN, 1.0)),
+        (FrameCall::SetMotor, &|w| w.joint_mut(ball).unwrap().set_motor(1.0, 1.0)),
+        (FrameCall::SetServo, &|w| w.joint_mut(hinge).unwrap().set_servo(0.0, spring, -1.0)),
+        (FrameCall::SetTargetRotation, &|w| {
+            let bad = Quat { w: 3.0, ..Quat::IDENTITY };
+            w.joint_mut(ball).unwrap().set_target_rotation(bad, spring, 1.0);
+        }),
+        (FrameCall::SetLengths, &|w| w.joint_mut(rope).unwrap().set_lengths(2.0, 1.0)),
+        (FrameCall::SetParticlePosition, &|w| {
+            w.particle_mut(particle).unwrap().set_position(nan);
+        }),
+        (FrameCall::SetParticleVelocity, &|w| {
+            w.particle_mut(particle).unwrap().set_velocity(huge);
+        }),
+        (FrameCall::ApplyParticleImpulse, &|w| {
+            w.particle_mut(particle).unwrap().apply_impulse([3.0e38; 3]);
+        }),
+        (FrameCall::SetLinkLength, &|w| w.link_mut(link).unwrap().set_length(-1.0)),
+        (FrameCall::SetGravity, &|w| w.set_gravity([0.0, -3.4e38, 0.0])),
+    ];
+    for (call, make) in calls {
+        make(&mut world);
+        assert_eq!(world.state_hash(), before, "{}", call.name());
+        assert_eq!(world.config().gravity, WorldConfig::default().gravity);
+    }
     let ray = world.query().cast_ray([0.0, 1.0, 0.0], [0.0, -3.0e38, 0.0], Filter::default());
     refused("ray", ray, "delta");
     assert_eq!(world.state_hash(), before);
     assert!(all_finite(&world));
+    // The next step names the calls in their order, the step after it has none.
+    world.step(DT);
+    let told: Vec<FaultKind> = world.events().faults.iter().map(|fault| fault.kind).collect();
+    let made: Vec<FaultKind> = calls.iter().map(|(call, _)| FaultKind::Refused(*call)).collect();
+    assert_eq!(told, made);
+    assert_eq!(world.events().faults[0].body, Some(body));
+    assert!(!world.body(body).unwrap().is_faulted(), "it goes on");
     world.step(DT);
     assert!(world.events().faults.is_empty());
 }

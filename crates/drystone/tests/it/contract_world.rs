@@ -277,7 +277,8 @@ fn forces_for_a_step_last_a_step_and_lasting_ones_last() {
     world.body_mut(id).unwrap().apply_impulse_at([0.0, 0.0, 1.0], p);
     let w = world.body(id).unwrap().angular_velocity();
     assert!((w - vec3(0.0, -1.5, 0.0)).length() < 1e-5, "{w:?}");
-    assert!(world.body_mut(id).unwrap().apply_impulse([f32::NAN, 0.0, 0.0]).is_err());
+    world.body_mut(id).unwrap().apply_impulse([f32::NAN, 0.0, 0.0]);
+    assert_eq!(world.body(id).unwrap().angular_velocity(), w);
 }
 
 #[test]

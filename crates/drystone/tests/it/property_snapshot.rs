@@ -210,7 +210,7 @@ pub(crate) fn make(
                         world.remove_particle(particle);
                     }
                     1 => {
-                        world.detach_particle(particle);
+                        world.particle_mut(particle).expect("there").detach();
                     }
                     _ => {
                         let _ = world.particle_mut(particle).expect("there").attach(first, v);

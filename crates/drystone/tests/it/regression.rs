@@ -138,7 +138,8 @@ fn a_coupling_follows_its_joints_to_the_pieces_of_a_body() {
     let how = Fracture { pieces: 8, ..Fracture::default() };
     goes_on_from_every_snapshot(&mut world, 120, |world, step| {
         if step == 20 {
-            let pieces = world.fracture_body(slab, [0.0, 3.2, 0.0], &how).unwrap();
+            let pieces =
+                world.body_mut(slab).expect("there").break_at([0.0, 3.2, 0.0], &how).unwrap();
             assert!(pieces.len() > 2 && world.body(slab).is_none());
             let ends = [left, right].map(|id| {
                 let joint = world.joint(id).unwrap();

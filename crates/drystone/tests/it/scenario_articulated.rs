@@ -82,6 +82,23 @@ fn a_beam_of_fixed_joints_does_not_bend() {
     assert!((force / (105.0 * G) - 1.0).abs() < 1.0e-3, "{force}");
 }
 
+#[test]
+fn joints_that_become_articulated_are_as_if_they_had_been() {
+    let masses = [1.0, 1.0, 50.0];
+    let run = |from: bool| {
+        let mut world = world(vec3(0.0, -G, 0.0));
+        let (_, joints) = arm(&mut world, &masses, SixDof::FIXED, from);
+        for joint in joints {
+            world.joint_mut(joint).unwrap().set_articulated(true);
+        }
+        for _ in 0..30 {
+            world.step(DT);
+        }
+        world.state_hash()
+    };
+    assert_eq!(run(false), run(true));
+}
+
 /// Motors hold an arm with a heavy load as if it were one piece, and then turn it.
 #[test]
 fn motors_move_what_the_whole_arm_weighs() {

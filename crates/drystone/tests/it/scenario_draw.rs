@@ -1,12 +1,12 @@
 //! Lines that show a world: they lie on what they show.
 
+use drystone::draw::{DebugColor, DebugDraw, DebugDrawOptions, DebugTint};
 use drystone::geometry::Aabb;
 use drystone::joint::Distance;
 use drystone::particle::RopeDef;
 use drystone::query::QueryFilter;
 use drystone::{
-    BodyDef, DebugColor, DebugDraw, DebugDrawOptions, DebugTint, Hull, JointDef, Mesh, Quat, Shape,
-    ShapeDef, Vec3, World, WorldConfig, vec3,
+    BodyDef, Hull, JointDef, Mesh, Quat, Shape, ShapeDef, Vec3, World, WorldConfig, vec3,
 };
 use std::collections::BTreeSet;
 use std::sync::Arc;

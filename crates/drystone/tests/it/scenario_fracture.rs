@@ -63,7 +63,7 @@ fn pieces_have_the_mass_momentum_spin_and_energy_of_the_body_together() {
             let before = motion(&world);
             let at = world.body(id).unwrap().position();
             let how = Fracture { min_size: 0.01, ..Fracture::default() }.with_pieces(pieces);
-            let made = world.fracture_body(id, at, &how).unwrap();
+            let made = world.body_mut(id).expect("there").break_at(at, &how).unwrap();
             assert!(made.len() >= 2 && made.len() <= pieces as usize, "{}", made.len());
             assert!(pieces > 60 || made.len() * 2 > pieces as usize, "{} of {pieces}", made.len());
             assert!(world.body(id).is_none());
@@ -159,7 +159,7 @@ fn pieces_are_smaller_near_the_hit() {
     let id = world.add_body(cube(2.0)).unwrap();
     let how = Fracture { pieces: 100, focus: 2, ..Fracture::default() };
     let hit = vec3(1.0, 0.0, 0.0);
-    let pieces = world.fracture_body(id, hit, &how).unwrap();
+    let pieces = world.body_mut(id).expect("there").break_at(hit, &how).unwrap();
     let (mut near, mut far) = (Vec::new(), Vec::new());
     for id in pieces {
         let body = world.body(id).unwrap();
@@ -176,7 +176,7 @@ fn pieces_break_again_as_often_as_said_and_limits_of_size_and_number_hold() {
     // Broken high above the ground, so that its pieces fall on it.
     let how = Fracture { generations: 3, min_size: 0.15, ..Fracture::by_energy(500.0) };
     let (mut world, id) = dropped(how, 5.0);
-    let first = world.fracture_body(id, vec3(0.0, 5.0, 0.0), &how).unwrap();
+    let first = world.body_mut(id).expect("there").break_at(vec3(0.0, 5.0, 0.0), &how).unwrap();
     assert_eq!(world.body(first[0]).unwrap().fracture().unwrap().generations, 2);
     let mut events = 0;
     for _ in 0..400 {
@@ -198,8 +198,10 @@ fn pieces_break_again_as_often_as_said_and_limits_of_size_and_number_hold() {
     let ids: Vec<BodyId> = (0..3_u8)
         .map(|i| world.add_body(cube(1.0).with_position([5.0 * f32::from(i), 0.0, 0.0])).unwrap())
         .collect();
-    let counts: Vec<usize> =
-        ids.iter().map(|id| world.fracture_body(*id, Vec3::ZERO, &how).unwrap().len()).collect();
+    let counts: Vec<usize> = ids
+        .iter()
+        .map(|id| world.body_mut(*id).expect("there").break_at(Vec3::ZERO, &how).unwrap().len())
+        .collect();
     assert!(counts[0] > 8 && counts[1] >= 2 && counts.iter().sum::<usize>() <= 20, "{counts:?}");
     assert!(world.body(ids[2]).is_some() || counts[2] > 0);
     // Pieces that are removed make room.
@@ -208,11 +210,11 @@ fn pieces_break_again_as_often_as_said_and_limits_of_size_and_number_hold() {
         world.remove_body(id);
     }
     if world.body(ids[2]).is_some() {
-        assert!(world.fracture_body(ids[2], Vec3::ZERO, &how).unwrap().len() > 8);
+        assert!(world.body_mut(ids[2]).unwrap().break_at(Vec3::ZERO, &how).unwrap().len() > 8);
     }
     // Too small to break.
     let small = world.add_body(cube(0.02)).unwrap();
-    assert!(world.fracture_body(small, Vec3::ZERO, &how).unwrap().is_empty());
+    assert!(world.body_mut(small).expect("there").break_at(Vec3::ZERO, &how).unwrap().is_empty());
     assert!(world.body(small).is_some());
 }
 
@@ -256,7 +258,11 @@ fn a_joint_holds_the_piece_that_it_was_fastened_to() {
         )
         .unwrap();
     world.step(DT);
-    let pieces = world.fracture_body(body, vec3(0.5, 4.5, 0.0), &Fracture::default()).unwrap();
+    let pieces = world
+        .body_mut(body)
+        .expect("there")
+        .break_at(vec3(0.5, 4.5, 0.0), &Fracture::default())
+        .unwrap();
     let held = world.joint(joint).unwrap().body_b();
     assert!(pieces.contains(&held));
     for _ in 0..120 {
@@ -323,16 +329,25 @@ fn fractures_that_make_no_sense_are_refused_by_name() {
     let ball = world.add_body(BodyDef::dynamic().with_shape(ShapeDef::sphere(0.5))).unwrap();
     let block = world.add_body(cube(1.0)).unwrap();
     let any = Fracture::default();
-    assert_eq!(world.fracture_body(ball, Vec3::ZERO, &any).unwrap_err().field(), "body");
-    assert_eq!(world.set_fracture(ball, Some(any)).unwrap_err().field(), "body");
+    assert_eq!(
+        world.body_mut(ball).expect("there").break_at(Vec3::ZERO, &any).unwrap_err().field(),
+        "body"
+    );
+    assert_eq!(
+        world.body_mut(ball).expect("there").set_fracture(Some(any)).unwrap_err().field(),
+        "body"
+    );
     let nowhere = vec3(f32::NAN, 0.0, 0.0);
-    assert_eq!(world.fracture_body(block, nowhere, &any).unwrap_err().field(), "point");
-    world.set_fracture(block, Some(any)).unwrap();
+    assert_eq!(
+        world.body_mut(block).expect("there").break_at(nowhere, &any).unwrap_err().field(),
+        "point"
+    );
+    world.body_mut(block).expect("there").set_fracture(Some(any)).unwrap();
     assert_eq!(world.body(block).unwrap().fracture(), Some(any));
-    world.set_fracture(block, None).unwrap();
+    world.body_mut(block).expect("there").set_fracture(None).unwrap();
     assert_eq!(world.body(block).unwrap().fracture(), None);
     world.remove_body(block);
-    assert!(world.fracture_body(block, Vec3::ZERO, &any).is_err());
+    assert!(world.body_mut(block).is_none());
     let nothing = Hull::from_points(&[Vec3::ZERO, Vec3::X, Vec3::Y, vec3(1.0, 1.0, 0.0)]);
     assert!(nothing.is_err(), "a flat hull is refused when it is made");
 }

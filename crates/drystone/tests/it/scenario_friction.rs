@@ -1,6 +1,7 @@
 //! Friction against closed forms, at 60 steps a second of 8 substeps.
 
 use drystone::contact::Combine;
+use drystone::journal::{Call, ShapeCall};
 use drystone::math::Sym3;
 use drystone::threads::SimdLevel;
 use drystone::{
@@ -539,9 +540,9 @@ fn a_new_material_counts_from_the_next_step() {
     assert_eq!(field(bad(odd)(&mut world)), "kinetic_friction");
     let odd = Material { spinning_resistance: nan, ..ice };
     assert_eq!(field(bad(odd)(&mut world)), "spinning_resistance");
-    let mut surface = world.shape_mut(shape).unwrap();
-    assert_eq!(field(surface.set_surface_velocity([nan, 0.0, 0.0])), "surface_velocity");
-    assert_eq!(field(surface.set_surface_spin([1.0e9, 0.0, 0.0])), "surface_spin");
+    let mut on = |call: ShapeCall| world.apply(&Call::Shape(shape, call)).map(|_| ());
+    assert_eq!(field(on(ShapeCall::SetSurfaceVelocity(vec3(nan, 0.0, 0.0)))), "surface_velocity");
+    assert_eq!(field(on(ShapeCall::SetSurfaceSpin(vec3(1.0e9, 0.0, 0.0)))), "surface_spin");
     assert_eq!(world.shape(shape).unwrap().material(), ice);
     let def = ShapeDef::sphere(1.0).with_surface_velocity([nan; 3]);
     assert_eq!(field(def.validate()), "surface_velocity");

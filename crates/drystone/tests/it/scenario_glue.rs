@@ -8,7 +8,8 @@ use drystone::joint::Ball;
 use drystone::math::Sym3;
 use drystone::threads::{SimdLevel, Team};
 use drystone::{
-    BodyDef, BodyId, JointDef, MassDef, Pose, Quat, ShapeDef, Vec3, World, WorldConfig, vec3,
+    BodyDef, BodyId, DefErrorKind, JointDef, MassDef, Pose, Quat, ShapeDef, Vec3, World,
+    WorldConfig, vec3,
 };
 
 const DT: f32 = 1.0 / 60.0;
@@ -100,7 +101,8 @@ fn each_part_has_its_own_mass_place_inertia_and_the_velocity_of_its_matter() {
     let shapes: Vec<_> = world.body(id).unwrap().shapes().collect();
     let spin = |b: drystone::BodyRef<'_>| b.angular_velocity();
     let mut whole = world.clone();
-    assert!(whole.set_bond_strength(id, BondStrength::both(f32::INFINITY)).unwrap());
+    let unbreakable = BondStrength::both(f32::INFINITY);
+    whole.body_mut(id).unwrap().set_bond_strength(unbreakable).unwrap();
     world.step(DT);
     whole.step(DT);
     let (a, b) = (motion(&whole), motion(&world));
@@ -179,7 +181,7 @@ fn a_beam_on_two_supports_bears_the_moment_of_its_weight_and_breaks_beyond() {
         }
         let strength = BondStrength { tension: factor * expected, shear: 1.0e9 };
         let beam = world.bodies().find(|b| b.mass() > 0.0).unwrap().id();
-        world.set_bond_strength(beam, strength).unwrap();
+        world.body_mut(beam).expect("there").set_bond_strength(strength).unwrap();
         for _ in 0..5 {
             world.step(DT);
         }
@@ -269,7 +271,11 @@ fn a_ball_breaks_a_wall_of_a_hundred_pieces_without_an_explosion_the_same_for_an
             let glued: Vec<BodyId> =
                 whole.bodies().filter(|b| b.bonds().next().is_some()).map(|b| b.id()).collect();
             for id in glued {
-                whole.set_bond_strength(id, BondStrength::both(f32::INFINITY)).unwrap();
+                whole
+                    .body_mut(id)
+                    .expect("there")
+                    .set_bond_strength(BondStrength::both(f32::INFINITY))
+                    .unwrap();
             }
             world.step(DT);
             let fastest = world.bodies().map(|b| b.linear_velocity().length()).fold(0.0, f32::max);
@@ -344,5 +350,7 @@ fn glue_that_makes_no_sense_is_refused_by_name() {
     assert!(world.remove_shape(shapes[1]));
     world.step(DT);
     assert_eq!(world.bodies().count(), 2, "what nothing holds any more comes apart");
-    assert!(!world.set_bond_strength(world.bodies().last().unwrap().id(), strength).unwrap());
+    let loose = world.bodies().last().unwrap().id();
+    let refused = world.body_mut(loose).unwrap().set_bond_strength(strength).unwrap_err();
+    assert_eq!(refused.kind(), DefErrorKind::Unsuitable);
 }

@@ -275,7 +275,8 @@ fn soft_things(w: &mut Scaled) {
     let at = w.at(3.0, 3.0, 0.0);
     let shape = w.boxed(0.2, 0.2, 0.2);
     let load = w.add(BodyDef::dynamic().with_position(at), shape);
-    w.world.attach_particle(*rope.particles.last().unwrap(), load, Vec3::ZERO).unwrap();
+    let held = *rope.particles.last().unwrap();
+    w.world.particle_mut(held).unwrap().attach(load, Vec3::ZERO).unwrap();
     let mut cloth =
         ClothDef::new(w.at(-3.0, 1.0, 3.0), [w.at(2.0, 0.0, 0.0), w.at(0.0, 0.0, 2.0)], [10, 10]);
     cloth.particle = particle.clone();

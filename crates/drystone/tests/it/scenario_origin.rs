@@ -74,7 +74,8 @@ fn scene() -> World {
     let rope = RopeDef::between(FAR + vec3(4.0, 4.0, 4.0), FAR + vec3(6.0, 4.0, 4.0), 12);
     let rope = world.add_rope(RopeDef { pinned: [true, false], ..rope }).unwrap();
     let held = add(&mut world, [6.0, 4.0, 4.0], BodyDef::dynamic(), ShapeDef::box_half([0.2; 3]));
-    world.attach_particle(*rope.particles.last().unwrap(), held, Vec3::ZERO).unwrap();
+    let end = *rope.particles.last().unwrap();
+    world.particle_mut(end).unwrap().attach(held, Vec3::ZERO).unwrap();
     let gate = ShapeDef::box_half([3.0, 0.3, 3.0]).as_sensor();
     add(&mut world, [0.0, 2.0, 0.0], BodyDef::fixed(), gate);
     for i in 0..3_u8 {

@@ -366,11 +366,12 @@ fn other_calls(made: &Made) -> Vec<Call> {
     let strength = JointStrength { force, torque, impulse, fatigue: None };
     let limit = JointMotion::Limited { min: -0.1, max: 0.1, spring: None };
     let cloth = ClothDef::new([8.0, 6.0, 0.0], [Vec3::X, Vec3::Z], [3, 3]);
+    let fracture = Fracture::by_impulse(10.0).with_pieces(3);
     let dust = vec![vec3(1.0, 8.0, 0.0), vec3(1.5, 8.0, 0.0)];
     vec![
         Call::AddCloth(Box::new(cloth)),
         Call::AddCloud(dust, Box::default()),
-        Call::AttachParticle(particles[5], d, Vec3::ZERO),
+        Call::Particle(particles[5], ParticleCall::Attach(d, Vec3::ZERO)),
         Call::Joint(hinge, JointCall::SetAnchors(vec3(0.4, 0.5, 0.5), Vec3::ZERO)),
         Call::Joint(hinge, JointCall::SetFrames(Quat::IDENTITY, Quat::IDENTITY)),
         on(None, AxisCall::SetMotor(1.0, 50.0)),
@@ -390,6 +391,7 @@ fn other_calls(made: &Made) -> Vec<Call> {
         Call::Joint(over, JointCall::SetPulley(Pulley { length: 6.5, ..pulley() })),
         Call::Joint(gear, JointCall::SetCoupling(-1.5, 0.1)),
         Call::Joint(hinge, JointCall::SetCollideConnected(true)),
+        Call::Joint(hinge, JointCall::SetArticulated(true)),
         Call::Joint(distance, JointCall::SetEnabled(false)),
         Call::Joint(distance, JointCall::SetUserData(3)),
         Call::Step(DT),
@@ -399,13 +401,13 @@ fn other_calls(made: &Made) -> Vec<Call> {
         Call::Particle(made.grain, ParticleCall::SetMass(0.5)),
         Call::Particle(particles[0], ParticleCall::SetPinned(true)),
         Call::SetLinkLength(made.link, 0.7),
-        Call::SetBondStrength(rod, BondStrength::both(1.0e5)),
-        Call::SetFracture(brittle, Some(Fracture::by_impulse(10.0).with_pieces(3))),
-        Call::FractureBody(brittle, vec3(-5.0, 6.0, 4.0), Fracture::by_impulse(1.0)),
+        Call::Body(rod, BodyCall::SetBondStrength(BondStrength::both(1.0e5))),
+        Call::Body(brittle, BodyCall::SetFracture(Some(fracture))),
+        Call::BreakAt(brittle, vec3(-5.0, 6.0, 4.0), Fracture::by_impulse(1.0)),
         Call::SetConfig(Box::new(WorldConfig { substeps: 4, ..WorldConfig::default() })),
         Call::SetGravity(vec3(0.0, -5.0, 0.0)),
         Call::Step(DT),
-        Call::DetachParticle(particles[5]),
+        Call::Particle(particles[5], ParticleCall::Detach),
         Call::RemoveLink(made.link),
         Call::RemoveParticle(made.grain),
         Call::RemoveJoint(gear),

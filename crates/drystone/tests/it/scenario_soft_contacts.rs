@@ -3,12 +3,10 @@
 use core::f64::consts::TAU;
 use std::sync::Arc;
 
-use drystone::contact::{ContactHooks, HookedContact, SurfaceRule};
+use drystone::contact::{ContactHooks, ContactSoftness, HookedContact, SurfaceRule};
 use drystone::joint::Fixed;
 use drystone::threads::Team;
-use drystone::{
-    BodyDef, BodyId, ContactSoftness, JointDef, Pose, Quat, ShapeDef, Vec3, World, WorldConfig,
-};
+use drystone::{BodyDef, BodyId, JointDef, Pose, Quat, ShapeDef, Vec3, World, WorldConfig};
 
 use crate::floors::square;
 

@@ -8,10 +8,9 @@ use std::alloc::{GlobalAlloc, Layout, System};
 use std::sync::Arc;
 
 use drystone::contact::{ContactHooks, HookedContact};
+use drystone::draw::{DebugColor, DebugDraw, DebugDrawOptions};
 use drystone::threads::Executor;
-use drystone::{
-    BodyDef, BodyId, DebugColor, DebugDraw, DebugDrawOptions, ShapeDef, Vec3, World, WorldConfig,
-};
+use drystone::{BodyDef, BodyId, ShapeDef, Vec3, World, WorldConfig};
 
 thread_local! {
     static CALLS: Cell<u64> = const { Cell::new(0) };

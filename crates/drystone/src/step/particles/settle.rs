@@ -48,7 +48,13 @@ pub(crate) fn settle(
     stage.faults.sort_unstable();
     for line in &stage.faults {
         let particle = particles.rows.id_at(line - 1);
-        events.faults.push(Fault { body: None, particle, kind: FaultKind::NotFinite, step });
+        events.faults.push(Fault {
+            body: None,
+            joint: None,
+            particle,
+            kind: FaultKind::NotFinite,
+            step,
+        });
         particles.take_out(*line);
     }
     keep_awake(ctx, rest, particles, bodies, stage);

@@ -3,7 +3,7 @@
 use super::bonds::Lump;
 use super::{Blow, Scratch};
 use crate::base::double::DVec3;
-use crate::base::id::{BodyId, ShapeId};
+use crate::base::id::ShapeId;
 use crate::base::math::{Vec3, bounded};
 use crate::base::pose::Pose;
 use crate::base::quat::Quat;
@@ -14,7 +14,7 @@ use crate::state::def::{BondStrength, DefError, Glue};
 use crate::state::events::{BondBreak, FractureCause, FractureEvent};
 use crate::state::joints::{Joint, Link};
 use crate::state::tables::Tables;
-use crate::world::World;
+use crate::world::{BodyMut, World};
 
 /// A bond of a glued body, to read.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -48,6 +48,26 @@ pub(in crate::world) fn bonds_of(tables: &Tables, row: u32) -> impl Iterator<Ite
     })
 }
 
+impl BodyMut<'_> {
+    /// Gives all its bonds another strength, and wakes it.
+    ///
+    /// # Errors
+    /// A limit that is out of range; a body that is not glued. Then nothing is changed.
+    pub fn set_bond_strength(&mut self, strength: BondStrength) -> Result<(), DefError> {
+        strength.validate()?;
+        let Some(glued) = self.world.tables.breakage.glued.get_mut(&self.row) else {
+            return Err(DefError::unsuitable("body", "not glued", "a body with glue"));
+        };
+        for bond in &mut glued.bonds {
+            bond.strength = strength;
+        }
+        // Loads are told as parts of the strength.
+        glued.lack.clear();
+        self.wake();
+        Ok(())
+    }
+}
+
 impl World {
     /// Notes the bonds of a body that was just made, whose shapes stand in the order of its definition.
     pub(in crate::world) fn glue_body(&mut self, row: u32, glue: &Glue) {
@@ -70,32 +90,6 @@ impl World {
             load: 0.0,
         }));
         tables.breakage.glued.insert(row, glued);
-    }
-
-    /// Gives all bonds of a glued body another strength, and wakes it. False if the body is not glued.
-    ///
-    /// # Errors
-    /// A limit that is out of range; then nothing is changed.
-    pub fn set_bond_strength(
-        &mut self,
-        id: BodyId,
-        strength: BondStrength,
-    ) -> Result<bool, DefError> {
-        strength.validate()?;
-        let tables = &mut self.tables;
-        let row = tables.bodies.rows.row(id);
-        let Some(glued) = row.and_then(|row| tables.breakage.glued.get_mut(&row)) else {
-            return Ok(false);
-        };
-        for bond in &mut glued.bonds {
-            bond.strength = strength;
-        }
-        // Loads are told as parts of the strength.
-        glued.lack.clear();
-        if let Some(row) = row {
-            self.sets().wake(row);
-        }
-        Ok(true)
     }
 
     /// Breaks the bonds that bear too much, and splits the bodies that come apart.

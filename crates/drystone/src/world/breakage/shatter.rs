@@ -12,11 +12,11 @@ use crate::geometry::cells::HullPiece;
 use crate::geometry::hull::Hull;
 use crate::geometry::shape::Shape;
 use crate::state::bodies::{Body, MassSource};
-use crate::state::def::{BodyDef, DefError, Fracture, ShapeDef};
+use crate::state::def::{BodyDef, DefError, Fracture, ShapeDef, position};
 use crate::state::events::{FractureCause, FractureEvent};
 use crate::state::shapes::ShapeRow;
 use crate::state::tables::Tables;
-use crate::world::World;
+use crate::world::{BodyMut, World};
 
 /// A point that is hit is taken to be this far inside, as a part of the way to the center.
 const INSIDE: f32 = 0.05;
@@ -28,6 +28,42 @@ struct Break {
     point: Vec3,
     value: f32,
     limit: f32,
+}
+
+impl BodyMut<'_> {
+    /// Breaks it now, as if it had been hit at `point` [m, world], whatever its own `fracture` says. Gives its pieces: none,
+    /// and the body stays, if it is too small or the world has [`crate::config::BreakageConfig::max_pieces`] already.
+    ///
+    /// # Errors
+    /// It is no dynamic body of one box or hull, is glued, has a mass given in full, or is disabled; or a field is out of
+    /// range. Then nothing is changed.
+    pub fn break_at(self, point: impl Into<Vec3>, how: &Fracture) -> Result<Vec<BodyId>, DefError> {
+        how.validate()?;
+        let point = point.into();
+        position("point", point)?;
+        self.world.check_breakable(self.row)?;
+        if self.world.tables.bodies.at(self.row).disabled {
+            return Err(DefError::unsuitable("body", "disabled", "a body that is enabled"));
+        }
+        Ok(self.world.shatter(self.row, how, point).unwrap_or_default())
+    }
+
+    /// Lets it break where it is hit from now on; `None`: not any more.
+    ///
+    /// # Errors
+    /// A body that cannot break, as of [`Self::break_at`]; a field that is out of range. Then nothing is changed.
+    pub fn set_fracture(&mut self, how: Option<Fracture>) -> Result<(), DefError> {
+        let Some(how) = how else {
+            self.world.tables.breakage.fractures.remove(&self.row);
+            self.world.follow_breakage(self.row);
+            return Ok(());
+        };
+        how.validate()?;
+        self.world.check_breakable(self.row)?;
+        self.world.tables.breakage.fractures.insert(self.row, how);
+        self.body().breaks = true;
+        Ok(())
+    }
 }
 
 impl World {
@@ -59,47 +95,6 @@ impl World {
         scratch.bodies = rows;
     }
 
-    /// Breaks a dynamic body of one box or hull now, as if it had been hit at `point` [m, world], whatever its own
-    /// `fracture` says. Gives its pieces: none, and the body stays, if it is too small or the world has
-    /// [`crate::config::BreakageConfig::max_pieces`] already.
-    ///
-    /// # Errors
-    /// No such body, one that cannot break or is disabled, or a field that is out of range.
-    pub fn fracture_body(
-        &mut self,
-        id: BodyId,
-        point: impl Into<Vec3>,
-        how: &Fracture,
-    ) -> Result<Vec<BodyId>, DefError> {
-        how.validate()?;
-        let point = point.into();
-        crate::state::def::position("point", point)?;
-        let row = self.breakable(id)?;
-        if self.tables.bodies.at(row).disabled {
-            return Err(DefError::new("body", id.index(), "a body that is enabled"));
-        }
-        Ok(self.shatter(row, how, point).unwrap_or_default())
-    }
-
-    /// Lets a body break where it is hit from now on; `None`: not any more.
-    ///
-    /// # Errors
-    /// No such body, one that cannot break, or a field that is out of range.
-    pub fn set_fracture(&mut self, id: BodyId, how: Option<Fracture>) -> Result<(), DefError> {
-        let Some(how) = how else {
-            if let Some(row) = self.tables.bodies.rows.row(id) {
-                self.tables.breakage.fractures.remove(&row);
-                self.follow_breakage(row);
-            }
-            return Ok(());
-        };
-        how.validate()?;
-        let row = self.breakable(id)?;
-        self.tables.breakage.fractures.insert(row, how);
-        self.tables.bodies.at_mut(row).breaks = true;
-        Ok(())
-    }
-
     /// Whether contacts are to sum up what they give to a body: it breaks, and is dynamic.
     pub(in crate::world) fn follow_breakage(&mut self, row: u32) {
         let Tables { breakage, bodies, .. } = &mut self.tables;
@@ -107,19 +102,16 @@ impl World {
         body.breaks = breakage.breaks(row) && body.is_dynamic();
     }
 
-    /// The row of a body that can be broken into pieces.
-    fn breakable(&self, id: BodyId) -> Result<u32, DefError> {
-        let Some(row) = self.tables.bodies.rows.row(id) else {
-            return Err(DefError::new("body", id.index(), "a body of this world"));
-        };
+    /// Refuses bodies that cannot be broken into pieces.
+    fn check_breakable(&self, row: u32) -> Result<(), DefError> {
         let body = self.tables.bodies.at(row);
         let exact = body.mass_source == MassSource::Exact;
         let one = self.solid_shape(row).is_some();
         if !body.is_dynamic() || exact || !one || self.tables.breakage.glued.contains_key(&row) {
             let allowed = "a dynamic body of one box or hull, no glue, and no mass given in full";
-            return Err(DefError::new("body", id.index(), allowed));
+            return Err(DefError::unsuitable("body", row, allowed));
         }
-        Ok(row)
+        Ok(())
     }
 
     /// The only solid shape of a body, if it is a box or a hull.

@@ -42,7 +42,7 @@ impl World {
                 Ok(Answer::Done)
             }
             Call::SetConfig(config) => done(self.set_config((**config).clone())),
-            Call::SetGravity(gravity) => done(self.set_gravity(*gravity)),
+            Call::SetGravity(gravity) => done(self.try_set_gravity(*gravity)),
             Call::WakeAll => {
                 self.wake_all();
                 Ok(Answer::Done)
@@ -72,24 +72,21 @@ impl World {
             Call::ShiftOrigin(origin) => done(self.shift_origin(*origin)),
             Call::SetSurfaceRules(rules) => done(self.set_surface_rules(rules.clone())),
             Call::SetSurfaceBetween(a, b, rule) => done(self.set_surface_between(*a, *b, *rule)),
-            Call::FractureBody(id, point, how) => {
-                self.fracture_body(*id, *point, how).map(Answer::Pieces)
-            }
-            Call::SetFracture(id, how) => done(self.set_fracture(*id, *how)),
-            Call::SetBondStrength(id, strength) => {
-                self.set_bond_strength(*id, *strength).map(found)
-            }
+            Call::BreakAt(id, point, how) => match self.body_mut(*id) {
+                Some(body) => body.break_at(*point, how).map(Answer::Pieces),
+                None => Ok(Answer::Nothing),
+            },
             _ => self.apply_to_particles(call),
         }
     }
 
     fn apply_to_particles(&mut self, call: &Call) -> Answered {
         match call {
-            Call::AddParticle(def) => self.add_particle(def).map(Answer::Particle),
-            Call::AddRope(def) => self.add_rope(def).map(Answer::Strand),
-            Call::AddCloth(def) => self.add_cloth(def).map(Answer::Strand),
+            Call::AddParticle(def) => self.add_particle(**def).map(Answer::Particle),
+            Call::AddRope(def) => self.add_rope(**def).map(Answer::Strand),
+            Call::AddCloth(def) => self.add_cloth(**def).map(Answer::Strand),
             Call::AddCloud(points, def) => {
-                let made = self.add_cloud(points.iter().copied(), def);
+                let made = self.add_cloud(points.iter().copied(), **def);
                 let strand = |particles| Strand { particles, ..Strand::default() };
                 made.map(strand).map(Answer::Strand)
             }
@@ -98,11 +95,12 @@ impl World {
                 Some(particle) => call_particle(particle, call),
                 None => Ok(Answer::Nothing),
             },
-            Call::AttachParticle(id, body, point) => done(self.attach_particle(*id, *body, *point)),
-            Call::DetachParticle(id) => Ok(found(self.detach_particle(*id))),
             Call::AddLink(def) => self.add_link(*def).map(Answer::Link),
             Call::RemoveLink(id) => Ok(found(self.remove_link(*id))),
-            Call::SetLinkLength(id, length) => self.set_link_length(*id, *length).map(found),
+            Call::SetLinkLength(id, length) => match self.link_mut(*id) {
+                Some(mut link) => done(link.try_set_length(*length)),
+                None => Ok(Answer::Nothing),
+            },
             _ => Ok(Answer::Nothing),
         }
     }
@@ -120,7 +118,7 @@ fn call_joint(mut joint: JointMut<'_>, call: &JointCall) -> Answered {
     match call {
         JointCall::SetAnchors(a, b) => joint.set_anchors(*a, *b)?,
         JointCall::SetFrames(a, b) => joint.set_frames(*a, *b)?,
-        JointCall::SetLengths(min, max) => joint.set_lengths(*min, *max)?,
+        JointCall::SetLengths(min, max) => joint.try_set_lengths(*min, *max)?,
         JointCall::SetSpring(spring) => joint.set_spring(*spring)?,
         JointCall::SetPulley(pulley) => joint.set_pulley(*pulley)?,
         JointCall::SetCoupling(ratio, offset) => joint.set_coupling(*ratio, *offset)?,
@@ -131,9 +129,10 @@ fn call_joint(mut joint: JointMut<'_>, call: &JointCall) -> Answered {
             None => return Ok(Answer::Nothing),
         },
         JointCall::SetTargetRotation(rotation, spring, most) => {
-            joint.set_target_rotation(*rotation, *spring, *most)?;
+            joint.try_set_target_rotation(*rotation, *spring, *most)?;
         }
         JointCall::SetStrength(strength) => joint.set_strength(*strength)?,
+        JointCall::SetArticulated(articulated) => joint.set_articulated(*articulated),
         JointCall::SetCollideConnected(collide) => joint.set_collide_connected(*collide),
         JointCall::SetEnabled(enabled) => joint.set_enabled(*enabled),
         JointCall::SetUserData(data) => joint.set_user_data(*data),
@@ -148,8 +147,8 @@ fn call_axis(mut axis: AxisMut<'_, '_>, call: &AxisCall) -> Result<(), DefError>
         AxisCall::SetMotion(motion) => axis.set_motion(motion),
         AxisCall::SetLimits(min, max) => axis.set_limits(min, max),
         AxisCall::SetDrive(drive) => axis.set_drive(drive),
-        AxisCall::SetMotor(speed, most) => axis.set_motor(speed, most),
-        AxisCall::SetServo(position, spring, most) => axis.set_servo(position, spring, most),
+        AxisCall::SetMotor(speed, most) => axis.try_set_motor(speed, most),
+        AxisCall::SetServo(position, spring, most) => axis.try_set_servo(position, spring, most),
         AxisCall::SetFriction(friction) => axis.set_friction(friction),
     }
 }
@@ -161,24 +160,26 @@ fn call_body(mut body: BodyMut<'_>, call: &BodyCall) -> Answered {
         BodyCall::SetKind(kind) => body.set_kind(kind)?,
         BodyCall::SetMass(mass) => body.set_mass(mass)?,
         BodyCall::SetEnabled(enabled) => body.set_enabled(enabled),
-        BodyCall::SetPose(pose) => body.set_pose(pose)?,
-        BodyCall::SetLinearVelocity(v) => body.set_linear_velocity(v)?,
-        BodyCall::SetAngularVelocity(w) => body.set_angular_velocity(w)?,
+        BodyCall::SetPose(pose) => body.try_set_pose(pose)?,
+        BodyCall::SetLinearVelocity(v) => body.try_set_linear_velocity(v)?,
+        BodyCall::SetAngularVelocity(w) => body.try_set_angular_velocity(w)?,
         BodyCall::CorrectState(pose, v, w) => return body.correct_state(pose, v, w).map(found),
-        BodyCall::MoveTo(pose, time) => body.move_to(pose, time)?,
-        BodyCall::ApplyImpulse(p) => body.apply_impulse(p)?,
-        BodyCall::ApplyImpulseAt(p, at) => body.apply_impulse_at(p, at)?,
-        BodyCall::ApplyAngularImpulse(p) => body.apply_angular_impulse(p)?,
-        BodyCall::AddStepForce(f) => body.add_step_force(f)?,
-        BodyCall::AddStepForceAt(f, at) => body.add_step_force_at(f, at)?,
-        BodyCall::AddStepTorque(t) => body.add_step_torque(t)?,
-        BodyCall::SetLastingForce(f) => body.set_lasting_force(f)?,
-        BodyCall::SetLastingTorque(t) => body.set_lasting_torque(t)?,
-        BodyCall::SetGravityScale(scale) => body.set_gravity_scale(scale)?,
-        BodyCall::SetDamping(linear, angular) => body.set_damping(linear, angular)?,
+        BodyCall::MoveTo(pose, time) => body.try_move_to(pose, time)?,
+        BodyCall::ApplyImpulse(p) => body.try_apply_impulse(p)?,
+        BodyCall::ApplyImpulseAt(p, at) => body.try_apply_impulse_at(p, at)?,
+        BodyCall::ApplyAngularImpulse(p) => body.try_apply_angular_impulse(p)?,
+        BodyCall::AddStepForce(f) => body.try_add_step_force(f)?,
+        BodyCall::AddStepForceAt(f, at) => body.try_add_step_force_at(f, at)?,
+        BodyCall::AddStepTorque(t) => body.try_add_step_torque(t)?,
+        BodyCall::SetLastingForce(f) => body.try_set_lasting_force(f)?,
+        BodyCall::SetLastingTorque(t) => body.try_set_lasting_torque(t)?,
+        BodyCall::SetGravityScale(scale) => body.try_set_gravity_scale(scale)?,
+        BodyCall::SetDamping(linear, angular) => body.try_set_damping(linear, angular)?,
         BodyCall::SetLocks(locks) => body.set_locks(locks),
         BodyCall::SetCanSleep(can_sleep) => body.set_can_sleep(can_sleep),
         BodyCall::SetSleepSpeed(speed) => body.set_sleep_speed(speed)?,
+        BodyCall::SetFracture(how) => body.set_fracture(how)?,
+        BodyCall::SetBondStrength(strength) => body.set_bond_strength(strength)?,
         BodyCall::SetUserData(data) => body.set_user_data(data),
     }
     Ok(Answer::Done)
@@ -187,8 +188,8 @@ fn call_body(mut body: BodyMut<'_>, call: &BodyCall) -> Answered {
 fn call_shape(mut shape: ShapeMut<'_>, call: &ShapeCall) -> Answered {
     match call {
         ShapeCall::SetMaterial(material) => shape.set_material(*material)?,
-        ShapeCall::SetSurfaceVelocity(v) => shape.set_surface_velocity(*v)?,
-        ShapeCall::SetSurfaceSpin(w) => shape.set_surface_spin(*w)?,
+        ShapeCall::SetSurfaceVelocity(v) => shape.try_set_surface_velocity(*v)?,
+        ShapeCall::SetSurfaceSpin(w) => shape.try_set_surface_spin(*w)?,
         ShapeCall::SetFilter(filter) => shape.set_filter(*filter),
         ShapeCall::SetSensor(sensor) => shape.set_sensor(*sensor)?,
         ShapeCall::SetDensity(density) => shape.set_density(*density)?,
@@ -206,11 +207,13 @@ fn call_shape(mut shape: ShapeMut<'_>, call: &ShapeCall) -> Answered {
 
 fn call_particle(mut particle: ParticleMut<'_>, call: &ParticleCall) -> Answered {
     match *call {
-        ParticleCall::SetPosition(x) => particle.set_position(x)?,
-        ParticleCall::SetVelocity(v) => particle.set_velocity(v)?,
-        ParticleCall::ApplyImpulse(p) => particle.apply_impulse(p)?,
+        ParticleCall::SetPosition(x) => particle.try_set_position(x)?,
+        ParticleCall::SetVelocity(v) => particle.try_set_velocity(v)?,
+        ParticleCall::ApplyImpulse(p) => particle.try_apply_impulse(p)?,
         ParticleCall::SetMass(mass) => particle.set_mass(mass)?,
         ParticleCall::SetPinned(pinned) => particle.set_pinned(pinned),
+        ParticleCall::Attach(body, point) => particle.attach(body, point)?,
+        ParticleCall::Detach => return Ok(found(particle.detach())),
     }
     Ok(Answer::Done)
 }

@@ -70,22 +70,14 @@ pub enum Call {
     RemoveParticle(ParticleId),
     /// A call on a particle.
     Particle(ParticleId, ParticleCall),
-    /// [`World::attach_particle`](crate::World::attach_particle), to a point [m, frame of the body's origin].
-    AttachParticle(ParticleId, BodyId, Vec3),
-    /// [`World::detach_particle`](crate::World::detach_particle).
-    DetachParticle(ParticleId),
     /// [`World::add_link`](crate::World::add_link).
     AddLink(LinkDef),
     /// [`World::remove_link`](crate::World::remove_link).
     RemoveLink(LinkId),
-    /// [`World::set_link_length`](crate::World::set_link_length) [m].
+    /// [`LinkMut::set_length`](crate::particle::LinkMut::set_length) [m].
     SetLinkLength(LinkId, f32),
-    /// [`World::fracture_body`](crate::World::fracture_body), hit at a point [m, world].
-    FractureBody(BodyId, Vec3, Fracture),
-    /// [`World::set_fracture`](crate::World::set_fracture).
-    SetFracture(BodyId, Option<Fracture>),
-    /// [`World::set_bond_strength`](crate::World::set_bond_strength).
-    SetBondStrength(BodyId, BondStrength),
+    /// [`BodyMut::break_at`](crate::BodyMut::break_at), hit at a point [m, world].
+    BreakAt(BodyId, Vec3, Fracture),
     /// [`World::set_bodies_collide`](crate::World::set_bodies_collide).
     SetBodiesCollide(BodyId, BodyId, bool),
     /// [`World::shift_origin`](crate::World::shift_origin) [m, world].
@@ -148,6 +140,10 @@ pub enum BodyCall {
     SetCanSleep(bool),
     /// [`BodyMut::set_sleep_speed`](crate::BodyMut::set_sleep_speed) [m/s].
     SetSleepSpeed(Option<f32>),
+    /// [`BodyMut::set_fracture`](crate::BodyMut::set_fracture).
+    SetFracture(Option<Fracture>),
+    /// [`BodyMut::set_bond_strength`](crate::BodyMut::set_bond_strength).
+    SetBondStrength(BondStrength),
     /// [`BodyMut::set_user_data`](crate::BodyMut::set_user_data).
     SetUserData(u64),
 }
@@ -212,6 +208,8 @@ pub enum JointCall {
     SetTargetRotation(Quat, JointSpring, f32),
     /// [`JointMut::set_strength`](crate::JointMut::set_strength).
     SetStrength(Option<JointStrength>),
+    /// [`JointMut::set_articulated`](crate::JointMut::set_articulated).
+    SetArticulated(bool),
     /// [`JointMut::set_collide_connected`](crate::JointMut::set_collide_connected).
     SetCollideConnected(bool),
     /// [`JointMut::set_enabled`](crate::JointMut::set_enabled).
@@ -258,6 +256,10 @@ pub enum ParticleCall {
     SetMass(f32),
     /// [`ParticleMut::set_pinned`](crate::particle::ParticleMut::set_pinned).
     SetPinned(bool),
+    /// [`ParticleMut::attach`](crate::particle::ParticleMut::attach), to a point [m, frame of the body's origin].
+    Attach(BodyId, Vec3),
+    /// [`ParticleMut::detach`](crate::particle::ParticleMut::detach).
+    Detach,
 }
 
 /// What a [`Call`] answered.

@@ -12,6 +12,7 @@ use super::snapshot::{SnapshotError, checksum, split};
 use crate::base::id::BodyId;
 use crate::state::def::DefError;
 use crate::step::Stage;
+use crate::world::StageHashes;
 
 /// Of the layout; goes up whenever calls or snapshots change.
 const VERSION: u32 = 1;
@@ -24,8 +25,8 @@ const VERSION: u32 = 1;
 ///
 /// ```
 /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
-/// use drystone::{BodyDef, ShapeDef, World};
-/// use drystone::journal::{Call, Journal};
+/// use crate::{BodyDef, ShapeDef, World};
+/// use crate::journal::{Call, Journal};
 ///
 /// let mut world = World::default();
 /// world.add_body(BodyDef::fixed().with_shape(ShapeDef::half_space([0.0, 1.0, 0.0], 0.0)))?;
@@ -67,7 +68,7 @@ enum Came {
     Answered(Answer),
     /// A step: hashes of what its stages left.
     Stepped {
-        stages: [u64; Stage::ALL.len()],
+        stages: StageHashes,
         /// Slots of the bodies whose hashes are no more what they were after the step before, with the new ones.
         bodies: Vec<(u32, u32)>,
     },
@@ -299,10 +300,9 @@ fn came(
     known: &mut BodyHashes,
 ) -> Came {
     match (call, answer) {
-        (Call::Step(_), _) => Came::Stepped {
-            stages: world.stage_hashes().map(|(_, hash)| hash),
-            bodies: known.look(world),
-        },
+        (Call::Step(_), _) => {
+            Came::Stepped { stages: world.stage_hashes(), bodies: known.look(world) }
+        }
         (_, Ok(answer)) => Came::Answered(answer.clone()),
         (_, Err(_)) => Came::Refused,
     }
@@ -315,15 +315,7 @@ fn different_stage(now: &Came, then: &Came) -> Option<Stage> {
     else {
         return None;
     };
-    let differs = |stage: Stage| {
-        let place = Stage::ALL.iter().position(|s| *s == stage);
-        place.is_some_and(|i| now[i] != then[i])
-    };
-    let first = Stage::ALL.into_iter().find(|stage| differs(*stage));
-    // Bodies that fall asleep leave the colors: then nothing else differs.
-    let others_differ = [Stage::Particles, Stage::Solver, Stage::Finalize].into_iter().any(differs);
-    match first {
-        Some(Stage::Partition) if differs(Stage::Sleep) && !others_differ => Some(Stage::Sleep),
+    match now.first_difference(then) {
         // Velocities are told by the hashes of bodies too.
         None if bodies != others => Some(Stage::Finalize),
         first => first,
@@ -334,8 +326,9 @@ fn different_stage(now: &Came, then: &Came) -> Option<Stage> {
 mod tests {
     use super::{Answer, Came, Journal, JournalError};
     use crate::base::random::Random;
+    use crate::journal::{BodyCall, Call, JournalError as Error};
     use crate::world::snapshot::checksum;
-    use crate::{BodyCall, BodyDef, Call, JournalError as Error, ShapeDef, Stage, World, vec3};
+    use crate::{BodyDef, ShapeDef, Stage, World, vec3};
 
     const DT: f32 = 1.0 / 60.0;
 
@@ -413,7 +406,7 @@ mod tests {
         // A hash that is another one.
         let mut hashed = journal;
         let Came::Stepped { stages, .. } = &mut hashed.entries[9].came else { panic!() };
-        stages[Stage::ALL.iter().position(|s| *s == Stage::Sensor).unwrap()] ^= 1;
+        stages.change(Stage::Sensor);
         assert_eq!(differs(&hashed), (9, 7, Some(Stage::Sensor), None));
     }
 
