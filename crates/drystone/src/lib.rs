@@ -24,6 +24,10 @@
 //! removed. Definitions are checked when they are given: nothing a user passes can panic, and
 //! [`World::step`] cannot fail.
 //!
+//! The [`manual`] has a chapter for each part, with examples: [first steps](manual::first_steps),
+//! [bodies](manual::bodies), [shapes](manual::shapes), [materials](manual::materials), [joints](manual::joints),
+//! [events](manual::events), [queries](manual::queries), [tuning](manual::tuning) and others.
+//!
 //! # Features
 //!
 //! - `snapshot` (default): worlds as bytes, deltas, journals of calls; with `serde`.
@@ -39,6 +43,8 @@
 
 mod base;
 pub mod geometry;
+/// The manual: a chapter for each part of the engine, with examples that run.
+pub mod manual;
 mod state;
 mod step;
 pub mod query;
@@ -111,7 +117,8 @@ pub mod events {
 }
 
 pub mod joint {
-    #![doc = include_str!("joints.md")]
+    //! Joints by name: their kinds, their axes, and what drives them. The chapter
+    //! [`joints`](crate::manual::joints) of the manual shows how to use them.
 
     pub use crate::state::coupling::CouplingDef;
     pub use crate::state::def::{Pulley, Spring};

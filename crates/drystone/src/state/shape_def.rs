@@ -19,6 +19,8 @@ use crate::geometry::mesh::Mesh;
 use crate::geometry::shape::Shape;
 
 /// A shape of a body.
+///
+/// The manual: [shapes](crate::manual::shapes).
 #[derive(Clone, Debug)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub struct ShapeDef {
