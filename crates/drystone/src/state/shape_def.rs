@@ -79,7 +79,7 @@ impl ShapeDef {
         }
     }
 
-    /// A convex hull, made by [`Hull::new`].
+    /// A convex hull, made by [`Hull::from_points`].
     #[must_use]
     pub fn hull(hull: impl Into<Arc<Hull>>) -> Self {
         Self::new(Shape::Hull(hull.into()))
