@@ -1,4 +1,5 @@
-//! The manual: every name that the engine exports stands in an example, and every page is a chapter.
+//! The manual: every name that the engine exports stands in an example, every page is a chapter, and its links lead somewhere in
+//! the reference too.
 
 use std::collections::BTreeSet;
 
@@ -10,6 +11,7 @@ const SOURCE: &str = "crates/drystone/src/";
 const EXAMPLES: &str = "crates/drystone/examples/";
 const MANUAL: &str = "crates/drystone/manual/";
 const CHAPTERS: &str = "crates/drystone/src/manual.rs";
+const LINKS: &str = "crates/drystone/manual/links.txt";
 
 pub fn check(tree: &Tree) -> Vec<String> {
     let Some(face) = tree.text(FACE) else { return Vec::new() };
@@ -30,12 +32,27 @@ pub fn check(tree: &Tree) -> Vec<String> {
             look(&path, text, exported(&Source::new(text).code_without_tests()));
         }
     }
+    findings.extend(pages(tree));
+    findings
+}
+
+/// Every page of the manual is a chapter, and what it links to by a label is linked in the reference too.
+fn pages(tree: &Tree) -> Vec<String> {
+    let mut findings = Vec::new();
     let chapters = tree.text(CHAPTERS).unwrap_or_default();
-    for (path, _) in tree.with_extension("md") {
-        if let Some(page) = path.strip_prefix(MANUAL)
-            && !chapters.contains(&format!("manual/{page}\""))
-        {
+    let links = tree.text(LINKS).unwrap_or_default();
+    for (path, text) in tree.with_extension("md") {
+        let Some(page) = path.strip_prefix(MANUAL) else { continue };
+        if !chapters.contains(&format!("manual/{page}\"")) {
             findings.push(finding(path, 1, &format!("the page is no chapter of {CHAPTERS}")));
+        }
+        for (at, line) in text.lines().enumerate().filter(|(_, line)| line.starts_with('[')) {
+            if let Some((label, _)) = line.split_once("]: ")
+                && !links.contains(&format!("\n{label}]: "))
+            {
+                let what = format!("the label {label}] is not in {LINKS}");
+                findings.push(finding(path, at + 1, &what));
+            }
         }
     }
     findings

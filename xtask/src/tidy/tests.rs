@@ -185,6 +185,17 @@ fn name_without_an_example_and_page_without_a_chapter_are_found() {
         found.len() == 1 && found[0].starts_with("crates/drystone/manual/a.md:1: "),
         "{found:?}"
     );
+    less = files;
+    less[3].1 = "```rust\nWorld; query(Ray)\n```\n[b c]: b.md\n";
+    let found = examples::check(&tree(&less));
+    assert_eq!(
+        found,
+        [
+            "crates/drystone/manual/a.md:4: the label [b c] is not in crates/drystone/manual/links.txt"
+        ]
+    );
+    let links = ("crates/drystone/manual/links.txt", "<!-- -->\n[b c]: crate::b\n");
+    assert_eq!(examples::check(&tree(&[&less[..], &[links]].concat())), [""; 0]);
 }
 
 #[test]
