@@ -205,15 +205,13 @@ pub(crate) fn make(
         }
         12 => {
             if let Some(particle) = pick(&known.particles, a) {
-                match b % 3 {
-                    0 => {
-                        world.remove_particle(particle);
-                    }
-                    1 => {
-                        world.particle_mut(particle).expect("there").detach();
-                    }
-                    _ => {
-                        let _ = world.particle_mut(particle).expect("there").attach(first, v);
+                if b % 3 == 0 {
+                    world.remove_particle(particle);
+                } else if let Some(mut particle) = world.particle_mut(particle) {
+                    if b % 3 == 1 {
+                        particle.detach();
+                    } else {
+                        let _ = particle.attach(first, v);
                     }
                 }
             }
