@@ -1,4 +1,5 @@
 //! Questions to a world, and to shapes without one: rays, moving shapes, what is near, what overlaps.
+//! The manual: [queries](crate::manual::queries).
 // Sibling of step: it never writes.
 
 pub(crate) mod audit;
