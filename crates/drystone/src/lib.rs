@@ -24,6 +24,10 @@
 //! removed. Definitions are checked when they are given: nothing a user passes can panic, and
 //! [`World::step`] cannot fail.
 //!
+//! The [`manual`] has a chapter for each part, with examples: [first steps](manual::first_steps),
+//! [bodies](manual::bodies), [shapes](manual::shapes), [materials](manual::materials), [joints](manual::joints),
+//! [events](manual::events), [queries](manual::queries), [tuning](manual::tuning) and others.
+//!
 //! # Features
 //!
 //! - `snapshot` (default): worlds as bytes, deltas, journals of calls; with `serde`.
@@ -39,6 +43,8 @@
 
 mod base;
 pub mod geometry;
+/// The manual: a chapter for each part of the engine, with examples that run.
+pub mod manual;
 mod state;
 mod step;
 pub mod query;
@@ -75,7 +81,7 @@ pub mod math {
 }
 
 pub mod config {
-    //! The parts of a [`WorldConfig`](crate::WorldConfig).
+    //! The parts of a [`WorldConfig`](crate::WorldConfig). The manual: [tuning](crate::manual::tuning).
 
     pub use crate::state::config::{
         BreakageConfig, ContactConfig, InertiaConfig, JointConfig, ParticleConfig, ParticleForm,
@@ -85,6 +91,7 @@ pub mod config {
 
 pub mod method {
     //! How a step solves contacts and joints: [`WorldConfig::method`](crate::WorldConfig::method).
+    //! The manual: [methods](crate::manual::methods).
 
     pub use crate::state::method::{Method, Pass};
     pub use crate::state::options::{
@@ -94,6 +101,7 @@ pub mod method {
 
 pub mod contact {
     //! Contacts as they are, and rules that say which there are and how they act.
+    //! The manual: [materials](crate::manual::materials).
 
     pub use crate::state::material::{Combine, ContactSoftness, SurfaceRule};
     pub use crate::step::hooks::{ContactHooks, HookedContact};
@@ -101,7 +109,7 @@ pub mod contact {
 }
 
 pub mod events {
-    //! Events and faults of a step: [`World::events`](crate::World::events).
+    //! Events and faults of a step: [`World::events`](crate::World::events). The manual: [events](crate::manual::events).
 
     pub use crate::state::events::{
         BondBreak, ContactEvent, ContactForce, Events, Fault, FaultKind, ForcePoint, FractureCause,
@@ -111,7 +119,8 @@ pub mod events {
 }
 
 pub mod joint {
-    #![doc = include_str!("joints.md")]
+    //! Joints by name: their kinds, their axes, and what drives them. The chapter
+    //! [`joints`](crate::manual::joints) of the manual shows how to use them.
 
     pub use crate::state::coupling::CouplingDef;
     pub use crate::state::def::{Pulley, Spring};
@@ -127,13 +136,14 @@ pub mod joint {
 
 pub mod breakage {
     //! Joints and bonds that give way, and bodies that break where they are hit.
+    //! The manual: [breakage](crate::manual::breakage).
 
     pub use crate::state::def::{Bond, BondStrength, Fatigue, Fracture, Glue, JointStrength};
     pub use crate::world::BondRef;
 }
 
 pub mod particle {
-    //! Particles: ropes, cloths and dust.
+    //! Particles: ropes, cloths and dust. The manual: [particles](crate::manual::particles).
 
     pub use crate::base::id::{LinkId, ParticleId};
     pub use crate::state::particle_def::{LinkDef, LinkKind, LinkSpring, ParticleDef};
@@ -141,7 +151,7 @@ pub mod particle {
 }
 
 pub mod mover {
-    //! A character that walks, climbs steps and slides along walls.
+    //! A character that walks, climbs steps and slides along walls. The manual: [character](crate::manual::character).
 
     pub use crate::world::{Moved, Mover, MoverHit};
 }
@@ -161,6 +171,7 @@ pub mod draw {
 
 pub mod audit {
     //! Measures of how right a world is at a moment: energy, momentum, overlaps, residuals, causes.
+    //! The manual: [audit](crate::manual::audit).
 
     pub use crate::query::audit::{
         Audit, ConeUse, ConstraintId, ContactPair, ContactResidual, Energy, JointErrors, Ledger,
@@ -173,6 +184,7 @@ pub mod audit {
 #[cfg(feature = "snapshot")]
 pub mod snapshot {
     //! Saved worlds: as bytes, by reference to geometry, and as differences.
+    //! The manual: [saving and rollback](crate::manual::saving_and_rollback).
 
     pub use crate::world::{
         DeltaError, GeometryKey, Library, SnapshotError, apply_delta, write_delta,
@@ -181,7 +193,7 @@ pub mod snapshot {
 
 #[cfg(feature = "snapshot")]
 pub mod journal {
-    //! Calls to a world as data, recorded and replayed.
+    //! Calls to a world as data, recorded and replayed. The manual: [saving and rollback](crate::manual::saving_and_rollback).
 
     pub use crate::world::{
         Answer, AxisCall, BodyCall, Call, Difference, JointCall, Journal, JournalError,
@@ -191,6 +203,7 @@ pub mod journal {
 
 pub mod threads {
     //! Who runs a step: the caller alone, a [`Team`], or an [`Executor`] of the host.
+    //! The manual: [threads and determinism](crate::manual::threads_and_determinism).
 
     pub use crate::base::jobs::{Executor, Inline};
     pub use crate::base::team::Team;

@@ -64,14 +64,16 @@ fn reference_keys(text: &str) -> Vec<(usize, &str)> {
     .collect()
 }
 
-/// Every mentioned `docs/….md`, from the root or by `../`, is a file.
+/// Every mentioned `docs/….md`, from the root or by `../`, is a file; so is every `manual/….md` of the engine.
 fn doc_paths(tree: &Tree, path: &str, text: &str, findings: &mut Vec<String>) {
     let is_path = |c: char| c.is_ascii_alphanumeric() || "_-./".contains(c);
     let mut from = 0;
     for part in text.split_inclusive(|c: char| !is_path(c)) {
         let mention = part.trim_end_matches(|c: char| !is_path(c)).trim_end_matches('.');
         let target = mention.trim_start_matches(['.', '/']);
-        if target.starts_with("docs/") && target.ends_with(".md") && !tree.has(target) {
+        let ours = ["docs/", "manual/"].iter().any(|folder| target.starts_with(folder));
+        let found = || tree.has(target) || tree.has(&format!("crates/drystone/{target}"));
+        if ours && target.ends_with(".md") && !found() {
             findings.push(finding(path, line_of(text, from), &format!("no page {target}")));
         }
         from += part.len();
@@ -80,9 +82,18 @@ fn doc_paths(tree: &Tree, path: &str, text: &str, findings: &mut Vec<String>) {
 
 /// Links of a page to files of the project resolve, from the page's folder.
 fn links(tree: &Tree, path: &str, text: &str, findings: &mut Vec<String>) {
-    for (at, _) in text.match_indices("](") {
-        let Some(length) = text[at..].find(')') else { continue };
-        let target = text[at + 2..at + length].split('#').next().unwrap_or_default();
+    let inline = text.match_indices("](").filter_map(|(at, _)| {
+        let length = text[at..].find(')')?;
+        Some((at, &text[at + 2..at + length]))
+    });
+    // `[label]: target`, on a line of its own.
+    let defined = text.match_indices("]: ").filter_map(|(at, _)| {
+        let start = text[..at].rfind('\n').map_or(0, |end| end + 1);
+        let end = text[at..].find('\n').map_or(text.len(), |length| at + length);
+        text[start..].starts_with('[').then(|| (at, text[at + 3..end].trim_end()))
+    });
+    for (at, target) in inline.chain(defined) {
+        let target = target.split('#').next().unwrap_or_default();
         if target.is_empty() || target.contains("://") || target.starts_with("mailto:") {
             continue;
         }

@@ -4,6 +4,8 @@ use super::rust::{Source, is_word};
 use super::{Tree, finding, is_test_file, line_of};
 
 const SOURCE: &str = "crates/drystone/src/";
+/// The crate's face and its manual name whatever they show.
+const FACE: [&str; 2] = ["lib", "manual"];
 
 /// Each layer with those it may use besides itself.
 const LAYERS: &[(&str, &[&str])] = &[
@@ -22,7 +24,9 @@ pub fn check(tree: &Tree) -> Vec<String> {
             continue;
         };
         let module = module_of(inner);
-        let Some(own) = module.first().copied().filter(|name| *name != "lib") else { continue };
+        let Some(own) = module.first().copied().filter(|name| !FACE.contains(name)) else {
+            continue;
+        };
         let Some((_, allowed)) = LAYERS.iter().find(|(name, _)| *name == own) else {
             findings.push(finding(path, 1, &format!("`{own}` is no layer")));
             continue;

@@ -1,6 +1,7 @@
 //! `cargo xtask tidy`: the habits a compiler cannot hold. Every check is a pure function over a [`Tree`].
 
 mod docs;
+mod examples;
 mod layers;
 mod rust;
 mod source;
@@ -70,7 +71,14 @@ fn is_test_file(path: &str) -> bool {
 }
 
 fn check(tree: &Tree) -> Vec<String> {
-    [layers::check(tree), stages::check(tree), docs::check(tree), source::check(tree)].concat()
+    [
+        layers::check(tree),
+        stages::check(tree),
+        docs::check(tree),
+        source::check(tree),
+        examples::check(tree),
+    ]
+    .concat()
 }
 
 pub fn run() -> Outcome {

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::rust::Source;
-use super::{Tree, docs, layers, source, stages};
+use super::{Tree, docs, examples, layers, source, stages};
 
 fn tree(files: &[(&str, &str)]) -> Tree {
     let own = |(path, text): &(&str, &str)| ((*path).to_owned(), (*text).to_owned());
@@ -145,6 +145,57 @@ fn dead_link_is_found() {
     assert_eq!(docs::check(&tree(&all)), [""; 0]);
     let found = docs::check(&tree(&[("README.md", "\n[a](LICENSE)")]));
     assert_eq!(found, ["README.md:2: the link to LICENSE leads nowhere"]);
+}
+
+#[test]
+fn dead_definition_of_a_link_is_found() {
+    let page = "See [b] and a slice `x[0]: f32`.\n\n[b]: b.md\n[c]: https://x.org/y\n";
+    assert_eq!(docs::check(&tree(&[("m/a.md", page), ("m/b.md", "")])), [""; 0]);
+    let found = docs::check(&tree(&[("m/a.md", page)]));
+    assert_eq!(found, ["m/a.md:3: the link to b.md leads nowhere"]);
+    assert_eq!(docs::check(&tree(&[("A.md", "`manual/gone.md`")])).len(), 1);
+    assert_eq!(
+        docs::check(&tree(&[("A.md", "`manual/a.md`"), ("crates/drystone/manual/a.md", "")])),
+        [""; 0]
+    );
+}
+
+#[test]
+fn name_without_an_example_and_page_without_a_chapter_are_found() {
+    let face = "pub mod manual;\npub mod query;\npub use world::{World, Clock};\n\
+                pub mod joint {\n    pub use state::Hinge;\n}\n/// ```\n/// joint(Hinge)\n/// ```\n";
+    let files = [
+        ("crates/drystone/src/lib.rs", face),
+        ("crates/drystone/src/query/mod.rs", "pub struct Ray;\nimpl Ray {\n    pub fn f() {}\n}\n"),
+        ("crates/drystone/src/manual.rs", "include_str!(\"../manual/a.md\")"),
+        ("crates/drystone/manual/a.md", "```rust\n# World\nquery(Ray)\n```\n"),
+        ("crates/drystone/examples/hello.rs", "// World\nfn main() { Clock }\n"),
+    ];
+    assert_eq!(examples::check(&tree(&files)), [""; 0]);
+    let mut less = files;
+    less[3].1 = "World\n```text\nWorld\n```\n```rust\n// World\nquery(Ray)\n```\n";
+    let found = examples::check(&tree(&less));
+    assert!(found.len() == 1 && found[0].contains("lib.rs:3: `World` stands in no"), "{found:?}");
+    less[3].1 = "```rust\nWorld; query\n```\n";
+    assert!(examples::check(&tree(&less))[0].contains("query/mod.rs:1: `Ray` stands"));
+    less = files;
+    less[2].1 = "";
+    let found = examples::check(&tree(&less));
+    assert!(
+        found.len() == 1 && found[0].starts_with("crates/drystone/manual/a.md:1: "),
+        "{found:?}"
+    );
+    less = files;
+    less[3].1 = "```rust\nWorld; query(Ray)\n```\n[b c]: b.md\n";
+    let found = examples::check(&tree(&less));
+    assert_eq!(
+        found,
+        [
+            "crates/drystone/manual/a.md:4: the label [b c] is not in crates/drystone/manual/links.txt"
+        ]
+    );
+    let links = ("crates/drystone/manual/links.txt", "<!-- -->\n[b c]: crate::b\n");
+    assert_eq!(examples::check(&tree(&[&less[..], &[links]].concat())), [""; 0]);
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! The ranges of all numbers that a user may give: one table, used by every check and shown in `docs/limits.md`.
+//! The ranges of all numbers that a user may give: one table, used by every check and shown in `manual/units_and_limits.md`.
 //!
 //! The bounds are chosen so that products that the engine forms of numbers within them stay normal numbers of
 //! f32: squares of speeds times masses, moments of inertia and their inverses.
@@ -155,7 +155,7 @@ pub const SPRING_FREQUENCY: Limit = Limit::range(
     "1e-6 to 1e6 Hz",
 );
 
-/// All ranges, in the order of `docs/limits.md`.
+/// All ranges, in the order of `manual/units_and_limits.md`.
 pub const ALL: &[Limit] = &[
     TIME_STEP,
     POSITION,

@@ -249,7 +249,8 @@ fn part(chunks: usize, lists: usize, list: usize) -> Range<usize> {
 }
 
 /// A team of threads that lives as long as the value. When a step is over its workers look out for the next one for up to half a
-/// millisecond, offering their cores to others, and then sleep.
+/// millisecond, offering their cores to others, and then sleep. The manual:
+/// [threads and determinism](crate::manual::threads_and_determinism).
 pub struct Team {
     shared: Arc<Shared>,
     threads: Vec<JoinHandle<()>>,

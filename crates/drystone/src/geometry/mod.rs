@@ -1,4 +1,5 @@
 //! Shapes' geometry by itself: boxes, hulls, masses, errors.
+//! The manual: [shapes](crate::manual::shapes).
 // Layer 1: shapes and what can be computed from shapes alone. Knows no body and no time step.
 
 pub(crate) mod shape;

@@ -56,7 +56,7 @@ pub struct WorstConstraint {
 /// What [`crate::World::audit`] found.
 ///
 /// Impulses are those of the last substep, as the solver keeps them for its warm start. Shapes that
-/// sleep are in it as they fell asleep. Sums over bodies are of dynamic ones.
+/// sleep are in it as they fell asleep. Sums over bodies are of dynamic ones. The manual: [audit](crate::manual::audit).
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct Audit {

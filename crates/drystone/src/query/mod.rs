@@ -1,4 +1,5 @@
 //! Questions to a world, and to shapes without one: rays, moving shapes, what is near, what overlaps.
+//! The manual: [queries](crate::manual::queries).
 // Sibling of step: it never writes.
 
 pub(crate) mod audit;
@@ -46,7 +47,7 @@ type Rows = SmallVec<[u32; 32]>;
 /// Questions to a world as it is now: rays, shape casts, what is near, what overlaps.
 ///
 /// Each takes a [`QueryFilter`], or a [`Filter`](crate::Filter) alone. Sensors are seen only where the filter asks for them. Disabled
-/// bodies and shapes, and bodies that were put aside, are never seen.
+/// bodies and shapes, and bodies that were put aside, are never seen. The manual: [queries](crate::manual::queries).
 #[derive(Clone, Copy, Debug)]
 pub struct Query<'w> {
     tables: &'w Tables,

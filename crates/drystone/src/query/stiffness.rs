@@ -1,5 +1,5 @@
 //! How stiff the contacts of a world are as springs, and up to which step an explicit penalty method
-//! stays stable (docs/methods.md).
+//! stays stable (manual/methods.md).
 
 use crate::base::collision::{mobility, push};
 use crate::base::math::{Vec3, vec3};

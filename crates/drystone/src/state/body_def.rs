@@ -95,6 +95,8 @@ impl AxisLocks {
 }
 
 /// A body, with its shapes.
+///
+/// The manual: [bodies](crate::manual::bodies).
 #[derive(Clone, Debug)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub struct BodyDef {

@@ -152,7 +152,7 @@ pub struct BreakageConfig {
 ///
 /// Driven is what touches a kinematic body that moves, or is joined to one; what touches a surface that moves over its
 /// shape, and what a drive or a spring of a joint acts on, unless it has come to a stop all the same: it is blocked, or has
-/// reached its place. [`crate::World::why_awake`] tells what keeps a body awake.
+/// reached its place. [`crate::World::why_awake`] tells what keeps a body awake. The manual: [sleep](crate::manual::sleep).
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub struct SleepConfig {
@@ -167,7 +167,7 @@ pub struct SleepConfig {
     pub time: f32,
 }
 
-/// Everything a world is configured by.
+/// Everything a world is configured by. The manual: [tuning](crate::manual::tuning).
 ///
 /// ```
 /// use drystone::{World, WorldConfig};

@@ -339,7 +339,7 @@ pub struct Fault {
 }
 
 /// What happened in the last step; cleared when the next begins. Every list is in the order of the
-/// contacts' or bodies' slots, the same for any number of threads.
+/// contacts' or bodies' slots, the same for any number of threads. The manual: [events](crate::manual::events).
 #[derive(Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 #[non_exhaustive]

@@ -15,7 +15,7 @@ use crate::geometry::cells::MOST_SITES;
 /// The pieces are the Voronoi cells of random points, denser near the hit; together they have the body's
 /// mass, momentum and spin.
 ///
-/// A blow is what one other body gave in a step through contacts.
+/// A blow is what one other body gave in a step through contacts. The manual: [breakage](crate::manual::breakage).
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub struct Fracture {

@@ -131,7 +131,8 @@ impl Spring {
 
 /// A joint between two bodies; one of them may be static or kinematic.
 ///
-/// It says between whom, where, and of which kind: [`crate::joint`] has the kinds by name.
+/// It says between whom, where, and of which kind: [`crate::joint`] has the kinds by name. The manual:
+/// [joints](crate::manual::joints).
 ///
 /// ```
 /// use drystone::joint::Hinge;

@@ -40,6 +40,8 @@ impl Combine {
 }
 
 /// A surface.
+///
+/// The manual: [materials](crate::manual::materials).
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub struct Material {
@@ -98,6 +100,8 @@ impl Default for Material {
 }
 
 /// Who collides with whom: two shapes collide if each lets the other through its filter.
+///
+/// The manual: [shapes](crate::manual::shapes).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub struct Filter {

@@ -80,7 +80,7 @@ enum Family {
     Verlet,
 }
 
-/// A named list of passes.
+/// A named list of passes. The manual: [methods](crate::manual::methods).
 #[derive(Debug, PartialEq)]
 pub struct Method {
     name: &'static str,

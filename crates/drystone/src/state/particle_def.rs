@@ -13,7 +13,7 @@ use crate::base::math::Vec3;
 /// A point mass.
 ///
 /// It has no shape and does not turn. Its radius is how far its center keeps from the shapes of bodies;
-/// particles do not collide with each other.
+/// particles do not collide with each other. The manual: [particles](crate::manual::particles).
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub struct ParticleDef {

@@ -19,6 +19,8 @@ use crate::geometry::mesh::Mesh;
 use crate::geometry::shape::Shape;
 
 /// A shape of a body.
+///
+/// The manual: [shapes](crate::manual::shapes).
 #[derive(Clone, Debug)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub struct ShapeDef {
@@ -77,7 +79,7 @@ impl ShapeDef {
         }
     }
 
-    /// A convex hull, made by [`Hull::new`].
+    /// A convex hull, made by [`Hull::from_points`].
     #[must_use]
     pub fn hull(hull: impl Into<Arc<Hull>>) -> Self {
         Self::new(Shape::Hull(hull.into()))

@@ -5,7 +5,7 @@
 //! and contacts with moving bodies are solved in the solver's substeps (`pace`, `links`, `chain`, `points`, `rows`), and
 //! [`settle`](settle::settle) ends the step of those. Invariants: a color of links touches a
 //! particle once; every other particle is written by its own chunk only.
-//! References: docs/particles.md, [Jakobsen01], [Macklin19].
+//! References: manual/particles.md, [Jakobsen01], [Macklin19].
 #![expect(unsafe_code, reason = "promises that rows are kept apart")]
 
 pub(crate) mod chain;

@@ -101,12 +101,12 @@ impl World {
     /// use drystone::{BodyDef, ShapeDef, World};
     ///
     /// let mut world = World::default();
-    /// world.set_gravity([0.0; 3])?;
+    /// world.set_gravity([0.0; 3]);
     /// let ball = world.add_body(BodyDef::dynamic().with_shape(ShapeDef::sphere(0.5)))?;
     /// world.begin_ledger();
     /// for _ in 0..60 {
     ///     if let Some(mut body) = world.body_mut(ball) {
-    ///         body.add_step_force([100.0, 0.0, 0.0])?;
+    ///         body.add_step_force([100.0, 0.0, 0.0]);
     ///     }
     ///     world.step(1.0 / 60.0);
     /// }

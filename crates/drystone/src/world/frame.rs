@@ -48,8 +48,8 @@ impl BodyMut<'_> {
         self.world.note_refused(done, call, Some(id), None, None);
     }
 
-    /// Puts its origin somewhere else at once [m, world], keeping its velocity. To push others on the
-    /// way, give a kinematic body a velocity instead.
+    /// Puts its origin somewhere else at once [m, world], keeping its velocity. It pushes and carries nobody: a lift is moved by
+    /// [`Self::move_to`].
     ///
     /// # Faults
     /// A number is not finite or too large, or the rotation is not a unit quaternion; then nothing is
@@ -81,7 +81,7 @@ impl BodyMut<'_> {
     /// kinds of bodies nothing is changed.
     ///
     /// The velocity lasts: if it is not told another one, it goes on beyond the pose in the steps after. A lift that is to stand gets
-    /// velocity 0, or is moved to where it is in every step.
+    /// velocity 0, or is moved to where it is in every step. The manual: [bodies](crate::manual::bodies).
     ///
     /// # Faults
     /// A number is not finite or too large, `dt` is not from 1e-6 to 10 s, or the velocity would be beyond 1e6 m/s or

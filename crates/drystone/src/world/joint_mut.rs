@@ -27,7 +27,7 @@ use crate::state::sixdof::{JointDrive, JointSpring, SixDof};
 /// let axle = JointDef::new(wall, fan, Hinge::new()).at([0.0; 3]).with_axis([0.0, 0.0, 1.0]);
 /// let axle = world.add_joint(axle)?;
 /// if let Some(mut joint) = world.joint_mut(axle) {
-///     joint.set_motor(2.0, 1.0e5)?;
+///     joint.set_motor(2.0, 1.0e5);
 /// }
 /// world.step(1.0 / 60.0);
 /// let spin = world.body(fan).map(|fan| fan.angular_velocity().z);

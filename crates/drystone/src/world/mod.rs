@@ -89,6 +89,8 @@ use crate::step::{self, Scratch, Stage};
 ///
 /// It owns everything in it, can be cloned, and can be sent to another thread. Given the same calls it
 /// gives the same bits for any number of threads, any SIMD level, in debug and release.
+///
+/// The manual: [first steps](crate::manual::first_steps), and [all chapters](crate::manual).
 #[derive(Debug)]
 pub struct World {
     tables: Tables,

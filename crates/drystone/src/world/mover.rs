@@ -19,7 +19,8 @@ use super::World;
 /// How a character moves through a world: a convex shape, mostly a capsule, that is no body. It slides along what it meets, climbs
 /// steps, walks up slopes that are not too steep, slides down those that are, and stays on the ground downhill.
 ///
-/// The defaults fit a person in meters: steps up to 0.3 m, slopes up to 45 degrees, up along y.
+/// The defaults fit a person in meters: steps up to 0.3 m, slopes up to 45 degrees, up along y. The manual:
+/// [character](crate::manual::character).
 ///
 /// Gravity, jumps and speeds are the program's: it gives the way of each frame. So is what else bodies do to each other:
 ///

@@ -547,12 +547,12 @@ fn a_world_whose_joints_give_more_than_f32_has_can_be_saved() {
 
 #[test]
 fn the_page_of_limits_says_what_the_table_says() {
-    let page = include_str!("../../../../docs/limits.md");
+    let page = include_str!("../../manual/units_and_limits.md");
     for limit in limits::ALL {
         let row = format!("| {} | {} |", limit.quantity, limit.allowed);
-        assert!(page.contains(&row), "docs/limits.md has no row `{row}`");
+        assert!(page.contains(&row), "manual/units_and_limits.md has no row `{row}`");
     }
     let of_four = |line: &&str| line.starts_with("| ") && line.matches('|').count() == 5;
     let rows = page.lines().filter(of_four).count();
-    assert_eq!(rows, limits::ALL.len() + 1, "docs/limits.md has other rows");
+    assert_eq!(rows, limits::ALL.len() + 1, "manual/units_and_limits.md has other rows");
 }

@@ -514,13 +514,13 @@ proptest! {
                 }
                 Call::Push(k, v) => {
                     if let Some(mut body) = world.body_mut(pick(k)) {
-                        let _ = body.apply_impulse(v);
-                        let _ = body.set_angular_velocity(v);
+                        body.apply_impulse(v);
+                        body.set_angular_velocity(v);
                     }
                 }
                 Call::Pose(k, v) => {
                     if let Some(mut body) = world.body_mut(pick(k)) {
-                        let _ = body.set_pose(Pose::at(v));
+                        body.set_pose(Pose::at(v));
                     }
                 }
                 Call::Step(n) => (0..n).for_each(|_| world.step(DT)),

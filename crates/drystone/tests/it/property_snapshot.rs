@@ -166,14 +166,14 @@ pub(crate) fn make(
         }
         7 => {
             if let Some(mut body) = world.body_mut(first) {
-                let _ = body.apply_impulse(v);
-                let _ = body.set_angular_velocity(v);
-                let _ = body.set_lasting_force(v);
+                body.apply_impulse(v);
+                body.set_angular_velocity(v);
+                body.set_lasting_force(v);
             }
         }
         8 => {
             if let Some(mut body) = world.body_mut(first) {
-                let _ = body.set_pose(Pose::at(v));
+                body.set_pose(Pose::at(v));
             }
         }
         9 => {
@@ -191,7 +191,7 @@ pub(crate) fn make(
             let shape = world.body(first).and_then(|body| body.shapes().next());
             if let Some(mut shape) = shape.and_then(|shape| world.shape_mut(shape)) {
                 let _ = shape.set_material(Material { restitution: x, ..Material::default() });
-                let _ = shape.set_surface_velocity(v);
+                shape.set_surface_velocity(v);
             }
         }
         11 => {
@@ -205,15 +205,13 @@ pub(crate) fn make(
         }
         12 => {
             if let Some(particle) = pick(&known.particles, a) {
-                match b % 3 {
-                    0 => {
-                        world.remove_particle(particle);
-                    }
-                    1 => {
-                        world.particle_mut(particle).expect("there").detach();
-                    }
-                    _ => {
-                        let _ = world.particle_mut(particle).expect("there").attach(first, v);
+                if b % 3 == 0 {
+                    world.remove_particle(particle);
+                } else if let Some(mut particle) = world.particle_mut(particle) {
+                    if b % 3 == 1 {
+                        particle.detach();
+                    } else {
+                        let _ = particle.attach(first, v);
                     }
                 }
             }

@@ -1,5 +1,5 @@
 //! What breaks at the end of a step: joints, bonds of glued bodies, bodies that fracture. After all stages, by
-//! one thread, in the order of slots: bodies come and go here. See docs/breakage.md.
+//! one thread, in the order of slots: bodies come and go here. See manual/breakage.md.
 
 mod bonds;
 mod glue;

@@ -25,8 +25,8 @@ const VERSION: u32 = 1;
 ///
 /// ```
 /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
-/// use crate::{BodyDef, ShapeDef, World};
-/// use crate::journal::{Call, Journal};
+/// use drystone::{BodyDef, ShapeDef, World};
+/// use drystone::journal::{Call, Journal};
 ///
 /// let mut world = World::default();
 /// world.add_body(BodyDef::fixed().with_shape(ShapeDef::half_space([0.0, 1.0, 0.0], 0.0)))?;

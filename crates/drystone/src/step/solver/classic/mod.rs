@@ -3,7 +3,7 @@
 //! They are here to be studied and compared, so they are plain: one thread, no lanes, one file an idea.
 //! Reads: bodies, shapes, contacts, joints, colors. Writes: contacts and joints (impulses), solver lines
 //! (of mass and inertia one: their motion is the bodies' own). Runs: serially, whatever the workers.
-//! References: docs/methods.md, [Guendelman03], [Catto05], [Jakobsen01].
+//! References: manual/methods.md, [Guendelman03], [Catto05], [Jakobsen01].
 
 mod accumulate;
 mod analytic;

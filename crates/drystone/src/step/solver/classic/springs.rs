@@ -2,7 +2,7 @@
 //!
 //! A point of effective mass m has the stiffness k = m ω² and the damping c = 2 m ζ ω. Symplectic Euler
 //! keeps one such point stable while h ω < 2 (√(1 + ζ²) - ζ); several points on a body, and bodies on each
-//! other, are stiffer together (docs/methods.md).
+//! other, are stiffer together (manual/methods.md).
 
 use super::rows::{Mover, Pair};
 use super::sweeps::Turns;
