@@ -43,7 +43,7 @@ fn main() -> Outcome {
     }
     run(&mut world, car, 20);
     let sinks = world.joint(wheels[0]).and_then(|j| j.axis(Axis::X)).map(|axis| axis.position());
-    assert!(sinks.is_some_and(|sinks| (sinks - 250.0 * 9.81 / 30_000.0).abs() < 0.016));
+    assert!(sinks.is_some_and(|sinks| (sinks - 250.0 * 9.81 / 30_000.0).abs() < 0.001));
     drive(&mut world, &wheels[2..], Axis::TurnY, Some(JointDrive::motor(30.0, 800.0)))?;
     let (at, speed) = run(&mut world, car, 15);
     assert!(speed.x > 3.0 && at.z.abs() < 0.1, "it drives forward");

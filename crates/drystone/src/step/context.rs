@@ -52,6 +52,8 @@ pub(crate) struct StepContext {
     pub(crate) restitution_speed: f32,
     pub(crate) hit_speed: f32,
     pub(crate) push_speed: f32,
+    /// A contact begins with no more than what gives its bodies this speed [m/s].
+    pub(crate) warm_most: f32,
     /// Of contacts, as configured; 0: as stiff as substeps bear [Hz].
     pub(crate) contact_hertz: f32,
     /// Contacts give under a load: not those of the classic methods.
@@ -79,6 +81,10 @@ pub(crate) struct StepContext {
     pub(crate) rounds: u32,
     pub(crate) level: Level,
 }
+
+/// A contact keeps the weight of so many of its bodies from step to step; gravity counts as at least this [m/s²].
+const WARM_WEIGHTS: f32 = 1000.0;
+const LEAST_WEIGHT: f32 = 9.81;
 
 impl StepContext {
     pub(crate) fn new(config: &WorldConfig, dt: f32, last_h: f32, level: Level) -> Self {
@@ -187,6 +193,7 @@ impl StepContext {
             restitution_speed: c.restitution_speed,
             hit_speed: c.hit_speed,
             push_speed: c.push_speed,
+            warm_most: WARM_WEIGHTS * config.gravity.length().max(LEAST_WEIGHT) * h,
             contact_hertz: c.hertz,
             is_soft: !config.method.is_classic(),
             soft,

@@ -53,3 +53,5 @@ mod scenario_rules;
 mod scenario_seams;
 mod scenario_sleep_wake;
 mod scenario_sixdof;
+mod scenario_springs;
+mod scenario_squeezed;

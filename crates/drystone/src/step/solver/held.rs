@@ -99,15 +99,13 @@ pub(crate) struct Pair<S: Simd> {
 
 impl<S: Simd> Pair<S> {
     #[inline(always)]
-    pub(crate) fn speed_along(&self, row: &Row<S>) -> Wide<S> {
-        row.n.dot(self.vb.v * self.beta - self.va.v * self.alpha + self.drift)
-            + row.b.dot(self.vb.w)
-            - row.a.dot(self.va.w)
+    pub(crate) fn speed_along(&self, row: &Row<S>, [a, b]: [&Velocity<S>; 2]) -> Wide<S> {
+        row.n.dot(b.v * self.beta - a.v * self.alpha + self.drift) + row.b.dot(b.w) - row.a.dot(a.w)
     }
 
     #[inline(always)]
-    pub(crate) fn speed_about(&self, row: &Row<S>) -> Wide<S> {
-        row.n.dot(self.spin) + row.b.dot(self.vb.w) - row.a.dot(self.va.w)
+    pub(crate) fn speed_about(&self, row: &Row<S>, [a, b]: [&Velocity<S>; 2]) -> Wide<S> {
+        row.n.dot(self.spin) + row.b.dot(b.w) - row.a.dot(a.w)
     }
 
     #[inline(always)]
@@ -352,9 +350,9 @@ impl<S: Simd, const TURNS: bool> Held<S, TURNS> {
             let locked = load(simd, &block.locked[i]);
             let off = (x[i] - load(simd, &block.place[i])) * locked;
             let speed = if i < 3 {
-                q.speed_along(&self.along[i]) + self.along[i].n.dot(q.bend)
+                q.speed_along(&self.along[i], [&q.va, &q.vb]) + self.along[i].n.dot(q.bend)
             } else {
-                q.speed_about(&self.about[i - 3])
+                q.speed_about(&self.about[i - 3], [&q.va, &q.vb])
             };
             let most = splat(simd, sweep.caps.push(i));
             miss[i] = mass * speed + max(min(rate * off, most), -most);

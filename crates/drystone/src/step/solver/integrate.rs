@@ -1,16 +1,19 @@
 //! Bodies in the solver: whitening at the step's start, forces and the carried warm start before each
 //! sweep, positions after it, and free rotation.
 
+use fearless_simd::Simd;
+
 use super::inertia::Squeeze;
 use super::rounds::BodyState;
-use super::rows::{Line, Whitening};
+use super::rows::{Line, Velocity, Whitening};
 use super::softness::decay;
 use super::spin::{Spin, turned_eight};
+use crate::base::disjoint::Rows;
 use crate::base::double::DVec3;
 use crate::base::math::{Vec3, vec3};
 use crate::base::quat::Quat;
 use crate::base::sym3::Sym3;
-use crate::base::wide::LANES;
+use crate::base::wide::{LANES, Vec3w};
 use crate::state::bodies::{Body, Fineness};
 use crate::step::context::StepContext;
 
@@ -95,6 +98,20 @@ impl Aux {
     /// Whitened velocity and angular velocity before any impulse of this substep.
     pub(super) const fn before(&self) -> [[f32; 4]; 2] {
         [self.before_v, self.before_w]
+    }
+
+    /// Whitened velocity and angular velocity when the substep began, before forces.
+    #[inline(always)]
+    pub(super) fn start(&self) -> [[f32; 4]; 2] {
+        let back = |before: f32, decay: f32, add: f32| {
+            if decay > 0.0 { before / decay - add } else { 0.0 }
+        };
+        let mut start = [[0.0; 4]; 2];
+        for i in 0..3 {
+            start[0][i] = back(self.before_v[i], self.decay_v, self.add_v[i]);
+            start[1][i] = back(self.before_w[i], self.decay_w, self.add_w[i]);
+        }
+        start
     }
 
     /// The square of what forces add to the whitened velocity in a substep.
@@ -317,6 +334,20 @@ pub(crate) fn velocities(line: &mut Line, aux: &mut Aux, first: bool) {
         line.v[i] = aux.before_v[i] + impulse_v;
         line.w[i] = aux.before_w[i] + impulse_w;
     }
+}
+
+/// The velocities of eight bodies when the substep began.
+#[inline(always)]
+pub(super) fn load_start<S: Simd>(
+    simd: S,
+    aux: &Rows<'_, Aux>,
+    rows: &[u32; LANES],
+) -> Velocity<S> {
+    let (mut v, mut w) = ([[0.0; 4]; LANES], [[0.0; 4]; LANES]);
+    for lane in 0..LANES {
+        [v[lane], w[lane]] = aux.read(rows[lane] as usize).start();
+    }
+    Velocity { v: Vec3w::of_rows(simd, &v), w: Vec3w::of_rows(simd, &w) }
 }
 
 /// Positions follow velocities for one substep.

@@ -11,7 +11,6 @@ use super::rows::{Velocity, Whitening, load_velocity, read_lanes, store_velocity
 use super::sixdof::{self, SixBlock};
 use super::turns::Turns;
 use crate::base::jobs::{Jobs, for_shares};
-use crate::base::math::Vec3;
 use crate::base::wide::{
     LANES, Vec3w, Wide, above, bounded, gather4, load, min, prefetch, scatter4, select, splat, sqrt,
 };
@@ -38,8 +37,6 @@ struct Gathered<'a> {
     flags: Flags,
     /// Velocities and angular velocities of kinematic bodies, if there are any.
     driven: Option<[[[[f32; 4]; LANES]; 2]; 2]>,
-    /// Accelerations of B less those of A.
-    pulls: [[f32; 4]; LANES],
 }
 
 impl Solver<'_> {
@@ -62,7 +59,7 @@ impl Solver<'_> {
             }
             dispatch!(self.ctx.level, simd => {
                 for i in blocks {
-                    sixdof::solve(simd, self.sixdofs.row(i), &self.lines, sweep);
+                    sixdof::solve(simd, self.sixdofs.row(i), (&self.lines, &self.aux), sweep);
                 }
             });
         });
@@ -149,7 +146,6 @@ impl Solver<'_> {
             frames: [[&UNTURNED; LANES]; 2],
             flags: Flags::default(),
             driven: None,
-            pulls: [[0.0; 4]; LANES],
         };
         (block.row_a, block.row_b) = ([0; LANES], [0; LANES]);
         for (lane, row) in owners.iter().enumerate() {
@@ -165,8 +161,6 @@ impl Solver<'_> {
                 joints.raw.put(1, lane, joint.anchor_b, &self.at_start(joint.body_b));
                 let lines = [joint.body_a, joint.body_b].map(|row| self.line_of[row as usize]);
                 [block.row_a[lane], block.row_b[lane]] = lines;
-                let [pull_a, pull_b] = lines.map(|line| self.pulled(line));
-                joints.pulls[lane] = four(pull_b - pull_a);
                 if lines[0] == 0 || lines[1] == 0 {
                     self.read_driven(joint, lane, &mut joints.driven);
                 }
@@ -176,10 +170,6 @@ impl Solver<'_> {
     }
 
     #[inline(always)]
-    fn pulled(&self, line: u32) -> Vec3 {
-        if line == 0 { Vec3::ZERO } else { *self.acceleration.read(line as usize) }
-    }
-
     /// How the kinematic bodies of a joint move.
     fn read_driven(
         &self,
@@ -245,7 +235,6 @@ impl Solver<'_> {
 impl Gathered<'_> {
     #[inline(always)]
     fn put_velocities<S: Simd>(&self, simd: S, block: &mut SixBlock) {
-        Vec3w::of_rows(simd, &self.pulls).store(&mut block.pull);
         let (mut drift, mut spins) = (Vec3w::zero(simd), [Vec3w::zero(simd); 2]);
         if let Some([v, [a, b]]) = &self.driven {
             drift = Vec3w::of_rows(simd, &v[1]) - Vec3w::of_rows(simd, &v[0]);

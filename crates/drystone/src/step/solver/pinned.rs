@@ -214,7 +214,10 @@ pub(super) fn solve<S: Simd, const TURNS: bool>(
             y[i] += by_turns[i].dot(given);
         }
     }
-    let pull = Vec3w::load(simd, &block.pull);
+    let start = {
+        let (a, b) = (at.sa.mul(at.start_a.w), at.sb.mul(at.start_b.w));
+        (b + at.spin_b) - (a + at.spin_a)
+    };
     let (own, felt) = (columns(&answers.a), columns(&answers.e));
     let own = [own[0].x, own[1].y, own[2].z];
     let mut more = [zero; 3];
@@ -227,7 +230,7 @@ pub(super) fn solve<S: Simd, const TURNS: bool>(
         // What is left of a turn that the locked axes allow not at all is rounding.
         let least = own[i] * splat(simd, 1.0e-5);
         let k = select(above(e[i], least), e[i], zero);
-        let felt = Felt { k, x: x[i], v: y[i], pull: -answers.back[i].dot(pull) };
+        let felt = Felt { k, x: x[i], v: y[i], start: about[i].n.dot(start) };
         let old = [
             load(simd, &block.held[i + 3]),
             load(simd, &block.friction[i + 3]),

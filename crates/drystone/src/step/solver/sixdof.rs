@@ -16,6 +16,7 @@
 use fearless_simd::{Simd, SimdBase};
 
 use super::held::{Held, Pair, Row, Turn};
+use super::integrate::{Aux, load_start};
 use super::joint::{JointSweep, bend};
 use super::pinned;
 use super::rows::{Line, Velocity, store_velocity};
@@ -47,6 +48,13 @@ pub(crate) struct Axis {
     pub(crate) acts: bool,
 }
 
+impl Axis {
+    /// Whether its impulse follows from how fast the bodies were when the substep began.
+    const fn asks_start(&self) -> bool {
+        self.drives || self.yields
+    }
+}
+
 /// Eight joints of six axes.
 #[derive(Clone, Debug, Default)]
 #[repr(C, align(64))]
@@ -61,8 +69,6 @@ pub(crate) struct SixBlock {
     pub(crate) r_b: [Lanes; 3],
     /// Anchor B less anchor A at the step's start.
     pub(crate) gap: [Lanes; 3],
-    /// Acceleration of B less that of A by gravity and forces.
-    pub(crate) pull: [Lanes; 3],
     /// Velocities of kinematic bodies: B's less A's, and angular ones.
     pub(crate) drift: [Lanes; 3],
     pub(crate) spin_a: [Lanes; 3],
@@ -115,13 +121,13 @@ impl SixBlock {
     }
 }
 
-/// What drive, friction and limit feel: inverse mass, coordinate, speed, and acceleration by gravity and forces.
+/// What drive, friction and limit feel: inverse mass, coordinate, speed, and the speed when the substep began.
 #[derive(Clone, Copy)]
 pub(super) struct Felt<S: Simd> {
     pub(super) k: Wide<S>,
     pub(super) x: Wide<S>,
     pub(super) v: Wide<S>,
-    pub(super) pull: Wide<S>,
+    pub(super) start: Wide<S>,
 }
 
 /// Solves what acts on an axis, whose impulses so far are `old`, drive, friction and limit; returns them anew. In
@@ -140,12 +146,14 @@ pub(super) fn act<S: Simd>(
     let is_locked = above(load(simd, &block.locked[axis]), zero);
     let most_back = splat(simd, sweep.caps.push(axis));
     let axis = &block.axes[axis];
-    let Felt { k, x, v, pull } = felt;
+    let Felt { k, x, v, start } = felt;
+    // What forces, contacts and other joints give in the substep: all but the impulse itself.
+    let gained = |v: Wide<S>, own: Wide<S>| v - k * own - start;
     let inverse = inverse_or_zero(simd, k);
     let mut drive = zero;
     if axis.drives {
         let most = load(simd, &axis.most);
-        let law = axis.drive.law(simd, k, pull, [inv_h, hardest]);
+        let law = axis.drive.law(simd, k, gained(v, old), [inv_h, hardest]);
         let new = law.impulse(inverse, v, x - load(simd, &axis.drive.place), old);
         drive = max(min(new, most), -most);
         if sweep.is_relax {
@@ -177,7 +185,7 @@ pub(super) fn act<S: Simd>(
     let mut limit = one_way(select(open, ahead, shut));
     if axis.yields {
         let is_hard = above(load(simd, &axis.hard), zero);
-        let law = axis.limit.law(simd, k, pull, [inv_h, hardest]);
+        let law = axis.limit.law(simd, k, gained(v, old), [inv_h, hardest]);
         let sprung = law.impulse(inverse, v, error, old);
         // Without room between them, both hold: a spring about one place.
         let tight = above(splat(simd, 1.0e-9), high - low);
@@ -205,9 +213,12 @@ pub(super) struct Placed<S: Simd> {
     pub(super) sb: Sym3w<S>,
     pub(super) va: Velocity<S>,
     pub(super) vb: Velocity<S>,
+    /// Their velocities when the substep began; nothing where no spring asks.
+    pub(super) start_a: Velocity<S>,
+    pub(super) start_b: Velocity<S>,
     /// Angular velocities of kinematic bodies.
-    spin_a: Vec3w<S>,
-    spin_b: Vec3w<S>,
+    pub(super) spin_a: Vec3w<S>,
+    pub(super) spin_b: Vec3w<S>,
     /// How A turned since the step's start, and B against A.
     to_a: Turn<S>,
     turn: Vec3w<S>,
@@ -220,11 +231,21 @@ pub(super) struct Placed<S: Simd> {
 
 impl<S: Simd> Placed<S> {
     #[inline(always)]
-    fn read(simd: S, block: &SixBlock, lines: &Rows<'_, Line>, sweep: &JointSweep) -> Self {
+    fn read(
+        simd: S,
+        block: &SixBlock,
+        (lines, aux): (&Rows<'_, Line>, &Rows<'_, Aux>),
+        sweep: &JointSweep,
+    ) -> Self {
         let (alpha, beta) = (load(simd, &block.alpha), load(simd, &block.beta));
         let (sa, sb) = (Sym3w::load(simd, &block.s_a), Sym3w::load(simd, &block.s_b));
         let (va, xa) = sweep.read(simd, lines, &block.row_a);
         let (vb, xb) = sweep.read(simd, lines, &block.row_b);
+        let (mut start_a, mut start_b) = (va, vb);
+        if block.axes.iter().any(Axis::asks_start) {
+            start_a = load_start(simd, aux, &block.row_a);
+            start_b = load_start(simd, aux, &block.row_b);
+        }
         let elapsed = splat(simd, sweep.elapsed);
         let (spin_a, spin_b) = (Vec3w::load(simd, &block.spin_a), Vec3w::load(simd, &block.spin_b));
         let turn_a = sa.mul(xa.w) + spin_a * elapsed;
@@ -240,7 +261,24 @@ impl<S: Simd> Placed<S> {
         let arm_a = ra + gap;
         let turn = turn_b - turn_a - turn_a.cross(turn_b) * splat(simd, 0.5);
         let drift = drift + spin_b.cross(arm_b) - spin_a.cross(arm_a);
-        Self { alpha, beta, sa, sb, va, vb, spin_a, spin_b, to_a, turn, arm_a, arm_b, gap, drift }
+        Self {
+            alpha,
+            beta,
+            sa,
+            sb,
+            va,
+            vb,
+            start_a,
+            start_b,
+            spin_a,
+            spin_b,
+            to_a,
+            turn,
+            arm_a,
+            arm_b,
+            gap,
+            drift,
+        }
     }
 
     /// The row of a turn, and its angle.
@@ -325,10 +363,10 @@ pub(super) struct Given<S: Simd> {
 pub(crate) fn solve<S: Simd>(
     simd: S,
     block: &mut SixBlock,
-    lines: &Rows<'_, Line>,
+    (lines, aux): (&Rows<'_, Line>, &Rows<'_, Aux>),
     sweep: &JointSweep,
 ) {
-    let at = Placed::read(simd, block, lines, sweep);
+    let at = Placed::read(simd, block, (lines, aux), sweep);
     let given = match (block.is_pinned, block.holds[1]) {
         (true, true) => pinned::solve::<S, true>(simd, block, &at, sweep),
         (true, false) => pinned::solve::<S, false>(simd, block, &at, sweep),
@@ -389,7 +427,7 @@ fn solve_loose<S: Simd, const TURNS: bool>(
         q.va.w = q.va.w - q.sa.mul(more_a);
         q.vb.w = q.vb.w + q.sb.mul(more_b);
     }
-    solve_axes::<S, TURNS>(simd, block, &mut state, sweep);
+    solve_axes::<S, TURNS>(simd, block, (&mut state, [&at.start_a, &at.start_b]), sweep);
     Given { old: [p, t], new: [state.pair.force, state.pair.torque] }
 }
 
@@ -427,7 +465,7 @@ impl<S: Simd> State<S> {
 fn solve_axes<S: Simd, const TURNS: bool>(
     simd: S,
     block: &mut SixBlock,
-    state: &mut State<S>,
+    (state, start): (&mut State<S>, [&Velocity<S>; 2]),
     sweep: &JointSweep,
 ) {
     let zero = splat(simd, 0.0);
@@ -462,19 +500,15 @@ fn solve_axes<S: Simd, const TURNS: bool>(
         }
     }
     let mut given = held.solve(simd, block, &mut state.pair, &state.x, &loads, sweep);
-    let pull = Vec3w::load(simd, &block.pull);
-    let pulls = [pull.dot(held.along[0].n), pull.dot(held.along[1].n), pull.dot(held.along[2].n)];
     for i in 0..6 {
         if !block.acts_on(i) {
             continue;
         }
         let row = state.free_row::<TURNS>(simd, i);
         let q = &mut state.pair;
-        let v = if i < 3 { q.speed_along(&row) } else { q.speed_about(&row) };
-        let Vec3w { x: p0, y: p1, z: p2 } = back[i][0];
-        let own = if i < 3 { pull.dot(row.n) } else { zero };
-        let pull = own - (p0 * pulls[0] + p1 * pulls[1] + p2 * pulls[2]);
-        let felt = Felt { k: give[i], x: state.x[i], v, pull };
+        let speed = |of| if i < 3 { q.speed_along(&row, of) } else { q.speed_about(&row, of) };
+        let (v, start) = (speed([&q.va, &q.vb]), speed(start));
+        let felt = Felt { k: give[i], x: state.x[i], v, start };
         let (drive, friction) = (load(simd, &block.held[i]), load(simd, &block.friction[i]));
         let old = [drive, friction, load(simd, &block.limit[i])];
         let new = act(simd, block, i, old, felt, sweep);

@@ -28,8 +28,8 @@ pub(crate) struct Law<S: Simd> {
 }
 
 impl Push {
-    /// Where it is slower than a substep, a spring on the inverse mass `k` under the acceleration `pull`
-    /// swings as the exact one does: v' = (1 - B) v - A x has the eigenvalues exp(z h), taken as
+    /// Where it is slower than a substep, a spring on the inverse mass `k`, which all else gives the speed `gained` in the
+    /// substep, swings as the exact one does: v' = (1 - B) v - A x has the eigenvalues exp(z h), taken as
     /// (12 + 6 z + z²)/(12 - 6 z + z²), and rests where the exact one does. A faster one, or a motor, is taken
     /// at the end of the substep, which damps it; one harder than `hardest`, or of more than one radian a substep, is as hard as that,
     /// stiffness and damping in their proportion. See docs/derivations/joints.md.
@@ -38,7 +38,7 @@ impl Push {
         &self,
         simd: S,
         k: Wide<S>,
-        pull: Wide<S>,
+        gained: Wide<S>,
         [inv_h, hardest]: [Wide<S>; 2],
     ) -> Law<S> {
         let (zero, one) = (splat(simd, 0.0), splat(simd, 1.0));
@@ -66,7 +66,7 @@ impl Push {
         let slow = Law {
             gain: n12 * c * (n12 + p) * q,
             rate: n144 * p * q * inv_h,
-            bias: (n12 * p + p * p + n12 * c * c - n72 * c - n6 * p * c) * q * h * pull
+            bias: (n12 * p + p * p + n12 * c * c - n72 * c - n6 * p * c) * q * gained
                 - n144 * c * q * load(simd, &self.speed),
         };
         Law {

@@ -69,6 +69,8 @@ pub(crate) struct TreeBody {
     /// What the joints of the tree made of its velocity (whitened), as the line carries it.
     carried: Six,
     pub(super) u: Six,
+    /// Its velocity when the substep began (whitened).
+    pub(super) start: Six,
     pub(super) motion: Six,
     /// Geometric stiffness, times h² [kg m²].
     turning: f64,
@@ -377,7 +379,8 @@ impl Solver<'_> {
             mass += 1.0 / (body.alpha * body.alpha);
             let line = self.lines.read(body.line as usize);
             let (v, x) = (wide(line.v, line.w), wide(line.x, line.t));
-            body.motion = x;
+            let [start_v, start_w] = self.aux.read(body.line as usize).start();
+            (body.motion, body.start) = (x, wide(start_v, start_w));
             for c in 0..6 {
                 body.u[c] = if sweep.joints.is_relax { v[c] } else { v[c] - body.carried[c] };
             }

@@ -34,8 +34,8 @@ pub(super) struct SixRow {
     /// Of each row, its coordinate and the part of its speed that the bodies' lines do not have.
     place: Six,
     speed: Six,
-    /// Of each row of a drive or limit, the acceleration by gravity and forces in the tree.
-    pull: Six,
+    /// Of each row of a drive or limit, its speed when the substep began.
+    start: Six,
     /// And its impulse of this sweep.
     given: Six,
     /// Of each axis, the impulses of its drive, friction and limit [N s; N m s].
@@ -233,6 +233,7 @@ impl Solver<'_> {
         for (i, joint) in self.tree_joints(tree) {
             let row = self.tree_rows.row(i);
             for k in row.count..row.all() {
+                row.six.start[k] = row.six.speed[k] + self.rate(joint, row, k, |body| &body.start);
                 row.six.speed[k] += self.rate(joint, row, k, |body| &body.u)
                     + self.rate(joint, row, k, |body| &body.sum);
                 row.six.given[k] = -row.lambda[k];
@@ -267,24 +268,11 @@ impl Solver<'_> {
         }
     }
 
-    /// Answers of drives and limits to each other and to gravity and forces. Those of the step's start serve
+    /// Answers of drives and limits to each other. Those of the step's start serve
     /// the whole step: what is given in a sweep beyond what was given in the last is little, and goes through
     /// the tree as it is then.
     fn find_gains(&self, tree: &Tree) {
         let (n, gains) = (tree.scalars, self.tree_gains.slice(tree.gains.clone()));
-        for i in tree.bodies.clone() {
-            let body = self.tree_bodies.row(i);
-            // Whitened.
-            let a = DVec3::from(*self.acceleration.read(body.line as usize)) * (1.0 / body.alpha);
-            body.x = [a.x, a.y, a.z, 0.0, 0.0, 0.0];
-        }
-        self.respond(tree);
-        for (i, joint) in self.tree_joints(tree) {
-            let row = self.tree_rows.row(i);
-            for k in row.count..row.all() {
-                row.six.pull[k] = self.rate(joint, row, k, |body| &body.x);
-            }
-        }
         let mut of = 0;
         for (i, joint) in self.tree_joints(tree) {
             for k in self.tree_rows.read(i).count..self.tree_rows.read(i).all() {
@@ -350,16 +338,16 @@ impl Solver<'_> {
         let own = dot(&row.child[k], &row.child[k]) + dot(&row.parent[k], &row.parent[k]);
         let give = if give > own * 1.0e-9 { give } else { 0.0 };
         let axis = row.six.axes[k];
-        let felt = [give, row.six.place[k], row.six.speed[k], row.six.pull[k]].map(|x| x as f32);
         let old = row.six.acting[axis];
+        let felt = [give, row.six.place[k], row.six.speed[k], row.six.start[k]].map(|x| x as f32);
         let (block, lane) = self.six_of(joint);
         let new = dispatch!(self.ctx.level, simd => {
-            let [k, x, v, pull] = felt;
+            let [k, x, v, start] = felt;
             let felt = Felt {
                 k: splat(simd, k),
                 x: splat(simd, x),
                 v: splat(simd, v),
-                pull: splat(simd, pull),
+                start: splat(simd, start),
             };
             let old = old.map(|p| splat(simd, p));
             act(simd, block, axis, old, felt, &sweep.joints).map(|new| {
