@@ -21,6 +21,6 @@ pub use build::{BuildError, ResumeError, Running, SavedRun};
 pub use catalog::{CatalogError, Entry, Parameter, Range, Values, catalog, named};
 pub use error::SceneError;
 pub use scene::{
-    Load, Scene, SceneBody, SceneCoupling, SceneFrame, SceneHold, SceneJoint, SceneLink, SceneStrand,
-    Script, ScriptAction, StrandDef, Wave,
+    Load, Scene, SceneBody, SceneCoupling, SceneFrame, SceneHold, SceneJoint, SceneLink,
+    SceneStrand, Script, ScriptAction, StrandDef, Wave,
 };

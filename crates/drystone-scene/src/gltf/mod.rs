@@ -33,6 +33,7 @@ pub(crate) use self::json::At;
 pub(crate) use self::nodes::{Tree, read as read_tree};
 pub(crate) use self::physics::{STATIC_BODY, of_shapes};
 pub(crate) use self::read::resource;
+pub(crate) use self::surface::{COMBINE, GEOMETRIC_MEAN};
 
 pub use self::film::{Film, film};
 pub use self::info::info;

@@ -35,8 +35,10 @@ use serde::Deserialize;
 use serde::de::IgnoredAny;
 
 use self::document::Document;
+use crate::bake::Unsaid;
 use crate::error::SceneError;
 use crate::file::{self, Ending, Kind, WholeFile};
+use crate::gltf::LoadedGltf;
 use crate::scene::Scene;
 
 pub use self::read::Options;
@@ -89,8 +91,7 @@ pub(crate) fn kind_of_text(text: &str) -> Result<JsonKind, SceneError> {
     let fail = |place: &str, problem: &str, allowed: &str| {
         SceneError::new(Path::new(""), place, problem, allowed)
     };
-    let head: Head =
-        serde_json::from_str(text).map_err(|e| read::broken(text, &e, String::new()))?;
+    let head: Head = serde_json::from_str(text).map_err(|e| read::broken(text, &e, ""))?;
     match head {
         Head { drystone: Some(_), .. } => Ok(JsonKind::Own),
         Head { rigid_body_problem: Some(_), .. } => Ok(JsonKind::RigidIpc),
@@ -108,16 +109,22 @@ pub(crate) fn kind_of_text(text: &str) -> Result<JsonKind, SceneError> {
 /// # Errors
 /// What no file can say: a film, two bodies of one name, names that something else has.
 pub fn to_text(scene: &Scene) -> Result<String, SceneError> {
-    let document = write::document(scene)?;
+    text_with(scene, None)
+}
+
+fn text_with(scene: &Scene, visuals: Option<&str>) -> Result<String, SceneError> {
+    let mut document = write::document(scene)?;
+    document.visuals = visuals.map(str::to_owned);
     print::pretty(&document).map_err(|e| SceneError::new(Path::new(""), "", e, ""))
 }
 
-/// Writes a scene as a file of this format, which has its name when it is whole.
+/// Writes a scene as a file of this format, which has its name when it is whole. `visuals` is the path, from the file's
+/// folder, of the glTF file that it was read from, which says what its bodies look like.
 ///
 /// # Errors
 /// Those of [`to_text`]; a file that cannot be written, or would be larger than what is read.
-pub fn save(path: &Path, scene: &Scene) -> Result<Ending, SceneError> {
-    let text = to_text(scene).map_err(|e| e.in_file(path))?;
+pub fn save(path: &Path, scene: &Scene, visuals: Option<&str>) -> Result<Ending, SceneError> {
+    let text = text_with(scene, visuals).map_err(|e| e.in_file(path))?;
     let most = Kind::Text.most();
     if text.len() as u64 > most {
         let problem = format!("it would have {} bytes", text.len());
@@ -128,6 +135,20 @@ pub fn save(path: &Path, scene: &Scene) -> Result<Ending, SceneError> {
         file.finish()
     });
     written.map_err(|e| SceneError::new(path, "", format!("cannot be written: {e}"), ""))
+}
+
+/// What a glTF file says that a file of this format does not, unless it names it.
+#[must_use]
+pub fn unsaid(file: &LoadedGltf) -> Vec<Unsaid> {
+    let count =
+        |key: &str| file.document.json.get(key).and_then(|v| v.as_array()).map_or(0, Vec::len);
+    let all = [
+        ("meshes to look at", "meshes"),
+        ("materials to look at", "materials"),
+        ("animations", "animations"),
+    ];
+    let all = all.map(|(what, key)| Unsaid { what: what.to_owned(), count: count(key) });
+    all.into_iter().filter(|unsaid| unsaid.count > 0).collect()
 }
 
 /// The JSON schema of the format, as `docs/scene.schema.json` has it.

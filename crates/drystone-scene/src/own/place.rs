@@ -184,12 +184,12 @@ mod tests {
             (root.clone(), (1, 1), ""),
             (root.nth("a", 0), (2, 8), "a[0]"),
             (root.nth("a", 1), (2, 11), "a[1]"),
-            (root.nth("a", 1).key("c"), (2, 29), "a[1].c"),
+            (root.nth("a", 1).key("c"), (2, 30), "a[1].c"),
             (root.key("d"), (3, 7), "d"),
             // What is not there: what is around it.
             (root.nth("a", 2), (2, 7), "a[2]"),
             (root.key("d").key("e"), (3, 7), "d.e"),
-            (root.field("a[1].c"), (2, 29), "a[1].c"),
+            (root.field("a[1].c"), (2, 30), "a[1].c"),
         ];
         for (place, found, shown) in table {
             assert_eq!(place.find(text), found, "{shown}");

@@ -5,9 +5,6 @@ use serde::Serialize;
 /// Lists and objects of no more than so many characters stand on one line.
 const WIDTH: usize = 100;
 
-/// Numbers that stand on a line of a long list.
-const NUMBERS: usize = 12;
-
 /// A value of JSON, of a text that serde wrote.
 enum Node<'a> {
     /// A number, a text, true or false.
@@ -88,15 +85,14 @@ fn print(node: &Node<'_>, depth: usize, out: &mut String) {
     match node {
         Node::List(items) => {
             out.push('[');
-            let is_plain = items.iter().all(|item| matches!(item, Node::Leaf(_)));
-            for (i, item) in items.iter().enumerate() {
-                out.push_str(if i > 0 { "," } else { "" });
-                if is_plain && !i.is_multiple_of(NUMBERS) {
-                    out.push(' ');
-                } else {
+            if items.iter().all(is_plain) {
+                fill(items, depth + 1, out);
+            } else {
+                for (i, item) in items.iter().enumerate() {
+                    out.push_str(if i > 0 { "," } else { "" });
                     indent(depth + 1, out);
+                    print(item, depth + 1, out);
                 }
-                print(item, depth + 1, out);
             }
             indent(depth, out);
             out.push(']');
@@ -114,6 +110,36 @@ fn print(node: &Node<'_>, depth: usize, out: &mut String) {
             out.push('}');
         }
         Node::Leaf(_) => out.push_str(&line),
+    }
+}
+
+/// A number or word, or a list of such, as the points of a mesh.
+fn is_plain(node: &Node<'_>) -> bool {
+    let is_leaf = |node: &Node<'_>| matches!(node, Node::Leaf(_));
+    match node {
+        Node::List(items) => items.len() <= 12 && items.iter().all(is_leaf),
+        node => is_leaf(node),
+    }
+}
+
+/// Fills lines with short items.
+fn fill(items: &[Node<'_>], depth: usize, out: &mut String) {
+    let width = WIDTH.saturating_sub(2 * depth);
+    let mut used = width;
+    let mut word = String::new();
+    for (i, item) in items.iter().enumerate() {
+        word.clear();
+        // No room is too small for what is plain.
+        short(item, usize::MAX, &mut word);
+        out.push_str(if i > 0 { "," } else { "" });
+        if used + word.len() + 2 > width {
+            indent(depth, out);
+            used = 0;
+        } else {
+            out.push(' ');
+        }
+        out.push_str(&word);
+        used += word.len() + 2;
     }
 }
 
@@ -181,7 +207,8 @@ mod tests {
     #[test]
     fn every_number_reads_back_to_the_same_bits() {
         let mut bits = 1_u32;
-        let mut all = vec![0.0, -0.0, 0.1, 1.0, -2.5, 1.0e-5, 16_777_216.0, 3.0e9, f32::MIN_POSITIVE];
+        let mut all =
+            vec![0.0, -0.0, 0.1, 1.0, -2.5, 1.0e-5, 16_777_216.0, 3.0e9, f32::MIN_POSITIVE];
         for _ in 0..200_000 {
             // A generator with all bits.
             bits = bits.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
@@ -194,6 +221,7 @@ mod tests {
             assert_eq!(a.to_bits(), b.to_bits(), "{a}");
         }
         assert!(text.starts_with("[\n  0, -0.0, 0.1, 1, -2.5,"), "{}", &text[..40]);
+        assert!(text.lines().all(|line| line.len() <= 100));
     }
 
     #[test]

@@ -7,8 +7,8 @@ mod strand;
 mod world;
 
 pub(crate) use self::body::{
-    Bond, Box, Capsule, Combine, Cone, Cylinder, Filter, Fracture, Geometry, Glue, HalfSpace, Hull,
-    Kind, Layer, LockedAxis, Material, Mesh, Reports, Senses, Shape, Sphere, Strength, Body,
+    Body, Bond, Box, Capsule, Combine, Cone, Cylinder, Filter, Fracture, Geometry, Glue, HalfSpace,
+    Hull, Kind, Layer, LockedAxis, Material, Mesh, Reports, Senses, Shape, Sphere, Strength,
 };
 pub(crate) use self::joint::{
     Axis, AxisName, Ball, Cone6, ConeTwist, Coupling, Cylindrical, Distance, Drive, Fatigue, Fixed,
@@ -20,8 +20,7 @@ pub(crate) use self::strand::{
     Rope, Script, Strand, Wave,
 };
 pub(crate) use self::world::{
-    Breakage, Contact, Inertia, Joints, Method, ParticleForm, Particles, Penalty,
-    Sleep, World,
+    Breakage, Contact, Inertia, Joints, Method, ParticleForm, Particles, Penalty, Sleep, World,
 };
 
 use schemars::JsonSchema;

@@ -126,7 +126,11 @@ impl Reader<'_> {
         let anchors = [joint.anchor_a, joint.anchor_b];
         let world = match (joint.at, joint.between) {
             (Some(_), Some(_)) => {
-                return Err(self.fail(&place.key("between"), "there is at beside it", "one of them"));
+                return Err(self.fail(
+                    &place.key("between"),
+                    "there is at beside it",
+                    "one of them",
+                ));
             }
             (Some(at), None) => Some([at; 2]),
             (None, between) => between,

@@ -55,7 +55,7 @@ pub(super) fn from_text(
 }
 
 /// What serde says of a text, in the terms of other errors; `path` is where serde was.
-pub(super) fn broken(text: &str, e: &serde_json::Error, path: String) -> SceneError {
+pub(super) fn broken(text: &str, e: &serde_json::Error, path: &str) -> SceneError {
     let full = e.to_string();
     let said = full.rfind(" at line ").map_or(full.as_str(), |end| &full[..end]);
     let (problem, allowed) = match e.classify() {
@@ -63,6 +63,10 @@ pub(super) fn broken(text: &str, e: &serde_json::Error, path: String) -> SceneEr
             Some((problem, allowed)) => (problem.to_owned(), allowed.to_owned()),
             None => (said.to_owned(), String::new()),
         },
+        // All of it was read as JSON before: where serde wants the name of a variant, another value stands.
+        _ if !path.is_empty() => {
+            ("is of another kind".to_owned(), "a word, or an object with one member".to_owned())
+        }
         _ => (format!("broken JSON: {said}"), "JSON as RFC 8259 has it".to_owned()),
     };
     let line = e.line().max(1);
@@ -92,8 +96,8 @@ fn scene_of(
     }
     let mut json = serde_json::Deserializer::from_str(text);
     let document: Document = serde_path_to_error::deserialize(&mut json)
-        .map_err(|e| broken(text, e.inner(), e.path().to_string()))?;
-    json.end().map_err(|e| broken(text, &e, String::new()))?;
+        .map_err(|e| broken(text, e.inner(), &e.path().to_string()))?;
+    json.end().map_err(|e| broken(text, &e, ""))?;
     let reader = Reader {
         text,
         folder,
@@ -116,7 +120,7 @@ fn check_version(text: &str) -> Result<(), SceneError> {
     struct Head {
         drystone: Option<serde_json::Value>,
     }
-    let head: Head = serde_json::from_str(text).map_err(|e| broken(text, &e, String::new()))?;
+    let head: Head = serde_json::from_str(text).map_err(|e| broken(text, &e, ""))?;
     let found = match head.drystone {
         Some(version) if version == super::VERSION => return Ok(()),
         Some(version) => format!("is {version}"),
@@ -498,9 +502,12 @@ impl Reader<'_> {
         if !self.loading.options.visuals {
             return Ok(());
         }
-        let options = crate::gltf::Options::default();
-        let mut loaded = crate::gltf::load(&path, &options)
-            .map_err(|e| self.fail(place, e, "a glTF file with physics"))?;
+        // The same nodes are bodies, whatever their meshes become.
+        let auto_colliders = Some(crate::gltf::AutoColliders::Box);
+        let options = crate::gltf::Options { auto_colliders, gravity: None };
+        let is_obj = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("obj"));
+        let load = if is_obj { crate::obj::load } else { crate::gltf::load };
+        let mut loaded = load(&path, &options).map_err(|e| self.fail(place, e, "a glTF file"))?;
         loaded.read_visuals();
         // Beside those of parts.
         let mut visuals = (*self.scene.visuals).clone();

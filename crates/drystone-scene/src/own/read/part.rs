@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use drystone::{AxisLocks, BodyDef, JointKind, Pose, Quat, Vec3, WorldConfig};
+use drystone::{AxisLocks, BodyDef, JointKind, Pose, Quat, Shape, Vec3, WorldConfig};
 
 use super::{Options, Reader, scene_of};
 use crate::error::SceneError;
@@ -27,6 +27,9 @@ const MOST_THINGS: usize = 4_000_000;
 /// More of mesh files is not read for one scene, however often it names them [bytes].
 const MOST_BYTES: u64 = 2_000_000_000;
 
+/// Corners and triangles of the meshes of all shapes together.
+const MOST_CORNERS: usize = 100_000_000;
+
 /// What is read for one scene.
 pub(super) struct Loading {
     pub(super) options: Options,
@@ -36,12 +39,35 @@ pub(super) struct Loading {
     things: usize,
     bytes: u64,
     meshes: BTreeMap<PathBuf, Triangles>,
+    /// By file, what it becomes, and bits of the scale.
+    shapes: BTreeMap<(PathBuf, As, [u32; 3]), Vec<Shape>>,
+    /// Corners of meshes that were looked at so far.
+    corners: usize,
+    /// Particles of ropes and cloths so far.
+    pub(super) particles: usize,
+}
+
+/// What a mesh file becomes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum As {
+    Hull,
+    Mesh,
+    Hulls,
 }
 
 impl Loading {
     pub(super) const fn new(options: Options) -> Self {
-        let (files, things, bytes) = (0, 0, 0);
-        Self { options, stack: Vec::new(), files, things, bytes, meshes: BTreeMap::new() }
+        Self {
+            options,
+            stack: Vec::new(),
+            files: 0,
+            things: 0,
+            bytes: 0,
+            meshes: BTreeMap::new(),
+            shapes: BTreeMap::new(),
+            corners: 0,
+            particles: 0,
+        }
     }
 
     /// Reads a file of this format.
@@ -165,8 +191,9 @@ impl Reader<'_> {
         if scene.config != config {
             notes.push("settings of its world are left out".to_owned());
         }
-        if pose.direction(scene.config.gravity) != self.scene.config.gravity {
-            let g = self.scene.config.gravity;
+        let (own, g) = (pose.direction(scene.config.gravity), self.scene.config.gravity);
+        // Beyond the rounding of a turn.
+        if (own - g).length() > 1.0e-5 * g.length() {
             notes.push(format!("gravity is ({}, {}, {}), not its own", g.x, g.y, g.z));
         }
         let notes = notes.into_iter().map(|note| format!("{}: {note}", part.name));
@@ -215,24 +242,45 @@ impl Reader<'_> {
         Ok(())
     }
 
-    /// The triangles of a mesh file.
-    pub(super) fn surface(
+    /// Shapes of a mesh file, which are made once and shared.
+    pub(super) fn from_file(
         &mut self,
         place: &Place,
+        what: As,
         file: &str,
         scale: Option<[f32; 3]>,
-    ) -> Result<Triangles, SceneError> {
+    ) -> Result<Vec<Shape>, SceneError> {
         let at = place.key("file");
         let path = self.path(&at, file)?;
+        let scale = scale.map_or(Vec3::ONE, Vec3::from);
+        let key = (path.clone(), what, scale.to_array().map(f32::to_bits));
+        if let Some(shapes) = self.loading.shapes.get(&key) {
+            return Ok(shapes.clone());
+        }
         if !self.loading.meshes.contains_key(&path) {
             let made = self.triangles(&path).map_err(|e| self.fail(&at, e, ""))?;
             self.loading.meshes.insert(path.clone(), made);
         }
-        let mut made = self.loading.meshes.get(&path).cloned().unwrap_or_default();
-        if let Some(scale) = scale {
-            let scale = Vec3::from(scale);
-            made.points.iter_mut().for_each(|point| *point = point.mul_each(scale));
+        let mut surface = self.loading.meshes.get(&path).cloned().unwrap_or_default();
+        surface.points.iter_mut().for_each(|point| *point = point.mul_each(scale));
+        self.loading.corners += surface.points.len() + surface.triangles.len();
+        if self.loading.corners > MOST_CORNERS {
+            let problem = format!("brings all meshes to more than {MOST_CORNERS} corners");
+            return Err(self.fail(&at, problem, "fewer or simpler meshes"));
         }
+        // The place of its errors is not that of a glTF file.
+        let nowhere = serde_json::Value::Null;
+        let nowhere = gltf::At::root(&nowhere);
+        let made = match what {
+            As::Hull => surface.hull(&nowhere).map(|hull| vec![hull]),
+            As::Mesh => surface.mesh(&nowhere).map(|mesh| vec![mesh]),
+            As::Hulls => surface.hulls(&nowhere).map(|(shapes, note)| {
+                self.scene.notes.push(format!("{at}: its mesh is {note}"));
+                shapes
+            }),
+        };
+        let made = made.map_err(|e| self.fail(&at, e.problem(), e.allowed()))?;
+        self.loading.shapes.insert(key, made.clone());
         Ok(made)
     }
 

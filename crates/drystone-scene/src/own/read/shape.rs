@@ -2,12 +2,11 @@
 
 use std::sync::Arc;
 
-use drystone::{
-    Combine, ContactReports, Hull, Material, Mesh, Senses, Shape, ShapeDef, Vec3,
-};
+use drystone::{Combine, ContactReports, Hull, Material, Mesh, Senses, Shape, ShapeDef, Vec3};
 use serde::{Deserialize, Serialize};
 
 use super::Reader;
+use super::part::As;
 use crate::error::SceneError;
 use crate::own::document::{self, Geometry};
 use crate::own::place::Place;
@@ -155,7 +154,7 @@ impl Reader<'_> {
             shape.hulls.clone().map(Geometry::Hulls),
         ];
         let Some(geometry) = geometry.into_iter().flatten().next() else { return Ok(Vec::new()) };
-        self.made(place, &place.key(key), &geometry)
+        self.made(&place.key(key), &geometry)
     }
 
     /// A shape of the file's table.
@@ -175,7 +174,7 @@ impl Reader<'_> {
             Geometry::Mesh(_) => "mesh",
             Geometry::Hulls(_) => "hulls",
         };
-        let shapes = self.made(place, &place.key(key), geometry)?;
+        let shapes = self.made(&place.key(key), geometry)?;
         for shape in &shapes {
             shape.validate().map_err(|e| {
                 self.fail(&place.key(key).field(e.field), format!("is {}", e.value), e.allowed)
@@ -184,12 +183,7 @@ impl Reader<'_> {
         Ok(shapes)
     }
 
-    fn made(
-        &mut self,
-        outer: &Place,
-        place: &Place,
-        geometry: &Geometry,
-    ) -> Result<Vec<Shape>, SceneError> {
+    fn made(&mut self, place: &Place, geometry: &Geometry) -> Result<Vec<Shape>, SceneError> {
         let one = match geometry {
             Geometry::Sphere(s) => Shape::Sphere { radius: s.radius },
             Geometry::Capsule(c) => Shape::Capsule { half_height: c.half_height, radius: c.radius },
@@ -211,24 +205,29 @@ impl Reader<'_> {
                 }
                 Shape::HalfSpace { normal, offset: h.offset.unwrap_or(0.0) }
             }
+            Geometry::Hull(document::Hull { file: Some(file), points: None, scale, .. }) => {
+                return self.from_file(place, As::Hull, file, *scale);
+            }
+            Geometry::Mesh(document::Mesh {
+                file: Some(file),
+                vertices: None,
+                triangles: None,
+                scale,
+            }) => {
+                return self.from_file(place, As::Mesh, file, *scale);
+            }
             Geometry::Hull(hull) => self.hull(place, hull)?,
             Geometry::Mesh(mesh) => self.mesh(place, mesh)?,
             Geometry::Hulls(hulls) => {
-                let surface = self.surface(place, &hulls.file, hulls.scale)?;
-                let value = serde_json::Value::Null;
-                let (shapes, note) = surface
-                    .hulls(&crate::gltf::At::root(&value))
-                    .map_err(|e| self.fail(place, e.problem(), e.allowed()))?;
-                self.scene.notes.push(format!("{outer}: its mesh is {note}"));
-                return Ok(shapes);
+                return self.from_file(place, As::Hulls, &hulls.file, hulls.scale);
             }
         };
         Ok(vec![one])
     }
 
-    fn hull(&mut self, place: &Place, hull: &document::Hull) -> Result<Shape, SceneError> {
-        let made = match (&hull.points, &hull.file) {
-            (Some(points), None) => {
+    fn hull(&self, place: &Place, hull: &document::Hull) -> Result<Shape, SceneError> {
+        let made = match (&hull.points, &hull.file, hull.scale) {
+            (Some(points), None, None) => {
                 let points: Vec<Vec3> = points.iter().map(|p| Vec3::from(*p)).collect();
                 match (&hull.faces, &hull.planes) {
                     (None, None) => Hull::from_points(&points).map_err(|e| e.to_string()),
@@ -243,33 +242,30 @@ impl Reader<'_> {
                     _ => Err("it has faces without planes, or planes without faces".to_owned()),
                 }
             }
-            (None, Some(file)) => {
-                let surface = self.surface(place, file, hull.scale)?;
-                Hull::from_points(&surface.points).map_err(|e| e.to_string())
+            _ => {
+                return Err(self.fail(
+                    place,
+                    "it has not one source",
+                    "either points, or a file with its scale",
+                ));
             }
-            _ => return Err(self.fail(place, "it has not one source", "either points or a file")),
         };
         let hull = made.map_err(|e| self.fail(place, e, "points that span a volume"))?;
         Ok(Shape::Hull(Arc::new(hull)))
     }
 
-    fn mesh(&mut self, place: &Place, mesh: &document::Mesh) -> Result<Shape, SceneError> {
-        let made = match (&mesh.vertices, &mesh.triangles, &mesh.file) {
-            (Some(vertices), Some(triangles), None) => {
+    fn mesh(&self, place: &Place, mesh: &document::Mesh) -> Result<Shape, SceneError> {
+        let made = match (&mesh.vertices, &mesh.triangles, &mesh.file, mesh.scale) {
+            (Some(vertices), Some(triangles), None, None) => {
                 Mesh::new(vertices.iter().map(|v| Vec3::from(*v)).collect(), triangles.clone())
             }
-            (None, None, Some(file)) => {
-                let surface = self.surface(place, file, mesh.scale)?;
-                Mesh::new(surface.points, surface.triangles)
-            }
             _ => {
-                let allowed = "either vertices and triangles, or a file";
+                let allowed = "either vertices and triangles, or a file with its scale";
                 return Err(self.fail(place, "it has not one source", allowed));
             }
         };
-        let mesh = made.map_err(|e| {
-            self.fail(place, e, "a mesh with at least one triangle with an area")
-        })?;
+        let mesh = made
+            .map_err(|e| self.fail(place, e, "a mesh with at least one triangle with an area"))?;
         Ok(Shape::Mesh(Arc::new(mesh)))
     }
 }

@@ -1,16 +1,15 @@
 //! Particles, and scripts.
 
-use drystone::{
-    BodyDef, ClothDef, LinkKind, LinkSpring, ParticleDef, Pose, RopeDef, Vec3, World,
-};
+use drystone::{BodyDef, ClothDef, LinkKind, LinkSpring, ParticleDef, Pose, RopeDef, Vec3, World};
 
 use super::Reader;
 use crate::error::SceneError;
 use crate::own::document;
 use crate::own::place::Place;
-use crate::scene::{
-    Load, SceneBody, SceneHold, SceneLink, SceneStrand, Script, StrandDef, Wave,
-};
+use crate::scene::{Load, SceneBody, SceneHold, SceneLink, SceneStrand, Script, StrandDef, Wave};
+
+/// Particles of all ropes and cloths together: a short text can ask for any number of them.
+const MOST_PARTICLES: usize = 4_000_000;
 
 impl Reader<'_> {
     pub(super) fn strand(
@@ -23,14 +22,31 @@ impl Reader<'_> {
             (None, Some(cloth), None) => self.cloth(&place.key("cloth"), cloth)?,
             (None, None, Some(cloud)) => {
                 let at = place.key("cloud").key("particle");
-                let particle = self.particle(&at, cloud.particle.as_ref(), ParticleDef::default())?;
+                let particle =
+                    self.particle(&at, cloud.particle.as_ref(), ParticleDef::default())?;
                 StrandDef::Cloud(cloud.points.iter().map(|p| Vec3::from(*p)).collect(), particle)
             }
             _ => {
                 let allowed = "one of rope, cloth, cloud";
-                return Err(self.fail(place, "it does not say what it is, or says it twice", allowed));
+                return Err(self.fail(
+                    place,
+                    "it does not say what it is, or says it twice",
+                    allowed,
+                ));
             }
         };
+        let count = match &def {
+            StrandDef::Rope(rope) => rope.links,
+            StrandDef::Cloth(cloth) => cloth.squares[0].saturating_mul(cloth.squares[1]),
+            // Each stands in the file.
+            StrandDef::Cloud(..) => 0,
+        };
+        self.loading.particles = self.loading.particles.saturating_add(count);
+        if self.loading.particles > MOST_PARTICLES {
+            let problem = format!("brings all strands to {} particles", self.loading.particles);
+            let allowed = format!("up to {MOST_PARTICLES} in ropes and cloths");
+            return Err(self.fail(place, problem, &allowed));
+        }
         let mut made = SceneStrand::new(
             strand.name.clone().unwrap_or_else(|| format!("#{}", self.scene.strands.len())),
             def,
@@ -46,9 +62,9 @@ impl Reader<'_> {
         }
         for (i, link) in strand.links.iter().enumerate() {
             let at = place.nth("links", i).key("kind");
-            let kind = self.link(&at, &link.kind)?.ok_or_else(|| {
-                self.fail(&at, "is \"none\"", "a link that is there")
-            })?;
+            let kind = self
+                .link(&at, &link.kind)?
+                .ok_or_else(|| self.fail(&at, "is \"none\"", "a link that is there"))?;
             made.links.push(SceneLink {
                 a: link.a,
                 b: link.b,
@@ -72,7 +88,8 @@ impl Reader<'_> {
                 .ok_or_else(|| self.fail(&at, "is \"none\"", "a link that is there"))?;
         }
         def.pinned = rope.pinned.unwrap_or(def.pinned);
-        def.particle = self.particle(&place.key("particle"), rope.particle.as_ref(), def.particle)?;
+        def.particle =
+            self.particle(&place.key("particle"), rope.particle.as_ref(), def.particle)?;
         def.tear_strain = rope.tear_strain;
         def.tear_force = rope.tear_force;
         Ok(StrandDef::Rope(def))
@@ -184,7 +201,13 @@ impl Reader<'_> {
     ) -> Result<Script, SceneError> {
         match script {
             document::Script::Orbit(orbit) => {
-                let at = place.key("orbit").key("body");
+                let at = place.key("orbit");
+                let numbers = [orbit.center[0], orbit.center[1], orbit.center[2], orbit.radius];
+                let turn = orbit.degrees_per_step;
+                if numbers.iter().any(|v| !(v.abs() <= 1.0e7)) || !turn.is_finite() {
+                    return Err(self.fail(&at, "is out of range", "numbers up to 1e7 m"));
+                }
+                let at = at.key("body");
                 Ok(Script::Orbit {
                     body: self.body_number(&at, &orbit.body)?,
                     center: orbit.center.into(),

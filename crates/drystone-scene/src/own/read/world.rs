@@ -86,9 +86,8 @@ impl Reader<'_> {
             Or::Name(name) => (name, place.clone()),
             Or::Here(method) => (&method.name, place.key("name")),
         };
-        let found = Method::named(name).ok_or_else(|| {
-            self.fail(&at, format!("is \"{name}\""), &Method::NAMES.join(", "))
-        })?;
+        let found = Method::named(name)
+            .ok_or_else(|| self.fail(&at, format!("is \"{name}\""), &Method::NAMES.join(", ")))?;
         let Or::Here(said) = method else { return Ok(found) };
         let mut options = MethodOptions::default();
         for (key, word) in said.words() {

@@ -1,8 +1,6 @@
 //! Bodies, shapes and surfaces.
 
-use drystone::{
-    BodyDef, BodyKind, ContactReports, Hull, MassDef, Shape, ShapeDef, Vec3,
-};
+use drystone::{BodyDef, BodyKind, ContactReports, Hull, MassDef, Shape, ShapeDef, Vec3};
 
 use super::{Names, layers, other, parts, refuse, unless, unless_turn, unless_vec};
 use crate::error::SceneError;
@@ -67,9 +65,7 @@ pub(super) fn geometry(shape: &Shape) -> Result<Geometry, SceneError> {
         Shape::Capsule { half_height, radius } => {
             Geometry::Capsule(Capsule { half_height: *half_height, radius: *radius })
         }
-        Shape::Box { half_extents } => {
-            Geometry::Box(Box { half_extents: half_extents.to_array() })
-        }
+        Shape::Box { half_extents } => Geometry::Box(Box { half_extents: half_extents.to_array() }),
         Shape::Cylinder { half_height, radius } => {
             Geometry::Cylinder(Cylinder { half_height: *half_height, radius: *radius })
         }
@@ -231,10 +227,8 @@ fn locks(locks: drystone::AxisLocks) -> Vec<LockedAxis> {
 }
 
 fn glue(glue: &drystone::Glue) -> Glue {
-    let strength = |s: drystone::BondStrength| Strength {
-        tension: Bound(s.tension),
-        shear: Bound(s.shear),
-    };
+    let strength =
+        |s: drystone::BondStrength| Strength { tension: Bound(s.tension), shear: Bound(s.shear) };
     let first = glue.bonds.first().map(|bond| strength(bond.strength));
     let bonds = glue.bonds.iter().map(|bond| Bond {
         shapes: bond.shapes,

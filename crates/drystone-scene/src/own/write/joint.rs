@@ -130,10 +130,9 @@ fn six(joint: &mut Joint, axes: &SixDof) {
             turn_x: some(a),
             turn_y: some(b),
             turn_z: some(c),
-            cone: axes.cone.map(|cone| Cone6 {
-                swing: cone.swing,
-                spring: cone.spring.as_ref().map(spring),
-            }),
+            cone: axes
+                .cone
+                .map(|cone| Cone6 { swing: cone.swing, spring: cone.spring.as_ref().map(spring) }),
         });
     }
 }

@@ -65,8 +65,7 @@ pub(super) fn world(config: &WorldConfig) -> Option<World> {
     });
     let (b, d) = (&config.breakage, &default.breakage);
     let breakage = some(Breakage { max_pieces: other(b.max_pieces, &d.max_pieces) });
-    let is_default = *config == default
-        && unless_vec(config.gravity, default.gravity).is_none();
+    let is_default = *config == default && unless_vec(config.gravity, default.gravity).is_none();
     (!is_default).then(|| World {
         gravity: unless_vec(config.gravity, default.gravity),
         method: method(config),
