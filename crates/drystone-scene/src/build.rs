@@ -245,8 +245,11 @@ impl Running {
         let mut made = made.map_err(refused)?;
         for link in links {
             let particles = made.particles.len();
-            let missing =
-                |number: usize| BuildError::NoSuchParticle { name: name.clone(), number, particles };
+            let missing = |number: usize| BuildError::NoSuchParticle {
+                name: name.clone(),
+                number,
+                particles,
+            };
             let find = |n: usize| made.particles.get(n).copied().ok_or_else(|| missing(n));
             let def = LinkDef {
                 length: link.length,
