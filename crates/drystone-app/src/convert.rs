@@ -27,6 +27,9 @@ pub(crate) fn convert(args: &Convert) -> Outcome {
     // What cannot be simulated is not written either.
     build(loaded.scene(), scene)?;
     let is_own = has_extension(out, &["json"]);
+    if is_own {
+        loaded.read_visuals();
+    }
     let settings = &args.settings;
     let is_told = settings.hz.is_some()
         || settings.substeps.is_some()
@@ -83,7 +86,7 @@ pub(crate) fn convert(args: &Convert) -> Outcome {
 /// How the file to be written names the one that says what its bodies look like; nothing if that is not beside or below it.
 fn visuals(loaded: &Loaded, file: &Path, out: &Path) -> Option<String> {
     let path = match loaded {
-        Loaded::Gltf(_) => file.canonicalize().ok()?,
+        Loaded::Gltf(_) if !loaded.scene().visuals.is_empty() => file.canonicalize().ok()?,
         _ => return None,
     };
     let folder = out.parent().filter(|folder| !folder.as_os_str().is_empty());

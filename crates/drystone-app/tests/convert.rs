@@ -109,16 +109,19 @@ fn a_run_of_the_own_format_is_saved_resumed_recorded_and_baked() {
 #[test]
 fn looks_of_a_gltf_file_are_named_where_it_is_beside() {
     let folder = folder("convert-looks");
-    succeed(&folder, &["convert", "hello", "hello.glb"]);
-    succeed(&folder, &["convert", "hello.glb", "beside.json", "--strict"]);
-    assert!(
-        fs::read_to_string(folder.join("beside.json"))
-            .unwrap()
-            .contains("\"visuals\": \"hello.glb\"")
-    );
+    let read = |name: &str| fs::read_to_string(folder.join(name)).unwrap();
+    succeed(&folder, &["convert", "hello", "made.gltf"]);
+    // Meshes that drystone itself made show nothing but the shapes.
+    succeed(&folder, &["convert", "made.gltf", "made.json", "--strict"]);
+    assert!(!read("made.json").contains("visuals"));
+    let other = "\"generator\":\"another\"";
+    let other = read("made.gltf").replace("\"generator\":\"drystone\"", other);
+    fs::write(folder.join("hello.gltf"), other).unwrap();
+    succeed(&folder, &["convert", "hello.gltf", "beside.json", "--strict"]);
+    assert!(read("beside.json").contains("\"visuals\": \"hello.gltf\""));
     let (shown, _) = succeed(&folder, &["info", "beside.json"]);
     assert!(shown.contains("visible part"), "{shown}");
     fs::create_dir(folder.join("away")).unwrap();
-    let (_, named) = succeed(&folder, &["convert", "hello.glb", "away/hello.json"]);
-    assert!(named.contains("not said: meshes to look at"), "{named}");
+    let (_, named) = succeed(&folder, &["convert", "hello.gltf", "away/hello.json"]);
+    assert!(named.contains("not said: a mesh to look at"), "{named}");
 }

@@ -1,5 +1,5 @@
 //! The own format: what is written reads back to the same bits, and what is wrong is told where it stands.
-#![expect(clippy::unwrap_used, reason = "tests say what they found")]
+#![expect(clippy::unwrap_used, clippy::panic, reason = "tests say what they found")]
 
 use std::path::{Path, PathBuf};
 
@@ -156,6 +156,7 @@ fn what_is_wrong_is_told_with_line_field_and_what_is_allowed() {
                 .to_owned(),
             "joints[0].hinge.limits: is [1, 0]",
         ),
+        (body("\"user_data\": 18446744073709551615, \"mass\": 1e39"), "line 3 column 47: a number is too large"),
         (
             "{\"drystone\": 1, \"materials\": {\"a\": {}, \"a\": {}}}".to_owned(),
             "the name `a` is there twice",

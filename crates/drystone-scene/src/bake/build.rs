@@ -104,6 +104,13 @@ pub(super) fn physics(scene: &Scene) -> Document {
     for joint in &scene.joints {
         build.joint(joint, &nodes);
     }
+    let default = Scene::new("", "");
+    let times = [("hz", scene.hz, default.hz), ("seconds", scene.seconds, default.seconds)];
+    for (key, value, default) in times {
+        if value.to_bits() != default.to_bits() {
+            build.json["asset"]["extras"]["drystone"][key] = json!(value);
+        }
+    }
     build.json["scenes"][0]["nodes"] = json!(nodes);
     build.finish();
     Document { json: build.json, buffers: vec![build.bytes], ..Document::default() }

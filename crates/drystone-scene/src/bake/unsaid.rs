@@ -24,10 +24,6 @@ pub fn unsaid(scene: &Scene) -> Vec<Unsaid> {
     let mut count = Count::default();
     let config = WorldConfig { gravity: scene.config.gravity, ..WorldConfig::default() };
     count.add(scene.config != config, "settings of the world beside gravity");
-    let default = Scene::new("", "");
-    let is_other = |a: f32, b: f32| a.to_bits() != b.to_bits();
-    count.add(is_other(scene.hz, default.hz), "steps a second");
-    count.add(is_other(scene.seconds, default.seconds), "the length of the scene");
     for body in &scene.bodies {
         count.body(&body.def);
     }

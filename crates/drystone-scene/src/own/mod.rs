@@ -137,17 +137,18 @@ pub fn save(path: &Path, scene: &Scene, visuals: Option<&str>) -> Result<Ending,
     written.map_err(|e| SceneError::new(path, "", format!("cannot be written: {e}"), ""))
 }
 
-/// What a glTF file says that a file of this format does not, unless it names it.
+/// What of a glTF file, with [`Scene::visuals`] read, a file of this format does not say unless it names it.
 #[must_use]
 pub fn unsaid(file: &LoadedGltf) -> Vec<Unsaid> {
-    let count =
-        |key: &str| file.document.json.get(key).and_then(|v| v.as_array()).map_or(0, Vec::len);
+    let visuals = &file.scene.visuals;
+    let placed = visuals.worn.values().map(Vec::len).sum::<usize>() + visuals.scenery.len();
+    let animations = file.document.json.get("animations").and_then(|v| v.as_array());
     let all = [
-        ("meshes to look at", "meshes"),
-        ("materials to look at", "materials"),
-        ("animations", "animations"),
+        ("a mesh to look at", placed),
+        ("a material to look at", if placed > 0 { visuals.materials.len() } else { 0 }),
+        ("an animation", animations.map_or(0, Vec::len)),
     ];
-    let all = all.map(|(what, key)| Unsaid { what: what.to_owned(), count: count(key) });
+    let all = all.map(|(what, count)| Unsaid { what: what.to_owned(), count });
     all.into_iter().filter(|unsaid| unsaid.count > 0).collect()
 }
 

@@ -31,8 +31,10 @@ use super::value::{Ref, Table, Triple, Turn};
 /// A scene of drystone. Units are SI: meters, kilograms, seconds, radians. Round shapes have their axis along y.
 #[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[schemars(title = "Scene of drystone")]
 pub(crate) struct Document {
     /// Version of the format: 1.
+    #[schemars(range(min = 1, max = 1))]
     pub(crate) drystone: u32,
     /// Where the schema of the format is, for editors.
     #[serde(rename = "$schema")]

@@ -94,6 +94,13 @@ fn scene_of(
         let problem = format!("it has more than {MOST_OBJECTS} objects");
         return Err(SceneError::new(Path::new(""), "", problem, "fewer objects in the JSON"));
     }
+    if let Some(at) = too_large(text) {
+        let line = text[..at].bytes().filter(|b| *b == b'\n').count() + 1;
+        let column = text[..at].chars().rev().take_while(|c| *c != '\n').count() + 1;
+        let place = format!("line {line} column {column}");
+        let problem = "a number is too large for single precision";
+        return Err(SceneError::new(Path::new(""), &place, problem, "numbers up to 3.4e38"));
+    }
     let mut json = serde_json::Deserializer::from_str(text);
     let document: Document = serde_path_to_error::deserialize(&mut json)
         .map_err(|e| broken(text, e.inner(), &e.path().to_string()))?;
@@ -111,6 +118,32 @@ fn scene_of(
         scene: Scene::new(name, "read from a file"),
     };
     reader.scene(&document)
+}
+
+/// Where the first number of a text of JSON stands that would be infinite as an f32.
+fn too_large(text: &str) -> Option<usize> {
+    let bytes = text.as_bytes();
+    let (mut at, mut is_text) = (0, false);
+    while let Some(byte) = bytes.get(at) {
+        match byte {
+            b'\\' if is_text => at += 1,
+            b'"' => is_text = !is_text,
+            b'0'..=b'9' if !is_text => {
+                let is_part = |b: &&u8| b"0123456789.eE+-".contains(b);
+                let length = bytes[at..].iter().take_while(is_part).count();
+                let number = &text[at..at + length];
+                // Shorter ones have no room for it.
+                let may_be = length > 38 || number.contains(['e', 'E']);
+                if may_be && number.parse::<f32>().is_ok_and(f32::is_infinite) {
+                    return Some(at);
+                }
+                at += length - 1;
+            }
+            _ => {}
+        }
+        at += 1;
+    }
+    None
 }
 
 /// Before anything else of a text is read, for what else is in it depends on the version.

@@ -243,7 +243,7 @@ impl Reader<'_> {
     }
 
     /// Shapes of a mesh file, which are made once and shared.
-    pub(super) fn from_file(
+    pub(super) fn shapes_of_file(
         &mut self,
         place: &Place,
         what: As,

@@ -206,7 +206,7 @@ impl Reader<'_> {
                 Shape::HalfSpace { normal, offset: h.offset.unwrap_or(0.0) }
             }
             Geometry::Hull(document::Hull { file: Some(file), points: None, scale, .. }) => {
-                return self.from_file(place, As::Hull, file, *scale);
+                return self.shapes_of_file(place, As::Hull, file, *scale);
             }
             Geometry::Mesh(document::Mesh {
                 file: Some(file),
@@ -214,12 +214,12 @@ impl Reader<'_> {
                 triangles: None,
                 scale,
             }) => {
-                return self.from_file(place, As::Mesh, file, *scale);
+                return self.shapes_of_file(place, As::Mesh, file, *scale);
             }
             Geometry::Hull(hull) => self.hull(place, hull)?,
             Geometry::Mesh(mesh) => self.mesh(place, mesh)?,
             Geometry::Hulls(hulls) => {
-                return self.from_file(place, As::Hulls, &hulls.file, hulls.scale);
+                return self.shapes_of_file(place, As::Hulls, &hulls.file, hulls.scale);
             }
         };
         Ok(vec![one])
