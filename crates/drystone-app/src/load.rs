@@ -187,5 +187,9 @@ pub(crate) fn build(scene: &Scene, source: &str) -> Result<Running, Failure> {
 
 /// The engine refuses something of the scene that the user called `source`.
 pub(crate) fn refused(source: &str, e: &BuildError) -> Failure {
+    let path = Path::new(source);
+    if has_extension(path, &["json"]) && matches!(own::kind_of(path), Ok(JsonKind::Own)) {
+        return Failure::failed(own::refused(path, e));
+    }
     Failure::failed(format_args!("{source}: {e}"))
 }

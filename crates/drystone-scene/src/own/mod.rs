@@ -22,6 +22,7 @@
 //! ```
 
 mod document;
+mod locate;
 mod place;
 mod print;
 mod read;
@@ -41,6 +42,7 @@ use crate::file::{self, Ending, Kind, WholeFile};
 use crate::gltf::LoadedGltf;
 use crate::scene::Scene;
 
+pub use self::locate::refused;
 pub use self::read::Options;
 
 /// The version of the format that is written. It is the only one that is read.
