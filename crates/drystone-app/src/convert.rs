@@ -48,8 +48,9 @@ pub(crate) fn convert(args: &Convert) -> Outcome {
     if !is_own && !is_whole {
         unsaid.extend(bake::unsaid(loaded.scene()));
     }
-    for Unsaid { what, count } in &unsaid {
-        let line = one_line(&format!("{}: not said: {what}, {count} times", out.display()));
+    for Unsaid { what, count: often } in &unsaid {
+        let often = count(*often, "time");
+        let line = one_line(&format!("{}: not said: {what}, {often}", out.display()));
         // Nobody is left to be told if this fails.
         let _ = writeln!(io::stderr().lock(), "{line}");
     }
