@@ -19,6 +19,15 @@ pub struct Unsaid {
 }
 
 /// What [`super::save_scene`] leaves out or changes of a scene, a line for each kind; the file says all else.
+///
+/// ```
+/// use drystone_scene::bake::{self, Unsaid};
+///
+/// let scene = drystone_scene::named("rope")?;
+/// let unsaid: Vec<Unsaid> = bake::unsaid(&scene);
+/// assert_eq!((unsaid[0].what.as_str(), unsaid[0].count), ("a rope, cloth or cloud", 1));
+/// # Ok::<(), drystone_scene::CatalogError>(())
+/// ```
 #[must_use]
 pub fn unsaid(scene: &Scene) -> Vec<Unsaid> {
     let mut count = Count::default();

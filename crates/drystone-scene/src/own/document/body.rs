@@ -7,6 +7,7 @@ use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::{Error, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
+use super::joint::AxisName;
 use crate::own::value::{Bound, Mass, Or, Triple, Turn};
 
 /// A body with its shapes.
@@ -35,7 +36,7 @@ pub(crate) struct Body {
     pub(crate) angular_damping: Option<f32>,
     /// Axes of the world that it cannot move along or turn about.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub(crate) locks: Vec<LockedAxis>,
+    pub(crate) locks: Vec<AxisName>,
     /// Whether it may fall asleep; default true.
     pub(crate) can_sleep: Option<bool>,
     /// Speed below which it is slow [m/s]; that of the world if left out.
@@ -63,24 +64,6 @@ pub(crate) enum Kind {
     Kinematic,
     /// Forces, contacts and joints.
     Dynamic,
-}
-
-/// An axis of the world.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub(crate) enum LockedAxis {
-    /// No motion along x.
-    X,
-    /// No motion along y.
-    Y,
-    /// No motion along z.
-    Z,
-    /// No turn about x.
-    TurnX,
-    /// No turn about y.
-    TurnY,
-    /// No turn about z.
-    TurnZ,
 }
 
 /// A shape of a body: one of `shape`, `sphere`, `capsule`, `box`, `cylinder`, `cone`, `half_space`, `hull`, `mesh`, `hulls`.

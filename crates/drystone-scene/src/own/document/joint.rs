@@ -344,7 +344,7 @@ pub(crate) struct Coupling {
     pub(crate) offset: Option<f32>,
 }
 
-/// An axis of a joint.
+/// An axis of a joint, or of the world: a motion along it, or a turn about it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub(crate) enum AxisName {

@@ -8,7 +8,7 @@ mod world;
 
 pub(crate) use self::body::{
     Body, Bond, Box, Capsule, Combine, Cone, Cylinder, Filter, Fracture, Geometry, Glue, HalfSpace,
-    Hull, Kind, Layer, LockedAxis, Material, Mesh, Reports, Senses, Shape, Sphere, Strength,
+    Hull, Kind, Layer, Material, Mesh, Reports, Senses, Shape, Sphere, Strength,
 };
 pub(crate) use self::joint::{
     Axis, AxisName, Ball, Cone6, ConeTwist, Coupling, Cylindrical, Distance, Drive, Fatigue, Fixed,

@@ -6,7 +6,7 @@ use drystone::{
 
 use super::Reader;
 use crate::error::SceneError;
-use crate::own::document::{self, Kind, LockedAxis};
+use crate::own::document::{self, AxisName, Kind};
 use crate::own::place::Place;
 use crate::own::value::Mass;
 use crate::scene::SceneBody;
@@ -154,16 +154,16 @@ fn fracture(fracture: &document::Fracture) -> Fracture {
     }
 }
 
-fn locks(axes: &[LockedAxis]) -> AxisLocks {
+fn locks(axes: &[AxisName]) -> AxisLocks {
     let mut locks = AxisLocks::NONE;
     for axis in axes {
         match axis {
-            LockedAxis::X => locks.linear[0] = true,
-            LockedAxis::Y => locks.linear[1] = true,
-            LockedAxis::Z => locks.linear[2] = true,
-            LockedAxis::TurnX => locks.angular[0] = true,
-            LockedAxis::TurnY => locks.angular[1] = true,
-            LockedAxis::TurnZ => locks.angular[2] = true,
+            AxisName::X => locks.linear[0] = true,
+            AxisName::Y => locks.linear[1] = true,
+            AxisName::Z => locks.linear[2] = true,
+            AxisName::TurnX => locks.angular[0] = true,
+            AxisName::TurnY => locks.angular[1] = true,
+            AxisName::TurnZ => locks.angular[2] = true,
         }
     }
     locks

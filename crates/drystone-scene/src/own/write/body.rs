@@ -5,8 +5,8 @@ use drystone::{BodyDef, BodyKind, ContactReports, Hull, MassDef, Shape, ShapeDef
 use super::{Names, layers, other, parts, refuse, unless, unless_turn, unless_vec};
 use crate::error::SceneError;
 use crate::own::document::{
-    Body, Bond, Box, Capsule, Combine, Cone, Cylinder, Filter, Fracture, Geometry, Glue, HalfSpace,
-    Hull as HullOf, Kind, LockedAxis, Material, Mesh, Reports, Senses, Shape as ShapeOf, Sphere,
+    AxisName, Body, Bond, Box, Capsule, Combine, Cone, Cylinder, Filter, Fracture, Geometry, Glue,
+    HalfSpace, Hull as HullOf, Kind, Material, Mesh, Reports, Senses, Shape as ShapeOf, Sphere,
     Strength,
 };
 use crate::own::read::SavedHull;
@@ -213,15 +213,15 @@ fn mass(mass: &MassDef) -> Option<Mass> {
     }
 }
 
-fn locks(locks: drystone::AxisLocks) -> Vec<LockedAxis> {
+fn locks(locks: drystone::AxisLocks) -> Vec<AxisName> {
     let ([x, y, z], [a, b, c]) = (locks.linear, locks.angular);
     let all = [
-        (x, LockedAxis::X),
-        (y, LockedAxis::Y),
-        (z, LockedAxis::Z),
-        (a, LockedAxis::TurnX),
-        (b, LockedAxis::TurnY),
-        (c, LockedAxis::TurnZ),
+        (x, AxisName::X),
+        (y, AxisName::Y),
+        (z, AxisName::Z),
+        (a, AxisName::TurnX),
+        (b, AxisName::TurnY),
+        (c, AxisName::TurnZ),
     ];
     all.into_iter().filter(|(is_locked, _)| *is_locked).map(|(_, axis)| axis).collect()
 }

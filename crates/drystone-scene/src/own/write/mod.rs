@@ -106,10 +106,8 @@ impl Names {
             }
         }
         for address in order {
-            let Some((count, shape)) = uses.get(&address).filter(|(count, _)| *count > 1) else {
-                continue;
-            };
-            debug_assert!(*count > 1, "shared");
+            let shared = uses.get(&address).filter(|(count, _)| *count > 1);
+            let Some((_, shape)) = shared else { continue };
             let name = format!("{} {}", shape.kind(), names.shapes.len() + 1);
             document.shapes.0.push((name.clone(), body::geometry(shape)?));
             names.shapes.insert(address, name);
