@@ -1,6 +1,7 @@
 //! rapier3d: its own default solver settings; the coefficients, masses and sleep settings of the scene.
 
-use drystone::{BodyKind, Combine, Material, Pose, Quat, Shape, ShapeDef, Vec3};
+use drystone::{BodyKind, Material, Pose, Quat, Shape, ShapeDef, Vec3};
+use drystone::contact::Combine;
 use drystone_bench::{BodyState, Engine, EngineError, Linkage, Turn, density_factor, linkages};
 use drystone_scene::{Scene, SceneBody, Wave};
 use rapier3d::prelude as rapier;
@@ -16,7 +17,7 @@ pub(crate) struct Rapier {
     world: rapier::PhysicsWorld,
     bodies: Vec<rapier::RigidBodyHandle>,
     shapes: Shared<rapier::SharedShape>,
-    sleep: drystone::SleepConfig,
+    sleep: drystone::config::SleepConfig,
     /// Bodies with a force for the next step: rapier's forces last until they are taken off.
     pushed: Vec<rapier::RigidBodyHandle>,
 }

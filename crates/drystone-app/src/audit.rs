@@ -1,9 +1,7 @@
 //! The audit of a world in the words of its scene: for the report, and for people.
 
-use drystone::{
-    Audit, AwakeCause, BodyId, BodyKind, ConstraintId, ContactPair, Energy, JointId, Ledger, Vec3,
-    World,
-};
+use drystone::audit::{Audit, AwakeCause, ConstraintId, ContactPair, Energy, Ledger};
+use drystone::{BodyId, BodyKind, JointId, Vec3, World};
 use serde::Serialize;
 
 use crate::cli::count;

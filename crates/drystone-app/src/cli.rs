@@ -8,7 +8,8 @@ use std::str::FromStr;
 
 use clap::builder::PossibleValuesParser;
 use clap::{Args, Parser, Subcommand, ValueEnum};
-use drystone::{Method, SimdLevel};
+use drystone::method::Method;
+use drystone::threads::SimdLevel;
 use serde::{Deserialize, Serialize};
 
 use crate::render::{CameraSpec, RenderKind};
@@ -401,7 +402,7 @@ Exit status:
 #[derive(Args, Debug)]
 #[command(after_help = REPLAY_EXAMPLES)]
 pub(crate) struct Replay {
-    /// A recording that `simulate --record` wrote, or a journal of calls that a program wrote (`drystone::Journal`)
+    /// A recording that `simulate --record` wrote, or a journal of calls that a program wrote (`drystone::journal::Journal`)
     pub(crate) log: PathBuf,
 
     /// Who steps it.

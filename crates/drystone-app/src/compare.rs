@@ -4,7 +4,8 @@ use std::fmt::Write as _;
 use std::process::ExitCode;
 use std::time::Instant;
 
-use drystone::{BodyKind, Method, MethodOptions, Overlap, Vec3, World, WorldConfig};
+use drystone::method::{Method, MethodOptions, Overlap};
+use drystone::{BodyKind, Vec3, World, WorldConfig};
 use drystone_bench::{BodyState, stands, still_stands};
 use drystone_scene::{Running, Scene, SceneBody};
 use serde::Serialize;

@@ -3,9 +3,9 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use drystone::{
-    BodyId, ContactEvent, Events, FaultKind, FractureCause, JointLimit, ParticleId, Vec3,
-};
+use drystone::events::{ContactEvent, Events, FaultKind, FractureCause, JointLimit};
+use drystone::particle::ParticleId;
+use drystone::{BodyId, Vec3};
 use serde::Serialize;
 
 use crate::output::{Failure, Output};

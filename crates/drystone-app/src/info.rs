@@ -3,7 +3,8 @@
 use std::collections::BTreeMap;
 use std::process::ExitCode;
 
-use drystone::{BodyKind, Method};
+use drystone::BodyKind;
+use drystone::method::Method;
 use drystone_scene::{Parameter, Range, catalog};
 
 use crate::Outcome;

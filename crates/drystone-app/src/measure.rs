@@ -3,7 +3,8 @@
 
 use std::time::Duration;
 
-use drystone::{Fault, Vec3, World};
+use drystone::events::Fault;
+use drystone::{Vec3, World};
 use drystone_bench::{Series, count_as_f64, milliseconds};
 
 use crate::output::one_line;

@@ -2,7 +2,8 @@
 
 use std::process::ExitCode;
 
-use drystone::{Journal, Stage, World};
+use drystone::journal::Journal;
+use drystone::{Stage, World};
 use drystone_scene::Running;
 
 use crate::Outcome;

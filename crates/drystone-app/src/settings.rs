@@ -3,7 +3,9 @@
 use std::sync::Arc;
 use std::thread::available_parallelism;
 
-use drystone::{Executor, Inline, Method, SimdLevel, Team, Vec3, World, WorldConfig};
+use drystone::method::Method;
+use drystone::threads::{Executor, Inline, SimdLevel, Team};
+use drystone::{Vec3, World, WorldConfig};
 
 use crate::cli::{Length, Settings, Workers};
 use crate::output::Failure;

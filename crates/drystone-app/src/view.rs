@@ -4,7 +4,7 @@ use std::path::Path;
 use std::process::ExitCode;
 use std::sync::Arc;
 
-use drystone::Executor;
+use drystone::threads::Executor;
 use drystone_scene::gltf;
 use drystone_view::overlay::{Overlays, Tint};
 use drystone_view::sim::Opened;

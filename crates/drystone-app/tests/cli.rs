@@ -807,7 +807,8 @@ fn a_run_goes_on_from_its_snapshot_as_if_it_had_not_been_interrupted() {
 
 #[test]
 fn a_journal_that_a_program_wrote_is_replayed() {
-    use drystone::{BodyDef, Call, Journal, ShapeDef, World};
+    use drystone::journal::{Call, Journal};
+    use drystone::{BodyDef, ShapeDef, World};
     let folder = folder("journal");
     let mut world = World::default();
     let mut journal = Journal::begin(&world);

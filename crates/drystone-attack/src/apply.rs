@@ -3,9 +3,12 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use drystone::breakage::Glue;
+use drystone::joint::CouplingDef;
+use drystone::particle::{LinkDef, LinkId, ParticleId, Strand};
 use drystone::{
-    BodyDef, BodyId, CouplingDef, DefError, Glue, Hull, JointDef, JointId, JointKind, JointMut,
-    LinkDef, LinkId, Mesh, ParticleId, Shape, ShapeDef, ShapeId, Strand, World,
+    BodyDef, BodyId, DefError, Hull, JointDef, JointId, JointKind, JointMut, Mesh, Shape, ShapeDef,
+    ShapeId, World,
 };
 
 use crate::ask::ask;
@@ -102,7 +105,7 @@ pub fn apply(
             let (Some(p), Some(b)) = (ids.particles.get(particle), ids.bodies.get(body)) else {
                 return Done::Skipped;
             };
-            of(world.attach_particle(*p, *b, *point))
+            of(world.particle_mut(*p).expect("there").attach(*b, *point))
         }
         Op::Body(label, call) => body_call(world, ids, *label, call),
         Op::Shape(label, call) => shape_call(world, ids, *label, call),
@@ -136,13 +139,15 @@ pub fn apply(
             Done::Yes
         }
         Op::Query(call) => ask(world, call, findings, step),
-        Op::Impact(bodies, surface) => match drystone::impact(&bodies[0], &bodies[1], surface) {
-            Ok(impact) => {
-                look(findings, "Impact", &format!("{impact:?}"), step);
-                Done::Yes
+        Op::Impact(bodies, surface) => {
+            match drystone::impact::impact(&bodies[0], &bodies[1], surface) {
+                Ok(impact) => {
+                    look(findings, "Impact", &format!("{impact:?}"), step);
+                    Done::Yes
+                }
+                Err(_) => Done::Refused,
             }
-            Err(_) => Done::Refused,
-        },
+        }
         Op::Step(..) => Done::Skipped,
     }
 }

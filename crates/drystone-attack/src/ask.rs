@@ -2,10 +2,8 @@
 
 use core::ops::ControlFlow;
 
-use drystone::{
-    Filter, Inside, Motion, Pose, Query, QueryFilter, RayHit, RayQuery, Shape, ShapeHit,
-    ShapeQuery, Vec3, World,
-};
+use drystone::query::{Inside, Motion, Query, QueryFilter, RayHit, RayQuery, ShapeHit, ShapeQuery};
+use drystone::{Filter, Pose, Shape, Vec3, World};
 
 use crate::apply::{Done, look, shape};
 use crate::finding::{Findings, Kind};

@@ -1,9 +1,10 @@
 //! Two other ways through a program: its operations made as calls that are data, and worlds that go back to what was kept.
 //! Both must come to what the operations themselves come to.
 
-use drystone::{
-    Answer, BodyId, Call, JointKind, Journal, LinkDef, Strand, World, apply_delta, write_delta,
-};
+use drystone::journal::{Answer, Call, Journal};
+use drystone::particle::{LinkDef, Strand};
+use drystone::snapshot::{apply_delta, write_delta};
+use drystone::{BodyId, JointKind, World};
 
 use crate::apply::{Done, Ids, body_def, joint_def, shape, shape_def};
 use crate::finding::{Findings, Kind};
@@ -85,7 +86,7 @@ pub fn call_of(op: &Op, ids: &Ids, world: &World) -> Option<Call> {
         Op::AddCoupling(plan) => {
             let [a, b] = plan.joints.map(|label| ids.joints.get(&label).copied());
             let [axis_a, axis_b] = plan.axes;
-            Call::AddCoupling(drystone::CouplingDef {
+            Call::AddCoupling(drystone::joint::CouplingDef {
                 joint_a: a?,
                 axis_a,
                 joint_b: b?,
@@ -100,15 +101,19 @@ pub fn call_of(op: &Op, ids: &Ids, world: &World) -> Option<Call> {
             if let Some(JointKind::SixDof(now)) = world.joint(id).map(|joint| joint.kind()) {
                 (axes.frame_a, axes.frame_b) = (now.frame_a, now.frame_b);
             }
-            Call::Joint(id, drystone::JointCall::SetAxes(axes))
+            Call::Joint(id, drystone::journal::JointCall::SetAxes(axes))
         }
         Op::SetJointDrive(label, axis, drive) => {
-            let call = drystone::AxisCall::SetDrive(*drive);
-            Call::Joint(*ids.joints.get(label)?, drystone::JointCall::Axis(Some(*axis), call))
+            let call = drystone::journal::AxisCall::SetDrive(*drive);
+            Call::Joint(
+                *ids.joints.get(label)?,
+                drystone::journal::JointCall::Axis(Some(*axis), call),
+            )
         }
-        Op::SetJointStrength(label, strength) => {
-            Call::Joint(*ids.joints.get(label)?, drystone::JointCall::SetStrength(*strength))
-        }
+        Op::SetJointStrength(label, strength) => Call::Joint(
+            *ids.joints.get(label)?,
+            drystone::journal::JointCall::SetStrength(*strength),
+        ),
         Op::Joint(label, call) => Call::Joint(*ids.joints.get(label)?, joint_call(call)),
         Op::AddParticle(_, def) => Call::AddParticle(def.clone()),
         Op::AddRope(_, _, def) => Call::AddRope(def.clone()),
@@ -169,8 +174,8 @@ fn learn(op: &Op, answer: Answer, ids: &mut Ids, world: &World) {
     }
 }
 
-fn joint_call(call: &JointCall) -> drystone::JointCall {
-    use drystone::{AxisCall as On, JointCall as To};
+fn joint_call(call: &JointCall) -> drystone::journal::JointCall {
+    use drystone::journal::{AxisCall as On, JointCall as To};
     match call {
         JointCall::Anchors(a, b) => To::SetAnchors(*a, *b),
         JointCall::Frames(a, b) => To::SetFrames(*a, *b),
@@ -189,8 +194,8 @@ fn joint_call(call: &JointCall) -> drystone::JointCall {
     }
 }
 
-fn body_call(call: &BodyCall) -> drystone::BodyCall {
-    use drystone::BodyCall as To;
+fn body_call(call: &BodyCall) -> drystone::journal::BodyCall {
+    use drystone::journal::BodyCall as To;
     match call {
         BodyCall::Wake => To::Wake,
         BodyCall::Pose(pose) => To::SetPose(*pose),
@@ -219,8 +224,8 @@ fn body_call(call: &BodyCall) -> drystone::BodyCall {
     }
 }
 
-fn shape_call(call: &ShapeCall) -> Option<drystone::ShapeCall> {
-    use drystone::ShapeCall as To;
+fn shape_call(call: &ShapeCall) -> Option<drystone::journal::ShapeCall> {
+    use drystone::journal::ShapeCall as To;
     Some(match call {
         ShapeCall::Material(material) => To::SetMaterial(*material),
         ShapeCall::SurfaceVelocity(v) => To::SetSurfaceVelocity(*v),
@@ -237,8 +242,8 @@ fn shape_call(call: &ShapeCall) -> Option<drystone::ShapeCall> {
     })
 }
 
-fn particle_call(call: &ParticleCall) -> drystone::ParticleCall {
-    use drystone::ParticleCall as To;
+fn particle_call(call: &ParticleCall) -> drystone::journal::ParticleCall {
+    use drystone::journal::ParticleCall as To;
     match call {
         ParticleCall::Position(x) => To::SetPosition(*x),
         ParticleCall::Velocity(v) => To::SetVelocity(*v),

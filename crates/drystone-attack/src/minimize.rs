@@ -2,9 +2,9 @@
 
 use std::time::{Duration, Instant};
 
-use drystone::{
-    ContactReports, Filter, JointMotion, MassDef, Material, Pose, Quat, Senses, Vec3, WorldConfig,
-};
+use drystone::events::{ContactReports, Senses};
+use drystone::joint::JointMotion;
+use drystone::{Filter, MassDef, Material, Pose, Quat, Vec3, WorldConfig};
 
 use crate::finding::{Finding, Findings, Kind};
 use crate::generate;
@@ -395,7 +395,7 @@ fn plain_op(op: &mut Op, way: usize) -> bool {
                     let all = axes.linear.iter_mut().chain(&mut axes.angular);
                     if let Some(axis) = all.into_iter().nth(way - 3) {
                         if axis.motion != JointMotion::Locked {
-                            *axis = drystone::JointAxis::FREE;
+                            *axis = drystone::joint::JointAxis::FREE;
                         }
                     } else {
                         axes.cone = None;
@@ -427,7 +427,7 @@ fn plain_shape(def: &mut drystone::ShapeDef, way: usize) {
     }
 }
 
-fn plain_particle(def: &mut drystone::ParticleDef, way: usize) {
+fn plain_particle(def: &mut drystone::particle::ParticleDef, way: usize) {
     match way {
         0 => def.material = Material::default(),
         1 => def.filter = Filter::default(),

@@ -1,9 +1,12 @@
 //! Every number of a program, one after the other: to put extremes in their place, and to make them simpler.
 
+use drystone::breakage::{BondStrength, Fracture, JointStrength};
+use drystone::impact::{ImpactBody, ImpactSurface};
+use drystone::joint::{JointAxis, JointDrive, JointMotion, JointSpring, SixDof};
+use drystone::math::Sym3;
+use drystone::particle::{ClothDef, LinkKind, LinkSpring, ParticleDef, RopeDef};
 use drystone::{
-    BodyDef, BondStrength, ClothDef, Fracture, ImpactBody, ImpactSurface, JointAxis, JointDrive,
-    JointKind, JointMotion, JointSpring, JointStrength, LinkKind, LinkSpring, MassDef, Material,
-    ParticleDef, Pose, Quat, RopeDef, Shape, ShapeDef, SixDof, Sym3, Vec3, WorldConfig,
+    BodyDef, JointKind, MassDef, Material, Pose, Quat, Shape, ShapeDef, Vec3, WorldConfig,
 };
 
 use crate::op::{

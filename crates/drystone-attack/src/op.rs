@@ -3,12 +3,15 @@
 //! Things are named by labels, not by ids: a label stays the same when other operations of the program are left
 //! out. An operation on something that was refused, or that no operation made, does nothing.
 
-use drystone::joint::Spring;
+use drystone::breakage::{BondStrength, Fracture, JointStrength};
+use drystone::events::{ContactReports, Senses};
+use drystone::geometry::Aabb;
+use drystone::impact::{ImpactBody, ImpactSurface};
+use drystone::joint::{JointDrive, JointMotion, JointSpring, SixDof, Spring};
+use drystone::particle::{ClothDef, LinkKind, ParticleDef, RopeDef};
 use drystone::{
-    Aabb, Axis, AxisLocks, BodyDef, BodyKind, BondStrength, ClothDef, ContactReports, Filter,
-    Fracture, ImpactBody, ImpactSurface, JointDrive, JointKind, JointMotion, JointSpring,
-    JointStrength, LinkKind, MassDef, Material, ParticleDef, Pose, Quat, RopeDef, Senses, Shape,
-    ShapeDef, SixDof, Vec3, WorldConfig,
+    Axis, AxisLocks, BodyDef, BodyKind, Filter, JointKind, MassDef, Material, Pose, Quat, Shape,
+    ShapeDef, Vec3, WorldConfig,
 };
 
 /// What a thing is called within a program.
@@ -89,9 +92,9 @@ pub struct CouplingPlan {
     pub joints: [Label; 2],
     /// Their axes.
     pub axes: [Axis; 2],
-    /// See [`drystone::CouplingDef::ratio`].
+    /// See [`drystone::joint::CouplingDef::ratio`].
     pub ratio: f32,
-    /// See [`drystone::CouplingDef::offset`].
+    /// See [`drystone::joint::CouplingDef::offset`].
     pub offset: f32,
 }
 
@@ -106,9 +109,9 @@ pub struct LinkPlan {
     pub kind: LinkKind,
     /// Its length.
     pub length: Option<f32>,
-    /// See [`drystone::LinkDef::tear_strain`].
+    /// See [`drystone::particle::LinkDef::tear_strain`].
     pub tear_strain: Option<f32>,
-    /// See [`drystone::LinkDef::tear_force`].
+    /// See [`drystone::particle::LinkDef::tear_force`].
     pub tear_force: Option<f32>,
 }
 
@@ -223,7 +226,7 @@ pub enum JointCall {
     Enabled(bool),
 }
 
-/// A call of [`drystone::ParticleMut`].
+/// A call of [`drystone::particle::ParticleMut`].
 #[derive(Clone, Debug)]
 pub enum ParticleCall {
     /// `set_position`.
@@ -238,7 +241,7 @@ pub enum ParticleCall {
     Pinned(bool),
 }
 
-/// A call of [`drystone::Query`].
+/// A call of [`drystone::query::Query`].
 #[derive(Clone, Debug)]
 pub enum QueryCall {
     /// `cast_ray`.
@@ -326,7 +329,7 @@ pub enum Op {
     EndLedger,
     /// A question.
     Query(QueryCall),
-    /// [`drystone::impact`].
+    /// [`drystone::impact::impact`].
     Impact(Box<[ImpactBody; 2]>, ImpactSurface),
     /// Steps of this length [s], so many.
     Step(f32, u32),

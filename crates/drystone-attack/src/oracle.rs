@@ -2,10 +2,10 @@
 
 use std::collections::BTreeSet;
 
-use drystone::{
-    BodyId, BodyRef, Events, JointId, JointRef, LinkId, ParticleId, Quat, Shape, ShapeId, Sym3,
-    Vec3, World,
-};
+use drystone::events::Events;
+use drystone::math::Sym3;
+use drystone::particle::{LinkId, ParticleId};
+use drystone::{BodyId, BodyRef, JointId, JointRef, Quat, Shape, ShapeId, Vec3, World};
 
 use crate::finding::{Findings, Kind};
 

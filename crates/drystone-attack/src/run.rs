@@ -4,7 +4,8 @@ use std::panic::AssertUnwindSafe;
 use std::sync::{Arc, Mutex, OnceLock};
 use std::time::{Duration, Instant};
 
-use drystone::{Executor, Inline, SimdLevel, Team, World};
+use drystone::World;
+use drystone::threads::{Executor, Inline, SimdLevel, Team};
 
 use crate::apply::{Done, Ids, apply};
 use crate::calls::{Past, Written};
@@ -262,7 +263,7 @@ fn look(world: &World, ids: &mut Ids, pairs: &mut Pairs, step: u32, run: &mut Ru
 /// Counts what is no error of the bookkeeping, but of the motion.
 fn judge(world: &World, style: Style, conditions: &Conditions, step: u32, run: &mut Run) {
     let faults = world.events().faults.iter();
-    let faults = faults.filter(|f| f.kind == drystone::FaultKind::NotFinite).count();
+    let faults = faults.filter(|f| f.kind == drystone::events::FaultKind::NotFinite).count();
     run.faults += u32::try_from(faults).unwrap_or(u32::MAX);
     let speed = oracle::fastest(world);
     run.is_wild |= speed > WILD;

@@ -2,7 +2,8 @@
 
 use std::time::{Duration, Instant};
 
-use drystone::{BodyId, ParticleId, World};
+use drystone::particle::ParticleId;
+use drystone::{BodyId, World};
 
 use crate::apply::{Ids, apply};
 use crate::finding::{Findings, Kind};

@@ -315,7 +315,7 @@ impl Source {
         let strand = match op {
             Op::AddParticle(label, def) => {
                 let bind = self.bind('p', *label);
-                self.line(&format!("{bind}world.add_particle(&{}).unwrap();", show(def)));
+                self.line(&format!("{bind}world.add_particle({}).unwrap();", show(def)));
                 return;
             }
             Op::AddLink(plan) => {
@@ -330,16 +330,16 @@ impl Source {
                 return;
             }
             Op::AddRope(p, l, def) => {
-                self.line(&format!("let strand = world.add_rope(&{}).unwrap();", show(def)));
+                self.line(&format!("let strand = world.add_rope({}).unwrap();", show(def)));
                 (*p, *l)
             }
             Op::AddCloth(p, l, def) => {
-                self.line(&format!("let strand = world.add_cloth(&{}).unwrap();", show(def)));
+                self.line(&format!("let strand = world.add_cloth({}).unwrap();", show(def)));
                 (*p, *l)
             }
             Op::AddCloud(p, points, def) => {
                 let (points, def) = (show(points), show(def));
-                self.line(&format!("let particles = world.add_cloud({points}, &{def}).unwrap();"));
+                self.line(&format!("let particles = world.add_cloud({points}, {def}).unwrap();"));
                 self.line("let strand = Strand { particles, ..Strand::default() };");
                 (*p, Label::MAX)
             }
@@ -483,7 +483,7 @@ fn call(op: &Op) -> String {
             format!("world.set_link_length(l{l}, {}).unwrap();", show(length))
         }
         Op::Attach(p, b, point) => {
-            format!("world.attach_particle(p{p}, {}, {}).unwrap();", body(*b), show(point))
+            format!("world.particle_mut(p{p}).expect("there").attach({}, {}).unwrap();", body(*b), show(point))
         }
         Op::Body(b, call) => format!("world.body_mut({}).unwrap().{};", body(*b), body_call(call)),
         Op::Shape(s, call) => {
@@ -529,7 +529,7 @@ fn call(op: &Op) -> String {
         Op::SetBondStrength(b, strength) => {
             format!("world.set_bond_strength({}, {}).unwrap();", body(*b), show(strength))
         }
-        Op::SetGravity(g) => format!("world.set_gravity({}).unwrap();", show(g)),
+        Op::SetGravity(g) => format!("world.set_gravity({});", show(g)),
         Op::WakeAll => "world.wake_all();".to_owned(),
         Op::BeginLedger => "world.begin_ledger();".to_owned(),
         Op::EndLedger => "let _ = world.end_ledger();".to_owned(),

@@ -129,8 +129,8 @@ fn path(variant: &str, is_tuple: bool) -> &'static str {
 
 #[cfg(test)]
 mod tests {
-    use drystone::joint::Hinge;
-    use drystone::{Filter, JointAxis, JointKind, Material, vec3};
+    use drystone::joint::{Hinge, JointAxis};
+    use drystone::{Filter, JointKind, Material, vec3};
 
     use super::{Default, plain};
 

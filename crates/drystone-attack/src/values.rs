@@ -2,10 +2,11 @@
 
 use std::fmt::Debug;
 
-use drystone::{
-    BodyDef, ContactReports, Filter, Fracture, JointAxis, JointStrength, Material, ParticleDef,
-    ShapeDef, SixDof, WorldConfig,
-};
+use drystone::breakage::{Fracture, JointStrength};
+use drystone::events::ContactReports;
+use drystone::joint::{JointAxis, SixDof};
+use drystone::particle::ParticleDef;
+use drystone::{BodyDef, Filter, Material, ShapeDef, WorldConfig};
 
 use crate::op::{Form, ShapePlan};
 use crate::text::{Default, plain};

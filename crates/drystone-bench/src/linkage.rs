@@ -1,6 +1,7 @@
 //! Joints as engines have them that know ball joints and hinges.
 
-use drystone::{JointAxis, JointDrive, JointKind, JointMotion, JointSpring, Pose, SixDof};
+use drystone::joint::{JointAxis, JointDrive, JointMotion, JointSpring, SixDof};
+use drystone::{JointKind, Pose};
 use drystone_scene::SceneJoint;
 
 use crate::engine::EngineError;
@@ -123,7 +124,8 @@ const fn same(a: f32, b: f32) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use drystone::{JointDrive, JointKind, SixDof};
+    use drystone::JointKind;
+    use drystone::joint::{JointDrive, SixDof};
     use drystone_scene::{Script, named};
 
     use super::{Turn, linkages};

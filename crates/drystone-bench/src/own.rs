@@ -3,7 +3,8 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use drystone::{Inline, Pose, Quat, Team, Vec3};
+use drystone::threads::{Inline, Team};
+use drystone::{Pose, Quat, Vec3};
 use drystone_scene::{Load, Running, Scene, SceneBody, Wave};
 
 use crate::engine::{BodyState, Engine, EngineError};

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use std::hint::black_box;
 use std::time::{Duration, Instant};
 
-use drystone::{Executor, Inline, Team};
+use drystone::threads::{Executor, Inline, Team};
 
 use crate::engine::{Engine, EngineError};
 use crate::listing::columns;

@@ -1,6 +1,7 @@
 //! Where a picture is taken from.
 
-use drystone::{Vec3, trig, vec3};
+use drystone::math::trig;
+use drystone::{Vec3, vec3};
 
 /// A camera.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -4,9 +4,9 @@ use std::borrow::Cow;
 use std::sync::Arc;
 
 use bytemuck::{Pod, Zeroable};
-use drystone::{
-    Aabb, BodyKind, BodyRef, JointKind, LinkKind, LinkRef, Pose, Quat, Shape, ShapeRef, Vec3, World,
-};
+use drystone::geometry::Aabb;
+use drystone::particle::{LinkKind, LinkRef};
+use drystone::{BodyKind, BodyRef, JointKind, Pose, Quat, Shape, ShapeRef, Vec3, World};
 use drystone_scene::visual::{PlacedMesh, Visuals};
 
 use crate::color::{Color, DUST, GROUND, ROD, THREAD, body_color};

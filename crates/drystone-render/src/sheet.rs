@@ -2,7 +2,8 @@
 
 use std::sync::Arc;
 
-use drystone::{LinkKind, ParticleId, Vec3, World};
+use drystone::particle::{LinkKind, ParticleId};
+use drystone::{Vec3, World};
 
 use crate::form::Vertex;
 use crate::groups::Groups;
@@ -205,7 +206,8 @@ fn in_order([a, b]: [u32; 2]) -> [u32; 2] {
 
 #[cfg(test)]
 mod tests {
-    use drystone::{ClothDef, RopeDef, Vec3, World, vec3};
+    use drystone::particle::{ClothDef, RopeDef};
+    use drystone::{Vec3, World, vec3};
 
     use super::{Sheet, Sheets};
     use crate::form::Vertex;
@@ -219,9 +221,9 @@ mod tests {
     fn a_cloth_is_one_surface_that_faces_one_way_and_a_rope_is_none() {
         let mut world = World::default();
         let sides = [vec3(3.0, 0.0, 0.0), vec3(0.0, 0.0, 2.0)];
-        let cloth = world.add_cloth(&ClothDef::new(Vec3::ZERO, sides, [3, 2])).unwrap();
+        let cloth = world.add_cloth(ClothDef::new(Vec3::ZERO, sides, [3, 2])).unwrap();
         let rope = RopeDef::between(vec3(0.0, 5.0, 0.0), vec3(1.0, 5.0, 0.0), 4);
-        let rope = world.add_rope(&rope).unwrap();
+        let rope = world.add_rope(rope).unwrap();
         let mut sheets = Sheets::default();
         let list = look(&mut sheets, &world);
         assert_eq!(list.len(), 1);
@@ -239,7 +241,7 @@ mod tests {
     fn a_torn_thread_leaves_a_hole_and_pieces_are_apart() {
         let mut world = World::default();
         let sides = [vec3(3.0, 0.0, 0.0), vec3(0.0, 0.0, 1.0)];
-        let cloth = world.add_cloth(&ClothDef::new(Vec3::ZERO, sides, [3, 1])).unwrap();
+        let cloth = world.add_cloth(ClothDef::new(Vec3::ZERO, sides, [3, 1])).unwrap();
         let mut sheets = Sheets::default();
         assert_eq!(look(&mut sheets, &world).len(), 1);
         // Threads along the first side come first, three in each of two rows; then those along the second.
@@ -256,7 +258,7 @@ mod tests {
     fn a_cloth_that_moves_keeps_its_triangles_and_another_world_has_its_own() {
         let mut world = World::default();
         let sides = [vec3(1.0, 0.0, 0.0), vec3(0.0, 0.0, 1.0)];
-        world.add_cloth(&ClothDef::new(Vec3::ZERO, sides, [4, 4])).unwrap();
+        world.add_cloth(ClothDef::new(Vec3::ZERO, sides, [4, 4])).unwrap();
         let mut sheets = Sheets::default();
         let before = look(&mut sheets, &world).remove(0);
         world.step(1.0 / 60.0);

@@ -8,7 +8,7 @@ use std::error::Error;
 use std::io::{Write, stdout};
 use std::sync::Arc;
 
-use drystone::{Executor, SimdLevel};
+use drystone::threads::{Executor, SimdLevel};
 
 fn main() -> Result<(), Box<dyn Error>> {
     let words: Vec<String> = env::args().skip(1).collect();
@@ -40,7 +40,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 
 #[cfg(not(target_family = "wasm"))]
 fn team(threads: usize) -> Result<Arc<dyn Executor>, String> {
-    Ok(Arc::new(drystone::Team::with_threads(threads)))
+    Ok(Arc::new(drystone::threads::Team::with_threads(threads)))
 }
 
 /// Debian's C library for WebAssembly does not even name what starts a thread, so nothing may call it.

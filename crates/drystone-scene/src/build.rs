@@ -5,10 +5,9 @@ mod resume;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use drystone::{
-    BodyDef, BodyId, BodyKind, CouplingDef, DefError, JointDef, JointId, LinkDef, Pose, Strand,
-    World,
-};
+use drystone::joint::CouplingDef;
+use drystone::particle::{LinkDef, Strand};
+use drystone::{BodyDef, BodyId, BodyKind, DefError, JointDef, JointId, Pose, World};
 use serde::{Deserialize, Serialize};
 
 use crate::scene::{
@@ -274,7 +273,11 @@ impl Running {
         for hold in holds {
             let body = self.at(name, hold.body)?;
             let held = particle(hold.particle)?;
-            self.world.attach_particle(held, body, hold.point).map_err(refused)?;
+            self.world
+                .particle_mut(held)
+                .expect("there")
+                .attach(body, hold.point)
+                .map_err(refused)?;
         }
         self.strands.push(made);
         Ok(())

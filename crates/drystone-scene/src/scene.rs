@@ -3,10 +3,12 @@
 
 use std::sync::Arc;
 
-use drystone::{
-    Axis, BodyDef, ClothDef, JointKind, JointStrength, LinkKind, ParticleDef, Pose, Quat, RopeDef,
-    SixDof, SurfaceRule, Vec3, WorldConfig, trig, vec3,
-};
+use drystone::breakage::JointStrength;
+use drystone::contact::SurfaceRule;
+use drystone::joint::SixDof;
+use drystone::math::trig;
+use drystone::particle::{ClothDef, LinkKind, ParticleDef, RopeDef};
+use drystone::{Axis, BodyDef, JointKind, Pose, Quat, Vec3, WorldConfig, vec3};
 
 use crate::gltf::Film;
 use crate::visual::Visuals;
@@ -97,9 +99,9 @@ pub struct SceneLink {
     pub kind: LinkKind,
     /// Its length [m]; `None`: the distance of its particles.
     pub length: Option<f32>,
-    /// See [`drystone::LinkDef::tear_strain`].
+    /// See [`drystone::particle::LinkDef::tear_strain`].
     pub tear_strain: Option<f32>,
-    /// See [`drystone::LinkDef::tear_force`].
+    /// See [`drystone::particle::LinkDef::tear_force`].
     pub tear_force: Option<f32>,
 }
 

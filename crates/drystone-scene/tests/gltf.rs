@@ -4,9 +4,9 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use drystone::contact::Combine;
 use drystone::{
-    BodyDef, BodyKind, Combine, Hull, MassDef, Material, Mesh, Pose, Quat, Shape, ShapeDef, Vec3,
-    vec3,
+    BodyDef, BodyKind, Hull, MassDef, Material, Mesh, Pose, Quat, Shape, ShapeDef, Vec3, vec3,
 };
 use drystone_scene::bake::{self, Motion};
 use drystone_scene::gltf::{self, AutoColliders, LoadedGltf, Options};
@@ -129,7 +129,7 @@ fn masses_materials_filters_and_velocities_are_those_of_the_file() {
 
     let l = load("motion_infinite_inertia.gltf");
     assert!(matches!(l.scene.bodies[2].def.mass, MassDef::Exact { mass, inertia, .. }
-        if (mass - 1.0).abs() < 1e-6 && inertia == drystone::Sym3::ZERO));
+        if (mass - 1.0).abs() < 1e-6 && inertia == drystone::math::Sym3::ZERO));
 
     let l = load("motion_constant_velocity.gltf");
     let def = &l.scene.bodies[0].def;

@@ -3,9 +3,9 @@
 
 use std::path::Path;
 
-use drystone::{
-    BodyId, JointAxis, JointKind, JointMotion, JointSpring, SixDof, Vec3, World, trig, vec3,
-};
+use drystone::joint::{JointAxis, JointMotion, JointSpring, SixDof};
+use drystone::math::trig;
+use drystone::{BodyId, JointKind, Vec3, World, vec3};
 use drystone_scene::gltf::{self, LoadedGltf, Options};
 use drystone_scene::{Running, SceneError};
 use serde_json::{Value, json};

@@ -3,11 +3,11 @@
 
 use std::path::PathBuf;
 
-use drystone::joint::{Ball, ConeTwist, Distance, Fixed, Hinge, Pulley, Slider};
-use drystone::{
-    Axis, BodyDef, BodyKind, Combine, Filter, JointAxis, JointKind, JointSpring, Material,
-    ShapeDef, SixDof, Vec3,
+use drystone::contact::Combine;
+use drystone::joint::{
+    Ball, ConeTwist, Distance, Fixed, Hinge, JointAxis, JointSpring, Pulley, SixDof, Slider,
 };
+use drystone::{Axis, BodyDef, BodyKind, Filter, JointKind, Material, ShapeDef, Vec3};
 use drystone_scene::bake;
 use drystone_scene::{Scene, SceneJoint, catalog, gltf, named};
 

@@ -4,7 +4,8 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use drystone::{BodyKind, JointKind, JointMotion, MassDef, Pose, Quat, Shape, SixDof, Vec3, vec3};
+use drystone::joint::{JointMotion, SixDof};
+use drystone::{BodyKind, JointKind, MassDef, Pose, Quat, Shape, Vec3, vec3};
 use drystone_scene::{Running, Scene, SceneError, mjcf};
 
 mod damage;
@@ -125,7 +126,7 @@ fn joints_of_a_body_act_one_after_the_other() {
         r#"<joint type="slide" axis="1 0 0"/><joint type="slide" axis="0 0 1"/><joint type="hinge" axis="0 1 0"/>"#,
     );
     assert_eq!((planar.bodies.len(), planar.joints.len()), (2, 1));
-    let free = |axes: &[drystone::JointAxis]| {
+    let free = |axes: &[drystone::joint::JointAxis]| {
         axes.iter().filter(|a| a.motion == JointMotion::Free).count()
     };
     assert_eq!((free(&six(&planar, 0).linear), free(&six(&planar, 0).angular)), (2, 1));

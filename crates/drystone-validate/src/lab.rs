@@ -1,6 +1,7 @@
 //! The laboratory: an engine behind a small trait, the protocol, and a scene that runs under it.
 
-use drystone::{BodyDef, BodyKind, Sym3, Vec3, World};
+use drystone::math::Sym3;
+use drystone::{BodyDef, BodyKind, Vec3, World};
 use drystone_bench::{BodyState, Checker, Engine, EngineError, still_stands};
 use drystone_scene::{Scene, SceneBody, Script};
 

@@ -1,7 +1,7 @@
 //! Parts that many scenes have: floors, slopes, cubes and balls.
 
-use drystone::joint::Ball;
-use drystone::{BodyDef, JointKind, Quat, ShapeDef, SixDof, Vec3};
+use drystone::joint::{Ball, SixDof};
+use drystone::{BodyDef, JointKind, Quat, ShapeDef, Vec3};
 use drystone_bench::EngineError;
 use drystone_scene::{Scene, SceneJoint};
 

@@ -2,10 +2,10 @@
 
 use core::f32::consts::TAU;
 
-use drystone::{
-    Aabb, BodyKind, BodyRef, JointKind, JointMotion, JointRef, Pose, Quat, SixDof, Vec3, World,
-    trig,
-};
+use drystone::geometry::Aabb;
+use drystone::joint::{JointMotion, SixDof};
+use drystone::math::trig;
+use drystone::{BodyKind, BodyRef, JointKind, JointRef, Pose, Quat, Vec3, World};
 use drystone_render::{Color, Drawing};
 
 const LIMIT: Color = [190, 30, 120, 255];
@@ -163,10 +163,8 @@ fn unit(axis: usize) -> Vec3 {
 mod tests {
     use core::f32::consts::FRAC_PI_2;
 
-    use drystone::joint::{ConeTwist, Hinge, Slider, Universal};
-    use drystone::{
-        BodyDef, JointAxis, JointCone, JointDef, Quat, ShapeDef, SixDof, Vec3, World, vec3,
-    };
+    use drystone::joint::{ConeTwist, Hinge, JointAxis, JointCone, SixDof, Slider, Universal};
+    use drystone::{BodyDef, JointDef, Quat, ShapeDef, Vec3, World, vec3};
 
     use super::{LIMIT, PLACE, Segment, add_joint};
 

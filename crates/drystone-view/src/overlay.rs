@@ -1,6 +1,8 @@
 //! What is drawn over bodies to show what the engine knows of them.
 
-use drystone::{Aabb, BodyId, BodyKind, ContactRef, JointKind, Vec3, World};
+use drystone::contact::ContactRef;
+use drystone::geometry::Aabb;
+use drystone::{BodyId, BodyKind, JointKind, Vec3, World};
 use drystone_render::{Color, Drawing, Groups, body_color};
 
 use crate::limits;

@@ -1,6 +1,7 @@
 //! What the engine knows of the body that is looked at.
 
-use drystone::{AwakeCause, BodyId, BodyKind, Vec3};
+use drystone::audit::AwakeCause;
+use drystone::{BodyId, BodyKind, Vec3};
 use drystone_scene::Running;
 
 /// A body that is looked at.

@@ -1,9 +1,8 @@
 //! Every field of a world's configuration, to change while it runs.
 
-use drystone::{
-    Damping, Integration, Method, Order, Overlap, ParticleForm, Persistence, Rest, Shock,
-    WorldConfig,
-};
+use drystone::WorldConfig;
+use drystone::config::ParticleForm;
+use drystone::method::{Damping, Integration, Method, Order, Overlap, Persistence, Rest, Shock};
 use egui::{ComboBox, DragValue, Grid, Ui};
 
 use crate::places;

@@ -1,6 +1,7 @@
 //! One of the runs that are shown: its past, the numbers of its steps, and where bodies are between two of them.
 
-use drystone::{BodyId, ContactRef, Pose, Quat, Stage, WorldCounts};
+use drystone::contact::ContactRef;
+use drystone::{BodyId, Pose, Quat, Stage, WorldCounts};
 
 use drystone_render::Gatherer;
 use web_time::Instant;

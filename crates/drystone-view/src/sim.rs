@@ -4,9 +4,8 @@ use std::fmt;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Arc, Mutex, PoisonError};
 
-use drystone::{
-    BodyId, BodyKind, Inside, Pose, QueryFilter, Vec3, World, WorldConfig, WorldCounts,
-};
+use drystone::query::{Inside, QueryFilter};
+use drystone::{BodyId, BodyKind, Pose, Vec3, World, WorldConfig, WorldCounts};
 use drystone_render::{Drawing, Look, Subject};
 use drystone_scene::Running;
 
@@ -597,7 +596,7 @@ pub(crate) mod tests {
         assert_eq!((same.len(), same[0]), (2, same[1]));
         s.obey(Command::Seek(20));
         let mut config = s.shown().views[1].config.clone();
-        config.method = drystone::Method::soft_step_relax();
+        config.method = drystone::method::Method::soft_step_relax();
         s.obey(Command::Config(1, Box::new(config)));
         s.obey(Command::Seek(40));
         let other = hashes(&mut s);

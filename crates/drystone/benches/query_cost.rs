@@ -10,9 +10,9 @@
 use std::sync::Arc;
 use std::time::Instant;
 
-use drystone::{
-    BodyDef, Mesh, Pose, QueryFilter, RayQuery, Shape, ShapeDef, Team, Vec3, World, vec3,
-};
+use drystone::query::{QueryFilter, RayQuery};
+use drystone::threads::Team;
+use drystone::{BodyDef, Mesh, Pose, Shape, ShapeDef, Vec3, World, vec3};
 use parry3d::math::{Pose as PeerPose, Vector};
 use parry3d::partitioning::{Bvh, BvhBuildStrategy};
 use parry3d::query::Ray;

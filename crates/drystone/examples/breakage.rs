@@ -1,6 +1,7 @@
 //! A glued beam breaks under a load, and a block that falls breaks into pieces.
 
-use drystone::{BodyDef, BondStrength, Fracture, Glue, ShapeDef, World};
+use drystone::breakage::{BondStrength, Fracture, Glue};
+use drystone::{BodyDef, ShapeDef, World};
 
 #[expect(clippy::print_stdout, reason = "an example shows what it does")]
 fn main() -> Result<(), drystone::DefError> {

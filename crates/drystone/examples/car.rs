@@ -1,7 +1,9 @@
 //! A car on four sprung wheels: it drives up a ramp, brakes there, rolls back, and steers. It faces x; -z is its left.
 
-use drystone::{Axis, BodyDef, BodyId, JointDef, JointDrive, JointId, JointSpring, Quat, ShapeDef};
-use drystone::{Vec3, World, joint::Wheel, trig, vec3};
+use drystone::joint::{JointDrive, JointSpring, Wheel};
+use drystone::math::trig;
+use drystone::{Axis, BodyDef, BodyId, JointDef, JointId, Quat, ShapeDef};
+use drystone::{Vec3, World, vec3};
 
 type Outcome = Result<(), Box<dyn std::error::Error>>;
 

@@ -11,9 +11,9 @@ fn run(w: &mut World, (cart, rope): (BodyId, JointId), drive: f32, out: f32, hal
         let most = f32::from(k.min(30 * half - k)) / 60.0;
         let length = w.joint(rope).ok_or("no rope")?.length() + out.clamp(-most, most) / 60.0;
         if out != 0.0 {
-            w.joint_mut(rope).ok_or("no rope")?.set_lengths(0.0, length)?;
+            w.joint_mut(rope).ok_or("no rope")?.set_lengths(0.0, length);
         }
-        w.body_mut(cart).ok_or("no trolley")?.set_linear_velocity([drive, 0.0, 0.0])?;
+        w.body_mut(cart).ok_or("no trolley")?.set_linear_velocity([drive, 0.0, 0.0]);
         w.step(1.0 / 60.0);
     }
     Ok(())
@@ -44,14 +44,14 @@ fn main() -> Outcome {
         println!("the rope bears {pull:.0} N of {:.0} N", 450.0 * 9.81);
         assert!((pull - 450.0 * 9.81).abs() < 50.0);
         run(&mut world, (trolley, rope), x / 3.0, 0.0, 6)?;
-        world.body_mut(load).ok_or("no load")?.set_damping(1.0, 1.0)?;
+        world.body_mut(load).ok_or("no load")?.set_damping(1.0, 1.0);
         run(&mut world, (trolley, rope), 0.0, 0.0, 40)?;
         run(&mut world, (trolley, rope), 0.0, 0.3, 40)?;
-        world.body_mut(load).ok_or("no load")?.set_damping(0.0, 0.0)?;
+        world.body_mut(load).ok_or("no load")?.set_damping(0.0, 0.0);
         world.remove_joint(weld);
         run(&mut world, (trolley, rope), 0.0, -0.5, 8)?;
         run(&mut world, (trolley, rope), x / -3.0, 0.0, 6)?;
-        world.body_mut(magnet).ok_or("no magnet")?.set_damping(1.0, 1.0)?;
+        world.body_mut(magnet).ok_or("no magnet")?.set_damping(1.0, 1.0);
         run(&mut world, (trolley, rope), 0.0, 0.0, 20)?;
         let at = world.body(load).ok_or("no load")?.position();
         assert!((at.y - 0.5).abs() < 0.01 && (at.x - x).abs() < 0.3, "put down at {at:?}");

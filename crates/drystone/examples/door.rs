@@ -1,6 +1,7 @@
 //! A door with stops, a closer and a latch that breaks: pushed, slammed open, closed, and held half open.
 
-use drystone::{BodyDef, BodyId, JointDef, JointSpring, ShapeDef, World, joint, vec3};
+use drystone::joint::JointSpring;
+use drystone::{BodyDef, BodyId, JointDef, ShapeDef, World, joint, vec3};
 
 /// Pushes the handle for some steps [N]; gives the angle after each [degrees], and how many joints broke.
 fn push(world: &mut World, door: BodyId, force: f32, steps: u32) -> Option<(Vec<f32>, usize)> {
@@ -38,7 +39,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let speed = (angles[149] - angles[148]).to_radians() * 60.0;
     assert!((speed + 0.5).abs() < 0.01 && angles[299] < 0.5, "it closes at {speed} rad/s");
     let (half, spring) = (55_f32.to_radians(), JointSpring::hertz(1.0, 1.0));
-    world.joint_mut(hinge).ok_or("no hinge")?.set_servo(half, spring, f32::INFINITY)?;
+    world.joint_mut(hinge).ok_or("no hinge")?.set_servo(half, spring, f32::INFINITY);
     let (angles, _) = push(&mut world, door, 0.0, 240).ok_or("no door")?;
     assert!((angles[239] - 55.0).abs() < 0.5, "held at {} degrees", angles[239]);
     Ok(())

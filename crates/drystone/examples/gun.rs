@@ -1,6 +1,7 @@
 //! A hitscan gun: it ignores its owner, lists all that it hits, and shoots through glass.
 
-use drystone::{BodyDef, Filter, Mesh, QueryFilter, Shape, ShapeDef, World, vec3};
+use drystone::query::QueryFilter;
+use drystone::{BodyDef, Filter, Mesh, Shape, ShapeDef, World, vec3};
 use std::sync::Arc;
 
 const BODY: u64 = 1;

@@ -1,6 +1,8 @@
 //! A lamp swings on a chain of eight links. A shot at one link cuts the chain, and the lamp falls.
 
-use drystone::{BodyDef, JointDef, QueryFilter, ShapeDef, Vec3, World, joint::Ball};
+use drystone::joint::Ball;
+use drystone::query::QueryFilter;
+use drystone::{BodyDef, JointDef, ShapeDef, Vec3, World};
 
 #[expect(clippy::print_stdout, reason = "an example shows what it does")]
 fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -19,7 +21,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     (0..180).for_each(|_| world.step(1.0 / 60.0));
     let weight: f32 = bodies.iter().filter_map(|b| world.body(*b)).map(|b| 9.81 * b.mass()).sum();
     let force = world.joint(joints[0]).ok_or("no joint")?.force().y;
-    world.body_mut(bodies[9]).ok_or("no lamp")?.apply_impulse([7.5, 0.0, 0.0])?;
+    world.body_mut(bodies[9]).ok_or("no lamp")?.apply_impulse([7.5, 0.0, 0.0]);
     let mut xs = vec![0.0; 600];
     for x in &mut xs {
         world.step(1.0 / 60.0);
@@ -33,7 +35,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let hit = world.query().cast_ray(from, Vec3::Z * -10.0, QueryFilter::default())?;
     let hit = hit.filter(|hit| hit.body == bodies[5]).ok_or("the shot misses")?;
     world.remove_joint(joints[4]);
-    world.body_mut(hit.body).ok_or("no link")?.apply_impulse_at([0.0, 0.0, -0.5], hit.point)?;
+    world.body_mut(hit.body).ok_or("no link")?.apply_impulse_at([0.0, 0.0, -0.5], hit.point);
     let v = world.body(bodies[9]).ok_or("no lamp")?.linear_velocity() * 0.5;
     let free = world.body(bodies[9]).ok_or("no lamp")?.position().y + v.y - 0.125 * 9.81;
     (0..30).for_each(|_| world.step(1.0 / 60.0));

@@ -1,6 +1,8 @@
 //! A marble of 1 cm radius: down a chute of triangles, over a floor of tiles, into 24 dominoes of 2 cm.
 
-use drystone::{BodyDef, Mesh, MeshError, Shape, ShapeDef, Vec3, World, trig, vec3};
+use drystone::geometry::MeshError;
+use drystone::math::trig;
+use drystone::{BodyDef, Mesh, Shape, ShapeDef, Vec3, World, vec3};
 
 /// A gutter with flanks of 45 degrees: one in four down, a curve, and on level ground.
 fn chute() -> Result<Mesh, MeshError> {

@@ -28,7 +28,7 @@ fn main() -> Result<(), DefError> {
     let player = world.add_body(player.with_shape(ShapeDef::capsule(0.5, 0.3)))?;
     run(&mut world, player, 30);
     if let Some(mut player) = world.body_mut(player) {
-        player.apply_impulse([0.0, 80.0 * 8.0, 0.0])?;
+        player.apply_impulse([0.0, 80.0 * 8.0, 0.0]);
     }
     let (apex, free) = (run(&mut world, player, 150), 0.8 + 64.0 / 19.62);
     println!("apex {apex:.3} m (free {free:.3} m), stands at {:.4} m", height(&world, player));

@@ -1,6 +1,7 @@
 //! What is in the way of a capsule, as a character would ask: rays, moving shapes, and what is nearest.
 
-use drystone::{BodyDef, BodyKinds, DefError, Motion, Pose, QueryFilter, Shape, ShapeDef, World};
+use drystone::query::{BodyKinds, Motion, QueryFilter};
+use drystone::{BodyDef, DefError, Pose, Shape, ShapeDef, World};
 
 #[expect(clippy::print_stdout, reason = "an example shows what it does")]
 fn main() -> Result<(), DefError> {

@@ -1,6 +1,8 @@
 //! A car of one body and four rays: springs, engine, steering and handbrake are forces of the program.
 
-use drystone::{BodyDef, BodyId, QueryFilter, ShapeDef, Vec3, World, trig, vec3};
+use drystone::math::trig;
+use drystone::query::QueryFilter;
+use drystone::{BodyDef, BodyId, ShapeDef, Vec3, World, vec3};
 
 const MASS: f32 = 1000.0;
 const STIFFNESS: f32 = 30_000.0;

@@ -1,6 +1,7 @@
 //! A weight on a rope: particles, links, an attachment.
 
-use drystone::{BodyDef, DefError, RopeDef, ShapeDef, World};
+use drystone::particle::RopeDef;
+use drystone::{BodyDef, DefError, ShapeDef, World};
 
 #[expect(clippy::print_stdout, reason = "an example shows what it does")]
 fn main() -> Result<(), DefError> {
@@ -9,9 +10,9 @@ fn main() -> Result<(), DefError> {
     let weight = world.add_body(weight.with_shape(ShapeDef::box_half([0.1; 3])))?;
     let mut rope = RopeDef::between([0.0, 5.0, 0.0], [0.0, 3.0, 0.0], 10);
     rope.pinned = [true, false];
-    let rope = world.add_rope(&rope)?;
+    let rope = world.add_rope(rope)?;
     let end = rope.particles[10];
-    world.attach_particle(end, weight, [0.0, 0.1, 0.0])?;
+    world.particle_mut(end).expect("there").attach(weight, [0.0, 0.1, 0.0])?;
 
     for _ in 0..600 {
         world.step(1.0 / 60.0);

@@ -4,7 +4,8 @@
 
 use std::time::Instant;
 
-use drystone::{BodyDef, DefError, ShapeDef, World, apply_delta, write_delta};
+use drystone::snapshot::{apply_delta, write_delta};
+use drystone::{BodyDef, DefError, ShapeDef, World};
 
 const DT: f32 = 1.0 / 60.0;
 /// Frames that a game of two players over the net goes back at most, as GGRS has it.

@@ -89,7 +89,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         if frame < KICKS_UNTIL && random.below(40) == 0 {
             let hit = boxes[usize::try_from(random.below(48))?];
             if let Some(mut body) = server.body_mut(hit) {
-                body.apply_impulse([0.0, 2000.0, 3000.0])?;
+                body.apply_impulse([0.0, 2000.0, 3000.0]);
             }
         }
         server.step(DT);

@@ -29,7 +29,7 @@ const TARGETS: [Target; 2] = [aarch64::TARGET, wasm::TARGET];
 struct Way {
     /// The program, and what runs it.
     program: Vec<PathBuf>,
-    /// The SIMD level, as [`drystone::SimdLevel::name`] has it.
+    /// The SIMD level, as [`drystone::threads::SimdLevel::name`] has it.
     level: &'static str,
     threads: u32,
 }

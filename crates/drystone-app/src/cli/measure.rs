@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use clap::builder::PossibleValuesParser;
-use drystone::Method;
+use drystone::method::Method;
 
 use super::{Length, Source, assignment, hz};
 

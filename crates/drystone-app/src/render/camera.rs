@@ -61,7 +61,7 @@ impl CameraSpec {
     pub(crate) fn placed(&self, found: Camera) -> Camera {
         let field_of_view = self.fov.map_or(found.field_of_view, f32::to_radians);
         // A longer lens stands farther off: what is framed stays.
-        let half = |angle: f32| drystone::trig::tan(0.5 * angle);
+        let half = |angle: f32| drystone::math::trig::tan(0.5 * angle);
         let farther = half(found.field_of_view) / half(field_of_view);
         let mut camera = found.dollied(farther / self.zoom.unwrap_or(1.0));
         camera.field_of_view = field_of_view;

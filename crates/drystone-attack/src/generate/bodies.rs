@@ -1,9 +1,8 @@
 //! Bodies of every kind, what they stand on, and what comes apart.
 
-use drystone::{
-    AxisLocks, BodyDef, BodyKind, BondStrength, Fracture, MassDef, Pose, Quat, Shape, ShapeDef,
-    Sym3, Vec3, vec3,
-};
+use drystone::breakage::{BondStrength, Fracture};
+use drystone::math::Sym3;
+use drystone::{AxisLocks, BodyDef, BodyKind, MassDef, Pose, Quat, Shape, ShapeDef, Vec3, vec3};
 
 use super::draw::{Draw, KnownBody};
 use crate::op::{BodyPlan, Form, Op, ShapePlan, Style};

@@ -1,7 +1,8 @@
 //! Calls between the steps: every public function that changes a world.
 
+use drystone::breakage::BondStrength;
 use drystone::joint::Spring;
-use drystone::{Axis, BodyKind, BondStrength, Pose, Vec3, WorldConfig};
+use drystone::{Axis, BodyKind, Pose, Vec3, WorldConfig};
 
 use super::draw::{Draw, KnownBody};
 use crate::op::{BodyCall, JointCall, Op, ParticleCall, ShapeCall};
@@ -261,7 +262,7 @@ impl Draw {
                 if self.rng.chance(0.5) {
                     config = self.config();
                     if config.method.name() == "analytic" {
-                        config.method = drystone::Method::soft_step();
+                        config.method = drystone::method::Method::soft_step();
                     }
                 }
                 self.change(&mut config);

@@ -1,9 +1,10 @@
 //! Configurations within their bounds, the default most of the time.
 
-use drystone::{
-    Damping, Integration, Method, MethodOptions, Order, Overlap, ParticleForm, Persistence, Rest,
-    Shock, Vec3, WorldConfig,
+use drystone::config::ParticleForm;
+use drystone::method::{
+    Damping, Integration, Method, MethodOptions, Order, Overlap, Persistence, Rest, Shock,
 };
+use drystone::{Vec3, WorldConfig};
 
 use super::draw::Draw;
 use crate::op::Style;

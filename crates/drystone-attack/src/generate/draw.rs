@@ -1,6 +1,7 @@
 //! What a program has so far, and numbers in its style.
 
-use drystone::{Axis, ContactReports, Filter, Material, Quat, Senses, Vec3};
+use drystone::events::{ContactReports, Senses};
+use drystone::{Axis, Filter, Material, Quat, Vec3};
 
 use crate::op::{Label, Op, PIECES, Style};
 use crate::rng::Rng;
@@ -129,11 +130,11 @@ impl Draw {
             material.spinning_resistance = self.rng.between(0.0, 0.2);
         }
         let rules = [
-            drystone::Combine::GeometricMean,
-            drystone::Combine::Multiply,
-            drystone::Combine::Maximum,
-            drystone::Combine::Minimum,
-            drystone::Combine::Average,
+            drystone::contact::Combine::GeometricMean,
+            drystone::contact::Combine::Multiply,
+            drystone::contact::Combine::Maximum,
+            drystone::contact::Combine::Minimum,
+            drystone::contact::Combine::Average,
         ];
         material.friction_combine = self.rng.pick(&rules);
         material.restitution_combine = self.rng.pick(&rules);

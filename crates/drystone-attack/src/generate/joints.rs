@@ -2,13 +2,12 @@
 
 use core::f32::consts::PI;
 
+use drystone::breakage::{Fatigue, JointStrength};
 use drystone::joint::{
-    ConeTwist, Cylindrical, Fixed, Hinge, Planar, Pulley, Servo, Slider, Spring, Universal, Wheel,
+    ConeTwist, Cylindrical, Fixed, Hinge, JointAxis, JointDrive, JointMotion, JointSpring, Planar,
+    Pulley, Servo, SixDof, Slider, Spring, Universal, Wheel,
 };
-use drystone::{
-    Axis, BodyKind, Fatigue, JointAxis, JointDrive, JointKind, JointMotion, JointSpring,
-    JointStrength, SixDof, Vec3, vec3,
-};
+use drystone::{Axis, BodyKind, JointKind, Vec3, vec3};
 
 use super::draw::{Draw, KnownBody, KnownJoint};
 use crate::op::{CouplingPlan, JointPlan, Op, Place, Style};

@@ -1,6 +1,7 @@
 //! Particles: loose, as ropes, cloths and clouds; links that tear; what bodies hold.
 
-use drystone::{ClothDef, LinkKind, LinkSpring, ParticleDef, RopeDef, Vec3, vec3};
+use drystone::particle::{ClothDef, LinkKind, LinkSpring, ParticleDef, RopeDef};
+use drystone::{Vec3, vec3};
 
 use super::draw::Draw;
 use crate::op::{LinkPlan, Op, Style};

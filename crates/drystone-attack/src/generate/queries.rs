@@ -1,6 +1,9 @@
 //! Questions with ordinary and extreme arguments.
 
-use drystone::{Aabb, Filter, ImpactBody, ImpactSurface, Pose, Sym3, Vec3, vec3};
+use drystone::geometry::Aabb;
+use drystone::impact::{ImpactBody, ImpactSurface};
+use drystone::math::Sym3;
+use drystone::{Filter, Pose, Vec3, vec3};
 
 use super::draw::Draw;
 use crate::op::{Form, Op, QueryCall};

@@ -2,11 +2,10 @@
 
 use core::f32::consts::FRAC_PI_2;
 
-use drystone::joint::{ConeTwist, Hinge, Slider};
-use drystone::{
-    Axis, BodyDef, JointAxis, JointDrive, JointKind, JointMotion, JointSpring, MassDef, Pose, Quat,
-    Shape, SixDof, Vec3, vec3,
+use drystone::joint::{
+    ConeTwist, Hinge, JointAxis, JointDrive, JointMotion, JointSpring, SixDof, Slider,
 };
+use drystone::{Axis, BodyDef, JointKind, MassDef, Pose, Quat, Shape, Vec3, vec3};
 
 use super::draw::{Draw, Solid};
 use crate::op::{BodyCall, JointPlan, Label, Op, Place};

@@ -231,7 +231,7 @@ impl Draw {
                 for i in 0..sides {
                     #[expect(clippy::cast_precision_loss, reason = "at most 12")]
                     let part = i as f32 / sides as f32;
-                    let (s, c) = drystone::trig::sin_cos(2.0 * core::f32::consts::PI * part);
+                    let (s, c) = drystone::math::trig::sin_cos(2.0 * core::f32::consts::PI * part);
                     points.push(vec3(h.x * c, h.y, h.z * s));
                     points.push(vec3(h.x * c, -h.y, h.z * s));
                 }

@@ -2,7 +2,8 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use drystone::{BodyKind, JointDrive, JointKind, JointMotion, Quat, Shape, Vec3};
+use drystone::joint::{JointDrive, JointMotion};
+use drystone::{BodyKind, JointKind, Quat, Shape, Vec3};
 
 use super::floors::{FIRST_BODY, half_of};
 use super::measures::{Measures, measures, support};

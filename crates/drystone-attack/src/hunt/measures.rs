@@ -47,7 +47,7 @@ pub(super) fn measures(shape: &Shape) -> Option<Measures> {
             #[expect(clippy::cast_precision_loss, reason = "some tens")]
             let count = corners.len() as f32;
             let middle = corners.iter().fold(Vec3::ZERO, |sum, p| sum + *p) * (1.0 / count);
-            let depth = |plane: &drystone::Plane| -plane.distance(middle);
+            let depth = |plane: &drystone::geometry::Plane| -plane.distance(middle);
             let thin = hull.planes().iter().map(depth).fold(f32::INFINITY, f32::min);
             let large = corners.iter().map(|p| (*p - middle).length()).fold(0.0, f32::max);
             Some(Measures { middle, core: Vec3::splat(BALL * thin), thin, large, rolls: false })

@@ -170,7 +170,7 @@ impl Motions {
 /// The speed of the motor of a joint's x axis, and whether it turns.
 fn motor_of(kind: &JointKind) -> Option<(f32, bool)> {
     let JointKind::SixDof(axes) = kind else { return None };
-    let of = |axis: &drystone::JointAxis| axis.drive.filter(is_motor).map(|d| d.velocity);
+    let of = |axis: &drystone::joint::JointAxis| axis.drive.filter(is_motor).map(|d| d.velocity);
     of(&axes.angular[0]).map(|v| (v, true)).or(of(&axes.linear[0]).map(|v| (v, false)))
 }
 

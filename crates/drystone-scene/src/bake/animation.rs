@@ -2,7 +2,8 @@
 
 use std::path::Path;
 
-use drystone::{Pose, Quat, Vec3, trig};
+use drystone::math::trig;
+use drystone::{Pose, Quat, Vec3};
 use serde_json::{Value, json};
 
 use super::Motion;

@@ -1,7 +1,8 @@
 //! A document for a scene that comes from no file: nodes, meshes, materials, physics.
 
+use drystone::contact::Combine;
 use drystone::{
-    BodyDef, BodyKind, Combine, Filter, MassDef, Material, Pose, Quat, Shape, ShapeDef, Vec3, vec3,
+    BodyDef, BodyKind, Filter, MassDef, Material, Pose, Quat, Shape, ShapeDef, Vec3, vec3,
 };
 use serde_json::{Value, json};
 

@@ -2,7 +2,8 @@
 //!
 //! Each end is a node of its own below the node of its body, at the joint's anchor, turned as its frame.
 
-use drystone::{JointAxis, JointKind, JointMotion, JointSpring, Pose, Quat, SixDof};
+use drystone::joint::{JointAxis, JointMotion, JointSpring, SixDof};
+use drystone::{JointKind, Pose, Quat};
 use serde_json::{Map, Value, json};
 
 /// Damping that stands for an infinite one, which JSON has no number for: all the force that a drive has.

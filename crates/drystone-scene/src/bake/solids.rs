@@ -1,6 +1,7 @@
 //! Triangles to look at for each kind of shape.
 
-use drystone::{Hull, Shape, Vec3, trig, vec3};
+use drystone::math::trig;
+use drystone::{Hull, Shape, Vec3, vec3};
 
 /// Half the edge of the square that shows a half-space [m].
 const GROUND: f32 = 100.0;

@@ -2,9 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use drystone::{
-    AxisLocks, BodyDef, Combine, ContactReports, Material, Senses, ShapeDef, Vec3, WorldConfig,
-};
+use drystone::contact::Combine;
+use drystone::events::{ContactReports, Senses};
+use drystone::{AxisLocks, BodyDef, Material, ShapeDef, Vec3, WorldConfig};
 
 use super::joints;
 use crate::scene::{Scene, SceneJoint, Script};

@@ -3,7 +3,8 @@
 use core::fmt::Write as _;
 use std::sync::Arc;
 
-use drystone::{SnapshotError, World};
+use drystone::World;
+use drystone::snapshot::SnapshotError;
 use serde::{Deserialize, Serialize};
 
 use super::{BuildError, Running};

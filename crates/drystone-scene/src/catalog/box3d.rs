@@ -4,7 +4,8 @@
 use core::f32::consts::TAU;
 
 use drystone::joint::Ball;
-use drystone::{BodyDef, Filter, Material, ShapeDef, Vec3, trig, vec3};
+use drystone::math::trig;
+use drystone::{BodyDef, Filter, Material, ShapeDef, Vec3, vec3};
 
 use super::parameters::{CatalogError, Values};
 use super::parts::{

@@ -1,7 +1,8 @@
 //! What breaks: bodies that fracture, and walls of glued or joined bricks.
 
+use drystone::breakage::{BondStrength, Fracture, Glue, JointStrength};
 use drystone::joint::Fixed;
-use drystone::{BodyDef, BondStrength, Fracture, Glue, JointStrength, Quat, ShapeDef, Vec3, vec3};
+use drystone::{BodyDef, Quat, ShapeDef, Vec3, vec3};
 
 use super::parameters::{CatalogError, Values};
 use super::parts::{Lcg, add_ground, hull, real};

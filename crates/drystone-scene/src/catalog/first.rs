@@ -1,7 +1,8 @@
 //! The small scenes with an answer one can work out: a fall, a stack, a slope, a cradle.
 
 use drystone::joint::Ball;
-use drystone::{BodyDef, Material, Quat, ShapeDef, Vec3, trig, vec3};
+use drystone::math::trig;
+use drystone::{BodyDef, Material, Quat, ShapeDef, Vec3, vec3};
 
 use super::parameters::{CatalogError, Values};
 use super::parts::{add_ground, add_ground_box, box_at, cos_sin, gravity_10, radians, real};

@@ -1,7 +1,8 @@
 //! Benchmark scenes that Jolt's performance test has, with the same bodies: gravity 9.81 m/s²,
 //! 60 steps a second, density 1000 kg/m³, friction 0.2 and damping 0.05 1/s where nothing else is said.
 
-use drystone::{BodyDef, Material, ShapeDef, Vec3, trig, vec3};
+use drystone::math::trig;
+use drystone::{BodyDef, Material, ShapeDef, Vec3, vec3};
 
 use super::parameters::{CatalogError, Values};
 use super::parts::{GROUND, Lcg, grid_mesh, hull, real};

@@ -1,10 +1,10 @@
 //! Bodies on joints of six axes: a mattress, a vehicle, people.
 
-use drystone::joint::{Hinge, Pulley, Slider};
-use drystone::{
-    Axis, BodyDef, Filter, JointAxis, JointCone, JointDrive, JointKind, JointMotion, JointSpring,
-    Mat3, Pose, Quat, ShapeDef, SixDof, Vec3, vec3,
+use drystone::joint::{
+    Hinge, JointAxis, JointCone, JointDrive, JointMotion, JointSpring, Pulley, SixDof, Slider,
 };
+use drystone::math::Mat3;
+use drystone::{Axis, BodyDef, Filter, JointKind, Pose, Quat, ShapeDef, Vec3, vec3};
 
 use super::parameters::{CatalogError, Values};
 use super::parts::{Lcg, add_ground, box_at, radians, real, yaw};

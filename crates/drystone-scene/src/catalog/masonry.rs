@@ -2,7 +2,8 @@
 
 use core::f32::consts::PI;
 
-use drystone::{BodyDef, Quat, ShapeDef, Vec3, trig, vec3};
+use drystone::math::trig;
+use drystone::{BodyDef, Quat, ShapeDef, Vec3, vec3};
 
 use super::parameters::{CatalogError, Values};
 use super::parts::{

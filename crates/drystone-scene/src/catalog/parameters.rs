@@ -3,7 +3,7 @@
 
 use core::fmt::{self, Display};
 
-use drystone::{HullError, MeshError};
+use drystone::geometry::{HullError, MeshError};
 
 /// What a parameter may be, and what it is if nothing is said.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -3,7 +3,8 @@
 
 use std::sync::Arc;
 
-use drystone::{BodyDef, Hull, Mesh, Quat, Shape, ShapeDef, Vec3, trig, vec3};
+use drystone::math::trig;
+use drystone::{BodyDef, Hull, Mesh, Quat, Shape, ShapeDef, Vec3, vec3};
 
 use super::parameters::CatalogError;
 use crate::scene::Scene;

@@ -3,11 +3,8 @@
 use core::f32::consts::TAU;
 use std::sync::Arc;
 
-use drystone::joint::Hinge;
-use drystone::{
-    BodyDef, Filter, JointAxis, JointCone, JointDrive, JointSpring, Material, Mesh, Pose, Quat,
-    Shape, ShapeDef, SixDof, Vec3, vec3,
-};
+use drystone::joint::{Hinge, JointAxis, JointCone, JointDrive, JointSpring, SixDof};
+use drystone::{BodyDef, Filter, Material, Mesh, Pose, Quat, Shape, ShapeDef, Vec3, vec3};
 
 use super::parameters::{CatalogError, Values};
 use super::parts::{cos_sin, gravity_10, grid_mesh, radians, real};

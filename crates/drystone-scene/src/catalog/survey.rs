@@ -1,7 +1,8 @@
 //! The examples of the surveys of impulse methods: a book, a tilted table, balls that roll and bounce, a
 //! tumbling box, an hourglass [Schmidl04], rings on pegs [Guendelman03].
 
-use drystone::{BodyDef, Material, Pose, Quat, ShapeDef, Vec3, trig, vec3};
+use drystone::math::trig;
+use drystone::{BodyDef, Material, Pose, Quat, ShapeDef, Vec3, vec3};
 
 use super::parameters::{CatalogError, Values};
 use super::parts::{Lcg, add_ground, add_ground_box, cos_sin, grid_mesh, radians, real};

@@ -1,6 +1,7 @@
 //! Particles: rope, cloth, dust.
 
-use drystone::{BodyDef, ClothDef, ParticleDef, RopeDef, Shape, ShapeDef, Vec3, vec3};
+use drystone::particle::{ClothDef, ParticleDef, RopeDef};
+use drystone::{BodyDef, Shape, ShapeDef, Vec3, vec3};
 
 use super::parameters::{CatalogError, Values};
 use super::parts::{Lcg, add_ground, box_at, real};

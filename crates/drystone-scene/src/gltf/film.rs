@@ -3,7 +3,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-use drystone::{BodyDef, BodyKind, Mat3, Pose, Quat, Vec3, vec3};
+use drystone::math::Mat3;
+use drystone::{BodyDef, BodyKind, Pose, Quat, Vec3, vec3};
 
 use super::accessor;
 use super::json::At;

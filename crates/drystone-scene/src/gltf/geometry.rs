@@ -3,7 +3,8 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use drystone::{BodyKind, Hull, Mat3, Mesh, Shape, Vec3, trig, vec3};
+use drystone::math::{Mat3, trig};
+use drystone::{BodyKind, Hull, Mesh, Shape, Vec3, vec3};
 
 use super::json::At;
 use super::mesh::Triangles;

@@ -3,7 +3,8 @@
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
-use drystone::{BodyKind, JointKind, JointMotion, MassDef, Shape, SixDof};
+use drystone::joint::{JointMotion, SixDof};
+use drystone::{BodyKind, JointKind, MassDef, Shape};
 
 use super::LoadedGltf;
 

@@ -4,9 +4,8 @@
 //! room it locks each; three motions are a distance joint of their own; two turns are a cone, about an axis that becomes
 //! our x; the others are bounded axis by axis, which a note tells.
 
-use drystone::{
-    JointAxis, JointCone, JointDrive, JointKind, JointMotion, JointSpring, Quat, SixDof,
-};
+use drystone::joint::{JointAxis, JointCone, JointDrive, JointMotion, JointSpring, SixDof};
+use drystone::{JointKind, Quat};
 
 use super::json::At;
 use crate::error::SceneError;

@@ -204,7 +204,7 @@ fn own_mapping(at: &At<'_>) -> Result<Mapping, SceneError> {
         turn = moved.get("rotation").map_or(Ok(turn), |at| at.f32())?;
         set = number(moved.get("texCoord"))?.unwrap_or(set);
     }
-    let (s, c) = drystone::trig::sin_cos(turn);
+    let (s, c) = drystone::math::trig::sin_cos(turn);
     Ok(Mapping { set, offset, turn: [s, c], scale })
 }
 

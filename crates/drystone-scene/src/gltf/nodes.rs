@@ -1,6 +1,7 @@
 //! The node tree: parents, transforms, what is in the scene.
 
-use drystone::{Mat3, Pose, Quat, Vec3, vec3};
+use drystone::math::Mat3;
+use drystone::{Pose, Quat, Vec3, vec3};
 
 use super::json::At;
 use crate::error::SceneError;

@@ -2,10 +2,9 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use drystone::{
-    BodyDef, BodyKind, Filter, MassDef, MassProperties, Material, Pose, Quat, Shape, ShapeDef,
-    Sym3, Vec3,
-};
+use drystone::geometry::MassProperties;
+use drystone::math::Sym3;
+use drystone::{BodyDef, BodyKind, Filter, MassDef, Material, Pose, Quat, Shape, ShapeDef, Vec3};
 
 use super::geometry::Geometry;
 use super::joints::{self, Described};

@@ -1,6 +1,7 @@
 //! Physics materials and collision filters.
 
-use drystone::{Combine, Filter, Material};
+use drystone::contact::Combine;
+use drystone::{Filter, Material};
 
 use super::json::At;
 use crate::error::SceneError;

@@ -3,7 +3,8 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use drystone::{Mat3, Pose, Vec3};
+use drystone::math::Mat3;
+use drystone::{Pose, Vec3};
 
 use super::accessor;
 use super::geometry::stretch;

@@ -3,9 +3,9 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
-use drystone::{
-    Axis, BodyDef, BodyKind, JointKind, MassDef, MassProperties, Pose, Quat, ShapeDef, SixDof, Vec3,
-};
+use drystone::geometry::MassProperties;
+use drystone::joint::SixDof;
+use drystone::{Axis, BodyDef, BodyKind, JointKind, MassDef, Pose, Quat, ShapeDef, Vec3};
 
 use super::compose::{self, stages};
 use super::{Hold, Link, Weight};

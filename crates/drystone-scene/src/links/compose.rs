@@ -6,10 +6,9 @@
 
 use core::f32::consts::PI;
 
-use drystone::joint::Planar;
-use drystone::{
-    Axis, JointAxis, JointDrive, JointKind, JointMotion, JointSpring, Mat3, Quat, SixDof, Vec3,
-};
+use drystone::joint::{JointAxis, JointDrive, JointMotion, JointSpring, Planar, SixDof};
+use drystone::math::Mat3;
+use drystone::{Axis, JointKind, Quat, Vec3};
 
 use super::{Dof, Way};
 
@@ -178,7 +177,7 @@ fn ball(dof: &Dof, notes: &mut Vec<String>) -> JointKind {
             "joint {}: the limit of its whole turn is taken as one of its swing and one of its twist",
             dof.name
         ));
-        six.cone = Some(drystone::JointCone { swing: [max; 2], spring: None });
+        six.cone = Some(drystone::joint::JointCone { swing: [max; 2], spring: None });
         six.angular[0].motion = JointMotion::Limited { min: -max, max, spring: None };
     }
     with_frame(six, along(dof.axis))

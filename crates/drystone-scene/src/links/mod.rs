@@ -8,7 +8,9 @@ mod assemble;
 mod compose;
 mod mesh;
 
-use drystone::{JointDrive, JointSpring, MassProperties, Pose, ShapeDef, Vec3};
+use drystone::geometry::MassProperties;
+use drystone::joint::{JointDrive, JointSpring};
+use drystone::{Pose, ShapeDef, Vec3};
 
 use crate::xml::Element;
 

@@ -3,9 +3,10 @@
 use core::f32::consts::{FRAC_PI_2, PI};
 use std::collections::BTreeMap;
 
-use drystone::{
-    Combine, Filter, MassProperties, Material, Pose, Quat, Shape, ShapeDef, Vec3, trig, vec3,
-};
+use drystone::contact::Combine;
+use drystone::geometry::MassProperties;
+use drystone::math::trig;
+use drystone::{Filter, Material, Pose, Quat, Shape, ShapeDef, Vec3, vec3};
 
 use super::defaults::View;
 use super::model::Model;

@@ -1,6 +1,8 @@
 //! Joints, and the mass that a body is given.
 
-use drystone::{MassProperties, Pose, Sym3, Vec3};
+use drystone::geometry::MassProperties;
+use drystone::math::Sym3;
+use drystone::{Pose, Vec3};
 
 use super::Options;
 use super::defaults::View;

@@ -340,7 +340,7 @@ impl<'a> Model<'a> {
                 let x = Vec3::from([a, b, c]).try_normalize().ok_or_else(zero)?;
                 let y = Vec3::from([d, e, f]);
                 let y = (y - x * x.dot(y)).try_normalize().ok_or_else(zero)?;
-                Ok(Quat::from_mat3(drystone::Mat3 { x, y, z: x.cross(y) }))
+                Ok(Quat::from_mat3(drystone::math::Mat3 { x, y, z: x.cross(y) }))
             }
             "zaxis" => {
                 let z = at.vec3(name)?.and_then(Vec3::try_normalize).ok_or_else(zero)?;

@@ -2,7 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use drystone::{BodyKind, JointKind, Pose, SixDof, Vec3};
+use drystone::joint::SixDof;
+use drystone::{BodyKind, JointKind, Pose, Vec3};
 
 use super::defaults::View;
 use super::walk::{Instance, Named, Walk};

@@ -263,7 +263,7 @@ impl<'a> Walk<'a> {
         let mut dofs: Vec<Dof> = Vec::new();
         let mut is_free = false;
         let mut weight = match model.settings.inertia_from_geoms {
-            Some(false) => Weight::Given(drystone::MassProperties::default()),
+            Some(false) => Weight::Given(drystone::geometry::MassProperties::default()),
             _ => Weight::FromShapes,
         };
         for child in model.children(&element)? {

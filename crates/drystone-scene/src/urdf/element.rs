@@ -3,7 +3,9 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use drystone::{MassProperties, Material, Pose, Quat, Shape, ShapeDef, Sym3, Vec3};
+use drystone::geometry::MassProperties;
+use drystone::math::Sym3;
+use drystone::{Material, Pose, Quat, Shape, ShapeDef, Vec3};
 
 use super::direction;
 use crate::error::SceneError;

@@ -57,7 +57,7 @@ pub(super) fn exclude(
 /// Pairs of bodies, by their numbers, that are deep in each other.
 fn deep(world: &World, bodies: &[BodyId]) -> BTreeSet<[usize; 2]> {
     let number: BTreeMap<BodyId, usize> = bodies.iter().copied().zip(0..).collect();
-    let is_deep = |c: &drystone::ContactRef<'_>| c.points().any(|p| p.separation < -DEPTH);
+    let is_deep = |c: &drystone::contact::ContactRef<'_>| c.points().any(|p| p.separation < -DEPTH);
     world
         .contacts()
         .filter(is_deep)

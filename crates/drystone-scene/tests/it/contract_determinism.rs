@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use drystone::{SimdLevel, Team};
+use drystone::threads::{SimdLevel, Team};
 use drystone_scene::{Scene, catalog};
 
 /// Scenes short enough to be run eight times in CI: the large ones in small.

@@ -2,7 +2,8 @@
 
 use std::sync::Arc;
 
-use drystone::{Team, World};
+use drystone::World;
+use drystone::threads::Team;
 use drystone_scene::{ResumeError, Running, named};
 
 const DT: f32 = 1.0 / 60.0;

@@ -2,7 +2,8 @@
 
 use std::sync::Arc;
 
-use drystone::{Team, Vec3};
+use drystone::Vec3;
+use drystone::threads::Team;
 use drystone_scene::{Running, named};
 
 fn start(spec: &str, threads: usize) -> Running {

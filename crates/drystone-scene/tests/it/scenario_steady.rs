@@ -1,6 +1,7 @@
 //! Scenes of loads and limits, against what can be worked out of them.
 
-use drystone::{BodyRef, Shape, Vec3, trig};
+use drystone::math::trig;
+use drystone::{BodyRef, Shape, Vec3};
 use drystone_scene::{Running, Scene, named};
 
 struct Run {

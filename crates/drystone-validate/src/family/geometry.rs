@@ -2,9 +2,9 @@
 
 use std::sync::Arc;
 
+use drystone::geometry::MassProperties;
 use drystone::{
-    BodyDef, Filter, Hull, MassProperties, Mesh, Pose, Shape, ShapeDef, Vec3, World, WorldConfig,
-    vec3,
+    BodyDef, Filter, Hull, Mesh, Pose, Shape, ShapeDef, Vec3, World, WorldConfig, vec3,
 };
 use drystone_bench::EngineError;
 use drystone_scene::Scene;
@@ -337,7 +337,8 @@ fn rays(lab: &Lab, rows: &mut Rows) -> Result<(), EngineError> {
                 }
                 _ => {
                     let Some(hull) = random_hull(&mut random, 0.0) else { continue };
-                    let plane = |p: &drystone::Plane| (wide(p.normal), f64::from(p.offset));
+                    let plane =
+                        |p: &drystone::geometry::Plane| (wide(p.normal), f64::from(p.offset));
                     let planes: Vec<(D3, f64)> = hull.planes().iter().map(plane).collect();
                     (Shape::Hull(Arc::new(hull)), planes)
                 }

@@ -2,8 +2,8 @@
 
 use core::f64::consts::{FRAC_PI_2, PI};
 
-use drystone::joint::{Hinge, Slider};
-use drystone::{BodyDef, JointAxis, JointDrive, JointSpring, ShapeDef, SixDof, Vec3, vec3};
+use drystone::joint::{Hinge, JointAxis, JointDrive, JointSpring, SixDof, Slider};
+use drystone::{BodyDef, ShapeDef, Vec3, vec3};
 use drystone_bench::EngineError;
 use drystone_scene::Scene;
 

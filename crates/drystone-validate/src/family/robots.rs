@@ -5,7 +5,8 @@
 
 use std::path::Path;
 
-use drystone::{BodyKind, Filter, JointKind, JointMotion, Shape, Vec3, vec3};
+use drystone::joint::JointMotion;
+use drystone::{BodyKind, Filter, JointKind, Shape, Vec3, vec3};
 use drystone_bench::EngineError;
 use drystone_scene::{Scene, urdf};
 

@@ -1,6 +1,7 @@
 //! Rolling: down slopes, from sliding to rolling, and a plate on balls.
 
-use drystone::{BodyDef, MassDef, Quat, ShapeDef, Sym3, Vec3, vec3};
+use drystone::math::Sym3;
+use drystone::{BodyDef, MassDef, Quat, ShapeDef, Vec3, vec3};
 use drystone_bench::EngineError;
 
 use crate::lab::Lab;

@@ -2,7 +2,8 @@
 
 use core::f64::consts::TAU;
 
-use drystone::{BodyDef, MassDef, Sym3, Vec3, vec3};
+use drystone::math::Sym3;
+use drystone::{BodyDef, MassDef, Vec3, vec3};
 use drystone_bench::EngineError;
 
 use super::flight::{PLACE, boxes_body};

@@ -1,13 +1,13 @@
 //! Axis-aligned bounding boxes.
 
+#[cfg(feature = "serde")]
 use serde::{Deserialize, Serialize};
 
 use super::math::{Vec3, greater, lesser};
 
 /// A box with faces along the axes.
-#[derive(
-    Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable, Serialize, Deserialize,
-)]
+#[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 #[repr(C)]
 pub struct Aabb {
     /// Lowest corner [m].

@@ -2,10 +2,12 @@
 
 use core::num::NonZeroU32;
 
+#[cfg(feature = "serde")]
 use serde::{Deserialize, Serialize};
 
 /// What every id is made of: a slot and the generation of what lives in it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub(crate) struct RawId {
     index: u32,
     generation: NonZeroU32,
@@ -36,7 +38,8 @@ impl RawId {
 macro_rules! id {
     ($(#[$doc:meta])* $name:ident) => {
         $(#[$doc])*
-        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+        #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
         pub struct $name(pub(crate) RawId);
 
         impl $name {

@@ -16,7 +16,7 @@ use super::team::Team;
 /// either. It asks once how many workers there are (and believes in 1 to 256), ignores a chunk that was run before or does not
 /// exist, gives out the workers' numbers itself, and has the caller run what is left when `run` returns. If `run` panics, the
 /// caller does the rest of the step, and the panic goes on when it is over. That takes some 30 ns a chunk, which a
-/// [`Team`](crate::Team) is spared.
+/// [`Team`](crate::threads::Team) is spared.
 pub trait Executor: Send + Sync + Debug {
     /// Number of workers, the caller included; at least 1 (with 0 the caller does all the work). Worker numbers are below it.
     fn workers(&self) -> usize;
@@ -28,7 +28,7 @@ pub trait Executor: Send + Sync + Debug {
 
     /// Phases that follow one another over the same items: calls `task(worker, phase, chunk)` once for every chunk below
     /// `chunks(phase)`, and those of a phase when all calls of the one before have returned. A step calls it of a
-    /// [`Team`](crate::Team) only; of other executors it calls [`Self::run`] for each phase.
+    /// [`Team`](crate::threads::Team) only; of other executors it calls [`Self::run`] for each phase.
     fn run_in_series(
         &self,
         phases: usize,

@@ -1,22 +1,14 @@
 //! Vectors and matrices. Plain `repr(C)` structs of `f32`; every operation is a fixed sequence of
 //! IEEE `+ - * /` and `sqrt`, so results are the same bits on every target.
 
+#[cfg(feature = "serde")]
 use serde::{Deserialize, Serialize};
 
 use core::ops::{Add, AddAssign, Div, Index, IndexMut, Mul, MulAssign, Neg, Sub, SubAssign};
 
 /// A vector of three components.
-#[derive(
-    Clone,
-    Copy,
-    Debug,
-    Default,
-    PartialEq,
-    bytemuck::Pod,
-    bytemuck::Zeroable,
-    Serialize,
-    Deserialize,
-)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 #[repr(C)]
 pub struct Vec3 {
     /// First component.

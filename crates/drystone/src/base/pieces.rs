@@ -5,7 +5,9 @@
 
 use core::cell::UnsafeCell;
 
+#[cfg(feature = "serde")]
 use serde::ser::SerializeSeq;
+#[cfg(feature = "serde")]
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use super::disjoint::Apart;

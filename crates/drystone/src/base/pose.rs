@@ -1,22 +1,14 @@
 //! A rigid transform.
 
+#[cfg(feature = "serde")]
 use serde::{Deserialize, Serialize};
 
 use super::math::Vec3;
 use super::quat::Quat;
 
 /// A rotation followed by a translation.
-#[derive(
-    Clone,
-    Copy,
-    Debug,
-    Default,
-    PartialEq,
-    bytemuck::Pod,
-    bytemuck::Zeroable,
-    Serialize,
-    Deserialize,
-)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 #[repr(C)]
 pub struct Pose {
     /// Translation [m].

@@ -2,15 +2,15 @@
 
 use core::ops::Mul;
 
+#[cfg(feature = "serde")]
 use serde::{Deserialize, Serialize};
 
 use super::math::{Mat3, Vec3, vec3};
 use super::trig;
 
 /// A rotation as a unit quaternion `x i + y j + z k + w`.
-#[derive(
-    Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable, Serialize, Deserialize,
-)]
+#[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 #[repr(C)]
 pub struct Quat {
     /// Coefficient of i.

@@ -2,12 +2,14 @@
 
 use core::sync::atomic::{AtomicU32, Ordering};
 
+#[cfg(feature = "serde")]
 use serde::{Deserialize, Serialize};
 
 /// In each phase one worker at most writes it, and then no other reads it: to load and store it takes what a plain number
 /// takes.
-#[derive(Debug, Default, Serialize, Deserialize)]
-#[serde(transparent)]
+#[derive(Debug, Default)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
+#[cfg_attr(feature = "serde", serde(transparent))]
 pub(crate) struct Shared(AtomicU32);
 
 impl Clone for Shared {

@@ -3,6 +3,7 @@
 use core::marker::PhantomData;
 use core::num::NonZeroU32;
 
+#[cfg(feature = "serde")]
 use serde::{Deserialize, Serialize};
 
 use super::grow;
@@ -10,14 +11,18 @@ use super::id::RawId;
 use super::wide::{prefetch_line, prefetch_lines};
 
 /// Rows of `T` named by `Id`. A freed slot is reused, last freed first.
-#[derive(Debug, Serialize, Deserialize)]
-#[serde(bound(serialize = "T: Serialize", deserialize = "T: Deserialize<'de>"))]
+#[derive(Debug)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
+#[cfg_attr(
+    feature = "serde",
+    serde(bound(serialize = "T: Serialize", deserialize = "T: Deserialize<'de>"))
+)]
 pub(crate) struct SlotMap<Id, T> {
     values: Vec<Option<T>>,
     generations: Vec<NonZeroU32>,
     free: Vec<u32>,
     len: usize,
-    #[serde(skip)]
+    #[cfg_attr(feature = "serde", serde(skip))]
     id: PhantomData<fn() -> Id>,
 }
 

@@ -1,22 +1,14 @@
 //! Symmetric 3 × 3 matrices: inertia tensors and their square roots.
 
+#[cfg(feature = "serde")]
 use serde::{Deserialize, Serialize};
 
 use super::math::{Mat3, Vec3, vec3};
 use super::quat::Quat;
 
 /// A symmetric matrix, six numbers.
-#[derive(
-    Clone,
-    Copy,
-    Debug,
-    Default,
-    PartialEq,
-    bytemuck::Pod,
-    bytemuck::Zeroable,
-    Serialize,
-    Deserialize,
-)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 #[repr(C)]
 pub struct Sym3 {
     /// Row 1, column 1.

@@ -1,6 +1,7 @@
 //! Eight boxes, tested at once. Plain arrays: a lane never depends on its neighbor, so the compiler makes of
 //! each loop what the target has, and the result is the same everywhere.
 
+#[cfg(feature = "serde")]
 use serde::{Deserialize, Serialize};
 
 use crate::base::aabb::Aabb;
@@ -32,7 +33,8 @@ impl Ray {
 }
 
 /// Boxes side by side; a free place holds the empty box, which nothing overlaps.
-#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub(crate) struct Boxes {
     /// Coordinate, box [m].
     pub(crate) min: [Lanes; 3],

@@ -6,6 +6,7 @@ pub(crate) mod lanes;
 mod quickhull;
 
 use self::lanes::HullLanes;
+#[cfg(feature = "serde")]
 use serde::{Deserialize, Serialize};
 
 use super::mass::MassProperties;
@@ -13,7 +14,8 @@ use crate::base::aabb::Aabb;
 use crate::base::math::{Vec3, greater, lesser, vec3};
 
 /// A plane: points with `normal · p = offset`.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub struct Plane {
     /// Unit normal, outward [local].
     pub normal: Vec3,
@@ -42,8 +44,9 @@ pub(crate) struct HalfEdge {
 }
 
 /// A convex polytope.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-#[serde(try_from = "Parts", into = "Parts")]
+#[derive(Clone, Debug)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
+#[cfg_attr(feature = "serde", serde(try_from = "Parts", into = "Parts"))]
 pub struct Hull {
     pub(crate) vertices: Vec<Vec3>,
     /// One plane a face.
@@ -69,7 +72,7 @@ pub struct Hull {
 }
 
 /// A hull as it is saved: what it was made from.
-#[derive(Serialize, Deserialize)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 struct Parts {
     vertices: Vec<Vec3>,
     planes: Vec<Plane>,

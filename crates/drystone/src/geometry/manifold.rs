@@ -1,5 +1,6 @@
 //! Contact manifolds. **The normal points from A to B; separation < 0 is overlap.**
 
+#[cfg(feature = "serde")]
 use serde::{Deserialize, Serialize};
 
 use crate::base::math::Vec3;
@@ -69,7 +70,8 @@ impl Manifold {
 
 /// What a pair remembers from its last test, to begin the next one there. Any value is valid: it
 /// only changes how long the test takes.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub(crate) struct PairCache {
     /// Which kind of axis separated the pair or carried the contact; 0 = nothing known.
     pub(crate) kind: u8,

@@ -3,6 +3,7 @@
 //! Round shapes by their closed forms; hulls and meshes exactly, as sums over the tetrahedra between
 //! the triangles of the surface and one point, which is the divergence theorem of [Mirtich95].
 
+#[cfg(feature = "serde")]
 use serde::{Deserialize, Serialize};
 
 use super::hull::Hull;
@@ -16,7 +17,8 @@ use crate::base::sym3::Sym3;
 const PI: f64 = core::f64::consts::PI;
 
 /// Mass properties of a solid.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub struct MassProperties {
     /// Mass [kg].
     pub mass: f32,

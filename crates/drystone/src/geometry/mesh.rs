@@ -7,6 +7,7 @@ mod tree;
 
 use std::collections::BTreeSet;
 
+#[cfg(feature = "serde")]
 use serde::{Deserialize, Serialize};
 
 pub(crate) use adjacency::{Bend, Bends};
@@ -44,8 +45,9 @@ impl Face {
 }
 
 /// A triangle mesh that does not deform. Any winding; both sides are solid.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-#[serde(try_from = "Parts", into = "Parts")]
+#[derive(Clone, Debug)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
+#[cfg_attr(feature = "serde", serde(try_from = "Parts", into = "Parts"))]
 pub struct Mesh {
     vertices: Vec<Vec3>,
     triangles: Vec<[u32; 3]>,
@@ -58,7 +60,7 @@ pub struct Mesh {
 }
 
 /// A mesh as it is saved: what it was made from, less what was left out then.
-#[derive(Serialize, Deserialize)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 struct Parts {
     vertices: Vec<Vec3>,
     triangles: Vec<[u32; 3]>,

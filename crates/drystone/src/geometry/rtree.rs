@@ -10,6 +10,7 @@
 
 mod order;
 
+#[cfg(feature = "serde")]
 use serde::{Deserialize, Serialize};
 
 use crate::base::aabb::Aabb;
@@ -24,7 +25,8 @@ const NONE: u32 = u32::MAX;
 /// about in proportion; at 1.2 rebuilding costs more than it saves, at 3 the queries do.
 const WORN: f64 = 1.6;
 /// Boxes of items; an item is a small number of the user's.
-#[derive(Debug, Default, Serialize, Deserialize)]
+#[derive(Debug, Default)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub(crate) struct RTree {
     /// `levels[0]` holds the leaves, the last level is one block.
     levels: Vec<Vec<Boxes>>,
@@ -40,10 +42,10 @@ pub(crate) struct RTree {
     stirred: usize,
     /// Surface of the lowest blocks for each leaf when they were made.
     fresh: f64,
-    #[serde(skip)]
+    #[cfg_attr(feature = "serde", serde(skip))]
     scratch: order::Scratch,
     /// Levels that a smaller tree does not have, for their memory.
-    #[serde(skip)]
+    #[cfg_attr(feature = "serde", serde(skip))]
     spare: Vec<Vec<Boxes>>,
 }
 

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+#[cfg(feature = "serde")]
 use serde::{Deserialize, Serialize};
 
 use super::hull::Hull;
@@ -10,7 +11,8 @@ use crate::base::limits;
 use crate::base::math::Vec3;
 
 /// A shape in its own frame: centered on the origin, round shapes with their axis along y.
-#[derive(Clone, Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 #[non_exhaustive]
 pub enum Shape {
     /// A ball.

@@ -29,14 +29,15 @@ pub struct ShapeHit {
     pub point: Vec3,
     /// Outward normal of the surface that was met [world].
     pub normal: Vec3,
-    /// They overlapped at the start: see [`Inside`](crate::Inside).
+    /// They overlapped at the start: see [`Inside`](crate::query::Inside).
     pub inside: bool,
 }
 
 /// How a shape moves in a cast: evenly, by `delta`, while it turns by `turn`. A vector alone is a motion that does not turn.
 ///
 /// ```
-/// use drystone::{BodyDef, DefError, Motion, Pose, QueryFilter, Shape, ShapeDef, World};
+/// use drystone::{BodyDef, DefError, Pose, Shape, ShapeDef, World};
+/// use drystone::query::{Motion, QueryFilter};
 ///
 /// fn main() -> Result<(), DefError> {
 ///     let mut world = World::default();
@@ -192,7 +193,8 @@ impl Query<'_> {
     /// hit `k` is that of cast `k`. The hits are the same for any number of threads.
     ///
     /// ```
-    /// use drystone::{BodyDef, DefError, Pose, QueryFilter, Shape, ShapeDef, ShapeQuery, World};
+    /// use drystone::{BodyDef, DefError, Pose, Shape, ShapeDef, World};
+    /// use drystone::query::{QueryFilter, ShapeQuery};
     ///
     /// fn main() -> Result<(), DefError> {
     ///     let mut world = World::default();

@@ -12,7 +12,8 @@ use crate::state::tables::Tables;
 /// A set of kinds of bodies, joined with `|`.
 ///
 /// ```
-/// use drystone::{BodyKind, BodyKinds};
+/// use drystone::BodyKind;
+/// use drystone::query::BodyKinds;
 ///
 /// let moving = BodyKinds::KINEMATIC | BodyKinds::DYNAMIC;
 /// assert!(moving.contains(BodyKind::Dynamic) && !moving.contains(BodyKind::Static));
@@ -80,12 +81,13 @@ pub enum Inside {
     Ignore,
 }
 
-/// Which shapes a query sees. All queries of [`Query`](crate::Query) take one, or a [`Filter`] alone.
+/// Which shapes a query sees. All queries of [`Query`](crate::query::Query) take one, or a [`Filter`] alone.
 ///
 /// The default sees the shapes of all layers on bodies of all kinds, but no sensors: these are seen only where a query asks for them.
 ///
 /// ```
-/// use drystone::{BodyDef, BodyKinds, DefError, QueryFilter, ShapeDef, ShapeRef, World};
+/// use drystone::{BodyDef, DefError, ShapeDef, ShapeRef, World};
+/// use drystone::query::{BodyKinds, QueryFilter};
 ///
 /// fn main() -> Result<(), DefError> {
 ///     let mut world = World::default();

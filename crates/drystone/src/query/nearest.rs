@@ -36,7 +36,8 @@ impl Query<'_> {
     /// several that overlap it the one that does so most. Sensors are seen only if the filter asks for them.
     ///
     /// ```
-    /// use drystone::{BodyDef, DefError, NearestShape, Pose, QueryFilter, Shape, ShapeDef, World};
+    /// use drystone::{BodyDef, DefError, Pose, Shape, ShapeDef, World};
+    /// use drystone::query::{NearestShape, QueryFilter};
     ///
     /// fn main() -> Result<(), DefError> {
     ///     let mut world = World::default();

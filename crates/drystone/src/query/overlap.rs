@@ -72,7 +72,8 @@ impl Query<'_> {
     /// [`Self::overlap_shape`] into a list that is emptied before.
     ///
     /// ```
-    /// use drystone::{BodyDef, DefError, Pose, QueryFilter, Shape, ShapeDef, World};
+    /// use drystone::{BodyDef, DefError, Pose, Shape, ShapeDef, World};
+    /// use drystone::query::QueryFilter;
     ///
     /// fn main() -> Result<(), DefError> {
     ///     let mut world = World::default();

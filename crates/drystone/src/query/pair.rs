@@ -200,7 +200,8 @@ impl Shape {
     /// [`ShapeContact`] for each normal. Two convex shapes, or one and a half-space, have at most one; a mesh has up to four.
     ///
     /// ```
-    /// use drystone::{DefError, Pose, Shape, ShapeContact, ShapeContactPoint};
+    /// use drystone::{DefError, Pose, Shape};
+    /// use drystone::query::{ShapeContact, ShapeContactPoint};
     ///
     /// fn main() -> Result<(), DefError> {
     ///     let (cube, ground) = (Shape::box_half([0.5; 3]), Shape::half_space([0.0, 1.0, 0.0], 0.0));
@@ -272,7 +273,8 @@ impl Shape {
     /// is treated.
     ///
     /// ```
-    /// use drystone::{CastHit, DefError, Inside, Pose, Shape};
+    /// use drystone::{DefError, Pose, Shape};
+    /// use drystone::query::{CastHit, Inside};
     ///
     /// fn main() -> Result<(), DefError> {
     ///     let (ball, from, way) = (Shape::sphere(1.0), [0.0; 3], [4.0, 0.0, 0.0]);

@@ -29,7 +29,7 @@ pub struct RayHit {
     /// Outward unit normal of the surface [world]; of a mesh that of the side from which the ray came. Where a ray starts in a
     /// solid shape: the normal of the surface nearest to the start.
     pub normal: Vec3,
-    /// The ray starts in the shape: see [`Inside`](crate::Inside).
+    /// The ray starts in the shape: see [`Inside`](crate::query::Inside).
     pub inside: bool,
 }
 
@@ -146,7 +146,8 @@ impl Query<'_> {
     ///
     /// ```
     /// use core::ops::ControlFlow;
-    /// use drystone::{BodyDef, DefError, QueryFilter, ShapeDef, World};
+    /// use drystone::{BodyDef, DefError, ShapeDef, World};
+    /// use drystone::query::QueryFilter;
     ///
     /// fn main() -> Result<(), DefError> {
     ///     let mut world = World::default();
@@ -191,7 +192,8 @@ impl Query<'_> {
     /// of ray `k`. The hits are the same for any number of threads.
     ///
     /// ```
-    /// use drystone::{BodyDef, DefError, QueryFilter, RayQuery, ShapeDef, World};
+    /// use drystone::{BodyDef, DefError, ShapeDef, World};
+    /// use drystone::query::{QueryFilter, RayQuery};
     ///
     /// fn main() -> Result<(), DefError> {
     ///     let mut world = World::default();

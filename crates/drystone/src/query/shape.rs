@@ -116,7 +116,7 @@ impl<'w> ShapeRef<'w> {
         self.tables.shapes.one_way.get(&self.id.index()).copied()
     }
 
-    /// Whether [`ContactHooks`](crate::ContactHooks) are asked for its contacts.
+    /// Whether [`ContactHooks`](crate::contact::ContactHooks) are asked for its contacts.
     #[must_use]
     pub const fn has_hooks(&self) -> bool {
         self.row.reports.has_hooks()

@@ -2,6 +2,7 @@
 
 use core::fmt::{self, Display};
 
+#[cfg(feature = "serde")]
 use serde::{Deserialize, Serialize};
 
 /// An axis of a joint's frame: a motion along it, or a turn about it by the right hand.
@@ -12,7 +13,8 @@ use serde::{Deserialize, Serialize};
 /// assert!(Axis::TurnX.is_turn() && !Axis::X.is_turn());
 /// assert_eq!(Axis::ALL.len(), 6);
 /// ```
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub enum Axis {
     /// Motion along x [m].
     X,

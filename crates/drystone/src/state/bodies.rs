@@ -3,6 +3,7 @@
 use core::mem::take;
 use std::collections::{BTreeMap, BTreeSet};
 
+#[cfg(feature = "serde")]
 use serde::{Deserialize, Serialize};
 use smallvec::SmallVec;
 
@@ -22,14 +23,15 @@ use crate::geometry::mass::MassProperties;
 pub(crate) const NONE: u32 = u32::MAX;
 
 /// In what parts an island takes the world's substeps.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub(crate) enum Fineness {
     /// Whole.
     #[default]
     Whole,
-    /// In those of [`crate::InertiaConfig::refine`]: what it carries squeezes it as far as can be carried.
+    /// In those of [`crate::config::InertiaConfig::refine`]: what it carries squeezes it as far as can be carried.
     Loaded,
-    /// In those of [`crate::JointConfig::refine`]: it has joints, and they go round fast.
+    /// In those of [`crate::config::JointConfig::refine`]: it has joints, and they go round fast.
     Jointed,
     /// In the same: it has joints, and is hit. The impulses that it keeps are taken back in the next step, those of a blow.
     Struck,
@@ -44,7 +46,8 @@ impl Fineness {
 }
 
 /// Where a body's mass came from: as [`MassDef`] says, but for what the body itself knows.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 #[repr(u8)]
 pub(crate) enum MassSource {
     Shapes,
@@ -70,7 +73,8 @@ pub(crate) type Few = SmallVec<[u32; 4]>;
 /// A body. What every stage reads stands in the first cache line, and what tells an empty slot of the table: the
 /// compiler takes the values that one of its fields cannot have for that, of the first field with the most of them.
 /// That is [`Self::can_sleep`] as long as none has more than a `bool`: no `Vec`, no enum larger than a byte.
-#[derive(Debug, Serialize, Deserialize)]
+#[derive(Debug)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 #[repr(C, align(64))]
 pub(crate) struct Body {
     pub(crate) kind: BodyKind,
@@ -93,7 +97,7 @@ pub(crate) struct Body {
     pub(crate) extent: f32,
 
     /// Particles hold it or touch it in this step: it has a line in the solver.
-    #[serde(skip)]
+    #[cfg_attr(feature = "serde", serde(skip))]
     pub(crate) dragged: bool,
     /// Center of mass [m, frame of the origin].
     pub(crate) local_center: Vec3,
@@ -249,7 +253,8 @@ impl Body {
 }
 
 /// What contacts do to a body.
-#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub(crate) struct Load {
     /// Sum of the forces [N, world], and of their sizes.
     pub(crate) force: Vec3,
@@ -260,7 +265,8 @@ pub(crate) struct Load {
 
 /// What tells that two bodies are still apart without a look at them: how far they have come and may come, in
 /// whole [`Track::UNIT`]s, so that sums go round without a loss however long a world lives.
-#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub(crate) struct Track {
     /// No point of the body has come farther than what this grew by; goes round.
     pub(crate) way: u32,
@@ -299,7 +305,8 @@ impl Track {
 }
 
 /// All bodies.
-#[derive(Debug, Default, Serialize, Deserialize)]
+#[derive(Debug, Default)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub(crate) struct Bodies {
     pub(crate) rows: SlotMap<BodyId, Body>,
     /// Of each row.

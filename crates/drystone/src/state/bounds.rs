@@ -1,5 +1,6 @@
 //! Boxes of all shapes in two trees: what stays where it is, and what may move.
 
+#[cfg(feature = "serde")]
 use serde::{Deserialize, Serialize};
 
 use super::bodies::NONE;
@@ -9,7 +10,8 @@ use crate::base::jobs::Jobs;
 use crate::geometry::rtree::RTree;
 
 /// The trees, and which shapes must look for new pairs.
-#[derive(Debug, Default, Serialize, Deserialize)]
+#[derive(Debug, Default)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub(crate) struct Bounds {
     pub(crate) fixed: RTree,
     pub(crate) moving: RTree,

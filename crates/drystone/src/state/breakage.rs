@@ -3,6 +3,7 @@
 
 use std::collections::BTreeMap;
 
+#[cfg(feature = "serde")]
 use serde::{Deserialize, Serialize};
 
 use super::fracture::Fracture;
@@ -11,7 +12,8 @@ use crate::base::copy;
 use crate::base::math::Vec3;
 
 /// A bond of a glued body.
-#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub(crate) struct GlueBond {
     /// Numbers of its two pieces in [`Glued::pieces`].
     pub(crate) pieces: [usize; 2],
@@ -27,7 +29,8 @@ pub(crate) struct GlueBond {
 }
 
 /// A body whose shapes are glued together.
-#[derive(Debug, Default, Serialize, Deserialize)]
+#[derive(Debug, Default)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub(crate) struct Glued {
     /// Rows of the shapes, one a piece.
     pub(crate) pieces: Vec<u32>,
@@ -77,7 +80,8 @@ impl Glued {
 }
 
 /// All that breaks, besides joints. By the rows of bodies, in their order.
-#[derive(Debug, Default, Serialize, Deserialize)]
+#[derive(Debug, Default)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub(crate) struct Breakage {
     pub(crate) glued: BTreeMap<u32, Glued>,
     pub(crate) fractures: BTreeMap<u32, Fracture>,

@@ -6,13 +6,15 @@
 use core::cmp::Reverse;
 use core::ops::Range;
 
+#[cfg(feature = "serde")]
 use serde::{Deserialize, Serialize};
 
 use super::particles::{LaneKind, Particles};
 use crate::base::wide::{LANES, Lanes};
 
 /// Where a link of a chain stands among the blocks of links.
-#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub(crate) struct Spot {
     pub(crate) color: u32,
     pub(crate) block: u32,
@@ -22,7 +24,8 @@ pub(crate) struct Spot {
 }
 
 /// One particle of each of eight chains, and the links to their next ones.
-#[derive(Clone, Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 #[repr(C, align(64))]
 pub(crate) struct ChainRow {
     /// Lines of the particles; 0 for an idle lane.
@@ -45,7 +48,8 @@ pub(crate) struct ChainRow {
 }
 
 /// Of a row, in a pass.
-#[derive(Clone, Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 #[repr(C, align(32))]
 pub(crate) struct ChainWork {
     /// Velocity [m/s], and 1/mass [1/kg].
@@ -104,7 +108,8 @@ impl Default for ChainRow {
 }
 
 /// Up to eight chains side by side; of those that bodies hold, one.
-#[derive(Debug, Default, Serialize, Deserialize)]
+#[derive(Debug, Default)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub(crate) struct ChainBlock {
     /// A row more than the longest has links.
     pub(crate) rows: Vec<ChainRow>,
@@ -131,13 +136,14 @@ impl Clone for ChainBlock {
 }
 
 /// All chains.
-#[derive(Debug, Default, Serialize, Deserialize)]
+#[derive(Debug, Default)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub(crate) struct Chains {
     /// Those that no body holds, by color: of one color no two share a particle.
     pub(crate) colors: Vec<Vec<ChainBlock>>,
     /// Those that bodies hold, each alone.
     pub(crate) held: Vec<ChainBlock>,
-    #[serde(skip)]
+    #[cfg_attr(feature = "serde", serde(skip))]
     search: Search,
 }
 

@@ -3,12 +3,14 @@
 
 use core::iter::repeat;
 
+#[cfg(feature = "serde")]
 use serde::{Deserialize, Serialize};
 
 use crate::base::bit_set::BitSet;
 
 /// Where a constraint stands.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub(crate) struct Place {
     /// Number of the color; `u32::MAX` if it is in none.
     pub(crate) color: u32,
@@ -141,21 +143,22 @@ const fn unknown() -> bool {
 
 /// All colors. What is solved last is satisfied best: joints, then contacts of two dynamic bodies, then
 /// contacts with what cannot be moved. Of constraints their places are saved, not the lists.
-#[derive(Debug, Default, Serialize, Deserialize)]
+#[derive(Debug, Default)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub(crate) struct Colors {
-    #[serde(skip)]
+    #[cfg_attr(feature = "serde", serde(skip))]
     pub(crate) joints: Coloring,
-    #[serde(skip)]
+    #[cfg_attr(feature = "serde", serde(skip))]
     pub(crate) joints_fixed: Coloring,
-    #[serde(skip)]
+    #[cfg_attr(feature = "serde", serde(skip))]
     pub(crate) contacts: Coloring,
-    #[serde(skip)]
+    #[cfg_attr(feature = "serde", serde(skip))]
     pub(crate) contacts_fixed: Coloring,
     /// Colored contacts that bounce, resist rolling or have a kinematic body.
-    #[serde(skip)]
+    #[cfg_attr(feature = "serde", serde(skip))]
     pub(crate) special: usize,
     /// A body that some constraint acts on became active or ceased to be.
-    #[serde(skip, default = "unknown")]
+    #[cfg_attr(feature = "serde", serde(skip, default = "unknown"))]
     pub(crate) bodies_changed: bool,
     /// Contacts came or went, or the last relaxation still changed a level.
     pub(crate) levels_dirty: bool,

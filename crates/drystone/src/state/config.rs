@@ -1,5 +1,6 @@
 //! The configuration of a world: every knob, its unit, range and default.
 
+#[cfg(feature = "serde")]
 use serde::{Deserialize, Serialize};
 
 use super::check::{all_within, within};
@@ -9,7 +10,8 @@ use crate::base::limits::{self, Limit};
 use crate::base::math::{Vec3, vec3};
 
 /// Contact behavior.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub struct ContactConfig {
     /// Stiffness of contacts as a frequency [Hz]; 0 (the default) takes 0.1125 per substep time:
     /// 54 Hz at 60 steps of 8 substeps a second. Contacts with static bodies have twice as much.
@@ -37,7 +39,8 @@ pub struct ContactConfig {
 
 /// Load-adaptive inertia: a body that is squeezed hard answers slowly, so that tall stacks and heavy loads
 /// do not sink into what carries them. Loads, limits of friction and tipping stay exact.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub struct InertiaConfig {
     /// Mass and inertia of a squeezed body are multiplied by up to this in the solver, 1 to 64; 1: off.
     /// 0 (the default) takes the method's own: 8 for `soft-step`, 1 for `soft-step-relax`. Under loads of more
@@ -52,7 +55,8 @@ pub struct InertiaConfig {
 }
 
 /// Joint behavior.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub struct JointConfig {
     /// Stiffness of joints as a frequency [Hz]; 0 (the default) takes 0.15 per substep time, 0.25 for
     /// trees that are solved at once, which are the greatest that are taken.
@@ -71,7 +75,8 @@ pub struct JointConfig {
 }
 
 /// How links and contacts of particles are solved.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub enum ParticleForm {
     /// As the method has it: `Verlet` of `verlet`, else `Soft`.
     #[default]
@@ -102,7 +107,8 @@ impl ParticleForm {
 }
 
 /// Particle behavior.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub struct ParticleConfig {
     /// How their links and contacts are solved; default as the method has it.
     pub form: ParticleForm,
@@ -116,7 +122,8 @@ pub struct ParticleConfig {
 }
 
 /// Contacts as springs, of the penalty methods.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub struct PenaltyConfig {
     /// Stiffness of a contact point as a frequency, k = m (2πf)² with the effective mass m of the point [Hz];
     /// above 0; default 30.
@@ -126,7 +133,8 @@ pub struct PenaltyConfig {
 }
 
 /// Bodies that come apart.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub struct BreakageConfig {
     /// Most pieces of fractured bodies at a time; default 4096. What would go beyond breaks into fewer pieces, or not
     /// at all.
@@ -145,7 +153,8 @@ pub struct BreakageConfig {
 /// Driven is what touches a kinematic body that moves, or is joined to one; what touches a surface that moves over its
 /// shape, and what a drive or a spring of a joint acts on, unless it has come to a stop all the same: it is blocked, or has
 /// reached its place. [`crate::World::why_awake`] tells what keeps a body awake.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub struct SleepConfig {
     /// Whether still islands fall asleep at all; default true.
     pub enabled: bool,
@@ -158,7 +167,8 @@ pub struct SleepConfig {
 }
 
 /// Everything a world is configured by.
-#[derive(Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub struct WorldConfig {
     /// Acceleration of free bodies [m/s², world]; default (0, -9.81, 0).
     pub gravity: Vec3,

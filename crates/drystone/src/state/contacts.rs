@@ -6,6 +6,7 @@ pub(crate) mod leave;
 mod lists;
 mod watched;
 
+#[cfg(feature = "serde")]
 use serde::{Deserialize, Serialize};
 
 pub(crate) use self::watched::{Probe, Watch, Watched};
@@ -22,9 +23,8 @@ use crate::base::wide::prefetch_lines;
 use crate::geometry::manifold::PairCache;
 
 /// A point of a contact: half a cache line, a row of four numbers as the solver loads it first.
-#[derive(
-    Clone, Copy, Debug, Default, bytemuck::Pod, bytemuck::Zeroable, Serialize, Deserialize,
-)]
+#[derive(Clone, Copy, Debug, Default, bytemuck::Pod, bytemuck::Zeroable)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 #[repr(C)]
 pub(crate) struct Point {
     /// From A's center of mass to the point [m, world], as it was when the manifold was made. That from
@@ -60,7 +60,8 @@ impl Point {
 
 /// A link in a body's list of contacts: contact row × 2 + side. It belongs to the body: the two of a contact may be written by
 /// two workers at once.
-#[derive(Clone, Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub(crate) struct Link {
     pub(crate) previous: Shared,
     pub(crate) next: Shared,
@@ -73,7 +74,8 @@ impl Default for Link {
 }
 
 /// A contact. What the solver reads of it stands first, a cache line and half of one for each point.
-#[derive(Clone, Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 #[repr(C, align(64))]
 pub(crate) struct Contact {
     /// From A to B [world].
@@ -226,16 +228,17 @@ pub(crate) type Slots<'a> = PieceRows<'a, Option<Contact>>;
 type Table = Pieces<Option<Contact>>;
 
 /// All contacts.
-#[derive(Debug, Default, Serialize, Deserialize)]
+#[derive(Debug, Default)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub(crate) struct Contacts {
     rows: Pieces<Option<Contact>>,
     free: Vec<u32>,
     /// Follows from the rows.
-    #[serde(skip)]
+    #[cfg_attr(feature = "serde", serde(skip))]
     pairs: PairSet,
     watched: Watched,
     /// New contacts of bodies that are not active, which are looked at once, in the step in which they are made.
-    #[serde(skip)]
+    #[cfg_attr(feature = "serde", serde(skip))]
     pub(crate) asked: Vec<u32>,
 }
 

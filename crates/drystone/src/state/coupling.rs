@@ -1,5 +1,6 @@
 //! Couplings: one coordinate of a joint follows one of another, as gears, racks and mimicking fingers do.
 
+#[cfg(feature = "serde")]
 use serde::{Deserialize, Serialize};
 
 use super::axis::Axis;
@@ -16,8 +17,8 @@ use crate::base::limits;
 /// ([`crate::JointRef::coordinates`]). Both joints push all their bodies, the first ones too.
 ///
 /// ```
-/// use drystone::joint::Hinge;
-/// use drystone::{BodyDef, CouplingDef, JointDef, ShapeDef, World};
+/// use drystone::joint::{CouplingDef, Hinge};
+/// use drystone::{BodyDef, JointDef, ShapeDef, World};
 ///
 /// # fn main() -> Result<(), drystone::DefError> {
 /// let mut world = World::default();
@@ -34,7 +35,8 @@ use crate::base::limits;
 /// # Ok(())
 /// # }
 /// ```
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub struct CouplingDef {
     /// The joint that is followed.
     pub joint_a: JointId,
@@ -87,7 +89,8 @@ impl CouplingDef {
 }
 
 /// A coupling in the tables.
-#[derive(Clone, Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub(crate) struct Coupling {
     pub(crate) def: CouplingDef,
     /// Impulse of a substep along b [N s; N m s].

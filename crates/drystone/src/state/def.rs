@@ -2,6 +2,7 @@
 
 use core::fmt::{self, Display};
 
+#[cfg(feature = "serde")]
 use serde::{Deserialize, Serialize};
 
 pub(crate) use super::check::{
@@ -79,7 +80,8 @@ impl From<ShapeError> for DefError {
 }
 
 /// What moves a body.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub enum BodyKind {
     /// Nothing: it stays where it is put.
     Static,
@@ -91,7 +93,8 @@ pub enum BodyKind {
 }
 
 /// Where a dynamic body's mass comes from.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub enum MassDef {
     /// Its shapes and their densities.
     #[default]
@@ -132,7 +135,8 @@ impl MassDef {
 }
 
 /// Axes along or about which a body cannot move [world].
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub struct AxisLocks {
     /// No translation along x, y, z.
     pub linear: [bool; 3],
@@ -156,7 +160,8 @@ impl AxisLocks {
 }
 
 /// A shape of a body.
-#[derive(Clone, Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub struct ShapeDef {
     /// The shape.
     pub shape: Shape,
@@ -184,7 +189,7 @@ pub struct ShapeDef {
     /// It holds only what comes from the front, which is in this direction [frame of the shape, any length]: others pass until
     /// they are out of it. `None`, the default: it holds from all sides.
     pub one_way: Option<Vec3>,
-    /// [`ContactHooks`](crate::ContactHooks) are asked for its contacts; default false.
+    /// [`ContactHooks`](crate::contact::ContactHooks) are asked for its contacts; default false.
     pub hooks: bool,
     /// Which events its contacts give.
     pub reports: ContactReports,
@@ -326,7 +331,7 @@ impl ShapeDef {
         Self { one_way: Some(front.into()), ..self }
     }
 
-    /// With contacts that [`ContactHooks`](crate::ContactHooks) are asked for.
+    /// With contacts that [`ContactHooks`](crate::contact::ContactHooks) are asked for.
     #[must_use]
     pub fn with_hooks(self) -> Self {
         Self { hooks: true, ..self }
@@ -377,7 +382,8 @@ pub(crate) fn check_front(front: Vec3) -> Result<Vec3, DefError> {
 }
 
 /// A body, with its shapes.
-#[derive(Clone, Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub struct BodyDef {
     /// What moves it.
     pub kind: BodyKind,
@@ -402,7 +408,7 @@ pub struct BodyDef {
     /// Whether it may fall asleep; default true.
     pub can_sleep: bool,
     /// Speed below which it is slow [m/s], if not the world's `sleep.speed`; at least 0. Whether it may sleep then is
-    /// said by [`crate::SleepConfig`].
+    /// said by [`crate::config::SleepConfig`].
     pub sleep_speed: Option<f32>,
     /// Whether it sleeps from the start; default false.
     pub asleep: bool,

@@ -1,12 +1,14 @@
 //! What happened in the last step, in lists of a defined order.
 
+#[cfg(feature = "serde")]
 use serde::{Deserialize, Serialize};
 
 use crate::base::id::{BodyId, JointId, LinkId, ParticleId, ShapeId};
 use crate::base::math::Vec3;
 
 /// Two shapes began or ceased to touch.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 #[non_exhaustive]
 pub struct ContactEvent {
     /// First shape.
@@ -20,7 +22,8 @@ pub struct ContactEvent {
 }
 
 /// Two shapes met at speed: they began to touch, or points of them landed that bore nothing before.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 #[non_exhaustive]
 pub struct HitEvent {
     /// First shape.
@@ -43,8 +46,9 @@ pub struct HitEvent {
 }
 
 /// What a pair of shapes that touch gave to each other in the step, and how hard it pressed. See
-/// [`ContactReports::forces`](crate::ContactReports::forces).
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+/// [`ContactReports::forces`](crate::events::ContactReports::forces).
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 #[non_exhaustive]
 pub struct ContactForce {
     /// First shape.
@@ -79,7 +83,8 @@ impl ContactForce {
 }
 
 /// A point of a [`ContactForce`].
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 #[non_exhaustive]
 pub struct ForcePoint {
     /// Where [m, world].
@@ -93,7 +98,8 @@ pub struct ForcePoint {
 }
 
 /// A shape entered or left a sensor.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 #[non_exhaustive]
 pub struct SensorEvent {
     /// The sensor.
@@ -107,7 +113,8 @@ pub struct SensorEvent {
 }
 
 /// A joint had to bear more than its strength, and was removed.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 #[non_exhaustive]
 pub struct JointBreak {
     /// Its id, stale now.
@@ -129,7 +136,8 @@ pub struct JointBreak {
 }
 
 /// What broke a joint.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 #[non_exhaustive]
 pub enum JointLimit {
     /// Its force.
@@ -143,7 +151,8 @@ pub enum JointLimit {
 }
 
 /// A bond of a glued body broke.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 #[non_exhaustive]
 pub struct BondBreak {
     /// The body, as it was called before.
@@ -159,7 +168,8 @@ pub struct BondBreak {
 }
 
 /// Why a body came apart.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 #[non_exhaustive]
 pub enum FractureCause {
     /// Its bonds broke: it goes on as the largest part, and the pieces are the others.
@@ -171,7 +181,8 @@ pub enum FractureCause {
 }
 
 /// A body came apart.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 #[non_exhaustive]
 pub struct FractureEvent {
     /// The body; its id is stale now unless glue broke.
@@ -189,7 +200,8 @@ pub struct FractureEvent {
 }
 
 /// A link between two particles was stretched too far or pulled too hard, and was removed.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 #[non_exhaustive]
 pub struct LinkTear {
     /// Its id, stale now.
@@ -205,7 +217,8 @@ pub struct LinkTear {
 }
 
 /// What was wrong in a step.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 #[non_exhaustive]
 pub enum FaultKind {
     /// The state of a body or a particle became infinite or NaN: it was put back to its last good pose,
@@ -216,7 +229,8 @@ pub enum FaultKind {
 }
 
 /// Something went wrong in a step.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 #[non_exhaustive]
 pub struct Fault {
     /// The body, if it is about one.
@@ -231,14 +245,15 @@ pub struct Fault {
 
 /// What happened in the last step; cleared when the next begins. Every list is in the order of the
 /// contacts' or bodies' slots, the same for any number of threads.
-#[derive(Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 #[non_exhaustive]
 pub struct Events {
     /// Shapes that began to touch: the first step in which one pushed the other, if for a part of it only.
     pub contact_begin: Vec<ContactEvent>,
     /// Shapes that ceased to touch, also because one of them was removed.
     pub contact_end: Vec<ContactEvent>,
-    /// Shapes that landed on each other faster than their hit speed, see [`ContactReports`](crate::ContactReports): they began
+    /// Shapes that landed on each other faster than their hit speed, see [`ContactReports`](crate::events::ContactReports): they began
     /// to touch, or a part of them came down that bore nothing before. One for each pair. What flies so fast
     /// that it would pass what it meets is stopped there, and hits it in the next step.
     pub hits: Vec<HitEvent>,

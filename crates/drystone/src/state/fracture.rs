@@ -1,5 +1,6 @@
 //! What a user says of a body that breaks where it is hit, and how it is checked.
 
+#[cfg(feature = "serde")]
 use serde::{Deserialize, Serialize};
 
 use super::check::{above_zero, within};
@@ -10,12 +11,13 @@ use crate::base::random::Random;
 use crate::geometry::cells::MOST_SITES;
 
 /// A body of one convex shape breaks into pieces where it is hit, at the end of the step in which a blow
-/// passes one of the limits: it is removed, its pieces are added, and [`crate::Events::fractures`] tells of it.
+/// passes one of the limits: it is removed, its pieces are added, and [`crate::events::Events::fractures`] tells of it.
 /// The pieces are the Voronoi cells of random points, denser near the hit; together they have the body's
 /// mass, momentum and spin.
 ///
 /// A blow is what one other body gave in a step through contacts.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub struct Fracture {
     /// Greatest impulse of a blow [N s]; above 0; default infinite: the impulse does not count.
     pub impulse: f32,

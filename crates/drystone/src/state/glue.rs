@@ -1,5 +1,6 @@
 //! What a user says of shapes glued together, and how it is checked.
 
+#[cfg(feature = "serde")]
 use serde::{Deserialize, Serialize};
 
 use super::check::{above_zero, finite_vec, position};
@@ -11,7 +12,8 @@ use crate::geometry::solid::{Core, Solid};
 
 /// How much glue bears. Stress is force over area; it goes by the mean force over a step, so a blow that is
 /// shorter than a step counts as if it took all of it.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub struct BondStrength {
     /// Greatest tension across the face, that of bending included [Pa]; above 0; may be infinite. Pressure
     /// breaks no bond.
@@ -21,7 +23,8 @@ pub struct BondStrength {
 }
 
 /// Glue on a face that two shapes of a body share.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub struct Bond {
     /// The two shapes, by their places in [`crate::BodyDef::shapes`].
     pub shapes: [usize; 2],
@@ -41,7 +44,8 @@ pub struct Bond {
 /// The part with the most mass stays the body it was, with its id; the others are new bodies. Shapes keep their
 /// ids, materials, filters and user data; new bodies have the body's gravity scale, damping, axis locks, sleep
 /// settings and user data, no lasting forces, and the velocity that their matter had.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub struct Glue {
     /// The bonds; they hold all shapes but sensors together.
     pub bonds: Vec<Bond>,

@@ -3,13 +3,15 @@
 //! left to hold it together. Their bodies are chained in the bodies' rows, so that merging and splitting
 //! take no memory.
 
+#[cfg(feature = "serde")]
 use serde::{Deserialize, Serialize};
 
 use super::bodies::{Bodies, Body, NONE};
 use crate::base::grow;
 
 /// Bodies that sleep and wake together.
-#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub(crate) struct Island {
     /// First and last of its bodies; [`NONE`] while the row is free.
     pub(crate) first: u32,
@@ -65,7 +67,8 @@ impl Island {
 }
 
 /// All islands; every dynamic body is in one.
-#[derive(Debug, Default, Serialize, Deserialize)]
+#[derive(Debug, Default)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub(crate) struct Islands {
     pub(crate) rows: Vec<Island>,
     free: Vec<u32>,
@@ -77,10 +80,10 @@ pub(crate) struct Islands {
     /// Then a touch below this speed wakes nothing [m/s].
     pub(crate) gentle_speed: f32,
     /// How many islands were dissolved: bodies of one may be of several now that have its number and others.
-    #[serde(skip)]
+    #[cfg_attr(feature = "serde", serde(skip))]
     pub(crate) dissolved: u64,
     /// Memory for the list of an island, see [`Self::members`].
-    #[serde(skip)]
+    #[cfg_attr(feature = "serde", serde(skip))]
     spare: Vec<u32>,
 }
 

@@ -1,5 +1,6 @@
 //! What a user says of a joint, and how it is checked.
 
+#[cfg(feature = "serde")]
 use serde::{Deserialize, Serialize};
 
 use super::check::{above_zero, finite_vec, position, unit, within};
@@ -12,7 +13,8 @@ use crate::base::math::{Mat3, Vec3};
 use crate::base::quat::Quat;
 
 /// What a joint does.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 #[non_exhaustive]
 #[expect(clippy::large_enum_variant, reason = "the tables box it; a definition is short-lived")]
 pub enum JointKind {
@@ -49,7 +51,8 @@ pub enum JointKind {
 ///     JointDef::new(left, right, rope).between([-0.5, 1.0, 0.0], [0.5, 1.0, 0.0])
 /// }
 /// ```
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub struct Pulley {
     /// The points it goes over, that of the first body first [m, world].
     pub points: [Vec3; 2],
@@ -97,7 +100,8 @@ impl Pulley {
 ///     JointDef::new(ceiling, lamp, spring).between([0.0, 3.0, 0.0], [0.0, 2.5, 0.0])
 /// }
 /// ```
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub struct Spring {
     /// Length without force [m]; at least 0.
     pub rest_length: f32,
@@ -144,7 +148,8 @@ impl Spring {
 /// # Ok(())
 /// # }
 /// ```
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub struct JointDef {
     /// First body.
     pub body_a: BodyId,
@@ -176,7 +181,8 @@ pub struct JointDef {
 
 /// Axes of a joint, told in the world: what [`JointDef::with_axis`], [`JointDef::with_axes`] and
 /// [`JointDef::with_rotation`] set.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 #[non_exhaustive]
 pub enum WorldAxes {
     /// x is along this vector of any length; y and z are somewhere across it.
@@ -219,9 +225,10 @@ impl WorldAxes {
 }
 
 /// What a joint can bear. It breaks at the end of a step in which it had to bear more: it is removed, and
-/// [`crate::Events::joint_break`] tells of it. Force and torque are the means of each substep of the
+/// [`crate::events::Events::joint_break`] tells of it. Force and torque are the means of each substep of the
 /// step, in whatever parts an island takes it.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub struct JointStrength {
     /// Greatest force [N]; above 0; may be infinite, as by default.
     pub force: f32,
@@ -238,7 +245,8 @@ pub struct JointStrength {
 /// ratio, the largest of force and torque, is at least `endurance`, and the joint breaks when it reaches 1.
 /// Damage adds up in whatever order loads come [Miner45], at a rate that is a power of the load
 /// [Basquin10]. The impulse has no part in it.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub struct Fatigue {
     /// How long a load as large as the limit is borne [s]; above 0.
     pub life: f32,

@@ -2,6 +2,7 @@
 
 use core::mem::replace;
 
+#[cfg(feature = "serde")]
 use serde::{Deserialize, Serialize};
 
 use super::bodies::Bodies;
@@ -14,7 +15,8 @@ use crate::base::math::{Vec3, bounded, vec3};
 use crate::base::slot_map::SlotMap;
 
 /// What a joint does. The many numbers of a joint of six axes stand elsewhere.
-#[derive(Debug, Serialize, Deserialize)]
+#[derive(Debug)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub(crate) enum Link {
     Ball,
     Distance { min: f32, max: f32, spring: Option<Spring> },
@@ -72,14 +74,16 @@ impl Link {
 }
 
 /// Whether a joint is to act.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub(crate) enum Switch {
     On,
     Off,
 }
 
 /// A joint.
-#[derive(Debug, Serialize, Deserialize)]
+#[derive(Debug)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub(crate) struct Joint {
     pub(crate) body_a: u32,
     pub(crate) body_b: u32,
@@ -188,7 +192,8 @@ impl Joint {
 }
 
 /// All joints.
-#[derive(Debug, Default, Serialize, Deserialize)]
+#[derive(Debug, Default)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub(crate) struct Joints {
     pub(crate) rows: SlotMap<JointId, Joint>,
     /// How many can break.

@@ -1,5 +1,6 @@
 //! What a surface is made of, how two surfaces combine, and what may collide with what.
 
+#[cfg(feature = "serde")]
 use serde::{Deserialize, Serialize};
 
 use super::check::within;
@@ -8,7 +9,8 @@ use crate::base::limits;
 
 /// How the coefficients of two surfaces become one. Where two surfaces ask for different rules the
 /// one listed later here wins; the order of the last four is that of `KHR_physics_rigid_bodies`.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub enum Combine {
     /// √(a b): friction's default.
     #[default]
@@ -38,7 +40,8 @@ impl Combine {
 }
 
 /// A surface.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub struct Material {
     /// Coulomb friction coefficient, at least 0; default 0.6. Of what sticks, and of what slides if
     /// [`kinetic_friction`](Self::kinetic_friction) is not given.
@@ -95,7 +98,8 @@ impl Default for Material {
 }
 
 /// Who collides with whom: two shapes collide if each lets the other through its filter.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub struct Filter {
     /// The layers this shape is in, one bit each; default layer 0.
     pub layers: u64,
@@ -132,7 +136,8 @@ impl Filter {
 
 /// What surfaces of shapes in some layers do to each other, in place of what their materials make together. Of several rules
 /// the first one counts that is of a pair's layers. See [`World::set_surface_rules`](crate::World::set_surface_rules).
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub struct SurfaceRule {
     /// Layers of one shape, a bit each: it is in one of them.
     pub first: u64,

@@ -2,7 +2,9 @@
 
 use core::mem::take;
 
+#[cfg(feature = "serde")]
 use serde::de::Error;
+#[cfg(feature = "serde")]
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use super::def::DefError;

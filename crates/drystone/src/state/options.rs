@@ -1,6 +1,7 @@
 //! What can be switched of a stepping method, one technique at a time; each has a value that leaves it to
 //! the method.
 
+#[cfg(feature = "serde")]
 use serde::{Deserialize, Serialize};
 
 use super::def::DefError;
@@ -9,7 +10,8 @@ use super::def::DefError;
 macro_rules! option {
     ($(#[$doc:meta])* $name:ident { $($(#[$of:meta])* $value:ident = $word:literal,)+ }) => {
         $(#[$doc])*
-        #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+        #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+        #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
         pub enum $name {
             /// As the method has it.
             #[default]
@@ -134,7 +136,8 @@ option! {
 }
 
 /// What is switched of a method.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub struct MethodOptions {
     /// Order of rows.
     pub order: Order,

@@ -1,5 +1,6 @@
 //! Definitions of particles and their links, and how they are checked.
 
+#[cfg(feature = "serde")]
 use serde::{Deserialize, Serialize};
 
 use super::check::{above_zero, at_least_zero, position, velocity, within};
@@ -13,7 +14,8 @@ use crate::base::math::Vec3;
 ///
 /// It has no shape and does not turn. Its radius is how far its center keeps from the shapes of bodies;
 /// particles do not collide with each other.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub struct ParticleDef {
     /// Where it is [m, world]; default the origin.
     pub position: Vec3,
@@ -106,7 +108,8 @@ pub(crate) fn check_mass(mass: f32) -> Result<(), DefError> {
 }
 
 /// How stiff a spring between two particles is.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub enum LinkSpring {
     /// Force by length and by speed.
     Rate {
@@ -125,7 +128,8 @@ pub enum LinkSpring {
 }
 
 /// What a link does.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 #[non_exhaustive]
 pub enum LinkKind {
     /// The distance is this length: a rod.
@@ -137,7 +141,8 @@ pub enum LinkKind {
 }
 
 /// A distance constraint between two particles.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub struct LinkDef {
     /// First particle.
     pub a: ParticleId,

@@ -2,6 +2,7 @@
 //! eight, and attachments to bodies. Velocity and position are written by the particle passes of the solver
 //! and by the world only.
 
+#[cfg(feature = "serde")]
 use serde::{Deserialize, Serialize};
 
 use super::chains::{self, Chains};
@@ -14,7 +15,8 @@ use crate::base::slot_map::SlotMap;
 use crate::base::wide::{LANES, Lanes};
 
 /// What is read of a particle once a step at most.
-#[derive(Clone, Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub(crate) struct Particle {
     pub(crate) mass: f32,
     pub(crate) gravity_scale: f32,
@@ -43,7 +45,8 @@ pub(crate) struct Particle {
 }
 
 /// What passes over substeps read and write of a particle. Line 0 is nobody's: idle lanes are bound to it.
-#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 #[repr(C, align(32))]
 pub(crate) struct ParticleLine {
     /// Velocity [m/s, world], and 1/mass [1/kg], 0 if it is pinned.
@@ -74,7 +77,8 @@ impl ParticleLine {
 }
 
 /// Eight links. Lengths, limits and impulses live from step to step; the rest is made when a step begins.
-#[derive(Clone, Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 #[repr(C, align(64))]
 pub(crate) struct LinkBlock {
     /// Lines of the particles; 0 for an idle lane.
@@ -106,7 +110,8 @@ pub(crate) struct LinkBlock {
 }
 
 /// What a lane of links is.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub(crate) enum LaneKind {
     #[default]
     Idle,
@@ -141,7 +146,8 @@ impl Default for LinkBlock {
 }
 
 /// A link: where it stands among the blocks, and when it tears.
-#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub(crate) struct Link {
     pub(crate) color: u32,
     pub(crate) block: u32,
@@ -160,7 +166,8 @@ impl Link {
 }
 
 /// Links that share no particle, but for the last color, [`CROWD`].
-#[derive(Debug, Default, Serialize, Deserialize)]
+#[derive(Debug, Default)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub(crate) struct LinkColor {
     pub(crate) blocks: Vec<LinkBlock>,
     /// Lanes that links left, last first.
@@ -191,7 +198,8 @@ pub(crate) const COLORS: usize = 64;
 pub(crate) const CROWD: usize = COLORS - 1;
 
 /// A particle held at a point of a body.
-#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub(crate) struct Attachment {
     /// Line of the particle.
     pub(crate) line: u32,
@@ -203,7 +211,8 @@ pub(crate) struct Attachment {
 }
 
 /// What a particle that is solved with substeps touched in the last step.
-#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub(crate) struct Touch {
     pub(crate) line: u32,
     pub(crate) shape: u32,
@@ -213,7 +222,8 @@ pub(crate) struct Touch {
 }
 
 /// All particles. Line `slot + 1` belongs to the particle in `slot`.
-#[derive(Debug, Default, Serialize, Deserialize)]
+#[derive(Debug, Default)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub(crate) struct Particles {
     pub(crate) rows: SlotMap<ParticleId, Particle>,
     /// Empty, or one more than there are slots.

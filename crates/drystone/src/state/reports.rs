@@ -1,5 +1,6 @@
 //! What a shape reports of its contacts.
 
+#[cfg(feature = "serde")]
 use serde::{Deserialize, Serialize};
 
 use super::check::within;
@@ -9,24 +10,26 @@ use crate::base::limits;
 /// Which events the contacts of a shape give. Both shapes of a pair are asked.
 ///
 /// ```
-/// use drystone::{ContactReports, ShapeDef};
+/// use drystone::ShapeDef;
+/// use drystone::events::ContactReports;
 ///
 /// let glass = ContactReports { hit_speed: Some(0.2), ..ContactReports::default() };
 /// let pane = ShapeDef::box_half([1.0, 1.0, 0.01]).with_reports(glass);
 /// let scale = ShapeDef::box_half([0.5, 0.1, 0.5]).with_reports(ContactReports::with_forces());
 /// # let _ = (pane, scale);
 /// ```
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub struct ContactReports {
-    /// Contacts that begin and end: [`Events::contact_begin`](crate::Events::contact_begin) and
-    /// [`Events::contact_end`](crate::Events::contact_end). A pair gives none if one of its shapes says false. Default true.
+    /// Contacts that begin and end: [`Events::contact_begin`](crate::events::Events::contact_begin) and
+    /// [`Events::contact_end`](crate::events::Events::contact_end). A pair gives none if one of its shapes says false. Default true.
     pub touches: bool,
-    /// Landings: [`Events::hits`](crate::Events::hits). A pair gives none if one of its shapes says false. Default true.
+    /// Landings: [`Events::hits`](crate::events::Events::hits). A pair gives none if one of its shapes says false. Default true.
     pub hits: bool,
     /// Least approach speed of a hit [m/s]; default `None`: `contact.hit_speed` of the world. If both shapes of a pair give
     /// one, the lower counts.
     pub hit_speed: Option<f32>,
-    /// Forces: [`Events::contact_forces`](crate::Events::contact_forces), for every step in which the pair touches. A pair
+    /// Forces: [`Events::contact_forces`](crate::events::Events::contact_forces), for every step in which the pair touches. A pair
     /// gives them if one of its shapes says true. Default false.
     pub forces: bool,
 }
@@ -59,13 +62,15 @@ impl ContactReports {
 /// What a sensor sees besides the shapes of bodies that can move: see [`ShapeDef::sensor`](crate::ShapeDef::sensor).
 ///
 /// ```
-/// use drystone::{Senses, ShapeDef};
+/// use drystone::ShapeDef;
+/// use drystone::events::Senses;
 ///
 /// // A blast that asks which walls it reaches.
 /// let blast = ShapeDef::sphere(3.0).as_sensor().with_senses(Senses { statics: true, ..Senses::default() });
 /// # let _ = blast;
 /// ```
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub struct Senses {
     /// On a static body it sees the shapes of static bodies. Sensors of other bodies always do. Default false.
     pub statics: bool,
@@ -83,7 +88,8 @@ const ONE_WAY: u8 = 4;
 const HOOKS: u8 = 8;
 
 /// Both in the eight bytes that a row of shapes has for them.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub(crate) struct PackedReports {
     /// Below 0: that of the world.
     hit_speed: f32,

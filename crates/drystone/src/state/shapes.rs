@@ -4,6 +4,7 @@ use core::mem::replace;
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
 
+#[cfg(feature = "serde")]
 use serde::{Deserialize, Serialize};
 
 use super::bodies::Body;
@@ -30,14 +31,15 @@ pub(crate) enum Here {
 }
 
 /// A shape of a body. What the narrowphase reads of it stands in the first two cache lines.
-#[derive(Debug, Serialize, Deserialize)]
+#[derive(Debug)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 #[repr(C, align(64))]
 pub(crate) struct ShapeRow {
-    #[serde(skip)]
+    #[cfg_attr(feature = "serde", serde(skip))]
     pub(crate) here: Here,
     /// It holds from one side only or has hooks, as its reports say: here where narrowphase reads it.
     pub(crate) is_asked: bool,
-    #[serde(skip, default = "no_solid")]
+    #[cfg_attr(feature = "serde", serde(skip, default = "no_solid"))]
     pub(crate) solid: Solid,
     /// Box in the tree: the shape's, grown [m, world].
     pub(crate) fat: Aabb,
@@ -52,7 +54,7 @@ pub(crate) struct ShapeRow {
     /// It takes part; if not, it is in no tree, and only weighs.
     pub(crate) enabled: bool,
 
-    #[serde(skip, default = "no_shape")]
+    #[cfg_attr(feature = "serde", serde(skip, default = "no_shape"))]
     pub(crate) shape: Shape,
     /// Where it sits [frame of the body's origin].
     pub(crate) local: Pose,
@@ -226,7 +228,8 @@ impl PairSurface {
 }
 
 /// All shapes.
-#[derive(Debug, Default, Serialize, Deserialize)]
+#[derive(Debug, Default)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub(crate) struct Shapes {
     pub(crate) rows: SlotMap<ShapeId, ShapeRow>,
     /// The hulls of the boxes that were added last, [`Self::BOXES`] at most: boxes of one size share theirs.
@@ -239,7 +242,7 @@ pub(crate) struct Shapes {
     pub(crate) one_way: BTreeMap<u32, Vec3>,
     /// What surfaces of some layers do to each other.
     pub(crate) rules: Vec<SurfaceRule>,
-    #[serde(skip)]
+    #[cfg_attr(feature = "serde", serde(skip))]
     boxes: VecDeque<Arc<Hull>>,
 }
 

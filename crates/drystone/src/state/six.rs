@@ -1,5 +1,6 @@
 //! Joints of six axes in the tables.
 
+#[cfg(feature = "serde")]
 use serde::{Deserialize, Serialize};
 
 use super::sixdof::{JointAxis, JointMotion, JointSpring, SixDof};
@@ -21,8 +22,9 @@ pub(crate) const NO_SWING: f32 = 0.5e-6;
 pub(crate) const LEAST_TWIST: f32 = 0.2;
 
 /// A joint of six axes.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-#[serde(from = "(SixDof, SixState)", into = "(SixDof, SixState)")]
+#[derive(Clone, Debug)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
+#[cfg_attr(feature = "serde", serde(from = "(SixDof, SixState)", into = "(SixDof, SixState)"))]
 pub(crate) struct Six {
     pub(crate) def: SixDof,
     pub(crate) laws: SixLaws,
@@ -30,9 +32,8 @@ pub(crate) struct Six {
 }
 
 /// What a joint of six axes keeps from step to step, written by the solver; packed as rows of four numbers.
-#[derive(
-    Clone, Copy, Debug, Default, bytemuck::Pod, bytemuck::Zeroable, Serialize, Deserialize,
-)]
+#[derive(Clone, Copy, Debug, Default, bytemuck::Pod, bytemuck::Zeroable)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 #[repr(C)]
 pub(crate) struct SixState {
     /// Impulse of a substep of each axis: what holds or drives it, its friction, its limit [N s; N m s].

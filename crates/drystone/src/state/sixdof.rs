@@ -1,5 +1,6 @@
 //! Joints of six axes: what each axis of a joint's frame may do, and what a user says of it.
 
+#[cfg(feature = "serde")]
 use serde::{Deserialize, Serialize};
 
 use super::axis::Axis;
@@ -10,8 +11,9 @@ use crate::base::math::{Vec3, vec3};
 use crate::base::quat::Quat;
 
 /// A damped spring along or about an axis. In the wide methods one that is harder for a substep than a locked axis, with
-/// `c h + k h²` over the effective mass above that of [`crate::JointConfig`], is as hard as that.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+/// `c h + k h²` over the effective mass above that of [`crate::config::JointConfig`], is as hard as that.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub struct JointSpring {
     /// Force per displacement [N/m; N m/rad; 1/s² if `per_mass`]; at least 0.
     pub stiffness: f32,
@@ -46,7 +48,7 @@ impl JointSpring {
     /// A mass at rest on it sinks by `g/(2πf)²`, however heavy it is: 248 mm at 1 Hz, 62 mm at 2 Hz.
     ///
     /// ```
-    /// use drystone::JointSpring;
+    /// use drystone::joint::JointSpring;
     ///
     /// // One of four wheels under a car of 1200 kg.
     /// let spring = JointSpring::for_load(1.5, 0.4, 1200.0 / 4.0);
@@ -68,7 +70,8 @@ impl JointSpring {
 }
 
 /// How far an axis lets the second body move or turn against the first.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub enum JointMotion {
     /// Any way.
     #[default]
@@ -87,7 +90,8 @@ pub enum JointMotion {
 }
 
 /// A spring toward a moving place, or a motor.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub struct JointDrive {
     /// Coordinate without force [m; rad].
     pub position: f32,
@@ -125,7 +129,8 @@ impl JointDrive {
 }
 
 /// One axis of a joint.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub struct JointAxis {
     /// How far it lets the bodies move.
     pub motion: JointMotion,
@@ -244,7 +249,8 @@ impl JointAxis {
 }
 
 /// How far the x axis of the second frame may swing from that of the first.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub struct JointCone {
     /// Greatest swing about y, and about z [rad]; above 0. Between them the limit is an ellipse.
     pub swing: [f32; 2],
@@ -285,14 +291,15 @@ impl JointCone {
 /// [`crate::joint`] has the usual ones by name; each becomes one of these with `six_dof()`.
 ///
 /// ```
-/// use drystone::joint::Slider;
-/// use drystone::{Axis, JointAxis, SixDof};
+/// use drystone::joint::{JointAxis, SixDof, Slider};
+/// use drystone::Axis;
 ///
 /// // A slider that may turn about y as well.
 /// let axes = Slider::new().six_dof().with_axis(Axis::TurnY, JointAxis::limited(-0.5, 0.5));
 /// assert_eq!(axes.axis(Axis::TurnX), SixDof::FIXED.axis(Axis::TurnX));
 /// ```
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub struct SixDof {
     /// The joint's axes [frame of the first body]; unit.
     pub frame_a: Quat,

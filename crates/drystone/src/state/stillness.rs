@@ -7,6 +7,7 @@
 //! are used, not velocities: jitter moves nothing far, however fast it is
 //! (docs/decisions/030-what-may-sleep.md).
 
+#[cfg(feature = "serde")]
 use serde::{Deserialize, Serialize};
 
 use super::bodies::Body;
@@ -45,7 +46,8 @@ const ROUNDING: f32 = 1.0e-6;
 const LONGEST: f32 = 1.0e9;
 
 /// Where a body was at a time.
-#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 struct Mark {
     center: Vec3,
     rotation: Quat,
@@ -56,7 +58,8 @@ struct Mark {
 }
 
 /// Way from a mark to another: of the center [m], and the turn [rad]. Or a mean velocity [m/s; rad/s].
-#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub(crate) struct Way {
     pub(crate) moved: Vec3,
     pub(crate) turned: Vec3,
@@ -86,7 +89,8 @@ impl Way {
 }
 
 /// What the last marks of a body said.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub(crate) enum Verdict {
     /// It rests, or has not been watched for long enough.
     #[default]
@@ -98,7 +102,8 @@ pub(crate) enum Verdict {
 }
 
 /// What is known of the motion of a body that is slow.
-#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub(crate) struct Stillness {
     marks: [Mark; 2],
     /// How many marks were set since it became slow; more than two are as two.

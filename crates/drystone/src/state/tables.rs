@@ -1,5 +1,6 @@
 //! All tables of a world.
 
+#[cfg(feature = "serde")]
 use serde::{Deserialize, Serialize};
 
 use super::bodies::Bodies;
@@ -15,7 +16,8 @@ use super::particles::Particles;
 use super::shapes::Shapes;
 
 /// Everything that lives from step to step.
-#[derive(Debug, Default, Serialize, Deserialize)]
+#[derive(Debug, Default)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub(crate) struct Tables {
     pub(crate) config: WorldConfig,
     pub(crate) bodies: Bodies,

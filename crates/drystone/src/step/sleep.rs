@@ -355,7 +355,7 @@ mod tests {
     /// 512 m³, on a way of 0.1 m in a step one meets another in a hundredth of the steps.
     fn gas() -> World {
         let mut world = World::default();
-        world.set_gravity(Vec3::ZERO).unwrap();
+        world.set_gravity(Vec3::ZERO);
         for side in [Vec3::X, Vec3::Y, Vec3::Z].into_iter().flat_map(|n| [n, -n]) {
             let wall = ShapeDef::half_space(side, -4.0).with_restitution(1.0);
             world.add_body(BodyDef::fixed().with_shape(wall)).unwrap();
@@ -395,7 +395,7 @@ mod tests {
     /// Balls in clumps that touch, and some that fly.
     fn clumps(random: &mut Random) -> World {
         let mut world = World::default();
-        world.set_gravity(Vec3::ZERO).unwrap();
+        world.set_gravity(Vec3::ZERO);
         #[expect(clippy::cast_possible_truncation, reason = "any number will do")]
         let mut side = || (random.unit() as f32 - 0.5) * 8.0;
         for i in 0..160_u8 {

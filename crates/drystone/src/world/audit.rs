@@ -131,7 +131,8 @@ impl World {
     ///
     /// ```
     /// # fn main() -> Result<(), drystone::DefError> {
-    /// use drystone::{AwakeCause, BodyDef, ShapeDef, World};
+    /// use drystone::{BodyDef, ShapeDef, World};
+    /// use drystone::audit::AwakeCause;
     ///
     /// let mut world = World::default();
     /// let ball = BodyDef::dynamic().with_shape(ShapeDef::sphere(0.5));

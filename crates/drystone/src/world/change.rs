@@ -21,7 +21,7 @@ impl BodyMut<'_> {
     /// touches it or hangs on it. What becomes static loses its velocity; others go on with theirs.
     ///
     /// A body that becomes dynamic has the mass of [`super::BodyRef::mass_def`]. Contacts end where neither body is dynamic.
-    /// Joints between such bodies are idle until one is dynamic; so are the bonds and the [`crate::Fracture`] of what is not.
+    /// Joints between such bodies are idle until one is dynamic; so are the bonds and the [`crate::breakage::Fracture`] of what is not.
     ///
     /// # Errors
     /// A shape that such a body cannot have: a half-space not on a static one, a mesh on a dynamic one. Of what becomes

@@ -65,7 +65,8 @@ impl core::error::Error for DeltaError {}
 ///
 /// ```
 /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
-/// use drystone::{BodyDef, ShapeDef, World, apply_delta, write_delta};
+/// use drystone::{BodyDef, ShapeDef, World};
+/// use drystone::snapshot::{apply_delta, write_delta};
 ///
 /// let mut world = World::default();
 /// for i in 0..50_u8 {

@@ -126,7 +126,9 @@ pub struct Impact {
 /// brought back to the cone. 3. the guard on energy.
 ///
 /// ```
-/// use drystone::{ImpactBody, ImpactSurface, Sym3, Vec3, impact, vec3};
+/// use drystone::{Vec3, vec3};
+/// use drystone::impact::{ImpactBody, ImpactSurface, impact};
+/// use drystone::math::Sym3;
 ///
 /// let ball = |x: f32, speed: f32| ImpactBody {
 ///     mass: 2.0,

@@ -155,7 +155,8 @@ impl<'w> AxisRef<'w> {
 /// One axis of a joint of six axes, to change. An error leaves everything as it was.
 ///
 /// ```
-/// # use drystone::{Axis, DefError, JointId, JointSpring, World};
+/// # use drystone::{Axis, DefError, JointId, World};
+/// # use drystone::joint::JointSpring;
 /// fn steer(world: &mut World, wheel: JointId, angle: f32) -> Result<(), DefError> {
 ///     let Some(mut joint) = world.joint_mut(wheel) else { return Ok(()) };
 ///     let Some(mut steering) = joint.axis(Axis::TurnX) else { return Ok(()) };

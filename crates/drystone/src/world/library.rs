@@ -4,6 +4,7 @@ use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+#[cfg(feature = "serde")]
 use serde::{Deserialize, Serialize};
 
 use super::World;
@@ -15,7 +16,8 @@ use crate::geometry::shape::Shape;
 use crate::state::shapes::Shapes;
 
 /// The name of a hull or mesh: a hash of its content, the same on every machine.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub struct GeometryKey(u64);
 
 impl GeometryKey {
@@ -53,7 +55,8 @@ impl core::fmt::Display for GeometryKey {
 /// ```
 /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
 /// use std::sync::Arc;
-/// use drystone::{BodyDef, Hull, Library, Shape, ShapeDef, SnapshotError, World, vec3};
+/// use drystone::{BodyDef, Hull, Shape, ShapeDef, World, vec3};
+/// use drystone::snapshot::{Library, SnapshotError};
 ///
 /// let points = [vec3(0.0, 0.0, 0.0), vec3(1.0, 0.0, 0.0), vec3(0.0, 1.0, 0.0), vec3(0.0, 0.0, 1.0)];
 /// let stone = Shape::Hull(Arc::new(Hull::from_points(&points)?));
@@ -141,14 +144,14 @@ fn place_of(shape: &Shape) -> Option<usize> {
 }
 
 /// A hull or mesh in a snapshot.
-#[derive(Serialize, Deserialize)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 enum Saved<'a, T: Clone> {
     Held(Cow<'a, T>),
     Named(GeometryKey),
 }
 
 /// All shapes of a world, as they stand in a snapshot.
-#[derive(Serialize, Deserialize)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub(super) struct SavedShapes<'a> {
     /// Each once, however many shapes share it.
     hulls: Vec<Saved<'a, Hull>>,
@@ -158,7 +161,8 @@ pub(super) struct SavedShapes<'a> {
 }
 
 /// A [`Shape`] with the number of its hull or mesh.
-#[derive(Clone, Copy, Serialize, Deserialize)]
+#[derive(Clone, Copy)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 enum SavedShape {
     Sphere { radius: f32 },
     Capsule { half_height: f32, radius: f32 },

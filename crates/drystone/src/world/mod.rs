@@ -129,7 +129,7 @@ impl World {
         Ok(Self { tables, ..Self::default() })
     }
 
-    /// The same world with its work done by `jobs`, for example a [`crate::Team`]. The result of a step
+    /// The same world with its work done by `jobs`, for example a [`crate::threads::Team`]. The result of a step
     /// does not depend on it.
     #[must_use]
     pub fn with_executor(mut self, jobs: Arc<dyn Executor>) -> Self {
@@ -234,7 +234,8 @@ impl World {
     /// a step are stopped at it without a question.
     ///
     /// ```
-    /// use drystone::{BodyDef, ContactHooks, HookedContact, ShapeDef, World};
+    /// use drystone::{BodyDef, ShapeDef, World};
+    /// use drystone::contact::{ContactHooks, HookedContact};
     ///
     /// /// Ghosts, whose shapes have the number 1, pass everything.
     /// struct Ghosts;

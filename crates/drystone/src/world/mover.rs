@@ -33,7 +33,9 @@ use super::World;
 /// `radius * (1 - cos(max_slope))`, whatever `step` is.
 ///
 /// ```
-/// use drystone::{BodyDef, DefError, Mover, Pose, QueryFilter, Shape, ShapeDef, World};
+/// use drystone::{BodyDef, DefError, Pose, Shape, ShapeDef, World};
+/// use drystone::mover::Mover;
+/// use drystone::query::QueryFilter;
 ///
 /// fn main() -> Result<(), DefError> {
 ///     let mut world = World::default();
@@ -211,7 +213,9 @@ impl Mover {
     /// moved again or told another one.
     ///
     /// ```
-    /// use drystone::{BodyDef, BodyKinds, DefError, Mover, QueryFilter, Shape, ShapeDef, World};
+    /// use drystone::{BodyDef, DefError, Shape, ShapeDef, World};
+    /// use drystone::mover::Mover;
+    /// use drystone::query::{BodyKinds, QueryFilter};
     ///
     /// fn main() -> Result<(), DefError> {
     ///     let mut world = World::default();

@@ -45,7 +45,7 @@ impl ShapeMut<'_> {
         self.meet_anew();
     }
 
-    /// Lets [`ContactHooks`](crate::ContactHooks) be asked for its contacts, or not. What touches it wakes.
+    /// Lets [`ContactHooks`](crate::contact::ContactHooks) be asked for its contacts, or not. What touches it wakes.
     pub fn set_hooks(&mut self, hooks: bool) {
         let shapes = &mut self.world.tables.shapes;
         let packed = shapes.at(self.row).reports.with_hooks(hooks);

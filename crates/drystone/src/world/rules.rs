@@ -56,7 +56,8 @@ impl World {
     /// Replaces the rules of surfaces, 256 at most. What touches and now has another surface wakes.
     ///
     /// ```
-    /// use drystone::{SurfaceRule, World};
+    /// use drystone::World;
+    /// use drystone::contact::SurfaceRule;
     ///
     /// let (ice, rubber) = (1 << 1, 1 << 2);
     /// let mut world = World::default();

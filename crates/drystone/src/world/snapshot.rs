@@ -3,6 +3,7 @@
 use std::borrow::Cow;
 
 use postcard::ser_flavors::Flavor;
+#[cfg(feature = "serde")]
 use serde::{Deserialize, Serialize};
 
 use super::World;
@@ -61,7 +62,7 @@ impl core::fmt::Display for SnapshotError {
 impl core::error::Error for SnapshotError {}
 
 /// What is saved of a world: all that outlives a step.
-#[derive(Serialize, Deserialize)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 struct Saved<'a> {
     tables: Cow<'a, Tables>,
     last_h: f32,

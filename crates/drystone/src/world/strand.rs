@@ -1,5 +1,6 @@
 //! Ropes, cloths and clouds: many particles and links at once.
 
+#[cfg(feature = "serde")]
 use serde::{Deserialize, Serialize};
 
 use super::World;
@@ -10,7 +11,8 @@ use crate::state::def::DefError;
 use crate::state::particle_def::{LinkDef, LinkKind, LinkSpring, ParticleDef};
 
 /// A rope: particles in a row, each linked to the next.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub struct RopeDef {
     /// Where it begins [m, world].
     pub from: Vec3,
@@ -56,7 +58,8 @@ impl RopeDef {
 
 /// A rectangle of cloth: a grid of particles with links along it (stretch), across it (shear) and over two
 /// (bend).
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub struct ClothDef {
     /// Its first corner [m, world].
     pub corner: Vec3,
@@ -101,7 +104,8 @@ impl ClothDef {
 }
 
 /// Particles and links that were added together.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub struct Strand {
     /// The particles: of a rope from its first end, of a cloth row by row along its first side.
     pub particles: Vec<ParticleId>,

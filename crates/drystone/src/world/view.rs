@@ -140,7 +140,7 @@ impl<'w> ShapeRef<'w> {
     }
 
     /// The shapes in it if it is a sensor, or the sensors that it is in, as of the last step: those with a
-    /// [`SensorEvent`](crate::SensorEvent) of entering and none of leaving since. The contacts of its body are walked. A sensor does
+    /// [`SensorEvent`](crate::events::SensorEvent) of entering and none of leaving since. The contacts of its body are walked. A sensor does
     /// not see other sensors.
     ///
     /// ```

@@ -9,7 +9,9 @@ use std::sync::{Arc, Barrier, Mutex};
 use std::time::Duration;
 
 use drystone::joint::Ball;
-use drystone::{BodyDef, ClothDef, Executor, Inline, JointDef, ShapeDef, Stage, Team, Vec3, World};
+use drystone::particle::ClothDef;
+use drystone::threads::{Executor, Inline, Team};
+use drystone::{BodyDef, JointDef, ShapeDef, Stage, Vec3, World};
 
 const DT: f32 = 1.0 / 60.0;
 
@@ -114,7 +116,7 @@ fn pile() -> World {
         last = Some(rod);
     }
     let cloth = ClothDef::new([0.0, 5.3, 0.0], [Vec3::X * 5.0, Vec3::Z * 4.0], [18, 16]);
-    world.add_cloth(&cloth).unwrap();
+    world.add_cloth(cloth).unwrap();
     world
 }
 

@@ -3,10 +3,11 @@
 use core::ops::ControlFlow;
 use std::sync::Arc;
 
+use drystone::query::{BodyKinds, Inside, Motion, QueryFilter, RayHit, RayQuery, ShapeQuery};
+use drystone::threads::Team;
 use drystone::{
-    BodyDef, BodyId, BodyKind, BodyKinds, Filter, Hull, Inside, Mesh, Motion, Pose, Quat,
-    QueryFilter, RayHit, RayQuery, Shape, ShapeDef, ShapeId, ShapeQuery, ShapeRef, Team, Vec3,
-    World, vec3,
+    BodyDef, BodyId, BodyKind, Filter, Hull, Mesh, Pose, Quat, Shape, ShapeDef, ShapeId, ShapeRef,
+    Vec3, World, vec3,
 };
 
 /// Numbers from -1 to 1.
@@ -446,7 +447,7 @@ fn no_query_sees_a_sensor_unless_it_asks_for_sensors() {
         let (mut rays, mut near) = (Vec::new(), Vec::new());
         q.cast_ray_all(from, way, filter, &mut rays).unwrap();
         q.nearest_all(&ball, at, 1.0, filter, &mut near).unwrap();
-        let bounds = drystone::Aabb::new(vec3(-0.1, -0.1, -0.1), vec3(0.1, 0.1, 0.1));
+        let bounds = drystone::geometry::Aabb::new(vec3(-0.1, -0.1, -0.1), vec3(0.1, 0.1, 0.1));
         assert_eq!(
             [
                 q.cast_ray(from, way, filter).unwrap().is_some(),
@@ -477,7 +478,8 @@ fn the_contacts_of_a_body_and_of_a_pair_are_those_of_the_world_that_name_them() 
     for _ in 0..30 {
         world.step(1.0 / 60.0);
     }
-    let key = |c: &drystone::ContactRef<'_>| (c.shape_a(), c.shape_b(), c.normal().to_array());
+    let key =
+        |c: &drystone::contact::ContactRef<'_>| (c.shape_a(), c.shape_b(), c.normal().to_array());
     let sorted = |mut keys: Vec<(ShapeId, ShapeId, [f32; 3])>| {
         keys.sort_by(|a, b| a.partial_cmp(b).unwrap());
         keys
@@ -606,9 +608,10 @@ fn a_bad_ray_or_cast_of_a_batch_is_named_and_the_buffer_stays() {
     let refused = query.cast_shapes(&ball, &casts, filter, &mut met).unwrap_err();
     assert_eq!(refused.field(), "casts[1].delta");
     let endless = Vec3::splat(f32::INFINITY);
-    let everything = query.overlap_bounds(drystone::Aabb::new(-endless, endless), filter).unwrap();
+    let everything =
+        query.overlap_bounds(drystone::geometry::Aabb::new(-endless, endless), filter).unwrap();
     assert_eq!(everything.len(), shapes(&world).iter().filter(|s| !s.is_sensor()).count());
-    let broken = drystone::Aabb::new(vec3(f32::NAN, 0.0, 0.0), Vec3::ONE);
+    let broken = drystone::geometry::Aabb::new(vec3(f32::NAN, 0.0, 0.0), Vec3::ONE);
     assert!(query.overlap_bounds(broken, filter).is_err());
 }
 

@@ -3,7 +3,8 @@
 //! `data/convex_hulls_even.bin`: point clouds of game assets; records of a count (u32) and as many
 //! points (3 × f32), little-endian. Its license stands beside it.
 
-use drystone::{Aabb, Hull, HullError, Vec3, vec3};
+use drystone::geometry::{Aabb, HullError};
+use drystone::{Hull, Vec3, vec3};
 use proptest::prelude::{Strategy, prop, proptest};
 
 fn clouds() -> Vec<Vec<Vec3>> {
@@ -150,7 +151,7 @@ proptest! {
         axis in numbers(-1.0, 1.0),
     ) {
         // From 1e-7 to 1 part of the extent, evenly in the exponent.
-        let scatter = drystone::trig::exp(-scatter * core::f32::consts::LN_10);
+        let scatter = drystone::math::trig::exp(-scatter * core::f32::consts::LN_10);
         let turn = drystone::Quat::from_axis_angle(axis.normalize_or(Vec3::X), 1.0);
         let points: Vec<Vec3> = points
             .iter()

@@ -1,10 +1,13 @@
 //! Whatever was called, the world can be saved, and what is restored does what the first one does.
 
-use drystone::joint::{Ball, Hinge};
+use drystone::breakage::{BondStrength, Fracture, Glue};
+use drystone::joint::{Ball, Hinge, JointAxis, JointDrive, JointMotion, JointSpring};
+use drystone::math::Sym3;
+use drystone::method::Method;
+use drystone::particle::{LinkId, LinkKind, ParticleId, RopeDef};
 use drystone::{
-    Axis, BodyDef, BodyId, BodyKind, BondStrength, Filter, Fracture, Glue, JointAxis, JointDef,
-    JointDrive, JointId, JointMotion, JointSpring, LinkId, LinkKind, MassDef, Material, Method,
-    ParticleId, Pose, RopeDef, Shape, ShapeDef, ShapeId, Sym3, Vec3, World, WorldConfig, vec3,
+    Axis, BodyDef, BodyId, BodyKind, Filter, JointDef, JointId, MassDef, Material, Pose, Shape,
+    ShapeDef, ShapeId, Vec3, World, WorldConfig, vec3,
 };
 use proptest::prelude::{Strategy, any, prop, prop_oneof, proptest};
 use proptest::test_runner::{Config, RngSeed};
@@ -195,8 +198,8 @@ pub(crate) fn make(
             let kind = if a % 2 == 0 { LinkKind::Equal } else { LinkKind::AtMost };
             let to = [v[0], v[1] + 2.0, v[2]];
             let rope = RopeDef { kind, ..RopeDef::between(v, to, 3) };
-            let Ok(rope) = world.add_rope(&rope) else { return };
-            let _ = world.attach_particle(rope.particles[0], second, [0.0; 3]);
+            let Ok(rope) = world.add_rope(rope) else { return };
+            let _ = world.particle_mut(rope.particles[0]).expect("there").attach(second, [0.0; 3]);
             added.particles.extend(rope.particles);
             added.links.extend(rope.links);
         }
@@ -210,7 +213,7 @@ pub(crate) fn make(
                         world.detach_particle(particle);
                     }
                     _ => {
-                        let _ = world.attach_particle(particle, first, v);
+                        let _ = world.particle_mut(particle).expect("there").attach(first, v);
                     }
                 }
             }

@@ -1,10 +1,8 @@
 //! Faults that `cargo xtask attack` found, shrunk and put into words.
 
-use drystone::joint::{Ball, Hinge, Universal};
-use drystone::{
-    AxisLocks, BodyDef, BodyId, CouplingDef, Fatigue, Fracture, JointAxis, JointDef, JointId,
-    JointStrength, ShapeDef, Vec3, World, WorldConfig,
-};
+use drystone::breakage::{Fatigue, Fracture, JointStrength};
+use drystone::joint::{Ball, CouplingDef, Hinge, JointAxis, Universal};
+use drystone::{AxisLocks, BodyDef, BodyId, JointDef, JointId, ShapeDef, Vec3, World, WorldConfig};
 
 const DT: f32 = 1.0 / 60.0;
 

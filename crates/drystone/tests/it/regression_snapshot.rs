@@ -1,10 +1,11 @@
 //! A world made by calls can be saved after every step, and what is restored goes on with the same bits and events.
 
+use drystone::audit::AwakeCause;
+use drystone::breakage::{Bond, BondStrength, Glue};
+use drystone::config::SleepConfig;
 use drystone::joint::Ball;
-use drystone::{
-    AwakeCause, BodyDef, BodyId, Bond, BondStrength, Glue, JointDef, Method, MethodOptions, Rest,
-    ShapeDef, SleepConfig, Vec3, World, WorldConfig, vec3,
-};
+use drystone::method::{Method, MethodOptions, Rest};
+use drystone::{BodyDef, BodyId, JointDef, ShapeDef, Vec3, World, WorldConfig, vec3};
 
 /// Of the ball that rolls [m].
 const RADIUS: f32 = 0.1;

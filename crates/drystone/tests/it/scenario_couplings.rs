@@ -2,10 +2,14 @@
 
 use std::sync::Arc;
 
-use drystone::joint::{Ball, Cylindrical, Hinge, Pulley, Slider};
+use drystone::joint::{
+    Ball, CouplingDef, Cylindrical, Hinge, JointAxis, JointDrive, Pulley, Slider,
+};
+use drystone::math::Sym3;
+use drystone::threads::{SimdLevel, Team};
 use drystone::{
-    Axis, AxisLocks, BodyDef, BodyId, CouplingDef, JointAxis, JointDef, JointDrive, JointId,
-    MassDef, Quat, ShapeDef, SimdLevel, Sym3, Team, Vec3, World, WorldConfig, vec3,
+    Axis, AxisLocks, BodyDef, BodyId, JointDef, JointId, MassDef, Quat, ShapeDef, Vec3, World,
+    WorldConfig, vec3,
 };
 
 const DT: f32 = 1.0 / 60.0;
@@ -148,7 +152,7 @@ fn fingers_on_a_moving_hand_follow_each_other_and_keep_momentum() {
     }
     // What is 2 cm off at first is 2 cm apart soon after.
     assert!((way(&world, joint_b) - way(&world, joint_a) - 0.02).abs() < 1.0e-4);
-    world.body_mut(fingers[0]).unwrap().apply_impulse([0.0, 0.15, 0.0]).unwrap();
+    world.body_mut(fingers[0]).unwrap().apply_impulse([0.0, 0.15, 0.0]);
     let start = world.momentum();
     let mut off = 0.0_f32;
     for _ in 0..60 {

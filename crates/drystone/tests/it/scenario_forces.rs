@@ -2,10 +2,8 @@
 
 use std::sync::Arc;
 
-use drystone::{
-    BodyDef, BodyId, ContactReports, HitEvent, Mesh, Quat, Shape, ShapeDef, Vec3, World,
-    WorldConfig, vec3,
-};
+use drystone::events::{ContactReports, HitEvent};
+use drystone::{BodyDef, BodyId, Mesh, Quat, Shape, ShapeDef, Vec3, World, WorldConfig, vec3};
 
 const G: f32 = 9.81;
 
@@ -189,7 +187,7 @@ fn hits_of(a: ContactReports, b: ContactReports, height: f32) -> [usize; 4] {
     let mut counts = [0; 4];
     for step in 0..120 {
         if step == 100 {
-            world.body_mut(id).unwrap().set_linear_velocity([0.0, 5.0, 0.0]).unwrap();
+            world.body_mut(id).unwrap().set_linear_velocity([0.0, 5.0, 0.0]);
         }
         world.step(1.0 / 60.0);
         let e = world.events();
@@ -256,10 +254,10 @@ fn reports_can_change_and_live_in_snapshots() {
 /// Every method tells the impulse of a fall.
 #[test]
 fn classic_methods_tell_forces_too() {
-    for method in drystone::Method::NAMES {
+    for method in drystone::method::Method::NAMES {
         let mut world = world("box", 1.0);
         let config = WorldConfig {
-            method: drystone::Method::named(method).unwrap(),
+            method: drystone::method::Method::named(method).unwrap(),
             ..world.config().clone()
         };
         world.set_config(config).unwrap();

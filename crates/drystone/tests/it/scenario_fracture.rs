@@ -2,10 +2,14 @@
 
 use std::sync::Arc;
 
+use drystone::breakage::Fracture;
+use drystone::events::FractureCause;
 use drystone::joint::Ball;
+use drystone::math::Sym3;
+use drystone::threads::Team;
 use drystone::{
-    BodyDef, BodyId, BodyKind, Fracture, FractureCause, Hull, JointDef, MassDef, Shape, ShapeDef,
-    Sym3, Team, Vec3, World, WorldConfig, vec3,
+    BodyDef, BodyId, BodyKind, Hull, JointDef, MassDef, Shape, ShapeDef, Vec3, World, WorldConfig,
+    vec3,
 };
 
 const DT: f32 = 1.0 / 60.0;
@@ -84,7 +88,7 @@ fn dropped(how: Fracture, height: f32) -> (World, BodyId) {
 }
 
 /// Steps until a body breaks: the event and the pieces.
-fn breaks(world: &mut World, steps: u32) -> Option<(drystone::FractureEvent, Vec<BodyId>)> {
+fn breaks(world: &mut World, steps: u32) -> Option<(drystone::events::FractureEvent, Vec<BodyId>)> {
     for _ in 0..steps {
         world.step(DT);
         if let [event] = world.events().fractures[..] {
@@ -281,8 +285,8 @@ fn a_hull_can_be_cut_beforehand_and_glued() {
         .iter()
         .map(|p| ShapeDef::new(Shape::Hull(p.hull.clone())).with_position(p.center))
         .collect();
-    let strength = drystone::BondStrength::both(1.0e5);
-    let glue = drystone::Glue::touching(&shapes, 1.0e-4, strength).unwrap();
+    let strength = drystone::breakage::BondStrength::both(1.0e5);
+    let glue = drystone::breakage::Glue::touching(&shapes, 1.0e-4, strength).unwrap();
     assert!(glue.bonds.len() >= pieces.len() - 1);
     let mut world = World::default();
     let id = world.add_body(BodyDef { shapes, glue: Some(glue), ..BodyDef::default() }).unwrap();

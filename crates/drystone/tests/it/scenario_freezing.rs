@@ -1,8 +1,7 @@
 //! Bodies that freeze one by one: only what rests, and no longer than it does.
 
-use drystone::{
-    BodyDef, BodyId, Method, MethodOptions, Rest, ShapeDef, Vec3, World, WorldConfig, vec3,
-};
+use drystone::method::{Method, MethodOptions, Rest};
+use drystone::{BodyDef, BodyId, ShapeDef, Vec3, World, WorldConfig, vec3};
 
 const DT: f32 = 1.0 / 60.0;
 
@@ -63,7 +62,7 @@ fn nothing_floats_when_its_support_is_pulled_out_below_it() {
     run(&mut world, 180);
     assert_eq!(awake(&world, &[feet[0], feet[1], plank]), 0);
     let mut foot = world.body_mut(feet[1]).unwrap();
-    foot.set_linear_velocity([12.0, 0.0, 0.0]).unwrap();
+    foot.set_linear_velocity([12.0, 0.0, 0.0]);
     run(&mut world, 180);
     let tip = world.body(plank).unwrap().rotation().rotate(Vec3::X).y;
     assert!(tip < -0.1 || at(&world, plank).y < 0.5, "{tip}, {:?}", at(&world, plank));
@@ -84,7 +83,7 @@ fn nothing_floats_when_its_support_is_gone_within_a_step() {
     run(&mut world, 180);
     assert_eq!(awake(&world, &[feet[0], feet[1], plank]), 0);
     let mut foot = world.body_mut(feet[1]).unwrap();
-    foot.set_linear_velocity([300.0, 0.0, 0.0]).unwrap();
+    foot.set_linear_velocity([300.0, 0.0, 0.0]);
     run(&mut world, 120);
     let tip = world.body(plank).unwrap().rotation().rotate(Vec3::X).y;
     assert!(tip < -0.1 || at(&world, plank).y < 0.5, "{tip}, {:?}", at(&world, plank));

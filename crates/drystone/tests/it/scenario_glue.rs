@@ -2,10 +2,13 @@
 
 use std::sync::Arc;
 
+use drystone::breakage::{Bond, BondStrength, Glue};
+use drystone::events::FractureCause;
 use drystone::joint::Ball;
+use drystone::math::Sym3;
+use drystone::threads::{SimdLevel, Team};
 use drystone::{
-    BodyDef, BodyId, Bond, BondStrength, FractureCause, Glue, JointDef, MassDef, Pose, Quat,
-    ShapeDef, SimdLevel, Sym3, Team, Vec3, World, WorldConfig, vec3,
+    BodyDef, BodyId, JointDef, MassDef, Pose, Quat, ShapeDef, Vec3, World, WorldConfig, vec3,
 };
 
 const DT: f32 = 1.0 / 60.0;

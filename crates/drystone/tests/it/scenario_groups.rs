@@ -3,7 +3,8 @@
 
 use std::sync::Arc;
 
-use drystone::{BodyDef, Material, Mesh, Shape, ShapeDef, Team, Vec3, World, WorldConfig, vec3};
+use drystone::threads::Team;
+use drystone::{BodyDef, Material, Mesh, Shape, ShapeDef, Vec3, World, WorldConfig, vec3};
 
 const DT: f32 = 1.0 / 60.0;
 

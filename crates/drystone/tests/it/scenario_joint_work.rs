@@ -3,10 +3,12 @@
 use std::f32::consts::FRAC_PI_2;
 use std::sync::Arc;
 
-use drystone::joint::{Ball, ConeTwist, Distance, Hinge};
+use drystone::joint::{
+    Ball, ConeTwist, CouplingDef, Distance, Hinge, JointAxis, JointDrive, JointSpring, SixDof,
+};
+use drystone::math::Mat3;
 use drystone::{
-    Axis, BodyDef, BodyId, CouplingDef, JointAxis, JointDef, JointDrive, JointSpring, Mat3, Mesh,
-    Quat, Shape, ShapeDef, SixDof, Vec3, World, WorldConfig, vec3,
+    Axis, BodyDef, BodyId, JointDef, Mesh, Quat, Shape, ShapeDef, Vec3, World, WorldConfig, vec3,
 };
 
 const G: f32 = 9.81;

@@ -87,7 +87,7 @@ fn a_sheet_holds_from_both_sides() {
     for side in [1.0, -1.0] {
         for body in [Shape::box_half([0.5, 0.3, 0.4]), prism(), Shape::sphere(0.3)] {
             let mut world = World::default();
-            world.set_gravity([0.0, -9.81 * side, 0.0]).unwrap();
+            world.set_gravity([0.0, -9.81 * side, 0.0]);
             world.add_body(BodyDef::fixed().with_shape(ShapeDef::new(sheet()))).unwrap();
             let def = BodyDef::dynamic().with_position([0.1, 2.0 * side, 0.2]);
             let id = world.add_body(def.with_shape(ShapeDef::new(body))).unwrap();

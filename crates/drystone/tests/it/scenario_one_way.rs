@@ -1,6 +1,7 @@
 //! Surfaces that hold what comes from one side only.
 
-use drystone::{BodyDef, BodyId, Pose, Quat, Senses, ShapeDef, Vec3, World, WorldConfig, vec3};
+use drystone::events::Senses;
+use drystone::{BodyDef, BodyId, Pose, Quat, ShapeDef, Vec3, World, WorldConfig, vec3};
 
 use crate::floors::square;
 
@@ -163,7 +164,7 @@ fn enters(first: ShapeDef, second: ShapeDef) -> [usize; 2] {
     world.add_body(BodyDef::fixed().with_position([0.5, 0.0, 0.0]).with_shape(second)).unwrap();
     for step in 0..6 {
         if step == 3 {
-            world.body_mut(a).unwrap().set_pose(Pose::at([9.0, 0.0, 0.0])).unwrap();
+            world.body_mut(a).unwrap().set_pose(Pose::at([9.0, 0.0, 0.0]));
         }
         world.step(1.0 / 60.0);
         counts[0] += world.events().sensor_enter.len();

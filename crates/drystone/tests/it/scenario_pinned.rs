@@ -1,9 +1,8 @@
 //! Joints of six axes that hold all motions.
 
-use drystone::joint::Slider;
+use drystone::joint::{JointAxis, SixDof, Slider};
 use drystone::{
-    BodyDef, BodyId, JointAxis, JointDef, JointKind, Quat, ShapeDef, SixDof, Vec3, World,
-    WorldConfig, vec3,
+    BodyDef, BodyId, JointDef, JointKind, Quat, ShapeDef, Vec3, World, WorldConfig, vec3,
 };
 
 const DT: f32 = 1.0 / 60.0;

@@ -2,10 +2,12 @@
 
 use std::sync::Arc;
 
-use drystone::{
-    BodyDef, ClothDef, LinkDef, LinkKind, LinkSpring, ParticleDef, ParticleForm, ParticleId,
-    RopeDef, ShapeDef, SimdLevel, Team, Vec3, World, WorldConfig, vec3,
+use drystone::config::ParticleForm;
+use drystone::particle::{
+    ClothDef, LinkDef, LinkKind, LinkSpring, ParticleDef, ParticleId, RopeDef,
 };
+use drystone::threads::{SimdLevel, Team};
+use drystone::{BodyDef, ShapeDef, Vec3, World, WorldConfig, vec3};
 
 const DT: f32 = 1.0 / 60.0;
 
@@ -57,7 +59,7 @@ fn a_rope_hangs_as_its_chain_of_links_does() {
         (def.length, def.pinned, def.kind) = (Some(3.0), [true, true], kind);
         // So that it comes to rest; at rest it does nothing.
         def.particle.damping = 2.0;
-        let rope = world.add_rope(&def).unwrap();
+        let rope = world.add_rope(def).unwrap();
         seconds(&mut world, 30);
         let expected = hanging_chain(links.into(), 3.0, 2.0);
         let sag = expected.iter().map(|p| -p.1).fold(0.0, f64::max);
@@ -84,17 +86,17 @@ fn ropes_and_cloths_of_projected_positions_hang_as_their_chains_of_links_do() {
         let particles = if width == 0 {
             let mut def = RopeDef::between(Vec3::ZERO, [2.0, 0.0, 0.0], 20);
             (def.length, def.pinned, def.particle) = (Some(3.0), [true, true], particle);
-            world.add_rope(&def).unwrap().particles
+            world.add_rope(def).unwrap().particles
         } else {
             let sides = [Vec3::X * 3.0, Vec3::Z * 0.45];
             let mut def = ClothDef::new(Vec3::ZERO, sides, [20, width]);
             (def.particle, def.bend) = (particle, None);
-            let cloth = world.add_cloth(&def).unwrap().particles;
+            let cloth = world.add_cloth(def).unwrap().particles;
             for (i, id) in cloth.iter().enumerate().filter(|(i, _)| i % 21 == 0 || i % 21 == 20) {
                 let mut held = world.particle_mut(*id).unwrap();
                 held.set_pinned(true);
                 let (x, z) = (if i % 21 == 0 { 0.0 } else { 2.0 }, 0.15 * (i / 21) as f32);
-                held.set_position([x, 0.0, z]).unwrap();
+                held.set_position([x, 0.0, z]);
             }
             cloth
         };
@@ -118,11 +120,11 @@ fn a_cloth_by_two_corners_hangs_by_its_threads_and_does_not_stretch() {
     let mut world = World::new(config).unwrap();
     // Pulled together by a tenth, so that it sags.
     let def = ClothDef::new([0.0, 0.0, 0.0], [Vec3::X * 2.0, Vec3::Y * -2.0], [20, 20]);
-    let cloth = world.add_cloth(&def).unwrap();
+    let cloth = world.add_cloth(def).unwrap();
     for (i, x) in [(0, 0.1), (20, 1.9)] {
         let mut corner = world.particle_mut(cloth.particles[i]).unwrap();
         corner.set_pinned(true);
-        corner.set_position([x, 0.0, 0.0]).unwrap();
+        corner.set_position([x, 0.0, 0.0]);
     }
     seconds(&mut world, 5);
     // Threads only: shear and bend are springs.
@@ -141,10 +143,10 @@ fn momentum_of_a_weightless_cloth_stays() {
     let def = ClothDef::new(Vec3::ZERO, [Vec3::X, Vec3::Z], [12, 12]);
     let mut def = ClothDef { stretch: LinkKind::Equal, ..def };
     def.particle.damping = 0.0;
-    let cloth = world.add_cloth(&def).unwrap();
+    let cloth = world.add_cloth(def).unwrap();
     for (i, id) in (0_u8..).zip(&cloth.particles) {
         let v = vec3(f32::from(i % 7) - 3.0, f32::from(i % 5), f32::from(i % 3) - 1.0);
-        world.particle_mut(*id).unwrap().set_velocity(v).unwrap();
+        world.particle_mut(*id).unwrap().set_velocity(v);
     }
     let before = world.audit().momentum;
     seconds(&mut world, 5);
@@ -171,8 +173,8 @@ fn a_spring_swings_with_its_period() {
         config.substeps = 64;
         config.sleep.enabled = false;
         let mut world = World::new(config).unwrap();
-        let a = world.add_particle(&ParticleDef::default().with_mass(m)).unwrap();
-        let b = world.add_particle(&ParticleDef::at([1.1, 0.0, 0.0]).with_mass(m)).unwrap();
+        let a = world.add_particle(ParticleDef::default().with_mass(m)).unwrap();
+        let b = world.add_particle(ParticleDef::at([1.1, 0.0, 0.0]).with_mass(m)).unwrap();
         world.add_link(LinkDef::new(a, b, LinkKind::Spring(spring)).with_length(1.0)).unwrap();
         let stretch = |world: &World| at(world, b).x - at(world, a).x - 1.0;
         // Times at which it passes its length, interpolated.
@@ -205,8 +207,8 @@ fn a_rope_bears_the_weight_that_hangs_on_it() {
     let mut rope = RopeDef::between([0.0, 5.0, 0.0], [0.0, 3.0, 0.0], 10);
     rope.pinned = [true, false];
     rope.particle.damping = 0.5;
-    let rope = world.add_rope(&rope).unwrap();
-    world.attach_particle(rope.particles[10], weight, [0.0, 0.1, 0.0]).unwrap();
+    let rope = world.add_rope(rope).unwrap();
+    world.particle_mut(rope.particles[10]).expect("there").attach(weight, [0.0, 0.1, 0.0]).unwrap();
     seconds(&mut world, 20);
     let end = world.particle(rope.particles[10]).unwrap();
     assert_eq!(end.attachment().unwrap().0, weight);
@@ -237,9 +239,9 @@ fn loaded(ratio: f32, end: Vec3, kind: LinkKind) -> (World, ParticleId) {
     let weight = world.add_body(def.with_shape(ShapeDef::box_half([0.1; 3]))).unwrap();
     let mut rope = RopeDef::between(Vec3::ZERO, end, 40);
     (rope.pinned, rope.kind) = ([true, false], kind);
-    let rope = world.add_rope(&rope).unwrap();
+    let rope = world.add_rope(rope).unwrap();
     let last = rope.particles[40];
-    world.attach_particle(last, weight, -beyond).unwrap();
+    world.particle_mut(last).expect("there").attach(weight, -beyond).unwrap();
     (world, last)
 }
 
@@ -290,7 +292,7 @@ fn a_rope_between_pins_that_are_as_far_apart_as_it_is_long_stays_straight() {
     let mut world = World::new(config).unwrap();
     let mut def = RopeDef::between([0.0; 3], [2.0, 0.0, 0.0], 20);
     def.pinned = [true, true];
-    let rope = world.add_rope(&def).unwrap();
+    let rope = world.add_rope(def).unwrap();
     let mut lowest = 0.0_f32;
     for _ in 0..300 {
         world.step(DT);
@@ -310,8 +312,12 @@ fn a_plank_hangs_level_on_two_light_ropes() {
     for x in [-0.9, 0.9] {
         let mut rope = RopeDef::between([x, 0.0, 0.0], [x, -2.0, 0.0], 20);
         rope.pinned = [true, false];
-        let rope = world.add_rope(&rope).unwrap();
-        world.attach_particle(rope.particles[20], plank, [x, 0.05, 0.0]).unwrap();
+        let rope = world.add_rope(rope).unwrap();
+        world
+            .particle_mut(rope.particles[20])
+            .expect("there")
+            .attach(plank, [x, 0.05, 0.0])
+            .unwrap();
     }
     seconds(&mut world, 5);
     let body = world.body(plank).unwrap();
@@ -355,10 +361,10 @@ fn a_box_is_dragged_over_the_floor_by_the_force_of_its_friction() {
     rope.mass = 0.05;
     rope.particle.gravity_scale = 0.0;
     rope.pinned = [false, true];
-    let rope = world.add_rope(&rope).unwrap();
-    world.attach_particle(rope.particles[0], sled, [0.2, 0.0, 0.0]).unwrap();
+    let rope = world.add_rope(rope).unwrap();
+    world.particle_mut(rope.particles[0]).expect("there").attach(sled, [0.2, 0.0, 0.0]).unwrap();
     let hand = rope.particles[4];
-    world.particle_mut(hand).unwrap().set_velocity([1.0, 0.0, 0.0]).unwrap();
+    world.particle_mut(hand).unwrap().set_velocity([1.0, 0.0, 0.0]);
     seconds(&mut world, 3);
     let (mut pull, mut way) = (0.0, -world.body(sled).unwrap().position().x);
     for _ in 0..120 {
@@ -378,9 +384,9 @@ fn links_tear_at_their_limit_and_not_below() {
             // What creeps falls asleep on the way.
             config.sleep.enabled = false;
             let mut world = World::new(config).unwrap();
-            let pin = world.add_particle(&ParticleDef::at([0.0, 5.0, 0.0]).pinned()).unwrap();
+            let pin = world.add_particle(ParticleDef::at([0.0, 5.0, 0.0]).pinned()).unwrap();
             let def = ParticleDef::at([0.0, 4.0, 0.0]).with_mass(1.0);
-            let hung = world.add_particle(&ParticleDef { damping: 20.0, ..def }).unwrap();
+            let hung = world.add_particle(ParticleDef { damping: 20.0, ..def }).unwrap();
             // 1 kg on 100 N/m stretches it by 9.81 cm, with a force of 9.81 N.
             let spring = LinkSpring::Rate { stiffness: 100.0, damping: 30.0 };
             let mut link = LinkDef::new(pin, hung, LinkKind::Spring(spring)).with_length(1.0);
@@ -414,7 +420,7 @@ fn flag(form: ParticleForm, steps: u32) -> World {
     let mut world = World::new(config).unwrap();
     let mut def = ClothDef::new([0.0, 3.0, 0.0], [Vec3::X, vec3(0.0, -0.8, 0.6)], [8, 8]);
     (def.stretch, def.shear, def.bend) = (LinkKind::Equal, Some(LinkKind::Equal), None);
-    let cloth = world.add_cloth(&def).unwrap();
+    let cloth = world.add_cloth(def).unwrap();
     for corner in [0, 8] {
         world.particle_mut(cloth.particles[corner]).unwrap().set_pinned(true);
     }
@@ -457,10 +463,10 @@ fn threads_and_lanes_are_not_observable() {
         }
         let sides = [Vec3::X * 4.0, Vec3::Z * 4.0];
         let cloth = ClothDef::new([-2.0, 2.6, -2.0], sides, [30, 30]);
-        world.add_cloth(&cloth).unwrap();
+        world.add_cloth(cloth).unwrap();
         let points = (0..3000_u16)
             .map(|i| vec3(0.004 * f32::from(i % 1000) - 2.0, 3.0 + 0.1 * f32::from(i / 1000), 0.3));
-        world.add_cloud(points, &ParticleDef::default()).unwrap();
+        world.add_cloud(points, ParticleDef::default()).unwrap();
         for _ in 0..90 {
             world.step(DT);
         }
@@ -487,10 +493,10 @@ fn a_clone_goes_on_alike() {
 #[test]
 fn what_is_wrong_is_refused_and_changes_nothing() {
     let mut world = World::default();
-    let a = world.add_particle(&ParticleDef::default()).unwrap();
-    let b = world.add_particle(&ParticleDef::at([1.0, 0.0, 0.0])).unwrap();
+    let a = world.add_particle(ParticleDef::default()).unwrap();
+    let b = world.add_particle(ParticleDef::at([1.0, 0.0, 0.0])).unwrap();
     let field = |def: ParticleDef| {
-        let error = World::default().add_particle(&def).unwrap_err();
+        let error = World::default().add_particle(def).unwrap_err();
         error.field().to_owned()
     };
     assert_eq!(field(ParticleDef::at([f32::NAN, 0.0, 0.0])), "position");
@@ -513,15 +519,15 @@ fn what_is_wrong_is_refused_and_changes_nothing() {
     let spring = LinkKind::Spring(LinkSpring::Rate { stiffness: -1.0, damping: 0.0 });
     assert!(refused(&mut world, LinkDef { kind: spring, ..equal }).contains("stiffness"));
     // At one point, and no length given.
-    let twin = world.add_particle(&ParticleDef::default()).unwrap();
+    let twin = world.add_particle(ParticleDef::default()).unwrap();
     assert!(refused(&mut world, LinkDef { b: twin, ..equal }).contains("length"));
 
     assert!(world.remove_particle(twin) && !world.remove_particle(twin));
     assert!(refused(&mut world, LinkDef { b: twin, ..equal }).contains("particle of this world"));
     assert!(world.particle(twin).is_none() && world.particle_mut(twin).is_none());
     let body = world.add_body(BodyDef::dynamic().with_shape(ShapeDef::sphere(0.1))).unwrap();
-    assert!(world.attach_particle(twin, body, Vec3::ZERO).is_err());
-    assert!(world.attach_particle(a, body, [f32::NAN, 0.0, 0.0]).is_err());
+    assert!(world.particle_mut(twin).expect("there").attach(body, Vec3::ZERO).is_err());
+    assert!(world.particle_mut(a).expect("there").attach(body, [f32::NAN, 0.0, 0.0]).is_err());
     assert!(!world.detach_particle(a));
     let mut moved = world.particle_mut(a).unwrap();
     assert!(moved.set_position([f32::INFINITY, 0.0, 0.0]).is_err());
@@ -531,12 +537,12 @@ fn what_is_wrong_is_refused_and_changes_nothing() {
 
     let before = world.counts();
     let ends = (vec3(0.0, 0.0, 0.0), vec3(1.0, 0.0, 0.0));
-    assert!(world.add_rope(&RopeDef::between(ends.0, ends.1, 0)).is_err());
-    assert!(world.add_rope(&RopeDef::between(ends.0, ends.0, 5)).is_err());
+    assert!(world.add_rope(RopeDef::between(ends.0, ends.1, 0)).is_err());
+    assert!(world.add_rope(RopeDef::between(ends.0, ends.0, 5)).is_err());
     let flat = ClothDef::new(Vec3::ZERO, [Vec3::X, Vec3::ZERO], [3, 3]);
-    assert!(world.add_cloth(&flat).is_err());
+    assert!(world.add_cloth(flat).is_err());
     let bad = [Vec3::ZERO, vec3(f32::NAN, 0.0, 0.0)];
-    assert!(world.add_cloud(bad, &ParticleDef::default()).is_err());
+    assert!(world.add_cloud(bad, ParticleDef::default()).is_err());
     assert_eq!(world.counts(), before);
 }
 
@@ -544,9 +550,9 @@ fn what_is_wrong_is_refused_and_changes_nothing() {
 fn what_goes_takes_along_what_hangs_on_it() {
     let mut world = World::default();
     let body = world.add_body(BodyDef::dynamic().with_shape(ShapeDef::sphere(0.1))).unwrap();
-    let rope = world.add_rope(&RopeDef::between([0.0; 3], [1.0, 0.0, 0.0], 4)).unwrap();
-    world.attach_particle(rope.particles[0], body, Vec3::ZERO).unwrap();
-    world.attach_particle(rope.particles[4], body, [1.0, 0.0, 0.0]).unwrap();
+    let rope = world.add_rope(RopeDef::between([0.0; 3], [1.0, 0.0, 0.0], 4)).unwrap();
+    world.particle_mut(rope.particles[0]).expect("there").attach(body, Vec3::ZERO).unwrap();
+    world.particle_mut(rope.particles[4]).expect("there").attach(body, [1.0, 0.0, 0.0]).unwrap();
     world.step(DT);
     assert!(world.remove_particle(rope.particles[2]));
     assert_eq!((world.counts().particles, world.counts().links), (4, 2));
@@ -557,7 +563,7 @@ fn what_goes_takes_along_what_hangs_on_it() {
     assert!(world.particles().all(|p| p.attachment().is_none()));
     seconds(&mut world, 1);
     // The freed slot is used again, and the old id stays stale.
-    let new = world.add_particle(&ParticleDef::default()).unwrap();
+    let new = world.add_particle(ParticleDef::default()).unwrap();
     assert_eq!(new.index(), rope.particles[2].index());
     assert!(world.particle(rope.particles[2]).is_none());
     assert!(world.remove_link(rope.links[0]) && !world.remove_link(rope.links[0]));
@@ -584,13 +590,13 @@ fn strands_at_rest_fall_asleep_and_wake_together() {
     world.add_body(BodyDef::fixed().with_shape(floor)).unwrap();
     let mut def = RopeDef::between([0.0, 0.5, 0.0], [1.0, 0.5, 0.0], 10);
     def.particle.damping = 1.0;
-    let rope = world.add_rope(&def).unwrap();
+    let rope = world.add_rope(def).unwrap();
     seconds(&mut world, 8);
     assert_eq!(world.counts().particles_asleep, 11);
     let before = world.state_hash();
     seconds(&mut world, 1);
     assert_eq!(world.state_hash(), before);
-    world.particle_mut(rope.particles[0]).unwrap().apply_impulse([0.0, 0.1, 0.0]).unwrap();
+    world.particle_mut(rope.particles[0]).unwrap().apply_impulse([0.0, 0.1, 0.0]);
     world.step(DT);
     assert_eq!(world.counts().particles_asleep, 0);
 }

@@ -3,7 +3,8 @@
 use std::sync::Arc;
 
 use drystone::joint::Ball;
-use drystone::{BodyDef, Filter, JointDef, ShapeDef, SimdLevel, Team, Vec3, World, vec3};
+use drystone::threads::{SimdLevel, Team};
+use drystone::{BodyDef, Filter, JointDef, ShapeDef, Vec3, World, vec3};
 
 use super::scenario_whirl::weightless;
 

@@ -1,8 +1,8 @@
 //! Bodies.
 
-use drystone::{
-    AxisLocks, BodyDef, BodyKind, Bond, BondStrength, Fracture, Glue, MassDef, ShapeDef, Sym3, Vec3,
-};
+use drystone::breakage::{Bond, BondStrength, Fracture, Glue};
+use drystone::math::Sym3;
+use drystone::{AxisLocks, BodyDef, BodyKind, MassDef, ShapeDef, Vec3};
 
 use super::Reader;
 use crate::error::SceneError;

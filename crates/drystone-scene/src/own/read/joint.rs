@@ -1,10 +1,12 @@
 //! Joints.
 
-use drystone::joint::{Ball, Fixed, Planar, Servo, Universal, Wheel};
-use drystone::{
-    Axis, BodyId, Fatigue, JointAxis, JointCone, JointDef, JointDrive, JointKind, JointMotion,
-    JointSpring, JointStrength, Mat3, Pose, Quat, SixDof, Vec3,
+use drystone::breakage::{Fatigue, JointStrength};
+use drystone::joint::{
+    Ball, Fixed, JointAxis, JointCone, JointDrive, JointMotion, JointSpring, Planar, Servo, SixDof,
+    Universal, Wheel,
 };
+use drystone::math::Mat3;
+use drystone::{Axis, BodyId, JointDef, JointKind, Pose, Quat, Vec3};
 
 use super::Reader;
 use crate::error::SceneError;

@@ -11,7 +11,8 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use drystone::{DefError, Filter, Material, Pose, Quat, Shape, SurfaceRule, Vec3};
+use drystone::contact::SurfaceRule;
+use drystone::{DefError, Filter, Material, Pose, Quat, Shape, Vec3};
 use serde::Deserialize;
 
 pub(super) use self::shape::SavedHull;

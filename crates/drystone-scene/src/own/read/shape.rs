@@ -2,7 +2,9 @@
 
 use std::sync::Arc;
 
-use drystone::{Combine, ContactReports, Hull, Material, Mesh, Senses, Shape, ShapeDef, Vec3};
+use drystone::contact::Combine;
+use drystone::events::{ContactReports, Senses};
+use drystone::{Hull, Material, Mesh, Shape, ShapeDef, Vec3};
 use serde::{Deserialize, Serialize};
 
 use super::Reader;
@@ -60,7 +62,7 @@ fn combine(rule: document::Combine) -> Combine {
 #[derive(Serialize, Deserialize)]
 pub(crate) struct SavedHull {
     pub(crate) vertices: Vec<Vec3>,
-    pub(crate) planes: Vec<drystone::Plane>,
+    pub(crate) planes: Vec<drystone::geometry::Plane>,
     pub(crate) faces: Vec<Vec<u16>>,
     pub(crate) cuboid: Option<Vec3>,
 }
@@ -70,7 +72,7 @@ impl SavedHull {
     pub(crate) fn has_bits_of(&self, other: &Self) -> bool {
         let bits = |v: Vec3| v.to_array().map(f32::to_bits);
         let all = |list: &[Vec3]| list.iter().map(|v| bits(*v)).collect::<Vec<_>>();
-        let planes = |list: &[drystone::Plane]| {
+        let planes = |list: &[drystone::geometry::Plane]| {
             list.iter().map(|p| (bits(p.normal), p.offset.to_bits())).collect::<Vec<_>>()
         };
         self.faces == other.faces
@@ -232,10 +234,11 @@ impl Reader<'_> {
                 match (&hull.faces, &hull.planes) {
                     (None, None) => Hull::from_points(&points).map_err(|e| e.to_string()),
                     (Some(faces), Some(planes)) => {
-                        let planes = planes.iter().map(|[x, y, z, offset]| drystone::Plane {
-                            normal: Vec3::from([*x, *y, *z]),
-                            offset: *offset,
-                        });
+                        let planes =
+                            planes.iter().map(|[x, y, z, offset]| drystone::geometry::Plane {
+                                normal: Vec3::from([*x, *y, *z]),
+                                offset: *offset,
+                            });
                         let (planes, faces) = (planes.collect(), faces.clone());
                         SavedHull { vertices: points, planes, faces, cuboid: None }.hull()
                     }

@@ -1,6 +1,7 @@
 //! Particles, and scripts.
 
-use drystone::{BodyDef, ClothDef, LinkKind, LinkSpring, ParticleDef, Pose, RopeDef, Vec3, World};
+use drystone::particle::{ClothDef, LinkKind, LinkSpring, ParticleDef, RopeDef};
+use drystone::{BodyDef, Pose, Vec3, World};
 
 use super::Reader;
 use crate::error::SceneError;

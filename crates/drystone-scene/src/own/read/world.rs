@@ -1,8 +1,9 @@
 //! Settings of the world.
 
-use drystone::{
-    Damping, Integration, Method, MethodOptions, Order, Overlap, ParticleForm, Persistence, Rest,
-    Shock, WorldConfig,
+use drystone::WorldConfig;
+use drystone::config::ParticleForm;
+use drystone::method::{
+    Damping, Integration, Method, MethodOptions, Order, Overlap, Persistence, Rest, Shock,
 };
 
 use super::Reader;

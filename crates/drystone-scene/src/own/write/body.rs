@@ -1,6 +1,7 @@
 //! Bodies, shapes and surfaces.
 
-use drystone::{BodyDef, BodyKind, ContactReports, Hull, MassDef, Shape, ShapeDef, Vec3};
+use drystone::events::ContactReports;
+use drystone::{BodyDef, BodyKind, Hull, MassDef, Shape, ShapeDef, Vec3};
 
 use super::{Names, layers, other, parts, refuse, unless, unless_turn, unless_vec};
 use crate::error::SceneError;
@@ -30,12 +31,12 @@ pub(super) fn material_key(material: &drystone::Material) -> [u32; 9] {
 
 pub(super) fn material(material: &drystone::Material) -> Material {
     let default = drystone::Material::default();
-    let rule = |rule: drystone::Combine| match rule {
-        drystone::Combine::GeometricMean => Combine::GeometricMean,
-        drystone::Combine::Multiply => Combine::Multiply,
-        drystone::Combine::Maximum => Combine::Maximum,
-        drystone::Combine::Minimum => Combine::Minimum,
-        drystone::Combine::Average => Combine::Average,
+    let rule = |rule: drystone::contact::Combine| match rule {
+        drystone::contact::Combine::GeometricMean => Combine::GeometricMean,
+        drystone::contact::Combine::Multiply => Combine::Multiply,
+        drystone::contact::Combine::Maximum => Combine::Maximum,
+        drystone::contact::Combine::Minimum => Combine::Minimum,
+        drystone::contact::Combine::Average => Combine::Average,
     };
     Material {
         friction: unless(material.friction, default.friction),
@@ -157,7 +158,7 @@ impl Names {
                 forces: other(r.forces, &default.forces),
             }
         };
-        let senses = |s: drystone::Senses| Senses {
+        let senses = |s: drystone::events::Senses| Senses {
             statics: other(s.statics, &false),
             sensors: other(s.sensors, &false),
         };
@@ -226,9 +227,11 @@ fn locks(locks: drystone::AxisLocks) -> Vec<AxisName> {
     all.into_iter().filter(|(is_locked, _)| *is_locked).map(|(_, axis)| axis).collect()
 }
 
-fn glue(glue: &drystone::Glue) -> Glue {
-    let strength =
-        |s: drystone::BondStrength| Strength { tension: Bound(s.tension), shear: Bound(s.shear) };
+fn glue(glue: &drystone::breakage::Glue) -> Glue {
+    let strength = |s: drystone::breakage::BondStrength| Strength {
+        tension: Bound(s.tension),
+        shear: Bound(s.shear),
+    };
     let first = glue.bonds.first().map(|bond| strength(bond.strength));
     let bonds = glue.bonds.iter().map(|bond| Bond {
         shapes: bond.shapes,
@@ -240,8 +243,8 @@ fn glue(glue: &drystone::Glue) -> Glue {
     Glue { bonds: Some(bonds.collect()), strength: first, gap: None }
 }
 
-fn fracture(fracture: &drystone::Fracture) -> Fracture {
-    let default = drystone::Fracture::default();
+fn fracture(fracture: &drystone::breakage::Fracture) -> Fracture {
+    let default = drystone::breakage::Fracture::default();
     let bound = |value: f32| value.is_finite().then_some(Bound(value));
     Fracture {
         impulse: bound(fracture.impulse),

@@ -1,8 +1,7 @@
 //! Joints. One of six axes is written by its name where it has one.
 
-use drystone::{
-    Axis, JointAxis, JointDrive, JointKind, JointMotion, JointSpring, Quat, SixDof, Vec3,
-};
+use drystone::joint::{JointAxis, JointDrive, JointMotion, JointSpring, SixDof};
+use drystone::{Axis, JointKind, Quat, Vec3};
 
 use super::{Names, other, refuse, unless, unless_turn, unless_vec};
 use crate::error::SceneError;

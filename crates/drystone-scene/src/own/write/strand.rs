@@ -1,6 +1,7 @@
 //! Particles, and scripts.
 
-use drystone::{ClothDef, LinkKind, LinkSpring, ParticleDef, RopeDef, Vec3};
+use drystone::Vec3;
+use drystone::particle::{ClothDef, LinkKind, LinkSpring, ParticleDef, RopeDef};
 
 use super::body::filter;
 use super::{Names, other, refuse, unless, unless_vec};

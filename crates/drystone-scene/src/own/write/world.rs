@@ -1,6 +1,7 @@
 //! Settings of the world.
 
-use drystone::{MethodOptions, WorldConfig};
+use drystone::WorldConfig;
+use drystone::method::MethodOptions;
 
 use super::{other, unless, unless_vec};
 use crate::own::document::{
@@ -41,10 +42,10 @@ pub(super) fn world(config: &WorldConfig) -> Option<World> {
     });
     let (p, d) = (&config.particle, &default.particle);
     let form = match p.form {
-        drystone::ParticleForm::Own => ParticleForm::Own,
-        drystone::ParticleForm::Soft => ParticleForm::Soft,
-        drystone::ParticleForm::Aim => ParticleForm::Aim,
-        drystone::ParticleForm::Verlet => ParticleForm::Verlet,
+        drystone::config::ParticleForm::Own => ParticleForm::Own,
+        drystone::config::ParticleForm::Soft => ParticleForm::Soft,
+        drystone::config::ParticleForm::Aim => ParticleForm::Aim,
+        drystone::config::ParticleForm::Verlet => ParticleForm::Verlet,
     };
     let particle = some(Particles {
         form: other(form, &ParticleForm::Own),
@@ -85,7 +86,7 @@ fn method(config: &WorldConfig) -> Option<Or<Method>> {
     let options = method.options();
     if *options == plain {
         let name = method.name().to_owned();
-        return (name != drystone::Method::soft_step().name()).then_some(Or::Name(name));
+        return (name != drystone::method::Method::soft_step().name()).then_some(Or::Name(name));
     }
     let word = |word: &str| (word != "own").then(|| word.to_owned());
     Some(Or::Here(Method {

@@ -1,5 +1,6 @@
 //! What is watched of contacts: small rows, of which those with an active body come first.
 
+#[cfg(feature = "serde")]
 use serde::{Deserialize, Serialize};
 
 use super::{Contact, Table};
@@ -10,7 +11,8 @@ use crate::state::bodies::{Body, Track};
 
 /// What tells whether a pair may be near enough to be looked at: how far its bodies may come. Small and in a row, for
 /// in a heap most pairs wait in most steps, and this is then all that is read of them.
-#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub(crate) struct Watch {
     /// The contact's row × 4, + 2 if it has parts, + 1 if it has restitution: within a step an impact can send one body
     /// into the other.
@@ -94,7 +96,8 @@ impl Watch {
 
 /// What tells more closely whether a pair must be tested again: the poses of its two bodies against each other when
 /// the manifold was made.
-#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 #[repr(C, align(16))]
 pub(crate) struct Probe {
     /// How far apart the shapes were then, at least [m]; 0 if the pair has points or that is not
@@ -117,7 +120,8 @@ impl Probe {
 }
 
 /// What is watched of each contact, of pairs with several parts of the first only. Those with an active body come first.
-#[derive(Debug, Default, Serialize, Deserialize)]
+#[derive(Debug, Default)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub(crate) struct Watched {
     pub(crate) watches: Vec<Watch>,
     /// In the same order.

@@ -7,8 +7,7 @@ use crate::state::sixdof::{JointAxis, JointSpring, SixDof};
 /// [`crate::JointDef::at`] at any point, it holds the bodies as they lie.
 ///
 /// ```
-/// use drystone::JointSpring;
-/// use drystone::joint::Fixed;
+/// use drystone::joint::{Fixed, JointSpring};
 ///
 /// let weld = Fixed::new();
 /// // Both count per mass, so one law does for motions and turns.
@@ -70,8 +69,8 @@ impl From<Fixed> for JointKind {
 /// Bodies that are to feel the world collide with it while they are pulled.
 ///
 /// ```
-/// use drystone::joint::Servo;
-/// use drystone::{BodyId, JointDef, JointSpring};
+/// use drystone::joint::{JointSpring, Servo};
+/// use drystone::{BodyId, JointDef};
 ///
 /// /// The mouse is a kinematic body that follows the pointer.
 /// fn drag(mouse: BodyId, crate_: BodyId, point: [f32; 3]) -> JointDef {
@@ -133,8 +132,8 @@ impl From<Servo> for JointKind {
 /// A positive spin rolls it toward axle × up: with the axle to the left that is forward.
 ///
 /// ```
-/// use drystone::joint::Wheel;
-/// use drystone::{BodyId, JointDef, JointSpring};
+/// use drystone::joint::{JointSpring, Wheel};
+/// use drystone::{BodyId, JointDef};
 ///
 /// /// One of four under 1200 kg; up is y, the car faces x, so that its left is -z.
 /// fn front(chassis: BodyId, wheel: BodyId, hub: [f32; 3]) -> JointDef {

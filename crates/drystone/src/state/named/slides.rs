@@ -86,8 +86,7 @@ impl From<Slider> for JointKind {
 /// Moves along the x axis and turns about it: a rod in a sleeve.
 ///
 /// ```
-/// use drystone::JointAxis;
-/// use drystone::joint::Cylindrical;
+/// use drystone::joint::{Cylindrical, JointAxis};
 ///
 /// // A bolt: it slides by 30 mm, and may be turned.
 /// let bolt = Cylindrical::of(JointAxis::limited(0.0, 0.03), JointAxis::FREE);

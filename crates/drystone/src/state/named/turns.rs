@@ -122,8 +122,7 @@ impl From<ConeTwist> for JointKind {
 /// Its angle is that of the second body against the first by the right hand, 0 as they were joined.
 ///
 /// ```
-/// use drystone::JointSpring;
-/// use drystone::joint::Hinge;
+/// use drystone::joint::{Hinge, JointSpring};
 ///
 /// let door = Hinge::new().with_limits(0.0, 1.9).with_friction(0.5);
 /// let fan = Hinge::new().with_motor(20.0, 4.0);
@@ -203,8 +202,7 @@ impl From<Hinge> for JointKind {
 /// driveshaft, a gimbal.
 ///
 /// ```
-/// use drystone::JointAxis;
-/// use drystone::joint::Universal;
+/// use drystone::joint::{JointAxis, Universal};
 ///
 /// let stick = Universal::of(JointAxis::limited(-0.4, 0.4), JointAxis::limited(-0.4, 0.4));
 /// # let _ = stick;

@@ -347,7 +347,7 @@ mod tests {
             if step % 5 == 4 {
                 // By jumps, down on the heap.
                 let pose = Pose::new(vec3(0.5, 1.5 - 0.006 * f32::from(step), 0.5), Quat::IDENTITY);
-                world.body_mut(plate).unwrap().set_pose(pose).unwrap();
+                world.body_mut(plate).unwrap().set_pose(pose);
             }
             let mut now = world.clone();
             let tables = now.tables_mut();

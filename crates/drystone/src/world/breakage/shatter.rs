@@ -61,7 +61,7 @@ impl World {
 
     /// Breaks a dynamic body of one box or hull now, as if it had been hit at `point` [m, world], whatever its own
     /// `fracture` says. Gives its pieces: none, and the body stays, if it is too small or the world has
-    /// [`crate::BreakageConfig::max_pieces`] already.
+    /// [`crate::config::BreakageConfig::max_pieces`] already.
     ///
     /// # Errors
     /// No such body, one that cannot break or is disabled, or a field that is out of range.

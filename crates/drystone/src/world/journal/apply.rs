@@ -18,7 +18,8 @@ impl World {
     ///
     /// ```
     /// # fn main() -> Result<(), drystone::DefError> {
-    /// use drystone::{Answer, BodyCall, BodyDef, Call, ShapeDef, World, vec3};
+    /// use drystone::{BodyDef, ShapeDef, World, vec3};
+    /// use drystone::journal::{Answer, BodyCall, Call};
     ///
     /// let mut world = World::default();
     /// let ball = BodyDef::dynamic().with_shape(ShapeDef::sphere(0.5));

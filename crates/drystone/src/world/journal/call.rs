@@ -1,5 +1,6 @@
 //! Calls that change a world, as data: what each is called with, and what it answers.
 
+#[cfg(feature = "serde")]
 use serde::{Deserialize, Serialize};
 
 use crate::base::id::{BodyId, JointId, LinkId, ParticleId, ShapeId};
@@ -25,7 +26,8 @@ use crate::world::strand::{ClothDef, RopeDef, Strand};
 ///
 /// Everything is here that changes what later steps come to. Not here are the executor and the SIMD level, which change no
 /// result, and books ([`World::begin_ledger`](crate::World::begin_ledger)), which only read.
-#[derive(Clone, Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 #[non_exhaustive]
 pub enum Call {
     /// [`World::step`](crate::World::step): the length [s].
@@ -91,7 +93,8 @@ pub enum Call {
 }
 
 /// A call on a body, of [`BodyMut`](crate::BodyMut): see [`Call::Body`].
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 #[non_exhaustive]
 pub enum BodyCall {
     /// [`BodyMut::wake`](crate::BodyMut::wake).
@@ -146,7 +149,8 @@ pub enum BodyCall {
 }
 
 /// A call on a shape, of [`ShapeMut`](crate::ShapeMut): see [`Call::Shape`].
-#[derive(Clone, Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 #[non_exhaustive]
 pub enum ShapeCall {
     /// [`ShapeMut::set_material`](crate::ShapeMut::set_material).
@@ -180,7 +184,8 @@ pub enum ShapeCall {
 }
 
 /// A call on a joint or coupling: see [`Call::Joint`].
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 #[non_exhaustive]
 pub enum JointCall {
     /// [`JointMut::set_anchors`](crate::JointMut::set_anchors) [m, frame of the body's origin].
@@ -213,44 +218,47 @@ pub enum JointCall {
     Wake,
 }
 
-/// A call on an axis of a joint, of [`AxisMut`](crate::AxisMut): see [`JointCall::Axis`].
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+/// A call on an axis of a joint, of [`AxisMut`](crate::joint::AxisMut): see [`JointCall::Axis`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 #[non_exhaustive]
 pub enum AxisCall {
-    /// [`AxisMut::set`](crate::AxisMut::set).
+    /// [`AxisMut::set`](crate::joint::AxisMut::set).
     Set(JointAxis),
-    /// [`AxisMut::set_motion`](crate::AxisMut::set_motion).
+    /// [`AxisMut::set_motion`](crate::joint::AxisMut::set_motion).
     SetMotion(JointMotion),
-    /// [`AxisMut::set_limits`](crate::AxisMut::set_limits) [m; rad].
+    /// [`AxisMut::set_limits`](crate::joint::AxisMut::set_limits) [m; rad].
     SetLimits(f32, f32),
-    /// [`AxisMut::set_drive`](crate::AxisMut::set_drive).
+    /// [`AxisMut::set_drive`](crate::joint::AxisMut::set_drive).
     SetDrive(Option<JointDrive>),
-    /// [`AxisMut::set_motor`](crate::AxisMut::set_motor): speed [m/s; rad/s], greatest force [N; N m].
+    /// [`AxisMut::set_motor`](crate::joint::AxisMut::set_motor): speed [m/s; rad/s], greatest force [N; N m].
     SetMotor(f32, f32),
-    /// [`AxisMut::set_servo`](crate::AxisMut::set_servo): position [m; rad], spring, greatest force [N; N m].
+    /// [`AxisMut::set_servo`](crate::joint::AxisMut::set_servo): position [m; rad], spring, greatest force [N; N m].
     SetServo(f32, JointSpring, f32),
-    /// [`AxisMut::set_friction`](crate::AxisMut::set_friction) [N; N m].
+    /// [`AxisMut::set_friction`](crate::joint::AxisMut::set_friction) [N; N m].
     SetFriction(f32),
 }
 
-/// A call on a particle, of [`ParticleMut`](crate::ParticleMut): see [`Call::Particle`].
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+/// A call on a particle, of [`ParticleMut`](crate::particle::ParticleMut): see [`Call::Particle`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 #[non_exhaustive]
 pub enum ParticleCall {
-    /// [`ParticleMut::set_position`](crate::ParticleMut::set_position) [m, world].
+    /// [`ParticleMut::set_position`](crate::particle::ParticleMut::set_position) [m, world].
     SetPosition(Vec3),
-    /// [`ParticleMut::set_velocity`](crate::ParticleMut::set_velocity) [m/s, world].
+    /// [`ParticleMut::set_velocity`](crate::particle::ParticleMut::set_velocity) [m/s, world].
     SetVelocity(Vec3),
-    /// [`ParticleMut::apply_impulse`](crate::ParticleMut::apply_impulse) [N s, world].
+    /// [`ParticleMut::apply_impulse`](crate::particle::ParticleMut::apply_impulse) [N s, world].
     ApplyImpulse(Vec3),
-    /// [`ParticleMut::set_mass`](crate::ParticleMut::set_mass) [kg].
+    /// [`ParticleMut::set_mass`](crate::particle::ParticleMut::set_mass) [kg].
     SetMass(f32),
-    /// [`ParticleMut::set_pinned`](crate::ParticleMut::set_pinned).
+    /// [`ParticleMut::set_pinned`](crate::particle::ParticleMut::set_pinned).
     SetPinned(bool),
 }
 
 /// What a [`Call`] answered.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 #[non_exhaustive]
 pub enum Answer {
     /// It was done.

@@ -3,6 +3,7 @@
 mod apply;
 mod call;
 
+#[cfg(feature = "serde")]
 use serde::{Deserialize, Serialize};
 
 pub use self::call::{Answer, AxisCall, BodyCall, Call, JointCall, ParticleCall, ShapeCall};
@@ -23,7 +24,8 @@ const VERSION: u32 = 1;
 ///
 /// ```
 /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
-/// use drystone::{BodyDef, Call, Journal, ShapeDef, World};
+/// use drystone::{BodyDef, ShapeDef, World};
+/// use drystone::journal::{Call, Journal};
 ///
 /// let mut world = World::default();
 /// world.add_body(BodyDef::fixed().with_shape(ShapeDef::half_space([0.0, 1.0, 0.0], 0.0)))?;
@@ -41,7 +43,8 @@ const VERSION: u32 = 1;
 /// # Ok(())
 /// # }
 /// ```
-#[derive(Clone, Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub struct Journal {
     start: Vec<u8>,
     entries: Vec<Entry>,
@@ -50,13 +53,15 @@ pub struct Journal {
 }
 
 /// A call and what it came to.
-#[derive(Clone, Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 struct Entry {
     call: Call,
     came: Came,
 }
 
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 enum Came {
     Refused,
     Answered(Answer),
@@ -69,7 +74,8 @@ enum Came {
 }
 
 /// A hash of each body by its slot; 0 where there is none.
-#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 struct BodyHashes(Vec<u32>);
 
 impl BodyHashes {
