@@ -15,11 +15,12 @@ const COVERAGE: &str = "-Cpasses=sancov-module -Cllvm-args=-sanitizer-coverage-l
                         -Cllvm-args=-sanitizer-coverage-trace-compares";
 
 /// The targets, and the longest input of each [bytes].
-const TARGETS: [(&str, u32); 9] = [
+const TARGETS: [(&str, u32); 10] = [
     ("gltf", 8192),
     ("image", 4096),
     ("mjcf", 4096),
     ("obj", 4096),
+    ("own", 8192),
     ("rigid_ipc", 4096),
     ("saved_run", 65536),
     ("stl", 4096),

@@ -114,7 +114,7 @@ impl Bake {
             motion.poses.push(track.poses);
         }
         let ending = match loaded {
-            Loaded::BuiltIn(scene) | Loaded::Read(scene) => {
+            Loaded::BuiltIn(scene) | Loaded::Read(scene) | Loaded::Own(scene, _) => {
                 bake::write_scene(&self.path, scene, &pieces, &motion)
             }
             Loaded::Gltf(loaded) => bake::write(&self.path, loaded, &motion),

@@ -28,6 +28,7 @@ Examples:
   drystone bench --scene large_pyramid,washer --threads 1,2
   drystone compare stack --with soft-step --with sequential-impulses:method.sweeps=20
   drystone validate --short
+  drystone convert robot.urdf robot.json
   drystone scenes";
 
 /// A 3D rigid-body physics engine: simulates a scene and writes what happened.
@@ -58,6 +59,8 @@ pub(crate) enum Command {
     Methods,
     /// Tell what was understood of a scene, and what was ignored and why
     Info(Info),
+    /// Write a scene as a file: of the own format, or glTF with physics
+    Convert(Convert),
     /// Run the tests with a known result and print how far off each is
     Validate(Validate),
 }
@@ -90,7 +93,7 @@ instruction set, machine, or on which outputs were asked for.";
 #[derive(Args, Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Source {
     /// A built-in scene (`drystone scenes`) with parameters such as pyramid:base=40, or a .gltf,
-    /// .glb, .obj, .urdf, .xml (MJCF) or .json (Rigid-IPC) file
+    /// .glb, .obj, .urdf, .xml (MJCF) or .json (drystone, Rigid-IPC) file
     pub(crate) scene: String,
 
     /// How it is read.
@@ -197,6 +200,51 @@ pub(crate) struct Info {
     pub(crate) source: Source,
 }
 
+const CONVERT_EXAMPLES: &str = "\
+Examples:
+  drystone convert pyramid:base=5 pyramid.json
+  drystone convert robot.urdf robot.glb
+  drystone convert scene.json scene.glb --strict
+  drystone convert --schema > scene.schema.json
+
+The own format (.json) says all that a scene can say, and reads back to the same bits. Glue, scripts, ropes and other
+things that glTF cannot say are named on stderr, one line a kind, and left out.
+
+Exit status:
+  0  done
+  1  the scene cannot be read or is invalid, OUT cannot be written, or --strict and something cannot be said
+  2  wrong usage";
+
+/// `drystone convert`.
+#[derive(Args, Debug)]
+#[command(after_help = CONVERT_EXAMPLES)]
+pub(crate) struct Convert {
+    /// A built-in scene with parameters such as pyramid:base=40, or a .gltf, .glb, .obj, .urdf, .xml (MJCF)
+    /// or .json (drystone, Rigid-IPC) file
+    #[arg(value_name = "IN", required_unless_present = "schema")]
+    pub(crate) scene: Option<String>,
+
+    /// The file to write: .json (the own format), .gltf or .glb
+    #[arg(value_name = "OUT", required_unless_present = "schema", value_parser = convert_path)]
+    pub(crate) out: Option<PathBuf>,
+
+    /// How IN is read.
+    #[command(flatten)]
+    pub(crate) reading: Reading,
+
+    /// What its world is like.
+    #[command(flatten)]
+    pub(crate) settings: Settings,
+
+    /// Write nothing if OUT cannot say all of IN
+    #[arg(long)]
+    pub(crate) strict: bool,
+
+    /// Print the JSON schema of the own format
+    #[arg(long, conflicts_with_all = ["scene", "out"])]
+    pub(crate) schema: bool,
+}
+
 const VIEW_EXAMPLES: &str = "\
 Examples:
   drystone view pyramid
@@ -274,7 +322,7 @@ pub(crate) enum Overlay {
 #[command(after_help = SIMULATE_EXAMPLES)]
 pub(crate) struct Simulate {
     /// A built-in scene (`drystone scenes`) with parameters such as pyramid:base=40, or a .gltf,
-    /// .glb, .obj, .urdf, .xml (MJCF) or .json (Rigid-IPC) file; with --resume it may be left out
+    /// .glb, .obj, .urdf, .xml (MJCF) or .json (drystone, Rigid-IPC) file; with --resume it may be left out
     #[arg(required_unless_present = "resume")]
     pub(crate) scene: Option<String>,
 
@@ -433,6 +481,15 @@ fn bake_path(text: &str) -> Result<PathBuf, String> {
         Ok(path)
     } else {
         Err("allowed is a file name that ends in .glb or .gltf".to_owned())
+    }
+}
+
+fn convert_path(text: &str) -> Result<PathBuf, String> {
+    let path = PathBuf::from(text);
+    if has_extension(&path, &["json", "glb", "gltf"]) {
+        Ok(path)
+    } else {
+        Err("allowed is a file name that ends in .json (the own format), .glb or .gltf".to_owned())
     }
 }
 

@@ -1,10 +1,11 @@
 //! From what the user wrote to a scene: a built-in one by name, or a file.
 
 use std::io::ErrorKind;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use drystone::Vec3;
 use drystone_scene::gltf::{self, LoadedGltf};
+use drystone_scene::own::{self, JsonKind};
 use drystone_scene::{BuildError, Running, Scene, SceneError, mjcf, obj, rigid_ipc, urdf};
 
 use crate::cli::{AutoColliders, Base, Settings, Source, has_extension};
@@ -14,7 +15,7 @@ use crate::output::Failure;
 const FILES: [&str; 6] = ["gltf", "glb", "obj", "urdf", "xml", "json"];
 
 /// What a user can give, beside a built-in scene.
-const ALLOWED: &str = "a .gltf, .glb, .obj, .urdf, .xml (MJCF) or .json (Rigid-IPC) file";
+const ALLOWED: &str = "a .gltf, .glb, .obj, .urdf, .xml (MJCF) or .json (drystone, Rigid-IPC) file";
 
 /// A scene, and the file it came from.
 #[derive(Debug)]
@@ -23,6 +24,8 @@ pub(crate) enum Loaded {
     BuiltIn(Box<Scene>),
     /// From a file with nothing more to bake than the scene.
     Read(Box<Scene>),
+    /// From a file of the own format, which may name one that says what it looks like.
+    Own(Box<Scene>, PathBuf),
     /// From a file, which is kept for baking.
     Gltf(Box<LoadedGltf>),
 }
@@ -31,22 +34,29 @@ impl Loaded {
     /// The scene.
     pub(crate) fn scene(&self) -> &Scene {
         match self {
-            Self::BuiltIn(scene) | Self::Read(scene) => scene,
+            Self::BuiltIn(scene) | Self::Read(scene) | Self::Own(scene, _) => scene,
             Self::Gltf(loaded) => &loaded.scene,
         }
     }
 
     /// Reads what a file shows, for pictures.
     pub(crate) fn read_visuals(&mut self) {
-        if let Self::Gltf(loaded) = self {
-            loaded.read_visuals();
+        match self {
+            Self::Gltf(loaded) => loaded.read_visuals(),
+            Self::Own(scene, path) => {
+                // It was read before, so it fails only where a file has changed meanwhile.
+                if let Ok(seen) = own::load(path, &own::Options::with_visuals()) {
+                    scene.visuals = seen.visuals;
+                }
+            }
+            Self::BuiltIn(_) | Self::Read(_) => {}
         }
     }
 
     /// The scene, to change it.
     pub(crate) fn scene_mut(&mut self) -> &mut Scene {
         match self {
-            Self::BuiltIn(scene) | Self::Read(scene) => scene,
+            Self::BuiltIn(scene) | Self::Read(scene) | Self::Own(scene, _) => scene,
             Self::Gltf(loaded) => &mut loaded.scene,
         }
     }
@@ -114,10 +124,15 @@ fn file(path: &Path, source: &Source, gravity: Option<Vec3>) -> Result<Loaded, F
         if auto_colliders.is_some() {
             return Err(Failure::usage("--auto-colliders is for files without physics"));
         }
-        let read = if is_robot { robot(path, source) } else { described(path, source)? };
-        let mut scene = read.map_err(Failure::failed)?;
-        scene.config.gravity = gravity.unwrap_or(scene.config.gravity);
-        return Ok(Loaded::Read(Box::new(scene)));
+        let read = if is_robot {
+            robot(path, source).map(|scene| Loaded::Read(Box::new(scene)))
+        } else {
+            described(path, source)?
+        };
+        let mut loaded = read.map_err(Failure::failed)?;
+        let config = &mut loaded.scene_mut().config;
+        config.gravity = gravity.unwrap_or(config.gravity);
+        return Ok(loaded);
     }
     if source.reading.base.is_some() || source.reading.ground.is_some() {
         return Err(not_a_robot());
@@ -148,12 +163,21 @@ fn robot(path: &Path, source: &Source) -> Result<Scene, SceneError> {
     urdf::load(path, &urdf::Options { base, ground: source.reading.ground })
 }
 
-/// A scene of MuJoCo or Rigid-IPC, which says itself what its bodies stand on.
-fn described(path: &Path, source: &Source) -> Result<Result<Scene, SceneError>, Failure> {
+/// A scene of the own format, MuJoCo or Rigid-IPC, which says itself what its bodies stand on.
+fn described(path: &Path, source: &Source) -> Result<Result<Loaded, SceneError>, Failure> {
     if source.reading.base.is_some() || source.reading.ground.is_some() {
         return Err(not_a_robot());
     }
-    Ok(if has_extension(path, &["json"]) { rigid_ipc::load(path) } else { mjcf::load(path) })
+    let read = |scene: Scene| Loaded::Read(Box::new(scene));
+    if !has_extension(path, &["json"]) {
+        return Ok(mjcf::load(path).map(read));
+    }
+    Ok(match own::kind_of(path) {
+        Ok(JsonKind::Own) => own::load(path, &own::Options::default())
+            .map(|scene| Loaded::Own(Box::new(scene), path.to_owned())),
+        Ok(_) => rigid_ipc::load(path).map(read),
+        Err(e) => Err(e),
+    })
 }
 
 /// The scene as a world; `source` is what the user called it.
@@ -163,5 +187,9 @@ pub(crate) fn build(scene: &Scene, source: &str) -> Result<Running, Failure> {
 
 /// The engine refuses something of the scene that the user called `source`.
 pub(crate) fn refused(source: &str, e: &BuildError) -> Failure {
+    let path = Path::new(source);
+    if has_extension(path, &["json"]) && matches!(own::kind_of(path), Ok(JsonKind::Own)) {
+        return Failure::failed(own::refused(path, e));
+    }
     Failure::failed(format_args!("{source}: {e}"))
 }

@@ -1,7 +1,7 @@
 //! The command `drystone`: simulates scenes, writes what happened, and tells what it knows.
 //!
 //! `cli` says what may be asked, `settings` makes of it what a world is told; `simulate` runs a scene and feeds `trace`, `events`, `bake`, `render`,
-//! `record`, `snapshot` and `report`; `replay` runs what was recorded; `bench` takes its time; `compare` runs it by several methods; `validate` compares with known results; `info` tells about scenes and methods. Only `output` writes to files and to stdout.
+//! `record`, `snapshot` and `report`; `replay` runs what was recorded; `bench` takes its time; `compare` runs it by several methods; `validate` compares with known results; `info` tells about scenes and methods; `convert` writes a scene as a file. Only `output` writes to files and to stdout.
 
 mod audit;
 mod bake;
@@ -10,6 +10,7 @@ mod chunk;
 mod cli;
 mod compare;
 mod compare_plot;
+mod convert;
 mod events;
 mod info;
 mod load;
@@ -66,6 +67,7 @@ fn main() -> ExitCode {
         Command::Scenes => info::scenes(),
         Command::Methods => info::methods(),
         Command::Info(args) => info::info(args),
+        Command::Convert(args) => convert::convert(args),
         Command::Validate(args) => validate::validate(args),
     };
     match result {

@@ -85,7 +85,7 @@ fn open(args: &View, source: &Source, executor: &Arc<dyn Executor>) -> Result<Op
             Loaded::Gltf(file) => {
                 Loaded::BuiltIn(Box::new(gltf::film(*file).map_err(Failure::failed)?))
             }
-            Loaded::BuiltIn(_) | Loaded::Read(_) => {
+            Loaded::BuiltIn(_) | Loaded::Read(_) | Loaded::Own(..) => {
                 return Err(Failure::usage(format_args!(
                     "--film is for glTF files; {} is none",
                     source.scene
@@ -100,7 +100,7 @@ fn open(args: &View, source: &Source, executor: &Arc<dyn Executor>) -> Result<Op
     let name = match &loaded {
         // With its parameters.
         Loaded::BuiltIn(_) => source.scene.trim().to_owned(),
-        Loaded::Read(_) | Loaded::Gltf(_) => scene.name.clone(),
+        Loaded::Read(_) | Loaded::Own(..) | Loaded::Gltf(_) => scene.name.clone(),
     };
     let notes = scene.notes.clone();
     Ok(Opened { name, running, hz, notes })

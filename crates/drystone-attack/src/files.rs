@@ -7,6 +7,7 @@ use std::time::{Duration, Instant};
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
+use drystone_scene::own::{self, JsonKind};
 use drystone_scene::{Scene, SceneError, gltf, mjcf, obj, rigid_ipc, urdf};
 
 use crate::damage;
@@ -108,6 +109,9 @@ fn collect(places: &Places) -> io::Result<Vec<Seed>> {
         }
         all.push(Seed { damaged: file.clone(), loaded: file });
     }
+    for path in examples(&places.root, &data)? {
+        all.push(Seed { damaged: path.clone(), loaded: path });
+    }
     let meshes = data.join("rigid-ipc/meshes");
     let fixtures = data.join("rigid-ipc/fixtures");
     for (mesh, fixture) in [
@@ -122,6 +126,41 @@ fn collect(places: &Places) -> io::Result<Vec<Seed>> {
     all.sort_by(|a, b| (&a.damaged, &a.loaded).cmp(&(&b.damaged, &b.loaded)));
     Ok(all)
 }
+
+/// Scenes of the own format that people wrote, and those of the catalog as they are written, some of each kind.
+fn examples(root: &Path, data: &Path) -> io::Result<Vec<PathBuf>> {
+    let folder = data.join("scenes");
+    std::fs::create_dir_all(&folder)?;
+    let mut files = Vec::new();
+    let scenes = root.join("examples/scenes");
+    if scenes.is_dir() {
+        copy(&scenes, &folder)?;
+        list(&folder, &mut files)?;
+        files.retain(|path| path.extension().is_some_and(|e| e == "json"));
+    }
+    for name in WRITTEN {
+        let Ok(scene) = drystone_scene::named(name) else { continue };
+        let path = folder.join(format!("{}.json", scene.name));
+        if own::save(&path, &scene, None).is_ok() {
+            files.push(path);
+        }
+    }
+    Ok(files)
+}
+
+/// Scenes of the catalog in small, one for each kind of thing that the own format can say.
+const WRITTEN: [&str; 10] = [
+    "hello",
+    "rope:links=10",
+    "cloth:n=5,tear=50",
+    "dust:n=20",
+    "wrecking_ball:bond=1",
+    "fracture",
+    "gears:n=3",
+    "pulley",
+    "ragdolls:n=1",
+    "convex_vs_mesh",
+];
 
 fn copy(from: &Path, to: &Path) -> io::Result<()> {
     std::fs::create_dir_all(to)?;
@@ -223,7 +262,10 @@ fn load(path: &Path, reading: usize) -> Result<Scene, SceneError> {
             urdf::load(path, &urdf::Options { base, ground })
         }
         "xml" => mjcf::load(path),
-        "json" => rigid_ipc::load(path),
+        "json" => match own::kind_of(path)? {
+            JsonKind::Own => own::load(path, &own::Options::with_visuals()),
+            _ => rigid_ipc::load(path),
+        },
         ending => {
             let kinds =
                 [gltf::AutoColliders::Hull, gltf::AutoColliders::Mesh, gltf::AutoColliders::Box];

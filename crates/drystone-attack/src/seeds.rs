@@ -24,6 +24,8 @@ pub fn write(folder: &Path) -> io::Result<Vec<(String, String)>> {
     put("robot.urdf", robot("binary.stl", "part.obj").as_bytes())?;
     put("robot-text.urdf", robot("text.stl", "part.obj").as_bytes())?;
     put("model.xml", MODEL.as_bytes())?;
+    put("whole.json", OWN.as_bytes())?;
+    put("part.json", PART_OF_OWN.as_bytes())?;
     let pairs = [
         ("inside.gltf", "inside.gltf"),
         ("image.png", "beside.gltf"),
@@ -32,6 +34,10 @@ pub fn write(folder: &Path) -> io::Result<Vec<(String, String)>> {
         ("part.obj", "robot.urdf"),
         ("text.stl", "robot-text.urdf"),
         ("binary.stl", "model.xml"),
+        ("whole.json", "whole.json"),
+        ("part.json", "whole.json"),
+        ("binary.stl", "whole.json"),
+        ("robot.urdf", "whole.json"),
     ];
     Ok(pairs.map(|(a, b)| (a.to_owned(), b.to_owned())).to_vec())
 }
@@ -173,6 +179,47 @@ const MODEL: &str = r#"<mujoco model="small">
  <equality><joint joint1="elbow" joint2="reach" polycoef="0 2 0 0 0"/></equality>
  <actuator><motor joint="elbow" gear="2"/><position joint="reach" kp="50"/></actuator>
 </mujoco>
+"#;
+
+/// A scene of the own format with a thing of most kinds, meshes in files, and other scenes as parts.
+const OWN: &str = r#"{"drystone": 1, "hz": 60, "seconds": 1,
+"world": {"gravity": [0, -9.81, 0], "method": {"name": "soft-step", "shock": "off"}, "contact": {"margin": 0.01}, "sleep": {"time": 0.4}},
+"layers": ["default", "ghosts"],
+"materials": {"rubber": {"friction": 0.9, "restitution": 0.5, "friction_combine": "average"}},
+"shapes": {"gem": {"hull": {"points": [[0.1, 0, 0], [-0.1, 0, 0], [0, 0.2, 0], [0, 0, 0.1], [0, -0.1, -0.1]]}}, "stone": {"hull": {"file": "text.stl", "scale": [1, 2, 1]}}},
+"bodies": [
+ {"name": "ground", "kind": "static", "shapes": [{"half_space": {"normal": [0, 1, 0], "offset": 0}}, {"mesh": {"file": "binary.stl"}, "position": [3, 0, 0]}]},
+ {"name": "box", "position": [0, 1, 0], "rotation": {"axis": [0, 0, 1], "degrees": 20}, "mass": 2, "linear_damping": 0.1, "locks": ["turn_y"],
+  "shapes": [{"box": {"half_extents": [0.2, 0.3, 0.4]}, "density": 500, "material": "rubber", "filter": {"layers": ["default", 7], "exclude": ["ghosts"]}}]},
+ {"name": "pieces", "position": [1, 1, 0], "shapes": [{"hulls": {"file": "part.obj"}}, {"shape": "gem", "position": [0, 0.2, 0]}]},
+ {"name": "beam", "position": [0, 3, 0], "glue": {"strength": {"tension": 200000, "shear": "inf"}},
+  "shapes": [{"box": {"half_extents": [0.5, 0.1, 0.1]}, "position": [-0.5, 0, 0]}, {"box": {"half_extents": [0.5, 0.1, 0.1]}, "position": [0.5, 0, 0]}]},
+ {"name": "pane", "position": [2, 2, 0], "fracture": {"impulse": 3, "pieces": 5, "seed": 7}, "shapes": [{"box": {"half_extents": [0.3, 0.3, 0.05]}, "reports": {"forces": true}}]},
+ {"name": "wheel", "position": [0, 1, 2], "mass": {"mass": 1, "center": [0, 0, 0], "inertia": [0.1, 0.2, 0.1, 0, 0, 0]}, "shapes": [{"cylinder": {"half_height": 0.1, "radius": 0.3}, "surface_spin": [0, 1, 0]}]},
+ {"name": "lift", "kind": "kinematic", "position": [-2, 0, 0], "linear_velocity": [0, 1, 0], "shapes": [{"capsule": {"half_height": 0.2, "radius": 0.1}, "one_way": [0, 1, 0]}, {"cone": {"half_height": 0.2, "radius_bottom": 0.1}, "sensor": true}]}],
+"parts": [{"file": "part.json", "name": "left", "position": [5, 0, 0]}, {"file": "robot.urdf", "name": "robot", "position": [0, 0, 6], "rotation": [-0.7071068, 0, 0, 0.7071068], "base": "floating"}],
+"joints": [
+ {"name": "hinge", "body_a": "ground", "body_b": "box", "at": [0, 1.3, 0], "axis": [0, 0, 1], "hinge": {"limits": [-1, 1], "motor": {"speed": 1, "max_force": 20}}, "strength": {"force": 500}},
+ {"name": "rail", "body_a": "ground", "body_b": "pieces", "at": [1, 1, 0], "axes": [[1, 0, 0], [0, 1, 0]], "slider": {"drive": {"position": 0.2, "spring": {"hertz": 2}}, "friction": 1}},
+ {"body_a": "box", "body_b": "wheel", "anchor_a": [0, 0, 0.4], "six_dof": {"turn_x": {}, "turn_y": {"limits": [-1, "inf"]}, "x": {"limits": [-0.1, 0.1], "limit_spring": {"stiffness": 50, "damping": 1}}}},
+ {"body_a": "lift", "body_b": "pane", "between": [[-2, 0, 0], [2, 2, 0]], "spring": {"rest_length": 3, "hertz": 1, "damping_ratio": 0.2}}],
+"couplings": [{"joint_a": "hinge", "axis_a": "turn_x", "joint_b": "rail", "axis_b": "x", "ratio": 0.5, "offset": 0}],
+"strands": [{"name": "rope", "rope": {"from": [0, 3, 3], "to": [1, 3, 3], "links": 8, "pinned": [true, false]}, "holds": [{"particle": 8, "body": "wheel", "point": [0, 0.1, 0]}]},
+ {"cloth": {"corner": [0, 2, 4], "sides": [[1, 0, 0], [0, 0, 1]], "squares": [3, 4], "bend": "none", "tear_force": 30}, "pins": [0, 3]},
+ {"cloud": {"points": [[0, 1, 8], [0.1, 1, 8]]}, "links": [{"a": 0, "b": 1, "kind": {"spring": {"stiffness": 10, "damping": 1}}}]}],
+"frames": [{"name": "eye", "body": "box", "position": [0, 0.1, 0]}],
+"never_collide": [["box", "left/ball"], [1, 2]],
+"surface_rules": [{"first": ["ghosts"], "second": [0, 7], "friction": 0.1}],
+"script": {"waves": [{"step": 3, "bodies": [{"name": "late", "position": [0, 5, 0], "shapes": [{"sphere": {"radius": 0.1}}]}], "joints": [{"body_a": "late", "body_b": "box", "rope": {"length": 9}}]},
+ {"step": 9, "removed": {"first": "pane", "count": 2}}]}}
+"#;
+
+/// A part of it.
+const PART_OF_OWN: &str = r#"{"drystone": 1, "bodies": [
+ {"name": "ball", "position": [0, 1, 0], "shapes": [{"sphere": {"radius": 0.3}}]},
+ {"name": "post", "kind": "static", "shapes": [{"box": {"half_extents": [0.1, 1, 0.1]}}]}],
+"joints": [{"name": "pivot", "body_a": "post", "body_b": "ball", "at": [0, 1, 0], "ball": {"friction": 0.1}}],
+"script": {"loads": {"from": 2, "loads": [{"body": "ball", "force": [1, 0, 0]}]}}}
 "#;
 
 /// A binary glTF file of this JSON.

@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use drystone::joint::CouplingDef;
-use drystone::particle::Strand;
+use drystone::particle::{LinkDef, Strand};
 use drystone::{BodyDef, BodyId, BodyKind, DefError, JointDef, JointId, Pose, World};
 use serde::{Deserialize, Serialize};
 
@@ -63,6 +63,9 @@ pub enum BuildError {
         #[source]
         error: DefError,
     },
+    /// The rules of surfaces.
+    #[error("surface_rules: {0}")]
+    SurfaceRules(#[source] DefError),
     /// A coupling names a joint that the scene does not have.
     #[error("coupling {number} names joint number {joint}, the scene has {joints} joints")]
     NoSuchJoint {
@@ -155,6 +158,19 @@ impl Scene {
         for body in &self.bodies {
             running.add(&body.name, body.def.clone())?;
         }
+        let rules = running.world.set_surface_rules(self.surface_rules.clone());
+        rules.map_err(BuildError::SurfaceRules)?;
+        for pair in &self.never_collide {
+            let user = "never_collide";
+            let (a, b) = (running.at(user, pair[0])?, running.at(user, pair[1])?);
+            running.world.set_bodies_collide(a, b, false);
+        }
+        for (pair, rule) in &self.surfaces_between {
+            let user = "surfaces_between";
+            let (a, b) = (running.at(user, pair[0])?, running.at(user, pair[1])?);
+            let rule = running.world.set_surface_between(a, b, Some(*rule));
+            rule.map_err(BuildError::SurfaceRules)?;
+        }
         for joint in &self.joints {
             running.add_joint(joint)?;
         }
@@ -221,7 +237,7 @@ impl Running {
     }
 
     fn add_strand(&mut self, strand: &SceneStrand) -> Result<(), BuildError> {
-        let SceneStrand { name, def, pins, holds } = strand;
+        let SceneStrand { name, def, links, pins, holds } = strand;
         let refused = |error| BuildError::Strand { name: name.clone(), error };
         let made = match def {
             StrandDef::Rope(def) => self.world.add_rope(*def),
@@ -231,7 +247,24 @@ impl Running {
                 .add_cloud(points.iter().copied(), *def)
                 .map(|particles| Strand { particles, links: Vec::new() }),
         };
-        let made = made.map_err(refused)?;
+        let mut made = made.map_err(refused)?;
+        for link in links {
+            let particles = made.particles.len();
+            let missing = |number: usize| BuildError::NoSuchParticle {
+                name: name.clone(),
+                number,
+                particles,
+            };
+            let find = |n: usize| made.particles.get(n).copied().ok_or_else(|| missing(n));
+            let def = LinkDef {
+                length: link.length,
+                tear_strain: link.tear_strain,
+                tear_force: link.tear_force,
+                ..LinkDef::new(find(link.a)?, find(link.b)?, link.kind)
+            };
+            let id = self.world.add_link(def).map_err(refused)?;
+            made.links.push(id);
+        }
         let particle = |number: usize| {
             let particles = made.particles.len();
             let name = || name.clone();
@@ -267,6 +300,7 @@ impl Running {
             collide_connected: joint.collide_connected,
             strength: joint.strength,
             articulated: joint.articulated,
+            user_data: joint.user_data,
             ..JointDef::new(a, b, joint.kind).with_anchors(joint.anchor_a, joint.anchor_b)
         };
         let id = self.world.add_joint(def).map_err(|error| {

@@ -9,6 +9,7 @@ pub mod gltf;
 mod links;
 pub mod mjcf;
 pub mod obj;
+pub mod own;
 pub mod rigid_ipc;
 mod scene;
 pub mod stl;
@@ -20,6 +21,6 @@ pub use build::{BuildError, ResumeError, Running, SavedRun};
 pub use catalog::{CatalogError, Entry, Parameter, Range, Values, catalog, named};
 pub use error::SceneError;
 pub use scene::{
-    Load, Scene, SceneBody, SceneCoupling, SceneFrame, SceneHold, SceneJoint, SceneStrand, Script,
-    ScriptAction, StrandDef, Wave,
+    Load, Scene, SceneBody, SceneCoupling, SceneFrame, SceneHold, SceneJoint, SceneLink,
+    SceneStrand, Script, ScriptAction, StrandDef, Wave,
 };

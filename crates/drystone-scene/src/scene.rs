@@ -4,9 +4,10 @@
 use std::sync::Arc;
 
 use drystone::breakage::JointStrength;
+use drystone::contact::SurfaceRule;
 use drystone::joint::SixDof;
 use drystone::math::trig;
-use drystone::particle::{ClothDef, ParticleDef, RopeDef};
+use drystone::particle::{ClothDef, LinkKind, ParticleDef, RopeDef};
 use drystone::{Axis, BodyDef, JointKind, Pose, Quat, Vec3, WorldConfig, vec3};
 
 use crate::gltf::Film;
@@ -24,6 +25,8 @@ pub struct SceneBody {
 /// A joint of a scene.
 #[derive(Clone, Debug)]
 pub struct SceneJoint {
+    /// The scene's own name for it; may be empty.
+    pub name: String,
     /// Number of the first body in [`Scene::bodies`].
     pub body_a: usize,
     /// Number of the second body.
@@ -40,6 +43,8 @@ pub struct SceneJoint {
     pub strength: Option<JointStrength>,
     /// Whether the whole tree of joints is solved at once: see [`drystone::JointDef::articulated`].
     pub articulated: bool,
+    /// Any number of the user's.
+    pub user_data: u64,
 }
 
 /// Holds `coordinate b = ratio · coordinate a + offset` between two joints of six axes of a scene.
@@ -83,6 +88,23 @@ pub struct SceneHold {
     pub point: Vec3,
 }
 
+/// A link between two particles of a strand.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SceneLink {
+    /// Number of the first particle in its strand.
+    pub a: usize,
+    /// Number of the second one.
+    pub b: usize,
+    /// What it does.
+    pub kind: LinkKind,
+    /// Its length [m]; `None`: the distance of its particles.
+    pub length: Option<f32>,
+    /// See [`drystone::particle::LinkDef::tear_strain`].
+    pub tear_strain: Option<f32>,
+    /// See [`drystone::particle::LinkDef::tear_force`].
+    pub tear_force: Option<f32>,
+}
+
 /// What a strand is.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
@@ -102,10 +124,21 @@ pub struct SceneStrand {
     pub name: String,
     /// What it is.
     pub def: StrandDef,
+    /// Links between its particles, beside its own.
+    pub links: Vec<SceneLink>,
     /// Numbers of its particles that are pinned where they are.
     pub pins: Vec<usize>,
     /// Its particles that bodies hold.
     pub holds: Vec<SceneHold>,
+}
+
+impl SceneStrand {
+    /// A strand that nothing pins or holds.
+    #[must_use]
+    pub fn new(name: impl Into<String>, def: StrandDef) -> Self {
+        let (pins, holds) = (Vec::new(), Vec::new());
+        Self { name: name.into(), def, links: Vec::new(), pins, holds }
+    }
 }
 
 impl SceneJoint {
@@ -114,6 +147,7 @@ impl SceneJoint {
     #[must_use]
     pub fn new(a: (usize, Vec3), b: (usize, Vec3), kind: impl Into<JointKind>) -> Self {
         Self {
+            name: String::new(),
             body_a: a.0,
             body_b: b.0,
             anchor_a: a.1,
@@ -122,6 +156,7 @@ impl SceneJoint {
             collide_connected: false,
             strength: None,
             articulated: false,
+            user_data: 0,
         }
     }
 
@@ -300,6 +335,13 @@ pub struct Scene {
     pub strands: Vec<SceneStrand>,
     /// Named places on its bodies.
     pub frames: Vec<SceneFrame>,
+    /// Pairs of its bodies, by their numbers, that never collide: see [`drystone::World::set_bodies_collide`].
+    pub never_collide: Vec<[usize; 2]>,
+    /// What surfaces of some layers do to each other: see [`drystone::World::set_surface_rules`].
+    pub surface_rules: Vec<SurfaceRule>,
+    /// What the surfaces of two of its bodies, by their numbers, do to each other: see
+    /// [`drystone::World::set_surface_between`].
+    pub surfaces_between: Vec<([usize; 2], SurfaceRule)>,
     /// What happens besides.
     pub script: Script,
     /// What it looks like, if a file says it and it was read.
@@ -323,6 +365,9 @@ impl Scene {
             couplings: Vec::new(),
             strands: Vec::new(),
             frames: Vec::new(),
+            never_collide: Vec::new(),
+            surface_rules: Vec::new(),
+            surfaces_between: Vec::new(),
             script: Script::None,
             visuals: Arc::default(),
             notes: Vec::new(),

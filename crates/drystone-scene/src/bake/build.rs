@@ -7,9 +7,13 @@ use drystone::{
 use serde_json::{Value, json};
 
 use super::file::{bytes_of, push};
+use super::joints;
 use super::solids::{self, Surface};
-use crate::gltf::{At, Document, LoadedGltf, STATIC_BODY, of_shapes, read_tree};
-use crate::scene::{Scene, SceneBody};
+
+use crate::gltf::{
+    At, COMBINE, Document, GEOMETRIC_MEAN, LoadedGltf, STATIC_BODY, of_shapes, read_tree,
+};
+use crate::scene::{Scene, SceneBody, SceneJoint};
 
 /// Colors (linear red, green, blue): static, kinematic, trigger, then those of moving bodies by turns.
 const COLORS: [[f32; 3]; 9] = [
@@ -39,6 +43,7 @@ struct Build {
     implicit: Vec<Value>,
     materials: Vec<Material>,
     filters: Vec<Filter>,
+    joints: Vec<Value>,
     /// Some shape has a filter: then each says its own, for a collider without is in no system.
     filtered: bool,
 }
@@ -87,6 +92,29 @@ pub(super) fn document(scene: &Scene, pieces: &[SceneBody]) -> (Document, Vec<us
     build.finish();
     let buffers = vec![build.bytes];
     (Document { json: build.json, buffers, ..Document::default() }, nodes)
+}
+
+/// The document of a scene without what its script brings, with its joints.
+pub(super) fn physics(scene: &Scene) -> Document {
+    let mut build = Build::new(&scene.name);
+    build.json["asset"]["extras"]["gravity"] = json!(scene.config.gravity.to_array());
+    let mut shapes = scene.bodies.iter().flat_map(|b| &b.def.shapes);
+    build.filtered = shapes.any(|s| s.filter != Filter::default());
+    let bodies = scene.bodies.iter().enumerate();
+    let nodes: Vec<usize> = bodies.map(|(i, b)| build.body(b, i)).collect();
+    for joint in &scene.joints {
+        build.joint(joint, &nodes);
+    }
+    let default = Scene::new("", "");
+    let times = [("hz", scene.hz, default.hz), ("seconds", scene.seconds, default.seconds)];
+    for (key, value, default) in times {
+        if value.to_bits() != default.to_bits() {
+            build.json["asset"]["extras"]["drystone"][key] = json!(value);
+        }
+    }
+    build.json["scenes"][0]["nodes"] = json!(nodes);
+    build.finish();
+    Document { json: build.json, buffers: vec![build.bytes], ..Document::default() }
 }
 
 /// The color of a shape of body `number`.
@@ -189,6 +217,7 @@ impl Build {
             implicit: Vec::new(),
             materials: Vec::new(),
             filters: Vec::new(),
+            joints: Vec::new(),
             filtered: false,
         };
         build.first_color = super::file::list(&mut build.json, "materials").len();
@@ -240,6 +269,35 @@ impl Build {
             node["extensions"] = json!({PHYSICS: physics});
         }
         push(&mut self.json, "nodes", node)
+    }
+
+    /// The two nodes of a joint, below the nodes of its bodies.
+    fn joint(&mut self, joint: &SceneJoint, nodes: &[usize]) {
+        let written = joints::written(&joint.kind);
+        let ends = nodes.get(joint.body_a).zip(nodes.get(joint.body_b));
+        let (Some(description), Some((&a, &b))) = (written.description, ends) else { return };
+        let found = self.joints.iter().position(|known| *known == description);
+        let index = found.unwrap_or(self.joints.len());
+        if found.is_none() {
+            self.joints.push(description);
+        }
+        let [frame_a, frame_b] = written.frames;
+        let other = joints::end(&Pose::new(joint.anchor_b, frame_b));
+        let other = push(&mut self.json, "nodes", other);
+        let mut own = joints::end(&Pose::new(joint.anchor_a, frame_a));
+        if !joint.name.is_empty() {
+            own["name"] = json!(joint.name);
+        }
+        let mut said = json!({"connectedNode": other, "joint": index});
+        if joint.collide_connected {
+            said["enableCollision"] = json!(true);
+        }
+        own["extensions"] = json!({PHYSICS: {"joint": said}});
+        let own = push(&mut self.json, "nodes", own);
+        for (body, end) in [(a, own), (b, other)] {
+            let node = &mut super::file::list(&mut self.json, "nodes")[body];
+            push(node, "children", json!(end));
+        }
     }
 
     /// Mesh and collider of one shape.
@@ -333,13 +391,19 @@ impl Build {
             Combine::Average | Combine::GeometricMean => "average",
         };
         let materials = self.materials.iter().map(|m| {
-            json!({
+            let mut material = json!({
                 "staticFriction": m.friction,
                 "dynamicFriction": m.kinetic_friction.unwrap_or(m.friction),
                 "restitution": m.restitution,
                 "frictionCombine": rule(m.friction_combine),
                 "restitutionCombine": rule(m.restitution_combine),
-            })
+            });
+            // The extension has no such rule; our reader knows it by this.
+            let rules = [(COMBINE[0], m.friction_combine), (COMBINE[1], m.restitution_combine)];
+            for (key, _) in rules.iter().filter(|(_, rule)| *rule == Combine::GeometricMean) {
+                material["extras"][*key] = json!(GEOMETRIC_MEAN);
+            }
+            material
         });
         let names = |bits: u64| -> Vec<String> {
             (0..64).filter(|b| bits >> b & 1 == 1).map(|b| format!("layer{b}")).collect()
@@ -364,6 +428,9 @@ impl Build {
         }
         if !filters.is_empty() {
             physics["collisionFilters"] = json!(filters);
+        }
+        if !self.joints.is_empty() {
+            physics["physicsJoints"] = json!(self.joints);
         }
         let mut used = vec![PHYSICS];
         let mut extensions = json!({PHYSICS: physics});
@@ -394,7 +461,7 @@ fn seat(shape: &ShapeDef) -> Pose {
     }
 }
 
-fn place(node: &mut Value, pose: &Pose) {
+pub(super) fn place(node: &mut Value, pose: &Pose) {
     if pose.position != Vec3::ZERO {
         node["translation"] = json!(pose.position.to_array());
     }

@@ -7,10 +7,14 @@
 mod animation;
 mod build;
 mod file;
+mod joints;
 pub mod solids;
+mod unsaid;
 
 pub(crate) use self::animation::slerp;
 pub(crate) use self::build::{MeshPart, document_of_meshes};
+
+pub use self::unsaid::{Unsaid, unsaid};
 
 use std::path::Path;
 
@@ -35,6 +39,12 @@ pub struct Motion {
 }
 
 impl Motion {
+    /// No motion of the bodies of a scene: every node is where the document has it.
+    #[must_use]
+    pub fn still(scene: &Scene) -> Self {
+        Self { poses: vec![Vec::new(); scene.bodies.len()], ..Self::default() }
+    }
+
     /// The first of the times at which a body was there.
     fn first(&self, body: usize) -> usize {
         let gone = self.gone.get(body).copied().unwrap_or(0);
@@ -73,4 +83,15 @@ pub fn write_scene(
     animation::add(&mut output, &document, &nodes, motion)
         .and_then(|()| output.write(path))
         .map_err(|e| e.in_file(path))
+}
+
+/// Writes a scene as glTF with physics, with meshes made for its shapes: motion, colliders, triggers, materials, filters, and
+/// joints with their limits and drives. [`unsaid`] tells what is left out. The file has its name when it is whole.
+///
+/// # Errors
+/// If the file cannot be written.
+pub fn save_scene(path: &Path, scene: &Scene) -> Result<Ending, SceneError> {
+    let document = build::physics(scene);
+    let output = file::Output::of(&document).map_err(|e| e.in_file(path))?;
+    output.write(path).map_err(|e| e.in_file(path))
 }

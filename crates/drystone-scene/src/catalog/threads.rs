@@ -30,12 +30,8 @@ pub(super) fn rope(mut scene: Scene, values: &Values) -> Result<Scene, CatalogEr
     def.mass = ROPE_MASS * length;
     def.pinned = [true, false];
     let hold = SceneHold { particle: links, body: ball, point: vec3(-ball_radius, 0.0, 0.0) };
-    scene.strands.push(SceneStrand {
-        name: "rope".to_owned(),
-        def: StrandDef::Rope(def),
-        pins: Vec::new(),
-        holds: vec![hold],
-    });
+    let strand = SceneStrand::new("rope", StrandDef::Rope(def));
+    scene.strands.push(SceneStrand { holds: vec![hold], ..strand });
     Ok(scene)
 }
 
@@ -64,8 +60,8 @@ pub(super) fn cloth(mut scene: Scene, values: &Values) -> Result<Scene, CatalogE
     };
     let mut def = ClothDef::new(corner, sides, [n, n]);
     def.tear_force = (tear > 0.0).then_some(tear);
-    let name = "cloth".to_owned();
-    scene.strands.push(SceneStrand { name, def: StrandDef::Cloth(def), pins, holds: Vec::new() });
+    let strand = SceneStrand::new("cloth", StrandDef::Cloth(def));
+    scene.strands.push(SceneStrand { pins, ..strand });
     Ok(scene)
 }
 
@@ -79,12 +75,7 @@ fn add_cloud(scene: &mut Scene, n: usize, (low, high): (Vec3, Vec3), radius: f32
         points.push(vec3(x, y, random.between(low.z, high.z)));
     }
     let def = ParticleDef { radius, mass: 1.0e-3, ..ParticleDef::default() };
-    scene.strands.push(SceneStrand {
-        name: "dust".to_owned(),
-        def: StrandDef::Cloud(points, def),
-        pins: Vec::new(),
-        holds: Vec::new(),
-    });
+    scene.strands.push(SceneStrand::new("dust", StrandDef::Cloud(points, def)));
 }
 
 pub(super) fn dust(mut scene: Scene, values: &Values) -> Result<Scene, CatalogError> {

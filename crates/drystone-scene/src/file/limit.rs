@@ -12,7 +12,7 @@ use crate::error::SceneError;
 /// |---|---|---:|
 /// | `Document` | `.gltf`, `.glb`, each buffer beside them | 2 GB |
 /// | `Surface` | `.obj` as a scene | 1 GB |
-/// | `Text` | `.urdf`, `.xml` (MJCF) and what it includes, `.json` (Rigid-IPC) | 200 MB |
+/// | `Text` | `.urdf`, `.xml` (MJCF) and what it includes, `.json` (own format, Rigid-IPC) | 200 MB |
 /// | `Mesh` | `.obj`, `.stl` that a robot names | 200 MB |
 /// | `Image` | `.png`, `.jpg` beside a glTF file | 200 MB |
 /// | `Run` | snapshots and logs of the command | 4 GB |

@@ -33,6 +33,7 @@ pub(crate) use self::json::At;
 pub(crate) use self::nodes::{Tree, read as read_tree};
 pub(crate) use self::physics::{STATIC_BODY, of_shapes};
 pub(crate) use self::read::resource;
+pub(crate) use self::surface::{COMBINE, GEOMETRIC_MEAN};
 
 pub use self::film::{Film, film};
 pub use self::info::info;
@@ -138,6 +139,9 @@ fn interpret(document: Document, name: &str, options: &Options) -> Result<Loaded
         gravity = at.vec3()?;
     }
     scene.config.gravity = options.gravity.unwrap_or(gravity);
+    if let Some(at) = root.dig(&["asset", "extras", "drystone"]) {
+        times(&at, &mut scene)?;
+    }
     let (found, joints) = if physics::is_present(&root)? {
         physics::read(&document, &tree, &mut scene.notes)?
     } else {
@@ -166,6 +170,23 @@ fn interpret(document: Document, name: &str, options: &Options) -> Result<Loaded
     let moving = scene.bodies.iter().filter(|b| b.def.kind != BodyKind::Static).count();
     scene.summary = format!("{} bodies, {moving} of them moving", scene.bodies.len());
     Ok(LoadedGltf { scene, document, node_of_body })
+}
+
+/// How a scene is run: what [`crate::bake::save_scene`] writes of it.
+fn times(at: &At<'_>, scene: &mut Scene) -> Result<(), SceneError> {
+    if let Some(at) = at.get("hz") {
+        scene.hz = at.f32()?;
+        if !(1.0e-3..=1.0e6).contains(&scene.hz) {
+            return Err(at.wrong("0.001 to 1e6"));
+        }
+    }
+    if let Some(at) = at.get("seconds") {
+        scene.seconds = at.at_least_zero()?;
+        if scene.seconds > 1.0e9 {
+            return Err(at.wrong("0 to 1e9 [s]"));
+        }
+    }
+    Ok(())
 }
 
 /// The engine's own check, told in terms of the file.

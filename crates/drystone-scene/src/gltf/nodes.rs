@@ -65,13 +65,27 @@ impl Tree {
     }
 }
 
+impl Tree {
+    /// The pose of a node in the frame of another one above it.
+    pub(crate) fn below(&self, above: usize, node: usize) -> Pose {
+        let (outer, inner) = (&self.nodes[above], &self.nodes[node]);
+        // What the file says itself: no rounding.
+        if inner.parent == Some(above) && outer.scale == Vec3::ONE && !outer.sheared {
+            return Pose::new(inner.local.translation, inner.turn);
+        }
+        outer.pose.relative(&inner.pose)
+    }
+}
+
 /// Reads the node tree of a document.
 pub(crate) fn read(root: &At<'_>) -> Result<Tree, SceneError> {
     let list = root.list("nodes")?;
     let mut nodes = Vec::with_capacity(list.len());
     let mut turns = Vec::with_capacity(list.len());
+    let mut scales = Vec::with_capacity(list.len());
     for at in &list {
-        let (local, turn) = local_transform(&at.clone().object()?)?;
+        let (local, turn, own_scale) = local_transform(&at.clone().object()?)?;
+        scales.push(own_scale);
         let name = at.get("name").map(|n| n.text().map(str::to_owned)).transpose()?;
         let mut children = Vec::new();
         for child in at.list("children")? {
@@ -131,6 +145,12 @@ pub(crate) fn read(root: &At<'_>) -> Result<Tree, SceneError> {
         nodes[i].pose = Pose::new(world.translation, rotation);
         nodes[i].scale = scale;
         nodes[i].sheared = sheared;
+        // What the file says itself: no rounding.
+        let is_plain =
+            nodes[i].parent.is_none_or(|p| nodes[p].scale == Vec3::ONE && !nodes[p].sheared);
+        if let Some(own) = scales[i].filter(|_| is_plain && rotation == turn_world[i]) {
+            nodes[i].scale = own;
+        }
     }
     Ok(Tree { nodes, order })
 }
@@ -174,8 +194,8 @@ fn mark_scene(root: &At<'_>, nodes: &mut [Node], order: &[usize]) -> Result<(), 
     Ok(())
 }
 
-/// A node's own transform, and its rotation alone.
-fn local_transform(at: &At<'_>) -> Result<(Affine, Quat), SceneError> {
+/// A node's own transform, its rotation alone, and its scale if the file says it.
+fn local_transform(at: &At<'_>) -> Result<(Affine, Quat, Option<Vec3>), SceneError> {
     if let Some(matrix) = at.get("matrix") {
         let m = matrix.numbers::<16>()?;
         let column = |i: usize| vec3(m[4 * i], m[4 * i + 1], m[4 * i + 2]);
@@ -186,14 +206,14 @@ fn local_transform(at: &At<'_>) -> Result<(Affine, Quat), SceneError> {
                 .error("its last row is not 0, 0, 0, 1", "an affine matrix, column by column"));
         }
         let (rotation, _, _) = split(linear, nearest_rotation(linear));
-        return Ok((Affine { linear, translation: column(3) }, rotation));
+        return Ok((Affine { linear, translation: column(3) }, rotation, None));
     }
     let translation = at.vec3_or("translation", Vec3::ZERO)?;
     let rotation = at.get("rotation").map_or(Ok(Quat::IDENTITY), |at| at.quat())?;
     let scale = at.vec3_or("scale", Vec3::ONE)?;
     let r = rotation.to_mat3();
     let linear = Mat3 { x: r.x * scale.x, y: r.y * scale.y, z: r.z * scale.z };
-    Ok((Affine { linear, translation }, rotation))
+    Ok((Affine { linear, translation }, rotation, Some(scale)))
 }
 
 /// Some rotation near to a linear map: its axes made orthogonal one after the other.

@@ -86,7 +86,7 @@ pub(crate) fn read(
             let filter =
                 part(&at, "collisionFilter", &filters[..filters.len() - 1], "collisionFilters")?;
             let template = Template {
-                pose: tree.nodes[owner].pose.relative(&tree.nodes[node].pose),
+                pose: tree.below(owner, node),
                 material: material.unwrap_or_else(surface::bare),
                 filter: filter.unwrap_or(filters[filters.len() - 1]),
                 sensor,
@@ -165,7 +165,7 @@ fn join(
                 *body_of.entry(end).or_insert(bodies.len() - 1)
             });
             let held = bodies[numbers[i]].node;
-            frames[i] = tree.nodes[held].pose.relative(&tree.nodes[end].pose);
+            frames[i] = tree.below(held, end);
         }
         for kind in &description.kinds {
             let kind = description.in_frames(*kind, frames[0].rotation, frames[1].rotation);

@@ -17,6 +17,22 @@ pub(crate) fn bare() -> Material {
     }
 }
 
+/// The members of a material that name its rules.
+pub(crate) const COMBINE: [&str; 2] = ["frictionCombine", "restitutionCombine"];
+
+/// A rule that the extension does not have. It stands in the material's `extras`, beside one of the extension's rules for
+/// other programs; [`crate::bake`] writes it.
+pub(crate) const GEOMETRIC_MEAN: &str = "geometricMean";
+
+/// The rule of a material by the member that names it.
+fn rule_of(material: &At<'_>, key: &str) -> Result<Combine, SceneError> {
+    match material.dig(&["extras", key]).map(|at| at.text()).transpose() {
+        Ok(Some(GEOMETRIC_MEAN)) => Ok(Combine::GeometricMean),
+        // Extras may hold anything of anybody's.
+        _ => combine(material.get(key)),
+    }
+}
+
 fn combine(at: Option<At<'_>>) -> Result<Combine, SceneError> {
     let Some(at) = at else { return Ok(Combine::Average) };
     match at.text()? {
@@ -54,8 +70,8 @@ pub(crate) fn materials(
             friction: fixed,
             kinetic_friction: (sliding < fixed).then_some(sliding),
             restitution,
-            friction_combine: combine(at.get("frictionCombine"))?,
-            restitution_combine: combine(at.get("restitutionCombine"))?,
+            friction_combine: rule_of(&at, COMBINE[0])?,
+            restitution_combine: rule_of(&at, COMBINE[1])?,
             ..Material::default()
         });
     }

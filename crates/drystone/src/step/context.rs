@@ -193,7 +193,9 @@ impl StepContext {
             restitution_speed: c.restitution_speed,
             hit_speed: c.hit_speed,
             push_speed: c.push_speed,
-            warm_most: WARM_WEIGHTS * config.gravity.length().max(LEAST_WEIGHT * config.length_scale) * h,
+            warm_most: WARM_WEIGHTS
+                * config.gravity.length().max(LEAST_WEIGHT * config.length_scale)
+                * h,
             contact_hertz: c.hertz,
             is_soft: !config.method.is_classic(),
             soft,

@@ -1,0 +1,98 @@
+//! `drystone convert`: a scene as a file of another format.
+
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use drystone_scene::bake::{self, Unsaid};
+use drystone_scene::own;
+
+use crate::Outcome;
+use crate::cli::{Convert, Source, count, has_extension};
+use crate::load::{Loaded, build, load_with};
+use crate::measure::lines_of;
+use crate::output::{self, Failure, one_line};
+
+/// Writes a scene as a file.
+pub(crate) fn convert(args: &Convert) -> Outcome {
+    let (Some(scene), Some(out)) = (&args.scene, &args.out) else {
+        output::print(&own::schema())?;
+        return Ok(ExitCode::SUCCESS);
+    };
+    let source = Source { scene: scene.clone(), reading: args.reading };
+    let mut loaded = load_with(&source, &args.settings)?;
+    if let Some(hz) = args.settings.hz {
+        loaded.scene_mut().hz = hz;
+    }
+    // What cannot be simulated is not written either.
+    build(loaded.scene(), scene)?;
+    let is_own = has_extension(out, &["json"]);
+    if is_own {
+        loaded.read_visuals();
+    }
+    let settings = &args.settings;
+    let is_told = settings.hz.is_some()
+        || settings.substeps.is_some()
+        || settings.method.is_some()
+        || !settings.set.is_empty()
+        || args.reading.auto_colliders.is_some();
+    let visuals = if is_own { visuals(&loaded, Path::new(scene), out) } else { None };
+    let mut unsaid = match &loaded {
+        Loaded::Gltf(file) if is_own && visuals.is_none() => own::unsaid(file),
+        // The document goes over as it is.
+        Loaded::Gltf(_) if !is_told => Vec::new(),
+        Loaded::Gltf(file) if !is_own => own::unsaid(file),
+        _ => Vec::new(),
+    };
+    let is_whole = matches!(loaded, Loaded::Gltf(_)) && !is_told;
+    if !is_own && !is_whole {
+        unsaid.extend(bake::unsaid(loaded.scene()));
+    }
+    for Unsaid { what, count: often } in &unsaid {
+        let often = count(*often, "time");
+        let line = one_line(&format!("{}: not said: {what}, {often}", out.display()));
+        // Nobody is left to be told if this fails.
+        let _ = writeln!(io::stderr().lock(), "{line}");
+    }
+    if args.strict && !unsaid.is_empty() {
+        let kinds = count(unsaid.len(), "kind");
+        return Err(Failure::failed(format_args!(
+            "{}: {kinds} of things cannot be said in it, and --strict allows none",
+            out.display()
+        )));
+    }
+    let written = match &loaded {
+        _ if is_own => own::save(out, loaded.scene(), visuals.as_deref()),
+        Loaded::Gltf(file) if is_whole => {
+            bake::write(out, file, &bake::Motion::still(loaded.scene()))
+        }
+        _ => bake::save_scene(out, loaded.scene()),
+    };
+    output::warn_of(written.map_err(Failure::failed)?, out);
+    let scene = loaded.scene();
+    let mut text = one_line(&format!(
+        "{}: {}, {}",
+        out.display(),
+        count(scene.bodies.len(), "body").replace("bodys", "bodies"),
+        count(scene.joints.len(), "joint"),
+    ));
+    text.push('\n');
+    for note in lines_of(&scene.notes) {
+        text.push_str(&format!("note: {note}\n"));
+    }
+    output::print(&text)?;
+    Ok(ExitCode::SUCCESS)
+}
+
+/// How the file to be written names the one that says what its bodies look like; nothing if that is not beside or below it.
+fn visuals(loaded: &Loaded, file: &Path, out: &Path) -> Option<String> {
+    let path = match loaded {
+        Loaded::Gltf(_) if !loaded.scene().visuals.is_empty() => file.canonicalize().ok()?,
+        _ => return None,
+    };
+    let folder = out.parent().filter(|folder| !folder.as_os_str().is_empty());
+    let folder = folder.unwrap_or(Path::new(".")).canonicalize().ok()?;
+    let beside: PathBuf = path.strip_prefix(folder).ok()?.to_owned();
+    let words: Option<Vec<&str>> = beside.components().map(|c| c.as_os_str().to_str()).collect();
+    Some(words?.join("/"))
+}

@@ -1,0 +1,258 @@
+//! Bodies, shapes and surfaces.
+
+use drystone::events::ContactReports;
+use drystone::{BodyDef, BodyKind, Hull, MassDef, Shape, ShapeDef, Vec3};
+
+use super::{Names, layers, other, parts, refuse, unless, unless_turn, unless_vec};
+use crate::error::SceneError;
+use crate::own::document::{
+    AxisName, Body, Bond, Box, Capsule, Combine, Cone, Cylinder, Filter, Fracture, Geometry, Glue,
+    HalfSpace, Hull as HullOf, Kind, Material, Mesh, Reports, Senses, Shape as ShapeOf, Sphere,
+    Strength,
+};
+use crate::own::read::SavedHull;
+use crate::own::value::{Bound, FullMass, Mass};
+use crate::scene::SceneBody;
+
+/// All of a material as bits.
+pub(super) fn material_key(material: &drystone::Material) -> [u32; 9] {
+    [
+        material.friction.to_bits(),
+        u32::from(material.kinetic_friction.is_some()),
+        material.kinetic_friction.unwrap_or(0.0).to_bits(),
+        material.restitution.to_bits(),
+        material.rolling_resistance.to_bits(),
+        material.spinning_resistance.to_bits(),
+        material.friction_combine as u32,
+        material.restitution_combine as u32,
+        0,
+    ]
+}
+
+pub(super) fn material(material: &drystone::Material) -> Material {
+    let default = drystone::Material::default();
+    let rule = |rule: drystone::contact::Combine| match rule {
+        drystone::contact::Combine::GeometricMean => Combine::GeometricMean,
+        drystone::contact::Combine::Multiply => Combine::Multiply,
+        drystone::contact::Combine::Maximum => Combine::Maximum,
+        drystone::contact::Combine::Minimum => Combine::Minimum,
+        drystone::contact::Combine::Average => Combine::Average,
+    };
+    Material {
+        friction: unless(material.friction, default.friction),
+        kinetic_friction: material.kinetic_friction,
+        restitution: unless(material.restitution, default.restitution),
+        rolling_resistance: unless(material.rolling_resistance, 0.0),
+        spinning_resistance: unless(material.spinning_resistance, 0.0),
+        friction_combine: other(material.friction_combine, &default.friction_combine).map(rule),
+        restitution_combine: other(material.restitution_combine, &default.restitution_combine)
+            .map(rule),
+    }
+}
+
+pub(super) fn filter(filter: drystone::Filter) -> Option<Filter> {
+    let default = drystone::Filter::default();
+    (filter != default).then(|| Filter {
+        layers: other(filter.layers, &default.layers).map(layers),
+        mask: other(filter.mask, &default.mask).map(layers),
+        exclude: other(filter.exclude, &default.exclude).map(layers),
+    })
+}
+
+/// What a shape is.
+pub(super) fn geometry(shape: &Shape) -> Result<Geometry, SceneError> {
+    Ok(match shape {
+        Shape::Sphere { radius } => Geometry::Sphere(Sphere { radius: *radius }),
+        Shape::Capsule { half_height, radius } => {
+            Geometry::Capsule(Capsule { half_height: *half_height, radius: *radius })
+        }
+        Shape::Box { half_extents } => Geometry::Box(Box { half_extents: half_extents.to_array() }),
+        Shape::Cylinder { half_height, radius } => {
+            Geometry::Cylinder(Cylinder { half_height: *half_height, radius: *radius })
+        }
+        Shape::Cone { half_height, radius_bottom, radius_top } => Geometry::Cone(Cone {
+            half_height: *half_height,
+            radius_bottom: *radius_bottom,
+            radius_top: unless(*radius_top, 0.0),
+        }),
+        Shape::HalfSpace { normal, offset } => Geometry::HalfSpace(HalfSpace {
+            normal: unless_vec(*normal, Vec3::Y),
+            offset: unless(*offset, 0.0),
+        }),
+        Shape::Hull(found) => Geometry::Hull(hull(found)?),
+        Shape::Mesh(mesh) => Geometry::Mesh(Mesh {
+            vertices: Some(mesh.vertices().iter().map(|v| v.to_array()).collect()),
+            triangles: Some(mesh.triangles().to_vec()),
+            ..Mesh::default()
+        }),
+        _ => return Err(refuse("shapes", format!("a {} has no name in it", shape.kind()), "")),
+    })
+}
+
+/// A hull: its corners, and its faces too where the corners alone would not give the same bits.
+fn hull(hull: &Hull) -> Result<HullOf, SceneError> {
+    let points: Vec<[f32; 3]> = hull.vertices().iter().map(|v| v.to_array()).collect();
+    let saved = |hull: &Hull| {
+        let value = serde_json::to_value(hull).and_then(serde_json::from_value::<SavedHull>);
+        value.map_err(|e| refuse("hull", e, ""))
+    };
+    let own = saved(hull)?;
+    if own.cuboid.is_some() {
+        return Err(refuse("hull", "it is a box of the engine's own", "a box"));
+    }
+    let again = Hull::from_points(hull.vertices()).ok().map(|hull| saved(&hull)).transpose()?;
+    let is_same = again.is_some_and(|again| again.has_bits_of(&own));
+    if is_same {
+        return Ok(HullOf { points: Some(points), ..HullOf::default() });
+    }
+    let planes = own.planes.iter().map(|plane| {
+        let [x, y, z] = plane.normal.to_array();
+        [x, y, z, plane.offset]
+    });
+    let (planes, faces) = (Some(planes.collect()), Some(own.faces.clone()));
+    Ok(HullOf { points: Some(points), faces, planes, ..HullOf::default() })
+}
+
+impl Names {
+    pub(super) fn write_body(&self, body: &SceneBody) -> Result<Body, SceneError> {
+        let (def, default) = (&body.def, BodyDef::default());
+        let mut shapes = Vec::with_capacity(def.shapes.len());
+        for shape in &def.shapes {
+            shapes.push(self.shape(shape)?);
+        }
+        Ok(Body {
+            name: Some(body.name.clone()),
+            kind: match def.kind {
+                BodyKind::Static => Some(Kind::Static),
+                BodyKind::Kinematic => Some(Kind::Kinematic),
+                BodyKind::Dynamic => None,
+            },
+            position: unless_vec(def.position, Vec3::ZERO),
+            rotation: unless_turn(def.rotation),
+            linear_velocity: unless_vec(def.linear_velocity, Vec3::ZERO),
+            angular_velocity: unless_vec(def.angular_velocity, Vec3::ZERO),
+            mass: mass(&def.mass),
+            gravity_scale: unless(def.gravity_scale, default.gravity_scale),
+            linear_damping: unless(def.linear_damping, default.linear_damping),
+            angular_damping: unless(def.angular_damping, default.angular_damping),
+            locks: locks(def.locks),
+            can_sleep: other(def.can_sleep, &default.can_sleep),
+            sleep_speed: def.sleep_speed,
+            asleep: other(def.asleep, &default.asleep),
+            shapes,
+            glue: def.glue.as_ref().map(glue),
+            fracture: def.fracture.as_ref().map(fracture),
+            user_data: other(def.user_data, &default.user_data),
+        })
+    }
+
+    fn shape(&self, def: &ShapeDef) -> Result<ShapeOf, SceneError> {
+        let default = ShapeDef::sphere(1.0);
+        let (position, rotation) = parts(&def.pose);
+        let reports = |r: ContactReports| {
+            let default = ContactReports::default();
+            Reports {
+                touches: other(r.touches, &default.touches),
+                hits: other(r.hits, &default.hits),
+                hit_speed: r.hit_speed,
+                forces: other(r.forces, &default.forces),
+            }
+        };
+        let senses = |s: drystone::events::Senses| Senses {
+            statics: other(s.statics, &false),
+            sensors: other(s.sensors, &false),
+        };
+        let mut made = ShapeOf {
+            position,
+            rotation,
+            density: unless(def.density, default.density),
+            material: self.material(&def.material),
+            filter: filter(def.filter),
+            sensor: other(def.sensor, &default.sensor),
+            senses: other(def.senses, &default.senses).map(senses),
+            surface_velocity: unless_vec(def.surface_velocity, Vec3::ZERO),
+            surface_spin: unless_vec(def.surface_spin, Vec3::ZERO),
+            one_way: def.one_way.map(Vec3::to_array),
+            hooks: other(def.hooks, &default.hooks),
+            reports: other(def.reports, &default.reports).map(reports),
+            user_data: other(def.user_data, &default.user_data),
+            ..ShapeOf::default()
+        };
+        let shared = super::address(&def.shape).and_then(|address| self.shapes.get(&address));
+        if let Some(name) = shared {
+            made.shape = Some(name.clone());
+            return Ok(made);
+        }
+        match geometry(&def.shape)? {
+            Geometry::Sphere(shape) => made.sphere = Some(shape),
+            Geometry::Capsule(shape) => made.capsule = Some(shape),
+            Geometry::Box(shape) => made.cuboid = Some(shape),
+            Geometry::Cylinder(shape) => made.cylinder = Some(shape),
+            Geometry::Cone(shape) => made.cone = Some(shape),
+            Geometry::HalfSpace(shape) => made.half_space = Some(shape),
+            Geometry::Hull(shape) => made.hull = Some(shape),
+            Geometry::Mesh(shape) => made.mesh = Some(shape),
+            Geometry::Hulls(shape) => made.hulls = Some(shape),
+        }
+        Ok(made)
+    }
+}
+
+fn mass(mass: &MassDef) -> Option<Mass> {
+    match *mass {
+        MassDef::FromShapes => None,
+        MassDef::Mass(mass) => Some(Mass::Total(mass)),
+        MassDef::Exact { mass, center, inertia: i } => {
+            let center = unless_vec(center, Vec3::ZERO);
+            let outer = [i.xy, i.xz, i.yz];
+            let mut inertia = vec![i.xx, i.yy, i.zz];
+            if outer.map(f32::to_bits) != [0; 3] {
+                inertia.extend(outer);
+            }
+            Some(Mass::Full(FullMass { mass, center, inertia }))
+        }
+    }
+}
+
+fn locks(locks: drystone::AxisLocks) -> Vec<AxisName> {
+    let ([x, y, z], [a, b, c]) = (locks.linear, locks.angular);
+    let all = [
+        (x, AxisName::X),
+        (y, AxisName::Y),
+        (z, AxisName::Z),
+        (a, AxisName::TurnX),
+        (b, AxisName::TurnY),
+        (c, AxisName::TurnZ),
+    ];
+    all.into_iter().filter(|(is_locked, _)| *is_locked).map(|(_, axis)| axis).collect()
+}
+
+fn glue(glue: &drystone::breakage::Glue) -> Glue {
+    let strength = |s: drystone::breakage::BondStrength| Strength {
+        tension: Bound(s.tension),
+        shear: Bound(s.shear),
+    };
+    let first = glue.bonds.first().map(|bond| strength(bond.strength));
+    let bonds = glue.bonds.iter().map(|bond| Bond {
+        shapes: bond.shapes,
+        point: bond.point.to_array(),
+        normal: bond.normal.to_array(),
+        area: bond.area,
+        strength: Some(strength(bond.strength)).filter(|own| Some(*own) != first),
+    });
+    Glue { bonds: Some(bonds.collect()), strength: first, gap: None }
+}
+
+fn fracture(fracture: &drystone::breakage::Fracture) -> Fracture {
+    let default = drystone::breakage::Fracture::default();
+    let bound = |value: f32| value.is_finite().then_some(Bound(value));
+    Fracture {
+        impulse: bound(fracture.impulse),
+        energy: bound(fracture.energy),
+        pieces: other(fracture.pieces, &default.pieces),
+        min_size: unless(fracture.min_size, default.min_size),
+        focus: other(fracture.focus, &default.focus),
+        generations: other(fracture.generations, &default.generations),
+        seed: other(fracture.seed, &default.seed),
+    }
+}
