@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use drystone::BodyKind;
 use drystone::method::Method;
-use drystone_scene::{Parameter, Range, catalog};
+use drystone_scene::{Parameter, Range, Scene, Script, StrandDef, catalog};
 
 use crate::Outcome;
 use crate::cli::{Info, count};
@@ -117,6 +117,7 @@ pub(crate) fn info(args: &Info) -> Outcome {
     if !scene.couplings.is_empty() {
         page.row("", &format!("{} of them follow another", scene.couplings.len()));
     }
+    rows_of_rest(scene, &mut page);
     let masses: Vec<f64> = running
         .world
         .bodies()
@@ -151,6 +152,40 @@ pub(crate) fn info(args: &Info) -> Outcome {
     }
     output::print(&page.text)?;
     Ok(ExitCode::SUCCESS)
+}
+
+/// Particles, rules and the script, where there are some.
+fn rows_of_rest(scene: &Scene, page: &mut Page) {
+    let mut strands: BTreeMap<&str, usize> = BTreeMap::new();
+    for strand in &scene.strands {
+        let kind = match strand.def {
+            StrandDef::Rope(_) => "rope",
+            StrandDef::Cloth(_) => "cloth",
+            _ => "cloud",
+        };
+        *strands.entry(kind).or_default() += 1;
+    }
+    if !strands.is_empty() {
+        page.row("particles", &list(&strands));
+    }
+    if !scene.surface_rules.is_empty() {
+        page.row("rules", &format!("{} of surfaces", count(scene.surface_rules.len(), "rule")));
+    }
+    if !scene.never_collide.is_empty() {
+        page.row(
+            "rules",
+            &format!("{}, which never collide", count(scene.never_collide.len(), "pair")),
+        );
+    }
+    let script = match &scene.script {
+        Script::None => return,
+        Script::Orbit { .. } => "a body goes round",
+        Script::Drop { .. } => "bodies join one after the other",
+        Script::Loads { .. } => "forces act on bodies",
+        Script::Waves(_) => "bodies come and go",
+        _ => "bodies follow a film",
+    };
+    page.row("script", script);
 }
 
 const fn kind_word(kind: BodyKind) -> &'static str {

@@ -152,9 +152,13 @@ const VALUES: [&str; 40] = [
 /// A command line: a right one, with some of its words changed.
 fn arguments(rng: &mut Rng) -> Vec<OsString> {
     let scene = rng.pick(&SCENES).to_owned();
-    let mut args: Vec<String> = match rng.below(6) {
+    let mut args: Vec<String> = match rng.below(7) {
         0 => vec![rng.pick(&["scenes", "methods", "--version", "--help", "help"]).to_owned()],
         1 => vec!["info".to_owned(), scene],
+        3 => {
+            let out = rng.pick(&["a.json", "a.glb", "a.gltf", "a.obj", "/dev/full"]).to_owned();
+            vec!["convert".to_owned(), scene, out]
+        }
         // It compares with `analytic` too, which takes long where much touches.
         2 => [
             "compare",

@@ -152,11 +152,11 @@ fn check_version(text: &str) -> Result<(), SceneError> {
     /// The version alone.
     #[derive(Deserialize)]
     struct Head {
-        drystone: Option<serde_json::Value>,
+        drystone: Option<u64>,
     }
     let head: Head = serde_json::from_str(text).map_err(|e| broken(text, &e, ""))?;
     let found = match head.drystone {
-        Some(version) if version == super::VERSION => return Ok(()),
+        Some(version) if version == u64::from(super::VERSION) => return Ok(()),
         Some(version) => format!("is {version}"),
         None => "the version is missing".to_owned(),
     };
