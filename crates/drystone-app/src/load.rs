@@ -44,9 +44,10 @@ impl Loaded {
         match self {
             Self::Gltf(loaded) => loaded.read_visuals(),
             Self::Own(scene, path) => {
-                // It was read before, so it fails only where a file has changed meanwhile.
-                if let Ok(seen) = own::load(path, &own::Options::with_visuals()) {
-                    scene.visuals = seen.visuals;
+                match own::load(path, &own::Options::with_visuals()) {
+                    Ok(seen) => scene.visuals = seen.visuals,
+                    // Nothing of what is seen can stop a scene from being simulated.
+                    Err(e) => scene.notes.push(format!("visuals: left out: {e}")),
                 }
             }
             Self::BuiltIn(_) | Self::Read(_) => {}

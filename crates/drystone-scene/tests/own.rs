@@ -118,7 +118,7 @@ fn what_is_wrong_is_told_with_line_field_and_what_is_allowed() {
         ("{\"drystone\": 1,\n \"bodies\": [}".to_owned(), "line 2 column 13: broken JSON"),
         (body("\"colour\": 1"), "line 3 column 11: bodies[0].colour: unknown field `colour`, allowed is one of `name`"),
         (body("\"kind\": \"statik\""), "allowed is one of `static`, `kinematic`, `dynamic`"),
-        (body("\"position\": [1, 2]"), "bodies[0].position: invalid length 2, allowed is an array of length 3"),
+        (body("\"position\": [1, 2]"), "bodies[0].position: is a list of 2, allowed is a list of 3"),
         (
             body("\"shapes\": [{\"box\": {\"half_extents\": [1, 1, -1]}}]"),
             "bodies[0].shapes[0].box.half_extents.z: is -1, allowed is a length",
@@ -155,6 +155,15 @@ fn what_is_wrong_is_told_with_line_field_and_what_is_allowed() {
             "{\"drystone\": 1, \"bodies\": [{}, {}], \"joints\": [{\"body_a\": 0, \"body_b\": 1, \"hinge\": {\"limits\": [1, 0]}}]}"
                 .to_owned(),
             "joints[0].hinge.limits: is [1, 0]",
+        ),
+        (body("\"shapes\": [{\"sphere\": 0.5}]"), "sphere: is 0.5, allowed is an object"),
+        (body("\"shapes\": {}"), "bodies[0].shapes: is an object, allowed is a list"),
+        (body("\"gravity_scale\": \"1\""), "gravity_scale: is \"1\", allowed is a number"),
+        ("{\"drystone\": 1.5}".to_owned(), "is 1.5, allowed is a whole number"),
+        (
+            "{\"drystone\": 1, \"strands\": [{\"cloud\": {\"points\": [[0, 0, 0]]}, \"pins\": [0, 1]}]}"
+                .to_owned(),
+            "strands[0].pins[1]: is 1, allowed is below 1",
         ),
         (body("\"user_data\": 18446744073709551615, \"mass\": 1e39"), "line 3 column 47: a number is too large"),
         (

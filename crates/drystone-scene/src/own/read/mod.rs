@@ -5,6 +5,7 @@ mod joint;
 mod part;
 mod shape;
 mod strand;
+mod text;
 mod world;
 
 use std::collections::BTreeMap;
@@ -13,9 +14,10 @@ use std::sync::Arc;
 
 use drystone::contact::{ContactSoftness, SurfaceRule};
 use drystone::{DefError, Filter, Material, Pose, Quat, Shape, Vec3};
-use serde::Deserialize;
 
 pub(super) use self::shape::SavedHull;
+pub(super) use self::text::broken;
+use self::text::{check_version, too_large};
 
 use super::document::{self, Document, Layer, Softness};
 use super::place::Place;
@@ -55,33 +57,6 @@ pub(super) fn from_text(
     scene_of(text, name, folder, &mut part::Loading::new(*options))
 }
 
-/// What serde says of a text, in the terms of other errors; `path` is where serde was.
-pub(super) fn broken(text: &str, e: &serde_json::Error, path: &str) -> SceneError {
-    let full = e.to_string();
-    let said = full.rfind(" at line ").map_or(full.as_str(), |end| &full[..end]);
-    let (problem, allowed) = match e.classify() {
-        serde_json::error::Category::Data => match said.split_once(", expected ") {
-            Some((problem, allowed)) => (problem.to_owned(), allowed.to_owned()),
-            None => (said.to_owned(), String::new()),
-        },
-        // All of it was read as JSON before: where serde wants the name of a variant, another value stands.
-        _ if !path.is_empty() => {
-            ("is of another kind".to_owned(), "a word, or an object with one member".to_owned())
-        }
-        _ => (format!("broken JSON: {said}"), "JSON as RFC 8259 has it".to_owned()),
-    };
-    let line = e.line().max(1);
-    // Columns of serde count bytes.
-    let bytes = text.lines().nth(line - 1).unwrap_or("").as_bytes();
-    let before = &bytes[..e.column().saturating_sub(1).min(bytes.len())];
-    let column = String::from_utf8_lossy(before).chars().count() + 1;
-    let mut place = format!("line {line} column {column}");
-    if !path.is_empty() && path != "." {
-        place = format!("{place}: {path}");
-    }
-    SceneError::new(Path::new(""), &place, problem, &allowed)
-}
-
 /// Reads a text whose paths start from `folder`.
 fn scene_of(
     text: &str,
@@ -119,50 +94,6 @@ fn scene_of(
         scene: Scene::new(name, "read from a file"),
     };
     reader.scene(&document)
-}
-
-/// Where the first number of a text of JSON stands that would be infinite as an f32.
-fn too_large(text: &str) -> Option<usize> {
-    let bytes = text.as_bytes();
-    let (mut at, mut is_text) = (0, false);
-    while let Some(byte) = bytes.get(at) {
-        match byte {
-            b'\\' if is_text => at += 1,
-            b'"' => is_text = !is_text,
-            b'0'..=b'9' if !is_text => {
-                let is_part = |b: &&u8| b"0123456789.eE+-".contains(b);
-                let length = bytes[at..].iter().take_while(is_part).count();
-                let number = &text[at..at + length];
-                // Shorter ones have no room for it.
-                let may_be = length > 38 || number.contains(['e', 'E']);
-                if may_be && number.parse::<f32>().is_ok_and(f32::is_infinite) {
-                    return Some(at);
-                }
-                at += length - 1;
-            }
-            _ => {}
-        }
-        at += 1;
-    }
-    None
-}
-
-/// Before anything else of a text is read, for what else is in it depends on the version.
-fn check_version(text: &str) -> Result<(), SceneError> {
-    /// The version alone.
-    #[derive(Deserialize)]
-    struct Head {
-        drystone: Option<u64>,
-    }
-    let head: Head = serde_json::from_str(text).map_err(|e| broken(text, &e, ""))?;
-    let found = match head.drystone {
-        Some(version) if version == u64::from(super::VERSION) => return Ok(()),
-        Some(version) => format!("is {version}"),
-        None => "the version is missing".to_owned(),
-    };
-    let (line, column) = Place::default().key("drystone").find(text);
-    let place = format!("line {line} column {column}: drystone");
-    Err(SceneError::new(Path::new(""), &place, found, "1, the version of the format"))
 }
 
 /// A file being read.
@@ -553,6 +484,9 @@ impl Reader<'_> {
 
     fn visuals(&mut self, place: &Place, file: &str) -> Result<(), SceneError> {
         let path = self.path(place, file)?;
+        if !path.is_file() {
+            return Err(self.fail(place, format!("there is no file \"{file}\""), "a glTF file"));
+        }
         if !self.loading.options.visuals {
             return Ok(());
         }

@@ -36,13 +36,10 @@ impl Reader<'_> {
                 ));
             }
         };
-        let count = match &def {
-            StrandDef::Rope(rope) => rope.links,
-            StrandDef::Cloth(cloth) => cloth.squares[0].saturating_mul(cloth.squares[1]),
-            // Each stands in the file.
-            StrandDef::Cloud(..) => 0,
-        };
-        self.loading.particles = self.loading.particles.saturating_add(count);
+        let count = particles_of(&def);
+        // Each point of a cloud stands in the file.
+        let asked = if let StrandDef::Cloud(..) = def { 0 } else { count };
+        self.loading.particles = self.loading.particles.saturating_add(asked);
         if self.loading.particles > MOST_PARTICLES {
             let problem = format!("brings all strands to {} particles", self.loading.particles);
             let allowed = format!("up to {MOST_PARTICLES} in ropes and cloths");
@@ -52,8 +49,17 @@ impl Reader<'_> {
             strand.name.clone().unwrap_or_else(|| format!("#{}", self.scene.strands.len())),
             def,
         );
+        let in_strand = |place: Place, number: usize| {
+            let allowed = format!("below {count}, as it has so many particles");
+            let is_there = number < count;
+            if is_there { Ok(()) } else { Err(self.fail(&place, format!("is {number}"), &allowed)) }
+        };
+        for (i, pin) in strand.pins.iter().enumerate() {
+            in_strand(place.nth("pins", i), *pin)?;
+        }
         made.pins.clone_from(&strand.pins);
         for (i, hold) in strand.holds.iter().enumerate() {
+            in_strand(place.nth("holds", i).key("particle"), hold.particle)?;
             let at = place.nth("holds", i).key("body");
             made.holds.push(SceneHold {
                 particle: hold.particle,
@@ -62,6 +68,8 @@ impl Reader<'_> {
             });
         }
         for (i, link) in strand.links.iter().enumerate() {
+            in_strand(place.nth("links", i).key("a"), link.a)?;
+            in_strand(place.nth("links", i).key("b"), link.b)?;
             let at = place.nth("links", i).key("kind");
             let kind = self
                 .link(&at, &link.kind)?
@@ -299,5 +307,17 @@ impl Reader<'_> {
             made.push(Wave { step: wave.step, removed, bodies, joints });
         }
         Ok(Script::Waves(made))
+    }
+}
+
+/// How many particles a strand has.
+fn particles_of(def: &StrandDef) -> usize {
+    match def {
+        StrandDef::Rope(rope) => rope.links.saturating_add(1),
+        StrandDef::Cloth(cloth) => {
+            let [a, b] = cloth.squares.map(|n| n.saturating_add(1));
+            a.saturating_mul(b)
+        }
+        StrandDef::Cloud(points, _) => points.len(),
     }
 }
