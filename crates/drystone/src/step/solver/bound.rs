@@ -13,6 +13,8 @@
 //! All alike, so that momentum stays and no impulse leaves its limits; and what is carried on is that part, so that rows which feed each
 //! other do not grow in secret. See docs/decisions/031-work-of-joints.md.
 
+mod contacts;
+
 use super::Solver;
 use super::closing::Caps;
 use super::forest::Tree;
@@ -20,7 +22,6 @@ use super::integrate::three;
 use super::joint::JointSweep;
 use super::layout::Layout;
 use super::plan::{DISTANCE, Group, number};
-use super::rows::ContactBlock;
 use super::six::shift;
 use super::sixdof::SixBlock;
 use super::spring::Push;
@@ -281,76 +282,6 @@ impl Solver<'_> {
             turn: turn(line.t),
             v: [motion(v), motion(line.v)],
             w: [turn(w), turn(line.w)],
-        }
-    }
-
-    /// Speed of a contact's point along the normal before this substep's impulses, and in the mean.
-    fn point_speeds(
-        &self,
-        block: &ContactBlock,
-        [line_a, line_b]: [u32; 2],
-        (lane, j): (usize, usize),
-    ) -> [f64; 2] {
-        let (n, point) = (at(&block.n, lane), &block.points[j]);
-        let along = |v: [f32; 4], w: [f32; 4], scale: f32, turn: &[Lanes; 3]| {
-            f64::from(n.dot(three(v)) * scale + at(turn, lane).dot(three(w)))
-        };
-        speeds(|after| {
-            let of = |line: u32, scale: f32, turn: &[Lanes; 3]| {
-                if line == 0 {
-                    return 0.0;
-                }
-                let now = self.lines.read(line as usize);
-                let [v, w] = [self.aux.read(line as usize).before(), [now.v, now.w]][after];
-                along(v, w, scale, turn)
-            };
-            of(line_b, block.beta[lane], &point.b) - of(line_a, block.alpha[lane], &point.a)
-        })
-    }
-
-    fn ask_contacts(&self, group: &Group, elapsed: f32, bounds: &mut [Bound]) {
-        for batch in &self.plan.contacts.batches[group.contacts.clone()] {
-            let softness = if batch.fixed { &self.ctx.soft_fixed } else { &self.ctx.soft };
-            for i in batch.blocks.clone() {
-                let block = self.blocks.read(i);
-                let extra = if self.has_extras { Some(self.extras.read(i)) } else { None };
-                for lane in 0..LANES {
-                    let a = if batch.fixed { 0 } else { block.row_a[lane] };
-                    let ends = [a, block.row_b[lane]];
-                    let Some(bound) = self.over_lane(ends, group, bounds) else { continue };
-                    let [a, b] = ends.map(|line| *self.lines.read(line as usize));
-                    let n = at(&block.n, lane);
-                    let moved = n.dot(three(b.x)) * block.beta[lane]
-                        - n.dot(three(a.x)) * block.alpha[lane];
-                    for (j, p) in block.points.iter().take(usize::from(block.count)).enumerate() {
-                        let drift = extra.map_or(0.0, |extra| extra.drift[j][lane]);
-                        let turned = at(&p.b, lane).dot(three(b.t))
-                            - if batch.fixed { 0.0 } else { at(&p.a, lane).dot(three(a.t)) };
-                        let depth = -(p.s0[lane] + moved + turned + drift * elapsed);
-                        let (impulse, depth) =
-                            (f64::from(p.impulse[lane]), f64::from(depth.max(0.0)));
-                        if let Some(square) =
-                            extra.and_then(|extra| extra.spring(lane, self.ctx.inv_h))
-                        {
-                            let speeds = self.point_speeds(block, ends, (lane, j));
-                            let spring = (0.0, square, f64::from(p.mass[lane]));
-                            bound.release(impulse, speeds, spring, (depth, self.ctx.inv_h.into()));
-                        } else {
-                            let speed = speed_of(
-                                depth,
-                                softness.rate,
-                                (&self.ctx.caps, self.ctx.push_speed, 0),
-                            );
-                            bound.close(impulse, speed, 0);
-                        }
-                        bound.drive(p.impulse[lane], f64::from(drift));
-                    }
-                    for (k, rub) in block.friction.iter().enumerate() {
-                        let drift = extra.map_or(0.0, |extra| extra.drift_t[k][lane]);
-                        bound.drive(rub[lane], f64::from(drift));
-                    }
-                }
-            }
         }
     }
 

@@ -118,12 +118,12 @@ impl Analytic {
         self.budget = Budget::of_step(solves);
     }
 
-    /// Solves for the velocities at the end of a substep of `h`. `slop`: overlaps are removed by velocity, down to this [m].
+    /// Solves for the velocities at the end of a substep of `h`. `slop`: overlaps are removed by velocity, down to this [m]; ∞: none.
     pub(super) fn solve(
         &mut self,
         turns: &Turns,
         h: f32,
-        slop: Option<f64>,
+        slop: f64,
         movers: &mut [Mover],
         pairs: &mut [Pair],
     ) -> Outcome {
@@ -328,14 +328,7 @@ impl Analytic {
         Outcome { sweeps: done, residual: self.residual() / scale, too_large: false }
     }
 
-    fn gather(
-        &mut self,
-        turns: &Turns,
-        h: f32,
-        slop: Option<f64>,
-        movers: &[Mover],
-        pairs: &[Pair],
-    ) {
+    fn gather(&mut self, turns: &Turns, h: f32, slop: f64, movers: &[Mover], pairs: &[Pair]) {
         self.roots.clear();
         self.roots.extend(movers.iter().map(|m| {
             let root = |x: f32| f64::from(x.max(0.0)).sqrt();
@@ -374,7 +367,7 @@ impl Analytic {
                     bounce
                 } else if s > 0.0 {
                     -s / h
-                } else if let Some(slop) = slop {
+                } else if slop < f64::INFINITY {
                     -BAUMGARTE / h * (s + slop).min(0.0)
                 } else {
                     0.0

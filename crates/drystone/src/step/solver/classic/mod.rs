@@ -211,8 +211,9 @@ impl Scratch {
                 accumulate::accumulate(turns, settings.sweeps, &law, movers, pairs, join)
             }
             Pass::Converge => {
+                let has_bias = settings.overlap == Overlap::VelocityBias;
                 let slop = analytic::SLOP * f64::from(ctx.length);
-                let slop = (settings.overlap == Overlap::VelocityBias).then_some(slop);
+                let slop = if has_bias { slop } else { f64::INFINITY };
                 let mut sweeps = 0;
                 for _ in 0..rounds {
                     for link in links.iter_mut() {
