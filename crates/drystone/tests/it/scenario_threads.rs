@@ -526,7 +526,7 @@ fn what_is_wrong_is_refused_and_changes_nothing() {
     assert!(refused(&mut world, LinkDef { b: twin, ..equal }).contains("particle of this world"));
     assert!(world.particle(twin).is_none() && world.particle_mut(twin).is_none());
     let body = world.add_body(BodyDef::dynamic().with_shape(ShapeDef::sphere(0.1))).unwrap();
-    let gone = world.add_body(BodyDef::dynamic()).unwrap();
+    let gone = world.add_body(BodyDef::fixed()).unwrap();
     world.remove_body(gone);
     let refused = world.particle_mut(a).expect("there").attach(gone, Vec3::ZERO).unwrap_err();
     assert_eq!(refused.kind(), DefErrorKind::Missing);
