@@ -66,6 +66,9 @@ pub fn from_text(text: &str, name: &str, folder: &Path) -> Result<Scene, SceneEr
     }
     if let Some(seconds) = root.get("max_time") {
         scene.seconds = seconds.above_zero()?;
+        if scene.seconds > 1.0e9 {
+            return Err(seconds.wrong("up to 1e9 [s]"));
+        }
     }
     let material = material(&problem)?;
     let mut loads = Vec::new();
