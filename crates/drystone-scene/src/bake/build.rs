@@ -105,6 +105,12 @@ pub(super) fn physics(scene: &Scene) -> Document {
     for joint in &scene.joints {
         build.joint(joint, &nodes);
     }
+    // A scale that is said is read without rounding; that of a turned node without one comes from its matrix.
+    for node in super::file::list(&mut build.json, "nodes") {
+        if node.get("rotation").is_some() {
+            node["scale"] = json!([1.0, 1.0, 1.0]);
+        }
+    }
     let default = Scene::new("", "");
     let times = [("hz", scene.hz, default.hz), ("seconds", scene.seconds, default.seconds)];
     for (key, value, default) in times {

@@ -213,7 +213,8 @@ fn local_transform(at: &At<'_>) -> Result<(Affine, Quat, Option<Vec3>), SceneErr
     let scale = at.vec3_or("scale", Vec3::ONE)?;
     let r = rotation.to_mat3();
     let linear = Mat3 { x: r.x * scale.x, y: r.y * scale.y, z: r.z * scale.z };
-    Ok((Affine { linear, translation }, rotation, Some(scale)))
+    let own = at.get("scale").map(|_| scale);
+    Ok((Affine { linear, translation }, rotation, own))
 }
 
 /// Some rotation near to a linear map: its axes made orthogonal one after the other.
