@@ -132,7 +132,10 @@ pub fn apply(
             of(body.set_bond_strength(*strength))
         }
         Op::SetConfig(config) => of(world.set_config((**config).clone())),
-        Op::SetGravity(g) => of(nothing(world.set_gravity(*g))),
+        Op::SetGravity(g) => {
+            world.set_gravity(*g);
+            Done::Yes
+        }
         Op::ShiftOrigin(origin) => of(world.shift_origin(*origin)),
         Op::SurfaceBetween(a, b, rule) => {
             let (Some(a), Some(b)) = (ids.bodies.get(a), ids.bodies.get(b)) else {
@@ -390,11 +393,6 @@ fn add_link(world: &mut World, ids: &mut Ids, plan: &LinkPlan) -> Done {
     Done::Yes
 }
 
-/// A call that returns nothing: a value that is refused is a fault of the next step.
-const fn nothing((): ()) -> Result<(), DefError> {
-    Ok(())
-}
-
 fn body_call(world: &mut World, ids: &Ids, label: Label, call: &BodyCall) -> Done {
     let Some(mut body) = ids.bodies.get(&label).and_then(|id| world.body_mut(*id)) else {
         return Done::Skipped;
@@ -404,20 +402,62 @@ fn body_call(world: &mut World, ids: &Ids, label: Label, call: &BodyCall) -> Don
             body.wake();
             Ok(())
         }
-        BodyCall::Pose(pose) => nothing(body.set_pose(*pose)),
-        BodyCall::LinearVelocity(v) => nothing(body.set_linear_velocity(*v)),
-        BodyCall::AngularVelocity(w) => nothing(body.set_angular_velocity(*w)),
-        BodyCall::MoveTo(pose, dt) => nothing(body.move_to(*pose, *dt)),
-        BodyCall::Impulse(p) => nothing(body.apply_impulse(*p)),
-        BodyCall::ImpulseAt(p, at) => nothing(body.apply_impulse_at(*p, *at)),
-        BodyCall::AngularImpulse(p) => nothing(body.apply_angular_impulse(*p)),
-        BodyCall::StepForce(f) => nothing(body.add_step_force(*f)),
-        BodyCall::StepForceAt(f, at) => nothing(body.add_step_force_at(*f, *at)),
-        BodyCall::StepTorque(t) => nothing(body.add_step_torque(*t)),
-        BodyCall::LastingForce(f) => nothing(body.set_lasting_force(*f)),
-        BodyCall::LastingTorque(t) => nothing(body.set_lasting_torque(*t)),
-        BodyCall::GravityScale(scale) => nothing(body.set_gravity_scale(*scale)),
-        BodyCall::Damping(linear, angular) => nothing(body.set_damping(*linear, *angular)),
+        BodyCall::Pose(pose) => {
+            body.set_pose(*pose);
+            Ok(())
+        }
+        BodyCall::LinearVelocity(v) => {
+            body.set_linear_velocity(*v);
+            Ok(())
+        }
+        BodyCall::AngularVelocity(w) => {
+            body.set_angular_velocity(*w);
+            Ok(())
+        }
+        BodyCall::MoveTo(pose, dt) => {
+            body.move_to(*pose, *dt);
+            Ok(())
+        }
+        BodyCall::Impulse(p) => {
+            body.apply_impulse(*p);
+            Ok(())
+        }
+        BodyCall::ImpulseAt(p, at) => {
+            body.apply_impulse_at(*p, *at);
+            Ok(())
+        }
+        BodyCall::AngularImpulse(p) => {
+            body.apply_angular_impulse(*p);
+            Ok(())
+        }
+        BodyCall::StepForce(f) => {
+            body.add_step_force(*f);
+            Ok(())
+        }
+        BodyCall::StepForceAt(f, at) => {
+            body.add_step_force_at(*f, *at);
+            Ok(())
+        }
+        BodyCall::StepTorque(t) => {
+            body.add_step_torque(*t);
+            Ok(())
+        }
+        BodyCall::LastingForce(f) => {
+            body.set_lasting_force(*f);
+            Ok(())
+        }
+        BodyCall::LastingTorque(t) => {
+            body.set_lasting_torque(*t);
+            Ok(())
+        }
+        BodyCall::GravityScale(scale) => {
+            body.set_gravity_scale(*scale);
+            Ok(())
+        }
+        BodyCall::Damping(linear, angular) => {
+            body.set_damping(*linear, *angular);
+            Ok(())
+        }
         BodyCall::Locks(locks) => {
             body.set_locks(*locks);
             Ok(())
@@ -451,8 +491,14 @@ fn shape_call(world: &mut World, ids: &Ids, label: Label, call: &ShapeCall) -> D
     };
     of(match call {
         ShapeCall::Material(material) => shape.set_material(*material),
-        ShapeCall::SurfaceVelocity(v) => nothing(shape.set_surface_velocity(*v)),
-        ShapeCall::SurfaceSpin(w) => nothing(shape.set_surface_spin(*w)),
+        ShapeCall::SurfaceVelocity(v) => {
+            shape.set_surface_velocity(*v);
+            Ok(())
+        }
+        ShapeCall::SurfaceSpin(w) => {
+            shape.set_surface_spin(*w);
+            Ok(())
+        }
         ShapeCall::Filter(filter) => {
             shape.set_filter(*filter);
             Ok(())
@@ -483,9 +529,18 @@ fn particle_call(world: &mut World, ids: &Ids, label: Label, call: &ParticleCall
         return Done::Skipped;
     };
     of(match call {
-        ParticleCall::Position(x) => nothing(particle.set_position(*x)),
-        ParticleCall::Velocity(v) => nothing(particle.set_velocity(*v)),
-        ParticleCall::Impulse(p) => nothing(particle.apply_impulse(*p)),
+        ParticleCall::Position(x) => {
+            particle.set_position(*x);
+            Ok(())
+        }
+        ParticleCall::Velocity(v) => {
+            particle.set_velocity(*v);
+            Ok(())
+        }
+        ParticleCall::Impulse(p) => {
+            particle.apply_impulse(*p);
+            Ok(())
+        }
         ParticleCall::Mass(mass) => particle.set_mass(*mass),
         ParticleCall::Pinned(pinned) => {
             particle.set_pinned(*pinned);

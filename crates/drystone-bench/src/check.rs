@@ -101,9 +101,9 @@ impl<'a> Checker<'a> {
             let Some(mut body) = self.world.body_mut(id) else { continue };
             let away = || Pose::at([0.0, 1.0e6 + 1.0e3 * small(number), 0.0]);
             // A pose that is refused is one that `lost` in the row tells of.
-            let _ = body.set_pose(pose.unwrap_or_else(away));
-            let _ = body.set_linear_velocity(Vec3::ZERO);
-            let _ = body.set_angular_velocity(Vec3::ZERO);
+            body.set_pose(pose.unwrap_or_else(away));
+            body.set_linear_velocity(Vec3::ZERO);
+            body.set_angular_velocity(Vec3::ZERO);
         }
         let bodies = &self.bodies;
         let there = |number: usize| {

@@ -268,7 +268,7 @@ fn soft_things(w: &mut Scaled) {
     let particle = ParticleDef { radius: 0.02 * s, mass: 0.1, ..ParticleDef::default() };
     let rope = RopeDef {
         pinned: [true, false],
-        particle: particle.clone(),
+        particle,
         ..RopeDef::between(w.at(0.0, 3.0, 0.0), w.at(3.0, 3.0, 0.0), 20)
     };
     let rope = w.world.add_rope(rope).unwrap();
@@ -279,7 +279,7 @@ fn soft_things(w: &mut Scaled) {
     w.world.particle_mut(held).unwrap().attach(load, Vec3::ZERO).unwrap();
     let mut cloth =
         ClothDef::new(w.at(-3.0, 1.0, 3.0), [w.at(2.0, 0.0, 0.0), w.at(0.0, 0.0, 2.0)], [10, 10]);
-    cloth.particle = particle.clone();
+    cloth.particle = particle;
     w.world.add_cloth(cloth).unwrap();
     let at = w.at(-2.0, 0.3, 4.0);
     let shape = w.ball(0.3);

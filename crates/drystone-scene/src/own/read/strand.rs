@@ -187,7 +187,7 @@ impl Reader<'_> {
                 StrandDef::Cloth(def) => ("cloth", world.add_cloth(*def)),
                 StrandDef::Cloud(points, def) => {
                     let bad = points.iter().position(|point| {
-                        ParticleDef { position: *point, ..def.clone() }.validate().is_err()
+                        ParticleDef { position: *point, ..*def }.validate().is_err()
                     });
                     if let Some(bad) = bad {
                         let at = place.key("cloud").nth("points", bad);

@@ -78,7 +78,7 @@ impl Names {
 
     /// What of a particle is not as its strand has it by default; its place is the strand's.
     fn particle(&self, def: &ParticleDef, default: &ParticleDef) -> Option<Particle> {
-        let at = ParticleDef { position: default.position, ..def.clone() };
+        let at = ParticleDef { position: default.position, ..*def };
         (at != *default).then(|| Particle {
             velocity: unless_vec(def.velocity, default.velocity),
             mass: unless(def.mass, default.mass),

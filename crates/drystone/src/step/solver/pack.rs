@@ -269,10 +269,9 @@ fn build_rows<S: Simd, const FIXED: bool, const N: usize>(
 
     let offset = raw.offset(simd);
     let count = load(simd, &raw.count);
-    let scale = splat(simd, source.ctx.impulse_scale);
+    let mut scale = splat(simd, source.ctx.impulse_scale);
     let inv_margin = splat(simd, 1.0 / source.ctx.margin);
     let rest_offset = splat(simd, source.ctx.rest_offset);
-    let least = splat(simd, 0.01);
     let zeros = Vec3w::zero(simd);
     let turned = above(zero, load(simd, &raw.sign));
     let (mut a, mut b, mut rb, mut there) = ([zeros; N], [zeros; N], [zeros; N], [zero; N]);
@@ -294,7 +293,7 @@ fn build_rows<S: Simd, const FIXED: bool, const N: usize>(
         let impulse = impulse * scale;
         let point = &mut block.points[j];
         // Friction acts at the middle of what is close.
-        let w = min(max(one - s0 * inv_margin, least), one) * there[j];
+        let w = min(max(one - s0 * inv_margin, splat(simd, 0.01)), one) * there[j];
         weights[j] = w;
         gap += max(s0, zero) * w;
         s0.store_array(&mut point.s0);
@@ -318,16 +317,7 @@ fn build_rows<S: Simd, const FIXED: bool, const N: usize>(
         total += impulse;
         weight += w;
     }
-    // What is caught between two that give way to nothing is pressed without end, and nothing is pressed so by weight. When one of both
-    // goes, the sweep that takes the other's back leaves a part of it, which threw a crate out at 31 m/s.
-    let (speed, fastest) = (most * scale * linear, splat(simd, source.ctx.warm_most));
-    let mut scale = scale;
-    if bits(above(speed, fastest)) != 0 {
-        let part = min(one, fastest / max(speed, fastest));
-        for j in 0..N {
-            let impulse = &mut block.points[j].impulse;
-            (load(simd, impulse) * part).store_array(impulse);
-        }
+    if let Some(part) = kept(simd, block, most * scale * linear, source.ctx.warm_most) {
         (turn_a, turn_b, total) = (turn_a * part, turn_b * part, total * part);
         scale *= part;
     }
@@ -376,6 +366,24 @@ fn build_rows<S: Simd, const FIXED: bool, const N: usize>(
     mark_fresh(simd, block, count, most);
     let push = n * total + t1 * impulse[0] + t2 * impulse[1];
     Warm { push, turn_a, turn_b, reach }
+}
+
+/// Takes what contacts begin with down to what gives their bodies a speed of `most`, and returns that part; `None`: all of it stays.
+/// `speeds`: what their greatest impulse would give.
+///
+/// What is caught between two that give way to nothing is pressed without end, and nothing is pressed so by weight. When one of both
+/// goes, the sweep that takes the other's back leaves a part of it, which threw a crate out at 31 m/s.
+#[inline(always)]
+fn kept<S: Simd>(simd: S, block: &mut ContactBlock, speeds: Wide<S>, most: f32) -> Option<Wide<S>> {
+    let most = splat(simd, most);
+    if bits(above(speeds, most)) == 0 {
+        return None;
+    }
+    let part = min(splat(simd, 1.0), most / max(speeds, most));
+    for point in &mut block.points {
+        (load(simd, &point.impulse) * part).store_array(&mut point.impulse);
+    }
+    Some(part)
 }
 
 /// Marks the contacts without a warm start, which get more rounds. Impulses are never negative: the
