@@ -199,8 +199,8 @@ fn apply(running: &mut Running, input: &Input) {
         Input::Force { body, force, at, torque } => {
             if let Some(mut body) = world.body_mut(*body) {
                 body.wake();
-                let _ = body.add_step_force_at(*force, *at);
-                let _ = body.add_step_torque(*torque);
+                body.add_step_force_at(*force, *at);
+                body.add_step_torque(*torque);
             }
         }
         &Input::Shot { from, velocity, radius, boxed } => {
@@ -225,8 +225,8 @@ fn apply(running: &mut Running, input: &Input) {
             if let Some(mut body) = world.body_mut(*body) {
                 let held = AxisLocks { linear: [true; 3], angular: [true; 3] };
                 body.set_locks(if *frozen { held } else { AxisLocks::NONE });
-                let _ = body.set_linear_velocity(Vec3::ZERO);
-                let _ = body.set_angular_velocity(Vec3::ZERO);
+                body.set_linear_velocity(Vec3::ZERO);
+                body.set_angular_velocity(Vec3::ZERO);
                 body.wake();
             }
         }
