@@ -16,20 +16,21 @@ use crate::state::events::{Fault, FaultKind, FrameCall};
 use crate::state::sixdof::JointSpring;
 
 impl World {
-    /// Keeps a fault for the next step, if a call was refused.
-    fn note_refused(
+    /// Keeps a fault for the next step, if a call was refused; gives back what it was given.
+    pub(super) fn note_refused(
         &mut self,
         done: Result<(), DefError>,
         call: FrameCall,
         body: Option<BodyId>,
         joint: Option<JointId>,
         particle: Option<ParticleId>,
-    ) {
+    ) -> Result<(), DefError> {
         if done.is_err() {
             let step = self.tables.steps + 1;
             let kind = FaultKind::Refused(call);
             self.pending.faults.push(Fault { body, joint, particle, kind, step });
         }
+        done
     }
 
     /// Replaces gravity [m/s², world] and wakes all bodies.
@@ -38,14 +39,18 @@ impl World {
     /// A component is not finite or beyond 1e6 m/s².
     pub fn set_gravity(&mut self, gravity: impl Into<Vec3>) {
         let done = self.try_set_gravity(gravity);
-        self.note_refused(done, FrameCall::SetGravity, None, None, None);
+        let _ = self.note_refused(done, FrameCall::SetGravity, None, None, None);
     }
 }
 
 impl BodyMut<'_> {
-    fn note_refused(&mut self, done: Result<(), DefError>, call: FrameCall) {
+    pub(super) fn note_refused(
+        &mut self,
+        done: Result<(), DefError>,
+        call: FrameCall,
+    ) -> Result<(), DefError> {
         let id = self.get().id();
-        self.world.note_refused(done, call, Some(id), None, None);
+        self.world.note_refused(done, call, Some(id), None, None)
     }
 
     /// Puts its origin somewhere else at once [m, world], keeping its velocity. It pushes and carries nobody: a lift is moved by
@@ -56,7 +61,7 @@ impl BodyMut<'_> {
     /// changed.
     pub fn set_pose(&mut self, pose: Pose) {
         let done = self.try_set_pose(pose);
-        self.note_refused(done, FrameCall::SetPose);
+        let _ = self.note_refused(done, FrameCall::SetPose);
     }
 
     /// Sets the velocity of the center of mass [m/s, world]. No effect on static bodies.
@@ -65,7 +70,7 @@ impl BodyMut<'_> {
     /// A number is not finite or too large.
     pub fn set_linear_velocity(&mut self, v: impl Into<Vec3>) {
         let done = self.try_set_linear_velocity(v);
-        self.note_refused(done, FrameCall::SetLinearVelocity);
+        let _ = self.note_refused(done, FrameCall::SetLinearVelocity);
     }
 
     /// Sets the angular velocity [rad/s, world]. No effect on static bodies.
@@ -74,7 +79,7 @@ impl BodyMut<'_> {
     /// A number is not finite or too large.
     pub fn set_angular_velocity(&mut self, w: impl Into<Vec3>) {
         let done = self.try_set_angular_velocity(w);
-        self.note_refused(done, FrameCall::SetAngularVelocity);
+        let _ = self.note_refused(done, FrameCall::SetAngularVelocity);
     }
 
     /// Gives a kinematic body the velocity that takes it to `pose` in one step of `dt` [s]; for other
@@ -88,7 +93,7 @@ impl BodyMut<'_> {
     /// rad/s.
     pub fn move_to(&mut self, pose: Pose, dt: f32) {
         let done = self.try_move_to(pose, dt);
-        self.note_refused(done, FrameCall::MoveTo);
+        let _ = self.note_refused(done, FrameCall::MoveTo);
     }
 
     /// Changes the velocity of the center of mass at once by an impulse [N s, world]. Dynamic bodies
@@ -98,7 +103,7 @@ impl BodyMut<'_> {
     /// A number is not finite, or the velocity would be beyond 1e6 m/s.
     pub fn apply_impulse(&mut self, impulse: impl Into<Vec3>) {
         let done = self.try_apply_impulse(impulse);
-        self.note_refused(done, FrameCall::ApplyImpulse);
+        let _ = self.note_refused(done, FrameCall::ApplyImpulse);
     }
 
     /// An impulse [N s, world] at a point [m, world]: changes linear and angular velocity at once.
@@ -107,7 +112,7 @@ impl BodyMut<'_> {
     /// A number is not finite, or a velocity would be beyond 1e6 m/s or rad/s.
     pub fn apply_impulse_at(&mut self, impulse: impl Into<Vec3>, point: impl Into<Vec3>) {
         let done = self.try_apply_impulse_at(impulse, point);
-        self.note_refused(done, FrameCall::ApplyImpulseAt);
+        let _ = self.note_refused(done, FrameCall::ApplyImpulseAt);
     }
 
     /// Changes the angular velocity at once by an angular impulse [N m s, world]. Dynamic bodies only.
@@ -116,7 +121,7 @@ impl BodyMut<'_> {
     /// A number is not finite, or the angular velocity would be beyond 1e6 rad/s.
     pub fn apply_angular_impulse(&mut self, impulse: impl Into<Vec3>) {
         let done = self.try_apply_angular_impulse(impulse);
-        self.note_refused(done, FrameCall::ApplyAngularImpulse);
+        let _ = self.note_refused(done, FrameCall::ApplyAngularImpulse);
     }
 
     /// Adds a force [N, world] at the center of mass for the next step only. Dynamic bodies only.
@@ -125,7 +130,7 @@ impl BodyMut<'_> {
     /// A number is not finite, or all forces for the step together accelerate it by more than 1e10 m/s².
     pub fn add_step_force(&mut self, force: impl Into<Vec3>) {
         let done = self.try_add_step_force(force);
-        self.note_refused(done, FrameCall::AddStepForce);
+        let _ = self.note_refused(done, FrameCall::AddStepForce);
     }
 
     /// Adds a force [N, world] at a point [m, world] for the next step only. Dynamic bodies only.
@@ -134,7 +139,7 @@ impl BodyMut<'_> {
     /// As of [`Self::add_step_force`] and [`Self::add_step_torque`].
     pub fn add_step_force_at(&mut self, force: impl Into<Vec3>, point: impl Into<Vec3>) {
         let done = self.try_add_step_force_at(force, point);
-        self.note_refused(done, FrameCall::AddStepForceAt);
+        let _ = self.note_refused(done, FrameCall::AddStepForceAt);
     }
 
     /// Adds a torque [N m, world] for the next step only. Dynamic bodies only.
@@ -143,7 +148,7 @@ impl BodyMut<'_> {
     /// A number is not finite, or all torques for the step together accelerate it by more than 1e10 rad/s².
     pub fn add_step_torque(&mut self, torque: impl Into<Vec3>) {
         let done = self.try_add_step_torque(torque);
-        self.note_refused(done, FrameCall::AddStepTorque);
+        let _ = self.note_refused(done, FrameCall::AddStepTorque);
     }
 
     /// Sets the lasting force [N, world] at the center of mass: acts in every step until it is set
@@ -153,7 +158,7 @@ impl BodyMut<'_> {
     /// A number is not finite, or accelerates it by more than 1e10 m/s².
     pub fn set_lasting_force(&mut self, force: impl Into<Vec3>) {
         let done = self.try_set_lasting_force(force);
-        self.note_refused(done, FrameCall::SetLastingForce);
+        let _ = self.note_refused(done, FrameCall::SetLastingForce);
     }
 
     /// Sets the lasting torque [N m, world]. Dynamic bodies only.
@@ -162,7 +167,7 @@ impl BodyMut<'_> {
     /// A number is not finite, or accelerates it by more than 1e10 rad/s².
     pub fn set_lasting_torque(&mut self, torque: impl Into<Vec3>) {
         let done = self.try_set_lasting_torque(torque);
-        self.note_refused(done, FrameCall::SetLastingTorque);
+        let _ = self.note_refused(done, FrameCall::SetLastingTorque);
     }
 
     /// How many times gravity counts.
@@ -171,7 +176,7 @@ impl BodyMut<'_> {
     /// The number is not within -1000 to 1000.
     pub fn set_gravity_scale(&mut self, scale: f32) {
         let done = self.try_set_gravity_scale(scale);
-        self.note_refused(done, FrameCall::SetGravityScale);
+        let _ = self.note_refused(done, FrameCall::SetGravityScale);
     }
 
     /// Rates at which linear and angular velocity decay [1/s].
@@ -180,14 +185,18 @@ impl BodyMut<'_> {
     /// A number is not within 0 to 1e9 1/s.
     pub fn set_damping(&mut self, linear: f32, angular: f32) {
         let done = self.try_set_damping(linear, angular);
-        self.note_refused(done, FrameCall::SetDamping);
+        let _ = self.note_refused(done, FrameCall::SetDamping);
     }
 }
 
 impl ShapeMut<'_> {
-    fn note_refused(&mut self, done: Result<(), DefError>, call: FrameCall) {
+    pub(super) fn note_refused(
+        &mut self,
+        done: Result<(), DefError>,
+        call: FrameCall,
+    ) -> Result<(), DefError> {
         let body = self.get().body();
-        self.world.note_refused(done, call, Some(body), None, None);
+        self.world.note_refused(done, call, Some(body), None, None)
     }
 
     /// Lets its surface move over it, as a conveyor belt does [m/s, frame of the shape]; what it
@@ -197,7 +206,7 @@ impl ShapeMut<'_> {
     /// A number is not finite or too large.
     pub fn set_surface_velocity(&mut self, v: impl Into<Vec3>) {
         let done = self.try_set_surface_velocity(v);
-        self.note_refused(done, FrameCall::SetSurfaceVelocity);
+        let _ = self.note_refused(done, FrameCall::SetSurfaceVelocity);
     }
 
     /// Lets its surface turn over it, about its origin [rad/s, frame of the shape]; what it touches
@@ -207,14 +216,18 @@ impl ShapeMut<'_> {
     /// A number is not finite or too large.
     pub fn set_surface_spin(&mut self, spin: impl Into<Vec3>) {
         let done = self.try_set_surface_spin(spin);
-        self.note_refused(done, FrameCall::SetSurfaceSpin);
+        let _ = self.note_refused(done, FrameCall::SetSurfaceSpin);
     }
 }
 
 impl ParticleMut<'_> {
-    fn note_refused(&mut self, done: Result<(), DefError>, call: FrameCall) {
+    pub(super) fn note_refused(
+        &mut self,
+        done: Result<(), DefError>,
+        call: FrameCall,
+    ) -> Result<(), DefError> {
         let particle = self.get().id();
-        self.world.note_refused(done, call, None, None, Some(particle));
+        self.world.note_refused(done, call, None, None, Some(particle))
     }
 
     /// Puts it somewhere else [m, world], at the velocity it has.
@@ -223,7 +236,7 @@ impl ParticleMut<'_> {
     /// A number that is not finite, or beyond 1e7 m.
     pub fn set_position(&mut self, x: impl Into<Vec3>) {
         let done = self.try_set_position(x);
-        self.note_refused(done, FrameCall::SetParticlePosition);
+        let _ = self.note_refused(done, FrameCall::SetParticlePosition);
     }
 
     /// Gives it a velocity [m/s, world].
@@ -232,7 +245,7 @@ impl ParticleMut<'_> {
     /// A number that is not finite, or beyond 1e6 m/s.
     pub fn set_velocity(&mut self, v: impl Into<Vec3>) {
         let done = self.try_set_velocity(v);
-        self.note_refused(done, FrameCall::SetParticleVelocity);
+        let _ = self.note_refused(done, FrameCall::SetParticleVelocity);
     }
 
     /// Adds an impulse [N s, world]. Does nothing to one that is pinned.
@@ -241,7 +254,7 @@ impl ParticleMut<'_> {
     /// A number that is not finite, or a velocity beyond 1e6 m/s.
     pub fn apply_impulse(&mut self, impulse: impl Into<Vec3>) {
         let done = self.try_apply_impulse(impulse);
-        self.note_refused(done, FrameCall::ApplyParticleImpulse);
+        let _ = self.note_refused(done, FrameCall::ApplyParticleImpulse);
     }
 }
 
@@ -253,14 +266,18 @@ impl LinkMut<'_> {
     pub fn set_length(&mut self, length: f32) {
         let done = self.try_set_length(length);
         let [particle, _] = self.get().particles();
-        self.world.note_refused(done, FrameCall::SetLinkLength, None, None, Some(particle));
+        let _ = self.world.note_refused(done, FrameCall::SetLinkLength, None, None, Some(particle));
     }
 }
 
 impl JointMut<'_> {
-    pub(super) fn note_refused(&mut self, done: Result<(), DefError>, call: FrameCall) {
+    pub(super) fn note_refused(
+        &mut self,
+        done: Result<(), DefError>,
+        call: FrameCall,
+    ) -> Result<(), DefError> {
         let id = self.get().id();
-        self.world.note_refused(done, call, None, Some(id), None);
+        self.world.note_refused(done, call, None, Some(id), None)
     }
 
     /// Drives its free axis at this speed [m/s; rad/s] with at most this force [N; N m]. With speed 0 it is a brake.
@@ -269,7 +286,7 @@ impl JointMut<'_> {
     /// A number out of range; a joint with another number of free axes than one.
     pub fn set_motor(&mut self, speed: f32, max_force: f32) {
         let done = self.try_set_motor(speed, max_force);
-        self.note_refused(done, FrameCall::SetMotor);
+        let _ = self.note_refused(done, FrameCall::SetMotor);
     }
 
     /// Pulls its free axis to this position [m; rad] with at most this force [N; N m].
@@ -278,7 +295,7 @@ impl JointMut<'_> {
     /// As [`Self::set_motor`].
     pub fn set_servo(&mut self, position: f32, spring: JointSpring, max_force: f32) {
         let done = self.try_set_servo(position, spring, max_force);
-        self.note_refused(done, FrameCall::SetServo);
+        let _ = self.note_refused(done, FrameCall::SetServo);
     }
 
     /// Drives all turns of a joint that leaves three to this rotation of the second frame in the first: a ball joint of six
@@ -288,7 +305,7 @@ impl JointMut<'_> {
     /// A rotation that is not a unit quaternion, a number out of range; a joint that locks a turn.
     pub fn set_target_rotation(&mut self, rotation: Quat, spring: JointSpring, max_torque: f32) {
         let done = self.try_set_target_rotation(rotation, spring, max_torque);
-        self.note_refused(done, FrameCall::SetTargetRotation);
+        let _ = self.note_refused(done, FrameCall::SetTargetRotation);
     }
 
     /// Changes how long a distance joint, a rope or a spring is [m]: at least and at most.
@@ -297,7 +314,7 @@ impl JointMut<'_> {
     /// A length that is not from 0 to 1e9 m, a greatest one below the least; a joint of another kind.
     pub fn set_lengths(&mut self, min: f32, max: f32) {
         let done = self.try_set_lengths(min, max);
-        self.note_refused(done, FrameCall::SetLengths);
+        let _ = self.note_refused(done, FrameCall::SetLengths);
     }
 }
 
@@ -308,7 +325,7 @@ impl AxisMut<'_, '_> {
     /// A number out of range; a swing of a joint with a cone, of which both change at once ([`JointMut::set_axes`]).
     pub fn set_motor(&mut self, speed: f32, max_force: f32) {
         let done = self.try_set_motor(speed, max_force);
-        self.joint.note_refused(done, FrameCall::SetMotor);
+        let _ = self.joint.note_refused(done, FrameCall::SetMotor);
     }
 
     /// Pulls it to this position [m; rad] with at most this force [N; N m].
@@ -317,6 +334,6 @@ impl AxisMut<'_, '_> {
     /// As [`Self::set_motor`].
     pub fn set_servo(&mut self, position: f32, spring: JointSpring, max_force: f32) {
         let done = self.try_set_servo(position, spring, max_force);
-        self.joint.note_refused(done, FrameCall::SetServo);
+        let _ = self.joint.note_refused(done, FrameCall::SetServo);
     }
 }

@@ -2,6 +2,7 @@
 
 use super::call::{Answer, AxisCall, BodyCall, Call, JointCall, ParticleCall, ShapeCall};
 use crate::state::def::DefError;
+use crate::state::events::FrameCall;
 use crate::world::World;
 use crate::world::body::BodyMut;
 use crate::world::joint_axis::AxisMut;
@@ -34,7 +35,8 @@ impl World {
     /// ```
     ///
     /// # Errors
-    /// The field that is out of range; then nothing is changed.
+    /// The field that is out of range; then nothing is changed. A call of each frame is a fault of the next step besides, as if it had
+    /// been made by its function.
     pub fn apply(&mut self, call: &Call) -> Answered {
         match call {
             Call::Step(dt) => {
@@ -42,7 +44,10 @@ impl World {
                 Ok(Answer::Done)
             }
             Call::SetConfig(config) => done(self.set_config((**config).clone())),
-            Call::SetGravity(gravity) => done(self.try_set_gravity(*gravity)),
+            Call::SetGravity(gravity) => {
+                let set = self.try_set_gravity(*gravity);
+                done(self.note_refused(set, FrameCall::SetGravity, None, None, None))
+            }
             Call::WakeAll => {
                 self.wake_all();
                 Ok(Answer::Done)
@@ -98,7 +103,11 @@ impl World {
             Call::AddLink(def) => self.add_link(*def).map(Answer::Link),
             Call::RemoveLink(id) => Ok(found(self.remove_link(*id))),
             Call::SetLinkLength(id, length) => match self.link_mut(*id) {
-                Some(mut link) => done(link.try_set_length(*length)),
+                Some(mut link) => {
+                    let set = link.try_set_length(*length);
+                    let [first, _] = link.get().particles();
+                    done(self.note_refused(set, FrameCall::SetLinkLength, None, None, Some(first)))
+                }
                 None => Ok(Answer::Nothing),
             },
             _ => Ok(Answer::Nothing),
@@ -118,18 +127,30 @@ fn call_joint(mut joint: JointMut<'_>, call: &JointCall) -> Answered {
     match call {
         JointCall::SetAnchors(a, b) => joint.set_anchors(*a, *b)?,
         JointCall::SetFrames(a, b) => joint.set_frames(*a, *b)?,
-        JointCall::SetLengths(min, max) => joint.try_set_lengths(*min, *max)?,
+        JointCall::SetLengths(min, max) => {
+            let done = joint.try_set_lengths(*min, *max);
+            joint.note_refused(done, FrameCall::SetLengths)?;
+        }
         JointCall::SetSpring(spring) => joint.set_spring(*spring)?,
         JointCall::SetPulley(pulley) => joint.set_pulley(*pulley)?,
         JointCall::SetCoupling(ratio, offset) => joint.set_coupling(*ratio, *offset)?,
         JointCall::SetAxes(axes) => joint.set_axes(**axes)?,
+        JointCall::Axis(None, AxisCall::SetMotor(speed, most)) => {
+            let done = joint.try_set_motor(*speed, *most);
+            joint.note_refused(done, FrameCall::SetMotor)?;
+        }
+        JointCall::Axis(None, AxisCall::SetServo(position, spring, most)) => {
+            let done = joint.try_set_servo(*position, *spring, *most);
+            joint.note_refused(done, FrameCall::SetServo)?;
+        }
         JointCall::Axis(None, call) => call_axis(joint.only()?, call)?,
         JointCall::Axis(Some(axis), call) => match joint.axis(*axis) {
             Some(axis) => call_axis(axis, call)?,
             None => return Ok(Answer::Nothing),
         },
         JointCall::SetTargetRotation(rotation, spring, most) => {
-            joint.try_set_target_rotation(*rotation, *spring, *most)?;
+            let done = joint.try_set_target_rotation(*rotation, *spring, *most);
+            joint.note_refused(done, FrameCall::SetTargetRotation)?;
         }
         JointCall::SetStrength(strength) => joint.set_strength(*strength)?,
         JointCall::SetArticulated(articulated) => joint.set_articulated(*articulated),
@@ -147,8 +168,14 @@ fn call_axis(mut axis: AxisMut<'_, '_>, call: &AxisCall) -> Result<(), DefError>
         AxisCall::SetMotion(motion) => axis.set_motion(motion),
         AxisCall::SetLimits(min, max) => axis.set_limits(min, max),
         AxisCall::SetDrive(drive) => axis.set_drive(drive),
-        AxisCall::SetMotor(speed, most) => axis.try_set_motor(speed, most),
-        AxisCall::SetServo(position, spring, most) => axis.try_set_servo(position, spring, most),
+        AxisCall::SetMotor(speed, most) => {
+            let done = axis.try_set_motor(speed, most);
+            axis.joint.note_refused(done, FrameCall::SetMotor)
+        }
+        AxisCall::SetServo(position, spring, most) => {
+            let done = axis.try_set_servo(position, spring, most);
+            axis.joint.note_refused(done, FrameCall::SetServo)
+        }
         AxisCall::SetFriction(friction) => axis.set_friction(friction),
     }
 }
@@ -160,21 +187,63 @@ fn call_body(mut body: BodyMut<'_>, call: &BodyCall) -> Answered {
         BodyCall::SetKind(kind) => body.set_kind(kind)?,
         BodyCall::SetMass(mass) => body.set_mass(mass)?,
         BodyCall::SetEnabled(enabled) => body.set_enabled(enabled),
-        BodyCall::SetPose(pose) => body.try_set_pose(pose)?,
-        BodyCall::SetLinearVelocity(v) => body.try_set_linear_velocity(v)?,
-        BodyCall::SetAngularVelocity(w) => body.try_set_angular_velocity(w)?,
+        BodyCall::SetPose(pose) => {
+            let done = body.try_set_pose(pose);
+            body.note_refused(done, FrameCall::SetPose)?;
+        }
+        BodyCall::SetLinearVelocity(v) => {
+            let done = body.try_set_linear_velocity(v);
+            body.note_refused(done, FrameCall::SetLinearVelocity)?;
+        }
+        BodyCall::SetAngularVelocity(w) => {
+            let done = body.try_set_angular_velocity(w);
+            body.note_refused(done, FrameCall::SetAngularVelocity)?;
+        }
         BodyCall::CorrectState(pose, v, w) => return body.correct_state(pose, v, w).map(found),
-        BodyCall::MoveTo(pose, time) => body.try_move_to(pose, time)?,
-        BodyCall::ApplyImpulse(p) => body.try_apply_impulse(p)?,
-        BodyCall::ApplyImpulseAt(p, at) => body.try_apply_impulse_at(p, at)?,
-        BodyCall::ApplyAngularImpulse(p) => body.try_apply_angular_impulse(p)?,
-        BodyCall::AddStepForce(f) => body.try_add_step_force(f)?,
-        BodyCall::AddStepForceAt(f, at) => body.try_add_step_force_at(f, at)?,
-        BodyCall::AddStepTorque(t) => body.try_add_step_torque(t)?,
-        BodyCall::SetLastingForce(f) => body.try_set_lasting_force(f)?,
-        BodyCall::SetLastingTorque(t) => body.try_set_lasting_torque(t)?,
-        BodyCall::SetGravityScale(scale) => body.try_set_gravity_scale(scale)?,
-        BodyCall::SetDamping(linear, angular) => body.try_set_damping(linear, angular)?,
+        BodyCall::MoveTo(pose, time) => {
+            let done = body.try_move_to(pose, time);
+            body.note_refused(done, FrameCall::MoveTo)?;
+        }
+        BodyCall::ApplyImpulse(p) => {
+            let done = body.try_apply_impulse(p);
+            body.note_refused(done, FrameCall::ApplyImpulse)?;
+        }
+        BodyCall::ApplyImpulseAt(p, at) => {
+            let done = body.try_apply_impulse_at(p, at);
+            body.note_refused(done, FrameCall::ApplyImpulseAt)?;
+        }
+        BodyCall::ApplyAngularImpulse(p) => {
+            let done = body.try_apply_angular_impulse(p);
+            body.note_refused(done, FrameCall::ApplyAngularImpulse)?;
+        }
+        BodyCall::AddStepForce(f) => {
+            let done = body.try_add_step_force(f);
+            body.note_refused(done, FrameCall::AddStepForce)?;
+        }
+        BodyCall::AddStepForceAt(f, at) => {
+            let done = body.try_add_step_force_at(f, at);
+            body.note_refused(done, FrameCall::AddStepForceAt)?;
+        }
+        BodyCall::AddStepTorque(t) => {
+            let done = body.try_add_step_torque(t);
+            body.note_refused(done, FrameCall::AddStepTorque)?;
+        }
+        BodyCall::SetLastingForce(f) => {
+            let done = body.try_set_lasting_force(f);
+            body.note_refused(done, FrameCall::SetLastingForce)?;
+        }
+        BodyCall::SetLastingTorque(t) => {
+            let done = body.try_set_lasting_torque(t);
+            body.note_refused(done, FrameCall::SetLastingTorque)?;
+        }
+        BodyCall::SetGravityScale(scale) => {
+            let done = body.try_set_gravity_scale(scale);
+            body.note_refused(done, FrameCall::SetGravityScale)?;
+        }
+        BodyCall::SetDamping(linear, angular) => {
+            let done = body.try_set_damping(linear, angular);
+            body.note_refused(done, FrameCall::SetDamping)?;
+        }
         BodyCall::SetLocks(locks) => body.set_locks(locks),
         BodyCall::SetCanSleep(can_sleep) => body.set_can_sleep(can_sleep),
         BodyCall::SetSleepSpeed(speed) => body.set_sleep_speed(speed)?,
@@ -188,8 +257,14 @@ fn call_body(mut body: BodyMut<'_>, call: &BodyCall) -> Answered {
 fn call_shape(mut shape: ShapeMut<'_>, call: &ShapeCall) -> Answered {
     match call {
         ShapeCall::SetMaterial(material) => shape.set_material(*material)?,
-        ShapeCall::SetSurfaceVelocity(v) => shape.try_set_surface_velocity(*v)?,
-        ShapeCall::SetSurfaceSpin(w) => shape.try_set_surface_spin(*w)?,
+        ShapeCall::SetSurfaceVelocity(v) => {
+            let done = shape.try_set_surface_velocity(*v);
+            shape.note_refused(done, FrameCall::SetSurfaceVelocity)?;
+        }
+        ShapeCall::SetSurfaceSpin(w) => {
+            let done = shape.try_set_surface_spin(*w);
+            shape.note_refused(done, FrameCall::SetSurfaceSpin)?;
+        }
         ShapeCall::SetFilter(filter) => shape.set_filter(*filter),
         ShapeCall::SetSensor(sensor) => shape.set_sensor(*sensor)?,
         ShapeCall::SetDensity(density) => shape.set_density(*density)?,
@@ -207,9 +282,18 @@ fn call_shape(mut shape: ShapeMut<'_>, call: &ShapeCall) -> Answered {
 
 fn call_particle(mut particle: ParticleMut<'_>, call: &ParticleCall) -> Answered {
     match *call {
-        ParticleCall::SetPosition(x) => particle.try_set_position(x)?,
-        ParticleCall::SetVelocity(v) => particle.try_set_velocity(v)?,
-        ParticleCall::ApplyImpulse(p) => particle.try_apply_impulse(p)?,
+        ParticleCall::SetPosition(x) => {
+            let done = particle.try_set_position(x);
+            particle.note_refused(done, FrameCall::SetParticlePosition)?;
+        }
+        ParticleCall::SetVelocity(v) => {
+            let done = particle.try_set_velocity(v);
+            particle.note_refused(done, FrameCall::SetParticleVelocity)?;
+        }
+        ParticleCall::ApplyImpulse(p) => {
+            let done = particle.try_apply_impulse(p);
+            particle.note_refused(done, FrameCall::ApplyParticleImpulse)?;
+        }
         ParticleCall::SetMass(mass) => particle.set_mass(mass)?,
         ParticleCall::SetPinned(pinned) => particle.set_pinned(pinned),
         ParticleCall::Attach(body, point) => particle.attach(body, point)?,
