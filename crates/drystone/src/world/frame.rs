@@ -44,11 +44,13 @@ impl World {
 }
 
 impl BodyMut<'_> {
-    pub(super) fn note_refused(
+    /// Makes a call, and notes it if it was refused.
+    pub(super) fn told(
         &mut self,
-        done: Result<(), DefError>,
         call: FrameCall,
+        make: impl FnOnce(&mut Self) -> Result<(), DefError>,
     ) -> Result<(), DefError> {
+        let done = make(self);
         let id = self.get().id();
         self.world.note_refused(done, call, Some(id), None, None)
     }
@@ -60,8 +62,7 @@ impl BodyMut<'_> {
     /// A number is not finite or too large, or the rotation is not a unit quaternion; then nothing is
     /// changed.
     pub fn set_pose(&mut self, pose: Pose) {
-        let done = self.try_set_pose(pose);
-        let _ = self.note_refused(done, FrameCall::SetPose);
+        let _ = self.told(FrameCall::SetPose, |of| of.try_set_pose(pose));
     }
 
     /// Sets the velocity of the center of mass [m/s, world]. No effect on static bodies.
@@ -69,8 +70,7 @@ impl BodyMut<'_> {
     /// # Faults
     /// A number is not finite or too large.
     pub fn set_linear_velocity(&mut self, v: impl Into<Vec3>) {
-        let done = self.try_set_linear_velocity(v);
-        let _ = self.note_refused(done, FrameCall::SetLinearVelocity);
+        let _ = self.told(FrameCall::SetLinearVelocity, |of| of.try_set_linear_velocity(v));
     }
 
     /// Sets the angular velocity [rad/s, world]. No effect on static bodies.
@@ -78,8 +78,7 @@ impl BodyMut<'_> {
     /// # Faults
     /// A number is not finite or too large.
     pub fn set_angular_velocity(&mut self, w: impl Into<Vec3>) {
-        let done = self.try_set_angular_velocity(w);
-        let _ = self.note_refused(done, FrameCall::SetAngularVelocity);
+        let _ = self.told(FrameCall::SetAngularVelocity, |of| of.try_set_angular_velocity(w));
     }
 
     /// Gives a kinematic body the velocity that takes it to `pose` in one step of `dt` [s]; for other
@@ -92,8 +91,7 @@ impl BodyMut<'_> {
     /// A number is not finite or too large, `dt` is not from 1e-6 to 10 s, or the velocity would be beyond 1e6 m/s or
     /// rad/s.
     pub fn move_to(&mut self, pose: Pose, dt: f32) {
-        let done = self.try_move_to(pose, dt);
-        let _ = self.note_refused(done, FrameCall::MoveTo);
+        let _ = self.told(FrameCall::MoveTo, |of| of.try_move_to(pose, dt));
     }
 
     /// Changes the velocity of the center of mass at once by an impulse [N s, world]. Dynamic bodies
@@ -102,8 +100,7 @@ impl BodyMut<'_> {
     /// # Faults
     /// A number is not finite, or the velocity would be beyond 1e6 m/s.
     pub fn apply_impulse(&mut self, impulse: impl Into<Vec3>) {
-        let done = self.try_apply_impulse(impulse);
-        let _ = self.note_refused(done, FrameCall::ApplyImpulse);
+        let _ = self.told(FrameCall::ApplyImpulse, |of| of.try_apply_impulse(impulse));
     }
 
     /// An impulse [N s, world] at a point [m, world]: changes linear and angular velocity at once.
@@ -111,8 +108,7 @@ impl BodyMut<'_> {
     /// # Faults
     /// A number is not finite, or a velocity would be beyond 1e6 m/s or rad/s.
     pub fn apply_impulse_at(&mut self, impulse: impl Into<Vec3>, point: impl Into<Vec3>) {
-        let done = self.try_apply_impulse_at(impulse, point);
-        let _ = self.note_refused(done, FrameCall::ApplyImpulseAt);
+        let _ = self.told(FrameCall::ApplyImpulseAt, |of| of.try_apply_impulse_at(impulse, point));
     }
 
     /// Changes the angular velocity at once by an angular impulse [N m s, world]. Dynamic bodies only.
@@ -120,8 +116,8 @@ impl BodyMut<'_> {
     /// # Faults
     /// A number is not finite, or the angular velocity would be beyond 1e6 rad/s.
     pub fn apply_angular_impulse(&mut self, impulse: impl Into<Vec3>) {
-        let done = self.try_apply_angular_impulse(impulse);
-        let _ = self.note_refused(done, FrameCall::ApplyAngularImpulse);
+        let _ =
+            self.told(FrameCall::ApplyAngularImpulse, |of| of.try_apply_angular_impulse(impulse));
     }
 
     /// Adds a force [N, world] at the center of mass for the next step only. Dynamic bodies only.
@@ -129,8 +125,7 @@ impl BodyMut<'_> {
     /// # Faults
     /// A number is not finite, or all forces for the step together accelerate it by more than 1e10 m/s².
     pub fn add_step_force(&mut self, force: impl Into<Vec3>) {
-        let done = self.try_add_step_force(force);
-        let _ = self.note_refused(done, FrameCall::AddStepForce);
+        let _ = self.told(FrameCall::AddStepForce, |of| of.try_add_step_force(force));
     }
 
     /// Adds a force [N, world] at a point [m, world] for the next step only. Dynamic bodies only.
@@ -138,8 +133,7 @@ impl BodyMut<'_> {
     /// # Faults
     /// As of [`Self::add_step_force`] and [`Self::add_step_torque`].
     pub fn add_step_force_at(&mut self, force: impl Into<Vec3>, point: impl Into<Vec3>) {
-        let done = self.try_add_step_force_at(force, point);
-        let _ = self.note_refused(done, FrameCall::AddStepForceAt);
+        let _ = self.told(FrameCall::AddStepForceAt, |of| of.try_add_step_force_at(force, point));
     }
 
     /// Adds a torque [N m, world] for the next step only. Dynamic bodies only.
@@ -147,8 +141,7 @@ impl BodyMut<'_> {
     /// # Faults
     /// A number is not finite, or all torques for the step together accelerate it by more than 1e10 rad/s².
     pub fn add_step_torque(&mut self, torque: impl Into<Vec3>) {
-        let done = self.try_add_step_torque(torque);
-        let _ = self.note_refused(done, FrameCall::AddStepTorque);
+        let _ = self.told(FrameCall::AddStepTorque, |of| of.try_add_step_torque(torque));
     }
 
     /// Sets the lasting force [N, world] at the center of mass: acts in every step until it is set
@@ -157,8 +150,7 @@ impl BodyMut<'_> {
     /// # Faults
     /// A number is not finite, or accelerates it by more than 1e10 m/s².
     pub fn set_lasting_force(&mut self, force: impl Into<Vec3>) {
-        let done = self.try_set_lasting_force(force);
-        let _ = self.note_refused(done, FrameCall::SetLastingForce);
+        let _ = self.told(FrameCall::SetLastingForce, |of| of.try_set_lasting_force(force));
     }
 
     /// Sets the lasting torque [N m, world]. Dynamic bodies only.
@@ -166,8 +158,7 @@ impl BodyMut<'_> {
     /// # Faults
     /// A number is not finite, or accelerates it by more than 1e10 rad/s².
     pub fn set_lasting_torque(&mut self, torque: impl Into<Vec3>) {
-        let done = self.try_set_lasting_torque(torque);
-        let _ = self.note_refused(done, FrameCall::SetLastingTorque);
+        let _ = self.told(FrameCall::SetLastingTorque, |of| of.try_set_lasting_torque(torque));
     }
 
     /// How many times gravity counts.
@@ -175,8 +166,7 @@ impl BodyMut<'_> {
     /// # Faults
     /// The number is not within -1000 to 1000.
     pub fn set_gravity_scale(&mut self, scale: f32) {
-        let done = self.try_set_gravity_scale(scale);
-        let _ = self.note_refused(done, FrameCall::SetGravityScale);
+        let _ = self.told(FrameCall::SetGravityScale, |of| of.try_set_gravity_scale(scale));
     }
 
     /// Rates at which linear and angular velocity decay [1/s].
@@ -184,17 +174,18 @@ impl BodyMut<'_> {
     /// # Faults
     /// A number is not within 0 to 1e9 1/s.
     pub fn set_damping(&mut self, linear: f32, angular: f32) {
-        let done = self.try_set_damping(linear, angular);
-        let _ = self.note_refused(done, FrameCall::SetDamping);
+        let _ = self.told(FrameCall::SetDamping, |of| of.try_set_damping(linear, angular));
     }
 }
 
 impl ShapeMut<'_> {
-    pub(super) fn note_refused(
+    /// Makes a call, and notes it if it was refused.
+    pub(super) fn told(
         &mut self,
-        done: Result<(), DefError>,
         call: FrameCall,
+        make: impl FnOnce(&mut Self) -> Result<(), DefError>,
     ) -> Result<(), DefError> {
+        let done = make(self);
         let body = self.get().body();
         self.world.note_refused(done, call, Some(body), None, None)
     }
@@ -205,8 +196,7 @@ impl ShapeMut<'_> {
     /// # Faults
     /// A number is not finite or too large.
     pub fn set_surface_velocity(&mut self, v: impl Into<Vec3>) {
-        let done = self.try_set_surface_velocity(v);
-        let _ = self.note_refused(done, FrameCall::SetSurfaceVelocity);
+        let _ = self.told(FrameCall::SetSurfaceVelocity, |of| of.try_set_surface_velocity(v));
     }
 
     /// Lets its surface turn over it, about its origin [rad/s, frame of the shape]; what it touches
@@ -215,17 +205,18 @@ impl ShapeMut<'_> {
     /// # Faults
     /// A number is not finite or too large.
     pub fn set_surface_spin(&mut self, spin: impl Into<Vec3>) {
-        let done = self.try_set_surface_spin(spin);
-        let _ = self.note_refused(done, FrameCall::SetSurfaceSpin);
+        let _ = self.told(FrameCall::SetSurfaceSpin, |of| of.try_set_surface_spin(spin));
     }
 }
 
 impl ParticleMut<'_> {
-    pub(super) fn note_refused(
+    /// Makes a call, and notes it if it was refused.
+    pub(super) fn told(
         &mut self,
-        done: Result<(), DefError>,
         call: FrameCall,
+        make: impl FnOnce(&mut Self) -> Result<(), DefError>,
     ) -> Result<(), DefError> {
+        let done = make(self);
         let particle = self.get().id();
         self.world.note_refused(done, call, None, None, Some(particle))
     }
@@ -235,8 +226,7 @@ impl ParticleMut<'_> {
     /// # Faults
     /// A number that is not finite, or beyond 1e7 m.
     pub fn set_position(&mut self, x: impl Into<Vec3>) {
-        let done = self.try_set_position(x);
-        let _ = self.note_refused(done, FrameCall::SetParticlePosition);
+        let _ = self.told(FrameCall::SetParticlePosition, |of| of.try_set_position(x));
     }
 
     /// Gives it a velocity [m/s, world].
@@ -244,8 +234,7 @@ impl ParticleMut<'_> {
     /// # Faults
     /// A number that is not finite, or beyond 1e6 m/s.
     pub fn set_velocity(&mut self, v: impl Into<Vec3>) {
-        let done = self.try_set_velocity(v);
-        let _ = self.note_refused(done, FrameCall::SetParticleVelocity);
+        let _ = self.told(FrameCall::SetParticleVelocity, |of| of.try_set_velocity(v));
     }
 
     /// Adds an impulse [N s, world]. Does nothing to one that is pinned.
@@ -253,29 +242,39 @@ impl ParticleMut<'_> {
     /// # Faults
     /// A number that is not finite, or a velocity beyond 1e6 m/s.
     pub fn apply_impulse(&mut self, impulse: impl Into<Vec3>) {
-        let done = self.try_apply_impulse(impulse);
-        let _ = self.note_refused(done, FrameCall::ApplyParticleImpulse);
+        let _ = self.told(FrameCall::ApplyParticleImpulse, |of| of.try_apply_impulse(impulse));
     }
 }
 
 impl LinkMut<'_> {
+    /// Makes a call, and notes it if it was refused.
+    pub(super) fn told(
+        &mut self,
+        call: FrameCall,
+        make: impl FnOnce(&mut Self) -> Result<(), DefError>,
+    ) -> Result<(), DefError> {
+        let done = make(self);
+        let [particle, _] = self.get().particles();
+        self.world.note_refused(done, call, None, None, Some(particle))
+    }
+
     /// Gives it another length [m], and wakes its particles: a rope that is reeled in.
     ///
     /// # Faults
     /// A length that is not from 1e-5 to 1e7 m.
     pub fn set_length(&mut self, length: f32) {
-        let done = self.try_set_length(length);
-        let [particle, _] = self.get().particles();
-        let _ = self.world.note_refused(done, FrameCall::SetLinkLength, None, None, Some(particle));
+        let _ = self.told(FrameCall::SetLinkLength, |of| of.try_set_length(length));
     }
 }
 
 impl JointMut<'_> {
-    pub(super) fn note_refused(
+    /// Makes a call, and notes it if it was refused.
+    pub(super) fn told(
         &mut self,
-        done: Result<(), DefError>,
         call: FrameCall,
+        make: impl FnOnce(&mut Self) -> Result<(), DefError>,
     ) -> Result<(), DefError> {
+        let done = make(self);
         let id = self.get().id();
         self.world.note_refused(done, call, None, Some(id), None)
     }
@@ -285,8 +284,7 @@ impl JointMut<'_> {
     /// # Faults
     /// A number out of range; a joint with another number of free axes than one.
     pub fn set_motor(&mut self, speed: f32, max_force: f32) {
-        let done = self.try_set_motor(speed, max_force);
-        let _ = self.note_refused(done, FrameCall::SetMotor);
+        let _ = self.told(FrameCall::SetMotor, |of| of.try_set_motor(speed, max_force));
     }
 
     /// Pulls its free axis to this position [m; rad] with at most this force [N; N m].
@@ -294,8 +292,7 @@ impl JointMut<'_> {
     /// # Faults
     /// As [`Self::set_motor`].
     pub fn set_servo(&mut self, position: f32, spring: JointSpring, max_force: f32) {
-        let done = self.try_set_servo(position, spring, max_force);
-        let _ = self.note_refused(done, FrameCall::SetServo);
+        let _ = self.told(FrameCall::SetServo, |of| of.try_set_servo(position, spring, max_force));
     }
 
     /// Drives all turns of a joint that leaves three to this rotation of the second frame in the first: a ball joint of six
@@ -304,8 +301,9 @@ impl JointMut<'_> {
     /// # Faults
     /// A rotation that is not a unit quaternion, a number out of range; a joint that locks a turn.
     pub fn set_target_rotation(&mut self, rotation: Quat, spring: JointSpring, max_torque: f32) {
-        let done = self.try_set_target_rotation(rotation, spring, max_torque);
-        let _ = self.note_refused(done, FrameCall::SetTargetRotation);
+        let _ = self.told(FrameCall::SetTargetRotation, |of| {
+            of.try_set_target_rotation(rotation, spring, max_torque)
+        });
     }
 
     /// Changes how long a distance joint, a rope or a spring is [m]: at least and at most.
@@ -313,19 +311,27 @@ impl JointMut<'_> {
     /// # Faults
     /// A length that is not from 0 to 1e9 m, a greatest one below the least; a joint of another kind.
     pub fn set_lengths(&mut self, min: f32, max: f32) {
-        let done = self.try_set_lengths(min, max);
-        let _ = self.note_refused(done, FrameCall::SetLengths);
+        let _ = self.told(FrameCall::SetLengths, |of| of.try_set_lengths(min, max));
     }
 }
 
 impl AxisMut<'_, '_> {
+    /// Makes a call, and notes it if it was refused.
+    pub(super) fn told(
+        &mut self,
+        call: FrameCall,
+        make: impl FnOnce(&mut Self) -> Result<(), DefError>,
+    ) -> Result<(), DefError> {
+        let done = make(self);
+        self.joint.told(call, |_| done)
+    }
+
     /// Drives it at this speed [m/s; rad/s] with at most this force [N; N m]. With speed 0 it is a brake.
     ///
     /// # Faults
     /// A number out of range; a swing of a joint with a cone, of which both change at once ([`JointMut::set_axes`]).
     pub fn set_motor(&mut self, speed: f32, max_force: f32) {
-        let done = self.try_set_motor(speed, max_force);
-        let _ = self.joint.note_refused(done, FrameCall::SetMotor);
+        let _ = self.told(FrameCall::SetMotor, |of| of.try_set_motor(speed, max_force));
     }
 
     /// Pulls it to this position [m; rad] with at most this force [N; N m].
@@ -333,7 +339,6 @@ impl AxisMut<'_, '_> {
     /// # Faults
     /// As [`Self::set_motor`].
     pub fn set_servo(&mut self, position: f32, spring: JointSpring, max_force: f32) {
-        let done = self.try_set_servo(position, spring, max_force);
-        let _ = self.joint.note_refused(done, FrameCall::SetServo);
+        let _ = self.told(FrameCall::SetServo, |of| of.try_set_servo(position, spring, max_force));
     }
 }

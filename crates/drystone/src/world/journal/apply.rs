@@ -104,9 +104,7 @@ impl World {
             Call::RemoveLink(id) => Ok(found(self.remove_link(*id))),
             Call::SetLinkLength(id, length) => match self.link_mut(*id) {
                 Some(mut link) => {
-                    let set = link.try_set_length(*length);
-                    let [first, _] = link.get().particles();
-                    done(self.note_refused(set, FrameCall::SetLinkLength, None, None, Some(first)))
+                    done(link.told(FrameCall::SetLinkLength, |of| of.try_set_length(*length)))
                 }
                 None => Ok(Answer::Nothing),
             },
@@ -128,30 +126,27 @@ fn call_joint(mut joint: JointMut<'_>, call: &JointCall) -> Answered {
         JointCall::SetAnchors(a, b) => joint.set_anchors(*a, *b)?,
         JointCall::SetFrames(a, b) => joint.set_frames(*a, *b)?,
         JointCall::SetLengths(min, max) => {
-            let done = joint.try_set_lengths(*min, *max);
-            joint.note_refused(done, FrameCall::SetLengths)?;
+            joint.told(FrameCall::SetLengths, |of| of.try_set_lengths(*min, *max))?;
         }
         JointCall::SetSpring(spring) => joint.set_spring(*spring)?,
         JointCall::SetPulley(pulley) => joint.set_pulley(*pulley)?,
         JointCall::SetCoupling(ratio, offset) => joint.set_coupling(*ratio, *offset)?,
         JointCall::SetAxes(axes) => joint.set_axes(**axes)?,
         JointCall::Axis(None, AxisCall::SetMotor(speed, most)) => {
-            let done = joint.try_set_motor(*speed, *most);
-            joint.note_refused(done, FrameCall::SetMotor)?;
+            joint.told(FrameCall::SetMotor, |of| of.try_set_motor(*speed, *most))?;
         }
         JointCall::Axis(None, AxisCall::SetServo(position, spring, most)) => {
-            let done = joint.try_set_servo(*position, *spring, *most);
-            joint.note_refused(done, FrameCall::SetServo)?;
+            joint.told(FrameCall::SetServo, |of| of.try_set_servo(*position, *spring, *most))?;
         }
         JointCall::Axis(None, call) => call_axis(joint.only()?, call)?,
         JointCall::Axis(Some(axis), call) => match joint.axis(*axis) {
             Some(axis) => call_axis(axis, call)?,
             None => return Ok(Answer::Nothing),
         },
-        JointCall::SetTargetRotation(rotation, spring, most) => {
-            let done = joint.try_set_target_rotation(*rotation, *spring, *most);
-            joint.note_refused(done, FrameCall::SetTargetRotation)?;
-        }
+        JointCall::SetTargetRotation(rotation, spring, most) => joint
+            .told(FrameCall::SetTargetRotation, |of| {
+                of.try_set_target_rotation(*rotation, *spring, *most)
+            })?,
         JointCall::SetStrength(strength) => joint.set_strength(*strength)?,
         JointCall::SetArticulated(articulated) => joint.set_articulated(*articulated),
         JointCall::SetCollideConnected(collide) => joint.set_collide_connected(*collide),
@@ -169,12 +164,10 @@ fn call_axis(mut axis: AxisMut<'_, '_>, call: &AxisCall) -> Result<(), DefError>
         AxisCall::SetLimits(min, max) => axis.set_limits(min, max),
         AxisCall::SetDrive(drive) => axis.set_drive(drive),
         AxisCall::SetMotor(speed, most) => {
-            let done = axis.try_set_motor(speed, most);
-            axis.joint.note_refused(done, FrameCall::SetMotor)
+            axis.told(FrameCall::SetMotor, |of| of.try_set_motor(speed, most))
         }
         AxisCall::SetServo(position, spring, most) => {
-            let done = axis.try_set_servo(position, spring, most);
-            axis.joint.note_refused(done, FrameCall::SetServo)
+            axis.told(FrameCall::SetServo, |of| of.try_set_servo(position, spring, most))
         }
         AxisCall::SetFriction(friction) => axis.set_friction(friction),
     }
@@ -187,62 +180,46 @@ fn call_body(mut body: BodyMut<'_>, call: &BodyCall) -> Answered {
         BodyCall::SetKind(kind) => body.set_kind(kind)?,
         BodyCall::SetMass(mass) => body.set_mass(mass)?,
         BodyCall::SetEnabled(enabled) => body.set_enabled(enabled),
-        BodyCall::SetPose(pose) => {
-            let done = body.try_set_pose(pose);
-            body.note_refused(done, FrameCall::SetPose)?;
-        }
+        BodyCall::SetPose(pose) => body.told(FrameCall::SetPose, |of| of.try_set_pose(pose))?,
         BodyCall::SetLinearVelocity(v) => {
-            let done = body.try_set_linear_velocity(v);
-            body.note_refused(done, FrameCall::SetLinearVelocity)?;
+            body.told(FrameCall::SetLinearVelocity, |of| of.try_set_linear_velocity(v))?;
         }
         BodyCall::SetAngularVelocity(w) => {
-            let done = body.try_set_angular_velocity(w);
-            body.note_refused(done, FrameCall::SetAngularVelocity)?;
+            body.told(FrameCall::SetAngularVelocity, |of| of.try_set_angular_velocity(w))?;
         }
         BodyCall::CorrectState(pose, v, w) => return body.correct_state(pose, v, w).map(found),
         BodyCall::MoveTo(pose, time) => {
-            let done = body.try_move_to(pose, time);
-            body.note_refused(done, FrameCall::MoveTo)?;
+            body.told(FrameCall::MoveTo, |of| of.try_move_to(pose, time))?;
         }
         BodyCall::ApplyImpulse(p) => {
-            let done = body.try_apply_impulse(p);
-            body.note_refused(done, FrameCall::ApplyImpulse)?;
+            body.told(FrameCall::ApplyImpulse, |of| of.try_apply_impulse(p))?;
         }
         BodyCall::ApplyImpulseAt(p, at) => {
-            let done = body.try_apply_impulse_at(p, at);
-            body.note_refused(done, FrameCall::ApplyImpulseAt)?;
+            body.told(FrameCall::ApplyImpulseAt, |of| of.try_apply_impulse_at(p, at))?;
         }
         BodyCall::ApplyAngularImpulse(p) => {
-            let done = body.try_apply_angular_impulse(p);
-            body.note_refused(done, FrameCall::ApplyAngularImpulse)?;
+            body.told(FrameCall::ApplyAngularImpulse, |of| of.try_apply_angular_impulse(p))?;
         }
         BodyCall::AddStepForce(f) => {
-            let done = body.try_add_step_force(f);
-            body.note_refused(done, FrameCall::AddStepForce)?;
+            body.told(FrameCall::AddStepForce, |of| of.try_add_step_force(f))?;
         }
         BodyCall::AddStepForceAt(f, at) => {
-            let done = body.try_add_step_force_at(f, at);
-            body.note_refused(done, FrameCall::AddStepForceAt)?;
+            body.told(FrameCall::AddStepForceAt, |of| of.try_add_step_force_at(f, at))?;
         }
         BodyCall::AddStepTorque(t) => {
-            let done = body.try_add_step_torque(t);
-            body.note_refused(done, FrameCall::AddStepTorque)?;
+            body.told(FrameCall::AddStepTorque, |of| of.try_add_step_torque(t))?;
         }
         BodyCall::SetLastingForce(f) => {
-            let done = body.try_set_lasting_force(f);
-            body.note_refused(done, FrameCall::SetLastingForce)?;
+            body.told(FrameCall::SetLastingForce, |of| of.try_set_lasting_force(f))?;
         }
         BodyCall::SetLastingTorque(t) => {
-            let done = body.try_set_lasting_torque(t);
-            body.note_refused(done, FrameCall::SetLastingTorque)?;
+            body.told(FrameCall::SetLastingTorque, |of| of.try_set_lasting_torque(t))?;
         }
         BodyCall::SetGravityScale(scale) => {
-            let done = body.try_set_gravity_scale(scale);
-            body.note_refused(done, FrameCall::SetGravityScale)?;
+            body.told(FrameCall::SetGravityScale, |of| of.try_set_gravity_scale(scale))?;
         }
         BodyCall::SetDamping(linear, angular) => {
-            let done = body.try_set_damping(linear, angular);
-            body.note_refused(done, FrameCall::SetDamping)?;
+            body.told(FrameCall::SetDamping, |of| of.try_set_damping(linear, angular))?;
         }
         BodyCall::SetLocks(locks) => body.set_locks(locks),
         BodyCall::SetCanSleep(can_sleep) => body.set_can_sleep(can_sleep),
@@ -258,12 +235,10 @@ fn call_shape(mut shape: ShapeMut<'_>, call: &ShapeCall) -> Answered {
     match call {
         ShapeCall::SetMaterial(material) => shape.set_material(*material)?,
         ShapeCall::SetSurfaceVelocity(v) => {
-            let done = shape.try_set_surface_velocity(*v);
-            shape.note_refused(done, FrameCall::SetSurfaceVelocity)?;
+            shape.told(FrameCall::SetSurfaceVelocity, |of| of.try_set_surface_velocity(*v))?;
         }
         ShapeCall::SetSurfaceSpin(w) => {
-            let done = shape.try_set_surface_spin(*w);
-            shape.note_refused(done, FrameCall::SetSurfaceSpin)?;
+            shape.told(FrameCall::SetSurfaceSpin, |of| of.try_set_surface_spin(*w))?;
         }
         ShapeCall::SetFilter(filter) => shape.set_filter(*filter),
         ShapeCall::SetSensor(sensor) => shape.set_sensor(*sensor)?,
@@ -283,16 +258,13 @@ fn call_shape(mut shape: ShapeMut<'_>, call: &ShapeCall) -> Answered {
 fn call_particle(mut particle: ParticleMut<'_>, call: &ParticleCall) -> Answered {
     match *call {
         ParticleCall::SetPosition(x) => {
-            let done = particle.try_set_position(x);
-            particle.note_refused(done, FrameCall::SetParticlePosition)?;
+            particle.told(FrameCall::SetParticlePosition, |of| of.try_set_position(x))?;
         }
         ParticleCall::SetVelocity(v) => {
-            let done = particle.try_set_velocity(v);
-            particle.note_refused(done, FrameCall::SetParticleVelocity)?;
+            particle.told(FrameCall::SetParticleVelocity, |of| of.try_set_velocity(v))?;
         }
         ParticleCall::ApplyImpulse(p) => {
-            let done = particle.try_apply_impulse(p);
-            particle.note_refused(done, FrameCall::ApplyParticleImpulse)?;
+            particle.told(FrameCall::ApplyParticleImpulse, |of| of.try_apply_impulse(p))?;
         }
         ParticleCall::SetMass(mass) => particle.set_mass(mass)?,
         ParticleCall::SetPinned(pinned) => particle.set_pinned(pinned),
