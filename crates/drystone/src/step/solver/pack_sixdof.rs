@@ -318,6 +318,7 @@ impl Gathered<'_> {
     #[inline(always)]
     fn put_laws<S: Simd>(&self, simd: S, block: &mut SixBlock, h: f32) {
         let flags = self.flags;
+        block.springs = flags.drives | flags.yields != 0;
         let (h, far) = (splat(simd, h), splat(simd, FAR));
         for i in 0..6 {
             let has = |bits: u8| bits >> i & 1 != 0;

@@ -48,13 +48,6 @@ pub(crate) struct Axis {
     pub(crate) acts: bool,
 }
 
-impl Axis {
-    /// Whether its impulse follows from how fast the bodies were when the substep began.
-    const fn asks_start(&self) -> bool {
-        self.drives || self.yields
-    }
-}
-
 /// Eight joints of six axes.
 #[derive(Clone, Debug, Default)]
 #[repr(C, align(64))]
@@ -97,6 +90,8 @@ pub(crate) struct SixBlock {
     pub(crate) holds: [bool; 2],
     /// Something acts on some axis of motion, and on some turn.
     pub(crate) acts: [bool; 2],
+    /// Some axis is driven, or has a limit that is a spring: they ask how fast the bodies were when the substep began.
+    pub(crate) springs: bool,
     /// A tree solves all there is: see tree_six.rs.
     pub(crate) is_direct: bool,
     /// All motions are locked, and what is to be of the gap is none: see pinned.rs.
@@ -242,7 +237,7 @@ impl<S: Simd> Placed<S> {
         let (va, xa) = sweep.read(simd, lines, &block.row_a);
         let (vb, xb) = sweep.read(simd, lines, &block.row_b);
         let (mut start_a, mut start_b) = (va, vb);
-        if block.axes.iter().any(Axis::asks_start) {
+        if block.springs {
             start_a = load_start(simd, aux, &block.row_a);
             start_b = load_start(simd, aux, &block.row_b);
         }
