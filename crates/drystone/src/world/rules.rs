@@ -115,11 +115,11 @@ impl World {
         rule.as_ref().map_or(Ok(()), SurfaceRule::validate)?;
         let row = |name, id: BodyId| {
             let row = self.tables.bodies.rows.row(id);
-            row.ok_or_else(|| DefError::new(name, id.index(), "a body of this world"))
+            row.ok_or_else(|| DefError::missing(name, id.index(), "a body of this world"))
         };
         let (a, b) = (row("a", a)?, row("b", b)?);
         if a == b {
-            return Err(DefError::new("b", "the same body", "another body than a"));
+            return Err(DefError::unsuitable("b", "the same body", "another body than a"));
         }
         let contacts = &self.tables.contacts;
         let of_a = contacts.of_body(self.tables.bodies.at(a)).map(|(row, _)| row);
