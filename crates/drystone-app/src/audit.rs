@@ -245,7 +245,7 @@ impl AuditReport {
         }
         for a in &self.awake {
             let way = if a.path.len() > 2 {
-                format!(" ({} away)", count(a.path.len() - 1, "body").replace("bodys", "bodies"))
+                format!(" ({} away)", count(a.path.len() - 1, "body"))
             } else {
                 String::new()
             };

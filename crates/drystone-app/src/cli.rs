@@ -228,11 +228,11 @@ pub(crate) struct Convert {
     #[arg(value_name = "OUT", required_unless_present = "schema", value_parser = convert_path)]
     pub(crate) out: Option<PathBuf>,
 
-    /// How IN is read.
+    /// Reading of IN.
     #[command(flatten)]
     pub(crate) reading: Reading,
 
-    /// What its world is like.
+    /// Settings of its world.
     #[command(flatten)]
     pub(crate) settings: Settings,
 
@@ -526,7 +526,11 @@ pub(crate) fn has_extension(path: &std::path::Path, extensions: &[&str]) -> bool
 /// `n thing` or `n things`.
 pub(crate) fn count(n: impl Display, thing: &str) -> String {
     let n = n.to_string();
-    if n == "1" { format!("1 {thing}") } else { format!("{n} {thing}s") }
+    match thing {
+        _ if n == "1" => format!("1 {thing}"),
+        "body" => format!("{n} bodies"),
+        _ => format!("{n} {thing}s"),
+    }
 }
 
 #[cfg(test)]

@@ -24,7 +24,7 @@ pub(crate) fn convert(args: &Convert) -> Outcome {
     if let Some(hz) = args.settings.hz {
         loaded.scene_mut().hz = hz;
     }
-    // What cannot be simulated is not written either.
+    // A scene that cannot be simulated is not written either.
     build(loaded.scene(), scene)?;
     let is_own = has_extension(out, &["json"]);
     if is_own {
@@ -37,14 +37,12 @@ pub(crate) fn convert(args: &Convert) -> Outcome {
         || !settings.set.is_empty()
         || args.reading.auto_colliders.is_some();
     let visuals = if is_own { visuals(&loaded, Path::new(scene), out) } else { None };
+    // The document of a glTF file goes over as it is.
+    let is_whole = !is_own && !is_told && matches!(loaded, Loaded::Gltf(_));
     let mut unsaid = match &loaded {
-        Loaded::Gltf(file) if is_own && visuals.is_none() => own::unsaid(file),
-        // The document goes over as it is.
-        Loaded::Gltf(_) if !is_told => Vec::new(),
-        Loaded::Gltf(file) if !is_own => own::unsaid(file),
+        Loaded::Gltf(file) if !is_whole && visuals.is_none() => own::unsaid(file),
         _ => Vec::new(),
     };
-    let is_whole = matches!(loaded, Loaded::Gltf(_)) && !is_told;
     if !is_own && !is_whole {
         unsaid.extend(bake::unsaid(loaded.scene()));
     }
@@ -73,7 +71,7 @@ pub(crate) fn convert(args: &Convert) -> Outcome {
     let mut text = one_line(&format!(
         "{}: {}, {}",
         out.display(),
-        count(scene.bodies.len(), "body").replace("bodys", "bodies"),
+        count(scene.bodies.len(), "body"),
         count(scene.joints.len(), "joint"),
     ));
     text.push('\n');
@@ -84,7 +82,8 @@ pub(crate) fn convert(args: &Convert) -> Outcome {
     Ok(ExitCode::SUCCESS)
 }
 
-/// How the file to be written names the one that says what its bodies look like; nothing if that is not beside or below it.
+/// Path, from the folder of the file to be written, of the file that says what its bodies look like; `None` if that is not beside or
+/// below it.
 fn visuals(loaded: &Loaded, file: &Path, out: &Path) -> Option<String> {
     let path = match loaded {
         Loaded::Gltf(_) if !loaded.scene().visuals.is_empty() => file.canonicalize().ok()?,
