@@ -89,8 +89,10 @@ fn options(ui: &mut Ui, config: &mut WorldConfig) -> Option<String> {
 fn numbers(ui: &mut Ui, config: &mut WorldConfig) {
     let (c, i) = (&mut config.contact, &mut config.inertia);
     let (j, s, p) = (&mut config.joint, &mut config.sleep, &mut config.penalty);
+    let length = &mut config.length_scale;
     // Name, unit, field, least value, how fast it changes under the mouse.
     for (name, unit, value, least, speed) in [
+        ("length_scale", "length of a typical body in the world's unit", length, 1.0e-4, 0.1),
         ("contact.hertz", HERTZ, &mut c.hertz, 0.0, 0.5),
         ("contact.damping_ratio", "", &mut c.damping_ratio, 0.0, 0.05),
         ("contact.push_speed", "m/s", &mut c.push_speed, 1.0e-6, 0.01),
