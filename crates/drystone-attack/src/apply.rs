@@ -270,8 +270,8 @@ pub(crate) fn joint_def([a, b]: [BodyId; 2], plan: &JointPlan) -> JointDef {
         (Place::Along(anchor, axis), JointKind::SixDof(_)) => def.at(anchor).with_axis(axis),
         (Place::Along(p, q) | Place::Anchors(p, q), _) => def.with_anchors(p, q),
     };
-    let JointPlan { collide_connected, strength, articulated, .. } = *plan;
-    JointDef { collide_connected, strength, articulated, ..def }
+    let JointPlan { collide_connected, strength, articulated, enabled, .. } = *plan;
+    JointDef { collide_connected, strength, articulated, enabled, ..def }
 }
 
 fn add_joint(world: &mut World, ids: &mut Ids, plan: &JointPlan) -> Done {
@@ -320,6 +320,7 @@ fn joint_call(world: &mut World, ids: &Ids, label: Label, call: &JointCall) -> D
     match call {
         JointCall::Anchors(a, b) => set(joint.set_anchors(*a, *b)),
         JointCall::Frames(a, b) => set(joint.set_frames(*a, *b)),
+        JointCall::Kind(kind) => set(joint.set_kind(**kind)),
         JointCall::Lengths(min, max) => {
             joint.set_lengths(*min, *max);
             Done::Yes

@@ -190,6 +190,7 @@ fn joint_call(call: &JointCall) -> drystone::journal::JointCall {
     match call {
         JointCall::Anchors(a, b) => To::SetAnchors(*a, *b),
         JointCall::Frames(a, b) => To::SetFrames(*a, *b),
+        JointCall::Kind(kind) => To::SetKind(kind.clone()),
         JointCall::Lengths(min, max) => To::SetLengths(*min, *max),
         JointCall::Spring(spring) => To::SetSpring(*spring),
         JointCall::Motion(axis, motion) => To::Axis(Some(*axis), On::SetMotion(*motion)),

@@ -380,14 +380,14 @@ fn plain_op(op: &mut Op, way: usize) -> bool {
                 4 => (def.gravity_scale, def.sleep_speed, def.asleep) = (1.0, None, false),
                 5 => (def.linear_damping, def.angular_damping) = (0.0, 0.0),
                 6 => def.locks = drystone::AxisLocks::NONE,
-                7 => (def.fracture, def.user_data) = (None, 0),
+                7 => (def.fracture, def.user_data, def.enabled) = (None, 0, true),
                 8 => plan.glue = None,
                 _ => plan.shapes.iter_mut().for_each(|shape| plain_shape(&mut shape.def, way)),
             }
         }
         Op::AddShape(_, plan) => plain_shape(&mut plan.def, way),
         Op::AddJoint(plan) => match way {
-            0 => plan.articulated = false,
+            0 => (plan.articulated, plan.enabled) = (false, true),
             1 => plan.collide_connected = false,
             2 => plan.strength = None,
             _ => {
@@ -421,7 +421,7 @@ fn plain_shape(def: &mut drystone::ShapeDef, way: usize) {
             (def.surface_velocity, def.surface_spin) = (Vec3::ZERO, Vec3::ZERO);
             def.sensor = false;
             (def.reports, def.senses) = (ContactReports::default(), Senses::default());
-            (def.one_way, def.hooks) = (None, false);
+            (def.one_way, def.hooks, def.enabled) = (None, false, true);
         }
         _ => {}
     }

@@ -411,6 +411,7 @@ fn joint_call(call: &mut JointCall, f: Visit<'_>) {
             vector(a, f);
             vector(b, f);
         }
+        JointCall::Kind(kind) => joint_kind(kind, f),
         JointCall::Lengths(a, b) | JointCall::Coupling(a, b) => {
             f(a);
             f(b);

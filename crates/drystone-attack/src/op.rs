@@ -82,6 +82,8 @@ pub struct JointPlan {
     pub strength: Option<JointStrength>,
     /// Whether its tree is solved at once.
     pub articulated: bool,
+    /// Whether it acts from the start.
+    pub enabled: bool,
 }
 
 /// A coupling to be made.
@@ -205,6 +207,8 @@ pub enum JointCall {
     Anchors(Vec3, Vec3),
     /// `set_frames`.
     Frames(Quat, Quat),
+    /// `set_kind`.
+    Kind(Box<JointKind>),
     /// `set_lengths`.
     Lengths(f32, f32),
     /// `set_spring`.

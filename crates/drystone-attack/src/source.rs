@@ -285,8 +285,8 @@ impl Source {
     }
 
     fn add_joint(&mut self, plan: &JointPlan) {
-        let JointPlan { label, bodies, place, kind, collide_connected, strength, articulated } =
-            plan;
+        let JointPlan { label, bodies, place, kind, collide_connected, strength, .. } = plan;
+        let (articulated, enabled) = (plan.articulated, plan.enabled);
         let [a, b] = bodies.map(body);
         match (place, kind) {
             (Place::Along(anchor, axis), JointKind::SixDof(axes)) => {
@@ -305,7 +305,7 @@ impl Source {
         let strength = show(strength);
         self.line(&format!(
             "let def = JointDef {{ collide_connected: {collide_connected}, strength: {strength}, \
-             articulated: {articulated}, ..def }};"
+             articulated: {articulated}, enabled: {enabled}, ..def }};"
         ));
         let bind = self.bind('j', *label);
         self.line(&format!("{bind}world.add_joint(def).unwrap();"));

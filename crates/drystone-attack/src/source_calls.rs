@@ -54,6 +54,7 @@ pub(crate) fn joint_call(j: Label, call: &JointCall) -> String {
         JointCall::Anchors(a, b) => two("set_anchors", a, b),
         JointCall::Frames(a, b) => two("set_frames", a, b),
         JointCall::Lengths(min, max) => self::call("set_lengths", &[&min, &max]),
+        JointCall::Kind(kind) => format!("set_kind({}).unwrap()", show(kind)),
         JointCall::Spring(None) => "set_spring(None).unwrap()".to_owned(),
         JointCall::Spring(Some(spring)) => {
             let Spring { rest_length, hertz, damping_ratio } = spring;

@@ -36,7 +36,7 @@ pub(crate) fn form(form: &Form) -> String {
 /// A shape whose fields are those of [`ShapeDef::new`] but for some.
 pub(crate) fn shape_def(plan: &ShapePlan) -> String {
     let (def, usual) = (&plan.def, ShapeDef::sphere(1.0));
-    let fields: [(&str, String, String); 12] = [
+    let fields: [(&str, String, String); 13] = [
         ("pose", show(&def.pose), show(&usual.pose)),
         ("density", show(&def.density), show(&usual.density)),
         ("material", show(&def.material), show(&usual.material)),
@@ -44,6 +44,7 @@ pub(crate) fn shape_def(plan: &ShapePlan) -> String {
         ("sensor", show(&def.sensor), show(&usual.sensor)),
         ("reports", show(&def.reports), show(&usual.reports)),
         ("senses", show(&def.senses), show(&usual.senses)),
+        ("enabled", show(&def.enabled), show(&usual.enabled)),
         ("hooks", show(&def.hooks), show(&usual.hooks)),
         ("one_way", show(&def.one_way), show(&usual.one_way)),
         ("surface_velocity", show(&def.surface_velocity), show(&usual.surface_velocity)),

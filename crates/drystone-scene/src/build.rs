@@ -300,6 +300,7 @@ impl Running {
             collide_connected: joint.collide_connected,
             strength: joint.strength,
             articulated: joint.articulated,
+            enabled: joint.enabled,
             user_data: joint.user_data,
             ..JointDef::new(a, b, joint.kind).with_anchors(joint.anchor_a, joint.anchor_b)
         };

@@ -43,6 +43,8 @@ pub struct SceneJoint {
     pub strength: Option<JointStrength>,
     /// Whether the whole tree of joints is solved at once: see [`drystone::JointDef::articulated`].
     pub articulated: bool,
+    /// Whether it acts from the start: see [`drystone::JointDef::enabled`].
+    pub enabled: bool,
     /// Any number of the user's.
     pub user_data: u64,
 }
@@ -156,6 +158,7 @@ impl SceneJoint {
             collide_connected: false,
             strength: None,
             articulated: false,
+            enabled: true,
             user_data: 0,
         }
     }

@@ -114,6 +114,7 @@ impl Draw {
             def.sleep_speed = Some(self.rng.scale(0.001, 1.0));
         }
         def.asleep = self.rng.chance(0.04);
+        def.enabled = !self.rng.chance(0.02);
         def
     }
 

@@ -2,8 +2,8 @@
 
 use drystone::breakage::BondStrength;
 use drystone::contact::{ContactSoftness, SurfaceRule};
-use drystone::joint::Spring;
-use drystone::{Axis, BodyKind, Pose, Vec3, WorldConfig};
+use drystone::joint::{SixDof, Spring};
+use drystone::{Axis, BodyKind, JointKind, Pose, Vec3, WorldConfig};
 
 use super::draw::{Draw, KnownBody};
 use crate::op::{BodyCall, JointCall, Op, ParticleCall, ShapeCall};
@@ -152,7 +152,7 @@ impl Draw {
             return;
         }
         let joint = self.joints[self.rng.below(self.joints.len())].clone();
-        match self.rng.below(18) {
+        match self.rng.below(19) {
             0 => {
                 let strength = self.rng.chance(0.7).then(|| self.strength());
                 self.ops.push(Op::SetJointStrength(joint.label, strength));
@@ -208,6 +208,18 @@ impl Draw {
             17 => {
                 let friction = 0.1 * self.drive_force();
                 self.ops.push(Op::Joint(joint.label, JointCall::Friction(friction)));
+            }
+            18 => {
+                let kind = match self.rng.below(4) {
+                    0 => JointKind::Ball,
+                    1 => JointKind::SixDof(SixDof::FIXED),
+                    2 => JointKind::SixDof(self.six()),
+                    _ => {
+                        let now = self.length();
+                        self.distance(now)
+                    }
+                };
+                self.ops.push(Op::Joint(joint.label, JointCall::Kind(Box::new(kind))));
             }
             11 if joint.is_six => {
                 let (axis, six) = (self.rng.pick(Axis::ALL), self.six());

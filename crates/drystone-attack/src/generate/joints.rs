@@ -111,13 +111,22 @@ impl Draw {
         let strength = if self.rng.chance(0.12) { Some(self.strength()) } else { None };
         let collide_connected = self.rng.chance(0.15);
         let bodies = [a.label, b.label];
-        let plan =
-            JointPlan { label, bodies, place, kind, collide_connected, strength, articulated };
+        let enabled = !self.rng.chance(0.02);
+        let plan = JointPlan {
+            label,
+            bodies,
+            place,
+            kind,
+            collide_connected,
+            strength,
+            articulated,
+            enabled,
+        };
         self.ops.push(Op::AddJoint(Box::new(plan)));
         self.joints.push(known);
     }
 
-    fn distance(&mut self, now: f32) -> JointKind {
+    pub(super) fn distance(&mut self, now: f32) -> JointKind {
         let now = if self.style == Style::Torture { now * self.rng.scale(0.1, 10.0) } else { now };
         match self.rng.below(4) {
             0 => JointKind::Distance { min: now, max: now, spring: None },

@@ -88,6 +88,7 @@ impl Draw {
         def.reports = if self.rng.chance(0.1) { self.reports() } else { def.reports };
         def.senses = if self.rng.chance(0.1) { self.senses() } else { def.senses };
         def.hooks = self.rng.chance(0.05);
+        def.enabled = !self.rng.chance(0.02);
         def.one_way = self.rng.chance(0.05).then(|| self.speed());
         ShapePlan { label: self.label(), form, def }
     }

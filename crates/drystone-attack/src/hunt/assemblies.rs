@@ -51,6 +51,7 @@ impl Draw {
             collide_connected: false,
             strength: None,
             articulated: false,
+            enabled: true,
         })));
     }
 

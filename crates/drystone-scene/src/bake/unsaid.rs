@@ -82,6 +82,7 @@ impl Count {
         self.add(def.locks != AxisLocks::NONE, "locked axes of a body");
         let sleeps = def.asleep || !def.can_sleep || def.sleep_speed.is_some();
         self.add(sleeps, "how a body sleeps");
+        self.add(!def.enabled, "a body that starts disabled");
         self.add(def.glue.is_some(), "glue");
         self.add(def.fracture.is_some(), "a body that fractures");
         self.add(def.user_data != default.user_data, "user data of a body");
@@ -99,6 +100,7 @@ impl Count {
         self.add(def.one_way.is_some(), "a surface that holds from one side");
         self.add(def.hooks || def.reports != ContactReports::default(), "what a shape reports");
         self.add(def.senses != Senses::default(), "what a sensor sees besides");
+        self.add(!def.enabled, "a shape that starts disabled");
         self.add(def.user_data != 0, "user data of a shape");
     }
 
@@ -108,6 +110,7 @@ impl Count {
         }
         self.add(joint.strength.is_some(), "what a joint bears");
         self.add(joint.articulated, "a joint that is solved with its tree at once");
+        self.add(!joint.enabled, "a joint that starts disabled");
         self.add(joint.user_data != 0, "user data of a joint");
     }
 }

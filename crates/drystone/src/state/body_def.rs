@@ -127,6 +127,8 @@ pub struct BodyDef {
     pub sleep_speed: Option<f32>,
     /// Whether it sleeps from the start; default false.
     pub asleep: bool,
+    /// Whether it is in the world from the start; default true. See [`BodyMut::set_enabled`](crate::BodyMut::set_enabled).
+    pub enabled: bool,
     /// Its shapes; several make a compound.
     pub shapes: Vec<ShapeDef>,
     /// Bonds between its shapes, which come apart under stress (dynamic bodies whose mass is not given in full);
@@ -155,6 +157,7 @@ impl Default for BodyDef {
             can_sleep: true,
             sleep_speed: None,
             asleep: false,
+            enabled: true,
             shapes: Vec::new(),
             glue: None,
             fracture: None,
@@ -267,6 +270,12 @@ impl BodyDef {
     #[must_use]
     pub fn starts_asleep(self) -> Self {
         Self { asleep: true, ..self }
+    }
+
+    /// Out of the world until [`BodyMut::set_enabled`](crate::BodyMut::set_enabled) puts it in.
+    #[must_use]
+    pub fn starts_disabled(self) -> Self {
+        Self { enabled: false, ..self }
     }
 
     /// With this number of the user's.

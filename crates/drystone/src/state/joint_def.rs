@@ -176,6 +176,8 @@ pub struct JointDef {
     /// figures whose joints must hold exactly; a tree that closes a loop over bodies that move, or has a rod or
     /// rope in it, is solved joint by joint all the same.
     pub articulated: bool,
+    /// Whether it acts from the start; default true. See [`JointMut::set_enabled`](crate::JointMut::set_enabled).
+    pub enabled: bool,
     /// Any number of the user's.
     pub user_data: u64,
 }
@@ -351,6 +353,7 @@ impl JointDef {
             collide_connected: matches!(kind, JointKind::Pulley(_)),
             strength: None,
             articulated: false,
+            enabled: true,
             user_data: 0,
         }
     }
@@ -411,6 +414,12 @@ impl JointDef {
     #[must_use]
     pub fn with_collide_connected(self, collide_connected: bool) -> Self {
         Self { collide_connected, ..self }
+    }
+
+    /// Idle until [`JointMut::set_enabled`](crate::JointMut::set_enabled) switches it on.
+    #[must_use]
+    pub fn starts_disabled(self) -> Self {
+        Self { enabled: false, ..self }
     }
 
     /// With a number of the user's.

@@ -54,6 +54,8 @@ pub struct ShapeDef {
     pub hooks: bool,
     /// Which events its contacts give.
     pub reports: ContactReports,
+    /// Whether it is in the world from the start; default true. See [`ShapeMut::set_enabled`](crate::ShapeMut::set_enabled).
+    pub enabled: bool,
     /// Any number of the user's.
     pub user_data: u64,
 }
@@ -75,6 +77,7 @@ impl ShapeDef {
             one_way: None,
             hooks: false,
             reports: ContactReports::default(),
+            enabled: true,
             user_data: 0,
         }
     }
@@ -151,6 +154,13 @@ impl ShapeDef {
     pub fn with_rotation(mut self, rotation: impl Into<Quat>) -> Self {
         self.pose.rotation = rotation.into();
         self
+    }
+
+    /// Out of the world until [`ShapeMut::set_enabled`](crate::ShapeMut::set_enabled) puts it in. It counts for the mass all
+    /// the same.
+    #[must_use]
+    pub fn starts_disabled(self) -> Self {
+        Self { enabled: false, ..self }
     }
 
     /// With this number of the user's.

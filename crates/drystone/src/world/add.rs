@@ -121,6 +121,12 @@ impl World {
                 }
             }
         }
+        if !def.enabled
+            && let Some(mut body) = self.body_mut(id)
+        {
+            body.set_enabled(false);
+            self.pending.wake.retain(|b| *b != id);
+        }
         Ok(id)
     }
 
@@ -170,7 +176,7 @@ impl World {
             surface_velocity: def.surface_velocity,
             surface_spin: def.surface_spin,
             flat,
-            enabled: true,
+            enabled: def.enabled,
             reports: PackedReports::new(&def.reports, def.senses).with_hooks(def.hooks),
             user_data: def.user_data,
         });
@@ -318,7 +324,7 @@ impl World {
             anchor_b: def.anchor_b - bodies.at(b).local_center,
             link: Link::new(def.kind),
             collide_connected: def.collide_connected,
-            switch: Switch::On,
+            switch: if def.enabled { Switch::On } else { Switch::Off },
             user_data: def.user_data,
             impulse: Vec3::ZERO,
             given: [Vec3::ZERO; 2],

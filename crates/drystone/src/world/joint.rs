@@ -236,6 +236,7 @@ impl<'w> JointRef<'w> {
             collide_connected: self.joint.collide_connected,
             strength: self.joint.strength,
             articulated: self.joint.articulated,
+            enabled: self.is_enabled(),
             user_data: self.joint.user_data,
             ..def.with_anchors(anchor_a, anchor_b)
         })

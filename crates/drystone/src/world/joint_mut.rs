@@ -110,6 +110,35 @@ impl<'w> JointMut<'w> {
         self.put_six(SixDof { frame_a, frame_b, ..axes.into() })
     }
 
+    /// Makes another joint of it, between the same bodies at the same anchors: a hinge that jams and becomes fixed, a rod that
+    /// becomes a spring. From one joint of six axes to another its frames stay, as with [`Self::set_axes`]; from any other kind
+    /// to one of six axes they are those of `kind`, by default the axes of each body.
+    ///
+    /// # Errors
+    /// A number that is out of range; a coupling, before or after; an axis that becomes locked, or comes behind a cone, or is
+    /// there no longer, while a coupling names it.
+    pub fn set_kind(&mut self, kind: impl Into<JointKind>) -> Result<(), DefError> {
+        let kind = kind.into();
+        let to_coupling = matches!(kind, JointKind::Coupling(_));
+        if to_coupling || matches!(self.joint().link, Link::Coupling(_)) {
+            let value = if to_coupling { kind.name() } else { self.joint().link.kind().name() };
+            return Err(DefError::unsuitable("kind", value, "any kind but a coupling"));
+        }
+        match (kind, &self.joint().link) {
+            (JointKind::SixDof(axes), Link::Six(_)) => return self.set_axes(axes),
+            (_, Link::Six(_)) if self.world.couplings_of(self.id).next().is_some() => {
+                let allowed = "a joint of six axes, for a coupling names it";
+                return Err(DefError::unsuitable("kind", kind.name(), allowed));
+            }
+            _ => kind.validate()?,
+        }
+        self.change(|joint| {
+            joint.link = Link::new(kind);
+            joint.forget();
+        });
+        Ok(())
+    }
+
     /// See [`Self::set_target_rotation`].
     pub(super) fn try_set_target_rotation(
         &mut self,

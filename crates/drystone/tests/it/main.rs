@@ -14,7 +14,7 @@ mod regression_snapshot;
 mod scenario_articulated;
 mod scenario_audit;
 mod scenario_breakage;
-mod scenario_changes;
+mod changes;
 mod scenario_clock;
 mod scenario_couplings;
 mod scenario_freezing;

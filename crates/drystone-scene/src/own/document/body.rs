@@ -43,6 +43,8 @@ pub(crate) struct Body {
     pub(crate) sleep_speed: Option<f32>,
     /// Whether it sleeps from the start; default false.
     pub(crate) asleep: Option<bool>,
+    /// Whether it is in the world from the start; default true.
+    pub(crate) enabled: Option<bool>,
     /// Its shapes; several make a compound.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub(crate) shapes: Vec<Shape>,
@@ -115,6 +117,8 @@ pub(crate) struct Shape {
     pub(crate) hooks: Option<bool>,
     /// Which events its contacts give.
     pub(crate) reports: Option<Reports>,
+    /// Whether it is in the world from the start; default true.
+    pub(crate) enabled: Option<bool>,
     /// Any number.
     pub(crate) user_data: Option<u64>,
 }

@@ -70,6 +70,8 @@ pub(crate) struct Joint {
     pub(crate) strength: Option<JointStrength>,
     /// The whole tree of its joints is solved at once; default false.
     pub(crate) articulated: Option<bool>,
+    /// Whether it acts from the start; default true.
+    pub(crate) enabled: Option<bool>,
     /// Any number.
     pub(crate) user_data: Option<u64>,
 }

@@ -37,6 +37,7 @@ impl Reader<'_> {
         def.angular_damping = body.angular_damping.unwrap_or(def.angular_damping);
         def.can_sleep = body.can_sleep.unwrap_or(def.can_sleep);
         def.asleep = body.asleep.unwrap_or(def.asleep);
+        def.enabled = body.enabled.unwrap_or(def.enabled);
         def.user_data = body.user_data.unwrap_or(def.user_data);
         if let Some(mass) = &body.mass {
             def.mass = self.mass(&place.key("mass"), mass)?;

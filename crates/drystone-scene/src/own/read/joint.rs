@@ -84,6 +84,7 @@ impl Reader<'_> {
                 .unwrap_or(matches!(kind, JointKind::Pulley(_))),
             strength: joint.strength.as_ref().map(strength),
             articulated: joint.articulated.unwrap_or(false),
+            enabled: joint.enabled.unwrap_or(true),
             user_data: joint.user_data.unwrap_or(0),
             ..SceneJoint::new((body_a, anchor_a), (body_b, anchor_b), kind)
         };

@@ -116,6 +116,7 @@ impl Reader<'_> {
         def.surface_spin = shape.surface_spin.map_or(def.surface_spin, Vec3::from);
         def.one_way = shape.one_way.map(Vec3::from);
         def.hooks = shape.hooks.unwrap_or(def.hooks);
+        def.enabled = shape.enabled.unwrap_or(def.enabled);
         if let Some(reports) = &shape.reports {
             let default = ContactReports::default();
             def.reports = ContactReports {

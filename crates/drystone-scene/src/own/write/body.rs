@@ -139,6 +139,7 @@ impl Names {
             can_sleep: other(def.can_sleep, &default.can_sleep),
             sleep_speed: def.sleep_speed,
             asleep: other(def.asleep, &default.asleep),
+            enabled: other(def.enabled, &default.enabled),
             shapes,
             glue: def.glue.as_ref().map(glue),
             fracture: def.fracture.as_ref().map(fracture),
@@ -175,6 +176,7 @@ impl Names {
             one_way: def.one_way.map(Vec3::to_array),
             hooks: other(def.hooks, &default.hooks),
             reports: other(def.reports, &default.reports).map(reports),
+            enabled: other(def.enabled, &default.enabled),
             user_data: other(def.user_data, &default.user_data),
             ..ShapeOf::default()
         };

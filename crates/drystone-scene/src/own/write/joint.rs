@@ -45,6 +45,7 @@ impl Names {
                 }),
             }),
             articulated: other(joint.articulated, &false),
+            enabled: other(joint.enabled, &true),
             user_data: other(joint.user_data, &0),
             ..Joint::default()
         };

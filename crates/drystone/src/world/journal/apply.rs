@@ -125,6 +125,7 @@ fn call_joint(mut joint: JointMut<'_>, call: &JointCall) -> Answered {
     match call {
         JointCall::SetAnchors(a, b) => joint.set_anchors(*a, *b)?,
         JointCall::SetFrames(a, b) => joint.set_frames(*a, *b)?,
+        JointCall::SetKind(kind) => joint.set_kind(**kind)?,
         JointCall::SetLengths(min, max) => {
             joint.told(FrameCall::SetLengths, |of| of.try_set_lengths(*min, *max))?;
         }

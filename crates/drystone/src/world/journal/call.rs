@@ -12,8 +12,8 @@ use crate::state::axis::Axis;
 use crate::state::config::WorldConfig;
 use crate::state::coupling::CouplingDef;
 use crate::state::def::{
-    AxisLocks, BodyDef, BodyKind, BondStrength, Fracture, JointDef, JointStrength, MassDef, Pulley,
-    ShapeDef, Spring,
+    AxisLocks, BodyDef, BodyKind, BondStrength, Fracture, JointDef, JointKind, JointStrength,
+    MassDef, Pulley, ShapeDef, Spring,
 };
 use crate::state::material::{Filter, Material, SurfaceRule};
 use crate::state::particle_def::{LinkDef, ParticleDef};
@@ -192,6 +192,8 @@ pub enum JointCall {
     SetAnchors(Vec3, Vec3),
     /// [`JointMut::set_frames`](crate::JointMut::set_frames).
     SetFrames(Quat, Quat),
+    /// [`JointMut::set_kind`](crate::JointMut::set_kind).
+    SetKind(Box<JointKind>),
     /// [`JointMut::set_lengths`](crate::JointMut::set_lengths) [m].
     SetLengths(f32, f32),
     /// [`JointMut::set_spring`](crate::JointMut::set_spring).

@@ -15,7 +15,7 @@ use crate::step::Stage;
 use crate::world::StageHashes;
 
 /// Of the layout; goes up whenever calls or snapshots change.
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 
 /// The state that a world was in and every call since, with what each came to.
 ///
