@@ -7,7 +7,7 @@ use drystone::{
     vec3,
 };
 
-use super::{DT, FLOORS, Floor, GRAVITY, Stack, brittle, floor, glued, in_all_states, shape_of};
+use super::{DT, FLOORS, Floor, GRAVITY, Stack, brittle, glued, in_all_states, shape_of};
 
 #[test]
 fn shapes_meet_others_in_any_state() {
