@@ -151,6 +151,7 @@ impl Spring {
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
+#[expect(clippy::struct_excessive_bools, reason = "each is a question of its own")]
 pub struct JointDef {
     /// First body.
     pub body_a: BodyId,
