@@ -59,6 +59,8 @@ pub(crate) enum Change {
     /// It has points, and its bodies turn so far in this step that other corners may come down, or that levers are no more
     /// what they were ([`FAR_TURN`]). No change by itself.
     Turns(u32),
+    /// It has points, and its bodies turn together ([`corotates`]). No change by itself.
+    Corotates(u32),
     /// It has points, and may be a ghost of the seam of two shapes; no change by itself.
     Made(u32),
     /// It has points, and may make others ghosts, but is none. No change by itself.
@@ -95,6 +97,11 @@ impl Scratch {
             Change::Turns(row) => Some(*row),
             _ => None,
         })
+    }
+
+    /// Whether some contact's bodies turn together: see [`corotates`].
+    pub(crate) fn any_corotates(&self) -> bool {
+        self.changes.iter().flatten().any(|change| matches!(change, Change::Corotates(_)))
     }
 
     /// Contacts that were ghosts of seams: they lost their points, or have the normal of what carries beside them.
@@ -389,6 +396,7 @@ impl Pairs<'_> {
             if turns(contact, turn, f32::MAX) {
                 out.push(Change::Turns(row));
             }
+            list_corotation(ctx, (row, contact), [a, b], out);
             keep_load(ctx, contact, a, b);
             // A ghost that was made before what carries the body was there would block it for ever.
             out.extend(seams::of_convex(ctx, (row, contact), a, b));
@@ -423,6 +431,7 @@ impl Pairs<'_> {
         if turns(contact, turn, contact.clear) {
             out.push(Change::Turns(row));
         }
+        list_corotation(ctx, (row, contact), [a, b], out);
         keep_load(ctx, contact, a, b);
         out.extend(seams::of_convex(ctx, (row, contact), a, b));
     }
@@ -500,6 +509,40 @@ fn turn_ahead(
         }
     }
     1.1 * ctx.dt * w.length()
+}
+
+/// Two that both can be pushed turn together if the velocity that friction asks for turns away from that of the step's start, by a mean
+/// over the step of more than this [m/s, times [`StepContext::length`]]. What lies on a turntable that carries itself would drift out
+/// at that speed.
+const COROTATES: f32 = 1.0e-4;
+
+/// True if two bodies of a contact turn together, and so fast that it matters that they do so within the step.
+pub(crate) fn corotates(ctx: &StepContext, contact: &Contact, [a, b]: [&Body; 2]) -> bool {
+    if !(a.is_dynamic() && b.is_dynamic()) || contact.sensor {
+        return false;
+    }
+    let least = 2.0 * COROTATES * ctx.length / ctx.dt;
+    let reach = a.extent + b.extent + ctx.margin;
+    if !(a.w.length_squared().max(b.w.length_squared()) * reach > least) {
+        return false;
+    }
+    let Some(first) = contact.points().first() else { return false };
+    let (n, r_a) = (contact.normal, first.r_a);
+    let pull = |w: Vec3, r: Vec3| w.cross(w.cross(r));
+    let rate = pull(b.w, contact.r_b(first)) - pull(a.w, r_a);
+    (rate - n * n.dot(rate)).length() > least
+}
+
+/// Lists a contact whose bodies turn together.
+fn list_corotation(
+    ctx: &StepContext,
+    (row, contact): (u32, &Contact),
+    bodies: [&Body; 2],
+    out: &mut Vec<Change>,
+) {
+    if corotates(ctx, contact, bodies) {
+        out.push(Change::Corotates(row));
+    }
 }
 
 /// True if the two bodies have hardly moved since the manifold was made, against each other or in the

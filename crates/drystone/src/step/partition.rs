@@ -177,7 +177,8 @@ impl Teller<'_> {
                 | Change::Made(_)
                 | Change::Carries(_)
                 | Change::Closes(_)
-                | Change::Turns(_) => {}
+                | Change::Turns(_)
+                | Change::Corotates(_) => {}
             }
         }
     }

@@ -48,6 +48,7 @@ mod scenario_draw;
 mod scenario_length_scale;
 mod scenario_origin;
 mod scenario_turning;
+mod scenario_turntable;
 mod scenario_whirl;
 mod scenario_rules;
 mod scenario_seams;

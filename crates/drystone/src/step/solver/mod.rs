@@ -208,6 +208,8 @@ struct Solver<'a> {
     /// Empty, or one for each block.
     extras: Rows<'a, Extra>,
     has_extras: bool,
+    /// Some contact's bodies turn together: see [`narrowphase::corotates`].
+    corotates: bool,
     joints: Rows<'a, JointBlock>,
     joint_rests: Rows<'a, JointRest>,
     sixdofs: Rows<'a, SixBlock>,
@@ -300,7 +302,8 @@ pub(crate) fn solve(
     s.frames.resize_with(s.plan.groups.len().max(s.frames.len()), Frames::default);
     let n = s.plan.contacts.owners.len();
     s.begun.resize(n, 0);
-    let has_extras = colors.special > 0;
+    let corotates = closing.any_corotates();
+    let has_extras = colors.special > 0 || corotates;
     s.extras.resize_with(if has_extras { n } else { 0 }, Extra::default);
     s.free.clear();
     s.free.resize(if has_extras { s.plan.members.len() + 1 } else { 0 }, None);
@@ -340,6 +343,7 @@ pub(crate) fn solve(
         blocks: Blocks::new(own, 0, apart),
         extras: Rows::new(&mut s.extras, apart),
         has_extras,
+        corotates,
         joints: Rows::new(&mut s.joints, apart),
         joint_rests: Rows::new(&mut s.joint_rests, apart),
         sixdofs: Rows::new(&mut s.sixdofs, apart),

@@ -9,16 +9,18 @@ use super::rows::{
     ContactBlock, Extra, Line, Whitening, load_velocity, read_lanes, store_velocity,
 };
 use super::tally::NEW;
+use crate::base::bit_set::BitSet;
 use crate::base::disjoint::Rows;
 use crate::base::math::Vec3;
 use crate::base::wide::{
     LANES, Lanes, Sym3w, Vec3w, Wide, above, bits, gather_rows, gather4, inverse_or_zero, load,
-    max, min, select, splat, sqrt,
+    max, min, put, select, splat, sqrt,
 };
 use crate::state::bodies::Bodies;
 use crate::state::contacts::{Contact, Slots, Softened};
 use crate::state::shapes::Shapes;
 use crate::step::context::StepContext;
+use crate::step::narrowphase;
 
 /// Mean distance from the middle of a disc over its radius.
 const DISC: f32 = 2.0 / 3.0;
@@ -54,6 +56,8 @@ pub(super) struct Source<'a> {
     pub(super) contacts: &'a Slots<'a>,
     pub(super) softened: &'a [Softened],
     pub(super) shapes: &'a Shapes,
+    /// If some contact's bodies turn together: bodies whose contacts are made anew within the step, which need nothing for that.
+    pub(super) turning: Option<&'a BitSet>,
 }
 
 /// Lanes of a block before its rows are built. Idle lanes repeat the first contact, without a body, a
@@ -72,6 +76,8 @@ pub(super) struct Raw<'a> {
     /// Reach of the spinning resistance times the friction coefficient [m]; whether there is any.
     spinning: Lanes,
     spins: bool,
+    /// Where the bodies turn together, how far each turns in half of the step [rad, world].
+    turns: Option<[[Lanes; 3]; 2]>,
 }
 
 impl<'a> Raw<'a> {
@@ -88,6 +94,7 @@ impl<'a> Raw<'a> {
             landing: [0; LANES],
             spinning: [0.0; LANES],
             spins: false,
+            turns: None,
         };
         for lane in 0..LANES {
             if owners[lane] == u32::MAX {
@@ -105,6 +112,9 @@ impl<'a> Raw<'a> {
                 raw.spinning[lane] = c.spinning;
                 raw.spins = true;
             }
+            if !FIXED && let Some(turning) = source.turning {
+                raw.note_corotation(source, turning, lane);
+            }
             if FIXED {
                 raw.sign[lane] = if b == 0 { -1.0 } else { 1.0 };
                 raw.row_b[lane] = a.max(b);
@@ -113,6 +123,24 @@ impl<'a> Raw<'a> {
             }
         }
         Some(raw)
+    }
+
+    /// Notes how far the bodies of a contact turn if they turn together and it is made once for the whole step.
+    #[inline(never)]
+    fn note_corotation(&mut self, source: &Source<'_>, turning: &BitSet, lane: usize) {
+        let c = self.contacts[lane];
+        let bodies = [c.body_a, c.body_b];
+        if bodies.iter().any(|row| turning.contains(*row)) {
+            return;
+        }
+        let ends = bodies.map(|row| source.bodies.at(row));
+        if !narrowphase::corotates(source.ctx, c, ends) {
+            return;
+        }
+        let turns = self.turns.get_or_insert([[[0.0; LANES]; 3]; 2]);
+        for (turn, body) in turns.iter_mut().zip(ends) {
+            put(turn, lane, body.w * (0.5 * source.ctx.dt));
+        }
     }
 
     /// Normals and friction, friction's impulses and twist.
@@ -212,6 +240,9 @@ pub(super) fn build<S: Simd, const FIXED: bool>(
                 pack_extra::<FIXED>(source, &raw, (lane, owners[lane]), extra);
             }
         }
+        if let Some(rate) = &warm.grows {
+            extra.corotate(simd, rate, source.ctx);
+        }
         if extra.drifts {
             let spin = load(simd, &extra.drift_t[2]) * warm.reach;
             spin.store_array(&mut extra.drift_t[2]);
@@ -232,6 +263,30 @@ pub(super) struct Warm<S: Simd> {
     turn_b: Vec3w<S>,
     /// Arm at which twist is measured [m].
     reach: Wide<S>,
+    /// How the velocity along the tangents grows that bodies which turn together have there [m/s²].
+    grows: Option<[Wide<S>; 2]>,
+}
+
+/// How the velocity grows between two that turn together, each by `turn` in half of the step, and the arms in the middle of the step:
+/// a force along arms of its start would turn them faster and faster.
+#[inline(always)]
+fn corotation<S: Simd>(
+    simd: S,
+    turns: &[[Lanes; 3]; 2],
+    arms: [Vec3w<S>; 2],
+    half: f32,
+) -> ([Vec3w<S>; 2], Vec3w<S>) {
+    let (one_half, zero) = (splat(simd, 0.5), splat(simd, 0.0));
+    let [a, b] = [0, 1].map(|i| {
+        let turn = Vec3w::load(simd, &turns[i]);
+        let once = turn.cross(arms[i]);
+        let turned = arms[i] + (once + turn.cross(once) * one_half);
+        // Those of other lanes stay as they are, to the sign of zero.
+        let turned = Vec3w::select(above(turn.dot(turn), zero), turned, arms[i]);
+        (turned, turn.cross(turn.cross(turned)))
+    });
+    let rate = (b.1 - a.1) * splat(simd, 1.0 / (half * half));
+    ([a.0, b.0], rate)
 }
 
 #[inline(always)]
@@ -336,6 +391,12 @@ fn build_rows<S: Simd, const FIXED: bool, const N: usize>(
     }
     let share = inverse_or_zero(simd, weight);
     (ca, cb) = (ca * share, cb * share);
+    let mut grows = None;
+    if !FIXED && let Some(turns) = &raw.turns {
+        let ([a, b], rate) = corotation(simd, turns, [ca, cb], 0.5 * source.ctx.dt);
+        (ca, cb) = (a, b);
+        grows = Some([t1.dot(rate), t2.dot(rate)]);
+    }
     let reach = reach_of(simd, raw, cb, &rb, &weights, [share, mu]);
     // Friction acts on the surfaces, which an arm half way across a gap does not reach yet.
     let gap = n * (gap * share * splat(simd, 0.5));
@@ -365,7 +426,7 @@ fn build_rows<S: Simd, const FIXED: bool, const N: usize>(
 
     mark_fresh(simd, block, count, most);
     let push = n * total + t1 * impulse[0] + t2 * impulse[1];
-    Warm { push, turn_a, turn_b, reach }
+    Warm { push, turn_a, turn_b, reach, grows }
 }
 
 /// Takes what contacts begin with down to what gives their bodies a speed of `most`, and returns that part; `None`: all of it stays.

@@ -23,6 +23,7 @@ impl Solver<'_> {
             contacts: &self.contacts,
             softened: self.softened,
             shapes: self.shapes,
+            turning: self.corotates.then_some(&self.plan.turning.bodies),
         }
     }
 

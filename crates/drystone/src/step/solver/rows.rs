@@ -6,7 +6,8 @@
 
 use crate::base::disjoint::Rows;
 use crate::base::sym3::Sym3;
-use crate::base::wide::{LANES, Lanes, Sym3w, Vec3w, Wide, gather, gather4, scatter};
+use crate::base::wide::{LANES, Lanes, Sym3w, Vec3w, Wide, gather, gather4, load, scatter, splat};
+use crate::step::context::StepContext;
 use fearless_simd::{Simd, SimdBase, f32x4};
 
 /// A body in the solver: one cache line. Line 0 is everything that cannot be pushed: always zero.
@@ -236,6 +237,20 @@ pub(crate) struct Extra {
 }
 
 impl Extra {
+    /// Adds what the tangents' velocity grows by [m/s²] between bodies that turn together. The rows are those of the middle of the step,
+    /// and a sweep makes the velocity of the substep after it: that at its middle.
+    #[inline(always)]
+    pub(crate) fn corotation<S: Simd>(&mut self, simd: S, rate: &[Wide<S>; 2], ctx: &StepContext) {
+        self.drifts = true;
+        let from = splat(simd, 0.5 * (ctx.h - ctx.dt));
+        for i in 0..2 {
+            let velocity = load(simd, &self.drift_t[i]) + rate[i] * from;
+            velocity.store_array(&mut self.drift_t[i]);
+            let rate = load(simd, &self.drift_rate[i]) + rate[i];
+            rate.store_array(&mut self.drift_rate[i]);
+        }
+    }
+
     /// Square of the frequency of a lane that is a spring of its own [rad²/s²], in substeps of this rate [1/s].
     pub(crate) fn spring(&self, lane: usize, inv_h: f32) -> Option<f64> {
         let is_soft = self.softens && self.soft_mass[lane] > 0.0;
