@@ -240,7 +240,7 @@ impl Extra {
     /// Adds what the tangents' velocity grows by [m/s²] between bodies that turn together. The rows are those of the middle of the step,
     /// and a sweep makes the velocity of the substep after it: that at its middle.
     #[inline(always)]
-    pub(crate) fn corotation<S: Simd>(&mut self, simd: S, rate: &[Wide<S>; 2], ctx: &StepContext) {
+    pub(crate) fn corotate<S: Simd>(&mut self, simd: S, rate: &[Wide<S>; 2], ctx: &StepContext) {
         self.drifts = true;
         let from = splat(simd, 0.5 * (ctx.h - ctx.dt));
         for i in 0..2 {
