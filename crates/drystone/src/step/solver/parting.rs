@@ -22,7 +22,7 @@ use super::rows::{
 use super::softness::Softness;
 use crate::base::disjoint::Rows;
 use crate::base::jobs::{Jobs, for_shares};
-use crate::base::wide::{LANES, Lanes, Vec3w, Wide, above, load, max, min, select, splat};
+use crate::base::wide::{LANES, Lanes, Vec3w, Wide, above, bits, load, max, min, select, splat};
 use crate::state::bodies::Body;
 
 /// Sweeps of the pass: as many as a step has.
@@ -127,10 +127,10 @@ impl Solver<'_> {
     ) {
         let ctx = self.ctx;
         let (zero, one) = (splat(simd, 0.0), splat(simd, 1.0));
-        let count = usize::from(block.count.clamp(1, 4));
+        let rows = rows_of(block);
         let softness = if FIXED { &ctx.soft_fixed } else { &ctx.soft };
         let (mut load_sum, mut points) = (zero, zero);
-        for point in &block.points[..count] {
+        for point in &block.points[..rows] {
             load_sum += load(simd, &point.impulse);
             points += select(above(load(simd, &point.mass), zero), one, zero);
         }
@@ -140,20 +140,28 @@ impl Solver<'_> {
         let parts = above(load(simd, &parts), zero);
         let inv_dt = splat(simd, 1.0 / ctx.dt);
         let (least, rate) = (splat(simd, ctx.push_speed), splat(simd, DEEP_RATE));
-        let motion = (load_motion(simd, &self.lines, &block.row_a), load_motion(simd, &self.lines, &block.row_b));
+        let of = |load: fn(S, &Rows<'_, Line>, &[u32; LANES]) -> Velocity<S>| {
+            (load(simd, &self.lines, &block.row_a), load(simd, &self.lines, &block.row_b))
+        };
+        let (motion, velocity) = (of(load_motion), of(load_velocity));
         let mut most = zero;
-        for j in 0..count {
+        for j in 0..rows {
             let point = &block.points[j];
-            let s = load(simd, &point.s0) + along::<S, FIXED>(simd, block, j, &motion);
-            let s = match extra {
-                Some(extra) if extra.drifts => s + load(simd, &extra.drift[j]) * splat(simd, ctx.dt),
-                _ => s,
-            };
+            let mut s = load(simd, &point.s0) + along::<S, FIXED>(simd, block, j, &motion);
+            let mut vn = along::<S, FIXED>(simd, block, j, &velocity);
+            if let Some(extra) = extra
+                && extra.drifts
+            {
+                let drift = load(simd, &extra.drift[j]);
+                (s, vn) = (s + drift * splat(simd, ctx.dt), vn + drift);
+            }
             let mass = load(simd, &point.mass) * load(simd, &takes);
             let excess = max(-s - give * load(simd, &block.k[K[j][j]]), zero);
             let excess = select(above(mass, zero), excess, zero);
             most = max(most, excess);
+            // What parts by itself is not hastened: a bounce keeps its energy.
             let speed = min(excess * inv_dt, max(least, rate * -s));
+            let speed = max(speed - max(vn, zero), zero);
             let wanted = select(parts, speed, zero) - max(s, zero) * inv_dt;
             wanted.store_array(&mut parting.wanted[j]);
             mass.store_array(&mut parting.mass[j]);
@@ -161,7 +169,7 @@ impl Solver<'_> {
         }
         let goes_on = above(most, splat(simd, DONE * ctx.deep[usize::from(FIXED)]));
         #[expect(clippy::cast_possible_truncation, reason = "eight bits")]
-        let goes_on = crate::base::wide::bits(goes_on) as u8;
+        let goes_on = bits(goes_on) as u8;
         block.parting &= goes_on;
         parting.is_ready = true;
     }
@@ -202,6 +210,15 @@ impl Solver<'_> {
             }
         }
         self.aux.row(i).parts_at(of_v * v.length() + of_w * w.length() * extent);
+    }
+}
+
+/// How many rows the kernel solves for the block: more than its contacts have points, if those are three.
+const fn rows_of(block: &ContactBlock) -> usize {
+    match block.count {
+        0 | 1 => 1,
+        2 => 2,
+        _ => 4,
     }
 }
 
