@@ -340,8 +340,7 @@ fn build_rows<S: Simd, const FIXED: bool, const N: usize>(
             }
         }
     }
-    let deep = source.ctx.deep[usize::from(FIXED)];
-    if raw.parts || bits(above(splat(simd, -deep), lowest)) != 0 {
+    if raw.parts || bits(above(splat(simd, -source.ctx.deep), lowest)) != 0 {
         block.parting = mark_parting::<FIXED>(source, raw, block);
     }
     let share = inverse_or_zero(simd, weight);
@@ -400,7 +399,7 @@ fn mark_parting<const FIXED: bool>(
         let give = load / raw.count[lane] * parting::give(softness);
         let excess = |(j, point): (usize, &PointRows)| -point.s0[lane] - give * block.k[K[j][j]][lane];
         let most = points.iter().enumerate().map(excess).fold(0.0, f32::max);
-        if c.traits.any(Traits::PARTING) || most > ctx.deep[usize::from(FIXED)] {
+        if c.traits.any(Traits::PARTING) || most > ctx.deep {
             parting |= 1 << lane;
         }
     }

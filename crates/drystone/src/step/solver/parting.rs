@@ -28,10 +28,6 @@ use crate::state::bodies::Body;
 /// Sweeps of the pass: as many as a step has.
 const SWEEPS: u32 = 8;
 
-/// A contact is parting until it is deeper than its load explains by this part of what it began at: what then pushes it out leaves no
-/// more than that part of the push's speed.
-const DONE: f32 = 1.0 / 16.0;
-
 /// What the pass knows of a block.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Parting {
@@ -167,7 +163,7 @@ impl Solver<'_> {
             mass.store_array(&mut parting.mass[j]);
             parting.impulse[j] = [0.0; LANES];
         }
-        let goes_on = above(most, splat(simd, DONE * ctx.deep[usize::from(FIXED)]));
+        let goes_on = above(most, splat(simd, ctx.parted[usize::from(FIXED)]));
         #[expect(clippy::cast_possible_truncation, reason = "eight bits")]
         let goes_on = bits(goes_on) as u8;
         block.parting &= goes_on;
