@@ -33,14 +33,15 @@ fn what_is_made_in_one_place_does_not_fly_apart() {
         }
         assert!(most <= PUSH, "{count}: {most} m/s");
         // What is left is no more than what begins to part, and that is parted until a sixteenth.
-        let deepest_of = |least: f32, point: drystone::contact::ContactPoint| least.min(point.separation);
+        let deepest_of =
+            |least: f32, point: drystone::contact::ContactPoint| least.min(point.separation);
         let deepest = world.contacts().fold(0.0, |d, contact| contact.points().fold(d, deepest_of));
         assert!(deepest > -0.0134, "{count}: {deepest} m");
     }
 }
 
-/// A body that was put into a wall is outside after the time that the rate takes, ln(depth / 4 cm) / 6 s and 4 cm at the speed of
-/// a push, and stays there.
+/// A body that was put into a wall is outside after the time that the rates take, ln(depth / 4 cm) / (6/s) and 4 cm at the speed of a push, to as
+/// near as pushes leave it, and stays there. What is too little to be parted, up to 13 mm, leaves no faster than it is pushed.
 #[test]
 fn what_is_put_into_a_wall_leaves_it_without_speed() {
     let shapes = [
@@ -50,22 +51,25 @@ fn what_is_put_into_a_wall_leaves_it_without_speed() {
     ];
     for (name, shape) in shapes {
         for depth in [0.01_f32, 0.05, 0.1, 0.2, 0.35, 0.45] {
-            for (mass, size) in [(0.7_f32, 1.0_f32), (70.0, 1.0)] {
+            for mass in [0.7, 70.0] {
                 let mut world = weightless();
                 let wall = ShapeDef::box_half([1.0, 2.0, 2.0]);
-                world.add_body(BodyDef::fixed().with_position([1.0, 0.0, 0.0]).with_shape(wall)).unwrap();
-                let at = [(depth - 0.3) * size, 0.0, 0.0];
+                world
+                    .add_body(BodyDef::fixed().with_position([1.0, 0.0, 0.0]).with_shape(wall))
+                    .unwrap();
+                let at = [depth - 0.3, 0.0, 0.0];
                 let def = BodyDef::dynamic().with_position(at).with_mass(mass);
                 let id = world.add_body(def.with_shape(shape.clone().with_friction(0.0))).unwrap();
                 let mut most = 0.0_f32;
                 let takes = (depth / 0.04).max(1.0).ln() / 6.0 + 0.04 / PUSH;
-                let steps = (takes / DT).ceil() as usize + 8;
-                for _ in 0..steps {
+                let mut t = 0.0;
+                while t < takes + 8.0 * DT {
                     world.step(DT);
+                    t += DT;
                     most = most.max(fastest(&world));
                 }
                 let x = world.body(id).unwrap().position().x;
-                assert!(most <= PUSH, "{name} {depth} {mass}: {most} m/s");
+                assert!(most <= 1.001 * PUSH, "{name} {depth} {mass}: {most} m/s");
                 assert!(depth < 0.014 || most <= LEFT, "{name} {depth} {mass}: {most} m/s");
                 assert!(x < -0.3 + 0.004, "{name} {depth} {mass}: {x} m");
             }
@@ -82,7 +86,11 @@ fn a_stack_that_stands_in_the_ground_comes_up_whole() {
     let ids: Vec<BodyId> = (0..3_u8)
         .map(|i| {
             let at = [0.0, 0.2 + f32::from(i), 0.0];
-            world.add_body(BodyDef::dynamic().with_position(at).with_shape(ShapeDef::box_half([0.5; 3]))).unwrap()
+            world
+                .add_body(
+                    BodyDef::dynamic().with_position(at).with_shape(ShapeDef::box_half([0.5; 3])),
+                )
+                .unwrap()
         })
         .collect();
     let mut most = 0.0_f32;

@@ -379,11 +379,7 @@ fn build_rows<S: Simd, const FIXED: bool, const N: usize>(
 
 /// A bit for each contact that is parted, or is to be: see parting.rs. Springs of their own are as deep as they like.
 #[cold]
-fn mark_parting<const FIXED: bool>(
-    source: &Source<'_>,
-    raw: &Raw<'_>,
-    block: &ContactBlock,
-) -> u8 {
+fn mark_parting<const FIXED: bool>(source: &Source<'_>, raw: &Raw<'_>, block: &ContactBlock) -> u8 {
     let ctx = source.ctx;
     let softness = if FIXED { &ctx.soft_fixed } else { &ctx.soft };
     let mut parting = 0;
@@ -391,13 +387,17 @@ fn mark_parting<const FIXED: bool>(
         let count = usize::from(c.count.min(4));
         let ends = [c.body_a, c.body_b].map(|row| source.bodies.at(row));
         // Idle lanes have no points.
-        if !(raw.count[lane] > 0.0) || c.traits.may_soften() || !ends.into_iter().all(parting::is_free) {
+        if !(raw.count[lane] > 0.0)
+            || c.traits.may_soften()
+            || !ends.into_iter().all(parting::is_free)
+        {
             continue;
         }
         let points = &block.points[..count];
         let load: f32 = points.iter().map(|point| point.impulse[lane]).sum();
         let give = load / raw.count[lane] * parting::give(softness);
-        let excess = |(j, point): (usize, &PointRows)| -point.s0[lane] - give * block.k[K[j][j]][lane];
+        let excess =
+            |(j, point): (usize, &PointRows)| -point.s0[lane] - give * block.k[K[j][j]][lane];
         let most = points.iter().enumerate().map(excess).fold(0.0, f32::max);
         if c.traits.any(Traits::PARTING) || most > ctx.deep {
             parting |= 1 << lane;

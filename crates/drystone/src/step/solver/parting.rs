@@ -172,9 +172,8 @@ impl Solver<'_> {
 
     /// 1 for each lane whose bodies may be moved.
     fn taking_part(&self, block: &ContactBlock) -> Lanes {
-        let free = |line: u32| {
-            line == 0 || is_free(self.bodies.at(self.plan.members[line as usize - 1]))
-        };
+        let free =
+            |line: u32| line == 0 || is_free(self.bodies.at(self.plan.members[line as usize - 1]));
         core::array::from_fn(|lane| {
             let is_free = free(block.row_a[lane]) && free(block.row_b[lane]);
             f32::from(u8::from(is_free))
