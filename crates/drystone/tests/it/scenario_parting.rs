@@ -7,6 +7,10 @@ const DT: f32 = 1.0 / 60.0;
 /// Where a push by velocity may leave one: the default of `contact.push_speed` [m/s].
 const PUSH: f32 = 0.25;
 
+/// The part of its speed that a soft row answers with, against static bodies: `ms` in docs/derivations/soft-step.md. Its push is
+/// what it answers, so that what leaves is as much faster.
+const ANSWER: f32 = 0.93;
+
 /// The part of that which pushes of the last bit leave, see parting.rs.
 const LEFT: f32 = PUSH / 16.0;
 
@@ -69,7 +73,7 @@ fn what_is_put_into_a_wall_leaves_it_without_speed() {
                     most = most.max(fastest(&world));
                 }
                 let x = world.body(id).unwrap().position().x;
-                assert!(most <= 1.001 * PUSH, "{name} {depth} {mass}: {most} m/s");
+                assert!(most <= 1.001 * PUSH / ANSWER, "{name} {depth} {mass}: {most} m/s");
                 assert!(depth < 0.014 || most <= LEFT, "{name} {depth} {mass}: {most} m/s");
                 assert!(x < -0.3 + 0.004, "{name} {depth} {mass}: {x} m");
             }
