@@ -86,6 +86,8 @@ impl Traits {
     pub(crate) const SOFT: Self = Self(2);
     /// Hooks are asked for it, and may give it any restitution and softness for a step.
     pub(crate) const HOOKED: Self = Self(4);
+    /// Not of the surfaces: it is being parted, for it overlaps more than its load explains.
+    pub(crate) const PARTING: Self = Self(8);
 
     #[must_use]
     pub(crate) const fn with(self, traits: Self, have: bool) -> Self {
@@ -101,9 +103,14 @@ impl Traits {
         self.any(Self(Self::SOFT.0 | Self::HOOKED.0))
     }
 
+    /// Whether the surfaces do nothing else.
+    pub(crate) const fn is_plain(self) -> bool {
+        self.0 & !Self::PARTING.0 == 0
+    }
+
     /// Whether none is set that is not known.
     pub(crate) const fn are_known(self) -> bool {
-        self.0 < 8
+        self.0 < 16
     }
 }
 
@@ -245,7 +252,7 @@ impl Contact {
         let surface = self.restitution > 0.0
             || self.rolling > 0.0
             || self.kinetic < 1.0
-            || self.traits != Traits::default();
+            || !self.traits.is_plain();
         surface || kinematic(self.body_a) || kinematic(self.body_b)
     }
 

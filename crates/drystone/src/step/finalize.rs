@@ -122,7 +122,8 @@ pub(crate) fn advance_poses(
                 }
                 body.last_h = if ctx.is_soft { ctx.h } else { 0.0 };
                 let known = stillness.row(*row as usize);
-                rate_stillness(ctx, sleep, by_energy, body, known);
+                let parting = lines.parting(body.is_dynamic(), *row);
+                rate_stillness(ctx, sleep, (by_energy, parting), body, known);
                 still |= body.can_sleep && body.still_time >= sleep.time;
                 let moved = most_moved(body, center, rotation);
                 body.room -= moved;
@@ -405,7 +406,7 @@ fn arrive(
 fn rate_stillness(
     ctx: &StepContext,
     rule: &StillnessRule,
-    by_energy: bool,
+    (by_energy, parting): (bool, f32),
     body: &mut Body,
     known: &mut Stillness,
 ) {
@@ -417,6 +418,7 @@ fn rate_stillness(
     } else {
         body.greatest_speed(rule.length) < body.still_speed(rule.speed)
     };
+    let by_speed = by_speed && parting < body.still_speed(rule.speed);
     rule.count(rule.is_slow(body, by_speed), body, known);
 }
 

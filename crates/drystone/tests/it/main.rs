@@ -37,6 +37,7 @@ mod scenario_motion;
 mod scenario_mover;
 mod scenario_one_way;
 mod scenario_particles;
+mod scenario_parting;
 mod scenario_pinned;
 mod scenario_queries;
 mod scenario_rollback;

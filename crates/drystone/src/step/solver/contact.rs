@@ -6,6 +6,7 @@
 
 use fearless_simd::{Simd, SimdBase, SimdMask, mask32x8};
 
+use super::parting;
 use super::rows::{
     ContactBlock, Extra, Line, Velocity, load_motion, load_velocity, store_velocity,
 };
@@ -35,7 +36,7 @@ pub(crate) struct Sweep {
 /// The part of a deep overlap that may be pushed out in a second [1/s]: the cap on the speed grows with
 /// the depth, so that what an impact squeezed together comes apart in half a second. At rest the cap is not
 /// reached.
-const DEEP_RATE: f32 = 6.0;
+pub(super) const DEEP_RATE: f32 = 6.0;
 
 /// Rounds that a contact without a warm start gets besides, and one that is hit: whose points approach
 /// faster than this [m/s], ten times what gravity gives in a substep.
@@ -219,6 +220,13 @@ fn solve_points<S: Simd, const FIXED: bool, const N: usize>(
         }
     }
 
+    // What is parting is stopped, and moved at the step's end: see parting.rs.
+    if block.parting != 0 {
+        let parts = above(load(simd, &parting::lanes(block.parting)), zero);
+        for floor in &mut bias.floor {
+            *floor = select(parts, zero, *floor);
+        }
+    }
     let entry = lambda;
     let mut z = [zero; N];
     let mut response = [[zero; N]; N];

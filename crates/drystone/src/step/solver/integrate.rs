@@ -35,6 +35,8 @@ pub(crate) struct Aux {
     /// The line holds the body at the step's end: velocity, angular velocity (`before_w` what rounding took
     /// from it), center, rotation.
     ended: bool,
+    /// How fast overlaps that are parted move the body in this step [m/s].
+    parting: f32,
 }
 
 /// A line's velocity with the carried impulses, and before them.
@@ -112,6 +114,16 @@ impl Aux {
             start[1][i] = back(self.before_w[i], self.decay_w, self.add_w[i]);
         }
         start
+    }
+
+    /// Notes how fast overlaps that are parted move the body [m/s].
+    pub(super) const fn parts_at(&mut self, speed: f32) {
+        self.parting = speed;
+    }
+
+    /// See [`Self::parts_at`].
+    pub(super) const fn parting(&self) -> f32 {
+        self.parting
     }
 
     /// The square of what forces add to the whitened velocity in a substep.
@@ -281,6 +293,7 @@ pub(super) fn whiten(
         locked: body.locks.linear,
         calm: false,
         ended: false,
+        parting: 0.0,
         add_v: four(acc * (ctx.h / alpha)),
         add_w: four(s.mul(torque) * ctx.h + spin),
         decay_v: decay(body.linear_damping, ctx.h),

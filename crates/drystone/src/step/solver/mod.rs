@@ -30,6 +30,7 @@ mod pack;
 mod pack_extra;
 mod pack_joint;
 mod pack_sixdof;
+mod parting;
 mod passes;
 mod pinned;
 mod root;
@@ -65,6 +66,7 @@ use self::impact::Impacts;
 use self::inertia::{Frames, Squeeze};
 use self::integrate::Aux;
 use self::joint::JointSweep;
+use self::parting::Parting;
 use self::plan::{Group, Plan};
 use self::rooms::{Blocks, Rooms};
 use self::rounds::BodyState;
@@ -109,6 +111,9 @@ pub(crate) struct Scratch {
     meshes: Vec<MeshScratch>,
     blocks: Vec<ContactBlock>,
     extras: Vec<Extra>,
+    /// Of each block, where overlaps are parted, and how they move each line: velocities that nobody keeps.
+    partings: Vec<Parting>,
+    ways: Vec<Line>,
     joints: Vec<JointBlock>,
     joint_rests: Vec<JointRest>,
     sixdofs: Vec<SixBlock>,
@@ -154,6 +159,12 @@ impl Scratch {
     /// flew, and must keep its energy.
     pub(crate) fn flew(&self, line: usize) -> bool {
         matches!(self.free.get(line), Some(Some(true)))
+    }
+
+    /// How fast overlaps that are parted move the body of a row [m/s].
+    pub(crate) fn parting(&self, is_dynamic: bool, row: u32) -> f32 {
+        let line = if is_dynamic { self.line_of[row as usize] as usize } else { 0 };
+        self.aux.get(line).map_or(0.0, Aux::parting)
     }
 
     /// Relative residual of the contacts in the last step, of the analytic method, and whether they were
@@ -210,6 +221,8 @@ struct Solver<'a> {
     has_extras: bool,
     /// Some contact's bodies turn together: see [`narrowphase::corotates`].
     corotates: bool,
+    partings: Rows<'a, Parting>,
+    ways: Rows<'a, Line>,
     joints: Rows<'a, JointBlock>,
     joint_rests: Rows<'a, JointRest>,
     sixdofs: Rows<'a, SixBlock>,
@@ -289,6 +302,7 @@ pub(crate) fn solve(
     s.plan.update(bodies, joints, contacts, colors, &mut s.line_of, ctx.tree_ratio, parts, jobs);
     let n = s.plan.members.len() + 1;
     grow::resize(&mut s.lines, n, Line::default());
+    grow::resize(&mut s.ways, n, Line::default());
     grow::resize(&mut s.whitening, n, Whitening::default());
     grow::resize(&mut s.aux, n, Aux::default());
     grow::resize(&mut s.acceleration, n, Vec3::ZERO);
@@ -304,6 +318,7 @@ pub(crate) fn solve(
     s.begun.resize(n, 0);
     let corotates = closing.any_corotates();
     let has_extras = colors.special > 0 || corotates;
+    grow::resize(&mut s.partings, n, Parting::default());
     s.extras.resize_with(if has_extras { n } else { 0 }, Extra::default);
     s.free.clear();
     s.free.resize(if has_extras { s.plan.members.len() + 1 } else { 0 }, None);
@@ -344,6 +359,8 @@ pub(crate) fn solve(
         extras: Rows::new(&mut s.extras, apart),
         has_extras,
         corotates,
+        partings: Rows::new(&mut s.partings, apart),
+        ways: Rows::new(&mut s.ways, apart),
         joints: Rows::new(&mut s.joints, apart),
         joint_rests: Rows::new(&mut s.joint_rests, apart),
         sixdofs: Rows::new(&mut s.sixdofs, apart),

@@ -5,8 +5,9 @@ use fearless_simd::{Simd, SimdBase, SimdMask, mask32x8};
 
 use super::contact::K;
 use super::pack_extra::pack_extra;
+use super::parting;
 use super::rows::{
-    ContactBlock, Extra, Line, Whitening, load_velocity, read_lanes, store_velocity,
+    ContactBlock, Extra, Line, PointRows, Whitening, load_velocity, read_lanes, store_velocity,
 };
 use super::tally::NEW;
 use crate::base::bit_set::BitSet;
@@ -17,7 +18,7 @@ use crate::base::wide::{
     max, min, put, select, splat, sqrt,
 };
 use crate::state::bodies::Bodies;
-use crate::state::contacts::{Contact, Slots, Softened};
+use crate::state::contacts::{Contact, Slots, Softened, Traits};
 use crate::state::shapes::Shapes;
 use crate::step::context::StepContext;
 use crate::step::narrowphase;
@@ -78,6 +79,8 @@ pub(super) struct Raw<'a> {
     spins: bool,
     /// Where the bodies turn together, how far each turns in half of the step [rad, world].
     turns: Option<[[Lanes; 3]; 2]>,
+    /// Some contact is being parted.
+    parts: bool,
 }
 
 impl<'a> Raw<'a> {
@@ -95,6 +98,7 @@ impl<'a> Raw<'a> {
             spinning: [0.0; LANES],
             spins: false,
             turns: None,
+            parts: false,
         };
         for lane in 0..LANES {
             if owners[lane] == u32::MAX {
@@ -105,6 +109,7 @@ impl<'a> Raw<'a> {
             raw.contacts[lane] = c;
             raw.count[lane] = f32::from(c.count);
             raw.landing[lane] = landing(c, source);
+            raw.parts |= c.traits.any(Traits::PARTING);
             if c.round_patch {
                 raw.patch[lane] = DISC;
             }
@@ -214,11 +219,11 @@ pub(super) fn build<S: Simd, const FIXED: bool>(
 ) -> Option<Warm<S>> {
     let Some(raw) = Raw::load::<FIXED>(source, owners) else {
         // Other groups have been in the room: what they left must push nothing.
-        (block.row_a, block.row_b) = ([0; LANES], [0; LANES]);
+        (block.row_a, block.row_b, block.parting) = ([0; LANES], [0; LANES], 0);
         return None;
     };
     (block.row_a, block.row_b) = (raw.row_a, raw.row_b);
-    (block.count, block.pressed) = (0, 0);
+    (block.count, block.pressed, block.parting) = (0, 0, 0);
     for c in raw.contacts {
         block.count = block.count.max(c.count);
     }
@@ -332,7 +337,7 @@ fn build_rows<S: Simd, const FIXED: bool, const N: usize>(
     let (mut a, mut b, mut rb, mut there) = ([zeros; N], [zeros; N], [zeros; N], [zero; N]);
     let (mut ca, mut cb, mut weight, mut gap) = (zeros, zeros, zero, zero);
     let mut weights = [zero; N];
-    let (mut total, mut most) = (zero, zero);
+    let (mut total, mut most, mut lowest) = (zero, zero, zero);
     let (mut turn_a, mut turn_b) = (zeros, zeros);
     for j in 0..N {
         #[expect(clippy::cast_precision_loss, reason = "below 4")]
@@ -344,6 +349,7 @@ fn build_rows<S: Simd, const FIXED: bool, const N: usize>(
         let arm_b = Vec3w::select(is_there, arm - offset, zeros);
         let s0 = select(is_there, s - rest_offset, zero);
         let impulse = select(is_there, impulse, zero);
+        lowest = min(lowest, s0);
         most = max(most, impulse);
         let impulse = impulse * scale;
         let point = &mut block.points[j];
@@ -389,6 +395,9 @@ fn build_rows<S: Simd, const FIXED: bool, const N: usize>(
             }
         }
     }
+    if raw.parts || bits(above(splat(simd, -source.ctx.deep), lowest)) != 0 {
+        block.parting = mark_parting::<FIXED>(source, raw, block);
+    }
     let share = inverse_or_zero(simd, weight);
     (ca, cb) = (ca * share, cb * share);
     let mut grows = None;
@@ -427,6 +436,35 @@ fn build_rows<S: Simd, const FIXED: bool, const N: usize>(
     mark_fresh(simd, block, count, most);
     let push = n * total + t1 * impulse[0] + t2 * impulse[1];
     Warm { push, turn_a, turn_b, reach, grows }
+}
+
+/// A bit for each contact that is parted, or is to be: see parting.rs. Springs of their own are as deep as they like.
+#[cold]
+fn mark_parting<const FIXED: bool>(source: &Source<'_>, raw: &Raw<'_>, block: &ContactBlock) -> u8 {
+    let ctx = source.ctx;
+    let softness = if FIXED { &ctx.soft_fixed } else { &ctx.soft };
+    let mut parting = 0;
+    for (lane, c) in raw.contacts.iter().enumerate() {
+        let count = usize::from(c.count.min(4));
+        let ends = [c.body_a, c.body_b].map(|row| source.bodies.at(row));
+        // Idle lanes have no points.
+        if !(raw.count[lane] > 0.0)
+            || c.traits.may_soften()
+            || !ends.into_iter().all(parting::is_free)
+        {
+            continue;
+        }
+        let points = &block.points[..count];
+        let load: f32 = points.iter().map(|point| point.impulse[lane]).sum();
+        let give = load / raw.count[lane] * parting::give(softness);
+        let excess =
+            |(j, point): (usize, &PointRows)| -point.s0[lane] - give * block.k[K[j][j]][lane];
+        let most = points.iter().enumerate().map(excess).fold(0.0, f32::max);
+        if c.traits.any(Traits::PARTING) || most > ctx.deep {
+            parting |= 1 << lane;
+        }
+    }
+    parting
 }
 
 /// Takes what contacts begin with down to what gives their bodies a speed of `most`, and returns that part; `None`: all of it stays.

@@ -181,6 +181,8 @@ pub(crate) struct ContactBlock {
     /// A bit for each lane that was pressed in any sweep of the step: what the last one leaves tells nothing of a landing
     /// that an earlier one stopped.
     pub(crate) pressed: u8,
+    /// A bit for each lane that overlaps more than its load explains: see parting.rs.
+    pub(crate) parting: u8,
     /// Of each lane its points that may land in this step: see [`Watch`](super::tally::Watch).
     pub(crate) landing: [u8; LANES],
     /// Last, so that with fewer points less is read.

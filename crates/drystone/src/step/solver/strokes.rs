@@ -41,7 +41,7 @@ impl Solver<'_> {
         for stroke in self.strokes() {
             self.stroke(number, stroke, &mut way, jobs);
         }
-        self.end(number, jobs);
+        self.end(number, &way, jobs);
     }
 
     /// Rows of a group, and its stored impulses.
@@ -121,9 +121,10 @@ impl Solver<'_> {
         }
     }
 
-    /// Impulses to the tables.
-    pub(super) fn end(&self, number: usize, jobs: &Jobs<'_>) {
+    /// Overlaps that no load explains are parted; impulses to the tables.
+    pub(super) fn end(&self, number: usize, way: &Progress, jobs: &Jobs<'_>) {
         let group = &self.plan.groups[number];
+        self.part(group, way.locked, jobs);
         if self.has_extras {
             self.find_free(group);
         }

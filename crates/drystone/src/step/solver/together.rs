@@ -52,7 +52,9 @@ impl Solver<'_> {
             self.stroke_particles(stroke, tied, jobs);
         }
         tied.end(self.lines, jobs);
-        self.for_groups(&groups, jobs, &|_, number, jobs| self.end(number, jobs));
+        self.for_groups(&groups, jobs, &|i, number, jobs| {
+            self.end(number, self.progress.read(i), jobs);
+        });
         tied.scratch.groups = groups;
     }
 

@@ -11,7 +11,7 @@ use crate::base::disjoint::Rows;
 use crate::base::math::Vec3;
 use crate::base::wide::{LANES, Vec3w, above, at, load, scatter4, splat};
 use crate::state::bodies::{Bodies, Body};
-use crate::state::contacts::{Contact, Point, Slots};
+use crate::state::contacts::{Contact, Point, Slots, Traits};
 use crate::step::context::StepContext;
 
 /// Adds a block's normal impulses, times `scale`, to what is known of how its bodies are squeezed.
@@ -87,6 +87,10 @@ pub(super) fn store<S: Simd>(
             pressed |= push_of[j] > 0.0 || c.points[j].separation <= 0.0;
         }
         pressed |= extra.is_some_and(|e| e.hit >> lane & 1 == 1);
+        let parts = block.parting >> lane & 1 == 1;
+        if parts != c.traits.any(Traits::PARTING) {
+            c.traits = c.traits.with(Traits::PARTING, parts);
+        }
         let [x, y, z, twist] = rub_of;
         (c.tangent_impulse, c.twist_impulse) = (Vec3 { x, y, z }, twist);
         if let Some(extra) = extra
