@@ -49,6 +49,7 @@ mod scenario_length_scale;
 mod scenario_origin;
 mod scenario_turning;
 mod scenario_whirl;
+mod scenario_wide_gaps;
 mod scenario_rules;
 mod scenario_seams;
 mod scenario_sleep_wake;
