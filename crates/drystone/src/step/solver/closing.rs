@@ -96,6 +96,12 @@ impl Caps {
         self.fastest(simd, error, self.particles)
     }
 
+    /// The same of a row of a joint that would close at `speed`.
+    pub(super) fn closing_axis(&self, speed: f32, error: f32, axis: usize) -> f32 {
+        let most = self.push[axis / 3] + (FASTER * error.abs()).min(self.most[axis / 3]);
+        speed.clamp(-most, most)
+    }
+
     /// The same of one row: of a coupling, a pulley, an attachment. `is_turn`: the error is an angle.
     pub(crate) fn closing_row(&self, speed: f32, error: f32, is_turn: bool) -> f32 {
         let (any, most) = if is_turn { (PARTICLES, MOST) } else { (self.particles, self.most[0]) };

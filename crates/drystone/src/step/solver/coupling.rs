@@ -166,7 +166,7 @@ impl Rope {
 
 impl Source {
     /// True if C is an angle: it has the unit of the second joint's coordinate.
-    const fn is_turn(&self) -> bool {
+    pub(super) const fn is_turn(&self) -> bool {
         matches!(self, Self::Joints([_, second]) if second.is_turn)
     }
 

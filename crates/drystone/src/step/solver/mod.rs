@@ -74,7 +74,7 @@ use self::rows::{ContactBlock, Extra, JointBlock, JointRest, Line, Whitening};
 use self::sixdof::SixBlock;
 use self::softness::Softness;
 use self::strokes::Progress;
-use self::tally::{Askers, Bounce, ContactTally, JointTally, Peaks, TreeTally, Watch, When};
+use self::tally::{Askers, Bounce, ContactTally, JointTally, Peaks, TreeTally, Watch};
 use self::tree::{TreeBody, TreeRow};
 use self::work::Bound;
 use super::context::StepContext;
@@ -467,7 +467,6 @@ impl Solver<'_> {
                 let sweeps =
                     [sweep(ctx.soft, inner, elapsed), sweep(ctx.soft_fixed, inner, elapsed)];
                 self.sweep_contacts(group, &sweeps, false, jobs);
-                self.add_to_tallies(group, When::solved(substep, ctx.parts));
             }
             Pass::Relax => {
                 let joints = JointSweep::relaxing(ctx, moved);
@@ -477,7 +476,6 @@ impl Solver<'_> {
                 self.sweep_trees(group, &joints, jobs);
                 let rigid = sweep(Softness::RIGID, 1, moved);
                 self.sweep_contacts(group, &[rigid, rigid], true, jobs);
-                self.add_to_tallies(group, When::relaxed());
             }
             // Passes over bodies or islands, and those of the classic methods.
             _ => {}

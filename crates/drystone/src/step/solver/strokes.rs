@@ -1,6 +1,7 @@
 //! A group's way through the step, pass by pass.
 
 use super::Solver;
+use super::tally::When;
 use crate::base::jobs::Jobs;
 use crate::state::bodies::Fineness;
 use crate::state::method::Pass;
@@ -94,7 +95,11 @@ impl Solver<'_> {
     ) {
         let group = &self.plan.groups[number];
         match stroke.pass {
-            Pass::Velocities => self.accelerate(group, jobs, stroke.substep == 0),
+            Pass::Velocities => {
+                self.accelerate(group, jobs, stroke.substep == 0);
+                // The warm start is in them, too: impacts that follow must not send it back.
+                way.kicked = true;
+            }
             Pass::Positions => {
                 let turns = self.turns(group);
                 if stroke.kicks && !turns {
@@ -114,6 +119,14 @@ impl Solver<'_> {
             pass => {
                 self.sweep(group, pass, stroke.substep, jobs);
                 self.bound(group, pass, stroke.substep);
+                // What the bound took back was never given.
+                match pass {
+                    Pass::Solve { .. } => {
+                        self.add_to_tallies(group, When::solved(stroke.substep, self.ctx.parts));
+                    }
+                    Pass::Relax => self.add_to_tallies(group, When::relaxed()),
+                    _ => {}
+                }
             }
         }
         if way.locked {

@@ -8,6 +8,7 @@ use crate::base::math::Vec3;
 use crate::base::sym3::Sym3;
 use crate::state::bodies::Bodies;
 use crate::state::joints::{Joint, Joints};
+use crate::step::solver::closing::Caps;
 use crate::step::solver::coupling::{Part, Source, Start};
 
 /// Part of an error that is removed in a substep.
@@ -41,7 +42,7 @@ impl Coupled {
     }
 
     /// One visit.
-    pub(super) fn solve(&mut self, h: f32, movers: &mut [Mover]) {
+    pub(super) fn solve(&mut self, h: f32, caps: &Caps, movers: &mut [Mover]) {
         // Kinematic bodies have moved as their movers say: no time has passed besides.
         let now = self.source.now(self.c, |row| [movers[row].x, movers[row].t], 0.0);
         let (mut k, mut speed) = (0.0, 0.0);
@@ -56,8 +57,12 @@ impl Coupled {
         }
         // A slack rope lets its ends part as far as it reaches.
         let is_open = self.is_slack && now.c < 0.0;
-        let rate = if is_open { 1.0 / h } else { BAUMGARTE / h };
-        let new = self.impulse - (speed + rate * now.c) / k;
+        let closing = if is_open {
+            1.0 / h * now.c
+        } else {
+            caps.closing_row(BAUMGARTE / h * now.c, now.c, self.source.is_turn())
+        };
+        let new = self.impulse - (speed + closing) / k;
         let new = if self.is_slack { new.min(0.0) } else { new };
         let d = new - self.impulse;
         if !d.is_finite() {

@@ -6,6 +6,7 @@ use super::sixdof::Axes;
 use crate::base::math::Vec3;
 use crate::base::sym3::Sym3;
 use crate::state::def::JointKind;
+use crate::step::solver::closing::Caps;
 use crate::step::solver::softness::Softness;
 
 /// Part of a joint's error that is removed in a substep.
@@ -32,9 +33,9 @@ pub(super) struct Link {
 
 impl Link {
     /// One visit.
-    pub(super) fn solve(&mut self, h: f32, movers: &mut [Mover]) {
+    pub(super) fn solve(&mut self, h: f32, caps: &Caps, movers: &mut [Mover]) {
         if let Some(coupled) = &mut self.coupled {
-            coupled.solve(h, movers);
+            coupled.solve(h, caps, movers);
             self.impulse.x = coupled.impulse;
             return;
         }
@@ -46,7 +47,7 @@ impl Link {
         let (r_a, r_b) = (turned(a.t, self.r_a), turned(b.t, self.r_b));
         let gap = self.gap + b.x - a.x + (r_b - self.r_b) - (r_a - self.r_a);
         if let Some(axes) = &mut self.axes {
-            axes.solve([self.a, self.b], [r_a, r_b, gap], h, movers);
+            axes.solve([self.a, self.b], [r_a, r_b, gap], (h, caps), movers);
             return;
         }
         let u = b.v + b.w.cross(r_b) - a.v - a.w.cross(r_a);
@@ -54,14 +55,18 @@ impl Link {
         let j = match self.kind {
             JointKind::Ball => {
                 let Some(inverse) = k.inverse() else { return };
-                let j = -inverse.mul(u + gap * (BAUMGARTE / h));
+                // A gap of some meters, where bodies were put elsewhere, would throw them.
+                let (rate, size) = (BAUMGARTE / h, gap.length());
+                let fastest = caps.closing_axis(rate * size, size, 0);
+                let rate = if rate * size > fastest { fastest / size } else { rate };
+                let j = -inverse.mul(u + gap * rate);
                 self.impulse += j;
                 j
             }
             JointKind::Distance { min, max, spring } => {
                 let Some(along) = gap.try_normalize() else { return };
                 let length = gap.length();
-                along * self.solve_distance(&k, along, u, h, [min, max], length, spring)
+                along * self.solve_distance(&k, along, u, (h, caps), [min, max], length, spring)
             }
             // By what stands in their own fields.
             JointKind::SixDof(_) | JointKind::Coupling(_) | JointKind::Pulley(_) => return,
@@ -77,7 +82,7 @@ impl Link {
         k: &Sym3,
         along: Vec3,
         u: Vec3,
-        h: f32,
+        (h, caps): (f32, &Caps),
         [min, max]: [f32; 2],
         length: f32,
         spring: Option<crate::state::def::Spring>,
@@ -99,9 +104,13 @@ impl Link {
         }
         // Each limit may be approached as far as it is away.
         for (part, error, sign) in [(0, length - min, 1.0), (1, max - length, -1.0)] {
-            let rate = if error > 0.0 { 1.0 / h } else { BAUMGARTE / h };
+            let closing = if error > 0.0 {
+                1.0 / h * error
+            } else {
+                caps.closing_axis(BAUMGARTE / h * error, error, 0)
+            };
             let old = self.impulse[part];
-            let new = (old - (sign * speed + rate * error) / response).max(0.0);
+            let new = (old - (sign * speed + closing) / response).max(0.0);
             self.impulse[part] = new;
             speed += sign * (new - old) * response;
             sum += sign * (new - old);

@@ -139,11 +139,11 @@ impl Scratch {
 
     /// Runs a pass; returns how many sweeps over the contacts it took.
     fn run(&mut self, pass: Pass, ctx: &StepContext, settings: &Settings) -> u32 {
-        let (h, rounds) = (ctx.h, self.rounds());
+        let (h, caps, rounds) = (ctx.h, &ctx.caps, self.rounds());
         let Self { movers, pairs, links, turns, ground_up, .. } = self;
         let mut join = |movers: &mut [Mover]| {
             for link in links.iter_mut() {
-                link.solve(h, movers);
+                link.solve(h, caps, movers);
             }
         };
         match pass {
@@ -217,7 +217,7 @@ impl Scratch {
                 let mut sweeps = 0;
                 for _ in 0..rounds {
                     for link in links.iter_mut() {
-                        link.solve(h, movers);
+                        link.solve(h, caps, movers);
                     }
                     let outcome = self.analytic.solve(turns, h, slop, movers, pairs);
                     sweeps += outcome.sweeps;

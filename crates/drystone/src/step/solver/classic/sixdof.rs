@@ -6,6 +6,7 @@ use crate::base::math::Vec3;
 use crate::state::bodies::Body;
 use crate::state::six::Six;
 use crate::state::sixdof::{JointAxis, JointMotion, JointSpring};
+use crate::step::solver::closing::Caps;
 
 /// Part of an error that is removed in a substep.
 const BAUMGARTE: f32 = 0.2;
@@ -51,7 +52,7 @@ impl Axes {
         &mut self,
         [row_a, row_b]: [u32; 2],
         [r_a, r_b, gap]: [Vec3; 3],
-        h: f32,
+        (h, caps): (f32, &Caps),
         movers: &mut [Mover],
     ) {
         let arm_a = r_a + gap;
@@ -78,7 +79,8 @@ impl Axes {
             if !(k > 0.0) {
                 continue;
             }
-            let j = pushed(&axis, &mut self.given[i], [x, u, k, h]);
+            let capped = |speed: f32, error: f32| caps.closing_axis(speed, error, i);
+            let j = pushed(&axis, &mut self.given[i], [x, u, k, h], capped);
             if !j.is_finite() {
                 continue;
             }
@@ -96,10 +98,17 @@ impl Axes {
     }
 }
 
-/// The impulse that an axis gives at the coordinate `x`, speed `u`, inverse mass `k`.
-fn pushed(axis: &JointAxis, given: &mut [f32; 3], [x, u, k, h]: [f32; 4]) -> f32 {
+/// The impulse that an axis gives at the coordinate `x`, speed `u`, inverse mass `k`. `capped`: how fast an error closes that would
+/// at a speed.
+fn pushed(
+    axis: &JointAxis,
+    given: &mut [f32; 3],
+    [x, u, k, h]: [f32; 4],
+    capped: impl Fn(f32, f32) -> f32,
+) -> f32 {
     if let Some(place) = axis.held() {
-        return -(u + (x - place) * BAUMGARTE / h) / k;
+        let error = x - place;
+        return -(u + capped(error * BAUMGARTE / h, error)) / k;
     }
     let mut sum = 0.0;
     if let Some(drive) = axis.drive {
@@ -126,8 +135,9 @@ fn pushed(axis: &JointAxis, given: &mut [f32; 3], [x, u, k, h]: [f32; 4]) -> f32
             }
             Some(_) => 0.0,
             None => {
-                let rate = if low > 0.0 { 1.0 / h } else { BAUMGARTE / h };
-                sign * (sign * given[2] - (sign * u + rate * low) / k).max(0.0)
+                let closing =
+                    if low > 0.0 { 1.0 / h * low } else { capped(BAUMGARTE / h * low, low) };
+                sign * (sign * given[2] - (sign * u + closing) / k).max(0.0)
             }
         };
         sum += new - given[2];
