@@ -13,6 +13,7 @@ mod mesh;
 mod motion;
 mod gate;
 mod seams;
+mod turns;
 mod waits;
 
 use fearless_simd::dispatch;
@@ -20,6 +21,8 @@ use fearless_simd::dispatch;
 use self::keep::{inherit, keep_load, recycle};
 pub(crate) use self::keep::{inherit_near, note_landing};
 use self::motion::Motions;
+pub(crate) use self::turns::corotates;
+use self::turns::{list_corotation, turn_ahead};
 use super::context::StepContext;
 use super::hooks::Hooks;
 use super::reach::speculative_margin;
@@ -488,61 +491,6 @@ impl Look<'_> {
 pub(super) fn chord(q: &Quat, q0: &Quat) -> f32 {
     let d = [q.x - q0.x, q.y - q0.y, q.z - q0.z, q.w - q0.w];
     2.0 * (d[0] * d[0] + d[1] * d[1] + d[2] * d[2] + d[3] * d[3]).sqrt()
-}
-
-/// How far two shapes turn against each other in this step, and a tenth more [rad]: not about an axis of revolution, for what rolls on its
-/// side touches at the same lever.
-fn turn_ahead(
-    ctx: &StepContext,
-    (a, shape_a): (&Body, &ShapeRow),
-    (b, shape_b): (&Body, &ShapeRow),
-) -> f32 {
-    let mut w = b.w - a.w;
-    for (body, shape) in [(a, shape_a), (b, shape_b)] {
-        match &shape.solid.core {
-            Core::Point => return 0.0,
-            Core::Segment { .. } | Core::Frustum { .. } => {
-                let axis = body.rotation.rotate(shape.centered.rotation.rotate(Vec3::Y));
-                w -= axis * axis.dot(w);
-            }
-            _ => {}
-        }
-    }
-    1.1 * ctx.dt * w.length()
-}
-
-/// Two that both can be pushed turn together if the velocity that friction asks for turns away from that of the step's start, by a mean
-/// over the step of more than this [m/s, times [`StepContext::length`]]. What lies on a turntable that carries itself would drift out
-/// at that speed.
-const COROTATES: f32 = 1.0e-4;
-
-/// True if two bodies of a contact turn together, and so fast that it matters that they do so within the step.
-pub(crate) fn corotates(ctx: &StepContext, contact: &Contact, [a, b]: [&Body; 2]) -> bool {
-    if !(a.is_dynamic() && b.is_dynamic()) || contact.sensor {
-        return false;
-    }
-    let least = 2.0 * COROTATES * ctx.length / ctx.dt;
-    let reach = a.extent + b.extent + ctx.margin;
-    if !(a.w.length_squared().max(b.w.length_squared()) * reach > least) {
-        return false;
-    }
-    let Some(first) = contact.points().first() else { return false };
-    let (n, r_a) = (contact.normal, first.r_a);
-    let pull = |w: Vec3, r: Vec3| w.cross(w.cross(r));
-    let rate = pull(b.w, contact.r_b(first)) - pull(a.w, r_a);
-    (rate - n * n.dot(rate)).length() > least
-}
-
-/// Lists a contact whose bodies turn together.
-fn list_corotation(
-    ctx: &StepContext,
-    (row, contact): (u32, &Contact),
-    bodies: [&Body; 2],
-    out: &mut Vec<Change>,
-) {
-    if corotates(ctx, contact, bodies) {
-        out.push(Change::Corotates(row));
-    }
 }
 
 /// True if the two bodies have hardly moved since the manifold was made, against each other or in the

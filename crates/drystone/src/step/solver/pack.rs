@@ -4,7 +4,7 @@
 use fearless_simd::{Simd, SimdBase, SimdMask, mask32x8};
 
 use super::contact::K;
-use super::pack_extra::pack_extra;
+use super::pack_extra::{corotation, pack_extra};
 use super::parting;
 use super::rows::{
     ContactBlock, Extra, Line, PointRows, Whitening, load_velocity, read_lanes, store_velocity,
@@ -270,28 +270,6 @@ pub(super) struct Warm<S: Simd> {
     reach: Wide<S>,
     /// How the velocity along the tangents grows that bodies which turn together have there [m/s²].
     grows: Option<[Wide<S>; 2]>,
-}
-
-/// How the velocity grows between two that turn together, each by `turn` in half of the step, and the arms in the middle of the step:
-/// a force along arms of its start would turn them faster and faster.
-#[inline(always)]
-fn corotation<S: Simd>(
-    simd: S,
-    turns: &[[Lanes; 3]; 2],
-    arms: [Vec3w<S>; 2],
-    half: f32,
-) -> ([Vec3w<S>; 2], Vec3w<S>) {
-    let (one_half, zero) = (splat(simd, 0.5), splat(simd, 0.0));
-    let [a, b] = [0, 1].map(|i| {
-        let turn = Vec3w::load(simd, &turns[i]);
-        let once = turn.cross(arms[i]);
-        let turned = arms[i] + (once + turn.cross(once) * one_half);
-        // Those of other lanes stay as they are, to the sign of zero.
-        let turned = Vec3w::select(above(turn.dot(turn), zero), turned, arms[i]);
-        (turned, turn.cross(turn.cross(turned)))
-    });
-    let rate = (b.1 - a.1) * splat(simd, 1.0 / (half * half));
-    ([a.0, b.0], rate)
 }
 
 #[inline(always)]

@@ -6,10 +6,11 @@ use super::rows::Extra;
 use super::softness::Softness;
 use crate::base::math::Vec3;
 use crate::base::sym3::Sym3;
-use crate::base::wide::{Lanes, put};
+use crate::base::wide::{Lanes, Vec3w, above, put, splat};
 use crate::state::bodies::Body;
 use crate::state::contacts::{Contact, Softened, Traits};
 use crate::state::shapes::ShapeRow;
+use fearless_simd::Simd;
 
 #[inline(always)]
 fn put_sym(lanes: &mut [Lanes; 6], lane: usize, s: Sym3, sign: f32) {
@@ -156,4 +157,26 @@ impl Carry {
         }
         Self { velocity: velocity + carried, spin, rate: spin.cross(carried) }
     }
+}
+
+/// How the velocity grows between two that turn together, each by `turn` in half of the step, and the arms in the middle of the step:
+/// a force along arms of its start would turn them faster and faster.
+#[inline(always)]
+pub(super) fn corotation<S: Simd>(
+    simd: S,
+    turns: &[[Lanes; 3]; 2],
+    arms: [Vec3w<S>; 2],
+    half: f32,
+) -> ([Vec3w<S>; 2], Vec3w<S>) {
+    let (one_half, zero) = (splat(simd, 0.5), splat(simd, 0.0));
+    let [a, b] = [0, 1].map(|i| {
+        let turn = Vec3w::load(simd, &turns[i]);
+        let once = turn.cross(arms[i]);
+        let turned = arms[i] + (once + turn.cross(once) * one_half);
+        // Those of other lanes stay as they are, to the sign of zero.
+        let turned = Vec3w::select(above(turn.dot(turn), zero), turned, arms[i]);
+        (turned, turn.cross(turn.cross(turned)))
+    });
+    let rate = (b.1 - a.1) * splat(simd, 1.0 / (half * half));
+    ([a.0, b.0], rate)
 }
