@@ -22,7 +22,7 @@ use self::keep::{inherit, keep_load, recycle};
 pub(crate) use self::keep::{inherit_near, note_landing};
 use self::motion::Motions;
 pub(crate) use self::turns::corotates;
-use self::turns::{list_corotation, turn_ahead};
+use self::turns::{list_corotation, list_parting, turn_ahead};
 use super::context::StepContext;
 use super::hooks::Hooks;
 use super::reach::speculative_margin;
@@ -64,6 +64,8 @@ pub(crate) enum Change {
     Turns(u32),
     /// It has points, and its bodies turn together ([`corotates`]). No change by itself.
     Corotates(u32),
+    /// It may be parted in this step: a point of it is deep, or it was parted in the last one. No change by itself.
+    Parts(u32),
     /// It has points, and may be a ghost of the seam of two shapes; no change by itself.
     Made(u32),
     /// It has points, and may make others ghosts, but is none. No change by itself.
@@ -105,6 +107,11 @@ impl Scratch {
     /// Whether some contact's bodies turn together: see [`corotates`].
     pub(crate) fn any_corotates(&self) -> bool {
         self.changes.iter().flatten().any(|change| matches!(change, Change::Corotates(_)))
+    }
+
+    /// Whether some contact may be parted.
+    pub(crate) fn any_parts(&self) -> bool {
+        self.changes.iter().flatten().any(|change| matches!(change, Change::Parts(_)))
     }
 
     /// Contacts that were ghosts of seams: they lost their points, or have the normal of what carries beside them.
@@ -400,6 +407,7 @@ impl Pairs<'_> {
                 out.push(Change::Turns(row));
             }
             list_corotation(ctx, (row, contact), [a, b], out);
+            list_parting(ctx, (row, contact), out);
             keep_load(ctx, contact, a, b);
             // A ghost that was made before what carries the body was there would block it for ever.
             out.extend(seams::of_convex(ctx, (row, contact), a, b));
@@ -435,6 +443,7 @@ impl Pairs<'_> {
             out.push(Change::Turns(row));
         }
         list_corotation(ctx, (row, contact), [a, b], out);
+        list_parting(ctx, (row, contact), out);
         keep_load(ctx, contact, a, b);
         out.extend(seams::of_convex(ctx, (row, contact), a, b));
     }

@@ -178,7 +178,8 @@ impl Teller<'_> {
                 | Change::Carries(_)
                 | Change::Closes(_)
                 | Change::Turns(_)
-                | Change::Corotates(_) => {}
+                | Change::Corotates(_)
+                | Change::Parts(_) => {}
             }
         }
     }

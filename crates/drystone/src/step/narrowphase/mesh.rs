@@ -4,7 +4,7 @@ use super::gate::{Admitted, Gate};
 use super::keep::keep_load;
 use super::meeting::STRAIGHT;
 use super::motion::Motion;
-use super::{Change, FAR_TURN, Look, rebuild, recycle, seams, turn_ahead};
+use super::{Change, FAR_TURN, Look, list_parting, rebuild, recycle, seams, turn_ahead};
 use crate::base::disjoint::Rows;
 use crate::base::math::Vec3;
 use crate::base::pose::Pose;
@@ -65,7 +65,7 @@ pub(super) fn update(
             out.push(Change::Turns(look.row));
         }
         keep_loads(ctx, contact, (a, b), slots);
-        list_parts(look.row, contact, slots, out);
+        list_parts(ctx, look.row, contact, slots, out);
         return;
     }
     let pose_a = shape_a.placed(a);
@@ -114,7 +114,7 @@ pub(super) fn update(
             rebuild(ctx, (look.row, contact), &manifold, (&pose_a, last), [a, b], out);
             keep_load(ctx, contact, a, b);
         }
-        list_parts(look.row, contact, slots, out);
+        list_parts(ctx, look.row, contact, slots, out);
         return;
     }
     let order = continue_parts(contact, &made[..count], &pose_a, slots);
@@ -133,7 +133,7 @@ pub(super) fn update(
             keep_load(ctx, contact, a, b);
         }
         if contact.count > 0 && !contact.sensor {
-            out.push(seams::of_mesh(row, contact));
+            list_part(ctx, row, contact, out);
         }
         slot += 1;
         part = next(contact, slots);
@@ -151,18 +151,29 @@ fn keep_loads(ctx: &StepContext, first: &mut Contact, (a, b): (&Body, &Body), sl
 }
 
 /// Lists the parts that have points, of a pair whose first part is `first`.
-fn list_parts(row: u32, first: &Contact, slots: &Slots<'_>, out: &mut Vec<Change>) {
+fn list_parts(
+    ctx: &StepContext,
+    row: u32,
+    first: &Contact,
+    slots: &Slots<'_>,
+    out: &mut Vec<Change>,
+) {
     if first.sensor || first.count == 0 {
         return;
     }
-    out.push(seams::of_mesh(row, first));
+    list_part(ctx, row, first, out);
     let mut part = if first.others > 0 { next(first, slots) } else { None };
     while let Some((row, contact)) = part {
         if contact.count > 0 {
-            out.push(seams::of_mesh(row, contact));
+            list_part(ctx, row, contact, out);
         }
         part = next(contact, slots);
     }
+}
+
+fn list_part(ctx: &StepContext, row: u32, contact: &Contact, out: &mut Vec<Change>) {
+    out.push(seams::of_mesh(row, contact));
+    list_parting(ctx, (row, contact), out);
 }
 
 /// The row of the next part of a pair.

@@ -1,10 +1,11 @@
-//! How far two bodies turn in the step: against each other, and together (docs/derivations/friction.md, "What turns together").
+//! What the solver is told of a contact: how far its bodies turn, against each other and together (docs/derivations/friction.md, "What turns
+//! together"), and whether it may be parted.
 
 use super::Change;
 use crate::base::math::Vec3;
 use crate::geometry::solid::Core;
 use crate::state::bodies::Body;
-use crate::state::contacts::Contact;
+use crate::state::contacts::{Contact, Point, Traits};
 use crate::state::shapes::ShapeRow;
 use crate::step::context::StepContext;
 
@@ -13,6 +14,12 @@ use crate::step::context::StepContext;
 /// at that speed.
 const COROTATES: f32 = 1.0e-4;
 
+/// But by no more than this in a step [rad], for what grows in proportion to time is right for small angles only.
+const SMALL_TURN: f32 = 0.25;
+
+/// And against each other by no more than this part of that: others meet, and do not go round together.
+const TOGETHER: f32 = 0.25;
+
 /// True if two bodies of a contact turn together, and so fast that it matters that they do so within the step.
 pub(crate) fn corotates(ctx: &StepContext, contact: &Contact, [a, b]: [&Body; 2]) -> bool {
     if !(a.is_dynamic() && b.is_dynamic()) || contact.sensor {
@@ -20,7 +27,11 @@ pub(crate) fn corotates(ctx: &StepContext, contact: &Contact, [a, b]: [&Body; 2]
     }
     let least = 2.0 * COROTATES * ctx.length / ctx.dt;
     let reach = a.extent + b.extent + ctx.margin;
-    if !(a.w.length_squared().max(b.w.length_squared()) * reach > least) {
+    let square = a.w.length_squared().max(b.w.length_squared());
+    if !(square * reach > least)
+        || square * ctx.dt * ctx.dt > SMALL_TURN * SMALL_TURN
+        || (b.w - a.w).length_squared() > TOGETHER * TOGETHER * square
+    {
         return false;
     }
     let Some(first) = contact.points().first() else { return false };
@@ -61,4 +72,17 @@ pub(super) fn turn_ahead(
         }
     }
     1.1 * ctx.dt * w.length()
+}
+
+/// Lists a contact that may be parted: see [`StepContext::deep`].
+pub(super) fn list_parting(
+    ctx: &StepContext,
+    (row, contact): (u32, &Contact),
+    out: &mut Vec<Change>,
+) {
+    let deep = |p: &Point| p.separation - ctx.rest_offset < -ctx.deep;
+    let is_deep = contact.traits.any(Traits::PARTING) || contact.points().iter().any(deep);
+    if is_deep && !contact.sensor {
+        out.push(Change::Parts(row));
+    }
 }

@@ -221,6 +221,8 @@ struct Solver<'a> {
     has_extras: bool,
     /// Some contact's bodies turn together: see [`narrowphase::corotates`].
     corotates: bool,
+    /// Some contact may be parted: only then `partings` and `ways` have rows.
+    parts: bool,
     partings: Rows<'a, Parting>,
     ways: Rows<'a, Line>,
     joints: Rows<'a, JointBlock>,
@@ -302,7 +304,6 @@ pub(crate) fn solve(
     s.plan.update(bodies, joints, contacts, colors, &mut s.line_of, ctx.tree_ratio, parts, jobs);
     let n = s.plan.members.len() + 1;
     grow::resize(&mut s.lines, n, Line::default());
-    grow::resize(&mut s.ways, n, Line::default());
     grow::resize(&mut s.whitening, n, Whitening::default());
     grow::resize(&mut s.aux, n, Aux::default());
     grow::resize(&mut s.acceleration, n, Vec3::ZERO);
@@ -316,9 +317,10 @@ pub(crate) fn solve(
     s.frames.resize_with(s.plan.groups.len().max(s.frames.len()), Frames::default);
     let n = s.plan.contacts.owners.len();
     s.begun.resize(n, 0);
-    let corotates = closing.any_corotates();
+    let (corotates, parts) = (closing.any_corotates(), closing.any_parts());
     let has_extras = colors.special > 0 || corotates;
-    grow::resize(&mut s.partings, n, Parting::default());
+    s.partings.resize_with(if parts { n } else { 0 }, Parting::default);
+    s.ways.resize_with(if parts { s.plan.members.len() + 1 } else { 0 }, Line::default);
     s.extras.resize_with(if has_extras { n } else { 0 }, Extra::default);
     s.free.clear();
     s.free.resize(if has_extras { s.plan.members.len() + 1 } else { 0 }, None);
@@ -359,6 +361,7 @@ pub(crate) fn solve(
         extras: Rows::new(&mut s.extras, apart),
         has_extras,
         corotates,
+        parts,
         partings: Rows::new(&mut s.partings, apart),
         ways: Rows::new(&mut s.ways, apart),
         joints: Rows::new(&mut s.joints, apart),

@@ -57,6 +57,10 @@ pub(super) struct Source<'a> {
     pub(super) contacts: &'a Slots<'a>,
     pub(super) softened: &'a [Softened],
     pub(super) shapes: &'a Shapes,
+    /// Some contact may be parted.
+    pub(super) parts: bool,
+    /// Rows are made anew within the step. What becomes deep in it is parted from the next one on.
+    pub(super) is_renewed: bool,
     /// If some contact's bodies turn together: bodies whose contacts are made anew within the step, which need nothing for that.
     pub(super) turning: Option<&'a BitSet>,
 }
@@ -373,7 +377,8 @@ fn build_rows<S: Simd, const FIXED: bool, const N: usize>(
             }
         }
     }
-    if raw.parts || bits(above(splat(simd, -source.ctx.deep), lowest)) != 0 {
+    let is_deep = || bits(above(splat(simd, -source.ctx.deep), lowest)) != 0;
+    if source.parts && (raw.parts || !source.is_renewed && is_deep()) {
         block.parting = mark_parting::<FIXED>(source, raw, block);
     }
     let share = inverse_or_zero(simd, weight);
@@ -438,7 +443,7 @@ fn mark_parting<const FIXED: bool>(source: &Source<'_>, raw: &Raw<'_>, block: &C
         let excess =
             |(j, point): (usize, &PointRows)| -point.s0[lane] - give * block.k[K[j][j]][lane];
         let most = points.iter().enumerate().map(excess).fold(0.0, f32::max);
-        if c.traits.any(Traits::PARTING) || most > ctx.deep {
+        if c.traits.any(Traits::PARTING) || !source.is_renewed && most > ctx.deep {
             parting |= 1 << lane;
         }
     }

@@ -53,7 +53,7 @@ impl Solver<'_> {
     /// Parts what overlaps in a group more than its loads explain.
     pub(super) fn part(&self, group: &Group, locked: bool, jobs: &Jobs<'_>) {
         let blocks = self.plan.contacts.blocks_of(&group.contacts);
-        if !blocks.clone().any(|i| self.blocks.read(i).parting != 0) {
+        if !self.parts || !blocks.clone().any(|i| self.blocks.read(i).parting != 0) {
             return;
         }
         for i in blocks {

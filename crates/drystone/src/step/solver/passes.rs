@@ -23,6 +23,8 @@ impl Solver<'_> {
             contacts: &self.contacts,
             softened: self.softened,
             shapes: self.shapes,
+            parts: self.parts,
+            is_renewed: false,
             turning: self.corotates.then_some(&self.plan.turning.bodies),
         }
     }

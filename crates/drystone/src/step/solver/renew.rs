@@ -260,7 +260,7 @@ impl Solver<'_> {
 
     /// Rows of a block from its contacts as they are now, and their impulses to what bodies carry.
     fn put_rows(&self, ctx: &StepContext, fixed: bool, i: usize, elapsed: f32) {
-        let source = self.pack_source(ctx);
+        let source = pack::Source { is_renewed: true, ..self.pack_source(ctx) };
         let owners = &self.plan.contacts.owners[i];
         dispatch!(self.ctx.level, simd => {
             let block = self.blocks.row(i);

@@ -420,7 +420,7 @@ mod tests {
         }
         let mut later = bytes.clone();
         later[8] += 1;
-        assert!(matches!(Journal::from_bytes(&later), Err(Error::Version { found: 2, read: 1 })));
+        assert!(matches!(Journal::from_bytes(&later), Err(Error::Version { found: 3, read: 2 })));
         let start = journal().0.start.len();
         let mut random = Random::new(11);
         let mut below = |n: usize| usize::try_from(random.next() % n as u64).unwrap();
