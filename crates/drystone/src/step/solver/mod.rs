@@ -114,6 +114,8 @@ pub(crate) struct Scratch {
     /// Of each block, where overlaps are parted, and how they move each line: velocities that nobody keeps.
     partings: Vec<Parting>,
     ways: Vec<Line>,
+    /// Steps since the last one in which they were needed.
+    unparted: u32,
     joints: Vec<JointBlock>,
     joint_rests: Vec<JointRest>,
     sixdofs: Vec<SixBlock>,
@@ -319,8 +321,7 @@ pub(crate) fn solve(
     s.begun.resize(n, 0);
     let (corotates, parts) = (closing.any_corotates(), closing.any_parts());
     let has_extras = colors.special > 0 || corotates;
-    s.partings.resize_with(if parts { n } else { 0 }, Parting::default);
-    s.ways.resize_with(if parts { s.plan.members.len() + 1 } else { 0 }, Line::default);
+    s.make_partings(parts);
     s.extras.resize_with(if has_extras { n } else { 0 }, Extra::default);
     s.free.clear();
     s.free.resize(if has_extras { s.plan.members.len() + 1 } else { 0 }, None);

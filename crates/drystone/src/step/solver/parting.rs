@@ -12,7 +12,6 @@
 
 use fearless_simd::{Simd, SimdBase, dispatch};
 
-use super::Solver;
 use super::contact::{DEEP_RATE, K};
 use super::integrate::three;
 use super::plan::Group;
@@ -20,6 +19,7 @@ use super::rows::{
     ContactBlock, Extra, Line, Velocity, load_motion, load_velocity, store_velocity,
 };
 use super::softness::Softness;
+use super::{Scratch, Solver};
 use crate::base::disjoint::Rows;
 use crate::base::jobs::{Jobs, for_shares};
 use crate::base::wide::{LANES, Lanes, Vec3w, Wide, above, bits, load, max, min, select, splat};
@@ -27,6 +27,9 @@ use crate::state::bodies::Body;
 
 /// Sweeps of the pass: as many as a step has.
 const SWEEPS: u32 = 8;
+
+/// Room is kept for so many steps after it was needed last.
+const KEPT_STEPS: u32 = 60;
 
 /// What the pass knows of a block.
 #[derive(Clone, Debug, Default)]
@@ -47,6 +50,20 @@ pub(super) fn is_free(body: &Body) -> bool {
 /// How much deeper a point may be than its load explains, over the mass that it bears [m/(N s)].
 pub(super) const fn give(softness: &Softness) -> f32 {
     softness.impulse / softness.rate
+}
+
+impl Scratch {
+    /// Makes room for what is parted if something may be in this step. It is given back when that was not so for a while.
+    pub(super) fn make_partings(&mut self, may_part: bool) {
+        let [blocks, lines] = [self.plan.contacts.owners.len(), self.plan.members.len() + 1];
+        let count = |n: usize| if may_part { n } else { 0 };
+        self.partings.resize_with(count(blocks), Parting::default);
+        self.ways.resize_with(count(lines), Line::default);
+        self.unparted = if may_part { 0 } else { self.unparted.saturating_add(1) };
+        if self.unparted == KEPT_STEPS {
+            (self.partings, self.ways) = (Vec::new(), Vec::new());
+        }
+    }
 }
 
 impl Solver<'_> {

@@ -251,6 +251,7 @@ fn a_joint_of_another_kind_holds_what_that_kind_holds() {
     machine.steps(1800);
     // Damping takes its part of what gravity gives in each substep, and of the force by as much.
     machine.world.body_mut(id).unwrap().set_damping(0.0, 0.0);
+    machine.world.body_mut(id).unwrap().wake();
     machine.steps(60);
     let joint = machine.world.joint(machine.ball).unwrap();
     assert!(matches!(joint.kind(), JointKind::Distance { .. }));
