@@ -111,6 +111,8 @@ pub(crate) struct Scratch {
     meshes: Vec<MeshScratch>,
     blocks: Vec<ContactBlock>,
     extras: Vec<Extra>,
+    /// Steps since the last one in which they were needed.
+    plain: u32,
     /// Of each block, where overlaps are parted, and how they move each line: velocities that nobody keeps.
     partings: Vec<Parting>,
     ways: Vec<Line>,
@@ -323,6 +325,9 @@ pub(crate) fn solve(
     let has_extras = colors.special > 0 || corotates;
     s.make_partings(parts);
     s.extras.resize_with(if has_extras { n } else { 0 }, Extra::default);
+    if Scratch::is_over(&mut s.plain, has_extras) {
+        s.extras = Vec::new();
+    }
     s.free.clear();
     s.free.resize(if has_extras { s.plan.members.len() + 1 } else { 0 }, None);
     if has_extras {

@@ -59,10 +59,15 @@ impl Scratch {
         let count = |n: usize| if may_part { n } else { 0 };
         self.partings.resize_with(count(blocks), Parting::default);
         self.ways.resize_with(count(lines), Line::default);
-        self.unparted = if may_part { 0 } else { self.unparted.saturating_add(1) };
-        if self.unparted == KEPT_STEPS {
+        if Self::is_over(&mut self.unparted, may_part) {
             (self.partings, self.ways) = (Vec::new(), Vec::new());
         }
+    }
+
+    /// Counts the steps since something was needed; true if room for it is to be given back now.
+    pub(super) const fn is_over(since: &mut u32, is_needed: bool) -> bool {
+        *since = if is_needed { 0 } else { since.saturating_add(1) };
+        *since == KEPT_STEPS
     }
 }
 
