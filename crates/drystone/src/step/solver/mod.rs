@@ -326,7 +326,7 @@ pub(crate) fn solve(
     s.make_partings(parts);
     s.extras.resize_with(if has_extras { n } else { 0 }, Extra::default);
     if Scratch::is_over(&mut s.plain, has_extras) {
-        s.extras = Vec::new();
+        (s.extras, s.bounces, s.impacts) = (Vec::new(), Vec::new(), Vec::new());
     }
     s.free.clear();
     s.free.resize(if has_extras { s.plan.members.len() + 1 } else { 0 }, None);
