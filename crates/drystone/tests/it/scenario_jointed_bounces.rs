@@ -16,7 +16,8 @@ fn thrown(method: &str, restitution: f32, way: f32) -> World {
     world.add_body(BodyDef::fixed().with_shape(floor)).unwrap();
     // Turns that never come again: by the golden angle.
     let turn = |k: f32| {
-        let axis = vec3((1.3 * k).sin(), (2.1 * k).cos(), (0.7 * k).sin()).normalize_or(Vec3::X);
+        let part = |share: f32| (share * k) % 1.0 - 0.5;
+        let axis = vec3(part(0.37), part(0.61), part(0.83)).normalize_or(Vec3::X);
         Quat::from_axis_angle(axis, 2.399_963 * k)
     };
     let meet = vec3(0.0, 1.2, 0.0);

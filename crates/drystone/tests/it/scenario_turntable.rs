@@ -13,6 +13,7 @@ struct Table {
     plate: BodyId,
     cubes: [BodyId; 2],
     size: f32,
+    began: f32,
 }
 
 impl Table {
@@ -36,7 +37,16 @@ impl Table {
             let cube = cube.with_linear_velocity(spin.cross(at)).with_angular_velocity(spin);
             world.add_body(cube).unwrap()
         });
-        Self { world, plate, cubes, size }
+        Self { world, plate, cubes, size, began: speed }
+    }
+
+    /// Goes on until it has turned by so much [rad], at the speed of the start.
+    fn turn(&mut self, angle: f32, dt: f32) {
+        let mut turned = 0.0;
+        while turned < angle {
+            self.world.step(dt);
+            turned += self.began * dt;
+        }
     }
 
     /// How far each cube is from the axis, in sizes.
@@ -69,10 +79,9 @@ fn what_lies_on_a_plate_that_turns_freely_goes_round_with_it() {
             let mut table = Table::new(size, density, speed, 1.0);
             let dt = f32::sqrt(size) / hertz;
             // In the first radian friction learns what it has to bear.
-            let steps = 1.0 / (dt * speed);
-            (0..steps as u32).for_each(|_| table.world.step(dt));
+            table.turn(1.0, dt);
             let began = table.radii();
-            (0..(20.0 * steps) as u32).for_each(|_| table.world.step(dt));
+            table.turn(20.0, dt);
             let of = format!("size {size}, {hertz} Hz, {density} kg/m³");
             // Nothing brakes and nothing drives. Rows of a step's start, with the angle θ of a step, let the cubes out by θ/2 of their
             // radius in each radian, and drive the plate by θ/2 of the cubes' part of its inertia.

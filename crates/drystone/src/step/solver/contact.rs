@@ -220,13 +220,7 @@ fn solve_points<S: Simd, const FIXED: bool, const N: usize>(
         }
     }
 
-    // What is parting is stopped, and moved at the step's end: see parting.rs.
-    if block.parting != 0 {
-        let parts = above(load(simd, &parting::lanes(block.parting)), zero);
-        for floor in &mut bias.floor {
-            *floor = select(parts, zero, *floor);
-        }
-    }
+    hold_parting(simd, block.parting, &mut bias.floor);
     let entry = lambda;
     let mut z = [zero; N];
     let mut response = [[zero; N]; N];
@@ -277,17 +271,34 @@ fn solve_points<S: Simd, const FIXED: bool, const N: usize>(
     }
 
     next.ask(half..last);
-    let pressed = block.pressed | lanes_of(above(total, zero));
-    // Mostly it is known: then the line stays as it is in the cache.
-    if pressed != block.pressed {
-        block.pressed = pressed;
-    }
+    note_pressed(block, above(total, zero));
     let limit = load(simd, &block.mu) * total;
     let of = extra.as_deref().map(|extra| (extra, elapsed));
     rub::<S, FIXED>(simd, block, of, &mut va, &mut vb, (n, pushed), limit);
     store_velocity(simd, lines, &block.row_b, vb);
     if !FIXED {
         store_velocity(simd, lines, &block.row_a, va);
+    }
+}
+
+/// What is parting is stopped, and moved at the step's end: see parting.rs.
+#[inline(always)]
+fn hold_parting<S: Simd>(simd: S, lanes: u8, floors: &mut [Wide<S>]) {
+    if lanes != 0 {
+        let zero = splat(simd, 0.0);
+        let parts = above(load(simd, &parting::lanes(lanes)), zero);
+        for floor in floors {
+            *floor = select(parts, zero, *floor);
+        }
+    }
+}
+
+/// Notes which lanes are pressed. Mostly it is known: then the line stays as it is in the cache.
+#[inline(always)]
+fn note_pressed<S: Simd>(block: &mut ContactBlock, lanes: mask32x8<S>) {
+    let pressed = block.pressed | lanes_of(lanes);
+    if pressed != block.pressed {
+        block.pressed = pressed;
     }
 }
 

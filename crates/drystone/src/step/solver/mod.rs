@@ -151,7 +151,31 @@ pub(crate) struct Scratch {
     pub(crate) sweeps: u32,
 }
 
+/// Room is kept for so many steps after it was needed last.
+const KEPT_STEPS: u32 = 60;
+
 impl Scratch {
+    /// Makes room for what few contacts have, if some have that. It is given back when that was not so for a while.
+    fn make_extras(&mut self, has_extras: bool) {
+        let [blocks, lines] = [self.plan.contacts.owners.len(), self.plan.members.len() + 1];
+        self.extras.resize_with(if has_extras { blocks } else { 0 }, Extra::default);
+        if Self::is_over(&mut self.plain, has_extras) {
+            (self.extras, self.bounces, self.impacts) = (Vec::new(), Vec::new(), Vec::new());
+        }
+        self.free.clear();
+        self.free.resize(if has_extras { lines } else { 0 }, None);
+        if has_extras {
+            let groups = self.plan.groups.len().max(self.impacts.len());
+            self.impacts.resize_with(groups, Impacts::default);
+        }
+    }
+
+    /// Counts the steps since something was needed; true if room for it is to be given back now.
+    const fn is_over(since: &mut u32, is_needed: bool) -> bool {
+        *since = if is_needed { 0 } else { since.saturating_add(1) };
+        *since == KEPT_STEPS
+    }
+
     /// See [`crate::step::Scratch::start_from`]. What is told of the last step is that of `from`.
     pub(crate) fn start_from(&mut self, from: &Self) {
         self.plan.forget();
@@ -324,16 +348,7 @@ pub(crate) fn solve(
     let (corotates, parts) = (closing.any_corotates(), closing.any_parts());
     let has_extras = colors.special > 0 || corotates;
     s.make_partings(parts);
-    s.extras.resize_with(if has_extras { n } else { 0 }, Extra::default);
-    if Scratch::is_over(&mut s.plain, has_extras) {
-        (s.extras, s.bounces, s.impacts) = (Vec::new(), Vec::new(), Vec::new());
-    }
-    s.free.clear();
-    s.free.resize(if has_extras { s.plan.members.len() + 1 } else { 0 }, None);
-    if has_extras {
-        let groups = s.plan.groups.len().max(s.impacts.len());
-        s.impacts.resize_with(groups, Impacts::default);
-    }
+    s.make_extras(has_extras);
     s.make_joint_rows();
     together::find_groups(&s.plan, &s.line_of, tied.scratch);
     s.progress.resize(tied.scratch.groups.len(), Progress::default());

@@ -7,7 +7,7 @@ use super::contact::K;
 use super::pack_extra::{corotation, pack_extra};
 use super::parting;
 use super::rows::{
-    ContactBlock, Extra, Line, PointRows, Whitening, load_velocity, read_lanes, store_velocity,
+    ContactBlock, Extra, Line, Whitening, load_velocity, read_lanes, store_velocity,
 };
 use super::tally::NEW;
 use crate::base::bit_set::BitSet;
@@ -73,7 +73,7 @@ pub(super) struct Raw<'a> {
     pub(super) row_b: [u32; LANES],
     /// -1 where only B can be pushed and it is the contact's A: its rows turn their sign.
     pub(super) sign: Lanes,
-    count: Lanes,
+    pub(super) count: Lanes,
     /// Mean distance from the middle of what the points enclose, over that of the points.
     patch: Lanes,
     /// As [`ContactBlock::landing`].
@@ -364,22 +364,10 @@ fn build_rows<S: Simd, const FIXED: bool, const N: usize>(
         (turn_a, turn_b, total) = (turn_a * part, turn_b * part, total * part);
         scale *= part;
     }
-    for j in 0..N {
-        for i in 0..=j {
-            let mut k = linear;
-            if !FIXED {
-                k += a[i].dot(a[j]);
-            }
-            k += b[i].dot(b[j]);
-            k.store_array(&mut block.k[K[i][j]]);
-            if i == j {
-                (inverse_or_zero(simd, k) * there[j]).store_array(&mut block.points[j].mass);
-            }
-        }
-    }
+    put_masses::<S, FIXED, N>(simd, linear, [&a, &b], &there, block);
     let is_deep = || bits(above(splat(simd, -source.ctx.deep), lowest)) != 0;
     if source.parts && (raw.parts || !source.is_renewed && is_deep()) {
-        block.parting = mark_parting::<FIXED>(source, raw, block);
+        block.parting = parting::mark::<FIXED>(source, raw, block);
     }
     let share = inverse_or_zero(simd, weight);
     (ca, cb) = (ca * share, cb * share);
@@ -421,33 +409,28 @@ fn build_rows<S: Simd, const FIXED: bool, const N: usize>(
     Warm { push, turn_a, turn_b, reach, grows }
 }
 
-/// A bit for each contact that is parted, or is to be: see parting.rs. Springs of their own are as deep as they like.
-#[cold]
-fn mark_parting<const FIXED: bool>(source: &Source<'_>, raw: &Raw<'_>, block: &ContactBlock) -> u8 {
-    let ctx = source.ctx;
-    let softness = if FIXED { &ctx.soft_fixed } else { &ctx.soft };
-    let mut parting = 0;
-    for (lane, c) in raw.contacts.iter().enumerate() {
-        let count = usize::from(c.count.min(4));
-        let ends = [c.body_a, c.body_b].map(|row| source.bodies.at(row));
-        // Idle lanes have no points.
-        if !(raw.count[lane] > 0.0)
-            || c.traits.may_soften()
-            || !ends.into_iter().all(parting::is_free)
-        {
-            continue;
-        }
-        let points = &block.points[..count];
-        let load: f32 = points.iter().map(|point| point.impulse[lane]).sum();
-        let give = load / raw.count[lane] * parting::give(softness);
-        let excess =
-            |(j, point): (usize, &PointRows)| -point.s0[lane] - give * block.k[K[j][j]][lane];
-        let most = points.iter().enumerate().map(excess).fold(0.0, f32::max);
-        if c.traits.any(Traits::PARTING) || !source.is_renewed && most > ctx.deep {
-            parting |= 1 << lane;
+/// K of each pair of points, and the mass that each bears: 1/K_jj, 0 of those that are not there.
+#[inline(always)]
+fn put_masses<S: Simd, const FIXED: bool, const N: usize>(
+    simd: S,
+    linear: Wide<S>,
+    [a, b]: [&[Vec3w<S>; N]; 2],
+    there: &[Wide<S>; N],
+    block: &mut ContactBlock,
+) {
+    for j in 0..N {
+        for i in 0..=j {
+            let mut k = linear;
+            if !FIXED {
+                k += a[i].dot(a[j]);
+            }
+            k += b[i].dot(b[j]);
+            k.store_array(&mut block.k[K[i][j]]);
+            if i == j {
+                (inverse_or_zero(simd, k) * there[j]).store_array(&mut block.points[j].mass);
+            }
         }
     }
-    parting
 }
 
 /// Takes what contacts begin with down to what gives their bodies a speed of `most`, and returns that part; `None`: all of it stays.

@@ -16,20 +16,18 @@ use super::contact::{DEEP_RATE, K};
 use super::integrate::three;
 use super::plan::Group;
 use super::rows::{
-    ContactBlock, Extra, Line, Velocity, load_motion, load_velocity, store_velocity,
+    ContactBlock, Extra, Line, PointRows, Velocity, load_motion, load_velocity, store_velocity,
 };
 use super::softness::Softness;
-use super::{Scratch, Solver};
+use super::{Scratch, Solver, pack};
 use crate::base::disjoint::Rows;
 use crate::base::jobs::{Jobs, for_shares};
 use crate::base::wide::{LANES, Lanes, Vec3w, Wide, above, bits, load, max, min, select, splat};
 use crate::state::bodies::Body;
+use crate::state::contacts::Traits;
 
 /// Sweeps of the pass: as many as a step has.
 const SWEEPS: u32 = 8;
-
-/// Room is kept for so many steps after it was needed last.
-const KEPT_STEPS: u32 = 60;
 
 /// What the pass knows of a block.
 #[derive(Clone, Debug, Default)]
@@ -52,6 +50,36 @@ pub(super) const fn give(softness: &Softness) -> f32 {
     softness.impulse / softness.rate
 }
 
+/// A bit for each contact that is parted, or is to be. Springs of their own are as deep as they like.
+#[cold]
+pub(super) fn mark<const FIXED: bool>(
+    source: &pack::Source<'_>,
+    raw: &pack::Raw<'_>,
+    block: &ContactBlock,
+) -> u8 {
+    let ctx = source.ctx;
+    let softness = if FIXED { &ctx.soft_fixed } else { &ctx.soft };
+    let mut parting = 0;
+    for (lane, c) in raw.contacts.iter().enumerate() {
+        let count = usize::from(c.count.min(4));
+        let ends = [c.body_a, c.body_b].map(|row| source.bodies.at(row));
+        // Idle lanes have no points.
+        if !(raw.count[lane] > 0.0) || c.traits.may_soften() || !ends.into_iter().all(is_free) {
+            continue;
+        }
+        let points = &block.points[..count];
+        let load: f32 = points.iter().map(|point| point.impulse[lane]).sum();
+        let given = load / raw.count[lane] * give(softness);
+        let excess =
+            |(j, point): (usize, &PointRows)| -point.s0[lane] - given * block.k[K[j][j]][lane];
+        let most = points.iter().enumerate().map(excess).fold(0.0, f32::max);
+        if c.traits.any(Traits::PARTING) || !source.is_renewed && most > ctx.deep {
+            parting |= 1 << lane;
+        }
+    }
+    parting
+}
+
 impl Scratch {
     /// Makes room for what is parted if something may be in this step. It is given back when that was not so for a while.
     pub(super) fn make_partings(&mut self, may_part: bool) {
@@ -62,12 +90,6 @@ impl Scratch {
         if Self::is_over(&mut self.unparted, may_part) {
             (self.partings, self.ways) = (Vec::new(), Vec::new());
         }
-    }
-
-    /// Counts the steps since something was needed; true if room for it is to be given back now.
-    pub(super) const fn is_over(since: &mut u32, is_needed: bool) -> bool {
-        *since = if is_needed { 0 } else { since.saturating_add(1) };
-        *since == KEPT_STEPS
     }
 }
 
