@@ -22,7 +22,7 @@ use self::keep::{inherit, keep_load, recycle};
 pub(crate) use self::keep::{inherit_near, note_landing};
 use self::motion::Motions;
 pub(crate) use self::turns::corotates;
-use self::turns::{list_corotation, list_parting, turn_ahead};
+use self::turns::{list_for_solver, list_parting, turn_ahead};
 use super::context::StepContext;
 use super::hooks::Hooks;
 use super::reach::speculative_margin;
@@ -406,8 +406,7 @@ impl Pairs<'_> {
             if turns(contact, turn, f32::MAX) {
                 out.push(Change::Turns(row));
             }
-            list_corotation(ctx, (row, contact), [a, b], out);
-            list_parting(ctx, (row, contact), out);
+            list_for_solver(ctx, (row, contact), [a, b], out);
             keep_load(ctx, contact, a, b);
             // A ghost that was made before what carries the body was there would block it for ever.
             out.extend(seams::of_convex(ctx, (row, contact), a, b));
@@ -442,8 +441,7 @@ impl Pairs<'_> {
         if turns(contact, turn, contact.clear) {
             out.push(Change::Turns(row));
         }
-        list_corotation(ctx, (row, contact), [a, b], out);
-        list_parting(ctx, (row, contact), out);
+        list_for_solver(ctx, (row, contact), [a, b], out);
         keep_load(ctx, contact, a, b);
         out.extend(seams::of_convex(ctx, (row, contact), a, b));
     }

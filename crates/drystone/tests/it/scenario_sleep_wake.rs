@@ -14,6 +14,8 @@ use drystone::{
     WorldConfig, vec3,
 };
 
+use crate::floors::{self, FLOORS, Floor};
+
 const SCALES: [f32; 4] = [0.01, 0.1, 1.0, 100.0];
 const RATES: [f32; 3] = [30.0, 60.0, 240.0];
 
@@ -21,31 +23,13 @@ const RATES: [f32; 3] = [30.0, 60.0, 240.0];
 const SLEEP: f32 = 0.5;
 const LOOK: f32 = 0.2;
 
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Floor {
-    HalfSpace,
-    Box,
-    Mesh,
-}
-
-const FLOORS: [Floor; 3] = [Floor::HalfSpace, Floor::Box, Floor::Mesh];
-
 fn mesh(vertices: Vec<Vec3>, triangles: Vec<[u32; 3]>) -> ShapeDef {
     ShapeDef::new(Shape::Mesh(Arc::new(Mesh::new(vertices, triangles).unwrap())))
 }
 
 /// Ground with its surface at the origin.
 fn ground(world: &mut World, floor: Floor, size: f32) -> BodyId {
-    let r = 50.0 * size;
-    let shape = match floor {
-        Floor::HalfSpace => ShapeDef::half_space(Vec3::Y, 0.0),
-        Floor::Box => ShapeDef::box_half([r, size, r]).with_position([0.0, -size, 0.0]),
-        Floor::Mesh => {
-            let corners = [(-r, -r), (-r, r), (r, r), (r, -r)].map(|(x, z)| vec3(x, 0.0, z));
-            mesh(corners.to_vec(), vec![[0, 1, 2], [0, 2, 3]])
-        }
-    };
-    world.add_body(BodyDef::fixed().with_shape(shape)).unwrap()
+    floors::ground(world, floor, [50.0 * size, size])
 }
 
 fn pulled(gravity: Vec3) -> World {

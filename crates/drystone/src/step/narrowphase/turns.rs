@@ -41,8 +41,8 @@ pub(crate) fn corotates(ctx: &StepContext, contact: &Contact, [a, b]: [&Body; 2]
     (rate - n * n.dot(rate)).length() > least
 }
 
-/// Lists a contact whose bodies turn together.
-pub(super) fn list_corotation(
+/// Lists a contact whose bodies turn together, and one that may be parted.
+pub(super) fn list_for_solver(
     ctx: &StepContext,
     (row, contact): (u32, &Contact),
     bodies: [&Body; 2],
@@ -51,6 +51,7 @@ pub(super) fn list_corotation(
     if corotates(ctx, contact, bodies) {
         out.push(Change::Corotates(row));
     }
+    list_parting(ctx, (row, contact), out);
 }
 
 /// How far two shapes turn against each other in this step, and a tenth more [rad]: not about an axis of revolution, for what rolls on its

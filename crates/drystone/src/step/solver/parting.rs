@@ -167,7 +167,7 @@ impl Solver<'_> {
     ) {
         let ctx = self.ctx;
         let (zero, one) = (splat(simd, 0.0), splat(simd, 1.0));
-        let rows = rows_of(block);
+        let rows = block.rows();
         let softness = if FIXED { &ctx.soft_fixed } else { &ctx.soft };
         let (mut load_sum, mut points) = (zero, zero);
         for point in &block.points[..rows] {
@@ -249,15 +249,6 @@ impl Solver<'_> {
             }
         }
         self.aux.row(i).parts_at(of_v * v.length() + of_w * w.length() * extent);
-    }
-}
-
-/// How many rows the kernel solves for the block: more than its contacts have points, if those are three.
-const fn rows_of(block: &ContactBlock) -> usize {
-    match block.count {
-        0 | 1 => 1,
-        2 => 2,
-        _ => 4,
     }
 }
 

@@ -429,7 +429,7 @@ fn warm_of<S: Simd>(simd: S, block: &ContactBlock, extra: Option<&Extra>, fixed:
         turn_a = of_a[0] * f1 + of_a[1] * f2 + of_a[2] * f3;
     }
     let mut total = splat(simd, 0.0);
-    for point in &block.points[..rows_of(block)] {
+    for point in &block.points[..block.rows()] {
         let impulse = load(simd, &point.impulse);
         total += impulse;
         turn_b = turn_b + Vec3w::load(simd, &point.b) * impulse;
@@ -458,15 +458,6 @@ fn warm_of<S: Simd>(simd: S, block: &ContactBlock, extra: Option<&Extra>, fixed:
     Carried { push: lanes(push), turn_a: lanes(turn_a), turn_b: lanes(turn_b) }
 }
 
-/// How many rows the kernel solves for the block.
-const fn rows_of(block: &ContactBlock) -> usize {
-    match block.count {
-        0 | 1 => 1,
-        2 => 2,
-        _ => 4,
-    }
-}
-
 /// The kernel adds to separations all that moved since the step's start: what moved until now is taken out of those of now.
 #[inline(always)]
 fn rebase<S: Simd>(
@@ -486,7 +477,7 @@ fn rebase<S: Simd>(
     }
     let time = splat(simd, elapsed);
     let drifts = extra.as_ref().is_some_and(|extra| extra.drifts);
-    for j in 0..rows_of(block) {
+    for j in 0..block.rows() {
         let point = &mut block.points[j];
         let mut since = moved + Vec3w::load(simd, &point.b).dot(xb.w);
         if !fixed {

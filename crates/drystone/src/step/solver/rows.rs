@@ -190,6 +190,15 @@ pub(crate) struct ContactBlock {
 }
 
 impl ContactBlock {
+    /// How many rows the kernel solves: more than its contacts have points, if those are three.
+    pub(crate) const fn rows(&self) -> usize {
+        match self.count {
+            0 | 1 => 1,
+            2 => 2,
+            _ => 4,
+        }
+    }
+
     /// How much of a block a sweep reads whose contacts have so many points.
     #[inline(always)]
     pub(crate) const fn cache_lines(points: usize) -> usize {

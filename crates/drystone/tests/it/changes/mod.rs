@@ -17,7 +17,7 @@ use drystone::{
     BodyDef, BodyId, BodyKind, DefError, JointDef, ShapeDef, ShapeId, Vec3, World, vec3,
 };
 
-use crate::floors::square;
+use crate::floors::{FLOORS, Floor, ground};
 
 const DT: f32 = 1.0 / 60.0;
 const GRAVITY: f32 = 9.81;
@@ -25,25 +25,9 @@ const GRAVITY: f32 = 9.81;
 /// What gravity gives in one of eight substeps: what stands may not get faster by a change [m/s].
 const JOLT: f32 = GRAVITY * DT / 8.0;
 
-/// What a stack stands on.
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Floor {
-    HalfSpace,
-    Box,
-    Mesh,
-}
-
-const FLOORS: [Floor; 3] = [Floor::HalfSpace, Floor::Box, Floor::Mesh];
-
 /// A static floor whose top is at height 0, for things of this size [m].
 fn floor(world: &mut World, floor: Floor, size: f32) -> BodyId {
-    let reach = 40.0 * size;
-    let shape = match floor {
-        Floor::HalfSpace => ShapeDef::half_space(Vec3::Y, 0.0),
-        Floor::Box => ShapeDef::box_half([reach, size, reach]).with_position([0.0, -size, 0.0]),
-        Floor::Mesh => square(reach),
-    };
-    world.add_body(BodyDef::fixed().with_shape(shape)).unwrap()
+    ground(world, floor, [40.0 * size, size])
 }
 
 /// A floor and cubes on each other.
