@@ -21,7 +21,7 @@ use fearless_simd::dispatch;
 use self::keep::{inherit, keep_load, recycle};
 pub(crate) use self::keep::{inherit_near, note_landing};
 use self::motion::Motions;
-pub(crate) use self::turns::corotates;
+pub(crate) use self::turns::{BLOW_SPEED, blows, corotates};
 use self::turns::{list_for_solver, list_parting, turn_ahead};
 use super::context::StepContext;
 use super::hooks::Hooks;
@@ -64,6 +64,8 @@ pub(crate) enum Change {
     Turns(u32),
     /// It has points, and its bodies turn together ([`corotates`]). No change by itself.
     Corotates(u32),
+    /// Its bodies meet at the speed of a blow, and it does not bounce ([`blows`]). No change by itself.
+    Blows(u32),
     /// It may be parted in this step: a point of it is deep, or it was parted in the last one. No change by itself.
     Parts(u32),
     /// It has points, and may be a ghost of the seam of two shapes; no change by itself.
@@ -107,6 +109,11 @@ impl Scratch {
     /// Whether some contact's bodies turn together: see [`corotates`].
     pub(crate) fn any_corotates(&self) -> bool {
         self.changes.iter().flatten().any(|change| matches!(change, Change::Corotates(_)))
+    }
+
+    /// Whether bodies meet in a blow at some contact that does not bounce: see [`blows`].
+    pub(crate) fn any_blows(&self) -> bool {
+        self.changes.iter().flatten().any(|change| matches!(change, Change::Blows(_)))
     }
 
     /// Whether some contact may be parted.

@@ -179,6 +179,7 @@ impl Teller<'_> {
                 | Change::Closes(_)
                 | Change::Turns(_)
                 | Change::Corotates(_)
+                | Change::Blows(_)
                 | Change::Parts(_) => {}
             }
         }

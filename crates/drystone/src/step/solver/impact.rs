@@ -155,9 +155,7 @@ impl Impacts {
         self.ends.resize(n, End::NEW);
         for i in blocks {
             let extra = source.extras.read(i);
-            if extra.bounces {
-                self.enter(source, i, extra);
-            }
+            self.enter(source, i, extra);
         }
         self.touch_of.clear();
         self.touch_of.resize(self.entries.len(), NONE);
@@ -208,7 +206,8 @@ impl Impacts {
         let block = source.blocks.read(i);
         for lane in 0..LANES {
             let contact = source.owners[i][lane];
-            if contact == NONE || !(extra.restitution[lane] > 0.0) {
+            let is_spring = extra.softens && extra.soft_mass[lane] > 0.0;
+            if contact == NONE || is_spring && !(extra.restitution[lane] > 0.0) {
                 continue;
             }
             let lines = [block.row_a[lane], block.row_b[lane]];

@@ -346,7 +346,7 @@ pub(crate) fn solve(
     let n = s.plan.contacts.owners.len();
     s.begun.resize(n, 0);
     let (corotates, parts) = (closing.any_corotates(), closing.any_parts());
-    let has_extras = colors.special > 0 || corotates;
+    let has_extras = colors.special > 0 || corotates || closing.any_blows();
     s.make_partings(parts);
     s.make_extras(has_extras);
     s.make_joint_rows();
@@ -441,6 +441,7 @@ impl Solver<'_> {
             lines: &self.lines,
             aux: &self.aux,
             whitening: &self.whitening,
+            acceleration: &self.acceleration,
             dt: self.ctx.dt,
             h: self.ctx.h,
             first_line: group.lines.start,
@@ -457,6 +458,7 @@ impl Solver<'_> {
             h: ctx.h,
             kicked,
             least: ctx.restitution_speed,
+            blow: narrowphase::BLOW_SPEED * ctx.length,
             still: touch::STILL * ctx.length,
             push: ctx.push_speed,
         };

@@ -10,6 +10,7 @@ use crate::base::wide::{Lanes, Vec3w, above, put, splat};
 use crate::state::bodies::Body;
 use crate::state::contacts::{Contact, Softened, Traits};
 use crate::state::shapes::ShapeRow;
+use crate::step::narrowphase;
 use fearless_simd::Simd;
 
 #[inline(always)]
@@ -30,6 +31,8 @@ pub(super) fn pack_extra<const FIXED: bool>(
     let (a, b) = (source.bodies.at(c.body_a), source.bodies.at(c.body_b));
     if c.restitution > 0.0 {
         pack_bounce(source, c, [a, b], lane, extra);
+    } else if narrowphase::blows(source.ctx, (row, c), [a, b]) {
+        extra.arrives |= 1 << lane;
     }
     if c.rolling > 0.0 {
         extra.rolls = true;

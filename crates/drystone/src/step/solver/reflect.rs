@@ -75,7 +75,7 @@ impl<S: Simd> Part<'_, S> {
                 for hit in hits {
                     let j = usize::from(hit.point);
                     let mass = response.mass[j];
-                    let new = (hit.impulse - mass * blow.speeds()[j]).max(0.0);
+                    let new = (hit.impulse - mass * (blow.speeds()[j] + hit.keeps)).max(0.0);
                     let d = new - hit.impulse;
                     hit.impulse = new;
                     work += response.push(simd, blow, j, d);

@@ -27,6 +27,8 @@ pub(super) struct Source<'a> {
     pub(super) lines: &'a Rows<'a, Line>,
     pub(super) aux: &'a Rows<'a, Aux>,
     pub(super) whitening: &'a Rows<'a, Whitening>,
+    /// Acceleration of each line [m/s²].
+    pub(super) acceleration: &'a Rows<'a, Vec3>,
     /// The step's time and a substep's.
     pub(super) dt: f32,
     pub(super) h: f32,
@@ -48,6 +50,8 @@ pub(super) struct Moment {
     /// Least speed of a bounce [m/s], and the greatest speed of push-out.
     pub(super) least: f32,
     pub(super) push: f32,
+    /// Least speed of a blow at a contact that does not bounce [m/s].
+    pub(super) blow: f32,
     /// See [`STILL`].
     pub(super) still: f32,
 }
@@ -68,6 +72,8 @@ pub(super) struct Hit {
     pub(super) gain: f32,
     pub(super) speed: f32,
     pub(super) impulse: f32,
+    /// Approach that stays, of what does not bounce: it comes as far as the surface [m/s].
+    pub(super) keeps: f32,
     /// Hits that bodies link have the same: the number of the first of them.
     pub(super) part: u32,
 }
@@ -87,6 +93,10 @@ pub(super) struct Entry {
 /// other.
 const HITS: [u8; 2] = [8, 3];
 
+/// Most rounds that hit the same contact if it does not bounce: a blow takes turns between a body and what it rests on, and loses a part
+/// in each.
+const BLOWS: u8 = 24;
+
 /// A contact that can bounce, out of its block once it is looked at: what a look reads, in three cache lines.
 #[derive(Clone, Copy, Debug, Default)]
 #[repr(C, align(64))]
@@ -98,6 +108,7 @@ pub(super) struct Touch {
     points: u8,
     /// How often it was hit in this substep.
     pub(super) hits: u8,
+    most_hits: u8,
     /// Speeds of all points along the normal when it was last looked at.
     speed: [f32; 4],
     /// Separations at the step's start, and now.
@@ -113,10 +124,13 @@ pub(super) struct Touch {
     pub(super) response: u32,
     /// Least speed at which it bounces without a load.
     least: f32,
+    /// The same after a blow that it does not bounce off, for what was left of the gap: twice what forces give in a substep.
+    follows: f32,
     /// The pass that it was last placed in, counted from 1.
     placed: u16,
     /// A kinematic body gives its points speed.
     drifts: bool,
+    bounces: bool,
 }
 
 /// The products of four points' rows with a vector.
@@ -162,7 +176,17 @@ impl Touch {
         }
         let extra = source.extras.read(self.block as usize);
         self.drifts = extra.drifts;
-        self.least = moment.least.max(extra.slow[lane]).max(moment.still);
+        self.bounces = extra.restitution[lane] > 0.0;
+        self.most_hits = if self.bounces { HITS[usize::from(self.points > 1)] } else { BLOWS };
+        let least = if self.bounces {
+            moment.least.max(extra.slow[lane])
+        } else {
+            let along = |line: u32| self.n.dot(*source.acceleration.read(line as usize)).abs();
+            let along = along(self.lines[0]).max(along(self.lines[1]));
+            self.follows = (2.0 * along * moment.h).max(moment.still);
+            moment.blow.max(along * source.dt)
+        };
+        self.least = least.max(moment.still);
     }
 
     /// Speeds of the points along the normal that come from kinematic bodies.
@@ -190,7 +214,7 @@ impl Touch {
             self.placed = pass;
             self.place(source, f32::from(moment.done) * moment.h);
         }
-        if self.hits >= HITS[usize::from(self.points > 1)] {
+        if self.hits >= self.most_hits {
             return 0;
         }
         self.speed = self.speeds(source);
@@ -230,6 +254,9 @@ impl Touch {
             }
             met & self.points
         };
+        if !self.bounces {
+            return self.is_struck(source, moment);
+        }
         let met = faster(self.least);
         if met == 0 {
             return 0;
@@ -237,6 +264,28 @@ impl Touch {
         // What carries a load rests, and its neighbors' push-out and the weight above it may move it.
         let carried = (self.carried(source) * f32::from(moment.substeps)).min(moment.push);
         faster(self.least + carried)
+    }
+
+    /// Which points, of what does not bounce, approach faster by a blow than brings them to the surface in the substep: bits.
+    fn is_struck(&self, source: &Source<'_>, moment: &Moment) -> u8 {
+        let least = if self.response == NONE { self.least } else { self.follows };
+        let faster = |least: f32| {
+            let mut met = 0;
+            for j in 0..4 {
+                met |= u8::from(self.speed[j] + self.kept(moment, j) < -least) << j;
+            }
+            met & self.points
+        };
+        if faster(least) == 0 {
+            return 0;
+        }
+        let carried = (self.carried(source) * f32::from(moment.substeps)).min(moment.push);
+        faster(least + carried)
+    }
+
+    /// Approach that closes the gap of a point in the substep [m/s].
+    fn kept(&self, moment: &Moment, j: usize) -> f32 {
+        self.s[j].max(0.0) / moment.h
     }
 
     /// Speed that the contact's load makes in a substep.
@@ -257,7 +306,11 @@ impl Touch {
         hit.contact = source.owners[block][lane];
         hit.e = source.extras.read(block).restitution[lane];
         hit.speed = self.speed[point];
-        hit.gain = self.gain(source, moment, hit.e, point);
+        if hit.e > 0.0 {
+            hit.gain = self.gain(source, moment, hit.e, point);
+        } else {
+            hit.keeps = self.kept(moment, point);
+        }
     }
 
     /// Speed of a point after the bounce over the one before: its energy at the surface, times e², less
