@@ -61,6 +61,11 @@ pub enum AwakeCause {
         /// The body of that surface.
         of: BodyId,
     },
+    /// The body is slow, but small or thin for the load that pressed it together with another one, and still moves apart from it.
+    Settles {
+        /// The other body.
+        with: BodyId,
+    },
     /// The body is slow, but a drive or a spring of a joint has not come to rest.
     DrivenByJoint {
         /// That joint.
@@ -115,6 +120,9 @@ impl fmt::Display for AwakeCause {
             }
             Self::Carried { .. } => f.write_str("a kinematic body that moves touches or holds it"),
             Self::OnBelt { .. } => f.write_str("the surface moves that it touches"),
+            Self::Settles { .. } => {
+                f.write_str("its load pressed it together with what it touches")
+            }
             Self::DrivenByJoint { .. } => {
                 f.write_str("a drive or a spring of its joint has not come to rest")
             }
@@ -234,6 +242,7 @@ fn lasting_cause(tables: &Tables, row: u32) -> Option<AwakeCause> {
     let drives = Drives { bodies, shapes, joints, contacts, length, spacing };
     match drives.driver(row) {
         Some(Driver::Body(by)) => return Some(AwakeCause::Carried { by: bodies.id(by) }),
+        Some(Driver::Load(with)) => return Some(AwakeCause::Settles { with: bodies.id(with) }),
         Some(Driver::Belt(of)) => return Some(AwakeCause::OnBelt { of: bodies.id(of) }),
         Some(Driver::Joint(joint)) => {
             let joint = joints.rows.id_of(joint);

@@ -88,6 +88,12 @@ impl Traits {
     pub(crate) const HOOKED: Self = Self(4);
     /// Not of the surfaces: it is being parted, for it overlaps more than its load explains.
     pub(crate) const PARTING: Self = Self(8);
+    /// Not of the surfaces: it got a blow in the last step that it does not bounce off. What is left of the approach is of the same
+    /// landing.
+    pub(crate) const STRUCK: Self = Self(16);
+
+    /// Not of the surfaces: it gave much under its load, which is being taken back.
+    pub(crate) const SETTLES: Self = Self(32);
 
     #[must_use]
     pub(crate) const fn with(self, traits: Self, have: bool) -> Self {
@@ -105,12 +111,12 @@ impl Traits {
 
     /// Whether the surfaces do nothing else.
     pub(crate) const fn is_plain(self) -> bool {
-        self.0 & !Self::PARTING.0 == 0
+        self.0 & !(Self::PARTING.0 | Self::STRUCK.0 | Self::SETTLES.0) == 0
     }
 
     /// Whether none is set that is not known.
     pub(crate) const fn are_known(self) -> bool {
-        self.0 < 16
+        self.0 < 64
     }
 }
 
@@ -213,7 +219,23 @@ impl Contact {
         }
         self.tangent_impulse *= factor;
         self.twist_impulse *= factor;
-        self.set_rolling_impulse(self.rolling_impulse() * factor);
+        if self.rolling > 0.0 {
+            self.set_rolling_impulse(self.rolling_impulse() * factor);
+        }
+    }
+
+    /// How much of what it gives under its load has been taken back [m]: see `step/narrowphase/settling.rs`. It has the room of the
+    /// rolling impulse; what has rolling resistance is not taken back.
+    #[inline]
+    pub(crate) const fn settled(&self) -> f32 {
+        if self.rolling > 0.0 { 0.0 } else { self.points[0].word }
+    }
+
+    #[inline]
+    pub(crate) const fn set_settled(&mut self, depth: f32) {
+        if !(self.rolling > 0.0) {
+            self.points[0].word = depth;
+        }
     }
 
     /// Speed at which the shapes approach each other before they touch [m/s]. Like the rolling impulse it

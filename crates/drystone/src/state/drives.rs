@@ -27,6 +27,8 @@ pub(crate) enum Driver {
     Body(u32),
     /// A body whose surface moves.
     Belt(u32),
+    /// A body that it is pressed together with, and moves apart from.
+    Load(u32),
     /// A joint whose drive or spring still moves it.
     Joint(u32),
 }
@@ -63,6 +65,9 @@ impl Drives<'_> {
             let other = if side == 0 { c.body_b } else { c.body_a };
             if moves(self.bodies.at(other)) {
                 return Some(Driver::Body(other));
+            }
+            if c.traits.any(Traits::SETTLES) {
+                return Some(Driver::Load(other));
             }
             if c.traits.any(Traits::BELT)
                 && c.friction > 0.0

@@ -6,13 +6,17 @@ use super::solver::closing::{Caps, SHORTEST};
 use super::solver::inertia::LoadInertia;
 use super::solver::softness::{Compliance, Softness};
 use crate::base::math::Vec3;
-use crate::state::bodies::Fineness;
+use crate::state::bodies::{Body, Fineness};
 use crate::state::config::{PenaltyConfig, WorldConfig};
 use crate::state::material::ContactSoftness;
 
 /// Fastest push-out of an island that takes its substeps in parts [m/s]. As it begins to, its contacts get
 /// stiffer by the square of the parts: with the world's 3 m/s a stack of 30 boxes hopped, with 0.05 too.
 const REFINED_PUSH_SPEED: f32 = 0.01;
+
+/// What a contact gives under its load is at most this part of the half thickness of the thinner body, once it has settled. A spring
+/// gives as much under a thing of a millimeter as under one of a meter, and would press small and thin stacks together.
+pub(crate) const GIVES: f32 = 0.01;
 
 /// Frequency of what is swept, times the substep. Two soft rows on one body of which only a part κ of each correction lasts, as where a
 /// light body stands between a joint and a contact, shrink in a substep by κ (1 - w²) w (ζ + w/2), w = 2π f h: for any κ below
@@ -147,6 +151,12 @@ impl StepContext {
     pub(crate) fn soft_contact(&self, softness: &ContactSoftness) -> Softness {
         let hertz = contact_hertz(softness.hertz, self.inv_h);
         Softness::new(hertz, softness.damping_ratio, self.h)
+    }
+
+    /// How deep a contact of these bodies is under its load at most, once it has settled [m].
+    pub(crate) fn most_give(&self, [a, b]: [&Body; 2]) -> f32 {
+        let thick = |body: &Body| if body.is_dynamic() { body.inner } else { f32::MAX };
+        GIVES * thick(a).min(thick(b))
     }
 
     /// How much more contacts of two dynamic bodies gave under an acceleration in substeps of `h` [s] than in those of this step: the

@@ -13,6 +13,7 @@ mod mesh;
 mod motion;
 mod gate;
 mod seams;
+mod settling;
 mod turns;
 mod waits;
 

@@ -1,5 +1,6 @@
 //! Manifolds that are kept, and what a new one takes over from the old one: impulses, and what the contact gave under its load.
 
+use super::settling::settle;
 use crate::base::math::Vec3;
 use crate::base::quat::Quat;
 use crate::state::bodies::{Body, NONE};
@@ -67,6 +68,7 @@ pub(crate) fn note_landing(contact: &mut Contact, [[v_a, w_a], [v_b, w_b]]: [[Ve
 /// own height. So the points are as far apart as if the contact had given by this step's stiffness.
 pub(super) fn keep_load(ctx: &StepContext, contact: &mut Contact, a: &Body, b: &Body) {
     let last_h = if a.is_dynamic() { a.last_h } else { b.last_h };
+    settle(ctx, contact, [a, b]);
     let more = ctx.gave_more(last_h);
     if more == 0.0 || contact.sensor {
         return;
@@ -77,17 +79,20 @@ pub(super) fn keep_load(ctx: &StepContext, contact: &mut Contact, a: &Body, b: &
     let (normal, offset) = (contact.normal, contact.offset);
     let count = usize::from(contact.count);
     for p in &mut contact.points[..count] {
-        let answer = |body: &Body, r: Vec3| {
-            if !body.is_dynamic() {
-                return 0.0;
-            }
-            let arm = r.cross(normal);
-            (1.0 / body.mass + arm.dot(body.turn_by(arm))) / body.inertia_factor.max(1.0)
-        };
-        let gave = p.impulse * more * (answer(a, p.r_a) + answer(b, p.r_a - offset));
+        let gave =
+            p.impulse * more * (answer(a, p.r_a, normal) + answer(b, p.r_a - offset, normal));
         p.base += gave;
         p.separation += gave;
     }
+}
+
+/// How much speed an impulse of 1 N s along `n` at `r` from the center gives a body there [1/kg].
+pub(super) fn answer(body: &Body, r: Vec3, n: Vec3) -> f32 {
+    if !body.is_dynamic() {
+        return 0.0;
+    }
+    let arm = r.cross(n);
+    (1.0 / body.mass + arm.dot(body.turn_by(arm))) / body.inertia_factor.max(1.0)
 }
 
 /// The impulse of the old point that a new one continues, and takes it away from it: the one of the same

@@ -56,7 +56,8 @@ pub(crate) fn blows(
         return false;
     }
     let is_alone = |side: u8, body: &Body| {
-        body.contacts == 2 * row + u32::from(side) && contact.links[usize::from(side)].next.get() == NONE
+        body.contacts == 2 * row + u32::from(side)
+            && contact.links[usize::from(side)].next.get() == NONE
     };
     match [a.is_dynamic(), b.is_dynamic()] {
         [true, true] => {}

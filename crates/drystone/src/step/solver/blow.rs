@@ -4,6 +4,7 @@
 use fearless_simd::{Simd, SimdBase};
 
 use super::integrate::three;
+use super::tally::Bounce;
 use super::touch::{Source, Touch};
 use crate::base::math::{Vec3, vec3};
 use crate::base::wide::{LANES, Lanes, Vec3w, Wide, at, load, put, splat};
@@ -46,6 +47,8 @@ pub(super) struct Response {
     drift: Lanes,
     /// What an impulse along a row adds to the speeds of all.
     answer: [Lanes; ROWS],
+    /// What it gave in this step.
+    bounce: Bounce,
 }
 
 /// Speeds of a response's rows in a blow, and the impulses along them that its bodies did not yet get.
@@ -97,14 +100,19 @@ impl Response {
         Self { lines, block, lane, n, alpha, beta, a: rows(a), b: rows(b), ..Self::default() }
     }
 
+    /// Block and lane of its contact, and what it gave in this step.
+    pub(super) fn given(&self) -> (usize, usize, &Bounce) {
+        (self.block as usize, usize::from(self.lane), &self.bounce)
+    }
+
     fn load(&mut self, source: &Source<'_>) {
         let block = source.blocks.read(self.block as usize);
-        let extra = source.extras.read(self.block as usize);
+        let extra = source.extra(self.block);
         let lane = usize::from(self.lane);
         self.t = [at(&block.t1, lane), at(&block.t2, lane)];
         self.mu = block.mu[lane];
         (self.mass_t, self.mass_slide) = (block.mass_t.map(|m| m[lane]), block.mass_slide[lane]);
-        self.kinetic = if extra.slips { extra.kinetic[lane] } else { 1.0 };
+        self.kinetic = extra.filter(|extra| extra.slips).map_or(1.0, |extra| extra.kinetic[lane]);
         for i in 0..3 {
             // Of a contact with a fixed body its rows are not filled.
             if self.lines[0] != 0 {
@@ -113,10 +121,11 @@ impl Response {
             if self.lines[1] != 0 {
                 put(&mut self.b, FRICTION + i, at(&block.b_t[i], lane));
             }
-            self.drift[FRICTION + i] = extra.drift_t[i][lane];
+            self.drift[FRICTION + i] = extra.map_or(0.0, |extra| extra.drift_t[i][lane]);
         }
         for (j, p) in block.points.iter().take(usize::from(block.count)).enumerate() {
-            (self.mass[j], self.drift[j]) = (p.mass[lane], extra.drift[j][lane]);
+            self.mass[j] = p.mass[lane];
+            self.drift[j] = extra.map_or(0.0, |extra| extra.drift[j][lane]);
         }
         self.driven = self.drift.iter().any(|drift| *drift != 0.0);
     }
@@ -203,18 +212,17 @@ impl Response {
 
     /// Gives the impulses of a blow to the bodies. No later substep repeats them.
     #[inline(always)]
-    pub(super) fn deliver<S: Simd>(&self, simd: S, blow: &Blow<S>, source: &Source<'_>) {
+    pub(super) fn deliver<S: Simd>(&mut self, simd: S, blow: &Blow<S>, source: &Source<'_>) {
         let d = &blow.impulse;
         if d.iter().all(|d| *d == 0.0) {
             return;
         }
-        let bounce = source.bounces.row(self.block as usize * LANES + usize::from(self.lane));
-        for (sum, d) in bounce.points.iter_mut().zip(d) {
-            *sum += d;
-        }
         let normal = (d[0] + d[1]) + (d[2] + d[3]);
         let linear = self.n * normal + (self.t[0] * d[4] + self.t[1] * d[5]);
-        bounce.push += linear;
+        for (sum, d) in self.bounce.points.iter_mut().zip(d) {
+            *sum += d;
+        }
+        self.bounce.push += linear;
         let [a, b] = self.lines.map(|line| line as usize);
         let factors = load(simd, d);
         if a != 0 {

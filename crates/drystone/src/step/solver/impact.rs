@@ -23,6 +23,7 @@ use super::blow::Response;
 use super::integrate::Carried;
 use super::reflect::Part;
 use super::rows::Extra;
+use super::tally::Bounce;
 use super::touch::{Entry, Hit, Moment, Source, Touch};
 use crate::base::disjoint::{Apart, Rows};
 use crate::base::jobs::{Jobs, collect_ranges, for_items, for_ranges, grain};
@@ -154,8 +155,7 @@ impl Impacts {
         self.ends.clear();
         self.ends.resize(n, End::NEW);
         for i in blocks {
-            let extra = source.extras.read(i);
-            self.enter(source, i, extra);
+            self.enter(source, i);
         }
         self.touch_of.clear();
         self.touch_of.resize(self.entries.len(), NONE);
@@ -202,12 +202,13 @@ impl Impacts {
         }
     }
 
-    fn enter(&mut self, source: &Source<'_>, i: usize, extra: &Extra) {
+    fn enter(&mut self, source: &Source<'_>, i: usize) {
         let block = source.blocks.read(i);
         for lane in 0..LANES {
             let contact = source.owners[i][lane];
-            let is_spring = extra.softens && extra.soft_mass[lane] > 0.0;
-            if contact == NONE || is_spring && !(extra.restitution[lane] > 0.0) {
+            let is_spring =
+                |e: &Extra| e.softens && e.soft_mass[lane] > 0.0 && !(e.restitution[lane] > 0.0);
+            if contact == NONE || source.extra(index(i)).is_some_and(is_spring) {
                 continue;
             }
             let lines = [block.row_a[lane], block.row_b[lane]];
@@ -217,7 +218,7 @@ impl Impacts {
                 continue;
             }
             let number = index(self.entries.len());
-            if extra.arrives >> lane & 1 == 1 {
+            if block.arrives >> lane & 1 == 1 {
                 let body = source.members[line as usize - 1];
                 self.arrivals.push((source.bodies.at(body).island, number));
             }
@@ -320,6 +321,12 @@ impl Impacts {
             source.aux.read(row).put_back(source.lines.row(row), carried);
         });
         self.lifted = false;
+    }
+
+    /// What each contact that was hit in this step got: block, lane, impulses.
+    pub(super) fn given(&self) -> impl Iterator<Item = (usize, usize, &Bounce)> {
+        let answered = if self.runs.is_empty() { 0 } else { self.answered as usize };
+        self.responses[..answered].iter().map(Response::given)
     }
 
     /// Calls `f` with each line that was met and what is carried for it, if anything is.
@@ -460,7 +467,7 @@ impl Impacts {
                 touch.response = *answered;
                 *answered += 1;
                 hit.fresh = true;
-                source.extras.row(touch.block as usize).hit |= 1 << touch.lane;
+                source.blocks.row(touch.block as usize).hit |= 1 << touch.lane;
             }
             hit.response = touch.response;
         }

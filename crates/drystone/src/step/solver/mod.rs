@@ -74,7 +74,7 @@ use self::rows::{ContactBlock, Extra, JointBlock, JointRest, Line, Whitening};
 use self::sixdof::SixBlock;
 use self::softness::Softness;
 use self::strokes::Progress;
-use self::tally::{Askers, Bounce, ContactTally, JointTally, Peaks, TreeTally, Watch};
+use self::tally::{Askers, ContactTally, JointTally, Peaks, TreeTally, Watch};
 use self::tree::{TreeBody, TreeRow};
 use self::work::Bound;
 use super::context::StepContext;
@@ -140,7 +140,6 @@ pub(crate) struct Scratch {
     /// One for each block, while somebody asks.
     peaks: Vec<Peaks>,
     /// One for each lane of a block, while some contact can bounce.
-    bounces: Vec<Bounce>,
     /// While something can break.
     joint_tallies: Vec<JointTally>,
     six_tallies: Vec<JointTally>,
@@ -160,11 +159,15 @@ impl Scratch {
         let [blocks, lines] = [self.plan.contacts.owners.len(), self.plan.members.len() + 1];
         self.extras.resize_with(if has_extras { blocks } else { 0 }, Extra::default);
         if Self::is_over(&mut self.plain, has_extras) {
-            (self.extras, self.bounces, self.impacts) = (Vec::new(), Vec::new(), Vec::new());
+            self.extras = Vec::new();
         }
         self.free.clear();
         self.free.resize(if has_extras { lines } else { 0 }, None);
-        if has_extras {
+    }
+
+    /// Makes room for impacts. It stays, for a blow may come at any time.
+    fn make_impacts(&mut self, collides: bool) {
+        if collides {
             let groups = self.plan.groups.len().max(self.impacts.len());
             self.impacts.resize_with(groups, Impacts::default);
         }
@@ -247,6 +250,8 @@ struct Solver<'a> {
     /// Empty, or one for each block.
     extras: Rows<'a, Extra>,
     has_extras: bool,
+    /// Some contact that does not bounce may get a blow: see [`narrowphase::blows`].
+    blows: bool,
     /// Some contact's bodies turn together: see [`narrowphase::corotates`].
     corotates: bool,
     /// Some contact may be parted: only then `partings` and `ways` have rows.
@@ -271,7 +276,6 @@ struct Solver<'a> {
     tallies: Rows<'a, ContactTally>,
     peaks: Rows<'a, Peaks>,
     /// Empty where `extras` is.
-    bounces: Rows<'a, Bounce>,
     /// Empty unless something can break.
     joint_tallies: Rows<'a, JointTally>,
     six_tallies: Rows<'a, JointTally>,
@@ -346,14 +350,15 @@ pub(crate) fn solve(
     let n = s.plan.contacts.owners.len();
     s.begun.resize(n, 0);
     let (corotates, parts) = (closing.any_corotates(), closing.any_parts());
-    let has_extras = colors.special > 0 || corotates || closing.any_blows();
+    let (has_extras, blows) = (colors.special > 0 || corotates, closing.any_blows());
     s.make_partings(parts);
     s.make_extras(has_extras);
+    s.make_impacts(has_extras || blows);
     s.make_joint_rows();
     together::find_groups(&s.plan, &s.line_of, tied.scratch);
     s.progress.resize(tied.scratch.groups.len(), Progress::default());
     let askers = Askers { bodies, shapes, breakage };
-    s.make_tallies((breakage, askers.any()), has_extras);
+    s.make_tallies((breakage, askers.any()));
     // SAFETY: groups share no constraint and no body that can be pushed; in a group that several workers share, a pass goes by bodies, or
     // by colors, which touch such a body once.
     let apart = unsafe { Apart::promise() };
@@ -381,6 +386,7 @@ pub(crate) fn solve(
         blocks: Blocks::new(own, 0, apart),
         extras: Rows::new(&mut s.extras, apart),
         has_extras,
+        blows,
         corotates,
         parts,
         partings: Rows::new(&mut s.partings, apart),
@@ -400,7 +406,6 @@ pub(crate) fn solve(
         askers,
         watches: Rows::new(&mut s.watches, apart),
         peaks: Rows::new(&mut s.peaks, apart),
-        bounces: Rows::new(&mut s.bounces, apart),
         tallies: Rows::new(&mut s.tallies, apart),
         joint_tallies: Rows::new(&mut s.joint_tallies, apart),
         six_tallies: Rows::new(&mut s.six_tallies, apart),
@@ -435,8 +440,7 @@ impl Solver<'_> {
         touch::Source {
             level: self.ctx.level,
             blocks: &self.blocks,
-            extras: &self.extras,
-            bounces: &self.bounces,
+            extras: self.has_extras.then_some(&self.extras),
             owners: &self.plan.contacts.owners,
             lines: &self.lines,
             aux: &self.aux,

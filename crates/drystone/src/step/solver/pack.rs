@@ -35,6 +35,9 @@ fn landing(c: &Contact, source: &Source<'_>) -> u8 {
     if !c.touching {
         return NEW;
     }
+    if c.traits.any(Traits::STRUCK) {
+        return 0;
+    }
     // While some shapes have hit speeds of their own any may count.
     let least = if source.shapes.give_hit_speed > 0 { 0.0 } else { source.ctx.hit_speed };
     if !(c.approach() > least) {
@@ -59,6 +62,8 @@ pub(super) struct Source<'a> {
     pub(super) shapes: &'a Shapes,
     /// Some contact may be parted.
     pub(super) parts: bool,
+    /// Some contact that does not bounce may get a blow.
+    pub(super) blows: bool,
     /// Rows are made anew within the step. What becomes deep in it is parted from the next one on.
     pub(super) is_renewed: bool,
     /// If some contact's bodies turn together: bodies whose contacts are made anew within the step, which need nothing for that.
@@ -85,6 +90,9 @@ pub(super) struct Raw<'a> {
     turns: Option<[[Lanes; 3]; 2]>,
     /// Some contact is being parted.
     parts: bool,
+    /// How much of what each gives has been taken back [m], and whether any has.
+    settled: Lanes,
+    settles: bool,
 }
 
 impl<'a> Raw<'a> {
@@ -103,6 +111,8 @@ impl<'a> Raw<'a> {
             spins: false,
             turns: None,
             parts: false,
+            settled: [0.0; LANES],
+            settles: false,
         };
         for lane in 0..LANES {
             if owners[lane] == u32::MAX {
@@ -114,6 +124,8 @@ impl<'a> Raw<'a> {
             raw.count[lane] = f32::from(c.count);
             raw.landing[lane] = landing(c, source);
             raw.parts |= c.traits.any(Traits::PARTING);
+            raw.settled[lane] = c.settled();
+            raw.settles |= raw.settled[lane] != 0.0;
             if c.round_patch {
                 raw.patch[lane] = DISC;
             }
@@ -228,6 +240,7 @@ pub(super) fn build<S: Simd, const FIXED: bool>(
     };
     (block.row_a, block.row_b) = (raw.row_a, raw.row_b);
     (block.count, block.pressed, block.parting) = (0, 0, 0);
+    (block.arrives, block.hit, block.is_renewed) = (0, 0, source.is_renewed);
     for c in raw.contacts {
         block.count = block.count.max(c.count);
     }
@@ -242,11 +255,15 @@ pub(super) fn build<S: Simd, const FIXED: bool>(
         2 => build_rows::<S, FIXED, 2>(simd, source, &raw, block),
         _ => build_rows::<S, FIXED, 4>(simd, source, &raw, block),
     };
+    if source.blows {
+        block.arrives = blows(source, &raw, owners);
+    }
     if let Some(extra) = extra {
         *extra = Extra { kinetic: [1.0; LANES], ..Extra::default() };
         for lane in 0..LANES {
             if owners[lane] != u32::MAX {
-                pack_extra::<FIXED>(source, &raw, (lane, owners[lane]), extra);
+                let arrives = pack_extra::<FIXED>(source, &raw, (lane, owners[lane]), extra);
+                block.arrives |= u8::from(arrives) << lane;
             }
         }
         if let Some(rate) = &warm.grows {
@@ -263,6 +280,18 @@ pub(super) fn build<S: Simd, const FIXED: bool>(
         }
     }
     Some(warm)
+}
+
+/// A bit for each lane that may get a blow in this step.
+#[inline(never)]
+fn blows(source: &Source<'_>, raw: &Raw<'_>, owners: &[u32; LANES]) -> u8 {
+    let mut lanes = 0;
+    for (lane, (row, c)) in owners.iter().zip(raw.contacts).enumerate() {
+        let ends = [c.body_a, c.body_b].map(|body| source.bodies.at(body));
+        let is_one = *row != u32::MAX && narrowphase::blows(source.ctx, (*row, c), ends);
+        lanes |= u8::from(is_one) << lane;
+    }
+    lanes
 }
 
 /// The warm start: a linear impulse, and what turns A and B.
@@ -329,7 +358,10 @@ fn build_rows<S: Simd, const FIXED: bool, const N: usize>(
         let arm = Vec3w { x, y, z };
         let arm_a = Vec3w::select(is_there, arm, zeros);
         let arm_b = Vec3w::select(is_there, arm - offset, zeros);
-        let s0 = select(is_there, s - rest_offset, zero);
+        let mut s0 = select(is_there, s - rest_offset, zero);
+        if raw.settles {
+            s0 = select(is_there, s0 - load(simd, &raw.settled), zero);
+        }
         let impulse = select(is_there, impulse, zero);
         lowest = min(lowest, s0);
         most = max(most, impulse);

@@ -10,7 +10,6 @@ use crate::base::wide::{Lanes, Vec3w, above, put, splat};
 use crate::state::bodies::Body;
 use crate::state::contacts::{Contact, Softened, Traits};
 use crate::state::shapes::ShapeRow;
-use crate::step::narrowphase;
 use fearless_simd::Simd;
 
 #[inline(always)]
@@ -20,19 +19,18 @@ fn put_sym(lanes: &mut [Lanes; 6], lane: usize, s: Sym3, sign: f32) {
     }
 }
 
-/// Bounce, rolling and drift of one contact.
+/// Bounce, rolling and drift of one contact; true if it may bounce in this step.
 pub(super) fn pack_extra<const FIXED: bool>(
     source: &Source<'_>,
     raw: &Raw<'_>,
     (lane, row): (usize, u32),
     extra: &mut Extra,
-) {
+) -> bool {
+    let mut arrives = false;
     let c = raw.contacts[lane];
     let (a, b) = (source.bodies.at(c.body_a), source.bodies.at(c.body_b));
     if c.restitution > 0.0 {
-        pack_bounce(source, c, [a, b], lane, extra);
-    } else if narrowphase::blows(source.ctx, (row, c), [a, b]) {
-        extra.arrives |= 1 << lane;
+        arrives = pack_bounce(source, c, [a, b], lane, extra);
     }
     if c.rolling > 0.0 {
         extra.rolls = true;
@@ -81,6 +79,7 @@ pub(super) fn pack_extra<const FIXED: bool>(
         (extra.drift_t[1][lane], extra.drift_rate[1][lane]) = (t2.dot(velocity), t2.dot(rate));
         extra.drift_t[2][lane] = c.normal.dot(to.spin - from.spin);
     }
+    arrives
 }
 
 /// How a contact gives, if not as the world's do: as hooks said in this step, or else as the rules of its shapes say.
@@ -105,7 +104,7 @@ fn pack_bounce(
     [a, b]: [&Body; 2],
     lane: usize,
     extra: &mut Extra,
-) {
+) -> bool {
     // The relax sweep looks a substep ahead of the step's end.
     let (dt, ahead) = (source.ctx.dt, source.ctx.dt + source.ctx.h);
     let along =
@@ -116,17 +115,15 @@ fn pack_bounce(
     extra.bounces = true;
     extra.restitution[lane] = c.restitution;
     (extra.fall[lane], extra.slow[lane]) = (fall, slow);
-    for p in c.points() {
+    c.points().iter().any(|p| {
         let speed = c.normal.dot(b.velocity_at(c.r_b(p)) - a.velocity_at(p.r_a));
         let s = p.separation - source.ctx.rest_offset;
         let faster = fall.min(0.0) * ahead;
         let meets = s + (speed + 0.6 * faster) * ahead < 0.0 && speed + faster < 0.0;
         let square = speed * speed - 2.0 * fall * s.max(0.0);
         let least = source.ctx.restitution_speed.max(slow);
-        if meets && square > least * least {
-            extra.arrives |= 1 << lane;
-        }
-    }
+        meets && square > least * least
+    })
 }
 
 /// Velocity of a point of a moving kinematic body; zero of any other.

@@ -24,12 +24,13 @@ impl Solver<'_> {
             softened: self.softened,
             shapes: self.shapes,
             parts: self.parts,
+            blows: self.blows,
             is_renewed: false,
             turning: self.corotates.then_some(&self.plan.turning.bodies),
         }
     }
 
-    /// Fills the blocks; true if a contact that bounces arrives in this step.
+    /// Fills the blocks; true if something bounces or gets a blow in this step.
     pub(super) fn prepare_contacts(&self, group: &Group, jobs: &Jobs<'_>) -> bool {
         let source = self.pack_source(self.ctx);
         let arrives = AtomicBool::new(false);
@@ -49,7 +50,7 @@ impl Solver<'_> {
                     if self.round == 0 {
                         self.watch(i, batch.class & TURNING != 0);
                     }
-                    any |= self.has_extras && self.extras.read(i).arrives != 0;
+                    any |= block.arrives != 0;
                 }
             });
             if any {

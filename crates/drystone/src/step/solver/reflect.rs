@@ -118,7 +118,7 @@ impl<S: Simd> Part<'_, S> {
             response.rub(simd, blow)
         });
         if ALONE {
-            self.responses.read(first).deliver(simd, &kept, self.source);
+            self.responses.row(first).deliver(simd, &kept, self.source);
         }
     }
 }

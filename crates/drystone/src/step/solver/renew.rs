@@ -265,18 +265,15 @@ impl Solver<'_> {
         dispatch!(self.ctx.level, simd => {
             let block = self.blocks.row(i);
             let extra = if self.has_extras { Some(self.extras.row(i)) } else { None };
-            let hit = extra.as_ref().map_or([0; 2], |extra| [extra.arrives, extra.hit]);
-            let mut extra = if fixed {
+            let [arrived, hit] = [block.arrives, block.hit];
+            let extra = if fixed {
                 pack::build::<_, true>(simd, &source, owners, block, extra);
                 self.has_extras.then(|| self.extras.row(i))
             } else {
                 pack::build::<_, false>(simd, &source, owners, block, extra);
                 self.has_extras.then(|| self.extras.row(i))
             };
-            if let Some(extra) = &mut extra {
-                (extra.arrives, extra.hit) = (extra.arrives | hit[0], hit[1]);
-                extra.renewed = true;
-            }
+            (block.arrives, block.hit) = (block.arrives | arrived, hit);
             self.watch_more(i);
             rebase(simd, block, extra, &self.lines, (fixed, elapsed));
             let extra = if self.has_extras { Some(self.extras.read(i)) } else { None };

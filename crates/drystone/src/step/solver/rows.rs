@@ -183,6 +183,11 @@ pub(crate) struct ContactBlock {
     pub(crate) pressed: u8,
     /// A bit for each lane that overlaps more than its load explains: see parting.rs.
     pub(crate) parting: u8,
+    /// A bit for each lane that may bounce or get a blow in this step, and for each that did.
+    pub(crate) arrives: u8,
+    pub(crate) hit: u8,
+    /// Its rows are made anew in each substep.
+    pub(crate) is_renewed: bool,
     /// Of each lane its points that may land in this step: see [`Watch`](super::tally::Watch).
     pub(crate) landing: [u8; LANES],
     /// Last, so that with fewer points less is read.
@@ -217,11 +222,6 @@ pub(crate) struct Extra {
     pub(crate) slips: bool,
     /// Some give as springs of their own.
     pub(crate) softens: bool,
-    /// Its rows are made anew in each substep.
-    pub(crate) renewed: bool,
-    /// A bit for each lane that may bounce in this step, and for each that did.
-    pub(crate) arrives: u8,
-    pub(crate) hit: u8,
     /// Coefficient of restitution; 0: no bounce.
     pub(crate) restitution: Lanes,
     /// Relative acceleration along the normal [m/s²].

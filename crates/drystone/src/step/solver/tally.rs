@@ -35,6 +35,11 @@ pub(crate) struct Watch([u8; LANES]);
 impl Watch {
     /// Nothing is summed.
     const NONE: Self = Self([0; LANES]);
+
+    /// True if sums of some lane are kept.
+    pub(super) fn is_asked(&self) -> bool {
+        *self != Self::NONE
+    }
 }
 
 /// The points of a lane of a [`Watch`].
@@ -88,7 +93,27 @@ impl ContactTally {
     }
 }
 
+impl ContactTally {
+    /// Adds what impacts gave to a lane.
+    fn add_bounce(&mut self, lane: usize, bounce: &Bounce) {
+        for (sum, p) in self.points.iter_mut().zip(bounce.points) {
+            sum[lane] += p;
+        }
+        for (sum, p) in self.push.iter_mut().zip(bounce.push.to_array()) {
+            sum[lane] += p;
+        }
+    }
+}
+
 impl Peaks {
+    /// Adds what impacts gave to a lane.
+    fn add_bounce(&mut self, lane: usize, bounce: &Bounce) {
+        let [p, q, r, s] = bounce.points;
+        for (peak, p) in self.0.iter_mut().zip([p, q, r, s, p + q + r + s]) {
+            peak[lane] += p;
+        }
+    }
+
     /// Notes what the block gave in a substep.
     #[inline(always)]
     pub(super) fn note(&mut self, block: &ContactBlock) {
@@ -272,7 +297,7 @@ const fn landed(watch: u8) -> u8 {
 
 impl super::Scratch {
     /// Room for the sums of a step; for those of joints only if something can break.
-    pub(super) fn make_tallies(&mut self, (breakage, asks): (bool, bool), has_extras: bool) {
+    pub(super) fn make_tallies(&mut self, (breakage, asks): (bool, bool)) {
         let blocks = self.plan.contacts.owners.len();
         self.watches.clear();
         self.watches.resize(blocks, Watch::NONE);
@@ -280,7 +305,6 @@ impl super::Scratch {
             grow::resize(&mut self.tallies, blocks, ContactTally::default());
         }
         self.peaks.resize(if asks { blocks } else { 0 }, Peaks::default());
-        self.bounces.resize(if has_extras { blocks * LANES } else { 0 }, Bounce::default());
         let room = |n: usize| if breakage { n } else { 0 };
         let none = JointTally::default();
         self.joint_tallies.resize(room(self.plan.joints.owners.len()), none);
@@ -348,36 +372,33 @@ impl Solver<'_> {
         if self.askers.any() {
             *self.peaks.row(i) = Peaks::default();
         }
-        if self.has_extras {
-            (i * LANES..(i + 1) * LANES).for_each(|k| *self.bounces.row(k) = Bounce::default());
-        }
     }
 
     /// The sums of a block, if there are any.
     #[inline(always)]
     pub(super) fn tally(&self, i: usize) -> Option<&mut ContactTally> {
-        (*self.watches.read(i) != Watch::NONE).then(|| self.tallies.row(i))
+        self.watches.read(i).is_asked().then(|| self.tallies.row(i))
     }
 
-    /// Ends the sums of a block: bounces come to them, peaks become forces, and it is known what landed.
+    /// Impulses of a group's impacts come to the sums.
+    pub(super) fn add_impacts(&self, number: usize) {
+        for (block, lane, bounce) in self.impacts.row(number).given() {
+            let Some(tally) = self.tally(block) else { continue };
+            tally.add_bounce(lane, bounce);
+            if self.askers.any() {
+                self.peaks.row(block).add_bounce(lane, bounce);
+            }
+        }
+    }
+
+    /// Ends the sums of a block: peaks become forces, and it is known what landed.
     pub(super) fn end_tally(&self, i: usize) {
         let Some(tally) = self.tally(i) else { return };
         let mut peaks = self.askers.any().then(|| self.peaks.row(i));
         for lane in 0..LANES {
-            let mut bounce = Bounce::default();
-            if self.has_extras {
-                bounce = *self.bounces.read(i * LANES + lane);
-                for (sum, p) in tally.points.iter_mut().zip(bounce.points) {
-                    sum[lane] += p;
-                }
-                for (sum, x) in tally.push.iter_mut().zip(bounce.push.to_array()) {
-                    sum[lane] += x;
-                }
-            }
             if let Some(Peaks(peaks)) = &mut peaks {
-                let [p, q, r, s] = bounce.points;
-                for (peak, p) in peaks.iter_mut().zip([p, q, r, s, p + q + r + s]) {
-                    peak[lane] = (peak[lane] + p) * self.ctx.inv_h;
+                for peak in peaks {
+                    peak[lane] *= self.ctx.inv_h;
                 }
             }
             if self.lands(i, lane, tally) {

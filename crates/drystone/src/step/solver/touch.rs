@@ -6,7 +6,6 @@ use fearless_simd::Level;
 use super::integrate::{Aux, three};
 use super::rooms::Blocks;
 use super::rows::{Extra, Line, Whitening};
-use super::tally::Bounce;
 use crate::base::disjoint::Rows;
 use crate::base::math::Vec3;
 use crate::base::wide::{LANES, at};
@@ -20,9 +19,7 @@ pub(super) const STILL: f32 = 1.0e-4;
 pub(super) struct Source<'a> {
     pub(super) level: Level,
     pub(super) blocks: &'a Blocks<'a>,
-    pub(super) extras: &'a Rows<'a, Extra>,
-    /// Of each lane of each block.
-    pub(super) bounces: &'a Rows<'a, Bounce>,
+    pub(super) extras: Option<&'a Rows<'a, Extra>>,
     pub(super) owners: &'a [[u32; LANES]],
     pub(super) lines: &'a Rows<'a, Line>,
     pub(super) aux: &'a Rows<'a, Aux>,
@@ -36,6 +33,20 @@ pub(super) struct Source<'a> {
     pub(super) first_line: usize,
     pub(super) members: &'a [u32],
     pub(super) bodies: &'a Bodies,
+}
+
+impl Source<'_> {
+    /// What few contacts have, of a block.
+    #[inline]
+    pub(super) fn extra(&self, block: u32) -> Option<&Extra> {
+        self.extras.map(|extras| extras.read(block as usize))
+    }
+
+    /// Coefficient of restitution of a lane.
+    #[inline]
+    pub(super) fn restitution(&self, block: u32, lane: u8) -> f32 {
+        self.extra(block).map_or(0.0, |extra| extra.restitution[usize::from(lane)])
+    }
 }
 
 /// When in the step, and how long.
@@ -174,12 +185,12 @@ impl Touch {
                 }
             }
         }
-        let extra = source.extras.read(self.block as usize);
-        self.drifts = extra.drifts;
-        self.bounces = extra.restitution[lane] > 0.0;
+        let extra = source.extra(self.block);
+        self.drifts = extra.is_some_and(|extra| extra.drifts);
+        self.bounces = source.restitution(self.block, self.lane) > 0.0;
         self.most_hits = if self.bounces { HITS[usize::from(self.points > 1)] } else { BLOWS };
         let least = if self.bounces {
-            moment.least.max(extra.slow[lane])
+            moment.least.max(extra.map_or(0.0, |extra| extra.slow[lane]))
         } else {
             let along = |line: u32| self.n.dot(*source.acceleration.read(line as usize)).abs();
             let along = along(self.lines[0]).max(along(self.lines[1]));
@@ -191,10 +202,8 @@ impl Touch {
 
     /// Speeds of the points along the normal that come from kinematic bodies.
     fn drift(&self, source: &Source<'_>) -> [f32; 4] {
-        if !self.drifts {
-            return [0.0; 4];
-        }
-        let extra = source.extras.read(self.block as usize);
+        let extra = if self.drifts { source.extra(self.block) } else { None };
+        let Some(extra) = extra else { return [0.0; 4] };
         extra.drift.map(|drift| drift[usize::from(self.lane)])
     }
 
@@ -206,7 +215,7 @@ impl Touch {
 
     /// Which of its points approach and meet within the substep, in this pass: bits.
     pub(super) fn look(&mut self, source: &Source<'_>, moment: &Moment, pass: u16) -> u8 {
-        let is_new = || source.extras.read(self.block as usize).renewed;
+        let is_new = || source.blocks.read(self.block as usize).is_renewed;
         if self.placed == 0 || (self.placed != pass && is_new()) {
             self.load(source, moment);
         }
@@ -304,7 +313,7 @@ impl Touch {
         let point = usize::from(hit.point);
         (hit.lines, hit.response) = (self.lines, self.response);
         hit.contact = source.owners[block][lane];
-        hit.e = source.extras.read(block).restitution[lane];
+        hit.e = source.restitution(self.block, self.lane);
         hit.speed = self.speed[point];
         if hit.e > 0.0 {
             hit.gain = self.gain(source, moment, hit.e, point);
@@ -317,7 +326,7 @@ impl Touch {
     /// what it has at the place where it is, and what the substeps of this step lose of it.
     fn gain(&self, source: &Source<'_>, moment: &Moment, e: f32, j: usize) -> f32 {
         let w = self.speed[j];
-        let fall = source.extras.read(self.block as usize).fall[usize::from(self.lane)];
+        let fall = source.extra(self.block).map_or(0.0, |extra| extra.fall[usize::from(self.lane)]);
         // What rests is held against gravity.
         let fall = if self.carried(source) > 0.0 { 0.0 } else { fall };
         // In every velocity of the substep, of what bounced and was sent back too.

@@ -86,7 +86,12 @@ pub(super) fn store<S: Simd>(
             c.points[j].impulse = push_of[j];
             pressed |= push_of[j] > 0.0 || c.points[j].separation <= 0.0;
         }
-        pressed |= extra.is_some_and(|e| e.hit >> lane & 1 == 1);
+        let hit = block.hit >> lane & 1 == 1;
+        pressed |= hit;
+        let struck = hit && !(c.restitution > 0.0);
+        if struck != c.traits.any(Traits::STRUCK) {
+            c.traits = c.traits.with(Traits::STRUCK, struck);
+        }
         let parts = block.parting >> lane & 1 == 1;
         if parts != c.traits.any(Traits::PARTING) {
             c.traits = c.traits.with(Traits::PARTING, parts);
@@ -94,7 +99,7 @@ pub(super) fn store<S: Simd>(
         let [x, y, z, twist] = rub_of;
         (c.tangent_impulse, c.twist_impulse) = (Vec3 { x, y, z }, twist);
         if let Some(extra) = extra
-            && extra.rolls
+            && c.rolling > 0.0
         {
             c.set_rolling_impulse(at(&extra.rolling_impulse, lane) * scale);
         }

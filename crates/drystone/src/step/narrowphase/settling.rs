@@ -1,0 +1,88 @@
+//! What a contact gives under its load is taken back where that is much for what is as thin as its bodies.
+//!
+//! A soft contact is a spring, whose depth follows from the load and the substep: 52 cards of 3 mm would be pressed to two thirds of their height.
+//! With a stiffer one a tall stack swings, for one sweep does not spread its load. So the spring stays, and the surface that it starts from
+//! moves out slowly, until what lies there is no deeper than its thickness allows. See docs/decisions/040-thin-stacks.md.
+
+use super::keep::answer;
+use crate::state::bodies::Body;
+use crate::state::contacts::{Contact, Traits};
+use crate::step::context::{GIVES, StepContext};
+
+/// Time in which the excess of depth falls to a third [s]. A stack of fifty swings once in 0.6 s when it is loaded, and must not be stirred.
+const TIME: f32 = 1.0;
+
+/// It stays where it is while the two move against each other faster than by so many times what it moves itself.
+const STIRS: f32 = 2.0;
+
+/// So far at most, in half thicknesses of the thinner body: the lowest of a hundred gives as much. What is wedged is pressed without end.
+const MOST: f32 = 16.0;
+
+/// A point's impulse gives the bodies more speed there than their centers, up to so many times: more than at a cube's corner, 7, and at
+/// a rod's end, 4.
+const LEVER: f32 = 8.0;
+
+/// Moves the surface that the contact's spring starts from.
+pub(super) fn settle(ctx: &StepContext, contact: &mut Contact, bodies: [&Body; 2]) {
+    let [a, b] = bodies;
+    let most = ctx.most_give(bodies);
+    let soft = if a.is_dynamic() && b.is_dynamic() { &ctx.soft } else { &ctx.soft_fixed };
+    let inverse = |body: &Body| if body.is_dynamic() { 1.0 / body.mass } else { 0.0 };
+    let load = contact.points().iter().map(|p| p.impulse).fold(0.0, f32::max);
+    let speed = load * (inverse(a) + inverse(b)) * LEVER;
+    let is_thick = ctx.rest_offset <= most && !(speed * soft.impulse > most * soft.rate);
+    let settled = contact.settled();
+    if is_thick && settled == 0.0 || !ctx.is_soft || contact.sensor {
+        return;
+    }
+    let mut next = 0.0;
+    if !contact.traits.may_soften()
+        && let Some(Pressed { separation, speed, answer }) = pressed(contact, bodies)
+    {
+        // The distance at which things rest is as small for thin ones.
+        let rest = ctx.rest_offset.min(most);
+        let excess = separation - separation.clamp(rest - most, rest);
+        if speed.abs() * TIME > STIRS * excess.abs() {
+            return;
+        }
+        let gives = (answer * (soft.impulse / soft.rate)).clamp(0.0, MOST / GIVES * most);
+        next = (settled - excess * (ctx.dt / TIME).min(1.0)).clamp(rest - ctx.rest_offset, gives);
+    }
+    contact.set_settled(next);
+    // What still moves by a tenth of the depth in the time must not sleep.
+    let goes = (next - settled).abs() * TIME > 0.1 * most * ctx.dt;
+    if goes != contact.traits.any(Traits::SETTLES) {
+        contact.traits = contact.traits.with(Traits::SETTLES, goes);
+    }
+}
+
+/// Means over the points of a contact, each as it bears.
+struct Pressed {
+    /// [m]
+    separation: f32,
+    /// How fast they part [m/s].
+    speed: f32,
+    /// How fast their impulses alone would part them [m/s].
+    answer: f32,
+}
+
+/// `None` if nothing bears.
+fn pressed(contact: &Contact, [a, b]: [&Body; 2]) -> Option<Pressed> {
+    let (normal, offset) = (contact.normal, contact.offset);
+    let mut sum = 0.0_f32;
+    let mut of = Pressed { separation: 0.0, speed: 0.0, answer: 0.0 };
+    for p in contact.points() {
+        let r_b = p.r_a - offset;
+        sum += p.impulse;
+        of.separation += p.impulse * p.separation;
+        of.speed += p.impulse * normal.dot(b.velocity_at(r_b) - a.velocity_at(p.r_a));
+        of.answer += p.impulse * (p.impulse * (answer(a, p.r_a, normal) + answer(b, r_b, normal)));
+    }
+    let mean = |x: f32| x / sum;
+    let Pressed { separation, speed, answer } = of;
+    (sum > 0.0).then(|| Pressed {
+        separation: mean(separation),
+        speed: mean(speed),
+        answer: mean(answer),
+    })
+}
