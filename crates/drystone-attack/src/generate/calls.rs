@@ -6,7 +6,7 @@ use drystone::joint::{SixDof, Spring};
 use drystone::{Axis, BodyKind, JointKind, Pose, Vec3, WorldConfig};
 
 use super::draw::{Draw, KnownBody};
-use crate::op::{BodyCall, JointCall, Op, ParticleCall, ShapeCall};
+use crate::op::{BodyCall, JointCall, Op, ParticleCall, ShapeCall, Style};
 
 impl Draw {
     /// One call of any kind.
@@ -36,7 +36,12 @@ impl Draw {
             1 => BodyCall::Pose(self.pose_near(&body)),
             2 => BodyCall::LinearVelocity(self.speed()),
             3 => BodyCall::AngularVelocity(self.spin()),
-            4 => BodyCall::MoveTo(self.pose_near(&body), 1.0 / 60.0),
+            4 => {
+                // No faster than 10 m/s where worlds are ordinary: the way is up to three and a half sizes.
+                let is_ordinary = self.style == Style::Ordinary;
+                let time = if is_ordinary { (0.35 * self.size).max(1.0 / 60.0) } else { 1.0 / 60.0 };
+                BodyCall::MoveTo(self.pose_near(&body), time)
+            }
             5 => BodyCall::Impulse(self.push()),
             6 => BodyCall::ImpulseAt(self.push() * 0.1, point),
             7 => BodyCall::AngularImpulse(self.push() * (0.05 * self.size)),

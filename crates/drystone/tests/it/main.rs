@@ -13,6 +13,7 @@ mod regression;
 mod regression_snapshot;
 mod scenario_articulated;
 mod scenario_audit;
+mod scenario_blows;
 mod scenario_breakage;
 mod changes;
 mod scenario_clock;

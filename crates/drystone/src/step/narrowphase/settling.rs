@@ -9,14 +9,17 @@ use crate::state::bodies::Body;
 use crate::state::contacts::{Contact, Traits};
 use crate::step::context::{GIVES, StepContext};
 
-/// Time in which the excess of depth falls to a third [s]. A stack of fifty swings once in 0.6 s when it is loaded, and must not be stirred.
-const TIME: f32 = 1.0;
+/// Time in which the excess of depth falls to a third, for each weight of the bodies that it bears [s], at least and at most [s]. A stack
+/// swings the slower the higher it is, one of fifty once in 0.6 s, and must not be stirred.
+const TIME: f32 = 0.04;
+const TIMES: [f32; 2] = [0.05, 4.0];
 
 /// It stays where it is while the two move against each other faster than by so many times what it moves itself.
 const STIRS: f32 = 2.0;
 
-/// So far at most, in half thicknesses of the thinner body: the lowest of a hundred gives as much. What is wedged is pressed without end.
-const MOST: f32 = 16.0;
+/// So far at most, in half thicknesses of the thinner body: a stack that would give more swings without end, and what is wedged is pressed
+/// without end.
+const MOST: f32 = 4.0;
 
 /// A point's impulse gives the bodies more speed there than their centers, up to so many times: more than at a cube's corner, 7, and at
 /// a rod's end, 4.
@@ -35,22 +38,25 @@ pub(super) fn settle(ctx: &StepContext, contact: &mut Contact, bodies: [&Body; 2
     if is_thick && settled == 0.0 || !ctx.is_soft || contact.sensor {
         return;
     }
-    let mut next = 0.0;
+    let (mut next, mut time, mut goes) = (0.0, TIMES[1], false);
     if !contact.traits.may_soften()
         && let Some(Pressed { separation, speed, answer }) = pressed(contact, bodies)
     {
         // The distance at which things rest is as small for thin ones.
         let rest = ctx.rest_offset.min(most);
         let excess = separation - separation.clamp(rest - most, rest);
-        if speed.abs() * TIME > STIRS * excess.abs() {
+        let weights = answer / (ctx.gravity.length() * ctx.h);
+        time = (TIME * weights).clamp(TIMES[0], TIMES[1]);
+        if speed.abs() * time > STIRS * excess.abs() {
             return;
         }
+        goes = excess.abs() > most;
         let gives = (answer * (soft.impulse / soft.rate)).clamp(0.0, MOST / GIVES * most);
-        next = (settled - excess * (ctx.dt / TIME).min(1.0)).clamp(rest - ctx.rest_offset, gives);
+        next = (settled - excess * (ctx.dt / time).min(0.5)).clamp(rest - ctx.rest_offset, gives);
     }
     contact.set_settled(next);
-    // What still moves by a tenth of the depth in the time must not sleep.
-    let goes = (next - settled).abs() * TIME > 0.1 * most * ctx.dt;
+    // What is still far from where it settles must not sleep.
+    goes &= (next - settled).abs() * time > 0.1 * most * ctx.dt;
     if goes != contact.traits.any(Traits::SETTLES) {
         contact.traits = contact.traits.with(Traits::SETTLES, goes);
     }

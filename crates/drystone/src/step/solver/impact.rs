@@ -130,7 +130,17 @@ fn root(hits: &[Hit], of: u32) -> u32 {
     at
 }
 
+/// Room for so many touches is kept where nothing is hit.
+const KEPT: usize = 256;
+
 impl Impacts {
+    /// Gives back what was needed for a wave of blows through many bodies.
+    pub(super) fn give_back(&mut self) {
+        if self.touches.capacity() > KEPT {
+            *self = Self::default();
+        }
+    }
+
     /// At the step's start: finds what arrives in it, if anything does, and the contacts around.
     pub(super) fn begin(
         &mut self,

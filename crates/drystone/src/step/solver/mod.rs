@@ -113,6 +113,8 @@ pub(crate) struct Scratch {
     extras: Vec<Extra>,
     /// Steps since the last one in which they were needed.
     plain: u32,
+    /// Steps since the last impacts or blows.
+    calm: u32,
     /// Of each block, where overlaps are parted, and how they move each line: velocities that nobody keeps.
     partings: Vec<Parting>,
     ways: Vec<Line>,
@@ -165,8 +167,11 @@ impl Scratch {
         self.free.resize(if has_extras { lines } else { 0 }, None);
     }
 
-    /// Makes room for impacts. It stays, for a blow may come at any time.
+    /// Makes room for impacts. A little of it stays, for a blow may come at any time; much is given back when none came for a while.
     fn make_impacts(&mut self, collides: bool) {
+        if Self::is_over(&mut self.calm, collides) {
+            self.impacts.iter_mut().for_each(Impacts::give_back);
+        }
         if collides {
             let groups = self.plan.groups.len().max(self.impacts.len());
             self.impacts.resize_with(groups, Impacts::default);

@@ -1,0 +1,54 @@
+//! What does not bounce stays where it falls: on the ground, on what lies there, with what lies on it. An impulse that stops a blow is given
+//! once.
+
+use drystone::{BodyDef, BodyId, ShapeDef, World};
+
+use crate::floors::{FLOORS, Floor, ground};
+
+const GRAVITY: f32 = 9.81;
+
+/// Cubes above each other, each with its lower face at one of these heights, in sizes.
+fn pile(size: f32, floor: Floor, sleeps: bool, heights: &[f32]) -> (World, Vec<BodyId>) {
+    let mut world = World::default();
+    let mut config = world.config().clone();
+    config.length_scale = size;
+    config.sleep.enabled = sleeps;
+    world.set_config(config).unwrap();
+    ground(&mut world, floor, [10.0 * size, size]);
+    let cube = |height: &f32| {
+        let shape = ShapeDef::box_half([0.5 * size; 3]);
+        let def = BodyDef::dynamic().with_position([0.0, (height + 0.5) * size, 0.0]);
+        world.add_body(def.with_shape(shape)).unwrap()
+    };
+    let cubes = heights.iter().map(cube).collect();
+    (world, cubes)
+}
+
+/// The greatest speed upward within the time in which something falls three sizes [m/s].
+fn rises(world: &mut World, bodies: &[BodyId], size: f32, hertz: f32) -> f32 {
+    let mut left = (6.0 * size / GRAVITY).sqrt() + 0.5 * size.sqrt();
+    let mut most = 0.0_f32;
+    while left > 0.0 {
+        world.step(1.0 / hertz);
+        left -= 1.0 / hertz;
+        for body in bodies {
+            most = most.max(world.body(*body).unwrap().linear_velocity().y);
+        }
+    }
+    most
+}
+
+/// A cube falls one size on a cube, two fall on the ground together, and two fall half a size on two. What rises does so no faster than
+/// contacts push, which only what was pressed together does.
+#[test]
+fn what_does_not_bounce_stays_down() {
+    for (size, hertz) in [(1.0, 60.0), (1.0, 30.0), (1.0, 120.0), (0.1, 60.0), (0.1, 240.0), (0.01, 240.0), (10.0, 60.0), (100.0, 30.0)] {
+        for floor in FLOORS {
+            for heights in [&[0.0, 2.0][..], &[1.0, 2.0], &[0.0, 1.0, 2.5, 3.5], &[0.0, 1.0, 2.0, 3.0, 5.0]] {
+                let (mut world, cubes) = pile(size, floor, true, heights);
+                let up = rises(&mut world, &cubes, size, hertz);
+                println!("{size} m {hertz} Hz {floor:?} {heights:?}: {:.4} of {:.4}, push {}", up, (2.0*GRAVITY*size).sqrt(), world.config().contact.push_speed*size);
+            }
+        }
+    }
+}
