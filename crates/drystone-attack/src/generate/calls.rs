@@ -39,7 +39,8 @@ impl Draw {
             4 => {
                 // No faster than 10 m/s where worlds are ordinary: the way is up to three and a half sizes.
                 let is_ordinary = self.style == Style::Ordinary;
-                let time = if is_ordinary { (0.35 * self.size).max(1.0 / 60.0) } else { 1.0 / 60.0 };
+                let time =
+                    if is_ordinary { (0.35 * self.size).max(1.0 / 60.0) } else { 1.0 / 60.0 };
                 BodyCall::MoveTo(self.pose_near(&body), time)
             }
             5 => BodyCall::Impulse(self.push()),

@@ -65,7 +65,7 @@ pub(super) fn update(
             out.push(Change::Turns(look.row));
         }
         keep_loads(ctx, contact, (a, b), slots);
-        list_parts(ctx, look.row, contact, slots, out);
+        list_parts(ctx, (look.row, contact), [a, b], slots, out);
         return;
     }
     let pose_a = shape_a.placed(a);
@@ -114,7 +114,7 @@ pub(super) fn update(
             rebuild(ctx, (look.row, contact), &manifold, (&pose_a, last), [a, b], out);
             keep_load(ctx, contact, a, b);
         }
-        list_parts(ctx, look.row, contact, slots, out);
+        list_parts(ctx, (look.row, contact), [a, b], slots, out);
         return;
     }
     let order = continue_parts(contact, &made[..count], &pose_a, slots);

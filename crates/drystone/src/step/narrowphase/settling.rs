@@ -35,10 +35,10 @@ pub(super) fn settle(ctx: &StepContext, contact: &mut Contact, bodies: [&Body; 2
     let speed = load * (inverse(a) + inverse(b)) * LEVER;
     let is_thick = ctx.rest_offset <= most && !(speed * soft.impulse > most * soft.rate);
     let settled = contact.settled();
-    if is_thick && settled == 0.0 || !ctx.is_soft || contact.sensor {
+    if is_thick && settled == 0.0 || !ctx.is_soft || contact.sensor || !(soft.rate > 0.0) {
         return;
     }
-    let (mut next, mut time, mut goes) = (0.0, TIMES[1], false);
+    let (mut next, mut goes) = (0.0, false);
     if !contact.traits.may_soften()
         && let Some(Pressed { separation, speed, answer }) = pressed(contact, bodies)
     {
@@ -46,17 +46,17 @@ pub(super) fn settle(ctx: &StepContext, contact: &mut Contact, bodies: [&Body; 2
         let rest = ctx.rest_offset.min(most);
         let excess = separation - separation.clamp(rest - most, rest);
         let weights = answer / (ctx.gravity.length() * ctx.h);
-        time = (TIME * weights).clamp(TIMES[0], TIMES[1]);
-        if speed.abs() * time > STIRS * excess.abs() {
-            return;
+        let time = (TIME * weights).min(TIMES[1]).max(TIMES[0]);
+        next = settled;
+        if speed.abs() * time <= STIRS * excess.abs() {
+            let gives = (answer * (soft.impulse / soft.rate)).min(MOST / GIVES * most);
+            let least = rest - ctx.rest_offset;
+            next = (settled - excess * (ctx.dt / time).min(0.5)).min(gives).max(least);
         }
-        goes = excess.abs() > most;
-        let gives = (answer * (soft.impulse / soft.rate)).clamp(0.0, MOST / GIVES * most);
-        next = (settled - excess * (ctx.dt / time).min(0.5)).clamp(rest - ctx.rest_offset, gives);
+        // What is still far from where it settles must not sleep.
+        goes = excess.abs() > most && (next - settled).abs() * time > 0.1 * most * ctx.dt;
     }
     contact.set_settled(next);
-    // What is still far from where it settles must not sleep.
-    goes &= (next - settled).abs() * time > 0.1 * most * ctx.dt;
     if goes != contact.traits.any(Traits::SETTLES) {
         contact.traits = contact.traits.with(Traits::SETTLES, goes);
     }
