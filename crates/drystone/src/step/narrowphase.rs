@@ -23,7 +23,7 @@ use self::keep::{inherit, keep_load, recycle};
 pub(crate) use self::keep::{inherit_near, note_landing};
 use self::motion::Motions;
 pub(crate) use self::turns::{BLOW_SPEED, blows, corotates};
-use self::turns::{list_for_solver, list_parting, turn_ahead};
+use self::turns::{list_for_solver, turn_ahead};
 use super::context::StepContext;
 use super::hooks::Hooks;
 use super::reach::speculative_margin;

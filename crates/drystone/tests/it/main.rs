@@ -44,6 +44,7 @@ mod scenario_pinned;
 mod scenario_queries;
 mod scenario_rollback;
 mod scenario_groups;
+mod scenario_thin_stacks;
 mod scenario_threads;
 mod scenario_tumble;
 mod scenario_soft_contacts;

@@ -64,7 +64,10 @@ fn heavy_loads_sink_no_deeper_than_the_factor_allows() {
         // The uppermost contact has the heavy body on one side: k = 1/(s m) there.
         let factor = 8.0 * ((ratio + 4.5) * G / (30.0 * 40.0)).sqrt().clamp(1.0, 3.0);
         let per_contact = 2.0 * (ratio + 4.5) * G / (factor * omega * omega);
-        let expected = per_contact * (8.0 + 0.5 + 0.125);
+        // What is that deep settles to a hundredth of half a box's thickness.
+        let settled = |gives: f32| gives.min(0.005);
+        let expected =
+            8.0 * settled(per_contact) + settled(0.5 * per_contact) + settled(0.125 * per_contact);
         // The factor may stay a fifth below what the load asks for (its hysteresis), and rounding of
         // the contact's own offset adds 5e-5 m each.
         assert!(sag < 1.25 * expected + 10.0 * 5.0e-5, "{ratio}: {sag}, {expected}");

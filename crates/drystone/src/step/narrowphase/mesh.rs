@@ -4,7 +4,7 @@ use super::gate::{Admitted, Gate};
 use super::keep::keep_load;
 use super::meeting::STRAIGHT;
 use super::motion::Motion;
-use super::{Change, FAR_TURN, Look, list_parting, rebuild, recycle, seams, turn_ahead};
+use super::{Change, FAR_TURN, Look, list_for_solver, rebuild, recycle, seams, turn_ahead};
 use crate::base::disjoint::Rows;
 use crate::base::math::Vec3;
 use crate::base::pose::Pose;
@@ -133,7 +133,7 @@ pub(super) fn update(
             keep_load(ctx, contact, a, b);
         }
         if contact.count > 0 && !contact.sensor {
-            list_part(ctx, row, contact, out);
+            list_part(ctx, (row, contact), [a, b], out);
         }
         slot += 1;
         part = next(contact, slots);
@@ -153,27 +153,32 @@ fn keep_loads(ctx: &StepContext, first: &mut Contact, (a, b): (&Body, &Body), sl
 /// Lists the parts that have points, of a pair whose first part is `first`.
 fn list_parts(
     ctx: &StepContext,
-    row: u32,
-    first: &Contact,
+    (row, first): (u32, &Contact),
+    bodies: [&Body; 2],
     slots: &Slots<'_>,
     out: &mut Vec<Change>,
 ) {
     if first.sensor || first.count == 0 {
         return;
     }
-    list_part(ctx, row, first, out);
+    list_part(ctx, (row, first), bodies, out);
     let mut part = if first.others > 0 { next(first, slots) } else { None };
     while let Some((row, contact)) = part {
         if contact.count > 0 {
-            list_part(ctx, row, contact, out);
+            list_part(ctx, (row, contact), bodies, out);
         }
         part = next(contact, slots);
     }
 }
 
-fn list_part(ctx: &StepContext, row: u32, contact: &Contact, out: &mut Vec<Change>) {
+fn list_part(
+    ctx: &StepContext,
+    (row, contact): (u32, &Contact),
+    bodies: [&Body; 2],
+    out: &mut Vec<Change>,
+) {
     out.push(seams::of_mesh(row, contact));
-    list_parting(ctx, (row, contact), out);
+    list_for_solver(ctx, (row, contact), bodies, out);
 }
 
 /// The row of the next part of a pair.

@@ -114,11 +114,7 @@ pub(super) fn turn_ahead(
 }
 
 /// Lists a contact that may be parted: see [`StepContext::deep`].
-pub(super) fn list_parting(
-    ctx: &StepContext,
-    (row, contact): (u32, &Contact),
-    out: &mut Vec<Change>,
-) {
+fn list_parting(ctx: &StepContext, (row, contact): (u32, &Contact), out: &mut Vec<Change>) {
     let deep = |p: &Point| p.separation - ctx.rest_offset < -ctx.deep;
     let is_deep = contact.traits.any(Traits::PARTING) || contact.points().iter().any(deep);
     if is_deep && !contact.sensor {
