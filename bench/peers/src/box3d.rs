@@ -6,9 +6,9 @@
 use core::f32::consts::FRAC_PI_2;
 use core::time::Duration;
 
-use drystone::{BodyKind, Hull, Material, Mesh, Pose, Quat, Shape, ShapeDef, Vec3, vec3};
 use drystone::config::SleepConfig;
 use drystone::contact::Combine;
+use drystone::{BodyKind, Hull, Material, Mesh, Pose, Quat, Shape, ShapeDef, Vec3, vec3};
 use drystone_bench::{
     BodyState, Engine, EngineError, Linkage, StageClock, Stages, Turn, density_factor, linkages,
 };

@@ -6,9 +6,9 @@ use std::time::Instant;
 
 use drystone::query::QueryFilter;
 use drystone::{BodyDef, Mesh, Pose, Quat, Shape, ShapeDef, Vec3, World, vec3};
-use drystone_bench::EngineError;
 #[cfg(any(feature = "rapier", feature = "box3d"))]
 use drystone_bench::Engine;
+use drystone_bench::EngineError;
 use drystone_scene::{Scene, SceneBody};
 
 const ASKED: u32 = 20_000;
@@ -31,8 +31,7 @@ impl Asked for World {
 
     fn cast(&self, radius: f32, origin: Vec3, delta: Vec3) -> f32 {
         let ball = Shape::sphere(radius);
-        let hit =
-            self.query().cast_shape(&ball, Pose::at(origin), delta, QueryFilter::default());
+        let hit = self.query().cast_shape(&ball, Pose::at(origin), delta, QueryFilter::default());
         hit.ok().flatten().map_or(1.0, |hit| hit.fraction)
     }
 
@@ -132,10 +131,10 @@ impl Questions {
 
     /// Down on the ground, and near it.
     fn down(numbers: &mut Numbers) -> Self {
-        let place = |numbers: &mut Numbers, y: f32| vec3(8.0 * numbers.next(), y, 8.0 * numbers.next());
-        let way = |numbers: &mut Numbers| {
-            (place(numbers, 4.0), numbers.vector() * 4.0 - Vec3::Y * 8.0)
-        };
+        let place =
+            |numbers: &mut Numbers, y: f32| vec3(8.0 * numbers.next(), y, 8.0 * numbers.next());
+        let way =
+            |numbers: &mut Numbers| (place(numbers, 4.0), numbers.vector() * 4.0 - Vec3::Y * 8.0);
         let ways = (0..ASKED).map(|_| way(numbers)).collect();
         let places = (0..ASKED).map(|_| place(numbers, 0.0) + Vec3::Y * numbers.next()).collect();
         Self { ways, places, radii: [0.3, 0.3] }
@@ -174,7 +173,8 @@ pub(crate) fn table() -> Result<String, EngineError> {
         .to_owned();
     for (name, scene, questions) in scenes {
         let mut row = |engine: &str, asked: &dyn Asked| {
-            let [ray, cast, overlap] = questions.ask(asked).map(|(ns, mean)| format!("{ns:.0} ns ({mean:.4})"));
+            let [ray, cast, overlap] =
+                questions.ask(asked).map(|(ns, mean)| format!("{ns:.0} ns ({mean:.4})"));
             writeln!(text, "| {name} | {engine} | {ray} | {cast} | {overlap} |")
                 .map_err(|e| EngineError(e.to_string()))
         };

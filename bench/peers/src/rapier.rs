@@ -1,7 +1,7 @@
 //! rapier3d: its own default solver settings; the coefficients, masses and sleep settings of the scene.
 
-use drystone::{BodyKind, Material, Pose, Quat, Shape, ShapeDef, Vec3};
 use drystone::contact::Combine;
+use drystone::{BodyKind, Material, Pose, Quat, Shape, ShapeDef, Vec3};
 use drystone_bench::{BodyState, Engine, EngineError, Linkage, Turn, density_factor, linkages};
 use drystone_scene::{Scene, SceneBody, Wave};
 use rapier3d::prelude as rapier;
@@ -285,7 +285,7 @@ impl Asked for Rapier {
     }
 
     fn cast(&self, radius: f32, origin: Vec3, delta: Vec3) -> f32 {
-        let how = rapier::ShapeCastOptions::with_max_time_of_impact(1.0);
+        let how = rapier3d::parry::query::ShapeCastOptions::with_max_time_of_impact(1.0);
         let ball = rapier::Ball::new(radius);
         let hit = self.asked().cast_shape(&pose(&Pose::at(origin)), vector(delta), &ball, how);
         hit.map_or(1.0, |(_, hit)| hit.time_of_impact)
@@ -293,7 +293,8 @@ impl Asked for Rapier {
 
     fn overlap(&self, radius: f32, center: Vec3) -> u32 {
         let found = self.asked();
-        let found = found.intersect_shape(pose(&Pose::at(center)), &rapier::Ball::new(radius)).count();
+        let found =
+            found.intersect_shape(pose(&Pose::at(center)), &rapier::Ball::new(radius)).count();
         u32::try_from(found).unwrap_or(u32::MAX)
     }
 }
