@@ -26,7 +26,7 @@ impl World {
 
 impl BodyMut<'_> {
     /// Puts its origin somewhere else at once [m, world], keeping its velocity. It pushes and carries nobody: a lift is moved by
-    /// [`Self::move_to`].
+    /// [`Self::move_to`]. To keep its rotation: `Pose { position, ..body.get().pose() }`.
     ///
     /// # Faults
     /// A number is not finite or too large, or the rotation is not a unit quaternion; then nothing is
