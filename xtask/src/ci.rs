@@ -70,11 +70,13 @@ fn clippy() -> Outcome {
     ]))
 }
 
-/// The engine by itself, with fewer and with more of its features than the programs here use.
+/// The engine by itself, with fewer and with more of its features than the programs here use; its tests and examples without any.
 fn features() -> Outcome {
-    for features in ["", "serde", "snapshot,glam,mint"] {
+    for (features, targets) in
+        [("", "--all-targets"), ("serde", "--lib"), ("snapshot,glam,mint", "--lib")]
+    {
         let mut command = cargo();
-        command.args(["clippy", "--quiet", "--package", "drystone", "--lib"]);
+        command.args(["clippy", "--quiet", "--package", "drystone", targets]);
         command.args(["--no-default-features", "--features", features, "--", "-D", "warnings"]);
         run_to_end(&mut command)?;
     }

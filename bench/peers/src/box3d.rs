@@ -6,9 +6,9 @@
 use core::f32::consts::FRAC_PI_2;
 use core::time::Duration;
 
-use drystone::{BodyKind, Hull, Material, Mesh, Pose, Quat, Shape, ShapeDef, Vec3, vec3};
 use drystone::config::SleepConfig;
 use drystone::contact::Combine;
+use drystone::{BodyKind, Hull, Material, Mesh, Pose, Quat, Shape, ShapeDef, Vec3, vec3};
 use drystone_bench::{
     BodyState, Engine, EngineError, Linkage, StageClock, Stages, Turn, density_factor, linkages,
 };
@@ -17,6 +17,7 @@ use drystone_scene::{Scene, SceneBody, Wave};
 use box3d_sys as b3;
 
 use crate::hulls::Shared;
+use crate::queries::Asked;
 
 /// Substeps of a step, as in its benchmark program.
 const SUBSTEPS: i32 = 4;
@@ -361,4 +362,65 @@ const fn quaternion(q: Quat) -> b3::b3Quat {
 
 const fn transform(pose: &Pose) -> b3::b3Transform {
     b3::b3Transform { p: vector(pose.position), q: quaternion(pose.rotation) }
+}
+
+/// Keeps the nearest hit in the fraction that it is given, and cuts the way there.
+unsafe extern "C" fn nearest(
+    _: b3::b3ShapeId,
+    _: b3::b3Pos,
+    _: b3::b3Vec3,
+    fraction: f32,
+    _: u64,
+    _: i32,
+    _: i32,
+    least: *mut core::ffi::c_void,
+) -> f32 {
+    // SAFETY: what `cast` gave: a number that outlives the call, and that nobody else has.
+    unsafe { *least.cast::<f32>() = fraction };
+    fraction
+}
+
+/// Counts shapes.
+unsafe extern "C" fn count(_: b3::b3ShapeId, found: *mut core::ffi::c_void) -> bool {
+    // SAFETY: what `overlap` gave: a number that outlives the call, and that nobody else has.
+    unsafe { *found.cast::<u32>() += 1 };
+    true
+}
+
+impl Asked for Box3d {
+    fn ray(&self, origin: Vec3, delta: Vec3) -> f32 {
+        // SAFETY: takes nothing.
+        let all = unsafe { b3::b3DefaultQueryFilter() };
+        // SAFETY: the world lives.
+        let hit =
+            unsafe { b3::b3World_CastRayClosest(self.world, vector(origin), vector(delta), all) };
+        if hit.hit { hit.fraction } else { 1.0 }
+    }
+
+    fn cast(&self, radius: f32, origin: Vec3, delta: Vec3) -> f32 {
+        let (center, mut least) = (vector(Vec3::ZERO), 1.0_f32);
+        let ball = b3::b3ShapeProxy { points: &raw const center, count: 1, radius };
+        let to = (&raw mut least).cast();
+        // SAFETY: takes nothing.
+        let all = unsafe { b3::b3DefaultQueryFilter() };
+        let (at, way) = (vector(origin), vector(delta));
+        // SAFETY: the world lives; the ball and the number outlive the call.
+        unsafe {
+            b3::b3World_CastShape(self.world, at, &raw const ball, way, all, Some(nearest), to)
+        };
+        least
+    }
+
+    fn overlap(&self, radius: f32, at: Vec3) -> u32 {
+        let (center, mut found) = (vector(Vec3::ZERO), 0_u32);
+        let ball = b3::b3ShapeProxy { points: &raw const center, count: 1, radius };
+        let to = (&raw mut found).cast();
+        // SAFETY: takes nothing.
+        let all = unsafe { b3::b3DefaultQueryFilter() };
+        // SAFETY: the world lives; the ball and the number outlive the call.
+        unsafe {
+            b3::b3World_OverlapShape(self.world, vector(at), &raw const ball, all, Some(count), to)
+        };
+        found
+    }
 }

@@ -7,6 +7,7 @@ mod agreement;
 mod box3d;
 #[cfg(any(feature = "rapier", feature = "box3d"))]
 mod hulls;
+mod queries;
 #[cfg(feature = "rapier")]
 mod rapier;
 mod versions;
@@ -22,8 +23,11 @@ use drystone_validate::{Candidate, Lab, Protocol, Table};
 #[derive(Debug, Parser)]
 struct Cli {
     /// The engine.
-    #[arg(long)]
+    #[arg(long, default_value = "", hide_default_value = true)]
     engine: String,
+    /// What queries cost, of all engines that were built in, as a table in place of a scene.
+    #[arg(long)]
+    queries: bool,
     /// A scene of the catalog.
     #[arg(long, default_value = "hello")]
     scene: String,
@@ -46,7 +50,9 @@ struct Cli {
 
 fn main() -> ExitCode {
     let cli = Cli::parse();
-    let text = if cli.validate { validate(&cli).and_then(json) } else { run(&cli).and_then(json) };
+    let text = if cli.queries {
+        queries::table()
+    } else if cli.validate { validate(&cli).and_then(json) } else { run(&cli).and_then(json) };
     match text {
         Ok(text) => {
             let written = writeln!(std::io::stdout(), "{text}");

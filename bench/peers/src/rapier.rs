@@ -1,13 +1,14 @@
 //! rapier3d: its own default solver settings; the coefficients, masses and sleep settings of the scene.
 
-use drystone::{BodyKind, Material, Pose, Quat, Shape, ShapeDef, Vec3};
 use drystone::contact::Combine;
+use drystone::{BodyKind, Material, Pose, Quat, Shape, ShapeDef, Vec3};
 use drystone_bench::{BodyState, Engine, EngineError, Linkage, Turn, density_factor, linkages};
 use drystone_scene::{Scene, SceneBody, Wave};
 use rapier3d::prelude as rapier;
 use rapier3d::prelude::CoefficientCombineRule as Rule;
 
 use crate::hulls::Shared;
+use crate::queries::Asked;
 
 /// Torque over speed of what is to be held still by friction [1/s]: far above what a step can tell from it.
 const STIFF: f32 = 1.0e6;
@@ -264,4 +265,36 @@ fn pose(pose: &Pose) -> rapier::Pose {
     let q = pose.rotation;
     let rotation = rapier::Rotation::from_xyzw(q.x, q.y, q.z, q.w);
     rapier::Pose::from_parts(vector(pose.position), rotation)
+}
+
+impl Rapier {
+    fn asked(&self) -> rapier::QueryPipeline<'_> {
+        let world = &self.world;
+        let how = world.narrow_phase.query_dispatcher();
+        let filter = rapier::QueryFilter::default();
+        world.broad_phase.as_query_pipeline(how, &world.bodies, &world.colliders, filter)
+    }
+}
+
+impl Asked for Rapier {
+    fn ray(&self, origin: Vec3, delta: Vec3) -> f32 {
+        let ray = rapier::Ray::new(vector(origin), vector(delta));
+        // With the normal, which the others tell too.
+        let hit = self.asked().cast_ray_and_get_normal(&ray, 1.0, true);
+        hit.map_or(1.0, |(_, hit)| hit.time_of_impact)
+    }
+
+    fn cast(&self, radius: f32, origin: Vec3, delta: Vec3) -> f32 {
+        let how = rapier3d::parry::query::ShapeCastOptions::with_max_time_of_impact(1.0);
+        let ball = rapier::Ball::new(radius);
+        let hit = self.asked().cast_shape(&pose(&Pose::at(origin)), vector(delta), &ball, how);
+        hit.map_or(1.0, |(_, hit)| hit.time_of_impact)
+    }
+
+    fn overlap(&self, radius: f32, center: Vec3) -> u32 {
+        let found = self.asked();
+        let found =
+            found.intersect_shape(pose(&Pose::at(center)), &rapier::Ball::new(radius)).count();
+        u32::try_from(found).unwrap_or(u32::MAX)
+    }
 }

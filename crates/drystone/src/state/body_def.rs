@@ -173,7 +173,7 @@ impl BodyDef {
         Self::default()
     }
 
-    /// A body that never moves.
+    /// A body that never moves: of [`BodyKind::Static`].
     #[must_use]
     pub fn fixed() -> Self {
         Self { kind: BodyKind::Static, ..Self::default() }

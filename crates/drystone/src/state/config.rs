@@ -18,7 +18,8 @@ pub struct ContactConfig {
     pub hertz: f32,
     /// Damping ratio of contacts; at least 0; default 8. Half of it against static bodies.
     pub damping_ratio: f32,
-    /// Bodies that overlap are pushed apart no faster than this [m/s]; above 0; default 0.25.
+    /// Bodies that overlap are pushed apart no faster than this [m/s]; above 0; default 0.25. Of deep overlaps the bound grows with
+    /// the depth.
     pub push_speed: f32,
     /// Bodies at rest are held this far apart [m]; at least 0; default 5e-5: a lone body then does not
     /// sink below the surface it lies on by the give of its contacts (2e-5 m).

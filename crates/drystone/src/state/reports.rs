@@ -93,7 +93,7 @@ const HOOKS: u8 = 8;
 pub(crate) struct PackedReports {
     /// Below 0: that of the world.
     hit_speed: f32,
-    touches: bool,
+    pub(crate) touches: bool,
     hits: bool,
     pub(crate) forces: bool,
     /// Bits of [`Senses`].

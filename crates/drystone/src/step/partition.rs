@@ -387,7 +387,8 @@ fn reports_touch(c: &Contact, shapes: &Shapes) -> bool {
     shapes.at(c.shape_a).reports.touch(shapes.at(c.shape_b).reports)
 }
 
-fn contact_event(c: &Contact, shapes: &Shapes, bodies: &Bodies) -> ContactEvent {
+/// The event of a touch that begins or ends.
+pub(crate) fn contact_event(c: &Contact, shapes: &Shapes, bodies: &Bodies) -> ContactEvent {
     ContactEvent {
         shape_a: shapes.id(c.shape_a),
         shape_b: shapes.id(c.shape_b),

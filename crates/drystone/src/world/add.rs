@@ -247,9 +247,13 @@ impl World {
     pub(super) fn end_contact(&mut self, row: u32) {
         let Tables { bodies, joints, contacts, islands, colors, shapes, .. } = &mut self.tables;
         let events = &mut self.pending;
+        let ends = events.contact_end.len();
         let mut sets =
             crate::state::sets::Sets { bodies, joints, contacts, islands, colors, events };
         partition::end_contact(row, shapes, &mut sets);
+        if self.pending.contact_end.len() > ends {
+            self.cancel_last_end();
+        }
     }
 
     /// Removes a body with its shapes and joints, lets go of the particles that it holds, and wakes what it

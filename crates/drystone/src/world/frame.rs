@@ -7,56 +7,26 @@ use super::joint_axis::AxisMut;
 use super::joint_mut::JointMut;
 use super::particle::{LinkMut, ParticleMut};
 use super::shape::ShapeMut;
-use crate::base::id::{BodyId, JointId, ParticleId};
+use super::told::Told as _;
 use crate::base::math::Vec3;
 use crate::base::pose::Pose;
 use crate::base::quat::Quat;
-use crate::state::def::DefError;
-use crate::state::events::{Fault, FaultKind, FrameCall};
+use crate::state::events::FrameCall;
 use crate::state::sixdof::JointSpring;
 
 impl World {
-    /// Keeps a fault for the next step, if a call was refused; gives back what it was given.
-    pub(super) fn note_refused(
-        &mut self,
-        done: Result<(), DefError>,
-        call: FrameCall,
-        body: Option<BodyId>,
-        joint: Option<JointId>,
-        particle: Option<ParticleId>,
-    ) -> Result<(), DefError> {
-        if done.is_err() {
-            let step = self.tables.steps + 1;
-            let kind = FaultKind::Refused(call);
-            self.pending.faults.push(Fault { body, joint, particle, kind, step });
-        }
-        done
-    }
-
     /// Replaces gravity [m/s², world] and wakes all bodies.
     ///
     /// # Faults
     /// A component is not finite or beyond 1e6 m/s².
     pub fn set_gravity(&mut self, gravity: impl Into<Vec3>) {
-        let done = self.try_set_gravity(gravity);
-        let _ = self.note_refused(done, FrameCall::SetGravity, None, None, None);
+        let _ = self.told(FrameCall::SetGravity, |of| of.try_set_gravity(gravity));
     }
 }
 
 impl BodyMut<'_> {
-    /// Makes a call, and notes it if it was refused.
-    pub(super) fn told(
-        &mut self,
-        call: FrameCall,
-        make: impl FnOnce(&mut Self) -> Result<(), DefError>,
-    ) -> Result<(), DefError> {
-        let done = make(self);
-        let id = self.get().id();
-        self.world.note_refused(done, call, Some(id), None, None)
-    }
-
     /// Puts its origin somewhere else at once [m, world], keeping its velocity. It pushes and carries nobody: a lift is moved by
-    /// [`Self::move_to`].
+    /// [`Self::move_to`]. To keep its rotation: `Pose { position, ..body.get().pose() }`.
     ///
     /// # Faults
     /// A number is not finite or too large, or the rotation is not a unit quaternion; then nothing is
@@ -179,17 +149,6 @@ impl BodyMut<'_> {
 }
 
 impl ShapeMut<'_> {
-    /// Makes a call, and notes it if it was refused.
-    pub(super) fn told(
-        &mut self,
-        call: FrameCall,
-        make: impl FnOnce(&mut Self) -> Result<(), DefError>,
-    ) -> Result<(), DefError> {
-        let done = make(self);
-        let body = self.get().body();
-        self.world.note_refused(done, call, Some(body), None, None)
-    }
-
     /// Lets its surface move over it, as a conveyor belt does [m/s, frame of the shape]; what it
     /// touches wakes.
     ///
@@ -210,17 +169,6 @@ impl ShapeMut<'_> {
 }
 
 impl ParticleMut<'_> {
-    /// Makes a call, and notes it if it was refused.
-    pub(super) fn told(
-        &mut self,
-        call: FrameCall,
-        make: impl FnOnce(&mut Self) -> Result<(), DefError>,
-    ) -> Result<(), DefError> {
-        let done = make(self);
-        let particle = self.get().id();
-        self.world.note_refused(done, call, None, None, Some(particle))
-    }
-
     /// Puts it somewhere else [m, world], at the velocity it has.
     ///
     /// # Faults
@@ -247,17 +195,6 @@ impl ParticleMut<'_> {
 }
 
 impl LinkMut<'_> {
-    /// Makes a call, and notes it if it was refused.
-    pub(super) fn told(
-        &mut self,
-        call: FrameCall,
-        make: impl FnOnce(&mut Self) -> Result<(), DefError>,
-    ) -> Result<(), DefError> {
-        let done = make(self);
-        let [particle, _] = self.get().particles();
-        self.world.note_refused(done, call, None, None, Some(particle))
-    }
-
     /// Gives it another length [m], and wakes its particles: a rope that is reeled in.
     ///
     /// # Faults
@@ -268,17 +205,6 @@ impl LinkMut<'_> {
 }
 
 impl JointMut<'_> {
-    /// Makes a call, and notes it if it was refused.
-    pub(super) fn told(
-        &mut self,
-        call: FrameCall,
-        make: impl FnOnce(&mut Self) -> Result<(), DefError>,
-    ) -> Result<(), DefError> {
-        let done = make(self);
-        let id = self.get().id();
-        self.world.note_refused(done, call, None, Some(id), None)
-    }
-
     /// Drives its free axis at this speed [m/s; rad/s] with at most this force [N; N m]. With speed 0 it is a brake.
     ///
     /// # Faults
@@ -316,16 +242,6 @@ impl JointMut<'_> {
 }
 
 impl AxisMut<'_, '_> {
-    /// Makes a call, and notes it if it was refused.
-    pub(super) fn told(
-        &mut self,
-        call: FrameCall,
-        make: impl FnOnce(&mut Self) -> Result<(), DefError>,
-    ) -> Result<(), DefError> {
-        let done = make(self);
-        self.joint.told(call, |_| done)
-    }
-
     /// Drives it at this speed [m/s; rad/s] with at most this force [N; N m]. With speed 0 it is a brake.
     ///
     /// # Faults

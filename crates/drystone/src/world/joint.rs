@@ -112,6 +112,9 @@ impl<'w> JointRef<'w> {
 
     /// Force of the joint on its second body, in the last substep [N, world]; the first one gets the
     /// opposite, but of a pulley, the tension toward its own point. It acts at the second anchor. Zero before the first step.
+    ///
+    /// Of the weight of a body with a damping of c [1/s] the part c × substep is not in it: damping lasts a whole substep and
+    /// takes from what gravity adds, and the joint acts after it.
     #[must_use]
     pub fn force(&self) -> Vec3 {
         let impulse = match &self.joint.link {

@@ -32,6 +32,8 @@ mod shape;
 #[cfg(feature = "snapshot")]
 mod snapshot;
 mod strand;
+mod told;
+mod touches;
 mod view;
 
 pub use self::body::{BodyMut, BodyRef};
@@ -322,12 +324,14 @@ impl World {
         core::mem::swap(&mut events.sensor_exit, &mut pending.sensor_exit);
         core::mem::swap(&mut events.detached, &mut pending.detached);
         core::mem::swap(&mut events.faults, &mut pending.faults);
+        let begun = core::mem::take(&mut pending.contact_begin);
         pending.clear();
         if !limits::TIME_STEP.admits(dt) {
             let step = self.tables.steps + 1;
             let kind = FaultKind::BadTimeStep;
             let fault = Fault { body: None, joint: None, particle: None, kind, step };
             self.tables.events.faults.push(fault);
+            self.tell_begun(begun);
             return;
         }
         let ctx = StepContext::new(&self.tables.config, dt, self.last_h, self.level.0);
@@ -335,6 +339,7 @@ impl World {
             books.before_step(&self.tables);
         }
         step::step(&ctx, &mut self.tables, &mut self.scratch, &jobs, hooks, after);
+        self.tell_begun(begun);
         self.take_out_faulted();
         self.break_joints(ctx.inv_h, dt);
         self.tables.steps += 1;

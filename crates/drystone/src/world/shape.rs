@@ -32,14 +32,18 @@ impl<'w> ShapeMut<'w> {
         self.world.tables.shapes.at_mut(self.row).user_data = data;
     }
 
-    /// Lets its contacts give other events, from the next step on. A touch that was reported to begin, and no longer may be,
-    /// ends without a report.
+    /// Lets its contacts give other events, from the next step on. A touch under way is told with that step: to end, if touches are
+    /// reported no longer; to begin, if they are from now on.
     ///
     /// # Errors
     /// The speed is out of range; then nothing is changed.
     pub fn set_reports(&mut self, reports: ContactReports) -> Result<(), DefError> {
         reports.validate()?;
+        let before = self.get().reports();
         self.world.tables.shapes.set_reports(self.row, self.packed(&reports, self.get().senses()));
+        if before.touches != reports.touches {
+            self.world.turn_touches(self.row);
+        }
         Ok(())
     }
 

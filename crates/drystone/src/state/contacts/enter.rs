@@ -234,6 +234,7 @@ mod tests {
             let orders = worlds.each_mut().map(|world| {
                 world.step(1.0 / 60.0);
                 // What is restored is checked.
+                #[cfg(feature = "snapshot")]
                 World::restore(&world.snapshot()).unwrap();
                 order(world.tables_mut())
             });

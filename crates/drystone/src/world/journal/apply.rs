@@ -10,6 +10,7 @@ use crate::world::joint_mut::JointMut;
 use crate::world::particle::ParticleMut;
 use crate::world::shape::ShapeMut;
 use crate::world::strand::Strand;
+use crate::world::told::Told as _;
 
 type Answered = Result<Answer, DefError>;
 
@@ -45,8 +46,7 @@ impl World {
             }
             Call::SetConfig(config) => done(self.set_config((**config).clone())),
             Call::SetGravity(gravity) => {
-                let set = self.try_set_gravity(*gravity);
-                done(self.note_refused(set, FrameCall::SetGravity, None, None, None))
+                done(self.told(FrameCall::SetGravity, |of| of.try_set_gravity(*gravity)))
             }
             Call::WakeAll => {
                 self.wake_all();

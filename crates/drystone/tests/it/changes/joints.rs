@@ -1,18 +1,17 @@
 //! Joints, changed while they live.
 
-use std::sync::Arc;
-
+use drystone::breakage::JointStrength;
 use drystone::joint::{
-    Ball, CouplingDef, Distance, Hinge, JointAxis, JointDrive, JointMotion, Pulley, SixDof, Spring,
+    Ball, CouplingDef, Distance, Hinge, JointAxis, JointDrive, JointMotion, JointSpring, Pulley,
+    SixDof, Slider, Spring,
 };
 use drystone::journal::{Call, JointCall};
-use drystone::threads::Team;
 use drystone::{
-    Axis, BodyDef, BodyId, BodyKind, DefError, JointDef, JointId, JointKind, JointMut, ShapeDef,
-    Vec3, World, vec3,
+    Axis, BodyDef, BodyId, BodyKind, DefError, JointDef, JointId, JointKind, JointMut, Quat,
+    ShapeDef, Vec3, World, vec3,
 };
 
-use super::{DT, Floor, GRAVITY, JOLT, Stack};
+use super::{DT, Floor, GRAVITY, JOLT, Stack, goes_on};
 
 /// One joint of each kind and a gear, all of things that hang from a beam.
 struct Machine {
@@ -76,10 +75,11 @@ impl Machine {
     }
 }
 
+type Change = fn(&mut Machine) -> Result<(), DefError>;
+
 #[test]
 fn joints_change_in_any_state() {
-    type Change = fn(&mut Machine) -> Result<(), DefError>;
-    let changes: [(&str, Change); 18] = [
+    let changes: &[(&str, Change)] = &[
         ("ball's anchors", |m| {
             m.world.joint_mut(m.ball).unwrap().set_anchors([-8.0, 0.0, 0.0], [0.0, 2.0, 0.0])
         }),
@@ -150,7 +150,11 @@ fn joints_change_in_any_state() {
             Ok(())
         }),
     ];
-    let team: Arc<Team> = Arc::new(Team::with_threads(3));
+    in_any_state(changes);
+}
+
+/// Makes each change while the machine swings and when it rests, and goes on.
+fn in_any_state(changes: &[(&str, Change)]) {
     for (name, change) in changes {
         for rests in [0, 1200] {
             let mut machine = Machine::new();
@@ -160,26 +164,95 @@ fn joints_change_in_any_state() {
             }
             machine.steps(rests);
             change(&mut machine).unwrap_or_else(|e| panic!("{name}: {e}"));
-            let mut world = machine.world;
-            let mut twin = World::restore(&world.snapshot()).unwrap();
-            let mut threads = world.clone().with_executor(team.clone());
-            for step in 0..100 {
-                for world in [&mut world, &mut twin, &mut threads] {
-                    world.step(DT);
-                }
-                assert_eq!(world.state_hash(), twin.state_hash(), "{name}: step {step}, restored");
-                assert_eq!(
-                    world.state_hash(),
-                    threads.state_hash(),
-                    "{name}: step {step}, threads"
-                );
-                if step % 10 == 0 {
-                    twin = World::restore(&world.snapshot()).unwrap();
-                }
-            }
-            assert!(world.audit().non_finite.is_empty(), "{name}");
+            goes_on(name, &mut machine.world, |_| ());
         }
     }
+}
+
+#[test]
+fn axes_drives_and_strengths_change_in_any_state() {
+    let changes: &[(&str, Change)] = &[
+        ("frames", |m| {
+            let turn = Quat::from_axis_angle(Vec3::X, 0.3);
+            m.world.joint_mut(m.hinges[0]).unwrap().set_frames(turn, turn)
+        }),
+        ("axes", |m| {
+            let limits = JointMotion::Limited { min: -0.2, max: 0.2, spring: None };
+            let turn = JointAxis { motion: limits, ..JointAxis::FREE };
+            let axes =
+                SixDof { angular: [turn, JointAxis::LOCKED, JointAxis::LOCKED], ..SixDof::FIXED };
+            m.world.joint_mut(m.hinges[1]).unwrap().set_axes(axes)
+        }),
+        ("articulated", |m| {
+            m.world.joint_mut(m.hinges[0]).unwrap().set_articulated(true);
+            Ok(())
+        }),
+        ("weak", |m| {
+            let weak = JointStrength { force: 10.0, ..JointStrength::default() };
+            m.all()
+                .into_iter()
+                .try_for_each(|id| m.world.joint_mut(id).unwrap().set_strength(Some(weak)))
+        }),
+        ("strong", |m| {
+            let strong = JointStrength { force: 1.0e7, ..JointStrength::default() };
+            m.all()
+                .into_iter()
+                .try_for_each(|id| m.world.joint_mut(id).unwrap().set_strength(Some(strong)))
+        }),
+        ("drive", |m| {
+            let motor = JointDrive::motor(1.0, 500.0);
+            m.world.joint_mut(m.hinges[0]).unwrap().set_drive(Some(motor))
+        }),
+        ("motor", |m| {
+            m.world.joint_mut(m.hinges[0]).unwrap().set_motor(-1.0, 1.0e4);
+            Ok(())
+        }),
+        ("servo", |m| {
+            let spring = JointSpring::hertz(2.0, 1.0);
+            m.world.joint_mut(m.hinges[1]).unwrap().set_servo(0.4, spring, 1.0e4);
+            Ok(())
+        }),
+        ("motor of the axis, and none again", |m| {
+            let mut joint = m.world.joint_mut(m.hinges[0]).unwrap();
+            joint.hinge().unwrap().set_motor(2.0, 1.0e4);
+            joint.hinge().unwrap().set_drive(None)
+        }),
+        ("servo of the axis", |m| {
+            let mut joint = m.world.joint_mut(m.hinges[0]).unwrap();
+            joint.hinge().unwrap().set_servo(-0.4, JointSpring::hertz(2.0, 1.0), 1.0e4);
+            Ok(())
+        }),
+        ("limits", |m| m.world.joint_mut(m.hinges[0]).unwrap().set_limits(-0.1, 0.1)),
+        ("limits of the axis", |m| {
+            m.world.joint_mut(m.hinges[1]).unwrap().hinge().unwrap().set_limits(0.3, 0.5)
+        }),
+        ("friction", |m| m.world.joint_mut(m.hinges[0]).unwrap().set_friction(50.0)),
+        ("friction of the axis", |m| {
+            m.world.joint_mut(m.hinges[1]).unwrap().hinge().unwrap().set_friction(f32::INFINITY)
+        }),
+        ("all of an axis", |m| {
+            let axis = JointAxis { friction: 20.0, ..JointAxis::FREE };
+            m.world.joint_mut(m.hinges[0]).unwrap().hinge().unwrap().set(axis)
+        }),
+        ("target", |m| {
+            let free = SixDof { angular: [JointAxis::FREE; 3], ..SixDof::FIXED };
+            m.world.joint_mut(m.ball).unwrap().set_kind(free)?;
+            let turn = Quat::from_axis_angle(vec3(0.6, 0.0, 0.8), 0.5);
+            let spring = JointSpring::hertz(1.0, 1.0);
+            m.world.joint_mut(m.ball).unwrap().set_target_rotation(turn, spring, 1.0e4);
+            Ok(())
+        }),
+        ("slides", |m| {
+            m.world.joint_mut(m.rope).unwrap().set_kind(Slider::new())?;
+            m.world.joint_mut(m.rope).unwrap().slider().unwrap().set_motor(0.2, 1.0e4);
+            Ok(())
+        }),
+        ("woken", |m| {
+            m.all().into_iter().for_each(|id| m.world.joint_mut(id).unwrap().wake());
+            Ok(())
+        }),
+    ];
+    in_any_state(changes);
 }
 
 #[test]

@@ -4,8 +4,11 @@
 #![expect(clippy::float_cmp, reason = "what is told is what was set, bit by bit")]
 
 mod bodies;
+mod calls;
 mod joints;
+mod particles;
 mod shapes;
+mod touches;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -285,50 +288,64 @@ fn scenes() -> Vec<Scene> {
 /// A change; what is refused is refused for good, and changes nothing.
 type Change = fn(&mut World, BodyId, ShapeId) -> Result<(), DefError>;
 
+/// A change that may hold something.
+type Making<'a> = dyn Fn(&mut World, BodyId, ShapeId) -> Result<(), DefError> + 'a;
+
 /// A name, and changes with a step between them.
 type Changes<'a> = (&'a str, &'a [Change]);
 
-/// Each change in each scene: tables are sound, a snapshot taken right after, or in any later step, goes on with the same bits, so do
-/// three threads, and events of touches pair up.
+/// Each change in each scene: see [`each_in_all_states`].
 fn in_all_states(changes: &[Changes<'_>]) {
-    let team: Arc<Team> = Arc::new(Team::with_threads(3));
     for (name, changes) in changes {
-        for mut scene in scenes() {
-            let of = format!("{name} in {}", scene.name);
-            for (i, change) in changes.iter().enumerate() {
-                if i > 0 {
-                    scene.world.step(DT);
-                    scene.touches.follow(&scene.world, &of);
-                }
-                let before = scene.world.snapshot();
-                if change(&mut scene.world, scene.body, scene.shape).is_err() {
-                    let now = scene.world.snapshot();
-                    assert!(now == before, "{of}: refused, and all the same changed");
-                }
+        let changes: Vec<&Making<'_>> =
+            changes.iter().map(|change| change as &Making<'_>).collect();
+        each_in_all_states(name, &changes);
+    }
+}
+
+/// Changes with a step between them in each scene: tables are sound, a snapshot taken right after, or in any later step, goes on with
+/// the same bits, so do three threads, and events of touches pair up.
+fn each_in_all_states(name: &str, changes: &[&Making<'_>]) {
+    for mut scene in scenes() {
+        let of = format!("{name} in {}", scene.name);
+        for (i, change) in changes.iter().enumerate() {
+            if i > 0 {
+                scene.world.step(DT);
+                scene.touches.follow(&scene.world, &of);
             }
-            let mut world = scene.world;
-            let restored = |world: &World| {
-                World::restore(&world.snapshot()).map_err(|e| format!("{of}: {e}")).unwrap()
-            };
-            let mut twin = restored(&world);
-            let mut threads = world.clone().with_executor(team.clone());
-            for step in 0..100 {
-                for world in [&mut world, &mut twin, &mut threads] {
-                    world.step(DT);
-                }
-                assert_eq!(world.state_hash(), twin.state_hash(), "{of}: step {step}, restored");
-                assert_eq!(world.events(), twin.events(), "{of}: step {step}, restored");
-                assert_eq!(world.state_hash(), threads.state_hash(), "{of}: step {step}, threads");
-                assert_eq!(world.events(), threads.events(), "{of}: step {step}, threads");
-                scene.touches.follow(&world, &of);
-                if step < 3 || step % 20 == 0 {
-                    twin = restored(&world);
-                }
+            let before = scene.world.snapshot();
+            if change(&mut scene.world, scene.body, scene.shape).is_err() {
+                let now = scene.world.snapshot();
+                assert!(now == before, "{of}: refused, and all the same changed");
             }
-            let audit = world.audit();
-            assert!(audit.non_finite.is_empty(), "{of}: {audit:?}");
+        }
+        let Scene { world, touches, .. } = &mut scene;
+        goes_on(&of, world, |world| touches.follow(world, &of));
+    }
+}
+
+/// A world goes on for 100 steps with the same bits from snapshots of it and with three threads.
+fn goes_on(of: &str, world: &mut World, mut after: impl FnMut(&World)) {
+    let restored = |world: &World| {
+        World::restore(&world.snapshot()).map_err(|e| format!("{of}: {e}")).unwrap()
+    };
+    let mut twin = restored(world);
+    let mut threads = world.clone().with_executor(Arc::new(Team::with_threads(3)));
+    for step in 0..100 {
+        for world in [&mut *world, &mut twin, &mut threads] {
+            world.step(DT);
+        }
+        assert_eq!(world.state_hash(), twin.state_hash(), "{of}: step {step}, restored");
+        assert_eq!(world.events(), twin.events(), "{of}: step {step}, restored");
+        assert_eq!(world.state_hash(), threads.state_hash(), "{of}: step {step}, threads");
+        assert_eq!(world.events(), threads.events(), "{of}: step {step}, threads");
+        after(world);
+        if step < 3 || step % 20 == 0 {
+            twin = restored(world);
         }
     }
+    let audit = world.audit();
+    assert!(audit.non_finite.is_empty(), "{of}: {audit:?}");
 }
 
 /// The first shape of a body.

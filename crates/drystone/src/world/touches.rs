@@ -1,0 +1,69 @@
+//! Touches that are under way when shapes change what they report: each one that is told to begin is told to end, and none ends that
+//! was not told.
+
+use super::World;
+use crate::state::events::{ContactEvent, Events};
+use crate::step::partition::contact_event;
+
+fn is_pair(a: &ContactEvent, b: &ContactEvent) -> bool {
+    (a.shape_a, a.shape_b) == (b.shape_a, b.shape_b)
+}
+
+/// Takes an event of the same pair out of a list; false if there is none.
+fn take_out(events: &mut Vec<ContactEvent>, event: &ContactEvent) -> bool {
+    let found = events.iter().position(|other| is_pair(other, event));
+    if let Some(at) = found {
+        events.remove(at);
+    }
+    found.is_some()
+}
+
+impl World {
+    /// The shape in a row reports its touches from now on, or no longer: those under way are told to begin, or to end, with the next
+    /// step. What is taken back before it cancels out.
+    pub(super) fn turn_touches(&mut self, shape: u32) {
+        let tables = &self.tables;
+        let is_told = tables.shapes.at(shape).reports.touches;
+        let body = tables.bodies.at(tables.shapes.at(shape).body);
+        for (row, _) in tables.contacts.of_body(body) {
+            let c = tables.contacts.at(row);
+            let other = if c.shape_a == shape { c.shape_b } else { c.shape_a };
+            let is_of = c.shape_a == shape || c.shape_b == shape;
+            let is_touch = c.touching && !c.sensor && !c.is_part;
+            if !is_of || !is_touch || !tables.shapes.at(other).reports.touches {
+                continue;
+            }
+            let event = contact_event(c, &tables.shapes, &tables.bodies);
+            let Events { contact_begin, contact_end, .. } = &mut self.pending;
+            let (told, back) =
+                if is_told { (contact_begin, contact_end) } else { (contact_end, contact_begin) };
+            if !take_out(back, &event) {
+                told.push(event);
+            }
+        }
+    }
+
+    /// The last end that waits for the next step is of a touch whose begin waits, too: neither is told.
+    pub(super) fn cancel_last_end(&mut self) {
+        let Events { contact_begin, contact_end, .. } = &mut self.pending;
+        if let Some(end) = contact_end.last().copied()
+            && take_out(contact_begin, &end)
+        {
+            contact_end.pop();
+        }
+    }
+
+    /// Tells begins that waited for the step, which has been taken. A touch that ended in it was never told.
+    pub(super) fn tell_begun(&mut self, begun: Vec<ContactEvent>) {
+        if begun.is_empty() {
+            return;
+        }
+        let Events { contact_begin, contact_end, .. } = &mut self.tables.events;
+        for event in begun {
+            if !take_out(contact_end, &event) {
+                contact_begin.push(event);
+            }
+        }
+        contact_begin.sort_unstable_by_key(|e| (e.shape_a, e.shape_b));
+    }
+}

@@ -1,0 +1,106 @@
+//! Touches under way when shapes begin or cease to report them: who follows the events knows what touches.
+
+use drystone::breakage::Fracture;
+use drystone::events::ContactReports;
+use drystone::{BodyDef, BodyKind, ShapeDef, ShapeId, World};
+
+use super::{DT, FLOORS, Floor, Stack, Touches, floor, shape_of};
+
+fn report(world: &mut World, shape: ShapeId, touches: bool) {
+    let reports = ContactReports { touches, ..ContactReports::default() };
+    world.shape_mut(shape).unwrap().set_reports(reports).unwrap();
+}
+
+/// Begins and ends that a step tells.
+fn told(world: &mut World) -> [usize; 2] {
+    world.step(DT);
+    let events = world.events();
+    [events.contact_begin.len(), events.contact_end.len()]
+}
+
+#[test]
+fn touches_under_way_end_and_begin_for_who_follows_the_events() {
+    for under in FLOORS {
+        for asleep in [false, true] {
+            let mut stack = Stack::new(under, 1.0, BodyKind::Dynamic);
+            if asleep {
+                stack = stack.asleep();
+            }
+            let (world, cube) = (&mut stack.world, stack.cubes[1]);
+            let shape = shape_of(world, cube);
+            report(world, shape, false);
+            assert_eq!(told(world), [0, 2], "{under:?}: it tells no longer of the two it touches");
+            assert_eq!(told(world), [0, 0]);
+            report(world, shape, true);
+            assert_eq!(told(world), [2, 0], "{under:?}: it tells of them again");
+            // What is taken back was not.
+            report(world, shape, false);
+            report(world, shape, true);
+            assert_eq!(told(world), [0, 0]);
+            report(world, shape, false);
+            assert_eq!(told(world), [0, 2]);
+            report(world, shape, true);
+            report(world, shape, false);
+            assert_eq!(told(world), [0, 0]);
+            // One of the two says no: the pair stays silent whatever the other says.
+            let above = shape_of(world, stack.cubes[2]);
+            report(world, above, false);
+            assert_eq!(told(world), [0, 1], "of the cube above that");
+            report(world, shape, true);
+            assert_eq!(told(world), [1, 0], "of the cube below");
+        }
+    }
+}
+
+#[test]
+fn a_touch_that_is_told_and_ends_before_the_step_is_not_told_at_all() {
+    let mut stack = Stack::new(Floor::Box, 1.0, BodyKind::Dynamic);
+    let top = stack.cubes[4];
+    let shape = shape_of(&stack.world, top);
+    report(&mut stack.world, shape, false);
+    assert_eq!(told(&mut stack.world), [0, 1]);
+    report(&mut stack.world, shape, true);
+    let mut twin = World::restore(&stack.world.snapshot()).unwrap();
+    for world in [&mut stack.world, &mut twin] {
+        assert!(world.remove_body(top));
+        assert_eq!(told(world), [0, 0]);
+    }
+    // The same if it ends in the step.
+    let top = stack.cubes[3];
+    let shape = shape_of(&stack.world, top);
+    report(&mut stack.world, shape, false);
+    assert_eq!(told(&mut stack.world), [0, 1]);
+    report(&mut stack.world, shape, true);
+    stack.world.body_mut(top).unwrap().set_pose(drystone::Pose::at([30.0, 9.0, 0.0]));
+    assert_eq!(told(&mut stack.world), [0, 0]);
+    // And a step that is refused tells of what was changed before it.
+    let below = shape_of(&stack.world, stack.cubes[2]);
+    report(&mut stack.world, below, false);
+    stack.world.step(0.0);
+    assert_eq!(stack.world.events().contact_end.len(), 1);
+}
+
+/// Found by the search for what breaks: a floor that told of a touch, and then no longer, under a body that broke.
+#[test]
+fn what_breaks_over_a_floor_that_tells_no_longer_leaves_no_touch() {
+    let mut world = World::default();
+    let ground = floor(&mut world, Floor::Box, 1.0);
+    let vase = BodyDef::dynamic().with_position([0.0, 0.5, 0.0]);
+    let vase = vase.with_fracture(Fracture::by_impulse(1.0e4).with_pieces(4));
+    let vase = world.add_body(vase.with_shape(ShapeDef::box_half([0.5; 3]))).unwrap();
+    let mut touches = Touches::default();
+    let follow = |world: &mut World, touches: &mut Touches| {
+        world.step(DT);
+        touches.follow(world, "vase");
+    };
+    (0..20).for_each(|_| follow(&mut world, &mut touches));
+    assert_eq!(touches.contacts.len(), 1);
+    let shape = shape_of(&world, ground);
+    report(&mut world, shape, false);
+    world.body_mut(vase).unwrap().apply_impulse([0.0, -5.0e4, 0.0]);
+    (0..10).for_each(|_| follow(&mut world, &mut touches));
+    assert!(world.body(vase).is_none_or(|vase| vase.mass() < 1000.0), "it broke");
+    let gone = |pair: &[ShapeId; 2]| pair.iter().any(|shape| world.shape(*shape).is_none());
+    assert!(!touches.contacts.iter().any(gone), "{:?}", touches.contacts);
+    assert!(!touches.contacts.iter().any(|pair| pair.contains(&shape)));
+}
