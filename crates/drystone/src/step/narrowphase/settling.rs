@@ -46,7 +46,7 @@ pub(super) fn settle(ctx: &StepContext, contact: &mut Contact, bodies: [&Body; 2
         let rest = ctx.rest_offset.min(most);
         let excess = separation - separation.clamp(rest - most, rest);
         let weights = answer / (ctx.gravity.length() * ctx.h);
-        let time = (TIME * weights).min(TIMES[1]).max(TIMES[0]);
+        let time = (TIME * weights).clamp(TIMES[0], TIMES[1]);
         next = settled;
         if speed.abs() * time <= STIRS * excess.abs() {
             let gives = (answer * (soft.impulse / soft.rate)).min(MOST / GIVES * most);

@@ -46,23 +46,20 @@ pub(crate) fn corotates(ctx: &StepContext, contact: &Contact, [a, b]: [&Body; 2]
 pub(crate) const BLOW_SPEED: f32 = 0.2;
 
 /// True if two bodies meet within the step at the speed of a blow, and do not bounce. What sweeps carry on of a blow, the next substep
-/// would give once more. One that touches nothing else is stopped by one sweep, which needs no more.
-pub(crate) fn blows(
-    ctx: &StepContext,
-    (row, contact): (u32, &Contact),
-    [a, b]: [&Body; 2],
-) -> bool {
+/// would give once more. One that is alone with what cannot be pushed is stopped by one sweep. On joints a blow runs through the sweep,
+/// which knows them.
+pub(crate) fn blows(ctx: &StepContext, contact: &Contact, [a, b]: [&Body; 2]) -> bool {
     if contact.sensor || contact.restitution > 0.0 {
         return false;
     }
-    let is_alone = |side: u8, body: &Body| {
-        body.contacts == 2 * row + u32::from(side)
-            && contact.links[usize::from(side)].next.get() == NONE
-    };
+    if [a, b].iter().any(|body| !body.joints.is_empty()) {
+        return false;
+    }
+    let is_alone = |body: &Body| body.island_previous == NONE && body.island_next == NONE;
     match [a.is_dynamic(), b.is_dynamic()] {
         [true, true] => {}
-        [true, false] if !is_alone(0, a) => {}
-        [false, true] if !is_alone(1, b) => {}
+        [true, false] if !is_alone(a) => {}
+        [false, true] if !is_alone(b) => {}
         _ => return false,
     }
     let least = BLOW_SPEED * ctx.length;
@@ -86,7 +83,7 @@ pub(super) fn list_for_solver(
     if corotates(ctx, contact, bodies) {
         out.push(Change::Corotates(row));
     }
-    if blows(ctx, (row, contact), bodies) {
+    if blows(ctx, contact, bodies) {
         out.push(Change::Blows(row));
     }
     list_parting(ctx, (row, contact), out);

@@ -22,7 +22,6 @@ use fearless_simd::dispatch;
 use super::blow::Response;
 use super::integrate::Carried;
 use super::reflect::Part;
-use super::rows::Extra;
 use super::tally::Bounce;
 use super::touch::{Entry, Hit, Moment, Source, Touch};
 use crate::base::disjoint::{Apart, Rows};
@@ -130,13 +129,13 @@ fn root(hits: &[Hit], of: u32) -> u32 {
     at
 }
 
-/// Room for so many touches is kept where nothing is hit.
-const KEPT: usize = 256;
+/// Room for so many contacts is kept where nothing is hit.
+const KEPT: usize = 512;
 
 impl Impacts {
     /// Gives back what was needed for a wave of blows through many bodies.
     pub(super) fn give_back(&mut self) {
-        if self.touches.capacity() > KEPT {
+        if self.entries.capacity() > KEPT {
             *self = Self::default();
         }
     }
@@ -216,9 +215,7 @@ impl Impacts {
         let block = source.blocks.read(i);
         for lane in 0..LANES {
             let contact = source.owners[i][lane];
-            let is_spring =
-                |e: &Extra| e.softens && e.soft_mass[lane] > 0.0 && !(e.restitution[lane] > 0.0);
-            if contact == NONE || source.extra(index(i)).is_some_and(is_spring) {
+            if contact == NONE || !source.takes_part(i, lane) {
                 continue;
             }
             let lines = [block.row_a[lane], block.row_b[lane]];

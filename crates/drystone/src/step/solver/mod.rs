@@ -78,6 +78,7 @@ use self::tally::{Askers, ContactTally, JointTally, Peaks, TreeTally, Watch};
 use self::tree::{TreeBody, TreeRow};
 use self::work::Bound;
 use super::context::StepContext;
+use crate::base::bit_set::BitSet;
 use crate::base::disjoint::{Apart, Rows};
 use crate::base::grow;
 use crate::base::jobs::{Jobs, for_each_in_room, for_shares};
@@ -258,7 +259,7 @@ struct Solver<'a> {
     /// Some contact that does not bounce may get a blow: see [`narrowphase::blows`].
     blows: bool,
     /// Some contact's bodies turn together: see [`narrowphase::corotates`].
-    corotates: bool,
+    turning: Option<&'a BitSet>,
     /// Some contact may be parted: only then `partings` and `ways` have rows.
     parts: bool,
     partings: Rows<'a, Parting>,
@@ -392,7 +393,7 @@ pub(crate) fn solve(
         extras: Rows::new(&mut s.extras, apart),
         has_extras,
         blows,
-        corotates,
+        turning: corotates.then_some(&plan.turning.bodies),
         parts,
         partings: Rows::new(&mut s.partings, apart),
         ways: Rows::new(&mut s.ways, apart),

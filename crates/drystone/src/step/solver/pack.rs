@@ -90,9 +90,8 @@ pub(super) struct Raw<'a> {
     turns: Option<[[Lanes; 3]; 2]>,
     /// Some contact is being parted.
     parts: bool,
-    /// How much of what each gives has been taken back [m], and whether any has.
+    /// How much of what each gives has been taken back [m].
     settled: Lanes,
-    settles: bool,
 }
 
 impl<'a> Raw<'a> {
@@ -112,7 +111,6 @@ impl<'a> Raw<'a> {
             turns: None,
             parts: false,
             settled: [0.0; LANES],
-            settles: false,
         };
         for lane in 0..LANES {
             if owners[lane] == u32::MAX {
@@ -125,7 +123,6 @@ impl<'a> Raw<'a> {
             raw.landing[lane] = landing(c, source);
             raw.parts |= c.traits.any(Traits::PARTING);
             raw.settled[lane] = c.settled();
-            raw.settles |= raw.settled[lane] != 0.0;
             if c.round_patch {
                 raw.patch[lane] = DISC;
             }
@@ -288,7 +285,7 @@ fn blows(source: &Source<'_>, raw: &Raw<'_>, owners: &[u32; LANES]) -> u8 {
     let mut lanes = 0;
     for (lane, (row, c)) in owners.iter().zip(raw.contacts).enumerate() {
         let ends = [c.body_a, c.body_b].map(|body| source.bodies.at(body));
-        let is_one = *row != u32::MAX && narrowphase::blows(source.ctx, (*row, c), ends);
+        let is_one = *row != u32::MAX && narrowphase::blows(source.ctx, c, ends);
         lanes |= u8::from(is_one) << lane;
     }
     lanes
@@ -343,6 +340,7 @@ fn build_rows<S: Simd, const FIXED: bool, const N: usize>(
     let mut scale = splat(simd, source.ctx.impulse_scale);
     let inv_margin = splat(simd, 1.0 / source.ctx.margin);
     let rest_offset = splat(simd, source.ctx.rest_offset);
+    let settled = load(simd, &raw.settled);
     let zeros = Vec3w::zero(simd);
     let turned = above(zero, load(simd, &raw.sign));
     let (mut a, mut b, mut rb, mut there) = ([zeros; N], [zeros; N], [zeros; N], [zero; N]);
@@ -358,10 +356,7 @@ fn build_rows<S: Simd, const FIXED: bool, const N: usize>(
         let arm = Vec3w { x, y, z };
         let arm_a = Vec3w::select(is_there, arm, zeros);
         let arm_b = Vec3w::select(is_there, arm - offset, zeros);
-        let mut s0 = select(is_there, s - rest_offset, zero);
-        if raw.settles {
-            s0 = select(is_there, s0 - load(simd, &raw.settled), zero);
-        }
+        let s0 = select(is_there, s - rest_offset - settled, zero);
         let impulse = select(is_there, impulse, zero);
         lowest = min(lowest, s0);
         most = max(most, impulse);

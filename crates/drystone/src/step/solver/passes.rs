@@ -26,7 +26,7 @@ impl Solver<'_> {
             parts: self.parts,
             blows: self.blows,
             is_renewed: false,
-            turning: self.corotates.then_some(&self.plan.turning.bodies),
+            turning: self.turning,
         }
     }
 

@@ -116,7 +116,7 @@ impl Solver<'_> {
                 }
             }
             Pass::Impacts if self.has_extras || self.blows => {
-                self.collide(number, way.done, way.kicked, jobs)
+                self.collide(number, way.done, way.kicked, jobs);
             }
             pass => {
                 self.sweep(group, pass, stroke.substep, jobs);

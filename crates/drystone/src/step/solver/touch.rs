@@ -42,6 +42,19 @@ impl Source<'_> {
         self.extras.map(|extras| extras.read(block as usize))
     }
 
+    /// True if impacts reflect or stop a lane. What does not bounce and is a spring of its own, or on a joint, is left to the sweep.
+    pub(super) fn takes_part(&self, block: usize, lane: usize) -> bool {
+        let extra = self.extras.map(|extras| extras.read(block));
+        if extra.is_some_and(|extra| extra.restitution[lane] > 0.0) {
+            return true;
+        }
+        let rows = self.blocks.read(block);
+        let ends = [rows.row_a[lane], rows.row_b[lane]].into_iter().filter(|line| *line != 0);
+        let mut bodies = ends.map(|line| self.bodies.at(self.members[line as usize - 1]));
+        !extra.is_some_and(|extra| extra.softens && extra.soft_mass[lane] > 0.0)
+            && bodies.all(|body| body.joints.is_empty())
+    }
+
     /// Coefficient of restitution of a lane.
     #[inline]
     pub(super) fn restitution(&self, block: u32, lane: u8) -> f32 {

@@ -163,7 +163,7 @@ fn in_any_state(changes: &[(&str, Change)]) {
                 machine.world.body_mut(id).unwrap().set_damping(0.5, 0.5);
             }
             machine.steps(rests);
-            change(&mut machine).unwrap_or_else(|e| panic!("{name}: {e}"));
+            change(&mut machine).expect(name);
             goes_on(name, &mut machine.world, |_| ());
         }
     }

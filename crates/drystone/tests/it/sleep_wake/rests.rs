@@ -46,9 +46,11 @@ fn what_rests_sleeps_as_soon_as_it_can_be_told() {
                 for i in 0..5_u8 {
                     cube(&mut world, vec3(0.0, f32::from(i) + 0.5, 0.0) * size, size);
                 }
-                // They settle by a part of a millimeter first.
+                // They settle by a part of a millimeter first. Where that is much for them, contacts take it back, in a fifth of a
+                // second for the weight of five: within two such times it is a hundredth of half their thickness.
+                let settles = if size < 0.1 { 0.4 } else { 0.0 };
                 let slept = until_sleep(&mut world, rate, 2.0);
-                let soon = slept.is_some_and(|t| t < SLEEP + 2.0 * LOOK);
+                let soon = slept.is_some_and(|t| t < SLEEP + 2.0 * LOOK + settles);
                 assert!(soon, "{slept:?}: {size}, {rate} Hz, {floor:?}");
             }
         }
