@@ -156,12 +156,15 @@ pub(crate) struct Scratch {
 /// Room is kept for so many steps after it was needed last.
 const KEPT_STEPS: u32 = 60;
 
+/// The same for impacts: before what they hit falls asleep, after which no step counts.
+const CALM_STEPS: u32 = 20;
+
 impl Scratch {
     /// Makes room for what few contacts have, if some have that. It is given back when that was not so for a while.
     fn make_extras(&mut self, has_extras: bool) {
         let [blocks, lines] = [self.plan.contacts.owners.len(), self.plan.members.len() + 1];
         self.extras.resize_with(if has_extras { blocks } else { 0 }, Extra::default);
-        if Self::is_over(&mut self.plain, has_extras) {
+        if Self::is_over(&mut self.plain, has_extras, KEPT_STEPS) {
             self.extras = Vec::new();
         }
         self.free.clear();
@@ -170,7 +173,7 @@ impl Scratch {
 
     /// Makes room for impacts. A little of it stays, for a blow may come at any time; much is given back when none came for a while.
     fn make_impacts(&mut self, collides: bool) {
-        if Self::is_over(&mut self.calm, collides) {
+        if Self::is_over(&mut self.calm, collides, CALM_STEPS) {
             self.impacts.iter_mut().for_each(Impacts::give_back);
         }
         if collides {
@@ -180,9 +183,9 @@ impl Scratch {
     }
 
     /// Counts the steps since something was needed; true if room for it is to be given back now.
-    const fn is_over(since: &mut u32, is_needed: bool) -> bool {
+    const fn is_over(since: &mut u32, is_needed: bool, steps: u32) -> bool {
         *since = if is_needed { 0 } else { since.saturating_add(1) };
-        *since == KEPT_STEPS
+        *since == steps
     }
 
     /// See [`crate::step::Scratch::start_from`]. What is told of the last step is that of `from`.

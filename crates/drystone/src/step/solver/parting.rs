@@ -19,7 +19,7 @@ use super::rows::{
     ContactBlock, Extra, Line, PointRows, Velocity, load_motion, load_velocity, store_velocity,
 };
 use super::softness::Softness;
-use super::{Scratch, Solver, pack};
+use super::{KEPT_STEPS, Scratch, Solver, pack};
 use crate::base::disjoint::Rows;
 use crate::base::jobs::{Jobs, for_shares};
 use crate::base::wide::{LANES, Lanes, Vec3w, Wide, above, bits, load, max, min, select, splat};
@@ -87,7 +87,7 @@ impl Scratch {
         let count = |n: usize| if may_part { n } else { 0 };
         self.partings.resize_with(count(blocks), Parting::default);
         self.ways.resize_with(count(lines), Line::default);
-        if Self::is_over(&mut self.unparted, may_part) {
+        if Self::is_over(&mut self.unparted, may_part, KEPT_STEPS) {
             (self.partings, self.ways) = (Vec::new(), Vec::new());
         }
     }
