@@ -25,7 +25,7 @@ struct Cli {
     /// The engine.
     #[arg(long, default_value = "", hide_default_value = true)]
     engine: String,
-    /// What queries cost, of all engines that were built in, as a table in place of a scene.
+    /// Prints a table of the cost of queries, of all engines that were built in, in place of a scene.
     #[arg(long)]
     queries: bool,
     /// A scene of the catalog.

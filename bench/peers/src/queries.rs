@@ -1,4 +1,4 @@
-//! What questions cost: rays, casts of a ball and overlaps with a ball, of drystone and of its peers on the same scenes.
+//! The cost of rays, casts of a ball and overlaps with a ball, of drystone and of its peers on the same scenes.
 
 use std::fmt::Write as _;
 use std::sync::Arc;
@@ -110,7 +110,7 @@ fn ground(numbers: &mut Numbers) -> Result<Scene, EngineError> {
     Ok(scene)
 }
 
-/// What is asked on a scene: ways of rays and casts, which begin in no shape; places of balls; radii of both [m].
+/// The queries of a scene: ways of rays and casts, which begin in no shape; places of balls; radii of both [m].
 struct Questions {
     ways: Vec<(Vec3, Vec3)>,
     places: Vec<Vec3>,

@@ -61,7 +61,7 @@ pub enum AwakeCause {
         /// The body of that surface.
         of: BodyId,
     },
-    /// The body is slow, but small or thin for the load that pressed it together with another one, and still moves apart from it.
+    /// The body is slow, but its load pressed it together with another one, and the two still move apart.
     Settles {
         /// The other body.
         with: BodyId,

@@ -91,7 +91,6 @@ impl Traits {
     /// Not of the surfaces: it got a blow in the last step that it does not bounce off. What is left of the approach is of the same
     /// landing.
     pub(crate) const STRUCK: Self = Self(16);
-
     /// Not of the surfaces: it gave much under its load, which is being taken back.
     pub(crate) const SETTLES: Self = Self(32);
 

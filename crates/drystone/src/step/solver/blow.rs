@@ -107,7 +107,7 @@ impl Response {
 
     fn load(&mut self, source: &Source<'_>) {
         let block = source.blocks.read(self.block as usize);
-        let extra = source.extra(self.block);
+        let extra = source.extra(self.block as usize);
         let lane = usize::from(self.lane);
         self.t = [at(&block.t1, lane), at(&block.t2, lane)];
         self.mu = block.mu[lane];

@@ -129,15 +129,10 @@ fn root(hits: &[Hit], of: u32) -> u32 {
     at
 }
 
-/// Room for so many contacts is kept where nothing is hit.
-const KEPT: usize = 512;
-
 impl Impacts {
-    /// Gives back what was needed for a wave of blows through many bodies.
-    pub(super) fn give_back(&mut self) {
-        if self.entries.capacity() > KEPT {
-            *self = Self::default();
-        }
+    /// For how many contacts there is room.
+    pub(super) fn room(&self) -> usize {
+        self.entries.capacity()
     }
 
     /// At the step's start: finds what arrives in it, if anything does, and the contacts around.

@@ -159,6 +159,9 @@ const KEPT_STEPS: u32 = 60;
 /// The same for impacts: before what they hit falls asleep, after which no step counts.
 const CALM_STEPS: u32 = 20;
 
+/// Room for so many contacts is kept where nothing is hit.
+const KEPT_ROOM: usize = 512;
+
 impl Scratch {
     /// Makes room for what few contacts have, if some have that. It is given back when that was not so for a while.
     fn make_extras(&mut self, has_extras: bool) {
@@ -173,8 +176,9 @@ impl Scratch {
 
     /// Makes room for impacts. A little of it stays, for a blow may come at any time; much is given back when none came for a while.
     fn make_impacts(&mut self, collides: bool) {
-        if Self::is_over(&mut self.calm, collides, CALM_STEPS) {
-            self.impacts.iter_mut().for_each(Impacts::give_back);
+        let room = || self.impacts.iter().map(Impacts::room).sum::<usize>();
+        if Self::is_over(&mut self.calm, collides, CALM_STEPS) && room() > KEPT_ROOM {
+            self.impacts = Vec::new();
         }
         if collides {
             let groups = self.plan.groups.len().max(self.impacts.len());
@@ -445,6 +449,11 @@ pub(crate) fn solve(
 }
 
 impl Solver<'_> {
+    /// True if something may bounce or get a blow in this step.
+    fn collides(&self) -> bool {
+        self.has_extras || self.blows
+    }
+
     fn impact_source(&self, group: &Group) -> touch::Source<'_> {
         touch::Source {
             level: self.ctx.level,

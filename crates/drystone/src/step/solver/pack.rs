@@ -233,6 +233,7 @@ pub(super) fn build<S: Simd, const FIXED: bool>(
     let Some(raw) = Raw::load::<FIXED>(source, owners) else {
         // Other groups have been in the room: what they left must push nothing.
         (block.row_a, block.row_b, block.parting) = ([0; LANES], [0; LANES], 0);
+        (block.arrives, block.hit) = (0, 0);
         return None;
     };
     (block.row_a, block.row_b) = (raw.row_a, raw.row_b);

@@ -266,13 +266,12 @@ impl Solver<'_> {
             let block = self.blocks.row(i);
             let extra = if self.has_extras { Some(self.extras.row(i)) } else { None };
             let [arrived, hit] = [block.arrives, block.hit];
-            let extra = if fixed {
+            if fixed {
                 pack::build::<_, true>(simd, &source, owners, block, extra);
-                self.has_extras.then(|| self.extras.row(i))
             } else {
                 pack::build::<_, false>(simd, &source, owners, block, extra);
-                self.has_extras.then(|| self.extras.row(i))
-            };
+            }
+            let extra = self.has_extras.then(|| self.extras.row(i));
             (block.arrives, block.hit) = (block.arrives | arrived, hit);
             self.watch_more(i);
             rebase(simd, block, extra, &self.lines, (fixed, elapsed));

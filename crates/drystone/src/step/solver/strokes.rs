@@ -59,7 +59,7 @@ impl Solver<'_> {
         if self.round == 0 {
             self.begin_tallies(group);
         }
-        if self.has_extras || self.blows {
+        if self.collides() {
             let blocks = self.plan.contacts.blocks_of(&group.contacts);
             let impacts = self.impacts.row(number);
             impacts.begin(&self.impact_source(group), arrives, blocks, group.lines.len());
@@ -115,7 +115,7 @@ impl Solver<'_> {
                     }
                 }
             }
-            Pass::Impacts if self.has_extras || self.blows => {
+            Pass::Impacts if self.collides() => {
                 self.collide(number, way.done, way.kicked, jobs);
             }
             pass => {
@@ -140,7 +140,7 @@ impl Solver<'_> {
     pub(super) fn end(&self, number: usize, way: &Progress, jobs: &Jobs<'_>) {
         let group = &self.plan.groups[number];
         self.part(group, way.locked, jobs);
-        if self.has_extras || self.blows {
+        if self.collides() {
             self.add_impacts(number);
         }
         if self.has_extras {

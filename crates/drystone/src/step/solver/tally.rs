@@ -71,6 +71,16 @@ pub(crate) struct ContactTally {
 pub(crate) struct Peaks([Lanes; 5]);
 
 impl ContactTally {
+    /// Adds what impacts gave to a lane.
+    fn add_bounce(&mut self, lane: usize, bounce: &Bounce) {
+        for (sum, p) in self.points.iter_mut().zip(bounce.points) {
+            sum[lane] += p;
+        }
+        for (sum, p) in self.push.iter_mut().zip(bounce.push.to_array()) {
+            sum[lane] += p;
+        }
+    }
+
     /// Adds the block's impulses, `times` 1, or takes them away again, before a sweep that changes them, by -1.
     #[inline(always)]
     pub(super) fn add(&mut self, block: &ContactBlock, times: f32) {
@@ -89,18 +99,6 @@ impl ContactTally {
                 let rub = t1[lane] * f1[lane] + t2[lane] * f2[lane];
                 sum[lane] += times * (n[lane] * total[lane] + rub);
             }
-        }
-    }
-}
-
-impl ContactTally {
-    /// Adds what impacts gave to a lane.
-    fn add_bounce(&mut self, lane: usize, bounce: &Bounce) {
-        for (sum, p) in self.points.iter_mut().zip(bounce.points) {
-            sum[lane] += p;
-        }
-        for (sum, p) in self.push.iter_mut().zip(bounce.push.to_array()) {
-            sum[lane] += p;
         }
     }
 }

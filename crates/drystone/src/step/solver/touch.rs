@@ -38,27 +38,26 @@ pub(super) struct Source<'a> {
 impl Source<'_> {
     /// What few contacts have, of a block.
     #[inline]
-    pub(super) fn extra(&self, block: u32) -> Option<&Extra> {
-        self.extras.map(|extras| extras.read(block as usize))
+    pub(super) fn extra(&self, block: usize) -> Option<&Extra> {
+        self.extras.map(|extras| extras.read(block))
     }
 
     /// True if impacts reflect or stop a lane. What does not bounce and is a spring of its own, or on a joint, is left to the sweep.
     pub(super) fn takes_part(&self, block: usize, lane: usize) -> bool {
-        let extra = self.extras.map(|extras| extras.read(block));
-        if extra.is_some_and(|extra| extra.restitution[lane] > 0.0) {
+        if self.restitution(block, lane) > 0.0 {
             return true;
         }
         let rows = self.blocks.read(block);
         let ends = [rows.row_a[lane], rows.row_b[lane]].into_iter().filter(|line| *line != 0);
         let mut bodies = ends.map(|line| self.bodies.at(self.members[line as usize - 1]));
-        !extra.is_some_and(|extra| extra.softens && extra.soft_mass[lane] > 0.0)
+        !self.extra(block).is_some_and(|extra| extra.softens && extra.soft_mass[lane] > 0.0)
             && bodies.all(|body| body.joints.is_empty())
     }
 
     /// Coefficient of restitution of a lane.
     #[inline]
-    pub(super) fn restitution(&self, block: u32, lane: u8) -> f32 {
-        self.extra(block).map_or(0.0, |extra| extra.restitution[usize::from(lane)])
+    fn restitution(&self, block: usize, lane: usize) -> f32 {
+        self.extra(block).map_or(0.0, |extra| extra.restitution[lane])
     }
 }
 
@@ -198,9 +197,9 @@ impl Touch {
                 }
             }
         }
-        let extra = source.extra(self.block);
+        let extra = source.extra(self.block as usize);
         self.drifts = extra.is_some_and(|extra| extra.drifts);
-        self.bounces = source.restitution(self.block, self.lane) > 0.0;
+        self.bounces = source.restitution(self.block as usize, lane) > 0.0;
         self.most_hits = if self.bounces { HITS[usize::from(self.points > 1)] } else { BLOWS };
         let least = if self.bounces {
             moment.least.max(extra.map_or(0.0, |extra| extra.slow[lane]))
@@ -215,7 +214,7 @@ impl Touch {
 
     /// Speeds of the points along the normal that come from kinematic bodies.
     fn drift(&self, source: &Source<'_>) -> [f32; 4] {
-        let extra = if self.drifts { source.extra(self.block) } else { None };
+        let extra = if self.drifts { source.extra(self.block as usize) } else { None };
         let Some(extra) = extra else { return [0.0; 4] };
         extra.drift.map(|drift| drift[usize::from(self.lane)])
     }
@@ -265,42 +264,28 @@ impl Touch {
         core::array::from_fn(|l| u + turn_b[l] - turn_a[l] + drift[l])
     }
 
-    /// The points that approach and meet within the substep, faster than what rests: bits.
+    /// The points that approach and meet within the substep, faster than what rests: bits. Of what does not bounce, those that
+    /// approach faster by a blow than brings them to the surface.
     #[inline]
     fn meets(&self, source: &Source<'_>, moment: &Moment) -> u8 {
         let faster = |least: f32| {
             let mut met = 0;
             for j in 0..4 {
-                let soon = self.s[j] + self.speed[j] * moment.h < 0.0;
-                met |= u8::from(self.speed[j] < -least && soon) << j;
+                let is_hit = if self.bounces {
+                    self.speed[j] < -least && self.s[j] + self.speed[j] * moment.h < 0.0
+                } else {
+                    self.speed[j] + self.kept(moment, j) < -least
+                };
+                met |= u8::from(is_hit) << j;
             }
             met & self.points
         };
-        if !self.bounces {
-            return self.is_struck(source, moment);
-        }
-        let met = faster(self.least);
-        if met == 0 {
-            return 0;
-        }
-        // What carries a load rests, and its neighbors' push-out and the weight above it may move it.
-        let carried = (self.carried(source) * f32::from(moment.substeps)).min(moment.push);
-        faster(self.least + carried)
-    }
-
-    /// Which points, of what does not bounce, approach faster by a blow than brings them to the surface in the substep: bits.
-    fn is_struck(&self, source: &Source<'_>, moment: &Moment) -> u8 {
-        let least = if self.response == NONE { self.least } else { self.follows };
-        let faster = |least: f32| {
-            let mut met = 0;
-            for j in 0..4 {
-                met |= u8::from(self.speed[j] + self.kept(moment, j) < -least) << j;
-            }
-            met & self.points
-        };
+        let is_first = self.bounces || self.response == NONE;
+        let least = if is_first { self.least } else { self.follows };
         if faster(least) == 0 {
             return 0;
         }
+        // What carries a load rests, and its neighbors' push-out and the weight above it may move it.
         let carried = (self.carried(source) * f32::from(moment.substeps)).min(moment.push);
         faster(least + carried)
     }
@@ -326,7 +311,7 @@ impl Touch {
         let point = usize::from(hit.point);
         (hit.lines, hit.response) = (self.lines, self.response);
         hit.contact = source.owners[block][lane];
-        hit.e = source.restitution(self.block, self.lane);
+        hit.e = source.restitution(block, lane);
         hit.speed = self.speed[point];
         if hit.e > 0.0 {
             hit.gain = self.gain(source, moment, hit.e, point);
@@ -339,7 +324,8 @@ impl Touch {
     /// what it has at the place where it is, and what the substeps of this step lose of it.
     fn gain(&self, source: &Source<'_>, moment: &Moment, e: f32, j: usize) -> f32 {
         let w = self.speed[j];
-        let fall = source.extra(self.block).map_or(0.0, |extra| extra.fall[usize::from(self.lane)]);
+        let lane = usize::from(self.lane);
+        let fall = source.extra(self.block as usize).map_or(0.0, |extra| extra.fall[lane]);
         // What rests is held against gravity.
         let fall = if self.carried(source) > 0.0 { 0.0 } else { fall };
         // In every velocity of the substep, of what bounced and was sent back too.
