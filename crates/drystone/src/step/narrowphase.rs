@@ -107,21 +107,6 @@ impl Scratch {
         })
     }
 
-    /// Whether some contact's bodies turn together: see [`corotates`].
-    pub(crate) fn any_corotates(&self) -> bool {
-        self.changes.iter().flatten().any(|change| matches!(change, Change::Corotates(_)))
-    }
-
-    /// Whether bodies meet in a blow at some contact that does not bounce: see [`blows`].
-    pub(crate) fn any_blows(&self) -> bool {
-        self.changes.iter().flatten().any(|change| matches!(change, Change::Blows(_)))
-    }
-
-    /// Whether some contact may be parted.
-    pub(crate) fn any_parts(&self) -> bool {
-        self.changes.iter().flatten().any(|change| matches!(change, Change::Parts(_)))
-    }
-
     /// Contacts that were ghosts of seams: they lost their points, or have the normal of what carries beside them.
     pub(crate) fn ghosts(&self) -> impl Iterator<Item = u32> {
         self.seams.hidden()

@@ -89,6 +89,22 @@ pub(super) fn list_for_solver(
     list_parting(ctx, (row, contact), out);
 }
 
+impl super::Scratch {
+    /// Whether the bodies of some contact turn together, some contact may be parted, and some gets a blow.
+    pub(crate) fn listed(&self) -> [bool; 3] {
+        let mut listed = [false; 3];
+        for change in self.changes.iter().flatten() {
+            match change {
+                Change::Corotates(_) => listed[0] = true,
+                Change::Parts(_) => listed[1] = true,
+                Change::Blows(_) => listed[2] = true,
+                _ => {}
+            }
+        }
+        listed
+    }
+}
+
 /// How far two shapes turn against each other in this step, and a tenth more [rad]: not about an axis of revolution, for what rolls on its
 /// side touches at the same lever.
 pub(super) fn turn_ahead(

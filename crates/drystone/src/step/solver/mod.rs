@@ -362,8 +362,8 @@ pub(crate) fn solve(
     s.frames.resize_with(s.plan.groups.len().max(s.frames.len()), Frames::default);
     let n = s.plan.contacts.owners.len();
     s.begun.resize(n, 0);
-    let (corotates, parts) = (closing.any_corotates(), closing.any_parts());
-    let (has_extras, blows) = (colors.special > 0 || corotates, closing.any_blows());
+    let [corotates, parts, blows] = closing.listed();
+    let has_extras = colors.special > 0 || corotates;
     s.make_partings(parts);
     s.make_extras(has_extras);
     s.make_impacts(has_extras || blows);
@@ -449,45 +449,6 @@ pub(crate) fn solve(
 }
 
 impl Solver<'_> {
-    /// True if something may bounce or get a blow in this step.
-    fn collides(&self) -> bool {
-        self.has_extras || self.blows
-    }
-
-    fn impact_source(&self, group: &Group) -> touch::Source<'_> {
-        touch::Source {
-            level: self.ctx.level,
-            blocks: &self.blocks,
-            extras: self.has_extras.then_some(&self.extras),
-            owners: &self.plan.contacts.owners,
-            lines: &self.lines,
-            aux: &self.aux,
-            whitening: &self.whitening,
-            acceleration: &self.acceleration,
-            dt: self.ctx.dt,
-            h: self.ctx.h,
-            first_line: group.lines.start,
-            members: &self.plan.members,
-            bodies: self.bodies,
-        }
-    }
-
-    fn collide(&self, number: usize, done: u16, kicked: bool, jobs: &Jobs<'_>) {
-        let ctx = self.ctx;
-        let moment = touch::Moment {
-            done,
-            substeps: u16::try_from(ctx.substeps).expect("at most 256 substeps"),
-            h: ctx.h,
-            kicked,
-            least: ctx.restitution_speed,
-            blow: narrowphase::BLOW_SPEED * ctx.length,
-            still: touch::STILL * ctx.length,
-            push: ctx.push_speed,
-        };
-        let source = self.impact_source(&self.plan.groups[number]);
-        self.impacts.row(number).collide(&source, &moment, jobs);
-    }
-
     /// A pass over the colors.
     fn sweep(&self, group: &Group, pass: Pass, substep: u32, jobs: &Jobs<'_>) {
         let ctx = self.ctx;

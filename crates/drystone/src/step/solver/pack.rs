@@ -4,7 +4,7 @@
 use fearless_simd::{Simd, SimdBase, SimdMask, mask32x8};
 
 use super::contact::K;
-use super::pack_extra::{corotation, pack_extra};
+use super::pack_extra::{blows, corotation, pack_extra};
 use super::parting;
 use super::rows::{
     ContactBlock, Extra, Line, Whitening, load_velocity, read_lanes, store_velocity,
@@ -278,18 +278,6 @@ pub(super) fn build<S: Simd, const FIXED: bool>(
         }
     }
     Some(warm)
-}
-
-/// A bit for each lane that may get a blow in this step.
-#[inline(never)]
-fn blows(source: &Source<'_>, raw: &Raw<'_>, owners: &[u32; LANES]) -> u8 {
-    let mut lanes = 0;
-    for (lane, (row, c)) in owners.iter().zip(raw.contacts).enumerate() {
-        let ends = [c.body_a, c.body_b].map(|body| source.bodies.at(body));
-        let is_one = *row != u32::MAX && narrowphase::blows(source.ctx, c, ends);
-        lanes |= u8::from(is_one) << lane;
-    }
-    lanes
 }
 
 /// The warm start: a linear impulse, and what turns A and B.

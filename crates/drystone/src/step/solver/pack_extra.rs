@@ -6,10 +6,11 @@ use super::rows::Extra;
 use super::softness::Softness;
 use crate::base::math::Vec3;
 use crate::base::sym3::Sym3;
-use crate::base::wide::{Lanes, Vec3w, above, put, splat};
+use crate::base::wide::{LANES, Lanes, Vec3w, above, put, splat};
 use crate::state::bodies::Body;
 use crate::state::contacts::{Contact, Softened, Traits};
 use crate::state::shapes::ShapeRow;
+use crate::step::narrowphase;
 use fearless_simd::Simd;
 
 #[inline(always)]
@@ -179,4 +180,16 @@ pub(super) fn corotation<S: Simd>(
     });
     let rate = (b.1 - a.1) * splat(simd, 1.0 / (half * half));
     ([a.0, b.0], rate)
+}
+
+/// A bit for each lane that may get a blow in this step.
+#[inline(never)]
+pub(super) fn blows(source: &Source<'_>, raw: &Raw<'_>, owners: &[u32; LANES]) -> u8 {
+    let mut lanes = 0;
+    for (lane, (row, c)) in owners.iter().zip(raw.contacts).enumerate() {
+        let ends = [c.body_a, c.body_b].map(|body| source.bodies.at(body));
+        let is_one = *row != u32::MAX && narrowphase::blows(source.ctx, c, ends);
+        lanes |= u8::from(is_one) << lane;
+    }
+    lanes
 }

@@ -3,13 +3,17 @@
 
 use fearless_simd::Level;
 
+use super::Solver;
 use super::integrate::{Aux, three};
+use super::plan::Group;
 use super::rooms::Blocks;
 use super::rows::{Extra, Line, Whitening};
 use crate::base::disjoint::Rows;
+use crate::base::jobs::Jobs;
 use crate::base::math::Vec3;
 use crate::base::wide::{LANES, at};
 use crate::state::bodies::{Bodies, NONE};
+use crate::step::narrowphase;
 
 /// Below this a point does not approach [m/s]: a hundred roundings of speeds of 10 m/s.
 pub(super) const STILL: f32 = 1.0e-4;
@@ -340,5 +344,46 @@ impl Touch {
             e * e * before.max(0.0) + height + lost * f32::from(moment.substeps - moment.done);
         let gain = (kick + after.max(0.0).sqrt()).max(0.0) / -w;
         if s < 0.0 { gain.min(1.0) } else { gain }
+    }
+}
+
+impl Solver<'_> {
+    /// True if something may bounce or get a blow in this step.
+    pub(super) fn collides(&self) -> bool {
+        self.has_extras || self.blows
+    }
+
+    pub(super) fn impact_source(&self, group: &Group) -> Source<'_> {
+        Source {
+            level: self.ctx.level,
+            blocks: &self.blocks,
+            extras: self.has_extras.then_some(&self.extras),
+            owners: &self.plan.contacts.owners,
+            lines: &self.lines,
+            aux: &self.aux,
+            whitening: &self.whitening,
+            acceleration: &self.acceleration,
+            dt: self.ctx.dt,
+            h: self.ctx.h,
+            first_line: group.lines.start,
+            members: &self.plan.members,
+            bodies: self.bodies,
+        }
+    }
+
+    pub(super) fn collide(&self, number: usize, done: u16, kicked: bool, jobs: &Jobs<'_>) {
+        let ctx = self.ctx;
+        let moment = Moment {
+            done,
+            substeps: u16::try_from(ctx.substeps).expect("at most 256 substeps"),
+            h: ctx.h,
+            kicked,
+            least: ctx.restitution_speed,
+            blow: narrowphase::BLOW_SPEED * ctx.length,
+            still: STILL * ctx.length,
+            push: ctx.push_speed,
+        };
+        let source = self.impact_source(&self.plan.groups[number]);
+        self.impacts.row(number).collide(&source, &moment, jobs);
     }
 }
