@@ -1,7 +1,9 @@
 //! What rests sleeps, as soon as can be told.
 
 use drystone::audit::AwakeCause;
-use drystone::{BodyDef, ShapeDef, Vec3, World, WorldConfig, vec3};
+#[cfg(feature = "snapshot")]
+use drystone::{BodyDef, ShapeDef};
+use drystone::{Vec3, World, WorldConfig, vec3};
 
 use super::{
     LOOK, RATES, SCALES, SLEEP, all_sleep, at, cause, cube, ground, pulled, run, sleeps,
