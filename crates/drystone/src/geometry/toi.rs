@@ -9,6 +9,7 @@ use super::collide::convex::Convex;
 use super::solid::{Core, Solid};
 use crate::base::math::{Vec3, greater, lesser};
 use crate::base::pose::Pose;
+use crate::base::quat::Quat;
 
 /// How a center of mass moves in a step: straight, while the body turns evenly.
 #[derive(Clone, Copy, Debug)]
@@ -255,7 +256,7 @@ impl<'a> Pair<'a> {
                 // What a piece before left is no deeper than contacts bear.
                 Course::Overlap if piece > 0 => {
                     if let Some(seen) = self.look(part(piece), 0.0)
-                        && self.is_deep(&seen, part(piece + 1))
+                        && self.is_deep(&seen, [part(piece), part(piece + 1)])
                     {
                         return Course::Deep(part(piece));
                     }
@@ -293,7 +294,7 @@ impl<'a> Pair<'a> {
             }
             (at, seen) = (next, then);
         }
-        if self.is_deep(&seen, end) { Course::Deep(at) } else { Course::Clear }
+        if self.is_deep(&seen, [at, end]) { Course::Deep(at) } else { Course::Clear }
     }
 
     /// True if one comes into the other on the way, deep or not. Who only touches at the start or at the end does so if it is
@@ -334,13 +335,22 @@ impl<'a> Pair<'a> {
         Some(Seen { distance: near.distance, normal, point: near.point_a })
     }
 
-    /// True if later they are on the wrong sides of what was between them.
-    fn is_deep(&self, seen: &Seen, later: f32) -> bool {
+    /// True if later they are on the wrong sides of what was between them. That goes with the one whose face it is: a piece that
+    /// leans on another and turns would be deep behind the plane of before.
+    fn is_deep(&self, seen: &Seen, [before, later]: [f32; 2]) -> bool {
         let (pose_a, pose_b) = (self.a.at(later), self.b.at(later));
-        let (n, origin) = (seen.normal, pose_b.position);
-        let of_surface = || n.dot(pose_a.point(seen.point) - origin);
-        let high = self.a.reach(&pose_a, origin, n).unwrap_or_else(of_surface);
-        let low = self.b.reach(&pose_b, origin, -n).unwrap_or(0.0);
-        high + low > greater(SHALLOW * self.half(), 4.0 * self.rounding)
+        let origin = pose_b.position;
+        let limit = greater(SHALLOW * self.half(), 4.0 * self.rounding);
+        let is_behind = |n: Vec3| {
+            let of_surface = || n.dot(pose_a.point(seen.point) - origin);
+            let high = self.a.reach(&pose_a, origin, n).unwrap_or_else(of_surface);
+            let low = self.b.reach(&pose_b, origin, -n).unwrap_or(0.0);
+            high + low > limit
+        };
+        let turned = |way: &Way| {
+            let turn = way.turn * (later - before);
+            turn == Vec3::ZERO || is_behind(Quat::from_rotation_vector(turn).rotate(seen.normal))
+        };
+        is_behind(seen.normal) && turned(&self.a.way) && turned(&self.b.way)
     }
 }

@@ -357,9 +357,10 @@ impl Impacts {
                 break;
             }
             self.round += 1;
+            self.wake_around(source, moment, run);
             self.link_hits(source);
             self.reflect(source, jobs);
-            self.settle(source, run, jobs);
+            self.settle(source, jobs);
         }
     }
 
@@ -517,15 +518,25 @@ impl Impacts {
         }
     }
 
+    /// Looks at the contacts around what is hit for the first time: how fast they approach before that.
+    fn wake_around(&mut self, source: &Source<'_>, moment: &Moment, run: usize) {
+        let known = self.looked.len();
+        for i in 0..self.hits.len() {
+            self.wake(source, self.hits[i].lines, run);
+        }
+        for touch in &mut self.touches[known..self.looked.len()] {
+            touch.look(source, moment, self.pass);
+        }
+    }
+
     /// What follows from a round: who is looked at.
-    fn settle(&mut self, source: &Source<'_>, run: usize, jobs: &Jobs<'_>) {
+    fn settle(&mut self, source: &Source<'_>, jobs: &Jobs<'_>) {
         let many = self.hits.len() * FEW >= self.looked.len();
         for i in 0..self.hits.len() {
             let Hit { touch, lines, .. } = self.hits[i];
             if i > 0 && self.hits[i - 1].touch == touch {
                 continue;
             }
-            self.wake(source, lines, run);
             for end in ends_of(source, lines) {
                 let End { first, count, struck, .. } = &mut self.ends[end];
                 if core::mem::replace(struck, self.round) == self.round || many {

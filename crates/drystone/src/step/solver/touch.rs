@@ -138,6 +138,8 @@ pub(super) struct Touch {
     most_hits: u8,
     /// Speeds of all points along the normal when it was last looked at.
     speed: [f32; 4],
+    /// The same before any impact of this pass.
+    before: [f32; 4],
     /// Separations at the step's start, and now.
     s0: [f32; 4],
     s: [f32; 4],
@@ -158,6 +160,8 @@ pub(super) struct Touch {
     /// A kinematic body gives its points speed.
     drifts: bool,
     bounces: bool,
+    /// Its points that meet before any impact of this pass, and all of one that bounces: bits.
+    own: u8,
 }
 
 /// The products of four points' rows with a vector.
@@ -238,12 +242,33 @@ impl Touch {
         if self.placed != pass {
             self.placed = pass;
             self.place(source, f32::from(moment.done) * moment.h);
+            self.speed = self.speeds(source);
+            self.before = self.speed;
+            let met = self.meets(source, moment);
+            self.own = if self.bounces { self.points } else { met };
+            return met;
         }
         if self.hits >= self.most_hits {
             return 0;
         }
         self.speed = self.speeds(source);
-        self.meets(source, moment)
+        (self.meets(source, moment) & self.own) | self.pressed(moment)
+    }
+
+    /// Points that only impacts around them press, bits: what rests on something that is hit.
+    fn pressed(&self, moment: &Moment) -> u8 {
+        let mut pressed = 0;
+        for j in 0..4 {
+            pressed |= u8::from(self.speed[j] + self.keeps(moment, j) < -self.follows) << j;
+        }
+        pressed & self.points & !self.own
+    }
+
+    /// Approach that a hit leaves to a point: what closes its gap, and what it had before if only impacts around it press it. That is
+    /// its load's.
+    fn keeps(&self, moment: &Moment, j: usize) -> f32 {
+        let kept = self.kept(moment, j);
+        if self.own >> j & 1 == 1 { kept } else { kept.max(-self.before[j]) }
     }
 
     /// Separations at the start of a substep.
@@ -320,7 +345,7 @@ impl Touch {
         if hit.e > 0.0 {
             hit.gain = self.gain(source, moment, hit.e, point);
         } else {
-            hit.keeps = self.kept(moment, point);
+            hit.keeps = self.keeps(moment, point);
         }
     }
 
