@@ -40,7 +40,15 @@ pub(crate) fn least_overlap(
         let d = d.narrow();
         Wide::of(support_a(d)).minus(Wide::of(support_b(-d)))
     };
-    let mut body = Growing::tetrahedron(&support)?;
+    // 13 KiB: it grows where it stands, for moving it is more work than most searches.
+    let mut body = Growing {
+        corners: [Wide::default(); MAX_CORNERS],
+        corner_count: 0,
+        faces: [Face::default(); MAX_FACES],
+        face_count: 0,
+        flush: 0.0,
+    };
+    body.begin(&support)?;
     loop {
         let mut nearest = body.faces[0];
         for f in &body.faces[..body.face_count] {
@@ -58,7 +66,9 @@ pub(crate) fn least_overlap(
 }
 
 impl Growing {
-    fn tetrahedron(support: &impl Fn(Wide) -> Wide) -> Option<Self> {
+    /// Becomes a tetrahedron.
+    #[inline]
+    fn begin(&mut self, support: &impl Fn(Wide) -> Wide) -> Option<()> {
         let axis = |x, y, z| Wide { x, y, z };
         let wider = |d: Wide, from: Wide| {
             let (p, q) = (support(d), support(d.times(-1.0)));
@@ -88,23 +98,18 @@ impl Growing {
         if !is_solid {
             return None;
         }
-        let mut body = Self {
-            corners: [Wide::default(); MAX_CORNERS],
-            corner_count: 4,
-            faces: [Face::default(); MAX_FACES],
-            face_count: 0,
-            flush: 1.0e-12 * width,
-        };
-        body.corners[..4].copy_from_slice(&[a, b, c, d]);
+        self.flush = 1.0e-12 * width;
+        self.corners[..4].copy_from_slice(&[a, b, c, d]);
+        self.corner_count = 4;
         let faces: [[u8; 3]; 4] = if height > 0.0 {
             [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]]
         } else {
             [[0, 1, 2], [1, 0, 3], [2, 1, 3], [0, 2, 3]]
         };
         for f in faces {
-            body.push(f).then_some(())?;
+            self.push(f).then_some(())?;
         }
-        Some(body)
+        Some(())
     }
 
     fn push(&mut self, corners: [u8; 3]) -> bool {

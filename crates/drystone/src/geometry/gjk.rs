@@ -75,7 +75,7 @@ struct Corner {
     weight: f64,
 }
 
-#[derive(Clone, Copy, Default)]
+#[derive(Default)]
 struct Simplex {
     corners: [Corner; 4],
     count: usize,
@@ -108,16 +108,15 @@ pub(crate) fn distance(
         if known || square - v.dot(new.w) <= GAP * square {
             break;
         }
-        let mut grown = simplex;
-        grown.corners[grown.count] = new;
-        grown.count += 1;
-        let next = grown.reduce()?;
+        let weights = simplex.weights_with(new)?;
+        let next = simplex.point(&weights);
         if next.dot(next) >= square {
             break;
         }
         let reach = new.w.dot(new.w);
         size = if reach > size { reach } else { size };
-        (simplex, v) = (grown, next);
+        simplex.keep(&weights);
+        v = next;
     }
     let length = v.dot(v).sqrt();
     let (mut a, mut b) = (Wide::default(), Wide::default());
@@ -132,33 +131,45 @@ pub(crate) fn distance(
 }
 
 impl Simplex {
-    /// Drops the corners that do not carry the point closest to the origin and returns that point;
+    /// The weights of the point closest to the origin, with one more corner, which is put behind the others but not yet counted;
     /// `None` if the origin is inside.
-    fn reduce(&mut self) -> Option<Wide> {
-        let w = self.corners.map(|c| c.w);
-        let weights = match self.count {
-            1 => [1.0, 0.0, 0.0, 0.0],
-            2 => {
-                let s = on_segment(w[0], w[1]);
+    fn weights_with(&mut self, new: Corner) -> Option<[f64; 4]> {
+        self.corners[self.count] = new;
+        let w = |i: usize| self.corners[i].w;
+        Some(match self.count {
+            0 => [1.0, 0.0, 0.0, 0.0],
+            1 => {
+                let s = on_segment(w(0), w(1));
                 [s[0], s[1], 0.0, 0.0]
             }
-            3 => {
-                let t = on_triangle(w[0], w[1], w[2]);
+            2 => {
+                let t = on_triangle(w(0), w(1), w(2));
                 [t[0], t[1], t[2], 0.0]
             }
-            _ => on_tetrahedron(&w)?,
-        };
-        let mut kept = Self::default();
+            _ => on_tetrahedron(&[w(0), w(1), w(2), w(3)])?,
+        })
+    }
+
+    /// The point that corners of these weights carry.
+    fn point(&self, weights: &[f64; 4]) -> Wide {
         let mut point = Wide::default();
         for (corner, weight) in self.corners.iter().zip(weights) {
-            if weight > 0.0 {
-                kept.corners[kept.count] = Corner { weight, ..*corner };
-                kept.count += 1;
-                point = point.plus(corner.w.times(weight));
+            if *weight > 0.0 {
+                point = point.plus(corner.w.times(*weight));
             }
         }
-        *self = kept;
-        Some(point)
+        point
+    }
+
+    /// Keeps the corners that carry it.
+    fn keep(&mut self, weights: &[f64; 4]) {
+        self.count = 0;
+        for (i, weight) in weights.iter().enumerate() {
+            if *weight > 0.0 {
+                self.corners[self.count] = Corner { weight: *weight, ..self.corners[i] };
+                self.count += 1;
+            }
+        }
     }
 }
 
