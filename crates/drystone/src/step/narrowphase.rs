@@ -20,7 +20,7 @@ mod waits;
 use fearless_simd::dispatch;
 
 use self::keep::{inherit, keep_load, recycle};
-pub(crate) use self::keep::{inherit_near, note_landing};
+pub(crate) use self::keep::{inherit_near, note_landing, share_lost};
 use self::motion::Motions;
 pub(crate) use self::turns::{BLOW_SPEED, blows, corotates};
 use self::turns::{list_for_solver, turn_ahead};
@@ -550,14 +550,17 @@ fn rebuild(
         }
         return;
     }
-    contact.normal = normal;
+    let normal_before = core::mem::replace(&mut contact.normal, normal);
     // Arms from A's center in the frame of A's shape keep their precision far from the origin.
     let origin = pose_a.position - a.center;
-    let mut approach = 0.0_f32;
-    for (new, made) in contact.points.iter_mut().zip(manifold.points()) {
+    let (mut approach, mut fresh) = (0.0_f32, 0);
+    let old = &mut old[..usize::from(before)];
+    for (i, (new, made)) in contact.points.iter_mut().zip(manifold.points()).enumerate() {
         let r_a = pose_a.direction(made.position) + origin;
         let r_b = r_a - offset;
-        let impulse = inherit(&mut old[..usize::from(before)], made.feature, r_a, last, a, b);
+        let inherited = inherit(old, made.feature, r_a, last, a, b);
+        fresh |= u8::from(inherited.is_none()) << i;
+        let impulse = inherited.unwrap_or(0.0);
         new.renew(r_a, made.separation, impulse, made.feature);
         new.base += normal.dot(shift);
         // Of a pair that touches only what bears nothing lands: see `note_landing`.
@@ -565,6 +568,7 @@ fn rebuild(
             approach = approach.max(-normal.dot(b.velocity_at(r_b) - a.velocity_at(r_a)));
         }
     }
+    share_lost(old, (normal_before, fresh), contact);
     if before != count {
         let sleeps = |body: &Body| !body.active() && body.kind != BodyKind::Static;
         if ctx.wakes_alone

@@ -45,6 +45,41 @@ fn a_deck_of_cards_is_as_high_as_its_cards() {
     }
 }
 
+/// Coins and plates: of a disc that leans by a micrometer any four places of its rim may be the ones that count. (They lost what they bore
+/// with each change, sank into each other, and fifteen plates never slept.)
+#[test]
+fn a_stack_of_discs_is_as_high_as_its_discs() {
+    let stacks = [
+        (3, [0.0012, 0.012], 0.0),
+        (10, [0.0012, 0.012], 0.0),
+        (15, [0.01, 0.1], 0.0),
+        (15, [0.01, 0.1], 0.01),
+        (20, [0.01, 0.1], 0.0),
+    ];
+    for floor in FLOORS {
+        for (count, [thick, radius], aside) in stacks {
+            let mut world = World::default();
+            ground(&mut world, floor, [1.0, 0.1]);
+            let disc = |i: u8| {
+                let at = [aside * radius * f32::from(i % 3), thick * (0.5 + f32::from(i)), 0.0];
+                let shape = ShapeDef::cylinder(0.5 * thick, radius);
+                world.add_body(BodyDef::dynamic().with_position(at).with_shape(shape)).unwrap()
+            };
+            let discs: Vec<BodyId> = (0..count).map(disc).collect();
+            for _ in 0..900 {
+                world.step(1.0 / 60.0);
+            }
+            let top = world.body(discs[discs.len() - 1]).unwrap();
+            let at = top.position();
+            let height = at.y / (thick * (f32::from(count) - 0.5));
+            let name = format!("{floor:?}, {count} of {thick} m");
+            assert!((height - 1.0).abs() < 0.02, "{name}: {height} of their height");
+            assert!(at.x.hypot(at.z) < 0.1 * radius, "{name}: {at:?}");
+            assert!(top.is_asleep(), "{name}: awake");
+        }
+    }
+}
+
 /// What bears a stack that is taken away does not throw what is left, nor hold it up.
 #[test]
 fn the_lowest_card_lies_still_when_the_others_go() {

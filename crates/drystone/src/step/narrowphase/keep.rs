@@ -105,13 +105,19 @@ pub(super) fn inherit(
     last: Quat,
     a: &Body,
     b: &Body,
-) -> f32 {
+) -> Option<f32> {
     // In the frame that A had when the old ones were made.
     inherit_near(old, feature, last.rotate(a.rotation.unrotate(r_a)), a, b)
 }
 
 /// The same, where that point is `here` in the frame of the old ones [m, from A's center].
-pub(crate) fn inherit_near(old: &mut [Point], feature: u32, here: Vec3, a: &Body, b: &Body) -> f32 {
+pub(crate) fn inherit_near(
+    old: &mut [Point],
+    feature: u32,
+    here: Vec3,
+    a: &Body,
+    b: &Body,
+) -> Option<f32> {
     let size = |body: &Body| if body.is_dynamic() { body.extent } else { f32::INFINITY };
     let near = 0.1 * size(a).min(size(b));
     let found = old.iter().position(|p| p.feature == feature && p.impulse >= 0.0).or_else(|| {
@@ -122,5 +128,26 @@ pub(crate) fn inherit_near(old: &mut [Point], feature: u32, here: Vec3, a: &Body
         (distance(&old[nearest]) < near).then_some(nearest)
     });
     // An impulse that was taken is marked by a negative one: impulses are never negative.
-    found.map_or(0.0, |i| core::mem::replace(&mut old[i].impulse, -1.0))
+    found.map(|i| core::mem::replace(&mut old[i].impulse, -1.0))
+}
+
+/// Cosine of the angle by which a normal may turn so that a load is the same one: 0.1 rad.
+const SAME_NORMAL: f32 = 0.995;
+
+/// What no new point of a disc that lies flat continues is shared by those that continue nothing: `fresh`, bits. If it leans by a
+/// micrometer any four places of its rim may be the ones that count, and what stands on it must not fall until they know its load. The
+/// points of other faces are corners, which have names.
+pub(crate) fn share_lost(old: &[Point], (before, fresh): (Vec3, u8), contact: &mut Contact) {
+    let count: f32 = (0..4).map(|i| f32::from(fresh >> i & 1)).sum();
+    let is_disc = contact.round_patch && old.len() > 2 && contact.count > 2;
+    if !is_disc || fresh == 0 || before.dot(contact.normal) < SAME_NORMAL {
+        return;
+    }
+    let lost: f32 = old.iter().map(|p| p.impulse.max(0.0)).sum();
+    let share = lost / count;
+    for (i, point) in contact.points.iter_mut().enumerate() {
+        if fresh >> i & 1 == 1 {
+            point.impulse = share;
+        }
+    }
 }

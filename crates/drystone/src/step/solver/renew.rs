@@ -33,7 +33,7 @@ use crate::state::bodies::{Body, NONE};
 use crate::state::contacts::Contact;
 use crate::state::shapes::ShapeRow;
 use crate::step::context::StepContext;
-use crate::step::narrowphase::{inherit_near, note_landing};
+use crate::step::narrowphase::{inherit_near, note_landing, share_lost};
 
 impl Solver<'_> {
     /// True if the group has contacts that are made anew within the step.
@@ -337,18 +337,21 @@ impl Pair<'_> {
             self.move_on(contact);
             return;
         }
-        contact.normal = normal;
+        let normal_before = core::mem::replace(&mut contact.normal, normal);
         contact.offset = b.center - a.center;
         #[expect(clippy::cast_possible_truncation, reason = "at most four points")]
         let count = manifold.count as u8;
         contact.count = count;
         let origin = pose_a.position - a.center;
         let [body_a, body_b] = self.bodies;
-        for (new, made) in contact.points.iter_mut().zip(manifold.points()) {
+        let (old, mut fresh) = (&mut old[..before], 0);
+        for (i, (new, made)) in contact.points.iter_mut().zip(manifold.points()).enumerate() {
             let r_a = pose_a.direction(made.position) + origin;
-            let impulse = inherit_near(&mut old[..before], made.feature, r_a, body_a, body_b);
-            new.renew(r_a, made.separation, impulse, made.feature);
+            let inherited = inherit_near(old, made.feature, r_a, body_a, body_b);
+            fresh |= u8::from(inherited.is_none()) << i;
+            new.renew(r_a, made.separation, inherited.unwrap_or(0.0), made.feature);
         }
+        share_lost(old, (normal_before, fresh), contact);
         if contact.touching {
             let velocities = [a, b].map(|state| [state.v, state.w]);
             note_landing(contact, velocities);
