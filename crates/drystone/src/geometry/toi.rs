@@ -191,13 +191,22 @@ pub(crate) struct Pair<'a> {
     a: Mover<'a>,
     b: Mover<'a>,
     rounding: f32,
+    /// Both can be pushed, and come on against each other by less than the smaller one's size: they may lean and slide.
+    leans: bool,
 }
 
 impl<'a> Pair<'a> {
     pub(crate) fn new(a: Mover<'a>, b: Mover<'a>) -> Self {
         let (a, b) = if b.solid.is_surface() { (b, a) } else { (a, b) };
         let rounding = ROUNDING * (a.size + b.size);
-        Self { a, b, rounding }
+        Self { a, b, rounding, leans: false }
+    }
+
+    /// The same of two that can be pushed both, or not.
+    pub(crate) fn yielding(self, yields: bool) -> Self {
+        let way = self.b.way.shift() - self.a.way.shift();
+        let leans = yields && way.length() < lesser(self.a.size, self.b.size);
+        Self { leans, ..self }
     }
 
     /// How fast B's middle moves against A's after a part of the way, and how much faster any two points of both may come together
@@ -336,7 +345,7 @@ impl<'a> Pair<'a> {
     }
 
     /// True if later they are on the wrong sides of what was between them. That goes with the one whose face it is: a piece that
-    /// leans on another and turns would be deep behind the plane of before.
+    /// leans on another and turns would be deep behind the plane of before. A wall's stays where it is, and that of what flies.
     fn is_deep(&self, seen: &Seen, [before, later]: [f32; 2]) -> bool {
         let (pose_a, pose_b) = (self.a.at(later), self.b.at(later));
         let origin = pose_b.position;
@@ -351,6 +360,6 @@ impl<'a> Pair<'a> {
             let turn = way.turn * (later - before);
             turn == Vec3::ZERO || is_behind(Quat::from_rotation_vector(turn).rotate(seen.normal))
         };
-        is_behind(seen.normal) && turned(&self.a.way) && turned(&self.b.way)
+        is_behind(seen.normal) && (!self.leans || turned(&self.a.way) && turned(&self.b.way))
     }
 }

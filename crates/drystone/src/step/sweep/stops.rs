@@ -143,12 +143,14 @@ struct Steps<'a> {
 }
 
 impl Steps<'_> {
-    fn pair(&self, (a, b): Meeting) -> Pair<'_> {
+    fn pair(&self, meeting @ (a, b): Meeting) -> Pair<'_> {
+        let yields =
+            bodies_of(meeting, self.shapes).map(|row| self.ways.bodies.at(row).is_dynamic());
         let [a, b] = [a, b].map(|shape| {
             let ShapeRow { solid, centered, body, .. } = self.shapes.at(shape);
             Mover::new(solid, *centered, self.ways.way(*body))
         });
-        Pair::new(a, b)
+        Pair::new(a, b).yielding(yields == [true, true])
     }
 
     /// The part of the step after which two shapes meet that end deep in each other or past each other.
