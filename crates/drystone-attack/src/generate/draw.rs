@@ -104,8 +104,8 @@ impl Draw {
         self.rng.vector(most)
     }
 
-    /// A force or an impulse in proportion to what things weigh [N or N s]. In ordinary worlds an impulse gives most things up to 1 m/s,
-    /// and the lightest 30 m/s; in others thirty times as much.
+    /// Draws a force or an impulse in proportion to what things weigh [N or N s]. In ordinary worlds an impulse gives most things up to
+    /// 1 m/s, and the lightest 30 m/s. Other worlds get up to thirty times as much.
     pub(super) fn push(&mut self) -> Vec3 {
         let weight = 3000.0 * self.size * self.size * self.size;
         let part = if self.style == Style::Ordinary { 0.03 } else { 1.0 };

@@ -131,7 +131,7 @@ pub(crate) fn distance(
 }
 
 impl Simplex {
-    /// The weights of the point closest to the origin, with one more corner, which is put behind the others but not yet counted;
+    /// Puts one more corner behind the others, which is not yet counted, and gives the weights of the point closest to the origin.
     /// `None` if the origin is inside.
     fn weights_with(&mut self, new: Corner) -> Option<[f64; 4]> {
         self.corners[self.count] = new;

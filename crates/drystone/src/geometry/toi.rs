@@ -191,7 +191,7 @@ pub(crate) struct Pair<'a> {
     a: Mover<'a>,
     b: Mover<'a>,
     rounding: f32,
-    /// Both can be pushed, and come on against each other by less than the smaller one's size: they may lean and slide.
+    /// Both can be pushed, and move against each other by less than the size of the smaller one. Such bodies may lean and slide.
     leans: bool,
 }
 
@@ -344,8 +344,8 @@ impl<'a> Pair<'a> {
         Some(Seen { distance: near.distance, normal, point: near.point_a })
     }
 
-    /// True if later they are on the wrong sides of what was between them. That goes with the one whose face it is: a piece that
-    /// leans on another and turns would be deep behind the plane of before. A wall's stays where it is, and that of what flies.
+    /// True if the two end on the wrong sides of the plane that was between them. Of two that lean the plane turns with either one,
+    /// since it is not known whose face it is. Of others it stays: a wall does not turn, and what flies must not pass it.
     fn is_deep(&self, seen: &Seen, [before, later]: [f32; 2]) -> bool {
         let (pose_a, pose_b) = (self.a.at(later), self.b.at(later));
         let origin = pose_b.position;

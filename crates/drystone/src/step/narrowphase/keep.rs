@@ -134,16 +134,16 @@ pub(crate) fn inherit_near(
 /// Cosine of the angle by which a normal may turn so that a load is the same one: 0.1 rad.
 const SAME_NORMAL: f32 = 0.995;
 
-/// What no new point of a disc that lies flat continues is shared by those that continue nothing: `fresh`, bits. If it leans by a
-/// micrometer any four places of its rim may be the ones that count, and what stands on it must not fall until they know its load. The
-/// points of other faces are corners, which have names.
+/// Shares the impulses that no new point of a flat disc took over among the new points that took over none: `fresh`, bits. The four
+/// deepest places of a rim change with a lean of a micrometer. Without their impulses what stands on the disc would fall. Points of
+/// other faces are corners, which have names.
 pub(crate) fn share_lost(old: &[Point], (before, fresh): (Vec3, u8), contact: &mut Contact) {
-    let count: f32 = (0..4).map(|i| f32::from(fresh >> i & 1)).sum();
     let is_disc = contact.round_patch && old.len() > 2 && contact.count > 2;
     if !is_disc || fresh == 0 || before.dot(contact.normal) < SAME_NORMAL {
         return;
     }
     let lost: f32 = old.iter().map(|p| p.impulse.max(0.0)).sum();
+    let count: f32 = (0..4).map(|i| f32::from(fresh >> i & 1)).sum();
     let share = lost / count;
     for (i, point) in contact.points.iter_mut().enumerate() {
         if fresh >> i & 1 == 1 {

@@ -239,20 +239,22 @@ impl Touch {
         if self.placed == 0 || (self.placed != pass && is_new()) {
             self.load(source, moment);
         }
-        if self.placed != pass {
+        let is_first = self.placed != pass;
+        if is_first {
             self.placed = pass;
             self.place(source, f32::from(moment.done) * moment.h);
-            self.speed = self.speeds(source);
-            self.before = self.speed;
-            let met = self.meets(source, moment);
-            self.own = if self.bounces { self.points } else { met };
-            return met;
         }
         if self.hits >= self.most_hits {
             return 0;
         }
         self.speed = self.speeds(source);
-        (self.meets(source, moment) & self.own) | self.pressed(moment)
+        let met = self.meets(source, moment);
+        if is_first {
+            self.before = self.speed;
+            self.own = if self.bounces { self.points } else { met };
+            return met;
+        }
+        (met & self.own) | self.pressed(moment)
     }
 
     /// Points that only impacts around them press, bits: what rests on something that is hit.
