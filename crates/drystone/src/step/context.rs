@@ -108,8 +108,9 @@ impl StepContext {
             if config.substeps == 0 { config.method.substeps() } else { config.substeps }.max(1);
         #[expect(clippy::cast_precision_loss, reason = "at most 256")]
         let h = dt / substeps as f32;
-        let persists = last_h > 0.0 && config.method.persists();
-        let impulse_scale = if persists { (h / last_h).min(4.0) } else { 0.0 };
+        // Before the first step there are the loads of what was put down.
+        let scale = if last_h > 0.0 { (h / last_h).min(4.0) } else { 1.0 };
+        let impulse_scale = if config.method.persists() { scale } else { 0.0 };
         Self::with(config, dt, [substeps, 1], impulse_scale, level)
     }
 

@@ -11,6 +11,7 @@ mod meeting;
 mod keep;
 mod mesh;
 mod motion;
+mod placed;
 mod gate;
 mod seams;
 mod settling;
@@ -83,6 +84,7 @@ pub(crate) struct Scratch {
     ghosts: Vec<Change>,
     workers: Vec<Worker>,
     seams: seams::Scratch,
+    placed: placed::Scratch,
 }
 
 /// What a worker needs.
@@ -134,12 +136,12 @@ pub(crate) fn update_manifolds(
     if contacts.awake_pairs().next().is_some() {
         look_ahead(ctx, bodies, jobs);
     }
-    let bodies = &*bodies;
+    let known = &*bodies;
     // SAFETY: each watch is of one range, and is alone with its contact and the further parts of that.
     let apart = unsafe { Apart::promise() };
     contacts.begin_hooks(hooks.is_some());
     let Lent { slots, watches, probes, softened } = contacts.watched_mut(apart);
-    let Scratch { changes, ghosts, workers, seams } = scratch;
+    let Scratch { changes, ghosts, workers, seams, placed } = scratch;
     let count = watches.len();
     let least = fine_grain(jobs, count, 16);
     let (watches, probes) = (Rows::new(watches, apart), Rows::new(probes, apart));
@@ -148,18 +150,18 @@ pub(crate) fn update_manifolds(
     let hit_speed = if shapes.give_hit_speed > 0 { 0.0 } else { ctx.hit_speed };
     let landing = Track::at_most(hit_speed * ctx.dt * ctx.per_track);
     let asked = Asked { hooks, softened };
-    let pairs = Pairs { ctx, bodies, shapes, slots, watches, probes, asked, landing };
+    let pairs = Pairs { ctx, bodies: known, shapes, slots, watches, probes, asked, landing };
     let margin = Track::at_least(ctx.margin * ctx.per_track);
     collect_ranges_with(jobs, count, least, workers, changes, |worker, range, out| {
         let mut line = Line::default();
         for k in range {
             let watch = watches.read(k);
-            if watch.waits(margin, &bodies.tracks) {
+            if watch.waits(margin, &known.tracks) {
                 continue;
             }
             probes.prefetch(k, 1);
-            bodies.rows.prefetch(watch.body_a, 1);
-            bodies.rows.prefetch(watch.body_b, 1);
+            known.rows.prefetch(watch.body_a, 1);
+            known.rows.prefetch(watch.body_b, 1);
             line.coming.add(k);
             if line.coming.is_full() {
                 pairs.move_on(&mut line, out, worker);
@@ -169,7 +171,8 @@ pub(crate) fn update_manifolds(
             pairs.move_on(&mut line, out, worker);
         }
     });
-    seams::hide(ctx, bodies, shapes, contacts, (changes, ghosts), seams, jobs);
+    seams::hide(ctx, known, shapes, contacts, (changes, ghosts), seams, jobs);
+    placed::tell_loads(ctx, bodies, contacts, changes, placed);
 }
 
 /// Takes down how far contacts are looked for on account of each body that is awake, at most: see [`speculative_margin`].

@@ -62,6 +62,21 @@ pub(super) fn settle(ctx: &StepContext, contact: &mut Contact, bodies: [&Body; 2
     }
 }
 
+/// The same for a contact that was put down with its load: at once.
+pub(super) fn settle_at_once(ctx: &StepContext, contact: &mut Contact, bodies: [&Body; 2]) {
+    let [a, b] = bodies;
+    let most = ctx.most_give(bodies);
+    let soft = if a.is_dynamic() && b.is_dynamic() { &ctx.soft } else { &ctx.soft_fixed };
+    let Some(Pressed { answer, .. }) = pressed(contact, bodies) else { return };
+    if contact.traits.may_soften() || !(soft.rate > 0.0) {
+        return;
+    }
+    let gives = answer * ctx.impulse_scale * (soft.impulse / soft.rate);
+    if gives > most {
+        contact.set_settled(gives.min(MOST / GIVES * most) - 0.5 * most);
+    }
+}
+
 /// Means over the points of a contact, each as it bears.
 struct Pressed {
     /// [m]
