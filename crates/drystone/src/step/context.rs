@@ -229,7 +229,7 @@ impl StepContext {
             soft_fixed,
             inertia: LoadInertia {
                 most,
-                goes_beyond: config.inertia.refine == 1,
+                in_parts: config.inertia.refine > 1,
                 threshold: config.inertia_threshold(),
                 length: config.length_scale,
             },

@@ -69,7 +69,9 @@ fn what_is_slow_can_be_saved_and_is_judged_by_its_speed_whatever_the_lengths_of_
             for time in [0.0, 0.1, 0.5] {
                 let (mut world, ball) = slow_things(rest, time);
                 let (mut judged, mut greatest) = (0, 0.0_f32);
-                let lengths = hitch.iter().copied().chain([short; 40]).cycle().take(200);
+                // It rolls first: a long first step is a time in which it was slow, and it sleeps.
+                let lengths = [short; 40].into_iter().chain(hitch.iter().copied());
+                let lengths = lengths.cycle().take(200);
                 for (step, dt) in lengths.enumerate() {
                     let before = world.body(ball).unwrap().position();
                     step_and_restore(&mut world, dt, step);

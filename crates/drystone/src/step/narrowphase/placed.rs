@@ -1,12 +1,12 @@
 //! What was put down knows its load: a stack that is made at once begins as if it had always stood.
 //!
 //! A contact learns its load from sweeps, and one sweep a substep spreads a load over N bodies in N² of them. Until then what stands there
-//! falls into itself: fifteen plates of 1 cm to half of their height within a tenth of a second. So contacts that are there without a
-//! motion, at their first step, get the weight of what stands above them: from above down, each body's by equal parts to what bears it. That
-//! is a guess of statics, which sweeps correct; it need not be right, but near. Bodies that bear already keep what they know.
+//! falls into itself: fifteen plates of 1 cm to half of their height within a tenth of a second. So a body that nothing bore yet, and that
+//! lies still on a contact whose first points are of this step, is borne from the start. Its contacts get its weight and what stands on it,
+//! from above down, in equal parts. That is a guess of statics, which sweeps correct; it need not be right, but near.
 //!
-//! Reads: bodies, what manifolds changed. Writes: contacts (impulses, what they gave). Runs: on the caller, over contacts whose first
-//! points are of this step. Bodies on joints are left out: those bear, too.
+//! Reads: bodies, contacts that carry, what manifolds changed. Writes: contacts (impulses, what they gave), loads of bodies. Runs: on the
+//! caller, over contacts whose first points are of this step. Bodies on joints are left out: those bear, too.
 
 use super::Change;
 use super::settling::settle_at_once;
@@ -21,8 +21,11 @@ const UPRIGHT: f32 = 0.7;
 /// What is deeper, or farther apart, in half thicknesses of the thinner body, was not put down.
 const NEAR: f32 = 0.2;
 
-/// Nor was what moves, faster than by this part of what gravity gives in a step.
+/// Nor was what moves or turns faster than by this part of what gravity gives in a step.
 const STILL: f32 = 0.1;
+
+/// Memory for more contacts than this is given back.
+const KEPT: usize = 256;
 
 /// A contact that bears, of one body on another.
 #[derive(Clone, Copy, Debug)]
@@ -34,6 +37,8 @@ struct Bears {
     upright: f32,
     /// Along the normal [N].
     load: f32,
+    /// The lower one is borne already, or needs nothing.
+    is_firm: bool,
 }
 
 /// A body that stands on such contacts.
@@ -44,14 +49,20 @@ struct Stands {
     /// First of its contacts, and how many.
     first: usize,
     count: usize,
-    /// What rests on it [N].
+    /// What lies on it [N].
     load: f32,
     is_grounded: bool,
+    /// Its substeps are taken in parts.
+    is_fine: bool,
 }
 
 /// Memory kept from step to step.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Scratch {
+    /// Rows that were put down, each once, in order; of the others that come with them, too.
+    seen: Vec<u32>,
+    /// Those of them that are still to be looked at.
+    next: Vec<u32>,
     /// By the upper body.
     bears: Vec<Bears>,
     /// By row.
@@ -73,16 +84,33 @@ pub(super) fn tell_loads(
         return;
     }
     let up = ctx.gravity * (-1.0 / gravity);
-    let Scratch { bears, stands, order } = scratch;
-    bears.clear();
+    let Scratch { seen, next, bears, stands, order } = scratch;
     let put = Put { ctx, bodies, contacts, up, least: STILL * gravity * ctx.dt };
+    next.clear();
     for change in changes.iter().flatten() {
         if let Change::Count(row) = change {
-            bears.extend(put.bears(*row));
+            next.extend(put.upper_of_new(*row));
         }
     }
-    if bears.is_empty() {
+    if next.is_empty() {
         return;
+    }
+    next.sort_unstable();
+    next.dedup();
+    seen.clone_from(next);
+    bears.clear();
+    while let Some(row) = next.pop() {
+        let first = bears.len();
+        put.supports(row, bears);
+        if first == bears.len() {
+            continue;
+        }
+        for above in put.above(row) {
+            if let Err(at) = seen.binary_search(&above) {
+                seen.insert(at, above);
+                next.push(above);
+            }
+        }
     }
     bears.sort_unstable_by_key(|b| (b.upper, b.contact));
     stands.clear();
@@ -90,9 +118,17 @@ pub(super) fn tell_loads(
         match stands.last_mut() {
             Some(last) if last.row == b.upper => last.count += 1,
             _ => {
-                let height = up.dot(bodies.at(b.upper).center);
                 let row = b.upper;
-                stands.push(Stands { row, height, first, count: 1, load: 0.0, is_grounded: false });
+                let height = up.dot(bodies.at(row).center);
+                stands.push(Stands {
+                    row,
+                    height,
+                    first,
+                    count: 1,
+                    load: 0.0,
+                    is_grounded: false,
+                    is_fine: false,
+                });
             }
         }
     }
@@ -100,15 +136,24 @@ pub(super) fn tell_loads(
     order.extend(0..stands.len());
     order.sort_unstable_by(|i, j| stands[*i].height.total_cmp(&stands[*j].height).then(i.cmp(j)));
     ground(bears, stands, order);
+    for i in 0..stands.len() {
+        stands[i].load = put.carried(stands[i].row, stands);
+    }
     share(ctx, bodies, (bears, stands, order));
     // What is squeezed answers slowly from now on, and gives less.
-    for of in stands.iter().filter(|of| of.load > 0.0) {
+    for of in stands.iter().filter(|of| of.is_grounded) {
         let body = bodies.at_mut(of.row);
         body.load = of.load;
         body.inertia_factor = ctx.inertia.factor(body);
     }
+    refine(ctx, bodies, bears, stands, order);
     for of in bears.iter().filter(|of| of.load > 0.0) {
-        put_load(ctx, bodies, contacts.at_mut(of.contact), of.load);
+        let is_fine = place(stands, of.upper).is_some_and(|i| stands[i].is_fine);
+        put_load(ctx, bodies, contacts.at_mut(of.contact), of.load, is_fine);
+    }
+    // Much is put down at once as a world is made, and seldom later.
+    if bears.capacity() > KEPT {
+        *scratch = Scratch::default();
     }
 }
 
@@ -124,12 +169,12 @@ fn share(
             continue;
         }
         let body = bodies.at(row);
-        let load = load + body.mass * body.gravity_scale.max(0.0) * ctx.gravity.length();
+        let load = load + weight(ctx, body);
         let bears = &mut bears[first..first + count];
-        let firm: f32 = bears.iter().map(|b| f32::from(u8::from(is_firm(stands, b.lower)))).sum();
+        let firm: f32 = bears.iter().map(|b| f32::from(u8::from(is_firm(stands, b)))).sum();
         let share = load / firm;
         for b in bears {
-            if !is_firm(stands, b.lower) {
+            if !is_firm(stands, b) {
                 continue;
             }
             b.load = share / b.upright;
@@ -140,34 +185,67 @@ fn share(
     }
 }
 
+/// Of a body, by gravity [N].
+fn weight(ctx: &StepContext, body: &Body) -> f32 {
+    body.mass * body.gravity_scale.max(0.0) * ctx.gravity.length()
+}
+
 /// Where a body stands in the list.
 fn place(stands: &[Stands], row: u32) -> Option<usize> {
     stands.binary_search_by_key(&row, |s| s.row).ok()
 }
 
-/// True of what stands, or is no body that was put down.
-fn is_firm(stands: &[Stands], row: u32) -> bool {
-    place(stands, row).is_none_or(|i| stands[i].is_grounded)
+/// True if the lower body of a contact can bear something.
+fn is_firm(stands: &[Stands], of: &Bears) -> bool {
+    place(stands, of.lower).map_or(of.is_firm, |i| stands[i].is_grounded)
 }
 
 /// Finds who stands on the ground, or on what does.
 fn ground(bears: &[Bears], stands: &mut [Stands], order: &[usize]) {
     for i in order {
         let Stands { first, count, .. } = stands[*i];
-        let any = bears[first..first + count].iter().any(|b| is_firm(stands, b.lower));
+        let any = bears[first..first + count].iter().any(|b| is_firm(stands, b));
         stands[*i].is_grounded = any;
     }
 }
 
+/// Finds what will have its substeps in parts, with what it lies on and what lies on it: contacts give less there.
+fn refine(
+    ctx: &StepContext,
+    bodies: &Bodies,
+    bears: &[Bears],
+    stands: &mut [Stands],
+    order: &[usize],
+) {
+    if !ctx.inertia.in_parts {
+        return;
+    }
+    for i in order {
+        let Stands { row, first, count, .. } = stands[*i];
+        let mut below = bears[first..first + count].iter().filter_map(|b| place(stands, b.lower));
+        stands[*i].is_fine =
+            below.any(|i| stands[i].is_fine) || ctx.inertia.wants_refining(bodies.at(row));
+    }
+    for i in order.iter().rev() {
+        let Stands { first, count, is_fine, .. } = stands[*i];
+        for b in &bears[first..first + count] {
+            if let Some(below) = place(stands, b.lower) {
+                stands[below].is_fine |= is_fine;
+            }
+        }
+    }
+}
+
 /// Gives a contact a load [N].
-fn put_load(ctx: &StepContext, bodies: &Bodies, contact: &mut Contact, load: f32) {
+fn put_load(ctx: &StepContext, bodies: &Bodies, contact: &mut Contact, load: f32, is_fine: bool) {
     let count = f32::from(contact.count);
     let impulse = load * ctx.h / (ctx.impulse_scale * count);
     for point in &mut contact.points[..usize::from(contact.count)] {
         point.impulse = impulse;
     }
-    let ends = [contact.body_a, contact.body_b].map(|row| bodies.at(row));
-    settle_at_once(ctx, contact, ends);
+    if !is_fine {
+        settle_at_once(ctx, contact, [contact.body_a, contact.body_b].map(|row| bodies.at(row)));
+    }
 }
 
 /// What was put down in this step.
@@ -181,39 +259,106 @@ struct Put<'a> {
 }
 
 impl Put<'_> {
-    /// A contact that bears one that was put down.
-    fn bears(&self, row: u32) -> Option<Bears> {
+    /// The upper body of a contact whose first points are of this step, if that bears.
+    fn upper_of_new(&self, row: u32) -> Option<u32> {
         let c = self.contacts.get(row)?;
-        let along = c.normal.dot(self.up);
-        let (upper, lower) = if along > 0.0 { (c.body_b, c.body_a) } else { (c.body_a, c.body_b) };
-        let is_new = c.count > 0 && !c.sensor && !c.touching && !c.traits.may_soften();
-        let stands = is_new && along.abs() > UPRIGHT && self.is_unknown(self.bodies.at(upper));
-        let lower_body = self.bodies.at(lower);
-        let is_held = !lower_body.is_dynamic() || lower_body.joints.is_empty();
-        (stands && is_held && self.is_still(c)).then(|| Bears {
-            upper,
-            contact: row,
-            lower,
-            upright: along.abs(),
-            load: 0.0,
+        let Ends { upper, .. } = self.ends(c)?;
+        (!c.touching && self.may_bear(c, upper)).then_some(upper)
+    }
+
+    /// Collects what bears a body, unless it is borne already.
+    fn supports(&self, row: u32, bears: &mut Vec<Bears>) {
+        let first = bears.len();
+        let body = self.bodies.at(row);
+        if !body.is_dynamic() || !body.joints.is_empty() || body.dragged {
+            return;
+        }
+        let mut borne = 0.0;
+        for (contact, _) in self.contacts.of_body(body) {
+            let c = self.contacts.at(contact);
+            let Some(Ends { upper, lower, upright }) = self.ends(c) else { continue };
+            if upper != row {
+                continue;
+            }
+            borne += self.carries(c) * upright;
+            let below = self.bodies.at(lower);
+            if self.may_bear(c, upper) && (!below.is_dynamic() || below.joints.is_empty()) {
+                let is_firm = !below.is_dynamic() || self.is_borne(lower);
+                bears.push(Bears { upper, contact, lower, upright, load: 0.0, is_firm });
+            }
+        }
+        if self.is_enough(borne, body) {
+            bears.truncate(first);
+        }
+    }
+
+    /// True of a body that contacts carry already.
+    fn is_borne(&self, row: u32) -> bool {
+        let body = self.bodies.at(row);
+        let carried = self.contacts.of_body(body).filter_map(|(contact, _)| {
+            let c = self.contacts.at(contact);
+            let Ends { upper, upright, .. } = self.ends(c)?;
+            (upper == row).then(|| self.carries(c) * upright)
+        });
+        self.is_enough(carried.sum(), body)
+    }
+
+    /// True if a body needs no more than what carries it [N].
+    fn is_enough(&self, carried: f32, body: &Body) -> bool {
+        carried > 0.5 * weight(self.ctx, body)
+    }
+
+    /// Bodies that lie on this one.
+    fn above(&self, row: u32) -> impl Iterator<Item = u32> {
+        self.contacts.of_body(self.bodies.at(row)).filter_map(move |(contact, _)| {
+            let Ends { upper, .. } = self.ends(self.contacts.at(contact))?;
+            (upper != row).then_some(upper)
         })
     }
 
-    /// True of a body that nothing bears yet.
-    fn is_unknown(&self, body: &Body) -> bool {
-        body.is_dynamic()
-            && body.joints.is_empty()
-            && !body.dragged
-            && self.contacts.of_body(body).all(|(row, _)| !self.contacts.at(row).touching)
+    /// The load on a body of others than these [N].
+    fn carried(&self, row: u32, others: &[Stands]) -> f32 {
+        let carried = self.contacts.of_body(self.bodies.at(row)).filter_map(|(contact, _)| {
+            let c = self.contacts.at(contact);
+            let Ends { upper, upright, .. } = self.ends(c)?;
+            let counts = upper != row && place(others, upper).is_none();
+            counts.then(|| self.carries(c) * upright)
+        });
+        carried.sum()
     }
 
-    /// True if the two of a contact are at each other, and do not move.
-    fn is_still(&self, c: &Contact) -> bool {
+    /// Along a contact's normal [N].
+    fn carries(&self, c: &Contact) -> f32 {
+        let impulse: f32 = c.points().iter().map(|p| p.impulse).sum();
+        impulse * (self.ctx.impulse_scale / self.ctx.h)
+    }
+
+    /// Which of a contact's two is above; `None` if neither, or if nothing can lie there.
+    fn ends(&self, c: &Contact) -> Option<Ends> {
+        let along = c.normal.dot(self.up);
+        let is_upright = c.count > 0 && !c.sensor && along.abs() > UPRIGHT;
+        let (upper, lower) = if along > 0.0 { (c.body_b, c.body_a) } else { (c.body_a, c.body_b) };
+        is_upright.then_some(Ends { upper, lower, upright: along.abs() })
+    }
+
+    /// True if the two of a contact are at each other, and do not move: what rolls does.
+    fn may_bear(&self, c: &Contact, upper: u32) -> bool {
         let [a, b] = [c.body_a, c.body_b].map(|row| self.bodies.at(row));
         let near = NEAR * (self.ctx.most_give([a, b]) / GIVES);
-        c.points().iter().all(|p| {
-            let speed = b.velocity_at(c.r_b(p)) - a.velocity_at(p.r_a);
-            p.separation.abs() < near && speed.length() < self.least && p.impulse == 0.0
-        })
+        let turns = (b.w - a.w).length();
+        let least = self.least - turns * self.bodies.at(upper).extent;
+        !c.traits.may_soften()
+            && c.points().iter().all(|p| {
+                let speed = b.velocity_at(c.r_b(p)) - a.velocity_at(p.r_a);
+                p.separation.abs() < near && speed.length() < least
+            })
     }
+}
+
+/// The two of a contact that bears.
+struct Ends {
+    upper: u32,
+    lower: u32,
+    /// Cosine of the angle between its normal and the vertical.
+    upright: f32,
 }

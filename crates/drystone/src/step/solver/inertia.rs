@@ -58,9 +58,9 @@ const AHEAD: usize = 8;
 pub(crate) struct LoadInertia {
     /// Greatest factor for what stands; 1: off.
     pub(crate) most: f32,
-    /// Greater loads have greater factors. (Not where islands take their substeps in parts: 2000:1 on ten
-    /// boxes was thrown off.)
-    pub(crate) goes_beyond: bool,
+    /// What bears much takes its substeps in parts, and greater loads have no greater factors: 2000:1 on ten boxes was
+    /// thrown off.
+    pub(crate) in_parts: bool,
     /// Load per mass above which the factor rises [m/s²].
     pub(crate) threshold: f32,
     /// Length of a typical body [m].
@@ -85,7 +85,7 @@ impl LoadInertia {
     /// the resistance without which the stack would be crushed and fall.
     fn at_load(&self, raw: f32) -> f32 {
         let beyond = raw / (BEYOND * self.most);
-        if beyond > 1.0 && self.goes_beyond {
+        if beyond > 1.0 && !self.in_parts {
             self.most * beyond.sqrt().min(GREATEST)
         } else {
             raw.clamp(1.0, self.most)

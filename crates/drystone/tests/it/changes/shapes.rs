@@ -179,15 +179,13 @@ fn a_shape_given_the_form_and_place_it_has_ends_no_touch_and_moves_nothing() {
 fn densities_and_filters_that_come_back_move_nothing_that_stands() {
     for under in FLOORS {
         let mut stack = Stack::new(under, 1.0, BodyKind::Dynamic);
-        let mut masses = [1000.0; 5];
         for (cube, density) in [(1, 100.0), (3, 5000.0)] {
             let shape = shape_of(&stack.world, stack.cubes[cube]);
             let before = stack.world.body(stack.cubes[cube]).unwrap().mass();
             stack.world.shape_mut(shape).unwrap().set_density(density).unwrap();
             let now = stack.world.body(stack.cubes[cube]).unwrap().mass();
             assert!((now / before - density / 1000.0).abs() < 1.0e-5, "{now} kg");
-            masses[cube] = now;
-            let limit = Stack::speed_anew(under, 1.0, &masses);
+            let limit = stack.speed_of_new_loads();
             let of = format!("{under:?}, cube {cube} of {density} kg/m³");
             stack.is_no_faster(&of, 40, 0.02, limit);
         }
