@@ -33,9 +33,7 @@ struct Bears {
     upper: u32,
     contact: u32,
     lower: u32,
-    /// Cosine of the angle between its normal and the vertical.
-    upright: f32,
-    /// Along the normal [N].
+    /// What it bears [N].
     load: f32,
     /// The lower one is borne already, or needs nothing.
     is_firm: bool,
@@ -144,12 +142,14 @@ pub(super) fn tell_loads(
     for of in stands.iter().filter(|of| of.is_grounded) {
         let body = bodies.at_mut(of.row);
         body.load = of.load;
-        body.inertia_factor = ctx.inertia.factor(body);
+        body.inertia_factor = ctx.inertia.at_rest(body);
     }
     refine(ctx, bodies, bears, stands, order);
     for of in bears.iter().filter(|of| of.load > 0.0) {
         let is_fine = place(stands, of.upper).is_some_and(|i| stands[i].is_fine);
-        put_load(ctx, bodies, contacts.at_mut(of.contact), of.load, is_fine);
+        let contact = contacts.at_mut(of.contact);
+        let side = if of.upper == contact.body_b { 1.0 } else { -1.0 };
+        put_load(ctx, bodies, contact, up * (side * of.load), is_fine);
     }
     // Much is put down at once as a world is made, and seldom later.
     if bears.capacity() > KEPT {
@@ -177,7 +177,7 @@ fn share(
             if !is_firm(stands, b) {
                 continue;
             }
-            b.load = share / b.upright;
+            b.load = share;
             if let Some(below) = place(stands, b.lower) {
                 stands[below].load += share;
             }
@@ -236,13 +236,18 @@ fn refine(
     }
 }
 
-/// Gives a contact a load [N].
-fn put_load(ctx: &StepContext, bodies: &Bodies, contact: &mut Contact, load: f32, is_fine: bool) {
+/// Gives a contact a force [N] on its body B. It is vertical, as far as friction holds what stands on a slope.
+fn put_load(ctx: &StepContext, bodies: &Bodies, contact: &mut Contact, force: Vec3, is_fine: bool) {
+    // On B.
+    let impulse = force * (ctx.h / ctx.impulse_scale);
+    let normal = impulse.dot(contact.normal);
+    let tangent = impulse - contact.normal * normal;
+    let most = contact.friction * normal;
     let count = f32::from(contact.count);
-    let impulse = load * ctx.h / (ctx.impulse_scale * count);
     for point in &mut contact.points[..usize::from(contact.count)] {
-        point.impulse = impulse;
+        point.impulse = normal / count;
     }
+    contact.tangent_impulse = tangent * (most / tangent.length().max(most).max(f32::MIN_POSITIVE));
     if !is_fine {
         settle_at_once(ctx, contact, [contact.body_a, contact.body_b].map(|row| bodies.at(row)));
     }
@@ -280,11 +285,11 @@ impl Put<'_> {
             if upper != row {
                 continue;
             }
-            borne += self.carries(c) * upright;
+            borne += self.carries(c) / upright;
             let below = self.bodies.at(lower);
             if self.may_bear(c, upper) && (!below.is_dynamic() || below.joints.is_empty()) {
                 let is_firm = !below.is_dynamic() || self.is_borne(lower);
-                bears.push(Bears { upper, contact, lower, upright, load: 0.0, is_firm });
+                bears.push(Bears { upper, contact, lower, load: 0.0, is_firm });
             }
         }
         if self.is_enough(borne, body) {
@@ -298,7 +303,7 @@ impl Put<'_> {
         let carried = self.contacts.of_body(body).filter_map(|(contact, _)| {
             let c = self.contacts.at(contact);
             let Ends { upper, upright, .. } = self.ends(c)?;
-            (upper == row).then(|| self.carries(c) * upright)
+            (upper == row).then(|| self.carries(c) / upright)
         });
         self.is_enough(carried.sum(), body)
     }
@@ -322,7 +327,7 @@ impl Put<'_> {
             let c = self.contacts.at(contact);
             let Ends { upper, upright, .. } = self.ends(c)?;
             let counts = upper != row && place(others, upper).is_none();
-            counts.then(|| self.carries(c) * upright)
+            counts.then(|| self.carries(c) / upright)
         });
         carried.sum()
     }

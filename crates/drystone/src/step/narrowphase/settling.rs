@@ -50,8 +50,7 @@ pub(super) fn settle(ctx: &StepContext, contact: &mut Contact, bodies: [&Body; 2
         next = settled;
         if speed.abs() * time <= STIRS * excess.abs() {
             let gives = (answer * (soft.impulse / soft.rate)).min(MOST / GIVES * most);
-            let least = rest - ctx.rest_offset;
-            next = (settled - excess * (ctx.dt / time).min(0.5)).min(gives).max(least);
+            next = (settled - excess * (ctx.dt / time).min(0.5)).min(gives).max(-ctx.rest_offset);
         }
         // What is still far from where it settles must not sleep.
         goes = excess.abs() > most && (next - settled).abs() * time > 0.1 * most * ctx.dt;
@@ -62,19 +61,19 @@ pub(super) fn settle(ctx: &StepContext, contact: &mut Contact, bodies: [&Body; 2
     }
 }
 
-/// The same for a contact that was put down with its load: at once.
+/// The surface of a contact that was put down with its load: what lies there is where its spring holds it.
 pub(super) fn settle_at_once(ctx: &StepContext, contact: &mut Contact, bodies: [&Body; 2]) {
     let [a, b] = bodies;
     let most = ctx.most_give(bodies);
     let soft = if a.is_dynamic() && b.is_dynamic() { &ctx.soft } else { &ctx.soft_fixed };
-    let Some(Pressed { answer, .. }) = pressed(contact, bodies) else { return };
+    let Some(Pressed { separation, answer, .. }) = pressed(contact, bodies) else { return };
     if contact.traits.may_soften() || !(soft.rate > 0.0) {
         return;
     }
     let gives = answer * ctx.impulse_scale * (soft.impulse / soft.rate);
-    if gives > most {
-        contact.set_settled(gives.min(MOST / GIVES * most) - 0.5 * most);
-    }
+    let gives = gives.min(MOST / GIVES * most);
+    let settled = separation - ctx.rest_offset + gives;
+    contact.set_settled(settled.min(gives).max(-ctx.rest_offset));
 }
 
 /// Means over the points of a contact, each as it bears.

@@ -92,6 +92,12 @@ impl LoadInertia {
         }
     }
 
+    /// The factor of a body that has rested under its load: that of a peak, fallen as far as it falls.
+    pub(crate) fn at_rest(&self, body: &Body) -> f32 {
+        let wanted = self.at_load(body.load / (body.mass * self.threshold));
+        if wanted > 1.0 { wanted / (1.0 - HYSTERESIS) } else { 1.0 }
+    }
+
     /// The body's factor in this step.
     pub(crate) fn factor(&self, body: &Body) -> f32 {
         let s = body.inertia_factor;
