@@ -86,11 +86,18 @@ fn wake_the_met(changes: &[Vec<Change>], sets: &mut Sets<'_>) {
     }
 }
 
-/// True for a touch that wakes nothing: among bodies that freeze one by one the load that comes with it may.
+/// True for a touch that wakes nothing: what is only near; and among bodies that freeze one by one all that is slow, for the load that
+/// comes with it may wake.
 fn is_gentle(c: &Contact, islands: &Islands, bodies: &Bodies) -> bool {
+    let [a, b] = [c.body_a, c.body_b].map(|body| bodies.at(body));
+    // Points come and go at the distance at which contacts are looked for.
+    let are_awake = [a, b].iter().all(|body| body.active() || !body.is_dynamic());
+    if are_awake && c.points().iter().all(|p| p.separation > 0.0) {
+        return true;
+    }
     let speed = |body: u32| bodies.at(body).greatest_speed(islands.length);
     // What was put into a frozen body is no touch that came of a motion.
-    let any_moves = bodies.at(c.body_a).active() || bodies.at(c.body_b).active();
+    let any_moves = a.active() || b.active();
     islands.wake_alone && any_moves && speed(c.body_a) + speed(c.body_b) < islands.gentle_speed
 }
 

@@ -56,6 +56,7 @@ mod scenario_parting;
 mod scenario_pinned;
 mod scenario_queries;
 #[cfg(feature = "snapshot")]
+mod scenario_put_down;
 mod scenario_rollback;
 mod scenario_groups;
 mod scenario_thin_stacks;

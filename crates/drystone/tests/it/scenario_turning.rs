@@ -164,8 +164,9 @@ fn what_rests_stays_at_rest_as_time_slows_down_and_goes_on() {
             for (body, rest) in boxes.into_iter().zip(rest) {
                 let body = world.body(body).unwrap();
                 let (y, v) = (body.position().y, body.linear_velocity().length());
-                // All that the stack gives by its weight is 1.3 mm.
-                assert!((y - rest).abs() < 0.0013, "{kind}, {slower} times slower: {y} for {rest}");
+                // All that the stack gives by its weight is 1.3 mm, and each of its contacts rests within 0.05 mm.
+                let most = 0.0013 + 5.0 * 5.0e-5;
+                assert!((y - rest).abs() < most, "{kind}, {slower} times slower: {y} for {rest}");
                 assert!(v < 0.02, "{kind}, {slower} times slower: {v} m/s");
             }
         }

@@ -6,7 +6,7 @@
 
 use super::keep::answer;
 use crate::state::bodies::Body;
-use crate::state::contacts::{Contact, Traits};
+use crate::state::contacts::{Contact, Point, Traits};
 use crate::step::context::{GIVES, StepContext};
 
 /// Time in which the excess of depth falls to a third, for each weight of the bodies that it bears [s], at least and at most [s]. A stack
@@ -20,6 +20,9 @@ const STIRS: f32 = 2.0;
 /// So far at most, in half thicknesses of the thinner body: a stack that would give more swings without end, and what is wedged is pressed
 /// without end.
 const MOST: f32 = 4.0;
+
+/// Springs of shorter substeps than this [s] are stiffer than those of a usual step.
+const USUAL: f32 = 1.0 / 480.0;
 
 /// A point's impulse gives the bodies more speed there than their centers, up to so many times: more than at a cube's corner, 7, and at
 /// a rod's end, 4.
@@ -38,9 +41,24 @@ pub(super) fn settle(ctx: &StepContext, contact: &mut Contact, bodies: [&Body; 2
     if is_thick && settled == 0.0 || !ctx.is_soft || contact.sensor || !(soft.rate > 0.0) {
         return;
     }
+    if is_thick && !contact.traits.any(Traits::SETTLES) {
+        // What was put down, and lies where it was put. Its points answer a load at most twice as much as its centers do.
+        let (mut load, mut lowest) = (0.0, f32::MAX);
+        for p in contact.points() {
+            (load, lowest) = (load + p.impulse, p.separation.min(lowest));
+        }
+        let gives = 2.0 * load * (inverse(a) + inverse(b)) * ctx.impulse_scale;
+        if lowest <= ctx.rest_offset && settled * soft.rate <= gives * soft.impulse {
+            return;
+        }
+    }
+    if settled != 0.0 && ctx.impulse_scale != 1.0 && is_still(ctx, contact, bodies) {
+        // Another length of substeps is another spring. What lies there must not follow.
+        return;
+    }
     let (mut next, mut goes) = (0.0, false);
     if !contact.traits.may_soften()
-        && let Some(Pressed { separation, speed, answer }) = pressed(contact, bodies)
+        && let Some(Pressed { separation, speed, answer }) = pressed(ctx, contact, bodies)
     {
         // The distance at which things rest is as small for thin ones.
         let rest = ctx.rest_offset.min(most);
@@ -49,7 +67,10 @@ pub(super) fn settle(ctx: &StepContext, contact: &mut Contact, bodies: [&Body; 2
         let time = (TIME * weights).clamp(TIMES[0], TIMES[1]);
         next = settled;
         if speed.abs() * time <= STIRS * excess.abs() {
-            let gives = (answer * (soft.impulse / soft.rate)).min(MOST / GIVES * most);
+            // Where time slows down springs get stiffer; what was put down before stays where it is.
+            let shorter = (USUAL / ctx.h).max(1.0);
+            let gives = answer * (soft.impulse / soft.rate) * (shorter * shorter);
+            let gives = gives.min(MOST / GIVES * most);
             next = (settled - excess * (ctx.dt / time).min(0.5)).min(gives).max(-ctx.rest_offset);
         }
         // What is still far from where it settles must not sleep.
@@ -66,14 +87,21 @@ pub(super) fn settle_at_once(ctx: &StepContext, contact: &mut Contact, bodies: [
     let [a, b] = bodies;
     let most = ctx.most_give(bodies);
     let soft = if a.is_dynamic() && b.is_dynamic() { &ctx.soft } else { &ctx.soft_fixed };
-    let Some(Pressed { separation, answer, .. }) = pressed(contact, bodies) else { return };
+    let Some(Pressed { separation, answer, .. }) = pressed(ctx, contact, bodies) else { return };
     if contact.traits.may_soften() || !(soft.rate > 0.0) {
         return;
     }
-    let gives = answer * ctx.impulse_scale * (soft.impulse / soft.rate);
+    let gives = answer * (soft.impulse / soft.rate);
     let gives = gives.min(MOST / GIVES * most);
     let settled = separation - ctx.rest_offset + gives;
     contact.set_settled(settled.min(gives).max(-ctx.rest_offset));
+}
+
+/// True if the two of a contact do not move against each other: by less than gravity would make them in a substep.
+fn is_still(ctx: &StepContext, contact: &Contact, [a, b]: [&Body; 2]) -> bool {
+    let least = ctx.gravity.length() * ctx.h;
+    let speed = |p: &Point| b.velocity_at(contact.r_b(p)) - a.velocity_at(p.r_a);
+    contact.points().iter().all(|p| speed(p).length_squared() < least * least)
 }
 
 /// Means over the points of a contact, each as it bears.
@@ -82,12 +110,12 @@ struct Pressed {
     separation: f32,
     /// How fast they part [m/s].
     speed: f32,
-    /// How fast their impulses alone would part them [m/s].
+    /// How fast their impulses alone would part them in a substep [m/s].
     answer: f32,
 }
 
 /// `None` if nothing bears.
-fn pressed(contact: &Contact, [a, b]: [&Body; 2]) -> Option<Pressed> {
+fn pressed(ctx: &StepContext, contact: &Contact, [a, b]: [&Body; 2]) -> Option<Pressed> {
     let (normal, offset) = (contact.normal, contact.offset);
     let mut sum = 0.0_f32;
     let mut of = Pressed { separation: 0.0, speed: 0.0, answer: 0.0 };
@@ -103,6 +131,6 @@ fn pressed(contact: &Contact, [a, b]: [&Body; 2]) -> Option<Pressed> {
     (sum > 0.0).then(|| Pressed {
         separation: mean(separation),
         speed: mean(speed),
-        answer: mean(answer),
+        answer: mean(answer) * ctx.impulse_scale,
     })
 }
