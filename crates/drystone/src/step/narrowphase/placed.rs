@@ -18,8 +18,9 @@ use crate::step::context::{GIVES, StepContext};
 /// A contact bears if its normal leans from the vertical by less than 45 degrees: the cosine.
 const UPRIGHT: f32 = 0.7;
 
-/// What is deeper, or farther apart, in half thicknesses of the thinner body, was not put down.
-const NEAR: f32 = 0.2;
+/// What is deeper than this, in half thicknesses of the thinner body, was not put down; nor what is farther apart than what lies there
+/// may be deep ([`GIVES`]).
+const DEEP: f32 = 0.2;
 
 /// Nor was what moves or turns faster than by this part of what gravity gives in a step.
 const STILL: f32 = 0.1;
@@ -349,13 +350,14 @@ impl Put<'_> {
     /// True if the two of a contact are at each other, and do not move: what rolls does.
     fn may_bear(&self, c: &Contact, upper: u32) -> bool {
         let [a, b] = [c.body_a, c.body_b].map(|row| self.bodies.at(row));
-        let near = NEAR * (self.ctx.most_give([a, b]) / GIVES);
+        let near = self.ctx.most_give([a, b]);
+        let deep = DEEP / GIVES * near;
         let turns = (b.w - a.w).length();
         let least = self.least - turns * self.bodies.at(upper).extent;
         !c.traits.may_soften()
             && c.points().iter().all(|p| {
                 let speed = b.velocity_at(c.r_b(p)) - a.velocity_at(p.r_a);
-                p.separation.abs() < near && speed.length() < least
+                p.separation < near && p.separation > -deep && speed.length() < least
             })
     }
 }
