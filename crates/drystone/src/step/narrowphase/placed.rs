@@ -139,11 +139,13 @@ pub(super) fn tell_loads(
         stands[i].load = put.carried(stands[i].row, stands);
     }
     share(ctx, bodies, (bears, stands, order));
-    // What is squeezed answers slowly from now on, and gives less.
-    for of in stands.iter().filter(|of| of.is_grounded) {
-        let body = bodies.at_mut(of.row);
-        body.load = of.load;
-        body.inertia_factor = ctx.inertia.at_rest(body);
+    if ctx.inertia.is_on() {
+        // What is squeezed answers slowly from now on, and gives less.
+        for of in stands.iter().filter(|of| of.is_grounded) {
+            let body = bodies.at_mut(of.row);
+            body.load = of.load;
+            body.inertia_factor = ctx.inertia.at_rest(body);
+        }
     }
     refine(ctx, bodies, bears, stands, order);
     for of in bears.iter().filter(|of| of.load > 0.0) {
@@ -276,7 +278,8 @@ impl Put<'_> {
     fn supports(&self, row: u32, bears: &mut Vec<Bears>) {
         let first = bears.len();
         let body = self.bodies.at(row);
-        if !body.is_dynamic() || !body.joints.is_empty() || body.dragged {
+        let hangs = (0..3).any(|i| body.locks.linear[i] && self.up[i].abs() > 1.0e-3);
+        if !body.is_dynamic() || !body.joints.is_empty() || body.dragged || hangs {
             return;
         }
         let mut borne = 0.0;

@@ -52,8 +52,9 @@ pub(super) fn settle(ctx: &StepContext, contact: &mut Contact, bodies: [&Body; 2
             return;
         }
     }
-    if settled != 0.0 && ctx.impulse_scale != 1.0 && is_still(ctx, contact, bodies) {
-        // Another length of substeps is another spring. What lies there must not follow.
+    let is_another = (ctx.impulse_scale - 1.0).abs() > 1.0e-6;
+    if settled != 0.0 && is_another && is_still(ctx, contact, bodies) {
+        // Substeps of another length are another spring. What lies there must not follow.
         return;
     }
     let (mut next, mut goes) = (0.0, false);
