@@ -14,7 +14,7 @@ use crate::base::disjoint::{Apart, Rows};
 use crate::base::grow::Slack;
 use crate::base::jobs::{Jobs, for_ranges, for_runs, grain};
 use crate::base::sparse::Sparse;
-use crate::state::bodies::{Bodies, NONE};
+use crate::state::bodies::{Bodies, Body, NONE};
 use crate::state::contacts::leave::Leaver;
 use crate::state::contacts::{Contact, Slots};
 use crate::state::events::{ContactEvent, Events, SensorEvent};
@@ -86,13 +86,13 @@ fn wake_the_met(changes: &[Vec<Change>], sets: &mut Sets<'_>) {
     }
 }
 
-/// True for a touch that wakes nothing: what is only near; and among bodies that freeze one by one all that is slow, for the load that
+/// True for a touch that wakes nothing: of what is slow and only near; and among bodies that freeze one by one all that is slow, for the load that
 /// comes with it may wake.
 fn is_gentle(c: &Contact, islands: &Islands, bodies: &Bodies) -> bool {
     let [a, b] = [c.body_a, c.body_b].map(|body| bodies.at(body));
-    // Points come and go at the distance at which contacts are looked for.
-    let are_awake = [a, b].iter().all(|body| body.active() || !body.is_dynamic());
-    if are_awake && c.points().iter().all(|p| p.separation > 0.0) {
+    // Points come and go at the distance at which contacts are looked for. What is awake and slow waits on for its sleep.
+    let waits = |body: &Body| !body.is_dynamic() || body.active() && body.still_time > 0.0;
+    if waits(a) && waits(b) && c.points().iter().all(|p| p.separation > 0.0) {
         return true;
     }
     let speed = |body: u32| bodies.at(body).greatest_speed(islands.length);
