@@ -24,6 +24,9 @@ const MOST: f32 = 4.0;
 /// Springs of shorter substeps than this [s] are stiffer than those of a usual step.
 const USUAL: f32 = 1.0 / 480.0;
 
+/// A thin thing that is put down is pressed by less than so many times what it may be deep in the end.
+const FEW: f32 = 4.0;
+
 /// A point's impulse gives the bodies more speed there than their centers, up to so many times: more than at a cube's corner, 7, and at
 /// a rod's end, 4.
 const LEVER: f32 = 8.0;
@@ -94,6 +97,13 @@ pub(super) fn settle_at_once(ctx: &StepContext, contact: &mut Contact, bodies: [
     }
     let gives = answer * (soft.impulse / soft.rate);
     let gives = gives.min(MOST / GIVES * most);
+    if ctx.rest_offset > most {
+        // Of a thin one only what is much is taken back: what is to topple stands as it would by itself.
+        if gives > FEW * most {
+            contact.set_settled(gives - 0.5 * most);
+        }
+        return;
+    }
     let settled = separation - ctx.rest_offset + gives;
     contact.set_settled(settled.min(gives).max(-ctx.rest_offset));
 }
