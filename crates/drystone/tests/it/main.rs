@@ -55,8 +55,8 @@ mod scenario_particles;
 mod scenario_parting;
 mod scenario_pinned;
 mod scenario_queries;
-#[cfg(feature = "snapshot")]
 mod scenario_put_down;
+#[cfg(feature = "snapshot")]
 mod scenario_rollback;
 mod scenario_groups;
 mod scenario_thin_stacks;
