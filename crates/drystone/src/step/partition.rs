@@ -86,8 +86,8 @@ fn wake_the_met(changes: &[Vec<Change>], sets: &mut Sets<'_>) {
     }
 }
 
-/// True for a touch that wakes nothing: of what is slow and only near; and among bodies that freeze one by one all that is slow, for the load that
-/// comes with it may wake.
+/// True for a touch that wakes nothing: of what is slow and only near. Among bodies that freeze one by one it is any slow touch, for the
+/// load that comes with it may wake.
 fn is_gentle(c: &Contact, islands: &Islands, bodies: &Bodies) -> bool {
     let [a, b] = [c.body_a, c.body_b].map(|body| bodies.at(body));
     // Points come and go at the distance at which contacts are looked for. What is awake and slow waits on for its sleep.
@@ -95,10 +95,10 @@ fn is_gentle(c: &Contact, islands: &Islands, bodies: &Bodies) -> bool {
     if waits(a) && waits(b) && c.points().iter().all(|p| p.separation > 0.0) {
         return true;
     }
-    let speed = |body: u32| bodies.at(body).greatest_speed(islands.length);
+    let speed = a.greatest_speed(islands.length) + b.greatest_speed(islands.length);
     // What was put into a frozen body is no touch that came of a motion.
     let any_moves = a.active() || b.active();
-    islands.wake_alone && any_moves && speed(c.body_a) + speed(c.body_b) < islands.gentle_speed
+    islands.wake_alone && any_moves && speed < islands.gentle_speed
 }
 
 /// Applies some lists of changes; gives how many memory was needed for.

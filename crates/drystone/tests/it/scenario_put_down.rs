@@ -33,65 +33,69 @@ fn farthest(world: &World, all: &[BodyId], from: &[Vec3]) -> f32 {
     now.iter().zip(from).map(|(now, from)| (*now - *from).length()).fold(0.0, f32::max)
 }
 
+/// The speed of the fastest of them [m/s].
+fn fastest(world: &World, all: &[BodyId]) -> f32 {
+    let speeds = all.iter().map(|id| world.body(*id).unwrap().linear_velocity().length());
+    speeds.fold(0.0, f32::max)
+}
+
+/// Every floor, size [m] and rate [Hz].
+fn cases() -> impl Iterator<Item = (Floor, f32, f32)> {
+    FLOORS.into_iter().flat_map(|floor| {
+        SIZES.into_iter().flat_map(move |size| RATES.map(|rate| (floor, size, rate)))
+    })
+}
+
 /// What begins in the air first gets `g dt` or more. Some thousandths of that are the contacts' own errors: what a stack's sweeps
 /// round off, and points that share a load unevenly.
 #[test]
 fn stacks_do_not_move() {
-    for floor in FLOORS {
-        for size in SIZES {
-            for rate in RATES {
-                let mut world = grounded(floor, size);
-                let half = Vec3::splat(0.5 * size);
-                let up = |i: u8| vec3(0.0, (0.5 + f32::from(i)) * size, 0.0);
-                let all: Vec<_> = (0..20).map(|i| boxed(&mut world, half, up(i))).collect();
-                let from = places(&world, &all);
-                for step in 0..60 {
-                    world.step(1.0 / rate);
-                    let speeds = all.iter().map(|id| world.body(*id).unwrap().linear_velocity());
-                    let fastest = speeds.map(Vec3::length).fold(0.0, f32::max);
-                    let name = format!("{floor:?}, {size} m, {rate} Hz, step {step}");
-                    assert!(fastest < 0.1 * G / rate, "{name}: {fastest} m/s");
-                }
-                let off = farthest(&world, &all, &from);
-                // Each contact gives at most a hundredth of half a cube, or rests within 0.05 mm.
-                let most = 20.0 * (0.005 * size).min(5.0e-5) + 1.0e-3 * size;
-                assert!(off < most, "{floor:?}, {size} m, {rate} Hz: {off} m off");
-            }
+    for (floor, size, rate) in cases() {
+        let mut world = grounded(floor, size);
+        let half = Vec3::splat(0.5 * size);
+        let up = |i: u8| vec3(0.0, (0.5 + f32::from(i)) * size, 0.0);
+        let all: Vec<_> = (0..20).map(|i| boxed(&mut world, half, up(i))).collect();
+        let from = places(&world, &all);
+        for step in 0..60 {
+            world.step(1.0 / rate);
+            let fastest = fastest(&world, &all);
+            let name = format!("{floor:?}, {size} m, {rate} Hz, step {step}");
+            assert!(fastest < 0.1 * G / rate, "{name}: {fastest} m/s");
         }
+        let off = farthest(&world, &all, &from);
+        // Each contact gives at most a hundredth of half a cube, or rests within 0.05 mm.
+        let most = 20.0 * (0.005 * size).min(5.0e-5) + 1.0e-3 * size;
+        assert!(off < most, "{floor:?}, {size} m, {rate} Hz: {off} m off");
     }
 }
 
 /// Three planks in each of 18 rows, the rows crosswise. The lowest bear 17 rows, and each lies on two or three others.
 #[test]
 fn a_tower_of_planks_stands_at_any_size_and_rate() {
-    for floor in FLOORS {
-        for size in SIZES {
-            for rate in RATES {
-                let mut world = grounded(floor, size);
-                let mut all = Vec::new();
-                for row in 0..18_u8 {
-                    for plank in 0..3_u8 {
-                        let aside = (f32::from(plank) - 1.0) * 0.25 * size;
-                        let height = (f32::from(row) + 0.5) * 0.15 * size;
-                        let (at, half) = if row % 2 == 0 {
-                            (vec3(0.0, height, aside), vec3(0.375, 0.075, 0.124))
-                        } else {
-                            (vec3(aside, height, 0.0), vec3(0.124, 0.075, 0.375))
-                        };
-                        all.push(boxed(&mut world, half * size, at));
-                    }
-                }
-                let from = places(&world, &all);
-                let mut time = 0.0;
-                while time < 4.0 {
-                    world.step(1.0 / rate);
-                    time += 1.0 / rate;
-                }
-                let off = farthest(&world, &all, &from);
-                // A twentieth of a plank's length.
-                assert!(off < 0.0375 * size, "{floor:?}, {size} m, {rate} Hz: {off} m off");
+    for (floor, size, rate) in cases() {
+        let mut world = grounded(floor, size);
+        let mut all = Vec::new();
+        for row in 0..18_u8 {
+            for plank in 0..3_u8 {
+                let aside = (f32::from(plank) - 1.0) * 0.25 * size;
+                let height = (f32::from(row) + 0.5) * 0.15 * size;
+                let (at, half) = if row % 2 == 0 {
+                    (vec3(0.0, height, aside), vec3(0.375, 0.075, 0.124))
+                } else {
+                    (vec3(aside, height, 0.0), vec3(0.124, 0.075, 0.375))
+                };
+                all.push(boxed(&mut world, half * size, at));
             }
         }
+        let from = places(&world, &all);
+        let mut time = 0.0;
+        while time < 4.0 {
+            world.step(1.0 / rate);
+            time += 1.0 / rate;
+        }
+        let off = farthest(&world, &all, &from);
+        // A twentieth of a plank's length.
+        assert!(off < 0.0375 * size, "{floor:?}, {size} m, {rate} Hz: {off} m off");
     }
 }
 
@@ -103,7 +107,7 @@ fn what_is_put_on_a_slope_sticks_or_slides_as_friction_says() {
         for rate in RATES {
             let angle = degrees.to_radians();
             let (sin, cos) = sin_cos(angle);
-            let mut world = World::new(WorldConfig::default()).unwrap();
+            let mut world = World::default();
             let normal = vec3(sin, cos, 0.0);
             let down = vec3(cos, -sin, 0.0);
             let floor = ShapeDef::half_space(normal, 0.0).with_friction(0.6);
@@ -141,8 +145,7 @@ fn a_stack_that_is_set_on_another_floor_does_not_move() {
         ground(&mut world, floor, [20.0, 1.0]);
         for step in 0..30 {
             world.step(1.0 / 60.0);
-            let speeds = all.iter().map(|id| world.body(*id).unwrap().linear_velocity());
-            let fastest = speeds.map(Vec3::length).fold(0.0, f32::max);
+            let fastest = fastest(&world, &all);
             // A substep of gravity.
             assert!(fastest < G / 480.0, "{floor:?}, step {step}: {fastest} m/s");
         }

@@ -9,7 +9,7 @@
 //! caller, over contacts whose first points are of this step. Bodies on joints are left out: those bear, too.
 
 use super::Change;
-use super::settling::settle_at_once;
+use super::settling::{is_still, settle_at_once};
 use crate::base::math::Vec3;
 use crate::state::bodies::{Bodies, Body};
 use crate::state::contacts::{Contact, Contacts};
@@ -136,7 +136,9 @@ pub(super) fn tell_loads(
     order.sort_unstable_by(|i, j| stands[*i].height.total_cmp(&stands[*j].height).then(i.cmp(j)));
     ground(bears, stands, order);
     for i in 0..stands.len() {
-        stands[i].load = put.carried(stands[i].row, stands);
+        let row = stands[i].row;
+        let is_known = |upper: u32| upper != row && place(stands, upper).is_none();
+        stands[i].load = put.carried(row, is_known);
     }
     share(ctx, bodies, (bears, stands, order));
     if ctx.inertia.is_on() {
@@ -270,51 +272,36 @@ impl Put<'_> {
     /// The upper body of a contact whose first points are of this step, if that bears.
     fn upper_of_new(&self, row: u32) -> Option<u32> {
         let c = self.contacts.get(row)?;
-        let Ends { upper, .. } = self.ends(c)?;
-        (!c.touching && self.may_bear(c, upper)).then_some(upper)
+        let Ends { upper, .. } = (!c.touching).then(|| self.ends(c))??;
+        self.may_bear(c, upper).then_some(upper)
     }
 
     /// Collects what bears a body, unless it is borne already.
     fn supports(&self, row: u32, bears: &mut Vec<Bears>) {
-        let first = bears.len();
         let body = self.bodies.at(row);
         let hangs = (0..3).any(|i| body.locks.linear[i] && self.up[i].abs() > 1.0e-3);
-        if !body.is_dynamic() || !body.joints.is_empty() || body.dragged || hangs {
+        let is_held = !body.is_dynamic() || !body.joints.is_empty() || body.dragged || hangs;
+        if is_held || self.is_borne(row) {
             return;
         }
-        let mut borne = 0.0;
         for (contact, _) in self.contacts.of_body(body) {
             let c = self.contacts.at(contact);
-            let Some(Ends { upper, lower, upright }) = self.ends(c) else { continue };
-            if upper != row {
-                continue;
-            }
-            borne += self.carries(c) / upright;
+            let Some(Ends { upper, lower, .. }) = self.ends(c) else { continue };
             let below = self.bodies.at(lower);
-            if self.may_bear(c, upper) && (!below.is_dynamic() || below.joints.is_empty()) {
+            if upper == row
+                && self.may_bear(c, upper)
+                && (!below.is_dynamic() || below.joints.is_empty())
+            {
                 let is_firm = !below.is_dynamic() || self.is_borne(lower);
                 bears.push(Bears { upper, contact, lower, load: 0.0, is_firm });
             }
-        }
-        if self.is_enough(borne, body) {
-            bears.truncate(first);
         }
     }
 
     /// True of a body that contacts carry already.
     fn is_borne(&self, row: u32) -> bool {
-        let body = self.bodies.at(row);
-        let carried = self.contacts.of_body(body).filter_map(|(contact, _)| {
-            let c = self.contacts.at(contact);
-            let Ends { upper, upright, .. } = self.ends(c)?;
-            (upper == row).then(|| self.carries(c) / upright)
-        });
-        self.is_enough(carried.sum(), body)
-    }
-
-    /// True if a body needs no more than what carries it [N].
-    fn is_enough(&self, carried: f32, body: &Body) -> bool {
-        carried > 0.5 * weight(self.ctx, body)
+        let carried = self.carried(row, |upper| upper == row);
+        carried > 0.5 * weight(self.ctx, self.bodies.at(row))
     }
 
     /// Bodies that lie on this one.
@@ -325,21 +312,16 @@ impl Put<'_> {
         })
     }
 
-    /// The load on a body of others than these [N].
-    fn carried(&self, row: u32, others: &[Stands]) -> f32 {
+    /// Sum of the vertical forces of a body's contacts whose upper body counts [N].
+    fn carried(&self, row: u32, counts: impl Fn(u32) -> bool) -> f32 {
         let carried = self.contacts.of_body(self.bodies.at(row)).filter_map(|(contact, _)| {
             let c = self.contacts.at(contact);
             let Ends { upper, upright, .. } = self.ends(c)?;
-            let counts = upper != row && place(others, upper).is_none();
-            counts.then(|| self.carries(c) / upright)
+            let impulse: f32 = c.points().iter().map(|p| p.impulse).sum();
+            let along = impulse * (self.ctx.impulse_scale / self.ctx.h);
+            counts(upper).then_some(along / upright)
         });
         carried.sum()
-    }
-
-    /// Along a contact's normal [N].
-    fn carries(&self, c: &Contact) -> f32 {
-        let impulse: f32 = c.points().iter().map(|p| p.impulse).sum();
-        impulse * (self.ctx.impulse_scale / self.ctx.h)
     }
 
     /// Which of a contact's two is above; `None` if neither, or if nothing can lie there.
@@ -357,11 +339,8 @@ impl Put<'_> {
         let deep = DEEP / GIVES * near;
         let turns = (b.w - a.w).length();
         let least = self.least - turns * self.bodies.at(upper).extent;
-        !c.traits.may_soften()
-            && c.points().iter().all(|p| {
-                let speed = b.velocity_at(c.r_b(p)) - a.velocity_at(p.r_a);
-                p.separation < near && p.separation > -deep && speed.length() < least
-            })
+        let lies = c.points().iter().all(|p| p.separation < near && p.separation > -deep);
+        !c.traits.may_soften() && lies && is_still(c, [a, b], least)
     }
 }
 

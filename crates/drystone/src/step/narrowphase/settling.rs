@@ -8,6 +8,7 @@ use super::keep::answer;
 use crate::state::bodies::Body;
 use crate::state::contacts::{Contact, Point, Traits};
 use crate::step::context::{GIVES, StepContext};
+use crate::step::solver::softness::Softness;
 
 /// Time in which the excess of depth falls to a third, for each weight of the bodies that it bears [s], at least and at most [s]. A stack
 /// swings the slower the higher it is, one of fifty once in 0.6 s, and must not be stirred.
@@ -35,7 +36,7 @@ const LEVER: f32 = 8.0;
 pub(super) fn settle(ctx: &StepContext, contact: &mut Contact, bodies: [&Body; 2]) {
     let [a, b] = bodies;
     let most = ctx.most_give(bodies);
-    let soft = if a.is_dynamic() && b.is_dynamic() { &ctx.soft } else { &ctx.soft_fixed };
+    let soft = spring(ctx, bodies);
     let inverse = |body: &Body| if body.is_dynamic() { 1.0 / body.mass } else { 0.0 };
     let load = contact.points().iter().map(|p| p.impulse).fold(0.0, f32::max);
     let speed = load * (inverse(a) + inverse(b)) * LEVER;
@@ -56,7 +57,7 @@ pub(super) fn settle(ctx: &StepContext, contact: &mut Contact, bodies: [&Body; 2
         }
     }
     let is_another = (ctx.impulse_scale - 1.0).abs() > 1.0e-6;
-    if settled != 0.0 && is_another && is_still(ctx, contact, bodies) {
+    if settled != 0.0 && is_another && is_still(contact, bodies, ctx.gravity.length() * ctx.h) {
         // Substeps of another length are another spring. What lies there must not follow.
         return;
     }
@@ -88,9 +89,8 @@ pub(super) fn settle(ctx: &StepContext, contact: &mut Contact, bodies: [&Body; 2
 
 /// The surface of a contact that was put down with its load: what lies there is where its spring holds it.
 pub(super) fn settle_at_once(ctx: &StepContext, contact: &mut Contact, bodies: [&Body; 2]) {
-    let [a, b] = bodies;
     let most = ctx.most_give(bodies);
-    let soft = if a.is_dynamic() && b.is_dynamic() { &ctx.soft } else { &ctx.soft_fixed };
+    let soft = spring(ctx, bodies);
     let Some(Pressed { separation, answer, .. }) = pressed(ctx, contact, bodies) else { return };
     if contact.traits.may_soften() || !(soft.rate > 0.0) {
         return;
@@ -108,11 +108,15 @@ pub(super) fn settle_at_once(ctx: &StepContext, contact: &mut Contact, bodies: [
     contact.set_settled(settled.min(gives).max(-ctx.rest_offset));
 }
 
-/// True if the two of a contact do not move against each other: by less than gravity would make them in a substep.
-fn is_still(ctx: &StepContext, contact: &Contact, [a, b]: [&Body; 2]) -> bool {
-    let least = ctx.gravity.length() * ctx.h;
+/// True if the two of a contact move against each other more slowly than this at all of its points [m/s].
+pub(super) fn is_still(contact: &Contact, [a, b]: [&Body; 2], least: f32) -> bool {
     let speed = |p: &Point| b.velocity_at(contact.r_b(p)) - a.velocity_at(p.r_a);
-    contact.points().iter().all(|p| speed(p).length_squared() < least * least)
+    contact.points().iter().all(|p| speed(p).length() < least)
+}
+
+/// The spring of a contact.
+fn spring<'a>(ctx: &'a StepContext, [a, b]: [&Body; 2]) -> &'a Softness {
+    if a.is_dynamic() && b.is_dynamic() { &ctx.soft } else { &ctx.soft_fixed }
 }
 
 /// Means over the points of a contact, each as it bears.
