@@ -22,7 +22,7 @@ use crate::unit::{Places, Subject, Unit, run_unit};
 pub struct Options {
     /// For how long.
     pub time: Duration,
-    /// Most worlds; then the campaign ends, whatever time is left.
+    /// Most worlds, and of the other subjects what goes with so many: always the same units, if the time suffices.
     pub worlds: Option<u64>,
     /// What seeds of units are made from.
     pub seed: u64,
@@ -116,10 +116,7 @@ impl<'a> Slot<'a> {
     fn work(&mut self) -> Result<(), String> {
         loop {
             let left = self.options.time.saturating_sub(self.start.elapsed());
-            let is_counted = self.options.only.contains(&Subject::Worlds);
-            let enough =
-                is_counted && self.options.worlds.is_some_and(|n| self.report().worlds() >= n);
-            if left.is_zero() || enough {
+            if left.is_zero() {
                 return Ok(());
             }
             // Whoever lags most behind its part of the time.
@@ -139,14 +136,12 @@ impl<'a> Slot<'a> {
         }
     }
 
-    /// How many units of a subject are left for this slot, which has done so many: of every kind of scene there are
-    /// equally many, always the same, however many slots there are.
+    /// How many units of a subject are left for this slot, which has done so many. Of what is counted they are always the same,
+    /// however many slots there are.
     fn left(&self, subject: Subject, done: u64) -> u64 {
-        let (Some(worlds), Subject::Scene(_)) = (self.options.worlds, subject) else {
-            return u64::MAX;
-        };
+        let Some(worlds) = self.options.worlds else { return u64::MAX };
         let (jobs, slot) = (self.options.jobs.max(1) as u64, self.slot as u64);
-        let each = worlds.div_ceil(self.options.only.len().max(1) as u64);
+        let each = subject.units_of(worlds, self.options.only.len());
         each.saturating_sub(slot).div_ceil(jobs).saturating_sub(done)
     }
 
@@ -154,13 +149,7 @@ impl<'a> Slot<'a> {
     fn slice(&self, subject: Subject, first: u64, time: Duration) -> Result<u64, String> {
         let jobs = self.options.jobs.max(1) as u64;
         let first_number = first * jobs + self.slot as u64;
-        // Of what is counted no more than is left, in equal parts.
-        let most = match self.options.worlds {
-            Some(n) if subject == Subject::Worlds => {
-                n.saturating_sub(self.report().worlds()).div_ceil(jobs)
-            }
-            _ => self.left(subject, first),
-        };
+        let most = self.left(subject, first);
         let mut child = self.child(subject, [first_number, jobs, most], time)?;
         let lines = lines_of(&mut child);
         let (limit, process) = (subject.limit(), child.id().to_string());

@@ -23,7 +23,7 @@ usage: cargo xtask hunt [OPTIONS]              search small worlds for motion th
 SEED is one that a finding names, such as worlds:17, or throws:17 of the hunt.
 
   --seconds N, --minutes N, --hours N   how long
-  --worlds N      end after so many worlds
+  --worlds N      so many worlds and what goes with them of the rest, always the same, without a limit of time
   --seed N        another campaign; 0 if not given
   --only LIST     some of worlds, files, snapshots, commands, soak; of the hunt some kinds of scenes
   --jobs N        processes at a time; all cores if not given

@@ -63,6 +63,19 @@ impl Subject {
         }
     }
 
+    /// How many units of it go with so many worlds, about by their parts of the time. Of scenes, of which there are several
+    /// `kinds`, as many of each.
+    #[must_use]
+    pub const fn units_of(self, worlds: u64, kinds: usize) -> u64 {
+        match self {
+            Self::Worlds | Self::Snapshots => worlds,
+            Self::Files => worlds.saturating_mul(3),
+            Self::Commands => worlds.div_ceil(6),
+            Self::Soak => worlds.div_ceil(4000),
+            Self::Scene(_) => worlds.div_ceil(if kinds == 0 { 1 } else { kinds as u64 }),
+        }
+    }
+
     /// A unit that has worked for longer and has not ended is taken for hanging [s].
     #[must_use]
     pub const fn limit(self) -> f64 {

@@ -108,9 +108,14 @@ impl Traits {
         self.any(Self(Self::SOFT.0 | Self::HOOKED.0))
     }
 
+    /// Those that the surfaces give.
+    pub(crate) const fn of_surfaces(self) -> Self {
+        Self(self.0 & !(Self::PARTING.0 | Self::STRUCK.0 | Self::SETTLES.0))
+    }
+
     /// Whether the surfaces do nothing else.
     pub(crate) const fn is_plain(self) -> bool {
-        self.0 & !(Self::PARTING.0 | Self::STRUCK.0 | Self::SETTLES.0) == 0
+        self.of_surfaces().0 == 0
     }
 
     /// Whether none is set that is not known.

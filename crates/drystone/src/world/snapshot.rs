@@ -441,7 +441,7 @@ mod tests {
         type Change = (&'static str, fn(&mut Tables));
         let world = everything("soft-step");
         assert!(World::restore(&world.snapshot()).is_ok());
-        let changes: [Change; 15] = [
+        let changes: [Change; 19] = [
             ("normal", |t| press(t, |c| c.normal *= 1.0e-20)),
             ("offset", |t| press(t, |c| c.offset.x = 1.0e30)),
             ("arm", |t| press(t, |c| c.points[0].r_a.y = -1.0e30)),
@@ -449,6 +449,11 @@ mod tests {
             ("friction", |t| press(t, |c| c.friction = f32::INFINITY)),
             ("kinetic friction", |t| press(t, |c| c.kinetic = 2.0)),
             ("restitution", |t| press(t, |c| c.restitution = 1.0e9)),
+            // Some are numbers that another pair could have.
+            ("restitution of others", |t| press(t, |c| c.restitution = 1.0e-30)),
+            ("resistance of others", |t| press(t, |c| c.rolling += 1.0e-3)),
+            ("base of others", |t| press(t, |c| c.round_patch = !c.round_patch)),
+            ("flatness of others", |t| press(t, |c| c.recyclable = !c.recyclable)),
             ("speed of arrival", |t| press(t, |c| c.set_approach(f32::NAN))),
             ("area of a bond", |t| glue(t, |bond| bond.area = f32::INFINITY)),
             ("no area of a bond", |t| glue(t, |bond| bond.area = 0.0)),

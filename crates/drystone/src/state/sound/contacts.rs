@@ -3,9 +3,9 @@
 use super::{Check, Seen, holds, is_direction};
 use crate::base::limits;
 use crate::state::bodies::{Bodies, NONE};
-use crate::state::contacts::{Contact, Contacts, Point};
+use crate::state::contacts::{Contact, Contacts, Point, Traits};
 use crate::state::def::BodyKind;
-use crate::state::shapes::Shapes;
+use crate::state::shapes::{PairSurface, ShapeRow, Shapes};
 
 pub(super) fn check_contacts(contacts: &Contacts, bodies: &Bodies, shapes: &Shapes) -> Check {
     let (slots, free, watches, probes, awake) = contacts.parts();
@@ -74,7 +74,10 @@ fn check_contact(c: &Contact, bodies: &Bodies, shapes: &Shapes) -> Check {
         "a contact has too many manifolds",
     )?;
     holds(c.sensor == (a.sensor || b.sensor), "a contact is not the sensor's")?;
-    holds(is_surface(c) && c.traits.are_known(), "a surface is out of range")?;
+    holds(
+        is_surface(c, &shapes.surface_of(c.shape_a, c.shape_b)),
+        "a contact has another surface",
+    )?;
     holds(usize::from(c.count) <= c.points.len(), "a contact has too many points")?;
     let vectors = [c.tangent_impulse, c.rolling_impulse()];
     let impulses = c.points().iter().map(|p| p.impulse).chain([c.twist_impulse, c.approach()]);
@@ -87,19 +90,28 @@ fn check_contact(c: &Contact, bodies: &Bodies, shapes: &Shapes) -> Check {
     let placed = c.offset.is_below(most) && c.points().iter().all(near);
     holds(placed, "a contact is nowhere")?;
     holds(c.count == 0 || is_direction(c.normal), "a contact has no direction")?;
-    holds(!c.recyclable || a.flat && b.flat, "a contact is not as flat as it says")
+    let recyclable = ShapeRow::are_recyclable(a, b);
+    holds(c.recyclable == recyclable, "a contact is not as flat as it says")
 }
 
-/// What the surfaces of two shapes make together: of two numbers of each, at most the product; resistances are times a length.
-fn is_surface(c: &Contact) -> bool {
-    let (friction, resistance) = (limits::FRICTION.most, limits::RESISTANCE.most);
+/// Whether a contact has the surface that its shapes make together. What hooks gave it for the last step may be anything in range.
+fn is_surface(c: &Contact, of: &PairSurface) -> bool {
+    let same = |x: f32, y: f32| x.to_bits() == y.to_bits();
     let within = |x: f32, most: f32| (0.0..=most).contains(&x);
-    let arm = resistance * resistance * limits::POSITION_KEPT.most;
-    within(c.friction, friction * friction)
-        && within(c.kinetic, 1.0)
-        && within(c.restitution, limits::RESTITUTION.most)
-        && within(c.rolling, arm)
-        && within(c.spinning, arm)
+    // Two surfaces may ask for the product of their coefficients.
+    let rubs = limits::FRICTION.most * limits::FRICTION.most;
+    let asked = if c.traits.any(Traits::HOOKED) {
+        within(c.friction, rubs) && within(c.restitution, limits::RESTITUTION.most)
+    } else {
+        same(c.friction, of.friction) && same(c.restitution, of.restitution)
+    };
+    asked
+        && c.traits.are_known()
+        && c.traits.of_surfaces() == of.traits
+        && c.round_patch == of.round_patch
+        && same(c.kinetic, of.kinetic)
+        && same(c.rolling, of.rolling)
+        && same(c.spinning, of.spinning)
 }
 
 /// Each contact is once in the list of each of its bodies.
