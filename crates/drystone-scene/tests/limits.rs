@@ -130,6 +130,19 @@ fn many_parts_of_many_vertices_are_read() {
     assert_eq!(loaded.scene.bodies.len(), 60_000);
 }
 
+/// Found by the search for what breaks: the library that decomposes meshes panics on a cylinder with one corner out of place.
+#[test]
+fn a_mesh_that_cannot_be_decomposed_is_taken_as_its_hull() {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/rigid-ipc/meshes/cylinder.obj");
+    let text = std::fs::read_to_string(path).unwrap();
+    let (right, wrong) = ("v 0.634393 1.500000 0.773011", "v 0.634393 1.500000 1.500000 0.773011");
+    assert!(text.contains(right));
+    let options = Options { auto_colliders: Some(AutoColliders::Hull), ..Options::default() };
+    let text = text.replace(right, wrong);
+    let loaded = obj::from_slice(text.as_bytes(), "cylinder", &options).unwrap();
+    assert!(loaded.scene.bodies[0].def.validate().is_ok());
+}
+
 /// A document whose meshes are the same `vertices` points, corners of a cube, in all nodes.
 fn document(vertices: usize, nodes: &str) -> String {
     let side = |i: usize, axis: usize| if (i >> axis) % 2 == 1 { 1.0_f32 } else { 0.0 };

@@ -145,7 +145,8 @@ impl Triangles {
             .map(|hull| Shape::Hull(Arc::new(hull)))
             .collect();
         if parts.is_empty() {
-            return Ok((vec![Shape::Hull(Arc::new(whole))], "taken as its hull".to_owned()));
+            let note = "taken as its hull, it cannot be decomposed".to_owned();
+            return Ok((vec![Shape::Hull(Arc::new(whole))], note));
         }
         let note = format!("decomposed into {} hulls, because the body is dynamic", parts.len());
         Ok((parts, note))
@@ -175,7 +176,8 @@ impl Triangles {
     }
 
     /// The points of convex parts: the voxel method of V-HACD, then the mesh's own surface inside each
-    /// part, so that parts meet the mesh exactly and not voxels.
+    /// part, so that parts meet the mesh exactly and not voxels. None of a mesh that the method cannot do: its library panics on
+    /// some, which counts as that.
     fn decompose(&self, whole: &Hull) -> Vec<Vec<Vec3>> {
         let bounds = whole.bounds();
         let (center, size) = (bounds.center(), bounds.half_extents().max_element());
@@ -197,8 +199,11 @@ impl Triangles {
             return Vec::new();
         }
         let parameters = VHACDParameters { max_convex_hulls: 64, ..VHACDParameters::default() };
-        let parts = VHACD::decompose(&parameters, &unit, &triangles, true);
-        let cut = parts.compute_primitive_intersections(&unit, &triangles);
+        let cut = std::panic::catch_unwind(|| {
+            let parts = VHACD::decompose(&parameters, &unit, &triangles, true);
+            parts.compute_primitive_intersections(&unit, &triangles)
+        });
+        let Ok(cut) = cut else { return Vec::new() };
         let back = |v: &parry3d::math::Vector| Vec3::from([v.x, v.y, v.z]) * size + center;
         cut.iter().map(|points| points.iter().map(back).collect()).collect()
     }

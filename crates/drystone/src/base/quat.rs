@@ -46,6 +46,12 @@ impl Quat {
             .contains(&(self.x * self.x + self.y * self.y + self.z * self.z + self.w * self.w))
     }
 
+    /// Whether it has the length that normalizing leaves, or a product of a few of those. What it turns by is as long.
+    pub(crate) fn is_normalized(self) -> bool {
+        let square = self.x * self.x + self.y * self.y + self.z * self.z + self.w * self.w;
+        (square - 1.0).abs() < 1.0e-4
+    }
+
     /// Rotation by `angle` [rad] about `axis` (any length; a zero axis gives the identity).
     #[must_use]
     pub fn from_axis_angle(axis: impl Into<Vec3>, angle: f32) -> Self {

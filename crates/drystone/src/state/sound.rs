@@ -46,8 +46,9 @@ fn all_finite<'a>(numbers: impl IntoIterator<Item = &'a f32>) -> bool {
 const KEPT_MASSES: core::ops::RangeInclusive<f32> = 1.0e-30..=1.0e16;
 const KEPT_MOMENTS: core::ops::RangeInclusive<f32> = 1.0e-36..=1.0e31;
 
+/// A unit vector up to roundings, turned by a rotation that is one up to roundings.
 fn is_direction(n: Vec3) -> bool {
-    (0.9..1.1).contains(&n.length_squared())
+    (n.length_squared() - 1.0).abs() < 1.0e-3
 }
 
 /// What a step keeps; shapes and anchors are nearer.
@@ -56,7 +57,7 @@ fn is_place(x: Vec3) -> bool {
 }
 
 fn is_pose(pose: &Pose) -> bool {
-    is_place(pose.position) && pose.rotation.is_unit()
+    is_place(pose.position) && pose.rotation.is_normalized()
 }
 
 /// Which rows were seen.
@@ -152,7 +153,7 @@ fn check_bodies(bodies: &Bodies) -> Check {
     let active = bodies.rows.iter().filter(|(_, b)| b.active()).count();
     holds(active == bodies.awake.len(), "a body that is awake is not listed")?;
     for (_, b) in bodies.rows.iter() {
-        let placed = is_place(b.center) && b.rotation.is_unit() && is_place(b.local_center);
+        let placed = is_place(b.center) && b.rotation.is_normalized() && is_place(b.local_center);
         holds(placed, "a body is nowhere")?;
         let pushed = [b.step_force, b.step_torque, b.force, b.torque];
         let (v, w) = (b.v.abs().max_element(), b.w.abs().max_element());
@@ -165,7 +166,7 @@ fn check_bodies(bodies: &Bodies) -> Check {
         let moments = [b.moments.x, b.moments.y, b.moments.z];
         let is_moment = |m: &f32| *m == 0.0 || KEPT_MOMENTS.contains(m);
         let is_mass = b.mass == 0.0 || KEPT_MASSES.contains(&b.mass);
-        let has_mass = is_mass && moments.iter().all(is_moment) && b.principal.is_unit();
+        let has_mass = is_mass && moments.iter().all(is_moment) && b.principal.is_normalized();
         let is_given = match b.mass_source {
             MassSource::Mass(mass) => KEPT_MASSES.contains(&mass),
             MassSource::Shapes | MassSource::Exact => true,

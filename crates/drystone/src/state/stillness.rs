@@ -298,7 +298,7 @@ impl Stillness {
         };
         let marks = self.marks.iter().all(|mark| {
             let (far, fast) = (limits::POSITION_KEPT.most, limits::SPEED_KEPT.most);
-            let placed = mark.center.is_below(far) && mark.rotation.is_unit();
+            let placed = mark.center.is_below(far) && mark.rotation.is_normalized();
             placed && mark.v.is_below(fast) && mark.w.is_below(fast) && mark.at.is_finite()
         });
         let finite = |way: &Way| way.moved.is_finite() && way.turned.is_finite();

@@ -225,8 +225,11 @@ impl World {
     /// Makes a body one of another kind, of this mass if it becomes dynamic.
     fn change_kind(&mut self, row: u32, kind: BodyKind, mass: Option<&MassProperties>) {
         let ctx = self.context();
+        let was_fixed = self.tables.bodies.at(row).kind == BodyKind::Static;
+        if was_fixed != (kind == BodyKind::Static) {
+            self.end_seen_otherwise(row);
+        }
         let body = self.tables.bodies.at_mut(row);
-        let was_fixed = body.kind == BodyKind::Static;
         if kind == BodyKind::Static {
             (body.v, body.w) = (Vec3::ZERO, Vec3::ZERO);
         }
@@ -266,6 +269,24 @@ impl World {
             let (a, b) = (shapes.at(c.shape_a), shapes.at(c.shape_b));
             let ends = !c.is_part && !may_meet(bodies, joints, a, b);
             ends.then_some((contact, if side == 0 { c.body_b } else { c.body_a }))
+        });
+        for (contact, other) in over.collect::<Vec<_>>() {
+            self.sets().wake(other);
+            self.end_contact(contact);
+        }
+    }
+
+    /// Ends the overlaps with static bodies that will be seen by other shapes once the body is static, or no longer is. What it is
+    /// yet tells who saw them; what still is seen enters anew.
+    fn end_seen_otherwise(&mut self, row: u32) {
+        let Tables { bodies, shapes, contacts, .. } = &self.tables;
+        let over = contacts.of_body(bodies.at(row)).filter_map(|(contact, side)| {
+            let c = contacts.at(contact);
+            let other = if side == 0 { c.body_b } else { c.body_a };
+            let (a, b) = (shapes.at(c.shape_a), shapes.at(c.shape_b));
+            let seen = |fixed| (a.sees(b, fixed), b.sees(a, fixed));
+            let is_other = bodies.at(other).kind == BodyKind::Static && seen(true) != seen(false);
+            (c.sensor && !c.is_part && is_other).then_some((contact, other))
         });
         for (contact, other) in over.collect::<Vec<_>>() {
             self.sets().wake(other);

@@ -441,7 +441,8 @@ mod tests {
         type Change = (&'static str, fn(&mut Tables));
         let world = everything("soft-step");
         assert!(World::restore(&world.snapshot()).is_ok());
-        let changes: [Change; 19] = [
+        let changes: [Change; 20] = [
+            ("length of a rotation", |t| t.bodies.at_mut(0).rotation.w *= 1.03),
             ("normal", |t| press(t, |c| c.normal *= 1.0e-20)),
             ("offset", |t| press(t, |c| c.offset.x = 1.0e30)),
             ("arm", |t| press(t, |c| c.points[0].r_a.y = -1.0e30)),

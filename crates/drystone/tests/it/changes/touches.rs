@@ -1,7 +1,7 @@
 //! Touches under way when shapes begin or cease to report them: who follows the events knows what touches.
 
 use drystone::breakage::Fracture;
-use drystone::events::ContactReports;
+use drystone::events::{ContactReports, Senses};
 use drystone::{BodyDef, BodyKind, ShapeDef, ShapeId, World};
 
 use super::{DT, FLOORS, Floor, Stack, Touches, floor, shape_of};
@@ -103,4 +103,46 @@ fn what_breaks_over_a_floor_that_tells_no_longer_leaves_no_touch() {
     let gone = |pair: &[ShapeId; 2]| pair.iter().any(|shape| world.shape(*shape).is_none());
     assert!(!touches.contacts.iter().any(gone), "{:?}", touches.contacts);
     assert!(!touches.contacts.iter().any(|pair| pair.contains(&shape)));
+}
+
+/// Found by the search for what breaks: what is made static in a sensor, or a sensor that is, and then removed.
+#[test]
+fn what_becomes_static_leaves_the_sensors_that_see_no_static_shapes() {
+    for sees in [false, true] {
+        for of_sensor in [false, true] {
+            for removed in [false, true] {
+                let of =
+                    format!("sees static shapes: {sees}, the sensor turns: {of_sensor}, {removed}");
+                let mut world = World::default();
+                let senses = Senses { statics: sees, sensors: false };
+                let gate = ShapeDef { senses, ..ShapeDef::box_half([1.0; 3]).as_sensor() };
+                let ball = BodyDef::kinematic().with_shape(ShapeDef::sphere(0.5));
+                let kind = |turns| if turns { BodyKind::Kinematic } else { BodyKind::Static };
+                let gate = BodyDef { kind: kind(of_sensor), ..BodyDef::default() }.with_shape(gate);
+                let ball = BodyDef { kind: kind(!of_sensor), ..ball };
+                let [gate, ball] = [gate, ball].map(|def| world.add_body(def).unwrap());
+                let turned = if of_sensor { gate } else { ball };
+                let mut touches = Touches::default();
+                let mut inside = |world: &mut World| {
+                    world.step(DT);
+                    touches.follow(world, &of);
+                    touches.visits.values().sum::<i32>()
+                };
+                assert_eq!(inside(&mut world), 1, "{of}");
+                world.body_mut(turned).unwrap().set_kind(BodyKind::Static).unwrap();
+                if removed {
+                    assert!(world.remove_body(ball));
+                }
+                let seen = i32::from(sees && !removed);
+                assert_eq!(inside(&mut world), seen, "{of}");
+                if removed {
+                    continue;
+                }
+                world.body_mut(turned).unwrap().set_kind(BodyKind::Kinematic).unwrap();
+                assert_eq!(inside(&mut world), 1, "{of}");
+                assert!(world.remove_body(gate));
+                assert_eq!(inside(&mut world), 0, "{of}");
+            }
+        }
+    }
 }
