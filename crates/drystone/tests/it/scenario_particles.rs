@@ -382,3 +382,31 @@ fn every_method_moves_particles_with_bodies() {
         assert!(world.particle_penetration() < 0.005, "{name}");
     }
 }
+
+/// A body of 1 t is attached to a pinned particle 15 m away. It closes by 10 m/s and by half in a tenth of a second besides, up to 10 m/s
+/// of that, however many sweeps and substeps there are: a sweep must not close again what the one before it closes already.
+#[test]
+fn what_is_attached_from_afar_comes_no_faster_than_may_be() {
+    for form in ["soft", "aim", "verlet"] {
+        for (sweeps, substeps) in [("1", "1"), ("1", "8"), ("20", "4"), ("20", "32")] {
+            let mut config = WorldConfig { gravity: Vec3::ZERO, ..WorldConfig::default() };
+            config.set("particle.form", form).unwrap();
+            config.set("particle.sweeps", sweeps).unwrap();
+            config.set("substeps", substeps).unwrap();
+            let mut world = World::new(config).unwrap();
+            let body = BodyDef::dynamic().with_position([15.0, 0.0, 0.0]).with_mass(1000.0);
+            let body = world.add_body(body.with_shape(ShapeDef::sphere(1.0))).unwrap();
+            let pin = ParticleDef { pinned: true, ..ParticleDef::at(Vec3::ZERO) };
+            let pin = world.add_particle(pin).unwrap();
+            world.particle_mut(pin).unwrap().attach(body, Vec3::ZERO).unwrap();
+            let name = format!("{form}, {sweeps} sweeps, {substeps} substeps");
+            for step in 0..240_u8 {
+                world.step(DT);
+                let v = world.body(body).unwrap().linear_velocity().length();
+                assert!(v < 20.1, "{name}, step {step}: {v} m/s");
+            }
+            let far = world.body(body).unwrap().position().length();
+            assert!(far < 0.01, "{name}: still {far} m away");
+        }
+    }
+}
