@@ -134,7 +134,7 @@ fn many_parts_of_many_vertices_are_read() {
 #[test]
 fn a_mesh_that_cannot_be_decomposed_is_taken_as_its_hull() {
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/rigid-ipc/meshes/cylinder.obj");
-    let text = std::fs::read_to_string(path).unwrap();
+    let text = fs::read_to_string(path).unwrap();
     let (right, wrong) = ("v 0.634393 1.500000 0.773011", "v 0.634393 1.500000 1.500000 0.773011");
     assert!(text.contains(right));
     let options = Options { auto_colliders: Some(AutoColliders::Hull), ..Options::default() };
