@@ -48,8 +48,8 @@ const SLIDES: f32 = 1.0e-4;
 /// Places are known to this part of their coordinates: two roundings of f32 of each of two bodies.
 const ROUNDING: f32 = 2.4e-7;
 
-/// So many contacts of a body are asked, at most, whether they hide another one of it. A body that lies in a hundred others would take
-/// minutes a step otherwise; what has so many contacts with other normals is braked by one ghost less or more.
+/// So many contacts of a shape are asked, at most, whether they hide another one of it. What lies in a hundred others would take minutes
+/// a step otherwise; what has so many contacts with other normals is braked by one ghost less or more.
 const MOST_ASKED: u32 = 64;
 
 /// So many changes ahead of the one that is looked at its contact is asked for from memory.
@@ -70,11 +70,11 @@ struct Ghost {
     normal: Vec3,
 }
 
-/// What holds each body past which another shape may carry it. (Its list of contacts has all that come near it
+/// What holds each shape past which another one may carry it. (Its body's list of contacts has all that come near it
 /// too: in a heap of limp people a walk through those was half of the narrowphase.)
 #[derive(Clone, Debug, Default)]
 struct Held {
-    /// First of each body row, or [`NONE`].
+    /// First of each shape row, or [`NONE`].
     first: Sparse,
     holds: Vec<Hold>,
 }
@@ -85,13 +85,12 @@ struct Hold {
     row: u32,
     /// 0: A is carried; 1: B is.
     side: u32,
-    body: u32,
     shape: u32,
     /// What carries stands.
     stands: bool,
     /// Unit, towards the body, when the manifold was made [world].
     normal: Vec3,
-    /// The next one of the body, or [`NONE`].
+    /// The next one of the shape, or [`NONE`].
     next: u32,
 }
 
@@ -176,7 +175,7 @@ pub(super) fn hide(
 ) {
     let Scratch { doubted, hidden, held } = scratch;
     // In the first step, which makes all else too, not in that of the first touch.
-    held.first.cover(bodies.rows.slot_count());
+    held.first.cover(shapes.rows.slot_count());
     doubted.clear();
     ghosts.clear();
     for change in changes.iter().flatten() {
@@ -231,7 +230,7 @@ impl Held {
         contacts: &Contacts,
     ) {
         for hold in self.holds.drain(..) {
-            self.first.set(hold.body, NONE);
+            self.first.set(hold.shape, NONE);
         }
         for changes in changes {
             for (i, change) in changes.iter().enumerate() {
@@ -256,16 +255,16 @@ impl Held {
                 continue;
             }
             let number = u32::try_from(self.holds.len()).expect("fewer than 2^31 contacts");
-            let next = self.first.set(body, number);
+            let next = self.first.set(shape, number);
             let stands = stands(below);
             let normal = if side == 0 { -c.normal } else { c.normal };
-            self.holds.push(Hold { row, side, body, shape, stands, normal, next });
+            self.holds.push(Hold { row, side, shape, stands, normal, next });
         }
     }
 
-    /// What holds a body.
-    fn of(&self, body: u32) -> impl Iterator<Item = &Hold> {
-        let mut at = self.first.get(body);
+    /// What holds a shape.
+    fn of(&self, shape: u32) -> impl Iterator<Item = &Hold> {
+        let mut at = self.first.get(shape);
         core::iter::from_fn(move || {
             let hold = self.holds.get(at as usize)?;
             at = hold.next;
@@ -332,16 +331,14 @@ impl<'a> Seen<'a> {
     /// The normal of a contact that `may` hide others and hides this one, from A to B of this one.
     fn hidden_by(&self, row: u32, may: impl Fn(u32) -> bool) -> Option<Vec3> {
         let contact = self.contacts.at(row);
-        for (side, body) in [(0, contact.body_a), (1, contact.body_b)] {
-            let Some(past) = self.held.of(body).find(|hold| hold.row == row && hold.side == side)
-            else {
+        for (side, shape) in [(0, contact.shape_a), (1, contact.shape_b)] {
+            let Some(past) = self.held.of(shape).find(|hold| hold.row == row) else {
                 continue;
             };
             let doubted = self.side(row, side);
             let mut asked = 0;
-            let found = self.held.of(body).find_map(|on| {
-                let may_hide = on.shape == past.shape
-                    && on.row != row
+            let found = self.held.of(shape).find_map(|on| {
+                let may_hide = on.row != row
                     // Most are told by this: what rests on several tiles of a floor.
                     && !(on.stands && on.normal.dot(past.normal) > 1.0 - SAME_NORMAL)
                     && !self.contacts.at(on.row).sensor;
