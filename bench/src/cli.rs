@@ -25,7 +25,7 @@ pub(crate) struct Cli {
 /// What the program can do besides measuring.
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
-    /// Write the tables of README.md from the rows under bench/results
+    /// Write the tables of bench/RESULTS.md from the rows under bench/results
     Table(Table),
     /// Run the tests with a known result on the engines and write their errors side by side as Markdown
     Validate(Validate),
@@ -57,7 +57,7 @@ pub(crate) struct Validate {
 #[derive(Args, Debug)]
 pub(crate) struct Table {
     /// The page to write them in, between `<!-- bench:begin -->` and `<!-- bench:end -->`; - writes them
-    /// to stdout [default: README.md of the repository]
+    /// to stdout [default: bench/RESULTS.md]
     #[arg(long, value_name = "FILE.md")]
     pub(crate) page: Option<PathBuf>,
 }

@@ -1,5 +1,5 @@
 //! drystone and its peers side by side: the engines take turns, run by run, each run in a process of its
-//! own; what comes out are rows as JSON, rows kept under `results/`, and the tables of README.md.
+//! own; what comes out are rows as JSON, rows kept under `results/`, and the tables of RESULTS.md.
 
 mod cli;
 mod results;

@@ -1,4 +1,4 @@
-//! The tables of README.md, made from the rows that were kept.
+//! The tables of RESULTS.md, made from the rows that were kept.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
@@ -12,7 +12,7 @@ const BEGIN: &str = "<!-- bench:begin -->";
 const END: &str = "<!-- bench:end -->";
 const OWN: &str = "self";
 
-/// Writes the tables into the page, README.md unless another is named.
+/// Writes the tables into the page, RESULTS.md unless another is named.
 pub(crate) fn write(page: Option<&Path>) -> Result<(), String> {
     let machines = results::read_all()?;
     if machines.is_empty() {
@@ -25,8 +25,8 @@ pub(crate) fn write(page: Option<&Path>) -> Result<(), String> {
     if page == Some(Path::new("-")) {
         return write_out(&text);
     }
-    let readme = root().join("README.md");
-    let page = page.unwrap_or(&readme);
+    let results = root().join("bench/RESULTS.md");
+    let page = page.unwrap_or(&results);
     let old = std::fs::read_to_string(page)
         .map_err(|e| format!("{}: cannot be read: {e}", page.display()))?;
     let new = between_markers(&old, &text).ok_or_else(|| {

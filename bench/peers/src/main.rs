@@ -52,7 +52,11 @@ fn main() -> ExitCode {
     let cli = Cli::parse();
     let text = if cli.queries {
         queries::table()
-    } else if cli.validate { validate(&cli).and_then(json) } else { run(&cli).and_then(json) };
+    } else if cli.validate {
+        validate(&cli).and_then(json)
+    } else {
+        run(&cli).and_then(json)
+    };
     match text {
         Ok(text) => {
             let written = writeln!(std::io::stdout(), "{text}");
