@@ -59,6 +59,9 @@ pub fn differing(goldens: &[Golden], now: &[String]) -> Vec<(Golden, String)> {
     pairs.map(|(golden, hash)| (golden.clone(), hash.clone())).collect()
 }
 
+/// Where hashes that moved are told.
+const LOG: &str = "docs/log/0.1.md";
+
 /// Runs the scenes of golden.txt, then compares or blesses.
 pub fn run(options: &Options) -> Outcome {
     let text = text()?;
@@ -74,12 +77,11 @@ pub fn run(options: &Options) -> Outcome {
         _ if changes.is_empty() => Ok(()),
         None => Err(complaint(&changes)),
         Some(reason) => {
-            let changelog = root().join("CHANGELOG.md");
-            let log =
-                std::fs::read_to_string(&changelog).map_err(|e| format!("CHANGELOG.md: {e}"))?;
+            let place = root().join(LOG);
+            let log = std::fs::read_to_string(&place).map_err(|e| format!("{LOG}: {e}"))?;
             let log = with_behavior_entry(&log, &changes, reason)?;
             write_whole(&path(), &with_hashes(&text, &changes))?;
-            write_whole(&changelog, &log)?;
+            write_whole(&place, &log)?;
             println!("   {} blessed", changes.len());
             Ok(())
         }
@@ -179,7 +181,7 @@ fn with_hashes(text: &str, changes: &[(Golden, String)]) -> String {
     out
 }
 
-/// The changelog with the change under Unreleased, **Behavior**, newest first.
+/// The log with the change under Unreleased, **Behavior**, newest first.
 fn with_behavior_entry(
     log: &str,
     changes: &[(Golden, String)],
@@ -190,11 +192,13 @@ fn with_behavior_entry(
         let Golden { scene, steps, hash: old } = golden;
         entry += &format!("  - `{scene}`, {steps} steps: `{old}` → `{hash}`\n");
     }
-    let start = log.find("## [Unreleased]").ok_or("CHANGELOG.md: no `## [Unreleased]`")?;
+    let start =
+        log.find("## [Unreleased]").ok_or_else(|| format!("{LOG}: no `## [Unreleased]`"))?;
     let end = log[start + 1..].find("\n## ").map_or(log.len(), |at| start + 1 + at);
     let heading = "### Behavior\n";
-    let at =
-        log[start..end].find(heading).ok_or("CHANGELOG.md: no `### Behavior` in Unreleased")?;
+    let at = log[start..end]
+        .find(heading)
+        .ok_or_else(|| format!("{LOG}: no `### Behavior` in Unreleased"))?;
     let (head, tail) = log.split_at(start + at + heading.len());
     let tail = tail.trim_start_matches('\n');
     let gap = if tail.starts_with('-') { "" } else { "\n" };

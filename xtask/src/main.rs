@@ -33,7 +33,7 @@ const USAGE: &str = "usage: cargo xtask COMMAND
   tidy                            layers, stage order, reference keys, doc paths, file sizes
   determinism                     300 steps of every scene by 1 to 4 threads and every SIMD level (minutes)
   golden [--release]              run the scenes of golden.txt and compare their hashes
-  golden [--release] --bless WHY  write the new hashes, and old, new and WHY into CHANGELOG.md
+  golden [--release] --bless WHY  write the new hashes, and old, new and WHY into docs/log
   targets [aarch64] [wasm]        the scenes of golden.txt on aarch64 in an emulator and in WebAssembly in node
   model                           the worker team under a model checker (some minutes)
   sanitize                        tests of threads and executors under AddressSanitizer (some minutes)
