@@ -1,4 +1,4 @@
-//! Stage 1: shapes whose box in the tree is new or changed find new pairs, which become contacts.
+//! The stage `broadphase`: shapes whose box in the tree is new or changed find new pairs, which become contacts.
 //!
 //! Reads: shapes, bounds, bodies. Writes: contacts (rows), bounds (move list). Runs: queries parallel
 //! over moved shapes; contacts are made and entered in parallel too, and come out as one after the other in the

@@ -1,4 +1,4 @@
-//! Stage 5: lines become poses; bounds, sleep timers and faults follow.
+//! The stage `finalize`: lines become poses; bounds, sleep timers and faults follow.
 //!
 //! Reads: solver lines. Writes: bodies (pose, velocity, timers, ways), shapes and bounds (boxes). Runs:
 //! parallel over awake bodies; the tree is refitted in parallel when much has moved.

@@ -1,4 +1,4 @@
-//! Part of stage 7: what contacts gave in the step becomes hits and forces.
+//! Part of the stage `sensor`: what contacts gave in the step becomes hits and forces.
 
 use super::solver::Given;
 use crate::base::math::Vec3;

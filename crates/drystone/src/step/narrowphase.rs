@@ -1,4 +1,4 @@
-//! Stage 2: awake contacts get their manifolds; those that gained or lost points are listed.
+//! The stage `narrowphase`: awake contacts get their manifolds; those that gained or lost points are listed.
 //!
 //! Reads: bodies, shapes. Writes: contacts (manifolds). Runs: parallel over awake contacts, each
 //! writing its own row (the first part of a mesh pair those of all parts); then over what may be a ghost of

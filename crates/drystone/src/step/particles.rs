@@ -1,4 +1,4 @@
-//! Stage 4: what particles meet; those that nothing ties to others or to moving bodies fly at once.
+//! The stage `particles`: what particles meet; those that nothing ties to others or to moving bodies fly at once.
 //!
 //! Reads: bodies, shapes, bounds. Writes: particles; wakes bodies that particles touch or hold. Runs:
 //! parallel over particles; what is found is put together in the order of their lines. Links, attachments

@@ -1,4 +1,4 @@
-//! Stage 3: contacts that gained or lost points enter or leave the colors and islands; sleepers that
+//! The stage `partition`: contacts that gained or lost points enter or leave the colors and islands; sleepers that
 //! were met wake; ends are reported.
 //!
 //! Reads: bodies. Writes: colors, islands, sets, contacts (rows), events, bodies (levels). Runs: what wakes serially; over

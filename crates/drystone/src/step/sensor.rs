@@ -1,4 +1,4 @@
-//! Stage 7: what the step found out becomes events, in order. Sensor overlaps are found by narrowphase
+//! The stage `sensor`: what the step found out becomes events, in order. Sensor overlaps are found by narrowphase
 //! like contacts, without margin and without a place in the solver, and entered by partition; contacts
 //! that the solver found pressed together for the first time are entered here.
 //!

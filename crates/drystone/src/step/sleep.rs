@@ -1,4 +1,4 @@
-//! Stage 8: islands whose bodies have all been still for long enough, and that nothing drives, fall asleep
+//! The stage `sleep`: islands whose bodies have all been still for long enough, and that nothing drives, fall asleep
 //! (docs/decisions/030-what-may-sleep.md).
 //!
 //! Reads: bodies (timers), shapes, contacts, joints. Writes: islands (splits), sets, events. Runs: only when an awake body

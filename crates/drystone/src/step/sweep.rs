@@ -1,4 +1,4 @@
-//! Stage 6: fast bodies are stopped at what is on their way, instead of passing through it.
+//! The stage `sweep`: fast bodies are stopped at what is on their way, instead of passing through it.
 //!
 //! Reads: shapes, bounds, joints, contacts. Writes: bodies (pose), bounds. Runs: parallel over fast bodies and pairs; what is
 //! found is applied in body order, and in that of time. First a ray from the old to the new center must not cross a fixed

@@ -1,4 +1,4 @@
-//! Stage 4: contacts and joints to velocities and poses' changes, by the passes of the method.
+//! The stage `solver`: contacts and joints to velocities and poses' changes, by the passes of the method.
 //!
 //! Reads: bodies (state), shapes (surface velocities), contacts (manifolds), joints, colors. Writes: contacts and joints (impulses),
 //! solver lines. Runs: groups of small islands side by side, one worker a group; in a large island
