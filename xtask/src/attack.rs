@@ -23,8 +23,8 @@ pub fn run(words: &[&str]) -> Outcome {
     start(&target().join(PROFILE), words)
 }
 
-/// What half a minute of two cores is enough for, by programs that are built already, which are in this folder. It is counted, so
-/// that a slower machine finds the same.
+/// A campaign of half a minute on two cores, by the programs in this folder, which are built already. It is counted, so that a slower
+/// machine finds the same.
 pub fn short(programs: &Path) -> Outcome {
     start(programs, &["--worlds", "1000", "--seed", "2026"])
 }

@@ -22,7 +22,8 @@ use crate::unit::{Places, Subject, Unit, run_unit};
 pub struct Options {
     /// For how long.
     pub time: Duration,
-    /// Most worlds, and of the other subjects what goes with so many: always the same units, if the time suffices.
+    /// Counts the campaign by its worlds; the other subjects follow ([`Subject::units_of`]). The units are then always the same, if
+    /// the time suffices.
     pub worlds: Option<u64>,
     /// What seeds of units are made from.
     pub seed: u64,
@@ -136,8 +137,8 @@ impl<'a> Slot<'a> {
         }
     }
 
-    /// How many units of a subject are left for this slot, which has done so many. Of what is counted they are always the same,
-    /// however many slots there are.
+    /// The number of units of a subject that are left for this slot, which has done `done`. A counted campaign has the same units
+    /// for any number of slots.
     fn left(&self, subject: Subject, done: u64) -> u64 {
         let Some(worlds) = self.options.worlds else { return u64::MAX };
         let (jobs, slot) = (self.options.jobs.max(1) as u64, self.slot as u64);

@@ -83,7 +83,7 @@ fn seeds_in(places: &Places) -> Option<&'static [Seed]> {
 
 fn collect(places: &Places) -> io::Result<Vec<Seed>> {
     let data = places.scratch.join("data");
-    // What a worker before it left there would be damaged too, and a seed would mean another file.
+    // An earlier worker may have left files there. They would be in the list too, and a seed would mean another file.
     let _ = std::fs::remove_dir_all(&data);
     copy(&places.root.join("crates/drystone-scene/tests/data"), &data)?;
     let robot = places.root.join("crates/drystone-validate/data/anymal.urdf");

@@ -97,8 +97,8 @@ impl Search<'_> {
         (self.judge)(program)
     }
 
-    /// Whether what it breaks is no finding but in an ordinary world. Plainer parts and rounder numbers would make it another one:
-    /// joints not put together, steps of a second.
+    /// True if the finding counts in ordinary worlds only. Plainer parts and rounder numbers would make the world another kind: its
+    /// joints would not be put together, its steps would take a second.
     const fn is_of_ordinary(&self) -> bool {
         matches!(self.like.kind, Kind::Fault | Kind::Wild)
     }

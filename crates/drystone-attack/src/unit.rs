@@ -63,16 +63,16 @@ impl Subject {
         }
     }
 
-    /// How many units of it go with so many worlds, about by their parts of the time. Of scenes, of which there are several
-    /// `kinds`, as many of each.
+    /// The number of units of this subject in a campaign of this many worlds, about by its part of the time. `kinds` kinds of scenes
+    /// share the worlds evenly.
     #[must_use]
-    pub const fn units_of(self, worlds: u64, kinds: usize) -> u64 {
+    pub fn units_of(self, worlds: u64, kinds: usize) -> u64 {
         match self {
             Self::Worlds | Self::Snapshots => worlds,
             Self::Files => worlds.saturating_mul(3),
             Self::Commands => worlds.div_ceil(6),
             Self::Soak => worlds.div_ceil(4000),
-            Self::Scene(_) => worlds.div_ceil(if kinds == 0 { 1 } else { kinds as u64 }),
+            Self::Scene(_) => worlds.div_ceil(kinds.max(1) as u64),
         }
     }
 

@@ -176,8 +176,8 @@ impl Triangles {
     }
 
     /// The points of convex parts: the voxel method of V-HACD, then the mesh's own surface inside each
-    /// part, so that parts meet the mesh exactly and not voxels. None of a mesh that the method cannot do: its library panics on
-    /// some, which counts as that.
+    /// part, so that parts meet the mesh exactly and not voxels. The list is empty if the mesh cannot be decomposed. The library
+    /// panics on some meshes, which counts as that.
     fn decompose(&self, whole: &Hull) -> Vec<Vec<Vec3>> {
         let bounds = whole.bounds();
         let (center, size) = (bounds.center(), bounds.half_extents().max_element());

@@ -40,16 +40,20 @@ impl Quat {
         Self { x, y, z, w }
     }
 
-    /// True if it is a rotation but for rounding, and what a file may have left of its digits.
-    pub(crate) fn is_unit(self) -> bool {
-        (0.9..1.1)
-            .contains(&(self.x * self.x + self.y * self.y + self.z * self.z + self.w * self.w))
+    #[inline]
+    fn length_squared(self) -> f32 {
+        self.x * self.x + self.y * self.y + self.z * self.z + self.w * self.w
     }
 
-    /// Whether it has the length that normalizing leaves, or a product of a few of those. What it turns by is as long.
+    /// True if it is a rotation but for rounding, and what a file may have left of its digits.
+    pub(crate) fn is_unit(self) -> bool {
+        (0.9..1.1).contains(&self.length_squared())
+    }
+
+    /// True if its length is what normalizing leaves, or a product of a few such rotations. A vector that it turns keeps its length
+    /// as closely.
     pub(crate) fn is_normalized(self) -> bool {
-        let square = self.x * self.x + self.y * self.y + self.z * self.z + self.w * self.w;
-        (square - 1.0).abs() < 1.0e-4
+        (self.length_squared() - 1.0).abs() < 1.0e-4
     }
 
     /// Rotation by `angle` [rad] about `axis` (any length; a zero axis gives the identity).
@@ -121,7 +125,7 @@ impl Quat {
     #[must_use]
     #[inline]
     pub fn normalized(self) -> Self {
-        let n = (self.x * self.x + self.y * self.y + self.z * self.z + self.w * self.w).sqrt();
+        let n = self.length_squared().sqrt();
         if !(n > 1.0e-18 && n.is_finite()) {
             return Self::IDENTITY;
         }

@@ -117,11 +117,6 @@ impl Traits {
     pub(crate) const fn is_plain(self) -> bool {
         self.of_surfaces().0 == 0
     }
-
-    /// Whether none is set that is not known.
-    pub(crate) const fn are_known(self) -> bool {
-        self.0 < 64
-    }
 }
 
 /// A contact. What the solver reads of it stands first, a cache line and half of one for each point.

@@ -12,6 +12,7 @@ use crate::geometry::shape::Shape;
 use crate::state::axis::Axis;
 use crate::state::bodies::{Bodies, Body, Few, Fineness, NONE};
 use crate::state::colors::Place;
+use crate::state::contacts::Contact;
 use crate::state::coupling::{CouplingDef, check_axis};
 use crate::state::def::{
     BodyDef, BodyKind, DefError, JointDef, JointKind, MassDef, ShapeDef, shape_suits,
@@ -225,19 +226,24 @@ impl World {
 
     /// Ends all contacts of a shape, waking what it touched.
     pub(super) fn end_contacts_of(&mut self, body: u32, shape: Option<u32>) {
+        self.end_contacts_where(body, |_, c| {
+            shape.is_none_or(|s| c.shape_a == s || c.shape_b == s)
+        });
+    }
+
+    /// Ends those contacts of a body that `ends` names, waking what it touched.
+    pub(super) fn end_contacts_where(
+        &mut self,
+        body: u32,
+        ends: impl Fn(&Tables, &Contact) -> bool,
+    ) {
         let tables = &self.tables;
-        let rows: Vec<u32> = tables
-            .contacts
-            .of_body(tables.bodies.at(body))
-            .map(|(row, _)| row)
-            .filter(|row| {
-                let c = tables.contacts.at(*row);
-                !c.is_part && shape.is_none_or(|s| c.shape_a == s || c.shape_b == s)
-            })
-            .collect();
-        for row in rows {
-            let c = self.tables.contacts.at(row);
-            let other = if c.body_a == body { c.body_b } else { c.body_a };
+        let over = tables.contacts.of_body(tables.bodies.at(body)).filter_map(|(row, side)| {
+            let c = tables.contacts.at(row);
+            let other = if side == 0 { c.body_b } else { c.body_a };
+            (!c.is_part && ends(tables, c)).then_some((row, other))
+        });
+        for (row, other) in over.collect::<Vec<_>>() {
             self.sets().wake(other);
             self.end_contact(row);
         }

@@ -263,35 +263,20 @@ impl World {
 
     /// Ends the contacts of a body that may not meet any longer, waking what it touched.
     pub(super) fn end_forbidden(&mut self, row: u32) {
-        let Tables { bodies, shapes, joints, contacts, .. } = &self.tables;
-        let over = contacts.of_body(bodies.at(row)).filter_map(|(contact, side)| {
-            let c = contacts.at(contact);
-            let (a, b) = (shapes.at(c.shape_a), shapes.at(c.shape_b));
-            let ends = !c.is_part && !may_meet(bodies, joints, a, b);
-            ends.then_some((contact, if side == 0 { c.body_b } else { c.body_a }))
+        self.end_contacts_where(row, |Tables { bodies, shapes, joints, .. }, c| {
+            !may_meet(bodies, joints, shapes.at(c.shape_a), shapes.at(c.shape_b))
         });
-        for (contact, other) in over.collect::<Vec<_>>() {
-            self.sets().wake(other);
-            self.end_contact(contact);
-        }
     }
 
-    /// Ends the overlaps with static bodies that will be seen by other shapes once the body is static, or no longer is. What it is
-    /// yet tells who saw them; what still is seen enters anew.
+    /// Ends the overlaps with static bodies that other shapes see once the body is static, or no longer is. It must still be of its
+    /// old kind: that tells which exits to report. A sensor that goes on seeing it reports an enter with the next step.
     fn end_seen_otherwise(&mut self, row: u32) {
-        let Tables { bodies, shapes, contacts, .. } = &self.tables;
-        let over = contacts.of_body(bodies.at(row)).filter_map(|(contact, side)| {
-            let c = contacts.at(contact);
-            let other = if side == 0 { c.body_b } else { c.body_a };
+        self.end_contacts_where(row, |Tables { bodies, shapes, .. }, c| {
+            let other = if c.body_a == row { c.body_b } else { c.body_a };
             let (a, b) = (shapes.at(c.shape_a), shapes.at(c.shape_b));
             let seen = |fixed| (a.sees(b, fixed), b.sees(a, fixed));
-            let is_other = bodies.at(other).kind == BodyKind::Static && seen(true) != seen(false);
-            (c.sensor && !c.is_part && is_other).then_some((contact, other))
+            c.sensor && bodies.at(other).kind == BodyKind::Static && seen(true) != seen(false)
         });
-        for (contact, other) in over.collect::<Vec<_>>() {
-            self.sets().wake(other);
-            self.end_contact(contact);
-        }
     }
 
     /// What acts on no dynamic body any longer forgets its impulses; couplings stand between bodies of which one moves.

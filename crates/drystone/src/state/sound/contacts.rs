@@ -106,7 +106,6 @@ fn is_surface(c: &Contact, of: &PairSurface) -> bool {
         same(c.friction, of.friction) && same(c.restitution, of.restitution)
     };
     asked
-        && c.traits.are_known()
         && c.traits.of_surfaces() == of.traits
         && c.round_patch == of.round_patch
         && same(c.kinetic, of.kinetic)

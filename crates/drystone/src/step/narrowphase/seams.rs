@@ -48,8 +48,8 @@ const SLIDES: f32 = 1.0e-4;
 /// Places are known to this part of their coordinates: two roundings of f32 of each of two bodies.
 const ROUNDING: f32 = 2.4e-7;
 
-/// So many contacts of a shape are asked, at most, whether they hide another one of it. What lies in a hundred others would take minutes
-/// a step otherwise; what has so many contacts with other normals is braked by one ghost less or more.
+/// At most this many contacts of a shape are asked whether they hide another one of it. The question is put for every pair of them: a
+/// shape that lies in a hundred others took minutes a step. A ghost may stay where a shape has more contacts than that.
 const MOST_ASKED: u32 = 64;
 
 /// So many changes ahead of the one that is looked at its contact is asked for from memory.

@@ -197,21 +197,21 @@ impl HoldRow {
         let (v, _) = ground.state(self.line);
         let u = v - self.partner.velocity(&ground.bodies, r) - self.drift;
         let inv_h = pace.inv_h.min(1.0 / SHORTEST_OF_PARTICLES);
-        let fastest = |speed: f32, gap: f32| pace.caps.closing_row(speed, gap, false);
-        let each = |f: &dyn Fn(f32, f32) -> f32| vec3(f(gap.x, u.x), f(gap.y, u.y), f(gap.z, u.z));
         let wanted = if !soft {
-            // The gap after the substep, of which what they move in it is a part. That part is no error: what is closed in one
-            // sweep is not to be closed by as much again in the next.
-            each(&|gap, u| {
+            // The gap is that after the substep, with what the two move in it. That part is no error: the next sweep must not close
+            // again what this one closes.
+            let close = |gap: f32, u: f32| {
                 let moves = u * (pace.h * inv_h);
                 let (speed, open) = (gap * inv_h, gap - u * pace.h);
-                let most = fastest(f32::INFINITY, open);
+                let most = pace.caps.fastest_row(open, false);
                 if (speed - moves).abs() <= most { speed } else { moves + most.copysign(open) }
-            })
+            };
+            vec3(close(gap.x, u.x), close(gap.y, u.y), close(gap.z, u.z))
         } else if is_relax {
             u
         } else {
-            u + each(&|gap, _| fastest(gap * (CLOSE * inv_h), gap))
+            let close = |gap: f32| pace.caps.closing_row(gap * (CLOSE * inv_h), gap, false);
+            u + vec3(close(gap.x), close(gap.y), close(gap.z))
         };
         let d = -self.matrix(r).map_or(Vec3::ZERO, |m| m.mul(wanted));
         self.apply(ground, d, r.cross(d));

@@ -104,8 +104,13 @@ impl Caps {
 
     /// The same of one row: of a coupling, a pulley, an attachment. `is_turn`: the error is an angle.
     pub(crate) fn closing_row(&self, speed: f32, error: f32, is_turn: bool) -> f32 {
-        let (any, most) = if is_turn { (PARTICLES, MOST) } else { (self.particles, self.most[0]) };
-        let most = any + (FASTER * error.abs()).min(most);
+        let most = self.fastest_row(error, is_turn);
         speed.clamp(-most, most)
+    }
+
+    /// The greatest speed of that.
+    pub(crate) fn fastest_row(&self, error: f32, is_turn: bool) -> f32 {
+        let (any, most) = if is_turn { (PARTICLES, MOST) } else { (self.particles, self.most[0]) };
+        any + (FASTER * error.abs()).min(most)
     }
 }
